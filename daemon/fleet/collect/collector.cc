@@ -79,17 +79,26 @@ void Collector::run(const std::atomic<bool>& stop, const std::function<void()>& 
 
 void Collector::serve(Store& store, Broker& broker, const std::atomic<bool>& stop,
                       const std::function<void()>& alive) {
-  Clock::time_point maintained = Clock::now();
+  std::optional<Clock::time_point> maintained;
   while (!stop) {
     std::vector<Message> messages = broker.receive(kMostMessages, kIdle);
     if (!messages.empty())
       for (const plant::Stored& stored : write(store, std::move(messages))) broker.tell(stored);
     broker.acknowledge();
     alive();
-    if (Clock::now() - maintained < kMaintenance) continue;
-    store.maintain();
+    if (maintained && Clock::now() - *maintained < kMaintenance) continue;
+    say_put_off(store.maintain());
     maintained = Clock::now();
   }
+}
+
+void Collector::say_put_off(std::vector<std::string> put_off) {
+  if (put_off == put_off_) return;
+  for (const std::string& words : put_off)
+    spdlog::warn(
+        "database: put off, others hold the table: {}. Look for long queries in pg_stat_activity",
+        words);
+  put_off_ = std::move(put_off);
 }
 
 std::vector<plant::Stored> Collector::write(Store& store, std::vector<Message> messages) {

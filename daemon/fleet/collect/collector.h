@@ -40,6 +40,9 @@ class Collector {
   /// What is to be told to cells.
   std::vector<plant::Stored> write(Store& store, std::vector<Message> messages);
 
+  void say_put_off(std::vector<std::string> put_off);
+
+  std::vector<std::string> put_off_;  ///< of the last maintenance, as it was said
   CollectorConfig config_;
   Meters meters_;
   Counters counters_;

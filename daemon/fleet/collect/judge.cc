@@ -71,9 +71,8 @@ void judge(Message message, Meters& meters, Meters::Time now, Batch& batch) {
   const std::optional<Topic> topic = plant::topic_of(message.topic);
   const plant::CellName of = topic ? topic->of : plant::CellName{};
   if (!meters.allows(of, message.payload.size(), now)) {
-    message.payload.clear();  // it is refused for what it costs
-    return refuse(std::move(message), of, Refusal::kRate,
-                  "more messages or bytes than [limits] allows", batch);
+    ++batch.too_many[of];  // it is refused for what it costs
+    return;
   }
   if (!topic || (topic->subject != Subject::kFact && topic->subject != Subject::kPresence))
     return refuse(std::move(message), of, Refusal::kTopic, "the topic is none of a cell's", batch);

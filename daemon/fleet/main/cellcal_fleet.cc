@@ -5,12 +5,13 @@
 #include <systemd/sd-daemon.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <atomic>
 #include <csignal>
 #include <cstdio>
-#include <cstdlib>
 
 #include "daemon/files/printable.h"
+#include "daemon/fleet/collect/reread.h"
 #include "daemon/fleet/main/fleet_config.h"
 #include "daemon/fleet/main/fleet_options.h"
 #include "daemon/main/log.h"
@@ -20,7 +21,6 @@ namespace {
 std::atomic<bool> stop{false};
 
 void run(const cellcal::daemon::fleet::FleetConfig& config) {
-  ::setenv("PGCONNECT_TIMEOUT", "10", 0);  // a database host that does not answer is away
   std::signal(SIGTERM, [](int) { stop = true; });
   std::signal(SIGINT, [](int) { stop = true; });
   std::signal(SIGPIPE, SIG_IGN);
@@ -32,6 +32,22 @@ void run(const cellcal::daemon::fleet::FleetConfig& config) {
   sd_notify(0, "READY=1");
   collector.run(stop, [] { sd_notify(0, "WATCHDOG=1"); });
   sd_notify(0, "STOPPING=1");
+}
+
+/// Beside a collector at work.
+void reread(const cellcal::daemon::fleet::FleetConfig& config) {
+  using namespace cellcal::daemon;
+  constexpr std::size_t kMostNamed = 20;
+  fleet::Store store(config.collector.store);
+  const fleet::Reread result = fleet::reread_quarantine(store);
+  std::printf("%zu stored, %zu were there already, %zu refused again\n", result.stored,
+              result.twice, result.refused);
+  if (result.cut.empty()) return;
+  std::printf("%zu were kept in part only and cannot be read again:\n", result.cut.size());
+  for (std::size_t i = 0; i < std::min(kMostNamed, result.cut.size()); ++i)
+    std::printf("  %s\n", printable(result.cut[i]).c_str());
+  if (result.cut.size() > kMostNamed)
+    std::printf("  and %zu more, in fleet.quarantine\n", result.cut.size() - kMostNamed);
 }
 
 }  // namespace
@@ -63,7 +79,7 @@ int main(int argc, char** argv) {
   }
   try {
     set_up_log(options.verbose);
-    run(config);
+    options.reread ? reread(config) : run(config);
     return 0;
   } catch (const std::exception& error) {
     complain(error);

@@ -14,6 +14,9 @@ void describe_cellcal_fleet(CLI::App& app, FleetOptions& options) {
   app.add_option("--config", options.config_file, "Configuration, format cellcal.fleet/1")
       ->capture_default_str();
   app.add_flag("--check", options.check, "Check the configuration and exit");
+  app.add_flag(
+      "--reread-quarantine", options.reread,
+      "After an update: read again what was refused, store what is now understood, and exit");
   app.add_flag("--verbose", options.verbose, "Log more");
   app.set_version_flag("--version", calib::software_version());
 }

@@ -11,7 +11,7 @@ namespace cellcal::daemon::fleet {
 
 struct FleetOptions {
   std::string config_file = "/etc/cellcal/fleet.toml";
-  bool check = false, verbose = false;
+  bool check = false, reread = false, verbose = false;
 };
 
 void describe_cellcal_fleet(CLI::App& app, FleetOptions& options);

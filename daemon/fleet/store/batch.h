@@ -1,6 +1,7 @@
 #pragma once
 // What is written together, and what it was refused for.
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -31,8 +32,12 @@ struct Batch {
   std::vector<plant::Fact> facts;
   std::vector<plant::Presence> presences;
   std::vector<Refused> refused;
+  /// Refused for Refusal::kRate: counted, and not kept.
+  std::map<plant::CellName, std::size_t> too_many;
 
-  bool empty() const { return facts.empty() && presences.empty() && refused.empty(); }
+  bool empty() const {
+    return facts.empty() && presences.empty() && refused.empty() && too_many.empty();
+  }
 };
 
 struct Written {

@@ -7,7 +7,7 @@ namespace cellcal::daemon::fleet {
 
 namespace {
 
-std::array<const char*, 2> migrations() { return {kTables, kViews}; }
+std::array<const char*, 3> migrations() { return {kTables, kViews, kKept}; }
 
 void apply(pqxx::work& work, int version) {
   work.exec(migrations().at(static_cast<std::size_t>(version) - 1));

@@ -5,5 +5,6 @@ namespace cellcal::daemon::fleet {
 
 extern const char* const kTables;  ///< 1
 extern const char* const kViews;   ///< 2
+extern const char* const kKept;    ///< 3
 
 }  // namespace cellcal::daemon::fleet

@@ -1,27 +1,24 @@
 #include "daemon/fleet/store/store.h"
 
-#include "daemon/fleet/store/connection.h"
+#include "daemon/fleet/store/store_impl.h"
 #include "daemon/fleet/store/write.h"
 #include "daemon/plant/messages/fact_json.h"
 
 namespace cellcal::daemon::fleet {
 
-struct Store::Impl {
-  StoreConfig config;
-  std::unique_ptr<pqxx::connection> connection;
-};
-
 namespace {
 
 constexpr double kSettledAfterMin = 5.0;
 
-/// Gaps below a number that was the newest a while ago are no mere disorder.
+/// Gaps below a number that was the newest a while ago are no mere disorder. A journal that is being written to waits until the next time: two who
+/// lock rows in different orders would wait for each other.
 void settle(pqxx::connection& connection) {
   guarded([&] {
     pqxx::work work(connection);
     work.exec_params(
-        "UPDATE journals SET settled = mark, mark = upper(numbers) - 1, marked = now() WHERE numbers <> '{}' AND "
-        "marked <= now() - make_interval(mins => $1) AND (settled, mark) <> (mark, upper(numbers) - 1)",
+        "UPDATE journals SET settled = mark, mark = upper(numbers) - 1, marked = now() WHERE id IN (SELECT id FROM "
+        "journals WHERE numbers <> '{}' AND marked NOT BETWEEN now() - make_interval(mins => $1) AND now() AND "
+        "(settled, mark) <> (mark, upper(numbers) - 1) ORDER BY id FOR UPDATE SKIP LOCKED)",
         static_cast<int>(kSettledAfterMin));
     work.commit();
   });
@@ -46,10 +43,24 @@ Batch only(std::vector<T> Batch::*member, const T& one) {
   return batch;
 }
 
+/// A new database, or one whose clock was set, has no partition for its month.
+Written write_in_its_month(pqxx::connection& connection, const Batch& batch) {
+  try {
+    return write_once(connection, batch);
+  } catch (const NoMonth&) {
+    make_months(connection);
+  }
+  try {
+    return write_once(connection, batch);
+  } catch (const NoMonth& held_by_others) {
+    throw StoreAway(held_by_others.what());
+  }
+}
+
 Written write_or_quarantine(pqxx::connection& connection, const Batch& one,
                             const Refused& otherwise) {
   try {
-    return write_once(connection, one);
+    return write_in_its_month(connection, one);
   } catch (const BadData& bad) {
     Refused refused = otherwise;
     refused.words = bad.what();
@@ -71,8 +82,10 @@ Written write_one_by_one(pqxx::connection& connection, const Batch& batch) {
         write_or_quarantine(connection, only(&Batch::presences, presence),
                             {presence.of, plant::to_text({presence.of, Subject::kPresence, ""}),
                              plant::to_json(presence), Refusal::kDatabase, ""});
-  for (const Refused& refused : batch.refused)
-    written += write_once(connection, only(&Batch::refused, refused));
+  Batch rest;
+  rest.refused = batch.refused;
+  rest.too_many = batch.too_many;
+  written += write_once(connection, rest);
   return written;
 }
 
@@ -82,14 +95,13 @@ Store::Store(const StoreConfig& config)
     : impl_(std::make_unique<Impl>(Impl{config, connect(config.connection)})) {
   migrate(*impl_->connection, newest_version());
   state_settings(*impl_->connection, config);
-  maintain();
 }
 
 Store::~Store() = default;
 
 Written Store::write(const Batch& batch) {
   try {
-    return write_once(*impl_->connection, batch);
+    return write_in_its_month(*impl_->connection, batch);
   } catch (const BadData&) {
     try {
       return write_one_by_one(*impl_->connection, batch);
@@ -99,10 +111,13 @@ Written Store::write(const Batch& batch) {
   }
 }
 
-void Store::maintain() {
+std::vector<std::string> Store::maintain() {
   try {
-    maintain_partitions(*impl_->connection, impl_->config.telemetry_months);
+    std::vector<std::string> put_off = make_months(*impl_->connection);
+    for (std::string& words : drop_months(*impl_->connection, impl_->config.telemetry_months))
+      put_off.push_back(std::move(words));
     settle(*impl_->connection);
+    return put_off;
   } catch (const BadData& bad) {
     throw StoreAway(bad.what());
   }

@@ -1,9 +1,11 @@
 #pragma once
 // One connection to the plant's database, for writing.
 
+#include <cstdint>
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "daemon/fleet/store/batch.h"
 
@@ -25,10 +27,19 @@ struct StoreConfig {
   int check_days = 0;  ///< 0: checks are never overdue
 };
 
+/// A message of the quarantine, as it came.
+struct Kept {
+  std::int64_t id = 0;
+  plant::CellName of;
+  std::string topic, payload;
+  std::int64_t bytes = 0;  ///< that it had
+  bool whole = false;      ///< all of them are here
+};
+
 /// One thread.
 class Store {
  public:
-  /// Connects, migrates, makes partitions. Throws StoreAway, StoreTooNew.
+  /// Connects, migrates. Throws StoreAway, StoreTooNew.
   explicit Store(const StoreConfig& config);
   ~Store();
   Store(const Store&) = delete;
@@ -36,8 +47,14 @@ class Store {
 
   /// All of it in one transaction, committed when it returns. Throws StoreAway.
   Written write(const Batch& batch);
-  /// Partitions made ahead and dropped, gaps looked at. Every few minutes. Throws StoreAway.
-  void maintain();
+  /// Months of telemetry made ahead and dropped, gaps looked at. Every few minutes. What others held and was put off until the next time, in
+  /// words. Throws StoreAway.
+  std::vector<std::string> maintain();
+
+  /// Of the quarantine behind this id, the oldest few that another program may take. Throws StoreAway.
+  std::vector<Kept> kept(std::int64_t after);
+  /// It is written, or nobody wants it. Throws StoreAway.
+  void let_go(std::int64_t kept);
 
   struct Impl;
 

@@ -5,6 +5,8 @@
 #include <set>
 #include <tuple>
 
+#include "calib/syntax/input_file.h"
+#include "calib/syntax/shown.h"
 #include "daemon/fleet/store/rows.h"
 #include "daemon/plant/messages/base64.h"
 #include "daemon/plant/messages/fact_json.h"
@@ -24,6 +26,7 @@ constexpr int kMostCells = 20'000;
 constexpr int kMostRanges = 5000;
 constexpr std::size_t kMostPayload = 64u << 10, kMostTopic = 300;
 constexpr long kMostOfCell = 100, kMostInAll = 10'000;
+constexpr long kMostBytesOfCell = 16L << 20, kMostBytesInAll = 1L << 30;
 
 /// Rows are made, and so locked, in the same order by all collectors: none waits for another that waits for it.
 template <class Row>
@@ -253,48 +256,91 @@ Written put_facts(pqxx::work& work, const std::vector<Fact>& facts, std::vector<
   return written;
 }
 
+/// What another version of this program, or a plant with more room, may take: kept whole, for a second reading.
+bool may_be_read_later(Refusal why) {
+  return why == Refusal::kMessage || why == Refusal::kBound || why == Refusal::kDatabase;
+}
+
 json refused_record(const Refused& one) {
+  const std::size_t most = may_be_read_later(one.why) ? one.payload.size() : kMostPayload;
   return {{"plant", one.of.plant},
           {"cell", one.of.cell},
-          {"topic", one.topic.substr(0, kMostTopic)},
+          {"topic", std::string(calib::beginning(one.topic, kMostTopic))},
           {"why", to_string(one.why)},
-          {"words", one.words.substr(0, kMostTopic)},
-          {"payload", plant::to_base64(std::string_view(one.payload).substr(0, kMostPayload))},
-          {"bytes", one.payload.size()}};
+          {"words", std::string(calib::beginning(one.words, kMostTopic))},
+          {"payload", plant::to_base64(std::string_view(one.payload).substr(0, most))},
+          {"bytes", one.payload.size()},
+          {"sum", calib::sha256(one.topic + '\n' + one.payload)},
+          {"times", 1}};
 }
 
 /// jsonb has no NUL.
 void without_nul(std::string& text) { std::replace(text.begin(), text.end(), '\0', ' '); }
 
-void quarantine(pqxx::work& work, const std::vector<Refused>& refused) {
-  if (refused.empty()) return;
+/// Each message once, with how often it came: a cell sends again what nobody takes.
+json refused_records(const std::vector<Refused>& refused) {
+  std::map<std::tuple<std::string, std::string, std::string>, std::size_t> places;
   json records = json::array();
   for (Refused one : refused) {
     without_nul(one.topic);
     without_nul(one.words);
-    records.push_back(refused_record(one));
+    json record = refused_record(one);
+    const auto [place, is_new] = places.try_emplace(
+        {one.of.plant, one.of.cell, record["sum"].get<std::string>()}, records.size());
+    if (is_new)
+      records.push_back(std::move(record));
+    else
+      records[place->second]["times"] = records[place->second]["times"].get<int>() + 1;
   }
-  const std::string all = dumped(records);
+  return records;
+}
+
+void count_refusals(pqxx::work& work, const Batch& batch, const std::vector<Refused>& refused) {
+  std::map<std::tuple<std::string, std::string, Refusal>, std::size_t> counts;
+  for (const Refused& one : refused) ++counts[{one.of.plant, one.of.cell, one.why}];
+  for (const auto& [of, count] : batch.too_many)
+    counts[{of.plant, of.cell, Refusal::kRate}] += count;
+  json records = json::array();
+  for (const auto& [key, count] : counts)
+    records.push_back({{"plant", std::get<0>(key)},
+                       {"cell", std::get<1>(key)},
+                       {"why", to_string(std::get<2>(key))},
+                       {"count", count}});
+  work.exec_params(
+      "INSERT INTO quarantine_counts AS q (plant, cell, why, count, newest) SELECT plant, cell, why::refusal, "
+      "count, now() FROM jsonb_to_recordset($1) AS r(plant text, cell text, why text, count bigint) "
+      "ON CONFLICT (plant, cell, why) DO UPDATE SET count = q.count + excluded.count, newest = excluded.newest",
+      dumped(records));
+}
+
+/// Of `kept`, rows of one place behind the other, those that are beyond the bounds.
+std::string beyond(const std::string& kept) {
+  return "DELETE FROM quarantine q USING (SELECT id, row_number() OVER w AS place, sum(octet_length(payload)) "
+         "OVER w AS bytes " +
+         kept + ") k WHERE q.id = k.id AND k.place > 1 AND (k.place > $1 OR k.bytes > $2)";
+}
+
+void quarantine(pqxx::work& work, const Batch& batch, const std::vector<Refused>& refused) {
+  if (refused.empty() && batch.too_many.empty()) return;
+  count_refusals(work, batch, refused);
+  if (refused.empty()) return;
+  const std::string all = dumped(refused_records(refused));
   // In turn, because what follows counts rows.
   work.exec_params("SELECT pg_advisory_xact_lock($1)", kMigrationLock + 1);
   work.exec_params(
-      "INSERT INTO quarantine (plant, cell, topic, why, words, payload, bytes) SELECT plant, cell, topic, "
-      "why::refusal, words, decode(payload, 'base64'), bytes FROM jsonb_to_recordset($1) AS r(plant text, "
-      "cell text, topic text, why text, words text, payload text, bytes bigint)",
+      "INSERT INTO quarantine AS q (plant, cell, topic, why, words, payload, bytes, sum, times) SELECT plant, cell, "
+      "topic, why::refusal, words, decode(payload, 'base64'), bytes, sum, times FROM jsonb_to_recordset($1) AS r("
+      "plant text, cell text, topic text, why text, words text, payload text, bytes bigint, sum text, times bigint) "
+      "ON CONFLICT (plant, cell, sum) DO UPDATE SET received = now(), why = excluded.why, words = excluded.words, "
+      "times = q.times + excluded.times",
       all);
   work.exec_params(
-      "INSERT INTO quarantine_counts AS q (plant, cell, why, count, newest) SELECT plant, cell, why::refusal, "
-      "count(*), now() FROM jsonb_to_recordset($1) AS r(plant text, cell text, why text) GROUP BY 1, 2, 3 "
-      "ON CONFLICT (plant, cell, why) DO UPDATE SET count = q.count + excluded.count, newest = excluded.newest",
-      all);
-  work.exec_params(
-      "DELETE FROM quarantine q USING (SELECT DISTINCT plant, cell FROM jsonb_to_recordset($1) AS r(plant text, "
-      "cell text)) r WHERE q.plant = r.plant AND q.cell = r.cell AND q.id <= (SELECT id FROM quarantine o "
-      "WHERE o.plant = r.plant AND o.cell = r.cell ORDER BY id DESC OFFSET $2 LIMIT 1)",
-      all, kMostOfCell);
-  work.exec_params(
-      "DELETE FROM quarantine WHERE id <= (SELECT id FROM quarantine ORDER BY id DESC OFFSET $1 LIMIT 1)",
-      kMostInAll);
+      beyond(
+          "FROM quarantine WHERE (plant, cell) IN (SELECT plant, cell FROM jsonb_to_recordset($3) AS r("
+          "plant text, cell text)) WINDOW w AS (PARTITION BY plant, cell ORDER BY id DESC)"),
+      kMostOfCell, kMostBytesOfCell, all);
+  work.exec_params(beyond("FROM quarantine WINDOW w AS (ORDER BY id DESC)"), kMostInAll,
+                   kMostBytesInAll);
 }
 
 }  // namespace
@@ -312,8 +358,9 @@ Written write_once(pqxx::connection& connection, const Batch& batch) {
       put_presences(work, without(unknown, batch.presences, refused));
       written = put_facts(work, without(unknown, batch.facts, refused), refused);
     }
-    quarantine(work, refused);
+    quarantine(work, batch, refused);
     written.refused = refused.size();
+    for (const auto& [of, count] : batch.too_many) written.refused += count;
     work.commit();
   });
   return written;

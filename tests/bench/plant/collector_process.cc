@@ -54,20 +54,18 @@ std::filesystem::path Folder::write(const std::string& name, const std::string& 
 
 CollectorProcess::CollectorProcess(const std::string& program, const Folder& folder,
                                    std::uint16_t broker, const std::string& database, int number,
-                                   bool wait)
+                                   bool wait, const std::string& broker_host)
     : socket_(folder.path / fmt::format("{}.sock", number)),
-      process_(
-          {program, "--config",
-           folder
-               .write(
-                   fmt::format("{}.toml", number),
-                   fmt::format(
-                       "format = \"cellcal.fleet/1\"\n[broker]\nhost = \"127.0.0.1\"\nport = {}\n"
-                       "client = \"bench-{}\"\n[limits]\nmessages_per_s = 1000\n"
-                       "[database]\nconnection = \"{}\"\n[http]\nsocket = \"{}\"\n",
-                       broker, number, database, socket_.string()))
-               .string()},
-          folder.path / "collectors.log") {
+      process_({program, "--config",
+                folder
+                    .write(fmt::format("{}.toml", number),
+                           fmt::format(
+                               "format = \"cellcal.fleet/1\"\n[broker]\nhost = \"{}\"\nport = {}\n"
+                               "client = \"bench-{}\"\n[limits]\nmessages_per_s = 1000\n"
+                               "[database]\nconnection = \"{}\"\n[http]\nsocket = \"{}\"\n",
+                               broker_host, broker, number, database, socket_.string()))
+                    .string()},
+               folder.path / "collectors.log") {
   const auto begun = Clock::now();
   while (wait && !is_up()) {
     if (Clock::now() - begun > kGiveUp) throw std::runtime_error(program + " does not come up");

@@ -26,7 +26,8 @@ class CollectorProcess {
  public:
   /// It is connected and subscribed, unless it is not waited for. Throws std::runtime_error.
   CollectorProcess(const std::string& program, const Folder& folder, std::uint16_t broker,
-                   const std::string& database, int number, bool wait = true);
+                   const std::string& database, int number, bool wait = true,
+                   const std::string& broker_host = "127.0.0.1");
 
   void kill() { process_.signal(9); }
   /// Most that it ever held.

@@ -4,11 +4,15 @@
 
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "daemon/api/http/http.h"
+#include "daemon/certificate/signing/signed_files.h"
+#include "daemon/fleet/collect/judge.h"
 #include "tests/daemon/cli/process.h"
 #include "tests/daemon/fleet/facts.h"
+#include "tests/daemon/journal/temporary_directory.h"
 
 namespace cellcal::daemon::fleet {
 namespace {
@@ -31,7 +35,7 @@ class FleetApi : public ::testing::Test {
   }
   Response get(const std::string& target) const { return http_request(socket, "GET", target); }
 
-  std::string database = Database::shared().create();
+  std::string database = Database::shared().emptied();
   std::string socket = ::testing::TempDir() + "fleet-api-" + std::to_string(::getpid());
   Counters counters;
   std::unique_ptr<FleetServer> server;
@@ -52,14 +56,6 @@ TEST_F(FleetApi, AnswersWhatIsThere) {
   EXPECT_EQ(get("/v1/fleet/overdue").status, 200);
   EXPECT_NE(get("/metrics").body.find("\ncellcal_fleet_cells 1\n"), std::string::npos);
   EXPECT_NE(server->port(), 0);
-}
-
-TEST_F(FleetApi, ThePageOfAPlantIsThereAlsoWhileTheDatabaseIsNot) {
-  Database::shared().crash();
-  const Response page = get("/");
-  Database::shared().start();
-  EXPECT_EQ(page.status, 200);
-  EXPECT_EQ(page.type.substr(0, 9), "text/html");
 }
 
 TEST_F(FleetApi, RefusesWhatIsWrong) {
@@ -103,6 +99,54 @@ TEST_F(FleetApi, TheCommandsSayItInWordsAndExportTheSameBytes) {
   std::filesystem::remove_all(folder);
 }
 
+TEST_F(FleetApi, ACertificateGoesFromItsCellThroughThePlantToWhoeverVerifiesIt) {
+  const daemon::testing::TemporaryDirectory folder;
+  std::filesystem::create_directory(folder / "made");
+  const std::map<std::string, std::string> files{{"certificate.html", "<p>0.096 mm</p>"},
+                                                 {"certificate.pdf", std::string("%PDF\0\xFF", 6)},
+                                                 {"rows.jsonl", std::string(300'000, '7')}};
+  std::vector<std::string> names;
+  for (const auto& [name, text] : files) {
+    std::ofstream(folder / "made" / name, std::ios::binary) << text;
+    names.push_back(name);
+  }
+  signing::make_key(folder / "key");
+  signing::sign_files(folder / "made", names, {"8-abc", "Q. Auditor", "2026-11-22T20:00:00Z", ""},
+                      signing::PrivateKey(folder / "key"));
+  plant::CertificateFact certificate{"8-abc", {}};
+  for (const auto& one : std::filesystem::directory_iterator(folder / "made")) {
+    std::ifstream in(one.path(), std::ios::binary);
+    certificate.files.push_back({one.path().filename(), {std::istreambuf_iterator<char>(in), {}}});
+  }
+  ASSERT_EQ(certificate.files.size(), 5u);
+  // As it comes from the broker.
+  const testing::Publication message = testing::publication(testing::fact(kWeld, 12, certificate));
+  Meters meters({});
+  Batch batch;
+  judge({message.topic, message.payload}, meters, {}, batch);
+  Store store{{database}};
+  ASSERT_EQ(store.write(batch).facts, 1u);
+
+  const auto run = [&](std::vector<std::string> words) {
+    words.insert(words.begin(), CELLCAL);
+    return daemon::testing::run_program(words);
+  };
+  const std::string out = (folder / "out").string(), key = (folder / "key.pub").string();
+  ASSERT_EQ(run({"fleet", "export", "graz/weld-3", "--certificate", "-o", out, "--socket", socket})
+                .status,
+            0);
+  const auto verified = run({"verify", out, "--key", key});
+  EXPECT_EQ(verified.status, 0) << verified.err;
+  EXPECT_NE(verified.out.find("verified: certificate 8-abc"), std::string::npos) << verified.out;
+  testing::ask(
+      database,
+      "UPDATE fleet.certificate_files SET bytes = 'x', sha256 = encode(sha256('x'), 'hex') WHERE name = 'rows.jsonl'");
+  ASSERT_EQ(run({"fleet", "export", "graz/weld-3", "--certificate", "-o", out, "--socket", socket})
+                .status,
+            0);
+  EXPECT_EQ(run({"verify", out, "--key", key}).status, 3) << "the plant changed it";
+}
+
 TEST_F(FleetApi, TheCommandsNameWhatIsWrong) {
   using daemon::testing::run_program;
   const auto missing = run_program(
@@ -115,11 +159,14 @@ TEST_F(FleetApi, TheCommandsNameWhatIsWrong) {
   EXPECT_EQ(run_program({CELLCAL, "fleet", "compare"}).status, 2);
 }
 
-TEST_F(FleetApi, SaysThatTheDatabaseIsAwayAndAnswersWhenItIsBack) {
+TEST_F(FleetApi, SaysThatTheDatabaseIsAwayHasThePageMeanwhileAndAnswersWhenItIsBack) {
   ASSERT_EQ(get("/v1/fleet/cells").status, 200);
   Database::shared().crash();
   EXPECT_EQ(get("/v1/fleet/cells").status, 503);
   EXPECT_EQ(get("/metrics").status, 200);
+  const Response page = get("/");
+  EXPECT_EQ(page.status, 200);
+  EXPECT_EQ(page.type.substr(0, 9), "text/html");
   Database::shared().start();
   EXPECT_EQ(get("/v1/fleet/cells").status, 200);
 }

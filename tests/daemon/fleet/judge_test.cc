@@ -36,11 +36,14 @@ TEST(Judge, WhatItCannotTakeIsRefusedForItsKindOfReason) {
                 .refused.at(0)
                 .why,
             Refusal::kSize);
-  EXPECT_EQ(
-      judged("cellcal/graz/weld-3/fact/alarm", std::string(1000, '['), {.bytes_per_day = 999.0})
-          .refused.at(0)
-          .why,
-      Refusal::kRate);
+}
+
+TEST(Judge, WhatIsTooMuchIsCountedAndNotKept) {
+  const Batch batch =
+      judged("cellcal/graz/weld-3/fact/alarm", std::string(1000, '['), {.bytes_per_day = 999.0});
+  EXPECT_TRUE(batch.refused.empty());
+  EXPECT_EQ(batch.too_many.at(kWeld), 1u);
+  EXPECT_FALSE(batch.empty());
 }
 
 TEST(Judge, OnlyADayThatThereIsIsATime) {

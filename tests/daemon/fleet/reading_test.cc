@@ -44,7 +44,7 @@ class FleetReading : public ::testing::Test {
     return ask(database, "SELECT what FROM fleet.attention WHERE cell = 'weld-3' ORDER BY what");
   }
 
-  std::string database = Database::shared().create();
+  std::string database = Database::shared().emptied();
   Store store{{database}};
   Reading reading{database};
 };

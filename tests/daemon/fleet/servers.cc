@@ -16,6 +16,8 @@
 #include <pqxx/pqxx>
 #include <thread>
 
+#include "daemon/fleet/store/store.h"
+
 namespace cellcal::daemon::fleet::testing {
 
 namespace {
@@ -134,11 +136,15 @@ Database& Database::shared() {
   return database;
 }
 
-Database::Database(Disk disk) : folder_(make_folder("postgres")), disk_(disk) {
+Database::Database(Disk disk, std::string address)
+    : folder_(make_folder("postgres")), disk_(disk), address_(std::move(address)) {
   Server setup({postgres_program("initdb"), "-D", folder_ + "/data", "-U", "cellcal",
                 "--auth=trust", "--no-sync", "--encoding=UTF8", "--locale=C"},
                folder_ + "/log");
   setup.end(0);
+  if (!address_.empty())
+    std::ofstream(folder_ + "/data/pg_hba.conf", std::ios::app)
+        << "host all all " << address_ << "/24 trust\n";
   start();
 }
 
@@ -153,7 +159,7 @@ void Database::start() {
   std::vector<std::string> command{postgres_program("postgres"), "-D", folder_ + "/data", "-k",
                                    folder_};
   for (const std::string& setting :
-       {std::string("listen_addresses="), "fsync=" + sync, "full_page_writes=" + sync,
+       {"listen_addresses=" + address_, "fsync=" + sync, "full_page_writes=" + sync,
         std::string("shared_buffers=16MB"), std::string("max_connections=40"),
         std::string("track_commit_timestamp=on")})
     command.insert(command.end(), {"-c", setting});
@@ -179,6 +185,10 @@ void Database::kill() {
     while (is_alive(child)) std::this_thread::sleep_for(5ms);
 }
 
+std::string Database::uri() const {
+  return "postgresql://cellcal@" + address_ + "/test" + std::to_string(created_);
+}
+
 std::string Database::create() {
   const std::string name = "test" + std::to_string(++created_);
   pqxx::connection connection("host=" + folder_ + " user=cellcal dbname=postgres");
@@ -187,11 +197,29 @@ std::string Database::create() {
   return "host=" + folder_ + " user=cellcal dbname=" + name;
 }
 
+std::string Database::emptied() {
+  if (emptied_.empty()) {
+    emptied_ = create();
+    migrate(emptied_, newest_version());
+  }
+  std::string sql =
+      "SET search_path = fleet; DELETE FROM settings; INSERT INTO settings DEFAULT VALUES";
+  // Those that others refer to come last.
+  for (const char* table :
+       {"certificate_files", "certificates", "corrections", "calibrations", "session_facts",
+        "checks", "activations", "alarms", "answers", "drops", "phases", "touches", "health",
+        "presence", "journals", "cells", "quarantine", "quarantine_counts"})
+    sql += std::string("; DELETE FROM ") + table;
+  ask(emptied_, sql);
+  return emptied_;
+}
+
 MqttBroker::MqttBroker(const std::string& more)
     : folder_(make_folder("mosquitto")), port_(free_port()) {
-  std::ofstream(folder_ + "/conf") << "listener " << port_ << " 127.0.0.1\nallow_anonymous true\n" << more
-                                   << "persistence true\npersistence_location " << folder_ << "/\n"
-                                   << shipped_limits() << "max_packet_size 16777216\n";
+  std::ofstream(folder_ + "/conf")
+      << "listener " << port_ << " 127.0.0.1\nallow_anonymous true\n"
+      << more << "persistence true\npersistence_location " << folder_ << "/\n"
+      << shipped_limits() << "max_packet_size 16777216\n";
   start();
 }
 

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
+#include <pqxx/pqxx>
 #include <thread>
 
 #include "tests/daemon/fleet/facts.h"
@@ -25,7 +27,7 @@ TEST(Store, CollectorsThatStartAtOnceMigrateOnce) {
     });
   for (std::thread& one : all) one.join();
   EXPECT_EQ(opened, 4);
-  EXPECT_EQ(ask(database, "SELECT version FROM fleet.versions ORDER BY 1"), "1\n2");
+  EXPECT_EQ(ask(database, "SELECT version FROM fleet.versions ORDER BY 1"), "1\n2\n3");
 }
 
 TEST(Store, VersionOneIsBroughtUpWithItsRows) {
@@ -46,7 +48,7 @@ TEST(Store, ANewerDatabaseIsRefused) {
 }
 
 TEST(Store, WhatComesTwiceIsThereOnce) {
-  const std::string database = Database::shared().create();
+  const std::string database = Database::shared().emptied();
   Store store({database});
   Batch batch;
   std::int64_t number = 0;
@@ -62,7 +64,7 @@ TEST(Store, WhatComesTwiceIsThereOnce) {
 }
 
 TEST(Store, AnotherCellsJournalOfTheSameNameIsItsOwn) {
-  const std::string database = Database::shared().create();
+  const std::string database = Database::shared().emptied();
   Store store({database});
   Batch batch;
   batch.facts = {testing::alarm(kPaint, 1), testing::alarm(kWeld, 1)};
@@ -70,7 +72,7 @@ TEST(Store, AnotherCellsJournalOfTheSameNameIsItsOwn) {
 }
 
 TEST(Store, MissingNumbersAreGapsUntilTheyCome) {
-  const std::string database = Database::shared().create();
+  const std::string database = Database::shared().emptied();
   Store store({database});
   const auto gaps = [&] { return ask(database, "SELECT first, last FROM fleet.gaps ORDER BY 1"); };
   Batch batch;
@@ -83,7 +85,7 @@ TEST(Store, MissingNumbersAreGapsUntilTheyCome) {
 }
 
 TEST(Store, AGapIsSettledWhenNewerNumbersAreThereForAWhile) {
-  const std::string database = Database::shared().create();
+  const std::string database = Database::shared().emptied();
   Store store({database});
   Batch batch;
   batch.facts = {testing::alarm(kWeld, 1), testing::alarm(kWeld, 3)};
@@ -99,7 +101,7 @@ TEST(Store, AGapIsSettledWhenNewerNumbersAreThereForAWhile) {
 }
 
 TEST(Store, PresenceAdvancesByNumberNotByArrival) {
-  const std::string database = Database::shared().create();
+  const std::string database = Database::shared().emptied();
   Store store({database});
   const auto say = [&](std::int64_t number, bool online, const char* time) {
     Batch batch;
@@ -115,7 +117,7 @@ TEST(Store, PresenceAdvancesByNumberNotByArrival) {
 }
 
 TEST(Store, DocumentsComeBackByteForByte) {
-  const std::string database = Database::shared().create();
+  const std::string database = Database::shared().emptied();
   Store store({database});
   Batch batch;
   batch.facts = {testing::fact(kWeld, 1, testing::one_of_each()[1])};
@@ -130,7 +132,7 @@ TEST(Store, DocumentsComeBackByteForByte) {
 }
 
 TEST(Store, ADocumentThatNobodyCanReadIsStoredAllTheSame) {
-  const std::string database = Database::shared().create();
+  const std::string database = Database::shared().emptied();
   Store store({database});
   plant::CalibrationFact odd{"KR 5", "", true, false, {},
                              {},     {}, {},   {},    std::string("no JSON \0\xff", 10)};
@@ -141,7 +143,7 @@ TEST(Store, ADocumentThatNobodyCanReadIsStoredAllTheSame) {
 }
 
 TEST(Store, WhatTheDatabaseRefusesIsQuarantinedAndTheRestIsWritten) {
-  const std::string database = Database::shared().create();
+  const std::string database = Database::shared().emptied();
   Store store({database});
   Batch batch;
   plant::Fact bad = testing::alarm(kWeld, 1);
@@ -154,24 +156,67 @@ TEST(Store, WhatTheDatabaseRefusesIsQuarantinedAndTheRestIsWritten) {
 }
 
 TEST(Store, QuarantineIsBoundedAndCountsAll) {
-  const std::string database = Database::shared().create();
+  const std::string database = Database::shared().emptied();
   Store store({database});
   Batch batch;
   for (int i = 0; i < 150; ++i)
-    batch.refused.push_back({kWeld, "cellcal/graz/weld-3/fact/x\xff", std::string(100'000, 'x'),
-                             Refusal::kMessage, "bad"});
+    batch.refused.push_back({kWeld, "cellcal/graz/weld-3/fact/x\xff",
+                             std::to_string(i) + std::string(70'000, 'x'), Refusal::kSize, "bad"});
   batch.refused.push_back({kPaint, "t", "p", Refusal::kSize, "large"});
-  store.write(batch);
+  batch.too_many[kPaint] = 7'000'000;
+  EXPECT_EQ(store.write(batch).refused, 7'000'151u);
   EXPECT_EQ(
       ask(database,
           "SELECT cell, count(*), max(octet_length(payload)), max(bytes) FROM fleet.quarantine GROUP BY 1 "
           "ORDER BY 1"),
-      "paint-1|1|1|1\nweld-3|100|65536|100000");
-  EXPECT_EQ(ask(database, "SELECT count FROM fleet.refusals ORDER BY 1"), "1\n150");
+      "paint-1|1|1|1\nweld-3|100|65536|70003");
+  EXPECT_EQ(ask(database, "SELECT cell, why, count FROM fleet.refusals ORDER BY 1, 2"),
+            "paint-1|size|1\npaint-1|rate|7000000\nweld-3|size|150");
+}
+
+TEST(Store, WhatAnotherVersionMayTakeIsKeptWholeAndABoundedNumberOfBytesOfIt) {
+  const std::string database = Database::shared().emptied();
+  Store store({database});
+  ask(database,
+      "INSERT INTO fleet.quarantine (plant, cell, topic, why, words, payload, bytes) SELECT 'graz', "
+      "'weld-3', letter, 'message', '', convert_to(repeat(letter, 6 << 20), 'UTF8'), 6 << 20 "
+      "FROM unnest(ARRAY['a', 'b', 'c']) AS letter");
+  Batch batch;
+  batch.refused.push_back(
+      {kWeld, "d", std::string(100'000, 'd'), Refusal::kMessage, "unknown kind"});
+  store.write(batch);
+  EXPECT_EQ(ask(database,
+                "SELECT topic, octet_length(payload) = bytes FROM fleet.quarantine ORDER BY id"),
+            "b|t\nc|t\nd|t");
+}
+
+TEST(Store, AMessageThatNobodyTakesAndThatComesAgainAndAgainIsKeptOnce) {
+  const std::string database = Database::shared().emptied();
+  Store store({database});
+  const Refused same{kWeld, "cellcal/graz/weld-3/fact/newer", "{}", Refusal::kMessage,
+                     "unknown kind"};
+  Batch batch;
+  batch.refused = {same, same, {kWeld, same.topic, "[]", Refusal::kMessage, "no object"}};
+  store.write(batch);
+  store.write(batch);
+  EXPECT_EQ(
+      ask(database, "SELECT convert_from(payload, 'UTF8'), times FROM fleet.quarantine ORDER BY 1"),
+      "[]|2\n{}|4");
+  EXPECT_EQ(ask(database, "SELECT count FROM fleet.refusals"), "6");
+}
+
+TEST(Store, WordsThatAreTooLongAreCutBetweenTwoCharacters) {
+  const std::string database = Database::shared().emptied();
+  Store store({database});
+  Batch batch;
+  batch.refused.push_back(
+      {kWeld, "t", "p", Refusal::kMessage, std::string(299, 'x') + "\xc3\xa4 and more"});
+  store.write(batch);
+  EXPECT_EQ(ask(database, "SELECT words = repeat('x', 299) FROM fleet.quarantine"), "t");
 }
 
 TEST(Store, ACellWithTooManyJournalsOrScatteredNumbersIsRefused) {
-  const std::string database = Database::shared().create();
+  const std::string database = Database::shared().emptied();
   Store store({database});
   Batch batch;
   for (int i = 0; i < 101; ++i) {
@@ -205,32 +250,97 @@ TEST(Store, MadeUpCellsDoNotFillTheDatabase) {
   EXPECT_EQ(ask(database, "SELECT cell, why, count FROM fleet.refusals"), "paint-1|bound|2");
 }
 
-TEST(Store, RetentionDropsTelemetryAlone) {
-  const std::string database = Database::shared().create();
-  Store store({database, 2});
+/// As a database is whose clock was set.
+void take_months_away(const std::string& database) {
+  ask(database,
+      "DO $$ DECLARE name text; BEGIN FOR name IN SELECT tablename FROM pg_tables WHERE "
+      "tablename ~ '^(phases|touches|health)_' LOOP EXECUTE 'DROP TABLE fleet.' || name; END LOOP; END $$");
+}
+
+/// Rows of a month long ago, as those that are there.
+void copy_into_2020(const std::string& database, const std::string& table) {
+  ask(database, "CREATE TABLE fleet." + table + "_2020_01 PARTITION OF fleet." + table +
+                    " FOR VALUES FROM ('2020-01-01') TO ('2020-02-01');"
+                    "CREATE TABLE fleet.old AS SELECT * FROM fleet." +
+                    table +
+                    "; UPDATE fleet.old SET received = '2020-01-07';"
+                    "INSERT INTO fleet." +
+                    table + " SELECT * FROM fleet.old; DROP TABLE fleet.old");
+}
+
+Batch one_of_each_kind() {
   Batch batch;
   std::int64_t number = 0;
   for (const plant::FactBody& body : testing::one_of_each())
     batch.facts.push_back(testing::fact(kWeld, ++number, body));
-  store.write(batch);
-  for (const char* table : {"phases", "touches", "health"}) {
-    const std::string of = table;
-    ask(database, "CREATE TABLE fleet." + of + "_2020_01 PARTITION OF fleet." + of +
-                      " FOR VALUES FROM ('2020-01-01') TO ('2020-02-01');"
-                      "CREATE TABLE fleet.old AS SELECT * FROM fleet." +
-                      of +
-                      "; UPDATE fleet.old SET received = '2020-01-07';"
-                      "INSERT INTO fleet." +
-                      of + " SELECT * FROM fleet.old; DROP TABLE fleet.old");
-  }
+  return batch;
+}
+
+TEST(Store, RetentionDropsTelemetryAlone) {
+  const std::string database = Database::shared().emptied();
+  Store store({database, 1});
+  store.write(one_of_each_kind());
+  for (const char* table : {"phases", "touches", "health"}) copy_into_2020(database, table);
   for (const char* table : {"alarms", "calibrations"})
     ask(database,
         "UPDATE fleet." + std::string(table) + " SET received = '2020-01-07', at = '2020-01-07'");
   EXPECT_EQ(testing::count_of_each(database), "1|1|1|1|1|1|1|2|2|2|1");
-  store.maintain();
+  EXPECT_TRUE(store.maintain().empty());
   EXPECT_EQ(testing::count_of_each(database), "1|1|1|1|1|1|1|1|1|1|1");
   EXPECT_EQ(ask(database, "SELECT count(*) FROM pg_tables WHERE tablename ~ '^health_'"),
             "3");  // this month and two ahead
+}
+
+TEST(Store, AClockThatStandsYearsAheadTakesOldMonthsOnlyWhereThereAreAsManyNewOnes) {
+  const std::string database = Database::shared().emptied();
+  Store store({database, 2});
+  store.write(one_of_each_kind());
+  copy_into_2020(database, "touches");  // was last month, by a clock that was right
+  store.maintain();
+  EXPECT_EQ(ask(database, "SELECT count(*) FROM fleet.touches"), "2");
+  ask(database, "DROP TABLE fleet.touches_2020_01");
+}
+
+TEST(Store, ALongReaderHoldsUpNeitherTheNextMonthsNorWritersNorAStart) {
+  const std::string database = Database::shared().emptied();
+  take_months_away(database);
+  ask(database,
+      "CREATE TABLE fleet.touches_2020_01 PARTITION OF fleet.touches FOR VALUES FROM "
+      "('2020-01-01') TO ('2020-02-01')");
+  pqxx::connection connection(database);
+  pqxx::work reader(connection);
+  reader.exec("SELECT count(*) FROM fleet.phases, fleet.touches, fleet.health");
+  const auto begun = std::chrono::steady_clock::now();
+  Store store({database});
+  EXPECT_EQ(store.maintain(), std::vector<std::string>{"fleet.touches: dropping old months"});
+  EXPECT_EQ(store.write(one_of_each_kind()).facts, 11u);
+  EXPECT_LT(std::chrono::steady_clock::now() - begun, std::chrono::seconds(5));
+  reader.commit();
+  EXPECT_TRUE(store.maintain().empty());
+  EXPECT_EQ(ask(database, "SELECT to_regclass('fleet.touches_2020_01') IS NULL"), "t");
+}
+
+TEST(Store, TelemetryIsStoredThoughTheDatabasesClockWasSetToAMonthThatHasNoTable) {
+  const std::string database = Database::shared().emptied();
+  Store store({database});
+  store.maintain();
+  take_months_away(database);
+  EXPECT_EQ(store.write(one_of_each_kind()).facts, 11u);
+  EXPECT_EQ(testing::count_of_each(database), "1|1|1|1|1|1|1|1|1|1|1");
+  EXPECT_EQ(ask(database, "SELECT count(*) FROM fleet.quarantine"), "0");
+}
+
+TEST(Store, AGapIsSettledThoughTheDatabasesClockWasSetBack) {
+  const std::string database = Database::shared().emptied();
+  Store store({database});
+  Batch batch;
+  batch.facts = {testing::alarm(kWeld, 1), testing::alarm(kWeld, 3)};
+  store.write(batch);
+  for (int i = 0; i < 2; ++i) {
+    ask(database, "UPDATE fleet.journals SET marked = now() + interval '9 years'");
+    store.maintain();
+  }
+  EXPECT_EQ(ask(database, "SELECT settled FROM fleet.gaps"), "t");
 }
 
 TEST(Store, WithoutAServerItSaysSo) {
