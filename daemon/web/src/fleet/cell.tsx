@@ -8,21 +8,26 @@ import * as decode from "./decode";
 import type { CertificateFile, FleetCalibration, FleetCell } from "./types";
 
 const FEW = 10;
-const TYPES: Record<string, string> = { html: "text/html", pdf: "application/pdf", json: "application/json" };
 
-const download = (file: CertificateFile): string =>
-  `data:${TYPES[file.name.split(".").pop() ?? ""] ?? "application/octet-stream"};base64,${file.base64}`;
+interface Download { name: string; href: string }
+
+/** Browsers refuse an address that holds more than 2 MB itself. Of no type, so that none opens what a cell wrote as a page of the plant's. */
+const download = (file: CertificateFile): Download => {
+  const bytes = Uint8Array.from(atob(file.base64), (one) => one.charCodeAt(0));
+  return { name: file.name, href: URL.createObjectURL(new Blob([bytes], { type: "application/octet-stream" })) };
+};
 
 function Certificate({ path }: { path: string }) {
   const { say } = useVoice();
-  const [files, become] = useState<CertificateFile[] | null>(null);
+  const [files, become] = useState<Download[] | null>(null);
+  useEffect(() => () => files?.forEach((file) => URL.revokeObjectURL(file.href)), [files]);
   const ask = async () => {
     const answer = await get(path);
-    become(answer.status === 200 ? decode.certificate_files(answer.value) : []);
+    become(answer.status === 200 ? decode.certificate_files(answer.value).map(download) : []);
   };
   if (files === null) return <button type="button" class="small" onClick={() => void ask()}>{say("fleet.certificate")}</button>;
   if (files.length === 0) return <span class="note">{say("fleet.no-answer")}</span>;
-  return <>{files.map((file) => <a key={file.name} download={file.name} href={download(file)}>{file.name} </a>)}</>;
+  return <>{files.map((file) => <a key={file.name} download={file.name} href={file.href}>{file.name} </a>)}</>;
 }
 
 export function CellDetail({ cell }: { cell: FleetCell }) {

@@ -88,7 +88,6 @@ export const certificate_files = (value: unknown): CertificateFile[] =>
   known(list(fields(value)?.files).map((one) => {
     const file = fields(one);
     const name = words(file?.name);
-    // A data address holds more than words do.
-    return file && name !== "" && typeof file.base64 === "string" && /^[A-Za-z0-9+/=]*$/.test(file.base64)
+    return file && name !== "" && typeof file.base64 === "string" && file.base64.length % 4 === 0 && /^[A-Za-z0-9+/]*={0,2}$/.test(file.base64)
       ? { name, base64: file.base64 } : null;
   }));
