@@ -7,7 +7,7 @@ namespace cellcal::daemon::fleet {
 
 namespace {
 
-std::array<const char*, 3> migrations() { return {kTables, kViews, kKept}; }
+std::array<const char*, 4> migrations() { return {kTables, kViews, kKept, kNewest}; }
 
 void apply(pqxx::work& work, int version) {
   work.exec(migrations().at(static_cast<std::size_t>(version) - 1));

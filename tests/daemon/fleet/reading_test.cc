@@ -103,6 +103,18 @@ TEST_F(FleetReading, TheNewestSessionAndCalibrationDecideByNumberNotByArrival) {
   EXPECT_EQ(ask(database, "SELECT calibration FROM fleet.cell_states"), "1");  // which stays in use
 }
 
+TEST_F(FleetReading, OfACellWithANewDiskTheNewestJournalThatHasSomethingDecides) {
+  calibrate(kWeld, 50);
+  session(51, plant::SessionState::kFailed);
+  auto body = std::get<plant::SessionFact>(testing::one_of_each()[0]);
+  body.state = plant::SessionState::kInterrupted;
+  plant::Fact first_of_the_new = fact(kWeld, 1, body, 1);
+  first_of_the_new.journal = "j2";
+  say(first_of_the_new);
+  EXPECT_EQ(needs(), "interrupted");
+  EXPECT_EQ(ask(database, "SELECT session, calibration, journal FROM fleet.cell_states"), "1|50|j1");
+}
+
 TEST_F(FleetReading, CellsThatNeedAttentionComeFirst) {
   calibrate(kPaint, 1);
   calibrate(kWeld, 1);
