@@ -30,9 +30,9 @@ void print(const FaultReport& report) {
   fmt::print("{:>10} {:>10} {:>10}\n", "missing", tally.missing_results, tally.missing_telemetry);
   fmt::print(
       "rows twice {}, out of order {}, of no cell {}, documents altered {}, refused {}, states wrong {}\n"
-      "all there {:.1f} s after the last fault\n",
+      "{} {:.1f} s after the last fault\n",
       tally.twice, tally.out_of_order, tally.strangers, tally.altered, tally.refused,
-      tally.states_wrong, report.settled_s);
+      tally.states_wrong, tally.missing_results == 0 ? "all there" : "given up", report.settled_s);
   fmt::print("{}\n", tally.is_right() ? "every result once, in order"
                                       : "NOT every result once and in order");
 }

@@ -32,7 +32,8 @@ void add_collector(Lines& lines, const Counters& counters) {
   lines.one("cellcal_fleet_facts_total", "counter", "Facts stored.", counters.facts);
   lines.one("cellcal_fleet_twice_total", "counter", "Facts that were there already.",
             counters.twice);
-  lines.one("cellcal_fleet_refused_total", "counter", "Messages put into quarantine.",
+  lines.one("cellcal_fleet_refused_total", "counter",
+            "Messages refused: quarantined, or above a cell's rate and only counted.",
             counters.refused);
   lines.one("cellcal_fleet_batches_total", "counter", "Transactions.", counters.batches);
   lines.one("cellcal_fleet_broker_up", "gauge", "1: connected to the broker.",

@@ -112,7 +112,8 @@ TEST_F(FleetReading, OfACellWithANewDiskTheNewestJournalThatHasSomethingDecides)
   first_of_the_new.journal = "j2";
   say(first_of_the_new);
   EXPECT_EQ(needs(), "interrupted");
-  EXPECT_EQ(ask(database, "SELECT session, calibration, journal FROM fleet.cell_states"), "1|50|j1");
+  EXPECT_EQ(ask(database, "SELECT session, calibration, journal FROM fleet.cell_states"),
+            "1|50|j1");
 }
 
 TEST_F(FleetReading, CellsThatNeedAttentionComeFirst) {
