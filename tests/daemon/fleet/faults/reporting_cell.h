@@ -11,7 +11,7 @@
 
 #include "daemon/journal/journal.h"
 #include "daemon/plant/publisher/publisher.h"
-#include "daemon/tasks/options.h"
+#include "daemon/tasks/recorded/options.h"
 
 namespace cellcal::daemon::fleet::testing {
 
