@@ -71,8 +71,9 @@ void read_login(const TomlTable& table, PlantConfig& plant) {
 
 std::optional<PlantConfig> read_plant(const TomlTable& table) {
   if (!table.has("plant")) {
-    for (const char* key : {"cell", "broker", "port", "tls", "ca", "certificate", "key", "user", "password_file",
-                            "allow_plain", "accept", "touches", "health_minutes", "outbox_megabytes"})
+    for (const char* key :
+         {"cell", "broker", "port", "tls", "ca", "certificate", "key", "user", "password_file",
+          "allow_plain", "former", "accept", "touches", "health_minutes", "outbox_megabytes"})
       if (table.has(key)) table.fail(key, "means nothing without plant. Set plant, cell and broker");
     table.refuse_unknown();
     return std::nullopt;
@@ -88,6 +89,14 @@ std::optional<PlantConfig> read_plant(const TomlTable& table) {
   const bool plain = table.boolean_or("allow_plain", false);
   if (!plant.tls && !plain && !is_this_computer(plant.host))
     table.fail("tls", "without TLS facts and password pass the network readable. Set tls = true, or allow_plain = true");
+  if (table.has("former")) plant.former = table.strings("former");
+  for (const std::string& name : plant.former) {
+    const std::size_t cut = std::min(name.find('/'), name.size());
+    if (!plant::is_name(name.substr(0, cut)) || cut == name.size() ||
+        !plant::is_name(name.substr(cut + 1)))
+      table.fail("former",
+                 "\"" + calib::shown(name) + "\" must be PLANT/CELL, as in \"graz/weld-3\"");
+  }
   if (table.has("accept")) plant.accept = table.strings("accept");
   for (const std::string& kind : plant.accept)
     if (kind != "calibrate" && kind != "check" && kind != "activate")

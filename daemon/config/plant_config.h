@@ -20,6 +20,7 @@ struct PlantConfig {
   std::filesystem::path certificate, key;  ///< this cell's; empty: none
   std::string user;                        ///< empty: none
   std::filesystem::path password_file;     ///< its first line; empty: none
+  std::vector<std::string> former;         ///< "plant/cell": names that this cell had
   std::vector<std::string> accept;  ///< kinds of proposals that are accepted without a person
   bool touches = false;             ///< each is told of
   double health_minutes = 10.0;

@@ -30,6 +30,7 @@ std::vector<std::string> Journal::backup(const std::filesystem::path& file) {
     end = impl_->chain.end();
   }
   lock.unlock();
+  copy.speak_as_another();
   std::vector<std::string> remarks;
   for (const std::int64_t session : copy.look_through(end)) {
     remarks.push_back(

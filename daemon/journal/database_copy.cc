@@ -8,6 +8,7 @@
 #include <cstring>
 
 #include "daemon/journal/journal.h"
+#include "daemon/journal/outbox_rows.h"
 
 namespace cellcal::daemon {
 
@@ -75,6 +76,13 @@ std::vector<std::int64_t> DatabaseCopy::look_through(const Head& end) {
   if (copied.entries != end.entries || copied.sum != end.sum)
     fail(to_, "does not end where the journal does. Check the disk");
   return damaged_sessions(*database_);
+}
+
+void DatabaseCopy::speak_as_another() {
+  pages_.reset();
+  Transaction transaction(*database_);
+  begin_source(*database_);
+  transaction.commit();
 }
 
 void DatabaseCopy::publish() {

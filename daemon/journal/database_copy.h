@@ -21,6 +21,9 @@ class DatabaseCopy {
 
   /// As PageCopy::step().
   bool step(int pages) { return pages_->step(pages); }
+  /// The journal goes on: what this file tells from now on is told under another source's name, whatever stands beside
+  /// it when it is opened.
+  void speak_as_another();
   /// Reads all of it. Throws JournalError where its pages contradict each other, or it does not end
   /// with this entry. Returns the sessions that are damaged in it, as they are in the journal.
   std::vector<std::int64_t> look_through(const Head& end);

@@ -161,6 +161,8 @@ void Journal::Impl::write_once(const std::vector<PendingRow>& waiting,
       insert(database, chain, row);
       if (const auto* change = std::get_if<RecordChange>(&row.what))
         outbox.put(row.session, change->utc, [&](const Reporter& to) { return to.change(*change); });
+      if (const auto* touch = std::get_if<AssessedTouch>(&row.what))
+        outbox.assess(row.session, *touch);
     }
     act();
     transaction.commit();
@@ -171,11 +173,13 @@ void Journal::Impl::write_once(const std::vector<PendingRow>& waiting,
   }
 }
 
-void Journal::Impl::report_session(std::int64_t session, const std::string& utc) {
+void Journal::Impl::report_session(std::int64_t session, const std::string& utc,
+                                   std::optional<FailureKind> failed) {
   if (!outbox.on()) return;
   Statement select(database, (std::string(kSelectSession) + "WHERE id=?").c_str());
   if (!select.bind(1, session).step()) return;
-  const SessionRecord record = session_from(select, false);
+  SessionRecord record = session_from(select, false);
+  record.failure_kind = failed;
   outbox.put(session, utc, [&](const Reporter& to) { return to.session(record); });
 }
 
@@ -298,15 +302,18 @@ void Journal::record(std::int64_t session, const RecordTouch& record) {
     if (touch.temperature_c) insert.bind(18, number_of(*touch.temperature_c, "temperature"));
     insert.step();
     impl_->added(session, "touch");
-    impl_->outbox.put(session, touch.time, [&](const Reporter& to) { return to.touch(record); });
+    impl_->outbox.put_touch(session, record);
   });
 }
 
-void Journal::record(std::int64_t session, const RecordEnd& end, const std::string& utc) {
+void Journal::record(std::int64_t session, const RecordEnd& end, const std::string& utc,
+                     const std::vector<Report>& also) {
   impl_->running = 0;  // also where that cannot be recorded
   impl_->write([&] {
     impl_->set_state(session, word_for(end.ending), utc, end.failure);
-    impl_->report_session(session, utc);
+    impl_->outbox.close_touch();
+    impl_->report_session(session, utc, end.why ? std::optional(end.why->kind) : std::nullopt);
+    impl_->outbox.put(session, utc, [&](const Reporter&) { return also; });
   });
 }
 
@@ -315,7 +322,8 @@ void Journal::store_calibration(std::int64_t session, const std::string& json,
   impl_->write([&] {
     if (impl_->outbox.on()) {
       Statement before(impl_->database, (std::string(kSelectSession) + "WHERE id=?").c_str());
-      if (before.bind(1, session).step()) impl_->outbox.compose(session_from(before, true));
+      if (before.bind(1, session).step())
+        impl_->outbox.compose(session_from(before, true), [&] { return impl_->touches(session); });
     }
     Statement update(impl_->database, "UPDATE session SET calibration=? WHERE id=?");
     update.bind(1, std::string_view(json)).bind(2, session).step();
@@ -352,6 +360,9 @@ void Journal::note(std::int64_t session, const RecordChange& change) {
 }
 void Journal::note(std::int64_t session, const RecordContact& contact) {
   impl_->pending.take({session, contact});
+}
+void Journal::note(std::int64_t session, const AssessedTouch& touch) {
+  impl_->pending.take({session, touch});
 }
 
 std::vector<SessionRecord> Journal::sessions() {
@@ -402,7 +413,11 @@ std::optional<SessionRecord> Journal::newest_resumable() {
 std::vector<calib::Touch> Journal::touches(std::int64_t session) {
   const std::lock_guard lock(impl_->mutex);
   impl_->chain.verify(session);
-  Statement select(impl_->database,
+  return impl_->touches(session);
+}
+
+std::vector<calib::Touch> Journal::Impl::touches(std::int64_t session) {
+  Statement select(database,
                    "SELECT joint_rad, target, held_out, sigma_m, radius_m, tracker_m, time, "
                    "settled_rad, readings, spread_m, speed_m_s, tool, turn_sigma_rad, "
                    "tracker_abc_rad, approach, temperature_c FROM touch WHERE session=? "

@@ -49,6 +49,8 @@ struct SessionRecord {
   int planned = 0;  ///< touches of the plan; 0 before it was made
   int touches = 0;  ///< on disk
   std::string failure;
+  std::optional<FailureKind>
+      failure_kind{};            ///< of one that fails now, for those who are told; no row has it
   std::string calibration;       ///< JSON; empty before identification
   std::string software;          ///< version that began it; empty: before version 3 of the journal
   std::optional<Origin> origin;  ///< imported
@@ -91,13 +93,18 @@ class Journal {
   void record(std::int64_t session, const RecordPlan& plan);
   void record(std::int64_t session, const RecordReading& reading);
   void record(std::int64_t session, const RecordTouch& touch);
-  void record(std::int64_t session, const RecordEnd& end, const std::string& utc);
+  /// `also`: what others are told with it, in the same transaction.
+  void record(std::int64_t session, const RecordEnd& end, const std::string& utc,
+              const std::vector<Report>& also = {});
   void store_calibration(std::int64_t session, const std::string& json,
                          const std::optional<Compared>& compared = {});
   // Written with the next row of this journal. Never wait for the disk.
   void note(std::int64_t session, const std::string& utc, const std::string& words);
   void note(std::int64_t session, const RecordChange& change);
   void note(std::int64_t session, const RecordContact& contact);
+  /// For those who are told of that touch, where it is the newest: they are told of it with this, or when the next one
+  /// or the session's end is recorded.
+  void note(std::int64_t session, const AssessedTouch& touch);
 
   // What is read of one session was compared with its checksums; JournalError where it is not what
   // was written.
@@ -131,10 +138,12 @@ class Journal {
   void report_no_more_to(const Reporter& reporter);
   /// A fact that no row of this journal stands for. On disk when it returns.
   void report(std::int64_t session, const Report& report);
-  /// The oldest behind this row, in small bites.
+  /// The oldest behind this row, in small bites; up to a touch that is not assessed yet.
   std::vector<WaitingReport> waiting(std::int64_t after, std::size_t most);
   /// Somebody has them: they are not told again.
   void acknowledge(const std::vector<std::int64_t>& rows);
+  /// Nobody will ever take that row: this result is told in its place, under its number.
+  void replace(std::int64_t row, const Report& report);
   OutboxCount outbox();
 
   // Archives and copies.

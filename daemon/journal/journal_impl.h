@@ -26,7 +26,9 @@ struct Journal::Impl {
   void write(const std::function<void()>& act);
   void write_once(const std::vector<PendingRow>& waiting, const std::function<void()>& act);
   /// Within a transaction: what is to be told of this session as it stands there now.
-  void report_session(std::int64_t session, const std::string& utc);
+  void report_session(std::int64_t session, const std::string& utc,
+                      std::optional<FailureKind> failed = {});
+  std::vector<calib::Touch> touches(std::int64_t session);
   /// The row that was inserted last.
   void added(std::int64_t session, const char* table) {
     chain.add(session, table, database.last_row_id());

@@ -46,7 +46,13 @@ std::int64_t to_6(Database& database, Chain&) {
   return 0;
 }
 
-constexpr std::array<Migration, kSchemaVersion> kMigrations{to_1, to_2, to_3, to_4, to_5, to_6};
+std::int64_t to_7(Database& database, Chain&) {
+  database.execute(kSchema7);
+  return 0;
+}
+
+constexpr std::array<Migration, kSchemaVersion> kMigrations{to_1, to_2, to_3, to_4,
+                                                            to_5, to_6, to_7};
 
 }  // namespace
 

@@ -5,10 +5,19 @@
 namespace cellcal::daemon {
 
 void Journal::report_to(std::shared_ptr<const Reporter> reporter) {
+  const std::string address = reporter ? reporter->address() : "";
+  bool other = false;
   {
     const std::lock_guard lock(impl_->mutex);
-    impl_->outbox.use(std::move(reporter));
-    if (!impl_->outbox.on()) return;
+    other = impl_->outbox.is_other(address);
+    if (!other) impl_->outbox.use(reporter);
+    if (!reporter) return;
+  }
+  if (other) {
+    impl_->write([&] {
+      impl_->outbox.use(reporter);
+      impl_->outbox.speak_as(address);
+    });
   }
   for (const SessionRecord& newest : sessions()) {
     if (newest.origin) continue;
@@ -43,9 +52,13 @@ void Journal::acknowledge(const std::vector<std::int64_t>& rows) {
   impl_->write([&] { impl_->outbox.acknowledge(rows); });
 }
 
+void Journal::replace(std::int64_t row, const Report& report) {
+  impl_->write([&] { impl_->outbox.replace(row, report); });
+}
+
 OutboxCount Journal::outbox() {
   const std::lock_guard lock(impl_->mutex);
-  return impl_->outbox.count();
+  return impl_->outbox.look();
 }
 
 }  // namespace cellcal::daemon

@@ -31,13 +31,18 @@ class Reporter {
   virtual ~Reporter() = default;
   /// It began, goes on, was found interrupted, or ended. Without texts.
   virtual std::vector<Report> session(const SessionRecord& session) const = 0;
-  /// Of the text in `calibration`.
-  virtual Report calibration(const SessionRecord& session) const = 0;
+  /// Of the text in `calibration`; `touches`: the session's.
+  virtual Report calibration(const SessionRecord& session,
+                             const std::vector<calib::Touch>& touches) const = 0;
   virtual std::vector<Report> touch(const RecordTouch& touch) const = 0;
   virtual std::vector<Report> change(const RecordChange& change) const = 0;
   virtual std::vector<Report> activation(const Activation& activation) const = 0;
   /// So many numbers from `first` to `last` are gone.
   virtual Report dropped(std::int64_t first, std::int64_t last, std::int64_t count) const = 0;
+  /// Under which name this journal speaks; empty: none. From another one on numbers begin anew under another source.
+  virtual std::string address() const { return {}; }
+  /// Whether what was written under that name is told now; what is not waits.
+  virtual bool tells_of(const std::string& /*address*/) const { return true; }
   /// Of what waits; beyond that the oldest telemetry goes.
   virtual std::int64_t most_bytes() const = 0;
   /// Something new waits.
@@ -53,12 +58,22 @@ struct WaitingReport {
   Report report;
 };
 
+/// What was found of a touch that is on disk.
+struct AssessedTouch {
+  std::size_t index = 0;
+  double residual_m = 0.0;
+};
+
 struct OutboxCount {
   std::string source;       ///< of the next
   std::int64_t newest = 0;  ///< number under that source; 0: none yet
   std::int64_t rows = 0, bytes = 0, telemetry_bytes = 0;
   /// Since the journal was opened: dropped, and not begun because results alone fill it.
   std::int64_t dropped = 0, not_begun = 0;
+  std::string oldest;  ///< time of the oldest that waits, ISO 8601 UTC; empty: none
+  /// Of what waits: written under another name, which nobody is told of now.
+  std::int64_t elsewhere = 0;
+  std::string elsewhere_address;  ///< of these the oldest
 };
 
 }  // namespace cellcal::daemon

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <limits>
 #include <random>
 
 #include "daemon/journal/journal.h"
@@ -34,21 +35,34 @@ std::int64_t bytes_of(const Report& report) {
 
 }  // namespace
 
-void begin_source(Database& database) {
-  database.execute("DELETE FROM outbox WHERE worth='telemetry'");
+namespace {
+
+std::int64_t name_source(Database& database) {
   const std::int64_t first =
       database.integer("SELECT coalesce(max(seq), 0) + 1 FROM sqlite_sequence WHERE name='outbox'");
   Statement insert(database, "INSERT OR REPLACE INTO outbox_source (first, name) VALUES (?,?)");
   insert.bind(1, first).bind(2, std::string_view(random_name())).step();
+  return first;
 }
 
-OutboxRows::OutboxRows(Database& database) : database_(database) {
+}  // namespace
+
+void begin_source(Database& database) {
+  database.execute("DELETE FROM outbox WHERE worth='telemetry'");
+  name_source(database);
+}
+
+void OutboxRows::take_source() {
   Statement source(database_, "SELECT first, name FROM outbox_source ORDER BY first DESC LIMIT 1");
   source.step();
   first_ = source.integer(0);
   now_.source = source.text(1);
   now_.newest = database_.integer("SELECT coalesce(max(seq), 0) FROM sqlite_sequence WHERE name='outbox'") -
                 first_ + 1;
+}
+
+OutboxRows::OutboxRows(Database& database) : database_(database) {
+  take_source();
   const auto sum = [&](const char* of) {
     return database_.integer(
         fmt::format("SELECT coalesce(sum({} + {}), 0) FROM outbox {}", kBytes, kRowBytes, of).c_str());
@@ -57,6 +71,95 @@ OutboxRows::OutboxRows(Database& database) : database_(database) {
   now_.bytes = sum("");
   now_.telemetry_bytes = sum("WHERE worth='telemetry'");
   on_disk_ = now_;
+  first_on_disk_ = first_;
+}
+
+bool OutboxRows::is_other(const std::string& address) {
+  return !address.empty() &&
+         database_.text("SELECT address FROM outbox_source ORDER BY first DESC LIMIT 1") != address;
+}
+
+void OutboxRows::speak_as(const std::string& address) {
+  const bool named =
+      !database_.text("SELECT address FROM outbox_source ORDER BY first DESC LIMIT 1").empty();
+  // Where no number was told under the name before, it is that source's name from the beginning.
+  if (named && now_.newest > 0) {
+    drop(now_.telemetry_bytes);  // what is told of it belongs to the numbers that end here
+    name_source(database_);
+  }
+  Statement update(
+      database_,
+      "UPDATE outbox_source SET address=? WHERE first=(SELECT max(first) FROM outbox_source)");
+  update.bind(1, std::string_view(address)).step();
+  take_source();
+}
+
+std::string OutboxRows::sources_told(bool told) {
+  Statement sources(database_, "SELECT first, address FROM outbox_source");
+  std::string list;
+  while (sources.step()) {
+    const std::string address = sources.text(1);
+    if ((address.empty() || !reporter_ || reporter_->tells_of(address)) != told) continue;
+    list += (list.empty() ? "" : ",") + std::to_string(sources.integer(0));
+  }
+  return "first IN (" + list + ")";
+}
+
+OutboxCount OutboxRows::look() {
+  OutboxCount count = now_;
+  count.oldest =
+      database_.text("SELECT coalesce((SELECT time FROM outbox ORDER BY number LIMIT 1), '')");
+  Statement others(
+      database_,
+      ("SELECT count(*), coalesce(min(first), 0) FROM outbox JOIN outbox_source ON first="
+       "(SELECT max(first) FROM outbox_source WHERE first<=number) WHERE " +
+       sources_told(false))
+          .c_str());
+  if (!others.step() || others.integer(0) == 0) return count;
+  count.elsewhere = others.integer(0);
+  Statement address(database_, "SELECT address FROM outbox_source WHERE first=?");
+  if (address.bind(1, others.integer(1)).step()) count.elsewhere_address = address.text(0);
+  return count;
+}
+
+void OutboxRows::put_touch(std::int64_t session, const RecordTouch& touch) {
+  close_touch();
+  const std::int64_t before = now_.newest;
+  put(session, touch.touch.time, [&](const Reporter& to) { return to.touch(touch); });
+  if (touch.tip_m && now_.newest == before + 1) open_ = {first_ + now_.newest - 1, session, touch};
+}
+
+void OutboxRows::assess(std::int64_t session, const AssessedTouch& found) {
+  if (open_.row == 0 || !reporter_ || open_.session != session || open_.touch.index != found.index)
+    return;
+  open_.touch.residual_m = found.residual_m;
+  try {
+    const std::vector<Report> now = reporter_->touch(open_.touch);
+    if (now.size() == 1) rewrite(open_.row, now[0]);
+  } catch (const std::exception&) {  // it was told of without that
+  }
+  close_touch();
+  added_ = true;
+}
+
+void OutboxRows::rewrite(std::int64_t row, const Report& report) {
+  Statement before(database_,
+                   fmt::format("SELECT {}, worth FROM outbox WHERE number=?", kBytes).c_str());
+  if (!before.bind(1, row).step()) return;  // dropped or acknowledged meanwhile
+  const auto take = [&](std::int64_t bytes, bool telemetry) {
+    now_.bytes += bytes;
+    if (telemetry) now_.telemetry_bytes += bytes;
+  };
+  take(-(before.integer(0) + kRowBytes), before.text(1) == "telemetry");
+  Statement update(database_, "UPDATE outbox SET kind=?, worth=?, body=? WHERE number=?");
+  update.bind(1, std::string_view(report.kind)).bind(2, std::string_view(to_string(report.worth)));
+  update.bind(3, std::string_view(report.body)).bind(4, row).step();
+  take(bytes_of(report), report.worth == Worth::kTelemetry);
+}
+
+void OutboxRows::replace(std::int64_t row, const Report& report) {
+  rewrite(row, report);
+  added_ = true;
 }
 
 void OutboxRows::put(std::int64_t session, const std::string& time,
@@ -115,6 +218,7 @@ void OutboxRows::drop(std::int64_t bytes) {
   if (count == 0) return;
   Statement gone(database_, "DELETE FROM outbox WHERE worth='telemetry' AND number<=?");
   gone.bind(1, last).step();
+  if (open_.row <= last) close_touch();
   now_.rows -= count;
   now_.bytes -= freed;
   now_.telemetry_bytes -= freed;
@@ -127,14 +231,15 @@ void OutboxRows::give_telemetry_up() {
   drop(now_.telemetry_bytes);
 }
 
-void OutboxRows::compose(const SessionRecord& record) {
+void OutboxRows::compose(const SessionRecord& record,
+                         const std::function<std::vector<calib::Touch>()>& touches) {
   if (!reporter_) return;
   Statement waits(database_, "SELECT number FROM outbox WHERE session=? AND body=''");
   waits.bind(1, record.id);
   std::vector<std::int64_t> rows;
   while (waits.step()) rows.push_back(waits.integer(0));
   if (rows.empty()) return;
-  const std::string body = reporter_->calibration(record).body;
+  const std::string body = reporter_->calibration(record, touches()).body;
   for (const std::int64_t row : rows) {
     Statement update(database_, "UPDATE outbox SET body=? WHERE number=?");
     update.bind(1, std::string_view(body)).bind(2, row).step();
@@ -166,21 +271,30 @@ void OutboxRows::acknowledge(const std::vector<std::int64_t>& rows) {
 
 void OutboxRows::committed() {
   on_disk_ = now_;
+  open_on_disk_ = open_;
+  first_on_disk_ = first_;
   only_results_ = false;
   if (std::exchange(added_, false) && reporter_) reporter_->waits();
 }
 
 void OutboxRows::rolled_back() {
   now_ = on_disk_;
+  open_ = open_on_disk_;
+  first_ = first_on_disk_;
   only_results_ = added_ = false;
 }
 
 std::vector<WaitingReport> OutboxRows::waiting(std::int64_t after, std::size_t most) {
-  Statement select(database_,
-                   "SELECT number, name, number - first + 1, session, time, kind, worth, body FROM outbox "
-                   "JOIN outbox_source ON first=(SELECT max(first) FROM outbox_source WHERE first<=number) "
-                   "WHERE number>? ORDER BY number LIMIT ?");
-  select.bind(1, after).bind(2, static_cast<std::int64_t>(most));
+  Statement select(
+      database_,
+      ("SELECT number, name, number - first + 1, session, time, kind, worth, body FROM outbox "
+       "JOIN outbox_source ON first=(SELECT max(first) FROM outbox_source WHERE first<=number) "
+       "WHERE number>? AND number<? AND " +
+       sources_told(true) + " ORDER BY number LIMIT ?")
+          .c_str());
+  select.bind(1, after).bind(2,
+                             open_.row > 0 ? open_.row : std::numeric_limits<std::int64_t>::max());
+  select.bind(3, static_cast<std::int64_t>(most));
   std::vector<WaitingReport> rows;
   std::size_t bytes = 0;
   while (bytes < kMostAtOnce && select.step()) {

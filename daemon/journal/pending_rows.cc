@@ -45,6 +45,8 @@ struct Insert {
     chain.add(session, "change", database.last_row_id());
   }
 
+  void operator()(const AssessedTouch&) const {}  // the outbox's alone
+
   void operator()(const RecordContact& row) const {
     Statement insert(database,
                      "INSERT INTO contact (session, touch, time, kind, arm_id, sequence, number, "

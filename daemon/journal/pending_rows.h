@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "daemon/journal/chain.h"
+#include "daemon/journal/outbox.h"
 #include "daemon/session/evidence.h"
 
 namespace cellcal::daemon {
@@ -19,7 +20,7 @@ struct Words {
 
 struct PendingRow {
   std::int64_t session = 0;
-  std::variant<Words, RecordChange, RecordContact> what;
+  std::variant<Words, RecordChange, RecordContact, AssessedTouch> what;
 };
 
 class PendingRows {

@@ -8,7 +8,7 @@
 namespace cellcal::daemon {
 
 /// PRAGMA user_version of what this program writes; migrations.h has the way here.
-inline constexpr int kSchemaVersion = 6;
+inline constexpr int kSchemaVersion = 7;
 /// PRAGMA application_id, "ccal": tells a journal from any other SQLite file.
 inline constexpr int kApplicationId = 0x6363616c;
 
@@ -164,6 +164,11 @@ CREATE TABLE outbox_source (
   name        TEXT NOT NULL,
   interrupted INTEGER NOT NULL DEFAULT 0      -- entry of the chain whose interruption was told
 ) STRICT;
+)sql";
+
+/// Under which name the numbers of a source are told.
+inline constexpr const char* kSchema7 = R"sql(
+ALTER TABLE outbox_source ADD COLUMN address TEXT NOT NULL DEFAULT '';  -- '': not known
 )sql";
 
 }  // namespace cellcal::daemon

@@ -189,7 +189,8 @@ void run_daemon(const DaemonConfig& config, const std::function<DaemonConfig()>&
   Journal journal(config.state_dir / "journal.db");
   for (const std::string& remark : journal.remarks()) spdlog::warn("{}", remark);
   LiveConfig live(config, read_config);
-  SessionService service({journal, config.state_dir, backend_of(live.now()), settings_of(config)});
+  SessionService service({journal, config.state_dir, backend_of(live.now()), settings_of(config),
+                          alarms_with_end(journal, live)});
   TokenStore tokens(config.state_dir / "tokens.json");
   if (!tokens.problem().empty()) spdlog::error("{}", tokens.problem());
   Access access(tokens, access_config(config.http));

@@ -42,15 +42,37 @@ void drop_old(SessionService& service, Journal& journal, const DaemonConfig& con
   }
 }
 
-/// What a person would be told, to the plant.
+Report alarm_of(const Notice& notice, const std::string& host) {
+  const Message words = compose(notice, Language::kEnglish, host);
+  return plant::report_of(plant::AlarmFact{to_string(notice.news), words.subject, words.body});
+}
+
+/// What a person would be told and the plant was not told with a session's end (alarms_with_end()).
 std::function<void(const Notice&)> alarm_to_plant(Journal& journal, const std::string& host) {
   return [&journal, host](const Notice& notice) {
-    if (notice.news == News::kDone) return;
-    const Message words = compose(notice, Language::kEnglish, host);
-    journal.report(notice.session,
-                   plant::report_of(plant::AlarmFact{to_string(notice.news), words.subject, words.body}));
+    const bool with_its_end = notice.session != 0 && !notice.by_chart;
+    if (notice.news == News::kDone || with_its_end) return;
+    journal.report(notice.session, alarm_of(notice, host));
   };
 }
+
+std::string host_name();
+
+}  // namespace
+
+std::function<std::vector<Report>(std::int64_t, const RecordEnd&)> alarms_with_end(
+    Journal& journal, LiveConfig& live) {
+  return [&journal, &live](std::int64_t session, const RecordEnd& end) -> std::vector<Report> {
+    if (!live.now()->plant) return {};
+    const std::filesystem::path results =
+        live.now()->state_dir / "sessions" / std::to_string(session);
+    const Notice notice = news_of_end(session, end, wall_clock_utc(), results, journal);
+    if (notice.news == News::kDone) return {};
+    return {alarm_of(notice, host_name())};
+  };
+}
+
+namespace {
 
 std::string host_name() {
   char name[256] = "";

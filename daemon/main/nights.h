@@ -2,7 +2,9 @@
 // What the daemon does when nobody is there: the schedule, telling those who are elsewhere, dropping what is old; on threads of
 // their own.
 
+#include <functional>
 #include <memory>
+#include <vector>
 
 #include "daemon/archive/retention.h"
 #include "daemon/main/reload.h"
@@ -10,6 +12,10 @@
 #include "daemon/service/service.h"
 
 namespace cellcal::daemon {
+
+/// With the session's end, where a person would be told of it and [plant] says whom.
+std::function<std::vector<Report>(std::int64_t session, const RecordEnd& end)> alarms_with_end(
+    Journal& journal, LiveConfig& live);
 
 class Nights {
  public:

@@ -31,6 +31,7 @@ struct Notice {
   std::optional<Failure> failure;
   std::vector<std::string> findings;       ///< of the verdict, in English
   std::optional<double> near_m, over_m;    ///< predicted mean error near the targets, over the workspace
+  bool by_chart = false;                   ///< kDrifted, and only all checks together say so
   std::string entry, night, why;           ///< kNotBegun: of the schedule; why in English
 };
 

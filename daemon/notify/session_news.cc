@@ -8,6 +8,7 @@
 #include "calib/files/calibration_json.h"
 #include "calib/syntax/input_file.h"
 #include "calib/words/drift_words.h"
+#include "calib/words/finding_words.h"
 #include "daemon/drift/drift_watch.h"
 #include "daemon/tasks/recorded/options.h"
 
@@ -35,6 +36,7 @@ void add_drift(Notice& notice, Journal& journal, const std::filesystem::path& re
   });
   const auto drift = watch.look(notice.cell);
   if (!drift || drift->chart.state != calib::DriftState::kAlarms) return;
+  notice.by_chart = notice.news == News::kDone;
   notice.news = News::kDrifted;
   for (const std::string& line : calib::words(drift->chart)) notice.findings.push_back(line);
 }
@@ -47,12 +49,12 @@ void add_check(Notice& notice, const std::filesystem::path& results) {
   for (const auto& one : check.at("words")) notice.findings.push_back(one.get<std::string>());
 }
 
-void add_result(Notice& notice, const std::string& json) {
-  if (json.empty()) return;
-  const calib::Calibration result = calib::calibration_from_json(json, "the journal");
+calib::Calibration add_result(Notice& notice, const std::string& json) {
+  calib::Calibration result = calib::calibration_from_json(json, "the journal");
   notice.near_m = result.predicted_near_targets_m;
   notice.over_m = result.predicted_workspace_m;
   notice.news = news_of(result.verdict);
+  return result;
 }
 
 }  // namespace
@@ -60,6 +62,31 @@ void add_result(Notice& notice, const std::string& json) {
 News news_of(const calib::Verdict& verdict) {
   if (tells_of_change(verdict)) return News::kDrifted;
   return verdict.publish ? News::kDone : News::kWithheld;
+}
+
+Notice news_of_end(std::int64_t session, const RecordEnd& end, const std::string& utc,
+                   const std::filesystem::path& results_dir, Journal& journal) {
+  Notice notice;
+  notice.session = session;
+  notice.failure = end.why;
+  notice.ended = utc;
+  notice.news = end.ending == Ending::kDone      ? News::kDone
+                : end.ending == Ending::kAborted ? News::kAborted
+                                                 : News::kFailed;
+  const auto record = journal.session(session);
+  if (!record) return notice;
+  SessionKind kind = SessionKind::kCalibrate;
+  try_to(notice, [&] { kind = options_from_json(record->inputs.options).kind; });
+  notice.kind = to_string(kind);
+  notice.touches = static_cast<std::size_t>(record->touches);
+  notice.cell = record->inputs.cell_name;
+  notice.started = record->started;
+  if (notice.news != News::kDone) return notice;
+  if (kind == SessionKind::kCheck)
+    try_to(notice, [&] { add_check(notice, results_dir); });
+  else if (!record->calibration.empty())
+    notice.findings = calib::words(add_result(notice, record->calibration).verdict.findings);
+  return notice;
 }
 
 Notice news_of(const Status& status, Journal& journal) {
@@ -83,7 +110,7 @@ Notice news_of(const Status& status, Journal& journal) {
       try_to(notice, [&] { add_check(notice, status.results_dir); });
       add_drift(notice, journal, status.results_dir);
     } else {
-      add_result(notice, record->calibration);
+      if (!record->calibration.empty()) add_result(notice, record->calibration);
     }
   } catch (const std::exception& unreadable) {
     notice.findings.emplace_back(unreadable.what());  // the rest is told all the same

@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include "calib/model/kinematics.h"
 #include "daemon/files/log_context.h"
+#include "daemon/service/touch_news.h"
 
 namespace cellcal::daemon {
 
@@ -23,7 +25,9 @@ LogEvent event_of(Ending ending) {
 
 }  // namespace
 
-void JournalRecorder::record(const RecordTouch& touch) {
+void JournalRecorder::record(const RecordTouch& recorded) {
+  RecordTouch touch = recorded;
+  if (arm_) touch.tip_m = nominal_tip(*arm_, touch.touch);
   journal_.record(session_, touch);
   const calib::Touch& made = touch.touch;
   const LogScope scope({.session = session_,
@@ -36,7 +40,13 @@ void JournalRecorder::record(const RecordTouch& touch) {
 }
 
 void JournalRecorder::record(const RecordEnd& end) {
-  journal_.record(session_, end, backend_.utc_now());
+  std::vector<Report> also;
+  try {
+    if (tell_end_) also = tell_end_(session_, end);
+  } catch (const std::exception& untold) {  // the end is what counts
+    spdlog::warn("session {}: its end is told without an alarm: {}", session_, untold.what());
+  }
+  journal_.record(session_, end, backend_.utc_now(), also);
   const LogScope scope({.session = session_, .event = event_of(end.ending)});
   if (end.ending == Ending::kFailed) {
     spdlog::error("session {} failed: {}", session_, end.failure);

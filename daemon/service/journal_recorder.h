@@ -1,15 +1,30 @@
 #pragma once
 // A session's evidence goes to the journal.
 
+#include <functional>
+#include <memory>
+
 #include "daemon/journal/journal.h"
 #include "daemon/runner/runner.h"
+
+namespace cellcal::calib {
+class ArmModel;
+}
 
 namespace cellcal::daemon {
 
 class JournalRecorder final : public Recorder {
  public:
-  JournalRecorder(Journal& journal, std::int64_t session, Backend& backend)
-      : journal_(journal), session_(session), backend_(backend) {}
+  /// What others are told with the session's end, in its transaction; none: nothing. On the recorder's thread.
+  using TellEnd = std::function<std::vector<Report>(std::int64_t session, const RecordEnd& end)>;
+  /// `arm`: for those who are told of touches; none: without their tips.
+  JournalRecorder(Journal& journal, std::int64_t session, Backend& backend,
+                  std::shared_ptr<const calib::ArmModel> arm = {}, TellEnd tell_end = {})
+      : journal_(journal),
+        session_(session),
+        backend_(backend),
+        arm_(std::move(arm)),
+        tell_end_(std::move(tell_end)) {}
 
   void record(const RecordPlan& plan) override { journal_.record(session_, plan); }
   void record(const RecordReading& reading) override { journal_.record(session_, reading); }
@@ -24,6 +39,8 @@ class JournalRecorder final : public Recorder {
   Journal& journal_;
   std::int64_t session_;
   Backend& backend_;
+  std::shared_ptr<const calib::ArmModel> arm_;
+  TellEnd tell_end_;
 };
 
 }  // namespace cellcal::daemon

@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "calib/files/calibration_json.h"
+#include "calib/model/kinematics.h"
 #include "daemon/files/log_context.h"
 #include "daemon/service/job.h"
 #include "daemon/service/journal_recorder.h"
@@ -160,6 +161,15 @@ void SessionService::run(Job& job) {
     failed.failure = Failure{FailureKind::kUnexpectedEvent, error.what()};
     spdlog::critical("session {} could not start: {}", job.session, error.what());
     publish(failed, job.touches, job);
+    try {  // no end of it is recorded that this could go with
+      if (parts_.ending)
+        for (const Report& told : parts_.ending(
+                 job.session, {Ending::kFailed, describe(*failed.failure), failed.failure}))
+          parts_.journal.report(job.session, told);
+    } catch (const std::exception& untold) {
+      spdlog::warn("session {}: the plant is not told that it could not start: {}", job.session,
+                   untold.what());
+    }
   }
   job.backend.reset();
   if (const auto links = status().links) keep_links({false, links->robot, links->contact});
@@ -206,7 +216,9 @@ void SessionService::carry_out(Job& job) {
   TaskInputs inputs = task_inputs(job);
   std::stop_source planning;
   inputs.options.plan.stop = planning.get_token();
-  JournalRecorder recorder(parts_.journal, job.session, *job.backend);
+  JournalRecorder recorder(parts_.journal, job.session, *job.backend,
+                           std::make_shared<const calib::ArmModel>(job.cell.robot, job.cell.tool),
+                           parts_.ending);
   // The workers go first: their jobs use what stands above.
   std::unique_ptr<Worker> worker, disk;
   if (job.backend->virtual_time()) {
@@ -244,6 +256,8 @@ void SessionService::publish(const State& state, const std::vector<calib::Touch>
   Status status = status_of(state, job, touches.size());
   if (state.phase == Phase::kDone) status.results_dir = results_dir(job.session).string();
   status.made = job.news.look(state, touches);
+  if (status.made && status.made->residual_m)
+    parts_.journal.note(job.session, AssessedTouch{status.made->index, *status.made->residual_m});
   status.time_left_s =
       job.time_left.look(state.phase, status.done, status.total, job.backend->clock().now());
 

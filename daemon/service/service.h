@@ -37,6 +37,8 @@ struct ServiceParts {
   std::filesystem::path state_dir;
   MakeBackend make_backend;
   SessionSettings settings;
+  /// What others are told with a session's end; any thread.
+  std::function<std::vector<Report>(std::int64_t session, const RecordEnd& end)> ending = {};
 };
 
 class SessionService {

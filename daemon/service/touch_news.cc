@@ -4,16 +4,12 @@
 
 namespace cellcal::daemon {
 
-namespace {
-
 std::optional<std::array<double, 3>> nominal_tip(const calib::ArmModel& arm,
                                                  const calib::Touch& touch) {
   if (touch.joint_rad.size() != static_cast<std::size_t>(arm.joint_count())) return std::nullopt;
   const Eigen::Vector3d tip = arm.nominal_tcp(touch.joint_rad).translation();
   return std::array{tip.x(), tip.y(), tip.z()};
 }
-
-}  // namespace
 
 TouchNews::TouchNews(std::int64_t session, const calib::Cell& cell, std::size_t known)
     : session_(session),

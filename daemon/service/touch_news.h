@@ -2,6 +2,7 @@
 // When others are told of a touch: once, when it is on disk and its residual is known. It does not wait
 // for that longer than until the next touch is made, or the session ends.
 
+#include <array>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -15,6 +16,10 @@ class ArmModel;
 }
 
 namespace cellcal::daemon {
+
+/// TCP of the touch by the nominal model [m, base frame]; none where it has other joints than the arm.
+std::optional<std::array<double, 3>> nominal_tip(const calib::ArmModel& arm,
+                                                 const calib::Touch& touch);
 
 class TouchNews {
  public:

@@ -2,6 +2,7 @@
 // What a session wants done. The runner performs actions in order; when one fails, the rest of that
 // step is dropped and the failure comes back as an event.
 
+#include <array>
 #include <chrono>
 #include <cstdint>
 #include <memory>
@@ -84,6 +85,9 @@ struct RecordReading {
 struct RecordTouch {
   std::size_t index = 0;
   calib::Touch touch;
+  // For those who are told of it; no row has these.
+  std::optional<std::array<double, 3>> tip_m{};  ///< nominal model, base frame
+  std::optional<double> residual_m{};            ///< once it is assessed
 };
 /// Answered by kJournalSound once all that was asked for before is on disk, and the journal is
 /// still the file that it was written to.
@@ -99,6 +103,7 @@ enum class Ending { kDone, kAborted, kFailed };
 struct RecordEnd {
   Ending ending = Ending::kDone;
   std::string failure;  ///< describe(Failure), empty otherwise
+  std::optional<Failure> why{};
 };
 
 using Action = std::variant<MakePlan, FindRoute, ChooseTouch, TakeAnswer, Assess, Identify, WriteReport,

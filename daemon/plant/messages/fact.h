@@ -119,10 +119,18 @@ struct HealthFact {
   bool operator==(const HealthFact&) const = default;
 };
 
-/// Telemetry that did not fit.
+enum class DropReason {
+  kNoRoom,   ///< telemetry, in the cell's outbox
+  kTooLarge  ///< one fact, for the broker; told under its own number
+};
+/// Facts that the plant will not have.
 struct DroppedFact {
   std::int64_t first = 0, last = 0;  ///< numbers, both gone
   std::int64_t count = 0;            ///< results between them are there
+  DropReason reason = DropReason::kNoRoom;
+  // Of one that was too large:
+  std::optional<std::string> kind{};
+  std::optional<std::int64_t> bytes{};
 
   bool operator==(const DroppedFact&) const = default;
 };

@@ -214,8 +214,15 @@ const Table<HealthFact>& health_fields() {
 
 const Table<DroppedFact>& dropped_fields() {
   using T = DroppedFact;
-  static const Table<T> kTable{times("first", &T::first), times("last", &T::last),
-                               times("count", &T::count)};
+  static const Table<T> kTable{
+      times("first", &T::first),
+      times("last", &T::last),
+      times("count", &T::count),
+      fields::optional(field("reason", &T::reason,
+                             fields::word<DropReason>({{DropReason::kNoRoom, "no-room"},
+                                                       {DropReason::kTooLarge, "too-large"}}))),
+      maybe("kind", &T::kind, name()),
+      maybe("bytes", &T::bytes, count<std::int64_t>())};
   return kTable;
 }
 

@@ -17,6 +17,8 @@ enum class LineProblem {
   kTooLarge,     ///< a fact was
   kNobody,       ///< nobody collects at this broker
   kTakenOver,    ///< another cell has the same name
+  kUnstored,     ///< the broker has as many results as it is given that nobody has stored
+  kRenamed,      ///< what waits was written under another name
   kLost,
   kJournal  ///< cannot be read or written
 };

@@ -9,6 +9,8 @@
 #include <boost/asio/steady_timer.hpp>
 #include <cerrno>
 #include <cstring>
+#include <mutex>
+#include <thread>
 #include <vector>
 
 #include "calib/syntax/input_file.h"
@@ -40,6 +42,10 @@ const char* to_string(LineProblem problem) {
       return "nobody-collects";
     case LineProblem::kTakenOver:
       return "taken-over";
+    case LineProblem::kUnstored:
+      return "not-stored";
+    case LineProblem::kRenamed:
+      return "renamed";
     case LineProblem::kLost:
       return "lost";
     case LineProblem::kJournal:
@@ -55,13 +61,11 @@ constexpr int kFirstRefusal = 0x80;
 constexpr std::chrono::seconds kMisc{1};
 constexpr std::size_t kLargestHeard = std::size_t{1} << 18;
 
-/// Once for the process.
-struct Library {
-  Library() { mosquitto_lib_init(); }
-  ~Library() { mosquitto_lib_cleanup(); }
-  Library(const Library&) = delete;
-  Library& operator=(const Library&) = delete;
-};
+/// Once for the process, and never undone: a thread that waits for the resolver may outlive the last line.
+bool library_is_there() {
+  static const bool made = mosquitto_lib_init() == MOSQ_ERR_SUCCESS;
+  return made;
+}
 
 std::string first_line_of(const std::filesystem::path& file) {
   const std::string text = calib::read_file(file);
@@ -72,6 +76,24 @@ const char* or_null(const std::string& text) { return text.empty() ? nullptr : t
 
 }  // namespace
 
+/// libmosquitto's, and what its callbacks know. Shared with the thread that opens it.
+struct MqttLine::Handle {
+  Handle() = default;
+  ~Handle() { mosquitto_destroy(raw); }
+  Handle(const Handle&) = delete;
+  Handle& operator=(const Handle&) = delete;
+
+  mosquitto* raw = nullptr;
+  Impl* line = nullptr;  ///< for what is called from within its loop; never while it is opened
+  std::string tls_words;
+};
+
+/// From the thread that opens a line to the line's own, while there is one.
+struct MqttLine::Door {
+  std::mutex mutex;
+  bool closed = false;
+};
+
 struct MqttLine::Impl : std::enable_shared_from_this<MqttLine::Impl> {
   Impl(asio::io_context& io, const PlantConfig& plant, Events told, Times limits)
       : config(plant),
@@ -81,14 +103,17 @@ struct MqttLine::Impl : std::enable_shared_from_this<MqttLine::Impl> {
         socket(io),
         misc(io),
         opening(io) {}
-  ~Impl() {
-    socket.release();
-    mosquitto_destroy(handle);
-  }
+  ~Impl() { socket.release(); }
 
   std::string broker() const { return fmt::format("broker {}:{}", config.host, config.port); }
-  void open(const Message& will);
-  void set_up(const Message& will);
+  void open(const std::optional<Message>& will);
+  void set_up(const std::optional<Message>& will);
+  void connect();
+  /// While it is opened these are another thread's.
+  std::string tls_words() const {
+    return handle != nullptr ? opening_handle->tls_words : std::string();
+  }
+  void opened(int code, int error_number);
   LineFailure failure_of(int code) const;
   LineFailure failure_of_reason(int reason) const;
   void settle(int code);
@@ -147,9 +172,10 @@ struct MqttLine::Impl : std::enable_shared_from_this<MqttLine::Impl> {
   asio::io_context& context;
   asio::posix::stream_descriptor socket;
   asio::steady_timer misc, opening;
-  mosquitto* handle = nullptr;
+  std::shared_ptr<Handle> opening_handle = std::make_shared<Handle>();
+  mosquitto* handle = nullptr;  ///< of it, once nobody else has it
+  std::shared_ptr<Door> door = std::make_shared<Door>();
   std::optional<LineFailure> refusal;  ///< what was said before the line went
-  std::string tls_words;
   bool is_up = false, gone = false, ended = false, closing = false, reading = false,
        writing = false;
 };
@@ -170,7 +196,7 @@ LineFailure MqttLine::Impl::failure_of(int code) const {
           fmt::format(
               "no TLS with it ({}). Check ca, certificate and key under [plant], and the name in "
               "the broker's certificate",
-              tls_words.empty() ? "the handshake failed" : tls_words));
+              tls_words().empty() ? "the handshake failed" : tls_words()));
     case MOSQ_ERR_OVERSIZE_PACKET:
     case MOSQ_ERR_PAYLOAD_SIZE:
       return say(LineProblem::kTooLarge,
@@ -180,7 +206,7 @@ LineFailure MqttLine::Impl::failure_of(int code) const {
   }
   if (is_up) return say(LineProblem::kLost, "the line is lost. It is opened again");
   const char* why = code == MOSQ_ERR_ERRNO ? std::strerror(errno) : mosquitto_strerror(code);
-  if (config.tls && !tls_words.empty()) return failure_of(MOSQ_ERR_TLS);
+  if (config.tls && !tls_words().empty()) return failure_of(MOSQ_ERR_TLS);
   return say(
       LineProblem::kUnreachable,
       fmt::format(
@@ -211,34 +237,36 @@ LineFailure MqttLine::Impl::failure_of_reason(int reason) const {
           broker(), config.plant, config.cell, why)};
 }
 
-void MqttLine::Impl::set_up(const Message& will) {
+void MqttLine::Impl::set_up(const std::optional<Message>& will) {
   const auto check = [&](int code, const char* what) {
     if (code != MOSQ_ERR_SUCCESS)
       throw std::runtime_error(
           fmt::format("{}: {} ({})", broker(), what, mosquitto_strerror(code)));
   };
   const std::string id = "cellcal-" + config.plant + "-" + config.cell;
-  handle = mosquitto_new(id.c_str(), true, this);
-  if (handle == nullptr) throw std::bad_alloc();
-  check(mosquitto_int_option(handle, MOSQ_OPT_PROTOCOL_VERSION, MQTT_PROTOCOL_V5), "MQTT 5");
+  Handle& own = *opening_handle;
+  own.line = this;
+  // Who has no will speaks for nobody, and takes the line from nobody.
+  mosquitto* const raw = own.raw = mosquitto_new(will ? id.c_str() : nullptr, true, &own);
+  if (raw == nullptr) throw std::bad_alloc();
+  check(mosquitto_int_option(raw, MOSQ_OPT_PROTOCOL_VERSION, MQTT_PROTOCOL_V5), "MQTT 5");
   mosquitto_connect_v5_callback_set(
-      handle, [](mosquitto*, void* self, int reason, int, const mosquitto_property*) {
-        static_cast<Impl*>(self)->on_connect(reason);
+      raw, [](mosquitto*, void* self, int reason, int, const mosquitto_property*) {
+        static_cast<Handle*>(self)->line->on_connect(reason);
       });
   mosquitto_publish_v5_callback_set(
-      handle, [](mosquitto*, void* self, int message, int reason, const mosquitto_property*) {
-        static_cast<Impl*>(self)->on_answer(message, reason);
+      raw, [](mosquitto*, void* self, int message, int reason, const mosquitto_property*) {
+        static_cast<Handle*>(self)->line->on_answer(message, reason);
       });
-  mosquitto_message_callback_set(handle,
-                                 [](mosquitto*, void* self, const mosquitto_message* message) {
-                                   static_cast<Impl*>(self)->on_message(*message);
-                                 });
+  mosquitto_message_callback_set(raw, [](mosquitto*, void* self, const mosquitto_message* message) {
+    static_cast<Handle*>(self)->line->on_message(*message);
+  });
   mosquitto_disconnect_v5_callback_set(
-      handle, [](mosquitto*, void* self, int reason, const mosquitto_property*) {
-        static_cast<Impl*>(self)->on_disconnect(reason);
+      raw, [](mosquitto*, void* self, int reason, const mosquitto_property*) {
+        static_cast<Handle*>(self)->line->on_disconnect(reason);
       });
-  mosquitto_log_callback_set(handle, [](mosquitto*, void* self, int level, const char* words) {
-    std::string& kept = static_cast<Impl*>(self)->tls_words;
+  mosquitto_log_callback_set(raw, [](mosquitto*, void* self, int level, const char* words) {
+    std::string& kept = static_cast<Handle*>(self)->tls_words;
     if (level == MOSQ_LOG_ERR && kept.empty()) kept = printable(words);
   });
   if (config.tls) {
@@ -246,24 +274,25 @@ void MqttLine::Impl::set_up(const Message& will) {
                       key = config.key.string();
     for (const std::string& file : {ca, certificate, key})
       if (!file.empty()) calib::read_file(file);  // names it where it cannot be read
-    check(mosquitto_tls_set(handle, or_null(ca), ca.empty() ? "/etc/ssl/certs" : nullptr,
+    check(mosquitto_tls_set(raw, or_null(ca), ca.empty() ? "/etc/ssl/certs" : nullptr,
                             or_null(certificate), or_null(key), nullptr),
           "TLS cannot be used with ca, certificate and key under [plant]");
   }
   if (!config.user.empty()) {
     const std::string password =
         config.password_file.empty() ? "" : first_line_of(config.password_file);
-    check(mosquitto_username_pw_set(handle, config.user.c_str(), or_null(password)),
+    check(mosquitto_username_pw_set(raw, config.user.c_str(), or_null(password)),
           "user under [plant]");
   }
-  check(mosquitto_will_set_v5(handle, will.topic.c_str(), static_cast<int>(will.payload.size()),
-                              will.payload.data(), kQos, will.retained, nullptr),
+  if (!will) return;
+  check(mosquitto_will_set_v5(raw, will->topic.c_str(), static_cast<int>(will->payload.size()),
+                              will->payload.data(), kQos, will->retained, nullptr),
         "presence");
 }
 
-void MqttLine::Impl::open(const Message& will) {
-  static const Library library;
+void MqttLine::Impl::open(const std::optional<Message>& will) {
   try {
+    if (!library_is_there()) throw std::runtime_error("libmosquitto cannot be used");
     set_up(will);
   } catch (const std::exception& failed) {
     end({LineProblem::kFiles, fmt::format("under [plant]: {}", failed.what())});
@@ -273,10 +302,29 @@ void MqttLine::Impl::open(const Message& will) {
   opening.async_wait([self = shared_from_this()](boost::system::error_code cancelled) {
     if (!cancelled && !self->is_up) self->end(self->failure_of(MOSQ_ERR_TIMEOUT));
   });
-  const int code = mosquitto_connect_async(handle, config.host.c_str(), config.port,
-                                           static_cast<int>(times.keepalive.count()));
-  tick();
+  connect();
+}
+
+/// The resolver waits as long as it likes; on a thread of its own, which nobody waits for.
+void MqttLine::Impl::connect() {
+  std::thread([own = opening_handle, door = door, weak = weak_from_this(), &context = context,
+               host = config.host, port = config.port,
+               keepalive = static_cast<int>(times.keepalive.count())] {
+    const int code = mosquitto_connect_async(own->raw, host.c_str(), port, keepalive);
+    const int error_number = errno;
+    const std::lock_guard lock(door->mutex);
+    if (door->closed) return;
+    asio::post(context, [weak, code, error_number] {
+      if (const auto self = weak.lock(); self && !self->ended) self->opened(code, error_number);
+    });
+  }).detach();
+}
+
+void MqttLine::Impl::opened(int code, int error_number) {
+  handle = opening_handle->raw;
+  errno = error_number;
   settle(code);
+  if (!ended) tick();
 }
 
 /// Each second: pings, and a broker that does not answer them.
@@ -323,6 +371,10 @@ void MqttLine::Impl::watch() {
 /// The descriptor is libmosquitto's to close.
 void MqttLine::Impl::end(LineFailure failure) {
   if (std::exchange(ended, true)) return;
+  {
+    const std::lock_guard lock(door->mutex);
+    door->closed = true;
+  }
   misc.cancel();
   opening.cancel();
   socket.release();
@@ -331,8 +383,8 @@ void MqttLine::Impl::end(LineFailure failure) {
   });
 }
 
-MqttLine::MqttLine(asio::io_context& context, const PlantConfig& config, const Message& will,
-                   Events events, Times times)
+MqttLine::MqttLine(asio::io_context& context, const PlantConfig& config,
+                   const std::optional<Message>& will, Events events, Times times)
     : impl_(std::make_shared<Impl>(context, config, std::move(events), times)) {
   impl_->open(will);
 }
@@ -345,10 +397,11 @@ MqttLine::~MqttLine() {
 int MqttLine::publish(const Message& message) {
   int id = 0;
   const int code =
-      impl_->ended ? MOSQ_ERR_NO_CONN
-                   : mosquitto_publish_v5(impl_->handle, &id, message.topic.c_str(),
-                                          static_cast<int>(message.payload.size()),
-                                          message.payload.data(), kQos, message.retained, nullptr);
+      impl_->ended || impl_->handle == nullptr
+          ? MOSQ_ERR_NO_CONN
+          : mosquitto_publish_v5(impl_->handle, &id, message.topic.c_str(),
+                                 static_cast<int>(message.payload.size()), message.payload.data(),
+                                 kQos, message.retained, nullptr);
   if (code != MOSQ_ERR_SUCCESS) {
     const LineFailure failure = impl_->failure_of(code);
     if (failure.problem != LineProblem::kTooLarge) impl_->settle(code);
@@ -360,13 +413,14 @@ int MqttLine::publish(const Message& message) {
 
 void MqttLine::listen(const std::vector<std::string>& filters) {
   for (const std::string& filter : filters)
-    if (!impl_->ended)
+    if (!impl_->ended && impl_->handle != nullptr)
       impl_->settle(mosquitto_subscribe(impl_->handle, nullptr, filter.c_str(), kQos));
 }
 
 void MqttLine::close() {
   impl_->closing = true;
-  if (!impl_->ended) impl_->settle(mosquitto_disconnect_v5(impl_->handle, 0, nullptr));
+  if (!impl_->ended && impl_->handle != nullptr)
+    impl_->settle(mosquitto_disconnect_v5(impl_->handle, 0, nullptr));
 }
 
 }  // namespace cellcal::daemon::plant

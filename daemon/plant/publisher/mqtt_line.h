@@ -1,5 +1,6 @@
 #pragma once
-// One connection to a broker, from its opening to its loss; libmosquitto on an io_context of one thread. Nothing blocks but the resolver.
+// One connection to a broker, from its opening to its loss; libmosquitto on an io_context of one thread. Nothing blocks; the resolver is
+// waited for on a thread that nobody waits for.
 
 #include <boost/asio/io_context.hpp>
 #include <chrono>
@@ -48,9 +49,9 @@ class MqttLine {
     std::chrono::seconds opening{30};
   };
 
-  /// Opens it; what comes of that is told by the events.
-  MqttLine(boost::asio::io_context& context, const PlantConfig& config, const Message& will,
-           Events events, Times times);
+  /// Opens it; what comes of that is told by the events. Without a will it is nobody's line: the broker gives it a name.
+  MqttLine(boost::asio::io_context& context, const PlantConfig& config,
+           const std::optional<Message>& will, Events events, Times times);
   ~MqttLine();
   MqttLine(const MqttLine&) = delete;
   MqttLine& operator=(const MqttLine&) = delete;
@@ -64,6 +65,8 @@ class MqttLine {
 
  private:
   struct Impl;
+  struct Handle;
+  struct Door;
   std::shared_ptr<Impl> impl_;
 };
 

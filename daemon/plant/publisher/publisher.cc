@@ -33,7 +33,7 @@ namespace asio = boost::asio;
 
 namespace {
 
-constexpr std::size_t kMostUnderWay = 16;
+constexpr std::size_t kMostUnderWay = 16, kMostBytesUnderWay = std::size_t{16} << 20;
 /// The disk is waited for once for so many.
 constexpr std::size_t kAcknowledgedAtOnce = 32;
 constexpr std::chrono::seconds kJournalWait{5};
@@ -57,6 +57,9 @@ struct Publisher::Impl : std::enable_shared_from_this<Publisher::Impl> {
     std::int64_t row = kNoRow, number = 0;
     std::string source;
     Worth worth = Worth::kTelemetry;
+    std::size_t bytes = 0;  ///< of the message
+    std::int64_t session = 0;
+    std::string kind;
   };
 
   CellName name() const { return {parts.config.plant, parts.config.cell}; }
@@ -74,6 +77,10 @@ struct Publisher::Impl : std::enable_shared_from_this<Publisher::Impl> {
   void send_waiting();
   bool send(const WaitingReport& row);
   bool is_on_its_way(const WaitingReport& row) const;
+  bool has_room() const;
+  bool broker_has_enough() const;
+  void give_up(const Sent& sent, const std::string& why);
+  void say_what_waits();
   Fact fact_of(const WaitingReport& row) const;
   MqttLine::Message presence(bool online, bool farewell) const;
   void forget_acknowledged();
@@ -127,8 +134,8 @@ void Publisher::Impl::start() {
   const std::weak_ptr<Impl> weak = weak_from_this();
   reporter = std::make_shared<const PlantReporter>(PlantReporter::Parts{
       parts.config.touches,
-      static_cast<std::int64_t>(parts.config.outbox_megabytes * kBytesPerMegabyte),
-      parts.results_dir, [weak] {
+      static_cast<std::int64_t>(parts.config.outbox_megabytes * kBytesPerMegabyte), name(),
+      parts.config.former, parts.results_dir, [weak] {
         const auto self = weak.lock();
         if (!self || self->poked.exchange(true)) return;
         asio::post(self->context, [raw = self.get()] {
@@ -238,7 +245,9 @@ void Publisher::Impl::answered(int message, const std::optional<LineFailure>& re
   if (found == under_way.end()) return;
   const Sent sent = found->second;
   under_way.erase(found);
-  if (refused && !(sent.row == kNoRow && refused->problem == LineProblem::kNobody)) {
+  if (refused && refused->problem == LineProblem::kTooLarge && sent.row != kNoRow) {
+    give_up(sent, refused->words);
+  } else if (refused && !(sent.row == kNoRow && refused->problem == LineProblem::kNobody)) {
     hold(parts.refused_wait, *refused);
   } else if (sent.row != kNoRow) {
     wait = {};  // this line is good for something
@@ -254,6 +263,26 @@ void Publisher::Impl::answered(int message, const std::optional<LineFailure>& re
     return;
   }
   pump();
+}
+
+/// It will never be taken, and what is behind it does not wait for it.
+void Publisher::Impl::give_up(const Sent& sent, const std::string& why) try {
+  if (sent.kind == kind_of(DroppedFact{})) {  // nothing at all is taken
+    hold(parts.refused_wait, {LineProblem::kTooLarge, why});
+    return;
+  }
+  const DroppedFact dropped{sent.number, sent.number,
+                            1,           DropReason::kTooLarge,
+                            sent.kind,   static_cast<std::int64_t>(sent.bytes)};
+  spdlog::error(
+      "[plant]: fact {} ({} of session {}) has {} bytes, more than the broker takes: the plant is told that it is not "
+      "told. Raise message_size_limit there; a certificate can be issued anew",
+      sent.number, sent.kind, sent.session, sent.bytes);
+  parts.journal.replace(sent.row, report_of(dropped));
+  bite.clear();
+  read_to = 0;  // it stands before what is under way behind it
+} catch (const JournalError& failed) {
+  hold(kJournalWait, {LineProblem::kJournal, failed.what()});
 }
 
 /// Anybody may have said it: what is not understood is left aside.
@@ -320,9 +349,46 @@ void Publisher::Impl::pump() try {
   hold(kJournalWait, {LineProblem::kJournal, failed.what()});
 }
 
+bool Publisher::Impl::has_room() const {
+  std::size_t bytes = 0;
+  for (const auto& [message, sent] : under_way) bytes += sent.bytes;
+  return under_way.size() < kMostUnderWay && bytes < kMostBytesUnderWay;
+}
+
+/// Its queue is not for all that a plant has not stored in a week.
+bool Publisher::Impl::broker_has_enough() const {
+  std::size_t bytes = 0;
+  for (const auto& [row, sent] : at_the_broker) bytes += sent.bytes;
+  return at_the_broker.size() >= parts.most_unstored || bytes >= kMostBytesUnderWay;
+}
+
+/// Nothing is under way, and this is why.
+void Publisher::Impl::say_what_waits() {
+  const OutboxCount count = parts.journal.outbox();
+  if (broker_has_enough()) {
+    say({LineProblem::kUnstored,
+         fmt::format(
+             "broker {}:{}: has {} results that the plant has not stored, and is given no more. Start "
+             "cellcal-fleet, or see its log; nothing is lost meanwhile",
+             parts.config.host, parts.config.port, at_the_broker.size())});
+  } else if (count.elsewhere > 0) {
+    say({LineProblem::kRenamed,
+         fmt::format(
+             "{} facts wait that were written as {}, and [plant] says {}/{}. Set plant and cell back until they "
+             "are sent, or add former = [\"{}\"] to send them under the new name",
+             count.elsewhere, count.elsewhere_address, parts.config.plant, parts.config.cell,
+             count.elsewhere_address)});
+  } else {
+    set([](LineStatus& now) {
+      now.problem = LineProblem::kNone;
+      now.words.clear();
+    });
+  }
+}
+
 void Publisher::Impl::send_waiting() {
   if (read_to == 0 && !under_way.empty() && !acknowledged.empty()) forget_acknowledged();
-  while (is_up && under_way.size() < kMostUnderWay) {
+  while (is_up && !held && has_room() && !broker_has_enough()) {
     if (bite.empty()) {
       auto rows = parts.journal.waiting(read_to, kMostUnderWay);
       std::move(rows.begin(), rows.end(), std::back_inserter(bite));
@@ -334,10 +400,7 @@ void Publisher::Impl::send_waiting() {
   }
   if (under_way.empty()) {
     forget_acknowledged();
-    set([](LineStatus& now) {
-      now.problem = LineProblem::kNone;
-      now.words.clear();
-    });
+    if (!held) say_what_waits();
   }
 }
 
@@ -353,13 +416,17 @@ bool Publisher::Impl::send(const WaitingReport& row) {
     return true;
   }
   const Fact fact = fact_of(row);
+  const std::string text = to_json(fact);
+  const Sent sent{row.row,     row.number,  row.source,     worth_of(fact.body),
+                  text.size(), row.session, row.report.kind};
   try {
-    under_way[line->publish({to_text({name(), Subject::kFact, kind_of(fact.body)}), to_json(fact),
-                             false})] = {row.row, row.number, row.source, worth_of(fact.body)};
+    if (text.size() > kLargestMessage)
+      throw NotPublished(LineProblem::kTooLarge, "a fact is larger than any collector takes");
+    under_way[line->publish({to_text({name(), Subject::kFact, kind_of(fact.body)}), text, false})] =
+        sent;
     return true;
   } catch (const NotPublished& refused) {
-    if (refused.problem == LineProblem::kTooLarge)
-      hold(parts.refused_wait, {refused.problem, refused.what()});
+    if (refused.problem == LineProblem::kTooLarge) give_up(sent, refused.what());
     return false;
   }
 }
@@ -372,7 +439,7 @@ Fact Publisher::Impl::fact_of(const WaitingReport& row) const {
     if (body.empty()) {
       const auto session = parts.journal.session(row.session);
       if (!session) throw std::runtime_error(fmt::format("session {} is not there", row.session));
-      body = reporter->calibration(*session).body;
+      body = reporter->calibration(*session, parts.journal.touches(row.session)).body;
     }
     fact.body = body_from_json(row.report.kind, body);
   } catch (const JournalError&) {

@@ -1,10 +1,13 @@
 #include "daemon/plant/publisher/reporter.h"
 
+#include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "calib/files/calibration_json.h"
 #include "calib/syntax/input_file.h"
 #include "calib/syntax/toml_table.h"
+#include "calib/verdict/tips_apart.h"
 #include "daemon/plant/messages/fact_json.h"
 #include "daemon/tasks/recorded/options.h"
 
@@ -45,6 +48,15 @@ std::optional<double> if_any(double metres) {
   return metres > 0.0 ? std::optional(metres) : std::nullopt;
 }
 
+/// Mean; none where no poses can be found.
+std::optional<double> u95_of(const calib::Calibration& result,
+                             const std::vector<calib::Touch>& touches, bool workspace) try {
+  const auto scope = calib::apart_in_scope(nullptr, result, touches, workspace);
+  return scope ? std::optional(scope->mean_u95_m) : std::nullopt;
+} catch (const std::exception&) {  // the calibration is told without
+  return std::nullopt;
+}
+
 std::optional<double> millimetres(const nlohmann::json& of, const char* key) {
   return of.is_object() ? std::optional(of.at(key).get<double>() / kMmPerM) : std::nullopt;
 }
@@ -81,6 +93,7 @@ std::vector<Report> PlantReporter::session(const SessionRecord& session) const {
   fact.started = session.started;
   fact.touches = static_cast<std::size_t>(session.touches);
   fact.planned = static_cast<std::size_t>(session.planned);
+  if (session.failure_kind) fact.failure_kind = to_string(*session.failure_kind);
   fact.failure = session.failure;
   fact.software = session.software;
   std::vector<Report> all;
@@ -95,7 +108,8 @@ std::vector<Report> PlantReporter::session(const SessionRecord& session) const {
   return all;
 }
 
-Report PlantReporter::calibration(const SessionRecord& session) const {
+Report PlantReporter::calibration(const SessionRecord& session,
+                                  const std::vector<calib::Touch>& touches) const {
   const calib::Calibration result =
       calib::calibration_from_json(session.calibration, "the journal");
   CalibrationFact fact;
@@ -107,6 +121,8 @@ Report PlantReporter::calibration(const SessionRecord& session) const {
     fact.findings.emplace_back(to_string(one.kind));
   fact.near_m = if_any(result.predicted_near_targets_m);
   fact.over_m = if_any(result.predicted_workspace_m);
+  if (fact.near_m) fact.u95_near_m = u95_of(result, touches, false);
+  if (fact.over_m) fact.u95_over_m = u95_of(result, touches, true);
   fact.document = session.calibration;
   return report_of(fact);
 }
@@ -118,6 +134,9 @@ std::vector<Report> PlantReporter::touch(const RecordTouch& touch) const {
   fact.target = touch.touch.target;
   fact.check = touch.touch.set == calib::TouchSet::kCheck;
   fact.joint_rad = touch.touch.joint_rad;
+  fact.tip_m = touch.tip_m;
+  // Of one that is held out of the fit there may be none.
+  if (touch.residual_m && std::isfinite(*touch.residual_m)) fact.residual_m = touch.residual_m;
   return {report_of(fact)};
 }
 
@@ -130,8 +149,16 @@ std::vector<Report> PlantReporter::activation(const Activation& activation) cons
   return {report_of(ActivationFact{activation.who, activation.reason})};
 }
 
+std::string PlantReporter::address() const {
+  return parts_.name.cell.empty() ? std::string() : parts_.name.plant + "/" + parts_.name.cell;
+}
+
+bool PlantReporter::tells_of(const std::string& other) const {
+  return other == address() || std::ranges::find(parts_.former, other) != parts_.former.end();
+}
+
 Report PlantReporter::dropped(std::int64_t first, std::int64_t last, std::int64_t count) const {
-  return report_of(DroppedFact{first, last, count});
+  return report_of(DroppedFact{first, last, count, DropReason::kNoRoom});
 }
 
 }  // namespace cellcal::daemon::plant

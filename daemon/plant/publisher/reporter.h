@@ -17,6 +17,9 @@ class PlantReporter final : public Reporter {
   struct Parts {
     bool touches = false;
     std::int64_t most_bytes = 0;
+    CellName name{};  ///< under which facts are written from now on
+    std::vector<std::string>
+        former{};  ///< "plant/cell": what was written under these is told under that name, too
     /// Where a session's check.json is.
     std::function<std::filesystem::path(std::int64_t session)> results_dir;
     std::function<void()> waits;
@@ -24,11 +27,15 @@ class PlantReporter final : public Reporter {
   explicit PlantReporter(Parts parts) : parts_(std::move(parts)) {}
 
   std::vector<Report> session(const SessionRecord& session) const override;
-  Report calibration(const SessionRecord& session) const override;
+  /// u95 as the calibration foresees it, near its touches and over the workspace.
+  Report calibration(const SessionRecord& session,
+                     const std::vector<calib::Touch>& touches) const override;
   std::vector<Report> touch(const RecordTouch& touch) const override;
   std::vector<Report> change(const RecordChange& change) const override;
   std::vector<Report> activation(const Activation& activation) const override;
   Report dropped(std::int64_t first, std::int64_t last, std::int64_t count) const override;
+  std::string address() const override;
+  bool tells_of(const std::string& address) const override;
   std::int64_t most_bytes() const override { return parts_.most_bytes; }
   void waits() const override {
     if (parts_.waits) parts_.waits();

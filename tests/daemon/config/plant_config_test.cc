@@ -45,6 +45,13 @@ TEST(plant, has_names_that_can_stand_in_a_topic_and_keys_that_belong_together) {
   EXPECT_NE(reason("plant = \"g\"\ncell = \"c\"\nbroker = \"mqtt://b\"\n").find("plant.broker"), std::string::npos);
   EXPECT_NE(reason(kNamed + "certificate = \"/c\"\n").find("needs key beside it"), std::string::npos);
   EXPECT_NE(reason(kNamed + "password_file = \"/p\"\n").find("means nothing without user"), std::string::npos);
+  EXPECT_EQ(parsed(kNamed + "former = [\"graz/weld-2\"]\n").plant->former,
+            std::vector<std::string>{"graz/weld-2"});
+  for (const char* name : {"weld-2", "graz/", "/weld-2", "graz/weld/2", "graz/#"})
+    EXPECT_NE(reason(kNamed + "former = [\"" + name + "\"]\n")
+                  .find("plant.former: \"" + std::string(name)),
+              std::string::npos)
+        << name;
   EXPECT_NE(reason(kNamed + "outbox_megabytes = 0.1\n").find("plant.outbox_megabytes"), std::string::npos);
 }
 

@@ -13,6 +13,7 @@ namespace cellcal::daemon::testing {
 namespace {
 
 constexpr std::size_t kAll = 100000;
+constexpr std::array kTip{1.0, 0.0, 0.5};
 
 std::int64_t begin(Journal& journal) { return journal.begin({"c", "c", "r", "r", "{}"}, "t0"); }
 
@@ -192,6 +193,100 @@ TEST_F(outbox, of_a_copy_goes_on_under_another_name_and_sends_what_waits_under_t
   EXPECT_EQ(rows[1].source, before[0].source);
   EXPECT_NE(rows[2].source, before[0].source);
   EXPECT_EQ(rows[3].source, restored.outbox().source);
+}
+
+TEST_F(outbox, keeps_a_touch_back_until_it_is_assessed_or_the_next_is_made_or_the_session_ends) {
+  const auto journal = open();
+  const std::int64_t id = begin(*journal);
+  journal->record(id, RecordTouch{0, touch_at(0.1), kTip});
+  journal->report(0, {"health", Worth::kTelemetry, "well"});
+  EXPECT_EQ(words_of(journal->waiting(0, kAll)), "1 session running\n") << "in order";
+  journal->note(id, AssessedTouch{0, 1e-4});
+  journal->record(id, RecordTouch{1, touch_at(0.2), kTip});
+  EXPECT_EQ(words_of(journal->waiting(1, kAll)), "2 touch 0.assessed\n3 health well\n");
+  journal->record(id, RecordTouch{2, touch_at(0.3), kTip});
+  journal->note(id, AssessedTouch{1, 1e-4});  // too late: somebody may have it
+  EXPECT_EQ(words_of(journal->waiting(3, kAll)), "4 touch 1.\n");
+  journal->record(id, RecordEnd{Ending::kDone, ""}, "t1");
+  EXPECT_EQ(words_of(journal->waiting(4, kAll)), "5 touch 2.\n6 session done\n");
+  std::int64_t bytes = 0;
+  for (const WaitingReport& row : journal->waiting(0, kAll))
+    bytes += static_cast<std::int64_t>(row.report.body.size()) + 100;
+  EXPECT_EQ(journal->outbox().bytes, bytes);
+}
+
+TEST_F(outbox, has_a_touch_that_nobody_could_assess_any_more_as_it_was_made) {
+  const std::int64_t id = begin(*open());
+  open()->record(id, RecordTouch{0, touch_at(0.1), kTip});
+  EXPECT_EQ(words_of(open()->waiting(1, kAll)), "2 session interrupted\n3 touch 0.\n");
+}
+
+TEST_F(outbox, tells_with_a_session_s_end_why_it_failed_and_what_goes_with_it) {
+  const auto journal = open();
+  const std::int64_t id = begin(*journal);
+  const RecordEnd end{Ending::kFailed, "no-contact: x", Failure{FailureKind::kNoContact, "x"}};
+  journal->record(id, end, "t1", {{"alarm", Worth::kResult, "failed"}});
+  EXPECT_EQ(words_of(journal->waiting(1, kAll)), "2 session failed no-contact\n3 alarm failed\n");
+  EXPECT_EQ(journal->waiting(2, kAll)[0].time, "t1");
+}
+
+TEST_F(outbox, tells_another_result_in_the_place_of_one_that_nobody_takes) {
+  const auto journal = open();
+  const std::int64_t id = begin(*journal);
+  journal->store_calibration(id, "one");
+  journal->activate({id, "t", "anna", ""});
+  journal->replace(journal->waiting(1, 1)[0].row, {"dropped", Worth::kResult, "2"});
+  EXPECT_EQ(words_of(journal->waiting(0, kAll)),
+            "1 session running\n2 dropped 2\n3 activation anna\n");
+  const std::int64_t bytes = journal->outbox().bytes;
+  journal->replace(99, {"dropped", Worth::kResult, "99"});
+  EXPECT_EQ(journal->outbox().bytes, bytes);
+}
+
+TEST_F(outbox,
+       under_another_name_begins_anew_and_keeps_what_waits_for_the_name_that_it_was_written_under) {
+  const auto journal = std::make_unique<Journal>(dir / "j.db");
+  const auto speak_as = [&](const char* name) {
+    journal->report_to(std::make_shared<const PlainReporter>(1 << 20, 1, name));
+  };
+  speak_as("graz/weld-3");
+  const std::int64_t id = begin(*journal);
+  const std::string source = journal->outbox().source;
+  journal->record(id, RecordTouch{0, touch_at(0.1), kTip});
+  speak_as("graz/weld-3");
+  EXPECT_EQ(journal->outbox().source, source);
+  speak_as("graz/weld-4");
+  EXPECT_NE(journal->outbox().source, source);
+  journal->activate({id, "t", "anna", ""});
+  EXPECT_EQ(words_of(journal->waiting(0, kAll)), "1 activation anna\n");
+  EXPECT_EQ(journal->outbox().elsewhere, 2);
+  EXPECT_EQ(journal->outbox().elsewhere_address, "graz/weld-3");
+  speak_as("graz/weld-3");
+  EXPECT_EQ(words_of(journal->waiting(0, kAll)), "1 session running\n3 dropped 2-2 1\n");
+  EXPECT_EQ(journal->waiting(0, kAll)[0].source, source);
+  EXPECT_EQ(journal->outbox().elsewhere, 1);
+  EXPECT_EQ(journal->outbox().newest, 0)
+      << "a third source: numbers of the first are told already, up to where it ended";
+}
+
+TEST_F(outbox, of_a_copy_uses_no_number_of_the_journal_that_goes_on_though_it_has_that_one_s_head) {
+  std::string source;
+  const TemporaryDirectory copy;
+  {
+    const auto living = open();
+    fill(*living, 1);
+    living->backup(copy / "j.db");
+    living->report(0, {"health", Worth::kResult, "told, and no row of the chain"});
+    source = living->outbox().source;
+    EXPECT_EQ(living->outbox().newest, 3);
+  }
+  for (const char* log : {"j.db-wal", "j.db-shm"}) std::filesystem::remove(dir / log);
+  std::filesystem::copy_file(copy / "j.db", dir / "j.db",
+                             std::filesystem::copy_options::overwrite_existing);
+  Journal restored(dir / "j.db");
+  EXPECT_TRUE(restored.remarks().empty()) << "its head is the right one";
+  EXPECT_NE(restored.outbox().source, source);
+  EXPECT_EQ(restored.outbox().newest, 0);
 }
 
 TEST_F(outbox, is_told_nothing_by_what_a_reporter_cannot_say_and_the_touch_stands) {

@@ -10,15 +10,22 @@ namespace cellcal::daemon::testing {
 
 class PlainReporter : public Reporter {
  public:
-  explicit PlainReporter(std::int64_t most = 1 << 20, std::size_t size = 1) : most_(most), fill_(size, '.') {}
+  explicit PlainReporter(std::int64_t most = 1 << 20, std::size_t size = 1,
+                         std::string address = {})
+      : most_(most), fill_(size, '.'), address_(std::move(address)) {}
   std::vector<Report> session(const SessionRecord& session) const override {
-    return {{"session", Worth::kResult, session.state}};
+    return {
+        {"session", Worth::kResult,
+         session.state +
+             (session.failure_kind ? std::string(" ") + to_string(*session.failure_kind) : "")}};
   }
-  Report calibration(const SessionRecord& session) const override {
+  Report calibration(const SessionRecord& session,
+                     const std::vector<calib::Touch>&) const override {
     return {"calibration", Worth::kResult, "of " + session.calibration};
   }
   std::vector<Report> touch(const RecordTouch& touch) const override {
-    return {{"touch", Worth::kTelemetry, std::to_string(touch.index) + fill_}};
+    return {{"touch", Worth::kTelemetry,
+             std::to_string(touch.index) + fill_ + (touch.residual_m ? "assessed" : "")}};
   }
   std::vector<Report> change(const RecordChange& change) const override {
     return {{"phase", Worth::kTelemetry, to_string(change.change.to)}};
@@ -30,11 +37,15 @@ class PlainReporter : public Reporter {
     return {"dropped", Worth::kResult,
             std::to_string(first) + "-" + std::to_string(last) + " " + std::to_string(count)};
   }
+  std::string address() const override { return address_; }
+  bool tells_of(const std::string& other) const override {
+    return address_.empty() || other == address_;
+  }
   std::int64_t most_bytes() const override { return most_; }
 
  private:
   std::int64_t most_;
-  std::string fill_;
+  std::string fill_, address_;
 };
 
 /// "1 session running", one line each.

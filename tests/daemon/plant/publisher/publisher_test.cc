@@ -14,6 +14,7 @@
 #include <set>
 #include <thread>
 
+#include "black_hole.h"
 #include "broker.h"
 #include "daemon/plant/messages/proposal.h"
 #include "daemon/plant/publisher/reporter.h"
@@ -263,6 +264,104 @@ TEST_F(publisher, keeps_what_the_broker_refuses_says_so_and_sends_it_when_it_may
   plant.store();
   wait_until([&] { return journal.outbox().rows == 0; });
   EXPECT_EQ(running.status().problem, LineProblem::kNone);
+}
+
+TEST_F(publisher, gives_the_broker_no_more_results_than_so_many_that_nobody_has_stored) {
+  Broker broker(broker_dir.path());
+  Listener plant(broker.port(), "plant", kAll);
+  Journal journal(dir / "j.db");
+  Publisher::Parts few = parts(journal, broker.port());
+  few.most_unstored = 3;
+  few.stored_wait = std::chrono::seconds(60);
+  const Publisher running(few);
+  const std::int64_t id = fill(journal, 0);
+  for (int i = 0; i < 7; ++i) journal.activate({id, "2026-01-02T00:00:00.000Z", "anna", "warm"});
+  wait_until([&] { return running.status().problem == LineProblem::kUnstored; });
+  EXPECT_LE(facts_in(plant.all()).size(), 3u + 16u) << "and those that were under way";
+  const std::size_t given = facts_in(plant.all()).size();
+  for (int i = 0; i < 30; ++i) journal.activate({id, "2026-01-02T00:00:00.000Z", "anna", "warm"});
+  std::this_thread::sleep_for(milliseconds(100));
+  EXPECT_EQ(facts_in(plant.all()).size(), given);
+  plant.store();
+  plant.until(number_heard(38));
+  expect_whole(plant.all(), 38);
+  wait_until([&] { return running.status().problem == LineProblem::kNone; });
+}
+
+TEST_F(publisher, says_of_a_fact_that_is_too_large_that_it_is_dropped_and_goes_on) {
+  Broker broker(broker_dir.path(), "allow_anonymous true\nmessage_size_limit 20000\n");
+  Listener plant(broker.port(), "plant", kAll);
+  plant.store();
+  Journal journal(dir / "j.db");
+  const Publisher running(parts(journal, broker.port()));
+  const std::int64_t id = fill(journal, 0);
+  const plant::CertificateFact large{"1-0123456789ab",
+                                     {{"certificate.pdf", std::string(30000, 'x')}}};
+  journal.report(id, report_of(large));
+  journal.activate({id, "2026-01-02T00:00:00.000Z", "anna", "warm"});
+  plant.until(number_heard(3));
+  plant.until(number_heard(2));
+  for (const Fact& fact : facts_in(plant.all())) {
+    if (fact.number != 2) continue;
+    const auto& dropped = std::get<plant::DroppedFact>(fact.body);
+    EXPECT_EQ(dropped.reason, plant::DropReason::kTooLarge);
+    EXPECT_EQ(std::pair(dropped.first, dropped.last), std::pair(std::int64_t{2}, std::int64_t{2}));
+    EXPECT_EQ(dropped.kind, "certificate");
+    EXPECT_GT(dropped.bytes, 40000);
+    EXPECT_EQ(fact.session, id);
+  }
+  wait_until([&] { return journal.outbox().rows == 0; });
+}
+
+TEST_F(publisher, under_another_name_says_what_waits_for_the_earlier_one_and_what_to_do) {
+  Broker broker(broker_dir.path());
+  Journal journal(dir / "j.db");
+  {
+    Publisher::Parts earlier = parts(journal, broker.port());
+    earlier.config.cell = "weld-2";
+    const Publisher running(earlier);
+    fill(journal, 0);  // nobody collects: it waits
+  }
+  Listener plant(broker.port(), "plant", kAll);
+  plant.store();
+  Publisher::Parts all = parts(journal, broker.port());
+  {
+    const Publisher running(all);
+    journal.activate({1, "2026-01-02T00:00:00.000Z", "anna", "warm"});
+    wait_until([&] { return running.status().problem == LineProblem::kRenamed; });
+    EXPECT_NE(running.status().words.find("graz/weld-2"), std::string::npos);
+    for (const Heard& one : plant.all())
+      EXPECT_EQ(one.topic.find("weld-2/fact"), std::string::npos);
+    plant.until(number_heard(1));
+    EXPECT_TRUE(std::holds_alternative<plant::ActivationFact>(facts_in(plant.all())[0].body));
+  }
+  all.config.former = {"graz/weld-2"};
+  const Publisher running(all);
+  wait_until([&] { return journal.outbox().rows == 0; });
+  const auto facts = facts_in(plant.all());
+  const auto waited = std::ranges::find_if(facts, [](const Fact& fact) {
+    return std::holds_alternative<plant::SessionFact>(fact.body);
+  });
+  ASSERT_NE(waited, facts.end());
+  EXPECT_EQ(waited->of.cell, "weld-3");
+  EXPECT_NE(waited->journal, facts.front().journal);
+}
+
+TEST_F(publisher, ends_at_once_while_the_resolver_does_not_answer) {
+  Journal journal(dir / "j.db");
+  Publisher::Parts all = parts(journal, 1883);
+  all.config.host = kBlackHole;
+  const auto begun = std::chrono::steady_clock::now();
+  {
+    const Publisher running(all);
+    wait_until([&] { return asked_black_hole() > 0; });
+    fill(journal, 1);
+    EXPECT_FALSE(running.status().connected);
+  }
+  EXPECT_LT(std::chrono::steady_clock::now() - begun, std::chrono::seconds(2));
+  EXPECT_EQ(asked_black_hole(), 1) << "it is still asked";
+  answer_black_hole();
+  EXPECT_EQ(journal.outbox().rows, 2);
 }
 
 TEST_F(publisher, ends_at_once_where_nobody_answers_and_what_waits_stays) {

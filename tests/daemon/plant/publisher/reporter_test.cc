@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <limits>
 
 #include "calib/files/check_json.h"
 #include "daemon/plant/messages/fact_json.h"
@@ -34,7 +35,8 @@ SessionRecord session_of(SessionKind kind, const char* state) {
 }
 
 struct reporter : ::testing::Test {
-  PlantReporter telling{{true, 1 << 20, [this](std::int64_t) { return dir.path(); }, {}}};
+  PlantReporter telling{
+      {true, 1 << 20, {"graz", "weld-3"}, {}, [this](std::int64_t) { return dir.path(); }, {}}};
   TemporaryDirectory dir;
 };
 
@@ -74,6 +76,31 @@ TEST_F(reporter, tells_of_touches_only_where_it_was_asked_to) {
   EXPECT_EQ(told[0].worth, daemon::Worth::kTelemetry);
   EXPECT_EQ(std::get<plant::TouchFact>(body_of(told[0])).index, 4u);
   EXPECT_TRUE(PlantReporter({}).touch(touch).empty());
+}
+
+TEST_F(reporter, tells_of_a_touch_where_its_tip_was_and_how_far_off_it_is_once_that_is_known) {
+  RecordTouch touch{4, touch_at(0.5), std::array{1.0, 0.5, 0.25}, 2e-4};
+  auto fact = std::get<plant::TouchFact>(body_of(telling.touch(touch)[0]));
+  EXPECT_NEAR((*fact.tip_m)[2], 0.25, 1e-12);
+  EXPECT_NEAR(*fact.residual_m, 2e-4, 1e-12);
+  touch.residual_m = std::numeric_limits<double>::quiet_NaN();
+  fact = std::get<plant::TouchFact>(body_of(telling.touch(touch)[0]));
+  EXPECT_FALSE(fact.residual_m);
+}
+
+TEST_F(reporter, tells_of_a_failure_by_its_name) {
+  SessionRecord failed = session_of(SessionKind::kCalibrate, "failed");
+  failed.failure = "no-contact: end of the search";
+  failed.failure_kind = FailureKind::kNoContact;
+  EXPECT_EQ(std::get<plant::SessionFact>(body_of(telling.session(failed)[0])).failure_kind,
+            "no-contact");
+}
+
+TEST_F(reporter, speaks_under_its_cell_s_name_and_for_those_that_it_had) {
+  EXPECT_EQ(telling.address(), "graz/weld-3");
+  EXPECT_FALSE(telling.tells_of("graz/weld-2"));
+  const PlantReporter renamed({true, 1 << 20, {"graz", "weld-3"}, {"graz/weld-2"}, {}, {}});
+  EXPECT_TRUE(renamed.tells_of("graz/weld-2"));
 }
 
 TEST_F(reporter, never_lets_word_of_what_was_dropped_be_dropped) {
