@@ -113,6 +113,7 @@ class Api {
   Schedule& schedule();
   // What the plant proposed (proposal_handlers.cc).
   std::optional<Response> show_plant(const Call& call);
+  std::optional<Response> take_certificate(const Call& call);
   std::optional<Response> show_proposals(const Call& call);
   std::optional<Response> accept_proposal(const Call& call);
   std::optional<Response> refuse_proposal(const Call& call);

@@ -45,6 +45,7 @@ std::span<const Api::Route> Api::routes() {
       {"GET",  "/v1/sessions/{id}/check.json",       Role::kLook,    kSlow,   &Api::check},
       {"GET",  "/v1/sessions/{id}/report.html",      Role::kLook,    kSlow,   &Api::report},
       {"GET",  "/v1/sessions/{id}/export",           Role::kLook,    kSlow,   &Api::export_session},
+      {"POST", "/v1/sessions/{id}/certificate",      Role::kOperate, kSlow,   &Api::take_certificate},
       {"GET",  "/v1/versions",                       Role::kLook,    kSlow,   &Api::show_versions},
       {"GET",  "/v1/versions/compare",               Role::kLook,    kSlow,   &Api::compare_versions},
       {"POST", "/v1/versions/activate",              Role::kOperate, kSlow,   &Api::activate_version},

@@ -8,12 +8,17 @@
 #include <vector>
 
 #include "calib/files/calibration_json.h"
+#include "calib/syntax/input_file.h"
+#include "daemon/api/http/http.h"
 #include "daemon/certificate/certificate.h"
 #include "daemon/certificate/signing/signed_files.h"
 #include "daemon/cli/archive.h"
+#include "daemon/cli/ask.h"
 #include "daemon/cli/offline/exit_status.h"
 #include "daemon/cli/offline/offline.h"
 #include "daemon/files/atomic_file.h"
+#include "daemon/plant/messages/certificate_fact.h"
+#include "daemon/plant/messages/fact_json.h"
 #include "daemon/runner/backend.h"
 
 namespace cellcal::daemon {
@@ -58,19 +63,38 @@ std::string add_pdf(const fs::path& directory, std::vector<std::string>& names) 
   return error.what();
 }
 
+/// Signed or not, with what verifies it. False: the daemon belongs to no plant, or the session came from a directory.
+bool send_to_plant(const Connection& daemon, const std::string& session, const std::string& number,
+                   const fs::path& directory, const std::vector<std::string>& names) {
+  if (session.find_first_not_of("0123456789") != std::string::npos) return false;
+  if (http_request(daemon.socket, "GET", "/v1/plant").status == 404) return false;
+  std::vector<plant::CertificateFile> files;
+  for (const std::string& name : names) files.push_back({name, calib::read_file(directory / name)});
+  try {
+    const plant::FactBody fact = plant::certificate_fact(number, std::move(files));
+    ask(daemon, "POST", "/v1/sessions/" + session + "/certificate", plant::body_to_json(fact));
+  } catch (const std::exception& untold) {
+    throw std::runtime_error(fmt::format("certificate {} is in {}, and the plant is not told: {}",
+                                         number, directory.string(), untold.what()));
+  }
+  return true;
+}
+
 void tell(const Connection& daemon, const certificate::CertificateData& data,
-          const fs::path& directory, bool is_signed) {
+          const fs::path& directory, bool is_signed, bool plant_is_told) {
   if (daemon.json) {
     put(nlohmann::json{{"number", data.number.text},
                        {"directory", fs::absolute(directory).string()},
-                       {"signed", is_signed}}
+                       {"signed", is_signed},
+                       {"plant", plant_is_told}}
                 .dump() +
             "\n",
         {});
     return;
   }
   put(fmt::format(
-          "certificate {} in {}, {}\n", data.number.text, directory.string(),
+          "certificate {} in {}{}, {}\n", data.number.text, directory.string(),
+          plant_is_told ? ", on its way to the plant" : "",
           is_signed ? "signed" : "not signed. Make a key once: 'cellcal certificate --make-key'"),
       {});
 }
@@ -115,7 +139,9 @@ int certify(const Connection& daemon, const CertificateCommand& command) try {
   if (key)
     signing::sign_files(directory, names,
                         {data.number.text, data.issued_by.text, data.issued.text, ""}, *key);
-  tell(daemon, data, directory, key.has_value());
+  if (key) names.insert(names.end(), {signing::kSums, signing::kSignature});
+  const bool told = send_to_plant(daemon, command.session, data.number.text, directory, names);
+  tell(daemon, data, directory, key.has_value(), told);
   if (!no_pdf.empty())
     throw std::runtime_error(
         no_pdf + fmt::format("\nThe other files are in {}{}; with a PDF issue it anew: --out DIR",

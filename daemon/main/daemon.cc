@@ -23,6 +23,7 @@
 #include "daemon/main/plant_line.h"
 #include "daemon/main/reload.h"
 #include "daemon/main/systemd_news.h"
+#include "daemon/plant/messages/fact_json.h"
 #include "daemon/readiness/examiner.h"
 #include "daemon/runner/backend.h"
 #include "daemon/service/service.h"
@@ -104,6 +105,9 @@ MakeBackend backend_of(std::shared_ptr<const DaemonConfig> config) {
     return make_backend(slowed, cell);
   };
 }
+
+/// A certificate with its rows, on its way to the plant. Who may connect to this socket may do everything.
+constexpr std::size_t kMostLocalBody = plant::kLargestMessage;
 
 SessionSettings settings_of(const DaemonConfig& config) {
   return {config.touch, config.timeouts, config.retries, config.search_limits};
@@ -206,7 +210,8 @@ void run_daemon(const DaemonConfig& config, const std::function<DaemonConfig()>&
       context, config.socket,
       {[&api](Request& request) { return api.admit_local(request); },
        [&api](const Request& request, bool give_up) { return api.answer(request, give_up); },
-       Api::is_slow});
+       Api::is_slow,
+       {.body = kMostLocalBody}});
   std::optional<NetworkDoor> network;
   if (config.http) network.emplace(*config.http, api);
   SystemdNews systemd;

@@ -11,6 +11,7 @@
 #include <boost/beast/http.hpp>
 #include <boost/beast/ssl.hpp>
 #include <optional>
+#include <string>
 
 #include "daemon/api/http/server_impl.h"
 
@@ -20,7 +21,6 @@ namespace asio = boost::asio;
 namespace beast = boost::beast;
 namespace http = boost::beast::http;
 
-inline constexpr std::uint64_t kMostBody = 64 * 1024;
 inline constexpr std::uint32_t kMostHeader = 8 * 1024;
 /// A waiting answer is given by then, so that a client can tell a quiet daemon from a dead one.
 inline constexpr std::chrono::seconds kLongestWait{20};
@@ -82,7 +82,7 @@ class ConnectionOn final : public Connection,
   void read() {
     waits_ = Waits::kForRequest;
     parser_.emplace();
-    parser_->body_limit(kMostBody);
+    parser_->body_limit(limits_.body);
     parser_->header_limit(kMostHeader);
     lowest().expires_after(limits_.request);
     http::async_read(stream_, buffer_, *parser_,
@@ -92,7 +92,8 @@ class ConnectionOn final : public Connection,
   }
 
   void on_read(beast::error_code code) {
-    if (code == http::error::body_limit) return refuse(413, "the body is longer than 64 KiB");
+    if (code == http::error::body_limit)
+      return refuse(413, "the body is longer than " + std::to_string(limits_.body >> 10) + " KiB");
     if (code == http::error::header_limit) return refuse(431, "the header is longer than 8 KiB");
     const bool malformed =
         code.category() == http::make_error_code(http::error::bad_method).category() &&

@@ -29,7 +29,8 @@ struct NetworkAddress {
 /// Reads certificate and key, where there are any. Throws SocketError as a server would.
 void check_tls(const NetworkAddress& address);
 
-/// How long a client may take, and how much its answers.
+inline constexpr std::size_t kMostBody = std::size_t{64} << 10;
+/// How long a client may take, and how much it and its answers.
 struct ServerLimits {
   /// From the connection, or the answer before, until the request is there as a whole; for the
   /// handshake of TLS as much again.
@@ -39,6 +40,8 @@ struct ServerLimits {
   std::chrono::milliseconds follower{10'000};
   /// What asks over the network for something to be done is not done once it has waited longer behind others.
   std::chrono::milliseconds queue{10'000};
+  /// Of a request.
+  std::size_t body = kMostBody;
   /// Large answers that are made and not yet taken, of all clients together (AnswerBytes).
   std::size_t answer_bytes = std::size_t{64} << 20;
 };

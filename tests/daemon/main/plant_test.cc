@@ -2,10 +2,15 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <set>
 #include <thread>
 
 #include "calib/syntax/input_file.h"
+#include "daemon/journal/journal.h"
+#include "daemon/plant/messages/fact_json.h"
 #include "daemon_fixture.h"
+#include "tests/daemon/certificate/recorded.h"
 #include "tests/daemon/plant/publisher/broker.h"
 #include "tests/daemon/plant/publisher/listener.h"
 
@@ -29,27 +34,36 @@ TEST(a_session, is_told_of_to_the_plant_whole_in_order_and_once) {
     return !all.empty() && all.back().topic == "cellcal/graz/weld-3/fact/alarm";
   });
   const auto facts = facts_in(heard);
-  std::size_t touches = 0, phases = 0, calibrations = 0;
+  std::size_t touches = 0, residuals = 0, phases = 0, calibrations = 0;
   for (std::size_t i = 0; i < facts.size(); ++i) {
     EXPECT_EQ(facts[i].number, static_cast<std::int64_t>(i) + 1);
     EXPECT_EQ(facts[i].session, 1);
-    touches += std::holds_alternative<plant::TouchFact>(facts[i].body) ? 1 : 0;
+    if (const auto* touch = std::get_if<plant::TouchFact>(&facts[i].body)) {
+      EXPECT_TRUE(touch->tip_m) << "touch " << touch->index;
+      residuals += touch->residual_m ? 1 : 0;
+      ++touches;
+    }
     phases += std::holds_alternative<plant::PhaseFact>(facts[i].body) ? 1 : 0;
     if (const auto* result = std::get_if<plant::CalibrationFact>(&facts[i].body)) {
       ++calibrations;
       EXPECT_TRUE(result->document == calib::read_file(fixture.dir / "state/sessions/1/calibration.json"))
           << "byte for byte";
       EXPECT_FALSE(result->robot.empty());
+      ASSERT_TRUE(result->near_m);
+      EXPECT_GT(result->u95_near_m.value_or(0.0), 0.0);
     }
   }
   EXPECT_EQ(touches, fixture.status()["touches"]);
+  EXPECT_GE(residuals, 6u) << "there is none of one that the estimate cannot judge";
   EXPECT_GT(phases, touches);
   EXPECT_EQ(calibrations, 1u);
   EXPECT_EQ(std::get<plant::AlarmFact>(facts.back().body).news, "withheld");
   EXPECT_TRUE(presence_in(heard)->mock);
   const auto line = nlohmann::json::parse(http_request(fixture.socket(), "GET", "/v1/plant").body);
   EXPECT_EQ(line["connected"], true) << line;
-  EXPECT_EQ(line["newest"], static_cast<std::int64_t>(facts.size()));
+  EXPECT_GE(line["newest"], static_cast<std::int64_t>(facts.size()));
+  EXPECT_EQ(std::ranges::count(plant.all(), "cellcal/graz/weld-3/fact/alarm", &Heard::topic), 1)
+      << "once";
   fixture.daemon->signal(SIGTERM);
   EXPECT_EQ(fixture.daemon->wait(), 0);
   EXPECT_TRUE(presence_in(plant.until([](const auto& all) {
@@ -76,6 +90,44 @@ TEST(a_session, that_was_killed_without_a_broker_is_told_of_when_there_is_one) {
   for (std::size_t i = 0; i < facts.size(); ++i)
     EXPECT_EQ(facts[i].number, static_cast<std::int64_t>(i) + 1);
   EXPECT_GT(facts.size(), 4u);
+}
+
+TEST(a_certificate, reaches_the_plant_byte_for_byte_with_what_verifies_it) {
+  const TemporaryDirectory broker_dir;
+  Broker broker(broker_dir.path());
+  Listener plant(broker.port(), "plant", "cellcal/#");
+  DaemonFixture fixture(plant_of(broker));
+  std::filesystem::create_directory(fixture.dir / "state");
+  {
+    Journal journal(fixture.dir / "state/journal.db");
+    record(journal, {}, false);
+  }
+  fixture.start();
+  ASSERT_EQ(run_program({CELLCAL, "certificate", "--make-key", "--key", fixture.dir / "k"}).status,
+            0);
+  const Outcome made = fixture.cellcal({"certificate", "1", "--no-pdf", "--key", fixture.dir / "k",
+                                        "--out", fixture.dir / "c", "--json"});
+  ASSERT_EQ(made.status, 0) << made.err;
+  EXPECT_EQ(nlohmann::json::parse(made.out)["plant"], true);
+  const auto heard = plant.until([](const auto& all) {
+    return !all.empty() && all.back().topic == "cellcal/graz/weld-3/fact/certificate";
+  });
+  const auto facts = facts_in(heard);
+  const auto& certificate = std::get<plant::CertificateFact>(facts.back().body);
+  EXPECT_EQ(certificate.certificate, nlohmann::json::parse(made.out)["number"]);
+  EXPECT_EQ(facts.back().session, 1);
+  EXPECT_EQ(certificate.files.size(), 5u);
+  for (const plant::CertificateFile& file : certificate.files)
+    EXPECT_TRUE(file.bytes == calib::read_file(fixture.dir / ("c/" + file.name))) << file.name;
+
+  const auto post = [&](const plant::CertificateFact& fact) {
+    return http_request(fixture.socket(), "POST", "/v1/sessions/1/certificate",
+                        plant::body_to_json(fact));
+  };
+  EXPECT_EQ(post({"1-000000000000", {}}).status, 422);
+  const Response large = post({certificate.certificate, {{"a.pdf", std::string(5'600'000, 'x')}}});
+  EXPECT_EQ(large.status, 413);
+  EXPECT_NE(large.body.find("5.6 MB"), std::string::npos) << large.body;
 }
 
 }  // namespace

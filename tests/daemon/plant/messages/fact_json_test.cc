@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "calib/model/error.h"
+#include "daemon/plant/messages/certificate_fact.h"
 #include "daemon/plant/messages/presence.h"
 #include "daemon/plant/messages/proposal.h"
 #include "daemon/plant/messages/stored.h"
@@ -41,7 +42,7 @@ std::vector<FactBody> one_of_each() {
           PhaseFact{"search", "latch", "contact", 12.5},
           touch,
           HealthFact{100, 1, 2, 99, 0.0, 0.5, 10, 1, 0.25, 4, 1 << 20},
-          DroppedFact{4, 9, 5}};
+          DroppedFact{7, 7, 1, DropReason::kTooLarge, "certificate", 9000000}};
 }
 
 Fact fact_of(const FactBody& body) {
@@ -58,6 +59,21 @@ std::string refusal(const std::string& text, const Topic& topic) {
     return refused.what();
   }
   return "";
+}
+
+TEST(a_certificate_for_the_plant, that_is_too_large_is_refused_by_its_size) {
+  EXPECT_EQ(plant::certificate_fact("7-0", {{"a", std::string(5'000'000, 'x')}}).files.size(), 1u);
+  try {
+    plant::certificate_fact("7-0",
+                            {{"a", std::string(5'000'000, 'x')}, {"b", std::string(600'000, 'x')}});
+    FAIL();
+  } catch (const plant::CertificateTooLarge& refused) {
+    EXPECT_EQ(refused.bytes, 5'600'000u);
+  }
+  const plant::FactBody largest =
+      plant::certificate_fact("7-0", {{"a", std::string(plant::kMostCertificateBytes, '\xff')}});
+  EXPECT_LT(plant::to_json(plant::Fact{{"graz", "w"}, "j", 1, "t", 1, largest}).size(),
+            plant::kLargestMessage);
 }
 
 TEST(Facts, OfEachKindAreReadAsTheyWereWritten) {
