@@ -29,6 +29,7 @@ std::string wish(const json& one) {
   if (kind == "check") return "check this cell";
   if (kind == "activate")
     return "use the calibration of session " + one["session"].dump() + " again";
+  if (kind == "withdraw") return "nothing: withdrawn before it came";
   return kind == "schedule" ? "another schedule" : "other tolerances of the robot (priors)";
 }
 

@@ -3,6 +3,7 @@
 
 #include "daemon/cli/commands/commands.h"
 #include "daemon/cli/fleet.h"
+#include "daemon/cli/propose.h"
 
 namespace cellcal::daemon {
 
@@ -73,6 +74,71 @@ void add_export(CLI::App* of, int& status) {
   });
 }
 
+void add_propose(CLI::App* of, int& status) {
+  struct Given {
+    ProposeCommand command;
+    std::string schedule, priors, withdraw;
+    bool calibrate = false, check = false, no_tls = false;
+  };
+  auto given = std::make_shared<Given>();
+  given->command.user = "plant-operator";
+  ProposeCommand& wanted = given->command;
+  CLI::App* command = of->add_subcommand(
+      "propose", "Propose something to a cell, for its people to accept or refuse");
+  command->footer(
+      "Nothing moves by it, neither when it comes nor when it is accepted. The file is read as the cell reads it "
+      "before it is\nsent. The cell's answer comes as a fact: fleet.answers.\n"
+      "Example: cellcal fleet propose graz/weld-3 --check --reason \"A3 drifts\" --broker broker.plant.example "
+      "--password-file pw\n"
+      "         cellcal fleet propose graz/weld-3 --withdraw p-17 --reason \"done\" --broker broker.plant.example "
+      "--password-file pw");
+  command->add_option("CELL", wanted.cell, "PLANT/CELL")->required();
+  CLI::Option_group* what = command->add_option_group("what", "What is proposed");
+  what->add_flag("--calibrate", given->calibrate, "Somebody should calibrate it");
+  what->add_flag("--check", given->check, "Somebody should check it");
+  auto* activate = what->add_option("--activate", wanted.session,
+                                    "That session's calibration should be used again")
+                       ->check(CLI::PositiveNumber);
+  auto* schedule = what->add_option("--schedule", given->schedule,
+                                    "Its schedule should be this one (TOML, keys of [schedule])")
+                       ->check(CLI::ExistingFile);
+  auto* priors = what->add_option("--priors", given->priors,
+                                  "Its robot file should take these tolerances (TOML)")
+                     ->check(CLI::ExistingFile);
+  auto* withdraw = what->add_option("--withdraw", given->withdraw,
+                                    "The proposal of this id need not be answered any more");
+  what->require_option(1);
+  command->add_option("--reason", wanted.reason, "Why, for those who answer")->required();
+  command->add_option("--by", wanted.by, "Who proposes it [the user]");
+  command->add_option("--id", wanted.id, "Its id [one is made]")->excludes(withdraw);
+  command->add_option("--broker", wanted.broker, "The plant's MQTT broker")->required();
+  command->add_option("--port", wanted.port, "Its port [8883, without TLS 1883]")
+      ->check(CLI::Range(1, 65535));
+  command->add_option("--ca", wanted.ca, "Who vouches for it (PEM) [whom the system trusts]")
+      ->check(CLI::ExistingFile);
+  command->add_option("--user", wanted.user, "User there who may propose")->capture_default_str();
+  command
+      ->add_option("--password-file", wanted.password_file, "File whose first line is the password")
+      ->check(CLI::ExistingFile);
+  command->add_flag("--no-tls", given->no_tls, "Without TLS, to a broker on this computer");
+  command->add_flag("--json", wanted.json, "Print JSON");
+  command->callback([=, &status] {
+    ProposeCommand& now = given->command;
+    using plant::ProposalKind;
+    now.tls = !given->no_tls;
+    now.kind = given->calibrate        ? ProposalKind::kCalibrate
+               : activate->count() > 0 ? ProposalKind::kActivate
+               : schedule->count() > 0 ? ProposalKind::kSchedule
+               : priors->count() > 0   ? ProposalKind::kPriors
+               : withdraw->count() > 0 ? ProposalKind::kWithdraw
+                                       : ProposalKind::kCheck;
+    if (now.kind == ProposalKind::kSchedule) now.file = given->schedule;
+    if (now.kind == ProposalKind::kPriors) now.file = given->priors;
+    if (now.kind == ProposalKind::kWithdraw) now.id = given->withdraw;
+    status = propose(now);
+  });
+}
+
 }  // namespace
 
 void add_fleet_commands(CLI::App& app, int& status) {
@@ -95,6 +161,7 @@ void add_fleet_commands(CLI::App& app, int& status) {
 
   add_compare(fleet, status);
   add_export(fleet, status);
+  add_propose(fleet, status);
 }
 
 }  // namespace cellcal::daemon

@@ -14,11 +14,9 @@ constexpr std::size_t kLargest = std::size_t{1} << 18;
 
 const std::vector<std::pair<ProposalKind, const char*>>& kinds() {
   static const std::vector<std::pair<ProposalKind, const char*>> kAll{
-      {ProposalKind::kCalibrate, "calibrate"},
-      {ProposalKind::kCheck, "check"},
-      {ProposalKind::kActivate, "activate"},
-      {ProposalKind::kSchedule, "schedule"},
-      {ProposalKind::kPriors, "priors"}};
+      {ProposalKind::kCalibrate, "calibrate"}, {ProposalKind::kCheck, "check"},
+      {ProposalKind::kActivate, "activate"},   {ProposalKind::kSchedule, "schedule"},
+      {ProposalKind::kPriors, "priors"},       {ProposalKind::kWithdraw, "withdraw"}};
   return kAll;
 }
 

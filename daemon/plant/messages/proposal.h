@@ -14,7 +14,8 @@ enum class ProposalKind {
   kCheck,      ///< likewise check it
   kActivate,   ///< a calibration of this cell's journal should be used again
   kSchedule,   ///< [schedule] of its configuration should be this one
-  kPriors      ///< its robot file should take these tolerances
+  kPriors,     ///< its robot file should take these tolerances
+  kWithdraw    ///< the proposal of this id need not be answered any more
 };
 const char* to_string(ProposalKind kind);
 

@@ -18,23 +18,6 @@ std::filesystem::path file_in(const std::filesystem::path& state_dir) {
   return state_dir / "proposals.json";
 }
 
-/// Why it can never be used; none: it may be.
-std::optional<std::string> unusable(const Proposal& proposal) {
-  if (proposal.kind == ProposalKind::kActivate && proposal.session < 1) return "names no session";
-  if (proposal.kind == ProposalKind::kPriors && proposal.text.empty()) return "has no priors";
-  if (proposal.kind != ProposalKind::kSchedule) return std::nullopt;
-  try {
-    const calib::TomlTable table = calib::TomlTable::parse(proposal.text, "proposal");
-    // That the cell is clear within a window is not the plant's to say.
-    for (const char* key : {"unattended", "responsible"})
-      if (table.has(key)) table.fail(key, "is the word of the cell's own people, in cellcald.toml");
-    (void)read_schedule(table);
-  } catch (const calib::FileError& wrong) {
-    return wrong.what();
-  }
-  return std::nullopt;
-}
-
 bool has_a_file(ProposalKind kind) {
   return kind == ProposalKind::kSchedule || kind == ProposalKind::kPriors;
 }
@@ -49,8 +32,26 @@ const char* to_string(Stand stand) {
       return "accepted";
     case Stand::kRefused:
       return "refused";
+    case Stand::kWithdrawn:
+      return "withdrawn";
   }
   return "";
+}
+
+std::optional<std::string> unusable(const Proposal& proposal) {
+  if (proposal.kind == ProposalKind::kActivate && proposal.session < 1) return "names no session";
+  if (proposal.kind == ProposalKind::kPriors && proposal.text.empty()) return "has no priors";
+  if (proposal.kind != ProposalKind::kSchedule) return std::nullopt;
+  try {
+    const calib::TomlTable table = calib::TomlTable::parse(proposal.text, "proposal");
+    // That the cell is clear within a window is not the plant's to say.
+    for (const char* key : {"unattended", "responsible"})
+      if (table.has(key)) table.fail(key, "is the word of the cell's own people, in cellcald.toml");
+    (void)read_schedule(table);
+  } catch (const calib::FileError& wrong) {
+    return wrong.what();
+  }
+  return std::nullopt;
 }
 
 bool may_be_policy(ProposalKind kind) { return !has_a_file(kind); }
@@ -139,9 +140,13 @@ void ProposalBox::act(const Proposal& proposal, const Say& say) {
 std::optional<Stand> ProposalBox::take(const Proposal& proposal, const std::string& utc) {
   const std::lock_guard lock(mutex_);
   KeptProposal* kept = known(proposal.id);
+  const bool withdrawn = proposal.kind == ProposalKind::kWithdraw;
+  if (kept != nullptr && withdrawn && kept->stand == Stand::kOpen)
+    return decide(*kept, Stand::kWithdrawn, {proposal.by, "withdrawn: " + proposal.reason, utc})
+        .stand;
   if (kept == nullptr) {
-    if (std::ranges::count(kept_, Stand::kOpen, &KeptProposal::stand) >=
-        static_cast<std::ptrdiff_t>(kMostOpen))
+    if (!withdrawn && std::ranges::count(kept_, Stand::kOpen, &KeptProposal::stand) >=
+                          static_cast<std::ptrdiff_t>(kMostOpen))
       return std::nullopt;
     const std::vector<KeptProposal> before = kept_;
     kept_.push_back({proposal, utc, Stand::kOpen, "", "", ""});
@@ -150,6 +155,9 @@ std::optional<Stand> ProposalBox::take(const Proposal& proposal, const std::stri
           kept_, [](const KeptProposal& one) { return one.stand != Stand::kOpen; }));
     kept = &kept_.back();
     try {
+      if (withdrawn)  // before it ever came
+        return decide(*kept, Stand::kWithdrawn, {proposal.by, "withdrawn: " + proposal.reason, utc})
+            .stand;
       if (const auto why = unusable(proposal))
         return decide(*kept, Stand::kRefused, {kCell, *why, utc}).stand;
       store();

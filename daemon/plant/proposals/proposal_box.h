@@ -14,7 +14,7 @@
 
 namespace cellcal::daemon::plant {
 
-enum class Stand { kOpen, kAccepted, kRefused };
+enum class Stand { kOpen, kAccepted, kRefused, kWithdrawn };
 const char* to_string(Stand stand);
 
 struct KeptProposal {
@@ -85,6 +85,8 @@ class ProposalBox {
   std::vector<KeptProposal> kept_;  ///< oldest first
 };
 
+/// Why it can never be used, by the readers that the cell has; none: it may be.
+std::optional<std::string> unusable(const Proposal& proposal);
 /// A schedule and priors are accepted by people alone.
 bool may_be_policy(ProposalKind kind);
 

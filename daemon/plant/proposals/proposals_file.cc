@@ -25,16 +25,18 @@ fields::Value<Proposal> proposal() {
 
 const fields::Table<KeptProposal>& kept_fields() {
   using T = KeptProposal;
-  static const fields::Table<T> kTable{field("proposal", &T::proposal, proposal()),
-                                       field("received", &T::received, line()),
-                                       field("stand", &T::stand,
-                                             fields::word<Stand>({{Stand::kOpen, "open"},
-                                                                  {Stand::kAccepted, "accepted"},
-                                                                  {Stand::kRefused, "refused"}})),
-                                       field("decided", &T::decided, line()),
-                                       field("by", &T::by, line()),
-                                       field("reason", &T::reason, bounded(kLongestText)),
-                                       fields::optional(field("told", &T::told, fields::flag()))};
+  static const fields::Table<T> kTable{
+      field("proposal", &T::proposal, proposal()),
+      field("received", &T::received, line()),
+      field("stand", &T::stand,
+            fields::word<Stand>({{Stand::kOpen, "open"},
+                                 {Stand::kAccepted, "accepted"},
+                                 {Stand::kRefused, "refused"},
+                                 {Stand::kWithdrawn, "withdrawn"}})),
+      field("decided", &T::decided, line()),
+      field("by", &T::by, line()),
+      field("reason", &T::reason, bounded(kLongestText)),
+      fields::optional(field("told", &T::told, fields::flag()))};
   return kTable;
 }
 

@@ -130,5 +130,82 @@ TEST(a_certificate, reaches_the_plant_byte_for_byte_with_what_verifies_it) {
   EXPECT_NE(large.body.find("5.6 MB"), std::string::npos) << large.body;
 }
 
+Outcome propose(const Broker& broker, std::vector<std::string> what) {
+  what.insert(what.begin(), {CELLCAL, "fleet", "propose", "graz/weld-3"});
+  what.insert(what.end(), {"--broker", "127.0.0.1", "--port", std::to_string(broker.port()),
+                           "--no-tls", "--by", "M. Huber", "--json"});
+  return run_program(what);
+}
+
+/// The stand of the cell's newest proposal, once it is this one.
+void wait_for_stand(const DaemonFixture& fixture, const std::string& id, const std::string& stand) {
+  std::string last;
+  for (int i = 0; i < 1000; ++i) {
+    last = http_request(fixture.socket(), "GET", "/v1/proposals").body;
+    const auto all = nlohmann::json::parse(last)["proposals"];
+    if (!all.empty() && all[0]["id"] == id && all[0]["stand"] == stand) return;
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  FAIL() << last;
+}
+
+const plant::AnswerFact* answer_to(const std::string& id, const std::vector<plant::Fact>& facts) {
+  for (const plant::Fact& fact : facts)
+    if (const auto* answer = std::get_if<plant::AnswerFact>(&fact.body);
+        answer && answer->proposal == id)
+      return answer;
+  return nullptr;
+}
+
+TEST(a_proposal_of_the_plant, is_seen_and_accepted_at_the_cell_answered_and_taken_from_the_broker) {
+  const TemporaryDirectory broker_dir;
+  Broker broker(broker_dir.path());
+  Listener plant(broker.port(), "plant", "cellcal/#");
+  DaemonFixture fixture(plant_of(broker));
+  fixture.start();
+  std::ofstream(fixture.dir / "wrong.toml")
+      << "[[session]]\nname = \"nightly\"\nkind = \"dance\"\n";
+  const Outcome wrong =
+      propose(broker, {"--schedule", fixture.dir / "wrong.toml", "--reason", "nights"});
+  EXPECT_EQ(wrong.status, 1);
+  EXPECT_NE(wrong.err.find("kind"), std::string::npos) << wrong.err;
+  const Outcome proposed = propose(broker, {"--check", "--reason", "A3 drifts", "--id", "p-17"});
+  ASSERT_EQ(proposed.status, 0) << proposed.err;
+  wait_for_stand(fixture, "p-17", "open");
+  EXPECT_NE(fixture.cellcal({"proposals"}).out.find("check this cell, by M. Huber: A3 drifts"),
+            std::string::npos);
+  ASSERT_EQ(
+      run_program({CELLCAL, "proposals", "--socket", fixture.socket(), "accept", "p-17"}).status,
+      0);
+  const auto answered = [](const std::string& id) {
+    return [id](const std::vector<Heard>& all) { return answer_to(id, facts_in(all)) != nullptr; };
+  };
+  EXPECT_TRUE(answer_to("p-17", facts_in(plant.until(answered("p-17"))))->accepted);
+  EXPECT_EQ(fixture.status()["phase"], "idle") << "nothing moves by it";
+
+  const Outcome other = propose(broker, {"--calibrate", "--reason", "yearly", "--id", "p-18"});
+  ASSERT_EQ(other.status, 0) << other.err;
+  wait_for_stand(fixture, "p-18", "open");
+  ASSERT_EQ(propose(broker, {"--withdraw", "p-18", "--reason", "done by hand"}).status, 0);
+  wait_for_stand(fixture, "p-18", "withdrawn");
+  EXPECT_FALSE(answer_to("p-18", facts_in(plant.until(answered("p-18"))))->accepted);
+  EXPECT_NE(
+      run_program({CELLCAL, "proposals", "--socket", fixture.socket(), "accept", "p-18"}).status,
+      0);
+
+  // Taken away at the latest when the daemon connects again.
+  fixture.daemon->signal(SIGTERM);
+  fixture.daemon->wait();
+  fixture.start();
+  const auto gone = [](const std::vector<Heard>& all) {
+    std::set<std::string> taken;
+    for (const Heard& one : all)
+      if (one.payload.empty()) taken.insert(one.topic);
+    return taken.contains("cellcal/graz/weld-3/proposal/p-17") &&
+           taken.contains("cellcal/graz/weld-3/proposal/p-18");
+  };
+  plant.until(gone);
+}
+
 }  // namespace
 }  // namespace cellcal::daemon::testing

@@ -52,6 +52,21 @@ struct AProposalBox : ::testing::Test {
   const Say anna{"anna", "fits", "t1"};
 };
 
+TEST_F(AProposalBox, LeavesNothingToAnswerOfWhatThePlantWithdrawsButWhatWasDecided) {
+  ProposalBox kept = box();
+  kept.take(proposal("p-1"), "t0");
+  kept.take(proposal("p-2"), "t0");
+  kept.accept("p-2", anna);
+  for (const char* id : {"p-1", "p-2", "p-3"})
+    kept.take(proposal(id, ProposalKind::kWithdraw), "t1");
+  EXPECT_EQ(why_not([&] { kept.accept("p-1", anna); }), NotDecided::Why::kDecided);
+  EXPECT_EQ(box().all()[2].stand, Stand::kWithdrawn);
+  EXPECT_EQ(kept.all()[1].stand, Stand::kAccepted);
+  EXPECT_EQ(kept.take(proposal("p-3"), "t2"), Stand::kWithdrawn) << "it came late";
+  ASSERT_EQ(answers.size(), 3U);
+  EXPECT_EQ(answers[1], (AnswerFact{"p-1", false, "M. Huber", "withdrawn: drift"}));
+}
+
 TEST_F(AProposalBox, KeepsWhatIsProposedUntilSomebodySaysSomethingAlsoAcrossARestart) {
   EXPECT_EQ(box().take(proposal("p-1"), "t0"), Stand::kOpen);
   ProposalBox again = box();
