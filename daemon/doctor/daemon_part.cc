@@ -8,6 +8,7 @@
 #include "daemon/api/http/http.h"
 #include "daemon/doctor/link_words.h"
 #include "daemon/doctor/parts.h"
+#include "daemon/files/printable.h"
 
 namespace cellcal::daemon {
 
@@ -83,6 +84,45 @@ std::optional<DaemonSeen> look_at_daemon(const DaemonConfig& config, Findings& f
     findings.ok(check, words);
   }
   return seen;
+}
+
+void judge_plant(const std::string& plant, Findings& findings) {
+  const std::string check = "plant";
+  const json line = json::parse(plant, nullptr, false);
+  if (!line.is_object() || !line.contains("connected")) {
+    findings.skip(check, "the daemon says nothing of it (another version)");
+    return;
+  }
+  const bool connected = line["connected"] == true;
+  const double waiting = figure(line, "waiting");
+  std::string found = fmt::format("{:.0f} facts wait", waiting);
+  if (const std::string oldest = text(line, "oldest"); !oldest.empty())
+    found += ", the oldest of " + printable(oldest);
+  found += fmt::format("; {} since {}", connected ? "connected" : "not connected",
+                       printable(text(line, "since")));
+  if (const double dropped = figure(line, "dropped") + figure(line, "not_begun"); dropped > 0.0)
+    found += fmt::format("; {:.0f} of telemetry dropped for want of room", dropped);
+  const std::string words = printable(text(line, "words"));
+  if (!words.empty())
+    findings.warn(check, found, words);
+  else if (!connected)
+    findings.warn(check, found, "wait for the first connection, then run 'cellcal doctor' again");
+  else
+    findings.ok(check, found);
+}
+
+void look_at_plant(const DaemonConfig& config, Findings& findings) {
+  if (!config.plant) return;
+  try {
+    const Response answer = http_request(config.socket, "GET", "/v1/plant");
+    if (answer.status == 404)
+      findings.warn("plant", "cellcald runs without it",
+                    "sudo systemctl reload cellcald: [plant] was added since");
+    else
+      judge_plant(answer.body, findings);
+  } catch (const SocketError& gone) {
+    findings.skip("plant", gone.what());
+  }
 }
 
 void judge_links_of(const std::string& status_text, Findings& findings) {

@@ -52,6 +52,7 @@ void examine(const DoctorRequest& request, Findings& findings) {
   const std::optional<calib::Cell> cell = look_at_cell(request, *config, findings);
   look_at_files(request, *config, findings);
   const std::optional<DaemonSeen> daemon = look_at_daemon(*config, findings);
+  if (daemon) look_at_plant(*config, findings);
   const std::optional<ProcessRights> rights = daemon ? daemon->rights : std::nullopt;
   if (daemon && daemon->running) {
     // Its session holds port and device. Taking them away would stop it.

@@ -30,6 +30,9 @@ struct DaemonSeen {
   std::optional<ProcessRights> rights;
 };
 std::optional<DaemonSeen> look_at_daemon(const DaemonConfig& config, Findings& findings);
+/// The line to the plant, as GET /v1/plant has it; never FAILED, as no cell depends on it.
+void judge_plant(const std::string& plant, Findings& findings);
+void look_at_plant(const DaemonConfig& config, Findings& findings);
 /// The links of a session that is under way, by the daemon's own figures.
 void judge_links_of(const std::string& status, Findings& findings);
 

@@ -62,6 +62,30 @@ TEST(link_words, leave_out_what_is_not_there) {
   EXPECT_EQ(eki.find("replies"), std::string::npos) << eki;
 }
 
+TEST(the_line_to_the_plant, is_told_with_what_waits_since_when_and_what_to_do_and_never_fails) {
+  json line{{"connected", true}, {"since", "2026-11-22T20:00:00Z"},  {"words", ""},
+            {"waiting", 3},      {"oldest", "2026-11-21T08:00:00Z"}, {"dropped", 0},
+            {"not_begun", 0}};
+  const auto judge = [&] {
+    Findings findings;
+    judge_plant(line.dump(), findings);
+    return finding_of(findings, "plant");
+  };
+  EXPECT_EQ(judge().outcome, Outcome::kOk);
+  EXPECT_EQ(
+      judge().found,
+      "3 facts wait, the oldest of 2026-11-21T08:00:00Z; connected since 2026-11-22T20:00:00Z");
+  line["connected"] = false;
+  line["words"] = "broker b:8883: not reached. Check the cable";
+  line["dropped"] = 7;
+  EXPECT_EQ(judge().outcome, Outcome::kWarning);
+  EXPECT_NE(judge().found.find("not connected since"), std::string::npos);
+  EXPECT_NE(judge().found.find("7 of telemetry dropped"), std::string::npos);
+  EXPECT_EQ(judge().advice, line["words"]);
+  line = "another version";
+  EXPECT_EQ(judge().outcome, Outcome::kSkipped);
+}
+
 TEST(real_time, is_judged_by_the_daemon_that_runs) {
   DaemonConfig config;
   ProcessRights rights;
