@@ -135,8 +135,9 @@ std::string figures(const DaemonConfig& c) {
   }
   if (const auto& p = c.plant) {
     text += line("plant", p->plant, p->cell, p->host, p->port, p->tls, p->ca, p->certificate,
-                 p->key, p->user, p->password_file, p->accept.empty() ? "" : p->accept.front(),
-                 p->touches, p->health_minutes, p->outbox_megabytes);
+                 p->key, p->user, p->password_file, p->former.empty() ? "" : p->former.front(),
+                 p->accept.empty() ? "" : p->accept.front(), p->touches, p->health_minutes,
+                 p->outbox_megabytes);
   }
   const drivers::RsiConfig& r = c.rsi;
   text += line("rsi", r.bind_address, r.port, r.sentype, r.axis_tag, r.external_axis_tag,
@@ -192,6 +193,7 @@ std::string with_another(const std::string& text, const std::string& table,
                             "\"Xy\"",
                             "[1, 2]",
                             "[\"check\"]",
+                            "[\"graz/weld-2\"]",
                             "[1, 2, 3]",
                             "\"127.0.0.1:9\"",
                             "\"on request\"",
