@@ -199,6 +199,12 @@ TEST_F(a_described_api, answers_as_it_is_described) {
                              "2026-01-01T00:00:00.000Z", 7};
   }));
   EXPECT_EQ(ask("GET", "/v1/plant").status, 200);
+  const auto certify = [&](const std::string& of, const char* body) {
+    return ask("POST", "/v1/sessions/" + of + "/certificate", body, "/v1/sessions/{id}/certificate").status;
+  };
+  EXPECT_EQ(certify(std::to_string(id), R"({"certificate": "1-0", "files": []})"), 422) << "it has no calibration";
+  EXPECT_EQ(certify(std::to_string(id), "{}"), 400);
+  EXPECT_EQ(certify("99", R"({"certificate": "1-0", "files": []})"), 404);
   EXPECT_EQ(ask("GET", "/metrics").status, 200);
   EXPECT_EQ(ask("GET", "/v1/proposals").status, 404) << "it belongs to no plant";
   api.use(proposals);
