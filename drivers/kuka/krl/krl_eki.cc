@@ -7,6 +7,7 @@
 #include "drivers/error.h"
 #include "drivers/kuka/krl/krl_files.h"
 #include "drivers/kuka/krl/krl_template.h"
+#include "drivers/kuka/wire/xml_values.h"
 
 namespace cellcal::drivers {
 namespace {
@@ -44,13 +45,86 @@ std::string number_or(const char* array, int number, const char* otherwise) {
   return number == 0 ? otherwise : fmt::format("{}[{}]", array, number);
 }
 
+// Sizes of TOOL_DATA and BASE_DATA in $config.dat, of every release.
+constexpr int kTools = 16, kBases = 32;
+// At rest for so long, by steps of less than a hundredth of a degree, is no pause of a motion.
+constexpr int kFrameRestMs = 300;
+
+/// One line for each component of a frame; {0} is "X".
+std::string per_component(std::string_view form) {
+  std::string text;
+  for (const char name : wire::kFrameNames) {
+    if (!text.empty()) text += '\n';
+    text += fmt::format(fmt::runtime(form), name);
+  }
+  return text;
+}
+
+std::string without_cr(std::string text) {
+  std::erase(text, '\r');
+  while (text.ends_with('\n')) text.pop_back();
+  return text;
+}
+
+/// What reads and sets frames; nothing of it where the configuration does not ask for it.
+krl::Places frame_places_of(const EkiFilesConfig& c) {
+  const char* const kPlaces[] = {"FRAME_DATA",   "FRAME_RECEIVE", "FRAME_SEND",    "FRAME_CALL",
+                                 "FRAME_FORGET", "FRAME_ANSWER",  "FRAME_PROGRAM", "FRAME_START"};
+  krl::Places places;
+  for (const char* place : kPlaces) places[place];
+  if (!c.write_frames) return places;
+  const auto set_int = [](std::string_view element, std::string_view value) {
+    return fmt::format("  RET=EKI_SetInt(\"CellcalEki\",\"RobotState/Frame/@{}\",{})\n", element,
+                       value);
+  };
+  const auto set_frame = [](std::string_view element, std::string_view value) {
+    return per_component(fmt::format(
+        "  RET=EKI_SetReal(\"CellcalEki\",\"RobotState/{}/@{{0}}\",{}.{{0}})", element, value));
+  };
+  const auto elements = [](std::string_view root, std::string_view type) {
+    std::string text;
+    for (const char* name : {"Ask", "Do", "Kind", "Number"})
+      text += fmt::format("      <ELEMENT Tag=\"{}/Frame/@{}\"{}/>\n", root, name, type);
+    return text;
+  };
+  places["FRAME_RECEIVE"] =
+      elements("RobotCommand", " Type=\"INT\"") +
+      per_component("      <ELEMENT Tag=\"RobotCommand/Frame/@{0}\" Type=\"REAL\"/>");
+  places["FRAME_SEND"] = elements("RobotState", "") +
+                         "      <ELEMENT Tag=\"RobotState/Frame/@Done\"/>\n" +
+                         per_component("      <ELEMENT Tag=\"RobotState/FrameOld/@{0}\"/>") + "\n" +
+                         per_component("      <ELEMENT Tag=\"RobotState/FrameNew/@{0}\"/>");
+  places["FRAME_CALL"] = "  CC_FRAME ( )";
+  places["FRAME_FORGET"] =
+      "      ;what the client that is gone asked for is not done behind its back\n      CC_FRAME_WAIT=FALSE\n      CC_FRAME_ASK=0\n      CC_FRAME_DONE=0";
+  places["FRAME_START"] = "  CC_FRAME_WAIT=FALSE\n  CC_FRAME_ASK=0\n  CC_FRAME_DONE=0";
+  places["FRAME_ANSWER"] = set_int("Ask", "CC_FRAME_ASK") + set_int("Do", "CC_FRAME_DO") +
+                           set_int("Kind", "CC_FRAME_KIND") + set_int("Number", "CC_FRAME_NO") +
+                           set_int("Done", "CC_FRAME_DONE") +
+                           set_frame("FrameOld", "CC_FRAME_OLD") + "\n" +
+                           set_frame("FrameNew", "CC_FRAME_NEW");
+  places["FRAME_DATA"] = without_cr(krl::fill(krl::template_text("cellcal_frames.dat.in"), {}));
+  places["FRAME_PROGRAM"] = without_cr(krl::fill(
+      krl::template_text("cellcal_frames.sub.in"),
+      {{"TIMER_CLOCK", fmt::to_string(c.first_timer)},
+       {"FRAME_REST_MS", fmt::to_string(kFrameRestMs)},
+       {"FRAME_TOOLS", fmt::to_string(kTools)},
+       {"FRAME_BASES", fmt::to_string(kBases)},
+       {"GET_FRAME",
+        per_component("    RET=EKI_GetReal(\"CellcalEki\",\"RobotCommand/Frame/@{0}\",AIM.{0})\n"
+                      "    OK=OK AND (RET.Msg_No==0)")},
+       {"FRAME_STILL", per_axis("  OK=OK AND (ABS($AXIS_ACT_MEAS.{0}-CC_FRAME_REST.{0})<0.01)",
+                                c.external_axes, "", "")}}));
+  return places;
+}
+
 krl::Places places_of(const EkiFilesConfig& c) {
   const auto axes = [&](std::string_view form, std::string_view first = "Axis",
                         std::string_view external = "Ext") {
     return per_axis(form, c.external_axes, first, external);
   };
   const auto text = [](int value) { return fmt::to_string(value); };
-  return {
+  krl::Places places = {
       {"VERSION", krl::release()},
       {"ADDRESS", c.address},
       {"PORT", text(c.port)},
@@ -88,6 +162,8 @@ krl::Places places_of(const EkiFilesConfig& c) {
       {"SOFT_LIMITS", axes("  OK=OK AND (CC_TARGET.{0}>=$SOFTN_END[{2}]) AND "
                            "(CC_TARGET.{0}<=$SOFTP_END[{2}])")},
   };
+  places.merge(frame_places_of(c));
+  return places;
 }
 
 }  // namespace

@@ -98,6 +98,10 @@ bool EkiController::moving() const { return !impl_->arm.at_rest(); }
 bool EkiController::ready() const { return impl_->is_ready(); }
 std::uint32_t EkiController::session() const { return impl_->session; }
 std::uint64_t EkiController::moves() const { return impl_->moves; }
+drivers::EkiFrameValues EkiController::frame(drivers::EkiFrameKind kind, int number) const {
+  return impl_->frames_of(kind).at(static_cast<std::size_t>(number) - 1);
+}
+std::uint64_t EkiController::frames_set() const { return impl_->frames_set; }
 const EkiChannel& EkiController::channel() const { return impl_->channel; }
 
 }  // namespace cellcal::sim

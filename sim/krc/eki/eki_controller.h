@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "drivers/kuka/wire/eki_codec.h"
+#include "drivers/kuka/wire/eki_frame_codec.h"
 #include "drivers/time.h"
 #include "sim/krc/eki/eki_channel.h"
 
@@ -40,6 +41,9 @@ struct EkiControllerConfig {
   double noise_sigma_deg = 0.0;   ///< of $AXIS_ACT_MEAS and $AXIS_INT alone
   std::uint64_t seed = 1;
   std::vector<double> soft_min_rad, soft_max_rad;  ///< software limit switches; empty: none
+  /// TOOL_DATA[1..] and BASE_DATA[1..] of $config.dat. They can be set where the channel file has frames.
+  std::vector<drivers::EkiFrameValues> tool_data = std::vector<drivers::EkiFrameValues>(16);
+  std::vector<drivers::EkiFrameValues> base_data = std::vector<drivers::EkiFrameValues>(32);
   bool clears_on_reconnect = true;  ///< the program's EKI_Clear; false: stale queues stay
 };
 
@@ -89,6 +93,9 @@ class EkiController {
   bool ready() const;
   std::uint32_t session() const;
   std::uint64_t moves() const;  ///< begun since power on
+  /// TOOL_DATA or BASE_DATA as it is now. Throws std::out_of_range.
+  drivers::EkiFrameValues frame(drivers::EkiFrameKind kind, int number) const;
+  std::uint64_t frames_set() const;  ///< since power on
   const EkiChannel& channel() const;
 
  private:

@@ -14,6 +14,9 @@
 
 namespace cellcal::sim {
 
+/// As EKI writes a REAL.
+std::string krl_real(double value);
+
 struct EkiPrograms {
   using EkiMode = drivers::EkiMode;
   using EkiOutcome = drivers::EkiOutcome;
@@ -41,6 +44,14 @@ struct EkiPrograms {
   /// One step towards a robot program that is cancelled; until it is, the move counts as under way.
   void end_program();
   void watch_connection(TimePoint now);
+  /// CC_FRAME: one frame of $config.dat, read or set, once the arm has stood for a while.
+  void attend_frame(TimePoint now);
+  void take_frame_telegram(TimePoint now);
+  drivers::EkiFrameDone frame_objection(TimePoint now) const;
+  void send_frame();
+  const std::vector<drivers::EkiFrameValues>& frames_of(drivers::EkiFrameKind kind) const {
+    return kind == drivers::EkiFrameKind::kTool ? config.tool_data : config.base_data;
+  }
   std::vector<double> noisy(std::vector<double> rad);
   void send_state(TimePoint now);
 
@@ -96,6 +107,14 @@ struct EkiPrograms {
   TimePoint heard_at{}, reopen_at{};
   bool was_connected = false, fresh_session = false, ending = false;
   EkiOutcome outcome = EkiOutcome::kNone;
+
+  // what it knows of frames: CC_FRAME_...
+  bool has_frames = false, frame_waits = false;
+  drivers::EkiFrameCommand frame_order;
+  drivers::EkiFrameAnswer frame_answer;
+  std::vector<double> frame_rest;
+  TimePoint frame_at{};
+  std::uint64_t frames_set = 0;
 
   // what the robot program does
   Phase phase = Phase::kIdle;

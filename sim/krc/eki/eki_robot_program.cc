@@ -115,6 +115,7 @@ void EkiPrograms::run_submit(TimePoint now, const Faults& faults) {
   watch_connection(now);
   if (cycles % (config.state_ms / config.cycle_ms) != 0) return;
   if (!faults.deaf) read_telegrams(now, faults.forgetful);
+  if (!faults.deaf && has_frames) attend_frame(now);
   watch(now);
   if (!faults.muted) send_state(now);
 }

@@ -19,15 +19,6 @@ using drivers::kDegPerRad;
 using drivers::kRadPerDeg;
 constexpr double kUsualSpeed = 3.0;
 
-std::string real(double value) {
-  // KRL's REAL is a 32-bit float; EKI writes six decimals.
-  std::array<char, 64> buffer{};
-  const auto end =
-      std::to_chars(buffer.data(), buffer.data() + buffer.size(),
-                    static_cast<double>(static_cast<float>(value)), std::chars_format::fixed, 6);
-  return {buffer.data(), end.ptr};
-}
-
 std::string axis_path(std::string_view root, std::string_view first, std::string_view external,
                       std::size_t i) {
   const bool own = i < 6;
@@ -36,6 +27,15 @@ std::string axis_path(std::string_view root, std::string_view first, std::string
 }
 
 }  // namespace
+
+std::string krl_real(double value) {
+  // KRL's REAL is a 32-bit float; EKI writes six decimals.
+  std::array<char, 64> buffer{};
+  const auto end =
+      std::to_chars(buffer.data(), buffer.data() + buffer.size(),
+                    static_cast<double>(static_cast<float>(value)), std::chars_format::fixed, 6);
+  return {buffer.data(), end.ptr};
+}
 
 EkiPrograms::EkiPrograms(EkiControllerConfig c)
     : config(std::move(c)),
@@ -61,6 +61,8 @@ EkiPrograms::EkiPrograms(EkiControllerConfig c)
     throw std::invalid_argument("emulated EKI controller: max_speed_rad_s needs one per axis");
   }
   latch = config.start_rad;
+  has_frames = std::any_of(channel.config().receive.begin(), channel.config().receive.end(),
+                           [](const auto& one) { return one.first == "RobotCommand/Frame/@Ask"; });
   channel.open();
 }
 
@@ -192,6 +194,8 @@ void EkiPrograms::watch_connection(TimePoint now) {
     was_connected = false;
     stop_motion();
     session = 0;
+    frame_waits = false;
+    frame_answer = {};
     if (config.clears_on_reconnect) {
       channel.clear();
     } else {
@@ -217,8 +221,8 @@ void EkiPrograms::send_state(TimePoint now) {
   const auto flag = [&](const char* path, bool value) { put(path, value ? 1 : 0); };
   const std::vector<double> at = noisy(arm.actual_at(now));
   for (std::size_t i = 0; i < axes; ++i) {
-    channel.set(axis_path("RobotState", "Axis", "Ext", i), real(at[i] * kDegPerRad));
-    channel.set(axis_path("RobotState", "Latch", "LatchExt", i), real(latch[i] * kDegPerRad));
+    channel.set(axis_path("RobotState", "Axis", "Ext", i), krl_real(at[i] * kDegPerRad));
+    channel.set(axis_path("RobotState", "Latch", "LatchExt", i), krl_real(latch[i] * kDegPerRad));
   }
   put("RobotState/@Session", session);
   put("RobotState/@Heard", heard);
@@ -242,6 +246,7 @@ void EkiPrograms::send_state(TimePoint now) {
   flag("RobotState/Status/@Input", input_level);
   put("RobotState/Status/@Fault", fault);
   put("RobotState/Status/@Bad", bad);
+  if (has_frames) send_frame();
   channel.send("RobotState");
 }
 

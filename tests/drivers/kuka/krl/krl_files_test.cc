@@ -106,8 +106,27 @@ TEST(KrlChecker, SeesWhatIsWrong) {
           .empty());
 }
 
+EkiFilesConfig with_frames() {
+  EkiFilesConfig config = two_external();
+  config.write_frames = true;
+  return config;
+}
+
+TEST(EkiFiles, HoldNothingThatSetsAFrameUnlessAsked) {
+  for (const auto& [name, text] : eki_files(two_external())) {
+    EXPECT_EQ(text.find("FRAME_"), std::string::npos) << name;
+    EXPECT_EQ(text.find("/Frame"), std::string::npos) << name;
+    EXPECT_EQ(text.find("_DATA[CC_"), std::string::npos) << name;
+    EXPECT_EQ(text.find("\r\n\r\n\r\n"), std::string::npos) << name;
+  }
+  const std::string sub = eki_files(with_frames()).at("cellcal_sub.sub");
+  EXPECT_NE(sub.find("TOOL_DATA[CC_FRAME_NO]=CC_FRAME_AIM"), std::string::npos);
+  EXPECT_NE(sub.find("CC_FRAME_NO<=16"), std::string::npos);
+  EXPECT_NE(sub.find("(ABS($AXIS_ACT_MEAS.E2-CC_FRAME_REST.E2)<0.01)"), std::string::npos);
+}
+
 TEST(EkiFiles, AreSoundKrl) {
-  for (const EkiFilesConfig& config : {EkiFilesConfig(), two_external()}) {
+  for (const EkiFilesConfig& config : {EkiFilesConfig(), two_external(), with_frames()}) {
     const ControllerFiles files = eki_files(config);
     EXPECT_EQ(files.size(), 5u);
     for (const auto& [name, text] : files) {
@@ -135,7 +154,7 @@ TEST(EkiFiles, HoldAChannelFileThatTheEmulatorLoads) {
 }
 
 TEST(EkiFiles, ReadAndWriteEveryElementOnceWithItsType) {
-  const ControllerFiles files = eki_files(two_external());
+  const ControllerFiles files = eki_files(with_frames());
   const sim::EkiChannelConfig channel = sim::EkiChannelConfig::parse(files.at("CellcalEki.xml"));
   const std::string& sub = files.at("cellcal_sub.sub");
   std::map<std::string, std::vector<std::string>> calls;  // path: functions
@@ -152,9 +171,9 @@ TEST(EkiFiles, ReadAndWriteEveryElementOnceWithItsType) {
     const std::vector<std::string>& found = calls[path];
     // Move/@Id is set in the two arms of an IF.
     EXPECT_EQ(found.size(), path == "RobotState/Move/@Id" ? 2u : 1u) << path;
-    const bool angle =
-        path.find("/@A") != std::string::npos || path.find("/@E") != std::string::npos;
-    for (const std::string& one : found) EXPECT_EQ(one, angle ? "SetReal" : "SetInt") << path;
+    const bool real =
+        std::regex_search(path, std::regex("(Axis|Ext|Latch|FrameOld|FrameNew)/@[A-FX-Z]\\d?$"));
+    for (const std::string& one : found) EXPECT_EQ(one, real ? "SetReal" : "SetInt") << path;
     calls.erase(path);
   }
   for (const auto& [path, functions] : calls)
@@ -162,7 +181,7 @@ TEST(EkiFiles, ReadAndWriteEveryElementOnceWithItsType) {
 }
 
 TEST(EkiFiles, DeclareEveryGlobalOnceAndDefineEverySubprogramThatIsCalled) {
-  const ControllerFiles files = eki_files({});
+  const ControllerFiles files = eki_files(with_frames());
   std::multiset<std::string> declared, defined;
   for (const auto& [name, text] : files) {
     for (const std::string& line : code_lines(text)) {

@@ -1,0 +1,119 @@
+#include "drivers/kuka/eki/eki_frames.h"
+
+#include <cmath>
+#include <utility>
+
+namespace cellcal::drivers {
+namespace {
+
+using namespace std::chrono_literals;
+
+// The controller looks for 0.3 s itself; this is so that a moving arm is named before anything is sent.
+constexpr Duration kRest = 300ms;
+constexpr double kRestDeg = 0.01;
+// A session that has just gone is obeyed until the controller has noticed.
+constexpr Duration kSendLimit = 3s;
+// 0.3 s of rest, a pass of the submit program and a state; a slow submit interpreter has ten times as long.
+constexpr Duration kAnswerLimit = 4s;
+
+}  // namespace
+
+bool same_frame(const EkiFrameValues& sent, const EkiFrameValues& read) {
+  constexpr double kReal = 1.0 / (1 << 23);  // last bit of a 32-bit REAL
+  constexpr double kMm = 1e-4, kDeg = 1e-5;  // last decimals of the text
+  for (std::size_t i = 0; i < sent.size(); ++i) {
+    const double allowed = (i < 3 ? kMm : kDeg) + std::abs(sent[i]) * kReal;
+    if (!(std::abs(sent[i] - read[i]) <= allowed)) return false;
+  }
+  return true;
+}
+
+EkiFrameExchange::EkiFrameExchange(EkiFrameRequest request, std::uint32_t ask, TimePoint connected)
+    : request_(request), ask_(ask), connected_(connected) {}
+
+void EkiFrameExchange::on_bytes(std::string_view bytes, TimePoint now) {
+  for (const char c : bytes) {
+    if (result_) return;
+    switch (framer_.push(c)) {
+      case EkiFramer::Event::kNone:
+        break;
+      case EkiFramer::Event::kDocument:
+        on_document(framer_.document(), now);
+        break;
+      case EkiFramer::Event::kOversized:
+        return end(EkiFrameTrouble::kNotAStream);
+    }
+  }
+}
+
+/// Every state repeats the answer: one that is damaged is as if it had not come.
+void EkiFrameExchange::on_document(std::string_view document, TimePoint now) {
+  if (parser_.parse_state(document, state_) != EkiError::kNone) return;
+  if (sent_) {
+    std::optional<EkiFrameAnswer> answer;
+    if (parse_frame_answer(document, answer) != EkiError::kNone) return;
+    if (answer && answer->ask == ask_ && answer->done != EkiFrameDone::kNotYet) judge(*answer);
+    return;
+  }
+  if (!knows_frames(document)) return end(EkiFrameTrouble::kTooOld);
+  look(now);
+}
+
+/// May it be sent now?
+void EkiFrameExchange::look(TimePoint now) {
+  bool stands = rest_deg_.size() == state_.axes_deg.size();
+  for (std::size_t i = 0; stands && i < rest_deg_.size(); ++i)
+    stands = std::abs(rest_deg_[i] - state_.axes_deg[i]) < kRestDeg;
+  if (!stands) {
+    rest_deg_ = state_.axes_deg;
+    rest_since_ = now;
+  }
+  if (state_.session != 0) {
+    in_the_way_ = EkiFrameTrouble::kInSession;
+  } else if (state_.progress == EkiProgress::kMoving || now - rest_since_ < kRest) {
+    in_the_way_ = EkiFrameTrouble::kMoves;
+  } else {
+    EkiFrameCommand command{ask_, request_.values.has_value(), request_.kind, request_.number, {}};
+    if (request_.values) command.values = *request_.values;
+    output_ = format_frame_command(command);
+    sent_ = true;
+    sent_at_ = now;
+  }
+}
+
+void EkiFrameExchange::judge(const EkiFrameAnswer& answer) {
+  const bool set = request_.values.has_value();
+  if (answer.kind != request_.kind || answer.number != request_.number || answer.set != set)
+    return end(EkiFrameTrouble::kOtherFrame);
+  EkiFrameResult result;
+  if (answer.done != EkiFrameDone::kDone) {
+    result.end = EkiFrameEnd::kRefused;
+    result.refusal = answer.done;
+  } else {
+    result.old_values = answer.old_values;
+    result.new_values = answer.new_values;
+    result.end = !set                                              ? EkiFrameEnd::kRead
+                 : same_frame(*request_.values, answer.new_values) ? EkiFrameEnd::kSet
+                                                                   : EkiFrameEnd::kDiffers;
+  }
+  result_ = std::move(result);
+}
+
+/// A question whose answer is lost has changed nothing.
+void EkiFrameExchange::end(EkiFrameTrouble why) {
+  if (result_) return;
+  result_.emplace();
+  result_->end = sent_ && request_.values ? EkiFrameEnd::kUnknown : EkiFrameEnd::kNotSent;
+  result_->trouble = why;
+}
+
+void EkiFrameExchange::on_tick(TimePoint now) {
+  if (!sent_ && now - connected_ > kSendLimit) end(in_the_way_);
+  if (sent_ && now - sent_at_ > kAnswerLimit) end(EkiFrameTrouble::kNoAnswer);
+}
+
+void EkiFrameExchange::on_closed() { end(EkiFrameTrouble::kClosed); }
+
+std::string EkiFrameExchange::take_output() { return std::exchange(output_, {}); }
+
+}  // namespace cellcal::drivers
