@@ -102,6 +102,7 @@ class MockBackend final : public Backend {
   drivers::ContactSensor& contact() override { return cell_.contact(); }
   drivers::Clock& clock() override { return cell_; }
   bool virtual_time() const override { return true; }
+  bool emulated() const override { return true; }
   calib::Passable passable() override { return passable_; }
   std::optional<double> axis_reach_rad() override { return axis_reach_rad_; }
   /// Counts from a fixed day, so that the same seed gives the same files; unless dates are to be true.

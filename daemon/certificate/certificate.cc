@@ -15,6 +15,7 @@
 #include "daemon/certificate/sources.h"
 #include "daemon/files/printable.h"
 #include "daemon/report/drawing/text.h"
+#include "daemon/tasks/options.h"
 
 namespace cellcal::daemon::certificate {
 
@@ -47,7 +48,11 @@ void refuse_update(const Sources& sources, const std::string& from) {
 void add_identity(const Sources& s, const Issue& issue, CertificateData& data) {
   const std::string sum = calib::sha256(s.record.calibration);
   constexpr std::size_t kDigits = 12;
-  data.number = {fmt::format("{}-{}", s.record.id, sum.substr(0, kDigits)), "number"};
+  if (options_from_json(s.record.inputs.options).emulated)
+    data.emulated = {"emulated cell", "options#/emulated"};
+  data.number = {fmt::format("{}{}-{}", data.emulated.stated() ? kEmulatedNumber : "", s.record.id,
+                             sum.substr(0, kDigits)),
+                 "number"};
   data.session = s.session("id", std::to_string(s.record.id));
   data.cell = s.session("cell_name", s.record.inputs.cell_name);
   data.site = s.text("cell", "/identity/site");

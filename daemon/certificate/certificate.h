@@ -7,6 +7,7 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "daemon/archive/archive.h"
@@ -61,7 +62,12 @@ struct Decision {
   Entry predicted, required, nominal, of_nominal, most_of_nominal;
 };
 
+/// What a certificate's number begins with where no real arm was touched: who has the number alone sees it, as those do who
+/// verify a signature.
+inline constexpr std::string_view kEmulatedNumber = "emulated-";
+
 struct CertificateData {
+  Entry emulated;  ///< stated where the session was of the daemon's own emulated cell
   Entry number, session, cell, site, operator_name, issued, issued_local, issued_by,
       issuing_software;
   Entry robot, robot_serial, controller_serial, sensor, sensor_serial, tool, tip_radius;

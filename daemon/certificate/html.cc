@@ -273,6 +273,11 @@ std::string to_html(const CertificateData& d) {
       "<title>Calibration certificate</title>\n<style>\n{}</style>\n</head>\n<body>\n<main>\n"
       "<h1>Calibration certificate</h1>\n<p class=\"number\">Certificate {}</p>\n",
       escape(kContentPolicy), style_sheet(), shown(d.number));
+  if (d.emulated.stated())
+    html += fmt::format(
+        "<p class=\"emulated\">{}: no real robot was touched. What stands here is of a simulation, and certifies "
+        "nothing of any robot.</p>\n",
+        shown(d.emulated));
   html += object(d) + result(d) + decision(d) + artefacts(d) + frame(d) + conditions(d);
   html += "<h2>Remarks of the verdict</h2>\n" + list(d.remarks);
   html += issue(d) + sums(d) + parameters(d) + touches(d);

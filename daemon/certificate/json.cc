@@ -100,6 +100,7 @@ Json of_decision(const Decision& rule) {
 
 std::string to_json(const CertificateData& d) {
   Json whole{{"format", kFormat}};
+  whole["emulated"] = d.emulated.stated() ? to_value(d.emulated) : Json();
   const std::pair<const char*, const Entry*> entries[] = {
       {"number", &d.number},
       {"session", &d.session},

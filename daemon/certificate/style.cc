@@ -23,6 +23,7 @@ h2 { font-size: 11.5pt; margin: 6mm 0 2mm; padding-top: 2mm; border-top: 0.3mm s
 h3 { font-size: 9.5pt; margin: 3mm 0 1mm; break-after: avoid; }
 p, li { margin: 0 0 1.5mm; orphans: 3; widows: 3; }
 ol, ul { margin: 0; padding-left: 6mm; }
+.emulated { border: 1mm solid #b00; padding: 2mm 4mm; font-weight: bold; }
 .number { string-set: number content(); font-size: 11pt; margin-bottom: 4mm; }
 .result { border: 0.5mm solid #111; padding: 3mm 4mm; margin: 3mm 0; break-inside: avoid; }
 .result p { margin: 0; }

@@ -3,6 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "daemon/certificate/certificate.h"
 #include "daemon/certificate/signing/signed_files.h"
 #include "daemon/cli/certificate.h"
 #include "daemon/cli/offline/exit_status.h"
@@ -29,10 +30,12 @@ int verify(const VerifyCommand& command) try {
                                                    : command.key);
   const signing::Verified verified = signing::verify_files(command.file, key);
   const signing::Statement& is = verified.statement;
+  const bool emulated = is.certificate.starts_with(certificate::kEmulatedNumber);
   put(command.json
           ? json{{"verified", true},
                  {"failure", nullptr},
                  {"certificate", is.certificate},
+                 {"emulated", emulated},
                  {"signed_by", is.by},
                  {"signed_at", is.utc},
                  {"key", is.key},
@@ -40,9 +43,12 @@ int verify(const VerifyCommand& command) try {
                     .dump() +
                 "\n"
           : fmt::format(
-                "verified: certificate {}\nsigned by: {}\nsigned at: {}\nkey: {}\nfiles: {}\n",
-                is.certificate, or_not_stated(is.by), is.utc, is.key,
-                fmt::join(verified.files, ", ")),
+                "verified: certificate {}\n{}signed by: {}\nsigned at: {}\nkey: {}\nfiles: {}\n",
+                is.certificate,
+                emulated
+                    ? "emulated cell: no real robot was touched, it certifies nothing of any robot\n"
+                    : "",
+                or_not_stated(is.by), is.utc, is.key, fmt::join(verified.files, ", ")),
       {});
   return kSuccess;
 } catch (const NotVerified& error) {

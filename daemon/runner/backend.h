@@ -25,6 +25,8 @@ class Backend {
   /// True: time passes only in clock().sleep_until(). The worker then runs inline, so that the
   /// same seed gives the same bits.
   virtual bool virtual_time() const { return false; }
+  /// No real arm: a cell that is emulated in this process. Stands in the session's options, and on its certificate.
+  virtual bool emulated() const { return false; }
   /// Whether the threads that drive the devices have gone on since the last call. From one thread,
   /// any.
   virtual bool devices_alive() { return true; }

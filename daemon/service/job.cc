@@ -253,6 +253,7 @@ std::unique_ptr<Job> prepare(Journal& journal, const RunRequest& request, Sessio
   const bool dry =
       SessionKind::kDryRun == job->options.kind || SessionKind::kDryRun == request.kind;
   job->backend = make_backend(job->cell, dry ? kDryRunSpeed : 1.0);
+  if (!request.resume) job->options.emulated = job->backend->emulated();
   if (request.update) job->options.months = months_since(job->last_ended, job->backend->utc_now());
   return job;
 }

@@ -86,6 +86,7 @@ void each_later_key(Options& options, Visitor visit) {
   visit("accept_change", options.accept_change);
   visit("update", options.update);
   visit("months", options.months);
+  visit("emulated", options.emulated);
   visit("slow_back_off_m", options.touch.slow_back_off_m);
   visit("beyond_first_m", options.touch.beyond_first_m);
   visit("max_failed_in_a_row", options.touch.max_failed_in_a_row);

@@ -40,6 +40,7 @@ struct SessionOptions {
   bool update = false;
   double months = 0.0;         ///< update: since that calibration
   bool accept_change = false;  ///< the arm may be another since its last calibration
+  bool emulated = false;       ///< the daemon's own emulated cell: no real arm was touched
   TouchPolicy touch;
 };
 

@@ -41,6 +41,7 @@ TEST_F(the_certificate_command,
   const auto is = nlohmann::json::parse(verified.out);
   EXPECT_EQ(is["certificate"], told["number"]);
   EXPECT_EQ(is["signed_by"], "Q. Auditor");
+  EXPECT_EQ(is["emulated"], false);
   EXPECT_EQ(is["files"].size(), 3u);
 
   EXPECT_EQ(certify({"--key", dir / "k", "--out", dir / "c"}).status, 1)
@@ -53,6 +54,23 @@ TEST_F(the_certificate_command,
   EXPECT_EQ(changed.status, 3);
   EXPECT_EQ(nlohmann::json::parse(changed.out)["failure"], "changed_file");
   EXPECT_EQ(changed.err.find("cellcal verify: "), 0u);
+}
+
+TEST_F(the_certificate_command, of_an_emulated_cell_is_named_by_verify) {
+  Journal journal(dir / "j.db");
+  const std::int64_t id = record(journal, {.emulated = true}, false);
+  write_archive(make_archive(journal, id, dir / "none"), dir / "m");
+  ASSERT_EQ(run_program({CELLCAL, "certificate", "--make-key", "--key", dir / "k"}).status, 0);
+  ASSERT_EQ(run_program({CELLCAL, "certificate", dir / "m", "--no-pdf", "--key", dir / "k", "--out",
+                         dir / "c"})
+                .status,
+            0);
+  const auto is = nlohmann::json::parse(verify("c/certificate.html", "k.pub").out);
+  EXPECT_EQ(is["emulated"], true);
+  EXPECT_TRUE(is["certificate"].get<std::string>().starts_with("emulated-")) << is;
+  const Outcome told = run_program({CELLCAL, "verify", dir / "c", "--key", dir / "k.pub"});
+  EXPECT_NE(told.out.find("emulated cell: no real robot was touched"), std::string::npos)
+      << told.out;
 }
 
 TEST_F(the_certificate_command, writes_nothing_where_the_key_cannot_be_used) {

@@ -237,8 +237,11 @@ std::variant<double, std::string> Origins::at(const std::string& from) const {
   if (const auto of = inside("unit")) return unit(*of);
   if (const auto of = inside("sha256"))
     return calib::sha256(*of == "rows" ? rows_ : std::get<std::string>(at(*of)));
+  const auto options = [&] { return json::parse(session_.at("options").get<std::string>()); };
+  if (from == "options#/emulated") return options().at("emulated") == true ? "emulated cell" : "";
   if (from == "number")
-    return session_.at("id").get<std::string>() + "-" +
+    return (options().at("emulated") == true ? "emulated-" : "") +
+           session_.at("id").get<std::string>() + "-" +
            calib::sha256(session_.at("calibration").get<std::string>()).substr(0, 12);
   const std::size_t mark = from.find('#');
   const std::string source = from.substr(0, mark), path = from.substr(mark + 1);

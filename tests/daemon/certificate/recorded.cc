@@ -30,7 +30,9 @@ SessionInputs inputs_of(const Recording& what) {
     inputs.cell_text.replace(inputs.cell_text.find(z), z.size(),
                              fmt::format("{}]", 410.3 + 1e3 * what.longer_tool_m));
   }
-  inputs.options = options_to_json(SessionOptions{});
+  SessionOptions options;
+  options.emulated = what.emulated;
+  inputs.options = options_to_json(options);
   return inputs;
 }
 

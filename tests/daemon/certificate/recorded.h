@@ -23,6 +23,7 @@ struct Recording {
   bool lengths = true;          ///< certified ones; else the scope is near the targets
   bool as_fit = false;  ///< the journal has the check touches as fit touches: none for 'as found'
   bool gross_check = false;  ///< the last check touch, by some millimetres
+  bool emulated = false;     ///< of a daemon's own emulated cell
   std::string untouched{};   ///< target of which no touch is made
   int fit = 32;              ///< touches
   unsigned seed = 1;

@@ -165,10 +165,14 @@ TEST_F(a_certificate, lists_the_certified_lengths_whose_ends_were_touched) {
 TEST_F(a_certificate, of_an_arm_without_certified_lengths_claims_nothing_beyond_the_targets) {
   const TemporaryDirectory directory;
   Journal journal(directory / "j.db");
-  const std::int64_t id = record(journal, {.lengths = false}, false);
+  const std::int64_t id = record(journal, {.lengths = false, .emulated = true}, false);
   const Archive archive = make_archive(journal, id, directory / "none");
   expect_all_traced(archive);
-  const std::string html = to_html(make_certificate(archive, "e", kIssue));
+  const CertificateData data = make_certificate(archive, "e", kIssue);
+  EXPECT_TRUE(data.number.text.starts_with("emulated-")) << data.number.text;
+  const std::string html = to_html(data);
+  EXPECT_LT(html.find("no real robot was touched"), html.find("<h2>")) << "on its face";
+  EXPECT_EQ(nlohmann::json::parse(to_json(data)).at("emulated").at("text"), "emulated cell");
   EXPECT_NE(html.find("Scope: near the targets."), html.npos);
   EXPECT_NE(html.find("the scale of the arm is not traced"), html.npos);
   EXPECT_EQ(html.find("hold the scale;"), html.npos);
@@ -192,6 +196,7 @@ TEST_F(a_certificate, as_data_has_the_entries_of_the_document) {
   };
   const nlohmann::json json = nlohmann::json::parse(to_json(data));
   EXPECT_EQ(json.at("format"), "cellcal.certificate/1");
+  EXPECT_TRUE(json.at("emulated").is_null()) << "of a real one";
   walk(json);
   EXPECT_TRUE(std::includes(told.begin(), told.end(), printed.begin(), printed.end()));
   EXPECT_LE(told.size(), printed.size() + 2);  // where and why it went on is not printed
