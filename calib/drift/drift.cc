@@ -39,11 +39,14 @@ class Watch {
       point.cusum = at.cusum;
       point.share = std::max(at.ewma / kAlarmLimits.ewma, at.cusum / kAlarmLimits.cusum);
       of_course_.push_back(check);
+      chart_.undecided = 0;
       if (++chart_.counted >= kLeastChecks) chart_.state = judged(at);
       if (chart_.state == DriftState::kAlarms)
         freeze(check);
       else
         go_on(check);
+    } else if (check.left_out != LeftOut::kNotTheTool) {
+      ++chart_.undecided;
     }
     point.state = chart_.state;
     chart_.points.push_back(point);
@@ -129,7 +132,8 @@ DriftAdvice advice_for(const DriftChart& chart) {
   const CheckSeen& newest = chart.points.back().check;
   if (newest.left_out == LeftOut::kUndecided) return DriftAdvice::kCheckAgain;
   if (newest.holds == false) return for_change(newest.changed);
-  if (chart.state == DriftState::kWarns) return DriftAdvice::kCheckAgain;
+  if (chart.state == DriftState::kWarns || chart.state == DriftState::kUnknown)
+    return DriftAdvice::kCheckAgain;
   if (chart.state != DriftState::kAlarms) return DriftAdvice::kNone;
   if (chart.course && chart.course->checks == 1) return DriftAdvice::kCheckAgain;
   if (unusual_temperature(chart)) return DriftAdvice::kLetItWarmUp;
@@ -150,8 +154,21 @@ DriftChart drift_chart(const std::vector<CheckSeen>& checks) {
   Watch watch(reference_temperature_c(checks));
   for (const CheckSeen& check : checks) watch.take(check);
   DriftChart chart = std::move(watch).chart();
+  if (chart.state == DriftState::kInControl && chart.undecided >= kMostUndecided)
+    chart.state = DriftState::kUnknown;
   advise(chart);
   return chart;
+}
+
+void age(DriftChart& chart, double now_s) {
+  constexpr double kDayS = 86400.0;
+  if (chart.state != DriftState::kInControl) return;
+  const auto decided =
+      std::find_if(chart.points.rbegin(), chart.points.rend(),
+                   [](const DriftPoint& one) { return one.check.left_out == LeftOut::kNo; });
+  if (decided == chart.points.rend() || now_s - decided->check.time_s <= kMostDays * kDayS) return;
+  chart.state = DriftState::kUnknown;
+  advise(chart);
 }
 
 void advise(DriftChart& chart) { chart.advice = advice_for(chart); }

@@ -11,6 +11,11 @@ namespace cellcal::calib {
 /// them are not in it yet: advise().
 DriftChart drift_chart(const std::vector<CheckSeen>& checks);
 
+/// 'In control' is said of now: with `now_s` (since 1970, UTC) far behind the newest check that decided something, or as many
+/// undecided ones behind it as limits.h has, the state becomes kUnknown and the advice to check again. What warns or alarms
+/// stays.
+void age(DriftChart& chart, double now_s);
+
 /// Sets the advice by state, course, causes and newest check.
 void advise(DriftChart& chart);
 

@@ -86,6 +86,8 @@ std::string drift_to_json(const DriftChart& chart) {
                     {"advice", to_string(chart.advice)},
                     {"counted", chart.counted},
                     {"least", chart.least},
+                    {"undecided", chart.undecided},
+                    {"decided_s", nullptr},
                     {"warns", limits_to_json(chart.warns)},
                     {"alarms", limits_to_json(chart.alarms)},
                     {"noise", chart.noise},
@@ -96,6 +98,8 @@ std::string drift_to_json(const DriftChart& chart) {
                     {"words", words(chart)}};
   if (chart.per_kelvin_m) json["um_per_kelvin"] = vector_mm(*chart.per_kelvin_m * 1e3);
   if (chart.course) json["course"] = course_to_json(*chart.course);
+  for (const DriftPoint& point : chart.points)
+    if (point.check.left_out == LeftOut::kNo) json["decided_s"] = point.check.time_s;
   for (const DriftPoint& point : chart.points)
     json["points"].push_back(point_to_json(point, chart.noise));
   return json.dump(1);

@@ -26,6 +26,8 @@ const char* to_string(DriftState state) {
       return "warns";
     case DriftState::kAlarms:
       return "alarms";
+    case DriftState::kUnknown:
+      return "unknown";
   }
   return "";
 }

@@ -37,6 +37,7 @@ enum class DriftState {
   kInControl,  ///< what is seen is the scatter of single checks
   kWarns,
   kAlarms,
+  kUnknown,  ///< was in control; since then too many checks decided nothing, or too much time has passed
 };
 
 enum class DriftAdvice { kNone, kCheckAgain, kLetItWarmUp, kRemeasureTcp, kRecalibrate };
@@ -72,8 +73,9 @@ struct DriftCourse {
 };
 
 struct DriftChart {
-  std::size_t counted = 0;  ///< checks in the chart
-  std::size_t least = 0;    ///< that it needs
+  std::size_t counted = 0;    ///< checks in the chart
+  std::size_t least = 0;      ///< that it needs
+  std::size_t undecided = 0;  ///< checks behind the newest that decided something
   DriftState state = DriftState::kTooFew;
   DriftAdvice advice = DriftAdvice::kNone;
   ControlLimits warns, alarms;

@@ -37,6 +37,7 @@ const char* opening(DriftState state) {
       return "warning";
     case DriftState::kInControl:
     case DriftState::kTooFew:
+    case DriftState::kUnknown:
       break;
   }
   return "in control";
@@ -56,6 +57,10 @@ std::string state_words(const DriftChart& chart) {
   const DriftPoint* newest = newest_counted(chart);
   if (chart.state == DriftState::kTooFew || newest == nullptr)
     return fmt::format("not enough checks: {} of {}", chart.counted, chart.least);
+  if (chart.state == DriftState::kUnknown)
+    return fmt::format(
+        "unknown: last decided check of {}, {} undecided since; it was in control then",
+        date_words(newest->check.time_s), chart.undecided);
   return fmt::format(
       "{}: TCP {:.3f} +- {:.3f} mm (k=2) off the centre of its checks, {:.0f} % of the alarm limit, {} checks",
       opening(chart.state), newest->off_m.norm() * kMmPerM,

@@ -187,9 +187,11 @@ void put_drift(Exposition& out, const calib::DriftChart& chart) {
   using calib::DriftState;
   out.family("cellcal_drift_state", "gauge", "1 for the state of the control chart over checks.");
   for (const DriftState state : {DriftState::kTooFew, DriftState::kInControl, DriftState::kWarns,
-                                 DriftState::kAlarms})
+                                 DriftState::kAlarms, DriftState::kUnknown})
     out.sample(state == chart.state ? 1.0 : 0.0, {{"state", to_string(state)}});
   out.gauge("cellcal_drift_checks", "Checks in it.", static_cast<double>(chart.counted));
+  out.gauge("cellcal_drift_undecided_checks", "Checks behind the newest that decided something.",
+            static_cast<double>(chart.undecided));
   for (auto point = chart.points.rbegin(); point != chart.points.rend(); ++point) {
     if (point->check.left_out != calib::LeftOut::kNo) continue;
     out.gauge("cellcal_drift_limit_ratio", "Statistic of the newest by its alarm limit.",
@@ -236,10 +238,14 @@ std::string metrics_text(const Status& status, const std::vector<SessionRecord>&
 
 std::string metrics_text(const plant::LineStatus& line, const OutboxCount& outbox) {
   Exposition out;
-  out.gauge("cellcal_plant_connected", "1 while the plant's broker is there.", line.connected ? 1.0 : 0.0);
-  out.gauge("cellcal_plant_waiting", "Facts that the broker has not acknowledged.", static_cast<double>(outbox.rows));
-  out.gauge("cellcal_plant_waiting_bytes", "What they take in the journal.", static_cast<double>(outbox.bytes));
-  out.counter("cellcal_plant_acknowledged_total", "Facts that it has.", static_cast<double>(line.acknowledged));
+  out.gauge("cellcal_plant_connected", "1 while the plant's broker is there.",
+            line.connected ? 1.0 : 0.0);
+  out.gauge("cellcal_plant_waiting", "Facts that the broker has not acknowledged.",
+            static_cast<double>(outbox.rows));
+  out.gauge("cellcal_plant_waiting_bytes", "What they take in the journal.",
+            static_cast<double>(outbox.bytes));
+  out.counter("cellcal_plant_acknowledged_total", "Facts that it has.",
+              static_cast<double>(line.acknowledged));
   out.counter("cellcal_plant_dropped_total", "Telemetry for which there was no room.",
               static_cast<double>(outbox.dropped + outbox.not_begun));
   return std::move(out).text();
@@ -251,7 +257,8 @@ std::optional<Response> Api::metrics(const Call&) {
   const auto drift = drift_watch_.look();
   std::string text = metrics_text(service_.status(), sessions, newest ? &*newest : nullptr,
                                   drift ? &drift->chart : nullptr);
-  if (const auto line = plant_line_ ? plant_line_() : std::nullopt) text += metrics_text(*line, journal_.outbox());
+  if (const auto line = plant_line_ ? plant_line_() : std::nullopt)
+    text += metrics_text(*line, journal_.outbox());
   return Response{200, "text/plain; version=0.0.4; charset=utf-8", std::move(text)};
 }
 

@@ -3,6 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <ctime>
 #include <nlohmann/json.hpp>
@@ -213,6 +214,10 @@ std::shared_ptr<const Drift> worked_out(Journal& journal,
 
 }  // namespace
 
+double DriftWatch::wall_clock_s() {
+  return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
+}
+
 std::shared_ptr<const Drift> DriftWatch::look(const std::filesystem::path& cell) {
   const std::vector<SessionRecord> sessions = journal_.sessions();
   std::string of = cell.string() + '\n';
@@ -221,10 +226,17 @@ std::shared_ptr<const Drift> DriftWatch::look(const std::filesystem::path& cell)
   // Another calibration may be in use since.
   for (const Activation& one : journal_.activations()) of += '@' + std::to_string(one.entry);
   const std::lock_guard lock(mutex_);
-  if (of == of_) return newest_;
-  newest_ = worked_out(journal_, sessions, cell, results_dir_);
-  of_ = std::move(of);
-  return newest_;
+  if (of != of_) {
+    newest_ = worked_out(journal_, sessions, cell, results_dir_);
+    of_ = std::move(of);
+  }
+  if (!newest_ || newest_->chart.state != calib::DriftState::kInControl) return newest_;
+  // An emulated cell's clock counts from 2000-01-01: it tells no age.
+  constexpr double kYear2001S = 978'307'200.0;
+  if (newest_->chart.points.back().check.time_s < kYear2001S) return newest_;
+  auto now = std::make_shared<Drift>(*newest_);
+  calib::age(now->chart, now_());
+  return now;
 }
 
 }  // namespace cellcal::daemon

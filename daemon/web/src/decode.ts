@@ -303,7 +303,8 @@ function check_chart(value: unknown): CheckChart | null {
   if (!all || !state || !warns || !alarms) return null;
   return {
     calibration: count(all.calibration), state, advice: ADVICE.find((one) => one === all.advice) ?? "none",
-    counted: count(all.counted), least: count(all.least), warns, alarms,
+    counted: count(all.counted), least: count(all.least),
+    undecided: count(all.undecided), decidedS: number(all.decided_s) ?? 0, warns, alarms,
     course: check_course(all.course), points: known(list(all.points).map(check_point)),
   };
 }

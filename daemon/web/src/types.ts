@@ -203,7 +203,7 @@ export interface DriftRow {
 }
 
 // The checks of a calibration as a control chart.
-export const DRIFT_STATES = ["too_few", "in_control", "warns", "alarms"] as const;
+export const DRIFT_STATES = ["too_few", "in_control", "warns", "alarms", "unknown"] as const;
 export type DriftState = (typeof DRIFT_STATES)[number];
 export const ADVICE = ["none", "check_again", "let_it_warm_up", "re_measure_tcp", "recalibrate"] as const;
 export type Advice = (typeof ADVICE)[number];
@@ -245,6 +245,9 @@ export interface CheckChart {
   advice: Advice;
   counted: number;
   least: number;
+  /** Checks behind the newest that decided something, and when that was; 0: none has. */
+  undecided: number;
+  decidedS: number;
   warns: CheckLimits;
   alarms: CheckLimits;
   course: CheckCourse | null;

@@ -54,6 +54,57 @@ Course step(double mm, double from_day) {
   return [=](double day) { return Eigen::Vector3d(day >= from_day ? mm * 1e-3 : 0.0, 0, 0); };
 }
 
+/// An undecided check behind the others.
+void give_up(std::vector<CheckSeen>& checks) {
+  CheckSeen next = checks.back();
+  next.session += 1;
+  next.time_s += kDayS / 3.0;
+  next.left_out = LeftOut::kUndecided;
+  checks.push_back(next);
+}
+
+TEST(a_chart, says_in_control_no_longer_than_checks_decide_something) {
+  std::vector<CheckSeen> checks = checks_of(9, still);
+  for (std::size_t k = 1; k < kMostUndecided; ++k) {
+    give_up(checks);
+    EXPECT_EQ(drift_chart(checks).state, DriftState::kInControl) << k;
+    EXPECT_EQ(drift_chart(checks).undecided, k);
+  }
+  give_up(checks);
+  const DriftChart chart = drift_chart(checks);
+  EXPECT_EQ(chart.state, DriftState::kUnknown);
+  EXPECT_EQ(chart.advice, DriftAdvice::kCheckAgain);
+  EXPECT_NE(state_words(chart).find("last decided check of " + date_words(checks[8].time_s)),
+            std::string::npos)
+      << state_words(chart);
+  EXPECT_EQ(nlohmann::json::parse(drift_to_json(chart)).at("decided_s"), checks[8].time_s);
+  CheckSeen decided = checks[8];
+  decided.time_s = checks.back().time_s + kDayS;
+  checks.push_back(decided);
+  EXPECT_EQ(drift_chart(checks).state, DriftState::kInControl) << "a check that decides ends it";
+}
+
+TEST(a_chart, says_in_control_no_longer_than_two_weeks) {
+  const std::vector<CheckSeen> checks = checks_of(9, still);
+  const auto at = [&](double days) {
+    DriftChart chart = drift_chart(checks);
+    age(chart, checks.back().time_s + days * kDayS);
+    return chart;
+  };
+  EXPECT_EQ(at(kMostDays - 0.01).state, DriftState::kInControl);
+  EXPECT_EQ(at(-100.0).state, DriftState::kInControl) << "a clock that was set back";
+  EXPECT_EQ(at(kMostDays + 0.01).state, DriftState::kUnknown);
+  EXPECT_EQ(at(kMostDays + 0.01).advice, DriftAdvice::kCheckAgain);
+}
+
+TEST(a_chart, of_an_alarm_stays_one_however_old) {
+  std::vector<CheckSeen> checks = checks_of(60, step(0.3, 10.0));
+  for (int k = 0; k < 5; ++k) give_up(checks);
+  DriftChart chart = drift_chart(checks);
+  age(chart, checks.back().time_s + 1000.0 * kDayS);
+  EXPECT_EQ(chart.state, DriftState::kAlarms);
+}
+
 TEST(a_chart, is_silent_whatever_all_checks_share) {
   const DriftChart chart = drift_chart(checks_of(90, still));
   EXPECT_EQ(chart.state, DriftState::kInControl) << drift_to_json(chart);

@@ -46,7 +46,7 @@ SessionInputs inputs_of(const SessionOptions& options) {
 CheckedJournal::CheckedJournal() { calibrated = calibrate(); }
 
 std::string CheckedJournal::next_utc() {
-  constexpr std::time_t kFirst = 1'780'000'000, kShift = 8 * 3600;
+  constexpr std::time_t kFirst = 1'600'000'000, kShift = 8 * 3600;
   const std::time_t at = kFirst + kShift * static_cast<std::time_t>(made_++);
   std::tm fields{};
   ::gmtime_r(&at, &fields);

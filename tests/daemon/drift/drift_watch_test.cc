@@ -21,7 +21,9 @@ struct a_watch : ::testing::Test {
   }
   testing::CheckedJournal checked;
   DriftWatch watch{checked.journal,
-                   [this](std::int64_t session) { return checked.results_dir(session); }};
+                   [this](std::int64_t session) { return checked.results_dir(session); },
+                   [this] { return now_s; }};
+  double now_s = 0.0;
 };
 
 TEST_F(a_watch, has_no_chart_without_a_published_calibration) {
@@ -42,6 +44,20 @@ TEST_F(a_watch, counts_the_checks_of_the_newest_calibration_and_begins_anew_with
   checked.check();
   EXPECT_EQ(look()->chart.counted, 1U);
   EXPECT_EQ(look()->chart.state, DriftState::kTooFew);
+}
+
+TEST_F(a_watch, does_not_say_in_control_for_ever) {
+  constexpr double kDayS = 86400.0;
+  checks(6);
+  const double newest_s = look()->chart.points.back().check.time_s;
+  now_s = newest_s + 13.9 * kDayS;
+  EXPECT_EQ(look()->chart.state, DriftState::kInControl);
+  now_s = newest_s + 14.1 * kDayS;  // nothing else has changed
+  EXPECT_EQ(look()->chart.state, DriftState::kUnknown);
+  EXPECT_EQ(look()->chart.advice, DriftAdvice::kCheckAgain);
+  checks(1);
+  now_s = look()->chart.points.back().check.time_s + kDayS;
+  EXPECT_EQ(look()->chart.state, DriftState::kInControl);
 }
 
 TEST_F(a_watch, goes_back_to_the_checks_of_a_calibration_that_is_put_into_use_again) {

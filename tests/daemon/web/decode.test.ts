@@ -112,6 +112,9 @@ test("a control chart is taken whole, in the order of time, and not at all witho
   for (const alarms of [null, {}, { ewma: 0, cusum: 5 }, { ewma: "4", cusum: 5 }, { ewma: -1, cusum: 5 }])
     assert.equal(decode.drift({ checks: chart({ alarms }) }).checks, null);
   assert.equal(decode.drift({ checks: chart({ state: "levitates" }) }).checks, null);
+  const aged = decode.drift({ checks: chart({ state: "unknown", undecided: 3, decided_s: 1e9 }) }).checks;
+  assert.deepEqual([aged?.state, aged?.undecided, aged?.decidedS], ["unknown", 3, 1e9]);
+  assert.equal(decode.drift({ checks: chart({ decided_s: null }) }).checks?.decidedS, 0);
   assert.equal(decode.drift({ checks: chart({ advice: "dance" }) }).checks?.advice, "none");
   assert.equal(decode.drift({ checks: null }).checks, null);
 });

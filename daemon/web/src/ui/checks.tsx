@@ -41,7 +41,8 @@ export function Checks({ chart }: { chart: CheckChart }) {
       <h2 id="checks-title">{say("checks")}</h2>
       <p class="drift-state">
         <strong>{say(`checks.state.${chart.state}`, {
-          n: chart.counted, least: chart.least, off: fmt.mm(off_mm(chart)), session: chart.calibration })}</strong>
+          n: chart.counted, least: chart.least, off: fmt.mm(off_mm(chart)), session: chart.calibration,
+          date: date_of(chart.decidedS), undecided: chart.undecided })}</strong>
         {course && <> {course.shape === "creep" && course.mmPerMonth !== null
           ? say("checks.creep", { rate: fmt.mm(course.mmPerMonth), u: fmt.mm(course.uMmPerMonth), since: course.since,
               date: date_of(course.sinceS), off: fmt.mm(course.offMm), u_off: fmt.mm(course.uOffMm) })

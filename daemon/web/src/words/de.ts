@@ -450,6 +450,7 @@ export const de: Catalogue = {
   "checks.state.too_few": "Zu wenige Kontrollen der Kalibrierung aus Sitzung {session}: {n} von {least}.",
   "checks.state.in_control": "Unter Kontrolle: Der TCP liegt {off} neben der Mitte seiner Kontrollen, bisher {n}.",
   "checks.state.warns": "Warnung: Der TCP liegt {off} neben der Mitte seiner Kontrollen, bisher {n}.",
+  "checks.state.unknown": "Unbekannt: letzte entschiedene Kontrolle vom {date}, seither {undecided} ohne Entscheidung. Damals war der TCP unter Kontrolle.",
   "checks.state.alarms": "Alarm: Der TCP liegt {off} neben der Mitte seiner Kontrollen, bisher {n}.",
   "checks.creep": "Er wandert um {rate} ± {u} im Monat seit Kontrolle {since} ({date}), bisher {off} ± {u_off} (k=2).",
   "checks.step": "Sprung um {off} ± {u_off} (k=2) seit Kontrolle {since} ({date}).",

@@ -461,6 +461,7 @@ export const en = {
   "checks.state.too_few": "Not enough checks of the calibration of session {session}: {n} of {least}.",
   "checks.state.in_control": "In control: the TCP is {off} off the centre of its checks, {n} so far.",
   "checks.state.warns": "Warning: the TCP is {off} off the centre of its checks, {n} so far.",
+  "checks.state.unknown": "Unknown: last decided check of {date}, {undecided} undecided since. It was in control then.",
   "checks.state.alarms": "Alarm: the TCP is {off} off the centre of its checks, {n} so far.",
   "checks.creep": "Creep of {rate} ± {u} per month since check {since} ({date}), {off} ± {u_off} by now (k=2).",
   "checks.step": "Step of {off} ± {u_off} (k=2) since check {since} ({date}).",
