@@ -10,8 +10,8 @@
 #include "daemon/api/event_feed.h"
 #include "daemon/api/http/message.h"
 #include "daemon/api/status_json.h"
-#include "daemon/drift/drift_watch.h"
 #include "daemon/archive/retention.h"
+#include "daemon/drift/drift_watch.h"
 #include "daemon/plant/publisher/line_status.h"
 #include "daemon/service/service.h"
 
@@ -19,6 +19,7 @@ namespace cellcal::daemon {
 
 class Access;
 class Examiner;
+class FrameStation;
 class Schedule;
 namespace plant {
 class ProposalBox;
@@ -36,6 +37,7 @@ class Api {
   /// Before the first request. Lives as long as this.
   void use(Schedule& schedule) { schedule_ = &schedule; }
   void use(plant::ProposalBox& proposals) { proposals_ = &proposals; }
+  void use(FrameStation& frames) { frames_ = &frames; }
   /// How the line to the plant stands; none: no plant is named. Any thread.
   using PlantLineStatus = std::function<std::optional<plant::LineStatus>()>;
   void use(PlantLineStatus line) { plant_line_ = std::move(line); }
@@ -106,6 +108,12 @@ class Api {
   std::optional<Response> compare_versions(const Call& call);
   std::optional<Response> activate_version(const Call& call);
   std::optional<Response> roll_back_version(const Call& call);
+  // Frames on the controller (frame_handlers.cc).
+  std::optional<Response> show_frames(const Call& call);
+  std::optional<Response> read_frame(const Call& call);
+  std::optional<Response> set_frame(const Call& call);
+  std::optional<Response> restore_frame(const Call& call);
+  FrameStation& frames();
   // What begins without a person (schedule_handlers.cc).
   std::optional<Response> show_schedule(const Call& call);
   std::optional<Response> begin_scheduled(const Call& call);
@@ -139,6 +147,7 @@ class Api {
   Journal& journal_;
   Access* access_;
   Schedule* schedule_ = nullptr;
+  FrameStation* frames_ = nullptr;
   plant::ProposalBox* proposals_ = nullptr;
   PlantLineStatus plant_line_;
   std::function<RetentionRule()> retention_;

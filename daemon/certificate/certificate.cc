@@ -15,7 +15,7 @@
 #include "daemon/certificate/sources.h"
 #include "daemon/files/printable.h"
 #include "daemon/report/drawing/text.h"
-#include "daemon/tasks/options.h"
+#include "daemon/tasks/recorded/options.h"
 
 namespace cellcal::daemon::certificate {
 

@@ -71,8 +71,7 @@ void read_retention(const TomlTable& table, DaemonConfig& config) {
   if (const long days = table.integer_or("days", 0, 0, 36500); days > 0)
     config.retain_days = static_cast<int>(days);
   const double megabytes = table.number_or("megabytes", 0.0, {0.0, 1e9});
-  if (megabytes > 0.0 && megabytes < 1.0)
-    table.fail("megabytes", "must be 0 (off) or 1 and more");
+  if (megabytes > 0.0 && megabytes < 1.0) table.fail("megabytes", "must be 0 (off) or 1 and more");
   if (megabytes > 0.0) config.retain_megabytes = megabytes;
   table.refuse_unknown();
 }
@@ -147,6 +146,7 @@ void read_eki(const TomlTable& table, DaemonConfig& config) {
   const bool realtime = table.boolean_or("realtime", true);
   if (wire_of(config) == WireKind::kEki) config.realtime = realtime;
   eki.flag_sigma_s = table.number_or("flag_sigma_ms", eki.flag_sigma_s / kMs, {0.0, 200.0}) * kMs;
+  config.controller.write_frames = table.boolean_or("write_frames", false);
   table.refuse_unknown();
 }
 

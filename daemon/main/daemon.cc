@@ -16,6 +16,8 @@
 #include "daemon/backends/backends.h"
 #include "daemon/doctor/doctor.h"
 #include "daemon/files/log_context.h"
+#include "daemon/frames/frame_station.h"
+#include "daemon/krl/frames.h"
 #include "daemon/main/log.h"
 #include "daemon/main/network_door.h"
 #include "daemon/main/nights.h"
@@ -175,6 +177,15 @@ Examiner::Parts doctor_within(const LiveConfig& live, SessionService& service) {
           [&service] { service.release(); }, wall_clock_utc};
 }
 
+/// To a controller over EKI whose configuration allows it; an emulated cell in this process has none.
+FrameStation::Exchange to_controller(const LiveConfig& live) {
+  const auto config = live.now();
+  if (config->backend != BackendKind::kEki || !config->controller.write_frames) return {};
+  return [config](const drivers::EkiFrameRequest& request) {
+    return drivers::exchange_frame(config->eki.address, config->eki.port, request);
+  };
+}
+
 }  // namespace
 
 void check_files_of(const DaemonConfig& config) {
@@ -204,6 +215,10 @@ void run_daemon(const DaemonConfig& config, const std::function<DaemonConfig()>&
   Api api(service, journal, &access, page_answer, &examiner);
   api.use(nights.schedule());
   api.use(plant_line.proposals());
+  FrameStation frames({config.state_dir / "frames.json", [&live] { return to_controller(live); },
+                       wall_clock_utc, krl::kAnotherToolMm});
+  if (!frames.problem().empty()) spdlog::error("{}", frames.problem());
+  api.use(frames);
   api.use(Api::PlantLineStatus([&plant_line] { return plant_line.status(); }));
   api.use(std::function<RetentionRule()>([&nights] { return nights.retention(); }));
   HttpServer server(

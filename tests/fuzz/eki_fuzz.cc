@@ -8,6 +8,7 @@
 #include <string>
 
 #include "drivers/kuka/eki/eki_core.h"
+#include "drivers/kuka/eki/eki_frames.h"
 #include "drivers/kuka/krl/krl_files.h"
 #include "drivers/kuka/wire/eki_codec.h"
 #include "sim/krc/eki/eki_channel.h"
@@ -71,6 +72,26 @@ void through_core(std::string_view bytes) {
   require(core.state().link != RobotLink::kReady, "ready without a connection");
 }
 
+/// Whatever is answered, a frame counts as set only where it was read back as it was sent.
+void through_frames(std::string_view bytes) {
+  constexpr EkiFrameValues kSent{1.0, 2.0, 3.0, 4.0, 5.0, 6.0};
+  constexpr std::uint32_t kAsk = 1;
+  TimePoint t{std::chrono::seconds(1)};
+  EkiFrameExchange exchange({EkiFrameKind::kTool, 3, kSent}, kAsk, t);
+  const std::string at_rest =
+      "<RobotState Session=\"0\" Heard=\"0\"><Axis A1=\"1\"/><Move Id=\"0\" State=\"0\" "
+      "Outcome=\"0\"/><Status Ready=\"1\"/><Frame Ask=\"0\"/></RobotState>";
+  for (int k = 0; k < 6; ++k) exchange.on_bytes(at_rest, t += std::chrono::milliseconds(100));
+  require(!exchange.take_output().empty(), "nothing was sent");
+  for (std::size_t from = 0; from < bytes.size(); from += 61)
+    exchange.on_bytes(bytes.substr(from, 61), t);
+  exchange.on_closed();
+  require(exchange.result().has_value(), "no result behind the end");
+  if (exchange.result()->end == EkiFrameEnd::kSet)
+    require(same_frame(kSent, *exchange.result()->new_values), "set, and read back otherwise");
+  require(exchange.result()->end != EkiFrameEnd::kNotSent, "sent, and said that it was not");
+}
+
 void through_channel(std::string_view bytes) {
   static const std::string xml = eki_files({}).at("CellcalEki.xml");
   static const auto parsed = cellcal::sim::EkiChannelConfig::parse(xml);
@@ -104,6 +125,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   }
   if (parser.parse_state(bytes, state) == EkiError::kNone) require_finite(state.axes_deg);
   through_core(bytes);
+  through_frames(bytes);
   through_channel(bytes);
   return 0;
 }

@@ -2,6 +2,8 @@
 #include <memory>
 
 #include "daemon/cli/commands/commands.h"
+#include "daemon/cli/commands/connection_options.h"
+#include "daemon/cli/frames_sent.h"
 #include "daemon/cli/offline/correct.h"
 #include "daemon/cli/offline/frames.h"
 
@@ -57,16 +59,21 @@ void add_correct(CLI::App& app, int& status) {
 
 void add_frames(CLI::App& app, int& status) {
   auto given = std::make_shared<FramesCommand>();
+  auto sending = std::make_shared<SendFrames>();
   CLI::App* command = app.add_subcommand(
       "frames", "Tool and base frames for a KUKA controller; mastering offsets as a proposal");
   command->footer(
       "Prints the lines of $config.dat, and with -o writes a KRL program that sets them; the old "
       "values\nstand in its comments. A tool is what was identified of the cell file's; a base stands "
       "on three\ntargets: origin, one on +x, one on the side of +y. Mastering offsets are printed with "
-      "a warning\nand never written.\nExit status 3: the calibration was withheld.\nExample: cellcal "
+      "a warning\nand never written.\n--send sets the frames on the controller, over EKI and through the daemon, where [eki] write_frames "
+      "= true\nallows it: old and new values are shown, and each is asked for; nothing moves. --restore sets old "
+      "values\nagain.\nExit status 3: the calibration was withheld.\nExample: cellcal "
       "frames --calibration calibration.json --config '$config.dat' --tool 1 --base 3=S1,S2,S3 -o "
       "cellcal_frames.src");
-  command->add_option("--calibration", given->calibration, "Calibration (JSON)")->required();
+  auto daemon = add_connection(command);
+  auto* calibration =
+      command->add_option("--calibration", given->calibration, "Calibration (JSON)");
   command->add_option("--config", given->controller,
                       "The controller's $config.dat, for the old values; also $machine.dat; may be "
                       "repeated");
@@ -83,8 +90,31 @@ void add_frames(CLI::App& app, int& status) {
   command->add_flag("--withheld", given->withheld,
                     "Accept a withheld calibration: to look at, not to use");
   command->add_option("-o,--output", given->output, "Write the KRL program to this file (.src)");
-  command->add_flag("--json", given->json, "Write JSON");
-  command->callback([given, &status] { status = frames(*given); });
+  auto* send = command->add_flag("--send", sending->send, "Set the frames on the controller");
+  auto* confirm = command->add_flag(
+      "--confirm", sending->confirm,
+      "With --send or --restore: do not ask. Every point taught in a frame moves with it");
+  auto* sent = command->add_flag("--sent", sending->list,
+                                 "What was sent to the controller, and what came of it");
+  auto* restore = command
+                      ->add_option("--restore", sending->restore,
+                                   "Set the old values again that this number of --sent replaced")
+                      ->check(CLI::Range(1, 1000000000));
+  send->needs(calibration)->excludes(sent)->excludes(restore);
+  sent->excludes(calibration)->excludes(confirm);
+  restore->excludes(calibration)->excludes(sent);
+  command->callback([given, sending, daemon, calibration, &status] {
+    given->json = daemon->json;
+    if (sending->list) {
+      status = list_sent_frames(*daemon);
+    } else if (sending->restore > 0) {
+      status = restore_frame(*daemon, *sending);
+    } else if (calibration->empty()) {
+      throw CLI::RequiredError("--calibration, --sent or --restore");
+    } else {
+      status = sending->send ? send_frames(*daemon, *given, *sending) : frames(*given);
+    }
+  });
 }
 
 }  // namespace cellcal::daemon

@@ -107,12 +107,7 @@ std::string json(const krl::ProposedFrames& result) {
 
 bool is_base(const std::string& text) { return base_of(text).has_value(); }
 
-int frames(const FramesCommand& command) {
-  const calib::Calibration calibration = calib::load_calibration(command.calibration);
-  if (!calibration.verdict.publish && !command.withheld) {
-    fmt::print(stderr, "{}", withheld_words("frames", command.calibration, calibration.verdict));
-    return kNotPublishable;
-  }
+krl::ProposedFrames frames_of(const FramesCommand& command, const calib::Calibration& calibration) {
   krl::FramesRequest request;
   if (command.tool > 0) request.tool = command.tool;
   for (const std::string& text : command.bases) {
@@ -122,7 +117,16 @@ int frames(const FramesCommand& command) {
   for (const auto& path : command.controller)
     request.controller.push_back({path.string(), calib::read_file(path, krl::kMostBytes + 1)});
   request.calibration = command.calibration.filename().string();
-  const krl::ProposedFrames result = propose_frames(calibration, request);
+  return propose_frames(calibration, request);
+}
+
+int frames(const FramesCommand& command) {
+  const calib::Calibration calibration = calib::load_calibration(command.calibration);
+  if (!calibration.verdict.publish && !command.withheld) {
+    fmt::print(stderr, "{}", withheld_words("frames", command.calibration, calibration.verdict));
+    return kNotPublishable;
+  }
+  const krl::ProposedFrames result = frames_of(command, calibration);
   if (!command.output.empty()) put(result.snippet, command.output);
   put(command.json ? json(result) : report(result), {});
   return kSuccess;

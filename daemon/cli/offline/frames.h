@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "daemon/krl/frames.h"
+
 namespace cellcal::daemon {
 
 struct FramesCommand {
@@ -15,6 +17,8 @@ struct FramesCommand {
   bool withheld = false, json = false;
 };
 int frames(const FramesCommand& command);
+/// What is proposed, for whoever goes on with it. Throws FileError.
+krl::ProposedFrames frames_of(const FramesCommand& command, const calib::Calibration& calibration);
 
 /// "3=S1,S2,S3" is one.
 bool is_base(const std::string& text);

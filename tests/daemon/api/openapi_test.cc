@@ -8,6 +8,7 @@
 #include "daemon/api/access/access.h"
 #include "daemon/api/handlers.h"
 #include "daemon/archive/archive.h"
+#include "daemon/frames/frame_station.h"
 #include "daemon/plant/proposals/proposal_box.h"
 #include "daemon/readiness/examiner.h"
 #include "daemon/schedule/schedule.h"
@@ -124,6 +125,29 @@ struct a_described_api : ::testing::Test, testing::WithoutHardware {
   plant::ProposalBox proposals{
       {dir.path(), [](const plant::Proposal&, const plant::Say&) { throw BusyError("later"); },
        [](const plant::AnswerFact&) {}, [](plant::ProposalKind) { return false; }}};
+  /// A controller with one frame, TOOL_DATA[3].
+  drivers::EkiFrameValues on_controller{59.9, 50.5, 410.3, 38.84, 3.59, 0.0};
+  drivers::EkiFrameEnd next_set = drivers::EkiFrameEnd::kSet;
+  bool sets_frames = false;
+  drivers::EkiFrameResult exchange(const drivers::EkiFrameRequest& request) {
+    drivers::EkiFrameResult result;
+    if (request.number != 3) {
+      result.end = drivers::EkiFrameEnd::kRefused;
+      result.refusal = drivers::EkiFrameDone::kNoSuchNumber;
+      return result;
+    }
+    result.end = request.values ? next_set : drivers::EkiFrameEnd::kRead;
+    result.old_values = on_controller;
+    if (request.values) on_controller = *request.values;
+    if (result.end != drivers::EkiFrameEnd::kUnknown) result.new_values = on_controller;
+    return result;
+  }
+  FrameStation frames{{dir / "frames.json",
+                       [this] {
+                         return sets_frames ? FrameStation::Exchange([this](const auto& r) { return exchange(r); })
+                                            : FrameStation::Exchange();
+                       },
+                       [] { return std::string("t"); }}};
   Api api{service, journal, &access, {}, &examiner};
   std::set<std::string> seen;
 };
@@ -193,6 +217,53 @@ TEST_F(a_described_api, answers_as_it_is_described) {
   EXPECT_EQ(ask("POST", "/v1/retain", R"({"days": 1, "dry_run": true})").status, 200);
   EXPECT_EQ(ask("POST", "/v1/retain", "{}").status, 422);
   EXPECT_EQ(ask("POST", "/v1/retain", R"({"days": 0})").status, 400);
+  EXPECT_EQ(ask("GET", "/v1/frames").status, 404);
+  api.use(frames);
+  const std::string read_frame = R"({"frame": "TOOL_DATA[3]"})";
+  EXPECT_EQ(ask("POST", "/v1/frames/read", read_frame).status, 404) << "the configuration allows none";
+  sets_frames = true;
+  EXPECT_EQ(ask("POST", "/v1/frames/read", read_frame).status, 200);
+  EXPECT_EQ(ask("POST", "/v1/frames/read", R"({"frame": "TOOL_DATA[4]"})").status, 409);
+  EXPECT_EQ(ask("POST", "/v1/frames/read", R"({"frame": "LOAD_DATA[4]"})").status, 400);
+  json order{{"frame", "TOOL_DATA[3]"},
+             {"values", {{"xyz_mm", {60.1, 50.2, 410.4}}, {"abc_deg", {38.84, 3.59, 0.0}}}},
+             {"was", {{"xyz_mm", {59.9, 50.5, 410.3}}, {"abc_deg", {38.84, 3.59, 0.0}}}},
+             {"reason", "calibration 7"}};
+  EXPECT_EQ(ask("POST", "/v1/frames", order.dump()).status, 400) << "not confirmed";
+  for (const char* yes : {"1", "\"yes\"", "false", "null"}) {
+    order["confirm"] = json::parse(yes);
+    EXPECT_EQ(ask("POST", "/v1/frames", order.dump()).status, 400) << yes;
+  }
+  order["confirm"] = true;
+  for (const char* values : {"[]", "{}", R"({"xyz_mm": [1, 2], "abc_deg": [1, 2, 3]})",
+                             R"({"xyz_mm": [1, 2, "3"], "abc_deg": [1, 2, 3]})",
+                             R"({"xyz_mm": [1, 2, null], "abc_deg": [1, 2, 3]})",
+                             R"({"xyz_mm": [1, 2, 3], "abc_deg": [1, 2, 3], "q": 1})"}) {
+    json wrong = order;
+    wrong["values"] = json::parse(values);
+    EXPECT_EQ(ask("POST", "/v1/frames", wrong.dump()).status, 400) << values;
+  }
+  json far = order;
+  far["values"]["xyz_mm"][2] = 150.0;
+  EXPECT_EQ(ask("POST", "/v1/frames", far.dump()).status, 422) << "another tool's number";
+  EXPECT_EQ(ask("POST", "/v1/frames", order.dump()).status, 201);
+  EXPECT_EQ(ask("POST", "/v1/frames", order.dump()).status, 409) << "it is another one by now";
+  next_set = drivers::EkiFrameEnd::kUnknown;
+  EXPECT_EQ(ask("POST", "/v1/frames/restore", R"({"id": 1, "confirm": true})").status, 502);
+  next_set = drivers::EkiFrameEnd::kSet;
+  EXPECT_EQ(ask("POST", "/v1/frames/restore", R"({"id": 1, "confirm": true})").status, 201);
+  EXPECT_EQ(on_controller[0], 59.9);
+  EXPECT_EQ(ask("POST", "/v1/frames/restore", R"({"id": 9, "confirm": true})").status, 404);
+  EXPECT_EQ(ask("POST", "/v1/frames/restore", R"({"id": 1})").status, 400);
+  EXPECT_EQ(ask("POST", "/v1/frames/restore", R"({"id": 1.5, "confirm": true})").status, 400);
+  service.hold("a session is under way");
+  EXPECT_EQ(ask("POST", "/v1/frames/read", read_frame).status, 409);
+  EXPECT_EQ(ask("POST", "/v1/frames/restore", R"({"id": 1, "confirm": true})").status, 409);
+  service.release();
+  const json sent = json::parse(ask("GET", "/v1/frames").body);
+  EXPECT_EQ(sent["frames"].size(), 3U);
+  EXPECT_EQ(sent["frames"][1]["outcome"], "unknown");
+  EXPECT_EQ(sent["frames"][0]["before"]["xyz_mm"][0], 59.9);
   EXPECT_EQ(ask("GET", "/v1/plant").status, 404) << "it belongs to no plant";
   api.use(Api::PlantLineStatus([] {
     return plant::LineStatus{false, plant::LineProblem::kLogin, "login refused",

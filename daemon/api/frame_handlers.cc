@@ -1,0 +1,164 @@
+// Frames of the controller, read, set and set back. No session runs meanwhile.
+
+#include <spdlog/spdlog.h>
+
+#include <nlohmann/json.hpp>
+
+#include "daemon/api/handlers.h"
+#include "daemon/api/http/json_text.h"
+#include "daemon/api/routes.h"
+#include "daemon/api/who_and_why.h"
+#include "daemon/files/printable.h"
+#include "daemon/frames/frame_station.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+using drivers::EkiFrameValues;
+using nlohmann::json;
+
+constexpr const char* kHold = "a frame of the controller is being read or set";
+
+json values_json(const EkiFrameValues& v) {
+  return {{"xyz_mm", {v[0], v[1], v[2]}}, {"abc_deg", {v[3], v[4], v[5]}}};
+}
+
+json to_json(const FrameRecord& one) {
+  return {{"id", one.id},
+          {"time", one.time},
+          {"by", one.by},
+          {"reason", one.reason},
+          {"frame", to_string(one.name)},
+          {"before", values_json(one.before)},
+          {"sent", values_json(one.sent)},
+          {"read_back", one.read_back ? values_json(*one.read_back) : json(nullptr)},
+          {"outcome", to_string(one.outcome)},
+          {"words", one.words},
+          {"restores", one.restores ? json(*one.restores) : json(nullptr)}};
+}
+
+json object_in(const Request& request, std::initializer_list<const char*> known) {
+  json body = json::parse(request.body, nullptr, false);
+  if (!body.is_object()) throw BadRequest("the body must be a JSON object");
+  for (const auto& [key, value] : body.items())
+    if (std::find(known.begin(), known.end(), key) == known.end())
+      throw BadRequest("\"" + printable(key) + "\" is not known here");
+  return body;
+}
+
+FrameName name_in(const json& body) {
+  const auto name = body.contains("frame") && body["frame"].is_string()
+                        ? frame_name(body["frame"].get<std::string>())
+                        : std::nullopt;
+  if (!name)
+    throw BadRequest("\"frame\" must be like \"TOOL_DATA[3]\" or \"BASE_DATA[12]\", 1 to 128");
+  return *name;
+}
+
+/// {"xyz_mm": [1, 2, 3], "abc_deg": [4, 5, 6]}, and nothing else.
+EkiFrameValues values_in(const json& body, const char* key) {
+  EkiFrameValues values{};
+  const json given = body.value(key, json());
+  bool sound = given.is_object() && given.size() == 2;
+  std::size_t at = 0;
+  for (const char* part : {"xyz_mm", "abc_deg"}) {
+    const json list = sound ? given.value(part, json()) : json();
+    sound = sound && list.is_array() && list.size() == 3;
+    for (std::size_t i = 0; sound && i < 3; ++i) {
+      sound = list[i].is_number();
+      if (sound) values[at++] = list[i].get<double>();
+    }
+  }
+  if (!sound)
+    throw BadRequest(std::string("\"") + key +
+                     R"(" must be {"xyz_mm": [X, Y, Z], "abc_deg": [A, B, C]}, numbers)");
+  return values;
+}
+
+void require_confirmed(const json& body) {
+  if (body.value("confirm", json()) != true)
+    throw BadRequest(R"("confirm" must be true: every point taught in the frame moves with it)");
+}
+
+template <class Act>
+auto sent(Act act) {
+  try {
+    return act();
+  } catch (const FrameNotSent& not_sent) {
+    using Why = FrameNotSent::Why;
+    switch (not_sent.why) {
+      case Why::kNotConfigured:
+      case Why::kNoSuchRecord:
+        throw NotFound(not_sent.what());
+      case Why::kUnusable:
+        throw RequestError(not_sent.what());
+      case Why::kChanged:
+      case Why::kController:
+        throw BusyError(not_sent.what());
+      case Why::kStorage:
+        break;
+    }
+    throw;
+  }
+}
+
+/// Only a frame that was read back as it was sent is a success.
+Response answer_of(const FrameRecord& record) {
+  const bool set = record.outcome == FrameOutcome::kSet;
+  spdlog::log(set ? spdlog::level::info : spdlog::level::warn, "frame {} by {}: {}", record.id,
+              record.by, record.words);
+  json body = to_json(record);
+  if (!set) body["error"] = record.words;
+  return Response{set ? 201 : 502, "application/json", dump(body)};
+}
+
+}  // namespace
+
+FrameStation& Api::frames() {
+  if (frames_ == nullptr) throw NotFound("this daemon sets no frames");
+  return *frames_;
+}
+
+std::optional<Response> Api::show_frames(const Call&) {
+  json list = json::array();
+  for (const FrameRecord& one : frames().records()) list.push_back(to_json(one));
+  return Response{.body = dump({{"configured", frames().configured()},
+                                {"problem", frames().problem().empty() ? json(nullptr)
+                                                                       : json(frames().problem())},
+                                {"frames", std::move(list)}})};
+}
+
+std::optional<Response> Api::read_frame(const Call& call) {
+  const FrameName name = name_in(object_in(call.request, {"frame"}));
+  EkiFrameValues values{};
+  sent([&] { service_.alone(kHold, [&] { values = frames().read(name); }); });
+  json body = values_json(values);
+  body["frame"] = to_string(name);
+  return Response{.body = dump(body)};
+}
+
+std::optional<Response> Api::set_frame(const Call& call) {
+  const json body = object_in(call.request, {"frame", "values", "was", "reason", "by", "confirm"});
+  require_confirmed(body);
+  const FrameOrder order{name_in(body), values_in(body, "values"), values_in(body, "was"),
+                         who_asks(call.request, body), line_in(body, "reason", kLongestReason)};
+  FrameRecord record;
+  sent([&] { service_.alone(kHold, [&] { record = frames().set(order); }); });
+  return answer_of(record);
+}
+
+std::optional<Response> Api::restore_frame(const Call& call) {
+  const json body = object_in(call.request, {"id", "by", "confirm"});
+  require_confirmed(body);
+  const json id = body.value("id", json());
+  constexpr int kMostId = 1'000'000'000;
+  if (!id.is_number_integer() || id < 1 || id > kMostId)
+    throw BadRequest("\"id\" must be the number of a frame that was sent");
+  const std::string by = who_asks(call.request, body);
+  FrameRecord record;
+  sent([&] { service_.alone(kHold, [&] { record = frames().restore(id.get<int>(), by); }); });
+  return answer_of(record);
+}
+
+}  // namespace cellcal::daemon

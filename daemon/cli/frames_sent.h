@@ -1,0 +1,20 @@
+#pragma once
+// Frames set on the controller through the daemon. Each returns its exit status and throws when it failed.
+
+#include "daemon/cli/client.h"
+
+namespace cellcal::daemon {
+
+struct FramesCommand;
+
+struct SendFrames {
+  bool send = false, confirm = false, list = false;
+  int restore = 0;  ///< number of --sent; 0: none
+};
+
+/// Reads each frame, shows old and new, asks, sets it. Ends with the first that was not set.
+int send_frames(const Connection& daemon, const FramesCommand& frames, const SendFrames& how);
+int list_sent_frames(const Connection& daemon);
+int restore_frame(const Connection& daemon, const SendFrames& how);
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,201 @@
+#include "daemon/frames/frame_station.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "calib/syntax/input_file.h"
+#include "daemon/files/atomic_file.h"
+#include "daemon/frames/frame_words.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+using drivers::EkiFrameEnd;
+using drivers::EkiFrameKind;
+using drivers::EkiFrameResult;
+using drivers::EkiFrameValues;
+using drivers::same_frame;
+using Why = FrameNotSent::Why;
+
+// Beyond any robot's reach, and any angle that a controller shows.
+constexpr double kFarthestMm = 30000.0, kLargestDeg = 360.0;
+constexpr std::size_t kMostBytes = 4 << 20;
+
+void require_sound(const FrameOrder& order) {
+  for (std::size_t i = 0; i < order.values.size(); ++i) {
+    const double limit = i < 3 ? kFarthestMm : kLargestDeg;
+    if (!(std::abs(order.values[i]) <= limit))
+      throw FrameNotSent(Why::kUnusable,
+                         fmt::format("{}: {} {} must be a number within {}", to_string(order.name),
+                                     "XYZABC"[i], order.values[i], limit));
+  }
+}
+
+double apart_mm(const EkiFrameValues& a, const EkiFrameValues& b) {
+  return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
+}
+
+FrameOutcome outcome_of(EkiFrameEnd end) {
+  switch (end) {
+    case EkiFrameEnd::kSet:
+      return FrameOutcome::kSet;
+    case EkiFrameEnd::kDiffers:
+      return FrameOutcome::kDiffers;
+    case EkiFrameEnd::kRefused:
+      return FrameOutcome::kRefused;
+    case EkiFrameEnd::kNotSent:
+    case EkiFrameEnd::kRead:
+      return FrameOutcome::kNotSent;
+    case EkiFrameEnd::kUnknown:
+      break;
+  }
+  return FrameOutcome::kUnknown;
+}
+
+}  // namespace
+
+FrameStation::FrameStation(Parts parts) : parts_(std::move(parts)) {
+  if (!std::filesystem::exists(parts_.file)) return;
+  try {
+    records_ = frames_from_json(calib::read_file(parts_.file, kMostBytes), parts_.file.string());
+  } catch (const std::exception& damaged) {
+    problem_ =
+        std::string(damaged.what()) +
+        ". It holds the old values of frames. Move it aside and keep it, then restart cellcald; "
+        "no frame is set before that";
+  }
+}
+
+std::vector<FrameRecord> FrameStation::records() const {
+  const std::lock_guard lock(mutex_);
+  return records_;
+}
+
+void FrameStation::store(const std::vector<FrameRecord>& records) const {
+  try {
+    write_atomically(parts_.file, frames_to_json(records));
+  } catch (const std::exception& error) {
+    throw FrameNotSent(Why::kStorage, error.what());
+  }
+}
+
+EkiFrameResult FrameStation::ask(const FrameName& name,
+                                 const std::optional<EkiFrameValues>& values) {
+  const Exchange exchange = parts_.exchange();
+  if (!exchange) throw FrameNotSent(Why::kNotConfigured, not_configured_words());
+  if (!problem_.empty()) throw FrameNotSent(Why::kStorage, problem_);
+  try {
+    return exchange({name.kind, name.number, values});
+  } catch (const std::exception& error) {
+    throw FrameNotSent(Why::kController, error.what());
+  }
+}
+
+EkiFrameValues FrameStation::read(const FrameName& name) {
+  const EkiFrameResult result = ask(name, std::nullopt);
+  if (result.end != EkiFrameEnd::kRead || !result.new_values)
+    throw FrameNotSent(Why::kController, not_sent_words(name, result));
+  return *result.new_values;
+}
+
+FrameRecord FrameStation::set(const FrameOrder& order) {
+  require_sound(order);
+  const EkiFrameValues now = read(order.name);
+  if (!same_frame(order.was, now))
+    throw FrameNotSent(Why::kChanged,
+                       fmt::format("{} on the controller is {}, not what was confirmed: {}. "
+                                   "Nothing was sent; look at it and confirm again",
+                                   to_string(order.name), krl_text(now), krl_text(order.was)));
+  if (order.name.kind == EkiFrameKind::kTool &&
+      apart_mm(now, order.values) > parts_.another_tool_mm)
+    throw FrameNotSent(
+        Why::kUnusable,
+        fmt::format(
+            "{} on the controller is {:.1f} mm from what was to be set (limit {:.0f} mm): another "
+            "tool's number. Give the number of the tool that touched, or measure it roughly first",
+            to_string(order.name), apart_mm(now, order.values), parts_.another_tool_mm));
+  FrameRecord record;
+  record.by = order.by;
+  record.reason = order.reason;
+  record.name = order.name;
+  record.before = now;
+  record.sent = order.values;
+  return send(std::move(record));
+}
+
+FrameRecord FrameStation::restore(int id, const std::string& by) {
+  FrameRecord back;
+  {
+    const std::lock_guard lock(mutex_);
+    const auto found = std::ranges::find(records_, id, &FrameRecord::id);
+    if (found == records_.end())
+      throw FrameNotSent(
+          Why::kNoSuchRecord,
+          fmt::format("no frame was sent under number {}. See 'cellcal frames --sent'", id));
+    back.by = by;
+    back.reason = fmt::format("old values of {} again", id);
+    back.name = found->name;
+    back.before = found->sent;
+    back.sent = found->before;
+    back.restores = id;
+  }
+  const EkiFrameValues now = read(back.name);
+  const auto original = [&] {
+    const std::lock_guard lock(mutex_);
+    return *std::ranges::find(records_, id, &FrameRecord::id);
+  }();
+  const bool as_left = same_frame(original.sent, now) || same_frame(original.before, now) ||
+                       (original.read_back && same_frame(*original.read_back, now));
+  if (!as_left)
+    throw FrameNotSent(
+        Why::kChanged,
+        fmt::format(
+            "{} on the controller is {}: neither what number {} sent nor what was before it, {}. "
+            "Somebody has changed it since; set it at the pendant",
+            to_string(back.name), krl_text(now), id, krl_text(original.before)));
+  back.before = now;
+  return send(std::move(back));
+}
+
+/// On disk as 'unknown' before anything is sent: whoever kills this daemon now leaves the old values.
+FrameRecord FrameStation::send(FrameRecord record) {
+  const std::lock_guard lock(mutex_);
+  record.id = records_.empty() ? 1 : records_.back().id + 1;
+  record.time = parts_.utc_now();
+  record.outcome = FrameOutcome::kUnknown;
+  record.words = unknown_words(record, "cellcald ended before an answer came");
+  std::vector<FrameRecord> next = records_;
+  next.push_back(record);
+  if (next.size() > kMostFrameRecords) next.erase(next.begin());
+  store(next);
+  records_ = next;
+
+  EkiFrameResult result;
+  try {
+    result = ask(record.name, record.sent);
+  } catch (const FrameNotSent& error) {
+    // Where in between it broke off is not known, unless it did not begin.
+    if (error.why == Why::kController) result.end = EkiFrameEnd::kUnknown;
+    result.detail = error.what();
+  }
+  record.outcome = outcome_of(result.end);
+  if (result.old_values) record.before = *result.old_values;
+  record.read_back = result.new_values;
+  record.words = outcome_words(record, result);
+  records_.back() = record;
+  try {
+    store(records_);
+  } catch (const FrameNotSent& error) {
+    // The disk has 'unknown' and the old values; what came of it is said all the same.
+    record.words += fmt::format(". Not on disk: {}", error.what());
+    records_.back() = record;
+  }
+  if (record.outcome == FrameOutcome::kRefused || record.outcome == FrameOutcome::kNotSent)
+    throw FrameNotSent(Why::kController, record.words);
+  return record;
+}
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,103 @@
+#include "daemon/frames/frame_words.h"
+
+#include <fmt/format.h>
+
+namespace cellcal::daemon {
+
+namespace {
+
+using drivers::EkiFrameDone;
+using drivers::EkiFrameEnd;
+using drivers::EkiFrameResult;
+using drivers::EkiFrameTrouble;
+
+std::string refusal_words(EkiFrameDone refusal) {
+  switch (refusal) {
+    case EkiFrameDone::kInSession:
+      return "the controller obeys somebody. Wait for the end of the session";
+    case EkiFrameDone::kMoves:
+      return "the arm does not stand. Let go of the keys, and try again";
+    case EkiFrameDone::kNoSuchNumber:
+      return "the controller's program has no such number (TOOL_DATA 1 to 16, BASE_DATA 1 to 32)";
+    case EkiFrameDone::kOtherProgram:
+      return "another program runs on the controller. Stop it, and try again";
+    case EkiFrameDone::kNotYet:
+    case EkiFrameDone::kDone:
+      break;
+  }
+  return "the controller refuses";
+}
+
+std::string trouble_words(const EkiFrameResult& result) {
+  switch (result.trouble) {
+    case EkiFrameTrouble::kNoConnection:
+      return fmt::format(
+          "no connection to {} ({}). Check the network, and that the controller's submit "
+          "interpreter runs CELLCAL_SUB",
+          result.peer, result.detail);
+    case EkiFrameTrouble::kNoState:
+      return fmt::format("no state from {}. Check that the submit interpreter runs CELLCAL_SUB",
+                         result.peer);
+    case EkiFrameTrouble::kTooOld:
+      return "the controller's files know no frames. Install those that 'cellcal kuka-files' writes with "
+             "[eki] write_frames = true, then cold start";
+    case EkiFrameTrouble::kInSession:
+      return "the controller obeys somebody. Wait for the end of the session";
+    case EkiFrameTrouble::kMoves:
+      return "the arm does not stand. Let go of the keys, and try again";
+    case EkiFrameTrouble::kClosed:
+      return "the controller closed the connection";
+    case EkiFrameTrouble::kNoAnswer:
+      return "no answer in time";
+    case EkiFrameTrouble::kOtherFrame:
+      return "the answer is about another frame";
+    case EkiFrameTrouble::kNotAStream:
+      return "what came has no end";
+    case EkiFrameTrouble::kNone:
+      break;
+  }
+  return result.detail;
+}
+
+}  // namespace
+
+std::string not_configured_words() {
+  return "this daemon sets no frames. Set backend = \"eki\" and [eki] write_frames = true in cellcald.toml, "
+         "install the files that 'cellcal kuka-files' then writes, and cold start the controller; or copy the "
+         "lines of 'cellcal frames' by hand";
+}
+
+std::string not_sent_words(const FrameName& name, const EkiFrameResult& result) {
+  return fmt::format(
+      "{}: nothing was set: {}", to_string(name),
+      result.end == EkiFrameEnd::kRefused ? refusal_words(result.refusal) : trouble_words(result));
+}
+
+std::string unknown_words(const FrameRecord& record, const std::string& why) {
+  return fmt::format(
+      "{}: unknown whether it was set: {}. Read it at the pendant. It was {}; sent was {}",
+      to_string(record.name), why, krl_text(record.before), krl_text(record.sent));
+}
+
+std::string outcome_words(const FrameRecord& record, const EkiFrameResult& result) {
+  switch (record.outcome) {
+    case FrameOutcome::kSet:
+      return fmt::format(
+          "{} set to {}, read back as sent. It was {}. Select the programs again that use it; "
+          "'cellcal frames --restore {}' sets the old values",
+          to_string(record.name), krl_text(record.sent), krl_text(record.before), record.id);
+    case FrameOutcome::kDiffers:
+      return fmt::format(
+          "{}: {} sent, {} read back. Compare it at the pendant before the arm moves. It was {}",
+          to_string(record.name), krl_text(record.sent),
+          krl_text(record.read_back.value_or(drivers::EkiFrameValues{})), krl_text(record.before));
+    case FrameOutcome::kRefused:
+    case FrameOutcome::kNotSent:
+      return not_sent_words(record.name, result);
+    case FrameOutcome::kUnknown:
+      break;
+  }
+  return unknown_words(record, trouble_words(result));
+}
+
+}  // namespace cellcal::daemon

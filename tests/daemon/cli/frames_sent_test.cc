@@ -1,0 +1,148 @@
+// cellcal frames --send, --sent, --restore as a subprocess, against a daemon that says what the test wants.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/post.hpp>
+#include <fstream>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "calib/files/calibration_json.h"
+#include "daemon/api/http/server.h"
+#include "daemon/krl/frames.h"
+#include "tests/daemon/cli/process.h"
+#include "tests/daemon/journal/temporary_directory.h"
+#include "tests/daemon/krl/fixture.h"
+
+namespace cellcal::daemon::testing {
+namespace {
+
+using nlohmann::json;
+
+class frames_sent : public ::testing::Test {
+ protected:
+  frames_sent() {
+    calib::Calibration found = calibration();
+    std::ofstream(dir_ / "cal.json") << calib::calibration_to_json(found);
+    found.verdict.publish = false;
+    std::ofstream(dir_ / "withheld.json") << calib::calibration_to_json(found);
+  }
+  ~frames_sent() override {
+    boost::asio::post(context_, [this] {
+      server_.stop();
+      context_.stop();
+    });
+    thread_.join();
+  }
+  Response answer(const Request& request) {
+    const std::lock_guard lock(mutex_);
+    asked_.emplace_back(request.method + " " + request.path,
+                        request.body.empty() ? json() : json::parse(request.body));
+    if (request.path == "/v1/frames/read")
+      return {
+          .body =
+              R"({"frame": "TOOL_DATA[1]", "xyz_mm": [59.9, 50.5, 410.3], "abc_deg": [38.84, 3.59, 0]})"};
+    if (request.method == "GET")
+      return {
+          .body =
+              R"({"configured": true, "problem": null, "frames": [{"id": 7, "frame": "TOOL_DATA[1]",
+        "time": "2026-11-20T10:00:00Z", "outcome": "unknown", "by": "anna", "reason": "r", "words": "read it",
+        "before": {"xyz_mm": [59.9, 50.5, 410.3], "abc_deg": [38.84, 3.59, 0]}}]})"};
+    return {status_, "application/json",
+            R"({"error": "TOOL_DATA[1]: unknown", "words": "TOOL_DATA[1] set"})"};
+  }
+  Outcome frames(std::vector<std::string> more) const {
+    more.insert(more.begin(), {CELLCAL, "frames", "--socket", dir_ / "s"});
+    return run_program(more);
+  }
+  Outcome send(std::vector<std::string> more, const char* calibration = "cal.json") const {
+    more.insert(more.begin(), {"--calibration", dir_ / calibration, "--tool", "1", "--send"});
+    return frames(std::move(more));
+  }
+  std::size_t asked(const std::string& what) const {
+    return static_cast<std::size_t>(
+        std::ranges::count(asked_, what, [](const auto& one) { return one.first; }));
+  }
+
+  TemporaryDirectory dir_;
+  std::mutex mutex_;
+  std::vector<std::pair<std::string, json>> asked_;
+  int status_ = 201;
+  boost::asio::io_context context_;
+  HttpServer server_{
+      context_,
+      dir_ / "s",
+      {[](Request&) { return std::optional<Response>(); },
+       [this](const Request& request, bool) { return std::optional(answer(request)); },
+       [](const Request&) { return false; }}};
+  std::thread thread_{[this] { context_.run(); }};
+};
+
+TEST_F(frames_sent, says_what_the_controller_had_and_sends_what_was_confirmed) {
+  const Outcome outcome = send({"--confirm"});
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_NE(outcome.err.find("TOOL_DATA[1] now  {X 59.9000,Y 50.5000,Z 410.3000,A 38.84000"),
+            std::string::npos)
+      << outcome.err;
+  ASSERT_EQ(asked("POST /v1/frames"), 1U);
+  const json body = asked_.back().second;
+  EXPECT_EQ(body["frame"], "TOOL_DATA[1]");
+  EXPECT_EQ(body["was"]["xyz_mm"][2], 410.3);
+  EXPECT_EQ(body["confirm"], true);
+  krl::FramesRequest tool;
+  tool.tool = 1;
+  const calib::FrameMmDeg frame = krl::propose_frames(calibration(), tool).frames.at(0).frame;
+  for (std::size_t i = 0; i < 3; ++i)
+    EXPECT_NEAR(body["values"]["xyz_mm"][i].get<double>(), frame.xyz_mm[i], 1e-6);
+}
+
+TEST_F(frames_sent, are_none_where_nobody_confirmed) {
+  const Outcome outcome = send({});
+  EXPECT_EQ(outcome.status, 1);
+  EXPECT_NE(outcome.err.find("--confirm"), std::string::npos) << outcome.err;
+  EXPECT_EQ(asked("POST /v1/frames"), 0U);
+  EXPECT_EQ(frames({"--restore", "7"}).status, 1);
+  EXPECT_EQ(asked("POST /v1/frames/restore"), 0U);
+}
+
+TEST_F(frames_sent, that_are_unknown_are_no_success) {
+  status_ = 502;
+  const Outcome outcome = send({"--confirm"});
+  EXPECT_EQ(outcome.status, 1);
+  EXPECT_NE(outcome.err.find("TOOL_DATA[1]: unknown"), std::string::npos) << outcome.err;
+  EXPECT_EQ(frames({"--restore", "7", "--confirm"}).status, 1);
+}
+
+TEST_F(frames_sent, are_never_those_of_a_withheld_calibration) {
+  EXPECT_EQ(send({"--confirm"}, "withheld.json").status, 3);
+  EXPECT_EQ(send({"--confirm", "--withheld"}, "withheld.json").status, 3);
+  EXPECT_TRUE(asked_.empty());
+}
+
+TEST_F(frames_sent, are_none_where_config_dat_is_of_another_controller) {
+  std::ofstream(dir_ / "$config.dat")
+      << "TOOL_DATA[1]={X 59.9,Y 50.6,Z 410.3,A 38.84,B 3.59,C 0.0}\n";
+  const Outcome outcome = send({"--confirm", "--config", dir_ / "$config.dat"});
+  EXPECT_EQ(outcome.status, 1);
+  EXPECT_NE(outcome.err.find("the controller's own $config.dat"), std::string::npos) << outcome.err;
+  EXPECT_EQ(asked("POST /v1/frames"), 0U);
+}
+
+TEST_F(frames_sent, are_listed_and_set_back) {
+  EXPECT_NE(frames({"--sent"}).out.find("unknown   by anna (r): read it"), std::string::npos)
+      << frames({"--sent"}).out;
+  ASSERT_EQ(frames({"--restore", "7", "--confirm"}).status, 0);
+  EXPECT_EQ(asked_.back().second["id"], 7);
+}
+
+TEST_F(frames_sent, and_wrong_use_is_told_by_status_2) {
+  EXPECT_EQ(frames({}).status, 2);
+  EXPECT_EQ(frames({"--send"}).status, 2);
+  EXPECT_EQ(frames({"--sent", "--restore", "7"}).status, 2);
+}
+
+}  // namespace
+}  // namespace cellcal::daemon::testing
