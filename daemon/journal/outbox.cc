@@ -39,6 +39,8 @@ void Journal::report_no_more_to(const Reporter& reporter) {
 
 void Journal::report(std::int64_t session, const Report& report) {
   impl_->write([&] {
+    // Where the end of a session could not be written its last touch would hold back all results behind it.
+    if (report.worth == Worth::kResult) impl_->outbox.close_touch();
     impl_->outbox.put(session, {}, [&](const Reporter&) { return std::vector{report}; });
   });
 }

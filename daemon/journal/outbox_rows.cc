@@ -57,15 +57,17 @@ void OutboxRows::take_source() {
   source.step();
   first_ = source.integer(0);
   now_.source = source.text(1);
-  now_.newest = database_.integer("SELECT coalesce(max(seq), 0) FROM sqlite_sequence WHERE name='outbox'") -
-                first_ + 1;
+  now_.newest =
+      database_.integer("SELECT coalesce(max(seq), 0) FROM sqlite_sequence WHERE name='outbox'") -
+      first_ + 1;
 }
 
 OutboxRows::OutboxRows(Database& database) : database_(database) {
   take_source();
   const auto sum = [&](const char* of) {
     return database_.integer(
-        fmt::format("SELECT coalesce(sum({} + {}), 0) FROM outbox {}", kBytes, kRowBytes, of).c_str());
+        fmt::format("SELECT coalesce(sum({} + {}), 0) FROM outbox {}", kBytes, kRowBytes, of)
+            .c_str());
   };
   now_.rows = database_.integer("SELECT count(*) FROM outbox");
   now_.bytes = sum("");
@@ -130,8 +132,8 @@ void OutboxRows::put_touch(std::int64_t session, const RecordTouch& touch) {
 }
 
 void OutboxRows::assess(std::int64_t session, const AssessedTouch& found) {
-  if (open_.row == 0 || !reporter_ || open_.session != session || open_.touch.index != found.index)
-    return;
+  if (!reporter_) close_touch();
+  if (open_.row == 0 || open_.session != session || open_.touch.index != found.index) return;
   open_.touch.residual_m = found.residual_m;
   try {
     const std::vector<Report> now = reporter_->touch(open_.touch);
@@ -194,7 +196,9 @@ void OutboxRows::add(std::int64_t session, const std::string& time, const Report
                    "INSERT INTO outbox (session, time, kind, worth, body) VALUES "
                    "(?,coalesce(nullif(?,''),strftime('%Y-%m-%dT%H:%M:%fZ','now')),?,?,?)");
   insert.bind(1, session).bind(2, std::string_view(time)).bind(3, std::string_view(report.kind));
-  insert.bind(4, std::string_view(to_string(report.worth))).bind(5, std::string_view(report.body)).step();
+  insert.bind(4, std::string_view(to_string(report.worth)))
+      .bind(5, std::string_view(report.body))
+      .step();
   now_.newest = database_.last_row_id() - first_ + 1;
   ++now_.rows;
   now_.bytes += bytes_of(report);
@@ -223,7 +227,7 @@ void OutboxRows::drop(std::int64_t bytes) {
   now_.bytes -= freed;
   now_.telemetry_bytes -= freed;
   now_.dropped += count;
-  add(0, {}, reporter_->dropped(first - first_ + 1, last - first_ + 1, count));
+  if (reporter_) add(0, {}, reporter_->dropped(first - first_ + 1, last - first_ + 1, count));
 }
 
 void OutboxRows::give_telemetry_up() {
@@ -248,18 +252,22 @@ void OutboxRows::compose(const SessionRecord& record,
 }
 
 bool OutboxRows::was_told_interrupted(std::int64_t entry) {
-  return database_.integer("SELECT interrupted FROM outbox_source ORDER BY first DESC LIMIT 1") >= entry;
+  return database_.integer("SELECT interrupted FROM outbox_source ORDER BY first DESC LIMIT 1") >=
+         entry;
 }
 
 void OutboxRows::told_interrupted(std::int64_t entry) {
-  Statement update(database_,
-                   "UPDATE outbox_source SET interrupted=? WHERE first=(SELECT max(first) FROM outbox_source)");
+  Statement update(
+      database_,
+      "UPDATE outbox_source SET interrupted=? WHERE first=(SELECT max(first) FROM outbox_source)");
   update.bind(1, entry).step();
 }
 
 void OutboxRows::acknowledge(const std::vector<std::int64_t>& rows) {
   for (const std::int64_t row : rows) {
-    Statement gone(database_, fmt::format("DELETE FROM outbox WHERE number=? RETURNING {}, worth", kBytes).c_str());
+    Statement gone(
+        database_,
+        fmt::format("DELETE FROM outbox WHERE number=? RETURNING {}, worth", kBytes).c_str());
     if (!gone.bind(1, row).step()) continue;  // dropped meanwhile
     const std::int64_t bytes = gone.integer(0) + kRowBytes;
     --now_.rows;
@@ -299,8 +307,12 @@ std::vector<WaitingReport> OutboxRows::waiting(std::int64_t after, std::size_t m
   std::size_t bytes = 0;
   while (bytes < kMostAtOnce && select.step()) {
     const Worth worth = select.text(6) == "result" ? Worth::kResult : Worth::kTelemetry;
-    rows.push_back({select.integer(0), select.text(1), select.integer(2), select.integer(3),
-                    select.text(4), {select.text(5), worth, select.text(7)}});
+    rows.push_back({select.integer(0),
+                    select.text(1),
+                    select.integer(2),
+                    select.integer(3),
+                    select.text(4),
+                    {select.text(5), worth, select.text(7)}});
     bytes += rows.back().report.body.size();
   }
   return rows;

@@ -42,6 +42,7 @@ std::vector<std::string> take_over(Database& database, Chain& chain, int version
     refuse(database,
            "its rows are not the same in this version. Please report this, with " + copy.string());
   }
+  if (!remarks.empty()) begin_source(database);  // a restored copy, as in prepare()
   transaction.commit();
   chain.committed();
   if (!remarks.empty()) chain.write_head();
@@ -115,7 +116,8 @@ std::vector<std::string> prepare(Database& database, HeadFile& head, Chain& chai
   } else {
     remarks = chain.open();
     if (!remarks.empty()) {
-      begin_source(database);  // a restored copy: the journal that it was copied from may go on, too
+      begin_source(
+          database);  // a restored copy: the journal that it was copied from may go on, too
       chain.write_head();
     }
     for (std::string& words : drop_earlier(database)) remarks.push_back(std::move(words));

@@ -95,19 +95,20 @@ void Notifier::Shared::with_retries(const char* way, const std::string& subject,
 
 void Notifier::Shared::deliver(const Notice& notice, const NotifyConfig& config) {
   const Message message = compose(notice, config.language, parts.host);
-  constexpr int kMailRetries = 3;
-  if (config.mail) {
-    const std::string mail = mail_text(*config.mail, message, rfc_5322_now(), random_id());
-    with_retries("mail", message.subject, kMailRetries, [&] { return send(*config.mail, mail); });
+  // First: a mail server that does not answer takes minutes.
+  if (config.webhook) {
+    with_retries("webhook", message.subject, config.webhook->retries, [&]() -> Delivery {
+      try {
+        return post(*config.webhook, read_secret(config.webhook->secret_file), message.json);
+      } catch (const std::runtime_error& wrong) {
+        return {false, false, wrong.what()};
+      }
+    });
   }
-  if (!config.webhook) return;
-  with_retries("webhook", message.subject, config.webhook->retries, [&]() -> Delivery {
-    try {
-      return post(*config.webhook, read_secret(config.webhook->secret_file), message.json);
-    } catch (const std::runtime_error& wrong) {
-      return {false, false, wrong.what()};
-    }
-  });
+  constexpr int kMailRetries = 3;
+  if (!config.mail) return;
+  const std::string mail = mail_text(*config.mail, message, rfc_5322_now(), random_id());
+  with_retries("mail", message.subject, kMailRetries, [&] { return send(*config.mail, mail); });
 }
 
 void Notifier::Shared::run() {

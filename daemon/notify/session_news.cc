@@ -73,7 +73,15 @@ Notice news_of_end(std::int64_t session, const RecordEnd& end, const std::string
   notice.news = end.ending == Ending::kDone      ? News::kDone
                 : end.ending == Ending::kAborted ? News::kAborted
                                                  : News::kFailed;
-  const auto record = journal.session(session);
+  // A session that is damaged has its end told of all the same, and what cannot be read may not be used.
+  const News ended = notice.news;
+  const News unread = ended == News::kDone ? News::kWithheld : ended;
+  std::optional<SessionRecord> record;
+  notice.news = unread;
+  try_to(notice, [&] {
+    record = journal.session(session);
+    notice.news = ended;
+  });
   if (!record) return notice;
   SessionKind kind = SessionKind::kCalibrate;
   try_to(notice, [&] { kind = options_from_json(record->inputs.options).kind; });
@@ -82,10 +90,14 @@ Notice news_of_end(std::int64_t session, const RecordEnd& end, const std::string
   notice.cell = record->inputs.cell_name;
   notice.started = record->started;
   if (notice.news != News::kDone) return notice;
-  if (kind == SessionKind::kCheck)
+  if (kind == SessionKind::kCheck) {
     try_to(notice, [&] { add_check(notice, results_dir); });
-  else if (!record->calibration.empty())
-    notice.findings = calib::words(add_result(notice, record->calibration).verdict.findings);
+  } else if (!record->calibration.empty()) {
+    notice.news = unread;
+    try_to(notice, [&] {
+      notice.findings = calib::words(add_result(notice, record->calibration).verdict.findings);
+    });
+  }
   return notice;
 }
 

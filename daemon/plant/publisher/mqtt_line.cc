@@ -10,6 +10,7 @@
 #include <cerrno>
 #include <cstring>
 #include <mutex>
+#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -307,17 +308,21 @@ void MqttLine::Impl::open(const std::optional<Message>& will) {
 
 /// The resolver waits as long as it likes; on a thread of its own, which nobody waits for.
 void MqttLine::Impl::connect() {
-  std::thread([own = opening_handle, door = door, weak = weak_from_this(), &context = context,
-               host = config.host, port = config.port,
-               keepalive = static_cast<int>(times.keepalive.count())] {
-    const int code = mosquitto_connect_async(own->raw, host.c_str(), port, keepalive);
-    const int error_number = errno;
-    const std::lock_guard lock(door->mutex);
-    if (door->closed) return;
-    asio::post(context, [weak, code, error_number] {
-      if (const auto self = weak.lock(); self && !self->ended) self->opened(code, error_number);
-    });
-  }).detach();
+  try {
+    std::thread([own = opening_handle, door = door, weak = weak_from_this(), &context = context,
+                 host = config.host, port = config.port,
+                 keepalive = static_cast<int>(times.keepalive.count())] {
+      const int code = mosquitto_connect_async(own->raw, host.c_str(), port, keepalive);
+      const int error_number = errno;
+      const std::lock_guard lock(door->mutex);
+      if (door->closed) return;
+      asio::post(context, [weak, code, error_number] {
+        if (const auto self = weak.lock(); self && !self->ended) self->opened(code, error_number);
+      });
+    }).detach();
+  } catch (const std::system_error& none) {
+    end({LineProblem::kUnreachable, broker() + ": " + none.what()});
+  }
 }
 
 void MqttLine::Impl::opened(int code, int error_number) {

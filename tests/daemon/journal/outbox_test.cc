@@ -215,6 +215,32 @@ TEST_F(outbox, keeps_a_touch_back_until_it_is_assessed_or_the_next_is_made_or_th
   EXPECT_EQ(journal->outbox().bytes, bytes);
 }
 
+TEST_F(outbox, holds_back_no_result_behind_a_touch_that_is_not_assessed_yet) {
+  const auto journal = open();
+  const std::int64_t id = begin(*journal);
+  journal->record(id, RecordTouch{0, touch_at(0.1), kTip});
+  journal->report(0, {"alarm", Worth::kResult, "failed"});
+  EXPECT_EQ(words_of(journal->waiting(0, kAll)), "1 session running\n2 touch 0.\n3 alarm failed\n");
+}
+
+TEST_F(outbox, gives_telemetry_up_on_a_full_disk_though_nobody_is_told_any_more) {
+  const auto journal = open(1 << 22, 3000);
+  const std::int64_t id = begin(*journal);
+  const auto reporter = std::make_shared<const PlainReporter>(1 << 22, 3000);
+  journal->report_to(reporter);
+  std::size_t made = 0;
+  for (; made < 50; ++made) journal->record(id, RecordTouch{made, touch_at(0.1)});
+  journal->report_no_more_to(*reporter);
+  const FileSizeLimit limit(512 * 1024);
+  try {
+    for (; made < 5000; ++made) journal->record(id, RecordTouch{made, touch_at(0.1)});
+    FAIL() << "the limit was never met";
+  } catch (const JournalError&) {
+    EXPECT_EQ(journal->touches(id).size(), made);
+    EXPECT_GT(journal->outbox().dropped, 0u);
+  }
+}
+
 TEST_F(outbox, has_a_touch_that_nobody_could_assess_any_more_as_it_was_made) {
   const std::int64_t id = begin(*open());
   open()->record(id, RecordTouch{0, touch_at(0.1), kTip});

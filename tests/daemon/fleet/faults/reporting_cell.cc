@@ -43,8 +43,13 @@ ReportingCell::~ReportingCell() { publisher_.reset(); }
 /// As the daemon does without a line to its broker: what is to be told waits.
 void ReportingCell::open() {
   journal_ = std::make_unique<Journal>(folder_ / "journal.db");
-  alone_ = std::make_shared<const plant::PlantReporter>(plant::PlantReporter::Parts{
-      true, kRoomForAll, [folder = folder_](std::int64_t) { return folder; }, {}});
+  alone_ = std::make_shared<const plant::PlantReporter>(
+      plant::PlantReporter::Parts{true,
+                                  kRoomForAll,
+                                  {"graz", name_},
+                                  {},
+                                  [folder = folder_](std::int64_t) { return folder; },
+                                  {}});
   journal_->report_to(alone_);
 }
 
