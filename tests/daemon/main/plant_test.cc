@@ -28,10 +28,12 @@ TEST(a_session, is_told_of_to_the_plant_whole_in_order_and_once) {
   Listener plant(broker.port(), "plant", "cellcal/#");
   DaemonFixture fixture(plant_of(broker));
   fixture.start();
-  const Outcome run = fixture.cellcal({"run", "--cell", CELLCAL_DEMO_CELL, "--touches", "8", "--check", "2"});
+  const Outcome run =
+      fixture.cellcal({"run", "--cell", CELLCAL_DEMO_CELL, "--touches", "8", "--check", "2"});
   ASSERT_EQ(run.status, 3) << run.err << fixture.log();
+  // The phase that it ended in may come behind the alarm, which is written with the end.
   const auto heard = plant.until([](const auto& all) {
-    return !all.empty() && all.back().topic == "cellcal/graz/weld-3/fact/alarm";
+    return std::ranges::count(all, "cellcal/graz/weld-3/fact/alarm", &Heard::topic) > 0;
   });
   const auto facts = facts_in(heard);
   std::size_t touches = 0, residuals = 0, phases = 0, calibrations = 0;
@@ -46,7 +48,8 @@ TEST(a_session, is_told_of_to_the_plant_whole_in_order_and_once) {
     phases += std::holds_alternative<plant::PhaseFact>(facts[i].body) ? 1 : 0;
     if (const auto* result = std::get_if<plant::CalibrationFact>(&facts[i].body)) {
       ++calibrations;
-      EXPECT_TRUE(result->document == calib::read_file(fixture.dir / "state/sessions/1/calibration.json"))
+      EXPECT_TRUE(result->document ==
+                  calib::read_file(fixture.dir / "state/sessions/1/calibration.json"))
           << "byte for byte";
       EXPECT_FALSE(result->robot.empty());
       ASSERT_TRUE(result->near_m);
@@ -57,7 +60,10 @@ TEST(a_session, is_told_of_to_the_plant_whole_in_order_and_once) {
   EXPECT_GE(residuals, 6u) << "there is none of one that the estimate cannot judge";
   EXPECT_GT(phases, touches);
   EXPECT_EQ(calibrations, 1u);
-  EXPECT_EQ(std::get<plant::AlarmFact>(facts.back().body).news, "withheld");
+  for (const plant::Fact& fact : facts) {
+    const auto* alarm = std::get_if<plant::AlarmFact>(&fact.body);
+    EXPECT_TRUE(alarm == nullptr || alarm->news == "withheld");
+  }
   EXPECT_TRUE(presence_in(heard)->mock);
   const auto line = nlohmann::json::parse(http_request(fixture.socket(), "GET", "/v1/plant").body);
   EXPECT_EQ(line["connected"], true) << line;
@@ -77,7 +83,8 @@ TEST(a_session, that_was_killed_without_a_broker_is_told_of_when_there_is_one) {
   broker.kill();
   DaemonFixture fixture(plant_of(broker));
   fixture.start();
-  http_request(fixture.socket(), "POST", "/v1/run", nlohmann::json{{"cell", CELLCAL_DEMO_CELL}, {"touches", 400}}.dump());
+  http_request(fixture.socket(), "POST", "/v1/run",
+               nlohmann::json{{"cell", CELLCAL_DEMO_CELL}, {"touches", 400}}.dump());
   fixture.wait_for_touches(3);
   fixture.daemon->signal(SIGKILL);
   fixture.daemon->wait();
@@ -85,7 +92,8 @@ TEST(a_session, that_was_killed_without_a_broker_is_told_of_when_there_is_one) {
   Listener plant(broker.port(), "plant", "cellcal/#");
   fixture.start();
   const auto facts = facts_in(plant.until([](const auto& all) {
-    return !all.empty() && all.back().payload.find("\"state\":\"interrupted\"") != std::string::npos;
+    return !all.empty() &&
+           all.back().payload.find("\"state\":\"interrupted\"") != std::string::npos;
   }));
   for (std::size_t i = 0; i < facts.size(); ++i)
     EXPECT_EQ(facts[i].number, static_cast<std::int64_t>(i) + 1);

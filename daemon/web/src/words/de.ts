@@ -187,6 +187,7 @@ export const de: Catalogue = {
   "check.cell file": "Zellendatei",
   "check.cell itself": "Zelle in sich",
   "check.plan": "Plan",
+  "check.plant": "Verbindung zum Werk",
   "check.robot geometry": "Robotergeometrie",
   "check.controller files": "Dateien der Steuerung",
   "check.daemon": "Daemon",

@@ -194,6 +194,7 @@ export const en = {
   "check.cell file": "cell file",
   "check.cell itself": "cell against itself",
   "check.plan": "plan",
+  "check.plant": "line to the plant",
   "check.robot geometry": "robot geometry",
   "check.controller files": "controller files",
   "check.daemon": "daemon",

@@ -53,10 +53,17 @@ struct Listener::Impl {
     mosquitto_publish_v5(handle, nullptr, topic.c_str(), static_cast<int>(payload.size()),
                          payload.data(), 0, true, nullptr);
   }
+  std::string last_topics() const {
+    std::string text;
+    for (std::size_t i = heard.size() > 6 ? heard.size() - 6 : 0; i < heard.size(); ++i)
+      text += heard[i].topic + " " + heard[i].payload.substr(0, 200) + "\n";
+    return text;
+  }
   template <class F>
   void wait(F done) const {
     std::unique_lock lock(mutex);
-    if (!changed.wait_for(lock, kLongest, done)) throw std::runtime_error("it was never heard");
+    if (!changed.wait_for(lock, kLongest, done))
+      throw std::runtime_error("it was never heard. Last:\n" + last_topics());
   }
 };
 
@@ -95,18 +102,19 @@ Listener::Listener(std::uint16_t port, const std::string& id, const std::string&
                                          auto& impl = *static_cast<Impl*>(self);
                                          impl.change([&] { ++impl.gone; });
                                        });
-  mosquitto_message_v5_callback_set(
-      impl_->handle,
-      [](mosquitto*, void* self, const mosquitto_message* message, const mosquitto_property*) {
-        auto& impl = *static_cast<Impl*>(self);
-        impl.change([&] {
-          impl.heard.push_back({message->topic,
-                                std::string(static_cast<const char*>(message->payload),
-                                            static_cast<std::size_t>(message->payloadlen)),
-                                message->retain});
-        });
-        if (impl.stores && std::string_view(message->topic).find("/fact/") != std::string_view::npos) impl.tell_stored();
-      });
+  mosquitto_message_v5_callback_set(impl_->handle, [](mosquitto*, void* self,
+                                                      const mosquitto_message* message,
+                                                      const mosquitto_property*) {
+    auto& impl = *static_cast<Impl*>(self);
+    impl.change([&] {
+      impl.heard.push_back({message->topic,
+                            std::string(static_cast<const char*>(message->payload),
+                                        static_cast<std::size_t>(message->payloadlen)),
+                            message->retain});
+    });
+    if (impl.stores && std::string_view(message->topic).find("/fact/") != std::string_view::npos)
+      impl.tell_stored();
+  });
   mosquitto_property* properties = nullptr;
   mosquitto_property_add_int32(&properties, MQTT_PROP_SESSION_EXPIRY_INTERVAL, 3600);
   const int code =
