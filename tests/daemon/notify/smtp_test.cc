@@ -74,30 +74,19 @@ TEST(a_mail_for_a_server, that_is_busy_or_gone_is_tried_again_and_one_that_is_re
 }
 
 struct a_mail_over_tls : ::testing::Test {
-  a_mail_over_tls() {
-    const std::string command =
-        "openssl req -x509 -newkey ec -pkeyopt ec_paramgen_curve:prime256v1 -nodes -days 2 -subj /CN=localhost "
-        "-addext subjectAltName=DNS:localhost -out " +
-        (dir / "c.pem").string() + " -keyout " + (dir / "k.pem").string() + " 2>/dev/null";
-    EXPECT_EQ(std::system(command.c_str()), 0);
-    ::SSL_CTX_use_certificate_file(context, (dir / "c.pem").c_str(), SSL_FILETYPE_PEM);
-    ::SSL_CTX_use_PrivateKey_file(context, (dir / "k.pem").c_str(), SSL_FILETYPE_PEM);
-  }
-  ~a_mail_over_tls() override { ::SSL_CTX_free(context); }
   MailServer known(const SmtpServer& server) const {
     MailServer config = at(server);
     config.host = "localhost";
     config.user = "cell7";
-    config.ca = dir / "c.pem";
+    config.ca = self_signed.certificate();
     return config;
   }
 
-  testing::TemporaryDirectory dir;
-  ::SSL_CTX* context = ::SSL_CTX_new(TLS_server_method());
+  testing::SelfSigned self_signed;
 };
 
 TEST_F(a_mail_over_tls, says_nothing_but_its_greeting_before_tls_and_then_who_it_is) {
-  SmtpServer server({.tls = context});
+  SmtpServer server({.tls = self_signed.context()});
   MailServer config = known(server);
   config.starttls = true;
   const Delivery result = send_by_smtp(kMail, config, "s3cret", "m\n");
@@ -113,7 +102,7 @@ TEST_F(a_mail_over_tls, says_nothing_but_its_greeting_before_tls_and_then_who_it
 }
 
 TEST_F(a_mail_over_tls, is_spoken_from_the_first_byte_to_a_server_that_wants_it_so) {
-  SmtpServer server({.tls = context, .from_the_first_byte = true});
+  SmtpServer server({.tls = self_signed.context(), .from_the_first_byte = true});
   MailServer config = known(server);
   config.tls = true;
   const Delivery result = send_by_smtp(kMail, config, "s3cret", "m\n");
@@ -122,8 +111,8 @@ TEST_F(a_mail_over_tls, is_spoken_from_the_first_byte_to_a_server_that_wants_it_
 }
 
 TEST_F(a_mail_over_tls, keeps_its_password_from_a_server_without_tls_or_with_another_name) {
-  SmtpServer plain({}), other({.tls = context}),
-      refusing({.tls = context, .answers = {{"AUTH", "535 who are you"}}});
+  SmtpServer plain({}), other({.tls = self_signed.context()}),
+      refusing({.tls = self_signed.context(), .answers = {{"AUTH", "535 who are you"}}});
   for (SmtpServer* server : {&plain, &other}) {
     MailServer config = known(*server);
     config.starttls = true;

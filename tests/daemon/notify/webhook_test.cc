@@ -60,28 +60,16 @@ TEST(a_webhook, that_nobody_answers_or_answers_with_nonsense_is_given_up_in_its_
 }
 
 struct a_webhook_over_tls : ::testing::Test {
-  a_webhook_over_tls() {
-    const std::string command =
-        "openssl req -x509 -newkey ec -pkeyopt ec_paramgen_curve:prime256v1 -nodes -days 2 -subj /CN=localhost "
-        "-addext subjectAltName=DNS:localhost -out " +
-        (dir / "c.pem").string() + " -keyout " + (dir / "k.pem").string() + " 2>/dev/null";
-    EXPECT_EQ(std::system(command.c_str()), 0);
-    ::SSL_CTX_use_certificate_file(context, (dir / "c.pem").c_str(), SSL_FILETYPE_PEM);
-    ::SSL_CTX_use_PrivateKey_file(context, (dir / "k.pem").c_str(), SSL_FILETYPE_PEM);
-  }
-  ~a_webhook_over_tls() override { ::SSL_CTX_free(context); }
-
-  testing::TemporaryDirectory dir;
-  ::SSL_CTX* context = ::SSL_CTX_new(TLS_server_method());
+  testing::SelfSigned self_signed;
 };
 
 TEST_F(a_webhook_over_tls,
        is_sent_to_a_server_whose_certificate_and_name_are_right_and_to_no_other) {
-  HookServer server({testing::kTaken}, context);
+  HookServer server({testing::kTaken}, self_signed.context());
   WebhookConfig config = to(server);
   config.url.tls = true;
   config.url.host = "localhost";
-  config.ca = dir / "c.pem";
+  config.ca = self_signed.certificate();
   const Delivery known = post(config, "s3cret", "{}");
   EXPECT_TRUE(known.delivered) << known.why;
   EXPECT_EQ(server.requests().size(), 1u);
