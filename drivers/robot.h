@@ -109,7 +109,9 @@ struct MoveResult {
   MoveOutcome outcome = MoveOutcome::kRefused;
   std::string detail;  ///< what happened, where, and what to do next; empty on success
   Interruption interruption = Interruption::kNone;  ///< kRobotSilent, kRefused
-  AxisAngles at_rad;                                ///< commanded position, arm at rest
+  /// Commanded position. The arm is at rest, or, behind a transit or a retreat that arrived, within
+  /// the following tolerance and about to be.
+  AxisAngles at_rad;
   std::optional<Latch> latch;
 };
 

@@ -196,17 +196,22 @@ std::optional<CoreResult> Mover::step(const MoverCycle& cycle, AxisAngles& comma
   return std::nullopt;
 }
 
+bool Mover::needs_rest() const {
+  if (!ends_well() || move_.kind == MoveKind::kSearch) return true;
+  return move_.kind == MoveKind::kRetreat && sensor_.heard().snapshot.in_contact;
+}
+
 std::optional<CoreResult> Mover::settle(const MoverCycle& cycle, const AxisAngles& commanded_rad) {
   settling_s_ += cycle.cycle_s;
   ++settling_cycles_;
   const int window = settle_window(cycle.cycle_s);
-  if (settling_cycles_ < 2 * window) return std::nullopt;
+  if (settling_cycles_ < (needs_rest() ? 2 : 1) * window) return std::nullopt;
   const auto count = static_cast<std::size_t>(window);
   const AxisAngles late = record_.mean_actual_rad(0, count);
   const AxisAngles early = record_.mean_actual_rad(count, count);
   const AxisDistance moved = farthest_axis(late, early);
   const AxisDistance astray = farthest_axis(late, commanded_rad);
-  const bool at_rest = moved.rad <= kSettledRad;
+  const bool at_rest = !needs_rest() || moved.rad <= kSettledRad;
   const bool followed = astray.rad <= config_.follow_tolerance_deg * kRadPerDeg;
   const bool time_is_up = settling_s_ >= kSettleLimitS;
   // What arrived must be where it was commanded to; for what was stopped rest is enough.

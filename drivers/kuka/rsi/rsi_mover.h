@@ -1,7 +1,7 @@
 #pragma once
 // One move from its beginning to its result: travel, the contact sensor's say, stop, rest, latch.
 //
-//   travelling --end--> settling --rest--> result
+//   travelling --end--> settling --rest, or near enough on the way--> result
 //       |  trip (search)
 //       +--> verdict (stopped) --contact, revoked, silence of the sensor--> settling
 //       +--> settling (other stops)
@@ -71,6 +71,10 @@ class Mover {
   void watch_other(const MoverCycle& cycle);
   void await_verdict(TimePoint now);
   void watch_following(const MoverCycle& cycle);
+  /// Whether its end is rest, not only where it was commanded to within the tolerance: of what was
+  /// stopped, of searches, and of a retreat until the contact is open. The next move of an arm on its way
+  /// begins where the last was commanded to.
+  bool needs_rest() const;
   std::optional<CoreResult> settle(const MoverCycle& cycle, const AxisAngles& commanded_rad);
   CoreResult result(const AxisAngles& commanded_rad);
   void fill_latch(const MoverCycle& cycle, const AxisAngles& settled_rad);

@@ -17,17 +17,44 @@ void let_drift(MoverRig& rig, double deg_s) {
   };
 }
 
-/// A retreat, so that the sensor's contact at the beginning is nothing that stops it.
-TEST(MoverRest, ArrivalIsKnownTwoWindowsAfterTheMotionsEnd) {
-  // Windows of 48 ms, but not fewer than four packets.
+/// A degree on A2 that meets nothing.
+std::optional<CoreResult> begin_search(MoverRig& rig) {
+  rig.guard.arm(5);
+  return rig.start(MoveKind::kSearch, 1.0, 1.0, 5);
+}
+
+// Windows of 48 ms, but not fewer than four packets.
+TEST(MoverRest, TheEndOfASearchIsKnownTwoWindowsAfterTheMotionsEnd) {
   for (const auto& [cycle_s, cycles] : {std::pair{0.004, 24}, {0.012, 8}, {0.02, 8}, {0.002, 48}}) {
     MoverRig rig(cycle_s);
-    ASSERT_FALSE(rig.start(MoveKind::kTransit, 1.0));
+    ASSERT_FALSE(begin_search(rig));
     const auto end = rig.end();
     expect_end(end.result, MoveOutcome::kArrived, cause::None{});
     EXPECT_EQ(end.motionless, cycles) << cycle_s;
     EXPECT_NEAR(rig.commanded[1], 1.0 * kDeg, 1e-12);
   }
+}
+
+TEST(MoverRest, OfAnArmOnItsWayArrivalIsKnownAWindowAfterTheMotionsEnd) {
+  for (const MoveKind kind : {MoveKind::kTransit, MoveKind::kRetreat})
+    for (const auto& [cycle_s, cycles] :
+         {std::pair{0.004, 12}, {0.012, 4}, {0.02, 4}, {0.002, 24}}) {
+      MoverRig rig(cycle_s);
+      ASSERT_FALSE(rig.start(kind, 1.0));
+      const auto end = rig.end();
+      expect_end(end.result, MoveOutcome::kArrived, cause::None{});
+      EXPECT_EQ(end.motionless, cycles) << cycle_s;
+      EXPECT_NEAR(rig.commanded[1], 1.0 * kDeg, 1e-12);
+    }
+}
+
+TEST(MoverRest, ARetreatWhoseContactIsStillClosedIsNotOverBeforeTheArmRests) {
+  MoverRig rig;
+  rig.guard.touch(true);
+  ASSERT_FALSE(rig.start(MoveKind::kRetreat, -1.0));
+  const auto end = rig.end();
+  expect_end(end.result, MoveOutcome::kStillInContact, cause::ContactNotOpen{});
+  EXPECT_EQ(end.motionless, 24);
 }
 
 TEST(MoverRest, AMoveWithoutTravelArrivesAsWell) {
@@ -41,7 +68,7 @@ TEST(MoverRest, AMoveWithoutTravelArrivesAsWell) {
 TEST(MoverRest, LessThanHalfAThousandthOfADegreePerWindowIsRest) {
   MoverRig rig;
   let_drift(rig, 0.0004 / 0.048);
-  ASSERT_FALSE(rig.start(MoveKind::kTransit, 1.0));
+  ASSERT_FALSE(begin_search(rig));
   const auto end = rig.end();
   expect_end(end.result, MoveOutcome::kArrived, cause::None{});
   EXPECT_EQ(end.motionless, 24);
@@ -49,7 +76,7 @@ TEST(MoverRest, LessThanHalfAThousandthOfADegreePerWindowIsRest) {
 
 TEST(MoverRest, AnArmThatNeverRestsIsNamedAfterASecondWithWhatItMovesBy) {
   MoverRig rig;
-  ASSERT_FALSE(rig.start(MoveKind::kTransit, 1.0));
+  ASSERT_FALSE(begin_search(rig));
   let_drift(rig, 0.0008 / 0.048);
   const auto end = rig.end();
   expect_end(end.result, MoveOutcome::kArrived, cause::NotSettled{2, 0.0008, 1.0}, 1e-6);
@@ -127,7 +154,7 @@ TEST(MoverRest, NothingOfAnEarlierEndIsSaidOfTheNextMove) {
   ASSERT_FALSE(rig.start(MoveKind::kTransit, 0.5));
   const auto end = rig.end();
   expect_end(end.result, MoveOutcome::kArrived, cause::None{});
-  EXPECT_EQ(end.motionless, 24);
+  EXPECT_EQ(end.motionless, 12);
   // One that was stopped, and one without travel after it.
   ASSERT_FALSE(rig.start(MoveKind::kTransit, 10.0));
   rig.run(40);

@@ -64,7 +64,7 @@ TEST_F(ByWayPoint, TheArmPassesItWithoutAStopAndEndsAtTheTarget) {
   expect_end(end.result, MoveOutcome::kArrived, cause::None{});
   EXPECT_NEAR(a1(), 10.0, 1e-12);
   EXPECT_NEAR(a2(), 10.0, 1e-12);
-  EXPECT_EQ(end.motionless, 24) << "it settles at the end alone";
+  EXPECT_EQ(end.motionless, 12) << "it settles at the end alone";
 }
 
 TEST_F(ByWayPoint, WhereItIsToRestItGoesOnAtOnce) {
