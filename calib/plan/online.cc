@@ -28,6 +28,10 @@ constexpr int kAhead = 10;  ///< touches that have to be worth it together
 constexpr double kLookAroundRad[] = {0.3, 0.12};
 constexpr int kAround = 24;
 constexpr std::size_t kMostAround = 3000;  ///< of all that are added
+/// Of so many that are foremost by a guess the way is looked for before one is chosen.
+constexpr int kLookedAt = 8;
+
+using Way = std::optional<std::vector<JointVector>>;
 
 }  // namespace
 
@@ -53,7 +57,7 @@ struct Online::Impl {
   std::optional<std::size_t> offered;
   std::optional<PlannedTouch> planned;  ///< the touch offered, on its way from
   JointVector planned_from;             ///< here: from elsewhere it is another way
-  std::optional<std::size_t> last;  ///< candidate that the arm stands at
+  std::optional<std::size_t> last;      ///< candidate that the arm stands at
   Progress progress;
   std::vector<std::pair<int, double>> bounds;  ///< u95 [m] after so many touches
 
@@ -286,26 +290,62 @@ struct Online::Impl {
     progress.touches_left = std::min(k, touches_by_trend(bounds, goal.u95_m, most));
   }
 
-  /// Where the arm comes from: for the time to a touch.
+  /// A touch from there, the way to it guessed.
   double seconds(std::size_t c, const JointVector& from) const {
     const Candidate& to = pool.candidates()[c];
     const bool same = last && pool.candidates()[*last].target == to.target;
-    constexpr double kRetreatS = 0.45, kSameSphereS = 0.2, kOtherSphereS = 0.5;
-    return touch_s(pace.foretold_m, pace) + kRetreatS + (same ? kSameSphereS : kOtherSphereS) +
+    constexpr double kSameSphereS = 0.2, kOtherSphereS = 0.5;
+    return at_place_s() + (same ? kSameSphereS : kOtherSphereS) +
            move_s(cell.robot, from, to.standoff, pace);
   }
+  double at_place_s() const {
+    constexpr double kRetreatS = 0.45;
+    return touch_s(pace.foretold_m, pace) + kRetreatS;
+  }
 
-  /// The candidate that takes most off the error per second.
+  Way way_to(std::size_t c, const JointVector& from) const {
+    const Candidate* leaving = last ? &pool.candidates()[*last] : nullptr;
+    return pool.router().to_standoff(from, leaving, pool.candidates()[c]);
+  }
+
+  /// Per candidate, what it takes off the error per second; of those that are gone nothing.
+  std::vector<double> worths(const JointVector& from) const {
+    std::vector<double> worths(static_cast<std::size_t>(design->size()), 0.0);
+    for (std::size_t c = 0; c < worths.size(); ++c)
+      if (!gone[c]) worths[c] = design->gain(static_cast<Eigen::Index>(c)) / seconds(c, from);
+    return worths;
+  }
+
   std::optional<std::size_t> most_worth(const JointVector& from) const {
-    double best = 0.0;
+    const std::vector<double> worth = worths(from);
+    const auto best = std::max_element(worth.begin(), worth.end());
+    if (best == worth.end() || *best <= 0.0) return std::nullopt;
+    return static_cast<std::size_t>(best - worth.begin());
+  }
+
+  /// The candidate that takes most off the error per second by its way, of those that are foremost
+  /// by a guess; with that way.
+  std::optional<std::size_t> most_worth_by_way(const JointVector& from) {
+    std::vector<double> worth = worths(from);
+    double most = 0.0;
     std::optional<std::size_t> found;
-    for (Eigen::Index r = 0; r < design->size(); ++r) {
-      const auto c = static_cast<std::size_t>(r);
-      if (gone[c]) continue;
-      if (const double worth = design->gain(r) / seconds(c, from); worth > best) {
-        best = worth;
-        found = c;
+    for (int looked_at = 0; looked_at < kLookedAt;) {
+      const auto next = std::max_element(worth.begin(), worth.end());
+      if (next == worth.end() || *next <= 0.0) break;
+      const auto c = static_cast<std::size_t>(next - worth.begin());
+      *next = 0.0;
+      if (!pool.connected(c)) {
+        gone[c] = true;
+        continue;
       }
+      ++looked_at;
+      Way way = way_to(c, from);
+      if (!way) continue;
+      const double s = at_place_s() + way_s(cell.robot, from, *way, pace);
+      const double by_way = design->gain(static_cast<Eigen::Index>(c)) / s;
+      if (by_way <= most) continue;
+      most = by_way;
+      found = c;
     }
     return found;
   }
@@ -330,11 +370,8 @@ struct Online::Impl {
       finish("some targets cannot be touched often enough for a first estimate");
       return std::nullopt;
     }
-    while (true) {
-      const auto found = most_worth(from);
-      if (!found || pool.connected(*found)) return found;
-      gone[*found] = true;
-    }
+    if (const auto found = most_worth_by_way(from)) return found;
+    return most_worth(from);  // no way leads from here: who plans it says so
   }
 
   /// The touch with its way from where the arm is.
@@ -342,7 +379,7 @@ struct Online::Impl {
     const Candidate& to = pool.candidates()[c];
     PlannedTouch touch = to_planned(cell, to, set, options);
     const Candidate* leaving = last ? &pool.candidates()[*last] : nullptr;
-    auto way = pool.router().to_standoff(from, leaving, to);
+    Way way = way_to(c, from);
     if (!way)  // not for want of a way to this touch: it is connected
       throw PlanError(fmt::format(
           "no clear way from where the arm stands: on the way to its resting posture {}. "

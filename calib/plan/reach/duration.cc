@@ -30,17 +30,28 @@ double move_s(const Robot& robot, const JointVector& from, const JointVector& to
   return slowest > 0.0 ? slowest + pace.build_up_s : 0.0;
 }
 
+double way_s(const Robot& robot, const JointVector& from, std::span<const JointVector> way,
+             const Pace& pace) {
+  double sum = 0.0;
+  const JointVector* at = &from;
+  for (const JointVector& next : way) {
+    sum += (at == &from ? 1.0 : pace.passed_share) * move_s(robot, *at, next, pace);
+    at = &next;
+  }
+  return sum;
+}
+
 namespace {
 
 /// Over all way-points; corners that may be cut are passed.
-double way_s(const Robot& robot, const JointVector& from, const PlannedTouch& touch,
-             const Pace& pace) {
+double transit_s(const Robot& robot, const JointVector& from, const PlannedTouch& touch,
+                 const Pace& pace) {
   double sum = 0.0;
   const JointVector* at = &from;
   for (std::size_t k = 0; k < touch.transit.size(); ++k) {
     const double stop_s = move_s(robot, *at, touch.transit[k], pace);
-    const bool passed = k > 0 && k <= touch.corners.size() &&
-                        touch.corners[k - 1].in_share > 0.0 && touch.corners[k - 1].out_share > 0.0;
+    const bool passed = k > 0 && k <= touch.corners.size() && touch.corners[k - 1].in_share > 0.0 &&
+                        touch.corners[k - 1].out_share > 0.0;
     sum += (passed ? pace.passed_share : 1.0) * stop_s;
     at = &touch.transit[k];
   }
@@ -63,7 +74,7 @@ double duration_s(const Plan& plan, const Robot& robot, const Pace& pace) {
   const JointVector* at = &plan.start;
   std::map<std::string, int> touched;
   for (const PlannedTouch& touch : plan.touches) {
-    sum += way_s(robot, *at, touch, pace);
+    sum += transit_s(robot, *at, touch, pace);
     const bool foretold = touched[touch.target]++ >= pace.before_foretold;
     sum += touch_s(foretold ? std::min(pace.foretold_m, touch.expected_m) : touch.expected_m, pace);
     sum += move_s(robot, touch.standoff, touch.clear, pace);

@@ -2,6 +2,8 @@
 // How long the robot needs, so that plans can be compared: transits with speed and acceleration
 // limits, searches at their speeds. No clock comes in.
 
+#include <span>
+
 #include "calib/plan/reach/planned_touch.h"
 
 namespace cellcal::calib {
@@ -33,6 +35,10 @@ void require_speeds(const Robot& robot);
 /// Joint-space move from rest to rest: the slowest axis, its ramps limited in acceleration and
 /// jerk.
 double move_s(const Robot& robot, const JointVector& from, const JointVector& to, const Pace& pace);
+
+/// Over way-points, each of which is passed.
+double way_s(const Robot& robot, const JointVector& from, std::span<const JointVector> way,
+             const Pace& pace);
 
 /// From where the search begins, this far before the contact, to the last contact; in the mean over
 /// those that are confirmed and those that are not.

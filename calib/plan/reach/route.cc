@@ -6,6 +6,7 @@
 
 #include "calib/model/inverse.h"
 #include "calib/plan/reach/detour.h"
+#include "calib/plan/reach/duration.h"
 
 namespace cellcal::calib {
 
@@ -15,8 +16,10 @@ constexpr double kHeightsM[] = {0.035, 0.06, 0.12, 0.25};  // above the sphere's
 /// Round a sphere, half-way between two touches of it, the tip this many times as far from the
 /// middle as at the clear points.
 constexpr double kRound[] = {1.1, 1.35, 1.7};
-/// What a way-point costs, slowing down and speeding up again.
-constexpr double kWaypointS = 0.15;
+/// How often all way-points of a way are pulled towards the straight one, each in so many halvings.
+constexpr int kPulls = 2, kHalvings = 5;
+/// Where a way-point is pulled to is looked for in so many steps.
+constexpr int kPlaces = 16;
 /// Effort of sampling: steps for one way, and ways to one target that may fail in a row before it
 /// is given up.
 constexpr int kSteps = 3000;
@@ -24,6 +27,12 @@ constexpr int kMostFailed = 4;
 /// Of what was found for a target's other touches; more would only repeat each other.
 constexpr std::size_t kMostKept = 6;
 constexpr std::size_t kLastStops = 2;  ///< of such a way, from which other touches are tried
+
+JointVector between(const JointVector& a, const JointVector& b, double share) {
+  JointVector q(a);
+  for (std::size_t i = 0; i < q.size(); ++i) q[i] += share * (b[i] - a[i]);
+  return q;
+}
 
 std::vector<JointVector> joined(std::vector<JointVector> a, const std::vector<JointVector>& b) {
   a.insert(a.end(), b.begin(), b.end());
@@ -62,17 +71,35 @@ std::optional<JointVector> Router::around(const Candidate& leaving, const Candid
 }
 
 double Router::seconds(const JointVector& from, const std::vector<JointVector>& chain) const {
-  double sum = kWaypointS * static_cast<double>(chain.size());
-  const JointVector* last = &from;
-  for (const JointVector& next : chain) {
-    double slowest = 0.0;
-    for (std::size_t i = 0; i < next.size(); ++i)
-      slowest = std::max(slowest,
-                         std::abs(next[i] - (*last)[i]) / cell_.robot.joints[i].max_speed_rad_s);
-    sum += slowest;
-    last = &next;
-  }
-  return sum;
+  return way_s(cell_.robot, from, chain, {});
+}
+
+std::vector<JointVector> Router::shortened(const JointVector& from,
+                                           std::vector<JointVector> way) const {
+  for (int pull = 0; pull < kPulls; ++pull)
+    for (std::size_t k = 0; k + 1 < way.size();) {
+      const JointVector& before = k == 0 ? from : way[k - 1];
+      const JointVector& behind = way[k + 1];
+      if (clearance_.clear(before, behind, kTipMarginM)) {
+        way.erase(way.begin() + static_cast<std::ptrdiff_t>(k));
+        continue;
+      }
+      JointVector nearest = before;
+      for (int i = 1; i <= kPlaces; ++i) {
+        const JointVector at = between(before, behind, static_cast<double>(i) / kPlaces);
+        if (move_s(cell_.robot, way[k], at, {}) < move_s(cell_.robot, way[k], nearest, {}))
+          nearest = at;
+      }
+      double clear = 0.0, too_far = 1.0;
+      for (int i = 0; i < kHalvings; ++i) {
+        const double middle = 0.5 * (clear + too_far);
+        const JointVector at = between(way[k], nearest, middle);
+        (clear_chain(before, {at, behind}) ? clear : too_far) = middle;
+      }
+      way[k] = between(way[k], nearest, clear);
+      ++k;
+    }
+  return way;
 }
 
 bool Router::clear_chain(const JointVector& from, const std::vector<JointVector>& chain) const {
@@ -117,6 +144,14 @@ std::optional<std::vector<JointVector>> Router::simple_way(const JointVector& fr
 std::optional<std::vector<JointVector>> Router::to_standoff(const JointVector& from,
                                                             const Candidate* leaving,
                                                             const Candidate& to) const {
+  auto way = any_way(from, leaving, to);
+  if (way) *way = shortened(from, std::move(*way));
+  return way;
+}
+
+std::optional<std::vector<JointVector>> Router::any_way(const JointVector& from,
+                                                        const Candidate* leaving,
+                                                        const Candidate& to) const {
   if (auto way = simple_way(from, leaving, to)) return way;
   if (to.from_rest.empty()) return std::nullopt;
   // Over the resting posture: long, but known to be clear.

@@ -1,9 +1,9 @@
 #pragma once
 // The way from one place to a stand-off: the fastest that is clear of the straight one in joint
 // space, those half-way round the sphere and those over points above the spheres, otherwise over
-// the resting posture. Where a target is marked as
-// hard to reach, ways between it and the resting posture are sampled as a last resort (detour.h).
-// One that was found serves the target's other touches, too.
+// the resting posture; then pulled towards the straight one as far as it stays clear. Where a target is
+// marked as hard to reach, ways between it and the resting posture are sampled as a last resort
+// (detour.h). One that was found serves the target's other touches, too.
 
 #include <optional>
 
@@ -48,6 +48,10 @@ class Router {
                                     double times) const;
   /// About, with a robot whose speeds are stated.
   double seconds(const JointVector& from, const std::vector<JointVector>& chain) const;
+  /// The clear way with its way-points nearer to the straight one, or without them. Clear as well.
+  std::vector<JointVector> shortened(const JointVector& from, std::vector<JointVector> way) const;
+  std::optional<std::vector<JointVector>> any_way(const JointVector& from, const Candidate* leaving,
+                                                  const Candidate& to) const;
   bool clear_chain(const JointVector& from, const std::vector<JointVector>& chain) const;
   std::optional<std::vector<JointVector>> simple_way(const JointVector& from,
                                                      const Candidate* leaving,

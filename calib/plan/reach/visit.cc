@@ -2,6 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <limits>
+#include <map>
+
 #include "calib/plan/reach/corners.h"
 #include "calib/plan/reach/duration.h"
 #include "calib/plan/reach/order.h"
@@ -12,35 +16,108 @@ namespace cellcal::calib {
 
 namespace {
 
-/// What changing over costs beyond the direct move: the tip has to rise above a sphere to get round
-/// it, and another sphere is farther.
+/// What changing over is taken to cost beyond the direct move as long as nobody has looked: the tip
+/// has to rise above a sphere to get round it, and another sphere is farther.
 constexpr double kSameSphereS = 0.2, kOtherSphereS = 0.5;
+/// Where no way leads.
+constexpr double kNoWayS = 1e3;
+/// Orders that are looked at, fewer of many visits: each takes the square of their number.
+constexpr int kMostOrders = 24, kMostVisitsTimesOrders = 4000;
+
+using Way = std::optional<std::vector<JointVector>>;
+
+/// The ways between the visits, looked for when an order has need of them.
+class Ways {
+ public:
+  Ways(const Robot& robot, const Router& router, const std::vector<ToVisit>& todo,
+       const JointVector& start)
+      : robot_(robot), router_(router), todo_(todo), start_(start) {
+    const auto count = static_cast<Eigen::Index>(todo.size());
+    between_s_ = Eigen::MatrixXd::Zero(count, count);
+    from_start_s_.resize(count);
+    for (std::size_t j = 0; j < todo.size(); ++j) {
+      const Candidate& to = todo[j].candidate;
+      seconds(kStart, j) = move_s(robot, start, to.standoff, pace_);
+      for (std::size_t i = 0; i < todo.size(); ++i) {
+        const Candidate& from = todo[i].candidate;
+        seconds(i, j) = move_s(robot, from.clear, to.standoff, pace_) +
+                        (from.target == to.target ? kSameSphereS : kOtherSphereS);
+      }
+    }
+  }
+
+  static constexpr std::size_t kStart = std::numeric_limits<std::size_t>::max();
+
+  /// From behind the visit `from`, or from the start, to the stand-off of `to`.
+  const Way& way(std::size_t from, std::size_t to) {
+    const auto [found, is_new] = known_.try_emplace({from, to});
+    Way& way = found->second;
+    if (!is_new) return way;
+    const Candidate* leaving = from == kStart ? nullptr : &todo_[from].candidate;
+    const JointVector& at = leaving == nullptr ? start_ : leaving->clear;
+    way = router_.to_standoff(at, leaving, todo_[to].candidate);
+    seconds(from, to) = way ? way_s(robot_, at, *way, pace_) : kNoWayS;
+    return way;
+  }
+
+  /// The order that takes the least time of those that were looked at. An order stands on times
+  /// that are guessed where no order before it went; its own ways are looked for, and the next
+  /// order stands on their times.
+  std::vector<std::size_t> shortest_order() {
+    const auto visits = static_cast<int>(todo_.size());
+    const int orders = std::clamp(kMostVisitsTimesOrders / std::max(1, visits), 1, kMostOrders);
+    std::vector<std::size_t> best;
+    double least_s = std::numeric_limits<double>::max();
+    for (int k = 0; k < orders; ++k) {
+      const std::vector<std::size_t> order = short_order(between_s_, from_start_s_);
+      const std::size_t before = known_.size();
+      double sum_s = 0.0;
+      std::size_t from = kStart;
+      for (const std::size_t to : order) {
+        way(from, to);
+        sum_s += seconds(from, to);
+        from = to;
+      }
+      if (sum_s < least_s) {
+        least_s = sum_s;
+        best = order;
+      }
+      if (known_.size() == before) break;
+    }
+    return best;
+  }
+
+ private:
+  double& seconds(std::size_t from, std::size_t to) {
+    const auto j = static_cast<Eigen::Index>(to);
+    return from == kStart ? from_start_s_[j] : between_s_(static_cast<Eigen::Index>(from), j);
+  }
+
+  const Robot& robot_;
+  const Router& router_;
+  const std::vector<ToVisit>& todo_;
+  const JointVector& start_;
+  const Pace pace_;
+  Eigen::MatrixXd between_s_;
+  Eigen::VectorXd from_start_s_;
+  std::map<std::pair<std::size_t, std::size_t>, Way> known_;
+};
 
 }  // namespace
 
 Plan visit(const Cell& cell, const PlanOptions& options, const Clearance& clearance,
            const Router& router, std::vector<ToVisit> todo, const JointVector& start,
            const Aim& aim) {
-  const Pace pace;
-  const auto count = static_cast<Eigen::Index>(todo.size());
-  Eigen::MatrixXd cost = Eigen::MatrixXd::Zero(count, count);
-  Eigen::VectorXd from_start(count);
-  for (Eigen::Index j = 0; j < count; ++j) {
-    const Candidate& to = todo[static_cast<std::size_t>(j)].candidate;
-    from_start[j] = move_s(cell.robot, start, to.standoff, pace);
-    for (Eigen::Index i = 0; i < count; ++i) {
-      const Candidate& from = todo[static_cast<std::size_t>(i)].candidate;
-      cost(i, j) = move_s(cell.robot, from.clear, to.standoff, pace) +
-                   (from.target == to.target ? kSameSphereS : kOtherSphereS);
-    }
-  }
+  Ways ways(cell.robot, router, todo, start);
   Plan plan;
   plan.start = start;
   JointVector at = start;
+  std::size_t last = Ways::kStart;
   const Candidate* leaving = nullptr;
-  for (const std::size_t next : short_order(cost, from_start)) {
+  for (const std::size_t next : ways.shortest_order()) {
+    check_wanted(options.stop);
     const Candidate& to = todo[next].candidate;
-    auto way = router.to_standoff(at, leaving, to);
+    const Way& way = ways.way(last, next);
     if (!way)
       throw PlanError(
           fmt::format("{}: no clear way to its touch from direction {}: {}. Move it or what is "
@@ -48,12 +125,13 @@ Plan visit(const Cell& cell, const PlanOptions& options, const Clearance& cleara
                       cell.targets[to.target].id, direction_words(to.normal),
                       words_or(clearance.hit(at, to.standoff, kTipMarginM), kBlockedAround)));
     plan.touches.push_back(to_planned(cell, to, todo[next].set, options));
-    plan.touches.back().transit = std::move(*way);
+    plan.touches.back().transit = *way;
     if (aim) aim(to, plan.touches.back());
     round_corners(clearance, leaving != nullptr ? leaving->end : JointVector{}, at,
                   plan.touches.back());
     leaving = &to;
     at = to.clear;
+    last = next;
   }
   if (leaving != nullptr) {
     const auto back = router.away(*leaving, start);
