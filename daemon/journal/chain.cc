@@ -167,11 +167,10 @@ void verify_rows(Database& database, std::int64_t session) {
     expected[{entries.text(0), entries.integer(1)}] = entries.text(2);
   }
   const auto refuse = [&](const std::string& what) {
-    fail(database,
-         fmt::format(
-             "session {}: {}: the disk or another program damaged the file. Keep it, do not use "
-             "this session, begin a new one",
-             session, what));
+    throw DamagedError(fmt::format(
+        "journal {}: session {}: {}: the disk or another program damaged the file. Keep it, do not use "
+        "this session, begin a new one",
+        database.name(), session, what));
   };
   for (const std::string table : kChainedTables) {
     if (!has_table(database, table)) continue;  // a later version's
@@ -216,8 +215,9 @@ bool Chain::is_whole(std::int64_t session) {
 }
 
 bool Chain::is_whole(std::int64_t session, const char* table, std::int64_t row) {
-  Statement newest(database_,
-                   "SELECT digest FROM chain WHERE session=? AND kind=? AND row=? ORDER BY number DESC LIMIT 1");
+  Statement newest(
+      database_,
+      "SELECT digest FROM chain WHERE session=? AND kind=? AND row=? ORDER BY number DESC LIMIT 1");
   newest.bind(1, session).bind(2, std::string_view(table)).bind(3, row);
   Statement written(database_, rows_of(table, "rowid").c_str());
   return newest.step() && written.bind(1, row).step() &&

@@ -17,9 +17,9 @@
 namespace cellcal::daemon {
 
 /// Whose rows have entries; the name is the table's. Those of version 1 stand first.
-inline constexpr const char* kChainedTables[] = {"session", "touch",   "reading", "event",
-                                                 "change",  "contact", "compared", "dropped",
-                                                 "activation"};
+inline constexpr const char* kChainedTables[] = {"session",  "touch",   "reading",
+                                                 "event",    "change",  "contact",
+                                                 "compared", "dropped", "activation"};
 /// Whose rows retention may drop. Their entries stay; behind an entry of kind 'dropped' of the same session they stand
 /// for rows that are gone.
 inline constexpr const char* kRawTables[] = {"event", "change", "contact", "reading"};
@@ -40,7 +40,8 @@ struct Walked {
 };
 /// Along all entries. Throws JournalError where one was changed or lost.
 Walked walk_chain(Database& database, const std::optional<Head>& look_for = {});
-/// Throws JournalError where a row of this session is not as it was written, or one is missing.
+/// Throws DamagedError where a row of this session is not as it was written, or one is missing; JournalError where it
+/// cannot be read now.
 void verify_rows(Database& database, std::int64_t session);
 /// All of which a row is not as it was written.
 std::vector<std::int64_t> damaged_sessions(Database& database);

@@ -54,7 +54,8 @@ struct SessionRecord {
   std::string calibration;       ///< JSON; empty before identification
   std::string software;          ///< version that began it; empty: before version 3 of the journal
   std::optional<Origin> origin;  ///< imported
-  std::string dropped;  ///< when its raw events and readings were dropped (retention); empty: they are there
+  std::string
+      dropped;  ///< when its raw events and readings were dropped (retention); empty: they are there
 
   /// It has not come to its end, and its plan can be gone on with.
   bool resumable() const { return state != "done" && state != "running" && !origin; }
@@ -62,7 +63,7 @@ struct SessionRecord {
 
 /// What may be dropped of old sessions: raw events and readings, nothing else. None set: nothing.
 struct RetentionLimits {
-  std::string ended_before;            ///< ISO 8601 UTC, empty: whatever their age
+  std::string ended_before;             ///< ISO 8601 UTC, empty: whatever their age
   std::optional<std::int64_t> bytes{};  ///< the oldest go until what is in use is not more
 };
 /// What was dropped of a session, or would be.
@@ -106,8 +107,8 @@ class Journal {
   /// or the session's end is recorded.
   void note(std::int64_t session, const AssessedTouch& touch);
 
-  // What is read of one session was compared with its checksums; JournalError where it is not what
-  // was written.
+  // What is read of one session was compared with its checksums; DamagedError where it is not what
+  // was written, JournalError where the disk does not give it now.
 
   /// Newest first, without the texts of the inputs and the calibration.
   std::vector<SessionRecord> sessions();
@@ -167,8 +168,8 @@ class Journal {
   /// Drops the raw events and readings of old sessions, oldest first, each session's in one transaction; their
   /// entries stay in the chain. Never of the newest, the running or a resumable one. With `dry_run` only says which. Asks
   /// before each whether to go on.
-  std::vector<DroppedRows> retain(const RetentionLimits& limits, const std::string& utc, bool dry_run,
-                                  const std::function<bool()>& go_on = {});
+  std::vector<DroppedRows> retain(const RetentionLimits& limits, const std::string& utc,
+                                  bool dry_run, const std::function<bool()>& go_on = {});
   /// Of the file's pages, those that hold something.
   std::int64_t bytes_in_use();
 

@@ -120,15 +120,16 @@ struct HealthFact {
 };
 
 enum class DropReason {
-  kNoRoom,   ///< telemetry, in the cell's outbox
-  kTooLarge  ///< one fact, for the broker; told under its own number
+  kNoRoom,    ///< telemetry, in the cell's outbox
+  kTooLarge,  ///< one fact, for the broker; told under its own number
+  kDamaged    ///< one fact, whose session the journal does not give as it was written; likewise
 };
 /// Facts that the plant will not have.
 struct DroppedFact {
   std::int64_t first = 0, last = 0;  ///< numbers, both gone
   std::int64_t count = 0;            ///< results between them are there
   DropReason reason = DropReason::kNoRoom;
-  // Of one that was too large:
+  // Of one fact; what it would have had, where that is known:
   std::optional<std::string> kind{};
   std::optional<std::int64_t> bytes{};
 

@@ -220,7 +220,8 @@ const Table<DroppedFact>& dropped_fields() {
       times("count", &T::count),
       fields::optional(field("reason", &T::reason,
                              fields::word<DropReason>({{DropReason::kNoRoom, "no-room"},
-                                                       {DropReason::kTooLarge, "too-large"}}))),
+                                                       {DropReason::kTooLarge, "too-large"},
+                                                       {DropReason::kDamaged, "damaged"}}))),
       maybe("kind", &T::kind, name()),
       maybe("bytes", &T::bytes, count<std::int64_t>())};
   return kTable;

@@ -36,7 +36,6 @@ namespace {
 constexpr std::size_t kMostUnderWay = 16, kMostBytesUnderWay = std::size_t{16} << 20;
 /// The disk is waited for once for so many.
 constexpr std::size_t kAcknowledgedAtOnce = 32;
-constexpr std::chrono::seconds kJournalWait{5};
 constexpr std::int64_t kNoRow = 0;  ///< presence, and proposals that are taken away
 constexpr int kNice = 10;
 constexpr double kBytesPerMegabyte = 1e6;
@@ -81,7 +80,7 @@ struct Publisher::Impl : std::enable_shared_from_this<Publisher::Impl> {
   bool broker_has_enough() const;
   void give_up(const Sent& sent, const std::string& why);
   void say_what_waits();
-  Fact fact_of(const WaitingReport& row) const;
+  Fact fact_of(const WaitingReport& row);
   MqttLine::Message presence(bool online, bool farewell) const;
   void forget_acknowledged();
   void hold(std::chrono::milliseconds time, const LineFailure& why);
@@ -111,6 +110,7 @@ struct Publisher::Impl : std::enable_shared_from_this<Publisher::Impl> {
   std::deque<WaitingReport> bite;
   std::int64_t read_to = 0;  ///< row up to which all is under way or acknowledged
   std::vector<std::int64_t> acknowledged;
+  std::set<std::int64_t> told_damaged;  ///< rows of which the log has it
   bool is_up = false, held = false, stopping = false;
   std::atomic<bool> poked{false};
   mutable std::mutex status_mutex;
@@ -153,7 +153,7 @@ void Publisher::Impl::start() {
 
 /// Will and birth of a line have the same time and number, so that whoever hears both knows the will for the later.
 MqttLine::Message Publisher::Impl::presence(bool online, bool farewell) const {
-  const OutboxCount count = parts.journal.outbox();
+  const OutboxCount count = farewell ? parts.journal.outbox() : OutboxCount{};
   Presence words;
   words.of = name();
   words.online = online;
@@ -166,7 +166,7 @@ MqttLine::Message Publisher::Impl::presence(bool online, bool farewell) const {
   return {to_text({name(), Subject::kPresence, {}}), to_json(words), true};
 }
 
-void Publisher::Impl::connect() {
+void Publisher::Impl::connect() try {
   if (stopping) return;
   const OutboxCount count = parts.journal.outbox();
   connected = {wall_clock_utc(), count.source, count.newest};
@@ -178,6 +178,9 @@ void Publisher::Impl::connect() {
           [this](const std::string& topic, const std::string& payload) { heard(topic, payload); },
           [this](const LineFailure& failure) { down(failure); }},
       MqttLine::Times{.keepalive = parts.keepalive});
+} catch (const JournalError& failed) {  // which numbers it has nobody can say now
+  say({LineProblem::kJournal, failed.what()});
+  connect_later();
 }
 
 void Publisher::Impl::connect_later() {
@@ -282,7 +285,7 @@ void Publisher::Impl::give_up(const Sent& sent, const std::string& why) try {
   bite.clear();
   read_to = 0;  // it stands before what is under way behind it
 } catch (const JournalError& failed) {
-  hold(kJournalWait, {LineProblem::kJournal, failed.what()});
+  hold(parts.journal_wait, {LineProblem::kJournal, failed.what()});
 }
 
 /// Anybody may have said it: what is not understood is left aside.
@@ -346,7 +349,7 @@ void Publisher::Impl::pump() try {
   }
   send_waiting();
 } catch (const JournalError& failed) {
-  hold(kJournalWait, {LineProblem::kJournal, failed.what()});
+  hold(parts.journal_wait, {LineProblem::kJournal, failed.what()});
 }
 
 bool Publisher::Impl::has_room() const {
@@ -431,8 +434,8 @@ bool Publisher::Impl::send(const WaitingReport& row) {
   }
 }
 
-/// What cannot be composed is told of: its number is used.
-Fact Publisher::Impl::fact_of(const WaitingReport& row) const {
+/// What cannot be composed is told of: its number is used. Throws JournalError where it may be composed later.
+Fact Publisher::Impl::fact_of(const WaitingReport& row) {
   Fact fact{name(), row.source, row.number, row.time, row.session, {}};
   try {
     std::string body = row.report.body;
@@ -442,8 +445,15 @@ Fact Publisher::Impl::fact_of(const WaitingReport& row) const {
       body = reporter->calibration(*session, parts.journal.touches(row.session)).body;
     }
     fact.body = body_from_json(row.report.kind, body);
+  } catch (const DamagedError& damaged) {
+    if (told_damaged.insert(row.row).second)
+      spdlog::error(
+          "[plant]: fact {} ({} of session {}) is damaged: the plant is told that it is not told. {}",
+          row.number, row.report.kind, row.session, printable(damaged.what()));
+    fact.body =
+        DroppedFact{row.number, row.number, 1, DropReason::kDamaged, row.report.kind, std::nullopt};
   } catch (const JournalError&) {
-    throw;  // the disk may give it later: a result is not made an alarm for that
+    throw;  // the disk may give it later: a result is not dropped for that
   } catch (const std::exception& failed) {
     fact.body = AlarmFact{
         "failed", fmt::format("{} of session {} cannot be told", row.report.kind, row.session),

@@ -28,7 +28,9 @@ class Publisher {
     std::chrono::milliseconds first_wait{1000},
         longest_wait{60000};  ///< until a line is opened again
     std::chrono::milliseconds refused_wait{60000};
-    std::chrono::milliseconds stored_wait{600000};  ///< for the plant to have stored a result; then it is sent again
+    std::chrono::milliseconds journal_wait{5000};  ///< for the disk
+    std::chrono::milliseconds stored_wait{
+        600000};  ///< for the plant to have stored a result; then it is sent again
     std::size_t most_unstored =
         256;  ///< results that the broker has and nobody has stored; no more are sent
     std::chrono::milliseconds farewell{2000};

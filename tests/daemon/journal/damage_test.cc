@@ -4,6 +4,7 @@
 
 #include <random>
 
+#include "away_disk.h"
 #include "daemon/journal/store/sqlite.h"
 #include "images.h"
 #include "temporary_directory.h"
@@ -136,7 +137,7 @@ TEST_P(a_row, that_another_program_changed_is_told_and_its_session_refused) {
     try {
       act();
       return std::string();
-    } catch (const JournalError& error) {
+    } catch (const DamagedError& error) {
       return std::string(error.what());
     }
   };
@@ -207,6 +208,22 @@ TEST(a_head_file, that_is_damaged_in_its_newest_line_falls_back_to_the_one_befor
   flip_bit(head, 8 * (size / 4));
   flip_bit(head, 8 * (3 * size / 4));
   EXPECT_NE(refusal(dir / "j.db").find("j.db.head is damaged"), std::string::npos);
+}
+
+TEST(a_session, that_cannot_be_read_now_is_not_called_damaged) {
+  const TemporaryDirectory dir;
+  Journal journal(dir / "j.db");
+  const std::int64_t id =  // more than SQLite keeps in its cache
+      journal.begin({"c", std::string(std::size_t{4} << 20, 'c'), "r", "r", "{}"}, "t0");
+  try {
+    const AwayDisk away(dir.path());
+    journal.session(id);
+    FAIL() << "nothing was read";
+  } catch (const DamagedError& damaged) {
+    FAIL() << damaged.what();
+  } catch (const JournalError&) {  // it may be over later
+  }
+  EXPECT_EQ(journal.session(id)->inputs.cell_text.size(), std::size_t{4} << 20);
 }
 
 enum class Deed { kRemove, kReplace, kCut };

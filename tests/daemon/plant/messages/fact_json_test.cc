@@ -90,6 +90,14 @@ TEST(Facts, OfEachKindAreReadAsTheyWereWritten) {
   }
 }
 
+TEST(Facts, SayWhyOneWasDropped) {
+  for (const DropReason reason :
+       {DropReason::kNoRoom, DropReason::kTooLarge, DropReason::kDamaged}) {
+    const FactBody dropped = DroppedFact{7, 7, 1, reason, "calibration", std::nullopt};
+    EXPECT_EQ(body_from_json("dropped", body_to_json(dropped)), dropped);
+  }
+}
+
 TEST(Facts, HaveMillimetresAndDegreesOutsideAndSIInside) {
   TouchFact touch;
   touch.joint_rad = {0.5};
@@ -247,10 +255,12 @@ TEST(Stored, IsReadAsItWasWrittenAndRefusedWhereItIsNone) {
   EXPECT_EQ(stored_from_json(to_json(stored), topic), stored);
   for (const std::int64_t number : {1, 17, 19}) EXPECT_TRUE(stored.has(number));
   for (const std::int64_t number : {0, 18, 20}) EXPECT_FALSE(stored.has(number));
-  EXPECT_THROW((void)stored_from_json(to_json(stored), {{"graz", "b"}, Subject::kStored, ""}), calib::FileError);
+  EXPECT_THROW((void)stored_from_json(to_json(stored), {{"graz", "b"}, Subject::kStored, ""}),
+               calib::FileError);
   const json whole = json::parse(to_json(stored));
-  for (const json& wrong : {json(3), json{1, 2}, json{{0, 3}}, json{{3, 2}}, json{{1, 2, 3}}, json{{1, 1e300}}, json{{1, "2"}},
-                            json(std::vector<std::vector<int>>(kMostStoredRanges + 1, {1, 2}))}) {
+  for (const json& wrong :
+       {json(3), json{1, 2}, json{{0, 3}}, json{{3, 2}}, json{{1, 2, 3}}, json{{1, 1e300}},
+        json{{1, "2"}}, json(std::vector<std::vector<int>>(kMostStoredRanges + 1, {1, 2}))}) {
     json other = whole;
     other["numbers"] = wrong;
     EXPECT_THROW((void)stored_from_json(other.dump(), topic), calib::FileError) << wrong;
@@ -264,7 +274,9 @@ TEST(Proposals, AreReadAsTheyWereWritten) {
     const Proposal proposal{{"graz", "weld-3"}, "p-1",   kind,  7, "[[entry]]\nname = \"night\"\n",
                             "M. Huber",         "drift", "2026"};
     const Topic topic{proposal.of, Subject::kProposal, "p-1"};
-    EXPECT_THROW((void)proposal_from_json(to_json(proposal), {proposal.of, Subject::kProposal, "p-2"}), calib::FileError);
+    EXPECT_THROW(
+        (void)proposal_from_json(to_json(proposal), {proposal.of, Subject::kProposal, "p-2"}),
+        calib::FileError);
     EXPECT_EQ(proposal_from_json(to_json(proposal), topic), proposal) << to_string(kind);
     json other = json::parse(to_json(proposal));
     other["kind"] = "move";

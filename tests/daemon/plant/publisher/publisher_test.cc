@@ -16,9 +16,11 @@
 
 #include "black_hole.h"
 #include "broker.h"
+#include "daemon/journal/store/sqlite.h"
 #include "daemon/plant/messages/proposal.h"
 #include "daemon/plant/publisher/reporter.h"
 #include "listener.h"
+#include "tests/daemon/journal/away_disk.h"
 #include "tests/daemon/journal/images.h"
 #include "tests/daemon/journal/temporary_directory.h"
 
@@ -311,6 +313,79 @@ TEST_F(publisher, says_of_a_fact_that_is_too_large_that_it_is_dropped_and_goes_o
     EXPECT_EQ(fact.session, id);
   }
   wait_until([&] { return journal.outbox().rows == 0; });
+}
+
+const Fact* fact_with(const std::vector<Fact>& facts, std::int64_t number) {
+  const auto found =
+      std::ranges::find_if(facts, [&](const Fact& fact) { return fact.number == number; });
+  return found == facts.end() ? nullptr : &*found;
+}
+
+/// More than SQLite keeps in its cache.
+const SessionInputs kLargeInputs{"c", std::string(std::size_t{4} << 20, 'c'), "r", "r", "{}"};
+
+TEST_F(publisher, says_of_a_result_of_a_damaged_session_that_it_is_dropped_and_goes_on) {
+  Broker broker(broker_dir.path());
+  {
+    Journal journal(dir / "j.db");
+    const Publisher nobody_collects(parts(journal, broker.port()));
+    journal.store_calibration(fill(journal, 0), "composed when it is read");
+    fill(journal, 0);
+  }
+  Database(dir / "j.db").execute("UPDATE session SET cell_text='other' WHERE id=1");
+  Listener plant(broker.port(), "plant", kAll);
+  plant.store();
+  Journal journal(dir / "j.db");
+  const Publisher running(parts(journal, broker.port()));
+  plant.until(number_heard(4));
+  wait_until([&] { return journal.outbox().rows == 0; });
+  const auto facts = facts_in(plant.all());
+  const Fact* const told = fact_with(facts, 2);
+  ASSERT_NE(told, nullptr);
+  EXPECT_EQ(
+      std::get<plant::DroppedFact>(told->body),
+      (plant::DroppedFact{2, 2, 1, plant::DropReason::kDamaged, "calibration", std::nullopt}));
+  EXPECT_EQ(told->session, 1);
+}
+
+TEST_F(publisher, waits_for_a_disk_that_is_away_and_drops_nothing_for_it) {
+  Broker broker(broker_dir.path());
+  Listener plant(broker.port(), "plant", kAll);
+  Journal journal(dir / "j.db");
+  Publisher::Parts soon = parts(journal, broker.port());
+  soon.journal_wait = milliseconds(50);
+  const Publisher running(soon);
+  journal.store_calibration(journal.begin(kLargeInputs, "t0"), "composed when it is read");
+  plant.until(number_heard(2));  // nobody says that it is stored: it is read and sent again
+  {
+    const AwayDisk away(dir.path());
+    wait_until([&] { return running.status().problem == LineProblem::kJournal; });
+    std::this_thread::sleep_for(3 * soon.journal_wait);
+  }
+  plant.store();
+  wait_until([&] { return journal.outbox().rows == 0; });
+  EXPECT_TRUE(running.status().connected);
+  for (const Fact& fact : facts_in(plant.all())) {
+    EXPECT_FALSE(std::holds_alternative<plant::DroppedFact>(fact.body)) << fact.number;
+  }
+}
+
+TEST_F(publisher, opens_its_line_once_the_disk_says_which_numbers_there_are) {
+  Broker broker(broker_dir.path());
+  broker.kill();
+  Journal journal(dir / "j.db");
+  const Publisher running(parts(journal, broker.port()));
+  const std::int64_t id = journal.begin(kLargeInputs, "t0");
+  for (int i = 0; i < 100 && running.status().problem != LineProblem::kJournal; ++i) {
+    EXPECT_TRUE(journal.session(id)) << "and the outbox is in no cache any more";
+    const AwayDisk away(dir.path());
+    std::this_thread::sleep_for(milliseconds(100));
+  }
+  EXPECT_EQ(running.status().problem, LineProblem::kJournal);
+  broker.start();
+  Listener plant(broker.port(), "plant", kAll);
+  plant.until(number_heard(1));
+  EXPECT_TRUE(running.status().connected);
 }
 
 TEST_F(publisher, under_another_name_says_what_waits_for_the_earlier_one_and_what_to_do) {
