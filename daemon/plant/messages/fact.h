@@ -121,7 +121,7 @@ struct HealthFact {
 
 enum class DropReason {
   kNoRoom,    ///< telemetry, in the cell's outbox
-  kTooLarge,  ///< one fact, for the broker; told under its own number
+  kTooLarge,  ///< one fact, for any plant (kLargestMessage); told under its own number
   kDamaged    ///< one fact, whose session the journal does not give as it was written; likewise
 };
 /// Facts that the plant will not have.

@@ -14,7 +14,7 @@ enum class LineProblem {
   kCertificate,  ///< one of the two does not take the other's, or it is no TLS
   kLogin,        ///< user, password or client refused
   kRefused,      ///< a fact was: no right, quota
-  kTooLarge,     ///< a fact was
+  kTooLarge,     ///< a fact is, for this broker, and waits
   kNobody,       ///< nobody collects at this broker
   kTakenOver,    ///< another cell has the same name
   kUnstored,     ///< the broker has as many results as it is given that nobody has stored

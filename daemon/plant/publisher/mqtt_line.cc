@@ -123,7 +123,11 @@ struct MqttLine::Impl : std::enable_shared_from_this<MqttLine::Impl> {
   void end(LineFailure failure);
 
   // From libmosquitto, within its calls.
-  void on_connect(int reason) {
+  void on_connect(int reason, const mosquitto_property* properties) {
+    std::uint32_t bytes = 0;
+    if (mosquitto_property_read_int32(properties, MQTT_PROP_MAXIMUM_PACKET_SIZE, &bytes, false) !=
+        nullptr)
+      largest_packet = bytes;
     if (reason < kFirstRefusal && reason == 0)
       post([this] {
         opening.cancel();
@@ -176,6 +180,7 @@ struct MqttLine::Impl : std::enable_shared_from_this<MqttLine::Impl> {
   std::shared_ptr<Handle> opening_handle = std::make_shared<Handle>();
   mosquitto* handle = nullptr;  ///< of it, once nobody else has it
   std::shared_ptr<Door> door = std::make_shared<Door>();
+  std::optional<std::uint32_t> largest_packet;
   std::optional<LineFailure> refusal;  ///< what was said before the line went
   bool is_up = false, gone = false, ended = false, closing = false, reading = false,
        writing = false;
@@ -252,8 +257,8 @@ void MqttLine::Impl::set_up(const std::optional<Message>& will) {
   if (raw == nullptr) throw std::bad_alloc();
   check(mosquitto_int_option(raw, MOSQ_OPT_PROTOCOL_VERSION, MQTT_PROTOCOL_V5), "MQTT 5");
   mosquitto_connect_v5_callback_set(
-      raw, [](mosquitto*, void* self, int reason, int, const mosquitto_property*) {
-        static_cast<Handle*>(self)->line->on_connect(reason);
+      raw, [](mosquitto*, void* self, int reason, int, const mosquitto_property* properties) {
+        static_cast<Handle*>(self)->line->on_connect(reason, properties);
       });
   mosquitto_publish_v5_callback_set(
       raw, [](mosquitto*, void* self, int message, int reason, const mosquitto_property*) {
@@ -421,6 +426,8 @@ void MqttLine::listen(const std::vector<std::string>& filters) {
     if (!impl_->ended && impl_->handle != nullptr)
       impl_->settle(mosquitto_subscribe(impl_->handle, nullptr, filter.c_str(), kQos));
 }
+
+std::optional<std::uint32_t> MqttLine::largest_packet() const { return impl_->largest_packet; }
 
 void MqttLine::close() {
   impl_->closing = true;

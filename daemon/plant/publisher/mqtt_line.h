@@ -4,6 +4,7 @@
 
 #include <boost/asio/io_context.hpp>
 #include <chrono>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -60,6 +61,8 @@ class MqttLine {
   int publish(const Message& message);
   /// Once it is up. What is not allowed is not heard, and nobody says so.
   void listen(const std::vector<std::string>& filters);
+  /// Bytes of the largest packet that the broker takes, as it said when the line was opened; none: it said nothing.
+  std::optional<std::uint32_t> largest_packet() const;
   /// In order: the will is not sent. down() comes.
   void close();
 

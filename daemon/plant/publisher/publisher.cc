@@ -36,6 +36,8 @@ namespace {
 constexpr std::size_t kMostUnderWay = 16, kMostBytesUnderWay = std::size_t{16} << 20;
 /// The disk is waited for once for so many.
 constexpr std::size_t kAcknowledgedAtOnce = 32;
+/// Until the log has the same warning once more.
+constexpr std::chrono::hours kWarnAgain{1};
 constexpr std::int64_t kNoRow = 0;  ///< presence, and proposals that are taken away
 constexpr int kNice = 10;
 constexpr double kBytesPerMegabyte = 1e6;
@@ -75,10 +77,12 @@ struct Publisher::Impl : std::enable_shared_from_this<Publisher::Impl> {
   void pump();
   void send_waiting();
   bool send(const WaitingReport& row);
-  bool is_on_its_way(const WaitingReport& row) const;
+  bool is_dealt_with(const WaitingReport& row) const;
   bool has_room() const;
   bool broker_has_enough() const;
-  void give_up(const Sent& sent, const std::string& why);
+  void give_up(const Sent& sent);
+  LineFailure too_large() const;
+  void warn_of(const LineFailure& too_large);
   void say_what_waits();
   Fact fact_of(const WaitingReport& row);
   MqttLine::Message presence(bool online, bool farewell) const;
@@ -106,11 +110,16 @@ struct Publisher::Impl : std::enable_shared_from_this<Publisher::Impl> {
   std::map<int, Sent> under_way;  ///< by message
   std::map<std::int64_t, Sent>
       at_the_broker;  ///< results that it has acknowledged on this line and nobody has stored, by row
-  Stored stored;      ///< as the plant has said last
+  std::map<std::int64_t, Sent> set_aside;  ///< too large for the broker of this line, by row
+  Stored stored;                           ///< as the plant has said last
   std::deque<WaitingReport> bite;
   std::int64_t read_to = 0;  ///< row up to which all is under way or acknowledged
   std::vector<std::int64_t> acknowledged;
   std::set<std::int64_t> told_damaged;  ///< rows of which the log has it
+  struct {
+    std::string words;
+    std::chrono::steady_clock::time_point at;
+  } warned;  ///< in the log, of what is too large for the broker
   bool is_up = false, held = false, stopping = false;
   std::atomic<bool> poked{false};
   mutable std::mutex status_mutex;
@@ -196,6 +205,7 @@ void Publisher::Impl::up() {
   is_up = true;
   under_way.clear();
   at_the_broker.clear();
+  set_aside.clear();  // it may be another broker, or the same one with another limit
   bite.clear();
   read_to = 0;
   set([&](LineStatus& now) {
@@ -249,7 +259,7 @@ void Publisher::Impl::answered(int message, const std::optional<LineFailure>& re
   const Sent sent = found->second;
   under_way.erase(found);
   if (refused && refused->problem == LineProblem::kTooLarge && sent.row != kNoRow) {
-    give_up(sent, refused->words);
+    set_aside.emplace(sent.row, sent);
   } else if (refused && !(sent.row == kNoRow && refused->problem == LineProblem::kNobody)) {
     hold(parts.refused_wait, *refused);
   } else if (sent.row != kNoRow) {
@@ -268,24 +278,49 @@ void Publisher::Impl::answered(int message, const std::optional<LineFailure>& re
   pump();
 }
 
-/// It will never be taken, and what is behind it does not wait for it.
-void Publisher::Impl::give_up(const Sent& sent, const std::string& why) try {
-  if (sent.kind == kind_of(DroppedFact{})) {  // nothing at all is taken
-    hold(parts.refused_wait, {LineProblem::kTooLarge, why});
-    return;
-  }
+/// No plant takes it, and what is behind it does not wait for it.
+void Publisher::Impl::give_up(const Sent& sent) try {
   const DroppedFact dropped{sent.number, sent.number,
                             1,           DropReason::kTooLarge,
                             sent.kind,   static_cast<std::int64_t>(sent.bytes)};
   spdlog::error(
-      "[plant]: fact {} ({} of session {}) has {} bytes, more than the broker takes: the plant is told that it is not "
-      "told. Raise message_size_limit there; a certificate can be issued anew",
-      sent.number, sent.kind, sent.session, sent.bytes);
+      "[plant]: {} bytes of fact {} ({} of session {}), at most {} can be told: the plant is told that it is not told. "
+      "Hand it on another way",
+      sent.bytes, sent.number, sent.kind, sent.session, kLargestMessage);
   parts.journal.replace(sent.row, report_of(dropped));
   bite.clear();
   read_to = 0;  // it stands before what is under way behind it
 } catch (const JournalError& failed) {
   hold(parts.journal_wait, {LineProblem::kJournal, failed.what()});
+}
+
+LineFailure Publisher::Impl::too_large() const {
+  const Sent& oldest = set_aside.begin()->second;
+  const auto most = line->largest_packet();
+  return {
+      LineProblem::kTooLarge,
+      fmt::format(
+          "{} bytes of fact {} ({} of session {}) are more than broker {}:{} takes{}{}. Set message_size_limit there to "
+          "{}, max_packet_size to twice that or not at all, and restart it; until then it waits, and others go on",
+          oldest.bytes, oldest.number, oldest.kind, oldest.session, parts.config.host,
+          parts.config.port, most ? fmt::format(" ({} at most)", *most) : "",
+          set_aside.size() > 1 ? fmt::format(", and so are {} more facts", set_aside.size() - 1)
+                               : "",
+          kLargestMessage)};
+}
+
+/// In the status always; in the log once an hour, however often the line is lost.
+void Publisher::Impl::warn_of(const LineFailure& too_large) {
+  const auto now = std::chrono::steady_clock::now();
+  if (warned.words == too_large.words && now - warned.at < kWarnAgain) {
+    set([&](LineStatus& status_now) {
+      status_now.problem = too_large.problem;
+      status_now.words = too_large.words;
+    });
+    return;
+  }
+  warned = {too_large.words, now};
+  say(too_large);
 }
 
 /// Anybody may have said it: what is not understood is left aside.
@@ -315,11 +350,13 @@ void Publisher::Impl::await_stored(const Sent& sent) {
 
 void Publisher::Impl::hear(const Stored& news) {
   stored = news;
-  std::erase_if(at_the_broker, [&](const auto& one) {
-    const bool is_stored = one.second.source == stored.journal && stored.has(one.second.number);
-    if (is_stored) acknowledged.push_back(one.first);
-    return is_stored;
-  });
+  const auto is_stored = [&](const auto& one) {
+    const bool has = one.second.source == stored.journal && stored.has(one.second.number);
+    if (has) acknowledged.push_back(one.first);
+    return has;
+  };
+  std::erase_if(at_the_broker, is_stored);
+  std::erase_if(set_aside, is_stored);
   pump();
 }
 
@@ -374,6 +411,8 @@ void Publisher::Impl::say_what_waits() {
              "broker {}:{}: has {} results that the plant has not stored, and is given no more. Start "
              "cellcal-fleet, or see its log; nothing is lost meanwhile",
              parts.config.host, parts.config.port, at_the_broker.size())});
+  } else if (!set_aside.empty() && count.rows > 0) {
+    warn_of(too_large());
   } else if (count.elsewhere > 0) {
     say({LineProblem::kRenamed,
          fmt::format(
@@ -397,7 +436,7 @@ void Publisher::Impl::send_waiting() {
       std::move(rows.begin(), rows.end(), std::back_inserter(bite));
       if (bite.empty()) break;
     }
-    if (!is_on_its_way(bite.front()) && !send(bite.front())) return;
+    if (!is_dealt_with(bite.front()) && !send(bite.front())) return;
     read_to = bite.front().row;
     bite.pop_front();
   }
@@ -407,8 +446,8 @@ void Publisher::Impl::send_waiting() {
   }
 }
 
-bool Publisher::Impl::is_on_its_way(const WaitingReport& row) const {
-  return at_the_broker.contains(row.row) ||
+bool Publisher::Impl::is_dealt_with(const WaitingReport& row) const {
+  return at_the_broker.contains(row.row) || set_aside.contains(row.row) ||
          std::any_of(under_way.begin(), under_way.end(),
                      [&](const auto& one) { return one.second.row == row.row; });
 }
@@ -418,19 +457,28 @@ bool Publisher::Impl::send(const WaitingReport& row) {
     acknowledged.push_back(row.row);
     return true;
   }
+  Sent sent{row.row,     row.number,     row.source, Worth::kResult, row.report.body.size(),
+            row.session, row.report.kind};
+  if (sent.bytes > kLargestMessage) {
+    give_up(sent);
+    return false;
+  }
   const Fact fact = fact_of(row);
   const std::string text = to_json(fact);
-  const Sent sent{row.row,     row.number,  row.source,     worth_of(fact.body),
-                  text.size(), row.session, row.report.kind};
+  sent.worth = worth_of(fact.body);
+  sent.bytes = text.size();
+  if (sent.bytes > kLargestMessage) {
+    give_up(sent);
+    return false;
+  }
   try {
-    if (text.size() > kLargestMessage)
-      throw NotPublished(LineProblem::kTooLarge, "a fact is larger than any collector takes");
     under_way[line->publish({to_text({name(), Subject::kFact, kind_of(fact.body)}), text, false})] =
         sent;
     return true;
   } catch (const NotPublished& refused) {
-    if (refused.problem == LineProblem::kTooLarge) give_up(sent, refused.what());
-    return false;
+    if (refused.problem != LineProblem::kTooLarge) return false;
+    set_aside.emplace(sent.row, sent);
+    return true;
   }
 }
 

@@ -8,6 +8,7 @@
 #include <chrono>
 #include <condition_variable>
 #include <mutex>
+#include <set>
 #include <stdexcept>
 
 #include "daemon/plant/messages/fact_json.h"
@@ -41,10 +42,18 @@ struct Listener::Impl {
     plant::Stored stored;
     {
       const std::lock_guard lock(mutex);
+      std::set<std::int64_t> numbers;
       for (const plant::Fact& fact : facts_in(heard)) {
-        if (stored.journal != fact.journal) stored = {fact.of, fact.journal, {}};
-        stored.numbers = {
-            {1, std::max(fact.number, stored.numbers.empty() ? 1 : stored.numbers[0].second)}};
+        if (stored.journal != fact.journal) numbers.clear();
+        stored = {fact.of, fact.journal, {}};
+        numbers.insert(fact.number);
+      }
+      for (const std::int64_t number : numbers) {
+        auto& ranges = stored.numbers;
+        if (!ranges.empty() && ranges.back().second + 1 == number)
+          ranges.back().second = number;
+        else
+          ranges.emplace_back(number, number);
       }
     }
     if (stored.journal.empty()) return;

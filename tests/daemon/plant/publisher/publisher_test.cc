@@ -16,7 +16,9 @@
 
 #include "black_hole.h"
 #include "broker.h"
+#include "calib/syntax/input_file.h"
 #include "daemon/journal/store/sqlite.h"
+#include "daemon/plant/messages/fact_json.h"
 #include "daemon/plant/messages/proposal.h"
 #include "daemon/plant/publisher/reporter.h"
 #include "listener.h"
@@ -290,35 +292,86 @@ TEST_F(publisher, gives_the_broker_no_more_results_than_so_many_that_nobody_has_
   wait_until([&] { return running.status().problem == LineProblem::kNone; });
 }
 
-TEST_F(publisher, says_of_a_fact_that_is_too_large_that_it_is_dropped_and_goes_on) {
-  Broker broker(broker_dir.path(), "allow_anonymous true\nmessage_size_limit 20000\n");
+const Fact* fact_with(const std::vector<Fact>& facts, std::int64_t number) {
+  const auto found =
+      std::ranges::find_if(facts, [&](const Fact& fact) { return fact.number == number; });
+  return found == facts.end() ? nullptr : &*found;
+}
+
+plant::CertificateFact certificate_of(std::size_t bytes) {
+  return {"1-0123456789ab", {{"certificate.pdf", std::string(bytes, 'x')}}};
+}
+
+TEST_F(publisher, says_of_a_fact_that_is_too_large_for_any_plant_that_it_is_dropped_and_goes_on) {
+  Broker broker(broker_dir.path());
   Listener plant(broker.port(), "plant", kAll);
   plant.store();
   Journal journal(dir / "j.db");
   const Publisher running(parts(journal, broker.port()));
   const std::int64_t id = fill(journal, 0);
-  const plant::CertificateFact large{"1-0123456789ab",
-                                     {{"certificate.pdf", std::string(30000, 'x')}}};
-  journal.report(id, report_of(large));
+  const Report large = plant::report_of(certificate_of(plant::kLargestMessage));
+  journal.report(id, large);
   journal.activate({id, "2026-01-02T00:00:00.000Z", "anna", "warm"});
-  plant.until(number_heard(3));
-  plant.until(number_heard(2));
-  for (const Fact& fact : facts_in(plant.all())) {
-    if (fact.number != 2) continue;
-    const auto& dropped = std::get<plant::DroppedFact>(fact.body);
-    EXPECT_EQ(dropped.reason, plant::DropReason::kTooLarge);
-    EXPECT_EQ(std::pair(dropped.first, dropped.last), std::pair(std::int64_t{2}, std::int64_t{2}));
-    EXPECT_EQ(dropped.kind, "certificate");
-    EXPECT_GT(dropped.bytes, 40000);
-    EXPECT_EQ(fact.session, id);
-  }
   wait_until([&] { return journal.outbox().rows == 0; });
+  const auto facts = facts_in(plant.all());
+  const Fact* const told = fact_with(facts, 2);
+  ASSERT_NE(told, nullptr);
+  EXPECT_EQ(std::get<plant::DroppedFact>(told->body),
+            (plant::DroppedFact{2, 2, 1, plant::DropReason::kTooLarge, "certificate",
+                                static_cast<std::int64_t>(large.body.size())}));
+  EXPECT_EQ(told->session, id);
+  EXPECT_NE(fact_with(facts, 3), nullptr);
 }
 
-const Fact* fact_with(const std::vector<Fact>& facts, std::int64_t number) {
-  const auto found =
-      std::ranges::find_if(facts, [&](const Fact& fact) { return fact.number == number; });
-  return found == facts.end() ? nullptr : &*found;
+struct broker_with_a_limit : publisher, ::testing::WithParamInterface<const char*> {};
+
+TEST_P(broker_with_a_limit, keeps_no_fact_from_the_plant_once_it_takes_larger_ones) {
+  Broker broker(broker_dir.path(), std::string("allow_anonymous true\n") + GetParam() + "\n");
+  Listener plant(broker.port(), "plant", kAll);
+  plant.store();
+  Journal journal(dir / "j.db");
+  const Publisher running(parts(journal, broker.port()));
+  const std::int64_t id = fill(journal, 0);
+  const plant::CertificateFact large = certificate_of(30000);
+  journal.report(id, report_of(large));
+  journal.activate({id, "2026-01-02T00:00:00.000Z", "anna", "warm"});
+  wait_until([&] { return journal.outbox().rows == 1; });
+  wait_until([&] { return running.status().problem == LineProblem::kTooLarge; });
+  EXPECT_TRUE(running.status().connected);
+  EXPECT_NE(running.status().words.find("fact 2 (certificate of session 1)"), std::string::npos)
+      << running.status().words;
+  EXPECT_NE(fact_with(facts_in(plant.all()), 3), nullptr) << "it goes on";
+  EXPECT_EQ(fact_with(facts_in(plant.all()), 2), nullptr);
+  broker.kill();
+  const std::filesystem::path file = broker_dir / "mosquitto.conf";
+  std::string settings = calib::read_file(file);
+  settings.replace(settings.find(GetParam()), std::string(GetParam()).size(), "");
+  std::ofstream(file) << settings;
+  broker.start();
+  wait_until([&] { return journal.outbox().rows == 0; });
+  const auto facts = facts_in(plant.all());
+  ASSERT_NE(fact_with(facts, 2), nullptr);
+  EXPECT_EQ(std::get<plant::CertificateFact>(fact_with(facts, 2)->body), large);
+  wait_until([&] { return running.status().problem == LineProblem::kNone; });
+}
+
+INSTANTIATE_TEST_SUITE_P(publisher, broker_with_a_limit,
+                         ::testing::Values("message_size_limit 20000", "max_packet_size 20000"));
+
+TEST_F(publisher, names_the_broker_s_limit_where_that_says_it_and_how_many_facts_are_too_large) {
+  Broker broker(broker_dir.path(), "allow_anonymous true\nmax_packet_size 20000\n");
+  Listener plant(broker.port(), "plant", kAll);
+  plant.store();
+  Journal journal(dir / "j.db");
+  const Publisher running(parts(journal, broker.port()));
+  const std::int64_t id = fill(journal, 0);
+  for (int i = 0; i < 3; ++i) journal.report(id, plant::report_of(certificate_of(30000)));
+  const auto says = [&](const char* words) {
+    return running.status().words.find(words) != std::string::npos;
+  };
+  wait_until([&] { return says("and so are 2 more facts"); });
+  EXPECT_TRUE(says("(20000 at most)")) << running.status().words;
+  EXPECT_TRUE(says("Set message_size_limit there to 8388608")) << running.status().words;
 }
 
 /// More than SQLite keeps in its cache.
