@@ -160,7 +160,8 @@ void Journal::Impl::write_once(const std::vector<PendingRow>& waiting,
     for (const PendingRow& row : waiting) {
       insert(database, chain, row);
       if (const auto* change = std::get_if<RecordChange>(&row.what))
-        outbox.put(row.session, change->utc, [&](const Reporter& to) { return to.change(*change); });
+        outbox.put(row.session, change->utc,
+                   [&](const Reporter& to) { return to.change(*change); });
       if (const auto* touch = std::get_if<AssessedTouch>(&row.what))
         outbox.assess(row.session, *touch);
     }
@@ -367,9 +368,13 @@ void Journal::note(std::int64_t session, const AssessedTouch& touch) {
 
 std::vector<SessionRecord> Journal::sessions() {
   const std::lock_guard lock(impl_->mutex);
-  Statement select(impl_->database, (std::string(kSelectSession) + "ORDER BY id DESC").c_str());
+  return impl_->sessions();
+}
+
+std::vector<SessionRecord> Journal::Impl::sessions() {
+  Statement select(database, (std::string(kSelectSession) + "ORDER BY id DESC").c_str());
   std::vector<SessionRecord> records;
-  std::int64_t next = impl_->chain.newest_session();
+  std::int64_t next = chain.newest_session();
   const auto missing_down_to = [&](std::int64_t id) {
     for (; next > id; --next) {
       records.emplace_back();
@@ -380,7 +385,7 @@ std::vector<SessionRecord> Journal::sessions() {
   while (select.step()) {
     SessionRecord record = session_from(select, false);
     missing_down_to(record.id);
-    impl_->judge(record);
+    judge(record);
     records.push_back(std::move(record));
     --next;
   }

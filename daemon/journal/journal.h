@@ -133,7 +133,8 @@ class Journal {
 
   // Outbox (outbox.cc): what others are told. Nothing is written while nobody is.
 
-  /// From now on; null: nobody. A session that is found interrupted is told of at once, and once.
+  /// From now on; null: nobody. A session that is found interrupted is told of at once, and once. Throws JournalError,
+  /// and then the one before is told as before.
   void report_to(std::shared_ptr<const Reporter> reporter);
   /// Nobody from now on, unless another has taken its place.
   void report_no_more_to(const Reporter& reporter);

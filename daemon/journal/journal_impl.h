@@ -6,12 +6,12 @@
 #include <mutex>
 
 #include "daemon/journal/chain.h"
-#include "daemon/journal/store/file_watch.h"
-#include "daemon/journal/store/head_file.h"
 #include "daemon/journal/journal.h"
-#include "daemon/journal/store/lock_file.h"
 #include "daemon/journal/outbox_rows.h"
 #include "daemon/journal/pending_rows.h"
+#include "daemon/journal/store/file_watch.h"
+#include "daemon/journal/store/head_file.h"
+#include "daemon/journal/store/lock_file.h"
 #include "daemon/journal/store/sqlite.h"
 
 namespace cellcal::daemon {
@@ -29,6 +29,8 @@ struct Journal::Impl {
   void report_session(std::int64_t session, const std::string& utc,
                       std::optional<FailureKind> failed = {});
   std::vector<calib::Touch> touches(std::int64_t session);
+  /// As Journal::sessions().
+  std::vector<SessionRecord> sessions();
   /// The row that was inserted last.
   void added(std::int64_t session, const char* table) {
     chain.add(session, table, database.last_row_id());

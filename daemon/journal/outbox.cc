@@ -6,30 +6,32 @@ namespace cellcal::daemon {
 
 void Journal::report_to(std::shared_ptr<const Reporter> reporter) {
   const std::string address = reporter ? reporter->address() : "";
-  bool other = false;
+  // The newest of this journal's own, where nobody runs it any more and nobody was told so.
+  const auto interrupted = [&]() -> std::optional<SessionRecord> {
+    for (SessionRecord& newest : impl_->sessions()) {
+      if (newest.origin) continue;
+      if (newest.state != "interrupted" ||
+          impl_->outbox.was_told_interrupted(impl_->chain.last_entry(newest.id)))
+        return std::nullopt;
+      return std::move(newest);
+    }
+    return std::nullopt;
+  };
   {
     const std::lock_guard lock(impl_->mutex);
-    other = impl_->outbox.is_other(address);
-    if (!other) impl_->outbox.use(reporter);
-    if (!reporter) return;
+    if (!reporter || (!impl_->outbox.is_other(address) && !interrupted())) {
+      impl_->outbox.use(std::move(reporter));
+      return;
+    }
   }
-  if (other) {
-    impl_->write([&] {
-      impl_->outbox.use(reporter);
-      impl_->outbox.speak_as(address);
-    });
-  }
-  for (const SessionRecord& newest : sessions()) {
-    if (newest.origin) continue;
-    const std::int64_t entry = last_entry(newest.id);
-    if (newest.state != "interrupted") return;
-    impl_->write([&] {
-      if (impl_->outbox.was_told_interrupted(entry)) return;
-      impl_->outbox.put(newest.id, {}, [&](const Reporter& to) { return to.session(newest); });
-      impl_->outbox.told_interrupted(entry);
-    });
-    return;
-  }
+  impl_->write([&] {
+    impl_->outbox.use_from_commit(reporter);
+    if (impl_->outbox.is_other(address)) impl_->outbox.speak_as(address);
+    if (const auto session = interrupted()) {
+      impl_->outbox.put(session->id, {}, [&](const Reporter& to) { return to.session(*session); });
+      impl_->outbox.told_interrupted(impl_->chain.last_entry(session->id));
+    }
+  });
 }
 
 void Journal::report_no_more_to(const Reporter& reporter) {

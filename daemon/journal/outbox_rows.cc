@@ -278,6 +278,7 @@ void OutboxRows::acknowledge(const std::vector<std::int64_t>& rows) {
 }
 
 void OutboxRows::committed() {
+  on_disk_reporter_ = reporter_;
   on_disk_ = now_;
   open_on_disk_ = open_;
   first_on_disk_ = first_;
@@ -286,6 +287,7 @@ void OutboxRows::committed() {
 }
 
 void OutboxRows::rolled_back() {
+  reporter_ = on_disk_reporter_;
   now_ = on_disk_;
   open_ = open_on_disk_;
   first_ = first_on_disk_;

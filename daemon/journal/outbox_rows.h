@@ -17,7 +17,13 @@ class OutboxRows {
  public:
   explicit OutboxRows(Database& database);
 
-  void use(std::shared_ptr<const Reporter> reporter) { reporter_ = std::move(reporter); }
+  void use(std::shared_ptr<const Reporter> reporter) {
+    reporter_ = on_disk_reporter_ = std::move(reporter);
+  }
+  /// Within a transaction: the one before is back where that is rolled back.
+  void use_from_commit(std::shared_ptr<const Reporter> reporter) {
+    reporter_ = std::move(reporter);
+  }
   /// Whether speak_as() has something to write.
   bool is_other(const std::string& address);
   /// From now on; numbers begin anew where the newest ones were told under another name.
@@ -70,7 +76,7 @@ class OutboxRows {
   };
 
   Database& database_;
-  std::shared_ptr<const Reporter> reporter_;
+  std::shared_ptr<const Reporter> reporter_, on_disk_reporter_;
   std::int64_t first_ = 1, first_on_disk_ = 1;  ///< row of number 1 of the newest source
   OutboxCount now_, on_disk_;
   OpenTouch open_, open_on_disk_;

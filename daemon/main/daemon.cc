@@ -136,6 +136,15 @@ void read_again(LiveConfig& live, SessionService& service) {
   }
 }
 
+void reload_line(PlantLine& line) {
+  try {
+    line.reload();
+  } catch (const std::exception& error) {
+    spdlog::error("SIGHUP: [plant] stays as it was: {}. Then 'systemctl reload cellcald'",
+                  error.what());
+  }
+}
+
 /// A terminal that is closed sends it, too: no reason to leave an arm where it is.
 void reload_at_hang_up(asio::signal_set& hang_ups, OnRequest& reload) {
   hang_ups.async_wait([&](boost::system::error_code cancelled, int) {
@@ -253,7 +262,7 @@ void run_daemon(const DaemonConfig& config, const std::function<DaemonConfig()>&
   });
   OnRequest reload([&] {
     read_again(live, service);
-    plant_line.reload();
+    reload_line(plant_line);
     nights.poke();
   });
   reload_at_hang_up(hang_ups, reload);

@@ -86,18 +86,15 @@ plant::Publisher::Parts PlantLine::parts(const PlantConfig& config) {
 void PlantLine::reload() {
   const std::lock_guard one(reload_);
   const std::optional<PlantConfig> wanted = live_.now()->plant;
-  std::shared_ptr<plant::Publisher> before;
+  std::shared_ptr<plant::Publisher> before, now;
   {
     const std::lock_guard lock(mutex_);
-    if (publisher_ ? wanted == publisher_->config() : !wanted) return;
+    before = publisher_;
   }
-  // The next before the last has ended: there is always one that the journal reports to.
-  std::shared_ptr<plant::Publisher> now;
-  if (wanted) now = std::make_shared<plant::Publisher>(parts(*wanted));
-  {
-    const std::lock_guard lock(mutex_);
-    before = std::exchange(publisher_, std::move(now));
-  }
+  if (before ? wanted == before->config() : !wanted) return;
+  if (wanted) now = std::make_shared<plant::Publisher>(parts(*wanted), before.get());
+  const std::lock_guard lock(mutex_);
+  publisher_ = std::move(now);
 }
 
 std::optional<plant::LineStatus> PlantLine::status() const {

@@ -19,7 +19,8 @@ class PlantLine {
   PlantLine(const PlantLine&) = delete;
   PlantLine& operator=(const PlantLine&) = delete;
 
-  /// What the configuration says now: another line where it is another. Waits for the farewell of the one before.
+  /// What the configuration says now: another line where it is another, behind the farewell of the one before, which is waited
+  /// for. Throws JournalError, and then the one before goes on.
   void reload();
   /// What the plant has proposed; also where none is named any more.
   plant::ProposalBox& proposals() { return proposals_; }

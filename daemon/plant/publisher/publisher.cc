@@ -65,6 +65,9 @@ struct Publisher::Impl : std::enable_shared_from_this<Publisher::Impl> {
 
   CellName name() const { return {parts.config.plant, parts.config.cell}; }
   void start();
+  void begin();
+  void rest();
+  void go_on();
   void connect();
   void connect_later();
   void up();
@@ -152,12 +155,56 @@ void Publisher::Impl::start() {
           raw->pump();
         });
       }});
-  parts.journal.report_to(reporter);
+  begin();  // what may fail comes before the journal says anything to it
+  try {
+    parts.journal.report_to(reporter);
+  } catch (...) {
+    rest();
+    throw;
+  }
   asio::post(context, [this] {
-    ::setpriority(PRIO_PROCESS, static_cast<id_t>(::syscall(SYS_gettid)), kNice);
     connect();
     if (parts.health) tell_health();
   });
+}
+
+void Publisher::Impl::begin() {
+  thread = std::thread([this] {
+    ::setpriority(PRIO_PROCESS, static_cast<id_t>(::syscall(SYS_gettid)), kNice);
+    const auto work = asio::make_work_guard(context);
+    context.run();
+  });
+}
+
+/// Nothing is sent any more; the journal reports to it all the same.
+void Publisher::Impl::rest() {
+  if (!thread.joinable()) return;
+  asio::post(context, [this] { stop(); });
+  thread.join();
+  line.reset();
+  last.cancel();
+  set([](LineStatus& now) {
+    if (std::exchange(now.connected, false)) now.since = wall_clock_utc();
+  });
+  try {
+    forget_acknowledged();
+  } catch (const JournalError& kept) {
+    spdlog::warn("[plant]: {}; what the plant has is sent once more", kept.what());
+  }
+}
+
+/// Behind rest().
+void Publisher::Impl::go_on() try {
+  context.restart();
+  stopping = is_up = false;
+  begin();
+  asio::post(context, [this] {
+    connect();
+    if (parts.health) tell_health();
+  });
+} catch (const std::system_error& none) {
+  spdlog::error("[plant]: no thread ({}). Restart cellcald when no session is running",
+                none.what());
 }
 
 /// Will and birth of a line have the same time and number, so that whoever hears both knows the will for the later.
@@ -538,7 +585,9 @@ void Publisher::Impl::stop() {
     return;
   }
   last.expires_after(parts.farewell);
-  last.async_wait([this](boost::system::error_code) { context.stop(); });
+  last.async_wait([this](boost::system::error_code cancelled) {
+    if (!cancelled) context.stop();
+  });
   try {
     under_way[line->publish(presence(false, true))] = {};
   } catch (const std::exception&) {  // the will says so
@@ -546,24 +595,20 @@ void Publisher::Impl::stop() {
   }
 }
 
-Publisher::Publisher(Parts parts) : impl_(std::make_shared<Impl>(std::move(parts))) {
-  impl_->start();
-  impl_->thread = std::thread([raw = impl_.get()] {
-    const auto work = asio::make_work_guard(raw->context);
-    raw->context.run();
-  });
+Publisher::Publisher(Parts parts, Publisher* before)
+    : impl_(std::make_shared<Impl>(std::move(parts))) {
+  if (before != nullptr) before->impl_->rest();
+  try {
+    impl_->start();
+  } catch (...) {
+    if (before != nullptr) before->impl_->go_on();
+    throw;
+  }
 }
 
 Publisher::~Publisher() {
   impl_->parts.journal.report_no_more_to(*impl_->reporter);
-  asio::post(impl_->context, [raw = impl_.get()] { raw->stop(); });
-  impl_->thread.join();
-  impl_->line.reset();
-  try {
-    impl_->forget_acknowledged();
-  } catch (const JournalError& kept) {
-    spdlog::warn("[plant]: {}; what the plant has is sent once more", kept.what());
-  }
+  impl_->rest();
 }
 
 LineStatus Publisher::status() const {

@@ -36,8 +36,9 @@ class Publisher {
     std::chrono::milliseconds farewell{2000};
     std::chrono::seconds keepalive{30};
   };
-  /// The journal reports to it from now on.
-  explicit Publisher(Parts parts);
+  /// The journal reports to it from now on. `before`: whose place it takes, and whose line it ends first: the journal reports to one of
+  /// the two all the while. Throws JournalError where the journal cannot report to it, and then `before` goes on as before.
+  explicit Publisher(Parts parts, Publisher* before = nullptr);
   /// In order, as far as the broker is there.
   ~Publisher();
   Publisher(const Publisher&) = delete;

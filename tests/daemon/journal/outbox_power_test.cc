@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cerrno>
+
 #include "images.h"
 #include "losing_disk.h"
 #include "plain_reporter.h"
@@ -53,6 +55,22 @@ TEST_P(outbox_whose_power_is_cut, at_any_write_has_each_fact_that_is_on_disk_and
 INSTANTIATE_TEST_SUITE_P(journal, outbox_whose_power_is_cut,
                          ::testing::Values(Cut::Unsynced::kStays, Cut::Unsynced::kLost,
                                            Cut::Unsynced::kTorn));
+
+TEST(an_outbox, whose_next_name_the_disk_does_not_take_tells_on_under_the_one_before) {
+  const TemporaryDirectory dir;
+  Journal journal(dir / "j.db");
+  journal.report_to(std::make_shared<const PlainReporter>(1 << 20, 1, "graz/weld-3"));
+  const std::int64_t id = journal.begin({"c", "c", "r", "r", "{}"}, "t0");
+  const auto next = std::make_shared<const PlainReporter>(1 << 20, 1, "graz/weld-4");
+  {
+    const FailingDisk disk(dir.path(), 0, EROFS);
+    EXPECT_THROW(journal.report_to(next), JournalError);
+  }
+  journal.activate({id, "t", "anna", ""});
+  EXPECT_EQ(words_of(journal.waiting(0, 9)), "1 session running\n2 activation anna\n");
+  journal.report_to(next);
+  EXPECT_EQ(journal.outbox().elsewhere, 2);
+}
 
 }  // namespace
 }  // namespace cellcal::daemon::testing

@@ -100,6 +100,28 @@ TEST(a_session, that_was_killed_without_a_broker_is_told_of_when_there_is_one) {
   EXPECT_GT(facts.size(), 4u);
 }
 
+TEST(a_cell, that_gets_another_name_ends_its_line_and_speaks_under_the_new_one) {
+  const TemporaryDirectory broker_dir;
+  Broker broker(broker_dir.path());
+  Listener plant(broker.port(), "plant", "cellcal/#");
+  DaemonFixture fixture(plant_of(broker));
+  fixture.start();
+  plant.until([](const auto& all) { return presence_in(all).has_value(); });
+  std::string settings = content(fixture.dir / "d.toml");
+  settings.replace(settings.find("weld-3"), 6, "weld-4");
+  std::ofstream(fixture.dir / "d.toml") << settings;
+  fixture.daemon->signal(SIGHUP);
+  const auto heard = plant.until([](const auto& all) {
+    return presence_in(all)->of.cell == "weld-4" && presence_in(all)->online;
+  });
+  std::vector<std::pair<std::string, bool>> presences;
+  for (const Heard& one : heard)
+    if (const auto presence = presence_in({one}))
+      presences.emplace_back(presence->of.cell, presence->farewell);
+  EXPECT_EQ(presences,
+            (decltype(presences){{"weld-3", false}, {"weld-3", true}, {"weld-4", false}}));
+}
+
 TEST(a_certificate, reaches_the_plant_byte_for_byte_with_what_verifies_it) {
   const TemporaryDirectory broker_dir;
   Broker broker(broker_dir.path());

@@ -475,6 +475,63 @@ TEST_F(publisher, under_another_name_says_what_waits_for_the_earlier_one_and_wha
   EXPECT_NE(waited->journal, facts.front().journal);
 }
 
+TEST_F(publisher, that_takes_another_s_place_is_born_behind_its_farewell_and_no_fact_is_lost) {
+  Broker broker(broker_dir.path());
+  Listener plant(broker.port(), "plant", kAll);
+  plant.store();
+  Journal journal(dir / "j.db");
+  Publisher before(parts(journal, broker.port()));
+  const std::int64_t id = fill(journal, 0);
+  plant.until(number_heard(1));
+  std::atomic<bool> done = false;
+  std::atomic<int> said = 0;
+  std::thread person([&] {
+    for (; !done; ++said) journal.activate({id, "2026-01-02T00:00:00.000Z", "anna", "warm"});
+  });
+  Publisher::Parts next = parts(journal, broker.port());
+  next.config.cell = "weld-4";
+  next.config.former = {"graz/weld-3"};
+  const Publisher now(next, &before);
+  EXPECT_FALSE(before.status().connected);
+  wait_until([&] { return now.status().connected; });
+  done = true;
+  person.join();
+  wait_until([&] { return journal.outbox().rows == 0; });
+  std::vector<std::pair<std::string, bool>> presences;
+  int told = 0;
+  for (const Heard& one : plant.all()) {
+    if (const auto presence = presence_in({one}))
+      presences.emplace_back(presence->of.cell, presence->online);
+    else if (one.topic.ends_with("/fact/activation"))
+      ++told;
+  }
+  EXPECT_EQ(presences,
+            (decltype(presences){{"weld-3", true}, {"weld-3", false}, {"weld-4", true}}));
+  EXPECT_GE(told, said);
+}
+
+TEST_F(publisher, goes_on_where_the_journal_cannot_report_to_the_one_that_was_to_take_its_place) {
+  Broker broker(broker_dir.path());
+  Listener plant(broker.port(), "plant", kAll);
+  plant.store();
+  Journal journal(dir / "j.db");
+  Publisher before(parts(journal, broker.port()));
+  const std::int64_t id = journal.begin(kLargeInputs, "t0");
+  plant.until(number_heard(1));
+  wait_until([&] { return journal.outbox().rows == 0; });
+  Publisher::Parts next = parts(journal, broker.port());
+  next.config.cell = "weld-4";
+  EXPECT_TRUE(journal.session(id)) << "and no name is in a cache any more";
+  {
+    const AwayDisk away(dir.path());
+    EXPECT_THROW(Publisher(next, &before), JournalError);
+  }
+  journal.activate({id, "2026-01-02T00:00:00.000Z", "anna", "warm"});
+  plant.until(number_heard(2));
+  wait_until([&] { return before.status().connected; });
+  for (const Heard& one : plant.all()) EXPECT_TRUE(one.topic.starts_with("cellcal/graz/weld-3/"));
+}
+
 TEST_F(publisher, ends_at_once_while_the_resolver_does_not_answer) {
   Journal journal(dir / "j.db");
   Publisher::Parts all = parts(journal, 1883);
