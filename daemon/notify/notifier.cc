@@ -81,13 +81,11 @@ void Notifier::Shared::with_retries(const char* way, const std::string& subject,
   std::chrono::milliseconds wait = parts.first_wait;
   for (int attempt = 0;; ++attempt, wait *= 2) {
     const Delivery result = act();
-    if (result.delivered) {
-      spdlog::info("{}: \"{}\" delivered", way, subject);
-      if (!result.why.empty()) spdlog::warn("{}: \"{}\" {}", way, subject, result.why);
-      return;
-    }
+    if (result.delivered) spdlog::info("{}: \"{}\" delivered", way, subject);
+    if (result.delivered && result.why.empty()) return;
     const bool last = !result.again || attempt >= retries;
-    spdlog::warn("{}: \"{}\" not delivered: {}{}", way, subject, result.why,
+    spdlog::warn("{}: \"{}\" {}{}{}", way, subject,
+                 result.delivered ? "" : "not delivered: ", result.why,
                  last ? ". Given up: see [notify] in cellcald.toml" : "");
     if (last || !pause(wait)) return;
   }
@@ -108,7 +106,12 @@ void Notifier::Shared::deliver(const Notice& notice, const NotifyConfig& config)
   constexpr int kMailRetries = 3;
   if (!config.mail) return;
   const std::string mail = mail_text(*config.mail, message, rfc_5322_now(), random_id());
-  with_retries("mail", message.subject, kMailRetries, [&] { return send(*config.mail, mail); });
+  MailConfig to = *config.mail;
+  with_retries("mail", message.subject, kMailRetries, [&] {
+    Delivery result = send(to, mail);
+    if (!result.left.empty()) to.to = result.left;
+    return result;
+  });
 }
 
 void Notifier::Shared::run() {

@@ -3,9 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cstring>
 #include <exception>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 #include "daemon/files/printable.h"
 
@@ -28,19 +31,36 @@ std::string with_crlf(const std::string& text) {
   return lines;
 }
 
-/// What the server answered with 4yz or 5yz.
-struct Refusals {
-  int count = 0;
-  std::string last;
+/// What the server answered to each "RCPT TO", in the order of the addresses.
+struct Dialogue {
+  std::vector<int> answers;  ///< 0: none yet
+  std::string last_refusal;  ///< of these
+  bool asked = false;        ///< the newest has no answer yet
 };
 
-std::size_t listen(char* line, std::size_t one, std::size_t count, void* heard) {
+bool is_later(int answer) { return answer >= 400 && answer < 500; }
+bool is_never(int answer) { return answer >= 500 && answer < 600; }
+
+int hear_ours(::CURL*, ::curl_infotype what, char* text, std::size_t size, void* dialogue) {
+  if (what != CURLINFO_HEADER_OUT || !std::string_view(text, size).starts_with("RCPT TO:"))
+    return 0;
+  auto& kept = *static_cast<Dialogue*>(dialogue);
+  kept.answers.push_back(0);
+  kept.asked = true;
+  return 0;
+}
+
+/// A line with a number and a space is an answer's last one (RFC 5321, 4.2.1).
+std::size_t hear_its(char* line, std::size_t one, std::size_t count, void* dialogue) {
   const std::string_view text(line, one * count);
-  if (text.starts_with('4') || text.starts_with('5')) {
-    auto& refusals = *static_cast<Refusals*>(heard);
-    ++refusals.count;
-    refusals.last = printable(std::string(text.substr(0, text.find_first_of("\r\n"))));
-  }
+  auto& kept = *static_cast<Dialogue*>(dialogue);
+  int answer = 0;
+  const auto [end, wrong] = std::from_chars(text.data(), text.data() + text.size(), answer);
+  const bool whole = wrong == std::errc() && end != text.data() + text.size() && *end != '-';
+  if (!whole || !std::exchange(kept.asked, false)) return text.size();
+  kept.answers.back() = answer;
+  if (is_later(answer) || is_never(answer))
+    kept.last_refusal = printable(std::string(text.substr(0, text.find_first_of("\r\n"))));
   return text.size();
 }
 
@@ -52,21 +72,40 @@ std::size_t read_on(char* into, std::size_t one, std::size_t count, void* left) 
   return taken;
 }
 
+/// Those whose answer is such; who was not asked has answer 0.
+template <class Is>
+std::vector<std::string> those(const std::vector<std::string>& to, const Dialogue& dialogue,
+                               Is is) {
+  std::vector<std::string> found;
+  for (std::size_t i = 0; i < to.size(); ++i)
+    if (is(i < dialogue.answers.size() ? dialogue.answers[i] : 0)) found.push_back(to[i]);
+  return found;
+}
+
 /// RFC 5321, 4.2.1: 4yz may succeed later, 5yz not. Where the line was lost before an answer it may, too.
-Delivery judge(const Transfer::End& end, const Refusals& refusals) {
+Delivery judge(const Transfer::End& end, const std::vector<std::string>& to,
+               const Dialogue& dialogue) {
+  const std::vector<std::string> later = those(to, dialogue, is_later),
+                                 never = those(to, dialogue, is_never);
   if (end.code == CURLE_OK) {
-    return {true, false,
-            refusals.count == 0
+    const std::size_t refused = later.size() + never.size();
+    return {true, !later.empty(),
+            refused == 0
                 ? ""
-                : fmt::format("not to {} of the addresses: {}", refusals.count, refusals.last)};
+                : fmt::format("not to {} of the addresses: {}", refused, dialogue.last_refusal),
+            later};
   }
   if (end.code == CURLE_LOGIN_DENIED)
     return {false, false, fmt::format("user or password refused ({})", end.status)};
-  const bool refused = end.status >= 500 && end.status < 600;
+  // Where nobody was taken curl ends with the last answer, and the others may be busy only.
+  if (later.size() + never.size() == to.size() && !later.empty())
+    return {false, true, "refused: " + dialogue.last_refusal, later};
+  const bool refused = is_never(end.status);
   const bool for_good =
       refused || end.code == CURLE_SSL_CACERT_BADFILE || end.code == CURLE_USE_SSL_FAILED;
   return {false, !for_good,
-          refused ? fmt::format("refused with {}: {}", end.status, end.why) : end.why};
+          refused ? fmt::format("refused with {}: {}", end.status, end.why) : end.why,
+          those(to, dialogue, [](int answer) { return !is_never(answer); })};
 }
 
 }  // namespace
@@ -90,15 +129,18 @@ Delivery send_by_smtp(const MailConfig& config, const MailServer& server,
     transfer.set(CURLOPT_MAIL_RCPT, list.get());
     // Who may not be written to, left or mistyped, keeps the mail from nobody else.
     transfer.set(CURLOPT_MAIL_RCPT_ALLLOWFAILS, 1L);
-    Refusals refusals;
-    transfer.set(CURLOPT_HEADERFUNCTION, &listen);
-    transfer.set(CURLOPT_HEADERDATA, &refusals);
+    Dialogue dialogue;
+    transfer.set(CURLOPT_HEADERFUNCTION, &hear_its);
+    transfer.set(CURLOPT_HEADERDATA, &dialogue);
+    transfer.set(CURLOPT_DEBUGFUNCTION, &hear_ours);
+    transfer.set(CURLOPT_DEBUGDATA, &dialogue);
+    transfer.set(CURLOPT_VERBOSE, 1L);
     const std::string text = with_crlf(mail);
     std::string_view left = text;
     transfer.set(CURLOPT_UPLOAD, 1L);
     transfer.set(CURLOPT_READFUNCTION, &read_on);
     transfer.set(CURLOPT_READDATA, &left);
-    return judge(transfer.run(), refusals);
+    return judge(transfer.run(), config.to, dialogue);
   } catch (const std::exception& error) {
     return {false, true, printable(error.what())};
   }

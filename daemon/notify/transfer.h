@@ -15,8 +15,10 @@ namespace cellcal::daemon {
 
 struct Delivery {
   bool delivered = false;
-  bool again = false;  ///< it may succeed later
+  bool again = false;  ///< it may succeed later; also where it was delivered, to others
   std::string why;     ///< not delivered, or not to everybody; empty: delivered
+  /// Who may take it later: the addresses to try again, and no others; empty: all.
+  std::vector<std::string> left = {};
 };
 
 class Transfer {

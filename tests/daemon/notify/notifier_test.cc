@@ -3,10 +3,12 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
+#include <algorithm>
 #include <fstream>
 
 #include "tests/daemon/journal/temporary_directory.h"
 #include "tests/daemon/notify/hook_server.h"
+#include "tests/daemon/notify/smtp_server.h"
 
 namespace cellcal::daemon {
 namespace {
@@ -65,6 +67,22 @@ TEST(a_notifier, mails_and_posts_the_same_in_the_configured_language) {
   EXPECT_NE(text.find("Subject: =?utf-8?Q?Sitzung_7=3A_abgebrochen?="), std::string::npos) << text;
   ASSERT_EQ(server.requests().size(), 1u);
   EXPECT_NE(server.requests()[0].find("Sitzung 7: abgebrochen"), std::string::npos);
+}
+
+TEST(a_notifier, mails_again_to_those_alone_that_were_busy) {
+  testing::SmtpServer server({.first_answers = {{"RCPT TO:<a@", "451 busy"}}});
+  NotifyConfig config;
+  config.mail = MailConfig{{"a@plant.example", "b@plant.example"}, "c@d", "", {}};
+  config.mail->server.emplace();
+  config.mail->server->host = "127.0.0.1";
+  config.mail->server->port = server.port();
+  Notifier notifier({[&] { return config; }, "c", std::chrono::milliseconds(1)});
+  notifier.tell([] { return aborted(); });
+  notifier.drain();
+  const std::vector<std::string> lines = server.lines();
+  EXPECT_EQ(std::ranges::count(lines, "RCPT TO:<a@plant.example>"), 2);
+  EXPECT_EQ(std::ranges::count(lines, "RCPT TO:<b@plant.example>"), 1) << "it has it";
+  EXPECT_EQ(std::ranges::count(lines, "DATA"), 2);
 }
 
 TEST(a_notifier,

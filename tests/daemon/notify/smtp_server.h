@@ -17,6 +17,8 @@ class SmtpServer {
     bool from_the_first_byte = false;  ///< else where STARTTLS asks for it
     /// What it answers to a line that begins so, in place of the usual; "": nothing any more.
     std::map<std::string, std::string> answers = {};
+    /// Likewise, the first time only.
+    std::map<std::string, std::string> first_answers = {};
   };
 
   explicit SmtpServer(Parts parts) : parts_(std::move(parts)) {}
@@ -61,7 +63,14 @@ class SmtpServer {
       for (const auto& [begin, answer] : parts_.answers) {
         if (text.starts_with(begin)) other = &answer;
       }
-      if (other != nullptr) {
+      std::string first;
+      for (const auto& [begin, answer] : parts_.first_answers) {
+        if (text.starts_with(begin)) first = begin;
+      }
+      if (!first.empty()) {
+        say(parts_.first_answers[first]);
+        parts_.first_answers.erase(first);
+      } else if (other != nullptr) {
         if (other->empty()) {
           hear(line, buffer, text);  // until who asked goes away
           return;

@@ -48,12 +48,30 @@ TEST(a_mail_for_a_server, reaches_those_that_it_takes_and_says_of_whom_it_does_n
   SmtpServer one({.answers = {{"RCPT TO:<a@", "550 no such user"}}});
   const Delivery some = send_by_smtp(kMail, at(one), "", "m\n");
   EXPECT_TRUE(some.delivered) << some.why;
+  EXPECT_FALSE(some.again);
   EXPECT_NE(some.why.find("not to 1 of the addresses: 550 no such user"), std::string::npos)
       << some.why;
   SmtpServer none({.answers = {{"RCPT", "550 relaying denied"}}});
   const Delivery refused = send_by_smtp(kMail, at(none), "", "m\n");
   EXPECT_FALSE(refused.delivered || refused.again);
   EXPECT_NE(refused.why.find("550"), std::string::npos) << refused.why;
+}
+
+TEST(a_mail_for_a_server, is_to_be_tried_again_for_those_alone_that_are_busy) {
+  SmtpServer one({.answers = {{"RCPT TO:<a@", "451 busy"}}}),
+      both({.answers = {{"RCPT TO:<a@", "450 busy"}, {"RCPT TO:<b@", "550 no such user"}}}),
+      lost({.answers = {{"RCPT TO:<a@", "550 no such user"}, {".", "451 later"}}});
+  const std::vector<std::string> a{"a@plant.example"}, b{"b@plant.example"};
+  const Delivery some = send_by_smtp(kMail, at(one), "", "m\n");
+  EXPECT_TRUE(some.delivered && some.again) << some.why;
+  EXPECT_EQ(some.left, a);
+  EXPECT_NE(some.why.find("not to 1 of the addresses: 451 busy"), std::string::npos) << some.why;
+  const Delivery none = send_by_smtp(kMail, at(both), "", "m\n");
+  EXPECT_TRUE(!none.delivered && none.again) << none.why;
+  EXPECT_EQ(none.left, a) << "the other one will never take it";
+  const Delivery later = send_by_smtp(kMail, at(lost), "", "m\n");
+  EXPECT_TRUE(!later.delivered && later.again) << later.why;
+  EXPECT_EQ(later.left, b);
 }
 
 TEST(a_mail_for_a_server, that_is_busy_or_gone_is_tried_again_and_one_that_is_refused_is_not) {
