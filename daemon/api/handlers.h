@@ -2,6 +2,7 @@
 // From a request to its answer.
 
 #include <functional>
+#include <mutex>
 #include <optional>
 #include <span>
 #include <string>
@@ -145,6 +146,7 @@ class Api {
 
   SessionService& service_;
   Journal& journal_;
+  std::mutex certificates_;  ///< one is looked up and told at a time
   Access* access_;
   Schedule* schedule_ = nullptr;
   FrameStation* frames_ = nullptr;

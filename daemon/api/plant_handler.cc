@@ -3,12 +3,15 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <filesystem>
+#include <mutex>
 #include <nlohmann/json.hpp>
 
 #include "calib/syntax/input_file.h"
 #include "daemon/api/handlers.h"
 #include "daemon/api/http/json_text.h"
 #include "daemon/api/routes.h"
+#include "daemon/files/atomic_file.h"
 #include "daemon/files/printable.h"
 #include "daemon/plant/messages/certificate_fact.h"
 #include "daemon/plant/messages/fact_json.h"
@@ -16,6 +19,31 @@
 #include "daemon/plant/publisher/reporter.h"
 
 namespace cellcal::daemon {
+
+namespace {
+
+/// What the plant was told of a session's certificates, beside its results: a line each, the outbox's source and the content's SHA-256. Under
+/// another source it may be another plant.
+constexpr const char* kTold = "certificates_told";
+
+std::string lines_of(const std::filesystem::path& file) {
+  std::error_code code;
+  return std::filesystem::exists(file, code) ? calib::read_file(file) : std::string();
+}
+
+/// Who says none has it known by all bytes. Throws BadRequest.
+std::string content_of(const std::string& body) {
+  constexpr std::size_t kDigits = 64;
+  const nlohmann::json whole = nlohmann::json::parse(body);
+  if (!whole.contains("content")) return calib::sha256(body);
+  const nlohmann::json& content = whole["content"];
+  const std::string text = content.is_string() ? content.get<std::string>() : "";
+  if (text.size() != kDigits || text.find_first_not_of("0123456789abcdef") != std::string::npos)
+    throw BadRequest("content: must be a SHA-256, 64 hexadecimal digits");
+  return text;
+}
+
+}  // namespace
 
 std::optional<Response> Api::show_plant(const Call&) {
   const auto line = plant_line_ ? plant_line_() : std::nullopt;
@@ -36,7 +64,7 @@ std::optional<Response> Api::show_plant(const Call&) {
                                 {"not_begun", count.not_begun}})};
 }
 
-/// Of this journal's calibration, with files that have the sums they come with; who signed it is those's to say who verify it.
+/// Said once for each content. Of this journal's calibration, with files that have the sums they come with; who signed it is those's to say who verify it.
 std::optional<Response> Api::take_certificate(const Call& call) {
   const SessionRecord session = find(call);
   if (!plant_line_ || !plant_line_()) throw NotFound("no plant is named: [plant] in cellcald.toml");
@@ -55,7 +83,20 @@ std::optional<Response> Api::take_certificate(const Call& call) {
       number != plant::certificate_number(session.id, session.calibration))
     throw RequestError(fmt::format("certificate {} is not of session {}'s calibration",
                                    printable(number), session.id));
+  const std::string line = journal_.outbox().source + " " + content_of(call.request.body) + "\n";
+  const std::filesystem::path file = service_.results_dir(session.id) / kTold;
+  const std::lock_guard one(certificates_);
+  const std::string told = lines_of(file);
+  if (told.find(line) != std::string::npos)
+    return Response{200, "application/json", dump({{"certificate", number}})};
   journal_.report(session.id, plant::report_of(body));
+  try {
+    std::filesystem::create_directories(file.parent_path());
+    write_atomically(file, told + line);
+  } catch (const std::exception& failed) {
+    spdlog::warn("certificate {} is sent once more where it is issued again: {}", number,
+                 failed.what());
+  }
   spdlog::info("certificate {} waits for the plant", number);
   return Response{201, "application/json", dump({{"certificate", number}})};
 }

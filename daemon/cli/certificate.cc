@@ -27,6 +27,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr int kNotNew = 200;  ///< of POST .../certificate; 201 where it is
+
 /// Nothing of an earlier certificate is written over.
 void make_directory(const fs::path& directory) {
   std::error_code code;
@@ -63,38 +65,70 @@ std::string add_pdf(const fs::path& directory, std::vector<std::string>& names) 
   return error.what();
 }
 
-/// Signed or not, with what verifies it. False: the daemon belongs to no plant, or the session came from a directory.
-bool send_to_plant(const Connection& daemon, const std::string& session, const std::string& number,
-                   const fs::path& directory, const std::vector<std::string>& names) {
-  if (session.find_first_not_of("0123456789") != std::string::npos) return false;
-  if (http_request(daemon.socket, "GET", "/v1/plant").status == 404) return false;
+/// Of what it says and who vouches for it, whenever it is issued: SHA-256.
+std::string content_of(certificate::CertificateData data, const std::string& rows,
+                       const std::vector<std::string>& names,
+                       const std::optional<signing::PrivateKey>& key) {
+  data.issued = data.issued_local = {};
+  std::string all = certificate::to_json(data) + calib::sha256(rows);
+  for (const std::string& name : names) all += '\n' + name;
+  if (key) all += '\n' + key->fingerprint();
+  return calib::sha256(all);
+}
+
+enum class Told {
+  kNo,   ///< the daemon belongs to no plant, or the session came from a directory
+  kNow,  ///< on its way
+  kBefore
+};
+
+/// Signed or not, with what verifies it.
+Told send_to_plant(const Connection& daemon, const std::string& session, const std::string& number,
+                   const std::string& content, const fs::path& directory,
+                   const std::vector<std::string>& names) {
+  if (session.find_first_not_of("0123456789") != std::string::npos) return Told::kNo;
+  if (http_request(daemon.socket, "GET", "/v1/plant").status == 404) return Told::kNo;
   std::vector<plant::CertificateFile> files;
   for (const std::string& name : names) files.push_back({name, calib::read_file(directory / name)});
   try {
     const plant::FactBody fact = plant::certificate_fact(number, std::move(files));
-    ask(daemon, "POST", "/v1/sessions/" + session + "/certificate", plant::body_to_json(fact));
+    nlohmann::json body = nlohmann::json::parse(plant::body_to_json(fact));
+    body["content"] = content;
+    const Response answer =
+        ask(daemon, "POST", "/v1/sessions/" + session + "/certificate", body.dump());
+    return answer.status == kNotNew ? Told::kBefore : Told::kNow;
   } catch (const std::exception& untold) {
     throw std::runtime_error(fmt::format("certificate {} is in {}, and the plant is not told: {}",
                                          number, directory.string(), untold.what()));
   }
-  return true;
+}
+
+const char* words_of(Told told) {
+  switch (told) {
+    case Told::kNo:
+      return "";
+    case Told::kNow:
+      return ", on its way to the plant";
+    case Told::kBefore:
+      return ", as the plant was told before";
+  }
+  return "";
 }
 
 void tell(const Connection& daemon, const certificate::CertificateData& data,
-          const fs::path& directory, bool is_signed, bool plant_is_told) {
+          const fs::path& directory, bool is_signed, Told plant) {
   if (daemon.json) {
     put(nlohmann::json{{"number", data.number.text},
                        {"directory", fs::absolute(directory).string()},
                        {"signed", is_signed},
-                       {"plant", plant_is_told}}
+                       {"plant", plant != Told::kNo}}
                 .dump() +
             "\n",
         {});
     return;
   }
   put(fmt::format(
-          "certificate {} in {}{}, {}\n", data.number.text, directory.string(),
-          plant_is_told ? ", on its way to the plant" : "",
+          "certificate {} in {}{}, {}\n", data.number.text, directory.string(), words_of(plant),
           is_signed ? "signed" : "not signed. Make a key once: 'cellcal certificate --make-key'"),
       {});
 }
@@ -140,7 +174,9 @@ int certify(const Connection& daemon, const CertificateCommand& command) try {
     signing::sign_files(directory, names,
                         {data.number.text, data.issued_by.text, data.issued.text, ""}, *key);
   if (key) names.insert(names.end(), {signing::kSums, signing::kSignature});
-  const bool told = send_to_plant(daemon, command.session, data.number.text, directory, names);
+  const std::string content = content_of(data, named.archive.at("rows.jsonl"), names, key);
+  const Told told =
+      send_to_plant(daemon, command.session, data.number.text, content, directory, names);
   tell(daemon, data, directory, key.has_value(), told);
   if (!no_pdf.empty())
     throw std::runtime_error(

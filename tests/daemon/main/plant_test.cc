@@ -150,11 +150,32 @@ TEST(a_certificate, reaches_the_plant_byte_for_byte_with_what_verifies_it) {
   for (const plant::CertificateFile& file : certificate.files)
     EXPECT_TRUE(file.bytes == calib::read_file(fixture.dir / ("c/" + file.name))) << file.name;
 
+  const auto issue = [&](const char* out, std::vector<std::string> more) {
+    more.insert(more.begin(), {"certificate", "1", "--no-pdf", "--key", fixture.dir / "k", "--out",
+                               fixture.dir / out});
+    const Outcome again = fixture.cellcal(more);
+    EXPECT_EQ(again.status, 0) << again.err;
+    return again.out;
+  };
+  const auto newest = [&] {
+    return nlohmann::json::parse(http_request(fixture.socket(), "GET", "/v1/plant").body)["newest"];
+  };
+  const auto before = newest();
+  EXPECT_NE(issue("d", {}).find("as the plant was told before"), std::string::npos);
+  EXPECT_EQ(newest(), before) << "it says the same, some time later";
+  EXPECT_NE(issue("e", {"--issued-by", "A. Name"}).find("on its way to the plant"),
+            std::string::npos);
+  EXPECT_EQ(newest(), before.get<std::int64_t>() + 1);
+
   const auto post = [&](const plant::CertificateFact& fact) {
     return http_request(fixture.socket(), "POST", "/v1/sessions/1/certificate",
                         plant::body_to_json(fact));
   };
   EXPECT_EQ(post({"1-000000000000", {}}).status, 422);
+  nlohmann::json odd = nlohmann::json::parse(plant::body_to_json(certificate));
+  odd["content"] = "no sum";
+  EXPECT_EQ(http_request(fixture.socket(), "POST", "/v1/sessions/1/certificate", odd.dump()).status,
+            400);
   const Response large = post({certificate.certificate, {{"a.pdf", std::string(5'600'000, 'x')}}});
   EXPECT_EQ(large.status, 413);
   EXPECT_NE(large.body.find("5.6 MB"), std::string::npos) << large.body;
