@@ -8,6 +8,8 @@ namespace cellcal::drivers {
 using TimePoint = std::chrono::steady_clock::time_point;
 using Duration = std::chrono::steady_clock::duration;
 
+inline double seconds(Duration d) { return std::chrono::duration<double>(d).count(); }
+
 class Clock {
  public:
   virtual ~Clock() = default;

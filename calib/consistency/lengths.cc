@@ -10,7 +10,7 @@ namespace cellcal::calib {
 namespace {
 
 /// Sigmas of both that contradict a length.
-constexpr double kContradicted = 5.0;
+constexpr double kLengthContradicted = 5.0;
 
 }  // namespace
 
@@ -63,10 +63,12 @@ double contradiction(const LengthResult& length) {  // (47)
          std::hypot(length.sigma_m, length.certified_sigma_m);
 }
 
-bool is_contradicted(const LengthResult& length) { return contradiction(length) > kContradicted; }
+bool is_contradicted(const LengthResult& length) {
+  return contradiction(length) > kLengthContradicted;
+}
 
 double least_seen_error_m(const LengthResult& length) {
-  return kContradicted * std::hypot(length.sigma_m, length.certified_sigma_m);
+  return kLengthContradicted * std::hypot(length.sigma_m, length.certified_sigma_m);
 }
 
 bool same_ends(const LengthResult& a, const LengthResult& b) {

@@ -11,7 +11,7 @@ namespace cellcal::calib {
 namespace {
 
 /// Squared sigmas of a jump that are worth a closer look.
-constexpr double kSuspect = 12.0;
+constexpr double kSuspectedJump = 12.0;
 /// So many places of the session are tried at first; a jump between two is seen by both.
 constexpr std::size_t kPlaces = 15;
 constexpr std::size_t kMostSuspecting = 4000;
@@ -83,7 +83,7 @@ std::vector<Jump> suspected_jump(const Problem& problem, const Estimate& e, doub
                i, 1, kUsualSlipRad);
     consider(Jump::What::kTool, "tool", joints, 3, kUsualKnockM);
   }
-  if (best.squared_sigmas < kSuspect) return {};
+  if (best.squared_sigmas < kSuspectedJump) return {};
   return {best};
 }
 

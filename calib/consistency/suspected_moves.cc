@@ -12,7 +12,7 @@ namespace cellcal::calib {
 namespace {
 
 /// Touches of one target on either side of a move, at least: three for where it is, and two more.
-constexpr std::size_t kLeastEachSide = 5;
+constexpr std::size_t kLeastBeforeAndBehind = 5;
 /// So many places of a target's sequence are tried; a move between two of them is seen by both.
 constexpr std::size_t kSplits = 7;
 /// Squared sigmas of a shift, three degrees of freedom, that are worth a closer look.
@@ -76,7 +76,7 @@ Split loudest_split(const Problem& problem, const Estimate& e, const std::vector
       if (said > best.squared_sigmas) best = {k, said};
     }
   };
-  const std::size_t first = kLeastEachSide, last = used.size() - kLeastEachSide;
+  const std::size_t first = kLeastBeforeAndBehind, last = used.size() - kLeastBeforeAndBehind;
   const std::size_t step = std::max<std::size_t>(1, used.size() / (kSplits + 1));
   scan(first, last, step);
   if (best.squared_sigmas > kSuspect && step > 1)
@@ -94,10 +94,10 @@ std::optional<std::size_t> split_of_left_out(const std::vector<std::size_t>& own
   };
   double all = 0.0, before = 0.0;
   for (const std::size_t i : own) all += use[i] ? 0.0 : 1.0;
-  std::size_t best = kLeastEachSide;
+  std::size_t best = kLeastBeforeAndBehind;
   double most = -1e300;
-  for (std::size_t k = 0; k + kLeastEachSide <= own.size(); ++k) {
-    if (k >= kLeastEachSide) {
+  for (std::size_t k = 0; k + kLeastBeforeAndBehind <= own.size(); ++k) {
+    if (k >= kLeastBeforeAndBehind) {
       const auto behind = static_cast<double>(own.size() - k);
       const double likelihood =
           log_likelihood(before, static_cast<double>(k)) + log_likelihood(all - before, behind);
@@ -127,13 +127,13 @@ std::vector<MovedTarget> suspected_moves(const Problem& problem, const Estimate&
     const std::vector<std::size_t>& own = sequence[b];
     const TargetBlock& block = problem.blocks()[b];
     if (!has_a_centre(problem.cell().targets[block.target].kind)) continue;
-    if (own.size() < 2 * kLeastEachSide) continue;
+    if (own.size() < 2 * kLeastBeforeAndBehind) continue;
     MovedTarget suspect;
     suspect.target = problem.cell().targets[block.target].id;
     std::vector<std::size_t> used;
     for (const std::size_t i : own)
       if (row_of[i] >= 0) used.push_back(i);
-    if (used.size() >= 2 * kLeastEachSide) {
+    if (used.size() >= 2 * kLeastBeforeAndBehind) {
       const Split split = loudest_split(problem, e, row_of, block, used);
       suspect.squared_sigmas = split.squared_sigmas / std::max(1.0, chi2_per_dof);
       if (suspect.squared_sigmas > kSuspect) {

@@ -14,7 +14,7 @@ namespace cellcal::calib {
 namespace {
 
 /// Of more targets not all orders are tried: 5040 are a matter of milliseconds.
-constexpr std::size_t kMostTargets = 7;
+constexpr std::size_t kMostAssociated = 7;
 /// To which the nominal arm tells two orders apart, mean of all lengths and centres.
 constexpr double kNominalCentreM = 1e-3;
 /// So much nearer other names have to bring the targets.
@@ -53,7 +53,7 @@ std::optional<Names> better_names(const Cell& cell, const std::vector<Touch>& to
   for (std::size_t t = 0; t < cell.targets.size(); ++t)
     if (has_a_centre(cell.targets[t].kind) && touched(touches, cell.targets[t].id))
       which.push_back(t);
-  if (which.size() < 3 || which.size() > kMostTargets) return {};
+  if (which.size() < 3 || which.size() > kMostAssociated) return {};
 
   Cell unstated = cell;  // a stated centre would draw another target's touches to it
   for (Target& target : unstated.targets) target.has_centre = false;

@@ -22,7 +22,7 @@ namespace {
 /// Less is not worth identifying anew without it.
 constexpr double kWorthTrying = 9.0;
 /// Of more touches a share says what jumped as well, and all would take longer only.
-constexpr std::size_t kMostTouches = 1000;
+constexpr std::size_t kMostTouchesForJumps = 1000;
 /// An error beside the model is looked for where touches scatter so much more than stated (chi^2
 /// per degree of freedom), or where repeats share it.
 constexpr double kAsStated = 1.5;
@@ -101,10 +101,10 @@ struct Undone {
 };
 
 /// Everything that is asked of one session.
-class Search {
+class JumpSearch {
  public:
-  Search(const Cell& cell, const std::vector<Touch>& touches, const IdentifyOptions& options,
-         const Calibration& calibration)
+  JumpSearch(const Cell& cell, const std::vector<Touch>& touches, const IdentifyOptions& options,
+             const Calibration& calibration)
       : cell_(cell),
         touches_(touches),
         options_(options),
@@ -309,15 +309,15 @@ class Search {
 std::vector<Jump> jumps_by_odds(const Cell& cell, const std::vector<Touch>& touches,
                                 const IdentifyOptions& options, const Calibration& calibration) {
   std::vector<Jump> jumps;
-  if (touches.size() <= kMostTouches) {
-    jumps = Search(cell, touches, options, calibration).all();
+  if (touches.size() <= kMostTouchesForJumps) {
+    jumps = JumpSearch(cell, touches, options, calibration).all();
   } else {
-    const std::vector<std::size_t> which = share_of(touches, kMostTouches);
+    const std::vector<std::size_t> which = share_of(touches, kMostTouchesForJumps);
     std::vector<Touch> share;
     for (const std::size_t i : which) share.push_back(touches[i]);
     const std::optional<Calibration> c = tried(cell, share, options);
     if (!c) return {};  // the share says too little
-    jumps = Search(cell, share, options, *c).all();
+    jumps = JumpSearch(cell, share, options, *c).all();
     for (Jump& jump : jumps) jump.after_touch = which[jump.after_touch];
   }
   std::stable_sort(jumps.begin(), jumps.end(),
@@ -374,11 +374,11 @@ Finding finding_of(const Cell& cell, const std::vector<Touch>& touches,
 /// Whether it jumped, as far as touches tell without certified lengths: wrong ones pull at the arm.
 bool without_lengths(const Cell& cell, const std::vector<Touch>& touches,
                      const IdentifyOptions& options, const Jump& jump) {
-  if (touches.size() > kMostTouches) return true;  // they say enough of themselves
+  if (touches.size() > kMostTouchesForJumps) return true;  // they say enough of themselves
   const Cell changed = silenced(cell, [](const CertifiedLength&) { return true; });
   const std::optional<Calibration> c = tried(changed, touches, options);
   if (!c) return true;  // the touches alone determine nothing, and so do not speak against it
-  return Search(changed, touches, options, *c).log_odds(jump) > 0.0;
+  return JumpSearch(changed, touches, options, *c).log_odds(jump) > 0.0;
 }
 
 }  // namespace

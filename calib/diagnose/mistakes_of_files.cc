@@ -20,12 +20,14 @@ namespace cellcal::calib {
 namespace {
 
 /// So much nearer to the touches than stated another drawing or tool has to bring the nominal arm.
-constexpr double kNearer = 1.0 / 3.0;
+constexpr double kNearerByFile = 1.0 / 3.0;
 /// So many fields of a robot file are named one by one.
 constexpr std::size_t kFewDifferences = 6;
 constexpr double kAnyToolM = 0.3, kAnyRadiusM = 0.01;
 
-bool is_nearer(const Asked& asked, double off_m) { return off_m < kNearer * asked.nominal_off_m; }
+bool is_nearer(const Asked& asked, double off_m) {
+  return off_m < kNearerByFile * asked.nominal_off_m;
+}
 
 void tool_in_metres(const Asked& asked, const Ask& ask) {
   constexpr double kTinyM = 5e-3;
@@ -249,13 +251,13 @@ void centres(const Asked& asked, const Ask& ask) {
   if (held > 1) ask(none);
 }
 
-constexpr std::array kMistakes = {
+constexpr std::array kMistakesOfFiles = {
     Mistake{tool_in_metres}, Mistake{other_tool},      Mistake{dimensions},
     Mistake{other_robot},    Mistake{axis_convention}, Mistake{diameters},
     Mistake{lengths},        Mistake{gravity},         Mistake{centres}};
 
 }  // namespace
 
-std::span<const Mistake> mistakes_of_files() { return kMistakes; }
+std::span<const Mistake> mistakes_of_files() { return kMistakesOfFiles; }
 
 }  // namespace cellcal::calib

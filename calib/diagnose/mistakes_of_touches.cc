@@ -17,7 +17,7 @@ namespace cellcal::calib {
 
 namespace {
 
-constexpr double kTurnRad = 2.0 * std::numbers::pi;
+constexpr double kWholeTurnRad = 2.0 * std::numbers::pi;
 
 /// A mistake that is the same whatever the calibration without it.
 auto always(Finding finding) {
@@ -28,7 +28,7 @@ void radians(const Asked& asked, const Ask& ask) {
   double largest = 0.0;
   for (const Touch& touch : asked.touches)
     for (const double q : touch.joint_rad) largest = std::max(largest, std::abs(q) * kDegPerRad);
-  if (largest > kTurnRad) return;  // in degrees, as it was read
+  if (largest > kWholeTurnRad) return;  // in degrees, as it was read
   std::vector<Touch> changed = asked.touches;
   for (Touch& touch : changed)
     for (double& q : touch.joint_rad) q *= kDegPerRad;
@@ -52,7 +52,7 @@ void zeros(const Asked& asked, const Ask& ask) {
     const Joint& joint = asked.cell.robot.joints[i];
     const auto off_rad = [&](const Calibration& c) {
       const double off = correction_of(c, joint_parameter(ParameterKind::kTheta, i));
-      return std::remainder(joint.sign * off, kTurnRad);
+      return std::remainder(joint.sign * off, kWholeTurnRad);
     };
     Cell loose = asked.cell;
     loose.robot.joints[i].errors = {JointError::kTheta};  // or another angle takes its share
@@ -210,13 +210,13 @@ void moved(const Asked& asked, const Ask& ask) {
   }
 }
 
-constexpr std::array kMistakes = {
+constexpr std::array kMistakesOfTouches = {
     Mistake{radians},     Mistake{signs},    Mistake{zeros}, Mistake{exchanged_columns},
     Mistake{other_names}, Mistake{readings}, Mistake{moved}};
 
 }  // namespace
 
-std::span<const Mistake> mistakes_of_touches() { return kMistakes; }
+std::span<const Mistake> mistakes_of_touches() { return kMistakesOfTouches; }
 
 void for_each_pair(std::size_t size, const std::function<void(std::size_t, std::size_t)>& ask) {
   std::size_t asked = 0;

@@ -18,7 +18,7 @@ namespace {
 /// errors of a milliradian change by a micrometre. Wider, touches that somebody brought there by
 /// hand would count, and a step to the side across a sphere whose centre is not known yet reads as
 /// noise.
-constexpr double kSamePlaceRad = 0.05 * kRadPerDeg;
+constexpr double kSamePostureRad = 0.05 * kRadPerDeg;
 /// What the cell file states counts as measured with so many degrees of freedom: a figure from
 /// experience, right to a third or so.
 constexpr double kStatedDegrees = 5.0;
@@ -32,7 +32,7 @@ constexpr double kMadToSigma = 1.4826;
 
 bool same_place(const Touch& a, const Touch& b) {
   for (std::size_t k = 0; k < a.joint_rad.size(); ++k)
-    if (std::abs(a.joint_rad[k] - b.joint_rad[k]) > kSamePlaceRad) return false;
+    if (std::abs(a.joint_rad[k] - b.joint_rad[k]) > kSamePostureRad) return false;
   return a.target == b.target && a.tool == b.tool;
 }
 
@@ -51,7 +51,7 @@ std::vector<std::vector<std::size_t>> groups_of(std::span<const Touch> touches) 
     const Touch& first = touches[order[a]];
     std::vector<std::size_t> group{order[a]};
     for (std::size_t b = a + 1; b < order.size(); ++b) {
-      if (touches[order[b]].joint_rad[0] - first.joint_rad[0] > kSamePlaceRad) break;
+      if (touches[order[b]].joint_rad[0] - first.joint_rad[0] > kSamePostureRad) break;
       if (taken[order[b]] || !same_place(first, touches[order[b]])) continue;
       taken[order[b]] = true;
       group.push_back(order[b]);

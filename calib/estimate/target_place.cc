@@ -181,7 +181,7 @@ TargetPlace place_tracker(const Target& target, const Seen& seen) {
   return place;
 }
 
-Vector3d mean_of(const std::vector<Vector3d>& points) {
+Vector3d mean_of_points(const std::vector<Vector3d>& points) {
   Vector3d mean = Vector3d::Zero();
   for (const Vector3d& p : points) mean += p / static_cast<double>(points.size());
   return mean;
@@ -190,7 +190,7 @@ Vector3d mean_of(const std::vector<Vector3d>& points) {
 TargetPlace place_of(const Cell& cell, const Target& target, const Seen& seen) {
   if (target.kind == TargetKind::kPlane) return place_plane(cell, target, seen);
   if (target.kind == TargetKind::kTracker) return place_tracker(target, seen);
-  if (target.kind == TargetKind::kPoint) return mean_of(seen.tips_m);
+  if (target.kind == TargetKind::kPoint) return mean_of_points(seen.tips_m);
   CentreHints hints{target.has_centre ? &target.centre_m : nullptr, target.centre_sigma_m};
   if (target.kind == TargetKind::kSphere)
     for (const Vector3d& tool : seen.tool) hints.outwards += tool;
@@ -297,11 +297,11 @@ std::vector<TargetPlace> rough_places(const Cell& cell, const ArmModel& arm,
     try {
       places[t] = place_of(cell, target, seen);
     } catch (const IdentifyError&) {
-      places[t].centre_m = mean_of(seen.tips_m);
-      places[t].middle_m = mean_of(seen.readings_m);
+      places[t].centre_m = mean_of_points(seen.tips_m);
+      places[t].middle_m = mean_of_points(seen.readings_m);
       if (target.kind == TargetKind::kPlane) {
         Vector3d normal = target.has_normal ? target.normal : fit_plane(seen.tips_m).normal;
-        if (!target.has_normal && normal.dot(mean_of(seen.tool)) < 0.0) normal = -normal;
+        if (!target.has_normal && normal.dot(mean_of_points(seen.tool)) < 0.0) normal = -normal;
         places[t].axes = axes_about(normal);
         places[t].centre_m -= common_tip_radius_m(seen) * normal;
       } else if (target.has_centre) {

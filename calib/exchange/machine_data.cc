@@ -29,7 +29,7 @@ bool is_word(char c) {
          c == '$';
 }
 
-std::string_view trimmed(std::string_view text) {
+std::string_view bare(std::string_view text) {
   constexpr std::string_view kBlanks = " \t\r";
   const auto begin = text.find_first_not_of(kBlanks);
   if (begin == std::string_view::npos) return {};
@@ -51,15 +51,15 @@ std::optional<Assignment> assignment(std::string_view line) {
   const auto equals = line.find('=');
   if (equals == std::string_view::npos) return std::nullopt;
   Assignment found;
-  found.value = trimmed(line.substr(equals + 1));
-  std::string_view left = trimmed(line.substr(0, equals));
+  found.value = bare(line.substr(equals + 1));
+  std::string_view left = bare(line.substr(0, equals));
   const auto bracket = left.find('[');
   std::string_view index;
   if (bracket != std::string_view::npos) {
     const auto end = left.find(']', bracket);
     if (end == std::string_view::npos) return std::nullopt;
-    index = trimmed(left.substr(bracket + 1, end - bracket - 1));
-    left = trimmed(left.substr(0, bracket));
+    index = bare(left.substr(bracket + 1, end - bracket - 1));
+    left = bare(left.substr(0, bracket));
   }
   // DECL REAL NAME, FRAME NAME: the last word is the variable.
   auto begin = left.size();
@@ -98,7 +98,7 @@ double member(const Assignment& a, const Place& place, std::string_view key) {
     rest = rest.substr(colon + 1);
   while (!rest.empty()) {
     const auto comma = std::min(rest.find(','), rest.size());
-    const std::string_view one = trimmed(rest.substr(0, comma));
+    const std::string_view one = bare(rest.substr(0, comma));
     const auto blank = std::min(one.find(' '), one.size());
     if (one.substr(0, blank) == key) {
       const auto value = number(one.substr(blank));
@@ -118,7 +118,7 @@ FrameMmDeg frame(const Assignment& a, const Place& place) {
 std::string text_of(std::string_view value) {
   if (value.size() >= 2 && value.front() == '"' && value.back() == '"')
     value = value.substr(1, value.size() - 2);
-  return shown(trimmed(value), 80);
+  return shown(bare(value), 80);
 }
 
 /// Motor turns per minute and gear, in the order in which a file has them.

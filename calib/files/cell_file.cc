@@ -18,7 +18,7 @@ namespace cellcal::calib {
 
 namespace {
 
-constexpr std::string_view kFormat = "cellcal.cell/1";
+constexpr std::string_view kCellFormat = "cellcal.cell/1";
 constexpr Range kLengthMm{-1e5, 1e5};
 constexpr Range kSigmaMm{0.0, 1e4};
 constexpr std::size_t kMaxTargets = 1000;
@@ -211,7 +211,7 @@ std::string delay_to_toml(const Cell& cell) {
 Robot load_named_robot(const std::string& name) { return load_robot(find_robot_file(name, {})); }
 
 Cell read_cell(const TomlTable& document, Robot robot) {
-  document.word("format", {kFormat});
+  document.word("format", {kCellFormat});
   document.string("robot");
   Cell cell;
   cell.robot = std::move(robot);
@@ -272,7 +272,7 @@ CellText read_cell_text(const std::filesystem::path& path) {
   text.cell_name = path.string();
   text.cell_text = read_file(path, kMostTomlBytes);
   const TomlTable document = TomlTable::parse(text.cell_text, text.cell_name);
-  document.word("format", {kFormat});
+  document.word("format", {kCellFormat});
   const std::string name = document.string("robot");
   std::filesystem::path robot;
   try {
@@ -298,7 +298,7 @@ Cell load_cell(const std::filesystem::path& path) {
 
 std::string cell_to_toml(const Cell& cell, const std::string& robot_reference) {
   std::string out = fmt::format(
-      "format = \"{}\"\nrobot = {}\n{}{}", kFormat, toml_string(robot_reference),
+      "format = \"{}\"\nrobot = {}\n{}{}", kCellFormat, toml_string(robot_reference),
       cell.floor_m ? fmt::format("floor_mm = {}\n", toml_number(*cell.floor_m * kMmPerM)) : "",
       cell.required_m ? fmt::format("required_mm = {}\n", toml_number(*cell.required_m * kMmPerM))
                       : "");

@@ -18,14 +18,15 @@ std::string fixed(double value, int decimals) {
   return text + ' ';
 }
 
-std::string mm(double m) { return fixed(m * kMmPerM, 6); }
-std::string number(double value) { return fixed(value, 9); }
-std::string deg(double rad) { return number(rad * kDegPerRad); }
+std::string drawn_mm(double m) { return fixed(m * kMmPerM, 6); }
+std::string nine_decimals(double value) { return fixed(value, 9); }
+std::string deg(double rad) { return nine_decimals(rad * kDegPerRad); }
 
 std::string frame(const Eigen::Isometry3d& f) {
-  std::string text = mm(f.translation().x()) + mm(f.translation().y()) + mm(f.translation().z());
+  std::string text =
+      drawn_mm(f.translation().x()) + drawn_mm(f.translation().y()) + drawn_mm(f.translation().z());
   for (int row = 0; row < 3; ++row)
-    for (int column = 0; column < 3; ++column) text += number(f.linear()(row, column));
+    for (int column = 0; column < 3; ++column) text += nine_decimals(f.linear()(row, column));
   return text + '\n';
 }
 
@@ -35,7 +36,8 @@ std::string drawing_sha256(const Robot& robot) {
   std::string text = frame(robot.base_fixed);
   for (const Joint& j : robot.joints) {
     text += fmt::format("{} {} ", j.name, j.sign);
-    text += deg(j.offset_rad) + mm(j.d_m) + mm(j.a_m) + deg(j.alpha_rad) + deg(j.beta_rad);
+    text +=
+        deg(j.offset_rad) + drawn_mm(j.d_m) + drawn_mm(j.a_m) + deg(j.alpha_rad) + deg(j.beta_rad);
     std::vector<JointError> errors = j.errors;
     std::sort(errors.begin(), errors.end());
     for (const JointError error : errors) text += fmt::format("{} ", static_cast<int>(error));

@@ -12,10 +12,10 @@ namespace {
 
 using nlohmann::ordered_json;
 
-constexpr double kCoverage = 2.0;
+constexpr double kDriftCoverage = 2.0;
 constexpr double kMonthS = 30.0 * 86400.0;
 
-ordered_json vector_mm(const Eigen::Vector3d& m) {
+ordered_json xyz_mm(const Eigen::Vector3d& m) {
   return {m.x() * kMmPerM, m.y() * kMmPerM, m.z() * kMmPerM};
 }
 
@@ -49,8 +49,8 @@ ordered_json point_to_json(const DriftPoint& point, double noise) {
       {"state", to_string(point.state)}};
   if (!measured(check)) return json;
   const Eigen::Vector3d sigma_m = noise * check.covariance_m2.diagonal().cwiseSqrt();
-  json["off_mm"] = vector_mm(point.off_m);
-  json["u_mm"] = vector_mm(kCoverage * sigma_m);
+  json["off_mm"] = xyz_mm(point.off_m);
+  json["u_mm"] = xyz_mm(kDriftCoverage * sigma_m);
   return json;
 }
 
@@ -61,14 +61,14 @@ ordered_json course_to_json(const DriftCourse& course) {
                     {"since_s", course.since_s},
                     {"checks", course.checks},
                     {"off_mm", course.now_m.norm() * kMmPerM},
-                    {"u_off_mm", kCoverage * course.now_sigma_m * kMmPerM},
-                    {"off_xyz_mm", vector_mm(course.now_m)},
+                    {"u_off_mm", kDriftCoverage * course.now_sigma_m * kMmPerM},
+                    {"off_xyz_mm", xyz_mm(course.now_m)},
                     {"mm_per_month", nullptr},
                     {"u_mm_per_month", nullptr},
                     {"causes", ordered_json::array()}};
   if (creeps) {
     json["mm_per_month"] = course.rate_m_s.norm() * kMonthS * kMmPerM;
-    json["u_mm_per_month"] = kCoverage * course.rate_sigma_m_s * kMonthS * kMmPerM;
+    json["u_mm_per_month"] = kDriftCoverage * course.rate_sigma_m_s * kMonthS * kMmPerM;
   }
   for (const Explanation& one : course.causes)
     json["causes"].push_back({{"kind", to_string(one.kind)},
@@ -96,7 +96,7 @@ std::string drift_to_json(const DriftChart& chart) {
                     {"course", nullptr},
                     {"points", ordered_json::array()},
                     {"words", words(chart)}};
-  if (chart.per_kelvin_m) json["um_per_kelvin"] = vector_mm(*chart.per_kelvin_m * 1e3);
+  if (chart.per_kelvin_m) json["um_per_kelvin"] = xyz_mm(*chart.per_kelvin_m * 1e3);
   if (chart.course) json["course"] = course_to_json(*chart.course);
   for (const DriftPoint& point : chart.points)
     if (point.check.left_out == LeftOut::kNo) json["decided_s"] = point.check.time_s;

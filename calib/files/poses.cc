@@ -17,7 +17,7 @@ namespace cellcal::calib {
 namespace {
 
 constexpr std::array<const char*, 6> kPose = {"x_mm", "y_mm", "z_mm", "a_deg", "b_deg", "c_deg"};
-constexpr std::size_t kMaxRows = 2'000'000;
+constexpr std::size_t kMaxPoses = 2'000'000;
 /// No arm reaches further, and nobody writes more turns: this catches other units.
 constexpr double kFarthestMm = 1e5, kMostDeg = 3600.0;
 
@@ -56,7 +56,7 @@ std::vector<PoseRow> parse_poses(std::string_view text, const std::string& name,
   const std::vector<int> seed = seeded ? joint_columns(table, robot, name) : std::vector<int>{};
   std::vector<PoseRow> rows;
   while (table.next()) {
-    if (rows.size() == kMaxRows) throw FileError(name + ": more than 2000000 rows");
+    if (rows.size() == kMaxPoses) throw FileError(name + ": more than 2000000 rows");
     FrameMmDeg frame;
     for (std::size_t i = 0; i < 3; ++i) {
       frame.xyz_mm[i] = bounded(table, pose[i], kFarthestMm, "mm");

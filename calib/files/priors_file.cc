@@ -15,8 +15,8 @@ namespace cellcal::calib {
 
 namespace {
 
-constexpr const char* kFormat = "cellcal.priors/1";
-constexpr std::size_t kMostBytes = 1u << 20, kMostJoints = 32, kDigestDigits = 64;
+constexpr const char* kPriorsFormat = "cellcal.priors/1";
+constexpr std::size_t kMostPriorsBytes = 1u << 20, kMostJoints = 32, kDigestDigits = 64;
 constexpr long kMostArms = 1'000'000, kMostVersions = 1'000'000'000;
 
 /// As keys end.
@@ -92,7 +92,7 @@ bool is_digest(const std::string& text) {
 }
 
 FleetPriors read(const TomlTable& document) {
-  document.word("format", {kFormat});
+  document.word("format", {kPriorsFormat});
   FleetPriors priors;
   priors.version = document.integer("version", 1, kMostVersions);
   priors.made = document.string("made");
@@ -140,14 +140,14 @@ SpreadUnit unit_of(SpreadKind kind) {
 }
 
 FleetPriors parse_priors(std::string_view text, const std::string& name) {
-  if (text.size() > kMostBytes)
+  if (text.size() > kMostPriorsBytes)
     throw FileError(
-        fmt::format("{}: {} bytes; priors have at most {}", name, text.size(), kMostBytes));
+        fmt::format("{}: {} bytes; priors have at most {}", name, text.size(), kMostPriorsBytes));
   return read(TomlTable::parse(text, name));
 }
 
 FleetPriors load_priors(const std::filesystem::path& path) {
-  return parse_priors(read_file(path, kMostBytes), path.string());
+  return parse_priors(read_file(path, kMostPriorsBytes), path.string());
 }
 
 std::string priors_to_toml(const FleetPriors& priors) {
@@ -155,7 +155,7 @@ std::string priors_to_toml(const FleetPriors& priors) {
       "# 1 sigma of how far the arms of this model lie from their drawing, learned from calibrations. What it means:\n"
       "# 'cellcal priors show FILE'; to use it: 'cellcal priors accept FILE --robot ROBOT -o NEW'.\n"
       "format = \"{}\"\nversion = {}\nmade = {}\nrobot = {}\ndrawing = {}\narms = {}\n",
-      kFormat, priors.version, toml_string(priors.made), toml_string(priors.robot),
+      kPriorsFormat, priors.version, toml_string(priors.made), toml_string(priors.robot),
       toml_string(priors.drawing), priors.arms);
   for (const JointPriors& joint : priors.joints) {
     out += fmt::format("\n[[joint]]\nname = {}\n", toml_string(joint.joint));

@@ -15,9 +15,9 @@ namespace cellcal::calib {
 
 namespace {
 
-constexpr std::string_view kFormat = "cellcal.robot/1";
-constexpr std::size_t kMaxJoints = 32;
-constexpr Range kLengthMm{-1e5, 1e5};  // 100 m: nothing that touches is larger
+constexpr std::string_view kRobotFormat = "cellcal.robot/1";
+constexpr std::size_t kMostJointsInFile = 32;
+constexpr Range kRobotLengthMm{-1e5, 1e5};  // 100 m: nothing that touches is larger
 constexpr Range kAngleDeg{-3600.0, 3600.0};
 constexpr Range kMassKg{0.0, 1e4};
 constexpr Range kToleranceMm{0.0, 1e3};
@@ -30,7 +30,7 @@ constexpr std::pair<std::string_view, JointError> kErrorNames[] = {
 
 Eigen::Isometry3d read_frame(const TomlTable& table) {
   FrameMmDeg frame;
-  const auto xyz = table.numbers_or("xyz_mm", {0, 0, 0}, kLengthMm);
+  const auto xyz = table.numbers_or("xyz_mm", {0, 0, 0}, kRobotLengthMm);
   const auto abc = table.numbers_or("abc_deg", {0, 0, 0}, kAngleDeg);
   std::copy(xyz.begin(), xyz.end(), frame.xyz_mm.begin());
   std::copy(abc.begin(), abc.end(), frame.abc_deg.begin());
@@ -49,8 +49,8 @@ Joint read_joint(const TomlTable& t, double length_m, double angle_rad) {
   joint.sign = static_cast<int>(t.integer_or("sign", 1, -1, 1));
   if (joint.sign == 0) t.fail("sign", "must be 1 or -1");
   joint.offset_rad = t.number_or("offset_deg", 0.0, kAngleDeg) * kRadPerDeg;
-  joint.d_m = t.number("d_mm", kLengthMm) / kMmPerM;
-  joint.a_m = t.number("a_mm", kLengthMm) / kMmPerM;
+  joint.d_m = t.number("d_mm", kRobotLengthMm) / kMmPerM;
+  joint.a_m = t.number("a_mm", kRobotLengthMm) / kMmPerM;
   joint.alpha_rad = t.number("alpha_deg", kAngleDeg) * kRadPerDeg;
   joint.beta_rad = t.number_or("beta_deg", 0.0, kAngleDeg) * kRadPerDeg;
   for (const std::string& word : t.strings("errors")) {
@@ -72,7 +72,7 @@ Joint read_joint(const TomlTable& t, double length_m, double angle_rad) {
   joint.tolerance_angle_rad =
       t.number_or("tolerance_angle_deg", angle_rad * kDegPerRad, kToleranceDeg) * kRadPerDeg;
   joint.mass_kg = t.number_or("mass_kg", 0.0, kMassKg);
-  const auto com = t.numbers_or("com_mm", {0, 0, 0}, kLengthMm);
+  const auto com = t.numbers_or("com_mm", {0, 0, 0}, kRobotLengthMm);
   joint.com_m = Eigen::Vector3d(com[0], com[1], com[2]) / kMmPerM;
   joint.compliance_sigma_rad_per_nm = t.number_or("compliance_sigma_rad_per_nm", 0.0, {0.0, 1.0});
   joint.gear_ratio = t.number_or("gear_ratio", 1.0, {-1e4, 1e4});
@@ -107,7 +107,7 @@ std::string frame_table(const char* name, const Eigen::Isometry3d& isometry) {
 }  // namespace
 
 Robot read_robot(const TomlTable& document) {
-  document.word("format", {kFormat});
+  document.word("format", {kRobotFormat});
   Robot robot;
   robot.name = document.string("name");
   robot.source = document.text_or("source", "");
@@ -123,7 +123,7 @@ Robot read_robot(const TomlTable& document) {
   const double angle_rad = tolerance.number("angle_deg", kToleranceDeg) * kRadPerDeg;
   tolerance.refuse_unknown();
   const auto joints = document.tables("joint");
-  if (joints.empty() || joints.size() > kMaxJoints)
+  if (joints.empty() || joints.size() > kMostJointsInFile)
     document.fail(
         "", "a robot needs 1 to 32 [[joint]] tables, but has " + std::to_string(joints.size()));
   std::set<std::string> names;
@@ -154,7 +154,7 @@ std::string robot_to_toml(const Robot& robot) {
   std::string out = fmt::format(
       "format = \"{}\"\nname = {}\nsource = {}\ngravity = [{}, {}, {}]\n\n"
       "[tolerance]\nlength_mm = {}\nangle_deg = {}\n",
-      kFormat, toml_string(robot.name), toml_string(robot.source), toml_number(g.x()),
+      kRobotFormat, toml_string(robot.name), toml_string(robot.source), toml_number(g.x()),
       toml_number(g.y()), toml_number(g.z()),
       toml_number(robot.joints.front().tolerance_length_m * kMmPerM),
       toml_number(robot.joints.front().tolerance_angle_rad * kDegPerRad));

@@ -15,7 +15,7 @@ using Eigen::Vector3d;
 constexpr double kArcsecPerRad = 3600.0 * kDegPerRad;
 
 /// Cosine and sine.
-struct Direction {
+struct Turned {
   double c, s;
 };
 ParameterKind kind_of(JointError error) {
@@ -156,7 +156,7 @@ PreparedPose ArmModel::prepare(std::span<const double> joint_rad, int tool) cons
     }
     return torque[joint];
   };
-  Direction first{1.0, 0.0}, wave{1.0, 0.0};  // of the gear, of its harmonic
+  Turned first{1.0, 0.0}, wave{1.0, 0.0};  // of the gear, of its harmonic
   int joint = -1, harmonic = 0;
   for (int p = first_by_pose_; p < last_by_pose_; ++p) {
     const ArmParameter& parameter = parameters_[p];

@@ -18,11 +18,11 @@ namespace cellcal::calib {
 
 namespace {
 
-constexpr int kCandidatesPerTarget = 300;
+constexpr int kCandidatesForFew = 300;
 /// Then some like those picked are looked at: what tells most of a shift across the tool is at the edge of what is
 /// allowed.
-constexpr double kLookAroundRad[] = {0.25, 0.1};
-constexpr int kAround = 60;  ///< of each
+constexpr double kLookAroundFewRad[] = {0.25, 0.1};
+constexpr int kAroundFew = 60;  ///< of each
 
 const TargetResult* known_sphere(const Calibration& calibration, const Target& target) {
   if (target.kind != TargetKind::kSphere) return nullptr;
@@ -67,10 +67,11 @@ Cell as_known(const Calibration& calibration) {
 }
 
 Plan make_few_touches(const Calibration& calibration, const PlanOptions& options,
-                      const CheckPlanOptions& how, const JointVector& from, const Choice& choose) {
+                      const CheckPlanOptions& how, const JointVector& from,
+                      const ChoiceOfFew& choose) {
   const Cell cell = as_known(calibration);
   const Predictor predictor(calibration);
-  Pool pool(cell, options, kCandidatesPerTarget);
+  Pool pool(cell, options, kCandidatesForFew);
   const JointVector start = from.empty() ? pool.middle() : from;
   if (const auto what = pool.clearance().hit(start, kTipMarginM))
     throw PlanError(
@@ -92,8 +93,8 @@ Plan make_few_touches(const Calibration& calibration, const PlanOptions& options
   for (int count = how.most_touches;; --count) {
     pool.forget(spread, {});
     auto picked = choose(pool.candidates(), count, possible);
-    for (const double by_rad : kLookAroundRad) {
-      pool.vary(picked, kAround * count, by_rad, random);
+    for (const double by_rad : kLookAroundFewRad) {
+      pool.vary(picked, kAroundFew * count, by_rad, random);
       picked = choose(pool.candidates(), count, possible);
     }
     if (static_cast<int>(picked.size()) < how.least_touches)

@@ -11,7 +11,7 @@
 namespace cellcal::calib {
 
 /// Picks so many of the candidates, by index; `possible` is asked of one before it is picked.
-using Choice =
+using ChoiceOfFew =
     std::function<std::vector<std::size_t>(const std::vector<Candidate>& candidates, int count,
                                            const std::function<bool(std::size_t)>& possible)>;
 
@@ -21,6 +21,7 @@ Cell as_known(const Calibration& calibration);
 
 /// As make_check_plan(). Throws PlanError.
 Plan make_few_touches(const Calibration& calibration, const PlanOptions& options,
-                      const CheckPlanOptions& how, const JointVector& from, const Choice& choose);
+                      const CheckPlanOptions& how, const JointVector& from,
+                      const ChoiceOfFew& choose);
 
 }  // namespace cellcal::calib

@@ -30,9 +30,9 @@ constexpr int kExchanges = 6;
 /// Then each choice is looked around: so many candidates like those picked are added, by these
 /// turns one after the other, and exchanged for, until that brings too little. At 30 touches of
 /// four spheres it takes a fifth off the error that is foreseen, at 50 an eighth.
-constexpr double kLookAroundRad[] = {0.5, 0.35, 0.25, 0.17, 0.1, 0.05};
+constexpr double kLookAroundPlanRad[] = {0.5, 0.35, 0.25, 0.17, 0.1, 0.05};
 constexpr int kAroundEach = 60;
-constexpr int kMostAround = 2000;
+constexpr int kMostAroundPlan = 2000;
 constexpr double kAroundIsWorth = 0.01;  // share of the error
 /// Fewer directions do not span a sphere safely; and half of all touches are shared out evenly,
 /// since the choice knows only the errors that the model has.
@@ -77,9 +77,9 @@ void look_around(const Cell& cell, const PlanOptions& options, ChooseOptions& ho
                  Choice& choice) {
   const std::size_t spread = pool.candidates().size();
   Random random(options.seed + 2);
-  for (const double by_rad : kLookAroundRad) {
+  for (const double by_rad : kLookAroundPlanRad) {
     choice.picked = pool.forget(spread, std::move(choice.picked));
-    pool.vary(choice.picked, std::min(kMostAround, kAroundEach * options.fit_touches), by_rad,
+    pool.vary(choice.picked, std::min(kMostAroundPlan, kAroundEach * options.fit_touches), by_rad,
               random);
     how.start = choice.picked;
     const double before_m = choice.reducible_m;

@@ -9,8 +9,8 @@ namespace cellcal::calib {
 namespace {
 
 constexpr double kCoverage = 2.0;  // U(k=2)
-constexpr std::array kKinds{ChangeKind::kNothing, ChangeKind::kTool,   ChangeKind::kSphere,
-                            ChangeKind::kJoint,   ChangeKind::kGrowth, ChangeKind::kTouch};
+constexpr std::array kChangeKinds{ChangeKind::kNothing, ChangeKind::kTool,   ChangeKind::kSphere,
+                                  ChangeKind::kJoint,   ChangeKind::kGrowth, ChangeKind::kTouch};
 
 }  // namespace
 
@@ -33,7 +33,7 @@ const char* to_string(ChangeKind kind) {
 }
 
 std::optional<ChangeKind> change_kind(const std::string& name) {
-  for (const ChangeKind kind : kKinds)
+  for (const ChangeKind kind : kChangeKinds)
     if (name == to_string(kind)) return kind;
   return std::nullopt;
 }

@@ -6,7 +6,7 @@ namespace cellcal::calib {
 
 namespace {
 
-constexpr std::array kNames = {
+constexpr std::array kUnidentifiableNames = {
     std::pair{UnidentifiableKind::kZeroOfFirstJoint, "zero_of_first_joint"},
     std::pair{UnidentifiableKind::kHeightOfBase, "height_of_base"},
     std::pair{UnidentifiableKind::kBehindLastJoint, "behind_last_joint"},
@@ -70,13 +70,13 @@ std::string sentence(const Cell& cell, const UnidentifiableDirection& d) {
 }  // namespace
 
 const char* to_string(UnidentifiableKind kind) {
-  for (const auto& [one, name] : kNames)
+  for (const auto& [one, name] : kUnidentifiableNames)
     if (one == kind) return name;
   return "";
 }
 
 std::optional<UnidentifiableKind> unidentifiable_kind(const std::string& name) {
-  for (const auto& [kind, its] : kNames)
+  for (const auto& [kind, its] : kUnidentifiableNames)
     if (name == its) return kind;
   return std::nullopt;
 }

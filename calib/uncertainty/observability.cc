@@ -19,7 +19,7 @@ constexpr double kSeen = 1e-3;
 /// Half of the digits: singular values come from their squares.
 constexpr double kRounding = 1e-7;
 /// What every nuisance is seen by, at least, so that its block has an inverse.
-constexpr double kFlat = 1e-3;
+constexpr double kFlatDirection = 1e-3;
 
 /// Columns of the arm that every model level has: geometry, tool and bending.
 bool is_geometry(ParameterKind kind) {
@@ -86,7 +86,9 @@ Observability observability(const Problem& problem, const Linearisation& linear,
   Eigen::MatrixXd nuisance = gram.bottomRightCorner(nuisances, nuisances);
   for (Eigen::Index k = 0; k < nuisances; ++k) {
     const Unknown& unknown = problem.unknowns()[static_cast<std::size_t>(problem.arm_size() + k)];
-    nuisance(k, k) += unknown.held_by_geometry ? 1.0 : kFlat * kFlat;  // in its own prior sigmas
+    nuisance(k, k) += unknown.held_by_geometry
+                          ? 1.0
+                          : kFlatDirection * kFlatDirection;  // in its own prior sigmas
   }
   Eigen::MatrixXd coupling = gram.bottomLeftCorner(nuisances, geometry);
   coupling = Cholesky(nuisance).whitened(coupling);

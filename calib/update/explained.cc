@@ -7,7 +7,7 @@ namespace cellcal::calib {
 
 namespace {
 
-std::optional<Eigen::Index> place_of(const Calibration& c, const ParameterKey& key) {
+std::optional<Eigen::Index> row_of(const Calibration& c, const ParameterKey& key) {
   const auto found = std::ranges::find(c.parameters, key, &ParameterResult::key);
   if (found == c.parameters.end()) return std::nullopt;
   return found - c.parameters.begin();
@@ -24,7 +24,7 @@ TouchEquations::TouchEquations(const Calibration& prior, const std::vector<Touch
   for (const ParameterResult& one : prior.parameters)
     values.push_back(one.nominal + one.correction);
   for (const Unknown& unknown : known_.unknowns()) {
-    const auto place = place_of(prior, unknown.key);
+    const auto place = row_of(prior, unknown.key);
     const bool asked = !place && unknown.key.kind == ParameterKind::kLatchDelay;
     place_.push_back(place ? *place : asked ? static_cast<Eigen::Index>(values.size()) : -1);
     if (!asked) continue;

@@ -13,7 +13,7 @@ namespace cellcal::calib {
 namespace {
 
 constexpr unsigned kSeed = 20241120;
-constexpr std::size_t kLeastPoses = 20;
+constexpr std::size_t kLeastPosesOfTips = 20;
 
 }  // namespace
 
@@ -66,7 +66,7 @@ std::optional<InScope> apart_in_scope(const Calibration* earlier, const Calibrat
                                       std::span<const Touch> touches, bool workspace) {
   if (earlier != nullptr && !same_nominal(earlier->cell, now.cell)) return {};
   const auto poses = poses_in_scope(now.cell, touches, workspace, kScopePoses);
-  if (poses.size() < kLeastPoses) return {};
+  if (poses.size() < kLeastPosesOfTips) return {};
   const Predictor after(now), before(earlier != nullptr ? *earlier : now);
   const Eigen::VectorXd apart = tips_apart_m(
       [&](const JointVector& q) -> Eigen::Vector3d {

@@ -12,7 +12,7 @@ namespace cellcal::calib {
 
 namespace {
 
-constexpr double kCoverage = 2.0;
+constexpr double kDriftCoverage = 2.0;
 constexpr double kMonthS = 30.0 * 86400.0;
 
 const DriftPoint* newest_counted(const DriftChart& chart) {
@@ -64,14 +64,15 @@ std::string state_words(const DriftChart& chart) {
   return fmt::format(
       "{}: TCP {:.3f} +- {:.3f} mm (k=2) off the centre of its checks, {:.0f} % of the alarm limit, {} checks",
       opening(chart.state), newest->off_m.norm() * kMmPerM,
-      kCoverage * sigma_m(*newest, chart.noise) * kMmPerM, 100.0 * newest->share, chart.counted);
+      kDriftCoverage * sigma_m(*newest, chart.noise) * kMmPerM, 100.0 * newest->share,
+      chart.counted);
 }
 
 std::string course_words(const DriftChart& chart) {
   if (!chart.course) return "";
   const DriftCourse& course = *chart.course;
   const std::string off = fmt::format("{:.3f} +- {:.3f} mm (k=2)", course.now_m.norm() * kMmPerM,
-                                      kCoverage * course.now_sigma_m * kMmPerM);
+                                      kDriftCoverage * course.now_sigma_m * kMmPerM);
   const std::string since =
       fmt::format("since check {} ({})", course.since, date_words(course.since_s));
   std::string text =
@@ -79,7 +80,7 @@ std::string course_words(const DriftChart& chart) {
           ? fmt::format("step of {} {}", off, since)
           : fmt::format("creep of {:.3f} +- {:.3f} mm/month (k=2) {}, {} by now",
                         course.rate_m_s.norm() * kMonthS * kMmPerM,
-                        kCoverage * course.rate_sigma_m_s * kMonthS * kMmPerM, since, off);
+                        kDriftCoverage * course.rate_sigma_m_s * kMonthS * kMmPerM, since, off);
   if (course.causes.empty()) return text;
   const Explanation& cause = course.causes.front();
   return text +

@@ -8,15 +8,16 @@ namespace cellcal::calib::sentences {
 
 namespace {
 
-constexpr double kCoverage = 2.0;
+constexpr double kUpdateCoverage = 2.0;
 constexpr const char* kFullSession = "Run a full session: 'cellcal run --cell CELL'";
 
 /// What was found to have changed, with its size.
 std::string change(const Subject& about, const std::vector<Quantity>& evidence) {
   const auto quantity = [&](const char* name, const char* form) -> std::string {
     const Quantity* q = find(evidence, name);
-    return q == nullptr ? std::string()
-                        : fmt::format(fmt::runtime(form), q->value, kCoverage * q->sigma, q->unit);
+    return q == nullptr
+               ? std::string()
+               : fmt::format(fmt::runtime(form), q->value, kUpdateCoverage * q->sigma, q->unit);
   };
   const std::string shift = quantity("shift", "{:.2f} +- {:.2f} {} (k=2)");
   if (about.of == Subject::Of::kTool) return fmt::format("tool shifted by {}", shift);

@@ -92,7 +92,7 @@ Activation wanted_in(const Request& request, bool needed) {
 
 /// What cannot be used is its sender's matter; what is in the way now passes.
 template <class Act>
-auto as_request(Act act) {
+auto as_version_request(Act act) {
   try {
     return act();
   } catch (const NotActivated& refused) {
@@ -117,13 +117,13 @@ std::optional<Response> Api::compare_versions(const Call& call) {
   const auto before = whole_number_in(call.request, "before"),
              after = whole_number_in(call.request, "after");
   if (!before || !after) throw BadRequest("\"before\" and \"after\" must name two sessions");
-  return as_request(
+  return as_version_request(
       [&] { return Response{.body = dump(to_json(compare(journal_, *before, *after)))}; });
 }
 
 std::optional<Response> Api::activate_version(const Call& call) {
   const Activation wanted = wanted_in(call.request, true);
-  as_request([&] { service_.alone("an activation", [&] { activate(journal_, wanted); }); });
+  as_version_request([&] { service_.alone("an activation", [&] { activate(journal_, wanted); }); });
   spdlog::info("calibration of session {} activated by {}: {}", wanted.session, wanted.who,
                wanted.reason);
   return Response{201, "application/json", dump({{"session", wanted.session}})};
@@ -132,7 +132,7 @@ std::optional<Response> Api::activate_version(const Call& call) {
 std::optional<Response> Api::roll_back_version(const Call& call) {
   const Activation wanted = wanted_in(call.request, false);
   std::int64_t session = 0;
-  as_request([&] {
+  as_version_request([&] {
     service_.alone("an activation", [&] { session = roll_back(journal_, wanted.session, wanted); });
   });
   spdlog::info("rolled back to the calibration of session {} by {}: {}", session, wanted.who,

@@ -18,9 +18,9 @@ namespace {
 
 using nlohmann::json;
 
-class Comparison {
+class ReplayComparison {
  public:
-  explicit Comparison(Replay& result) : result_(result) {}
+  explicit ReplayComparison(Replay& result) : result_(result) {}
 
   void walk(const json* recorded, const json* replayed, const std::string& where) {
     const bool both = recorded != nullptr && replayed != nullptr;
@@ -93,7 +93,7 @@ Replay compare(const std::string& recorded_text, const std::string& replayed_tex
   Replay result;
   result.recorded_by = take_software(recorded);
   result.replayed_by = take_software(replayed);
-  Comparison(result).walk(&recorded, &replayed, "");
+  ReplayComparison(result).walk(&recorded, &replayed, "");
   return result;
 }
 

@@ -6,7 +6,7 @@ namespace cellcal::daemon::certificate {
 
 namespace {
 
-constexpr int kMmDecimals = 3;
+constexpr int kDecisionDecimals = 3;
 
 bool is_set(const calib::Finding& finding, const char* name) {
   for (const calib::Quantity& one : finding.evidence)
@@ -28,9 +28,9 @@ Decision decision_of(const Sources& sources) {
     };
     decision.stated = true;
     decision.by_cell_file = is_set(findings[i], "required_is_stated");
-    decision.predicted = evidence("predicted", "mm", kMmDecimals);
-    decision.required = evidence("required", "mm", kMmDecimals);
-    decision.nominal = evidence("nominal", "mm", kMmDecimals);
+    decision.predicted = evidence("predicted", "mm", kDecisionDecimals);
+    decision.required = evidence("required", "mm", kDecisionDecimals);
+    decision.nominal = evidence("nominal", "mm", kDecisionDecimals);
     decision.of_nominal = evidence("of_nominal", "%", 1);
     decision.most_of_nominal = evidence("most_of_nominal", "%", 0);
   }

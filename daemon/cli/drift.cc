@@ -20,7 +20,7 @@ using nlohmann::json;
 
 constexpr std::size_t kColumns = 64, kRows = 9, kNewest = 12;
 
-double figure(const json& value, const char* key) {
+double number_or_zero(const json& value, const char* key) {
   const auto found = value.find(key);
   return found != value.end() && found->is_number() ? found->get<double>() : 0.0;
 }
@@ -43,14 +43,15 @@ std::string component(const json& point, const char* key, std::size_t axis) {
 /// The statistic by its alarm limit over time: a column is an equal share of it, its mark the highest of its checks.
 std::string plot(const std::vector<json>& points) {
   std::vector<double> highest(kColumns, -1.0);
-  const double from = figure(points.front(), "time_s"), to = figure(points.back(), "time_s");
+  const double from = number_or_zero(points.front(), "time_s"),
+               to = number_or_zero(points.back(), "time_s");
   double most = 1.25;
   for (const json& point : points) {
     if (!counts(point)) continue;
-    const double share = to > from ? (figure(point, "time_s") - from) / (to - from) : 0.0;
+    const double share = to > from ? (number_or_zero(point, "time_s") - from) / (to - from) : 0.0;
     const auto column =
         static_cast<std::size_t>(std::clamp(share, 0.0, 1.0) * static_cast<double>(kColumns - 1));
-    highest[column] = std::max(highest[column], figure(point, "share"));
+    highest[column] = std::max(highest[column], number_or_zero(point, "share"));
     most = std::max(most, highest[column]);
   }
   const auto row_of = [&](double share) {
@@ -77,13 +78,13 @@ std::string row(const json& point) {
                                ? fmt::format("{:.1f}", temperature->get<double>())
                                : "-";
   const std::string left_out = word(point, "left_out");
-  return fmt::format("{:>6} {:<10} {:>6} {:>8} {:>8} {:>8} {:>7}  {}\n",
-                     static_cast<std::int64_t>(figure(point, "session")),
-                     calib::date_words(figure(point, "time_s")), warm,
-                     component(point, "off_mm", 0), component(point, "off_mm", 1),
-                     component(point, "off_mm", 2),
-                     left_out.empty() ? fmt::format("{:.0f}", 100.0 * figure(point, "share")) : "-",
-                     left_out.empty() ? word(point, "state") : "left out: " + left_out);
+  return fmt::format(
+      "{:>6} {:<10} {:>6} {:>8} {:>8} {:>8} {:>7}  {}\n",
+      static_cast<std::int64_t>(number_or_zero(point, "session")),
+      calib::date_words(number_or_zero(point, "time_s")), warm, component(point, "off_mm", 0),
+      component(point, "off_mm", 1), component(point, "off_mm", 2),
+      left_out.empty() ? fmt::format("{:.0f}", 100.0 * number_or_zero(point, "share")) : "-",
+      left_out.empty() ? word(point, "state") : "left out: " + left_out);
 }
 
 }  // namespace
@@ -92,7 +93,7 @@ std::string drift_text(const json& checks) {
   if (!checks.is_object())
     return "no published calibration, so nothing to check. Calibrate first: 'cellcal run'\n";
   std::string text = fmt::format("checks of the calibration of session {} ({})\n",
-                                 static_cast<std::int64_t>(figure(checks, "calibration")),
+                                 static_cast<std::int64_t>(number_or_zero(checks, "calibration")),
                                  word(checks, "calibrated"));
   for (const json& line : checks.value("words", json::array()))
     if (line.is_string()) text += line.get<std::string>() + "\n";

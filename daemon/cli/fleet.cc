@@ -61,7 +61,7 @@ std::string cell_line(const json& cell) {
   return line;
 }
 
-std::string status_words(const json& cells) {
+std::string fleet_words(const json& cells) {
   if (cells.empty()) return "no cell has published yet\n";
   const auto needy = std::count_if(cells.begin(), cells.end(),
                                    [](const json& c) { return !c.at("needs").empty(); });
@@ -170,7 +170,7 @@ std::string from_base64(const std::string& text) {
 
 int fleet_status(const Connection& fleet) {
   const Response response = ask_fleet(fleet, "/v1/fleet/cells");
-  put(fleet.json ? response.body + "\n" : status_words(parse(response).at("cells")), {});
+  put(fleet.json ? response.body + "\n" : fleet_words(parse(response).at("cells")), {});
   return kSuccess;
 }
 

@@ -26,7 +26,7 @@ json values_of(const calib::FrameMmDeg& f) {
   return {{"xyz_mm", f.xyz_mm}, {"abc_deg", f.abc_deg}};
 }
 
-std::string line_of(const json& values) {
+std::string frame_line(const json& values) {
   std::string text = "{";
   const json &xyz = values.at("xyz_mm"), &abc = values.at("abc_deg");
   for (std::size_t i = 0; i < 3; ++i)
@@ -77,9 +77,9 @@ int send_frames(const Connection& daemon, const FramesCommand& frames, const Sen
       throw std::runtime_error(fmt::format(
           "{} on the controller is {}, in the files given with --config {}. Give the controller's own "
           "$config.dat, or none",
-          one.name, line_of(was), line_of(values_of(*one.old))));
-    fmt::print(stderr, "{} now  {}\n{} then {}\n", one.name, line_of(was), one.name,
-               line_of(values_of(one.frame)));
+          one.name, frame_line(was), frame_line(values_of(*one.old))));
+    fmt::print(stderr, "{} now  {}\n{} then {}\n", one.name, frame_line(was), one.name,
+               frame_line(values_of(one.frame)));
     require_yes(how.confirm, "Every point taught in " + one.name + " moves with it.");
     const json body{{"frame", one.name},
                     {"values", values_of(one.frame)},
@@ -118,7 +118,7 @@ int restore_frame(const Connection& daemon, const SendFrames& how) {
   for (const json& one : all.at("frames"))
     if (one.at("id") == how.restore)
       fmt::print(stderr, "{} as it was before number {}: {}\n", one.value("frame", ""), how.restore,
-                 line_of(one.at("before")));
+                 frame_line(one.at("before")));
   require_yes(how.confirm, "Every point taught in it moves with it.");
   const json body{{"id", how.restore}, {"by", user_name()}, {"confirm", true}};
   const json done = parse(ask(daemon, "POST", "/v1/frames/restore", body.dump()));

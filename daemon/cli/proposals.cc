@@ -34,7 +34,7 @@ std::string wish(const json& one) {
 }
 
 /// What is to be done once it is accepted.
-std::string what_to_do(const json& one) {
+std::string what_to_do_with(const json& one) {
   const std::string kind = text_in(one, "kind");
   if (kind == "calibrate") return "Now: 'cellcal run --cell CELL'";
   if (kind == "check") return "Now: 'cellcal check'";
@@ -45,7 +45,7 @@ std::string what_to_do(const json& one) {
          " under [schedule] of cellcald.toml, then 'systemctl reload cellcald'";
 }
 
-std::string line_of(const json& one) {
+std::string proposal_line(const json& one) {
   std::string line =
       fmt::format("{:<20}  {:<19}  {:<8}  {}, by {}: {}", text_in(one, "id"),
                   text_in(one, "received").substr(0, kSeconds), text_in(one, "stand"), wish(one),
@@ -80,14 +80,15 @@ int list_proposals(const Connection& daemon) {
     throw std::runtime_error(problem);
   std::string words =
       fmt::format("{:<20}  {:<19}  {:<8}  {}\n", "id", "received (UTC)", "stand", "proposal");
-  for (const json& one : all["proposals"]) words += line_of(one);
+  for (const json& one : all["proposals"]) words += proposal_line(one);
   put(all["proposals"].empty() ? "the plant proposed nothing\n" : words, {});
   return kSuccess;
 }
 
 int accept_proposal(const Connection& daemon, const std::string& id, const std::string& reason) {
   const json done = parse(ask(daemon, "POST", path_of(id, "accept"), body_with(reason).dump()));
-  put(daemon.json ? done.dump() + "\n" : "accepted: " + wish(done) + ". " + what_to_do(done) + "\n",
+  put(daemon.json ? done.dump() + "\n"
+                  : "accepted: " + wish(done) + ". " + what_to_do_with(done) + "\n",
       {});
   return kSuccess;
 }

@@ -23,11 +23,11 @@ namespace {
 using plant::LineFailure, plant::LineProblem, plant::MqttLine, plant::Proposal, plant::ProposalKind;
 
 constexpr std::uint16_t kTlsPort = 8883, kPlainPort = 1883;
-constexpr std::size_t kDay = 10;  // YYYY-MM-DD
+constexpr std::size_t kDateLength = 10;  // YYYY-MM-DD
 
 std::string new_id(const std::string& utc) {
   std::random_device source;
-  return fmt::format("p-{}-{:08x}", utc.substr(0, kDay), source());
+  return fmt::format("p-{}-{:08x}", utc.substr(0, kDateLength), source());
 }
 
 Proposal proposal_of(const ProposeCommand& command) {
@@ -47,7 +47,7 @@ Proposal proposal_of(const ProposeCommand& command) {
   return proposal;
 }
 
-PlantConfig line_of(const ProposeCommand& command, const plant::CellName& of) {
+PlantConfig plant_line_of(const ProposeCommand& command, const plant::CellName& of) {
   const bool here =
       command.broker == "localhost" || command.broker == "127.0.0.1" || command.broker == "::1";
   if (!command.tls && !here)
@@ -128,7 +128,7 @@ std::string send_proposal(const ProposeCommand& command) {
   if (const auto why = plant::unusable(proposal))
     throw calib::FileError((command.file.empty() ? command.cell : command.file.string()) +
                            ": the cell would refuse it: " + *why);
-  put_at(line_of(command, proposal.of), {to_text(topic), text, true}, command);
+  put_at(plant_line_of(command, proposal.of), {to_text(topic), text, true}, command);
   return proposal.id;
 }
 

@@ -20,7 +20,7 @@ std::string mm(const json& value) {
   return value.is_number() ? fmt::format("{:.3f}", value.get<double>()) : "-";
 }
 
-std::string line_of(const json& one) {
+std::string version_line(const json& one) {
   constexpr std::size_t kSeconds = 19;  // YYYY-MM-DDTHH:MM:SS
   std::string line = fmt::format(
       "{:>8}  {:<19}  {:<12}  {:>12}  {:>7}  {}", one["session"].get<std::int64_t>(),
@@ -66,7 +66,7 @@ int list_versions(const Connection& daemon, std::optional<std::int64_t> of_cell)
   }
   std::string words = fmt::format("{:>8}  {:<19}  {:<12}  {:>12}  {:>7}\n", "session",
                                   "published (UTC)", "scope", "predicted mm", "u95 mm");
-  for (const json& one : list) words += line_of(one);
+  for (const json& one : list) words += version_line(one);
   put(list.empty() ? "no calibration was published\n" : words, {});
   return kSuccess;
 }

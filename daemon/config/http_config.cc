@@ -16,10 +16,10 @@ using calib::TomlTable;
 
 constexpr std::size_t kLongestName = 253;
 
-std::string in_quotes(const std::string& text) { return "\"" + calib::shown(text) + "\""; }
+std::string shown_in_quotes(const std::string& text) { return "\"" + calib::shown(text) + "\""; }
 
 [[noreturn]] void no_address(const TomlTable& table, const std::string& text) {
-  table.fail("listen", in_quotes(text) +
+  table.fail("listen", shown_in_quotes(text) +
                            " is no address with a port. Examples: \"127.0.0.1:8080\", "
                            "\"10.0.0.5:8443\", \"[::1]:8080\"");
 }
@@ -70,7 +70,7 @@ std::string read_host_name(const TomlTable& table, std::string name) {
       !name.empty() && name.size() <= kLongestName &&
       name.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789.-") == std::string::npos;
   if (!sound) {
-    table.fail("host_names", in_quotes(name) +
+    table.fail("host_names", shown_in_quotes(name) +
                                  " is no name of a computer: write it without port, as in "
                                  "\"cell7.plant.example\"");
   }
@@ -94,7 +94,7 @@ std::optional<HttpConfig> read_http(const TomlTable& table) {
   read_tls(table, http);
   const bool plain = table.boolean_or("allow_plain", false);
   if (!at.is_loopback() && !http.tls() && !plain) {
-    table.fail("listen", in_quotes(http.address) +
+    table.fail("listen", shown_in_quotes(http.address) +
                              " is reached from the network, and tokens would pass it readable. "
                              "Give tls_certificate and tls_key, or set allow_plain = true");
   }

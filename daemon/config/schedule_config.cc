@@ -11,10 +11,10 @@ namespace {
 
 using calib::TomlTable;
 
-constexpr std::size_t kMostSessions = 32, kLongestName = 40;
+constexpr std::size_t kMostSessions = 32, kLongestScheduleName = 40;
 constexpr std::array<std::string_view, 7> kDays{"sun", "mon", "tue", "wed", "thu", "fri", "sat"};
-constexpr const char* kKeys[] = {"name",    "kind",  "cell",    "days",    "from",   "to",
-                                 "begin",   "touches", "check", "goal_mm", "minutes"};
+constexpr const char* kKeys[] = {"name",  "kind",    "cell",  "days",    "from",   "to",
+                                 "begin", "touches", "check", "goal_mm", "minutes"};
 constexpr int kMinutesPerHour = 60, kHoursPerDay = 24;
 
 /// "22:30"; minutes since midnight.
@@ -60,7 +60,7 @@ WeeklyWindow read_window(const TomlTable& table) {
 std::string read_session_name(const TomlTable& table) {
   const std::string name = table.string("name");
   const bool sound =
-      !name.empty() && name.size() <= kLongestName && name.front() != '-' &&
+      !name.empty() && name.size() <= kLongestScheduleName && name.front() != '-' &&
       name.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-") ==
           std::string::npos;
   if (!sound) {
@@ -87,8 +87,7 @@ ScheduledSession read_session(const TomlTable& table) {
   session.on_request =
       table.has("begin") && table.word("begin", {"by itself", "on request"}) == "on request";
   refuse_touches_of_others(table, session);
-  if (table.has("touches"))
-    session.touches = static_cast<int>(table.integer("touches", 4, 2000));
+  if (table.has("touches")) session.touches = static_cast<int>(table.integer("touches", 4, 2000));
   if (table.has("check")) session.check = static_cast<int>(table.integer("check", 0, 2000));
   if (table.has("goal_mm")) session.goal_mm = table.number("goal_mm", {0.01, 10.0});
   if (table.has("minutes")) session.minutes = table.number("minutes", {0.1, 1440.0});
@@ -111,13 +110,13 @@ ScheduleConfig read_schedule(const TomlTable& table) {
   schedule.unattended = table.boolean_or("unattended", false);
   schedule.responsible = table.string_or("responsible", "");
   if (schedule.unattended && schedule.responsible.empty()) {
-    table.fail("responsible",
-               "is missing: with unattended = true sessions begin without a person. Name who answers "
-               "for it that the cell is closed and clear within the windows, and how to reach them");
+    table.fail(
+        "responsible",
+        "is missing: with unattended = true sessions begin without a person. Name who answers "
+        "for it that the cell is closed and clear within the windows, and how to reach them");
   }
   schedule.resumes = static_cast<int>(table.integer_or("resumes", 0, 0, 20));
-  schedule.resume_wait_s =
-      table.number_or("resume_wait_s", schedule.resume_wait_s, {10.0, 3600.0});
+  schedule.resume_wait_s = table.number_or("resume_wait_s", schedule.resume_wait_s, {10.0, 3600.0});
   const std::vector<TomlTable> sessions = table.tables("session");
   if (sessions.size() > kMostSessions)
     table.fail("session", "has " + std::to_string(sessions.size()) + " entries, at most 32 can be");

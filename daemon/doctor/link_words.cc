@@ -10,7 +10,7 @@ namespace {
 
 using nlohmann::json;
 
-double figure(const json& value, const char* key) {
+double link_figure(const json& value, const char* key) {
   const auto found = value.find(key);
   return found != value.end() && found->is_number() ? found->get<double>() : 0.0;
 }
@@ -19,13 +19,14 @@ std::string robot_words(const json& robot) {
   std::string words = fmt::format(
       "robot link: cycle {:.2f} ms, jitter {:.2f} ms, longest {:.1f} ms; {:.0f} packets, "
       "{:.0f} missing, {:.0f} damaged",
-      figure(robot, "cycle_ms"), figure(robot, "jitter_ms"), figure(robot, "longest_gap_ms"),
-      figure(robot, "packets"), figure(robot, "gaps"), figure(robot, "bad_packets"));
+      link_figure(robot, "cycle_ms"), link_figure(robot, "jitter_ms"),
+      link_figure(robot, "longest_gap_ms"), link_figure(robot, "packets"),
+      link_figure(robot, "gaps"), link_figure(robot, "bad_packets"));
   const json reply = robot.value("reply_ms", json());
-  if (figure(robot, "replies") > 0.0 && reply.is_object()) {
+  if (link_figure(robot, "replies") > 0.0 && reply.is_object()) {
     words += fmt::format("; replies p50 {:.2f} ms, p99 {:.2f} ms, longest {:.2f} ms, {:.0f} late",
-                         figure(reply, "p50"), figure(reply, "p99"), figure(reply, "max"),
-                         figure(robot, "late"));
+                         link_figure(reply, "p50"), link_figure(reply, "p99"),
+                         link_figure(reply, "max"), link_figure(robot, "late"));
   }
   return words + "\n";
 }
@@ -38,11 +39,12 @@ std::string contact_words(const json& contact) {
       "contact link: firmware {}, boot id {:.0f}; {:.0f} frames, {:.0f} damaged, {:.0f} "
       "missing; round trip {:.2f} ms, p99 {:.2f} ms; clock +- {:.1f} us, drift {:.1f} ppm; "
       "late on this computer {:.2f} ms (median), {:.1f} ms at worst (limit {:.0f} ms)\n",
-      firmware.is_string() ? firmware.get<std::string>() : "unknown", figure(contact, "boot_id"),
-      figure(contact, "frames"), figure(contact, "crc_errors"), figure(contact, "gaps"),
-      figure(trip, "p50"), figure(trip, "p99"), figure(contact, "clock_sigma_us"),
-      figure(contact, "clock_drift_ppm"), figure(late, "p50"), figure(late, "worst"),
-      figure(late, "limit"));
+      firmware.is_string() ? firmware.get<std::string>() : "unknown",
+      link_figure(contact, "boot_id"), link_figure(contact, "frames"),
+      link_figure(contact, "crc_errors"), link_figure(contact, "gaps"), link_figure(trip, "p50"),
+      link_figure(trip, "p99"), link_figure(contact, "clock_sigma_us"),
+      link_figure(contact, "clock_drift_ppm"), link_figure(late, "p50"), link_figure(late, "worst"),
+      link_figure(late, "limit"));
 }
 
 }  // namespace
@@ -51,8 +53,8 @@ std::string link_words(const json& links) {
   if (!links.is_object()) return "";
   std::string words;
   const json robot = links.value("robot", json()), contact = links.value("contact", json());
-  if (robot.is_object() && figure(robot, "packets") > 0.0) words += robot_words(robot);
-  if (contact.is_object() && figure(contact, "frames") > 0.0) words += contact_words(contact);
+  if (robot.is_object() && link_figure(robot, "packets") > 0.0) words += robot_words(robot);
+  if (contact.is_object() && link_figure(contact, "frames") > 0.0) words += contact_words(contact);
   return words;
 }
 

@@ -12,7 +12,7 @@ namespace cellcal::daemon {
 namespace {
 
 /// What a row takes besides its body.
-constexpr std::int64_t kRowBytes = 100;
+constexpr std::int64_t kOutboxRowBytes = 100;
 /// One reading holds the lock for no longer than this takes.
 constexpr std::size_t kMostAtOnce = std::size_t{1} << 20;
 /// Of the bound, beyond what is too much: not every row drops one.
@@ -20,17 +20,17 @@ constexpr std::int64_t kDroppedShare = 10;
 
 constexpr const char* kBytes = "length(CAST(body AS BLOB))";
 
-std::string random_name() {
+std::string random_source() {
   std::random_device source;
   std::string name;
   for (int i = 0; i < 4; ++i) name += fmt::format("{:08x}", source());
   return name;
 }
 
-const char* to_string(Worth worth) { return worth == Worth::kResult ? "result" : "telemetry"; }
+const char* worth_name(Worth worth) { return worth == Worth::kResult ? "result" : "telemetry"; }
 
 std::int64_t bytes_of(const Report& report) {
-  return static_cast<std::int64_t>(report.body.size()) + kRowBytes;
+  return static_cast<std::int64_t>(report.body.size()) + kOutboxRowBytes;
 }
 
 }  // namespace
@@ -41,7 +41,7 @@ std::int64_t name_source(Database& database) {
   const std::int64_t first =
       database.integer("SELECT coalesce(max(seq), 0) + 1 FROM sqlite_sequence WHERE name='outbox'");
   Statement insert(database, "INSERT OR REPLACE INTO outbox_source (first, name) VALUES (?,?)");
-  insert.bind(1, first).bind(2, std::string_view(random_name())).step();
+  insert.bind(1, first).bind(2, std::string_view(random_source())).step();
   return first;
 }
 
@@ -66,7 +66,7 @@ OutboxRows::OutboxRows(Database& database) : database_(database) {
   take_source();
   const auto sum = [&](const char* of) {
     return database_.integer(
-        fmt::format("SELECT coalesce(sum({} + {}), 0) FROM outbox {}", kBytes, kRowBytes, of)
+        fmt::format("SELECT coalesce(sum({} + {}), 0) FROM outbox {}", kBytes, kOutboxRowBytes, of)
             .c_str());
   };
   now_.rows = database_.integer("SELECT count(*) FROM outbox");
@@ -152,9 +152,9 @@ void OutboxRows::rewrite(std::int64_t row, const Report& report) {
     now_.bytes += bytes;
     if (telemetry) now_.telemetry_bytes += bytes;
   };
-  take(-(before.integer(0) + kRowBytes), before.text(1) == "telemetry");
+  take(-(before.integer(0) + kOutboxRowBytes), before.text(1) == "telemetry");
   Statement update(database_, "UPDATE outbox SET kind=?, worth=?, body=? WHERE number=?");
-  update.bind(1, std::string_view(report.kind)).bind(2, std::string_view(to_string(report.worth)));
+  update.bind(1, std::string_view(report.kind)).bind(2, std::string_view(worth_name(report.worth)));
   update.bind(3, std::string_view(report.body)).bind(4, row).step();
   take(bytes_of(report), report.worth == Worth::kTelemetry);
 }
@@ -196,7 +196,7 @@ void OutboxRows::add(std::int64_t session, const std::string& time, const Report
                    "INSERT INTO outbox (session, time, kind, worth, body) VALUES "
                    "(?,coalesce(nullif(?,''),strftime('%Y-%m-%dT%H:%M:%fZ','now')),?,?,?)");
   insert.bind(1, session).bind(2, std::string_view(time)).bind(3, std::string_view(report.kind));
-  insert.bind(4, std::string_view(to_string(report.worth)))
+  insert.bind(4, std::string_view(worth_name(report.worth)))
       .bind(5, std::string_view(report.body))
       .step();
   now_.newest = database_.last_row_id() - first_ + 1;
@@ -216,7 +216,7 @@ void OutboxRows::drop(std::int64_t bytes) {
     while (freed < bytes && oldest.step()) {
       last = oldest.integer(0);
       if (count++ == 0) first = last;
-      freed += oldest.integer(1) + kRowBytes;
+      freed += oldest.integer(1) + kOutboxRowBytes;
     }
   }
   if (count == 0) return;
@@ -269,7 +269,7 @@ void OutboxRows::acknowledge(const std::vector<std::int64_t>& rows) {
         database_,
         fmt::format("DELETE FROM outbox WHERE number=? RETURNING {}, worth", kBytes).c_str());
     if (!gone.bind(1, row).step()) continue;  // dropped meanwhile
-    const std::int64_t bytes = gone.integer(0) + kRowBytes;
+    const std::int64_t bytes = gone.integer(0) + kOutboxRowBytes;
     --now_.rows;
     now_.bytes -= bytes;
     if (gone.text(1) == "telemetry") now_.telemetry_bytes -= bytes;

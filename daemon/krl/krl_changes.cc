@@ -6,14 +6,14 @@ namespace cellcal::daemon::krl {
 
 namespace {
 
-bool is_sign(const std::vector<Token>& t, std::size_t at, char what) {
+bool sign_at(const std::vector<Token>& t, std::size_t at, char what) {
   return at < t.size() && t[at].kind == Token::Kind::kSign && t[at].word[0] == what;
 }
 
 void change(const std::vector<Token>& t, std::size_t at, ChangedNumbers& changed) {
   // A declaration has its length there.
   const bool declares = t[0].is("DECL") || t[0].is("GLOBAL") || t[0].is("FRAME") || t[0].is("LOAD");
-  const bool plain = !declares && is_sign(t, at + 1, '[') && is_sign(t, at + 3, ']') &&
+  const bool plain = !declares && sign_at(t, at + 1, '[') && sign_at(t, at + 3, ']') &&
                      t[at + 2].kind == Token::Kind::kNumber && t[at + 2].value >= 0.0 &&
                      t[at + 2].value <= 1000.0 && t[at + 2].value == std::floor(t[at + 2].value);
   if (plain)
@@ -24,7 +24,7 @@ void change(const std::vector<Token>& t, std::size_t at, ChangedNumbers& changed
 
 void read(const std::vector<Token>& t, FrameChanges& changes) {
   for (std::size_t i = 0; i < t.size(); ++i) {
-    if (t[i].kind != Token::Kind::kWord || (i > 0 && is_sign(t, i - 1, '='))) continue;
+    if (t[i].kind != Token::Kind::kWord || (i > 0 && sign_at(t, i - 1, '='))) continue;
     if (t[i].word == "TOOL_DATA") change(t, i, changes.tools);
     if (t[i].word == "BASE_DATA") change(t, i, changes.bases);
     if (t[i].word == "LOAD_DATA") change(t, i, changes.loads);

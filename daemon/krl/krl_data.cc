@@ -16,14 +16,14 @@ constexpr double kLargest = 1e7;
 const std::set<std::string> kCartesianTypes = {"E6POS", "POS", "FRAME"};
 const std::set<std::string> kAxisTypes = {"E6AXIS", "AXIS"};
 
-bool is_sign(const Token& token, char what) {
+bool is_sign_of(const Token& token, char what) {
   return token.kind == Kind::kSign && token.word[0] == what;
 }
 
 /// [n] with a plain number, from tokens[at]; the index of the token behind it, or 0.
 std::size_t read_index(const std::vector<Token>& t, std::size_t at, int& index) {
-  if (at + 2 >= t.size() || !is_sign(t[at], '[') || t[at + 1].kind != Kind::kNumber ||
-      !is_sign(t[at + 2], ']'))
+  if (at + 2 >= t.size() || !is_sign_of(t[at], '[') || t[at + 1].kind != Kind::kNumber ||
+      !is_sign_of(t[at + 2], ']'))
     return 0;
   const double value = t[at + 1].value;
   if (!(value >= 0.0 && value <= 1000.0) || value != std::floor(value)) return 0;
@@ -45,7 +45,7 @@ bool read_controller_data(const std::vector<Token>& t, std::size_t at, Data& dat
     equals = read_index(t, at + 1, index);
   else if (name != "$ROBROOT")
     return false;
-  if (equals == 0 || equals + 1 >= t.size() || !is_sign(t[equals], '=')) return false;
+  if (equals == 0 || equals + 1 >= t.size() || !is_sign_of(t[equals], '=')) return false;
   const auto value = read_aggregate(t, equals + 1);
   const auto frame = value ? frame_of(*value) : std::nullopt;
   // What cannot be read is not the value before it either.
@@ -94,11 +94,11 @@ void read_points(const Line& line, std::size_t at, PointKind kind, const std::st
     const std::string name = t[at].word;
     if (global) data.globals.insert(name);
     ++at;
-    if (at < t.size() && is_sign(t[at], '[')) {  // arrays are known by name only
-      while (at < t.size() && !is_sign(t[at], ']')) ++at;
+    if (at < t.size() && is_sign_of(t[at], '[')) {  // arrays are known by name only
+      while (at < t.size() && !is_sign_of(t[at], ']')) ++at;
       if (at < t.size()) ++at;
       data.declared.emplace(name, line.number);
-    } else if (at + 1 < t.size() && is_sign(t[at], '=')) {
+    } else if (at + 1 < t.size() && is_sign_of(t[at], '=')) {
       auto value = read_aggregate(t, at + 1);
       if (!value) {
         data.declared.emplace(name, line.number);
@@ -109,27 +109,27 @@ void read_points(const Line& line, std::size_t at, PointKind kind, const std::st
     } else {
       data.declared.emplace(name, line.number);
     }
-    if (at >= t.size() || !is_sign(t[at], ',')) return;
+    if (at >= t.size() || !is_sign_of(t[at], ',')) return;
     ++at;
   }
 }
 
 void read_frame_data(const Line& line, std::size_t at, Data& data) {
   const auto& t = line.tokens;
-  if (at + 2 >= t.size() || t[at].kind != Kind::kWord || !is_sign(t[at + 1], '=')) return;
+  if (at + 2 >= t.size() || t[at].kind != Kind::kWord || !is_sign_of(t[at + 1], '=')) return;
   if (const auto value = read_aggregate(t, at + 2)) data.frames[t[at].word] = frame_data_of(*value);
 }
 
 }  // namespace
 
 std::optional<Aggregate> read_aggregate(const std::vector<Token>& t, std::size_t at) {
-  if (at >= t.size() || !is_sign(t[at], '{')) return std::nullopt;
+  if (at >= t.size() || !is_sign_of(t[at], '{')) return std::nullopt;
   Aggregate result;
   std::string prefix;  // of nested aggregates: "CM."
   std::vector<std::string> outer;
   constexpr std::size_t kDeepest = 4;
   for (++at; at < t.size(); ++at) {
-    if (is_sign(t[at], '}')) {
+    if (is_sign_of(t[at], '}')) {
       if (outer.empty()) {
         result.after = at + 1;
         return result;
@@ -138,32 +138,33 @@ std::optional<Aggregate> read_aggregate(const std::vector<Token>& t, std::size_t
       outer.pop_back();
       continue;
     }
-    if (is_sign(t[at], ',')) continue;
+    if (is_sign_of(t[at], ',')) continue;
     if (t[at].kind != Kind::kWord || at + 1 >= t.size()) return std::nullopt;
     const std::string name = prefix + t[at].word;
-    if (is_sign(t[at + 1], ':')) {  // the type: {E6POS: X 1.0,...}
+    if (is_sign_of(t[at + 1], ':')) {  // the type: {E6POS: X 1.0,...}
       ++at;
       continue;
     }
     ++at;
-    if (at + 1 < t.size() && is_sign(t[at], '[') && is_sign(t[at + 1], ']')) at += 2;  // POINT2[]
+    if (at + 1 < t.size() && is_sign_of(t[at], '[') && is_sign_of(t[at + 1], ']'))
+      at += 2;  // POINT2[]
     if (at >= t.size()) return std::nullopt;
-    if (is_sign(t[at], '{')) {
+    if (is_sign_of(t[at], '{')) {
       if (outer.size() == kDeepest) return std::nullopt;
       outer.push_back(prefix);
       prefix = name + ".";
       continue;
     }
-    const bool minus = is_sign(t[at], '-');
+    const bool minus = is_sign_of(t[at], '-');
     const std::size_t begin = t[at].begin;
-    if ((minus || is_sign(t[at], '+')) && at + 1 < t.size()) ++at;
+    if ((minus || is_sign_of(t[at], '+')) && at + 1 < t.size()) ++at;
     if (t[at].kind == Kind::kNumber) {
       if (!result.numbers
                .emplace(name, Number{minus ? -t[at].value : t[at].value, begin, t[at].end})
                .second)
         return std::nullopt;
       // "1.0.0" or "1.0x" is no number.
-      if (at + 1 < t.size() && !is_sign(t[at + 1], ',') && !is_sign(t[at + 1], '}'))
+      if (at + 1 < t.size() && !is_sign_of(t[at + 1], ',') && !is_sign_of(t[at + 1], '}'))
         return std::nullopt;
     } else if (t[at].kind == Kind::kWord || t[at].kind == Kind::kText) {
       result.words.emplace(name, t[at].word);

@@ -29,7 +29,7 @@ const std::set<std::string> kNoCalls = {
     "SIPO_MODE", "SVEL_JOINT", "SVEL_CP",  "SACC_JOINT", "SACC_CP", "SGEAR_JERK", "SJERK",
     "SVEL_ORI",  "SACC_ORI",   "SORI_TYP", "SCIRC_TYPE", "SAPO",    "SAPO_PTP",   "SREF"};
 
-bool is_sign(const std::vector<Token>& t, std::size_t at, char what) {
+bool is_state_sign(const std::vector<Token>& t, std::size_t at, char what) {
   return at < t.size() && t[at].kind == Kind::kSign && t[at].word[0] == what;
 }
 bool is_word(const std::vector<Token>& t, std::size_t at, const char* what) {
@@ -45,7 +45,7 @@ const Token& first_word(const Line& line) {
 
 bool is_label(const Line& line) {
   return line.tokens.size() == 2 && line.tokens[0].kind == Kind::kWord &&
-         is_sign(line.tokens, 1, ':');
+         is_state_sign(line.tokens, 1, ':');
 }
 
 std::optional<int> whole(const Token& token) {
@@ -75,7 +75,7 @@ bool sets_frames_inside(const Line& line) {
   const auto& t = line.tokens;
   for (std::size_t i = 1; i < t.size() && !t[i].is("WITH"); ++i)
     if (((t[i].is("$TOOL") || t[i].is("$BASE") || t[i].is("$IPO_MODE")) &&
-         !is_sign(t, i - 1, '=')) ||
+         !is_state_sign(t, i - 1, '=')) ||
         frames_by_bas(t, i))
       return true;
   return false;
@@ -85,7 +85,7 @@ bool sets_frames_inside(const Line& line) {
 bool calls(const Line& line) {
   const auto& t = line.tokens;
   for (std::size_t i = 0; i + 1 < t.size(); ++i)
-    if (t[i].kind == Kind::kWord && is_sign(t, i + 1, '(') && !in(kNoCalls, t[i]) &&
+    if (t[i].kind == Kind::kWord && is_state_sign(t, i + 1, '(') && !in(kNoCalls, t[i]) &&
         t[i].word[0] != '$')
       return true;
   return false;
@@ -104,8 +104,8 @@ std::optional<FrameRef> assigned(const std::vector<Token>& t, std::size_t at, co
   std::size_t behind = at + 1;
   if (is_word(t, at, "$NULLFRAME") || is_word(t, at, "$WORLD")) {
     frame.number = 0;
-  } else if (is_word(t, at, data) && is_sign(t, at + 1, '[') && at + 3 < t.size() &&
-             is_sign(t, at + 3, ']')) {
+  } else if (is_word(t, at, data) && is_state_sign(t, at + 1, '[') && at + 3 < t.size() &&
+             is_state_sign(t, at + 3, ']')) {
     const auto number = whole(t[at + 2]);
     if (!number) return std::nullopt;
     frame.number = *number;
@@ -120,7 +120,7 @@ std::optional<FrameRef> assigned(const std::vector<Token>& t, std::size_t at, co
     return std::nullopt;
   }
   // In WITH another assignment may follow; anything else is a calculation.
-  if (behind < t.size() && !is_sign(t, behind, ',')) return std::nullopt;
+  if (behind < t.size() && !is_state_sign(t, behind, ',')) return std::nullopt;
   return frame;
 }
 
@@ -184,14 +184,14 @@ bool FrameState::apply(const std::vector<Token>& t, std::size_t at, Frames& fram
   const bool mode = is_word(t, at, "$IPO_MODE");
   if (!tool && !base && !mode) return false;
   std::optional<FrameRef>& place = tool ? frames.tool : frames.base;
-  if (!is_sign(t, at + 1, '=')) {  // $TOOL.X=...
+  if (!is_state_sign(t, at + 1, '=')) {  // $TOOL.X=...
     if (!mode) place.reset();
     return true;
   }
   const std::size_t value = at + 2;
   const bool by_data = (is_word(t, value, "STOOL2") || is_word(t, value, "SBASE") ||
                         is_word(t, value, "SIPO_MODE")) &&
-                       is_sign(t, value + 1, '(') && value + 2 < t.size();
+                       is_state_sign(t, value + 1, '(') && value + 2 < t.size();
   if (by_data) {
     Frames named;
     take(t[value + 2].word, line, named, wrong);
@@ -215,7 +215,7 @@ Frames FrameState::at_motion(const Line& line, std::optional<Refusal>& wrong) co
   std::size_t with = 0;
   while (with < t.size() && !t[with].is("WITH")) ++with;
   for (std::size_t i = with + 1; i < t.size(); ++i)
-    if (is_sign(t, i - 1, ',') || i == with + 1) apply(t, i, frames, wrong, line.number);
+    if (is_state_sign(t, i - 1, ',') || i == with + 1) apply(t, i, frames, wrong, line.number);
   return frames;
 }
 
@@ -252,12 +252,12 @@ bool FrameState::read_frames(const Line& line) {
     return true;
   }
   if (t[0].is("FDAT_ACT")) {
-    if (t.size() == 3 && is_sign(t, 1, '=') && t[2].kind == Kind::kWord) {
+    if (t.size() == 3 && is_state_sign(t, 1, '=') && t[2].kind == Kind::kWord) {
       take(t[2].word, line.number, pending_, pending_wrong_);
     } else {
       pending_ = {};
       pending_wrong_.reset();
-      const auto value = is_sign(t, 1, '=') ? read_aggregate(t, 2) : std::nullopt;
+      const auto value = is_state_sign(t, 1, '=') ? read_aggregate(t, 2) : std::nullopt;
       if (value) {
         const FrameData data = frame_data_of(*value);
         if (data.tool >= 0) pending_.tool = FrameRef{data.tool, {}};
@@ -267,9 +267,9 @@ bool FrameState::read_frames(const Line& line) {
     }
     return true;
   }
-  if (t[0].is("BAS") && is_sign(t, 1, '(') && t.size() > 2) {
+  if (t[0].is("BAS") && is_state_sign(t, 1, '(') && t.size() > 2) {
     const std::string& command = t[2].word;
-    const auto number = t.size() == 6 && is_sign(t, 3, ',') ? whole(t[4]) : std::nullopt;
+    const auto number = t.size() == 6 && is_state_sign(t, 3, ',') ? whole(t[4]) : std::nullopt;
     if (kFromFrameData.count(command) > 0) {
       now_ = pending_;
       wrong_ = pending_wrong_;

@@ -10,7 +10,7 @@ namespace {
 constexpr double kExternalAtZero = 1e-6;
 constexpr double kLargestNumber = 1e6;
 
-const std::set<std::string> kExternal = {"E1", "E2", "E3", "E4", "E5", "E6"};
+const std::set<std::string> kExternalAxes = {"E1", "E2", "E3", "E4", "E5", "E6"};
 
 /// The six that a point of this kind needs.
 const std::set<std::string>& needed(PointKind kind) {
@@ -21,7 +21,7 @@ const std::set<std::string>& needed(PointKind kind) {
 
 std::optional<Why> wrong_number(const std::string& name, double value, PointKind kind) {
   if (!(std::abs(value) <= kLargestNumber)) return Why::kNotANumber;
-  if (kExternal.count(name) > 0)
+  if (kExternalAxes.count(name) > 0)
     return std::abs(value) > kExternalAtZero ? std::optional(Why::kExternalAxes) : std::nullopt;
   if (needed(kind).count(name) > 0) return std::nullopt;
   const bool bits = kind == PointKind::kCartesian && (name == "S" || name == "T") && value >= 0.0 &&

@@ -18,8 +18,8 @@ constexpr std::size_t kFewest = 5;
 constexpr double kSuspiciousS = 0.020;
 /// 4 um of effective radius.
 constexpr double kChangeS = 0.002;
-constexpr double kSigmas = 4.0;
-constexpr double kMs = 1e3;
+constexpr double kMiddleSigmas = 4.0;
+constexpr double kMsPerS = 1e3;
 
 }  // namespace
 
@@ -42,19 +42,19 @@ std::optional<ContactDelay> contact_delay(std::span<const FastAndSlow> touches, 
 }
 
 std::string in_words(const ContactDelay& delay) {
-  return fmt::format("{:.2f} +- {:.2f} ms ({} touches)", kMs * delay.delay_s, kMs * delay.sigma_s,
-                     delay.touches);
+  return fmt::format("{:.2f} +- {:.2f} ms ({} touches)", kMsPerS * delay.delay_s,
+                     kMsPerS * delay.sigma_s, delay.touches);
 }
 
 std::string complaint(const ContactDelay& now, const std::optional<ContactDelay>& before) {
-  if (std::abs(now.delay_s) > kSuspiciousS + kSigmas * now.sigma_s)
+  if (std::abs(now.delay_s) > kSuspiciousS + kMiddleSigmas * now.sigma_s)
     return fmt::format(
         "angles latched {:.0f} ms {} the contact. EKI: add this to [eki] latch_delay_ms. RSI: "
         "check the sensor's clock and the network's delay",
-        std::abs(kMs * now.delay_s), now.delay_s > 0.0 ? "after" : "before");
+        std::abs(kMsPerS * now.delay_s), now.delay_s > 0.0 ? "after" : "before");
   if (!before) return {};
   const double change = now.delay_s - before->delay_s;
-  if (std::abs(change) > kChangeS + kSigmas * std::hypot(now.sigma_s, before->sigma_s))
+  if (std::abs(change) > kChangeS + kMiddleSigmas * std::hypot(now.sigma_s, before->sigma_s))
     return fmt::format(
         "{} in the session before: sensor, wiring or controller changed in between, and the "
         "effective radius with them. Find out what was changed",

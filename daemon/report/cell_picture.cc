@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "calib/model/units.h"
 #include "daemon/report/drawing/labels.h"
 #include "daemon/report/drawing/scale.h"
 #include "daemon/report/drawing/svg.h"
@@ -17,14 +18,13 @@ namespace {
 
 constexpr double kPanelWidth = 460.0;
 constexpr double kPanelHeight = 360.0;
-constexpr double kLeft = 52.0;
-constexpr double kTop = 24.0;
-constexpr double kRight = 14.0;
-constexpr double kBottom = 40.0;
+constexpr double kPictureLeft = 52.0;
+constexpr double kPictureTop = 24.0;
+constexpr double kPictureRight = 14.0;
+constexpr double kPictureBottom = 40.0;
 constexpr double kMarginMm = 150.0;
 constexpr double kLeastRadius = 3.5;  // px, so that a small sphere stays visible
-constexpr std::size_t kLabelLength = 14;
-constexpr double kMmPerMetre = 1000.0;
+constexpr std::size_t kPictureLabelLength = 14;
 
 struct Ball {
   std::string id;
@@ -42,8 +42,8 @@ std::vector<Ball> balls_of(const View& view) {
   std::vector<Ball> balls;
   for (const calib::TargetResult& target : view.result.targets) {
     if (is_tracker(view, target)) continue;
-    const Eigen::Vector3d centre = target.centre_m * kMmPerMetre;
-    const double radius = target.effective_radius_m * kMmPerMetre;
+    const Eigen::Vector3d centre = target.centre_m * calib::kMmPerM;
+    const double radius = target.effective_radius_m * calib::kMmPerM;
     if (!is_usable_mm(centre.x()) || !is_usable_mm(centre.y()) || !is_usable_mm(centre.z())) {
       continue;
     }
@@ -67,7 +67,7 @@ class PanelDrawing {
         svg_(kPanelWidth, kPanelHeight, "chart cell", heading) {
     fit_scales();
     draw_grid();
-    svg_.text({0.0, kTop - 10.0}, Anchor::kStart, "panel", heading);
+    svg_.text({0.0, kPictureTop - 10.0}, Anchor::kStart, "panel", heading);
   }
 
   void draw_lengths(const std::vector<calib::CertifiedLength>& lengths) {
@@ -100,14 +100,16 @@ class PanelDrawing {
       least = least.cwiseMin((centre.array() - reach).matrix());
       most = most.cwiseMax((centre.array() + reach).matrix());
     }
-    const double width = kPanelWidth - kLeft - kRight;
-    const double height = kPanelHeight - kTop - kBottom;
+    const double width = kPanelWidth - kPictureLeft - kPictureRight;
+    const double height = kPanelHeight - kPictureTop - kPictureBottom;
     px_per_mm_ = std::min(width / (most.x() - least.x()), height / (most.y() - least.y()));
     const Eigen::Vector2d middle = 0.5 * (least + most);
     const double half_width = 0.5 * width / px_per_mm_;
     const double half_height = 0.5 * height / px_per_mm_;
-    x_ = {middle.x() - half_width, middle.x() + half_width, kLeft, kPanelWidth - kRight};
-    y_ = {middle.y() - half_height, middle.y() + half_height, kPanelHeight - kBottom, kTop};
+    x_ = {middle.x() - half_width, middle.x() + half_width, kPictureLeft,
+          kPanelWidth - kPictureRight};
+    y_ = {middle.y() - half_height, middle.y() + half_height, kPanelHeight - kPictureBottom,
+          kPictureTop};
   }
 
   void draw_grid() {
@@ -115,18 +117,19 @@ class PanelDrawing {
     const std::vector<std::string> column_labels = tick_labels(columns);
     for (std::size_t i = 0; i < columns.size(); ++i) {
       const double x = x_(columns[i]);
-      svg_.line({x, kTop}, {x, kPanelHeight - kBottom}, "grid");
-      svg_.text({x, kPanelHeight - kBottom + 16.0}, Anchor::kMiddle, "tick", column_labels[i]);
+      svg_.line({x, kPictureTop}, {x, kPanelHeight - kPictureBottom}, "grid");
+      svg_.text({x, kPanelHeight - kPictureBottom + 16.0}, Anchor::kMiddle, "tick",
+                column_labels[i]);
     }
     const std::vector<double> rows = round_ticks(y_.from, y_.to, 6);
     const std::vector<std::string> row_labels = tick_labels(rows);
     for (std::size_t i = 0; i < rows.size(); ++i) {
       const double y = y_(rows[i]);
-      svg_.line({kLeft, y}, {kPanelWidth - kRight, y}, "grid");
-      svg_.text({kLeft - 7.0, y + 4.0}, Anchor::kEnd, "tick", row_labels[i]);
+      svg_.line({kPictureLeft, y}, {kPanelWidth - kPictureRight, y}, "grid");
+      svg_.text({kPictureLeft - 7.0, y + 4.0}, Anchor::kEnd, "tick", row_labels[i]);
     }
-    svg_.text({kPanelWidth - kRight, kPanelHeight - kBottom + 33.0}, Anchor::kEnd, "tick",
-              fmt::format("{} across, {} up, mm", across_.name, upward_.name));
+    svg_.text({kPanelWidth - kPictureRight, kPanelHeight - kPictureBottom + 33.0}, Anchor::kEnd,
+              "tick", fmt::format("{} across, {} up, mm", across_.name, upward_.name));
   }
 
   void draw_base() {
@@ -144,10 +147,11 @@ class PanelDrawing {
   }
 
   void draw_label(const Ball& ball) {
-    const std::string words = shorten(ball.id, kLabelLength);
+    const std::string words = shorten(ball.id, kPictureLabelLength);
     const double radius = std::max(ball.radius_mm * px_per_mm_, kLeastRadius);
-    svg_.text(labels_.beside(at(ball.centre_mm), radius, std::min(words.size(), kLabelLength)),
-              Anchor::kStart, "label strong", words);
+    svg_.text(
+        labels_.beside(at(ball.centre_mm), radius, std::min(words.size(), kPictureLabelLength)),
+        Anchor::kStart, "label strong", words);
   }
 
   Point at(const Eigen::Vector3d& mm_in_base) const {
@@ -165,7 +169,7 @@ class PanelDrawing {
   Svg svg_;
   Scale x_, y_;
   double px_per_mm_ = 1.0;
-  Labels labels_{kLeft, kTop, kPanelWidth};
+  Labels labels_{kPictureLeft, kPictureTop, kPanelWidth};
 };
 
 }  // namespace

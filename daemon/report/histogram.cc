@@ -16,12 +16,12 @@
 namespace cellcal::daemon::report {
 namespace {
 
-constexpr double kWidth = 540.0;
-constexpr double kHeight = 250.0;
-constexpr double kLeft = 40.0;
-constexpr double kRight = 10.0;
-constexpr double kTop = 14.0;
-constexpr double kBottom = 210.0;
+constexpr double kHistogramWidth = 540.0;
+constexpr double kHistogramHeight = 250.0;
+constexpr double kHistogramLeft = 40.0;
+constexpr double kHistogramRight = 10.0;
+constexpr double kHistogramTop = 14.0;
+constexpr double kHistogramBottom = 210.0;
 constexpr double kBinWidth = 0.5;  // sigma
 constexpr int kCurvePoints = 120;
 
@@ -87,22 +87,23 @@ std::string draw(const Counts& counts, const Shape& shape) {
   for (std::size_t i = 0; i < counts.fit.size(); ++i) {
     highest = std::max(highest, static_cast<double>(counts.fit[i] + counts.check[i]));
   }
-  const Scale across{shape.from, shape.to, kLeft, kWidth - kRight};
-  const Scale up{0.0, highest * 1.05, kBottom, kTop};
-  Svg svg(kWidth, kHeight, "chart histogram",
+  const Scale across{shape.from, shape.to, kHistogramLeft, kHistogramWidth - kHistogramRight};
+  const Scale up{0.0, highest * 1.05, kHistogramBottom, kHistogramTop};
+  Svg svg(kHistogramWidth, kHistogramHeight, "chart histogram",
           "Histogram of residuals divided by their sigma, with the curve of pure noise");
   const std::vector<double> ticks = round_ticks(0.0, up.to, 4);
   const std::vector<std::string> labels = tick_labels(ticks);
   for (std::size_t i = 0; i < ticks.size(); ++i) {
-    svg.line({kLeft, up(ticks[i])}, {kWidth - kRight, up(ticks[i])},
+    svg.line({kHistogramLeft, up(ticks[i])}, {kHistogramWidth - kHistogramRight, up(ticks[i])},
              ticks[i] == 0.0 ? "zero" : "grid");
-    svg.text({kLeft - 7.0, up(ticks[i]) + 4.0}, Anchor::kEnd, "tick", labels[i]);
+    svg.text({kHistogramLeft - 7.0, up(ticks[i]) + 4.0}, Anchor::kEnd, "tick", labels[i]);
   }
   for (std::size_t i = 0; i < counts.fit.size(); ++i) {
     const double left = across(shape.from + static_cast<double>(i) * kBinWidth) + 1.0;
     const double width = across(kBinWidth) - across(0.0) - 2.0;
     const double fit_top = up(counts.fit[i]);
-    if (counts.fit[i] > 0) svg.rectangle({left, fit_top}, width, kBottom - fit_top, "bar-fit");
+    if (counts.fit[i] > 0)
+      svg.rectangle({left, fit_top}, width, kHistogramBottom - fit_top, "bar-fit");
     if (counts.check[i] > 0) {
       const double top = up(counts.fit[i] + counts.check[i]);
       svg.rectangle({left + 0.75, top}, width - 1.5, fit_top - top, "bar-check");
@@ -115,10 +116,10 @@ std::string draw(const Counts& counts, const Shape& shape) {
   }
   svg.path(curve, "curve");
   for (double sigma = shape.from; sigma <= shape.to; sigma += 1.0) {
-    svg.text({across(sigma), kBottom + 18.0}, Anchor::kMiddle, "tick", fixed(sigma, 0));
+    svg.text({across(sigma), kHistogramBottom + 18.0}, Anchor::kMiddle, "tick", fixed(sigma, 0));
   }
-  svg.text({kLeft, kTop - 3.0}, Anchor::kStart, "tick", "touches");
-  svg.text({kWidth - kRight, kBottom + 36.0}, Anchor::kEnd, "tick",
+  svg.text({kHistogramLeft, kHistogramTop - 3.0}, Anchor::kStart, "tick", "touches");
+  svg.text({kHistogramWidth - kHistogramRight, kHistogramBottom + 36.0}, Anchor::kEnd, "tick",
            "residual divided by its \xCF\x83");
   return std::move(svg).finish();
 }

@@ -17,7 +17,7 @@ namespace {
 
 constexpr int kEvidenceDecimals = 1;  // a tenth is odds of eleven to ten: nothing
 constexpr std::size_t kMostLevels = 6;
-constexpr double kLeastShare = 0.005;
+constexpr double kLeastShareOfModel = 0.005;
 
 std::string capitalised(std::string text) {
   if (!text.empty() && text[0] >= 'a' && text[0] <= 'z') text[0] = static_cast<char>(text[0] - 32);
@@ -61,7 +61,7 @@ std::string_view parts() {
 // "53 %"; what is less than half a percent is still more than nothing.
 std::string percent(double share) {
   if (!std::isfinite(share)) return fixed(share, 0);
-  return share < kLeastShare ? "&lt;&nbsp;1&nbsp;%" : fixed(100.0 * share, 0) + "&nbsp;%";
+  return share < kLeastShareOfModel ? "&lt;&nbsp;1&nbsp;%" : fixed(100.0 * share, 0) + "&nbsp;%";
 }
 
 std::string levels_table(const calib::Calibration& result) {

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <vector>
 
+#include "calib/model/units.h"
 #include "daemon/report/drawing/scale.h"
 #include "daemon/report/drawing/svg.h"
 #include "daemon/report/drawing/text.h"
@@ -16,14 +17,14 @@
 namespace cellcal::daemon::report {
 namespace {
 
-constexpr double kWidth = 940.0;
-constexpr double kLeft = 58.0;
-constexpr double kRight = 10.0;
+constexpr double kChartWidth = 940.0;
+constexpr double kChartLeft = 58.0;
+constexpr double kChartRight = 10.0;
 constexpr double kBeforeTop = 30.0;
 constexpr double kBeforeHeight = 150.0;
 constexpr double kAfterTop = 228.0;
 constexpr double kAfterHeight = 190.0;
-constexpr double kHeight = 462.0;
+constexpr double kChartHeight = 462.0;
 constexpr int kTicksPerPanel = 5;
 constexpr int kTouchTicks = 12;
 constexpr double kBandSigmas = 2.0;
@@ -32,7 +33,6 @@ constexpr double kFallbackRangeMm = 0.1;
 constexpr std::size_t kManyMarks = 150;  // from here on smaller marks keep neighbours apart
 constexpr double kFlagWidth = 118.0;     // px, of "100: +0.62 off scale"
 constexpr double kFlagGap = 9.0;
-constexpr double kMmPerMetre = 1000.0;
 
 struct Panel {
   Scale across, up;
@@ -210,17 +210,18 @@ std::string residual_chart(const View& view) {
                    "<p>There are no residuals to draw.</p>\n" + left_out(view));
   }
   const double band_sigmas = view.points_only() ? kBand3dSigmas : kBandSigmas;
-  double band_mm = band_sigmas * view.result.cell.touch_sigma_m * kMmPerMetre;
+  double band_mm = band_sigmas * view.result.cell.touch_sigma_m * calib::kMmPerM;
   if (!std::isfinite(band_mm) || band_mm < 0.0) band_mm = 0.0;
   const double before = range_of(marks, &Mark::before_mm, 0.0);
   const double after = range_of(marks, &Mark::after_mm, 0.0);
   const double lowest = view.points_only() ? 0.0 : -1.0;  // distances from points have no sign
-  const Scale across{0.0, static_cast<double>(marks.size() + 1), kLeft, kWidth - kRight};
+  const Scale across{0.0, static_cast<double>(marks.size() + 1), kChartLeft,
+                     kChartWidth - kChartRight};
   const Panel upper{across, {lowest * before, before, kBeforeTop + kBeforeHeight, kBeforeTop}};
   const Panel lower{across, {lowest * after, after, kAfterTop + kAfterHeight, kAfterTop}};
   const double size = marks.size() > kManyMarks ? 1.9 : 3.0;
 
-  Svg svg(kWidth, kHeight, "chart residuals",
+  Svg svg(kChartWidth, kChartHeight, "chart residuals",
           "Residual of every touch in millimetres, nominal robot above, calibrated below");
   draw_before(svg, upper, marks, size);
   draw_after(svg, lower, marks, size, band_mm);

@@ -15,7 +15,7 @@
 namespace cellcal::daemon::report {
 namespace {
 
-constexpr std::string_view kNothing = "\xE2\x80\x93";
+constexpr std::string_view kNoValue = "\xE2\x80\x93";
 constexpr int kCoarseDecimals = 2;  // of a residual in sigma
 constexpr double kSameM = 1e-9;     // what a file's digits leave of a length
 
@@ -39,11 +39,11 @@ PerTarget residuals_of(const View& view, std::string_view id) {
 std::string radius_cells(const View& view, const calib::TargetResult& target) {
   const calib::Target* in_cell = view.cell_target(target.id);
   const std::string effective =
-      target.effective_radius_m > 0.0 ? mm(target.effective_radius_m) : std::string(kNothing);
+      target.effective_radius_m > 0.0 ? mm(target.effective_radius_m) : std::string(kNoValue);
   const bool plane = in_cell && in_cell->kind == calib::TargetKind::kPlane;
   if (!in_cell || (in_cell->kind != calib::TargetKind::kSphere && !plane) ||
       target.effective_radius_m <= 0.0) {
-    return fmt::format("<td>{}</td><td>{}</td>", effective, kNothing);
+    return fmt::format("<td>{}</td><td>{}</td>", effective, kNoValue);
   }
   return fmt::format(
       "<td>{}</td><td>{}</td>", effective,
@@ -56,14 +56,14 @@ std::string target_row(const View& view, const calib::TargetResult& target) {
   const PerTarget sums = residuals_of(view, target.id);
   const bool has_mean = sums.count > 0 && !view.is_point(target.id);
   const std::string mean =
-      has_mean ? signed_fixed(sums.sum_mm / sums.count, kMmDecimals) : std::string(kNothing);
+      has_mean ? signed_fixed(sums.sum_mm / sums.count, kMmDecimals) : std::string(kNoValue);
   const std::string rms = sums.count > 0
                               ? fixed(std::sqrt(sums.squares_mm2 / sums.count), kMmDecimals)
-                              : std::string(kNothing);
+                              : std::string(kNoValue);
   return fmt::format(
       "<tr><th scope=\"row\">{}</th><td class=\"word\">{}</td><td>{}</td><td>{}</td><td>{}</td>{}"
       "<td>{}</td><td>{}</td><td>{}</td></tr>\n",
-      escape(target.id), in_cell ? kind_word(in_cell->kind) : kNothing, mm(target.centre_m.x()),
+      escape(target.id), in_cell ? kind_word(in_cell->kind) : kNoValue, mm(target.centre_m.x()),
       mm(target.centre_m.y()), mm(target.centre_m.z()), radius_cells(view, target), sums.count,
       mean, rms);
 }
@@ -105,7 +105,7 @@ std::string lengths_table(const View& view) {
   }
   std::string rows;
   for (const calib::CertifiedLength& length : lengths) {
-    std::string by_others(kNothing), sigma(kNothing), difference(kNothing), in_sigma(kNothing);
+    std::string by_others(kNoValue), sigma(kNoValue), difference(kNoValue), in_sigma(kNoValue);
     for (const calib::LengthResult& found : view.result.lengths) {
       if (found.from != length.from || found.to != length.to ||
           std::abs(found.certified_m - length.length_m) > kSameM)

@@ -20,7 +20,6 @@ constexpr int kJointDecimals = 5;  // as in the touches CSV
 constexpr int kMassDecimals = 3;
 constexpr int kGravityDecimals = 3;
 constexpr int kSpeedDecimals = 2;
-constexpr double kMmPerMetre = 1000.0;
 
 // `html` is already escaped; empty values are named, not hidden.
 std::string pair(std::string_view name, const std::string& html) {
@@ -163,10 +162,12 @@ std::string touch_row(const calib::Touch& touch, std::size_t number, std::size_t
       "<tr><th scope=\"row\">{}</th>{}<td class=\"word\">{}</td><td class=\"word\">{}</td>"
       "<td>{}</td><td>{}</td><td>{}</td><td>{}</td>{}<td class=\"word\">{}</td></tr>\n",
       number, cells, escape(touch.target), touch.set == calib::TouchSet::kCheck ? "check" : "fit",
-      touch.sigma_m > 0.0 ? ascii_fixed(touch.sigma_m * kMmPerMetre, kMmDecimals) : std::string(),
+      touch.sigma_m > 0.0 ? ascii_fixed(touch.sigma_m * calib::kMmPerM, kMmDecimals)
+                          : std::string(),
       known ? fmt::format("{}", touch.readings) : std::string(),
-      touch.readings > 1 ? ascii_fixed(touch.spread_m * kMmPerMetre, kMmDecimals) : std::string(),
-      touch.speed_m_s > 0.0 ? ascii_fixed(touch.speed_m_s * kMmPerMetre, kSpeedDecimals)
+      touch.readings > 1 ? ascii_fixed(touch.spread_m * calib::kMmPerM, kMmDecimals)
+                         : std::string(),
+      touch.speed_m_s > 0.0 ? ascii_fixed(touch.speed_m_s * calib::kMmPerM, kSpeedDecimals)
                             : std::string(),
       more, escape(touch.time));
 }

@@ -6,12 +6,12 @@
 #include <cmath>
 #include <set>
 
+#include "calib/model/units.h"
 #include "daemon/report/drawing/text.h"
 
 namespace cellcal::daemon::report {
 namespace {
 
-constexpr double kMmPerMetre = 1000.0;
 constexpr std::size_t kTitleLength = 40;
 
 }  // namespace
@@ -43,8 +43,8 @@ View::View(const ReportInput& report_input)
     } else {
       mark.kind = mark.held_out ? MarkKind::kCheck : MarkKind::kFit;
     }
-    mark.before_mm = residual.before_m * kMmPerMetre;
-    mark.after_mm = residual.after_m * kMmPerMetre;
+    mark.before_mm = residual.before_m * calib::kMmPerM;
+    mark.after_mm = residual.after_m * calib::kMmPerM;
     mark.whitened = residual.whitened;
     if (residual.direction.allFinite()) mark.direction = residual.direction;
     if (is_usable_mm(mark.before_mm) && is_usable_mm(mark.after_mm) &&

@@ -12,7 +12,7 @@ using F = FailureKind;
 constexpr std::nullopt_t kAny = std::nullopt;
 
 // clang-format off
-constexpr std::array kTable{
+constexpr std::array kHarmless{
 Harm{F::kRobotSilent,       Interruption::kLateReplies,    true,  "the controller runs on and holds the arm; this computer was late"},
 Harm{F::kRobotSilent,       Interruption::kPacketsStopped, true,  "the arm holds without replies; harmless only if the same RSI session goes on"},
 Harm{F::kRobotSilent,       Interruption::kOther,          false, "program ended or stopped, connection closed, watchdog tripped: an operator has to look"},
@@ -46,13 +46,13 @@ Harm{F::kUnexpectedEvent,   kAny, false, "the cause is not known"},
 
 }  // namespace
 
-std::span<const Harm> harm_table() { return kTable; }
+std::span<const Harm> harm_table() { return kHarmless; }
 
 bool is_harmless(FailureKind failure, Interruption by) {
-  const auto row = std::find_if(kTable.begin(), kTable.end(), [&](const Harm& harm) {
+  const auto row = std::find_if(kHarmless.begin(), kHarmless.end(), [&](const Harm& harm) {
     return harm.failure == failure && (!harm.by || *harm.by == by);
   });
-  return row != kTable.end() && row->harmless;
+  return row != kHarmless.end() && row->harmless;
 }
 
 }  // namespace cellcal::daemon

@@ -26,8 +26,6 @@ constexpr double kMaxTurnaroundS = 1.0;
 constexpr double kMaxDrift = 1e-3;
 constexpr std::size_t kMinForFit = 3;
 
-double seconds(Duration d) { return std::chrono::duration<double>(d).count(); }
-
 template <std::size_t N>
 double median_of(std::array<double, N>& values, std::size_t count) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(count / 2);

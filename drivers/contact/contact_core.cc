@@ -36,8 +36,6 @@ constexpr double kLateShare = 1.0 / 3.0;
 constexpr milliseconds kGarbagePatience{1500};
 constexpr std::uint64_t kGarbageBytes = 12;
 
-double seconds(Duration d) { return std::chrono::duration<double>(d).count(); }
-
 double wire_seconds(int baud, int bytes) {
   return static_cast<double>(bytes * CTP_BITS_PER_BYTE) / baud;
 }

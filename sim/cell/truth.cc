@@ -15,7 +15,7 @@ namespace cellcal::sim {
 namespace {
 
 /// Tolerances are drawn within this: nobody ships an arm that is five sigma off its drawing.
-constexpr double kLargestSigma = 2.5;
+constexpr double kLargestTruthSigma = 2.5;
 
 /// So that they are none of the arm's errors.
 constexpr std::uint64_t kDrawsOfWhatNoFileSays = 15485863;
@@ -23,7 +23,7 @@ constexpr std::uint64_t kDrawsOfWhatNoFileSays = 15485863;
 constexpr double kPlayClosesNm = 20.0;
 
 double bounded_normal(calib::Random& random) {
-  return std::clamp(random.normal(), -kLargestSigma, kLargestSigma);
+  return std::clamp(random.normal(), -kLargestTruthSigma, kLargestTruthSigma);
 }
 
 calib::ArmModel true_arm(const calib::Cell& cell, const TruthOptions& options) {

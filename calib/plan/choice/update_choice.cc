@@ -14,7 +14,7 @@ namespace cellcal::calib {
 
 namespace {
 
-constexpr int kPoses = 60;
+constexpr int kUpdatePoses = 60;
 constexpr unsigned kSeed = 20240924;
 
 std::vector<Touch> touches_of(const Calibration& c, const std::vector<Candidate>& candidates) {
@@ -37,9 +37,9 @@ Eigen::Index place_of(const Calibration& c, const ParameterKey& key) {
 Eigen::MatrixXd wanted(const Calibration& c) {
   const ArmModel arm(at_level(c.cell, c.level));
   const Eigen::VectorXd x = arm_values(arm, c);
-  const Eigen::MatrixXd moves = aligned_moves(arm, workspace_poses(arm, kPoses, kSeed), x.data(),
-                                              Eigen::VectorXd::Ones(arm.size())) /
-                                std::sqrt(static_cast<double>(kPoses));
+  const Eigen::MatrixXd moves = aligned_moves(arm, workspace_poses(arm, kUpdatePoses, kSeed),
+                                              x.data(), Eigen::VectorXd::Ones(arm.size())) /
+                                std::sqrt(static_cast<double>(kUpdatePoses));
   const auto spheres = static_cast<Eigen::Index>(c.targets.size());
   const auto n = static_cast<Eigen::Index>(c.parameters.size());
   Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(moves.rows() + 3 * spheres, n);

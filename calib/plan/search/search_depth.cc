@@ -9,7 +9,8 @@ namespace cellcal::calib {
 namespace {
 
 constexpr double kShaftMarginM = 0.005;
-constexpr double kTipMarginM = 0.004;  ///< from stands: what is met there would count as the sphere
+constexpr double kTipFromStandsM =
+    0.004;  ///< from stands: what is met there would count as the sphere
 /// A tip that only grazes may slide off.
 constexpr double kGrazing = 0.9;
 /// Where the nominal tip passes the middle by so much less than it needs, it meets the sphere with
@@ -76,9 +77,9 @@ SearchDepth search_depth(const SearchLine& line, const std::vector<Eigen::Vector
             : kNever;
     if (shaft_at > surely_at) depth.end_m = std::max(depth.end_m, shaft_at);
     if (stand.radius_m > 0.0) {
-      const double tip_stands =
-          at_stand(-off, line.normal, stand.up,
-                   stand.radius_m + std::max(tool.slim_radius_m, tool.tip_radius_m) + kTipMarginM);
+      const double tip_stands = at_stand(
+          -off, line.normal, stand.up,
+          stand.radius_m + std::max(tool.slim_radius_m, tool.tip_radius_m) + kTipFromStandsM);
       const double shaft_stands = at_stand(behind - off, line.normal, stand.up,
                                            stand.radius_m + tool.radius_m + kShaftMarginM);
       const double stands = std::max(tip_stands, shaft_stands);

@@ -9,11 +9,11 @@ namespace cellcal::daemon {
 
 namespace {
 
-constexpr const char* kDefaultSocket = "/run/cellcal-fleet/fleet.sock";
+constexpr const char* kFleetSocket = "/run/cellcal-fleet/fleet.sock";
 
 std::shared_ptr<Connection> add_fleet(CLI::App* command, bool json = true) {
   auto fleet = std::make_shared<Connection>();
-  fleet->socket = kDefaultSocket;
+  fleet->socket = kFleetSocket;
   command->add_option("--socket", fleet->socket, "The collector's socket")->capture_default_str();
   if (json) command->add_flag("--json", fleet->json, "Print JSON");
   return fleet;

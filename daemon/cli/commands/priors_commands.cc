@@ -33,7 +33,7 @@ void add_learn(CLI::App& priors, int& status) {
   command->callback([given, &status] { status = learn_priors(*given); });
 }
 
-void add_show(CLI::App& priors, int& status) {
+void add_show_priors(CLI::App& priors, int& status) {
   auto given = std::make_shared<ShowPriorsCommand>();
   CLI::App* command = priors.add_subcommand("show", "Print a file of priors");
   command->footer("Example: cellcal priors show priors.toml");
@@ -69,7 +69,7 @@ void add_priors_commands(CLI::App& app, int& status) {
       "cellcal priors accept priors.toml --robot kr5_r1400 -o my_kr5.toml");
   priors->require_subcommand(1);
   add_learn(*priors, status);
-  add_show(*priors, status);
+  add_show_priors(*priors, status);
   add_accept(*priors, status);
 }
 

@@ -11,15 +11,15 @@ namespace cellcal::daemon {
 namespace {
 
 namespace fs = std::filesystem;
-using nlohmann::json;
+using Json = nlohmann::json;
 
 constexpr const char* kFormat = "cellcal.corrected/1";
 constexpr std::size_t kMostBytes = 64u << 20;
 
-json read_record(const fs::path& path) {
-  const json record = json::parse(calib::read_file(path, kMostBytes), nullptr, false);
-  if (record.is_object() && record.value("format", json()) == kFormat &&
-      record.value("files", json()).is_array())
+Json read_record(const fs::path& path) {
+  const Json record = Json::parse(calib::read_file(path, kMostBytes), nullptr, false);
+  if (record.is_object() && record.value("format", Json()) == kFormat &&
+      record.value("files", Json()).is_array())
     return record;
   throw calib::FileError(
       path.string() +
@@ -27,12 +27,12 @@ json read_record(const fs::path& path) {
 }
 
 /// A file that the correction left as it was is the original still.
-bool wrote(const json& record, const std::string& text) {
+bool wrote(const Json& record, const std::string& text) {
   const std::string sum = calib::sha256(text);
-  const json& files = record.at("files");
-  return std::any_of(files.begin(), files.end(), [&](const json& file) {
-    return file.is_object() && file.value("sha256", json()) == sum &&
-           file.value("sha256_before", json()) != sum;
+  const Json& files = record.at("files");
+  return std::any_of(files.begin(), files.end(), [&](const Json& file) {
+    return file.is_object() && file.value("sha256", Json()) == sum &&
+           file.value("sha256_before", Json()) != sum;
   });
 }
 
@@ -43,17 +43,17 @@ fs::path record_beside(fs::path src) { return src.replace_extension(".corrected.
 void refuse_corrected(const krl::ProgramFiles& files) {
   const fs::path path = record_beside(files.src.name);
   if (!fs::exists(path)) return;
-  const json record = read_record(path);
+  const Json record = read_record(path);
   for (const krl::KrlFile* file : {&files.src, files.dat ? &*files.dat : nullptr})
     if (file != nullptr && wrote(record, file->text))
       throw calib::FileError(file->name + ": is corrected already (" + path.string() +
                              "). Correct the original program instead");
 }
 
-json corrected_record(json report, const krl::ProgramFiles& read,
+Json corrected_record(Json report, const krl::ProgramFiles& read,
                       const std::vector<krl::KrlFile>& written) {
   report["format"] = kFormat;
-  report["files"] = json::array();
+  report["files"] = Json::array();
   for (const krl::KrlFile& file : written) {
     const std::string& before = file.name == read.src.name ? read.src.text : read.dat->text;
     report["files"].push_back({{"name", fs::path(file.name).filename().string()},

@@ -27,7 +27,7 @@ namespace {
 namespace fs = std::filesystem;
 using calib::FileError, nlohmann::ordered_json;
 
-constexpr std::size_t kMostFiles = 20'000, kMostBytes = std::size_t{64} << 20;
+constexpr std::size_t kMostFiles = 20'000, kMostPriorsBytes = std::size_t{64} << 20;
 constexpr const char* kExport = "export.json";
 
 /// JSON files below a directory; of the export of a session its calibration alone.
@@ -69,7 +69,7 @@ void name_arm(const fs::path& file, calib::ArmEvidence& evidence) {
   const fs::path folder = file.parent_path();
   if (file.filename() != "calibration.json" || !fs::exists(folder / kExport)) return;
   const auto manifest =
-      nlohmann::json::parse(calib::read_file(folder / kExport, kMostBytes), nullptr, false);
+      nlohmann::json::parse(calib::read_file(folder / kExport, kMostPriorsBytes), nullptr, false);
   if (manifest.is_object() && manifest.contains("started") && manifest["started"].is_string())
     evidence.time = manifest["started"];
   try {
@@ -88,7 +88,7 @@ struct Read {
 void read_one(const fs::path& file, Read& read) {
   try {
     const calib::Calibration c =
-        calib::calibration_from_json(calib::read_file(file, kMostBytes), file.string());
+        calib::calibration_from_json(calib::read_file(file, kMostPriorsBytes), file.string());
     auto evidence = calib::evidence_of(c);
     if (const auto* why = std::get_if<calib::SetAsideKind>(&evidence)) {
       read.set_aside.push_back({file.string(), *why});

@@ -13,7 +13,7 @@ namespace cellcal::daemon {
 
 namespace {
 
-constexpr mode_t kMode = 0640;
+constexpr mode_t kLockMode = 0640;
 
 /// Whether `path` still leads to the file that was locked: another may stand there by now.
 bool is_at(const std::filesystem::path& path, int descriptor) {
@@ -28,7 +28,7 @@ bool is_at(const std::filesystem::path& path, int descriptor) {
 LockFile::LockFile(const std::filesystem::path& path, const std::filesystem::path& journal) {
   const std::string name = "journal " + journal.string();
   while (true) {
-    descriptor_ = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, kMode);
+    descriptor_ = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, kLockMode);
     if (descriptor_ < 0) {
       throw JournalError(name + ": " + path.string() + " cannot be opened (" +
                          std::strerror(errno) +

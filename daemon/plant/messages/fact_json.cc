@@ -19,7 +19,7 @@ using fields::Json;
 using fields::Table;
 using fields::Value;
 
-constexpr const char* kFormat = "cellcal.plant/1";
+constexpr const char* kFactFormat = "cellcal.plant/1";
 constexpr double kMm = 1e3, kMs = 1e3, kDeg = 180.0 / std::numbers::pi;
 constexpr std::size_t kMostFindings = 100, kMostFiles = 20, kMostJoints = 20;
 /// nlohmann's way with bytes that are not UTF-8 is to throw.
@@ -272,7 +272,7 @@ FactBody body_from_json(std::string_view kind, std::string_view json) {
 }
 
 std::string to_json(const Fact& fact) {
-  const Json json{{"format", kFormat},       {"id", id_of(fact)},
+  const Json json{{"format", kFactFormat},   {"id", id_of(fact)},
                   {"plant", fact.of.plant},  {"cell", fact.of.cell},
                   {"journal", fact.journal}, {"number", fact.number},
                   {"time", fact.time},       {"kind", kind_of(fact.body)},
@@ -284,8 +284,8 @@ Fact fact_from_json(std::string_view json, const Topic& topic) {
   const std::string where = to_text(topic);
   const nlohmann::json parsed = json_of(json, kLargestMessage, where);
   const JsonReader reader(parsed, where);
-  if (reader.at("format").text() != kFormat)
-    reader.at("format").fail(std::string("must be \"") + kFormat + '"');
+  if (reader.at("format").text() != kFactFormat)
+    reader.at("format").fail(std::string("must be \"") + kFactFormat + '"');
   Fact fact;
   fact.of = {name().from(reader.at("plant")), name().from(reader.at("cell"))};
   if (fact.of != topic.of) reader.at("cell").fail("is not the topic's");

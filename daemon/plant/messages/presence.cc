@@ -9,8 +9,8 @@ namespace {
 namespace fields = calib::fields;
 using fields::field;
 
-constexpr const char* kFormat = "cellcal.presence/1";
-constexpr std::size_t kLargest = std::size_t{1} << 14;
+constexpr const char* kPresenceFormat = "cellcal.presence/1";
+constexpr std::size_t kLargestPresence = std::size_t{1} << 14;
 
 const fields::Table<Presence>& presence_fields() {
   using T = Presence;
@@ -27,17 +27,18 @@ const fields::Table<Presence>& presence_fields() {
 }  // namespace
 
 std::string to_json(const Presence& presence) {
-  fields::Json json{{"format", kFormat}, {"plant", presence.of.plant}, {"cell", presence.of.cell}};
+  fields::Json json{
+      {"format", kPresenceFormat}, {"plant", presence.of.plant}, {"cell", presence.of.cell}};
   json.update(fields::to_json(presence_fields(), presence));
   return json.dump(-1, ' ', false, fields::Json::error_handler_t::replace);
 }
 
 Presence presence_from_json(std::string_view json, const Topic& topic) {
   const std::string where = to_text(topic);
-  const nlohmann::json parsed = json_of(json, kLargest, where);
+  const nlohmann::json parsed = json_of(json, kLargestPresence, where);
   const calib::JsonReader reader(parsed, where);
-  if (reader.at("format").text() != kFormat)
-    reader.at("format").fail(std::string("must be \"") + kFormat + '"');
+  if (reader.at("format").text() != kPresenceFormat)
+    reader.at("format").fail(std::string("must be \"") + kPresenceFormat + '"');
   Presence presence;
   presence.of = {name().from(reader.at("plant")), name().from(reader.at("cell"))};
   if (presence.of != topic.of) reader.at("cell").fail("is not the topic's");

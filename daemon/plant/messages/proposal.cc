@@ -9,8 +9,8 @@ namespace {
 namespace fields = calib::fields;
 using fields::field;
 
-constexpr const char* kFormat = "cellcal.proposal/1";
-constexpr std::size_t kLargest = std::size_t{1} << 18;
+constexpr const char* kProposalFormat = "cellcal.proposal/1";
+constexpr std::size_t kLargestProposal = std::size_t{1} << 18;
 
 const std::vector<std::pair<ProposalKind, const char*>>& kinds() {
   static const std::vector<std::pair<ProposalKind, const char*>> kAll{
@@ -41,17 +41,18 @@ const char* to_string(ProposalKind kind) {
 }
 
 std::string to_json(const Proposal& proposal) {
-  fields::Json json{{"format", kFormat}, {"plant", proposal.of.plant}, {"cell", proposal.of.cell}};
+  fields::Json json{
+      {"format", kProposalFormat}, {"plant", proposal.of.plant}, {"cell", proposal.of.cell}};
   json.update(fields::to_json(proposal_fields(), proposal));
   return json.dump(-1, ' ', false, fields::Json::error_handler_t::replace);
 }
 
 Proposal proposal_from_json(std::string_view json, const Topic& topic) {
   const std::string where = to_text(topic);
-  const nlohmann::json parsed = json_of(json, kLargest, where);
+  const nlohmann::json parsed = json_of(json, kLargestProposal, where);
   const calib::JsonReader reader(parsed, where);
-  if (reader.at("format").text() != kFormat)
-    reader.at("format").fail(std::string("must be \"") + kFormat + '"');
+  if (reader.at("format").text() != kProposalFormat)
+    reader.at("format").fail(std::string("must be \"") + kProposalFormat + '"');
   Proposal proposal;
   proposal.of = {name().from(reader.at("plant")), name().from(reader.at("cell"))};
   if (proposal.of != topic.of) reader.at("cell").fail("is not the topic's");

@@ -10,8 +10,8 @@ namespace {
 
 using Json = calib::fields::Json;
 
-constexpr const char* kFormat = "cellcal.stored/1";
-constexpr std::size_t kLargest = std::size_t{1} << 16;
+constexpr const char* kStoredFormat = "cellcal.stored/1";
+constexpr std::size_t kLargestStored = std::size_t{1} << 16;
 
 std::pair<std::int64_t, std::int64_t> range_of(const calib::JsonReader& reader) {
   const auto ends = reader.items();
@@ -33,7 +33,7 @@ bool Stored::has(std::int64_t number) const {
 std::string to_json(const Stored& stored) {
   Json ranges = Json::array();
   for (const auto& [from, to] : stored.numbers) ranges.push_back({from, to});
-  return Json{{"format", kFormat},
+  return Json{{"format", kStoredFormat},
               {"plant", stored.of.plant},
               {"cell", stored.of.cell},
               {"journal", stored.journal},
@@ -43,10 +43,10 @@ std::string to_json(const Stored& stored) {
 
 Stored stored_from_json(std::string_view json, const Topic& topic) {
   const std::string where = to_text(topic);
-  const nlohmann::json parsed = json_of(json, kLargest, where);
+  const nlohmann::json parsed = json_of(json, kLargestStored, where);
   const calib::JsonReader reader(parsed, where);
-  if (reader.at("format").text() != kFormat)
-    reader.at("format").fail(std::string("must be \"") + kFormat + '"');
+  if (reader.at("format").text() != kStoredFormat)
+    reader.at("format").fail(std::string("must be \"") + kStoredFormat + '"');
   Stored stored;
   stored.of = {name().from(reader.at("plant")), name().from(reader.at("cell"))};
   if (stored.of != topic.of) reader.at("cell").fail("is not the topic's");

@@ -26,8 +26,6 @@ constexpr std::uint64_t kStatesToJudge = 10;
 // The reference is where the arm rests: the means of two windows agree.
 constexpr std::size_t kReferenceWindow = 5;
 
-double seconds(Duration d) { return std::chrono::duration<double>(d).count(); }
-
 }  // namespace
 
 struct EkiCore::Impl {

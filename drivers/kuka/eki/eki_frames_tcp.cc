@@ -20,7 +20,7 @@ using asio::ip::tcp;
 using boost::system::error_code;
 
 // The controller opens its port again a moment after a client has gone.
-constexpr Duration kConnectLimit = 3s, kConnectPause = 100ms;
+constexpr Duration kFramesConnectLimit = 3s, kConnectPause = 100ms;
 constexpr Duration kStep = 20ms;
 
 std::uint32_t draw_ask() {
@@ -42,7 +42,7 @@ error_code finish(asio::io_context& context, tcp::socket& socket,
 }
 
 error_code connect(asio::io_context& context, tcp::socket& socket, const tcp::endpoint& peer) {
-  const TimePoint until = std::chrono::steady_clock::now() + kConnectLimit;
+  const TimePoint until = std::chrono::steady_clock::now() + kFramesConnectLimit;
   for (;;) {
     std::optional<error_code> done;
     error_code ignored_on_purpose;

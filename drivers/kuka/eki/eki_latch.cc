@@ -15,8 +15,6 @@ constexpr double kLatchSlackRad = 0.02 * kRadPerDeg;
 constexpr double kSpeedSpanS = 0.1;
 constexpr double kSecondsPerMs = 1e-3;
 
-double seconds(Duration d) { return std::chrono::duration<double>(d).count(); }
-
 }  // namespace
 
 EkiLatchResult latch_of(const EkiTouch& touch, const EkiConfig& config,

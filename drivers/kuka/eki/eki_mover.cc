@@ -28,8 +28,6 @@ constexpr std::size_t kSettleWindow = 5;
 constexpr double kSettledRad = 0.001 * kRadPerDeg;
 constexpr std::chrono::milliseconds kSettleLimit{2000};
 
-double seconds(Duration d) { return std::chrono::duration<double>(d).count(); }
-
 }  // namespace
 
 EkiMover::EkiMover(const EkiConfig& config, ContactGuard* guard, const PositionRecord& record)

@@ -23,10 +23,10 @@ bool boolean(const XmlText& xml, const pugi::xml_node& node, const char* what,
 }
 
 void count(const XmlText& xml, const pugi::xml_node& node, std::size_t number) {
-  if (number > kMostElements) xml.fail(node, "too many elements for such a file");
+  if (number > kMostElements) xml.fail(node, "too many rsi_elements for such a file");
 }
 
-std::vector<RsiElement> elements(const XmlText& xml, const char* direction, bool receives) {
+std::vector<RsiElement> rsi_elements(const XmlText& xml, const char* direction, bool receives) {
   std::vector<RsiElement> result;
   const pugi::xml_node list = xml.only(xml.only(xml.root(), direction), "ELEMENTS");
   for (const pugi::xml_node& node : list.children("ELEMENT")) {
@@ -150,8 +150,8 @@ RsiChannelFile read_rsi_channel(std::string_view text, const std::string& name) 
   file.only_send = {
       boolean(xml, xml.only(config, "ONLYSEND"), "ONLYSEND", xml.text_of(config, "ONLYSEND")),
       line("ONLYSEND")};
-  file.send = elements(xml, "SEND", false);
-  file.receive = elements(xml, "RECEIVE", true);
+  file.send = rsi_elements(xml, "SEND", false);
+  file.receive = rsi_elements(xml, "RECEIVE", true);
   return file;
 }
 

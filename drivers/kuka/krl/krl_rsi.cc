@@ -14,7 +14,7 @@
 namespace cellcal::drivers {
 namespace {
 
-constexpr int kAxes = 6;
+constexpr int kRsiAxes = 6;
 
 /// The six values of a correction: "A1" to "A6", or "X" to "C" in space.
 std::string name_of(const RsiFilesConfig& c, int i) {
@@ -26,7 +26,7 @@ std::string name_of(const RsiFilesConfig& c, int i) {
 /// name.
 std::string per_value(const RsiFilesConfig& c, std::string_view form, int first) {
   std::string text;
-  for (int i = 0; i < kAxes; ++i) {
+  for (int i = 0; i < kRsiAxes; ++i) {
     if (i > 0) text += '\n';
     text += fmt::format(fmt::runtime(form), i + 1, first + i, name_of(c, i));
   }
@@ -43,8 +43,8 @@ std::string decimal(double value) {
 /// the shift has limits of its own in space.
 std::string limits(const RsiFilesConfig& c, const char* form, int from) {
   const double limit = c.space.on ? c.space.limit_mm : c.correction_limit_deg;
-  const int count = c.space.on ? 3 : kAxes;
-  const int upper_from = from + (c.space.on ? 3 : from == 1 ? 2 * kAxes : kAxes);
+  const int count = c.space.on ? 3 : kRsiAxes;
+  const int upper_from = from + (c.space.on ? 3 : from == 1 ? 2 * kRsiAxes : kRsiAxes);
   std::string text;
   for (const bool upper : {false, true}) {
     for (int i = 0; i < count; ++i) {
@@ -58,13 +58,13 @@ std::string limits(const RsiFilesConfig& c, const char* form, int from) {
 
 std::string monitor(const char* form, double limit_deg, int from) {
   std::string text;
-  for (int i = 0; i < kAxes; ++i) {
+  for (int i = 0; i < kRsiAxes; ++i) {
     if (i > 0) text += '\n';
     text += fmt::format(fmt::runtime(form), "MaxA", i + 1, from + i, decimal(limit_deg));
   }
   // External axes are not driven: what the object has by itself.
-  for (int i = 0; i < kAxes; ++i) {
-    text += '\n' + fmt::format(fmt::runtime(form), "MaxE", i + 1, from + kAxes + i, "6.0");
+  for (int i = 0; i < kRsiAxes; ++i) {
+    text += '\n' + fmt::format(fmt::runtime(form), "MaxE", i + 1, from + kRsiAxes + i, "6.0");
   }
   return text;
 }

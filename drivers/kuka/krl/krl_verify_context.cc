@@ -6,7 +6,7 @@
 namespace cellcal::drivers::krl {
 namespace {
 
-constexpr int kAxes = 6;
+constexpr int kContextAxes = 6;
 constexpr int kFewestDecimals = 4;  // 1e-4 deg: 2.5 um at 1.4 m
 // What the objects take where their parameters do not stand in the context.
 constexpr double kUsualPrecision = 1, kUsualTimeout = 10, kUsualClampDeg = 5, kUsualMonitorDeg = 6;
@@ -30,7 +30,7 @@ void check_ethernet(const RsiSet& set, const RsiContextFile& file, const RsiObje
 
 void check_limits(const RsiSet& set, const RsiContextFile& file, const RsiObject& corrector) {
   const double limit = set.config.correction_limit_deg;
-  for (int i = 1; i <= kAxes; ++i) {
+  for (int i = 1; i <= kContextAxes; ++i) {
     const ParameterValue low =
         value_of(set, file, corrector, fmt::format("LowerLimA{}", i), -kUsualClampDeg);
     const ParameterValue high =
@@ -62,7 +62,7 @@ void check_monitor(const RsiSet& set, const RsiContextFile& file, const RsiObjec
     }
     return;
   }
-  for (int i = 1; i <= kAxes; ++i) {
+  for (int i = 1; i <= kContextAxes; ++i) {
     const ParameterValue most =
         value_of(set, file, *monitor, fmt::format("MaxA{}", i), kUsualMonitorDeg);
     if (most.value >= limit - kRounding) continue;
@@ -171,7 +171,8 @@ void check_context(const RsiSet& set, const RsiContextFile& file) {
     return;
   }
   check_ethernet(set, file, *ethernet);
-  for (int i = 1; i <= kAxes; ++i) check_wire(set, file, *corrector, i, ethernet->id, set.tag(i));
+  for (int i = 1; i <= kContextAxes; ++i)
+    check_wire(set, file, *corrector, i, ethernet->id, set.tag(i));
   if (space) {
     check_space(set, file, *corrector);
   } else {

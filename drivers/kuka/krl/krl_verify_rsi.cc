@@ -13,7 +13,7 @@ namespace {
 
 using krl::RsiSet;
 
-constexpr int kAxes = 6;
+constexpr int kVerifiedAxes = 6;
 
 const char* name_of(CorrectionMode mode) {
   return mode == CorrectionMode::kAbsolute ? "ABSOLUTE" : "RELATIVE";
@@ -87,7 +87,7 @@ void check_hold(const RsiSet& set, const RsiElement& one) {
 }
 
 void check_received(const RsiSet& set) {
-  for (int i = 1; i <= kAxes; ++i) {
+  for (int i = 1; i <= kVerifiedAxes; ++i) {
     const std::string tag = set.tag(i);
     const RsiElement* one = set.received(tag);
     if (one == nullptr) {

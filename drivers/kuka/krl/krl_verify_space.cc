@@ -9,7 +9,7 @@ namespace {
 
 // What the objects take where their parameters do not stand in the context.
 constexpr double kUsualLimitMm = 5, kUsualTurnDeg = 5, kUsualMonitor = 6;
-constexpr double kRounding = 1e-9;
+constexpr double kSpaceRounding = 1e-9;
 // TrafoCosysType of RSI: as a number, or by name where RSI-Visual's model has it.
 constexpr std::string_view kFrames[] = {"World", "Base", "RobRoot", "Tool", "TTS"};
 
@@ -68,7 +68,7 @@ void check_bound(const RsiSet& set, const RsiContextFile& file, const RsiObject&
                  const Bound& bound) {
   const ParameterValue have =
       value_of(set, file, object, bound.parameter, bound.sign * bound.usual);
-  if (bound.sign * have.value >= bound.limit - kRounding) return;
+  if (bound.sign * have.value >= bound.limit - kSpaceRounding) return;
   set.findings.refuse(file.name, have.line,
                       "{} of {} is {} {}, [rsi] {} is {}: {}. Raise the one or lower the other",
                       bound.parameter, object.id, have.value, bound.unit, bound.key, bound.limit,

@@ -11,8 +11,6 @@ namespace {
 // Below what an arm at rest shows of its encoders, above what a moving one does not.
 constexpr double kRestRad = 0.002 * kRadPerDeg;
 
-double seconds(Duration d) { return std::chrono::duration<double>(d).count(); }
-
 }  // namespace
 
 AxisDistance farthest_axis(const AxisAngles& a, const AxisAngles& b) {

@@ -32,8 +32,6 @@ constexpr double kPeerPatienceS = 2.5;
 // Ticks and packets farther apart than this: it was this thread that heard nothing.
 constexpr double kHeldUpS = 0.02;
 
-double seconds(Duration d) { return std::chrono::duration<double>(d).count(); }
-
 RsiConfig checked(RsiConfig config) {
   config.validate();
   config.limits = limits_within_wire(config);

@@ -19,8 +19,6 @@ constexpr double kSettleLimitS = 1.0;
 // After so many replies in a row that came late the arm stands, and no ramp is left to run.
 constexpr int kStandsUnheard = 3;
 
-double seconds(Duration d) { return std::chrono::duration<double>(d).count(); }
-
 void rest_at_way_points(Move& move) {
   for (Via& via : move.via) via.in_share = via.out_share = 0.0;
 }

@@ -15,8 +15,8 @@ namespace {
 using wire::kAxesPerElement;
 using wire::same_name;
 
-constexpr std::size_t kArenaBytes = kMaxEkiDocument * 48;  // as RSI's parser has it
-constexpr int kDecimals = 6;                               // 1e-6 deg, below REAL's own resolution
+constexpr std::size_t kEkiArenaBytes = kMaxEkiDocument * 48;  // as RSI's parser has it
+constexpr int kDecimals = 6;  // 1e-6 deg, below REAL's own resolution
 constexpr int kDurationDecimals = 4;
 
 /// Looks things up in one document and remembers the first thing that is wrong with it.
@@ -165,7 +165,7 @@ const char* to_string(EkiError error) {
 }
 
 struct EkiParser::Memory {
-  XmlArena arena{kArenaBytes};
+  XmlArena arena{kEkiArenaBytes};
   std::array<char, kMaxEkiDocument> text{};
 };
 

@@ -11,7 +11,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kPanel = 380.0, kTop = 62.0, kBottom = 8.0;
+constexpr double kPanel = 380.0, kViewTop = 62.0, kViewBottom = 8.0;
 constexpr double kShare = 0.42;  // radius of the drawn sphere, of the panel's width
 constexpr int kArcPoints = 60;
 constexpr double kAzimuth = 3.7, kElevation = 0.5;  // rad; the eye, on the side of the arm
@@ -28,7 +28,7 @@ Vector3d seen(const Vector3d& p) {
 struct Panel {
   double x0, scale;
   Point at(const Vector3d& view) const {
-    return {x0 + kPanel / 2.0 + scale * view.x(), kTop + kPanel / 2.0 - scale * view.y()};
+    return {x0 + kPanel / 2.0 + scale * view.x(), kViewTop + kPanel / 2.0 - scale * view.y()};
   }
 };
 
@@ -87,7 +87,7 @@ void draw_panel(Svg& svg, const SphereView& view, const Panel& panel) {
 }  // namespace
 
 std::string draw(const std::string& heading, const std::vector<SphereView>& views) {
-  Svg svg(kPanel * static_cast<double>(views.size()), kTop + kPanel + kBottom);
+  Svg svg(kPanel * static_cast<double>(views.size()), kViewTop + kPanel + kViewBottom);
   svg.text({16.0, 24.0}, heading, 15.0, Anchor::kStart, "#111", true);
   double x = 16.0;
   if (!views.empty()) {

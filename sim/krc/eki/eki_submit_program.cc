@@ -17,7 +17,7 @@ using drivers::EkiType;
 
 using drivers::kDegPerRad;
 using drivers::kRadPerDeg;
-constexpr double kUsualSpeed = 3.0;
+constexpr double kUsualFrameSpeed = 3.0;
 
 std::string axis_path(std::string_view root, std::string_view first, std::string_view external,
                       std::size_t i) {
@@ -56,7 +56,7 @@ EkiPrograms::EkiPrograms(EkiControllerConfig c)
         "emulated EKI controller: interrupt_ms and state_ms must be multiples of cycle_ms, lag_s "
         "positive");
   }
-  if (config.max_speed_rad_s.empty()) config.max_speed_rad_s.assign(axes, kUsualSpeed);
+  if (config.max_speed_rad_s.empty()) config.max_speed_rad_s.assign(axes, kUsualFrameSpeed);
   if (config.max_speed_rad_s.size() != axes) {
     throw std::invalid_argument("emulated EKI controller: max_speed_rad_s needs one per axis");
   }

@@ -13,8 +13,6 @@ constexpr std::size_t kParts = 4;
 // 0.1 ms.
 constexpr double kKeepsTimeS = 0.002;
 
-double seconds(Duration d) { return std::chrono::duration<double>(d).count(); }
-
 /// The earliest arrival of each quarter of the record against the counter [s], the newest first.
 std::array<double, kParts> earliest_s(const PositionRecord& record, double seconds_per_count) {
   const PositionRecord::Sample& last = record.newest();

@@ -17,7 +17,7 @@ constexpr std::size_t kLearnPackets = 25;
 // Arrivals within this fraction of IPOC's milliseconds: IPOC counts milliseconds.
 constexpr double kMillisecondTolerance = 0.15;
 // 2..40 ms, and what a timer on a loaded machine makes of it.
-constexpr double kShortestCycleS = 0.0016, kLongestCycleS = 0.048;
+constexpr double kShortestSeenCycleS = 0.0016, kLongestCycleS = 0.048;
 constexpr double kSecondsPerMillisecond = 0.001;
 // Peers that count packets are programs on a computer of many: they pause for longer than a
 // controller may, and their arms wait meanwhile.
@@ -109,7 +109,7 @@ void RsiStream::learn() {
   // A controller is never taken for a counter, however badly its packets arrive.
   counts_milliseconds_ = exact_ || step_ >= kSmallestControllerStep;
   const double cycle_s = exact_ ? by_ipoc_s : measured_s;
-  odd_cycle_ = cycle_s < kShortestCycleS || cycle_s > kLongestCycleS;
+  odd_cycle_ = cycle_s < kShortestSeenCycleS || cycle_s > kLongestCycleS;
   if (odd_cycle_) {
     pace_count_ = next_pace_ = 0;
   } else {
@@ -129,7 +129,7 @@ void RsiStream::follow() {
   }
   const double followed_s =
       std::clamp(measured_s, (1.0 - kFollow) * cycle_s_, (1.0 + kFollow) * cycle_s_);
-  cycle_s_ = std::clamp(followed_s, kShortestCycleS, kLongestCycleS);
+  cycle_s_ = std::clamp(followed_s, kShortestSeenCycleS, kLongestCycleS);
 }
 
 }  // namespace cellcal::drivers
