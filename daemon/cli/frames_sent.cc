@@ -46,6 +46,36 @@ bool apart(const json& values, const calib::FrameMmDeg& stated) {
   return false;
 }
 
+bool is_tool(const krl::ProposedFrame& one) { return one.name.starts_with("TOOL"); }
+
+double shift_mm(const json& from, const json& to) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < 3; ++i)
+    sum += std::pow(to.at("xyz_mm").at(i).get<double>() - from.at("xyz_mm").at(i).get<double>(), 2);
+  return std::sqrt(sum);
+}
+
+/// What was measured, and where it lies, has to be known of all that is set.
+void require_known(const krl::ProposedFrame& one, const krl::ProposedFrames& proposed) {
+  if (is_tool(one) && one.sigma_mm == std::array<double, 3>{})
+    throw std::runtime_error(
+        one.name +
+        ": the touches did not measure this tool's tip, it is as the cell file states "
+        "it. Give xyz_sigma_mm in the cell file and calibrate; nothing was set");
+  if (!is_tool(one) && !proposed.robroot_stated)
+    throw std::runtime_error(
+        one.name +
+        ": where the robot stands ($ROBROOT) is not known, and the base would lie "
+        "wrong by that. Give the controller's $machine.dat with --config; nothing was "
+        "set");
+}
+
+std::string known_words(const krl::ProposedFrame& one) {
+  if (!is_tool(one)) return "";
+  return fmt::format("; X, Y, Z +- {:.3f}, {:.3f}, {:.3f} mm (k=2), A, B, C as they are",
+                     2 * one.sigma_mm[0], 2 * one.sigma_mm[1], 2 * one.sigma_mm[2]);
+}
+
 void require_yes(bool confirmed, const std::string& question) {
   if (confirmed) return;
   if (::isatty(STDIN_FILENO) != 1)
@@ -69,8 +99,10 @@ int send_frames(const Connection& daemon, const FramesCommand& frames, const Sen
   const krl::ProposedFrames proposed = frames_of(frames, calibration);
   if (proposed.frames.empty())
     throw std::runtime_error("nothing to set: name a frame with --tool or --base");
-  json all = json::array();
+  // All are read, held against the files and shown before the first is set.
+  std::vector<json> orders;
   for (const krl::ProposedFrame& one : proposed.frames) {
+    require_known(one, proposed);
     const json was =
         parse(ask(daemon, "POST", "/v1/frames/read", json{{"frame", one.name}}.dump()));
     if (one.old && apart(was, *one.old))
@@ -78,20 +110,38 @@ int send_frames(const Connection& daemon, const FramesCommand& frames, const Sen
           "{} on the controller is {}, in the files given with --config {}. Give the controller's own "
           "$config.dat, or none",
           one.name, frame_line(was), frame_line(values_of(*one.old))));
-    fmt::print(stderr, "{} now  {}\n{} then {}\n", one.name, frame_line(was), one.name,
-               frame_line(values_of(one.frame)));
-    require_yes(how.confirm, "Every point taught in " + one.name + " moves with it.");
-    const json body{{"frame", one.name},
-                    {"values", values_of(one.frame)},
-                    {"was", {{"xyz_mm", was.at("xyz_mm")}, {"abc_deg", was.at("abc_deg")}}},
-                    {"reason", printable("calibration " + frames.calibration.filename().string())},
-                    {"by", user_name()},
-                    {"confirm", true}};
-    const json done = parse(ask(daemon, "POST", "/v1/frames", body.dump()));
-    all.push_back(done);
-    if (!daemon.json) put(printable(done.value("words", "")) + "\n", {});
+    json then = values_of(one.frame);
+    // Touches tell where the tip is, and nothing of how the tool is turned.
+    if (is_tool(one)) then["abc_deg"] = was.at("abc_deg");
+    fmt::print(stderr, "{} now  {}\n{} then {}: {:.3f} mm from it{}\n", one.name, frame_line(was),
+               one.name, frame_line(then), shift_mm(was, then), known_words(one));
+    orders.push_back(
+        {{"frame", one.name},
+         {"values", then},
+         {"was", {{"xyz_mm", was.at("xyz_mm")}, {"abc_deg", was.at("abc_deg")}}},
+         {"reason", printable("calibration " + frames.calibration.filename().string())},
+         {"by", user_name()},
+         {"confirm", true}});
   }
-  if (daemon.json) put(all.dump() + "\n", {});
+  std::string names;
+  for (const json& order : orders)
+    names += (names.empty() ? "" : ", ") + order.at("frame").get<std::string>();
+  require_yes(how.confirm, "Every point taught in " + names + " moves with it.");
+  json all = json::array();
+  const auto tell = [&] {
+    if (daemon.json) put(all.dump() + "\n", {});
+  };
+  for (const json& order : orders) {
+    try {
+      all.push_back(parse(ask(daemon, "POST", "/v1/frames", order.dump())));
+    } catch (const std::exception&) {
+      if (!all.empty()) tell();
+      for (const json& done : all) fmt::print(stderr, "{}\n", printable(done.value("words", "")));
+      throw;
+    }
+    if (!daemon.json) put(printable(all.back().value("words", "")) + "\n", {});
+  }
+  tell();
   return kSuccess;
 }
 

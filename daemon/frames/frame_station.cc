@@ -127,6 +127,7 @@ FrameRecord FrameStation::set(const FrameOrder& order) {
 }
 
 FrameRecord FrameStation::restore(int id, const std::string& by) {
+  if (!problem_.empty()) throw FrameNotSent(Why::kStorage, problem_);
   FrameRecord back;
   {
     const std::lock_guard lock(mutex_);
@@ -157,6 +158,7 @@ FrameRecord FrameStation::restore(int id, const std::string& by) {
             "Somebody has changed it since; set it at the pendant",
             to_string(back.name), krl_text(now), id, krl_text(original.before)));
   back.before = now;
+  require_sound({back.name, back.sent, now, by, back.reason});
   return send(std::move(back));
 }
 

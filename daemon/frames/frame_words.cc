@@ -33,7 +33,7 @@ std::string trouble_words(const EkiFrameResult& result) {
     case EkiFrameTrouble::kNoConnection:
       return fmt::format(
           "no connection to {} ({}). Check the network, and that the controller's submit "
-          "interpreter runs CELLCAL_SUB",
+          "interpreter runs CELLCAL_SUB; or another client still has it: try again in 15 s",
           result.peer, result.detail);
     case EkiFrameTrouble::kNoState:
       return fmt::format("no state from {}. Check that the submit interpreter runs CELLCAL_SUB",
@@ -46,13 +46,13 @@ std::string trouble_words(const EkiFrameResult& result) {
     case EkiFrameTrouble::kMoves:
       return "the arm does not stand. Let go of the keys, and try again";
     case EkiFrameTrouble::kClosed:
-      return "the controller closed the connection";
+      return "the controller closed the connection: another client has it, try again in 15 s";
     case EkiFrameTrouble::kNoAnswer:
       return "no answer in time";
     case EkiFrameTrouble::kOtherFrame:
       return "the answer is about another frame";
     case EkiFrameTrouble::kNotAStream:
-      return "what came has no end";
+      return "the answer is longer than 8192 bytes: that is not cellcal's program";
     case EkiFrameTrouble::kNone:
       break;
   }
@@ -75,8 +75,9 @@ std::string not_sent_words(const FrameName& name, const EkiFrameResult& result) 
 
 std::string unknown_words(const FrameRecord& record, const std::string& why) {
   return fmt::format(
-      "{}: unknown whether it was set: {}. Read it at the pendant. It was {}; sent was {}",
-      to_string(record.name), why, krl_text(record.before), krl_text(record.sent));
+      "{}: unknown whether it was set: {}. Read it at the pendant, or set the old values by 'cellcal frames "
+      "--restore {}'. It was {}; sent was {}",
+      to_string(record.name), why, record.id, krl_text(record.before), krl_text(record.sent));
 }
 
 std::string outcome_words(const FrameRecord& record, const EkiFrameResult& result) {

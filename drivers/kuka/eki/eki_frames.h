@@ -91,7 +91,8 @@ class EkiFrameExchange {
   std::optional<EkiFrameResult> result_;
 };
 
-/// Over TCP, in this thread: at most some ten seconds. Reaches nothing but this address. Throws DriverError
+/// Over TCP, in this thread: at most some ten seconds, or twenty where the controller takes the connection and
+/// closes it again, as it does for a moment behind another client. Reaches nothing but this address. Throws DriverError
 /// where it is no IP address.
 EkiFrameResult exchange_frame(const std::string& address, std::uint16_t port,
                               const EkiFrameRequest& request);

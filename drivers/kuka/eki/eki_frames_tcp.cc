@@ -19,8 +19,9 @@ using namespace std::chrono_literals;
 using asio::ip::tcp;
 using boost::system::error_code;
 
-// The controller opens its port again a moment after a client has gone.
-constexpr Duration kFramesConnectLimit = 3s, kConnectPause = 100ms;
+// The controller opens its port again a moment after a client has gone; until then its listener may take a
+// connection and close it at once. Of a client whose cable was pulled it knows after its own 10 s.
+constexpr Duration kFramesConnectLimit = 3s, kReopenLimit = 12s, kConnectPause = 100ms;
 constexpr Duration kStep = 20ms;
 
 std::uint32_t draw_ask() {
@@ -38,7 +39,7 @@ error_code finish(asio::io_context& context, tcp::socket& socket,
   socket.cancel(ignored_on_purpose);
   context.restart();
   context.run();
-  return done.value_or(asio::error::timed_out);
+  return asio::error::timed_out;
 }
 
 error_code connect(asio::io_context& context, tcp::socket& socket, const tcp::endpoint& peer) {
@@ -55,25 +56,9 @@ error_code connect(asio::io_context& context, tcp::socket& socket, const tcp::en
   }
 }
 
-}  // namespace
-
-EkiFrameResult exchange_frame(const std::string& address, std::uint16_t port,
-                              const EkiFrameRequest& request) {
-  error_code error;
-  const auto host = asio::ip::make_address(address, error);
-  if (error)
-    throw DriverError(
-        fmt::format("EKI: address \"{}\" is not an IP address: {}", address, error.message()));
-  asio::io_context context;
-  tcp::socket socket(context);
-  const std::string peer = fmt::format("{}:{}", address, port);
-  if (const error_code failure = connect(context, socket, {host, port})) {
-    EkiFrameResult none;
-    none.trouble = EkiFrameTrouble::kNoConnection;
-    none.peer = peer;
-    none.detail = failure.message();
-    return none;
-  }
+/// On a connection, to the end of the exchange.
+EkiFrameResult exchange_on(asio::io_context& context, tcp::socket& socket,
+                           const EkiFrameRequest& request) {
   EkiFrameExchange exchange(request, draw_ask(), std::chrono::steady_clock::now());
   std::array<char, 4096> received{};
   while (!exchange.result()) {
@@ -88,15 +73,44 @@ EkiFrameResult exchange_frame(const std::string& address, std::uint16_t port,
     const TimePoint now = std::chrono::steady_clock::now();
     exchange.on_bytes({received.data(), count}, now);
     exchange.on_tick(now);
-    if (failure && failure != asio::error::operation_aborted && failure != asio::error::timed_out) {
+    error_code error;
+    if (failure && failure != asio::error::timed_out) {
       exchange.on_closed();
     } else if (const std::string out = exchange.take_output(); !out.empty()) {
       asio::write(socket, asio::buffer(out), error);
       if (error) exchange.on_closed();
     }
   }
-  EkiFrameResult result = *exchange.result();
-  result.peer = peer;
+  return *exchange.result();
+}
+
+}  // namespace
+
+EkiFrameResult exchange_frame(const std::string& address, std::uint16_t port,
+                              const EkiFrameRequest& request) {
+  error_code error;
+  const auto host = asio::ip::make_address(address, error);
+  if (error)
+    throw DriverError(
+        fmt::format("EKI: address \"{}\" is not an IP address: {}", address, error.message()));
+  asio::io_context context;
+  tcp::socket socket(context);
+  EkiFrameResult result;
+  for (const TimePoint begun = std::chrono::steady_clock::now();;) {
+    if (const error_code failure = connect(context, socket, {host, port})) {
+      result.trouble = EkiFrameTrouble::kNoConnection;
+      result.detail = failure.message();
+    } else {
+      result = exchange_on(context, socket, request);
+    }
+    // Closed before anything was asked of it: it is asked again.
+    const TimePoint now = std::chrono::steady_clock::now();
+    if (result.end != EkiFrameEnd::kNotSent || result.trouble != EkiFrameTrouble::kClosed ||
+        now - begun > kReopenLimit)
+      break;
+    steady_clock().sleep_until(now + kConnectPause);
+  }
+  result.peer = fmt::format("{}:{}", address, port);
   return result;
 }
 

@@ -22,6 +22,14 @@ namespace {
 
 using nlohmann::json;
 
+/// Whose touches said nothing of the tip.
+calib::Calibration as_stated() {
+  calib::Calibration found = calibration();
+  for (calib::ParameterResult& one : found.parameters)
+    if (one.key.kind == calib::ParameterKind::kTcp) one.sigma = 0.0;
+  return found;
+}
+
 class frames_sent : public ::testing::Test {
  protected:
   frames_sent() {
@@ -29,6 +37,7 @@ class frames_sent : public ::testing::Test {
     std::ofstream(dir_ / "cal.json") << calib::calibration_to_json(found);
     found.verdict.publish = false;
     std::ofstream(dir_ / "withheld.json") << calib::calibration_to_json(found);
+    std::ofstream(dir_ / "as stated.json") << calib::calibration_to_json(as_stated());
   }
   ~frames_sent() override {
     boost::asio::post(context_, [this] {
@@ -97,6 +106,23 @@ TEST_F(frames_sent, says_what_the_controller_had_and_sends_what_was_confirmed) {
   const calib::FrameMmDeg frame = krl::propose_frames(calibration(), tool).frames.at(0).frame;
   for (std::size_t i = 0; i < 3; ++i)
     EXPECT_NEAR(body["values"]["xyz_mm"][i].get<double>(), frame.xyz_mm[i], 1e-6);
+  EXPECT_EQ(body["values"]["abc_deg"], body["was"]["abc_deg"]) << "touches say nothing of it";
+  EXPECT_NE(outcome.err.find("mm (k=2)"), std::string::npos) << outcome.err;
+}
+
+TEST_F(frames_sent, are_none_of_a_base_where_nobody_says_where_the_robot_stands) {
+  const Outcome outcome = frames({"--calibration", dir_ / "cal.json", "--tool", "1", "--base",
+                                  "3=S1,S2,S3", "--send", "--confirm"});
+  EXPECT_EQ(outcome.status, 1);
+  EXPECT_NE(outcome.err.find("$machine.dat"), std::string::npos) << outcome.err;
+  EXPECT_EQ(asked("POST /v1/frames"), 0U) << "nor the tool before it";
+}
+
+TEST_F(frames_sent, are_none_of_a_tip_that_the_touches_did_not_measure) {
+  const Outcome outcome = send({"--confirm"}, "as stated.json");
+  EXPECT_EQ(outcome.status, 1);
+  EXPECT_NE(outcome.err.find("xyz_sigma_mm"), std::string::npos) << outcome.err;
+  EXPECT_EQ(asked("POST /v1/frames"), 0U);
 }
 
 TEST_F(frames_sent, are_none_where_nobody_confirmed) {

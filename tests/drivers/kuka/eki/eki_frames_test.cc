@@ -293,6 +293,21 @@ TEST(EkiFrameSockets, SetAFrameOfTheEmulatedController) {
   });
 }
 
+TEST(EkiFrameSockets, AnswerOneExchangeRightBehindAnother) {
+  sim::EkiServer krc(with_frames(), {.address = "127.0.0.1", .port = 0});
+  krc.start();
+  const EkiFrameRequest read{EkiFrameKind::kTool, 3, std::nullopt};
+  const EkiFrameRequest old{EkiFrameKind::kTool, 3, kOld};
+  EXPECT_EQ(exchange_frame("127.0.0.1", krc.port(), read).end, EkiFrameEnd::kRead);
+  EXPECT_EQ(exchange_frame("127.0.0.1", krc.port(), set_tool()).end, EkiFrameEnd::kSet);
+  EXPECT_EQ(exchange_frame("127.0.0.1", krc.port(), read).end, EkiFrameEnd::kRead);
+  EXPECT_EQ(exchange_frame("127.0.0.1", krc.port(), old).end, EkiFrameEnd::kSet);
+  krc.with([](sim::EkiController& controller) {
+    EXPECT_EQ(controller.frames_set(), 2U);
+    EXPECT_TRUE(same_frame(kOld, controller.frame(EkiFrameKind::kTool, 3)));
+  });
+}
+
 /// A peer on a real socket that sends states, and `behind` once it was asked something; then it hangs up.
 class Peer {
  public:
