@@ -83,19 +83,21 @@ void FrameStation::store(const std::vector<FrameRecord>& records) const {
 }
 
 EkiFrameResult FrameStation::ask(const FrameName& name,
-                                 const std::optional<EkiFrameValues>& values) {
+                                 const drivers::EkiFrameChoice& choice) const {
+  if (!problem_.empty()) throw FrameNotSent(Why::kStorage, problem_);
   const Exchange exchange = parts_.exchange();
   if (!exchange) throw FrameNotSent(Why::kNotConfigured, not_configured_words());
-  if (!problem_.empty()) throw FrameNotSent(Why::kStorage, problem_);
   try {
-    return exchange({name.kind, name.number, values});
+    return exchange({name.kind, name.number, std::nullopt}, choice);
+  } catch (const FrameNotSent&) {
+    throw;
   } catch (const std::exception& error) {
     throw FrameNotSent(Why::kController, error.what());
   }
 }
 
 EkiFrameValues FrameStation::read(const FrameName& name) {
-  const EkiFrameResult result = ask(name, std::nullopt);
+  const EkiFrameResult result = ask(name, {});
   if (result.end != EkiFrameEnd::kRead || !result.new_values)
     throw FrameNotSent(Why::kController, not_sent_words(name, result));
   return *result.new_values;
@@ -103,67 +105,94 @@ EkiFrameValues FrameStation::read(const FrameName& name) {
 
 FrameRecord FrameStation::set(const FrameOrder& order) {
   require_sound(order);
-  const EkiFrameValues now = read(order.name);
-  if (!same_frame(order.was, now))
-    throw FrameNotSent(Why::kChanged,
-                       fmt::format("{} on the controller is {}, not what was confirmed: {}. "
-                                   "Nothing was sent; look at it and confirm again",
-                                   to_string(order.name), krl_text(now), krl_text(order.was)));
-  if (order.name.kind == EkiFrameKind::kTool &&
-      apart_mm(now, order.values) > parts_.another_tool_mm)
-    throw FrameNotSent(
-        Why::kUnusable,
-        fmt::format(
-            "{} on the controller is {:.1f} mm from what was to be set (limit {:.0f} mm): another "
-            "tool's number. Give the number of the tool that touched, or measure it roughly first",
-            to_string(order.name), apart_mm(now, order.values), parts_.another_tool_mm));
-  FrameRecord record;
-  record.by = order.by;
-  record.reason = order.reason;
-  record.name = order.name;
-  record.before = now;
-  record.sent = order.values;
-  return send(std::move(record));
+  return replace(order.name, [&](const EkiFrameValues& now) {
+    if (!same_frame(order.was, now))
+      throw FrameNotSent(Why::kChanged,
+                         fmt::format("{} on the controller is {}, not what was confirmed: {}. "
+                                     "Nothing was sent; look at it and confirm again",
+                                     to_string(order.name), krl_text(now), krl_text(order.was)));
+    if (order.name.kind == EkiFrameKind::kTool &&
+        apart_mm(now, order.values) > parts_.another_tool_mm)
+      throw FrameNotSent(
+          Why::kUnusable,
+          fmt::format(
+              "{} on the controller is {:.1f} mm from what was to be set (limit {:.0f} mm): another "
+              "tool's number. Give the number of the tool that touched, or measure it roughly first",
+              to_string(order.name), apart_mm(now, order.values), parts_.another_tool_mm));
+    FrameRecord record;
+    record.by = order.by;
+    record.reason = order.reason;
+    record.sent = order.values;
+    return record;
+  });
 }
 
 FrameRecord FrameStation::restore(int id, const std::string& by) {
   if (!problem_.empty()) throw FrameNotSent(Why::kStorage, problem_);
-  FrameRecord back;
-  {
-    const std::lock_guard lock(mutex_);
-    const auto found = std::ranges::find(records_, id, &FrameRecord::id);
-    if (found == records_.end())
+  const auto original = find(id);
+  if (!original)
+    throw FrameNotSent(
+        Why::kNoSuchRecord,
+        fmt::format("no frame was sent under number {}. See 'cellcal frames --sent'", id));
+  require_sound({original->name, original->before, {}, by, {}});
+  return replace(original->name, [&](const EkiFrameValues& now) {
+    const bool as_left = same_frame(original->sent, now) || same_frame(original->before, now) ||
+                         (original->read_back && same_frame(*original->read_back, now));
+    if (!as_left)
       throw FrameNotSent(
-          Why::kNoSuchRecord,
-          fmt::format("no frame was sent under number {}. See 'cellcal frames --sent'", id));
+          Why::kChanged,
+          fmt::format(
+              "{} on the controller is {}: neither what number {} sent nor what was before it, {}. "
+              "Somebody has changed it since; set it at the pendant",
+              to_string(original->name), krl_text(now), id, krl_text(original->before)));
+    FrameRecord back;
     back.by = by;
     back.reason = fmt::format("old values of {} again", id);
-    back.name = found->name;
-    back.before = found->sent;
-    back.sent = found->before;
+    back.sent = original->before;
     back.restores = id;
+    return back;
+  });
+}
+
+std::optional<FrameRecord> FrameStation::find(int id) const {
+  const std::lock_guard lock(mutex_);
+  const auto found = std::ranges::find(records_, id, &FrameRecord::id);
+  return found == records_.end() ? std::nullopt : std::optional(*found);
+}
+
+FrameRecord FrameStation::replace(
+    const FrameName& name, const std::function<FrameRecord(const EkiFrameValues& now)>& order) {
+  const std::lock_guard lock(one_at_a_time_);
+  std::optional<FrameRecord> record;
+  EkiFrameResult result;
+  try {
+    result = ask(name, [&](const EkiFrameValues& now) {
+      FrameRecord next = order(now);
+      next.name = name;
+      next.before = now;
+      note_before(next);
+      record = next;
+      return std::optional(next.sent);
+    });
+  } catch (const FrameNotSent& error) {
+    if (!record) throw;
+    // It broke off behind the record: where in between is not known.
+    result.end = EkiFrameEnd::kUnknown;
+    result.detail = error.what();
   }
-  const EkiFrameValues now = read(back.name);
-  const auto original = [&] {
-    const std::lock_guard lock(mutex_);
-    return *std::ranges::find(records_, id, &FrameRecord::id);
-  }();
-  const bool as_left = same_frame(original.sent, now) || same_frame(original.before, now) ||
-                       (original.read_back && same_frame(*original.read_back, now));
-  if (!as_left)
-    throw FrameNotSent(
-        Why::kChanged,
-        fmt::format(
-            "{} on the controller is {}: neither what number {} sent nor what was before it, {}. "
-            "Somebody has changed it since; set it at the pendant",
-            to_string(back.name), krl_text(now), id, krl_text(original.before)));
-  back.before = now;
-  require_sound({back.name, back.sent, now, by, back.reason});
-  return send(std::move(back));
+  if (!record) throw FrameNotSent(Why::kController, not_sent_words(name, result));
+  record->outcome = outcome_of(result.end);
+  if (result.old_values) record->before = *result.old_values;
+  record->read_back = result.new_values;
+  record->words = outcome_words(*record, result);
+  note_after(*record);
+  if (record->outcome == FrameOutcome::kRefused || record->outcome == FrameOutcome::kNotSent)
+    throw FrameNotSent(Why::kController, record->words);
+  return *record;
 }
 
 /// On disk as 'unknown' before anything is sent: whoever kills this daemon now leaves the old values.
-FrameRecord FrameStation::send(FrameRecord record) {
+void FrameStation::note_before(FrameRecord& record) {
   const std::lock_guard lock(mutex_);
   record.id = records_.empty() ? 1 : records_.back().id + 1;
   record.time = parts_.utc_now();
@@ -173,20 +202,11 @@ FrameRecord FrameStation::send(FrameRecord record) {
   next.push_back(record);
   if (next.size() > kMostFrameRecords) next.erase(next.begin());
   store(next);
-  records_ = next;
+  records_ = std::move(next);
+}
 
-  EkiFrameResult result;
-  try {
-    result = ask(record.name, record.sent);
-  } catch (const FrameNotSent& error) {
-    // Where in between it broke off is not known, unless it did not begin.
-    if (error.why == Why::kController) result.end = EkiFrameEnd::kUnknown;
-    result.detail = error.what();
-  }
-  record.outcome = outcome_of(result.end);
-  if (result.old_values) record.before = *result.old_values;
-  record.read_back = result.new_values;
-  record.words = outcome_words(record, result);
+void FrameStation::note_after(FrameRecord& record) {
+  const std::lock_guard lock(mutex_);
   records_.back() = record;
   try {
     store(records_);
@@ -195,9 +215,6 @@ FrameRecord FrameStation::send(FrameRecord record) {
     record.words += fmt::format(". Not on disk: {}", error.what());
     records_.back() = record;
   }
-  if (record.outcome == FrameOutcome::kRefused || record.outcome == FrameOutcome::kNotSent)
-    throw FrameNotSent(Why::kController, record.words);
-  return record;
 }
 
 }  // namespace cellcal::daemon

@@ -37,7 +37,9 @@ inline constexpr std::size_t kMostFrameRecords = 1000;
 
 class FrameStation {
  public:
-  using Exchange = std::function<drivers::EkiFrameResult(const drivers::EkiFrameRequest&)>;
+  /// drivers::exchange_frame to a controller: reads, and sets what the choice gives on the same connection.
+  using Exchange = std::function<drivers::EkiFrameResult(const drivers::EkiFrameRequest&,
+                                                         const drivers::EkiFrameChoice&)>;
   struct Parts {
     std::filesystem::path file;
     /// To the controller, as the configuration says now; null: it does not allow it.
@@ -54,21 +56,26 @@ class FrameStation {
   /// Oldest first.
   std::vector<FrameRecord> records() const;
 
-  /// These throw FrameNotSent. Each takes up to ten seconds per telegram.
+  /// These throw FrameNotSent. Each takes some twenty seconds at most.
   drivers::EkiFrameValues read(const FrameName& name);
   /// What came of it: kSet, kDiffers or kUnknown; a refusal is thrown.
   FrameRecord set(const FrameOrder& order);
   FrameRecord restore(int id, const std::string& by);
 
  private:
-  drivers::EkiFrameResult ask(const FrameName& name,
-                              const std::optional<drivers::EkiFrameValues>& values);
-  FrameRecord send(FrameRecord record);
+  drivers::EkiFrameResult ask(const FrameName& name, const drivers::EkiFrameChoice& choice) const;
+  /// `order` makes the record of what is to be set from what the controller has now, or throws FrameNotSent.
+  FrameRecord replace(const FrameName& name,
+                      const std::function<FrameRecord(const drivers::EkiFrameValues& now)>& order);
+  void note_before(FrameRecord& record);
+  void note_after(FrameRecord& record);
+  std::optional<FrameRecord> find(int id) const;
   void store(const std::vector<FrameRecord>& records) const;
 
   Parts parts_;
   std::string problem_;
-  mutable std::mutex mutex_;
+  std::mutex one_at_a_time_;  ///< who replaces a frame
+  mutable std::mutex mutex_;  ///< of the records
   std::vector<FrameRecord> records_;
 };
 

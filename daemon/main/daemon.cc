@@ -190,8 +190,8 @@ Examiner::Parts doctor_within(const LiveConfig& live, SessionService& service) {
 FrameStation::Exchange to_controller(const LiveConfig& live) {
   const auto config = live.now();
   if (config->backend != BackendKind::kEki || !config->controller.write_frames) return {};
-  return [config](const drivers::EkiFrameRequest& request) {
-    return drivers::exchange_frame(config->eki.address, config->eki.port, request);
+  return [config](const drivers::EkiFrameRequest& request, const drivers::EkiFrameChoice& choice) {
+    return drivers::exchange_frame(config->eki.address, config->eki.port, request, choice);
   };
 }
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <csignal>
 #include <cstdio>
 #include <fstream>
@@ -198,6 +199,10 @@ int run_eki(const sim::EmulatorOptions& options, const calib::Cell& cell) {
   controller.lag_s = options.controller.lag_s;
   controller.noise_sigma_deg = options.controller.noise_sigma_deg;
   controller.seed = options.controller.seed;
+  // What a commissioned controller has: the cell file's tool, measured roughly.
+  const calib::FrameMmDeg tool = calib::to_frame(cell.tool.tcp);
+  std::copy(tool.xyz_mm.begin(), tool.xyz_mm.end(), controller.tool_data[0].begin());
+  std::copy(tool.abc_deg.begin(), tool.abc_deg.end(), controller.tool_data[0].begin() + 3);
 
   Cell emulated(options, cell);
   sim::EkiController* running = nullptr;
@@ -219,10 +224,14 @@ int run_eki(const sim::EmulatorOptions& options, const calib::Cell& cell) {
   std::fflush(stdout);
   wait_for_operator(options, krc);
   krc.stop();
-  std::uint64_t moves = 0;
-  krc.with([&](sim::EkiController& c) { moves = c.moves(); });
-  fmt::print("emulator: {} moves, {} clients refused, deepest {:.3f} mm, {} crashes of the shaft\n",
-             moves, krc.refused_clients(), watch.deepest_m() * 1e3, watch.crashes());
+  std::uint64_t moves = 0, frames = 0;
+  krc.with([&](sim::EkiController& c) {
+    moves = c.moves();
+    frames = c.frames_set();
+  });
+  fmt::print(
+      "emulator: {} moves, {} frames set, {} clients refused, deepest {:.3f} mm, {} crashes of the shaft\n",
+      moves, frames, krc.refused_clients(), watch.deepest_m() * 1e3, watch.crashes());
   return watch.crashes() == 0 ? 0 : 1;
 }
 

@@ -5,6 +5,7 @@ import json
 import os
 import pty
 import re
+import shutil
 import socket
 import subprocess
 import sys
@@ -403,6 +404,51 @@ class Virtual(Wires):
         outcome = run()
         self.assertEqual(outcome.returncode, 0, outcome.stdout + outcome.stderr)
         self.assertRegex(outcome.stdout, r"since the last one: .* session 4 of ")
+
+    def test_a_frame_is_sent_to_the_controller_and_set_back_over_eki(self):
+        """A calibration that was published, then one run: send, look, set back."""
+        self.mock(12)
+        before = self.daemon()
+        # The demo's cell states its tip as certain; here it is measured.
+        shutil.copytree(os.path.dirname(CELL), f"{self.dir}/cell")
+        cell = f"{self.dir}/cell/{os.path.basename(CELL)}"
+        with open(CELL) as f:
+            text = f.read()
+        with open(cell, "w") as f:
+            f.write(text.replace("tip_radius_mm", "xyz_sigma_mm = [1.0, 1.0, 1.0]\ntip_radius_mm"))
+        run = self.client("run", "--cell", cell, "--touches", "60", "--check", "12")
+        self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
+        before.terminate()
+        self.assertEqual(before.wait(20), 0)
+        with socket.socket() as s:
+            s.bind(("127.0.0.1", 0))
+            port = s.getsockname()[1]
+        config = f"{self.dir}/cellcald.toml"
+        with open(config, "w") as f:
+            f.write(CONFIG.format(dir=self.dir, port=self.port)
+                    .replace('backend = "rsi"', 'backend = "eki"') +
+                    f'[eki]\naddress = "127.0.0.1"\nport = {port}\nwrite_frames = true\n')
+        made = subprocess.run([os.environ["CELLCAL"], "kuka-files", "--config", config, "-o",
+                               f"{self.dir}/krc"], capture_output=True, text=True, timeout=60)
+        self.assertEqual(made.returncode, 0, made.stderr)
+        emulator = self.emulator("--wire", "eki", "--eki-xml", f"{self.dir}/krc/CellcalEki.xml")
+        self.daemon()
+        calibration = f"{self.dir}/state/sessions/1/calibration.json"
+        # The controller opens its port again a moment after each client: three of them at once.
+        sent = self.client("frames", "--calibration", calibration, "--tool", "1", "--send",
+                           "--confirm", "--json")
+        self.assertEqual(sent.returncode, 0, sent.stdout + sent.stderr + self.log())
+        record = json.loads(sent.stdout)[0]
+        self.assertEqual((record["outcome"], record["frame"]), ("set", "TOOL_DATA[1]"))
+        self.assertNotEqual(record["before"]["xyz_mm"], record["sent"]["xyz_mm"])
+        self.assertEqual(record["before"]["abc_deg"], record["sent"]["abc_deg"])
+        listed = json.loads(self.client("frames", "--sent", "--json").stdout)["frames"]
+        self.assertEqual([one["id"] for one in listed], [1])
+        back = self.client("frames", "--restore", "1", "--confirm", "--json")
+        self.assertEqual(back.returncode, 0, back.stdout + back.stderr + self.log())
+        self.assertEqual(json.loads(back.stdout)["read_back"], record["before"])
+        emulator.terminate()
+        self.assertIn("0 moves, 2 frames set", emulator.communicate(timeout=20)[0])
 
 
 if __name__ == "__main__":

@@ -29,7 +29,7 @@ bool same_frame(const EkiFrameValues& sent, const EkiFrameValues& read) {
 }
 
 EkiFrameExchange::EkiFrameExchange(EkiFrameRequest request, std::uint32_t ask, TimePoint connected)
-    : request_(request), ask_(ask), connected_(connected) {}
+    : request_(request), ask_(ask), begun_(connected) {}
 
 void EkiFrameExchange::on_bytes(std::string_view bytes, TimePoint now) {
   for (const char c : bytes) {
@@ -108,8 +108,17 @@ void EkiFrameExchange::end(EkiFrameTrouble why) {
 }
 
 void EkiFrameExchange::on_tick(TimePoint now) {
-  if (!sent_ && now - connected_ > kSendLimit) end(in_the_way_);
+  if (!sent_ && now - begun_ > kSendLimit) end(in_the_way_);
   if (sent_ && now - sent_at_ > kAnswerLimit) end(EkiFrameTrouble::kNoAnswer);
+}
+
+void EkiFrameExchange::set(const EkiFrameValues& values, std::uint32_t ask, TimePoint now) {
+  result_.reset();
+  request_.values = values;
+  ask_ = ask;
+  begun_ = now;
+  sent_ = false;
+  in_the_way_ = EkiFrameTrouble::kNoState;
 }
 
 void EkiFrameExchange::on_closed() { end(EkiFrameTrouble::kClosed); }

@@ -57,6 +57,10 @@ struct EkiFrameResult {
   std::string detail;                                    ///< kNoConnection: the system's words
 };
 
+/// What a frame is to be, from what it is now; none: as it is. What it throws ends the connection, and nothing was
+/// sent then.
+using EkiFrameChoice = std::function<std::optional<EkiFrameValues>(const EkiFrameValues& now)>;
+
 /// What was sent, and what came back: equal within the last decimal of the text, and what a 32-bit REAL holds.
 bool same_frame(const EkiFrameValues& sent, const EkiFrameValues& read);
 
@@ -68,6 +72,8 @@ class EkiFrameExchange {
   void on_bytes(std::string_view bytes, TimePoint now);
   void on_tick(TimePoint now);
   void on_closed();
+  /// Behind a read, on the same connection: sets these values. `ask`: another one than before.
+  void set(const EkiFrameValues& values, std::uint32_t ask, TimePoint now);
   /// To be sent, all of it, once. From then on its outcome can be unknown.
   std::string take_output();
   const std::optional<EkiFrameResult>& result() const { return result_; }
@@ -84,17 +90,18 @@ class EkiFrameExchange {
   EkiParser parser_;
   EkiState state_;
   AxisAngles rest_deg_;
-  TimePoint connected_, rest_since_{}, sent_at_{};
+  TimePoint begun_, rest_since_{}, sent_at_{};
   EkiFrameTrouble in_the_way_ = EkiFrameTrouble::kNoState;
   bool sent_ = false;
   std::string output_;
   std::optional<EkiFrameResult> result_;
 };
 
-/// Over TCP, in this thread: at most some ten seconds, or twenty where the controller takes the connection and
-/// closes it again, as it does for a moment behind another client. Reaches nothing but this address. Throws DriverError
-/// where it is no IP address.
+/// Over TCP, in this thread. With a `choice` the frame is read, and where the choice gives values they are set on
+/// the same connection: nobody else is served in between. A connection that the controller takes and closes again,
+/// or says nothing on, is tried again for 12 s while the choice was not asked. At most some twenty seconds. Reaches
+/// nothing but this address. Throws DriverError where it is no IP address, and what the choice throws.
 EkiFrameResult exchange_frame(const std::string& address, std::uint16_t port,
-                              const EkiFrameRequest& request);
+                              const EkiFrameRequest& request, const EkiFrameChoice& choice = {});
 
 }  // namespace cellcal::drivers

@@ -56,10 +56,7 @@ error_code connect(asio::io_context& context, tcp::socket& socket, const tcp::en
   }
 }
 
-/// On a connection, to the end of the exchange.
-EkiFrameResult exchange_on(asio::io_context& context, tcp::socket& socket,
-                           const EkiFrameRequest& request) {
-  EkiFrameExchange exchange(request, draw_ask(), std::chrono::steady_clock::now());
+void run_to_result(asio::io_context& context, tcp::socket& socket, EkiFrameExchange& exchange) {
   std::array<char, 4096> received{};
   while (!exchange.result()) {
     std::optional<error_code> done;
@@ -81,13 +78,34 @@ EkiFrameResult exchange_on(asio::io_context& context, tcp::socket& socket,
       if (error) exchange.on_closed();
     }
   }
-  return *exchange.result();
+}
+
+/// On a connection, to the end of the exchange. `chosen`: the choice was asked.
+EkiFrameResult exchange_on(asio::io_context& context, tcp::socket& socket,
+                           const EkiFrameRequest& request, const EkiFrameChoice& choice,
+                           bool& chosen) {
+  EkiFrameExchange exchange(request, draw_ask(), std::chrono::steady_clock::now());
+  for (;;) {
+    run_to_result(context, socket, exchange);
+    const EkiFrameResult result = *exchange.result();
+    if (!choice || chosen || result.end != EkiFrameEnd::kRead) return result;
+    chosen = true;
+    const auto values = choice(*result.new_values);
+    if (!values) return result;
+    exchange.set(*values, draw_ask(), std::chrono::steady_clock::now());
+  }
+}
+
+/// The controller had no time for this client, and nothing was asked for that could change anything.
+bool may_be_tried_again(const EkiFrameResult& result) {
+  return result.end == EkiFrameEnd::kNotSent && (result.trouble == EkiFrameTrouble::kClosed ||
+                                                 result.trouble == EkiFrameTrouble::kNoState);
 }
 
 }  // namespace
 
 EkiFrameResult exchange_frame(const std::string& address, std::uint16_t port,
-                              const EkiFrameRequest& request) {
+                              const EkiFrameRequest& request, const EkiFrameChoice& choice) {
   error_code error;
   const auto host = asio::ip::make_address(address, error);
   if (error)
@@ -96,18 +114,17 @@ EkiFrameResult exchange_frame(const std::string& address, std::uint16_t port,
   asio::io_context context;
   tcp::socket socket(context);
   EkiFrameResult result;
+  bool chosen = false;
   for (const TimePoint begun = std::chrono::steady_clock::now();;) {
+    result = {};
     if (const error_code failure = connect(context, socket, {host, port})) {
       result.trouble = EkiFrameTrouble::kNoConnection;
       result.detail = failure.message();
     } else {
-      result = exchange_on(context, socket, request);
+      result = exchange_on(context, socket, request, choice, chosen);
     }
-    // Closed before anything was asked of it: it is asked again.
     const TimePoint now = std::chrono::steady_clock::now();
-    if (result.end != EkiFrameEnd::kNotSent || result.trouble != EkiFrameTrouble::kClosed ||
-        now - begun > kReopenLimit)
-      break;
+    if (chosen || !may_be_tried_again(result) || now - begun > kReopenLimit) break;
     steady_clock().sleep_until(now + kConnectPause);
   }
   result.peer = fmt::format("{}:{}", address, port);

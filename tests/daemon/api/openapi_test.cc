@@ -129,23 +129,28 @@ struct a_described_api : ::testing::Test, testing::WithoutHardware {
   drivers::EkiFrameValues on_controller{59.9, 50.5, 410.3, 38.84, 3.59, 0.0};
   drivers::EkiFrameEnd next_set = drivers::EkiFrameEnd::kSet;
   bool sets_frames = false;
-  drivers::EkiFrameResult exchange(const drivers::EkiFrameRequest& request) {
+  drivers::EkiFrameResult exchange(const drivers::EkiFrameRequest& request,
+                                   const drivers::EkiFrameChoice& choice) {
     drivers::EkiFrameResult result;
     if (request.number != 3) {
       result.end = drivers::EkiFrameEnd::kRefused;
       result.refusal = drivers::EkiFrameDone::kNoSuchNumber;
       return result;
     }
-    result.end = request.values ? next_set : drivers::EkiFrameEnd::kRead;
+    const auto values = choice ? choice(on_controller) : std::nullopt;
+    result.end = values ? next_set : drivers::EkiFrameEnd::kRead;
     result.old_values = on_controller;
-    if (request.values) on_controller = *request.values;
+    if (values) on_controller = *values;
     if (result.end != drivers::EkiFrameEnd::kUnknown) result.new_values = on_controller;
     return result;
   }
   FrameStation frames{{dir / "frames.json",
                        [this] {
-                         return sets_frames ? FrameStation::Exchange([this](const auto& r) { return exchange(r); })
-                                            : FrameStation::Exchange();
+                         return sets_frames
+                                    ? FrameStation::Exchange([this](const auto& r, const auto& c) {
+                                        return exchange(r, c);
+                                      })
+                                    : FrameStation::Exchange();
                        },
                        [] { return std::string("t"); }}};
   Api api{service, journal, &access, {}, &examiner};
@@ -220,7 +225,8 @@ TEST_F(a_described_api, answers_as_it_is_described) {
   EXPECT_EQ(ask("GET", "/v1/frames").status, 404);
   api.use(frames);
   const std::string read_frame = R"({"frame": "TOOL_DATA[3]"})";
-  EXPECT_EQ(ask("POST", "/v1/frames/read", read_frame).status, 404) << "the configuration allows none";
+  EXPECT_EQ(ask("POST", "/v1/frames/read", read_frame).status, 404)
+      << "the configuration allows none";
   sets_frames = true;
   EXPECT_EQ(ask("POST", "/v1/frames/read", read_frame).status, 200);
   EXPECT_EQ(ask("POST", "/v1/frames/read", R"({"frame": "TOOL_DATA[4]"})").status, 409);
@@ -271,9 +277,11 @@ TEST_F(a_described_api, answers_as_it_is_described) {
   }));
   EXPECT_EQ(ask("GET", "/v1/plant").status, 200);
   const auto certify = [&](const std::string& of, const char* body) {
-    return ask("POST", "/v1/sessions/" + of + "/certificate", body, "/v1/sessions/{id}/certificate").status;
+    return ask("POST", "/v1/sessions/" + of + "/certificate", body, "/v1/sessions/{id}/certificate")
+        .status;
   };
-  EXPECT_EQ(certify(std::to_string(id), R"({"certificate": "1-0", "files": []})"), 422) << "it has no calibration";
+  EXPECT_EQ(certify(std::to_string(id), R"({"certificate": "1-0", "files": []})"), 422)
+      << "it has no calibration";
   EXPECT_EQ(certify(std::to_string(id), "{}"), 400);
   EXPECT_EQ(certify("99", R"({"certificate": "1-0", "files": []})"), 404);
   EXPECT_EQ(ask("GET", "/metrics").status, 200);

@@ -12,6 +12,7 @@
 namespace cellcal::daemon {
 namespace {
 
+using drivers::EkiFrameChoice;
 using drivers::EkiFrameEnd;
 using drivers::EkiFrameKind;
 using drivers::EkiFrameRequest;
@@ -29,7 +30,7 @@ constexpr FrameName kTool3{EkiFrameKind::kTool, 3};
 struct Rig {
   testing::TemporaryDirectory dir;
   EkiFrameValues now = kOld;
-  int sets = 0;
+  int sets = 0, connections = 0;
   bool configured = true;
   EkiFrameEnd next = EkiFrameEnd::kSet;
   bool obeys = true;                 ///< whether a set reaches the frame
@@ -39,19 +40,23 @@ struct Rig {
   FrameStation::Parts parts() {
     return {dir / "frames.json",
             [this] {
-              return configured ? FrameStation::Exchange(
-                                      [this](const EkiFrameRequest& r) { return answer(r); })
+              return configured ? FrameStation::Exchange([this](const EkiFrameRequest& r,
+                                                                const EkiFrameChoice& choice) {
+                EXPECT_FALSE(r.values) << "the choice says what is set";
+                ++connections;
+                return answer(choice);
+              })
                                 : FrameStation::Exchange();
             },
             [] { return std::string("2026-11-20T10:00:00.000Z"); }};
   }
-  EkiFrameResult answer(const EkiFrameRequest& request) {
+  EkiFrameResult answer(const EkiFrameChoice& choice) {
     EkiFrameResult result;
     result.old_values = now;
-    if (request.values) {
+    if (const auto values = choice ? choice(now) : std::nullopt) {
       if (before_set) before_set();
       ++sets;
-      if (obeys) now = *request.values;
+      if (obeys) now = *values;
       result.end = next;
       if (next == EkiFrameEnd::kUnknown) result.trouble = EkiFrameTrouble::kClosed;
       if (next == EkiFrameEnd::kUnknown || next == EkiFrameEnd::kRefused) {
@@ -90,6 +95,7 @@ TEST(FrameStation, HasTheOldValuesOnDiskBeforeAnythingIsSent) {
   };
   const FrameRecord record = rig.station.set(rig.order());
   EXPECT_EQ(rig.sets, 1);
+  EXPECT_EQ(rig.connections, 1) << "read and set on one: nobody is served in between";
   EXPECT_EQ(record.outcome, FrameOutcome::kSet);
   const auto records = rig.on_disk();
   ASSERT_EQ(records.size(), 1U);
