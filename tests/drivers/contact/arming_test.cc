@@ -168,7 +168,7 @@ INSTANTIATE_TEST_SUITE_P(
                             [](Rig& rig) {
                               rig.mcu.set_faults(
                                   {.circuit = {.sense_wire = sim::TouchCircuit::kOpen}}, rig.now());
-                              rig.run(seconds{3});
+                              rig.run(std::chrono::seconds{3});
                             },
                             "broken or unplugged"},
                     Refusal{"VoltageUndefined",
@@ -188,7 +188,7 @@ INSTANTIATE_TEST_SUITE_P(
                                 return type_of(wire) == CTP_PONG ? std::vector<std::uint8_t>{}
                                                                  : wire;
                               };
-                              rig.run(seconds{5});
+                              rig.run(std::chrono::seconds{5});
                             },
                             "clock is not synchronised"},
                     Refusal{"Silent",
@@ -202,11 +202,11 @@ INSTANTIATE_TEST_SUITE_P(
 
 TEST(ContactArming, RefusesWhenTheSelfTestIsTooOld) {
   ContactOptions options;
-  options.self_test_max_age = seconds{2};
+  options.self_test_max_age = std::chrono::seconds{2};
   options.self_test_renew = std::chrono::hours{1};
   Rig rig({}, options);
   ASSERT_TRUE(rig.get_ready());
-  rig.run(seconds{3});
+  rig.run(std::chrono::seconds{3});
   EXPECT_FALSE(rig.contact.status().self_test_ok);
   const ArmResult result = rig.arm(1);
   EXPECT_FALSE(result.armed);
@@ -217,8 +217,8 @@ TEST(ContactArming, RefusesWhenTheSelfTestIsTooOld) {
 
 TEST(ContactArming, RenewsTheSelfTestWhileNothingElseHappens) {
   ContactOptions options;
-  options.self_test_max_age = seconds{4};
-  options.self_test_renew = seconds{2};
+  options.self_test_max_age = std::chrono::seconds{4};
+  options.self_test_renew = std::chrono::seconds{2};
   Rig rig({}, options);
   ASSERT_TRUE(rig.get_ready());
   for (int i = 0; i < 200; ++i) {
@@ -391,7 +391,7 @@ TEST(ContactArming, LastingContactIsExaminedForABreakUnasked) {
   Rig rig;
   ASSERT_TRUE(rig.get_ready());
   rig.mcu.set_faults({.circuit = {.sense_wire = sim::TouchCircuit::kOpen}}, rig.now());
-  rig.run(seconds{3});
+  rig.run(std::chrono::seconds{3});
   EXPECT_EQ(rig.contact.status().link, ContactLink::kFault);
   EXPECT_FALSE(rig.contact.status().loop_ok);
 }

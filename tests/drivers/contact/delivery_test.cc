@@ -21,11 +21,11 @@ class Delivery : public testing::Test {
   }
   void get_ready() {
     contact.open();
-    run(seconds{2});
+    run(std::chrono::seconds{2});
     ASSERT_EQ(contact.status().link, ContactLink::kReady) << contact.status().words;
   }
   void arm(std::uint16_t id) {
-    contact.arm(id, seconds{5});
+    contact.arm(id, std::chrono::seconds{5});
     run(milliseconds{30});
     const auto answer = contact.poll_arm();
     ASSERT_TRUE(answer && answer->armed);
@@ -79,7 +79,7 @@ TEST_F(Delivery, ALongSilenceIsNamedLateToo) {
   EXPECT_NE(contact.status().fault, ContactFault::kSilent);
   EXPECT_NEAR(snapshot().delivered_late_s, 0.85, 0.11);
   EXPECT_TRUE(contains(contact.status().words, "limit 300 ms")) << contact.status().words;
-  run(seconds{3});
+  run(std::chrono::seconds{3});
   EXPECT_EQ(contact.status().link, ContactLink::kReady) << contact.status().words;
   EXPECT_EQ(snapshot().delivered_late_s, 0.0);
 }
@@ -101,7 +101,7 @@ TEST_F(Delivery, LatenessIsMeasuredByTheSensorsOwnStamps) {
   get_ready();
   EXPECT_LT(contact.status().quality.late_worst_s, 1e-3);
   line.hold(clock.now() + milliseconds{150});
-  run(seconds{30});
+  run(std::chrono::seconds{30});
   ContactQuality q = contact.status().quality;
   EXPECT_LT(q.late_p50_s, 1e-3);
   EXPECT_LT(q.late_max_s, 1e-3) << "256 heartbeats later";
@@ -153,7 +153,7 @@ TEST(ContactBaud, NothingHeardIsNoBaudRate) {
   Rig rig;
   rig.mcu.set_faults({.silent = true}, rig.now());
   rig.contact.open();
-  rig.run(seconds{4});
+  rig.run(std::chrono::seconds{4});
   EXPECT_EQ(rig.contact.status().fault, ContactFault::kNone);
   EXPECT_TRUE(contains(rig.contact.status().words, "nothing received"))
       << rig.contact.status().words;

@@ -25,7 +25,7 @@ TEST_P(Fmea, IsFoundByNameBeforeASearchOrDoesNotHideATouch) {
   Rig rig;
   ASSERT_TRUE(rig.get_ready());
   spoil(rig);
-  rig.run(seconds{2});
+  rig.run(std::chrono::seconds{2});
   EXPECT_EQ(rig.contact.status().in_contact, fault.in_contact) << rig.contact.status().words;
   const ArmResult armed = rig.arm(1);
   EXPECT_EQ(armed.armed, !fault.refused()) << armed.why_not;
@@ -65,10 +65,10 @@ TEST_P(Fmea, MendedItWorksAgain) {
   Rig rig;
   ASSERT_TRUE(rig.get_ready());
   spoil(rig);
-  rig.run(seconds{2});
+  rig.run(std::chrono::seconds{2});
   rig.mcu.set_faults({}, rig.now());
   ASSERT_TRUE(rig.run_until([&] { return rig.contact.status().link == ContactLink::kReady; }));
-  rig.run(seconds{1});
+  rig.run(std::chrono::seconds{1});
   EXPECT_TRUE(rig.arm(2).armed) << rig.contact.status().words;
   touch(rig);
   EXPECT_TRUE(stopped(rig));

@@ -68,12 +68,12 @@ TEST(ContactHostile, NonsenseBetweenTheRealFramesDoesNotArmOrStayAlive) {
   rig.line.to_host = [&](std::vector<std::uint8_t> wire) {
     return ++n % 3 == 0 ? valid_frame(random, static_cast<std::uint8_t>(n)) : wire;
   };
-  rig.run(seconds{20});
+  rig.run(std::chrono::seconds{20});
   EXPECT_FALSE(rig.snapshot().armed);
   rig.line.to_host = nullptr;
   rig.contact.self_test();  // should it have been told of a restart
-  EXPECT_TRUE(
-      rig.run_until([&] { return rig.contact.status().link == ContactLink::kReady; }, seconds{10}))
+  EXPECT_TRUE(rig.run_until([&] { return rig.contact.status().link == ContactLink::kReady; },
+                            std::chrono::seconds{10}))
       << rig.contact.status().words;
   EXPECT_TRUE(rig.arm(1).armed);
 }
@@ -81,14 +81,14 @@ TEST(ContactHostile, NonsenseBetweenTheRealFramesDoesNotArmOrStayAlive) {
 TEST(ContactHostile, AnEdgeFromTheFutureIsNotBelieved) {
   Rig rig;
   ASSERT_TRUE(rig.get_ready());
-  rig.run(seconds{3});
+  rig.run(std::chrono::seconds{3});
   bool done = false;
   rig.line.to_host = [&](std::vector<std::uint8_t> wire) {
     if (done) return wire;
     done = true;
     ctp::Event event;
     event.event = 999;
-    event.t_first = rig.mcu.ticks(rig.now() + seconds{5});
+    event.t_first = rig.mcu.ticks(rig.now() + std::chrono::seconds{5});
     const auto forged = ctp::build(event, 0, CTP_CONTACT);
     return std::vector<std::uint8_t>(forged.bytes().begin(), forged.bytes().end());
   };

@@ -36,7 +36,7 @@ TEST(ContactIdentify, SaysThatNothingIsHeardWhenTheSensorIsMute) {
   Rig rig;
   rig.mcu.set_faults({.silent = true}, rig.now());
   rig.contact.open();
-  rig.run(seconds{4});
+  rig.run(std::chrono::seconds{4});
   const ContactStatus s = rig.contact.status();
   EXPECT_EQ(s.link, ContactLink::kDown);
   EXPECT_NE(s.words.find("nothing received"), std::string::npos) << s.words;
@@ -50,7 +50,7 @@ TEST(ContactIdentify, RefusesAnUnknownVersionAndSaysWhatToFlash) {
   mcu.firmware = {2, 3, 1};
   Rig rig(mcu);
   rig.contact.open();
-  rig.run(seconds{1});
+  rig.run(std::chrono::seconds{1});
   const ContactStatus s = rig.contact.status();
   EXPECT_EQ(s.link, ContactLink::kFault);
   EXPECT_NE(s.words.find("CTP/2 in the contact sensor (firmware 2.3.1)"), std::string::npos)
@@ -64,7 +64,7 @@ TEST(ContactIdentify, RefusesAConfigurationThatTheSensorDoesNotTake) {
   options.wire.contact_mv = options.wire.open_mv;
   Rig rig({}, options);
   rig.contact.open();
-  rig.run(seconds{1});
+  rig.run(std::chrono::seconds{1});
   EXPECT_EQ(rig.contact.status().link, ContactLink::kFault);
   EXPECT_NE(rig.contact.status().words.find("open_mv"), std::string::npos);
 }
@@ -73,7 +73,7 @@ TEST(ContactIdentify, TellsABrokenWireFromATouch) {
   Rig broken;
   broken.mcu.set_faults({.circuit = {.sense_wire = sim::TouchCircuit::kOpen}}, broken.now());
   broken.contact.open();
-  broken.run(seconds{2});
+  broken.run(std::chrono::seconds{2});
   EXPECT_EQ(broken.contact.status().link, ContactLink::kFault);
   EXPECT_TRUE(broken.contact.status().in_contact) << "a break reads as contact";
   EXPECT_NE(broken.contact.status().words.find("broken or unplugged"), std::string::npos)
@@ -82,7 +82,7 @@ TEST(ContactIdentify, TellsABrokenWireFromATouch) {
   Rig touching;
   touching.mcu.edge(touching.now(), true);
   touching.contact.open();
-  touching.run(seconds{2});
+  touching.run(std::chrono::seconds{2});
   EXPECT_EQ(touching.contact.status().link, ContactLink::kIdentifying);
   EXPECT_TRUE(touching.contact.status().loop_ok);
   EXPECT_NE(touching.contact.status().words.find("Jog it free"), std::string::npos)
@@ -96,7 +96,7 @@ TEST(ContactIdentify, RecoversByItselfWhenTheWireIsRepaired) {
   Rig rig;
   rig.mcu.set_faults({.circuit = {.sense_wire = sim::TouchCircuit::kOpen}}, rig.now());
   rig.contact.open();
-  rig.run(seconds{2});
+  rig.run(std::chrono::seconds{2});
   ASSERT_EQ(rig.contact.status().link, ContactLink::kFault);
   rig.mcu.set_faults({}, rig.now());
   EXPECT_TRUE(rig.run_until([&] { return rig.contact.status().link == ContactLink::kReady; }))
@@ -107,7 +107,7 @@ TEST(ContactIdentify, FindsAnInputThatIsStuckOpen) {
   Rig rig;
   rig.mcu.set_faults({.circuit = {.capture_joint_open = true}}, rig.now());
   rig.contact.open();
-  rig.run(seconds{2});
+  rig.run(std::chrono::seconds{2});
   EXPECT_EQ(rig.contact.status().link, ContactLink::kFault);
   EXPECT_NE(rig.contact.status().words.find("does not detect its own test edge"), std::string::npos)
       << rig.contact.status().words;
@@ -119,7 +119,7 @@ TEST(ContactIdentify, SaysThatTheSensorDoesNotHearWhereNoCommandReachesIt) {
   ASSERT_TRUE(rig.get_ready());
   rig.line.to_sensor = [](std::vector<std::uint8_t>) { return std::vector<std::uint8_t>{}; };
   rig.contact.self_test();
-  rig.run(seconds{2});
+  rig.run(std::chrono::seconds{2});
   EXPECT_EQ(rig.contact.status().link, ContactLink::kFault);
   EXPECT_NE(rig.contact.status().words.find("receives no command"), std::string::npos)
       << rig.contact.status().words;
@@ -134,7 +134,7 @@ TEST(ContactIdentify, DoesNotTakeALostSelfTestRequestForAPassedOne) {
     return type_of(wire) == CTP_SELFTEST ? std::vector<std::uint8_t>{} : wire;
   };
   rig.contact.self_test();
-  rig.run(seconds{1});
+  rig.run(std::chrono::seconds{1});
   EXPECT_FALSE(rig.contact.status().self_test_ok);
   rig.line.to_sensor = nullptr;
   EXPECT_TRUE(rig.run_until([&] { return rig.contact.status().self_test_ok; }));
@@ -149,8 +149,8 @@ TEST(ContactIdentify, IsReadyThoughEveryFifthFrameIsDamaged) {
   };
   rig.line.to_host = rig.line.to_sensor = flip;
   rig.contact.open();
-  EXPECT_TRUE(
-      rig.run_until([&] { return rig.contact.status().link == ContactLink::kReady; }, seconds{20}))
+  EXPECT_TRUE(rig.run_until([&] { return rig.contact.status().link == ContactLink::kReady; },
+                            std::chrono::seconds{20}))
       << rig.contact.status().words;
   EXPECT_GT(rig.contact.status().quality.crc_errors, 0u);
   EXPECT_GT(rig.contact.status().quality.gaps, 0u);
@@ -168,7 +168,7 @@ TEST(ContactIdentify, BegunInContactItGuardsARetreatAndNothingElse) {
   EXPECT_FALSE(rig.arm(1).armed);
   rig.mcu.edge(rig.now(), false);
   const TimePoint left = rig.now();
-  while (rig.now() < left + seconds{3}) {
+  while (rig.now() < left + std::chrono::seconds{3}) {
     rig.run(milliseconds{10});
     ASSERT_TRUE(rig.snapshot().alive) << "on the way out the guard must not fall silent";
   }
@@ -184,7 +184,7 @@ TEST(ContactIdentify, RestartWhileInUseIsAFaultUntilItIsAcknowledged) {
   EXPECT_EQ(rig.contact.status().link, ContactLink::kFault);
   EXPECT_NE(rig.contact.status().words.find("restarted"), std::string::npos);
   EXPECT_FALSE(rig.snapshot().alive);
-  rig.run(seconds{5});
+  rig.run(std::chrono::seconds{5});
   EXPECT_EQ(rig.contact.status().link, ContactLink::kFault) << "must not heal by itself";
   EXPECT_FALSE(rig.arm(1).armed);
   rig.contact.self_test();

@@ -15,7 +15,6 @@ namespace cellcal::drivers {
 
 using std::chrono::microseconds;
 using std::chrono::milliseconds;
-using std::chrono::seconds;
 
 /// Virtual time starts far from zero, as the machine's does.
 inline constexpr TimePoint kStart{std::chrono::hours{30}};
@@ -90,7 +89,7 @@ class Rig {
     }
   }
 
-  bool run_until(const std::function<bool()>& done, Duration limit = seconds{3}) {
+  bool run_until(const std::function<bool()>& done, Duration limit = std::chrono::seconds{3}) {
     const TimePoint end = now() + limit;
     while (!done()) {
       if (now() >= end) return false;
@@ -104,7 +103,7 @@ class Rig {
     return run_until([this] { return contact.status().link == ContactLink::kReady; });
   }
 
-  ArmResult arm(std::uint16_t id, milliseconds lifetime = seconds{5}) {
+  ArmResult arm(std::uint16_t id, milliseconds lifetime = std::chrono::seconds{5}) {
     contact.arm(id, lifetime);
     std::optional<ArmResult> result;
     run_until([&] { return (result = contact.poll_arm()).has_value(); });

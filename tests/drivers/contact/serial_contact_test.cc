@@ -26,10 +26,10 @@ namespace cellcal::drivers {
 namespace {
 
 using std::chrono::milliseconds;
-using std::chrono::seconds;
 using Steady = std::chrono::steady_clock;
 
-bool wait_for(const std::function<bool()>& done, seconds limit = seconds{20}) {
+bool wait_for(const std::function<bool()>& done,
+              std::chrono::seconds limit = std::chrono::seconds{20}) {
   const auto end = Steady::now() + limit;
   while (!done()) {
     if (Steady::now() > end) return false;
@@ -90,7 +90,7 @@ class RobotThread {
     return go;
   }
   ArmResult arm(std::uint16_t id) {
-    contact.arm(id, seconds{30});
+    contact.arm(id, std::chrono::seconds{30});
     std::optional<ArmResult> result;
     EXPECT_TRUE(wait_for([&] { return (result = contact.poll_arm()).has_value(); }));
     return result.value_or(ArmResult{});
@@ -241,7 +241,7 @@ TEST(SerialContact, ArmingWithoutAPortIsRefusedWithTheReason) {
   boost::asio::io_context io;
   SerialContact contact(io, options_for("/dev/ttyCELLCAL9"));
   io.stop();
-  contact.arm(3, seconds{1});
+  contact.arm(3, std::chrono::seconds{1});
   const auto result = contact.poll_arm();
   ASSERT_TRUE(result);
   EXPECT_FALSE(result->armed);

@@ -17,7 +17,6 @@ using drivers::Duration;
 using drivers::TimePoint;
 using std::chrono::microseconds;
 using std::chrono::milliseconds;
-using std::chrono::seconds;
 
 constexpr TimePoint kStart{std::chrono::hours{5}};
 
@@ -197,7 +196,7 @@ TEST(FirmwareSensor, DeadlinesHoldAcrossTheWrapOfItsClock) {
     b.run(milliseconds{3});
     EXPECT_FALSE(b.peer.armed()) << before;
     b.heard.clear();
-    b.run(seconds{1});
+    b.run(std::chrono::seconds{1});
     EXPECT_NEAR(static_cast<double>(b.of(CTP_STATUS).size()), 10.0, 1.0) << before;
   }
 }

@@ -16,7 +16,6 @@ namespace {
 using namespace drivers;  // NOLINT: a test's own file
 using std::chrono::microseconds;
 using std::chrono::milliseconds;
-using std::chrono::seconds;
 
 using Bench = SimavrBench;
 

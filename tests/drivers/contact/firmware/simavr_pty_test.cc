@@ -32,7 +32,6 @@ namespace {
 
 using namespace drivers;  // NOLINT: a test's own file
 using std::chrono::milliseconds;
-using std::chrono::seconds;
 using Steady = std::chrono::steady_clock;
 
 /// Runs the board at the pace of the machine's clock. Bytes that nobody reads are lost, as on a
@@ -105,7 +104,7 @@ class RealTimeBoard {
 };
 
 bool wait_for(const std::function<bool()>& done) {
-  const auto end = Steady::now() + seconds{30};
+  const auto end = Steady::now() + std::chrono::seconds{30};
   while (!done()) {
     if (Steady::now() > end) return false;
     std::this_thread::sleep_for(milliseconds{1});
@@ -155,7 +154,7 @@ TEST(SimavrPty, IsIdentifiedArmedAndTouchedThroughTheRealSerialDriver) {
   int touched = 0;
   for (std::uint16_t id = 1; id <= kTries && touched < 2; ++id) {
     std::optional<ArmResult> armed;
-    robot.contact.arm(id, seconds{60});
+    robot.contact.arm(id, std::chrono::seconds{60});
     ASSERT_TRUE(wait_for([&] { return (armed = robot.contact.poll_arm()).has_value(); }))
         << board.pace();
     if (!armed->armed) continue;
