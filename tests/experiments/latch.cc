@@ -4,6 +4,10 @@
 //
 // The error is the gap between tip and surface at the latched angles: positive where they lie
 // before the contact. Angles come with four decimals, as a controller with Precision 4 sends them.
+//
+// --budget: what a faster search costs, in virtual time. Many lines of all four spheres; every eighth
+// touch is confirmed at 2 mm/s, as sessions do. Overtravel is how deep the tip is behind the surface
+// when the arm rests; the emulated sphere gives way, a real one pushes back by stiffness times depth.
 
 #include <fmt/format.h>
 
@@ -19,8 +23,10 @@
 #include <vector>
 
 #include "calib/files/files.h"
+#include "calib/model/parameter_key.h"
 #include "calib/model/random.h"
 #include "calib/plan/plan.h"
+#include "calib/verdict/identify_as_stated.h"
 #include "daemon/backends/virtual_cell.h"
 #include "daemon/config/space_config.h"
 #include "drivers/contact/serial_contact.h"
@@ -42,6 +48,8 @@ constexpr double kRadPerDeg = std::numbers::pi / 180;
 constexpr milliseconds kLook{1};
 constexpr seconds kPatience{20}, kArmLifetime{20};
 constexpr double kRunUpM = 0.002, kRunUpSpreadM = 0.0005, kBeyondM = 0.003;
+/// Of more than 12 mm/s: the arm is at speed behind two of them at 40.
+constexpr double kMostRunUpM = 0.008;
 constexpr double kTransitMS = 0.02;
 /// Angles are sent in steps of 1e-4 deg.
 constexpr double kDecimalsRad = 1e-4 * kRadPerDeg;
@@ -54,7 +62,8 @@ struct Setting {
 };
 
 struct Errors {
-  std::vector<double> um, reaction_ms;
+  std::vector<double> um, reaction_ms, overtravel_mm;
+  std::vector<AxisAngles> latched_rad;
   std::map<std::string, int> failed;
 
   double mean() const {
@@ -144,7 +153,7 @@ Errors measure(Rig& rig, const Line& line, double speed_m_s, int searches, unsig
       return errors;
     }
     // Constant speed by the time of the contact.
-    const double run_up = kRunUpM + speed_m_s * speed_m_s / 0.02;
+    const double run_up = kRunUpM + std::min(kMostRunUpM, speed_m_s * speed_m_s / 0.02);
     const double from = line.touch.expected_m - run_up - kRunUpSpreadM * random.uniform();
     const Move back{++move_id, in_contact ? MoveKind::kRetreat : MoveKind::kTransit, line.at(from),
                     std::max(1e-3, std::abs(at_m - from)) / kTransitMS, 0};
@@ -180,6 +189,10 @@ Errors measure(Rig& rig, const Line& line, double speed_m_s, int searches, unsig
     errors.um.push_back(1e6 *
                         rig.truth.gap_m(std::span<const double>(latched.data(), latched.size())));
     errors.reaction_ms.push_back(1e3 * result->latch->reaction_s);
+    const auto& settled = result->latch->settled_rad;
+    errors.overtravel_mm.push_back(
+        -1e3 * rig.truth.gap_m(std::span<const double>(settled.data(), settled.size())));
+    errors.latched_rad.push_back(latched);
   }
   return errors;
 }
@@ -294,17 +307,125 @@ double rounding_um(const sim::PhysicalCell& truth, const Line& line) {
 }
 
 struct Options {
-  std::vector<double> speeds_mm_s{1, 2, 5, 10};
+  std::vector<double> speeds_mm_s{1, 2, 5, 10}, budget_speeds_mm_s{10, 15, 20, 30, 40};
   std::vector<double> lags_ms{10, 20, 40};
   std::vector<int> bauds{115'200, 1'000'000};
   int searches = 100, real_searches = 15;
   unsigned seed = 1;
-  bool space = false;
+  bool space = false, budget = false;
+  int budget_touches = 96;
+  double stiffness_n_mm = 50.0, delay_sigma_ms = 0.2;
 };
 
-void run(const Options& options) {
+calib::Cell cell_of_known_spheres() {
   calib::Cell cell = calib::load_cell(CELLCAL_DEMO_CELL);
   for (calib::Target& target : cell.targets) target.diameter_sigma_m = 0.0;  // the true one
+  return cell;
+}
+
+/// As a session has it, and what is true of it.
+struct Made {
+  std::vector<calib::Touch> touches;
+  std::vector<double> gap_um;  ///< at the latched angles
+};
+
+/// Where the estimate's contacts are beside the true ones: at the latched angles, taken back by the
+/// delay that it found.
+struct Left {
+  double rms_um = 0.0, worst_um = 0.0, delay_ms = 0.0, radius_um = 0.0;
+};
+
+Left left_by_estimate(calib::Cell cell, const Made& made, double delay_sigma_s) {
+  cell.latch_delay_sigma_s = delay_sigma_s;
+  const calib::Calibration found = calib::identify_as_stated(cell, made.touches);
+  const double delay_s = calib::correction_of(found, calib::latch_delay_parameter());
+  Left left;
+  left.delay_ms = 1e3 * delay_s;
+  left.radius_um =
+      1e6 *
+      calib::correction_of(found, calib::tool_parameter(calib::ParameterKind::kEffectiveRadius, 0));
+  for (std::size_t i = 0; i < made.touches.size(); ++i) {
+    const double um = made.gap_um[i] + 1e6 * delay_s * made.touches[i].speed_m_s;
+    left.rms_um += um * um / static_cast<double>(made.touches.size());
+    if (std::abs(um) > std::abs(left.worst_um)) left.worst_um = um;
+  }
+  left.rms_um = std::sqrt(left.rms_um);
+  return left;
+}
+
+double mean_of(const std::vector<double>& values) {
+  double sum = 0.0;
+  for (const double value : values) sum += value;
+  return values.empty() ? 0.0 : sum / static_cast<double>(values.size());
+}
+
+/// One row: all touches of a plan at one speed, those that are confirmed at 2 mm/s.
+void budget_row(const calib::Cell& cell, const calib::Plan& plan, double speed_mm_s, double lag_ms,
+                const Options& options) {
+  constexpr double kSlowMS = 0.002;
+  constexpr std::size_t kConfirmEvery = 8;
+  constexpr int kOnce = 1;
+  Errors fast;
+  Made made;
+  for (std::size_t i = 0; i < plan.touches.size(); ++i) {
+    const Line line{plan.touches[i]};
+    Setting setting{speed_mm_s * 1e-3, lag_ms * 1e-3, options.bauds.back(), options.space};
+    const auto seed = options.seed + static_cast<unsigned>(i);
+    const Errors at_speed = on_virtual_wires(cell, line, setting, kOnce, seed);
+    fast.um.insert(fast.um.end(), at_speed.um.begin(), at_speed.um.end());
+    fast.overtravel_mm.insert(fast.overtravel_mm.end(), at_speed.overtravel_mm.begin(),
+                              at_speed.overtravel_mm.end());
+    for (const auto& [why, count] : at_speed.failed) fast.failed[why] += count;
+    const bool confirmed = i % kConfirmEvery == 0;
+    if (confirmed) setting.speed_m_s = kSlowMS;
+    const Errors kept = confirmed ? on_virtual_wires(cell, line, setting, kOnce, seed) : at_speed;
+    if (kept.um.empty()) continue;
+    calib::Touch touch;
+    touch.joint_rad.assign(kept.latched_rad[0].begin(), kept.latched_rad[0].end());
+    touch.target = plan.touches[i].target;
+    touch.speed_m_s = setting.speed_m_s;
+    made.touches.push_back(touch);
+    made.gap_um.push_back(kept.um[0]);
+  }
+  const double worst_mm = fast.overtravel_mm.empty() ? 0.0
+                                                     : *std::max_element(fast.overtravel_mm.begin(),
+                                                                         fast.overtravel_mm.end());
+  const Left without = left_by_estimate(cell, made, 0.0);
+  const Left with = left_by_estimate(cell, made, options.delay_sigma_ms * 1e-3);
+  fmt::print(
+      "{:>6} {:>6} | {:>7.2f} {:>7.2f} {:>7.2f} | {:>7.3f} {:>7.3f} {:>8.1f} | {:>7.2f} {:>7.2f} {:>8.2f} | "
+      "{:>7.2f} {:>7.2f} {:>8.2f} {:>8.3f}\n",
+      speed_mm_s, lag_ms, fast.mean(), fast.sigma(), fast.worst(), mean_of(fast.overtravel_mm),
+      worst_mm, options.stiffness_n_mm * worst_mm, without.rms_um, without.worst_um,
+      without.radius_um, with.rms_um, with.worst_um, with.radius_um, with.delay_ms);
+  for (const auto& [why, count] : fast.failed)
+    fmt::print("       not measured: {} ({})\n", count, why);
+  std::fflush(stdout);
+}
+
+void run_budget(const Options& options) {
+  const calib::Cell cell = cell_of_known_spheres();
+  calib::PlanOptions how;
+  how.fit_touches = options.budget_touches;
+  how.check_touches = 0;
+  how.seed = options.seed;
+  const calib::Plan plan = calib::make_plan(cell, how);
+  fmt::print(
+      "{} touches a row, virtual time, sensor at {} baud; every eighth made at 2 mm/s for the estimates.\n"
+      "gap: tip to surface at the latched angles, um, positive before the contact. overtravel: mm into the\n"
+      "sphere at rest; force at worst, N, at {:g} N/mm. left: of the contacts by the estimate beside the true\n"
+      "ones, um, and of the effective radius; delay not an unknown, then with the prior 0 +- {:g} ms.\n\n"
+      "{:>6} {:>6} | {:>7} {:>7} {:>7} | {:>7} {:>7} {:>8} | {:>7} {:>7} {:>8} | {:>7} {:>7} {:>8} {:>8}\n",
+      plan.touches.size(), options.bauds.back(), options.stiffness_n_mm, options.delay_sigma_ms,
+      "mm/s", "lag", "mean", "sigma", "worst", "mean", "worst", "force", "rms", "worst", "radius",
+      "rms", "worst", "radius", "delay ms");
+  for (const double lag : options.lags_ms)
+    for (const double speed : options.budget_speeds_mm_s)
+      budget_row(cell, plan, speed, lag, options);
+}
+
+void run(const Options& options) {
+  const calib::Cell cell = cell_of_known_spheres();
   calib::PlanOptions how;
   how.fit_touches = 24;
   how.check_touches = 0;
@@ -353,17 +474,30 @@ int main(int argc, char** argv) {
   cellcal::CommandLine app{
       "Error of the latched contact point, on virtual and on real wires, RSI."};
   Options options;
-  app.option("--speeds", options.speeds_mm_s, "Of the search [mm/s]").between(0.1, 20.0);
+  app.option("--speeds", options.speeds_mm_s, "Of the search [mm/s]").between(0.1, 50.0);
   app.option("--lags", options.lags_ms, "Of the arm behind its setpoint [ms]").between(0.0, 200.0);
   app.option("--bauds", options.bauds, "Of the sensor's line");
   app.option("--searches", options.searches, "Per row, virtual").between(2, 100'000);
   app.option("--real-searches", options.real_searches, "Per row, on real wires; 0: none")
       .between(0, 100'000);
   app.option("--space", options.space, "By corrections in space (RKorr)");
+  app.option("--budget", options.budget,
+             "Overtravel, force and what the estimate leaves, by speed");
+  app.option("--budget-speeds", options.budget_speeds_mm_s, "Of the search [mm/s]")
+      .between(0.1, 50.0);
+  app.option("--budget-touches", options.budget_touches, "Per row, of all spheres")
+      .between(16, 1000);
+  app.option("--stiffness", options.stiffness_n_mm, "Of tool and sphere's stand in series [N/mm]")
+      .between(0.1, 10'000.0);
+  app.option("--delay-sigma-ms", options.delay_sigma_ms, "Prior of the delay as an unknown [ms]")
+      .between(0.001, 100.0);
   app.option("--seed", options.seed, "Of lines and starts");
   if (const auto code = app.parse(argc, argv)) return *code;
   try {
-    run(options);
+    if (options.budget)
+      run_budget(options);
+    else
+      run(options);
   } catch (const std::exception& error) {
     fmt::print(stderr, "latch: {}\n", error.what());
     return 1;
