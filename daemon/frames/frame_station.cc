@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <numbers>
 
 #include "calib/syntax/input_file.h"
 #include "daemon/files/atomic_file.h"
@@ -24,18 +26,59 @@ using Why = FrameNotSent::Why;
 constexpr double kFarthestMm = 30000.0, kLargestDeg = 360.0;
 constexpr std::size_t kMostBytes = 4 << 20;
 
-void require_sound(const FrameOrder& order) {
-  for (std::size_t i = 0; i < order.values.size(); ++i) {
+/// The component that is no number, or beyond any robot.
+std::optional<std::string> unsound(const EkiFrameValues& values) {
+  for (std::size_t i = 0; i < values.size(); ++i) {
     const double limit = i < 3 ? kFarthestMm : kLargestDeg;
-    if (!(std::abs(order.values[i]) <= limit))
-      throw FrameNotSent(Why::kUnusable,
-                         fmt::format("{}: {} {} must be a number within {}", to_string(order.name),
-                                     "XYZABC"[i], order.values[i], limit));
+    if (!(std::abs(values[i]) <= limit))
+      return fmt::format("{} {} must be a number within {}", "XYZABC"[i], values[i], limit);
   }
+  return std::nullopt;
+}
+
+void require_sound(const FrameName& name, const EkiFrameValues& values) {
+  if (const auto wrong = unsound(values))
+    throw FrameNotSent(Why::kUnusable, fmt::format("{}: {}", to_string(name), *wrong));
+}
+
+/// What could not be set back.
+void require_sound_on_controller(const FrameName& name, const EkiFrameValues& now) {
+  if (const auto wrong = unsound(now))
+    throw FrameNotSent(
+        Why::kController,
+        fmt::format("{} on the controller: {}. Nothing was sent; correct it at the pendant",
+                    to_string(name), *wrong));
 }
 
 double apart_mm(const EkiFrameValues& a, const EkiFrameValues& b) {
   return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
+}
+
+using Rotation = std::array<double, 9>;
+
+/// Rz(A) Ry(B) Rx(C), by rows.
+Rotation rotation_of(const EkiFrameValues& frame) {
+  constexpr double kRad = std::numbers::pi / 180.0;
+  const double a = frame[3] * kRad, b = frame[4] * kRad, c = frame[5] * kRad;
+  const double sa = std::sin(a), ca = std::cos(a), sb = std::sin(b), cb = std::cos(b),
+               sc = std::sin(c), cc = std::cos(c);
+  return {ca * cb,
+          ca * sb * sc - sa * cc,
+          ca * sb * cc + sa * sc,
+          sa * cb,
+          sa * sb * sc + ca * cc,
+          sa * sb * cc - ca * sc,
+          -sb,
+          cb * sc,
+          cb * cc};
+}
+
+/// Two rotations by an angle t from each other differ by 2 sqrt(2) sin(t / 2) in Frobenius' norm.
+double turned_deg(const EkiFrameValues& from, const EkiFrameValues& to) {
+  const Rotation one = rotation_of(from), other = rotation_of(to);
+  double sum = 0.0;
+  for (std::size_t i = 0; i < one.size(); ++i) sum += std::pow(one[i] - other[i], 2);
+  return 2.0 * std::asin(std::min(1.0, std::sqrt(sum / 8.0))) * 180.0 / std::numbers::pi;
 }
 
 FrameOutcome outcome_of(EkiFrameEnd end) {
@@ -100,25 +143,31 @@ EkiFrameValues FrameStation::read(const FrameName& name) {
   const EkiFrameResult result = ask(name, {});
   if (result.end != EkiFrameEnd::kRead || !result.new_values)
     throw FrameNotSent(Why::kController, not_sent_words(name, result));
+  require_sound_on_controller(name, *result.new_values);
   return *result.new_values;
 }
 
+void FrameStation::require_same_tool(const FrameOrder& order, const EkiFrameValues& now) const {
+  const double mm = apart_mm(now, order.values), deg = turned_deg(now, order.values);
+  if (mm <= parts_.another_tool_mm && deg <= parts_.another_tool_deg) return;
+  throw FrameNotSent(
+      Why::kUnusable,
+      fmt::format(
+          "{} on the controller is {:.1f} mm and {:.1f} deg from what was to be set (limits "
+          "{:.0f} mm, {:.0f} deg): another tool's number. Give the number of the tool that "
+          "touched, or measure it roughly first",
+          to_string(order.name), mm, deg, parts_.another_tool_mm, parts_.another_tool_deg));
+}
+
 FrameRecord FrameStation::set(const FrameOrder& order) {
-  require_sound(order);
+  require_sound(order.name, order.values);
   return replace(order.name, [&](const EkiFrameValues& now) {
     if (!same_frame(order.was, now))
       throw FrameNotSent(Why::kChanged,
                          fmt::format("{} on the controller is {}, not what was confirmed: {}. "
                                      "Nothing was sent; look at it and confirm again",
                                      to_string(order.name), krl_text(now), krl_text(order.was)));
-    if (order.name.kind == EkiFrameKind::kTool &&
-        apart_mm(now, order.values) > parts_.another_tool_mm)
-      throw FrameNotSent(
-          Why::kUnusable,
-          fmt::format(
-              "{} on the controller is {:.1f} mm from what was to be set (limit {:.0f} mm): another "
-              "tool's number. Give the number of the tool that touched, or measure it roughly first",
-              to_string(order.name), apart_mm(now, order.values), parts_.another_tool_mm));
+    if (order.name.kind == EkiFrameKind::kTool) require_same_tool(order, now);
     FrameRecord record;
     record.by = order.by;
     record.reason = order.reason;
@@ -134,7 +183,7 @@ FrameRecord FrameStation::restore(int id, const std::string& by) {
     throw FrameNotSent(
         Why::kNoSuchRecord,
         fmt::format("no frame was sent under number {}. See 'cellcal frames --sent'", id));
-  require_sound({original->name, original->before, {}, by, {}});
+  require_sound(original->name, original->before);
   return replace(original->name, [&](const EkiFrameValues& now) {
     const bool as_left = same_frame(original->sent, now) || same_frame(original->before, now) ||
                          (original->read_back && same_frame(*original->read_back, now));
@@ -167,6 +216,7 @@ FrameRecord FrameStation::replace(
   EkiFrameResult result;
   try {
     result = ask(name, [&](const EkiFrameValues& now) {
+      require_sound_on_controller(name, now);
       FrameRecord next = order(now);
       next.name = name;
       next.before = now;

@@ -45,8 +45,8 @@ class FrameStation {
     /// To the controller, as the configuration says now; null: it does not allow it.
     std::function<Exchange()> exchange;
     std::function<std::string()> utc_now;
-    double another_tool_mm =
-        10.0;  ///< a tool further than this from what is to be set is another one
+    /// A tool further away from what is to be set, or turned more, is another one.
+    double another_tool_mm = 10.0, another_tool_deg = 1.0;
   };
   explicit FrameStation(Parts parts);
 
@@ -67,6 +67,7 @@ class FrameStation {
   /// `order` makes the record of what is to be set from what the controller has now, or throws FrameNotSent.
   FrameRecord replace(const FrameName& name,
                       const std::function<FrameRecord(const drivers::EkiFrameValues& now)>& order);
+  void require_same_tool(const FrameOrder& order, const drivers::EkiFrameValues& now) const;
   void note_before(FrameRecord& record);
   void note_after(FrameRecord& record);
   std::optional<FrameRecord> find(int id) const;

@@ -124,6 +124,7 @@ TEST(FrameStation, ALostAnswerIsKeptAsUnknownAndCanBeSetBack) {
     const FrameRecord record = rig.station.set(rig.order());
     EXPECT_EQ(record.outcome, FrameOutcome::kUnknown);
     EXPECT_NE(record.words.find("pendant"), std::string::npos);
+    EXPECT_NE(record.words.find("'cellcal frames --restore 1' reads it"), std::string::npos);
     EXPECT_EQ(record.before, kOld);
     rig.next = EkiFrameEnd::kSet;
     rig.obeys = true;
@@ -161,6 +162,40 @@ TEST(FrameStation, TakesAToolFarAwayForAnotherNumber) {
   EXPECT_EQ(rig.sets, 0);
   order.name.kind = EkiFrameKind::kBase;
   EXPECT_EQ(refusal([&] { rig.station.set(order); }), std::nullopt) << "a base may lie anywhere";
+}
+
+TEST(FrameStation, TakesAToolThatIsTurnedForAnotherNumber) {
+  Rig rig;
+  FrameOrder order = rig.order();
+  order.values[5] += 1.5;
+  EXPECT_EQ(refusal([&] { rig.station.set(order); }), Why::kUnusable);
+  EXPECT_EQ(rig.sets, 0);
+  // A and A - 360 are one direction, and so are (A, B, C) and (A + 180, 180 - B, C + 180).
+  order.values = {kNew[0], kNew[1], kNew[2], kNew[3] - 180.0, 180.0 - kNew[4], kNew[5] + 180.5};
+  EXPECT_EQ(refusal([&] { rig.station.set(order); }), std::nullopt);
+}
+
+TEST(FrameStation, ReadsAndReplacesNothingThatCouldNotBeSetBack) {
+  Rig rig;
+  const int id = rig.station.set(rig.order()).id;
+  rig.now[0] = 1e30;
+  EXPECT_EQ(refusal([&] { rig.station.read(kTool3); }), Why::kController);
+  EXPECT_EQ(refusal([&] { rig.station.restore(id, "anna"); }), Why::kController);
+  EXPECT_EQ(rig.sets, 1);
+}
+
+/// A file that was written by hand.
+TEST(FrameStation, RestoresNoNumberThatIsNone) {
+  Rig rig;
+  FrameRecord record;
+  record.id = 7;
+  record.name = kTool3;
+  record.before[0] = 1e9;
+  record.sent = kOld;
+  std::ofstream(rig.dir / "frames.json") << frames_to_json({record});
+  FrameStation station(rig.parts());
+  EXPECT_EQ(refusal([&] { station.restore(7, "anna"); }), Why::kUnusable);
+  EXPECT_EQ(rig.sets, 0);
 }
 
 TEST(FrameStation, SendsNoNumberThatIsNone) {
@@ -207,6 +242,8 @@ TEST(FrameStation, KeepsADamagedFileAndSetsNothing) {
     FrameStation station(rig.parts());
     EXPECT_NE(station.problem().find("frames.json"), std::string::npos) << text;
     EXPECT_EQ(refusal([&] { station.set(rig.order()); }), Why::kStorage) << text;
+    EXPECT_EQ(refusal([&] { station.restore(7, "anna"); }), Why::kStorage)
+        << "not that there is no number 7: " << text;
     EXPECT_EQ(calib::read_file(rig.dir / "frames.json"), text);
   }
 }
