@@ -36,8 +36,10 @@ std::string trouble_words(const EkiFrameResult& result) {
           "interpreter runs CELLCAL_SUB; or another client still has it: try again in 15 s",
           result.peer, result.detail);
     case EkiFrameTrouble::kNoState:
-      return fmt::format("no state from {}. Check that the submit interpreter runs CELLCAL_SUB",
-                         result.peer);
+      return fmt::format(
+          "no state from {}. Check that the submit interpreter runs CELLCAL_SUB; or another client still "
+          "has it: try again in 15 s",
+          result.peer);
     case EkiFrameTrouble::kTooOld:
       return "the controller's files know no frames. Install those that 'cellcal kuka-files' writes with "
              "[eki] write_frames = true, then cold start";
@@ -46,13 +48,15 @@ std::string trouble_words(const EkiFrameResult& result) {
     case EkiFrameTrouble::kMoves:
       return "the arm does not stand. Let go of the keys, and try again";
     case EkiFrameTrouble::kClosed:
-      return "the controller closed the connection: another client has it, try again in 15 s";
+      return "the controller closed the connection; or another client still has it: try again in 15 s";
     case EkiFrameTrouble::kNoAnswer:
       return "no answer in time";
     case EkiFrameTrouble::kOtherFrame:
       return "the answer is about another frame";
     case EkiFrameTrouble::kNotAStream:
-      return "the answer is longer than 8192 bytes: that is not cellcal's program";
+      return "the answer is longer than 8192 bytes: this is not cellcal's program";
+    case EkiFrameTrouble::kNoTelegram:
+      return "the values do not fit into a telegram";
     case EkiFrameTrouble::kNone:
       break;
   }
@@ -75,8 +79,8 @@ std::string not_sent_words(const FrameName& name, const EkiFrameResult& result) 
 
 std::string unknown_words(const FrameRecord& record, const std::string& why) {
   return fmt::format(
-      "{}: unknown whether it was set: {}. Read it at the pendant, or set the old values by 'cellcal frames "
-      "--restore {}'. It was {}; sent was {}",
+      "{}: unknown whether it was set: {}. Read it at the pendant, or 'cellcal frames --restore "
+      "{}' reads it and sets the old values. It was {}; sent was {}",
       to_string(record.name), why, record.id, krl_text(record.before), krl_text(record.sent));
 }
 

@@ -13,6 +13,8 @@ constexpr Duration kRest = 300ms;
 constexpr double kRestDeg = 0.01;
 // A session that has just gone is obeyed until the controller has noticed.
 constexpr Duration kSendLimit = 3s;
+// States come every 12 to 100 ms.
+constexpr Duration kStatesCease = 1s;
 // 0.3 s of rest, a pass of the submit program and a state; a slow submit interpreter has ten times as long.
 constexpr Duration kAnswerLimit = 4s;
 
@@ -49,6 +51,7 @@ void EkiFrameExchange::on_bytes(std::string_view bytes, TimePoint now) {
 /// Every state repeats the answer: one that is damaged is as if it had not come.
 void EkiFrameExchange::on_document(std::string_view document, TimePoint now) {
   if (parser_.parse_state(document, state_) != EkiError::kNone) return;
+  heard_at_ = now;
   if (sent_) {
     std::optional<EkiFrameAnswer> answer;
     if (parse_frame_answer(document, answer) != EkiError::kNone) return;
@@ -75,7 +78,9 @@ void EkiFrameExchange::look(TimePoint now) {
   } else {
     EkiFrameCommand command{ask_, request_.values.has_value(), request_.kind, request_.number, {}};
     if (request_.values) command.values = *request_.values;
-    output_ = format_frame_command(command);
+    auto text = format_frame_command(command);
+    if (!text) return end(EkiFrameTrouble::kNoTelegram);
+    output_ = std::move(*text);
     sent_ = true;
     sent_at_ = now;
   }
@@ -108,7 +113,8 @@ void EkiFrameExchange::end(EkiFrameTrouble why) {
 }
 
 void EkiFrameExchange::on_tick(TimePoint now) {
-  if (!sent_ && now - begun_ > kSendLimit) end(in_the_way_);
+  if (!sent_ && now - begun_ > kSendLimit)
+    end(now - heard_at_ > kStatesCease ? EkiFrameTrouble::kNoState : in_the_way_);
   if (sent_ && now - sent_at_ > kAnswerLimit) end(EkiFrameTrouble::kNoAnswer);
 }
 

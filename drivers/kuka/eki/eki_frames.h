@@ -38,7 +38,7 @@ enum class EkiFrameEnd {
 enum class EkiFrameTrouble {
   kNone,
   kNoConnection,  ///< not to be had
-  kNoState,       ///< connected, and no state that could be read
+  kNoState,       ///< connected, and no state that could be read, or none any more
   kTooOld,        ///< the controller's program knows no frames
   kInSession,     ///< it obeys somebody
   kMoves,         ///< the arm does not stand
@@ -46,6 +46,7 @@ enum class EkiFrameTrouble {
   kNoAnswer,      ///< in time
   kOtherFrame,    ///< the answer is about another frame than was asked
   kNotAStream,    ///< no end of a document
+  kNoTelegram,    ///< the values do not fit into one
 };
 
 struct EkiFrameResult {
@@ -90,7 +91,7 @@ class EkiFrameExchange {
   EkiParser parser_;
   EkiState state_;
   AxisAngles rest_deg_;
-  TimePoint begun_, rest_since_{}, sent_at_{};
+  TimePoint begun_, heard_at_{}, rest_since_{}, sent_at_{};
   EkiFrameTrouble in_the_way_ = EkiFrameTrouble::kNoState;
   bool sent_ = false;
   std::string output_;

@@ -74,7 +74,9 @@ bool load(std::string_view document, pugi::xml_document& parsed) {
 
 }  // namespace
 
-std::string format_frame_command(const EkiFrameCommand& command) {
+std::optional<std::string> format_frame_command(const EkiFrameCommand& command) {
+  for (const double value : command.values)
+    if (!std::isfinite(value)) return std::nullopt;
   std::array<char, kEkiTelegram> buffer{};
   wire::Writer out{std::span<char>(buffer)};
   const auto number = [](auto value) { return static_cast<std::uint64_t>(value); };
@@ -88,6 +90,7 @@ std::string format_frame_command(const EkiFrameCommand& command) {
   }
   // Opening and closing tag: some releases of EKI are said to read nothing else.
   out.put("></Frame></RobotCommand>");
+  if (out.text().empty()) return std::nullopt;
   return std::string(out.text());
 }
 

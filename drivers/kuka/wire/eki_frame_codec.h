@@ -52,7 +52,8 @@ struct EkiFrameAnswer {
 /// Decimals of the text that is sent.
 inline constexpr int kFrameMmDecimals = 4, kFrameDegDecimals = 5;
 
-std::string format_frame_command(const EkiFrameCommand& command);
+/// None where it does not fit into a telegram: a number that is none, or beyond all measure.
+std::optional<std::string> format_frame_command(const EkiFrameCommand& command);
 
 /// Of a state that EkiParser takes. `answer` is none where the controller's program knows no frames, and
 /// where nothing was asked (ask is 0: what stands beside it means nothing). A state that holds a part of the

@@ -8,6 +8,7 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/write.hpp>
+#include <cmath>
 #include <functional>
 #include <thread>
 
@@ -160,6 +161,38 @@ TEST(EkiFrames, NothingIsSentWhileTheArmIsJogged) {
   EXPECT_EQ(result.end, EkiFrameEnd::kNotSent);
   EXPECT_EQ(result.trouble, EkiFrameTrouble::kMoves);
   EXPECT_FALSE(rig.sent());
+}
+
+TEST(EkiFrames, StatesThatCeaseAtOnceAreNoArmThatMoves) {
+  Rig rig(set_tool());
+  int states = 0;
+  rig.mangle = [&](std::string text) {
+    if (!text.empty()) ++states;
+    return states > 5 ? std::string() : text;
+  };
+  const EkiFrameResult result = rig.run();
+  EXPECT_EQ(result.end, EkiFrameEnd::kNotSent);
+  EXPECT_EQ(result.trouble, EkiFrameTrouble::kNoState);
+  EXPECT_FALSE(rig.sent());
+}
+
+TEST(EkiFrames, ValuesThatFitIntoNoTelegramAreNotSent) {
+  for (const double wrong : {std::nan(""), HUGE_VAL, 1e300}) {
+    Rig rig({EkiFrameKind::kTool, 3, EkiFrameValues{wrong, wrong, wrong, wrong, wrong, wrong}});
+    const EkiFrameResult result = rig.run();
+    EXPECT_EQ(result.end, EkiFrameEnd::kNotSent) << wrong;
+    EXPECT_EQ(result.trouble, EkiFrameTrouble::kNoTelegram) << wrong;
+    EXPECT_FALSE(rig.sent());
+  }
+}
+
+TEST(EkiFrames, ASetBehindAReadGoesOutOnTheSameConnection) {
+  Rig rig({EkiFrameKind::kTool, 3, std::nullopt});
+  ASSERT_EQ(rig.run().end, EkiFrameEnd::kRead);
+  rig.exchange->set(kNew, 4712, rig.now);
+  EXPECT_EQ(rig.run().end, EkiFrameEnd::kSet);
+  EXPECT_EQ(rig.krc.frames_set(), 1U);
+  EXPECT_TRUE(same_frame(kNew, rig.krc.frame(EkiFrameKind::kTool, 3)));
 }
 
 TEST(EkiFrames, AnArmThatIsJoggedBehindTheTelegramIsRefusedByTheController) {
