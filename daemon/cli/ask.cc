@@ -22,8 +22,9 @@ Response ask(const Connection& daemon, const char* method, const std::string& ta
   if (response.status < 300) return response;
   const json value = json::parse(response.body, nullptr, false);
   const bool words = value.is_object() && value.contains("error") && value["error"].is_string();
-  throw std::runtime_error(words ? value["error"].get<std::string>()
-                                 : fmt::format("the daemon answered {}", response.status));
+  throw DaemonRefusal(words ? value["error"].get<std::string>()
+                            : fmt::format("the daemon answered {}", response.status),
+                      std::move(response));
 }
 
 }  // namespace cellcal::daemon

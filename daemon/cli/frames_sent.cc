@@ -3,12 +3,15 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <iostream>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "calib/files/calibration_json.h"
+#include "calib/model/units.h"
 #include "daemon/cli/ask.h"
 #include "daemon/cli/offline/exit_status.h"
 #include "daemon/cli/offline/frames.h"
@@ -70,10 +73,39 @@ void require_known(const krl::ProposedFrame& one, const krl::ProposedFrames& pro
         "set");
 }
 
-std::string known_words(const krl::ProposedFrame& one) {
-  if (!is_tool(one)) return "";
-  return fmt::format("; X, Y, Z +- {:.3f}, {:.3f}, {:.3f} mm (k=2), A, B, C as they are",
-                     2 * one.sigma_mm[0], 2 * one.sigma_mm[1], 2 * one.sigma_mm[2]);
+double turn_deg(const json& from, const json& to) {
+  const auto rotation = [](const json& values) {
+    return calib::to_isometry({{}, values.at("abc_deg").get<std::array<double, 3>>()}).linear();
+  };
+  return Eigen::AngleAxisd(rotation(from).transpose() * rotation(to)).angle() * calib::kDegPerRad;
+}
+
+/// How far it moves from what the controller has, and how well that is known.
+std::string move_words(const krl::ProposedFrame& one, const json& was, const json& then) {
+  const double mm = shift_mm(was, then);
+  if (!is_tool(one))
+    return fmt::format("{} moves by {:.3f} mm, turns by {:.4f} deg", one.name, mm,
+                       turn_deg(was, then));
+  return fmt::format(
+      "{} moves by {:.3f} mm; X, Y, Z +- {:.3f}, {:.3f}, {:.3f} mm (k=2); A, B, C stay", one.name,
+      mm, 2 * one.sigma_mm[0], 2 * one.sigma_mm[1], 2 * one.sigma_mm[2]);
+}
+
+/// A frame was sent, and it is not certain that it was set: what is known of it.
+std::optional<json> record_in(const std::exception& failure) {
+  const auto* refusal = dynamic_cast<const DaemonRefusal*>(&failure);
+  if (refusal == nullptr) return std::nullopt;
+  json record = json::parse(refusal->response.body, nullptr, false);
+  if (!record.is_object() || !record.contains("id")) return std::nullopt;
+  return record;
+}
+
+/// "1 of 2 frames set before that: TOOL_DATA[1] ('cellcal frames --restore 8' sets it back)"
+void name_done(const json& all, std::size_t wanted) {
+  fmt::print(stderr, "{} of {} frames set before that\n", all.size(), wanted);
+  for (const json& done : all)
+    fmt::print(stderr, "{}: 'cellcal frames --restore {}' sets the old values\n",
+               printable(done.value("frame", "")), done.value("id", 0));
 }
 
 void require_yes(bool confirmed, const std::string& question) {
@@ -113,8 +145,8 @@ int send_frames(const Connection& daemon, const FramesCommand& frames, const Sen
     json then = values_of(one.frame);
     // Touches tell where the tip is, and nothing of how the tool is turned.
     if (is_tool(one)) then["abc_deg"] = was.at("abc_deg");
-    fmt::print(stderr, "{} now  {}\n{} then {}: {:.3f} mm from it{}\n", one.name, frame_line(was),
-               one.name, frame_line(then), shift_mm(was, then), known_words(one));
+    fmt::print(stderr, "{} now  {}\n{} then {}\n{}\n", one.name, frame_line(was), one.name,
+               frame_line(then), move_words(one, was, then));
     orders.push_back(
         {{"frame", one.name},
          {"values", then},
@@ -134,9 +166,10 @@ int send_frames(const Connection& daemon, const FramesCommand& frames, const Sen
   for (const json& order : orders) {
     try {
       all.push_back(parse(ask(daemon, "POST", "/v1/frames", order.dump())));
-    } catch (const std::exception&) {
+    } catch (const std::exception& failure) {
+      name_done(all, orders.size());
+      if (const auto record = record_in(failure)) all.push_back(*record);
       if (!all.empty()) tell();
-      for (const json& done : all) fmt::print(stderr, "{}\n", printable(done.value("words", "")));
       throw;
     }
     if (!daemon.json) put(printable(all.back().value("words", "")) + "\n", {});
@@ -165,13 +198,32 @@ int list_sent_frames(const Connection& daemon) {
 
 int restore_frame(const Connection& daemon, const SendFrames& how) {
   const json all = parse(ask(daemon, "GET", "/v1/frames"));
-  for (const json& one : all.at("frames"))
-    if (one.at("id") == how.restore)
-      fmt::print(stderr, "{} as it was before number {}: {}\n", one.value("frame", ""), how.restore,
-                 frame_line(one.at("before")));
-  require_yes(how.confirm, "Every point taught in it moves with it.");
+  if (all.at("problem").is_string())
+    throw std::runtime_error(printable(all["problem"].get<std::string>()));
+  const json& frames = all.at("frames");
+  const auto found =
+      std::ranges::find_if(frames, [&](const json& one) { return one.at("id") == how.restore; });
+  if (found == frames.end())
+    throw std::runtime_error(
+        fmt::format("no frame was sent under number {}. See 'cellcal frames --sent'", how.restore));
+  const std::string name = printable(found->value("frame", ""));
+  const json was = parse(ask(daemon, "POST", "/v1/frames/read", json{{"frame", name}}.dump()));
+  const json& then = found->at("before");
+  fmt::print(stderr,
+             "{} now  {}\n{} then {}, as before number {}\n{} moves by {:.3f} mm, turns by {:.4f} "
+             "deg\n",
+             name, frame_line(was), name, frame_line(then), how.restore, name, shift_mm(was, then),
+             turn_deg(was, then));
+  require_yes(how.confirm, "Every point taught in " + name + " moves with it.");
   const json body{{"id", how.restore}, {"by", user_name()}, {"confirm", true}};
-  const json done = parse(ask(daemon, "POST", "/v1/frames/restore", body.dump()));
+  json done;
+  try {
+    done = parse(ask(daemon, "POST", "/v1/frames/restore", body.dump()));
+  } catch (const std::exception& failure) {
+    if (const auto record = record_in(failure); record && daemon.json)
+      put(record->dump() + "\n", {});
+    throw;
+  }
   put(daemon.json ? done.dump() + "\n" : printable(done.value("words", "")) + "\n", {});
   return kSuccess;
 }

@@ -12,7 +12,7 @@ struct SendFrames {
   int restore = 0;  ///< number of --sent; 0: none
 };
 
-/// Reads each frame, shows old and new, asks, sets it. Ends with the first that was not set.
+/// Reads all frames, shows old and new, asks, sets them. Ends with the first that was not set, and says which were.
 int send_frames(const Connection& daemon, const FramesCommand& frames, const SendFrames& how);
 int list_sent_frames(const Connection& daemon);
 int restore_frame(const Connection& daemon, const SendFrames& how);

@@ -22,22 +22,22 @@ namespace {
 
 using nlohmann::json;
 
-/// Whose touches said nothing of the tip.
-calib::Calibration as_stated() {
-  calib::Calibration found = calibration();
-  for (calib::ParameterResult& one : found.parameters)
-    if (one.key.kind == calib::ParameterKind::kTcp) one.sigma = 0.0;
-  return found;
+/// Whose touches measured the tip; the demo's cell states it as certain.
+calib::Calibration measured() {
+  calib::Cell with_tip = cell();
+  with_tip.tool.tcp_sigma_m.setConstant(1e-3);
+  calib::Random random(1);
+  return calib::testing::random_calibration(with_tip, random);
 }
 
 class frames_sent : public ::testing::Test {
  protected:
   frames_sent() {
-    calib::Calibration found = calibration();
+    calib::Calibration found = measured();
     std::ofstream(dir_ / "cal.json") << calib::calibration_to_json(found);
     found.verdict.publish = false;
     std::ofstream(dir_ / "withheld.json") << calib::calibration_to_json(found);
-    std::ofstream(dir_ / "as stated.json") << calib::calibration_to_json(as_stated());
+    std::ofstream(dir_ / "as stated.json") << calib::calibration_to_json(calibration());
   }
   ~frames_sent() override {
     boost::asio::post(context_, [this] {
@@ -54,14 +54,18 @@ class frames_sent : public ::testing::Test {
       return {
           .body =
               R"({"frame": "TOOL_DATA[1]", "xyz_mm": [59.9, 50.5, 410.3], "abc_deg": [38.84, 3.59, 0]})"};
+    if (request.method == "GET" && problem_)
+      return {.body = R"({"configured": true, "problem": "frames.json is damaged", "frames": []})"};
     if (request.method == "GET")
       return {
           .body =
               R"({"configured": true, "problem": null, "frames": [{"id": 7, "frame": "TOOL_DATA[1]",
         "time": "2026-11-20T10:00:00Z", "outcome": "unknown", "by": "anna", "reason": "r", "words": "read it",
         "before": {"xyz_mm": [59.9, 50.5, 410.3], "abc_deg": [38.84, 3.59, 0]}}]})"};
-    return {status_, "application/json",
-            R"({"error": "TOOL_DATA[1]: unknown", "words": "TOOL_DATA[1] set"})"};
+    const bool good = good_sets_ > 0 && good_sets_-- > 0;
+    return {
+        good ? 201 : status_, "application/json",
+        R"({"id": 8, "frame": "TOOL_DATA[1]", "error": "TOOL_DATA[1]: unknown", "words": "TOOL_DATA[1] set"})"};
   }
   Outcome frames(std::vector<std::string> more) const {
     more.insert(more.begin(), {CELLCAL, "frames", "--socket", dir_ / "s"});
@@ -79,7 +83,8 @@ class frames_sent : public ::testing::Test {
   TemporaryDirectory dir_;
   std::mutex mutex_;
   std::vector<std::pair<std::string, json>> asked_;
-  int status_ = 201;
+  int status_ = 201, good_sets_ = 0;  ///< these before status_
+  bool problem_ = false;
   boost::asio::io_context context_;
   HttpServer server_{
       context_,
@@ -103,11 +108,12 @@ TEST_F(frames_sent, says_what_the_controller_had_and_sends_what_was_confirmed) {
   EXPECT_EQ(body["confirm"], true);
   krl::FramesRequest tool;
   tool.tool = 1;
-  const calib::FrameMmDeg frame = krl::propose_frames(calibration(), tool).frames.at(0).frame;
+  const calib::FrameMmDeg frame = krl::propose_frames(measured(), tool).frames.at(0).frame;
   for (std::size_t i = 0; i < 3; ++i)
     EXPECT_NEAR(body["values"]["xyz_mm"][i].get<double>(), frame.xyz_mm[i], 1e-6);
   EXPECT_EQ(body["values"]["abc_deg"], body["was"]["abc_deg"]) << "touches say nothing of it";
-  EXPECT_NE(outcome.err.find("mm (k=2)"), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("TOOL_DATA[1] moves by "), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("mm (k=2); A, B, C stay"), std::string::npos) << outcome.err;
 }
 
 TEST_F(frames_sent, are_none_of_a_base_where_nobody_says_where_the_robot_stands) {
@@ -140,6 +146,34 @@ TEST_F(frames_sent, that_are_unknown_are_no_success) {
   EXPECT_EQ(outcome.status, 1);
   EXPECT_NE(outcome.err.find("TOOL_DATA[1]: unknown"), std::string::npos) << outcome.err;
   EXPECT_EQ(frames({"--restore", "7", "--confirm"}).status, 1);
+  const Outcome as_json = send({"--confirm", "--json"});
+  EXPECT_EQ(as_json.status, 1);
+  EXPECT_EQ(json::parse(as_json.out).at(0).at("id"), 8) << "its number for --restore";
+}
+
+TEST_F(frames_sent, are_all_read_and_shown_before_the_first_and_told_where_one_fails) {
+  std::ofstream(dir_ / "$machine.dat") << "$ROBROOT={X 0.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0}\n";
+  const std::vector<std::string> two{"--base", "3=S1,S2,S3", "--confirm", "--config",
+                                     dir_ / "$machine.dat"};
+  good_sets_ = 1;
+  status_ = 409;
+  const Outcome outcome = send(two);
+  EXPECT_EQ(outcome.status, 1);
+  ASSERT_EQ(asked_.size(), 4U);
+  EXPECT_EQ(asked_[1].first, "POST /v1/frames/read") << "the second, before the first is set";
+  EXPECT_NE(outcome.err.find("BASE_DATA[3] moves by "), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("1 of 2 frames set before that"), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("TOOL_DATA[1]: 'cellcal frames --restore 8'"), std::string::npos)
+      << outcome.err;
+}
+
+TEST_F(frames_sent, that_were_never_sent_are_not_asked_for) {
+  const Outcome outcome = frames({"--restore", "9"});
+  EXPECT_EQ(outcome.status, 1);
+  EXPECT_NE(outcome.err.find("no frame was sent under number 9"), std::string::npos) << outcome.err;
+  problem_ = true;
+  EXPECT_NE(frames({"--restore", "7"}).err.find("frames.json is damaged"), std::string::npos);
+  EXPECT_EQ(asked("POST /v1/frames/read"), 0U);
 }
 
 TEST_F(frames_sent, are_never_those_of_a_withheld_calibration) {
@@ -160,7 +194,9 @@ TEST_F(frames_sent, are_none_where_config_dat_is_of_another_controller) {
 TEST_F(frames_sent, are_listed_and_set_back) {
   EXPECT_NE(frames({"--sent"}).out.find("unknown   by anna (r): read it"), std::string::npos)
       << frames({"--sent"}).out;
-  ASSERT_EQ(frames({"--restore", "7", "--confirm"}).status, 0);
+  const Outcome back = frames({"--restore", "7", "--confirm"});
+  ASSERT_EQ(back.status, 0) << back.err;
+  EXPECT_NE(back.err.find("TOOL_DATA[1] now  {X 59.9000"), std::string::npos) << back.err;
   EXPECT_EQ(asked_.back().second["id"], 7);
 }
 
