@@ -13,7 +13,7 @@
 #include "daemon/api/status_json.h"
 #include "daemon/archive/retention.h"
 #include "daemon/drift/drift_watch.h"
-#include "daemon/plant/publisher/line_status.h"
+#include "daemon/plant/line/line_status.h"
 #include "daemon/service/service.h"
 
 namespace cellcal::daemon {
@@ -40,7 +40,7 @@ class Api {
   void use(plant::ProposalBox& proposals) { proposals_ = &proposals; }
   void use(FrameStation& frames) { frames_ = &frames; }
   /// How the line to the plant stands; none: no plant is named. Any thread.
-  using PlantLineStatus = std::function<std::optional<plant::LineStatus>()>;
+  using PlantLineStatus = std::function<std::optional<plant::LinesStatus>()>;
   void use(PlantLineStatus line) { plant_line_ = std::move(line); }
   /// What [retention] says now. Any thread.
   void use(std::function<RetentionRule()> retention) { retention_ = std::move(retention); }

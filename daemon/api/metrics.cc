@@ -258,7 +258,7 @@ std::optional<Response> Api::metrics(const Call&) {
   std::string text = metrics_text(service_.status(), sessions, newest ? &*newest : nullptr,
                                   drift ? &drift->chart : nullptr);
   if (const auto line = plant_line_ ? plant_line_() : std::nullopt)
-    text += metrics_text(*line, journal_.outbox());
+    text += metrics_text(line->facts, journal_.outbox());
   return Response{200, "text/plain; version=0.0.4; charset=utf-8", std::move(text)};
 }
 

@@ -6,7 +6,7 @@
 
 #include "calib/result/calibration.h"
 #include "calib/result/drift_chart.h"
-#include "daemon/plant/publisher/line_status.h"
+#include "daemon/plant/line/line_status.h"
 #include "daemon/service/service.h"
 
 namespace cellcal::daemon {

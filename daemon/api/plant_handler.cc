@@ -13,9 +13,9 @@
 #include "daemon/api/routes.h"
 #include "daemon/files/atomic_file.h"
 #include "daemon/files/printable.h"
+#include "daemon/plant/line/line_status.h"
 #include "daemon/plant/messages/certificate_fact.h"
 #include "daemon/plant/messages/fact_json.h"
-#include "daemon/plant/publisher/line_status.h"
 #include "daemon/plant/publisher/reporter.h"
 
 namespace cellcal::daemon {
@@ -43,17 +43,27 @@ std::string content_of(const std::string& body) {
   return text;
 }
 
+nlohmann::json sparkplug_json(const std::optional<plant::LineStatus>& line) {
+  if (!line) return nullptr;
+  return {{"connected", line->connected},
+          {"since", line->since},
+          {"problem", to_string(line->problem)},
+          {"words", line->words},
+          {"sent", line->acknowledged}};
+}
+
 }  // namespace
 
 std::optional<Response> Api::show_plant(const Call&) {
-  const auto line = plant_line_ ? plant_line_() : std::nullopt;
-  if (!line) throw NotFound("no plant is named: [plant] in cellcald.toml");
+  const auto lines = plant_line_ ? plant_line_() : std::nullopt;
+  if (!lines) throw NotFound("no plant is named: [plant] in cellcald.toml");
+  const plant::LineStatus& line = lines->facts;
   const OutboxCount count = journal_.outbox();
-  return Response{.body = dump({{"connected", line->connected},
-                                {"since", line->since},
-                                {"problem", to_string(line->problem)},
-                                {"words", line->words},
-                                {"acknowledged", line->acknowledged},
+  return Response{.body = dump({{"connected", line.connected},
+                                {"since", line.since},
+                                {"problem", to_string(line.problem)},
+                                {"words", line.words},
+                                {"acknowledged", line.acknowledged},
                                 {"source", count.source},
                                 {"newest", count.newest},
                                 {"waiting", count.rows},
@@ -61,7 +71,8 @@ std::optional<Response> Api::show_plant(const Call&) {
                                 {"oldest", count.oldest.empty() ? nlohmann::json(nullptr)
                                                                 : nlohmann::json(count.oldest)},
                                 {"dropped", count.dropped},
-                                {"not_begun", count.not_begun}})};
+                                {"not_begun", count.not_begun},
+                                {"sparkplug", sparkplug_json(lines->sparkplug)}})};
 }
 
 /// Said once for each content. Of this journal's calibration, with files that have the sums they come with; who signed it is those's to say who verify it.

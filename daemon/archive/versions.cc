@@ -102,7 +102,29 @@ std::optional<calib::InScope> in_scope(Journal& journal, const Published& one) {
                                one.calibration.verdict.workspace);
 }
 
+Version version_of(Journal& journal, const Published& one, std::int64_t active,
+                   const std::vector<Activation>& activations) {
+  const calib::Calibration& c = one.calibration;
+  Version version{one.record.id,
+                  one.record.ended,
+                  one.record.inputs.cell_name,
+                  c.verdict.workspace,
+                  c.verdict.workspace ? c.predicted_workspace_m : c.predicted_near_targets_m,
+                  in_scope(journal, one),
+                  one.record.id == active,
+                  {}};
+  for (const Activation& activation : activations)
+    if (activation.session == version.session) version.activated = activation;
+  return version;
+}
+
 }  // namespace
+
+std::optional<Version> version_in_use(Journal& journal) {
+  const auto active = in_use(journal, 0);
+  if (!active) return std::nullopt;
+  return version_of(journal, *active, active->record.id, journal.activations());
+}
 
 std::vector<Version> versions(Journal& journal, std::int64_t of_cell, std::size_t most) {
   const auto active = in_use(journal, of_cell);
@@ -113,18 +135,7 @@ std::vector<Version> versions(Journal& journal, std::int64_t of_cell, std::size_
     if (all.size() == most) break;
     const auto one = published(journal, session);
     if (!one) continue;
-    const calib::Calibration& c = one->calibration;
-    Version version{session,
-                    one->record.ended,
-                    one->record.inputs.cell_name,
-                    c.verdict.workspace,
-                    c.verdict.workspace ? c.predicted_workspace_m : c.predicted_near_targets_m,
-                    in_scope(journal, *one),
-                    session == active->record.id,
-                    {}};
-    for (const Activation& activation : activations)
-      if (activation.session == session) version.activated = activation;
-    all.push_back(std::move(version));
+    all.push_back(version_of(journal, *one, active->record.id, activations));
   }
   return all;
 }

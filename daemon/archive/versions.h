@@ -41,6 +41,9 @@ struct NotActivated : std::runtime_error {
 /// where nothing was published. Throws JournalError.
 std::vector<Version> versions(Journal& journal, std::int64_t of_cell, std::size_t most);
 
+/// The one that is in use, of whichever cell. Throws JournalError.
+std::optional<Version> version_in_use(Journal& journal);
+
 /// From now on this session's calibration is in use, until the next is published or activated. Throws NotActivated,
 /// JournalError.
 void activate(Journal& journal, const Activation& wanted);

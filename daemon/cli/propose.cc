@@ -12,8 +12,8 @@
 #include "daemon/cli/offline/exit_status.h"
 #include "daemon/cli/offline/offline.h"
 #include "daemon/cli/user_name.h"
+#include "daemon/plant/line/mqtt_line.h"
 #include "daemon/plant/proposals/proposal_box.h"
-#include "daemon/plant/publisher/mqtt_line.h"
 #include "daemon/runner/backend.h"
 
 namespace cellcal::daemon {

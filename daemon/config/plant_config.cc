@@ -19,18 +19,21 @@ constexpr std::uint16_t kTlsPort = 8883, kPlainPort = 1883;
 std::string read_plant_name(const TomlTable& table, const char* key) {
   const std::string name = table.string(key);
   if (!plant::is_name(name))
-    table.fail(key, "\"" + calib::shown(name) + "\" must have 1 to 64 of A-Z a-z 0-9 _ -: it stands in topics");
+    table.fail(key, "\"" + calib::shown(name) +
+                        "\" must have 1 to 64 of A-Z a-z 0-9 _ -: it stands in topics");
   return name;
 }
 
 std::string read_host(const TomlTable& table) {
   const std::string host = table.string("broker");
   const bool sound = !host.empty() && host.size() <= kLongestHost &&
-                     host.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
-                                            "0123456789.-:") == std::string::npos;
+                     host.find_first_not_of(
+                         "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
+                         "0123456789.-:") == std::string::npos;
   if (!sound)
-    table.fail("broker", "\"" + calib::shown(host) +
-                             "\" is no host: write it without port, as in \"broker.plant.example\"");
+    table.fail("broker",
+               "\"" + calib::shown(host) +
+                   "\" is no host: write it without port, as in \"broker.plant.example\"");
   return host;
 }
 
@@ -47,8 +50,9 @@ void read_tls(const TomlTable& table, PlantConfig& plant) {
   if (table.has("ca")) plant.ca = read_path(table, "ca");
   const bool certificate = table.has("certificate");
   if (certificate != table.has("key"))
-    table.fail(certificate ? "certificate" : "key",
-               std::string("needs ") + (certificate ? "key" : "certificate") + " beside it: give both or none");
+    table.fail(certificate ? "certificate" : "key", std::string("needs ") +
+                                                        (certificate ? "key" : "certificate") +
+                                                        " beside it: give both or none");
   if (!certificate) return;
   plant.certificate = read_path(table, "certificate");
   plant.key = read_path(table, "key");
@@ -71,10 +75,11 @@ void read_login(const TomlTable& table, PlantConfig& plant) {
 
 std::optional<PlantConfig> read_plant(const TomlTable& table) {
   if (!table.has("plant")) {
-    for (const char* key :
-         {"cell", "broker", "port", "tls", "ca", "certificate", "key", "user", "password_file",
-          "allow_plain", "former", "accept", "touches", "health_minutes", "outbox_megabytes"})
-      if (table.has(key)) table.fail(key, "means nothing without plant. Set plant, cell and broker");
+    for (const char* key : {"cell", "broker", "port", "tls", "ca", "certificate", "key", "user",
+                            "password_file", "allow_plain", "former", "accept", "touches",
+                            "health_minutes", "outbox_megabytes", "sparkplug"})
+      if (table.has(key))
+        table.fail(key, "means nothing without plant. Set plant, cell and broker");
     table.refuse_unknown();
     return std::nullopt;
   }
@@ -88,7 +93,9 @@ std::optional<PlantConfig> read_plant(const TomlTable& table) {
   read_login(table, plant);
   const bool plain = table.boolean_or("allow_plain", false);
   if (!plant.tls && !plain && !is_this_computer(plant.host))
-    table.fail("tls", "without TLS facts and password pass the network readable. Set tls = true, or allow_plain = true");
+    table.fail(
+        "tls",
+        "without TLS facts and password pass the network readable. Set tls = true, or allow_plain = true");
   if (table.has("former")) plant.former = table.strings("former");
   for (const std::string& name : plant.former) {
     const std::size_t cut = std::min(name.find('/'), name.size());
@@ -100,11 +107,16 @@ std::optional<PlantConfig> read_plant(const TomlTable& table) {
   if (table.has("accept")) plant.accept = table.strings("accept");
   for (const std::string& kind : plant.accept)
     if (kind != "calibrate" && kind != "check" && kind != "activate")
-      table.fail("accept", "\"" + calib::shown(kind) + "\" must be \"calibrate\", \"check\" or \"activate\": a schedule and priors are "
-                           "accepted by people alone");
+      table.fail(
+          "accept",
+          "\"" + calib::shown(kind) +
+              "\" must be \"calibrate\", \"check\" or \"activate\": a schedule and priors are "
+              "accepted by people alone");
   plant.touches = table.boolean_or("touches", plant.touches);
   plant.health_minutes = table.number_or("health_minutes", plant.health_minutes, {1.0, 1440.0});
-  plant.outbox_megabytes = table.number_or("outbox_megabytes", plant.outbox_megabytes, {1.0, 10000.0});
+  plant.outbox_megabytes =
+      table.number_or("outbox_megabytes", plant.outbox_megabytes, {1.0, 10000.0});
+  plant.sparkplug = table.boolean_or("sparkplug", plant.sparkplug);
   table.refuse_unknown();
   return plant;
 }

@@ -25,6 +25,7 @@ struct PlantConfig {
   bool touches = false;             ///< each is told of
   double health_minutes = 10.0;
   double outbox_megabytes = 64.0;
+  bool sparkplug = false;  ///< the cell is an edge node of Sparkplug B, too
 
   bool operator==(const PlantConfig&) const = default;
 };

@@ -86,6 +86,20 @@ std::optional<DaemonSeen> look_at_daemon(const DaemonConfig& config, Findings& f
   return seen;
 }
 
+void judge_sparkplug(const json& line, Findings& findings) {
+  const std::string check = "sparkplug";
+  const bool connected = line.value("connected", json()) == true;
+  const std::string found = fmt::format("{} since {}", connected ? "connected" : "not connected",
+                                        printable(text(line, "since")));
+  const std::string words = printable(text(line, "words"));
+  if (connected)
+    findings.ok(check, found);
+  else
+    findings.warn(
+        check, found,
+        words.empty() ? "wait for the first connection, then run 'cellcal doctor' again" : words);
+}
+
 void judge_plant(const std::string& plant, Findings& findings) {
   const std::string check = "plant";
   const json line = json::parse(plant, nullptr, false);
@@ -109,6 +123,8 @@ void judge_plant(const std::string& plant, Findings& findings) {
     findings.warn(check, found, "wait for the first connection, then run 'cellcal doctor' again");
   else
     findings.ok(check, found);
+  if (const json node = line.value("sparkplug", json()); node.is_object())
+    judge_sparkplug(node, findings);
 }
 
 void look_at_plant(const DaemonConfig& config, Findings& findings) {

@@ -243,7 +243,14 @@ void OutboxRows::compose(const SessionRecord& record,
   std::vector<std::int64_t> rows;
   while (waits.step()) rows.push_back(waits.integer(0));
   if (rows.empty()) return;
-  const std::string body = reporter_->calibration(record, touches()).body;
+  std::string body;
+  try {
+    body = reporter_->calibration(record, touches()).body;
+  } catch (const JournalError&) {
+    throw;  // the disk: the calibration that comes now cannot be stored either
+  } catch (const std::exception&) {  // the fact is what counts; whoever sends it says that it cannot be told
+    body = "{}";
+  }
   for (const std::int64_t row : rows) {
     Statement update(database_, "UPDATE outbox SET body=? WHERE number=?");
     update.bind(1, std::string_view(body)).bind(2, row).step();

@@ -35,7 +35,11 @@ plant::HealthFact health_of(const Status& status) {
 }  // namespace
 
 PlantLine::PlantLine(SessionService& service, Journal& journal, LiveConfig& live)
-    : service_(service), journal_(journal), live_(live), proposals_(proposal_parts()) {
+    : service_(service),
+      journal_(journal),
+      live_(live),
+      proposals_(proposal_parts()),
+      look_(service, journal) {
   if (!proposals_.problem().empty()) spdlog::error("[plant]: {}", proposals_.problem());
   reload();
 }
@@ -93,13 +97,30 @@ void PlantLine::reload() {
   }
   if (before ? wanted == before->config() : !wanted) return;
   if (wanted) now = std::make_shared<plant::Publisher>(parts(*wanted), before.get());
+  std::shared_ptr<plant::sparkplug::EdgeNode> node_before;
+  {
+    const std::lock_guard lock(mutex_);
+    publisher_ = std::move(now);
+    node_before = std::exchange(node_, nullptr);
+  }
+  node_before.reset();  // says its farewell before the next one is born
+  if (!wanted || !wanted->sparkplug) return;
+  auto node = node_of(*wanted);
   const std::lock_guard lock(mutex_);
-  publisher_ = std::move(now);
+  node_ = std::move(node);
 }
 
-std::optional<plant::LineStatus> PlantLine::status() const {
+std::shared_ptr<plant::sparkplug::EdgeNode> PlantLine::node_of(const PlantConfig& config) {
+  plant::sparkplug::EdgeNode::Parts node{config, [this] { return look_.now(); }};
+  look_.emulated(live_.now()->backend == BackendKind::kMock);
+  return std::make_shared<plant::sparkplug::EdgeNode>(std::move(node));
+}
+
+std::optional<plant::LinesStatus> PlantLine::status() const {
   const std::lock_guard lock(mutex_);
-  return publisher_ ? std::optional(publisher_->status()) : std::nullopt;
+  if (!publisher_) return std::nullopt;
+  return plant::LinesStatus{publisher_->status(),
+                            node_ ? std::optional(node_->status()) : std::nullopt};
 }
 
 }  // namespace cellcal::daemon

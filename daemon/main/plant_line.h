@@ -5,9 +5,11 @@
 #include <mutex>
 #include <optional>
 
+#include "daemon/main/cell_look.h"
 #include "daemon/main/reload.h"
 #include "daemon/plant/proposals/proposal_box.h"
 #include "daemon/plant/publisher/publisher.h"
+#include "daemon/plant/sparkplug/edge_node.h"
 #include "daemon/service/service.h"
 
 namespace cellcal::daemon {
@@ -25,10 +27,11 @@ class PlantLine {
   /// What the plant has proposed; also where none is named any more.
   plant::ProposalBox& proposals() { return proposals_; }
   /// None: no plant is named.
-  std::optional<plant::LineStatus> status() const;
+  std::optional<plant::LinesStatus> status() const;
 
  private:
   plant::Publisher::Parts parts(const PlantConfig& config);
+  std::shared_ptr<plant::sparkplug::EdgeNode> node_of(const PlantConfig& config);
   plant::ProposalBox::Parts proposal_parts();
   bool take(const plant::Proposal& proposal);
 
@@ -38,7 +41,9 @@ class PlantLine {
   plant::ProposalBox proposals_;
   std::mutex reload_;
   mutable std::mutex mutex_;  ///< never held while the broker is waited for
+  CellLook look_;
   std::shared_ptr<plant::Publisher> publisher_;
+  std::shared_ptr<plant::sparkplug::EdgeNode> node_;  ///< none: not asked for
 };
 
 }  // namespace cellcal::daemon

@@ -12,6 +12,7 @@
 #include "daemon/plant/messages/fact_json.h"
 #include "daemon/plant/messages/presence.h"
 #include "daemon/plant/messages/proposal.h"
+#include "daemon/plant/sparkplug/payload.h"
 
 namespace {
 
@@ -73,6 +74,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const std::string_view payload =
       end == std::string_view::npos ? std::string_view() : all.substr(end + 1);
   as_message(topic, payload);
+  (void)plant::sparkplug::asks_for_rebirth(payload);
   if (const auto known = plant::topic_of(topic)) as_proposal(payload, *known);
   return 0;
 }

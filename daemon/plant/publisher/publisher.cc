@@ -14,16 +14,16 @@
 #include <deque>
 #include <map>
 #include <mutex>
-#include <random>
 #include <set>
 #include <thread>
 
 #include "calib/files/calibration_json.h"
 #include "daemon/files/printable.h"
+#include "daemon/plant/line/mqtt_line.h"
+#include "daemon/plant/line/patience.h"
 #include "daemon/plant/messages/fact_json.h"
 #include "daemon/plant/messages/presence.h"
 #include "daemon/plant/messages/stored.h"
-#include "daemon/plant/publisher/mqtt_line.h"
 #include "daemon/plant/publisher/reporter.h"
 #include "daemon/runner/backend.h"
 
@@ -51,7 +51,8 @@ struct Publisher::Impl : std::enable_shared_from_this<Publisher::Impl> {
         pause(context),
         health(context),
         last(context),
-        unstored(context) {}
+        unstored(context),
+        patience(parts.first_wait, parts.longest_wait) {}
 
   /// Who a row is, for what the plant says of it.
   struct Sent {
@@ -104,8 +105,7 @@ struct Publisher::Impl : std::enable_shared_from_this<Publisher::Impl> {
   std::shared_ptr<const PlantReporter> reporter;
   std::unique_ptr<MqttLine> line;
   asio::steady_timer retry, pause, health, last, unstored;
-  std::chrono::milliseconds wait{0};
-  std::minstd_rand chance{std::random_device{}()};
+  Patience patience;
   struct {
     std::string time, source;
     std::int64_t newest = 0;
@@ -114,7 +114,9 @@ struct Publisher::Impl : std::enable_shared_from_this<Publisher::Impl> {
   std::map<std::int64_t, Sent>
       at_the_broker;  ///< results that it has acknowledged on this line and nobody has stored, by row
   std::map<std::int64_t, Sent> set_aside;  ///< too large for the broker of this line, by row
-  Stored stored;                           ///< as the plant has said last
+  /// Bytes for which the broker ended the line before, without a word of its limit before that: not sent on the next one.
+  std::optional<std::size_t> ended_for, not_now;
+  Stored stored;  ///< as the plant has said last
   std::deque<WaitingReport> bite;
   std::int64_t read_to = 0;  ///< row up to which all is under way or acknowledged
   std::vector<std::int64_t> acknowledged;
@@ -240,9 +242,7 @@ void Publisher::Impl::connect() try {
 }
 
 void Publisher::Impl::connect_later() {
-  wait = std::clamp(wait * 2, parts.first_wait, parts.longest_wait);
-  const double share = std::uniform_real_distribution<double>(0.5, 1.5)(chance);
-  retry.expires_after(std::chrono::duration_cast<std::chrono::milliseconds>(wait * share));
+  retry.expires_after(patience.next());
   retry.async_wait([this](boost::system::error_code cancelled) {
     if (!cancelled) connect();
   });
@@ -253,6 +253,7 @@ void Publisher::Impl::up() {
   under_way.clear();
   at_the_broker.clear();
   set_aside.clear();  // it may be another broker, or the same one with another limit
+  not_now = std::exchange(ended_for, std::nullopt);
   bite.clear();
   read_to = 0;
   set([&](LineStatus& now) {
@@ -272,6 +273,9 @@ void Publisher::Impl::up() {
 
 void Publisher::Impl::down(const LineFailure& failure) {
   line.reset();
+  if (is_up && failure.problem == LineProblem::kTooLarge)
+    for (const auto& [message, sent] : under_way)
+      ended_for = std::max(ended_for.value_or(0), sent.bytes);
   pause.cancel();
   if (is_up || failure.problem != LineProblem::kNone) {
     set([&](LineStatus& now) {
@@ -285,7 +289,7 @@ void Publisher::Impl::down(const LineFailure& failure) {
   }
   say(failure);
   // Two that have the same name would take the line from each other without end.
-  if (failure.problem == LineProblem::kTakenOver) wait = parts.longest_wait;
+  if (failure.problem == LineProblem::kTakenOver) patience.exhaust();
   connect_later();
 }
 
@@ -310,7 +314,7 @@ void Publisher::Impl::answered(int message, const std::optional<LineFailure>& re
   } else if (refused && !(sent.row == kNoRow && refused->problem == LineProblem::kNobody)) {
     hold(parts.refused_wait, *refused);
   } else if (sent.row != kNoRow) {
-    wait = {};  // this line is good for something
+    patience.reset();
     if (sent.worth == Worth::kTelemetry ||
         (stored.journal == sent.source && stored.has(sent.number)))
       acknowledged.push_back(sent.row);
@@ -517,6 +521,10 @@ bool Publisher::Impl::send(const WaitingReport& row) {
   if (sent.bytes > kLargestMessage) {
     give_up(sent);
     return false;
+  }
+  if (not_now && sent.bytes >= *not_now) {
+    set_aside.emplace(sent.row, sent);
+    return true;
   }
   try {
     under_way[line->publish({to_text({name(), Subject::kFact, kind_of(fact.body)}), text, false})] =

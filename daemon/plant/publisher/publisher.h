@@ -7,9 +7,9 @@
 
 #include "daemon/config/plant_config.h"
 #include "daemon/journal/journal.h"
+#include "daemon/plant/line/line_status.h"
 #include "daemon/plant/messages/fact.h"
 #include "daemon/plant/messages/proposal.h"
-#include "daemon/plant/publisher/line_status.h"
 
 namespace cellcal::daemon::plant {
 

@@ -272,8 +272,9 @@ TEST_F(a_described_api, answers_as_it_is_described) {
   EXPECT_EQ(sent["frames"][0]["before"]["xyz_mm"][0], 59.9);
   EXPECT_EQ(ask("GET", "/v1/plant").status, 404) << "it belongs to no plant";
   api.use(Api::PlantLineStatus([] {
-    return plant::LineStatus{false, plant::LineProblem::kLogin, "login refused",
-                             "2026-01-01T00:00:00.000Z", 7};
+    const plant::LineStatus line{false, plant::LineProblem::kLogin, "login refused",
+                                 "2026-01-01T00:00:00.000Z", 7};
+    return plant::LinesStatus{line, line};
   }));
   EXPECT_EQ(ask("GET", "/v1/plant").status, 200);
   const auto certify = [&](const std::string& of, const char* body) {

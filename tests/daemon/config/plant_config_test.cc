@@ -9,7 +9,8 @@ namespace cellcal::daemon {
 namespace {
 
 DaemonConfig parsed(const std::string& plant) {
-  return parse_config("format = \"cellcal.daemon/1\"\nbackend = \"mock\"\n[plant]\n" + plant, "d.toml");
+  return parse_config("format = \"cellcal.daemon/1\"\nbackend = \"mock\"\n[plant]\n" + plant,
+                      "d.toml");
 }
 
 std::string reason(const std::string& plant) {
@@ -21,11 +22,13 @@ std::string reason(const std::string& plant) {
   }
 }
 
-const std::string kNamed = "plant = \"graz\"\ncell = \"weld-3\"\nbroker = \"broker.plant.example\"\n";
+const std::string kNamed =
+    "plant = \"graz\"\ncell = \"weld-3\"\nbroker = \"broker.plant.example\"\n";
 
 TEST(plant, is_none_unless_one_is_named) {
   EXPECT_FALSE(parsed("").plant);
-  EXPECT_EQ(reason("touches = true\n"), "d.toml:4: plant.touches: means nothing without plant. Set plant, cell and broker");
+  EXPECT_EQ(reason("touches = true\n"),
+            "d.toml:4: plant.touches: means nothing without plant. Set plant, cell and broker");
 }
 
 TEST(plant, is_reached_over_tls_unless_the_owner_says_otherwise) {
@@ -33,18 +36,24 @@ TEST(plant, is_reached_over_tls_unless_the_owner_says_otherwise) {
   EXPECT_EQ(parsed(kNamed).plant->port, 8883);
   EXPECT_NE(reason(kNamed + "tls = false\n").find("plant.tls: without TLS"), std::string::npos);
   EXPECT_EQ(parsed(kNamed + "tls = false\nallow_plain = true\n").plant->port, 1883);
-  EXPECT_EQ(reason("plant = \"g\"\ncell = \"c\"\nbroker = \"127.0.0.1\"\ntls = false\n"), "accepted");
-  EXPECT_NE(reason(kNamed + "tls = false\nallow_plain = true\nca = \"/c.pem\"\n").find("plant.ca"), std::string::npos);
+  EXPECT_EQ(reason("plant = \"g\"\ncell = \"c\"\nbroker = \"127.0.0.1\"\ntls = false\n"),
+            "accepted");
+  EXPECT_NE(reason(kNamed + "tls = false\nallow_plain = true\nca = \"/c.pem\"\n").find("plant.ca"),
+            std::string::npos);
 }
 
 TEST(plant, has_names_that_can_stand_in_a_topic_and_keys_that_belong_together) {
   for (const char* name : {"", "a/b", "+", "#", "ä"})
-    EXPECT_NE(reason("plant = \"" + std::string(name) + "\"\ncell = \"c\"\nbroker = \"b\"\n").find("plant.plant"),
+    EXPECT_NE(reason("plant = \"" + std::string(name) + "\"\ncell = \"c\"\nbroker = \"b\"\n")
+                  .find("plant.plant"),
               std::string::npos)
         << name;
-  EXPECT_NE(reason("plant = \"g\"\ncell = \"c\"\nbroker = \"mqtt://b\"\n").find("plant.broker"), std::string::npos);
-  EXPECT_NE(reason(kNamed + "certificate = \"/c\"\n").find("needs key beside it"), std::string::npos);
-  EXPECT_NE(reason(kNamed + "password_file = \"/p\"\n").find("means nothing without user"), std::string::npos);
+  EXPECT_NE(reason("plant = \"g\"\ncell = \"c\"\nbroker = \"mqtt://b\"\n").find("plant.broker"),
+            std::string::npos);
+  EXPECT_NE(reason(kNamed + "certificate = \"/c\"\n").find("needs key beside it"),
+            std::string::npos);
+  EXPECT_NE(reason(kNamed + "password_file = \"/p\"\n").find("means nothing without user"),
+            std::string::npos);
   EXPECT_EQ(parsed(kNamed + "former = [\"graz/weld-2\"]\n").plant->former,
             std::vector<std::string>{"graz/weld-2"});
   for (const char* name : {"weld-2", "graz/", "/weld-2", "graz/weld/2", "graz/#"})
@@ -52,13 +61,24 @@ TEST(plant, has_names_that_can_stand_in_a_topic_and_keys_that_belong_together) {
                   .find("plant.former: \"" + std::string(name)),
               std::string::npos)
         << name;
-  EXPECT_NE(reason(kNamed + "outbox_megabytes = 0.1\n").find("plant.outbox_megabytes"), std::string::npos);
+  EXPECT_NE(reason(kNamed + "outbox_megabytes = 0.1\n").find("plant.outbox_megabytes"),
+            std::string::npos);
+}
+
+TEST(plant, has_a_sparkplug_node_only_where_that_is_asked_for) {
+  EXPECT_FALSE(parsed(kNamed).plant->sparkplug);
+  EXPECT_TRUE(parsed(kNamed + "sparkplug = true\n").plant->sparkplug);
+  EXPECT_NE(reason("sparkplug = true\n").find("plant.sparkplug: means nothing without plant"),
+            std::string::npos);
+  EXPECT_NE(reason(kNamed + "sparkplug = 1\n").find("plant.sparkplug"), std::string::npos);
 }
 
 TEST(plant, is_answered_without_a_person_only_where_nothing_moves_by_it) {
   EXPECT_EQ(parsed(kNamed + "accept = [\"check\", \"activate\"]\n").plant->accept.size(), 2u);
   for (const char* kind : {"schedule", "priors", "move", ""})
-    EXPECT_NE(reason(kNamed + "accept = [\"" + kind + "\"]\n").find("plant.accept"), std::string::npos) << kind;
+    EXPECT_NE(reason(kNamed + "accept = [\"" + kind + "\"]\n").find("plant.accept"),
+              std::string::npos)
+        << kind;
 }
 
 }  // namespace

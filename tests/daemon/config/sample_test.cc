@@ -137,7 +137,7 @@ std::string figures(const DaemonConfig& c) {
     text += line("plant", p->plant, p->cell, p->host, p->port, p->tls, p->ca, p->certificate,
                  p->key, p->user, p->password_file, p->former.empty() ? "" : p->former.front(),
                  p->accept.empty() ? "" : p->accept.front(), p->touches, p->health_minutes,
-                 p->outbox_megabytes);
+                 p->outbox_megabytes, p->sparkplug);
   }
   const drivers::RsiConfig& r = c.rsi;
   text += line("rsi", r.bind_address, r.port, r.sentype, r.axis_tag, r.external_axis_tag,
@@ -151,8 +151,8 @@ std::string figures(const DaemonConfig& c) {
   const drivers::EkiFilesConfig& k = c.controller;
   text += line("controller", k.external_axes, k.input, k.contact_is_on, k.tool, k.base, k.load,
                k.acceleration_percent, k.alive_flag, k.stop_flag, k.first_timer, k.first_interrupt,
-               k.state_ms, k.dead_man_ms, k.write_frames, c.rsi_files.pc_address, c.rsi_files.rsi_version,
-               c.rsi_files.timeout_cycles, c.rsi_files.flag);
+               k.state_ms, k.dead_man_ms, k.write_frames, c.rsi_files.pc_address,
+               c.rsi_files.rsi_version, c.rsi_files.timeout_cycles, c.rsi_files.flag);
   text += line("contact", c.contact.device, c.contact.baud);
   const MockConfig& m = c.mock;
   text += line("mock", static_cast<int>(m.wire), m.seed, m.geometry_scale, m.deflection,

@@ -86,6 +86,21 @@ TEST(the_line_to_the_plant, is_told_with_what_waits_since_when_and_what_to_do_an
   EXPECT_EQ(judge().outcome, Outcome::kSkipped);
 }
 
+TEST(the_sparkplug_line, is_told_of_where_there_is_one) {
+  const auto judge = [](const json& node) {
+    Findings findings;
+    judge_plant(json{{"connected", true}, {"words", ""}, {"sparkplug", node}}.dump(), findings);
+    return findings;
+  };
+  EXPECT_EQ(judge(nullptr).all().size(), 1u);
+  json node{{"connected", true}, {"since", "2026-11-22T20:00:00Z"}, {"words", ""}};
+  EXPECT_EQ(finding_of(judge(node), "sparkplug").outcome, Outcome::kOk);
+  node["connected"] = false;
+  EXPECT_EQ(finding_of(judge(node), "sparkplug").outcome, Outcome::kWarning);
+  node["words"] = "broker b:8883: not reached. Check the cable";
+  EXPECT_EQ(finding_of(judge(node), "sparkplug").advice, node["words"]);
+}
+
 TEST(real_time, is_judged_by_the_daemon_that_runs) {
   DaemonConfig config;
   ProcessRights rights;

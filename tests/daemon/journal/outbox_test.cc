@@ -99,6 +99,21 @@ TEST_F(outbox, has_a_calibration_as_it_was_where_another_takes_its_place) {
   EXPECT_EQ(words_of(journal->waiting(1, kAll)), "2 calibration of one\n3 calibration \n");
 }
 
+TEST_F(outbox, that_cannot_compose_the_one_before_costs_no_calibration) {
+  struct Mute : PlainReporter {
+    Report calibration(const SessionRecord&, const std::vector<calib::Touch>&) const override {
+      throw std::runtime_error("of another version");
+    }
+  };
+  const auto journal = open();
+  journal->report_to(std::make_shared<const Mute>());
+  const std::int64_t id = begin(*journal);
+  journal->store_calibration(id, "one");
+  journal->store_calibration(id, "two");
+  EXPECT_EQ(journal->session(id)->calibration, "two");
+  EXPECT_EQ(words_of(journal->waiting(1, kAll)), "2 calibration {}\n3 calibration \n");
+}
+
 TEST_F(outbox, beyond_its_bound_drops_the_oldest_telemetry_says_which_and_never_a_result) {
   const auto journal = open(5000, 300);
   const std::int64_t id = begin(*journal);

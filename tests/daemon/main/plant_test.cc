@@ -9,6 +9,7 @@
 #include "calib/syntax/input_file.h"
 #include "daemon/journal/journal.h"
 #include "daemon/plant/messages/fact_json.h"
+#include "daemon/plant/sparkplug/payload.h"
 #include "daemon_fixture.h"
 #include "tests/daemon/certificate/recorded.h"
 #include "tests/daemon/plant/publisher/broker.h"
@@ -75,6 +76,45 @@ TEST(a_session, is_told_of_to_the_plant_whole_in_order_and_once) {
   EXPECT_TRUE(presence_in(plant.until([](const auto& all) {
                 return !presence_in(all)->online;
               }))->farewell);
+}
+
+TEST(a_session, is_seen_by_a_sparkplug_host_and_none_begins_by_one) {
+  const TemporaryDirectory broker_dir;
+  Broker broker(broker_dir.path());
+  Listener host(broker.port(), "host", "spBv1.0/#");
+  DaemonFixture fixture(plant_of(broker) + "sparkplug = true\n");
+  fixture.start();
+  const auto is = [](const Heard& one, const std::string& type) {
+    return one.topic == "spBv1.0/graz/" + type + "/weld-3";
+  };
+  const auto has = [&](const std::string& type, const std::string& words) {
+    return [=](const std::vector<Heard>& all) {
+      return std::ranges::any_of(all, [&](const Heard& one) {
+        return is(one, type) && one.payload.find(words) != std::string::npos;
+      });
+    };
+  };
+  host.until(has("NBIRTH", "Calibration/u95 mm"));
+  const Outcome run =
+      fixture.cellcal({"run", "--cell", CELLCAL_DEMO_CELL, "--touches", "8", "--check", "2"});
+  ASSERT_EQ(run.status, 3) << run.err << fixture.log();
+  host.until(has("NDATA", "Session/Touches"));
+  host.until(has("NDATA", "done"));
+  for (const char* command : {"NCMD", "DCMD"})
+    for (const char* metric : {"State/Running", "Session/Number", "Node Control/Rebirth"})
+      host.say(std::string("spBv1.0/graz/") + command + "/weld-3",
+               plant::sparkplug::payload({{metric, plant::sparkplug::DataType::kBoolean, true}}, 1,
+                                         std::nullopt, plant::sparkplug::Types::kTold));
+  host.until([&](const auto& all) {
+    return std::ranges::count_if(all, [&](const Heard& one) { return is(one, "NBIRTH"); }) == 2;
+  });
+  EXPECT_EQ(fixture.status()["phase"], "done");
+  EXPECT_EQ(fixture.status()["session"], 1);
+  const auto line = nlohmann::json::parse(http_request(fixture.socket(), "GET", "/v1/plant").body);
+  EXPECT_EQ(line["sparkplug"]["connected"], true) << line;
+  fixture.daemon->signal(SIGTERM);
+  EXPECT_EQ(fixture.daemon->wait(), 0);
+  host.until(has("NDEATH", "bdSeq"));
 }
 
 TEST(a_session, that_was_killed_without_a_broker_is_told_of_when_there_is_one) {

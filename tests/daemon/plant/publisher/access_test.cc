@@ -51,7 +51,7 @@ struct broker_of_a_plant : ::testing::Test {
     make_certificate(dir.path(), "ca", "");
     make_certificate(dir.path(), "broker", "ca");
     std::ofstream(dir / "passwords");
-    for (const char* user : {"weld-3", "weld-4", "collector", "plant-operator"})
+    for (const char* user : {"weld-3", "weld-4", "collector", "plant-operator", "sparkplug-host"})
       run_tool({"mosquitto_passwd", "-b", dir / "passwords", user, std::string("pw-") + user});
     broker = std::make_unique<Broker>(dir.path(), conf());
   }
@@ -151,6 +151,31 @@ TEST_F(broker_of_a_plant, lets_no_cell_speak_for_another) {
   EXPECT_TRUE(refused("cellcal/linz/weld-4/fact/alarm")) << "nor in another plant";
   EXPECT_TRUE(refused("cellcal/graz/weld-3/proposal/p-1"));
   EXPECT_TRUE(refused("cellcal/graz/weld-4/stored")) << "nor vouch for the plant";
+}
+
+TEST_F(broker_of_a_plant, lets_each_cell_be_its_own_sparkplug_node_and_a_host_ask_it_for_a_birth) {
+  Listener host(broker->port(), "host", "spBv1.0/#", login("sparkplug-host"));
+  Listener other(broker->port(), "other", "spBv1.0/#", login("weld-3"));
+  Listener cell(broker->port(), "cell", "", login("weld-4"));
+  for (const char* type : {"NBIRTH", "NDATA", "NDEATH"})
+    cell.say("spBv1.0/graz/" + std::string(type) + "/weld-4", "p");
+  host.say("spBv1.0/graz/NCMD/weld-3", "p");
+  const auto born = host.until([](const auto& all) { return all.size() >= 4; });
+  EXPECT_EQ(born[2].topic, "spBv1.0/graz/NDEATH/weld-4");
+  const auto asked = other.until([](const auto& all) { return !all.empty(); });
+  EXPECT_EQ(asked[0].topic, "spBv1.0/graz/NCMD/weld-3");
+  EXPECT_EQ(other.all().size(), 1u) << "it hears no other cell";
+}
+
+TEST_F(broker_of_a_plant, lets_no_cell_be_anothers_sparkplug_node) {
+  for (const char* topic : {"spBv1.0/graz/NBIRTH/weld-3", "spBv1.0/graz/NDEATH/weld-3",
+                            "spBv1.0/graz/NCMD/weld-3", "spBv1.0/STATE/host"}) {
+    Listener thief(broker->port(), "thief", "", login("weld-4"));
+    EXPECT_GE(thief.say(topic, "p").value_or(0x80), 0x80) << topic;
+  }
+  Listener host(broker->port(), "host", "", login("sparkplug-host"));
+  EXPECT_GE(host.say("spBv1.0/graz/NBIRTH/weld-4", "p").value_or(0x80), 0x80)
+      << "a host is no node";
 }
 
 TEST_F(broker_of_a_plant, lets_a_cell_hear_no_facts_of_others_and_no_other_cells_proposals) {

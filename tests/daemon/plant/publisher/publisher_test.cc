@@ -22,6 +22,7 @@
 #include "daemon/plant/messages/proposal.h"
 #include "daemon/plant/publisher/reporter.h"
 #include "listener.h"
+#include "strict_door.h"
 #include "tests/daemon/journal/away_disk.h"
 #include "tests/daemon/journal/images.h"
 #include "tests/daemon/journal/temporary_directory.h"
@@ -372,6 +373,33 @@ TEST_F(publisher, names_the_broker_s_limit_where_that_says_it_and_how_many_facts
   wait_until([&] { return says("and so are 2 more facts"); });
   EXPECT_TRUE(says("(20000 at most)")) << running.status().words;
   EXPECT_TRUE(says("Set message_size_limit there to 8388608")) << running.status().words;
+}
+
+TEST_F(publisher,
+       goes_on_without_the_fact_for_which_a_broker_ended_the_line_and_tries_it_on_a_later_one) {
+  Broker broker(broker_dir.path());
+  StrictDoor door(broker.port(), 20000);
+  Listener plant(broker.port(), "plant", kAll);
+  plant.store();
+  Journal journal(dir / "j.db");
+  const Publisher running(parts(journal, door.port()));
+  const std::int64_t id = fill(journal, 0);
+  const plant::CertificateFact large = certificate_of(30000);
+  journal.report(id, report_of(large));
+  journal.activate({id, "2026-01-02T00:00:00.000Z", "anna", "warm"});
+  wait_until([&] { return journal.outbox().rows == 1; });
+  wait_until(
+      [&] { return running.status().words.find("fact 2 (certificate") != std::string::npos; });
+  EXPECT_EQ(running.status().problem, LineProblem::kTooLarge);
+  EXPECT_TRUE(running.status().connected);
+  const int ended = door.ended();
+  EXPECT_GE(ended, 1);
+  std::this_thread::sleep_for(milliseconds(400));
+  EXPECT_EQ(door.ended(), ended) << "the line is not lost for it again and again";
+  door.take_all();
+  wait_until([&] { return journal.outbox().rows == 0; });
+  ASSERT_NE(fact_with(facts_in(plant.all()), 2), nullptr);
+  EXPECT_EQ(std::get<plant::CertificateFact>(fact_with(facts_in(plant.all()), 2)->body), large);
 }
 
 /// More than SQLite keeps in its cache.

@@ -2,6 +2,7 @@
 // How the line to the plant stands.
 
 #include <cstdint>
+#include <optional>
 #include <string>
 
 namespace cellcal::daemon::plant {
@@ -31,6 +32,12 @@ struct LineStatus {
   std::string words;               ///< of the problem, with what to do; empty: none
   std::string since;               ///< connected or not, ISO 8601 UTC
   std::uint64_t acknowledged = 0;  ///< facts since the daemon started
+};
+
+/// Of both of a cell's lines.
+struct LinesStatus {
+  LineStatus facts;
+  std::optional<LineStatus> sparkplug{};  ///< none: not asked for
 };
 
 }  // namespace cellcal::daemon::plant

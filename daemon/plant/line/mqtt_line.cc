@@ -1,4 +1,4 @@
-#include "daemon/plant/publisher/mqtt_line.h"
+#include "daemon/plant/line/mqtt_line.h"
 
 #include <fmt/format.h>
 #include <mosquitto.h>
@@ -57,7 +57,7 @@ const char* to_string(LineProblem problem) {
 
 namespace {
 
-constexpr int kQos = 1;
+constexpr int kQos = 1;  ///< of what is listened to
 constexpr int kFirstRefusal = 0x80;
 constexpr std::chrono::seconds kMisc{1};
 constexpr std::size_t kLargestHeard = std::size_t{1} << 18;
@@ -66,6 +66,10 @@ constexpr std::size_t kLargestHeard = std::size_t{1} << 18;
 bool library_is_there() {
   static const bool made = mosquitto_lib_init() == MOSQ_ERR_SUCCESS;
   return made;
+}
+
+int qos_of(const MqttLine::Message& message) {
+  return message.delivery == MqttLine::Delivery::kAtLeastOnce ? 1 : 0;
 }
 
 std::string first_line_of(const std::filesystem::path& file) {
@@ -172,6 +176,7 @@ struct MqttLine::Impl : std::enable_shared_from_this<MqttLine::Impl> {
   }
 
   PlantConfig config;
+  std::string role;
   Events events;
   Times times;
   asio::io_context& context;
@@ -249,7 +254,8 @@ void MqttLine::Impl::set_up(const std::optional<Message>& will) {
       throw std::runtime_error(
           fmt::format("{}: {} ({})", broker(), what, mosquitto_strerror(code)));
   };
-  const std::string id = "cellcal-" + config.plant + "-" + config.cell;
+  const std::string id =
+      "cellcal-" + config.plant + "-" + config.cell + (role.empty() ? "" : "-" + role);
   Handle& own = *opening_handle;
   own.line = this;
   // Who has no will speaks for nobody, and takes the line from nobody.
@@ -292,8 +298,8 @@ void MqttLine::Impl::set_up(const std::optional<Message>& will) {
   }
   if (!will) return;
   check(mosquitto_will_set_v5(raw, will->topic.c_str(), static_cast<int>(will->payload.size()),
-                              will->payload.data(), kQos, will->retained, nullptr),
-        "presence");
+                              will->payload.data(), qos_of(*will), will->retained, nullptr),
+        "will");
 }
 
 void MqttLine::Impl::open(const std::optional<Message>& will) {
@@ -394,8 +400,10 @@ void MqttLine::Impl::end(LineFailure failure) {
 }
 
 MqttLine::MqttLine(asio::io_context& context, const PlantConfig& config,
-                   const std::optional<Message>& will, Events events, Times times)
+                   const std::optional<Message>& will, Events events, Times times,
+                   const std::string& role)
     : impl_(std::make_shared<Impl>(context, config, std::move(events), times)) {
+  impl_->role = role;
   impl_->open(will);
 }
 
@@ -411,7 +419,7 @@ int MqttLine::publish(const Message& message) {
           ? MOSQ_ERR_NO_CONN
           : mosquitto_publish_v5(impl_->handle, &id, message.topic.c_str(),
                                  static_cast<int>(message.payload.size()), message.payload.data(),
-                                 kQos, message.retained, nullptr);
+                                 qos_of(message), message.retained, nullptr);
   if (code != MOSQ_ERR_SUCCESS) {
     const LineFailure failure = impl_->failure_of(code);
     if (failure.problem != LineProblem::kTooLarge) impl_->settle(code);

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "daemon/config/plant_config.h"
-#include "daemon/plant/publisher/line_status.h"
+#include "daemon/plant/line/line_status.h"
 
 namespace cellcal::daemon::plant {
 
@@ -31,9 +31,11 @@ struct NotPublished : std::runtime_error {
 
 class MqttLine {
  public:
+  enum class Delivery { kAtMostOnce, kAtLeastOnce };
   struct Message {
     std::string topic, payload;
     bool retained = false;
+    Delivery delivery = Delivery::kAtLeastOnce;  ///< kAtMostOnce: answered once it is on its way
   };
   /// Called from the io_context, never from within a call of this.
   struct Events {
@@ -50,9 +52,11 @@ class MqttLine {
     std::chrono::seconds opening{30};
   };
 
-  /// Opens it; what comes of that is told by the events. Without a will it is nobody's line: the broker gives it a name.
+  /// Opens it; what comes of that is told by the events. Without a will it is nobody's line: the broker gives it a name. `role`: which
+  /// of the cell's lines this is, for its client id.
   MqttLine(boost::asio::io_context& context, const PlantConfig& config,
-           const std::optional<Message>& will, Events events, Times times);
+           const std::optional<Message>& will, Events events, Times times,
+           const std::string& role = {});
   ~MqttLine();
   MqttLine(const MqttLine&) = delete;
   MqttLine& operator=(const MqttLine&) = delete;

@@ -1,0 +1,37 @@
+#pragma once
+// How the cell stands, for a Sparkplug host: status at once, what the journal knows every so often.
+
+#include <atomic>
+#include <chrono>
+#include <optional>
+
+#include "daemon/drift/drift_watch.h"
+#include "daemon/journal/journal.h"
+#include "daemon/plant/sparkplug/cell_metrics.h"
+#include "daemon/service/service.h"
+
+namespace cellcal::daemon {
+
+class CellLook {
+ public:
+  CellLook(SessionService& service, Journal& journal);
+
+  void emulated(bool yes) { emulated_ = yes; }
+  /// One thread at a time. The journal is read where a session has begun or ended since, and every half minute: an activation
+  /// is seen by then. Throws JournalError.
+  plant::sparkplug::CellNow now();
+
+ private:
+  void read_results();
+
+  SessionService& service_;
+  Journal& journal_;
+  DriftWatch drift_;
+  std::atomic<bool> emulated_{false};
+  plant::sparkplug::CellNow results_;  ///< calibration, check, drift
+  std::int64_t of_session_ = -1;
+  bool of_running_ = false;
+  std::chrono::steady_clock::time_point read_at_;
+};
+
+}  // namespace cellcal::daemon

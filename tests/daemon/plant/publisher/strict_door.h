@@ -1,0 +1,28 @@
+#pragma once
+// A broker's door that ends the line of who sends a packet of more than so many bytes, with the reason 0x95 of MQTT 5 and without having
+// announced a limit, as some brokers do.
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+
+namespace cellcal::daemon::testing {
+
+class StrictDoor {
+ public:
+  StrictDoor(std::uint16_t broker, std::size_t most_bytes);
+  ~StrictDoor();
+  StrictDoor(const StrictDoor&) = delete;
+  StrictDoor& operator=(const StrictDoor&) = delete;
+
+  std::uint16_t port() const;
+  /// From now on packets of any size pass. Lines that are open are ended, as by a broker that starts again.
+  void take_all();
+  int ended() const;  ///< lines, for a packet that was too large
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace cellcal::daemon::testing
