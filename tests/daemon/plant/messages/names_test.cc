@@ -8,9 +8,9 @@ namespace cellcal::daemon::plant {
 namespace {
 
 TEST(Topics, ReadAsTheyAreWritten) {
-  for (const Topic& topic : {Topic{{"graz", "weld-3"}, Subject::kFact, "touch"},
-                             Topic{{"graz", "weld_3"}, Subject::kPresence, ""},
-                             Topic{{"7", "x"}, Subject::kStored, ""},
+  for (const Topic& topic :
+       {Topic{{"graz", "weld-3"}, Subject::kFact, "touch"},
+        Topic{{"graz", "weld_3"}, Subject::kPresence, ""}, Topic{{"7", "x"}, Subject::kStored, ""},
         Topic{{"7", "x"}, Subject::kProposal, "p-1"}})
     EXPECT_EQ(topic_of(to_text(topic)), topic) << to_text(topic);
   EXPECT_EQ(to_text({{"graz", "weld-3"}, Subject::kFact, "touch"}),
@@ -22,7 +22,8 @@ TEST(Topics, OfOthersAreNone) {
        {"", "/", "cellcal", "cellcal/graz/weld-3", "cellcal/graz/weld-3/",
         "cellcal//weld-3/presence", "cellcal/graz/+/presence", "cellcal/graz/#",
         "cellcal/graz/weld-3/fact", "cellcal/graz/weld-3/fact/",
-        "cellcal/graz/weld-3/fact/touch/more", "cellcal/graz/weld-3/presence/more", "cellcal/graz/weld-3/proposal", "cellcal/graz/weld-3/stored/1",
+        "cellcal/graz/weld-3/fact/touch/more", "cellcal/graz/weld-3/presence/more",
+        "cellcal/graz/weld-3/proposal", "cellcal/graz/weld-3/stored/1",
         "other/graz/weld-3/presence", "$SYS/broker/uptime", "cellcal/graz/weld 3/presence",
         "cellcal/gr\xc3\xa4z/weld/presence", "Cellcal/a/b/presence"})
     EXPECT_FALSE(topic_of(text)) << text;
