@@ -216,7 +216,9 @@ LineFailure MqttLine::Impl::failure_of(int code) const {
       break;
   }
   if (is_up) return say(LineProblem::kLost, "the line is lost. It is opened again");
-  const char* why = code == MOSQ_ERR_ERRNO ? std::strerror(errno) : mosquitto_strerror(code);
+  const char* why = code == MOSQ_ERR_ERRNO     ? std::strerror(errno)
+                    : code == MOSQ_ERR_UNKNOWN ? "it takes no line"
+                                               : mosquitto_strerror(code);
   if (config.tls && !tls_words().empty()) return failure_of(MOSQ_ERR_TLS);
   return say(
       LineProblem::kUnreachable,
