@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <functional>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -83,6 +84,15 @@ template <class T>
 Field<T> where(std::function<bool(const T&)> written, Field<T> row) {
   row.written = std::move(written);
   return row.wanted ? row : optional(std::move(row));
+}
+
+/// Left out where it is none.
+template <class T, class V>
+Field<T> maybe(const char* key, std::optional<V> T::*member, Value<V> as) {
+  Field<T> row{key, [=](const T& value) { return as.to(*(value.*member)); },
+               [=](const JsonReader& reader, T& value) { value.*member = as.from(reader); }};
+  row.written = [=](const T& value) { return (value.*member).has_value(); };
+  return optional(std::move(row));
 }
 
 /// A matter of some values only, which the rows above tell.

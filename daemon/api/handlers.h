@@ -19,6 +19,7 @@
 namespace cellcal::daemon {
 
 class Access;
+class CellShelf;
 class Examiner;
 class FrameStation;
 class Schedule;
@@ -39,6 +40,7 @@ class Api {
   void use(Schedule& schedule) { schedule_ = &schedule; }
   void use(plant::ProposalBox& proposals) { proposals_ = &proposals; }
   void use(FrameStation& frames) { frames_ = &frames; }
+  void use(const CellShelf& shelf) { shelf_ = &shelf; }
   /// How the line to the plant stands; none: no plant is named. Any thread.
   using PlantLineStatus = std::function<std::optional<plant::LinesStatus>()>;
   void use(PlantLineStatus line) { plant_line_ = std::move(line); }
@@ -115,6 +117,11 @@ class Api {
   std::optional<Response> set_frame(const Call& call);
   std::optional<Response> restore_frame(const Call& call);
   FrameStation& frames();
+  // Cell files that are made over the network (cell_form_handlers.cc).
+  std::optional<Response> show_cell_form(const Call& call);
+  std::optional<Response> read_cell_lists(const Call& call);
+  std::optional<Response> write_cell(const Call& call);
+  const CellShelf& shelf();
   // What begins without a person (schedule_handlers.cc).
   std::optional<Response> show_schedule(const Call& call);
   std::optional<Response> begin_scheduled(const Call& call);
@@ -150,6 +157,7 @@ class Api {
   Access* access_;
   Schedule* schedule_ = nullptr;
   FrameStation* frames_ = nullptr;
+  const CellShelf* shelf_ = nullptr;
   plant::ProposalBox* proposals_ = nullptr;
   PlantLineStatus plant_line_;
   std::function<RetentionRule()> retention_;

@@ -14,6 +14,7 @@
 #include "daemon/api/http/server.h"
 #include "daemon/api/page.h"
 #include "daemon/backends/backends.h"
+#include "daemon/cell_form/cell_shelf.h"
 #include "daemon/doctor/doctor.h"
 #include "daemon/files/log_context.h"
 #include "daemon/frames/frame_station.h"
@@ -228,6 +229,8 @@ void run_daemon(const DaemonConfig& config, const std::function<DaemonConfig()>&
                        wall_clock_utc, krl::kAnotherToolMm});
   if (!frames.problem().empty()) spdlog::error("{}", frames.problem());
   api.use(frames);
+  const CellShelf shelf(config.state_dir / "cells");
+  api.use(shelf);
   api.use(Api::PlantLineStatus([&plant_line] { return plant_line.status(); }));
   api.use(std::function<RetentionRule()>([&nights] { return nights.retention(); }));
   HttpServer server(

@@ -13,7 +13,7 @@
 #include "calib/syntax/shown.h"
 #include "calib/syntax/toml_table.h"
 #include "daemon/cli/new_cell/answers.h"
-#include "daemon/cli/new_cell/lists.h"
+#include "daemon/cell_form/lists.h"
 
 namespace cellcal::daemon {
 

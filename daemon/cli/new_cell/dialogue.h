@@ -5,7 +5,7 @@
 #include <iosfwd>
 #include <stdexcept>
 
-#include "daemon/cli/new_cell/cell_form.h"
+#include "daemon/cell_form/cell_form.h"
 
 namespace cellcal::daemon {
 

@@ -11,9 +11,9 @@
 #include "calib/plan/cell_check.h"
 #include "calib/plan/plan.h"
 #include "daemon/cli/new_cell/answers.h"
-#include "daemon/cli/new_cell/cell_text.h"
+#include "daemon/cell_form/cell_text.h"
 #include "daemon/cli/new_cell/dialogue.h"
-#include "daemon/cli/new_cell/lists.h"
+#include "daemon/cell_form/lists.h"
 #include "daemon/files/atomic_file.h"
 #include "daemon/files/correction_limit.h"
 

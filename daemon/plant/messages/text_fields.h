@@ -34,16 +34,7 @@ calib::fields::Value<I> count() {
           }};
 }
 
-/// Left out where it is none.
-template <class T, class V>
-calib::fields::Field<T> maybe(const char* key, std::optional<V> T::*member,
-                              calib::fields::Value<V> as) {
-  calib::fields::Field<T> row{
-      key, [=](const T& value) { return as.to(*(value.*member)); },
-      [=](const calib::JsonReader& reader, T& value) { value.*member = as.from(reader); }};
-  row.written = [=](const T& value) { return (value.*member).has_value(); };
-  return calib::fields::optional(std::move(row));
-}
+using calib::fields::maybe;
 
 /// The text as JSON: refused where it is none, too large or nested without end.
 nlohmann::json json_of(std::string_view text, std::size_t largest, const std::string& name);

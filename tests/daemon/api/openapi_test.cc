@@ -8,6 +8,7 @@
 #include "daemon/api/access/access.h"
 #include "daemon/api/handlers.h"
 #include "daemon/archive/archive.h"
+#include "daemon/cell_form/cell_shelf.h"
 #include "daemon/frames/frame_station.h"
 #include "daemon/plant/proposals/proposal_box.h"
 #include "daemon/readiness/examiner.h"
@@ -222,6 +223,21 @@ TEST_F(a_described_api, answers_as_it_is_described) {
   EXPECT_EQ(ask("POST", "/v1/retain", R"({"days": 1, "dry_run": true})").status, 200);
   EXPECT_EQ(ask("POST", "/v1/retain", "{}").status, 422);
   EXPECT_EQ(ask("POST", "/v1/retain", R"({"days": 0})").status, 400);
+  EXPECT_EQ(ask("GET", "/v1/cell-form").status, 404) << "this daemon makes none";
+  const CellShelf shelf(dir / "cells");
+  api.use(shelf);
+  EXPECT_EQ(ask("GET", "/v1/cell-form").status, 200);
+  const std::string form =
+      R"({"name": "weld", "form": {"robot": "kr5_r1400", "tool": {"xyz_mm": [60, 50, 410]}, "lengths": [], "spheres": [)"
+      R"({"id": "S1", "diameter_mm": 50, "centre_mm": [900, 0, 400]}]}})";
+  EXPECT_EQ(ask("POST", "/v1/cell-form", form).status, 201);
+  EXPECT_EQ(ask("POST", "/v1/cell-form", form).status, 409) << "it is there";
+  EXPECT_EQ(ask("POST", "/v1/cell-form", "{}").status, 422);
+  EXPECT_EQ(ask("POST", "/v1/cell-form", R"({"more": 1})").status, 400);
+  EXPECT_EQ(ask("POST", "/v1/cell-form/lists", R"({"spheres": "id,diameter_mm\nS1,50\n"})").status,
+            200);
+  EXPECT_EQ(ask("POST", "/v1/cell-form/lists", R"({"spheres": "id,diameter_mm\nS1,x\n"})").status,
+            422);
   EXPECT_EQ(ask("GET", "/v1/frames").status, 404);
   api.use(frames);
   const std::string read_frame = R"({"frame": "TOOL_DATA[3]"})";

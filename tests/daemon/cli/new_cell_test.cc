@@ -14,7 +14,7 @@
 #include "calib/files/files.h"
 #include "calib/files/shipped_robots.h"
 #include "daemon/cli/new_cell/answers.h"
-#include "daemon/cli/new_cell/cell_text.h"
+#include "daemon/cell_form/cell_text.h"
 #include "daemon/cli/new_cell/dialogue.h"
 #include "tests/daemon/cli/process.h"
 #include "tests/daemon/journal/temporary_directory.h"

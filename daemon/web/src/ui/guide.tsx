@@ -3,6 +3,7 @@
 import { useEffect, useState } from "preact/hooks";
 import type { Readiness, StepName, StepSeen } from "../types";
 import { useVoice } from "./context";
+import { CellDialog } from "./cell_form";
 import { examine } from "./doctor";
 import { StartDialog, type Wish } from "./start";
 
@@ -45,6 +46,7 @@ export function GuidePanel({ readiness, may, looking, quiet, begun, started, aga
         <summary><h2 id="guide-title">{say("guide", { n: done, total: steps.length })}</h2>{" "}
           <span class="note">{say("guide.next", { step: say(`step.${readiness.next}`) })}</span></summary>
         {cell !== "" && <p class="note">{[cell, readiness.robot].filter((one) => one !== "").join(" · ")}</p>}
+        {may && <Enter cell={cell} step={readiness.next} begun={begun} />}
         <ol>
           {steps.map((seen) => (
             <li key={seen.step} data-step={seen.step} data-state={seen.state}
@@ -64,6 +66,20 @@ export function GuidePanel({ readiness, may, looking, quiet, begun, started, aga
         <button type="button" class="small" onClick={again}>{say("guide.again")}</button>
       </details>
     </section>
+  );
+}
+
+/** The cell's file, on this page. */
+function Enter({ cell, step, begun }: { cell: string; step: StepName; begun: () => void }) {
+  const { say } = useVoice();
+  const [open, set_open] = useState(false);
+  return (
+    <div class="files">
+      <button type="button" class={step === "cell" && cell === "" ? "go" : "small"} onClick={() => set_open(true)}>
+        {say(cell === "" ? "cell.make" : "cell.edit")}
+      </button>
+      {open && <CellDialog cell={cell} close={() => set_open(false)} done={() => { set_open(false); begun(); }} />}
+    </div>
   );
 }
 

@@ -2,12 +2,17 @@
 // Spheres and their certificate from CSV files. All throw calib::FileError with file, line and column.
 
 #include <filesystem>
+#include <string>
+#include <string_view>
 #include <vector>
 
-#include "daemon/cli/new_cell/cell_form.h"
+#include "daemon/cell_form/cell_form.h"
 
 namespace cellcal::daemon {
 
+/// `name`: of the text, for the errors.
+std::vector<SphereForm> spheres_in(std::string_view csv, const std::string& name);
+std::vector<LengthForm> certificate_in(std::string_view csv, const std::string& name);
 std::vector<SphereForm> load_spheres(const std::filesystem::path& csv);
 std::vector<LengthForm> load_certificate(const std::filesystem::path& csv);
 

@@ -1,4 +1,4 @@
-#include "daemon/cli/new_cell/cell_form.h"
+#include "daemon/cell_form/cell_form.h"
 
 #include "calib/files/documents.h"
 #include "calib/files/files.h"
@@ -7,7 +7,7 @@
 #include "calib/model/units.h"
 #include "calib/plan/cell_check.h"
 #include "calib/syntax/input_file.h"
-#include "daemon/cli/new_cell/cell_text.h"
+#include "daemon/cell_form/cell_text.h"
 
 namespace cellcal::daemon {
 

@@ -1,4 +1,4 @@
-#include "daemon/cli/new_cell/lists.h"
+#include "daemon/cell_form/lists.h"
 
 #include <fmt/format.h>
 
@@ -22,8 +22,9 @@ int needed(const calib::CsvTable& table, const char* column, const std::string& 
 }
 
 template <typename Row>
-auto rows(const std::filesystem::path& csv, const std::vector<std::string>& known, Row row) {
-  const std::string text = calib::read_file(csv, kMostBytes), name = csv.string();
+auto rows(std::string_view text, const std::string& name, const std::vector<std::string>& known,
+          Row row) {
+  if (text.size() > kMostBytes) throw calib::FileError(name + ": has more than 1 MB");
   calib::CsvTable table(text, name);
   table.refuse_unknown(known);
   std::vector<decltype(row(table, name))> all;
@@ -52,6 +53,11 @@ std::optional<Triple> centre(const calib::CsvTable& table, const std::string& na
   return xyz;
 }
 
+/// The word, likewise.
+void take(const calib::CsvTable& table, const char* column, std::string& value) {
+  if (const int found = table.find(column); found >= 0) value = table.text(found);
+}
+
 /// The number, where the column is there and the field is not empty.
 void take(const calib::CsvTable& table, const char* column, double& value) {
   if (const int found = table.find(column); found >= 0 && !table.text(found).empty())
@@ -60,9 +66,10 @@ void take(const calib::CsvTable& table, const char* column, double& value) {
 
 }  // namespace
 
-std::vector<SphereForm> load_spheres(const std::filesystem::path& csv) {
-  return rows(csv,
-              {"id", "diameter_mm", "diameter_sigma_mm", "x_mm", "y_mm", "z_mm", "centre_sigma_mm"},
+std::vector<SphereForm> spheres_in(std::string_view csv, const std::string& file) {
+  return rows(csv, file,
+              {"id", "diameter_mm", "diameter_sigma_mm", "x_mm", "y_mm", "z_mm", "centre_sigma_mm",
+               "serial", "certificate", "certificate_date"},
               [](const calib::CsvTable& table, const std::string& name) {
                 SphereForm sphere;
                 sphere.id = table.text(needed(table, "id", name));
@@ -70,20 +77,33 @@ std::vector<SphereForm> load_spheres(const std::filesystem::path& csv) {
                 take(table, "diameter_sigma_mm", sphere.diameter_sigma_mm);
                 sphere.centre_mm = centre(table, name);
                 take(table, "centre_sigma_mm", sphere.centre_sigma_mm);
+                take(table, "serial", sphere.serial);
+                take(table, "certificate", sphere.certificate.number);
+                take(table, "certificate_date", sphere.certificate.date);
                 return sphere;
               });
 }
 
-std::vector<LengthForm> load_certificate(const std::filesystem::path& csv) {
-  return rows(csv, {"from", "to", "mm", "sigma_mm"},
+std::vector<LengthForm> certificate_in(std::string_view csv, const std::string& file) {
+  return rows(csv, file, {"from", "to", "mm", "sigma_mm", "certificate", "certificate_date"},
               [](const calib::CsvTable& table, const std::string& name) {
                 LengthForm length;
                 length.from = table.text(needed(table, "from", name));
                 length.to = table.text(needed(table, "to", name));
                 length.mm = table.number(needed(table, "mm", name));
                 length.sigma_mm = table.number(needed(table, "sigma_mm", name));
+                take(table, "certificate", length.certificate.number);
+                take(table, "certificate_date", length.certificate.date);
                 return length;
               });
+}
+
+std::vector<SphereForm> load_spheres(const std::filesystem::path& csv) {
+  return spheres_in(calib::read_file(csv, kMostBytes), csv.string());
+}
+
+std::vector<LengthForm> load_certificate(const std::filesystem::path& csv) {
+  return certificate_in(calib::read_file(csv, kMostBytes), csv.string());
 }
 
 }  // namespace cellcal::daemon

@@ -25,16 +25,26 @@ struct ToolForm {
   double tip_radius_mm = 0.0;
 };
 
+/// What vouches for a figure; empty: not stated.
+struct CertificateForm {
+  std::string number{}, date{};  ///< "2026-04-01"
+};
+
 struct SphereForm {
   std::string id;
   double diameter_mm = 0.0, diameter_sigma_mm = 0.002;
   std::optional<Triple> centre_mm{};
   double centre_sigma_mm = 10.0;
+  std::optional<std::array<Triple, 2>>
+      box_mm{};  ///< where it is looked for without a centre: two opposite corners
+  std::string serial{};
+  CertificateForm certificate{};
 };
 
 struct LengthForm {
   std::string from, to;
   double mm = 0.0, sigma_mm = 0.0;
+  CertificateForm certificate{};
 };
 
 struct CellForm {

@@ -6,7 +6,7 @@
 
 #include <string>
 
-#include "daemon/cli/new_cell/cell_form.h"
+#include "daemon/cell_form/cell_form.h"
 
 namespace cellcal::daemon {
 

@@ -1,4 +1,4 @@
-#include "daemon/cli/new_cell/cell_text.h"
+#include "daemon/cell_form/cell_text.h"
 
 #include <fmt/format.h>
 
@@ -67,7 +67,21 @@ std::string tool_text(const ToolForm& tool) {
   return text;
 }
 
+/// As set, or named in a comment.
+std::string certificate_text(const CertificateForm& of, const std::string& serial,
+                             const char* comment) {
+  std::string text;
+  if (!serial.empty()) text += "serial = " + toml_string(serial) + "\n";
+  if (!of.number.empty()) text += "certificate = " + toml_string(of.number) + "\n";
+  if (!of.date.empty()) text += "certificate_date = " + toml_string(of.date) + "\n";
+  return text.empty() ? comment : text;
+}
+
 std::string centre_text(const SphereForm& sphere) {
+  if (!sphere.centre_mm && sphere.box_mm)
+    return line("search_low_mm = " + triple((*sphere.box_mm)[0]), "its centre lies in this box") +
+           line("search_high_mm = " + triple((*sphere.box_mm)[1]), "'cellcal find' finds it") +
+           "# Known roughly: centre_mm = [X, Y, Z] and centre_sigma_mm = 10.0 in place of the box.\n";
   if (!sphere.centre_mm)
     return "# centre_mm = [1000.0, 0.0, 300.0]: rough place of the centre. Without it 'cellcal run' finds the sphere "
            "in a box:\n# search_low_mm = [950.0, -50.0, 250.0], search_high_mm = [1050.0, 50.0, 350.0]: two opposite corners.\n" +
@@ -87,8 +101,9 @@ std::string sphere_text(const SphereForm& sphere) {
   text += line("kind = \"sphere\"", "or plane, point, wire, tracker: end of this file");
   text += line("diameter_mm = " + toml_number(sphere.diameter_mm), "as certified");
   text += line("diameter_sigma_mm = " + toml_number(sphere.diameter_sigma_mm), "1 sigma of that");
-  text +=
-      "# serial = \"\", certificate = \"\", certificate_date = \"2026-04-01\": what 'cellcal certificate' prints of it.\n";
+  text += certificate_text(
+      sphere.certificate, sphere.serial,
+      "# serial = \"\", certificate = \"\", certificate_date = \"2026-04-01\": what 'cellcal certificate' prints of it.\n");
   text += centre_text(sphere);
   text += line("#stand = \"post\"", "below it; \"none\": nothing");
   text += line("#stand_diameter_mm = " + toml_number(rounded(std::min(30.0, sphere.diameter_mm))),
@@ -99,12 +114,14 @@ std::string sphere_text(const SphereForm& sphere) {
 }
 
 std::string length_text(const LengthForm& length) {
-  return fmt::format("\n[[length]]\nbetween = [{}, {}]\n{}{}{}", toml_string(length.from),
-                     toml_string(length.to),
-                     line("mm = " + toml_number(length.mm), "between the centres, as certified"),
-                     line("sigma_mm = " + toml_number(length.sigma_mm),
-                          "1 sigma; a certificate's U is mostly 2 sigma"),
-                     "# certificate = \"\", certificate_date = \"2026-04-01\": as printed by 'cellcal certificate'.\n");
+  return fmt::format(
+      "\n[[length]]\nbetween = [{}, {}]\n{}{}{}", toml_string(length.from), toml_string(length.to),
+      line("mm = " + toml_number(length.mm), "between the centres, as certified"),
+      line("sigma_mm = " + toml_number(length.sigma_mm),
+           "1 sigma; a certificate's U is mostly 2 sigma"),
+      certificate_text(
+          length.certificate, "",
+          "# certificate = \"\", certificate_date = \"2026-04-01\": as printed by 'cellcal certificate'.\n"));
 }
 
 /// Where there is none yet. The scale of the arm rests on them.

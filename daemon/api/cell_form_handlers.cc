@@ -1,0 +1,136 @@
+// Cell files that are made over the network. No session runs while one is written, and nothing moves by it.
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "calib/files/shipped_robots.h"
+#include "calib/model/error.h"
+#include "daemon/api/handlers.h"
+#include "daemon/api/http/json_text.h"
+#include "daemon/api/routes.h"
+#include "daemon/cell_form/cell_shelf.h"
+#include "daemon/cell_form/form_json.h"
+#include "daemon/cell_form/lists.h"
+#include "daemon/files/printable.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+using nlohmann::json;
+
+constexpr const char* kWriting = "a cell file is being written";
+
+template <class Act>
+auto cell_act(Act act) {
+  try {
+    return act();
+  } catch (const calib::FileError& wrong) {
+    throw RequestError(wrong.what());
+  } catch (const CellNotWritten& refused) {
+    using Why = CellNotWritten::Why;
+    switch (refused.why) {
+      case Why::kThere:
+      case Why::kChanged:
+      case Why::kMore:
+        throw BusyError(refused.what());
+      case Why::kName:
+      case Why::kUnusable:
+      case Why::kStorage:
+        throw RequestError(refused.what());
+    }
+    throw;
+  }
+}
+
+json cell_request(const Request& request) {
+  json body = json::parse(request.body, nullptr, false);
+  if (!body.is_object()) throw BadRequest("the body must be a JSON object");
+  return body;
+}
+
+std::string text_of(const json& body, const char* key) {
+  const auto found = body.find(key);
+  if (found == body.end()) return {};
+  if (!found->is_string()) throw BadRequest(std::string("\"") + key + "\" must be a string");
+  return found->get<std::string>();
+}
+
+void refuse_others(const json& body, std::initializer_list<const char*> known) {
+  for (const auto& [key, value] : body.items())
+    if (std::find(known.begin(), known.end(), key) == known.end())
+      throw BadRequest("\"" + printable(key) + "\" is not known here");
+}
+
+json robots_json() {
+  std::vector<calib::NamedRobot> robots = calib::shipped_robots();
+  std::sort(robots.begin(), robots.end(),
+            [](const auto& a, const auto& b) { return a.file < b.file; });
+  json list = json::array();
+  for (const calib::NamedRobot& one : robots)
+    list.push_back({{"name", one.file}, {"model", one.robot.name}});
+  return list;
+}
+
+}  // namespace
+
+const CellShelf& Api::shelf() {
+  if (shelf_ == nullptr) throw NotFound("this daemon writes no cell files. Use 'cellcal new-cell'");
+  return *shelf_;
+}
+
+std::optional<Response> Api::show_cell_form(const Call& call) {
+  json answer{{"folder", shelf().folder().string()},
+              {"cells", shelf().names()},
+              {"robots", robots_json()},
+              {"shown", nullptr}};
+  const auto name = call.request.query.find("name");
+  if (name == call.request.query.end()) return Response{.body = dump(answer)};
+  const auto shown = cell_act([&] { return shelf().look(name->second); });
+  if (!shown) throw NotFound("no cell \"" + printable(name->second) + "\" was made here");
+  answer["shown"] = {{"name", name->second},
+                     {"file", shelf().file(name->second).string()},
+                     {"sha256", shown->sha256},
+                     {"form", shown->form ? to_json(*shown->form) : json(nullptr)}};
+  return Response{.body = dump(answer)};
+}
+
+std::optional<Response> Api::read_cell_lists(const Call& call) {
+  const json body = cell_request(call.request);
+  refuse_others(body, {"spheres", "certificate"});
+  const std::string spheres = text_of(body, "spheres"), certificate = text_of(body, "certificate");
+  return cell_act([&] {
+    json answer{{"spheres", json::array()}, {"lengths", json::array()}};
+    if (!spheres.empty()) answer["spheres"] = to_json(spheres_in(spheres, "spheres"));
+    if (!certificate.empty())
+      answer["lengths"] = to_json(certificate_in(certificate, "certificate"));
+    return Response{.body = dump(answer)};
+  });
+}
+
+std::optional<Response> Api::write_cell(const Call& call) {
+  const json body = cell_request(call.request);
+  refuse_others(body, {"name", "form", "instead_of", "write"});
+  if (body.contains("write") && !body["write"].is_boolean())
+    throw BadRequest("\"write\" must be true or false");
+  const bool write = body.value("write", true);
+  const std::string name = text_of(body, "name"), instead_of = text_of(body, "instead_of");
+  return cell_act([&] {
+    const std::filesystem::path file = shelf().file(name);
+    const CellForm form = form_from_json(body.value("form", json()), file);
+    const std::vector<std::string> warnings = CellShelf::look_through(form);
+    if (write) {
+      service_.alone(kWriting, [&] { shelf().write(name, form, instead_of); });
+      spdlog::info("cell file {} was written", file.string());
+    }
+    return Response{write ? 201 : 200, "application/json",
+                    dump({{"file", file.string()},
+                          {"written", write},
+                          {"warnings", warnings},
+                          {"form", to_json(form)}})};
+  });
+}
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,103 @@
+#include "daemon/cell_form/cell_shelf.h"
+
+#include <algorithm>
+
+#include "calib/files/documents.h"
+#include "calib/plan/cell_check.h"
+#include "calib/syntax/input_file.h"
+#include "calib/syntax/shown.h"
+#include "daemon/cell_form/cell_text.h"
+#include "daemon/cell_form/form_json.h"
+#include "daemon/files/atomic_file.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+using Why = CellNotWritten::Why;
+
+constexpr std::size_t kLongestName = 64, kMostFiles = 1000;
+
+bool is_file_name(const std::string& name) {
+  const auto fits = [](char c) {
+    return ('a' <= c && c <= 'z') || ('A' <= c && c <= 'Z') || ('0' <= c && c <= '9') || c == '_' ||
+           c == '-';
+  };
+  return !name.empty() && name.size() <= kLongestName && std::ranges::all_of(name, fits);
+}
+
+}  // namespace
+
+std::filesystem::path CellShelf::file(const std::string& name) const {
+  if (!is_file_name(name))
+    throw CellNotWritten(
+        Why::kName, "name: \"" + calib::shown(name) + "\" must have 1 to 64 of A-Z a-z 0-9 _ -");
+  return folder_ / (name + ".toml");
+}
+
+std::vector<std::string> CellShelf::names() const {
+  std::vector<std::string> names;
+  std::error_code none;
+  for (std::filesystem::directory_iterator at(folder_, none), end;
+       !none && at != end && names.size() < kMostFiles; at.increment(none)) {
+    const std::string name = at->path().stem().string();
+    if (at->path().extension() == ".toml" && is_file_name(name)) names.push_back(name);
+  }
+  std::ranges::sort(names);
+  return names;
+}
+
+std::optional<CellShelf::Shown> CellShelf::look(const std::string& name) const {
+  const std::filesystem::path path = file(name);
+  std::error_code none;
+  if (!std::filesystem::exists(path, none)) return std::nullopt;
+  const std::string text = calib::read_file(path, calib::kMostTomlBytes);
+  Shown shown{calib::sha256(text), {}};
+  try {
+    shown.form = form_in(text, path);
+  } catch (const calib::FileError&) {  // somebody's own, and no TOML: it is not replaced
+  }
+  return shown;
+}
+
+std::vector<std::string> CellShelf::look_through(const CellForm& form) {
+  if (const std::string wrong = objection(form); !wrong.empty())
+    throw CellNotWritten(Why::kUnusable, wrong);
+  try {
+    return calib::refuse_faulty(cell_of(form));
+  } catch (const std::runtime_error& wrong) {
+    throw CellNotWritten(Why::kUnusable, wrong.what());
+  }
+}
+
+std::filesystem::path CellShelf::write(const std::string& name, const CellForm& form,
+                                       const std::string& instead_of) const {
+  const std::filesystem::path path = file(name);
+  look_through(form);
+  try {
+    const auto there = look(name);
+    if (there && instead_of.empty())
+      throw CellNotWritten(Why::kThere, path.string() +
+                                            " is there already. Choose another name, or "
+                                            "open it first to change it");
+    if ((!there && !instead_of.empty()) || (there && there->sha256 != instead_of))
+      throw CellNotWritten(Why::kChanged,
+                           path.string() + " has changed since it was shown. Open it again");
+    if (there && !there->form)
+      throw CellNotWritten(Why::kMore,
+                           path.string() +
+                               " has more than this form has a place for (obstacles, other "
+                               "targets, settings of one touch). Change it in an editor");
+    std::filesystem::create_directories(folder_);
+    if (there)
+      write_atomically(path.string() + ".before", calib::read_file(path, calib::kMostTomlBytes));
+    write_atomically(path, cell_text(form));
+  } catch (const CellNotWritten&) {
+    throw;
+  } catch (const std::exception& failed) {
+    throw CellNotWritten(Why::kStorage, failed.what());
+  }
+  return path;
+}
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,177 @@
+// A cell as it is typed, and as the daemon is sent it; pure. U is for k = 2, as certificates have it; the daemon takes 1 sigma.
+
+import { fields, known, list, number, words } from "./decode";
+
+export type Place = "centre" | "taught" | "box";
+export interface SphereDraft {
+  id: string;
+  diameter: string;
+  u: string;
+  place: Place;
+  where: string;
+  rough: string;
+  serial: string;
+}
+export interface LengthDraft {
+  from: string;
+  to: string;
+  mm: string;
+  u: string;
+}
+export interface CellDraft {
+  name: string;
+  robot: string;
+  xyz: string;
+  abc: string;
+  mass: string;
+  tip: string;
+  spheres: SphereDraft[];
+  lengths: LengthDraft[];
+  certificate: string;
+  date: string;
+}
+
+export const new_sphere = (n: number): SphereDraft =>
+  ({ id: `S${n}`, diameter: "", u: "0.004", place: "centre", where: "", rough: "20", serial: "" });
+export const new_length = (from = "", to = ""): LengthDraft => ({ from, to, mm: "", u: "" });
+export const EMPTY: CellDraft = {
+  name: "cell", robot: "", xyz: "", abc: "0 0 0", mass: "", tip: "0",
+  spheres: [1, 2, 3, 4].map(new_sphere), lengths: [], certificate: "", date: "",
+};
+
+/** What stands in a field that is not as it has to be. */
+export interface Wrong {
+  field: "robot" | "xyz" | "abc" | "mass" | "tip" | "diameter" | "u" | "where" | "rough" | "mm";
+  /** The sphere or distance. */
+  of: string;
+  /** How many numbers it must hold, one of these. */
+  counts: readonly number[];
+}
+
+/** Numbers with a space, or a semicolon, between them; '.' or ',' as the decimal mark. Null: not all are numbers. */
+export function numbers_in(text: string): number[] | null {
+  const parts = text.trim().split(/[\s;]+/).filter((one) => one !== "");
+  const values = parts.map((one) => (/^[+-]?\d+([.,]\d+)?$/.test(one) ? Number(one.replace(",", ".")) : NaN));
+  return values.every((one) => Number.isFinite(one)) ? values : null;
+}
+
+class Reader {
+  wrong: Wrong | null = null;
+  take(text: string, field: Wrong["field"], of: string, counts: readonly number[]): number[] {
+    const values = numbers_in(text);
+    if (values !== null && counts.includes(values.length)) return values;
+    this.wrong ??= { field, of, counts };
+    return counts.length > 0 ? new Array<number>(counts[0] ?? 0).fill(0) : [];
+  }
+  one(text: string, field: Wrong["field"], of: string): number {
+    return this.take(text, field, of, [1])[0] ?? 0;
+  }
+}
+
+const AXES = [6, 7] as const;
+const half = (u: number): number => Number((u / 2).toPrecision(12));
+const twice = (sigma: number): string => String(Number((sigma * 2).toPrecision(12)));
+
+function place_of(sphere: SphereDraft, read: Reader): Record<string, unknown> {
+  if (sphere.place === "taught") return { joints_deg: read.take(sphere.where, "where", sphere.id, AXES) };
+  if (sphere.place === "centre") return { centre_mm: read.take(sphere.where, "where", sphere.id, [3]) };
+  const six = read.take(sphere.where, "where", sphere.id, [6]);
+  return { box_mm: [six.slice(0, 3), six.slice(3)] };
+}
+
+/** What the daemon is sent as `form`, or what is wrong first. */
+export function form_of(draft: CellDraft): { form: unknown } | { wrong: Wrong } {
+  const read = new Reader();
+  if (draft.robot === "") return { wrong: { field: "robot", of: "", counts: [] } };
+  const tool: Record<string, unknown> = {
+    xyz_mm: read.take(draft.xyz, "xyz", "", [3]),
+    abc_deg: read.take(draft.abc, "abc", "", [3]),
+    tip_radius_mm: read.one(draft.tip, "tip", ""),
+  };
+  if (draft.mass.trim() !== "") tool.mass_kg = read.one(draft.mass, "mass", "");
+  const vouched: Record<string, string> = {};
+  if (draft.certificate.trim() !== "") vouched.certificate = draft.certificate.trim();
+  if (draft.date.trim() !== "") vouched.certificate_date = draft.date.trim();
+  const spheres = draft.spheres.map((sphere) => ({
+    id: sphere.id.trim(),
+    diameter_mm: read.one(sphere.diameter, "diameter", sphere.id),
+    diameter_sigma_mm: half(read.one(sphere.u, "u", sphere.id)),
+    ...place_of(sphere, read),
+    ...(sphere.place === "box" ? {} : { centre_sigma_mm: half(read.one(sphere.rough, "rough", sphere.id)) }),
+    ...(sphere.serial.trim() === "" ? {} : { serial: sphere.serial.trim() }),
+    ...vouched,
+  }));
+  const lengths = draft.lengths.map((length) => {
+    const of = `${length.from}–${length.to}`;
+    return {
+      from: length.from.trim(), to: length.to.trim(),
+      mm: read.one(length.mm, "mm", of), sigma_mm: half(read.one(length.u, "u", of)), ...vouched,
+    };
+  });
+  return read.wrong ? { wrong: read.wrong } : { form: { robot: draft.robot, tool, spheres, lengths } };
+}
+
+const spaced = (value: unknown): string =>
+  list(value).flat().map(number).filter((one): one is number => one !== null).join(" ");
+
+function sphere_draft(value: unknown): SphereDraft | null {
+  const all = fields(value);
+  if (!all) return null;
+  const boxed = Array.isArray(all.box_mm);
+  return {
+    id: words(all.id), diameter: String(number(all.diameter_mm) ?? ""), u: twice(number(all.diameter_sigma_mm) ?? 0.002),
+    place: boxed ? "box" : "centre", where: spaced(boxed ? all.box_mm : all.centre_mm),
+    rough: twice(number(all.centre_sigma_mm) ?? 10), serial: words(all.serial),
+  };
+}
+function length_draft(value: unknown): LengthDraft | null {
+  const all = fields(value);
+  return all && {
+    from: words(all.from), to: words(all.to), mm: String(number(all.mm) ?? ""), u: twice(number(all.sigma_mm) ?? 0),
+  };
+}
+export const sphere_drafts = (value: unknown): SphereDraft[] => known(list(value).map(sphere_draft));
+export const length_drafts = (value: unknown): LengthDraft[] => known(list(value).map(length_draft));
+
+/** Of the first artefact that states one. */
+function certificate_of(form: Record<string, unknown>): { certificate: string; date: string } {
+  const all = [...list(form.spheres), ...list(form.lengths)].map(fields);
+  const stated = all.find((one) => words(one?.certificate) !== "");
+  return { certificate: words(stated?.certificate), date: words(stated?.certificate_date) };
+}
+
+export function draft_of(name: string, value: unknown): CellDraft | null {
+  const form = fields(value);
+  const tool = fields(form?.tool);
+  if (!form || !tool) return null;
+  return {
+    name, robot: words(form.robot), xyz: spaced(tool.xyz_mm), abc: spaced(tool.abc_deg) || "0 0 0",
+    mass: tool.mass_kg === undefined ? "" : String(number(tool.mass_kg) ?? ""), tip: String(number(tool.tip_radius_mm) ?? 0),
+    spheres: sphere_drafts(form.spheres), lengths: length_drafts(form.lengths), ...certificate_of(form),
+  };
+}
+
+export interface CellForms {
+  folder: string;
+  robots: { name: string; model: string }[];
+  shown: { file: string; sha256: string; draft: CellDraft | null } | null;
+}
+export function cell_forms(value: unknown): CellForms | null {
+  const all = fields(value);
+  if (!all) return null;
+  const shown = fields(all.shown);
+  return {
+    folder: words(all.folder),
+    robots: known(list(all.robots).map((one) => {
+      const robot = fields(one);
+      return robot && { name: words(robot.name), model: words(robot.model) };
+    })),
+    shown: shown && { file: words(shown.file), sha256: words(shown.sha256), draft: draft_of(words(shown.name), shown.form) },
+  };
+}
+
+/** Its name, where this file is one that was made here; else nothing. */
+export function name_within(folder: string, file: string): string {
+  const rest = folder !== "" && file.startsWith(`${folder}/`) ? file.slice(folder.length + 1) : "";
+  return /^[A-Za-z0-9_-]+\.toml$/.test(rest) ? rest.slice(0, -".toml".length) : "";
+}

@@ -1,0 +1,254 @@
+// The cell's file: robot, tool, spheres and their certificate, typed or from CSV. The daemon reads and writes it; nothing moves.
+
+import { useEffect, useLayoutEffect, useRef, useState } from "preact/hooks";
+import {
+  cell_forms, EMPTY, form_of, length_drafts, name_within, new_length, new_sphere, sphere_drafts,
+  type CellDraft, type CellForms, type LengthDraft, type Place, type SphereDraft,
+} from "../cell_form";
+import { fields, list, words } from "../decode";
+import { get, is_good, post, type Answer } from "../request";
+import type { Key, Say } from "../words";
+import { useVoice } from "./context";
+import { examine } from "./doctor";
+
+const PLACES: Place[] = ["centre", "taught", "box"];
+const LARGEST_CSV = 1 << 20;
+
+const refusal = (answer: Answer, say: Say): string =>
+  answer.status === 0 ? say("request.no-answer") : answer.words || say("request.refused", { status: answer.status });
+
+/** What is made here so far; the form of `cell`, where that was made here. */
+function useForms(cell: string): { forms: CellForms | null; refused: Answer | null } {
+  const [seen, become] = useState<{ forms: CellForms | null; refused: Answer | null }>({ forms: null, refused: null });
+  useEffect(() => {
+    let over = false;
+    const ask = async () => {
+      let answer = await get("/v1/cell-form");
+      const name = name_within(cell_forms(answer.value)?.folder ?? "", cell);
+      if (name !== "") {
+        const one = await get(`/v1/cell-form?name=${encodeURIComponent(name)}`);
+        if (is_good(one)) answer = one;
+      }
+      if (!over) become({ forms: is_good(answer) ? cell_forms(answer.value) : null, refused: is_good(answer) ? null : answer });
+    };
+    void ask();
+    return () => { over = true; };
+  }, [cell]);
+  return seen;
+}
+
+export function CellDialog({ cell, done, close }: { cell: string; done: () => void; close: () => void }) {
+  const { say } = useVoice();
+  const { forms, refused } = useForms(cell);
+  const dialog = useRef<HTMLDialogElement>(null);
+  // Not modal: the button that stops the arm must stay in reach.
+  useLayoutEffect(() => {
+    dialog.current?.show();
+    const leave = (event: KeyboardEvent) => event.key === "Escape" && close();
+    addEventListener("keydown", leave);
+    return () => removeEventListener("keydown", leave);
+  }, []);
+  return (
+    <>
+      <div class="veil" />
+      <dialog ref={dialog} class="wide" aria-labelledby="cell-title">
+        {forms && (forms.shown === null || forms.shown.draft !== null)
+          ? <CellFields cell={cell} forms={forms} done={done} close={close} />
+          : (
+            <form>
+              <h2 id="cell-title">{say("cell.title")}</h2>
+              {refused && <p class="refused" role="alert">{refusal(refused, say)}</p>}
+              {forms?.shown && <p>{say("cell.more", { file: forms.shown.file })}</p>}
+              <div class="buttons"><button type="button" onClick={close}>{say("cancel")}</button></div>
+            </form>
+          )}
+      </dialog>
+    </>
+  );
+}
+
+function CellFields({ cell, forms, done, close }: { cell: string; forms: CellForms; done: () => void; close: () => void }) {
+  const { say } = useVoice();
+  const [draft, become] = useState<CellDraft>(forms.shown?.draft ?? EMPTY);
+  const [busy, set_busy] = useState(false);
+  const [said, set_said] = useState("");
+  const set = (change: Partial<CellDraft>) => become((now) => ({ ...now, ...change }));
+  const text = (key: "name" | "xyz" | "abc" | "mass" | "tip" | "certificate" | "date", optional = false) => (
+    <label>
+      {say(`cell.${key}`)}
+      <input name={`cell-${key}`} type="text" required={!optional} value={draft[key]} disabled={key === "name" && forms.shown !== null}
+             placeholder={key === "date" ? "2026-04-01" : undefined}
+             onInput={(event) => set({ [key]: event.currentTarget.value })} />
+    </label>
+  );
+  const submit = async (event: Event) => {
+    event.preventDefault();
+    if (busy) return;
+    const made = form_of(draft);
+    if ("wrong" in made) {
+      const { field, of, counts } = made.wrong;
+      set_said(field === "robot" ? say("cell.wrong.robot")
+        : say("cell.wrong", { of: of === "" ? say("cell.tool") : of, field: say(`cell.${field}` as Key), n: counts.join(say("cell.or")) }));
+      return;
+    }
+    set_busy(true);
+    const answer = await post("/v1/cell-form", {
+      name: draft.name.trim(), form: made.form, ...(forms.shown ? { instead_of: forms.shown.sha256 } : {}),
+    });
+    // The doctor reads it, and the guide goes by what the doctor was asked to look at.
+    const words_ = is_good(answer) ? await examine(words(fields(answer.value)?.file), say) : refusal(answer, say);
+    set_busy(false);
+    set_said(words_);
+    if (words_ === "") done();
+  };
+  const read_csv = async (kind: "spheres" | "certificate", file: File | undefined) => {
+    if (!file) return;
+    const csv = file.size > LARGEST_CSV ? "" : await file.text().catch(() => "");
+    if (csv === "") return set_said(say("cell.csv.none", { file: file.name }));
+    const answer = await post("/v1/cell-form/lists", { [kind]: csv });
+    set_said(is_good(answer) ? "" : refusal(answer, say));
+    const read = fields(answer.value);
+    if (!is_good(answer) || !read) return;
+    const stated = list(kind === "spheres" ? read.spheres : read.lengths).map(fields)
+      .find((one) => words(one?.certificate) !== "");
+    set({
+      ...(kind === "spheres" ? { spheres: sphere_drafts(read.spheres) } : { lengths: length_drafts(read.lengths) }),
+      ...(stated ? { certificate: words(stated.certificate), date: words(stated.certificate_date) } : {}),
+    });
+  };
+  return (
+    <form onSubmit={(event) => void submit(event)}>
+      <h2 id="cell-title">{say("cell.title")}</h2>
+      <p class="note">{say("cell.intro", { folder: forms.folder })}</p>
+      {cell !== "" && !forms.shown && <p>{say("cell.other", { file: cell })}</p>}
+      <div class="pair">
+        {text("name")}
+        <label>
+          {say("cell.robot")}
+          <select name="cell-robot" required value={draft.robot} onChange={(event) => set({ robot: event.currentTarget.value })}>
+            <option value="">{say("cell.robot.choose")}</option>
+            {forms.robots.map((one) => <option key={one.name} value={one.name}>{one.model} ({one.name})</option>)}
+          </select>
+        </label>
+      </div>
+      <fieldset>
+        <legend>{say("cell.tool")}</legend>
+        <div class="pair">{text("xyz")}{text("abc")}</div>
+        <div class="pair">{text("mass", true)}{text("tip")}</div>
+      </fieldset>
+      <fieldset>
+        <legend>{say("cell.spheres")}</legend>
+        <p class="note">{say("cell.spheres.how")}</p>
+        {draft.spheres.map((sphere, i) => (
+          <SphereRow key={i} sphere={sphere}
+                     change={(change) => set({ spheres: draft.spheres.map((one, k) => (k === i ? { ...one, ...change } : one)) })}
+                     drop={() => set({ spheres: draft.spheres.filter((_, k) => k !== i) })} />
+        ))}
+        <div class="files">
+          <button type="button" class="small" onClick={() => set({ spheres: [...draft.spheres, new_sphere(draft.spheres.length + 1)] })}>
+            {say("cell.sphere.add")}
+          </button>
+          <Csv name="spheres" label={say("cell.csv.spheres")} take={(file) => void read_csv("spheres", file)} />
+        </div>
+      </fieldset>
+      <fieldset>
+        <legend>{say("cell.lengths")}</legend>
+        <p class="note">{say("cell.lengths.why")}</p>
+        {draft.lengths.map((length, i) => (
+          <LengthRow key={i} length={length} ids={draft.spheres.map((one) => one.id.trim())}
+                     change={(change) => set({ lengths: draft.lengths.map((one, k) => (k === i ? { ...one, ...change } : one)) })}
+                     drop={() => set({ lengths: draft.lengths.filter((_, k) => k !== i) })} />
+        ))}
+        <div class="files">
+          <button type="button" class="small"
+                  onClick={() => set({ lengths: [...draft.lengths, new_length(draft.spheres[0]?.id, draft.spheres[1]?.id)] })}>
+            {say("cell.length.add")}
+          </button>
+          <Csv name="certificate" label={say("cell.csv.certificate")} take={(file) => void read_csv("certificate", file)} />
+        </div>
+        <div class="pair">{text("certificate", true)}{text("date", true)}</div>
+      </fieldset>
+      <p class="note">{say("cell.obstacles")}</p>
+      {forms.shown && <p class="note">{say("cell.before", { file: `${forms.shown.file}.before` })}</p>}
+      {said !== "" && <p class="refused" role="alert">{said}</p>}
+      <div class="buttons">
+        <button type="button" onClick={close}>{say("cancel")}</button>
+        <button type="submit" class="go" disabled={busy}>{say("cell.go")}</button>
+      </div>
+    </form>
+  );
+}
+
+function Csv({ name, label, take }: { name: string; label: string; take: (file: File | undefined) => void }) {
+  return (
+    <label class="csv">
+      {label}
+      <input name={`csv-${name}`} type="file" accept=".csv,text/csv"
+             onChange={(event) => {
+               take(event.currentTarget.files?.[0]);
+               event.currentTarget.value = ""; // the same file may be read again
+             }} />
+    </label>
+  );
+}
+
+function SphereRow({ sphere, change, drop }: {
+  sphere: SphereDraft; change: (change: Partial<SphereDraft>) => void; drop: () => void;
+}) {
+  const { say } = useVoice();
+  const text = (key: "id" | "diameter" | "u" | "where" | "rough" | "serial", label: string, optional = false) => (
+    <label class={key}>
+      {label}
+      <input name={`sphere-${key}`} type="text" required={!optional} value={sphere[key]}
+             onInput={(event) => change({ [key]: event.currentTarget.value })} />
+    </label>
+  );
+  return (
+    <fieldset class="row" data-sphere={sphere.id}>
+      <legend>{sphere.id}</legend>
+      {text("id", say("cell.id"))}
+      {text("diameter", say("cell.diameter"))}
+      {text("u", say("cell.u"))}
+      {text("serial", say("cell.serial"), true)}
+      <label class="place">
+        {say("cell.place")}
+        <select name="sphere-place" value={sphere.place} onChange={(event) => change({ place: event.currentTarget.value as Place, where: "" })}>
+          {PLACES.map((one) => <option key={one} value={one}>{say(`cell.place.${one}`)}</option>)}
+        </select>
+      </label>
+      {text("where", say(`cell.where.${sphere.place}`))}
+      {sphere.place !== "box" && text("rough", say("cell.rough"))}
+      <button type="button" class="small drop" aria-label={say("cell.drop", { of: sphere.id })} onClick={drop}>✕</button>
+    </fieldset>
+  );
+}
+
+function LengthRow({ length, ids, change, drop }: {
+  length: LengthDraft; ids: string[]; change: (change: Partial<LengthDraft>) => void; drop: () => void;
+}) {
+  const { say } = useVoice();
+  const of = `${length.from}–${length.to}`;
+  const end = (key: "from" | "to") => (
+    <label class="id">
+      {say(`cell.${key}`)}
+      <select name={`length-${key}`} required value={length[key]} onChange={(event) => change({ [key]: event.currentTarget.value })}>
+        <option value="" />
+        {ids.map((id) => <option key={id} value={id}>{id}</option>)}
+      </select>
+    </label>
+  );
+  const text = (key: "mm" | "u", label: string) => (
+    <label class={key === "mm" ? "diameter" : "u"}>
+      {label}
+      <input name={`length-${key}`} type="text" required value={length[key]}
+             onInput={(event) => change({ [key]: event.currentTarget.value })} />
+    </label>
+  );
+  return (
+    <fieldset class="row" data-length={of}>
+      <legend>{of}</legend>
+      {end("from")}{end("to")}{text("mm", say("cell.mm"))}{text("u", say("cell.u"))}
+      <button type="button" class="small drop" aria-label={say("cell.drop", { of })} onClick={drop}>✕</button>
+    </fieldset>
+  );
+}

@@ -1,0 +1,52 @@
+#include "daemon/cell_form/lists.h"
+
+#include <gtest/gtest.h>
+
+#include "calib/model/error.h"
+
+namespace cellcal::daemon::testing {
+namespace {
+
+std::string refusal(const std::string& csv, bool certificate = false) {
+  try {
+    if (certificate)
+      (void)certificate_in(csv, "given");
+    else
+      (void)spheres_in(csv, "given");
+    return "";
+  } catch (const calib::FileError& refused) {
+    return refused.what();
+  }
+}
+
+TEST(lists, have_what_a_certificate_says_of_each_sphere_and_distance) {
+  const auto spheres = spheres_in(
+      "id,diameter_mm,diameter_sigma_mm,serial,certificate,certificate_date\nS1,49.998,0.0005,77,DKD-1,2026-04-01\nS2,50,,,,\n",
+      "given");
+  ASSERT_EQ(spheres.size(), 2u);
+  EXPECT_EQ(spheres[0].serial, "77");
+  EXPECT_EQ(spheres[0].certificate.date, "2026-04-01");
+  EXPECT_EQ(spheres[1].diameter_sigma_mm, 0.002) << "where nothing is stated";
+  EXPECT_FALSE(spheres[1].centre_mm);
+  const auto lengths =
+      certificate_in("from,to,mm,sigma_mm,certificate\nS1,S2,600.01,0.002,DKD-1\n", "given");
+  EXPECT_EQ(lengths[0].certificate.number, "DKD-1");
+}
+
+TEST(lists, that_are_wrong_are_refused_by_line_and_column) {
+  EXPECT_NE(refusal("id,diameter_mm\nS1,x\n").find("given:2: diameter_mm"), std::string::npos);
+  EXPECT_NE(refusal("id\nS1\n").find("diameter_mm"), std::string::npos);
+  EXPECT_NE(refusal("id,diameter_mm,x_mm,y_mm,z_mm\nS1,50,1,,3\n").find("all three"),
+            std::string::npos);
+  EXPECT_NE(refusal("id,diameter_mm\nS1,1e999\n"), "");
+  EXPECT_NE(refusal("from,to,mm\nS1,S2,3\n", true).find("sigma_mm"), std::string::npos);
+  EXPECT_NE(refusal("id,diameter_mm\n").find("no row"), std::string::npos);
+  EXPECT_NE(refusal(""), "");
+  EXPECT_NE(refusal(std::string(2u << 20, 'x')).find("1 MB"), std::string::npos);
+  std::string many = "id,diameter_mm\n";
+  for (int i = 0; i < 1001; ++i) many += "S,50\n";
+  EXPECT_NE(refusal(many).find("1000 rows"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace cellcal::daemon::testing

@@ -1,0 +1,84 @@
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import {
+  cell_forms, draft_of, EMPTY, form_of, length_drafts, name_within, numbers_in, sphere_drafts, type CellDraft,
+} from "../src/cell_form";
+
+const DRAFT: CellDraft = {
+  ...EMPTY, robot: "kr5_r1400", xyz: "59,9 50.5 410.3", mass: "1,5",
+  spheres: [
+    { id: "S1", diameter: "49,998", u: "0.001", place: "centre", where: "900 -300 400", rough: "10", serial: "77" },
+    { id: "S2", diameter: "50", u: "0.004", place: "taught", where: "0 -90 90 0 45 0", rough: "20", serial: "" },
+    { id: "S3", diameter: "50", u: "0.004", place: "box", where: "1000 -50 350; 1100 50 450", rough: "", serial: "" },
+  ],
+  lengths: [{ from: "S1", to: "S2", mm: "600,012", u: "0.008" }],
+  certificate: "DKD-1", date: "2026-04-01",
+};
+
+test("numbers have a space between them and either decimal mark", () => {
+  assert.deepEqual(numbers_in(" 1,5  -2.25\t3 "), [1.5, -2.25, 3]);
+  assert.deepEqual(numbers_in("1;2;3"), [1, 2, 3]);
+  assert.deepEqual(numbers_in(""), []);
+  for (const bad of ["1,2,3", "1e5", "x", "1 2 mm", "0x10", "Infinity", "--1", "1."]) assert.equal(numbers_in(bad), null, bad);
+});
+
+test("a cell that was typed is sent in the daemon's keys: one sigma of what is stated for k = 2", () => {
+  const made = form_of(DRAFT);
+  assert.ok("form" in made);
+  const vouched = { certificate: "DKD-1", certificate_date: "2026-04-01" };
+  assert.deepEqual(made.form, {
+    robot: "kr5_r1400",
+    tool: { xyz_mm: [59.9, 50.5, 410.3], abc_deg: [0, 0, 0], tip_radius_mm: 0, mass_kg: 1.5 },
+    spheres: [
+      { id: "S1", diameter_mm: 49.998, diameter_sigma_mm: 0.0005, centre_mm: [900, -300, 400], centre_sigma_mm: 5, serial: "77", ...vouched },
+      { id: "S2", diameter_mm: 50, diameter_sigma_mm: 0.002, joints_deg: [0, -90, 90, 0, 45, 0], centre_sigma_mm: 10, ...vouched },
+      { id: "S3", diameter_mm: 50, diameter_sigma_mm: 0.002, box_mm: [[1000, -50, 350], [1100, 50, 450]], ...vouched },
+    ],
+    lengths: [{ from: "S1", to: "S2", mm: 600.012, sigma_mm: 0.004, ...vouched }],
+  });
+});
+
+test("what is wrong is named with its field, its sphere, and how many numbers it must hold", () => {
+  const wrong = (change: Partial<CellDraft>) => {
+    const made = form_of({ ...DRAFT, ...change });
+    return "wrong" in made ? made.wrong : null;
+  };
+  assert.deepEqual(wrong({ robot: "" }), { field: "robot", of: "", counts: [] });
+  assert.deepEqual(wrong({ xyz: "1 2" }), { field: "xyz", of: "", counts: [3] });
+  assert.deepEqual(wrong({ mass: "heavy" }), { field: "mass", of: "", counts: [1] });
+  const sphere = (change: object) => wrong({ spheres: DRAFT.spheres.map((one, i) => (i === 1 ? { ...one, ...change } : one)) });
+  assert.deepEqual(sphere({ where: "1 2 3" }), { field: "where", of: "S2", counts: [6, 7] });
+  assert.deepEqual(sphere({ diameter: "" }), { field: "diameter", of: "S2", counts: [1] });
+  assert.deepEqual(wrong({ lengths: [{ from: "S1", to: "S2", mm: "x", u: "0" }] }), { field: "mm", of: "S1–S2", counts: [1] });
+});
+
+test("a cell that was made is shown as it was typed", () => {
+  const made = form_of({ ...DRAFT, spheres: DRAFT.spheres.filter((one) => one.place !== "taught"), lengths: [] });
+  assert.ok("form" in made);
+  const draft = draft_of("weld", made.form);
+  assert.ok(draft);
+  const again = form_of(draft);
+  assert.ok("form" in again);
+  assert.deepEqual(again.form, made.form);
+  assert.equal(draft.spheres[0]?.u, "0.001");
+  assert.equal(draft.certificate, "DKD-1");
+});
+
+test("nothing of what arrives is believed", () => {
+  for (const value of [null, 3, "x", [], {}, { tool: 3 }, { tool: {}, spheres: 3 }]) {
+    draft_of("a", value);
+    cell_forms(value);
+    assert.deepEqual(sphere_drafts(value), []);
+    assert.deepEqual(length_drafts(value), []);
+  }
+  const seen = cell_forms({ folder: "/var/lib/cellcal/cells", robots: [3, { name: "kr5", model: "KR 5" }], shown: { form: null, file: "f", sha256: "s", name: "n" } });
+  assert.deepEqual(seen?.robots, [{ name: "kr5", model: "KR 5" }]);
+  assert.equal(seen?.shown?.draft, null);
+});
+
+test("only a file of that folder has a name there", () => {
+  assert.equal(name_within("/s/cells", "/s/cells/weld.toml"), "weld");
+  for (const file of ["/s/cells/../x.toml", "/s/cells/a/b.toml", "/etc/cellcal/cell.toml", "", "/s/cells/weld.toml.before", "/s/cellsweld.toml"])
+    assert.equal(name_within("/s/cells", file), "", file);
+  assert.equal(name_within("", "/weld.toml"), "");
+});
