@@ -6,12 +6,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <filesystem>
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <optional>
 
 #include "calib/files/calibration_json.h"
 #include "calib/model/units.h"
+#include "calib/syntax/input_file.h"
 #include "daemon/cli/ask.h"
 #include "daemon/cli/offline/exit_status.h"
 #include "daemon/cli/offline/frames.h"
@@ -108,6 +110,27 @@ void name_done(const json& all, std::size_t wanted) {
                printable(done.value("frame", "")), done.value("id", 0));
 }
 
+/// A tip, and where targets lie, are of one cell: the file has to be what this daemon has in use.
+void require_in_use(const Connection& daemon, const std::filesystem::path& file) {
+  const std::string given = printable(file.filename().string());
+  const json list = parse(ask(daemon, "GET", "/v1/versions?limit=100"));
+  const auto active =
+      std::ranges::find_if(list, [](const json& one) { return one.value("active", false); });
+  if (active == list.end())
+    throw std::runtime_error(
+        given +
+        ": no calibration is in use on this daemon that it could be held against. Look whose cell "
+        "it is; --other-calibration sends it all the same");
+  const auto session = active->at("session").get<std::int64_t>();
+  const json in_use =
+      parse(ask(daemon, "GET", fmt::format("/v1/sessions/{}/calibration.json", session)));
+  if (in_use == json::parse(calib::read_file(file), nullptr, false)) return;
+  throw std::runtime_error(fmt::format(
+      "{}: is not the calibration in use on this daemon, session {}: another cell's, or another "
+      "session's. Give that one, or activate this one; --other-calibration sends it all the same",
+      given, session));
+}
+
 void require_yes(bool confirmed, const std::string& question) {
   if (confirmed) return;
   if (::isatty(STDIN_FILENO) != 1)
@@ -131,6 +154,7 @@ int send_frames(const Connection& daemon, const FramesCommand& frames, const Sen
   const krl::ProposedFrames proposed = frames_of(frames, calibration);
   if (proposed.frames.empty())
     throw std::runtime_error("nothing to set: name a frame with --tool or --base");
+  if (!how.other_calibration) require_in_use(daemon, frames.calibration);
   // All are read, held against the files and shown before the first is set.
   std::vector<json> orders;
   for (const krl::ProposedFrame& one : proposed.frames) {

@@ -9,7 +9,8 @@ struct FramesCommand;
 
 struct SendFrames {
   bool send = false, confirm = false, list = false;
-  int restore = 0;  ///< number of --sent; 0: none
+  bool other_calibration = false;  ///< also one that is not in use on the daemon
+  int restore = 0;                 ///< number of --sent; 0: none
 };
 
 /// Reads all frames, shows old and new, asks, sets them. Ends with the first that was not set, and says which were.

@@ -21,6 +21,9 @@ std::string refusal_words(EkiFrameDone refusal) {
       return "the controller's program has no such number (TOOL_DATA 1 to 16, BASE_DATA 1 to 32)";
     case EkiFrameDone::kOtherProgram:
       return "another program runs on the controller. Stop it, and try again";
+    case EkiFrameDone::kIncomplete:
+      return "the controller got the telegram in part. Try again; where it comes again, install the files of "
+             "'cellcal kuka-files' anew, the channel file too, then cold start";
     case EkiFrameDone::kNotYet:
     case EkiFrameDone::kDone:
       break;

@@ -100,6 +100,10 @@ void add_frames(CLI::App& app, int& status) {
                       ->add_option("--restore", sending->restore,
                                    "Set the old values again that this number of --sent replaced")
                       ->check(CLI::Range(1, 1000000000));
+  command
+      ->add_flag("--other-calibration", sending->other_calibration,
+                 "With --send: also a calibration that is not the one in use on the daemon")
+      ->needs(send);
   send->needs(calibration)->excludes(sent)->excludes(restore);
   sent->excludes(calibration)->excludes(confirm);
   restore->excludes(calibration)->excludes(sent);

@@ -88,7 +88,9 @@ void EkiFrameExchange::look(TimePoint now) {
 
 void EkiFrameExchange::judge(const EkiFrameAnswer& answer) {
   const bool set = request_.values.has_value();
-  if (answer.kind != request_.kind || answer.number != request_.number || answer.set != set)
+  const bool whole = answer.done != EkiFrameDone::kIncomplete;
+  if (whole &&
+      (answer.kind != request_.kind || answer.number != request_.number || answer.set != set))
     return end(EkiFrameTrouble::kOtherFrame);
   EkiFrameResult result;
   if (answer.done != EkiFrameDone::kDone) {

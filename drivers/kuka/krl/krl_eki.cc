@@ -111,8 +111,8 @@ krl::Places frame_places_of(const EkiFilesConfig& c) {
        {"FRAME_TOOLS", fmt::to_string(kTools)},
        {"FRAME_BASES", fmt::to_string(kBases)},
        {"GET_FRAME",
-        per_component("    RET=EKI_GetReal(\"CellcalEki\",\"RobotCommand/Frame/@{0}\",AIM.{0})\n"
-                      "    OK=OK AND (RET.Msg_No==0)")},
+        per_component("      RET=EKI_GetReal(\"CellcalEki\",\"RobotCommand/Frame/@{0}\",AIM.{0})\n"
+                      "      OK=OK AND (RET.Msg_No==0)")},
        {"FRAME_STILL", per_axis("  OK=OK AND (ABS($AXIS_ACT_MEAS.{0}-CC_FRAME_REST.{0})<0.01)",
                                 c.external_axes, "", "")}}));
   return places;

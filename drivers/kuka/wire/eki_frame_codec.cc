@@ -110,10 +110,15 @@ EkiError parse_frame_answer(std::string_view document, std::optional<EkiFrameAns
   read.ask = static_cast<std::uint32_t>(frame.whole("Ask", 0, kLargestInt));
   if (frame.error() != EkiError::kNone) return frame.error();
   if (read.ask == 0) return EkiError::kNone;
+  read.done = static_cast<EkiFrameDone>(frame.whole("Done", 0, 6));
+  if (frame.error() != EkiError::kNone) return frame.error();
+  if (read.done == EkiFrameDone::kIncomplete) {
+    answer = read;
+    return EkiError::kNone;
+  }
   read.set = frame.whole("Do", 1, 2) == 2;
   read.kind = static_cast<EkiFrameKind>(frame.whole("Kind", 1, 2));
   read.number = frame.whole("Number", 0, kLargestInt);
-  read.done = static_cast<EkiFrameDone>(frame.whole("Done", 0, 5));
   Element old_frame(root, "FrameOld"), new_frame(root, "FrameNew");
   read.old_values = old_frame.frame();
   read.new_values = new_frame.frame();

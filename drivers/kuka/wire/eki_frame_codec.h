@@ -26,6 +26,7 @@ enum class EkiFrameDone : int {
   kMoves = 3,         ///< refused: the arm does not stand
   kNoSuchNumber = 4,  ///< refused: $config.dat has no frame of this number
   kOtherProgram = 5,  ///< refused: another robot program runs
+  kIncomplete = 6,    ///< refused: elements of the telegram were missing
 };
 
 /// X, Y, Z [mm], A, B, C [deg].
@@ -41,7 +42,7 @@ struct EkiFrameCommand {
 
 struct EkiFrameAnswer {
   std::uint32_t ask = 0;  ///< of the newest telegram; 0: none on this connection
-  bool set = false;
+  bool set = false;       ///< of kIncomplete this and what follows beside `done` mean nothing
   EkiFrameKind kind = EkiFrameKind::kTool;
   int number = 0;
   EkiFrameDone done = EkiFrameDone::kNotYet;

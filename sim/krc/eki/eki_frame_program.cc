@@ -25,7 +25,7 @@ std::string component(const char* element, std::size_t i) {
 }  // namespace
 
 void EkiPrograms::take_frame_telegram(TimePoint now) {
-  bool whole = true;
+  bool whole = channel.waiting("RobotCommand/Frame/@C") > 0;
   const auto number = [&](const std::string& path) {
     const auto value = channel.get(path);
     whole = whole && value.has_value();
@@ -33,14 +33,18 @@ void EkiPrograms::take_frame_telegram(TimePoint now) {
   };
   drivers::EkiFrameCommand asked;
   asked.ask = static_cast<std::uint32_t>(std::max(0.0, number("RobotCommand/Frame/@Ask")));
-  asked.set = number("RobotCommand/Frame/@Do") == 2.0;
-  asked.kind = static_cast<EkiFrameKind>(static_cast<int>(number("RobotCommand/Frame/@Kind")));
-  asked.number = static_cast<int>(number("RobotCommand/Frame/@Number"));
-  for (std::size_t i = 0; i < asked.values.size(); ++i)
-    asked.values[i] = number(component("Command/Frame", i));
+  if (whole) {
+    asked.set = number("RobotCommand/Frame/@Do") == 2.0;
+    asked.kind = static_cast<EkiFrameKind>(static_cast<int>(number("RobotCommand/Frame/@Kind")));
+    asked.number = static_cast<int>(number("RobotCommand/Frame/@Number"));
+    for (std::size_t i = 0; i < asked.values.size(); ++i)
+      asked.values[i] = number(component("Command/Frame", i));
+  }
   frame_waits = whole;
   if (!whole) {
     ++bad;
+    frame_answer.ask = asked.ask;
+    frame_answer.done = EkiFrameDone::kIncomplete;
     for (const auto& [path, type] : channel.config().receive) {
       while (channel.get(path)) {
       }

@@ -34,7 +34,9 @@ class frames_sent : public ::testing::Test {
  protected:
   frames_sent() {
     calib::Calibration found = measured();
-    std::ofstream(dir_ / "cal.json") << calib::calibration_to_json(found);
+    in_use_ = calib::calibration_to_json(found);
+    std::ofstream(dir_ / "cal.json") << in_use_;
+    in_use_ += "\n";
     found.verdict.publish = false;
     std::ofstream(dir_ / "withheld.json") << calib::calibration_to_json(found);
     std::ofstream(dir_ / "as stated.json") << calib::calibration_to_json(calibration());
@@ -54,6 +56,11 @@ class frames_sent : public ::testing::Test {
       return {
           .body =
               R"({"frame": "TOOL_DATA[1]", "xyz_mm": [59.9, 50.5, 410.3], "abc_deg": [38.84, 3.59, 0]})"};
+    if (request.path == "/v1/versions")
+      return {.body = in_use_.empty()
+                          ? "[]"
+                          : R"([{"session": 3, "active": false}, {"session": 2, "active": true}])"};
+    if (request.path == "/v1/sessions/2/calibration.json") return {.body = in_use_};
     if (request.method == "GET" && problem_)
       return {.body = R"({"configured": true, "problem": "frames.json is damaged", "frames": []})"};
     if (request.method == "GET")
@@ -85,6 +92,7 @@ class frames_sent : public ::testing::Test {
   std::vector<std::pair<std::string, json>> asked_;
   int status_ = 201, good_sets_ = 0;  ///< these before status_
   bool problem_ = false;
+  std::string in_use_;  ///< the calibration of session 2
   boost::asio::io_context context_;
   HttpServer server_{
       context_,
@@ -125,7 +133,7 @@ TEST_F(frames_sent, are_none_of_a_base_where_nobody_says_where_the_robot_stands)
 }
 
 TEST_F(frames_sent, are_none_of_a_tip_that_the_touches_did_not_measure) {
-  const Outcome outcome = send({"--confirm"}, "as stated.json");
+  const Outcome outcome = send({"--confirm", "--other-calibration"}, "as stated.json");
   EXPECT_EQ(outcome.status, 1);
   EXPECT_NE(outcome.err.find("xyz_sigma_mm"), std::string::npos) << outcome.err;
   EXPECT_EQ(asked("POST /v1/frames"), 0U);
@@ -159,8 +167,8 @@ TEST_F(frames_sent, are_all_read_and_shown_before_the_first_and_told_where_one_f
   status_ = 409;
   const Outcome outcome = send(two);
   EXPECT_EQ(outcome.status, 1);
-  ASSERT_EQ(asked_.size(), 4U);
-  EXPECT_EQ(asked_[1].first, "POST /v1/frames/read") << "the second, before the first is set";
+  ASSERT_EQ(asked_.size(), 6U);
+  EXPECT_EQ(asked_[3].first, "POST /v1/frames/read") << "the second, before the first is set";
   EXPECT_NE(outcome.err.find("BASE_DATA[3] moves by "), std::string::npos) << outcome.err;
   EXPECT_NE(outcome.err.find("1 of 2 frames set before that"), std::string::npos) << outcome.err;
   EXPECT_NE(outcome.err.find("TOOL_DATA[1]: 'cellcal frames --restore 8'"), std::string::npos)
@@ -180,6 +188,20 @@ TEST_F(frames_sent, are_never_those_of_a_withheld_calibration) {
   EXPECT_EQ(send({"--confirm"}, "withheld.json").status, 3);
   EXPECT_EQ(send({"--confirm", "--withheld"}, "withheld.json").status, 3);
   EXPECT_TRUE(asked_.empty());
+}
+
+TEST_F(frames_sent, are_those_of_the_calibration_in_use_unless_another_is_asked_for) {
+  in_use_ = calib::calibration_to_json(calibration(2));
+  const Outcome outcome = send({"--confirm"});
+  EXPECT_EQ(outcome.status, 1);
+  EXPECT_NE(outcome.err.find("is not the calibration in use on this daemon, session 2"),
+            std::string::npos)
+      << outcome.err;
+  in_use_.clear();
+  EXPECT_NE(send({"--confirm"}).err.find("--other-calibration"), std::string::npos);
+  EXPECT_EQ(asked("POST /v1/frames"), 0U);
+  EXPECT_EQ(send({"--confirm", "--other-calibration"}).status, 0);
+  EXPECT_EQ(asked("POST /v1/frames"), 1U);
 }
 
 TEST_F(frames_sent, are_none_where_config_dat_is_of_another_controller) {

@@ -52,7 +52,7 @@ struct Rig {
     exchange->on_tick(now);
     const std::string out = exchange->take_output();
     written += out;
-    if (cable) krc.receive(out);
+    if (cable) krc.receive(mangle_telegram(out));
     if (each) each();
   }
   EkiFrameResult run() {
@@ -69,6 +69,7 @@ struct Rig {
   std::string written;
   bool cable = true;
   std::function<std::string(std::string)> mangle = [](std::string text) { return text; };
+  std::function<std::string(std::string)> mangle_telegram = mangle;
   std::function<void()> each;
 };
 
@@ -246,6 +247,23 @@ TEST(EkiFrames, AConnectionThatEndsBeforeTheFrameWasSetLeavesItAsItWas) {
   for (int i = 0; i < 500; ++i) rig.cycle();
   EXPECT_EQ(rig.krc.frames_set(), 0U) << "what a client that is gone asked for";
   EXPECT_TRUE(same_frame(kOld, rig.krc.frame(EkiFrameKind::kTool, 3)));
+}
+
+/// Do of a state before any telegram is 0, which a whole answer must not have.
+TEST(EkiFrames, ATelegramThatLacksAnElementIsRefusedByTheController) {
+  for (const char* lost : {" C=\"-0.00050\"", " X=\"60.1234\"", " Do=\"2\"", " Kind=\"1\""}) {
+    Rig rig(set_tool());
+    rig.mangle_telegram = [&](std::string text) { return replaced(std::move(text), lost, ""); };
+    const EkiFrameResult result = rig.run();
+    EXPECT_EQ(result.end, EkiFrameEnd::kRefused) << lost;
+    EXPECT_EQ(result.refusal, EkiFrameDone::kIncomplete) << lost;
+    EXPECT_EQ(rig.krc.frames_set(), 0U) << lost;
+    // What is left of it is gone: the next one is whole.
+    rig.mangle_telegram = [](std::string text) { return text; };
+    rig.exchange->set(kNew, 4712, rig.now);
+    EXPECT_EQ(rig.run().end, EkiFrameEnd::kSet) << lost;
+    EXPECT_TRUE(same_frame(kNew, rig.krc.frame(EkiFrameKind::kTool, 3))) << lost;
+  }
 }
 
 /// What is believed of an answer, one damage after the other.

@@ -122,6 +122,8 @@ TEST(EkiFiles, HoldNothingThatSetsAFrameUnlessAsked) {
   const std::string sub = eki_files(with_frames()).at("cellcal_sub.sub");
   EXPECT_NE(sub.find("TOOL_DATA[CC_FRAME_NO]=CC_FRAME_AIM"), std::string::npos);
   EXPECT_NE(sub.find("CC_FRAME_NO<=16"), std::string::npos);
+  const auto last = sub.find("EKI_CheckBuffer(\"CellcalEki\",\"RobotCommand/Frame/@C\")");
+  EXPECT_LT(last, sub.find("RobotCommand/Frame/@Do")) << "before anything but @Ask is read";
   EXPECT_NE(sub.find("(ABS($AXIS_ACT_MEAS.E2-CC_FRAME_REST.E2)<0.01)"), std::string::npos);
 }
 
