@@ -18,6 +18,12 @@ export function drawn_joints(model: Model, plan: PlannedTouch[]): { joints: numb
   return first ? { joints: first.joints, key: "view.pose.start" } : null;
 }
 
+/** What was rendered is on the screen; in a hidden tab, too. */
+const painted = () => new Promise<void>((resolve) => {
+  const timer = setTimeout(resolve, 500);
+  requestAnimationFrame(() => setTimeout(() => { clearTimeout(timer); resolve(); }));
+});
+
 /** `nothing`: there is no session, so no cell. */
 export function CellPanel({ model, scene, plan, now, nothing }: {
   model: Model; scene: Scene | null; plan: PlannedTouch[]; now: number; nothing: boolean;
@@ -29,9 +35,12 @@ export function CellPanel({ model, scene, plan, now, nothing }: {
   const old = age_ms(model, now) > 0;
   const drawn = drawn_joints(model, plan);
 
+  // Behind the first sentence on the screen: reading the library keeps a slow computer busy for a tenth of a second.
+  const answered = model.status !== null;
   useEffect(() => {
+    if (!answered) return undefined;
     let wanted = true, made: CellView | null = null;
-    void import("../cell/view")
+    void painted().then(() => import("../cell/view"))
       .then(({ CellView: View }) => {
         if (!wanted || !box.current) return;
         made = new View(box.current);
@@ -41,8 +50,9 @@ export function CellPanel({ model, scene, plan, now, nothing }: {
     return () => {
       wanted = false;
       made?.close();
+      set_view(null);
     };
-  }, []);
+  }, [answered]);
   useEffect(() => { if (view && scene) view.show_scene(scene); }, [view, scene, theme]);
   useEffect(() => {
     view?.show_touches(plan, model.touches, model.status?.running ? model.status.touches : -1);

@@ -51,12 +51,12 @@ export function CellDialog({ cell, done, close }: { cell: string; done: () => vo
   return (
     <>
       <div class="veil" />
-      <dialog ref={dialog} class="wide" aria-labelledby="cell-title">
+      <dialog ref={dialog} class="wide" aria-labelledby="cell-form-title">
         {forms && (forms.shown === null || forms.shown.draft !== null)
           ? <CellFields cell={cell} forms={forms} done={done} close={close} />
           : (
             <form>
-              <h2 id="cell-title">{say("cell.title")}</h2>
+              <h2 id="cell-form-title">{say("cell.title")}</h2>
               {refused && <p class="refused" role="alert">{refusal(refused, say)}</p>}
               {forms?.shown && <p>{say("cell.more", { file: forms.shown.file })}</p>}
               <div class="buttons"><button type="button" onClick={close}>{say("cancel")}</button></div>
@@ -118,7 +118,7 @@ function CellFields({ cell, forms, done, close }: { cell: string; forms: CellFor
   };
   return (
     <form onSubmit={(event) => void submit(event)}>
-      <h2 id="cell-title">{say("cell.title")}</h2>
+      <h2 id="cell-form-title">{say("cell.title")}</h2>
       <p class="note">{say("cell.intro", { folder: forms.folder })}</p>
       {cell !== "" && !forms.shown && <p>{say("cell.other", { file: cell })}</p>}
       <div class="pair">
