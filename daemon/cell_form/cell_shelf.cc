@@ -95,7 +95,10 @@ std::filesystem::path CellShelf::write(const std::string& name, const CellForm& 
   } catch (const CellNotWritten&) {
     throw;
   } catch (const std::exception& failed) {
-    throw CellNotWritten(Why::kStorage, failed.what());
+    throw CellNotWritten(Why::kStorage,
+                         std::string(failed.what()) +
+                             ". Let cellcald write there, or make the file in a terminal: "
+                             "'cellcal new-cell -o FILE'");
   }
   return path;
 }

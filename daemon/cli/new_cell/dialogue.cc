@@ -12,8 +12,8 @@
 #include "calib/files/shipped_robots.h"
 #include "calib/syntax/shown.h"
 #include "calib/syntax/toml_table.h"
-#include "daemon/cli/new_cell/answers.h"
 #include "daemon/cell_form/lists.h"
+#include "daemon/cli/new_cell/answers.h"
 
 namespace cellcal::daemon {
 

@@ -10,10 +10,10 @@
 #include "calib/files/files.h"
 #include "calib/plan/cell_check.h"
 #include "calib/plan/plan.h"
-#include "daemon/cli/new_cell/answers.h"
 #include "daemon/cell_form/cell_text.h"
-#include "daemon/cli/new_cell/dialogue.h"
 #include "daemon/cell_form/lists.h"
+#include "daemon/cli/new_cell/answers.h"
+#include "daemon/cli/new_cell/dialogue.h"
 #include "daemon/files/atomic_file.h"
 #include "daemon/files/correction_limit.h"
 
@@ -156,7 +156,8 @@ int new_cell(const NewCellCommand& command, std::istream& in, std::ostream& aske
   if (const std::string wrong = objection(form); !wrong.empty())
     throw std::runtime_error(wrong + " (nothing was written)");
   const calib::Cell cell = cell_of(form);
-  const std::vector<std::string> warnings = calib::refuse_faulty(cell);  // before a good file is replaced
+  const std::vector<std::string> warnings =
+      calib::refuse_faulty(cell);  // before a good file is replaced
   write_atomically(command.output, cell_text(form));
   const Planned planned = plan_it(cell);
   fmt::print("{}", command.json ? as_json(command, warnings, planned)

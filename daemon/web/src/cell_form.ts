@@ -3,7 +3,12 @@
 import { fields, known, list, number, words } from "./decode";
 
 export type Place = "centre" | "taught" | "box";
-export interface SphereDraft {
+/** What vouches for a figure, as its row states it; empty: nothing is stated. */
+interface Vouched {
+  certificate: string;
+  date: string;
+}
+export interface SphereDraft extends Vouched {
   id: string;
   diameter: string;
   u: string;
@@ -12,13 +17,14 @@ export interface SphereDraft {
   rough: string;
   serial: string;
 }
-export interface LengthDraft {
+export interface LengthDraft extends Vouched {
   from: string;
   to: string;
   mm: string;
   u: string;
 }
-export interface CellDraft {
+/** Its own certificate and date are those that most rows share: see `vouch`. */
+export interface CellDraft extends Vouched {
   name: string;
   robot: string;
   xyz: string;
@@ -27,17 +33,35 @@ export interface CellDraft {
   tip: string;
   spheres: SphereDraft[];
   lengths: LengthDraft[];
-  certificate: string;
-  date: string;
 }
 
-export const new_sphere = (n: number): SphereDraft =>
-  ({ id: `S${n}`, diameter: "", u: "0.004", place: "centre", where: "", rough: "20", serial: "" });
-export const new_length = (from = "", to = ""): LengthDraft => ({ from, to, mm: "", u: "" });
+const NOTHING: Vouched = { certificate: "", date: "" };
+export const new_sphere = (n: number, { certificate, date }: Vouched = NOTHING): SphereDraft =>
+  ({ id: `S${n}`, diameter: "", u: "0.004", place: "centre", where: "", rough: "20", serial: "", certificate, date });
+export const new_length = (from = "", to = "", { certificate, date }: Vouched = NOTHING): LengthDraft =>
+  ({ from, to, mm: "", u: "", certificate, date });
 export const EMPTY: CellDraft = {
   name: "cell", robot: "", xyz: "", abc: "0 0 0", mass: "", tip: "0",
-  spheres: [1, 2, 3, 4].map(new_sphere), lengths: [], certificate: "", date: "",
+  spheres: [1, 2, 3, 4].map((n) => new_sphere(n)), lengths: [], ...NOTHING,
 };
+
+/** The shared certificate, typed: rows that stated the same follow, one with another of its own, or with none, stays as it is. `before`:
+ *  when the typing began; a field that is emptied on the way is not taken for rows that state nothing. */
+export function vouch(draft: CellDraft, change: Partial<Vouched>, before: CellDraft = draft): CellDraft {
+  const follow = <R extends Vouched>(rows: R[], were: Vouched[]): R[] => rows.map((row, i) =>
+    were[i]?.certificate === before.certificate && were[i]?.date === before.date ? { ...row, ...change } : row);
+  return { ...draft, ...change, spheres: follow(draft.spheres, before.spheres), lengths: follow(draft.lengths, before.lengths) };
+}
+
+/** Rows from CSV in the place of those that were there. Where no row states a certificate, that of the form was typed for them. */
+export function imported(draft: CellDraft, rows: { spheres: SphereDraft[] } | { lengths: LengthDraft[] }): CellDraft {
+  const read: Vouched[] = "spheres" in rows ? rows.spheres : rows.lengths;
+  const stated = read.find((one) => one.certificate !== "" || one.date !== "");
+  const shared: Vouched = { certificate: draft.certificate, date: draft.date };
+  const own = <R extends Vouched>(row: R): R => (stated ? row : { ...row, ...shared });
+  const now: CellDraft = "spheres" in rows ? { ...draft, spheres: rows.spheres.map(own) } : { ...draft, lengths: rows.lengths.map(own) };
+  return stated ? { ...now, certificate: stated.certificate, date: stated.date } : now;
+}
 
 /** What stands in a field that is not as it has to be. */
 export interface Wrong {
@@ -79,6 +103,11 @@ function place_of(sphere: SphereDraft, read: Reader): Record<string, unknown> {
   return { box_mm: [six.slice(0, 3), six.slice(3)] };
 }
 
+const vouched = ({ certificate, date }: Vouched): Record<string, string> => ({
+  ...(certificate.trim() === "" ? {} : { certificate: certificate.trim() }),
+  ...(date.trim() === "" ? {} : { certificate_date: date.trim() }),
+});
+
 /** What the daemon is sent as `form`, or what is wrong first. */
 export function form_of(draft: CellDraft): { form: unknown } | { wrong: Wrong } {
   const read = new Reader();
@@ -89,9 +118,6 @@ export function form_of(draft: CellDraft): { form: unknown } | { wrong: Wrong } 
     tip_radius_mm: read.one(draft.tip, "tip", ""),
   };
   if (draft.mass.trim() !== "") tool.mass_kg = read.one(draft.mass, "mass", "");
-  const vouched: Record<string, string> = {};
-  if (draft.certificate.trim() !== "") vouched.certificate = draft.certificate.trim();
-  if (draft.date.trim() !== "") vouched.certificate_date = draft.date.trim();
   const spheres = draft.spheres.map((sphere) => ({
     id: sphere.id.trim(),
     diameter_mm: read.one(sphere.diameter, "diameter", sphere.id),
@@ -99,13 +125,13 @@ export function form_of(draft: CellDraft): { form: unknown } | { wrong: Wrong } 
     ...place_of(sphere, read),
     ...(sphere.place === "box" ? {} : { centre_sigma_mm: half(read.one(sphere.rough, "rough", sphere.id)) }),
     ...(sphere.serial.trim() === "" ? {} : { serial: sphere.serial.trim() }),
-    ...vouched,
+    ...vouched(sphere),
   }));
   const lengths = draft.lengths.map((length) => {
     const of = `${length.from}–${length.to}`;
     return {
       from: length.from.trim(), to: length.to.trim(),
-      mm: read.one(length.mm, "mm", of), sigma_mm: half(read.one(length.u, "u", of)), ...vouched,
+      mm: read.one(length.mm, "mm", of), sigma_mm: half(read.one(length.u, "u", of)), ...vouched(length),
     };
   });
   return read.wrong ? { wrong: read.wrong } : { form: { robot: draft.robot, tool, spheres, lengths } };
@@ -113,6 +139,9 @@ export function form_of(draft: CellDraft): { form: unknown } | { wrong: Wrong } 
 
 const spaced = (value: unknown): string =>
   list(value).flat().map(number).filter((one): one is number => one !== null).join(" ");
+
+const vouched_by = (all: Record<string, unknown>): Vouched =>
+  ({ certificate: words(all.certificate), date: words(all.certificate_date) });
 
 function sphere_draft(value: unknown): SphereDraft | null {
   const all = fields(value);
@@ -122,32 +151,34 @@ function sphere_draft(value: unknown): SphereDraft | null {
     id: words(all.id), diameter: String(number(all.diameter_mm) ?? ""), u: twice(number(all.diameter_sigma_mm) ?? 0.002),
     place: boxed ? "box" : "centre", where: spaced(boxed ? all.box_mm : all.centre_mm),
     rough: twice(number(all.centre_sigma_mm) ?? 10), serial: words(all.serial),
+    ...vouched_by(all),
   };
 }
 function length_draft(value: unknown): LengthDraft | null {
   const all = fields(value);
   return all && {
     from: words(all.from), to: words(all.to), mm: String(number(all.mm) ?? ""), u: twice(number(all.sigma_mm) ?? 0),
+    ...vouched_by(all),
   };
 }
 export const sphere_drafts = (value: unknown): SphereDraft[] => known(list(value).map(sphere_draft));
 export const length_drafts = (value: unknown): LengthDraft[] => known(list(value).map(length_draft));
 
-/** Of the first artefact that states one. */
-function certificate_of(form: Record<string, unknown>): { certificate: string; date: string } {
-  const all = [...list(form.spheres), ...list(form.lengths)].map(fields);
-  const stated = all.find((one) => words(one?.certificate) !== "");
-  return { certificate: words(stated?.certificate), date: words(stated?.certificate_date) };
-}
+/** Of the first row that states one. */
+const shared_by = (rows: Vouched[]): Vouched => {
+  const { certificate, date } = rows.find((one) => one.certificate !== "" || one.date !== "") ?? NOTHING;
+  return { certificate, date };
+};
 
 export function draft_of(name: string, value: unknown): CellDraft | null {
   const form = fields(value);
   const tool = fields(form?.tool);
   if (!form || !tool) return null;
+  const spheres = sphere_drafts(form.spheres), lengths = length_drafts(form.lengths);
   return {
     name, robot: words(form.robot), xyz: spaced(tool.xyz_mm), abc: spaced(tool.abc_deg) || "0 0 0",
     mass: tool.mass_kg === undefined ? "" : String(number(tool.mass_kg) ?? ""), tip: String(number(tool.tip_radius_mm) ?? 0),
-    spheres: sphere_drafts(form.spheres), lengths: length_drafts(form.lengths), ...certificate_of(form),
+    spheres, lengths, ...shared_by([...spheres, ...lengths]),
   };
 }
 

@@ -281,7 +281,11 @@ TEST_F(a_described_api, answers_as_it_is_described) {
   service.hold("a session is under way");
   EXPECT_EQ(ask("POST", "/v1/frames/read", read_frame).status, 409);
   EXPECT_EQ(ask("POST", "/v1/frames/restore", R"({"id": 1, "confirm": true})").status, 409);
+  const std::string other = "{\"name\": \"other\"," + form.substr(form.find(',') + 1);
+  EXPECT_EQ(ask("POST", "/v1/cell-form", other).status, 409);
+  EXPECT_FALSE(std::filesystem::exists(shelf.file("other")));
   service.release();
+  EXPECT_EQ(ask("POST", "/v1/cell-form", other).status, 201) << "it was for the session alone";
   const json sent = json::parse(ask("GET", "/v1/frames").body);
   EXPECT_EQ(sent["frames"].size(), 3U);
   EXPECT_EQ(sent["frames"][1]["outcome"], "unknown");

@@ -96,6 +96,7 @@ TEST_F(a_cell_shelf, that_cannot_be_written_says_so) {
   std::ofstream(dir / "cells") << "a file where the folder should be";
   EXPECT_EQ(refused("weld", form, ""), Why::kStorage);
   EXPECT_NE(words.find("cells"), std::string::npos) << words;
+  EXPECT_NE(words.find("cellcal new-cell -o"), std::string::npos) << "what to do: " << words;
 }
 
 }  // namespace

@@ -1,18 +1,19 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import {
-  cell_forms, draft_of, EMPTY, form_of, length_drafts, name_within, numbers_in, sphere_drafts, type CellDraft,
+  cell_forms, draft_of, EMPTY, form_of, imported, length_drafts, name_within, numbers_in, sphere_drafts, vouch, type CellDraft,
 } from "../src/cell_form";
 
+const DKD = { certificate: "DKD-1", date: "2026-04-01" };
 const DRAFT: CellDraft = {
   ...EMPTY, robot: "kr5_r1400", xyz: "59,9 50.5 410.3", mass: "1,5",
   spheres: [
-    { id: "S1", diameter: "49,998", u: "0.001", place: "centre", where: "900 -300 400", rough: "10", serial: "77" },
-    { id: "S2", diameter: "50", u: "0.004", place: "taught", where: "0 -90 90 0 45 0", rough: "20", serial: "" },
-    { id: "S3", diameter: "50", u: "0.004", place: "box", where: "1000 -50 350; 1100 50 450", rough: "", serial: "" },
+    { id: "S1", diameter: "49,998", u: "0.001", place: "centre", where: "900 -300 400", rough: "10", serial: "77", ...DKD },
+    { id: "S2", diameter: "50", u: "0.004", place: "taught", where: "0 -90 90 0 45 0", rough: "20", serial: "", ...DKD },
+    { id: "S3", diameter: "50", u: "0.004", place: "box", where: "1000 -50 350; 1100 50 450", rough: "", serial: "", ...DKD },
   ],
-  lengths: [{ from: "S1", to: "S2", mm: "600,012", u: "0.008" }],
-  certificate: "DKD-1", date: "2026-04-01",
+  lengths: [{ from: "S1", to: "S2", mm: "600,012", u: "0.008", ...DKD }],
+  ...DKD,
 };
 
 test("numbers have a space between them and either decimal mark", () => {
@@ -49,7 +50,7 @@ test("what is wrong is named with its field, its sphere, and how many numbers it
   const sphere = (change: object) => wrong({ spheres: DRAFT.spheres.map((one, i) => (i === 1 ? { ...one, ...change } : one)) });
   assert.deepEqual(sphere({ where: "1 2 3" }), { field: "where", of: "S2", counts: [6, 7] });
   assert.deepEqual(sphere({ diameter: "" }), { field: "diameter", of: "S2", counts: [1] });
-  assert.deepEqual(wrong({ lengths: [{ from: "S1", to: "S2", mm: "x", u: "0" }] }), { field: "mm", of: "S1–S2", counts: [1] });
+  assert.deepEqual(wrong({ lengths: [{ from: "S1", to: "S2", mm: "x", u: "0", ...DKD }] }), { field: "mm", of: "S1–S2", counts: [1] });
 });
 
 test("a cell that was made is shown as it was typed", () => {
@@ -62,6 +63,39 @@ test("a cell that was made is shown as it was typed", () => {
   assert.deepEqual(again.form, made.form);
   assert.equal(draft.spheres[0]?.u, "0.001");
   assert.equal(draft.certificate, "DKD-1");
+});
+
+test("each sphere and distance keeps its own certificate, and none where it states none", () => {
+  const form = {
+    robot: "kr5_r1400", tool: { xyz_mm: [59.9, 50.5, 410.3] },
+    spheres: [
+      { id: "S1", diameter_mm: 50, centre_mm: [900, -300, 400] },
+      { id: "S2", diameter_mm: 50, centre_mm: [900, 300, 400], certificate: "DKD-1", certificate_date: "2026-04-01" },
+      { id: "S3", diameter_mm: 50, centre_mm: [1100, 0, 300], certificate: "PTB-9" },
+    ],
+    lengths: [{ from: "S1", to: "S2", mm: 600, sigma_mm: 0.004, certificate: "CMM-3" }],
+  };
+  const certificates = (draft: CellDraft | null) => {
+    const made = draft && form_of(draft);
+    assert.ok(made && "form" in made);
+    const { spheres, lengths } = made.form as { spheres: { certificate?: string }[]; lengths: { certificate?: string }[] };
+    return [...spheres, ...lengths].map((one) => one.certificate);
+  };
+  const draft = draft_of("weld", form);
+  assert.deepEqual(certificates(draft), [undefined, "DKD-1", "PTB-9", "CMM-3"]);
+  assert.ok(draft);
+  assert.deepEqual(certificates(vouch(draft, { certificate: "DKD-2" })), [undefined, "DKD-2", "PTB-9", "CMM-3"], "only rows of that one follow");
+  const emptied = vouch(draft, { certificate: "" }, draft);
+  assert.deepEqual(certificates(vouch(emptied, { certificate: "DKD-3" }, draft)), [undefined, "DKD-3", "PTB-9", "CMM-3"], "emptied and typed anew");
+  assert.deepEqual(certificates(imported(draft, { spheres: sphere_drafts(form.spheres) })), [undefined, "DKD-1", "PTB-9", "CMM-3"]);
+});
+
+test("a certificate that is typed first, or last, is that of each row that states none", () => {
+  const typed = vouch(EMPTY, { certificate: "DKD-1" });
+  assert.ok(typed.spheres.every((one) => one.certificate === "DKD-1"));
+  const rows = length_drafts([{ from: "S1", to: "S2", mm: 600, sigma_mm: 0.004 }]);
+  assert.equal(imported(typed, { lengths: rows }).lengths[0]?.certificate, "DKD-1");
+  assert.equal(vouch(imported(EMPTY, { lengths: rows }), { certificate: "DKD-1" }).lengths[0]?.certificate, "DKD-1");
 });
 
 test("nothing of what arrives is believed", () => {

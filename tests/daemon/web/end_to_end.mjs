@@ -138,6 +138,21 @@ async function enter_cell(page, guide) {
   const file = `${cell.folder}/state/cells/weld-3.toml`;
   assert.match(readFileSync(file, "utf8"), /certificate = "DKD-1"/);
   await guide.getByText(file).first().waitFor(LONG);
+  await page.locator('[data-doctor="done"]').waitFor(LONG);
+  const written = readFileSync(file, "utf8");
+  await made.click();
+  await dialog.getByText(`${file}.before`).waitFor(LONG);
+  assert.ok(await dialog.getByLabel("Name of the file").isDisabled(), "it is this one that is changed");
+  const third = dialog.locator('[data-sphere="S3"]');
+  await third.getByLabel("Certificate").fill("PTB-9");
+  await dialog.getByLabel("Number of the certificate").fill("");
+  await dialog.getByLabel("Number of the certificate").fill("DKD-2");
+  assert.equal(await third.getByLabel("Certificate").inputValue(), "PTB-9");
+  await write.click();
+  await dialog.waitFor({ ...LONG, state: "detached" });
+  const certificates = readFileSync(file, "utf8").match(/^certificate = .*/gm);
+  assert.deepEqual(certificates, ["DKD-2", "DKD-2", "PTB-9", "DKD-2", "DKD-2"].map((one) => `certificate = "${one}"`));
+  assert.equal(readFileSync(`${file}.before`, "utf8"), written);
 }
 
 const steps = {

@@ -2,10 +2,10 @@
 
 import { useEffect, useLayoutEffect, useRef, useState } from "preact/hooks";
 import {
-  cell_forms, EMPTY, form_of, length_drafts, name_within, new_length, new_sphere, sphere_drafts,
+  cell_forms, EMPTY, form_of, imported, length_drafts, name_within, new_length, new_sphere, sphere_drafts, vouch,
   type CellDraft, type CellForms, type LengthDraft, type Place, type SphereDraft,
 } from "../cell_form";
-import { fields, list, words } from "../decode";
+import { fields, words } from "../decode";
 import { get, is_good, post, type Answer } from "../request";
 import type { Key, Say } from "../words";
 import { useVoice } from "./context";
@@ -72,13 +72,18 @@ function CellFields({ cell, forms, done, close }: { cell: string; forms: CellFor
   const [draft, become] = useState<CellDraft>(forms.shown?.draft ?? EMPTY);
   const [busy, set_busy] = useState(false);
   const [said, set_said] = useState("");
+  const before = useRef(draft);
   const set = (change: Partial<CellDraft>) => become((now) => ({ ...now, ...change }));
   const text = (key: "name" | "xyz" | "abc" | "mass" | "tip" | "certificate" | "date", optional = false) => (
     <label>
       {say(`cell.${key}`)}
       <input name={`cell-${key}`} type="text" required={!optional} value={draft[key]} disabled={key === "name" && forms.shown !== null}
              placeholder={key === "date" ? "2026-04-01" : undefined}
-             onInput={(event) => set({ [key]: event.currentTarget.value })} />
+             onFocus={() => { before.current = draft; }}
+             onInput={(event) => {
+               const value = event.currentTarget.value;
+               become((now) => (key === "certificate" || key === "date" ? vouch(now, { [key]: value }, before.current) : { ...now, [key]: value }));
+             }} />
     </label>
   );
   const submit = async (event: Event) => {
@@ -109,12 +114,7 @@ function CellFields({ cell, forms, done, close }: { cell: string; forms: CellFor
     set_said(is_good(answer) ? "" : refusal(answer, say));
     const read = fields(answer.value);
     if (!is_good(answer) || !read) return;
-    const stated = list(kind === "spheres" ? read.spheres : read.lengths).map(fields)
-      .find((one) => words(one?.certificate) !== "");
-    set({
-      ...(kind === "spheres" ? { spheres: sphere_drafts(read.spheres) } : { lengths: length_drafts(read.lengths) }),
-      ...(stated ? { certificate: words(stated.certificate), date: words(stated.certificate_date) } : {}),
-    });
+    become((now) => imported(now, kind === "spheres" ? { spheres: sphere_drafts(read.spheres) } : { lengths: length_drafts(read.lengths) }));
   };
   return (
     <form onSubmit={(event) => void submit(event)}>
@@ -145,7 +145,7 @@ function CellFields({ cell, forms, done, close }: { cell: string; forms: CellFor
                      drop={() => set({ spheres: draft.spheres.filter((_, k) => k !== i) })} />
         ))}
         <div class="files">
-          <button type="button" class="small" onClick={() => set({ spheres: [...draft.spheres, new_sphere(draft.spheres.length + 1)] })}>
+          <button type="button" class="small" onClick={() => set({ spheres: [...draft.spheres, new_sphere(draft.spheres.length + 1, draft)] })}>
             {say("cell.sphere.add")}
           </button>
           <Csv name="spheres" label={say("cell.csv.spheres")} take={(file) => void read_csv("spheres", file)} />
@@ -161,12 +161,13 @@ function CellFields({ cell, forms, done, close }: { cell: string; forms: CellFor
         ))}
         <div class="files">
           <button type="button" class="small"
-                  onClick={() => set({ lengths: [...draft.lengths, new_length(draft.spheres[0]?.id, draft.spheres[1]?.id)] })}>
+                  onClick={() => set({ lengths: [...draft.lengths, new_length(draft.spheres[0]?.id, draft.spheres[1]?.id, draft)] })}>
             {say("cell.length.add")}
           </button>
           <Csv name="certificate" label={say("cell.csv.certificate")} take={(file) => void read_csv("certificate", file)} />
         </div>
         <div class="pair">{text("certificate", true)}{text("date", true)}</div>
+        <p class="note">{say("cell.certificate.rows")}</p>
       </fieldset>
       <p class="note">{say("cell.obstacles")}</p>
       {forms.shown && <p class="note">{say("cell.before", { file: `${forms.shown.file}.before` })}</p>}
@@ -196,7 +197,7 @@ function SphereRow({ sphere, change, drop }: {
   sphere: SphereDraft; change: (change: Partial<SphereDraft>) => void; drop: () => void;
 }) {
   const { say } = useVoice();
-  const text = (key: "id" | "diameter" | "u" | "where" | "rough" | "serial", label: string, optional = false) => (
+  const text = (key: "id" | "diameter" | "u" | "where" | "rough" | "serial" | "certificate" | "date", label: string, optional = false) => (
     <label class={key}>
       {label}
       <input name={`sphere-${key}`} type="text" required={!optional} value={sphere[key]}
@@ -210,6 +211,8 @@ function SphereRow({ sphere, change, drop }: {
       {text("diameter", say("cell.diameter"))}
       {text("u", say("cell.u"))}
       {text("serial", say("cell.serial"), true)}
+      {text("certificate", say("cell.row.certificate"), true)}
+      {text("date", say("cell.row.date"), true)}
       <label class="place">
         {say("cell.place")}
         <select name="sphere-place" value={sphere.place} onChange={(event) => change({ place: event.currentTarget.value as Place, where: "" })}>
@@ -237,10 +240,10 @@ function LengthRow({ length, ids, change, drop }: {
       </select>
     </label>
   );
-  const text = (key: "mm" | "u", label: string) => (
-    <label class={key === "mm" ? "diameter" : "u"}>
+  const text = (key: "mm" | "u" | "certificate" | "date", label: string, optional = false) => (
+    <label class={key === "mm" ? "diameter" : key}>
       {label}
-      <input name={`length-${key}`} type="text" required value={length[key]}
+      <input name={`length-${key}`} type="text" required={!optional} value={length[key]}
              onInput={(event) => change({ [key]: event.currentTarget.value })} />
     </label>
   );
@@ -248,6 +251,7 @@ function LengthRow({ length, ids, change, drop }: {
     <fieldset class="row" data-length={of}>
       <legend>{of}</legend>
       {end("from")}{end("to")}{text("mm", say("cell.mm"))}{text("u", say("cell.u"))}
+      {text("certificate", say("cell.row.certificate"), true)}{text("date", say("cell.row.date"), true)}
       <button type="button" class="small drop" aria-label={say("cell.drop", { of })} onClick={drop}>✕</button>
     </fieldset>
   );
