@@ -1,5 +1,7 @@
 #include "daemon/cell_form/cell_form.h"
 
+#include <fmt/format.h>
+
 #include "calib/files/documents.h"
 #include "calib/files/files.h"
 #include "calib/files/robot_place.h"
@@ -59,8 +61,19 @@ Triple tip_mm(const CellForm& form, const std::vector<double>& joint_deg) {
   arm.spheres = {kAnySphere};
   arm.lengths.clear();
   const calib::Cell cell = cell_of(arm);
+  const auto& joints = cell.robot.joints;
+  if (joint_deg.size() != joints.size())
+    throw calib::FileError(fmt::format("there must be {} angles, A1 first", joints.size()));
   std::vector<double> joint_rad;
-  for (const double deg : joint_deg) joint_rad.push_back(deg * calib::kRadPerDeg);
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    joint_rad.push_back(joint_deg[i] * calib::kRadPerDeg);
+    const bool limited = joints[i].min_rad < joints[i].max_rad;
+    if (limited && (joint_rad[i] < joints[i].min_rad || joint_rad[i] > joints[i].max_rad))
+      throw calib::FileError(fmt::format(
+          "{} at {} deg is beyond its limits, {:.1f} to {:.1f} deg. Type the angles as the pendant shows them",
+          joints[i].name, joint_deg[i], joints[i].min_rad * calib::kDegPerRad,
+          joints[i].max_rad * calib::kDegPerRad));
+  }
   const Eigen::Vector3d tip =
       calib::ArmModel(cell.robot, cell.tool).nominal_tcp(joint_rad).translation() * calib::kMmPerM;
   return {tip.x(), tip.y(), tip.z()};

@@ -62,7 +62,7 @@ calib::Cell cell_of(const CellForm& form);
 /// What is wrong with it as far as it goes, and what to do; empty: nothing. Spheres may be missing yet.
 std::string objection(const CellForm& form);
 
-/// Where the tip is, on the nominal arm with this tool.
+/// Where the tip is, on the nominal arm with this tool. Throws calib::FileError where that is no posture of it.
 Triple tip_mm(const CellForm& form, const std::vector<double>& joint_deg);
 /// The centre of a sphere that the tip touches from above there.
 Triple centre_below(const CellForm& form, const std::vector<double>& joint_deg, double diameter_mm);

@@ -160,14 +160,13 @@ CellForm form_from_json(const nlohmann::json& json, const std::filesystem::path&
                     "box_mm", "serial", "certificate", "certificate_date", "joints_deg"});
     if (!rows[i].has("joints_deg")) continue;
     if (form.spheres[i].centre_mm) rows[i].fail("has both centre_mm and joints_deg: give one");
-    const auto joints = joints_of(rows[i].at("joints_deg"));
-    const calib::Robot robot =
-        calib::read_robot(calib::TomlTable::parse(form.robot.text, form.robot.name));
-    if (joints.size() != robot.joints.size())
-      rows[i]
-          .at("joints_deg")
-          .fail("must hold " + std::to_string(robot.joints.size()) + " angles, A1 first");
-    form.spheres[i].centre_mm = centre_below(form, joints, form.spheres[i].diameter_mm);
+    const JsonReader taught = rows[i].at("joints_deg");
+    try {
+      form.spheres[i].centre_mm =
+          centre_below(form, joints_of(taught), form.spheres[i].diameter_mm);
+    } catch (const calib::FileError& wrong) {
+      taught.fail(wrong.what());
+    }
   }
   if (reader.has("lengths")) {
     form.lengths = few(fields::object(length_fields()), kMostLengths).from(reader.at("lengths"));

@@ -93,7 +93,11 @@ TEST(a_form, that_is_wrong_is_refused_with_the_key_and_what_it_must_be) {
   EXPECT_NE(with("/spheres/0/colour", "red").find("colour"), std::string::npos);
   EXPECT_NE(with("/spheres/0/id", std::string(1000, 'S')).find("spheres[0].id"), std::string::npos);
   EXPECT_NE(with("/spheres/0/id", "S\n1").find("spheres[0].id"), std::string::npos);
-  EXPECT_NE(with("/spheres/2/joints_deg", {1, 2, 3}).find("must hold 6 angles"), std::string::npos);
+  EXPECT_NE(with("/spheres/2/joints_deg", {1, 2, 3}).find("there must be 6 angles"),
+            std::string::npos);
+  EXPECT_NE(with("/spheres/2/joints_deg", {0, -90, 400, 0, 45, 0})
+                .find("spheres[2].joints_deg: A3 at 400 deg is beyond its limits"),
+            std::string::npos);
   EXPECT_NE(with("/spheres/0/joints_deg", {1, 2, 3, 4, 5, 6}).find("give one"), std::string::npos);
   EXPECT_NE(
       with("/spheres", json(std::vector<json>(101, example()["spheres"][0]))).find("100 rows"),
