@@ -51,10 +51,10 @@ std::optional<CellShelf::Shown> CellShelf::look(const std::string& name) const {
   const std::filesystem::path path = file(name);
   std::error_code none;
   if (!std::filesystem::exists(path, none)) return std::nullopt;
-  const std::string text = calib::read_file(path, calib::kMostTomlBytes);
-  Shown shown{calib::sha256(text), {}};
+  Shown shown{calib::read_file(path, calib::kMostTomlBytes), {}, {}};
+  shown.sha256 = calib::sha256(shown.text);
   try {
-    shown.form = form_in(text, path);
+    shown.form = form_in(shown.text, path);
   } catch (const calib::FileError&) {  // somebody's own, and no TOML: it is not replaced
   }
   return shown;
@@ -89,8 +89,7 @@ std::filesystem::path CellShelf::write(const std::string& name, const CellForm& 
                                " has more than this form has a place for (obstacles, other "
                                "targets, settings of one touch). Change it in an editor");
     std::filesystem::create_directories(folder_);
-    if (there)
-      write_atomically(path.string() + ".before", calib::read_file(path, calib::kMostTomlBytes));
+    if (there) write_atomically(path.string() + ".before", there->text);
     write_atomically(path, cell_text(form));
   } catch (const CellNotWritten&) {
     throw;

@@ -36,7 +36,7 @@ class CellShelf {
   std::filesystem::path file(const std::string& name) const;
 
   struct Shown {
-    std::string sha256;  ///< of the file
+    std::string text, sha256;  ///< of the file
     std::optional<CellForm>
         form;  ///< none: it has more than a form has a place for, or is no cell file
   };
