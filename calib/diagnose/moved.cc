@@ -17,6 +17,13 @@ namespace {
 
 /// Squared sigmas of a shift, three degrees of freedom, that are believed.
 constexpr double kConfirmed = 25.0;
+
+/// Squared sigmas for squared estimated ones: as unlikely, where the sigmas rest on so few degrees of
+/// freedom (Student's t), as so many of known sigmas are.
+double of_known_sigmas(double squared, double freedom) {
+  constexpr double kAxes = 3.0;
+  return (freedom + kAxes) * std::log1p(squared / freedom);  // (60a)
+}
 /// An arm that warms up grows by 25e-6 of what it reaches, and its play is not the same all day;
 /// each makes targets seem to creep by about this, in each direction.
 constexpr double kCreepM = 0.02e-3;
@@ -76,6 +83,9 @@ MovedTarget measured(const Cell& cell, const std::vector<Touch>& touches,
   moved.shift_m = shift;
   moved.sigma_m = std::sqrt(shift.dot(covariance * shift)) / shift.norm();
   moved.squared_sigmas = shift.dot(covariance.ldlt().solve(shift));  // (60)
+  if (two.discrepancy.estimated && two.discrepancy.degrees_of_freedom > 0.0)
+    moved.squared_sigmas =
+        of_known_sigmas(moved.squared_sigmas, two.discrepancy.degrees_of_freedom);
   return moved;
 }
 

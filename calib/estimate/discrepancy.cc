@@ -159,12 +159,13 @@ Measured in_metres(const Problem& problem, const Eigen::VectorXd& u,
 /// Sizes, and how likely they are.
 struct Sizes {
   double field_m = 0.0, noise_factor = 1.0, reach_rad = 0.0, rough = 1.0;
+  double freedom = 0.0;  ///< degrees of freedom that the field's variance rests on
 };
 
 /// Restricted likelihood over a grid of sizes; the mean of the variances, and the likeliest reach.
 Sizes sizes_of(const Problem& problem, const Eigen::VectorXd& u, const Eigen::MatrixXd& postures,
                const std::vector<std::size_t>& touches, bool noise_is_known) {
-  constexpr double kOfScatter[] = {0.0, 0.15, 0.3, 0.45, 0.6, 0.75, 0.9, 1.1, 1.4, 1.8, 2.4};
+  constexpr double kOfScatter[] = {0.0, 0.15, 0.3, 0.45, 0.6, 0.75, 0.9, 1.1, 1.4, 1.8, 2.4, 3.2, 4.3, 5.7};
   constexpr double kNoise[] = {0.1, 0.2, 0.35, 0.6, 1.0, 1.7, 3.0, 6.0, 10.0};
   constexpr double kNoiseSigma = 0.7;  // of the logarithm of what is stated
   constexpr double kAnywhere = 10.0;   // of what has no prior, in its scales
@@ -218,12 +219,13 @@ Sizes sizes_of(const Problem& problem, const Eigen::VectorXd& u, const Eigen::Ma
         return a.log_likelihood < b.log_likelihood;
       })->log_likelihood;
   Sizes mean{0.0, 0.0, 0.0, 1.0};
-  double sum = 0.0, most = 0.0, own_kernel = 0.0;
+  double sum = 0.0, most = 0.0, own_kernel = 0.0, fourth = 0.0;
   for (std::size_t i = 0; i < tried.size(); ++i) {
     const double weight = std::exp(tried[i].log_likelihood - best);
     const Sizes& s = tried[i].sizes;
     sum += weight;
     mean.field_m += weight * s.field_m * s.field_m;
+    fourth += weight * std::pow(s.field_m, 4);
     mean.noise_factor += weight * s.noise_factor * s.noise_factor;
     const bool new_kernel = i == 0 || s.reach_rad != tried[i - 1].sizes.reach_rad ||
                             s.rough != tried[i - 1].sizes.rough;
@@ -233,7 +235,9 @@ Sizes sizes_of(const Problem& problem, const Eigen::VectorXd& u, const Eigen::Ma
     mean.reach_rad = s.reach_rad;
     mean.rough = s.rough;
   }
-  mean.field_m = std::sqrt(mean.field_m / sum);
+  const double variance = mean.field_m / sum, spread = fourth / sum - variance * variance;
+  mean.field_m = std::sqrt(variance);
+  mean.freedom = spread > 0.0 ? 2.0 * variance * variance / spread : 0.0;  // (31a)
   mean.noise_factor = std::sqrt(mean.noise_factor / sum);
   return mean;
 }
@@ -427,6 +431,7 @@ Discrepancy estimate_together(Problem& problem, const IdentifyOptions& options,
   found.estimated = true;
   found.sigma_m = sizes.field_m;
   found.reach_rad = sizes.reach_rad;
+  found.degrees_of_freedom = sizes.freedom;
   double square = 0.0;
   for (const std::size_t i : used) square += std::pow(problem.own_sigma_m(i), 2);
   found.noise_m = std::sqrt(square / static_cast<double>(std::max<std::size_t>(1, used.size())));

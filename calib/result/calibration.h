@@ -95,6 +95,8 @@ struct Discrepancy {
   /// Estimated together with the parameters, which have their covariance from it; otherwise a bound
   /// for what the touches do not tell from noise.
   bool estimated = false;
+  /// That sigma_m rests on (Satterthwaite), where it was estimated: few postures say little of it.
+  double degrees_of_freedom = 0.0;
 };
 
 /// A target that stood elsewhere from one of its touches on.

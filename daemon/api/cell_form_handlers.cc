@@ -85,6 +85,7 @@ std::optional<Response> Api::show_cell_form(const Call& call) {
   json answer{{"folder", shelf().folder().string()},
               {"cells", shelf().names()},
               {"robots", robots_json()},
+              {"reads_position", position_ && position_()},
               {"shown", nullptr}};
   const auto name = call.request.query.find("name");
   if (name == call.request.query.end()) return Response{.body = dump(answer)};

@@ -8,6 +8,7 @@
 #include <string>
 #include <string_view>
 
+#include "daemon/advice/advice_teller.h"
 #include "daemon/api/event_feed.h"
 #include "daemon/api/http/message.h"
 #include "daemon/api/status_json.h"
@@ -15,6 +16,7 @@
 #include "daemon/drift/drift_watch.h"
 #include "daemon/plant/line/line_status.h"
 #include "daemon/service/service.h"
+#include "drivers/kuka/eki/eki_position.h"
 
 namespace cellcal::daemon {
 
@@ -44,6 +46,11 @@ class Api {
   /// How the line to the plant stands; none: no plant is named. Any thread.
   using PlantLineStatus = std::function<std::optional<plant::LinesStatus>()>;
   void use(PlantLineStatus line) { plant_line_ = std::move(line); }
+  /// What the controller was told of the checks. Any thread.
+  void use(std::function<AdviceStatus()> advice) { advice_ = std::move(advice); }
+  /// Where the arm stands, from a controller that says it beside a session; null: this one does not. Any thread.
+  using ReadPosition = std::function<drivers::EkiPosition()>;
+  void use(std::function<ReadPosition()> position) { position_ = std::move(position); }
   /// What [retention] says now. Any thread.
   void use(std::function<RetentionRule()> retention) { retention_ = std::move(retention); }
 
@@ -117,6 +124,8 @@ class Api {
   std::optional<Response> set_frame(const Call& call);
   std::optional<Response> restore_frame(const Call& call);
   FrameStation& frames();
+  // Where the arm was jogged to (position_handler.cc).
+  std::optional<Response> read_position(const Call& call);
   // Cell files that are made over the network (cell_form_handlers.cc).
   std::optional<Response> show_cell_form(const Call& call);
   std::optional<Response> read_cell_lists(const Call& call);
@@ -160,6 +169,8 @@ class Api {
   const CellShelf* shelf_ = nullptr;
   plant::ProposalBox* proposals_ = nullptr;
   PlantLineStatus plant_line_;
+  std::function<AdviceStatus()> advice_;
+  std::function<ReadPosition()> position_;
   std::function<RetentionRule()> retention_;
   Page page_;
   Examiner* examiner_;

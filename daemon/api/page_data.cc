@@ -68,7 +68,8 @@ std::optional<Response> Api::drift(const Call& call) {
   std::erase_if(sessions, [](const SessionRecord& record) { return record.origin.has_value(); });
   const std::string cell = asked ? asked->inputs.cell_name : "";
   const auto checks = drift_watch_.look(cell);
-  return Response{.body = web::drift_to_json(sessions, cell, calibration, checks.get())};
+  return Response{.body = web::drift_to_json(sessions, cell, calibration, checks.get(),
+                                             advice_ ? advice_() : AdviceStatus())};
 }
 
 std::optional<Response> Api::plan(const Call& call) {

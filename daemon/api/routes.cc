@@ -53,6 +53,7 @@ std::span<const Api::Route> Api::routes() {
       {"GET",  "/v1/versions/compare",               Role::kLook,    kSlow,   &Api::compare_versions},
       {"POST", "/v1/versions/activate",              Role::kOperate, kSlow,   &Api::activate_version},
       {"POST", "/v1/versions/roll-back",             Role::kOperate, kSlow,   &Api::roll_back_version},
+      {"POST", "/v1/position",                       Role::kOperate, kSlow,   &Api::read_position},
       {"GET",  "/v1/frames",                         Role::kLook,    kSlow,   &Api::show_frames},
       {"POST", "/v1/frames",                         Role::kAdminister, kSlow, &Api::set_frame},
       {"POST", "/v1/frames/read",                    Role::kAdminister, kSlow, &Api::read_frame},

@@ -109,10 +109,25 @@ std::string drift_text(const json& checks) {
   return text;
 }
 
+std::string told_text(const json& controller) {
+  if (!controller.is_object()) return {};
+  std::string text;
+  const auto value = controller.find("value");
+  if (value != controller.end() && value->is_number_integer())
+    text += fmt::format("CELLCAL_ADVICE on the controller: {} ({}), since {}\n",
+                        value->get<std::int64_t>(), word(controller, "told"),
+                        word(controller, "told_at"));
+  if (const std::string trouble = word(controller, "trouble"); !trouble.empty())
+    text += "the controller was not told: " + trouble + "\n";
+  return text;
+}
+
 int show_drift(const Connection& daemon) {
   const json answer = parse(ask(daemon, "GET", "/v1/drift"));
   const json checks = answer.value("checks", json());
-  put(daemon.json ? checks.dump() + "\n" : drift_text(checks), {});
+  put(daemon.json ? checks.dump() + "\n"
+                  : drift_text(checks) + told_text(answer.value("controller", json())),
+      {});
   return checks.is_object() && word(checks, "state") == "alarms" ? kNotPublishable : kSuccess;
 }
 

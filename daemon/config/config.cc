@@ -147,6 +147,7 @@ void read_eki(const TomlTable& table, DaemonConfig& config) {
   if (wire_of(config) == WireKind::kEki) config.realtime = realtime;
   eki.flag_sigma_s = table.number_or("flag_sigma_ms", eki.flag_sigma_s / kMs, {0.0, 200.0}) * kMs;
   config.controller.write_frames = table.boolean_or("write_frames", false);
+  config.controller.write_advice = table.boolean_or("write_advice", false);
   table.refuse_unknown();
 }
 

@@ -9,6 +9,7 @@
 #include <csignal>
 
 #include "calib/files/calibration_json.h"
+#include "daemon/advice/advice_teller.h"
 #include "daemon/api/access/access.h"
 #include "daemon/api/handlers.h"
 #include "daemon/api/http/server.h"
@@ -16,6 +17,7 @@
 #include "daemon/backends/backends.h"
 #include "daemon/cell_form/cell_shelf.h"
 #include "daemon/doctor/doctor.h"
+#include "daemon/drift/drift_watch.h"
 #include "daemon/files/log_context.h"
 #include "daemon/frames/frame_station.h"
 #include "daemon/krl/frames.h"
@@ -196,6 +198,40 @@ FrameStation::Exchange to_controller(const LiveConfig& live) {
   };
 }
 
+/// What the controller is told of the checks, where the configuration wants it told.
+AdviceTeller::Parts advice_parts(const LiveConfig& live, DriftWatch& watch,
+                                 SessionService& service) {
+  const auto send = [&live]() -> AdviceTeller::Send {
+    const auto config = live.now();
+    if (config->backend != BackendKind::kEki || !config->controller.write_advice) return {};
+    return [config](const drivers::EkiFrameRequest& request, const std::stop_token& stop) {
+      // A session that is begun meanwhile waits for it.
+      constexpr drivers::Duration kReopens = std::chrono::seconds(4);
+      return drivers::exchange_frame(config->eki.address, config->eki.port, request, {},
+                                     {kReopens, stop});
+    };
+  };
+  return {[&watch] {
+            const auto drift = watch.look();
+            const double now_s =
+                std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch())
+                    .count();
+            return drift ? advice_of(drift->chart, now_s) : Said();
+          },
+          send,
+          [&service](const std::function<void()>& act) {
+            return service.briefly_alone("telling the controller what the checks say", act);
+          },
+          wall_clock_utc};
+}
+
+/// Where the arm stands, from a controller that says it beside a session.
+Api::ReadPosition position_reader(const LiveConfig& live) {
+  const auto config = live.now();
+  if (config->backend != BackendKind::kEki) return {};
+  return [config] { return drivers::read_position(config->eki.address, config->eki.port); };
+}
+
 }  // namespace
 
 void check_files_of(const DaemonConfig& config) {
@@ -229,6 +265,10 @@ void run_daemon(const DaemonConfig& config, const std::function<DaemonConfig()>&
                        wall_clock_utc, krl::kAnotherToolMm});
   if (!frames.problem().empty()) spdlog::error("{}", frames.problem());
   api.use(frames);
+  api.use([&live] { return position_reader(live); });
+  DriftWatch drift_watch(journal, [&service](std::int64_t id) { return service.results_dir(id); });
+  AdviceTeller advice(advice_parts(live, drift_watch, service));
+  api.use([&advice] { return advice.status(); });
   const CellShelf shelf(config.state_dir / "cells");
   api.use(shelf);
   api.use(Api::PlantLineStatus([&plant_line] { return plant_line.status(); }));
@@ -248,6 +288,7 @@ void run_daemon(const DaemonConfig& config, const std::function<DaemonConfig()>&
     const Status status = service.status();
     nights.look(status);
     access.clearance().look(status);
+    if (!kActivePhases.has(status.phase)) advice.poke();
     tell_log(status);
     systemd.tell(notification_of(status));
   });
@@ -256,6 +297,7 @@ void run_daemon(const DaemonConfig& config, const std::function<DaemonConfig()>&
     service.abort(SessionService::By::kDaemon);  // the arm first: what follows may wait for a disk
     systemd.stopping();
     examiner.stop();
+    advice.stop();
     nights.stop();
     service.shutdown();
     service.on_change({});
@@ -267,10 +309,12 @@ void run_daemon(const DaemonConfig& config, const std::function<DaemonConfig()>&
     read_again(live, service);
     reload_line(plant_line);
     nights.poke();
+    advice.poke();
   });
   reload_at_hang_up(hang_ups, reload);
   abort_at_signal(abort_signal, api);
   const Watchdog watchdog(context, service, systemd);
+  advice.start();
   spdlog::info("cellcald {} listens on {}, backend {}", calib::software_version(),
                config.socket.string(), name_of(config.backend));
   sd_notify(0, "READY=1\nSTATUS=idle");

@@ -24,6 +24,8 @@ namespace {
 constexpr std::size_t kHistory = 512;
 /// A robot's link is closed within 2 s; a session asked for meanwhile waits for it.
 constexpr std::chrono::seconds kClosing{4};
+/// What holds sessions back for some seconds and is waited for.
+constexpr std::chrono::seconds kBrief{20};
 
 /// The newest, where the daemon that ran it went away in its midst.
 std::optional<InterruptedSession> interrupted_session(Journal& journal) {
@@ -37,6 +39,11 @@ std::optional<InterruptedSession> interrupted_session(Journal& journal) {
   }
 }
 
+struct HeldUntilHere {
+  SessionService& service;
+  ~HeldUntilHere() { service.release(); }
+};
+
 }  // namespace
 
 SessionService::SessionService(ServiceParts parts) : parts_(std::move(parts)) {
@@ -48,7 +55,8 @@ SessionService::SessionService(ServiceParts parts) : parts_(std::move(parts)) {
 SessionService::~SessionService() { shutdown(); }
 
 void SessionService::hold(const std::string& words) {
-  const std::lock_guard lock(mutex_);
+  std::unique_lock lock(mutex_);
+  idle_.wait_for(lock, kBrief, [&] { return !briefly_ || ending_; });
   if (ending_) throw BusyError("the daemon is being stopped; start it again");
   if (busy_ || waiting_ > 0)
     throw BusyError("session " + std::to_string(history_.back().session) +
@@ -60,22 +68,28 @@ void SessionService::hold(const std::string& words) {
 void SessionService::release() {
   const std::lock_guard lock(mutex_);
   held_.clear();
+  briefly_ = false;
+  idle_.notify_all();
+}
+
+void SessionService::wait_for_room(std::unique_lock<std::mutex>& lock, std::chrono::seconds limit,
+                                   const std::function<bool()>& room) {
+  const std::uint64_t seen = stops_;
+  ++waiting_;
+  idle_.wait_for(lock, limit, [&] { return stops_ != seen || ending_ || room(); });
+  --waiting_;
+  if (stops_ != seen) throw BusyError("aborted before it began: no session was started");
 }
 
 std::int64_t SessionService::start(const RunRequest& request) {
   {
     std::unique_lock lock(mutex_);
     const bool closing = is_final(history_.back().phase);
-    if (busy_ && closing) {
-      const std::uint64_t seen = stops_;
-      ++waiting_;
-      // Ends as well where another start has taken the place meanwhile.
-      idle_.wait_for(lock, kClosing, [&] {
-        return !busy_ || stops_ != seen || ending_ || starting_ || !is_final(history_.back().phase);
-      });
-      --waiting_;
-      if (stops_ != seen) throw BusyError("aborted before it began: no session was started");
-    }
+    // Either ends as well where another start has taken the place meanwhile.
+    if (busy_ && closing)
+      wait_for_room(lock, kClosing,
+                    [&] { return !busy_ || starting_ || !is_final(history_.back().phase); });
+    if (briefly_) wait_for_room(lock, kBrief, [&] { return !briefly_ || busy_; });
     if (ending_) throw BusyError("the daemon is being stopped; start it again");
     if (request.unless_aborted && *request.unless_aborted != aborts_)
       throw BusyError("aborted before it began: no session was started");
@@ -144,11 +158,20 @@ std::int64_t SessionService::begin(const RunRequest& request) {
 
 void SessionService::alone(const char* what, const std::function<void()>& act) {
   hold(fmt::format("{} is under way. Try again when it has ended", what));
-  struct Release {
-    SessionService& service;
-    ~Release() { service.release(); }
-  } const release{*this};
+  const HeldUntilHere held{*this};
   act();
+}
+
+bool SessionService::briefly_alone(const char* what, const std::function<void()>& act) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (ending_ || busy_ || waiting_ > 0 || !held_.empty()) return false;
+    held_ = fmt::format("{} is under way. Try again when it has ended", what);
+    briefly_ = true;
+  }
+  const HeldUntilHere held{*this};
+  act();
+  return true;
 }
 
 void SessionService::run(Job& job) {

@@ -52,11 +52,15 @@ class SessionService {
   /// calib::FileError, drivers::ConfigError, drivers::DriverError.
   std::int64_t start(const RunRequest& request);
   /// Keeps sessions from beginning while something else has their devices or the journal; `words` say what, and what
-  /// to do. Throws BusyError where a session is under way, or something else has them already.
+  /// to do. Waits for what is done briefly_alone(). Throws BusyError where a session is under way, or something else has
+  /// them already.
   void hold(const std::string& words);
   void release();
   /// Does it held: it may hold the journal for longer than an arm should wait. Throws BusyError, and what `act` throws.
   void alone(const char* what, const std::function<void()>& act);
+  /// Does it held for some seconds: a session that is begun meanwhile waits for it instead of being refused. False: a
+  /// session is under way, or something else is; nothing was done.
+  bool briefly_alone(const char* what, const std::function<void()>& act);
   // These six wait for nothing: neither for the disk nor for a session that is being prepared.
   /// False: nothing to abort. A session that is being prepared ends when it has begun.
   enum class By { kPerson, kDaemon };
@@ -82,6 +86,9 @@ class SessionService {
   std::filesystem::path results_dir(std::int64_t session) const;
 
  private:
+  /// Until there is room for a session that is to begin, or `limit`. Throws BusyError where somebody aborts meanwhile.
+  void wait_for_room(std::unique_lock<std::mutex>& lock, std::chrono::seconds limit,
+                     const std::function<bool()>& room);
   std::int64_t begin(const RunRequest& request);
   void run(Job& job);
   void carry_out(Job& job);
@@ -100,7 +107,8 @@ class SessionService {
   PlanInHand plan_;
   Runner* runner_ = nullptr;
   bool busy_ = false, starting_ = false, ending_ = false, abort_early_ = false;
-  std::string held_;  ///< why no session may begin; empty: one may
+  std::string held_;      ///< why no session may begin; empty: one may
+  bool briefly_ = false;  ///< it is let go within seconds
   std::uint64_t aborts_ = 0;
   std::uint64_t stops_ = 0;  ///< aborts of anybody
   int waiting_ = 0;          ///< starts that wait until the session before has let its devices go

@@ -46,12 +46,20 @@ json checks_to_json(const Drift& checks) {
   return chart;
 }
 
+json told_to_json(const AdviceStatus& controller) {
+  const bool told = controller.told.has_value();
+  return {{"told", told ? json(to_string(*controller.told)) : json(nullptr)},
+          {"value", told ? json(static_cast<int>(*controller.told)) : json(nullptr)},
+          {"told_at", told ? json(controller.told_at) : json(nullptr)},
+          {"trouble", controller.trouble.empty() ? json(nullptr) : json(controller.trouble)}};
+}
+
 }  // namespace
 
 std::string drift_to_json(
     const std::vector<SessionRecord>& newest_first, std::string cell,
     const std::function<std::optional<calib::Calibration>(std::int64_t)>& calibration,
-    const Drift* checks) {
+    const Drift* checks, const AdviceStatus& controller) {
   json list = json::array();
   for (const SessionRecord& record : newest_first) {
     if (list.size() == kMostCompared) break;
@@ -65,7 +73,8 @@ std::string drift_to_json(
   std::reverse(list.begin(), list.end());
   return dump({{"cell", cell},
                {"sessions", std::move(list)},
-               {"checks", checks != nullptr ? checks_to_json(*checks) : json(nullptr)}});
+               {"checks", checks != nullptr ? checks_to_json(*checks) : json(nullptr)},
+               {"controller", controller.configured ? told_to_json(controller) : json(nullptr)}});
 }
 
 }  // namespace cellcal::daemon::web

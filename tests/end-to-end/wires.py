@@ -427,12 +427,18 @@ class Virtual(Wires):
         with open(config, "w") as f:
             f.write(CONFIG.format(dir=self.dir, port=self.port)
                     .replace('backend = "rsi"', 'backend = "eki"') +
-                    f'[eki]\naddress = "127.0.0.1"\nport = {port}\nwrite_frames = true\n')
+                    f'[eki]\naddress = "127.0.0.1"\nport = {port}\nwrite_frames = true\nwrite_advice = true\n')
         made = subprocess.run([os.environ["CELLCAL"], "kuka-files", "--config", config, "-o",
                                f"{self.dir}/krc"], capture_output=True, text=True, timeout=60)
         self.assertEqual(made.returncode, 0, made.stderr)
         emulator = self.emulator("--wire", "eki", "--eki-xml", f"{self.dir}/krc/CellcalEki.xml")
         self.daemon()
+        # Where the arm stands is read beside sessions, and what the checks say is told.
+        position = self.client("position", "--json")
+        self.assertEqual(position.returncode, 0, position.stdout + position.stderr + self.log())
+        self.assertEqual(len(json.loads(position.stdout)["axes_deg"]), 6)
+        wait_for(lambda: "CELLCAL_ADVICE on the controller: 0 (unknown)" in
+                 self.client("history", "--drift").stdout, "the advice")
         calibration = f"{self.dir}/state/sessions/1/calibration.json"
         # The controller opens its port again a moment after each client: three of them at once.
         sent = self.client("frames", "--calibration", calibration, "--tool", "1", "--send",

@@ -196,8 +196,9 @@ void judge(Row& row, const Session& session, Change change, int order, std::mute
   ++row.made[change];
   if (detail)
     fmt::print(
-        "  {} {} {} {} change {} order {}: {:.1f} {}\n", row.level.name, row.touching.name,
+        "  {} {} {} {} change {} order {}: {:.1f}, log odds {} {}\n", row.level.name, row.touching.name,
         row.arm.name, row.stated.name, static_cast<int>(change), order, c.chi2_per_dof,
+        c.jumped.empty() ? "-" : fmt::format("{:.1f}", c.jumped.front().log_odds),
         c.verdict.findings.empty() ? "" : calib::words(c.verdict.findings).front().substr(0, 150));
   switch (change) {
     case kNothing:

@@ -1,10 +1,10 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 
-#include "daemon/cli/archive.h"
 #include "daemon/cli/commands/commands.h"
 #include "daemon/cli/commands/connection_options.h"
-#include "daemon/cli/retain.h"
+#include "daemon/cli/records/archive.h"
+#include "daemon/cli/records/retain.h"
 
 namespace cellcal::daemon {
 

@@ -1,9 +1,9 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 
-#include "daemon/cli/certificate.h"
 #include "daemon/cli/commands/commands.h"
 #include "daemon/cli/commands/connection_options.h"
+#include "daemon/cli/records/certificate.h"
 
 namespace cellcal::daemon {
 

@@ -6,6 +6,7 @@
 #include "daemon/cli/commands/commands.h"
 #include "daemon/cli/commands/connection_options.h"
 #include "daemon/cli/drift.h"
+#include "daemon/cli/position.h"
 #include "daemon/cli/token.h"
 
 namespace cellcal::daemon {
@@ -218,6 +219,16 @@ void add_plain(CLI::App& app, int& status, const char* name, const char* words,
   command->callback([=, &status] { status = act(*daemon); });
 }
 
+void add_position(CLI::App& app, int& status) {
+  CLI::App* command = app.add_subcommand(
+      "position", "Print where the arm stands: axis angles in degrees, over EKI, nothing moves");
+  command->footer(
+      "For a sphere that is taught: jog the tip onto its top until it just touches, let go of the keys, and give "
+      "the angles\nto 'cellcal new-cell'. Only a controller that is driven over EKI says it.\nExample: cellcal position");
+  auto daemon = add_connection(command);
+  command->callback([=, &status] { status = show_position(*daemon); });
+}
+
 void add_history(CLI::App& app, int& status) {
   CLI::App* command = app.add_subcommand("history", "List all sessions, newest first");
   command->footer(
@@ -272,6 +283,7 @@ void add_client_commands(CLI::App& app, int& status) {
   add_dry_run(app, status);
   add_check(app, status);
   add_plain(app, status, "status", "Show what the daemon is doing", show_status);
+  add_position(app, status);
   add_watch(app, status);
   add_plain(app, status, "abort", "Stop the arm and end the session", abort);
   add_history(app, status);

@@ -2,8 +2,8 @@
 #include <memory>
 
 #include "daemon/cli/commands/commands.h"
-#include "daemon/cli/fleet.h"
-#include "daemon/cli/propose.h"
+#include "daemon/cli/plant/fleet.h"
+#include "daemon/cli/plant/propose.h"
 
 namespace cellcal::daemon {
 

@@ -3,7 +3,7 @@
 
 #include "daemon/cli/commands/commands.h"
 #include "daemon/cli/commands/connection_options.h"
-#include "daemon/cli/proposals.h"
+#include "daemon/cli/plant/proposals.h"
 
 namespace cellcal::daemon {
 

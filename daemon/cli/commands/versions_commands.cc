@@ -3,7 +3,7 @@
 
 #include "daemon/cli/commands/commands.h"
 #include "daemon/cli/commands/connection_options.h"
-#include "daemon/cli/versions.h"
+#include "daemon/cli/records/versions.h"
 
 namespace cellcal::daemon {
 

@@ -64,7 +64,8 @@ int export_robot(const ExportRobotCommand& command) {
                               words);
   }
   put(text, command.output);
-  fmt::print(stderr, "left out: {}. Where that is too much, correct poses: cellcal correct\n", rigid_words(out));
+  fmt::print(stderr, "left out: {}. Where that is too much, correct poses: cellcal correct\n",
+             rigid_words(out));
   return kSuccess;
 }
 

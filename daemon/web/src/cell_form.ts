@@ -1,6 +1,6 @@
 // A cell as it is typed, and as the daemon is sent it; pure. U is for k = 2, as certificates have it; the daemon takes 1 sigma.
 
-import { fields, known, list, number, words } from "./decode";
+import { fields, known, list, number, truth, words } from "./decode";
 
 export type Place = "centre" | "taught" | "box";
 /** What vouches for a figure, as its row states it; empty: nothing is stated. */
@@ -184,6 +184,8 @@ export function draft_of(name: string, value: unknown): CellDraft | null {
 
 export interface CellForms {
   folder: string;
+  /** Whether the controller says where the arm stands beside a session. */
+  readsPosition: boolean;
   robots: { name: string; model: string }[];
   shown: { file: string; sha256: string; draft: CellDraft | null } | null;
 }
@@ -192,13 +194,20 @@ export function cell_forms(value: unknown): CellForms | null {
   if (!all) return null;
   const shown = fields(all.shown);
   return {
-    folder: words(all.folder),
+    folder: words(all.folder), readsPosition: truth(all.reads_position) === true,
     robots: known(list(all.robots).map((one) => {
       const robot = fields(one);
       return robot && { name: words(robot.name), model: words(robot.model) };
     })),
     shown: shown && { file: words(shown.file), sha256: words(shown.sha256), draft: draft_of(words(shown.name), shown.form) },
   };
+}
+
+/** Axis angles as the field of a taught sphere takes them; null: none were read. */
+export function taught_angles(value: unknown): string | null {
+  const axes = list(fields(value)?.axes_deg).map((one) => number(one)).slice(0, Math.max(...AXES));
+  const whole = axes.length >= Math.min(...AXES) && axes.every((one) => one !== null);
+  return whole ? axes.map((one) => (one as number).toFixed(4).replace(/\.?0+$/, "")).join(" ") : null;
 }
 
 /** Its name, where this file is one that was made here; else nothing. */

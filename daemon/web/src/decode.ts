@@ -7,7 +7,7 @@ import {
   type CheckChart, type CheckCourse, type CheckLimits, type CheckPoint, type Comparison, type ContactLink, type Doctor, type DriftRow, type DriftSeen, type FailureKind, type Figures, type Finding, type FindingKind, type Frame, type Joint, type Kind, type Phase,
   type PlannedTouch, type Point, type Proposal, type ProposalsSeen, type Result, type RobotLink, type Readiness, type RobotPosture, type Role,
   type Scene, type SceneTarget, type SessionRow, type SessionState, type Solid, type Status, type StepSeen,
-  type Summary, type Touch, type TouchSet, type Version,
+  type Summary, type ToldController, type Touch, type TouchSet, type Version,
 } from "./types";
 
 const MOST_LETTERS = 4000;
@@ -32,7 +32,7 @@ export const list = (value: unknown): unknown[] =>
 export const number = (value: unknown): number | null =>
   typeof value === "number" && Number.isFinite(value) ? value : null;
 export const count = (value: unknown): number => Math.max(0, Math.trunc(number(value) ?? 0));
-const truth = (value: unknown): boolean | null => (typeof value === "boolean" ? value : null);
+export const truth = (value: unknown): boolean | null => (typeof value === "boolean" ? value : null);
 export const words = (value: unknown): string =>
   typeof value === "string" ? value.slice(0, MOST_LETTERS) : "";
 export const one_of = <T extends string>(value: unknown, all: readonly T[]): T | "unknown" =>
@@ -308,8 +308,13 @@ function check_chart(value: unknown): CheckChart | null {
     course: check_course(all.course), points: known(list(all.points).map(check_point)),
   };
 }
+function told_controller(value: unknown): ToldController | null {
+  const all = fields(value);
+  return all && { value: number(all.value), at: words(all.told_at), trouble: words(all.trouble) };
+}
 export const drift = (value: unknown): DriftSeen => ({
   rows: known(list(fields(value)?.sessions).map(drift_row)), checks: check_chart(fields(value)?.checks),
+  controller: told_controller(fields(value)?.controller),
 });
 
 function version(value: unknown): Version | null {

@@ -253,9 +253,16 @@ export interface CheckChart {
   course: CheckCourse | null;
   points: CheckPoint[];
 }
+/** What CELLCAL_ADVICE on the controller is; `trouble`: why it is not the newest, in the daemon's words. */
+export interface ToldController {
+  value: number | null;
+  at: string;
+  trouble: string;
+}
 export interface DriftSeen {
   rows: DriftRow[];
   checks: CheckChart | null;
+  controller: ToldController | null;
 }
 
 export const STEPS = ["cell", "robot", "spheres", "doctor", "qualify", "dry-run", "first", "calibration"] as const;

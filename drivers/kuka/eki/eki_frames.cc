@@ -8,9 +8,6 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// The controller looks for 0.3 s itself; this is so that a moving arm is named before anything is sent.
-constexpr Duration kRest = 300ms;
-constexpr double kRestDeg = 0.01;
 // A session that has just gone is obeyed until the controller has noticed.
 constexpr Duration kSendLimit = 3s;
 // States come every 12 to 100 ms.
@@ -64,16 +61,11 @@ void EkiFrameExchange::on_document(std::string_view document, TimePoint now) {
 
 /// May it be sent now?
 void EkiFrameExchange::look(TimePoint now) {
-  bool stands = rest_deg_.size() == state_.axes_deg.size();
-  for (std::size_t i = 0; stands && i < rest_deg_.size(); ++i)
-    stands = std::abs(rest_deg_[i] - state_.axes_deg[i]) < kRestDeg;
-  if (!stands) {
-    rest_deg_ = state_.axes_deg;
-    rest_since_ = now;
-  }
+  // So that a moving arm is named before anything is sent; the controller looks itself.
+  const bool stands = rest_.look(state_, now) || request_.kind == EkiFrameKind::kAdvice;
   if (state_.session != 0) {
     in_the_way_ = EkiFrameTrouble::kInSession;
-  } else if (state_.progress == EkiProgress::kMoving || now - rest_since_ < kRest) {
+  } else if (!stands) {
     in_the_way_ = EkiFrameTrouble::kMoves;
   } else {
     EkiFrameCommand command{ask_, request_.values.has_value(), request_.kind, request_.number, {}};

@@ -1,11 +1,10 @@
 #pragma once
-// One frame of the controller, read or set, over a connection of its own. The channel takes one client: while
-// a session holds it there is no such connection, and while this one stands no session can begin. It says no
-// hello, so nobody is obeyed and nothing moves.
+// One frame of the controller, read or set, beside any session (eki_aside.h).
 //
 // Model: the controller's submit program takes the telegram, waits until the arm has stood for 0.3 s, sets
 // TOOL_DATA[n] or BASE_DATA[n], reads it again, and repeats old and new values in every state. Where the
-// connection is lost before that it does nothing any more. Where it is lost behind the telegram and before
+// connection is lost before that it does nothing any more. What the checks say (kAdvice) is for the cell's own
+// programs and is taken while the arm moves, too. Where it is lost behind the telegram and before
 // the answer, nobody here knows whether it was set: that is `kUnknown`, and never counts as done.
 
 #include <functional>
@@ -14,8 +13,9 @@
 #include <string>
 #include <string_view>
 
+#include "drivers/kuka/eki/eki_aside.h"
 #include "drivers/kuka/wire/eki_frame_codec.h"
-#include "drivers/time.h"
+#include "drivers/kuka/wire/eki_framer.h"
 
 namespace cellcal::drivers {
 
@@ -65,18 +65,19 @@ using EkiFrameChoice = std::function<std::optional<EkiFrameValues>(const EkiFram
 /// What was sent, and what came back: equal within the last decimal of the text, and what a 32-bit REAL holds.
 bool same_frame(const EkiFrameValues& sent, const EkiFrameValues& read);
 
-/// Sans I/O: bytes in, bytes out. `ask`: 1..2^31-1, hard to guess.
-class EkiFrameExchange {
+/// `ask`: 1..2^31-1, hard to guess.
+class EkiFrameExchange : public EkiAside {
  public:
   EkiFrameExchange(EkiFrameRequest request, std::uint32_t ask, TimePoint connected);
 
-  void on_bytes(std::string_view bytes, TimePoint now);
-  void on_tick(TimePoint now);
-  void on_closed();
+  void on_bytes(std::string_view bytes, TimePoint now) override;
+  void on_tick(TimePoint now) override;
+  void on_closed() override;
+  bool ended() const override { return result_.has_value(); }
   /// Behind a read, on the same connection: sets these values. `ask`: another one than before.
   void set(const EkiFrameValues& values, std::uint32_t ask, TimePoint now);
-  /// To be sent, all of it, once. From then on its outcome can be unknown.
-  std::string take_output();
+  /// From then on its outcome can be unknown.
+  std::string take_output() override;
   const std::optional<EkiFrameResult>& result() const { return result_; }
 
  private:
@@ -90,8 +91,8 @@ class EkiFrameExchange {
   EkiFramer framer_;
   EkiParser parser_;
   EkiState state_;
-  AxisAngles rest_deg_;
-  TimePoint begun_, heard_at_{}, rest_since_{}, sent_at_{};
+  EkiRest rest_;
+  TimePoint begun_, heard_at_{}, sent_at_{};
   EkiFrameTrouble in_the_way_ = EkiFrameTrouble::kNoState;
   bool sent_ = false;
   std::string output_;
@@ -100,9 +101,10 @@ class EkiFrameExchange {
 
 /// Over TCP, in this thread. With a `choice` the frame is read, and where the choice gives values they are set on
 /// the same connection: nobody else is served in between. A connection that the controller takes and closes again,
-/// or says nothing on, is tried again for 12 s while the choice was not asked. At most some twenty seconds. Reaches
-/// nothing but this address. Throws DriverError where it is no IP address, and what the choice throws.
+/// or says nothing on, is tried again as `patience` has it while the choice was not asked. At most some ten seconds
+/// behind that. Reaches nothing but this address. Throws DriverError where it is no IP address, and what the choice throws.
 EkiFrameResult exchange_frame(const std::string& address, std::uint16_t port,
-                              const EkiFrameRequest& request, const EkiFrameChoice& choice = {});
+                              const EkiFrameRequest& request, const EkiFrameChoice& choice = {},
+                              const EkiPatience& patience = {});
 
 }  // namespace cellcal::drivers

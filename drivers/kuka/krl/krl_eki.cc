@@ -1,8 +1,10 @@
 // EKI's set of controller files.
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <string_view>
+#include <vector>
 
 #include "drivers/error.h"
 #include "drivers/kuka/krl/krl_files.h"
@@ -66,13 +68,80 @@ std::string without_cr(std::string text) {
   return text;
 }
 
-/// What reads and sets frames; nothing of it where the configuration does not ask for it.
+std::string frame_numbers() {
+  return fmt::format(
+      "  OK=OK OR ((CC_FRAME_KIND==1) AND (CC_FRAME_NO>=1) AND (CC_FRAME_NO<={}))\n"
+      "  OK=OK OR ((CC_FRAME_KIND==2) AND (CC_FRAME_NO>=1) AND (CC_FRAME_NO<={}))",
+      kTools, kBases);
+}
+
+/// CASE `kind` of CC_FRAME_SET: an array of $config.dat.
+std::string frame_case(int kind, const char* array) {
+  return fmt::format(R"(    CASE {0}
+      CC_FRAME_OLD={1}[CC_FRAME_NO]
+      IF CC_FRAME_DO==2 THEN
+        {1}[CC_FRAME_NO]=CC_FRAME_AIM
+      ENDIF
+      CC_FRAME_NEW={1}[CC_FRAME_NO])",
+                     kind, array);
+}
+
+constexpr const char* kAdviceCase = R"(    CASE 3
+      CC_FRAME_OLD=$NULLFRAME
+      CC_FRAME_OLD.X=CELLCAL_ADVICE_UNTIL
+      CC_FRAME_OLD.Y=CELLCAL_ADVICE
+      IF CC_FRAME_DO==2 THEN
+        CELLCAL_ADVICE_UNTIL=CC_FRAME_AIM.X
+        CELLCAL_ADVICE=CC_FRAME_AIM.Y
+      ENDIF
+      CC_FRAME_NEW=$NULLFRAME
+      CC_FRAME_NEW.X=CELLCAL_ADVICE_UNTIL
+      CC_FRAME_NEW.Y=CELLCAL_ADVICE)";
+
+// Production runs meanwhile: neither rest nor an idle robot interpreter is asked for.
+constexpr const char* kAdviceWhy = R"(  IF CC_FRAME_KIND==3 THEN
+    IF (CC_FRAME_NO==1) AND (CC_FRAME_AIM.Y>=0.0) AND (CC_FRAME_AIM.Y<=5.0) THEN
+      RETURN (0)
+    ENDIF
+    RETURN (4)
+  ENDIF)";
+
+constexpr const char* kAdviceAges = R"(
+DEF CC_ADVICE ( )
+  ;a 'holds' that nobody has said again by its day says nothing of today
+  IF CELLCAL_ADVICE==1 THEN
+    IF $DATE.YEAR*372+$DATE.MONTH*31+$DATE.DAY>CELLCAL_ADVICE_UNTIL THEN
+      CELLCAL_ADVICE=0
+    ENDIF
+  ENDIF
+END)";
+
+constexpr const char* kAdviceData =
+    R"(;FOLD for the cell's own programs to read: what the checks of the calibration say
+;0 unknown, 1 holds, 2 check again, 3 let it warm up, 4 measure the TCP again, 5 calibrate
+DECL GLOBAL INT CELLCAL_ADVICE=0
+;1 holds until this day: YEAR*372+MONTH*31+DAY
+DECL GLOBAL INT CELLCAL_ADVICE_UNTIL=0
+;ENDFOLD)";
+
+/// What reads and sets frames and the advice; nothing of either where the configuration does not ask for it.
 krl::Places frame_places_of(const EkiFilesConfig& c) {
   const char* const kPlaces[] = {"FRAME_DATA",   "FRAME_RECEIVE", "FRAME_SEND",    "FRAME_CALL",
                                  "FRAME_FORGET", "FRAME_ANSWER",  "FRAME_PROGRAM", "FRAME_START"};
   krl::Places places;
   for (const char* place : kPlaces) places[place];
-  if (!c.write_frames) return places;
+  if (!c.write_frames && !c.write_advice) return places;
+  std::vector<std::string> what, cases;
+  if (c.write_frames) {
+    what.emplace_back("a frame of TOOL_DATA or BASE_DATA");
+    cases.push_back(frame_case(1, "TOOL_DATA"));
+    cases.push_back(frame_case(2, "BASE_DATA"));
+  }
+  if (c.write_advice) {
+    what.emplace_back("CELLCAL_ADVICE");
+    cases.emplace_back(kAdviceCase);
+  }
+  const std::string named = fmt::format("{}", fmt::join(what, ", or "));
   const auto set_int = [](std::string_view element, std::string_view value) {
     return fmt::format("  RET=EKI_SetInt(\"CellcalEki\",\"RobotState/Frame/@{}\",{})\n", element,
                        value);
@@ -94,7 +163,7 @@ krl::Places frame_places_of(const EkiFilesConfig& c) {
                          "      <ELEMENT Tag=\"RobotState/Frame/@Done\"/>\n" +
                          per_component("      <ELEMENT Tag=\"RobotState/FrameOld/@{0}\"/>") + "\n" +
                          per_component("      <ELEMENT Tag=\"RobotState/FrameNew/@{0}\"/>");
-  places["FRAME_CALL"] = "  CC_FRAME ( )";
+  places["FRAME_CALL"] = c.write_advice ? "  CC_FRAME ( )\n  CC_ADVICE ( )" : "  CC_FRAME ( )";
   places["FRAME_FORGET"] =
       "      ;what the client that is gone asked for is not done behind its back\n      CC_FRAME_WAIT=FALSE\n      CC_FRAME_ASK=0\n      CC_FRAME_DONE=0";
   places["FRAME_START"] = "  CC_FRAME_WAIT=FALSE\n  CC_FRAME_ASK=0\n  CC_FRAME_DONE=0";
@@ -103,13 +172,19 @@ krl::Places frame_places_of(const EkiFilesConfig& c) {
                            set_int("Done", "CC_FRAME_DONE") +
                            set_frame("FrameOld", "CC_FRAME_OLD") + "\n" +
                            set_frame("FrameNew", "CC_FRAME_NEW");
-  places["FRAME_DATA"] = without_cr(krl::fill(krl::template_text("cellcal_frames.dat.in"), {}));
+  places["FRAME_DATA"] = without_cr(
+      krl::fill(krl::template_text("cellcal_frames.dat.in"),
+                {{"FRAME_WHAT", named}, {"ADVICE_DATA", c.write_advice ? kAdviceData : ""}}));
   places["FRAME_PROGRAM"] = without_cr(krl::fill(
       krl::template_text("cellcal_frames.sub.in"),
       {{"TIMER_CLOCK", fmt::to_string(c.first_timer)},
        {"FRAME_REST_MS", fmt::to_string(kFrameRestMs)},
-       {"FRAME_TOOLS", fmt::to_string(kTools)},
-       {"FRAME_BASES", fmt::to_string(kBases)},
+       {"FRAME_WHAT", named},
+       {"FRAME_AT_ONCE", c.write_advice ? "(CC_FRAME_KIND==3) OR " : ""},
+       {"ADVICE_WHY", c.write_advice ? kAdviceWhy : ""},
+       {"FRAME_NUMBERS", c.write_frames ? frame_numbers() : ""},
+       {"FRAME_CASES", fmt::format("{}", fmt::join(cases, "\n"))},
+       {"ADVICE_AGES", c.write_advice ? kAdviceAges : ""},
        {"GET_FRAME",
         per_component("      RET=EKI_GetReal(\"CellcalEki\",\"RobotCommand/Frame/@{0}\",AIM.{0})\n"
                       "      OK=OK AND (RET.Msg_No==0)")},

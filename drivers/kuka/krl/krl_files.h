@@ -27,6 +27,7 @@ struct EkiFilesConfig {
   int dead_man_ms = 250;     ///< silence of the computer that stops the arm
   bool write_frames =
       false;  ///< with what reads and sets TOOL_DATA and BASE_DATA; else nothing of it
+  bool write_advice = false;  ///< with CELLCAL_ADVICE, what the checks say; else nothing of it
 
   /// Throws ConfigError naming the key, the value and what to do.
   void validate() const;

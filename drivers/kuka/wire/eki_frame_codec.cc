@@ -117,7 +117,7 @@ EkiError parse_frame_answer(std::string_view document, std::optional<EkiFrameAns
     return EkiError::kNone;
   }
   read.set = frame.whole("Do", 1, 2) == 2;
-  read.kind = static_cast<EkiFrameKind>(frame.whole("Kind", 1, 2));
+  read.kind = static_cast<EkiFrameKind>(frame.whole("Kind", 1, 3));
   read.number = frame.whole("Number", 0, kLargestInt);
   Element old_frame(root, "FrameOld"), new_frame(root, "FrameNew");
   read.old_values = old_frame.frame();

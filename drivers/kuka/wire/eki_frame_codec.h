@@ -1,7 +1,7 @@
 #pragma once
 // EKI's telegrams about TOOL_DATA[n] and BASE_DATA[n]: <RobotCommand><Frame .../></RobotCommand> asks, and
 // every <RobotState> repeats the newest answer. krl/README.md has the protocol. Millimetres and degrees, as
-// the controller has them.
+// the controller has them. What the checks of the calibration say goes the same way.
 //
 // Hostile or damaged input gives an error value. Not for the cycle: it allocates.
 
@@ -16,7 +16,11 @@
 namespace cellcal::drivers {
 
 /// RobotCommand/Frame/@Kind.
-enum class EkiFrameKind : int { kTool = 1, kBase = 2 };
+enum class EkiFrameKind : int {
+  kTool = 1,
+  kBase = 2,
+  kAdvice = 3,  ///< number 1: CELLCAL_ADVICE_UNTIL and CELLCAL_ADVICE, as X and Y
+};
 
 /// RobotState/Frame/@Done.
 enum class EkiFrameDone : int {

@@ -102,6 +102,8 @@ drivers::EkiFrameValues EkiController::frame(drivers::EkiFrameKind kind, int num
   return impl_->frames_of(kind).at(static_cast<std::size_t>(number) - 1);
 }
 std::uint64_t EkiController::frames_set() const { return impl_->frames_set; }
+int EkiController::advice() const { return impl_->config.advice; }
+int EkiController::advice_until() const { return impl_->config.advice_until; }
 const EkiChannel& EkiController::channel() const { return impl_->channel; }
 
 }  // namespace cellcal::sim

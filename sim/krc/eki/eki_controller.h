@@ -44,6 +44,8 @@ struct EkiControllerConfig {
   /// TOOL_DATA[1..] and BASE_DATA[1..] of $config.dat. They can be set where the channel file has frames.
   std::vector<drivers::EkiFrameValues> tool_data = std::vector<drivers::EkiFrameValues>(16);
   std::vector<drivers::EkiFrameValues> base_data = std::vector<drivers::EkiFrameValues>(32);
+  bool takes_frames = true, takes_advice = true;  ///< what its submit program knows of them
+  int advice = 0, advice_until = 0;               ///< CELLCAL_ADVICE, CELLCAL_ADVICE_UNTIL
   bool clears_on_reconnect = true;  ///< the program's EKI_Clear; false: stale queues stay
 };
 
@@ -96,6 +98,8 @@ class EkiController {
   /// TOOL_DATA or BASE_DATA as it is now. Throws std::out_of_range.
   drivers::EkiFrameValues frame(drivers::EkiFrameKind kind, int number) const;
   std::uint64_t frames_set() const;  ///< since power on
+  int advice() const;                ///< CELLCAL_ADVICE
+  int advice_until() const;          ///< CELLCAL_ADVICE_UNTIL
   const EkiChannel& channel() const;
 
  private:

@@ -58,12 +58,17 @@ void EkiPrograms::take_frame_telegram(TimePoint now) {
 }
 
 EkiFrameDone EkiPrograms::frame_objection(TimePoint now) const {
+  if (frame_order.kind == EkiFrameKind::kAdvice && config.takes_advice) {
+    const double code = frame_order.values[1];
+    return frame_order.number == 1 && code >= 0.0 && code <= 5.0 ? EkiFrameDone::kNotYet
+                                                                 : EkiFrameDone::kNoSuchNumber;
+  }
   if (session != 0 || busy) return EkiFrameDone::kInSession;
   const std::vector<double> at = arm.actual_at(now);
   for (std::size_t i = 0; i < axes; ++i)
     if (!(std::abs(at[i] - frame_rest[i]) < kRestRad)) return EkiFrameDone::kMoves;
-  const bool known =
-      frame_order.kind == EkiFrameKind::kTool || frame_order.kind == EkiFrameKind::kBase;
+  const bool known = config.takes_frames && (frame_order.kind == EkiFrameKind::kTool ||
+                                             frame_order.kind == EkiFrameKind::kBase);
   if (!known || frame_order.number < 1 ||
       static_cast<std::size_t>(frame_order.number) > frames_of(frame_order.kind).size())
     return EkiFrameDone::kNoSuchNumber;
@@ -76,7 +81,19 @@ void EkiPrograms::attend_frame(TimePoint now) {
   if (channel.waiting("RobotCommand/Frame/@Ask") > 0) take_frame_telegram(now);
   if (!frame_waits) return;
   frame_answer.done = frame_objection(now);
-  if (frame_answer.done == EkiFrameDone::kNotYet && now - frame_at >= kRest) {
+  if (frame_answer.done == EkiFrameDone::kNotYet && frame_order.kind == EkiFrameKind::kAdvice) {
+    const auto values = [this] {
+      return EkiFrameValues{static_cast<double>(config.advice_until),
+                            static_cast<double>(config.advice)};
+    };
+    frame_answer.old_values = values();
+    if (frame_order.set) {  // KRL rounds a REAL that goes into an INT
+      config.advice_until = static_cast<int>(std::lround(frame_order.values[0]));
+      config.advice = static_cast<int>(std::lround(frame_order.values[1]));
+    }
+    frame_answer.new_values = values();
+    frame_answer.done = EkiFrameDone::kDone;
+  } else if (frame_answer.done == EkiFrameDone::kNotYet && now - frame_at >= kRest) {
     auto& all = frame_order.kind == EkiFrameKind::kTool ? config.tool_data : config.base_data;
     EkiFrameValues& one = all[static_cast<std::size_t>(frame_order.number) - 1];
     frame_answer.old_values = one;

@@ -238,6 +238,31 @@ TEST_F(a_described_api, answers_as_it_is_described) {
             200);
   EXPECT_EQ(ask("POST", "/v1/cell-form/lists", R"({"spheres": "id,diameter_mm\nS1,x\n"})").status,
             422);
+  EXPECT_EQ(ask("POST", "/v1/position", "").status, 404);
+  bool over_eki = false;
+  drivers::EkiPosition position;
+  api.use(std::function<Api::ReadPosition()>([&]() -> Api::ReadPosition {
+    if (!over_eki) return {};
+    return [&] { return position; };
+  }));
+  EXPECT_EQ(ask("POST", "/v1/position", "").status, 404) << "it is driven over RSI";
+  over_eki = true;
+  position.axes_deg.assign(6, 12.5);
+  const Response read = ask("POST", "/v1/position", "");
+  EXPECT_EQ(read.status, 200);
+  EXPECT_EQ(json::parse(read.body).at("axes_deg").size(), 6U);
+  EXPECT_TRUE(json::parse(ask("GET", "/v1/cell-form").body).at("reads_position").get<bool>());
+  position = {};
+  position.trouble = drivers::EkiPositionTrouble::kMoves;
+  EXPECT_EQ(ask("POST", "/v1/position", "").status, 409);
+  AdviceStatus told;
+  api.use([&] { return told; });
+  EXPECT_TRUE(json::parse(ask("GET", "/v1/drift").body).at("controller").is_null());
+  told.configured = true;
+  told.trouble = "no connection";
+  EXPECT_TRUE(json::parse(ask("GET", "/v1/drift").body)["controller"]["value"].is_null());
+  told = {true, Advice::kRecalibrate, "2026-01-01T00:00:00.000Z", ""};
+  EXPECT_EQ(json::parse(ask("GET", "/v1/drift").body)["controller"]["value"], 5);
   EXPECT_EQ(ask("GET", "/v1/frames").status, 404);
   api.use(frames);
   const std::string read_frame = R"({"frame": "TOOL_DATA[3]"})";

@@ -151,7 +151,7 @@ std::string figures(const DaemonConfig& c) {
   const drivers::EkiFilesConfig& k = c.controller;
   text += line("controller", k.external_axes, k.input, k.contact_is_on, k.tool, k.base, k.load,
                k.acceleration_percent, k.alive_flag, k.stop_flag, k.first_timer, k.first_interrupt,
-               k.state_ms, k.dead_man_ms, k.write_frames, c.rsi_files.pc_address,
+               k.state_ms, k.dead_man_ms, k.write_frames, k.write_advice, c.rsi_files.pc_address,
                c.rsi_files.rsi_version, c.rsi_files.timeout_cycles, c.rsi_files.flag);
   text += line("contact", c.contact.device, c.contact.baud);
   const MockConfig& m = c.mock;

@@ -146,5 +146,53 @@ TEST_F(what_is_done_alone, waits_for_no_session_and_lets_none_begin) {
   EXPECT_EQ(journal.sessions().size(), 1U);
 }
 
+TEST_F(what_is_done_alone, for_some_seconds_is_waited_for_by_a_session_instead_of_refusing_it) {
+  std::promise<std::int64_t> started;
+  std::thread asking;
+  EXPECT_TRUE(service.briefly_alone("telling the controller", [&] {
+    EXPECT_FALSE(service.briefly_alone("another", [] {}));
+    asking = std::thread([&] { started.set_value(service.start(request)); });
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    EXPECT_TRUE(journal.sessions().empty()) << "it waits";
+  }));
+  EXPECT_EQ(started.get_future().get(), 1);
+  asking.join();
+  EXPECT_FALSE(service.briefly_alone("telling the controller", [] {})) << "a session has them";
+  closed.set_value();
+  service.shutdown();
+}
+
+TEST_F(what_is_done_alone, for_some_seconds_is_waited_for_by_what_is_done_alone) {
+  bool over = false;
+  std::thread asking;
+  EXPECT_TRUE(service.briefly_alone("telling the controller", [&] {
+    asking = std::thread([&] { service.alone("an import", [&] { EXPECT_TRUE(over); }); });
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    over = true;
+  }));
+  asking.join();
+  EXPECT_TRUE(over);
+}
+
+TEST_F(what_is_done_alone, for_some_seconds_leaves_an_abort_to_the_session_that_waits) {
+  std::promise<std::string> answer;
+  std::thread asking;
+  EXPECT_TRUE(service.briefly_alone("telling the controller", [&] {
+    asking = std::thread([&] {
+      try {
+        service.start(request);
+        answer.set_value("it was started");
+      } catch (const BusyError& busy) {
+        answer.set_value(busy.what());
+      }
+    });
+    wait_until([&] { return service.abort(); });
+  }));
+  EXPECT_EQ(answer.get_future().get(), "aborted before it began: no session was started");
+  asking.join();
+  closed.set_value();
+  EXPECT_TRUE(journal.sessions().empty());
+}
+
 }  // namespace
 }  // namespace cellcal::daemon::testing

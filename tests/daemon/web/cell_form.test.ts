@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import {
-  cell_forms, draft_of, EMPTY, form_of, imported, length_drafts, name_within, numbers_in, sphere_drafts, vouch, type CellDraft,
+  cell_forms, draft_of, EMPTY, form_of, imported, length_drafts, name_within, numbers_in, sphere_drafts, taught_angles, vouch, type CellDraft,
 } from "../src/cell_form";
 
 const DKD = { certificate: "DKD-1", date: "2026-04-01" };
@@ -115,4 +115,11 @@ test("only a file of that folder has a name there", () => {
   for (const file of ["/s/cells/../x.toml", "/s/cells/a/b.toml", "/etc/cellcal/cell.toml", "", "/s/cells/weld.toml.before", "/s/cellsweld.toml"])
     assert.equal(name_within("/s/cells", file), "", file);
   assert.equal(name_within("", "/weld.toml"), "");
+});
+
+test("takes the angles that the robot says, and nothing that is none", () => {
+  assert.equal(taught_angles({ axes_deg: [10, -80.12344, 95, -0.00001, 60, 170.5] }), "10 -80.1234 95 -0 60 170.5");
+  assert.equal(taught_angles({ axes_deg: [1, 2, 3, 4, 5, 6, 7] })?.split(" ").length, 7);
+  for (const wrong of [null, {}, { axes_deg: [] }, { axes_deg: [1, 2, 3] }, { axes_deg: [1, 2, 3, 4, 5, null] }, { axes_deg: "x" }])
+    assert.equal(taught_angles(wrong), null);
 });

@@ -93,6 +93,13 @@ function chart_of_months() {
 
 /** Robot, tool, four spheres and two distances, typed and from CSV; refused first, then written, opened again and changed. */
 async function enter_cell(page, guide) {
+  // The emulated cell in this process has no controller that could be jogged: its answer is taken and said to be one that has.
+  await page.route("**/v1/cell-form", async (route) => {
+    if (route.request().method() !== "GET") return route.fallback();
+    const answer = await (await route.fetch()).json();
+    assert.equal(answer.reads_position, false);
+    return route.fulfill({ json: { ...answer, reads_position: true } });
+  });
   const made = guide.getByRole("button", { name: /Enter the cell here|Enter or change the cell here/ });
   await made.click();
   const dialog = page.locator("dialog");
@@ -114,6 +121,14 @@ async function enter_cell(page, guide) {
   const fourth = dialog.locator('[data-sphere="S4"]');
   await fourth.getByLabel("Diameter").fill("50");
   await fourth.locator(`select[name="sphere-place"]`).selectOption("taught");
+  const read = fourth.getByRole("button", { name: "Read from the robot" });
+  await read.click();
+  await dialog.getByText("Type the axis angles that the pendant shows").waitFor(LONG);
+  await page.route("**/v1/position", (route) => route.fulfill({ json: { axes_deg: [0, -90.25, 90, 0, 45, 0] } }));
+  await read.click();
+  await page.waitForFunction(() => document.querySelector('[data-sphere="S4"] [name="sphere-where"]').value === "0 -90.25 90 0 45 0");
+  await page.unroute("**/v1/position");
+  await page.unroute("**/v1/cell-form");
   await fourth.getByLabel("A1 A2 A3").fill("0 -90 90");
   await dialog.getByRole("button", { name: "Add a distance" }).click();
   const first = dialog.locator('[data-length="S1–S2"]');
@@ -292,7 +307,9 @@ const steps = {
     await page.route("**/v1/drift", async (route) => {
       const answer = await (await route.fetch()).json();
       assert.equal(answer.checks, null, "nothing is published yet");
-      await route.fulfill({ json: { ...answer, checks: chart_of_months() } });
+      const controller = { told: "re_measure_tcp", value: 4, told_at: "2026-03-05T22:00:00.000Z", trouble: null };
+      assert.equal(answer.controller, null, "an emulated cell has no controller to be told");
+      await route.fulfill({ json: { ...answer, checks: chart_of_months(), controller } });
     });
     await page.reload();
     const panel = page.locator(".checks");
@@ -300,6 +317,7 @@ const steps = {
     await panel.getByText(/Creep of 0\.050.*per month since check 47 \(2026-01-20\)/).waitFor(LONG);
     await panel.getByText("Likeliest cause, 97 %: the tool.").waitFor(LONG);
     await panel.getByText("then measure the TCP or calibrate again").waitFor(LONG);
+    await panel.getByText("CELLCAL_ADVICE on the controller: 4").waitFor(LONG);
     await panel.getByText("An unchanged cell alarms once in 1000 checks").waitFor(LONG);
     await panel.getByRole("img", { name: "Control chart of 179 checks." }).waitFor(LONG);
     for (const [width, height] of [[1280, 800], [390, 844]]) {

@@ -119,7 +119,7 @@ export function App() {
             </div>
             {sessions && <History sessions={sessions} shown={shown} show={show} />}
             {versions && versions.length > 0 && <Versions versions={versions} may={may} changed={() => said_something(undefined)} />}
-            {drift?.checks && <Checks chart={drift.checks} />}
+            {drift?.checks && <Checks chart={drift.checks} controller={drift.controller} />}
             <Drift rows={drift?.rows ?? NOTHING} />
           </div>
         </main>

@@ -2,7 +2,7 @@
 
 import { useEffect, useLayoutEffect, useRef, useState } from "preact/hooks";
 import {
-  cell_forms, EMPTY, form_of, imported, length_drafts, name_within, new_length, new_sphere, sphere_drafts, vouch,
+  cell_forms, EMPTY, form_of, imported, length_drafts, name_within, new_length, new_sphere, sphere_drafts, taught_angles, vouch,
   type CellDraft, type CellForms, type LengthDraft, type Place, type SphereDraft,
 } from "../cell_form";
 import { fields, words } from "../decode";
@@ -116,6 +116,13 @@ function CellFields({ cell, forms, done, close }: { cell: string; forms: CellFor
     if (!is_good(answer) || !read) return;
     become((now) => imported(now, kind === "spheres" ? { spheres: sphere_drafts(read.spheres) } : { lengths: length_drafts(read.lengths) }));
   };
+  const read_position = async (row: number) => {
+    const answer = await post("/v1/position", {});
+    const where = is_good(answer) ? taught_angles(answer.value) : null;
+    set_said(where !== null ? "" : refusal(answer, say));
+    if (where === null) return;
+    become((now) => ({ ...now, spheres: now.spheres.map((one, k) => (k === row ? { ...one, where } : one)) }));
+  };
   return (
     <form onSubmit={(event) => void submit(event)}>
       <h2 id="cell-form-title">{say("cell.title")}</h2>
@@ -138,9 +145,9 @@ function CellFields({ cell, forms, done, close }: { cell: string; forms: CellFor
       </fieldset>
       <fieldset>
         <legend>{say("cell.spheres")}</legend>
-        <p class="note">{say("cell.spheres.how")}</p>
+        <p class="note">{say("cell.spheres.how")} {say(forms.readsPosition ? "cell.angles.read" : "cell.angles.typed")}</p>
         {draft.spheres.map((sphere, i) => (
-          <SphereRow key={i} sphere={sphere}
+          <SphereRow key={i} sphere={sphere} read={forms.readsPosition ? () => read_position(i) : null}
                      change={(change) => set({ spheres: draft.spheres.map((one, k) => (k === i ? { ...one, ...change } : one)) })}
                      drop={() => set({ spheres: draft.spheres.filter((_, k) => k !== i) })} />
         ))}
@@ -193,10 +200,11 @@ function Csv({ name, label, take }: { name: string; label: string; take: (file: 
   );
 }
 
-function SphereRow({ sphere, change, drop }: {
-  sphere: SphereDraft; change: (change: Partial<SphereDraft>) => void; drop: () => void;
+function SphereRow({ sphere, read, change, drop }: {
+  sphere: SphereDraft; read: (() => Promise<void>) | null; change: (change: Partial<SphereDraft>) => void; drop: () => void;
 }) {
   const { say } = useVoice();
+  const [reading, set_reading] = useState(false);
   const text = (key: "id" | "diameter" | "u" | "where" | "rough" | "serial" | "certificate" | "date", label: string, optional = false) => (
     <label class={key}>
       {label}
@@ -220,6 +228,12 @@ function SphereRow({ sphere, change, drop }: {
         </select>
       </label>
       {text("where", say(`cell.where.${sphere.place}`))}
+      {sphere.place === "taught" && read && (
+        <button type="button" class="small read" disabled={reading}
+                onClick={() => { set_reading(true); void read().finally(() => set_reading(false)); }}>
+          {say("cell.position")}
+        </button>
+      )}
       {sphere.place !== "box" && text("rough", say("cell.rough"))}
       <button type="button" class="small drop" aria-label={say("cell.drop", { of: sphere.id })} onClick={drop}>✕</button>
     </fieldset>

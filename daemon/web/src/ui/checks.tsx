@@ -1,7 +1,7 @@
 // All checks of a calibration as a control chart: does the cell creep, since when, what to do.
 
 import { useMemo } from "preact/hooks";
-import type { CheckChart, CheckPoint } from "../types";
+import type { CheckChart, CheckPoint, ToldController } from "../types";
 import { Chart, type Line } from "./chart";
 import { useVoice } from "./context";
 
@@ -20,7 +20,18 @@ export const off_mm = (chart: CheckChart): number | null => {
 const date_of = (seconds: number): string =>
   seconds > 0 && seconds < LONGEST_S ? new Date(seconds * 1000).toISOString().slice(0, 10) : "–";
 
-export function Checks({ chart }: { chart: CheckChart }) {
+function Told({ controller }: { controller: ToldController }) {
+  const { say, fmt } = useVoice();
+  const { value, at, trouble } = controller;
+  return (
+    <>
+      {value !== null && <p class="note">{say("checks.told", { value, time: fmt.time(at) })}</p>}
+      {trouble !== "" && <p class="note" role="status">{say("checks.not_told", { words: trouble })}</p>}
+    </>
+  );
+}
+
+export function Checks({ chart, controller }: { chart: CheckChart; controller: ToldController | null }) {
   const { say, fmt } = useVoice();
   const points = useMemo(() => plotted(chart.points), [chart]);
   const x = useMemo(() => points.map((point) => point.timeS), [points]);
@@ -52,6 +63,7 @@ export function Checks({ chart }: { chart: CheckChart }) {
           name: course.causeName, p: Math.round(100 * course.probability) })}</>}
       </p>
       {chart.advice !== "none" && <p class="drift-advice">{say(`checks.advice.${chart.advice}`)}</p>}
+      {controller && <Told controller={controller} />}
       {points.length > 1 && (
         <div class="pair">
           <Chart label={say("checks.label", { n: points.length })} x={x} x_label={say("checks.date")} time

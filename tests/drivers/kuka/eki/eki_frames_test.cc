@@ -108,6 +108,46 @@ TEST(EkiFrames, ABaseIsNoTool) {
   EXPECT_TRUE(same_frame(kOld, rig.krc.frame(EkiFrameKind::kTool, 3)));
 }
 
+EkiFrameRequest set_advice(double code, double until = 753'456.0) {
+  return {EkiFrameKind::kAdvice, 1, EkiFrameValues{until, code}};
+}
+
+TEST(EkiFrames, TheAdviceIsSetAndReadBackWhileAnotherProgramMovesTheArm) {
+  Rig rig(set_advice(4));
+  rig.krc.start_other_program();
+  const EkiFrameResult result = rig.run();
+  EXPECT_EQ(result.end, EkiFrameEnd::kSet);
+  EXPECT_EQ(rig.krc.advice(), 4);
+  EXPECT_EQ(rig.krc.advice_until(), 753'456);
+  EXPECT_EQ(rig.krc.frames_set(), 0U);
+  EXPECT_EQ(rig.krc.session(), 0U) << "nobody is obeyed by it";
+}
+
+TEST(EkiFrames, AnAdviceThatIsNoneIsRefusedByTheController) {
+  for (const double code : {-1.0, 6.0}) {
+    Rig rig(set_advice(code));
+    const EkiFrameResult result = rig.run();
+    EXPECT_EQ(result.end, EkiFrameEnd::kRefused) << code;
+    EXPECT_EQ(result.refusal, EkiFrameDone::kNoSuchNumber) << code;
+    EXPECT_EQ(rig.krc.advice(), 0);
+  }
+}
+
+TEST(EkiFrames, AControllerWhoseFilesDoNotHoldTheAdviceRefusesIt) {
+  sim::EkiControllerConfig config = with_frames();
+  config.takes_advice = false;
+  Rig rig(set_advice(4), std::move(config));
+  EXPECT_EQ(rig.run().refusal, EkiFrameDone::kNoSuchNumber);
+}
+
+TEST(EkiFrames, AControllerWhoseFilesHoldTheAdviceAloneSetsNoFrame) {
+  sim::EkiControllerConfig config = with_frames();
+  config.takes_frames = false;
+  Rig rig(set_tool(), std::move(config));
+  EXPECT_EQ(rig.run().refusal, EkiFrameDone::kNoSuchNumber);
+  EXPECT_EQ(rig.krc.frames_set(), 0U);
+}
+
 TEST(EkiFrames, ANumberThatTheControllerLacksIsRefusedByIt) {
   for (const int number : {0, 17, 128}) {
     Rig rig(set_tool(number));

@@ -127,8 +127,28 @@ TEST(EkiFiles, HoldNothingThatSetsAFrameUnlessAsked) {
   EXPECT_NE(sub.find("(ABS($AXIS_ACT_MEAS.E2-CC_FRAME_REST.E2)<0.01)"), std::string::npos);
 }
 
+EkiFilesConfig with_advice(bool frames) {
+  EkiFilesConfig config = two_external();
+  config.write_frames = frames;
+  config.write_advice = true;
+  return config;
+}
+
+TEST(EkiFiles, HoldTheAdviceWhereItIsAskedForAndNothingThatSetsAFrameWithIt) {
+  const std::string alone = eki_files(with_advice(false)).at("cellcal_sub.sub");
+  EXPECT_EQ(alone.find("_DATA[CC_"), std::string::npos);
+  EXPECT_NE(alone.find("CELLCAL_ADVICE=CC_FRAME_AIM.Y"), std::string::npos);
+  EXPECT_NE(alone.find("CC_ADVICE ( )"), std::string::npos);
+  const std::string both = eki_files(with_advice(true)).at("cellcal_sub.sub");
+  EXPECT_NE(both.find("CELLCAL_ADVICE=CC_FRAME_AIM.Y"), std::string::npos);
+  EXPECT_NE(both.find("TOOL_DATA[CC_FRAME_NO]=CC_FRAME_AIM"), std::string::npos);
+  for (const auto& [name, text] : eki_files(with_frames()))
+    EXPECT_EQ(text.find("ADVICE"), std::string::npos) << name;
+}
+
 TEST(EkiFiles, AreSoundKrl) {
-  for (const EkiFilesConfig& config : {EkiFilesConfig(), two_external(), with_frames()}) {
+  for (const EkiFilesConfig& config :
+       {EkiFilesConfig(), two_external(), with_frames(), with_advice(false), with_advice(true)}) {
     const ControllerFiles files = eki_files(config);
     EXPECT_EQ(files.size(), 5u);
     for (const auto& [name, text] : files) {

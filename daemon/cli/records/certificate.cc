@@ -1,4 +1,4 @@
-#include "daemon/cli/certificate.h"
+#include "daemon/cli/records/certificate.h"
 
 #include <fmt/format.h>
 
@@ -12,10 +12,10 @@
 #include "daemon/api/http/http.h"
 #include "daemon/certificate/certificate.h"
 #include "daemon/certificate/signing/signed_files.h"
-#include "daemon/cli/archive.h"
 #include "daemon/cli/ask.h"
 #include "daemon/cli/offline/exit_status.h"
 #include "daemon/cli/offline/offline.h"
+#include "daemon/cli/records/archive.h"
 #include "daemon/files/atomic_file.h"
 #include "daemon/plant/messages/certificate_fact.h"
 #include "daemon/plant/messages/fact_json.h"

@@ -1,4 +1,4 @@
-#include "daemon/cli/fleet_needs.h"
+#include "daemon/cli/plant/fleet_needs.h"
 
 #include <fmt/format.h>
 

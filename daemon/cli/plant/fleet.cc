@@ -1,4 +1,4 @@
-#include "daemon/cli/fleet.h"
+#include "daemon/cli/plant/fleet.h"
 
 #include <fmt/format.h>
 
@@ -8,9 +8,9 @@
 
 #include "calib/syntax/input_file.h"
 #include "daemon/cli/ask.h"
-#include "daemon/cli/fleet_needs.h"
 #include "daemon/cli/offline/exit_status.h"
 #include "daemon/cli/offline/offline.h"
+#include "daemon/cli/plant/fleet_needs.h"
 #include "daemon/files/atomic_file.h"
 #include "daemon/files/printable.h"
 

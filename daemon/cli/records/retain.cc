@@ -1,4 +1,4 @@
-#include "daemon/cli/retain.h"
+#include "daemon/cli/records/retain.h"
 
 #include <fmt/format.h>
 

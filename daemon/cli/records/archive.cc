@@ -1,4 +1,4 @@
-#include "daemon/cli/archive.h"
+#include "daemon/cli/records/archive.h"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "daemon/cli/proposals.h"
+#include "daemon/cli/plant/proposals.h"
 
 #include <fmt/format.h>
 

@@ -5,9 +5,9 @@
 
 #include "daemon/certificate/certificate.h"
 #include "daemon/certificate/signing/signed_files.h"
-#include "daemon/cli/certificate.h"
 #include "daemon/cli/offline/exit_status.h"
 #include "daemon/cli/offline/offline.h"
+#include "daemon/cli/records/certificate.h"
 
 namespace cellcal::daemon {
 

@@ -1,4 +1,4 @@
-#include "daemon/cli/propose.h"
+#include "daemon/cli/plant/propose.h"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "daemon/cli/versions.h"
+#include "daemon/cli/records/versions.h"
 
 #include <fmt/format.h>
 

@@ -1,0 +1,63 @@
+#include "daemon/advice/advice.h"
+
+#include <algorithm>
+#include <chrono>
+
+#include "calib/drift/limits.h"
+
+namespace cellcal::daemon {
+
+using calib::DriftAdvice;
+
+const char* to_string(Advice advice) {
+  switch (advice) {
+    case Advice::kUnknown:
+      break;
+    case Advice::kHolds:
+      return "holds";
+    case Advice::kCheckAgain:
+      return "check_again";
+    case Advice::kLetItWarmUp:
+      return "let_it_warm_up";
+    case Advice::kRemeasureTcp:
+      return "re_measure_tcp";
+    case Advice::kRecalibrate:
+      return "recalibrate";
+  }
+  return "unknown";
+}
+
+int day_number(double utc_s) {
+  using namespace std::chrono;
+  const year_month_day day{
+      floor<days>(sys_time<seconds>(seconds(static_cast<std::int64_t>(utc_s))))};
+  return static_cast<int>(day.year()) * 372 +
+         static_cast<int>(static_cast<unsigned>(day.month())) * 31 +
+         static_cast<int>(static_cast<unsigned>(day.day()));
+}
+
+Said advice_of(const calib::DriftChart& chart, double now_s) {
+  constexpr double kDayS = 86400.0;
+  switch (chart.advice) {
+    case DriftAdvice::kNone:
+      break;
+    case DriftAdvice::kCheckAgain:
+      return {Advice::kCheckAgain};
+    case DriftAdvice::kLetItWarmUp:
+      return {Advice::kLetItWarmUp};
+    case DriftAdvice::kRemeasureTcp:
+      return {Advice::kRemeasureTcp};
+    case DriftAdvice::kRecalibrate:
+      return {Advice::kRecalibrate};
+  }
+  const auto decided =
+      std::find_if(chart.points.rbegin(), chart.points.rend(), [](const calib::DriftPoint& one) {
+        return one.check.left_out != calib::LeftOut::kUndecided;
+      });
+  if (decided == chart.points.rend() || decided->check.holds != true) return {};
+  const double until_s = decided->check.time_s + calib::kMostDays * kDayS;
+  if (now_s > until_s) return {};
+  return {Advice::kHolds, day_number(until_s)};
+}
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,132 @@
+#include "daemon/advice/advice_teller.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+
+#include "daemon/frames/frame_words.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+using namespace std::chrono_literals;
+using drivers::Duration;
+using drivers::TimePoint;
+
+constexpr Duration kLook = 60s;   // 'holds' ends by the calendar, too
+constexpr Duration kAgain = 12h;  // its files may have been installed anew, or its data set back
+constexpr Duration kBusy = 15s;   // a session runs: its end pokes as well
+constexpr Duration kFirstPause = 60s, kLongestPause = 1h;
+
+drivers::EkiFrameRequest request_of(const Said& said) {
+  return {drivers::EkiFrameKind::kAdvice, 1,
+          drivers::EkiFrameValues{static_cast<double>(said.until_day),
+                                  static_cast<double>(static_cast<int>(said.advice))}};
+}
+
+}  // namespace
+
+std::string AdviceTeller::tell(const Said& said, const Send& send) {
+  const drivers::EkiFrameResult result = send(request_of(said), stop_.get_token());
+  switch (result.end) {
+    case drivers::EkiFrameEnd::kSet:
+      return {};
+    case drivers::EkiFrameEnd::kDiffers:
+      return "CELLCAL_ADVICE was read back otherwise than it was sent. Another program writes it: look for it at "
+             "the pendant";
+    case drivers::EkiFrameEnd::kRead:
+    case drivers::EkiFrameEnd::kRefused:
+    case drivers::EkiFrameEnd::kNotSent:
+    case drivers::EkiFrameEnd::kUnknown:
+      break;
+  }
+  if (result.refusal == drivers::EkiFrameDone::kNoSuchNumber ||
+      result.trouble == drivers::EkiFrameTrouble::kTooOld)
+    return "the controller's files do not hold CELLCAL_ADVICE. Install those that 'cellcal kuka-files' writes with "
+           "[eki] write_advice = true, then cold start";
+  const std::string why = why_words(result);
+  return why.empty() ? "the controller's answer could not be read" : why;
+}
+
+Duration AdviceTeller::look(TimePoint now) {
+  const Send send = parts_.send();
+  {
+    const std::lock_guard lock(mutex_);
+    status_.configured = static_cast<bool>(send);
+    if (!send) {
+      status_ = {};
+      confirmed_.reset();
+      failed_.reset();
+      return kLook;
+    }
+  }
+  Said said;
+  std::string trouble;
+  try {
+    said = parts_.said();
+    const bool due = said != confirmed_ || now - confirmed_at_ >= kAgain;
+    const bool may = said != failed_ || now >= not_before_;
+    if (!due || !may) return kLook;
+    if (!parts_.alone([&] { trouble = tell(said, send); })) return kBusy;
+  } catch (const std::exception& error) {
+    trouble = error.what();
+  }
+  if (stop_.stop_requested()) return kLook;
+  const std::lock_guard lock(mutex_);
+  if (trouble.empty()) {
+    if (said != confirmed_)
+      spdlog::info("controller told: CELLCAL_ADVICE = {} ({})", static_cast<int>(said.advice),
+                   to_string(said.advice));
+    confirmed_ = said;
+    confirmed_at_ = now;
+    failed_.reset();
+    pause_ = {};
+    status_.told = said.advice;
+    status_.told_at = parts_.utc_now();
+  } else {
+    if (trouble != status_.trouble) spdlog::warn("controller not told of the checks: {}", trouble);
+    confirmed_.reset();  // whether it has the newest is not known
+    failed_ = said;
+    pause_ = std::clamp(2 * pause_, kFirstPause, kLongestPause);
+    not_before_ = now + pause_;
+  }
+  status_.trouble = trouble;
+  return kLook;
+}
+
+AdviceStatus AdviceTeller::status() const {
+  const std::lock_guard lock(mutex_);
+  return status_;
+}
+
+void AdviceTeller::start() {
+  thread_ = std::thread([this] { run(); });
+}
+
+void AdviceTeller::run() {
+  for (;;) {
+    const Duration wait = look(std::chrono::steady_clock::now());
+    std::unique_lock lock(mutex_);
+    changed_.wait_for(lock, wait, [this] { return poked_ || stop_.stop_requested(); });
+    if (stop_.stop_requested()) return;
+    poked_ = false;
+  }
+}
+
+void AdviceTeller::poke() {
+  const std::lock_guard lock(mutex_);
+  poked_ = true;
+  changed_.notify_all();
+}
+
+void AdviceTeller::stop() {
+  {
+    const std::lock_guard lock(mutex_);
+    stop_.request_stop();
+    changed_.notify_all();
+  }
+  if (thread_.joinable()) thread_.join();
+}
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,72 @@
+#pragma once
+// Tells the controller what the checks say, and again: once more where it did not hear it, behind each session, and
+// twice a day. On a thread of its own; nothing moves by it, and no session waits for it longer than for the doctor.
+
+#include <condition_variable>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <thread>
+
+#include "daemon/advice/advice.h"
+#include "drivers/kuka/eki/eki_frames.h"
+
+namespace cellcal::daemon {
+
+struct AdviceStatus {
+  bool configured = false;
+  std::optional<Advice> told;  ///< the newest that the controller has read back
+  std::string told_at;         ///< ISO 8601 UTC
+  std::string
+      trouble;  ///< why the newest was not told, and what to do; empty: it was, or waits for its turn
+};
+
+class AdviceTeller {
+ public:
+  /// One telegram to the controller and its answer; some ten seconds at most.
+  using Send = std::function<drivers::EkiFrameResult(const drivers::EkiFrameRequest&,
+                                                     const std::stop_token& stop)>;
+  struct Parts {
+    std::function<Said()> said;
+    /// As the configuration says now; null: it is not to be told.
+    std::function<Send()> send;
+    /// Does it while no session runs. False: one does, and nothing was done.
+    std::function<bool(const std::function<void()>&)> alone;
+    std::function<std::string()> utc_now;
+  };
+  explicit AdviceTeller(Parts parts) : parts_(std::move(parts)) {}
+  ~AdviceTeller() { stop(); }
+  AdviceTeller(const AdviceTeller&) = delete;
+  AdviceTeller& operator=(const AdviceTeller&) = delete;
+
+  void start();
+  /// A session has ended, another calibration is in use, the configuration is another. Waits for nothing.
+  void poke();
+  /// At once, also in the midst of a telegram.
+  void stop();
+  AdviceStatus status() const;
+
+  /// One look, as the thread takes it: sends what is due. Returns how long to wait for the next.
+  drivers::Duration look(drivers::TimePoint now);
+
+ private:
+  void run();
+  /// Empty: the controller has it.
+  std::string tell(const Said& said, const Send& send);
+
+  Parts parts_;
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  bool poked_ = false;
+  std::stop_source stop_;
+  AdviceStatus status_;
+  std::optional<Said> confirmed_;  ///< of the controller, by what it read back
+  std::optional<Said> failed_;     ///< what the newest failure was about
+  drivers::TimePoint confirmed_at_{}, not_before_{};
+  drivers::Duration pause_{};
+  std::thread thread_;
+};
+
+}  // namespace cellcal::daemon

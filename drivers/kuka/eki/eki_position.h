@@ -1,0 +1,57 @@
+#pragma once
+// Where the arm stands, as the controller's submit program tells every client of EKI: for teaching by the pendant,
+// in T1, whichever robot program is selected. Nothing is sent, nobody is obeyed, nothing moves.
+
+#include <optional>
+
+#include "drivers/kuka/eki/eki_aside.h"
+#include "drivers/kuka/wire/eki_framer.h"
+
+namespace cellcal::drivers {
+
+enum class EkiPositionTrouble {
+  kNone,
+  kNoConnection,
+  kNoState,    ///< connected, and no state that could be read
+  kInSession,  ///< the controller obeys somebody
+  kMoves,      ///< the arm does not stand
+  kClosed,
+  kNotAStream,
+};
+
+struct EkiPosition {
+  EkiPositionTrouble trouble = EkiPositionTrouble::kNone;
+  AxisAngles axes_deg;  ///< measured, A1 to A6 and external axes; kNone
+  std::string peer;     ///< "172.31.1.147:54600"
+  std::string detail;   ///< kNoConnection: the system's words
+};
+
+class EkiPositionReading : public EkiAside {
+ public:
+  explicit EkiPositionReading(TimePoint connected) : begun_(connected) {}
+
+  void on_bytes(std::string_view bytes, TimePoint now) override;
+  void on_tick(TimePoint now) override;
+  void on_closed() override { end(EkiPositionTrouble::kClosed); }
+  std::string take_output() override { return {}; }
+  bool ended() const override { return result_.has_value(); }
+  const std::optional<EkiPosition>& result() const { return result_; }
+
+ private:
+  void end(EkiPositionTrouble why);
+
+  EkiFramer framer_;
+  EkiParser parser_;
+  EkiState state_;
+  EkiRest rest_;
+  TimePoint begun_, heard_at_{};
+  EkiPositionTrouble in_the_way_ = EkiPositionTrouble::kNoState;
+  std::optional<EkiPosition> result_;
+};
+
+/// Over TCP, in this thread; tried again as `patience` has it where the controller takes no client. Throws DriverError where `address`
+/// is no IP address.
+EkiPosition read_position(const std::string& address, std::uint16_t port,
+                          const EkiPatience& patience = {});
+
+}  // namespace cellcal::drivers

@@ -1,0 +1,237 @@
+// What the controller is told of the checks, when, and again; on real sockets against the emulated controller, too.
+
+#include "daemon/advice/advice_teller.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+
+#include "drivers/kuka/krl/krl_files.h"
+#include "sim/krc/eki/eki_server.h"
+
+namespace cellcal::daemon {
+namespace {
+
+using namespace std::chrono_literals;
+using drivers::EkiFrameEnd;
+using drivers::EkiFrameRequest;
+using drivers::EkiFrameResult;
+
+EkiFrameResult ended(EkiFrameEnd end,
+                     drivers::EkiFrameTrouble trouble = drivers::EkiFrameTrouble::kNone) {
+  EkiFrameResult result;
+  result.end = end;
+  result.trouble = trouble;
+  return result;
+}
+
+struct Rig {
+  AdviceTeller::Parts parts() {
+    return {[this] { return said; },
+            [this]() -> AdviceTeller::Send {
+              if (!configured) return {};
+              return [this](const EkiFrameRequest& request, const std::stop_token&) {
+                sent.push_back(*request.values);
+                EXPECT_EQ(request.kind, drivers::EkiFrameKind::kAdvice);
+                EXPECT_EQ(request.number, 1);
+                EkiFrameResult result = answer;
+                if (result.end == EkiFrameEnd::kSet) result.new_values = request.values;
+                return result;
+              };
+            },
+            [this](const std::function<void()>& act) {
+              if (!busy) act();
+              return !busy;
+            },
+            [] { return std::string("2026-11-23T12:00:00Z"); }};
+  }
+  drivers::Duration look(drivers::Duration later = 1s) { return teller.look(now += later); }
+
+  Said said{Advice::kHolds, 753'456};
+  bool configured = true, busy = false;
+  EkiFrameResult answer = ended(EkiFrameEnd::kSet);
+  std::vector<drivers::EkiFrameValues> sent;
+  drivers::TimePoint now{24h};
+  AdviceTeller teller{parts()};
+};
+
+TEST(AdviceTeller, TellsTheControllerOnceAndThenWhatIsNew) {
+  Rig rig;
+  rig.look();
+  ASSERT_EQ(rig.sent.size(), 1U);
+  EXPECT_EQ(rig.sent[0][0], 753'456.0);
+  EXPECT_EQ(rig.sent[0][1], 1.0);
+  EXPECT_EQ(rig.teller.status().told, Advice::kHolds);
+  EXPECT_EQ(rig.teller.status().told_at, "2026-11-23T12:00:00Z");
+  rig.look(1h);
+  EXPECT_EQ(rig.sent.size(), 1U);
+  rig.said = {Advice::kRecalibrate, 0};
+  rig.look();
+  ASSERT_EQ(rig.sent.size(), 2U);
+  EXPECT_EQ(rig.sent[1][1], 5.0);
+  EXPECT_EQ(rig.teller.status().told, Advice::kRecalibrate);
+}
+
+TEST(AdviceTeller, TellsItAgainTwiceADay) {
+  Rig rig;
+  rig.look();
+  rig.look(11h);
+  EXPECT_EQ(rig.sent.size(), 1U);
+  rig.look(1h);
+  EXPECT_EQ(rig.sent.size(), 2U);
+}
+
+TEST(AdviceTeller, TellsNobodyWhereItIsNotConfigured) {
+  Rig rig;
+  rig.configured = false;
+  rig.look();
+  EXPECT_TRUE(rig.sent.empty());
+  EXPECT_FALSE(rig.teller.status().configured);
+}
+
+TEST(AdviceTeller, WaitsForTheEndOfASessionWithoutCallingItATrouble) {
+  Rig rig;
+  rig.busy = true;
+  EXPECT_LE(rig.look(), 15s);
+  EXPECT_TRUE(rig.sent.empty());
+  EXPECT_EQ(rig.teller.status().trouble, "");
+  rig.busy = false;
+  rig.look();
+  EXPECT_EQ(rig.sent.size(), 1U);
+}
+
+TEST(AdviceTeller, TriesAgainAtGrowingPausesAndAtOnceWhereItIsAnother) {
+  Rig rig;
+  rig.answer = ended(EkiFrameEnd::kNotSent, drivers::EkiFrameTrouble::kNoConnection);
+  rig.look();
+  EXPECT_NE(rig.teller.status().trouble, "");
+  rig.look(30s);
+  EXPECT_EQ(rig.sent.size(), 1U);
+  rig.look(31s);
+  EXPECT_EQ(rig.sent.size(), 2U);
+  rig.look(61s);
+  EXPECT_EQ(rig.sent.size(), 2U) << "two minutes by now";
+  rig.look(60s);
+  EXPECT_EQ(rig.sent.size(), 3U);
+  for (int i = 0; i < 600; ++i) rig.look(60s);
+  EXPECT_GE(rig.sent.size(), 3U + 9U) << "an hour at most";
+  EXPECT_LE(rig.sent.size(), 3U + 14U);
+  const std::size_t before = rig.sent.size();
+  rig.said = {Advice::kCheckAgain, 0};
+  rig.answer = ended(EkiFrameEnd::kSet);
+  rig.look();
+  EXPECT_EQ(rig.sent.size(), before + 1);
+  EXPECT_EQ(rig.teller.status().trouble, "");
+}
+
+TEST(AdviceTeller, WhatWasNotReadBackIsNotTold) {
+  for (const EkiFrameEnd end : {EkiFrameEnd::kUnknown, EkiFrameEnd::kDiffers, EkiFrameEnd::kRefused,
+                                EkiFrameEnd::kNotSent}) {
+    Rig rig;
+    rig.answer = ended(end);
+    rig.look();
+    EXPECT_FALSE(rig.teller.status().told) << static_cast<int>(end);
+    EXPECT_NE(rig.teller.status().trouble, "") << static_cast<int>(end);
+  }
+}
+
+TEST(AdviceTeller, AFailureBehindWhatWasToldLeavesThatToBeSaidAgain) {
+  Rig rig;
+  rig.look();
+  rig.said = {Advice::kRecalibrate, 0};
+  rig.answer = ended(EkiFrameEnd::kUnknown);
+  rig.look();
+  rig.said = {Advice::kHolds, 753'456};
+  rig.answer = ended(EkiFrameEnd::kSet);
+  rig.look();
+  EXPECT_EQ(rig.sent.size(), 3U) << "whether the controller took the one before is not known";
+}
+
+TEST(AdviceTeller, AJournalThatCannotBeReadIsATroubleOfItsOwn) {
+  Rig rig;
+  AdviceTeller::Parts parts = rig.parts();
+  parts.said = []() -> Said { throw std::runtime_error("journal is damaged"); };
+  AdviceTeller teller(std::move(parts));
+  teller.look(rig.now);
+  EXPECT_EQ(teller.status().trouble, "journal is damaged");
+  EXPECT_TRUE(rig.sent.empty());
+}
+
+drivers::EkiFilesConfig with_advice() {
+  drivers::EkiFilesConfig files;
+  files.write_advice = true;
+  return files;
+}
+
+struct Wire {
+  Wire() {
+    sim::EkiControllerConfig config;
+    config.channel_xml = drivers::eki_files(with_advice()).at("CellcalEki.xml");
+    krc = std::make_unique<sim::EkiServer>(
+        std::move(config), sim::EkiServerOptions{.address = "127.0.0.1", .port = 0});
+    krc->start();
+  }
+  AdviceTeller::Parts parts() {
+    return {[this] {
+              return Said{static_cast<Advice>(advice.load()), 0};
+            },
+            [this]() -> AdviceTeller::Send {
+              return [port = krc->port()](const EkiFrameRequest& request,
+                                          const std::stop_token& stop) {
+                return drivers::exchange_frame("127.0.0.1", port, request, {}, {2s, stop});
+              };
+            },
+            [](const std::function<void()>& act) {
+              act();
+              return true;
+            },
+            [] { return std::string("2026-11-23T12:00:00Z"); }};
+  }
+  int on_controller() {
+    int value = -1;
+    krc->with([&](sim::EkiController& controller) { value = controller.advice(); });
+    return value;
+  }
+  std::unique_ptr<sim::EkiServer> krc;
+  std::atomic<int> advice{4};
+};
+
+bool comes_true(const std::function<bool()>& what) {
+  for (int i = 0; i < 1000; ++i) {
+    if (what()) return true;
+    std::this_thread::sleep_for(10ms);
+  }
+  return false;
+}
+
+TEST(AdviceTellerWire, TheControllerHasWhatWasSaidAndWhatIsSaidBehindAPoke) {
+  Wire wire;
+  AdviceTeller teller(wire.parts());
+  teller.start();
+  EXPECT_TRUE(comes_true([&] { return wire.on_controller() == 4; }));
+  wire.advice = 5;
+  teller.poke();
+  EXPECT_TRUE(comes_true([&] { return wire.on_controller() == 5; }));
+}
+
+TEST(AdviceTellerWire, AStopDoesNotWaitForAControllerThatSaysNothing) {
+  Wire wire;
+  wire.krc->with([](sim::EkiController& controller) { controller.mute(true); });
+  std::atomic<bool> sending{false};
+  AdviceTeller::Parts parts = wire.parts();
+  parts.alone = [&](const std::function<void()>& act) {
+    sending = true;
+    act();
+    sending = false;
+    return true;
+  };
+  AdviceTeller teller(std::move(parts));
+  teller.start();
+  ASSERT_TRUE(comes_true([&] { return sending.load(); }));
+  teller.stop();
+  EXPECT_FALSE(teller.status().told);
+  EXPECT_EQ(teller.status().trouble, "") << "it ended, and nothing was found wrong";
+}
+
+}  // namespace
+}  // namespace cellcal::daemon
