@@ -75,12 +75,46 @@ json summary(const calib::ResidualSummary& of) {
           {"rms_mm", number(of.rms_m, kMmPerM)}};
 }
 
+/// What it is about as a name: "S1", "S1-S2"; and after which touch, counted from 1.
+json about_to_json(const calib::Subject& about) {
+  const bool length = about.of == calib::Subject::Of::kLength;
+  return {{"of", calib::to_string(about.of)},
+          {"name", length ? about.name + "-" + about.other_end : about.name},
+          {"touch", about.touch ? json(*about.touch + 1) : json(nullptr)}};
+}
+
+json evidence_to_json(const std::vector<calib::Quantity>& evidence) {
+  json list = json::array();
+  for (const calib::Quantity& one : evidence)
+    list.push_back({{"name", one.name},
+                    {"value", number(one.value)},
+                    {"unit", one.unit},
+                    {"sigma", number(one.sigma)}});
+  return list;
+}
+
+json parts_to_json(const std::vector<calib::FindingPart>& parts) {
+  constexpr std::size_t kMostParts = 8;  // a page names no more
+  json list = json::array();
+  for (const calib::FindingPart& one : parts) {
+    if (list.size() == kMostParts) break;
+    list.push_back(
+        {{"about", about_to_json(one.about)}, {"evidence", evidence_to_json(one.evidence)}});
+  }
+  return list;
+}
+
 json findings_to_json(const std::vector<calib::Finding>& findings) {
   json list = json::array();
   for (const calib::Finding& finding : findings)
-    list.push_back({{"kind", calib::to_string(finding.kind)},
-                    {"severity", calib::to_string(finding.severity)},
-                    {"words", calib::words(finding)}});
+    list.push_back(
+        {{"kind", calib::to_string(finding.kind)},
+         {"severity", calib::to_string(finding.severity)},
+         {"cause", finding.cause ? json(calib::to_string(*finding.cause)) : json(nullptr)},
+         {"about", about_to_json(finding.about)},
+         {"evidence", evidence_to_json(finding.evidence)},
+         {"parts", parts_to_json(finding.parts)},
+         {"words", calib::words(finding)}});
   return list;
 }
 

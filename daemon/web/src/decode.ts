@@ -3,9 +3,9 @@
 // Null where the thing as a whole cannot be used.
 
 import {
-  ADVICE, CHANGES, CHECKS, DRIFT_STATES, FAILURES, FINDINGS, KINDS, PHASES, PROPOSALS, STATES, STEPS,
-  type CheckChart, type CheckCourse, type CheckLimits, type CheckPoint, type Comparison, type ContactLink, type Doctor, type DriftRow, type DriftSeen, type FailureKind, type Figures, type Finding, type FindingKind, type Frame, type Joint, type Kind, type Phase,
-  type PlannedTouch, type Point, type Proposal, type ProposalsSeen, type Result, type RobotLink, type Readiness, type RobotPosture, type Role,
+  ADVICE, CAUSES, CHANGES, CHECKS, DRIFT_STATES, EVIDENCE, FAILURES, FINDINGS, KINDS, PHASES, PROPOSALS, STATES, STEPS,
+  type CheckChart, type CheckCourse, type CheckLimits, type CheckPoint, type Comparison, type ContactLink, type Doctor, type DriftRow, type DriftSeen, type FailureKind, type Figures, type Finding, type FindingKind, type FindingPart, type Frame, type Joint, type Kind, type Phase,
+  type PlannedTouch, type Point, type Proposal, type ProposalsSeen, type Quantity, type Result, type RobotLink, type Readiness, type RobotPosture, type Role,
   type Scene, type SceneTarget, type SessionRow, type SessionState, type Solid, type Status, type StepSeen,
   type Summary, type ToldController, type Touch, type TouchSet, type Version,
 } from "./types";
@@ -210,6 +210,17 @@ function summary(value: unknown): Summary {
   return { touches: count(all.touches), meanMm: number(all.mean_mm), maxMm: number(all.max_mm) };
 }
 
+/** Of those that a table names, what is a number; a flag is none. */
+function quantity(value: unknown): Quantity | null {
+  const all = fields(value);
+  const name = EVIDENCE.find((one) => one === all?.name), of = number(all?.value);
+  return name && of !== null ? { name, value: of, unit: words(all?.unit), sigma: number(all?.sigma) ?? 0 } : null;
+}
+function finding_part(value: unknown): FindingPart {
+  const all = fields(value), about = fields(all?.about);
+  return { name: words(about?.name), touch: number(about?.touch), evidence: known(list(all?.evidence).map(quantity)) };
+}
+
 function result(value: unknown): Result | null {
   const all = fields(value);
   if (!all) return null;
@@ -218,8 +229,11 @@ function result(value: unknown): Result | null {
     publish: all.publish === true,
     scope: all.scope === "workspace" ? "workspace" : "near targets",
     findings: list(all.findings).map((one) => ({
+      ...finding_part(one),
       kind: one_of(fields(one)?.kind, FINDINGS) as FindingKind,
       severity: severities.find((name) => name === fields(one)?.severity) ?? "informs",
+      cause: CAUSES.find((name) => name === fields(one)?.cause) ?? null,
+      parts: list(fields(one)?.parts).map(finding_part),
       words: words(fields(one)?.words),
     })),
     before: summary(all.before), after: summary(all.after), check: summary(all.check),

@@ -7,6 +7,8 @@ export interface Formats {
   ms: (value: number | null) => string;
   us: (value: number | null) => string;
   degrees: (value: number, digits?: number) => string;
+  /** With U = 2 sigma where one is stated. */
+  quantity: (value: number, unit: string, sigma: number) => string;
   whole: (value: number | null) => string;
   duration: (seconds: number | null) => string;
   time: (iso: string) => string;
@@ -14,6 +16,8 @@ export interface Formats {
 
 export const NONE = "–";
 const SPACE = "\u00a0";
+/** As people write those that differ from how the daemon does. */
+const UNITS: Record<string, string> = { deg: "°", sigma: "σ" };
 
 export function formats(language: Language): Formats {
   const decimal = (value: number, digits: number) =>
@@ -26,6 +30,11 @@ export function formats(language: Language): Formats {
     us: with_unit("µs", () => 0),
     degrees: (value, digits = 4) =>
       (value >= 0 ? "+" : "−") + decimal(Math.abs(value), digits) + "°",
+    quantity: (value, unit, sigma) => {
+      const fine = unit === "mm" ? 3 : unit === "deg" ? 4 : Number.isInteger(value) ? 0 : 1;
+      const u = sigma > 0 ? `${SPACE}±${SPACE}${decimal(2 * sigma, fine)}` : "";
+      return decimal(value, fine) + u + (unit === "" ? "" : SPACE + (UNITS[unit] ?? unit));
+    },
     whole: (value) => (value === null ? NONE : value.toLocaleString(language)),
     duration: (seconds) => (seconds === null ? NONE : duration(seconds)),
     time: (iso) => {

@@ -155,10 +155,44 @@ export const FINDINGS = [
 ] as const;
 export type FindingKind = (typeof FINDINGS)[number] | "unknown";
 
+/** Mistakes that explain what is withheld (calib/result/likely_cause.h). */
+export const CAUSES = [
+  "radians", "axis_sign", "mastering", "exchanged_columns", "target_names", "scattered_touches", "readings_unit",
+  "readings_handedness", "moved", "tool_unit", "tool_tip", "dimension", "other_robot", "axis_convention", "gravity",
+  "all_diameters", "diameter", "artefact_size", "certified_length", "exchanged_lengths", "lengths_of_target", "all_lengths",
+  "stated_centre", "all_centres",
+] as const;
+/** Numbers of a finding that a table names; others are in its sentence alone. */
+export const EVIDENCE = [
+  "scatter", "stated", "off", "apart", "certified", "certified_again", "measured", "longer", "predicted", "nominal", "of_nominal",
+  "required", "unseen", "rms", "sigma", "noise", "reach", "value", "below_zero", "expected", "coldest", "hottest", "shift", "turn",
+  "growth", "reached", "before", "largest", "add", "d_mm", "a_mm", "farthest", "ratio", "outliers", "duplicates", "allowed",
+  "determined", "directions", "degrees_of_freedom", "tolerances", "met", "together", "usual_touches", "usual_checks", "touches",
+] as const;
+export interface Quantity {
+  name: (typeof EVIDENCE)[number];
+  value: number;
+  unit: string;
+  sigma: number;
+}
+export interface FindingPart {
+  name: string;
+  /** Counted from 1. */
+  touch: number | null;
+  evidence: Quantity[];
+}
+export interface VerdictFinding extends FindingPart {
+  kind: FindingKind;
+  severity: "withholds" | "warns" | "informs";
+  cause: (typeof CAUSES)[number] | null;
+  parts: FindingPart[];
+  words: string;
+}
+
 export interface Result {
   publish: boolean;
   scope: "workspace" | "near targets";
-  findings: { kind: FindingKind; severity: "withholds" | "warns" | "informs"; words: string }[];
+  findings: VerdictFinding[];
   before: Summary;
   after: Summary;
   check: Summary;

@@ -115,7 +115,7 @@ async function enter_cell(page, guide) {
   await dialog.getByText("spheres:2: z_mm").waitFor(LONG);
   await dialog.getByLabel("Spheres from CSV").setInputFiles({ name: "spheres.csv", mimeType: "text/csv",
     buffer: Buffer.from("id,diameter_mm,diameter_sigma_mm,x_mm,y_mm,z_mm,certificate\nS1,50,0.001,900,-300,400,DKD-1\nS2,50,0.001,900,300,400,DKD-1\nS3,50,0.001,1100,0,300,DKD-1\n") });
-  await dialog.locator('[data-sphere="S3"]').waitFor(LONG);
+  await dialog.locator('[data-sphere="S4"]').waitFor({ ...LONG, state: "detached" }); // of the empty form
   assert.equal(await dialog.getByLabel("Number of the certificate").inputValue(), "DKD-1");
   await dialog.getByRole("button", { name: "Add a sphere" }).click();
   const fourth = dialog.locator('[data-sphere="S4"]');
@@ -388,6 +388,15 @@ const steps = {
     await says(page, /Sitzung 3 ist fertig/);
     await page.getByLabel("Farben").selectOption("dark");
     await picture("german-1280-dark", page);
+    const result = page.locator("section", { has: page.locator("#result-title") });
+    await result.locator(".evidence").getByText("übliche Antastungen").waitFor(LONG);
+    assert.equal(await result.getByText("Now calibrate with").isVisible(), false, "English is one click away");
+    await result.screenshot({ path: "screenshots/german-findings-dark.png" });
+    await page.getByText("Vorbereitung:").click();
+    await page.getByRole("button", { name: /Zelle hier/ }).first().click();
+    await page.locator("dialog fieldset").first().waitFor(LONG);
+    await page.locator("dialog").screenshot({ path: "screenshots/cell-form-german-dark.png" });
+    await page.keyboard.press("Escape");
     await page.getByLabel("Sprache").selectOption("en");
     await page.getByLabel("Colours").selectOption("auto");
   },

@@ -3,7 +3,7 @@ import { readFileSync, readdirSync, realpathSync } from "node:fs";
 import { test } from "node:test";
 import { formats } from "../src/format";
 import { run_request } from "../src/ui/start";
-import { ADVICE, CHANGES, CHECKS, DRIFT_STATES, FAILURES, FINDINGS, PHASES, STEPS } from "../src/types";
+import { ADVICE, CAUSES, CHANGES, CHECKS, DRIFT_STATES, FAILURES, FINDINGS, PHASES, STEPS } from "../src/types";
 import { command_of } from "../src/ui/guide";
 import { zero_changes } from "../src/ui/drift";
 import { CATALOGUES, speaker, type Key } from "../src/words";
@@ -47,6 +47,13 @@ test("the page has words for every kind of finding that a verdict has", () => {
   assert.deepEqual([...FINDINGS].sort(), named.sort());
   const same = [...FINDINGS].filter((kind) => CATALOGUES.en[`finding.${kind}`] === CATALOGUES.de[`finding.${kind}`]);
   assert.deepEqual(same, []);
+});
+
+test("the page has words for every mistake that explains what is withheld", () => {
+  const source = readFileSync(`${realpathSync("src")}/../../../calib/result/likely_cause.cc`, "utf8");
+  const named = [...source.matchAll(/"(\w+)"/g)].map((match) => match[1]);
+  assert.ok(new Set(named).size > 20);
+  assert.deepEqual([...CAUSES].sort(), [...new Set(named)].filter((name) => name?.includes("/") === false).sort());
 });
 
 test("the page has a name for everything that the doctor looks at", () => {

@@ -1,6 +1,6 @@
 // What came of a session: verdict, figures, findings, files.
 
-import type { Figures, Result, Summary } from "../types";
+import type { Figures, FindingPart, Result, Summary, VerdictFinding } from "../types";
 import { useVoice } from "./context";
 
 export function ResultPanel({ figures }: { figures: Figures }) {
@@ -43,14 +43,34 @@ function Findings({ result }: { result: Result }) {
             <li key={i} data-severity={finding.severity}>
               <span class="badge" data-good={finding.severity === "informs"}>{say(`severity.${finding.severity}`)}</span>{" "}
               {/* In English the daemon's own sentence says it all. */}
-              {language !== "en" && <strong>{say(`finding.${finding.kind}`)} </strong>}
-              <span lang="en">{finding.words}</span>
+              {language === "en" ? finding.words : <Told finding={finding} />}
             </li>
           ))}
         </ul>
       </details>
     </>
   );
+}
+
+/** A finding of which only the values are taken: for languages that the daemon has no sentences in. */
+function Told({ finding }: { finding: VerdictFinding }) {
+  const { say } = useVoice();
+  return (
+    <>
+      <strong>{say(finding.cause === null ? `finding.${finding.kind}` : `cause.${finding.cause}`)}</strong>
+      <Evidence part={finding} />
+      {finding.parts.map((part, i) => <Evidence key={i} part={part} />)}
+      <details class="original"><summary>{say("finding.original")}</summary><span lang="en">{finding.words}</span></details>
+    </>
+  );
+}
+
+function Evidence({ part }: { part: FindingPart }) {
+  const { say, fmt } = useVoice();
+  const about = [part.name, ...(part.touch === null ? [] : [say("finding.touch", { n: part.touch })])].filter((one) => one !== "");
+  const values = part.evidence.map((one) => `${say(`evidence.${one.name}`)} ${fmt.quantity(one.value, one.unit, one.sigma)}`);
+  if (about.length + values.length === 0) return null;
+  return <div class="evidence">{[about.join(", "), values.join(" · ")].filter((one) => one !== "").join(": ")}</div>;
 }
 
 function Row({ name, of }: { name: string; of: Summary }) {
