@@ -53,7 +53,8 @@ double approach_m(const calib::PlannedTouch& planned, const calib::ExpectedConta
   const double before =
       std::max(policy.approach_least_m,
                policy.approach_sigmas * expected.sigma_m + policy.approach_margin_m);
-  const double begin = std::min(expected.travel_m, planned.expected_m) - before;
+  const double begin =
+      std::min(expected.travel_m, planned.expected_m + policy.behind_nominal_m) - before;
   return begin >= kShortestApproachM ? begin : 0.0;  // also: no number
 }
 

@@ -10,11 +10,12 @@ struct TouchPolicy {
   /// 10 mm/s and 20 ms of reaction are 0.2 mm of overtravel: harmless to the tip. The latch is then
   /// wrong by 2 um, where one touch scatters by 30 and gears by 100.
   double fast_m_s = 0.010;
-  /// Of the searches that confirm a contact. At 2 mm/s a stamp that is 1 ms wrong moves it by 2 um.
-  double slow_m_s = 0.002;
+  /// Of the searches that confirm a contact. At 4 mm/s a stamp that is 1 ms wrong moves it by 4 um, and
+  /// the delay of the contacts, seen between this speed and the fast one, is known to 0.4 ms.
+  double slow_m_s = 0.004;
   /// One fast contact makes a touch. Every so many touches it is confirmed by slow searches all the
   /// same, so that noise and delay of the contacts stay measured: with 8, a hundred touches have
-  /// twelve, and the delay is known to 0.3 ms from them. 1: every touch.
+  /// twelve. 1: every touch.
   int confirm_every = 8;
   /// So is a contact that surprises: by more than this from where the touches so far expect it, ...
   double surprise_sigmas = 5.0;
@@ -26,14 +27,17 @@ struct TouchPolicy {
   /// From the contact of the fast search: out of contact again (0.2 mm of overtravel, bending), and
   /// at constant speed by the time of the next.
   double back_off_m = 0.0010;
-  /// From that of a slow search, whose overtravel is below 0.1 mm. At 2 mm/s every millimetre costs
-  /// half a second of each touch.
+  /// From that of a slow search, whose overtravel is below 0.15 mm. At 4 mm/s every millimetre costs a
+  /// quarter of a second.
   double slow_back_off_m = 0.0006;
   /// A slow search ends so far behind the first contact.
   double beyond_first_m = 0.003;
   /// A search begins nearer than at the stand-off where the touches so far tell where the contact
   /// will be: by so many sigmas and a margin before it, and no nearer than at the least.
   double approach_sigmas = 6.0, approach_margin_m = 0.001, approach_least_m = 0.002;
+  /// It begins no further behind where the nominal arm would be in contact: an arm is 3 mm off as it
+  /// is delivered, and a forecast that says much more says that something else is wrong.
+  double behind_nominal_m = 0.005;
   /// Contact within this much travel from the stand-off is not the sphere: the tip would have been
   /// 11 mm early at the default stand-off of 12 mm. Jogged spheres, cables and chips are. One that
   /// is early for what was expected only is a surprise, and is confirmed.

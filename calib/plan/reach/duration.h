@@ -15,7 +15,7 @@ struct Pace {
   double ramp_s = 0.3, build_up_s = 0.1;
   /// What a leg behind a way-point that is passed takes of its time from rest to rest.
   double passed_share = 0.85;
-  double fast_m_s = 0.010, slow_m_s = 0.002;  ///< searches
+  double fast_m_s = 0.010, slow_m_s = 0.004;  ///< searches
   /// A search begins so far before the contact where the touches so far foretell it, on the mean
   /// over a session; which is so behind the first touches of each target.
   double foretold_m = 0.005;

@@ -98,6 +98,7 @@ void each_later_key(Options& options, Visitor visit) {
   visit("approach_sigmas", options.touch.approach_sigmas);
   visit("approach_margin_m", options.touch.approach_margin_m);
   visit("approach_least_m", options.touch.approach_least_m);
+  visit("behind_nominal_m", options.touch.behind_nominal_m);
 }
 
 }  // namespace
@@ -112,7 +113,9 @@ std::string options_to_json(const SessionOptions& options) {
 
 SessionOptions options_from_json(std::string_view text) {
   SessionOptions options;
-  options.touch.confirm_every = 1;  // as earlier versions did
+  // As earlier versions did.
+  options.touch.confirm_every = 1;
+  options.touch.behind_nominal_m = 0.0;
   try {
     const nlohmann::json json = nlohmann::json::parse(text);
     each_key(options, [&](const char* key, auto& value) { json.at(key).get_to(value); });

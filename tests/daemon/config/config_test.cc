@@ -31,7 +31,7 @@ TEST(a_configuration, has_sound_defaults) {
   EXPECT_EQ(config.contact.device, "/dev/ttyUSB0");
   EXPECT_EQ(config.contact.baud, 1'000'000);
   EXPECT_DOUBLE_EQ(config.touch.fast_m_s, 0.010);
-  EXPECT_DOUBLE_EQ(config.touch.slow_m_s, 0.002);
+  EXPECT_DOUBLE_EQ(config.touch.slow_m_s, 0.004);
   EXPECT_EQ(config.touch.confirm_every, 8);
   EXPECT_TRUE(config.realtime);
 }

@@ -48,8 +48,8 @@ TEST(a_session, searches_at_the_speeds_of_its_policy_under_the_sensors_arming) {
   EXPECT_NEAR(searches[0].cruise_s, 0.018 / 0.010, 1e-12);
   // Backed off by 1 mm from the contact at 10 mm, then by 0.6 mm; 3 mm behind it a search ends.
   EXPECT_NEAR(searches[0].target_rad[0], 0.118, 1e-12);
-  EXPECT_NEAR(searches[1].cruise_s, 0.004 / 0.002, 1e-9);
-  EXPECT_NEAR(searches[2].cruise_s, 0.0036 / 0.002, 1e-9);
+  EXPECT_NEAR(searches[1].cruise_s, 0.004 / TouchPolicy().slow_m_s, 1e-9);
+  EXPECT_NEAR(searches[2].cruise_s, 0.0036 / TouchPolicy().slow_m_s, 1e-9);
   EXPECT_NEAR(searches[1].target_rad[0], 0.113, 1e-12);
   for (std::size_t i = 0; i < searches.size(); ++i) EXPECT_EQ(searches[i].arm_id, i + 1);
 }

@@ -70,7 +70,7 @@ TEST(agreement, of_two_gives_the_mean_of_their_joints) {
   EXPECT_EQ(touch.set, calib::TouchSet::kCheck);
   EXPECT_EQ(touch.readings, 2);
   EXPECT_NEAR(touch.spread_m, 0.00004, 1e-12);
-  EXPECT_EQ(touch.speed_m_s, 0.002);
+  EXPECT_EQ(touch.speed_m_s, TouchPolicy().slow_m_s);
 }
 
 TEST(agreement, of_three_gives_the_middle_reading) {

@@ -174,13 +174,15 @@ TEST(a_search, begins_at_the_standoff_where_nothing_is_known) {
   expect_move(second.walk, MoveKind::kSearch, 0.218, 1.8, 3 * 1.8 + 10);
 }
 
-TEST(a_search, begins_no_nearer_than_two_millimetres_and_never_behind_the_nominal_surface) {
+TEST(a_search, begins_no_nearer_than_two_millimetres_and_at_most_five_behind_the_nominal_surface) {
   const TouchPolicy policy;
   calib::PlannedTouch planned = line_plan(1).touches[0];
   planned.expected_m = 0.012;
   EXPECT_NEAR(approach_m(planned, {0.011, 1e-5}, policy), 0.009, 1e-12);
   EXPECT_NEAR(approach_m(planned, {0.011, 1e-3}, policy), 0.004, 1e-12);
-  EXPECT_NEAR(approach_m(planned, {0.016, 1e-5}, policy), 0.010, 1e-12);
+  EXPECT_NEAR(approach_m(planned, {0.016, 1e-5}, policy), 0.014, 1e-12);
+  EXPECT_NEAR(approach_m(planned, {0.020, 1e-5}, policy), 0.015, 1e-12);
+  EXPECT_NEAR(approach_m(planned, {0.020, 1e-3}, policy), 0.010, 1e-12);
   EXPECT_EQ(approach_m(planned, {0.0021, 1e-5}, policy), 0.0);  // not worth a move
   EXPECT_EQ(approach_m(planned, {0.011, 0.01}, policy), 0.0);
   EXPECT_EQ(approach_m(planned, {0.011, 0.0}, policy), 0.0);

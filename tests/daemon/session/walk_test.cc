@@ -91,7 +91,7 @@ TEST(a_walk, through_one_touch_and_home) {
   EXPECT_EQ(walk.the<RecordReading>().number, 2);
   EXPECT_EQ(walk.the<RecordTouch>().index, 0u);
   EXPECT_NEAR(walk.the<RecordTouch>().touch.joint_rad.at(0), 0.11001, 1e-12);
-  EXPECT_EQ(walk.the<RecordTouch>().touch.speed_m_s, 0.002);
+  EXPECT_EQ(walk.the<RecordTouch>().touch.speed_m_s, TouchPolicy().slow_m_s);
   EXPECT_EQ(walk.the<RecordTouch>().touch.readings, 2);
   EXPECT_EQ(walk.timeout_s(), 10.0);
 
