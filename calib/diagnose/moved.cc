@@ -18,15 +18,43 @@ namespace {
 /// Squared sigmas of a shift, three degrees of freedom, that are believed.
 constexpr double kConfirmed = 25.0;
 
+/// An arm that warms up grows by 25e-6 of what it reaches, and its play is not the same all day;
+/// each makes targets seem to creep by about this, in each direction.
+constexpr double kCreepM = 0.02e-3;
+
 /// Squared sigmas for squared estimated ones: as unlikely, where the sigmas rest on so few degrees of
 /// freedom (Student's t), as so many of known sigmas are.
 double of_known_sigmas(double squared, double freedom) {
   constexpr double kAxes = 3.0;
   return (freedom + kAxes) * std::log1p(squared / freedom);  // (60a)
 }
-/// An arm that warms up grows by 25e-6 of what it reaches, and its play is not the same all day;
-/// each makes targets seem to creep by about this, in each direction.
-constexpr double kCreepM = 0.02e-3;
+
+/// From a target's place to that where it stood later.
+struct Shift {
+  Eigen::Vector3d by_m = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Zero();
+  double variance_along() const { return by_m.dot(covariance_m2 * by_m) / by_m.squaredNorm(); }
+};
+
+Shift shift_of(const Calibration& two, const std::string& target, const std::string& later) {
+  Shift shift;
+  Eigen::MatrixXd by = Eigen::MatrixXd::Zero(3, two.covariance.cols());
+  for (std::size_t p = 0; p < two.parameters.size(); ++p)
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto is_of = [&](const std::string& id) {
+        return two.parameters[p].key ==
+               target_parameter(ParameterKind::kCentre, two.cell.target_index(id), axis);
+      };
+      const bool is_later = is_of(later);
+      if (!is_later && !is_of(target)) continue;
+      by(axis, static_cast<Eigen::Index>(p)) = is_later ? 1.0 : -1.0;
+      shift.by_m[axis] +=
+          (is_later ? 1.0 : -1.0) * (two.parameters[p].nominal + two.parameters[p].correction);
+    }
+  shift.covariance_m2 =
+      by * two.covariance * by.transpose() + kCreepM * kCreepM * Eigen::Matrix3d::Identity();
+  return shift;
+}
 
 /// Whether a target has no fit touch, or more of them are left out than gross errors would be: then
 /// it does not stand where the others say either. Of a move that is known from the evidence of all
@@ -40,8 +68,10 @@ bool disagree(const Calibration& c, const std::vector<Touch>& touches, const std
 
 /// Identifies with the target taken as two and says by how much they lie apart; 0 where that does
 /// not come out.
+/// `without`: along it, where the model's own error was not estimated [m^2].
 MovedTarget measured(const Cell& cell, const std::vector<Touch>& touches,
-                     const IdentifyOptions& options, const Calibration& as_one, MovedTarget moved) {
+                     const IdentifyOptions& options, const Calibration& as_one, MovedTarget moved,
+                     std::optional<double> without = {}) {
   std::optional<Eigen::Vector3d> centre_m;
   for (const TargetResult& t : as_one.targets)
     if (t.id == moved.target) centre_m = t.centre_m + moved.shift_m;
@@ -62,30 +92,20 @@ MovedTarget measured(const Cell& cell, const std::vector<Touch>& touches,
        two.repeats.touches > 0)) {
     IdentifyOptions beside = options;
     beside.with_discrepancy = true;
-    return measured(cell, touches, beside, as_one, std::move(moved));
+    return measured(cell, touches, beside, as_one, std::move(moved),
+                    shift_of(two, moved.target, places.later).variance_along());
   }
-  Eigen::Vector3d shift = Eigen::Vector3d::Zero();
-  Eigen::MatrixXd by = Eigen::MatrixXd::Zero(3, two.covariance.cols());
-  for (std::size_t p = 0; p < two.parameters.size(); ++p)
-    for (int axis = 0; axis < 3; ++axis) {
-      const auto is_of = [&](const std::string& target) {
-        return two.parameters[p].key ==
-               target_parameter(ParameterKind::kCentre, two.cell.target_index(target), axis);
-      };
-      const bool is_later = is_of(places.later);
-      if (!is_later && !is_of(moved.target)) continue;
-      by(axis, static_cast<Eigen::Index>(p)) = is_later ? 1.0 : -1.0;
-      shift[axis] +=
-          (is_later ? 1.0 : -1.0) * (two.parameters[p].nominal + two.parameters[p].correction);
-    }
-  const Eigen::Matrix3d covariance =
-      by * two.covariance * by.transpose() + kCreepM * kCreepM * Eigen::Matrix3d::Identity();
-  moved.shift_m = shift;
-  moved.sigma_m = std::sqrt(shift.dot(covariance * shift)) / shift.norm();
-  moved.squared_sigmas = shift.dot(covariance.ldlt().solve(shift));  // (60)
-  if (two.discrepancy.estimated && two.discrepancy.degrees_of_freedom > 0.0)
-    moved.squared_sigmas =
-        of_known_sigmas(moved.squared_sigmas, two.discrepancy.degrees_of_freedom);
+  const Shift shift = shift_of(two, moved.target, places.later);
+  moved.shift_m = shift.by_m;
+  moved.sigma_m = std::sqrt(shift.variance_along());
+  moved.squared_sigmas = shift.by_m.dot(shift.covariance_m2.ldlt().solve(shift.by_m));  // (60)
+  if (two.discrepancy.estimated && two.discrepancy.degrees_of_freedom > 0.0 && without) {
+    // The error's share of the variance rests on few degrees of freedom, the rest on many.
+    const double share = std::max(0.0, 1.0 - *without / shift.variance_along());
+    if (share > 0.0)
+      moved.squared_sigmas = of_known_sigmas(moved.squared_sigmas,
+                                             two.discrepancy.degrees_of_freedom / (share * share));
+  }
   return moved;
 }
 
