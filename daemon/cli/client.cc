@@ -476,11 +476,11 @@ int report(const Connection& daemon, std::optional<std::int64_t> session,
            const std::filesystem::path& output) {
   if (!session) {
     for (const json& one : get(daemon, "/v1/sessions")) {
-      if (text(one, "state") != "done") continue;
+      if (text(one, "state") != "done" || text(one, "kind") != "calibrate") continue;
       session = number(one, "id");
       break;
     }
-    if (!session) throw std::runtime_error("no session is finished yet. See 'cellcal history'");
+    if (!session) throw std::runtime_error("no calibration is finished yet. See 'cellcal history'");
   }
   const Response html = ask(daemon, "GET", session_path(*session) + "/report.html");
   if (!output.empty()) put(html.body, output);

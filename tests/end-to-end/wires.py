@@ -418,6 +418,10 @@ class Virtual(Wires):
             f.write(text.replace("tip_radius_mm", "xyz_sigma_mm = [1.0, 1.0, 1.0]\ntip_radius_mm"))
         run = self.client("run", "--cell", cell, "--touches", "60", "--check", "12")
         self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
+        # A check has no report; the calibration before it has.
+        self.assertEqual(self.client("check", "--cell", cell).returncode, 0, self.log())
+        report = self.client("report")
+        self.assertIn("sessions/1/report.html", report.stdout, report.stderr)
         before.terminate()
         self.assertEqual(before.wait(20), 0)
         with socket.socket() as s:

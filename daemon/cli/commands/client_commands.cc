@@ -202,7 +202,7 @@ void add_report(CLI::App& app, int& status) {
   CLI::App* command = app.add_subcommand("report", "Print where a session's report is, or copy it");
   command->footer("Example: cellcal report 7 -o report.html");
   auto daemon = add_connection(command);
-  command->add_option("ID", given->session, "Number of the session; default: the newest finished")
+  command->add_option("ID", given->session, "Number of the session; default: the newest calibration that is finished")
       ->check(CLI::PositiveNumber);
   command->add_option("-o,--output", given->output, "Copy the report to this file (HTML)");
   command->callback([=, &status] {
