@@ -47,8 +47,9 @@ void read_motion(const TomlTable& table, DaemonConfig& config) {
   const double fast =
       table.number_or("fast_search_mm_s", by_flag ? kFlagFastMmS : policy.fast_m_s / kMm,
                       {0.5, SearchLimits{}.fastest_m_s / kMm});
-  const double slow = table.number_or("slow_search_mm_s",
-                                      by_flag ? kFlagSlowMmS : policy.slow_m_s / kMm, {0.1, 10.0});
+  const double slow =
+      table.number_or("slow_search_mm_s",
+                      by_flag ? kFlagSlowMmS : std::min(policy.slow_m_s / kMm, fast), {0.1, 10.0});
   if (fast * kMm > config.search_limits.fastest_m_s) {
     table.fail("fast_search_mm_s",
                "must be at most 2.5 with eki stop = \"flag\": the stop takes 50 to 70 ms");

@@ -73,6 +73,9 @@ TEST(a_configuration, asks_the_emulated_cell_for_what_real_arms_have_only_where_
 
 TEST(a_configuration, says_how_often_a_contact_is_confirmed_and_always_where_a_flag_stops) {
   EXPECT_EQ(parse_config(kMock + "[motion]\nconfirm_every = 3\n", "d").touch.confirm_every, 3);
+  // Who searches slowly does so from the first contact on.
+  EXPECT_DOUBLE_EQ(parse_config(kMock + "[motion]\nfast_search_mm_s = 3\n", "d").touch.slow_m_s,
+                   0.003);
   const std::string flag = kMock + "[mock]\nwire = \"eki\"\n[eki]\nstop = \"flag\"\n";
   EXPECT_EQ(parse_config(flag, "d").touch.confirm_every, 1);
   EXPECT_EQ(parse_config(flag + "[motion]\nconfirm_every = 1\n", "d").touch.confirm_every, 1);

@@ -63,7 +63,7 @@ TEST(agreement, of_two_gives_the_mean_of_their_joints) {
   planned.target = "S2";
   planned.set = calib::TouchSet::kCheck;
   const auto found = find_agreement(readings_at({0.01004, 0.010}), TouchPolicy{});
-  const calib::Touch touch = touch_of(planned, *found, 0.002);
+  const calib::Touch touch = touch_of(planned, *found, TouchPolicy().slow_m_s);
   EXPECT_DOUBLE_EQ(touch.joint_rad.at(0), 0.01002);
   EXPECT_DOUBLE_EQ(touch.settled_joint_rad.at(0), 0.11002);
   EXPECT_EQ(touch.target, "S2");

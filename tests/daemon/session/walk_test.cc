@@ -75,17 +75,17 @@ TEST(a_walk, through_one_touch_and_home) {
   EXPECT_EQ(first.utc, "2026-01-02T03:04:05.000Z");
   expect_move(walk, MoveKind::kRetreat, 0.109, 0.1, 3 * 0.1 + 10);
   walk.on(EventKind::kArrived);
-  expect_arming(walk, 2, 5000);  // from 9 mm to 13 mm at 2 mm/s
+  expect_arming(walk, 2, 3500);  // from 9 mm to 13 mm at 4 mm/s
   walk.on(EventKind::kArmed);
-  expect_move(walk, MoveKind::kSearch, 0.113, 2.0, 3 * 2.0 + 10);
+  expect_move(walk, MoveKind::kSearch, 0.113, 1.0, 3 * 1.0 + 10);
   walk.contact(0.11, 0.11005);
   EXPECT_EQ(walk.the<RecordReading>().number, 1);
   EXPECT_TRUE(walk.the<RecordReading>().reading.slow);
   expect_move(walk, MoveKind::kRetreat, 0.1094, 0.06, 3 * 0.06 + 10);
   walk.on(EventKind::kArrived);
-  expect_arming(walk, 3, 4700);
+  expect_arming(walk, 3, 3350);
   walk.on(EventKind::kArmed);
-  expect_move(walk, MoveKind::kSearch, 0.113, 1.8, 3 * 1.8 + 10);
+  expect_move(walk, MoveKind::kSearch, 0.113, 0.9, 3 * 0.9 + 10);
   walk.contact(0.11002, 0.1101);
   EXPECT_EQ(walk.state.phase, Phase::kRecording);
   EXPECT_EQ(walk.the<RecordReading>().number, 2);

@@ -54,6 +54,7 @@ class FaultyCell : public drivers::Clock {
 
   TimePoint now() const override { return now_; }
   TimePoint power_on() const { return options_.power_on; }
+  Wire wire() const { return options_.wire; }
   /// Throws std::runtime_error behind the last instant that a run may reach.
   void sleep_until(TimePoint t) override;
   void live(Duration d) { sleep_until(now_ + d); }
