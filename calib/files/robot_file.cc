@@ -4,9 +4,9 @@
 #include <cmath>
 #include <set>
 
+#include "calib/files/columns/touch_columns.h"
 #include "calib/files/documents.h"
 #include "calib/files/files.h"
-#include "calib/files/touch_columns.h"
 #include "calib/model/units.h"
 #include "calib/syntax/shown.h"
 #include "calib/syntax/toml_json.h"

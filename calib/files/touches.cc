@@ -6,9 +6,9 @@
 #include <functional>
 #include <optional>
 
+#include "calib/files/columns/joint_columns.h"
+#include "calib/files/columns/touch_columns.h"
 #include "calib/files/files.h"
-#include "calib/files/joint_columns.h"
-#include "calib/files/touch_columns.h"
 #include "calib/model/iso_time.h"
 #include "calib/model/units.h"
 #include "calib/syntax/csv.h"

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "calib/verdict/judge_accuracy.h"
+#include "calib/verdict/judge/judge_accuracy.h"
 
 namespace cellcal::calib {
 

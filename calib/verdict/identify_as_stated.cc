@@ -24,7 +24,7 @@
 #include "calib/uncertainty/gauge.h"
 #include "calib/uncertainty/observability.h"
 #include "calib/uncertainty/region.h"
-#include "calib/verdict/held_out.h"
+#include "calib/verdict/judge/held_out.h"
 #include "calib/verdict/verdict.h"
 
 namespace cellcal::calib {

@@ -4,12 +4,12 @@
 
 #include "calib/consistency/duplicates.h"
 #include "calib/verdict/first_session.h"
-#include "calib/verdict/held_places.h"
-#include "calib/verdict/judge_accuracy.h"
-#include "calib/verdict/judge_artefacts.h"
-#include "calib/verdict/judge_scope.h"
-#include "calib/verdict/judge_touches.h"
-#include "calib/verdict/tolerances.h"
+#include "calib/verdict/judge/held_places.h"
+#include "calib/verdict/judge/judge_accuracy.h"
+#include "calib/verdict/judge/judge_artefacts.h"
+#include "calib/verdict/judge/judge_scope.h"
+#include "calib/verdict/judge/judge_touches.h"
+#include "calib/verdict/judge/tolerances.h"
 
 namespace cellcal::calib {
 

@@ -9,9 +9,9 @@
 #include <string_view>
 
 #include "daemon/advice/advice_teller.h"
-#include "daemon/api/event_feed.h"
 #include "daemon/api/http/message.h"
-#include "daemon/api/status_json.h"
+#include "daemon/api/live/event_feed.h"
+#include "daemon/api/live/status_json.h"
 #include "daemon/archive/retention.h"
 #include "daemon/drift/drift_watch.h"
 #include "daemon/plant/line/line_status.h"

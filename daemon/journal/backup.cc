@@ -4,7 +4,7 @@
 
 #include <thread>
 
-#include "daemon/journal/database_copy.h"
+#include "daemon/journal/database/database_copy.h"
 #include "daemon/journal/journal_impl.h"
 
 namespace cellcal::daemon {

@@ -7,8 +7,8 @@
 #include <span>
 
 #include "calib/files/calibration_json.h"
+#include "daemon/journal/database/prepare.h"
 #include "daemon/journal/journal_impl.h"
-#include "daemon/journal/prepare.h"
 
 namespace cellcal::daemon {
 

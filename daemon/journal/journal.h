@@ -10,56 +10,14 @@
 #include <vector>
 
 #include "calib/model/touch.h"
-#include "daemon/journal/origin.h"
-#include "daemon/journal/outbox.h"
+#include "daemon/journal/database/origin.h"
+#include "daemon/journal/database/outbox.h"
+#include "daemon/journal/database/records.h"
 #include "daemon/journal/store/error.h"
 #include "daemon/session/action.h"
 #include "daemon/session/evidence.h"
 
 namespace cellcal::daemon {
-
-/// What a session works on, as text, so that it can be resumed when the files have changed.
-struct SessionInputs {
-  std::string cell_name, cell_text;  ///< the file's path as given, and its content
-  std::string robot_name, robot_text;
-  std::string options;  ///< JSON, options.h
-};
-
-/// The earlier calibration that a result was held against.
-struct Compared {
-  std::string words;        ///< which one
-  bool accepted = false;    ///< a changed arm was to be accepted
-  std::string calibration;  ///< JSON
-};
-
-/// A person's word that this session's calibration is to be used, though a newer one was published.
-struct Activation {
-  std::int64_t session = 0;
-  std::string time, who, reason;
-  std::int64_t entry = 0;  ///< its place among all that was ever written; 0: not written yet
-};
-
-struct SessionRecord {
-  std::int64_t id = 0;
-  std::string started, ended;  ///< ISO 8601 UTC; `ended` is empty while it runs
-  /// running, interrupted, aborted, failed, done; damaged: the row is not as it was written.
-  std::string state;
-  SessionInputs inputs;
-  std::string plan_hash;
-  int planned = 0;  ///< touches of the plan; 0 before it was made
-  int touches = 0;  ///< on disk
-  std::string failure;
-  std::optional<FailureKind>
-      failure_kind{};            ///< of one that fails now, for those who are told; no row has it
-  std::string calibration;       ///< JSON; empty before identification
-  std::string software;          ///< version that began it; empty: before version 3 of the journal
-  std::optional<Origin> origin;  ///< imported
-  std::string
-      dropped;  ///< when its raw events and readings were dropped (retention); empty: they are there
-
-  /// It has not come to its end, and its plan can be gone on with.
-  bool resumable() const { return state != "done" && state != "running" && !origin; }
-};
 
 /// What may be dropped of old sessions: raw events and readings, nothing else. None set: nothing.
 struct RetentionLimits {

@@ -5,9 +5,9 @@
 #include <functional>
 #include <mutex>
 
-#include "daemon/journal/chain.h"
+#include "daemon/journal/database/chain.h"
+#include "daemon/journal/database/outbox_rows.h"
 #include "daemon/journal/journal.h"
-#include "daemon/journal/outbox_rows.h"
 #include "daemon/journal/pending_rows.h"
 #include "daemon/journal/store/file_watch.h"
 #include "daemon/journal/store/head_file.h"

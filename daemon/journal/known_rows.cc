@@ -4,8 +4,8 @@
 
 #include <algorithm>
 
+#include "daemon/journal/database/origin.h"
 #include "daemon/journal/journal.h"
-#include "daemon/journal/origin.h"
 
 namespace cellcal::daemon {
 

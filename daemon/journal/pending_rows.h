@@ -8,8 +8,8 @@
 #include <variant>
 #include <vector>
 
-#include "daemon/journal/chain.h"
-#include "daemon/journal/outbox.h"
+#include "daemon/journal/database/chain.h"
+#include "daemon/journal/database/outbox.h"
 #include "daemon/session/evidence.h"
 
 namespace cellcal::daemon {

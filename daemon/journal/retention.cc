@@ -15,14 +15,16 @@ constexpr std::int64_t kRowBytes = 60;
 
 /// About how many bytes a table's rows of this session hold, and how many there are.
 DroppedRows raw_rows(Database& database, std::int64_t session, const std::string& table) {
-  const char* texts = table == "reading"   ? "length(contact_rad) + length(settled_rad) + length(time)"
-                      : table == "event"   ? "length(time) + length(words)"
-                      : table == "contact" ? "length(time) + length(kind)"
-                                           : "length(time) + length(from_phase) + length(to_phase) + "
-                                             "length(event)";
-  Statement count(database, fmt::format("SELECT count(*), coalesce(sum({}), 0) FROM {} WHERE session=?",
-                                        texts, table)
-                                .c_str());
+  const char* texts =
+      table == "reading"   ? "length(contact_rad) + length(settled_rad) + length(time)"
+      : table == "event"   ? "length(time) + length(words)"
+      : table == "contact" ? "length(time) + length(kind)"
+                           : "length(time) + length(from_phase) + length(to_phase) + "
+                             "length(event)";
+  Statement count(
+      database,
+      fmt::format("SELECT count(*), coalesce(sum({}), 0) FROM {} WHERE session=?", texts, table)
+          .c_str());
   count.bind(1, session).step();
   return {session, count.integer(0), count.integer(1) + kRowBytes * count.integer(0)};
 }
@@ -54,13 +56,14 @@ std::vector<DroppedRows> Journal::retain(const RetentionLimits& limits, const st
                                          bool dry_run, const std::function<bool()>& go_on) {
   std::vector<SessionRecord> all = sessions();
   // The newest may still be resumed, and the next one is compared with it.
-  const auto newest = std::find_if(all.begin(), all.end(),
-                                   [](const SessionRecord& one) { return !one.origin; });
+  const auto newest =
+      std::find_if(all.begin(), all.end(), [](const SessionRecord& one) { return !one.origin; });
   if (newest != all.end()) all.erase(newest);
   std::int64_t used = bytes_in_use();
   std::vector<DroppedRows> gone;
   for (auto record = all.rbegin(); record != all.rend(); ++record) {
-    if (record->state == "running" || record->state == "damaged" || !record->dropped.empty()) continue;
+    if (record->state == "running" || record->state == "damaged" || !record->dropped.empty())
+      continue;
     const std::string& end = record->ended.empty() ? record->started : record->ended;
     const bool old = !limits.ended_before.empty() && end < limits.ended_before;
     const bool too_much = limits.bytes && used > *limits.bytes;
@@ -85,7 +88,8 @@ std::vector<DroppedRows> Journal::retain(const RetentionLimits& limits, const st
                          fmt::format("DELETE FROM {} WHERE session=?", table).c_str());
           drop.bind(1, record->id).step();
         }
-        Statement insert(impl_->database, "INSERT INTO dropped (session, time, rows) VALUES (?,?,?)");
+        Statement insert(impl_->database,
+                         "INSERT INTO dropped (session, time, rows) VALUES (?,?,?)");
         insert.bind(1, record->id).bind(2, std::string_view(utc)).bind(3, rows.rows).step();
         impl_->added(record->id, "dropped");
       });

@@ -10,7 +10,7 @@
 #include <set>
 
 #include "calib/syntax/input_file.h"
-#include "daemon/journal/chain.h"
+#include "daemon/journal/database/chain.h"
 #include "daemon/journal/journal.h"
 #include "daemon/journal/rows.h"
 

@@ -2,7 +2,7 @@
 
 #include <map>
 
-#include "daemon/journal/chain.h"
+#include "daemon/journal/database/chain.h"
 
 namespace cellcal::daemon {
 

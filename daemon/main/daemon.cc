@@ -13,7 +13,7 @@
 #include "daemon/api/access/access.h"
 #include "daemon/api/handlers.h"
 #include "daemon/api/http/server.h"
-#include "daemon/api/page.h"
+#include "daemon/api/page/page.h"
 #include "daemon/backends/backends.h"
 #include "daemon/cell_form/cell_shelf.h"
 #include "daemon/doctor/doctor.h"

@@ -5,7 +5,7 @@
 
 #include "calib/correct/corrector.h"
 #include "calib/files/calibration_json.h"
-#include "calib/files/poses.h"
+#include "calib/files/columns/poses.h"
 #include "calib/model/units.h"
 #include "calib/uncertainty/predict.h"
 #include "daemon/cli/offline/correct.h"

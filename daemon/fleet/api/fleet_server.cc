@@ -7,7 +7,7 @@
 #include <thread>
 
 #include "daemon/api/http/server.h"
-#include "daemon/api/page.h"
+#include "daemon/api/page/page.h"
 #include "daemon/fleet/api/answers.h"
 
 namespace cellcal::daemon::fleet {

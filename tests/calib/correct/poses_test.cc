@@ -1,4 +1,4 @@
-#include "calib/files/poses.h"
+#include "calib/files/columns/poses.h"
 
 #include <gtest/gtest.h>
 

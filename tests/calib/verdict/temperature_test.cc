@@ -1,6 +1,6 @@
 // Over which temperatures a result was made.
 
-#include "calib/verdict/temperature.h"
+#include "calib/verdict/judge/temperature.h"
 
 #include <gtest/gtest.h>
 

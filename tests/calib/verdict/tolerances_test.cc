@@ -1,7 +1,7 @@
 // What comes out farther from the files than they allow is told, and withheld where chance no
 // longer does it; gross errors within reason and an arm that warms up hold nothing back.
 
-#include "calib/verdict/tolerances.h"
+#include "calib/verdict/judge/tolerances.h"
 
 #include <gtest/gtest.h>
 

@@ -7,7 +7,7 @@
 #include <thread>
 
 #include "tests/daemon/api/without_hardware.h"
-#include "tests/daemon/journal/stalling_disk.h"
+#include "tests/daemon/journal/disks/stalling_disk.h"
 
 namespace cellcal::daemon {
 namespace {

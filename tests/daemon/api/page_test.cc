@@ -1,6 +1,6 @@
 // What a browser is given, and what the page draws, as requests meet them.
 
-#include "daemon/api/page.h"
+#include "daemon/api/page/page.h"
 
 #include <gtest/gtest.h>
 

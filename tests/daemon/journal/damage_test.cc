@@ -4,10 +4,10 @@
 
 #include <random>
 
-#include "away_disk.h"
 #include "daemon/journal/store/sqlite.h"
 #include "images.h"
 #include "temporary_directory.h"
+#include "tests/daemon/journal/disks/away_disk.h"
 
 namespace cellcal::daemon::testing {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "daemon/journal/chain.h"
+#include "daemon/journal/database/chain.h"
 #include "daemon/journal/rows.h"
 #include "images.h"
 #include "temporary_directory.h"

@@ -2,12 +2,12 @@
 
 #include <gtest/gtest.h>
 
-#include "daemon/journal/schema.h"
+#include "daemon/journal/database/schema.h"
 #include "daemon/journal/store/sqlite.h"
 #include "daemon/qualification/touch_contacts.h"
 #include "images.h"
-#include "losing_disk.h"
 #include "temporary_directory.h"
+#include "tests/daemon/journal/disks/losing_disk.h"
 #include "version_2.h"
 
 namespace cellcal::daemon::testing {

@@ -5,9 +5,9 @@
 #include <cerrno>
 
 #include "images.h"
-#include "losing_disk.h"
 #include "plain_reporter.h"
 #include "temporary_directory.h"
+#include "tests/daemon/journal/disks/losing_disk.h"
 
 namespace cellcal::daemon::testing {
 namespace {

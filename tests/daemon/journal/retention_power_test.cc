@@ -4,8 +4,8 @@
 
 #include "daemon/journal/journal.h"
 #include "images.h"
-#include "losing_disk.h"
 #include "temporary_directory.h"
+#include "tests/daemon/journal/disks/losing_disk.h"
 
 namespace cellcal::daemon::testing {
 namespace {

@@ -37,7 +37,8 @@ TEST_F(retention, drops_raw_rows_of_old_sessions_and_keeps_touches_and_results_t
   std::string rows;
   {
     Journal journal(dir / "j.db");
-    for (const char* day : {"2026-01-01", "2026-02-01", "2026-03-01", "2026-04-01"}) session(journal, day);
+    for (const char* day : {"2026-01-01", "2026-02-01", "2026-03-01", "2026-04-01"})
+      session(journal, day);
     const auto gone = journal.retain(before_march, "2026-05-01T00:00:00.000Z", false);
     EXPECT_EQ(numbers(gone), (std::vector<std::int64_t>{1, 2}));
     EXPECT_EQ(gone[0].rows, 3 + 6 + 1 + 1) << "events, readings, a contact, a change";
@@ -84,7 +85,8 @@ TEST_F(retention, drops_the_oldest_until_the_journal_uses_no_more) {
   limits.bytes = used - 1;
   EXPECT_EQ(numbers(journal.retain(limits, "t", true)), std::vector<std::int64_t>{1});
   limits.bytes = 0;
-  EXPECT_EQ(numbers(journal.retain(limits, "t", false)), (std::vector<std::int64_t>{1, 2, 3, 4, 5}));
+  EXPECT_EQ(numbers(journal.retain(limits, "t", false)),
+            (std::vector<std::int64_t>{1, 2, 3, 4, 5}));
   EXPECT_LT(journal.bytes_in_use(), used);
 }
 
@@ -99,7 +101,8 @@ TEST_F(retention, stops_between_two_sessions_where_it_is_told_to) {
 TEST_F(retention, does_not_hide_a_row_that_was_changed_taken_out_or_put_in) {
   {
     Journal journal(dir / "j.db");
-    for (const char* day : {"2026-01-01", "2026-01-02", "2026-01-03", "2026-04-01"}) session(journal, day);
+    for (const char* day : {"2026-01-01", "2026-01-02", "2026-01-03", "2026-04-01"})
+      session(journal, day);
     journal.retain({"2026-01-02T00:00:00.000Z", {}}, "t", false);
   }
   {

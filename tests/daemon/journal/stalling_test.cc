@@ -6,8 +6,8 @@
 #include <thread>
 
 #include "images.h"
-#include "stalling_disk.h"
 #include "temporary_directory.h"
+#include "tests/daemon/journal/disks/stalling_disk.h"
 
 namespace cellcal::daemon::testing {
 namespace {

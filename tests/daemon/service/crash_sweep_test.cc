@@ -9,7 +9,7 @@
 #include <set>
 
 #include "daemon/service/journal_recorder.h"
-#include "tests/daemon/journal/losing_disk.h"
+#include "tests/daemon/journal/disks/losing_disk.h"
 #include "tests/daemon/journal/temporary_directory.h"
 #include "tests/daemon/runner/fakes.h"
 

@@ -23,7 +23,7 @@
 #include "daemon/plant/publisher/reporter.h"
 #include "listener.h"
 #include "strict_door.h"
-#include "tests/daemon/journal/away_disk.h"
+#include "tests/daemon/journal/disks/away_disk.h"
 #include "tests/daemon/journal/images.h"
 #include "tests/daemon/journal/temporary_directory.h"
 
