@@ -113,8 +113,9 @@ TEST(WhatPriorsDecided, IsNotReadBackHoweverOftenTheyAreTaken) {
     ASSERT_FALSE(learned.none);
     stated = std::get<Accepted>(accept(stated, learned.priors)).robot;
   }
+  const Robot drawn = drawn_robot();
   for (std::size_t joint = 0; joint < 6; ++joint) {
-    const Joint &is = stated.joints[joint], &was = drawn_robot().joints[joint];
+    const Joint &is = stated.joints[joint], &was = drawn.joints[joint];
     EXPECT_GT(is.tolerance_length_m / was.tolerance_length_m, 0.75 * truth.length[joint]) << joint;
     EXPECT_GT(is.tolerance_angle_rad / was.tolerance_angle_rad, 0.75 * truth.angle[joint]) << joint;
   }
