@@ -76,7 +76,7 @@ void require_known(const krl::ProposedFrame& one, const krl::ProposedFrames& pro
 }
 
 double turn_deg(const json& from, const json& to) {
-  const auto rotation = [](const json& values) {
+  const auto rotation = [](const json& values) -> Eigen::Matrix3d {
     return calib::to_isometry({{}, values.at("abc_deg").get<std::array<double, 3>>()}).linear();
   };
   return Eigen::AngleAxisd(rotation(from).transpose() * rotation(to)).angle() * calib::kDegPerRad;

@@ -79,7 +79,7 @@ TEST(an_offline_program, sends_the_real_tcp_where_it_was_programmed) {
   Frames frames = testing::frames();
   frames.base = Eigen::Isometry3d::Identity();
   for (std::size_t i = 0; i < from.size(); ++i) {
-    const auto there = real.calibrated(axes_of(ptp[i])).tcp.translation();
+    const Eigen::Vector3d there = real.calibrated(axes_of(ptp[i])).tcp.translation();
     EXPECT_LT((there - nominal.nominal_tcp(from[i]).translation()).norm(), 5e-6) << "PTP " << i;
 
     // In the posture that the PTP before it left.
@@ -91,7 +91,7 @@ TEST(an_offline_program, sends_the_real_tcp_where_it_was_programmed) {
     const auto commanded = run(cell().robot, frames, e6);
     ASSERT_EQ(commanded.size(), 1U);
     ASSERT_EQ(commanded[0].size(), 6U) << lin[i];
-    const auto at = real.calibrated(commanded[0]).tcp.translation();
+    const Eigen::Vector3d at = real.calibrated(commanded[0]).tcp.translation();
     EXPECT_LT((at - nominal.nominal_tcp(beside(from[i])).translation()).norm(), 5e-6)
         << "LIN " << i;
   }
