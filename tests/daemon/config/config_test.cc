@@ -132,7 +132,7 @@ TEST(corrections_in_space, are_of_the_flange_or_of_the_cells_tool_as_the_control
   cell.tool.tcp.translation() = Eigen::Vector3d(0.1, 0.2, 0.3);
   const std::vector<double> zero(6, 0.0);
   const std::string text = kRsi + "[rsi]\ncorrection = \"space\"\n";
-  const auto at = [&](const std::string& more) {
+  const auto at = [&](const std::string& more) -> Eigen::Vector3d {
     return rsi_config_for(parse_config(text + more, "d.toml"), cell)
         .space.geometry->tcp(zero)
         .translation();
