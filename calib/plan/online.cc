@@ -6,30 +6,43 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <map>
 
 #include "calib/estimate/incremental_estimate.h"
 #include "calib/model/random.h"
 #include "calib/plan/choice/aim.h"
 #include "calib/plan/choice/choose.h"
+#include "calib/plan/choice/choose_together.h"
 #include "calib/plan/choice/forecast.h"
+#include "calib/plan/choice/look_around.h"
 #include "calib/plan/choice/remaining_uncertainty.h"
 #include "calib/plan/reach/corners.h"
-#include "calib/plan/reach/order.h"
 #include "calib/plan/reach/pool.h"
+#include "calib/plan/reach/visit.h"
 
 namespace cellcal::calib {
 
 namespace {
 
 constexpr int kCandidatesPerTarget = 400;
+/// Of what a plan leaves that further touches could take away, u95 comes to about so much once the
+/// touches are made and have told which of the model's errors the arm has (tests/experiments/online).
+constexpr double kBoundOverError = 2.1;
+/// The error falls as this power of the number of touches.
+constexpr double kErrorPower = 0.55;
 constexpr Kinds kKinds = Kinds::kSpheresAndPlanes;
+/// Rounds of exchange at most, of the plan.
+constexpr int kExchangesAhead = 6;
 constexpr int kAhead = 10;  ///< touches that have to be worth it together
-/// Before each choice, candidates like the one that was best by then, turned by one of these.
-constexpr double kLookAroundRad[] = {0.3, 0.12};
-constexpr int kAround = 24;
-constexpr std::size_t kMostAround = 3000;  ///< of all that are added
-/// Of so many that are foremost by a guess the way is looked for before one is chosen.
-constexpr int kLookedAt = 8;
+/// Chosen together once the plan is done, and again after so many of them.
+constexpr int kMostTogether = 100;
+constexpr int kUntilChosenAgain = 12;
+/// Orders that are looked at of the touches behind the first ones, and of those chosen again: the arm
+/// may be waiting. More bring nothing to be seen.
+constexpr int kOrdersBehind = 8, kOrdersAgain = 4;
+/// Around those chosen, so many candidates for each are added, by these turns one after the other.
+constexpr double kAroundRad[] = {0.3, 0.12};
+constexpr int kAroundEach = 12;
 
 using Way = std::optional<std::vector<JointVector>>;
 
@@ -42,11 +55,13 @@ struct Online::Impl {
   JointVector start;
   Pace pace;
   Pool pool;
-  std::size_t spread;              ///< candidates in the beginning, all over the targets
-  std::vector<bool> gone;          ///< per candidate: touched, failed, or without a way
-  std::vector<std::size_t> seeds;  ///< still to be made, in order
-  int least = kFirstTouches;       ///< touches of each sphere before there is an estimate
-  int unsettled = 0;               ///< times that there was none
+  std::size_t spread;               ///< candidates in the beginning, all over the targets
+  std::vector<bool> gone;           ///< per candidate: touched, failed, or without a way
+  int least = kFirstTouches;        ///< touches of each sphere before there is an estimate
+  std::vector<std::size_t> seeds;   ///< for that, in order
+  std::vector<std::size_t> agenda;  ///< chosen together, in order behind them
+  int until_chosen_again = 0;       ///< touches
+  int unsettled = 0;                ///< times that there was none
   Random random;
   std::vector<std::size_t> failed;  ///< candidates that could not be touched
   std::vector<std::size_t> checks;  ///< still to be made, once the fit touches are
@@ -76,15 +91,6 @@ struct Online::Impl {
     if (const auto what = pool.clearance().hit(start, kTipMarginM))
       throw PlanError("the arm is too close to something to start: " + words(*what) +
                       ". Jog it free");
-    ChooseOptions first;
-    first.count = kFirstTouches * static_cast<int>(std::count_if(
-                                      cell.targets.begin(), cell.targets.end(),
-                                      [](const Target& t) { return is_planned(t, kKinds); }));
-    first.least_per_target = kFirstTouches;
-    first.region = options.region;
-    first.possible = [this](std::size_t c) { return pool.connected(c); };
-    seeds = choose(cell, pool.candidates(), first).picked;
-    order_seeds();
     progress.touches_left = goal.most_touches;
     progress.checks_left = options.check_touches;
     for (const Touch& touch : made) {
@@ -97,7 +103,52 @@ struct Online::Impl {
     }
     progress.touches = static_cast<int>(touches.size());
     progress.touches_left -= progress.touches;
-    if (!touches.empty() && seeded()) begin();
+    if (!touches.empty() && seeded())
+      begin();
+    else
+      plan_ahead();
+  }
+
+  /// As many touches as the goal is going to take by (92), on nominal geometry: those that an estimate
+  /// needs first, then the others.
+  void plan_ahead() {
+    const auto targets =
+        static_cast<int>(std::count_if(cell.targets.begin(), cell.targets.end(),
+                                       [](const Target& t) { return is_planned(t, kKinds); }));
+    const int fewest = kFirstTouches * targets, most = std::max(fewest, progress.touches_left);
+    ChooseOptions how;
+    how.region = options.region;
+    how.seed = options.seed;
+    how.possible = [this](std::size_t c) {
+      return (c >= gone.size() || !gone[c]) && pool.connected(c);
+    };
+    how.exchanges = kExchangesAhead;
+    // Half of them shared out evenly, as in every plan.
+    const auto choose_some = [&](int count) {
+      how.count = count;
+      how.least_per_target = std::max(kFirstTouches, count / (2 * targets));
+      return choose(cell, pool.candidates(), how);
+    };
+    Choice choice = choose_some(goal.u95_m > 0.0 ? std::min(most, 2 * fewest) : most);
+    if (goal.u95_m > 0.0) {
+      const double more =
+          std::pow(kBoundOverError * choice.reducible_m / goal.u95_m, 1.0 / kErrorPower);
+      choice =
+          choose_some(static_cast<int>(std::clamp(more * how.count, 1.0 * fewest, 1.0 * most)));
+    }
+    if (how.count > fewest) look_around(cell, pool, spread, how, choice);
+    choice.picked = pool.forget(spread, std::move(choice.picked));
+    gone.resize(pool.candidates().size(), false);
+    std::map<std::size_t, int> of_target;
+    for (const std::size_t c : choice.picked)
+      (++of_target[pool.candidates()[c].target] <= kFirstTouches ? seeds : agenda).push_back(c);
+    seeds = in_short_order(seeds, start, {}, kMostOrders);
+    if (!seeds.empty()) {
+      const std::size_t behind = seeds.back();
+      agenda = in_short_order(agenda, pool.candidates()[behind].clear, behind, kOrdersBehind);
+    }
+    until_chosen_again = static_cast<int>(choice.picked.size());
+    progress.touches_left = static_cast<int>(choice.picked.size());
   }
 
   /// Candidates of the target with no axis further from this contact are not offered again.
@@ -124,22 +175,19 @@ struct Online::Impl {
     }));
   }
 
-  /// Few, and all of them have to be made: in the order that costs least time.
-  void order_seeds() {
-    const auto count = static_cast<Eigen::Index>(seeds.size());
-    Eigen::MatrixXd cost(count, count);
-    Eigen::VectorXd from_start(count);
-    for (Eigen::Index j = 0; j < count; ++j) {
-      from_start[j] = seconds(seeds[static_cast<std::size_t>(j)], start);
-      for (Eigen::Index i = 0; i < count; ++i) {
-        last = seeds[static_cast<std::size_t>(i)];
-        cost(i, j) = seconds(seeds[static_cast<std::size_t>(j)], pool.candidates()[*last].clear);
-      }
-    }
-    last.reset();
+  /// In an order that costs little time from there, where another candidate was left.
+  std::vector<std::size_t> in_short_order(const std::vector<std::size_t>& which,
+                                          const JointVector& from,
+                                          const std::optional<std::size_t>& leaving,
+                                          int most_orders) const {
+    std::vector<ToVisit> todo;
+    for (const std::size_t c : which) todo.push_back({pool.candidates()[c], TouchSet::kFit});
+    const Candidate* left = leaving ? &pool.candidates()[*leaving] : nullptr;
     std::vector<std::size_t> ordered;
-    for (const std::size_t k : short_order(cost, from_start)) ordered.push_back(seeds[k]);
-    seeds = std::move(ordered);
+    for (const std::size_t k :
+         order_by_ways(cell.robot, pool.router(), todo, from, left, most_orders))
+      ordered.push_back(which[k]);
+    return ordered;
   }
 
   /// Target by target; one that lost a seed to a failure gets another.
@@ -187,28 +235,59 @@ struct Online::Impl {
     }
   }
 
-  /// More candidates like the best.
-  void look_around() {
-    if (!design || pool.candidates().size() > spread + kMostAround) return;
-    const JointVector& from = last ? pool.candidates()[*last].clear : start;
-    const auto best = most_worth(from);
-    if (!best) return;
-    for (const double by_rad : kLookAroundRad)
-      pool.vary({*best}, kAround / static_cast<int>(std::size(kLookAroundRad)), by_rad, random);
-    gone.resize(pool.candidates().size(), false);
-    forget_failed();
+  /// The arm as it is known, and how far that is from the goal.
+  void look() {
+    see();
+    bounds.emplace_back(progress.touches, progress.u95_m);
+    judge();
   }
 
   /// Candidates and region as the estimate sees them.
-  void look() {
-    look_around();
+  void see() {
     RemainingUncertainty seen = remaining_uncertainty(cell, pool, options, *estimate);
     design = std::move(seen.design);
     moves = std::move(seen.moves);
     progress.mean_m = seen.mean_m;
     progress.u95_m = seen.u95_m;
-    bounds.emplace_back(progress.touches, progress.u95_m);
-    judge();
+  }
+
+  /// What is still to be touched by what is known by now, in order.
+  void choose_ahead(const JointVector& from) {
+    const int count = std::clamp(progress.touches_left, 1, kMostTogether);
+    const auto possible = [this](std::size_t c) { return !gone[c] && pool.connected(c); };
+    forget_around();
+    see();
+    std::vector<std::size_t> picked = choose_together(*design, count, possible);
+    for (const double by_rad : kAroundRad) {
+      pool.vary(picked, kAroundEach * static_cast<int>(picked.size()), by_rad, random);
+      gone.resize(pool.candidates().size(), false);
+      forget_failed();
+      see();
+      picked = choose_together(*design, count, possible);
+    }
+    agenda = in_short_order(picked, from, last, kOrdersAgain);
+    until_chosen_again = kUntilChosenAgain;
+  }
+
+  /// Forgets what was added around earlier choices, but what is still spoken of.
+  void forget_around() {
+    std::vector<std::size_t> kept = failed;
+    kept.insert(kept.end(), agenda.begin(), agenda.end());
+    if (last) kept.push_back(*last);
+    std::sort(kept.begin(), kept.end());
+    kept.erase(std::unique(kept.begin(), kept.end()), kept.end());
+    const std::vector<std::size_t> now = pool.forget(spread, kept);
+    std::map<std::size_t, std::size_t> place;
+    std::vector<bool> gone_now(gone.begin(), gone.begin() + static_cast<std::ptrdiff_t>(spread));
+    gone_now.resize(pool.candidates().size(), false);
+    for (std::size_t k = 0; k < kept.size(); ++k) {
+      place[kept[k]] = now[k];
+      gone_now[now[k]] = gone[kept[k]];
+    }
+    gone = std::move(gone_now);
+    for (std::size_t& c : failed) c = place.at(c);
+    if (last) last = place.at(*last);
+    agenda.clear();
   }
 
   double variance() const {
@@ -248,9 +327,11 @@ struct Online::Impl {
   /// The check that is reached soonest.
   std::optional<std::size_t> pick_check(const JointVector& from) {
     if (checks.empty()) return std::nullopt;
+    const auto to = [&](std::size_t c) {
+      return move_s(cell.robot, from, pool.candidates()[c].standoff, pace);
+    };
     const auto nearest = std::min_element(
-        checks.begin(), checks.end(),
-        [&](std::size_t a, std::size_t b) { return seconds(a, from) < seconds(b, from); });
+        checks.begin(), checks.end(), [&](std::size_t a, std::size_t b) { return to(a) < to(b); });
     const std::size_t c = *nearest;
     checks.erase(nearest);
     return c;
@@ -290,88 +371,48 @@ struct Online::Impl {
     progress.touches_left = std::min(k, touches_by_trend(bounds, goal.u95_m, most));
   }
 
-  /// A touch from there, the way to it guessed.
-  double seconds(std::size_t c, const JointVector& from) const {
-    const Candidate& to = pool.candidates()[c];
-    const bool same = last && pool.candidates()[*last].target == to.target;
-    constexpr double kSameSphereS = 0.2, kOtherSphereS = 0.5;
-    return at_place_s() + (same ? kSameSphereS : kOtherSphereS) +
-           move_s(cell.robot, from, to.standoff, pace);
-  }
-  double at_place_s() const {
-    constexpr double kRetreatS = 0.45;
-    return touch_s(pace.foretold_m, pace) + kRetreatS;
-  }
-
   Way way_to(std::size_t c, const JointVector& from) const {
     const Candidate* leaving = last ? &pool.candidates()[*last] : nullptr;
     return pool.router().to_standoff(from, leaving, pool.candidates()[c]);
   }
 
-  /// Per candidate, what it takes off the error per second; of those that are gone nothing.
-  std::vector<double> worths(const JointVector& from) const {
-    std::vector<double> worths(static_cast<std::size_t>(design->size()), 0.0);
-    for (std::size_t c = 0; c < worths.size(); ++c)
-      if (!gone[c]) worths[c] = design->gain(static_cast<Eigen::Index>(c)) / seconds(c, from);
-    return worths;
-  }
-
-  std::optional<std::size_t> most_worth(const JointVector& from) const {
-    const std::vector<double> worth = worths(from);
-    const auto best = std::max_element(worth.begin(), worth.end());
-    if (best == worth.end() || *best <= 0.0) return std::nullopt;
-    return static_cast<std::size_t>(best - worth.begin());
-  }
-
-  /// The candidate that takes most off the error per second by its way, of those that are foremost
-  /// by a guess; with that way.
-  std::optional<std::size_t> most_worth_by_way(const JointVector& from) {
-    std::vector<double> worth = worths(from);
-    double most = 0.0;
-    std::optional<std::size_t> found;
-    for (int looked_at = 0; looked_at < kLookedAt;) {
-      const auto next = std::max_element(worth.begin(), worth.end());
-      if (next == worth.end() || *next <= 0.0) break;
-      const auto c = static_cast<std::size_t>(next - worth.begin());
-      *next = 0.0;
-      if (!pool.connected(c)) {
-        gone[c] = true;
-        continue;
-      }
-      ++looked_at;
-      Way way = way_to(c, from);
-      if (!way) continue;
-      const double s = at_place_s() + way_s(cell.robot, from, *way, pace);
-      const double by_way = design->gain(static_cast<Eigen::Index>(c)) / s;
-      if (by_way <= most) continue;
-      most = by_way;
-      found = c;
+  /// For a first estimate: of a target that has too few, those planned before any others.
+  std::optional<std::size_t> next_first() {
+    const auto wanted = [this](std::size_t c) {
+      return !gone[c] && made(pool.candidates()[c].target) < least && pool.connected(c);
+    };
+    for (const auto* planned_ahead : {&seeds, &agenda}) {
+      const auto found = std::find_if(planned_ahead->begin(), planned_ahead->end(), wanted);
+      if (found != planned_ahead->end()) return *found;
     }
-    return found;
+    for (std::size_t c = 0; c < gone.size(); ++c)
+      if (wanted(c)) return c;
+    return std::nullopt;
+  }
+
+  /// On the agenda, the first that a way leads to from here; without a way, who plans it says so.
+  std::optional<std::size_t> next_ahead(const JointVector& from) {
+    std::erase_if(agenda, [this](std::size_t c) { return gone[c]; });
+    if (agenda.empty() || until_chosen_again <= 0) choose_ahead(from);
+    for (const std::size_t c : agenda)
+      if (way_to(c, from)) return c;
+    return agenda.empty() ? std::nullopt : std::optional(agenda.front());
   }
 
   void put_away() {
     if (!offered) return;
     gone[*offered] = true;
+    --until_chosen_again;
     last = offered;
     offered.reset();
     planned.reset();
   }
 
   std::optional<std::size_t> pick(const JointVector& from) {
-    while (!seeds.empty()) {
-      const std::size_t c = seeds.front();
-      if (!gone[c] && made(pool.candidates()[c].target) < least) return c;
-      seeds.erase(seeds.begin());
-    }
-    if (!estimate) {  // a seed failed: any other touch of a target that has too few
-      for (std::size_t c = 0; c < gone.size(); ++c)
-        if (!gone[c] && made(pool.candidates()[c].target) < least && pool.connected(c)) return c;
-      finish("some targets cannot be touched often enough for a first estimate");
-      return std::nullopt;
-    }
-    if (const auto found = most_worth_by_way(from)) return found;
-    return most_worth(from);  // no way leads from here: who plans it says so
+    if (estimate) return next_ahead(from);
+    const auto first = next_first();
+    if (!first) finish("some targets cannot be touched often enough for a first estimate");
+    return first;
   }
 
   /// The touch with its way from where the arm is.

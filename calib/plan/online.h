@@ -1,12 +1,13 @@
 #pragma once
-// Touches chosen one by one, each by what the touches so far have left unknown, until the accuracy
-// asked for is reached or further touches no longer pay.
+// Touches to a goal: offered one by one, until the accuracy asked for is reached or further touches
+// no longer pay.
 //
-// The first touches, kFirstTouches of each sphere and plane, are chosen on nominal geometry, as a
-// plan's are. From then on every touch goes where it takes most from the mean position variance
-// over the region per second of robot time, and its search line is made with the arm as it is known
-// by then, so that it can be short. A touch that failed is not offered again. Behind the last of
-// them come the check touches, drawn at random: they stand for all that the fit has not seen.
+// As many as the goal is foreseen to take are planned together before the first, on nominal
+// geometry; kFirstTouches of each sphere and plane come first, for an estimate. From then on the
+// search lines are made with the arm as it is known by then, so that they can be short. What is
+// missing behind the plan is chosen together by what the touches so far have left unknown. A touch
+// that failed is not offered again. Behind the last come the check touches, drawn at random: they
+// stand for all that the fit has not seen.
 
 #include <memory>
 #include <optional>
@@ -31,7 +32,7 @@ struct Progress {
   int touches = 0;      ///< fit touches that were made
   double u95_m = 0.0;   ///< mean over the region, predicted; 0: not known yet
   double mean_m = 0.0;  ///< mean 3-D error over the region, predicted
-  /// To the goal, as far as can be predicted; of a goal out of reach, to the end.
+  /// To the goal, as far as can be predicted, from the beginning; of a goal out of reach, to the end.
   int touches_left = 0;
   int checks_left = 0;   ///< check touches still to be made
   bool finding = false;  ///< places of spheres are still being found

@@ -8,6 +8,7 @@
 #include "calib/model/configurations.h"
 #include "calib/model/random.h"
 #include "calib/plan/choice/choose.h"
+#include "calib/plan/choice/look_around.h"
 #include "calib/plan/reach/candidates.h"
 #include "calib/plan/reach/corners.h"
 #include "calib/plan/reach/pool.h"
@@ -27,13 +28,6 @@ constexpr int kMostCandidates = 500;  // of a sphere
 constexpr int kCandidatesPerTouchBySearch = 12;
 /// Rounds of exchange; they end where another would bring next to nothing.
 constexpr int kExchanges = 6;
-/// Then each choice is looked around: so many candidates like those picked are added, by these
-/// turns one after the other, and exchanged for, until that brings too little. At 30 touches of
-/// four spheres it takes a fifth off the error that is foreseen, at 50 an eighth.
-constexpr double kLookAroundPlanRad[] = {0.5, 0.35, 0.25, 0.17, 0.1, 0.05};
-constexpr int kAroundEach = 60;
-constexpr int kMostAroundPlan = 2000;
-constexpr double kAroundIsWorth = 0.01;  // share of the error
 /// Fewer directions do not span a sphere safely; and half of all touches are shared out evenly,
 /// since the choice knows only the errors that the model has.
 constexpr int kLeastPerSphere = 5;
@@ -70,22 +64,6 @@ Choice choose_connected(const Cell& cell, const PlanOptions& options, ChooseOpti
                     "to the middle of the workspace, or plan fewer touches",
                     choice.picked.size(), options.fit_touches));
   return choice;
-}
-
-/// Exchanges them for others beside them, as long as that brings enough.
-void look_around(const Cell& cell, const PlanOptions& options, ChooseOptions& how, Pool& pool,
-                 Choice& choice) {
-  const std::size_t spread = pool.candidates().size();
-  Random random(options.seed + 2);
-  for (const double by_rad : kLookAroundPlanRad) {
-    choice.picked = pool.forget(spread, std::move(choice.picked));
-    pool.vary(choice.picked, std::min(kMostAroundPlan, kAroundEach * options.fit_touches), by_rad,
-              random);
-    how.start = choice.picked;
-    const double before_m = choice.reducible_m;
-    choice = choose(cell, pool.candidates(), how);
-    if (choice.reducible_m > (1.0 - kAroundIsWorth) * before_m) break;
-  }
 }
 
 /// The picked, and behind them check touches out of the first `spread` candidates, drawn at random:
@@ -155,7 +133,7 @@ Plan make_plan(const Cell& cell, const PlanOptions& options, const JointVector& 
   how.possible = [&](std::size_t i) { return pool.connected(i); };
   Choice choice = choose_connected(cell, options, how, pool);
   const std::size_t spread = candidates.size();  // those that are spread out over all targets
-  if (options.criterion == Criterion::kI) look_around(cell, options, how, pool, choice);
+  if (options.criterion == Criterion::kI) look_around(cell, pool, spread, how, choice);
   std::vector<ToVisit> todo =
       with_check_touches(cell, choice.picked, spread, targets, options, pool);
   const JointVector start = from.empty() ? pool.middle() : from;

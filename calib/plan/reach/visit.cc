@@ -21,8 +21,8 @@ namespace {
 constexpr double kSameSphereS = 0.2, kOtherSphereS = 0.5;
 /// Where no way leads.
 constexpr double kNoWayS = 1e3;
-/// Orders that are looked at, fewer of many visits: each takes the square of their number.
-constexpr int kMostOrders = 24, kMostVisitsTimesOrders = 4000;
+/// Fewer orders are looked at of many visits: each takes the square of their number.
+constexpr int kMostVisitsTimesOrders = 4000;
 
 using Way = std::optional<std::vector<JointVector>>;
 
@@ -30,18 +30,17 @@ using Way = std::optional<std::vector<JointVector>>;
 class Ways {
  public:
   Ways(const Robot& robot, const Router& router, const std::vector<ToVisit>& todo,
-       const JointVector& start)
-      : robot_(robot), router_(router), todo_(todo), start_(start) {
+       const JointVector& start, const Candidate* leaving)
+      : robot_(robot), router_(router), todo_(todo), start_(start), leaving_(leaving) {
     const auto count = static_cast<Eigen::Index>(todo.size());
     between_s_ = Eigen::MatrixXd::Zero(count, count);
     from_start_s_.resize(count);
     for (std::size_t j = 0; j < todo.size(); ++j) {
       const Candidate& to = todo[j].candidate;
-      seconds(kStart, j) = move_s(robot, start, to.standoff, pace_);
+      seconds(kStart, j) = move_s(robot, start, to.standoff, pace_) + changing_s(leaving, to);
       for (std::size_t i = 0; i < todo.size(); ++i) {
         const Candidate& from = todo[i].candidate;
-        seconds(i, j) = move_s(robot, from.clear, to.standoff, pace_) +
-                        (from.target == to.target ? kSameSphereS : kOtherSphereS);
+        seconds(i, j) = move_s(robot, from.clear, to.standoff, pace_) + changing_s(&from, to);
       }
     }
   }
@@ -53,8 +52,8 @@ class Ways {
     const auto [found, is_new] = known_.try_emplace({from, to});
     Way& way = found->second;
     if (!is_new) return way;
-    const Candidate* leaving = from == kStart ? nullptr : &todo_[from].candidate;
-    const JointVector& at = leaving == nullptr ? start_ : leaving->clear;
+    const Candidate* leaving = from == kStart ? leaving_ : &todo_[from].candidate;
+    const JointVector& at = from == kStart ? start_ : leaving->clear;
     way = router_.to_standoff(at, leaving, todo_[to].candidate);
     seconds(from, to) = way ? way_s(robot_, at, *way, pace_) : kNoWayS;
     return way;
@@ -63,9 +62,9 @@ class Ways {
   /// The order that takes the least time of those that were looked at. An order stands on times
   /// that are guessed where no order before it went; its own ways are looked for, and the next
   /// order stands on their times.
-  std::vector<std::size_t> shortest_order() {
+  std::vector<std::size_t> shortest_order(int most) {
     const auto visits = static_cast<int>(todo_.size());
-    const int orders = std::clamp(kMostVisitsTimesOrders / std::max(1, visits), 1, kMostOrders);
+    const int orders = std::clamp(kMostVisitsTimesOrders / std::max(1, visits), 1, most);
     std::vector<std::size_t> best;
     double least_s = std::numeric_limits<double>::max();
     for (int k = 0; k < orders; ++k) {
@@ -88,6 +87,10 @@ class Ways {
   }
 
  private:
+  static double changing_s(const Candidate* leaving, const Candidate& to) {
+    if (leaving == nullptr) return 0.0;
+    return leaving->target == to.target ? kSameSphereS : kOtherSphereS;
+  }
   double& seconds(std::size_t from, std::size_t to) {
     const auto j = static_cast<Eigen::Index>(to);
     return from == kStart ? from_start_s_[j] : between_s_(static_cast<Eigen::Index>(from), j);
@@ -97,6 +100,7 @@ class Ways {
   const Router& router_;
   const std::vector<ToVisit>& todo_;
   const JointVector& start_;
+  const Candidate* leaving_;
   const Pace pace_;
   Eigen::MatrixXd between_s_;
   Eigen::VectorXd from_start_s_;
@@ -105,16 +109,22 @@ class Ways {
 
 }  // namespace
 
+std::vector<std::size_t> order_by_ways(const Robot& robot, const Router& router,
+                                       const std::vector<ToVisit>& todo, const JointVector& start,
+                                       const Candidate* leaving, int most_orders) {
+  return Ways(robot, router, todo, start, leaving).shortest_order(most_orders);
+}
+
 Plan visit(const Cell& cell, const PlanOptions& options, const Clearance& clearance,
            const Router& router, std::vector<ToVisit> todo, const JointVector& start,
            const Aim& aim) {
-  Ways ways(cell.robot, router, todo, start);
+  Ways ways(cell.robot, router, todo, start, nullptr);
   Plan plan;
   plan.start = start;
   JointVector at = start;
   std::size_t last = Ways::kStart;
   const Candidate* leaving = nullptr;
-  for (const std::size_t next : ways.shortest_order()) {
+  for (const std::size_t next : ways.shortest_order(kMostOrders)) {
     check_wanted(options.stop);
     const Candidate& to = todo[next].candidate;
     const Way& way = ways.way(last, next);

@@ -20,6 +20,15 @@ struct ToVisit {
 /// Shortens the search line of a touch whose way is known, where it can.
 using Aim = std::function<void(const Candidate&, PlannedTouch&)>;
 
+/// Orders that are looked at at most.
+inline constexpr int kMostOrders = 24;
+
+/// The order of `todo` that takes the least time of those looked at, by the ways that are found:
+/// from `start`, where `leaving` was touched last (null: nothing was).
+std::vector<std::size_t> order_by_ways(const Robot& robot, const Router& router,
+                                       const std::vector<ToVisit>& todo, const JointVector& start,
+                                       const Candidate* leaving, int most_orders = kMostOrders);
+
 /// Visits all of `todo`, from `start` and back. Null `aim`: search lines as they are. Throws PlanError where no
 /// clear way leads to one.
 Plan visit(const Cell& cell, const PlanOptions& options, const Clearance& clearance,

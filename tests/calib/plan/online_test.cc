@@ -1,4 +1,4 @@
-// Touches one by one: to the goal, round failures, and no further than it pays.
+// Touches to a goal: until it is reached, round failures, and no further than it pays.
 
 #include "calib/plan/online.h"
 
@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <set>
 
 #include "calib/model/random.h"
@@ -14,6 +13,7 @@
 #include "calib/plan/collision/clearance.h"
 #include "calib/plan/reach/candidates.h"
 #include "calib/plan/reach/pool.h"
+#include "tests/calib/plan/drive.h"
 #include "tests/calib/plan/meet.h"
 #include "tests/calib/simulate.h"
 
@@ -22,49 +22,9 @@ namespace {
 
 using testing::demo_cell;
 
-PlanOptions small() {
-  PlanOptions options;
-  options.seed = 3;
-  options.check_touches = 0;
-  return options;
-}
-
-struct Driven {
-  int made = 0, failed = 0;
-  Progress end;
-  std::vector<PlannedTouch> touches;
-};
-
-/// `fails(k)`: whether the k-th offer cannot be made. `speed_m_s`: what the touches state.
-Driven drive(const Cell& cell, const Goal& goal, const std::function<bool(int)>& fails = nullptr,
-             double speed_m_s = 0.0) {
-  const sim::Truth truth = testing::plain_truth(cell, 4);
-  Online online(cell, small(), goal, {});
-  Random random(5);
-  Driven driven;
-  JointVector at;
-  for (int k = 0; const auto planned = online.next(at); ++k) {
-    EXPECT_FALSE(planned->transit.empty());
-    EXPECT_EQ(planned->transit.back(), planned->standoff);
-    driven.touches.push_back(*planned);
-    at = planned->clear;
-    std::optional<Touch> touch;
-    if (!fails || !fails(k))
-      if (auto met = testing::meet(cell, truth, *planned, random)) touch = std::move(met->touch);
-    if (touch) {
-      ++driven.made;
-      touch->speed_m_s = speed_m_s;
-      online.touched(*touch);
-    } else {
-      ++driven.failed;
-      online.failed();
-    }
-    EXPECT_EQ(online.progress().touches, driven.made);
-    EXPECT_LE(driven.touches.size(), 400U);
-  }
-  driven.end = online.progress();
-  return driven;
-}
+using testing::drive;
+using testing::Driven;
+using testing::small;
 
 TEST(Online, EndsWhereTheGoalIsReachedAndAHarderGoalTakesMoreTouches) {
   const Driven easy = drive(demo_cell(), {.u95_m = 0.5e-3});

@@ -1,0 +1,26 @@
+#pragma once
+// Touches to a goal, driven to their end with a true arm that meets true spheres.
+
+#include <functional>
+#include <vector>
+
+#include "calib/plan/online.h"
+
+namespace cellcal::calib::testing {
+
+/// Without check touches.
+PlanOptions small();
+
+struct Driven {
+  int made = 0, failed = 0;
+  Progress begin, end;
+  std::vector<PlannedTouch> touches;  ///< that were offered
+  std::vector<Touch> measured;
+};
+
+/// `fails(k)`: whether the k-th offer cannot be made. `speed_m_s`: what the touches state. `before`:
+/// touches of a session that goes on.
+Driven drive(const Cell& cell, const Goal& goal, const std::function<bool(int)>& fails = nullptr,
+             double speed_m_s = 0.0, const std::vector<Touch>& before = {});
+
+}  // namespace cellcal::calib::testing
