@@ -144,7 +144,6 @@ std::vector<MovedTarget> suspected_moves(const Problem& problem, const Estimate&
     if (own.size() - used.size() < kManyLeftOut) continue;
     if (const auto split = split_of_left_out(own, e.use)) {
       suspect.after_touch = own[*split - 1];
-      suspect.many_left_out = true;
       // Before all others: what is left out is far off.
       constexpr double kFarOff = 1e6;
       suspect.squared_sigmas += kFarOff;

@@ -1,6 +1,6 @@
 #pragma once
 // Targets that may have been knocked or have crept during the session, from the linearisation: no
-// more than reasons to look closer (calib/diagnose/moved.h).
+// more than reasons to look closer (calib/diagnose/jump.h).
 
 #include <vector>
 

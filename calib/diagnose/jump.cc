@@ -32,6 +32,10 @@ constexpr double kClear = 5.0;
 /// large, is something else (a target's touches that bear another's name).
 constexpr double kSized = 16.0;
 
+/// An arm that warms up grows by 25e-6 of what it reaches, and its play is not the same all day;
+/// each makes targets seem to creep by about this, in each direction.
+constexpr double kCreepM = 0.02e-3;
+
 /// By which the density of a jump is below that of a small one: heavy tails (Student's t, three
 /// degrees of freedom), since what is knocked hard is knocked all the same.
 double surprise(const Eigen::VectorXd& size, double usual) {
@@ -80,20 +84,48 @@ bool mended(const Calibration& c) {
   });
 }
 
-/// `mends`: whether all is well then.
-double beside_model(const Cell& cell, const std::vector<Touch>& touches, IdentifyOptions options,
-                    bool* mends = nullptr) {
+/// With an error of the arm beside its model.
+std::optional<Calibration> beside_model(const Cell& cell, const std::vector<Touch>& touches,
+                                        IdentifyOptions options) {
   options.with_discrepancy = true;
-  const std::optional<Calibration> c = tried(cell, touches, options);
-  if (c && mends != nullptr) *mends = mended(*c);
+  return tried(cell, touches, options);
+}
+
+double log_evidence_of(const std::optional<Calibration>& c) {
   return c ? c->log_evidence : -std::numeric_limits<double>::infinity();
 }
+
+/// Of a target that was taken as two: from its place to the later one.
+struct Shift {
+  Eigen::Vector3d by_m = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Zero();
+
+  Shift(const Calibration& two, const std::string& target, const std::string& later) {
+    Eigen::MatrixXd by = Eigen::MatrixXd::Zero(3, two.covariance.cols());
+    for (std::size_t p = 0; p < two.parameters.size(); ++p)
+      for (int axis = 0; axis < 3; ++axis) {
+        const auto is_of = [&](const std::string& id) {
+          return two.parameters[p].key ==
+                 target_parameter(ParameterKind::kCentre, two.cell.target_index(id), axis);
+        };
+        const double sign = is_of(later) ? 1.0 : is_of(target) ? -1.0 : 0.0;
+        by(axis, static_cast<Eigen::Index>(p)) += sign;
+        by_m[axis] += sign * (two.parameters[p].nominal + two.parameters[p].correction);
+      }
+    covariance_m2 =
+        by * two.covariance * by.transpose() + kCreepM * kCreepM * Eigen::Matrix3d::Identity();
+  }
+
+  double squared_sigmas() const { return by_m.dot(covariance_m2.ldlt().solve(by_m)); }  // (60)
+  double sigma_m() const { return std::sqrt(by_m.dot(covariance_m2 * by_m)) / by_m.norm(); }
+};
 
 /// The session with one jump undone.
 struct Undone {
   Jump jump;
   Cell cell;
   std::vector<Touch> touches;
+  std::string later;  ///< of a target that was taken as two: the second
   double log_evidence = 0.0;
   double penalty = 0.0;  ///< for a jump of just this size
   double chi2 = 1.0;     ///< per degree of freedom, at least 1
@@ -136,7 +168,7 @@ class JumpSearch {
     return 0.0;
   }
 
-  std::vector<Jump> all() const {
+  std::vector<Jump> all() {
     std::vector<Undone> all;
     double scatter = 1.0, always = 0.0;
     double best = -std::numeric_limits<double>::infinity();
@@ -162,24 +194,46 @@ class JumpSearch {
     std::stable_sort(all.begin(), all.end(), [](const Undone& a, const Undone& b) {
       return a.jump.log_odds > b.jump.log_odds;
     });
-    std::optional<double> beside;  // how likely all is without a jump
     std::vector<Jump> jumps;
     for (Undone& one : all) {
-      if (one.jump.log_odds > kBelievedOdds && (one.alike || one.chi2 > kAsStated || repeated_)) {
-        if (!beside) beside = std::max(log_evidence_, beside_model(cell_, touches_, options_));
-        bool mends = false;
-        const double undone =
-            std::max(one.log_evidence, beside_model(one.cell, one.touches, options_, &mends));
-        one.jump.mends = one.jump.mends || mends;
-        one.jump.log_odds =
-            std::min(one.jump.log_odds, undone - *beside - one.penalty - places);  // (62a)
-      }
+      ask_beside_model(one, places);
       jumps.push_back(one.jump);
     }
     return jumps;
   }
 
+  /// The same of a move whose place is known, so that nothing is owed for having looked for it.
+  std::optional<Jump> move(const std::string& target, std::size_t after_touch) {
+    std::optional<Undone> one = taken_as_two(target, after_touch);
+    if (!one) return {};
+    one->jump.log_odds /= one->chi2;
+    ask_beside_model(*one, 0.0);
+    return one->jump;
+  }
+
  private:
+  /// Where the arm does something beside its model: whether that would explain it. `places`: what is
+  /// owed for the place.
+  void ask_beside_model(Undone& one, double places) {
+    if (one.jump.log_odds < kBelievedOdds) return;
+    if (!one.alike && one.chi2 < kAsStated && !repeated_) return;
+    if (!beside_)
+      beside_ = std::max(log_evidence_, log_evidence_of(beside_model(cell_, touches_, options_)));
+    const std::optional<Calibration> c = beside_model(one.cell, one.touches, options_);
+    one.jump.mends = one.jump.mends || (c && mended(*c));
+    const double undone = std::max(one.log_evidence, log_evidence_of(c));
+    one.jump.log_odds =
+        std::min(one.jump.log_odds, undone - *beside_ - one.penalty - places);  // (62a)
+    if (c && one.jump.what == Jump::What::kTarget)
+      measure(Shift(*c, one.jump.name, one.later), one.jump);
+  }
+
+  static void measure(const Shift& shift, Jump& jump) {
+    jump.shift_m = shift.by_m;
+    jump.sigma = shift.sigma_m();
+    jump.squared_sigmas = shift.squared_sigmas();
+  }
+
   /// Of many targets those that are suspected already, or of which most touches are left out.
   bool worth_a_look(const std::string& target) const {
     constexpr std::size_t kMostTargets = 8;
@@ -257,32 +311,31 @@ class JumpSearch {
     std::size_t last = found.behind;
     while (last > 0 && touches_[stated_.order()[last - 1]].target != suspect.name) --last;
     if (last == 0) return {};
-    Undone one;
-    one.jump.what = Jump::What::kTarget;
-    one.jump.name = suspect.name;
-    one.jump.after_touch = stated_.order()[last - 1];
-    const auto place = [](const std::optional<Calibration>& c, const std::string& id) {
-      std::optional<Eigen::Vector3d> centre_m;
-      for (const TargetResult& t : c ? c->targets : std::vector<TargetResult>{})
-        if (t.id == id) centre_m = t.centre_m;
-      return centre_m;
-    };
+    return taken_as_two(suspect.name, stated_.order()[last - 1]);
+  }
+
+  std::optional<Undone> taken_as_two(const std::string& target, std::size_t after_touch) const {
     // First where it is then, whatever the cell file says; then as one that is within the usual of
     // there, which is what its evidence has to be compared with.
-    TwoPlaces two = as_two(cell_, touches_, suspect.name, one.jump.after_touch);
-    const auto there = place(tried(two.cell, two.touches, options_), two.later);
-    if (!there) return {};
-    two = as_two(cell_, touches_, suspect.name, one.jump.after_touch, there, suspect.usual);
+    TwoPlaces two = as_two(cell_, touches_, target, after_touch);
+    const std::optional<Calibration> free = tried(two.cell, two.touches, options_);
+    if (!free) return {};
+    Eigen::Vector3d there = Eigen::Vector3d::Zero();
+    for (const TargetResult& t : free->targets)
+      if (t.id == two.later) there = t.centre_m;
+    two = as_two(cell_, touches_, target, after_touch, there, kUsualKnockM);
     const std::optional<Calibration> c = tried(two.cell, two.touches, options_);
-    const auto before = place(c, suspect.name), after = place(c, two.later);
-    if (!before || !after) return {};
-    one.jump.shift_m = *after - *before;
-    one.penalty = surprise(one.jump.shift_m, suspect.usual);
+    if (!c) return {};
+    Undone one;
+    one.jump.what = Jump::What::kTarget;
+    one.jump.name = target;
+    one.jump.after_touch = after_touch;
+    measure(Shift(*c, target, two.later), one.jump);
+    one.penalty = surprise(one.jump.shift_m, kUsualKnockM);
     weigh(*c, one);
-    one.jump.squared_sigmas = found.squared_sigmas / one.chi2;
-    one.jump.sigma = found.size.norm() / std::sqrt(one.jump.squared_sigmas);
     one.cell = std::move(two.cell);
     one.touches = std::move(two.touches);
+    one.later = std::move(two.later);
     return one;
   }
 
@@ -299,6 +352,7 @@ class JumpSearch {
   const IdentifyOptions& options_;
   JumpSequence stated_;
   double log_evidence_;
+  std::optional<double> beside_;  ///< how likely all is without a jump, (62a)
   bool repeated_;
   std::vector<std::size_t> in_order_;
   std::map<std::string, std::size_t> left_out_;  ///< touches, by target
@@ -327,15 +381,20 @@ std::vector<Jump> jumps_by_odds(const Cell& cell, const std::vector<Touch>& touc
 
 double log_evidence_beside_model(const Cell& cell, const std::vector<Touch>& touches,
                                  const IdentifyOptions& options) {
-  const double beside = beside_model(cell, touches, options);
-  const std::optional<Calibration> c = tried(cell, touches, options);
-  return c ? std::max(beside, c->log_evidence) : beside;
+  return std::max(log_evidence_of(beside_model(cell, touches, options)),
+                  log_evidence_of(tried(cell, touches, options)));
 }
 
+namespace {
+
+bool is_believed(const Jump& jump) {
+  return jump.log_odds > kBelievedOdds && jump.squared_sigmas > kSized;
+}
+
+}  // namespace
+
 std::vector<Jump> believed(std::vector<Jump> jumps) {
-  std::erase_if(jumps, [](const Jump& j) {
-    return j.log_odds < kBelievedOdds || !(j.squared_sigmas > kSized);
-  });
+  std::erase_if(jumps, [](const Jump& jump) { return !is_believed(jump); });
   if (jumps.empty()) return jumps;
   const double best = jumps.front().log_odds;
   std::erase_if(jumps, [&](const Jump& j) { return j.log_odds < best - kClear; });
@@ -398,6 +457,30 @@ void tell_of_jumps(const Cell& cell, const std::vector<Touch>& touches,
     erase(findings, FindingKind::kOutliersOfTarget);
   }
   findings.insert(findings.begin(), std::move(finding));
+}
+
+void confirm_moves(const Cell& cell, const std::vector<Touch>& touches,
+                   const IdentifyOptions& options, Calibration& calibration) {
+  std::optional<Jump> likeliest;
+  for (const MovedTarget& suspect : calibration.moved) {
+    const auto move =
+        JumpSearch(cell, touches, options, calibration).move(suspect.target, suspect.after_touch);
+    if (move && is_believed(*move) && (!likeliest || move->log_odds > likeliest->log_odds))
+      likeliest = move;
+  }
+  calibration.moved.clear();
+  if (likeliest) tell_of_move(cell, touches, *likeliest, calibration);
+}
+
+void tell_of_move(const Cell& cell, const std::vector<Touch>& touches, const Jump& move,
+                  Calibration& calibration) {
+  calibration.moved = {
+      {move.name, move.after_touch, move.shift_m, move.sigma, move.squared_sigmas}};
+  calibration.verdict.publish = false;
+  auto& findings = calibration.verdict.findings;
+  const FindingPart part = part_of(cell, touches, move);
+  findings.insert(findings.begin(),
+                  {FindingKind::kMovedTarget, Severity::kWithholds, part.about, part.evidence});
 }
 
 }  // namespace cellcal::calib

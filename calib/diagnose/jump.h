@@ -1,8 +1,9 @@
 #pragma once
 // What jumped in the middle of a session: one joint's zero (a belt or coupling that slipped, lost
-// steps), the tip of the tool in the flange's frame (a tool that was knocked), or a target
-// (moved.h). The estimate puts each half-way and bends arm and targets a little, and one looks like
-// another until they are asked side by side: with which of them undone are all touches likelier?
+// steps), the tip of the tool in the flange's frame (a tool that was knocked), or a target that was
+// knocked or crept; planes and trackers have no centre to compare. The estimate puts each half-way
+// and bends arm and targets a little, and one looks like another until they are asked side by side:
+// with which of them undone are all touches likelier?
 
 #include <vector>
 
@@ -30,6 +31,16 @@ inline constexpr double kBelievedOdds = 6.0;
 /// Of these those that make the touches likelier by a clear margin than that nothing changed, and
 /// that are not much less likely than the first.
 std::vector<Jump> believed(std::vector<Jump> jumps);
+
+/// Looks closer at the suspects in `calibration.moved`, whose place in the session is known. The
+/// likeliest that is believed is all that it holds then, and the result is withheld; otherwise it is
+/// emptied. `calibration` is of these touches.
+void confirm_moves(const Cell& cell, const std::vector<Touch>& touches,
+                   const IdentifyOptions& options, Calibration& calibration);
+
+/// Withholds the result for a target that moved, and says so.
+void tell_of_move(const Cell& cell, const std::vector<Touch>& touches, const Jump& move,
+                  Calibration& calibration);
 
 /// Withholds the result for what `calibration.jumped` holds, and says what to do.
 void tell_of_jumps(const Cell& cell, const std::vector<Touch>& touches,

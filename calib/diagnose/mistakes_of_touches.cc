@@ -184,7 +184,6 @@ void moved_at(const Asked& asked, const Target& target, const std::vector<std::s
   moved.moved = MovedTarget{};
   moved.moved->target = target.id;
   moved.moved->after_touch = asked.among[own[split - 1]];
-  moved.moved->many_left_out = true;  // or the touches would make sense as they are
   moved.cause = [&](const Calibration& c) {
     const double shift_m = moved_by_m(result_of(c, target.id), result_of(c, later.id));
     return likely(LikelyCause::kMoved,

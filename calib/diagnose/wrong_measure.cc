@@ -9,7 +9,7 @@
 #include "calib/consistency/lengths.h"
 #include "calib/consistency/outliers.h"
 #include "calib/diagnose/data_association.h"
-#include "calib/diagnose/moved.h"
+#include "calib/diagnose/jump.h"
 #include "calib/diagnose/trial.h"
 #include "calib/estimate/target_place.h"
 #include "calib/model/median.h"

@@ -10,7 +10,6 @@
 #include "calib/diagnose/causes.h"
 #include "calib/diagnose/data_association.h"
 #include "calib/diagnose/jump.h"
-#include "calib/diagnose/moved.h"
 #include "calib/diagnose/trial.h"
 #include "calib/diagnose/wrong_measure.h"
 #include "calib/estimate/discrepancy.h"
@@ -38,8 +37,6 @@ void tell_from_lengths(const Cell& cell, const std::vector<Touch>& touches,
   std::optional<Calibration> without = tried(changed, touches, options);
   if (!without) return;  // the touches alone determine nothing, and so do not speak against it
   without->moved = calibration.moved;
-  for (MovedTarget& target : without->moved)
-    target.many_left_out = true;  // other touches may be, here
   confirm_moves(changed, touches, options, *without);
   if (!without->moved.empty()) {
     calibration.lengths.clear();  // from where it stood or from where it stands, nobody knows
@@ -92,18 +89,7 @@ bool told_of_jump(const Cell& cell, const std::vector<Touch>& touches,
     tell_of_jumps(cell, touches, options, calibration);
     return true;
   }
-  const std::vector<MovedTarget> suspects = calibration.moved;
-  MovedTarget moved;
-  moved.target = jumps.front().name;
-  moved.after_touch = jumps.front().after_touch;
-  moved.shift_m = jumps.front().shift_m;
-  moved.many_left_out = true;  // those behind it, or before, are honest
-  calibration.moved = {moved};
-  confirm_moves(cell, touches, options, calibration);
-  if (calibration.moved.empty()) {
-    calibration.moved = suspects;
-    return false;
-  }
+  tell_of_move(cell, touches, jumps.front(), calibration);
   tell_from_lengths(cell, touches, options, calibration);
   erase(calibration.verdict.findings, FindingKind::kManyOutliers);
   erase(calibration.verdict.findings, FindingKind::kOutliersOfTarget);

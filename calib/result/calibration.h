@@ -106,8 +106,6 @@ struct MovedTarget {
   Eigen::Vector3d shift_m = Eigen::Vector3d::Zero();  ///< base frame
   double sigma_m = 0.0;                               ///< of the shift, along it
   double squared_sigmas = 0.0;                        ///< of the shift, three degrees of freedom
-  /// It is suspected because many of its touches were left out.
-  bool many_left_out = false;
 };
 
 /// A joint's zero, the tool's tip or a target that jumped in the middle of the session.

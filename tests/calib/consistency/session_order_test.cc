@@ -4,7 +4,6 @@
 
 #include <gtest/gtest.h>
 
-#include "calib/diagnose/moved.h"
 #include "calib/model/iso_time.h"
 
 namespace cellcal::calib {

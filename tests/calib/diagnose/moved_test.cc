@@ -1,7 +1,7 @@
 // A sphere that is knocked in the middle of a session is named, with by how much and from when on;
 // one that stands still is not.
 
-#include "calib/diagnose/moved.h"
+#include "calib/diagnose/jump.h"
 
 #include <gtest/gtest.h>
 
