@@ -140,7 +140,7 @@ class JumpSearch {
       : cell_(cell),
         touches_(touches),
         options_(options),
-        stated_(cell, touches, calibration),
+        calibration_(calibration),
         log_evidence_(calibration.log_evidence),
         repeated_(calibration.repeats.touches > 0),
         in_order_(in_order(touches)) {
@@ -150,13 +150,13 @@ class JumpSearch {
 
   /// Of one that is known.
   double log_odds(const Jump& known) const {
-    for (const JumpSuspect& suspect : stated_.suspects()) {
+    for (const JumpSuspect& suspect : stated().suspects()) {
       if (suspect.what != known.what || suspect.name != known.name) continue;
       FoundJump found;
-      while (found.behind + 1 < stated_.order().size() &&
-             stated_.order()[found.behind] != known.after_touch)
+      while (found.behind + 1 < stated().order().size() &&
+             stated().order()[found.behind] != known.after_touch)
         ++found.behind;
-      if (++found.behind >= stated_.order().size()) return 0.0;
+      if (++found.behind >= stated().order().size()) return 0.0;
       if (known.what == Jump::What::kJoint)
         found.size = Eigen::VectorXd::Constant(1, known.angle_rad);
       else
@@ -172,9 +172,9 @@ class JumpSearch {
     std::vector<Undone> all;
     double scatter = 1.0, always = 0.0;
     double best = -std::numeric_limits<double>::infinity();
-    for (const JumpSuspect& suspect : stated_.suspects()) {
+    for (const JumpSuspect& suspect : stated().suspects()) {
       if (suspect.what == Jump::What::kTarget && !worth_a_look(suspect.name)) continue;
-      const auto found = stated_.robust(suspect);
+      const auto found = stated().robust(suspect);
       if (!found || found->squared_sigmas < kWorthTrying) continue;
       std::optional<Undone> one =
           suspect.what == Jump::What::kTarget ? moved(suspect, *found) : undone(suspect, *found);
@@ -188,7 +188,7 @@ class JumpSearch {
       all.push_back(std::move(*one));
     }
     // Touches that scatter more than stated say less.
-    const double places = std::log(static_cast<double>(stated_.order().size()));
+    const double places = std::log(static_cast<double>(stated().order().size()));
     for (Undone& one : all)
       one.jump.log_odds = (one.jump.log_odds - always) / scatter - places;  // (62)
     std::stable_sort(all.begin(), all.end(), [](const Undone& a, const Undone& b) {
@@ -228,6 +228,12 @@ class JumpSearch {
       measure(Shift(*c, one.jump.name, one.later), one.jump);
   }
 
+  /// All touches linearised, which a place that is known does not need. Of the fullest level alone.
+  const JumpSequence& stated() const {
+    if (!stated_) stated_.emplace(cell_, touches_, calibration_);
+    return *stated_;
+  }
+
   static void measure(const Shift& shift, Jump& jump) {
     jump.shift_m = shift.by_m;
     jump.sigma = shift.sigma_m();
@@ -250,8 +256,8 @@ class JumpSearch {
     std::vector<Touch> touches = touches_;
     bool passed = found.behind == 0;
     for (const std::size_t i : in_order_) {
-      passed = passed || i == stated_.order()[found.behind];
-      if (passed) undo(stated_.problem().arm(), suspect, found.size, touches[i]);
+      passed = passed || i == stated().order()[found.behind];
+      if (passed) undo(stated().problem().arm(), suspect, found.size, touches[i]);
     }
     return touches;
   }
@@ -288,7 +294,7 @@ class JumpSearch {
       one.penalty =  // (61)
           0.5 * std::log(usual.determinant()) + surprise(size, suspect.usual);
       weigh(*c, one);
-      one.jump.after_touch = stated_.order()[found.behind - 1];
+      one.jump.after_touch = stated().order()[found.behind - 1];
       const Eigen::MatrixXd covariance =  // with what is looked for: a direction may go unseen
           (further->information + Eigen::MatrixXd::Identity(d, d) / (suspect.usual * suspect.usual))
               .inverse() *
@@ -309,9 +315,9 @@ class JumpSearch {
   std::optional<Undone> moved(const JumpSuspect& suspect, const FoundJump& found) const {
     // Its last touch before.
     std::size_t last = found.behind;
-    while (last > 0 && touches_[stated_.order()[last - 1]].target != suspect.name) --last;
+    while (last > 0 && touches_[stated().order()[last - 1]].target != suspect.name) --last;
     if (last == 0) return {};
-    return taken_as_two(suspect.name, stated_.order()[last - 1]);
+    return taken_as_two(suspect.name, stated().order()[last - 1]);
   }
 
   std::optional<Undone> taken_as_two(const std::string& target, std::size_t after_touch) const {
@@ -350,7 +356,8 @@ class JumpSearch {
   const Cell& cell_;
   const std::vector<Touch>& touches_;
   const IdentifyOptions& options_;
-  JumpSequence stated_;
+  const Calibration& calibration_;
+  mutable std::optional<JumpSequence> stated_;
   double log_evidence_;
   std::optional<double> beside_;  ///< how likely all is without a jump, (62a)
   bool repeated_;

@@ -107,6 +107,16 @@ TEST(MovedTarget, IsNamedWhateverOtherTargetsAreCalled) {
   EXPECT_EQ(c.moved[0].target, id);
 }
 
+TEST(MovedTarget, IsNamedAtAModelLevelThatWasAskedFor) {
+  constexpr std::size_t kTarget = 3;
+  const auto touches = knocked(kTarget, {0.3e-3, 0.3e-3, -0.25e-3}, 11);
+  IdentifyOptions stiff;
+  stiff.level = ModelLevel{0.0, 1.0, 0.0};
+  const Calibration c = identify(demo_cell(), touches, stiff);
+  ASSERT_EQ(c.moved.size(), 1u) << words_of(c);
+  EXPECT_EQ(c.moved[0].target, demo_cell().targets[kTarget].id);
+}
+
 TEST(MovedTarget, IsNotSeenWhereNothingMoved) {
   for (unsigned seed = 21; seed <= 40; ++seed) {
     const auto touches = knocked(0, Eigen::Vector3d::Zero(), seed);
