@@ -1,12 +1,14 @@
-# Rooms, and the arrows between them. An arrow that is not named here fails the build.
+# Rooms, and the arrows between them. An arrow that is not named here fails the build, and so does a name that nothing
+# needs.
 set(CELLCAL_ARROWS ${CMAKE_CURRENT_LIST_FILE})
 
 # cmake -DROOM=calib/estimate -DMAY=calib/model,calib/result -DSTAMP=FILE -DSOURCE=... -P tests/rooms.cmake: fails
-# where a file of the room includes one of a room that it does not use.
+# where a file of the room includes one of a room that it does not use, or none includes one of a room that it names.
 if(CMAKE_SCRIPT_MODE_FILE)
   cmake_policy(VERSION 3.25)
   string(REPLACE "," ";" MAY "${MAY}")
   file(GLOB files ${SOURCE}/${ROOM}/*.h ${SOURCE}/${ROOM}/*.cc)
+  set(unused ${MAY})
   foreach(file ${files})
     file(STRINGS ${file} includes REGEX "^#include \"(calib|daemon|drivers|sim|tests)/")
     foreach(include ${includes})
@@ -15,8 +17,14 @@ if(CMAKE_SCRIPT_MODE_FILE)
         list(JOIN MAY ", " rooms)
         message(FATAL_ERROR "${file}: ${include}: ${ROOM} may use ${rooms}, and not ${of}")
       endif()
+      list(REMOVE_ITEM unused ${of})
     endforeach()
   endforeach()
+  if(unused)
+    list(JOIN unused ", " rooms)
+    message(FATAL_ERROR "${SOURCE}/${ROOM}/CMakeLists.txt: ${ROOM} names ${rooms} under USES, and no file of it "
+                        "includes one of there: take it out")
+  endif()
   file(TOUCH ${STAMP})
   return()
 endif()

@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+
+#include "calib/model/probability.h"
 
 namespace cellcal::calib {
 
@@ -11,8 +12,6 @@ namespace {
 /// A sensor that sees nothing though there is a contact, of those that proved themselves behind it.
 constexpr double kBlind = 1e-6;
 
-double normal_below(double z) { return 0.5 * std::erfc(-z / std::numbers::sqrt2); }
-
 /// That the search ends outside of the surface.
 double log_unmet_under(const Unmet& unmet, const PossibleChange& change, const Fitted& fitted) {
   if (change.kind == ChangeKind::kTouch) return std::log(kBlind);  // that of another touch
@@ -20,7 +19,7 @@ double log_unmet_under(const Unmet& unmet, const PossibleChange& change, const F
   const double gap = at.off_m[0];
   const double variance = unmet.sigma_m * unmet.sigma_m +
                           (at.by_size * fitted.covariance * at.by_size.transpose())(0, 0);
-  return std::log(kBlind + (1.0 - kBlind) * normal_below(gap / std::sqrt(variance)));
+  return std::log(kBlind + (1.0 - kBlind) * normal_above(-gap / std::sqrt(variance)));
 }
 
 }  // namespace

@@ -1,9 +1,9 @@
 #pragma once
 // Does a calibration still hold, and if not, what changed? Answered by six to eight touches.
 //
-// With r how far the touches are off, V what they may be off by were nothing changed (foresight.h), and G
-// what one thing that changed does to them (change.h), each explanation has the likelihood of r under
-// V + s^2 G G', s the size that is looked for. What changed is the likeliest; whether anything did is decided
+// With res how far the touches are off, V what they may be off by were nothing changed (foresight.h), and G
+// what one thing that changed does to them (change.h), each explanation has the likelihood of res under
+// V + size^2 G G', size the one that is looked for. What changed is the likeliest; whether anything did is decided
 // by the sum of all (alarm.h).
 // Assumption: one thing changed. Failure case: two did; then the likeliest single one is named, and is wrong.
 

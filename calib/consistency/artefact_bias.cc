@@ -18,12 +18,12 @@ constexpr double kUndeterminedM = 1e-3;
 
 /// The column of a bias that the touches of a target, or of several, have in common.
 struct BiasColumn {
-  double square = 0.0, gradient = 0.0;  ///< a'a and a'r, a what a bias of one metre does
-  Eigen::VectorXd by_all;               ///< J'a
+  double square = 0.0, gradient = 0.0;  ///< j_b'j_b and j_b'r, j_b what a bias of one metre does
+  Eigen::VectorXd by_all;               ///< J'j_b
   double sigma_m = 0.0;                 ///< of one touch, summed
   int touches = 0;
 
-  Eigen::VectorXd rows;  ///< a, where the touches' errors go together
+  Eigen::VectorXd rows;  ///< j_b, where the touches' errors go together
 
   void add(const Problem& problem, const Posterior& posterior, std::size_t touch, int row) {
     const Linearisation& linear = posterior.linear;

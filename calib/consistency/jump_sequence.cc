@@ -183,10 +183,9 @@ void JumpSequence::fill_columns(const Eigen::VectorXd& x) {
 }
 
 double JumpSequence::scatter(const Eigen::VectorXd& residual) const {
-  constexpr double kMedian = 0.6745;
   std::vector<double> size(residual.data(), residual.data() + linear_.length_row);
   for (double& r : size) r = std::abs(r);
-  return median(std::move(size)) / kMedian;
+  return median(std::move(size)) / kNormalMedian;
 }
 
 Eigen::VectorXd JumpSequence::weights(const Eigen::VectorXd& residual, double width) const {

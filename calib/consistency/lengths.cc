@@ -42,7 +42,7 @@ std::vector<LengthResult> leave_one_out_lengths(const Problem& problem, const Es
     const Eigen::VectorXd by = linear.jacobian.row(row(k)).transpose();
     const Eigen::VectorXd reached = factor.solve(by);
     const double sigma_m = lengths[k].sigma_m, variance = by.dot(reached);  // in its own sigma^2
-    const double off = linear.residual[row(k)] - reached.dot(gradient);     // in its own sigma (46)
+    const double off = linear.residual[row(k)] - reached.dot(gradient);  // (46), in its own sigma
     // Scatter beyond what is stated widens, but not the scatter that this length itself makes.
     const double squared = off * off / (1.0 + variance);  // (45)
     const double inflation = std::max(1.0, (chi2 - squared) / std::max(1.0, dof - 1.0));

@@ -28,12 +28,12 @@ constexpr double kNoChance = 10.0;
 
 using ThreeRows = Eigen::Matrix<double, 3, Eigen::Dynamic>;
 
-/// What some rows say about a shift d of their target, all other unknowns left free: with G its
-/// columns, information G'G - G'J S J'G and pull G'r.
+/// What some rows say about a shift delta of their target, all other unknowns left free: with J_d its
+/// columns, information J_d'J_d - J_d'J S J'J_d and pull J_d'r.
 struct Said {
-  Eigen::Matrix3d square = Eigen::Matrix3d::Zero();  ///< G'G
-  ThreeRows by_all;                                  ///< G'J
-  Eigen::Vector3d pull = Eigen::Vector3d::Zero();    ///< G'r
+  Eigen::Matrix3d square = Eigen::Matrix3d::Zero();  ///< J_d'J_d
+  ThreeRows by_all;                                  ///< J_d'J
+  Eigen::Vector3d pull = Eigen::Vector3d::Zero();    ///< J_d'r
 
   explicit Said(Eigen::Index unknowns) : by_all(ThreeRows::Zero(3, unknowns)) {}
 

@@ -6,7 +6,6 @@
 #include <numeric>
 
 #include "calib/estimate/target_place.h"
-#include "calib/model/error.h"
 #include "calib/model/kinematics.h"
 
 namespace cellcal::calib {
@@ -57,16 +56,12 @@ std::optional<Names> better_names(const Cell& cell, const std::vector<Touch>& to
 
   Cell unstated = cell;  // a stated centre would draw another target's touches to it
   for (Target& target : unstated.targets) target.has_centre = false;
-  std::vector<TargetPlace> seen;
-  try {
-    seen = starting_places(unstated, ArmModel(cell), touches);
-  } catch (const IdentifyError&) {
-    return {};
-  }
+  const auto seen = seen_places(unstated, ArmModel(cell), touches);
+  if (!seen) return {};
   // names[k]: of which target the touches of which[k] are.
   const auto off_m = [&](const std::vector<std::size_t>& names) {
     std::vector<const Eigen::Vector3d*> centre(cell.targets.size(), nullptr);
-    for (std::size_t k = 0; k < which.size(); ++k) centre[names[k]] = &seen[which[k]].centre_m;
+    for (std::size_t k = 0; k < which.size(); ++k) centre[names[k]] = &(*seen)[which[k]].centre_m;
     double sum = 0.0;
     int count = 0;
     for (const CertifiedLength& length : cell.lengths) {

@@ -7,7 +7,6 @@
 
 #include "calib/estimate/problem.h"
 #include "calib/estimate/target_place.h"
-#include "calib/model/error.h"
 #include "calib/model/kinematics.h"
 #include "calib/model/median.h"
 
@@ -22,23 +21,23 @@ constexpr double kFineM = 5e-3;     // the nominal arm is wrong by millimetres i
 }  // namespace
 
 double nominal_off_m(const Cell& cell, const std::vector<Touch>& touches) {
+  constexpr double kNowhere = std::numeric_limits<double>::infinity();
+  const ArmModel arm(cell);
+  const auto places = seen_places(cell, arm, touches);
+  if (!places || arm.size() == 0)
+    return kNowhere;  // without a tolerance nothing is to be identified
+  const Problem problem(cell, arm, touches, *places);
+  const Eigen::VectorXd x = problem.to_si(Eigen::VectorXd::Zero(problem.size()));
+  const Problem::At at = problem.at(x.data());
   std::vector<double> off_m;
-  try {
-    const ArmModel arm(cell);
-    const Problem problem(cell, arm, touches, starting_places(cell, arm, touches));
-    const Eigen::VectorXd x = problem.to_si(Eigen::VectorXd::Zero(problem.size()));
-    const Problem::At at = problem.at(x.data());
-    for (std::size_t i = 0; i < touches.size(); ++i) {
-      if (touches[i].set != TouchSet::kFit) continue;
-      double r[Problem::kMostRows] = {};
-      problem.residual_m(i, at, r, nullptr, nullptr);
-      const double off = Eigen::Map<Eigen::VectorXd>(r, problem.place_rows(i)).norm();
-      if (std::isfinite(off)) off_m.push_back(off);
-    }
-  } catch (const IdentifyError&) {
-    off_m.clear();
+  for (std::size_t i = 0; i < touches.size(); ++i) {
+    if (touches[i].set != TouchSet::kFit) continue;
+    double r[Problem::kMostRows] = {};
+    problem.residual_m(i, at, r, nullptr, nullptr);
+    const double off = Eigen::Map<Eigen::VectorXd>(r, problem.place_rows(i)).norm();
+    if (std::isfinite(off)) off_m.push_back(off);
   }
-  return off_m.empty() ? std::numeric_limits<double>::infinity() : median(std::move(off_m));
+  return off_m.empty() ? kNowhere : median(std::move(off_m));
 }
 
 double& Dimension::in(Cell& cell) const {

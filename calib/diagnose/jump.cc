@@ -429,10 +429,13 @@ Finding finding_of(const Cell& cell, const std::vector<Touch>& touches,
   Finding finding{FindingKind::kJumped, Severity::kWithholds};
   finding.evidence = {{"touches", static_cast<double>(touches.size()), ""}};
   for (const Jump& jump : jumps) finding.parts.push_back(part_of(cell, touches, jump));
-  // What the same touches would look like with the foot or the tool turned.
-  if (jumps.front().name == cell.robot.joints.front().name)
+  // What the same touches would look like with the foot or the tool turned. A target may be called as
+  // a joint is.
+  const Jump& likeliest = jumps.front();
+  if (likeliest.what != Jump::What::kJoint) return finding;
+  if (likeliest.name == cell.robot.joints.front().name)
     finding.evidence.push_back({"first_joint", 1.0, ""});
-  else if (jumps.front().name == cell.robot.joints.back().name)
+  else if (likeliest.name == cell.robot.joints.back().name)
     finding.evidence.push_back({"last_joint", 1.0, ""});
   return finding;
 }

@@ -65,7 +65,6 @@ Trial attempt(const Cell& cell, const std::vector<Touch>& touches) {
   if (!trial.found) return trial;
   trial.sum = 0.0;
   trial.rows = 0;
-  constexpr double kMedian = 0.6745;
   std::vector<double> off;
   for (const TouchResidual& r : trial.found->residuals) {
     const Touch& touch = touches[r.touch];
@@ -77,7 +76,7 @@ Trial attempt(const Cell& cell, const std::vector<Touch>& touches) {
     trial.sum += std::min(off.back() * off.back(), kMostSigmas * kMostSigmas);  // (63)
     trial.rows += rows;
   }
-  trial.scatter = median(std::move(off)) / kMedian;
+  trial.scatter = median(std::move(off)) / kNormalMedian;
   const auto add_stated = [&](double sigmas) {
     trial.sum += sigmas * sigmas;
     trial.worst = std::max(trial.worst, sigmas * sigmas);

@@ -17,7 +17,7 @@ class Centre {
   struct Innovation {
     Eigen::Vector3d off_m, standard;
   };
-  /// Of no check before the first. `reference_c`: T_0, where temperatures are known.
+  /// Of no check before the first. `reference_c`: temp_0, where temperatures are known.
   explicit Centre(std::optional<double> reference_c) : reference_c_(reference_c) {}
 
   bool known() const { return known_; }
@@ -32,7 +32,7 @@ class Centre {
 
   std::optional<double> reference_c_;
   bool known_ = false;
-  State state_ = State::Zero();  ///< b [m], c [m/K]
+  State state_ = State::Zero();  ///< centre [m], per_K [m/K]
   Eigen::Matrix<double, 6, 6> covariance_ = Eigen::Matrix<double, 6, 6>::Zero();
 };
 

@@ -27,7 +27,7 @@ class Charts {
   Scatter scatter_;
   std::optional<CheckSeen> before_;
   Eigen::Vector3d ewma_ = Eigen::Vector3d::Zero(), cusum_ = Eigen::Vector3d::Zero();
-  double forgotten_ = 1.0;  ///< (1 - lambda)^2k
+  double forgotten_ = 1.0;  ///< 0.9^(2 n_chart)
 };
 
 }  // namespace cellcal::calib

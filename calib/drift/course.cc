@@ -17,7 +17,7 @@ using Right = Eigen::Matrix<double, 9, 1>;
 /// Time is counted in days here, so that no column is a billion times another.
 constexpr double kDayS = 86400.0;
 
-/// Normal equations of centre, warmth and one course, z = b + c warm + d basis.
+/// Normal equations of centre, warmth and one course, found = centre + per_K warm + size basis.
 struct Fit {
   Normal normal = Normal::Zero();
   Right right = Right::Zero();

@@ -19,7 +19,7 @@ void age(DriftChart& chart, double now_s);
 /// Sets the advice by state, course, causes and newest check.
 void advise(DriftChart& chart);
 
-/// T_0: the first temperature that is known of checks which count.
+/// temp_0: the first temperature that is known of checks which count.
 std::optional<double> reference_temperature_c(const std::vector<CheckSeen>& checks);
 
 }  // namespace cellcal::calib

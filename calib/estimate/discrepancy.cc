@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "calib/estimate/outlier_rejection.h"
 #include "calib/linear/cholesky.h"
 #include "calib/model/error.h"
 #include "calib/model/median.h"
@@ -323,11 +324,11 @@ bool judged_alone(const Problem& problem, const IdentifyOptions& options, Estima
 }
 
 /// Of those in use the ones that are not what all others, which share the field with them, foresee:
-/// an error of half a millimetre may be the field's, but not beside a repeat without it. With Q = V
-/// + J P^-1 J' what a touch is expected to be, (Q^-1 y)_i / sqrt((Q^-1)_ii) is its residual left
-/// out, studentised (32a). The worst go first; they pull at their neighbours.
+/// an error of half a millimetre may be the field's, but not beside a repeat without it. With V_w =
+/// V_c + J P^-1 J' what a touch is expected to be, (V_w^-1 r_mu)_i / sqrt((V_w^-1)_ii) is its
+/// residual left out, studentised. The worst go first; they pull at their neighbours.
 bool judged_by_others(const Problem& problem, const IdentifyOptions& options, Estimate& e) {
-  constexpr double kMedian = 0.6745, kOfWorst = 0.7;
+  constexpr double kOfWorst = 0.7;
   const Posterior& p = e.posterior;
   const Eigen::Index n = p.linear.length_row;
   const auto lower = p.together.triangularView<Eigen::Lower>();
@@ -343,10 +344,11 @@ bool judged_by_others(const Problem& problem, const IdentifyOptions& options, Es
     off.push_back(0.0);
     for (int k = row; k < row + problem.rows(touch); ++k)
       if (information[k] > kLeast)
-        off.back() = std::max(off.back(), std::abs(pull[k]) / std::sqrt(information[k]));
+        off.back() =  // (32a)
+            std::max(off.back(), std::abs(pull[k]) / std::sqrt(information[k]));
   }
   if (off.empty()) return false;
-  const double gate = options.outlier_sigma * std::max(1.0, median(off) / kMedian);
+  const double gate = options.outlier_sigma * std::max(1.0, median(off) / kNormalMedian);
   const double worst = *std::max_element(off.begin(), off.end());
   if (worst <= gate) return false;
   for (std::size_t k = 0; k < off.size(); ++k)

@@ -6,9 +6,9 @@
 //
 // It is taken for a field over the postures: an error of the tip whose three components are
 // independent, of one sigma everywhere and correlated by
-//     w exp(-D^2 / (2 (5 mrad)^2)) + (1 - w) exp(-D / reach)
-//     D^2 = sum_j (L_j / L_max)^2 (q_j - q'_j)^2,
-// L_j how far joint j moves the tip. A touch sees one direction of it. The exponential is rough
+//     w_f exp(-D_ij^2 / (2 (5 mrad)^2)) + (1 - w_f) exp(-D_ij / reach)
+//     D_ij^2 = sum_k (lam_k / lam_max)^2 (q_ik - q_jk)^2,
+// lam_k how far joint k moves the tip. A touch sees one direction of it. The exponential is rough
 // enough for play that changes sides.
 //
 // Assumption: of one size all over the workspace, and no part of it common to all touches; that

@@ -5,9 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calib/estimate/parallel.h"
+#include "calib/estimate/outlier_rejection.h"
 #include "calib/model/error.h"
-#include "calib/model/median.h"
 
 namespace cellcal::calib {
 
@@ -19,24 +18,9 @@ constexpr int kOutlierRounds = 20;
 /// What a touch is worth at first.
 constexpr double kFirstFloorM = 1e-3;
 
-/// j S j' of every row.
-Eigen::VectorXd spread(const RowMajor& j, const Eigen::MatrixXd& covariance) {
-  Eigen::VectorXd result(j.rows());
-  const auto count = static_cast<std::size_t>(j.rows());
-  by_parts(count, [&](std::size_t, std::size_t begin, std::size_t behind) {
-    constexpr Eigen::Index kRows = 128;  // stays in the cache
-    const auto end = static_cast<Eigen::Index>(behind);
-    for (auto first = static_cast<Eigen::Index>(begin); first < end; first += kRows) {
-      const auto rows = j.middleRows(first, std::min(kRows, end - first));
-      result.segment(first, rows.rows()) = (rows * covariance).cwiseProduct(rows).rowwise().sum();
-    }
-  });
-  return result;
-}
-
 void set_covariance(Eigen::MatrixXd covariance_u, Posterior& posterior) {
   posterior.covariance_u = std::move(covariance_u);
-  posterior.leverage = spread(posterior.linear.jacobian, posterior.covariance_u);
+  posterior.leverage = leverage_of(posterior.linear.jacobian, posterior.covariance_u);
 }
 
 /// At the problem's own level.
@@ -45,140 +29,6 @@ void find_posterior(const Problem& problem, Estimate& e) {
   linearise(problem, e.u, e.use, e.posterior.linear);
   set_covariance(mean_over_levels(problem, e.u, e.posterior.linear, own).covariance_u, e.posterior);
 }
-
-/// How far a touch is off, in what it is expected to be: |r| / sigma with its own pull on the fit
-/// taken out (studentised), for used touches; with the fit's uncertainty added, for the others.
-struct Studentised {
-  double sigmas = 0.0;
-  /// Of one left out: how far it would hold its own place, j S j' / (1 + j S j'). Near 1 nobody
-  /// else tells of it, and that it is not off says nothing.
-  double own = 0.0;
-};
-std::vector<Studentised> studentised(const Problem& problem, const Eigen::VectorXd& u,
-                                     const std::vector<bool>& fit, const std::vector<bool>& use,
-                                     const Posterior& posterior) {
-  const std::size_t count = problem.touches().size();
-  std::vector<Studentised> off(count);
-  for (const auto& [touch, row] : posterior.linear.touch_row) {
-    for (int k = row; k < row + problem.rows(touch); ++k) {
-      constexpr double kLeast =
-          1e-6;  // a touch that alone decides something says nothing of itself
-      const double free = 1.0 - posterior.leverage[k];  // (20), used
-      if (free > kLeast)
-        off[touch].sigmas =
-            std::max(off[touch].sigmas, std::abs(posterior.linear.residual[k]) / std::sqrt(free));
-    }
-  }
-  std::vector<bool> others(count, false);
-  for (std::size_t i = 0; i < count; ++i) others[i] = fit[i] && !use[i];
-  const Linearisation outside = linearise(problem, u, others);
-  // (20), left out
-  const Eigen::VectorXd predicted = spread(outside.jacobian, posterior.covariance_u);
-  for (const auto& [touch, row] : outside.touch_row) {
-    for (int k = row; k < row + problem.rows(touch); ++k) {
-      off[touch].sigmas = std::max(off[touch].sigmas,
-                                   std::abs(outside.residual[k]) / std::sqrt(1.0 + predicted[k]));
-      off[touch].own = std::max(off[touch].own, predicted[k] / (1.0 + predicted[k]));  // (22)
-    }
-  }
-  return off;
-}
-
-std::vector<bool> fit_touches(const Problem& problem) {
-  std::vector<bool> fit(problem.touches().size());
-  for (std::size_t i = 0; i < fit.size(); ++i) fit[i] = problem.touches()[i].set == TouchSet::kFit;
-  return fit;
-}
-
-/// Sets e.gate.
-std::vector<Studentised> judge(const Problem& problem, const IdentifyOptions& options,
-                               const std::vector<bool>& fit, Estimate& e) {
-  std::vector<Studentised> off = studentised(problem, e.u, fit, e.use, e.posterior);
-  // Half of all normal numbers are nearer than this. Of a point or a tracker the worst of three
-  // counts, half of which are nearer than 1.26 only: their gate is wider. Seated and held by hand,
-  // they have heavier tails (a gate of the touches' own width made panda_1 of the real data worse).
-  constexpr double kMedian = 0.6745;
-  std::vector<double> scatter;
-  for (std::size_t i = 0; i < off.size(); ++i)
-    if (fit[i]) scatter.push_back(off[i].sigmas / kMedian);
-  // More scatter than stated widens the gate instead of throwing good touches away.
-  e.gate = options.outlier_sigma * std::max(1.0, median(scatter));  // (21)
-  return off;
-}
-
-}  // namespace
-
-std::vector<bool> honest_touches(const Problem& problem, const IdentifyOptions& options,
-                                 Estimate& e) {
-  std::vector<bool> honest = fit_touches(problem);
-  const std::vector<Studentised> off = judge(problem, options, honest, e);
-  for (std::size_t i = 0; i < off.size(); ++i)
-    if (off[i].sigmas > e.gate) honest[i] = false;
-  return honest;
-}
-
-namespace {
-
-/// Names outliers until nothing changes.
-///
-/// Of touches of one target that nobody else tells about one comes back at a time, and the others
-/// are judged by it: together they would come back whatever they say.
-///
-/// A touch that has its place nearly to itself may look wrong while it is used and right while it
-/// is not; when it comes back for the second time, it is settled for good by what the others say of
-/// it. In doubt it stays out: a gross error that is let in does more harm than an honest touch that
-/// is missing.
-class OutlierRejection {
- public:
-  OutlierRejection(const Problem& problem, const IdentifyOptions& options)
-      : options_(options),
-        fit_(fit_touches(problem)),
-        came_back_(fit_.size(), false),
-        settled_(fit_.size(), false) {}
-
-  /// Whether e.use changed. `near`: the estimate is near enough for its word to be the last.
-  bool changed(const Problem& problem, Estimate& e, bool near) {
-    if (!options_.reject_outliers) return false;
-    constexpr double kInDoubt = 0.5;       // of the gate
-    constexpr double kUndetermined = 0.9;  // of its place is its own
-    const std::vector<Studentised> off = judge(problem, options_, fit_, e);
-    const std::vector<std::size_t> first = first_undetermined(problem, e, off, kUndetermined);
-    bool any = false;
-    for (std::size_t i = 0; i < off.size(); ++i) {
-      if (!fit_[i] || settled_[i]) continue;
-      bool honest = off[i].sigmas <= e.gate;
-      if (honest && !e.use[i]) {
-        if (off[i].own > kUndetermined && first[static_cast<std::size_t>(problem.block_of(i))] != i)
-          continue;
-        if (near && came_back_[i]) {
-          settled_[i] = true;
-          honest = off[i].sigmas <= kInDoubt * e.gate;
-        }
-        came_back_[i] = came_back_[i] || near;
-      }
-      any |= honest != e.use[i];
-      e.use[i] = honest;
-    }
-    return any;
-  }
-
- private:
-  /// Of each target the least off of those left out that nobody else tells about.
-  std::vector<std::size_t> first_undetermined(const Problem& problem, const Estimate& e,
-                                              const std::vector<Studentised>& off,
-                                              double own) const {
-    std::vector<std::size_t> first(problem.blocks().size(), off.size());
-    for (std::size_t i = 0; i < off.size(); ++i) {
-      if (!fit_[i] || settled_[i] || e.use[i] || off[i].own <= own) continue;
-      std::size_t& least = first[static_cast<std::size_t>(problem.block_of(i))];
-      if (least == off.size() || off[i].sigmas < off[least].sigmas) least = i;
-    }
-    return first;
-  }
-
-  const IdentifyOptions& options_;
-  std::vector<bool> fit_, came_back_, settled_;
-};
 
 /// A share of many touches that is enough to come near the solution, spread over each target's.
 std::vector<bool> enough_of(const Problem& problem, const std::vector<bool>& use) {

@@ -38,8 +38,4 @@ Estimate estimate(Problem& problem, const IdentifyOptions& options, std::vector<
 void refine(Problem& problem, const IdentifyOptions& options, std::vector<ModelLevel> levels,
             Estimate& e);
 
-/// The fit touches that agree with the estimate; those left out by it, too. Sets its gate.
-std::vector<bool> honest_touches(const Problem& problem, const IdentifyOptions& options,
-                                 Estimate& e);
-
 }  // namespace cellcal::calib

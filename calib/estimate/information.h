@@ -1,7 +1,7 @@
 #pragma once
-// What any number of rows say about the unknowns, in a triangle of fixed size: R and y with
-// |J d + r|^2 = |R d + y|^2 + rest^2 for every step d (square-root information). A least-squares
-// solver that is given R and y in place of J and r takes the same steps at the same cost, however
+// What any number of rows say about the unknowns, in a triangle of fixed size: U and r_U with
+// |J du + r|^2 = |U du + r_U|^2 + rest^2 for every step du (square-root information). A least-squares
+// solver that is given U and r_U in place of J and r takes the same steps at the same cost, however
 // many rows there were.
 
 #include <Eigen/Core>
@@ -23,7 +23,7 @@ class Information {
   /// A row for each unknown alone, such as its prior: weight * step + residual.
   void add_alone(const Eigen::VectorXd& weight, const Eigen::VectorXd& residual);
 
-  /// Upper triangular [R y; 0 rest], one row and column more than there are unknowns. Where J'J
+  /// Upper triangular [U r_U; 0 rest], one row and column more than there are unknowns. Where J'J
   /// leaves an unknown undetermined its diagonal is 0.
   Eigen::MatrixXd triangle() const;
 

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <vector>
 
 #include "calib/estimate/evidence.h"
 #include "calib/model/error.h"
+#include "calib/model/probability.h"
 
 namespace cellcal::calib {
 
@@ -24,13 +24,10 @@ Eigen::VectorXd without_play(const Problem& played, const Eigen::VectorXd& plain
   return u;
 }
 
-/// log of the sum of the levels' evidence; minus infinity of none.
-double log_sum(const std::vector<LevelEvidence>& levels) {
-  if (levels.empty()) return -std::numeric_limits<double>::infinity();
-  const double best = levels.front().log_evidence;
-  double sum = 0.0;
-  for (const LevelEvidence& l : levels) sum += std::exp(l.log_evidence - best);
-  return best + std::log(sum);
+double log_evidence_of(const std::vector<LevelEvidence>& levels) {
+  std::vector<double> logs;
+  for (const LevelEvidence& l : levels) logs.push_back(l.log_evidence);
+  return log_sum(logs);
 }
 
 }  // namespace
@@ -52,13 +49,14 @@ bool estimate_with_play(const Problem& plain, Problem& played, const IdentifyOpt
   });
   try {
     const double with_play =
-        log_sum(mean_over_levels(played, with.u, with.posterior.linear, only_play).levels);
+        log_evidence_of(mean_over_levels(played, with.u, with.posterior.linear, only_play).levels);
     const PlayBeforehand beforehand = play_beforehand();
     constexpr double kNotByChance = 1.0;  // joints that no torque turns leave the odds as they were
     const bool speaks_for_it =            // (27a)
-        with_play - log_sum(likewise) > std::log(beforehand.odds_at_its_compliance) + kNotByChance;
+        with_play - log_evidence_of(likewise) >
+        std::log(beforehand.odds_at_its_compliance) + kNotByChance;
     const bool has_a_say =
-        with_play - log_sum(e.levels.levels) > std::log(beforehand.odds);  // (27b)
+        with_play - log_evidence_of(e.levels.levels) > std::log(beforehand.odds);  // (27b)
     if (!speaks_for_it || !has_a_say) return false;
     refine(played, options, std::move(levels), with);
   } catch (const IdentifyError&) {

@@ -21,7 +21,7 @@ constexpr double kTurnScaleRad = 0.01;
 /// the tilt where all touches are in one spot.
 constexpr double kWildTiltRad = 0.5;
 
-/// At the very centre every direction is as good; the residual is then -R and has no gradient.
+/// At the very centre every direction is as good; the residual is then -r_c and has no gradient.
 Eigen::Vector3d unit(const Eigen::Vector3d& offset) {
   const double length = offset.norm();
   return length > 0.0 ? Eigen::Vector3d(offset / length) : Eigen::Vector3d::UnitZ();
@@ -298,7 +298,7 @@ void Problem::residual_m(std::size_t touch, const At& at, double* residual, doub
   const Eigen::Vector3d& tip = chain.tip;
   const TargetPlace& place = places_[target_of_[touch]];
 
-  if (rows(touch) >= 3) {  // point: p(q) - c;  tracker: p(q) - T m
+  if (rows(touch) >= 3) {  // point: p - c;  tracker: p - Y(y)
     const bool tracker = what.kind == TargetKind::kTracker;
     Eigen::Matrix<double, 3, 6> by_place;
     const Eigen::Vector3d offset =
@@ -327,7 +327,8 @@ void Problem::residual_m(std::size_t touch, const At& at, double* residual, doub
     return;
   }
   const int tool = tool_of(touch);
-  // sphere: |p - c| - (R + r_tip + rho + dR);  wire: |p - c| - L;  plane: n.p - h - (r_tip + rho);
+  // sphere: |p - c| - (r_s + r_tip + rho + dr);  wire: |p - c| - L_w;  plane: n.(p - c0) - shift -
+  // (r_tip + rho);
   // sphere and plane: what a late latch reads too deep
   Eigen::Vector3d normal;
   Eigen::RowVector3d by_place;

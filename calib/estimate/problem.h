@@ -118,7 +118,7 @@ class Problem {
   double joint_lever_m(std::size_t touch) const {
     return lever_m_[touch] * std::sqrt(times_[touch]);
   }
-  /// R + tip of a sphere, tip of a plane, without rho and without the sphere's own deviation.
+  /// r_s + r_tip of a sphere, r_tip of a plane, without rho and without the sphere's own deviation.
   double nominal_radius_m(const Target& target, int tool) const;
   /// Index of the tool whose tip it was.
   int tool_of(std::size_t touch) const { return poses_[touch].tool; }

@@ -28,7 +28,6 @@ constexpr double kNoFigureShare = 0.25, kEnoughDegrees = 3.0;
 /// A touch further from its group's median than so many of the usual distances is a gross error;
 /// its group is left out, for which one is wrong cannot be told of two.
 constexpr double kGross = 6.0;
-constexpr double kMadToSigma = 1.4826;
 
 bool same_place(const Touch& a, const Touch& b) {
   for (std::size_t k = 0; k < a.joint_rad.size(); ++k)

@@ -7,86 +7,12 @@
 #include <deque>
 
 #include "calib/estimate/parallel.h"
+#include "calib/estimate/whitened_rows.h"
 #include "calib/model/error.h"
 
 namespace cellcal::calib {
 
 namespace {
-
-/// Whitened residuals of touches and lengths, and their derivatives by u. Owns its work space:
-/// evaluating allocates nothing.
-class Rows {
- public:
-  explicit Rows(const Problem& problem, double sigma_floor_m = 0.0)
-      : problem_(problem),
-        floor_m_(sigma_floor_m),
-        x_(static_cast<std::size_t>(problem.size())),
-        scale_(problem.size()),
-        by_shared_(static_cast<std::size_t>(Problem::kMostRows * problem.shared_size())) {
-    for (int i = 0; i < problem.size(); ++i) scale_[i] = problem.unknowns()[i].scale;
-  }
-
-  /// Where the following rows are taken.
-  void at(const double* u) {
-    for (std::size_t i = 0; i < x_.size(); ++i) {
-      const Unknown& unknown = problem_.unknowns()[i];
-      x_[i] = unknown.origin + unknown.scale * u[i];
-    }
-    at_ = problem_.at(x_.data());
-  }
-
-  /// Residuals of a touch, and their derivatives: rows of `width`, of which the problem's size is
-  /// written; null where not wanted. Returns the number of rows.
-  int touch(std::size_t i, double* r, double* j, std::ptrdiff_t width) {
-    const double weight = 1.0 / std::max(problem_.sigma_m(i), floor_m_);
-    const int rows = problem_.rows(i);
-    if (j == nullptr) {
-      problem_.residual_m(i, at_, r, nullptr, nullptr);
-      for (int k = 0; k < rows; ++k) r[k] *= weight;
-      return rows;
-    }
-    const TargetBlock& block = problem_.blocks()[problem_.block_of(i)];
-    const int shared = problem_.shared_size(), own = block.size();
-    double* by_shared = rows == 1 ? j : by_shared_.data();  // one row goes where it belongs
-    problem_.residual_m(i, at_, r, by_shared, by_target_);
-    for (int k = 0; k < rows; ++k) {
-      r[k] *= weight;
-      Eigen::Map<Eigen::VectorXd> to(j + k * width, width);
-      to.head(shared) = weight * Eigen::Map<const Eigen::VectorXd>(by_shared + k * shared, shared)
-                                     .cwiseProduct(scale_.head(shared));
-      to.segment(shared, problem_.size() - shared).setZero();
-      to.segment(block.first, own) =
-          weight * Eigen::Map<const Eigen::VectorXd>(by_target_ + k * own, own)
-                       .cwiseProduct(scale_.segment(block.first, own));
-    }
-    return rows;
-  }
-
-  void length(const Problem::Length& length, double* r, double* j) const {
-    const int a = problem_.blocks()[length.block_a].first;
-    const int b = problem_.blocks()[length.block_b].first;
-    const Eigen::Vector3d between = Eigen::Map<const Eigen::Vector3d>(x_.data() + a) -
-                                    Eigen::Map<const Eigen::Vector3d>(x_.data() + b);
-    const double distance = between.norm(), sigma_m = std::max(length.sigma_m, floor_m_);
-    *r = (distance - length.length_m) / sigma_m;  // (12)
-    if (j == nullptr) return;
-    const Eigen::Vector3d n =
-        distance > 0.0 ? Eigen::Vector3d(between / distance) : Eigen::Vector3d::UnitX();
-    for (int k = 0; k < 3; ++k) {
-      j[a + k] = n[k] * scale_[a + k] / sigma_m;
-      j[b + k] = -n[k] * scale_[b + k] / sigma_m;
-    }
-  }
-
- private:
-  const Problem& problem_;
-  double floor_m_;
-  std::vector<double> x_;
-  Eigen::VectorXd scale_;
-  std::vector<double> by_shared_;
-  Problem::At at_{};
-  double by_target_[Problem::kMostRows * TargetBlock::kMost] = {};
-};
 
 /// The sum of squares over touches, lengths and priors, as Ceres sees it: reduced to one row per
 /// unknown and one for what no unknown can change, whatever the number of touches. Cost, gradient
@@ -147,7 +73,7 @@ class Objective final : public ceres::CostFunction {
   struct Part {
     Part(const Problem& problem, double sigma_floor_m)
         : rows(problem, sigma_floor_m), block(kRows, problem.size() + 1) {}
-    Rows rows;
+    WhitenedRows rows;
     RowMajor block;
   };
 
@@ -213,13 +139,13 @@ class Objective final : public ceres::CostFunction {
     information.add(rows);
   }
 
-  /// Cauchy's loss c^2 log(1 + r^2/c^2) of a touch, (18).
+  /// (18): Cauchy's loss kappa^2 log(1 + r^2/kappa^2) of a touch.
   double square(double r) const {
     const double s = cauchy_ > 0.0 ? std::pow(r / cauchy_, 2) : 0.0;
     return s < kSmooth ? r * r : cauchy_ * cauchy_ * std::log1p(s);
   }
 
-  /// The same as a change of the residual: f(r) = c sqrt(log(1 + r^2/c^2)), so that the sum of f^2
+  /// The same as a change of the residual: f(r) = kappa sqrt(log(1 + r^2/kappa^2)), so that the sum of f^2
   /// is the robust cost. Smooth at 0, where f(r) -> r.
   void robustify(RowMajor::RowXpr row, bool reweighted) const {
     const Eigen::Index n = problem_.size();
@@ -314,7 +240,7 @@ void linearise(const Problem& problem, const Eigen::VectorXd& u, const std::vect
     row += problem.rows(i);
   }
   by_parts(result.touch_row.size(), [&](std::size_t, std::size_t first, std::size_t behind) {
-    Rows rows(problem);
+    WhitenedRows rows(problem);
     rows.at(u.data());
     for (std::size_t k = first; k < behind; ++k) {
       const auto& [touch, at] = result.touch_row[k];
@@ -324,7 +250,7 @@ void linearise(const Problem& problem, const Eigen::VectorXd& u, const std::vect
   });
   result.length_row = row;
   result.jacobian.bottomRows(count - row).setZero();
-  Rows rows(problem);
+  WhitenedRows rows(problem);
   rows.at(u.data());
   for (const Problem::Length& length : problem.lengths()) {
     rows.length(length, result.residual.data() + row, result.jacobian.row(row).data());
@@ -346,9 +272,24 @@ Linearisation linearise_touch(const Problem& problem, const Eigen::VectorXd& u, 
   result.residual.resize(count);
   result.touch_row.emplace_back(touch, 0);
   result.length_row = count;
-  Rows rows(problem);
+  WhitenedRows rows(problem);
   rows.at(u.data());
   rows.touch(touch, result.residual.data(), result.jacobian.data(), problem.size());
+  return result;
+}
+
+Eigen::VectorXd leverage_of(const RowMajor& rows, const Eigen::MatrixXd& covariance_u) {
+  Eigen::VectorXd result(rows.rows());
+  const auto count = static_cast<std::size_t>(rows.rows());
+  by_parts(count, [&](std::size_t, std::size_t begin, std::size_t behind) {
+    constexpr Eigen::Index kRows = 128;  // stays in the cache
+    const auto end = static_cast<Eigen::Index>(behind);
+    for (auto first = static_cast<Eigen::Index>(begin); first < end; first += kRows) {
+      const auto some = rows.middleRows(first, std::min(kRows, end - first));
+      result.segment(first, some.rows()) =
+          (some * covariance_u).cwiseProduct(some).rowwise().sum();
+    }
+  });
   return result;
 }
 

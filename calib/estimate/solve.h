@@ -56,4 +56,8 @@ void linearise(const Problem& problem, const Eigen::VectorXd& u, const std::vect
 /// Rows of one touch alone, without the lengths.
 Linearisation linearise_touch(const Problem& problem, const Eigen::VectorXd& u, std::size_t touch);
 
+/// Of every row j of derivatives j S j', the variance that the covariance S of the unknowns leaves it:
+/// of a row that was used its leverage.
+Eigen::VectorXd leverage_of(const RowMajor& rows, const Eigen::MatrixXd& covariance_u);
+
 }  // namespace cellcal::calib

@@ -120,7 +120,7 @@ SphereFit fit_centre(const std::vector<Eigen::Vector3d>& points_m,
   fit.centre_m = hints.stated_m != nullptr ? *hints.stated_m : mean;
   if (n == 0) return fit;
 
-  // |p - c|^2 = r^2, centred on the mean: 2 p.c + (r0^2 - |c|^2) = |p|^2 + r0^2 - r^2
+  // |p - c|^2 = r_c^2, centred on the mean: 2 p.c + (r_0^2 - |c|^2) = |p|^2 + r_0^2 - r_c^2
   Eigen::MatrixX4d a(n, 4);
   Eigen::VectorXd b(n);
   Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();

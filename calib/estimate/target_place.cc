@@ -7,6 +7,8 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <utility>
+#include <variant>
 
 #include "calib/estimate/start.h"
 #include "calib/model/error.h"
@@ -112,39 +114,47 @@ double common_tip_radius_m(const Seen& seen) {
   return std::accumulate(all.begin(), all.end(), 0.0) / static_cast<double>(all.size());
 }
 
+/// In words why touches do not say where their target is, and what to do.
+struct NotPlaced {
+  std::string why;
+};
+using Placed = std::variant<TargetPlace, NotPlaced>;
+
 /// The normal's sign with which the tool stands on the plane's outer side, by most touches: of one
-/// that lies nearly along the plane the line from tip to flange says little.
-double side_of(const Cell& cell, const Target& target, const Seen& seen, const Vector3d& normal) {
+/// that lies nearly along the plane the line from tip to flange says little. Nothing where all do.
+std::optional<double> side_of(const Cell& cell, const Seen& seen, const Vector3d& normal) {
   double mean = 0.0;
   for (const Vector3d& tool : seen.tool)
     mean += normal.dot(tool) / static_cast<double>(seen.tool.size());
   // A tip without extent touches the same plane from either side.
   const bool any_side = common_tip_radius_m(seen) == 0.0 && cell.radius_offset_sigma_m == 0.0;
   if (std::abs(mean) > kClearSide || any_side) return mean < 0.0 ? -1.0 : 1.0;
-  throw IdentifyError(fmt::format(
-      "target {}: the touched side of the plane is not determined: the tool lies along it. Add its "
-      "normal to the cell file, pointing to the side of the tool",
-      target.id));
+  return std::nullopt;
 }
 
-TargetPlace place_plane(const Cell& cell, const Target& target, const Seen& seen) {
+Placed place_plane(const Cell& cell, const Target& target, const Seen& seen) {
   const PlaneFit fit = fit_plane(seen.tips_m);
   if (!fit.determined && !target.has_normal)
-    throw IdentifyError(fmt::format(
+    return NotPlaced{fmt::format(
         "target {}: {} fit touches do not span a plane. Touch it farther apart in two directions, "
         "or add its normal to the cell file",
-        target.id, seen.tips_m.size()));
+        target.id, seen.tips_m.size())};
   Vector3d normal = fit.normal;
   if (target.has_normal) {
     if (normal.dot(target.normal) < 0.0) normal = -normal;
     if (!fit.determined) normal = target.normal;
     if (normal.dot(target.normal) < kNormalCosine)
-      throw IdentifyError(fmt::format(
+      return NotPlaced{fmt::format(
           "target {}: normal of the touched plane {:.0f} deg off the stated one. Check its normal in "
           "the cell file",
-          target.id, std::acos(std::clamp(normal.dot(target.normal), -1.0, 1.0)) * kDegPerRad));
+          target.id, std::acos(std::clamp(normal.dot(target.normal), -1.0, 1.0)) * kDegPerRad)};
+  } else if (const auto side = side_of(cell, seen, normal)) {
+    normal *= *side;
   } else {
-    normal *= side_of(cell, target, seen, normal);
+    return NotPlaced{fmt::format(
+        "target {}: the touched side of the plane is not determined: the tool lies along it. Add its "
+        "normal to the cell file, pointing to the side of the tool",
+        target.id)};
   }
   TargetPlace place(fit.middle_m - common_tip_radius_m(seen) * normal);
   place.axes = axes_about(normal);
@@ -163,17 +173,17 @@ Matrix3d probe_on_tool(const Matrix3d& axes, const Seen& seen) {
   return svd.matrixU() * proper * svd.matrixV().transpose();
 }
 
-TargetPlace place_tracker(const Target& target, const Seen& seen) {
+Placed place_tracker(const Target& target, const Seen& seen) {
   for (const Vector3d& reading : seen.readings_m)
     if (!reading.allFinite())
-      throw IdentifyError(
-          fmt::format("target {}: a reading is not a number. Leave it out", target.id));
+      return NotPlaced{
+          fmt::format("target {}: a reading is not a number. Leave it out", target.id)};
   const FrameFit fit = fit_frame(seen.readings_m, seen.tips_m);
   if (!fit.determined)
-    throw IdentifyError(fmt::format(
+    return NotPlaced{fmt::format(
         "target {}: {} fit touches whose readings lie in a line do not determine the tracker's "
         "frame. Measure at three places or more that are not in a line",
-        target.id, seen.readings_m.size()));
+        target.id, seen.readings_m.size())};
   TargetPlace place(fit.frame * fit.middle_m);
   place.axes = fit.frame.linear();
   place.middle_m = fit.middle_m;
@@ -187,20 +197,20 @@ Vector3d mean_of_points(const std::vector<Vector3d>& points) {
   return mean;
 }
 
-TargetPlace place_of(const Cell& cell, const Target& target, const Seen& seen) {
+Placed place_of(const Cell& cell, const Target& target, const Seen& seen) {
   if (target.kind == TargetKind::kPlane) return place_plane(cell, target, seen);
   if (target.kind == TargetKind::kTracker) return place_tracker(target, seen);
-  if (target.kind == TargetKind::kPoint) return mean_of_points(seen.tips_m);
+  if (target.kind == TargetKind::kPoint) return TargetPlace(mean_of_points(seen.tips_m));
   CentreHints hints{target.has_centre ? &target.centre_m : nullptr, target.centre_sigma_m};
   if (target.kind == TargetKind::kSphere)
     for (const Vector3d& tool : seen.tool) hints.outwards += tool;
   const SphereFit fit = fit_centre(seen.tips_m, seen.radii_m, hints);
   if (!fit.determined && !target.has_centre)
-    throw IdentifyError(fmt::format(
+    return NotPlaced{fmt::format(
         "target {}: {} fit touches do not span a sphere. Touch it from more sides, or add "
         "centre_mm to the cell file",
-        target.id, seen.tips_m.size()));
-  return fit.centre_m;
+        target.id, seen.tips_m.size())};
+  return TargetPlace(fit.centre_m);
 }
 
 }  // namespace
@@ -276,15 +286,30 @@ bool centre_is_held(const Target& target) {
   return has_a_centre(target.kind) && target.has_centre && target.centre_sigma_m > 0.0;
 }
 
-std::vector<TargetPlace> starting_places(const Cell& cell, const ArmModel& arm,
-                                         const std::vector<Touch>& touches) {
+std::optional<std::vector<TargetPlace>> seen_places(const Cell& cell, const ArmModel& arm,
+                                                    const std::vector<Touch>& touches,
+                                                    std::string* why_not) {
   std::vector<TargetPlace> places(cell.targets.size());
   for (std::size_t t = 0; t < cell.targets.size(); ++t) {
     const Target& target = cell.targets[t];
     const Seen seen = without_strays(target, see(arm, target, touches));
-    if (!seen.tips_m.empty()) places[t] = place_of(cell, target, seen);
+    if (seen.tips_m.empty()) continue;
+    Placed placed = place_of(cell, target, seen);
+    if (auto* none = std::get_if<NotPlaced>(&placed)) {
+      if (why_not != nullptr) *why_not = std::move(none->why);
+      return std::nullopt;
+    }
+    places[t] = std::get<TargetPlace>(placed);
   }
   return places;
+}
+
+std::vector<TargetPlace> starting_places(const Cell& cell, const ArmModel& arm,
+                                         const std::vector<Touch>& touches) {
+  std::string why_not;
+  auto places = seen_places(cell, arm, touches, &why_not);
+  if (!places) throw IdentifyError(why_not);
+  return std::move(*places);
 }
 
 std::vector<TargetPlace> rough_places(const Cell& cell, const ArmModel& arm,
@@ -294,19 +319,20 @@ std::vector<TargetPlace> rough_places(const Cell& cell, const ArmModel& arm,
     const Target& target = cell.targets[t];
     const Seen seen = see(arm, target, touches);
     if (seen.tips_m.empty()) continue;
-    try {
-      places[t] = place_of(cell, target, seen);
-    } catch (const IdentifyError&) {
-      places[t].centre_m = mean_of_points(seen.tips_m);
-      places[t].middle_m = mean_of_points(seen.readings_m);
-      if (target.kind == TargetKind::kPlane) {
-        Vector3d normal = target.has_normal ? target.normal : fit_plane(seen.tips_m).normal;
-        if (!target.has_normal && normal.dot(mean_of_points(seen.tool)) < 0.0) normal = -normal;
-        places[t].axes = axes_about(normal);
-        places[t].centre_m -= common_tip_radius_m(seen) * normal;
-      } else if (target.has_centre) {
-        places[t].centre_m = target.centre_m;
-      }
+    const Placed placed = place_of(cell, target, seen);
+    if (const auto* place = std::get_if<TargetPlace>(&placed)) {
+      places[t] = *place;
+      continue;
+    }
+    places[t].centre_m = mean_of_points(seen.tips_m);
+    places[t].middle_m = mean_of_points(seen.readings_m);
+    if (target.kind == TargetKind::kPlane) {
+      Vector3d normal = target.has_normal ? target.normal : fit_plane(seen.tips_m).normal;
+      if (!target.has_normal && normal.dot(mean_of_points(seen.tool)) < 0.0) normal = -normal;
+      places[t].axes = axes_about(normal);
+      places[t].centre_m -= common_tip_radius_m(seen) * normal;
+    } else if (target.has_centre) {
+      places[t].centre_m = target.centre_m;
     }
   }
   return places;

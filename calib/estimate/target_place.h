@@ -6,6 +6,8 @@
 //   about that.
 
 #include <Eigen/Geometry>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "calib/model/kinematics.h"
@@ -60,6 +62,11 @@ bool centre_is_held(const Target& target);
 /// nothing. Throws IdentifyError naming the target and what to do where they do not say.
 std::vector<TargetPlace> starting_places(const Cell& cell, const ArmModel& arm,
                                          const std::vector<Touch>& touches);
+
+/// The same, and no places at all where those of one target do not say; `why_not` then has the words.
+std::optional<std::vector<TargetPlace>> seen_places(const Cell& cell, const ArmModel& arm,
+                                                    const std::vector<Touch>& touches,
+                                                    std::string* why_not = nullptr);
 
 /// The same where they say too little: of such a target where it is stated or touched, about.
 std::vector<TargetPlace> rough_places(const Cell& cell, const ArmModel& arm,

@@ -68,7 +68,7 @@ JointFrames moved_frames(const JointFrames& given, const RigidArm& nominal,
     const PlacedJoint& one = given.joints[i];
     const Joint& joint = nominal.robot.joints[i];
     link = link * one.origin;
-    Isometry3d on_axis = before[i].inverse() * link;  // M_i
+    Isometry3d on_axis = before[i].inverse() * link;  // place_i
     const double off_m = on_axis.translation().head<2>().norm();
     const Vector3d axis = on_axis.linear() * one.axis * joint.sign;
     const double off_rad = std::atan2(axis.head<2>().norm(), axis.z());
@@ -81,7 +81,7 @@ JointFrames moved_frames(const JointFrames& given, const RigidArm& nominal,
           kSameM * kMmPerM, kSameRad * kDegPerRad));
     on_axis.translation().head<2>().setZero();  // what rounding left beside the axis
     moved.joints[i].origin = fixed * on_axis;
-    // The joint turns about its own z in front of M_i: exactly that, not the given rounding.
+    // The joint turns about its own z in front of place_i: exactly that, not the given rounding.
     moved.joints[i].axis = joint.sign * (on_axis.linear().transpose() * Vector3d::UnitZ());
     fixed = on_axis.inverse() * behind(calibrated.robot.joints[i]);
   }

@@ -69,9 +69,8 @@ std::vector<bool> nearest_half(const std::vector<double>& far, const std::vector
 
 /// Wider where most arms scatter more than normal ones.
 std::vector<bool> within_gate(const std::vector<double>& far, const std::vector<bool>& among) {
-  constexpr double kMedian = 0.6745;  // half of all normal numbers are nearer
   std::vector<double> scatter;
-  for (const double u : far) scatter.push_back(std::abs(u) / kMedian);
+  for (const double u : far) scatter.push_back(std::abs(u) / kNormalMedian);
   const double gate = kGate * std::max(1.0, median_of(scatter, among));
   std::vector<bool> near(far.size());
   for (std::size_t k = 0; k < far.size(); ++k) near[k] = among[k] && std::abs(far[k]) <= gate;

@@ -75,7 +75,7 @@ struct Derivatives {
 void add(const ArmRows& arm, const Groups& groups, const Eigen::VectorXd& t, Derivatives& d) {
   const Cholesky v = predicted(arm, t);
   if (!v.positive()) return;
-  const Eigen::MatrixXd white = v.whitened(arm.rows);  // L^-1 R
+  const Eigen::MatrixXd white = v.whitened(arm.rows);  // chol(V_e)^-1 J_e
   const Eigen::VectorXd y = v.whitened(arm.values);
   d.log_evidence -= 0.5 * (v.log_det() + y.squaredNorm());  // (88)
   const Eigen::VectorXd z = white.transpose() * y;

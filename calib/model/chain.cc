@@ -154,10 +154,10 @@ void ArmModel::derivative_along(const Vector3d& n, const PreparedPose& pose,
   const Vector3d z = chain.flange.col(2);
   const Vector3d& g = robot_.gravity_m_s2;
   const double bend = errors.tool[pose.tool].bend_m_per_accel;
-  // A turn about w through o carries the rigid tip t along and swings the flange's z, and with it
-  // the direction in which the tool bends, b (g - (g.z) z):
-  //   dp = w x (t - o) - b [ g.(w x z) z + (g.z) w x z ]   (7)
-  // Along n that is w.[ t x n - b ((z.n) z x g + (g.z) z x n) - o x n ].
+  // A turn about x_a through o carries the rigid tip p_0 along and swings the flange's z_t, and with
+  // it the direction in which the tool bends, s_t (g - (g.z_t) z_t):
+  // (7)  dp = x_a x (p_0 - o) - s_t [ g.(x_a x z_t) z_t + (g.z_t) (x_a x z_t) ]
+  // Along n that is x_a.[ p_0 x n - s_t ((z_t.n) z_t x g + (g.z_t) z_t x n) - o x n ].
   const Vector3d swing =
       chain.rigid_tip.cross(n) - bend * (z.dot(n) * z.cross(g) + g.dot(z) * z.cross(n));
   const auto turn = [&](const Vector3d& axis, const Vector3d& point) {

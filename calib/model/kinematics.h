@@ -2,10 +2,10 @@
 // The real arm as a function of its errors: forward kinematics with analytic derivatives.
 //
 // Model (calib/model/README.md, (1) to (7)). With the errors x put into the exact chain:
-//   theta_i = sgn_i q_i + offset_i + dtheta_i + k_i tau_i(q) + p_i tanh(tau_i(q) / tau_0i) + sum_h [wc_ih cos(h n_i q_i) + ws_ih sin(h n_i q_i)]
+//   theta_i = sgn_i q_i + offset_i + dtheta_i + k_i tau_i(q) + p_i tanh(tau_i(q) / tau_0i) + sum_h [wc_ih cos(h gear_i q_i) + ws_ih sin(h gear_i q_i)]
 //   T_i     = Rz(theta_i) Tz(d_i + dd_i) Tx(a_i + da_i) Rx(alpha_i + dalpha_i) Ry(beta_i + dbeta_i)
 //   TCP     = flange * tool, then displaced by c_t m_t l_t^3/3 g_perp and turned by c_t m_t l_t^2/2 (z_t x g)
-// Where a link's mass moment m_j c_j is not known, each of its components adds k_i times its torque
+// Where a link's mass moment m_j com_j is not known, each of its components adds k_i times its torque
 // about joint i, one unknown per joint and component. tau_i is taken on the nominal geometry:
 // errors of 1 mm and 1 mrad change it by parts in a thousand, which moves the tip by less than 10
 // um on an arm that gives 5 mm.
@@ -55,8 +55,8 @@ struct ArmErrors {
   };
   struct OfTool {
     Eigen::Vector3d tcp_m;            ///< in the flange's frame, before it bends
-    double bend_m_per_accel = 0.0;    ///< c_t m l^3/3: tip's displacement over acceleration across
-    double turn_rad_per_accel = 0.0;  ///< c_t m l^2/2: tip's rotation over it
+    double bend_m_per_accel = 0.0;    ///< c_t m_t l_t^3/3: tip's shift over acceleration across
+    double turn_rad_per_accel = 0.0;  ///< c_t m_t l_t^2/2: tip's rotation over it
   };
   std::array<OfJoint, kMaxJoints> joint;
   std::array<OfTool, kMaxTools> tool;

@@ -7,6 +7,11 @@
 
 namespace cellcal::calib {
 
+/// Of normal numbers with a sigma of 1 half are nearer to zero than this.
+inline constexpr double kNormalMedian = 0.6745;
+/// One over it: sigma of normal numbers from the median of their distances from the middle.
+inline constexpr double kMadToSigma = 1.4826;
+
 /// The middle one; of an even number the upper of the two. There must be one.
 inline double median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);

@@ -3,9 +3,9 @@
 // radians; the files hold millimetres and degrees (calib/files reads and writes them).
 //
 // Frames. base: the robot's root. Each joint carries the frame behind it:
-//   T_i = Rz(theta_i) Tz(d_i) Tx(a_i) Rx(alpha_i) Ry(beta_i),   theta_i = sign_i q_i + offset_i
+//   T_i = Rz(theta_i) Tz(d_i) Tx(a_i) Rx(alpha_i) Ry(beta_i),   theta_i = sgn_i q_i + offset_i
 // with q_i the controller's axis angle (Denavit-Hartenberg with Hayati's beta for parallel axes).
-// flange = base_fixed * T_1 ... T_n * flange_fixed; the tool sits on the flange.
+// flange = base_fixed * T_1 ... T_last * flange_fixed; the tool sits on the flange.
 
 #include <Eigen/Geometry>
 #include <array>
@@ -41,7 +41,7 @@ struct Joint {
   double moment_sigma_kg_m = 0.0;  ///< prior of each component of mass_kg * com_m; 0: known
   double compliance_sigma_rad_per_nm = 0.0;  ///< prior of k_i; 0: joint taken as stiff
   double gear_ratio = 1.0;
-  std::vector<int> harmonics;       ///< orders h of cos/sin(h q n)
+  std::vector<int> harmonics;       ///< orders h of cos/sin(h gear_i q_i)
   double harmonic_sigma_rad = 0.0;  ///< prior of each amplitude, of order 1
   double play_sigma_rad =
       0.0;  ///< prior of p_i, half of the play; 0: the joint has none (at_level)

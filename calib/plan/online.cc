@@ -131,7 +131,7 @@ struct Online::Impl {
     };
     Choice choice = choose_some(goal.u95_m > 0.0 ? std::min(most, 2 * fewest) : most);
     if (goal.u95_m > 0.0) {
-      const double more =
+      const double more =  // (92)
           std::pow(kBoundOverError * choice.reducible_m / goal.u95_m, 1.0 / kErrorPower);
       choice =
           choose_some(static_cast<int>(std::clamp(more * how.count, 1.0 * fewest, 1.0 * most)));
@@ -295,10 +295,10 @@ struct Online::Impl {
     return (moves * design->covariance_u().topLeftCorner(n, n)).cwiseProduct(moves).sum();
   }
 
-  void finish(std::string why) {
+  void finish(Ended why) {
     progress.fitted = true;
     progress.touches_left = 0;
-    progress.why = std::move(why);
+    progress.ended = why;
     if (!estimate) progress.checks_left = 0;
     for (int k = 0; k < progress.checks_left; ++k) draw_check(static_cast<std::size_t>(k));
     progress.checks_left = static_cast<int>(checks.size());
@@ -340,15 +340,9 @@ struct Online::Impl {
   /// Whether to go on, and how long still: the best touches are taken one after the other as if
   /// each were made.
   void judge() {
-    constexpr double kMm = 1e3;
-    if (progress.u95_m <= goal.u95_m)
-      return finish(fmt::format("goal reached: u95 {:.3f} mm, goal {:.3f} mm", progress.u95_m * kMm,
-                                goal.u95_m * kMm));
+    if (progress.u95_m <= goal.u95_m) return finish(Ended::kGoal);
     const int most = goal.most_touches - progress.touches;
-    if (most <= 0)
-      return finish(fmt::format(
-          "all {} touches made; u95 {:.3f} mm{}", progress.touches, progress.u95_m * kMm,
-          goal.u95_m > 0.0 ? fmt::format(", goal {:.3f} mm", goal.u95_m * kMm) : ""));
+    if (most <= 0) return finish(Ended::kMostTouches);
     const double before = variance();
     double left = before;
     Design ahead = *design;
@@ -363,10 +357,7 @@ struct Online::Impl {
       left -= ahead.gain(best);
       ahead.take(best);
       if (k + 1 == kAhead && std::sqrt(left / before) > 1.0 - goal.worth_it)
-        return finish(fmt::format(
-            "ten more touches would reduce the error by less than {:.0f} %; u95 {:.3f} mm, goal "
-            "{:.3f} mm. Certified lengths, more spheres or other postures help more",
-            100.0 * goal.worth_it, progress.u95_m * kMm, goal.u95_m * kMm));
+        return finish(Ended::kNoGain);
     }
     progress.touches_left = std::min(k, touches_by_trend(bounds, goal.u95_m, most));
   }
@@ -411,7 +402,7 @@ struct Online::Impl {
   std::optional<std::size_t> pick(const JointVector& from) {
     if (estimate) return next_ahead(from);
     const auto first = next_first();
-    if (!first) finish("some targets cannot be touched often enough for a first estimate");
+    if (!first) finish(Ended::kNoEstimate);
     return first;
   }
 
@@ -458,7 +449,7 @@ std::optional<PlannedTouch> Online::next(const JointVector& where) {
       break;
     }
     if (!c) {
-      if (!me.progress.fitted) me.finish("every reachable touch was made");
+      if (!me.progress.fitted) me.finish(Ended::kAllReachable);
       continue;
     }
     me.offered = c;

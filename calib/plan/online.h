@@ -28,18 +28,30 @@ struct Goal {
   double worth_it = 0.02;  ///< ten more touches have to take this share off the predicted error
 };
 
+/// Why no further fit touch is offered.
+enum class Ended {
+  kGoal,          ///< it is reached
+  kMostTouches,   ///< as many as are allowed are made
+  kNoGain,        ///< ten more would not be worth it
+  kNoEstimate,    ///< a target cannot be touched often enough for a first estimate
+  kAllReachable,  ///< none is left that the arm reaches
+};
+
 struct Progress {
   int touches = 0;      ///< fit touches that were made
   double u95_m = 0.0;   ///< mean over the region, predicted; 0: not known yet
   double mean_m = 0.0;  ///< mean 3-D error over the region, predicted
   /// To the goal, as far as can be predicted, from the beginning; of a goal out of reach, to the end.
   int touches_left = 0;
-  int checks_left = 0;   ///< check touches still to be made
-  bool finding = false;  ///< places of spheres are still being found
-  bool fitted = false;   ///< the last fit touch was made
-  std::string why;       ///< why it was the last one, in words
-  bool done = false;     ///< the check touches are made, too
+  int checks_left = 0;           ///< check touches still to be made
+  bool finding = false;          ///< places of spheres are still being found
+  bool fitted = false;           ///< the last fit touch was made
+  std::optional<Ended> ended{};  ///< why it was the last one; none of touches planned beforehand
+  bool done = false;             ///< the check touches are made, too
 };
+
+/// Why no further touch was chosen on the way to the goal; empty where one may be.
+std::string why_ended(const Progress& progress, const Goal& goal);
 
 class Online {
  public:

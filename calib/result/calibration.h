@@ -47,7 +47,7 @@ struct TargetResult {
   std::string id;
   /// Base frame; of a plane and a tracker the middle of what was touched.
   Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();
-  /// Sphere: R + r_tip + rho + dR; plane: r_tip + rho; others: 0. Of the first tool that touched
+  /// Sphere: r_s + r_tip + rho + dr; plane: r_tip + rho; others: 0. Of the first tool that touched
   /// it.
   double effective_radius_m = 0.0;
   TargetKind kind = TargetKind::kSphere;

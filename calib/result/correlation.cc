@@ -15,8 +15,8 @@ namespace {
 constexpr double kNothingLeft = 1e-5;
 
 // Correlation matrix conditional on the frame coordinates:
-//   C' = C - B (B' C^-1 B)^-1 B',  C scaled to unit diagonal first.
-// Returns false where C is not positive definite in double precision.
+//   S_g = S_1 - F (F' S_1^-1 F)^-1 F',  S_1 the covariance scaled to unit diagonal.
+// Returns false where S_1 is not positive definite in double precision.
 bool remove_frame(Eigen::MatrixXd& scaled, const Eigen::MatrixXd& basis) {
   const Cholesky factor(scaled);
   if (!factor.positive()) return false;

@@ -20,18 +20,6 @@ constexpr double kShare = 0.95, kConfidence = 0.98;
 /// them, such as play that the load closes to one side, they do not tell from the geometry.
 constexpr double kElsewhere = 2.0;
 
-/// Radius that holds 95 % of a 3-D Gaussian with covariance c: the weighted sum of squares is
-/// matched to a scaled chi^2 (Satterthwaite), its quantile taken by Wilson and Hilferty.
-double radius_95(const Eigen::Matrix3d& c) {
-  const double mean = c.trace();
-  if (!(mean > 0.0)) return 0.0;
-  const double variance = 2.0 * (c * c).trace();
-  const double dof = 2.0 * mean * mean / variance;  // (38)
-  constexpr double kNormal95 = 1.6448536269514722;
-  const double t = 2.0 / (9.0 * dof);
-  return std::sqrt(mean * std::pow(1.0 - t + kNormal95 * std::sqrt(t), 3));
-}
-
 double quantile(std::vector<double>& values, double share) {
   const auto k = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
   std::nth_element(values.begin(), values.begin() + k, values.end());
@@ -82,6 +70,16 @@ Eigen::MatrixXd rows_of(const Eigen::MatrixXd& all, const std::vector<Eigen::Ind
 }
 
 }  // namespace
+
+double radius_95(const Eigen::Matrix3d& c) {
+  const double mean = c.trace();
+  if (!(mean > 0.0)) return 0.0;
+  const double variance = 2.0 * (c * c).trace();
+  const double dof = 2.0 * mean * mean / variance;  // (38)
+  constexpr double kNormal95 = 1.6448536269514722;
+  const double t = 2.0 / (9.0 * dof);
+  return std::sqrt(mean * std::pow(1.0 - t + kNormal95 * std::sqrt(t), 3));
+}
 
 PositionBound::PositionBound(const ArmModel& arm, const Eigen::VectorXd& x,
                              Eigen::MatrixXd covariance, double ripple_rad, double field_m)

@@ -18,6 +18,10 @@
 
 namespace cellcal::calib {
 
+/// Radius that holds 95 % of a 3-D Gaussian with covariance c: the weighted sum of squares is
+/// matched to a scaled chi^2 (Satterthwaite), its quantile taken by Wilson and Hilferty.
+double radius_95(const Eigen::Matrix3d& c);
+
 class PositionBound {
  public:
   /// `x`, `covariance`: of the arm's parameters, SI. `ripple_rad`: noise of each joint, 1 sigma.

@@ -3,9 +3,9 @@
 // observability indices O1 to O5 (Borm and Menq; Driels and Pathre; Nahvi, Hollerbach and Hayward;
 // Nahvi and Hollerbach; Sun and Hollerbach) and the scaled condition number.
 //
-// They are functions of the singular values s of the derivatives of everything that was measured
+// They are functions of the singular values sv of the derivatives of everything that was measured
 // (touches, certified lengths, diameters, tip; no tolerances), each row in its own sigmas and each
-// column in its own tolerance. So s is how many sigmas the measurements change by for a step of one
+// column in its own tolerance. So sv is how many sigmas the measurements change by for a step of one
 // tolerance along a direction: above 1 the touches know better than the tolerance does.
 //
 // Columns are the geometry: link errors, tool and its bending. Where the targets are is eliminated

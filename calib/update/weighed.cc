@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <utility>
 
+#include "calib/model/probability.h"
 #include "calib/update/prior.h"
 
 namespace cellcal::calib {
@@ -18,16 +18,6 @@ constexpr double kNothingBefore = 0.5;
 constexpr double kWrongTouch = 0.01;
 /// Beforehand, in odds: where one thing changed, one time in ten another did as well.
 constexpr double kSecondBefore = 0.1;
-
-double most(const std::vector<double>& logs) {
-  return logs.empty() ? 0.0 : *std::ranges::max_element(logs);
-}
-
-double log_sum(const std::vector<double>& logs) {
-  double sum = 0.0;
-  for (const double one : logs) sum += std::exp(one - most(logs));
-  return most(logs) + std::log(sum);
-}
 
 bool same(const PossibleChange& a, const PossibleChange& b) {
   return a.kind == b.kind && a.name == b.name && a.index == b.index;
@@ -56,7 +46,7 @@ double chance_of(double chi2, double dof) {
   if (!(dof > 0.0)) return 1.0;
   const double h = 2.0 / (9.0 * dof);
   const double z = (std::cbrt(chi2 / dof) - (1.0 - h)) / std::sqrt(h);
-  return 0.5 * std::erfc(z / std::numbers::sqrt2);
+  return normal_above(z);
 }
 
 }  // namespace

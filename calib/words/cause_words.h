@@ -1,6 +1,6 @@
 #pragma once
-// The sentence of each likely cause, made here and nowhere else: what was put right for the touches
-// to make sense, then what to check.
+// The sentence of each likely cause, made here and nowhere else: what is wrong and by how much, then
+// what to check.
 
 #include <string>
 

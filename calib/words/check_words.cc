@@ -32,9 +32,8 @@ std::string advice(const Explanation& change) {
       return fmt::format("Clamp the stand of {} and calibrate again; the robot itself is as it was",
                          change.name);
     case ChangeKind::kJoint:
-      return fmt::format(
-          "Look at the mastering, belt, coupling and brake of {}, and calibrate again",
-          change.name);
+      return fmt::format("Check the mastering, belt, coupling and brake of {}, and calibrate again",
+                         change.name);
     case ChangeKind::kGrowth:
       return "Let the arm come to its usual temperature and check again; if that is the new one, "
              "calibrate again";
@@ -48,9 +47,9 @@ std::string advice(const Explanation& change) {
 
 std::string not_found_words(const NotFound& one) {
   return fmt::format(
-      "touch {}: {} not found, up to {:.0f} mm behind where it should be. Check that it stands where "
-      "it stood and that the tool is whole",
-      one.touch + 1, one.target, one.beyond_m * kMmPerM);
+      "touch {}: no contact up to {:.0f} mm beyond the expected surface of {}. "
+      "Check that {} was not moved and that the tool is not damaged",
+      one.touch + 1, one.beyond_m * kMmPerM, one.target, one.target);
 }
 
 const char* verdict(const TcpCheck& check) {
@@ -70,8 +69,8 @@ std::string unsteady_words(const UnsteadyTouch& one) {
 
 std::string verdict_words(const TcpCheck& check) {
   if (check.explanations.empty())
-    return fmt::format("does not hold: {} touches met their spheres, {} met nothing", check.touches,
-                       check.not_found.size());
+    return fmt::format("does not hold: {} of {} touches without contact", check.not_found.size(),
+                       check.touches + check.not_found.size());
   return fmt::format("{}: TCP shift {:.2f} +- {:.2f} mm (k=2) {} in the flange's frame",
                      verdict(check), check.shift_m.norm() * kMmPerM, check.u_along_m() * kMmPerM,
                      vector_words(check.shift_m));
@@ -114,8 +113,8 @@ std::vector<std::string> words(const TcpCheck& check) {
   if (const std::string change = change_words(check); !change.empty()) lines.push_back(change);
   if (check.explanations.empty()) return lines;
   lines.push_back(fmt::format(
-      "{:.2f} mm rms off over {} touches; log odds of a change {:.1f}, alarm above {:.1f} ({:g} % "
-      "false alarms)",
+      "{:.2f} mm rms residual over {} touches; log odds of a change {:.1f}, alarm above {:.1f} "
+      "({:g} % false alarms)",
       check.rms_m * kMmPerM, check.touches, check.log_odds, check.log_alarm,
       100.0 * check.false_alarms));
   lines.push_back(fmt::format("a tool shift of {:.2f} mm is found in {:.0f} of 100 such checks",

@@ -116,8 +116,8 @@ std::vector<std::string> words(const DriftChart& chart) {
   if (const std::string course = course_words(chart); !course.empty()) lines.push_back(course);
   if (const std::string advice = advice_words(chart); !advice.empty()) lines.push_back(advice);
   if (chart.per_kelvin_m)
-    lines.push_back(fmt::format("{:.1f} um per kelvin of the cell are taken out",
-                                chart.per_kelvin_m->norm() * 1e6));
+    lines.push_back(
+        fmt::format("{:.1f} um/K of temperature effect removed", chart.per_kelvin_m->norm() * 1e6));
   constexpr double kMuchMore = 1.3;
   if (chart.noise > kMuchMore)
     lines.push_back(fmt::format(

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "calib/words/sentences.h"
 
@@ -59,6 +60,11 @@ const char* again(const Finding& f) {
       return "Check the line of sight and the reflector, and measure again";
   }
   return "";
+}
+
+std::string reading_off(const Quantity& longer) {
+  return fmt::format("{:.2f} +- {:.2f} mm too {}", std::abs(longer.value), longer.sigma,
+                     longer.value < 0.0 ? "long" : "short");
 }
 
 }  // namespace cellcal::calib::sentences

@@ -10,7 +10,8 @@ namespace {
 std::string passed_on(const Finding& f) { return f.text; }
 
 std::string still_with_model_error(const Finding& f) {
-  return "with it estimated, too, there is " + (f.still.empty() ? f.text : words(f.still.front()));
+  return "also with the model error estimated: " +
+         (f.still.empty() ? f.text : words(f.still.front()));
 }
 
 std::string reference_method(const Finding&) { return "reference method, for comparison only"; }
@@ -58,10 +59,10 @@ constexpr Said kSaid[] = {
     {FindingKind::kRequired, "required accuracy", sentences::required},
     {FindingKind::kNoGain, "gain too small", sentences::no_gain},
     {FindingKind::kGain, "accuracy", sentences::gain},
-    {FindingKind::kChanged, "changed since the last one", sentences::changed},
-    {FindingKind::kChangeAccepted, "since the last one", sentences::change_accepted},
-    {FindingKind::kUnchanged, "since the last one", sentences::unchanged},
-    {FindingKind::kNotCompared, "since the last one", sentences::not_compared},
+    {FindingKind::kChanged, "changed since the last calibration", sentences::changed},
+    {FindingKind::kChangeAccepted, "since the last calibration", sentences::change_accepted},
+    {FindingKind::kUnchanged, "since the last calibration", sentences::unchanged},
+    {FindingKind::kNotCompared, "not compared", sentences::not_compared},
     {FindingKind::kUpdated, "updated", sentences::updated},
     {FindingKind::kUpdateNotNeeded, "nothing to update", sentences::update_not_needed},
     {FindingKind::kUpdateContradicted, "not updated", sentences::update_contradicted},
@@ -72,7 +73,7 @@ constexpr Said kSaid[] = {
     {FindingKind::kLikelyCause, "likely cause", cause_words},
     {FindingKind::kMovedTarget, nullptr, sentences::moved_target},
     {FindingKind::kJumped, nullptr, sentences::jumped},
-    {FindingKind::kStillWithModelError, "model error", still_with_model_error},
+    {FindingKind::kStillWithModelError, "", still_with_model_error},
     {FindingKind::kReferenceMethod, "", reference_method},
     {FindingKind::kRecorded, "", passed_on},
 };
@@ -97,11 +98,10 @@ std::string own_opening(const Finding& f) {
     case FindingKind::kEffectiveRadius:
       return f.withholds() ? "effective radius" : "radius offset";
     case FindingKind::kMovedTarget:
-      return sentences::is_set(f, "or_lengths")
-                 ? "moved target, or wrong certified lengths (without them nothing moved)"
-                 : "moved target";
+      return sentences::is_set(f, "or_lengths") ? "moved target or wrong certified length"
+                                                : "moved target";
     case FindingKind::kJumped:
-      if (f.parts.size() != 1) return "something moved in the middle of the session";
+      if (f.parts.size() != 1) return "change during the session";
       return f.parts.front().about.of == Subject::Of::kTool ? "knocked tool" : "slipped joint";
     default:
       return {};

@@ -10,7 +10,7 @@ namespace cellcal::calib {
 namespace {
 
 std::string mean_words(const Calibration& c) {
-  if (c.levels.empty()) return "mean over levels, each by its evidence";
+  if (c.levels.empty()) return "mean over levels, weighted by evidence";
   double play = 0.0;
   std::map<double, double> share;  // by the size of the compliance
   for (const LevelEvidence& l : c.levels) {
@@ -19,13 +19,13 @@ std::string mean_words(const Calibration& c) {
   }
   std::string compliance;
   for (const auto& [size, probability] : share)
-    compliance += fmt::format("{}{:g} of its prior at {:.0f} %", compliance.empty() ? "" : ", ",
-                              size, 100.0 * probability);
+    compliance += fmt::format("{}{:g} x prior ({:.0f} %)", compliance.empty() ? "" : ", ", size,
+                              100.0 * probability);
   return fmt::format(
-      "mean over {} levels, each by its evidence. Joint compliance: {}{}. The likeliest level, at "
-      "{:.0f} %: {}",
+      "mean over {} levels, weighted by evidence. Joint compliance: {}{}. "
+      "Likeliest level ({:.0f} %): {}",
       c.levels.size(), compliance,
-      c.level.play > 0.0 ? fmt::format("; play at {:.0f} %", 100.0 * play) : "",
+      c.level.play > 0.0 ? fmt::format("; play ({:.0f} %)", 100.0 * play) : "",
       100.0 * c.levels.front().probability, words(c.cell, c.levels.front().level));
 }
 
@@ -36,7 +36,7 @@ std::string reason_words(const Calibration& c) {
     case LevelChoice::kNone:
       return {};
     case LevelChoice::kAskedFor:
-      return "as asked for";
+      return "as requested";
     case LevelChoice::kMeanByEvidence:
       return mean_words(c);
     case LevelChoice::kNothingIdentified:

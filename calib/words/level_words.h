@@ -7,10 +7,10 @@
 
 namespace cellcal::calib {
 
-/// "mean over 24 levels, each by its evidence. Joint compliance: 0.1 of its prior at 2 %, ...";
+/// "mean over 24 levels, weighted by evidence. Joint compliance: 0.1 x prior (2 %), ...";
 /// empty of methods that know no levels.
 std::string reason_words(const Calibration& calibration);
-/// The same behind the level itself, as files have it.
+/// The same after the level itself, as files have it.
 std::string level_and_reason_words(const Calibration& calibration);
 
 }  // namespace cellcal::calib

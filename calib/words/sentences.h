@@ -27,6 +27,8 @@ const char* where(const Finding& f);
 std::string list(const Finding& f, const std::function<std::string(const FindingPart&)>& one);
 /// What to do about a target whose touches do not fit.
 const char* again(const Finding& f);
+/// "0.40 +- 0.05 mm too long", of how much longer all readings had to be.
+std::string reading_off(const Quantity& longer);
 
 // What findings say of the touches, their noise and where they are. (sentences_of_touches.cc)
 

@@ -23,19 +23,20 @@ std::string jump_size(const FindingPart& one) {
                      by == nullptr ? 0.0 : by->sigma);
 }
 
-std::string jumped_subject(const FindingPart& one) {
-  if (one.about.of == Subject::Of::kJoint) return one.about.name + "'s zero";
-  if (one.about.of == Subject::Of::kTool) return "the tool's tip on the flange";
-  return one.about.name;
+/// "zero of A3 jumped by +0.050 +- 0.004 deg after about touch 50"
+std::string jump(const FindingPart& one) {
+  const std::string at = "after about " + touch_of(one.about);
+  if (one.about.of == Subject::Of::kJoint)
+    return fmt::format("zero of {} jumped by {} {}", one.about.name, jump_size(one), at);
+  if (one.about.of == Subject::Of::kTool)
+    return fmt::format("tool tip moved by {} in the flange frame {}", jump_size(one), at);
+  return fmt::format("{} moved by {} {}", one.about.name, jump_size(one), at);
 }
 
 std::string one_jump(const Finding& f, const FindingPart& one) {
   const double touches = of(f, "touches");
   if (one.about.of == Subject::Of::kTool)
-    return fmt::format(
-        "its tip seems to have moved by {} on the flange after about {} (of {:.0f}). Check its "
-        "fastening and calibrate again",
-        jump_size(one), touch_of(one.about), touches);
+    return fmt::format("{} of {:.0f}. Check its fastening and calibrate again", jump(one), touches);
   // The same to all touches as that joint.
   const char* or_else = "";
   if (is_set(f, "first_joint"))
@@ -43,34 +44,31 @@ std::string one_jump(const Finding& f, const FindingPart& one) {
   else if (is_set(f, "last_joint"))
     or_else = " (or the tool turned on the flange by as much)";
   return fmt::format(
-      "the zero of {} seems to have jumped by {} after about {} (of {:.0f}){}. Look for a slipping "
-      "belt, coupling or brake, master the joint and calibrate again",
-      one.about.name, jump_size(one), touch_of(one.about), touches, or_else);
+      "{} of {:.0f}{}. Check belt, coupling and brake, master the joint and calibrate again",
+      jump(one), touches, or_else);
+}
+
+/// Where the change is significant with the certified lengths only.
+const char* or_lengths(const Finding& f) {
+  return is_set(f, "or_lengths")
+             ? ". Or correct the certified lengths: without them the change is not significant"
+             : "";
 }
 
 }  // namespace
 
 std::string moved_target(const Finding& f) {
-  return fmt::format("{} moved by {} after {}. Clamp it, and repeat from there{}", f.about.name,
-                     shift(f.evidence), touch_of(f.about),
-                     is_set(f, "or_lengths") ? ", or mend the lengths" : "");
+  return fmt::format("{} moved by {} after {}. Clamp it and repeat from there{}", f.about.name,
+                     shift(f.evidence), touch_of(f.about), or_lengths(f));
 }
 
 std::string jumped(const Finding& f) {
-  std::string text;
-  if (f.parts.size() == 1) {
-    text = one_jump(f, f.parts.front());
-  } else {
-    for (const FindingPart& one : f.parts)
-      text += fmt::format("{}{} by {} after about {}", text.empty() ? "" : ", or ",
-                          jumped_subject(one), jump_size(one), touch_of(one.about));
-    text = fmt::format(
-        "the touches ({:.0f}) do not tell for certain which: {}. Check these and calibrate again",
-        of(f, "touches"), text);
-  }
-  return text + (is_set(f, "or_lengths")
-                     ? "; or mend the certified lengths, without which nothing jumped"
-                     : "");
+  if (f.parts.size() == 1) return one_jump(f, f.parts.front()) + or_lengths(f);
+  std::string causes;
+  for (const FindingPart& one : f.parts) causes += (causes.empty() ? "" : ", or ") + jump(one);
+  return fmt::format(
+      "{:.0f} touches fit more than one cause: {}. Check each, then calibrate again{}",
+      of(f, "touches"), causes, or_lengths(f));
 }
 
 }  // namespace cellcal::calib::sentences

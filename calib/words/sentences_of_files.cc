@@ -18,30 +18,26 @@ std::string certified_length(const Finding& f) {
 }
 
 std::string certified_twice(const Finding& f) {
-  return fmt::format(
-      "{:.3f} mm stated, and {:.3f} mm; both cannot be right. Leave the wrong one out",
-      of(f, "certified"), of(f, "certified_again"));
+  return fmt::format("{:.3f} mm and {:.3f} mm stated, one of them is wrong. Leave it out",
+                     of(f, "certified"), of(f, "certified_again"));
 }
 
 std::string artefact_size(const Finding& f) {
   if (has(f, "longer"))
-    return fmt::format(
-        "readings {:+.2f} +- {:.2f} mm longer than stated ({:.0f} sigma). Check where the wire reads "
-        "zero",
-        of(f, "longer"), sigma_of(f, "longer"), of(f, "apart"));
+    return fmt::format("readings {} ({:.0f} sigma). Check where the wire reads zero",
+                       reading_off(*find(f.evidence, "longer")), of(f, "apart"));
   return fmt::format(
-      "{:.3f} mm stated, {:.2f} +- {:.2f} mm measured ({:.0f} sigma). Check diameter_mm, and that it "
-      "is clean",
+      "{:.3f} mm stated, {:.2f} +- {:.2f} mm measured ({:.0f} sigma). "
+      "Check diameter_mm, and clean it",
       of(f, "stated"), of(f, "measured"), sigma_of(f, "measured"), of(f, "apart"));
 }
 
 std::string stated_centre(const Finding& f) {
   return list(f,
               [](const FindingPart& one) {
-                return fmt::format(
-                    "{} {:.1f} mm from where the cell file has it ({:.0f} times "
-                    "centre_sigma_mm)",
-                    one.about.name, value(one.evidence, "off"), value(one.evidence, "apart"));
+                return fmt::format("{} {:.1f} mm from stated ({:.0f} times centre_sigma_mm)",
+                                   one.about.name, value(one.evidence, "off"),
+                                   value(one.evidence, "apart"));
               }) +
          ". Check centre_mm, in the arm's base frame";
 }
@@ -50,9 +46,9 @@ std::string exchanged_centres(const Finding& f) {
   const std::string a = f.parts.empty() ? "" : f.parts.front().about.name;
   const std::string b = f.parts.empty() ? "" : f.parts.back().about.name;
   return fmt::format(
-      "{} was touched where the cell file has {}, and {} where it has {}. Exchange their centre_mm, "
-      "or the ids of their touches",
-      a, b, b, a);
+      "{} and {} are exchanged: each was touched at the stated centre of the other. "
+      "Exchange their centre_mm, or the target names of their touches",
+      a, b);
 }
 
 std::string negative_compliance(const Finding& f) {
@@ -64,10 +60,9 @@ std::string negative_compliance(const Finding& f) {
 
 std::string arm_scale(const Finding& f) {
   return fmt::format(
-      "all lengths of the arm together {:+.2f} % off the drawing, {:.0f} times what their tolerances "
-      "leave open. Check what holds the scale: certified lengths, readings of trackers and wires, "
-      "diameters",
-      of(f, "off"), of(f, "apart"));
+      "all lengths of the arm {:+.2f} % from nominal, {:.0f} times the tolerance of {:.2f} %. "
+      "Check what holds the scale: certified lengths, readings of trackers and wires, diameters",
+      of(f, "off"), of(f, "apart"), sigma_of(f, "off"));
 }
 
 std::string off_nominal(const Finding& f) {

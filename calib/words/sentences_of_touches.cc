@@ -18,11 +18,10 @@ std::string lies_on(const Subject& touch) {
 
 std::string touch_scatter(const Finding& f) {
   return fmt::format(
-      "{:.3f} mm, {:.1f} times the {:.3f} mm that {}. State what the instrument repeats to, not "
-      "what the fit leaves; five places touched four times each measure it",
+      "{:.3f} mm, {:.1f} times the {:.3f} mm of {}. State the measured repeatability in sigma_mm, "
+      "not the residual of the fit: touch five places four times each to measure it",
       of(f, "scatter"), of(f, "ratio"), of(f, "stated"),
-      is_set(f, "repeats") ? "repeated touches and the cell file state"
-                           : "the cell file states (sigma_mm)");
+      is_set(f, "repeats") ? "repeated touches and sigma_mm" : "sigma_mm in the cell file");
 }
 
 std::string duplicate_touches(const Finding& f) {
@@ -31,33 +30,32 @@ std::string duplicate_touches(const Finding& f) {
           ? std::string()
           : fmt::format(" ({} is {})", touch_of(f.parts[0].about), touch_of(f.parts[1].about));
   return fmt::format(
-      "{:.0f} of {:.0f} touches repeat others to the last digit{}, as in a file that was pasted "
-      "twice. Leave them out",
+      "{:.0f} of {:.0f} touches equal others to the last digit{}: was a file pasted twice? "
+      "Leave them out",
       of(f, "duplicates"), of(f, "touches"), which);
 }
 
 std::string many_outliers(const Finding& f) {
   return fmt::format(
-      "{:.0f} of {:.0f} fit touches do not fit their target, at most {:.0f} % may. Look at the list "
-      "of outliers for what they have in common",
+      "{:.0f} of {:.0f} fit touches are outliers (limit {:.0f} %). "
+      "Look for what they have in common in the list of outliers",
       of(f, "outliers"), of(f, "touches"), of(f, "allowed"));
 }
 
 std::string outliers_of_target(const Finding& f) {
   return fmt::format(
-      "{:.0f} of {:.0f} fit touches of {} do not fit it, and the others are too few to hold its "
+      "{:.0f} of {:.0f} fit touches of {} are outliers; the others are too few to determine its "
       "place. {}",
       of(f, "outliers"), of(f, "touches"), f.about.name, again(f));
 }
 
 std::string check_touches(const Finding& f) {
-  std::string text = fmt::format(
-      "{:.3f} mm rms at held-out touches, {:.1f} times what the calibration predicts "
-      "for them",
-      of(f, "rms"), of(f, "ratio"));
+  const std::string text =
+      fmt::format("{:.3f} mm rms at held-out touches, {:.1f} times the predicted error",
+                  of(f, "rms"), of(f, "ratio"));
   if (!f.parts.empty())
     return text + ". " + list(f, [](const FindingPart& one) { return lies_on(one.about); });
-  return text + ". Touch again, more and in postures more unlike";
+  return text + ". Calibrate again with more touches in more varied postures";
 }
 
 std::string gross_check_touches(const Finding& f) {
@@ -70,10 +68,12 @@ std::string gross_check_touches(const Finding& f) {
                         ? ""
                         : " (lies on " + one.about.other_end + ": correct its target)");
               }) +
-         "; judged without";
+         ". Left out of the verdict";
 }
 
-std::string no_check_touches(const Finding&) { return "the residuals are of the fit itself"; }
+std::string no_check_touches(const Finding&) {
+  return "accuracy not verified. Add --check 10 to 'cellcal run' or 'cellcal plan'";
+}
 
 std::string unseen_not_judged(const Finding& f) {
   return fmt::format("{}, which has no fit touch: {}", f.about.name, f.text);
@@ -85,8 +85,8 @@ std::string all_left_out(const Finding& f) {
 
 std::string unseen_place(const Finding& f) {
   return fmt::format(
-      "{:.3f} mm rms at {:.0f} check touches of {}, which has no fit touch, about the place that "
-      "fits them ({:.1f} degrees of freedom)",
+      "{:.3f} mm rms at {:.0f} check touches of {} about its fitted place "
+      "({:.1f} degrees of freedom); it has no fit touch",
       of(f, "rms"), of(f, "touches"), f.about.name, of(f, "degrees_of_freedom"));
 }
 
@@ -102,23 +102,23 @@ std::string model_error(const Finding& f) {
   const bool repeats = has(f, "repeats");
   if (!is_set(f, "estimated"))
     return fmt::format(
-        "{:.3f} mm in every bound: touches scatter by {:.3f} mm, and {}. {}", of(f, "sigma"),
+        "{:.3f} mm in every bound: touch scatter {:.3f} mm, {}. {}", of(f, "sigma"),
         of(f, "scatter"),
-        repeats ? fmt::format("repeated ones by {:.3f} mm", of(f, "repeats"))
-                : std::string("no repeats show that it is noise"),
+        repeats ? fmt::format("repeated touches {:.3f} mm", of(f, "repeats"))
+                : std::string("no repeated touches"),
         repeats ? "More touches do not reduce it"
-                : "Touch five places four times each: what repeats scatter is noise, and leaves "
-                  "the bounds");
+                : "Touch five places four times each: the scatter of repeated touches is noise and "
+                  "is left out of the bounds");
   return fmt::format(
-      "{:.3f} mm (1 sigma, each direction) beside a touch noise of {:.3f} mm{}{}. It is in every "
-      "bound; more touches do not reduce it{}",
-      of(f, "sigma"), of(f, "noise"), repeats ? " (repeats)" : "",
-      has(f, "reach") ? fmt::format(", alike over {:.0f} deg of the main axes", of(f, "reach"))
-                      : std::string(),
+      "{:.3f} mm (1 sigma per direction) in every bound, touch noise {:.3f} mm{}{}. "
+      "More touches do not reduce it{}",
+      of(f, "sigma"), of(f, "noise"), repeats ? " (repeated touches)" : "",
+      has(f, "reach")
+          ? fmt::format(", correlation length {:.0f} deg of the main axes", of(f, "reach"))
+          : std::string(),
       repeats ? std::string()
-              : fmt::format(". Touch five places four times each to measure the noise, and state "
-                            "in sigma_mm ({:.3f}) what the instrument repeats to, not what the fit "
-                            "leaves",
+              : fmt::format(". Touch five places four times each, and state the measured "
+                            "repeatability in sigma_mm ({:.3f} mm stated)",
                             of(f, "stated")));
 }
 
@@ -127,41 +127,37 @@ std::string too_few_touches(const Finding& f) {
       "the cell works, {:.0f} of {:.0f} touches {}. Now calibrate with {:.0f} touches and {:.0f} to "
       "check",
       has(f, "met") ? of(f, "met") : of(f, "touches"), of(f, "touches"),
-      has(f, "met") ? fmt::format("within {:.1f} mm of where the cell file has their targets",
-                                  of(f, "farthest"))
+      has(f, "met") ? fmt::format("within {:.1f} mm of their stated targets", of(f, "farthest"))
                     : "made",
       of(f, "usual_touches"), of(f, "usual_checks"));
 }
 
 std::string rank(const Finding& f) {
   return fmt::format(
-      "the touches determine {:.0f} of {:.0f} directions of the geometry better than the tolerances "
-      "do. Make more, in postures more unlike",
+      "{:.0f} of {:.0f} directions of the geometry are determined better than by their tolerances. "
+      "Make more touches in more varied postures",
       of(f, "determined"), of(f, "directions"));
 }
 
 std::string too_few_directions(const Finding& f) {
-  const std::string times =
-      fmt::format("{:.0f} time{}", of(f, "touches"), is_one(f, "touches") ? "" : "s");
+  const auto made = [&](const char* one, const char* several) {
+    return fmt::format("{}: {:.0f} {}", f.about.name, of(f, "touches"),
+                       is_one(f, "touches") ? one : several);
+  };
   switch (f.about.target_kind.value_or(TargetKind::kSphere)) {
     case TargetKind::kPlane:
-      return fmt::format(
-          "{} was touched {} at places too near each other or in a line. Touch it farther apart in "
-          "two directions",
-          f.about.name, times);
+      return made("touch", "touches") +
+             " too near each other or in a line. Touch it farther apart in two directions";
     case TargetKind::kTracker:
-      return fmt::format(
-          "{} was read {} at places too near each other or in a line. Measure farther apart",
-          f.about.name, times);
+      return made("reading", "readings") +
+             " too near each other or in a line. Measure farther apart";
     case TargetKind::kWire:
-      return fmt::format("{} was pulled {} in directions too much alike. Measure from more sides",
-                         f.about.name, times);
+      return made("reading", "readings") + " from too few directions. Measure from more sides";
     case TargetKind::kSphere:
     case TargetKind::kPoint:
       break;
   }
-  return fmt::format("{} was touched {} in directions too much alike. Touch it from more sides",
-                     f.about.name, times);
+  return made("touch", "touches") + " from too few directions. Touch it from more sides";
 }
 
 std::string not_touched(const Finding& f) {
@@ -169,8 +165,8 @@ std::string not_touched(const Finding& f) {
   std::string names;
   for (const FindingPart& part : f.parts) names += (names.empty() ? "" : ", ") + part.about.name;
   return names + " of the cell file" +
-         (idle > 0.0 ? fmt::format("; {:.0f} certified length{} there and hold{} nothing", idle,
-                                   idle == 1.0 ? " ends" : "s end", idle == 1.0 ? "s" : "")
+         (idle > 0.0 ? fmt::format("; {:.0f} certified length{} there {} unused", idle,
+                                   idle == 1.0 ? "" : "s", idle == 1.0 ? "is" : "are")
                      : "");
 }
 

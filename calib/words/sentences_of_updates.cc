@@ -32,18 +32,24 @@ std::string change(const Subject& about, const std::vector<Quantity>& evidence) 
   return "nothing changed";
 }
 
-/// What has to be done beside the update.
-const char* beside(const Finding& f) {
+/// What has to be done as well as the update.
+const char* besides(const Finding& f) {
   switch (f.about.of) {
     case Subject::Of::kTool:
       return ". Check the tool's fastening";
     case Subject::Of::kTarget:
       return ". Clamp its stand and have its certified lengths measured again";
     case Subject::Of::kJoint:
-      return ". Look at its mastering, belt, coupling and brake";
+      return ". Check its mastering, belt, coupling and brake";
     default:
       return "";
   }
+}
+
+/// "probability 99.0 %, 8 touches"
+std::string support(const Finding& f) {
+  return fmt::format("probability {:.1f} %, {:.0f} touches", of(f, "probability"),
+                     of(f, "touches"));
 }
 
 std::string accuracy(const Finding& f) {
@@ -54,35 +60,32 @@ std::string accuracy(const Finding& f) {
 }  // namespace
 
 std::string updated(const Finding& f) {
-  return fmt::format("{} ({:.1f} %), by {:.0f} touches on {}; {}{}", change(f.about, f.evidence),
-                     of(f, "probability"), of(f, "touches"), f.text, accuracy(f), beside(f));
+  return fmt::format("{}, {} on top of {}; {}{}", change(f.about, f.evidence), support(f), f.text,
+                     accuracy(f), besides(f));
 }
 
 std::string update_not_needed(const Finding& f) {
-  return fmt::format("{} ({:.1f} %) by {:.0f} touches; {} holds. Go on with that calibration",
-                     change(f.about, f.evidence), of(f, "probability"), of(f, "touches"), f.text);
+  return fmt::format("{}, {}; {} holds. Keep that calibration", change(f.about, f.evidence),
+                     support(f), f.text);
 }
 
 std::string update_contradicted(const Finding& f) {
   const std::string second =
-      f.parts.empty()
-          ? std::string()
-          : "; likeliest beside it: " + change(f.parts.front().about, f.parts.front().evidence);
-  return fmt::format("more than one thing changed by {:.0f} touches: {}{}. {}", of(f, "touches"),
+      f.parts.empty() ? std::string()
+                      : "; next likely: " + change(f.parts.front().about, f.parts.front().evidence);
+  return fmt::format("more than one change found ({:.0f} touches): {}{}. {}", of(f, "touches"),
                      change(f.about, f.evidence), second, kFullSession);
 }
 
 std::string update_not_resolved(const Finding& f) {
-  return fmt::format(
-      "{} is likeliest ({:.1f} %), {}, by {:.0f} touches: too little to go on with. {}",
-      change(f.about, f.evidence), of(f, "probability"), accuracy(f), of(f, "touches"),
-      kFullSession);
+  return fmt::format("{}, {}: not resolved; {}. {}", change(f.about, f.evidence), support(f),
+                     accuracy(f), kFullSession);
 }
 
 std::string update_not_found(const Finding& f) {
   return fmt::format(
-      "{} not found where {} has it. Check that stand and tool are whole; then run a full session: 'cellcal "
-      "run --cell CELL --find'",
+      "{} not found at the place from {}. "
+      "Check stand and tool; then run a full session: 'cellcal run --cell CELL --find'",
       f.parts.empty() ? "a sphere was"
                       : list(f, [](const FindingPart& one) { return one.about.name; }) +
                             (f.parts.size() == 1 ? " was" : " were"),

@@ -8,10 +8,10 @@ namespace cellcal::calib::sentences {
 
 namespace {
 
-/// How far this calibration is from the last one, which `text` names.
-std::string apart(const Finding& f) {
-  return fmt::format("{:.3f} mm between the tips of this calibration and of {}, in the mean {}",
-                     of(f, "apart"), f.text, where(f));
+/// From the last calibration, which `text` names, to this one.
+std::string tcp_change(const Finding& f) {
+  return fmt::format("{:.3f} mm mean TCP change since {}, {} (expected {:.3f} mm, ratio {:.1f})",
+                     of(f, "apart"), f.text, where(f), of(f, "expected"), of(f, "ratio"));
 }
 
 }  // namespace
@@ -22,8 +22,7 @@ std::string scale_by_lengths(const Finding& f) {
       "{:.0f} certified length{} the scale, touched at both ends{}", of(f, "lengths"),
       one ? " holds" : "s hold",
       has(f, "unseen")
-          ? fmt::format("; an error that all of them share would be noticed from {:.2f} % on",
-                        of(f, "unseen"))
+          ? fmt::format("; an error common to all is detectable above {:.2f} %", of(f, "unseen"))
           : "");
 }
 
@@ -36,12 +35,11 @@ std::string scale_by_readings(const Finding& f) {
 std::string scale_by_nothing(const Finding& f) {
   const bool loose = is_set(f, "loose_targets");
   return fmt::format(
-      "{}, so only the {} the scale; the result claims nothing away from the targets. {}",
+      "{}: only the {} the scale, and the result is valid near the targets only. {}",
       !is_set(f, "lengths") ? "no certified length was touched"
       : loose && !is_set(f, "lengths_with_held_ends")
-          ? "no certified length has ends that the touches hold"
-          : "the certified lengths are not certain enough (all together worse than 0.5 mm per "
-            "metre)",
+          ? "the touches do not determine both ends of any certified length"
+          : "scale uncertainty of all certified lengths together above 0.5 mm per metre",
       is_set(f, "spheres") ? "size of the spheres holds" : "tolerances of the arm hold",
       loose ? "Touch each target from more sides"
       : is_set(f, "centres")
@@ -52,39 +50,39 @@ std::string scale_by_nothing(const Finding& f) {
 
 std::string unchecked_readings(const Finding& f) {
   return fmt::format(
-      "an error of these readings below {:.2f} % would not be noticed, and all lengths of the arm "
-      "would be wrong in proportion. Certify a length between touched targets",
+      "errors below {:.2f} % of these readings are not detectable, and scale all lengths of the "
+      "arm. Certify a length between touched targets",
       of(f, "unseen"));
 }
 
 std::string unchecked_lengths(const Finding& f) {
   return fmt::format(
-      "an error below {:.1f} mm of the certified length {}, the best checked of {:.0f}, would not be "
-      "noticed. Make more touches of each target",
+      "errors below {:.1f} mm of certified length {}, the best checked of {:.0f}, are not "
+      "detectable. Make more touches of each target",
       of(f, "unseen"), length_of(f), of(f, "lengths"));
 }
 
 std::string unchecked_length(const Finding& f) {
   return fmt::format(
-      "an error below {:.1f} mm of the certified length {} ({:.3f} mm) would not be noticed, and all "
-      "lengths of the arm would be wrong in proportion. Certify a second length between touched "
-      "targets, or have this one measured again",
+      "errors below {:.1f} mm of certified length {} ({:.3f} mm) are not detectable, and scale all "
+      "lengths of the arm. Certify a second length between touched targets, or have this one "
+      "measured again",
       of(f, "unseen"), length_of(f), of(f, "certified"));
 }
 
 std::string required(const Finding& f) {
   return fmt::format(
-      "{:.2f} mm predicted {}, {:.2f} mm {}. Make more touches in postures more unlike, or state a "
-      "larger required_mm",
+      "{:.2f} mm predicted {}, {:.2f} mm {}. "
+      "Make more touches in more varied postures, or state a larger required_mm",
       of(f, "predicted"), where(f), of(f, "required"),
       is_set(f, "required_is_stated") ? "required by the cell file (required_mm)"
-                                      : "allowed where the cell file states no required_mm");
+                                      : "allowed (required_mm not stated)");
 }
 
 std::string no_gain(const Finding& f) {
   return fmt::format(
-      "{:.2f} mm predicted {}, {:.2f} mm with the nominal arm ({:.0f} %, at most {:.0f} % is a "
-      "gain). Make more touches in postures more unlike",
+      "{:.2f} mm predicted {}, {:.2f} mm with the nominal arm ({:.0f} %, limit {:.0f} %). "
+      "Make more touches in more varied postures",
       of(f, "predicted"), where(f), of(f, "nominal"), of(f, "of_nominal"),
       of(f, "most_of_nominal"));
 }
@@ -98,24 +96,18 @@ std::string gain(const Finding& f) {
 
 std::string changed(const Finding& f) {
   return fmt::format(
-      "{}, {:.1f} times what both together predict. If the arm was hit, repaired or mastered, or "
-      "its tool changed, accept the change (--accept-change); if not, look for what is loose",
-      apart(f), of(f, "ratio"));
+      "{}. If the arm was hit, repaired or mastered, or its tool changed, accept the change "
+      "(--accept-change). Otherwise look for what is loose",
+      tcp_change(f));
 }
 
-std::string change_accepted(const Finding& f) {
-  return fmt::format("{}, {:.1f} times what both together predict; accepted", apart(f),
-                     of(f, "ratio"));
-}
+std::string change_accepted(const Finding& f) { return tcp_change(f) + "; change accepted"; }
 
-std::string unchanged(const Finding& f) {
-  return fmt::format("{}; both together predict {:.3f} mm", apart(f), of(f, "expected"));
-}
+std::string unchanged(const Finding& f) { return tcp_change(f); }
 
 std::string not_compared(const Finding& f) {
   return fmt::format(
-      "not compared with {}, which is of another nominal arm or tool, or one of both predicts no "
-      "error here",
+      "{} has another nominal arm or tool, or one of the two calibrations predicts no error here",
       f.text);
 }
 

@@ -1,5 +1,6 @@
 #include "daemon/advice/advice_teller.h"
 
+#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
@@ -15,7 +16,7 @@ using drivers::Duration;
 using drivers::TimePoint;
 
 constexpr Duration kLook = 60s;   // 'holds' ends by the calendar, too
-constexpr Duration kAgain = 12h;  // its files may have been installed anew, or its data set back
+constexpr Duration kAgain = 12h;  // its files may have been installed again, or its data set back
 constexpr Duration kBusy = 15s;   // a session runs: its end pokes as well
 constexpr Duration kFirstPause = 60s, kLongestPause = 1h;
 
@@ -23,6 +24,14 @@ drivers::EkiFrameRequest request_of(const Said& said) {
   return {drivers::EkiFrameKind::kAdvice, 1,
           drivers::EkiFrameValues{static_cast<double>(said.until_day),
                                   static_cast<double>(static_cast<int>(said.advice))}};
+}
+
+/// "CELLCAL_ADVICE: 3 sent, 1 read back", and the same of its last day.
+std::string differs_words(const Said& sent, const drivers::EkiFrameValues& back) {
+  return fmt::format(
+      "CELLCAL_ADVICE: {} sent, {:.0f} read back; CELLCAL_ADVICE_UNTIL: {} sent, {:.0f} read back. "
+      "Another program writes it: look for it on the pendant",
+      static_cast<int>(sent.advice), back[1], sent.until_day, back[0]);
 }
 
 }  // namespace
@@ -33,8 +42,7 @@ std::string AdviceTeller::tell(const Said& said, const Send& send) {
     case drivers::EkiFrameEnd::kSet:
       return {};
     case drivers::EkiFrameEnd::kDiffers:
-      return "CELLCAL_ADVICE was read back otherwise than it was sent. Another program writes it: look for it at "
-             "the pendant";
+      return differs_words(said, result.new_values.value_or(drivers::EkiFrameValues{}));
     case drivers::EkiFrameEnd::kRead:
     case drivers::EkiFrameEnd::kRefused:
     case drivers::EkiFrameEnd::kNotSent:
@@ -43,8 +51,8 @@ std::string AdviceTeller::tell(const Said& said, const Send& send) {
   }
   if (result.refusal == drivers::EkiFrameDone::kNoSuchNumber ||
       result.trouble == drivers::EkiFrameTrouble::kTooOld)
-    return "the controller's files do not hold CELLCAL_ADVICE. Install those that 'cellcal kuka-files' writes with "
-           "[eki] write_advice = true, then cold start";
+    return "controller files without CELLCAL_ADVICE. Install those that 'cellcal kuka-files' "
+           "writes with [eki] write_advice = true, then cold start";
   const std::string why = why_words(result);
   return why.empty() ? "the controller's answer could not be read" : why;
 }
@@ -76,7 +84,7 @@ Duration AdviceTeller::look(TimePoint now) {
   const std::lock_guard lock(mutex_);
   if (trouble.empty()) {
     if (said != confirmed_)
-      spdlog::info("controller told: CELLCAL_ADVICE = {} ({})", static_cast<int>(said.advice),
+      spdlog::info("CELLCAL_ADVICE sent: {} ({})", static_cast<int>(said.advice),
                    to_string(said.advice));
     confirmed_ = said;
     confirmed_at_ = now;
@@ -85,7 +93,7 @@ Duration AdviceTeller::look(TimePoint now) {
     status_.told = said.advice;
     status_.told_at = parts_.utc_now();
   } else {
-    if (trouble != status_.trouble) spdlog::warn("controller not told of the checks: {}", trouble);
+    if (trouble != status_.trouble) spdlog::warn("CELLCAL_ADVICE not confirmed: {}", trouble);
     confirmed_.reset();  // whether it has the newest is not known
     failed_ = said;
     pause_ = std::clamp(2 * pause_, kFirstPause, kLongestPause);

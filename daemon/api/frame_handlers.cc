@@ -116,7 +116,7 @@ Response answer_of(const FrameRecord& record) {
 }  // namespace
 
 FrameStation& Api::frames() {
-  if (frames_ == nullptr) throw NotFound("this daemon sets no frames");
+  if (frames_ == nullptr) throw NotFound("setting frames is off");
   return *frames_;
 }
 

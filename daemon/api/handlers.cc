@@ -141,9 +141,11 @@ std::optional<Response> Api::run(const Call& call) {
   const std::string& name = call.request.caller.name;
   if (afar && !access().clearance().take(name)) {
     refuse_while_under_way(service_.status());
-    return error(412,
-                 "look that nobody and nothing is in the cell, then say so: 'The cell is clear' on "
-                 "the page, or POST /v1/clear. It counts for 5 minutes and one run");
+    return error(
+        412,
+        "the cell is not confirmed as clear. Check that no person and nothing is in it, then "
+        "confirm: 'The cell is clear' on the page, or POST /v1/clear. It counts for 5 minutes and "
+        "one run");
   }
   try {
     const std::int64_t session = service_.start(wanted);

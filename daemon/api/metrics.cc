@@ -95,12 +95,12 @@ void put_state(Exposition& out, const Status& status) {
             static_cast<double>(status.done));
   out.gauge("cellcal_session_touches_planned", "Touches that it will have.",
             static_cast<double>(status.total));
-  out.gauge("cellcal_session_interruptions", "Harmless interruptions behind which it went on.",
+  out.gauge("cellcal_session_interruptions", "Harmless interruptions after which it resumed.",
             static_cast<double>(status.interruptions));
   out.gauge("cellcal_session_residual_meters", "Residual of its newest touch, or of its fit.",
             status.residual_m);
-  out.gauge("cellcal_session_u95_meters", "u95 that its touches so far promise.", status.u95_m);
-  out.gauge("cellcal_session_goal_meters", "u95 that was asked for.", status.goal_m);
+  out.gauge("cellcal_session_u95_meters", "u95 predicted from its touches so far.", status.u95_m);
+  out.gauge("cellcal_session_goal_meters", "Requested u95.", status.goal_m);
   out.gauge("cellcal_session_left_seconds", "Time left for its touches.", status.time_left_s);
   out.family("cellcal_session_failure", "gauge", "1 with the kind of failure that ended it.");
   if (status.failure) out.sample(1.0, {{"kind", to_string(status.failure->kind)}});
@@ -190,12 +190,12 @@ void put_drift(Exposition& out, const calib::DriftChart& chart) {
                                  DriftState::kAlarms, DriftState::kUnknown})
     out.sample(state == chart.state ? 1.0 : 0.0, {{"state", to_string(state)}});
   out.gauge("cellcal_drift_checks", "Checks in it.", static_cast<double>(chart.counted));
-  out.gauge("cellcal_drift_undecided_checks", "Checks behind the newest that decided something.",
+  out.gauge("cellcal_drift_undecided_checks", "Checks since the newest decided one.",
             static_cast<double>(chart.undecided));
   for (auto point = chart.points.rbegin(); point != chart.points.rend(); ++point) {
     if (point->check.left_out != calib::LeftOut::kNo) continue;
-    out.gauge("cellcal_drift_limit_ratio", "Statistic of the newest by its alarm limit.",
-              point->share);
+    out.gauge("cellcal_drift_limit_ratio",
+              "Statistic of the newest check divided by its alarm limit.", point->share);
     out.gauge("cellcal_drift_tcp_meters", "TCP of the newest off the centre of all.",
               point->off_m.norm());
     return;

@@ -13,7 +13,7 @@ std::optional<Response> Api::read_position(const Call&) {
   const ReadPosition read = position_ ? position_() : nullptr;
   if (!read) throw NotFound(no_position_words());
   drivers::EkiPosition position;
-  service_.alone("reading where the arm stands", [&] { position = read(); });
+  service_.alone("reading the arm's position", [&] { position = read(); });
   if (position.trouble != drivers::EkiPositionTrouble::kNone)
     throw BusyError(position_words(position));
   return Response{.body = dump({{"axes_deg", position.axes_deg}})};

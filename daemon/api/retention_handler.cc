@@ -52,8 +52,7 @@ std::optional<Response> Api::retain(const Call& call) {
   Wanted wanted = wanted_in(call.request.body);
   if (!wanted.rule.any() && retention_) wanted.rule = retention_();
   if (!wanted.rule.any())
-    throw RequestError(
-        "nothing says what may be dropped: give days or megabytes, or set them under [retention]");
+    throw RequestError("no limit given: give days or megabytes, or set them under [retention]");
   const auto idle = [this] { return !kActivePhases.has(service_.status().phase); };
   if (!idle()) throw BusyError("a session is running. Drop old rows when it has ended");
   const auto now = std::chrono::duration_cast<std::chrono::seconds>(

@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "calib/files/files.h"
+#include "calib/model/units.h"
 #include "calib/syntax/input_file.h"
 #include "daemon/api/handlers.h"
 #include "daemon/api/http/json_text.h"
@@ -116,8 +117,8 @@ std::optional<Response> Api::session(const Call& call) {
   value["times"] = to_json(phase_times(events));
   value["contact_delay"] = nullptr;
   if (const auto delay = delay_of(journal_, record.id)) {
-    value["contact_delay"] = {{"ms", 1e3 * delay->delay_s},
-                              {"sigma_ms", 1e3 * delay->sigma_s},
+    value["contact_delay"] = {{"ms", calib::kMsPerS * delay->delay_s},
+                              {"sigma_ms", calib::kMsPerS * delay->sigma_s},
                               {"touches", delay->touches},
                               {"words", in_words(*delay)},
                               {"warning", complaint(*delay, delay_before(journal_, record.id))}};

@@ -43,7 +43,7 @@ json to_json(const Token& token) {
 
 std::optional<Response> Api::log_in(const Call& call) {
   if (!call.request.is_from_network()) {
-    return error(409, "over the Unix socket nobody has to log in");
+    return error(409, "no login is needed over the Unix socket");
   }
   return access().log_in(call.request);
 }

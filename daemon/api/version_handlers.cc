@@ -5,6 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "calib/model/units.h"
 #include "daemon/api/handlers.h"
 #include "daemon/api/http/json_text.h"
 #include "daemon/api/routes.h"
@@ -20,7 +21,7 @@ namespace {
 using nlohmann::json;
 
 constexpr std::int64_t kUsualVersions = 20, kMostVersions = 100;
-constexpr double kMmPerM = 1e3;
+using calib::kMmPerM;
 
 json to_json(const Version& one) {
   json value{{"session", one.session},

@@ -188,8 +188,8 @@ void write_archive(const Archive& archive, const fs::path& directory) {
   part += ".part";
   if (!fs::create_directories(part))
     throw ArchiveError(part.string() +
-                       ": is there already, of an export that was broken off or of somebody's own. "
-                       "Look into it, remove it, export again");
+                       ": exists already, left by an interrupted export or put there by hand. "
+                       "Check it, remove it, export again");
   try {
     for (const auto& [name, text] : archive) write_atomically(part / name, text);
     fs::remove(directory, code);  // empty

@@ -79,7 +79,7 @@ calib::Calibration again(const SessionRecord& record, const std::vector<calib::T
   const SessionOptions options = options_from_json(record.inputs.options);
   if (!options.update) return estimate(cell_of(record.inputs), record.inputs, touches, compared);
   if (!compared)
-    throw ArchiveError(from + ": the calibration that this update stands on is not in it");
+    throw ArchiveError(from + ": the calibration that this update is based on is not in it");
   // What was not found is no result: the session saw it.
   const auto recorded = calib::calibration_from_json(record.calibration, from);
   return estimate_update(record.inputs, touches, *compared, options.months,

@@ -71,8 +71,8 @@ void refuse_foreign(const Published& wanted, const Published& newest) {
   throw NotActivated(
       Why::kForeign,
       fmt::format(
-          "session {} is of another robot or tool than session {}, the newest of {}. Calibrate anew: "
-          "'cellcal run'",
+          "session {} is of another robot or tool than session {}, the newest of {}. Calibrate "
+          "again: 'cellcal run'",
           record.id, newest.record.id, record.inputs.cell_name));
 }
 

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <utility>
 
+#include "calib/model/units.h"
 #include "daemon/backends/backends.h"
 #include "daemon/config/pendant.h"
 #include "daemon/config/space_config.h"
@@ -39,7 +40,7 @@ void log_end(const drivers::RsiRobot& robot) {
   const drivers::ReplyHistogram& times = robot.reply_times();
   if (times.count() > 0) {
     spdlog::info("{} RSI replies: p50 {:.3f} ms, p99.9 {:.3f} ms after the packet", times.count(),
-                 1e3 * times.quantile_s(0.5), 1e3 * times.quantile_s(0.999));
+                 calib::kMsPerS * times.quantile_s(0.5), calib::kMsPerS * times.quantile_s(0.999));
   }
 }
 void log_end(const drivers::EkiRobot&) {}

@@ -27,13 +27,13 @@ std::string line(const std::string& setting, const std::string& words) {
 
 std::string head(const CellForm& form) {
   std::string text =
-      "# A cell: arm, tool, artefacts, and what stands around. Millimetres and degrees, in the robot's base\n"
+      "# A cell: arm, tool, artefacts, surroundings. Millimetres and degrees, in the robot's base\n"
       "# frame. A line that begins with \"#\" and a key shows that key with its default: take the \"#\" away\n"
-      "# to change it. What it says against itself: 'cellcal doctor --cell FILE' and 'cellcal plan --cell FILE\n"
-      "# --touches 40 --picture cell.svg', which draws it.\n"
+      "# to change it. Contradictions are found by 'cellcal doctor --cell FILE' and by 'cellcal plan\n"
+      "# --cell FILE --touches 40 --picture cell.svg', which draws it.\n"
       "format = \"cellcal.cell/1\"\n";
   text += line("robot = " + toml_string(form.robot.reference),
-               "a shipped one by name, or a file beside this one");
+               "a shipped one by name, or a file in this folder");
   text += line("#required_mm = 2.0", "largest mean error that a calibration may be published with");
   text +=
       "# floor_mm = 0.0: height that nothing goes below. Not stated: for hand and wrist 100 mm below the\n"
@@ -97,7 +97,7 @@ std::string centre_text(const SphereForm& sphere) {
 
 std::string sphere_text(const SphereForm& sphere) {
   std::string text = "\n[[target]]\n";
-  text += line("id = " + toml_string(sphere.id), "stands in the touches and in the report");
+  text += line("id = " + toml_string(sphere.id), "its name in the touches and in the report");
   text += line("kind = \"sphere\"", "or plane, point, wire, tracker: end of this file");
   text += line("diameter_mm = " + toml_number(sphere.diameter_mm), "as certified");
   text += line("diameter_sigma_mm = " + toml_number(sphere.diameter_sigma_mm), "1 sigma of that");
@@ -126,8 +126,8 @@ std::string length_text(const LengthForm& length) {
 
 /// Where there is none yet. The scale of the arm rests on them.
 constexpr const char* kNoLengths = R"(
-# Certified distances of two centres, from a coordinate measuring machine. Without one nothing says how long
-# the arm is, and a calibration counts near the targets only.
+# Certified distances of two centres, from a coordinate measuring machine. Without one the scale of
+# the arm is not determined, and a calibration holds near the targets only.
 #[[length]]
 #between = ["S1", "S2"]
 #mm = 500.0
@@ -146,7 +146,7 @@ constexpr const char* kRest = R"(
 #sensor = "cellcal contact board"
 #sensor_serial = "7"
 
-# What must not be hit, beside targets, stands and floor. Everything that is not here can be hit. Examples:
+# What must not be hit, besides targets, stands and floor. Everything that is not here can be hit. Examples:
 #[[obstacle]]
 #id = "table"
 #shape = "box"
@@ -162,7 +162,7 @@ constexpr const char* kRest = R"(
 #[[obstacle]]
 #id = "fixture"
 #shape = "mesh"
-#file = "fixture.stl"                 # in mm, beside this file
+#file = "fixture.stl"                 # in mm, in this folder
 #xyz_mm = [1000.0, 0.0, 100.0]        # of its frame
 
 # Other targets. Examples:
@@ -201,8 +201,7 @@ std::string cell_text(const CellForm& form) {
   if (form.lengths.empty()) text += kNoLengths;
   text += kTouch;
   text += line("sigma_mm = 0.03", "1 sigma of one touch");
-  text += line("radius_offset_sigma_mm = 0.3",
-               "1 sigma of the effective radius beside the stated ones");
+  text += line("radius_offset_sigma_mm = 0.3", "1 sigma of the offset of the effective radius");
   text += line("#delay_ms = 0.0", "contact to latched angles");
   text += line("#delay_sigma_ms = 0.2", "1 sigma of it; with [eki] stop = \"flag\" 5");
   text += "# turn_sigma_deg = 0.01: 1 sigma of a tracker's turns, where there is one.\n";

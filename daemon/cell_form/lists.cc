@@ -32,7 +32,7 @@ auto rows(std::string_view text, const std::string& name, const std::vector<std:
     if (all.size() == kMostRows) throw calib::FileError(name + ": more than 1000 rows");
     all.push_back(row(table, name));
   }
-  if (all.empty()) throw calib::FileError(name + ": there is no row behind the header");
+  if (all.empty()) throw calib::FileError(name + ": no row after the header");
   return all;
 }
 

@@ -40,8 +40,8 @@ void refuse_update(const Sources& sources, const std::string& from) {
   if (!sources.calibration.update) return;
   throw Refused(
       Refused::Why::kUpdate,
-      fmt::format("{}: an update stands on the calibration of {}; for a certificate run a full "
-                  "session ('cellcal run')",
+      fmt::format("{}: an update, based on the calibration of {}. For a certificate run a full "
+                  "session: 'cellcal run'",
                   from, printable(sources.calibration.update->stands_on)));
 }
 

@@ -152,9 +152,10 @@ std::string list(const std::vector<Entry>& entries) {
 }
 
 std::string frame(const CertificateData& d) {
-  return "<h2>Frame, and what is not identifiable</h2>\n<p>Positions are in the robot&rsquo;s base frame: its root, "
-         "z along the first axis of the drawing. Where that frame stands in the cell no touch can tell: it is held by convention at "
-         "nominal, and a user fixes it by measuring a base. Errors and uncertainties are stated without it.</p>\n" +
+  return "<h2>Frame, and what is not identifiable</h2>\n<p>Positions are in the robot&rsquo;s base "
+         "frame: its root, z along the first axis of the drawing. The place of that frame in the "
+         "cell is not observable (gauge): it is held by convention at nominal, and a user fixes it "
+         "by measuring a base. Errors and uncertainties are stated without it.</p>\n" +
          (d.directions.empty()
               ? std::string("<p>No direction was found that the touches do not determine.</p>\n")
               : list(d.directions));
@@ -275,8 +276,8 @@ std::string to_html(const CertificateData& d) {
       escape(kContentPolicy), style_sheet(), shown(d.number));
   if (d.emulated.stated())
     html += fmt::format(
-        "<p class=\"emulated\">{}: no real robot was touched. What stands here is of a simulation, and certifies "
-        "nothing of any robot.</p>\n",
+        "<p class=\"emulated\">{}: a simulation, no real robot was touched. This document "
+        "certifies no robot.</p>\n",
         shown(d.emulated));
   html += object(d) + result(d) + decision(d) + artefacts(d) + frame(d) + conditions(d);
   html += "<h2>Remarks of the verdict</h2>\n" + list(d.remarks);

@@ -169,7 +169,7 @@ int conclude(const Connection& daemon, const json& status) {
     put(value.dump() + "\n", {});
   } else {
     const std::string why = text(status, "why_ended");
-    put((why.empty() ? "" : "touching ended: " + why + "\n") + result_words(result) +
+    put((why.empty() ? "" : "stopped: " + why + "\n") + result_words(result) +
             "report: " + text(status, "results") + "/report.html\n",
         {});
   }

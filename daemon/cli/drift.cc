@@ -118,7 +118,7 @@ std::string told_text(const json& controller) {
                         value->get<std::int64_t>(), word(controller, "told"),
                         word(controller, "told_at"));
   if (const std::string trouble = word(controller, "trouble"); !trouble.empty())
-    text += "the controller was not told: " + trouble + "\n";
+    text += "CELLCAL_ADVICE not confirmed: " + trouble + "\n";
   return text;
 }
 

@@ -65,14 +65,13 @@ void require_known(const krl::ProposedFrame& one, const krl::ProposedFrames& pro
   if (is_tool(one) && one.sigma_mm == std::array<double, 3>{})
     throw std::runtime_error(
         one.name +
-        ": the touches did not measure this tool's tip, it is as the cell file states "
-        "it. Give xyz_sigma_mm in the cell file and calibrate; nothing was set");
+        ": tip not measured by the touches, only stated in the cell file. Give xyz_sigma_mm there "
+        "and calibrate; nothing was set");
   if (!is_tool(one) && !proposed.robroot_stated)
     throw std::runtime_error(
         one.name +
-        ": where the robot stands ($ROBROOT) is not known, and the base would lie "
-        "wrong by that. Give the controller's $machine.dat with --config; nothing was "
-        "set");
+        ": $ROBROOT not known, the base would be off by it. Give the controller's $machine.dat "
+        "with --config; nothing was set");
 }
 
 double turn_deg(const json& from, const json& to) {
@@ -119,15 +118,15 @@ void require_in_use(const Connection& daemon, const std::filesystem::path& file)
   if (active == list.end())
     throw std::runtime_error(
         given +
-        ": no calibration is in use on this daemon that it could be held against. Look whose cell "
-        "it is; --other-calibration sends it all the same");
+        ": no calibration in use on this daemon to compare with. Check the cell; "
+        "--other-calibration overrides");
   const auto session = active->at("session").get<std::int64_t>();
   const json in_use =
       parse(ask(daemon, "GET", fmt::format("/v1/sessions/{}/calibration.json", session)));
   if (in_use == json::parse(calib::read_file(file), nullptr, false)) return;
   throw std::runtime_error(fmt::format(
-      "{}: is not the calibration in use on this daemon, session {}: another cell's, or another "
-      "session's. Give that one, or activate this one; --other-calibration sends it all the same",
+      "{}: not the calibration in use on this daemon (session {}). Give that one, or activate this "
+      "one; --other-calibration overrides",
       given, session));
 }
 
@@ -135,7 +134,7 @@ void require_yes(bool confirmed, const std::string& question) {
   if (confirmed) return;
   if (::isatty(STDIN_FILENO) != 1)
     throw std::runtime_error(
-        "nobody is there to ask. Give --confirm when old and new values were looked at");
+        "no terminal to confirm. Compare old and new values, then give --confirm");
   std::cerr << question << " Type yes to set it: " << std::flush;
   std::string answer;
   std::getline(std::cin, answer);

@@ -23,7 +23,7 @@ std::string entry_words(const json& entry) {
                          ? "no next window"
                          : "next " + next.value("begins", "") + " to " + next.value("ends", "");
   if (!now.is_null()) when = "now, until " + now.value("ends", "") + "; " + when;
-  std::string text = fmt::format("{:<16}  {:<10}  {}{}, {:.0f} min foreseen\n",
+  std::string text = fmt::format("{:<16}  {:<10}  {}{}, {:.0f} min expected\n",
                                  entry.value("name", ""), entry.value("kind", ""), when,
                                  entry.value("on_request", false) ? ", on request" : "",
                                  entry.value("foreseen_s", 0.0) / 60.0);

@@ -25,7 +25,7 @@ std::string times_words(std::int64_t touches, std::span<const ActivityRow> rows)
   for (const ActivityRow& row : sorted) total_s += row.total_s;
   std::string text =
       fmt::format("{:<22} {:>9} {:>6} {:>8} {:>8} {:>8} {:>6}  {}\n", "time", "s/touch", "count",
-                  "mean s", "worst s", "total s", "share", "driven by");
+                  "mean s", "worst s", "total s", "share", "depends on");
   for (const ActivityRow& row : sorted)
     text += fmt::format("{:<22} {:>9.3f} {:>6} {:>8.3f} {:>8.3f} {:>8.1f} {:>4.0f} %  {}\n",
                         row.activity, part(row.total_s, touches), row.count,

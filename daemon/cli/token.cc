@@ -17,11 +17,10 @@ int add_token(const Connection& daemon, const std::string& name, const std::stri
   const json made = parse(ask(daemon, "POST", "/v1/tokens", body.dump()));
   put(daemon.json ? made.dump() + "\n" : made.value("token", "") + "\n", {});
   if (!daemon.json) {
-    std::fprintf(
-        stderr,
-        "token \"%s\", role %s: keep it now, it is not shown again. Take it back: 'cellcal "
-        "token remove %s'\n",
-        name.c_str(), role.c_str(), name.c_str());
+    std::fprintf(stderr,
+                 "token \"%s\", role %s: copy it now, it is not shown again. Revoke: 'cellcal "
+                 "token remove %s'\n",
+                 name.c_str(), role.c_str(), name.c_str());
   }
   return kSuccess;
 }
@@ -37,7 +36,7 @@ int list_tokens(const Connection& daemon) {
     words += fmt::format("{:<24}  {:<10}  {}\n", one.value("name", ""), one.value("role", ""),
                          one.value("created", ""));
   }
-  put(list.empty() ? "no tokens: nobody sees anything over the network\n" : words, {});
+  put(list.empty() ? "no tokens: no access over the network\n" : words, {});
   return kSuccess;
 }
 

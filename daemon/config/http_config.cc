@@ -54,7 +54,7 @@ void read_tls(const TomlTable& table, HttpConfig& http) {
   if (certificate != key) {
     table.fail(certificate ? "tls_certificate" : "tls_key",
                std::string("needs ") + (certificate ? "tls_key" : "tls_certificate") +
-                   " beside it: give both or none");
+                   " as well: give both or none");
   }
   if (!certificate) return;
   http.tls_certificate = read_path(table, "tls_certificate");

@@ -20,7 +20,7 @@ std::string read_plant_name(const TomlTable& table, const char* key) {
   const std::string name = table.string(key);
   if (!plant::is_name(name))
     table.fail(key, "\"" + calib::shown(name) +
-                        "\" must have 1 to 64 of A-Z a-z 0-9 _ -: it stands in topics");
+                        "\" must have 1 to 64 of A-Z a-z 0-9 _ -: it is part of MQTT topics");
   return name;
 }
 
@@ -52,7 +52,7 @@ void read_tls(const TomlTable& table, PlantConfig& plant) {
   if (certificate != table.has("key"))
     table.fail(certificate ? "certificate" : "key", std::string("needs ") +
                                                         (certificate ? "key" : "certificate") +
-                                                        " beside it: give both or none");
+                                                        " as well: give both or none");
   if (!certificate) return;
   plant.certificate = read_path(table, "certificate");
   plant.key = read_path(table, "key");

@@ -4,6 +4,7 @@
 
 #include <chrono>
 
+#include "calib/model/units.h"
 #include "drivers/contact/wire/ctp_codec.h"
 
 namespace cellcal::daemon {
@@ -165,8 +166,8 @@ void judge_contact_line(const ContactSeen& seen, Findings& findings) {
   const std::string figures = fmt::format(
       "{} frames in {:.0f} s, {} damaged, {} missing; round trip {:.2f} ms, p99 {:.2f}; heartbeat "
       "jitter {:.2f} ms",
-      q.frames, seen.observed_s, q.crc_errors, q.gaps, q.round_trip_p50_s * 1e3,
-      q.round_trip_p99_s * 1e3, q.heartbeat_jitter_s * 1e3);
+      q.frames, seen.observed_s, q.crc_errors, q.gaps, q.round_trip_p50_s * calib::kMsPerS,
+      q.round_trip_p99_s * calib::kMsPerS, q.heartbeat_jitter_s * calib::kMsPerS);
   if (q.frames == 0) {
     findings.fail(check, "0 valid frames",
                   seen.newest.fault == drivers::ContactFault::kBaud
@@ -177,9 +178,9 @@ void judge_contact_line(const ContactSeen& seen, Findings& findings) {
                   "use a shorter or screened cable away from the motor cables, or a lower baud "
                   "rate on both sides");
   } else if (bad > 0) {
-    findings.warn(check, figures,
-                  "single losses are repeated and do no harm; check cable and earth before "
-                  "they become more");
+    findings.warn(
+        check, figures,
+        "single losses are repeated, without effect; check cable and earth before there are more");
   } else if (q.round_trip_p50_s > kSlowRoundTripS) {
     findings.warn(check, figures,
                   "the adapter buffers bytes: install the udev rule in systemd/ (latency timer "
@@ -210,7 +211,7 @@ void judge_contact_delivery(const ContactSeen& seen, Findings& findings) {
   }
   const std::string figures = fmt::format(
       "heartbeats {:.2f} ms late on this computer (median), {:.1f} ms at worst (limit {:.0f} ms)",
-      q.late_p50_s * 1e3, q.late_worst_s * 1e3, kLateLimitS * 1e3);
+      q.late_p50_s * calib::kMsPerS, q.late_worst_s * calib::kMsPerS, kLateLimitS * calib::kMsPerS);
   const std::string advice =
       fmt::format("stop other programs on this computer, or reserve a core ({})", kReadme);
   if (q.late_worst_s > kLateLimitS) {

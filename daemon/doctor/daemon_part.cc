@@ -64,7 +64,7 @@ std::optional<DaemonSeen> look_at_daemon(const DaemonConfig& config, Findings& f
   }
   const json status = json::parse(seen.status, nullptr, false);
   if (!status.is_object()) {
-    findings.fail(check, fmt::format("{} is answered by another program", config.socket.string()),
+    findings.fail(check, fmt::format("{} is used by another program", config.socket.string()),
                   "set another socket in the configuration");
     return std::nullopt;
   }
@@ -74,7 +74,7 @@ std::optional<DaemonSeen> look_at_daemon(const DaemonConfig& config, Findings& f
   std::string words = seen.running
                           ? fmt::format(
                                 "session {:.0f} is running ({}) and uses port and device; its "
-                                "own figures follow",
+                                "figures follow",
                                 figure(status, "session"), text(status, "phase"))
                           : std::string("running and idle: port and device are free");
   if (version != own) {
@@ -104,18 +104,20 @@ void judge_plant(const std::string& plant, Findings& findings) {
   const std::string check = "plant";
   const json line = json::parse(plant, nullptr, false);
   if (!line.is_object() || !line.contains("connected")) {
-    findings.skip(check, "the daemon says nothing of it (another version)");
+    findings.skip(
+        check,
+        "not reported by this version of the daemon. Restart it: sudo systemctl restart cellcald");
     return;
   }
   const bool connected = line["connected"] == true;
   const double waiting = figure(line, "waiting");
-  std::string found = fmt::format("{:.0f} facts wait", waiting);
+  std::string found = fmt::format("{:.0f} messages queued", waiting);
   if (const std::string oldest = text(line, "oldest"); !oldest.empty())
-    found += ", the oldest of " + printable(oldest);
+    found += ", oldest " + printable(oldest);
   found += fmt::format("; {} since {}", connected ? "connected" : "not connected",
                        printable(text(line, "since")));
   if (const double dropped = figure(line, "dropped") + figure(line, "not_begun"); dropped > 0.0)
-    found += fmt::format("; {:.0f} of telemetry dropped for want of room", dropped);
+    found += fmt::format("; {:.0f} telemetry messages dropped (queue full)", dropped);
   const std::string words = printable(text(line, "words"));
   if (!words.empty())
     findings.warn(check, found, words);
@@ -132,8 +134,8 @@ void look_at_plant(const DaemonConfig& config, Findings& findings) {
   try {
     const Response answer = http_request(config.socket, "GET", "/v1/plant");
     if (answer.status == 404)
-      findings.warn("plant", "cellcald runs without it",
-                    "sudo systemctl reload cellcald: [plant] was added since");
+      findings.warn("plant", "[plant] was added after the start of cellcald",
+                    "sudo systemctl reload cellcald");
     else
       judge_plant(answer.body, findings);
   } catch (const SocketError& gone) {

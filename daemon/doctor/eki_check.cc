@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include "calib/model/units.h"
 #include "daemon/config/pendant.h"
 #include "daemon/doctor/robot_check.h"
 
@@ -50,14 +51,15 @@ bool judge_states(const EkiSeen& seen, Findings& findings) {
                   "from one run of 'cellcal kuka-files'");
     return false;
   }
-  const std::string figures = fmt::format(
-      "{} in {:.0f} s, every {:.1f} ms, jitter {:.1f} ms, longest gap {:.0f} ms", s.states,
-      seen.observed_s, s.cycle_s * 1e3, s.jitter_s * 1e3, s.longest_gap_s * 1e3);
+  const std::string figures =
+      fmt::format("{} in {:.0f} s, every {:.1f} ms, jitter {:.1f} ms, longest gap {:.0f} ms",
+                  s.states, seen.observed_s, s.cycle_s * calib::kMsPerS,
+                  s.jitter_s * calib::kMsPerS, s.longest_gap_s * calib::kMsPerS);
   if (seen.lost) {
     findings.fail(check, figures + "; link lost: " + seen.last_words,
                   "check the cable and the messages on the pendant");
   } else if (s.cycle_s > kSlowStatesS) {
-    findings.warn(check, figures, "the submit interpreter is slow: take other programs out of it");
+    findings.warn(check, figures, "the submit interpreter is slow: remove other programs from it");
   } else {
     findings.ok(check, figures);
   }

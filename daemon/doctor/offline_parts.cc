@@ -83,15 +83,16 @@ void look_at_plan(const DoctorRequest& request, const DaemonConfig& config, cons
     const LimitNeeded needed = limit_needed(plan, cell.robot, plan.start);
     const double limit = config.rsi.correction_limit_deg.at(0);
     const std::string found =
-        fmt::format("{}; {} travels over {:.0f} deg, correction_limit_deg is {:g}", foreseen,
+        fmt::format("{}; {} needs {:.0f} deg of travel, correction_limit_deg is {:g}", foreseen,
                     needed.widest_axis, needed.range_deg, limit);
     // From the middle of its range an axis goes half of it.
     if (limit < needed.range_deg / 2.0 || (known && limit < needed.turn_deg)) {
       findings.fail(check, found, widen_words(needed));
     } else if (limit < std::min(needed.range_deg, kWidestLimitDeg)) {
-      findings.warn(check, found,
-                    "enough only if the arm stands near the middle when CELLCAL_RSI is started: " +
-                        widen_words(needed));
+      findings.warn(
+          check, found,
+          "enough only if the arm is near the middle of it when CELLCAL_RSI is started: " +
+              widen_words(needed));
     } else {
       findings.ok(check, found);
     }

@@ -80,10 +80,10 @@ void judge_cycle(const RsiSeen& seen, Findings& findings) {
                   "use RSI_ON with #IPO_FAST (4 ms) or #IPO (12 ms)");
     return;
   }
-  const double ms = s.cycle_s * 1e3;
+  const double ms = s.cycle_s * calib::kMsPerS;
   const std::string figures =
       fmt::format("{:.2f} ms, jitter {:.2f} ms, longest {:.1f} ms, IPOC step {}", ms,
-                  s.jitter_s * 1e3, s.longest_gap_s * 1e3, s.ipoc_step);
+                  s.jitter_s * calib::kMsPerS, s.longest_gap_s * calib::kMsPerS, s.ipoc_step);
   const bool usual = std::abs(ms - 4.0) < 0.1 || std::abs(ms - 12.0) < 0.1;
   const bool milliseconds = std::abs(s.ipoc_step - ms) < 0.1 + kMsTolerance;
   if (!usual || !milliseconds) {
@@ -213,8 +213,8 @@ void judge_times(const RsiSeen& seen, Findings& findings) {
   }
   const std::string figures =
       fmt::format("p50 {1:.2f} ms, p99 {2:.2f} ms, p99.9 {3:.2f} ms, longest {4:.2f} ms of {0}{5}",
-                  q.replies, q.reply_p50_s * 1e3, q.reply_p99_s * 1e3, q.reply_p999_s * 1e3,
-                  q.reply_max_s * 1e3, histogram);
+                  q.replies, q.reply_p50_s * calib::kMsPerS, q.reply_p99_s * calib::kMsPerS,
+                  q.reply_p999_s * calib::kMsPerS, q.reply_max_s * calib::kMsPerS, histogram);
   if (q.reply_p99_s > kPoorReplyShare * seen.newest.cycle_s) {
     findings.fail(check, figures, "this computer is too busy for RSI: see 'real time'");
   } else if (q.reply_p999_s > kGoodReplyS) {

@@ -5,12 +5,13 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <ctime>
 #include <nlohmann/json.hpp>
+#include <stdexcept>
 
 #include "calib/drift/drift.h"
 #include "calib/drift/shift_gauge.h"
 #include "calib/model/error.h"
+#include "calib/model/iso_time.h"
 #include "calib/syntax/input_file.h"
 #include "daemon/tasks/recorded/check_against.h"
 #include "daemon/tasks/recorded/options.h"
@@ -31,10 +32,10 @@ struct Check {
   Eigen::VectorXd off_m;
 };
 
-double seconds_of(const std::string& utc) {
-  std::tm fields{};
-  if (::strptime(utc.c_str(), "%Y-%m-%dT%H:%M:%S", &fields) == nullptr) return 0.0;
-  return static_cast<double>(::timegm(&fields));
+double ended_s(const SessionRecord& record) {
+  const auto seconds = calib::seconds_of(record.ended);
+  if (!seconds) throw std::runtime_error("its end \"" + record.ended + "\" is no time");
+  return *seconds;
 }
 
 bool same_line(const calib::Touch& one, const calib::Touch& other) {
@@ -98,7 +99,7 @@ std::vector<Check> checks_of(Journal& journal, const std::vector<SessionRecord>&
       Check check;
       check.touches = journal.touches(record.id);
       check.seen.session = record.id;
-      check.seen.time_s = seconds_of(record.ended);
+      check.seen.time_s = ended_s(record);
       check.seen.temperature_c = temperature_of(options, check.touches);
       take_verdict(results_dir(record.id) / "check.json", check.seen);
       checks.push_back(std::move(check));

@@ -5,11 +5,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 
 #include "calib/syntax/input_file.h"
 #include "daemon/files/atomic_file.h"
 #include "daemon/frames/frame_words.h"
+#include "drivers/units.h"
 
 namespace cellcal::daemon {
 
@@ -19,6 +19,7 @@ using drivers::EkiFrameEnd;
 using drivers::EkiFrameKind;
 using drivers::EkiFrameResult;
 using drivers::EkiFrameValues;
+using drivers::kRadPerDeg;
 using drivers::same_frame;
 using Why = FrameNotSent::Why;
 
@@ -58,8 +59,7 @@ using Rotation = std::array<double, 9>;
 
 /// Rz(A) Ry(B) Rx(C), by rows.
 Rotation rotation_of(const EkiFrameValues& frame) {
-  constexpr double kRad = std::numbers::pi / 180.0;
-  const double a = frame[3] * kRad, b = frame[4] * kRad, c = frame[5] * kRad;
+  const double a = frame[3] * kRadPerDeg, b = frame[4] * kRadPerDeg, c = frame[5] * kRadPerDeg;
   const double sa = std::sin(a), ca = std::cos(a), sb = std::sin(b), cb = std::cos(b),
                sc = std::sin(c), cc = std::cos(c);
   return {ca * cb,
@@ -78,7 +78,7 @@ double turned_deg(const EkiFrameValues& from, const EkiFrameValues& to) {
   const Rotation one = rotation_of(from), other = rotation_of(to);
   double sum = 0.0;
   for (std::size_t i = 0; i < one.size(); ++i) sum += std::pow(one[i] - other[i], 2);
-  return 2.0 * std::asin(std::min(1.0, std::sqrt(sum / 8.0))) * 180.0 / std::numbers::pi;
+  return 2.0 * std::asin(std::min(1.0, std::sqrt(sum / 8.0))) * drivers::kDegPerRad;
 }
 
 FrameOutcome outcome_of(EkiFrameEnd end) {

@@ -11,9 +11,8 @@ using drivers::EkiFrameEnd;
 using drivers::EkiFrameResult;
 using drivers::EkiFrameTrouble;
 
-constexpr const char* kObeysSomebody =
-    "the controller obeys somebody. Wait for the end of the session";
-constexpr const char* kDoesNotStand = "the arm does not stand. Let go of the keys, and try again";
+constexpr const char* kInSessionWords = "a session is running on the controller. Wait for its end";
+constexpr const char* kMovesWords = "the arm is moving. Release the jog keys, and try again";
 constexpr const char* kClosedWords =
     "the controller closed the connection; or another client still has it: try again in 15 s";
 constexpr const char* kNotAStreamWords =
@@ -36,21 +35,21 @@ std::string no_state_words(const std::string& peer) {
 std::string refusal_words(EkiFrameDone refusal) {
   switch (refusal) {
     case EkiFrameDone::kInSession:
-      return kObeysSomebody;
+      return kInSessionWords;
     case EkiFrameDone::kMoves:
-      return kDoesNotStand;
+      return kMovesWords;
     case EkiFrameDone::kNoSuchNumber:
-      return "the controller's program has no such number (TOOL_DATA 1 to 16, BASE_DATA 1 to 32)";
+      return "number not in the controller's program (TOOL_DATA 1 to 16, BASE_DATA 1 to 32)";
     case EkiFrameDone::kOtherProgram:
       return "another program runs on the controller. Stop it, and try again";
     case EkiFrameDone::kIncomplete:
-      return "the controller got the telegram in part. Try again; where it comes again, install the files of "
-             "'cellcal kuka-files' anew, the channel file too, then cold start";
+      return "incomplete telegram at the controller. Try again; if it repeats, reinstall the files "
+             "of 'cellcal kuka-files', the channel file too, then cold start";
     case EkiFrameDone::kNotYet:
     case EkiFrameDone::kDone:
       break;
   }
-  return "the controller refuses";
+  return "refused by the controller, no reason given. See the message on the pendant";
 }
 
 std::string trouble_words(const EkiFrameResult& result) {
@@ -60,18 +59,18 @@ std::string trouble_words(const EkiFrameResult& result) {
     case EkiFrameTrouble::kNoState:
       return no_state_words(result.peer);
     case EkiFrameTrouble::kTooOld:
-      return "the controller's files know no frames. Install those that 'cellcal kuka-files' writes with "
-             "[eki] write_frames = true, then cold start";
+      return "controller files without frame support. Install those that 'cellcal kuka-files' "
+             "writes with [eki] write_frames = true, then cold start";
     case EkiFrameTrouble::kInSession:
-      return kObeysSomebody;
+      return kInSessionWords;
     case EkiFrameTrouble::kMoves:
-      return kDoesNotStand;
+      return kMovesWords;
     case EkiFrameTrouble::kClosed:
       return kClosedWords;
     case EkiFrameTrouble::kNoAnswer:
       return "no answer in time";
     case EkiFrameTrouble::kOtherFrame:
-      return "the answer is about another frame";
+      return "the answer is for another frame";
     case EkiFrameTrouble::kNotAStream:
       return kNotAStreamWords;
     case EkiFrameTrouble::kNoTelegram:
@@ -85,14 +84,14 @@ std::string trouble_words(const EkiFrameResult& result) {
 }  // namespace
 
 std::string not_configured_words() {
-  return "this daemon sets no frames. Set backend = \"eki\" and [eki] write_frames = true in cellcald.toml, "
-         "install the files that 'cellcal kuka-files' then writes, and cold start the controller; or copy the "
-         "lines of 'cellcal frames' by hand";
+  return "setting frames is off. Set backend = \"eki\" and [eki] write_frames = true in "
+         "cellcald.toml, install the files that 'cellcal kuka-files' then writes, and cold start "
+         "the controller; or copy the lines of 'cellcal frames' by hand";
 }
 
 std::string no_position_words() {
-  return "this controller does not say where the arm stands beside a session: only one that is driven over EKI "
-         "(backend = \"eki\") does. Type the axis angles that the pendant shows";
+  return "the arm's position is available over EKI only (backend = \"eki\"), outside a session. "
+         "Type the axis angles that the pendant shows";
 }
 
 std::string position_words(const drivers::EkiPosition& position) {
@@ -103,9 +102,9 @@ std::string position_words(const drivers::EkiPosition& position) {
     case EkiPositionTrouble::kNoState:
       return no_state_words(position.peer);
     case EkiPositionTrouble::kInSession:
-      return kObeysSomebody;
+      return kInSessionWords;
     case EkiPositionTrouble::kMoves:
-      return kDoesNotStand;
+      return kMovesWords;
     case EkiPositionTrouble::kClosed:
       return kClosedWords;
     case EkiPositionTrouble::kNotAStream:
@@ -117,7 +116,7 @@ std::string position_words(const drivers::EkiPosition& position) {
 }
 
 std::string not_sent_words(const FrameName& name, const EkiFrameResult& result) {
-  return fmt::format("{}: nothing was set: {}", to_string(name), why_words(result));
+  return fmt::format("{}: not set: {}", to_string(name), why_words(result));
 }
 
 std::string why_words(const EkiFrameResult& result) {
@@ -127,8 +126,8 @@ std::string why_words(const EkiFrameResult& result) {
 
 std::string unknown_words(const FrameRecord& record, const std::string& why) {
   return fmt::format(
-      "{}: unknown whether it was set: {}. Read it at the pendant, or 'cellcal frames --restore "
-      "{}' reads it and sets the old values. It was {}; sent was {}",
+      "{}: result unknown: {}. Read it on the pendant, or 'cellcal frames --restore {}' reads it "
+      "and sets the old values. Old: {}; sent: {}",
       to_string(record.name), why, record.id, krl_text(record.before), krl_text(record.sent));
 }
 
@@ -136,12 +135,12 @@ std::string outcome_words(const FrameRecord& record, const EkiFrameResult& resul
   switch (record.outcome) {
     case FrameOutcome::kSet:
       return fmt::format(
-          "{} set to {}, read back as sent. It was {}. Select the programs again that use it; "
+          "{} set to {}, read back as sent. It was {}. Select the programs that use it again; "
           "'cellcal frames --restore {}' sets the old values",
           to_string(record.name), krl_text(record.sent), krl_text(record.before), record.id);
     case FrameOutcome::kDiffers:
       return fmt::format(
-          "{}: {} sent, {} read back. Compare it at the pendant before the arm moves. It was {}",
+          "{}: {} sent, {} read back. Compare it on the pendant before the arm moves. It was {}",
           to_string(record.name), krl_text(record.sent),
           krl_text(record.read_back.value_or(drivers::EkiFrameValues{})), krl_text(record.before));
     case FrameOutcome::kRefused:

@@ -113,7 +113,7 @@ std::optional<std::string> complaint(const SessionRows& rows, const RowEntry& en
                                      const RowEntry* before) {
   const std::string sum =
       sum_of(entry.before, entry.number, rows.session, entry.table, entry.row, entry.digest);
-  if (sum != entry.sum) return "its sum is not that of what it says";
+  if (sum != entry.sum) return "its checksum is not that of its content";
   if (before != nullptr && entry.number <= before->number) return "it is out of order";
   if (before != nullptr && entry.number == before->number + 1 && entry.before != before->sum)
     return "it does not follow on the line before";

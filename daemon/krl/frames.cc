@@ -75,8 +75,7 @@ Isometry3d base_of_targets(const calib::Calibration& c, const std::array<std::st
   const Vector3d y = side - x * (x.dot(side) / std::max(x.squaredNorm(), kLeastM * kLeastM));
   if (x.norm() < kLeastM || y.norm() < kLeastM)
     throw calib::FileError(
-        fmt::format("targets {}, {} and {} stand in a line; a base needs three "
-                    "that do not",
+        fmt::format("targets {}, {} and {} are on one line; a base needs three that are not",
                     calib::shown(ids[0]), calib::shown(ids[1]), calib::shown(ids[2])));
   Isometry3d base = Isometry3d::Identity();
   base.translation() = origin;
@@ -108,8 +107,7 @@ std::string snippet_of(const std::vector<ProposedFrame>& frames, const std::stri
   for (const ProposedFrame& one : frames) {
     text += one.old
                 ? fmt::format("; {} was\r\n;   {}={}\r\n", one.name, one.name, old_text(*one.old))
-                : fmt::format("; what {} was stands in none of the files that were given\r\n",
-                              one.name);
+                : fmt::format("; old value of {} not in the given files\r\n", one.name);
     text += one.name + "=" + text_of(one.frame) + "\r\n";
   }
   return text + "END\r\n";

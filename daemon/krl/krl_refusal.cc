@@ -11,73 +11,70 @@ namespace {
 std::string what_is_wrong(const Refusal& r, const calib::Robot& robot) {
   switch (r.why) {
     case Why::kComputed:
-      return "is read or changed here; what is computed from a point cannot be corrected. Teach it, or "
+      return "read or changed here: values computed from a point cannot be corrected. Teach it, or "
              "keep it as it is with --leave";
     case Why::kArray:
-      return "is an element of an array, which may be any. Give the point a name of its own";
+      return "array element, not resolved. Give the point a name of its own";
     case Why::kOperator:
-      return "the geometric operator ':' is not followed. Teach the resulting point";
+      return "geometric operator ':' not resolved. Teach the resulting point";
     case Why::kRelative:
-      return "moves relative to where the arm is. Teach the resulting point";
+      return "relative motion, not resolved. Teach the resulting point";
     case Why::kPartial:
-      return "has not all components: X, Y, Z, A, B, C or A1 to A6 are needed, and of S and T both or "
-             "none";
+      return "incomplete components: X, Y, Z, A, B, C or A1 to A6 are needed, and S and T both or "
+             "neither";
     case Why::kNotANumber:
-      return "has a component that is no number, too large, or none of such a point";
+      return "invalid component: no number, too large, or unknown for this kind of point";
     case Why::kUnknownPoint:
-      return "is declared in none of the files. Give its .dat file, or the $config.dat that has it";
+      return "not declared in the given files. Give its .dat file, or the $config.dat that has it";
     case Why::kTwice:
-      return "is given a value twice";
+      return "value given twice. Keep one";
     case Why::kGlobal:
-      return "is declared GLOBAL, so other programs may move to it. Keep it as it is with --leave";
+      return "declared GLOBAL: other programs may move to it. Keep it as it is with --leave";
     case Why::kToolNotKnown:
-      return "which tool is active here cannot be told. Set $TOOL, or FDAT_ACT, right before the "
-             "motion";
+      return "active tool unknown. Set $TOOL, or FDAT_ACT, directly before the motion";
     case Why::kBaseNotKnown:
-      return "which base is active here cannot be told. Set $BASE, or FDAT_ACT, right before the "
-             "motion";
+      return "active base unknown. Set $BASE, or FDAT_ACT, directly before the motion";
     case Why::kNoSuchTool:
       return fmt::format(
-          "TOOL_DATA[{}] stands in none of the files. Give the controller's "
-          "$config.dat with --config",
+          "TOOL_DATA[{}] not in the given files. Give the controller's $config.dat with --config",
           r.number);
     case Why::kNoSuchBase:
       return fmt::format(
-          "BASE_DATA[{}] stands in none of the files. Give the controller's "
-          "$config.dat with --config",
+          "BASE_DATA[{}] not in the given files. Give the controller's $config.dat with --config",
           r.number);
     case Why::kFrameChanged:
-      return "the program itself changes the TOOL_DATA, BASE_DATA, LOAD_DATA or $ROBROOT that holds "
-             "here. Set it in $config.dat alone";
+      return "the program changes the TOOL_DATA, BASE_DATA, LOAD_DATA or $ROBROOT used here. Set "
+             "it in $config.dat only";
     case Why::kNoSuchFrameData:
-      return "this FDAT stands in none of the files, or is changed by the program. Give its .dat "
-             "file";
+      return "FDAT not in the given files, or changed by the program. Give its .dat file";
     case Why::kTwoFrames:
-      return "is moved to with different tools or bases; one correction cannot be right for both";
+      return "used with different tools or bases: one correction cannot fit both. Teach one point "
+             "for each";
     case Why::kExternalTool:
-      return "the tool stands in the cell (IPO_FRAME #TCP); this is not corrected";
+      return "external tool (IPO_FRAME #TCP): not corrected";
     case Why::kExternalAxes:
-      return "external axes that are not at 0, or move, are not corrected";
+      return "external axes moving or not at 0: not corrected";
     case Why::kNoConfiguration:
-      return "has no S and T, and no motion right before it tells them. Touch it up as E6POS";
+      return "S and T missing, also in the motion before. Touch it up as E6POS";
     case Why::kPostureNotKnown:
-      return "LIN, CIRC and splines stay in the posture that they begin in, and which that is cannot "
-             "be told here. Set a PTP to a point with S and T right before";
+      return "start posture unknown, which LIN, CIRC and splines keep. Start with a PTP to a point "
+             "with S and T";
     case Why::kOtherPosture:
-      return "LIN, CIRC and splines stay in the posture that they begin in, and the motion before "
-             "ends in another than S says. Touch the point up again, or go there by PTP";
+      return "S does not match the posture before, which LIN, CIRC and splines keep. Touch the "
+             "point up again, or go there by PTP";
     case Why::kWrongTurn:
-      return "its S and T belong to no posture of this robot inside its limits. Is it this robot's "
-             "program, and are tool and base right?";
+      return "S and T match no posture of this robot inside its limits. Check that program, tool "
+             "and base belong to this robot";
     case Why::kNotReached:
-      return r.reached ? calib::words(*r.reached, robot) : "is not reached";
+      return r.reached ? calib::words(*r.reached, robot) : "not reached";
     case Why::kOutsideScope:
-      return "lies more than 150 mm from all targets, and this calibration holds near them only. "
-             "--anywhere corrects it all the same, with its u95";
+      return "more than 150 mm from all targets; this calibration holds near them only. --anywhere "
+             "corrects it, with its u95";
     case Why::kNotVerified:
-      return "the corrected numbers do not bring the TCP there within 0.02 mm";
+      return "TCP more than 0.02 mm off with the corrected values";
     case Why::kNoClosedForm:
-      return "Cartesian points need an arm of six axes whose last three meet in a point";
+      return "Cartesian points need a six-axis arm with a spherical wrist (last three axes meet in "
+             "a point)";
   }
   return {};
 }

@@ -220,7 +220,7 @@ AdviceTeller::Parts advice_parts(const LiveConfig& live, DriftWatch& watch,
           },
           send,
           [&service](const std::function<void()>& act) {
-            return service.briefly_alone("telling the controller what the checks say", act);
+            return service.briefly_alone("sending CELLCAL_ADVICE to the controller", act);
           },
           wall_clock_utc};
 }

@@ -8,7 +8,7 @@ std::vector<ManSection> cellcal_sections() {
        {{"0", "Success."},
         {"1", "Failed. The reason is the first line on standard error."},
         {"2", "Wrong usage."},
-        {"3", "The result must not be published. It is written all the same."}}},
+        {"3", "The result must not be published. It is still written."}}},
       {"ENVIRONMENT",
        {{"CELLCAL_SOCKET", "The daemon's socket, where --socket is not given."},
         {"CELLCAL_ROBOTS", "A folder of robot files that is searched before the shipped ones."}}},
@@ -45,8 +45,7 @@ std::vector<ManSection> cellcal_fleet_sections() {
           {"FILES",
            {{"/etc/cellcal/fleet.toml", "The configuration."},
             {"/run/cellcal-fleet/fleet.sock", "Where 'cellcal fleet' connects."},
-            {"/usr/share/doc/cellcal/daemon/fleet",
-             "What the broker must be told; tables and views."}}}};
+            {"/usr/share/doc/cellcal/daemon/fleet", "Settings of the broker; tables and views."}}}};
 }
 
 }  // namespace cellcal::daemon

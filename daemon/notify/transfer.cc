@@ -5,6 +5,7 @@
 #include <new>
 #include <stdexcept>
 
+#include "calib/model/units.h"
 #include "daemon/files/printable.h"
 
 namespace cellcal::daemon {
@@ -30,8 +31,8 @@ Transfer::Transfer(const std::string& url, const std::filesystem::path& ca, doub
   set(CURLOPT_URL, url.c_str());
   set(CURLOPT_NOSIGNAL, 1L);
   set(CURLOPT_PROXY, "");
-  set(CURLOPT_TIMEOUT_MS, static_cast<long>(timeout_s * 1e3));
-  set(CURLOPT_CONNECTTIMEOUT_MS, static_cast<long>(timeout_s * 1e3));
+  set(CURLOPT_TIMEOUT_MS, static_cast<long>(timeout_s * calib::kMsPerS));
+  set(CURLOPT_CONNECTTIMEOUT_MS, static_cast<long>(timeout_s * calib::kMsPerS));
   set(CURLOPT_SSLVERSION, static_cast<long>(CURL_SSLVERSION_TLSv1_2));
   if (ca.empty()) return;
   set(CURLOPT_CAINFO, ca.c_str());

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "calib/model/median.h"
+#include "calib/model/units.h"
 
 namespace cellcal::daemon {
 
@@ -19,7 +20,6 @@ constexpr double kSuspiciousS = 0.020;
 /// 4 um of effective radius.
 constexpr double kChangeS = 0.002;
 constexpr double kMiddleSigmas = 4.0;
-constexpr double kMsPerS = 1e3;
 
 }  // namespace
 
@@ -35,15 +35,14 @@ std::optional<ContactDelay> contact_delay(std::span<const FastAndSlow> touches, 
   result.delay_s = calib::median(delays);
   for (double& delay : delays) delay = std::abs(delay - result.delay_s);
   // Of a normal distribution: sigma from the middle deviation, and of the middle of n values.
-  constexpr double kSigmaOfMiddleDeviation = 1.4826;
-  result.sigma_s = kSigmaOfMiddleDeviation * calib::median(delays) *
+  result.sigma_s = calib::kMadToSigma * calib::median(delays) *
                    std::sqrt(std::numbers::pi / 2.0 / result.touches);
   return result;
 }
 
 std::string in_words(const ContactDelay& delay) {
-  return fmt::format("{:.2f} +- {:.2f} ms ({} touches)", kMsPerS * delay.delay_s,
-                     kMsPerS * delay.sigma_s, delay.touches);
+  return fmt::format("{:.2f} +- {:.2f} ms ({} touches)", calib::kMsPerS * delay.delay_s,
+                     calib::kMsPerS * delay.sigma_s, delay.touches);
 }
 
 std::string complaint(const ContactDelay& now, const std::optional<ContactDelay>& before) {
@@ -51,7 +50,7 @@ std::string complaint(const ContactDelay& now, const std::optional<ContactDelay>
     return fmt::format(
         "angles latched {:.0f} ms {} the contact. EKI: add this to [eki] latch_delay_ms. RSI: "
         "check the sensor's clock and the network's delay",
-        std::abs(kMsPerS * now.delay_s), now.delay_s > 0.0 ? "after" : "before");
+        std::abs(calib::kMsPerS * now.delay_s), now.delay_s > 0.0 ? "after" : "before");
   if (!before) return {};
   const double change = now.delay_s - before->delay_s;
   if (std::abs(change) > kChangeS + kMiddleSigmas * std::hypot(now.sigma_s, before->sigma_s))

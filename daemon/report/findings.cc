@@ -1,4 +1,4 @@
-// What the touches could not tell, which of them were left out, and which parameters go together.
+// What the touches do not determine, which of them were left out, and which parameters go together.
 
 #include <fmt/format.h>
 
@@ -77,12 +77,12 @@ std::string observability_words(const calib::Observability& o) {
 std::string unidentifiable(const View& view) {
   const auto& directions = view.result.unidentifiable;
   if (view.result.verdict.too_few) {
-    return section("unidentifiable", "What the touches cannot tell",
+    return section("unidentifiable", "Unobservable directions",
                    "<p>Nearly all parameters: the touches are too few to calibrate.</p>\n");
   }
   if (directions.empty()) {
     return section(
-        "unidentifiable", "What the touches cannot tell",
+        "unidentifiable", "Unobservable directions",
         (view.result.observability.rows > 0 ? "<p>No undetermined direction was found.</p>\n"
                                             : "<p>Not examined.</p>\n") +
             observability_words(view.result.observability));
@@ -100,7 +100,7 @@ std::string unidentifiable(const View& view) {
       "parameter&rsquo;s tolerance.</p>\n<ol>\n{}</ol>\n{}",
       counted(directions.size(), "combination", "combinations"), items,
       observability_words(view.result.observability));
-  return section("unidentifiable", "What the touches cannot tell", body);
+  return section("unidentifiable", "Unobservable directions", body);
 }
 
 std::string outliers(const View& view) {

@@ -151,7 +151,7 @@ std::string residual_histogram(const View& view) {
   const Shape& shape = view.points_only() ? kInSpace : kAlongALine;
   const Counts counts = count(view, shape);
   if (counts.fit_total + counts.check_total == 0) {
-    return section("distribution", "Are the residuals what noise would leave?",
+    return section("distribution", "Residual distribution",
                    "<p>There are no residuals to count.</p>\n");
   }
   const std::string body = fmt::format(
@@ -169,7 +169,7 @@ std::string residual_histogram(const View& view) {
           : "Held-out ones to one side: a common cause such as the trigger or a worn tip.",
       shape.expected_fitted, scatter_words(counts.fit_total, counts.fit_squares), shape.expected,
       scatter_words(counts.check_total, counts.check_squares), left_out(counts, shape));
-  return section("distribution", "Are the residuals what noise would leave?", body);
+  return section("distribution", "Residual distribution", body);
 }
 
 }  // namespace cellcal::daemon::report

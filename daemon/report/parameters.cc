@@ -246,7 +246,7 @@ std::string waves_table(const View& view, const std::vector<Group>& groups) {
                   counted(count, "wave", "waves"), decided == 0 ? "none" : std::to_string(decided));
   const Ranges ranges = bar_ranges(groups);
   return fmt::format(
-      "<details>\n<summary>{0}</summary>\n<p class=\"note\">The number behind cos and sin counts "
+      "<details>\n<summary>{0}</summary>\n<p class=\"note\">The number after cos and sin counts "
       "the waves per turn of the motor where the robot file states a gear ratio, otherwise of the "
       "joint.{1}</p>\n{2}"
       "</details>\n<p class=\"on-paper\">{0}; listed in the electronic file of this report.</p>\n",

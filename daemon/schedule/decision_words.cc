@@ -76,16 +76,17 @@ std::string why_words(const Decision& d) {
                  ? fmt::format("session {} was stopped by hand. {}", d.session, kRelease)
                  : std::string("'abort' was given. ") + kRelease;
     case Why::kLeftBefore:
-      return fmt::format("session {} was interrupted in its midst. {}", d.session, kRelease);
+      return fmt::format("session {} was interrupted. {}", d.session, kRelease);
     case Why::kBusy:
       return "another session is under way";
     case Why::kNoTimeLeft:
-      return fmt::format("{} foreseen, which is past the window's end. Begin the window earlier, or correct minutes",
-                         minutes(d.figure_s));
+      return fmt::format(
+          "{} expected, ends after the window. Begin the window earlier, or correct minutes",
+          minutes(d.figure_s));
     case Why::kOutsideWindow:
       return "not within its window";
     case Why::kNoSuchTime:
-      return "clocks are set forward over the whole window: it does not exist this night";
+      return "window skipped: the clock change goes over all of it";
     case Why::kNotRunning:
       return "cellcald was not running within the window";
     case Why::kClockSet:
@@ -93,7 +94,7 @@ std::string why_words(const Decision& d) {
     case Why::kCannotBegin:
       return d.detail;
     case Why::kNotOnDisk:
-      return d.detail + ". Nothing begins that could not be recorded before. Check the disk";
+      return d.detail + ". A session that cannot be recorded is not started. Check the disk";
     case Why::kDone:
       return "done";
     case Why::kHarmless:
@@ -125,7 +126,7 @@ std::string verb_words(const Decision& d) {
     case Verb::kEnded:
       return fmt::format("session {} ended", d.session);
     case Verb::kHeld:
-      return "held: nothing begins by itself";
+      return "on hold, no automatic start";
     case Verb::kReleased:
       return "released";
     case Verb::kClock:

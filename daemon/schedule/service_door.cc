@@ -3,9 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
-#include <ctime>
+#include <utility>
 
+#include "calib/model/iso_time.h"
+#include "calib/model/median.h"
 #include "daemon/tasks/recorded/options.h"
 
 namespace cellcal::daemon {
@@ -49,14 +50,6 @@ Failure failure_of(const std::string& words) {
     if (words.compare(0, colon, to_string(one)) == 0) failure.kind = one;
   }
   return failure;
-}
-
-/// "2026-11-22T22:00:00.000Z" in seconds; nothing where it is none.
-std::optional<double> seconds_of(const std::string& utc) {
-  std::tm fields{};
-  const char* rest = ::strptime(utc.c_str(), "%Y-%m-%dT%H:%M:%S", &fields);
-  if (rest == nullptr) return std::nullopt;
-  return static_cast<double>(::timegm(&fields));
 }
 
 std::string end_of(std::int64_t session, std::size_t touches, const char* state,
@@ -167,7 +160,7 @@ double ServiceDoor::foreseen_s(const ScheduledSession& session) {
   for (const SessionRecord& record : records(service_.status())) {
     if (record.state != "done" || record.inputs.cell_name != session.cell.string()) continue;
     if (session.kind != to_string(kind_of(record))) continue;
-    const auto began = seconds_of(record.started), ended = seconds_of(record.ended);
+    const auto began = calib::seconds_of(record.started), ended = calib::seconds_of(record.ended);
     if (!began || !ended || record.touches == 0) continue;
     double share = 1.0;
     if (session.touches && !session.goal_mm)
@@ -176,8 +169,7 @@ double ServiceDoor::foreseen_s(const ScheduledSession& session) {
     if (took_s.size() == kLookedAt) break;
   }
   if (took_s.empty()) return guess_s(session.kind);
-  std::sort(took_s.begin(), took_s.end());
-  return kSpare * took_s[took_s.size() / 2];
+  return kSpare * calib::median(std::move(took_s));
 }
 
 }  // namespace cellcal::daemon

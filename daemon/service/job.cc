@@ -8,6 +8,7 @@
 
 #include "calib/files/files.h"
 #include "calib/model/iso_time.h"
+#include "calib/model/units.h"
 #include "calib/plan/cell_check.h"
 #include "calib/plan/qualification_plan.h"
 #include "calib/plan/reach/candidates.h"
@@ -41,7 +42,8 @@ void look_at_speeds(const TouchPolicy& touch) {
   throw RequestError(fmt::format(
       "fast_search_mm_s = {:g} and slow_search_mm_s = {:g}: a qualification needs {:g} mm/s between them. Set "
       "them under [motion]",
-      1e3 * touch.fast_m_s, 1e3 * touch.slow_m_s, 1e3 * kLeastSpeedDifferenceMS));
+      calib::kMmPerM * touch.fast_m_s, calib::kMmPerM * touch.slow_m_s,
+      calib::kMmPerM * kLeastSpeedDifferenceMS));
 }
 
 /// A session is gone on with as it began. What permits its searches is today's link.
@@ -57,7 +59,7 @@ void look_at_limits(std::int64_t session, const TouchPolicy& touch, const Search
   for (const auto& [key, speed] : {std::pair("fast_search_mm_s", touch.fast_m_s),
                                    std::pair("slow_search_mm_s", touch.slow_m_s)})
     if (!(speed <= limits.fastest_m_s + kRounding))
-      refuse(key, 1e3 * speed, 1e3 * limits.fastest_m_s, " mm/s");
+      refuse(key, calib::kMmPerM * speed, calib::kMmPerM * limits.fastest_m_s, " mm/s");
   if (touch.confirm_every > limits.most_confirm_every)
     refuse("confirm_every", touch.confirm_every, limits.most_confirm_every, "");
 }
@@ -163,7 +165,7 @@ void take_options(const RunRequest& request, Job& job) {
   job.options.find = request.find || request.kind == SessionKind::kFind;
   job.options.update = request.update;
   job.options.accept_change = request.accept_change;
-  job.options.goal.u95_m = request.goal_mm.value_or(0.0) * 1e-3;
+  job.options.goal.u95_m = request.goal_mm.value_or(0.0) / calib::kMmPerM;
   job.options.goal.most_touches =
       request.fit_touches.value_or(request.goal_mm ? kMostChosen : kPlannedTouches);
   if (!request.goal_mm) job.options.goal.worth_it = 0.0;  // so many, whatever they bring

@@ -4,6 +4,7 @@
 #include <spdlog/spdlog.h>
 
 #include "calib/model/kinematics.h"
+#include "calib/model/units.h"
 #include "daemon/files/log_context.h"
 #include "daemon/service/touch_news.h"
 
@@ -34,9 +35,10 @@ void JournalRecorder::record(const RecordTouch& recorded) {
                         .touch = static_cast<std::int64_t>(touch.index) + 1,
                         .event = LogEvent::kTouch});
   spdlog::info("session {}: touch {} on {} recorded, {}", session_, touch.index + 1, made.target,
-               made.readings > 1 ? fmt::format("confirmed by {} slow contacts within {:.4f} mm",
-                                               made.readings, made.spread_m * 1e3)
-                                 : fmt::format("one contact at {:.0f} mm/s", made.speed_m_s * 1e3));
+               made.readings > 1
+                   ? fmt::format("confirmed by {} slow contacts within {:.4f} mm", made.readings,
+                                 made.spread_m * calib::kMmPerM)
+                   : fmt::format("one contact at {:.0f} mm/s", made.speed_m_s * calib::kMmPerM));
 }
 
 void JournalRecorder::record(const RecordEnd& end) {
@@ -44,7 +46,7 @@ void JournalRecorder::record(const RecordEnd& end) {
   try {
     if (tell_end_) also = tell_end_(session_, end);
   } catch (const std::exception& untold) {  // the end is what counts
-    spdlog::warn("session {}: its end is told without an alarm: {}", session_, untold.what());
+    spdlog::warn("session {}: its end is reported without an alarm: {}", session_, untold.what());
   }
   journal_.record(session_, end, backend_.utc_now(), also);
   const LogScope scope({.session = session_, .event = event_of(end.ending)});

@@ -40,7 +40,8 @@ void check(const RunRequest& request) {
     throw RequestError("finding ends when all spheres are found: leave goal_mm and touches out");
   if (request.kind == SessionKind::kDryRun && (request.goal_mm || request.find))
     throw RequestError(
-        "a dry run goes a way that is planned beforehand: leave goal_mm and find out, and say touches");
+        "a dry run goes a way that is planned beforehand: leave goal_mm and find out, and give "
+        "touches");
   if (request.update && request.kind != SessionKind::kCalibrate)
     throw RequestError("\"update\" is of a calibration: leave it out of a check or qualification");
   if (request.update && request.resume)

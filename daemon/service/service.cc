@@ -190,7 +190,7 @@ void SessionService::run(Job& job) {
                  job.session, {Ending::kFailed, describe(*failed.failure), failed.failure}))
           parts_.journal.report(job.session, told);
     } catch (const std::exception& untold) {
-      spdlog::warn("session {}: the plant is not told that it could not start: {}", job.session,
+      spdlog::warn("session {}: its failed start is not reported to the plant: {}", job.session,
                    untold.what());
     }
   }

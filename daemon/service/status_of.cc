@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 
+#include "calib/plan/online.h"
 #include "calib/words/finding_words.h"
 #include "daemon/session/rules.h"
 
@@ -25,7 +26,7 @@ void tell_progress(const State& state, const Job& job, Status& status) {
     status.u95_m = state.progress.u95_m;
     status.mean_error_m = state.progress.mean_m;
   }
-  status.why_ended = state.progress.why;
+  status.why_ended = calib::why_ended(state.progress, job.options.goal);
 }
 
 }  // namespace

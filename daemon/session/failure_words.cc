@@ -120,25 +120,25 @@ std::string silent_words(const State& state, const Event& event) {
 
 std::string no_contact_words(const State& state) {
   return fmt::format(
-      "no contact up to {:.1f} mm behind the surface of {} (cell file). Check centre_mm and "
-      "diameter_mm in the cell file, and the contact circuit",
+      "no contact up to {:.1f} mm beyond the expected surface of {} (cell file). Check centre_mm "
+      "and diameter_mm in the cell file, and the contact circuit",
       (state.planned().search_m - state.planned().expected_m) * kMmPerM, target(state));
 }
 
 std::string too_early_words(const State& state, const Event& event) {
   const double met_m = event.latch ? travel_m(state.planned(), event.latch->contact_rad) : 0.0;
   return fmt::format(
-      "contact {:.1f} mm before the surface of {} (cell file): the tip met something else, or "
-      "centre_mm is wrong. Look at the tip, then correct centre_mm or remove the obstacle",
+      "contact {:.1f} mm before the expected surface of {} (cell file): the tip met something "
+      "else, or centre_mm is wrong. Look at the tip, then correct centre_mm or remove the obstacle",
       (state.planned().expected_m - met_m) * kMmPerM, target(state));
 }
 
 std::string disagreement_words(const State& state, const Event& event) {
   if (state.missed && state.first)
     return fmt::format(
-        "contact on {} after {:.3f} mm in the fast search, none up to {:.1f} mm behind it in "
-        "the slow one: noise, a short circuit or a loose sphere. Check the sensor's cable and "
-        "the tip, and clamp the sphere",
+        "contact on {} after {:.3f} mm in the fast search, no contact in the slow search up to "
+        "{:.1f} mm beyond it: noise, a short circuit or a loose sphere. Check the sensor's cable "
+        "and the tip, and clamp the sphere",
         target(state), state.first->along_m * kMmPerM, state.policy.beyond_first_m * kMmPerM);
   return fmt::format(
       "{} readings on {} do not agree within {:.3f} mm ({}). Clean tip and sphere, and look "
@@ -153,8 +153,8 @@ std::string attended_words(const Links& links) {
           ? fmt::format("operating mode {} at the controller", to_string(links.mode))
           : fmt::format("override {} % at the controller", links.override_percent.value_or(100));
   return found +
-         ": somebody works at the robot, and this session began without a person. Set mode AUT or EXT and "
-         "override 100 % when the cell is clear";
+         ": unattended session stopped. Set mode AUT or EXT and override 100 % when the cell is "
+         "clear";
 }
 
 std::string what(FailureKind kind, const State& state, const Event& event) {
@@ -162,8 +162,7 @@ std::string what(FailureKind kind, const State& state, const Event& event) {
   switch (kind) {
     case FailureKind::kPlan:
       return or_else(words,
-                     "no touch can be reached from where the arm stands. Jog it away from what is "
-                     "near");
+                     "no touch can be reached from the arm's position. Jog it away from obstacles");
     case FailureKind::kDevice:
     case FailureKind::kIdentify:
     case FailureKind::kReport:
@@ -211,8 +210,7 @@ std::string what(FailureKind kind, const State& state, const Event& event) {
     case FailureKind::kNotFollowing:
       return joined(or_else(words, "the arm does not follow its set-points"), kWhatStopsAnArm);
     case FailureKind::kStoppedElsewhere:
-      return joined("the move was stopped, but not by this session. Find out who stopped it",
-                    words);
+      return joined("the move was stopped by another source. Find it", words);
     case FailureKind::kTimeout:
       return joined(fmt::format("'{}' took longer than its time limit", to_string(state.phase)),
                     words);
@@ -226,9 +224,9 @@ std::string what(FailureKind kind, const State& state, const Event& event) {
     case FailureKind::kAttended:
       return attended_words(event.links);
     case FailureKind::kUnexpectedEvent:
-      return joined(fmt::format("'{}' is not expected while '{}'", to_string(event.kind),
+      return joined(fmt::format("internal error: event '{}' in phase '{}'", to_string(event.kind),
                                 to_string(state.phase)),
-                    joined(words, "please report this"));
+                    joined(words, "send the session's export ('cellcal export')"));
   }
   return words;
 }
@@ -248,7 +246,7 @@ std::string setback_words(Setback why, const State& state) {
           fmt::format("the links were not stable for {:.0f} s", seconds(state.timeouts.watching)),
           link_words(state.links));
     case Setback::kMoved:
-      return "the arm is not where it was left: somebody may have moved it";
+      return "the arm is not where it was left: it may have been moved";
   }
   return "";
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calib/model/units.h"
 #include "daemon/session/interruption.h"
 #include "daemon/session/search_line.h"
 
@@ -58,7 +59,7 @@ drivers::Interruption behind(FailureKind kind, const Event& event) {
 }
 
 std::chrono::milliseconds milliseconds(double seconds) {
-  return std::chrono::milliseconds(static_cast<std::int64_t>(std::ceil(seconds * 1e3)));
+  return std::chrono::milliseconds(static_cast<std::int64_t>(std::ceil(seconds * calib::kMsPerS)));
 }
 
 /// A search behind a first contact ends soon after it: what was met once is not driven through.

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "calib/files/files.h"
+#include "calib/model/units.h"
 #include "calib/plan/search/finder.h"
 #include "daemon/files/atomic_file.h"
 
@@ -13,21 +14,20 @@ namespace cellcal::daemon {
 
 namespace {
 
-constexpr double kFoundMm = 1e3;
 /// k = 2; what the finder means by found (finder.h).
-constexpr double kExpandedMm = 2.0 * kFoundMm * calib::kFoundSigmaM;
+constexpr double kExpandedMm = 2.0 * calib::kMmPerM * calib::kFoundSigmaM;
 
 /// As the cell file has it.
 std::string line_of(const FoundSphere& sphere) {
-  return fmt::format("centre_mm = [{:.2f}, {:.2f}, {:.2f}]", kFoundMm * sphere.centre_m.x(),
-                     kFoundMm * sphere.centre_m.y(), kFoundMm * sphere.centre_m.z());
+  return fmt::format("centre_mm = [{:.2f}, {:.2f}, {:.2f}]", calib::kMmPerM * sphere.centre_m.x(),
+                     calib::kMmPerM * sphere.centre_m.y(), calib::kMmPerM * sphere.centre_m.z());
 }
 
 std::string words_of(const FoundSphere& sphere) {
   std::string words = fmt::format("{}: {}  # +- {:g} mm (k=2), {} touches", sphere.target,
                                   line_of(sphere), kExpandedMm, sphere.touches);
   if (sphere.moved_m)
-    words += fmt::format(", {:.1f} mm from the cell file's", kFoundMm * *sphere.moved_m);
+    words += fmt::format(", {:.1f} mm from the cell file's", calib::kMmPerM * *sphere.moved_m);
   return words;
 }
 
@@ -56,10 +56,11 @@ std::string found_to_json(const std::vector<FoundSphere>& found) {
     spheres.push_back(
         {{"target", one.target},
          {"centre_mm",
-          {kFoundMm * one.centre_m.x(), kFoundMm * one.centre_m.y(), kFoundMm * one.centre_m.z()}},
+          {calib::kMmPerM * one.centre_m.x(), calib::kMmPerM * one.centre_m.y(),
+           calib::kMmPerM * one.centre_m.z()}},
          {"u_mm", kExpandedMm},
          {"touches", one.touches},
-         {"moved_mm", one.moved_m ? nlohmann::json(kFoundMm * *one.moved_m) : nullptr}});
+         {"moved_mm", one.moved_m ? nlohmann::json(calib::kMmPerM * *one.moved_m) : nullptr}});
     words.push_back(words_of(one));
   }
   const nlohmann::json all{{"format", "cellcal.found/1"}, {"spheres", spheres}, {"words", words}};

@@ -5,6 +5,7 @@
 
 #include "calib/files/files.h"
 #include "calib/model/parameter_key.h"
+#include "calib/model/units.h"
 #include "calib/plan/qualification_plan.h"
 #include "calib/verdict/identify_as_stated.h"
 #include "daemon/files/atomic_file.h"
@@ -15,7 +16,8 @@ namespace {
 
 using nlohmann::json;
 
-constexpr double kMm = 1e3, kMs = 1e3;
+using calib::kMmPerM;
+using calib::kMsPerS;
 
 calib::Plan plan_of(const TaskInputs& inputs) {
   std::vector<double> speeds_m_s;
@@ -66,30 +68,30 @@ std::string qualification_to_json(const Qualification& q) {
              {"target", q.target},
              {"touches", q.touches},
              {"places", q.places},
-             {"touch_noise_mm", figure(q.noise_m, kMm)},
+             {"touch_noise_mm", figure(q.noise_m, kMmPerM)},
              {"touch_noise_dof", q.noise_dof},
              {"latch_delay_ms", nullptr},
              {"overtravel", json::array()},
-             {"overtravel_limit_mm", kMm * kOvertravelLimitM},
-             {"reaction_worst_ms", kMs * q.reaction_worst_s},
+             {"overtravel_limit_mm", kMmPerM * kOvertravelLimitM},
+             {"reaction_worst_ms", kMsPerS * q.reaction_worst_s},
              {"bounces_worst", q.bounces_worst},
-             {"radius_offset_mm", figure(q.radius_offset_m, kMm)},
+             {"radius_offset_mm", figure(q.radius_offset_m, kMmPerM)},
              {"stated",
-              {{"touch_sigma_mm", kMm * q.stated.touch_sigma_m},
-               {"latch_delay_ms", kMs * q.stated.delay_s},
-               {"latch_delay_sigma_ms", kMs * q.stated.delay_sigma_s},
-               {"radius_offset_sigma_mm", kMm * q.stated.radius_offset_sigma_m}}},
+              {{"touch_sigma_mm", kMmPerM * q.stated.touch_sigma_m},
+               {"latch_delay_ms", kMsPerS * q.stated.delay_s},
+               {"latch_delay_sigma_ms", kMsPerS * q.stated.delay_sigma_s},
+               {"radius_offset_sigma_mm", kMmPerM * q.stated.radius_offset_sigma_m}}},
              {"passed", q.passed()},
              {"findings", json::array()},
              {"words", in_words(q)}};
   if (q.delay)
-    value["latch_delay_ms"] = {{"value", kMs * q.delay->delay_s},
-                               {"sigma", kMs * q.delay->sigma_s}};
+    value["latch_delay_ms"] = {{"value", kMsPerS * q.delay->delay_s},
+                               {"sigma", kMsPerS * q.delay->sigma_s}};
   for (const Overtravel& o : q.overtravel)
-    value["overtravel"].push_back({{"speed_mm_s", kMm * o.speed_m_s},
+    value["overtravel"].push_back({{"speed_mm_s", kMmPerM * o.speed_m_s},
                                    {"searches", o.searches},
-                                   {"median_mm", kMm * o.median_m},
-                                   {"worst_mm", kMm * o.worst_m}});
+                                   {"median_mm", kMmPerM * o.median_m},
+                                   {"worst_mm", kMmPerM * o.worst_m}});
   for (const QualificationFinding finding : q.findings)
     value["findings"].push_back(to_string(finding));
   return value.dump(2) + "\n";

@@ -22,7 +22,8 @@ namespace {
 calib::Calibration last_of(const TaskInputs& inputs) {
   if (!inputs.compared)
     throw calib::IdentifyError(
-        "the calibration that this update stands on is no longer published. Run a full session: 'cellcal run'");
+        "the calibration that this update is based on is no longer published. Run a full session: "
+        "'cellcal run'");
   return calib::calibration_from_json(inputs.compared->calibration, inputs.compared->words);
 }
 

@@ -406,13 +406,13 @@ class Virtual(Wires):
         for session in (2, 3):  # what is withheld is not what the next is compared with
             outcome = run()
             self.assertEqual(outcome.returncode, 3, outcome.stdout + outcome.stderr)
-            self.assertRegex(outcome.stdout, r"changed since the last one: .* session 1 of ")
+            self.assertRegex(outcome.stdout, r"changed since the last calibration: .* session 1 of ")
             self.assertFalse(self.result(session)["verdict"]["publish"])
         outcome = run("--accept-change")
         self.assertEqual(outcome.returncode, 0, outcome.stdout + outcome.stderr)
         outcome = run()
         self.assertEqual(outcome.returncode, 0, outcome.stdout + outcome.stderr)
-        self.assertRegex(outcome.stdout, r"since the last one: .* session 4 of ")
+        self.assertRegex(outcome.stdout, r"since the last calibration: .* session 4 of ")
 
     def test_a_frame_is_sent_to_the_controller_and_set_back_over_eki(self):
         """A calibration that was published, then one run: send, look, set back."""

@@ -16,6 +16,7 @@
 #include "calib/linear/eigenpairs.h"
 #include "calib/linear/orthogonal.h"
 #include "calib/model/random.h"
+#include "calib/uncertainty/bound.h"
 #include "calib/uncertainty/predict.h"
 #include "calib/uncertainty/region.h"
 #include "tests/command_line/command_line.h"
@@ -42,13 +43,6 @@ double mean(const std::vector<double>& values) {
 double rms(const std::vector<double>& values) {
   return std::sqrt(std::inner_product(values.begin(), values.end(), values.begin(), 0.0) /
                    static_cast<double>(values.size()));
-}
-
-/// That holds 95 % of a 3-D Gaussian, as (38).
-double radius_95(const Eigen::Matrix3d& c) {
-  if (!(c.trace() > 0.0)) return 0.0;
-  const double t = 2.0 * (c * c).trace() / (9.0 * c.trace() * c.trace());
-  return std::sqrt(c.trace() * std::pow(1.0 - t + 1.6448536269514722 * std::sqrt(t), 3));
 }
 
 /// Tips at a calibration, and how they move: with the parameters, the base and each joint; three rows a pose.
@@ -142,7 +136,7 @@ double foreseen_rms(const std::vector<Eigen::Matrix3d>& all) {
 
 std::vector<double> radii(const std::vector<Eigen::Matrix3d>& all) {
   std::vector<double> r;
-  for (const auto& c : all) r.push_back(radius_95(c));
+  for (const auto& c : all) r.push_back(calib::radius_95(c));
   return r;
 }
 

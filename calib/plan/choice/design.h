@@ -1,13 +1,13 @@
 #pragma once
 // What a set of touches would leave unknown, kept up while touches are put in and taken out again.
 //
-// With S the covariance after the touches in the set, g a candidate's whitened derivatives by all
-// unknowns (one row), and W the sum of J'J over the poses that matter (base motion out of it),
+// With S the covariance after the touches in the set, j a candidate's whitened derivatives by all
+// unknowns (one row), and W_p the sum of J_p'J_p over the poses that matter (base motion out of it),
 // taking the candidate in changes
-//   S by -S g (S g)' / (1 + g'S g),   trace(W S) by -g'S W S g / (1 + g'S g)
-// and taking it out again by the same with 1 - g'S g. With W = L L', the vectors a = L'S g and the
-// numbers h = g'S g of all candidates are kept: a change of the set is one product of all rows with
-// a vector and one multiple of a vector added to each a.
+//   S by -S j' j S / (1 + j S j'),   trace(W_p S) by -j S W_p S j' / (1 + j S j')
+// and taking it out again by the same with 1 - j S j'. The vectors chol(W_p)' S j' and the numbers
+// j S j' of all candidates are kept: a change of the set is one product of all rows with a vector
+// and one multiple of a vector added to each of those.
 
 #include <Eigen/Core>
 #include <vector>
@@ -31,7 +31,7 @@ class Design {
   /// gain() of every candidate if this one, which is in the set, were taken out; its own is what it
   /// is worth now. The set stays as it is.
   Eigen::VectorXd gains_without(Eigen::Index candidate) const;
-  /// How much of what the candidate measures is unknown: g'S g, 1 is the touch's own sigma.
+  /// How much of what the candidate measures is unknown: j S j', 1 is the touch's own sigma.
   double unknown(Eigen::Index candidate) const { return h_[candidate]; }
 
   void take(Eigen::Index candidate);
@@ -44,9 +44,9 @@ class Design {
 
   RowMajor rows_;
   Eigen::MatrixXd covariance_;
-  Eigen::MatrixXd a_;  ///< column per candidate
-  Eigen::VectorXd h_;
-  Eigen::VectorXd square_;  ///< |a|^2
+  Eigen::MatrixXd a_;       ///< chol(W_p)' S j', a column per candidate
+  Eigen::VectorXd h_;       ///< j S j'
+  Eigen::VectorXd square_;  ///< |a_'s columns|^2
   std::vector<bool> in_;
 };
 

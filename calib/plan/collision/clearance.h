@@ -9,10 +9,10 @@
 // neighbours: their capsules overlap by construction.
 //
 // Moves are straight in joint space. From the posture at one end of a piece of the move every
-// body's distance d0 is known, from the other end d1, both at least the margin m. No point of the
-// body moves further along the piece than D, its levers times the turns of the joints. Half-way or
-// anywhere else its distance is then at least (d0 + d1 - D) / 2. A piece is done when D <= d0 + d1
-// - 1.84 m, and halved otherwise: so on the whole move every body keeps at least 0.92 of its
+// body's distance gap_0 is known, from the other end gap_1, both at least the margin M_c. No point of
+// the body moves further along the piece than D_max, its levers times the turns of the joints.
+// Half-way or anywhere else its distance is then at least (gap_0 + gap_1 - D_max) / 2. A piece is
+// done when D_max <= gap_0 + gap_1 - 1.84 M_c, and halved otherwise: so on the whole move every body keeps at least 0.92 of its
 // margin, and nothing, however thin, is passed unseen.
 //
 // Postures and moves that the cell says cannot be led through (Cell::passable) count as hits.
@@ -27,8 +27,8 @@
 
 namespace cellcal::calib {
 
-// A way-point need not be visited. A triangle of postures is clear where its middle keeps d and no
-// body is moved by more than d - 0.92 m from there to its corners (levers times turns are convex, so
+// A way-point need not be visited. A triangle of postures is clear where its middle keeps gap and no
+// body is moved by more than gap - 0.92 M_c from there to its corners (levers times turns are convex, so
 // nowhere else either), or where the four triangles between its corners and the middles of its sides
 // are. At a way-point the largest that is clear is looked for: between it and points on both legs.
 

@@ -77,7 +77,7 @@ bool tracker_holds_scale(const Problem& problem, const std::vector<std::size_t>&
   if (static_cast<int>(readings.size()) < kScalePlaces) return false;
   double information = 0.0;
   for (const std::size_t i : touches)
-    information +=
+    information +=  // (55)
         (Eigen::Map<const Eigen::Vector3d>(problem.touches()[i].tracker_m) - middle).squaredNorm() /
         std::pow(problem.sigma_m(i), 2);
   return information * kScaleSigma * kScaleSigma > 1.0;

@@ -56,7 +56,7 @@ std::vector<Token> parse(const std::string& text) {
   std::set<std::string> names;
   for (const json& value : list) {
     tokens.push_back(token_of(value));
-    if (!names.insert(tokens.back().name).second) throw std::runtime_error("a name stands twice");
+    if (!names.insert(tokens.back().name).second) throw std::runtime_error("a name is given twice");
   }
   return tokens;
 }
@@ -133,7 +133,7 @@ TokenStore::TokenStore(std::filesystem::path file)
     tokens_ = std::make_shared<const Tokens>(parse(read(file_)));
   } catch (const std::exception& error) {
     problem_ = file_.string() + ": " + error.what() +
-               ". No token is accepted. Remove the file, restart cellcald and add the tokens anew";
+               ". No token is accepted. Remove the file, restart cellcald and add the tokens again";
   }
 }
 

@@ -148,8 +148,7 @@ class ConnectionOn final : public Connection,
 
   Response make_slowly(const HttpServer::Impl& server) const {
     // Who asked for something to be done has given up by then, and may have gone to the cell.
-    if (is_stale())
-      return busy("this waited for too long behind other requests: nothing was done. Ask again");
+    if (is_stale()) return busy("request waited too long for others: nothing was done. Try again");
     return server.parts.handler(request_, true).value_or(error(500, "no answer"));
   }
 

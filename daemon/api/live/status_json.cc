@@ -26,19 +26,19 @@ std::string hex(std::uint32_t value, int digits) { return fmt::format("{:0{}x}",
 
 json to_json(const drivers::RobotState& robot) {
   const drivers::RobotQuality& q = robot.quality;
-  return {{"cycle_ms", robot.cycle_s * 1e3},
-          {"jitter_ms", q.jitter_s * 1e3},
-          {"longest_gap_ms", q.longest_gap_s * 1e3},
+  return {{"cycle_ms", robot.cycle_s * calib::kMsPerS},
+          {"jitter_ms", q.jitter_s * calib::kMsPerS},
+          {"longest_gap_ms", q.longest_gap_s * calib::kMsPerS},
           {"packets", robot.packets},
           {"gaps", q.gaps},
           {"bad_packets", q.bad_packets},
           {"late", robot.late},
           {"replies", q.replies},
           {"reply_ms",
-           {{"p50", q.reply_p50_s * 1e3},
-            {"p99", q.reply_p99_s * 1e3},
-            {"p999", q.reply_p999_s * 1e3},
-            {"max", q.reply_max_s * 1e3}}}};
+           {{"p50", q.reply_p50_s * calib::kMsPerS},
+            {"p99", q.reply_p99_s * calib::kMsPerS},
+            {"p999", q.reply_p999_s * calib::kMsPerS},
+            {"max", q.reply_max_s * calib::kMsPerS}}}};
 }
 
 json to_json(const drivers::ContactStatus& contact) {
@@ -59,16 +59,16 @@ json to_json(const drivers::ContactStatus& contact) {
       {"unknown_types", q.unknown_types},
       {"bounces", q.bounces},
       {"round_trip_ms",
-       {{"min", q.round_trip_min_s * 1e3},
-        {"p50", q.round_trip_p50_s * 1e3},
-        {"p99", q.round_trip_p99_s * 1e3}}},
+       {{"min", q.round_trip_min_s * calib::kMsPerS},
+        {"p50", q.round_trip_p50_s * calib::kMsPerS},
+        {"p99", q.round_trip_p99_s * calib::kMsPerS}}},
       {"clock_sigma_us", q.clock_sigma_s * 1e6},
       {"clock_drift_ppm", q.clock_drift_ppm},
-      {"heartbeat_jitter_ms", q.heartbeat_jitter_s * 1e3},
+      {"heartbeat_jitter_ms", q.heartbeat_jitter_s * calib::kMsPerS},
       {"late_ms",
-       {{"p50", q.late_p50_s * 1e3},
-        {"max", q.late_max_s * 1e3},
-        {"worst", q.late_worst_s * 1e3},
+       {{"p50", q.late_p50_s * calib::kMsPerS},
+        {"max", q.late_max_s * calib::kMsPerS},
+        {"worst", q.late_worst_s * calib::kMsPerS},
         {"limit", std::chrono::duration<double, std::milli>(drivers::kHeartbeatLimit).count()}}},
       {"sense_v", contact.sense_voltage_v},
       {"contact_v", q.contact_voltage_v}};
@@ -109,8 +109,8 @@ nlohmann::json touch_json(std::size_t index, const calib::Touch& touch) {
           {"joints_deg", degrees(touch.joint_rad)},
           {"time", touch.time},
           {"readings", touch.readings},
-          {"spread_mm", touch.spread_m * 1e3},
-          {"speed_mm_s", touch.speed_m_s * 1e3}};
+          {"spread_mm", touch.spread_m * calib::kMmPerM},
+          {"speed_mm_s", touch.speed_m_s * calib::kMmPerM}};
 }
 
 std::string status_to_json(const Status& status) {
@@ -122,10 +122,10 @@ std::string status_to_json(const Status& status) {
              {"target", status.target},
              {"touches", status.done},
              {"planned", status.total},
-             {"residual_mm", or_null(status.residual_m, 1e3)},
-             {"goal_mm", or_null(status.goal_m, 1e3)},
-             {"u95_mm", or_null(status.u95_m, 1e3)},
-             {"mean_error_mm", or_null(status.mean_error_m, 1e3)},
+             {"residual_mm", or_null(status.residual_m, calib::kMmPerM)},
+             {"goal_mm", or_null(status.goal_m, calib::kMmPerM)},
+             {"u95_mm", or_null(status.u95_m, calib::kMmPerM)},
+             {"mean_error_mm", or_null(status.mean_error_m, calib::kMmPerM)},
              {"finding", status.finding},
              {"stage", status.stage},
              {"why_ended", status.why_ended},
@@ -161,11 +161,11 @@ std::string made_touch_to_json(const MadeTouch& made) {
              {"set", set_word(made.touch)},
              {"joints_deg", degrees(made.touch.joint_rad)},
              {"tip_mm", nullptr},
-             {"residual_mm", or_null(made.residual_m, 1e3)},
-             {"u95_mm", or_null(made.u95_m, 1e3)}};
+             {"residual_mm", or_null(made.residual_m, calib::kMmPerM)},
+             {"u95_mm", or_null(made.u95_m, calib::kMmPerM)}};
   if (made.tip_m) {
     const auto& [x, y, z] = *made.tip_m;
-    value["tip_mm"] = {1e3 * x, 1e3 * y, 1e3 * z};
+    value["tip_mm"] = {calib::kMmPerM * x, calib::kMmPerM * y, calib::kMmPerM * z};
   }
   return dump(value);
 }

@@ -144,8 +144,8 @@ PrivateKey::PrivateKey(const fs::path& path) {
     throw KeyError(path.string() + ": is no plain file");
   if ((status.st_mode & (S_IRWXG | S_IRWXO)) != 0)
     throw KeyError(fmt::format(
-        "{}: mode {:04o}: others than its owner have rights to it. Set 0600, or make a new key "
-        "where somebody may have read it",
+        "{}: mode {:04o}, accessible to others than its owner. Set 0600, or make a new key if it may "
+        "have been read",
         path.string(), status.st_mode & 07777U));
   pem_ = read_some(path, file);
   if (!is_ed25519(private_of(pem_))) refuse_kind(path, "private");

@@ -136,8 +136,7 @@ std::string verify_one(const fs::path& file, const Sums& sums) {
   const auto same =
       std::ranges::find(sums.files, sum, &std::pair<std::string, std::string>::second);
   if (same == sums.files.end())
-    throw NotVerified(Why::kNotListed,
-                      printable(file.string()) + ": is none of the files that were signed");
+    throw NotVerified(Why::kNotListed, printable(file.string()) + ": not one of the signed files");
   return same->first;
 }
 
@@ -151,11 +150,10 @@ void refuse_others(const fs::path& directory, const Sums& sums) {
   }
   if (others.empty()) return;
   const std::string first = *std::ranges::min_element(others);
-  throw NotVerified(
-      Why::kNotListed,
-      printable((directory / first).string()) +
-          ": is none of the files that were signed, and stands among them. Take it away, or "
-          "verify single files");
+  throw NotVerified(Why::kNotListed,
+                    printable((directory / first).string()) +
+                        ": not signed, but in the same folder as the signed files. Remove it, or "
+                        "verify single files");
 }
 
 }  // namespace

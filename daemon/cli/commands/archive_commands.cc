@@ -30,7 +30,7 @@ void add_export(CLI::App& app, int& status) {
 
 void add_import(CLI::App& app, int& status) {
   auto given = std::make_shared<std::filesystem::path>();
-  CLI::App* command = app.add_subcommand("import", "Take an exported session into this journal");
+  CLI::App* command = app.add_subcommand("import", "Import an exported session into this journal");
   command->footer(
       "The daemon reads the directory: put it where its user may, not below /tmp or a home.\n"
       "Example: cellcal import /var/lib/cellcal/session-7");
@@ -73,16 +73,18 @@ void add_retain(CLI::App& app, int& status) {
   CLI::App* command =
       app.add_subcommand("retain", "Drop raw events and readings of old sessions, nothing else");
   command->footer(
-      "Touches, calibrations and results stay, and so do the checksums. Without options as [retention] of "
-      "cellcald.toml\nsays.\nExample: cellcal retain --days 90 --dry-run");
+      "Touches, calibrations and results stay, and so do the checksums. Default: [retention] of "
+      "cellcald.toml.\nExample: cellcal retain --days 90 --dry-run");
   auto daemon = add_connection(command);
-  command->add_flag("--dry-run", given->dry_run, "Only say what would be dropped");
-  auto* days = command->add_option("--days", given->days, "Of sessions that ended so long ago")
-                   ->check(CLI::Range(1, 36500));
-  auto* megabytes = command
-                        ->add_option("--megabytes", given->megabytes,
-                                     "Of the oldest sessions, until the journal uses no more")
-                        ->check(CLI::Range(1.0, 1e9));
+  command->add_flag("--dry-run", given->dry_run, "Only list what would be dropped");
+  auto* days =
+      command->add_option("--days", given->days, "Sessions that ended more than this many days ago")
+          ->check(CLI::Range(1, 36500));
+  auto* megabytes =
+      command
+          ->add_option("--megabytes", given->megabytes,
+                       "The oldest sessions, until the journal uses no more than this")
+          ->check(CLI::Range(1.0, 1e9));
   command->callback([=, &status] {
     status = retain(*daemon, given->dry_run,
                     days->count() > 0 ? std::optional(given->days) : std::nullopt,

@@ -20,8 +20,8 @@ void add_certificate(CLI::App& app, int& status) {
   command->footer(
       "Writes certificate.html, certificate.pdf (needs the package 'weasyprint'), certificate.json and rows.jsonl, the\n"
       "session's rows. "
-      "Serial numbers, operator and the artefacts' certificates stand in the cell file. A directory needs no "
-      "daemon.\nSigned where there is a key (certificate.sums, certificate.sums.sig); 'cellcal verify' looks at it.\nStatus 3 where the result was withheld, is an update, or the session was not done.\nExample: cellcal certificate 7 --issued-by \"A. Name\"\n"
+      "Serial numbers, operator and the artefacts' certificates come from the cell file. A directory needs no "
+      "daemon.\nSigned where there is a key (certificate.sums, certificate.sums.sig); 'cellcal verify' checks it.\nStatus 3 where the result was withheld, is an update, or the session was not done.\nExample: cellcal certificate 7 --issued-by \"A. Name\"\n"
       "         cellcal certificate session-7 --out certificate-7\n         cellcal certificate --make-key --key quality.key");
   auto daemon = add_connection(command);
   auto* session = command->add_option("SESSION", given->session,
@@ -52,10 +52,10 @@ void add_certificate(CLI::App& app, int& status) {
 void add_verify(CLI::App& app, int& status) {
   auto given = std::make_shared<VerifyCommand>();
   CLI::App* command =
-      app.add_subcommand("verify", "Say who signed a certificate, and whether it was changed");
+      app.add_subcommand("verify", "Show who signed a certificate, and whether it was changed");
   command->footer(
       "Status 0: as it was signed. 3: it is not: changed file, one more in the directory, other key,\n"
-      "damaged signature. 1: nobody can say: no signature, no key, a file is missing.\nExample: cellcal verify certificate-7/certificate.pdf --key quality.key.pub");
+      "damaged signature. 1: cannot be verified: no signature, no key, a file is missing.\nExample: cellcal verify certificate-7/certificate.pdf --key quality.key.pub");
   command->add_option("FILE", given->file, "One file of a certificate, or its directory")
       ->required();
   command->add_option(

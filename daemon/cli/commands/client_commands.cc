@@ -65,13 +65,14 @@ void add_run(CLI::App& app, int& status) {
   auto* update = command->add_flag(
       "--update", given->update,
       "Calibrate again in under a minute on top of the last calibration, by at most 15 touches: "
-      "for one change since (tool knocked, sphere moved, joint mastered, arm warmer). Behind a collision run a full "
-      "session: two changes may pass for one");
+      "for one change since (tool knocked, sphere moved, joint mastered, arm warmer). After a "
+      "collision run a full session: two changes can look like one");
   command
       ->add_flag(
           "--or-full", given->or_full,
-          "With --update: where it is withheld (more than one thing changed, too little to tell), go on with a full session at "
-          "once, with --touches, --check, --goal as given. Not where a sphere was not found: look at it first")
+          "With --update: where it is withheld (more than one change, or not resolved), go on with "
+          "a full session at once, with --touches, --check, --goal as given. Not where a sphere "
+          "was not found: look at it first")
       ->needs(update);
   command->add_option("--region", given->region, "Where accuracy matters, as in 'cellcal plan'")
       ->capture_default_str();
@@ -146,7 +147,7 @@ void add_check(CLI::App& app, int& status) {
   CLI::App* command = app.add_subcommand(
       "check", "Check by six to eight touches whether the last calibration still holds");
   command->footer(
-      "Says how far the TCP has shifted and, if it does not hold, what changed: the tool, a sphere, a joint or "
+      "Prints the TCP shift and, if it does not hold, what changed: the tool, a sphere, a joint or "
       "the\nlength of the whole arm, with the likelihood of each. Exit status 0: it holds; 3: it does not; 1: "
       "the check\nitself failed.\nExample: cellcal check\n         cellcal check --calibration 7 --json");
   auto daemon = add_connection(command);
@@ -160,7 +161,7 @@ void add_check(CLI::App& app, int& status) {
   command
       ->add_option(
           "--temperature", given->temperature_c,
-          "Of the cell in degrees Celsius: 'cellcal history --drift' takes out what it does")
+          "Cell temperature in deg C, for temperature compensation in 'cellcal history --drift'")
       ->check(CLI::Range(-40.0, 80.0));
   command->callback([=, &status] { status = check(*daemon, *given); });
 }
@@ -221,10 +222,10 @@ void add_plain(CLI::App& app, int& status, const char* name, const char* words,
 
 void add_position(CLI::App& app, int& status) {
   CLI::App* command = app.add_subcommand(
-      "position", "Print where the arm stands: axis angles in degrees, over EKI, nothing moves");
+      "position", "Print the arm's axis angles in degrees, over EKI; nothing moves");
   command->footer(
-      "For a sphere that is taught: jog the tip onto its top until it just touches, let go of the keys, and give "
-      "the angles\nto 'cellcal new-cell'. Only a controller that is driven over EKI says it.\nExample: cellcal position");
+      "For a sphere that is taught: jog the tip onto its top until it just touches, release the "
+      "keys, and give the angles\nto 'cellcal new-cell'. EKI only.\nExample: cellcal position");
   auto daemon = add_connection(command);
   command->callback([=, &status] { status = show_position(*daemon); });
 }
@@ -237,7 +238,7 @@ void add_history(CLI::App& app, int& status) {
   auto daemon = add_connection(command);
   auto drift = std::make_shared<bool>(false);
   command->add_flag("--drift", *drift,
-                    "Control chart of the checks: does the cell creep, since when, what to do");
+                    "Control chart of the checks: drift, since when, what to do");
   command->callback([=, &status] { status = *drift ? show_drift(*daemon) : history(*daemon); });
 }
 
@@ -245,7 +246,7 @@ void add_token_commands(CLI::App& app, int& status) {
   struct Given {
     std::string name, role = "look";
   };
-  CLI::App* token = app.add_subcommand("token", "Say who may come in over the network");
+  CLI::App* token = app.add_subcommand("token", "Manage access over the network");
   token->footer(
       "Roles: look sees everything; operate starts and aborts sessions as well; administer adds and "
       "removes tokens as well.\nExample: cellcal token add --role look --name wall-screen\n         "
@@ -267,10 +268,10 @@ void add_token_commands(CLI::App& app, int& status) {
   auto listed = add_connection(list);
   list->callback([=, &status] { status = list_tokens(*listed); });
 
-  CLI::App* remove = token->add_subcommand("remove", "Take a token back, and all logins with it");
+  CLI::App* remove = token->add_subcommand("remove", "Revoke a token and all its logins");
   remove->footer("Example: cellcal token remove wall-screen");
   auto removed = add_connection(remove);
-  remove->add_option("NAME", given->name, "Its name, as 'cellcal token list' has it")->required();
+  remove->add_option("NAME", given->name, "Its name, as 'cellcal token list' shows it")->required();
   remove->callback([=, &status] { status = remove_token(*removed, given->name); });
 }
 

@@ -14,22 +14,22 @@ void add_correct(CLI::App& app, int& status) {
   CLI::App* command = app.add_subcommand(
       "correct", "Poses or a KRL program for the real arm: where the TCP has to be sent");
   command->footer(
-      "--poses: joint angles that bring the real TCP to each pose, in the configuration and turns of "
-      "the\nfile's joint columns, or where it has none near the row before. One pose that is not "
-      "reached, and\nno CSV is written.\n--program: the taught points of a KRL program, changed so "
-      "that the controller brings the real TCP\nwhere they say; nothing else of the files changes. "
-      "For points from a drawing: what was touched up\nwith this arm is right already (--leave). What "
-      "is not understood is refused by line, and nothing\nis written. Run the corrected program in T1 "
-      "first.\nExit status 3: the calibration was withheld.\nExample: cellcal correct --calibration "
-      "calibration.json --poses poses.csv -o joints.csv\n         cellcal correct --calibration "
-      "calibration.json --program weld.src --config '$config.dat' -o corrected");
+      "--poses: joint angles that bring the real TCP to each pose, in the configuration and turns "
+      "of the\nfile's joint columns; without joint columns: nearest to the previous row. If one "
+      "pose is not reached,\nno CSV is written.\n--program: the taught points of a KRL program, "
+      "changed so that the controller brings the real TCP\nto them; nothing else of the files "
+      "changes. For points from a drawing: what was touched up\nwith this arm is right already "
+      "(--leave). Lines that cannot be corrected are listed; then nothing\nis written. Run the "
+      "corrected program in T1 first.\nExit status 3: the calibration was withheld.\nExample: "
+      "cellcal correct --calibration calibration.json --poses poses.csv -o joints.csv\n         "
+      "cellcal correct --calibration calibration.json --program weld.src --config '$config.dat' -o "
+      "corrected");
   command->add_option("--calibration", given->calibration, "Calibration (JSON)")->required();
   CLI::Option* poses =
       command->add_option("--poses", given->poses, "Poses of the TCP in the base frame (CSV)");
   CLI::Option* program =
       command->add_option("--program", given->program, "KRL program (.src)")->excludes(poses);
-  command->add_option("--dat", given->dat, "Its points (.dat) [beside the program]")
-      ->needs(program);
+  command->add_option("--dat", given->dat, "Its points (.dat) [same folder]")->needs(program);
   command
       ->add_option(
           "--config", given->controller,
@@ -41,12 +41,12 @@ void add_correct(CLI::App& app, int& status) {
       ->needs(program);
   command
       ->add_flag("--anywhere", given->anywhere,
-                 "Also points where the calibration claims nothing: far from the targets")
+                 "Also points far from the targets, where the calibration does not hold")
       ->needs(program);
   command->add_flag("--force", given->force, "Replace files of the same names in the folder of -o")
       ->needs(program);
   command->add_flag("--withheld", given->withheld,
-                    "Accept a withheld calibration: to look at, not to use");
+                    "Accept a withheld calibration, for inspection only");
   command->add_option("-o,--output", given->output,
                       "Poses: write to this file [standard output]; program: to this folder");
   command->add_flag("--json", given->json, "Write JSON");
@@ -64,13 +64,13 @@ void add_frames(CLI::App& app, int& status) {
       "frames", "Tool and base frames for a KUKA controller; mastering offsets as a proposal");
   command->footer(
       "Prints the lines of $config.dat, and with -o writes a KRL program that sets them; the old "
-      "values\nstand in its comments. A tool is what was identified of the cell file's; a base stands "
-      "on three\ntargets: origin, one on +x, one on the side of +y. Mastering offsets are printed with "
-      "a warning\nand never written.\n--send sets the frames on the controller, over EKI and through the daemon, where [eki] write_frames "
-      "= true\nallows it: old and new values are shown, and each is asked for; nothing moves. --restore sets old "
-      "values\nagain.\nExit status 3: the calibration was withheld.\nExample: cellcal "
-      "frames --calibration calibration.json --config '$config.dat' --tool 1 --base 3=S1,S2,S3 -o "
-      "cellcal_frames.src");
+      "values\nare in its comments. Tool: the cell file's, as identified. Base: from "
+      "three\ntargets: origin, one on +x, one on the side of +y. Mastering offsets are printed "
+      "with a warning\nand never written.\n--send sets the frames on the controller, over EKI and "
+      "through the daemon, where [eki] write_frames = true\nallows it: old and new values are "
+      "shown, and each is confirmed; nothing moves. --restore sets old values\nagain.\nExit status "
+      "3: the calibration was withheld.\nExample: cellcal frames --calibration calibration.json "
+      "--config '$config.dat' --tool 1 --base 3=S1,S2,S3 -o cellcal_frames.src");
   auto daemon = add_connection(command);
   auto* calibration =
       command->add_option("--calibration", given->calibration, "Calibration (JSON)");
@@ -88,17 +88,17 @@ void add_frames(CLI::App& app, int& status) {
           },
           "N=ID,ID,ID"));
   command->add_flag("--withheld", given->withheld,
-                    "Accept a withheld calibration: to look at, not to use");
+                    "Accept a withheld calibration, for inspection only");
   command->add_option("-o,--output", given->output, "Write the KRL program to this file (.src)");
   auto* send = command->add_flag("--send", sending->send, "Set the frames on the controller");
   auto* confirm = command->add_flag(
       "--confirm", sending->confirm,
       "With --send or --restore: do not ask. Every point taught in a frame moves with it");
   auto* sent = command->add_flag("--sent", sending->list,
-                                 "What was sent to the controller, and what came of it");
+                                 "List the frames sent to the controller, with the result");
   auto* restore = command
                       ->add_option("--restore", sending->restore,
-                                   "Set the old values again that this number of --sent replaced")
+                                   "Set the old values that this number of --sent replaced")
                       ->check(CLI::Range(1, 1000000000));
   command
       ->add_flag("--other-calibration", sending->other_calibration,

@@ -105,8 +105,8 @@ void add_propose(CLI::App* of, int& status) {
   auto* priors = what->add_option("--priors", given->priors,
                                   "Its robot file should take these tolerances (TOML)")
                      ->check(CLI::ExistingFile);
-  auto* withdraw = what->add_option("--withdraw", given->withdraw,
-                                    "The proposal of this id need not be answered any more");
+  auto* withdraw =
+      what->add_option("--withdraw", given->withdraw, "Withdraw the proposal of this id");
   what->require_option(1);
   command->add_option("--reason", wanted.reason, "Why, for those who answer")->required();
   command->add_option("--by", wanted.by, "Who proposes it [the user]");
@@ -114,7 +114,7 @@ void add_propose(CLI::App* of, int& status) {
   command->add_option("--broker", wanted.broker, "The plant's MQTT broker")->required();
   command->add_option("--port", wanted.port, "Its port [8883, without TLS 1883]")
       ->check(CLI::Range(1, 65535));
-  command->add_option("--ca", wanted.ca, "Who vouches for it (PEM) [whom the system trusts]")
+  command->add_option("--ca", wanted.ca, "CA certificate of the broker (PEM) [the system's]")
       ->check(CLI::ExistingFile);
   command->add_option("--user", wanted.user, "User there who may propose")->capture_default_str();
   command

@@ -52,7 +52,7 @@ void add_predict(CLI::App& app, int& status) {
   command->add_option("--joints", given->joints, "Joint angles (CSV, deg)")->required();
   command->add_flag("--nominal", given->nominal, "Use the nominal robot with a stiff tool");
   command->add_flag("--withheld", given->withheld,
-                    "Accept a withheld calibration: to look at, not to use");
+                    "Accept a withheld calibration, for inspection only");
   command->add_option("-o,--output", given->output,
                       "Write the poses to this file (CSV) [standard output]");
   command->add_flag("--json", given->json, "Write JSON");
@@ -145,7 +145,7 @@ void add_export_robot(CLI::App& app, int& status) {
   command->add_option("--tip", given->tip, "Its link at the flange [tool0, flange, or the last]")
       ->needs(urdf);
   command->add_flag("--withheld", given->withheld,
-                    "Accept a withheld calibration: to look at, not to use");
+                    "Accept a withheld calibration, for inspection only");
   command->add_option("-o,--output", given->output, "Write to this file [standard output]");
   command->callback([given, &status] {
     if (!given->urdf.empty() && given->as != "urdf" && given->as != "yaml")
@@ -198,12 +198,10 @@ void add_doctor(CLI::App& app, int& status) {
   command->add_option("--cell", given->cell, "Cell file (TOML): robot, axis limits");
   command->add_option("--files", given->files,
                       "Check the controller's files in this folder, as 'kuka-files --verify'");
-  command
-      ->add_option("--wait", given->wait_s,
-                   "Wait so many seconds for the controller's first packet")
+  command->add_option("--wait", given->wait_s, "Seconds to wait for the controller's first packet")
       ->check(CLI::Range(0.5, 600.0))
       ->capture_default_str();
-  command->add_option("--for", given->observe_s, "Observe the links for so many seconds")
+  command->add_option("--for", given->observe_s, "Seconds to observe the links")
       ->check(CLI::Range(1.0, 3600.0))
       ->capture_default_str();
   command->add_flag("--json", given->json, "Print JSON");

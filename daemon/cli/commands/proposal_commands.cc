@@ -35,7 +35,8 @@ void add_proposal_commands(CLI::App& app, int& status) {
     std::string id, reason;
   };
   auto given = std::make_shared<Given>();
-  CLI::App* accept = command->add_subcommand("accept", "Accept a proposal, and say what to do now");
+  CLI::App* accept =
+      command->add_subcommand("accept", "Accept a proposal, and print what to do now");
   CLI::App* refuse = command->add_subcommand("refuse", "Refuse a proposal");
   accept->footer("Example: cellcal proposals accept p-17");
   refuse->footer(

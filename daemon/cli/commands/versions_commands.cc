@@ -33,7 +33,7 @@ void add_activate(CLI::App& app, int& status) {
   auto given = std::make_shared<Given>();
   CLI::App* command = app.add_subcommand("activate", "Put an earlier calibration into use again");
   command->footer(
-      "It is what 'cellcal check' checks and what the next result is held against, until the next one is published\n"
+      "It is what 'cellcal check' checks and what the next result is compared with, until the next one is published\n"
       "or activated. Kept in the journal with who and why. Programs and frames that were corrected stay as they are.\n"
       "Example: cellcal activate 7 --reason \"session 9 was made with a loose torch\"\n"
       "         cellcal activate --back --reason \"loose torch\"");

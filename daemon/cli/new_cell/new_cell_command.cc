@@ -32,7 +32,7 @@ void add_new_cell_command(CLI::App& app, int& status) {
   command->add_option("--certificate", given->certificate,
                       "CSV of certified lengths: from,to,mm,sigma_mm");
   command->add_flag("--force", given->force, "Replace the file where it is there already");
-  command->add_flag("--json", given->json, "Print what came of it as JSON");
+  command->add_flag("--json", given->json, "Print the result as JSON");
   command->callback([given, &status] { status = new_cell(*given, std::cin, std::cerr); });
 }
 

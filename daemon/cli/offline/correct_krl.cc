@@ -80,9 +80,8 @@ std::string tool_words(const krl::ToolUsed& tool) {
   const std::string name =
       tool.number < 0 ? "tool in the text" : fmt::format("tool {}", tool.number);
   if (tool.cells) return name + ": the cell file's, with its bending\n";
-  return fmt::format(
-      "{}: not the cell file's; taken as stated and stiff, its load {}\n", name,
-      tool.load_known ? "as LOAD_DATA says" : "as the cell's tool's, since LOAD_DATA says nothing");
+  return fmt::format("{}: not the cell file's; taken as stated and stiff, load {}\n", name,
+                     tool.load_known ? "from LOAD_DATA" : "of the cell's tool (no LOAD_DATA)");
 }
 
 /// TOOL_DATA[n] or BASE_DATA[n]; below 0: written out in the program.
@@ -107,7 +106,7 @@ std::string report(const CorrectedProgram& result, const std::vector<fs::path>& 
   for (const krl::LeftPoint& one : result.left)
     text += fmt::format("left as it is: {} ({})\n", one.name, one.why);
   if (!result.robroot_stated)
-    text += "$ROBROOT is in none of the files: the robot is taken to stand in the world's origin\n";
+    text += "$ROBROOT not in the given files: the robot is taken to be at the world's origin\n";
   const CorrectedPoint* largest = result.largest();
   text += largest == nullptr
               ? "no point to correct\n"
@@ -168,7 +167,7 @@ void name_refusals(const CorrectedProgram& result, const calib::Robot& robot) {
     fmt::print(stderr, "cellcal correct: {}\n", words(result.refusals[i], robot));
   if (result.refusals.size() > kInWords)
     fmt::print(stderr, "cellcal correct: {} more refusals\n", result.refusals.size() - kInWords);
-  fmt::print(stderr, "cellcal correct: nothing is written while one point is refused\n");
+  fmt::print(stderr, "cellcal correct: nothing written, since points are refused\n");
 }
 
 }  // namespace

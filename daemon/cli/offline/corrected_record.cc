@@ -23,7 +23,8 @@ Json read_record(const fs::path& path) {
     return record;
   throw calib::FileError(
       path.string() +
-      ": is no record of a correction. Move it away if the program beside it is the original");
+      ": not a record of a correction. Move it away if the program in the same folder is the "
+      "original");
 }
 
 /// A file that the correction left as it was is the original still.

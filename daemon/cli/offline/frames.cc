@@ -45,7 +45,7 @@ std::string decided_words(const krl::MasteringOffset& one) {
     case calib::DecidedBy::kData:
       return "";
     case calib::DecidedBy::kPrior:
-      return "  by the tolerances: the touches do not tell it";
+      return "  not determined by the touches (prior)";
     case calib::DecidedBy::kFrame:
       return "  not identifiable: fixed by convention";
   }
@@ -67,13 +67,13 @@ std::string report(const krl::ProposedFrames& result) {
   }
   if (!result.robroot_stated && !result.frames.empty() &&
       result.frames.back().name.starts_with("BASE"))
-    text += "$ROBROOT is in none of the files: the robot is taken to stand in the world's origin\n";
+    text += "$ROBROOT not in the given files: the robot is taken to be at the world's origin\n";
   text += "\nmastering, a proposal only; cellcal writes none of it:\n";
   for (const krl::MasteringOffset& one : result.mastering)
     text += fmt::format("  {:<4} {:+.4f} +- {:.4f} deg (k=2){}\n", one.joint, one.offset_deg,
                         2 * one.sigma_deg, decided_words(one));
   return text +
-         "WARNING: another mastering moves every taught program and what the safe operation watches. "
+         "WARNING: another mastering moves every taught point and the SafeOperation zones. "
          "Find out first\nwhy an axis is off (hit, changed motor), and leave it to trained staff.\n";
 }
 

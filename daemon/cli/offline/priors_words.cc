@@ -34,8 +34,8 @@ std::string spreads_words(const calib::FleetPriors& priors) {
                             figure(calib::offered(*s) * per_si), s->arms);
       }
   return text +
-         "arms: so many arms whose errors are seen perfectly tell as much; where they are few the drawn value "
-         "stands.\noffered: found, wider by its uncertainty, and of fewer than 4 arms no narrower than drawn\n";
+         "arms: effective number of arms, 1: one arm measured without error.\noffered: found, "
+         "widened by its uncertainty; below 4 arms at least the drawn value\n";
 }
 
 std::string changes_words(const std::vector<calib::PriorChange>& changes) {
@@ -59,24 +59,24 @@ std::string set_aside_words(const calib::SetAside& one) {
     case SetAsideKind::kUnreadable:
       return fmt::format("{}: cannot be read. {}", name, other);
     case SetAsideKind::kWithheld:
-      return name + ": withheld, and refused. Priors are learned from published calibrations";
+      return name + ": withheld, not used. Priors are learned from published calibrations";
     case SetAsideKind::kOtherDrawing:
-      return name + ": drawing of another arm. Learn its model by itself";
+      return name + ": drawing of another robot model. Learn its priors separately";
     case SetAsideKind::kInconsistent:
-      return name + ": parameters and covariance do not belong together. Replay its session";
+      return name + ": parameters and covariance are inconsistent. Replay its session";
     case SetAsideKind::kTellsNothing:
-      return name + ": decided by its tolerances alone. It needs more touches";
+      return name + ": determined by the prior alone. It needs more touches";
     case SetAsideKind::kSameArm:
-      return fmt::format("{}: same arm as {}, which counts", name, other);
+      return fmt::format("{}: same arm as {}. Only that one is used", name, other);
     case SetAsideKind::kTooFar:
       return fmt::format(
-          "{}: chi^2 {:.3g} of {} directions, farther from the drawing than the other arms. Check robot file and "
-          "mastering of this arm",
+          "{}: chi^2 {:.3g} for {} directions, farther from the drawing than the other arms. Check "
+          "robot file and mastering of this arm",
           name, one.chi2, one.directions);
     case SetAsideKind::kTooNear:
       return fmt::format(
-          "{}: chi^2 {:.3g} of {} directions, nearer to the drawing than chance allows. Check where this calibration is "
-          "from",
+          "{}: chi^2 {:.3g} for {} directions, too small to be measured errors. Check the source "
+          "of this calibration",
           name, one.chi2, one.directions);
   }
   return name;
@@ -88,8 +88,8 @@ std::string no_priors_words(const calib::Learned& learned) {
         "{} arms; priors need {}. Add published calibrations of other arms of the model",
         learned.priors.arms, calib::kFewestArms);
   return fmt::format(
-      "{} arms agree and more than a fifth of all do not: not one population. Look at what was set aside; learn "
-      "each kind of arm by itself",
+      "{} arms fit, more than 20 % of all do not: not one population. Check the arms set aside; "
+      "learn each kind of arm separately",
       learned.priors.arms);
 }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "calib/model/units.h"
 #include "calib/result/correlation.h"
 #include "calib/words/finding_words.h"
 
@@ -11,12 +12,12 @@ namespace cellcal::daemon {
 
 namespace {
 
-constexpr double kMm = 1e3;
+using calib::kMmPerM;
 
 std::string line(const char* name, const calib::ResidualSummary& summary) {
   if (summary.count == 0) return fmt::format("{:<14} {:>7}\n", name, "none");
   return fmt::format("{:<14} {:>7} {:>9.4f} {:>9.4f} {:>9.4f}\n", name, summary.count,
-                     summary.mean_m * kMm, summary.max_m * kMm, summary.rms_m * kMm);
+                     summary.mean_m * kMmPerM, summary.max_m * kMmPerM, summary.rms_m * kMmPerM);
 }
 
 std::string verdict_words(const calib::Verdict& verdict, Detail detail) {
@@ -84,12 +85,12 @@ std::string predicted_words(const calib::Calibration& c) {
   if (!(c.predicted_workspace_m > 0.0)) return {};
   std::string text = fmt::format(
       "predicted mean position error: {:.3f} mm near the targets, {:.3f} mm over the workspace\n",
-      c.predicted_near_targets_m * kMm, c.predicted_workspace_m * kMm);
+      c.predicted_near_targets_m * kMmPerM, c.predicted_workspace_m * kMmPerM);
   if (c.nominal_workspace_m > 0.0)
     text += fmt::format(
         "with the nominal arm:          {:.3f} mm near the targets, {:.3f} mm over the "
         "workspace\n",
-        c.nominal_near_targets_m * kMm, c.nominal_workspace_m * kMm);
+        c.nominal_near_targets_m * kMmPerM, c.nominal_workspace_m * kMmPerM);
   return text;
 }
 
@@ -103,8 +104,8 @@ std::string fit_words(const calib::Calibration& c) {
     text += fmt::format(
         "touch noise: {:.3f} mm stated, {:.3f} mm measured by {} repeated touches ({:.0f} degrees "
         "of freedom), {:.3f} mm used\n",
-        c.cell.touch_sigma_m * kMm, c.repeats.scatter_m * kMm, c.repeats.touches,
-        c.repeats.degrees_of_freedom, c.repeats.used_m * kMm);
+        c.cell.touch_sigma_m * kMmPerM, c.repeats.scatter_m * kMmPerM, c.repeats.touches,
+        c.repeats.degrees_of_freedom, c.repeats.used_m * kMmPerM);
   return text;
 }
 

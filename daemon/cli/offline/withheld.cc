@@ -8,8 +8,8 @@ namespace cellcal::daemon {
 std::string withheld_words(const std::string& command, const std::filesystem::path& calibration,
                            const calib::Verdict& verdict) {
   std::string words = fmt::format(
-      "cellcal {}: {}: this calibration was withheld and must not be used. Touch again; --withheld "
-      "accepts it all the same, to look at\n",
+      "cellcal {}: {}: this calibration was withheld and must not be used. Calibrate again; "
+      "--withheld accepts it for inspection only\n",
       command, calibration.string());
   for (const std::string& reason : calib::words(verdict.findings)) words += "  - " + reason + "\n";
   return words;

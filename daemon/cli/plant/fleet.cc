@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "calib/model/median.h"
 #include "calib/syntax/input_file.h"
 #include "daemon/cli/ask.h"
 #include "daemon/cli/offline/exit_status.h"
@@ -82,17 +83,11 @@ std::string overdue_words(const json& all) {
   return words;
 }
 
-double median(std::vector<double> values) {
-  const std::size_t half = values.size() / 2;
-  std::sort(values.begin(), values.end());
-  return values.size() % 2 == 1 ? values[half] : 0.5 * (values[half - 1] + values[half]);
-}
-
 double median_of(const json& rows, const std::string& parameter) {
   std::vector<double> values;
   for (const json& row : rows)
     if (row.at("parameter") == parameter) values.push_back(row.at("correction").get<double>());
-  return median(std::move(values));
+  return calib::median_between(std::move(values));
 }
 
 std::string compare_words(const json& compared) {

@@ -98,7 +98,7 @@ Told send_to_plant(const Connection& daemon, const std::string& session, const s
         ask(daemon, "POST", "/v1/sessions/" + session + "/certificate", body.dump());
     return answer.status == kNotNew ? Told::kBefore : Told::kNow;
   } catch (const std::exception& untold) {
-    throw std::runtime_error(fmt::format("certificate {} is in {}, and the plant is not told: {}",
+    throw std::runtime_error(fmt::format("certificate {} is in {}, but not sent to the plant: {}",
                                          number, directory.string(), untold.what()));
   }
 }
@@ -110,7 +110,7 @@ const char* words_of(Told told) {
     case Told::kNow:
       return ", on its way to the plant";
     case Told::kBefore:
-      return ", as the plant was told before";
+      return ", already sent to the plant";
   }
   return "";
 }
@@ -180,7 +180,7 @@ int certify(const Connection& daemon, const CertificateCommand& command) try {
   tell(daemon, data, directory, key.has_value(), told);
   if (!no_pdf.empty())
     throw std::runtime_error(
-        no_pdf + fmt::format("\nThe other files are in {}{}; with a PDF issue it anew: --out DIR",
+        no_pdf + fmt::format("\nThe other files are in {}{}. For a PDF issue it again: --out DIR",
                              directory.string(), key ? ", signed without it" : ""));
   return kSuccess;
 } catch (const certificate::Refused& refused) {

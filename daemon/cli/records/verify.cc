@@ -46,7 +46,8 @@ int verify(const VerifyCommand& command) try {
                 "verified: certificate {}\n{}signed by: {}\nsigned at: {}\nkey: {}\nfiles: {}\n",
                 is.certificate,
                 emulated
-                    ? "emulated cell: no real robot was touched, it certifies nothing of any robot\n"
+                    ? "emulated cell: a simulation, no real robot was touched. It certifies no "
+                      "robot\n"
                     : "",
                 or_not_stated(is.by), is.utc, is.key, fmt::join(verified.files, ", ")),
       {});

@@ -12,7 +12,8 @@ namespace {
 using nlohmann::json;
 using namespace plant;  // NOLINT: all its facts are named below
 
-constexpr double kMm = 1e3, kMs = 1e3;
+using calib::kMmPerM;
+using calib::kMsPerS;
 
 json maybe(const std::optional<double>& value, double unit = 1.0) {
   return value ? json(*value * unit) : json(nullptr);
@@ -86,10 +87,10 @@ void put(Records& to, const CalibrationFact& one) {
                           {"published", one.published},
                           {"is_update", one.update},
                           {"findings", one.findings},
-                          {"near_mm", maybe(one.near_m, kMm)},
-                          {"over_mm", maybe(one.over_m, kMm)},
-                          {"u95_near_mm", maybe(one.u95_near_m, kMm)},
-                          {"u95_over_mm", maybe(one.u95_over_m, kMm)},
+                          {"near_mm", maybe(one.near_m, kMmPerM)},
+                          {"over_mm", maybe(one.over_m, kMmPerM)},
+                          {"u95_near_mm", maybe(one.u95_near_m, kMmPerM)},
+                          {"u95_over_mm", maybe(one.u95_over_m, kMmPerM)},
                           {"document", to_base64(one.document)},
                           {"sha256", calib::sha256(one.document)}});
   for (const Correction& c : corrections_of(one.document))
@@ -104,8 +105,8 @@ void put(Records& to, const CalibrationFact& one) {
 void put(Records& to, const CheckFact& one) {
   to.add("checks", {{"against", one.against},
                     {"held", name_of(one.held)},
-                    {"shift_mm", maybe(one.shift_m, kMm)},
-                    {"u_mm", maybe(one.u_m, kMm)},
+                    {"shift_mm", maybe(one.shift_m, kMmPerM)},
+                    {"u_mm", maybe(one.u_m, kMmPerM)},
                     {"cause", one.cause},
                     {"temperature_c", maybe(one.temperature_c)},
                     {"document", to_base64(one.document)},
@@ -150,13 +151,14 @@ void put(Records& to, const PhaseFact& one) {
 void put(Records& to, const TouchFact& one) {
   json joints = json::array(), tip = nullptr;
   for (const double angle : one.joint_rad) joints.push_back(angle * calib::kDegPerRad);
-  if (one.tip_m) tip = {(*one.tip_m)[0] * kMm, (*one.tip_m)[1] * kMm, (*one.tip_m)[2] * kMm};
+  if (one.tip_m)
+    tip = {(*one.tip_m)[0] * kMmPerM, (*one.tip_m)[1] * kMmPerM, (*one.tip_m)[2] * kMmPerM};
   to.add("touches", {{"index", one.index},
                      {"target", one.target},
                      {"held_out", one.check},
                      {"joints_deg", joints},
                      {"tip_mm", tip},
-                     {"residual_mm", maybe(one.residual_m, kMm)}});
+                     {"residual_mm", maybe(one.residual_m, kMmPerM)}});
 }
 
 void put(Records& to, const HealthFact& one) {
@@ -164,11 +166,11 @@ void put(Records& to, const HealthFact& one) {
                     {"gaps", one.gaps},
                     {"late", one.late},
                     {"replies", one.replies},
-                    {"reply_p99_ms", one.reply_p99_s * kMs},
-                    {"reply_max_ms", one.reply_max_s * kMs},
+                    {"reply_p99_ms", one.reply_p99_s * kMsPerS},
+                    {"reply_max_ms", one.reply_max_s * kMsPerS},
                     {"frames", one.frames},
                     {"crc_errors", one.crc_errors},
-                    {"sensor_late_ms", one.sensor_late_s * kMs},
+                    {"sensor_late_ms", one.sensor_late_s * kMsPerS},
                     {"waiting", one.waiting},
                     {"journal_bytes", one.journal_bytes}});
 }

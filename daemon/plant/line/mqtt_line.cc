@@ -199,25 +199,25 @@ LineFailure MqttLine::Impl::failure_of(int code) const {
     case MOSQ_ERR_EAI:
     case MOSQ_ERR_LOOKUP:
       return say(LineProblem::kNoName,
-                 "no computer has this name. Check broker under [plant], and the resolver");
+                 "unknown host name. Check broker under [plant], and the name resolution (DNS)");
     case MOSQ_ERR_TLS:
     case MOSQ_ERR_TLS_HANDSHAKE:
       return say(
           LineProblem::kCertificate,
           fmt::format(
-              "no TLS with it ({}). Check ca, certificate and key under [plant], and the name in "
+              "TLS failed ({}). Check ca, certificate and key under [plant], and the name in "
               "the broker's certificate",
-              tls_words().empty() ? "the handshake failed" : tls_words()));
+              tls_words().empty() ? "handshake failed" : tls_words()));
     case MOSQ_ERR_OVERSIZE_PACKET:
     case MOSQ_ERR_PAYLOAD_SIZE:
       return say(LineProblem::kTooLarge,
-                 "a fact is larger than it takes. Raise message_size_limit there");
+                 "message larger than its limit. Raise message_size_limit there");
     default:
       break;
   }
-  if (is_up) return say(LineProblem::kLost, "the line is lost. It is opened again");
+  if (is_up) return say(LineProblem::kLost, "connection lost. Connecting again");
   const char* why = code == MOSQ_ERR_ERRNO     ? std::strerror(errno)
-                    : code == MOSQ_ERR_UNKNOWN ? "it takes no line"
+                    : code == MOSQ_ERR_UNKNOWN ? "connection not accepted"
                                                : mosquitto_strerror(code);
   if (config.tls && !tls_words().empty()) return failure_of(MOSQ_ERR_TLS);
   return say(
@@ -230,23 +230,24 @@ LineFailure MqttLine::Impl::failure_of(int code) const {
 LineFailure MqttLine::Impl::failure_of_reason(int reason) const {
   const char* why = mosquitto_reason_string(reason);
   if (reason == MQTT_RC_SESSION_TAKEN_OVER)
-    return {LineProblem::kTakenOver,
-            fmt::format("{}: another cell speaks as {}/{}. Give each its own name under [plant]",
-                        broker(), config.plant, config.cell)};
+    return {
+        LineProblem::kTakenOver,
+        fmt::format(
+            "{}: client name {}/{} is used by another cell. Give each its own name under [plant]",
+            broker(), config.plant, config.cell)};
   if (reason == MQTT_RC_NO_MATCHING_SUBSCRIBERS)
     return {
         LineProblem::kNobody,
-        fmt::format(
-            "{}: nobody collects what cells say. Start cellcal-fleet; nothing is lost meanwhile",
-            broker())};
+        fmt::format("{}: no subscriber. Start cellcal-fleet; nothing is lost meanwhile", broker())};
   if (reason == MQTT_RC_PACKET_TOO_LARGE) return failure_of(MOSQ_ERR_OVERSIZE_PACKET);
   if (!is_up || reason == MQTT_RC_SERVER_SHUTTING_DOWN || reason == MQTT_RC_KEEP_ALIVE_TIMEOUT)
     return {LineProblem::kLost,
-            fmt::format("{}: the line is lost ({}). It is opened again", broker(), why)};
+            fmt::format("{}: connection lost ({}). Connecting again", broker(), why)};
   return {
       LineProblem::kRefused,
       fmt::format(
-          "{}: refuses what {}/{} says ({}). Check the rights of its user there; nothing is lost meanwhile",
+          "{}: publishing refused for {}/{} ({}). Check the rights of its user there; nothing is "
+          "lost meanwhile",
           broker(), config.plant, config.cell, why)};
 }
 

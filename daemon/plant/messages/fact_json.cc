@@ -1,8 +1,8 @@
 #include "daemon/plant/messages/fact_json.h"
 
 #include <algorithm>
-#include <numbers>
 
+#include "calib/model/units.h"
 #include "calib/syntax/input_file.h"
 #include "calib/syntax/json_text.h"
 #include "daemon/plant/messages/base64.h"
@@ -14,13 +14,14 @@ namespace {
 
 namespace fields = calib::fields;
 using calib::JsonReader;
+using calib::kMmPerM;
+using calib::kMsPerS;
 using fields::field;
 using fields::Json;
 using fields::Table;
 using fields::Value;
 
 constexpr const char* kFactFormat = "cellcal.plant/1";
-constexpr double kMm = 1e3, kMs = 1e3, kDeg = 180.0 / std::numbers::pi;
 constexpr std::size_t kMostFindings = 100, kMostFiles = 20, kMostJoints = 20;
 /// nlohmann's way with bytes that are not UTF-8 is to throw.
 constexpr auto kReplace = Json::error_handler_t::replace;
@@ -84,16 +85,17 @@ const Table<SessionFact>& session_fields() {
 
 const Table<CalibrationFact>& calibration_fields() {
   using T = CalibrationFact;
-  static const Table<T> kTable{field("robot", &T::robot, line()),
-                               field("robot_serial", &T::robot_serial, line()),
-                               field("published", &T::published, fields::flag()),
-                               field("update", &T::update, fields::flag()),
-                               field("findings", &T::findings, few(line(), kMostFindings)),
-                               maybe("predicted_near_mm", &T::near_m, fields::not_negative(kMm)),
-                               maybe("predicted_over_mm", &T::over_m, fields::not_negative(kMm)),
-                               maybe("u95_near_mm", &T::u95_near_m, fields::not_negative(kMm)),
-                               maybe("u95_over_mm", &T::u95_over_m, fields::not_negative(kMm)),
-                               document(&T::document)};
+  static const Table<T> kTable{
+      field("robot", &T::robot, line()),
+      field("robot_serial", &T::robot_serial, line()),
+      field("published", &T::published, fields::flag()),
+      field("update", &T::update, fields::flag()),
+      field("findings", &T::findings, few(line(), kMostFindings)),
+      maybe("predicted_near_mm", &T::near_m, fields::not_negative(kMmPerM)),
+      maybe("predicted_over_mm", &T::over_m, fields::not_negative(kMmPerM)),
+      maybe("u95_near_mm", &T::u95_near_m, fields::not_negative(kMmPerM)),
+      maybe("u95_over_mm", &T::u95_over_m, fields::not_negative(kMmPerM)),
+      document(&T::document)};
   return kTable;
 }
 
@@ -104,8 +106,8 @@ const Table<CheckFact>& check_fields() {
       field("held", &T::held,
             fields::word<Held>(
                 {{Held::kYes, "yes"}, {Held::kNo, "no"}, {Held::kUndecided, "undecided"}})),
-      maybe("shift_mm", &T::shift_m, fields::not_negative(kMm)),
-      maybe("u_mm", &T::u_m, fields::not_negative(kMm)),
+      maybe("shift_mm", &T::shift_m, fields::not_negative(kMmPerM)),
+      maybe("u_mm", &T::u_m, fields::not_negative(kMmPerM)),
       field("cause", &T::cause, line()),
       maybe("temperature_c", &T::temperature_c, fields::number()),
       document(&T::document)};
@@ -172,7 +174,7 @@ const Table<PhaseFact>& phase_fields() {
 }
 
 Value<std::array<double, 3>> place() {
-  const Value<std::vector<double>> all = fields::list(fields::number(kMm));
+  const Value<std::vector<double>> all = fields::list(fields::number(kMmPerM));
   return {[=](const std::array<double, 3>& at) {
             return all.to({at.begin(), at.end()});
           },
@@ -189,9 +191,9 @@ const Table<TouchFact>& touch_fields() {
       field("index", &T::index, count<std::size_t>()),
       field("target", &T::target, line()),
       field("check", &T::check, fields::flag()),
-      field("joints_deg", &T::joint_rad, few(fields::number(kDeg), kMostJoints)),
+      field("joints_deg", &T::joint_rad, few(fields::number(calib::kDegPerRad), kMostJoints)),
       maybe("tip_mm", &T::tip_m, place()),
-      maybe("residual_mm", &T::residual_m, fields::number(kMm))};
+      maybe("residual_mm", &T::residual_m, fields::number(kMmPerM))};
   return kTable;
 }
 
@@ -202,11 +204,11 @@ const Table<HealthFact>& health_fields() {
       times("gaps", &T::gaps),
       times("late", &T::late),
       times("replies", &T::replies),
-      field("reply_p99_ms", &T::reply_p99_s, fields::not_negative(kMs)),
-      field("reply_max_ms", &T::reply_max_s, fields::not_negative(kMs)),
+      field("reply_p99_ms", &T::reply_p99_s, fields::not_negative(kMsPerS)),
+      field("reply_max_ms", &T::reply_max_s, fields::not_negative(kMsPerS)),
       times("frames", &T::frames),
       times("crc_errors", &T::crc_errors),
-      field("sensor_late_ms", &T::sensor_late_s, fields::not_negative(kMs)),
+      field("sensor_late_ms", &T::sensor_late_s, fields::not_negative(kMsPerS)),
       times("waiting", &T::waiting),
       times("journal_bytes", &T::journal_bytes)};
   return kTable;

@@ -64,7 +64,8 @@ ProposalBox::ProposalBox(Parts parts) : parts_(std::move(parts)) {
   } catch (const std::exception& damaged) {
     problem_ =
         std::string(damaged.what()) +
-        ". No proposal is taken. Move the file aside and restart cellcald; the plant proposes anew";
+        ". No proposal is taken. Move the file aside and restart cellcald; the plant proposes "
+        "again";
   }
 }
 

@@ -335,9 +335,9 @@ void Publisher::Impl::give_up(const Sent& sent) try {
                             1,           DropReason::kTooLarge,
                             sent.kind,   static_cast<std::int64_t>(sent.bytes)};
   spdlog::error(
-      "[plant]: {} bytes of fact {} ({} of session {}), at most {} can be told: the plant is told that it is not told. "
-      "Hand it on another way",
-      sent.bytes, sent.number, sent.kind, sent.session, kLargestMessage);
+      "[plant]: fact {}: {} bytes ({} of session {}), limit {}. Not sent; a notice is sent "
+      "instead. Transfer it by hand",
+      sent.number, sent.bytes, sent.kind, sent.session, kLargestMessage);
   parts.journal.replace(sent.row, report_of(dropped));
   bite.clear();
   read_to = 0;  // it stands before what is under way behind it
@@ -351,12 +351,12 @@ LineFailure Publisher::Impl::too_large() const {
   return {
       LineProblem::kTooLarge,
       fmt::format(
-          "{} bytes of fact {} ({} of session {}) are more than broker {}:{} takes{}{}. Set message_size_limit there to "
-          "{}, max_packet_size to twice that or not at all, and restart it; until then it waits, and others go on",
-          oldest.bytes, oldest.number, oldest.kind, oldest.session, parts.config.host,
-          parts.config.port, most ? fmt::format(" ({} at most)", *most) : "",
-          set_aside.size() > 1 ? fmt::format(", and so are {} more facts", set_aside.size() - 1)
-                               : "",
+          "fact {}: {} bytes ({} of session {}), more than broker {}:{} accepts{}{}. Set "
+          "message_size_limit there to {}, max_packet_size to twice that or not at all, and "
+          "restart it. Until then it waits; others are sent",
+          oldest.number, oldest.bytes, oldest.kind, oldest.session, parts.config.host,
+          parts.config.port, most ? fmt::format(" (limit {})", *most) : "",
+          set_aside.size() > 1 ? fmt::format("; {} more facts likewise", set_aside.size() - 1) : "",
           kLargestMessage)};
 }
 
@@ -458,17 +458,16 @@ void Publisher::Impl::say_what_waits() {
   const OutboxCount count = parts.journal.outbox();
   if (broker_has_enough()) {
     say({LineProblem::kUnstored,
-         fmt::format(
-             "broker {}:{}: has {} results that the plant has not stored, and is given no more. Start "
-             "cellcal-fleet, or see its log; nothing is lost meanwhile",
-             parts.config.host, parts.config.port, at_the_broker.size())});
+         fmt::format("broker {}:{}: {} results not stored by the plant, no more are sent. Start "
+                     "cellcal-fleet, or see its log; nothing is lost meanwhile",
+                     parts.config.host, parts.config.port, at_the_broker.size())});
   } else if (!set_aside.empty() && count.rows > 0) {
     warn_of(too_large());
   } else if (count.elsewhere > 0) {
     say({LineProblem::kRenamed,
          fmt::format(
-             "{} facts wait that were written as {}, and [plant] says {}/{}. Set plant and cell back until they "
-             "are sent, or add former = [\"{}\"] to send them under the new name",
+             "{} unsent messages under the old name {}; [plant] is {}/{} now. Set plant and cell "
+             "back until they are sent, or add former = [\"{}\"] to send them under the new name",
              count.elsewhere, count.elsewhere_address, parts.config.plant, parts.config.cell,
              count.elsewhere_address)});
   } else {
@@ -551,7 +550,7 @@ Fact Publisher::Impl::fact_of(const WaitingReport& row) {
   } catch (const DamagedError& damaged) {
     if (told_damaged.insert(row.row).second)
       spdlog::error(
-          "[plant]: fact {} ({} of session {}) is damaged: the plant is told that it is not told. {}",
+          "[plant]: fact {} ({} of session {}): damaged, not sent; a notice is sent instead. {}",
           row.number, row.report.kind, row.session, printable(damaged.what()));
     fact.body =
         DroppedFact{row.number, row.number, 1, DropReason::kDamaged, row.report.kind, std::nullopt};
@@ -559,7 +558,8 @@ Fact Publisher::Impl::fact_of(const WaitingReport& row) {
     throw;  // the disk may give it later: a result is not dropped for that
   } catch (const std::exception& failed) {
     fact.body = AlarmFact{
-        "failed", fmt::format("{} of session {} cannot be told", row.report.kind, row.session),
+        "failed",
+        fmt::format("{} of session {} could not be published", row.report.kind, row.session),
         failed.what()};
   }
   return fact;

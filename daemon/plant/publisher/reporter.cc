@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "calib/files/calibration_json.h"
+#include "calib/model/units.h"
 #include "calib/syntax/input_file.h"
 #include "calib/syntax/toml_table.h"
 #include "calib/verdict/tips_apart.h"
@@ -14,8 +15,6 @@
 namespace cellcal::daemon::plant {
 
 namespace {
-
-constexpr double kMmPerM = 1e3;
 
 SessionState state_of(const std::string& state) {
   if (state == "done") return SessionState::kDone;
@@ -58,7 +57,7 @@ std::optional<double> u95_of(const calib::Calibration& result,
 }
 
 std::optional<double> millimetres(const nlohmann::json& of, const char* key) {
-  return of.is_object() ? std::optional(of.at(key).get<double>() / kMmPerM) : std::nullopt;
+  return of.is_object() ? std::optional(of.at(key).get<double>() / calib::kMmPerM) : std::nullopt;
 }
 
 CheckFact check_of(const SessionOptions& options, std::string document) {
@@ -101,8 +100,8 @@ std::vector<Report> PlantReporter::session(const SessionRecord& session) const {
       all.push_back(report_of(
           check_of(*options, calib::read_file(parts_.results_dir(session.id) / "check.json"))));
     } catch (const std::exception& unreadable) {
-      all.push_back(
-          report_of(AlarmFact{"failed", "result of the check cannot be told", unreadable.what()}));
+      all.push_back(report_of(
+          AlarmFact{"failed", "result of the check could not be published", unreadable.what()}));
     }
   all.push_back(report_of(fact));
   return all;

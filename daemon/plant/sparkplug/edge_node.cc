@@ -167,7 +167,7 @@ void EdgeNode::Impl::look() {
     look_failed.clear();
   } catch (const std::exception& failed) {
     if (std::exchange(look_failed, failed.what()) != failed.what())
-      spdlog::warn("[plant]: Sparkplug: {}; the cell is told as before", printable(failed.what()));
+      spdlog::warn("[plant]: Sparkplug: {}; the last metrics are kept", printable(failed.what()));
     if (now.empty()) now = metrics_of({});
   }
   std::vector<Metric> changed;

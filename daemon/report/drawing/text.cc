@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstdint>
 
+#include "calib/model/units.h"
+
 namespace cellcal::daemon::report {
 namespace {
 
@@ -13,7 +15,6 @@ constexpr std::string_view kMinus = "\xE2\x88\x92";        // U+2212
 constexpr std::string_view kDash = "\xE2\x80\x93";         // U+2013
 constexpr std::string_view kEllipsis = "\xE2\x80\xA6";     // U+2026
 constexpr double kTooLargeForFixed = 1e9;
-constexpr double kMmPerMetre = 1000.0;
 
 struct CodePoint {
   std::uint32_t value = 0;
@@ -135,10 +136,10 @@ std::string significant(double value, int digits) {
   return with_real_minus(fmt::format("{:.{}g}", value, digits));
 }
 
-std::string mm(double metres, int decimals) { return fixed(metres * kMmPerMetre, decimals); }
+std::string mm(double metres, int decimals) { return fixed(metres * calib::kMmPerM, decimals); }
 
 std::string signed_mm(double metres, int decimals) {
-  return signed_fixed(metres * kMmPerMetre, decimals);
+  return signed_fixed(metres * calib::kMmPerM, decimals);
 }
 
 std::string positive_mm(double metres, int decimals) {

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "drivers/kuka/moves/move_queue.h"
-#include "drivers/kuka/rsi/following_error.h"
 #include "drivers/units.h"
 
 namespace cellcal::drivers {
@@ -61,38 +60,6 @@ std::optional<CoreResult> Mover::start(const Move& move, const AxisAngles& comma
   return std::nullopt;
 }
 
-void Mover::end_travel(Phase next, MoveOutcome outcome, const Cause& cause) {
-  phase_ = next;
-  outcome_ = outcome;
-  cause_ = cause;
-  settling_s_ = 0.0;
-  settling_cycles_ = 0;
-  brake();
-}
-
-void Mover::brake() {
-  if (!in_motion_ || braking_) return;
-  if (path_.fastest_axis_rad_s(t_s_) <= kProbingSpeedRadS) {
-    in_motion_ = false;
-    return;
-  }
-  // What leads the arm astray in space is a controller that composes otherwise: each degree that is
-  // still commanded leads it further.
-  const bool astray = config_.space.on && outcome_ == MoveOutcome::kNotFollowing;
-  if (searching() || astray) {
-    path_.brake_within(t_s_, std::max(kSearchRampS, 3 * cycle_s_));
-  } else {
-    path_.brake_at(t_s_);
-  }
-  braking_ = true;
-  t_s_ = 0.0;
-}
-
-void Mover::halt(MoveOutcome outcome, const Cause& cause) {
-  if (phase_ == Phase::kIdle || phase_ == Phase::kVerdict || !ends_well()) return;
-  end_travel(Phase::kSettling, outcome, cause);
-}
-
 CoreResult Mover::abandon(const Cause& cause) {
   if (outcome_ != MoveOutcome::kRobotSilent) {  // else it was brought to rest for a like reason
     outcome_ = MoveOutcome::kRobotSilent;
@@ -113,58 +80,6 @@ CoreResult Mover::result(const AxisAngles& commanded_rad) {
   done.latch = latch_;
   sensor_.explain(done);
   return done;
-}
-
-void Mover::watch_search(TimePoint now) {
-  const ContactSnapshot& sensor = sensor_.heard().snapshot;
-  if (sensor_.heard().trip || sensor_.heard().contact || sensor_.heard().revoked ||
-      sensor.in_contact) {
-    end_travel(Phase::kVerdict, MoveOutcome::kContact, cause::None{});
-    stopped_at_ = now;
-  } else if (!sensor.alive) {
-    end_travel(Phase::kSettling, MoveOutcome::kContactSilent, cause::SensorDead{});
-  } else if (!sensor.armed || sensor.arm_id != move_.arm_id) {
-    end_travel(Phase::kSettling, MoveOutcome::kContactSilent, sensor_.loss());
-  }
-}
-
-void Mover::await_verdict(TimePoint now) {
-  if (sensor_.heard().contact) {
-    contact_ = sensor_.heard().contact;
-    end_travel(Phase::kSettling, MoveOutcome::kContact, cause::None{});
-  } else if (sensor_.heard().revoked) {
-    end_travel(Phase::kSettling, MoveOutcome::kRevoked, cause::None{});
-  } else if (!sensor_.heard().snapshot.alive) {
-    end_travel(Phase::kSettling, MoveOutcome::kContactSilent, cause::SensorDead{});
-  } else if (now - stopped_at_ > kVerdictLimit) {
-    end_travel(Phase::kSettling, MoveOutcome::kContactSilent,
-               cause::TripUnconfirmed{seconds(now - stopped_at_)});
-  }
-}
-
-void Mover::watch_other(const MoverCycle& cycle) {
-  if (!sensor_.present()) return;
-  if (!sensor_.heard().snapshot.alive) {
-    halt(MoveOutcome::kContactSilent, cause::SensorDead{});
-  } else if (sensor_.touched(move_.kind, cycle.now)) {
-    halt(MoveOutcome::kUnexpectedContact, cause::TouchedOutsideSearch{});
-  } else if (!sensor_.opened() && t_s_ + cycle.cycle_s > open_by_s_) {
-    halt(MoveOutcome::kStillInContact, cause::ContactNotOpen{});
-  }
-}
-
-void Mover::watch_following(const MoverCycle& cycle) {
-  // After a contact there is something in the way, and not following is no news.
-  if (phase_ == Phase::kVerdict || outcome_ == MoveOutcome::kContact ||
-      outcome_ == MoveOutcome::kNotFollowing) {
-    return;
-  }
-  if (const auto fault = following_fault(record_, config_, cycle.cycle_s)) {
-    // Replies that are not heard any more look the same; what stopped it first is the cause.
-    if (!ends_well()) return end_travel(Phase::kSettling, outcome_, cause_);
-    // Whatever the arm does, more of the same command does not help.
-    end_travel(Phase::kSettling, MoveOutcome::kNotFollowing, *fault);
-  }
 }
 
 std::optional<CoreResult> Mover::step(const MoverCycle& cycle, AxisAngles& commanded_rad) {

@@ -248,6 +248,27 @@ TEST(Jump, OfAllTouchesIsNone) {
   EXPECT_TRUE(identify(demo_cell(), touches).jumped.empty());
 }
 
+TEST(Jump, OfATargetThatIsCalledAsTheFirstJointIsNotToldAsThatJoints) {
+  Cell cell = demo_cell();
+  cell.lengths.clear();
+  const std::string name = cell.robot.joints.front().name;
+  cell.targets.front().id = name;
+  std::vector<Touch> touches(2);
+  for (Touch& touch : touches) touch.target = name;
+  const auto told_as_the_joints = [&](Jump::What what) {
+    Calibration c;
+    c.jumped.resize(1);
+    c.jumped[0].what = what;
+    c.jumped[0].name = name;
+    c.jumped[0].shift_m = {0.3e-3, 0.0, 0.0};
+    tell_of_jumps(cell, touches, {}, c);
+    return find(testing::the(c, FindingKind::kJumped).evidence, "first_joint") != nullptr;
+  };
+  EXPECT_TRUE(told_as_the_joints(Jump::What::kJoint));
+  EXPECT_FALSE(told_as_the_joints(Jump::What::kTarget));
+  EXPECT_FALSE(told_as_the_joints(Jump::What::kTool));
+}
+
 TEST(Jump, IsKeptInTheFile) {
   const Calibration c = identify(demo_cell(), slipped(3, 0.1, 4));
   ASSERT_EQ(c.jumped.size(), 1u);

@@ -4,7 +4,11 @@
 
 #include <gtest/gtest.h>
 
+#include "calib/estimate/target_place.h"
+#include "calib/model/error.h"
+#include "calib/model/kinematics.h"
 #include "calib/model/random.h"
+#include "tests/calib/simulate.h"
 
 namespace cellcal::calib {
 namespace {
@@ -96,6 +100,28 @@ TEST(OfOneTarget, IsTheLargestOfSeveralHeaps) {
   const auto near = [&](std::size_t a, std::size_t b) { return std::abs(at[a] - at[b]) < 1.0; };
   EXPECT_EQ(of_one_target(at.size(), near), (std::vector<std::size_t>{3, 4, 5}));
   EXPECT_TRUE(of_one_target(0, near).empty());
+}
+
+TEST(SeenPlaces, AreNoneWhereTheTouchesOfATargetDoNotSayAndTheWordsAreWhatIsThrown) {
+  const Cell& stated = testing::demo_cell();
+  Cell cell = stated;
+  for (Target& target : cell.targets) target.has_centre = false;
+  const ArmModel arm(cell);
+  const std::vector<Touch> touches =
+      testing::make_touches(stated, testing::plain_truth(stated, 1), {.fit = 40}).touches;
+  const auto seen = seen_places(cell, arm, touches);
+  ASSERT_TRUE(seen);
+  EXPECT_EQ(seen->size(), cell.targets.size());
+  const std::vector<Touch> few(touches.begin(), touches.begin() + 4);
+  std::string why_not;
+  EXPECT_FALSE(seen_places(cell, arm, few));
+  EXPECT_FALSE(seen_places(cell, arm, few, &why_not));
+  try {
+    starting_places(cell, arm, few);
+    FAIL() << "places of four touches";
+  } catch (const IdentifyError& error) {
+    EXPECT_EQ(std::string(error.what()), why_not);
+  }
 }
 
 }  // namespace

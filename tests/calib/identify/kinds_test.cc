@@ -162,28 +162,25 @@ TEST(Kinds, FindWhereTheyStand) {
 TEST(Kinds, MistakesOfATrackersReadingsAreNamed) {
   const Stage stage = sim::constraints::set_up(tracker_alone(), {.seed = 5});
   const auto right = sim::constraints::touch(stage, {.fit = 60, .seed = 5});
-  const auto told = [&](const std::vector<Touch>& touches) -> std::string {
-    try {
-      const Calibration c = identify(stage.cell, touches);
-      return c.verdict.publish ? "published" : words_of(c);
-    } catch (const IdentifyError& error) {
-      return error.what();
-    }
-  };
   auto metres = right;
   auto left_handed = right;
   for (std::size_t i = 0; i < right.size(); ++i) {
     for (double& m : metres[i].tracker_m) m *= 1e-3;
     std::swap(left_handed[i].tracker_m[1], left_handed[i].tracker_m[2]);
   }
-  EXPECT_NE(told(metres).find("readings of T taken as metres"), std::string::npos) << told(metres);
-  EXPECT_NE(told(left_handed).find("with one axis of the readings of T turned about"),
-            std::string::npos)
-      << told(left_handed);
+  Calibration c = identify(stage.cell, metres);
+  const Finding unit = testing::cause(c, LikelyCause::kReadingsUnit);
+  ASSERT_EQ(unit.parts.size(), 1u) << words_of(c);
+  EXPECT_EQ(unit.parts[0].about.name, "T") << words_of(c);
+  EXPECT_EQ(value(unit.evidence, "unit"), 1e3) << words_of(c);
+  c = identify(stage.cell, left_handed);
+  const Finding handed = testing::cause(c, LikelyCause::kReadingsHandedness);
+  ASSERT_EQ(handed.parts.size(), 1u) << words_of(c);
+  EXPECT_EQ(handed.parts[0].about.name, "T") << words_of(c);
   auto mastered = right;
   for (Touch& touch : mastered) touch.joint_rad[3] += 0.01;
-  EXPECT_NE(told(mastered).find("deg added to all angles of A4"), std::string::npos)
-      << told(mastered);
+  c = identify(stage.cell, mastered);
+  EXPECT_EQ(testing::cause(c, LikelyCause::kMastering).about.name, "A4") << words_of(c);
 }
 
 TEST(Kinds, TheScaleOfATrackerIsCheckedByTheArmsTolerancesAndThatIsSaid) {

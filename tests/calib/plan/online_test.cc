@@ -30,7 +30,7 @@ TEST(Online, EndsWhereTheGoalIsReachedAndAHarderGoalTakesMoreTouches) {
   const Driven easy = drive(demo_cell(), {.u95_m = 0.5e-3});
   EXPECT_TRUE(easy.end.done);
   EXPECT_LE(easy.end.u95_m, 0.5e-3);
-  EXPECT_NE(easy.end.why.find("goal reached"), std::string::npos) << easy.end.why;
+  EXPECT_EQ(easy.end.ended, Ended::kGoal);
   const Driven hard = drive(demo_cell(), {.u95_m = 0.3e-3});
   EXPECT_LE(hard.end.u95_m, 0.3e-3);
   EXPECT_GT(hard.made, easy.made);
@@ -87,14 +87,28 @@ TEST(Online, EndsWhereFurtherTouchesNoLongerPay) {
   const Driven driven = drive(testing::one_sphere_cell(), {.u95_m = 0.05e-3, .worth_it = 0.06});
   EXPECT_TRUE(driven.end.done);
   EXPECT_GT(driven.end.u95_m, 0.05e-3);
-  EXPECT_NE(driven.end.why.find("ten more touches"), std::string::npos) << driven.end.why;
+  EXPECT_EQ(driven.end.ended, Ended::kNoGain);
   EXPECT_LT(driven.made, 150);
 }
 
 TEST(Online, EndsAtTheMostTouchesThatWereAllowed) {
   const Driven driven = drive(demo_cell(), {.u95_m = 1e-6, .most_touches = 30, .worth_it = 0.0});
   EXPECT_EQ(driven.made, 30);
-  EXPECT_NE(driven.end.why.find("30 touches made"), std::string::npos) << driven.end.why;
+  EXPECT_EQ(driven.end.ended, Ended::kMostTouches);
+  EXPECT_EQ(driven.begin.ended, std::nullopt);
+}
+
+TEST(Online, SaysInWordsWhyItEndedAndNothingBefore) {
+  const Goal goal{.u95_m = 0.15e-3};
+  Progress progress{.touches = 30, .u95_m = 0.2e-3};
+  EXPECT_EQ(why_ended(progress, goal), "");
+  std::set<std::string> words;
+  for (const Ended how : {Ended::kGoal, Ended::kMostTouches, Ended::kNoGain, Ended::kNoEstimate,
+                          Ended::kAllReachable}) {
+    progress.ended = how;
+    words.insert(why_ended(progress, goal));
+  }
+  EXPECT_EQ(words.size(), 5U);
 }
 
 TEST(Online, OffersTheSameTouchUntilToldWhatBecameOfIt) {

@@ -58,27 +58,27 @@ TEST(FindingWords, OfTouches) {
   EXPECT_EQ(
       said(FindingKind::kTouchScatter, {},
            {{"scatter", 0.2, "mm"}, {"ratio", 4.0, ""}, {"stated", 0.05, "mm"}}),
-      "touch scatter (chi^2): 0.200 mm, 4.0 times the 0.050 mm that the cell file states "
-      "(sigma_mm). State what the instrument repeats to, not what the fit leaves; five places "
-      "touched four times each measure it");
+      "touch scatter (chi^2): 0.200 mm, 4.0 times the 0.050 mm of sigma_mm in the cell file. State "
+      "the measured repeatability in sigma_mm, not the residual of the fit: touch five places four "
+      "times each to measure it");
   EXPECT_EQ(
       said(FindingKind::kDuplicateTouches, {}, {{"duplicates", 100.0, ""}, {"touches", 200.0, ""}},
            {{touch(100, 102, "S1"), {}}, {touch(0, 2, "S1"), {}}}),
-      "duplicate touches: 100 of 200 touches repeat others to the last digit (touch 101 (line "
-      "102) is touch 1 (line 2)), as in a file that was pasted twice. Leave them out");
+      "duplicate touches: 100 of 200 touches equal others to the last digit (touch 101 (line "
+      "102) is touch 1 (line 2)): was a file pasted twice? Leave them out");
   EXPECT_EQ(said(FindingKind::kOutliersOfTarget, about_target(target("P", TargetKind::kPoint)),
                  {{"outliers", 2.0, ""}, {"touches", 10.0, ""}}),
-            "outliers: 2 of 10 fit touches of P do not fit it, and the others are too few to hold "
+            "outliers: 2 of 10 fit touches of P are outliers; the others are too few to determine "
             "its place. Check that the tip seats in it and touch it again");
   EXPECT_EQ(said(FindingKind::kCheckTouches, {}, {{"rms", 0.5, "mm"}, {"ratio", 3.2, ""}},
                  {{touch(4, 0, "S1", "S2"), {}}}),
-            "check touches: 0.500 mm rms at held-out touches, 3.2 times what the calibration "
-            "predicts for them. touch 5 of S1 lies on S2: correct its target");
+            "check touches: 0.500 mm rms at held-out touches, 3.2 times the predicted error. "
+            "touch 5 of S1 lies on S2: correct its target");
   const FindingPart off{touch(4, 0, "S1"), {{"off", 1.2, "mm"}}};
   EXPECT_EQ(
       said(FindingKind::kGrossCheckTouches, {}, {}, {off, off, off, off}, {}, Severity::kWarns),
       "gross check touches: touch 5 of S1 1.20 mm off, touch 5 of S1 1.20 mm off, touch 5 of "
-      "S1 1.20 mm off, and 1 more; judged without");
+      "S1 1.20 mm off, and 1 more. Left out of the verdict");
   EXPECT_EQ(said(FindingKind::kTemperature, {},
                  {{"coldest", -1.2, "degrees C"},
                   {"hottest", 21.5, "degrees C"},
@@ -86,14 +86,12 @@ TEST(FindingWords, OfTouches) {
                   {"touches", 4.0, ""}}),
             "temperature: -1.2 to 21.5 degrees C at 2 of 4 touches. No model corrects for it; 10 K "
             "make 0.1 to 0.2 mm per metre");
-  EXPECT_EQ(
-      said(FindingKind::kTooFewDirections, about_target(target("W", TargetKind::kWire)),
-           {{"touches", 1.0, ""}}),
-      "too few directions: W was pulled 1 time in directions too much alike. Measure from more "
-      "sides");
+  EXPECT_EQ(said(FindingKind::kTooFewDirections, about_target(target("W", TargetKind::kWire)),
+                 {{"touches", 1.0, ""}}),
+            "too few directions: W: 1 reading from too few directions. Measure from more sides");
   EXPECT_EQ(said(FindingKind::kNotTouched, {}, {{"idle_lengths", 1.0, ""}},
                  {{about_target(target("S4")), {}}}),
-            "not touched: S4 of the cell file; 1 certified length ends there and holds nothing");
+            "not touched: S4 of the cell file; 1 certified length there is unused");
 }
 
 TEST(FindingWords, OfWhatTheFilesState) {
@@ -104,19 +102,17 @@ TEST(FindingWords, OfWhatTheFilesState) {
                   {"others", 0.0, ""}}),
             "certified length S1-S2: 400.000 mm stated, 400.100 +- 0.010 mm measured (7 sigma). "
             "Measure it again, or check that neither target was moved");
-  EXPECT_EQ(
-      said(FindingKind::kCertifiedTwice, about_length("S1", "S2"),
-           {{"certified", 400.0, "mm"}, {"certified_again", 400.5, "mm"}}),
-      "certified length S1-S2: 400.000 mm stated, and 400.500 mm; both cannot be right. Leave "
-      "the wrong one out");
+  EXPECT_EQ(said(FindingKind::kCertifiedTwice, about_length("S1", "S2"),
+                 {{"certified", 400.0, "mm"}, {"certified_again", 400.5, "mm"}}),
+            "certified length S1-S2: 400.000 mm and 400.500 mm stated, one of them is wrong. "
+            "Leave it out");
   EXPECT_EQ(said(FindingKind::kArtefactSize, about_target(target("S2")),
                  {{"stated", 61.4, "mm"}, {"measured", 61.8, "mm", 0.02}, {"apart", 9.0, "sigma"}}),
-            "diameter of S2: 61.400 mm stated, 61.80 +- 0.02 mm measured (9 sigma). Check "
-            "diameter_mm, and that it is clean");
+            "diameter of S2: 61.400 mm stated, 61.80 +- 0.02 mm measured (9 sigma). "
+            "Check diameter_mm, and clean it");
   EXPECT_EQ(
       said(FindingKind::kArtefactSize, {}, {{"longer", -0.4, "mm", 0.05}, {"apart", 8.0, "sigma"}}),
-      "all wires: readings -0.40 +- 0.05 mm longer than stated (8 sigma). Check where the wire "
-      "reads zero");
+      "all wires: readings 0.40 +- 0.05 mm too long (8 sigma). Check where the wire reads zero");
   Subject a4_theta;
   a4_theta.of = Subject::Of::kParameter;
   a4_theta.name = "A4.theta";
@@ -131,18 +127,18 @@ TEST(FindingWords, OfWhatTheFilesState) {
 }
 
 TEST(FindingWords, OfScopeAndAccuracy) {
-  EXPECT_EQ(said(FindingKind::kScaleByLengths, {}, {{"lengths", 6.0, ""}, {"unseen", 0.62, "%"}}),
-            "scope: 6 certified lengths hold the scale, touched at both ends; an error that all of "
-            "them share would be noticed from 0.62 % on");
+  EXPECT_EQ(
+      said(FindingKind::kScaleByLengths, {}, {{"lengths", 6.0, ""}, {"unseen", 0.62, "%"}}),
+      "scope: 6 certified lengths hold the scale, touched at both ends; an error common to all "
+      "is detectable above 0.62 %");
   EXPECT_EQ(
       sentence({FindingKind::kScaleByLengths, Severity::kInforms, {}, {{"lengths", 1.0, ""}}}),
       "1 certified length holds the scale, touched at both ends");
-  EXPECT_EQ(
-      said(FindingKind::kUncheckedLength, about_length("S1", "S2"),
-           {{"unseen", 1.5, "mm"}, {"certified", 700.0, "mm"}}),
-      "unchecked scale: an error below 1.5 mm of the certified length S1-S2 (700.000 mm) would "
-      "not be noticed, and all lengths of the arm would be wrong in proportion. Certify a "
-      "second length between touched targets, or have this one measured again");
+  EXPECT_EQ(said(FindingKind::kUncheckedLength, about_length("S1", "S2"),
+                 {{"unseen", 1.5, "mm"}, {"certified", 700.0, "mm"}}),
+            "unchecked scale: errors below 1.5 mm of certified length S1-S2 (700.000 mm) are not "
+            "detectable, and scale all lengths of the arm. Certify a second length between touched "
+            "targets, or have this one measured again");
   const std::vector<Quantity> foreseen = {
       {"predicted", 0.13, "mm"},      {"nominal", 4.5, "mm"},  {"of_nominal", 2.9, "%"},
       {"most_of_nominal", 80.0, "%"}, {"required", 2.0, "mm"}, {"required_is_stated", 0.0, ""},
@@ -154,9 +150,46 @@ TEST(FindingWords, OfScopeAndAccuracy) {
   EXPECT_EQ(
       said(FindingKind::kModelError, {},
            {{"sigma", 0.1, "mm"}, {"estimated", 0.0, ""}, {"scatter", 0.2, "mm"}}),
-      "model error: 0.100 mm in every bound: touches scatter by 0.200 mm, and no repeats show "
-      "that it is noise. Touch five places four times each: what repeats scatter is noise, and "
-      "leaves the bounds");
+      "model error: 0.100 mm in every bound: touch scatter 0.200 mm, no repeated touches. Touch "
+      "five places four times each: the scatter of repeated touches is noise and is left out of "
+      "the bounds");
+  EXPECT_EQ(said(FindingKind::kModelError, {},
+                 {{"sigma", 0.05, "mm"},
+                  {"estimated", 1.0, ""},
+                  {"noise", 0.03, "mm"},
+                  {"stated", 0.02, "mm"},
+                  {"reach", 20.0, "deg"}}),
+            "model error: 0.050 mm (1 sigma per direction) in every bound, touch noise 0.030 mm, "
+            "correlation length 20 deg of the main axes. More touches do not reduce it. Touch five "
+            "places four times each, and state the measured repeatability in sigma_mm (0.020 mm "
+            "stated)");
+  EXPECT_EQ(said(FindingKind::kArmScale, {}, {{"off", 0.3, "%", 0.05}, {"apart", 6.0, "sigma"}}),
+            "scale: all lengths of the arm +0.30 % from nominal, 6 times the tolerance of 0.05 %. "
+            "Check what holds the scale: certified lengths, readings of trackers and wires, "
+            "diameters");
+}
+
+TEST(FindingWords, OfUpdates) {
+  const std::vector<Quantity> shift = {{"shift", 1.3, "mm", 0.02},
+                                       {"probability", 99.0, "%"},
+                                       {"touches", 8.0, ""},
+                                       {"reached", 0.12, "mm"},
+                                       {"before", 0.11, "mm"}};
+  EXPECT_EQ(
+      said(FindingKind::kUpdated, about_tool("tool"), shift, {}, "session 1"),
+      "updated: tool shifted by 1.30 +- 0.04 mm (k=2), probability 99.0 %, 8 touches on top "
+      "of session 1; 0.120 mm predicted over the workspace, 0.110 mm before the change. Check "
+      "the tool's fastening");
+  const FindingPart sphere{about_target(target("S2")), {{"shift", 2.0, "mm", 0.05}}};
+  EXPECT_EQ(said(FindingKind::kUpdateContradicted, about_tool("tool"), shift, {sphere}),
+            "not updated: more than one change found (8 touches): tool shifted by 1.30 +- 0.04 mm "
+            "(k=2); next likely: S2 moved by 2.00 +- 0.10 mm (k=2). Run a full session: 'cellcal "
+            "run --cell CELL'");
+  EXPECT_EQ(
+      said(FindingKind::kUpdateNotResolved, about_tool("tool"), shift),
+      "not updated: tool shifted by 1.30 +- 0.04 mm (k=2), probability 99.0 %, 8 touches: not "
+      "resolved; 0.120 mm predicted over the workspace, 0.110 mm before the change. Run a "
+      "full session: 'cellcal run --cell CELL'");
 }
 
 TEST(FindingWords, OfWhatWentWrong) {
@@ -166,27 +199,35 @@ TEST(FindingWords, OfWhatWentWrong) {
       {"shift", 0.52, "mm", 0.03}, {"x", 0.1, "mm"}, {"y", -0.5, "mm"}, {"z", 0.1, "mm"}};
   EXPECT_EQ(said(FindingKind::kMovedTarget, after(about_target(target("S2")), 11, one), shift),
             "moved target: S2 moved by 0.52 +- 0.03 mm (+0.10, -0.50, +0.10) after touch 12 (line "
-            "13). Clamp it, and repeat from there");
+            "13). Clamp it and repeat from there");
+  std::vector<Quantity> or_lengths = shift;
+  or_lengths.push_back({"or_lengths", 1.0, ""});
+  EXPECT_EQ(said(FindingKind::kMovedTarget, after(about_target(target("S2")), 11, one), or_lengths),
+            "moved target or wrong certified length: S2 moved by 0.52 +- 0.03 mm (+0.10, -0.50, "
+            "+0.10) after touch 12 (line 13). Clamp it and repeat from there. Or correct the "
+            "certified lengths: without them the change is not significant");
   const FindingPart slipped{after(about_joint("A3"), 49, {}), {{"turn", 0.05, "deg", 0.004}}};
   const FindingPart knocked{after(about_tool("tool"), 49, {}), shift};
   EXPECT_EQ(said(FindingKind::kJumped, {}, {{"touches", 100.0, ""}}, {slipped}),
-            "slipped joint: the zero of A3 seems to have jumped by +0.050 +- 0.004 deg after about "
-            "touch 50 (of 100). Look for a slipping belt, coupling or brake, master the joint and "
-            "calibrate again");
+            "slipped joint: zero of A3 jumped by +0.050 +- 0.004 deg after about touch 50 of 100. "
+            "Check belt, coupling and brake, master the joint and calibrate again");
   EXPECT_EQ(said(FindingKind::kJumped, {}, {{"touches", 100.0, ""}}, {knocked}),
-            "knocked tool: its tip seems to have moved by 0.52 +- 0.03 mm (+0.10, -0.50, +0.10) on "
-            "the flange after about touch 50 (of 100). Check its fastening and calibrate again");
+            "knocked tool: tool tip moved by 0.52 +- 0.03 mm (+0.10, -0.50, +0.10) in the flange "
+            "frame after about touch 50 of 100. Check its fastening and calibrate again");
   EXPECT_EQ(
       said(FindingKind::kJumped, {}, {{"touches", 100.0, ""}}, {slipped, knocked}),
-      "something moved in the middle of the session: the touches (100) do not tell for certain "
-      "which: A3's zero by +0.050 +- 0.004 deg after about touch 50, or the tool's tip on the "
-      "flange by 0.52 +- 0.03 mm (+0.10, -0.50, +0.10) after about touch 50. Check these and "
-      "calibrate again");
+      "change during the session: 100 touches fit more than one cause: zero of A3 jumped by "
+      "+0.050 +- 0.004 deg after about touch 50, or tool tip moved by 0.52 +- 0.03 mm (+0.10, "
+      "-0.50, +0.10) in the flange frame after about touch 50. Check each, then calibrate again");
   EXPECT_EQ(
       said(FindingKind::kChangeAccepted, {},
-           {{"apart", 1.5, "mm"}, {"ratio", 6.0, ""}, {"workspace", 1.0, ""}}, {}, "session 7"),
-      "since the last one: 1.500 mm between the tips of this calibration and of session 7, in "
-      "the mean over the workspace, 6.0 times what both together predict; accepted");
+           {{"apart", 1.5, "mm"},
+            {"expected", 0.25, "mm"},
+            {"ratio", 6.0, ""},
+            {"workspace", 1.0, ""}},
+           {}, "session 7"),
+      "since the last calibration: 1.500 mm mean TCP change since session 7, over the workspace "
+      "(expected 0.250 mm, ratio 6.0); change accepted");
   EXPECT_EQ(said(FindingKind::kRecorded, {}, {}, {}, "as it was written"), "as it was written");
 }
 

@@ -21,10 +21,10 @@ Calibration with(LevelChoice choice) {
 TEST(LevelWords, SayHowTheLevelWasTaken) {
   const std::string level = "geometry, tool bending, joint compliance, play";
   EXPECT_EQ(reason_words(with(LevelChoice::kMeanByEvidence)),
-            "mean over 2 levels, each by its evidence. Joint compliance: 0 of its prior at 25 %, "
-            "1 of its prior at 75 %; play at 75 %. The likeliest level, at 75 %: " +
+            "mean over 2 levels, weighted by evidence. Joint compliance: 0 x prior (25 %), "
+            "1 x prior (75 %); play (75 %). Likeliest level (75 %): " +
                 level);
-  EXPECT_EQ(level_and_reason_words(with(LevelChoice::kAskedFor)), level + "; as asked for");
+  EXPECT_EQ(level_and_reason_words(with(LevelChoice::kAskedFor)), level + "; as requested");
   EXPECT_EQ(level_and_reason_words(with(LevelChoice::kNothingIdentified)),
             "nothing was identified; the nominal arm");
   EXPECT_EQ(level_and_reason_words(with(LevelChoice::kRecorded)), "as that file said");
@@ -34,7 +34,7 @@ TEST(LevelWords, SayHowTheLevelWasTaken) {
 TEST(LevelWords, OfAMeanOverNothingAreASentenceStill) {
   Calibration c = with(LevelChoice::kMeanByEvidence);
   c.levels.clear();
-  EXPECT_EQ(reason_words(c), "mean over levels, each by its evidence");
+  EXPECT_EQ(reason_words(c), "mean over levels, weighted by evidence");
 }
 
 }  // namespace

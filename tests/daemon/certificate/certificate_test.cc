@@ -179,8 +179,8 @@ TEST(a_certificate_is_refused, of_an_update_which_stands_on_another_session) {
   } catch (const Refused& refused) {
     EXPECT_EQ(refused.why, Refused::Why::kUpdate);
     EXPECT_EQ(std::string(refused.what()),
-              "session 1: an update stands on the calibration of session 12 of 2026-11-20; for a "
-              "certificate run a full session ('cellcal run')");
+              "session 1: an update, based on the calibration of session 12 of 2026-11-20. For a "
+              "certificate run a full session: 'cellcal run'");
   }
 }
 

@@ -69,7 +69,8 @@ TEST_F(the_certificate_command, of_an_emulated_cell_is_named_by_verify) {
   EXPECT_EQ(is["emulated"], true);
   EXPECT_TRUE(is["certificate"].get<std::string>().starts_with("emulated-")) << is;
   const Outcome told = run_program({CELLCAL, "verify", dir / "c", "--key", dir / "k.pub"});
-  EXPECT_NE(told.out.find("emulated cell: no real robot was touched"), std::string::npos)
+  EXPECT_NE(told.out.find("emulated cell: a simulation, no real robot was touched"),
+            std::string::npos)
       << told.out;
 }
 
@@ -129,7 +130,7 @@ TEST_F(the_certificate_command,
   write_archive(make_archive(journal, update, dir / "none"), dir / "u");
   const Outcome updated = run_program({CELLCAL, "certificate", dir / "u", "--out", dir / "c"});
   EXPECT_EQ(updated.status, 3);
-  EXPECT_NE(updated.err.find("for a certificate run a full session"), std::string::npos);
+  EXPECT_NE(updated.err.find("For a certificate run a full session"), std::string::npos);
   const std::int64_t stopped = record(journal, {.ending = Ending::kAborted}, false);
   write_archive(make_archive(journal, stopped, dir / "none"), dir / "s");
   EXPECT_EQ(run_program({CELLCAL, "certificate", dir / "s", "--out", dir / "c"}).status, 3);

@@ -65,7 +65,7 @@ TEST(the_drift, ends_with_what_the_controller_was_told_and_why_it_was_not) {
   EXPECT_EQ(told_text({{"value", 1}, {"told", "holds"}, {"told_at", "2026-11-23T12:00:00Z"}}),
             "CELLCAL_ADVICE on the controller: 1 (holds), since 2026-11-23T12:00:00Z\n");
   EXPECT_EQ(told_text({{"value", nullptr}, {"told", nullptr}, {"trouble", "no answer"}}),
-            "the controller was not told: no answer\n");
+            "CELLCAL_ADVICE not confirmed: no answer\n");
   for (const json& odd : {json("x"), json::array({1}), json{{"value", 1e300}, {"trouble", 3}}})
     EXPECT_EQ(told_text(odd), "");
 }

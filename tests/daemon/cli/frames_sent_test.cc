@@ -194,7 +194,7 @@ TEST_F(frames_sent, are_those_of_the_calibration_in_use_unless_another_is_asked_
   in_use_ = calib::calibration_to_json(calibration(2));
   const Outcome outcome = send({"--confirm"});
   EXPECT_EQ(outcome.status, 1);
-  EXPECT_NE(outcome.err.find("is not the calibration in use on this daemon, session 2"),
+  EXPECT_NE(outcome.err.find("not the calibration in use on this daemon (session 2)"),
             std::string::npos)
       << outcome.err;
   in_use_.clear();

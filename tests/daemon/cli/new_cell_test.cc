@@ -403,7 +403,7 @@ TEST_F(the_command, names_what_an_option_or_list_says_wrongly_and_writes_nothing
   const std::vector<Case> cases{
       {kSpheres, kCertificate, "1,2", "--tool: 2 numbers given"},
       {"", kCertificate, tool, "spheres.csv: empty"},
-      {"id,diameter_mm\n", kCertificate, tool, "spheres.csv: there is no row"},
+      {"id,diameter_mm\n", kCertificate, tool, "spheres.csv: no row after the header"},
       {"id,size\nS1,50\n", kCertificate, tool, "spheres.csv:1: unknown column \"size\""},
       {"id,x_mm\nS1,50\n", kCertificate, tool, "spheres.csv:1: column \"diameter_mm\" is missing"},
       {"id,diameter_mm\nS1,nan\n", kCertificate, tool, "spheres.csv:2: diameter_mm"},

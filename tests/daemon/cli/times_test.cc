@@ -13,7 +13,7 @@ TEST(the_times, are_a_table_of_what_took_place_the_largest_first) {
                                       {"choosing", "processor", 0, 0.0, 0.0}};
   EXPECT_EQ(
       times_words(4, rows),
-      "time                     s/touch  count   mean s  worst s  total s  share  driven by\n"
+      "time                     s/touch  count   mean s  worst s  total s  share  depends on\n"
       "fast search                2.500      5    2.000    4.000     10.0   62 %  search speed\n"
       "transit and retreat        1.500      4    1.500    2.500      6.0   38 %  axis limits\n"
       "all                        4.000      4                       16.0\n");

@@ -50,7 +50,7 @@ TEST(plant, has_names_that_can_stand_in_a_topic_and_keys_that_belong_together) {
         << name;
   EXPECT_NE(reason("plant = \"g\"\ncell = \"c\"\nbroker = \"mqtt://b\"\n").find("plant.broker"),
             std::string::npos);
-  EXPECT_NE(reason(kNamed + "certificate = \"/c\"\n").find("needs key beside it"),
+  EXPECT_NE(reason(kNamed + "certificate = \"/c\"\n").find("needs key as well"),
             std::string::npos);
   EXPECT_NE(reason(kNamed + "password_file = \"/p\"\n").find("means nothing without user"),
             std::string::npos);

@@ -72,15 +72,14 @@ TEST(the_line_to_the_plant, is_told_with_what_waits_since_when_and_what_to_do_an
     return finding_of(findings, "plant");
   };
   EXPECT_EQ(judge().outcome, Outcome::kOk);
-  EXPECT_EQ(
-      judge().found,
-      "3 facts wait, the oldest of 2026-11-21T08:00:00Z; connected since 2026-11-22T20:00:00Z");
+  EXPECT_EQ(judge().found,
+            "3 messages queued, oldest 2026-11-21T08:00:00Z; connected since 2026-11-22T20:00:00Z");
   line["connected"] = false;
   line["words"] = "broker b:8883: not reached. Check the cable";
   line["dropped"] = 7;
   EXPECT_EQ(judge().outcome, Outcome::kWarning);
   EXPECT_NE(judge().found.find("not connected since"), std::string::npos);
-  EXPECT_NE(judge().found.find("7 of telemetry dropped"), std::string::npos);
+  EXPECT_NE(judge().found.find("7 telemetry messages dropped"), std::string::npos);
   EXPECT_EQ(judge().advice, line["words"]);
   line = "another version";
   EXPECT_EQ(judge().outcome, Outcome::kSkipped);

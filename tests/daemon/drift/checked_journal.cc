@@ -87,7 +87,7 @@ std::int64_t CheckedJournal::check(const Check& how) {
     journal.record(id, RecordTouch{index++, touch});
   }
   if (!how.ends) return id;
-  journal.record(id, RecordEnd{Ending::kDone, ""}, utc);
+  journal.record(id, RecordEnd{Ending::kDone, ""}, how.ended.empty() ? utc : how.ended);
   std::filesystem::create_directories(results_dir(id));
   if (how.result != nullptr) std::ofstream(results_dir(id) / "check.json") << how.result;
   return id;

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <filesystem>
 #include <optional>
+#include <string>
 
 #include "daemon/journal/journal.h"
 #include "tests/daemon/journal/temporary_directory.h"
@@ -20,6 +21,7 @@ class CheckedJournal {
     std::optional<double> temperature_c = {};
     bool ends = true;
     bool other_touches = false;
+    std::string ended = {};  ///< what the journal has for it; empty: the time
   };
   /// A shift later than the one before. Its session.
   std::int64_t check(const Check& how);

@@ -84,6 +84,12 @@ TEST_F(a_watch, says_that_the_tool_creeps_since_when_and_what_to_do) {
   EXPECT_EQ(drift->chart.advice, DriftAdvice::kRemeasureTcp);
 }
 
+TEST_F(a_watch, has_no_check_in_its_chart_that_ended_at_no_time) {
+  checks(2);
+  checked.check({.ended = "yesterday"});
+  EXPECT_EQ(look()->chart.points.size(), 2U);
+}
+
 TEST_F(a_watch, leaves_out_what_says_nothing_of_the_tool_and_shows_it) {
   checks(5);
   checked.check({.result = R"({"holds": false, "changed": "sphere"})"});

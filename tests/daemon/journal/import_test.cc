@@ -107,7 +107,7 @@ TEST_F(the_rows_of_a_session, that_were_altered_are_refused_with_their_line) {
                 .find("its columns are not as they were written: damaged or altered"),
             std::string::npos);
   EXPECT_NE(refusal_of(replaced("\"table\":\"reading\"", "\"table\":\"touch\""))
-                .find("its sum is not that of what it says"),
+                .find("its checksum is not that of its content"),
             std::string::npos);
   const auto line = [&](int number) {
     std::size_t begin = 0;

@@ -59,7 +59,8 @@ TEST(the_snippet, sets_the_frames_and_keeps_the_old_ones_as_comments) {
             std::string::npos)
       << result.snippet;
   EXPECT_NE(result.snippet.find(";   BASE_DATA[3]={X 1.5,"), std::string::npos);
-  EXPECT_NE(result.snippet.find("; what BASE_DATA[4] was stands in none"), std::string::npos);
+  EXPECT_NE(result.snippet.find("; old value of BASE_DATA[4] not in the given files"),
+            std::string::npos);
   for (const char c : result.snippet) EXPECT_LT(static_cast<unsigned char>(c), 0x80);
   // What it says is what KRL's own reader reads.
   krl::Data data;
@@ -109,9 +110,9 @@ TEST(frames, that_cannot_be_are_refused) {
   r.bases[3] = {"S1", "S2", "S9"};
   EXPECT_NE(refusal(r).find("\"S9\""), std::string::npos);
   r.bases[3] = {"S1", "S2", "S2"};
-  EXPECT_NE(refusal(r).find("in a line"), std::string::npos);
+  EXPECT_NE(refusal(r).find("on one line"), std::string::npos);
   r.bases[3] = {"S1", "S1", "S2"};
-  EXPECT_NE(refusal(r).find("in a line"), std::string::npos);
+  EXPECT_NE(refusal(r).find("on one line"), std::string::npos);
   FramesRequest other = request();
   other.controller[0].text = "TOOL_DATA[1]={X 0.0,Y 0.0,Z 150.0,A 0.0,B 0.0,C 0.0}\n";
   EXPECT_NE(refusal(other).find("TOOL_DATA[1] is"), std::string::npos);

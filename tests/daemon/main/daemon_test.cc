@@ -208,7 +208,7 @@ TEST(a_session_with_a_goal, ends_where_it_is_reached_and_shows_the_way_there) {
   const Outcome outcome =
       fixture.cellcal({"run", "--cell", kCell, "--goal", "0.4", "--check", "4"});
   ASSERT_EQ(outcome.status, 0) << outcome.err << fixture.log();
-  EXPECT_EQ(outcome.out.find("touching ended: goal reached: u95 0.3"), 0u) << outcome.out;
+  EXPECT_EQ(outcome.out.find("stopped: goal reached: u95 0.3"), 0u) << outcome.out;
   const nlohmann::json status = fixture.status();
   EXPECT_EQ(status["goal_mm"], 0.4);
   EXPECT_LE(status["u95_mm"], 0.4);
@@ -240,7 +240,7 @@ TEST(a_session_with_a_goal, that_was_killed_is_gone_on_with_to_the_same_goal) {
   fixture.start();
   const Outcome outcome = fixture.cellcal({"run", "--resume"});
   EXPECT_EQ(outcome.status, 0) << outcome.err << fixture.log();
-  EXPECT_EQ(outcome.out.find("touching ended: goal reached"), 0u) << outcome.out;
+  EXPECT_EQ(outcome.out.find("stopped: goal reached"), 0u) << outcome.out;
   EXPECT_EQ(fixture.status()["session"], 1);
 }
 

@@ -21,7 +21,7 @@ using testing::section_of;
 TEST(Model, NamesTheLevelTheReasonAndTheMethod) {
   const std::string model = section_of(html_report(made_up_session()), "model");
   EXPECT_TRUE(says(model, ">Geometry, tool bending, transmission 10 arcsec, ripple 5 arcsec<"));
-  EXPECT_TRUE(says(model, "<p>Mean over 3 levels, each by its evidence."));
+  EXPECT_TRUE(says(model, "<p>Mean over 3 levels, weighted by evidence."));
   EXPECT_TRUE(says(model, "Method: maximum a posteriori estimate."));
 }
 
@@ -69,9 +69,9 @@ TEST(Model, OfAMethodWithoutLevelsClaimsNone) {
 
 TEST(Model, ReasonInTheWordsOfAFileIsKeptWhole) {
   ReportInput input = made_up_session();
-  input.calibration.level_reason = {calib::LevelChoice::kRecorded, "geometry <only>; as asked for"};
+  input.calibration.level_reason = {calib::LevelChoice::kRecorded, "geometry <only>; as requested"};
   EXPECT_TRUE(
-      says(section_of(html_report(input), "model"), "<p>Geometry &lt;only&gt;; as asked for.</p>"));
+      says(section_of(html_report(input), "model"), "<p>Geometry &lt;only&gt;; as requested.</p>"));
 }
 
 TEST(Model, MethodNobodyKnowsIsShownAsText) {

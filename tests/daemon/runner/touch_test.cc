@@ -14,7 +14,7 @@ TEST(a_touch, that_comes_too_early_is_refused_by_name) {
   const State end = session.run();
   ASSERT_EQ(end.phase, Phase::kFailed);
   EXPECT_EQ(end.failure->kind, FailureKind::kContactTooEarly);
-  EXPECT_NE(end.failure->detail.find("9.5 mm before the surface of S1"), std::string::npos)
+  EXPECT_NE(end.failure->detail.find("9.5 mm before the expected surface of S1"), std::string::npos)
       << end.failure->detail;
   EXPECT_EQ(session.backend.world.moves.size(), 3u) << "the arm must hold still";
 }
@@ -50,7 +50,7 @@ TEST(a_touch, that_the_slow_search_does_not_find_again_is_no_matter_of_the_cell_
   EXPECT_NE(end.failure->detail.find("contact on S1 after 10.000 mm in the fast search"),
             std::string::npos)
       << end.failure->detail;
-  EXPECT_NE(end.failure->detail.find("up to 3.0 mm behind it"), std::string::npos);
+  EXPECT_NE(end.failure->detail.find("up to 3.0 mm beyond it"), std::string::npos);
 }
 
 TEST(a_touch, whose_contact_is_told_wrongly_never_leads_the_arm_farther_in) {

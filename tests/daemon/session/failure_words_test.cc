@@ -87,12 +87,12 @@ TEST_F(failure_words, name_the_target_where_there_is_one) {
 TEST_F(failure_words, say_how_far_from_the_surface_it_was) {
   EXPECT_EQ(
       in(kFastSearch, F::kNoContact),
-      "touch 1 of 2 (S1): no contact up to 8.0 mm behind the surface of S1 (cell file). Check centre_mm and "
-      "diameter_mm in the cell file, and the contact circuit");
+      "touch 1 of 2 (S1): no contact up to 8.0 mm beyond the expected surface of S1 (cell file). "
+      "Check centre_mm and diameter_mm in the cell file, and the contact circuit");
   contact_at(0.105);
   const std::string before =
-      " mm before the surface of S1 (cell file): the tip met something else, or centre_mm is wrong. Look at the tip, "
-      "then correct centre_mm or remove the obstacle";
+      " mm before the expected surface of S1 (cell file): the tip met something else, or centre_mm "
+      "is wrong. Look at the tip, then correct centre_mm or remove the obstacle";
   EXPECT_EQ(in(kFastSearch, F::kContactTooEarly), "touch 1 of 2 (S1): contact 5.0" + before);
   event.latch.reset();
   EXPECT_EQ(in(kFastSearch, F::kContactTooEarly), "touch 1 of 2 (S1): contact 10.0" + before);

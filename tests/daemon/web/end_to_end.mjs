@@ -116,7 +116,7 @@ async function enter_cell(page, guide) {
   await dialog.getByLabel("Spheres from CSV").setInputFiles({ name: "spheres.csv", mimeType: "text/csv",
     buffer: Buffer.from("id,diameter_mm,diameter_sigma_mm,x_mm,y_mm,z_mm,certificate\nS1,50,0.001,900,-300,400,DKD-1\nS2,50,0.001,900,300,400,DKD-1\nS3,50,0.001,1100,0,300,DKD-1\n") });
   await dialog.locator('[data-sphere="S4"]').waitFor({ ...LONG, state: "detached" }); // of the empty form
-  assert.equal(await dialog.getByLabel("Number of the certificate").inputValue(), "DKD-1");
+  assert.equal(await dialog.getByLabel("Certificate number").inputValue(), "DKD-1");
   await dialog.getByRole("button", { name: "Add a sphere" }).click();
   const fourth = dialog.locator('[data-sphere="S4"]');
   await fourth.getByLabel("Diameter").fill("50");
@@ -134,9 +134,9 @@ async function enter_cell(page, guide) {
   const first = dialog.locator('[data-length="S1–S2"]');
   await first.getByLabel("Distance").fill("900");
   await first.getByLabel("U (k = 2)").fill("0.008");
-  const write = dialog.getByRole("button", { name: "Write, and let the doctor look" });
+  const write = dialog.getByRole("button", { name: "Write and run the doctor" });
   await write.click();
-  await dialog.getByText("S4: place must be 6 or 7 number(s)").waitFor(LONG);
+  await dialog.getByText("S4: position must be 6 or 7 number(s)").waitFor(LONG);
   await fourth.getByLabel("A1 A2 A3").fill("0 -90 90 0 45 0");
   await write.click();
   await dialog.locator(".refused").getByText(/S1.*S2|900/).waitFor(LONG); // 900 mm of centres that are 600 apart
@@ -160,8 +160,8 @@ async function enter_cell(page, guide) {
   assert.ok(await dialog.getByLabel("Name of the file").isDisabled(), "it is this one that is changed");
   const third = dialog.locator('[data-sphere="S3"]');
   await third.getByLabel("Certificate").fill("PTB-9");
-  await dialog.getByLabel("Number of the certificate").fill("");
-  await dialog.getByLabel("Number of the certificate").fill("DKD-2");
+  await dialog.getByLabel("Certificate number").fill("");
+  await dialog.getByLabel("Certificate number").fill("DKD-2");
   assert.equal(await third.getByLabel("Certificate").inputValue(), "PTB-9");
   await write.click();
   await dialog.waitFor({ ...LONG, state: "detached" });
@@ -192,7 +192,7 @@ const steps = {
     await page.goto(cell.url);
     await sign_in(page, token);
     await says(page, /Idle: no session is running/);
-    await page.getByText("You may look.").waitFor(LONG);
+    await page.getByText("View only.").waitFor(LONG);
     assert.equal(await page.getByRole("button", { name: "Start a session" }).count(), 0);
     await context.close();
   },
@@ -210,7 +210,7 @@ const steps = {
     const step = (name, state) => guide.locator(`[data-step="${name}"][data-state="${state}"]`).waitFor(LONG);
     const look = async (file) => {
       await guide.getByLabel("Cell file").fill(file);
-      await guide.getByRole("button", { name: "Let the doctor look" }).click();
+      await guide.getByRole("button", { name: "Run the doctor" }).click();
     };
     await guide.getByText("Getting ready: 0 of 8 steps done").waitFor(LONG);
     await guide.getByText("cellcal new-cell -o /etc/cellcal/cell.toml").waitFor(LONG);
@@ -226,7 +226,7 @@ const steps = {
     assert.equal(await page.evaluate(async (file) => (await fetch("/v1/doctor", {
       method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify({ cell: file }),
     })).status, process.env.CELL), 202);
-    await guide.getByRole("button", { name: "Look again" }).click();
+    await guide.getByRole("button", { name: "Check again" }).click();
     await guide.getByText(process.env.CELL).first().waitFor(LONG);
     for (const name of ["cell", "robot", "spheres", "doctor"]) await step(name, "done");
     await guide.locator('[data-step="qualify"][aria-current="step"]').waitFor(LONG);
@@ -273,7 +273,7 @@ const steps = {
   async "aborts it in one click and names its end"() {
     const { page } = this;
     await page.getByRole("button", { name: "ABORT" }).click();
-    await says(page, /Session 1 was aborted after \d+ touches\. The arm holds still\./);
+    await says(page, /Session 1 was aborted after \d+ touches\. The arm is at rest\./);
     assert.equal((await cell.status()).phase, "aborted");
     await page.getByRole("button", { name: "Resume session 1" }).waitFor(LONG);
     await page.waitForTimeout(300); // the arm comes to rest
@@ -295,7 +295,7 @@ const steps = {
 
   async "shows drift from the second finished session on"() {
     const { page } = this;
-    await page.getByText("Drift shows from the second").waitFor(LONG);
+    await page.getByText("Shown from the second finished session").waitFor(LONG);
     await cell.client("run", "--cell", process.env.CELL, "--touches", "13", "--check", "3");
     await says(page, /Session 3 is done/);
     await page.getByRole("img", { name: "Drift over 2 sessions." }).first().waitFor(LONG);
@@ -313,12 +313,12 @@ const steps = {
     });
     await page.reload();
     const panel = page.locator(".checks");
-    await panel.getByText("Alarm: the TCP is").waitFor(LONG);
+    await panel.getByText(/Alarm: TCP .* from the centre line/).waitFor(LONG);
     await panel.getByText(/Creep of 0\.050.*per month since check 47 \(2026-01-20\)/).waitFor(LONG);
-    await panel.getByText("Likeliest cause, 97 %: the tool.").waitFor(LONG);
+    await panel.getByText("Likely cause (97 %): the tool.").waitFor(LONG);
     await panel.getByText("then measure the TCP or calibrate again").waitFor(LONG);
     await panel.getByText("CELLCAL_ADVICE on the controller: 4").waitFor(LONG);
-    await panel.getByText("An unchanged cell alarms once in 1000 checks").waitFor(LONG);
+    await panel.getByText("Average run length of an unchanged cell: 1000 checks to an alarm").waitFor(LONG);
     await panel.getByRole("img", { name: "Control chart of 179 checks." }).waitFor(LONG);
     for (const [width, height] of [[1280, 800], [390, 844]]) {
       await page.setViewportSize({ width, height });
@@ -327,7 +327,7 @@ const steps = {
       assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth), `${width}`);
     }
     await page.getByLabel("Language").selectOption("de");
-    await panel.getByText("Alarm: Der TCP liegt").waitFor(LONG);
+    await panel.getByText(/Alarm: TCP .* von der Mittellinie/).waitFor(LONG);
     await panel.screenshot({ path: "screenshots/checks-de.png" });
     await page.context().close();
   },
@@ -420,7 +420,7 @@ const steps = {
     await says(page, /^Touch ([5-9]|\d\d) of/);
     await cell.kill();
     await says(page, /State unknown/);
-    assert.match(await page.locator(".lost").innerText(), /Connection lost: what you see is .* old/);
+    assert.match(await page.locator(".lost").innerText(), /Connection lost: data .* old/);
     assert.equal(await page.locator(".motion").getAttribute("data-motion"), "unknown");
     assert.match(await page.title(), /^State unknown/);
     assert.match(await page.locator(".lost").innerText(), /Last known: Touch/);
@@ -454,18 +454,18 @@ const steps = {
     const row = (session) => panel.locator("tbody tr", { has: page.getByRole("rowheader", { name: session, exact: true }) });
     await row("6").getByText("in use").waitFor(LONG);
     await panel.getByRole("button", { name: "Compare 5" }).click();
-    await panel.getByText(/Tips of 5 and 6: 0\.\d+.mm apart on the mean/).waitFor(LONG);
+    await panel.getByText(/TCP difference 5 to 6: 0\.\d+.mm mean/).waitFor(LONG);
     await panel.getByRole("button", { name: "Use again 5" }).click();
     const go = page.locator("dialog").getByRole("button", { name: "Use again" });
     assert.ok(await go.isDisabled(), "without a reason");
     assert.ok(await is_in_reach(page), "the dialog must not cover the button that stops the arm");
-    await page.getByLabel("Why (kept in the journal)").fill("loose torch");
+    await page.getByLabel("Reason (kept in the journal)").fill("loose torch");
     await go.click();
     await row("5").getByText("in use").waitFor(LONG);
     await panel.getByText(/Activated .*: loose torch/).waitFor(LONG);
     assert.equal(await panel.locator(".compared").count(), 0, "none is compared with itself");
     await panel.getByRole("button", { name: "Compare 6" }).click();
-    await panel.getByText(/Tips of 6 and 5: /).waitFor(LONG);
+    await panel.getByText(/TCP difference 6 to 5: /).waitFor(LONG);
     await panel.scrollIntoViewIfNeeded();
     await panel.screenshot({ path: "screenshots/versions-1280.png" });
     const listed = JSON.parse(await cell.client("versions", "--json"));
@@ -495,7 +495,7 @@ const steps = {
       assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth), `${width}`);
     }
     await panel.getByRole("button", { name: "Refuse p-2" }).click();
-    await page.getByLabel("Why (kept in the journal)").fill("tomorrow");
+    await page.getByLabel("Reason (kept in the journal)").fill("tomorrow");
     await page.locator("dialog").getByRole("button", { name: "Refuse" }).click();
     await panel.getByText("put /var/lib/cellcal/proposals/p-1.toml under [schedule]").waitFor(LONG);
     assert.equal(await panel.locator("li").count(), 0);

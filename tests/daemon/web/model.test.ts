@@ -69,8 +69,8 @@ test("every phase and every failure has a sentence of its own", () => {
 test("a stop without confirmation is never called a standstill", () => {
   const failed = of({ phase: "failed", running: false, failure: { kind: "stop-unconfirmed", detail: "" } });
   assert.equal(motion(failed), "unknown");
-  assert.match(sentence(failed, speaker("en")), /NO SIGN THAT THE ARM RESTS/);
-  assert.doesNotMatch(sentence(failed, speaker("en")), /holds still/);
+  assert.match(sentence(failed, speaker("en")), /STOP NOT CONFIRMED/);
+  assert.doesNotMatch(sentence(failed, speaker("en")), /at rest/);
   assert.equal(motion(of({ phase: "levitating" })), "unknown");
 });
 

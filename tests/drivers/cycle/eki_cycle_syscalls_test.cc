@@ -80,6 +80,15 @@ struct EkiCell {
     eventually([&] { return (one = robot.poll()).has_value(); });
     return one;
   }
+  /// Whether the arm is on its way by so much; not where the move has ended before, as on a machine that stalls.
+  bool has_left(const AxisAngles& from, double by_rad) {
+    bool left = false;
+    eventually([&] {
+      left = std::abs(robot.state().actual_rad[0] - from[0]) > by_rad;
+      return left || robot.poll().has_value();
+    });
+    return left;
+  }
   /// A search that a contact ends.
   bool search(std::uint16_t id) {
     if (!ready()) return false;
@@ -91,7 +100,7 @@ struct EkiCell {
     AxisAngles target = from;
     target[0] += id % 2 == 0 ? kTravelRad : -kTravelRad;
     robot.begin({id, MoveKind::kSearch, target, kTravelRad / kSpeedRadS, id});
-    eventually([&] { return std::abs(robot.state().actual_rad[0] - from[0]) > kTravelRad / 20; });
+    if (!has_left(from, kTravelRad / 20)) return false;
     sensor.edge(std::chrono::steady_clock::now(), true);
     const auto ended = result();
     sensor.edge(std::chrono::steady_clock::now(), false);
@@ -104,7 +113,7 @@ struct EkiCell {
     AxisAngles target = from;
     target[0] += 100 * kEkiDeg;
     robot.begin({id, MoveKind::kTransit, target, 0.0, 0});
-    eventually([&] { return std::abs(robot.state().actual_rad[0] - from[0]) > kEkiDeg; });
+    if (!has_left(from, kEkiDeg)) return false;
     robot.stop();
     const auto ended = result();
     return ended && ended->outcome == MoveOutcome::kStopped;
