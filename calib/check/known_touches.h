@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "calib/check/foresight.h"
-#include "calib/estimate/problem.h"
 #include "calib/model/kinematics.h"
+#include "calib/problem/problem.h"
 
 namespace cellcal::calib {
 

@@ -8,8 +8,8 @@
 
 #include "calib/consistency/leave_one_out.h"
 #include "calib/estimate/estimate.h"
-#include "calib/estimate/problem.h"
 #include "calib/model/touch.h"
+#include "calib/problem/problem.h"
 #include "calib/result/calibration.h"
 
 namespace cellcal::calib {

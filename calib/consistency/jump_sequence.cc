@@ -7,10 +7,10 @@
 #include <utility>
 
 #include "calib/consistency/session_order.h"
-#include "calib/estimate/repeats.h"
-#include "calib/estimate/target_place.h"
 #include "calib/linear/cholesky.h"
 #include "calib/model/median.h"
+#include "calib/problem/repeats.h"
+#include "calib/problem/target_place.h"
 #include "calib/result/level.h"
 
 namespace cellcal::calib {

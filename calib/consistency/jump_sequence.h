@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "calib/estimate/problem.h"
-#include "calib/estimate/solve.h"
 #include "calib/model/kinematics.h"
 #include "calib/model/units.h"
+#include "calib/problem/problem.h"
+#include "calib/problem/solve.h"
 #include "calib/result/calibration.h"
 
 namespace cellcal::calib {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "calib/estimate/parallel.h"
+#include "calib/problem/parallel.h"
 
 namespace cellcal::calib {
 

@@ -5,7 +5,7 @@
 #include <Eigen/Core>
 
 #include "calib/estimate/estimate.h"
-#include "calib/estimate/problem.h"
+#include "calib/problem/problem.h"
 
 namespace cellcal::calib {
 

@@ -5,10 +5,10 @@
 #include <limits>
 
 #include "calib/consistency/unseen.h"
-#include "calib/estimate/parallel.h"
-#include "calib/estimate/solve.h"
-#include "calib/estimate/start.h"
 #include "calib/linear/cholesky.h"
+#include "calib/problem/parallel.h"
+#include "calib/problem/solve.h"
+#include "calib/problem/start.h"
 
 namespace cellcal::calib {
 

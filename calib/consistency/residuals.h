@@ -1,7 +1,7 @@
 #pragma once
 // What the touches look like under the nominal arm and under the result.
 
-#include "calib/estimate/problem.h"
+#include "calib/problem/problem.h"
 #include "calib/result/calibration.h"
 
 namespace cellcal::calib {

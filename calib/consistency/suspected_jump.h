@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "calib/estimate/estimate.h"
-#include "calib/estimate/problem.h"
+#include "calib/problem/problem.h"
 #include "calib/result/calibration.h"
 
 namespace cellcal::calib {

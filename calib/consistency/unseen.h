@@ -5,7 +5,7 @@
 // up does not count: a row of leverage Hat_ii on the place counts as 1 - Hat_ii of one, and its
 // residual as r_i / sqrt(1 - Hat_ii), which is what it would be off were the place known.
 
-#include "calib/estimate/problem.h"
+#include "calib/problem/problem.h"
 
 namespace cellcal::calib {
 

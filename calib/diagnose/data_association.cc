@@ -5,8 +5,8 @@
 #include <cmath>
 #include <numeric>
 
-#include "calib/estimate/target_place.h"
 #include "calib/model/kinematics.h"
+#include "calib/problem/target_place.h"
 
 namespace cellcal::calib {
 

@@ -5,10 +5,10 @@
 #include <limits>
 #include <utility>
 
-#include "calib/estimate/problem.h"
-#include "calib/estimate/target_place.h"
 #include "calib/model/kinematics.h"
 #include "calib/model/median.h"
+#include "calib/problem/problem.h"
+#include "calib/problem/target_place.h"
 
 namespace cellcal::calib {
 

@@ -12,8 +12,8 @@
 #include "calib/diagnose/mistakes.h"
 #include "calib/diagnose/trial.h"
 #include "calib/diagnose/wrong_measure.h"
-#include "calib/estimate/target_place.h"
 #include "calib/model/units.h"
+#include "calib/problem/target_place.h"
 
 namespace cellcal::calib {
 

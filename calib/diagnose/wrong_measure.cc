@@ -11,8 +11,8 @@
 #include "calib/diagnose/data_association.h"
 #include "calib/diagnose/jump.h"
 #include "calib/diagnose/trial.h"
-#include "calib/estimate/target_place.h"
 #include "calib/model/median.h"
+#include "calib/problem/target_place.h"
 
 namespace cellcal::calib {
 

@@ -6,8 +6,8 @@
 
 #include "calib/estimate/evidence.h"
 #include "calib/estimate/options.h"
-#include "calib/estimate/problem.h"
-#include "calib/estimate/solve.h"
+#include "calib/problem/problem.h"
+#include "calib/problem/solve.h"
 
 namespace cellcal::calib {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <vector>
 
-#include "calib/estimate/parallel.h"
+#include "calib/problem/parallel.h"
 
 namespace cellcal::calib {
 

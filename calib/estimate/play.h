@@ -3,7 +3,7 @@
 
 #include "calib/estimate/estimate.h"
 #include "calib/estimate/options.h"
-#include "calib/estimate/problem.h"
+#include "calib/problem/problem.h"
 
 namespace cellcal::calib {
 

@@ -13,9 +13,9 @@
 #include "calib/diagnose/trial.h"
 #include "calib/diagnose/wrong_measure.h"
 #include "calib/estimate/discrepancy.h"
-#include "calib/estimate/target_place.h"
 #include "calib/identify/likely_causes.h"
 #include "calib/model/error.h"
+#include "calib/problem/target_place.h"
 #include "calib/verdict/identify_as_stated.h"
 
 namespace cellcal::calib {

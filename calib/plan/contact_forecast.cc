@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calib/estimate/solve.h"
+#include "calib/problem/solve.h"
 
 namespace cellcal::calib {
 

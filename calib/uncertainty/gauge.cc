@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calib/estimate/information.h"
 #include "calib/linear/eigenpairs.h"
 #include "calib/linear/orthogonal.h"
+#include "calib/problem/information.h"
 
 namespace cellcal::calib {
 

@@ -10,8 +10,8 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "calib/estimate/problem.h"
-#include "calib/estimate/solve.h"
+#include "calib/problem/problem.h"
+#include "calib/problem/solve.h"
 #include "calib/result/calibration.h"
 #include "calib/uncertainty/region.h"
 

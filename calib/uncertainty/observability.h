@@ -22,8 +22,8 @@
 #include <Eigen/Core>
 #include <span>
 
-#include "calib/estimate/problem.h"
-#include "calib/estimate/solve.h"
+#include "calib/problem/problem.h"
+#include "calib/problem/solve.h"
 #include "calib/result/calibration.h"
 
 namespace cellcal::calib {

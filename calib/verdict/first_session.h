@@ -1,7 +1,7 @@
 #pragma once
 // A first session of a few touches, made to see that the cell works.
 
-#include "calib/estimate/problem.h"
+#include "calib/problem/problem.h"
 #include "calib/result/calibration.h"
 
 namespace cellcal::calib {

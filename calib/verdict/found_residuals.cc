@@ -5,9 +5,9 @@
 #include <stdexcept>
 #include <string>
 
-#include "calib/estimate/start.h"
 #include "calib/linear/cholesky.h"
 #include "calib/model/kinematics.h"
+#include "calib/problem/start.h"
 #include "calib/result/arm_values.h"
 #include "calib/result/level.h"
 

@@ -1,7 +1,7 @@
 #pragma once
 // Whether a result may be used, and for what.
 
-#include "calib/estimate/problem.h"
+#include "calib/problem/problem.h"
 #include "calib/result/calibration.h"
 
 namespace cellcal::calib {

@@ -10,9 +10,9 @@
 
 #include "calib/estimate/evidence.h"
 #include "calib/estimate/incremental_estimate.h"
-#include "calib/estimate/problem.h"
-#include "calib/estimate/solve.h"
 #include "calib/identify/identify.h"
+#include "calib/problem/problem.h"
+#include "calib/problem/solve.h"
 #include "calib/uncertainty/region.h"
 #include "tests/bench/times.h"
 #include "tests/calib/simulate.h"

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "calib/estimate/target_place.h"
 #include "calib/model/inverse.h"
+#include "calib/problem/target_place.h"
 
 namespace cellcal::calib {
 

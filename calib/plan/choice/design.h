@@ -12,7 +12,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "calib/estimate/information.h"
+#include "calib/problem/information.h"
 
 namespace cellcal::calib {
 

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calib/estimate/problem.h"
-#include "calib/estimate/solve.h"
 #include "calib/linear/cholesky.h"
 #include "calib/model/units.h"
+#include "calib/problem/problem.h"
+#include "calib/problem/solve.h"
 #include "calib/result/level.h"
 #include "calib/uncertainty/region.h"
 

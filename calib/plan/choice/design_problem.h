@@ -7,10 +7,10 @@
 #include <memory>
 #include <vector>
 
-#include "calib/estimate/information.h"
 #include "calib/model/kinematics.h"
 #include "calib/plan/reach/accuracy_region.h"
 #include "calib/plan/reach/candidates.h"
+#include "calib/problem/information.h"
 
 namespace cellcal::calib {
 

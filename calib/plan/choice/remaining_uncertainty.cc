@@ -1,6 +1,6 @@
 #include "calib/plan/choice/remaining_uncertainty.h"
 
-#include "calib/estimate/solve.h"
+#include "calib/problem/solve.h"
 #include "calib/uncertainty/bound.h"
 #include "calib/uncertainty/region.h"
 

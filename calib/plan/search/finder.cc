@@ -7,12 +7,12 @@
 #include <cmath>
 #include <iterator>
 
-#include "calib/estimate/start.h"
 #include "calib/model/inverse.h"
 #include "calib/plan/reach/pool.h"
 #include "calib/plan/search/centre_particles.h"
 #include "calib/plan/search/search_depth.h"
 #include "calib/plan/search/search_line.h"
+#include "calib/problem/start.h"
 
 namespace cellcal::calib {
 

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "calib/estimate/problem.h"
+#include "calib/problem/problem.h"
 #include "calib/result/calibration.h"
 
 namespace cellcal::calib {

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calib/estimate/solve.h"
 #include "calib/linear/eigenpairs.h"
+#include "calib/problem/solve.h"
 
 namespace cellcal::calib {
 

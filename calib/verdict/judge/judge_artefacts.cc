@@ -4,7 +4,7 @@
 
 #include "calib/consistency/artefact_bias.h"
 #include "calib/consistency/lengths.h"
-#include "calib/estimate/target_place.h"
+#include "calib/problem/target_place.h"
 
 namespace cellcal::calib {
 

@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "calib/estimate/problem.h"
+#include "calib/problem/problem.h"
 #include "calib/result/calibration.h"
 
 namespace cellcal::calib {

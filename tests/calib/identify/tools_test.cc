@@ -6,9 +6,9 @@
 #include <cmath>
 #include <string>
 
-#include "calib/estimate/problem.h"
 #include "calib/identify/identify.h"
 #include "calib/model/random.h"
+#include "calib/problem/problem.h"
 #include "calib/seed_paper/paper.h"
 #include "calib/uncertainty/region.h"
 #include "tests/calib/findings.h"

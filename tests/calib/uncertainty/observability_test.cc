@@ -8,8 +8,8 @@
 #include <Eigen/SVD>
 #include <cmath>
 
-#include "calib/estimate/start.h"
 #include "calib/identify/identify.h"
+#include "calib/problem/start.h"
 #include "calib/result/level.h"
 #include "calib/verdict/identify_as_stated.h"
 #include "tests/calib/simulate.h"

@@ -1,13 +1,13 @@
 // Where a sphere stands, from a few tips of an arm that is wrong by millimetres.
 
-#include "calib/estimate/start.h"
+#include "calib/problem/start.h"
 
 #include <gtest/gtest.h>
 
-#include "calib/estimate/target_place.h"
 #include "calib/model/error.h"
 #include "calib/model/kinematics.h"
 #include "calib/model/random.h"
+#include "calib/problem/target_place.h"
 #include "tests/calib/simulate.h"
 
 namespace cellcal::calib {

@@ -1,6 +1,6 @@
 // Many touches are shared among the processors, and the result is the same on any number of them.
 
-#include "calib/estimate/parallel.h"
+#include "calib/problem/parallel.h"
 
 #include <gtest/gtest.h>
 #include <sched.h>

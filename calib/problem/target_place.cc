@@ -1,4 +1,4 @@
-#include "calib/estimate/target_place.h"
+#include "calib/problem/target_place.h"
 
 #include <fmt/format.h>
 
@@ -10,10 +10,10 @@
 #include <utility>
 #include <variant>
 
-#include "calib/estimate/start.h"
 #include "calib/model/error.h"
 #include "calib/model/turn.h"
 #include "calib/model/units.h"
+#include "calib/problem/start.h"
 
 namespace cellcal::calib {
 

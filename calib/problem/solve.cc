@@ -1,4 +1,4 @@
-#include "calib/estimate/solve.h"
+#include "calib/problem/solve.h"
 
 #include <ceres/ceres.h>
 
@@ -6,9 +6,9 @@
 #include <cmath>
 #include <deque>
 
-#include "calib/estimate/parallel.h"
-#include "calib/estimate/whitened_rows.h"
 #include "calib/model/error.h"
+#include "calib/problem/parallel.h"
+#include "calib/problem/whitened_rows.h"
 
 namespace cellcal::calib {
 
@@ -286,8 +286,7 @@ Eigen::VectorXd leverage_of(const RowMajor& rows, const Eigen::MatrixXd& covaria
     const auto end = static_cast<Eigen::Index>(behind);
     for (auto first = static_cast<Eigen::Index>(begin); first < end; first += kRows) {
       const auto some = rows.middleRows(first, std::min(kRows, end - first));
-      result.segment(first, some.rows()) =
-          (some * covariance_u).cwiseProduct(some).rowwise().sum();
+      result.segment(first, some.rows()) = (some * covariance_u).cwiseProduct(some).rowwise().sum();
     }
   });
   return result;

@@ -3,8 +3,8 @@
 #include <ceres/dynamic_numeric_diff_cost_function.h>
 #include <gtest/gtest.h>
 
-#include "calib/estimate/problem.h"
-#include "calib/estimate/solve.h"
+#include "calib/problem/problem.h"
+#include "calib/problem/solve.h"
 #include "tests/calib/model/random_arm.h"
 
 namespace cellcal::calib {

@@ -1,4 +1,4 @@
-#include "calib/estimate/parallel.h"
+#include "calib/problem/parallel.h"
 
 #include <sched.h>
 

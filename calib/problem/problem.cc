@@ -1,12 +1,12 @@
-#include "calib/estimate/problem.h"
+#include "calib/problem/problem.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "calib/estimate/parallel.h"
 #include "calib/model/error.h"
 #include "calib/model/turn.h"
 #include "calib/model/units.h"
+#include "calib/problem/parallel.h"
 
 namespace cellcal::calib {
 

@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "calib/estimate/problem.h"
+#include "calib/problem/problem.h"
 
 namespace cellcal::calib {
 

@@ -1,4 +1,4 @@
-#include "calib/estimate/repeats.h"
+#include "calib/problem/repeats.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "calib/estimate/whitened_rows.h"
+#include "calib/problem/whitened_rows.h"
 
 #include <algorithm>
 

@@ -13,9 +13,9 @@
 #include <string>
 #include <vector>
 
-#include "calib/estimate/target_place.h"
 #include "calib/model/kinematics.h"
 #include "calib/model/touch.h"
+#include "calib/problem/target_place.h"
 
 namespace cellcal::calib {
 

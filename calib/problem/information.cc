@@ -1,4 +1,4 @@
-#include "calib/estimate/information.h"
+#include "calib/problem/information.h"
 
 #include <algorithm>
 #include <cmath>

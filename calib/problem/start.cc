@@ -1,4 +1,4 @@
-#include "calib/estimate/start.h"
+#include "calib/problem/start.h"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>

@@ -5,8 +5,8 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "calib/estimate/information.h"
-#include "calib/estimate/problem.h"
+#include "calib/problem/information.h"
+#include "calib/problem/problem.h"
 
 namespace cellcal::calib {
 

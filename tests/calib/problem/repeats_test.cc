@@ -1,14 +1,14 @@
 // Touches repeated at one place measure the noise of a touch, whatever else is wrong with the arm.
 
-#include "calib/estimate/repeats.h"
+#include "calib/problem/repeats.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "calib/estimate/start.h"
 #include "calib/identify/identify.h"
 #include "calib/model/random.h"
+#include "calib/problem/start.h"
 #include "calib/verdict/identify_as_stated.h"
 #include "sim/experiments/constraints/stage.h"
 #include "tests/calib/simulate.h"
