@@ -57,8 +57,7 @@ double finest_sigma_m(const Problem& problem, const std::vector<bool>& use) {
 
 [[noreturn]] void fail_to_converge(int rounds) {
   throw IdentifyError(fmt::format(
-      "the estimate did not converge in {} iterations; are the robot file and the touches "
-      "of the same arm?",
+      "the estimate did not converge in {} iterations. Check that robot file and touches are of one arm",
       rounds));
 }
 

@@ -32,7 +32,7 @@ std::optional<FileError> beyond_limits(const CsvTable& table, const Robot& robot
       return table.error(
           columns[i],
           fmt::format("{} deg is outside the joint's limits {:.6g} to {:.6g} deg in the "
-                      "robot file; is it this arm's file, and are the columns the right joints'?",
+                      "robot file. Check that it is this arm's file, and the order of the columns",
                       shown(table.text(columns[i])), joint.min_rad * kDegPerRad,
                       joint.max_rad * kDegPerRad));
   }

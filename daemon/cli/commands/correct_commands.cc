@@ -11,8 +11,8 @@ namespace cellcal::daemon {
 
 void add_correct(CLI::App& app, int& status) {
   auto given = std::make_shared<CorrectCommand>();
-  CLI::App* command = app.add_subcommand(
-      "correct", "Poses or a KRL program for the real arm: where the TCP has to be sent");
+  CLI::App* command =
+      app.add_subcommand("correct", "Correct poses or a KRL program for the real arm");
   command->footer(
       "--poses: joint angles that bring the real TCP to each pose, in the configuration and turns "
       "of the\nfile's joint columns; without joint columns: nearest to the previous row. If one "
@@ -61,7 +61,7 @@ void add_frames(CLI::App& app, int& status) {
   auto given = std::make_shared<FramesCommand>();
   auto sending = std::make_shared<SendFrames>();
   CLI::App* command = app.add_subcommand(
-      "frames", "Tool and base frames for a KUKA controller; mastering offsets as a proposal");
+      "frames", "Compute tool and base frames for a KUKA controller; propose mastering offsets");
   command->footer(
       "Prints the lines of $config.dat, and with -o writes a KRL program that sets them; the old "
       "values\nare in its comments. Tool: the cell file's, as identified. Base: from "
