@@ -17,7 +17,8 @@ namespace cellcal::drivers {
 inline constexpr double kDeg = std::numbers::pi / 180.0;
 
 struct EkiMoverAlone : testing::Test {
-  EkiMoverAlone() {
+  explicit EkiMoverAlone(bool with_sensor = true)
+      : mover(config, with_sensor ? &guard : nullptr, record) {
     config.limits.assign(2, {-9, 9, 100 * kDeg, 0, 0});
     config.full_speed_rad_s = {200 * kDeg, 400 * kDeg};
     at_deg = {10.0, -20.0};
@@ -92,7 +93,7 @@ struct EkiMoverAlone : testing::Test {
   EkiConfig config;
   ScriptedGuard guard;
   PositionRecord record;
-  EkiMover mover{config, &guard, record};
+  EkiMover mover;
   TimePoint now{std::chrono::seconds(1000)};
   AxisAngles at_deg, target_deg;
   EkiState frame;

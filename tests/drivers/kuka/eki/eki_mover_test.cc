@@ -98,6 +98,18 @@ TEST_F(EkiMoverAlone, EachMoveArrivesAtRestAfterTwoWindowsOfStates) {
   }
 }
 
+struct EkiMoverWithoutASensor : EkiMoverAlone {
+  EkiMoverWithoutASensor() : EkiMoverAlone(false) {}
+};
+
+TEST_F(EkiMoverWithoutASensor, ATransitArrivesAndIsNotStoppedForASilentOne) {
+  ASSERT_FALSE(begin(MoveKind::kTransit, 5.0));
+  moving(10, 0.5);
+  EXPECT_FALSE(mover.wants_stop());
+  arrive();
+  expect(done(EkiOutcome::kArrived), MoveOutcome::kArrived, cause::None{});
+}
+
 TEST_F(EkiMoverAlone, WhatTheControllerSaysAgainstItIsTheCause) {
   frame.fault = 17;
   const std::tuple<EkiOutcome, MoveOutcome, Cause> ends[] = {
