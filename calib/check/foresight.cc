@@ -64,7 +64,8 @@ std::vector<ForeseenContact> foreseen_contacts(const Calibration& c,
 
 Foresight foresee(const Calibration& c, const std::vector<Touch>& touches) {
   if (c.covariance.size() == 0)
-    throw IdentifyError("the calibration states no covariance: nothing can be checked against it");
+    throw IdentifyError(IdentifyError::Kind::kCalibration,
+                        "the calibration states no covariance: nothing can be checked against it");
   const KnownTouches at(c, touches);
   Foresight foresight;
   const auto n = static_cast<Eigen::Index>(touches.size());

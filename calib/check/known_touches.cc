@@ -30,9 +30,11 @@ std::vector<TargetPlace> places_of(const Calibration& c, const std::vector<Touch
     const auto known = std::find_if(c.targets.begin(), c.targets.end(),
                                     [&](const TargetResult& r) { return r.id == touch.target; });
     if (c.cell.targets[t].kind != TargetKind::kSphere)
-      throw IdentifyError(fmt::format("target {}: a check touches spheres only", touch.target));
+      throw IdentifyError(IdentifyError::Kind::kTouches, touch.target,
+                          fmt::format("target {}: a check touches spheres only", touch.target));
     if (known == c.targets.end())
       throw IdentifyError(
+          IdentifyError::Kind::kCalibration, touch.target,
           fmt::format("target {}: the calibration has no place of it. Check against one whose "
                       "session touched it",
                       touch.target));

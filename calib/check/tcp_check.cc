@@ -24,7 +24,8 @@ constexpr double kAnyShiftM = 0.05;
 Foresight foreseen(const Calibration& calibration, const std::vector<Touch>& expected,
                    const std::vector<std::vector<Touch>>& references) {
   if (expected.size() < kLeastCheckTouches)
-    throw IdentifyError(fmt::format("a check needs at least {} touches, {} were made",
+    throw IdentifyError(IdentifyError::Kind::kUndetermined,
+                        fmt::format("a check needs at least {} touches, {} were made",
                                     kLeastCheckTouches, expected.size()));
   Foresight foresight = foresee(calibration, expected);
   const std::size_t count = std::min(references.size(), kMostReferences);
@@ -32,7 +33,7 @@ Foresight foreseen(const Calibration& calibration, const std::vector<Touch>& exp
                         static_cast<Eigen::Index>(count));
   for (std::size_t k = 0; k < count; ++k) {
     if (references[k].size() != expected.size())
-      throw IdentifyError("an earlier check is of other touches");
+      throw IdentifyError(IdentifyError::Kind::kTouches, "an earlier check is of other touches");
     off_m.col(static_cast<Eigen::Index>(k)) =
         residuals_m(foreseen_contacts(calibration, references[k]));
   }
@@ -118,6 +119,7 @@ TcpCheck TcpChecker::judge(const std::vector<Touch>& made, const std::vector<std
                            const std::vector<MissedTouch>& missed) const {
   if (made.size() != foresight_.contacts.size())
     throw IdentifyError(
+        IdentifyError::Kind::kTouches,
         fmt::format("{} touches were expected, {} made", foresight_.contacts.size(), made.size()));
   auto contacts = foreseen_contacts(calibration_, made);
   for (std::size_t t = 0; t < contacts.size(); ++t)

@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "calib/consistency/change_score.h"
 #include "calib/consistency/session_order.h"
 #include "calib/linear/cholesky.h"
 #include "calib/model/median.h"
@@ -41,12 +42,6 @@ void by_jumps(const Problem& problem, const Problem::At& at, std::size_t touch, 
     }
     rows.row(k).tail<3>() = n.transpose() * chain.flange;
   }
-}
-
-// (50)
-double squared_sigmas(Eigen::MatrixXd information, const Eigen::VectorXd& pull, double usual) {
-  information.diagonal().array() += 1.0 / (usual * usual);
-  return inverse_square(information, pull);
 }
 
 JumpSequence::JumpSequence(const Cell& cell, const std::vector<Touch>& touches,
@@ -113,21 +108,16 @@ std::size_t JumpSequence::placed(const JumpSuspect& suspect, const FoundJump& fo
     jumped[k] = cost(k >= found.behind ? is : Eigen::VectorXd(is + by));
     not_jumped[k] = cost(k >= found.behind ? Eigen::VectorXd(is - by) : is);
   }
-  double sum = std::accumulate(jumped.begin(), jumped.end(), 0.0), least = sum;
-  std::size_t best = found.behind;
-  double at_found = 0.0;
+  double sum = std::accumulate(jumped.begin(), jumped.end(), 0.0);
   std::vector<double> total(order_.size());
   for (std::size_t k = 0; k < order_.size(); ++k) {
     total[k] = sum;
     sum += not_jumped[k] - jumped[k];
   }
-  at_found = least = total[found.behind];
+  std::size_t best = found.behind;
   for (std::size_t k = kLeastEachSide; k + kLeastEachSide <= order_.size(); ++k)
-    if (total[k] < least) {
-      least = total[k];
-      best = k;
-    }
-  return least < at_found ? best : found.behind;
+    if (total[k] < total[best]) best = k;
+  return best;
 }
 
 void JumpSequence::set_prior(const Calibration& c, const Eigen::VectorXd& u) {
@@ -216,12 +206,9 @@ std::optional<FoundJump> JumpSequence::best_place(const JumpSuspect& suspect,
   const Eigen::VectorXd step = -factor.solve(gradient);
   const Eigen::VectorXd left = r + j * step;
   const auto g = by_jump_.middleCols(suspect.first, d);
-  // Of every touch what it says of a jump, and with L the information's factor L^-1 of what goes
-  // with that.
+  // With L the information's factor: by rows L^-1 J' all other unknowns have unit covariance.
   const Eigen::MatrixXd lower = factor.whitened(Eigen::MatrixXd(j.transpose()));
-  Eigen::MatrixXd square = Eigen::MatrixXd::Zero(d, d),
-                  by_all = Eigen::MatrixXd::Zero(lower.rows(), d);
-  Eigen::VectorXd pull = Eigen::VectorXd::Zero(d);
+  ChangeScore<> later(lower.rows(), d);
   FoundJump best;
   Eigen::MatrixXd best_by_all;
   std::size_t own = 0, all = 0;
@@ -234,22 +221,18 @@ std::optional<FoundJump> JumpSequence::best_place(const JumpSuspect& suspect,
     const std::size_t touch = order_[k];
     if (!involved(touch)) continue;
     ++own;
-    for (Eigen::Index i = row_[touch]; i < row_[touch] + problem_.rows(touch); ++i) {
-      const Eigen::VectorXd column = g.row(i).transpose();
-      square.noalias() += weight[i] * column * column.transpose();
-      by_all.noalias() += weight[i] * lower.col(i) * column.transpose();
-      pull.noalias() -= weight[i] * left[i] * column;
-    }
+    for (Eigen::Index i = row_[touch]; i < row_[touch] + problem_.rows(touch); ++i)
+      later.add(g.row(i), lower.col(i).transpose(), -left[i], weight[i]);
     if (only ? k != *only : own < kLeastEachSide || all - own < kLeastEachSide) continue;
-    Eigen::MatrixXd free = square - by_all.transpose() * by_all;
-    const double said = squared_sigmas(free, pull, suspect.usual);
-    if (!only && said <= best.squared_sigmas) continue;
+    Eigen::MatrixXd free = later.square - later.by_all.transpose() * later.by_all;
+    const double squared = squared_sigmas<Eigen::Dynamic>(free, later.gradient, suspect.usual);
+    if (!only && squared <= best.squared_sigmas) continue;
     best.behind = k;
-    best.squared_sigmas = said;
+    best.squared_sigmas = squared;
     best.information = free;
     free.diagonal().array() += 1.0 / (suspect.usual * suspect.usual);
-    best.size = pivoted_solve(free, pull);
-    best_by_all = by_all;
+    best.size = pivoted_solve(free, later.gradient);
+    best_by_all = later.by_all;
   }
   if (best.size.size() == 0) return {};
   const Eigen::VectorXd moved = step - factor.coloured(best_by_all * best.size);

@@ -20,7 +20,7 @@ inline constexpr double kJumpGate = 4.0;
 /// What is looked for, 1 sigma: of a joint's zero; of tool and target in each direction.
 inline constexpr double kUsualSlipRad = 0.1 * kRadPerDeg;
 inline constexpr double kUsualKnockM = 1e-3;
-/// Touches on either side of a jump, at least.
+/// Touches on either side of a jump, at least: three for where a target is, and two more.
 inline constexpr std::size_t kLeastEachSide = 5;
 
 /// Columns by which a touch's whitened rows follow jumps: of each joint's zero, then of the tool's
@@ -28,10 +28,6 @@ inline constexpr std::size_t kLeastEachSide = 5;
 using JumpRows = Eigen::Matrix<double, Problem::kMostRows, Eigen::Dynamic>;
 int jump_columns(const Problem& problem);
 void by_jumps(const Problem& problem, const Problem::At& at, std::size_t touch, JumpRows& rows);
-
-/// Of a jump of some columns with this information, everything else left free, and this pull;
-/// what is looked for, 1 sigma, included.
-double squared_sigmas(Eigen::MatrixXd information, const Eigen::VectorXd& pull, double usual);
 
 /// One that may have jumped, and its columns.
 struct JumpSuspect {

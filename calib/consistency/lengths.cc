@@ -95,7 +95,7 @@ bool is_of(const LengthResult& result, const CertifiedLength& length) {
 Cell silenced(Cell cell, const std::function<bool(const CertifiedLength&)>& which) {
   constexpr double kAnyLengthM = 10.0;
   for (CertifiedLength& length : cell.lengths)
-    if (which(length)) length.sigma_m = kAnyLengthM;
+    if (!which || which(length)) length.sigma_m = kAnyLengthM;
   return cell;
 }
 

@@ -33,7 +33,7 @@ const LengthResult* worst_contradicted(const std::vector<LengthResult>& lengths)
 
 bool same_ends(const CertifiedLength& a, const CertifiedLength& b);
 bool is_of(const LengthResult& result, const CertifiedLength& length);
-/// With lengths that say nothing: what all else says of them is still worked out.
-Cell silenced(Cell cell, const std::function<bool(const CertifiedLength&)>& which);
+/// With lengths that say nothing, these or all: what all else says of them is still worked out.
+Cell silenced(Cell cell, const std::function<bool(const CertifiedLength&)>& which = {});
 
 }  // namespace cellcal::calib

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "calib/consistency/session_order.h"
-#include "calib/diagnose/dimensions.h"
 #include "calib/diagnose/mistakes.h"
 #include "calib/diagnose/trial.h"
 
@@ -23,6 +22,16 @@ constexpr double kSameMisfit = 0.02;
 /// A mistake of set-up shows in so many touches; more would only take longer.
 constexpr std::size_t kMostTouches = 1000;
 
+/// In this order are those named that explain as much.
+constexpr Mistake kMistakes[] = {mistakes::radians,      mistakes::axis_signs,
+                                 mistakes::mastering,    mistakes::exchanged_columns,
+                                 mistakes::target_names, mistakes::readings,
+                                 mistakes::moved,        mistakes::tool_unit,
+                                 mistakes::tool_tip,     mistakes::dimensions,
+                                 mistakes::other_robot,  mistakes::axis_convention,
+                                 mistakes::diameters,    mistakes::certified_lengths,
+                                 mistakes::gravity,      mistakes::stated_centres};
+
 /// Whether two are one mistake, found in two ways: nobody could tell their numbers apart.
 bool same_mistake(const Finding& a, const Finding& b) {
   constexpr double kSame = 0.05;  // mm, deg
@@ -33,85 +42,55 @@ bool same_mistake(const Finding& a, const Finding& b) {
                     });
 }
 
-/// All that is asked of one session.
-class Search {
- public:
-  Search(const Cell& cell, const std::vector<Touch>& touches)
-      : share_(share_of(touches, kMostTouches)) {
-    for (const std::size_t i : share_) touches_.push_back(touches[i]);
-    stated_ = attempt(cell, touches_);
-    least_scatter_ = stated_.scatter;
-    nominal_off_m_ = nominal_off_m(cell, touches_);
+/// The likeliest of all that explain the touches.
+std::vector<Cause> best_of(std::vector<Cause> causes) {
+  std::ranges::stable_sort(causes, {}, &Cause::misfit);
+  std::vector<Cause> named;
+  for (const Cause& cause : causes) {
+    // Another one is worth naming where it explains the touches about as well,
+    if (named.size() == kNamed || cause.misfit > 1.2 * causes.front().misfit) break;
+    // and is not the same in other words: joints' conventions can be had in several ways.
+    if (std::ranges::none_of(causes, [&](const Cause& other) {
+          return std::abs(other.misfit - cause.misfit) < kSameMisfit &&
+                 other.changes < cause.changes;
+        }))
+      named.push_back(cause);
   }
+  return named;
+}
 
-  bool needed() const { return !stated_.makes_sense(); }
-
-  /// What the best explanation leaves, in what was stated as the noise of a touch: an arm that does
-  /// what its model lacks scatters by more. None where all as it is stated scatters hardly more.
-  std::optional<double> beyond_stated() const {
-    constexpr double kAsStated = 1.3, kNoBetter = 1.5;
-    if (least_scatter_ < kAsStated || stated_.scatter < kNoBetter * least_scatter_) return {};
-    return least_scatter_;
-  }
-
-  void ask_for_all(const Cell& cell, const OtherRobots& other_robots) {
-    const Asked asked{cell, touches_, share_, other_robots, nominal_off_m_};
-    for (const auto& mistakes : {mistakes_of_touches(), mistakes_of_files()})
-      for (const Mistake mistake : mistakes)
-        mistake(asked, [this](const Hypothesis& hypothesis) { weigh(hypothesis); });
-  }
-
-  std::vector<Cause> best() {
-    std::stable_sort(causes_.begin(), causes_.end(),
-                     [](const Cause& a, const Cause& b) { return a.misfit < b.misfit; });
-    std::vector<Cause> named;
-    for (const Cause& cause : causes_) {
-      // Another one is worth naming where it explains the touches about as well,
-      if (named.size() == kNamed || cause.misfit > 1.2 * causes_.front().misfit) break;
-      // and is not the same in other words: joints' conventions can be had in several ways.
-      const auto same = [&](const Cause& other) {
-        return std::abs(other.misfit - cause.misfit) < kSameMisfit;
-      };
-      if (std::none_of(causes_.begin(), causes_.end(), [&](const Cause& other) {
-            return same(other) && other.changes < cause.changes;
-          }))
-        named.push_back(cause);
-    }
-    return named;
-  }
-
- private:
-  void weigh(const Hypothesis& h) {
-    constexpr double kDoubt = 1.5;
-    if (h.no_farther && nominal_off_m(h.cell, h.touches) > kDoubt * nominal_off_m_) return;
+/// As the noise is stated. `beyond`: what the best explanation leaves, in what was stated as the
+/// noise of a touch: an arm that does what its model lacks scatters by more. None where all as it
+/// is stated scatters hardly more.
+std::vector<Cause> causes_at(const Cell& cell, const std::vector<Touch>& all,
+                             const OtherRobots& other_robots, std::optional<double>& beyond) {
+  constexpr double kDoubt = 1.5, kAsStatedScatter = 1.3, kNoBetter = 1.5;
+  const std::vector<std::size_t> share = share_of(all, kMostTouches);
+  std::vector<Touch> touches;
+  for (const std::size_t i : share) touches.push_back(all[i]);
+  const Trial stated = attempt(cell, touches);
+  beyond.reset();
+  if (stated.makes_sense()) return {};
+  double least_scatter = stated.scatter;
+  std::vector<Cause> causes;
+  Asked asked{cell, touches, {}, share, other_robots, nominal_off_m(cell, touches)};
+  asked.ask = [&](const Hypothesis& h) {
+    if (h.no_farther && nominal_off_m(h.cell, h.touches) > kDoubt * asked.nominal_off_m) return;
     const Trial trial = attempt(h.cell, h.touches);
-    least_scatter_ = std::min(least_scatter_, trial.scatter);
-    if (!trial.makes_sense() || !(trial.excess() < kExplained * stated_.excess()) ||
-        !(trial.sum < stated_.sum - kWorthNaming))
+    least_scatter = std::min(least_scatter, trial.scatter);
+    if (!trial.makes_sense() || !(trial.excess() < kExplained * stated.excess()) ||
+        !(trial.sum < stated.sum - kWorthNaming))
       return;
     std::optional<Finding> finding = h.cause(*trial.found);
-    if (finding && std::none_of(causes_.begin(), causes_.end(), [&](const Cause& other) {
+    if (finding && std::ranges::none_of(causes, [&](const Cause& other) {
           return same_mistake(other.finding, *finding);
         }))
-      causes_.push_back({trial.misfit(), std::move(*finding), h.moved, h.changes});
-  }
-
-  std::vector<std::size_t> share_;  ///< of the touches, those that are asked
-  std::vector<Touch> touches_;      ///< these
-  Trial stated_;
-  double least_scatter_ = 0.0;
-  double nominal_off_m_ = 0.0;
-  std::vector<Cause> causes_;
-};
-
-/// As the noise is stated. `beyond`: what the best explanation leaves, where that is more.
-std::vector<Cause> causes_at(const Cell& cell, const std::vector<Touch>& touches,
-                             const OtherRobots& other_robots, std::optional<double>& beyond) {
-  Search search(cell, touches);
-  if (!search.needed()) return {};
-  search.ask_for_all(cell, other_robots);
-  beyond = search.beyond_stated();
-  return search.best();
+      causes.push_back({trial.misfit(), std::move(*finding), h.moved, h.changes});
+  };
+  for (const Mistake mistake : kMistakes) mistake(asked);
+  if (!(least_scatter < kAsStatedScatter || stated.scatter < kNoBetter * least_scatter))
+    beyond = least_scatter;
+  return best_of(std::move(causes));
 }
 
 }  // namespace
@@ -135,7 +114,6 @@ std::vector<Cause> causes_of(const Cell& cell, const std::vector<Touch>& touches
       touch.sigma_m *= *beyond;
       touch.turn_sigma_rad *= *beyond;
     }
-    beyond.reset();
     causes = causes_at(noisier, same, other_robots, beyond);
   }
   return causes;

@@ -26,6 +26,10 @@ bool touched(const std::vector<Touch>& touches, const std::string& target) {
 
 }  // namespace
 
+Names::Names(const Cell& cell) : of(cell.targets.size()) {
+  std::iota(of.begin(), of.end(), std::size_t{0});
+}
+
 std::size_t Names::changed() const {
   std::size_t count = 0;
   for (std::size_t t = 0; t < of.size(); ++t) count += of[t] == t ? 0 : 1;
@@ -97,8 +101,7 @@ std::optional<Names> better_names(const Cell& cell, const std::vector<Touch>& to
     best = names;
   } while (std::next_permutation(names.begin(), names.end()));
   if (alike != 1) return {};
-  Names result{std::vector<std::size_t>(cell.targets.size())};
-  std::iota(result.of.begin(), result.of.end(), std::size_t{0});
+  Names result(cell);
   for (std::size_t k = 0; k < which.size(); ++k) result.of[which[k]] = best[k];
   return result;
 }

@@ -16,6 +16,7 @@ namespace cellcal::calib {
 /// Whole targets whose names have been mixed up: for each of the cell's the one that its touches
 /// are really of.
 struct Names {
+  explicit Names(const Cell& cell);  ///< as they are
   std::vector<std::size_t> of;
   std::size_t changed() const;
   std::vector<Touch> given_to(const Cell& cell, std::vector<Touch> touches) const;
@@ -28,8 +29,8 @@ struct Names {
 /// centre and touches that tell it.
 std::optional<Names> better_names(const Cell& cell, const std::vector<Touch>& touches);
 
-/// Targets whose touches the nominal arm sees farther apart than one target's lie, no more than half
-/// of them together (kScatteredTouches); none where there are none.
+/// Targets whose touches the nominal arm sees farther apart than one target's lie, no more than
+/// half of them together (kScatteredTouches); none where there are none.
 std::optional<Finding> scattered_touches(const Cell& cell, const std::vector<Touch>& touches);
 
 }  // namespace cellcal::calib

@@ -4,6 +4,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <map>
 #include <optional>
@@ -35,6 +36,11 @@ constexpr double kSized = 16.0;
 /// An arm that warms up grows by 25e-6 of what it reaches, and its play is not the same all day;
 /// each makes targets seem to creep by about this, in each direction.
 constexpr double kCreepM = 0.02e-3;
+
+Eigen::VectorXd size_of(const Jump& jump) {
+  if (jump.what == Jump::What::kJoint) return Eigen::VectorXd::Constant(1, jump.angle_rad);
+  return jump.shift_m;
+}
 
 /// By which the density of a jump is below that of a small one: heavy tails (Student's t, three
 /// degrees of freedom), since what is knocked hard is knocked all the same.
@@ -74,11 +80,10 @@ void undo(const ArmModel& arm, const JumpSuspect& suspect, const Eigen::VectorXd
 /// two touches near it left out for that.
 bool mended(const Calibration& c) {
   constexpr double kMostLeftOut = 0.1;
-  constexpr double kStillTooMuch =
-      2.5;  // squared sigmas; what an arm does beside its model may jump
+  constexpr double kStillTooMuch = 2.5;  // squared sigmas; an arm may jump beside its model
   if (c.chi2_per_dof > kStillTooMuch) return false;
   if (static_cast<double>(c.outliers.size()) > kMostLeftOut * c.before.count) return false;
-  return std::all_of(c.verdict.findings.begin(), c.verdict.findings.end(), [](const Finding& one) {
+  return std::ranges::all_of(c.verdict.findings, [](const Finding& one) {
     return !one.withholds() || one.kind == FindingKind::kCheckTouches ||
            one.kind == FindingKind::kManyOutliers || one.kind == FindingKind::kOutliersOfTarget;
   });
@@ -102,15 +107,13 @@ struct Shift {
 
   Shift(const Calibration& two, const std::string& target, const std::string& later) {
     Eigen::MatrixXd by = Eigen::MatrixXd::Zero(3, two.covariance.cols());
-    for (std::size_t p = 0; p < two.parameters.size(); ++p)
+    for (const auto& [id, sign] : {std::pair(target, -1.0), std::pair(later, 1.0)})
       for (int axis = 0; axis < 3; ++axis) {
-        const auto is_of = [&](const std::string& id) {
-          return two.parameters[p].key ==
-                 target_parameter(ParameterKind::kCentre, two.cell.target_index(id), axis);
-        };
-        const double sign = is_of(later) ? 1.0 : is_of(target) ? -1.0 : 0.0;
-        by(axis, static_cast<Eigen::Index>(p)) += sign;
-        by_m[axis] += sign * (two.parameters[p].nominal + two.parameters[p].correction);
+        const ParameterResult* p =
+            find(two, target_parameter(ParameterKind::kCentre, two.cell.target_index(id), axis));
+        if (p == nullptr) continue;
+        by(axis, p - two.parameters.data()) = sign;
+        by_m[axis] += sign * (p->nominal + p->correction);
       }
     covariance_m2 =
         by * two.covariance * by.transpose() + kCreepM * kCreepM * Eigen::Matrix3d::Identity();
@@ -137,35 +140,24 @@ class JumpSearch {
  public:
   JumpSearch(const Cell& cell, const std::vector<Touch>& touches, const IdentifyOptions& options,
              const Calibration& calibration)
-      : cell_(cell),
-        touches_(touches),
-        options_(options),
-        calibration_(calibration),
-        log_evidence_(calibration.log_evidence),
-        repeated_(calibration.repeats.touches > 0),
-        in_order_(in_order(touches)) {
+      : cell_(cell), touches_(touches), options_(options), calibration_(calibration) {
     for (const Outlier& o : calibration.outliers) ++left_out_[touches[o.touch].target];
     for (const MovedTarget& m : calibration.moved) left_out_[m.target] += touches.size();
   }
 
   /// Of one that is known.
   double log_odds(const Jump& known) const {
-    for (const JumpSuspect& suspect : stated().suspects()) {
-      if (suspect.what != known.what || suspect.name != known.name) continue;
-      FoundJump found;
-      while (found.behind + 1 < stated().order().size() &&
-             stated().order()[found.behind] != known.after_touch)
-        ++found.behind;
-      if (++found.behind >= stated().order().size()) return 0.0;
-      if (known.what == Jump::What::kJoint)
-        found.size = Eigen::VectorXd::Constant(1, known.angle_rad);
-      else
-        found.size = known.shift_m;
-      const auto one =
-          known.what == Jump::What::kTarget ? moved(suspect, found) : undone(suspect, found);
-      if (one) return one->jump.log_odds / one->chi2;
-    }
-    return 0.0;
+    const auto& order = stated().order();
+    const auto suspect = std::ranges::find_if(stated().suspects(), [&](const JumpSuspect& one) {
+      return one.what == known.what && one.name == known.name;
+    });
+    const auto last = std::ranges::find(order, known.after_touch);
+    if (suspect == stated().suspects().end() || order.end() - last < 2) return 0.0;
+    FoundJump found;
+    found.behind = static_cast<std::size_t>(last - order.begin()) + 1;
+    found.size = size_of(known);
+    const auto one = without(*suspect, found);
+    return one ? one->jump.log_odds / one->chi2 : 0.0;
   }
 
   std::vector<Jump> all() {
@@ -173,13 +165,13 @@ class JumpSearch {
     double scatter = 1.0, always = 0.0;
     double best = -std::numeric_limits<double>::infinity();
     for (const JumpSuspect& suspect : stated().suspects()) {
-      if (suspect.what == Jump::What::kTarget && !worth_a_look(suspect.name)) continue;
+      const bool is_target = suspect.what == Jump::What::kTarget;
+      if (is_target && !worth_a_look(suspect.name)) continue;
       const auto found = stated().robust(suspect);
       if (!found || found->squared_sigmas < kWorthTrying) continue;
-      std::optional<Undone> one =
-          suspect.what == Jump::What::kTarget ? moved(suspect, *found) : undone(suspect, *found);
+      std::optional<Undone> one = without(suspect, *found);
       if (!one) continue;  // too little on one side to tell
-      if (suspect.what != Jump::What::kTarget && one->jump.log_odds > kBelievedOdds)
+      if (!is_target && one->jump.log_odds > kBelievedOdds)
         always = std::max(always, log_odds_of_always(suspect, one->jump));
       if (one->jump.log_odds > best) {
         best = one->jump.log_odds;
@@ -191,9 +183,8 @@ class JumpSearch {
     const double places = std::log(static_cast<double>(stated().order().size()));
     for (Undone& one : all)
       one.jump.log_odds = (one.jump.log_odds - always) / scatter - places;  // (62)
-    std::stable_sort(all.begin(), all.end(), [](const Undone& a, const Undone& b) {
-      return a.jump.log_odds > b.jump.log_odds;
-    });
+    std::ranges::stable_sort(all, std::greater<>(),
+                             [](const Undone& one) { return one.jump.log_odds; });
     std::vector<Jump> jumps;
     for (Undone& one : all) {
       ask_beside_model(one, places);
@@ -212,13 +203,14 @@ class JumpSearch {
   }
 
  private:
-  /// Where the arm does something beside its model: whether that would explain it. `places`: what is
-  /// owed for the place.
+  /// Where the arm does something beside its model: whether that would explain it. `places`: what
+  /// is owed for the place.
   void ask_beside_model(Undone& one, double places) {
     if (one.jump.log_odds < kBelievedOdds) return;
-    if (!one.alike && one.chi2 < kAsStated && !repeated_) return;
+    if (!one.alike && one.chi2 < kAsStated && calibration_.repeats.touches == 0) return;
     if (!beside_)
-      beside_ = std::max(log_evidence_, log_evidence_of(beside_model(cell_, touches_, options_)));
+      beside_ = std::max(calibration_.log_evidence,
+                         log_evidence_of(beside_model(cell_, touches_, options_)));
     const std::optional<Calibration> c = beside_model(one.cell, one.touches, options_);
     one.jump.mends = one.jump.mends || (c && mended(*c));
     const double undone = std::max(one.log_evidence, log_evidence_of(c));
@@ -255,31 +247,33 @@ class JumpSearch {
   std::vector<Touch> with_undone(const JumpSuspect& suspect, const FoundJump& found) const {
     std::vector<Touch> touches = touches_;
     bool passed = found.behind == 0;
-    for (const std::size_t i : in_order_) {
+    for (const std::size_t i : in_order(touches_)) {
       passed = passed || i == stated().order()[found.behind];
       if (passed) undo(stated().problem().arm(), suspect, found.size, touches[i]);
     }
     return touches;
   }
 
+  std::optional<Undone> without(const JumpSuspect& suspect, const FoundJump& found) const {
+    return suspect.what == Jump::What::kTarget ? moved(suspect, found) : undone(suspect, found);
+  }
+
   /// That it was so all along: an arm mastered wrongly, or another tool. What is far off then fits
   /// as well with a jump after the first few touches, which are given up.
   double log_odds_of_always(const JumpSuspect& suspect, const Jump& jump) const {
     FoundJump always;
-    always.size = jump.shift_m;
-    if (suspect.what == Jump::What::kJoint)
-      always.size = Eigen::VectorXd::Constant(1, jump.angle_rad);
+    always.size = size_of(jump);
     const std::vector<Touch> touches = with_undone(suspect, always);
     const std::optional<Calibration> c = tried(cell_, touches, options_);
-    return c ? c->log_evidence - log_evidence_ - surprise(always.size, suspect.usual) : 0.0;
+    return c ? c->log_evidence - calibration_.log_evidence - surprise(always.size, suspect.usual)
+             : 0.0;
   }
 
   std::optional<Undone> undone(const JumpSuspect& suspect, FoundJump found) const {
     constexpr int kRounds = 3;
     Undone one;
     one.cell = cell_;
-    one.jump.what = suspect.what;
-    one.jump.name = suspect.name;
+    one.jump = {suspect.what, suspect.name};
     for (int round = 0; round < kRounds; ++round) {
       one.touches = with_undone(suspect, found);
       const std::optional<Calibration> c = tried(cell_, one.touches, options_);
@@ -333,9 +327,7 @@ class JumpSearch {
     const std::optional<Calibration> c = tried(two.cell, two.touches, options_);
     if (!c) return {};
     Undone one;
-    one.jump.what = Jump::What::kTarget;
-    one.jump.name = target;
-    one.jump.after_touch = after_touch;
+    one.jump = {Jump::What::kTarget, target, after_touch};
     measure(Shift(*c, target, two.later), one.jump);
     one.penalty = surprise(one.jump.shift_m, kUsualKnockM);
     weigh(*c, one);
@@ -349,7 +341,7 @@ class JumpSearch {
     one.chi2 = std::max(1.0, c.chi2_per_dof);
     one.alike = c.discrepancy.alike > kFieldSigmas;
     one.log_evidence = c.log_evidence;
-    one.jump.log_odds = c.log_evidence - log_evidence_ - one.penalty;
+    one.jump.log_odds = c.log_evidence - calibration_.log_evidence - one.penalty;
     one.jump.mends = mended(c);
   }
 
@@ -358,57 +350,13 @@ class JumpSearch {
   const IdentifyOptions& options_;
   const Calibration& calibration_;
   mutable std::optional<JumpSequence> stated_;
-  double log_evidence_;
-  std::optional<double> beside_;  ///< how likely all is without a jump, (62a)
-  bool repeated_;
-  std::vector<std::size_t> in_order_;
+  std::optional<double> beside_;                 ///< how likely all is without a jump, (62a)
   std::map<std::string, std::size_t> left_out_;  ///< touches, by target
 };
-
-}  // namespace
-
-std::vector<Jump> jumps_by_odds(const Cell& cell, const std::vector<Touch>& touches,
-                                const IdentifyOptions& options, const Calibration& calibration) {
-  std::vector<Jump> jumps;
-  if (touches.size() <= kMostTouchesForJumps) {
-    jumps = JumpSearch(cell, touches, options, calibration).all();
-  } else {
-    const std::vector<std::size_t> which = share_of(touches, kMostTouchesForJumps);
-    std::vector<Touch> share;
-    for (const std::size_t i : which) share.push_back(touches[i]);
-    const std::optional<Calibration> c = tried(cell, share, options);
-    if (!c) return {};  // the share says too little
-    jumps = JumpSearch(cell, share, options, *c).all();
-    for (Jump& jump : jumps) jump.after_touch = which[jump.after_touch];
-  }
-  std::stable_sort(jumps.begin(), jumps.end(),
-                   [](const Jump& a, const Jump& b) { return a.log_odds > b.log_odds; });
-  return jumps;
-}
-
-double log_evidence_beside_model(const Cell& cell, const std::vector<Touch>& touches,
-                                 const IdentifyOptions& options) {
-  return std::max(log_evidence_of(beside_model(cell, touches, options)),
-                  log_evidence_of(tried(cell, touches, options)));
-}
-
-namespace {
 
 bool is_believed(const Jump& jump) {
   return jump.log_odds > kBelievedOdds && jump.squared_sigmas > kSized;
 }
-
-}  // namespace
-
-std::vector<Jump> believed(std::vector<Jump> jumps) {
-  std::erase_if(jumps, [](const Jump& jump) { return !is_believed(jump); });
-  if (jumps.empty()) return jumps;
-  const double best = jumps.front().log_odds;
-  std::erase_if(jumps, [&](const Jump& j) { return j.log_odds < best - kClear; });
-  return jumps;
-}
-
-namespace {
 
 FindingPart part_of(const Cell& cell, const std::vector<Touch>& touches, const Jump& jump) {
   FindingPart part;
@@ -429,8 +377,8 @@ Finding finding_of(const Cell& cell, const std::vector<Touch>& touches,
   Finding finding{FindingKind::kJumped, Severity::kWithholds};
   finding.evidence = {{"touches", static_cast<double>(touches.size()), ""}};
   for (const Jump& jump : jumps) finding.parts.push_back(part_of(cell, touches, jump));
-  // What the same touches would look like with the foot or the tool turned. A target may be called as
-  // a joint is.
+  // What the same touches would look like with the foot or the tool turned. A target may be called
+  // as a joint is.
   const Jump& likeliest = jumps.front();
   if (likeliest.what != Jump::What::kJoint) return finding;
   if (likeliest.name == cell.robot.joints.front().name)
@@ -444,7 +392,7 @@ Finding finding_of(const Cell& cell, const std::vector<Touch>& touches,
 bool without_lengths(const Cell& cell, const std::vector<Touch>& touches,
                      const IdentifyOptions& options, const Jump& jump) {
   if (touches.size() > kMostTouchesForJumps) return true;  // they say enough of themselves
-  const Cell changed = silenced(cell, [](const CertifiedLength&) { return true; });
+  const Cell changed = silenced(cell);
   const std::optional<Calibration> c = tried(changed, touches, options);
   if (!c) return true;  // the touches alone determine nothing, and so do not speak against it
   return JumpSearch(changed, touches, options, *c).log_odds(jump) > 0.0;
@@ -452,8 +400,40 @@ bool without_lengths(const Cell& cell, const std::vector<Touch>& touches,
 
 }  // namespace
 
-void tell_of_jumps(const Cell& cell, const std::vector<Touch>& touches,
-                   const IdentifyOptions& options, Calibration& calibration) {
+std::vector<Jump> jumps_by_odds(const Cell& cell, const std::vector<Touch>& touches,
+                                const IdentifyOptions& options, const Calibration& calibration) {
+  std::vector<Jump> jumps;
+  if (touches.size() <= kMostTouchesForJumps) {
+    jumps = JumpSearch(cell, touches, options, calibration).all();
+  } else {
+    const std::vector<std::size_t> which = share_of(touches, kMostTouchesForJumps);
+    std::vector<Touch> share;
+    for (const std::size_t i : which) share.push_back(touches[i]);
+    const std::optional<Calibration> c = tried(cell, share, options);
+    if (!c) return {};  // the share says too little
+    jumps = JumpSearch(cell, share, options, *c).all();
+    for (Jump& jump : jumps) jump.after_touch = which[jump.after_touch];
+  }
+  std::ranges::stable_sort(jumps, std::greater<>(), &Jump::log_odds);
+  return jumps;
+}
+
+double log_evidence_beside_model(const Cell& cell, const std::vector<Touch>& touches,
+                                 const IdentifyOptions& options) {
+  return std::max(log_evidence_of(beside_model(cell, touches, options)),
+                  log_evidence_of(tried(cell, touches, options)));
+}
+
+std::vector<Jump> believed(std::vector<Jump> jumps) {
+  std::erase_if(jumps, [](const Jump& jump) { return !is_believed(jump); });
+  if (jumps.empty()) return jumps;
+  const double best = jumps.front().log_odds;
+  std::erase_if(jumps, [&](const Jump& j) { return j.log_odds < best - kClear; });
+  return jumps;
+}
+
+void withhold_for_jumps(const Cell& cell, const std::vector<Touch>& touches,
+                        const IdentifyOptions& options, Calibration& calibration) {
   const std::vector<Jump>& jumps = calibration.jumped;
   if (jumps.empty()) return;
   Finding finding = finding_of(cell, touches, jumps);
@@ -471,19 +451,19 @@ void tell_of_jumps(const Cell& cell, const std::vector<Touch>& touches,
 
 void confirm_moves(const Cell& cell, const std::vector<Touch>& touches,
                    const IdentifyOptions& options, Calibration& calibration) {
+  JumpSearch search(cell, touches, options, calibration);
   std::optional<Jump> likeliest;
   for (const MovedTarget& suspect : calibration.moved) {
-    const auto move =
-        JumpSearch(cell, touches, options, calibration).move(suspect.target, suspect.after_touch);
+    const auto move = search.move(suspect.target, suspect.after_touch);
     if (move && is_believed(*move) && (!likeliest || move->log_odds > likeliest->log_odds))
       likeliest = move;
   }
   calibration.moved.clear();
-  if (likeliest) tell_of_move(cell, touches, *likeliest, calibration);
+  if (likeliest) withhold_for_move(cell, touches, *likeliest, calibration);
 }
 
-void tell_of_move(const Cell& cell, const std::vector<Touch>& touches, const Jump& move,
-                  Calibration& calibration) {
+void withhold_for_move(const Cell& cell, const std::vector<Touch>& touches, const Jump& move,
+                       Calibration& calibration) {
   calibration.moved = {
       {move.name, move.after_touch, move.shift_m, move.sigma, move.squared_sigmas}};
   calibration.verdict.publish = false;

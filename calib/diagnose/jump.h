@@ -33,17 +33,17 @@ inline constexpr double kBelievedOdds = 6.0;
 std::vector<Jump> believed(std::vector<Jump> jumps);
 
 /// Looks closer at the suspects in `calibration.moved`, whose place in the session is known. The
-/// likeliest that is believed is all that it holds then, and the result is withheld; otherwise it is
-/// emptied. `calibration` is of these touches.
+/// likeliest that is believed is all that it holds then, and the result is withheld; otherwise it
+/// is emptied. `calibration` is of these touches.
 void confirm_moves(const Cell& cell, const std::vector<Touch>& touches,
                    const IdentifyOptions& options, Calibration& calibration);
 
 /// Withholds the result for a target that moved, and says so.
-void tell_of_move(const Cell& cell, const std::vector<Touch>& touches, const Jump& move,
-                  Calibration& calibration);
+void withhold_for_move(const Cell& cell, const std::vector<Touch>& touches, const Jump& move,
+                       Calibration& calibration);
 
 /// Withholds the result for what `calibration.jumped` holds, and says what to do.
-void tell_of_jumps(const Cell& cell, const std::vector<Touch>& touches,
-                   const IdentifyOptions& options, Calibration& calibration);
+void withhold_for_jumps(const Cell& cell, const std::vector<Touch>& touches,
+                        const IdentifyOptions& options, Calibration& calibration);
 
 }  // namespace cellcal::calib

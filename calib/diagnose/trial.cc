@@ -7,6 +7,8 @@
 #include "calib/model/error.h"
 #include "calib/model/kinematics.h"
 #include "calib/model/median.h"
+#include "calib/problem/problem.h"
+#include "calib/problem/target_place.h"
 #include "calib/result/level.h"
 #include "calib/verdict/identify_as_stated.h"
 
@@ -35,8 +37,8 @@ double stated_sigma(const ArmModel& arm, const Cell& cell, const ParameterKey& k
   return 0.0;
 }
 
-/// By a drawing or certificate. How soft joints, gears and tool are, and how late a latch is, is only
-/// guessed beforehand.
+/// By a drawing or certificate. How soft joints, gears and tool are, and how late a latch is, is
+/// only guessed beforehand.
 bool is_drawn(ParameterKind kind) {
   return !is_compliance(kind) && !is_transmission(kind) && kind != ParameterKind::kPlay &&
          kind != ParameterKind::kDeflection && kind != ParameterKind::kLatchDelay;
@@ -91,6 +93,26 @@ Trial attempt(const Cell& cell, const std::vector<Touch>& touches) {
   }
   for (const LengthResult& length : trial.found->lengths) add_stated(contradiction(length));
   return trial;
+}
+
+double nominal_off_m(const Cell& cell, const std::vector<Touch>& touches) {
+  constexpr double kNowhere = std::numeric_limits<double>::infinity();
+  const ArmModel arm(cell);
+  const auto places = seen_places(cell, arm, touches);
+  if (!places || arm.size() == 0)
+    return kNowhere;  // without a tolerance nothing is to be identified
+  const Problem problem(cell, arm, touches, *places);
+  const Eigen::VectorXd x = problem.to_si(Eigen::VectorXd::Zero(problem.size()));
+  const Problem::At at = problem.at(x.data());
+  std::vector<double> off_m;
+  for (std::size_t i = 0; i < touches.size(); ++i) {
+    if (touches[i].set != TouchSet::kFit) continue;
+    double r[Problem::kMostRows] = {};
+    problem.residual_m(i, at, r, nullptr, nullptr);
+    const double off = Eigen::Map<Eigen::VectorXd>(r, problem.place_rows(i)).norm();
+    if (std::isfinite(off)) off_m.push_back(off);
+  }
+  return off_m.empty() ? kNowhere : median(std::move(off_m));
 }
 
 }  // namespace cellcal::calib

@@ -1,6 +1,6 @@
 #pragma once
 // One identification of a session as it was, or as it would be without a mistake: how much of it
-// makes sense (causes.h).
+// makes sense (causes.h). And a quicker look, at the nominal arm alone.
 
 #include <limits>
 #include <optional>
@@ -35,5 +35,9 @@ std::optional<Calibration> tried(const Cell& cell, const std::vector<Touch>& tou
 
 /// At the fullest level without play; which one it is does not matter for that.
 Trial attempt(const Cell& cell, const std::vector<Touch>& touches);
+
+/// How far the nominal arm is from meeting the fit touches, each target put where they lie best:
+/// median [m]; infinite where they do not say where a target is.
+double nominal_off_m(const Cell& cell, const std::vector<Touch>& touches);
 
 }  // namespace cellcal::calib

@@ -1,18 +1,18 @@
-#include "calib/diagnose/wrong_measure.h"
+// What the cell file states of its artefacts and is not so: a certified length, a diameter, where a
+// wire reads zero, where a target stands.
 
 #include <algorithm>
-#include <array>
 #include <functional>
 #include <limits>
 
 #include "calib/consistency/artefact_bias.h"
 #include "calib/consistency/lengths.h"
 #include "calib/consistency/outliers.h"
-#include "calib/diagnose/data_association.h"
+#include "calib/diagnose/causes.h"
 #include "calib/diagnose/jump.h"
+#include "calib/diagnose/mistakes.h"
 #include "calib/diagnose/trial.h"
 #include "calib/model/median.h"
-#include "calib/problem/target_place.h"
 
 namespace cellcal::calib {
 
@@ -28,74 +28,6 @@ std::optional<Calibration> sensible(const Cell& cell, const std::vector<Touch>& 
   return calibration;
 }
 
-/// The calibration without these lengths, if all makes sense then.
-std::optional<Calibration> sensible_without(
-    const Cell& cell, const std::vector<Touch>& touches, const IdentifyOptions& options,
-    const std::function<bool(const CertifiedLength&)>& which) {
-  return sensible(silenced(cell, which), touches, options);
-}
-
-/// The stated centre that is wrong, if all makes sense where it is no more than where to begin.
-std::optional<Finding> held_centre(const Cell& cell, const std::vector<Touch>& touches,
-                                   const IdentifyOptions& options) {
-  constexpr std::size_t kMostTargets = 12;
-  Cell none = cell;
-  std::size_t held = 0;
-  for (std::size_t t = 0; t < cell.targets.size(); ++t) {
-    const Target& target = cell.targets[t];
-    if (!centre_is_held(target)) continue;
-    none.targets[t].centre_sigma_m = 0.0;
-    if (++held > kMostTargets) continue;
-    Cell changed = cell;
-    changed.targets[t].centre_sigma_m = 0.0;
-    if (sensible(changed, touches, options))
-      return likely(LikelyCause::kStatedCentre, about_target(target));
-  }
-  if (held > 1 && sensible(none, touches, options)) return likely(LikelyCause::kAllCentres);
-  return {};
-}
-
-/// The certified length that all else contradicts most, where all makes sense without it.
-std::optional<Finding> wrong_length(const Cell& cell, const std::vector<Touch>& touches,
-                                    const IdentifyOptions& options,
-                                    const Calibration& calibration) {
-  const LengthResult* worst = worst_contradicted(calibration.lengths);
-  if (worst == nullptr) return {};
-  for (const CertifiedLength& wrong : cell.lengths) {
-    if (!is_of(*worst, wrong)) continue;
-    const auto which = [&](const CertifiedLength& l) { return same_ends(l, wrong); };
-    if (const auto without = sensible_without(cell, touches, options, which))
-      return without_length(wrong, *without);
-    break;
-  }
-  return {};
-}
-
-/// Where certified lengths are contradicted, and no one alone is to blame: which targets stand
-/// elsewhere than when they were measured. None where that does not mend it either.
-std::optional<Finding> wrong_places(const Cell& cell, const std::vector<Touch>& touches,
-                                    const IdentifyOptions& options,
-                                    const Calibration& calibration) {
-  const LengthResult* worst = worst_contradicted(calibration.lengths);
-  if (worst == nullptr) return {};
-  if (const auto names = better_names(cell, touches))
-    if (sensible(cell, names->given_to(cell, touches), options)) return names->cause(cell);
-  if (const auto centre = held_centre(cell, touches, options)) return centre;
-  for (const std::string& end : {worst->from, worst->to}) {
-    const auto of_end = [&](const CertifiedLength& l) { return l.from == end || l.to == end; };
-    const auto own = std::count_if(cell.lengths.begin(), cell.lengths.end(), of_end);
-    // With none left anything would make sense.
-    if (own < 2 || own == static_cast<std::ptrdiff_t>(cell.lengths.size())) continue;
-    if (sensible_without(cell, touches, options, of_end))
-      return likely(LikelyCause::kLengthsOfTarget,
-                    about_target(cell.targets[cell.target_index(end)]),
-                    {{"lengths", static_cast<double>(own), ""}});
-  }
-  if (sensible_without(cell, touches, options, [](const CertifiedLength&) { return true; }))
-    return likely(LikelyCause::kAllLengths);
-  return {};
-}
-
 /// What a bias has to be for everything to make sense, if there is one.
 std::optional<ArtefactBias> mended_bias(const Cell& cell, const std::vector<Touch>& touches,
                                         const IdentifyOptions& options, ArtefactBias bias) {
@@ -107,9 +39,7 @@ std::optional<ArtefactBias> mended_bias(const Cell& cell, const std::vector<Touc
       return std::nullopt;
     const auto found = tried(right.cell, right.touches, options);
     if (!found) return std::nullopt;
-    const auto own =
-        std::find_if(found->artefact_biases.begin(), found->artefact_biases.end(),
-                     [&](const ArtefactBias& other) { return other.target == bias.target; });
+    const auto own = std::ranges::find(found->artefact_biases, bias.target, &ArtefactBias::target);
     if (own == found->artefact_biases.end()) return std::nullopt;
     bias.off_m += own->off_m;
     bias.sigma_m = own->sigma_m;
@@ -155,13 +85,10 @@ std::vector<ArtefactBias> suspected_biases(const Cell& cell, const std::vector<T
     std::vector<ArtefactBias> contradicted = calibration.artefact_biases;
     std::erase_if(contradicted, [&](const ArtefactBias& bias) {
       return contradiction(bias) < kAboutAsMuch * contradiction(*worst) ||
-             std::any_of(suspects.begin(), suspects.end(),
-                         [&](const ArtefactBias& one) { return one.target == bias.target; });
+             std::ranges::find(suspects, bias.target, &ArtefactBias::target) != suspects.end();
     });
-    std::stable_sort(contradicted.begin(), contradicted.end(),
-                     [](const ArtefactBias& x, const ArtefactBias& y) {
-                       return contradiction(x) > contradiction(y);
-                     });
+    std::ranges::stable_sort(contradicted, std::greater<>(),
+                             [](const ArtefactBias& one) { return contradiction(one); });
     contradicted.resize(std::min(kMost, contradicted.size()));
     suspects.insert(suspects.end(), contradicted.begin(), contradicted.end());
   }
@@ -207,30 +134,34 @@ std::optional<Finding> wrong_size(const Cell& cell, const std::vector<Touch>& to
 
 }  // namespace
 
-Finding without_length(const CertifiedLength& wrong, const Calibration& found) {
-  Finding finding = likely(LikelyCause::kCertifiedLength, about_length(wrong.from, wrong.to),
-                           {in_mm("stated", wrong.length_m)});
-  const auto its = std::find_if(found.lengths.begin(), found.lengths.end(),
-                                [&](const LengthResult& l) { return is_of(l, wrong); });
-  if (its != found.lengths.end())
-    finding.evidence.push_back(in_mm("measured", its->by_others_m, its->sigma_m));
-  return finding;
-}
-
 std::optional<Finding> wrong_measure(const Cell& cell, const std::vector<Touch>& touches,
                                      const IdentifyOptions& options,
                                      const Calibration& calibration) {
   const LengthResult* length = worst_contradicted(calibration.lengths);
   const ArtefactBias* bias = worst_contradicted(calibration.artefact_biases);
-  std::array in_turn{wrong_length, wrong_size, wrong_places};
-  if (length != nullptr && bias != nullptr && contradiction(*bias) > contradiction(*length))
-    std::swap(in_turn[0], in_turn[1]);
-  for (const auto& wrong : in_turn)
-    if (auto finding = wrong(cell, touches, options, calibration)) {
-      finding->evidence.push_back({"mends", 1.0, ""});
-      return finding;
-    }
-  return {};
+  std::optional<Finding> found;
+  Asked asked{.cell = cell, .touches = touches, .ask = {}, .contradicted = length};
+  asked.ask = [&](const Hypothesis& without) {
+    if (found) return;
+    if (const auto c = sensible(without.cell, without.touches, options)) found = without.cause(*c);
+  };
+  const auto ask_for = [&](Mistake mistake) {
+    if (!found && length != nullptr) mistake(asked);
+  };
+  const bool size_first = length && bias && contradiction(*bias) > contradiction(*length);
+  if (!size_first) ask_for(mistakes::contradicted_length);
+  if (!found) found = wrong_size(cell, touches, options, calibration);
+  if (size_first) ask_for(mistakes::contradicted_length);
+  // No one alone is to blame.
+  ask_for(mistakes::names_by_lengths);
+  ask_for(mistakes::stated_centres);
+  ask_for(mistakes::lengths_of_an_end);
+  ask_for(mistakes::all_lengths);
+  if (!found) return {};
+  // By how much is only said where no length is contradicted.
+  if (found->cause == LikelyCause::kStatedCentre) found->evidence.clear();
+  found->evidence.push_back({"mends", 1.0, ""});
+  return found;
 }
 
 }  // namespace cellcal::calib

@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "calib/drift/charts.h"
-#include "calib/drift/course.h"
 #include "calib/drift/limits.h"
+#include "calib/drift/trend.h"
 
 namespace cellcal::calib {
 
@@ -38,7 +38,7 @@ class Watch {
       point.ewma = at.ewma;
       point.cusum = at.cusum;
       point.share = std::max(at.ewma / kAlarmLimits.ewma, at.cusum / kAlarmLimits.cusum);
-      of_course_.push_back(check);
+      trend_checks_.push_back(check);
       chart_.undecided = 0;
       if (++chart_.counted >= kLeastChecks) chart_.state = judged(at);
       if (chart_.state == DriftState::kAlarms)
@@ -58,7 +58,7 @@ class Watch {
     chart_.noise = charts_.scatter();
     chart_.per_kelvin_m = charts_.centre().per_kelvin_m();
     if (chart_.state == DriftState::kWarns || chart_.state == DriftState::kAlarms)
-      chart_.course = course_of(of_course_, charts_.scatter(), reference_c_);
+      chart_.trend = trend_of(trend_checks_, charts_.scatter(), reference_c_);
     return std::move(chart_);
   }
 
@@ -73,17 +73,17 @@ class Watch {
   void freeze(const CheckSeen& check) {
     if (chart_.alarmed_at) return;
     chart_.alarmed_at = check.session;
-    const auto course = course_of(of_course_, charts_.scatter(), reference_c_);
-    trusted_ = of_course_.size() - (course ? course->checks : 1);
+    const auto trend = trend_of(trend_checks_, charts_.scatter(), reference_c_);
+    trusted_ = trend_checks_.size() - (trend ? trend->checks : 1);
     Centre centre(reference_c_);
-    for (std::size_t k = 0; k < trusted_; ++k) centre.learn(of_course_[k]);
+    for (std::size_t k = 0; k < trusted_; ++k) centre.learn(trend_checks_[k]);
     charts_.refer_to(centre);
   }
 
   void go_on(const CheckSeen& check) {
     if (chart_.alarmed_at) {  // it was put back, or was none
-      of_course_.resize(trusted_);
-      of_course_.push_back(check);
+      trend_checks_.resize(trusted_);
+      trend_checks_.push_back(check);
       chart_.alarmed_at.reset();
     }
     charts_.learn(check);
@@ -93,8 +93,8 @@ class Watch {
   Charts charts_;
   DriftChart chart_;
   std::vector<CheckSeen>
-      of_course_;  ///< what the centre is made of, and the checks of the alarm that stands
-  std::size_t trusted_ = 0;  ///< of them, before that alarm's course
+      trend_checks_;  ///< what the centre is made of, and the checks of the alarm that stands
+  std::size_t trusted_ = 0;  ///< of them, before that alarm's trend
 };
 
 /// Of the newest check, if it is unlike the others.
@@ -135,10 +135,10 @@ DriftAdvice advice_for(const DriftChart& chart) {
   if (chart.state == DriftState::kWarns || chart.state == DriftState::kUnknown)
     return DriftAdvice::kCheckAgain;
   if (chart.state != DriftState::kAlarms) return DriftAdvice::kNone;
-  if (chart.course && chart.course->checks == 1) return DriftAdvice::kCheckAgain;
+  if (chart.trend && chart.trend->checks == 1) return DriftAdvice::kCheckAgain;
   if (unusual_temperature(chart)) return DriftAdvice::kLetItWarmUp;
-  if (chart.course && !chart.course->causes.empty())
-    return for_change(chart.course->causes.front().kind);
+  if (chart.trend && !chart.trend->causes.empty())
+    return for_change(chart.trend->causes.front().kind);
   return DriftAdvice::kRemeasureTcp;
 }
 

@@ -7,7 +7,7 @@
 
 namespace cellcal::calib {
 
-/// `checks`: in their order, of the same touches where they are not left out. Causes of its course and the advice that needs
+/// `checks`: in their order, of the same touches where they are not left out. Causes of its trend and the advice that needs
 /// them are not in it yet: advise().
 DriftChart drift_chart(const std::vector<CheckSeen>& checks);
 
@@ -16,7 +16,7 @@ DriftChart drift_chart(const std::vector<CheckSeen>& checks);
 /// stays.
 void age(DriftChart& chart, double now_s);
 
-/// Sets the advice by state, course, causes and newest check.
+/// Sets the advice by state, trend, causes and newest check.
 void advise(DriftChart& chart);
 
 /// temp_0: the first temperature that is known of checks which count.

@@ -33,11 +33,13 @@ ShiftGauge::ShiftGauge(const Calibration& calibration, const std::vector<Touch>&
       changes_(possible_changes(calibration, foresight_.contacts)),
       passing_(foresight_.passing_m2) {
   if (expected.size() < kLeastCheckTouches)
-    throw IdentifyError("too few touches for a shift of the TCP");
+    throw IdentifyError(IdentifyError::Kind::kUndetermined,
+                        "too few touches for a shift of the TCP");
 }
 
 ShiftGauge::Shift ShiftGauge::measure(const std::vector<Touch>& made) const {
-  if (made.size() != touches()) throw IdentifyError("a check of other touches");
+  if (made.size() != touches())
+    throw IdentifyError(IdentifyError::Kind::kTouches, "a check of other touches");
   const auto contacts = foreseen_contacts(calibration_, made);
   const Fitted shift = fit(changes_.front(), kAnyShiftM, contacts, passing_);
   return {shift.size, shift.covariance, residuals_m(contacts)};

@@ -258,7 +258,9 @@ Eigen::MatrixXd together(const Problem& problem, const Eigen::VectorXd& u,
   }
   v = weight.asDiagonal() * v * weight.asDiagonal();  // (32)
   const Cholesky factor(v);
-  if (!factor.positive()) throw IdentifyError("model discrepancy and noise cannot be separated");
+  if (!factor.positive())
+    throw IdentifyError(IdentifyError::Kind::kNotSolved,
+                        "model discrepancy and noise cannot be separated");
   return factor.lower();
 }
 

@@ -56,9 +56,11 @@ double finest_sigma_m(const Problem& problem, const std::vector<bool>& use) {
 }
 
 [[noreturn]] void fail_to_converge(int rounds) {
-  throw IdentifyError(fmt::format(
-      "the estimate did not converge in {} iterations. Check that robot file and touches are of one arm",
-      rounds));
+  throw IdentifyError(
+      IdentifyError::Kind::kNotSolved,
+      fmt::format(
+          "the estimate did not converge in {} iterations. Check that robot file and touches are of one arm",
+          rounds));
 }
 
 /// Comes near the solution from zero errors: touches are first taken as worth a millimetre, then

@@ -120,9 +120,9 @@ std::vector<Solved> solve_all(std::span<const ModelLevel> levels,
     if (step.solved) solved.push_back({std::move(step), family});
   }
   if (solved.empty())
-    throw IdentifyError(
-        "the touches and priors do not determine the unknowns; give the targets a "
-        "centre_sigma_mm and the joints tolerances");
+    throw IdentifyError(IdentifyError::Kind::kUndetermined,
+                        "the touches and priors do not determine the unknowns; give the targets a "
+                        "centre_sigma_mm and the joints tolerances");
   std::stable_sort(solved.begin(), solved.end(), [](const Solved& a, const Solved& b) {
     return a.step.log_evidence > b.step.log_evidence;
   });

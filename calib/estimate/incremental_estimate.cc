@@ -21,8 +21,9 @@ constexpr std::size_t kTouchesBetween = 10;
 void require_finite(const Touch& touch) {
   for (const double angle : touch.joint_rad)
     if (!std::isfinite(angle))
-      throw IdentifyError("the touch of " + touch.target +
-                          " has a joint angle that is not a number; leave it out");
+      throw IdentifyError(
+          IdentifyError::Kind::kTouches, touch.target,
+          "the touch of " + touch.target + " has a joint angle that is not a number; leave it out");
 }
 
 }  // namespace
@@ -58,8 +59,9 @@ struct IncrementalEstimate::Impl {
     for (std::size_t i = 0; i < touches.size(); ++i)
       if (problem->block_of(i) < 0)
         throw IdentifyError(
+            IdentifyError::Kind::kUndetermined, touches[i].target,
             "target " + touches[i].target +
-            " has no fit touch; make some of its touches fit touches, or leave it out");
+                " has no fit touch; make some of its touches fit touches, or leave it out");
     weigh_repeats(*problem);
     e = estimate(*problem, options, levels());
     begin_sums();
@@ -88,7 +90,8 @@ IncrementalEstimate::IncrementalEstimate(Cell cell, std::vector<Touch> touches,
     : impl_(new Impl(std::move(cell), std::move(touches), std::move(options))) {
   if (std::none_of(impl_->touches.begin(), impl_->touches.end(),
                    [](const Touch& t) { return t.set == TouchSet::kFit; }))
-    throw IdentifyError("there are no fit touches; nothing to identify from");
+    throw IdentifyError(IdentifyError::Kind::kUndetermined,
+                        "there are no fit touches; nothing to identify from");
   for (const Touch& touch : impl_->touches) require_finite(touch);
   impl_->from_nothing();
 }

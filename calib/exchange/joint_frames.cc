@@ -23,7 +23,7 @@ std::vector<Isometry3d> frames_before(const Robot& robot) {
   return frames;
 }
 
-constexpr double kSameM = 1e-5;                     // what a drawing's rounding makes
+constexpr double kSameM = 1e-5;                     // by the rounding of data sheets
 constexpr double kSameRad = 5e-3 * kRadPerDeg;  // 1.5708 for a right angle is 2e-4 deg off
 
 }  // namespace

@@ -76,9 +76,9 @@ struct Place {
   const std::string& file;
   std::size_t line;
   [[noreturn]] void fail(const Assignment& a, const char* what) const {
-    throw FileError(fmt::format("{}, line {}: {}{} = \"{}\" is not {}", file, line, a.name,
-                                a.index < 0 ? "" : fmt::format("[{}]", a.index), shown(a.value),
-                                what));
+    throw FileError(
+        file, fmt::format(", line {}: {}{} = \"{}\" is not {}", line, a.name,
+                          a.index < 0 ? "" : fmt::format("[{}]", a.index), shown(a.value), what));
   }
 };
 
@@ -168,7 +168,7 @@ void take(const Assignment& a, const Place& place, MachineData& data, Drives& dr
 
 void read_machine_data(std::string_view text, const std::string& name, MachineData& data) {
   if (text.size() > kMostBytes)
-    throw FileError(fmt::format("{}: {} bytes (limit {})", name, text.size(), kMostBytes));
+    throw FileError(name, fmt::format(": {} bytes (limit {})", text.size(), kMostBytes));
   Drives drives;
   std::size_t line = 0;
   for (std::size_t at = 0; at < text.size();) {

@@ -39,7 +39,7 @@ struct Document {
   pugi::xml_node robot;
   std::vector<UrdfJoint> joints;
 
-  [[noreturn]] void fail(const std::string& words) const { throw FileError(name + ": " + words); }
+  [[noreturn]] void fail(const std::string& words) const { throw FileError(name, ": " + words); }
 };
 
 Vector3d three(const Document& document, const UrdfJoint& joint, const pugi::xml_node& node,

@@ -219,7 +219,7 @@ std::string calibration_to_json(const Calibration& c) {
 Calibration calibration_from_json(std::string_view text, const std::string& name) {
   refuse_deep_json(text, name);
   const nlohmann::json document = parse_json(text);
-  if (document.is_discarded()) throw FileError(name + ": not valid JSON; is the file cut off?");
+  if (document.is_discarded()) throw FileError(name, ": not valid JSON; is the file cut off?");
   Calibration c;
   from_json(calibration_fields(), JsonReader(document, name), c);
   return c;

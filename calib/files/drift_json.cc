@@ -54,23 +54,23 @@ ordered_json point_to_json(const DriftPoint& point, double noise) {
   return json;
 }
 
-ordered_json course_to_json(const DriftCourse& course) {
-  const bool creeps = course.shape == DriftShape::kCreep;
-  ordered_json json{{"shape", to_string(course.shape)},
-                    {"since", course.since},
-                    {"since_s", course.since_s},
-                    {"checks", course.checks},
-                    {"off_mm", course.now_m.norm() * kMmPerM},
-                    {"u_off_mm", kDriftCoverage * course.now_sigma_m * kMmPerM},
-                    {"off_xyz_mm", xyz_mm(course.now_m)},
+ordered_json trend_to_json(const DriftTrend& trend) {
+  const bool creeps = trend.shape == DriftShape::kCreep;
+  ordered_json json{{"shape", to_string(trend.shape)},
+                    {"since", trend.since},
+                    {"since_s", trend.since_s},
+                    {"checks", trend.checks},
+                    {"off_mm", trend.now_m.norm() * kMmPerM},
+                    {"u_off_mm", kDriftCoverage * trend.now_sigma_m * kMmPerM},
+                    {"off_xyz_mm", xyz_mm(trend.now_m)},
                     {"mm_per_month", nullptr},
                     {"u_mm_per_month", nullptr},
                     {"causes", ordered_json::array()}};
   if (creeps) {
-    json["mm_per_month"] = course.rate_m_s.norm() * kMonthS * kMmPerM;
-    json["u_mm_per_month"] = kDriftCoverage * course.rate_sigma_m_s * kMonthS * kMmPerM;
+    json["mm_per_month"] = trend.rate_m_s.norm() * kMonthS * kMmPerM;
+    json["u_mm_per_month"] = kDriftCoverage * trend.rate_sigma_m_s * kMonthS * kMmPerM;
   }
-  for (const Explanation& one : course.causes)
+  for (const Explanation& one : trend.causes)
     json["causes"].push_back({{"kind", to_string(one.kind)},
                               {"name", one.name},
                               {"probability", one.probability},
@@ -97,7 +97,7 @@ std::string drift_to_json(const DriftChart& chart) {
                     {"points", ordered_json::array()},
                     {"words", words(chart)}};
   if (chart.per_kelvin_m) json["um_per_kelvin"] = xyz_mm(*chart.per_kelvin_m * 1e3);
-  if (chart.course) json["course"] = course_to_json(*chart.course);
+  if (chart.trend) json["course"] = trend_to_json(*chart.trend);
   for (const DriftPoint& point : chart.points)
     if (point.check.left_out == LeftOut::kNo) json["decided_s"] = point.check.time_s;
   for (const DriftPoint& point : chart.points)

@@ -122,14 +122,19 @@ void load_meshes(Cell& cell, const std::filesystem::path& folder, std::size_t mo
       try {
         mesh = std::make_shared<const Mesh>(load_stl(folder / obstacle.mesh_file));
       } catch (const FileError& error) {
-        throw FileError("obstacle " + obstacle.id + ": " + error.what());
+        FileError named("obstacle " + obstacle.id + ": " + error.what());
+        named.file = error.file;
+        throw named;
       }
       triangles += mesh->triangles.size();
-      if (triangles > most_triangles)
-        throw FileError(fmt::format(
+      if (triangles > most_triangles) {
+        FileError too_many(fmt::format(
             "obstacle {}: with {} the meshes of this cell have {} triangles, more than {}; export "
             "them coarser, or put boxes in their place",
             obstacle.id, shown(obstacle.mesh_file), triangles, most_triangles));
+        too_many.file = (folder / obstacle.mesh_file).string();
+        throw too_many;
+      }
     }
     obstacle.mesh = mesh;
   }

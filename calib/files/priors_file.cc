@@ -97,8 +97,9 @@ FleetPriors read(const TomlTable& document) {
   priors.version = document.integer("version", 1, kMostVersions);
   priors.made = document.string("made");
   priors.robot = document.string("robot");
-  priors.drawing = document.string("drawing");
-  if (!is_digest(priors.drawing)) document.fail("drawing", "must be 64 digits, 0-9 and a-f");
+  priors.nominal_geometry = document.string("drawing");
+  if (!is_digest(priors.nominal_geometry))
+    document.fail("drawing", "must be 64 digits, 0-9 and a-f");
   priors.arms = static_cast<int>(document.integer("arms", 1, kMostArms));
   const auto joints = document.tables("joint");
   if (joints.empty() || joints.size() > kMostJoints)
@@ -142,7 +143,7 @@ SpreadUnit unit_of(SpreadKind kind) {
 FleetPriors parse_priors(std::string_view text, const std::string& name) {
   if (text.size() > kMostPriorsBytes)
     throw FileError(
-        fmt::format("{}: {} bytes; priors have at most {}", name, text.size(), kMostPriorsBytes));
+        name, fmt::format(": {} bytes; priors have at most {}", text.size(), kMostPriorsBytes));
   return read(TomlTable::parse(text, name));
 }
 
@@ -152,11 +153,11 @@ FleetPriors load_priors(const std::filesystem::path& path) {
 
 std::string priors_to_toml(const FleetPriors& priors) {
   std::string out = fmt::format(
-      "# 1 sigma of how far the arms of this model lie from their drawing, learned from calibrations. What it means:\n"
+      "# 1 sigma of how far the arms of this model lie from their nominal geometry, learned from calibrations. What it means:\n"
       "# 'cellcal priors show FILE'; to use it: 'cellcal priors accept FILE --robot ROBOT -o NEW'.\n"
       "format = \"{}\"\nversion = {}\nmade = {}\nrobot = {}\ndrawing = {}\narms = {}\n",
       kPriorsFormat, priors.version, toml_string(priors.made), toml_string(priors.robot),
-      toml_string(priors.drawing), priors.arms);
+      toml_string(priors.nominal_geometry), priors.arms);
   for (const JointPriors& joint : priors.joints) {
     out += fmt::format("\n[[joint]]\nname = {}\n", toml_string(joint.joint));
     for (const SpreadKind kind : kSpreadKinds)

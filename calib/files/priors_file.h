@@ -1,5 +1,5 @@
 #pragma once
-// "cellcal.priors/1": how far the arms of one robot model lie from their drawing. Throws FileError.
+// "cellcal.priors/1": how far the arms of one robot model lie from their nominal geometry. Throws FileError.
 
 #include <filesystem>
 #include <string>

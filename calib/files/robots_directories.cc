@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdlib>
 #include <system_error>
+#include <utility>
 
 #include "calib/files/files.h"
 #include "calib/files/robot_place.h"
@@ -33,6 +34,15 @@ bool holds_robots(const std::filesystem::path& folder) {
   return false;
 }
 
+std::string nowhere_of(const std::string& name) { return "no robot file \"" + shown(name) + "\""; }
+
+std::string list_of(const std::vector<std::filesystem::path>& places) {
+  constexpr std::size_t kShownPath = 300;
+  std::string list;
+  for (const auto& path : places) list += "\n  " + shown(path.string(), kShownPath);
+  return list;
+}
+
 }  // namespace
 
 std::vector<std::filesystem::path> robots_directories() {
@@ -51,22 +61,26 @@ std::vector<std::filesystem::path> robots_directories() {
   return result;
 }
 
+UnknownRobot::UnknownRobot(std::string asked_for, std::vector<std::filesystem::path> places)
+    : FileError(nowhere_of(asked_for) + "; looked for" + list_of(places)),
+      name(std::move(asked_for)),
+      looked_for(std::move(places)) {}
+
+std::string UnknownRobot::nowhere() const { return nowhere_of(name); }
+
 std::filesystem::path find_robot_file(const std::string& name,
                                       const std::filesystem::path& folder) {
-  constexpr std::size_t kShownPath = 300;
   const std::filesystem::path given(name);
   std::vector<std::filesystem::path> tried{folder / given};  // an absolute path stays absolute
   for (const auto& directory : robots_directories()) {
     tried.push_back(directory / given);
     if (given.extension() != ".toml") tried.push_back(directory / (name + ".toml"));
   }
-  std::string list;
   for (const auto& path : tried) {
     std::error_code ignored;  // "cannot look" counts as "not there"; the message lists the place
     if (std::filesystem::is_regular_file(path, ignored)) return path;
-    list += "\n  " + shown(path.string(), kShownPath);
   }
-  throw FileError("no robot file \"" + shown(name) + "\"; looked for" + list);
+  throw UnknownRobot(name, std::move(tried));
 }
 
 }  // namespace cellcal::calib

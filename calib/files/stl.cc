@@ -77,8 +77,9 @@ Mesh read_binary(std::string_view bytes, const std::string& name) {
       const double value = std::bit_cast<float>(number_at(bytes, at));
       if (!in_range(value))
         throw FileError(
-            fmt::format("{}: byte {}: a corner of triangle {} is not within 100 m of the origin",
-                        name, at, i + 1));
+            name,
+            fmt::format(": byte {}: a corner of triangle {} is not within 100 m of the origin", at,
+                        i + 1));
       mm[k / 3][static_cast<Eigen::Index>(k % 3)] = value;
     }
     mesh.add(mm);
@@ -125,7 +126,7 @@ class Words {
     return mm;
   }
   [[noreturn]] void fail(const std::string& what) const {
-    throw FileError(fmt::format("{}:{}: {}", name_, line_, what));
+    throw FileError(name_, fmt::format(":{}: {}", line_, what));
   }
   static bool same(std::string_view word, std::string_view lower) {
     if (word.size() != lower.size()) return false;
@@ -191,24 +192,23 @@ Mesh parse_stl(std::string_view bytes, const std::string& name) {
   if (bytes.size() >= kHeader && bytes.size() == kHeader + kRecord * count) {
     // Told by its size: binary files that begin with "solid" are common.
     if (count > kMostTriangles)
-      throw FileError(fmt::format("{}: byte {}: {} triangles, more than {}; export it coarser",
-                                  name, kHeader - 4, count, kMostTriangles));
+      throw FileError(name, fmt::format(": byte {}: {} triangles, more than {}; export it coarser",
+                                        kHeader - 4, count, kMostTriangles));
     mesh = read_binary(bytes, name);
   } else if (bytes.starts_with("solid") || bytes.starts_with("SOLID")) {
     mesh = read_ascii(bytes, name);
   } else if (bytes.size() < kHeader) {
     throw FileError(
-        fmt::format("{}: byte {}: ends before an STL's header does; is it the right "
-                    "file?",
-                    name, bytes.size()));
+        name, fmt::format(": byte {}: ends before an STL's header does; is it the right file?",
+                          bytes.size()));
   } else {
     throw FileError(
-        fmt::format("{}: byte {}: no STL: it does not begin with \"solid\", and its header's {} "
-                    "triangles would "
-                    "need {} bytes, but it has {}",
-                    name, kHeader - 4, count, kHeader + kRecord * count, bytes.size()));
+        name,
+        fmt::format(": byte {}: no STL: it does not begin with \"solid\", and its header's {} "
+                    "triangles would need {} bytes, but it has {}",
+                    kHeader - 4, count, kHeader + kRecord * count, bytes.size()));
   }
-  if (mesh.triangles.empty()) throw FileError(name + ": no triangles in it. Export the mesh again");
+  if (mesh.triangles.empty()) throw FileError(name, ": no triangles in it. Export the mesh again");
   return mesh;
 }
 

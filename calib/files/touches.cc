@@ -74,8 +74,8 @@ class Columns {
       approach_[k] = table.find(kApproach[k]);
     }
     if (target_ < 0)
-      throw FileError(name + ":" + std::to_string(table.header_line()) +
-                      ": no column \"target\"; it says which target each row touched");
+      throw FileError(name, ":" + std::to_string(table.header_line()) +
+                                ": no column \"target\"; it says which target each row touched");
   }
 
   void read(const Cell& cell, Touch& touch) const {
@@ -126,8 +126,8 @@ class Columns {
   }
 
   [[noreturn]] void missing(const char* column, const char* why) const {
-    throw FileError(name_ + ":" + std::to_string(table_.line()) + ": " + column + ": missing; " +
-                    why);
+    throw FileError(name_,
+                    ":" + std::to_string(table_.line()) + ": " + column + ": missing; " + why);
   }
 
   void read_tool(const Cell& cell, Touch& touch) const {
@@ -214,7 +214,7 @@ std::vector<Touch> parse_touches(std::string_view text, const std::string& name,
   const Columns columns(table, name);
   std::vector<Touch> touches;
   while (table.next()) {
-    if (touches.size() == kMaxRows) throw FileError(name + ": more than 2000000 touches");
+    if (touches.size() == kMaxRows) throw FileError(name, ": more than 2000000 touches");
     Touch touch;
     touch.line = table.line();
     touch.joint_rad = read_joints(table, joints);
@@ -310,7 +310,7 @@ JointRows load_joints(const std::filesystem::path& path, const Robot& robot) {
   JointRows rows;
   while (table.next()) {
     if (rows.joint_rad.size() == kMaxRows)
-      throw FileError(path.string() + ": more than 2000000 rows");
+      throw FileError(path.string(), ": more than 2000000 rows");
     rows.joint_rad.push_back(read_joints(table, columns));
     const auto error = beyond_limits(table, robot, columns, rows.joint_rad.back());
     if (!error) continue;

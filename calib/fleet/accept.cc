@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "calib/files/drawing.h"
+#include "calib/files/nominal_geometry.h"
 #include "calib/result/level.h"
 
 namespace cellcal::calib {
@@ -40,9 +40,9 @@ void name_usual_orders(Robot& robot) {
 
 }  // namespace
 
-std::variant<Accepted, OtherDrawing> accept(const Robot& robot, const FleetPriors& priors) {
-  if (const std::string drawing = drawing_sha256(robot); drawing != priors.drawing)
-    return OtherDrawing{priors.drawing, drawing};
+std::variant<Accepted, OtherNominalGeometry> accept(const Robot& robot, const FleetPriors& priors) {
+  if (const std::string own = nominal_geometry_sha256(robot); own != priors.nominal_geometry)
+    return OtherNominalGeometry{priors.nominal_geometry, own};
   Accepted accepted{robot, {}};
   const bool gears_named =
       std::ranges::any_of(robot.joints, [](const Joint& j) { return j.harmonic_sigma_rad > 0.0; });

@@ -1,5 +1,5 @@
 #pragma once
-// A robot file's priors replaced by its fleet's, each old and new value told.
+// A robot file's priors replaced by its fleet's, each old and new value named.
 
 #include <string>
 #include <variant>
@@ -23,14 +23,14 @@ struct Accepted {
   std::vector<PriorChange> changes;
 };
 
-/// The drawing that the priors are not of.
-struct OtherDrawing {
+/// The priors are of another nominal geometry.
+struct OtherNominalGeometry {
   std::string priors, robot;  ///< SHA-256
 };
 
 /// The robot with what is offered: tolerances where it allows that error at all; compliance where the file states it; the
 /// amplitude of gears where it names their orders, or of all joints where it names none (orders 1 to 4, each the smaller the
 /// higher, as an estimate assumes them).
-std::variant<Accepted, OtherDrawing> accept(const Robot& robot, const FleetPriors& priors);
+std::variant<Accepted, OtherNominalGeometry> accept(const Robot& robot, const FleetPriors& priors);
 
 }  // namespace cellcal::calib

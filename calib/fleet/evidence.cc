@@ -5,7 +5,7 @@
 #include <map>
 #include <optional>
 
-#include "calib/files/drawing.h"
+#include "calib/files/nominal_geometry.h"
 #include "calib/linear/eigenpairs.h"
 #include "calib/model/kinematics.h"
 #include "calib/result/level.h"
@@ -65,12 +65,12 @@ std::optional<SetAsideKind> divide_out(const Eigen::VectorXd& mean,
   const Eigen::Index n = sigma.size();
   if (!pairs.values.allFinite() || pairs.values[n - 1] > kMostOfPrior)
     return SetAsideKind::kInconsistent;
-  Eigen::Index told = 0;
-  while (told < n && pairs.values[told] < kDecidedByPrior) ++told;
-  if (told == 0) return SetAsideKind::kTellsNothing;
-  evidence.rows.resize(told, n);
-  evidence.values.resize(told);
-  for (Eigen::Index i = 0; i < told; ++i) {
+  Eigen::Index determined = 0;
+  while (determined < n && pairs.values[determined] < kDecidedByPrior) ++determined;
+  if (determined == 0) return SetAsideKind::kTellsNothing;
+  evidence.rows.resize(determined, n);
+  evidence.values.resize(determined);
+  for (Eigen::Index i = 0; i < determined; ++i) {
     const double left = std::max(pairs.values[i], kLeastOfPrior);
     const double size = std::sqrt((1.0 / left - 1.0) / widened);
     evidence.rows.row(i) = size * pairs.vectors.col(i).cwiseProduct(per_sigma).transpose();
@@ -91,7 +91,7 @@ std::variant<ArmEvidence, SetAsideKind> evidence_of(const Calibration& c) {
   ArmEvidence evidence;
   evidence.update = c.update.has_value();
   evidence.robot = c.cell.robot;
-  evidence.drawing = drawing_sha256(c.cell.robot);
+  evidence.nominal_geometry = nominal_geometry_sha256(c.cell.robot);
   std::vector<Eigen::Index> at;
   std::vector<double> sigma, mean;
   for (std::size_t i = 0; i < c.parameters.size(); ++i) {

@@ -18,7 +18,7 @@ struct ArmEvidence {
   std::string time;  ///< ISO 8601 UTC; empty: not known
   bool update = false;
   Robot robot;
-  std::string drawing;             ///< drawing_sha256()
+  std::string nominal_geometry;    ///< nominal_geometry_sha256()
   std::vector<ParameterKey> keys;  ///< of the errors
   Eigen::MatrixXd rows;
   Eigen::VectorXd values;

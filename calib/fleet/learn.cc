@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "calib/files/documents.h"
-#include "calib/files/drawing.h"
+#include "calib/files/nominal_geometry.h"
 #include "calib/fleet/population.h"
 #include "calib/model/kinematics.h"
 #include "calib/result/level.h"
@@ -38,7 +38,7 @@ std::optional<SpreadKind> kind_of(const ParameterKey& key) {
   }
 }
 
-/// The errors that a drawing has, each with its stated sigma, in groups of one spread.
+/// The errors that a nominal geometry has, each with its stated sigma, in groups of one spread.
 struct Drawn {
   explicit Drawn(const Robot& robot) : name(robot.name) {
     Cell cell;
@@ -65,7 +65,7 @@ struct Drawn {
     }
   }
 
-  /// In this drawing's sigmas; what it does not draw the others leave open.
+  /// In these sigmas; errors that have none here the others leave open.
   ArmRows rows_of(const ArmEvidence& arm) const {
     ArmRows result{Eigen::MatrixXd::Zero(arm.rows.rows(), groups.errors()), arm.values};
     for (std::size_t k = 0; k < arm.keys.size(); ++k)
@@ -103,11 +103,11 @@ void keep_one_each(std::vector<ArmEvidence>& arms, std::vector<SetAside>& set_as
   arms = std::move(kept);
 }
 
-void keep_drawing(const std::string& drawing, std::vector<ArmEvidence>& arms,
-                  std::vector<SetAside>& set_aside) {
+void keep_nominal_geometry(const std::string& wanted, std::vector<ArmEvidence>& arms,
+                           std::vector<SetAside>& set_aside) {
   std::erase_if(arms, [&](const ArmEvidence& arm) {
-    if (arm.drawing == drawing) return false;
-    set_aside.push_back({arm.name, SetAsideKind::kOtherDrawing});
+    if (arm.nominal_geometry == wanted) return false;
+    set_aside.push_back({arm.name, SetAsideKind::kOtherNominalGeometry});
     return true;
   });
 }
@@ -152,32 +152,32 @@ double tolerances(const Robot& robot) {
 
 }  // namespace
 
-Robot commonest_drawing(const std::vector<ArmEvidence>& arms) {
-  if (arms.empty()) throw std::invalid_argument("no arms, no drawing");
+Robot commonest_nominal_geometry(const std::vector<ArmEvidence>& arms) {
+  if (arms.empty()) throw std::invalid_argument("no arms, no nominal geometry");
   std::map<std::string, int> counts;
-  for (const ArmEvidence& arm : arms) ++counts[arm.drawing];
+  for (const ArmEvidence& arm : arms) ++counts[arm.nominal_geometry];
   const auto most = std::ranges::max_element(counts, {}, [](const auto& c) { return c.second; });
   std::vector<const Robot*> robots;
   for (const ArmEvidence& arm : arms)
-    if (arm.drawing == most->first) robots.push_back(&arm.robot);
+    if (arm.nominal_geometry == most->first) robots.push_back(&arm.robot);
   std::ranges::sort(robots, {},
                     [](const Robot* r) { return std::pair(tolerances(*r), robot_to_toml(*r)); });
   return *robots[robots.size() / 2];
 }
 
-Learned learn(const Robot& drawing, std::vector<ArmEvidence> arms) {
+Learned learn(const Robot& nominal, std::vector<ArmEvidence> arms) {
   Learned learned;
   FleetPriors& priors = learned.priors;
-  priors.robot = drawing.name;
-  priors.drawing = drawing_sha256(drawing);
-  keep_drawing(priors.drawing, arms, learned.set_aside);
+  priors.robot = nominal.name;
+  priors.nominal_geometry = nominal_geometry_sha256(nominal);
+  keep_nominal_geometry(priors.nominal_geometry, arms, learned.set_aside);
   put_in_order(arms);
   keep_one_each(arms, learned.set_aside);
   priors.arms = static_cast<int>(arms.size());
   if (priors.arms < kFewestArms) {
     learned.none = NoPriors::kTooFewArms;
   } else {
-    const Drawn drawn(drawing);
+    const Drawn drawn(nominal);
     std::vector<ArmRows> rows;
     for (const ArmEvidence& arm : arms) rows.push_back(drawn.rows_of(arm));
     const Population p = population_of(rows, drawn.groups);
@@ -188,7 +188,7 @@ Learned learn(const Robot& drawing, std::vector<ArmEvidence> arms) {
     else if (priors.arms < kFewestArms)
       learned.none = NoPriors::kTooFewArms;
     else
-      priors.joints = joints_of(drawn, drawing, p.spreads);
+      priors.joints = joints_of(drawn, nominal, p.spreads);
   }
   std::ranges::sort(learned.set_aside, {},
                     [](const SetAside& one) { return std::tie(one.name, one.kind, one.other); });

@@ -18,17 +18,17 @@ enum class NoPriors {
 };
 
 struct Learned {
-  /// Without version and date, which are the caller's; joints in the drawing's order.
+  /// Without version and date, which are the caller's; joints in the robot file's order.
   FleetPriors priors;
   std::optional<NoPriors> none;     ///< why the priors are not to be used: they have no joints then
   std::vector<SetAside> set_aside;  ///< by name
 };
 
-/// The drawing that most of these arms have, of the robot file whose tolerances are in the middle of theirs: no few
+/// The nominal geometry that most of these arms have, of the robot file whose tolerances are in the middle of theirs: no few
 /// have a say in it. Throws std::invalid_argument where there are none.
-Robot commonest_drawing(const std::vector<ArmEvidence>& arms);
+Robot commonest_nominal_geometry(const std::vector<ArmEvidence>& arms);
 
-/// Arms of other drawings are set aside.
-Learned learn(const Robot& drawing, std::vector<ArmEvidence> arms);
+/// Arms of another nominal geometry are set aside.
+Learned learn(const Robot& nominal, std::vector<ArmEvidence> arms);
 
 }  // namespace cellcal::calib

@@ -37,7 +37,7 @@ double median_of(const std::vector<double>& values, const std::vector<bool>& amo
   return median(std::move(some));
 }
 
-/// All spreads times one factor, so that half of the arms are farther than expected. What the drawing counts for
+/// All spreads times one factor, so that half of the arms are farther than expected. What the robot file counts for
 /// would have few arms, all nearer to it than it states, look too near.
 LogSpreads scaled_to_median(const std::vector<ArmRows>& arms, const std::vector<bool>& among,
                             const Groups& groups, const LogSpreads& spreads) {

@@ -1,5 +1,5 @@
 #pragma once
-// Which arms are one population: each once, without those that are too far off, or too near the drawing.
+// Which arms are one population: each once, without those that are too far off, or too near the nominal geometry.
 
 #include <vector>
 

@@ -13,7 +13,7 @@ namespace {
 
 /// How alike the joints are, as 1 sigma of the logarithm: all of a kind together, and each joint's beside that.
 constexpr double kCommonSigma = 0.2, kOwnSigma = 0.3;
-/// A thirtieth to thirty times of what is drawn: beyond it no arm is of that drawing.
+/// A thirtieth to thirty times of what is drawn: beyond it no arm is of that nominal geometry.
 constexpr double kFarthest = 3.4;
 constexpr double kLongestStep = 0.5;
 constexpr double kSettled = 1e-6;
@@ -36,7 +36,7 @@ Cholesky predicted(const ArmRows& arm, const Eigen::VectorXd& t) {
 /// What is believed of the logarithms beforehand.
 struct Belief {
   Eigen::MatrixXd alike;      ///< inverse covariance
-  Eigen::ArrayXd drawn_arms;  ///< errors of each group that the drawing counts for
+  Eigen::ArrayXd drawn_arms;  ///< errors of each group that the robot file counts for
 
   double log_density(const LogSpreads& at) const {
     return -0.5 * at.dot(alike * at) -
@@ -50,7 +50,7 @@ struct Belief {
     c.diagonal().array() += 2.0 * drawn_arms * (-2.0 * at.array()).exp();
     return c;
   }
-  /// As (90) of so many arms: their errors as far off as the spreads say, not as the drawing does.
+  /// As (90) of so many arms: their errors as far off as the spreads say, not as the robot file does.
   Eigen::MatrixXd information() const { return curvature(LogSpreads::Zero(drawn_arms.size())); }
 };
 

@@ -11,9 +11,7 @@
 #include "calib/diagnose/data_association.h"
 #include "calib/diagnose/jump.h"
 #include "calib/diagnose/trial.h"
-#include "calib/diagnose/wrong_measure.h"
 #include "calib/estimate/discrepancy.h"
-#include "calib/identify/likely_causes.h"
 #include "calib/model/error.h"
 #include "calib/problem/target_place.h"
 #include "calib/verdict/identify_as_stated.h"
@@ -23,17 +21,25 @@ namespace cellcal::calib {
 namespace {
 
 bool moved_alone(const std::vector<Cause>& causes) {
-  return std::all_of(causes.begin(), causes.end(),
-                     [](const Cause& c) { return c.moved.has_value(); });
+  return std::ranges::all_of(causes, [](const Cause& c) { return c.moved.has_value(); });
+}
+
+bool is_moved(const std::vector<MovedTarget>& moved, const std::string& target) {
+  return std::ranges::find(moved, target, &MovedTarget::target) != moved.end();
+}
+
+/// Whether a move of it is measured: between two centres.
+bool has_two_centres(const Cell& cell, const std::string& target) {
+  return has_a_centre(cell.targets[cell.target_index(target)].kind);
 }
 
 /// Of a move that was confirmed while certified lengths held the targets: wrong ones pull targets
 /// about, too, and a target that moved contradicts right ones. It moved if it does without them.
-void tell_from_lengths(const Cell& cell, const std::vector<Touch>& touches,
-                       const IdentifyOptions& options, Calibration& calibration) {
+void confirm_without_lengths(const Cell& cell, const std::vector<Touch>& touches,
+                             const IdentifyOptions& options, Calibration& calibration) {
   if (calibration.lengths.empty()) return;
   auto& findings = calibration.verdict.findings;
-  const Cell changed = silenced(cell, [](const CertifiedLength&) { return true; });
+  const Cell changed = silenced(cell);
   std::optional<Calibration> without = tried(changed, touches, options);
   if (!without) return;  // the touches alone determine nothing, and so do not speak against it
   without->moved = calibration.moved;
@@ -61,10 +67,10 @@ bool many_left_out(const Cell& cell, const std::vector<Touch>& touches, const Ca
   return 10 * all.left_out > all.all;
 }
 
-/// Where one jump in the middle of the session explains all: says so. A target's is confirmed as
-/// a move.
-bool told_of_jump(const Cell& cell, const std::vector<Touch>& touches,
-                  const IdentifyOptions& options, Calibration& calibration) {
+/// Whether one jump in the middle of the session explains all; the result is withheld for it then.
+/// A target's is confirmed as a move.
+bool explained_by_jump(const Cell& cell, const std::vector<Touch>& touches,
+                       const IdentifyOptions& options, Calibration& calibration) {
   // A level that was asked for may lack what the arm does, and that looks like jumps.
   if (options.level) return false;
   if (calibration.verdict.publish && calibration.jumped.empty() && calibration.moved.empty() &&
@@ -73,7 +79,7 @@ bool told_of_jump(const Cell& cell, const std::vector<Touch>& touches,
   constexpr double kUnlikely = -5.0;  // log odds
   const std::vector<Jump> all = jumps_by_odds(cell, touches, options, calibration);
   std::erase_if(calibration.moved, [&](const MovedTarget& moved) {
-    return std::any_of(all.begin(), all.end(), [&](const Jump& jump) {
+    return std::ranges::any_of(all, [&](const Jump& jump) {
       return jump.what == Jump::What::kTarget && jump.name == moved.target &&
              jump.log_odds < kUnlikely;
     });
@@ -86,28 +92,28 @@ bool told_of_jump(const Cell& cell, const std::vector<Touch>& touches,
   if (jumps.size() > 1 || jumps.front().what != Jump::What::kTarget) {
     calibration.moved.clear();
     calibration.jumped = jumps;
-    tell_of_jumps(cell, touches, options, calibration);
+    withhold_for_jumps(cell, touches, options, calibration);
     return true;
   }
-  tell_of_move(cell, touches, jumps.front(), calibration);
-  tell_from_lengths(cell, touches, options, calibration);
+  withhold_for_move(cell, touches, jumps.front(), calibration);
+  confirm_without_lengths(cell, touches, options, calibration);
   erase(calibration.verdict.findings, FindingKind::kManyOutliers);
   erase(calibration.verdict.findings, FindingKind::kOutliersOfTarget);
   return true;
 }
 
-/// Of targets without a centre to compare: whether they moved, or the arm does what its model
-/// lacks.
-bool told_from_model_error(const Cell& cell, const std::vector<Touch>& touches,
-                           const IdentifyOptions& options, const MovedTarget& moved) {
-  if (has_a_centre(cell.targets[cell.target_index(moved.target)].kind)) return true;  // measured
+/// Of targets without a centre to compare: whether that they moved is likelier than that the arm
+/// does what its model lacks.
+bool likelier_than_model_error(const Cell& cell, const std::vector<Touch>& touches,
+                               const IdentifyOptions& options, const MovedTarget& moved) {
+  if (has_two_centres(cell, moved.target)) return true;
   const TwoPlaces two = as_two(cell, touches, moved.target, moved.after_touch);
   return log_evidence_beside_model(two.cell, two.touches, options) >
          log_evidence_beside_model(cell, touches, options) + kBelievedOdds;
 }
 
 /// Before all else: what a user is to look at first.
-void tell(const std::vector<Finding>& causes, Calibration& calibration) {
+void put_first(const std::vector<Finding>& causes, Calibration& calibration) {
   auto& findings = calibration.verdict.findings;
   findings.insert(findings.begin(), causes.begin(), causes.end());
 }
@@ -163,46 +169,42 @@ Calibration identify(const Cell& cell, const std::vector<Touch>& touches,
     Calibration calibration = identify_as_stated(cell, touches, options);
     if (const auto wrong = wrong_measure(cell, touches, options, calibration)) {
       calibration.moved.clear();  // a wrong length pulls spheres about
-      tell({*wrong}, calibration);
+      put_first({*wrong}, calibration);
       return calibration;
     }
     // Of so few, whatever was tried would explain all.
     if (calibration.verdict.too_few) return calibration;
-    if (told_of_jump(cell, touches, options, calibration)) return calibration;
+    if (explained_by_jump(cell, touches, options, calibration)) return calibration;
     std::vector<Cause> causes;
     if (!calibration.verdict.publish) causes = causes_of(cell, touches, other_robots);
     std::erase_if(causes, [&](const Cause& cause) {
-      return cause.moved && !told_from_model_error(cell, touches, options, *cause.moved);
+      return cause.moved && !likelier_than_model_error(cell, touches, options, *cause.moved);
     });
     // Another mistake moves targets, too.
     const bool moved = moved_alone(causes);
-    for (const Cause& cause : causes) {
-      if (!moved || !has_a_centre(cell.targets[cell.target_index(cause.moved->target)].kind))
-        continue;
-      const bool suspected =
-          std::any_of(calibration.moved.begin(), calibration.moved.end(),
-                      [&](const MovedTarget& m) { return m.target == cause.moved->target; });
-      if (!suspected) calibration.moved.push_back(*cause.moved);
-    }
-    if (moved)
-      confirm_moves(cell, touches, options, calibration);
-    else
-      calibration.moved.clear();
-    if (!calibration.moved.empty()) tell_from_lengths(cell, touches, options, calibration);
+    if (!moved) calibration.moved.clear();
+    for (const Cause& cause : causes)
+      if (moved && has_two_centres(cell, cause.moved->target) &&
+          !is_moved(calibration.moved, cause.moved->target))
+        calibration.moved.push_back(*cause.moved);
+    confirm_moves(cell, touches, options, calibration);
+    if (!calibration.moved.empty()) confirm_without_lengths(cell, touches, options, calibration);
     // What looks like a move, and would have been let through without it, may be another mistake.
     if (!calibration.moved.empty() && causes.empty()) {
       causes = causes_of(cell, touches, other_robots);
       if (!causes.empty() && causes.front().moved) causes.clear();
     }
-    if (calibration.moved.empty() || !moved_alone(causes)) tell(findings_of(causes), calibration);
+    if (calibration.moved.empty() || !moved_alone(causes))
+      put_first(findings_of(causes), calibration);
     if (calibration.moved.empty() && causes.empty())
       calibration = with_discrepancy(cell, touches, options, std::move(calibration));
     if (!calibration.verdict.publish && calibration.moved.empty() && causes.empty())
-      if (const auto scattered = scattered_touches(cell, touches)) tell({*scattered}, calibration);
+      if (const auto scattered = scattered_touches(cell, touches))
+        put_first({*scattered}, calibration);
     return calibration;
   } catch (const IdentifyError& error) {
     Calibration nominal = not_identified(cell, touches, options, error.what());
-    tell(likely_causes(cell, touches, other_robots), nominal);
+    put_first(likely_causes(cell, touches, other_robots), nominal);
     return nominal;
   }
 }

@@ -15,10 +15,16 @@
 namespace cellcal::calib {
 
 /// A result that must not be used has verdict.publish == false, and says which of the usual
-/// mistakes is the likely cause, where one explains it (likely_causes.h). Where the touches lead to
+/// mistakes is the likely cause, where one explains it (likely_causes()). Where the touches lead to
 /// no calibration at all it is the nominal arm, withheld as 'not identified'. Throws IdentifyError
 /// where there is nothing to identify, or nothing to identify from.
 Calibration identify(const Cell& cell, const std::vector<Touch>& touches,
                      const IdentifyOptions& options = {}, const OtherRobots& other_robots = {});
+
+/// Likely causes (FindingKind::kLikelyCause), likeliest first; empty where none of the usual
+/// mistakes explains the touches, or nothing needs to be explained. Which ones are tried:
+/// calib/result/likely_cause.h. Takes some hundred identifications at worst.
+std::vector<Finding> likely_causes(const Cell& cell, const std::vector<Touch>& touches,
+                                   const OtherRobots& other_robots = {});
 
 }  // namespace cellcal::calib

@@ -36,9 +36,4 @@ Eigen::VectorXd pivoted_solve(const Eigen::MatrixXd& symmetric, const Eigen::Vec
   return symmetric.ldlt().solve(b);
 }
 
-double inverse_square(const Eigen::MatrixXd& symmetric, const Eigen::VectorXd& b) {
-  const Eigen::LDLT<Eigen::MatrixXd> factor(symmetric);
-  return factor.isPositive() ? b.dot(factor.solve(b)) : 0.0;
-}
-
 }  // namespace cellcal::calib

@@ -34,6 +34,11 @@ class Cholesky {
 Eigen::VectorXd pivoted_solve(const Eigen::MatrixXd& symmetric, const Eigen::VectorXd& b);
 
 /// b' A^-1 b, likewise; 0 where a pivot is negative.
-double inverse_square(const Eigen::MatrixXd& symmetric, const Eigen::VectorXd& b);
+template <int N>
+double inverse_square(const Eigen::Matrix<double, N, N>& symmetric,
+                      const Eigen::Matrix<double, N, 1>& b) {
+  const Eigen::LDLT<Eigen::Matrix<double, N, N>> factor(symmetric);
+  return factor.isPositive() ? b.dot(factor.solve(b)) : 0.0;
+}
 
 }  // namespace cellcal::calib

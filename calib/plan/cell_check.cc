@@ -255,7 +255,8 @@ std::vector<std::string> refuse_faulty(const Cell& cell) {
       refusal += (refusal.empty() ? "" : "; ") + words;
     }
   }
-  if (!refusal.empty()) throw PlanError("the cell file cannot be right: " + refusal);
+  if (!refusal.empty())
+    throw PlanError(PlanError::Kind::kCell, "the cell file cannot be right: " + refusal);
   return warnings;
 }
 

@@ -16,7 +16,7 @@ constexpr std::ptrdiff_t kFewest = 4;
 constexpr double kMostOff = 10.0;
 constexpr double kStepM = 0.001;  ///< between two postures on a search line
 
-/// `speed_m_s`: what is foretold is where the latch will say that it was.
+/// `speed_m_s`: what is predicted is where the latch will say that it was.
 Touch on_line(const PlannedTouch& planned, double travel_m, double speed_m_s) {
   Touch touch;
   touch.target = planned.target;

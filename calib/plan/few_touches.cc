@@ -30,7 +30,7 @@ const TargetResult* known_sphere(const Calibration& calibration, const Target& t
   return found == calibration.targets.end() ? nullptr : &*found;
 }
 
-/// How well each contact is foretold.
+/// How well each contact is predicted.
 void tell_sigmas(const Calibration& calibration, Plan& plan) {
   std::vector<Touch> contacts;
   for (const PlannedTouch& planned : plan.touches) {
@@ -62,6 +62,7 @@ Cell as_known(const Calibration& calibration) {
   }
   if (!any)
     throw PlanError(
+        PlanError::Kind::kCalibration,
         "the calibration knows of no sphere: only spheres can be touched. Calibrate first");
   return cell;
 }
@@ -75,6 +76,7 @@ Plan make_few_touches(const Calibration& calibration, const PlanOptions& options
   const JointVector start = from.empty() ? pool.middle() : from;
   if (const auto what = pool.clearance().hit(start, kTipMarginM))
     throw PlanError(
+        PlanError::Kind::kArmStands,
         fmt::format("the arm is too close to something to start: {}. Jog it free", words(*what)));
   const Aim aim = [&](const Candidate& candidate, PlannedTouch& touch) {
     const TargetResult& sphere = *known_sphere(calibration, cell.targets[candidate.target]);
@@ -86,7 +88,7 @@ Plan make_few_touches(const Calibration& calibration, const PlanOptions& options
     touch.may_miss = true;
   };
   Pace pace;
-  pace.foretold_m = how.before_m;
+  pace.predicted_m = how.before_m;
   const auto possible = [&](std::size_t candidate) { return pool.connected(candidate); };
   Random random(options.seed);
   const std::size_t spread = pool.candidates().size();
@@ -98,7 +100,8 @@ Plan make_few_touches(const Calibration& calibration, const PlanOptions& options
       picked = choose(pool.candidates(), count, possible);
     }
     if (static_cast<int>(picked.size()) < how.least_touches)
-      throw PlanError(fmt::format("only {} touches can be reached by a clear way, {} are needed",
+      throw PlanError(PlanError::Kind::kTooFew,
+                      fmt::format("only {} touches can be reached by a clear way, {} are needed",
                                   picked.size(), how.least_touches));
     std::vector<ToVisit> todo;
     for (const std::size_t c : picked) todo.push_back({pool.candidates()[c], how.set});

@@ -89,8 +89,8 @@ struct Online::Impl {
         random(options.seed + 1) {
     if (start.empty()) start = pool.middle();
     if (const auto what = pool.clearance().hit(start, kTipMarginM))
-      throw PlanError("the arm is too close to something to start: " + words(*what) +
-                      ". Jog it free");
+      throw PlanError(PlanError::Kind::kArmStands, "the arm is too close to something to start: " +
+                                                       words(*what) + ". Jog it free");
     progress.touches_left = goal.most_touches;
     progress.checks_left = options.check_touches;
     for (const Touch& touch : made) {
@@ -413,11 +413,13 @@ struct Online::Impl {
     const Candidate* leaving = last ? &pool.candidates()[*last] : nullptr;
     Way way = way_to(c, from);
     if (!way)  // not for want of a way to this touch: it is connected
-      throw PlanError(fmt::format(
-          "no clear way from where the arm stands: on the way to its resting posture {}. "
-          "Jog it free",
-          words_or(pool.clearance().hit(from, pool.middle(), kTipMarginM),
-                   "it would hit its surroundings")));
+      throw PlanError(
+          PlanError::Kind::kArmStands,
+          fmt::format(
+              "no clear way from where the arm stands: on the way to its resting posture {}. "
+              "Jog it free",
+              words_or(pool.clearance().hit(from, pool.middle(), kTipMarginM),
+                       "it would hit its surroundings")));
     touch.transit = std::move(*way);
     if (estimate) {
       const double unknown = design->unknown(static_cast<Eigen::Index>(c));

@@ -60,6 +60,7 @@ Choice choose_connected(const Cell& cell, const PlanOptions& options, ChooseOpti
   if (harder) choice = choose(cell, candidates, how);
   if (static_cast<int>(choice.picked.size()) < options.fit_touches)
     throw PlanError(
+        PlanError::Kind::kTooFew,
         fmt::format("only {} of {} touches can be reached by a clear way. Move the targets nearer "
                     "to the middle of the workspace, or plan fewer touches",
                     choice.picked.size(), options.fit_touches));
@@ -88,7 +89,8 @@ std::vector<ToVisit> with_check_touches(const Cell& cell, const std::vector<std:
             static_cast<int>(candidates[i].target) % targets == (k + turn) % targets)
           free.push_back(i);
     if (free.empty())
-      throw PlanError("not enough reachable touches are left for the check. Plan fewer");
+      throw PlanError(PlanError::Kind::kTooFew,
+                      "not enough reachable touches are left for the check. Plan fewer");
     const std::size_t pick = free[random.below(free.size())];
     taken[pick] = true;
     if (!pool.connected(pick)) {
@@ -109,7 +111,7 @@ Plan make_plan(const Cell& cell, const PlanOptions& options, const JointVector& 
                     [](const Target& target) { return is_planned(target, kKinds); }));
   const int total = options.fit_touches + options.check_touches;
   if (options.fit_touches < 1 || options.check_touches < 0)
-    throw PlanError("a plan needs at least one fit touch");
+    throw PlanError(PlanError::Kind::kRequest, "a plan needs at least one fit touch");
   const ArmModel arm = planning_arm(cell);
   const int per_touch = Configurations(arm, options.limit_margin_rad).closed_form()
                             ? kCandidatesPerTouch
@@ -118,10 +120,12 @@ Plan make_plan(const Cell& cell, const PlanOptions& options, const JointVector& 
             std::clamp(per_touch * total / std::max(1, targets), 40, kMostCandidates), kKinds);
   const std::vector<Candidate>& candidates = pool.candidates();
   if (static_cast<int>(candidates.size()) < total)
-    throw PlanError(fmt::format(
-        "only {} touches can be reached inside the joint limits and clear of obstacles, {} are "
-        "needed. Move the targets nearer to the middle of the workspace, or plan fewer touches",
-        candidates.size(), total));
+    throw PlanError(
+        PlanError::Kind::kTooFew,
+        fmt::format(
+            "only {} touches can be reached inside the joint limits and clear of obstacles, {} are "
+            "needed. Move the targets nearer to the middle of the workspace, or plan fewer touches",
+            candidates.size(), total));
   ChooseOptions how;
   how.count = options.fit_touches;
   how.least_per_target = std::min(std::max(kLeastPerSphere, options.fit_touches / (2 * targets)),
@@ -139,6 +143,7 @@ Plan make_plan(const Cell& cell, const PlanOptions& options, const JointVector& 
   const JointVector start = from.empty() ? pool.middle() : from;
   if (const auto what = pool.clearance().hit(start, kTipMarginM))
     throw PlanError(
+        PlanError::Kind::kArmStands,
         fmt::format("the arm is too close to something to start: {}. Jog it free", words(*what)));
   Plan plan = visit(cell, options, pool.clearance(), pool.router(), std::move(todo), start);
   plan.predicted_mean_m = choice.predicted_mean_m;
@@ -168,9 +173,11 @@ Plan resume_plan(const Cell& cell, const Plan& plan, std::size_t next, const Joi
       break;
     }
     if (way.empty())
-      throw PlanError(fmt::format(
-          "the arm is not on the line of its last touch, and where it stands {}. Jog it free",
-          words_or(clearance.hit(from, kTipMarginM), "something is too close")));
+      throw PlanError(
+          PlanError::Kind::kArmStands,
+          fmt::format(
+              "the arm is not on the line of its last touch, and where it stands {}. Jog it free",
+              words_or(clearance.hit(from, kTipMarginM), "something is too close")));
   }
   Candidate to;
   to.target = cell.target_index(touch.target);
@@ -180,11 +187,14 @@ Plan resume_plan(const Cell& cell, const Plan& plan, std::size_t next, const Joi
   to.orientation = arm.nominal_tcp(touch.standoff).linear();
   router.mark_hard(to.target);
   if (!router.connect(to))
-    throw PlanError(fmt::format(
-        "{}: no clear way to the next touch of this plan: {}. Check what was changed in the cell",
-        touch.target,
-        words_or(clearance.hit(resting_posture(cell.robot, clearance), touch.standoff, kTipMarginM),
-                 kBlockedAround)));
+    throw PlanError(
+        PlanError::Kind::kInTheWay, touch.target,
+        fmt::format(
+            "{}: no clear way to the next touch of this plan: {}. Check what was changed in the cell",
+            touch.target,
+            words_or(
+                clearance.hit(resting_posture(cell.robot, clearance), touch.standoff, kTipMarginM),
+                kBlockedAround)));
   const PlannedTouch& before = plan.touches[next > 0 ? next - 1 : next];
   Candidate leaving;  // its way to the resting posture is not known: not the one of `to`
   leaving.target = cell.target_index(before.target);
@@ -192,10 +202,13 @@ Plan resume_plan(const Cell& cell, const Plan& plan, std::size_t next, const Joi
   leaving.orientation = arm.nominal_tcp(leaving.clear).linear();
   const auto rest = router.to_standoff(at, &leaving, to);
   if (!rest)
-    throw PlanError(fmt::format(
-        "no clear way from where the arm stands to the next touch, of {}: {}. Jog it above the "
-        "spheres",
-        touch.target, words_or(clearance.hit(at, touch.standoff, kTipMarginM), kBlockedAround)));
+    throw PlanError(
+        PlanError::Kind::kArmStands, touch.target,
+        fmt::format(
+            "no clear way from where the arm stands to the next touch, of {}: {}. Jog it above the "
+            "spheres",
+            touch.target,
+            words_or(clearance.hit(at, touch.standoff, kTipMarginM), kBlockedAround)));
   way.insert(way.end(), rest->begin(), rest->end());
   touch.transit = std::move(way);
   round_corners(clearance, {}, from, touch);

@@ -2,9 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
+#include <variant>
 
 #include "calib/model/error.h"
-#include "calib/model/turn.h"
 #include "calib/model/units.h"
 #include "calib/problem/parallel.h"
 
@@ -20,12 +21,6 @@ constexpr double kTurnScaleRad = 0.01;
 /// A plane that stands so far off where its touches or the cell file put it is another one. Holds
 /// the tilt where all touches are in one spot.
 constexpr double kWildTiltRad = 0.5;
-
-/// At the very centre every direction is as good; the residual is then -r_c and has no gradient.
-Eigen::Vector3d unit(const Eigen::Vector3d& offset) {
-  const double length = offset.norm();
-  return length > 0.0 ? Eigen::Vector3d(offset / length) : Eigen::Vector3d::UnitZ();
-}
 
 /// Which a tip meets where its circuit closes, and at the instant that is latched.
 bool has_a_surface(TargetKind kind) {
@@ -68,6 +63,7 @@ Problem::Problem(const Cell& cell, const ArmModel& arm, std::span<const Touch> t
   shared_size_ = static_cast<int>(unknowns_.size());
   if (arm.size() == 0)
     throw IdentifyError(
+        IdentifyError::Kind::kCell,
         "nothing to identify: every tolerance in the robot file is 0; give the joints tolerances");
 
   block_of_target_.assign(cell.targets.size(), -1);
@@ -125,7 +121,8 @@ void Problem::extend(std::span<const Touch> touches) {
   touches_ = touches.first(before);  // its place may be another, whatever comes of the others
   for (std::size_t i = before; i < touches.size(); ++i)
     if (block_of_target_[cell_.target_index(touches[i].target)] < 0)
-      throw IdentifyError("target " + touches[i].target + " was not touched before");
+      throw IdentifyError(IdentifyError::Kind::kTouches, touches[i].target,
+                          "target " + touches[i].target + " was not touched before");
   touches_ = touches;
   try {
     weigh_from(before);
@@ -147,6 +144,7 @@ void Problem::weigh_from(std::size_t first) {
 void Problem::resize(std::size_t count) {
   target_of_.resize(count);
   block_of_.resize(count);
+  residuals_.resize(count);
   poses_.resize(count);
   lever_m_.resize(count);
   closing_m_s_.resize(count);
@@ -160,7 +158,12 @@ void Problem::weigh(std::size_t i) {
   const Touch& touch = touches_[i];
   target_of_[i] = cell_.target_index(touch.target);
   block_of_[i] = block_of_target_[target_of_[i]];
-  poses_[i] = arm_.prepare(touch.joint_rad, arm_.tool_index(touch.tool));
+  const bool has_turns =
+      block_of_[i] >= 0 && blocks_[static_cast<std::size_t>(block_of_[i])].has_turns;
+  const int tool = arm_.tool_index(touch.tool);
+  const Target& target = cell_.targets[target_of_[i]];
+  residuals_[i] = residual_of(touch, target, nominal_radius_m(target, tool), has_turns);
+  poses_[i] = arm_.prepare(touch.joint_rad, tool);
   ArmChain chain;
   arm_.walk(poses_[i], nominal_, chain);
   Eigen::Matrix3Xd by_joint(3, arm_.joint_count());
@@ -228,8 +231,10 @@ void Problem::add_lengths() {
     const std::size_t from = cell_.target_index(length.from), to = cell_.target_index(length.to);
     for (const std::size_t end : {from, to})
       if (!has_a_centre(cell_.targets[end].kind))
-        throw IdentifyError("a length ends at " + cell_.targets[end].id +
-                            ", which has no centre; lengths lie between spheres, wires and points");
+        throw IdentifyError(
+            IdentifyError::Kind::kCell, cell_.targets[end].id,
+            "a length ends at " + cell_.targets[end].id +
+                ", which has no centre; lengths lie between spheres, wires and points");
     const int a = block_of_target_[from], b = block_of_target_[to];
     if (a >= 0 && b >= 0) lengths_.push_back({a, b, length.length_m, length.sigma_m});
   }
@@ -261,14 +266,7 @@ void Problem::set_field(double field_m, double noise_factor) {
   set_ripple(ripple_rad_);
 }
 
-int Problem::rows(std::size_t touch) const {
-  const TargetKind kind = cell_.targets[target_of_[touch]].kind;
-  if (kind == TargetKind::kPoint) return 3;
-  if (kind != TargetKind::kTracker) return 1;
-  const bool turns = touches_[touch].tracker_abc_rad && block_of_[touch] >= 0 &&
-                     blocks_[static_cast<std::size_t>(block_of_[touch])].has_turns;
-  return turns ? 6 : 3;
-}
+int Problem::rows(std::size_t touch) const { return rows_of(residuals_[touch]); }
 
 double Problem::turn_lever_m(std::size_t touch) const {
   const double own = touches_[touch].turn_sigma_rad;
@@ -291,104 +289,79 @@ Problem::At Problem::at(const double* x_si) const {
 
 void Problem::residual_m(std::size_t touch, const At& at, double* residual, double* by_shared,
                          double* by_target, Eigen::Vector3d* direction) const {
-  const Target& what = cell_.targets[target_of_[touch]];
-  const double* target = at.x + blocks_[static_cast<std::size_t>(block_of_[touch])].first;
   ArmChain chain;
   arm_.walk(poses_[touch], at.arm, chain);
-  const Eigen::Vector3d& tip = chain.tip;
-  const TargetPlace& place = places_[target_of_[touch]];
+  const Rows rows{residual, by_shared, by_target, direction};
+  std::visit([&](const auto& kind) { fill(kind, touch, at, chain, rows); }, residuals_[touch]);
+}
 
-  if (rows(touch) >= 3) {  // point: p - c;  tracker: p - Y(y)
-    const bool tracker = what.kind == TargetKind::kTracker;
-    Eigen::Matrix<double, 3, 6> by_place;
-    const Eigen::Vector3d offset =
-        tip - (tracker ? tracked_m(place, target,
-                                   Eigen::Map<const Eigen::Vector3d>(touches_[touch].tracker_m),
-                                   by_target != nullptr ? &by_place : nullptr)
-                       : Eigen::Vector3d(Eigen::Map<const Eigen::Vector3d>(target)));
-    Eigen::Map<Eigen::Vector3d>{residual} = offset;  // (12)
-    if (direction != nullptr) *direction = unit(offset);
-    for (int axis = 0; by_shared != nullptr && axis < 3; ++axis) {
-      double* row = by_shared + axis * shared_size_;
-      arm_.derivative_along(Eigen::Vector3d::Unit(axis), poses_[touch], at.arm, chain, row);
-      std::fill(row + arm_.size(), row + shared_size_, 0.0);
-    }
-    if (by_target != nullptr && tracker) {
-      const int own = blocks_[static_cast<std::size_t>(block_of_[touch])].size();
-      Eigen::Map<RowMajor> by(by_target, 3, own);
-      by.setZero();
-      by.leftCols<6>() = -by_place;
-    } else if (by_target != nullptr)
-      Eigen::Map<RowMajor>(by_target, 3, 3) = -Eigen::Matrix3d::Identity();
-    if (rows(touch) == 6)
-      turn_residual(touch, at, chain, residual + 3,
-                    by_shared != nullptr ? by_shared + 3 * shared_size_ : nullptr,
-                    by_target != nullptr ? by_target + 3 * TargetBlock::kMost : nullptr);
-    return;
-  }
+template <typename Kind>
+requires requires(Kind kind) { kind.has_own_radius; }
+void Problem::fill(const Kind& kind, std::size_t touch, const At& at, const ArmChain& chain,
+                   const Rows& rows) const {
+  const double* own = at.x + blocks_[static_cast<std::size_t>(block_of_[touch])].first;
   const int tool = tool_of(touch);
-  // sphere: |p - c| - (r_s + r_tip + rho + dr);  wire: |p - c| - L_w;  plane: n.(p - c0) - shift -
-  // (r_tip + rho);
-  // sphere and plane: what a late latch reads too deep
-  Eigen::Vector3d normal;
-  Eigen::RowVector3d by_place;
-  double distance = 0.0;
-  if (what.kind == TargetKind::kPlane) {
-    distance = plane_distance_m(place, target, tip, &normal, &by_place);
-  } else {
-    const Eigen::Vector3d offset = tip - Eigen::Map<const Eigen::Vector3d>(target);
-    distance = offset.norm();
-    normal = unit(offset);
-    by_place = -normal.transpose();
+  const Distance distance = kind.distance(places_[target_of_[touch]], own, chain.tip);
+  const double radius = kind.radius_m(at.rho_m[static_cast<std::size_t>(tool)], own);
+  *rows.residual = distance.m - radius + closing_m_s_[touch] * at.delay_s;  // (12), (74)
+  if (rows.direction != nullptr) *rows.direction = distance.normal;
+  if (rows.by_shared != nullptr) {
+    arm_.derivative_along(distance.normal, poses_[touch], at.arm, chain, rows.by_shared);
+    std::fill(rows.by_shared + arm_.size(), rows.by_shared + shared_size_, 0.0);
+    if (Kind::kHasSurface && rho(tool) >= 0) rows.by_shared[rho(tool)] = -1.0;
+    if (delay_ >= 0) rows.by_shared[delay_] = closing_m_s_[touch];
   }
-  if (direction != nullptr) *direction = normal;
-  const bool has_radius = what.kind == TargetKind::kSphere && what.diameter_sigma_m > 0.0;
-  double radius =
-      what.kind == TargetKind::kWire ? touches_[touch].radius_m : nominal_radius_m(what, tool);
-  const bool with_rho = has_a_surface(what.kind) && rho(tool) >= 0;
-  if (with_rho) radius += at.rho_m[static_cast<std::size_t>(tool)];
-  if (has_radius) radius += target[3];
-  *residual = distance - radius + closing_m_s_[touch] * at.delay_s;  // (12), (74)
-  if (by_shared != nullptr) {
-    arm_.derivative_along(normal, poses_[touch], at.arm, chain, by_shared);
-    std::fill(by_shared + arm_.size(), by_shared + shared_size_, 0.0);
-    if (with_rho) by_shared[rho(tool)] = -1.0;
-    if (delay_ >= 0) by_shared[delay_] = closing_m_s_[touch];
-  }
-  if (by_target != nullptr) {
-    Eigen::Map<Eigen::RowVector3d>{by_target} = by_place;
-    if (has_radius) by_target[3] = -1.0;
+  if (rows.by_target != nullptr) {
+    Eigen::Map<Eigen::RowVector3d>{rows.by_target} = distance.by_place;
+    if (kind.has_own_radius) rows.by_target[3] = -1.0;
   }
 }
 
-/// The turn, in the base frame, that leads from where the tracker saw the probe to where the arm
-/// has it.
-void Problem::turn_residual(std::size_t touch, const At& at, const ArmChain& chain,
-                            double* residual, double* by_shared, double* by_target) const {
-  const TargetPlace& place = places_[target_of_[touch]];
-  const double* own = at.x + blocks_[static_cast<std::size_t>(block_of_[touch])].first;
-  const Eigen::Map<const Eigen::Vector3d> frame(own + 3), mount(own + 6);
-  const Eigen::Matrix3d tool = arm_.rotation(poses_[touch], at.arm, chain);
-  const Eigen::Matrix3d held = tool * turn(mount) * place.probe;
-  const Eigen::Matrix3d seen = turn(frame) * place.axes * probe_turn(touches_[touch]);
-  const Eigen::Matrix3d apart = held * seen.transpose();
-  const Eigen::Vector3d off = turn_vector(apart);  // (15)
-  const double lever = turn_lever_m(touch);
-  Eigen::Map<Eigen::Vector3d>{residual} = lever * off;
-  if (by_shared == nullptr && by_target == nullptr) return;
-  const Eigen::Matrix3d by_turn = lever * turn_vector_derivative(off);
-  if (by_shared != nullptr) {
+template <typename Kind>
+requires requires(Kind kind) { kind.has_turns; }
+void Problem::fill(const Kind& kind, std::size_t touch, const At& at, const ArmChain& chain,
+                   const Rows& rows) const {
+  const TargetBlock& block = blocks_[static_cast<std::size_t>(block_of_[touch])];
+  const SeenTip seen =
+      kind.seen(places_[block.target], at.x + block.first, rows.by_target != nullptr);
+  const Eigen::Vector3d offset = chain.tip - seen.m;
+  Eigen::Map<Eigen::Vector3d>{rows.residual} = offset;  // (12)
+  if (rows.direction != nullptr) *rows.direction = direction_of(offset);
+  for (int axis = 0; rows.by_shared != nullptr && axis < 3; ++axis) {
+    double* row = rows.by_shared + axis * shared_size_;
+    arm_.derivative_along(Eigen::Vector3d::Unit(axis), poses_[touch], at.arm, chain, row);
+    std::fill(row + arm_.size(), row + shared_size_, 0.0);
+  }
+  if (rows.by_target != nullptr) {
+    Eigen::Map<RowMajor> by(rows.by_target, 3, block.size());
+    by.setZero();
+    by.leftCols<Kind::kPlace>() = -seen.by_place.template leftCols<Kind::kPlace>();
+  }
+  if constexpr (std::is_same_v<Kind, TrackerResidual>)
+    if (kind.has_turns) fill_turn(kind, touch, at, chain, rows);
+}
+
+/// Behind the three rows of the place.
+void Problem::fill_turn(const TrackerResidual& kind, std::size_t touch, const At& at,
+                        const ArmChain& chain, const Rows& rows) const {
+  const TargetBlock& block = blocks_[static_cast<std::size_t>(block_of_[touch])];
+  const bool derivatives = rows.by_shared != nullptr || rows.by_target != nullptr;
+  const ProbeTurn turn =
+      probe_turn(kind, places_[block.target], at.x + block.first,
+                 arm_.rotation(poses_[touch], at.arm, chain), turn_lever_m(touch), derivatives);
+  Eigen::Map<Eigen::Vector3d>{rows.residual + 3} = turn.m;
+  if (rows.by_shared != nullptr) {
     Eigen::Matrix3Xd by_arm(3, arm_.size());
     arm_.turn_derivative(poses_[touch], at.arm, chain, by_arm);
-    Eigen::Map<RowMajor> by(by_shared, 3, shared_size_);
-    by.leftCols(arm_.size()) = by_turn * by_arm;
+    Eigen::Map<RowMajor> by(rows.by_shared + 3 * shared_size_, 3, shared_size_);
+    by.leftCols(arm_.size()) = turn.by_tool * by_arm;
     by.rightCols(shared_size_ - arm_.size()).setZero();
   }
-  if (by_target != nullptr) {
-    Eigen::Map<RowMajor> by(by_target, 3, TargetBlock::kMost);
+  if (rows.by_target != nullptr) {
+    Eigen::Map<RowMajor> by(rows.by_target + 3 * TargetBlock::kMost, 3, TargetBlock::kMost);
     by.leftCols<3>().setZero();
-    by.middleCols<3>(3) = -by_turn * apart * turn_derivative(frame);
-    by.rightCols<3>() = by_turn * tool * turn_derivative(mount);
+    by.middleCols<3>(3) = turn.by_frame;
+    by.rightCols<3>() = turn.by_mount;
   }
 }
 

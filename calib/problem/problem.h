@@ -16,6 +16,7 @@
 #include "calib/model/kinematics.h"
 #include "calib/model/touch.h"
 #include "calib/problem/target_place.h"
+#include "calib/problem/target_residual.h"
 
 namespace cellcal::calib {
 
@@ -140,6 +141,7 @@ class Problem {
   const ArmModel& arm_;
   std::span<const Touch> touches_;
   std::vector<PreparedPose> poses_;
+  std::vector<TargetResidual> residuals_;
   std::vector<TargetPlace> places_;
   ArmErrors nominal_;
   std::vector<Unknown> unknowns_;
@@ -158,8 +160,23 @@ class Problem {
   int delay_ = -1;
   void add_rho();
   void add_delay();
-  void turn_residual(std::size_t touch, const At& at, const ArmChain& chain, double* residual,
-                     double* by_shared, double* by_target) const;
+  /// Where residuals and derivatives of a touch go, as residual_m() has them.
+  struct Rows {
+    double *residual, *by_shared, *by_target;
+    Eigen::Vector3d* direction;
+  };
+  /// Of kinds that measure a distance.
+  template <typename Kind>
+  requires requires(Kind kind) { kind.has_own_radius; }
+  void fill(const Kind& kind, std::size_t touch, const At& at, const ArmChain& chain,
+            const Rows& rows) const;
+  /// Of kinds that say where the tip is.
+  template <typename Kind>
+  requires requires(Kind kind) { kind.has_turns; }
+  void fill(const Kind& kind, std::size_t touch, const At& at, const ArmChain& chain,
+            const Rows& rows) const;
+  void fill_turn(const TrackerResidual& kind, std::size_t touch, const At& at,
+                 const ArmChain& chain, const Rows& rows) const;
   void add_target(std::size_t target);
   void add_lengths();
   void weigh(std::size_t touch);

@@ -211,7 +211,7 @@ SolveResult solve(const Problem& problem, const Eigen::VectorXd& start,
   result.iterations = static_cast<int>(summary.iterations.size());
   result.converged = summary.termination_type == ceres::CONVERGENCE;
   if (!summary.IsSolutionUsable() || !result.u.allFinite())
-    throw IdentifyError("the solver failed: " + summary.message);
+    throw IdentifyError(IdentifyError::Kind::kNotSolved, "the solver failed: " + summary.message);
   return result;
 }
 

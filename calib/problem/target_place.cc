@@ -114,11 +114,8 @@ double common_tip_radius_m(const Seen& seen) {
   return std::accumulate(all.begin(), all.end(), 0.0) / static_cast<double>(all.size());
 }
 
-/// In words why touches do not say where their target is, and what to do.
-struct NotPlaced {
-  std::string why;
-};
-using Placed = std::variant<TargetPlace, NotPlaced>;
+/// Or why touches do not say where their target is, and what to do.
+using Placed = std::variant<TargetPlace, IdentifyError>;
 
 /// The normal's sign with which the tool stands on the plane's outer side, by most touches: of one
 /// that lies nearly along the plane the line from tip to flange says little. Nothing where all do.
@@ -135,26 +132,32 @@ std::optional<double> side_of(const Cell& cell, const Seen& seen, const Vector3d
 Placed place_plane(const Cell& cell, const Target& target, const Seen& seen) {
   const PlaneFit fit = fit_plane(seen.tips_m);
   if (!fit.determined && !target.has_normal)
-    return NotPlaced{fmt::format(
-        "target {}: {} fit touches do not span a plane. Touch it farther apart in two directions, "
-        "or add its normal to the cell file",
-        target.id, seen.tips_m.size())};
+    return IdentifyError(
+        IdentifyError::Kind::kUndetermined, target.id,
+        fmt::format(
+            "target {}: {} fit touches do not span a plane. Touch it farther apart in two directions, "
+            "or add its normal to the cell file",
+            target.id, seen.tips_m.size()));
   Vector3d normal = fit.normal;
   if (target.has_normal) {
     if (normal.dot(target.normal) < 0.0) normal = -normal;
     if (!fit.determined) normal = target.normal;
     if (normal.dot(target.normal) < kNormalCosine)
-      return NotPlaced{fmt::format(
-          "target {}: normal of the touched plane {:.0f} deg off the stated one. Check its normal in "
-          "the cell file",
-          target.id, std::acos(std::clamp(normal.dot(target.normal), -1.0, 1.0)) * kDegPerRad)};
+      return IdentifyError(
+          IdentifyError::Kind::kCell, target.id,
+          fmt::format(
+              "target {}: normal of the touched plane {:.0f} deg off the stated one. Check its normal "
+              "in the cell file",
+              target.id, std::acos(std::clamp(normal.dot(target.normal), -1.0, 1.0)) * kDegPerRad));
   } else if (const auto side = side_of(cell, seen, normal)) {
     normal *= *side;
   } else {
-    return NotPlaced{fmt::format(
-        "target {}: the touched side of the plane is not determined: the tool lies along it. Add its "
-        "normal to the cell file, pointing to the side of the tool",
-        target.id)};
+    return IdentifyError(
+        IdentifyError::Kind::kUndetermined, target.id,
+        fmt::format(
+            "target {}: the touched side of the plane is not determined: the tool lies along "
+            "it. Add its normal to the cell file, pointing to the side of the tool",
+            target.id));
   }
   TargetPlace place(fit.middle_m - common_tip_radius_m(seen) * normal);
   place.axes = axes_about(normal);
@@ -176,14 +179,17 @@ Matrix3d probe_on_tool(const Matrix3d& axes, const Seen& seen) {
 Placed place_tracker(const Target& target, const Seen& seen) {
   for (const Vector3d& reading : seen.readings_m)
     if (!reading.allFinite())
-      return NotPlaced{
-          fmt::format("target {}: a reading is not a number. Leave it out", target.id)};
+      return IdentifyError(
+          IdentifyError::Kind::kTouches, target.id,
+          fmt::format("target {}: a reading is not a number. Leave it out", target.id));
   const FrameFit fit = fit_frame(seen.readings_m, seen.tips_m);
   if (!fit.determined)
-    return NotPlaced{fmt::format(
-        "target {}: {} fit touches whose readings lie in a line do not determine the tracker's "
-        "frame. Measure at three places or more that are not in a line",
-        target.id, seen.readings_m.size())};
+    return IdentifyError(
+        IdentifyError::Kind::kUndetermined, target.id,
+        fmt::format(
+            "target {}: {} fit touches whose readings lie in a line do not determine the tracker's "
+            "frame. Measure at three places or more that are not in a line",
+            target.id, seen.readings_m.size()));
   TargetPlace place(fit.frame * fit.middle_m);
   place.axes = fit.frame.linear();
   place.middle_m = fit.middle_m;
@@ -206,10 +212,12 @@ Placed place_of(const Cell& cell, const Target& target, const Seen& seen) {
     for (const Vector3d& tool : seen.tool) hints.outwards += tool;
   const SphereFit fit = fit_centre(seen.tips_m, seen.radii_m, hints);
   if (!fit.determined && !target.has_centre)
-    return NotPlaced{fmt::format(
-        "target {}: {} fit touches do not span a sphere. Touch it from more sides, or add "
-        "centre_mm to the cell file",
-        target.id, seen.tips_m.size())};
+    return IdentifyError(
+        IdentifyError::Kind::kUndetermined, target.id,
+        fmt::format(
+            "target {}: {} fit touches do not span a sphere. Touch it from more sides, or add "
+            "centre_mm to the cell file",
+            target.id, seen.tips_m.size()));
   return TargetPlace(fit.centre_m);
 }
 
@@ -286,30 +294,37 @@ bool centre_is_held(const Target& target) {
   return has_a_centre(target.kind) && target.has_centre && target.centre_sigma_m > 0.0;
 }
 
-std::optional<std::vector<TargetPlace>> seen_places(const Cell& cell, const ArmModel& arm,
-                                                    const std::vector<Touch>& touches,
-                                                    std::string* why_not) {
+namespace {
+
+std::variant<std::vector<TargetPlace>, IdentifyError> place_all(const Cell& cell,
+                                                                const ArmModel& arm,
+                                                                const std::vector<Touch>& touches) {
   std::vector<TargetPlace> places(cell.targets.size());
   for (std::size_t t = 0; t < cell.targets.size(); ++t) {
     const Target& target = cell.targets[t];
     const Seen seen = without_strays(target, see(arm, target, touches));
     if (seen.tips_m.empty()) continue;
-    Placed placed = place_of(cell, target, seen);
-    if (auto* none = std::get_if<NotPlaced>(&placed)) {
-      if (why_not != nullptr) *why_not = std::move(none->why);
-      return std::nullopt;
-    }
+    const Placed placed = place_of(cell, target, seen);
+    if (const auto* why_not = std::get_if<IdentifyError>(&placed)) return *why_not;
     places[t] = std::get<TargetPlace>(placed);
   }
   return places;
 }
 
+}  // namespace
+
 std::vector<TargetPlace> starting_places(const Cell& cell, const ArmModel& arm,
                                          const std::vector<Touch>& touches) {
-  std::string why_not;
-  auto places = seen_places(cell, arm, touches, &why_not);
-  if (!places) throw IdentifyError(why_not);
-  return std::move(*places);
+  auto places = place_all(cell, arm, touches);
+  if (const auto* why_not = std::get_if<IdentifyError>(&places)) throw *why_not;
+  return std::get<std::vector<TargetPlace>>(std::move(places));
+}
+
+std::optional<std::vector<TargetPlace>> seen_places(const Cell& cell, const ArmModel& arm,
+                                                    const std::vector<Touch>& touches) {
+  auto places = place_all(cell, arm, touches);
+  if (std::holds_alternative<IdentifyError>(places)) return std::nullopt;
+  return std::get<std::vector<TargetPlace>>(std::move(places));
 }
 
 std::vector<TargetPlace> rough_places(const Cell& cell, const ArmModel& arm,

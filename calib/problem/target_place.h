@@ -63,10 +63,9 @@ bool centre_is_held(const Target& target);
 std::vector<TargetPlace> starting_places(const Cell& cell, const ArmModel& arm,
                                          const std::vector<Touch>& touches);
 
-/// The same, and no places at all where those of one target do not say; `why_not` then has the words.
+/// The same, and no places at all where those of one target do not say.
 std::optional<std::vector<TargetPlace>> seen_places(const Cell& cell, const ArmModel& arm,
-                                                    const std::vector<Touch>& touches,
-                                                    std::string* why_not = nullptr);
+                                                    const std::vector<Touch>& touches);
 
 /// The same where they say too little: of such a target where it is stated or touched, about.
 std::vector<TargetPlace> rough_places(const Cell& cell, const ArmModel& arm,

@@ -60,7 +60,7 @@ struct DriftPoint {
 enum class DriftShape { kStep, kCreep };
 
 /// How the TCP best went off, by all checks in the chart.
-struct DriftCourse {
+struct DriftTrend {
   DriftShape shape = DriftShape::kCreep;
   std::int64_t since = 0;                              ///< the first check that is off
   double since_s = 0.0;                                ///< its time
@@ -82,7 +82,7 @@ struct DriftChart {
   double noise = 1.0;  ///< scatter of the checks by what the calibration states
   std::optional<Eigen::Vector3d> per_kelvin_m = {};  ///< where temperatures are known
   std::vector<DriftPoint> points = {};               ///< oldest first
-  std::optional<DriftCourse> course = {};            ///< where it warns or alarms
+  std::optional<DriftTrend> trend = {};              ///< where it warns or alarms
   std::optional<std::int64_t> alarmed_at = {};  ///< the check that raised the alarm that stands
 };
 

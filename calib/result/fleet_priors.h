@@ -1,5 +1,5 @@
 #pragma once
-// How far the arms of one robot model lie from their drawing, learned from many calibrations (calib/fleet).
+// How far the arms of one robot model lie from their nominal geometry, learned from many calibrations (calib/fleet).
 // calib/files/priors_file.h writes it as "cellcal.priors/1".
 
 #include <array>
@@ -29,7 +29,7 @@ struct Spread {
 };
 
 /// What is offered to a cell: the spread found, wider by its own uncertainty; and no narrower than drawn where the
-/// arms tell less of it than the drawing counts for, so that what other joints show widens it, but does not narrow
+/// arms tell less of it than the robot file counts for, so that what other joints show widens it, but does not narrow
 /// it. Bounds that come of a prior too narrow are too small; of one too wide they are only wide.
 double offered(const Spread& spread);
 
@@ -45,29 +45,29 @@ struct JointPriors {
 };
 
 struct FleetPriors {
-  long version = 1;     ///< of this model's priors, counted by who makes them
-  std::string made;     ///< ISO 8601 UTC
-  std::string robot;    ///< model, of the robot file
-  std::string drawing;  ///< SHA-256 (calib/files/drawing.h)
-  int arms = 0;         ///< behind it
+  long version = 1;              ///< of this model's priors, counted by who makes them
+  std::string made;              ///< ISO 8601 UTC
+  std::string robot;             ///< model, of the robot file
+  std::string nominal_geometry;  ///< SHA-256 (calib/files/nominal_geometry.h)
+  int arms = 0;                  ///< behind it
   std::vector<JointPriors> joints;
 };
 
 /// Why a calibration has no part in the priors.
 enum class SetAsideKind {
-  kUnreadable,    ///< no calibration can be read of it
-  kWithheld,      ///< it was not published
-  kOtherDrawing,  ///< its arm is nominally another
+  kUnreadable,            ///< no calibration can be read of it
+  kWithheld,              ///< it was not published
+  kOtherNominalGeometry,  ///< its arm is nominally another
   kInconsistent,  ///< parameters and covariance are not what an estimate from its priors leaves
   kTellsNothing,  ///< its priors decided all of it
   kSameArm,       ///< another calibration of the arm counts
-  kTooFar,        ///< as a whole farther from the drawing than the other arms' spread allows
+  kTooFar,        ///< as a whole farther from nominal than the other arms' spread allows
   kTooNear        ///< nearer than chance allows
 };
 inline constexpr std::array kSetAsideKinds{
     Named<SetAsideKind>{SetAsideKind::kUnreadable, "unreadable"},
     Named<SetAsideKind>{SetAsideKind::kWithheld, "withheld"},
-    Named<SetAsideKind>{SetAsideKind::kOtherDrawing, "other_drawing"},
+    Named<SetAsideKind>{SetAsideKind::kOtherNominalGeometry, "other_drawing"},
     Named<SetAsideKind>{SetAsideKind::kInconsistent, "inconsistent"},
     Named<SetAsideKind>{SetAsideKind::kTellsNothing, "tells_nothing"},
     Named<SetAsideKind>{SetAsideKind::kSameArm, "same_arm"},

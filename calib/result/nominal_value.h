@@ -7,7 +7,7 @@
 namespace cellcal::calib {
 
 /// [SI]. Of a joint's theta (its zero), d, a, alpha, beta and of the tool's x, y, z; 0 of all
-/// others, which are none of the drawing's.
+/// others, which have no nominal value.
 double stated_value(const Cell& cell, const ParameterKey& parameter);
 
 }  // namespace cellcal::calib

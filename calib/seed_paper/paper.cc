@@ -185,22 +185,27 @@ VectorXd solve(const std::vector<LinearTouch>& fit, VectorXd x, double radius,
     if (!(step.norm() >= options.step_tolerance)) break;
   }
   if (!x.allFinite())
-    throw IdentifyError("the paper's estimator diverged at lambda " +
-                        std::to_string(options.lambda) + "; choose a larger lambda");
+    throw IdentifyError(IdentifyError::Kind::kNotSolved,
+                        "the paper's estimator diverged at lambda " +
+                            std::to_string(options.lambda) + "; choose a larger lambda");
   return x;
 }
 
 const Target& only_sphere(const Cell& cell, const std::vector<Touch>& touches) {
-  if (touches.empty()) throw IdentifyError("no touches; the paper's estimator needs at least 4");
+  if (touches.empty())
+    throw IdentifyError(IdentifyError::Kind::kUndetermined,
+                        "no touches; the paper's estimator needs at least 4");
   const Target& target = cell.targets.at(cell.target_index(touches.front().target));
   for (const Touch& touch : touches)
     if (touch.target != target.id)
-      throw IdentifyError("the paper's estimator knows one sphere, but the touches lie on " +
-                          target.id + " and " + touch.target +
-                          "; leave one out or use the default method");
+      throw IdentifyError(IdentifyError::Kind::kTouches, touch.target,
+                          "the paper's estimator knows one sphere, but the touches lie on " +
+                              target.id + " and " + touch.target +
+                              "; leave one out or use the default method");
   if (target.kind != TargetKind::kSphere)
-    throw IdentifyError("the paper's estimator knows spheres only, and " + target.id +
-                        " is none; use the default method");
+    throw IdentifyError(IdentifyError::Kind::kTouches, target.id,
+                        "the paper's estimator knows spheres only, and " + target.id +
+                            " is none; use the default method");
   return target;
 }
 
@@ -229,7 +234,8 @@ std::vector<ParameterResult> parameters_of(const ArmModel& model, const Target& 
 Calibration identify_paper(const Cell& cell, const std::vector<Touch>& touches,
                            const PaperOptions& options, PaperTrace* trace) {
   if (!(options.lambda > 0.0) || options.iterations < 1)
-    throw IdentifyError("the paper's estimator needs lambda > 0 and at least one iteration");
+    throw IdentifyError(IdentifyError::Kind::kOptions,
+                        "the paper's estimator needs lambda > 0 and at least one iteration");
   const Target& sphere = only_sphere(cell, touches);
   const double radius = sphere.diameter_m / 2.0 + cell.tool.tip_radius_m;
   const ArmModel model(cell.robot, cell.tool);
@@ -237,17 +243,21 @@ Calibration identify_paper(const Cell& cell, const std::vector<Touch>& touches,
   std::vector<LinearTouch> all, fit, check;
   for (const Touch& touch : touches) {
     if (touch.joint_rad.size() != cell.robot.joints.size())
-      throw IdentifyError("a touch has " + std::to_string(touch.joint_rad.size()) +
-                          " joint angles, the robot " + std::to_string(cell.robot.joints.size()) +
-                          " joints");
+      throw IdentifyError(IdentifyError::Kind::kTouches,
+                          "a touch has " + std::to_string(touch.joint_rad.size()) +
+                              " joint angles, the robot " +
+                              std::to_string(cell.robot.joints.size()) + " joints");
     if (!touch.tool.empty())
-      throw IdentifyError("the paper's estimator knows one tool, but a touch is of " + touch.tool);
+      throw IdentifyError(IdentifyError::Kind::kTouches,
+                          "the paper's estimator knows one tool, but a touch is of " + touch.tool);
     all.push_back(linearise(model, touch.joint_rad));
     (touch.set == TouchSet::kFit ? fit : check).push_back(all.back());
   }
   if (fit.size() < kLeastTouches)
-    throw IdentifyError("the paper's estimator needs at least " + std::to_string(kLeastTouches) +
-                        " fit touches on " + sphere.id + ", found " + std::to_string(fit.size()));
+    throw IdentifyError(IdentifyError::Kind::kUndetermined, sphere.id,
+                        "the paper's estimator needs at least " + std::to_string(kLeastTouches) +
+                            " fit touches on " + sphere.id + ", found " +
+                            std::to_string(fit.size()));
 
   VectorXd start = VectorXd::Zero(model.size() + kCentre);
   start.tail<kCentre>() = fit_centre(fit);

@@ -61,24 +61,25 @@ CsvTable::CsvTable(std::string_view text, std::string name) : rest_(text), name_
   constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
   if (rest_.starts_with(kByteOrderMark)) rest_.remove_prefix(kByteOrderMark.size());
   std::string_view line;
-  if (!next_line(line)) throw FileError(name_ + ": empty; a header row is needed");
+  if (!next_line(line)) throw FileError(name_, ": empty; a header row is needed");
   header_line_ = line_;
   split(line, fields_);
   if (fields_.size() > kMaxColumns)
-    throw FileError(name_ + ":" + std::to_string(line_) + ": more than 256 columns");
+    throw FileError(name_, ":" + std::to_string(line_) + ": more than 256 columns");
   const auto numbers = static_cast<std::size_t>(std::count_if(
       fields_.begin(), fields_.end(), [](std::string_view f) { return is_number(f); }));
   if (2 * numbers >= fields_.size())
-    throw FileError(name_ + ":" + std::to_string(line_) +
-                    ": the header row is missing: these are numbers, and the first row must name "
-                    "the columns, as in A1,A2,A3,A4,A5,A6,target");
+    throw FileError(
+        name_, ":" + std::to_string(line_) +
+                   ": the header row is missing: these are numbers, and the first row must name "
+                   "the columns, as in A1,A2,A3,A4,A5,A6,target");
   for (const std::string_view field : fields_) {
     const std::string column(field);
     if (column.empty())
-      throw FileError(name_ + ":" + std::to_string(line_) + ": a column has no name");
+      throw FileError(name_, ":" + std::to_string(line_) + ": a column has no name");
     if (find(column) >= 0)
-      throw FileError(name_ + ":" + std::to_string(line_) + ": column \"" + shown(column) +
-                      "\" stands twice");
+      throw FileError(
+          name_, ":" + std::to_string(line_) + ": column \"" + shown(column) + "\" stands twice");
     columns_.push_back(column);
   }
 }
@@ -96,12 +97,12 @@ void CsvTable::refuse_unknown(const std::vector<std::string>& known) const {
     if (found) continue;
     std::string list;
     for (const std::string& name : known) list += (list.empty() ? "" : ", ") + name;
-    throw FileError(name_ + ":" + std::to_string(header_line_) + ": unknown column \"" +
-                    shown(column) + "\"; " +
-                    (column.find_first_of(";\t") != std::string::npos
-                         ? "fields are separated by commas, and the decimal mark is '.'; "
-                         : "") +
-                    "known here are: " + list);
+    throw FileError(
+        name_, ":" + std::to_string(header_line_) + ": unknown column \"" + shown(column) + "\"; " +
+                   (column.find_first_of(";\t") != std::string::npos
+                        ? "fields are separated by commas, and the decimal mark is '.'; "
+                        : "") +
+                   "known here are: " + list);
   }
 }
 
@@ -113,13 +114,14 @@ bool CsvTable::next_line(std::string_view& line) {
     rest_.remove_prefix(end == std::string_view::npos ? rest_.size() : end + 1);
     if (line.ends_with('\r')) line.remove_suffix(1);
     if (line.size() > kMaxLine)
-      throw FileError(name_ + ":" + std::to_string(line_) + ": line longer than 65536 bytes");
+      throw FileError(name_, ":" + std::to_string(line_) + ": line longer than 65536 bytes");
     // A carriage return or an escape inside a field would not survive being written again.
     if (std::any_of(line.begin(), line.end(), [](char c) {
           return c == '"' || c == 0x7f || (static_cast<unsigned char>(c) < 0x20 && c != '\t');
         }))
-      throw FileError(name_ + ":" + std::to_string(line_) +
-                      ": quotes, NUL and other control characters cannot stand in this file");
+      throw FileError(name_,
+                      ":" + std::to_string(line_) +
+                          ": quotes, NUL and other control characters cannot stand in this file");
     const std::string_view content = trim(line);
     if (!content.empty() && content.front() != '#') return true;
   }
@@ -131,9 +133,9 @@ bool CsvTable::next() {
   if (!next_line(line)) return false;
   split(line, fields_);
   if (fields_.size() != columns_.size())
-    throw FileError(name_ + ":" + std::to_string(line_) + ": " + std::to_string(fields_.size()) +
-                    " fields, but the header has " + std::to_string(columns_.size()) +
-                    " columns; " + guess_why(fields_, columns_.size()));
+    throw FileError(name_, ":" + std::to_string(line_) + ": " + std::to_string(fields_.size()) +
+                               " fields, but the header has " + std::to_string(columns_.size()) +
+                               " columns; " + guess_why(fields_, columns_.size()));
   return true;
 }
 
@@ -150,8 +152,8 @@ double CsvTable::number(int column) const {
 }
 
 FileError CsvTable::error(int column, const std::string& what) const {
-  return FileError(name_ + ":" + std::to_string(line_) + ": " +
-                   shown(columns_[static_cast<std::size_t>(column)]) + ": " + what);
+  return FileError(name_, ":" + std::to_string(line_) + ": " +
+                              shown(columns_[static_cast<std::size_t>(column)]) + ": " + what);
 }
 
 void CsvTable::fail(int column, const std::string& what) const { throw error(column, what); }

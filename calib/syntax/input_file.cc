@@ -48,12 +48,12 @@ const char* kind_of(mode_t mode) {
 void refuse_other_than_files(const std::string& name, const struct stat& info,
                              std::size_t max_bytes) {
   if (!S_ISREG(info.st_mode))
-    throw FileError(name + ": " + kind_of(info.st_mode) + "; name a file");
+    throw FileError(name, std::string(": ") + kind_of(info.st_mode) + "; name a file");
   if (is_withheld(info))
-    throw FileError(name + ": is the journal of this daemon; name the file that is meant");
+    throw FileError(name, ": is the journal of this daemon; name the file that is meant");
   if (static_cast<std::uintmax_t>(info.st_size) > max_bytes)
-    throw FileError(name + ": larger than " + std::to_string(max_bytes) +
-                    " bytes; is it the right file?");
+    throw FileError(name,
+                    ": larger than " + std::to_string(max_bytes) + " bytes; is it the right file?");
 }
 
 class Descriptor {
@@ -93,28 +93,29 @@ std::string read_file(const std::filesystem::path& path, std::size_t max_bytes) 
   const std::string name = path.string();
   struct stat info {};
   if (::stat(path.c_str(), &info) != 0)
-    throw FileError(errno == ENOENT || errno == ENOTDIR
-                        ? name + ": no such file; check the path"
-                        : name + ": cannot be looked at (" + std::strerror(errno) +
-                              "); check the path and its permissions");
+    throw FileError(name, errno == ENOENT || errno == ENOTDIR
+                              ? ": no such file; check the path"
+                              : ": cannot be looked at (" + std::string(std::strerror(errno)) +
+                                    "); check the path and its permissions");
   // Looked at before it is opened (opening a pipe waits, opening a device may do something) and
   // behind it (it may be another by then).
   refuse_other_than_files(name, info, max_bytes);
   const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY));
   if (file.number() < 0 || ::fstat(file.number(), &info) != 0)
-    throw FileError(name + ": cannot be opened; check its permissions");
+    throw FileError(name, ": cannot be opened; check its permissions");
   refuse_other_than_files(name, info, max_bytes);
   std::string text;
   std::array<char, 1 << 16> block;
   while (true) {
     const ssize_t got = ::read(file.number(), block.data(), block.size());
     if (got < 0 && errno == EINTR) continue;
-    if (got < 0) throw FileError(name + ": reading failed (" + std::strerror(errno) + ")");
+    if (got < 0)
+      throw FileError(name, ": reading failed (" + std::string(std::strerror(errno)) + ")");
     if (got == 0) return text;
     text.append(block.data(), static_cast<std::size_t>(got));
     if (text.size() > max_bytes)
-      throw FileError(name + ": larger than " + std::to_string(max_bytes) +
-                      " bytes; is it the right file?");
+      throw FileError(
+          name, ": larger than " + std::to_string(max_bytes) + " bytes; is it the right file?");
   }
 }
 

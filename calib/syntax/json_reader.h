@@ -15,13 +15,14 @@ namespace cellcal::calib {
 /// has none, and nlohmann writes null for them.
 class JsonReader {
  public:
-  JsonReader(const nlohmann::json& value, std::string where)
-      : value_(value), where_(std::move(where)) {}
+  /// `file`: what messages call the text that the value was read from.
+  JsonReader(const nlohmann::json& value, std::string file)
+      : value_(value), where_(std::move(file)), file_letters_(where_.size()) {}
 
   JsonReader at(const char* key) const {
     if (!value_.is_object() || !value_.contains(key))
       fail(std::string("key \"") + key + "\" is missing");
-    return {value_[key], where_ + "." + key};
+    return {value_[key], where_ + "." + key, file_letters_};
   }
   double number() const {
     if (!value_.is_number()) fail("must be a number");
@@ -57,17 +58,23 @@ class JsonReader {
     if (!value_.is_array()) fail("must be an array");
     std::vector<JsonReader> result;
     for (std::size_t i = 0; i < value_.size(); ++i)
-      result.emplace_back(value_[i], where_ + "[" + std::to_string(i) + "]");
+      result.push_back({value_[i], where_ + "[" + std::to_string(i) + "]", file_letters_});
     return result;
   }
   /// "cal.json.parameters[3]"
   const std::string& where() const { return where_; }
   bool has(const char* key) const { return value_.is_object() && value_.contains(key); }
-  [[noreturn]] void fail(const std::string& what) const { throw FileError(where_ + ": " + what); }
+  [[noreturn]] void fail(const std::string& what) const {
+    throw FileError(where_.substr(0, file_letters_), where_.substr(file_letters_) + ": " + what);
+  }
 
  private:
+  JsonReader(const nlohmann::json& value, std::string where, std::size_t file_letters)
+      : value_(value), where_(std::move(where)), file_letters_(file_letters) {}
+
   const nlohmann::json& value_;
-  std::string where_;
+  std::string where_;         ///< begins with the file
+  std::size_t file_letters_;  ///< of `where_`
 };
 
 }  // namespace cellcal::calib

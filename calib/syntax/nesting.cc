@@ -54,9 +54,9 @@ void refuse_deep_toml(std::string_view text, const std::string& name) {
       dots = 0;
     if (dots > kMostDots)
       throw FileError(
-          fmt::format("{}:{}: more than {} dots in one key; no key of cellcal is nested "
-                      "like that",
-                      name, line, kMostDots));
+          name,
+          fmt::format(":{}: more than {} dots in one key; no key of cellcal is nested like that",
+                      line, kMostDots));
     ++at;
   }
 }
@@ -75,8 +75,9 @@ void refuse_deep_json(std::string_view text, const std::string& name) {
     else if (!inside && (c == '}' || c == ']'))
       --depth;
     if (depth > kDeepestJson)
-      throw FileError(fmt::format("{}: nested deeper than {} levels; this is no file of cellcal",
-                                  name, kDeepestJson));
+      throw FileError(
+          name,
+          fmt::format(": nested deeper than {} levels; this is no file of cellcal", kDeepestJson));
   }
 }
 

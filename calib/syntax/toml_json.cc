@@ -52,7 +52,7 @@ toml::array to_array(const json& list, const std::string& key, const std::string
     else if (item.is_number())
       array.push_back(item.get<double>());
     else
-      throw FileError(name + ": " + key + ": an array may hold tables, strings or numbers only");
+      throw FileError(name, ": " + key + ": an array may hold tables, strings or numbers only");
   }
   return array;
 }
@@ -72,7 +72,7 @@ void insert(toml::table& table, const std::string& key, const json& value,
   else if (value.is_boolean())
     table.insert(key, value.get<bool>());
   else
-    throw FileError(name + ": " + key + ": null cannot stand here");
+    throw FileError(name, ": " + key + ": null cannot stand here");
 }
 
 }  // namespace
@@ -109,7 +109,7 @@ std::string toml_to_json(std::string_view text) {
 TomlTable table_from_json(std::string_view text, const std::string& name) {
   refuse_deep_json(text, name);
   const json document = parse_json(text);
-  if (!document.is_object()) throw FileError(name + ": must be a JSON object");
+  if (!document.is_object()) throw FileError(name, ": must be a JSON object");
   return TomlAccess::table(to_table(document, name), name);
 }
 

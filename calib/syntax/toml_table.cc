@@ -200,8 +200,8 @@ TomlTable TomlTable::parse(std::string_view text, const std::string& file_name) 
     node->document = std::make_shared<const toml::table>(toml::parse(text, file_name));
   } catch (const toml::parse_error& e) {
     const std::size_t line = e.source().begin.line;
-    throw FileError(file_name + ":" + std::to_string(line) + ": " +
-                    usual_slip(text, line, e.description()));
+    throw FileError(file_name,
+                    ":" + std::to_string(line) + ": " + usual_slip(text, line, e.description()));
   }
   node->table = node->document.get();
   node->file = file_name;
@@ -224,9 +224,8 @@ void TomlTable::fail(std::string_view key, const std::string& what) const {
   const toml::node* at = key.empty() ? nullptr : node_->table->get(key);
   const auto line = at ? at->source().begin.line : node_->table->source().begin.line;
   // Line 0: the table came out of a JSON file, where only the key is known.
-  const std::string place =
-      line == 0 ? node_->file + ": " : node_->file + ":" + std::to_string(line) + ": ";
-  throw FileError(place + shown(node_->full(key), kShownKey) + ": " + what);
+  const std::string place = line == 0 ? ": " : ":" + std::to_string(line) + ": ";
+  throw FileError(node_->file, place + shown(node_->full(key), kShownKey) + ": " + what);
 }
 
 void TomlTable::missing(std::string_view key, const std::string& wanted) const {

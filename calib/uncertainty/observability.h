@@ -16,7 +16,7 @@
 // usual number of touches can tell, their share hangs on what the arm turns out to be and not on
 // the plan, and what they cost is in every parameter's sigma.
 //
-// Two plans are compared by `rank` and `told` first; the indices of the one that sees more
+// Two plans are compared by `rank` and `determined` first; the indices of the one that sees more
 // directions may be the lower, for they count directions that the other does not see at all.
 
 #include <Eigen/Core>

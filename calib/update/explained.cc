@@ -69,8 +69,8 @@ Eigen::MatrixXd TouchEquations::rows(const Eigen::VectorXd& x) const {
 }
 
 Eigen::MatrixXd Explained::covariance(const Eigen::MatrixXd& beforehand) const {
-  const Eigen::MatrixXd told = foreseen.whitened(Eigen::MatrixXd(across_m.transpose()));
-  return beforehand - told.transpose() * told;  // (79)
+  const Eigen::MatrixXd whitened = foreseen.whitened(Eigen::MatrixXd(across_m.transpose()));
+  return beforehand - whitened.transpose() * whitened;  // (79)
 }
 
 Explained explained(const TouchEquations& touches, const PossibleChange& change,

@@ -93,7 +93,8 @@ bool fill(const PossibleChange& change, const Calibration& c, Eigen::MatrixXd& c
 
 Calibration with_drift(const Calibration& last, double months, const DriftPerMonth& drift) {
   if (last.covariance.size() == 0)
-    throw IdentifyError("the last calibration states no covariance: nothing can stand on it");
+    throw IdentifyError(IdentifyError::Kind::kCalibration,
+                        "the last calibration states no covariance: nothing can stand on it");
   Calibration c = last;
   open_tip(c);
   for (std::size_t i = 0; i < c.parameters.size(); ++i) {

@@ -23,7 +23,7 @@ bool same(const PossibleChange& a, const PossibleChange& b) {
   return a.kind == b.kind && a.name == b.name && a.index == b.index;
 }
 
-Explanation told(const Weighed& one) {
+Explanation explanation_of(const Weighed& one) {
   Explanation e;
   e.kind = one.change.kind;
   e.name = one.change.name;
@@ -86,7 +86,7 @@ std::vector<Explanation> explanations(const std::vector<Weighed>& all) {
       logs.push_back(all[k].how.log_evidence);
       if (all[k].probability > all[best].probability) best = k;
     }
-    list.push_back(told(all[best]));
+    list.push_back(explanation_of(all[best]));
     list.back().probability = probability;
     list.back().log_likelihood = log_sum(logs) - std::log(static_cast<double>(logs.size())) -
                                  all.front().how.log_evidence;  // over that of nothing
@@ -162,7 +162,7 @@ Sufficient sufficient(const Weighed& one, const std::vector<Weighed>& all,
     Weighed second{other.change, {}, other.usual, {}};
     second.how.size = more.size;
     second.how.size_covariance = more.information.inverse();
-    result.second = told(second);
+    result.second = explanation_of(second);
   }
   result.log_odds_more = log_sum(logs);
   return result;

@@ -12,8 +12,7 @@
 #include "calib/consistency/lengths.h"
 #include "calib/consistency/outliers.h"
 #include "calib/consistency/residuals.h"
-#include "calib/consistency/suspected_jump.h"
-#include "calib/consistency/suspected_moves.h"
+#include "calib/consistency/suspected_changes.h"
 #include "calib/estimate/discrepancy.h"
 #include "calib/estimate/estimate.h"
 #include "calib/estimate/level_family.h"
@@ -288,13 +287,18 @@ void require_sound(const Cell& cell, const std::vector<Touch>& touches) {
   for (std::size_t i = 0; i < touches.size(); ++i) {
     if (touches[i].set == TouchSet::kFit) fitted[cell.target_index(touches[i].target)] = true;
     for (const double angle : touches[i].joint_rad)
-      if (!std::isfinite(angle))
-        throw IdentifyError(
+      if (!std::isfinite(angle)) {
+        IdentifyError error(
+            IdentifyError::Kind::kTouches, touches[i].target,
             fmt::format("{} of {} has a joint angle that is not a number; leave it out",
                         touch_words(i, touches[i]), touches.size()));
+        error.touch = i;
+        throw error;
+      }
   }
   if (std::none_of(fitted.begin(), fitted.end(), [](bool any) { return any; }))
-    throw IdentifyError("there are no fit touches; nothing to identify from");
+    throw IdentifyError(IdentifyError::Kind::kUndetermined,
+                        "there are no fit touches; nothing to identify from");
 }
 
 Calibration not_identified(const Cell& cell, const std::vector<Touch>& touches,

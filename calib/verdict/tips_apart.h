@@ -13,7 +13,7 @@
 
 namespace cellcal::calib {
 
-/// The same drawing: dimensions, senses and the first tool, to a nanometre.
+/// The same nominal geometry: dimensions, senses and the first tool, to a nanometre.
 bool same_nominal(const Cell& a, const Cell& b);
 
 /// `count` poses, the same each time: of the workspace, or else within 150 mm of where `touches` were made and
@@ -37,7 +37,7 @@ struct InScope {
 
 inline constexpr int kScopePoses = 1000;
 /// `earlier` null: the nominal arm with a stiff tool. `workspace`: else near the touches, which `now` is of.
-/// Empty where they are of different drawings, or no poses can be found.
+/// Empty where their nominal geometry or tool is another, or no poses can be found.
 std::optional<InScope> apart_in_scope(const Calibration* earlier, const Calibration& now,
                                       std::span<const Touch> touches, bool workspace);
 

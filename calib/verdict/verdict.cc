@@ -48,7 +48,7 @@ Verdict judge(const Problem& problem, const Calibration& c) {
   judge_artefact_biases(c, findings);
   judge_loads(problem, c, findings);
   judge_radius(problem, c, findings);
-  judge_drawing(problem, c, findings);
+  judge_nominal_geometry(problem, c, findings);
   judge_check_touches(problem, c, findings);
   if (wants_touches_alone(findings) && has_only_begun(problem)) {
     verdict.too_few = true;

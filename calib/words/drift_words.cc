@@ -68,21 +68,21 @@ std::string state_words(const DriftChart& chart) {
       chart.counted);
 }
 
-std::string course_words(const DriftChart& chart) {
-  if (!chart.course) return "";
-  const DriftCourse& course = *chart.course;
-  const std::string off = fmt::format("{:.3f} +- {:.3f} mm (k=2)", course.now_m.norm() * kMmPerM,
-                                      kDriftCoverage * course.now_sigma_m * kMmPerM);
+std::string trend_words(const DriftChart& chart) {
+  if (!chart.trend) return "";
+  const DriftTrend& trend = *chart.trend;
+  const std::string off = fmt::format("{:.3f} +- {:.3f} mm (k=2)", trend.now_m.norm() * kMmPerM,
+                                      kDriftCoverage * trend.now_sigma_m * kMmPerM);
   const std::string since =
-      fmt::format("since check {} ({})", course.since, date_words(course.since_s));
+      fmt::format("since check {} ({})", trend.since, date_words(trend.since_s));
   std::string text =
-      course.shape == DriftShape::kStep
+      trend.shape == DriftShape::kStep
           ? fmt::format("step of {} {}", off, since)
           : fmt::format("creep of {:.3f} +- {:.3f} mm/month (k=2) {}, {} by now",
-                        course.rate_m_s.norm() * kMonthS * kMmPerM,
-                        kDriftCoverage * course.rate_sigma_m_s * kMonthS * kMmPerM, since, off);
-  if (course.causes.empty()) return text;
-  const Explanation& cause = course.causes.front();
+                        trend.rate_m_s.norm() * kMonthS * kMmPerM,
+                        kDriftCoverage * trend.rate_sigma_m_s * kMonthS * kMmPerM, since, off);
+  if (trend.causes.empty()) return text;
+  const Explanation& cause = trend.causes.front();
   return text +
          fmt::format(", likeliest cause {:.0f} %: {}", 100.0 * cause.probability, words(cause));
 }
@@ -113,7 +113,7 @@ std::string limit_words(const DriftChart& chart) {
 
 std::vector<std::string> words(const DriftChart& chart) {
   std::vector<std::string> lines{state_words(chart)};
-  if (const std::string course = course_words(chart); !course.empty()) lines.push_back(course);
+  if (const std::string trend = trend_words(chart); !trend.empty()) lines.push_back(trend);
   if (const std::string advice = advice_words(chart); !advice.empty()) lines.push_back(advice);
   if (chart.per_kelvin_m)
     lines.push_back(

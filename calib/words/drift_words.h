@@ -11,7 +11,7 @@ namespace cellcal::calib {
 /// "in control: TCP 0.01 +- 0.04 mm (k=2) off the centre of 31 checks, 41 % of the alarm limit"
 std::string state_words(const DriftChart& chart);
 /// "creep of 0.048 +- 0.010 mm/month (k=2) since check 41 (2026-03-01), ..."; empty where there is none.
-std::string course_words(const DriftChart& chart);
+std::string trend_words(const DriftChart& chart);
 /// What to do; empty: nothing.
 std::string advice_words(const DriftChart& chart);
 /// What the limits mean.

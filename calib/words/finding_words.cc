@@ -16,15 +16,15 @@ std::string still_with_model_error(const Finding& f) {
 
 std::string reference_method(const Finding&) { return "reference method, for comparison only"; }
 
-/// How a kind is said. `opening`: what the sentence is about; null where that depends on more than
+/// How a kind is worded. `opening`: what the sentence is about; null where that depends on more than
 /// the kind.
-struct Said {
+struct Phrase {
   FindingKind kind;
   const char* opening;
   std::string (*sentence)(const Finding&);
 };
 
-constexpr Said kSaid[] = {
+constexpr Phrase kPhrases[] = {
     {FindingKind::kTouchScatter, "touch scatter (chi^2)", sentences::touch_scatter},
     {FindingKind::kDuplicateTouches, "duplicate touches", sentences::duplicate_touches},
     {FindingKind::kManyOutliers, "outliers", sentences::many_outliers},
@@ -78,8 +78,8 @@ constexpr Said kSaid[] = {
     {FindingKind::kRecorded, "", passed_on},
 };
 
-const Said* said(FindingKind kind) {
-  for (const Said& one : kSaid)
+const Phrase* phrase_of(FindingKind kind) {
+  for (const Phrase& one : kPhrases)
     if (one.kind == kind) return &one;
   return nullptr;
 }
@@ -94,7 +94,7 @@ std::string own_opening(const Finding& f) {
       if (!sentences::has(f, "longer")) return "diameter of " + f.about.name;
       return f.about.name.empty() ? "all wires" : "wire " + f.about.name;
     case FindingKind::kOffNominal:
-      return f.withholds() ? "far from the drawing" : "beyond tolerance";
+      return f.withholds() ? "far from nominal" : "beyond tolerance";
     case FindingKind::kEffectiveRadius:
       return f.withholds() ? "effective radius" : "radius offset";
     case FindingKind::kMovedTarget:
@@ -111,14 +111,14 @@ std::string own_opening(const Finding& f) {
 }  // namespace
 
 std::string sentence(const Finding& f) {
-  const Said* how = said(f.kind);
-  return how == nullptr ? std::string() : how->sentence(f);
+  const Phrase* phrase = phrase_of(f.kind);
+  return phrase == nullptr ? std::string() : phrase->sentence(f);
 }
 
 std::string words(const Finding& f) {
-  const Said* how = said(f.kind);
+  const Phrase* phrase = phrase_of(f.kind);
   const std::string about =
-      how != nullptr && how->opening != nullptr ? how->opening : own_opening(f);
+      phrase != nullptr && phrase->opening != nullptr ? phrase->opening : own_opening(f);
   return about.empty() ? sentence(f) : about + ": " + sentence(f);
 }
 

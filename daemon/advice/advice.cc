@@ -36,7 +36,7 @@ int day_number(double utc_s) {
          static_cast<int>(static_cast<unsigned>(day.day()));
 }
 
-Said advice_of(const calib::DriftChart& chart, double now_s) {
+PublishedAdvice advice_of(const calib::DriftChart& chart, double now_s) {
   constexpr double kDayS = 86400.0;
   switch (chart.advice) {
     case DriftAdvice::kNone:

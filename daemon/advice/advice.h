@@ -15,16 +15,16 @@ enum class Advice : int {
 };
 const char* to_string(Advice advice);
 
-struct Said {
+struct PublishedAdvice {
   Advice advice = Advice::kUnknown;
-  int until_day = 0;  ///< kHolds: the last day on which it is said, day_number(); else 0
-  bool operator==(const Said&) const = default;
+  int until_day = 0;  ///< kHolds: the last day on which it is published, day_number(); else 0
+  bool operator==(const PublishedAdvice&) const = default;
 };
 
 /// YEAR*372+MONTH*31+DAY in UTC: grows from day to day, and a robot program makes it of $DATE. `utc_s`: since 1970.
 int day_number(double utc_s);
 
 /// Of an aged chart (calib/drift, age()). `now_s`: since 1970, UTC.
-Said advice_of(const calib::DriftChart& chart, double now_s);
+PublishedAdvice advice_of(const calib::DriftChart& chart, double now_s);
 
 }  // namespace cellcal::daemon

@@ -8,7 +8,7 @@
 #include <string>
 #include <string_view>
 
-#include "daemon/advice/advice_teller.h"
+#include "daemon/advice/advice_publisher.h"
 #include "daemon/api/http/message.h"
 #include "daemon/api/live/event_feed.h"
 #include "daemon/api/live/status_json.h"
@@ -46,7 +46,7 @@ class Api {
   /// How the line to the plant stands; none: no plant is named. Any thread.
   using PlantLineStatus = std::function<std::optional<plant::LinesStatus>()>;
   void use(PlantLineStatus line) { plant_line_ = std::move(line); }
-  /// What the controller was told of the checks. Any thread.
+  /// What the checks say, as the controller has acknowledged it. Any thread.
   void use(std::function<AdviceStatus()> advice) { advice_ = std::move(advice); }
   /// Where the arm stands, from a controller that says it beside a session; null: this one does not. Any thread.
   using ReadPosition = std::function<drivers::EkiPosition()>;

@@ -22,9 +22,9 @@ namespace cellcal::daemon {
 
 namespace {
 
-/// What the plant was told of a session's certificates, beside its results: a line each, the outbox's source and the content's SHA-256. Under
+/// What was reported to the plant of a session's certificates, beside its results: a line each, the outbox's source and the content's SHA-256. Under
 /// another source it may be another plant.
-constexpr const char* kTold = "certificates_told";
+constexpr const char* kReportedFile = "certificates_told";
 
 std::string lines_of(const std::filesystem::path& file) {
   std::error_code code;
@@ -95,15 +95,15 @@ std::optional<Response> Api::take_certificate(const Call& call) {
     throw RequestError(fmt::format("certificate {} is not of session {}'s calibration",
                                    printable(number), session.id));
   const std::string line = journal_.outbox().source + " " + content_of(call.request.body) + "\n";
-  const std::filesystem::path file = service_.results_dir(session.id) / kTold;
+  const std::filesystem::path file = service_.results_dir(session.id) / kReportedFile;
   const std::lock_guard one(certificates_);
-  const std::string told = lines_of(file);
-  if (told.find(line) != std::string::npos)
+  const std::string reported = lines_of(file);
+  if (reported.find(line) != std::string::npos)
     return Response{200, "application/json", dump({{"certificate", number}})};
   journal_.report(session.id, plant::report_of(body));
   try {
     std::filesystem::create_directories(file.parent_path());
-    write_atomically(file, told + line);
+    write_atomically(file, reported + line);
   } catch (const std::exception& failed) {
     spdlog::warn("certificate {} is sent once more where it is issued again: {}", number,
                  failed.what());

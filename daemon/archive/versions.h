@@ -54,7 +54,7 @@ std::int64_t roll_back(Journal& journal, std::int64_t of_cell, Activation wanted
 struct Comparison {
   std::int64_t before = 0, after = 0;
   bool workspace = false;
-  std::optional<calib::InScope> apart;  ///< empty: of different drawings or tools
+  std::optional<calib::InScope> apart;  ///< empty: of different nominal geometry or tools
   double expected_m = 0.0;              ///< mean, by the predicted errors of both; 0: not known
   struct Parameter {
     std::string name;

@@ -54,7 +54,8 @@ struct CellForm {
   std::vector<LengthForm> lengths;
 };
 
-/// By the name of a shipped robot, or by path. Throws calib::FileError.
+/// By the name of a shipped robot, or by path. Throws calib::UnknownRobot where there is none,
+/// calib::FileError where it cannot be read.
 NamedRobotFile find_robot(const std::string& given, const std::filesystem::path& cell_file);
 
 /// As the reader of cell files has it. Throws calib::FileError with key and reason.

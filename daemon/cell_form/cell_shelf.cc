@@ -86,7 +86,7 @@ std::filesystem::path CellShelf::write(const std::string& name, const CellForm& 
     if (there && !there->form)
       throw CellNotWritten(Why::kMore,
                            path.string() +
-                               " has more than this form has a place for (obstacles, other "
+                               " has entries that this form does not have (obstacles, other "
                                "targets, settings of one touch). Change it in an editor");
     std::filesystem::create_directories(folder_);
     if (there) write_atomically(path.string() + ".before", there->text);

@@ -19,7 +19,7 @@ struct CellNotWritten : std::runtime_error {
     kUnusable,  ///< what it says contradicts itself or cannot be read
     kThere,     ///< there is such a file, and nobody said that it is to be replaced
     kChanged,   ///< it is another one than was shown
-    kMore,  ///< it has what a form has no place for (obstacles, ...): replaced by a form it would lose that
+    kMore,  ///< it has entries that a form does not have (obstacles, ...): replaced by a form it would lose them
     kStorage,
   };
   CellNotWritten(Why reason, const std::string& words) : std::runtime_error(words), why(reason) {}
@@ -38,7 +38,7 @@ class CellShelf {
   struct Shown {
     std::string text, sha256;  ///< of the file
     std::optional<CellForm>
-        form;  ///< none: it has more than a form has a place for, or is no cell file
+        form;  ///< none: it has entries that a form does not have, or is no cell file
   };
   /// None: there is no such file. Throws CellNotWritten (kName), calib::FileError where it cannot be read.
   std::optional<Shown> look(const std::string& name) const;

@@ -17,22 +17,22 @@ int needed(const calib::CsvTable& table, const char* column, const std::string& 
   const int found = table.find(column);
   if (found < 0)
     throw calib::FileError(
-        fmt::format("{}:{}: column \"{}\" is missing", name, table.header_line(), column));
+        name, fmt::format(":{}: column \"{}\" is missing", table.header_line(), column));
   return found;
 }
 
 template <typename Row>
 auto rows(std::string_view text, const std::string& name, const std::vector<std::string>& known,
           Row row) {
-  if (text.size() > kMostBytes) throw calib::FileError(name + ": has more than 1 MB");
+  if (text.size() > kMostBytes) throw calib::FileError(name, ": has more than 1 MB");
   calib::CsvTable table(text, name);
   table.refuse_unknown(known);
   std::vector<decltype(row(table, name))> all;
   while (table.next()) {
-    if (all.size() == kMostRows) throw calib::FileError(name + ": more than 1000 rows");
+    if (all.size() == kMostRows) throw calib::FileError(name, ": more than 1000 rows");
     all.push_back(row(table, name));
   }
-  if (all.empty()) throw calib::FileError(name + ": no row after the header");
+  if (all.empty()) throw calib::FileError(name, ": no row after the header");
   return all;
 }
 

@@ -135,7 +135,7 @@ struct SummaryWords {
   const char *mean, *largest, *rms;
 };
 
-/// As found by the earlier calibration, or, without one, by the drawing (`before`); nothing where no touch is
+/// As found by the earlier calibration, or, without one, by the nominal geometry (`before`); nothing where no touch is
 /// behind the figure.
 void add_summary(const Sources& s, const SummaryWords& words, const char* part,
                  const calib::ResidualSummary* found, const std::string& before,

@@ -75,7 +75,7 @@ struct CertificateData {
   Entry touches, lowest_c, highest_c;
   bool workspace = false;               ///< scope; else near the targets
   std::optional<Entry> found_by;        ///< earlier calibration in words; none: the nominal arm
-  bool earlier_not_comparable = false;  ///< there was one, of another drawing, tool or version
+  bool earlier_not_comparable = false;  ///< there was one, of another nominal arm, tool or version
   std::vector<Figure> figures;
   Entry poses;  ///< over which the scope's figures are
   Decision decision;

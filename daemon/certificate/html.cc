@@ -64,7 +64,7 @@ std::string figures(const CertificateData& d) {
   std::string found = d.found_by ? "the calibration of " + shown(*d.found_by)
                                  : std::string("the nominal arm, as drawn");
   if (d.earlier_not_comparable)
-    found += " (an earlier calibration is of another drawing, tool or version, and was not used)";
+    found += " (earlier calibration not used: another nominal arm, tool or version)";
   return fmt::format(
       "<table class=\"whole\">\n<thead><tr><th scope=\"col\">mm</th><th scope=\"col\" class=\"n\">as "
       "found</th><th scope=\"col\" class=\"n\">as left</th></tr></thead>\n<tbody>\n{}</tbody></table>\n"
@@ -153,7 +153,7 @@ std::string list(const std::vector<Entry>& entries) {
 
 std::string frame(const CertificateData& d) {
   return "<h2>Frame, and what is not identifiable</h2>\n<p>Positions are in the robot&rsquo;s base "
-         "frame: its root, z along the first axis of the drawing. The place of that frame in the "
+         "frame: its root, z along the first axis of the nominal arm. The place of that frame in the "
          "cell is not observable (gauge): it is held by convention at nominal, and a user fixes it "
          "by measuring a base. Errors and uncertainties are stated without it.</p>\n" +
          (d.directions.empty()

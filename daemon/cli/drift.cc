@@ -109,7 +109,7 @@ std::string drift_text(const json& checks) {
   return text;
 }
 
-std::string told_text(const json& controller) {
+std::string acknowledged_text(const json& controller) {
   if (!controller.is_object()) return {};
   std::string text;
   const auto value = controller.find("value");
@@ -126,7 +126,7 @@ int show_drift(const Connection& daemon) {
   const json answer = parse(ask(daemon, "GET", "/v1/drift"));
   const json checks = answer.value("checks", json());
   put(daemon.json ? checks.dump() + "\n"
-                  : drift_text(checks) + told_text(answer.value("controller", json())),
+                  : drift_text(checks) + acknowledged_text(answer.value("controller", json())),
       {});
   return checks.is_object() && word(checks, "state") == "alarms" ? kNotPublishable : kSuccess;
 }

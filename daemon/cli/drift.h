@@ -11,8 +11,8 @@ namespace cellcal::daemon {
 /// Of "checks" of GET /v1/drift: sentences, a plot over time, the newest checks. Ends with a line break.
 std::string drift_text(const nlohmann::json& checks);
 
-/// Of its "controller": what CELLCAL_ADVICE is, or why it is not; empty where nobody is told.
-std::string told_text(const nlohmann::json& controller);
+/// Of its "controller": what CELLCAL_ADVICE is, or why it is not; empty where nothing is published.
+std::string acknowledged_text(const nlohmann::json& controller);
 
 /// 3 where the chart alarms.
 int show_drift(const Connection& daemon);

@@ -146,7 +146,7 @@ calib::ShiftGauge measure(const calib::Calibration& calibration, const Check& li
   return gauge;
 }
 
-/// Of the checks since the course began, beside those before it which raised no alarm.
+/// Of the checks since the trend began, beside those before it which raised no alarm.
 void find_causes(const calib::ShiftGauge& gauge, const std::vector<Check>& checks,
                  calib::DriftChart& chart) {
   Eigen::VectorXd before = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(gauge.touches()));
@@ -154,7 +154,7 @@ void find_causes(const calib::ShiftGauge& gauge, const std::vector<Check>& check
   double n_before = 0.0, n_since = 0.0;
   for (std::size_t k = 0; k < checks.size(); ++k) {
     if (checks[k].seen.left_out != calib::LeftOut::kNo) continue;
-    if (checks[k].seen.session >= chart.course->since) {
+    if (checks[k].seen.session >= chart.trend->since) {
       since += checks[k].off_m;
       ++n_since;
     } else if (chart.points[k].state != calib::DriftState::kAlarms) {
@@ -164,7 +164,7 @@ void find_causes(const calib::ShiftGauge& gauge, const std::vector<Check>& check
   }
   if (!(n_before > 0.0 && n_since > 0.0)) return;
   const double scatter = chart.noise * chart.noise * (1.0 / n_before + 1.0 / n_since);
-  chart.course->causes = gauge.causes(since / n_since - before / n_before, scatter);
+  chart.trend->causes = gauge.causes(since / n_since - before / n_before, scatter);
 }
 
 /// By the touches of this check; none: there is none that counts.
@@ -175,7 +175,7 @@ calib::DriftChart chart_of(const calib::Calibration& calibration, const Check* l
   std::vector<calib::CheckSeen> seen;
   for (const Check& check : checks) seen.push_back(check.seen);
   calib::DriftChart chart = calib::drift_chart(seen);
-  if (gauge && chart.course) {
+  if (gauge && chart.trend) {
     find_causes(*gauge, checks, chart);
     calib::advise(chart);
   }

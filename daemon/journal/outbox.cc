@@ -1,4 +1,4 @@
-// What is told of this journal's facts.
+// What is reported of this journal's facts.
 
 #include "daemon/journal/journal_impl.h"
 
@@ -6,12 +6,12 @@ namespace cellcal::daemon {
 
 void Journal::report_to(std::shared_ptr<const Reporter> reporter) {
   const std::string address = reporter ? reporter->address() : "";
-  // The newest of this journal's own, where nobody runs it any more and nobody was told so.
+  // The newest of this journal's own, where nobody runs it any more and it was not reported.
   const auto interrupted = [&]() -> std::optional<SessionRecord> {
     for (SessionRecord& newest : impl_->sessions()) {
       if (newest.origin) continue;
       if (newest.state != "interrupted" ||
-          impl_->outbox.was_told_interrupted(impl_->chain.last_entry(newest.id)))
+          impl_->outbox.was_reported_interrupted(impl_->chain.last_entry(newest.id)))
         return std::nullopt;
       return std::move(newest);
     }
@@ -29,7 +29,7 @@ void Journal::report_to(std::shared_ptr<const Reporter> reporter) {
     if (impl_->outbox.is_other(address)) impl_->outbox.speak_as(address);
     if (const auto session = interrupted()) {
       impl_->outbox.put(session->id, {}, [&](const Reporter& to) { return to.session(*session); });
-      impl_->outbox.told_interrupted(impl_->chain.last_entry(session->id));
+      impl_->outbox.mark_reported_interrupted(impl_->chain.last_entry(session->id));
     }
   });
 }

@@ -198,15 +198,15 @@ class Correction {
     const auto why = try_correct(index, motion, point);
     if (!why) return;
     refused_.insert(motion.point);
-    if (!told_) refuse(*why, motion);
-    told_ = false;
+    if (!reported_) refuse(*why, motion);
+    reported_ = false;
   }
 
   std::optional<Why> try_correct(std::size_t index, const Motion& motion, const Point& point) {
     if (const auto wrong = wrong_value(point)) return wrong;
     if (motion.wrong_frame_data) {
       result_.refusals.push_back(*motion.wrong_frame_data);
-      told_ = true;
+      reported_ = true;
       return Why::kNoSuchFrameData;
     }
     if (motion.frames.external) return Why::kExternalTool;
@@ -251,7 +251,7 @@ class Correction {
     const auto base = frame_of_ref(*motion.frames.base, program_.data.bases);
     if (!base) {
       refuse(Why::kNoSuchBase, motion, {}, motion.frames.base->number);
-      told_ = true;
+      reported_ = true;
       return Why::kNoSuchBase;
     }
     const Isometry3d in_robot = robroot().inverse() * *base;
@@ -268,7 +268,7 @@ class Correction {
       q = view.joints(wanted, *before);
       if (!q) {
         refuse(Why::kNotReached, motion, calib::NotReached{calib::Unreached::kTooFar});
-        told_ = true;
+        reported_ = true;
         return Why::kNotReached;
       }
     }
@@ -343,7 +343,7 @@ class Correction {
     const calib::Reach reach = view.correct(wanted, seed);
     if (const auto* at = std::get_if<calib::Reached>(&reach)) return at->joint_rad;
     refuse(Why::kNotReached, motion, std::get<calib::NotReached>(reach));
-    told_ = true;
+    reported_ = true;
     return std::nullopt;
   }
 
@@ -365,7 +365,7 @@ class Correction {
     ControllerView* const view = views_.of(*motion.frames.tool);
     if (view != nullptr) return view;
     refuse(Why::kNoSuchTool, motion, {}, motion.frames.tool->number);
-    told_ = true;
+    reported_ = true;
     return nullptr;
   }
 
@@ -392,7 +392,7 @@ class Correction {
   std::map<std::string, std::size_t> first_motion_;
   std::set<std::string> refused_;
   std::map<std::string, std::vector<Edit>> edits_;
-  bool told_ = false;  ///< the refusal is in the list already
+  bool reported_ = false;  ///< the refusal is in the list already
 };
 
 }  // namespace

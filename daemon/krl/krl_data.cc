@@ -81,8 +81,9 @@ bool read_robroot(const Line& line, std::size_t at, const std::string& file, Dat
   if (at >= t.size() || !t[at].is("$ROBROOT")) return false;
   if (at + 1 == t.size()) return true;  // declared, and stated elsewhere or not at all
   if (!read_controller_data(t, at, data))
-    throw calib::FileError(file + ":" + std::to_string(line.number) +
-                           ": $ROBROOT is not like {X 0.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0}");
+    throw calib::FileError(file,
+                           ":" + std::to_string(line.number) +
+                               ": $ROBROOT is not like {X 0.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0}");
   return true;
 }
 

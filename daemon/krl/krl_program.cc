@@ -73,11 +73,12 @@ class Reader {
   }
   void there_is(const std::string& name) const {
     if (is_point(name)) return;
-    throw calib::FileError(src_.name + ": no point is named " + calib::shown(name) +
-                           (is_point("X" + name) ? "; the inline form's " + calib::shown(name) +
-                                                       " is X" + calib::shown(name)
-                                                 : "") +
-                           ". Name points as the .dat has them (--leave)");
+    throw calib::FileError(src_.name,
+                           ": no point is named " + calib::shown(name) +
+                               (is_point("X" + name) ? "; the inline form's " + calib::shown(name) +
+                                                           " is X" + calib::shown(name)
+                                                     : "") +
+                               ". Name points as the .dat has them (--leave)");
   }
 
   void refuse(Why why, int line, const std::string& what) {

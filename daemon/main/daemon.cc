@@ -9,7 +9,7 @@
 #include <csignal>
 
 #include "calib/files/calibration_json.h"
-#include "daemon/advice/advice_teller.h"
+#include "daemon/advice/advice_publisher.h"
 #include "daemon/api/access/access.h"
 #include "daemon/api/handlers.h"
 #include "daemon/api/http/server.h"
@@ -198,10 +198,10 @@ FrameStation::Exchange to_controller(const LiveConfig& live) {
   };
 }
 
-/// What the controller is told of the checks, where the configuration wants it told.
-AdviceTeller::Parts advice_parts(const LiveConfig& live, DriftWatch& watch,
-                                 SessionService& service) {
-  const auto send = [&live]() -> AdviceTeller::Send {
+/// What the checks say, published to the controller where the configuration wants it.
+AdvicePublisher::Parts advice_parts(const LiveConfig& live, DriftWatch& watch,
+                                    SessionService& service) {
+  const auto send = [&live]() -> AdvicePublisher::Send {
     const auto config = live.now();
     if (config->backend != BackendKind::kEki || !config->controller.write_advice) return {};
     return [config](const drivers::EkiFrameRequest& request, const std::stop_token& stop) {
@@ -216,7 +216,7 @@ AdviceTeller::Parts advice_parts(const LiveConfig& live, DriftWatch& watch,
             const double now_s =
                 std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch())
                     .count();
-            return drift ? advice_of(drift->chart, now_s) : Said();
+            return drift ? advice_of(drift->chart, now_s) : PublishedAdvice();
           },
           send,
           [&service](const std::function<void()>& act) {
@@ -267,7 +267,7 @@ void run_daemon(const DaemonConfig& config, const std::function<DaemonConfig()>&
   api.use(frames);
   api.use([&live] { return position_reader(live); });
   DriftWatch drift_watch(journal, [&service](std::int64_t id) { return service.results_dir(id); });
-  AdviceTeller advice(advice_parts(live, drift_watch, service));
+  AdvicePublisher advice(advice_parts(live, drift_watch, service));
   api.use([&advice] { return advice.status(); });
   const CellShelf shelf(config.state_dir / "cells");
   api.use(shelf);

@@ -47,7 +47,7 @@ Report alarm_of(const Notice& notice, const std::string& host) {
   return plant::report_of(plant::AlarmFact{to_string(notice.news), words.subject, words.body});
 }
 
-/// What a person would be told and the plant was not told with a session's end (alarms_with_end()).
+/// What is reported to a person and was not reported to the plant with a session's end (alarms_with_end()).
 std::function<void(const Notice&)> alarm_to_plant(Journal& journal, const std::string& host) {
   return [&journal, host](const Notice& notice) {
     const bool with_its_end = notice.session != 0 && !notice.by_chart;
@@ -110,8 +110,8 @@ struct Nights::Impl {
   ServiceDoor door;
   Schedule schedule;
   ScheduleThread thread;
-  OnRequest housekeeping;         ///< drops what is old
-  std::atomic<bool> told{false};  ///< of the end of the newest session
+  OnRequest housekeeping;             ///< drops what is old
+  std::atomic<bool> reported{false};  ///< the end of the newest session
 };
 
 Nights::Nights(SessionService& service, Journal& journal, LiveConfig& live)
@@ -122,10 +122,10 @@ Schedule& Nights::schedule() { return impl_->schedule; }
 /// Each end once: statuses of an end come again.
 void Nights::look(const Status& status) {
   if (!is_final(status.phase)) {
-    impl_->told = false;
+    impl_->reported = false;
     return;
   }
-  if (!impl_->told.exchange(true))
+  if (!impl_->reported.exchange(true))
     impl_->notifier.tell([status, &journal = impl_->journal] { return news_of(status, journal); });
   poke();
   impl_->housekeeping.ask();

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "calib/files/files.h"
 #include "calib/plan/cell_check.h"
@@ -35,13 +36,14 @@ void look_at_files(Evidence& evidence) {
     evidence.cell_file = Looked{false, error.what()};
     return;
   }
+  bool both = false;  // cell and robot file are read: what is wrong behind that is a mesh
   try {
-    cell = calib::load_cell(evidence.cell);
+    cell = calib::parse_cell(calib::read_cell_text(evidence.cell));
+    both = true;
+    calib::load_meshes(cell, std::filesystem::path(evidence.cell).parent_path());
   } catch (const calib::FileError& error) {
-    // The robot file's faults begin with its name, and not with the cell's.
-    const std::string words = error.what();
-    const bool own = words.starts_with(evidence.cell);
-    (own ? evidence.cell_file : evidence.robot_file) = Looked{false, words};
+    const bool own = both || error.file == evidence.cell;
+    (own ? evidence.cell_file : evidence.robot_file) = Looked{false, error.what()};
     if (!own) evidence.cell_file = Looked{true};
     return;
   }
@@ -68,8 +70,9 @@ std::optional<Looked> seen_by_doctor(const Examination& examination, const std::
   if (!examination.whole || examination.cell != cell) return std::nullopt;
   if (examination.cell_text != text_of_cell(cell)) return std::nullopt;
   Looked looked{examination.green()};
+  std::set<std::string> named;
   for (const Finding& one : examination.checks)
-    if (one.outcome == Outcome::kFailed && looked.words.find(one.check) == std::string::npos)
+    if (one.outcome == Outcome::kFailed && named.insert(one.check).second)
       looked.words += (looked.words.empty() ? "" : ", ") + one.check;
   return looked;
 }

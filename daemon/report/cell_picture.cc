@@ -7,14 +7,16 @@
 #include <vector>
 
 #include "calib/model/units.h"
+#include "calib/svg/svg.h"
 #include "daemon/report/drawing/labels.h"
 #include "daemon/report/drawing/scale.h"
-#include "daemon/report/drawing/svg.h"
 #include "daemon/report/drawing/text.h"
 #include "daemon/report/sections.h"
 
 namespace cellcal::daemon::report {
 namespace {
+
+using svg::Anchor, svg::Point, svg::Svg;
 
 constexpr double kPanelWidth = 460.0;
 constexpr double kPanelHeight = 360.0;

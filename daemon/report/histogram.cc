@@ -8,13 +8,15 @@
 #include <string_view>
 #include <vector>
 
+#include "calib/svg/svg.h"
 #include "daemon/report/drawing/scale.h"
-#include "daemon/report/drawing/svg.h"
 #include "daemon/report/drawing/text.h"
 #include "daemon/report/sections.h"
 
 namespace cellcal::daemon::report {
 namespace {
+
+using svg::Anchor, svg::Point, svg::Svg;
 
 constexpr double kHistogramWidth = 540.0;
 constexpr double kHistogramHeight = 250.0;

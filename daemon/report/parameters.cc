@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "calib/result/nominal_value.h"
+#include "calib/svg/svg.h"
 #include "daemon/report/drawing/scale.h"
-#include "daemon/report/drawing/svg.h"
 #include "daemon/report/drawing/text.h"
 #include "daemon/report/sections.h"
 
@@ -21,6 +21,7 @@ namespace {
 using calib::DecidedBy;
 using calib::ParameterKind;
 using calib::ParameterResult;
+using svg::Svg;
 
 constexpr double kBarWidth = 150.0;
 constexpr double kBarHeight = 16.0;

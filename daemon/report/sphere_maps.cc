@@ -8,12 +8,14 @@
 #include <string>
 #include <vector>
 
-#include "daemon/report/drawing/svg.h"
+#include "calib/svg/svg.h"
 #include "daemon/report/drawing/text.h"
 #include "daemon/report/sections.h"
 
 namespace cellcal::daemon::report {
 namespace {
+
+using svg::Anchor, svg::Point, svg::Svg;
 
 constexpr double kSide = 232.0;
 constexpr double kMiddle = 0.5 * kSide;

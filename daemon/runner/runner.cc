@@ -398,7 +398,7 @@ void Runner::give_up(const std::string& words) {
       Failure{FailureKind::kUnexpectedEvent, "while '" + std::string(to_string(state_.phase)) +
                                                  "': " + words + ". Please report this"};
   state_.phase = Phase::kFailed;
-  perform(RecordEnd{Ending::kFailed, describe(*state_.failure), state_.failure});
+  perform(RecordEnd{Ending::kFailed, to_journal(*state_.failure), state_.failure});
   perform.try_and_note("reporting the end", [&] {
     if (parts_.on_change) parts_.on_change(state_, touches_);
   });

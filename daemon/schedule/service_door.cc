@@ -40,18 +40,6 @@ End state_of(Phase phase) {
   }
 }
 
-/// As the journal has it: its kind in front. What was behind it is not recorded.
-Failure failure_of(const std::string& words) {
-  const std::size_t colon = std::min(words.find(':'), words.size());
-  Failure failure;
-  failure.detail = words.substr(std::min(words.size(), colon + 2));
-  for (int kind = 0; kind <= static_cast<int>(FailureKind::kUnexpectedEvent); ++kind) {
-    const auto one = static_cast<FailureKind>(kind);
-    if (words.compare(0, colon, to_string(one)) == 0) failure.kind = one;
-  }
-  return failure;
-}
-
 std::string end_of(std::int64_t session, std::size_t touches, const char* state,
                    const std::string& failure) {
   return fmt::format("{}/{}/{}/{}", session, touches, state, failure);
@@ -107,7 +95,7 @@ Standing ServiceDoor::standing() {
     const SessionRecord& newest = all.front();
     standing.session = newest.id;
     standing.state = state_of(newest);
-    if (standing.state == End::kFailed) standing.failure = failure_of(newest.failure);
+    if (standing.state == End::kFailed) standing.failure = failure_from_journal(newest.failure);
     touches = static_cast<std::size_t>(newest.touches);
     planned = static_cast<std::size_t>(newest.planned);
   } else {

@@ -45,8 +45,8 @@ void JournalRecorder::record(const RecordEnd& end) {
   std::vector<Report> also;
   try {
     if (tell_end_) also = tell_end_(session_, end);
-  } catch (const std::exception& untold) {  // the end is what counts
-    spdlog::warn("session {}: its end is reported without an alarm: {}", session_, untold.what());
+  } catch (const std::exception& error) {  // the end is what counts
+    spdlog::warn("session {}: its end is reported without an alarm: {}", session_, error.what());
   }
   journal_.record(session_, end, backend_.utc_now(), also);
   const LogScope scope({.session = session_, .event = event_of(end.ending)});

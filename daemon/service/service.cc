@@ -186,12 +186,12 @@ void SessionService::run(Job& job) {
     publish(failed, job.touches, job);
     try {  // no end of it is recorded that this could go with
       if (parts_.ending)
-        for (const Report& told : parts_.ending(
-                 job.session, {Ending::kFailed, describe(*failed.failure), failed.failure}))
-          parts_.journal.report(job.session, told);
-    } catch (const std::exception& untold) {
+        for (const Report& report : parts_.ending(
+                 job.session, {Ending::kFailed, to_journal(*failed.failure), failed.failure}))
+          parts_.journal.report(job.session, report);
+    } catch (const std::exception& report_error) {
       spdlog::warn("session {}: its failed start is not reported to the plant: {}", job.session,
-                   untold.what());
+                   report_error.what());
     }
   }
   job.backend.reset();

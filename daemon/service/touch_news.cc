@@ -14,22 +14,22 @@ std::optional<std::array<double, 3>> nominal_tip(const calib::ArmModel& arm,
 TouchNews::TouchNews(std::int64_t session, const calib::Cell& cell, std::size_t known)
     : session_(session),
       arm_(std::make_shared<const calib::ArmModel>(cell.robot, cell.tool)),
-      told_(known) {}
+      published_(known) {}
 
 std::shared_ptr<const MadeTouch> TouchNews::look(const State& state,
                                                  const std::vector<calib::Touch>& touches) {
-  if (!arm_ || touches.size() <= told_) return nullptr;
-  const std::size_t nth = told_ + 1;
+  if (!arm_ || touches.size() <= published_) return nullptr;
+  const std::size_t nth = published_ + 1;
   const bool newest = touches.size() == nth;
   if (newest && state.assessed < nth && !is_final(state.phase)) return nullptr;
   auto made = std::make_shared<MadeTouch>();
   made->session = session_;
-  made->index = told_;
-  made->touch = touches[told_];
+  made->index = published_;
+  made->touch = touches[published_];
   made->tip_m = nominal_tip(*arm_, made->touch);
   if (state.assessed == nth) made->residual_m = state.residual_m;
   if (state.progress.u95_m > 0.0) made->u95_m = state.progress.u95_m;
-  told_ = nth;
+  published_ = nth;
   return made;
 }
 

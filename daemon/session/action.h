@@ -102,7 +102,7 @@ struct RecordInterruption {
 enum class Ending { kDone, kAborted, kFailed };
 struct RecordEnd {
   Ending ending = Ending::kDone;
-  std::string failure;  ///< describe(Failure), empty otherwise
+  std::string failure;  ///< to_journal(Failure), empty otherwise
   std::optional<Failure> why{};
 };
 

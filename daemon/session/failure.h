@@ -3,6 +3,7 @@
 // what to do next.
 
 #include <string>
+#include <string_view>
 
 #include "drivers/robot.h"
 
@@ -50,5 +51,13 @@ struct Failure {
 
 /// The failure as one line of text, safe for a terminal and a log.
 std::string describe(const Failure& failure);
+
+/// The column `failure` of the journal's table `session`, and RecordEnd::failure: as
+/// describe() has it, "no-contact: no contact up to 8 mm" (to_string of the kind, a colon, a blank,
+/// the detail). What was behind the failure is not in it.
+std::string to_journal(const Failure& failure);
+/// What to_journal() wrote, but for the detail's characters that no terminal shows. Of a kind that
+/// this version does not know: kUnexpectedEvent, its detail what stands behind the colon.
+Failure failure_from_journal(std::string_view text);
 
 }  // namespace cellcal::daemon

@@ -44,8 +44,8 @@ bool by_hand(drivers::OperatingMode mode) {
 }
 bool somebody_there(const State& state, const Event& event) {
   constexpr int kFull = 100;
-  const bool told = !robot_lost(state, event);
-  return state.unattended && told &&
+  const bool known = !robot_lost(state, event);
+  return state.unattended && known &&
          (by_hand(event.links.mode) || event.links.override_percent.value_or(kFull) != kFull);
 }
 bool contact_faulty(const State& state, const Event& event) {

@@ -1,5 +1,7 @@
 // The words of phases, events, actions and failures.
 
+#include <algorithm>
+
 #include "daemon/files/printable.h"
 #include "daemon/session/evidence.h"
 #include "daemon/session/session.h"
@@ -244,8 +246,24 @@ const char* to_string(FailureKind kind) {
   return "unknown-failure";
 }
 
+/// Between a failure's kind and its detail.
+constexpr std::string_view kBehindKind = ": ";
+
 std::string describe(const Failure& failure) {
-  return printable(std::string(to_string(failure.kind)) + ": " + failure.detail);
+  return printable(std::string(to_string(failure.kind)).append(kBehindKind) + failure.detail);
+}
+
+std::string to_journal(const Failure& failure) { return describe(failure); }
+
+Failure failure_from_journal(std::string_view text) {
+  const std::size_t end = std::min(text.find(kBehindKind.front()), text.size());
+  Failure failure;
+  failure.detail = text.substr(std::min(text.size(), end + kBehindKind.size()));
+  for (int kind = 0; kind <= static_cast<int>(FailureKind::kUnexpectedEvent); ++kind) {
+    const auto one = static_cast<FailureKind>(kind);
+    if (text.substr(0, end) == to_string(one)) failure.kind = one;
+  }
+  return failure;
 }
 
 }  // namespace cellcal::daemon

@@ -560,7 +560,7 @@ void fail_interrupted(Setback why, State& state, const Event& event, Actions& ac
 void end_failed(State& state, const Event&, Actions& actions) {
   actions.emplace_back(CloseDevices{});
   actions.emplace_back(RecordEnd{
-      Ending::kFailed, state.failure ? describe(*state.failure) : std::string(), state.failure});
+      Ending::kFailed, state.failure ? to_journal(*state.failure) : std::string(), state.failure});
 }
 
 void note_journal_failure(State& state, const Event& event, Actions&) {

@@ -47,8 +47,9 @@ void check(const calib::Plan& plan, std::size_t joints) {
     const bool sound = lengths_fit && std::isfinite(touch.search_m) && touch.search_m > 0.0 &&
                        std::isfinite(touch.expected_m);
     if (!sound)
-      throw calib::PlanError("the planned touch on " + touch.target +
-                             " is not valid. Please report this");
+      throw calib::PlanError(
+          calib::PlanError::Kind::kDefect, touch.target,
+          "the planned touch on " + touch.target + " is not valid. Please report this");
   }
 }
 
@@ -140,10 +141,12 @@ class Chooser {
       return choose_from(how, touches, from);
     } catch (const calib::PlanError& error) {
       if (!is_bounded()) throw;
-      throw calib::PlanError(fmt::format(
-          "{}. Also, [rsi] correction_limit_deg keeps every axis within {:.0f} deg of where "
-          "the session began: a wider limit allows more postures",
-          error.what(), *inputs_->axis_reach_rad * calib::kDegPerRad));
+      throw calib::PlanError(
+          error.kind, error.target,
+          fmt::format(
+              "{}. Also, [rsi] correction_limit_deg keeps every axis within {:.0f} deg of where "
+              "the session began: a wider limit allows more postures",
+              error.what(), *inputs_->axis_reach_rad * calib::kDegPerRad));
     }
   }
 
@@ -236,7 +239,9 @@ void refuse_beyond_reach(const TaskInputs& inputs, const calib::Plan& plan, std:
   if (!inputs.axis_reach_rad) return;
   const LimitNeeded needed = limit_needed(plan, inputs.cell.robot, begin, next);
   const double limit_deg = *inputs.axis_reach_rad * calib::kDegPerRad;
-  if (needed.turn_deg > limit_deg) throw calib::PlanError(beyond_limit_words(needed, limit_deg));
+  if (needed.turn_deg > limit_deg)
+    throw calib::PlanError(calib::PlanError::Kind::kOutOfReach,
+                           beyond_limit_words(needed, limit_deg));
 }
 
 Tasks make_tasks(TaskInputs given) {

@@ -22,6 +22,7 @@ namespace {
 calib::Calibration last_of(const TaskInputs& inputs) {
   if (!inputs.compared)
     throw calib::IdentifyError(
+        calib::IdentifyError::Kind::kCalibration,
         "the calibration that this update is based on is no longer published. Run a full session: "
         "'cellcal run'");
   return calib::calibration_from_json(inputs.compared->calibration, inputs.compared->words);
@@ -73,7 +74,7 @@ class Update {
                       calib::further_touches_pay(*so_far.update);
     if (!pays) return;
     calib::Pace pace;
-    pace.foretold_m = calib::first_update_touches().before_m;
+    pace.predicted_m = calib::first_update_touches().before_m;
     const auto how =
         calib::further_update_touches(static_cast<int>(touches.size()),
                                       calib::duration_s(round_.plan(), inputs_->cell.robot, pace));

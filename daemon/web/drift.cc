@@ -46,12 +46,13 @@ json checks_to_json(const Drift& checks) {
   return chart;
 }
 
-json told_to_json(const AdviceStatus& controller) {
-  const bool told = controller.told.has_value();
-  return {{"told", told ? json(to_string(*controller.told)) : json(nullptr)},
-          {"value", told ? json(static_cast<int>(*controller.told)) : json(nullptr)},
-          {"told_at", told ? json(controller.told_at) : json(nullptr)},
-          {"trouble", controller.trouble.empty() ? json(nullptr) : json(controller.trouble)}};
+json acknowledged_to_json(const AdviceStatus& controller) {
+  const bool acknowledged = controller.acknowledged.has_value();
+  return {
+      {"told", acknowledged ? json(to_string(*controller.acknowledged)) : json(nullptr)},
+      {"value", acknowledged ? json(static_cast<int>(*controller.acknowledged)) : json(nullptr)},
+      {"told_at", acknowledged ? json(controller.acknowledged_at) : json(nullptr)},
+      {"trouble", controller.trouble.empty() ? json(nullptr) : json(controller.trouble)}};
 }
 
 }  // namespace
@@ -71,10 +72,11 @@ std::string drift_to_json(
     list.push_back(session_to_json(record, *found));
   }
   std::reverse(list.begin(), list.end());
-  return dump({{"cell", cell},
-               {"sessions", std::move(list)},
-               {"checks", checks != nullptr ? checks_to_json(*checks) : json(nullptr)},
-               {"controller", controller.configured ? told_to_json(controller) : json(nullptr)}});
+  return dump(
+      {{"cell", cell},
+       {"sessions", std::move(list)},
+       {"checks", checks != nullptr ? checks_to_json(*checks) : json(nullptr)},
+       {"controller", controller.configured ? acknowledged_to_json(controller) : json(nullptr)}});
 }
 
 }  // namespace cellcal::daemon::web

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "calib/result/calibration.h"
-#include "daemon/advice/advice_teller.h"
+#include "daemon/advice/advice_publisher.h"
 #include "daemon/drift/drift_watch.h"
 #include "daemon/journal/journal.h"
 
@@ -18,8 +18,8 @@ inline constexpr std::size_t kMostCompared = 30;
 
 /// `calibration` gives that of a session, nothing where it has none. Sessions of another cell file
 /// than `cell` are left out; an empty `cell` stands for that of the newest that has a result.
-/// Oldest first. `checks`: the control chart of the newest published calibration; null: there is none. `controller`: what
-/// it was told of them.
+/// Oldest first. `checks`: the control chart of the newest published calibration; null: there is none. `controller`: the
+/// advice that it has acknowledged.
 std::string drift_to_json(
     const std::vector<SessionRecord>& newest_first, std::string cell,
     const std::function<std::optional<calib::Calibration>(std::int64_t)>& calibration,

@@ -33,7 +33,7 @@ constexpr double kLateSigmas = 3.0;
 /// and explains a silence only if it makes up this part of it: a sensor may be late as well.
 constexpr double kLateShare = 1.0 / 3.0;
 /// A sensor of the same baud rate is understood long before: it speaks ten times a second.
-constexpr milliseconds kGarbagePatience{1500};
+constexpr milliseconds kGarbageTimeout{1500};
 constexpr std::uint64_t kGarbageBytes = 12;
 
 double wire_seconds(int baud, int bytes) {
@@ -392,7 +392,7 @@ void ContactCore::on_tick_but_ping(TimePoint now) {
   }
   const bool understood = heard_ || fault_ != ContactFault::kNone;
   if (step_ == ContactStep::kHello && !understood && bytes_ >= kGarbageBytes &&
-      now - step_since_ > kGarbagePatience) {
+      now - step_since_ > kGarbageTimeout) {
     fault_ = ContactFault::kBaud;
   }
   const bool held = fault_ == ContactFault::kLostState;

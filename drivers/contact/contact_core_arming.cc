@@ -14,12 +14,12 @@ using std::chrono::milliseconds;
 constexpr milliseconds kKeepAlivePeriod{CTP_KEEPALIVE_MS};
 /// An arming that is not answered by then is given up: before the sensor, which hears no
 /// keep-alive yet, lets it lapse.
-constexpr milliseconds kArmPatience{CTP_KEEPALIVE_LIMIT_MS * 8 / 10};
+constexpr milliseconds kArmTimeout{CTP_KEEPALIVE_LIMIT_MS * 8 / 10};
 constexpr milliseconds kMaxLifetime{0xFFFF};
 /// The sensor ends an arming itself; the host steps in only this much later.
 constexpr milliseconds kLifetimeGrace{100};
 
-constexpr milliseconds kTestPatience{60};
+constexpr milliseconds kTestTimeout{60};
 constexpr milliseconds kTestRetry{1000};
 constexpr int kTestTries = 3;
 /// A status stamped this long after the request shows what the self-test found.
@@ -182,7 +182,7 @@ void ContactCore::tick_arming(TimePoint now) {
   if ((arming_ == Arming::kAsking || arming_ == Arming::kDisarming) && now >= next_try_) {
     if (arming_ == Arming::kDisarming) {
       begin_disarm(now);
-    } else if (now - asked_at_ > kArmPatience) {
+    } else if (now - asked_at_ > kArmTimeout) {
       answer(ArmRefusal::kNoAnswer, request_.arm_id, now);
       begin_disarm(now);
     } else {
@@ -277,7 +277,7 @@ bool ContactCore::deaf(TimePoint now) const {
 }
 
 void ContactCore::tick_test(TimePoint now) {
-  if (test_ == Test::kRunning && now - test_sent_ > kTestPatience + answer_time_) {
+  if (test_ == Test::kRunning && now - test_sent_ > kTestTimeout + answer_time_) {
     if (++test_tries_ < kTestTries) {
       begin_test(now);
     } else {
@@ -353,7 +353,7 @@ TimePoint ContactCore::next_wake() const {
   if (step_ == ContactStep::kConfig) t = std::min(t, next_send_);
   if (step_ >= ContactStep::kClock) t = std::min(t, next_ping_);
   if (test_ == Test::kRunning) {
-    t = std::min(t, test_sent_ + kTestPatience + answer_time_ + milliseconds{1});
+    t = std::min(t, test_sent_ + kTestTimeout + answer_time_ + milliseconds{1});
   } else if (step_ >= ContactStep::kSelfTest && arming_ == Arming::kNone) {
     t = std::min(t, step_ == ContactStep::kSelfTest ? next_test_ : next_ping_);
   }

@@ -33,7 +33,7 @@ using std::chrono::milliseconds;
 constexpr milliseconds kPublishPeriod{200};
 /// Published longer ago: the io thread does not run.
 constexpr milliseconds kIoThreadStuck{2000};
-constexpr milliseconds kClosePatience{1000};
+constexpr milliseconds kCloseTimeout{1000};
 constexpr milliseconds kClosePoll{1};
 constexpr std::size_t kCommands = 64;
 constexpr std::size_t kAnswers = 16;
@@ -110,7 +110,7 @@ class SerialContact::Impl : public ContactGuard, public std::enable_shared_from_
       leave_port();
     } else {
       queues_.news_call.make();
-      const auto end = Steady::now() + kClosePatience;
+      const auto end = Steady::now() + kCloseTimeout;
       while (closes_done_ < asked && !io_.stopped() && Steady::now() < end) {
         std::this_thread::sleep_for(kClosePoll);
       }

@@ -14,7 +14,7 @@ namespace cellcal::sim {
 
 namespace {
 
-/// Tolerances are drawn within this: nobody ships an arm that is five sigma off its drawing.
+/// Tolerances are drawn within this: nobody ships an arm that is five sigma off nominal.
 constexpr double kLargestTruthSigma = 2.5;
 
 /// So that they are none of the arm's errors.

@@ -192,15 +192,15 @@ class McuPty::Impl {
     ::poll(&fds[0], 1, 0);
     somebody_there_ = (fds[0].revents & POLLHUP) == 0;
     const TimePoint now = Clock::now();
-    Duration patience = std::min<Duration>(next - now, kLongestWait);
+    Duration wait_time = std::min<Duration>(next - now, kLongestWait);
     pollfd* first = &fds[0];
     nfds_t count = 2;
     if (!somebody_there_) {
-      patience = std::min<Duration>(patience, kNobodyThere);
+      wait_time = std::min<Duration>(wait_time, kNobodyThere);
       first = &fds[1];
       count = 1;
     }
-    const timespec timeout = to_timespec(patience);
+    const timespec timeout = to_timespec(wait_time);
     ::ppoll(first, count, &timeout, nullptr);
     std::uint64_t drained = 0;
     // Empty is as good as read: it only says that somebody called.

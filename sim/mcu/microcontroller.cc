@@ -108,8 +108,8 @@ void Microcontroller::settle(TimePoint t) {
   follow_output(t);
 }
 
-void Microcontroller::on_output(OnOutput told) {
-  on_output_ = std::move(told);
+void Microcontroller::on_output(OnOutput callback) {
+  on_output_ = std::move(callback);
   free_ = sensor_free(&sensor_);
   on_output_(now_, free_);
 }

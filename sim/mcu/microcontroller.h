@@ -63,10 +63,10 @@ class Microcontroller {
   /// The next frame that was complete on the wire by the last advance().
   std::optional<Output> next_output();
 
-  /// The output for a controller's input: told at once as it is, and at each change from then on.
+  /// The output for a controller's input: reported at once as it is, and at each change from then on.
   /// The board drops it with the edge, not in its program's next turn: within 11 us, taken as none.
   using OnOutput = std::function<void(TimePoint t, bool free)>;
-  void on_output(OnOutput told);
+  void on_output(OnOutput callback);
 
   void set_faults(const McuFaults& faults, TimePoint t);
   McuFaults faults() const { return {circuit_, silent_}; }
@@ -108,12 +108,12 @@ class Microcontroller {
   bool silent_ = false;
 
   OnOutput on_output_;
-  bool free_ = false;  ///< as the output was told last
+  bool free_ = false;  ///< as the output was reported last
 
   TouchCircuit circuit_;
   CircuitVoltages volts_;
   bool pin_high_ = true;
-  bool seen_high_ = true;  ///< that the core was told last
+  bool seen_high_ = true;  ///< that was reported to the core last
   /// The converter runs for ever; what it would say again and again is not worth the time.
   int conversions_left_ = 0;
   TimePoint next_conversion_{};

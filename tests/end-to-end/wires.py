@@ -285,14 +285,14 @@ class Wires(unittest.TestCase):
 
     def test_a_terminated_daemon_stops_the_arm_before_it_waits_for_the_disk(self):
         # Nor for systemd, which does not read here until the daemon is terminated.
-        stall, told = f"{self.dir}/stall", socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
-        told.bind(f"{self.dir}/notify")
-        told.setblocking(False)
+        stall, notify_socket = f"{self.dir}/stall", socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+        notify_socket.bind(f"{self.dir}/notify")
+        notify_socket.setblocking(False)
 
-        def is_told(words):
+        def is_notified(words):
             try:
                 while True:
-                    if words in told.recv(4096):
+                    if words in notify_socket.recv(4096):
                         return True
             except BlockingIOError:
                 return False
@@ -306,11 +306,11 @@ class Wires(unittest.TestCase):
         wait_for(lambda: os.path.exists(stall + ".met"), "a commit that waits for the disk")
         daemon.terminate()
         # The session is aborted once the arm is at rest; the disk has not answered yet.
-        wait_for(lambda: is_told(b"STATUS=aborted"), "the arm at rest", 20.0)
+        wait_for(lambda: is_notified(b"STATUS=aborted"), "the arm at rest", 20.0)
         self.assertIsNone(daemon.poll())
         os.remove(stall)
         self.assertEqual(daemon.wait(20), 0)
-        told.close()
+        notify_socket.close()
         client.communicate(timeout=30)
         self.daemon()
         self.assertEqual(json.loads(self.client("history", "--json").stdout)[0]["state"], "aborted")

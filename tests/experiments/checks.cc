@@ -62,7 +62,7 @@ std::optional<Calibrated> calibrated(const calib::Robot& robot, const experiment
   if (withheld) return std::nullopt;
   calib::Plan plan = calib::make_check_plan(c, {}, how);
   calib::Pace pace;
-  pace.foretold_m = how.before_m;
+  pace.predicted_m = how.before_m;
   const double seconds = calib::duration_s(plan, robot, pace);
   return Calibrated{std::move(session->world), std::move(c), std::move(plan), {}, seconds};
 }
@@ -94,7 +94,7 @@ int checks_of(const Fault& fault, int checks) {
 struct Row {
   Fault fault;
   int made = 0, alarms = 0, right = 0;
-  std::map<std::string, int> told;
+  std::map<std::string, int> named;
   double squares = 0.0, worst = 0.0, foreseen = 0.0;
 };
 
@@ -105,13 +105,13 @@ void add(Row& row, const Calibrated& on, calib::Random& random) {
   ++row.made;
   const calib::Explanation& change = *check.change();
   row.alarms += !check.holds;
-  std::string told = check.holds ? "nothing" : to_string(change.kind);
+  std::string named = check.holds ? "nothing" : to_string(change.kind);
   if (!check.holds && change.kind == row.fault.kind &&
       (touches->happened.which.empty() || touches->happened.which == change.name))
     ++row.right;
   else if (!check.holds && change.kind == row.fault.kind)
-    told = std::string("other ") + to_string(change.kind);
-  ++row.told[told];
+    named = std::string("other ") + to_string(change.kind);
+  ++row.named[named];
   const bool of_tool =
       row.fault.kind == ChangeKind::kNothing || row.fault.kind == ChangeKind::kTool;
   if (!of_tool) return;
@@ -122,19 +122,19 @@ void add(Row& row, const Calibrated& on, calib::Random& random) {
 }
 
 void print(const std::vector<Row>& rows) {
-  const std::vector<std::string> told{"nothing", "tool",        "sphere", "other sphere",
-                                      "joint",   "other joint", "growth", "touch"};
+  const std::vector<std::string> named{"nothing", "tool",        "sphere", "other sphere",
+                                       "joint",   "other joint", "growth", "touch"};
   fmt::print("{:<18} {:>7} {:>9} {:>8}", "what was done", "checks", "alarms %", "right %");
-  for (const std::string& one : told) fmt::print(" {:>12}", one);
+  for (const std::string& one : named) fmt::print(" {:>12}", one);
   fmt::print("   TCP rms, max, foreseen mm\n");
   for (const Row& row : rows) {
     const double n = std::max(1, row.made);
     fmt::print(
         "{:<18} {:>7} {:>9.2f} {:>8.1f}", name_of(row.fault), row.made, 100.0 * row.alarms / n,
         100.0 * (row.fault.kind == ChangeKind::kNothing ? row.made - row.alarms : row.right) / n);
-    for (const std::string& one : told) {
-      const auto found = row.told.find(one);
-      fmt::print(" {:>12.1f}", found == row.told.end() ? 0.0 : 100.0 * found->second / n);
+    for (const std::string& one : named) {
+      const auto found = row.named.find(one);
+      fmt::print(" {:>12.1f}", found == row.named.end() ? 0.0 : 100.0 * found->second / n);
     }
     if (row.squares > 0.0)
       fmt::print("   {:.3f} {:.3f} {:.3f}", 1e3 * std::sqrt(row.squares / n), 1e3 * row.worst,

@@ -20,18 +20,19 @@ using testing::Nearest;
 /// What the planner promises on the way; at its stops it keeps the whole of its margins.
 constexpr double kTipM = kMarginKept * kTipMarginM, kBodyM = kMarginKept * 0.02;
 
-/// A refusal with its figures and names taken out, so that like ones can be counted.
-std::string kind_of(const std::string& refusal) {
-  for (const char* part :
-       {"cannot be reached from any direction", "where the arm rests", "not by a clear way",
-        "no clear way to its touch", "touches can be reached", "not enough reachable"})
-    if (refusal.find(part) != std::string::npos) return part;
-  if (refusal.find("cannot be touched") == std::string::npos) return refusal;
-  for (const char* thing :
-       {"obstacle", "the stand of", "the floor", "runs into sphere", "of sphere"})
-    if (refusal.find(thing, refusal.find("direction")) != std::string::npos)
-      return std::string("cannot be touched: ") + thing;
-  return "cannot be touched: the arm itself";
+/// Like refusals are counted together; those that no random cell should meet, by their words.
+std::string kind_of(const PlanError& refusal) {
+  switch (refusal.kind) {
+    case PlanError::Kind::kOutOfReach:
+      return "a target is out of reach";
+    case PlanError::Kind::kInTheWay:
+      return refusal.target.empty() ? "something stands where the arm rests"
+                                    : "something is in the way to a target";
+    case PlanError::Kind::kTooFew:
+      return "too few touches can be made";
+    default:
+      return refusal.what();
+  }
 }
 
 void print(const char* what, const Nearest& nearest, const std::string& where) {
@@ -75,7 +76,7 @@ int main(int argc, char** argv) {
       planning_s += took();
     } catch (const PlanError& error) {
       planning_s += took();
-      ++refused[kind_of(error.what())];
+      ++refused[kind_of(error)];
       if (verbose) fmt::print("cell {}: {}: {}\n", seed + k, made.robot, error.what());
       continue;
     }

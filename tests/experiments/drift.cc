@@ -158,7 +158,7 @@ std::vector<calib::Touch> expected(const calib::Plan& plan) {
 }
 
 /// What is done to the cell, by months since its calibration.
-struct Course {
+struct Scenario {
   std::string name;
   std::function<Eigen::Vector3d(double months)> shift_m = [](double) {
     return Eigen::Vector3d(Eigen::Vector3d::Zero());
@@ -171,19 +171,20 @@ struct Course {
       false;  ///< nothing changes: the single check's alarms are counted until the chart's first
 };
 
-std::optional<std::vector<calib::Touch>> made(const Watched& on, const Course& course,
+std::optional<std::vector<calib::Touch>> made(const Watched& on, const Scenario& scenario,
                                               double months, calib::Random& random) {
   experiments::World world = on.world;
-  world.arm.knock(course.shift_m(months));
-  world.arm.grow(kGrowthPerKelvin * course.kelvin(months));
+  world.arm.knock(scenario.shift_m(months));
+  world.arm.grow(kGrowthPerKelvin * scenario.kelvin(months));
   const double warm =
-      course.temperature_known ? 0.5 : random.uniform();  // as at some time of the calibration
+      scenario.temperature_known ? 0.5 : random.uniform();  // as at some time of the calibration
   std::vector<calib::Touch> touches;
   for (const calib::PlannedTouch& planned : on.plan.touches) {
     auto touch = world.touch(planned, warm, experiments::kBeyond, random);
     if (!touch) return std::nullopt;
-    if (course.noise > 1.0) {  // what the world has not added yet
-      const double more = 0.03e-3 * std::sqrt(course.noise * course.noise - 1.0) * random.normal();
+    if (scenario.noise > 1.0) {  // what the world has not added yet
+      const double more =
+          0.03e-3 * std::sqrt(scenario.noise * scenario.noise - 1.0) * random.normal();
       const double length = planned.search_m;
       for (std::size_t i = 0; i < touch->joint_rad.size(); ++i)
         touch->joint_rad[i] += more / length * (planned.end[i] - planned.standoff[i]);
@@ -218,23 +219,23 @@ std::optional<Watched> watched(const calib::Robot& robot, const experiments::Tri
   return on;
 }
 
-/// The checks at which chart and single check first alarm, counted from the begin of the course; `most`: neither did until then.
+/// The checks at which chart and single check first alarm, counted from the begin of the change; `most`: neither did until then.
 struct Delay {
   double chart = 0.0, single = 0.0;
   bool false_alarm = false;  ///< of the chart, before it began
   int single_alarms = 0;     ///< where nothing changes
 };
 
-Delay run_of(const Watched& on, const Course& course, int most, calib::Random& random) {
+Delay run_of(const Watched& on, const Scenario& scenario, int most, calib::Random& random) {
   std::optional<double> reference_c;
-  if (course.temperature_known) reference_c = 20.0 + course.kelvin(0.0);
+  if (scenario.temperature_known) reference_c = 20.0 + scenario.kelvin(0.0);
   calib::Charts charts(reference_c);
   Delay delay{static_cast<double>(most), static_cast<double>(most)};
   bool chart = false, single = false;
-  for (int k = 1; k <= course.begins + most && !(chart && (single || course.ends_with_chart));
+  for (int k = 1; k <= scenario.begins + most && !(chart && (single || scenario.ends_with_chart));
        ++k) {
-    const double months = std::max(0, k - course.begins) / kChecksPerMonth;
-    const auto touches = made(on, course, months, random);
+    const double months = std::max(0, k - scenario.begins) / kChecksPerMonth;
+    const auto touches = made(on, scenario, months, random);
     if (!touches) continue;
     const auto shift = on.gauge->measure(*touches);
     calib::CheckSeen check;
@@ -242,7 +243,7 @@ Delay run_of(const Watched& on, const Course& course, int most, calib::Random& r
     check.time_s = k / kChecksPerMonth * kMonthS;
     check.shift_m = shift.shift_m;
     check.covariance_m2 = shift.covariance_m2;
-    if (course.temperature_known) check.temperature_c = 20.0 + course.kelvin(months);
+    if (scenario.temperature_known) check.temperature_c = 20.0 + scenario.kelvin(months);
     if (!chart) {
       const auto at = charts.take(check);
       charts.learn(check);
@@ -250,24 +251,24 @@ Delay run_of(const Watched& on, const Course& course, int most, calib::Random& r
           at.ewma > calib::kAlarmLimits.ewma || at.cusum > calib::kAlarmLimits.cusum;
       if (k >= static_cast<int>(calib::kLeastChecks) && beyond) {
         chart = true;
-        delay.false_alarm = k <= course.begins;
-        delay.chart = k - course.begins;
+        delay.false_alarm = k <= scenario.begins;
+        delay.chart = k - scenario.begins;
       }
     }
-    if (k <= course.begins || single) continue;
+    if (k <= scenario.begins || single) continue;
     Eigen::VectorXd off = shift.off_m;
     for (std::size_t t = 0; t < on.foresight->contacts.size(); ++t)
       off[static_cast<Eigen::Index>(t)] -= on.foresight->contacts[t].offset_m;
     if (on.alarm->log_odds(on.alarm->covariance().whitened(off)) <= on.alarm->threshold()) continue;
     ++delay.single_alarms;
-    if (course.ends_with_chart) continue;
+    if (scenario.ends_with_chart) continue;
     single = true;
-    delay.single = k - course.begins;
+    delay.single = k - scenario.begins;
   }
   return delay;
 }
 
-void print_row(const Course& course, const std::vector<Delay>& delays, int most) {
+void print_row(const Scenario& scenario, const std::vector<Delay>& delays, int most) {
   std::vector<double> chart, single;
   int never = 0, false_alarms = 0, single_alarms = 0;
   for (const Delay& one : delays) {
@@ -278,10 +279,10 @@ void print_row(const Course& course, const std::vector<Delay>& delays, int most)
     single.push_back(one.single);
     never += one.chart >= most;
   }
-  fmt::print("{:<34} {:>5} {:>8.1f} {:>6.0f} {:>6.0f} {:>6.0f} {:>7} {:>10} | ", course.name,
+  fmt::print("{:<34} {:>5} {:>8.1f} {:>6.0f} {:>6.0f} {:>6.0f} {:>7} {:>10} | ", scenario.name,
              delays.size(), mean(chart), quantile(chart, 0.05), quantile(chart, 0.5),
              quantile(chart, 0.95), never, false_alarms);
-  if (course.ends_with_chart)
+  if (scenario.ends_with_chart)
     fmt::print("{} alarms in {:.0f} checks\n", single_alarms,
                mean(chart) * static_cast<double>(chart.size()));
   else
@@ -354,20 +355,20 @@ int main(int argc, char** argv) {
       for (const Watched& cell : cells)
         for (int i = 0; i < (changes ? runs : runs_unchanged); ++i) {
           const Eigen::Vector3d along = any_direction(random);
-          Course course;
-          course.begins = row.begins;
-          course.ends_with_chart = !changes;
-          course.noise = row.noise;
-          course.temperature_known = row.known;
-          if (row.season) course.kelvin = season;
+          Scenario scenario;
+          scenario.begins = row.begins;
+          scenario.ends_with_chart = !changes;
+          scenario.noise = row.noise;
+          scenario.temperature_known = row.known;
+          if (row.season) scenario.kelvin = season;
           if (changes)
-            course.shift_m = [&](double months) {
+            scenario.shift_m = [&](double months) {
               return Eigen::Vector3d(along *
                                      (row.creep_m * months + (months > 0.0 ? row.step_m : 0.0)));
             };
-          delays.push_back(run_of(cell, course, changes ? 1200 : most, random));
+          delays.push_back(run_of(cell, scenario, changes ? 1200 : most, random));
         }
-      Course named;
+      Scenario named;
       named.name = row.name;
       named.ends_with_chart = !changes;
       print_row(named, delays, changes ? 1200 : most);

@@ -46,7 +46,7 @@ using std::chrono::seconds;
 
 constexpr double kRadPerDeg = std::numbers::pi / 180;
 constexpr milliseconds kLook{1};
-constexpr seconds kPatience{20}, kArmLifetime{20};
+constexpr seconds kTimeout{20}, kArmLifetime{20};
 constexpr double kRunUpM = 0.002, kRunUpSpreadM = 0.0005, kBeyondM = 0.003;
 /// Of more than 12 mm/s: the arm is at speed behind two of them at 40.
 constexpr double kMostRunUpM = 0.008;
@@ -109,7 +109,7 @@ struct Rig {
 };
 
 bool eventually(Clock& clock, const std::function<bool()>& done) {
-  const TimePoint end = clock.now() + kPatience;
+  const TimePoint end = clock.now() + kTimeout;
   while (!done()) {
     if (clock.now() > end) return false;
     clock.sleep_until(clock.now() + kLook);

@@ -38,7 +38,7 @@ struct Calibrated {
 
 double seconds_of(const calib::Plan& plan, const calib::Robot& robot) {
   calib::Pace pace;
-  pace.foretold_m = calib::first_update_touches().before_m;
+  pace.predicted_m = calib::first_update_touches().before_m;
   return calib::duration_s(plan, robot, pace);
 }
 
@@ -84,7 +84,7 @@ struct Result {
   std::vector<experiments::Happening> happenings;
   UpdateOutcome outcome = UpdateOutcome::kNotFound;
   bool met = true, right = false;
-  std::string told;
+  std::string explanation;
   std::size_t touches = 0, set_aside = 0;
   double seconds = 0.0;
   OverPostures before, changed, after, full;
@@ -131,7 +131,7 @@ Result updated(const Calibrated& on, const std::vector<Happening>& happenings, s
     const calib::Explanation& first = c.update->explanations.front();
     result.right = first.kind == happenings.front().kind &&
                    (happened.which.empty() || happened.which == first.name);
-    result.told = fmt::format("{} {} {:.3f}/{:.3f}", to_string(first.kind), first.name,
+    result.explanation = fmt::format("{} {} {:.3f}/{:.3f}", to_string(first.kind), first.name,
                               1e3 * first.shift_m.norm(), 1e3 * first.amount);
     result.probability = first.probability;
     result.by_chance = c.update->by_chance;
@@ -292,7 +292,7 @@ int main(int argc, char** argv) {
         fmt::print(
             "{} {:<34} {:<15} {:<26} {:5.3f} p {:.4f} two things {:6.1f}, {} set aside, foreseen {:.2f}; {} touches {:.1f} s; M3 {:.3f} "
             "-> {:.3f} -> {:.3f} mm, full {:.3f}; inside {:.1f} %\n",
-            seed, r.done, r.met ? to_string(r.outcome) : "not met", r.told, r.probability,
+            seed, r.done, r.met ? to_string(r.outcome) : "not met", r.explanation, r.probability,
             r.by_chance, r.log_odds_second, r.set_aside, r.reached, r.touches, r.seconds, 1e3 * r.before.mean,
             1e3 * r.changed.mean, 1e3 * r.after.mean, 1e3 * r.full.mean, 100.0 * r.after.covered);
         std::fflush(stdout);

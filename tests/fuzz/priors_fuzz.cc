@@ -8,7 +8,7 @@
 #include <string_view>
 
 #include "calib/files/documents.h"
-#include "calib/files/drawing.h"
+#include "calib/files/nominal_geometry.h"
 #include "calib/files/priors_file.h"
 #include "calib/fleet/accept.h"
 #include "calib/model/error.h"
@@ -58,11 +58,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   require(again.joints.size() == priors.joints.size(), "what was read can be written and read");
   const Robot robot = robot_of(priors);
   FleetPriors own = priors;
-  own.drawing = drawing_sha256(robot);
+  own.nominal_geometry = nominal_geometry_sha256(robot);
   require(std::holds_alternative<Accepted>(accept(robot, own)),
-          "priors of the drawing are accepted");
-  require(
-      std::holds_alternative<OtherDrawing>(accept(robot, priors)) || own.drawing == priors.drawing,
-      "those of another are not");
+          "priors of the nominal geometry are accepted");
+  require(std::holds_alternative<OtherNominalGeometry>(accept(robot, priors)) ||
+              own.nominal_geometry == priors.nominal_geometry,
+          "those of another are not");
   return 0;
 }

@@ -74,8 +74,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     require(without_numbers(result.files[0].text) == without_numbers(parts[0]), "the .src");
     require(without_numbers(result.files[1].text) == without_numbers(parts[1]), "the .dat");
   } catch (const calib::FileError& error) {
-    const std::string_view words = error.what();
-    require(words.starts_with("p.src") || words.starts_with("p.dat") || words.starts_with("c.dat"),
+    require(error.file == "p.src" || error.file == "p.dat" || error.file == "c.dat",
             "an error without its file");
   }
   return 0;

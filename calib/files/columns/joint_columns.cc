@@ -14,9 +14,9 @@ std::vector<int> joint_columns(const CsvTable& table, const Robot& robot, const 
   for (const Joint& joint : robot.joints) {
     columns.push_back(table.find(joint.name));
     if (columns.back() < 0)
-      throw FileError(name + ":" + std::to_string(table.header_line()) + ": no column \"" +
-                      joint.name +
-                      "\"; one column per joint is needed, named as in the robot file");
+      throw FileError(name, ":" + std::to_string(table.header_line()) + ": no column \"" +
+                                joint.name +
+                                "\"; one column per joint is needed, named as in the robot file");
   }
   return columns;
 }

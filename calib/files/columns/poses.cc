@@ -26,10 +26,10 @@ std::array<int, 6> pose_columns(const CsvTable& table, const std::string& name) 
   for (std::size_t i = 0; i < kPose.size(); ++i) {
     columns[i] = table.find(kPose[i]);
     if (columns[i] < 0)
-      throw FileError(
-          fmt::format("{}:{}: no column \"{}\"; x_mm,y_mm,z_mm,a_deg,b_deg,c_deg are "
-                      "needed, in the robot's base frame",
-                      name, table.header_line(), kPose[i]));
+      throw FileError(name,
+                      fmt::format(":{}: no column \"{}\"; x_mm,y_mm,z_mm,a_deg,b_deg,c_deg are "
+                                  "needed, in the robot's base frame",
+                                  table.header_line(), kPose[i]));
   }
   return columns;
 }
@@ -56,7 +56,7 @@ std::vector<PoseRow> parse_poses(std::string_view text, const std::string& name,
   const std::vector<int> seed = seeded ? joint_columns(table, robot, name) : std::vector<int>{};
   std::vector<PoseRow> rows;
   while (table.next()) {
-    if (rows.size() == kMaxPoses) throw FileError(name + ": more than 2000000 rows");
+    if (rows.size() == kMaxPoses) throw FileError(name, ": more than 2000000 rows");
     FrameMmDeg frame;
     for (std::size_t i = 0; i < 3; ++i) {
       frame.xyz_mm[i] = bounded(table, pose[i], kFarthestMm, "mm");

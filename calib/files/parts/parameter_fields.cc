@@ -50,7 +50,7 @@ Table<ParameterResult> parameter_fields(const Cell& cell) {
   };
   const auto read_nominal = [&cell](const JsonReader& r, P& p) {
     const double value = r.number() / p.to_unit;
-    // What the drawing states is in the cell already; earlier versions wrote 0 here.
+    // The nominal value is in the cell already; earlier versions wrote 0 here.
     if (stated_value(cell, p.key) == 0.0) p.nominal = value;
   };
   const auto read_correction = [](const JsonReader& r, P& p) {

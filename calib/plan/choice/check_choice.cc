@@ -17,7 +17,7 @@ constexpr double kElseM = 0.1e-3;
 /// Of a shift of the tool beforehand: it keeps the first touches' information from being singular.
 constexpr double kToolM = 1e-3;
 /// A shift that looks like another change's is found all the same, but named wrongly.
-constexpr double kToldApart = 0.3;
+constexpr double kDistinctionWeight = 0.3;
 constexpr int kRounds = 3;  ///< of exchange
 
 /// Rows of all candidates, from which those of any set are taken.
@@ -47,7 +47,7 @@ class CheckDesign {
 
   /// What the set leaves unknown of the tool [m^2].
   double unknown(const std::vector<std::size_t>& set) const {
-    return left(set, alone_) + kToldApart * left(set, beside_);
+    return left(set, alone_) + kDistinctionWeight * left(set, beside_);
   }
 
  private:

@@ -75,13 +75,13 @@ std::vector<std::size_t> choose_update(const Calibration& believed,
                                        const std::function<bool(std::size_t)>& possible) {
   const std::vector<Touch> touches = touches_of(believed, candidates);
   Eigen::MatrixXd foreseen = foresee(believed, touches).covariance_m2();
-  Eigen::MatrixXd told = wanted(believed) * across_m(believed, touches);
+  Eigen::MatrixXd cross_covariance = wanted(believed) * across_m(believed, touches);
   std::vector<std::size_t> picked;
   while (static_cast<int>(picked.size()) < count) {
     std::vector<std::pair<double, std::size_t>> by_gain;
     for (std::size_t c = 0; c < candidates.size(); ++c) {
       const auto k = static_cast<Eigen::Index>(c);
-      by_gain.emplace_back(-told.col(k).squaredNorm() / foreseen(k, k), c);  // (84)
+      by_gain.emplace_back(-cross_covariance.col(k).squaredNorm() / foreseen(k, k), c);  // (84)
     }
     std::ranges::sort(by_gain);
     const auto best = std::ranges::find_if(by_gain, [&](const auto& one) {
@@ -90,9 +90,9 @@ std::vector<std::size_t> choose_update(const Calibration& believed,
     if (best == by_gain.end()) return picked;
     picked.push_back(best->second);
     const auto k = static_cast<Eigen::Index>(best->second);
-    const Eigen::VectorXd with = foreseen.col(k), tells = told.col(k);
+    const Eigen::VectorXd with = foreseen.col(k), cross = cross_covariance.col(k);
     const double variance = foreseen(k, k);
-    told.noalias() -= tells / variance * with.transpose();  // (84)
+    cross_covariance.noalias() -= cross / variance * with.transpose();  // (84)
     foreseen.noalias() -= with / variance * with.transpose();
   }
   return picked;

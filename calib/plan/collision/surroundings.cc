@@ -114,8 +114,9 @@ struct Surroundings::Thing {
         break;
       case ObstacleShape::kMesh:
         if (obstacle.mesh == nullptr || obstacle.mesh->triangles.empty())
-          throw PlanError(words + ": its mesh " + obstacle.mesh_file +
-                          " was not read. Put the file beside the cell file");
+          throw PlanError(PlanError::Kind::kCell,
+                          words + ": its mesh " + obstacle.mesh_file +
+                              " was not read. Put the file beside the cell file");
         form = Form::kMesh;
         set_frame(obstacle.frame);
         low = high = obstacle.mesh->vertices_m.front();

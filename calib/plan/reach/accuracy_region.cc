@@ -25,12 +25,14 @@ Eigen::Vector3d parse_corner(std::string_view& text, bool last) {
     double mm = 0.0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), mm);
     if (error != std::errc{} || !std::isfinite(mm) || std::abs(mm) > kLargestMm)
-      throw PlanError("region box: wants six numbers in mm, X,Y,Z,X,Y,Z, two opposite corners");
+      throw PlanError(PlanError::Kind::kRequest,
+                      "region box: wants six numbers in mm, X,Y,Z,X,Y,Z, two opposite corners");
     text.remove_prefix(static_cast<std::size_t>(end - text.data()));
     corner[k] = mm / kMmPerM;
     const bool more = !(last && k == 2);
     if (more != text.starts_with(','))
-      throw PlanError("region box: wants six numbers in mm, X,Y,Z,X,Y,Z, two opposite corners");
+      throw PlanError(PlanError::Kind::kRequest,
+                      "region box: wants six numbers in mm, X,Y,Z,X,Y,Z, two opposite corners");
     if (more) text.remove_prefix(1);
   }
   return corner;
@@ -54,6 +56,7 @@ std::vector<JointVector> in_box(const AccuracyRegion& region, const ArmModel& ar
   }
   if (static_cast<int>(postures.size()) < kLeast)
     throw PlanError(
+        PlanError::Kind::kRequest,
         "region box: the arm reaches almost nothing of it inside its joint limits. Give the "
         "corners in mm in the base frame");
   return postures;
@@ -73,11 +76,14 @@ AccuracyRegion parse_accuracy_region(std::string_view text) {
     return region;
   }
   if (!text.starts_with("box:"))
-    throw PlanError(fmt::format(
-        "unknown region \"{}\". Use workspace, targets, tcp or box:X,Y,Z,X,Y,Z (mm)", text));
+    throw PlanError(
+        PlanError::Kind::kRequest,
+        fmt::format("unknown region \"{}\". Use workspace, targets, tcp or box:X,Y,Z,X,Y,Z (mm)",
+                    text));
   text.remove_prefix(4);
   const Eigen::Vector3d a = parse_corner(text, false), b = parse_corner(text, true);
-  if (!text.empty()) throw PlanError("region box: more than six numbers");
+  if (!text.empty())
+    throw PlanError(PlanError::Kind::kRequest, "region box: more than six numbers");
   region.kind = AccuracyRegion::Kind::kBox;
   region.low_m = a.cwiseMin(b);
   region.high_m = a.cwiseMax(b);

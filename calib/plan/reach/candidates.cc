@@ -81,28 +81,44 @@ std::optional<Candidate> try_touch(const ArmModel& arm, const Clearance& clearan
 
 }  // namespace
 
-std::string why_not_planned(const Target& target) {
+std::optional<NotPlanned> why_not_planned(const Target& target) {
   switch (target.kind) {
     case TargetKind::kSphere:
-      return {};
+      break;
     case TargetKind::kPlane:
-      if (!target.has_centre || !target.has_normal)
-        return "a plane without centre_mm and normal: its place is unknown";
-      return target.extent_m > 0.0 ? "" : "a plane without extent_mm: its size is unknown";
+      if (!target.has_centre || !target.has_normal) return NotPlanned::kPlaceUnknown;
+      if (!(target.extent_m > 0.0)) return NotPlanned::kSizeUnknown;
+      break;
     case TargetKind::kPoint:
-      return "the tip has to be seated in a point by hand";
+      return NotPlanned::kSeated;
     case TargetKind::kWire:
-      return "a wire is hooked to the tool by hand";
+      return NotPlanned::kHooked;
     case TargetKind::kTracker:
+      return NotPlanned::kMeasures;
+  }
+  return std::nullopt;
+}
+
+const char* words(NotPlanned why) {
+  switch (why) {
+    case NotPlanned::kPlaceUnknown:
+      return "a plane without centre_mm and normal: its place is unknown";
+    case NotPlanned::kSizeUnknown:
+      return "a plane without extent_mm: its size is unknown";
+    case NotPlanned::kSeated:
+      return "the tip has to be seated in a point by hand";
+    case NotPlanned::kHooked:
+      return "a wire is hooked to the tool by hand";
+    case NotPlanned::kMeasures:
       return "a tracker measures by itself";
   }
-  return {};
+  return "";
 }
 
 bool is_planned(const Target& target, Kinds kinds) {
   return !target.only_in_the_way &&
          (target.kind == TargetKind::kSphere || kinds == Kinds::kSpheresAndPlanes) &&
-         why_not_planned(target).empty();
+         !why_not_planned(target);
 }
 
 namespace {

@@ -2,7 +2,7 @@
 // Touches that the arm can make: direction, tool orientation and arm configuration, with the joint
 // angles of the whole search line.
 
-#include <string>
+#include <optional>
 #include <vector>
 
 #include "calib/model/random.h"
@@ -26,8 +26,17 @@ enum class Kinds { kSpheres, kSpheresAndPlanes };
 /// Whether touches of the target can be planned: of spheres, and of planes whose file says where
 /// they are and how far about there they may be touched.
 bool is_planned(const Target& target, Kinds kinds);
-/// Why they cannot, in words behind the target's id; of those that can, nothing.
-std::string why_not_planned(const Target& target);
+enum class NotPlanned {
+  kPlaceUnknown,  ///< a plane without centre or normal
+  kSizeUnknown,   ///< a plane without extent
+  kSeated,        ///< a point: the tip has to be put into it by hand
+  kHooked,        ///< a wire: by hand, too
+  kMeasures       ///< a tracker, which is not touched
+};
+/// Why they cannot; nothing: they can.
+std::optional<NotPlanned> why_not_planned(const Target& target);
+/// Behind the target's id.
+const char* words(NotPlanned why);
 
 /// About `per_target` candidates for every such target, spread over the reachable directions of a
 /// sphere or places of a plane, tool orientations and configurations of the arm. The same for the

@@ -11,9 +11,13 @@ namespace cellcal::calib {
 
 void require_speeds(const Robot& robot) {
   for (const Joint& joint : robot.joints)
-    if (!(joint.max_speed_rad_s > 0.0))
-      throw PlanError("robot file of " + robot.name + ": joint " + joint.name +
-                      " has no max_speed_deg_s. Add it: no motion can be planned without");
+    if (!(joint.max_speed_rad_s > 0.0)) {
+      PlanError error(PlanError::Kind::kCell,
+                      "robot file of " + robot.name + ": joint " + joint.name +
+                          " has no max_speed_deg_s. Add it: no motion can be planned without");
+      error.joint = joint.name;
+      throw error;
+    }
 }
 
 double move_s(const Robot& robot, const JointVector& from, const JointVector& to,
@@ -75,8 +79,9 @@ double duration_s(const Plan& plan, const Robot& robot, const Pace& pace) {
   std::map<std::string, int> touched;
   for (const PlannedTouch& touch : plan.touches) {
     sum += transit_s(robot, *at, touch, pace);
-    const bool foretold = touched[touch.target]++ >= pace.before_foretold;
-    sum += touch_s(foretold ? std::min(pace.foretold_m, touch.expected_m) : touch.expected_m, pace);
+    const bool predicted = touched[touch.target]++ >= pace.unpredicted_touches;
+    sum +=
+        touch_s(predicted ? std::min(pace.predicted_m, touch.expected_m) : touch.expected_m, pace);
     sum += move_s(robot, touch.standoff, touch.clear, pace);
     at = &touch.clear;
   }

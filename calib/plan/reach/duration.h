@@ -16,10 +16,10 @@ struct Pace {
   /// What a leg behind a way-point that is passed takes of its time from rest to rest.
   double passed_share = 0.85;
   double fast_m_s = 0.010, slow_m_s = 0.004;  ///< searches
-  /// A search begins so far before the contact where the touches so far foretell it, on the mean
-  /// over a session; which is so behind the first touches of each target.
-  double foretold_m = 0.005;
-  int before_foretold = 4;
+  /// A search begins so far before the contact where the touches so far predict it, on the mean
+  /// over a session; of the first touches of each target they do not.
+  double predicted_m = 0.005;
+  int unpredicted_touches = 4;
   /// Share of the touches whose contact is confirmed, and slow searches then.
   double confirmed_share = 0.16;
   int readings = 2;

@@ -17,11 +17,14 @@ void check_cell(const Cell& cell) {
     if (target.kind != TargetKind::kSphere) continue;
     sphere = true;
     if (!target.has_centre)
-      throw PlanError(fmt::format(
-          "target {}: a plan needs its rough place. Add centre_mm to the cell file", target.id));
+      throw PlanError(
+          PlanError::Kind::kCell, target.id,
+          fmt::format("target {}: a plan needs its rough place. Add centre_mm to the cell file",
+                      target.id));
   }
   if (!sphere)
     throw PlanError(
+        PlanError::Kind::kCell,
         "the cell has no sphere to touch. Touch other targets by hand, and use 'cellcal "
         "identify' with the file");
 }
@@ -45,7 +48,8 @@ std::vector<Candidate> searchable(std::vector<Candidate> candidates, const Clear
 }  // namespace
 
 void check_wanted(const std::stop_token& stop) {
-  if (stop.stop_requested()) throw PlanError("planning was called off");
+  if (stop.stop_requested())
+    throw PlanError(PlanError::Kind::kCalledOff, "planning was called off");
 }
 
 ArmModel planning_arm(const Cell& cell) {
@@ -134,17 +138,20 @@ Pool::Pool(const Cell& cell, const PlanOptions& options, int per_target, Kinds k
     const bool any = std::any_of(candidates_.begin(), candidates_.end(),
                                  [&](const Candidate& c) { return c.target == t; });
     if (!is_planned(cell.targets[t], kinds) || any) continue;
-    const std::string what = hindrance(cell, arm_, clearance_, options, t);
-    if (what.empty())
+    const std::optional<std::string> what = hindrance(cell, arm_, clearance_, options, t);
+    if (!what)
       throw PlanError(
+          PlanError::Kind::kOutOfReach, cell.targets[t].id,
           fmt::format("{} cannot be reached from any direction inside the joint limits. Check its "
                       "centre_mm, or move it",
                       words_of(cell.targets[t])));
-    throw PlanError(fmt::format("{} cannot be touched: {}. Move it or the obstacle",
-                                words_of(cell.targets[t]), what));
+    throw PlanError(PlanError::Kind::kInTheWay, cell.targets[t].id,
+                    fmt::format("{} cannot be touched: {}. Move it or the obstacle",
+                                words_of(cell.targets[t]), *what));
   }
   if (const auto what = clearance_.hit(middle_, kTipMarginM))
-    throw PlanError(fmt::format("where the arm rests between touches {}. Move it", words(*what)));
+    throw PlanError(PlanError::Kind::kInTheWay,
+                    fmt::format("where the arm rests between touches {}. Move it", words(*what)));
   for (std::size_t t = 0; t < cell.targets.size(); ++t) {
     if (!is_planned(cell.targets[t], kinds)) continue;
     if (any_connected(t)) continue;
@@ -152,12 +159,14 @@ Pool::Pool(const Cell& cell, const PlanOptions& options, int per_target, Kinds k
     if (any_connected(t)) continue;
     const Candidate* first = &*std::find_if(candidates_.begin(), candidates_.end(),
                                             [&](const Candidate& c) { return c.target == t; });
-    throw PlanError(fmt::format(
-        "{} can be reached, but not by a clear way from the resting posture and back: on the "
-        "way to its touch from direction {} {}. Move it or the obstacle",
-        words_of(cell.targets[t]), direction_words(first->normal),
-        words_or(clearance_.hit(middle_, first->standoff, kTipMarginM),
-                 "a joint is at its limit")));
+    throw PlanError(
+        PlanError::Kind::kInTheWay, cell.targets[t].id,
+        fmt::format(
+            "{} can be reached, but not by a clear way from the resting posture and back: on the "
+            "way to its touch from direction {} {}. Move it or the obstacle",
+            words_of(cell.targets[t]), direction_words(first->normal),
+            words_or(clearance_.hit(middle_, first->standoff, kTipMarginM),
+                     "a joint is at its limit")));
   }
 }
 

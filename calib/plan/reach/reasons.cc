@@ -23,8 +23,9 @@ std::string direction_words(const Eigen::Vector3d& normal) {
   return fmt::format("({:.2f}, {:.2f}, {:.2f})", normal.x(), normal.y(), normal.z());
 }
 
-std::string hindrance(const Cell& cell, const ArmModel& arm, const Clearance& clearance,
-                      const PlanOptions& options, std::size_t target) {
+std::optional<std::string> hindrance(const Cell& cell, const ArmModel& arm,
+                                     const Clearance& clearance, const PlanOptions& options,
+                                     std::size_t target) {
   Cell alone = cell;  // indices stay; of the others no touches are looked for
   for (std::size_t t = 0; t < alone.targets.size(); ++t)
     if (t != target) alone.targets[t].kind = TargetKind::kPoint;
@@ -48,9 +49,8 @@ std::string hindrance(const Cell& cell, const ArmModel& arm, const Clearance& cl
   const auto most =
       std::max_element(reasons.begin(), reasons.end(),
                        [](const Reason& a, const Reason& b) { return a.count < b.count; });
-  return most == reasons.end()
-             ? ""
-             : "from direction " + direction_words(most->from) + " " + words(most->hit);
+  if (most == reasons.end()) return std::nullopt;
+  return "from direction " + direction_words(most->from) + " " + words(most->hit);
 }
 
 bool clear_line(const Clearance& clearance, const Candidate& c) {

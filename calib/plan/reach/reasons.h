@@ -1,6 +1,7 @@
 #pragma once
 // Why a sphere cannot be touched, in words for a person. Slow; asked only where a plan is refused.
 
+#include <optional>
 #include <string>
 
 #include "calib/plan/reach/candidates.h"
@@ -12,9 +13,10 @@ std::string direction_words(const Eigen::Vector3d& normal);
 
 /// Touches of the sphere that the joint limits allow are looked for as if nothing stood in the way;
 /// then what hinders most of them: "from direction (..) the forearm (A4) comes within 12 mm of
-/// obstacle table". Empty where the limits allow none.
-std::string hindrance(const Cell& cell, const ArmModel& arm, const Clearance& clearance,
-                      const PlanOptions& options, std::size_t target);
+/// obstacle table". Nothing where the limits allow none.
+std::optional<std::string> hindrance(const Cell& cell, const ArmModel& arm,
+                                     const Clearance& clearance, const PlanOptions& options,
+                                     std::size_t target);
 
 /// Whether the whole line of a touch is clear, from the clear point to the end of the search.
 bool clear_line(const Clearance& clearance, const Candidate& candidate);

@@ -130,6 +130,7 @@ Plan visit(const Cell& cell, const PlanOptions& options, const Clearance& cleara
     const Way& way = ways.way(last, next);
     if (!way)
       throw PlanError(
+          PlanError::Kind::kInTheWay, cell.targets[to.target].id,
           fmt::format("{}: no clear way to its touch from direction {}: {}. Move it or what is "
                       "in the way, or start from another posture",
                       cell.targets[to.target].id, direction_words(to.normal),

@@ -97,6 +97,7 @@ struct Finder::Impl {
       if (target.kind != TargetKind::kSphere || (target.has_centre && !all)) continue;
       if (!target.has_centre && !target.has_box)
         throw PlanError(
+            PlanError::Kind::kCell, target.id,
             fmt::format("target {}: its place is unknown. Add centre_mm, or search_low_mm and "
                         "search_high_mm, to the cell file",
                         target.id));
@@ -152,16 +153,20 @@ struct Finder::Impl {
     one.found = one.tips.size() >= kLeastHits && !one.particles.empty() &&
                 one.sigma_m <= kFoundSigmaM && off <= kOffM;
     if (!one.found && one.tips.size() >= kMostHits && off <= kOffM)
-      throw PlanError(fmt::format(
-          "sphere {0} can be touched from too few sides: centre within {2:.1f} mm after "
-          "{1} touches. Give the arm more room around it, or measure centre_mm and leave "
-          "out --find",
-          cell.targets[one.target].id, one.tips.size(), 2.0 * one.sigma_m * 1e3));
+      throw PlanError(
+          PlanError::Kind::kNotFound, cell.targets[one.target].id,
+          fmt::format(
+              "sphere {0} can be touched from too few sides: centre within {2:.1f} mm after "
+              "{1} touches. Give the arm more room around it, or measure centre_mm and leave "
+              "out --find",
+              cell.targets[one.target].id, one.tips.size(), 2.0 * one.sigma_m * 1e3));
     if (!one.found && one.tips.size() >= kMostHits)
-      throw PlanError(fmt::format(
-          "the touches of {} do not lie on a sphere of {:.1f} mm: one is {:.1f} mm off. Check its "
-          "diameter, and that nothing else stands where it is sought",
-          cell.targets[one.target].id, cell.targets[one.target].diameter_m * 1e3, off * 1e3));
+      throw PlanError(
+          PlanError::Kind::kNotFound, cell.targets[one.target].id,
+          fmt::format(
+              "the touches of {} do not lie on a sphere of {:.1f} mm: one is {:.1f} mm off. Check its "
+              "diameter, and that nothing else stands where it is sought",
+              cell.targets[one.target].id, cell.targets[one.target].diameter_m * 1e3, off * 1e3));
     locate();
   }
 
@@ -367,6 +372,7 @@ struct Finder::Impl {
     const std::string& id = cell.targets[one.target].id;
     const auto not_found = [&](const std::string& why, const std::string& advice) {
       return PlanError(
+          PlanError::Kind::kNotFound, id,
           fmt::format("sphere {} was not found after {} searches and {} touches: {}. {}", id,
                       one.lines, one.tips.size(), why, advice));
     };
@@ -385,6 +391,7 @@ struct Finder::Impl {
       const auto outside = way_out(one, from, clearance, others);
       if (!outside)
         throw PlanError(
+            PlanError::Kind::kArmStands, id,
             fmt::format("the arm stands where sphere {} may be. Jog it well away from there", id));
       out.push_back(*outside);
       at = *outside;

@@ -9,10 +9,10 @@ namespace cellcal::calib {
 
 namespace {
 
-/// An arm this many tolerances off its drawing is another arm: real ones stay within five
+/// An arm this many tolerances off nominal is another arm: real ones stay within five
 /// (real-data tests), a wrong row of the robot file makes twenty and more and can still be
 /// explained away. Before that it is told.
-constexpr double kFarFromDrawing = 6.0, kBeyondTolerance = 4.0;
+constexpr double kFarFromNominal = 6.0, kBeyondTolerance = 4.0;
 /// All lengths of an arm together: chance does not take them so many sigmas off.
 constexpr double kFarScale = 4.0;
 /// The arm itself may be off the other way, sigmas.
@@ -93,7 +93,8 @@ ArmScale arm_scale(const Problem& problem, const Calibration& c, int but) {
   return {pull / information, 1.0 / std::sqrt(information)};  // (57)
 }
 
-void judge_drawing(const Problem& problem, const Calibration& c, std::vector<Finding>& findings) {
+void judge_nominal_geometry(const Problem& problem, const Calibration& c,
+                            std::vector<Finding>& findings) {
   constexpr double kAnotherArm = 50.0;
   const ArmScale scale = arm_scale(problem, c);
   if (scale.sigma > 0.0 && std::abs(scale.off) > kFarScale * scale.sigma &&
@@ -103,7 +104,7 @@ void judge_drawing(const Problem& problem, const Calibration& c, std::vector<Fin
                         {},
                         {{"off", 100.0 * scale.off, "%", 100.0 * scale.sigma},
                          {"apart", std::abs(scale.off) / scale.sigma, "sigma"}}});
-  std::vector<FindingPart> far = beyond_tolerance(problem, c, kFarFromDrawing);
+  std::vector<FindingPart> far = beyond_tolerance(problem, c, kFarFromNominal);
   if (far.empty()) return;
   const bool may_be_so = value(far.front().evidence, "tolerances") < kAnotherArm;
   findings.push_back({FindingKind::kOffNominal,

@@ -1,6 +1,6 @@
 #pragma once
 // How far the arm, its tool's tip and the effective radius came out from what their files state,
-// counted in what the files let them be off: told, or held against a result.
+// counted in what the files let them be off: reported, or held against a result.
 
 #include <vector>
 
@@ -20,7 +20,8 @@ struct ArmScale {
 ArmScale arm_scale(const Problem& problem, const Calibration& c, int but = -1);
 
 /// Errors beyond what the tolerances let one expect: each, and of all lengths together.
-void judge_drawing(const Problem& problem, const Calibration& c, std::vector<Finding>& findings);
+void judge_nominal_geometry(const Problem& problem, const Calibration& c,
+                            std::vector<Finding>& findings);
 /// A tip that meets its targets elsewhere than diameters and tip radius put it.
 void judge_radius(const Problem& problem, const Calibration& c, std::vector<Finding>& findings);
 /// The same where it is no more than unlikely; they hold nothing back.

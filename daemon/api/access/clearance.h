@@ -30,13 +30,13 @@ class Clearance {
   void look(const Status& status);
 
  private:
-  struct Said {
+  struct Acknowledgement {
     std::string name;
     std::chrono::steady_clock::time_point until;
   };
   Clock clock_;
   std::mutex mutex_;
-  std::optional<Said> said_, taken_;
+  std::optional<Acknowledgement> acknowledged_, taken_;
 };
 
 }  // namespace cellcal::daemon

@@ -12,7 +12,7 @@ void add_learn(CLI::App& priors, int& status) {
   auto given = std::make_shared<LearnPriorsCommand>();
   CLI::App* command = priors.add_subcommand(
       "learn",
-      "Learn from published calibrations how far the arms of a model lie from their drawing");
+      "Learn from published calibrations how far the arms of a model lie from their nominal geometry");
   command->footer(
       "Calibrations (JSON), or directories of them and of what 'cellcal export' wrote, which name the arm by its "
       "serial\nnumber. Each arm counts once. Withheld calibrations, other models and arms that do not fit with the "
@@ -23,7 +23,7 @@ void add_learn(CLI::App& priors, int& status) {
       ->check(CLI::ExistingPath);
   command->add_option(
       "--robot", given->robot,
-      "The drawing, with tolerances that few arms do not overrule: robot file or shipped robot [that of "
+      "The nominal geometry, with tolerances that few arms do not overrule: robot file or shipped robot [that of "
       "most calibrations]");
   command->add_option("--after", given->after,
                       "Earlier priors of the model: the version counts on");
@@ -48,8 +48,8 @@ void add_accept(CLI::App& priors, int& status) {
       "accept",
       "Write a robot file with the tolerances of its fleet; print each old and new value");
   command->footer(
-      "Nothing else of the robot changes; the file that was read is left as it is. Priors of another drawing are "
-      "refused. The\nnew file is used where a cell file names it.\nExample: cellcal priors accept priors.toml --robot "
+      "Nothing else of the robot changes; the file that was read is left as it is. Priors of another nominal geometry are\n"
+      "refused. The new file is used where a cell file names it.\nExample: cellcal priors accept priors.toml --robot "
       "kr5_r1400 -o my_kr5.toml");
   command->add_option("FILE", given->file, "Priors (TOML)")->required();
   command->add_option("--robot", given->robot, "Robot file, or a shipped robot by its name")

@@ -34,7 +34,7 @@ void add_activate(CLI::App& app, int& status) {
   CLI::App* command = app.add_subcommand("activate", "Put an earlier calibration into use again");
   command->footer(
       "It is what 'cellcal check' checks and what the next result is compared with, until the next one is published\n"
-      "or activated. Kept in the journal with who and why. Programs and frames that were corrected stay as they are.\n"
+      "or activated. Kept in the journal with who and why. Corrected programs and frames stay unchanged.\n"
       "Example: cellcal activate 7 --reason \"session 9 was made with a loose torch\"\n"
       "         cellcal activate --back --reason \"loose torch\"");
   auto daemon = add_connection(command);

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "calib/files/documents.h"
+#include "calib/files/robot_place.h"
 #include "calib/files/shipped_robots.h"
 #include "calib/syntax/shown.h"
 #include "calib/syntax/toml_table.h"
@@ -20,6 +21,7 @@ namespace cellcal::daemon {
 namespace {
 
 constexpr std::size_t kMostSpheres = 100;
+constexpr const char* kListsThem = "; ? lists those that come with cellcal";
 
 std::vector<calib::NamedRobot> robots_by_name() {
   std::vector<calib::NamedRobot> robots = calib::shipped_robots();
@@ -103,10 +105,10 @@ void Dialogue::robot() {
     if (answer.empty()) throw BadAnswer("a name is needed; ? lists them");
     try {
       form_.robot = find_robot(answer, cell_file_);
+    } catch (const calib::UnknownRobot& unknown) {
+      throw BadAnswer(unknown.nowhere() + like(answer) + kListsThem);
     } catch (const calib::FileError& error) {
-      const std::string words = error.what();
-      throw BadAnswer(words.substr(0, words.find("; looked for")) + like(answer) +
-                      "; ? lists those that come with cellcal");
+      throw BadAnswer(error.what() + like(answer) + kListsThem);
     }
   });
 }

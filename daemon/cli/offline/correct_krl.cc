@@ -44,7 +44,7 @@ krl::ProgramFiles read_files(const CorrectCommand& command) {
 
 void refuse_to_replace(const CorrectCommand& command, const fs::path& path) {
   if (!command.force && fs::exists(path))
-    throw calib::FileError(path.string() +
+    throw calib::FileError(path.string(),
                            ": is there already; --force replaces it, or write to another folder");
 }
 
@@ -56,12 +56,12 @@ std::vector<fs::path> places(const CorrectCommand& command, const CorrectedProgr
   for (const KrlFile& file : result.files) {
     all.push_back(command.output / fs::path(file.name).filename());
     if (fs::exists(all.back()) && fs::equivalent(all.back(), file.name))
-      throw calib::FileError(all.back().string() +
+      throw calib::FileError(all.back().string(),
                              ": is the program itself; write to another folder with -o");
     refuse_to_replace(command, all.back());
   }
   if (all.size() == 2 && all[0] == all[1])
-    throw calib::FileError(all[0].string() + ": program and points have one name");
+    throw calib::FileError(all[0].string(), ": program and points have one name");
   all.push_back(record_beside(all.front()));
   refuse_to_replace(command, all.back());
   return all;

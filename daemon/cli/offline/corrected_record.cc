@@ -22,7 +22,7 @@ Json read_record(const fs::path& path) {
       record.value("files", Json()).is_array())
     return record;
   throw calib::FileError(
-      path.string() +
+      path.string(),
       ": not a record of a correction. Move it away if the program in the same folder is the "
       "original");
 }
@@ -47,8 +47,8 @@ void refuse_corrected(const krl::ProgramFiles& files) {
   const Json record = read_record(path);
   for (const krl::KrlFile* file : {&files.src, files.dat ? &*files.dat : nullptr})
     if (file != nullptr && wrote(record, file->text))
-      throw calib::FileError(file->name + ": is corrected already (" + path.string() +
-                             "). Correct the original program instead");
+      throw calib::FileError(file->name, ": is corrected already (" + path.string() +
+                                             "). Correct the original program instead");
 }
 
 Json corrected_record(Json report, const krl::ProgramFiles& read,

@@ -103,9 +103,10 @@ std::string json(const calib::Plan& plan, const calib::Robot& robot, const Limit
 
 std::string left_out_comment(const calib::Plan& plan, const calib::Cell& cell) {
   std::string lines;
-  for (const std::string& id : plan.left_out)
-    lines += "# left out: " + id + ", " +
-             calib::why_not_planned(cell.targets[cell.target_index(id)]) + "\n";
+  for (const std::string& id : plan.left_out) {
+    const auto why = calib::why_not_planned(cell.targets[cell.target_index(id)]);
+    lines += "# left out: " + id + ", " + (why ? calib::words(*why) : "") + "\n";
+  }
   return lines;
 }
 

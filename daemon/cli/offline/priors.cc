@@ -11,8 +11,8 @@
 
 #include "calib/files/calibration_json.h"
 #include "calib/files/documents.h"
-#include "calib/files/drawing.h"
 #include "calib/files/files.h"
+#include "calib/files/nominal_geometry.h"
 #include "calib/files/priors_file.h"
 #include "calib/model/error.h"
 #include "calib/syntax/input_file.h"
@@ -42,8 +42,9 @@ void files_below(const fs::path& directory, std::set<fs::path>& files) {
     if (at->path().extension() != ".json" || !at->is_regular_file(odd) || odd) continue;
     found.insert(at->path());
     if (found.size() > kMostFiles)
-      throw FileError(fmt::format("{}: more than {} JSON files. Name directories of calibrations",
-                                  directory.string(), kMostFiles));
+      throw FileError(
+          directory.string(),
+          fmt::format(": more than {} JSON files. Name directories of calibrations", kMostFiles));
   }
   for (const fs::path& file : found)
     if (!found.contains(file.parent_path() / kExport) || file.filename() == "calibration.json")
@@ -106,13 +107,14 @@ void read_one(const fs::path& file, Read& read) {
 std::string now() { return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr))); }
 
 /// The version that counts on.
-long next_version(const fs::path& after, const std::string& drawing) {
+long next_version(const fs::path& after, const std::string& nominal_geometry) {
   if (after.empty()) return 1;
   const calib::FleetPriors earlier = calib::load_priors(after);
-  if (earlier.drawing != drawing)
+  if (earlier.nominal_geometry != nominal_geometry)
     throw FileError(
-        fmt::format("{}: priors of another drawing ({}). Name earlier priors of this model",
-                    after.string(), earlier.robot));
+        after.string(),
+        fmt::format(": priors of another nominal geometry ({}). Name earlier priors of this model",
+                    earlier.robot));
   return earlier.version + 1;
 }
 
@@ -169,13 +171,13 @@ int learn_priors(const LearnPriorsCommand& command) {
   if (!command.robot.empty())
     learned = calib::learn(calib::load_named_robot(command.robot), read.arms);
   else if (!read.arms.empty())
-    learned = calib::learn(calib::commonest_drawing(read.arms), read.arms);
+    learned = calib::learn(calib::commonest_nominal_geometry(read.arms), read.arms);
   else
     learned.none = calib::NoPriors::kTooFewArms;
   learned.set_aside.insert(learned.set_aside.end(), read.set_aside.begin(), read.set_aside.end());
   std::ranges::sort(learned.set_aside, {}, &calib::SetAside::name);
   if (!learned.none) {
-    learned.priors.version = next_version(command.after, learned.priors.drawing);
+    learned.priors.version = next_version(command.after, learned.priors.nominal_geometry);
     learned.priors.made = now();
   }
   std::string report;
@@ -208,17 +210,19 @@ int accept_priors(const AcceptPriorsCommand& command) {
   if (fs::exists(command.robot) && fs::exists(command.output) &&
       fs::equivalent(command.robot, command.output))
     throw FileError(
-        command.output.string() +
+        command.output.string(),
         ": is the robot file itself. Name another file, so that the old values are kept");
   if (fs::exists(command.output))
-    throw FileError(command.output.string() +
+    throw FileError(command.output.string(),
                     ": is there already. Name another file, so that what it has is kept");
   const calib::Robot robot = calib::load_named_robot(command.robot);
   auto result = calib::accept(robot, priors);
-  if (const auto* other = std::get_if<calib::OtherDrawing>(&result))
-    throw FileError(fmt::format(
-        "{}: priors of {}, drawing {:.12}; {} is drawing {:.12}. Use priors learned from this model",
-        command.file.string(), priors.robot, other->priors, robot.name, other->robot));
+  if (const auto* other = std::get_if<calib::OtherNominalGeometry>(&result))
+    throw FileError(
+        command.file.string(),
+        fmt::format(
+            ": priors of {}, nominal geometry {:.12}; {} has {:.12}. Use priors learned from this model",
+            priors.robot, other->priors, robot.name, other->robot));
   auto& accepted = std::get<calib::Accepted>(result);
   accepted.robot.source +=
       fmt::format("{}tolerances: fleet priors version {} of {} arms, {}",

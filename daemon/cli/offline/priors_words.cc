@@ -20,10 +20,10 @@ std::string figure(double value) { return fmt::format("{:.4g}", value); }
 
 std::string spreads_words(const calib::FleetPriors& priors) {
   std::string text = fmt::format(
-      "priors of {}, version {}, made {}, {} arms\ndrawing {}\n"
+      "priors of {}, version {}, made {}, {} arms\nnominal geometry {}\n"
       "{:<8} {:<22} {:>10} {:>10} {:>10} {:>10} {:>7}\n",
       calib::shown(priors.robot, 80), priors.version, calib::shown(priors.made), priors.arms,
-      priors.drawing, "joint", "1 sigma of", "drawn", "found", "+-", "offered", "arms");
+      priors.nominal_geometry, "joint", "1 sigma of", "drawn", "found", "+-", "offered", "arms");
   for (const calib::JointPriors& joint : priors.joints)
     for (const calib::SpreadKind kind : calib::kSpreadKinds)
       if (const auto& s = joint.of(kind)) {
@@ -60,8 +60,8 @@ std::string set_aside_words(const calib::SetAside& one) {
       return fmt::format("{}: cannot be read. {}", name, other);
     case SetAsideKind::kWithheld:
       return name + ": withheld, not used. Priors are learned from published calibrations";
-    case SetAsideKind::kOtherDrawing:
-      return name + ": drawing of another robot model. Learn its priors separately";
+    case SetAsideKind::kOtherNominalGeometry:
+      return name + ": nominal geometry of another robot model. Learn its priors separately";
     case SetAsideKind::kInconsistent:
       return name + ": parameters and covariance are inconsistent. Replay its session";
     case SetAsideKind::kTellsNothing:
@@ -70,7 +70,7 @@ std::string set_aside_words(const calib::SetAside& one) {
       return fmt::format("{}: same arm as {}. Only that one is used", name, other);
     case SetAsideKind::kTooFar:
       return fmt::format(
-          "{}: chi^2 {:.3g} for {} directions, farther from the drawing than the other arms. Check "
+          "{}: chi^2 {:.3g} for {} directions, farther from nominal than the other arms. Check "
           "robot file and mastering of this arm",
           name, one.chi2, one.directions);
     case SetAsideKind::kTooNear:

@@ -38,8 +38,7 @@ std::string what_to_do_with(const json& one) {
   const std::string kind = text_in(one, "kind");
   if (kind == "calibrate") return "Now: 'cellcal run --cell CELL'";
   if (kind == "check") return "Now: 'cellcal check'";
-  if (kind == "activate")
-    return "It is in use. Programs and frames that were corrected stay as they are";
+  if (kind == "activate") return "It is in use. Corrected programs and frames stay unchanged";
   if (kind == "priors") return "Now: 'cellcal priors accept " + text_in(one, "file") + "'";
   return "Now: put " + text_in(one, "file") +
          " under [schedule] of cellcald.toml, then 'systemctl reload cellcald'";

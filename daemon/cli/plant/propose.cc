@@ -126,7 +126,7 @@ std::string send_proposal(const ProposeCommand& command) {
   if (proposal.kind == ProposalKind::kPriors)  // as 'cellcal priors accept' reads it
     (void)calib::parse_priors(proposal.text, command.file.string());
   if (const auto why = plant::unusable(proposal))
-    throw calib::FileError((command.file.empty() ? command.cell : command.file.string()) +
+    throw calib::FileError(command.file.empty() ? command.cell : command.file.string(),
                            ": the cell would refuse it: " + *why);
   put_at(plant_line_of(command, proposal.of), {to_text(topic), text, true}, command);
   return proposal.id;

@@ -76,18 +76,18 @@ std::string content_of(certificate::CertificateData data, const std::string& row
   return calib::sha256(all);
 }
 
-enum class Told {
+enum class Announced {
   kNo,   ///< the daemon belongs to no plant, or the session came from a directory
   kNow,  ///< on its way
   kBefore
 };
 
 /// Signed or not, with what verifies it.
-Told send_to_plant(const Connection& daemon, const std::string& session, const std::string& number,
-                   const std::string& content, const fs::path& directory,
-                   const std::vector<std::string>& names) {
-  if (session.find_first_not_of("0123456789") != std::string::npos) return Told::kNo;
-  if (http_request(daemon.socket, "GET", "/v1/plant").status == 404) return Told::kNo;
+Announced send_to_plant(const Connection& daemon, const std::string& session,
+                        const std::string& number, const std::string& content,
+                        const fs::path& directory, const std::vector<std::string>& names) {
+  if (session.find_first_not_of("0123456789") != std::string::npos) return Announced::kNo;
+  if (http_request(daemon.socket, "GET", "/v1/plant").status == 404) return Announced::kNo;
   std::vector<plant::CertificateFile> files;
   for (const std::string& name : names) files.push_back({name, calib::read_file(directory / name)});
   try {
@@ -96,32 +96,32 @@ Told send_to_plant(const Connection& daemon, const std::string& session, const s
     body["content"] = content;
     const Response answer =
         ask(daemon, "POST", "/v1/sessions/" + session + "/certificate", body.dump());
-    return answer.status == kNotNew ? Told::kBefore : Told::kNow;
-  } catch (const std::exception& untold) {
+    return answer.status == kNotNew ? Announced::kBefore : Announced::kNow;
+  } catch (const std::exception& error) {
     throw std::runtime_error(fmt::format("certificate {} is in {}, but not sent to the plant: {}",
-                                         number, directory.string(), untold.what()));
+                                         number, directory.string(), error.what()));
   }
 }
 
-const char* words_of(Told told) {
-  switch (told) {
-    case Told::kNo:
+const char* words_of(Announced announced) {
+  switch (announced) {
+    case Announced::kNo:
       return "";
-    case Told::kNow:
+    case Announced::kNow:
       return ", on its way to the plant";
-    case Told::kBefore:
+    case Announced::kBefore:
       return ", already sent to the plant";
   }
   return "";
 }
 
-void tell(const Connection& daemon, const certificate::CertificateData& data,
-          const fs::path& directory, bool is_signed, Told plant) {
+void print_outcome(const Connection& daemon, const certificate::CertificateData& data,
+                   const fs::path& directory, bool is_signed, Announced plant) {
   if (daemon.json) {
     put(nlohmann::json{{"number", data.number.text},
                        {"directory", fs::absolute(directory).string()},
                        {"signed", is_signed},
-                       {"plant", plant != Told::kNo}}
+                       {"plant", plant != Announced::kNo}}
                 .dump() +
             "\n",
         {});
@@ -175,9 +175,9 @@ int certify(const Connection& daemon, const CertificateCommand& command) try {
                         {data.number.text, data.issued_by.text, data.issued.text, ""}, *key);
   if (key) names.insert(names.end(), {signing::kSums, signing::kSignature});
   const std::string content = content_of(data, named.archive.at("rows.jsonl"), names, key);
-  const Told told =
+  const Announced announced =
       send_to_plant(daemon, command.session, data.number.text, content, directory, names);
-  tell(daemon, data, directory, key.has_value(), told);
+  print_outcome(daemon, data, directory, key.has_value(), announced);
   if (!no_pdf.empty())
     throw std::runtime_error(
         no_pdf + fmt::format("\nThe other files are in {}{}. For a PDF issue it again: --out DIR",

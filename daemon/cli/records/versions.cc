@@ -37,7 +37,7 @@ std::string version_line(const json& one) {
 
 std::string in_words(const json& all) {
   if (!all["comparable"])
-    return fmt::format("sessions {} and {} cannot be compared: of different drawings or tools\n",
+    return fmt::format("sessions {} and {} cannot be compared: different nominal arm or tool\n",
                        all["before"].dump(), all["after"].dump());
   std::string words = fmt::format(
       "{} mm mean, {} mm largest distance of the tips over {} poses ({}), a motion of the base taken out\n"

@@ -84,9 +84,9 @@ bool OutboxRows::is_other(const std::string& address) {
 void OutboxRows::speak_as(const std::string& address) {
   const bool named =
       !database_.text("SELECT address FROM outbox_source ORDER BY first DESC LIMIT 1").empty();
-  // Where no number was told under the name before, it is that source's name from the beginning.
+  // Where no number was reported under the name before, it is that source's name from the beginning.
   if (named && now_.newest > 0) {
-    drop(now_.telemetry_bytes);  // what is told of it belongs to the numbers that end here
+    drop(now_.telemetry_bytes);  // what is reported of it belongs to the numbers that end here
     name_source(database_);
   }
   Statement update(
@@ -96,12 +96,12 @@ void OutboxRows::speak_as(const std::string& address) {
   take_source();
 }
 
-std::string OutboxRows::sources_told(bool told) {
+std::string OutboxRows::sources_reported(bool reported) {
   Statement sources(database_, "SELECT first, address FROM outbox_source");
   std::string list;
   while (sources.step()) {
     const std::string address = sources.text(1);
-    if ((address.empty() || !reporter_ || reporter_->tells_of(address)) != told) continue;
+    if ((address.empty() || !reporter_ || reporter_->tells_of(address)) != reported) continue;
     list += (list.empty() ? "" : ",") + std::to_string(sources.integer(0));
   }
   return "first IN (" + list + ")";
@@ -115,7 +115,7 @@ OutboxCount OutboxRows::look() {
       database_,
       ("SELECT count(*), coalesce(min(first), 0) FROM outbox JOIN outbox_source ON first="
        "(SELECT max(first) FROM outbox_source WHERE first<=number) WHERE " +
-       sources_told(false))
+       sources_reported(false))
           .c_str());
   if (!others.step() || others.integer(0) == 0) return count;
   count.elsewhere = others.integer(0);
@@ -138,7 +138,7 @@ void OutboxRows::assess(std::int64_t session, const AssessedTouch& found) {
   try {
     const std::vector<Report> now = reporter_->touch(open_.touch);
     if (now.size() == 1) rewrite(open_.row, now[0]);
-  } catch (const std::exception&) {  // it was told of without that
+  } catch (const std::exception&) {  // it was reported without that
   }
   close_touch();
   added_ = true;
@@ -250,7 +250,7 @@ void OutboxRows::compose(const SessionRecord& record,
     throw;  // the disk: the calibration that comes now cannot be stored either
   } catch (
       const std::
-          exception&) {  // the fact is what counts; whoever sends it says that it cannot be told
+          exception&) {  // the fact is what counts; whoever sends it says that it cannot be reported
     body = "{}";
   }
   for (const std::int64_t row : rows) {
@@ -260,12 +260,12 @@ void OutboxRows::compose(const SessionRecord& record,
   }
 }
 
-bool OutboxRows::was_told_interrupted(std::int64_t entry) {
+bool OutboxRows::was_reported_interrupted(std::int64_t entry) {
   return database_.integer("SELECT interrupted FROM outbox_source ORDER BY first DESC LIMIT 1") >=
          entry;
 }
 
-void OutboxRows::told_interrupted(std::int64_t entry) {
+void OutboxRows::mark_reported_interrupted(std::int64_t entry) {
   Statement update(
       database_,
       "UPDATE outbox_source SET interrupted=? WHERE first=(SELECT max(first) FROM outbox_source)");
@@ -309,7 +309,7 @@ std::vector<WaitingReport> OutboxRows::waiting(std::int64_t after, std::size_t m
       ("SELECT number, name, number - first + 1, session, time, kind, worth, body FROM outbox "
        "JOIN outbox_source ON first=(SELECT max(first) FROM outbox_source WHERE first<=number) "
        "WHERE number>? AND number<? AND " +
-       sources_told(true) + " ORDER BY number LIMIT ?")
+       sources_reported(true) + " ORDER BY number LIMIT ?")
           .c_str());
   select.bind(1, after).bind(2,
                              open_.row > 0 ? open_.row : std::numeric_limits<std::int64_t>::max());

@@ -26,12 +26,12 @@ class OutboxRows {
   }
   /// Whether speak_as() has something to write.
   bool is_other(const std::string& address);
-  /// From now on; numbers begin anew where the newest ones were told under another name.
+  /// From now on; numbers begin anew where the newest ones were reported under another name.
   void speak_as(const std::string& address);
   bool on() const { return reporter_ != nullptr; }
   const Reporter& reporter() const { return *reporter_; }
 
-  /// Nothing where nobody is told. `time` empty: now.
+  /// Nothing where nothing is reported. `time` empty: now.
   void put(std::int64_t session, const std::string& time,
            const std::function<std::vector<Report>(const Reporter&)>& say);
   /// It waits until it is assessed, at the latest for the next one. Whoever gives its tip will say that, too; who does not
@@ -45,8 +45,8 @@ class OutboxRows {
   void compose(const SessionRecord& record,
                const std::function<std::vector<calib::Touch>()>& touches);
   /// A session that ended with its daemon, once for each entry of the chain that says it runs.
-  bool was_told_interrupted(std::int64_t entry);
-  void told_interrupted(std::int64_t entry);
+  bool was_reported_interrupted(std::int64_t entry);
+  void mark_reported_interrupted(std::int64_t entry);
   void acknowledge(const std::vector<std::int64_t>& rows);
   /// All telemetry goes, and none is taken until committed() or rolled_back().
   void give_telemetry_up();
@@ -65,8 +65,8 @@ class OutboxRows {
   bool make_room(const Report& report, std::int64_t bytes);
   void take_source();
   void rewrite(std::int64_t row, const Report& report);
-  /// "first IN (...)" of the sources that nobody, or somebody, is told of.
-  std::string sources_told(bool told);
+  /// "first IN (...)" of the sources that are, or are not, reported.
+  std::string sources_reported(bool reported);
 
   /// The newest touch, while nobody has said how far off it is. After a restart nobody will.
   struct OpenTouch {

@@ -38,9 +38,9 @@ struct SessionRecord {
   std::string state;
   SessionInputs inputs;
   std::string plan_hash;
-  int planned = 0;  ///< touches of the plan; 0 before it was made
-  int touches = 0;  ///< on disk
-  std::string failure;
+  int planned = 0;      ///< touches of the plan; 0 before it was made
+  int touches = 0;      ///< on disk
+  std::string failure;  ///< to_journal(Failure); empty: it did not fail
   std::optional<FailureKind>
       failure_kind{};            ///< of one that fails now, for those who are told; no row has it
   std::string calibration;       ///< JSON; empty before identification

@@ -100,9 +100,9 @@ struct MqttLine::Door {
 };
 
 struct MqttLine::Impl : std::enable_shared_from_this<MqttLine::Impl> {
-  Impl(asio::io_context& io, const PlantConfig& plant, Events told, Times limits)
+  Impl(asio::io_context& io, const PlantConfig& plant, Events callbacks, Times limits)
       : config(plant),
-        events(std::move(told)),
+        events(std::move(callbacks)),
         times(limits),
         context(io),
         socket(io),

@@ -250,7 +250,7 @@ Json json_of(const FactBody& body) {
 template <std::size_t I = 0>
 FactBody read_body(std::string_view kind, const JsonReader& reader) {
   if constexpr (I == std::variant_size_v<FactBody>) {
-    throw calib::FileError(reader.where() + ": unknown kind of fact");
+    reader.fail("unknown kind of fact");
   } else {
     std::variant_alternative_t<I, FactBody> one;
     if (kind != kind_of(FactBody(one))) return read_body<I + 1>(kind, reader);

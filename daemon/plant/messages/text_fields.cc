@@ -52,12 +52,12 @@ Value<std::string> name() {
 
 nlohmann::json json_of(std::string_view text, std::size_t largest, const std::string& name) {
   if (text.size() > largest)
-    throw calib::FileError(name + ": " + std::to_string(text.size()) + " bytes, " +
-                           std::to_string(largest) + " at most");
+    throw calib::FileError(name, ": " + std::to_string(text.size()) + " bytes, " +
+                                     std::to_string(largest) + " at most");
   calib::refuse_deep_json(text, name);
   nlohmann::json json = calib::parse_json(text);
-  if (json.is_discarded()) throw calib::FileError(name + ": no JSON");
-  if (!json.is_object()) throw calib::FileError(name + ": must be an object");
+  if (json.is_discarded()) throw calib::FileError(name, ": no JSON");
+  if (!json.is_object()) throw calib::FileError(name, ": must be an object");
   return json;
 }
 

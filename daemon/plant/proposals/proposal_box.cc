@@ -99,7 +99,7 @@ KeptProposal& ProposalBox::open(const std::string& id) {
   return *found;
 }
 
-/// On disk, or not decided. Whether the plant could be told changes nothing of it.
+/// On disk, or not decided. Whether it could be reported to the plant changes nothing of it.
 KeptProposal ProposalBox::decide(KeptProposal& kept, Stand stand, const Say& say) {
   const KeptProposal before = kept;
   kept.stand = stand;
@@ -112,15 +112,15 @@ KeptProposal ProposalBox::decide(KeptProposal& kept, Stand stand, const Say& say
     kept = before;
     throw;
   }
-  tell(kept);
+  report(kept);
   return kept;
 }
 
-void ProposalBox::tell(KeptProposal& kept) {
-  if (kept.told || kept.stand == Stand::kOpen) return;
+void ProposalBox::report(KeptProposal& kept) {
+  if (kept.reported || kept.stand == Stand::kOpen) return;
   try {
     parts_.answer({kept.proposal.id, kept.stand == Stand::kAccepted, kept.by, kept.reason});
-    kept.told = true;
+    kept.reported = true;
     store();
   } catch (const std::exception&) {
     // Asked again when the proposal comes again: the plant hears it twice at worst.
@@ -167,7 +167,7 @@ std::optional<Stand> ProposalBox::take(const Proposal& proposal, const std::stri
       throw;
     }
   }
-  tell(*kept);
+  report(*kept);
   if (kept->stand == Stand::kOpen) by_policy(*kept, utc);
   return kept->stand;
 }

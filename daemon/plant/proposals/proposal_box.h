@@ -22,7 +22,7 @@ struct KeptProposal {
   std::string received;  ///< ISO 8601 UTC, this computer's clock
   Stand stand = Stand::kOpen;
   std::string decided, by, reason;  ///< when, who, why; empty while it is open
-  bool told = false;                ///< the plant, of that
+  bool reported = false;            ///< to the plant
 
   bool operator==(const KeptProposal&) const = default;
 };
@@ -74,7 +74,7 @@ class ProposalBox {
   KeptProposal* known(const std::string& id);
   KeptProposal& open(const std::string& id);
   KeptProposal decide(KeptProposal& kept, Stand stand, const Say& say);
-  void tell(KeptProposal& kept);
+  void report(KeptProposal& kept);
   void by_policy(KeptProposal& kept, const std::string& utc);
   void act(const Proposal& proposal, const Say& say);
   void store() const;

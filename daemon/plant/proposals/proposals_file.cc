@@ -36,7 +36,7 @@ const fields::Table<KeptProposal>& kept_fields() {
       field("decided", &T::decided, line()),
       field("by", &T::by, line()),
       field("reason", &T::reason, bounded(kLongestText)),
-      fields::optional(field("told", &T::told, fields::flag()))};
+      fields::optional(field("told", &T::reported, fields::flag()))};
   return kTable;
 }
 

@@ -19,8 +19,8 @@
 
 #include "calib/files/calibration_json.h"
 #include "daemon/files/printable.h"
+#include "daemon/plant/line/backoff.h"
 #include "daemon/plant/line/mqtt_line.h"
-#include "daemon/plant/line/patience.h"
 #include "daemon/plant/messages/fact_json.h"
 #include "daemon/plant/messages/presence.h"
 #include "daemon/plant/messages/stored.h"
@@ -52,7 +52,7 @@ struct Publisher::Impl : std::enable_shared_from_this<Publisher::Impl> {
         health(context),
         last(context),
         unstored(context),
-        patience(parts.first_wait, parts.longest_wait) {}
+        backoff(parts.first_wait, parts.longest_wait) {}
 
   /// Who a row is, for what the plant says of it.
   struct Sent {
@@ -105,7 +105,7 @@ struct Publisher::Impl : std::enable_shared_from_this<Publisher::Impl> {
   std::shared_ptr<const PlantReporter> reporter;
   std::unique_ptr<MqttLine> line;
   asio::steady_timer retry, pause, health, last, unstored;
-  Patience patience;
+  Backoff backoff;
   struct {
     std::string time, source;
     std::int64_t newest = 0;
@@ -120,7 +120,7 @@ struct Publisher::Impl : std::enable_shared_from_this<Publisher::Impl> {
   std::deque<WaitingReport> bite;
   std::int64_t read_to = 0;  ///< row up to which all is under way or acknowledged
   std::vector<std::int64_t> acknowledged;
-  std::set<std::int64_t> told_damaged;  ///< rows of which the log has it
+  std::set<std::int64_t> logged_damaged;  ///< rows of which the log has it
   struct {
     std::string words;
     std::chrono::steady_clock::time_point at;
@@ -242,7 +242,7 @@ void Publisher::Impl::connect() try {
 }
 
 void Publisher::Impl::connect_later() {
-  retry.expires_after(patience.next());
+  retry.expires_after(backoff.next());
   retry.async_wait([this](boost::system::error_code cancelled) {
     if (!cancelled) connect();
   });
@@ -289,7 +289,7 @@ void Publisher::Impl::down(const LineFailure& failure) {
   }
   say(failure);
   // Two that have the same name would take the line from each other without end.
-  if (failure.problem == LineProblem::kTakenOver) patience.exhaust();
+  if (failure.problem == LineProblem::kTakenOver) backoff.exhaust();
   connect_later();
 }
 
@@ -314,7 +314,7 @@ void Publisher::Impl::answered(int message, const std::optional<LineFailure>& re
   } else if (refused && !(sent.row == kNoRow && refused->problem == LineProblem::kNobody)) {
     hold(parts.refused_wait, *refused);
   } else if (sent.row != kNoRow) {
-    patience.reset();
+    backoff.reset();
     if (sent.worth == Worth::kTelemetry ||
         (stored.journal == sent.source && stored.has(sent.number)))
       acknowledged.push_back(sent.row);
@@ -536,7 +536,7 @@ bool Publisher::Impl::send(const WaitingReport& row) {
   }
 }
 
-/// What cannot be composed is told of: its number is used. Throws JournalError where it may be composed later.
+/// What cannot be composed is reported: its number is used. Throws JournalError where it may be composed later.
 Fact Publisher::Impl::fact_of(const WaitingReport& row) {
   Fact fact{name(), row.source, row.number, row.time, row.session, {}};
   try {
@@ -548,7 +548,7 @@ Fact Publisher::Impl::fact_of(const WaitingReport& row) {
     }
     fact.body = body_from_json(row.report.kind, body);
   } catch (const DamagedError& damaged) {
-    if (told_damaged.insert(row.row).second)
+    if (logged_damaged.insert(row.row).second)
       spdlog::error(
           "[plant]: fact {} ({} of session {}): damaged, not sent; a notice is sent instead. {}",
           row.number, row.report.kind, row.session, printable(damaged.what()));

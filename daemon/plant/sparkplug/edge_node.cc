@@ -14,8 +14,8 @@
 #include <thread>
 
 #include "daemon/files/printable.h"
+#include "daemon/plant/line/backoff.h"
 #include "daemon/plant/line/mqtt_line.h"
-#include "daemon/plant/line/patience.h"
 #include "daemon/plant/sparkplug/payload.h"
 #include "daemon/runner/backend.h"
 
@@ -41,14 +41,14 @@ struct EdgeNode::Impl {
         retry(context),
         tick(context),
         last(context),
-        patience(parts.first_wait, parts.longest_wait) {}
+        backoff(parts.first_wait, parts.longest_wait) {}
 
   std::string topic(const char* type) const {
     return "spBv1.0/" + parts.config.plant + "/" + type + "/" + parts.config.cell;
   }
   Metric line_number() const { return {"bdSeq", DataType::kInt64, std::int64_t{line_count}}; }
   MqttLine::Message death() const {
-    return {topic("NDEATH"), payload({line_number()}, now_ms(), std::nullopt, Types::kTold)};
+    return {topic("NDEATH"), payload({line_number()}, now_ms(), std::nullopt, Types::kDeclared)};
   }
   void start();
   void connect();
@@ -68,11 +68,11 @@ struct EdgeNode::Impl {
   Parts parts;
   asio::io_context context;
   asio::steady_timer retry, tick, last;
-  Patience patience;
+  Backoff backoff;
   std::unique_ptr<MqttLine> line;
   std::uint8_t line_count = 255;  ///< bdSeq: 0 on the first line
   std::uint8_t next_seq = 0;
-  std::vector<Metric> told;  ///< as the host has them
+  std::vector<Metric> published;  ///< as the host has them
   std::string look_failed;
   std::chrono::steady_clock::time_point up_since;
   std::optional<int> death_said;  ///< its message
@@ -109,7 +109,7 @@ void EdgeNode::Impl::connect() {
 }
 
 void EdgeNode::Impl::connect_later() {
-  retry.expires_after(patience.next());
+  retry.expires_after(backoff.next());
   retry.async_wait([this](boost::system::error_code cancelled) {
     if (!cancelled) connect();
   });
@@ -131,7 +131,7 @@ void EdgeNode::Impl::up() {
 void EdgeNode::Impl::down(const LineFailure& failure) {
   line.reset();
   tick.cancel();
-  if (is_up && std::chrono::steady_clock::now() - up_since > parts.longest_wait) patience.reset();
+  if (is_up && std::chrono::steady_clock::now() - up_since > parts.longest_wait) backoff.reset();
   is_up = false;
   bool news = false;
   set([&](LineStatus& now) {
@@ -147,7 +147,7 @@ void EdgeNode::Impl::down(const LineFailure& failure) {
   if (news && failure.problem != LineProblem::kNone)
     spdlog::warn("[plant]: Sparkplug: {}", failure.words);
   // Two that have the same name would take the line from each other without end.
-  if (failure.problem == LineProblem::kTakenOver) patience.exhaust();
+  if (failure.problem == LineProblem::kTakenOver) backoff.exhaust();
   connect_later();
 }
 
@@ -158,10 +158,10 @@ void EdgeNode::Impl::look_again() {
   });
 }
 
-/// What changed is told; all of it where a host asks, or none has been told yet.
+/// What changed is published; all of it where a host asks, or none has been published yet.
 void EdgeNode::Impl::look() {
   look_again();
-  std::vector<Metric> now = told;
+  std::vector<Metric> now = published;
   try {
     now = metrics_of(parts.look());
     look_failed.clear();
@@ -172,8 +172,8 @@ void EdgeNode::Impl::look() {
   }
   std::vector<Metric> changed;
   for (std::size_t i = 0; i < now.size(); ++i)
-    if (i >= told.size() || now[i] != told[i]) changed.push_back(now[i]);
-  told = std::move(now);
+    if (i >= published.size() || now[i] != published[i]) changed.push_back(now[i]);
+  published = std::move(now);
   if (std::exchange(birth_wanted, false))
     bear();
   else if (!changed.empty())
@@ -183,8 +183,8 @@ void EdgeNode::Impl::look() {
 void EdgeNode::Impl::bear() {
   next_seq = 0;
   std::vector<Metric> all{line_number(), {kRebirth, DataType::kBoolean, false}};
-  all.insert(all.end(), told.begin(), told.end());
-  send("NBIRTH", all, Types::kTold);
+  all.insert(all.end(), published.begin(), published.end());
+  send("NBIRTH", all, Types::kDeclared);
 }
 
 /// A line that does not carry it is lost, and the next one begins with a birth.

@@ -34,7 +34,7 @@ std::string payload(const std::vector<Metric>& metrics, std::uint64_t time_ms,
     wire::Metric& one = *whole.add_metrics();
     one.set_name(metric.name);
     one.set_timestamp(time_ms);
-    if (types == Types::kTold) one.set_datatype(static_cast<std::uint32_t>(metric.type));
+    if (types == Types::kDeclared) one.set_datatype(static_cast<std::uint32_t>(metric.type));
     std::visit(PutValue{one}, metric.value);
   }
   if (seq) whole.set_seq(*seq);

@@ -12,7 +12,7 @@
 namespace cellcal::daemon::plant::sparkplug {
 
 /// Metrics of a birth have their types, those of data do not: a host knows them.
-enum class Types { kTold, kKnown };
+enum class Types { kDeclared, kKnown };
 /// `time_ms`: since 1970, UTC. `seq`: none in an NDEATH.
 std::string payload(const std::vector<Metric>& metrics, std::uint64_t time_ms,
                     std::optional<std::uint8_t> seq, Types types);

@@ -7,6 +7,8 @@ namespace cellcal::daemon::report {
 
 namespace {
 
+using svg::Point;
+
 constexpr double kLetterWidth = 8.0;  // px
 constexpr double kLetterHeight = 13.0;
 constexpr double kBaseLine = 10.5;  // below the top of a letter

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/report/drawing/svg.h"
+#include "calib/svg/svg.h"
 
 namespace cellcal::daemon::report {
 
@@ -13,10 +13,10 @@ class Labels {
   /// The panel that labels stay in.
   Labels(double left, double top, double right) : left_(left), top_(top), right_(right) {}
 
-  void keep_free(Point corner, double width, double height);
+  void keep_free(svg::Point corner, double width, double height);
   /// Where text of `letters` beside a mark of this radius begins, on its base line: the first of
   /// four places beside it that covers nothing; else the first. It is kept free from then on.
-  Point beside(Point centre, double radius, std::size_t letters);
+  svg::Point beside(svg::Point centre, double radius, std::size_t letters);
 
  private:
   struct Box {

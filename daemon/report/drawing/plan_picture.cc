@@ -8,10 +8,10 @@
 #include <numbers>
 #include <utility>
 
+#include "calib/svg/svg.h"
 #include "daemon/report/drawing/labels.h"
 #include "daemon/report/drawing/plan_scene.h"
 #include "daemon/report/drawing/scale.h"
-#include "daemon/report/drawing/svg.h"
 #include "daemon/report/drawing/text.h"
 
 namespace cellcal::daemon::report {
@@ -19,6 +19,7 @@ namespace cellcal::daemon::report {
 namespace {
 
 using Eigen::Vector2d, Eigen::Vector3d;
+using svg::Anchor, svg::Point, svg::Svg;
 
 constexpr double kWidth = 460.0, kHeight = 430.0;
 constexpr double kLeft = 52.0, kTop = 24.0, kRight = 14.0, kBottom = 40.0;

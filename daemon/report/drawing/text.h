@@ -1,20 +1,15 @@
 #pragma once
-// Text and numbers on their way into HTML: nothing that a user's file holds may become markup, and
-// a number looks the same whatever the locale.
+// Text and numbers on their way into HTML. A number looks the same whatever the locale.
 
 #include <cstddef>
 #include <string>
 #include <string_view>
 
+#include "calib/svg/text.h"
+
 namespace cellcal::daemon::report {
 
-/// For HTML text and quoted attributes. Escapes & < > " ', and replaces what has no place in a
-/// document by U+FFFD: control characters, broken UTF-8, bidirectional overrides (which can make
-/// one id look like another).
-std::string escape(std::string_view text);
-
-/// At most `code_points` characters, the last one an ellipsis where something was cut. Not escaped.
-std::string shorten(std::string_view text, std::size_t code_points);
+using svg::escape, svg::shorten;
 
 /// Fixed decimals, real minus sign, never "-0.000"; an en dash where the value is not finite;
 /// scientific from 1e9 on.

@@ -355,7 +355,7 @@ export interface Version {
   activated: { time: string; who: string; reason: string } | null;
 }
 export interface Comparison {
-  /** Null: of different drawings or tools. */
+  /** Null: different nominal arm or tool. */
   meanMm: number | null;
   maxMm: number | null;
   expectedMm: number | null;

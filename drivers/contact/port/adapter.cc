@@ -23,7 +23,7 @@ enum Vendor : std::uint16_t {
 /// The Uno's ATmega16U2, by either maker; other boards of theirs have another processor.
 constexpr std::uint16_t kUno = 0x0043, kUnoFirst = 0x0001, kUnoLater = 0x0243;
 
-/// A heartbeat may be lost, and the next be held back, within the host's patience.
+/// A heartbeat may be lost, and the next be held back, within the host's timeout.
 constexpr int kLongestLatencyMs =
     static_cast<int>(kHeartbeatLimit.count()) - 2 * int{CTP_KEEPALIVE_MS} - 1;
 /// The highest rate that the older CP210x have exactly (AN205, table 1: then 256 000 ... 921 600).

@@ -59,7 +59,7 @@ class EkiAsideLine {
 
 inline constexpr Duration kEkiReopenPause = std::chrono::milliseconds(100);
 
-struct EkiPatience {
+struct EkiReconnectLimits {
   /// The controller opens its port again a moment after a client has gone, and may take a connection and close it at
   /// once until then; of a client whose cable was pulled it knows after its own 10 s. So long a new client tries.
   Duration reopens_within = std::chrono::seconds(12);

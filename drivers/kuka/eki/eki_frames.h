@@ -101,10 +101,10 @@ class EkiFrameExchange : public EkiAside {
 
 /// Over TCP, in this thread. With a `choice` the frame is read, and where the choice gives values they are set on
 /// the same connection: nobody else is served in between. A connection that the controller takes and closes again,
-/// or says nothing on, is tried again as `patience` has it while the choice was not asked. At most some ten seconds
+/// or says nothing on, is tried again as `limits` has it while the choice was not asked. At most some ten seconds
 /// behind that. Reaches nothing but this address. Throws DriverError where it is no IP address, and what the choice throws.
 EkiFrameResult exchange_frame(const std::string& address, std::uint16_t port,
                               const EkiFrameRequest& request, const EkiFrameChoice& choice = {},
-                              const EkiPatience& patience = {});
+                              const EkiReconnectLimits& limits = {});
 
 }  // namespace cellcal::drivers

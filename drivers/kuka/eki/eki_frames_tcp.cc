@@ -38,8 +38,8 @@ bool may_be_tried_again(const EkiFrameResult& result) {
 
 EkiFrameResult exchange_frame(const std::string& address, std::uint16_t port,
                               const EkiFrameRequest& request, const EkiFrameChoice& choice,
-                              const EkiPatience& patience) {
-  EkiAsideLine line(address, port, patience.stop);
+                              const EkiReconnectLimits& limits) {
+  EkiAsideLine line(address, port, limits.stop);
   EkiFrameResult result;
   bool chosen = false;
   for (const TimePoint begun = std::chrono::steady_clock::now();;) {
@@ -51,8 +51,8 @@ EkiFrameResult exchange_frame(const std::string& address, std::uint16_t port,
       result = exchange_on(line, request, choice, chosen);
     }
     const TimePoint now = std::chrono::steady_clock::now();
-    if (chosen || !may_be_tried_again(result) || now - begun > patience.reopens_within ||
-        patience.stop.stop_requested())
+    if (chosen || !may_be_tried_again(result) || now - begun > limits.reopens_within ||
+        limits.stop.stop_requested())
       break;
     steady_clock().sleep_until(now + kEkiReopenPause);
   }

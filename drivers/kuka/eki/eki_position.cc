@@ -47,8 +47,8 @@ void EkiPositionReading::end(EkiPositionTrouble why) {
 }
 
 EkiPosition read_position(const std::string& address, std::uint16_t port,
-                          const EkiPatience& patience) {
-  EkiAsideLine line(address, port, patience.stop);
+                          const EkiReconnectLimits& limits) {
+  EkiAsideLine line(address, port, limits.stop);
   EkiPosition position;
   for (const TimePoint begun = std::chrono::steady_clock::now();;) {
     position = {};
@@ -61,8 +61,8 @@ EkiPosition read_position(const std::string& address, std::uint16_t port,
       position = *reading.result();
     }
     const TimePoint now = std::chrono::steady_clock::now();
-    if (!may_come_again(position.trouble) || now - begun > patience.reopens_within ||
-        patience.stop.stop_requested())
+    if (!may_come_again(position.trouble) || now - begun > limits.reopens_within ||
+        limits.stop.stop_requested())
       break;
     steady_clock().sleep_until(now + kEkiReopenPause);
   }

@@ -49,9 +49,9 @@ class EkiPositionReading : public EkiAside {
   std::optional<EkiPosition> result_;
 };
 
-/// Over TCP, in this thread; tried again as `patience` has it where the controller takes no client. Throws DriverError where `address`
+/// Over TCP, in this thread; tried again as `limits` has it where the controller takes no client. Throws DriverError where `address`
 /// is no IP address.
 EkiPosition read_position(const std::string& address, std::uint16_t port,
-                          const EkiPatience& patience = {});
+                          const EkiReconnectLimits& limits = {});
 
 }  // namespace cellcal::drivers

@@ -28,7 +28,7 @@ constexpr std::size_t kReferenceWindow = 12;
 constexpr double kPeerWaitsS = 0.2;
 // Until it is answered a peer that waits for replies may repeat itself only so often: its silence
 // is ours. Simulators take a second.
-constexpr double kPeerPatienceS = 2.5;
+constexpr double kPeerTimeoutS = 2.5;
 // Ticks and packets farther apart than this: it was this thread that heard nothing.
 constexpr double kHeldUpS = 0.02;
 
@@ -360,9 +360,9 @@ struct RsiCore::Impl {
   void check_silence() {
     if (!linked()) return;
     // An arm whose peer counts packets has waited as well while this thread was held up.
-    const double own_s = stream.counts_packets() ? std::min(held_up_s, kPeerPatienceS) : 0.0;
+    const double own_s = stream.counts_packets() ? std::min(held_up_s, kPeerTimeoutS) : 0.0;
     const double limit_s =
-        std::max(stream.silence_limit_s(), may_wait_for_us() ? kPeerPatienceS : 0.0);
+        std::max(stream.silence_limit_s(), may_wait_for_us() ? kPeerTimeoutS : 0.0);
     if (state.waited_s - own_s > limit_s) lose(cause::Silence{state.waited_s});
   }
 

@@ -6,15 +6,19 @@
 #include <cmath>
 #include <limits>
 #include <stdexcept>
+#include <utility>
 
 namespace cellcal::sim::paper {
 
 namespace {
 
+using svg::Anchor, svg::Paint, svg::Point, svg::Svg;
+
 constexpr double kWidth = 760.0, kHeight = 420.0;
 constexpr double kLeft = 78.0, kRight = 20.0, kTop = 66.0, kBottom = 52.0;
-constexpr const char* kGrid = "#e4e4e4";
-constexpr const char* kFrame = "#888";
+constexpr Paint kGrid{.stroke = "#e4e4e4"}, kFrame{.stroke = "#888"};
+constexpr Paint kTick{.fill = "#333", .font_size = 12.0}, kLabel{.fill = "#333", .font_size = 13.0};
+constexpr Paint kTitle{.fill = "#111", .font_size = 15.0, .bold = true};
 constexpr int kMostLabels = 9;
 
 struct Axis {
@@ -94,18 +98,18 @@ void draw_frame(Svg& svg, const Chart& chart, const Frame& frame) {
     const std::string words = frame.logarithmic && (tick < -3.0 || tick > 3.0)
                                   ? fmt::format("1e{:g}", tick)
                                   : label(frame.logarithmic ? std::pow(10.0, tick) : tick);
-    svg.text({kLeft - 8.0, y + 4.0}, words, 12.0, Anchor::kEnd);
+    svg.text({kLeft - 8.0, y + 4.0}, Anchor::kEnd, kTick, words);
   }
   for (double tick : frame.x.ticks) {
     const double x = frame.at({tick, frame.logarithmic ? 1.0 : 0.0}).x;
     svg.line({x, bottom}, {x, bottom + 5.0}, kFrame);
-    svg.text({x, bottom + 19.0}, label(tick), 12.0, Anchor::kMiddle);
+    svg.text({x, bottom + 19.0}, Anchor::kMiddle, kTick, label(tick));
   }
   svg.line({kLeft, kTop}, {kLeft, bottom}, kFrame);
   svg.line({kLeft, bottom}, {right, bottom}, kFrame);
-  svg.text({kLeft, 24.0}, chart.title, 15.0, Anchor::kStart, "#111", true);
-  svg.text({(kLeft + right) / 2.0, kHeight - 12.0}, chart.x_label, 13.0, Anchor::kMiddle);
-  svg.vertical_text({20.0, (kTop + bottom) / 2.0}, chart.y_label, 13.0);
+  svg.text({kLeft, 24.0}, Anchor::kStart, kTitle, chart.title);
+  svg.text({(kLeft + right) / 2.0, kHeight - 12.0}, Anchor::kMiddle, kLabel, chart.x_label);
+  svg.vertical_text({20.0, (kTop + bottom) / 2.0}, kLabel, chart.y_label);
 }
 
 void draw_legend(Svg& svg, const Chart& chart) {
@@ -113,10 +117,10 @@ void draw_legend(Svg& svg, const Chart& chart) {
   double x = kLeft;
   for (const Series& series : chart.series) {
     if (series.mark == Mark::kLine)
-      svg.line({x, 46.0}, {x + 18.0, 46.0}, series.colour, 2.5);
+      svg.line({x, 46.0}, {x + 18.0, 46.0}, Paint{.stroke = series.colour, .stroke_width = 2.5});
     else
-      svg.circle({x + 9.0, 46.0}, 4.0, series.colour);
-    svg.text({x + 24.0, 50.0}, series.name, 12.0);
+      svg.circle({x + 9.0, 46.0}, 4.0, Paint{.fill = series.colour});
+    svg.text({x + 24.0, 50.0}, Anchor::kStart, kTick, series.name);
     x += 24.0 + kPerLetter * static_cast<double>(series.name.size()) + 18.0;
   }
 }
@@ -131,11 +135,12 @@ std::string draw(const Chart& chart) {
   for (const Series& series : chart.series) {
     std::vector<Point> pixels;
     for (const Point& point : series.points) pixels.push_back(frame.at(point));
-    if (series.mark == Mark::kLine) svg.polyline(pixels, series.colour, 2.0);
+    if (series.mark == Mark::kLine)
+      svg.path(pixels, Paint{.stroke = series.colour, .stroke_width = 2.0});
     for (const Point& pixel : pixels)
-      svg.circle(pixel, series.mark == Mark::kDot ? 3.6 : 2.2, series.colour);
+      svg.circle(pixel, series.mark == Mark::kDot ? 3.6 : 2.2, Paint{.fill = series.colour});
   }
-  return svg.str();
+  return std::move(svg).finish();
 }
 
 }  // namespace cellcal::sim::paper

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "sim/experiments/paper/svg.h"
+#include "calib/svg/svg.h"
 
 namespace cellcal::sim::paper {
 
@@ -14,7 +14,7 @@ struct Series {
   std::string name;
   std::string colour;
   Mark mark = Mark::kLine;
-  std::vector<Point> points;
+  std::vector<svg::Point> points;
 };
 
 struct Chart {

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <stdexcept>
 
+#include "calib/svg/text.h"
 #include "sim/experiments/paper/accuracy.h"
 #include "sim/experiments/paper/chart.h"
 #include "sim/experiments/paper/sphere_view.h"
@@ -14,6 +15,8 @@
 namespace cellcal::sim::paper {
 
 namespace {
+
+using svg::Point;
 
 constexpr const char* kBefore = "#2b6cb0";  // the paper's blue: without compensation
 constexpr const char* kPaper = "#dd8a1f";
@@ -126,9 +129,7 @@ void write_figures(const std::vector<Figure>& figures, const std::string& table,
     write(folder / figure.file, figure.svg);
     page += "<figure>" + figure.svg + "<figcaption>" + figure.caption + "</figcaption></figure>\n";
   }
-  std::string escaped;
-  for (char c : table) escaped += c == '<' ? "&lt;" : c == '&' ? "&amp;" : std::string(1, c);
-  page += "<pre>" + escaped + "</pre>\n";
+  page += "<pre>" + svg::escape(table) + "</pre>\n";
   write(folder / "figures.html", page);
 }
 

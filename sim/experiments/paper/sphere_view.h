@@ -5,8 +5,6 @@
 #include <string>
 #include <vector>
 
-#include "sim/experiments/paper/svg.h"
-
 namespace cellcal::sim::paper {
 
 struct Cloud {

@@ -16,6 +16,7 @@
 #include "calib/words/check_words.h"
 #include "tests/calib/check/changed_cell.h"
 #include "tests/calib/plan/meet.h"
+#include "tests/calib/thrown.h"
 
 namespace cellcal::calib {
 namespace {
@@ -65,7 +66,7 @@ TEST(CheckPlan, TouchesEverySphereByClearShortSearchesWithinTwentySeconds) {
   EXPECT_GE(plan().touches.size(), 6U);
   EXPECT_LE(plan().touches.size(), 8U);
   Pace pace;
-  pace.foretold_m = CheckPlanOptions{}.before_m;
+  pace.predicted_m = CheckPlanOptions{}.before_m;
   EXPECT_LE(duration_s(plan(), demo_cell().robot, pace), 20.0);
   std::set<std::string> touched;
   Random random(3);
@@ -84,7 +85,8 @@ TEST(CheckPlan, TouchesEverySphereByClearShortSearchesWithinTwentySeconds) {
 TEST(CheckPlan, IsRefusedForACalibrationThatKnowsOfNoSphere) {
   Calibration empty = calibration();
   empty.targets.clear();
-  EXPECT_THROW((void)make_check_plan(empty, {}), PlanError);
+  EXPECT_EQ(testing::thrown<PlanError>([&] { (void)make_check_plan(empty, {}); }).kind,
+            PlanError::Kind::kCalibration);
 }
 
 TEST(TcpCheck, HoldsWhereNothingChanged) {
@@ -202,15 +204,21 @@ TEST(TcpCheck, WhatIsWrongInAReferenceIsExpectedAgain) {
 TEST(TcpCheck, RefusesWhatItCannotJudge) {
   const Made made = made_by(truth());
   const std::vector<Touch> few(made.touches.begin(), made.touches.begin() + 3);
-  EXPECT_THROW(TcpChecker(calibration(), few), IdentifyError);
-  EXPECT_THROW((void)TcpChecker(calibration(), made.touches).judge(few), IdentifyError);
-  EXPECT_THROW(TcpChecker(calibration(), made.touches, {few}), IdentifyError);
+  const auto refusal = [](const auto& act) { return testing::thrown<IdentifyError>(act); };
+  using Kind = IdentifyError::Kind;
+  EXPECT_EQ(refusal([&] { TcpChecker(calibration(), few); }).kind, Kind::kUndetermined);
+  const TcpChecker whole(calibration(), made.touches);
+  EXPECT_EQ(refusal([&] { (void)whole.judge(few); }).kind, Kind::kTouches);
+  EXPECT_EQ(refusal([&] { TcpChecker(calibration(), made.touches, {few}); }).kind, Kind::kTouches);
   Calibration bare = calibration();
   bare.covariance.resize(0, 0);
-  EXPECT_THROW(TcpChecker(bare, made.touches), IdentifyError);
+  EXPECT_EQ(refusal([&] { TcpChecker(bare, made.touches); }).kind, Kind::kCalibration);
   Calibration elsewhere = calibration();
+  const std::string gone = elsewhere.targets.back().id;
   elsewhere.targets.pop_back();
-  EXPECT_THROW(TcpChecker(elsewhere, made.touches), IdentifyError);
+  const IdentifyError nowhere = refusal([&] { TcpChecker(elsewhere, made.touches); });
+  EXPECT_EQ(nowhere.kind, Kind::kCalibration);
+  EXPECT_EQ(nowhere.target, gone);
 }
 
 TEST(TcpCheck, AsADocumentHasEveryExplanationWithItsLikelihood) {

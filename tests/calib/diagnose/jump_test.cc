@@ -261,7 +261,7 @@ TEST(Jump, OfATargetThatIsCalledAsTheFirstJointIsNotToldAsThatJoints) {
     c.jumped[0].what = what;
     c.jumped[0].name = name;
     c.jumped[0].shift_m = {0.3e-3, 0.0, 0.0};
-    tell_of_jumps(cell, touches, {}, c);
+    withhold_for_jumps(cell, touches, {}, c);
     return find(testing::the(c, FindingKind::kJumped).evidence, "first_joint") != nullptr;
   };
   EXPECT_TRUE(told_as_the_joints(Jump::What::kJoint));

@@ -10,9 +10,9 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "calib/drift/course.h"
 #include "calib/drift/drift.h"
 #include "calib/drift/limits.h"
+#include "calib/drift/trend.h"
 #include "calib/files/drift_json.h"
 #include "calib/model/random.h"
 #include "calib/words/drift_words.h"
@@ -24,12 +24,12 @@ constexpr double kSigmaM = 0.025e-3;
 constexpr double kDayS = 86400.0;
 const Eigen::Vector3d kShared(0.4e-3, -0.3e-3, 0.2e-3);  // what the calibration leaves open
 
-using Course = std::function<Eigen::Vector3d(double days)>;
+using Trend = std::function<Eigen::Vector3d(double days)>;
 
 Eigen::Vector3d still(double) { return Eigen::Vector3d::Zero(); }
 
 /// Three a day.
-std::vector<CheckSeen> checks_of(int count, const Course& course, std::uint64_t seed = 1) {
+std::vector<CheckSeen> checks_of(int count, const Trend& trend, std::uint64_t seed = 1) {
   Random random(seed);
   std::vector<CheckSeen> checks;
   for (int k = 0; k < count; ++k) {
@@ -38,19 +38,19 @@ std::vector<CheckSeen> checks_of(int count, const Course& course, std::uint64_t 
     check.time_s = 1.8e9 + k * kDayS / 3.0;
     check.holds = true;
     check.covariance_m2 = kSigmaM * kSigmaM * Eigen::Matrix3d::Identity();
-    check.shift_m = kShared + course(k / 3.0);
+    check.shift_m = kShared + trend(k / 3.0);
     for (double& one : check.shift_m) one += kSigmaM * random.normal();
     checks.push_back(check);
   }
   return checks;
 }
 
-Course creep(double mm_a_month, double from_day) {
+Trend creep(double mm_a_month, double from_day) {
   return [=](double day) {
     return Eigen::Vector3d(0, mm_a_month * 1e-3 * std::max(0.0, day - from_day) / 30.0, 0);
   };
 }
-Course step(double mm, double from_day) {
+Trend step(double mm, double from_day) {
   return [=](double day) { return Eigen::Vector3d(day >= from_day ? mm * 1e-3 : 0.0, 0, 0); };
 }
 
@@ -109,7 +109,7 @@ TEST(a_chart, is_silent_whatever_all_checks_share) {
   const DriftChart chart = drift_chart(checks_of(90, still));
   EXPECT_EQ(chart.state, DriftState::kInControl) << drift_to_json(chart);
   EXPECT_EQ(chart.advice, DriftAdvice::kNone);
-  EXPECT_FALSE(chart.course);
+  EXPECT_FALSE(chart.trend);
   EXPECT_LT(chart.points.back().off_m.norm(), 4 * kSigmaM)
       << "of the centre, not of the calibration";
 }
@@ -150,12 +150,12 @@ TEST(a_chart, has_limits_of_the_run_length_that_is_stated) {
 TEST(a_chart, finds_a_creep_long_before_a_single_check_does_and_says_since_when_and_how_fast) {
   const DriftChart chart = drift_chart(checks_of(150, creep(0.1, 20.0)));
   ASSERT_EQ(chart.state, DriftState::kAlarms);
-  ASSERT_TRUE(chart.course);
-  EXPECT_EQ(chart.course->shape, DriftShape::kCreep);
-  EXPECT_NEAR(static_cast<double>(chart.course->since), 70.0, 20.0);
+  ASSERT_TRUE(chart.trend);
+  EXPECT_EQ(chart.trend->shape, DriftShape::kCreep);
+  EXPECT_NEAR(static_cast<double>(chart.trend->since), 70.0, 20.0);
   const double month_s = 30 * kDayS;
-  const double rate = chart.course->rate_m_s.norm() * month_s * 1e3;
-  EXPECT_NEAR(rate, 0.1, 3 * chart.course->rate_sigma_m_s * month_s * 1e3 + 0.01);
+  const double rate = chart.trend->rate_m_s.norm() * month_s * 1e3;
+  EXPECT_NEAR(rate, 0.1, 3 * chart.trend->rate_sigma_m_s * month_s * 1e3 + 0.01);
   ASSERT_TRUE(chart.alarmed_at);
   // Found at less than 0.09 mm.
   EXPECT_LT(*chart.alarmed_at, 70 + 81);
@@ -166,9 +166,9 @@ TEST(a_chart, does_not_take_a_creep_for_the_new_normal) {
   // Three months of nothing, then a step that stays: it is told as long as it stays.
   const DriftChart chart = drift_chart(checks_of(400, step(0.08, 90.0)));
   EXPECT_EQ(chart.state, DriftState::kAlarms);
-  EXPECT_EQ(chart.course->shape, DriftShape::kStep);
-  EXPECT_NEAR(static_cast<double>(chart.course->since), 280.0, 2.0);
-  EXPECT_NEAR(chart.course->now_m.norm(), 0.08e-3, 0.02e-3);
+  EXPECT_EQ(chart.trend->shape, DriftShape::kStep);
+  EXPECT_NEAR(static_cast<double>(chart.trend->since), 280.0, 2.0);
+  EXPECT_NEAR(chart.trend->now_m.norm(), 0.08e-3, 0.02e-3);
 }
 
 TEST(a_chart, is_in_control_again_when_what_shifted_was_put_back) {
@@ -185,7 +185,7 @@ TEST(a_chart, is_in_control_again_when_what_shifted_was_put_back) {
 TEST(a_chart, asks_for_another_check_where_one_alone_says_so) {
   const DriftChart chart = drift_chart(checks_of(61, step(0.3, 20.0)));
   ASSERT_EQ(chart.state, DriftState::kAlarms);
-  EXPECT_EQ(chart.course->checks, 1U);
+  EXPECT_EQ(chart.trend->checks, 1U);
   EXPECT_EQ(chart.advice, DriftAdvice::kCheckAgain);
 }
 
@@ -258,12 +258,12 @@ TEST(a_chart, does_not_care_when_checks_were_made) {
   for (CheckSeen& check : checks) check.time_s = 1.8e9;  // all at once
   checks.back().shift_m.x() += 1e-3;
   const DriftChart at_once = drift_chart(checks);
-  ASSERT_TRUE(at_once.course);
-  EXPECT_EQ(at_once.course->shape, DriftShape::kStep);
-  EXPECT_TRUE(std::isfinite(at_once.course->now_sigma_m));
+  ASSERT_TRUE(at_once.trend);
+  EXPECT_EQ(at_once.trend->shape, DriftShape::kStep);
+  EXPECT_TRUE(std::isfinite(at_once.trend->now_sigma_m));
 }
 
-TEST(a_chart, as_a_document_has_its_state_course_limits_and_words) {
+TEST(a_chart, as_a_document_has_its_state_trend_limits_and_words) {
   auto checks = checks_of(150, creep(0.1, 20.0));
   checks[3].left_out = LeftOut::kUndecided;
   checks[3].holds.reset();

@@ -12,6 +12,7 @@
 #include "calib/model/error.h"
 #include "calib/uncertainty/region.h"
 #include "tests/calib/simulate.h"
+#include "tests/calib/thrown.h"
 
 namespace cellcal::calib {
 namespace {
@@ -150,7 +151,9 @@ TEST(Running, ATouchThatCannotBeIsRefusedAndNothingChanges) {
   const Eigen::VectorXd before = estimate.x_si();
   Touch wrong = all.back();
   wrong.joint_rad[2] = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_THROW(estimate.add(wrong), IdentifyError);
+  const auto error = testing::thrown<IdentifyError>([&] { estimate.add(wrong); });
+  EXPECT_EQ(error.kind, IdentifyError::Kind::kTouches);
+  EXPECT_EQ(error.target, wrong.target);
   wrong = all.back();
   wrong.target = "S9";
   EXPECT_ANY_THROW(estimate.add(wrong));

@@ -54,7 +54,7 @@ TEST(JointFrames, AgreeWithTheCalibratedArmAtAThousandPoses) {
   }
 }
 
-/// Frames elsewhere on the axes and turned about them, as another drawing has them.
+/// Frames elsewhere on the axes and turned about them, as another convention has them.
 JointFrames redrawn(JointFrames frames, unsigned seed) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> part(-1.0, 1.0);

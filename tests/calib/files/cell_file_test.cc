@@ -5,9 +5,11 @@
 #include <filesystem>
 #include <fstream>
 
+#include "calib/files/robot_place.h"
 #include "calib/model/units.h"
 #include "calib/syntax/input_file.h"
 #include "tests/calib/files/documents.h"
+#include "tests/calib/thrown.h"
 
 namespace cellcal::calib {
 namespace {
@@ -359,10 +361,26 @@ TEST_F(CellOnDisk, SaysWhereItLookedForARobotThatIsNotThere) {
                {"cell.toml:2: robot", "two.toml", folder_.string(), "looked for"});
 }
 
+TEST_F(CellOnDisk, ARobotThatIsNotThereIsKeptByNameWithThePlaces) {
+  const auto error =
+      testing::thrown<UnknownRobot>([&] { (void)find_robot_file("kr5_none", folder_); });
+  EXPECT_EQ(error.name, "kr5_none");
+  ASSERT_GE(error.looked_for.size(), 3u);
+  EXPECT_EQ(error.looked_for[0], folder_ / "kr5_none");
+  EXPECT_EQ(error.looked_for[2].filename(), "kr5_none.toml");
+  EXPECT_EQ(error.nowhere(), "no robot file \"kr5_none\"");
+  EXPECT_EQ(
+      std::string(error.what())
+          .find(error.nowhere() + "; looked for\n  " + (folder_ / "kr5_none").string() + "\n"),
+      0u)
+      << error.what();
+}
+
 TEST_F(CellOnDisk, NamesTheRobotFileWhenThatOneIsWrong) {
   write("two.toml", with(kRobot, "sign = -1", "sign = 7"));
   const auto path = write("cell.toml", kCell);
-  expect_words(refusal([&] { (void)load_cell(path); }), {"two.toml:12: joint[1].sign"});
+  expect_words(refusal([&] { (void)load_cell(path); }, folder_ / "two.toml"),
+               {"two.toml:12: joint[1].sign"});
 }
 
 TEST_F(CellOnDisk, RefusesDirectoriesMissingFilesAndFilesTooLarge) {

@@ -129,10 +129,14 @@ int line_of(std::string_view document, std::string_view text) {
              document.begin() + static_cast<std::ptrdiff_t>(std::min(at, document.size())), '\n'));
 }
 
-std::string refusal(const std::function<void()>& read) {
+std::string refusal(const std::function<void()>& read, const std::string& file) {
   try {
     read();
   } catch (const FileError& error) {
+    EXPECT_NE(error.file, "") << error.what();
+    if (!file.empty()) {
+      EXPECT_EQ(error.file, file) << error.what();
+    }
     return error.what();
   }
   ADD_FAILURE() << "was not refused";
@@ -140,15 +144,16 @@ std::string refusal(const std::function<void()>& read) {
 }
 
 std::string robot_refusal(const std::string& document) {
-  return refusal([&] { (void)read_robot(TomlTable::parse(document, "robot.toml")); });
+  return refusal([&] { (void)read_robot(TomlTable::parse(document, "robot.toml")); }, "robot.toml");
 }
 
 std::string cell_refusal(const std::string& document) {
-  return refusal([&] { (void)read_cell(TomlTable::parse(document, "cell.toml"), robot()); });
+  return refusal([&] { (void)read_cell(TomlTable::parse(document, "cell.toml"), robot()); },
+                 "cell.toml");
 }
 
 std::string touches_refusal(const std::string& text) {
-  return refusal([&] { (void)parse_touches(text, "touches.csv", cell()); });
+  return refusal([&] { (void)parse_touches(text, "touches.csv", cell()); }, "touches.csv");
 }
 
 void expect_words(const std::string& message, std::initializer_list<std::string_view> words) {

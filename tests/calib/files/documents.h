@@ -23,8 +23,9 @@ std::string without(std::string_view document, std::string_view line);
 /// Number of the first line that contains `text`; fails the test where there is none.
 int line_of(std::string_view document, std::string_view text);
 
-/// The message of the FileError that `read` throws; fails the test where it does not.
-std::string refusal(const std::function<void()>& read);
+/// The message of the FileError that `read` throws; fails the test where it does not, and where it
+/// is about another file than `file` (empty: about none).
+std::string refusal(const std::function<void()>& read, const std::string& file = {});
 std::string robot_refusal(const std::string& document);
 std::string cell_refusal(const std::string& document);
 std::string touches_refusal(const std::string& text);

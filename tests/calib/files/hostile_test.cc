@@ -133,13 +133,13 @@ TEST(HostileToml, EveryTruncationIsReadOrRefusedWithItsName) {
       (void)read_cell(TomlTable::parse(whole.substr(0, length), "cell.toml"), testing::robot());
       EXPECT_GE(length, whole.find("radius_offset_sigma_mm") - 1);
     } catch (const FileError& error) {
-      expect_words(error.what(), {"cell.toml:"});
+      EXPECT_EQ(error.file, "cell.toml") << error.what();
     }
   }
 }
 
 std::string json_refusal(const std::string& text) {
-  return refusal([&] { (void)calibration_from_json(text, "cal.json"); });
+  return refusal([&] { (void)calibration_from_json(text, "cal.json"); }, "cal.json");
 }
 
 TEST(HostileJson, GarbageIsRefusedByName) {

@@ -254,7 +254,7 @@ TEST_F(MeshOnDisk, AllOfACellTogetherAreBounded) {
   const std::string text = cell_with(fixture("first", "a.stl") + fixture("again", "a.stl") +
                                      fixture("second", "b.stl") + fixture("third", "c.stl"));
   Cell cell = read(text);
-  expect_words(refusal([&] { load_meshes(cell, folder_, 2); }),
+  expect_words(refusal([&] { load_meshes(cell, folder_, 2); }, folder_ / "c.stl"),
                {"obstacle third", "c.stl", "3 triangles", "more than 2"});
   EXPECT_NO_THROW(load_meshes(cell, folder_, 3));
   EXPECT_LE(kMostTrianglesOfCell, 1'000'000u) << "a plan needs some 0.7 kB for each";
@@ -264,7 +264,8 @@ TEST_F(MeshOnDisk, ThatIsMissingOrBrokenIsRefusedWithObstacleAndFile) {
   expect_words(refusal([&] { (void)load_cell(cell_); }),
                {"obstacle fixture", "fixture.stl", "no such file"});
   write("fixture.stl", "solid\nfacet normal 0 0 1\n outer lop\n");
-  expect_words(refusal([&] { (void)load_cell(cell_); }), {"obstacle fixture", "fixture.stl:3: "});
+  expect_words(refusal([&] { (void)load_cell(cell_); }, folder_ / "fixture.stl"),
+               {"obstacle fixture", "fixture.stl:3: "});
 }
 
 }  // namespace

@@ -41,7 +41,7 @@ std::string binary(const std::vector<std::array<float, 9>>& triangles, std::stri
 constexpr std::array<float, 9> kTriangle = {0, 0, 0, 100, 0, 0, 0, 15, -2.5f};
 
 std::string stl_refusal(const std::string& bytes) {
-  return refusal([&] { (void)parse_stl(bytes, "f.stl"); });
+  return refusal([&] { (void)parse_stl(bytes, "f.stl"); }, "f.stl");
 }
 
 void expect_the_triangle(const Mesh& mesh) {

@@ -207,7 +207,7 @@ TEST(Touches, EveryTruncationIsReadOrRefusedAndNeverGuessed) {
         EXPECT_EQ(read[i].radius_m, rows[i].radius_m) << length;
       }
     } catch (const FileError& error) {
-      expect_words(error.what(), {"touches.csv"});
+      EXPECT_EQ(error.file, "touches.csv") << error.what();
     }
   }
 }

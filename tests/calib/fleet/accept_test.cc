@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "calib/files/documents.h"
-#include "calib/files/drawing.h"
+#include "calib/files/nominal_geometry.h"
 #include "calib/result/level.h"
 #include "tests/calib/fleet/simulated_fleet.h"
 
@@ -14,7 +14,7 @@ FleetPriors learned_priors() {
   return learn(drawn_robot(), evidence_of_all(fleet_of(12, uneven()))).priors;
 }
 
-TEST(AcceptedPriors, AreTheRobotFilesTolerancesAndEachChangeIsTold) {
+TEST(AcceptedPriors, AreTheRobotFilesTolerancesAndEachChangeIsNamed) {
   const FleetPriors priors = learned_priors();
   const Robot drawn = drawn_robot();
   const auto accepted = std::get<Accepted>(accept(drawn, priors));
@@ -25,7 +25,8 @@ TEST(AcceptedPriors, AreTheRobotFilesTolerancesAndEachChangeIsTold) {
   const PriorChange& first = accepted.changes.front();
   EXPECT_EQ(first.joint, drawn.joints[0].name);
   EXPECT_EQ(first.before, drawn.joints[0].tolerance_length_m);
-  EXPECT_EQ(drawing_sha256(accepted.robot), priors.drawing) << "it draws the same arm";
+  EXPECT_EQ(nominal_geometry_sha256(accepted.robot), priors.nominal_geometry)
+      << "of the same nominal geometry";
   const Robot again = read_robot(TomlTable::parse(robot_to_toml(accepted.robot), "accepted.toml"));
   EXPECT_NEAR(again.joints[2].tolerance_angle_rad, accepted.robot.joints[2].tolerance_angle_rad,
               1e-12);
@@ -52,10 +53,10 @@ TEST(AcceptedPriors, OfGearsThatNoFileNamedAreThoseThatAnEstimateAssumed) {
   EXPECT_NEAR(joint.harmonic_sigma_rad, offered(*priors.joints[1].of(SpreadKind::kGear)), 1e-12);
 }
 
-TEST(AcceptedPriors, OfAnotherDrawingAreRefused) {
+TEST(AcceptedPriors, OfAnotherNominalGeometryAreRefused) {
   Robot other = drawn_robot();
   other.joints[2].d_m += 1e-6;
-  EXPECT_TRUE(std::holds_alternative<OtherDrawing>(accept(other, learned_priors())));
+  EXPECT_TRUE(std::holds_alternative<OtherNominalGeometry>(accept(other, learned_priors())));
 }
 
 TEST(AnError, ThatARobotFileDoesNotAllowStaysForbidden) {
@@ -65,7 +66,7 @@ TEST(AnError, ThatARobotFileDoesNotAllowStaysForbidden) {
   EXPECT_EQ(accepted.robot.joints[0].tolerance_length_m, 0.0);
 }
 
-TEST(TheDrawing, IsTheSameWhateverTolerancesMassesGearsLimitsAndNamesSay) {
+TEST(TheNominalGeometry, IsTheSameWhateverTolerancesMassesGearsLimitsAndNamesSay) {
   Robot other = drawn_robot();
   other.name = "another name";
   other.source = "elsewhere";
@@ -77,9 +78,9 @@ TEST(TheDrawing, IsTheSameWhateverTolerancesMassesGearsLimitsAndNamesSay) {
     std::reverse(joint.errors.begin(), joint.errors.end());
     joint.d_m += 1e-14;  // what a conversion of units leaves
   }
-  EXPECT_EQ(drawing_sha256(other), drawing_sha256(drawn_robot()));
+  EXPECT_EQ(nominal_geometry_sha256(other), nominal_geometry_sha256(drawn_robot()));
   other.joints[3].sign = -other.joints[3].sign;
-  EXPECT_NE(drawing_sha256(other), drawing_sha256(drawn_robot()));
+  EXPECT_NE(nominal_geometry_sha256(other), nominal_geometry_sha256(drawn_robot()));
 }
 
 }  // namespace

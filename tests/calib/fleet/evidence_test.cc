@@ -59,7 +59,7 @@ TEST(Evidence, IsTheSameOfTheCalibrationsFile) {
   const ArmEvidence e = std::get<ArmEvidence>(evidence_of(c));
   const ArmEvidence of_file = std::get<ArmEvidence>(
       evidence_of(calibration_from_json(calibration_to_json(c), "calibration.json")));
-  EXPECT_EQ(of_file.drawing, e.drawing);
+  EXPECT_EQ(of_file.nominal_geometry, e.nominal_geometry);
   ASSERT_EQ(of_file.keys, e.keys);
   // Of eigenvectors the signs are anybody's.
   const Eigen::MatrixXd information = e.rows.transpose() * e.rows;

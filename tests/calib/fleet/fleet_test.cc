@@ -46,7 +46,7 @@ TEST(ManyArms, TellTheirSpreadsWithinWhatIsStated) {
   EXPECT_GT(offered(wide), wide.found);
 }
 
-TEST(FewArms, DoNotOverruleTheDrawing) {
+TEST(FewArms, DoNotOverruleTheNominalGeometry) {
   Truth narrow;
   narrow.length = narrow.angle = {0.25, 0.25, 0.25, 0.25, 0.25, 0.25};
   const Learned few = learn(drawn_robot(), evidence_of_all(fleet_of(4, narrow)));
@@ -78,24 +78,24 @@ TEST(FewArms, AreNoFleet) {
   EXPECT_TRUE(learned.priors.joints.empty());
 }
 
-TEST(WhatPriorsDecided, LeavesTheDrawingWhereItIs) {
+TEST(WhatPriorsDecided, LeavesTheNominalGeometryWhereItIs) {
   // Thirteen touches of four spheres whose twelve coordinates nobody knows: nearly all in these calibrations is their
   // priors'. Read as they stand, two hundred posteriors near nothing would narrow every tolerance to nothing.
   const Learned learned = learn(drawn_robot(), evidence_of_all(fleet_of(200, uneven(), 13)));
   ASSERT_FALSE(learned.none);
-  int untold = 0;
+  int undetermined = 0;
   for (std::size_t joint = 0; joint < 6; ++joint)
     for (const SpreadKind kind : kGeometry) {
       const Spread& s = spread(learned, joint, kind);
       EXPECT_LT(s.arms, 20.0);
       if (s.arms > 2.0) continue;
-      ++untold;
+      ++undetermined;
       EXPECT_GT(s.found / s.drawn, 0.7) << joint;
       EXPECT_LT(s.found / s.drawn, 1.4) << joint;
       EXPECT_GT(log_sigma(s), 0.15) << "and little is claimed";
       EXPECT_GE(offered(s), s.drawn) << "nobody narrows what no arm shows";
     }
-  EXPECT_GE(untold, 4);
+  EXPECT_GE(undetermined, 4);
 }
 
 TEST(WhatPriorsDecided, IsNotReadBackHoweverOftenTheyAreTaken) {
@@ -199,7 +199,7 @@ TEST(OneArm, CountsOnceUnderOtherNamesToo) {
               spread(once, 1, SpreadKind::kLength).found, 1e-9);
 }
 
-TEST(OtherArms, AreSetAsideByTheirDrawing) {
+TEST(OtherArms, AreSetAsideByTheirNominalGeometry) {
   std::vector<ArmEvidence> arms = evidence_of_all(fleet_of(6, uneven()));
   Robot longer = drawn_robot();
   longer.joints[1].a_m += 0.08;
@@ -208,18 +208,18 @@ TEST(OtherArms, AreSetAsideByTheirDrawing) {
       evidence_of_all({calibration_of(longer, longer, uneven(), 40, random)});
   other.front().name = "other.json";
   arms.push_back(other.front());
-  const Learned learned = learn(commonest_drawing(arms), arms);
+  const Learned learned = learn(commonest_nominal_geometry(arms), arms);
   EXPECT_EQ(learned.priors.arms, 6);
-  EXPECT_EQ(kind_of(learned, "other.json"), SetAsideKind::kOtherDrawing);
+  EXPECT_EQ(kind_of(learned, "other.json"), SetAsideKind::kOtherNominalGeometry);
 }
 
-TEST(TheDrawing, IsNotThatOfAFewWhoStateOtherTolerances) {
+TEST(TheNominalGeometry, IsNotThatOfAFewWhoStateOtherTolerances) {
   std::vector<ArmEvidence> arms = evidence_of_all(fleet_of(9, uneven()));
   for (const std::size_t k : {1, 4}) {
     arms[k].robot.name = "another file of the arm";
     for (Joint& joint : arms[k].robot.joints) joint.tolerance_length_m = k == 1 ? 1.0 : 1e-9;
   }
-  EXPECT_EQ(commonest_drawing(arms).joints[1].tolerance_length_m,
+  EXPECT_EQ(commonest_nominal_geometry(arms).joints[1].tolerance_length_m,
             drawn_robot().joints[1].tolerance_length_m);
 }
 

@@ -1,7 +1,5 @@
 // The mistakes that are made again and again lead to a diagnosis and not to a bad calibration.
 
-#include "calib/identify/likely_causes.h"
-
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 

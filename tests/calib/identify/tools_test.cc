@@ -13,6 +13,7 @@
 #include "calib/uncertainty/region.h"
 #include "tests/calib/findings.h"
 #include "tests/calib/simulate.h"
+#include "tests/calib/thrown.h"
 
 namespace cellcal::calib {
 namespace {
@@ -156,7 +157,8 @@ TEST(Tools, ThePapersEstimatorKnowsOne) {
   auto touches = make_touches(cell, plain_truth(cell, 1), making).touches;
   EXPECT_NO_THROW((void)identify_paper(cell, touches));
   touches[5].tool = "T2";
-  EXPECT_THROW((void)identify_paper(cell, touches), IdentifyError);
+  EXPECT_EQ(testing::thrown<IdentifyError>([&] { (void)identify_paper(cell, touches); }).kind,
+            IdentifyError::Kind::kTouches);
 }
 
 TEST(Tools, EveryTipHasItsOwnEffectiveRadius) {

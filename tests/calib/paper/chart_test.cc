@@ -8,7 +8,7 @@
 namespace cellcal::sim::paper {
 namespace {
 
-Chart chart_of(std::vector<Point> points, bool logarithmic) {
+Chart chart_of(std::vector<svg::Point> points, bool logarithmic) {
   Chart chart;
   chart.title = "title <1>";
   chart.logarithmic_y = logarithmic;
@@ -18,8 +18,8 @@ Chart chart_of(std::vector<Point> points, bool logarithmic) {
 
 TEST(Chart, KeepsEveryPointInsideThePicture) {
   const std::string svg = draw(chart_of({{0, 1e-9}, {50, 4.0}}, true));
-  EXPECT_EQ(svg.find("cx='-"), std::string::npos);
-  EXPECT_EQ(svg.find("cy='-"), std::string::npos);
+  EXPECT_EQ(svg.find("cx=\"-"), std::string::npos);
+  EXPECT_EQ(svg.find("cy=\"-"), std::string::npos);
   EXPECT_NE(svg.find("title &lt;1&gt;"), std::string::npos);
 }
 

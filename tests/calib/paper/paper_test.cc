@@ -6,6 +6,7 @@
 
 #include "sim/experiments/paper/accuracy.h"
 #include "sim/experiments/paper/task.h"
+#include "tests/calib/thrown.h"
 
 namespace cellcal::calib {
 namespace {
@@ -101,33 +102,37 @@ TEST(PaperEstimator, LinearModelAgreesWithTheExactChainForSmallErrors) {
   EXPECT_LT(unseen_residual(0.01), 1e-5 * kMm);
 }
 
+IdentifyError refusal(const Cell& cell, const std::vector<Touch>& touches,
+                      const PaperOptions& options = {}) {
+  return testing::thrown<IdentifyError>([&] { (void)identify_paper(cell, touches, options); });
+}
+
 TEST(PaperEstimator, RefusesASecondSphereByName) {
   Cell cell = simulation().cell;
   cell.targets.push_back(cell.targets[0]);
   cell.targets[1].id = "S2";
   std::vector<Touch> touches = simulation().touches;
   touches.back().target = "S2";
-  try {
-    identify_paper(cell, touches);
-    FAIL() << "two spheres were taken for one";
-  } catch (const IdentifyError& error) {
-    EXPECT_NE(std::string(error.what()).find("S1 and S2"), std::string::npos) << error.what();
-  }
+  const IdentifyError error = refusal(cell, touches);
+  EXPECT_EQ(error.kind, IdentifyError::Kind::kTouches);
+  EXPECT_EQ(error.target, "S2");
+  EXPECT_NE(std::string(error.what()).find("S1 and S2"), std::string::npos) << error.what();
 }
 
 TEST(PaperEstimator, RefusesPointsTooFewTouchesAndWrongJointCounts) {
   Cell points = simulation().cell;
   points.targets[0].kind = TargetKind::kPoint;
-  EXPECT_THROW(identify_paper(points, simulation().touches), IdentifyError);
-  EXPECT_THROW(identify_paper(simulation().cell, {}), IdentifyError);
+  using Kind = IdentifyError::Kind;
+  EXPECT_EQ(refusal(points, simulation().touches).kind, Kind::kTouches);
+  EXPECT_EQ(refusal(simulation().cell, {}).kind, Kind::kUndetermined);
   std::vector<Touch> few(simulation().touches.begin(), simulation().touches.begin() + 3);
-  EXPECT_THROW(identify_paper(simulation().cell, few), IdentifyError);
+  EXPECT_EQ(refusal(simulation().cell, few).kind, Kind::kUndetermined);
   std::vector<Touch> short_row = simulation().touches;
   short_row[4].joint_rad.pop_back();
-  EXPECT_THROW(identify_paper(simulation().cell, short_row), IdentifyError);
+  EXPECT_EQ(refusal(simulation().cell, short_row).kind, Kind::kTouches);
   PaperOptions options;
   options.lambda = 0.0;
-  EXPECT_THROW(identify_paper(simulation().cell, simulation().touches, options), IdentifyError);
+  EXPECT_EQ(refusal(simulation().cell, simulation().touches, options).kind, Kind::kOptions);
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include "calib/plan/reach/axis_travel.h"
 #include "calib/plan/reach/pool.h"
 #include "tests/calib/simulate.h"
+#include "tests/calib/thrown.h"
 
 namespace cellcal::calib {
 namespace {
@@ -154,14 +155,11 @@ TEST(CellCheck, RefusesWithAllThatIsWrong) {
   Cell cell = demo_cell();
   cell.lengths[1].length_m *= 10.0;
   cell.tool.tcp.translation() *= 1e-3;
-  try {
-    (void)refuse_faulty(cell);
-    ADD_FAILURE() << "it was taken";
-  } catch (const PlanError& error) {
-    const std::string words = error.what();
-    EXPECT_NE(words.find("S1-S3"), std::string::npos) << words;
-    EXPECT_NE(words.find("tool: "), std::string::npos) << words;
-  }
+  const auto error = testing::thrown<PlanError>([&] { (void)refuse_faulty(cell); });
+  EXPECT_EQ(error.kind, PlanError::Kind::kCell);
+  const std::string words = error.what();
+  EXPECT_NE(words.find("S1-S3"), std::string::npos) << words;
+  EXPECT_NE(words.find("tool: "), std::string::npos) << words;
 }
 
 TEST(AxisTravel, IsThatOfEveryWaypointFromWhereTheArmStands) {

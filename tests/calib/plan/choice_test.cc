@@ -12,6 +12,7 @@
 #include "calib/plan/choice/choose.h"
 #include "calib/plan/choice/design.h"
 #include "calib/plan/plan.h"
+#include "tests/calib/thrown.h"
 
 namespace cellcal::calib {
 namespace {
@@ -163,14 +164,17 @@ TEST(AccuracyRegion, IsReadAndRefusedInWords) {
   for (const char* wrong :
        {"", "box", "box:", "box:1,2,3", "box:1,2,3,4,5,6,7", "box:1,2,3,4,5,nan",
         "box:1,2,3,4,5,1e9", "box:1,2,3 4,5,6", "box:1,2,3,4,5,6,", "Workspace", "tcp "})
-    EXPECT_THROW((void)parse_accuracy_region(wrong), PlanError) << wrong;
+    EXPECT_EQ(testing::thrown<PlanError>([&] { (void)parse_accuracy_region(wrong); }).kind,
+              PlanError::Kind::kRequest)
+        << wrong;
 }
 
 TEST(AccuracyRegion, InABoxOutOfReachIsRefused) {
   PlanOptions options;
   options.fit_touches = 10;
   options.region = {AccuracyRegion::Kind::kBox, {8.0, 0.0, 0.0}, {9.0, 1.0, 1.0}};
-  EXPECT_THROW((void)make_plan(demo_cell(), options), PlanError);
+  EXPECT_EQ(testing::thrown<PlanError>([&] { (void)make_plan(demo_cell(), options); }).kind,
+            PlanError::Kind::kRequest);
 }
 
 TEST(AccuracyRegion, InABoxHasItsTipsInside) {

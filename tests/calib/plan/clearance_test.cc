@@ -13,6 +13,7 @@
 #include "calib/plan/plan.h"
 #include "calib/plan/reach/candidates.h"
 #include "tests/calib/plan/collisions.h"
+#include "tests/calib/thrown.h"
 
 namespace cellcal::calib {
 namespace {
@@ -339,12 +340,9 @@ TEST(Clearance, AMeshThatWasNotReadIsRefused) {
   cell.obstacles[0].shape = ObstacleShape::kMesh;
   cell.obstacles[0].mesh_file = "fixture.stl";
   const ArmModel arm(cell.robot, cell.tool);
-  try {
-    const Clearance clearance(cell, arm);
-    FAIL() << "was not refused";
-  } catch (const PlanError& error) {
-    EXPECT_NE(std::string(error.what()).find("fixture.stl"), std::string::npos);
-  }
+  const auto error = testing::thrown<PlanError>([&] { const Clearance clearance(cell, arm); });
+  EXPECT_EQ(error.kind, PlanError::Kind::kCell);
+  EXPECT_NE(std::string(error.what()).find("fixture.stl"), std::string::npos);
 }
 
 TEST(Clearance, BlindSeesNothing) {

@@ -17,6 +17,7 @@
 #include "calib/plan/search/search_line.h"
 #include "calib/plan/touch_sequence.h"
 #include "tests/calib/simulate.h"
+#include "tests/calib/thrown.h"
 
 namespace cellcal::calib {
 namespace {
@@ -290,20 +291,18 @@ TEST(Finder, SaysWhichSphereIsNotThere) {
   Cell cell = demo_cell();
   cell.targets[1].centre_m.y() += 0.12;
   cell.targets[1].centre_sigma_m = 0.004;
-  try {
-    drive(cell, truth, true);
-    ADD_FAILURE() << "it was found";
-  } catch (const PlanError& error) {
-    EXPECT_NE(std::string(error.what()).find("sphere S2 was not found after"), std::string::npos)
-        << error.what();
-    EXPECT_NE(std::string(error.what()).find("search_low_mm"), std::string::npos);
-  }
+  const auto error = testing::thrown<PlanError>([&] { drive(cell, truth, true); });
+  EXPECT_EQ(error.kind, PlanError::Kind::kNotFound);
+  EXPECT_EQ(error.target, "S2");
+  EXPECT_EQ(std::string(error.what()).find("sphere S2 was not found after"), 0U) << error.what();
 }
 
 TEST(Finder, RefusesASphereOfWhichNothingIsKnown) {
   Cell cell = demo_cell();
   cell.targets[0].has_centre = false;
-  EXPECT_THROW(Finder(cell, {}, false, {}), PlanError);
+  const auto error = testing::thrown<PlanError>([&] { Finder(cell, {}, false, {}); });
+  EXPECT_EQ(error.kind, PlanError::Kind::kCell);
+  EXPECT_EQ(error.target, cell.targets[0].id);
 }
 
 TEST(Finder, GoesOnWithTheTouchesOfASessionThatWasInterrupted) {
@@ -506,8 +505,8 @@ TEST(TouchSequence, ThatWasInterruptedInContactWhileItFindsLeadsOutByItself) {
       std::optional<PlannedTouch> next;
       try {
         next = again.next(touch->joint_rad, true);
-      } catch (const PlanError& e) {
-        std::printf("%s\n", e.what());
+      } catch (const PlanError& error) {
+        EXPECT_EQ(error.kind, PlanError::Kind::kArmStands) << error.what();
         continue;
       }
       ASSERT_TRUE(next);
@@ -542,7 +541,8 @@ TEST(TouchSequence, ThatWasInterruptedInContactElsewhereWhileItFindsHasToBeJogge
   TouchSequence sequence(rough(3), options, {});
   JointVector at(6, 0.0);
   at[1] = -1.2, at[2] = 1.6, at[4] = 1.0;  // where nothing is known to stand
-  EXPECT_THROW((void)sequence.next(at, true), PlanError);
+  EXPECT_EQ(testing::thrown<PlanError>([&] { (void)sequence.next(at, true); }).kind,
+            PlanError::Kind::kArmStands);
   EXPECT_TRUE(sequence.next(at, false));
 }
 

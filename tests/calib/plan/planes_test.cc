@@ -7,6 +7,7 @@
 #include "calib/plan/reach/candidates.h"
 #include "calib/plan/reach/pool.h"
 #include "tests/calib/plan/collisions.h"
+#include "tests/calib/thrown.h"
 
 namespace cellcal::calib {
 namespace {
@@ -140,22 +141,21 @@ TEST(PlannedPlane, IsLeftOutWithTheReasonWhereItIsNotKnownHowFarItGoes) {
   options.fit_touches = 20;
   options.check_touches = 0;
   EXPECT_EQ(make_plan(cell, options).left_out, std::vector<std::string>{"P"});
-  EXPECT_NE(why_not_planned(cell.targets.back()).find("extent_mm"), std::string::npos);
+  EXPECT_EQ(why_not_planned(cell.targets.back()), NotPlanned::kSizeUnknown);
   cell.targets.back().kind = TargetKind::kPoint;
-  EXPECT_NE(why_not_planned(cell.targets.back()).find("by hand"), std::string::npos);
+  EXPECT_EQ(why_not_planned(cell.targets.back()), NotPlanned::kSeated);
+  EXPECT_STREQ(words(NotPlanned::kSeated), "the tip has to be seated in a point by hand");
   EXPECT_EQ(make_plan(cell, options).left_out, std::vector<std::string>{"P"});
-  EXPECT_EQ(why_not_planned(cell.targets.front()), "");
+  EXPECT_EQ(why_not_planned(cell.targets.front()), std::nullopt);
 }
 
 TEST(PlannedPlane, OutOfReachIsNamedAsAPlane) {
   Cell cell = with_plate();
   cell.targets.back().centre_m = {4.0, 0.0, 0.2};
-  try {
-    (void)make_plan(cell, {});
-    ADD_FAILURE() << "was not refused";
-  } catch (const PlanError& error) {
-    EXPECT_NE(std::string(error.what()).find("plane P"), std::string::npos) << error.what();
-  }
+  const auto error = testing::thrown<PlanError>([&] { (void)make_plan(cell, {}); });
+  EXPECT_EQ(error.kind, PlanError::Kind::kOutOfReach);
+  EXPECT_EQ(error.target, "P");
+  EXPECT_EQ(std::string(error.what()).find("plane P"), 0U) << error.what();
 }
 
 }  // namespace

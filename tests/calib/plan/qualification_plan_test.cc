@@ -9,6 +9,7 @@
 #include "calib/model/kinematics.h"
 #include "calib/plan/reach/pool.h"
 #include "tests/calib/simulate.h"
+#include "tests/calib/thrown.h"
 
 namespace cellcal::calib {
 namespace {
@@ -62,16 +63,16 @@ TEST(AQualificationPlan, KeepsClearOfTheSpheresThatItDoesNotTouch) {
 
 TEST(AQualificationPlan, TakesTheFirstSphereWhereNoneIsNamedAndNamesThoseThatThereAre) {
   EXPECT_EQ(qualification_target(demo_cell(), ""), demo_cell().targets.front().id);
-  try {
-    qualification_target(demo_cell(), "S9");
-    FAIL();
-  } catch (const PlanError& error) {
-    EXPECT_STREQ(error.what(),
-                 "target S9: no sphere with centre_mm of that name. There are: S1, S2, S3, S4");
-  }
+  const auto error =
+      testing::thrown<PlanError>([] { (void)qualification_target(demo_cell(), "S9"); });
+  EXPECT_EQ(error.kind, PlanError::Kind::kRequest);
+  EXPECT_EQ(error.target, "S9");
+  EXPECT_STREQ(error.what(),
+               "target S9: no sphere with centre_mm of that name. There are: S1, S2, S3, S4");
   Cell unknown = demo_cell();
   for (Target& target : unknown.targets) target.has_centre = false;
-  EXPECT_THROW(qualification_target(unknown, ""), PlanError);
+  EXPECT_EQ(testing::thrown<PlanError>([&] { (void)qualification_target(unknown, ""); }).kind,
+            PlanError::Kind::kCell);
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include "calib/plan/plan.h"
 #include "calib/plan/reach/candidates.h"
 #include "tests/calib/plan/ways.h"
+#include "tests/calib/thrown.h"
 
 namespace cellcal::calib {
 namespace {
@@ -35,24 +36,22 @@ const Plan& plan() {
   return made;
 }
 
-std::string refusal(const std::function<void()>& make) {
-  try {
-    make();
-  } catch (const PlanError& error) {
-    return error.what();
-  }
-  ADD_FAILURE() << "was not refused";
-  return {};
+using Kind = PlanError::Kind;
+
+PlanError refusal(const Cell& cell, const PlanOptions& options = small()) {
+  return testing::thrown<PlanError>([&] { (void)make_plan(cell, options); });
 }
 
-std::string refusal(const Cell& cell, const PlanOptions& options = small()) {
-  return refusal([&] { (void)make_plan(cell, options); });
+void expect_named(const PlanError& error, const char* words) {
+  EXPECT_NE(std::string(error.what()).find(words), std::string::npos) << error.what();
 }
 
 TEST(PlanRefusal, NamesASphereThatIsOutOfReachAmongOthers) {
   Cell cell = demo_cell();
   cell.targets[2].centre_m = {3.0, 0.0, 0.5};
-  EXPECT_NE(refusal(cell).find("S3"), std::string::npos) << refusal(cell);
+  const PlanError error = refusal(cell);
+  EXPECT_EQ(error.kind, Kind::kOutOfReach) << error.what();
+  EXPECT_EQ(error.target, "S3");
 }
 
 TEST(PlanRefusal, NamesALoneSphereThatIsOutOfReach) {
@@ -60,20 +59,23 @@ TEST(PlanRefusal, NamesALoneSphereThatIsOutOfReach) {
   cell.targets.resize(1);
   cell.lengths.clear();
   cell.targets[0].centre_m = {0.0, 0.0, 5.0};
-  EXPECT_NE(refusal(cell).find("S1"), std::string::npos) << refusal(cell);
+  const PlanError error = refusal(cell);
+  EXPECT_EQ(error.kind, Kind::kOutOfReach) << error.what();
+  EXPECT_EQ(error.target, "S1");
 }
 
 TEST(PlanRefusal, NamesASphereWithoutAPlace) {
   Cell cell = demo_cell();
   cell.targets[1].has_centre = false;
-  EXPECT_NE(refusal(cell).find("S2"), std::string::npos);
-  EXPECT_NE(refusal(cell).find("centre_mm"), std::string::npos);
+  const PlanError error = refusal(cell);
+  EXPECT_EQ(error.kind, Kind::kCell) << error.what();
+  EXPECT_EQ(error.target, "S2");
 }
 
 TEST(PlanRefusal, NeedsASphere) {
   Cell cell = demo_cell();
   for (Target& target : cell.targets) target.kind = TargetKind::kWire;
-  EXPECT_NE(refusal(cell).find("no sphere"), std::string::npos);
+  EXPECT_EQ(refusal(cell).kind, Kind::kCell);
 }
 
 TEST(PlanRefusal, LeavesOutWhatNoTouchesCanBePlannedOfAndSaysSo) {
@@ -94,19 +96,22 @@ TEST(PlanRefusal, LeavesOutWhatNoTouchesCanBePlannedOfAndSaysSo) {
 TEST(PlanRefusal, NamesTheJointWhoseSpeedTheRobotFileDoesNotState) {
   Cell cell = demo_cell();
   cell.robot.joints[3].max_speed_rad_s = 0.0;
-  for (const std::string& words :
-       {refusal(cell), refusal([&] { (void)resume_plan(cell, plan(), 0, plan().start); })}) {
-    EXPECT_NE(words.find("joint A4 has no max_speed_deg_s"), std::string::npos) << words;
+  for (const PlanError& error : {refusal(cell), testing::thrown<PlanError>([&] {
+                                   (void)resume_plan(cell, plan(), 0, plan().start);
+                                 })}) {
+    EXPECT_EQ(error.kind, Kind::kCell) << error.what();
+    EXPECT_EQ(error.joint, "A4");
+    expect_named(error, "joint A4 has no max_speed_deg_s");
   }
 }
 
 TEST(PlanRefusal, NeedsAFitTouchAndNoNegativeChecks) {
   PlanOptions options = small();
   options.fit_touches = 0;
-  EXPECT_NE(refusal(demo_cell(), options).find("fit touch"), std::string::npos);
+  EXPECT_EQ(refusal(demo_cell(), options).kind, Kind::kRequest);
   options = small();
   options.check_touches = -1;
-  (void)refusal(demo_cell(), options);
+  EXPECT_EQ(refusal(demo_cell(), options).kind, Kind::kRequest);
 }
 
 /// A box on the way, in the middle of the demo cell's spheres.
@@ -122,10 +127,11 @@ TEST(PlanRefusal, NamesSphereDirectionAndTheObstacleThatIsInTheWay) {
   Cell cell = demo_cell();
   // A hood over S3: within reach from everywhere, free from nowhere.
   cell.obstacles = {box("hood", cell.targets[2].centre_m, {0.2, 0.2, 0.1})};
-  const std::string message = refusal(cell);
-  EXPECT_NE(message.find("sphere S3"), std::string::npos) << message;
-  EXPECT_NE(message.find("from direction ("), std::string::npos) << message;
-  EXPECT_NE(message.find("obstacle hood"), std::string::npos) << message;
+  const PlanError error = refusal(cell);
+  EXPECT_EQ(error.kind, Kind::kInTheWay);
+  EXPECT_EQ(error.target, "S3");
+  for (const char* words : {"sphere S3", "from direction (", "obstacle hood"})
+    expect_named(error, words);
 }
 
 TEST(PlanRefusal, IsNotNeededWhereTheArmCanRestBesideWhatIsInTheWay) {
@@ -143,9 +149,10 @@ TEST(PlanRefusal, NamesWhatStandsWhereverTheArmCouldRest) {
   cell.lengths.clear();
   cell.targets.resize(2);  // the low ones, under a ceiling
   cell.obstacles = {box("ceiling", {0.3, 0.0, 1.25}, {2.8, 4.0, 0.7})};
-  const std::string message = refusal(cell);
-  EXPECT_NE(message.find("rests"), std::string::npos) << message;
-  EXPECT_NE(message.find("obstacle ceiling"), std::string::npos) << message;
+  const PlanError error = refusal(cell);
+  EXPECT_EQ(error.kind, Kind::kInTheWay);
+  EXPECT_EQ(error.target, "") << "the arm cannot even rest";
+  expect_named(error, "obstacle ceiling");
 }
 
 TEST(PlanRefusal, NamesWhatStandsBetweenTheArmAndASphere) {
@@ -156,21 +163,17 @@ TEST(PlanRefusal, NamesWhatStandsBetweenTheArmAndASphere) {
   cell.obstacles = {box("fence", {1.15, 0.20, 0.5}, {1.4, 0.01, 4.0})};
   cell.robot.joints[1].min_rad = -1.6;
   cell.robot.joints[2].max_rad = 2.3;
-  const std::string message = refusal(cell);
-  EXPECT_NE(message.find("sphere S4"), std::string::npos) << message;
-  EXPECT_NE(message.find("obstacle fence"), std::string::npos) << message;
+  const PlanError error = refusal(cell);
+  EXPECT_EQ(error.kind, Kind::kInTheWay);
+  EXPECT_EQ(error.target, "S4");
+  expect_named(error, "obstacle fence");
 }
 
-TEST(PlanRefusal, NamesWhatTheArmStandsTooCloseTo) {
-  JointVector from = plan().touches[0].end;
-  const std::string message = refusal([&] { (void)make_plan(demo_cell(), small(), from); });
-  EXPECT_NE(message.find("sphere " + plan().touches[0].target), std::string::npos) << message;
-}
-
-TEST(PlanRefusal, SaysWhenTheArmStandsTooCloseToStart) {
-  const std::string message =
-      refusal([] { (void)make_plan(demo_cell(), small(), plan().touches[0].end); });
-  EXPECT_NE(message.find("too close"), std::string::npos) << message;
+TEST(PlanRefusal, NamesWhatTheArmStandsTooCloseToToStart) {
+  const PlanError error = testing::thrown<PlanError>(
+      [] { (void)make_plan(demo_cell(), small(), plan().touches[0].end); });
+  EXPECT_EQ(error.kind, Kind::kArmStands);
+  expect_named(error, ("sphere " + plan().touches[0].target).c_str());
 }
 
 TEST(Resume, FromTheClearPointOfTheLastTouchGoesOnAsPlanned) {
@@ -228,8 +231,9 @@ TEST(Resume, FromAForeignPostureNearASphereIsRefused) {
   // On the search line of a touch long ago: not the line of this one or the last.
   const PlannedTouch& foreign = plan().touches[10];
   const JointVector from = between(foreign.standoff, foreign.end, 0.5);
-  const std::string message = refusal([&] { (void)resume_plan(demo_cell(), plan(), 20, from); });
-  EXPECT_NE(message.find("Jog it free"), std::string::npos) << message;
+  const PlanError error =
+      testing::thrown<PlanError>([&] { (void)resume_plan(demo_cell(), plan(), 20, from); });
+  EXPECT_EQ(error.kind, Kind::kArmStands) << error.what();
 }
 
 TEST(Resume, FromAFreePostureFarOffFindsAWay) {

@@ -32,6 +32,7 @@ class a_file_to_read : public ::testing::Test {
       read_file(path, most);
       return "";
     } catch (const FileError& error) {
+      EXPECT_EQ(error.file, path.string());
       return error.what();
     }
   }

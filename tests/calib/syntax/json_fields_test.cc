@@ -81,6 +81,7 @@ std::string refusal(const std::function<void(nlohmann::json&)>& harm) {
   try {
     (void)read(document);
   } catch (const FileError& error) {
+    EXPECT_EQ(error.file, "f.json") << error.what();
     return error.what();
   }
   return "was read";

@@ -20,6 +20,7 @@
 #include "tests/calib/check/changed_cell.h"
 #include "tests/calib/findings.h"
 #include "tests/calib/plan/meet.h"
+#include "tests/calib/thrown.h"
 
 namespace cellcal::calib {
 namespace {
@@ -31,7 +32,7 @@ const UpdateFacts kFacts{"session 3 of 2026-11-20", 1.0, {}, 60};
 
 double seconds_of(const Plan& plan) {
   Pace pace;
-  pace.foretold_m = first_update_touches().before_m;
+  pace.predicted_m = first_update_touches().before_m;
   return duration_s(plan, demo_cell().robot, pace);
 }
 
@@ -233,10 +234,14 @@ TEST(Update, RefusesWhatNothingCanStandOnAndWhatCreptMakesItLessSure) {
             session.result().update->reached_m);
   Calibration bare = calibration();
   bare.covariance.resize(0, 0);
-  EXPECT_THROW((void)update(bare, session.touches, kFacts), IdentifyError);
+  const auto kind = [&](const Calibration& last) {
+    return testing::thrown<IdentifyError>([&] { (void)update(last, session.touches, kFacts); })
+        .kind;
+  };
+  EXPECT_EQ(kind(bare), IdentifyError::Kind::kCalibration);
   Calibration elsewhere = calibration();
   elsewhere.targets.pop_back();
-  EXPECT_THROW((void)update(elsewhere, session.touches, kFacts), IdentifyError);
+  EXPECT_EQ(kind(elsewhere), IdentifyError::Kind::kCalibration);
 }
 
 TEST(Update, StandsOnAnUpdateAsOnAnyCalibration) {

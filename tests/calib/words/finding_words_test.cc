@@ -118,7 +118,7 @@ TEST(FindingWords, OfWhatTheFilesState) {
   a4_theta.name = "A4.theta";
   EXPECT_EQ(said(FindingKind::kOffNominal, {}, {{"may_be_so", 1.0, ""}},
                  {{a4_theta, {{"off", 1.1, "deg"}, {"tolerances", 22.0, ""}}}}),
-            "far from the drawing: A4.theta off by 1.1 deg (22 tolerances). Check robot file and "
+            "far from nominal: A4.theta off by 1.1 deg (22 tolerances). Check robot file and "
             "tool, and whether the arm is mastered; if all are right, state a larger tolerance");
   EXPECT_EQ(said(FindingKind::kEffectiveRadius, {}, {{"off", -1.5, "mm"}, {"apart", 5.0, "sigma"}},
                  {}, {}, Severity::kWarns),

@@ -22,44 +22,44 @@ calib::CheckSeen check(int day, bool holds = true, calib::LeftOut out = calib::L
   return one;
 }
 
-Said said_of(const std::vector<calib::CheckSeen>& checks, double now_s) {
+PublishedAdvice advice_by(const std::vector<calib::CheckSeen>& checks, double now_s) {
   calib::DriftChart chart = calib::drift_chart(checks);
   calib::age(chart, now_s);
   return advice_of(chart, now_s);
 }
 
-TEST(Advice, IsUnknownWithoutACheck) { EXPECT_EQ(said_of({}, kFirst), Said()); }
+TEST(Advice, IsUnknownWithoutACheck) { EXPECT_EQ(advice_by({}, kFirst), PublishedAdvice()); }
 
 TEST(Advice, HoldsForTwoWeeksBehindACheckThatHeld) {
-  const Said said = said_of({check(0)}, kFirst + kDay);
-  EXPECT_EQ(said.advice, Advice::kHolds);
-  EXPECT_EQ(said.until_day, 2026 * 372 + 1 * 31 + 15);
+  const PublishedAdvice advice = advice_by({check(0)}, kFirst + kDay);
+  EXPECT_EQ(advice.advice, Advice::kHolds);
+  EXPECT_EQ(advice.until_day, 2026 * 372 + 1 * 31 + 15);
 }
 
 TEST(Advice, FewChecksSayNothingTwoWeeksLater) {
-  EXPECT_EQ(said_of({check(0)}, kFirst + 13 * kDay).advice, Advice::kHolds);
-  EXPECT_EQ(said_of({check(0)}, kFirst + 15 * kDay), Said());
+  EXPECT_EQ(advice_by({check(0)}, kFirst + 13 * kDay).advice, Advice::kHolds);
+  EXPECT_EQ(advice_by({check(0)}, kFirst + 15 * kDay), PublishedAdvice());
 }
 
 TEST(Advice, SaysToCheckAgainTwoWeeksBehindTheNewestOfMany) {
   std::vector<calib::CheckSeen> checks;
   for (int day = 0; day < 6; ++day) checks.push_back(check(day));
-  EXPECT_EQ(said_of(checks, kFirst + 6 * kDay).advice, Advice::kHolds);
-  EXPECT_EQ(said_of(checks, kFirst + 20 * kDay).advice, Advice::kCheckAgain);
+  EXPECT_EQ(advice_by(checks, kFirst + 6 * kDay).advice, Advice::kHolds);
+  EXPECT_EQ(advice_by(checks, kFirst + 20 * kDay).advice, Advice::kCheckAgain);
 }
 
 TEST(Advice, SaysToCheckAgainBehindACheckThatDecidedNothing) {
-  EXPECT_EQ(said_of({check(0), check(1, true, calib::LeftOut::kUndecided)}, kFirst + kDay),
-            (Said{Advice::kCheckAgain, 0}));
+  EXPECT_EQ(advice_by({check(0), check(1, true, calib::LeftOut::kUndecided)}, kFirst + kDay),
+            (PublishedAdvice{Advice::kCheckAgain, 0}));
 }
 
 TEST(Advice, NamesWhatACheckThatDidNotHoldAsksFor) {
-  EXPECT_EQ(said_of({check(0), check(1, false)}, kFirst + kDay).advice, Advice::kRemeasureTcp);
+  EXPECT_EQ(advice_by({check(0), check(1, false)}, kFirst + kDay).advice, Advice::kRemeasureTcp);
   calib::CheckSeen sphere = check(1, false, calib::LeftOut::kNotTheTool);
   sphere.changed = calib::ChangeKind::kSphere;
-  EXPECT_EQ(said_of({check(0), sphere}, kFirst + kDay).advice, Advice::kRecalibrate);
+  EXPECT_EQ(advice_by({check(0), sphere}, kFirst + kDay).advice, Advice::kRecalibrate);
   sphere.changed = calib::ChangeKind::kGrowth;
-  EXPECT_EQ(said_of({check(0), sphere}, kFirst + kDay).advice, Advice::kLetItWarmUp);
+  EXPECT_EQ(advice_by({check(0), sphere}, kFirst + kDay).advice, Advice::kLetItWarmUp);
 }
 
 TEST(Advice, DaysGrowOverTheEndsOfMonthsAndYears) {

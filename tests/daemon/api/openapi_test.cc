@@ -36,16 +36,16 @@ std::string lower(std::string text) {
 }
 
 TEST(the_description, names_every_route_of_the_table_with_its_role_and_no_other) {
-  std::set<std::string> there, told;
+  std::set<std::string> there, documented;
   for (const Api::Route& route : Api::routes()) {
     there.insert(lower(route.method) + " " + route.path + " " + to_string(route.role));
   }
   for (const auto& [path, methods] : described().document().at("paths").items()) {
     for (const auto& [method, operation] : methods.items()) {
-      told.insert(method + " " + path + " " + operation.at("x-role").get<std::string>());
+      documented.insert(method + " " + path + " " + operation.at("x-role").get<std::string>());
     }
   }
-  EXPECT_EQ(there, told);
+  EXPECT_EQ(there, documented);
 }
 
 TEST(the_description, says_of_every_parameter_in_a_path_what_it_is) {
@@ -255,13 +255,13 @@ TEST_F(a_described_api, answers_as_it_is_described) {
   position = {};
   position.trouble = drivers::EkiPositionTrouble::kMoves;
   EXPECT_EQ(ask("POST", "/v1/position", "").status, 409);
-  AdviceStatus told;
-  api.use([&] { return told; });
+  AdviceStatus advice;
+  api.use([&] { return advice; });
   EXPECT_TRUE(json::parse(ask("GET", "/v1/drift").body).at("controller").is_null());
-  told.configured = true;
-  told.trouble = "no connection";
+  advice.configured = true;
+  advice.trouble = "no connection";
   EXPECT_TRUE(json::parse(ask("GET", "/v1/drift").body)["controller"]["value"].is_null());
-  told = {true, Advice::kRecalibrate, "2026-01-01T00:00:00.000Z", ""};
+  advice = {true, Advice::kRecalibrate, "2026-01-01T00:00:00.000Z", ""};
   EXPECT_EQ(json::parse(ask("GET", "/v1/drift").body)["controller"]["value"], 5);
   EXPECT_EQ(ask("GET", "/v1/frames").status, 404);
   api.use(frames);

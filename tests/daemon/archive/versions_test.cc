@@ -123,7 +123,7 @@ TEST_F(a_cells_versions, of_another_robot_tool_or_journal_are_not_activated) {
   EXPECT_EQ(why_not(serial_7), Why::kForeign);
   const std::int64_t serial_8 = calibrate({.identity = "[identity]\nrobot_serial = \"8\"\n"});
   EXPECT_EQ(why_not(longer), Why::kForeign) << "of another tool";
-  EXPECT_EQ(why_not(serial_7), Why::kForeign) << "of another arm of the same drawing";
+  EXPECT_EQ(why_not(serial_7), Why::kForeign) << "of another arm of the same nominal geometry";
   const std::int64_t unknown = calibrate();
   EXPECT_EQ(why_not(serial_8), Why::kForeign) << "the newest does not say which arm it is of";
   calibrate({.identity = "[identity]\nrobot_serial = \"8\"\n"});

@@ -34,12 +34,12 @@ TEST_F(the_certificate_command,
   const Outcome made =
       certify({"--key", dir / "k", "--out", dir / "c", "--issued-by", "Q. Auditor", "--json"});
   ASSERT_EQ(made.status, 0) << made.err;
-  const auto told = nlohmann::json::parse(made.out);
-  EXPECT_TRUE(told["signed"]);
+  const auto printed = nlohmann::json::parse(made.out);
+  EXPECT_TRUE(printed["signed"]);
   const Outcome verified = verify("c", "k.pub");
   ASSERT_EQ(verified.status, 0) << verified.err;
   const auto is = nlohmann::json::parse(verified.out);
-  EXPECT_EQ(is["certificate"], told["number"]);
+  EXPECT_EQ(is["certificate"], printed["number"]);
   EXPECT_EQ(is["signed_by"], "Q. Auditor");
   EXPECT_EQ(is["emulated"], false);
   EXPECT_EQ(is["files"].size(), 3u);
@@ -68,10 +68,10 @@ TEST_F(the_certificate_command, of_an_emulated_cell_is_named_by_verify) {
   const auto is = nlohmann::json::parse(verify("c/certificate.html", "k.pub").out);
   EXPECT_EQ(is["emulated"], true);
   EXPECT_TRUE(is["certificate"].get<std::string>().starts_with("emulated-")) << is;
-  const Outcome told = run_program({CELLCAL, "verify", dir / "c", "--key", dir / "k.pub"});
-  EXPECT_NE(told.out.find("emulated cell: a simulation, no real robot was touched"),
+  const Outcome checked = run_program({CELLCAL, "verify", dir / "c", "--key", dir / "k.pub"});
+  EXPECT_NE(checked.out.find("emulated cell: a simulation, no real robot was touched"),
             std::string::npos)
-      << told.out;
+      << checked.out;
 }
 
 TEST_F(the_certificate_command, writes_nothing_where_the_key_cannot_be_used) {

@@ -73,22 +73,22 @@ double rounding(const std::string& text) {
 
 /// What is printed is what its origin names; else why not.
 std::string complaint(const Printed& printed, const Origins& origins) {
-  const std::string told = printed.from + " -> " + printed.text + ": ";
+  const std::string where = printed.from + " -> " + printed.text + ": ";
   try {
     const std::variant<double, std::string> is = origins.at(printed.from);
     if (const auto* text = std::get_if<std::string>(&is))
-      return *text == printed.text ? "" : told + "it is " + *text;
+      return *text == printed.text ? "" : where + "it is " + *text;
     const std::string ascii = replaced(printed.text, "\xE2\x88\x92", "-");
     if (!std::regex_match(ascii, std::regex("-?[0-9]+(\\.[0-9]+)?(e[-+][0-9]+)?")))
-      return told + "no number";
+      return where + "no number";
     // Where the base is fitted another way, a micrometre is of the second order.
     const double way =
         printed.from.starts_with("scope#") || printed.from.starts_with("found#") ? 1e-3 : 1e-9;
     const double value = std::get<double>(is);
     const bool same = std::abs(std::stod(ascii) - value) <= rounding(ascii) * 1.0001 + way;
-    return same ? "" : told + "it is " + std::to_string(value);
+    return same ? "" : where + "it is " + std::to_string(value);
   } catch (const std::exception& error) {
-    return told + error.what();
+    return where + error.what();
   }
 }
 
@@ -185,10 +185,10 @@ TEST_F(a_certificate, as_data_has_the_entries_of_the_document) {
   for (const Printed& one : entries_of(to_html(data), rest))
     if (!one.from.starts_with("method#") && !one.from.starts_with("unit("))
       printed.emplace(one.from, one.text);
-  std::set<std::pair<std::string, std::string>> told;
+  std::set<std::pair<std::string, std::string>> traced;
   const std::function<void(const nlohmann::json&)> walk = [&](const nlohmann::json& value) {
     if (value.is_object() && value.contains("from") && value.contains("text")) {
-      if (value["text"] != "") told.emplace(value["from"], value["text"]);
+      if (value["text"] != "") traced.emplace(value["from"], value["text"]);
       return;
     }
     if (value.is_structured())
@@ -198,8 +198,8 @@ TEST_F(a_certificate, as_data_has_the_entries_of_the_document) {
   EXPECT_EQ(json.at("format"), "cellcal.certificate/1");
   EXPECT_TRUE(json.at("emulated").is_null()) << "of a real one";
   walk(json);
-  EXPECT_TRUE(std::includes(told.begin(), told.end(), printed.begin(), printed.end()));
-  EXPECT_LE(told.size(), printed.size() + 2);  // where and why it went on is not printed
+  EXPECT_TRUE(std::includes(traced.begin(), traced.end(), printed.begin(), printed.end()));
+  EXPECT_LE(traced.size(), printed.size() + 2);  // where and why it went on is not printed
 }
 
 TEST(a_number, that_is_not_its_origins_is_found) {

@@ -60,14 +60,15 @@ TEST(the_drift, takes_an_answer_of_another_daemon_for_what_it_is) {
     EXPECT_NE(drift_text(json::parse(odd)), "") << odd;
 }
 
-TEST(the_drift, ends_with_what_the_controller_was_told_and_why_it_was_not) {
-  EXPECT_EQ(told_text(json()), "");
-  EXPECT_EQ(told_text({{"value", 1}, {"told", "holds"}, {"told_at", "2026-11-23T12:00:00Z"}}),
-            "CELLCAL_ADVICE on the controller: 1 (holds), since 2026-11-23T12:00:00Z\n");
-  EXPECT_EQ(told_text({{"value", nullptr}, {"told", nullptr}, {"trouble", "no answer"}}),
+TEST(the_drift, ends_with_what_the_controller_acknowledged_and_why_it_did_not) {
+  EXPECT_EQ(acknowledged_text(json()), "");
+  EXPECT_EQ(
+      acknowledged_text({{"value", 1}, {"told", "holds"}, {"told_at", "2026-11-23T12:00:00Z"}}),
+      "CELLCAL_ADVICE on the controller: 1 (holds), since 2026-11-23T12:00:00Z\n");
+  EXPECT_EQ(acknowledged_text({{"value", nullptr}, {"told", nullptr}, {"trouble", "no answer"}}),
             "CELLCAL_ADVICE not confirmed: no answer\n");
   for (const json& odd : {json("x"), json::array({1}), json{{"value", 1e300}, {"trouble", 3}}})
-    EXPECT_EQ(told_text(odd), "");
+    EXPECT_EQ(acknowledged_text(odd), "");
 }
 
 }  // namespace

@@ -64,11 +64,11 @@ std::string reason(const std::string& text, const CellForm& form) {
 
 /// What the reader says that it knows where `wrong_key` stands.
 std::set<std::string> known(const std::string& text, const CellForm& form) {
-  const std::string told = reason(text, form), mark = "known here are: ";
-  const std::size_t at = told.find(mark);
-  EXPECT_NE(at, std::string::npos) << told;
+  const std::string message = reason(text, form), mark = "known here are: ";
+  const std::size_t at = message.find(mark);
+  EXPECT_NE(at, std::string::npos) << message;
   std::set<std::string> names;
-  const std::string list = at == std::string::npos ? "" : told.substr(at + mark.size());
+  const std::string list = at == std::string::npos ? "" : message.substr(at + mark.size());
   const std::regex word("[a-z0-9_]+");
   for (std::sregex_iterator one(list.begin(), list.end(), word), end; one != end; ++one)
     names.insert(one->str());

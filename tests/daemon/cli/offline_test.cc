@@ -289,7 +289,7 @@ TEST(a_calibrated_arm, is_written_for_other_programs_and_its_urdf_read_as_a_robo
   EXPECT_NE(content(robot).find("name = \"A6\""), std::string::npos) << content(robot);
   const Outcome other = run_program({CELLCAL, "export-robot", "--calibration", calibration,
                                      "--withheld", "--urdf", urdf, "-o", again});
-  EXPECT_EQ(other.status, 1) << "its joints are the calibrated ones, not the drawing's";
+  EXPECT_EQ(other.status, 1) << "its joints are the calibrated ones, not the nominal ones";
   EXPECT_NE(other.err.find("joint \"joint_a"), std::string::npos) << other.err;
 }
 

@@ -39,7 +39,7 @@ std::string calibration(unsigned seed, double scale = 0.5, bool published = true
   return calib::calibration_to_json(c);
 }
 
-/// Eight arms, nearer to their drawing than it states; one of them twice, with its serial number.
+/// Eight arms, nearer to nominal than it states; one of them twice, with its serial number.
 void write_fleet(const fs::path& folder) {
   for (unsigned arm = 1; arm < 8; ++arm)
     write(folder / ("arm" + std::to_string(arm) + ".json"), calibration(arm));
@@ -126,7 +126,7 @@ TEST(priors_of_a_fleet, are_none_of_withheld_calibrations_alone) {
   EXPECT_FALSE(fs::exists(dir / "priors.toml"));
 }
 
-TEST(priors_of_another_drawing, are_refused_by_name) {
+TEST(priors_of_another_nominal_geometry, are_refused_by_name) {
   const TemporaryDirectory dir;
   write_fleet(dir / "fleet");
   const std::string file = dir / "priors.toml", robot = dir / "mine.toml";

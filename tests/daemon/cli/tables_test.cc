@@ -46,12 +46,12 @@ TEST(the_result, is_ten_lines_that_keep_back_nothing_to_look_at) {
     calibration.outliers.push_back({k, 0.0005});
     calibration.outliers.back().text = "off S1";
   }
-  calib::Finding told, warned;
-  told.kind = calib::FindingKind::kGain;
-  told.severity = calib::Severity::kInforms;
+  calib::Finding informed, warned;
+  informed.kind = calib::FindingKind::kGain;
+  informed.severity = calib::Severity::kInforms;
   warned.kind = calib::FindingKind::kNoCheckTouches;
   warned.severity = calib::Severity::kWarns;
-  calibration.verdict.findings = {told, warned};
+  calibration.verdict.findings = {informed, warned};
   const std::string brief = result_words(calibration);
   EXPECT_LE(std::count(brief.begin(), brief.end(), '\n'), 10) << brief;
   EXPECT_NE(brief.find(
@@ -59,11 +59,11 @@ TEST(the_result, is_ten_lines_that_keep_back_nothing_to_look_at) {
             std::string::npos)
       << brief;
   EXPECT_NE(brief.find("  - " + calib::words(warned)), std::string::npos) << brief;
-  EXPECT_EQ(brief.find("  - " + calib::words(told)), std::string::npos) << brief;
+  EXPECT_EQ(brief.find("  - " + calib::words(informed)), std::string::npos) << brief;
   const std::string all = result_words(calibration, {}, Detail::kAll);
   for (const char* one : {"chi^2", "not identifiable", "outlier: touch 9: off S1"})
     EXPECT_NE(all.find(one), std::string::npos) << one;
-  EXPECT_NE(all.find("  - " + calib::words(told)), std::string::npos) << all;
+  EXPECT_NE(all.find("  - " + calib::words(informed)), std::string::npos) << all;
 }
 
 TEST(the_result, says_in_words_what_the_touches_cannot_tell) {

@@ -63,12 +63,12 @@ std::set<std::string> known(const std::string& table) {
                                                        "]]\nname = \"n\"\ncell = \"/c\"\n" +
                                                        "from = \"22:00\"\nto = \"05:00\"\n" + wrong
                                                  : top + contact + "[" + table + "]\n" + wrong;
-  const std::string told = reason(text);
+  const std::string message = reason(text);
   const std::string mark = "known here are: ";
-  const std::size_t at = told.find(mark);
-  EXPECT_NE(at, std::string::npos) << table << ": " << told;
+  const std::size_t at = message.find(mark);
+  EXPECT_NE(at, std::string::npos) << table << ": " << message;
   std::set<std::string> names;
-  const std::string list = told.substr(at + mark.size());
+  const std::string list = message.substr(at + mark.size());
   const std::regex word("[a-z0-9_]+");
   for (std::sregex_iterator one(list.begin(), list.end(), word), end; one != end; ++one)
     names.insert(one->str());

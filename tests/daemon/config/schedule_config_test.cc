@@ -61,9 +61,9 @@ TEST(a_schedule_in_the_configuration, that_is_wrong_is_refused_with_line_and_key
       {"when = \"now\"\n", "when"},
       {kNightly, "name"}};
   for (const auto& [text, words] : kWrong) {
-    const std::string told = reason(kNightly + text);
-    EXPECT_NE(told.find("d.toml:"), std::string::npos) << text << told;
-    EXPECT_NE(told.find(words), std::string::npos) << text << told;
+    const std::string message = reason(kNightly + text);
+    EXPECT_NE(message.find("d.toml:"), std::string::npos) << text << message;
+    EXPECT_NE(message.find(words), std::string::npos) << text << message;
   }
   for (const char* time : {"24:00", "22:60", "9:00", "22.00", "", "22:000", "aa:bb", "-1:00"}) {
     const std::string text = "[[schedule.session]]\nname = \"n\"\ncell = \"/c\"\nfrom = \"" +

@@ -76,11 +76,11 @@ TEST_F(a_watch, says_that_the_tool_creeps_since_when_and_what_to_do) {
   checks(30, 0.008e-3);
   const auto drift = look();
   ASSERT_EQ(drift->chart.state, DriftState::kAlarms);
-  ASSERT_TRUE(drift->chart.course);
-  EXPECT_NEAR(static_cast<double>(drift->chart.course->since), 26.0, 12.0);
-  EXPECT_NEAR(drift->chart.course->now_m.norm(), 0.24e-3, 0.08e-3);
-  ASSERT_FALSE(drift->chart.course->causes.empty());
-  EXPECT_EQ(drift->chart.course->causes.front().kind, calib::ChangeKind::kTool);
+  ASSERT_TRUE(drift->chart.trend);
+  EXPECT_NEAR(static_cast<double>(drift->chart.trend->since), 26.0, 12.0);
+  EXPECT_NEAR(drift->chart.trend->now_m.norm(), 0.24e-3, 0.08e-3);
+  ASSERT_FALSE(drift->chart.trend->causes.empty());
+  EXPECT_EQ(drift->chart.trend->causes.front().kind, calib::ChangeKind::kTool);
   EXPECT_EQ(drift->chart.advice, DriftAdvice::kRemeasureTcp);
 }
 

@@ -10,16 +10,16 @@ namespace cellcal::daemon::fleet::testing {
 void publish(std::uint16_t port, const std::vector<Publication>& all) {
   std::atomic<std::size_t> taken{0};
   std::atomic<bool> connected{false};
-  struct Told {
+  struct Progress {
     std::atomic<std::size_t>& taken;
     std::atomic<bool>& connected;
-  } told{taken, connected};
+  } progress{taken, connected};
   mosquitto_lib_init();
-  mosquitto* client = mosquitto_new(nullptr, true, &told);
+  mosquitto* client = mosquitto_new(nullptr, true, &progress);
   mosquitto_connect_callback_set(
-      client, [](mosquitto*, void* to, int) { static_cast<Told*>(to)->connected = true; });
+      client, [](mosquitto*, void* to, int) { static_cast<Progress*>(to)->connected = true; });
   mosquitto_publish_callback_set(
-      client, [](mosquitto*, void* to, int) { ++static_cast<Told*>(to)->taken; });
+      client, [](mosquitto*, void* to, int) { ++static_cast<Progress*>(to)->taken; });
   const bool began = mosquitto_connect(client, "127.0.0.1", port, 60) == MOSQ_ERR_SUCCESS &&
                      mosquitto_loop_start(client) == MOSQ_ERR_SUCCESS &&
                      within_reach([&] { return connected.load(); });

@@ -134,14 +134,14 @@ TEST_F(outbox, beyond_its_bound_drops_the_oldest_telemetry_says_which_and_never_
   EXPECT_EQ(telemetry + journal->outbox().dropped, 60);
   EXPECT_EQ(rows[1].number, 3) << "the second fact, the oldest telemetry, is gone";
   EXPECT_EQ(rows[1].report.kind, "activation");
-  std::int64_t told = 0, last = 0;
+  std::int64_t reported = 0, last = 0;
   for (const WaitingReport& row : rows) {
     if (row.report.kind != "dropped") continue;
     std::int64_t first = 0, count = 0;
     ASSERT_EQ(std::sscanf(row.report.body.c_str(), "%ld-%ld %ld", &first, &last, &count), 3);
-    told += count;
+    reported += count;
   }
-  EXPECT_EQ(told, journal->outbox().dropped);
+  EXPECT_EQ(reported, journal->outbox().dropped);
   EXPECT_LT(last, first_kept);
 }
 

@@ -14,7 +14,7 @@ namespace cellcal::daemon::testing {
 namespace {
 
 /// What the child says through memory of both.
-struct Said {
+struct Progress {
   int touches = 0;    ///< whose calls had returned
   int attempted = 0;  ///< whose calls had begun
 };
@@ -22,18 +22,18 @@ struct Said {
 class Shared {
  public:
   Shared()
-      : said_(new (::mmap(nullptr, sizeof(Said), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS,
-                          -1, 0)) Said) {}
-  ~Shared() { ::munmap(said_, sizeof(Said)); }
-  Said* operator->() const { return said_; }
+      : progress_(new (::mmap(nullptr, sizeof(Progress), PROT_READ | PROT_WRITE,
+                              MAP_SHARED | MAP_ANONYMOUS, -1, 0)) Progress) {}
+  ~Shared() { ::munmap(progress_, sizeof(Progress)); }
+  Progress* operator->() const { return progress_; }
 
  private:
-  Said* said_;
+  Progress* progress_;
 };
 
 constexpr int kTouches = 5;
 
-void record_session(const std::filesystem::path& path, const Shared& said) {
+void record_session(const std::filesystem::path& path, const Shared& progress) {
   Journal journal(path);
   const std::int64_t id = journal.begin({"/c", std::string(9000, 'c'), "/r", "robot", "{}"}, "t0");
   journal.record(id, RecordPlan{"hash", kTouches});
@@ -43,9 +43,9 @@ void record_session(const std::filesystem::path& path, const Shared& said) {
     journal.note(id, contact);
     journal.note(id, RecordChange{});
     journal.record(id, RecordReading{static_cast<std::size_t>(i), 0, {}});
-    said->attempted = i + 1;
+    progress->attempted = i + 1;
     journal.record(id, RecordTouch{static_cast<std::size_t>(i), touch_at(0.1 + i)});
-    said->touches = i + 1;
+    progress->touches = i + 1;
   }
   journal.record(id, RecordEnd{Ending::kDone, ""}, "t1");
 }
@@ -54,21 +54,21 @@ struct Count {
   int cuts = 0, behind = 0;
 };
 
-void expect_nothing_lost(const std::filesystem::path& path, const Shared& said, Count& count,
+void expect_nothing_lost(const std::filesystem::path& path, const Shared& progress, Count& count,
                          const std::string& where) {
   ++count.cuts;
   ASSERT_EQ(refusal(path), "") << where;
   Journal journal(path);
   const auto sessions = journal.sessions();
   if (sessions.empty()) {
-    ASSERT_EQ(said->touches, 0) << where;
+    ASSERT_EQ(progress->touches, 0) << where;
     return;
   }
   const std::int64_t id = sessions[0].id;
   const std::vector<calib::Touch> touches = journal.touches(id);
-  ASSERT_GE(static_cast<int>(touches.size()), said->touches) << where;
-  ASSERT_LE(static_cast<int>(touches.size()), said->attempted) << where;
-  count.behind += static_cast<int>(touches.size()) > said->touches;
+  ASSERT_GE(static_cast<int>(touches.size()), progress->touches) << where;
+  ASSERT_LE(static_cast<int>(touches.size()), progress->attempted) << where;
+  count.behind += static_cast<int>(touches.size()) > progress->touches;
   for (std::size_t i = 0; i < touches.size(); ++i)
     ASSERT_EQ(touches[i], touch_at(0.1 + static_cast<double>(i))) << where;
   if (sessions[0].state == "done") return;
@@ -87,11 +87,11 @@ TEST_P(a_session_whose_power_is_cut, at_any_write_keeps_every_touch_whose_call_h
   Count count;
   for (long at = 0;; ++at) {
     const TemporaryDirectory dir;
-    const Shared said;
+    const Shared progress;
     if (!is_cut_in({dir.path(), at, GetParam(), static_cast<unsigned>(at) + 1},
-                   [&] { record_session(dir / "j.db", said); }))
+                   [&] { record_session(dir / "j.db", progress); }))
       break;
-    expect_nothing_lost(dir / "j.db", said, count, "cut at write " + std::to_string(at));
+    expect_nothing_lost(dir / "j.db", progress, count, "cut at write " + std::to_string(at));
     if (HasFatalFailure()) return;
   }
   std::printf(

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <set>
+
 #include "calib/model/error.h"
 #include "tests/daemon/krl/fixture.h"
 
@@ -21,8 +23,10 @@ void survive(const krl::ProgramFiles& f) {
     EXPECT_EQ(result.files.empty(), !result.refusals.empty());
     for (const krl::Refusal& one : result.refusals) EXPECT_NE(words(one, cell().robot), "");
   } catch (const calib::FileError& error) {
-    const std::string words = error.what();
-    EXPECT_TRUE(words.starts_with("weld.") || words.starts_with("$config")) << words;
+    std::set<std::string> names{f.src.name};
+    if (f.dat) names.insert(f.dat->name);
+    for (const krl::KrlFile& file : f.controller) names.insert(file.name);
+    EXPECT_TRUE(names.contains(error.file)) << error.what();
   }
 }
 

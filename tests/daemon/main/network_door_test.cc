@@ -109,13 +109,13 @@ TEST_F(a_daemon_on_the_network, runs_a_session_once_the_cell_was_said_to_be_clea
   EXPECT_EQ(ask(look, "POST", "/v1/doctor", cell).status, 403) << "it reads a file";
   wait_until_idle();
   EXPECT_EQ(fixture.status()["phase"], "done");
-  const std::string told = follower.read_until("\"phase\":\"done\"");
+  const std::string events = follower.read_until("\"phase\":\"done\"");
   for (int index = 0; index < 8; ++index) {
     const std::string one = "data: {\"index\":" + std::to_string(index) + ",";
-    EXPECT_NE(told.find(one), std::string::npos) << index;
-    EXPECT_EQ(told.find(one), told.rfind(one)) << index;
+    EXPECT_NE(events.find(one), std::string::npos) << index;
+    EXPECT_EQ(events.find(one), events.rfind(one)) << index;
   }
-  expect_events_as_described(told);
+  expect_events_as_described(events);
   EXPECT_EQ(ask(operate, "POST", "/v1/run", run).status, 412) << "it counted once";
   EXPECT_EQ(ask(look, "GET", "/v1/sessions/1/touches?limit=3&after=3").body()["touches"].size(),
             3u);

@@ -104,7 +104,7 @@ TEST(a_session, is_seen_by_a_sparkplug_host_and_none_begins_by_one) {
     for (const char* metric : {"State/Running", "Session/Number", "Node Control/Rebirth"})
       host.say(std::string("spBv1.0/graz/") + command + "/weld-3",
                plant::sparkplug::payload({{metric, plant::sparkplug::DataType::kBoolean, true}}, 1,
-                                         std::nullopt, plant::sparkplug::Types::kTold));
+                                         std::nullopt, plant::sparkplug::Types::kDeclared));
   host.until([&](const auto& all) {
     return std::ranges::count_if(all, [&](const Heard& one) { return is(one, "NBIRTH"); }) == 2;
   });

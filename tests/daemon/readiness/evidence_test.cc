@@ -124,6 +124,15 @@ TEST_F(a_cell, whose_robot_file_is_wrong_says_which_of_the_two_it_is) {
   EXPECT_EQ(steps().find("cell wrong, robot todo"), 0u) << "it names a file that is not there";
 }
 
+TEST_F(a_cell, whose_mesh_is_not_there_is_wrong_itself_and_not_its_robot_file) {
+  write(text +
+        "\n[[obstacle]]\nid = \"fixture\"\nshape = \"mesh\"\nfile = \"none.stl\"\n"
+        "xyz_mm = [0.0, 0.0, 0.0]\n");
+  EXPECT_EQ(steps().find("cell wrong, robot todo"), 0u) << steps();
+  EXPECT_NE(evidence.cell_file->words.find("none.stl"), std::string::npos)
+      << evidence.cell_file->words;
+}
+
 TEST_F(a_cell, that_contradicts_itself_or_has_a_sphere_nowhere_stops_at_the_spheres) {
   write(with("mm = 700.286", "mm = 770.286"));
   EXPECT_EQ(next(), "spheres");

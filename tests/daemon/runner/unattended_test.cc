@@ -9,7 +9,7 @@ namespace {
 
 using drivers::OperatingMode;
 
-Script told(OperatingMode mode, std::optional<int> override_percent) {
+Script script_of(OperatingMode mode, std::optional<int> override_percent) {
   Script script;
   script.mode = mode;
   script.override_percent = override_percent;
@@ -25,8 +25,9 @@ State run(Script script, bool unattended, std::size_t* moves = nullptr) {
 }
 
 TEST(a_session_without_a_person, ends_before_its_first_motion_where_somebody_works_at_the_robot) {
-  const Script kSomebody[] = {told(OperatingMode::kT1, {}), told(OperatingMode::kT2, 100),
-                              told(OperatingMode::kExt, 30), told(OperatingMode::kUnknown, 0)};
+  const Script kSomebody[] = {script_of(OperatingMode::kT1, {}), script_of(OperatingMode::kT2, 100),
+                              script_of(OperatingMode::kExt, 30),
+                              script_of(OperatingMode::kUnknown, 0)};
   for (const Script& script : kSomebody) {
     std::size_t moves = 1;
     const State end = run(script, true, &moves);
@@ -38,8 +39,8 @@ TEST(a_session_without_a_person, ends_before_its_first_motion_where_somebody_wor
 }
 
 TEST(a_session_without_a_person, goes_on_where_nobody_does_or_the_link_does_not_tell) {
-  EXPECT_EQ(run(told(OperatingMode::kAut, 100), true).phase, Phase::kDone);
-  EXPECT_EQ(run(told(OperatingMode::kExt, {}), true).phase, Phase::kDone);
+  EXPECT_EQ(run(script_of(OperatingMode::kAut, 100), true).phase, Phase::kDone);
+  EXPECT_EQ(run(script_of(OperatingMode::kExt, {}), true).phase, Phase::kDone);
   EXPECT_EQ(run({}, true).phase, Phase::kDone);
 }
 

@@ -102,7 +102,7 @@ class HangingBackend final : public Backend {
  public:
   drivers::Robot& robot() override {
     if (hangs) {
-      if (!std::exchange(told, true)) hanging.set_value();
+      if (!std::exchange(reported, true)) hanging.set_value();
       go_on.get_future().wait();
       hangs = false;
     }
@@ -114,7 +114,7 @@ class HangingBackend final : public Backend {
   bool devices_alive() override { return devices; }
 
   testing::FakeBackend fake;
-  bool hangs = false, told = false;
+  bool hangs = false, reported = false;
   std::atomic<bool> devices{true};
   std::promise<void> hanging, go_on;
 };

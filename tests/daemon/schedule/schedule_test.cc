@@ -85,7 +85,7 @@ struct a_schedule : ::testing::Test {
   void restart() {
     schedule = std::make_unique<Schedule>(
         Schedule::Parts{cell, dir / "schedule.json", [this] { return config; }, [this] { return utc; },
-                        [this] { return steady; }, [this](const Decision& d) { told.push_back(d); }});
+                        [this] { return steady; }, [this](const Decision& d) { reported.push_back(d); }});
   }
   void pass(UtcSeconds seconds) {
     utc += seconds;
@@ -98,7 +98,7 @@ struct a_schedule : ::testing::Test {
   }
   int count(Verb verb, Why why) const {
     int found = 0;
-    for (const Decision& d : told) found += d.verb == verb && d.why == why ? 1 : 0;
+    for (const Decision& d : reported) found += d.verb == verb && d.why == why ? 1 : 0;
     return found;
   }
 
@@ -108,7 +108,7 @@ struct a_schedule : ::testing::Test {
   ScheduleConfig config;
   UtcSeconds utc = 0;
   Schedule::Steady steady{std::chrono::hours(1)};
-  std::vector<Decision> told;
+  std::vector<Decision> reported;
   std::unique_ptr<Schedule> schedule;
 };
 
@@ -273,15 +273,15 @@ TEST_F(a_schedule, begins_in_a_window_that_a_clock_set_wrong_had_made_missed) {
 TEST_F(a_schedule, tells_of_windows_in_which_the_daemon_was_not_running) {
   pass(5);
   utc += 2 * kDay;
-  told.clear();
+  reported.clear();
   restart();
   pass(5);
   EXPECT_EQ(count(Verb::kMissed, Why::kNotRunning), 2);
   EXPECT_EQ(count(Verb::kClock, Why::kNothing), 0);
-  told.clear();
+  reported.clear();
   restart();
   pass(5);
-  EXPECT_TRUE(told.empty()) << "each once";
+  EXPECT_TRUE(reported.empty()) << "each once";
 }
 
 TEST_F(a_schedule, tells_that_a_window_does_not_exist_where_clocks_are_set_forward_over_it) {
@@ -310,12 +310,12 @@ TEST_F(a_schedule, does_not_count_windows_before_it_was_there) {
   live(4 * kDay, 3600);
   cell.end(State::kDone);
   live(kHour);
-  told.clear();
+  reported.clear();
   ScheduledSession other = config.sessions[0];
   other.name = "other";
   config.sessions.push_back(other);
   live(kHour);
-  EXPECT_TRUE(told.empty());
+  EXPECT_TRUE(reported.empty());
 }
 
 TEST_F(a_schedule, begins_nothing_that_it_could_not_record_before) {
@@ -340,7 +340,7 @@ TEST_F(a_schedule, refuses_a_session_whose_file_is_wrong_once_a_night_with_its_w
   cell.wrong = "c.toml:3: no such robot";
   live(kDay);
   EXPECT_EQ(count(Verb::kRefused, Why::kCannotBegin), 1);
-  EXPECT_NE(words(told.back()).find("c.toml:3"), std::string::npos) << words(told.back());
+  EXPECT_NE(words(reported.back()).find("c.toml:3"), std::string::npos) << words(reported.back());
 }
 
 Failure late() { return {FailureKind::kRobotSilent, "late", drivers::Interruption::kLateReplies}; }

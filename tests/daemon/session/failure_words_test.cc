@@ -37,6 +37,24 @@ struct failure_words : ::testing::Test {
   Event event;
 };
 
+TEST(a_failure_in_the_journal, is_read_as_it_was_written) {
+  for (int kind = 0; kind <= static_cast<int>(F::kUnexpectedEvent); ++kind)
+    for (const char* detail :
+         {"", "no contact up to 8 mm", "touch 3 of 40 (S2): 12 ms: late", ":"}) {
+      const Failure failure{static_cast<F>(kind), detail};
+      EXPECT_EQ(failure_from_journal(to_journal(failure)), failure) << to_journal(failure);
+    }
+  EXPECT_EQ(to_journal({F::kNoContact, "no contact up to 8 mm"}),
+            "no-contact: no contact up to 8 mm")
+      << "as journals of earlier versions have it";
+}
+
+TEST(a_failure_in_the_journal, that_is_of_no_kind_known_here_is_unexpected) {
+  EXPECT_EQ(failure_from_journal(""), Failure{});
+  EXPECT_EQ(failure_from_journal("of-tomorrow: x"), (Failure{F::kUnexpectedEvent, "x"}));
+  EXPECT_EQ(failure_from_journal("no-contact"), (Failure{F::kNoContact, ""}));
+}
+
 TEST_F(failure_words, name_the_touch_that_was_being_made) {
   event.words = "gone";
   EXPECT_EQ(in(kTransit), "touch 1 of 2 (S1): gone");

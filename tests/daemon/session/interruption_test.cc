@@ -60,12 +60,12 @@ TEST_P(a_harmless_interruption, of_any_move_is_gone_on_from_where_the_owner_allo
     EXPECT_EQ(end.interruptions, 1) << move;
     EXPECT_EQ(session.recorder.touches.size(), 2u) << move;
     EXPECT_EQ(session.done.size(), 2u) << move;
-    const bool told = std::any_of(
+    const bool reported = std::any_of(
         session.recorder.notes.begin(), session.recorder.notes.end(), [](const std::string& note) {
           return note.find("interruption 1 of at most 1, resuming automatically: robot-silent") ==
                  0;
         });
-    EXPECT_TRUE(told) << move;
+    EXPECT_TRUE(reported) << move;
     // The touch that is on disk is not made again, and nothing moved before a new reference.
     if (how_often(session, Phase::kRecovering) == 0) continue;
     EXPECT_EQ(session.backend.world.references, 2) << move;

@@ -12,6 +12,7 @@
 #include "daemon/tasks/planned_round.h"
 #include "tests/calib/plan/meet.h"
 #include "tests/calib/simulate.h"
+#include "tests/calib/thrown.h"
 #include "tests/daemon/journal/temporary_directory.h"
 
 namespace cellcal::daemon::testing {
@@ -86,7 +87,8 @@ TEST(a_planned_round, offers_nothing_of_what_the_controllers_session_does_not_re
   calib::Plan far = first;
   far.touches[0].standoff = far.touches[0].end = far.touches[0].clear =
       calib::JointVector{2.0, -1.57, 1.57, 0.0, 0.5, 0.0};
-  EXPECT_THROW(round.add(far), calib::PlanError);
+  EXPECT_EQ(calib::testing::thrown<calib::PlanError>([&] { round.add(far); }).kind,
+            calib::PlanError::Kind::kOutOfReach);
   EXPECT_EQ(round.plan().touches.size(), 1U);
   EXPECT_EQ(round.progress().checks_left, 1);
 }

@@ -148,10 +148,10 @@ TEST_F(a_found_arm, is_told_with_touches_verdict_and_findings) {
   SessionRecord record;
   record.id = 9;
   record.state = "done";
-  const json told = json::parse(figures_to_json(record, cell, {touch}, &found));
-  EXPECT_EQ(told.at("session"), 9);
-  EXPECT_EQ(told.at("result").at("publish"), true);
-  EXPECT_NEAR(told.at("touches").at(0).at("residual_mm").get<double>(), 0.3, 1e-5);
+  const json figures = json::parse(figures_to_json(record, cell, {touch}, &found));
+  EXPECT_EQ(figures.at("session"), 9);
+  EXPECT_EQ(figures.at("result").at("publish"), true);
+  EXPECT_NEAR(figures.at("touches").at(0).at("residual_mm").get<double>(), 0.3, 1e-5);
   const json running = json::parse(figures_to_json(record, cell, {touch}, nullptr));
   EXPECT_TRUE(running.at("result").is_null());
   EXPECT_TRUE(running.at("touches").at(0).at("residual_mm").is_null());

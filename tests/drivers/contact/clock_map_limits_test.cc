@@ -217,10 +217,10 @@ TEST(ClockMapLimits, FollowsADriftWhicheverSampleCameFirst) {
     }
     EXPECT_NEAR(map.drift_ppm(), ppm, 0.05);
     const double later = 40.0;
-    const double told =
+    const double estimated =
         std::chrono::duration<double>(map.to_host(ticks(later * (1 + ppm * 1e-6))) - at(later))
             .count();
-    EXPECT_NEAR(1e6 * told, 0.0, 2.0);
+    EXPECT_NEAR(1e6 * estimated, 0.0, 2.0);
   }
 }
 

@@ -14,7 +14,7 @@
 #include "tests/drivers/cycle/cycle_rules.h"
 #include "tests/drivers/cycle/syscall_trace.h"
 #include "tests/drivers/kuka/eki/eki_rig.h"
-#include "tests/drivers/kuka/patience.h"
+#include "tests/drivers/kuka/eventually.h"
 
 namespace cellcal::test {
 namespace {

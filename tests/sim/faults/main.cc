@@ -37,7 +37,7 @@ struct Count {
   }
 };
 
-/// Journals of the runs: a disk's patience is not what is looked at.
+/// Journals of the runs: how long a disk takes is not what is looked at.
 class Folder {
  public:
   Folder() {

@@ -15,7 +15,7 @@ using std::chrono::milliseconds;
 
 double seconds(Duration d) { return std::chrono::duration<double>(d).count(); }
 
-/// No session of two touches lasts so long, its patience with every phase included.
+/// No session of two touches lasts so long, its timeouts of every phase included.
 constexpr std::chrono::minutes kLongestRun{10};
 /// Longer than every fault that passes: what comes back is back by then.
 constexpr milliseconds kAfterwards{3000};
@@ -285,8 +285,8 @@ void Matrix::judge_reconnection(Run& run) {
   cell.new_adapters();
   cell.robot().open();
   cell.contact().open();
-  const TimePoint patience = cell.now() + std::chrono::seconds(15);
-  while (cell.robot().state().link != drivers::RobotLink::kNotReferenced && cell.now() < patience) {
+  const TimePoint deadline = cell.now() + std::chrono::seconds(15);
+  while (cell.robot().state().link != drivers::RobotLink::kNotReferenced && cell.now() < deadline) {
     cell.live(milliseconds(1));
   }
   if (cell.robot().state().link != drivers::RobotLink::kNotReferenced) {

@@ -54,13 +54,13 @@ class EkiKrc : public ::testing::Test {
   void run(drivers::Duration duration, bool beats = true) {
     for (const auto end = now + duration; now < end;) {
       tick();
-      if (beats && krc->connected() && now - last_told > 40ms) tell(2);
+      if (beats && krc->connected() && now - last_sent > 40ms) tell(2);
     }
   }
   void run_to_rest() {
     for (int i = 0; i < 10000; ++i) {
       tick();
-      if (krc->connected() && now - last_told > 40ms) tell(2);
+      if (krc->connected() && now - last_sent > 40ms) tell(2);
       if (state.progress == EkiProgress::kDone && state.move_id == id) return;
     }
     ADD_FAILURE() << "no end";
@@ -74,7 +74,7 @@ class EkiKrc : public ::testing::Test {
     krc->receive("<RobotCommand Session=\"5\" Seq=\"" + std::to_string(++seq) + "\" Type=\"" +
                  std::to_string(type) + "\" Id=\"" + std::to_string(id) + "\">" + axes + "<Move " +
                  move + "/></RobotCommand>");
-    last_told = now;
+    last_sent = now;
   }
   void go(double a1_deg,
           const std::string& move = "Guard=\"0\" Path=\"1\" Percent=\"50\" Duration=\"0\"") {
@@ -88,7 +88,7 @@ class EkiKrc : public ::testing::Test {
   std::unique_ptr<EkiController> krc;
   drivers::EkiParser parser;
   drivers::EkiState state;
-  drivers::TimePoint now{1000s}, last_told{};
+  drivers::TimePoint now{1000s}, last_sent{};
   std::function<void()> after_tick;
   std::uint32_t seq = 0, id = 0;
   int states = 0;

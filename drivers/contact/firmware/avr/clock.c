@@ -119,11 +119,11 @@ void clock_watch_pin(void) {
 
 void clock_output(bool free, bool by_edge) {
   ATOMIC_BLOCK(ATOMIC_RESTORESTATE) {
-    const bool untold = edges_in != edges_out || (TIFR1 & (1 << ICF1)) != 0;
+    const bool edge_pending = edges_in != edges_out || (TIFR1 & (1 << ICF1)) != 0;
     output_by_edge = by_edge;
     if (!free) {
       PORTD &= (uint8_t) ~(1 << OUTPUT_BIT);
-    } else if (!untold || !by_edge) {
+    } else if (!edge_pending || !by_edge) {
       PORTD |= (1 << OUTPUT_BIT);
     }
   }

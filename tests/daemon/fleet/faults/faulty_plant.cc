@@ -89,8 +89,8 @@ class Plant {
     for (const auto& cell : cells_) {
       truths.push_back(cell->truth());
       results += static_cast<std::size_t>(
-          std::count_if(truths.back().told.begin(), truths.back().told.end(),
-                        [](const Told& told) { return told.is_result(); }));
+          std::count_if(truths.back().facts.begin(), truths.back().facts.end(),
+                        [](const ReportedFact& fact) { return fact.is_result(); }));
     }
     while (!nothing_waits() || stored_results(database_) < results) {
       if (Clock::now() - begun > kGiveUp) {

@@ -98,7 +98,7 @@ std::string ReportingCell::now() const {
 }
 
 void ReportingCell::tell(const char* kind, std::int64_t session, const std::string& time) {
-  told_.push_back({kind, session, time});
+  facts_.push_back({kind, session, time});
 }
 
 void ReportingCell::session(SessionKind kind, std::size_t touches, bool calibration) {
@@ -217,10 +217,10 @@ std::string ReportingCell::words() {
 Truth ReportingCell::truth() {
   const std::lock_guard lock(mutex_);
   const OutboxCount count = journal_->outbox();
-  if (count.newest != static_cast<std::int64_t>(told_.size()))
+  if (count.newest != static_cast<std::int64_t>(facts_.size()))
     throw std::runtime_error(fmt::format("{}: the journal has numbers to {}, told of {}", name_,
-                                         count.newest, told_.size()));
-  return {name_, count.source, told_};
+                                         count.newest, facts_.size()));
+  return {name_, count.source, facts_};
 }
 
 }  // namespace cellcal::daemon::fleet::testing

@@ -16,7 +16,7 @@
 namespace cellcal::daemon::fleet::testing {
 
 /// One fact as the journal was given it.
-struct Told {
+struct ReportedFact {
   std::string kind;
   std::int64_t session = 0;
   std::string time;  ///< of the cell's clock; empty: the journal's own
@@ -27,7 +27,7 @@ struct Told {
 /// All of one cell; that with number n stands at n - 1.
 struct Truth {
   std::string cell, journal;
-  std::vector<Told> told;
+  std::vector<ReportedFact> facts;
 };
 
 /// Any thread, but one at a time connects.
@@ -74,7 +74,7 @@ class ReportingCell {
   std::unique_ptr<Journal> journal_;
   std::shared_ptr<const Reporter> alone_;  ///< while there is no line
   std::unique_ptr<plant::Publisher> publisher_;
-  std::vector<Told> told_;
+  std::vector<ReportedFact> facts_;
 };
 
 }  // namespace cellcal::daemon::fleet::testing

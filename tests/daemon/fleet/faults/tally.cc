@@ -41,7 +41,7 @@ void count_rows(pqxx::work& work, const Table& table,
     const auto journal = row[1].as<std::string>();
     const auto number = row[2].as<std::int64_t>();
     if (cell == all.end() || cell->second->journal != journal || number < 1 ||
-        number > static_cast<std::int64_t>(cell->second->told.size())) {
+        number > static_cast<std::int64_t>(cell->second->facts.size())) {
       ++tally.strangers;
       continue;
     }
@@ -49,11 +49,11 @@ void count_rows(pqxx::work& work, const Table& table,
       ++tally.twice;
       continue;
     }
-    const Told& told = cell->second->told[static_cast<std::size_t>(number - 1)];
-    if (told.kind != table.kind || told.session != row[3].as<std::int64_t>() ||
-        (!told.time.empty() && told.time != row[4].as<std::string>()))
+    const ReportedFact& fact = cell->second->facts[static_cast<std::size_t>(number - 1)];
+    if (fact.kind != table.kind || fact.session != row[3].as<std::int64_t>() ||
+        (!fact.time.empty() && fact.time != row[4].as<std::string>()))
       ++tally.out_of_order;
-    ++(told.is_result() ? tally.stored_results : tally.stored_telemetry);
+    ++(fact.is_result() ? tally.stored_results : tally.stored_telemetry);
   }
 }
 
@@ -73,16 +73,16 @@ Tally tally(const std::string& database, const std::vector<Truth>& cells) {
   for (const Table& table : kTables) count_rows(work, table, all, seen, tally);
   for (const Truth& cell : cells) {
     std::int64_t newest_session = 0;
-    for (std::size_t i = 0; i < cell.told.size(); ++i) {
+    for (std::size_t i = 0; i < cell.facts.size(); ++i) {
       const bool is_there = seen.contains({cell.journal, static_cast<std::int64_t>(i) + 1});
-      if (cell.told[i].is_result()) {
+      if (cell.facts[i].is_result()) {
         ++tally.results;
         tally.missing_results += is_there ? 0 : 1;
       } else {
         ++tally.telemetry;
         tally.missing_telemetry += is_there ? 0 : 1;
       }
-      if (cell.told[i].kind == "session") newest_session = cell.told[i].session;
+      if (cell.facts[i].kind == "session") newest_session = cell.facts[i].session;
     }
     if (newest_session == 0) continue;
     const pqxx::result state = work.exec_params(
@@ -108,7 +108,7 @@ std::size_t stored_results(const std::string& database) {
   pqxx::work work(connection);
   std::size_t count = 0;
   for (const Table& table : kTables)
-    if (Told{table.kind, 0, ""}.is_result())
+    if (ReportedFact{table.kind, 0, ""}.is_result())
       count += number(work, fmt::format("SELECT count(*) FROM fleet.{}", table.name));
   return count;
 }

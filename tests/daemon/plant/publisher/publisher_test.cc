@@ -315,12 +315,12 @@ TEST_F(publisher, says_of_a_fact_that_is_too_large_for_any_plant_that_it_is_drop
   journal.activate({id, "2026-01-02T00:00:00.000Z", "anna", "warm"});
   wait_until([&] { return journal.outbox().rows == 0; });
   const auto facts = facts_in(plant.all());
-  const Fact* const told = fact_with(facts, 2);
-  ASSERT_NE(told, nullptr);
-  EXPECT_EQ(std::get<plant::DroppedFact>(told->body),
+  const Fact* const notice = fact_with(facts, 2);
+  ASSERT_NE(notice, nullptr);
+  EXPECT_EQ(std::get<plant::DroppedFact>(notice->body),
             (plant::DroppedFact{2, 2, 1, plant::DropReason::kTooLarge, "certificate",
                                 static_cast<std::int64_t>(large.body.size())}));
-  EXPECT_EQ(told->session, id);
+  EXPECT_EQ(notice->session, id);
   EXPECT_NE(fact_with(facts, 3), nullptr);
 }
 
@@ -419,12 +419,12 @@ TEST_F(publisher, says_of_a_result_of_a_damaged_session_that_it_is_dropped_and_g
   plant.until(number_heard(4));
   wait_until([&] { return journal.outbox().rows == 0; });
   const auto facts = facts_in(plant.all());
-  const Fact* const told = fact_with(facts, 2);
-  ASSERT_NE(told, nullptr);
+  const Fact* const notice = fact_with(facts, 2);
+  ASSERT_NE(notice, nullptr);
   EXPECT_EQ(
-      std::get<plant::DroppedFact>(told->body),
+      std::get<plant::DroppedFact>(notice->body),
       (plant::DroppedFact{2, 2, 1, plant::DropReason::kDamaged, "calibration", std::nullopt}));
-  EXPECT_EQ(told->session, 1);
+  EXPECT_EQ(notice->session, 1);
 }
 
 TEST_F(publisher, waits_for_a_disk_that_is_away_and_drops_nothing_for_it) {
@@ -524,16 +524,16 @@ TEST_F(publisher, that_takes_another_s_place_is_born_behind_its_farewell_and_no_
   person.join();
   wait_until([&] { return journal.outbox().rows == 0; });
   std::vector<std::pair<std::string, bool>> presences;
-  int told = 0;
+  int published = 0;
   for (const Heard& one : plant.all()) {
     if (const auto presence = presence_in({one}))
       presences.emplace_back(presence->of.cell, presence->online);
     else if (one.topic.ends_with("/fact/activation"))
-      ++told;
+      ++published;
   }
   EXPECT_EQ(presences,
             (decltype(presences){{"weld-3", true}, {"weld-3", false}, {"weld-4", true}}));
-  EXPECT_GE(told, said);
+  EXPECT_GE(published, said);
 }
 
 TEST_F(publisher, goes_on_where_the_journal_cannot_report_to_the_one_that_was_to_take_its_place) {

@@ -41,10 +41,10 @@ struct reporter : ::testing::Test {
 };
 
 TEST_F(reporter, tells_what_a_session_is_for_and_how_it_stands) {
-  const auto told = telling.session(session_of(SessionKind::kCalibrate, "aborted"));
-  ASSERT_EQ(told.size(), 1u);
-  EXPECT_EQ(told[0].worth, daemon::Worth::kResult);
-  const auto fact = std::get<plant::SessionFact>(body_of(told[0]));
+  const auto reports = telling.session(session_of(SessionKind::kCalibrate, "aborted"));
+  ASSERT_EQ(reports.size(), 1u);
+  EXPECT_EQ(reports[0].worth, daemon::Worth::kResult);
+  const auto fact = std::get<plant::SessionFact>(body_of(reports[0]));
   EXPECT_EQ(fact.state, plant::SessionState::kAborted);
   EXPECT_EQ(fact.purpose, "calibrate");
 }
@@ -53,9 +53,9 @@ TEST_F(reporter, tells_the_result_of_a_check_with_its_end_byte_for_byte) {
   const std::string document = calib::check_to_json({.holds = true, .touches = 9}) + "\n";
   std::ofstream(dir / "check.json") << document;
   EXPECT_EQ(telling.session(session_of(SessionKind::kCheck, "running")).size(), 1u);
-  const auto told = telling.session(session_of(SessionKind::kCheck, "done"));
-  ASSERT_EQ(told.size(), 2u);
-  const auto fact = std::get<plant::CheckFact>(body_of(told[0]));
+  const auto reports = telling.session(session_of(SessionKind::kCheck, "done"));
+  ASSERT_EQ(reports.size(), 2u);
+  const auto fact = std::get<plant::CheckFact>(body_of(reports[0]));
   EXPECT_EQ(fact.held, plant::Held::kYes);
   EXPECT_EQ(fact.against, 3);
   EXPECT_EQ(fact.document, document);
@@ -63,18 +63,18 @@ TEST_F(reporter, tells_the_result_of_a_check_with_its_end_byte_for_byte) {
 
 TEST_F(reporter, tells_of_the_end_of_a_check_whose_result_cannot_be_read) {
   std::ofstream(dir / "check.json") << "{";
-  const auto told = telling.session(session_of(SessionKind::kCheck, "done"));
-  ASSERT_EQ(told.size(), 2u);
-  EXPECT_EQ(told[0].kind, "alarm");
-  EXPECT_EQ(told[1].kind, "session");
+  const auto reports = telling.session(session_of(SessionKind::kCheck, "done"));
+  ASSERT_EQ(reports.size(), 2u);
+  EXPECT_EQ(reports[0].kind, "alarm");
+  EXPECT_EQ(reports[1].kind, "session");
 }
 
 TEST_F(reporter, tells_of_touches_only_where_it_was_asked_to) {
   const RecordTouch touch{4, touch_at(0.5)};
-  const auto told = telling.touch(touch);
-  ASSERT_EQ(told.size(), 1u);
-  EXPECT_EQ(told[0].worth, daemon::Worth::kTelemetry);
-  EXPECT_EQ(std::get<plant::TouchFact>(body_of(told[0])).index, 4u);
+  const auto reports = telling.touch(touch);
+  ASSERT_EQ(reports.size(), 1u);
+  EXPECT_EQ(reports[0].worth, daemon::Worth::kTelemetry);
+  EXPECT_EQ(std::get<plant::TouchFact>(body_of(reports[0])).index, 4u);
   EXPECT_TRUE(PlantReporter({}).touch(touch).empty());
 }
 
@@ -104,9 +104,9 @@ TEST_F(reporter, speaks_under_its_cell_s_name_and_for_those_that_it_had) {
 }
 
 TEST_F(reporter, never_lets_word_of_what_was_dropped_be_dropped) {
-  const Report told = telling.dropped(3, 9, 5);
-  EXPECT_EQ(told.worth, daemon::Worth::kResult);
-  EXPECT_EQ(std::get<plant::DroppedFact>(body_of(told)), (plant::DroppedFact{3, 9, 5}));
+  const Report dropped_report = telling.dropped(3, 9, 5);
+  EXPECT_EQ(dropped_report.worth, daemon::Worth::kResult);
+  EXPECT_EQ(std::get<plant::DroppedFact>(body_of(dropped_report)), (plant::DroppedFact{3, 9, 5}));
 }
 
 }  // namespace

@@ -41,7 +41,7 @@ std::vector<Payload> of_type(const std::vector<Heard>& heard, const std::string&
 }
 
 std::string rebirth() {
-  return payload({{kRebirth, DataType::kBoolean, true}}, 1, std::nullopt, Types::kTold);
+  return payload({{kRebirth, DataType::kBoolean, true}}, 1, std::nullopt, Types::kDeclared);
 }
 
 struct a_sparkplug_node : ::testing::Test {
@@ -117,7 +117,7 @@ TEST_F(a_sparkplug_node, is_born_again_where_a_host_asks_and_by_nothing_else_tha
   until_there_are(1, "NDATA");
   for (const std::string& noise :
        {std::string(), std::string("not protobuf"), std::string(100000, '\xff'),
-        payload({{"Session/Touches", DataType::kInt64, std::int64_t{0}}}, 1, {}, Types::kTold)})
+        payload({{"Session/Touches", DataType::kInt64, std::int64_t{0}}}, 1, {}, Types::kDeclared)})
     host.say("spBv1.0/graz/NCMD/weld-3", noise);
   host.say("spBv1.0/graz/NCMD/weld-4", rebirth());
   host.say("spBv1.0/graz/NCMD/weld-3", rebirth());

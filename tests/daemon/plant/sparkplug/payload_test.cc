@@ -37,7 +37,7 @@ TEST(a_birth, has_names_times_types_and_values_under_the_numbers_of_the_standard
                          {"on", DataType::kBoolean, true},
                          {"words", DataType::kString, std::string("one two")},
                          {"when", DataType::kDateTime, std::int64_t{1700000000000}}},
-                        1500, 0, Types::kTold)),
+                        1500, 0, Types::kDeclared)),
             "1: 1500\n"
             "2 {\n  1: \"bdSeq\"\n  3: 1500\n  4: 4\n  11: 3\n}\n"
             "2 {\n  1: \"mm\"\n  3: 1500\n  4: 10\n  13: 0x3ff0000000000000\n}\n"
@@ -55,14 +55,14 @@ TEST(data, has_no_types_and_what_is_not_known_is_null) {
 }
 
 TEST(a_death, has_no_sequence_number) {
-  EXPECT_EQ(
-      raw(payload({{"bdSeq", DataType::kInt64, std::int64_t{0}}}, 7, std::nullopt, Types::kTold)),
-      "1: 7\n2 {\n  1: \"bdSeq\"\n  3: 7\n  4: 4\n  11: 0\n}\n");
+  EXPECT_EQ(raw(payload({{"bdSeq", DataType::kInt64, std::int64_t{0}}}, 7, std::nullopt,
+                        Types::kDeclared)),
+            "1: 7\n2 {\n  1: \"bdSeq\"\n  3: 7\n  4: 4\n  11: 0\n}\n");
 }
 
 TEST(a_command, asks_for_a_birth_by_that_metric_with_true_alone) {
   const auto command = [](const std::string& name, auto value) {
-    return payload({{name, DataType::kBoolean, value}}, 1, std::nullopt, Types::kTold);
+    return payload({{name, DataType::kBoolean, value}}, 1, std::nullopt, Types::kDeclared);
   };
   EXPECT_TRUE(asks_for_rebirth(command(kRebirth, true)));
   EXPECT_FALSE(asks_for_rebirth(command(kRebirth, false)));
@@ -73,13 +73,13 @@ TEST(a_command, asks_for_a_birth_by_that_metric_with_true_alone) {
 
 TEST(a_command, that_is_cut_off_oversized_or_noise_asks_for_nothing) {
   const std::string whole =
-      payload({{kRebirth, DataType::kBoolean, true}}, 1, std::nullopt, Types::kTold);
+      payload({{kRebirth, DataType::kBoolean, true}}, 1, std::nullopt, Types::kDeclared);
   for (std::size_t size = 0; size < whole.size(); ++size)
     EXPECT_FALSE(asks_for_rebirth(std::string_view(whole).substr(0, size))) << size;
   EXPECT_FALSE(asks_for_rebirth(
       payload({{kRebirth, DataType::kBoolean, true},
                {"long", DataType::kString, std::string(std::size_t{1} << 17, 'x')}},
-              1, std::nullopt, Types::kTold)));
+              1, std::nullopt, Types::kDeclared)));
   std::minstd_rand chance(1);
   for (int i = 0; i < 20000; ++i) {
     std::string noise = whole;

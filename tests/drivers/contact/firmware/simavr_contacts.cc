@@ -35,7 +35,7 @@ double largest(const std::vector<double>& values) {
 class Series {
  public:
   Series(int baud, unsigned seed)
-      : bench_(baud), random_(seed), patience_(milliseconds{3} + kFrames * frame_time(baud)) {}
+      : bench_(baud), random_(seed), wait_(milliseconds{3} + kFrames * frame_time(baud)) {}
 
   bool run(int contacts) {
     if (!bench_.get_ready()) {
@@ -81,12 +81,12 @@ class Series {
     bench_.board.take_pin_edges();
     const TimePoint touch = bench_.now() + nanoseconds{draw(0, 500'000)};
     const TimePoint settled = bounce(touch, true);
-    bench_.run(settled - bench_.now() + patience_);
+    bench_.run(settled - bench_.now() + wait_);
     const auto edges = bench_.board.take_pin_edges();
     judge_touch(id, touch, edges.empty() ? 0 : edges.front().cycle);
     bench_.events.clear();
     const TimePoint open = bounce(bench_.now() + microseconds{draw(0, 300)}, false);
-    bench_.run(open - bench_.now() + patience_);
+    bench_.run(open - bench_.now() + wait_);
     if (bench_.count(ContactEventKind::kRelease) != 1) ++missed_;
     if (bench_.events.size() != 1) ++false_trips_;
   }
@@ -157,7 +157,7 @@ class Series {
 
   SimavrBench bench_;
   std::mt19937 random_;
-  Duration patience_;        ///< for the last event to be confirmed, sent and acknowledged
+  Duration wait_;            ///< for the last event to be confirmed, sent and acknowledged
   std::uint32_t stamp_ = 0;  ///< of the last TRIP
   int missed_ = 0, false_trips_ = 0, wrong_ = 0, beyond_ = 0, refused_ = 0;
   std::vector<double> latency_ms_, stamp_us_, host_off_us_;

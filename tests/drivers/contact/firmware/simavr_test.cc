@@ -64,7 +64,7 @@ TEST(SimavrSensor, ATouchGivesTripContactAndRelease) {
 struct Break {
   const char* name;
   bool feed, sense, touching;
-  bool told;
+  bool fault_detected;
 };
 
 void PrintTo(const Break& b, std::ostream* out) { *out << b.name; }
@@ -87,7 +87,7 @@ TEST_P(SimavrLoop, TheSelfTestTellsABreakFromATouch) {
   bench.run(milliseconds{200});
   const ContactStatus s = bench.contact.status();
   EXPECT_TRUE(s.in_contact);
-  EXPECT_EQ(s.loop_ok, !GetParam().told) << s.words;
+  EXPECT_EQ(s.loop_ok, !GetParam().fault_detected) << s.words;
 }
 
 INSTANTIATE_TEST_SUITE_P(Wires, SimavrLoop,

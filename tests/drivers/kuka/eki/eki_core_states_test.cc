@@ -12,7 +12,7 @@ namespace {
 struct EkiStates : testing::Test {
   explicit EkiStates(const EkiConfig& config = eki_config()) : core(config, &guard) {}
 
-  struct Said {
+  struct Command {
     unsigned seq = 0, type = 0, id = 0;
   };
 
@@ -54,8 +54,8 @@ struct EkiStates : testing::Test {
         const auto value = out.find(name, at) + std::string(name).size();
         return static_cast<unsigned>(std::stoul(out.substr(value)));
       };
-      said.push_back({number(" Seq=\""), number(" Type=\""), number(" Id=\"")});
-      if (reads) heard = said.back().seq;
+      commands.push_back({number(" Seq=\""), number(" Type=\""), number(" Id=\"")});
+      if (reads) heard = commands.back().seq;
     }
   }
   void reference() {
@@ -67,7 +67,7 @@ struct EkiStates : testing::Test {
     connect();
     say_times(12);
     reference();
-    said.clear();
+    commands.clear();
   }
   void begin(double a1_to_deg) {
     AxisAngles target{core.state().actual_rad};
@@ -87,9 +87,9 @@ struct EkiStates : testing::Test {
     core.on_closed(now);
     heard = 0;
   }
-  std::vector<Said> of(EkiType type) const {
-    std::vector<Said> found;
-    for (const Said& one : said) {
+  std::vector<Command> of(EkiType type) const {
+    std::vector<Command> found;
+    for (const Command& one : commands) {
       if (one.type == static_cast<unsigned>(type)) found.push_back(one);
     }
     return found;
@@ -114,7 +114,7 @@ struct EkiStates : testing::Test {
   int decimals = 4, override_percent = 100, fault = 0;
   bool ready = true, drives = true, stopped = false, input = false;
   std::string more;
-  std::vector<Said> said;
+  std::vector<Command> commands;
 };
 
 // ---- before and behind a connection -----------------------------------------------------------------
@@ -124,7 +124,7 @@ TEST_F(EkiStates, WithoutAConnectionNothingIsSaidAndNothingIsLost) {
   EXPECT_EQ(facts().link, RobotLink::kDown);
   EXPECT_EQ(facts().loss, EkiLoss::kNone);
   EXPECT_FALSE(core.wants_close());
-  EXPECT_TRUE(said.empty());
+  EXPECT_TRUE(commands.empty());
   core.rereference();
   EXPECT_EQ(facts().link, RobotLink::kDown);
   core.on_bytes(state(), now);
@@ -138,10 +138,10 @@ TEST_F(EkiStates, AClosedConnectionIsDeafAndMuteAndKeepsTheNameOfItsLoss) {
   EXPECT_FALSE(facts().connected);
   EXPECT_EQ(facts().trouble, EkiTrouble::kNotConnected);
   EXPECT_EQ(facts().link, RobotLink::kLost);
-  said.clear();
+  commands.clear();
   for (int i = 0; i < 300; ++i) tick();
   core.on_bytes(state(), now);
-  EXPECT_TRUE(said.empty());
+  EXPECT_TRUE(commands.empty());
   EXPECT_EQ(facts().states, states);
   EXPECT_EQ(facts().link, RobotLink::kLost);
   EXPECT_EQ(facts().loss, EkiLoss::kClosed) << "not of its silence since";
@@ -156,11 +156,11 @@ TEST_F(EkiStates, WhatComesBehindALossOnTheSameConnectionIsNotBelieved) {
   EXPECT_TRUE(core.wants_close());
   const std::uint64_t states = facts().states;
   obeyed.reset();
-  said.clear();
+  commands.clear();
   say_times(20);
   EXPECT_EQ(facts().link, RobotLink::kLost);
   EXPECT_EQ(facts().states, states);
-  EXPECT_TRUE(said.empty());
+  EXPECT_TRUE(commands.empty());
 }
 
 TEST_F(EkiStates, EachConnectionCountsAndJudgesAnew) {
@@ -174,7 +174,7 @@ TEST_F(EkiStates, EachConnectionCountsAndJudgesAnew) {
   progress = EkiProgress::kIdle;
   move_id = 0;
   decimals = 1;
-  said.clear();
+  commands.clear();
   connect();
   EXPECT_EQ(facts().other_session, 0u);
   EXPECT_EQ(facts().decimals_seen, 0);
@@ -446,7 +446,7 @@ TEST_F(EkiStates, AMoveThatIsStoppedBeforeThereWasRoomForItIsNeverSaid) {
   EXPECT_EQ(cancelled.outcome, MoveOutcome::kStopped);
   EXPECT_FALSE(facts().moving);
   reads = true;
-  heard = said.empty() ? heard : said.back().seq;
+  heard = commands.empty() ? heard : commands.back().seq;
   say_times(10);
   EXPECT_TRUE(of(EkiType::kMove).empty()) << "it must not begin later";
   begin(5.0);
@@ -461,7 +461,7 @@ TEST_F(EkiStates, TelegramsThatAreNotReadAreNamed) {
   say_times(30);
   EXPECT_EQ(facts().trouble, EkiTrouble::kUnread);
   reads = true;
-  heard = said.back().seq;
+  heard = commands.back().seq;
   say();
   EXPECT_EQ(facts().trouble, EkiTrouble::kNone);
 }
@@ -500,9 +500,9 @@ TEST_F(EkiStates, TheSessionEndsWithAByeOfItsNewestMoveThatWasHandedOut) {
   EXPECT_TRUE(core.ended());
   ASSERT_EQ(of(EkiType::kBye).size(), 1u);
   EXPECT_EQ(of(EkiType::kBye)[0].id, move_id);
-  const std::size_t last = said.size();
+  const std::size_t last = commands.size();
   say_times(5);
-  EXPECT_EQ(said.size(), last) << "no beat behind it";
+  EXPECT_EQ(commands.size(), last) << "no beat behind it";
 }
 
 TEST_F(EkiStates, AByeGoesOutAlsoWhereTheWindowIsFullAndOnEachConnection) {
@@ -515,7 +515,7 @@ TEST_F(EkiStates, AByeGoesOutAlsoWhereTheWindowIsFullAndOnEachConnection) {
   EXPECT_TRUE(core.ended());
   close();
   reads = true;
-  said.clear();
+  commands.clear();
   connect();
   EXPECT_TRUE(core.ended()) << "nobody obeys us yet";
   say_times(2);

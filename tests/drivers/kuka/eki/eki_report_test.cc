@@ -15,8 +15,8 @@ TEST(a_controller_over_eki, tells_its_mode_and_override_once_it_is_heard) {
                                                       {EkiMode::kT2, OperatingMode::kT2},
                                                       {EkiMode::kAut, OperatingMode::kAut},
                                                       {EkiMode::kExt, OperatingMode::kExt}};
-  for (const auto& [told, mode] : kModes) {
-    state.mode = told;
+  for (const auto& [number, mode] : kModes) {
+    state.mode = number;
     EXPECT_EQ(to_robot_state(state, "peer").mode, mode);
   }
   EXPECT_EQ(to_robot_state(state, "peer").override_percent, 30);

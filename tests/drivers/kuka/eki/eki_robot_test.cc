@@ -15,7 +15,7 @@
 #include "sim/krc/eki/eki_server.h"
 #include "tests/drivers/kuka/allocation_count.h"
 #include "tests/drivers/kuka/eki/eki_rig.h"
-#include "tests/drivers/kuka/patience.h"
+#include "tests/drivers/kuka/eventually.h"
 
 namespace cellcal::drivers {
 namespace {

@@ -15,7 +15,7 @@
 #include "drivers/io_thread.h"
 #include "sim/krc/krc_udp.h"
 #include "tests/drivers/kuka/allocation_count.h"
-#include "tests/drivers/kuka/patience.h"
+#include "tests/drivers/kuka/eventually.h"
 #include "tests/drivers/kuka/rsi/rig.h"
 
 namespace cellcal::drivers {

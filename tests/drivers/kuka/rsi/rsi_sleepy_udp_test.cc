@@ -10,7 +10,7 @@
 
 #include "drivers/io_thread.h"
 #include "drivers/kuka/rsi/rsi_robot.h"
-#include "tests/drivers/kuka/patience.h"
+#include "tests/drivers/kuka/eventually.h"
 #include "tests/drivers/kuka/rsi/rig.h"
 #include "tests/drivers/kuka/rsi/sleepy_peer.h"
 

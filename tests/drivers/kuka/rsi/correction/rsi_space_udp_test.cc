@@ -9,7 +9,7 @@
 #include "drivers/kuka/krl/krl_files.h"
 #include "drivers/kuka/rsi/rsi_robot.h"
 #include "sim/krc/krc_udp.h"
-#include "tests/drivers/kuka/patience.h"
+#include "tests/drivers/kuka/eventually.h"
 #include "tests/drivers/kuka/rsi/correction/space_rig.h"
 
 namespace cellcal::drivers {

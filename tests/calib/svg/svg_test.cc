@@ -1,11 +1,11 @@
-#include "daemon/report/drawing/svg.h"
+#include "calib/svg/svg.h"
 
 #include <gtest/gtest.h>
 
 #include <limits>
 #include <utility>
 
-namespace cellcal::daemon::report {
+namespace cellcal::svg {
 namespace {
 
 std::string drawn(void (*draw)(Svg&)) {
@@ -30,6 +30,7 @@ TEST(Svg, LeavesOutWhatHasNoFinitePlace) {
     svg.path({{0.0, 0.0}, {nan, 1.0}}, "a");
     svg.path({}, "a");
     svg.text({nan, 0.0}, Anchor::kEnd, "a", "lost");
+    svg.vertical_text({0.0, infinity}, Paint{}, "lost");
   });
   EXPECT_EQ(picture, empty);
 }
@@ -37,6 +38,7 @@ TEST(Svg, LeavesOutWhatHasNoFinitePlace) {
 TEST(Svg, EscapesEveryWordThatItIsGiven) {
   const std::string picture = drawn([](Svg& svg) {
     svg.text({1.0, 1.0}, Anchor::kStart, "a", "<b>");
+    svg.vertical_text({1.0, 1.0}, "a", "<b>");
     svg.circle({1.0, 1.0}, 1.0, "a", "\"><script>");
   });
   EXPECT_EQ(picture.find("<b>"), std::string::npos);
@@ -52,5 +54,22 @@ TEST(Svg, WritesCoordinatesToATenthOfAPixel) {
             std::string::npos);
 }
 
+TEST(Svg, StandsAloneWhereItsElementsBringTheirPaint) {
+  Svg svg(100.0, 50.0);
+  svg.circle({1.0, 2.0}, 3.0, Paint{.fill = "red", .opacity = 0.3});
+  svg.text({1.0, 2.0}, Anchor::kEnd, Paint{.fill = "#333", .font_size = 12.0, .bold = true}, "A1");
+  EXPECT_EQ(std::move(svg).finish(),
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"100\" height=\"50\" "
+            "viewBox=\"0 0 100 50\" font-family=\"sans-serif\" stroke-linejoin=\"round\">\n"
+            "<rect fill=\"white\" stroke=\"none\" stroke-width=\"1\" opacity=\"1\" x=\"0.0\" "
+            "y=\"0.0\" width=\"100.0\" height=\"50.0\"/>\n"
+            "<circle fill=\"red\" stroke=\"none\" stroke-width=\"1\" opacity=\"0.3\" cx=\"1.0\" "
+            "cy=\"2.0\" r=\"3.0\"/>\n"
+            "<text fill=\"#333\" stroke=\"none\" stroke-width=\"1\" opacity=\"1\" "
+            "font-size=\"12\" font-weight=\"bold\" x=\"1.0\" y=\"2.0\" "
+            "text-anchor=\"end\">A1</text>\n"
+            "</svg>\n");
+}
+
 }  // namespace
-}  // namespace cellcal::daemon::report
+}  // namespace cellcal::svg

@@ -9,9 +9,9 @@ namespace cellcal::daemon::plant {
 
 /// Twice as long each time, up to the longest, and each between half and one and a half of that: a broker that starts again is not met
 /// by all cells at once.
-class Patience {
+class Backoff {
  public:
-  Patience(std::chrono::milliseconds first, std::chrono::milliseconds longest)
+  Backoff(std::chrono::milliseconds first, std::chrono::milliseconds longest)
       : first_(first), longest_(longest) {}
 
   std::chrono::milliseconds next() {

@@ -1,6 +1,6 @@
-// What the controller is told of the checks, when, and again; on real sockets against the emulated controller, too.
+// What the checks say, published to the controller, when, and again; on real sockets against the emulated controller, too.
 
-#include "daemon/advice/advice_teller.h"
+#include "daemon/advice/advice_publisher.h"
 
 #include <gtest/gtest.h>
 
@@ -26,9 +26,9 @@ EkiFrameResult ended(EkiFrameEnd end,
 }
 
 struct Rig {
-  AdviceTeller::Parts parts() {
-    return {[this] { return said; },
-            [this]() -> AdviceTeller::Send {
+  AdvicePublisher::Parts parts() {
+    return {[this] { return current; },
+            [this]() -> AdvicePublisher::Send {
               if (!configured) return {};
               return [this](const EkiFrameRequest& request, const std::stop_token&) {
                 sent.push_back(*request.values);
@@ -45,34 +45,34 @@ struct Rig {
             },
             [] { return std::string("2026-11-23T12:00:00Z"); }};
   }
-  drivers::Duration look(drivers::Duration later = 1s) { return teller.look(now += later); }
+  drivers::Duration look(drivers::Duration later = 1s) { return publisher.look(now += later); }
 
-  Said said{Advice::kHolds, 753'456};
+  PublishedAdvice current{Advice::kHolds, 753'456};
   bool configured = true, busy = false;
   EkiFrameResult answer = ended(EkiFrameEnd::kSet);
   std::vector<drivers::EkiFrameValues> sent;
   drivers::TimePoint now{24h};
-  AdviceTeller teller{parts()};
+  AdvicePublisher publisher{parts()};
 };
 
-TEST(AdviceTeller, TellsTheControllerOnceAndThenWhatIsNew) {
+TEST(AdvicePublisher, PublishesOnceAndThenWhatIsNew) {
   Rig rig;
   rig.look();
   ASSERT_EQ(rig.sent.size(), 1U);
   EXPECT_EQ(rig.sent[0][0], 753'456.0);
   EXPECT_EQ(rig.sent[0][1], 1.0);
-  EXPECT_EQ(rig.teller.status().told, Advice::kHolds);
-  EXPECT_EQ(rig.teller.status().told_at, "2026-11-23T12:00:00Z");
+  EXPECT_EQ(rig.publisher.status().acknowledged, Advice::kHolds);
+  EXPECT_EQ(rig.publisher.status().acknowledged_at, "2026-11-23T12:00:00Z");
   rig.look(1h);
   EXPECT_EQ(rig.sent.size(), 1U);
-  rig.said = {Advice::kRecalibrate, 0};
+  rig.current = {Advice::kRecalibrate, 0};
   rig.look();
   ASSERT_EQ(rig.sent.size(), 2U);
   EXPECT_EQ(rig.sent[1][1], 5.0);
-  EXPECT_EQ(rig.teller.status().told, Advice::kRecalibrate);
+  EXPECT_EQ(rig.publisher.status().acknowledged, Advice::kRecalibrate);
 }
 
-TEST(AdviceTeller, TellsItAgainTwiceADay) {
+TEST(AdvicePublisher, PublishesAgainTwiceADay) {
   Rig rig;
   rig.look();
   rig.look(11h);
@@ -81,30 +81,30 @@ TEST(AdviceTeller, TellsItAgainTwiceADay) {
   EXPECT_EQ(rig.sent.size(), 2U);
 }
 
-TEST(AdviceTeller, TellsNobodyWhereItIsNotConfigured) {
+TEST(AdvicePublisher, PublishesNothingWhereItIsNotConfigured) {
   Rig rig;
   rig.configured = false;
   rig.look();
   EXPECT_TRUE(rig.sent.empty());
-  EXPECT_FALSE(rig.teller.status().configured);
+  EXPECT_FALSE(rig.publisher.status().configured);
 }
 
-TEST(AdviceTeller, WaitsForTheEndOfASessionWithoutCallingItATrouble) {
+TEST(AdvicePublisher, WaitsForTheEndOfASessionWithoutCallingItATrouble) {
   Rig rig;
   rig.busy = true;
   EXPECT_LE(rig.look(), 15s);
   EXPECT_TRUE(rig.sent.empty());
-  EXPECT_EQ(rig.teller.status().trouble, "");
+  EXPECT_EQ(rig.publisher.status().trouble, "");
   rig.busy = false;
   rig.look();
   EXPECT_EQ(rig.sent.size(), 1U);
 }
 
-TEST(AdviceTeller, TriesAgainAtGrowingPausesAndAtOnceWhereItIsAnother) {
+TEST(AdvicePublisher, TriesAgainAtGrowingPausesAndAtOnceWhereItIsAnother) {
   Rig rig;
   rig.answer = ended(EkiFrameEnd::kNotSent, drivers::EkiFrameTrouble::kNoConnection);
   rig.look();
-  EXPECT_NE(rig.teller.status().trouble, "");
+  EXPECT_NE(rig.publisher.status().trouble, "");
   rig.look(30s);
   EXPECT_EQ(rig.sent.size(), 1U);
   rig.look(31s);
@@ -117,43 +117,43 @@ TEST(AdviceTeller, TriesAgainAtGrowingPausesAndAtOnceWhereItIsAnother) {
   EXPECT_GE(rig.sent.size(), 3U + 9U) << "an hour at most";
   EXPECT_LE(rig.sent.size(), 3U + 14U);
   const std::size_t before = rig.sent.size();
-  rig.said = {Advice::kCheckAgain, 0};
+  rig.current = {Advice::kCheckAgain, 0};
   rig.answer = ended(EkiFrameEnd::kSet);
   rig.look();
   EXPECT_EQ(rig.sent.size(), before + 1);
-  EXPECT_EQ(rig.teller.status().trouble, "");
+  EXPECT_EQ(rig.publisher.status().trouble, "");
 }
 
-TEST(AdviceTeller, WhatWasNotReadBackIsNotTold) {
+TEST(AdvicePublisher, WhatWasNotReadBackIsNotAcknowledged) {
   for (const EkiFrameEnd end : {EkiFrameEnd::kUnknown, EkiFrameEnd::kDiffers, EkiFrameEnd::kRefused,
                                 EkiFrameEnd::kNotSent}) {
     Rig rig;
     rig.answer = ended(end);
     rig.look();
-    EXPECT_FALSE(rig.teller.status().told) << static_cast<int>(end);
-    EXPECT_NE(rig.teller.status().trouble, "") << static_cast<int>(end);
+    EXPECT_FALSE(rig.publisher.status().acknowledged) << static_cast<int>(end);
+    EXPECT_NE(rig.publisher.status().trouble, "") << static_cast<int>(end);
   }
 }
 
-TEST(AdviceTeller, AFailureBehindWhatWasToldLeavesThatToBeSaidAgain) {
+TEST(AdvicePublisher, AFailureBehindWhatWasAcknowledgedLeavesThatToBePublishedAgain) {
   Rig rig;
   rig.look();
-  rig.said = {Advice::kRecalibrate, 0};
+  rig.current = {Advice::kRecalibrate, 0};
   rig.answer = ended(EkiFrameEnd::kUnknown);
   rig.look();
-  rig.said = {Advice::kHolds, 753'456};
+  rig.current = {Advice::kHolds, 753'456};
   rig.answer = ended(EkiFrameEnd::kSet);
   rig.look();
   EXPECT_EQ(rig.sent.size(), 3U) << "whether the controller took the one before is not known";
 }
 
-TEST(AdviceTeller, AJournalThatCannotBeReadIsATroubleOfItsOwn) {
+TEST(AdvicePublisher, AJournalThatCannotBeReadIsATroubleOfItsOwn) {
   Rig rig;
-  AdviceTeller::Parts parts = rig.parts();
-  parts.said = []() -> Said { throw std::runtime_error("journal is damaged"); };
-  AdviceTeller teller(std::move(parts));
-  teller.look(rig.now);
-  EXPECT_EQ(teller.status().trouble, "journal is damaged");
+  AdvicePublisher::Parts parts = rig.parts();
+  parts.current = []() -> PublishedAdvice { throw std::runtime_error("journal is damaged"); };
+  AdvicePublisher publisher(std::move(parts));
+  publisher.look(rig.now);
+  EXPECT_EQ(publisher.status().trouble, "journal is damaged");
   EXPECT_TRUE(rig.sent.empty());
 }
 
@@ -171,11 +171,11 @@ struct Wire {
         std::move(config), sim::EkiServerOptions{.address = "127.0.0.1", .port = 0});
     krc->start();
   }
-  AdviceTeller::Parts parts() {
+  AdvicePublisher::Parts parts() {
     return {[this] {
-              return Said{static_cast<Advice>(advice.load()), 0};
+              return PublishedAdvice{static_cast<Advice>(advice.load()), 0};
             },
-            [this]() -> AdviceTeller::Send {
+            [this]() -> AdvicePublisher::Send {
               return [port = krc->port()](const EkiFrameRequest& request,
                                           const std::stop_token& stop) {
                 return drivers::exchange_frame("127.0.0.1", port, request, {}, {2s, stop});
@@ -204,33 +204,33 @@ bool comes_true(const std::function<bool()>& what) {
   return false;
 }
 
-TEST(AdviceTellerWire, TheControllerHasWhatWasSaidAndWhatIsSaidBehindAPoke) {
+TEST(AdvicePublisherWire, TheControllerHasWhatWasPublishedAndWhatIsPublishedBehindAPoke) {
   Wire wire;
-  AdviceTeller teller(wire.parts());
-  teller.start();
+  AdvicePublisher publisher(wire.parts());
+  publisher.start();
   EXPECT_TRUE(comes_true([&] { return wire.on_controller() == 4; }));
   wire.advice = 5;
-  teller.poke();
+  publisher.poke();
   EXPECT_TRUE(comes_true([&] { return wire.on_controller() == 5; }));
 }
 
-TEST(AdviceTellerWire, AStopDoesNotWaitForAControllerThatSaysNothing) {
+TEST(AdvicePublisherWire, AStopDoesNotWaitForAControllerThatSaysNothing) {
   Wire wire;
   wire.krc->with([](sim::EkiController& controller) { controller.mute(true); });
   std::atomic<bool> sending{false};
-  AdviceTeller::Parts parts = wire.parts();
+  AdvicePublisher::Parts parts = wire.parts();
   parts.alone = [&](const std::function<void()>& act) {
     sending = true;
     act();
     sending = false;
     return true;
   };
-  AdviceTeller teller(std::move(parts));
-  teller.start();
+  AdvicePublisher publisher(std::move(parts));
+  publisher.start();
   ASSERT_TRUE(comes_true([&] { return sending.load(); }));
-  teller.stop();
-  EXPECT_FALSE(teller.status().told);
-  EXPECT_EQ(teller.status().trouble, "") << "it ended, and nothing was found wrong";
+  publisher.stop();
+  EXPECT_FALSE(publisher.status().acknowledged);
+  EXPECT_EQ(publisher.status().trouble, "") << "it ended, and nothing was found wrong";
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "calib/files/drawing.h"
+#include "calib/files/nominal_geometry.h"
 
 #include <fmt/format.h>
 
@@ -32,7 +32,7 @@ std::string frame(const Eigen::Isometry3d& f) {
 
 }  // namespace
 
-std::string drawing_sha256(const Robot& robot) {
+std::string nominal_geometry_sha256(const Robot& robot) {
   std::string text = frame(robot.base_fixed);
   for (const Joint& j : robot.joints) {
     text += fmt::format("{} {} ", j.name, j.sign);

@@ -1,4 +1,4 @@
-#include "calib/drift/course.h"
+#include "calib/drift/trend.h"
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
@@ -10,14 +10,14 @@ namespace cellcal::calib {
 
 namespace {
 
-/// Beside the centre and its warmth: the course's own three.
+/// Beside the centre and its warmth: the trend's own three.
 using Normal = Eigen::Matrix<double, 9, 9>;
 using Right = Eigen::Matrix<double, 9, 1>;
 
 /// Time is counted in days here, so that no column is a billion times another.
 constexpr double kDayS = 86400.0;
 
-/// Normal equations of centre, warmth and one course, found = centre + per_K warm + size basis.
+/// Normal equations of centre, warmth and one trend, found = centre + per_K warm + size basis.
 struct Fit {
   Normal normal = Normal::Zero();
   Right right = Right::Zero();
@@ -56,8 +56,8 @@ double sigma_along(const Eigen::Matrix3d& covariance, const Eigen::Vector3d& v) 
 
 }  // namespace
 
-std::optional<DriftCourse> course_of(const std::vector<CheckSeen>& checks, double noise,
-                                     std::optional<double> reference_c) {
+std::optional<DriftTrend> trend_of(const std::vector<CheckSeen>& checks, double noise,
+                                   std::optional<double> reference_c) {
   if (checks.size() < 2) return std::nullopt;
   std::vector<Eigen::Matrix3d> weights;
   std::vector<double> warm;
@@ -87,19 +87,19 @@ std::optional<DriftCourse> course_of(const std::vector<CheckSeen>& checks, doubl
     }
   }
   if (best.gain < 0.0) return std::nullopt;
-  DriftCourse course;
-  course.shape = best.shape;
-  course.since = checks[best.from].session;
-  course.since_s = checks[best.from].time_s;
-  course.checks = checks.size() - best.from;
+  DriftTrend trend;
+  trend.shape = best.shape;
+  trend.since = checks[best.from].session;
+  trend.since_s = checks[best.from].time_s;
+  trend.checks = checks.size() - best.from;
   const double now = basis_of(best.shape, checks, best.from, checks.size() - 1);
-  course.now_m = now * best.size;
-  course.now_sigma_m = now * sigma_along(best.covariance, best.size);
+  trend.now_m = now * best.size;
+  trend.now_sigma_m = now * sigma_along(best.covariance, best.size);
   if (best.shape == DriftShape::kCreep) {
-    course.rate_m_s = best.size / kDayS;
-    course.rate_sigma_m_s = sigma_along(best.covariance, best.size) / kDayS;
+    trend.rate_m_s = best.size / kDayS;
+    trend.rate_sigma_m_s = sigma_along(best.covariance, best.size) / kDayS;
   }
-  return course;
+  return trend;
 }
 
 }  // namespace cellcal::calib

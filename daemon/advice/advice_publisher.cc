@@ -1,4 +1,4 @@
-#include "daemon/advice/advice_teller.h"
+#include "daemon/advice/advice_publisher.h"
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
@@ -20,14 +20,14 @@ constexpr Duration kAgain = 12h;  // its files may have been installed again, or
 constexpr Duration kBusy = 15s;   // a session runs: its end pokes as well
 constexpr Duration kFirstPause = 60s, kLongestPause = 1h;
 
-drivers::EkiFrameRequest request_of(const Said& said) {
+drivers::EkiFrameRequest request_of(const PublishedAdvice& advice) {
   return {drivers::EkiFrameKind::kAdvice, 1,
-          drivers::EkiFrameValues{static_cast<double>(said.until_day),
-                                  static_cast<double>(static_cast<int>(said.advice))}};
+          drivers::EkiFrameValues{static_cast<double>(advice.until_day),
+                                  static_cast<double>(static_cast<int>(advice.advice))}};
 }
 
 /// "CELLCAL_ADVICE: 3 sent, 1 read back", and the same of its last day.
-std::string differs_words(const Said& sent, const drivers::EkiFrameValues& back) {
+std::string differs_words(const PublishedAdvice& sent, const drivers::EkiFrameValues& back) {
   return fmt::format(
       "CELLCAL_ADVICE: {} sent, {:.0f} read back; CELLCAL_ADVICE_UNTIL: {} sent, {:.0f} read back. "
       "Another program writes it: look for it on the pendant",
@@ -36,13 +36,13 @@ std::string differs_words(const Said& sent, const drivers::EkiFrameValues& back)
 
 }  // namespace
 
-std::string AdviceTeller::tell(const Said& said, const Send& send) {
-  const drivers::EkiFrameResult result = send(request_of(said), stop_.get_token());
+std::string AdvicePublisher::publish(const PublishedAdvice& advice, const Send& send) {
+  const drivers::EkiFrameResult result = send(request_of(advice), stop_.get_token());
   switch (result.end) {
     case drivers::EkiFrameEnd::kSet:
       return {};
     case drivers::EkiFrameEnd::kDiffers:
-      return differs_words(said, result.new_values.value_or(drivers::EkiFrameValues{}));
+      return differs_words(advice, result.new_values.value_or(drivers::EkiFrameValues{}));
     case drivers::EkiFrameEnd::kRead:
     case drivers::EkiFrameEnd::kRefused:
     case drivers::EkiFrameEnd::kNotSent:
@@ -57,7 +57,7 @@ std::string AdviceTeller::tell(const Said& said, const Send& send) {
   return why.empty() ? "the controller's answer could not be read" : why;
 }
 
-Duration AdviceTeller::look(TimePoint now) {
+Duration AdvicePublisher::look(TimePoint now) {
   const Send send = parts_.send();
   {
     const std::lock_guard lock(mutex_);
@@ -69,33 +69,33 @@ Duration AdviceTeller::look(TimePoint now) {
       return kLook;
     }
   }
-  Said said;
+  PublishedAdvice current;
   std::string trouble;
   try {
-    said = parts_.said();
-    const bool due = said != confirmed_ || now - confirmed_at_ >= kAgain;
-    const bool may = said != failed_ || now >= not_before_;
+    current = parts_.current();
+    const bool due = current != confirmed_ || now - confirmed_at_ >= kAgain;
+    const bool may = current != failed_ || now >= not_before_;
     if (!due || !may) return kLook;
-    if (!parts_.alone([&] { trouble = tell(said, send); })) return kBusy;
+    if (!parts_.alone([&] { trouble = publish(current, send); })) return kBusy;
   } catch (const std::exception& error) {
     trouble = error.what();
   }
   if (stop_.stop_requested()) return kLook;
   const std::lock_guard lock(mutex_);
   if (trouble.empty()) {
-    if (said != confirmed_)
-      spdlog::info("CELLCAL_ADVICE sent: {} ({})", static_cast<int>(said.advice),
-                   to_string(said.advice));
-    confirmed_ = said;
+    if (current != confirmed_)
+      spdlog::info("CELLCAL_ADVICE sent: {} ({})", static_cast<int>(current.advice),
+                   to_string(current.advice));
+    confirmed_ = current;
     confirmed_at_ = now;
     failed_.reset();
     pause_ = {};
-    status_.told = said.advice;
-    status_.told_at = parts_.utc_now();
+    status_.acknowledged = current.advice;
+    status_.acknowledged_at = parts_.utc_now();
   } else {
     if (trouble != status_.trouble) spdlog::warn("CELLCAL_ADVICE not confirmed: {}", trouble);
     confirmed_.reset();  // whether it has the newest is not known
-    failed_ = said;
+    failed_ = current;
     pause_ = std::clamp(2 * pause_, kFirstPause, kLongestPause);
     not_before_ = now + pause_;
   }
@@ -103,16 +103,16 @@ Duration AdviceTeller::look(TimePoint now) {
   return kLook;
 }
 
-AdviceStatus AdviceTeller::status() const {
+AdviceStatus AdvicePublisher::status() const {
   const std::lock_guard lock(mutex_);
   return status_;
 }
 
-void AdviceTeller::start() {
+void AdvicePublisher::start() {
   thread_ = std::thread([this] { run(); });
 }
 
-void AdviceTeller::run() {
+void AdvicePublisher::run() {
   for (;;) {
     const Duration wait = look(std::chrono::steady_clock::now());
     std::unique_lock lock(mutex_);
@@ -122,13 +122,13 @@ void AdviceTeller::run() {
   }
 }
 
-void AdviceTeller::poke() {
+void AdvicePublisher::poke() {
   const std::lock_guard lock(mutex_);
   poked_ = true;
   changed_.notify_all();
 }
 
-void AdviceTeller::stop() {
+void AdvicePublisher::stop() {
   {
     const std::lock_guard lock(mutex_);
     stop_.request_stop();

@@ -1,5 +1,5 @@
 #pragma once
-// Which arm a robot file draws, whatever it says of tolerances, masses, gears, limits and names.
+// Which nominal geometry a robot file states, whatever it says of tolerances, masses, gears, limits and names.
 
 #include <string>
 
@@ -9,6 +9,6 @@ namespace cellcal::calib {
 
 /// SHA-256 of the kinematics: joints in order with their names, signs, offsets, lengths, angles and which errors
 /// may be identified; the frames before and behind them. To 1 nm and 1e-9 deg.
-std::string drawing_sha256(const Robot& robot);
+std::string nominal_geometry_sha256(const Robot& robot);
 
 }  // namespace cellcal::calib

@@ -10,7 +10,7 @@ namespace cellcal::calib {
 
 /// Of checks in their order, the first of which is never off. None: fewer than two. `noise`: how much they scatter beyond what
 /// is stated. `reference_c`: as of the charts.
-std::optional<DriftCourse> course_of(const std::vector<CheckSeen>& checks, double noise,
-                                     std::optional<double> reference_c);
+std::optional<DriftTrend> trend_of(const std::vector<CheckSeen>& checks, double noise,
+                                   std::optional<double> reference_c);
 
 }  // namespace cellcal::calib

@@ -1,0 +1,59 @@
+#pragma once
+// A small writer of SVG, inline in a page or a document of its own. An element with a coordinate
+// that is not finite, or far off any page, is not written; callers count such values and say so in
+// words.
+
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+namespace cellcal::svg {
+
+/// In pixels, y downwards.
+struct Point {
+  double x = 0.0, y = 0.0;
+};
+
+enum class Anchor { kStart, kMiddle, kEnd };
+
+/// What an element looks like without a style sheet.
+struct Paint {
+  std::string_view fill = "none", stroke = "none";
+  double stroke_width = 1.0, opacity = 1.0;
+  double font_size = 0.0;  ///< of text
+  bool bold = false;
+};
+
+/// Classes of a style sheet, so that one drawing serves light, dark and paper; or a paint.
+using Style = std::variant<std::string_view, Paint>;
+
+class Svg {
+ public:
+  /// Inline in a page. `description` is read out by screen readers. Pixels at 1:1; CSS scales the
+  /// whole.
+  Svg(double width, double height, std::string_view css_class, std::string_view description);
+  /// A document, white.
+  Svg(double width, double height);
+
+  void line(Point from, Point to, const Style& style);
+  void rectangle(Point corner, double width, double height, const Style& style);
+  void path(const std::vector<Point>& points, const Style& style);
+  void text(Point at, Anchor anchor, const Style& style, std::string_view content);
+  /// Read from below to above, centred.
+  void vertical_text(Point at, const Style& style, std::string_view content);
+
+  // `title`, where given, shows when a pointer rests on the mark.
+  void circle(Point centre, double radius, const Style& style, std::string_view title = {});
+  void diamond(Point centre, double radius, const Style& style, std::string_view title = {});
+  void cross(Point centre, double radius, const Style& style, std::string_view title = {});
+
+  std::string finish() &&;
+
+ private:
+  void close_with_title(std::string_view element, std::string_view title);
+
+  std::string out_;
+};
+
+}  // namespace cellcal::svg
