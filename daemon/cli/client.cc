@@ -203,6 +203,7 @@ int end_session(const Connection& daemon, std::int64_t session) {
 int follow(const Connection& daemon, std::int64_t session, BeforeMotion ctrl_c, Shows shows) {
   struct sigaction interrupt {};
   interrupt.sa_handler = on_interrupt;
+  interrupt.sa_flags = SA_RESTART;  // a question to the daemon that it falls into is still answered
   ::sigaction(SIGINT, &interrupt, nullptr);
   ProgressDisplay display(shows);
   json status;

@@ -107,6 +107,19 @@ TEST_P(a_session_before_its_links, is_ended_by_ctrl_c_in_run_since_nothing_has_m
   EXPECT_NE(said.find("session 1 ended before anything moved"), std::string::npos) << said;
 }
 
+TEST_P(a_session_before_its_links, is_ended_by_a_ctrl_c_that_falls_into_a_question) {
+  start(600);
+  Background run_command(run(), fixture.dir / "run.log");
+  ASSERT_TRUE(waiting()["waiting"].is_object());
+  fixture.daemon->signal(SIGSTOP);
+  std::this_thread::sleep_for(std::chrono::milliseconds(500));  // it has asked, and waits
+  run_command.signal(SIGINT);
+  std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  fixture.daemon->signal(SIGCONT);
+  EXPECT_EQ(run_command.wait(), 1);
+  EXPECT_EQ(fixture.status()["phase"], "aborted") << content(fixture.dir / "run.log");
+}
+
 TEST_P(a_session_before_its_links, is_left_alone_by_ctrl_c_in_watch) {
   start(600);
   http_request(fixture.socket(), "POST", "/v1/run",
