@@ -158,8 +158,6 @@ std::optional<Finding> wrong_measure(const Cell& cell, const std::vector<Touch>&
   ask_for(mistakes::lengths_of_an_end);
   ask_for(mistakes::all_lengths);
   if (!found) return {};
-  // By how much is only said where no length is contradicted.
-  if (found->cause == LikelyCause::kStatedCentre) found->evidence.clear();
   found->evidence.push_back({"mends", 1.0, ""});
   return found;
 }

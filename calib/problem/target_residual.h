@@ -11,7 +11,8 @@
 
 namespace cellcal::calib {
 
-/// Unit. At the very centre every direction is as good; the residual is then -r_c and has no gradient.
+/// Unit. At the very centre every direction is as good; the residual is then -r_c and has no
+/// gradient.
 Eigen::Vector3d direction_of(const Eigen::Vector3d& offset);
 
 /// From what a target is measured from, a centre or a plane, to the tip.
@@ -84,7 +85,8 @@ ProbeTurn probe_turn(const TrackerResidual& touch, const TargetPlace& start, con
 using TargetResidual =
     std::variant<SphereResidual, WireResidual, PlaneResidual, PointResidual, TrackerResidual>;
 
-/// `stated_radius_m`: r_s + r_tip of a sphere, r_tip of a plane. `has_turns`: the probe's turns of this target's touches are used where they were read.
+/// `stated_radius_m`: r_s + r_tip of a sphere, r_tip of a plane. `has_turns`: the probe's turns of
+/// this target's touches are used where they were read.
 TargetResidual residual_of(const Touch& touch, const Target& target, double stated_radius_m,
                            bool has_turns);
 

@@ -280,7 +280,8 @@ TEST(Diagnosis, AStatedCentreThatIsHeldTooFirmlyIsNamed) {
   for (const TargetResult& t : right.targets)
     cell.targets[cell.target_index(t.id)].centre_m = t.centre_m;
   cell.targets[1].centre_m.y() += 50e-3;
-  (void)expect_cause(cell, made, LikelyCause::kStatedCentre, "S2");
+  EXPECT_NEAR(evidence(expect_cause(cell, made, LikelyCause::kStatedCentre, "S2"), "off"), 50.0,
+              1.0);
 }
 
 TEST(Diagnosis, AToolThatIsNotStatedIsNamed) {
