@@ -117,10 +117,30 @@ struct ContactStatus {
   ArmEnd last_arm_end = ArmEnd::kNone;
 };
 
+/// Why an arming was refused.
+enum class ArmRefusal {
+  kNone,
+  kNotReady,
+  kBusy,  ///< another arming is being asked for
+  kInContact,
+  kLoopBroken,
+  kVoltageUndefined,
+  kClockNotSynchronised,
+  kSelfTestOld,
+  kBadArgument,
+  kBadVersion,
+  kNoAnswer,
+  kLinkLost,
+  kWithdrawn,      ///< disarm() came before the answer
+  kTrippedAtOnce,  ///< the first edge came before the answer
+  kUnknownReason,  ///< a NAK whose reason this driver does not know
+};
+
 /// What arm() led to.
 struct ArmResult {
   std::uint16_t arm_id = 0;
   bool armed = false;
+  ArmRefusal refusal = ArmRefusal::kNone;
   std::string why_not;  ///< the sensor's reason, in words
 };
 

@@ -40,8 +40,8 @@ Fitted fit(const PossibleChange& change, double usual, const std::vector<Foresee
   double least = nothing;
   // Gauss-Newton: of a shift of millimetres against a sphere of some ten, each leaves a tenth or less.
   constexpr int kSteps = 12, kHalvings = 6;
-  constexpr double kSettled =
-      1e-6;  // of a sum of squares whose differences are judged by whole numbers
+  // Of a sum of squares whose differences are judged by whole numbers.
+  constexpr double kSettled = 1e-6;
   for (int k = 0; k < kSteps; ++k) {
     information = by.transpose() * by;
     information.diagonal().array() += prior;
@@ -59,7 +59,7 @@ Fitted fit(const PossibleChange& change, double usual, const std::vector<Foresee
   }
   const Cholesky factor(information);
   fitted.covariance = factor.inverse();
-  fitted.log_likelihood =
+  fitted.log_likelihood =  // (95)
       0.5 * (nothing - least - factor.log_det() - change.size * std::log(usual * usual));
   return fitted;
 }

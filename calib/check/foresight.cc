@@ -82,7 +82,7 @@ Foresight foresee(const Calibration& c, const std::vector<Touch>& touches) {
   const double field = c.discrepancy.sigma_m * c.discrepancy.sigma_m;
   for (Eigen::Index a = 0; a < n; ++a) {
     const auto t = static_cast<std::size_t>(a);
-    const double noise = std::pow(at.problem().own_sigma_m(t), 2);
+    const double noise = std::pow(at.problem().own_sigma_m(t), 2);  // (93)
     foresight.passing_m2(a, a) += noise;
     beside(a, a) = std::pow(at.problem().sigma_m(t), 2) - noise + field;
     for (Eigen::Index b = 0; field > 0.0 && b < n; ++b)
@@ -98,7 +98,7 @@ Foresight foresee(const Calibration& c, const std::vector<Touch>& touches) {
 
 void refer_to(Foresight& foresight, const Eigen::MatrixXd& off_m) {
   if (off_m.cols() == 0) return;
-  // Of the mean of the earlier ones, and what it says of what lasts.
+  // (94): of the mean of the earlier ones, and what it says of what lasts
   const Eigen::MatrixXd lasting = foresight.lasting_m2;
   const Cholesky mean(lasting + foresight.passing_m2 / static_cast<double>(off_m.cols()));
   const Eigen::VectorXd foreseen = lasting * mean.solve(Eigen::VectorXd(off_m.rowwise().mean()));

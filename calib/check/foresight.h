@@ -19,8 +19,8 @@ struct ForeseenContact {
   std::string target;
   Eigen::Vector3d tip_m;
   Eigen::Matrix3d flange;
-  Eigen::Vector3d
-      by_growth_m;  ///< of the tip, where all lengths of the arm grow by one part in one
+  /// Of the tip, where all lengths of the arm grow by one part in one.
+  Eigen::Vector3d by_growth_m;
   std::vector<Axis> axes;
   Eigen::Vector3d centre_m;
   double radius_m = 0.0;  ///< at which contact is latched, at this touch's speed
@@ -30,10 +30,10 @@ struct ForeseenContact {
 struct Foresight {
   std::vector<ForeseenContact> contacts;
   // Covariances of what the touches are off by, were nothing changed [m^2].
-  Eigen::MatrixXd
-      lasting_m2;  ///< the same whenever they are made: of the calibration, of its gears
-  Eigen::MatrixXd
-      passing_m2;  ///< another each time: of the touches' noise, of a usual day's warmth
+  /// The same whenever they are made: of the calibration, of its gears.
+  Eigen::MatrixXd lasting_m2;
+  /// Another each time: of the touches' noise, of a usual day's warmth.
+  Eigen::MatrixXd passing_m2;
   /// What of the lasting one is beside the calibration's parameters: ripple of the gears, what the model lacks.
   Eigen::MatrixXd beside_m2;
   Eigen::MatrixXd covariance_m2() const { return lasting_m2 + passing_m2; }

@@ -1,6 +1,6 @@
 #pragma once
 // What touches and tolerances say of all unknowns, to be asked what they make of one thing that the
-// cell file states (lengths.h, artefact_bias.h).
+// cell file states (certified_lengths.h, artefact_bias.h).
 
 #include <Eigen/Core>
 

@@ -1,7 +1,5 @@
 #include "calib/consistency/unseen.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -22,11 +20,20 @@ using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::Ro
 /// leave two, less what they say of its diameter.
 constexpr double kLeastFree = 1.5;
 
+std::vector<std::size_t> touches_of(const Problem& problem, std::size_t target) {
+  std::vector<std::size_t> own;
+  for (std::size_t i = 0; i < problem.touches().size(); ++i)
+    if (problem.touches()[i].target == problem.cell().targets[target].id) own.push_back(i);
+  return own;
+}
+
 /// The check touches of one target, as a problem of their own in which its place alone is unknown.
 class Sighting {
  public:
-  Sighting(const Problem& fitted, const VectorXd& x_si, const Calibration& c, std::size_t target)
-      : of_(touches_of(fitted, target)),
+  /// `of`: their indices in the fitted problem.
+  Sighting(const Problem& fitted, const VectorXd& x_si, const Calibration& c,
+           const std::vector<std::size_t>& of)
+      : of_(of),
         touches_(as_fit(fitted, of_)),
         problem_(fitted.cell(), fitted.arm(), touches_,
                  starting_places(fitted.cell(), fitted.arm(), touches_)) {
@@ -118,18 +125,10 @@ class Sighting {
     }
   }
 
-  const std::vector<std::size_t>& touches() const { return of_; }
-
  private:
   /// A row that holds its own place says nothing.
   static constexpr double kHeldAlone = 1e-6;
 
-  static std::vector<std::size_t> touches_of(const Problem& fitted, std::size_t target) {
-    std::vector<std::size_t> own;
-    for (std::size_t i = 0; i < fitted.touches().size(); ++i)
-      if (fitted.touches()[i].target == fitted.cell().targets[target].id) own.push_back(i);
-    return own;
-  }
   static std::vector<Touch> as_fit(const Problem& fitted, const std::vector<std::size_t>& which) {
     std::vector<Touch> own;
     for (const std::size_t i : which) {
@@ -185,28 +184,38 @@ class Sighting {
   Eigen::ArrayXd free_;
 };
 
+/// Of touches that give no place to fit from.
+UnseenTarget::NotJudged not_judged_for(IdentifyError::Kind kind) {
+  switch (kind) {
+    case IdentifyError::Kind::kTouches:
+      return UnseenTarget::NotJudged::kUnusable;
+    case IdentifyError::Kind::kCell:
+      return UnseenTarget::NotJudged::kOtherNormal;
+    default:
+      return UnseenTarget::NotJudged::kNoPlace;
+  }
+}
+
 UnseenTarget judge_one(const Problem& problem, const VectorXd& x_si, std::size_t target,
                        Calibration& c, std::vector<HeldOut>& all) {
   UnseenTarget result;
   result.target = problem.cell().targets[target].id;
+  const std::vector<std::size_t> touches = touches_of(problem, target);
+  result.touches = touches.size();
   try {
-    Sighting sighting(problem, x_si, c, target);
-    result.touches = sighting.touches().size();
+    Sighting sighting(problem, x_si, c, touches);
     if (!sighting.fit()) {
-      result.why_not = fmt::format(
-          "{} check touches hold its place and little more; touch it more often, or make some of "
-          "them fit touches",
-          result.touches);
+      result.not_judged = UnseenTarget::NotJudged::kPlaceAlone;
       return result;
     }
     result.degrees_of_freedom = sighting.degrees_of_freedom();
     sighting.fill(c);
     if (c.covariance.rows() == problem.size()) sighting.judge(c.covariance, all);
     double sum = 0.0;
-    for (const std::size_t i : sighting.touches()) sum += std::pow(c.residuals[i].after_m, 2);
+    for (const std::size_t i : touches) sum += std::pow(c.residuals[i].after_m, 2);
     result.rms_m = std::sqrt(sum / static_cast<double>(result.touches));
   } catch (const IdentifyError& error) {
-    result.why_not = error.what();
+    result.not_judged = not_judged_for(error.kind);
   }
   return result;
 }

@@ -3,12 +3,12 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "calib/model/configurations.h"
 #include "calib/model/inverse.h"
 #include "calib/model/kinematics.h"
 #include "calib/model/turn.h"
+#include "calib/model/units.h"
 #include "calib/result/arm_values.h"
 #include "calib/result/level.h"
 
@@ -25,7 +25,6 @@ constexpr std::size_t kClosedJoints = 6;
 constexpr int kSteps = 20;
 /// Newton goes on until here; between it and the promise lies what rounding leaves by a singularity.
 constexpr double kThere = 1e-10, kPromised = 1e-9;  // m and rad
-constexpr double kTurn = 2.0 * std::numbers::pi;
 
 double distance2(const JointVector& a, const JointVector& b) {
   double sum = 0.0;
@@ -72,7 +71,7 @@ struct Corrector::Impl {
     auto q = ways.in_posture(tcp, ways.posture_of(seed));
     if (!q) return NotReached{Unreached::kTooFar};
     for (std::size_t i = 0; i < q->size(); ++i)
-      (*q)[i] += kTurn * std::round((seed[i] - (*q)[i]) / kTurn);
+      (*q)[i] += kRadPerTurn * std::round((seed[i] - (*q)[i]) / kRadPerTurn);
     return std::move(*q);
   }
 
@@ -102,7 +101,7 @@ struct Corrector::Impl {
         q[i] += step[static_cast<Eigen::Index>(i)];
         if (!(std::abs(q[i] - nominal_rad[i]) <= kMostTurn))
           return NotReached{Unreached::kNearSingularity, static_cast<int>(i),
-                            std::isfinite(q[i]) ? q[i] - nominal_rad[i] : kTurn};
+                            std::isfinite(q[i]) ? q[i] - nominal_rad[i] : kRadPerTurn};
       }
     }
     if (!(at.off_m < kPromised && at.off_rad < kPromised)) return singular(q, nominal_rad);

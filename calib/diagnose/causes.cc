@@ -68,7 +68,7 @@ std::vector<Cause> causes_at(const Cell& cell, const std::vector<Touch>& all,
   const std::vector<std::size_t> share = share_of(all, kMostTouches);
   std::vector<Touch> touches;
   for (const std::size_t i : share) touches.push_back(all[i]);
-  const Trial stated = attempt(cell, touches);
+  const Trial stated = fit_hypothesis(cell, touches);
   beyond.reset();
   if (stated.makes_sense()) return {};
   double least_scatter = stated.scatter;
@@ -76,7 +76,7 @@ std::vector<Cause> causes_at(const Cell& cell, const std::vector<Touch>& all,
   Asked asked{cell, touches, {}, share, other_robots, nominal_off_m(cell, touches)};
   asked.ask = [&](const Hypothesis& h) {
     if (h.no_farther && nominal_off_m(h.cell, h.touches) > kDoubt * asked.nominal_off_m) return;
-    const Trial trial = attempt(h.cell, h.touches);
+    const Trial trial = fit_hypothesis(h.cell, h.touches);
     least_scatter = std::min(least_scatter, trial.scatter);
     if (!trial.makes_sense() || !(trial.excess() < kExplained * stated.excess()) ||
         !(trial.sum < stated.sum - kWorthNaming))

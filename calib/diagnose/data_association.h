@@ -1,6 +1,6 @@
 #pragma once
 // Touches under the wrong target's name. A few of them fall out as outliers that lie on another
-// target (outliers.h); where all of a target's do, or nearly all touches are mixed up, it shows in
+// target (named_outliers.h); where all of a target's do, or nearly all touches are mixed up, it shows in
 // where the nominal arm sees them.
 
 #include <cstddef>

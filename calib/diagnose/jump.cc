@@ -10,8 +10,8 @@
 #include <optional>
 #include <utility>
 
+#include "calib/consistency/certified_lengths.h"
 #include "calib/consistency/jump_sequence.h"
-#include "calib/consistency/lengths.h"
 #include "calib/consistency/session_order.h"
 #include "calib/diagnose/trial.h"
 #include "calib/estimate/discrepancy.h"

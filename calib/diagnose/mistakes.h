@@ -18,13 +18,13 @@
 namespace cellcal::calib {
 
 /// The mistake, by the calibration without it; none where it is none after all.
-using Naming = std::function<std::optional<Finding>(const Calibration&)>;
+using FindingOf = std::function<std::optional<Finding>(const Calibration&)>;
 
 /// A session without one mistake.
 struct Hypothesis {
   Cell cell;
   std::vector<Touch> touches;
-  Naming cause = {};
+  FindingOf cause = {};
   /// The nominal arm is to be no farther from the touches so, which is quickly asked.
   bool no_farther = false;
   std::optional<MovedTarget> moved = {};  ///< a target, and nothing else
@@ -42,8 +42,8 @@ struct Asked {
   const LengthResult* contradicted = nullptr;  ///< the length that all else contradicts most
 
   /// With what the files state changed, or each touch.
-  void with_cell(const std::function<void(Cell&)>& change, Naming cause) const;
-  void with_touches(const std::function<void(Touch&)>& change, Naming cause,
+  void with_cell(const std::function<void(Cell&)>& change, FindingOf cause) const;
+  void with_touches(const std::function<void(Touch&)>& change, FindingOf cause,
                     bool no_farther = false) const;
 };
 
@@ -60,7 +60,7 @@ void exchanged_columns(const Asked& asked);
 void target_names(const Asked& asked);
 void readings(const Asked& asked);
 void moved(const Asked& asked);
-// Arm and tool as they are drawn.
+// The geometry of arm and tool.
 void tool_unit(const Asked& asked);
 void tool_tip(const Asked& asked);
 void dimensions(const Asked& asked);

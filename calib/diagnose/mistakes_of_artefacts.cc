@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <string>
 
-#include "calib/consistency/lengths.h"
+#include "calib/consistency/certified_lengths.h"
 #include "calib/diagnose/mistakes.h"
 #include "calib/problem/target_place.h"
 

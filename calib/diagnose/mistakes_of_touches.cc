@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <string>
 
 #include "calib/consistency/session_order.h"
@@ -14,8 +13,6 @@
 namespace cellcal::calib {
 
 namespace {
-
-constexpr double kWholeTurnRad = 2.0 * std::numbers::pi;
 
 /// Trackers and wires whose readings may be otherwise, together or each: all of a kind, and all.
 std::vector<std::vector<std::string>> sets_of_readings(const Cell& cell) {
@@ -55,13 +52,13 @@ TargetResult result_of(const Calibration& c, const std::string& id) {
 
 }  // namespace
 
-void Asked::with_cell(const std::function<void(Cell&)>& change, Naming cause) const {
+void Asked::with_cell(const std::function<void(Cell&)>& change, FindingOf cause) const {
   Hypothesis without{cell, touches, std::move(cause)};
   change(without.cell);
   ask(without);
 }
 
-void Asked::with_touches(const std::function<void(Touch&)>& change, Naming cause,
+void Asked::with_touches(const std::function<void(Touch&)>& change, FindingOf cause,
                          bool no_farther) const {
   Hypothesis without{cell, touches, std::move(cause), no_farther};
   for (Touch& touch : without.touches) change(touch);
@@ -80,7 +77,7 @@ void radians(const Asked& asked) {
   double largest = 0.0;
   for (const Touch& touch : asked.touches)
     for (const double q : touch.joint_rad) largest = std::max(largest, std::abs(q) * kDegPerRad);
-  if (largest > kWholeTurnRad) return;  // in degrees, as it was read
+  if (largest > kRadPerTurn) return;  // in degrees, as it was read
   asked.with_touches(
       [](Touch& touch) {
         for (double& q : touch.joint_rad) q *= kDegPerRad;
@@ -102,12 +99,12 @@ void mastering(const Asked& asked) {
     const Joint& joint = asked.cell.robot.joints[i];
     const auto off_rad = [&](const Calibration& c) {
       const double off = correction_of(c, joint_parameter(ParameterKind::kTheta, i));
-      return std::remainder(joint.sign * off, kWholeTurnRad);
+      return std::remainder(joint.sign * off, kRadPerTurn);
     };
     Cell loose = asked.cell;
     loose.robot.joints[i].errors = {JointError::kTheta};  // or another angle takes its share
     loose.robot.joints[i].tolerance_angle_rad = kAnyZeroRad;
-    const Trial trial = attempt(loose, asked.touches);
+    const Trial trial = fit_hypothesis(loose, asked.touches);
     if (!trial.found) continue;
     const double about_rad = off_rad(*trial.found);
     if (!(std::abs(about_rad) > 2.0 * joint.tolerance_angle_rad)) continue;

@@ -2,9 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
+#include <variant>
 
-#include "calib/consistency/lengths.h"
-#include "calib/model/error.h"
+#include "calib/consistency/certified_lengths.h"
 #include "calib/model/kinematics.h"
 #include "calib/model/median.h"
 #include "calib/problem/problem.h"
@@ -50,14 +51,12 @@ bool Trial::makes_sense() const { return misfit() < kSense && worst < kFarStated
 
 std::optional<Calibration> tried(const Cell& cell, const std::vector<Touch>& touches,
                                  const IdentifyOptions& options) {
-  try {
-    return identify_as_stated(cell, touches, options);
-  } catch (const IdentifyError&) {
-    return std::nullopt;
-  }
+  auto found = identified_or_why_not(cell, touches, options);
+  auto* calibration = std::get_if<Calibration>(&found);
+  return calibration ? std::optional(std::move(*calibration)) : std::nullopt;
 }
 
-Trial attempt(const Cell& cell, const std::vector<Touch>& touches) {
+Trial fit_hypothesis(const Cell& cell, const std::vector<Touch>& touches) {
   Trial trial;
   const Cell levelled = at_level(cell, ModelLevel{}, touches);
   const ArmModel arm(levelled);

@@ -34,7 +34,7 @@ std::optional<Calibration> tried(const Cell& cell, const std::vector<Touch>& tou
                                  const IdentifyOptions& options);
 
 /// At the fullest level without play; which one it is does not matter for that.
-Trial attempt(const Cell& cell, const std::vector<Touch>& touches);
+Trial fit_hypothesis(const Cell& cell, const std::vector<Touch>& touches);
 
 /// How far the nominal arm is from meeting the fit touches, each target put where they lie best:
 /// median [m]; infinite where they do not say where a target is.

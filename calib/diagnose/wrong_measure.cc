@@ -6,8 +6,8 @@
 #include <limits>
 
 #include "calib/consistency/artefact_bias.h"
-#include "calib/consistency/lengths.h"
-#include "calib/consistency/outliers.h"
+#include "calib/consistency/certified_lengths.h"
+#include "calib/consistency/named_outliers.h"
 #include "calib/diagnose/causes.h"
 #include "calib/diagnose/jump.h"
 #include "calib/diagnose/mistakes.h"
@@ -121,7 +121,7 @@ std::optional<Finding> wrong_size(const Cell& cell, const std::vector<Touch>& to
     const auto mended = mended_bias(cell, touches, options, bias);
     if (!mended) continue;
     const PutRight right = put_right(cell, touches, *mended);
-    all.push_back({size_of(cell, *mended), attempt(right.cell, right.touches).sum});
+    all.push_back({size_of(cell, *mended), fit_hypothesis(right.cell, right.touches).sum});
     least = std::min(least, all.back().misfit);
   }
   Finding finding = likely(LikelyCause::kArtefactSize);

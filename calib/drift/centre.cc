@@ -31,7 +31,7 @@ Centre::Innovation Centre::against(const CheckSeen& check) const {
   const Gain h = row_of(warmer(check));
   const Eigen::Vector3d off = check.shift_m - h * state_;
   const Eigen::Matrix3d s = h * covariance_ * h.transpose() + check.covariance_m2;
-  return {off, s.llt().matrixL().solve(off)};
+  return {off, s.llt().matrixL().solve(off)};  // (96), f_s beside
 }
 
 void Centre::learn(const CheckSeen& check) {

@@ -8,8 +8,8 @@ namespace cellcal::calib {
 namespace {
 
 constexpr double kLambda = 0.1;  ///< weight of the newest in the EWMA
-constexpr double kAllowed =
-    1.0;  ///< of each check, taken off the CUSUM: finds steps of 2 sigma best
+/// Of each check, taken off the CUSUM: finds steps of 2 sigma best.
+constexpr double kAllowed = 1.0;
 
 /// Beyond all limits. No knock, however large, is remembered for longer than some ten checks.
 constexpr double kMost = 8.0;
@@ -23,13 +23,13 @@ void keep_below(Eigen::Vector3d& v, double most) {
 Charts::Statistics Charts::take(const CheckSeen& check) {
   Statistics at;
   if (centre_.known()) {
-    const Eigen::Vector3d u = centre_.against(check).standard / scatter_.factor();
-    ewma_ = (1.0 - kLambda) * ewma_ + kLambda * u;
+    const Eigen::Vector3d u = centre_.against(check).standard / scatter_.factor();  // (96)
+    ewma_ = (1.0 - kLambda) * ewma_ + kLambda * u;                                  // (97)
     forgotten_ *= (1.0 - kLambda) * (1.0 - kLambda);
     const double sigma = std::sqrt(kLambda / (2.0 - kLambda) * (1.0 - forgotten_));
     keep_below(ewma_, kMost * sigma);
     at.ewma = ewma_.norm() / sigma;
-    cusum_ += u;
+    cusum_ += u;  // (98)
     const double length = cusum_.norm();
     cusum_ *= length > kAllowed ? 1.0 - kAllowed / length : 0.0;
     keep_below(cusum_, kMost);

@@ -92,8 +92,8 @@ class Watch {
   std::optional<double> reference_c_;
   Charts charts_;
   DriftChart chart_;
-  std::vector<CheckSeen>
-      trend_checks_;  ///< what the centre is made of, and the checks of the alarm that stands
+  /// What the centre is made of, and the checks of the alarm that stands.
+  std::vector<CheckSeen> trend_checks_;
   std::size_t trusted_ = 0;  ///< of them, before that alarm's trend
 };
 

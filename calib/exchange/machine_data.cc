@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "calib/exchange/numbers.h"
 #include "calib/model/error.h"
+#include "calib/model/units.h"
 #include "calib/syntax/shown.h"
 
 namespace cellcal::calib {
@@ -139,7 +139,6 @@ void of_axis(const Assignment& a, const Place& place, MachineData& data, Drives&
     if (turns == 0.0) place.fail(a, "a ratio: D is 0");
     drives.ratio[i] = std::abs(member(a, place, "N") / turns);
   }
-  constexpr double kRadPerTurn = 2.0 * std::numbers::pi;
   if (drives.rpm[i] > 0.0 && drives.ratio[i] > 0.0)
     axis.max_speed_rad_s = drives.rpm[i] / 60.0 / drives.ratio[i] * kRadPerTurn;
 }

@@ -5,19 +5,9 @@
 #include <charconv>
 #include <cmath>
 
+#include "calib/syntax/trimmed.h"
+
 namespace cellcal::calib {
-
-namespace {
-
-constexpr std::string_view kBlanks = " \t\r\n";
-
-std::string_view trimmed(std::string_view text) {
-  const auto begin = text.find_first_not_of(kBlanks);
-  if (begin == std::string_view::npos) return {};
-  return text.substr(begin, text.find_last_not_of(kBlanks) - begin + 1);
-}
-
-}  // namespace
 
 std::string shortest(double value) { return fmt::format("{}", value == 0.0 ? 0.0 : value); }
 

@@ -16,7 +16,7 @@ namespace cellcal::calib {
 namespace {
 
 constexpr const char* kPriorsFormat = "cellcal.priors/1";
-constexpr std::size_t kMostPriorsBytes = 1u << 20, kMostJoints = 32, kDigestDigits = 64;
+constexpr std::size_t kMostPriorsBytes = 1u << 20, kMostJoints = 32;
 constexpr long kMostArms = 1'000'000, kMostVersions = 1'000'000'000;
 
 /// As keys end.
@@ -86,11 +86,6 @@ JointPriors read_joint(const TomlTable& table, int arms) {
   return joint;
 }
 
-bool is_digest(const std::string& text) {
-  return text.size() == kDigestDigits &&
-         text.find_first_not_of("0123456789abcdef") == std::string::npos;
-}
-
 FleetPriors read(const TomlTable& document) {
   document.word("format", {kPriorsFormat});
   FleetPriors priors;
@@ -98,7 +93,7 @@ FleetPriors read(const TomlTable& document) {
   priors.made = document.string("made");
   priors.robot = document.string("robot");
   priors.nominal_geometry = document.string("drawing");
-  if (!is_digest(priors.nominal_geometry))
+  if (!is_sha256(priors.nominal_geometry))
     document.fail("drawing", "must be 64 digits, 0-9 and a-f");
   priors.arms = static_cast<int>(document.integer("arms", 1, kMostArms));
   const auto joints = document.tables("joint");

@@ -294,7 +294,7 @@ std::string format_touches(const std::vector<Touch>& touches, const Robot& robot
   for (const Touch& touch : touches) {
     // Nine decimals of a degree are 2e-8 mm at 1.4 m: nothing is lost.
     for (const double angle : touch.joint_rad) out += fmt::format("{:.9f},", angle * kDegPerRad);
-    out += touch.target + (touch.set == TouchSet::kCheck ? ",check" : ",fit");
+    out += touch.target + "," + to_string(touch.set);
     for (const Written* column : columns)
       out += "," + (column->has(touch) ? column->field(touch) : empty_fields(*column));
     out += "\n";

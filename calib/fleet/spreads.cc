@@ -33,8 +33,8 @@ Cholesky predicted(const ArmRows& arm, const Eigen::VectorXd& t) {
   return Cholesky(v);
 }
 
-/// What is believed of the logarithms beforehand.
-struct Belief {
+/// Of the logarithms of the spreads, beforehand.
+struct HyperPrior {
   Eigen::MatrixXd alike;      ///< inverse covariance
   Eigen::ArrayXd drawn_arms;  ///< errors of each group that the robot file counts for
 
@@ -54,15 +54,15 @@ struct Belief {
   Eigen::MatrixXd information() const { return curvature(LogSpreads::Zero(drawn_arms.size())); }
 };
 
-Belief believed(const Groups& groups) {
+HyperPrior hyper_prior(const Groups& groups) {
   Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(groups.size(), groups.size());
   for (Eigen::Index g = 0; g < groups.size(); ++g)
     for (Eigen::Index h = 0; h < groups.size(); ++h)
       if (groups.kind[static_cast<std::size_t>(g)] == groups.kind[static_cast<std::size_t>(h)])
         covariance(g, h) = kCommonSigma * kCommonSigma + (g == h ? kOwnSigma * kOwnSigma : 0.0);
-  Belief belief{Cholesky(covariance).inverse(), Eigen::ArrayXd::Zero(groups.size())};
-  for (const Eigen::Index g : groups.of_error) belief.drawn_arms[g] += kDrawnArms;
-  return belief;
+  HyperPrior prior{Cholesky(covariance).inverse(), Eigen::ArrayXd::Zero(groups.size())};
+  for (const Eigen::Index g : groups.of_error) prior.drawn_arms[g] += kDrawnArms;
+  return prior;
 }
 
 struct Derivatives {
@@ -126,27 +126,27 @@ double deviate(double chi2, Eigen::Index degrees_of_freedom) {
 
 SpreadFit fit_spreads(const std::vector<ArmRows>& arms, const std::vector<bool>& use,
                       const Groups& groups, const LogSpreads& start) {
-  const Belief belief = believed(groups);
+  const HyperPrior prior = hyper_prior(groups);
   SpreadFit fit;
   fit.mode = start;
   Derivatives d = derivatives(arms, use, groups, fit.mode);
   for (int step = 0; step < kMostSteps; ++step) {
-    const Eigen::VectorXd way = Cholesky(d.information + belief.curvature(fit.mode))
-                                    .solve(Eigen::VectorXd(d.score + belief.score(fit.mode)));
+    const Eigen::VectorXd way = Cholesky(d.information + prior.curvature(fit.mode))
+                                    .solve(Eigen::VectorXd(d.score + prior.score(fit.mode)));
     double length = std::min(1.0, kLongestStep / std::max(kSettled, way.lpNorm<Eigen::Infinity>()));
-    const double before = d.log_evidence + belief.log_density(fit.mode);
+    const double before = d.log_evidence + prior.log_density(fit.mode);
     LogSpreads next = fit.mode;
     // Scoring nearly always goes up; where it does not, half of the way does.
     for (int half = 0; half < 10; ++half, length /= 2.0) {
       next = (fit.mode + length * way).cwiseMax(-kFarthest).cwiseMin(kFarthest);
       d = derivatives(arms, use, groups, next);
-      if (d.log_evidence + belief.log_density(next) >= before) break;
+      if (d.log_evidence + prior.log_density(next) >= before) break;
     }
     const double moved = (next - fit.mode).lpNorm<Eigen::Infinity>();
     fit.mode = next;
     if (moved < kSettled) break;
   }
-  const Eigen::MatrixXd before = belief.information();
+  const Eigen::MatrixXd before = prior.information();
   const Eigen::MatrixXd unknown = Cholesky(d.information + before).inverse();
   const Eigen::MatrixXd sandwich = unknown * (d.score_square + before) * unknown;
   fit.sigma = unknown.diagonal().cwiseMax(sandwich.diagonal()).cwiseSqrt();

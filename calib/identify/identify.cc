@@ -3,9 +3,10 @@
 #include <algorithm>
 #include <optional>
 #include <utility>
+#include <variant>
 
-#include "calib/consistency/lengths.h"
-#include "calib/consistency/outliers.h"
+#include "calib/consistency/certified_lengths.h"
+#include "calib/consistency/named_outliers.h"
 #include "calib/consistency/session_order.h"
 #include "calib/diagnose/causes.h"
 #include "calib/diagnose/data_association.h"
@@ -152,6 +153,48 @@ Calibration with_discrepancy(const Cell& cell, const std::vector<Touch>& touches
   return stated;
 }
 
+/// What explains it where it is withheld, and what jumped or moved amid the session.
+/// Every further identification goes through tried(), so nothing here throws IdentifyError.
+Calibration looked_at_closer(const Cell& cell, const std::vector<Touch>& touches,
+                             const IdentifyOptions& options, const OtherRobots& other_robots,
+                             Calibration calibration) {
+  if (const auto wrong = wrong_measure(cell, touches, options, calibration)) {
+    calibration.moved.clear();  // a wrong length pulls spheres about
+    put_first({*wrong}, calibration);
+    return calibration;
+  }
+  // Of so few, whatever was tried would explain all.
+  if (calibration.verdict.too_few) return calibration;
+  if (explained_by_jump(cell, touches, options, calibration)) return calibration;
+  std::vector<Cause> causes;
+  if (!calibration.verdict.publish) causes = causes_of(cell, touches, other_robots);
+  std::erase_if(causes, [&](const Cause& cause) {
+    return cause.moved && !likelier_than_model_error(cell, touches, options, *cause.moved);
+  });
+  // Another mistake moves targets, too.
+  const bool moved = moved_alone(causes);
+  if (!moved) calibration.moved.clear();
+  for (const Cause& cause : causes)
+    if (moved && has_two_centres(cell, cause.moved->target) &&
+        !is_moved(calibration.moved, cause.moved->target))
+      calibration.moved.push_back(*cause.moved);
+  confirm_moves(cell, touches, options, calibration);
+  if (!calibration.moved.empty()) confirm_without_lengths(cell, touches, options, calibration);
+  // What looks like a move, and would have been let through without it, may be another mistake.
+  if (!calibration.moved.empty() && causes.empty()) {
+    causes = causes_of(cell, touches, other_robots);
+    if (!causes.empty() && causes.front().moved) causes.clear();
+  }
+  if (calibration.moved.empty() || !moved_alone(causes))
+    put_first(findings_of(causes), calibration);
+  if (calibration.moved.empty() && causes.empty())
+    calibration = with_discrepancy(cell, touches, options, std::move(calibration));
+  if (!calibration.verdict.publish && calibration.moved.empty() && causes.empty())
+    if (const auto scattered = scattered_touches(cell, touches))
+      put_first({*scattered}, calibration);
+  return calibration;
+}
+
 }  // namespace
 
 std::vector<Finding> likely_causes(const Cell& cell, const std::vector<Touch>& touches,
@@ -165,48 +208,14 @@ std::vector<Finding> likely_causes(const Cell& cell, const std::vector<Touch>& t
 Calibration identify(const Cell& cell, const std::vector<Touch>& touches,
                      const IdentifyOptions& options, const OtherRobots& other_robots) {
   require_sound(cell, touches);
-  try {
-    Calibration calibration = identify_as_stated(cell, touches, options);
-    if (const auto wrong = wrong_measure(cell, touches, options, calibration)) {
-      calibration.moved.clear();  // a wrong length pulls spheres about
-      put_first({*wrong}, calibration);
-      return calibration;
-    }
-    // Of so few, whatever was tried would explain all.
-    if (calibration.verdict.too_few) return calibration;
-    if (explained_by_jump(cell, touches, options, calibration)) return calibration;
-    std::vector<Cause> causes;
-    if (!calibration.verdict.publish) causes = causes_of(cell, touches, other_robots);
-    std::erase_if(causes, [&](const Cause& cause) {
-      return cause.moved && !likelier_than_model_error(cell, touches, options, *cause.moved);
-    });
-    // Another mistake moves targets, too.
-    const bool moved = moved_alone(causes);
-    if (!moved) calibration.moved.clear();
-    for (const Cause& cause : causes)
-      if (moved && has_two_centres(cell, cause.moved->target) &&
-          !is_moved(calibration.moved, cause.moved->target))
-        calibration.moved.push_back(*cause.moved);
-    confirm_moves(cell, touches, options, calibration);
-    if (!calibration.moved.empty()) confirm_without_lengths(cell, touches, options, calibration);
-    // What looks like a move, and would have been let through without it, may be another mistake.
-    if (!calibration.moved.empty() && causes.empty()) {
-      causes = causes_of(cell, touches, other_robots);
-      if (!causes.empty() && causes.front().moved) causes.clear();
-    }
-    if (calibration.moved.empty() || !moved_alone(causes))
-      put_first(findings_of(causes), calibration);
-    if (calibration.moved.empty() && causes.empty())
-      calibration = with_discrepancy(cell, touches, options, std::move(calibration));
-    if (!calibration.verdict.publish && calibration.moved.empty() && causes.empty())
-      if (const auto scattered = scattered_touches(cell, touches))
-        put_first({*scattered}, calibration);
-    return calibration;
-  } catch (const IdentifyError& error) {
-    Calibration nominal = not_identified(cell, touches, options, error.what());
+  auto stated = identified_or_why_not(cell, touches, options);
+  if (const auto* why_not = std::get_if<IdentifyError>(&stated)) {
+    Calibration nominal = not_identified(cell, touches, options, why_not->what());
     put_first(likely_causes(cell, touches, other_robots), nominal);
     return nominal;
   }
+  return looked_at_closer(cell, touches, options, other_robots,
+                          std::get<Calibration>(std::move(stated)));
 }
 
 }  // namespace cellcal::calib

@@ -45,6 +45,20 @@ Direction direction(double angle) {
           angle * (1.0 - q / 6.0 * (1.0 - q / 20.0 * (1.0 - q / 42.0)))};
 }
 
+/// How a tool gives way by c_t; `stiff`: its m l^3/3.
+void set_deflection(double c, const Tool& tool, double stiff, ArmErrors::OfTool& its) {
+  its.bend_m_per_accel = c * stiff;
+  its.turn_rad_per_accel = c * tool.mass_kg * tool.length_m * tool.length_m / 2.0;
+}
+
+void set_twist(double alpha, double beta, ArmErrors::OfJoint& its) {
+  its.cos_alpha = std::cos(alpha);
+  its.sin_alpha = std::sin(alpha);
+  its.has_beta = beta != 0.0;
+  its.cos_beta = std::cos(beta);
+  its.sin_beta = std::sin(beta);
+}
+
 }  // namespace
 
 ArmErrors ArmModel::errors(const double* x) const {
@@ -80,10 +94,7 @@ ArmErrors ArmModel::errors(const double* x) const {
         beta[parameter.joint] += x[p];
         break;
       case ParameterKind::kDeflection:
-        e.tool[parameter.tool].bend_m_per_accel = x[p] * stiff_[parameter.tool];
-        e.tool[parameter.tool].turn_rad_per_accel = x[p] * tool(parameter.tool).mass_kg *
-                                                    tool(parameter.tool).length_m *
-                                                    tool(parameter.tool).length_m / 2.0;
+        set_deflection(x[p], tool(parameter.tool), stiff_[parameter.tool], e.tool[parameter.tool]);
         break;
       case ParameterKind::kTcp:
         e.tool[parameter.tool].tcp_m[parameter.axis] += x[p];
@@ -98,14 +109,7 @@ ArmErrors ArmModel::errors(const double* x) const {
         break;  // not the arm's
     }
   }
-  for (int i = 0; i < joint_count(); ++i) {
-    ArmErrors::OfJoint& joint = e.joint[i];
-    joint.cos_alpha = std::cos(alpha[i]);
-    joint.sin_alpha = std::sin(alpha[i]);
-    joint.has_beta = beta[i] != 0.0;
-    joint.cos_beta = std::cos(beta[i]);
-    joint.sin_beta = std::sin(beta[i]);
-  }
+  for (int i = 0; i < joint_count(); ++i) set_twist(alpha[i], beta[i], e.joint[i]);
   return e;
 }
 

@@ -7,6 +7,7 @@
 
 #include "calib/model/inverse.h"
 #include "calib/model/random.h"
+#include "calib/model/units.h"
 
 namespace cellcal::calib {
 
@@ -56,10 +57,9 @@ double turn(const Vector3d& axis, const Vector3d& from, const Vector3d& to) {
 
 /// Of whole turns the one nearest to 0 that the limits allow.
 std::optional<double> within(double angle, const Joint& joint, double margin) {
-  constexpr double kTurn = 2.0 * std::numbers::pi;
-  angle = std::remainder(angle, kTurn);
-  for (const double candidate : {angle, angle > 0.0 ? angle - kTurn : angle + kTurn,
-                                 angle > 0.0 ? angle + kTurn : angle - kTurn})
+  angle = std::remainder(angle, kRadPerTurn);
+  for (const double candidate : {angle, angle > 0.0 ? angle - kRadPerTurn : angle + kRadPerTurn,
+                                 angle > 0.0 ? angle + kRadPerTurn : angle - kRadPerTurn})
     if (candidate >= joint.min_rad + margin && candidate <= joint.max_rad - margin)
       return candidate;
   return std::nullopt;
@@ -189,7 +189,7 @@ std::optional<JointVector> Configurations::in_posture(const Isometry3d& tcp,
   by_subproblems(tcp, &posture, [&](const std::array<double, kWristJoints>& theta) {
     found.emplace(kWristJoints);
     for (std::size_t i = 0; i < kWristJoints; ++i)
-      (*found)[i] = std::remainder(theta[i], 2.0 * std::numbers::pi);
+      (*found)[i] = std::remainder(theta[i], kRadPerTurn);
   });
   return found;
 }

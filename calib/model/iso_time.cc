@@ -1,6 +1,8 @@
 #include "calib/model/iso_time.h"
 
-#include <chrono>
+#include <fmt/format.h>
+
+#include <ctime>
 
 namespace cellcal::calib {
 
@@ -71,6 +73,14 @@ double zone_s(Scan& scan) {
   return west ? -seconds : seconds;
 }
 
+std::string up_to_seconds(std::chrono::sys_seconds time) {
+  const std::time_t since_1970 = time.time_since_epoch().count();
+  std::tm utc{};
+  ::gmtime_r(&since_1970, &utc);
+  return fmt::format("{:04}-{:02}-{:02}T{:02}:{:02}:{:02}", utc.tm_year + 1900, utc.tm_mon + 1,
+                     utc.tm_mday, utc.tm_hour, utc.tm_min, utc.tm_sec);
+}
+
 }  // namespace
 
 std::optional<double> seconds_of(std::string_view iso) {
@@ -92,6 +102,13 @@ std::optional<double> seconds_of(std::string_view iso) {
   }
   if (!scan.ok || !scan.rest.empty()) return {};
   return seconds;
+}
+
+std::string utc_text(std::chrono::sys_seconds time) { return up_to_seconds(time) + "Z"; }
+
+std::string utc_text(std::chrono::sys_time<std::chrono::milliseconds> time) {
+  const auto whole = std::chrono::floor<std::chrono::seconds>(time);
+  return fmt::format("{}.{:03}Z", up_to_seconds(whole), (time - whole).count());
 }
 
 }  // namespace cellcal::calib

@@ -1,7 +1,9 @@
 #pragma once
-// Times as tables of touches hold them.
+// Times as files hold them.
 
+#include <chrono>
 #include <optional>
+#include <string>
 #include <string_view>
 
 namespace cellcal::calib {
@@ -10,5 +12,10 @@ namespace cellcal::calib {
 /// "2024-09-24 12:00:00+02:00", "20240924T100000Z", "2024-09-24"); UTC where no zone is stated.
 /// Nothing where it is none.
 std::optional<double> seconds_of(std::string_view iso);
+
+/// "2024-09-24T10:00:00Z".
+std::string utc_text(std::chrono::sys_seconds time);
+/// "2024-09-24T10:00:00.125Z".
+std::string utc_text(std::chrono::sys_time<std::chrono::milliseconds> time);
 
 }  // namespace cellcal::calib

@@ -1,5 +1,6 @@
 #include "calib/model/kinematics.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <stdexcept>
@@ -118,6 +119,10 @@ void ArmModel::add_tool_parameters(int index) {
     if (tool.tcp_sigma_m[axis] > 0.0)
       parameters_.push_back(
           {tool_parameter(ParameterKind::kTcp, which, axis), tool.tcp_sigma_m[axis], "mm", 1000.0});
+}
+
+bool ArmModel::has_tool(std::string_view id) const {
+  return id.empty() || std::ranges::find(tools_, id, &Tool::id) != tools_.end();
 }
 
 int ArmModel::tool_index(std::string_view id) const {

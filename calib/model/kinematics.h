@@ -2,13 +2,13 @@
 // The real arm as a function of its errors: forward kinematics with analytic derivatives.
 //
 // Model (calib/model/README.md, (1) to (7)). With the errors x put into the exact chain:
-//   theta_i = sgn_i q_i + offset_i + dtheta_i + k_i tau_i(q) + p_i tanh(tau_i(q) / tau_0i) + sum_h [wc_ih cos(h gear_i q_i) + ws_ih sin(h gear_i q_i)]
+//   theta_i = sgn_i q_i + offset_i + dtheta_i + k_i tau_i(q) + play_i tanh(tau_i(q) / tau_0i) + sum_h [wc_ih cos(h gear_i q_i) + ws_ih sin(h gear_i q_i)]
 //   T_i     = Rz(theta_i) Tz(d_i + dd_i) Tx(a_i + da_i) Rx(alpha_i + dalpha_i) Ry(beta_i + dbeta_i)
-//   TCP     = flange * tool, then displaced by c_t m_t l_t^3/3 g_perp and turned by c_t m_t l_t^2/2 (z_t x g)
+//   TCP     = flange * tool, then displaced by c_t m_t l_t^3/3 g_perp and turned by c_t m_t l_t^2/2 (z_t cross g)
 // Where a link's mass moment m_j com_j is not known, each of its components adds k_i times its torque
 // about joint i, one unknown per joint and component. tau_i is taken on the nominal geometry:
-// errors of 1 mm and 1 mrad change it by parts in a thousand, which moves the tip by less than 10
-// um on an arm that gives 5 mm.
+// errors of 1 mm and 1 mrad change it by parts in a thousand, which moves the tip by less than
+// 10 um on an arm that gives 5 mm.
 //
 // All parameters are SI and radians. Nothing here assumes six joints.
 
@@ -40,8 +40,8 @@ constexpr int kMaxTools = 8;
 /// What depends on the axis angles alone and not on the errors; computed once per touch.
 struct PreparedPose {
   Eigen::Matrix2Xd direction;  ///< per joint: cosine and sine of the nominal theta
-  Eigen::VectorXd
-      factor;    ///< per parameter: dtheta/dx for compliance, load, play, harmonics; else 0
+  /// Per parameter: dtheta/dx for compliance, load, play, harmonics; else 0.
+  Eigen::VectorXd factor;
   int tool = 0;  ///< whose tip it is about
 };
 
@@ -99,6 +99,8 @@ class ArmModel {
   const Robot& robot() const { return robot_; }
   int tool_count() const { return static_cast<int>(tools_.size()); }
   const Tool& tool(int index = 0) const { return tools_[static_cast<std::size_t>(index)]; }
+  /// One with this id, empty for the first, is on the flange.
+  bool has_tool(std::string_view id) const;
   /// Of the tool with this id, empty for the first; throws std::out_of_range naming it.
   int tool_index(std::string_view id) const;
 
@@ -148,8 +150,8 @@ class ArmModel {
   Robot robot_;
   std::vector<Tool> tools_;
   std::vector<ArmParameter> parameters_;
-  int first_by_pose_ = 0,
-      last_by_pose_ = 0;       ///< parameters that turn a joint by what the pose says
+  /// Parameters that turn a joint by what the pose says.
+  int first_by_pose_ = 0, last_by_pose_ = 0;
   std::vector<double> stiff_;  ///< m l^3/3 of each tool
   ArmErrors none_;             ///< of the nominal arm
 };

@@ -24,7 +24,7 @@ enum class ParameterKind {
   kLoad,        // k_i times an unknown part of a link's mass moment
   kCosine,
   kSine,        // transmission harmonic
-  kPlay,        // p_i
+  kPlay,        // play_i
   kDeflection,  // c_t
   kTcp,         // one component of the tool's offset
   // Beside it.

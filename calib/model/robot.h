@@ -43,8 +43,8 @@ struct Joint {
   double gear_ratio = 1.0;
   std::vector<int> harmonics;       ///< orders h of cos/sin(h gear_i q_i)
   double harmonic_sigma_rad = 0.0;  ///< prior of each amplitude, of order 1
-  double play_sigma_rad =
-      0.0;  ///< prior of p_i, half of the play; 0: the joint has none (at_level)
+  /// Prior of play_i, half of the play; 0: the joint has none (at_level).
+  double play_sigma_rad = 0.0;
   double play_closes_nm = 1.0;    ///< tau_0 that closes it, > 0
   double harmonic_falloff = 0.0;  ///< that of order h is less by h to the power of this
   double radius_m = 0.0;          ///< of the capsule about this joint's link; 0: assumed (plan)

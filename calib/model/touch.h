@@ -12,6 +12,8 @@
 namespace cellcal::calib {
 
 enum class TouchSet { kFit, kCheck };
+/// As files and interfaces name it: "fit", "check".
+const char* to_string(TouchSet set);
 
 struct Touch {
   std::vector<double> joint_rad;  ///< controller's axis angles at the instant of contact [rad]

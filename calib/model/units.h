@@ -11,6 +11,7 @@ inline constexpr double kMmPerM = 1000.0;
 inline constexpr double kMsPerS = 1000.0;
 inline constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 inline constexpr double kDegPerRad = 180.0 / std::numbers::pi;
+inline constexpr double kRadPerTurn = 2.0 * std::numbers::pi;
 inline constexpr double kRadPerArcsec = kRadPerDeg / 3600.0;
 
 /// KUKA's frame: xyz [mm] and abc [deg] with R = Rz(A) Ry(B) Rx(C).

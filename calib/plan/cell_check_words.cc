@@ -92,13 +92,13 @@ std::string advice_words(const CellFault& f) {
     case Kind::kOutOfReach:
       return "Correct its centre_mm, place it nearer, or look at robot and [tool]";
     case Kind::kCentreInMetres:
-      return "Is centre_mm in metres? It is in millimetres, in the robot's base frame";
+      return "centre_mm may be in metres. State it in millimetres, in the robot's base frame";
     case Kind::kToolInMetres:
-      return "Is xyz_mm of [tool] in metres? It is in millimetres";
+      return "xyz_mm of [tool] may be in metres. State it in millimetres";
     case Kind::kDiameterInMetres:
-      return "Is diameter_mm in metres? It is in millimetres";
+      return "diameter_mm may be in metres. State it in millimetres";
     case Kind::kTouchSigma:
-      return "Is it in millimetres? Touches repeat to some hundredths: 0.03 is usual";
+      return "sigma_mm may be in another unit. State it in millimetres; 0.03 is usual";
   }
   return {};
 }

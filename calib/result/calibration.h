@@ -186,11 +186,17 @@ struct HeldOut {
 };
 
 struct UnseenTarget {
+  enum class NotJudged {
+    kPlaceAlone,   ///< its touches hold its place and little more
+    kNoPlace,      ///< they do not say where it is
+    kUnusable,     ///< a reading is no number
+    kOtherNormal,  ///< of a plane: theirs is far from the stated one
+  };
   std::string target;
   std::size_t touches = 0;
   double degrees_of_freedom = 0.0;  ///< of its rows, what the place left
   double rms_m = 0.0;
-  std::string why_not;  ///< it is not judged; empty: it is
+  std::optional<NotJudged> not_judged;  ///< none: it is judged
 };
 
 struct UnseenChecks {

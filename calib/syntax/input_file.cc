@@ -133,4 +133,9 @@ std::string sha256(std::string_view bytes) {
   return text;
 }
 
+bool is_sha256(std::string_view text) {
+  return text.size() == kSha256Digits &&
+         text.find_first_not_of("0123456789abcdef") == std::string_view::npos;
+}
+
 }  // namespace cellcal::calib

@@ -16,6 +16,9 @@ std::string read_file(const std::filesystem::path& path, std::size_t max_bytes =
 
 /// Lower-case hexadecimal SHA-256.
 std::string sha256(std::string_view bytes);
+inline constexpr std::size_t kSha256Digits = 64;
+/// Whether the text is one.
+bool is_sha256(std::string_view text);
 
 /// As long as this lives, read_file() refuses the file without opening it, under any name. For
 /// files that the process holds POSIX locks on: closing any descriptor of such a file drops them.

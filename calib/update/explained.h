@@ -43,9 +43,9 @@ class TouchEquations {
 /// One explanation and size: where its parameters come to lie, and how likely the touches are.
 struct Explained {
   Eigen::VectorXd x;
-  Eigen::MatrixXd
-      across_m;       ///< covariance of the parameters beforehand with what the touches are off by
-  Cholesky foreseen;  ///< covariance of that [m^2]
+  /// Covariance of the parameters beforehand with what the touches are off by.
+  Eigen::MatrixXd across_m;
+  Cholesky foreseen;      ///< covariance of that [m^2]
   Eigen::VectorXd off_m;  ///< what they are off by, as the last step has it
   Eigen::MatrixXd rows;   ///< at x
   Eigen::VectorXd size;   ///< of the change

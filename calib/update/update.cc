@@ -165,8 +165,8 @@ struct Resolved {
   std::vector<Weighed> all;
   Sufficient enough;
   std::vector<std::size_t> set_aside;
-  double log_odds_two =
-      0.0;  ///< that two things changed, over that one did and what was set aside is wrong by itself
+  /// That two things changed, over that one did and what was set aside is wrong by itself.
+  double log_odds_two = 0.0;
 };
 
 double log_of_sum(double a, double b) {
@@ -175,7 +175,7 @@ double log_of_sum(double a, double b) {
 
 /// Two things that changed against one, though touches were set aside in between: those count on either side as
 /// wrong by themselves, or are explained.
-class Ledger {
+class TwoChangeOdds {
  public:
   void add(const OneOrTwo& sums) {
     log_one_ = log_of_sum(log_one_, sums.log_one + log_wrong_);
@@ -183,9 +183,8 @@ class Ledger {
     log_one_and_touch_ = sums.log_one_and_touch + log_wrong_;
   }
   void set_aside(double log_wrong) { log_wrong_ += log_wrong; }
-  double log_odds_two() const {
-    return log_two_ - log_of_sum(log_one_, log_one_and_touch_);
-  }  // (86)
+  // (86)
+  double log_odds() const { return log_two_ - log_of_sum(log_one_, log_one_and_touch_); }
 
  private:
   double log_one_ = std::numeric_limits<double>::lowest(), log_two_ = log_one_,
@@ -209,18 +208,18 @@ std::vector<bool> may_be_set_aside(const std::vector<ForeseenContact>& contacts,
 Resolved resolve(const Calibration& prior, TouchEquations& equations) {
   Resolved r;
   const std::size_t count = equations.contacts().size();
-  Ledger ledger;
+  TwoChangeOdds two_changes;
   while (true) {
     r.all = weighed(prior, equations);
-    ledger.add(one_or_two(r.all));
-    r.log_odds_two = ledger.log_odds_two();
+    two_changes.add(one_or_two(r.all));
+    r.log_odds_two = two_changes.log_odds();
     r.enough = sufficient(likeliest(r.all), r.all, r.set_aside.size());
     if (!contradicted(r.enough) || r.set_aside.size() == kMostSetAside ||
         count - r.set_aside.size() <= kLeastUpdateTouches)
       return r;
     const auto touch = doubtful_touch(r.all, may_be_set_aside(equations.contacts(), r.set_aside));
     if (!touch) return r;
-    ledger.set_aside(log_wrong(r.all, *touch));
+    two_changes.set_aside(log_wrong(r.all, *touch));
     equations.set_aside(*touch);
     r.set_aside.push_back(*touch);
   }

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 #include <string>
 
 #include "calib/linear/cholesky.h"
@@ -37,22 +36,18 @@ std::optional<std::vector<Seen>> seen_by(const Calibration& earlier, std::span<c
   const Cell levelled = at_level(earlier.cell, earlier.level);
   const ArmModel arm(levelled);
   const Eigen::VectorXd x = arm_values(arm, earlier);
+  const auto joints = static_cast<std::size_t>(arm.joint_count());
   std::vector<Seen> seen;
   for (std::size_t i = 0; i < touches.size(); ++i) {
     const auto target = std::ranges::find(earlier.cell.targets, touches[i].target, &Target::id);
     if (target == earlier.cell.targets.end()) return {};
     if (target->kind != TargetKind::kSphere || outlier[i]) continue;
-    try {
-      const int tool = arm.tool_index(touches[i].tool);
-      seen.push_back({arm.position(arm.prepare(touches[i].joint_rad, tool), x.data()),
-                      target->diameter_m / 2.0 + arm.tool(tool).tip_radius_m,
-                      static_cast<std::size_t>(target - earlier.cell.targets.begin()),
-                      touches[i].set == TouchSet::kFit});
-    } catch (const std::out_of_range&) {  // no such tool
-      return {};
-    } catch (const std::invalid_argument&) {  // of another number of joints
-      return {};
-    }
+    if (!arm.has_tool(touches[i].tool) || touches[i].joint_rad.size() != joints) return {};
+    const int tool = arm.tool_index(touches[i].tool);
+    seen.push_back({arm.position(arm.prepare(touches[i].joint_rad, tool), x.data()),
+                    target->diameter_m / 2.0 + arm.tool(tool).tip_radius_m,
+                    static_cast<std::size_t>(target - earlier.cell.targets.begin()),
+                    touches[i].set == TouchSet::kFit});
   }
   // Without fit touches nothing says where a sphere was.
   std::erase_if(seen, [&](const Seen& one) {

@@ -8,9 +8,9 @@
 #include <memory>
 
 #include "calib/consistency/artefact_bias.h"
+#include "calib/consistency/certified_lengths.h"
 #include "calib/consistency/leave_one_out.h"
-#include "calib/consistency/lengths.h"
-#include "calib/consistency/outliers.h"
+#include "calib/consistency/named_outliers.h"
 #include "calib/consistency/residuals.h"
 #include "calib/consistency/suspected_changes.h"
 #include "calib/estimate/discrepancy.h"
@@ -376,6 +376,16 @@ Calibration identify_as_stated(const Cell& cell, const std::vector<Touch>& touch
   fill_consistency(problem, e, !together, !together && !options.level, calibration);
   calibration.verdict = judge(problem, calibration);
   return calibration;
+}
+
+std::variant<Calibration, IdentifyError> identified_or_why_not(const Cell& cell,
+                                                               const std::vector<Touch>& touches,
+                                                               const IdentifyOptions& options) {
+  try {
+    return identify_as_stated(cell, touches, options);
+  } catch (const IdentifyError& why_not) {
+    return why_not;
+  }
 }
 
 }  // namespace cellcal::calib

@@ -4,6 +4,7 @@
 // withheld is asked elsewhere (calib/diagnose); it identifies again and again, each time as stated.
 
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "calib/estimate/options.h"
@@ -17,6 +18,11 @@ namespace cellcal::calib {
 /// where the touches lead to no calibration.
 Calibration identify_as_stated(const Cell& cell, const std::vector<Touch>& touches,
                                const IdentifyOptions& options = {});
+
+/// The same, for who goes on where there is none: by its reason.
+std::variant<Calibration, IdentifyError> identified_or_why_not(const Cell& cell,
+                                                               const std::vector<Touch>& touches,
+                                                               const IdentifyOptions& options = {});
 
 /// The nominal arm, withheld for the reason `why`. Throws IdentifyError where there is nothing to
 /// identify from.

@@ -204,7 +204,7 @@ std::string stated_centre(const Finding& f) {
 std::string all_centres(const Finding& f) {
   return fmt::format(
       "stated centres do not fit the touches. Check centre_mm{}, or state a larger centre_sigma_mm",
-      has(f, "mends") ? "" : " (is it in the arm's base frame?)");
+      has(f, "mends") ? "" : ", which may be in another frame than the arm's base");
 }
 
 }  // namespace

@@ -40,6 +40,8 @@ std::string check_touches(const Finding& f);
 std::string gross_check_touches(const Finding& f);
 std::string no_check_touches(const Finding& f);
 std::string unseen_not_judged(const Finding& f);
+/// Its reason alone.
+std::string why_not_judged(const Finding& f);
 std::string all_left_out(const Finding& f);
 std::string unseen_place(const Finding& f);
 std::string temperature(const Finding& f);

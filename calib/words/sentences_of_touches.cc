@@ -14,7 +14,39 @@ std::string lies_on(const Subject& touch) {
                                                touch_of(touch), touch.name, touch.other_end);
 }
 
+/// Of a target whose place its check touches do not give.
+const char* how_to_give_a_place(TargetKind kind) {
+  switch (kind) {
+    case TargetKind::kPlane:
+      return "Touch it farther apart in two directions, or add its normal to the cell file, "
+             "pointing to the side of the tool";
+    case TargetKind::kTracker:
+      return "Measure at three places or more that are not in a line";
+    case TargetKind::kSphere:
+    case TargetKind::kWire:
+    case TargetKind::kPoint:
+      break;
+  }
+  return "Touch it from more sides, or add centre_mm to the cell file";
+}
+
 }  // namespace
+
+std::string why_not_judged(const Finding& f) {
+  if (!has(f, "touches")) return f.text;  // of a file that holds the words alone
+  const bool one = is_one(f, "touches");
+  if (is_set(f, "no_place"))
+    return fmt::format("{:.0f} check {} not determine its place. {}", of(f, "touches"),
+                       one ? "touch does" : "touches do",
+                       how_to_give_a_place(f.about.target_kind.value_or(TargetKind::kSphere)));
+  if (is_set(f, "unusable")) return "a reading is not a number. Leave it out";
+  if (is_set(f, "other_normal"))
+    return "normal of the touched plane far off the stated one. Check its normal in the cell file";
+  return fmt::format(
+      "{:.0f} check {} its place and little more; touch it more often, or make some of them fit "
+      "touches",
+      of(f, "touches"), one ? "touch holds" : "touches hold");
+}
 
 std::string touch_scatter(const Finding& f) {
   return fmt::format(
@@ -30,7 +62,7 @@ std::string duplicate_touches(const Finding& f) {
           ? std::string()
           : fmt::format(" ({} is {})", touch_of(f.parts[0].about), touch_of(f.parts[1].about));
   return fmt::format(
-      "{:.0f} of {:.0f} touches equal others to the last digit{}: was a file pasted twice? "
+      "{:.0f} of {:.0f} touches equal others to the last digit{}; a file may have been pasted twice. "
       "Leave them out",
       of(f, "duplicates"), of(f, "touches"), which);
 }
@@ -76,7 +108,7 @@ std::string no_check_touches(const Finding&) {
 }
 
 std::string unseen_not_judged(const Finding& f) {
-  return fmt::format("{}, which has no fit touch: {}", f.about.name, f.text);
+  return fmt::format("{}, which has no fit touch: {}", f.about.name, why_not_judged(f));
 }
 
 std::string all_left_out(const Finding& f) {

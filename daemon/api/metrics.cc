@@ -149,11 +149,10 @@ void put_contact(Exposition& out, const drivers::ContactStatus& contact) {
 
 void put_sessions(Exposition& out, const std::vector<SessionRecord>& sessions) {
   std::map<std::string, int> by_state;
-  for (const char* state : {"running", "interrupted", "aborted", "failed", "done", "damaged"})
-    by_state[state] = 0;
+  for (const RecordState state : kRecordStates) by_state[to_string(state)] = 0;
   double touches = 0.0;
   for (const SessionRecord& session : sessions) {
-    ++by_state[session.state];
+    ++by_state[to_string(session.state)];
     touches += static_cast<double>(session.touches);
   }
   out.family("cellcal_sessions", "gauge", "Sessions in the journal, by how they ended.");
@@ -206,7 +205,7 @@ void put_drift(Exposition& out, const calib::DriftChart& chart) {
 std::optional<calib::Calibration> newest_result(Journal& journal,
                                                 const std::vector<SessionRecord>& newest_first) {
   for (const SessionRecord& session : newest_first) {
-    if (session.state != "done") continue;
+    if (session.state != RecordState::kDone) continue;
     try {
       const auto record = journal.session(session.id);
       if (record && !record->calibration.empty())

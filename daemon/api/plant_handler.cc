@@ -33,12 +33,11 @@ std::string lines_of(const std::filesystem::path& file) {
 
 /// Who says none has it known by all bytes. Throws BadRequest.
 std::string content_of(const std::string& body) {
-  constexpr std::size_t kDigits = 64;
   const nlohmann::json whole = nlohmann::json::parse(body);
   if (!whole.contains("content")) return calib::sha256(body);
   const nlohmann::json& content = whole["content"];
   const std::string text = content.is_string() ? content.get<std::string>() : "";
-  if (text.size() != kDigits || text.find_first_not_of("0123456789abcdef") != std::string::npos)
+  if (!calib::is_sha256(text))
     throw BadRequest("content: must be a SHA-256, 64 hexadecimal digits");
   return text;
 }
@@ -90,7 +89,7 @@ std::optional<Response> Api::take_certificate(const Call& call) {
     return Response{413, "application/json", dump({{"error", too_large.what()}})};
   }
   const std::string& number = std::get<plant::CertificateFact>(body).certificate;
-  if (session.state != "done" || session.calibration.empty() ||
+  if (session.state != RecordState::kDone || session.calibration.empty() ||
       number != plant::certificate_number(session.id, session.calibration))
     throw RequestError(fmt::format("certificate {} is not of session {}'s calibration",
                                    printable(number), session.id));

@@ -36,7 +36,7 @@ json to_json(const SessionRecord& record) {
              {"id", record.id},
              {"started", record.started},
              {"ended", record.ended},
-             {"state", record.state},
+             {"state", to_string(record.state)},
              {"cell", record.inputs.cell_name},
              {"touches", record.touches},
              {"planned", record.planned},
@@ -174,7 +174,8 @@ std::optional<Response> Api::check(const Call& call) {
 
 /// Of a check that came to its end: whether the calibration held. Null of all else.
 json Api::holds(const SessionRecord& record) const {
-  if (record.state != "done" || kind_of(record) != to_string(SessionKind::kCheck)) return nullptr;
+  if (record.state != RecordState::kDone || kind_of(record) != to_string(SessionKind::kCheck))
+    return nullptr;
   const std::filesystem::path file = service_.results_dir(record.id) / "check.json";
   if (!std::filesystem::exists(file)) return nullptr;
   const json result = json::parse(calib::read_file(file), nullptr, false);

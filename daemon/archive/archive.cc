@@ -57,7 +57,7 @@ std::string make_manifest(const Archive& archive, const SessionRecord& record) {
   json manifest{{"format", kFormat},
                 {"software", calib::software_version()},
                 {"session", record.id},
-                {"state", record.state},
+                {"state", to_string(record.state)},
                 {"started", record.started},
                 {"ended", record.ended},
                 {"touches", record.touches},
@@ -124,8 +124,7 @@ void check_archive(const Archive& archive, const std::string& from) {
   const auto found = archive.find(kManifest);
   if (found == archive.end())
     refuse(from, kManifest,
-           "is missing: this is no export. Name the directory that 'cellcal "
-           "export ID DIR' wrote");
+           "is missing: this is no export. Name the directory that 'cellcal export ID DIR' wrote");
   try {
     const json manifest = json::parse(found->second);
     if (manifest.at("format") != kFormat) {

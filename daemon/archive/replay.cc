@@ -105,7 +105,7 @@ Replay replay(const Archive& archive, const std::string& from) {
   const auto record = journal.session(session);
   if (!record) throw ArchiveError(from + ": holds no session");
   if (record->calibration.empty()) {
-    throw ArchiveError(from + ": the session came to no calibration (" + record->state +
+    throw ArchiveError(from + ": the session came to no calibration (" + to_string(record->state) +
                        (record->failure.empty() ? "" : ": " + record->failure) +
                        "). Only sessions that were identified can be replayed");
   }

@@ -28,7 +28,7 @@ Published usable(Journal& journal, std::int64_t session) {
   if (!record)
     throw NotActivated(Why::kNoSession,
                        fmt::format("no session {}. See 'cellcal versions'", session));
-  if (record->state != "done" || record->calibration.empty())
+  if (record->state != RecordState::kDone || record->calibration.empty())
     throw NotActivated(
         Why::kWithheld,
         fmt::format("session {} has no calibration. See 'cellcal versions'", session));
@@ -80,7 +80,7 @@ void refuse_foreign(const Published& wanted, const Published& newest) {
 std::vector<std::int64_t> done_of(Journal& journal, const std::string& cell) {
   std::vector<std::int64_t> sessions;
   for (const SessionRecord& record : journal.sessions())
-    if (!record.origin && record.state == "done" && record.inputs.cell_name == cell)
+    if (!record.origin && record.state == RecordState::kDone && record.inputs.cell_name == cell)
       sessions.push_back(record.id);
   return sessions;
 }

@@ -223,10 +223,11 @@ void add_conditions(const Sources& s, CertificateData& data) {
   data.changes_recorded = !s.changes.empty();
   bool begun = false;
   for (const Change& change : s.changes) {
-    const bool begins = change.from_phase == "idle";
-    const bool breaks = change.to_phase == "recovering" || change.to_phase == "aborted" ||
-                        change.to_phase == "failed";
-    const bool resumed = (begins && begun) || change.from_phase == "watching";
+    const bool begins = change.from == Phase::kIdle;
+    const bool breaks = change.to == Phase::kRecovering || change.to == Phase::kAborted ||
+                        change.to == Phase::kFailed;
+    const bool resumed =
+        (begins && begun) || (change.from == Phase::kWatching && change.to == Phase::kReferencing);
     begun = begun || begins;
     if (!breaks && !resumed) continue;
     const auto column = [&](const char* name, const std::string& text) {
@@ -286,10 +287,7 @@ void add_touches(const Sources& s, CertificateData& data) {
     };
     TouchRow row{{std::to_string(i + 1), from("number"), static_cast<double>(i + 1)},
                  {touch.target, from("target")},
-                 {outlier[i]                             ? "left out"
-                  : touch.set == calib::TouchSet::kCheck ? "check"
-                                                         : "fit",
-                  from("set")},
+                 {outlier[i] ? "left out" : to_string(touch.set), from("set")},
                  {"", from("readings")},
                  {"", from("speed_mm_s")},
                  {"", from("temperature_c")},

@@ -28,20 +28,22 @@ std::string column(const RowEntry& entry, const char* name) {
 std::vector<Change> changes_in(const std::string& lines, const std::string& from) {
   std::vector<Change> changes;
   for (const RowEntry& entry : parse_lines(lines, from).entries)
-    if (entry.table == "change" && !entry.names.empty())
-      changes.push_back({entry.row, column(entry, "time"), column(entry, "from_phase"),
-                         column(entry, "to_phase"), column(entry, "event")});
+    if (entry.table == "change" && !entry.names.empty()) {
+      const std::string before = column(entry, "from_phase");
+      changes.push_back({entry.row, column(entry, "time"), before, column(entry, "event"),
+                         phase_of(before), phase_of(column(entry, "to_phase"))});
+    }
   return changes;
 }
 
 /// What was stored of one that ended otherwise, as in the phase reporting, is no result.
 void refuse_unless_done(const SessionRecord& record, const std::string& from) {
-  if (record.state == "done") return;
+  if (record.state == RecordState::kDone) return;
   throw Refused(
       Refused::Why::kNotDone,
       fmt::format("{}: the session was not done but is {}{}, and gets no certificate. Name a "
                   "session that was published: 'cellcal history'",
-                  from, printable(record.state),
+                  from, to_string(record.state),
                   record.failure.empty() ? "" : " (" + printable(record.failure) + ")"));
 }
 

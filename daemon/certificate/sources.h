@@ -12,13 +12,15 @@
 #include "daemon/archive/archive.h"
 #include "daemon/certificate/entry.h"
 #include "daemon/journal/journal.h"
+#include "daemon/session/phase.h"
 
 namespace cellcal::daemon::certificate {
 
 /// A change of phase, of which a certificate names the breaks.
 struct Change {
   std::int64_t row = 0;
-  std::string time, from_phase, to_phase, event;
+  std::string time, from_phase, event;
+  std::optional<Phase> from, to;  ///< none: a phase of another version
 };
 
 struct Sources {

@@ -51,7 +51,7 @@ bool apart(const json& values, const calib::FrameMmDeg& stated) {
   return false;
 }
 
-bool is_tool(const krl::ProposedFrame& one) { return one.name.starts_with("TOOL"); }
+bool is_tool(const krl::ProposedFrame& one) { return one.kind == krl::ProposedFrame::Kind::kTool; }
 
 double shift_mm(const json& from, const json& to) {
   double sum = 0.0;

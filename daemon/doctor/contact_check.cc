@@ -37,8 +37,7 @@ void judge_board(const drivers::ContactIdentity& id, Findings& findings) {
                   kFlash);
   } else if (id.board.weak_brown_out) {
     findings.warn(check,
-                  "no brown-out reset at 4.3 V: the chip may compute wrongly when its supply "
-                  "drops",
+                  "no brown-out reset at 4.3 V: the chip may compute wrongly when its supply drops",
                   kFlash);
   } else {
     findings.ok(check, "brown-out reset at 4.3 V, restarts by itself");

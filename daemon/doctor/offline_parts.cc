@@ -20,6 +20,16 @@ namespace {
 /// KUKA's usual home, as everyone can reach it: A1..A6 in degrees.
 constexpr double kHomeDeg[] = {0, -90, 90, 0, 90, 0};
 
+/// Two drawings of what the name plate calls KR 5 R1400 are public, and their reach does not tell
+/// them apart (calib/robots/kr5_arc.toml): whether the flange is there where one of them has it.
+bool is_of_either_kr5(const Eigen::Vector3d& flange_mm) {
+  const Eigen::Vector3d arc_mm{800.0, 0.0, 1005.0}, r1400_mm{800.0, 0.0, 960.0};
+  // A single arm differs from its drawing by less; the next model, KR 10 R1420, by 11 mm.
+  constexpr double kOfOneDrawingMm = 5.0;
+  return (flange_mm - arc_mm).norm() < kOfOneDrawingMm ||
+         (flange_mm - r1400_mm).norm() < kOfOneDrawingMm;
+}
+
 /// Where the robot file puts the flange there, to be compared with the pendant.
 void look_at_geometry(const calib::Robot& robot, Findings& findings) {
   const std::string check = "robot geometry";
@@ -32,7 +42,7 @@ void look_at_geometry(const calib::Robot& robot, Findings& findings) {
       "{}: X {:.1f} mm, Z {:.1f} mm is what the pendant must show at A1..A6 = 0, -90, 90, 0, "
       "90, 0 with $TOOL and $BASE at $NULLFRAME",
       robot.name, flange_mm.x(), flange_mm.z());
-  if (robot.name.find("KR 5") != std::string::npos) {
+  if (is_of_either_kr5(flange_mm)) {
     findings.warn(check, found,
                   "compare once, two KR 5 are called R1400: Z 1005.0 is robot = "
                   "\"kr5_arc.toml\" (a3 120 mm, flange 115 mm), Z 960.0 is \"kr5_r1400.toml\" "

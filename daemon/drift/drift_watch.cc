@@ -92,7 +92,7 @@ std::vector<Check> checks_of(Journal& journal, const std::vector<SessionRecord>&
   std::vector<Check> checks;
   for (const SessionRecord& record : newest_first) {
     if (record.id <= calibrated || checks.size() == kMostChecks) break;
-    if (record.state != "done" || record.origin) continue;
+    if (record.state != RecordState::kDone || record.origin) continue;
     try {
       const SessionOptions options = options_from_json(record.inputs.options);
       if (options.kind != SessionKind::kCheck || options.against != calibrated) continue;
@@ -223,7 +223,7 @@ std::shared_ptr<const Drift> DriftWatch::look(const std::filesystem::path& cell)
   const std::vector<SessionRecord> sessions = journal_.sessions();
   std::string of = cell.string() + '\n';
   for (const SessionRecord& record : sessions)
-    if (record.state == "done") of += std::to_string(record.id) + ' ';
+    if (record.state == RecordState::kDone) of += std::to_string(record.id) + ' ';
   // Another calibration may be in use since.
   for (const Activation& one : journal_.activations()) of += '@' + std::to_string(one.entry);
   const std::lock_guard lock(mutex_);

@@ -14,8 +14,6 @@ namespace cellcal::daemon {
 
 namespace {
 
-constexpr const char* kEnds[] = {"interrupted", "aborted", "failed", "done"};
-
 std::vector<std::string> columns_of(Database& database, const std::string& table) {
   return Statement(database, ("SELECT * FROM " + table).c_str()).column_names();
 }
@@ -87,12 +85,15 @@ class Import {
     const std::int64_t id = database_.last_row_id();
     Statement select(database_, "SELECT state FROM session WHERE id=?");
     select.bind(1, id).step();
-    std::string state = select.text(0);
-    if (state == "running") state = "interrupted";
-    if (std::find(std::begin(kEnds), std::end(kEnds), state) == std::end(kEnds))
-      refuse("there is no state '" + state + "'");
+    const std::string text = select.text(0);
+    RecordState state = record_state_of(text);
+    if (state == RecordState::kDamaged) refuse("there is no state '" + text + "'");
+    if (state == RecordState::kRunning) state = RecordState::kInterrupted;
     Statement update(database_, "UPDATE session SET state=?, origin=? WHERE id=?");
-    update.bind(1, std::string_view(state)).bind(2, std::string_view(origin_)).bind(3, id).step();
+    update.bind(1, std::string_view(to_string(state)))
+        .bind(2, std::string_view(origin_))
+        .bind(3, id)
+        .step();
   }
 
   Database& database_;

@@ -32,16 +32,16 @@ std::span<const double> span_of(const drivers::AxisAngles& angles) {
   return {angles.data(), angles.size()};
 }
 
-const char* word_for(Ending ending) {
+RecordState state_after(Ending ending) {
   switch (ending) {
     case Ending::kDone:
-      return "done";
+      return RecordState::kDone;
     case Ending::kAborted:
-      return "aborted";
+      return RecordState::kAborted;
     case Ending::kFailed:
-      return "failed";
+      break;
   }
-  return "failed";
+  return RecordState::kFailed;
 }
 
 constexpr const char* kSelectSession =
@@ -65,7 +65,7 @@ SessionRecord session_from(Statement& row, bool with_texts) {
   record.id = row.integer(0);
   record.started = row.text(1);
   record.ended = row.text(2);
-  record.state = row.text(3);
+  record.state = record_state_of(row.text(3));
   record.inputs.cell_name = row.text(4);
   record.inputs.robot_name = row.text(5);
   record.plan_hash = row.text(6);
@@ -184,16 +184,21 @@ void Journal::Impl::report_session(std::int64_t session, const std::string& utc,
   outbox.put(session, utc, [&](const Reporter& to) { return to.session(record); });
 }
 
-void Journal::Impl::set_state(std::int64_t session, std::string_view state, std::string_view ended,
+void Journal::Impl::set_state(std::int64_t session, RecordState state, std::string_view ended,
                               std::string_view failure) {
   Statement update(database, "UPDATE session SET state=?, ended=?, failure=? WHERE id=?");
-  update.bind(1, state).bind(2, ended).bind(3, failure).bind(4, session).step();
+  update.bind(1, std::string_view(to_string(state)))
+      .bind(2, ended)
+      .bind(3, failure)
+      .bind(4, session)
+      .step();
   changed(session);
 }
 
 void Journal::Impl::judge(SessionRecord& record) {
-  if (record.state == "running" && record.id != running) record.state = "interrupted";
-  if (!chain.is_whole(record.id)) record.state = "damaged";
+  if (record.state == RecordState::kRunning && record.id != running)
+    record.state = RecordState::kInterrupted;
+  if (!chain.is_whole(record.id)) record.state = RecordState::kDamaged;
 }
 
 Journal::Journal(const std::filesystem::path& path) : impl_(std::make_unique<Impl>(path)) {
@@ -245,7 +250,7 @@ std::int64_t Journal::begin(const SessionInputs& inputs, const std::string& utc)
 
 void Journal::resume(std::int64_t session, const std::string& utc) {
   impl_->write([&] {
-    impl_->set_state(session, "running", "", "");
+    impl_->set_state(session, RecordState::kRunning, "", "");
     impl_->report_session(session, utc);
   });
   impl_->running = session;
@@ -311,7 +316,7 @@ void Journal::record(std::int64_t session, const RecordEnd& end, const std::stri
                      const std::vector<Report>& also) {
   impl_->running = 0;  // also where that cannot be recorded
   impl_->write([&] {
-    impl_->set_state(session, word_for(end.ending), utc, end.failure);
+    impl_->set_state(session, state_after(end.ending), utc, end.failure);
     impl_->outbox.close_touch();
     impl_->report_session(session, utc, end.why ? std::optional(end.why->kind) : std::nullopt);
     impl_->outbox.put(session, utc, [&](const Reporter&) { return also; });
@@ -379,7 +384,7 @@ std::vector<SessionRecord> Journal::Impl::sessions() {
     for (; next > id; --next) {
       records.emplace_back();
       records.back().id = next;
-      records.back().state = "damaged";
+      records.back().state = RecordState::kDamaged;
     }
   };
   while (select.step()) {

@@ -36,7 +36,7 @@ struct Journal::Impl {
     chain.add(session, table, database.last_row_id());
   }
   void changed(std::int64_t session) { chain.add(session, "session", session); }
-  void set_state(std::int64_t session, std::string_view state, std::string_view ended,
+  void set_state(std::int64_t session, RecordState state, std::string_view ended,
                  std::string_view failure);
   /// What the state means now: a session that nobody runs any more does not run, whether or not
   /// its end could be recorded.

@@ -10,7 +10,7 @@ void Journal::report_to(std::shared_ptr<const Reporter> reporter) {
   const auto interrupted = [&]() -> std::optional<SessionRecord> {
     for (SessionRecord& newest : impl_->sessions()) {
       if (newest.origin) continue;
-      if (newest.state != "interrupted" ||
+      if (newest.state != RecordState::kInterrupted ||
           impl_->outbox.was_reported_interrupted(impl_->chain.last_entry(newest.id)))
         return std::nullopt;
       return std::move(newest);

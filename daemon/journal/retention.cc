@@ -19,8 +19,7 @@ DroppedRows raw_rows(Database& database, std::int64_t session, const std::string
       table == "reading"   ? "length(contact_rad) + length(settled_rad) + length(time)"
       : table == "event"   ? "length(time) + length(words)"
       : table == "contact" ? "length(time) + length(kind)"
-                           : "length(time) + length(from_phase) + length(to_phase) + "
-                             "length(event)";
+                           : "length(time) + length(from_phase) + length(to_phase) + length(event)";
   Statement count(
       database,
       fmt::format("SELECT count(*), coalesce(sum({}), 0) FROM {} WHERE session=?", texts, table)
@@ -62,7 +61,8 @@ std::vector<DroppedRows> Journal::retain(const RetentionLimits& limits, const st
   std::int64_t used = bytes_in_use();
   std::vector<DroppedRows> gone;
   for (auto record = all.rbegin(); record != all.rend(); ++record) {
-    if (record->state == "running" || record->state == "damaged" || !record->dropped.empty())
+    if (record->state == RecordState::kRunning || record->state == RecordState::kDamaged ||
+        !record->dropped.empty())
       continue;
     const std::string& end = record->ended.empty() ? record->started : record->ended;
     const bool old = !limits.ended_before.empty() && end < limits.ended_before;

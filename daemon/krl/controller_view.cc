@@ -1,7 +1,6 @@
 #include "daemon/krl/controller_view.h"
 
 #include <cmath>
-#include <numbers>
 
 #include "calib/model/units.h"
 
@@ -69,9 +68,8 @@ std::optional<calib::JointVector> ControllerView::joints(const Eigen::Isometry3d
                                                          const calib::JointVector& near) const {
   auto q = ways_->in_posture(tcp, ways_->posture_of(near));
   if (!q) return std::nullopt;
-  constexpr double kTurn = 2.0 * std::numbers::pi;
   for (std::size_t i = 0; i < q->size(); ++i) {
-    (*q)[i] += kTurn * std::round((near[i] - (*q)[i]) / kTurn);
+    (*q)[i] += calib::kRadPerTurn * std::round((near[i] - (*q)[i]) / calib::kRadPerTurn);
     if ((*q)[i] < robot().joints[i].min_rad || (*q)[i] > robot().joints[i].max_rad)
       return std::nullopt;
   }

@@ -27,10 +27,12 @@ std::string old_text(const FrameMmDeg& f) {
                      f.xyz_mm[1], f.xyz_mm[2], f.abc_deg[0], f.abc_deg[1], f.abc_deg[2]);
 }
 
-ProposedFrame proposed(std::string name, const Isometry3d& frame,
+ProposedFrame proposed(ProposedFrame::Kind kind, const Isometry3d& frame,
                        const std::map<int, FrameMmDeg>& stated, int number) {
   ProposedFrame one;
-  one.name = fmt::format("{}[{}]", name, number);
+  one.kind = kind;
+  one.name =
+      fmt::format("{}_DATA[{}]", kind == ProposedFrame::Kind::kTool ? "TOOL" : "BASE", number);
   one.frame = calib::to_frame(frame);
   const auto old = stated.find(number);
   if (old == stated.end()) return one;
@@ -51,7 +53,7 @@ ProposedFrame tool_frame(const calib::Calibration& c, int number, const Data& da
     tcp.translation()[axis] += found->correction;
     sigma_mm[static_cast<std::size_t>(axis)] = found->sigma * calib::kMmPerM;
   }
-  ProposedFrame one = proposed("TOOL_DATA", tcp, data.tools, number);
+  ProposedFrame one = proposed(ProposedFrame::Kind::kTool, tcp, data.tools, number);
   one.sigma_mm = sigma_mm;
   if (one.old && one.shift_mm > kAnotherToolMm)
     throw calib::FileError(fmt::format(
@@ -123,8 +125,9 @@ ProposedFrames propose_frames(const calib::Calibration& calibration, const Frame
   if (request.tool) result.frames.push_back(tool_frame(calibration, *request.tool, data));
   const Isometry3d robroot = calib::to_isometry(data.robroot.value_or(FrameMmDeg{}));
   for (const auto& [number, targets] : request.bases)
-    result.frames.push_back(
-        proposed("BASE_DATA", robroot * base_of_targets(calibration, targets), data.bases, number));
+    result.frames.push_back(proposed(ProposedFrame::Kind::kBase,
+                                     robroot * base_of_targets(calibration, targets), data.bases,
+                                     number));
   result.mastering = mastering_of(calibration);
   for (const ProposedFrame& one : result.frames)
     result.config_lines += one.name + "=" + text_of(one.frame) + "\n";

@@ -22,6 +22,9 @@ struct FramesRequest {
 };
 
 struct ProposedFrame {
+  enum class Kind { kTool, kBase };
+
+  Kind kind = Kind::kTool;
   std::string name;  ///< "TOOL_DATA[1]"
   calib::FrameMmDeg frame;
   std::optional<calib::FrameMmDeg> old;   ///< as the controller's file has it

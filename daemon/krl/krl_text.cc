@@ -95,7 +95,7 @@ std::optional<double> based_constant(std::string_view text) {
 
 std::vector<Line> read_lines(const KrlFile& file) {
   if (file.text.size() > kMostBytes)
-    throw calib::FileError(file.name, ": more than 16 MB; is it a KRL file?");
+    throw calib::FileError(file.name, ": more than 16 MB. Name a KRL file (.dat, .src)");
   if (const auto nul = file.text.find('\0'); nul != std::string::npos)
     throw calib::FileError(file.name,
                            ": byte " + std::to_string(nul) + " is NUL; KRL files are Latin-1 text");
@@ -106,7 +106,8 @@ std::vector<Line> read_lines(const KrlFile& file) {
     const auto end = std::min(file.text.find('\n', at), file.text.size());
     if (end - at > kMostLineBytes)
       throw calib::FileError(
-          file.name, ":" + std::to_string(number) + ": longer than 16384 bytes; is it a KRL file?");
+          file.name,
+          ":" + std::to_string(number) + ": longer than 16384 bytes. Name a KRL file (.dat, .src)");
     std::string_view line(file.text.data() + at, end - at);
     if (line.ends_with('\r')) line.remove_suffix(1);
     if (!line.starts_with('&')) {

@@ -1,7 +1,6 @@
 #include "daemon/krl/status_turn.h"
 
 #include <cmath>
-#include <numbers>
 
 #include "calib/model/units.h"
 
@@ -10,9 +9,9 @@ namespace cellcal::daemon::krl {
 namespace {
 
 using calib::kRadPerDeg;
+using calib::kRadPerTurn;
 
 constexpr double kZeroRad = 0.01 * kRadPerDeg;
-constexpr double kTurn = 2.0 * std::numbers::pi;
 
 calib::Posture reference(const calib::Configurations& ways) {
   return ways.posture_of({0.0, -90.0 * kRadPerDeg, 90.0 * kRadPerDeg, 0.0, 90.0 * kRadPerDeg, 0.0});
@@ -21,7 +20,7 @@ calib::Posture reference(const calib::Configurations& ways) {
 /// Of whole turns the one on that side of 0, inside the limits.
 std::optional<double> on_side(double angle, bool below, const calib::Joint& joint) {
   std::optional<double> by_rounding;
-  for (const double one : {angle, angle - kTurn, angle + kTurn}) {
+  for (const double one : {angle, angle - kRadPerTurn, angle + kRadPerTurn}) {
     if (one < joint.min_rad || one > joint.max_rad) continue;
     if ((one < 0.0) == below) return one;
     if (std::abs(one) < kZeroRad) by_rounding = one;

@@ -138,7 +138,7 @@ Evidence evidence_of(const Examination& examination, Journal& journal,
   evidence.doctor = seen_by_doctor(examination, evidence.cell);
   const std::string text = text_of_cell(evidence.cell);
   for (const SessionRecord& record : sessions) {
-    if (record.state != "done" || record.inputs.cell_name != evidence.cell) continue;
+    if (record.state != RecordState::kDone || record.inputs.cell_name != evidence.cell) continue;
     const auto kind = kind_of(record);
     if (kind == SessionKind::kQualify && !evidence.qualification)
       evidence.qualification = qualified(record, results(record.id));

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <compare>
 #include <map>
 #include <string>
 #include <string_view>
@@ -134,10 +135,15 @@ std::string in_unit(double value, const ParameterResult& parameter, bool with_si
 }
 
 // Bars are comparable within one unit over all joints, and within each other group.
-using Ranges = std::map<std::string, double>;
+struct RangeKey {
+  std::string group;  ///< its heading; empty: all joints
+  std::string unit;
+  auto operator<=>(const RangeKey&) const = default;
+};
+using Ranges = std::map<RangeKey, double>;
 
-std::string range_key(const Group& group, const ParameterResult& parameter) {
-  return (group.joint ? "joints" : group.heading) + "\n" + parameter.unit;
+RangeKey range_key(const Group& group, const ParameterResult& parameter) {
+  return {group.joint ? "" : group.heading, parameter.unit};
 }
 
 Ranges bar_ranges(const std::vector<Group>& groups) {
@@ -194,10 +200,9 @@ std::string parameter_row(const View& view, const Group& group, const ParameterR
 std::string joint_range_words(const Ranges& ranges) {
   std::string words;
   for (const auto& [key, range] : ranges) {
-    const std::size_t cut = key.find('\n');
-    if (key.substr(0, cut) != "joints" || !(range > 0.0)) continue;
+    if (!key.group.empty() || !(range > 0.0)) continue;
     words += fmt::format("{}&plusmn;{}&nbsp;{}", words.empty() ? "" : ", ", significant(range, 2),
-                         unit_html(key.substr(cut + 1)));
+                         unit_html(key.unit));
   }
   return words.empty() ? words : fmt::format(" All joints share one scale per unit ({}).", words);
 }

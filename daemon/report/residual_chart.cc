@@ -5,7 +5,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "calib/model/units.h"
@@ -66,10 +70,9 @@ void draw_frame(Svg& svg, const Panel& panel, std::string_view heading) {
   svg.text({0.0, panel.up.at_to - 15.0}, Anchor::kStart, "panel", heading);
 }
 
-void draw_mark(Svg& svg, const Mark& mark, Point at, double size, std::string_view extra) {
-  const std::string classes = fmt::format("{} {}", css_class(mark.kind), extra);
-  const std::string title = mark_title(mark);
-  switch (mark.kind) {
+void draw_shape(Svg& svg, MarkKind kind, Point at, double size, std::string_view classes,
+                std::string_view title) {
+  switch (kind) {
     case MarkKind::kFit:
       svg.circle(at, size, classes, title);
       break;
@@ -80,6 +83,11 @@ void draw_mark(Svg& svg, const Mark& mark, Point at, double size, std::string_vi
       svg.cross(at, size * 1.45, classes, title);
       break;
   }
+}
+
+void draw_mark(Svg& svg, const Mark& mark, Point at, double size, std::string_view extra) {
+  draw_shape(svg, mark.kind, at, size, fmt::format("{} {}", css_class(mark.kind), extra),
+             mark_title(mark));
 }
 
 void draw_touch_axis(Svg& svg, const Scale& across, const std::vector<Mark>& marks, double y) {
@@ -147,15 +155,20 @@ void draw_after(Svg& svg, const Panel& panel, const std::vector<Mark>& marks, do
   }
 }
 
-std::string_view legend() {
-  return "<p class=\"legend\">"
-         "<svg viewBox=\"0 0 12 12\"><circle class=\"fit after\" cx=\"6\" cy=\"6\" "
-         "r=\"3.4\"/></svg>fitted "
-         "<svg viewBox=\"0 0 12 12\"><path class=\"check after\" d=\"M6 1L11 6L6 11L1 6Z\"/></svg>held out "
-         "<svg viewBox=\"0 0 12 12\"><path class=\"outlier after\" d=\"M2 2L10 10M2 10L10 "
-         "2\"/></svg>"
-         "outlier, left out of the fit"
-         "</p>\n";
+std::string legend() {
+  constexpr double kSide = 12.0, kSize = 3.4;
+  constexpr std::array<std::pair<MarkKind, std::string_view>, 3> kMarks{
+      {{MarkKind::kFit, "fitted"},
+       {MarkKind::kCheck, "held out"},
+       {MarkKind::kOutlier, "outlier, left out of the fit"}}};
+  std::string html = "<p class=\"legend\">";
+  for (const auto& [kind, words] : kMarks) {
+    Svg svg(kSide, kSide, "mark", words);
+    draw_shape(svg, kind, {0.5 * kSide, 0.5 * kSide}, kSize,
+               fmt::format("{} after", css_class(kind)), {});
+    html += std::move(svg).finish() + std::string(words) + "\n";
+  }
+  return html + "</p>\n";
 }
 
 std::string_view sign_words(const View& view) {
@@ -229,7 +242,7 @@ std::string residual_chart(const View& view) {
   draw_after(svg, lower, marks, size, band_mm);
   draw_touch_axis(svg, across, marks, kAfterTop + kAfterHeight + 18.0);
 
-  std::string body(legend());
+  std::string body = legend();
   body += fmt::format("<div class=\"scroll\">{}</div>\n", std::move(svg).finish());
   body += note(view, band_mm, after);
   return section("residuals", "Residual of every touch", body + left_out(view));

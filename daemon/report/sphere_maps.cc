@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "calib/model/units.h"
 #include "calib/svg/svg.h"
 #include "daemon/report/drawing/text.h"
 #include "daemon/report/sections.h"
@@ -21,7 +22,6 @@ constexpr double kSide = 232.0;
 constexpr double kMiddle = 0.5 * kSide;
 constexpr double kRadius = 96.0;         // px, of the disc: straight below the sphere's centre
 constexpr double kLeastDirection = 0.5;  // of a unit vector; shorter is no direction
-constexpr double kDegree = 0.017453292519943295;
 constexpr std::size_t kLabelLength = 24;
 
 // Lambert azimuthal equal-area about the zenith: r = sin(polar angle / 2), 1 at the nadir.
@@ -34,7 +34,7 @@ Point project(const Eigen::Vector3d& direction) {
   return {kMiddle + r * unit.x() / flat, kMiddle - r * unit.y() / flat};
 }
 
-double ring(double polar_deg) { return kRadius * std::sin(0.5 * polar_deg * kDegree); }
+double ring(double polar_deg) { return kRadius * std::sin(0.5 * polar_deg * calib::kRadPerDeg); }
 
 struct Tally {
   int fit = 0, check = 0, outliers = 0;

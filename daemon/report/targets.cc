@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-#include "calib/consistency/lengths.h"
+#include "calib/consistency/certified_lengths.h"
 #include "calib/model/units.h"
 #include "daemon/report/drawing/text.h"
 #include "daemon/report/sections.h"

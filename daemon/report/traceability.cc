@@ -161,7 +161,7 @@ std::string touch_row(const calib::Touch& touch, std::size_t number, std::size_t
   return fmt::format(
       "<tr><th scope=\"row\">{}</th>{}<td class=\"word\">{}</td><td class=\"word\">{}</td>"
       "<td>{}</td><td>{}</td><td>{}</td><td>{}</td>{}<td class=\"word\">{}</td></tr>\n",
-      number, cells, escape(touch.target), touch.set == calib::TouchSet::kCheck ? "check" : "fit",
+      number, cells, escape(touch.target), to_string(touch.set),
       touch.sigma_m > 0.0 ? ascii_fixed(touch.sigma_m * calib::kMmPerM, kMmDecimals)
                           : std::string(),
       known ? fmt::format("{}", touch.readings) : std::string(),

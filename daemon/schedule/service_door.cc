@@ -23,9 +23,18 @@ constexpr std::size_t kLookedAt = 3;
 constexpr double kSpare = 1.25;
 
 End state_of(const SessionRecord& record) {
-  if (record.state == "done") return End::kDone;
-  if (record.state == "failed") return End::kFailed;
-  if (record.state == "aborted") return End::kAborted;
+  switch (record.state) {
+    case RecordState::kDone:
+      return End::kDone;
+    case RecordState::kFailed:
+      return End::kFailed;
+    case RecordState::kAborted:
+      return End::kAborted;
+    case RecordState::kRunning:
+    case RecordState::kInterrupted:
+    case RecordState::kDamaged:
+      break;
+  }
   return End::kLeft;
 }
 
@@ -146,7 +155,8 @@ void ServiceDoor::stop() { service_.abort(SessionService::By::kDaemon); }
 double ServiceDoor::foreseen_s(const ScheduledSession& session) {
   std::vector<double> took_s;
   for (const SessionRecord& record : records(service_.status())) {
-    if (record.state != "done" || record.inputs.cell_name != session.cell.string()) continue;
+    if (record.state != RecordState::kDone || record.inputs.cell_name != session.cell.string())
+      continue;
     if (session.kind != to_string(kind_of(record))) continue;
     const auto began = calib::seconds_of(record.started), ended = calib::seconds_of(record.ended);
     if (!began || !ended || record.touches == 0) continue;

@@ -31,7 +31,7 @@ constexpr std::chrono::seconds kBrief{20};
 std::optional<InterruptedSession> interrupted_session(Journal& journal) {
   try {
     const auto record = journal.newest_resumable();
-    if (!record || record->state != "interrupted") return std::nullopt;
+    if (!record || record->state != RecordState::kInterrupted) return std::nullopt;
     return InterruptedSession{record->id, record->touches, record->planned, record->started};
   } catch (const JournalError& damaged) {
     spdlog::warn("the newest session cannot be resumed: {}", damaged.what());

@@ -78,6 +78,12 @@ const char* to_string(Phase phase) {
   return "unknown phase";
 }
 
+std::optional<Phase> phase_of(std::string_view name) {
+  const auto phase = std::find_if(kAllPhases.begin(), kAllPhases.end(),
+                                  [&](Phase one) { return name == to_string(one); });
+  return phase == kAllPhases.end() ? std::nullopt : std::optional(*phase);
+}
+
 const char* to_string(EventKind kind) {
   switch (kind) {
     case EventKind::kRun:

@@ -4,6 +4,8 @@
 #include <array>
 #include <concepts>
 #include <cstdint>
+#include <optional>
+#include <string_view>
 
 namespace cellcal::daemon {
 
@@ -46,6 +48,8 @@ inline constexpr std::array kAllPhases{
 
 /// Lower-case identifier, e.g. "fast search".
 const char* to_string(Phase phase);
+/// The one that such a word names; nothing where there is none.
+std::optional<Phase> phase_of(std::string_view name);
 
 /// A set of phases, as one row of the table names it.
 class Phases {

@@ -8,12 +8,6 @@ namespace {
 
 constexpr std::string_view kTo = " -> ", kOn = " on ";
 
-std::optional<Phase> phase_of(std::string_view name) {
-  for (const Phase phase : kAllPhases)
-    if (name == to_string(phase)) return phase;
-  return std::nullopt;
-}
-
 }  // namespace
 
 std::string words(const PhaseChange& change, EventKind on) {

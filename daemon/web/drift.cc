@@ -64,7 +64,7 @@ std::string drift_to_json(
   json list = json::array();
   for (const SessionRecord& record : newest_first) {
     if (list.size() == kMostCompared) break;
-    if (record.state != "done") continue;
+    if (record.state != RecordState::kDone) continue;
     if (!cell.empty() && record.inputs.cell_name != cell) continue;
     const auto found = calibration(record.id);
     if (!found) continue;

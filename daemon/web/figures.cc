@@ -62,7 +62,7 @@ json touch_to_json(std::size_t index, const calib::Touch& touch, const calib::Ar
   const auto residual = found ? found->residual_m(touch) : std::nullopt;
   return {{"index", index},
           {"target", touch.target},
-          {"set", touch.set == calib::TouchSet::kFit ? "fit" : "check"},
+          {"set", to_string(touch.set)},
           {"joints_deg", degrees(touch.joint_rad)},
           {"tip_mm", mm(nominal.nominal_tip_m(touch.joint_rad))},
           {"residual_mm", residual ? number(*residual, kMmPerM) : json(nullptr)}};
@@ -146,7 +146,7 @@ std::string figures_to_json(const SessionRecord& record, const calib::Cell& cell
   for (std::size_t i = 0; i < touches.size(); ++i)
     list.push_back(touch_to_json(i, touches[i], nominal, found));
   return dump({{"session", record.id},
-               {"state", record.state},
+               {"state", to_string(record.state)},
                {"touches", std::move(list)},
                {"result", calibration == nullptr ? json(nullptr) : result_to_json(*calibration)}});
 }

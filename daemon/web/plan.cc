@@ -7,12 +7,6 @@ namespace cellcal::daemon::web {
 
 using nlohmann::json;
 
-namespace {
-
-const char* set_name(calib::TouchSet set) { return set == calib::TouchSet::kFit ? "fit" : "check"; }
-
-}  // namespace
-
 std::string plan_to_json(std::int64_t session, std::size_t first, const calib::Plan& plan,
                          const calib::Cell& cell) {
   const calib::ArmModel arm(cell);
@@ -22,7 +16,7 @@ std::string plan_to_json(std::int64_t session, std::size_t first, const calib::P
     const Eigen::Vector3d tip = arm.nominal_tip_m(touch.standoff) - touch.expected_m * touch.normal;
     touches.push_back({{"index", first + i},
                        {"target", touch.target},
-                       {"set", set_name(touch.set)},
+                       {"set", to_string(touch.set)},
                        {"joints_deg", degrees(touch.standoff)},
                        {"tip_mm", mm(tip)}});
   }

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
+
+#include "drivers/median.h"
 
 namespace cellcal::drivers {
 
@@ -25,13 +28,6 @@ constexpr double kMaxTurnaroundS = 1.0;
 /// No two crystals differ by more.
 constexpr double kMaxDrift = 1e-3;
 constexpr std::size_t kMinForFit = 3;
-
-template <std::size_t N>
-double median_of(std::array<double, N>& values, std::size_t count) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(count / 2);
-  std::nth_element(values.begin(), middle, values.begin() + static_cast<std::ptrdiff_t>(count));
-  return *middle;
-}
 
 }  // namespace
 
@@ -97,7 +93,7 @@ void ClockMap::fit() {
     scratch[i] = points_[i].excess_s;
     least = std::min(least, points_[i].excess_s);
   }
-  const double median = median_of(scratch, count_);
+  const double median = median_of(std::span(scratch).first(count_));
   const double limit = least + std::max(kRoundTripSlackS, median - least);
 
   std::array<bool, kWindow> use{};
@@ -141,7 +137,7 @@ void ClockMap::fit() {
     const double scale = std::max(1.0, chi2 / static_cast<double>(n - 2));
     offset_var_s2_ = scale / w_sum;
     slope_var_ = scale / sxx;
-    const double robust = kMadToSigma * median_of(scratch, k);
+    const double robust = kMadToSigma * median_of(std::span(scratch).first(k));
     const double bound = std::max(kOutlierFloorS, kOutlierSigmas * robust);
     for (std::size_t i = 0; i < count_; ++i) {
       use[i] = use[i] && std::abs(points_[i].y_s - deviation_s(points_[i].x_s)) <= bound;

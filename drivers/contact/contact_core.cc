@@ -409,43 +409,8 @@ void ContactCore::on_tick_but_ping(TimePoint now) {
   tick_arming(now);
 }
 
-ContactFacts ContactCore::facts(TimePoint now) const {
-  ContactFacts f;
-  f.step = step_;
-  f.fault = fault_;
-  f.heard = heard_;
-  f.touching_at_self_test = touching_;
-  f.in_contact = in_contact_;
-  if (status_) {
-    f.loop_flaw = loop_flaw(*status_);
-    f.loop_ok = f.loop_flaw == LoopFlaw::kNone;
-    f.voltage_trip = (status_->flags & CTP_FLAG_VOLTAGE_TRIP) != 0;
-  }
-  f.self_test_ok = self_test_fresh(now);
-  f.armed = arming_ == Arming::kArmed;
-  f.arm_id = f.armed ? request_.arm_id : std::uint16_t{0};
-  f.last_arm_end = last_end_;
-  if (ident_) {
-    f.version = ident_->version;
-    f.firmware = ident_->firmware;
-    f.uid = ident_->uid;
-    f.boot_id = ident_->boot_id;
-    f.board = board_;
-  }
-  f.waiting_s = seconds(now - step_since_);
-  f.silent_s = seconds(now - last_frame_);
-  f.clock_limit_s = options_.max_clock_sigma_s;
-  f.delivered_late_s = delivered_late_s_;
-  f.late_limit_s = late_limit_s_;
-  f.baud = options_.baud;
-  f.bytes = bytes_;
-  f.lost_events = lost_events_;
-  if (status_) {
-    f.sense_v = status_->sense_mv * 1e-3;
-    f.sensor_errors = status_->errors;
-    f.config_crc = status_->config_crc;
-  }
-  ContactQuality& q = f.quality;
+ContactQuality ContactCore::quality() const {
+  ContactQuality q;
   q.round_trip_min_s = clock_.round_trip_min_s();
   q.round_trip_p50_s = clock_.round_trip_p50_s();
   q.round_trip_p99_s = clock_.round_trip_p99_s();
@@ -469,6 +434,44 @@ ContactFacts ContactCore::facts(TimePoint now) const {
   q.unknown_types = wire.unknown_types;
   q.bounces = bounces_;
   q.contact_voltage_v = contact_v_;
+  return q;
+}
+
+ContactFacts ContactCore::facts(TimePoint now) const {
+  ContactFacts f;
+  f.step = step_;
+  f.fault = fault_;
+  f.heard = heard_;
+  f.touching_at_self_test = touching_;
+  f.in_contact = in_contact_;
+  if (status_) {
+    f.loop_flaw = loop_flaw(*status_);
+    f.loop_ok = f.loop_flaw == LoopFlaw::kNone;
+    f.voltage_trip = (status_->flags & CTP_FLAG_VOLTAGE_TRIP) != 0;
+    f.sense_v = status_->sense_mv * 1e-3;
+    f.sensor_errors = status_->errors;
+    f.config_crc = status_->config_crc;
+  }
+  f.self_test_ok = self_test_fresh(now);
+  f.armed = arming_ == Arming::kArmed;
+  f.arm_id = f.armed ? request_.arm_id : std::uint16_t{0};
+  f.last_arm_end = last_end_;
+  if (ident_) {
+    f.version = ident_->version;
+    f.firmware = ident_->firmware;
+    f.uid = ident_->uid;
+    f.boot_id = ident_->boot_id;
+    f.board = board_;
+  }
+  f.waiting_s = seconds(now - step_since_);
+  f.silent_s = seconds(now - last_frame_);
+  f.clock_limit_s = options_.max_clock_sigma_s;
+  f.delivered_late_s = delivered_late_s_;
+  f.late_limit_s = late_limit_s_;
+  f.baud = options_.baud;
+  f.bytes = bytes_;
+  f.lost_events = lost_events_;
+  f.quality = quality();
   return f;
 }
 

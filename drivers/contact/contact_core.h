@@ -92,6 +92,8 @@ class ContactCore : public ContactGuard {
   /// For the cycle and for the record, which lacks but the times on the host's clock.
   void push_event(ContactRecord record, TimePoint now);
 
+  ContactQuality quality() const;
+
   ArmRefusal refusal(const Request& request, TimePoint now) const;
   void ask(const Request& request, TimePoint now);
   void answer(ArmRefusal refusal, std::uint16_t arm_id, TimePoint now);

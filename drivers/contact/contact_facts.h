@@ -12,25 +12,6 @@ namespace cellcal::drivers {
 /// How far the identification has come. In this order, from the start after every loss.
 enum class ContactStep { kClosed, kHello, kConfig, kClock, kSelfTest, kReady };
 
-/// Why an arming was refused.
-enum class ArmRefusal {
-  kNone,
-  kNotReady,
-  kBusy,  ///< another arming is being asked for
-  kInContact,
-  kLoopBroken,
-  kVoltageUndefined,
-  kClockNotSynchronised,
-  kSelfTestOld,
-  kBadArgument,
-  kBadVersion,
-  kNoAnswer,
-  kLinkLost,
-  kWithdrawn,      ///< disarm() came before the answer
-  kTrippedAtOnce,  ///< the first edge came before the answer
-  kUnknownReason,  ///< a NAK whose reason this driver does not know
-};
-
 struct ContactFacts {
   ContactStep step = ContactStep::kClosed;
   ContactFault fault = ContactFault::kNone;

@@ -253,7 +253,7 @@ ContactStatus status_of(const ContactFacts& f) {
 }
 
 ArmResult result_of(const ArmAnswer& a) {
-  return {a.arm_id, a.refusal == ArmRefusal::kNone, refusal_words(a)};
+  return {a.arm_id, a.refusal == ArmRefusal::kNone, a.refusal, refusal_words(a)};
 }
 
 }  // namespace cellcal::drivers

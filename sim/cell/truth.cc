@@ -110,40 +110,37 @@ calib::Cell with_all_places(calib::Cell cell, std::uint64_t seed) {
   return cell;
 }
 
-}  // namespace
-
-double Truth::warm_at(double seconds) const { return 1.0 - std::exp(-seconds / warm_up_s); }
-
-Truth draw_truth(const calib::Cell& stated, const TruthOptions& options) {
-  const calib::Cell cell = with_all_places(stated, options.seed);
-  Truth truth{true_arm(cell, options), {}, {}, {}};
-  truth.growth = options.growth;
-  truth.warm_up_s = options.warm_up_s;
-  truth.contacts = options.contacts;
-  truth.contact_seed = options.seed;
-  calib::Random random(options.seed);
-  truth.errors.resize(truth.arm.size());
-  for (int i = 0; i < truth.arm.size(); ++i) {
-    const calib::ArmParameter& parameter = truth.arm.parameters()[i];
+Eigen::VectorXd drawn_errors(const calib::ArmModel& arm, const TruthOptions& options,
+                             calib::Random& random) {
+  Eigen::VectorXd errors(arm.size());
+  for (int i = 0; i < arm.size(); ++i) {
+    const calib::ArmParameter& parameter = arm.parameters()[i];
     const double draw = bounded_normal(random);
     switch (parameter.kind) {
       case calib::ParameterKind::kDeflection:
-        truth.errors[i] =
+        errors[i] =
             options.deflection >= 0.0 ? options.deflection : parameter.sigma * std::abs(draw);
         break;
       case calib::ParameterKind::kCompliance:
       case calib::ParameterKind::kPlay:  // both to the side of the load
-        truth.errors[i] = parameter.sigma * std::abs(draw);
+        errors[i] = parameter.sigma * std::abs(draw);
         break;
       case calib::ParameterKind::kCosine:
       case calib::ParameterKind::kSine:
       case calib::ParameterKind::kTcp:
-        truth.errors[i] = parameter.sigma * draw;
+        errors[i] = parameter.sigma * draw;
         break;
       default:
-        truth.errors[i] = options.geometry_scale * parameter.sigma * draw;
+        errors[i] = options.geometry_scale * parameter.sigma * draw;
     }
   }
+  return errors;
+}
+
+/// From the cell file's frame to the true base frame: where the places are taught, and off that by
+/// the placement's sigmas.
+Eigen::Isometry3d artefact_place(const Truth& truth, const calib::Cell& cell,
+                                 const TruthOptions& options, calib::Random& random) {
   const Eigen::Matrix3Xd taught = taught_places(truth, cell);
   Eigen::Matrix3Xd nominal(3, taught.cols());
   for (Eigen::Index i = 0; i < nominal.cols(); ++i)
@@ -162,6 +159,23 @@ Truth draw_truth(const calib::Cell& stated, const TruthOptions& options) {
     place = Eigen::Translation3d(middle) * Eigen::AngleAxisd(turn.norm(), turn.normalized()) *
             Eigen::Translation3d(-middle) * place;
   place.pretranslate(shift);
+  return place;
+}
+
+}  // namespace
+
+double Truth::warm_at(double seconds) const { return 1.0 - std::exp(-seconds / warm_up_s); }
+
+Truth draw_truth(const calib::Cell& stated, const TruthOptions& options) {
+  const calib::Cell cell = with_all_places(stated, options.seed);
+  Truth truth{true_arm(cell, options), {}, {}, {}};
+  truth.growth = options.growth;
+  truth.warm_up_s = options.warm_up_s;
+  truth.contacts = options.contacts;
+  truth.contact_seed = options.seed;
+  calib::Random random(options.seed);
+  truth.errors = drawn_errors(truth.arm, options, random);
+  const Eigen::Isometry3d place = artefact_place(truth, cell, options, random);
   for (const calib::Target& target : cell.targets) {
     truth.centre_m.push_back(place * target.centre_m);
     const double draw = bounded_normal(random);

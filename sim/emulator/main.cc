@@ -6,8 +6,6 @@
 #include <algorithm>
 #include <csignal>
 #include <cstdio>
-#include <fstream>
-#include <iterator>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -75,11 +73,6 @@ struct Cell {
   sim::McuPty sensor;
 };
 
-std::string read_file(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
-
 std::vector<double> start_of(const sim::EmulatorOptions& options, const calib::Cell& cell) {
   std::vector<double> start_rad = options.controller.start_rad;
   if (start_rad.size() != cell.robot.joints.size()) start_rad.assign(cell.robot.joints.size(), 0.0);
@@ -143,7 +136,8 @@ int run_eki_stream(const sim::EmulatorOptions& options, const calib::Cell& cell)
   if (!options.control.empty())
     throw std::invalid_argument("--control has no effect on channel files of others: leave it out");
   sim::EkiStreamConfig controller;
-  for (const std::string& path : options.eki_xml) controller.channel_xml.push_back(read_file(path));
+  for (const std::string& path : options.eki_xml)
+    controller.channel_xml.push_back(calib::read_file(path));
   controller.start_rad = start_of(options, cell);
   for (const calib::Joint& joint : cell.robot.joints) {
     controller.max_speed_rad_s.push_back(joint.max_speed_rad_s);
@@ -188,7 +182,7 @@ int run_eki(const sim::EmulatorOptions& options, const calib::Cell& cell) {
   if (options.eki_xml.empty())
     throw std::invalid_argument(
         "--wire eki needs --eki-xml: the channel file that 'cellcal kuka-files' writes");
-  const std::string xml = read_file(options.eki_xml.front());
+  const std::string xml = calib::read_file(options.eki_xml.front());
   if (options.eki_xml.size() > 1 || !sim::is_cellcal_channel(sim::EkiChannelConfig::parse(xml)))
     return run_eki_stream(options, cell);
   sim::EkiControllerConfig controller;

@@ -80,8 +80,7 @@ void check_index(const RsiChannelFile& channel, const RsiContextFile& context,
                                  [&](const RsiElement& e) { return e.index == input.from_index; });
   if (known) return;
   throw std::invalid_argument(fmt::format(
-      "RSI_CREATE: Invalid index - signal output ({}:{}: {} output {}, which {} does not "
-      "have)",
+      "RSI_CREATE: Invalid index - signal output ({}:{}: {} output {}, which {} does not have)",
       context.name, input.line, input.from, input.from_index, channel.name));
 }
 

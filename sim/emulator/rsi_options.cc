@@ -94,8 +94,7 @@ void add_rsi_options(CLI::App& app, EmulatorOptions& options) {
       app.add_option_function<std::string>(
              "--rsi-xml", [&options](const std::string& path) { load_channel(path, options); },
              "RSI ethernet file, cellcal's or anybody's: SENTYPE, elements and their order, "
-             "HOLDON, "
-             "and the port if --pc is not given")
+             "HOLDON, and the port if --pc is not given")
           ->check(CLI::ExistingFile);
   app.add_option("--rsi-context", options.rsi_context,
                  "RSI's context beside it (.rsi.xml or .rsix): Precision, Timeout, limits; packets "

@@ -21,12 +21,6 @@ constexpr int kTechParameters = 10;
   throw std::invalid_argument("RSI ethernet file: " + why);
 }
 
-std::string lower(std::string_view text) {
-  std::string result(text);
-  std::transform(result.begin(), result.end(), result.begin(), wire::lower);
-  return result;
-}
-
 std::string attribute_of(const pugi::xml_node& node, const char* name) {
   for (const pugi::xml_attribute& attribute : node.attributes()) {
     if (wire::same_name(attribute.name(), name)) return attribute.value();
@@ -36,8 +30,8 @@ std::string attribute_of(const pugi::xml_node& node, const char* name) {
 
 std::string constant_of(std::string_view tag, std::string_view type) {
   if (type == "STRING") return "";
-  if (lower(tag).find("ovpro") != std::string::npos) return "100";
-  if (lower(tag).find("progstatus") != std::string::npos) return "3";
+  if (wire::lower(tag).find("ovpro") != std::string::npos) return "100";
+  if (wire::lower(tag).find("progstatus") != std::string::npos) return "3";
   if (type == "DOUBLE") return "0.0";
   if (type == "LONG" || type == "BOOL") return "0";
   refuse("element " + std::string(tag) + ": TYPE \"" + std::string(type) +
@@ -101,7 +95,8 @@ void add_received(const std::string& tag, const std::string& type, bool hold_on,
   value.hold_on = hold_on;
   value.number = type != "STRING";
   if (dot == std::string::npos) {
-    if (type == "BOOL" && lower(tag).find("stop") != std::string::npos) value.role = RsiRole::kStop;
+    if (type == "BOOL" && wire::lower(tag).find("stop") != std::string::npos)
+      value.role = RsiRole::kStop;
   } else {
     value.attribute = tag.substr(dot + 1);
     const std::string& name = value.attribute;
@@ -188,7 +183,7 @@ RsiChannelConfig RsiChannelConfig::parse(std::string_view xml) {
   if (channel.port == 0) refuse("CONFIG/PORT is missing");
   channel.sentype = wire::trim(config.child_value("SENTYPE"));
   if (channel.sentype.empty()) refuse("CONFIG/SENTYPE is missing");
-  channel.only_send = lower(wire::trim(config.child_value("ONLYSEND"))) == "true";
+  channel.only_send = wire::lower(wire::trim(config.child_value("ONLYSEND"))) == "true";
   for (const auto& element : root.child("SEND").child("ELEMENTS").children("ELEMENT"))
     add_sent(attribute_of(element, "TAG"), attribute_of(element, "TYPE"), channel);
   for (const auto& element : root.child("RECEIVE").child("ELEMENTS").children("ELEMENT")) {
@@ -267,7 +262,7 @@ std::optional<RsiReply> parse_reply(const RsiChannelConfig& channel, std::string
       text = attribute.value();
     }
     double value = 0.0;
-    const std::string word = lower(wire::trim(text));
+    const std::string word = wire::lower(wire::trim(text));
     if (word == "true" || word == "false") {
       value = word == "true" ? 1.0 : 0.0;
     } else if (!wire::parse_number(text, value)) {

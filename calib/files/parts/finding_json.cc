@@ -6,6 +6,7 @@
 #include "calib/model/target_kind.h"
 #include "calib/words/cause_words.h"
 #include "calib/words/finding_words.h"
+#include "calib/words/sentences.h"
 
 namespace cellcal::calib {
 
@@ -62,10 +63,18 @@ std::vector<Quantity> evidence_from_json(const JsonReader& item) {
   return evidence;
 }
 
-/// As files had it before they had causes and what is still found as values.
+/// As files had it before they had causes, what is still found and why a target is not judged as
+/// values.
 std::string passed_on(const Finding& finding) {
   if (finding.cause) return cause_words(finding);
+  if (finding.kind == FindingKind::kUnseenNotJudged) return sentences::why_not_judged(finding);
   return finding.still.empty() ? finding.text : words(finding.still.front());
+}
+
+/// Its text is made of values, and said anew.
+bool is_known(const Finding& finding) {
+  return finding.cause || !finding.still.empty() ||
+         (finding.kind == FindingKind::kUnseenNotJudged && !finding.evidence.empty());
 }
 
 }  // namespace
@@ -106,9 +115,7 @@ Finding finding_from_json(const Cell& cell, const JsonReader& item) {
   if (item.has("still"))
     for (const JsonReader& one : item.at("still").items())
       finding.still.push_back(finding_from_json(cell, one));
-  // What is known is said anew.
-  if (item.has("text") && !finding.cause && finding.still.empty())
-    finding.text = item.at("text").text();
+  if (item.has("text") && !is_known(finding)) finding.text = item.at("text").text();
   return finding;
 }
 

@@ -380,7 +380,8 @@ struct Finder::Impl {
         "Check where the cell file says it is (centre_mm and centre_sigma_mm, or search_low_mm and "
         "search_high_mm) and its diameter";
     if (one.particles.empty()) throw not_found("it is in none of the places searched", check_place);
-    if (one.lines >= kMostLines) throw not_found("no more are made", check_place);
+    if (one.lines >= kMostLines)
+      throw not_found(fmt::format("the limit is {} searches", kMostLines), check_place);
     const Cell around = swollen(std::nullopt), rest = swollen(one.target);
     const Clearance clearance(around, arm), others(rest, arm);
     const JointVector resting = resting_posture(cell.robot, clearance);
@@ -426,9 +427,12 @@ struct Finder::Impl {
         "It may be anywhere within {:.0f} mm: measure its place better, or give the arm more room "
         "around it",
         one.particles.reach_m(one.particles.mean()) * 1e3);
-    throw not_found(any ? "no clear way to another search from where the arm stands"
-                        : "the arm cannot make a search that may find it",
-                    room);
+    throw not_found(
+        any ? "no clear way to another search from where the arm stands"
+            : fmt::format("no search inside the joint limits and clear of all else meets {:g} % or "
+                          "more of the places where it may be",
+                          100.0 * kLeastShare[kEfforts - 1]),
+        room);
   }
 };
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "calib/consistency/artefact_bias.h"
-#include "calib/consistency/lengths.h"
+#include "calib/consistency/certified_lengths.h"
 #include "calib/problem/target_place.h"
 
 namespace cellcal::calib {

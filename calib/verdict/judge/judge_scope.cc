@@ -4,7 +4,7 @@
 #include <cmath>
 #include <optional>
 
-#include "calib/consistency/lengths.h"
+#include "calib/consistency/certified_lengths.h"
 #include "calib/verdict/judge/tolerances.h"
 
 namespace cellcal::calib {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "calib/consistency/outliers.h"
+#include "calib/consistency/named_outliers.h"
 #include "calib/verdict/judge/held_out.h"
 #include "calib/verdict/judge/temperature.h"
 
@@ -32,6 +32,21 @@ FindingPart check_touch(const Problem& problem, const Calibration& c, const Touc
                    {in_mm("off", std::abs(r.after_m))}};
   if (const auto other = lies_on(problem, c, r)) part.about.other_end = *other;
   return part;
+}
+
+/// What the finding has where it is so, and the sentence asks for.
+const char* name_of(UnseenTarget::NotJudged why) {
+  switch (why) {
+    case UnseenTarget::NotJudged::kPlaceAlone:
+      return "place_alone";
+    case UnseenTarget::NotJudged::kNoPlace:
+      return "no_place";
+    case UnseenTarget::NotJudged::kUnusable:
+      return "unusable";
+    case UnseenTarget::NotJudged::kOtherNormal:
+      return "other_normal";
+  }
+  return "";
 }
 
 bool is_check(const Problem& problem, const TouchResidual& r) {
@@ -123,14 +138,15 @@ void note_touches(const Problem& problem, const Calibration& c, std::vector<Find
     const Cell& cell = problem.cell();
     Finding finding{FindingKind::kUnseenPlace, Severity::kInforms,
                     about_target(cell.targets[cell.target_index(unseen.target)])};
-    if (unseen.why_not.empty()) {
-      finding.evidence = {in_mm("rms", unseen.rms_m),
-                          {"touches", static_cast<double>(unseen.touches), ""},
-                          {"degrees_of_freedom", unseen.degrees_of_freedom, ""}};
-    } else {
+    const Quantity touches{"touches", static_cast<double>(unseen.touches), ""};
+    if (unseen.not_judged) {
       finding.kind = FindingKind::kUnseenNotJudged;
       finding.severity = Severity::kWarns;
-      finding.text = unseen.why_not;
+      finding.evidence = {touches, {name_of(*unseen.not_judged), 1.0, ""}};
+    } else {
+      finding.evidence = {in_mm("rms", unseen.rms_m),
+                          touches,
+                          {"degrees_of_freedom", unseen.degrees_of_freedom, ""}};
     }
     findings.push_back(std::move(finding));
   }

@@ -21,12 +21,8 @@ using nlohmann::json;
 
 constexpr const char* kFormat = "cellcal.tokens/1";
 constexpr std::size_t kMostTokens = 1000, kMostBytes = 1u << 20;
-constexpr std::size_t kLongestName = 64, kDigestLetters = 64;
+constexpr std::size_t kLongestName = 64;
 constexpr const char* kHex = "0123456789abcdef";
-
-bool is_digest(const std::string& text) {
-  return text.size() == kDigestLetters && text.find_first_not_of(kHex) == std::string::npos;
-}
 
 /// Text of the key; throws where it is missing or no text.
 std::string text_of(const json& object, const char* key) {
@@ -37,7 +33,7 @@ Token token_of(const json& value) {
   Token token{text_of(value, "name"), Role::kNobody, text_of(value, "sha256"),
               text_of(value, "created")};
   const auto role = parse_role(text_of(value, "role"));
-  const bool sound = role && is_token_name(token.name) && is_digest(token.sha256);
+  const bool sound = role && is_token_name(token.name) && calib::is_sha256(token.sha256);
   constexpr std::size_t kKeys = 4;
   if (!sound || value.size() != kKeys) throw std::runtime_error("a token is not as it was written");
   token.role = *role;

@@ -38,8 +38,7 @@ Response http_request(const std::filesystem::path& socket, const std::string& me
   if (code == asio::error::access_denied) {
     throw SocketPermissionError(
         "no permission for " + socket.string() +
-        ". Add yourself to the group: sudo adduser \"$USER\" cellcal, then log "
-        "in again");
+        ". Add yourself to the group: sudo adduser \"$USER\" cellcal, then log in again");
   }
   if (code) {
     throw SocketError("no cellcald answers on " + socket.string() + " (" + code.message() +

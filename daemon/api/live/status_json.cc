@@ -96,16 +96,12 @@ json degrees(const Angles& angles_rad) {
   return list;
 }
 
-const char* set_word(const calib::Touch& touch) {
-  return touch.set == calib::TouchSet::kFit ? "fit" : "check";
-}
-
 }  // namespace
 
 nlohmann::json touch_json(std::size_t index, const calib::Touch& touch) {
   return {{"index", index},
           {"target", touch.target},
-          {"set", set_word(touch)},
+          {"set", to_string(touch.set)},
           {"joints_deg", degrees(touch.joint_rad)},
           {"time", touch.time},
           {"readings", touch.readings},
@@ -158,7 +154,7 @@ std::string made_touch_to_json(const MadeTouch& made) {
   json value{{"session", made.session},
              {"index", made.index},
              {"target", made.touch.target},
-             {"set", set_word(made.touch)},
+             {"set", to_string(made.touch.set)},
              {"joints_deg", degrees(made.touch.joint_rad)},
              {"tip_mm", nullptr},
              {"residual_mm", or_null(made.residual_m, calib::kMmPerM)},

@@ -19,7 +19,6 @@ namespace fs = std::filesystem;
 using Why = NotVerified::Why;
 
 constexpr const char* kFormat = "# cellcal.signature/1";
-constexpr std::size_t kShaDigits = 64;
 constexpr std::size_t kMostLines = 100;
 
 struct Sums {
@@ -39,11 +38,6 @@ std::string text_of(const Sums& sums) {
 std::optional<std::string> behind(const std::string& line, const std::string& mark) {
   if (!line.starts_with(mark)) return std::nullopt;
   return line.substr(mark.size());
-}
-
-bool is_sum(const std::string& text) {
-  return text.size() == kShaDigits &&
-         text.find_first_not_of("0123456789abcdef") == std::string::npos;
 }
 
 /// Of a file beside the sums, and that a terminal can show.
@@ -73,15 +67,16 @@ std::optional<Sums> sums_of(const std::string& text) {
       sums.statement.by = *by;
     else if (const auto key = behind(line, "# key: "))
       sums.statement.key = *key;
-    else if (line.size() > kShaDigits + 2 && is_sum(line.substr(0, kShaDigits)) &&
-             line.substr(kShaDigits, 2) == "  ") {
-      const std::string name = line.substr(kShaDigits + 2);
+    else if (line.size() > calib::kSha256Digits + 2 &&
+             calib::is_sha256(line.substr(0, calib::kSha256Digits)) &&
+             line.substr(calib::kSha256Digits, 2) == "  ") {
+      const std::string name = line.substr(calib::kSha256Digits + 2);
       if (!is_plain_name(name) || sum_of(sums, name) != nullptr) return std::nullopt;
-      sums.files.emplace_back(name, line.substr(0, kShaDigits));
+      sums.files.emplace_back(name, line.substr(0, calib::kSha256Digits));
     } else
       return std::nullopt;
   }
-  if (sums.files.empty() || !is_sum(sums.statement.key)) return std::nullopt;
+  if (sums.files.empty() || !calib::is_sha256(sums.statement.key)) return std::nullopt;
   return sums;
 }
 

@@ -57,6 +57,31 @@ void add_correct(CLI::App& app, int& status) {
   });
 }
 
+namespace {
+
+/// What frames are sent to the controller, and which old values are set again.
+void add_sending(CLI::App* command, CLI::Option* calibration, SendFrames& sending) {
+  auto* send = command->add_flag("--send", sending.send, "Set the frames on the controller");
+  auto* confirm = command->add_flag(
+      "--confirm", sending.confirm,
+      "With --send or --restore: do not ask. Every point taught in a frame moves with it");
+  auto* sent = command->add_flag("--sent", sending.list,
+                                 "List the frames sent to the controller, with the result");
+  auto* restore = command
+                      ->add_option("--restore", sending.restore,
+                                   "Set the old values that this number of --sent replaced")
+                      ->check(CLI::Range(1, 1000000000));
+  command
+      ->add_flag("--other-calibration", sending.other_calibration,
+                 "With --send: also a calibration that is not the one in use on the daemon")
+      ->needs(send);
+  send->needs(calibration)->excludes(sent)->excludes(restore);
+  sent->excludes(calibration)->excludes(confirm);
+  restore->excludes(calibration)->excludes(sent);
+}
+
+}  // namespace
+
 void add_frames(CLI::App& app, int& status) {
   auto given = std::make_shared<FramesCommand>();
   auto sending = std::make_shared<SendFrames>();
@@ -90,23 +115,7 @@ void add_frames(CLI::App& app, int& status) {
   command->add_flag("--withheld", given->withheld,
                     "Accept a withheld calibration, for inspection only");
   command->add_option("-o,--output", given->output, "Write the KRL program to this file (.src)");
-  auto* send = command->add_flag("--send", sending->send, "Set the frames on the controller");
-  auto* confirm = command->add_flag(
-      "--confirm", sending->confirm,
-      "With --send or --restore: do not ask. Every point taught in a frame moves with it");
-  auto* sent = command->add_flag("--sent", sending->list,
-                                 "List the frames sent to the controller, with the result");
-  auto* restore = command
-                      ->add_option("--restore", sending->restore,
-                                   "Set the old values that this number of --sent replaced")
-                      ->check(CLI::Range(1, 1000000000));
-  command
-      ->add_flag("--other-calibration", sending->other_calibration,
-                 "With --send: also a calibration that is not the one in use on the daemon")
-      ->needs(send);
-  send->needs(calibration)->excludes(sent)->excludes(restore);
-  sent->excludes(calibration)->excludes(confirm);
-  restore->excludes(calibration)->excludes(sent);
+  add_sending(command, calibration, *sending);
   command->callback([given, sending, daemon, calibration, &status] {
     given->json = daemon->json;
     if (sending->list) {

@@ -74,6 +74,20 @@ void add_export(CLI::App* of, int& status) {
   });
 }
 
+/// The plant's broker and who asks there.
+void add_broker(CLI::App* command, ProposeCommand& wanted, bool& no_tls) {
+  command->add_option("--broker", wanted.broker, "The plant's MQTT broker")->required();
+  command->add_option("--port", wanted.port, "Its port [8883, without TLS 1883]")
+      ->check(CLI::Range(1, 65535));
+  command->add_option("--ca", wanted.ca, "CA certificate of the broker (PEM) [the system's]")
+      ->check(CLI::ExistingFile);
+  command->add_option("--user", wanted.user, "User there who may propose")->capture_default_str();
+  command
+      ->add_option("--password-file", wanted.password_file, "File whose first line is the password")
+      ->check(CLI::ExistingFile);
+  command->add_flag("--no-tls", no_tls, "Without TLS, to a broker on this computer");
+}
+
 void add_propose(CLI::App* of, int& status) {
   struct Given {
     ProposeCommand command;
@@ -111,16 +125,7 @@ void add_propose(CLI::App* of, int& status) {
   command->add_option("--reason", wanted.reason, "Why, for those who answer")->required();
   command->add_option("--by", wanted.by, "Who proposes it [the user]");
   command->add_option("--id", wanted.id, "Its id [one is made]")->excludes(withdraw);
-  command->add_option("--broker", wanted.broker, "The plant's MQTT broker")->required();
-  command->add_option("--port", wanted.port, "Its port [8883, without TLS 1883]")
-      ->check(CLI::Range(1, 65535));
-  command->add_option("--ca", wanted.ca, "CA certificate of the broker (PEM) [the system's]")
-      ->check(CLI::ExistingFile);
-  command->add_option("--user", wanted.user, "User there who may propose")->capture_default_str();
-  command
-      ->add_option("--password-file", wanted.password_file, "File whose first line is the password")
-      ->check(CLI::ExistingFile);
-  command->add_flag("--no-tls", given->no_tls, "Without TLS, to a broker on this computer");
+  add_broker(command, wanted, given->no_tls);
   command->add_flag("--json", wanted.json, "Print JSON");
   command->callback([=, &status] {
     ProposeCommand& now = given->command;

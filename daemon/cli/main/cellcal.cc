@@ -57,17 +57,35 @@ std::vector<std::string> commands_of(const CLI::App& app) {
   return names;
 }
 
-/// What is wrong with the first argument, where it is missing, or looks like a command and is none.
-/// CLI11 would only say that a subcommand is required.
-std::optional<std::string> wrong_command(const CLI::App& app, int argc, char** argv) {
-  const std::vector<std::string> names = commands_of(app);
-  const std::string all = fmt::format("commands: {}", fmt::join(names, ", "));
-  if (argc < 2) return "no command given; " + all;
-  const std::string given = argv[1];
-  if (given.starts_with('-') || std::find(names.begin(), names.end(), given) != names.end())
-    return std::nullopt;
-  return fmt::format("unknown command \"{}\".{} {}", cellcal::calib::shown(given),
-                     nearest(given, names), "The " + all);
+/// A command that is missing, or looks like one and is none, and whose help says more.
+struct WrongCommand {
+  std::string words, help;
+};
+
+/// Looks at the first argument, and at those after it as long as the command that they name needs another
+/// one: CLI11 would only say that a subcommand is required.
+std::optional<WrongCommand> wrong_command(const CLI::App& app, int argc, char** argv) {
+  const CLI::App* named = &app;
+  std::string before;  // the commands that were named, each with a blank behind it
+  for (int i = 1; named->get_require_subcommand_min() > 0; ++i) {
+    const std::vector<std::string> names = commands_of(*named);
+    const std::string all = fmt::format("commands: {}", fmt::join(names, ", "));
+    const std::string help = fmt::format("cellcal {}--help", before);
+    if (i >= argc)
+      return WrongCommand{before.empty() ? "no command given; " + all
+                                         : fmt::format("no command given after \"{}\"; {}",
+                                                       before.substr(0, before.size() - 1), all),
+                          help};
+    const std::string given = argv[i];
+    if (given.starts_with('-')) return std::nullopt;
+    if (std::find(names.begin(), names.end(), given) == names.end())
+      return WrongCommand{fmt::format("unknown command \"{}{}\".{} The {}", before,
+                                      cellcal::calib::shown(given), nearest(given, names), all),
+                          help};
+    before += given + ' ';
+    named = named->get_subcommand(given);
+  }
+  return std::nullopt;
 }
 
 /// The first argument that no option of the command takes; CLI11 would list them all, last first.
@@ -95,8 +113,8 @@ int main(int argc, char** argv) {
   int status = kSuccess;
   CLI::App app;
   describe_cellcal(app, status);
-  if (const auto words = wrong_command(app, argc, argv)) {
-    fmt::print(stderr, "cellcal: {}\nsee 'cellcal --help'\n", *words);
+  if (const auto wrong = wrong_command(app, argc, argv)) {
+    fmt::print(stderr, "cellcal: {}\nsee '{}'\n", wrong->words, wrong->help);
     return kWrongUsage;
   }
   try {

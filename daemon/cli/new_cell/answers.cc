@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "calib/syntax/shown.h"
+#include "calib/syntax/trimmed.h"
 
 namespace cellcal::daemon {
 
@@ -34,16 +35,9 @@ std::string words_of(const std::vector<std::size_t>& counts) {
 
 }  // namespace
 
-std::string_view trimmed(std::string_view text) {
-  constexpr std::string_view kBlank = " \t\r\n";
-  const std::size_t first = text.find_first_not_of(kBlank);
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(kBlank) - first + 1);
-}
-
 std::vector<double> numbers(std::string_view text, const std::vector<std::size_t>& counts) {
   std::vector<double> values;
-  text = trimmed(text);
+  text = calib::trimmed(text);
   for (std::size_t at = text.find_first_not_of(kBetween); at != std::string_view::npos;
        at = text.find_first_not_of(kBetween, at)) {
     const std::size_t end = std::min(text.size(), text.find_first_of(kBetween, at));

@@ -13,7 +13,6 @@ struct BadAnswer : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-std::string_view trimmed(std::string_view text);
 /// Numbers with '.' as the decimal mark, spaces or commas between them; as many as one of `counts`.
 /// Throws BadAnswer.
 std::vector<double> numbers(std::string_view text, const std::vector<std::size_t>& counts);

@@ -13,6 +13,7 @@
 #include "calib/files/shipped_robots.h"
 #include "calib/syntax/shown.h"
 #include "calib/syntax/toml_table.h"
+#include "calib/syntax/trimmed.h"
 #include "daemon/cell_form/lists.h"
 #include "daemon/cli/new_cell/answers.h"
 
@@ -79,7 +80,7 @@ void Dialogue::ask(const std::string& question, const Take& take) {
       throw EndOfInput(fmt::format("the input ended at \"{}\"; nothing was written", question));
     }
     try {
-      return take(std::string(trimmed(answer)));
+      return take(std::string(calib::trimmed(answer)));
     } catch (const std::runtime_error& reason) {
       form_ = before;
       out_ << "  " << reason.what() << "\n";

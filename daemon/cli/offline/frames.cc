@@ -58,7 +58,7 @@ std::string report(const krl::ProposedFrames& result) {
     text += one.old ? fmt::format("{}: {:.3f} mm and {:.4f} deg from the old one", one.name,
                                   one.shift_mm, one.turn_deg)
                     : fmt::format("{}: no old one in the files given with --config", one.name);
-    if (one.name.starts_with("TOOL"))
+    if (one.kind == krl::ProposedFrame::Kind::kTool)
       text += one.sigma_mm == std::array<double, 3>{}
                   ? "; as the cell file states it (no xyz_sigma_mm)"
                   : fmt::format("; +- {:.3f}, {:.3f}, {:.3f} mm (k=2)", 2 * one.sigma_mm[0],
@@ -66,7 +66,7 @@ std::string report(const krl::ProposedFrames& result) {
     text += "\n";
   }
   if (!result.robroot_stated && !result.frames.empty() &&
-      result.frames.back().name.starts_with("BASE"))
+      result.frames.back().kind == krl::ProposedFrame::Kind::kBase)
     text += "$ROBROOT not in the given files: the robot is taken to be at the world's origin\n";
   text += "\nmastering, a proposal only; cellcal writes none of it:\n";
   for (const krl::MasteringOffset& one : result.mastering)
@@ -93,7 +93,8 @@ std::string json(const krl::ProposedFrames& result) {
       all["frames"].back()["shift_mm"] = one.shift_mm;
       all["frames"].back()["turn_deg"] = one.turn_deg;
     }
-    if (one.name.starts_with("TOOL")) all["frames"].back()["sigma_mm"] = one.sigma_mm;
+    if (one.kind == krl::ProposedFrame::Kind::kTool)
+      all["frames"].back()["sigma_mm"] = one.sigma_mm;
   }
   for (const krl::MasteringOffset& one : result.mastering)
     all["mastering_proposal"].push_back({{"joint", one.joint},

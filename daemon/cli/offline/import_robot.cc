@@ -44,7 +44,7 @@ void print_differences(const calib::MachineData& data, const calib::Robot& robot
   for (const calib::LengthDifference& one : calib::differences(data, robot))
     fmt::print(stderr,
                "warning: {} {:.3f} mm in the controller, {:.3f} mm in the robot file ({} of {}). "
-               "Another robot type? Choose its file\n",
+               "Check the robot's type and choose its file\n",
                one.variable, one.controller_m * calib::kMmPerM, one.robot_m * calib::kMmPerM,
                one.key, one.joint);
 }

@@ -84,7 +84,7 @@ std::string json(const calib::Plan& plan, const calib::Robot& robot, const Limit
       joints[robot.joints[i].name] = touch.joint_rad[i] * calib::kDegPerRad;
     }
     list.push_back({{"target", planned.target},
-                    {"set", planned.set == calib::TouchSet::kFit ? "fit" : "check"},
+                    {"set", to_string(planned.set)},
                     {"joints_deg", joints},
                     {"normal", {planned.normal.x(), planned.normal.y(), planned.normal.z()}},
                     {"search_mm", planned.search_m * calib::kMmPerM}});

@@ -1,11 +1,10 @@
 #include "daemon/cli/offline/priors.h"
 
-#include <fmt/chrono.h>
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cstdio>
-#include <ctime>
 #include <nlohmann/json.hpp>
 #include <set>
 
@@ -15,6 +14,7 @@
 #include "calib/files/nominal_geometry.h"
 #include "calib/files/priors_file.h"
 #include "calib/model/error.h"
+#include "calib/model/iso_time.h"
 #include "calib/syntax/input_file.h"
 #include "calib/syntax/toml_json.h"
 #include "daemon/cli/offline/exit_status.h"
@@ -104,7 +104,10 @@ void read_one(const fs::path& file, Read& read) {
   }
 }
 
-std::string now() { return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr))); }
+std::string now() {
+  using std::chrono::system_clock, std::chrono::seconds;
+  return calib::utc_text(std::chrono::floor<seconds>(system_clock::now()));
+}
 
 /// The version that counts on.
 long next_version(const fs::path& after, const std::string& nominal_geometry) {

@@ -88,8 +88,7 @@ std::string predicted_words(const calib::Calibration& c) {
       c.predicted_near_targets_m * kMmPerM, c.predicted_workspace_m * kMmPerM);
   if (c.nominal_workspace_m > 0.0)
     text += fmt::format(
-        "with the nominal arm:          {:.3f} mm near the targets, {:.3f} mm over the "
-        "workspace\n",
+        "with the nominal arm:          {:.3f} mm near the targets, {:.3f} mm over the workspace\n",
         c.nominal_near_targets_m * kMmPerM, c.nominal_workspace_m * kMmPerM);
   return text;
 }

@@ -1,9 +1,11 @@
 #pragma once
 // A session as the journal has it.
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "daemon/journal/database/origin.h"
 #include "daemon/session/failure.h"
@@ -31,11 +33,28 @@ struct Activation {
   std::int64_t entry = 0;  ///< its place among all that was ever written; 0: not written yet
 };
 
+/// How far a session came.
+enum class RecordState {
+  kRunning,
+  kInterrupted,  ///< nobody runs it, and it did not come to its end
+  kAborted,
+  kFailed,
+  kDone,
+  kDamaged,  ///< the row is not as it was written, or missing
+};
+inline constexpr std::array kRecordStates{RecordState::kRunning, RecordState::kInterrupted,
+                                          RecordState::kAborted, RecordState::kFailed,
+                                          RecordState::kDone,    RecordState::kDamaged};
+
+/// "running", "interrupted", "aborted", "failed", "done", "damaged": as the database and the API have them.
+const char* to_string(RecordState state);
+/// Of text that no version wrote: kDamaged.
+RecordState record_state_of(std::string_view text);
+
 struct SessionRecord {
   std::int64_t id = 0;
   std::string started, ended;  ///< ISO 8601 UTC; `ended` is empty while it runs
-  /// running, interrupted, aborted, failed, done; damaged: the row is not as it was written.
-  std::string state;
+  RecordState state = RecordState::kRunning;
   SessionInputs inputs;
   std::string plan_hash;
   int planned = 0;      ///< touches of the plan; 0 before it was made
@@ -50,7 +69,9 @@ struct SessionRecord {
       dropped;  ///< when its raw events and readings were dropped (retention); empty: they are there
 
   /// It has not come to its end, and its plan can be gone on with.
-  bool resumable() const { return state != "done" && state != "running" && !origin; }
+  bool resumable() const {
+    return state != RecordState::kDone && state != RecordState::kRunning && !origin;
+  }
 };
 
 }  // namespace cellcal::daemon

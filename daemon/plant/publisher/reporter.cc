@@ -16,11 +16,21 @@ namespace cellcal::daemon::plant {
 
 namespace {
 
-SessionState state_of(const std::string& state) {
-  if (state == "done") return SessionState::kDone;
-  if (state == "aborted") return SessionState::kAborted;
-  if (state == "failed") return SessionState::kFailed;
-  return state == "interrupted" ? SessionState::kInterrupted : SessionState::kRunning;
+SessionState state_of(RecordState state) {
+  switch (state) {
+    case RecordState::kDone:
+      return SessionState::kDone;
+    case RecordState::kAborted:
+      return SessionState::kAborted;
+    case RecordState::kFailed:
+      return SessionState::kFailed;
+    case RecordState::kInterrupted:
+      return SessionState::kInterrupted;
+    case RecordState::kRunning:
+    case RecordState::kDamaged:
+      break;
+  }
+  return SessionState::kRunning;
 }
 
 /// None: of another version, or none of ours. Its end is told of all the same.

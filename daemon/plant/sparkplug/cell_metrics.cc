@@ -3,11 +3,13 @@
 #include <cmath>
 #include <utility>
 
+#include "calib/model/units.h"
+
 namespace cellcal::daemon::plant::sparkplug {
 
 namespace {
 
-constexpr double kMmPerM = 1e3, kMsPerS = 1e3;
+using calib::kMmPerM, calib::kMsPerS;
 
 /// Of a part of the cell's state that may not be there: then each of its metrics is null.
 template <class Part>

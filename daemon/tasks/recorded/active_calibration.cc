@@ -24,7 +24,8 @@ std::vector<std::pair<std::int64_t, std::int64_t>> candidates(Journal& journal,
   std::vector<std::pair<std::int64_t, std::int64_t>> all;
   std::vector<std::int64_t> own;
   for (const SessionRecord& record : journal.sessions()) {
-    if (record.origin || record.state != "done" || (before > 0 && record.id >= before)) continue;
+    if (record.origin || record.state != RecordState::kDone || (before > 0 && record.id >= before))
+      continue;
     if (!cell_name.empty() && record.inputs.cell_name != cell_name) continue;
     own.push_back(record.id);
     all.emplace_back(journal.last_entry(record.id), record.id);
@@ -41,7 +42,8 @@ std::vector<std::pair<std::int64_t, std::int64_t>> candidates(Journal& journal,
 std::optional<Published> published(Journal& journal, std::int64_t session) {
   try {
     auto record = journal.session(session);
-    if (!record || record->state != "done" || record->calibration.empty()) return std::nullopt;
+    if (!record || record->state != RecordState::kDone || record->calibration.empty())
+      return std::nullopt;
     auto calibration = calib::calibration_from_json(
         record->calibration, fmt::format("calibration of session {}", session));
     if (!calibration.verdict.publish) return std::nullopt;

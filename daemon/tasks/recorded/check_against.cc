@@ -36,7 +36,8 @@ std::vector<std::vector<calib::Touch>> checks_before(Journal& journal, std::int6
                                                      std::int64_t before) {
   std::vector<std::vector<calib::Touch>> checks;
   for (const SessionRecord& record : journal.sessions()) {
-    if (record.id >= before || record.id <= calibrated || record.state != "done" || record.origin)
+    if (record.id >= before || record.id <= calibrated || record.state != RecordState::kDone ||
+        record.origin)
       continue;
     try {
       const SessionOptions options = options_from_json(record.inputs.options);

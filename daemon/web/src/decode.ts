@@ -4,10 +4,10 @@
 
 import {
   ADVICE, CAUSES, CHANGES, CHECKS, DRIFT_STATES, EVIDENCE, FAILURES, FINDINGS, KINDS, PHASES, PROPOSALS, STATES, STEPS,
-  type CheckChart, type CheckCourse, type CheckLimits, type CheckPoint, type Comparison, type ContactLink, type Doctor, type DriftRow, type DriftSeen, type FailureKind, type Figures, type Finding, type FindingKind, type FindingPart, type Frame, type Joint, type Kind, type Phase,
+  type AdviceStatus, type Comparison, type ContactLink, type ControlLimits, type Doctor, type DriftChart, type DriftPoint, type DriftRow, type DriftSeen, type DriftTrend, type FailureKind, type Figures, type Finding, type FindingKind, type FindingPart, type Frame, type Joint, type Kind, type Phase,
   type PlannedTouch, type Point, type Proposal, type ProposalsSeen, type Quantity, type Result, type RobotLink, type Readiness, type RobotPosture, type Role,
   type Scene, type SceneTarget, type SessionRow, type SessionState, type Solid, type Status, type StepSeen,
-  type Summary, type ToldController, type Touch, type TouchSet, type Version,
+  type Summary, type Touch, type TouchSet, type Version,
 } from "./types";
 
 const MOST_LETTERS = 4000;
@@ -282,7 +282,7 @@ function drift_row(value: unknown): DriftRow | null {
     workspaceMm: number(all.workspace_mm), zeros: known(zeros),
   };
 }
-function check_point(value: unknown): CheckPoint | null {
+function drift_point(value: unknown): DriftPoint | null {
   const all = fields(value);
   const timeS = number(all?.time_s), state = DRIFT_STATES.find((one) => one === all?.state);
   if (!all || timeS === null || !state) return null;
@@ -292,7 +292,7 @@ function check_point(value: unknown): CheckPoint | null {
     offMm: point(all.off_mm), ewma: number(all.ewma) ?? 0, cusum: number(all.cusum) ?? 0, share: number(all.share) ?? 0,
   };
 }
-function check_course(value: unknown): CheckCourse | null {
+function drift_trend(value: unknown): DriftTrend | null {
   const all = fields(value);
   const offMm = number(all?.off_mm), sinceS = number(all?.since_s);
   if (!all || offMm === null || sinceS === null) return null;
@@ -305,30 +305,30 @@ function check_course(value: unknown): CheckCourse | null {
   };
 }
 /** A limit that is none would make every share infinite. */
-function check_limits(value: unknown): CheckLimits | null {
+function control_limits(value: unknown): ControlLimits | null {
   const all = fields(value);
   const ewma = number(all?.ewma) ?? 0, cusum = number(all?.cusum) ?? 0;
   return ewma > 0 && cusum > 0 ? { ewma, cusum, runLength: count(all?.run_length) } : null;
 }
-function check_chart(value: unknown): CheckChart | null {
+function drift_chart(value: unknown): DriftChart | null {
   const all = fields(value);
   const state = DRIFT_STATES.find((one) => one === all?.state);
-  const warns = check_limits(all?.warns), alarms = check_limits(all?.alarms);
+  const warns = control_limits(all?.warns), alarms = control_limits(all?.alarms);
   if (!all || !state || !warns || !alarms) return null;
   return {
     calibration: count(all.calibration), state, advice: ADVICE.find((one) => one === all.advice) ?? "none",
     counted: count(all.counted), least: count(all.least),
     undecided: count(all.undecided), decidedS: number(all.decided_s) ?? 0, warns, alarms,
-    course: check_course(all.course), points: known(list(all.points).map(check_point)),
+    trend: drift_trend(all.course), points: known(list(all.points).map(drift_point)),
   };
 }
-function told_controller(value: unknown): ToldController | null {
+function advice_status(value: unknown): AdviceStatus | null {
   const all = fields(value);
-  return all && { value: number(all.value), at: words(all.told_at), trouble: words(all.trouble) };
+  return all && { value: number(all.value), acknowledgedAt: words(all.told_at), trouble: words(all.trouble) };
 }
 export const drift = (value: unknown): DriftSeen => ({
-  rows: known(list(fields(value)?.sessions).map(drift_row)), checks: check_chart(fields(value)?.checks),
-  controller: told_controller(fields(value)?.controller),
+  rows: known(list(fields(value)?.sessions).map(drift_row)), checks: drift_chart(fields(value)?.checks),
+  controller: advice_status(fields(value)?.controller),
 });
 
 function version(value: unknown): Version | null {

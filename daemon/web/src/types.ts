@@ -243,7 +243,7 @@ export const ADVICE = ["none", "check_again", "let_it_warm_up", "re_measure_tcp"
 export type Advice = (typeof ADVICE)[number];
 export const CHANGES = ["tool", "sphere", "joint", "growth", "touch"] as const;
 export type Change = (typeof CHANGES)[number];
-export interface CheckPoint {
+export interface DriftPoint {
   session: number;
   timeS: number;
   /** Why it does not count. */
@@ -256,7 +256,7 @@ export interface CheckPoint {
   share: number;
   state: DriftState;
 }
-export interface CheckCourse {
+export interface DriftTrend {
   shape: "step" | "creep";
   since: number;
   sinceS: number;
@@ -268,12 +268,12 @@ export interface CheckCourse {
   causeName: string;
   probability: number;
 }
-export interface CheckLimits {
+export interface ControlLimits {
   ewma: number;
   cusum: number;
   runLength: number;
 }
-export interface CheckChart {
+export interface DriftChart {
   calibration: number;
   state: DriftState;
   advice: Advice;
@@ -282,21 +282,21 @@ export interface CheckChart {
   /** Checks behind the newest that decided something, and when that was; 0: none has. */
   undecided: number;
   decidedS: number;
-  warns: CheckLimits;
-  alarms: CheckLimits;
-  course: CheckCourse | null;
-  points: CheckPoint[];
+  warns: ControlLimits;
+  alarms: ControlLimits;
+  trend: DriftTrend | null;
+  points: DriftPoint[];
 }
 /** What CELLCAL_ADVICE on the controller is; `trouble`: why it is not the newest, in the daemon's words. */
-export interface ToldController {
+export interface AdviceStatus {
   value: number | null;
-  at: string;
+  acknowledgedAt: string;
   trouble: string;
 }
 export interface DriftSeen {
   rows: DriftRow[];
-  checks: CheckChart | null;
-  controller: ToldController | null;
+  checks: DriftChart | null;
+  controller: AdviceStatus | null;
 }
 
 export const STEPS = ["cell", "robot", "spheres", "doctor", "qualify", "dry-run", "first", "calibration"] as const;

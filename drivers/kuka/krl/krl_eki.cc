@@ -108,7 +108,7 @@ constexpr const char* kAdviceWhy = R"(  IF CC_FRAME_KIND==3 THEN
 
 constexpr const char* kAdviceAges = R"(
 DEF CC_ADVICE ( )
-  ;a 'holds' that nobody has said again by its day says nothing of today
+  ;'holds' expires after its day
   IF CELLCAL_ADVICE==1 THEN
     IF $DATE.YEAR*372+$DATE.MONTH*31+$DATE.DAY>CELLCAL_ADVICE_UNTIL THEN
       CELLCAL_ADVICE=0

@@ -23,12 +23,6 @@ constexpr std::array kEndings{".xml", ".rsi", ".rsix", ".diagram", ".src", ".dat
 constexpr int kLargestLimit = 512, kLargestBytes = 65534;  // of EKI 2.2
 constexpr int kUsualLimit = 16, kUsualBytes = 16384;
 
-std::string lower(std::string_view text) {
-  std::string result(text);
-  std::transform(result.begin(), result.end(), result.begin(), wire::lower);
-  return result;
-}
-
 Placed<std::string> text(const XmlText& xml, const pugi::xml_node& parent, const char* child) {
   return {xml.text_of(parent, child), xml.line_of(parent.child(child))};
 }
@@ -53,7 +47,9 @@ std::vector<EkiElement> elements(const XmlText& xml, const char* direction, bool
   return result;
 }
 
-bool ends(std::string_view name, std::string_view ending) { return lower(name).ends_with(ending); }
+bool ends(std::string_view name, std::string_view ending) {
+  return wire::lower(name).ends_with(ending);
+}
 
 }  // namespace
 

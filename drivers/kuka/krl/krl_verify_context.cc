@@ -77,8 +77,7 @@ void check_stop(const RsiSet& set, const RsiContextFile& file, const RsiObject* 
                 const std::string& ethernet) {
   if (stop == nullptr) {
     set.findings.refuse(file.name, 0,
-                        "the STOP object is missing: every session would end with a fault. Add "
-                        "it");
+                        "the STOP object is missing: every session would end with a fault. Add it");
     return;
   }
   check_wire(set, file, *stop, 1, ethernet, set.config.stop_tag);
@@ -139,8 +138,7 @@ void check_wire(const RsiSet& set, const RsiContextFile& file, const RsiObject& 
   } else if (found->from != ethernet || found->from_index != element->index) {
     set.findings.refuse(file.name, found->line,
                         "{}: input {} comes from {} output {}; {} is channel {} of {} (INDX in "
-                        "line {}), so it must "
-                        "come from {} output {}",
+                        "line {}), so it must come from {} output {}",
                         object.id, input, found->from, found->from_index, tag, element->index,
                         ethernet, element->line, ethernet, element->index);
   }

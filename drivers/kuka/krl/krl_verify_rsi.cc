@@ -47,8 +47,7 @@ void check_config(const RsiSet& set) {
   }
   if (file.only_send.value) {
     set.findings.refuse(file.name, file.only_send.line,
-                        "ONLYSEND is TRUE: the controller would ignore all corrections. Set "
-                        "FALSE");
+                        "ONLYSEND is TRUE: the controller would ignore all corrections. Set FALSE");
   }
 }
 

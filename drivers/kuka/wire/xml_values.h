@@ -1,11 +1,12 @@
 #pragma once
-// Numbers and names of KUKA's XML, both ways: locale-free, finite, in any case, without allocation.
+// Numbers and names of KUKA's XML, both ways: locale-free, finite, in any case; values without allocation.
 
 #include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <span>
+#include <string>
 #include <string_view>
 
 namespace cellcal::drivers::wire {
@@ -15,6 +16,12 @@ inline constexpr std::size_t kAxesPerElement = 6;
 inline constexpr std::string_view kFrameNames = "XYZABC";
 
 inline char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
+
+inline std::string lower(std::string_view text) {
+  std::string result(text);
+  for (char& c : result) c = lower(c);
+  return result;
+}
 
 inline bool same_name(std::string_view a, std::string_view b) {
   if (a.size() != b.size()) return false;

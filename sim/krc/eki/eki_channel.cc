@@ -20,12 +20,6 @@ constexpr unsigned kLargestLimit = 512, kLargestBytes = 65534;  // of EKI 2.2
   throw std::invalid_argument("EKI channel file: " + why);
 }
 
-std::string lower(std::string_view text) {
-  std::string result(text);
-  std::transform(result.begin(), result.end(), result.begin(), wire::lower);
-  return result;
-}
-
 EkiElementType type_of(const std::string& tag, const std::string& type) {
   if (type == "REAL") return EkiElementType::kReal;
   if (type == "INT") return EkiElementType::kInt;
@@ -126,7 +120,7 @@ EkiChannelConfig EkiChannelConfig::parse(std::string_view xml) {
 }
 
 EkiChannel::EkiChannel(EkiChannelConfig config) : config_(std::move(config)) {
-  for (const auto& [path, type] : config_.receive) queues_[lower(path)].type = type;
+  for (const auto& [path, type] : config_.receive) queues_[wire::lower(path)].type = type;
 }
 
 void EkiChannel::close() {
@@ -140,12 +134,12 @@ void EkiChannel::clear() {
 }
 
 std::size_t EkiChannel::waiting(std::string_view path) const {
-  const auto found = queues_.find(lower(path));
+  const auto found = queues_.find(wire::lower(path));
   return found == queues_.end() ? 0 : found->second.values.size();
 }
 
 std::optional<double> EkiChannel::get(std::string_view path) {
-  const auto found = queues_.find(lower(path));
+  const auto found = queues_.find(wire::lower(path));
   if (found == queues_.end() || found->second.values.empty()) return std::nullopt;
   const double value = found->second.values.front();
   found->second.values.pop_front();
@@ -153,7 +147,7 @@ std::optional<double> EkiChannel::get(std::string_view path) {
 }
 
 void EkiChannel::set(std::string_view path, std::string text) {
-  values_[lower(path)] = std::move(text);
+  values_[wire::lower(path)] = std::move(text);
 }
 
 void EkiChannel::send(std::string_view root) {
@@ -171,7 +165,7 @@ void EkiChannel::send(std::string_view root) {
       node = next ? next : node.append_child(name.c_str());
       from = to + 1;
     }
-    const auto value = values_.find(lower(path));
+    const auto value = values_.find(wire::lower(path));
     const char* text = value == values_.end() ? "" : value->second.c_str();
     if (at == std::string::npos) {
       node.text().set(text);

@@ -23,12 +23,6 @@ constexpr double kBlendRad = 2.0 * kRadPerDeg;
 constexpr std::string_view kFrameNames = "XYZABC";
 constexpr std::chrono::milliseconds kReopen{100};
 
-std::string lower_case(std::string_view text) {
-  std::string result(text);
-  std::transform(result.begin(), result.end(), result.begin(), wire::lower);
-  return result;
-}
-
 /// "RobotState/Pos/@A1": "A1" behind "RobotState/Pos".
 struct Place {
   std::string parent, name;
@@ -244,7 +238,7 @@ struct EkiStream::Impl {
   }
 
   std::string value_of(const Place& place, const KukaFrame& tcp) const {
-    const std::string parent = lower_case(place.parent);
+    const std::string parent = wire::lower(place.parent);
     const bool of_speed = parent.find("vel") != std::string::npos;
     const bool of_load =
         parent.find("eff") != std::string::npos || parent.find("torque") != std::string::npos;

@@ -47,6 +47,14 @@ TEST(IsoTime, CountsFrom1970AndTakesUtcWhereNoZoneIs) {
   EXPECT_NEAR(*seconds_of("2000-01-01T00:00:00.125"), 946684800.125, 1e-6);
 }
 
+TEST(IsoTime, IsWrittenInUtc) {
+  namespace chrono = std::chrono;
+  const chrono::sys_seconds time{chrono::seconds(946684800)};
+  EXPECT_EQ(utc_text(time), "2000-01-01T00:00:00Z");
+  EXPECT_EQ(utc_text(time + chrono::milliseconds(7)), "2000-01-01T00:00:00.007Z");
+  EXPECT_EQ(utc_text(time - chrono::milliseconds(1)), "1999-12-31T23:59:59.999Z");
+}
+
 TEST(IsoTime, RefusesWhatIsNone) {
   for (const char* none : {"",
                            "now",

@@ -24,6 +24,7 @@ using testing::Making;
 using testing::plain_truth;
 using testing::the;
 using testing::words_of;
+using NotJudged = UnseenTarget::NotJudged;
 
 /// S1 to S3 are touched for the fit; of the touches of S4 `kept` are check touches, the rest none.
 std::vector<Touch> with_one_unseen(unsigned seed, std::size_t kept, const sim::Truth& truth_of_s4) {
@@ -102,8 +103,22 @@ TEST(UnseenTarget, ThatIsTouchedTooLittleIsNotJudgedAndWhyIsSaid) {
     EXPECT_TRUE(c.verdict.publish) << words_of(c);
     EXPECT_EQ(c.check.count, 0) << kept;
     EXPECT_EQ(the(c, FindingKind::kUnseenNotJudged).about.name, "S4") << words_of(c);
+    EXPECT_EQ(the(c, FindingKind::kUnseenNotJudged, "touches"), static_cast<double>(kept));
+    EXPECT_EQ(the(c, FindingKind::kUnseenNotJudged, "place_alone"), 1.0) << words_of(c);
+    EXPECT_EQ(c.unseen.targets[0].not_judged, NotJudged::kPlaceAlone);
     EXPECT_TRUE(found(c, FindingKind::kNoCheckTouches)) << words_of(c);
   }
+}
+
+TEST(UnseenTarget, WhosePlaceItsTouchesDoNotGiveIsNotJudged) {
+  Cell cell = demo_cell();
+  Target& s4 = cell.targets[cell.target_index("S4")];
+  s4.has_centre = false;
+  const Calibration c = identify(cell, with_one_unseen(1, 1, plain_truth(demo_cell(), 1)));
+  ASSERT_EQ(c.unseen.targets.size(), 1u);
+  EXPECT_EQ(c.unseen.targets[0].not_judged, NotJudged::kNoPlace);
+  EXPECT_EQ(c.unseen.targets[0].touches, 1u);
+  EXPECT_EQ(the(c, FindingKind::kUnseenNotJudged, "no_place"), 1.0) << words_of(c);
 }
 
 }  // namespace

@@ -13,6 +13,7 @@
 #include "calib/uncertainty/region.h"
 #include "calib/verdict/identify_as_stated.h"
 #include "tests/calib/findings.h"
+#include "tests/calib/millimetre.h"
 #include "tests/calib/simulate.h"
 
 namespace cellcal::calib {
@@ -22,9 +23,8 @@ using Eigen::Isometry3d;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using testing::demo_cell;
+using testing::kMm;
 using testing::words_of;
-
-constexpr double kMm = 1e-3;
 
 /// One probe, seated on the tool in a way that nobody knows, seen by one tracker.
 struct Poses {

@@ -5,17 +5,17 @@
 #include "calib/identify/identify.h"
 #include "sim/cell/compare.h"
 #include "sim/experiments/paper/task.h"
+#include "tests/calib/millimetre.h"
 #include "tests/calib/simulate.h"
 
 namespace cellcal::calib {
 namespace {
 
 using testing::demo_cell;
+using testing::kMm;
 using testing::make_touches;
 using testing::one_sphere_cell;
 using testing::plain_truth;
-
-constexpr double kMm = 1e-3;
 
 std::vector<JointVector> joints_of(const std::vector<Touch>& touches) {
   std::vector<JointVector> joints;

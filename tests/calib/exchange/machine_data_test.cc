@@ -31,7 +31,7 @@ MachineData read(const std::string& text) {
   return data;
 }
 
-std::string refusal(const std::string& text) {
+std::string machine_data_refusal(const std::string& text) {
   try {
     read(text);
   } catch (const FileError& error) {
@@ -83,17 +83,19 @@ TEST(MachineData, ThatAreNoneOfItsAxesStay) {
 }
 
 TEST(MachineData, ThatCannotBeAreRefusedByFileLineAndVariable) {
-  EXPECT_EQ(refusal("\n$SOFTN_END[2]=fast\n"),
+  EXPECT_EQ(machine_data_refusal("\n$SOFTN_END[2]=fast\n"),
             "$machine.dat, line 2: $SOFTN_END[2] = \"fast\" is not a number up to 100000");
-  EXPECT_NE(refusal("$LENGTH_A=nan"), "");
-  EXPECT_NE(refusal("$LENGTH_A=1e9"), "");
-  EXPECT_NE(refusal("$TFLWP={X 1.0,Y 2.0}").find("a structure with Z"), std::string::npos);
-  EXPECT_NE(refusal("$TFLWP=5").find("a structure {...}"), std::string::npos);
-  EXPECT_NE(refusal("$TFLWP={X 1.0,Y inf,Z 0,A 0,B 0,C 0}"), "");
-  EXPECT_NE(refusal("$RAT_MOT_AX[1]={N 125,D 0}").find("D is 0"), std::string::npos);
-  EXPECT_NE(refusal(std::string((16u << 20) + 1, ' ')).find("limit"), std::string::npos);
+  EXPECT_NE(machine_data_refusal("$LENGTH_A=nan"), "");
+  EXPECT_NE(machine_data_refusal("$LENGTH_A=1e9"), "");
+  EXPECT_NE(machine_data_refusal("$TFLWP={X 1.0,Y 2.0}").find("a structure with Z"),
+            std::string::npos);
+  EXPECT_NE(machine_data_refusal("$TFLWP=5").find("a structure {...}"), std::string::npos);
+  EXPECT_NE(machine_data_refusal("$TFLWP={X 1.0,Y inf,Z 0,A 0,B 0,C 0}"), "");
+  EXPECT_NE(machine_data_refusal("$RAT_MOT_AX[1]={N 125,D 0}").find("D is 0"), std::string::npos);
+  EXPECT_NE(machine_data_refusal(std::string((16u << 20) + 1, ' ')).find("limit"),
+            std::string::npos);
   for (std::size_t length = 0; length < kMachine.size(); ++length)
-    refusal(kMachine.substr(0, length));  // ends, with a value or a refusal
+    machine_data_refusal(kMachine.substr(0, length));  // ends, with a value or a refusal
 }
 
 TEST(MachineData, OfAnArmWithSevenAxesAreNotCompared) {

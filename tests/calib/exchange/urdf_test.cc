@@ -49,7 +49,7 @@ const std::string kDrawn = R"(<?xml version="1.0"?>
 </robot>
 )";
 
-std::string refusal(const std::string& text, const std::string& tip = {}) {
+std::string urdf_refusal(const std::string& text, const std::string& tip = {}) {
   try {
     read_urdf(text, "robot.urdf", tip);
   } catch (const FileError& error) {
@@ -160,7 +160,7 @@ TEST(ARobotOfAUrdf, IsTheShippedOne) {
 }
 
 TEST(AUrdf, ThatCannotBeUsedIsRefusedByNameAndPlace) {
-  EXPECT_EQ(refusal(kDrawn), "");
+  EXPECT_EQ(urdf_refusal(kDrawn), "");
   const struct {
     const char *what, *by, *words;
   } kWrong[] = {
@@ -178,21 +178,21 @@ TEST(AUrdf, ThatCannotBeUsedIsRefusedByNameAndPlace) {
       {"<limit lower=\"-2.7\"", "<mimic joint=\"joint_a2\"/><limit lower=\"-2.7\"", "mimics"},
   };
   for (const auto& one : kWrong)
-    EXPECT_NE(refusal(replaced(kDrawn, one.what, one.by)).find(one.words), std::string::npos)
-        << one.by << ": " << refusal(replaced(kDrawn, one.what, one.by));
-  EXPECT_NE(refusal(kDrawn, "nowhere").find("no link \"nowhere\""), std::string::npos);
-  EXPECT_NE(refusal("<robot/>").find("no <joint>"), std::string::npos);
-  EXPECT_NE(refusal("<xacro/>").find("no <robot>"), std::string::npos);
-  EXPECT_NE(refusal(""), "");
-  EXPECT_NE(refusal(std::string(kMostUrdfBytes + 1, ' ')).find("limit"), std::string::npos);
+    EXPECT_NE(urdf_refusal(replaced(kDrawn, one.what, one.by)).find(one.words), std::string::npos)
+        << one.by << ": " << urdf_refusal(replaced(kDrawn, one.what, one.by));
+  EXPECT_NE(urdf_refusal(kDrawn, "nowhere").find("no link \"nowhere\""), std::string::npos);
+  EXPECT_NE(urdf_refusal("<robot/>").find("no <joint>"), std::string::npos);
+  EXPECT_NE(urdf_refusal("<xacro/>").find("no <robot>"), std::string::npos);
+  EXPECT_NE(urdf_refusal(""), "");
+  EXPECT_NE(urdf_refusal(std::string(kMostUrdfBytes + 1, ' ')).find("limit"), std::string::npos);
 }
 
 TEST(AUrdf, CutAnywhereIsRefusedOrReadAndNothingElse) {
   for (std::size_t length = 0; length < kDrawn.size(); length += 7)
-    EXPECT_NE(refusal(kDrawn.substr(0, length)), "") << length;
+    EXPECT_NE(urdf_refusal(kDrawn.substr(0, length)), "") << length;
   std::string deep = "<robot><joint name='a' type='revolute'>";
   for (int i = 0; i < 200000; ++i) deep += "<a>";
-  EXPECT_NE(refusal(deep), "");
+  EXPECT_NE(urdf_refusal(deep), "");
 }
 
 TEST(AUrdf, WithTwoArmsAsksForTheTip) {
@@ -200,8 +200,8 @@ TEST(AUrdf, WithTwoArmsAsksForTheTip) {
   text.insert(
       text.find("</robot>"),
       "<joint name=\"b\" type=\"revolute\"><parent link=\"link_5\"/><child link=\"other\"/></joint>");
-  EXPECT_NE(refusal(text).find("--tip"), std::string::npos) << refusal(text);
-  EXPECT_EQ(refusal(text, "other"), "");
+  EXPECT_NE(urdf_refusal(text).find("--tip"), std::string::npos) << urdf_refusal(text);
+  EXPECT_EQ(urdf_refusal(text, "other"), "");
 }
 
 }  // namespace

@@ -96,6 +96,26 @@ TEST(CalibrationJson, KeepsLikelyCausesAsValuesBesideTheirWords) {
   EXPECT_THROW((void)calibration_from_json(file.dump(), "c.json"), FileError);
 }
 
+TEST(CalibrationJson, KeepsWhyATargetIsNotJudgedAsValuesBesideItsWords) {
+  Calibration c = result();
+  const Finding not_judged{FindingKind::kUnseenNotJudged,
+                           Severity::kWarns,
+                           about_target(c.cell.targets.front()),
+                           {{"no_place", 1.0, ""}, {"touches", 3.0, ""}}};
+  c.verdict.findings = {not_judged};
+  json file = json::parse(calibration_to_json(c));
+  json& finding = file["verdict"]["findings"][0];
+  const auto why = finding["text"].get<std::string>();
+  EXPECT_FALSE(why.empty());
+  EXPECT_TRUE(words(not_judged).ends_with(why));
+  EXPECT_EQ(calibration_from_json(file.dump(), "c.json").verdict.findings, c.verdict.findings);
+  // Of an earlier version, which held the words alone.
+  finding["evidence"] = json::object();
+  const Finding earlier = calibration_from_json(file.dump(), "c.json").verdict.findings.front();
+  EXPECT_EQ(earlier.text, why);
+  EXPECT_EQ(words(earlier), words(not_judged));
+}
+
 TEST(CalibrationJson, KeepsHowTheLevelWasTakenBesideItsWords) {
   json file = json::parse(calibration_to_json(result()));
   EXPECT_EQ(file["model"]["chosen"], "mean_by_evidence");

@@ -14,6 +14,7 @@
 namespace cellcal::calib {
 namespace {
 
+using testing::Broken;
 using testing::cell_refusal;
 using testing::expect_words;
 using testing::kCell;
@@ -65,16 +66,19 @@ TEST(CellFile, TakesSerialNumbersAndCertificatesAndRefusesWhatIsNone) {
   };
   const std::string target = "id = \"S1\"", length = "mm = 500.012";
   EXPECT_EQ(read(target, target + "\nserial = \"7\"\ncertificate = \"L 12, PTB\"\n"
-                         "certificate_date = \"2024-02-29\""),
+                                  "certificate_date = \"2024-02-29\""),
             "");
-  EXPECT_EQ(read(length, length + "\ncertificate = \"L 13\"\ncertificate_date = \"2026-04-01\""), "");
+  EXPECT_EQ(read(length, length + "\ncertificate = \"L 13\"\ncertificate_date = \"2026-04-01\""),
+            "");
   EXPECT_EQ(read("\n[identity]\nsite = \"Hall 3\"\noperator = \"A\"\nrobot_serial = \"1\"\n"
                  "controller_serial = \"2\"\nsensor = \"board\"\nsensor_serial = \"3\"\n",
                  ""),
             "");
-  for (const char* wrong : {"2026-02-30", "2026-4-1", "yesterday", "2026-04-01x", "+026-04-01", ""}) {
+  for (const char* wrong :
+       {"2026-02-30", "2026-4-1", "yesterday", "2026-04-01x", "+026-04-01", ""}) {
     const std::string day = "\ncertificate_date = \"" + std::string(wrong) + "\"";
-    EXPECT_NE(read(length, length + day).find("certificate_date: must be a day"), std::string::npos) << wrong;
+    EXPECT_NE(read(length, length + day).find("certificate_date: must be a day"), std::string::npos)
+        << wrong;
   }
   EXPECT_NE(read(length, length + "\nserial = \"1\"").find("serial"), std::string::npos);
   EXPECT_NE(read("\n[identity]\nboss = \"B\"\n", "").find("boss"), std::string::npos);
@@ -117,13 +121,7 @@ TEST(CellFile, NeedsEveryKeyThatHasNoDefault) {
   expect_words(cell_refusal(with(kCell, "[tool]", "[tule]")), {"cell.toml:", "[tool]", "missing"});
 }
 
-struct Broken {
-  const char* line;
-  const char* now;
-  const char* key;
-};
-
-void expect_named(const Broken& broken) {
+void expect_named_in_cell(const Broken& broken) {
   SCOPED_TRACE(broken.now);
   const std::string text = with(kCell, broken.line, broken.now);
   expect_words(cell_refusal(text),
@@ -159,7 +157,7 @@ TEST(CellFile, NamesLineAndKeyOfAWrongType) {
            {"centre_mm = [1340.0, 240.0, 350.0]", "centre_mm = 5", "target[1].centre_mm"},
            {"between = [\"S1\", \"S2\"]", "between = \"S1 S2\"", "length[1].between"},
            {"between = [\"S1\", \"S2\"]", "between = [1, 2]", "length[1].between"}})
-    expect_named(broken);
+    expect_named_in_cell(broken);
 }
 
 TEST(CellFile, NamesLineAndKeyOfANumberOutOfRangeOrNotFinite) {
@@ -185,7 +183,7 @@ TEST(CellFile, NamesLineAndKeyOfANumberOutOfRangeOrNotFinite) {
            {"radius_offset_sigma_mm = 0.3", "delay_ms = 1e4", "touch.delay_ms"},
            {"radius_offset_sigma_mm = 0.3", "delay_sigma_ms = nan", "touch.delay_sigma_ms"},
            {"radius_offset_sigma_mm = 0.3", "delay_sigma_ms = -1", "touch.delay_sigma_ms"}})
-    expect_named(broken);
+    expect_named_in_cell(broken);
 }
 
 TEST(CellFile, NamesLineAndKeyOfWhatMakesNoSense) {
@@ -199,7 +197,7 @@ TEST(CellFile, NamesLineAndKeyOfWhatMakesNoSense) {
            {"between = [\"S1\", \"S2\"]", "between = [\"S1\", \"S1\"]", "two different"},
            {"between = [\"S1\", \"S2\"]", "between = [\"S1\"]", "two different"},
            {"between = [\"S1\", \"S2\"]", "between = [\"S1\", \"S9\"]", "\"S9\""}})
-    expect_named(broken);
+    expect_named_in_cell(broken);
 }
 
 TEST(CellFile, NamesAnUnknownKeyInEveryTable) {

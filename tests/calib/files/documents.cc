@@ -104,7 +104,11 @@ A1,A2,target,set,sigma_mm,radius_mm,time
 
 Robot robot() { return read_robot(TomlTable::parse(kRobot, "robot.toml")); }
 
-Cell cell() { return read_cell(TomlTable::parse(kCell, "cell.toml"), robot()); }
+Cell cell() { return cell_of(kCell); }
+
+Cell cell_of(const std::string& document) {
+  return read_cell(TomlTable::parse(document, "cell.toml"), robot());
+}
 
 std::string with(std::string_view document, std::string_view from, std::string_view to) {
   std::string text(document);
@@ -148,8 +152,7 @@ std::string robot_refusal(const std::string& document) {
 }
 
 std::string cell_refusal(const std::string& document) {
-  return refusal([&] { (void)read_cell(TomlTable::parse(document, "cell.toml"), robot()); },
-                 "cell.toml");
+  return refusal([&] { (void)cell_of(document); }, "cell.toml");
 }
 
 std::string touches_refusal(const std::string& text) {

@@ -16,10 +16,18 @@ extern const char* const kTouches;  ///< of kCell
 
 Robot robot();
 Cell cell();
+Cell cell_of(const std::string& document);  ///< of kRobot
 
 /// `document` with the first line that starts with `line` (or all text `from`) replaced.
 std::string with(std::string_view document, std::string_view from, std::string_view to);
 std::string without(std::string_view document, std::string_view line);
+/// A document with one thing wrong.
+struct Broken {
+  const char* line;
+  const char* now;
+  const char* key;  ///< as the message names it
+};
+
 /// Number of the first line that contains `text`; fails the test where there is none.
 int line_of(std::string_view document, std::string_view text);
 

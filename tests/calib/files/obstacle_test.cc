@@ -13,6 +13,7 @@
 namespace cellcal::calib {
 namespace {
 
+using testing::cell_of;
 using testing::cell_refusal;
 using testing::expect_words;
 using testing::kCell;
@@ -55,14 +56,11 @@ endfacet
 endsolid t
 )";
 
-Cell read(const std::string& text) {
-  return read_cell(TomlTable::parse(text, "cell.toml"), testing::robot());
-}
 /// The sound cell with `text` in front of its touch table.
 std::string cell_with(const std::string& text) { return with(kCell, "[touch]", text + "[touch]"); }
 
 TEST(ObstacleFile, ReadsBoxesCylindersAndMeshesIntoMetres) {
-  const Cell cell = read(cell_with(std::string(kBox) + kPost + kMesh));
+  const Cell cell = cell_of(cell_with(std::string(kBox) + kPost + kMesh));
   ASSERT_EQ(cell.obstacles.size(), 3u);
   const Obstacle &box = cell.obstacles[0], &post = cell.obstacles[1], &mesh = cell.obstacles[2];
   EXPECT_EQ(box.id, "table");
@@ -86,7 +84,7 @@ TEST(ObstacleFile, ReadsStandsFloorAndTheToolsBody) {
               "robot = \"two.toml\"\nfloor_mm = -350.5\nrequired_mm = 0.25");
   text = with(text, "tip_radius_mm = 0.6",
               "tip_radius_mm = 0.6\nradius_mm = 45\ntip_length_mm = 80\ntip_diameter_mm = 3");
-  const Cell cell = read(text);
+  const Cell cell = cell_of(text);
   EXPECT_TRUE(cell.targets[0].has_stand);
   EXPECT_EQ(cell.targets[0].stand_diameter_m, 0.0);
   EXPECT_TRUE(cell.targets[1].has_stand);
@@ -130,10 +128,10 @@ TEST(ObstacleFile, KeepsEverythingWhenWrittenAndThroughJson) {
   text = with(text, "robot = \"two.toml\"", "robot = \"two.toml\"\nfloor_mm = -350");
   text =
       with(text, "tip_radius_mm = 0.6", "tip_radius_mm = 0.6\nradius_mm = 45\ntip_diameter_mm = 3");
-  const Cell cell = read(text);
+  const Cell cell = cell_of(text);
   const std::string once = cell_to_toml(cell, "two.toml");
   for (const Cell& again :
-       {read(once), read_cell(table_from_json(toml_to_json(once), "json"), testing::robot())}) {
+       {cell_of(once), read_cell(table_from_json(toml_to_json(once), "json"), testing::robot())}) {
     EXPECT_EQ(cell_to_toml(again, "two.toml"), once);
     ASSERT_EQ(again.obstacles.size(), 3u);
     for (std::size_t i = 0; i < 3; ++i) {
@@ -253,7 +251,7 @@ TEST_F(MeshOnDisk, AllOfACellTogetherAreBounded) {
   write("c.stl", kTetrahedron);
   const std::string text = cell_with(fixture("first", "a.stl") + fixture("again", "a.stl") +
                                      fixture("second", "b.stl") + fixture("third", "c.stl"));
-  Cell cell = read(text);
+  Cell cell = cell_of(text);
   expect_words(refusal([&] { load_meshes(cell, folder_, 2); }, folder_ / "c.stl"),
                {"obstacle third", "c.stl", "3 triangles", "more than 2"});
   EXPECT_NO_THROW(load_meshes(cell, folder_, 3));

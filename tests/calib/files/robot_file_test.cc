@@ -8,6 +8,7 @@
 namespace cellcal::calib {
 namespace {
 
+using testing::Broken;
 using testing::expect_words;
 using testing::kRobot;
 using testing::line_of;
@@ -113,13 +114,7 @@ TEST(RobotFile, AMissingKeyOfAJointIsNamedWithTheJointsNumberAndLine) {
                {"robot.toml:" + std::to_string(header) + ":", "joint[2].max_deg"});
 }
 
-struct Broken {
-  const char* line;  ///< of kRobot
-  const char* now;
-  const char* key;  ///< as the message names it
-};
-
-void expect_named(const Broken& broken) {
+void expect_named_in_robot(const Broken& broken) {
   SCOPED_TRACE(broken.now);
   const std::string text = with(kRobot, broken.line, broken.now);
   const std::string message = robot_refusal(text);
@@ -146,7 +141,7 @@ TEST(RobotFile, NamesLineAndKeyOfAWrongType) {
            {"harmonics = [1, 2]", "harmonics = [2, 2]", "harmonics"},
            {"com_mm = [10.0, -20.0, 30.5]", "com_mm = [10.0, -20.0, 30.5, 1.0]", "com_mm"},
            {"abc_deg = [10.0, 20.0, 30.0]", "abc_deg = {a = 1}", "base.abc_deg"}})
-    expect_named(broken);
+    expect_named_in_robot(broken);
 }
 
 TEST(RobotFile, NamesLineAndKeyOfANumberOutOfRange) {
@@ -175,7 +170,7 @@ TEST(RobotFile, NamesLineAndKeyOfANumberOutOfRange) {
             "harmonics"},
            {"harmonic_sigma_arcsec = 10.0", "harmonic_sigma_arcsec = -1.0",
             "harmonic_sigma_arcsec"}})
-    expect_named(broken);
+    expect_named_in_robot(broken);
 }
 
 TEST(RobotFile, NamesLineAndKeyOfWhatIsNotFinite) {

@@ -10,6 +10,7 @@
 namespace cellcal::calib {
 namespace {
 
+using testing::cell_of;
 using testing::cell_refusal;
 using testing::expect_words;
 using testing::kCell;
@@ -30,10 +31,6 @@ std::string listed(const std::string& more) {
   return with(text, "[[target]]\nid = \"S1\"", more + "[[target]]\nid = \"S1\"");
 }
 
-Cell read(const std::string& text) {
-  return read_cell(TomlTable::parse(text, "cell.toml"), testing::robot());
-}
-
 TEST(Tools, ATableAloneIsReadAndWrittenAsEver) {
   const Cell cell = testing::cell();
   EXPECT_TRUE(cell.tool.id.empty());
@@ -44,7 +41,7 @@ TEST(Tools, ATableAloneIsReadAndWrittenAsEver) {
 }
 
 TEST(Tools, OfAListTheFirstIsTheCellsAndTheOthersAreBesideIt) {
-  const Cell cell = read(listed(kSecond));
+  const Cell cell = cell_of(listed(kSecond));
   EXPECT_EQ(cell.tool.id, "P1");
   EXPECT_NEAR(cell.tool.tip_radius_m, 0.6e-3, 1e-15);
   ASSERT_EQ(cell.other_tools.size(), 1u);
@@ -56,9 +53,9 @@ TEST(Tools, OfAListTheFirstIsTheCellsAndTheOthersAreBesideIt) {
 }
 
 TEST(Tools, SurviveBeingWrittenAlsoThroughJson) {
-  const std::string once = cell_to_toml(read(listed(kSecond)), "two.toml");
+  const std::string once = cell_to_toml(cell_of(listed(kSecond)), "two.toml");
   for (const Cell& again :
-       {read(once), read_cell(table_from_json(toml_to_json(once), "json"), testing::robot())}) {
+       {cell_of(once), read_cell(table_from_json(toml_to_json(once), "json"), testing::robot())}) {
     EXPECT_EQ(cell_to_toml(again, "two.toml"), once);
     ASSERT_EQ(again.other_tools.size(), 1u);
     EXPECT_EQ(again.other_tools[0].id, "P2");
@@ -99,7 +96,7 @@ TEST(Tools, ThatCannotBeToldApartOrAreTooManyAreRefusedWithTheirLine) {
 
 TEST(Tools, TurnsOfATrackerHaveOneSigmaForAll) {
   const std::string line = "sigma_mm = 0.03\n";
-  EXPECT_NEAR(read(with(kCell, line, line + "turn_sigma_deg = 0.01\n")).turn_sigma_rad,
+  EXPECT_NEAR(cell_of(with(kCell, line, line + "turn_sigma_deg = 0.01\n")).turn_sigma_rad,
               0.01 * kRadPerDeg, 1e-15);
   for (const char* bad : {"-1", "91", "nan", "inf", "\"0.01\"", "[0.01]"})
     expect_words(cell_refusal(with(kCell, line, line + "turn_sigma_deg = " + bad + "\n")),
@@ -108,21 +105,21 @@ TEST(Tools, TurnsOfATrackerHaveOneSigmaForAll) {
 
 /// A cell with two tools and a tracker.
 const Cell& many_sided() {
-  static const Cell cell = read(with(listed(kSecond), "[[length]]",
-                                     "[[target]]\nid = \"L\"\nkind = \"tracker\"\n\n[[length]]"));
+  static const Cell cell = cell_of(with(
+      listed(kSecond), "[[length]]", "[[target]]\nid = \"L\"\nkind = \"tracker\"\n\n[[length]]"));
   return cell;
 }
 
-std::vector<Touch> parse(const std::string& text) {
+std::vector<Touch> parse_of_many_sided(const std::string& text) {
   return parse_touches(text, "touches.csv", many_sided());
 }
 
 std::string csv_refusal(const std::string& text) {
-  return refusal([&] { (void)parse(text); });
+  return refusal([&] { (void)parse_of_many_sided(text); });
 }
 
 TEST(TouchColumns, AToolIsNamedOrItIsTheFirst) {
-  const auto touches = parse("A1,A2,target,tool\n1,2,S1,P2\n1,2,S1,P1\n1,2,S1,\n");
+  const auto touches = parse_of_many_sided("A1,A2,target,tool\n1,2,S1,P2\n1,2,S1,P1\n1,2,S1,\n");
   EXPECT_EQ(touches[0].tool, "P2");
   EXPECT_EQ(touches[1].tool, "") << "one tool has one name";
   EXPECT_EQ(touches[2].tool, "");
@@ -133,7 +130,8 @@ TEST(TouchColumns, AToolIsNamedOrItIsTheFirst) {
 }
 
 TEST(TouchColumns, ATemperatureIsCarriedInDegreesCelsius) {
-  const auto touches = parse("A1,A2,target,temperature_c\n1,2,S1,21.25\n1,2,S1,\n1,2,S1,-3\n");
+  const auto touches =
+      parse_of_many_sided("A1,A2,target,temperature_c\n1,2,S1,21.25\n1,2,S1,\n1,2,S1,-3\n");
   EXPECT_EQ(touches[0].temperature_c, 21.25);
   EXPECT_FALSE(touches[1].temperature_c);
   EXPECT_EQ(touches[2].temperature_c, -3.0);
@@ -143,7 +141,7 @@ TEST(TouchColumns, ATemperatureIsCarriedInDegreesCelsius) {
 }
 
 TEST(TouchColumns, ATimeIsOfIso8601) {
-  EXPECT_EQ(parse("A1,A2,target,time\n1,2,S1,2024-09-24T10:00:00+02:00\n")[0].time,
+  EXPECT_EQ(parse_of_many_sided("A1,A2,target,time\n1,2,S1,2024-09-24T10:00:00+02:00\n")[0].time,
             "2024-09-24T10:00:00+02:00");
   for (const char* bad : {"now", "24.09.2024", "10:00", "1727172000"})
     expect_words(csv_refusal(std::string("A1,A2,target,time\n1,2,S1,") + bad + "\n"),
@@ -152,12 +150,12 @@ TEST(TouchColumns, ATimeIsOfIso8601) {
 
 TEST(TouchColumns, TurnsOfATrackerAreThreeWithASigma) {
   const std::string head = "A1,A2,target,x_mm,y_mm,z_mm,a_deg,b_deg,c_deg,turn_sigma_deg\n";
-  const Touch touch = parse(head + "1,2,L,10,20,30,-90,0.5,180,0.02\n")[0];
+  const Touch touch = parse_of_many_sided(head + "1,2,L,10,20,30,-90,0.5,180,0.02\n")[0];
   ASSERT_TRUE(touch.tracker_abc_rad);
   EXPECT_NEAR((*touch.tracker_abc_rad)[0], -90 * kRadPerDeg, 1e-15);
   EXPECT_NEAR((*touch.tracker_abc_rad)[2], 180 * kRadPerDeg, 1e-15);
   EXPECT_NEAR(touch.turn_sigma_rad, 0.02 * kRadPerDeg, 1e-15);
-  EXPECT_FALSE(parse(head + "1,2,L,10,20,30,,,,\n")[0].tracker_abc_rad);
+  EXPECT_FALSE(parse_of_many_sided(head + "1,2,L,10,20,30,,,,\n")[0].tracker_abc_rad);
   expect_words(csv_refusal(head + "1,2,L,10,20,30,1,,3,0.02\n"),
                {"touches.csv:2: b_deg", "missing"});
   expect_words(csv_refusal(head + "1,2,L,10,20,30,1,2,3,\n"),
@@ -172,12 +170,12 @@ TEST(TouchColumns, TurnsOfATrackerAreThreeWithASigma) {
 }
 
 TEST(TouchColumns, AllSurviveBeingWritten) {
-  const auto touches = parse(
+  const auto touches = parse_of_many_sided(
       "A1,A2,target,tool,x_mm,y_mm,z_mm,a_deg,b_deg,c_deg,turn_sigma_deg,temperature_c,time,set\n"
       "1,2,L,P2,10,20,30,-90,0.5,180,0.02,21.5,2024-09-24T10:00:00Z,check\n"
       "3,4,S2,,,,,,,,,,,fit\n");
   const std::string once = format_touches(touches, many_sided().robot);
-  const auto again = parse(once);
+  const auto again = parse_of_many_sided(once);
   EXPECT_EQ(format_touches(again, many_sided().robot), once);
   ASSERT_EQ(again.size(), 2u);
   EXPECT_EQ(again[0].tool, "P2");

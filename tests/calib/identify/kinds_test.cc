@@ -11,6 +11,7 @@
 #include "sim/cell/compare.h"
 #include "sim/experiments/constraints/stage.h"
 #include "tests/calib/findings.h"
+#include "tests/calib/millimetre.h"
 #include "tests/calib/simulate.h"
 #include "tests/calib/thrown.h"
 
@@ -18,13 +19,12 @@ namespace cellcal::calib {
 namespace {
 
 using testing::found;
+using testing::kMm;
 using testing::the;
 using testing::words_of;
 
 using Eigen::Vector3d;
 using sim::constraints::Stage;
-
-constexpr double kMm = 1e-3;
 
 Target target_of(const std::string& id, TargetKind kind, const Vector3d& at) {
   Target target;

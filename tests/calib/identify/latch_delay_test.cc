@@ -10,18 +10,20 @@
 #include "calib/problem/problem.h"
 #include "sim/cell/compare.h"
 #include "tests/calib/findings.h"
+#include "tests/calib/millimetre.h"
 #include "tests/calib/simulate.h"
 
 namespace cellcal::calib {
 namespace {
 
 using testing::demo_cell;
+using testing::kMm;
 using testing::Made;
 using testing::make_touches;
 using testing::Making;
 using testing::plain_truth;
 
-constexpr double kMs = 1e-3, kMm = 1e-3;
+constexpr double kMs = 1e-3;
 constexpr double kFast = 0.010, kSlow = 0.002, kDelay = 3.0 * kMs;
 constexpr double kNoise = 1e-5;
 

@@ -21,7 +21,7 @@ using testing::found;
 using testing::make_touches;
 using testing::words_of;
 
-const std::vector<Touch>& touches() {
+const std::vector<Touch>& good_touches() {
   static const std::vector<Touch> made =
       make_touches(demo_cell(), testing::plain_truth(demo_cell(), 5), {.fit = 80, .check = 16})
           .touches;
@@ -69,19 +69,19 @@ std::string fields_of(const Finding& finding) {
 }
 
 TEST(Diagnosis, OfGoodTouchesIsNothing) {
-  EXPECT_TRUE(likely_causes(demo_cell(), touches(), shipped_robots).empty());
+  EXPECT_TRUE(likely_causes(demo_cell(), good_touches(), shipped_robots).empty());
 }
 
 TEST(Diagnosis, AnAxisThatTurnsTheOtherWayIsNamed) {
   for (const std::size_t joint : {2u, 3u}) {
     Cell cell = demo_cell();
     cell.robot.joints[joint].sign *= -1;
-    (void)expect_cause(cell, touches(), LikelyCause::kAxisSign, cell.robot.joints[joint].name);
+    (void)expect_cause(cell, good_touches(), LikelyCause::kAxisSign, cell.robot.joints[joint].name);
   }
 }
 
 TEST(Diagnosis, AnglesInRadiansAreNamed) {
-  std::vector<Touch> wrong = touches();
+  std::vector<Touch> wrong = good_touches();
   for (Touch& touch : wrong)
     for (double& q : touch.joint_rad) q *= std::numbers::pi / 180.0;
   EXPECT_LT(evidence(expect_cause(demo_cell(), wrong, LikelyCause::kRadians), "largest"), 6.3);
@@ -124,7 +124,7 @@ TEST(Diagnosis, AnAxisThatLostItsMasteringIsNamedWithHowMuchIsMissing) {
   for (std::size_t joint = 1; joint + 1 < joints.size();
        ++joint) {  // the last one: the tip is near it
     SCOPED_TRACE(joint);
-    std::vector<Touch> wrong = touches();
+    std::vector<Touch> wrong = good_touches();
     for (Touch& touch : wrong) touch.joint_rad[joint] += 2.0 * std::numbers::pi / 180.0;
     EXPECT_NEAR(evidence(expect_cause(demo_cell(), wrong, LikelyCause::kMastering,
                                       demo_cell().robot.joints[joint].name),
@@ -137,7 +137,7 @@ TEST(Diagnosis, WhatWasWrongAllAlongIsNotToldAsAJumpAfterTheFirstTouches) {
   for (const std::size_t joint : {std::size_t{3}, std::size_t{4}})
     for (const double off_deg : {-5.0, 5.0}) {
       SCOPED_TRACE(joint);
-      std::vector<Touch> wrong = touches();
+      std::vector<Touch> wrong = good_touches();
       for (Touch& touch : wrong) touch.joint_rad[joint] += off_deg * std::numbers::pi / 180.0;
       const Calibration c = withheld(demo_cell(), wrong);
       EXPECT_FALSE(found(c, FindingKind::kJumped)) << words_of(c);
@@ -147,7 +147,7 @@ TEST(Diagnosis, WhatWasWrongAllAlongIsNotToldAsAJumpAfterTheFirstTouches) {
   Cell cell = demo_cell();
   cell.tool.tcp.translation() =
       Eigen::AngleAxisd(1.0, Eigen::Vector3d::UnitZ()) * cell.tool.tcp.translation();
-  const Calibration c = withheld(cell, touches());
+  const Calibration c = withheld(cell, good_touches());
   EXPECT_FALSE(found(c, FindingKind::kJumped)) << words_of(c);
   EXPECT_TRUE(found(c, FindingKind::kLikelyCause)) << words_of(c);
 }
@@ -162,7 +162,7 @@ TEST(Diagnosis, LostMasteringIsNamedThoughALoneSphereLooksAsIfItHadMoved) {
 }
 
 TEST(Diagnosis, ColumnsOfTwoAxesThatWereExchangedAreNamed) {
-  std::vector<Touch> wrong = touches();
+  std::vector<Touch> wrong = good_touches();
   for (Touch& touch : wrong) std::swap(touch.joint_rad[3], touch.joint_rad[5]);
   EXPECT_EQ(parts_of(expect_cause(demo_cell(), wrong, LikelyCause::kExchangedColumns)), "A4 A6");
 }
@@ -171,11 +171,11 @@ TEST(Diagnosis, AToolInMetresIsNamed) {
   Cell cell = demo_cell();
   cell.tool.tcp.translation() /= 1000.0;
   cell.tool.length_m /= 1000.0;  // the file has it from the tip unless it says otherwise
-  (void)expect_cause(cell, touches(), LikelyCause::kToolUnit);
+  (void)expect_cause(cell, good_touches(), LikelyCause::kToolUnit);
 }
 
 TEST(Diagnosis, TwoTargetsThatWereSwappedAreNamed) {
-  std::vector<Touch> wrong = touches();
+  std::vector<Touch> wrong = good_touches();
   for (Touch& touch : wrong)
     touch.target = touch.target == "S1" ? "S3" : touch.target == "S3" ? "S1" : touch.target;
   EXPECT_EQ(parts_of(expect_cause(demo_cell(), wrong, LikelyCause::kTargetNames)), "S1-S3 S3-S1");
@@ -184,11 +184,11 @@ TEST(Diagnosis, TwoTargetsThatWereSwappedAreNamed) {
 TEST(Diagnosis, AnotherToolIsNamedWithHowFarItsTipIsOff) {
   Cell cell = demo_cell();
   cell.tool.tcp.translation() += Eigen::Vector3d(0.012, -0.008, 0.020);
-  EXPECT_NEAR(evidence(expect_cause(cell, touches(), LikelyCause::kToolTip), "z"), -20.0, 3.0);
+  EXPECT_NEAR(evidence(expect_cause(cell, good_touches(), LikelyCause::kToolTip), "z"), -20.0, 3.0);
 }
 
 double dimension_mm(const Cell& cell, const std::string& joint, const char* field) {
-  const Finding finding = expect_cause(cell, touches(), LikelyCause::kDimension);
+  const Finding finding = expect_cause(cell, good_touches(), LikelyCause::kDimension);
   if (finding.parts.size() != 1) return 0.0;
   EXPECT_EQ(finding.parts[0].about, about_joint(joint));
   return value(finding.parts[0].evidence, field);
@@ -208,10 +208,10 @@ TEST(Diagnosis, ALengthOfTheRobotFileThatIsWrongByCentimetresIsNamedWithWhatItSh
 TEST(Diagnosis, TheFileOfAnotherRobotIsNamedWithTheOneThatFits) {
   Cell cell = demo_cell();
   cell.robot = load_robot(robots_directories().front() / "kr16_r1610_2.toml");
-  const Finding other = expect_cause(cell, touches(), LikelyCause::kOtherRobot);
+  const Finding other = expect_cause(cell, good_touches(), LikelyCause::kOtherRobot);
   EXPECT_TRUE(other.about.name.starts_with("kr5_")) << other.about.name;
   // None is read that is not given.
-  EXPECT_FALSE(found(identify(cell, touches()), FindingKind::kLikelyCause));
+  EXPECT_FALSE(found(identify(cell, good_touches()), FindingKind::kLikelyCause));
 }
 
 TEST(Diagnosis, FieldsOfTheRobotFileThatTurnItsAxesAboutAreNamed) {
@@ -219,16 +219,16 @@ TEST(Diagnosis, FieldsOfTheRobotFileThatTurnItsAxesAboutAreNamed) {
   Cell turned = demo_cell();
   for (const std::size_t joint : {std::size_t{0}, std::size_t{3}})
     turned.robot.joints[joint].sign = -turned.robot.joints[joint].sign;
-  EXPECT_EQ(fields_of(expect_cause(turned, touches(), LikelyCause::kAxisConvention)),
+  EXPECT_EQ(fields_of(expect_cause(turned, good_touches(), LikelyCause::kAxisConvention)),
             "A1.sign -1 instead of 1, A4.sign -1 instead of 1");
   Cell zeros = demo_cell();
   zeros.robot.joints[1].offset_rad -= kQuarter;
   zeros.robot.joints[2].offset_rad += kQuarter;
-  EXPECT_EQ(fields_of(expect_cause(zeros, touches(), LikelyCause::kAxisConvention)),
+  EXPECT_EQ(fields_of(expect_cause(zeros, good_touches(), LikelyCause::kAxisConvention)),
             "A2.offset_deg 0 instead of -90, A3.offset_deg -90 instead of 0");
   Cell twist = demo_cell();
   twist.robot.joints[3].alpha_rad = -twist.robot.joints[3].alpha_rad;
-  EXPECT_EQ(fields_of(expect_cause(twist, touches(), LikelyCause::kAxisConvention)),
+  EXPECT_EQ(fields_of(expect_cause(twist, good_touches(), LikelyCause::kAxisConvention)),
             "A4.alpha_deg 90 instead of -90");
 }
 
@@ -236,7 +236,7 @@ TEST(Diagnosis, WhatChangesNothingIsNotNamedBesideTheFieldThatIsWrong) {
   Cell cell = demo_cell();  // without stated centres the first axis' zero is anybody's
   for (Target& target : cell.targets) target.has_centre = false;
   cell.robot.joints[2].offset_rad += std::numbers::pi / 2.0;
-  const Calibration c = withheld(cell, touches());
+  const Calibration c = withheld(cell, good_touches());
   EXPECT_EQ(fields_of(testing::cause(c, LikelyCause::kAxisConvention)),
             "A3.offset_deg -90 instead of 0");
   for (const Finding& one : c.verdict.findings) {
@@ -259,7 +259,7 @@ TEST(Diagnosis, FieldsInWhichTheShippedFileDiffersAreNamed) {
     joint.a_m *= 1e-3;
     joint.d_m *= 1e-3;
   }
-  const Finding other = expect_cause(metres, touches(), LikelyCause::kOtherRobot);
+  const Finding other = expect_cause(metres, good_touches(), LikelyCause::kOtherRobot);
   EXPECT_NE(fields_of(other).find("A1.d_mm 400 instead of 0.4"), std::string::npos);
 }
 
@@ -274,7 +274,7 @@ TEST(Diagnosis, AnArmOnTheWallWhoseFileSaysFloorIsNamed) {
 TEST(Diagnosis, AStatedCentreThatIsHeldTooFirmlyIsNamed) {
   Cell cell = demo_cell();
   for (Target& target : cell.targets) target.centre_sigma_m = 1e-4;
-  const auto made = touches();
+  const auto made = good_touches();
   // Where the touches say, but for one.
   const Calibration right = identify(demo_cell(), made);
   for (const TargetResult& t : right.targets)
@@ -288,12 +288,12 @@ TEST(Diagnosis, AToolThatIsNotStatedIsNamed) {
   Cell cell = demo_cell();
   cell.tool.tcp.translation().setZero();
   cell.tool.length_m = 0.0;
-  EXPECT_NEAR(evidence(expect_cause(cell, touches(), LikelyCause::kToolTip), "x"),
+  EXPECT_NEAR(evidence(expect_cause(cell, good_touches(), LikelyCause::kToolTip), "x"),
               demo_cell().tool.tcp.translation().x() * 1e3, 3.0);
 }
 
 TEST(Diagnosis, NamesThatWentRoundAmongThreeTargetsAreNamed) {
-  std::vector<Touch> wrong = touches();
+  std::vector<Touch> wrong = good_touches();
   for (Touch& touch : wrong)
     touch.target = touch.target == "S1"   ? "S2"
                    : touch.target == "S2" ? "S3"
@@ -301,7 +301,7 @@ TEST(Diagnosis, NamesThatWentRoundAmongThreeTargetsAreNamed) {
                                           : touch.target;
   EXPECT_EQ(parts_of(expect_cause(demo_cell(), wrong, LikelyCause::kTargetNames)),
             "S1-S3 S2-S1 S3-S2");
-  wrong = touches();
+  wrong = good_touches();
   for (Touch& touch : wrong)
     touch.target = touch.target == "S1"   ? "S2"
                    : touch.target == "S2" ? "S1"
@@ -327,7 +327,7 @@ TEST(Diagnosis, ASwapIsNotToldAsATargetThatStandsElsewhere) {
 }
 
 TEST(Diagnosis, TouchesUnderNamesAtRandomAreSeenToLieAllOver) {
-  std::vector<Touch> wrong = touches();
+  std::vector<Touch> wrong = good_touches();
   std::vector<std::string> names;
   for (const Touch& touch : wrong) names.push_back(touch.target);
   std::mt19937 random(1);
@@ -348,7 +348,7 @@ TEST(Diagnosis, ARobotFileWithoutGravityIsNamed) {
 TEST(Diagnosis, AnotherDiameterIsNamed) {
   Cell cell = demo_cell();
   for (Target& target : cell.targets) target.diameter_m += 0.006;
-  EXPECT_NEAR(evidence(expect_cause(cell, touches(), LikelyCause::kAllDiameters), "off"), -6.0,
+  EXPECT_NEAR(evidence(expect_cause(cell, good_touches(), LikelyCause::kAllDiameters), "off"), -6.0,
               1.5);
 }
 
@@ -360,7 +360,7 @@ TEST(Diagnosis, AWrongCertifiedLengthIsNamedWithWhatItShouldBe) {
     CertifiedLength& wrong = cell.lengths[1];
     const double is_mm = wrong.length_m * 1e3;
     wrong.length_m += off_m;
-    const Calibration c = withheld(cell, touches());
+    const Calibration c = withheld(cell, good_touches());
     const Finding finding = testing::cause(c, LikelyCause::kCertifiedLength);
     EXPECT_EQ(finding.about.name + finding.about.other_end, wrong.from + wrong.to) << words_of(c);
     EXPECT_NEAR(evidence(finding, "measured"), is_mm, 0.1) << words_of(c);
@@ -387,8 +387,9 @@ TEST(Diagnosis, ATargetThatStandsElsewhereThanWhenItsLengthsWereMeasuredIsNamed)
   Cell cell = demo_cell();
   for (CertifiedLength& length : cell.lengths)
     if (length.from == "S2" || length.to == "S2") length.length_m += 0.8e-3;
-  EXPECT_EQ(evidence(expect_cause(cell, touches(), LikelyCause::kLengthsOfTarget, "S2"), "lengths"),
-            3.0);
+  EXPECT_EQ(
+      evidence(expect_cause(cell, good_touches(), LikelyCause::kLengthsOfTarget, "S2"), "lengths"),
+      3.0);
 }
 
 TEST(Diagnosis, TwoWrongLengthsAreNotTakenForATargetThatMoved) {
@@ -397,7 +398,7 @@ TEST(Diagnosis, TwoWrongLengthsAreNotTakenForATargetThatMoved) {
     Cell cell = demo_cell();
     cell.lengths[a].length_m += 0.5e-3;
     cell.lengths[b].length_m += 0.5e-3;
-    const Calibration c = withheld(cell, touches());
+    const Calibration c = withheld(cell, good_touches());
     const Finding moved = testing::the(c, FindingKind::kMovedTarget);
     const bool or_lengths = find(moved.evidence, "or_lengths") != nullptr;
     EXPECT_TRUE(moved.kind != FindingKind::kMovedTarget || or_lengths) << words_of(c);
@@ -414,7 +415,8 @@ TEST(Diagnosis, TwoWrongLengthsAreNotTakenForATargetThatMoved) {
 TEST(Diagnosis, TwoCertifiedLengthsThatWereExchangedAreNamed) {
   Cell cell = demo_cell();
   std::swap(cell.lengths[0].length_m, cell.lengths[4].length_m);
-  EXPECT_EQ(parts_of(expect_cause(cell, touches(), LikelyCause::kExchangedLengths)), "S1-S2 S2-S4");
+  EXPECT_EQ(parts_of(expect_cause(cell, good_touches(), LikelyCause::kExchangedLengths)),
+            "S1-S2 S2-S4");
 }
 
 TEST(Diagnosis, ALoneLengthThatContradictsTheArmIsNamed) {
@@ -423,7 +425,7 @@ TEST(Diagnosis, ALoneLengthThatContradictsTheArmIsNamed) {
     Cell cell = demo_cell();
     cell.lengths.resize(1);
     cell.lengths[0].length_m += off_m;
-    (void)expect_cause(cell, touches(), LikelyCause::kCertifiedLength, cell.lengths[0].from);
+    (void)expect_cause(cell, good_touches(), LikelyCause::kCertifiedLength, cell.lengths[0].from);
   }
 }
 

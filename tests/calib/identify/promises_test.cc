@@ -27,21 +27,19 @@ using testing::plain_truth;
 using testing::the;
 using testing::words_of;
 
-const std::vector<Touch>& touches() {
+const std::vector<Touch>& with_outliers() {
   static const auto made = make_touches(demo_cell(), plain_truth(demo_cell(), 1),
                                         {.fit = 80, .check = 20, .outlier_share = 0.03});
   return made.touches;
 }
-
-using Kind = IdentifyError::Kind;
 
 IdentifyError refusal(const Cell& cell, const std::vector<Touch>& some) {
   return testing::thrown<IdentifyError>([&] { (void)identify(cell, some); });
 }
 
 TEST(Identify, GivesTheSameBitsForTheSameInput) {
-  const std::string once = calibration_to_json(identify(demo_cell(), touches()));
-  EXPECT_EQ(calibration_to_json(identify(demo_cell(), touches())), once);
+  const std::string once = calibration_to_json(identify(demo_cell(), with_outliers()));
+  EXPECT_EQ(calibration_to_json(identify(demo_cell(), with_outliers())), once);
 }
 
 TEST(Identify, TakesAnyNumberOfTouches) {
@@ -55,8 +53,8 @@ TEST(Identify, TakesAnyNumberOfTouches) {
 }
 
 TEST(Identify, CheckTouchesHaveNoInfluenceWhatever) {
-  const Calibration with = identify(demo_cell(), touches());
-  std::vector<Touch> moved = touches(), without;
+  const Calibration with = identify(demo_cell(), with_outliers());
+  std::vector<Touch> moved = with_outliers(), without;
   Random random(1);
   for (Touch& touch : moved) {
     if (touch.set == TouchSet::kFit) {
@@ -81,8 +79,8 @@ TEST(Identify, CheckTouchesHaveNoInfluenceWhatever) {
 }
 
 TEST(Identify, TheOrderOfTheTouchesDoesNotMatterBeyondRounding) {
-  const Calibration straight = identify(demo_cell(), touches());
-  std::vector<Touch> shuffled = touches();
+  const Calibration straight = identify(demo_cell(), with_outliers());
+  std::vector<Touch> shuffled = with_outliers();
   Random random(2);
   for (std::size_t i = shuffled.size(); i > 1; --i)
     std::swap(shuffled[i - 1], shuffled[random.below(i)]);
@@ -112,14 +110,14 @@ TEST(Identify, ATouchOfItsOwnSigmaWeighsAccordingly) {
 }
 
 TEST(Identify, WithoutFitTouchesIsAnError) {
-  EXPECT_EQ(refusal(demo_cell(), {}).kind, Kind::kUndetermined);
-  std::vector<Touch> checks = touches();
+  EXPECT_EQ(refusal(demo_cell(), {}).kind, IdentifyError::Kind::kUndetermined);
+  std::vector<Touch> checks = with_outliers();
   for (Touch& touch : checks) touch.set = TouchSet::kCheck;
-  EXPECT_EQ(refusal(demo_cell(), checks).kind, Kind::kUndetermined);
+  EXPECT_EQ(refusal(demo_cell(), checks).kind, IdentifyError::Kind::kUndetermined);
 }
 
 TEST(Identify, ATargetWithCheckTouchesOnlyIsNamedAndItsPlaceIsTheirs) {
-  std::vector<Touch> some = touches();
+  std::vector<Touch> some = with_outliers();
   for (Touch& touch : some)
     if (touch.target == "S3") touch.set = TouchSet::kCheck;
   const Calibration c = identify(demo_cell(), some);
@@ -132,7 +130,7 @@ TEST(Identify, ATargetWithCheckTouchesOnlyIsNamedAndItsPlaceIsTheirs) {
 TEST(Identify, TouchesThatLeadNowhereLeaveTheNominalArmAndWhatItsTolerancesLeaveOpen) {
   Cell cell = demo_cell();
   cell.robot.joints[1].sign *= -1;  // and the estimate does not converge
-  const Calibration c = identify(cell, touches());
+  const Calibration c = identify(cell, with_outliers());
   EXPECT_FALSE(c.verdict.publish);
   ASSERT_GE(c.verdict.findings.size(), 2u);
   EXPECT_EQ(c.verdict.findings[0].kind, FindingKind::kLikelyCause);
@@ -147,7 +145,7 @@ TEST(Identify, TouchesThatLeadNowhereLeaveTheNominalArmAndWhatItsTolerancesLeave
   }
   EXPECT_GT(c.predicted_workspace_m, 0.5e-3);
   const Calibration back = calibration_from_json(calibration_to_json(c), "c.json");
-  const JointVector& q = touches()[0].joint_rad;
+  const JointVector& q = with_outliers()[0].joint_rad;
   const Predictor predictor(back);
   EXPECT_TRUE(predictor.calibrated(q).tcp.translation().isApprox(predictor.nominal(q).translation(),
                                                                  1e-12));
@@ -155,7 +153,7 @@ TEST(Identify, TouchesThatLeadNowhereLeaveTheNominalArmAndWhatItsTolerancesLeave
 }
 
 TEST(Identify, ATargetThatWasNotTouchedIsLeftOut) {
-  std::vector<Touch> some = touches();
+  std::vector<Touch> some = with_outliers();
   std::erase_if(some, [](const Touch& touch) { return touch.target == "S2"; });
   const Calibration result = identify(demo_cell(), some);
   EXPECT_EQ(result.targets.size(), 3u);
@@ -175,7 +173,7 @@ TEST(Identify, TouchesThatLieFlatDoNotMakeASphereOfUnknownPlace) {
   for (const auto& touches : {flat.touches, three.touches}) {
     const auto why =
         testing::thrown<IdentifyError>([&] { (void)identify_as_stated(cell, touches); });
-    EXPECT_EQ(why.kind, Kind::kUndetermined);
+    EXPECT_EQ(why.kind, IdentifyError::Kind::kUndetermined);
     EXPECT_EQ(why.target, "S1");
     // What a user reads then.
     const std::string words = the(identify(cell, touches), FindingKind::kNotIdentified).text;
@@ -189,7 +187,7 @@ TEST(Identify, TouchesThatLieFlatDoNotMakeASphereOfUnknownPlace) {
 
 TEST(Identify, FewTouchesOfAKnownPlaceAreUsedButNotLetThrough) {
   std::vector<Touch> few;
-  for (const Touch& touch : touches())
+  for (const Touch& touch : with_outliers())
     if (touch.target == "S1" && few.size() < 3) few.push_back(touch);
   const Calibration result = identify(one_sphere_cell(), few);
   EXPECT_FALSE(result.verdict.publish);
@@ -201,8 +199,9 @@ TEST(Identify, WithNothingToIdentifyIsAnError) {
   rigid.tool.deflection_sigma = 0.0;
   IdentifyOptions plain;
   plain.level = ModelLevel{false, 0.0, 0.0};
-  EXPECT_EQ(testing::thrown<IdentifyError>([&] { (void)identify(rigid, touches(), plain); }).kind,
-            Kind::kCell);
+  EXPECT_EQ(
+      testing::thrown<IdentifyError>([&] { (void)identify(rigid, with_outliers(), plain); }).kind,
+      IdentifyError::Kind::kCell);
 }
 
 bool is_off_nominal(const Calibration& c, const ParameterKey& parameter) {
@@ -225,22 +224,23 @@ std::string blocked(const Cell& cell, const std::vector<Touch>& some) {
 }
 
 TEST(Identify, TouchesOfAnotherRobotDoNotPassForACalibration) {
-  EXPECT_EQ(blocked(demo_cell(), touches()), "");
+  EXPECT_EQ(blocked(demo_cell(), with_outliers()), "");
   // The two public forms of the KR 5 differ by 80 mm in a3: the touches could be explained so.
   Cell other = demo_cell();
   other.robot.joints[2].a_m += 0.080;
-  EXPECT_TRUE(is_off_nominal(identify(other, touches()), joint_parameter(ParameterKind::kA, 2)))
-      << blocked(other, touches());
+  EXPECT_TRUE(
+      is_off_nominal(identify(other, with_outliers()), joint_parameter(ParameterKind::kA, 2)))
+      << blocked(other, with_outliers());
   other = demo_cell();
   other.robot.joints[1].a_m += 0.150;
-  EXPECT_NE(blocked(other, touches()), "");
+  EXPECT_NE(blocked(other, with_outliers()), "");
   other = demo_cell();
   other.robot.joints[2].sign = -other.robot.joints[2].sign;
-  EXPECT_NE(blocked(other, touches()), "");
+  EXPECT_NE(blocked(other, with_outliers()), "");
 }
 
 TEST(Identify, AnArmThatWasMasteredWronglyIsFoundAndNamed) {
-  std::vector<Touch> shifted = touches();
+  std::vector<Touch> shifted = with_outliers();
   for (Touch& touch : shifted) touch.joint_rad[3] += 0.02;  // 1.1 deg: one tooth
   const Calibration c = identify(demo_cell(), shifted);
   EXPECT_FALSE(c.verdict.publish);
@@ -249,26 +249,26 @@ TEST(Identify, AnArmThatWasMasteredWronglyIsFoundAndNamed) {
 
 TEST(Identify, AnglesThatAreNotNumbersAreAnErrorThatNamesTheTouch) {
   for (const double bad : {std::nan(""), HUGE_VAL}) {
-    std::vector<Touch> poisoned = touches();
+    std::vector<Touch> poisoned = with_outliers();
     poisoned[5].joint_rad[2] = bad;
     const IdentifyError error = refusal(demo_cell(), poisoned);
-    EXPECT_EQ(error.kind, Kind::kTouches);
+    EXPECT_EQ(error.kind, IdentifyError::Kind::kTouches);
     EXPECT_EQ(error.touch, 5U);
     EXPECT_NE(std::string(error.what()).find("touch 6"), std::string::npos) << error.what();
   }
 }
 
 TEST(Identify, AnglesOfAnotherNumberAndUnknownTargetsAreErrors) {
-  std::vector<Touch> wrong = touches();
+  std::vector<Touch> wrong = with_outliers();
   wrong[5].joint_rad.pop_back();
   EXPECT_THROW((void)identify(demo_cell(), wrong), std::exception);
-  wrong = touches();
+  wrong = with_outliers();
   wrong[5].target = "S9";
   EXPECT_THROW((void)identify(demo_cell(), wrong), std::exception);
 }
 
 TEST(Identify, SaysWhoDecidedEachParameter) {
-  const Calibration result = identify(demo_cell(), touches());
+  const Calibration result = identify(demo_cell(), with_outliers());
   int data = 0, frame = 0;
   for (const ParameterResult& p : result.parameters) {
     const std::string name = parameter_name(result.cell, p.key);
@@ -288,7 +288,7 @@ TEST(Identify, SaysWhoDecidedEachParameter) {
 }
 
 TEST(Identify, CovarianceIsSymmetricPositiveAndItsDiagonalIsTheSigmas) {
-  const Calibration result = identify(demo_cell(), touches());
+  const Calibration result = identify(demo_cell(), with_outliers());
   const auto n = static_cast<Eigen::Index>(result.parameters.size());
   ASSERT_EQ(result.covariance.rows(), n);
   ASSERT_EQ(result.covariance.cols(), n);
@@ -302,10 +302,10 @@ TEST(Identify, CovarianceIsSymmetricPositiveAndItsDiagonalIsTheSigmas) {
 
 TEST(Predictor, WithoutCorrectionIsTheNominalArmAndWithItTheTrueOne) {
   const sim::Truth truth = plain_truth(demo_cell(), 1);
-  const Predictor predictor(identify(demo_cell(), touches()));
+  const Predictor predictor(identify(demo_cell(), with_outliers()));
   const ArmModel nominal(demo_cell().robot, demo_cell().tool);
   double before = 0.0, after = 0.0;
-  for (const Touch& touch : touches()) {
+  for (const Touch& touch : with_outliers()) {
     EXPECT_EQ(predictor.nominal(touch.joint_rad).translation(),
               nominal.nominal_tcp(touch.joint_rad).translation());
     // Height is free by convention; differences of positions are not.

@@ -12,6 +12,7 @@
 #include "calib/seed_paper/paper.h"
 #include "calib/uncertainty/region.h"
 #include "tests/calib/findings.h"
+#include "tests/calib/millimetre.h"
 #include "tests/calib/simulate.h"
 #include "tests/calib/thrown.h"
 
@@ -20,14 +21,11 @@ namespace {
 
 using Eigen::Vector3d;
 using testing::demo_cell;
+using testing::kMm;
 using testing::make_touches;
 using testing::Making;
 using testing::plain_truth;
 using testing::words_of;
-
-constexpr double kMm = 1e-3;
-
-using Kind = ParameterKind;
 
 const ParameterResult& parameter(const Calibration& c, const ParameterKey& key) {
   const ParameterResult* found = find(c, key);
@@ -112,14 +110,15 @@ TEST(Tools, OfSeveralReflectorsOnOneFlangeEachIsFound) {
   EXPECT_TRUE(c.verdict.publish) << words_of(c);
   for (const std::size_t tool : {1, 2})
     for (const int axis : {0, 1, 2}) {
-      const ParameterKey key = tool_parameter(Kind::kTcp, tool, axis);
+      const ParameterKey key = tool_parameter(ParameterKind::kTcp, tool, axis);
       const ParameterResult& p = parameter(c, key);
       const std::string name = parameter_name(c.cell, key);
       EXPECT_LT(std::abs(p.correction - made.truth(key)), 4.0 * p.sigma) << name;
       EXPECT_LT(p.sigma, 0.2 * kMm) << name;
     }
-  EXPECT_FALSE(has_parameter(c, tool_parameter(Kind::kTcp, 0))) << "it is stated to be known";
-  EXPECT_TRUE(has_parameter(c, tool_parameter(Kind::kDeflection, 0)));
+  EXPECT_FALSE(has_parameter(c, tool_parameter(ParameterKind::kTcp, 0)))
+      << "it is stated to be known";
+  EXPECT_TRUE(has_parameter(c, tool_parameter(ParameterKind::kDeflection, 0)));
   EXPECT_LT(c.check.rms_m, 0.1 * kMm);
 }
 
@@ -138,8 +137,8 @@ TEST(Tools, OneThatNoFitTouchIsOfStaysAsItIsStated) {
   std::erase_if(made.touches, [](const Touch& touch) { return touch.tool == "P3"; });
   const Calibration c = identify(made.cell, made.touches);
   EXPECT_TRUE(c.verdict.publish) << words_of(c);
-  EXPECT_TRUE(has_parameter(c, tool_parameter(Kind::kTcp, 1)));
-  EXPECT_FALSE(has_parameter(c, tool_parameter(Kind::kTcp, 2)));
+  EXPECT_TRUE(has_parameter(c, tool_parameter(ParameterKind::kTcp, 1)));
+  EXPECT_FALSE(has_parameter(c, tool_parameter(ParameterKind::kTcp, 2)));
 }
 
 TEST(Tools, TheNameOfAToolThatIsNotThereIsAnError) {
@@ -201,13 +200,14 @@ TEST(Tools, EveryTipHasItsOwnEffectiveRadius) {
     EXPECT_LT(std::abs(p.correction - truth), 4.0 * p.sigma) << name << ": " << p.correction;
     EXPECT_LT(p.sigma, 0.15 * kMm) << name;
   };
-  near(tool_parameter(Kind::kEffectiveRadius, 0), 0.05 * kMm);
-  near(tool_parameter(Kind::kEffectiveRadius, 1), 0.30 * kMm);
-  for (const int axis : {0, 1, 2}) near(tool_parameter(Kind::kTcp, 1, axis), off[axis]);
+  near(tool_parameter(ParameterKind::kEffectiveRadius, 0), 0.05 * kMm);
+  near(tool_parameter(ParameterKind::kEffectiveRadius, 1), 0.30 * kMm);
+  for (const int axis : {0, 1, 2}) near(tool_parameter(ParameterKind::kTcp, 1, axis), off[axis]);
   for (const TargetResult& target : c.targets)  // of the first tool that touched it
-    EXPECT_NEAR(target.effective_radius_m,
-                30.7 * kMm + parameter(c, tool_parameter(Kind::kEffectiveRadius, 0)).correction,
-                0.01 * kMm);
+    EXPECT_NEAR(
+        target.effective_radius_m,
+        30.7 * kMm + parameter(c, tool_parameter(ParameterKind::kEffectiveRadius, 0)).correction,
+        0.01 * kMm);
 }
 
 TEST(Tools, InAListOfOneIsTheSameArmAsATableAlone) {
@@ -225,8 +225,8 @@ TEST(Tools, InAListOfOneIsTheSameArmAsATableAlone) {
     EXPECT_EQ(c.parameters[i].key, alone.parameters[i].key);
   }
   EXPECT_EQ(c.parameters.size(), alone.parameters.size());
-  const ParameterKey rho = tool_parameter(Kind::kEffectiveRadius, 0),
-                     bending = tool_parameter(Kind::kDeflection, 0);
+  const ParameterKey rho = tool_parameter(ParameterKind::kEffectiveRadius, 0),
+                     bending = tool_parameter(ParameterKind::kDeflection, 0);
   EXPECT_TRUE(has_parameter(alone, rho) && has_parameter(alone, bending));
   EXPECT_EQ(parameter_name(alone.cell, rho), "touch.rho");
   EXPECT_EQ(parameter_name(c.cell, rho), "torch.rho");

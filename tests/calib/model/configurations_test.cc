@@ -13,7 +13,7 @@
 namespace cellcal::calib {
 namespace {
 
-constexpr double kMargin = 0.02;
+constexpr double kLimitMargin = 0.02;
 
 std::vector<std::pair<std::string, Robot>> shipped() {
   std::vector<std::pair<std::string, Robot>> robots;
@@ -30,7 +30,7 @@ Tool bent_tool() {
   return tool;
 }
 
-JointVector inside(const Robot& robot, Random& random, double margin) {
+JointVector within_half_turns(const Robot& robot, Random& random, double margin) {
   JointVector q;
   for (const Joint& joint : robot.joints)
     q.push_back(random.uniform(std::max(joint.min_rad, -std::numbers::pi) + margin,
@@ -57,11 +57,11 @@ TEST(Configurations, OfEveryKukaArmWithSixAxesAreFoundInClosedForm) {
     SCOPED_TRACE(name);
     ++arms;
     const ArmModel arm(robot, bent_tool());
-    const Configurations configurations(arm, kMargin);
+    const Configurations configurations(arm, kLimitMargin);
     EXPECT_TRUE(configurations.closed_form());
     Random random(1);
     for (int k = 0; k < 50; ++k) {
-      const JointVector q = inside(robot, random, 0.05);
+      const JointVector q = within_half_turns(robot, random, 0.05);
       const Eigen::Isometry3d pose = arm.nominal_tcp(q);
       const auto all = configurations.reach(pose);
       double nearest = 1e9;
@@ -69,8 +69,8 @@ TEST(Configurations, OfEveryKukaArmWithSixAxesAreFoundInClosedForm) {
         EXPECT_LT(apart(arm.nominal_tcp(found), pose), 1e-8);
         nearest = std::min(nearest, apart(found, q));
         for (std::size_t i = 0; i < found.size(); ++i) {
-          EXPECT_GE(found[i], robot.joints[i].min_rad + kMargin);
-          EXPECT_LE(found[i], robot.joints[i].max_rad - kMargin);
+          EXPECT_GE(found[i], robot.joints[i].min_rad + kLimitMargin);
+          EXPECT_LE(found[i], robot.joints[i].max_rad - kLimitMargin);
         }
       }
       EXPECT_LT(nearest, 1e-6) << k;
@@ -100,7 +100,7 @@ TEST(Configurations, AreNoneOutOfReach) {
     const ArmModel arm(robot, bent_tool());
     Eigen::Isometry3d far = Eigen::Isometry3d::Identity();
     far.translation() = Eigen::Vector3d(9.0, 0.0, 1.0);
-    EXPECT_TRUE(Configurations(arm, kMargin).reach(far).empty()) << name;
+    EXPECT_TRUE(Configurations(arm, kLimitMargin).reach(far).empty()) << name;
   }
 }
 
@@ -109,12 +109,12 @@ TEST(Configurations, OfArmsWithoutASphericalWristAreFoundFromSeeds) {
     if (name != "panda.toml" && name != "iiwa14.toml") continue;
     SCOPED_TRACE(name);
     const ArmModel arm(robot, bent_tool());
-    const Configurations configurations(arm, kMargin);
+    const Configurations configurations(arm, kLimitMargin);
     EXPECT_FALSE(configurations.closed_form());
     Random random(2);
     int reached = 0;
     for (int k = 0; k < 20; ++k) {
-      const Eigen::Isometry3d pose = arm.nominal_tcp(inside(robot, random, 0.3));
+      const Eigen::Isometry3d pose = arm.nominal_tcp(within_half_turns(robot, random, 0.3));
       const auto all = configurations.reach(pose);
       reached += !all.empty();
       for (const JointVector& q : all) EXPECT_LT(apart(arm.nominal_tcp(q), pose), 1e-8);
@@ -137,10 +137,10 @@ TEST(Configurations, ThatShareAPoseDifferInPostureAndEachIsFoundByItsOwn) {
     if (name.rfind("kr", 0) != 0) continue;
     SCOPED_TRACE(name);
     const ArmModel arm(robot, bent_tool());
-    const Configurations configurations(arm, kMargin);
+    const Configurations configurations(arm, kLimitMargin);
     Random random(2);
     for (int k = 0; k < 20; ++k) {
-      const Eigen::Isometry3d pose = arm.nominal_tcp(inside(robot, random, 0.05));
+      const Eigen::Isometry3d pose = arm.nominal_tcp(within_half_turns(robot, random, 0.05));
       const auto all = configurations.reach(pose);
       for (std::size_t a = 0; a < all.size(); ++a) {
         const auto posture = configurations.posture_of(all[a]);

@@ -11,8 +11,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kArms = 200;
-
 int index_of(const ArmModel& arm, ParameterKind kind, int joint = -1) {
   for (int p = 0; p < arm.size(); ++p) {
     const ArmParameter& parameter = arm.parameters()[static_cast<std::size_t>(p)];
@@ -39,7 +37,7 @@ ArmModel lever(double axis_sign) {
 TEST(Torque, IsWhatAVirtualTurnGainsFromGravityForAnyArm) {
   // Virtual work: gravity does tau d(theta) = -dV when a joint turns by d(theta).
   Random random(11);
-  for (int k = 0; k < kArms; ++k) {
+  for (int k = 0; k < testing::kArms; ++k) {
     auto drawn = testing::random_arm(random);
     for (Joint& joint : drawn.robot.joints) joint.compliance_sigma_rad_per_nm = 1e-6;
     const ArmModel arm(drawn.robot, drawn.tool);
@@ -80,7 +78,7 @@ TEST(Torque, DependsOnThePoseAndNotOnTheSignOfTheAxisAngle) {
 
 TEST(Compliance, LetsAnyArmSinkInTheFieldOfGravity) {
   Random random(13);
-  for (int k = 0; k < kArms; ++k) {
+  for (int k = 0; k < testing::kArms; ++k) {
     auto drawn = testing::random_arm(random);
     for (Joint& joint : drawn.robot.joints) joint.compliance_sigma_rad_per_nm = 1e-6;
     const ArmModel arm(drawn.robot, drawn.tool);
@@ -142,7 +140,7 @@ TEST(Bending, OfAHangingOrStandingToolIsNone) {
 
 TEST(Bending, TurnsAndMovesTheTipTowardsGravityWhereverGravityComesFrom) {
   Random random(14);
-  for (int k = 0; k < kArms; ++k) {
+  for (int k = 0; k < testing::kArms; ++k) {
     auto drawn = testing::random_arm(random);
     drawn.tool.deflection_sigma = 0.003;
     drawn.tool.tcp.linear().setIdentity();

@@ -10,13 +10,13 @@
 namespace cellcal::calib {
 namespace {
 
-constexpr double kMargin = 0.05;
+constexpr double kInverseMargin = 0.05;
 
 double rotation_error(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
   return Eigen::AngleAxisd(a.linear() * b.linear().transpose()).angle();
 }
 
-JointVector inside(const Robot& robot, Random& random, double margin) {
+JointVector within_limits(const Robot& robot, Random& random, double margin) {
   JointVector q;
   for (const Joint& joint : robot.joints)
     q.push_back(random.uniform(joint.min_rad + margin, joint.max_rad - margin));
@@ -27,20 +27,20 @@ JointVector inside(const Robot& robot, Random& random, double margin) {
 double found_share(const ArmModel& arm, Random& random, int poses, double off_rad) {
   int found = 0;
   for (int k = 0; k < poses; ++k) {
-    const JointVector truth = inside(arm.robot(), random, kMargin + 0.01);
+    const JointVector truth = within_limits(arm.robot(), random, kInverseMargin + 0.01);
     JointVector seed = truth;
     for (std::size_t i = 0; i < seed.size(); ++i)
       seed[i] = std::clamp(seed[i] + random.uniform(-off_rad, off_rad),
                            arm.robot().joints[i].min_rad, arm.robot().joints[i].max_rad);
     const Eigen::Isometry3d pose = arm.nominal_tcp(truth);
-    const auto q = inverse(arm, pose, seed, kMargin);
+    const auto q = inverse(arm, pose, seed, kInverseMargin);
     if (!q) continue;
     ++found;
     EXPECT_LT((arm.nominal_tcp(*q).translation() - pose.translation()).norm(), 1e-9);
     EXPECT_LT(rotation_error(arm.nominal_tcp(*q), pose), 1e-9 + 1e-12);
     for (std::size_t i = 0; i < q->size(); ++i) {
-      EXPECT_GE((*q)[i], arm.robot().joints[i].min_rad + kMargin);
-      EXPECT_LE((*q)[i], arm.robot().joints[i].max_rad - kMargin);
+      EXPECT_GE((*q)[i], arm.robot().joints[i].min_rad + kInverseMargin);
+      EXPECT_LE((*q)[i], arm.robot().joints[i].max_rad - kInverseMargin);
     }
   }
   return static_cast<double>(found) / poses;
@@ -81,8 +81,8 @@ TEST(Inverse, OfThePoseWhereTheArmStandsIsWhereItStands) {
   Random random(4);
   const ArmModel arm = shipped("kr5_r1400.toml");
   for (int k = 0; k < 100; ++k) {
-    const JointVector q = inside(arm.robot(), random, kMargin);
-    const auto found = inverse(arm, arm.nominal_tcp(q), q, kMargin);
+    const JointVector q = within_limits(arm.robot(), random, kInverseMargin);
+    const auto found = inverse(arm, arm.nominal_tcp(q), q, kInverseMargin);
     ASSERT_TRUE(found);
     EXPECT_EQ(*found, q);
   }
@@ -100,9 +100,9 @@ TEST(Inverse, HasNoneForAPoseInsideTheMarginOfALimit) {
   const ArmModel arm = shipped("kr5_r1400.toml");
   for (std::size_t joint = 0; joint < 6; ++joint) {
     JointVector q = {0.1, -1.2, 1.6, 0.2, 1.0, 0.3};
-    q[joint] = arm.robot().joints[joint].max_rad - 0.5 * kMargin;
-    EXPECT_FALSE(inverse(arm, arm.nominal_tcp(q), q, kMargin)) << joint;
-    EXPECT_TRUE(inverse(arm, arm.nominal_tcp(q), q, 0.25 * kMargin)) << joint;
+    q[joint] = arm.robot().joints[joint].max_rad - 0.5 * kInverseMargin;
+    EXPECT_FALSE(inverse(arm, arm.nominal_tcp(q), q, kInverseMargin)) << joint;
+    EXPECT_TRUE(inverse(arm, arm.nominal_tcp(q), q, 0.25 * kInverseMargin)) << joint;
   }
 }
 

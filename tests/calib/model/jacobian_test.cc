@@ -9,8 +9,6 @@
 namespace cellcal::calib {
 namespace {
 
-constexpr int kArms = 200;
-
 /// Fourth-order central difference of the position by parameter p.
 Eigen::Vector3d difference(const ArmModel& arm, const PreparedPose& pose, const Eigen::VectorXd& x,
                            int p, double step) {
@@ -24,7 +22,7 @@ Eigen::Vector3d difference(const ArmModel& arm, const PreparedPose& pose, const 
 
 TEST(Jacobian, OfThePositionAgreesWithDifferencesForAnyArm) {
   Random random(1);
-  for (int k = 0; k < kArms; ++k) {
+  for (int k = 0; k < testing::kArms; ++k) {
     const auto drawn = testing::random_arm(random);
     const ArmModel arm(drawn.robot, drawn.tool);
     const PreparedPose pose = arm.prepare(testing::random_joints(drawn.robot, random));
@@ -62,7 +60,7 @@ TEST(Jacobian, OfThePositionAgreesWithCeresAdaptiveDifferences) {
   using Numeric = ceres::DynamicNumericDiffCostFunction<PositionInPriorUnits, ceres::RIDDERS>;
   constexpr double kRelative = 1e-7;
   Random random(2);
-  for (int k = 0; k < kArms; ++k) {
+  for (int k = 0; k < testing::kArms; ++k) {
     const auto drawn = testing::random_arm(random);
     const ArmModel arm(drawn.robot, drawn.tool);
     const PreparedPose pose = arm.prepare(testing::random_joints(drawn.robot, random));
@@ -96,7 +94,7 @@ TEST(Jacobian, OfThePositionAgreesWithCeresAdaptiveDifferences) {
 TEST(Jacobian, OfTheNominalToolFollowsTheAxisAnglesTheirSignIncluded) {
   Random random(3);
   constexpr double kStep = 1e-5;  // truncation h^2 of the reach, rounding 1e-15 / h: 1e-9
-  for (int k = 0; k < kArms; ++k) {
+  for (int k = 0; k < testing::kArms; ++k) {
     const auto drawn = testing::random_arm(random);
     const ArmModel arm(drawn.robot, drawn.tool);
     const JointVector q = testing::random_joints(drawn.robot, random);

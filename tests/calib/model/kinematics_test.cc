@@ -14,7 +14,6 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kDeg = std::numbers::pi / 180.0;
-constexpr int kArms = 200;
 
 JointVector deg(std::initializer_list<double> angles) {
   JointVector q;
@@ -68,7 +67,7 @@ TEST(Kr5, A6TurnsTheFlangeAndMovesNothing) {
 
 TEST(ArmModel, IsTheChainMultipliedOutForAnyArmAndAnyErrors) {
   Random random(20261120);
-  for (int k = 0; k < kArms; ++k) {
+  for (int k = 0; k < testing::kArms; ++k) {
     const auto drawn = testing::random_arm(random);
     const ArmModel arm(drawn.robot, drawn.tool);
     const JointVector q = testing::random_joints(drawn.robot, random);
@@ -83,7 +82,7 @@ TEST(ArmModel, IsTheChainMultipliedOutForAnyArmAndAnyErrors) {
 
 TEST(ArmModel, SaysTheSamePositionInEveryWayOfAsking) {
   Random random(2);
-  for (int k = 0; k < kArms; ++k) {
+  for (int k = 0; k < testing::kArms; ++k) {
     const auto drawn = testing::random_arm(random);
     const ArmModel arm(drawn.robot, drawn.tool);
     const PreparedPose pose = arm.prepare(testing::random_joints(drawn.robot, random));
@@ -98,7 +97,7 @@ TEST(ArmModel, SaysTheSamePositionInEveryWayOfAsking) {
 
 TEST(ArmModel, WithoutErrorsIsTheNominalArm) {
   Random random(3);
-  for (int k = 0; k < kArms; ++k) {
+  for (int k = 0; k < testing::kArms; ++k) {
     const auto drawn = testing::random_arm(random);
     const ArmModel arm(drawn.robot, drawn.tool);
     const JointVector q = testing::random_joints(drawn.robot, random);

@@ -9,6 +9,8 @@
 
 namespace cellcal::calib::testing {
 
+inline constexpr int kArms = 200;  ///< that a law for any arm is tried on
+
 struct RandomArm {
   Robot robot;
   Tool tool;

@@ -5,18 +5,15 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calib/files/files.h"
 #include "calib/plan/choice/choose.h"
 #include "calib/plan/plan.h"
 #include "calib/plan/reach/pool.h"
+#include "tests/calib/simulate.h"
 
 namespace cellcal::calib {
 namespace {
 
-const Cell& demo_cell() {
-  static const Cell cell = load_cell(CELLCAL_DEMO_CELL);
-  return cell;
-}
+using testing::demo_cell;
 
 double angle_rad(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) {
   return Eigen::AngleAxisd(a.transpose() * b).angle();

@@ -8,6 +8,7 @@
 
 #include "calib/plan/reach/axis_travel.h"
 #include "calib/plan/reach/pool.h"
+#include "tests/calib/plan/box.h"
 #include "tests/calib/simulate.h"
 #include "tests/calib/thrown.h"
 
@@ -15,8 +16,8 @@ namespace cellcal::calib {
 namespace {
 
 using Eigen::Vector3d;
+using testing::box;
 using testing::demo_cell;
-using Kind = CellFaultKind;
 
 std::string all_words(const std::vector<CellFault>& faults) {
   std::string words;
@@ -26,7 +27,7 @@ std::string all_words(const std::vector<CellFault>& faults) {
 }
 
 /// The one fault of a cell; fails the test where there are others.
-CellFault only_fault(const Cell& cell, Kind kind) {
+CellFault only_fault(const Cell& cell, CellFaultKind kind) {
   const auto faults = faults_of(cell);
   EXPECT_EQ(faults.size(), 1u) << all_words(faults);
   if (faults.empty()) return {};
@@ -37,14 +38,6 @@ CellFault only_fault(const Cell& cell, Kind kind) {
 void expect_words(const CellFault& fault, std::initializer_list<std::string> words) {
   const std::string all = all_words({fault});
   for (const std::string& word : words) EXPECT_NE(all.find(word), std::string::npos) << all;
-}
-
-Obstacle box(const Vector3d& centre_m, const Vector3d& size_m) {
-  Obstacle table;
-  table.id = "table";
-  table.frame.translation() = centre_m;
-  table.size_m = size_m;
-  return table;
 }
 
 TEST(CellCheck, FindsNothingInASoundCell) {
@@ -60,7 +53,7 @@ TEST(CellCheck, NamesACertifiedLengthWithItsDecimalPointInTheWrongPlace) {
   for (const double factor : {10.0, 100.0, 0.1, 0.001}) {
     Cell cell = demo_cell();
     cell.lengths[1].length_m *= factor;
-    const CellFault fault = only_fault(cell, Kind::kDecimalPoint);
+    const CellFault fault = only_fault(cell, CellFaultKind::kDecimalPoint);
     EXPECT_TRUE(fault.refused);
     EXPECT_NEAR(fault.c_m, 0.616198, 1e-9);
     expect_words(fault, {"S1-S3", "616.198 mm would fit"});
@@ -70,27 +63,28 @@ TEST(CellCheck, NamesACertifiedLengthWithItsDecimalPointInTheWrongPlace) {
 TEST(CellCheck, NamesTwoCentresThatAreExchanged) {
   Cell cell = demo_cell();
   std::swap(cell.targets[1].centre_m, cell.targets[2].centre_m);
-  expect_words(only_fault(cell, Kind::kCentresExchanged), {"S2 and S3", "Exchange"});
+  expect_words(only_fault(cell, CellFaultKind::kCentresExchanged), {"S2 and S3", "Exchange"});
 }
 
 TEST(CellCheck, NamesTheCentreThatTheLengthsAtItDoNotFit) {
   Cell cell = demo_cell();
   cell.targets[3].centre_m += Vector3d(-0.1, -0.1, 0.1);
   for (Target& target : cell.targets) target.centre_sigma_m = 0.002;
-  const CellFault fault = only_fault(cell, Kind::kCentre);
+  const CellFault fault = only_fault(cell, CellFaultKind::kCentre);
   EXPECT_TRUE(fault.refused);
   expect_words(fault, {"centre of S4"});
   // What touches find all the same is to be looked at.
   cell.targets[3].centre_m = demo_cell().targets[3].centre_m + Vector3d(0, 0, 0.008);
   for (Target& target : cell.targets) target.centre_sigma_m = 0.0005;
-  EXPECT_FALSE(only_fault(cell, Kind::kCentre).refused);
+  EXPECT_FALSE(only_fault(cell, CellFaultKind::kCentre).refused);
 }
 
 TEST(CellCheck, SaysWhereALengthWasTakenBetweenSurfaces) {
   Cell cell = demo_cell();
   for (Target& target : cell.targets) target.centre_sigma_m = 0.001;
   cell.lengths[4].length_m -= cell.targets[1].diameter_m;
-  expect_words(only_fault(cell, Kind::kSurfaces), {"S2-S4", "between centres, not surfaces"});
+  expect_words(only_fault(cell, CellFaultKind::kSurfaces),
+               {"S2-S4", "between centres, not surfaces"});
 }
 
 TEST(CellCheck, NamesLengthsThatCannotBeWithoutAnyCentre) {
@@ -98,29 +92,31 @@ TEST(CellCheck, NamesLengthsThatCannotBeWithoutAnyCentre) {
   for (Target& target : cell.targets) target.has_centre = false;
   EXPECT_EQ(all_words(faults_of(cell)), "");
   cell.lengths[0].length_m = 5.02239;
-  EXPECT_TRUE(only_fault(cell, Kind::kTriangle).refused);
+  EXPECT_TRUE(only_fault(cell, CellFaultKind::kTriangle).refused);
   cell.lengths[0].length_m = 0.050;
   EXPECT_GE(faults_of(cell).size(), 1u);
-  EXPECT_EQ(faults_of(cell).front().kind, Kind::kLengthTooShort);
+  EXPECT_EQ(faults_of(cell).front().kind, CellFaultKind::kLengthTooShort);
 }
 
 TEST(CellCheck, NamesSpheresInEachOtherInATableAndInTheFloor) {
   Cell cell = demo_cell();
   cell.lengths.clear();
   cell.targets[1].centre_m = cell.targets[0].centre_m + Vector3d(0.0, 0.02, 0.0);
-  EXPECT_FALSE(only_fault(cell, Kind::kOverlap).refused);  // their centres may be off by as much
+  EXPECT_FALSE(
+      only_fault(cell, CellFaultKind::kOverlap).refused);  // their centres may be off by as much
   for (Target& target : cell.targets) target.centre_sigma_m = 0.001;
-  EXPECT_TRUE(only_fault(cell, Kind::kOverlap).refused);
+  EXPECT_TRUE(only_fault(cell, CellFaultKind::kOverlap).refused);
 
   cell = demo_cell();
-  cell.obstacles = {box({1.08, -0.32, 0.2}, {0.4, 0.3, 0.2})};  // its top at the sphere's lowest
+  cell.obstacles = {
+      box("table", {1.08, -0.32, 0.2}, {0.4, 0.3, 0.2})};  // its top at the sphere's lowest
   EXPECT_EQ(all_words(faults_of(cell)), "");
   cell.obstacles[0].frame.translation().z() += 0.005;
-  const CellFault sunk = only_fault(cell, Kind::kInside);
+  const CellFault sunk = only_fault(cell, CellFaultKind::kInside);
   EXPECT_FALSE(sunk.refused);
   expect_words(sunk, {"sphere S1: 5.7 mm deep in obstacle table"});
   cell.obstacles[0].frame.translation().z() += 0.1;
-  EXPECT_TRUE(only_fault(cell, Kind::kInside).refused);
+  EXPECT_TRUE(only_fault(cell, CellFaultKind::kInside).refused);
 
   cell = demo_cell();
   cell.floor_m = 0.5;
@@ -133,21 +129,22 @@ TEST(CellCheck, NamesATargetOutOfReachAndOneInMetres) {
   Cell cell = demo_cell();
   cell.lengths.clear();
   cell.targets[2].centre_m = {2.4, 0.0, 0.5};
-  expect_words(only_fault(cell, Kind::kOutOfReach), {"S3: 2452 mm"});
+  expect_words(only_fault(cell, CellFaultKind::kOutOfReach), {"S3: 2452 mm"});
   cell.targets[2].centre_m = {0.00064, -0.00062, 0.00064};
-  expect_words(only_fault(cell, Kind::kCentreInMetres), {"S3", "in metres"});
+  expect_words(only_fault(cell, CellFaultKind::kCentreInMetres), {"S3", "in metres"});
 }
 
 TEST(CellCheck, NamesAToolOrADiameterInMetresAndATouchTooGoodToBeTrue) {
   Cell cell = demo_cell();
   cell.tool.tcp.translation() *= 1e-3;
-  expect_words(only_fault(cell, Kind::kToolInMetres), {"0.418 mm from the flange", "metres"});
+  expect_words(only_fault(cell, CellFaultKind::kToolInMetres),
+               {"0.418 mm from the flange", "metres"});
   cell = demo_cell();
   cell.targets[0].diameter_m *= 1e-3;
-  EXPECT_EQ(faults_of(cell).front().kind, Kind::kDiameterInMetres);
+  EXPECT_EQ(faults_of(cell).front().kind, CellFaultKind::kDiameterInMetres);
   cell = demo_cell();
   cell.touch_sigma_m = 3e-8;
-  EXPECT_FALSE(only_fault(cell, Kind::kTouchSigma).refused);
+  EXPECT_FALSE(only_fault(cell, CellFaultKind::kTouchSigma).refused);
   EXPECT_EQ(refuse_faulty(cell).size(), 1u);
 }
 

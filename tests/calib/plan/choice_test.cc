@@ -6,27 +6,20 @@
 #include <algorithm>
 #include <set>
 
-#include "calib/files/files.h"
 #include "calib/model/error.h"
 #include "calib/model/random.h"
 #include "calib/plan/choice/choose.h"
 #include "calib/plan/choice/design.h"
 #include "calib/plan/plan.h"
+#include "tests/calib/plan/random_rows.h"
+#include "tests/calib/simulate.h"
 #include "tests/calib/thrown.h"
 
 namespace cellcal::calib {
 namespace {
 
-const Cell& demo_cell() {
-  static const Cell cell = load_cell(CELLCAL_DEMO_CELL);
-  return cell;
-}
-
-RowMajor random_rows(Eigen::Index rows, Eigen::Index columns, Random& random) {
-  RowMajor m(rows, columns);
-  for (double& value : m.reshaped()) value = random.normal();
-  return m;
-}
+using testing::demo_cell;
+using testing::random_rows;
 
 /// trace(W S) of a set, from nothing.
 double left_unknown(const RowMajor& rows, const std::vector<Eigen::Index>& set,

@@ -8,15 +8,12 @@
 #include <set>
 
 #include "calib/model/random.h"
+#include "tests/calib/plan/random_rows.h"
 
 namespace cellcal::calib {
 namespace {
 
-RowMajor random_rows(Eigen::Index rows, Eigen::Index columns, Random& random) {
-  RowMajor m(rows, columns);
-  for (double& value : m.reshaped()) value = random.normal();
-  return m;
-}
+using testing::random_rows;
 
 Design some_design(std::uint64_t seed, Eigen::Index candidates = 40) {
   constexpr Eigen::Index kUnknowns = 12;

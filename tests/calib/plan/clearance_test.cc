@@ -12,6 +12,7 @@
 #include "calib/plan/collision/bodies.h"
 #include "calib/plan/plan.h"
 #include "calib/plan/reach/candidates.h"
+#include "tests/calib/plan/box.h"
 #include "tests/calib/plan/collisions.h"
 #include "tests/calib/thrown.h"
 
@@ -19,6 +20,7 @@ namespace cellcal::calib {
 namespace {
 
 using testing::Approach;
+using testing::box;
 using testing::Collisions;
 using testing::Nearest;
 
@@ -27,14 +29,6 @@ constexpr double kBodyMarginM = 0.02;
 constexpr double kPointsM = 0.0015;
 
 Cell demo() { return load_cell(CELLCAL_DEMO_CELL); }
-
-Obstacle box(const char* id, const Eigen::Vector3d& at, const Eigen::Vector3d& size) {
-  Obstacle o;
-  o.id = id;
-  o.frame.translation() = at;
-  o.size_m = size;
-  return o;
-}
 
 Obstacle post(const char* id, const Eigen::Vector3d& at, double diameter, double height) {
   Obstacle o;
@@ -446,8 +440,8 @@ TEST(ACorner, ThatIsNotClearItselfIsNotCut) {
   options.fit_touches = 20;
   options.check_touches = 0;
   const Plan plan = make_plan(cell, options);
-  const Corner corner = Clearance(cell, arm).corner(
-      plan.touches[0].clear, plan.touches[0].end, plan.touches[0].clear, kTipMarginM);
+  const Corner corner = Clearance(cell, arm).corner(plan.touches[0].clear, plan.touches[0].end,
+                                                    plan.touches[0].clear, kTipMarginM);
   EXPECT_EQ(corner.in_share, 0.0);
 }
 

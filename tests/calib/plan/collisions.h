@@ -26,6 +26,9 @@ struct Approach {
   void take(const Approach& other);
 };
 
+/// What is promised on the way, half the planner's margins; points on an axis are 2 mm apart.
+inline constexpr double kPromisedTipM = 0.0034, kPromisedBodyM = 0.0098;
+
 class Collisions {
  public:
   explicit Collisions(const Cell& cell);

@@ -13,9 +13,9 @@ namespace {
 
 using testing::Approach;
 using testing::Collisions;
+using testing::kPromisedBodyM;
+using testing::kPromisedTipM;
 
-/// What is promised on the way, half the planner's margins; points on an axis are 2 mm apart.
-constexpr double kTipM = 0.0034, kBodyM = 0.0098;
 /// On a search line the shaft may come this near to the stand and sphere that are touched.
 constexpr double kShaftM = 0.0024;
 
@@ -36,9 +36,9 @@ TEST(PlansOfRandomCells, HitNothing) {
     }
     ++planned;
     const Approach approach = Collisions(made.cell).of(plan);
-    EXPECT_GT(approach.tip.gap_m, kTipM) << approach.tip.words;
+    EXPECT_GT(approach.tip.gap_m, kPromisedTipM) << approach.tip.words;
     EXPECT_GT(approach.body.gap_m, kShaftM) << approach.body.words;
-    EXPECT_GT(approach.self.gap_m, kBodyM) << approach.self.words;
+    EXPECT_GT(approach.self.gap_m, kPromisedBodyM) << approach.self.words;
   }
   EXPECT_GE(planned, 4);
 }
@@ -49,7 +49,7 @@ TEST(PlansOfRandomCells, WouldBeSeenToHitABoxOnTheWay) {
   options.fit_touches = 12;
   options.check_touches = 0;
   const Plan plan = make_plan(cell, options);
-  ASSERT_GT(Collisions(cell).of(plan).tip.gap_m, kTipM);
+  ASSERT_GT(Collisions(cell).of(plan).tip.gap_m, kPromisedTipM);
   Cell with_box = cell;
   const ArmModel arm(cell.robot, cell.tool);
   Obstacle box;

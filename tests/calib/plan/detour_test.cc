@@ -6,13 +6,15 @@
 
 #include "calib/files/files.h"
 #include "calib/plan/reach/pool.h"
+#include "tests/calib/plan/box.h"
 #include "tests/calib/plan/collisions.h"
 
 namespace cellcal::calib {
 namespace {
 
-/// What is promised on the way, half the planner's margins; points on an axis are 2 mm apart.
-constexpr double kTipM = 0.0034, kBodyM = 0.0098;
+using testing::kPromisedBodyM;
+using testing::kPromisedTipM;
+
 constexpr double kMarginRad = 0.05;
 
 /// The demo cell with a fence between the resting posture and S4, which no single corner leads
@@ -20,11 +22,7 @@ constexpr double kMarginRad = 0.05;
 Cell fenced() {
   Cell cell = load_cell(CELLCAL_DEMO_CELL);
   cell.targets[1].centre_m = {1.06, -0.05, 0.33};
-  Obstacle fence;
-  fence.id = "fence";
-  fence.frame.translation() = Eigen::Vector3d(1.15, 0.20, 0.5);
-  fence.size_m = {1.4, 0.01, 4.0};
-  cell.obstacles = {fence};
+  cell.obstacles = {testing::box("fence", {1.15, 0.20, 0.5}, {1.4, 0.01, 4.0})};
   return cell;
 }
 
@@ -56,9 +54,9 @@ TEST(Detour, FindsAWayWhereTheSimpleOnesFail) {
   plan.start = rest;
   plan.home = detour.way;
   const testing::Approach approach = testing::Collisions(cell).of(plan);
-  EXPECT_GT(approach.tip.gap_m, kTipM) << approach.tip.words;
-  EXPECT_GT(approach.body.gap_m, kBodyM) << approach.body.words;
-  EXPECT_GT(approach.self.gap_m, kBodyM) << approach.self.words;
+  EXPECT_GT(approach.tip.gap_m, kPromisedTipM) << approach.tip.words;
+  EXPECT_GT(approach.body.gap_m, kPromisedBodyM) << approach.body.words;
+  EXPECT_GT(approach.self.gap_m, kPromisedBodyM) << approach.self.words;
   for (const JointVector& q : detour.way)
     for (std::size_t i = 0; i < q.size(); ++i) {
       EXPECT_GE(q[i], cell.robot.joints[i].min_rad + kMarginRad);
@@ -103,8 +101,8 @@ TEST(Plan, GoesRoundAFenceThatOnlySamplingFindsAWayRound) {
   for (const PlannedTouch& touch : plan.touches) of_s4 += touch.target == "S4";
   EXPECT_GE(of_s4, 5);
   const testing::Approach approach = testing::Collisions(cell).of(plan);
-  EXPECT_GT(approach.tip.gap_m, kTipM) << approach.tip.words;
-  EXPECT_GT(approach.self.gap_m, kBodyM) << approach.self.words;
+  EXPECT_GT(approach.tip.gap_m, kPromisedTipM) << approach.tip.words;
+  EXPECT_GT(approach.self.gap_m, kPromisedBodyM) << approach.self.words;
   EXPECT_GT(approach.body.gap_m, 0.0024) << approach.body.words;  // shafts near what is touched
   // The same for the same seed: sampling is no chance.
   const Plan again = make_plan(cell, options);

@@ -9,7 +9,7 @@
 namespace cellcal::calib::testing {
 
 /// Without check touches.
-PlanOptions small();
+PlanOptions without_checks();
 
 struct Driven {
   int made = 0, failed = 0;

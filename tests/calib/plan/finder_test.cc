@@ -57,12 +57,12 @@ std::optional<Touch> search(const Cell& cell, const sim::Truth& truth, const Pla
 
 /// How near the tip, and the shaft behind it, come to the true spheres on a straight move; `meant`
 /// may be touched by the tip.
-struct Nearest {
+struct SphereGaps {
   double tip_m = 1.0, shaft_m = 1.0;
 };
 
 void look(const Cell& cell, const sim::Truth& truth, const JointVector& from, const JointVector& to,
-          std::optional<std::size_t> meant, Nearest& nearest) {
+          std::optional<std::size_t> meant, SphereGaps& nearest) {
   const ArmModel nominal(cell.robot, cell.tool);
   constexpr int kSteps = 60;
   for (int k = 0; k <= kSteps; ++k) {
@@ -85,7 +85,7 @@ void look(const Cell& cell, const sim::Truth& truth, const JointVector& from, co
 }
 
 struct Found {
-  Nearest nearest;
+  SphereGaps nearest;
   int touches = 0, misses = 0;
   Cell cell;
 };

@@ -21,7 +21,7 @@ namespace {
 using testing::demo_cell;
 using testing::drive;
 using testing::Driven;
-using testing::small;
+using testing::without_checks;
 
 /// Seconds of the straight moves from each of these to the next.
 double straight_s(const std::vector<PlannedTouch>& touches) {
@@ -52,10 +52,11 @@ TEST(OnlineAhead, TakesAboutAsManyAsForeseenEveryTargetsFirstOnesBeforeAnyOtherO
 }
 
 TEST(OnlineAhead, ForeseesNoMoreThanIsAllowedAndNoFewerThanAnEstimateNeeds) {
-  EXPECT_EQ(
-      Online(demo_cell(), small(), {.u95_m = 1e-6, .most_touches = 30}, {}).progress().touches_left,
-      30);
-  EXPECT_EQ(Online(demo_cell(), small(), {.u95_m = 1.0}, {}).progress().touches_left,
+  EXPECT_EQ(Online(demo_cell(), without_checks(), {.u95_m = 1e-6, .most_touches = 30}, {})
+                .progress()
+                .touches_left,
+            30);
+  EXPECT_EQ(Online(demo_cell(), without_checks(), {.u95_m = 1.0}, {}).progress().touches_left,
             4 * kFirstTouches);
 }
 

@@ -25,7 +25,7 @@ using testing::demo_cell;
 
 using testing::drive;
 using testing::Driven;
-using testing::small;
+using testing::without_checks;
 
 TEST(Online, EndsWhereTheGoalIsReachedAndAHarderGoalTakesMoreTouches) {
   const Driven easy = drive(demo_cell(), {.u95_m = 0.5e-3});
@@ -113,7 +113,7 @@ TEST(Online, SaysInWordsWhyItEndedAndNothingBefore) {
 }
 
 TEST(Online, OffersTheSameTouchUntilToldWhatBecameOfIt) {
-  Online online(demo_cell(), small(), {}, {});
+  Online online(demo_cell(), without_checks(), {}, {});
   const auto first = online.next({});
   ASSERT_TRUE(first);
   EXPECT_EQ(online.next({})->standoff, first->standoff);
@@ -137,7 +137,7 @@ TEST(Online, OffersTheSameTouchAgainOnAWayThatIsClearFromWhereTheArmIsThen) {
   const ArmModel arm(cell.robot, cell.tool);
   const Clearance clearance(cell, arm);
   const sim::Truth truth = testing::plain_truth(cell, 4);
-  Online online(cell, small(), {.u95_m = 0.3e-3}, {});
+  Online online(cell, without_checks(), {.u95_m = 0.3e-3}, {});
   Random random(9);
   JointVector at;
   std::vector<JointVector> been;
@@ -176,7 +176,7 @@ TEST(Online, OffersTheSameTouchAgainOnAWayThatIsClearFromWhereTheArmIsThen) {
 
 TEST(Online, SaysHowManyTouchesAreLeft) {
   const sim::Truth truth = testing::plain_truth(demo_cell(), 6);
-  Online online(demo_cell(), small(), {.u95_m = 0.3e-3}, {});
+  Online online(demo_cell(), without_checks(), {.u95_m = 0.3e-3}, {});
   Random random(7);
   JointVector at;
   std::vector<int> left;
@@ -200,7 +200,7 @@ TEST(Online, SaysHowManyTouchesAreLeft) {
 
 TEST(Online, IsCalledOff) {
   std::stop_source off;
-  PlanOptions options = small();
+  PlanOptions options = without_checks();
   options.stop = off.get_token();
   Online online(demo_cell(), options, {}, {});
   off.request_stop();
@@ -218,11 +218,11 @@ TEST(Online, SaysThatTheArmIsEnclosedInsteadOfTryingEveryTouch) {
   fence.frame.translation() = Eigen::Vector3d(1.15, 0.45, 0.5);
   fence.size_m = {1.4, 0.01, 4.0};
   cell.obstacles = {fence};
-  Online online(cell, small(), {}, {});
+  Online online(cell, without_checks(), {}, {});
   ASSERT_TRUE(online.next({}));
   JointVector outside = middle_posture(cell.robot);
   outside[0] = -1.6;  // KUKA's first joint turns clockwise
-  Online from_there(cell, small(), {}, {});
+  Online from_there(cell, without_checks(), {}, {});
   const auto error = testing::thrown<PlanError>([&] { (void)from_there.next(outside); });
   EXPECT_EQ(error.kind, PlanError::Kind::kArmStands) << error.what();
 }

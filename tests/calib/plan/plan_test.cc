@@ -11,19 +11,16 @@
 #include "calib/plan/collision/clearance.h"
 #include "calib/plan/reach/candidates.h"
 #include "tests/calib/plan/ways.h"
+#include "tests/calib/simulate.h"
 
 namespace cellcal::calib {
 namespace {
 
 using testing::along;
+using testing::demo_cell;
 using testing::gap_m;
 using testing::nominal_arm;
 using testing::smallest_gap_m;
-
-const Cell& demo_cell() {
-  static const Cell cell = load_cell(CELLCAL_DEMO_CELL);
-  return cell;
-}
 
 /// What the tip may come near to on a way.
 constexpr double kNearestM = kMarginKept * kTipMarginM - 1e-9;

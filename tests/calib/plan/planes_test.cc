@@ -29,7 +29,7 @@ Cell with_plate() {
   return cell;
 }
 
-const Plan& plan() {
+const Plan& plate_plan() {
   static const Plan made = [] {
     PlanOptions options;
     options.fit_touches = 40;
@@ -50,9 +50,9 @@ TEST(PlannedPlane, IsTouchedOnItsFaceInsideItsExtentAlongItsNormal) {
   const Cell cell = with_plate();
   const Target& plate = cell.targets.back();
   const ArmModel arm = planning_arm(cell);
-  const auto touches = of_plate(plan());
+  const auto touches = of_plate(plate_plan());
   ASSERT_GE(touches.size(), 5U);
-  EXPECT_TRUE(plan().left_out.empty());
+  EXPECT_TRUE(plate_plan().left_out.empty());
   double furthest = 0.0;
   for (const PlannedTouch* touch : touches) {
     EXPECT_LT((touch->normal - plate.normal).norm(), 1e-12);
@@ -96,7 +96,7 @@ TEST(PlannedPlane, IsIdentifiedFromWhatWasPlanned) {
   const Cell cell = with_plate();
   const ArmModel arm = planning_arm(cell);
   std::vector<Touch> touches;
-  for (const PlannedTouch& planned : plan().touches) {
+  for (const PlannedTouch& planned : plate_plan().touches) {
     Touch touch;
     touch.target = planned.target;
     touch.set = planned.set;
@@ -125,7 +125,7 @@ TEST(PlannedPlane, IsNotRunIntoOnTheWayToOtherTouches) {
   disc.diameter_m = plate.extent_m;
   disc.height_m = 0.01;
   seen.obstacles = {disc};
-  Plan others = plan();
+  Plan others = plate_plan();
   for (std::size_t k = 0; k < others.touches.size(); ++k)
     if (others.touches[k].target == "P")  // its own search lines meet it: leave them out
       others.touches[k].standoff = others.touches[k].end = others.touches[k].clear;

@@ -2,43 +2,39 @@
 
 #include <gtest/gtest.h>
 
-#include "calib/files/files.h"
 #include "calib/plan/collision/clearance.h"
 #include "calib/plan/plan.h"
 #include "calib/plan/reach/candidates.h"
+#include "tests/calib/plan/box.h"
 #include "tests/calib/plan/ways.h"
+#include "tests/calib/simulate.h"
 #include "tests/calib/thrown.h"
 
 namespace cellcal::calib {
 namespace {
 
 using testing::between;
+using testing::box;
+using testing::demo_cell;
 using testing::gap_m;
 using testing::nominal_arm;
 using testing::smallest_gap_m;
 
-constexpr double kNearestM = 0.005;
+constexpr double kNearestResumedM = 0.005;
 
-const Cell& demo_cell() {
-  static const Cell cell = load_cell(CELLCAL_DEMO_CELL);
-  return cell;
-}
-
-PlanOptions small() {
+PlanOptions sound_options() {
   PlanOptions options;
   options.fit_touches = 20;
   options.check_touches = 4;
   return options;
 }
 
-const Plan& plan() {
-  static const Plan made = make_plan(demo_cell(), small());
+const Plan& sound_plan() {
+  static const Plan made = make_plan(demo_cell(), sound_options());
   return made;
 }
 
-using Kind = PlanError::Kind;
-
-PlanError refusal(const Cell& cell, const PlanOptions& options = small()) {
+PlanError refusal(const Cell& cell, const PlanOptions& options = sound_options()) {
   return testing::thrown<PlanError>([&] { (void)make_plan(cell, options); });
 }
 
@@ -50,7 +46,7 @@ TEST(PlanRefusal, NamesASphereThatIsOutOfReachAmongOthers) {
   Cell cell = demo_cell();
   cell.targets[2].centre_m = {3.0, 0.0, 0.5};
   const PlanError error = refusal(cell);
-  EXPECT_EQ(error.kind, Kind::kOutOfReach) << error.what();
+  EXPECT_EQ(error.kind, PlanError::Kind::kOutOfReach) << error.what();
   EXPECT_EQ(error.target, "S3");
 }
 
@@ -60,7 +56,7 @@ TEST(PlanRefusal, NamesALoneSphereThatIsOutOfReach) {
   cell.lengths.clear();
   cell.targets[0].centre_m = {0.0, 0.0, 5.0};
   const PlanError error = refusal(cell);
-  EXPECT_EQ(error.kind, Kind::kOutOfReach) << error.what();
+  EXPECT_EQ(error.kind, PlanError::Kind::kOutOfReach) << error.what();
   EXPECT_EQ(error.target, "S1");
 }
 
@@ -68,14 +64,14 @@ TEST(PlanRefusal, NamesASphereWithoutAPlace) {
   Cell cell = demo_cell();
   cell.targets[1].has_centre = false;
   const PlanError error = refusal(cell);
-  EXPECT_EQ(error.kind, Kind::kCell) << error.what();
+  EXPECT_EQ(error.kind, PlanError::Kind::kCell) << error.what();
   EXPECT_EQ(error.target, "S2");
 }
 
 TEST(PlanRefusal, NeedsASphere) {
   Cell cell = demo_cell();
   for (Target& target : cell.targets) target.kind = TargetKind::kWire;
-  EXPECT_EQ(refusal(cell).kind, Kind::kCell);
+  EXPECT_EQ(refusal(cell).kind, PlanError::Kind::kCell);
 }
 
 TEST(PlanRefusal, LeavesOutWhatNoTouchesCanBePlannedOfAndSaysSo) {
@@ -86,41 +82,32 @@ TEST(PlanRefusal, LeavesOutWhatNoTouchesCanBePlannedOfAndSaysSo) {
   cell.targets.push_back({});
   cell.targets.back().id = "L";
   cell.targets.back().kind = TargetKind::kTracker;
-  const Plan made = make_plan(cell, small());
+  const Plan made = make_plan(cell, sound_options());
   EXPECT_EQ(made.left_out, (std::vector<std::string>{"P", "L"}));
-  EXPECT_EQ(made.touches.size(), plan().touches.size());
+  EXPECT_EQ(made.touches.size(), sound_plan().touches.size());
   for (const PlannedTouch& touch : made.touches) EXPECT_EQ(touch.target.front(), 'S');
-  EXPECT_TRUE(plan().left_out.empty());
+  EXPECT_TRUE(sound_plan().left_out.empty());
 }
 
 TEST(PlanRefusal, NamesTheJointWhoseSpeedTheRobotFileDoesNotState) {
   Cell cell = demo_cell();
   cell.robot.joints[3].max_speed_rad_s = 0.0;
   for (const PlanError& error : {refusal(cell), testing::thrown<PlanError>([&] {
-                                   (void)resume_plan(cell, plan(), 0, plan().start);
+                                   (void)resume_plan(cell, sound_plan(), 0, sound_plan().start);
                                  })}) {
-    EXPECT_EQ(error.kind, Kind::kCell) << error.what();
+    EXPECT_EQ(error.kind, PlanError::Kind::kCell) << error.what();
     EXPECT_EQ(error.joint, "A4");
     expect_named(error, "joint A4 has no max_speed_deg_s");
   }
 }
 
 TEST(PlanRefusal, NeedsAFitTouchAndNoNegativeChecks) {
-  PlanOptions options = small();
+  PlanOptions options = sound_options();
   options.fit_touches = 0;
-  EXPECT_EQ(refusal(demo_cell(), options).kind, Kind::kRequest);
-  options = small();
+  EXPECT_EQ(refusal(demo_cell(), options).kind, PlanError::Kind::kRequest);
+  options = sound_options();
   options.check_touches = -1;
-  EXPECT_EQ(refusal(demo_cell(), options).kind, Kind::kRequest);
-}
-
-/// A box on the way, in the middle of the demo cell's spheres.
-Obstacle box(const char* id, const Eigen::Vector3d& at, const Eigen::Vector3d& size) {
-  Obstacle o;
-  o.id = id;
-  o.frame.translation() = at;
-  o.size_m = size;
-  return o;
+  EXPECT_EQ(refusal(demo_cell(), options).kind, PlanError::Kind::kRequest);
 }
 
 TEST(PlanRefusal, NamesSphereDirectionAndTheObstacleThatIsInTheWay) {
@@ -128,7 +115,7 @@ TEST(PlanRefusal, NamesSphereDirectionAndTheObstacleThatIsInTheWay) {
   // A hood over S3: within reach from everywhere, free from nowhere.
   cell.obstacles = {box("hood", cell.targets[2].centre_m, {0.2, 0.2, 0.1})};
   const PlanError error = refusal(cell);
-  EXPECT_EQ(error.kind, Kind::kInTheWay);
+  EXPECT_EQ(error.kind, PlanError::Kind::kInTheWay);
   EXPECT_EQ(error.target, "S3");
   for (const char* words : {"sphere S3", "from direction (", "obstacle hood"})
     expect_named(error, words);
@@ -137,10 +124,10 @@ TEST(PlanRefusal, NamesSphereDirectionAndTheObstacleThatIsInTheWay) {
 TEST(PlanRefusal, IsNotNeededWhereTheArmCanRestBesideWhatIsInTheWay) {
   Cell cell = demo_cell();
   const ArmModel arm = nominal_arm(cell);
-  const Eigen::Vector3d tip = arm.position(arm.prepare(plan().start), nullptr);
+  const Eigen::Vector3d tip = arm.position(arm.prepare(sound_plan().start), nullptr);
   cell.obstacles = {box("lamp", tip, {0.02, 0.02, 0.02})};
-  const Plan made = make_plan(cell, small());
-  EXPECT_NE(made.start, plan().start);
+  const Plan made = make_plan(cell, sound_options());
+  EXPECT_NE(made.start, sound_plan().start);
   EXPECT_TRUE(Clearance(cell, nominal_arm(cell)).clear(made.start, kTipMarginM));
 }
 
@@ -150,7 +137,7 @@ TEST(PlanRefusal, NamesWhatStandsWhereverTheArmCouldRest) {
   cell.targets.resize(2);  // the low ones, under a ceiling
   cell.obstacles = {box("ceiling", {0.3, 0.0, 1.25}, {2.8, 4.0, 0.7})};
   const PlanError error = refusal(cell);
-  EXPECT_EQ(error.kind, Kind::kInTheWay);
+  EXPECT_EQ(error.kind, PlanError::Kind::kInTheWay);
   EXPECT_EQ(error.target, "") << "the arm cannot even rest";
   expect_named(error, "obstacle ceiling");
 }
@@ -164,32 +151,33 @@ TEST(PlanRefusal, NamesWhatStandsBetweenTheArmAndASphere) {
   cell.robot.joints[1].min_rad = -1.6;
   cell.robot.joints[2].max_rad = 2.3;
   const PlanError error = refusal(cell);
-  EXPECT_EQ(error.kind, Kind::kInTheWay);
+  EXPECT_EQ(error.kind, PlanError::Kind::kInTheWay);
   EXPECT_EQ(error.target, "S4");
   expect_named(error, "obstacle fence");
 }
 
 TEST(PlanRefusal, NamesWhatTheArmStandsTooCloseToToStart) {
   const PlanError error = testing::thrown<PlanError>(
-      [] { (void)make_plan(demo_cell(), small(), plan().touches[0].end); });
-  EXPECT_EQ(error.kind, Kind::kArmStands);
-  expect_named(error, ("sphere " + plan().touches[0].target).c_str());
+      [] { (void)make_plan(demo_cell(), sound_options(), sound_plan().touches[0].end); });
+  EXPECT_EQ(error.kind, PlanError::Kind::kArmStands);
+  expect_named(error, ("sphere " + sound_plan().touches[0].target).c_str());
 }
 
 TEST(Resume, FromTheClearPointOfTheLastTouchGoesOnAsPlanned) {
   const ArmModel arm = nominal_arm(demo_cell());
-  for (std::size_t next = 1; next < plan().touches.size(); ++next) {
+  for (std::size_t next = 1; next < sound_plan().touches.size(); ++next) {
     SCOPED_TRACE(next);
-    const JointVector& from = plan().touches[next - 1].clear;
-    const Plan resumed = resume_plan(demo_cell(), plan(), next, from);
-    EXPECT_EQ(resumed.touches[next].transit.back(), plan().touches[next].standoff);
-    EXPECT_GT(smallest_gap_m(demo_cell(), arm, from, resumed.touches[next].transit), kNearestM);
+    const JointVector& from = sound_plan().touches[next - 1].clear;
+    const Plan resumed = resume_plan(demo_cell(), sound_plan(), next, from);
+    EXPECT_EQ(resumed.touches[next].transit.back(), sound_plan().touches[next].standoff);
+    EXPECT_GT(smallest_gap_m(demo_cell(), arm, from, resumed.touches[next].transit),
+              kNearestResumedM);
     // Nothing else changes.
-    EXPECT_EQ(resumed.touches.size(), plan().touches.size());
-    for (std::size_t k = 0; k < plan().touches.size(); ++k) {
-      EXPECT_EQ(resumed.touches[k].end, plan().touches[k].end);
+    EXPECT_EQ(resumed.touches.size(), sound_plan().touches.size());
+    for (std::size_t k = 0; k < sound_plan().touches.size(); ++k) {
+      EXPECT_EQ(resumed.touches[k].end, sound_plan().touches[k].end);
       if (k != next) {
-        EXPECT_EQ(resumed.touches[k].transit, plan().touches[k].transit);
+        EXPECT_EQ(resumed.touches[k].transit, sound_plan().touches[k].transit);
       }
     }
   }
@@ -198,10 +186,10 @@ TEST(Resume, FromTheClearPointOfTheLastTouchGoesOnAsPlanned) {
 TEST(Resume, FromTheSearchLineOfTheNextTouchFirstBacksOutOfIt) {
   const ArmModel arm = nominal_arm(demo_cell());
   for (const std::size_t next : {0u, 7u, 15u}) {
-    const PlannedTouch& touch = plan().touches[next];
+    const PlannedTouch& touch = sound_plan().touches[next];
     const JointVector from = between(touch.standoff, touch.end, 0.6);  // in contact, nearly
     ASSERT_LT(gap_m(demo_cell(), arm, from), 0.002);
-    const Plan resumed = resume_plan(demo_cell(), plan(), next, from);
+    const Plan resumed = resume_plan(demo_cell(), sound_plan(), next, from);
     const auto& way = resumed.touches[next].transit;
     ASSERT_GE(way.size(), 2u);
     EXPECT_EQ(way.front(), touch.clear);
@@ -213,40 +201,41 @@ TEST(Resume, FromTheSearchLineOfTheNextTouchFirstBacksOutOfIt) {
       last = gap_m(demo_cell(), arm, q);
     });
     EXPECT_GT(smallest_gap_m(demo_cell(), arm, way.front(), {way.begin() + 1, way.end()}),
-              kNearestM);
+              kNearestResumedM);
   }
 }
 
 TEST(Resume, FromTheSearchLineOfTheTouchJustMadeFirstBacksOutOfIt) {
   for (const std::size_t next : {1u, 8u, 16u}) {
-    const PlannedTouch& made = plan().touches[next - 1];
+    const PlannedTouch& made = sound_plan().touches[next - 1];
     const Plan resumed =
-        resume_plan(demo_cell(), plan(), next, between(made.standoff, made.end, 0.55));
+        resume_plan(demo_cell(), sound_plan(), next, between(made.standoff, made.end, 0.55));
     EXPECT_EQ(resumed.touches[next].transit.front(), made.clear);
-    EXPECT_EQ(resumed.touches[next].transit.back(), plan().touches[next].standoff);
+    EXPECT_EQ(resumed.touches[next].transit.back(), sound_plan().touches[next].standoff);
   }
 }
 
 TEST(Resume, FromAForeignPostureNearASphereIsRefused) {
   // On the search line of a touch long ago: not the line of this one or the last.
-  const PlannedTouch& foreign = plan().touches[10];
+  const PlannedTouch& foreign = sound_plan().touches[10];
   const JointVector from = between(foreign.standoff, foreign.end, 0.5);
   const PlanError error =
-      testing::thrown<PlanError>([&] { (void)resume_plan(demo_cell(), plan(), 20, from); });
-  EXPECT_EQ(error.kind, Kind::kArmStands) << error.what();
+      testing::thrown<PlanError>([&] { (void)resume_plan(demo_cell(), sound_plan(), 20, from); });
+  EXPECT_EQ(error.kind, PlanError::Kind::kArmStands) << error.what();
 }
 
 TEST(Resume, FromAFreePostureFarOffFindsAWay) {
   const ArmModel arm = nominal_arm(demo_cell());
-  JointVector from = plan().start;
+  JointVector from = sound_plan().start;
   from[0] -= 0.3;
-  const Plan resumed = resume_plan(demo_cell(), plan(), 12, from);
-  EXPECT_GT(smallest_gap_m(demo_cell(), arm, from, resumed.touches[12].transit), kNearestM);
+  const Plan resumed = resume_plan(demo_cell(), sound_plan(), 12, from);
+  EXPECT_GT(smallest_gap_m(demo_cell(), arm, from, resumed.touches[12].transit), kNearestResumedM);
 }
 
 TEST(Resume, BeyondTheLastTouchLeavesThePlanAsItIs) {
-  const Plan resumed = resume_plan(demo_cell(), plan(), plan().touches.size(), plan().start);
-  EXPECT_EQ(resumed.touches.size(), plan().touches.size());
+  const Plan resumed =
+      resume_plan(demo_cell(), sound_plan(), sound_plan().touches.size(), sound_plan().start);
+  EXPECT_EQ(resumed.touches.size(), sound_plan().touches.size());
 }
 
 }  // namespace

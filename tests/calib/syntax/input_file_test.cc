@@ -92,5 +92,14 @@ TEST_F(a_file_to_read, that_is_withheld_is_refused_under_any_name_and_its_lock_s
   EXPECT_EQ(read_file(dir_ / "cell.toml"), "rows") << "no longer withheld";
 }
 
+TEST(a_sha256, is_sixty_four_lower_case_hexadecimal_digits) {
+  const std::string one = sha256("");
+  EXPECT_TRUE(is_sha256(one));
+  EXPECT_FALSE(is_sha256(one + "0"));
+  EXPECT_FALSE(is_sha256(one.substr(1)));
+  EXPECT_FALSE(is_sha256("E" + one.substr(1)));
+  EXPECT_FALSE(is_sha256(""));
+}
+
 }  // namespace
 }  // namespace cellcal::calib

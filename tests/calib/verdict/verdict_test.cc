@@ -8,7 +8,7 @@
 #include <numbers>
 #include <random>
 
-#include "calib/consistency/lengths.h"
+#include "calib/consistency/certified_lengths.h"
 #include "calib/identify/identify.h"
 #include "calib/verdict/identify_as_stated.h"
 #include "tests/calib/findings.h"

@@ -7,18 +7,14 @@
 #include <string>
 
 #include "calib/words/finding_words.h"
+#include "tests/calib/words/target.h"
 
 namespace cellcal::calib {
 namespace {
 
 constexpr int kCauses = static_cast<int>(LikelyCause::kAllCentres) + 1;
 
-Target target(const std::string& id, TargetKind kind = TargetKind::kSphere) {
-  Target one;
-  one.id = id;
-  one.kind = kind;
-  return one;
-}
+using testing::target;
 
 FindingPart named_as(const std::string& id, const std::string& really) {
   FindingPart part{about_target(target(id)), {}};
@@ -200,8 +196,8 @@ TEST(CauseWords, OfCentres) {
             "centre of S2: 50.0 mm from stated. "
             "Check centre_mm, or state a larger centre_sigma_mm");
   EXPECT_EQ(cause_words(likely(LikelyCause::kAllCentres)),
-            "stated centres do not fit the touches. Check centre_mm (is it in the arm's base "
-            "frame?), or state a larger centre_sigma_mm");
+            "stated centres do not fit the touches. Check centre_mm, which may be in another "
+            "frame than the arm's base, or state a larger centre_sigma_mm");
   EXPECT_EQ(cause_words(mending(likely(LikelyCause::kAllCentres))),
             "stated centres do not fit the touches. "
             "Check centre_mm, or state a larger centre_sigma_mm");

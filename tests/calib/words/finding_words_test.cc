@@ -6,15 +6,12 @@
 
 #include <vector>
 
+#include "tests/calib/words/target.h"
+
 namespace cellcal::calib {
 namespace {
 
-Target target(const std::string& id, TargetKind kind = TargetKind::kSphere) {
-  Target one;
-  one.id = id;
-  one.kind = kind;
-  return one;
-}
+using testing::target;
 
 Subject touch(std::size_t index, int line, const std::string& of, const std::string& lies_on = {}) {
   Touch one;
@@ -65,7 +62,7 @@ TEST(FindingWords, OfTouches) {
       said(FindingKind::kDuplicateTouches, {}, {{"duplicates", 100.0, ""}, {"touches", 200.0, ""}},
            {{touch(100, 102, "S1"), {}}, {touch(0, 2, "S1"), {}}}),
       "duplicate touches: 100 of 200 touches equal others to the last digit (touch 101 (line "
-      "102) is touch 1 (line 2)): was a file pasted twice? Leave them out");
+      "102) is touch 1 (line 2)); a file may have been pasted twice. Leave them out");
   EXPECT_EQ(said(FindingKind::kOutliersOfTarget, about_target(target("P", TargetKind::kPoint)),
                  {{"outliers", 2.0, ""}, {"touches", 10.0, ""}}),
             "outliers: 2 of 10 fit touches of P are outliers; the others are too few to determine "
@@ -79,6 +76,22 @@ TEST(FindingWords, OfTouches) {
       said(FindingKind::kGrossCheckTouches, {}, {}, {off, off, off, off}, {}, Severity::kWarns),
       "gross check touches: touch 5 of S1 1.20 mm off, touch 5 of S1 1.20 mm off, touch 5 of "
       "S1 1.20 mm off, and 1 more. Left out of the verdict");
+  const auto not_judged = [](const Target& of, const std::vector<Quantity>& evidence) {
+    return said(FindingKind::kUnseenNotJudged, about_target(of), evidence);
+  };
+  EXPECT_EQ(not_judged(target("S4"), {{"touches", 4.0, ""}, {"place_alone", 1.0, ""}}),
+            "not judged: S4, which has no fit touch: 4 check touches hold its place and little "
+            "more; touch it more often, or make some of them fit touches");
+  EXPECT_EQ(not_judged(target("S4"), {{"touches", 1.0, ""}, {"no_place", 1.0, ""}}),
+            "not judged: S4, which has no fit touch: 1 check touch does not determine its place. "
+            "Touch it from more sides, or add centre_mm to the cell file");
+  EXPECT_EQ(not_judged(target("P", TargetKind::kPlane),
+                       {{"touches", 3.0, ""}, {"other_normal", 1.0, ""}}),
+            "not judged: P, which has no fit touch: normal of the touched plane far off the stated "
+            "one. Check its normal in the cell file");
+  EXPECT_EQ(
+      not_judged(target("T", TargetKind::kTracker), {{"touches", 3.0, ""}, {"unusable", 1.0, ""}}),
+      "not judged: T, which has no fit touch: a reading is not a number. Leave it out");
   EXPECT_EQ(said(FindingKind::kTemperature, {},
                  {{"coldest", -1.2, "degrees C"},
                   {"hottest", 21.5, "degrees C"},

@@ -31,9 +31,9 @@ const ServerParts kAnything{[](Request&) { return std::nullopt; },
 
 /// Echoes the path; "/later" has no answer before `ready`, "/slow" is slow and has none before
 /// `released`.
-class Served {
+class ServedOnSocket {
  public:
-  explicit Served(const std::filesystem::path& path) : socket(path) {
+  explicit ServedOnSocket(const std::filesystem::path& path) : socket(path) {
     server = std::make_unique<HttpServer>(
         context, socket,
         ServerParts{[](Request&) { return std::nullopt; },
@@ -48,7 +48,7 @@ class Served {
                     [](const Request& request) { return request.path == "/slow"; }});
     thread = std::thread([this] { context.run(); });
   }
-  ~Served() {
+  ~ServedOnSocket() {
     boost::asio::post(context, [this] {
       server->stop();
       work.reset();
@@ -96,7 +96,7 @@ std::string raw(const std::filesystem::path& socket, const std::string& bytes, b
 
 TEST(a_server, answers_a_client) {
   const TemporaryDirectory dir;
-  const Served served(dir / "s");
+  const ServedOnSocket served(dir / "s");
   const Response response = http_request(dir / "s", "POST", "/v1/x?y=1", "12345");
   EXPECT_EQ(response.status, 200);
   EXPECT_EQ(response.body, "POST /v1/x 5");
@@ -105,7 +105,7 @@ TEST(a_server, answers_a_client) {
 
 TEST(a_server, lets_owner_and_group_in_and_nobody_else) {
   const TemporaryDirectory dir;
-  const Served served(dir / "s");
+  const ServedOnSocket served(dir / "s");
   struct stat info {};
   ASSERT_EQ(::stat((dir / "s").c_str(), &info), 0);
   EXPECT_EQ(info.st_mode & 0777, 0660u);
@@ -120,7 +120,7 @@ TEST(a_server, replaces_the_socket_of_a_dead_one_and_removes_its_own) {
   ASSERT_EQ(::bind(fd, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
   ::close(fd);
   {
-    const Served served(dir / "s");
+    const ServedOnSocket served(dir / "s");
     EXPECT_EQ(http_request(dir / "s", "GET", "/").status, 200);
   }
   EXPECT_FALSE(std::filesystem::exists(dir / "s"));
@@ -128,7 +128,7 @@ TEST(a_server, replaces_the_socket_of_a_dead_one_and_removes_its_own) {
 
 TEST(a_server, refuses_to_push_a_living_one_aside) {
   const TemporaryDirectory dir;
-  const Served served(dir / "s");
+  const ServedOnSocket served(dir / "s");
   boost::asio::io_context context;
   try {
     HttpServer second(context, dir / "s", kAnything);
@@ -161,7 +161,7 @@ TEST(a_server, says_where_it_cannot_listen) {
 
 TEST(a_server, refuses_what_is_not_http_and_lives_on) {
   const TemporaryDirectory dir;
-  const Served served(dir / "s");
+  const ServedOnSocket served(dir / "s");
   for (const std::string& bytes :
        {std::string("\x00\xff\xfe garbage\r\n\r\n", 16), std::string("GET\r\n\r\n"),
         std::string("GET / HTTP/9.9\r\n\r\n"), std::string("\r\n\r\n\r\n\r\nX\r\n\r\n"),
@@ -176,7 +176,7 @@ TEST(a_server, refuses_what_is_not_http_and_lives_on) {
 
 TEST(a_server, refuses_a_body_that_is_too_long_before_it_is_sent) {
   const TemporaryDirectory dir;
-  const Served served(dir / "s");
+  const ServedOnSocket served(dir / "s");
   const std::string head = "POST /v1/run HTTP/1.1\r\nContent-Length: 70000\r\n\r\n";
   EXPECT_EQ(raw(dir / "s", head, false).rfind("HTTP/1.1 413", 0), 0u);
   EXPECT_EQ(http_request(dir / "s", "POST", "/", std::string(60000, 'x')).status, 200);
@@ -184,14 +184,14 @@ TEST(a_server, refuses_a_body_that_is_too_long_before_it_is_sent) {
 
 TEST(a_server, refuses_a_header_without_end) {
   const TemporaryDirectory dir;
-  const Served served(dir / "s");
+  const ServedOnSocket served(dir / "s");
   const std::string endless = "GET / HTTP/1.1\r\nX: " + std::string(100000, 'a');
   EXPECT_EQ(raw(dir / "s", endless, false).rfind("HTTP/1.1 431", 0), 0u);
 }
 
 TEST(a_server, survives_clients_that_leave_in_the_middle) {
   const TemporaryDirectory dir;
-  const Served served(dir / "s");
+  const ServedOnSocket served(dir / "s");
   const std::string whole = "POST /v1/run HTTP/1.1\r\nContent-Length: 10\r\n\r\n0123456789";
   for (std::size_t length = 0; length < whole.size(); ++length) {
     raw(dir / "s", whole.substr(0, length), true);
@@ -202,7 +202,7 @@ TEST(a_server, survives_clients_that_leave_in_the_middle) {
 
 TEST(a_server, gives_an_answer_that_had_to_wait) {
   const TemporaryDirectory dir;
-  Served served(dir / "s");
+  ServedOnSocket served(dir / "s");
   std::thread client(
       [&] { EXPECT_EQ(http_request(dir / "s", "GET", "/later").body, "GET /later 0"); });
   while (served.asked == 0) std::this_thread::yield();
@@ -235,7 +235,7 @@ class Idle {
 
 TEST(a_server, has_room_for_one_more_whoever_holds_its_connections) {
   const TemporaryDirectory dir;
-  const Served served(dir / "s");
+  const ServedOnSocket served(dir / "s");
   // Silent ones, ones in the middle of a request, and ones that wait for a change.
   for (const std::string& bytes : {std::string(), std::string("POST /v1/abort HTTP/1.1\r\nX: "),
                                    std::string("GET /later HTTP/1.1\r\n\r\n")}) {
@@ -250,7 +250,7 @@ TEST(a_server, has_room_for_one_more_whoever_holds_its_connections) {
 
 TEST(a_server, ends_silent_connections_before_those_that_wait_for_an_answer) {
   const TemporaryDirectory dir;
-  Served served(dir / "s");
+  ServedOnSocket served(dir / "s");
   std::thread client(
       [&] { EXPECT_EQ(http_request(dir / "s", "GET", "/later").body, "GET /later 0"); });
   while (served.asked == 0) std::this_thread::yield();
@@ -264,7 +264,7 @@ TEST(a_server, ends_silent_connections_before_those_that_wait_for_an_answer) {
 
 TEST(a_server, answers_others_while_a_slow_request_waits) {
   const TemporaryDirectory dir;
-  Served served(dir / "s");
+  ServedOnSocket served(dir / "s");
   std::atomic<bool> answered{false};
   std::thread client([&] {
     EXPECT_EQ(http_request(dir / "s", "GET", "/slow").body, "GET /slow 0");
@@ -279,7 +279,7 @@ TEST(a_server, answers_others_while_a_slow_request_waits) {
 
 TEST(a_server, whose_slow_requests_pile_up_says_so_and_answers_the_others) {
   const TemporaryDirectory dir;
-  Served served(dir / "s");
+  ServedOnSocket served(dir / "s");
   std::vector<Idle> waiting;
   for (int i = 0; i < 400; ++i) {
     waiting.emplace_back(dir / "s", "GET /slow HTTP/1.1\r\n\r\n");
@@ -292,7 +292,7 @@ TEST(a_server, whose_slow_requests_pile_up_says_so_and_answers_the_others) {
 
 TEST(a_server, serves_many_clients_one_after_the_other) {
   const TemporaryDirectory dir;
-  const Served served(dir / "s");
+  const ServedOnSocket served(dir / "s");
   for (int i = 0; i < 200; ++i) {
     ASSERT_EQ(http_request(dir / "s", "GET", "/").status, 200) << i;
   }

@@ -82,8 +82,8 @@ TEST(the_metrics, are_well_formed_also_where_next_to_nothing_is_known) {
 
 TEST(the_metrics, say_what_status_and_journal_say_in_base_units) {
   std::vector<SessionRecord> sessions(3);
-  sessions[0].state = "failed";
-  sessions[1].state = sessions[2].state = "done";
+  sessions[0].state = RecordState::kFailed;
+  sessions[1].state = sessions[2].state = RecordState::kDone;
   sessions[1].touches = 40;
   sessions[2].touches = 2;
   auto samples = scrape(metrics_text(busy(), sessions, nullptr)).samples;

@@ -42,9 +42,9 @@ class Ticks final : public Stream {
 /// More than a socket's buffers take.
 constexpr std::size_t kLarge = std::size_t{8} << 20;
 
-class Served {
+class ServedOnPort {
  public:
-  explicit Served(ServerLimits limits = {})
+  explicit ServedOnPort(ServerLimits limits = {})
       : server(context, NetworkAddress{"127.0.0.1", 0},
                {[](Request& request) -> std::optional<Response> {
                   if (request.path == "/no") return error(401, "no");
@@ -67,7 +67,7 @@ class Served {
                 },
                 limits}),
         thread([this] { context.run(); }) {}
-  ~Served() {
+  ~ServedOnPort() {
     boost::asio::post(context, [this] {
       server.stop();
       work.reset();
@@ -92,27 +92,27 @@ class Served {
 
 constexpr const char* kFollow = "GET /ticks HTTP/1.1\r\nHost: x\r\n\r\n";
 
-std::string ask(const Served& served, const std::string& path) {
+std::string ask(const ServedOnPort& served, const std::string& path) {
   TcpPeer peer(served.port(),
                "GET " + path + " HTTP/1.1\r\nHost: x\r\nX-Word: word\r\nConnection: close\r\n\r\n");
   return peer.read_all();
 }
 
 TEST(a_network_server, answers_and_hands_on_the_headers) {
-  const Served served;
+  const ServedOnPort served;
   const std::string answer = ask(served, "/a");
   EXPECT_EQ(answer.rfind("HTTP/1.1 200", 0), 0u) << answer;
   EXPECT_NE(answer.find("GET /a word"), std::string::npos) << answer;
 }
 
 TEST(a_network_server, asks_nobody_for_the_answer_to_one_who_is_not_admitted) {
-  const Served served;
+  const ServedOnPort served;
   EXPECT_EQ(ask(served, "/no").rfind("HTTP/1.1 401", 0), 0u);
   EXPECT_EQ(served.asked, 0);
 }
 
 TEST(a_network_server, refuses_what_is_not_http_so_that_its_sender_can_read_why) {
-  const Served served;
+  const ServedOnPort served;
   TcpPeer garbage(served.port(), std::string(200'000, '\xff'));
   EXPECT_EQ(garbage.read_all().rfind("HTTP/1.1 4", 0), 0u);
   TcpPeer endless(served.port(), "GET / HTTP/1.1\r\nX: " + std::string(100'000, 'a'));
@@ -121,14 +121,14 @@ TEST(a_network_server, refuses_what_is_not_http_so_that_its_sender_can_read_why)
 }
 
 TEST(a_network_server, ends_a_connection_whose_request_does_not_come) {
-  const Served served({.request = std::chrono::milliseconds(50)});
+  const ServedOnPort served({.request = std::chrono::milliseconds(50)});
   TcpPeer silent(served.port()), halfway(served.port(), "GET / HTTP/1.1\r\nHo");
   EXPECT_EQ(silent.read_all(), "");
   EXPECT_EQ(halfway.read_all(), "");
 }
 
 TEST(a_network_server, tells_followers_each_piece_once_and_as_it_comes) {
-  Served served;
+  ServedOnPort served;
   TcpPeer peer(served.port(), kFollow);
   const std::string head = peer.read_until("\r\n\r\n");
   EXPECT_EQ(head.rfind("HTTP/1.1 200", 0), 0u) << head;
@@ -145,7 +145,7 @@ TEST(a_network_server, tells_followers_each_piece_once_and_as_it_comes) {
 }
 
 TEST(a_network_server, does_not_ask_for_news_as_often_as_it_is_poked) {
-  Served served;
+  ServedOnPort served;
   TcpPeer peer(served.port(), kFollow);
   peer.read_until("\r\n\r\n");
   asked_for_news = 0;
@@ -162,7 +162,7 @@ TEST(a_network_server, does_not_ask_for_news_as_often_as_it_is_poked) {
 }
 
 TEST(a_network_server, keeps_fifty_followers_whatever_else_connects) {
-  Served served;
+  ServedOnPort served;
   std::vector<TcpPeer> followers;
   for (int i = 0; i < 50; ++i) {
     followers.emplace_back(served.port(), kFollow);
@@ -181,7 +181,7 @@ TEST(a_network_server, keeps_fifty_followers_whatever_else_connects) {
 }
 
 TEST(a_network_server, refuses_followers_beyond_its_number_and_answers_requests_all_the_same) {
-  Served served;
+  ServedOnPort served;
   std::list<TcpPeer> followers;
   for (int i = 0; i < 80; ++i) {
     followers.emplace_back(served.port(), kFollow);
@@ -198,7 +198,7 @@ TEST(a_network_server, refuses_followers_beyond_its_number_and_answers_requests_
 }
 
 TEST(a_network_server, cuts_a_follower_that_does_not_read) {
-  Served served({.follower = std::chrono::milliseconds(200)});
+  ServedOnPort served({.follower = std::chrono::milliseconds(200)});
   TcpPeer slow(served.port(), "GET /endless HTTP/1.1\r\nHost: x\r\n\r\n", 4096);
   TcpPeer quick(served.port(), kFollow);
   quick.read_until("\r\n\r\n");
@@ -210,7 +210,7 @@ TEST(a_network_server, cuts_a_follower_that_does_not_read) {
 }
 
 TEST(a_network_server, ends_a_follower_that_sends_more) {
-  Served served;
+  ServedOnPort served;
   TcpPeer peer(served.port(), kFollow);
   peer.read_until("\r\n\r\n");
   peer.send("garbage");
@@ -219,7 +219,7 @@ TEST(a_network_server, ends_a_follower_that_sends_more) {
 
 TEST(a_network_server, holds_no_more_of_large_answers_than_it_has_room_for) {
   for (const std::string path : {"/large", "/large/slow"}) {
-    const Served served({.answer_bytes = 2 * kLarge});
+    const ServedOnPort served({.answer_bytes = 2 * kLarge});
     const std::string request = "GET " + path + " HTTP/1.1\r\nHost: x\r\n\r\n";
     std::list<TcpPeer> slow;
     for (int i = 0; i < 60; ++i) {
@@ -238,14 +238,14 @@ TEST(a_network_server, holds_no_more_of_large_answers_than_it_has_room_for) {
 }
 
 TEST(a_network_server, gives_an_answer_that_is_larger_than_all_it_has_room_for_alone) {
-  const Served served({.answer_bytes = kLarge / 2});
+  const ServedOnPort served({.answer_bytes = kLarge / 2});
   TcpPeer slow(served.port(), "GET /large HTTP/1.1\r\nHost: x\r\n\r\n", 4096);
   EXPECT_EQ(slow.read_until("\r\n\r\n").rfind("HTTP/1.1 200", 0), 0u);
   EXPECT_EQ(ask(served, "/large").rfind("HTTP/1.1 503", 0), 0u);
 }
 
 TEST(a_network_server, counts_no_answer_that_was_taken_whatever_its_reader_does_then) {
-  const Served served({.answer_bytes = kLarge});
+  const ServedOnPort served({.answer_bytes = kLarge});
   std::list<TcpPeer> stay;
   for (int i = 0; i < 3; ++i) {
     stay.emplace_back(served.port(), "GET /large HTTP/1.1\r\nHost: x\r\n\r\n");
@@ -258,7 +258,7 @@ TEST(a_network_server, counts_no_answer_that_was_taken_whatever_its_reader_does_
 }
 
 TEST(a_network_server, does_nothing_that_has_waited_for_too_long_behind_others) {
-  Served served({.queue = std::chrono::milliseconds(20)});
+  ServedOnPort served({.queue = std::chrono::milliseconds(20)});
   TcpPeer first(served.port(), "GET /gate HTTP/1.1\r\nHost: x\r\n\r\n");
   while (served.asked == 0) std::this_thread::yield();
   TcpPeer act(served.port(), "POST /gate/run HTTP/1.1\r\nHost: x\r\nContent-Length: 0\r\n\r\n");
@@ -275,7 +275,7 @@ TEST(a_network_server, does_nothing_that_has_waited_for_too_long_behind_others) 
 }
 
 TEST(a_network_server, says_where_it_cannot_listen) {
-  const Served served;
+  const ServedOnPort served;
   boost::asio::io_context context;
   for (const NetworkAddress& address :
        {NetworkAddress{"127.0.0.1", served.port()}, NetworkAddress{"192.0.2.1", 8080}}) {

@@ -14,7 +14,7 @@ namespace {
 
 using nlohmann::json;
 
-std::string refusal(const json& form) {
+std::string refusal_of_form(const json& form) {
   try {
     (void)form_from_json(form, "/cells/a.toml");
     return "";
@@ -76,9 +76,9 @@ TEST(a_form, that_is_wrong_is_refused_with_the_key_and_what_it_must_be) {
   const auto with = [](const char* pointer, const json& value) {
     json form = example();
     form[json::json_pointer(pointer)] = value;
-    return refusal(form);
+    return refusal_of_form(form);
   };
-  EXPECT_EQ(refusal(example()), "");
+  EXPECT_EQ(refusal_of_form(example()), "");
   EXPECT_NE(with("/robot", "kr9").find("form.robot: \"kr9\" is no robot that is shipped"),
             std::string::npos);
   for (const char* path : {"/etc/passwd", "../kr5_r1400", "kr5_r1400.toml", ""})
@@ -105,11 +105,11 @@ TEST(a_form, that_is_wrong_is_refused_with_the_key_and_what_it_must_be) {
   EXPECT_NE(with("/lengths/0/mm", "600"), "");
   EXPECT_NE(with("/lengths/0/more", 1), "");
   for (const json& no_form : {json(), json(3), json::array(), json::object(), json("form")})
-    EXPECT_NE(refusal(no_form), "") << no_form;
+    EXPECT_NE(refusal_of_form(no_form), "") << no_form;
   for (const char* key : {"robot", "tool", "spheres"}) {
     json less = example();
     less.erase(key);
-    EXPECT_NE(refusal(less).find(key), std::string::npos) << key;
+    EXPECT_NE(refusal_of_form(less).find(key), std::string::npos) << key;
   }
 }
 
@@ -117,7 +117,7 @@ TEST(a_form, cannot_bring_keys_into_the_file_by_its_words) {
   json form = example();
   form["spheres"][0]["id"] = "S1\"] #";
   form["spheres"][0]["certificate"] = "\"\nfloor_mm = -900 #";
-  EXPECT_NE(refusal(form), "");
+  EXPECT_NE(refusal_of_form(form), "");
   form["spheres"][0]["certificate"] = "\" floor_mm = -900";
   const CellForm read = form_from_json(form, "/cells/a.toml");
   EXPECT_EQ(cell_text(read).find("\nfloor_mm"), std::string::npos);

@@ -7,7 +7,7 @@
 namespace cellcal::daemon::testing {
 namespace {
 
-std::string refusal(const std::string& csv, bool certificate = false) {
+std::string refusal_of_list(const std::string& csv, bool certificate = false) {
   try {
     if (certificate)
       (void)certificate_in(csv, "given");
@@ -34,18 +34,19 @@ TEST(lists, have_what_a_certificate_says_of_each_sphere_and_distance) {
 }
 
 TEST(lists, that_are_wrong_are_refused_by_line_and_column) {
-  EXPECT_NE(refusal("id,diameter_mm\nS1,x\n").find("given:2: diameter_mm"), std::string::npos);
-  EXPECT_NE(refusal("id\nS1\n").find("diameter_mm"), std::string::npos);
-  EXPECT_NE(refusal("id,diameter_mm,x_mm,y_mm,z_mm\nS1,50,1,,3\n").find("all three"),
+  EXPECT_NE(refusal_of_list("id,diameter_mm\nS1,x\n").find("given:2: diameter_mm"),
             std::string::npos);
-  EXPECT_NE(refusal("id,diameter_mm\nS1,1e999\n"), "");
-  EXPECT_NE(refusal("from,to,mm\nS1,S2,3\n", true).find("sigma_mm"), std::string::npos);
-  EXPECT_NE(refusal("id,diameter_mm\n").find("no row"), std::string::npos);
-  EXPECT_NE(refusal(""), "");
-  EXPECT_NE(refusal(std::string(2u << 20, 'x')).find("1 MB"), std::string::npos);
+  EXPECT_NE(refusal_of_list("id\nS1\n").find("diameter_mm"), std::string::npos);
+  EXPECT_NE(refusal_of_list("id,diameter_mm,x_mm,y_mm,z_mm\nS1,50,1,,3\n").find("all three"),
+            std::string::npos);
+  EXPECT_NE(refusal_of_list("id,diameter_mm\nS1,1e999\n"), "");
+  EXPECT_NE(refusal_of_list("from,to,mm\nS1,S2,3\n", true).find("sigma_mm"), std::string::npos);
+  EXPECT_NE(refusal_of_list("id,diameter_mm\n").find("no row"), std::string::npos);
+  EXPECT_NE(refusal_of_list(""), "");
+  EXPECT_NE(refusal_of_list(std::string(2u << 20, 'x')).find("1 MB"), std::string::npos);
   std::string many = "id,diameter_mm\n";
   for (int i = 0; i < 1001; ++i) many += "S,50\n";
-  EXPECT_NE(refusal(many).find("1000 rows"), std::string::npos);
+  EXPECT_NE(refusal_of_list(many).find("1000 rows"), std::string::npos);
 }
 
 }  // namespace

@@ -14,6 +14,7 @@
 
 #include "calib/syntax/input_file.h"
 #include "daemon/tasks/recorded/inputs.h"
+#include "tests/daemon/certificate/origins.h"
 #include "tests/daemon/certificate/recorded.h"
 #include "tests/daemon/journal/temporary_directory.h"
 
@@ -21,8 +22,6 @@ namespace cellcal::daemon::testing {
 namespace {
 
 using certificate::CertificateData, certificate::Entry, certificate::Refused;
-
-const certificate::Issue kIssue{"2026-04-02T08:00:00.000Z", "Q. Auditor", "9.9.9"};
 
 CertificateData first() { return make_certificate(recorded().first, "e", kIssue); }
 CertificateData second() { return make_certificate(recorded().second, "e", kIssue); }
@@ -78,6 +77,26 @@ TEST(a_certificates_words, name_interruptions_and_when_it_went_on_by_the_clock_o
   EXPECT_EQ(data.breaks[1].local.text, "2026-03-29 03:25:00 CEST (UTC+0200)");
   data.dropped = {"2026-09-01T00:00:00.000Z", "session#dropped"};
   EXPECT_TRUE(says(to_html(data), "not known: raw rows were dropped on"));
+}
+
+TEST(a_certificates_words, name_when_it_went_on_by_itself_after_a_link_came_back) {
+  const TemporaryDirectory directory;
+  Journal journal(directory / "j.db");
+  const std::int64_t id = record(journal, {.phases = true}, false);
+  const auto note = [&](Phase from, Phase to, EventKind on, const char* utc) {
+    journal.note(id, RecordChange{{from, to}, on, utc, 1.0, 0, 0.0});
+  };
+  note(Phase::kTransit, Phase::kRecovering, EventKind::kRobotSilent, "2026-03-28T23:10:00.000Z");
+  note(Phase::kRecovering, Phase::kWatching, EventKind::kLinks, "2026-03-28T23:10:05.000Z");
+  note(Phase::kWatching, Phase::kReferencing, EventKind::kDeadline, "2026-03-28T23:10:08.000Z");
+  const CertificateData data =
+      make_certificate(make_archive(journal, id, directory / "none"), "e", kIssue);
+  ASSERT_EQ(data.breaks.size(), 2u);
+  EXPECT_FALSE(data.breaks[0].resumed);
+  EXPECT_EQ(data.breaks[0].phase.text, "transit");
+  EXPECT_TRUE(data.breaks[1].resumed);
+  EXPECT_EQ(data.breaks[1].phase.text, "watching the links");
+  EXPECT_EQ(data.breaks[1].event.text, "deadline");
 }
 
 TEST(a_certificates_words, have_no_figures_of_check_touches_as_found_where_there_are_none) {

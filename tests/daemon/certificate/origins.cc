@@ -257,9 +257,9 @@ std::variant<double, std::string> Origins::at(const std::string& from) const {
   if (source == "found") return found(path);
   if (source == "scope") return scope(path);
   // What its issuer stated, and constants of the method: the test's own.
-  static const std::map<std::string, std::string> kStated{{"issue#at", "2026-04-02T08:00:00.000Z"},
-                                                          {"issue#by", "Q. Auditor 1"},
-                                                          {"issue#software", "9.9.9"},
+  static const std::map<std::string, std::string> kStated{{"issue#at", kIssue.utc},
+                                                          {"issue#by", kIssue.by},
+                                                          {"issue#software", kIssue.software},
                                                           {"method#k", "2"},
                                                           {"method#percent", "95"},
                                                           {"method#guidance", "ILAC-G8:09/2019"},

@@ -10,8 +10,12 @@
 
 #include "calib/result/calibration.h"
 #include "daemon/archive/archive.h"
+#include "daemon/certificate/certificate.h"
 
 namespace cellcal::daemon::testing {
+
+/// What its issuer states of each certificate of these tests.
+inline const certificate::Issue kIssue{"2026-04-02T08:00:00.000Z", "Q. Auditor 1", "9.9.9"};
 
 class Origins {
  public:

@@ -22,8 +22,6 @@ namespace {
 
 using certificate::CertificateData;
 
-const certificate::Issue kIssue{"2026-04-02T08:00:00.000Z", "Q. Auditor 1", "9.9.9"};
-
 std::string replaced(std::string text, const std::string& what, const std::string& by) {
   for (std::size_t at = text.find(what); at != text.npos; at = text.find(what, at + by.size()))
     text.replace(at, what.size(), by);

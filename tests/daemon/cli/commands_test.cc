@@ -48,6 +48,31 @@ TEST(cellcal, is_used_wrongly_without_a_command_or_with_one_that_does_not_exist)
   EXPECT_EQ(run_program({CELLCAL, "identify", "--cell", "c"}).status, 2);
 }
 
+TEST(cellcal, names_the_commands_there_are_where_one_below_another_does_not_exist) {
+  const Outcome unknown = run_program({CELLCAL, "token", "lst"});
+  EXPECT_EQ(unknown.status, 2);
+  EXPECT_EQ(unknown.out, "");
+  EXPECT_EQ(unknown.err.find("cellcal: unknown command \"token lst\". Did you mean \"list\"? The "
+                             "commands: "),
+            0u)
+      << unknown.err;
+  EXPECT_NE(unknown.err.find("see 'cellcal token --help'\n"), std::string::npos) << unknown.err;
+  for (const char* name : {"fleet", "priors", "token"}) {
+    const Outcome other = run_program({CELLCAL, name, "no-such-command"});
+    EXPECT_EQ(other.status, 2);
+    EXPECT_EQ(
+        other.err.find(std::string("cellcal: unknown command \"") + name + " no-such-command\"."),
+        0u)
+        << other.err;
+    const Outcome none = run_program({CELLCAL, name});
+    EXPECT_EQ(none.status, 2);
+    EXPECT_EQ(
+        none.err.find(std::string("cellcal: no command given after \"") + name + "\"; commands: "),
+        0u)
+        << none.err;
+  }
+}
+
 TEST(cellcal, lists_its_commands_and_its_version) {
   const Outcome help = run_program({CELLCAL, "--help"});
   EXPECT_EQ(help.status, 0);

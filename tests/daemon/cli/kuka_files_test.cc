@@ -6,20 +6,13 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
+#include "tests/daemon/cli/content.h"
 #include "tests/daemon/cli/process.h"
 #include "tests/daemon/journal/temporary_directory.h"
 
 namespace cellcal::daemon::testing {
 namespace {
-
-std::string content(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::stringstream text;
-  text << file.rdbuf();
-  return text.str();
-}
 
 class kuka_files : public ::testing::Test {
  protected:

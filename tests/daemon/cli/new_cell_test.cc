@@ -13,21 +13,15 @@
 #include "calib/files/documents.h"
 #include "calib/files/files.h"
 #include "calib/files/shipped_robots.h"
-#include "daemon/cli/new_cell/answers.h"
 #include "daemon/cell_form/cell_text.h"
+#include "daemon/cli/new_cell/answers.h"
 #include "daemon/cli/new_cell/dialogue.h"
+#include "tests/daemon/cli/content.h"
 #include "tests/daemon/cli/process.h"
 #include "tests/daemon/journal/temporary_directory.h"
 
 namespace cellcal::daemon::testing {
 namespace {
-
-std::string content(const std::filesystem::path& path) {
-  std::ifstream file(path);
-  std::stringstream text;
-  text << file.rdbuf();
-  return text.str();
-}
 
 void write(const std::filesystem::path& path, const std::string& text) {
   std::ofstream(path) << text;

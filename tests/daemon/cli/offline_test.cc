@@ -6,9 +6,9 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <sstream>
 #include <thread>
 
+#include "tests/daemon/cli/content.h"
 #include "tests/daemon/cli/process.h"
 #include "tests/daemon/journal/temporary_directory.h"
 
@@ -16,13 +16,6 @@ namespace cellcal::daemon::testing {
 namespace {
 
 const std::string kCell = CELLCAL_DEMO_CELL;
-
-std::string content(const std::filesystem::path& path) {
-  std::ifstream file(path);
-  std::stringstream text;
-  text << file.rdbuf();
-  return text.str();
-}
 
 std::size_t lines(const std::string& text) {
   return static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));

@@ -5,13 +5,13 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "calib/files/calibration_json.h"
 #include "calib/files/files.h"
 #include "calib/files/priors_file.h"
 #include "tests/calib/random_calibration.h"
 #include "tests/calib/simulate.h"
+#include "tests/daemon/cli/content.h"
 #include "tests/daemon/cli/process.h"
 #include "tests/daemon/journal/temporary_directory.h"
 
@@ -23,12 +23,6 @@ namespace fs = std::filesystem;
 void write(const fs::path& path, const std::string& text) {
   fs::create_directories(path.parent_path());
   std::ofstream(path, std::ios::binary) << text;
-}
-
-std::string content(const fs::path& path) {
-  std::stringstream text;
-  text << std::ifstream(path).rdbuf();
-  return text.str();
 }
 
 std::string calibration(unsigned seed, double scale = 0.5, bool published = true) {

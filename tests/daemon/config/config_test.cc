@@ -2,25 +2,18 @@
 
 #include <gtest/gtest.h>
 
-#include "calib/model/error.h"
 #include "drivers/error.h"
 #include "drivers/kuka/rsi/correction/arm_geometry.h"
+#include "tests/daemon/config/reason.h"
 
 namespace cellcal::daemon {
 namespace {
 
+using testing::reason;
+
 const std::string kRsi =
     "format = \"cellcal.daemon/1\"\nbackend = \"rsi\"\n[contact]\ndevice = \"/dev/ttyUSB0\"\n";
 const std::string kMock = "format = \"cellcal.daemon/1\"\nbackend = \"mock\"\n";
-
-std::string reason(const std::string& text) {
-  try {
-    parse_config(text, "d.toml");
-  } catch (const calib::FileError& error) {
-    return error.what();
-  }
-  return "accepted";
-}
 
 TEST(a_configuration, has_sound_defaults) {
   const DaemonConfig config = parse_config(kRsi, "d.toml");
@@ -373,9 +366,10 @@ TEST(a_configuration, refuses_to_be_reached_from_the_network_without_tls_unless_
 }
 
 TEST(a_configuration, names_what_is_wrong_with_its_network) {
-  for (const char* listen : {"", "8080", ":8080", "localhost:8080", "127.0.0.1", "127.0.0.1:",
-                             "127.0.0.1:0", "127.0.0.1:65536", "127.0.0.1:80x", "127.0.0.1:-1",
-                             "::1:8080", "[127.0.0.1]:80", "[::1]", "224.0.0.1:80", "300.0.0.1:80"}) {
+  for (const char* listen :
+       {"", "8080", ":8080", "localhost:8080", "127.0.0.1", "127.0.0.1:", "127.0.0.1:0",
+        "127.0.0.1:65536", "127.0.0.1:80x", "127.0.0.1:-1", "::1:8080", "[127.0.0.1]:80", "[::1]",
+        "224.0.0.1:80", "300.0.0.1:80"}) {
     const std::string words = reason(kMock + "[http]\nlisten = \"" + listen + "\"\n");
     EXPECT_NE(words.find("d.toml"), std::string::npos) << listen << ": " << words;
     EXPECT_NE(words.find("listen"), std::string::npos) << listen << ": " << words;

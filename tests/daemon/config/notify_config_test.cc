@@ -2,34 +2,28 @@
 
 #include <gtest/gtest.h>
 
-#include "calib/model/error.h"
 #include "daemon/config/config.h"
+#include "tests/daemon/config/reason.h"
 
 namespace cellcal::daemon {
 namespace {
 
-NotifyConfig read(const std::string& text) {
-  const std::string top =
-      "format = \"cellcal.daemon/1\"\nbackend = \"rsi\"\n[contact]\ndevice = \"/dev/x\"\n[notify]\n";
-  return parse_config(top + text, "d.toml").notify;
+const std::string kNotify =
+    "format = \"cellcal.daemon/1\"\nbackend = \"rsi\"\n[contact]\ndevice = \"/dev/x\"\n[notify]\n";
+
+NotifyConfig notify_of(const std::string& text) {
+  return parse_config(kNotify + text, "d.toml").notify;
 }
 
-std::string reason(const std::string& text) {
-  try {
-    read(text);
-    return "accepted";
-  } catch (const calib::FileError& error) {
-    return error.what();
-  }
-}
+std::string refusal_of_notify(const std::string& text) { return testing::reason(kNotify + text); }
 
 WebhookUrl url(const std::string& text) {
-  return read("webhook = \"" + text + "\"\n").webhook->url;
+  return notify_of("webhook = \"" + text + "\"\n").webhook->url;
 }
 
 TEST(who_is_told, is_nobody_unless_it_is_configured) {
-  EXPECT_EQ(read(""), NotifyConfig{});
-  EXPECT_FALSE(read("language = \"de\"\n").webhook);
+  EXPECT_EQ(notify_of(""), NotifyConfig{});
+  EXPECT_FALSE(notify_of("language = \"de\"\n").webhook);
 }
 
 TEST(an_address_for_post, is_taken_apart) {
@@ -44,70 +38,74 @@ TEST(an_address_for_post, that_is_none_is_refused_with_its_line) {
        {"", "ftp://a/b", "https://", "http:///x", "http://a:0/", "http://a:70000/", "http://a:b/",
         "http://user@a/", "http://a/#x", "http://a b/", "http://[::1/", "http://a/\\r\\nHost: b",
         "http://a:1:2/", "https://ä.example/"}) {
-    EXPECT_NE(reason("webhook = \"" + std::string(wrong) + "\"\n").find("d.toml:6"),
+    EXPECT_NE(refusal_of_notify("webhook = \"" + std::string(wrong) + "\"\n").find("d.toml:6"),
               std::string::npos)
         << wrong;
   }
-  EXPECT_NE(reason("webhook = \"http://a/" + std::string(3000, 'x') + "\"\n"), "accepted");
+  EXPECT_NE(refusal_of_notify("webhook = \"http://a/" + std::string(3000, 'x') + "\"\n"),
+            "accepted");
 }
 
 TEST(a_mail_address, that_could_be_another_word_or_line_is_refused) {
-  EXPECT_EQ(read("mail_to = [\"a@b.example\"]\n").mail->from, "cellcal@localhost");
+  EXPECT_EQ(notify_of("mail_to = [\"a@b.example\"]\n").mail->from, "cellcal@localhost");
   for (const char* wrong :
        {"", "a", "@b", "a@", "-f@b", "a@b,c@d", "a@b\\nBcc: c@d", "a b@c", "<a@b>", "a@b@c"}) {
-    EXPECT_NE(reason("mail_to = [\"" + std::string(wrong) + "\"]\n").find("mail_to"),
+    EXPECT_NE(refusal_of_notify("mail_to = [\"" + std::string(wrong) + "\"]\n").find("mail_to"),
               std::string::npos)
         << wrong;
-    EXPECT_NE(reason("mail_to = [\"a@b\"]\nmail_from = \"" + std::string(wrong) + "\"\n")
+    EXPECT_NE(refusal_of_notify("mail_to = [\"a@b\"]\nmail_from = \"" + std::string(wrong) + "\"\n")
                   .find("mail_from"),
               std::string::npos)
         << wrong;
   }
-  EXPECT_NE(reason("mail_to = []\n"), "accepted");
+  EXPECT_NE(refusal_of_notify("mail_to = []\n"), "accepted");
 }
 
 TEST(a_mail_server, is_read_with_its_usual_port_and_a_user_goes_over_tls_alone) {
   const std::string to = "mail_to = [\"a@b.example\"]\n";
-  const MailServer relay = *read(to + "mail_server = \"smtp://relay\"\n").mail->server;
+  const MailServer relay = *notify_of(to + "mail_server = \"smtp://relay\"\n").mail->server;
   EXPECT_EQ(relay.port, "25");
   EXPECT_FALSE(relay.tls || relay.starttls);
   const std::string user = "mail_user = \"cell7\"\nmail_password_file = \"/p\"\n";
   const MailServer submission =
-      *read(to + user + "mail_server = \"smtp://[fe80::1]\"\n").mail->server;
+      *notify_of(to + user + "mail_server = \"smtp://[fe80::1]\"\n").mail->server;
   EXPECT_EQ(submission.port, "587");
   EXPECT_EQ(submission.host, "fe80::1");
   EXPECT_TRUE(submission.starttls);
   const MailServer tls =
-      *read(to + user + "mail_server = \"smtps://mail.example:4465\"\nmail_ca = \"/c\"\n")
+      *notify_of(to + user + "mail_server = \"smtps://mail.example:4465\"\nmail_ca = \"/c\"\n")
            .mail->server;
   EXPECT_TRUE(tls.tls && !tls.starttls);
   EXPECT_EQ(tls.port, "4465");
   for (const char* wrong :
        {"mail.example", "http://mail.example", "smtp://", "smtp://a:b", "smtp://a:0", "smtp://u@a",
         "smtp://a/path", "smtp://a b", "smtp://a\\r\\nx"}) {
-    EXPECT_NE(reason(to + "mail_server = \"" + wrong + "\"\n").find("mail_server"),
+    EXPECT_NE(refusal_of_notify(to + "mail_server = \"" + wrong + "\"\n").find("mail_server"),
               std::string::npos)
         << wrong;
   }
   const std::string plain = to + "mail_server = \"smtp://relay\"\n";
-  EXPECT_NE(reason(plain + user + "mail_starttls = false\n").find("mail_starttls"),
+  EXPECT_NE(refusal_of_notify(plain + user + "mail_starttls = false\n").find("mail_starttls"),
             std::string::npos);
-  EXPECT_NE(reason(plain + "mail_ca = \"/c\"\n").find("mail_ca"), std::string::npos);
-  EXPECT_NE(reason(plain + "mail_user = \"x\"\n").find("mail_password_file"), std::string::npos);
-  EXPECT_NE(reason(plain + "mail_password_file = \"/x\"\n").find("mail_user"), std::string::npos);
-  EXPECT_NE(reason(to + "mail_user = \"x\"\n").find("mail_server"), std::string::npos);
-  EXPECT_NE(
-      reason(to + "mail_server = \"smtps://a\"\nmail_starttls = true\n").find("mail_starttls"),
-      std::string::npos);
+  EXPECT_NE(refusal_of_notify(plain + "mail_ca = \"/c\"\n").find("mail_ca"), std::string::npos);
+  EXPECT_NE(refusal_of_notify(plain + "mail_user = \"x\"\n").find("mail_password_file"),
+            std::string::npos);
+  EXPECT_NE(refusal_of_notify(plain + "mail_password_file = \"/x\"\n").find("mail_user"),
+            std::string::npos);
+  EXPECT_NE(refusal_of_notify(to + "mail_user = \"x\"\n").find("mail_server"), std::string::npos);
+  EXPECT_NE(refusal_of_notify(to + "mail_server = \"smtps://a\"\nmail_starttls = true\n")
+                .find("mail_starttls"),
+            std::string::npos);
 }
 
 TEST(what_means_nothing_alone, is_refused_and_named) {
-  EXPECT_NE(reason("webhook_retries = 3\n").find("without webhook"), std::string::npos);
-  EXPECT_NE(reason("sendmail = \"/x\"\n").find("without mail_to"), std::string::npos);
-  EXPECT_NE(reason("webhook = \"http://a/\"\nwebhook_ca = \"/x\"\n").find("webhook_ca"),
+  EXPECT_NE(refusal_of_notify("webhook_retries = 3\n").find("without webhook"), std::string::npos);
+  EXPECT_NE(refusal_of_notify("sendmail = \"/x\"\n").find("without mail_to"), std::string::npos);
+  EXPECT_NE(refusal_of_notify("webhook = \"http://a/\"\nwebhook_ca = \"/x\"\n").find("webhook_ca"),
             std::string::npos);
-  EXPECT_NE(reason("webhook = \"http://a/\"\nwebhook_retries = 11\n").find("webhook_retries"),
-            std::string::npos);
+  EXPECT_NE(
+      refusal_of_notify("webhook = \"http://a/\"\nwebhook_retries = 11\n").find("webhook_retries"),
+      std::string::npos);
 }
 
 }  // namespace

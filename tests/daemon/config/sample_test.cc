@@ -8,11 +8,13 @@
 #include <set>
 #include <sstream>
 
-#include "calib/model/error.h"
 #include "daemon/config/config.h"
+#include "tests/daemon/config/reason.h"
 
 namespace cellcal::daemon {
 namespace {
+
+using testing::reason;
 
 using Keys = std::map<std::string, std::set<std::string>>;  // of each table
 
@@ -39,15 +41,6 @@ Keys keys_of(const std::string& text) {
       keys[table].insert(match[1]);
   }
   return keys;
-}
-
-std::string reason(const std::string& text) {
-  try {
-    parse_config(text, "d.toml");
-    return "accepted";
-  } catch (const calib::FileError& error) {
-    return error.what();
-  }
 }
 
 constexpr const char* kScheduled = "schedule.session";

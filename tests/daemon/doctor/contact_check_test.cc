@@ -5,7 +5,7 @@
 namespace cellcal::daemon::testing {
 namespace {
 
-ContactSeen sound() {
+ContactSeen sound_contact() {
   ContactSeen seen;
   drivers::ContactStatus& s = seen.newest;
   s.link = drivers::ContactLink::kReady;
@@ -32,14 +32,14 @@ Findings judged(const ContactSeen& seen, bool* good = nullptr) {
 
 TEST(a_contact_sensor, that_is_sound_is_all_ok) {
   bool good = false;
-  const Findings findings = judged(sound(), &good);
+  const Findings findings = judged(sound_contact(), &good);
   EXPECT_TRUE(good);
   EXPECT_EQ(findings.count(Outcome::kOk), findings.all().size());
   EXPECT_NE(finding_of(findings, "contact sensor").found.find("firmware 1.2.3"), std::string::npos);
 }
 
 TEST(a_contact_sensor, that_does_not_answer_leaves_the_rest_unlooked_at) {
-  ContactSeen seen = sound();
+  ContactSeen seen = sound_contact();
   seen.newest = {};
   seen.newest.words = "nothing heard";
   bool good = true;
@@ -51,7 +51,7 @@ TEST(a_contact_sensor, that_does_not_answer_leaves_the_rest_unlooked_at) {
 }
 
 TEST(a_contact_sensor, that_is_in_contact_or_broken_fails_by_its_circuit) {
-  ContactSeen closed = sound();
+  ContactSeen closed = sound_contact();
   closed.newest.in_contact = true;
   closed.newest.self_test_ok = false;
   bool good = true;
@@ -59,7 +59,7 @@ TEST(a_contact_sensor, that_is_in_contact_or_broken_fails_by_its_circuit) {
   EXPECT_FALSE(good);
   EXPECT_NE(finding_of(touching, "contact circuit").found.find("touches"), std::string::npos);
   EXPECT_EQ(outcome_of(touching, "contact self-test"), Outcome::kSkipped);
-  ContactSeen broken = sound();
+  ContactSeen broken = sound_contact();
   broken.newest.loop_ok = broken.newest.self_test_ok = false;
   broken.newest.link = drivers::ContactLink::kFault;
   broken.newest.fault = drivers::ContactFault::kLoopBroken;
@@ -68,7 +68,7 @@ TEST(a_contact_sensor, that_is_in_contact_or_broken_fails_by_its_circuit) {
 }
 
 TEST(a_contact_sensor, whose_board_will_fail_some_day_is_a_warning_by_name) {
-  ContactSeen nano = sound(), factory = sound(), older = sound();
+  ContactSeen nano = sound_contact(), factory = sound_contact(), older = sound_contact();
   nano.newest.identity.board.old_loader = true;
   factory.newest.identity.board.weak_brown_out = true;
   older.newest.identity.board.known = false;
@@ -79,7 +79,7 @@ TEST(a_contact_sensor, whose_board_will_fail_some_day_is_a_warning_by_name) {
 }
 
 TEST(a_contact_sensor, whose_voltage_lies_between_the_bands_fails_by_its_circuit) {
-  ContactSeen wet = sound();
+  ContactSeen wet = sound_contact();
   wet.newest.sense_voltage_v = 2.5;
   const Findings findings = judged(wet);
   EXPECT_EQ(outcome_of(findings, "contact circuit"), Outcome::kFailed);
@@ -87,7 +87,7 @@ TEST(a_contact_sensor, whose_voltage_lies_between_the_bands_fails_by_its_circuit
 }
 
 TEST(a_contact_sensor, is_not_known_to_be_at_the_gun_until_a_touch_was_seen) {
-  ContactSeen seen = sound();
+  ContactSeen seen = sound_contact();
   Findings before, after;
   judge_contact_touch(seen, before);
   seen.touched = true;
@@ -97,20 +97,20 @@ TEST(a_contact_sensor, is_not_known_to_be_at_the_gun_until_a_touch_was_seen) {
 }
 
 TEST(a_contact_sensor, that_misses_its_own_edge_fails_by_its_self_test) {
-  ContactSeen seen = sound();
+  ContactSeen seen = sound_contact();
   seen.newest.self_test_ok = false;
   seen.newest.link = drivers::ContactLink::kFault;
   EXPECT_EQ(outcome_of(judged(seen), "contact self-test"), Outcome::kFailed);
 }
 
 TEST(a_contact_sensor, with_another_configuration_fails) {
-  ContactSeen seen = sound();
+  ContactSeen seen = sound_contact();
   seen.wanted_config_crc = 0x4321;
   EXPECT_EQ(outcome_of(judged(seen), "contact configuration"), Outcome::kFailed);
 }
 
 TEST(a_contact_sensor, is_judged_by_how_well_its_clock_is_known) {
-  ContactSeen seen = sound();
+  ContactSeen seen = sound_contact();
   seen.newest.quality.clock_sigma_s = 200e-6;
   EXPECT_EQ(outcome_of(judged(seen), "contact clock"), Outcome::kWarning);
   seen.newest.quality.clock_sigma_s = 600e-6;
@@ -120,7 +120,7 @@ TEST(a_contact_sensor, is_judged_by_how_well_its_clock_is_known) {
 }
 
 TEST(a_contact_sensor, of_another_baud_rate_is_told_from_a_broken_wire) {
-  ContactSeen seen = sound();
+  ContactSeen seen = sound_contact();
   seen.newest = {};
   seen.newest.fault = drivers::ContactFault::kBaud;
   seen.newest.link = drivers::ContactLink::kFault;
@@ -136,7 +136,7 @@ TEST(a_contact_sensor, of_another_baud_rate_is_told_from_a_broken_wire) {
 }
 
 TEST(a_contact_sensor, whose_clock_does_not_come_has_no_open_wire) {
-  ContactSeen seen = sound();
+  ContactSeen seen = sound_contact();
   seen.newest.loop_ok = seen.newest.self_test_ok = false;
   seen.newest.quality.clock_sigma_s = 800e-6;
   seen.newest.link = drivers::ContactLink::kIdentifying;
@@ -147,7 +147,7 @@ TEST(a_contact_sensor, whose_clock_does_not_come_has_no_open_wire) {
 
 TEST(a_contact_sensors_delivery, is_judged_by_the_latest_heartbeat) {
   const auto outcome = [](double worst_s) {
-    ContactSeen seen = sound();
+    ContactSeen seen = sound_contact();
     seen.newest.quality.late_p50_s = 0.0002;
     seen.newest.quality.late_worst_s = worst_s;
     Findings findings;
@@ -167,12 +167,12 @@ TEST(a_contact_sensors_delivery, is_judged_by_the_latest_heartbeat) {
 }
 
 TEST(a_contact_line, is_judged_by_its_damaged_frames_and_its_round_trip) {
-  ContactSeen seen = sound();
+  ContactSeen seen = sound_contact();
   seen.newest.quality.crc_errors = 1;
   EXPECT_EQ(outcome_of(judged(seen), "contact line"), Outcome::kWarning);
   seen.newest.quality.gaps = 20;
   EXPECT_EQ(outcome_of(judged(seen), "contact line"), Outcome::kFailed);
-  seen = sound();
+  seen = sound_contact();
   seen.newest.quality.round_trip_p50_s = 0.016;
   EXPECT_EQ(outcome_of(judged(seen), "contact line"), Outcome::kWarning);
 }

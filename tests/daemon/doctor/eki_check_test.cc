@@ -4,7 +4,7 @@
 namespace cellcal::daemon::testing {
 namespace {
 
-EkiSeen sound() {
+EkiSeen sound_eki() {
   EkiSeen seen;
   seen.connected = seen.up = true;
   seen.observed_s = 10.0;
@@ -27,10 +27,10 @@ Findings judged(const EkiSeen& seen, EkiExpected expected = {true, 17, false}) {
 }
 
 TEST(an_eki_link, that_is_sound_has_nothing_failed) {
-  const Findings findings = judged(sound());
+  const Findings findings = judged(sound_eki());
   EXPECT_TRUE(findings.green());
   EXPECT_EQ(findings.count(Outcome::kWarning), 1u);  // whether the input is wired was not seen
-  EXPECT_EQ(judged(sound(), {false, 17}).count(Outcome::kWarning), 0u);
+  EXPECT_EQ(judged(sound_eki(), {false, 17}).count(Outcome::kWarning), 0u);
 }
 
 TEST(an_eki_link, that_is_not_there_gets_the_checklist) {
@@ -42,21 +42,21 @@ TEST(an_eki_link, that_is_not_there_gets_the_checklist) {
 }
 
 TEST(an_eki_link, without_states_or_obeying_another_fails_by_its_own_words) {
-  EkiSeen seen = sound();
+  EkiSeen seen = sound_eki();
   seen.up = false;
   seen.last_words = "the controller obeys session 5";
   EXPECT_EQ(finding_of(judged(seen), "eki states").found, seen.last_words);
 }
 
 TEST(an_eki_link, is_judged_by_elements_decimals_and_readiness) {
-  EkiSeen seen = sound();
+  EkiSeen seen = sound_eki();
   seen.newest.bad_documents = 1;
   seen.newest.last_error = drivers::EkiError::kMissing;
   EXPECT_EQ(outcome_of(judged(seen), "eki elements"), Outcome::kFailed);
-  seen = sound();
+  seen = sound_eki();
   seen.newest.unread_by_controller = 2;
   EXPECT_EQ(outcome_of(judged(seen), "eki elements"), Outcome::kFailed);
-  seen = sound();
+  seen = sound_eki();
   seen.newest.decimals_seen = 2;
   EXPECT_EQ(outcome_of(judged(seen), "eki decimals"), Outcome::kFailed);
   seen.newest.ready = false;
@@ -71,7 +71,7 @@ TEST(an_eki_link, is_judged_by_elements_decimals_and_readiness) {
 
 TEST(a_contact_input, is_proven_by_changing_with_the_contact_alone) {
   const auto outcome = [](bool input, bool contact, bool on) {
-    EkiSeen seen = sound();
+    EkiSeen seen = sound_eki();
     seen.input_changed = input;
     seen.contact_changed = contact;
     seen.input_on_while_open = on;
@@ -86,7 +86,7 @@ TEST(a_contact_input, is_proven_by_changing_with_the_contact_alone) {
 }
 
 TEST(a_contact_input, that_a_cut_wire_would_leave_free_is_a_warning) {
-  EkiSeen seen = sound();
+  EkiSeen seen = sound_eki();
   seen.input_changed = seen.contact_changed = true;
   EXPECT_EQ(outcome_of(judged(seen, {true, 17, true}), "eki contact input"), Outcome::kWarning);
 }

@@ -12,6 +12,21 @@
 namespace cellcal::daemon::testing {
 namespace {
 
+std::string text_of(const std::filesystem::path& file) {
+  std::ifstream in(file);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+const std::filesystem::path kDemoRobot =
+    std::filesystem::path(CELLCAL_DEMO_CELL).replace_filename("kr5_worn.toml");
+
+/// The demo cell with that robot file.
+std::string demo_with(const std::string& robot) {
+  std::string cell = text_of(CELLCAL_DEMO_CELL);
+  const std::string own = kDemoRobot.filename().string();
+  return cell.replace(cell.find(own), own.size(), robot);
+}
+
 struct an_examination : public ::testing::Test {
   void configure(const std::string& text) {
     std::ofstream(dir / "d.toml") << "format = \"cellcal.daemon/1\"\nsocket = \""
@@ -58,6 +73,25 @@ TEST_F(an_examination, tells_a_kr_5_apart_by_where_its_flange_is) {
   EXPECT_NE(geometry.found.find("X 800.0 mm, Z 960.0 mm"), std::string::npos) << geometry.found;
 }
 
+TEST_F(an_examination, knows_a_kr_5_by_its_geometry_and_not_by_its_name) {
+  configure("backend = \"mock\"\n");
+  std::string robot = text_of(kDemoRobot);
+  const std::string name = "KUKA KR 5 R1400, re-mastered by hand";
+  std::ofstream(dir / "robot.toml") << robot.replace(robot.find(name), name.size(), "welder 3");
+  DoctorRequest one = request();
+  one.cell = dir / "cell.toml";
+  std::ofstream(one.cell) << demo_with("robot.toml");
+  Findings renamed;
+  examine(one, renamed);
+  EXPECT_EQ(outcome_of(renamed, "robot geometry"), Outcome::kWarning);
+  std::ofstream(one.cell) << demo_with("kr10_r1420");
+  Findings other;
+  examine(one, other);
+  const Finding geometry = finding_of(other, "robot geometry");
+  EXPECT_EQ(geometry.outcome, Outcome::kOk) << geometry.advice;
+  EXPECT_NE(geometry.found.find("X 810.0 mm, Z 1000.0 mm"), std::string::npos) << geometry.found;
+}
+
 TEST_F(an_examination, foresees_how_far_the_axes_go_in_a_session) {
   configure("backend = \"mock\"\n");
   Findings wide;
@@ -76,11 +110,7 @@ TEST_F(an_examination, foresees_how_far_the_axes_go_in_a_session) {
 
 TEST_F(an_examination, says_where_a_cell_file_contradicts_itself) {
   configure("backend = \"mock\"\n");
-  std::ifstream demo(CELLCAL_DEMO_CELL);
-  std::string cell{std::istreambuf_iterator<char>(demo), {}};
-  const std::string robot = "robot = \"";
-  cell.insert(cell.find(robot) + robot.size(),
-              std::filesystem::path(CELLCAL_DEMO_CELL).parent_path().string() + "/");
+  std::string cell = demo_with(kDemoRobot.string());
   cell.replace(cell.find("1128.051"), 8, "112.8051");
   cell +=
       "\n[[obstacle]]\nid = \"table\"\nshape = \"box\"\nsize_mm = [200, 200, 200]\n"

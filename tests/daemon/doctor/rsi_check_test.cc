@@ -6,7 +6,7 @@
 namespace cellcal::daemon::testing {
 namespace {
 
-RsiSeen sound() {
+RsiSeen sound_rsi() {
   RsiSeen seen;
   seen.up = seen.answered = true;
   seen.observed_s = 10.0;
@@ -34,14 +34,14 @@ Findings judged(const RsiSeen& seen) {
 }
 
 TEST(an_rsi_link, that_is_sound_is_all_ok) {
-  const Findings findings = judged(sound());
+  const Findings findings = judged(sound_rsi());
   EXPECT_EQ(findings.count(Outcome::kOk), findings.all().size());
   EXPECT_EQ(findings.all().size(), 7u);
 }
 
 TEST(an_rsi_link, for_corrections_in_space_is_told_where_the_controller_has_its_tool) {
   const auto of = [](double mm, double deg) {
-    RsiSeen seen = sound();
+    RsiSeen seen = sound_rsi();
     seen.newest.tcp_apart = {mm, deg};
     Findings findings;
     judge_rsi(seen, {"ImFree", 3, true}, findings);
@@ -75,11 +75,11 @@ TEST(an_rsi_link, on_which_something_else_comes_says_what) {
 }
 
 TEST(an_rsi_link, whose_replies_are_refused_is_told_by_sentype_not_by_silence) {
-  RsiSeen seen = sound();
+  RsiSeen seen = sound_rsi();
   seen.refused = true;
   EXPECT_NE(finding_of(judged(seen), "rsi replies").advice.find("\"ImFree\""), std::string::npos);
   // With a short Timeout the controller falls silent before the adapter is sure.
-  seen = sound();
+  seen = sound_rsi();
   seen.lost = true;
   seen.newest.packets = 11;
   seen.newest.replies = 10;
@@ -90,13 +90,14 @@ TEST(an_rsi_link, whose_replies_are_refused_is_told_by_sentype_not_by_silence) {
 }
 
 TEST(an_rsi_link, that_stopped_for_another_reason_says_so) {
-  RsiSeen seen = sound();
+  RsiSeen seen = sound_rsi();
   seen.lost = true;
-  EXPECT_NE(finding_of(judged(seen), "rsi packets").found.find("then none after IPOC"), std::string::npos);
+  EXPECT_NE(finding_of(judged(seen), "rsi packets").found.find("then none after IPOC"),
+            std::string::npos);
 }
 
 TEST(an_rsi_link, is_judged_by_its_late_replies_since_it_answers) {
-  RsiSeen seen = sound();
+  RsiSeen seen = sound_rsi();
   seen.newest.late = 7;
   seen.late_at_start = 7;
   EXPECT_EQ(outcome_of(judged(seen), "rsi replies"), Outcome::kOk);
@@ -107,14 +108,14 @@ TEST(an_rsi_link, is_judged_by_its_late_replies_since_it_answers) {
 }
 
 TEST(an_rsi_link, that_is_not_answered_says_why) {
-  RsiSeen seen = sound();
+  RsiSeen seen = sound_rsi();
   seen.answered = false;
   seen.last_words = "not answering: which correction";
   EXPECT_EQ(finding_of(judged(seen), "rsi replies").found, seen.last_words);
 }
 
 TEST(an_rsi_link, is_judged_by_decimals_and_elements) {
-  RsiSeen seen = sound();
+  RsiSeen seen = sound_rsi();
   seen.newest.decimals = 1;
   EXPECT_EQ(outcome_of(judged(seen), "rsi decimals"), Outcome::kFailed);
   seen.newest.decimals = 3;
@@ -132,15 +133,15 @@ TEST(an_rsi_link, is_judged_by_decimals_and_elements) {
 }
 
 TEST(an_rsi_link, is_judged_by_cycle_sender_and_reply_times) {
-  RsiSeen seen = sound();
+  RsiSeen seen = sound_rsi();
   seen.newest.ipoc_step = 1;
   EXPECT_EQ(outcome_of(judged(seen), "rsi cycle"), Outcome::kWarning);
-  seen = sound();
+  seen = sound_rsi();
   seen.newest.jitter_s = 0.002;
   EXPECT_EQ(outcome_of(judged(seen), "rsi cycle"), Outcome::kWarning);
   seen.newest.cycle_s = 0.0;
   EXPECT_EQ(outcome_of(judged(seen), "rsi cycle"), Outcome::kFailed);
-  seen = sound();
+  seen = sound_rsi();
   seen.foreign = 3;
   EXPECT_EQ(outcome_of(judged(seen), "rsi sender"), Outcome::kFailed);
   seen.state.quality.reply_p999_s = 0.0015;

@@ -18,13 +18,13 @@ namespace {
 using testing::ask;
 using testing::config_of;
 using testing::Database;
+using testing::kPaint;
+using testing::kWeld;
 using testing::MqttBroker;
 using testing::Publication;
 using testing::publish;
 using testing::Running;
 using testing::within_reach;
-
-const plant::CellName kWeld{"graz", "weld-3"}, kPaint{"graz", "paint-1"};
 
 std::vector<Publication> alarms(const plant::CellName& cell, int from, int to) {
   std::vector<Publication> all;

@@ -12,6 +12,8 @@
 
 namespace cellcal::daemon::fleet::testing {
 
+inline const plant::CellName kWeld{"graz", "weld-3"}, kPaint{"graz", "paint-1"};
+
 inline std::string a_calibration() {
   std::ifstream in(CELLCAL_CALIBRATION, std::ios::binary);
   return {std::istreambuf_iterator<char>(in), {}};

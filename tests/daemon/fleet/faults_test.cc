@@ -17,13 +17,12 @@ using daemon::testing::Background;
 using testing::ask;
 using testing::config_of;
 using testing::Database;
+using testing::kWeld;
 using testing::MqttBroker;
 using testing::Publication;
 using testing::publish;
 using testing::Running;
 using testing::within_reach;
-
-const plant::CellName kWeld{"graz", "weld-3"};
 
 std::vector<Publication> alarms(int from, int to) {
   std::vector<Publication> all;

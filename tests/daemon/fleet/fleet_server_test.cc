@@ -19,8 +19,7 @@ namespace {
 
 using nlohmann::json;
 using testing::Database;
-
-const plant::CellName kWeld{"graz", "weld-3"};
+using testing::kWeld;
 
 class FleetApi : public ::testing::Test {
  protected:

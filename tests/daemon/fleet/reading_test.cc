@@ -13,8 +13,8 @@ using nlohmann::json;
 using testing::ask;
 using testing::Database;
 using testing::fact;
-
-const plant::CellName kWeld{"graz", "weld-3"}, kPaint{"graz", "paint-1"};
+using testing::kPaint;
+using testing::kWeld;
 
 class FleetReading : public ::testing::Test {
  protected:

@@ -13,9 +13,8 @@ namespace {
 
 using testing::ask;
 using testing::Database;
+using testing::kWeld;
 using testing::Publication;
-
-const plant::CellName kWeld{"graz", "weld-3"};
 
 Refused not_understood(const Publication& message) {
   return {kWeld, message.topic, message.payload, Refusal::kMessage, "unknown kind"};

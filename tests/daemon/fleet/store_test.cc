@@ -13,8 +13,8 @@ namespace {
 
 using testing::ask;
 using testing::Database;
-
-const plant::CellName kWeld{"graz", "weld-3"}, kPaint{"graz", "paint-1"};
+using testing::kPaint;
+using testing::kWeld;
 
 TEST(Store, CollectorsThatStartAtOnceMigrateOnce) {
   const std::string database = Database::shared().create();

@@ -7,6 +7,7 @@
 
 #include "calib/syntax/input_file.h"
 #include "drivers/error.h"
+#include "tests/daemon/frames/corrected_tool.h"
 #include "tests/daemon/journal/temporary_directory.h"
 
 namespace cellcal::daemon {
@@ -20,11 +21,10 @@ using drivers::EkiFrameResult;
 using drivers::EkiFrameTrouble;
 using drivers::EkiFrameValues;
 using drivers::same_frame;
+using testing::kNew;
+using testing::kOld;
+using testing::kTool3;
 using Why = FrameNotSent::Why;
-
-constexpr EkiFrameValues kOld{59.9, 50.5, 410.3, 38.84, 3.59, 0.0};
-constexpr EkiFrameValues kNew{60.1, 50.2, 410.4, 38.84, 3.59, 0.0};
-constexpr FrameName kTool3{EkiFrameKind::kTool, 3};
 
 /// A controller that has one frame, and says of the next set what the test wants.
 struct Rig {

@@ -9,6 +9,7 @@
 #include "daemon/frames/frame_station.h"
 #include "drivers/kuka/krl/krl_files.h"
 #include "sim/krc/eki/eki_server.h"
+#include "tests/daemon/frames/corrected_tool.h"
 #include "tests/daemon/journal/temporary_directory.h"
 
 namespace cellcal::daemon {
@@ -18,10 +19,9 @@ using namespace std::chrono_literals;
 using drivers::EkiFrameKind;
 using drivers::EkiFrameValues;
 using drivers::same_frame;
-
-constexpr EkiFrameValues kOld{59.9, 50.5, 410.3, 38.84, 3.59, 0.0};
-constexpr EkiFrameValues kNew{60.1, 50.2, 410.4, 38.84, 3.59, 0.0};
-constexpr FrameName kTool3{EkiFrameKind::kTool, 3};
+using testing::kNew;
+using testing::kOld;
+using testing::kTool3;
 
 struct Wire {
   testing::TemporaryDirectory dir;

@@ -14,12 +14,7 @@ namespace cellcal::daemon::testing {
 namespace {
 
 std::string why_not(Journal& journal, const std::filesystem::path& file) {
-  try {
-    journal.backup(file);
-    return "";
-  } catch (const JournalError& error) {
-    return error.what();
-  }
+  return error_of([&] { journal.backup(file); });
 }
 
 TEST(a_backup, is_a_journal_of_its_own_with_every_row) {

@@ -56,7 +56,7 @@ TEST(a_killed_daemon, leaves_every_committed_touch_behind) {
     Journal journal(dir / "j.db");
     const auto record = journal.newest_resumable();
     ASSERT_TRUE(record);
-    EXPECT_EQ(record->state, "interrupted");
+    EXPECT_EQ(record->state, RecordState::kInterrupted);
     const auto touches = journal.touches(record->id);
     // The one in the middle of which the kill came may be there or not, but never in part.
     ASSERT_GE(touches.size(), static_cast<std::size_t>(confirmed));

@@ -72,13 +72,13 @@ TEST(a_session, whose_end_the_full_disk_did_not_take_can_be_gone_on_with) {
   const auto record = journal.newest_resumable();
   ASSERT_TRUE(record) << "what is there decides, not what was written last";
   EXPECT_EQ(record->id, id);
-  EXPECT_EQ(record->state, "interrupted");
+  EXPECT_EQ(record->state, RecordState::kInterrupted);
   EXPECT_EQ(record->touches, 1);
   journal.resume(id, "t2");
-  EXPECT_EQ(journal.sessions()[0].state, "running");
+  EXPECT_EQ(journal.sessions()[0].state, RecordState::kRunning);
   journal.record(id, RecordTouch{1, touch});
   journal.record(id, RecordEnd{Ending::kDone, ""}, "t3");
-  EXPECT_EQ(journal.sessions()[0].state, "done");
+  EXPECT_EQ(journal.sessions()[0].state, RecordState::kDone);
 }
 
 }  // namespace

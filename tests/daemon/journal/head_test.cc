@@ -50,15 +50,6 @@ std::string text_of(const std::filesystem::path& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-std::string error_of(const std::function<void()>& act) {
-  try {
-    act();
-  } catch (const JournalError& error) {
-    return error.what();
-  }
-  return "";
-}
-
 bool has(const std::string& text, const std::string& words) {
   return text.find(words) != std::string::npos;
 }

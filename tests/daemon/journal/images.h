@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <sstream>
 #include <string>
 
@@ -55,10 +56,11 @@ inline std::string all_of(const std::filesystem::path& path) {
   for (const SessionRecord& listed : journal.sessions()) {
     const auto record = journal.session(listed.id);
     if (!record) throw JournalError("a session is listed and not there");
-    all << record->id << record->started << record->ended << record->state << listed.state
-        << record->inputs.cell_name << record->inputs.cell_text << record->inputs.robot_name
-        << record->inputs.robot_text << record->inputs.options << record->plan_hash
-        << record->planned << record->touches << record->failure << record->calibration;
+    all << record->id << record->started << record->ended << to_string(record->state)
+        << to_string(listed.state) << record->inputs.cell_name << record->inputs.cell_text
+        << record->inputs.robot_name << record->inputs.robot_text << record->inputs.options
+        << record->plan_hash << record->planned << record->touches << record->failure
+        << record->calibration;
     for (const calib::Touch& touch : journal.touches(record->id)) {
       for (const double angle : touch.joint_rad) all << angle << ' ';
       all << touch.target << touch.time << touch.sigma_m << touch.radius_m << touch.spread_m;
@@ -79,14 +81,19 @@ inline void flip_bit(const std::filesystem::path& path, std::uintmax_t bit) {
   file.put(byte);
 }
 
-/// Why a journal, or what is read from it, is refused; "" where it is not.
-inline std::string refusal(const std::filesystem::path& path) {
+/// Why the journal refuses it; "" where it does not.
+inline std::string error_of(const std::function<void()>& act) {
   try {
-    all_of(path);
+    act();
     return "";
   } catch (const JournalError& error) {
     return error.what();
   }
+}
+
+/// Why a journal, or what is read from it, is refused; "" where it is not.
+inline std::string refusal(const std::filesystem::path& path) {
+  return error_of([&] { all_of(path); });
 }
 
 }  // namespace cellcal::daemon::testing

@@ -58,7 +58,7 @@ TEST_F(the_rows_of_a_session, come_into_another_journal_bit_for_bit_and_are_mark
   EXPECT_EQ(other.events(there), events);
   EXPECT_EQ(other.reading_count(there), 6);
   const SessionRecord record = *other.session(there);
-  EXPECT_EQ(record.state, "failed");
+  EXPECT_EQ(record.state, RecordState::kFailed);
   EXPECT_EQ(record.failure, "why");
   ASSERT_TRUE(record.origin);
   EXPECT_EQ(record.origin->journal, name);
@@ -91,7 +91,7 @@ TEST_F(the_rows_of_a_session, that_still_ran_are_those_of_one_that_was_interrupt
   const std::int64_t there = fill(running, 1);
   const std::string its = running.rows(there);
   Journal other(dir / "b.db");
-  EXPECT_EQ(other.session(other.import(its, "x").first)->state, "interrupted");
+  EXPECT_EQ(other.session(other.import(its, "x").first)->state, RecordState::kInterrupted);
 }
 
 TEST_F(the_rows_of_a_session, can_be_exported_again_from_where_they_were_imported) {

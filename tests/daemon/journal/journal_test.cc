@@ -117,7 +117,7 @@ TEST(a_journal, keeps_inputs_plan_end_and_calibration_of_a_session) {
   ASSERT_TRUE(record);
   EXPECT_EQ(record->started, "t0");
   EXPECT_EQ(record->ended, "t9");
-  EXPECT_EQ(record->state, "failed");
+  EXPECT_EQ(record->state, RecordState::kFailed);
   EXPECT_EQ(record->inputs.cell_text, "cell text");
   EXPECT_EQ(record->inputs.robot_text, "robot text");
   EXPECT_EQ(record->plan_hash, "abc");
@@ -158,7 +158,7 @@ TEST(a_journal, marks_a_session_that_a_crash_left_running_as_interrupted) {
   const TemporaryDirectory dir;
   { Journal(dir / "j.db").begin(inputs(), "t0"); }
   Journal journal(dir / "j.db");
-  EXPECT_EQ(journal.sessions()[0].state, "interrupted");
+  EXPECT_EQ(journal.sessions()[0].state, RecordState::kInterrupted);
   EXPECT_TRUE(journal.newest_resumable());
 }
 

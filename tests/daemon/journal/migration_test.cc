@@ -50,13 +50,13 @@ TEST(a_journal_of_version_1, is_taken_over_as_it_is_and_says_so) {
               std::string::npos)
         << journal.remarks()[0];
     ASSERT_EQ(journal.sessions().size(), 2u);
-    EXPECT_EQ(journal.sessions()[1].state, "done");
+    EXPECT_EQ(journal.sessions()[1].state, RecordState::kDone);
     EXPECT_EQ(journal.touches(1).size(), 2u);
     EXPECT_EQ(fast_and_slow(journal.readings(2), journal.touches(2).size()).size(), 1u);
     EXPECT_EQ(journal.events(2).size(), 1u);
     const auto resumable = journal.newest_resumable();
     ASSERT_TRUE(resumable);
-    EXPECT_EQ(resumable->state, "interrupted");
+    EXPECT_EQ(resumable->state, RecordState::kInterrupted);
     journal.resume(2, "t3");
     journal.record(2, RecordTouch{1, touch_at(0.5)});
   }
@@ -226,7 +226,7 @@ TEST(a_journal_of_version_4, is_taken_over_and_takes_activations_from_then_on) {
   Journal journal(dir / "j.db");
   ASSERT_EQ(journal.activations().size(), 1u);
   EXPECT_EQ(journal.activations()[0].who, "anna");
-  EXPECT_EQ(journal.session(id)->state, "done");
+  EXPECT_EQ(journal.session(id)->state, RecordState::kDone);
 }
 
 TEST(a_journal_of_version_4, whose_taking_over_is_cut_off_anywhere_is_one_or_the_other_whole) {

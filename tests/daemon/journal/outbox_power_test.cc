@@ -41,7 +41,9 @@ TEST_P(outbox_whose_power_is_cut, at_any_write_has_each_fact_that_is_on_disk_and
     if (!sessions.empty()) {
       facts += journal.touches(1).size();
       facts += journal.session(1)->calibration.empty() ? 0 : 1;
-      facts += journal.session(1)->state == "done" ? 2 : 0;  // its end and the alarm, or neither
+      facts += journal.session(1)->state == RecordState::kDone
+                   ? 2
+                   : 0;  // its end and the alarm, or neither
     }
     ASSERT_EQ(rows.size(), facts) << at << "\n" << words_of(rows);
     for (std::size_t i = 0; i < rows.size(); ++i)

@@ -16,7 +16,7 @@ class PlainReporter : public Reporter {
   std::vector<Report> session(const SessionRecord& session) const override {
     return {
         {"session", Worth::kResult,
-         session.state +
+         to_string(session.state) +
              (session.failure_kind ? std::string(" ") + to_string(*session.failure_kind) : "")}};
   }
   Report calibration(const SessionRecord& session,

@@ -71,7 +71,7 @@ void expect_nothing_lost(const std::filesystem::path& path, const Shared& progre
   count.behind += static_cast<int>(touches.size()) > progress->touches;
   for (std::size_t i = 0; i < touches.size(); ++i)
     ASSERT_EQ(touches[i], touch_at(0.1 + static_cast<double>(i))) << where;
-  if (sessions[0].state == "done") return;
+  if (sessions[0].state == RecordState::kDone) return;
   // And it can be gone on with to its end.
   ASSERT_TRUE(journal.newest_resumable()) << where;
   journal.resume(id, "t2");

@@ -10,12 +10,12 @@
 namespace cellcal::daemon::testing {
 namespace {
 
-constexpr std::size_t kTouches = 3;
+constexpr std::size_t kTouchesEach = 3;
 
 void make(const std::filesystem::path& path) {
   Journal journal(path);
   for (const char* day : {"2026-01-01", "2026-01-02", "2026-04-01"}) {
-    const std::int64_t id = fill(journal, kTouches);
+    const std::int64_t id = fill(journal, kTouchesEach);
     journal.record(id, RecordEnd{Ending::kDone, ""}, std::string(day) + "T12:00:00.000Z");
   }
 }
@@ -37,11 +37,11 @@ TEST_P(retention_whose_power_is_cut, at_any_write_leaves_each_sessions_raw_rows_
     ASSERT_EQ(refusal(dir / "j.db"), "") << "cut at write " << at;
     Journal journal(dir / "j.db");
     for (const std::int64_t id : {1, 2, 3}) {
-      ASSERT_EQ(journal.touches(id).size(), kTouches) << at;
+      ASSERT_EQ(journal.touches(id).size(), kTouchesEach) << at;
       const bool dropped = !journal.session(id)->dropped.empty();
       gone += dropped ? 1 : 0;
-      ASSERT_EQ(journal.readings(id).size(), dropped ? 0u : 2 * kTouches) << at;
-      ASSERT_EQ(journal.events(id).size(), dropped ? 0u : kTouches) << at;
+      ASSERT_EQ(journal.readings(id).size(), dropped ? 0u : 2 * kTouchesEach) << at;
+      ASSERT_EQ(journal.events(id).size(), dropped ? 0u : kTouchesEach) << at;
     }
     // And it can be gone on with to its end.
     journal.retain({"2026-03-01T00:00:00.000Z", {}}, "t", false);

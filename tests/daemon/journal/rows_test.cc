@@ -32,7 +32,7 @@ TEST_F(the_rows, of_sessions_are_listed_with_all_but_their_texts) {
   EXPECT_EQ(listed.inputs.cell_name, "/c/cell.toml");
   EXPECT_EQ(listed.inputs.robot_name, "/r/robot.toml");
   EXPECT_EQ(listed.inputs.options, "{\"n\":3}");
-  EXPECT_EQ(listed.state, "running");
+  EXPECT_EQ(listed.state, RecordState::kRunning);
   EXPECT_EQ(listed.inputs.cell_text + listed.inputs.robot_text + listed.calibration, "");
   const auto whole = journal.session(id);
   EXPECT_EQ(whole->inputs.cell_name, "/c/cell.toml");
@@ -136,7 +136,8 @@ TEST_F(the_rows, of_sessions_that_were_changed_or_taken_out_are_listed_as_damage
   Journal journal(path);
   const auto sessions = journal.sessions();
   ASSERT_EQ(sessions.size(), 4u);
-  const char* states[] = {"damaged", "damaged", "interrupted", "damaged"};
+  const RecordState states[] = {RecordState::kDamaged, RecordState::kDamaged,
+                                RecordState::kInterrupted, RecordState::kDamaged};
   for (std::size_t i = 0; i < 4; ++i) {
     EXPECT_EQ(sessions[i].id, static_cast<std::int64_t>(4 - i));
     EXPECT_EQ(sessions[i].state, states[i]) << i;

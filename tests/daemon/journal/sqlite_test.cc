@@ -13,15 +13,6 @@
 namespace cellcal::daemon::testing {
 namespace {
 
-std::string error_of(const std::function<void()>& act) {
-  try {
-    act();
-  } catch (const JournalError& error) {
-    return error.what();
-  }
-  return "";
-}
-
 /// One column as a digest sees it: type, length, bytes.
 template <class Value>
 std::string column(char type, const Value& value) {

@@ -13,8 +13,9 @@ const calib::JointVector kUp = {-0.2, -1.4, 1.5, 0.3, 0.8, 0.1},
                          kNear = {-0.1, -1.3, 1.4, 0.4, 0.7, 0.2},
                          kFlipped = {-0.2, -1.4, 1.5, 0.3, -0.8, 0.1};
 
-krl::CorrectedProgram correct(const std::string& body, const krl::CorrectionOptions& options = {},
-                              const std::string& config = "") {
+krl::CorrectedProgram correct_motions(const std::string& body,
+                                      const krl::CorrectionOptions& options = {},
+                                      const std::string& config = "") {
   krl::ProgramFiles f;
   f.src = {"p.src", "DEF p()\nBAS(#TOOL,1)\nBAS(#BASE,0)\n" + body + "END\n"};
   f.dat = krl::KrlFile{"p.dat", "DECL E6POS XUP=" + pose_text(kUp) +
@@ -37,14 +38,14 @@ std::string based(int bits, int base) {
 TEST(status_and_turn, as_binary_or_hexadecimal_constants_are_the_same_numbers) {
   for (const auto& q : {kUp, kFlipped}) {
     const StatusAndTurn st = status_and_turn(cell().robot, q);
-    const auto plain = correct("PTP " + pose_text(q) + "\n");
+    const auto plain = correct_motions("PTP " + pose_text(q) + "\n");
     ASSERT_EQ(plain.points.size(), 1U) << all_words(plain);
     for (const int base : {2, 16}) {
       // Behind a motion in the other posture: without S and T it would be taken over.
       std::string pose = pose_text(q, false);
       pose.insert(pose.size() - 1, ",S " + based(st.status, base) + ",T " + based(st.turn, base));
       const auto result =
-          correct((q == kUp ? "PTP XFLIPPED\nPTP " : "PTP XUP\nPTP ") + pose + "\n");
+          correct_motions((q == kUp ? "PTP XFLIPPED\nPTP " : "PTP XUP\nPTP ") + pose + "\n");
       ASSERT_EQ(result.points.size(), 2U) << all_words(result);
       EXPECT_LT((result.points[1].shift_mm - plain.points[0].shift_mm).norm(), 1e-9) << pose;
       EXPECT_NE(result.files[0].text.find(based(st.turn, base)), std::string::npos)
@@ -62,7 +63,7 @@ TEST(status_and_turn, become_decimal_where_they_change) {
     const StatusAndTurn st = status_and_turn(cell().robot, q);
     std::string pose = pose_text(q, false);
     pose.insert(pose.size() - 1, ",S " + based(st.status, 2) + ",T " + based(st.turn, 2));
-    const auto result = correct("PTP " + pose + "\n");
+    const auto result = correct_motions("PTP " + pose + "\n");
     ASSERT_EQ(result.points.size(), 1U) << all_words(result);
     if (!result.points[0].status_changed) continue;
     EXPECT_NE(result.files[0].text.find(",T " + std::to_string(st.turn ^ 32) + "}"),
@@ -75,53 +76,54 @@ TEST(status_and_turn, become_decimal_where_they_change) {
 
 TEST(a_linear_motion, to_a_point_of_the_posture_it_begins_in_is_corrected) {
   for (const char* kind : {"LIN", "SLIN"}) {
-    const auto result = correct("PTP XUP\n" + std::string(kind) + " XNEAR\n" + kind + " XUP\n");
+    const auto result =
+        correct_motions("PTP XUP\n" + std::string(kind) + " XNEAR\n" + kind + " XUP\n");
     EXPECT_TRUE(result.refusals.empty()) << all_words(result);
     EXPECT_EQ(result.points.size(), 2U);
   }
-  EXPECT_TRUE(correct("PTP XUP\nSPLINE\nSPL XNEAR\nENDSPLINE\n").refusals.empty());
-  EXPECT_TRUE(correct("PTP XUP\nCIRC XNEAR,XUP\n").refusals.empty());
+  EXPECT_TRUE(correct_motions("PTP XUP\nSPLINE\nSPL XNEAR\nENDSPLINE\n").refusals.empty());
+  EXPECT_TRUE(correct_motions("PTP XUP\nCIRC XNEAR,XUP\n").refusals.empty());
 }
 
 TEST(a_linear_motion, to_a_point_of_another_posture_is_refused) {
   for (const char* motion : {"LIN XFLIPPED", "SLIN XFLIPPED", "CIRC XNEAR,XFLIPPED",
                              "SCIRC XFLIPPED,XNEAR", "SPL XFLIPPED"}) {
-    const auto result = correct("PTP XUP\n" + std::string(motion) + "\n");
+    const auto result = correct_motions("PTP XUP\n" + std::string(motion) + "\n");
     ASSERT_FALSE(result.refusals.empty()) << motion;
     EXPECT_EQ(result.refusals[0].why, Why::kOtherPosture) << motion << "\n" << all_words(result);
     EXPECT_EQ(result.refusals[0].line, 5);
     EXPECT_TRUE(result.files.empty());
   }
-  const auto again = correct("PTP XFLIPPED\nPTP XUP\nLIN XFLIPPED\n");
+  const auto again = correct_motions("PTP XFLIPPED\nPTP XUP\nLIN XFLIPPED\n");
   ASSERT_EQ(again.refusals.size(), 1U) << all_words(again);
   EXPECT_EQ(again.refusals[0].why, Why::kOtherPosture);
   EXPECT_EQ(again.refusals[0].line, 6);
-  EXPECT_TRUE(correct("PTP XUP\nPTP XFLIPPED\nSPTP XNEAR\n").refusals.empty());
+  EXPECT_TRUE(correct_motions("PTP XUP\nPTP XFLIPPED\nSPTP XNEAR\n").refusals.empty());
 }
 
 TEST(a_linear_motion, whose_beginning_is_not_known_is_refused) {
   for (const char* before :
        {"", "PTP XUP\nIF A THEN\n", "PTP XUP\nGRIP()\nBAS(#TOOL,1)\nBAS(#BASE,0)\n"}) {
-    const auto result = correct(before + std::string("LIN XNEAR\n"));
+    const auto result = correct_motions(before + std::string("LIN XNEAR\n"));
     ASSERT_EQ(result.refusals.size(), 1U) << before << all_words(result);
     EXPECT_EQ(result.refusals[0].why, Why::kPostureNotKnown) << before;
   }
 }
 
 TEST(a_linear_motion, may_begin_at_a_point_that_is_left) {
-  EXPECT_TRUE(correct("PTP XHOME\nLIN XNEAR\n").refusals.empty());
-  const auto left = correct("PTP XUP\nLIN XNEAR\n", {{"XUP"}});
+  EXPECT_TRUE(correct_motions("PTP XHOME\nLIN XNEAR\n").refusals.empty());
+  const auto left = correct_motions("PTP XUP\nLIN XNEAR\n", {{"XUP"}});
   EXPECT_TRUE(left.refusals.empty()) << all_words(left);
   EXPECT_EQ(left.points.size(), 1U);
-  const auto other = correct("PTP XFLIPPED\nLIN XNEAR\n", {{"XFLIPPED"}});
+  const auto other = correct_motions("PTP XFLIPPED\nLIN XNEAR\n", {{"XFLIPPED"}});
   ASSERT_EQ(other.refusals.size(), 1U) << all_words(other);
   EXPECT_EQ(other.refusals[0].why, Why::kOtherPosture);
   const auto twice =
-      correct("PTP XHOME\nLIN XNEAR\n", {},
-              "DECL E6AXIS XHOME={A1 0.0,A2 -90.0,A3 90.0,A4 0.0,A5 -20.0,A6 0.0}\n");
+      correct_motions("PTP XHOME\nLIN XNEAR\n", {},
+                      "DECL E6AXIS XHOME={A1 0.0,A2 -90.0,A3 90.0,A4 0.0,A5 -20.0,A6 0.0}\n");
   ASSERT_EQ(twice.refusals.size(), 1U) << all_words(twice);
   EXPECT_EQ(twice.refusals[0].why, Why::kPostureNotKnown);
-  const auto changed = correct("XHOME.A5=-20\nPTP XHOME\nLIN XNEAR\n");
+  const auto changed = correct_motions("XHOME.A5=-20\nPTP XHOME\nLIN XNEAR\n");
   ASSERT_EQ(changed.refusals.size(), 1U) << all_words(changed);
   EXPECT_EQ(changed.refusals[0].why, Why::kPostureNotKnown);
 }

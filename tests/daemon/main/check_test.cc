@@ -2,38 +2,18 @@
 
 #include <gtest/gtest.h>
 
-#include "daemon_fixture.h"
+#include "changed_cell.h"
 
 namespace cellcal::daemon::testing {
 namespace {
 
-constexpr const char* kMotion =
-    "[motion]\nspeed_percent = 100\nacceleration_deg_s2 = 900\njerk_deg_s3 = 12000\n";
-constexpr const char* kCell = "[mock]\ncontact_noise_mm = 0.02\n";
-
-class ACheck : public ::testing::Test {
+class ACheck : public AChangedCell {
  protected:
-  /// The same cell with a daemon that has been started anew.
-  void restart(const std::string& more) {
-    fixture.daemon.reset();
-    std::ofstream(fixture.dir / "d.toml")
-        << "format = \"cellcal.daemon/1\"\nbackend = \"mock\"\nstate_dir = \""
-        << (fixture.dir / "state").string() << "\"\nsocket = \"" << fixture.socket() << "\"\n"
-        << kMotion << kCell << more;
-    fixture.start();
-  }
-
   void calibrate() {
     const Outcome outcome =
         fixture.cellcal({"run", "--cell", CELLCAL_DEMO_CELL, "--touches", "40", "--check", "0"});
     ASSERT_EQ(outcome.status, 0) << outcome.err << outcome.out << fixture.log();
   }
-
-  nlohmann::json get(const std::string& path) const {
-    return nlohmann::json::parse(http_request(fixture.socket(), "GET", path).body);
-  }
-
-  DaemonFixture fixture{std::string(kMotion) + kCell};
 };
 
 TEST_F(ACheck, holds_where_nothing_changed_and_names_the_tool_that_was_knocked) {
@@ -56,8 +36,10 @@ TEST_F(ACheck, holds_where_nothing_changed_and_names_the_tool_that_was_knocked) 
   EXPECT_EQ(http_request(fixture.socket(), "GET", "/v1/sessions/2/calibration.json").status, 404);
   RecordProperty("robot_s", std::to_string(shown["times"]["total_s"].get<double>()));
 
-  EXPECT_NE(fixture.cellcal({"history", "--drift"}).out.find("not enough checks: 1 of 5"), std::string::npos);
-  for (int more = 0; more < 4; ++more) ASSERT_EQ(fixture.cellcal({"check"}).status, 0) << fixture.log();
+  EXPECT_NE(fixture.cellcal({"history", "--drift"}).out.find("not enough checks: 1 of 5"),
+            std::string::npos);
+  for (int more = 0; more < 4; ++more)
+    ASSERT_EQ(fixture.cellcal({"check"}).status, 0) << fixture.log();
   const Outcome in_control = fixture.cellcal({"history", "--drift"});
   EXPECT_EQ(in_control.status, 0) << in_control.err;
   EXPECT_NE(in_control.out.find("\nin control: TCP 0.0"), std::string::npos) << in_control.out;

@@ -7,21 +7,18 @@
 #include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <sstream>
 #include <thread>
 
 #include "daemon/api/http/http.h"
+#include "tests/daemon/cli/content.h"
 #include "tests/daemon/cli/process.h"
 #include "tests/daemon/journal/temporary_directory.h"
 
 namespace cellcal::daemon::testing {
 
-inline std::string content(const std::filesystem::path& path) {
-  std::ifstream file(path);
-  std::stringstream text;
-  text << file.rdbuf();
-  return text.str();
-}
+/// A brisk arm, for whom the way there is not what is tested.
+inline constexpr const char* kFast =
+    "[motion]\nspeed_percent = 80\nacceleration_deg_s2 = 600\njerk_deg_s3 = 8000\n";
 
 class DaemonFixture {
  public:

@@ -14,9 +14,6 @@
 namespace cellcal::daemon::testing {
 namespace {
 
-constexpr const char* kFast =
-    "[motion]\nspeed_percent = 80\nacceleration_deg_s2 = 600\njerk_deg_s3 = 8000\n";
-
 TEST(a_dry_run, goes_the_way_that_the_calibration_of_the_same_options_goes_and_is_none) {
   DaemonFixture fixture(kFast);
   fixture.start();

@@ -9,8 +9,6 @@
 namespace cellcal::daemon::testing {
 namespace {
 
-const std::string kCell = CELLCAL_DEMO_CELL;
-
 std::string over_eki(const std::string& stop) {
   return "[motion]\nspeed_percent = 80\nacceleration_deg_s2 = 600\n[eki]\nstop = \"" + stop +
          "\"\n[mock]\nwire = \"eki\"\nseed = 12\ndeflection = 0.002\njoint_noise_deg = 0.001\n";
@@ -21,8 +19,8 @@ class a_session_over_eki : public ::testing::TestWithParam<const char*> {};
 TEST_P(a_session_over_eki, ends_in_a_published_result) {
   DaemonFixture fixture(over_eki(GetParam()));
   fixture.start();
-  const Outcome outcome =
-      fixture.cellcal({"run", "--cell", kCell, "--touches", "32", "--check", "8", "--seed", "12"});
+  const Outcome outcome = fixture.cellcal(
+      {"run", "--cell", CELLCAL_DEMO_CELL, "--touches", "32", "--check", "8", "--seed", "12"});
   ASSERT_EQ(outcome.status, 0) << outcome.out << outcome.err << fixture.log();
   const auto results = fixture.dir.path() / "state/sessions/1";
   const auto json = nlohmann::json::parse(content(results / "calibration.json"));
@@ -42,7 +40,7 @@ TEST(a_session_over_eki_twice, gives_the_same_bits_for_the_same_seed) {
   for (std::string& one : touches) {
     DaemonFixture fixture(over_eki("input"));
     fixture.start();
-    fixture.cellcal({"run", "--cell", kCell, "--touches", "8", "--check", "2"});
+    fixture.cellcal({"run", "--cell", CELLCAL_DEMO_CELL, "--touches", "8", "--check", "2"});
     one = content(fixture.dir.path() / "state/sessions/1/touches.csv");
   }
   EXPECT_FALSE(touches[0].empty());
@@ -53,7 +51,7 @@ TEST(an_aborted_session_over_eki, can_be_gone_on_with) {
   DaemonFixture fixture(over_eki("input"));
   fixture.start();
   http_request(fixture.socket(), "POST", "/v1/run",
-               nlohmann::json{{"cell", kCell}, {"touches", 12}, {"check", 4}}.dump());
+               nlohmann::json{{"cell", CELLCAL_DEMO_CELL}, {"touches", 12}, {"check", 4}}.dump());
   fixture.wait_for_touches(2);
   const Outcome aborted = fixture.cellcal({"abort"});
   EXPECT_EQ(aborted.status, 0) << aborted.err;

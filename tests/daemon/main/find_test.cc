@@ -7,9 +7,6 @@
 namespace cellcal::daemon::testing {
 namespace {
 
-constexpr const char* kFast =
-    "[motion]\nspeed_percent = 80\nacceleration_deg_s2 = 600\njerk_deg_s3 = 8000\n";
-
 TEST(finding, ends_with_the_centres_of_all_spheres_as_lines_for_the_cell_file) {
   DaemonFixture fixture(kFast);
   const std::string text = content(CELLCAL_DEMO_CELL);

@@ -10,12 +10,10 @@
 namespace cellcal::daemon::testing {
 namespace {
 
-constexpr const char* kFast =
-    "[motion]\nspeed_percent = 80\nacceleration_deg_s2 = 600\njerk_deg_s3 = 8000\n"
-    "[mock]\ncontact_noise_mm = 0.02\n";
+const std::string kFastAndNoisy = std::string(kFast) + "[mock]\ncontact_noise_mm = 0.02\n";
 
 TEST(a_qualification, measures_the_contacts_and_is_no_calibration) {
-  DaemonFixture fixture(kFast);
+  DaemonFixture fixture(kFastAndNoisy);
   fixture.start();
   const Outcome outcome =
       fixture.cellcal({"qualify", "--cell", CELLCAL_DEMO_CELL, "--target", "S2", "--json"});
@@ -45,7 +43,7 @@ TEST(a_qualification, measures_the_contacts_and_is_no_calibration) {
 }
 
 TEST(a_qualification, that_was_aborted_is_gone_on_with_as_one) {
-  DaemonFixture fixture(kFast);
+  DaemonFixture fixture(kFastAndNoisy);
   fixture.start();
   const nlohmann::json body{{"kind", "qualify"}, {"cell", CELLCAL_DEMO_CELL}};
   ASSERT_EQ(http_request(fixture.socket(), "POST", "/v1/run", body.dump()).status, 201);

@@ -5,34 +5,14 @@
 
 #include <cmath>
 
-#include "daemon_fixture.h"
+#include "changed_cell.h"
 
 namespace cellcal::daemon::testing {
 namespace {
 
-constexpr const char* kMotion =
-    "[motion]\nspeed_percent = 100\nacceleration_deg_s2 = 900\njerk_deg_s3 = 12000\n";
-constexpr const char* kCell = "[mock]\ncontact_noise_mm = 0.02\n";
-
-class AnUpdate : public ::testing::Test {
+class AnUpdate : public AChangedCell {
  protected:
-  /// The same cell with a daemon that has been started anew.
-  void restart(const std::string& more) {
-    fixture.daemon.reset();
-    std::ofstream(fixture.dir / "d.toml")
-        << "format = \"cellcal.daemon/1\"\nbackend = \"mock\"\nstate_dir = \""
-        << (fixture.dir / "state").string() << "\"\nsocket = \"" << fixture.socket() << "\"\n"
-        << kMotion << kCell << more;
-    fixture.start();
-  }
-
   Outcome update() { return fixture.cellcal({"run", "--cell", CELLCAL_DEMO_CELL, "--update"}); }
-
-  nlohmann::json get(const std::string& path) const {
-    return nlohmann::json::parse(http_request(fixture.socket(), "GET", path).body);
-  }
-
-  DaemonFixture fixture{std::string(kMotion) + kCell};
 };
 
 TEST_F(AnUpdate, brings_back_a_cell_whose_tool_was_knocked_and_says_where_there_is_nothing_to_do) {

@@ -15,12 +15,6 @@
 namespace cellcal::daemon::report::testing {
 namespace {
 
-std::string joined(const std::vector<std::string>& lines) {
-  std::string all;
-  for (const std::string& line : lines) all += line + "\n";
-  return all;
-}
-
 TEST(HtmlChecker, FindsWhatItIsMadeToFind) {
   const std::string head = "<!doctype html>\n";
   EXPECT_TRUE(complaints(head + "<p class=\"a\">x &amp; y<br></p>\n").empty());

@@ -16,12 +16,6 @@
 namespace cellcal::daemon::report::testing {
 namespace {
 
-std::string joined(const std::vector<std::string>& lines) {
-  std::string all;
-  for (const std::string& line : lines) all += line + "\n";
-  return all;
-}
-
 // Every string of the input, so that none is forgotten in a test.
 void for_each_string(ReportInput& input, void (*change)(std::string&, const std::string&),
                      const std::string& with) {

@@ -163,6 +163,12 @@ class Checker {
 
 std::vector<std::string> complaints(std::string_view html) { return Checker(html).run(); }
 
+std::string joined(const std::vector<std::string>& lines) {
+  std::string all;
+  for (const std::string& line : lines) all += line + "\n";
+  return all;
+}
+
 std::size_t occurrences(std::string_view text, std::string_view needle) {
   std::size_t count = 0;
   for (std::size_t at = text.find(needle); at != std::string_view::npos;

@@ -12,6 +12,9 @@ namespace cellcal::daemon::report::testing {
 /// Empty where the document is sound; otherwise one line per complaint, at most twenty.
 std::vector<std::string> complaints(std::string_view html);
 
+/// A line each.
+std::string joined(const std::vector<std::string>& lines);
+
 /// How often `needle` occurs.
 std::size_t occurrences(std::string_view text, std::string_view needle);
 

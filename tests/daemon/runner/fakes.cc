@@ -207,7 +207,10 @@ void FakeContact::arm(std::uint16_t arm_id, std::chrono::milliseconds) {
   drivers::ArmResult answer;
   answer.arm_id = arm_id;
   answer.armed = w_.armings > w_.script.refused_armings;
-  if (!answer.armed) answer.why_not = "self-test too old";
+  if (!answer.armed) {
+    answer.refusal = drivers::ArmRefusal::kSelfTestOld;
+    answer.why_not = "self-test too old";
+  }
   w_.arm_answer = answer;
 }
 

@@ -8,10 +8,9 @@ namespace cellcal::daemon {
 namespace {
 
 using testing::kBerlin;
+using testing::kHour;
 using testing::Zone;
 using namespace std::chrono_literals;
-
-constexpr UtcSeconds kHour = 3600;
 
 WeeklyWindow daily(int from_min, int to_min) {
   WeeklyWindow window;
@@ -55,7 +54,8 @@ TEST(a_window, that_lies_in_the_hour_that_is_left_out_does_not_exist_that_night)
 TEST(a_window, whose_hour_comes_twice_is_there_once) {
   const Zone zone(kBerlin);
   EXPECT_NEAR(hours(on(daily(130, 170), 2026y / 10 / 25)), 40.0 / 60.0, 1e-9);
-  const Night early = on(daily(60, 150), 2026y / 10 / 25), late = on(daily(150, 300), 2026y / 10 / 25);
+  const Night early = on(daily(60, 150), 2026y / 10 / 25),
+              late = on(daily(150, 300), 2026y / 10 / 25);
   EXPECT_DOUBLE_EQ(hours(early), 1.5);
   EXPECT_DOUBLE_EQ(hours(late), 2.5);
   EXPECT_EQ(late.begins - early.ends, kHour) << "the first 02:30 ends it, the second begins it";
@@ -63,14 +63,15 @@ TEST(a_window, whose_hour_comes_twice_is_there_once) {
 
 /// Whoever goes by the clock on the wall is never in the cell within a window.
 TEST(every_moment_of_a_window, lies_inside_it_by_the_clock_on_the_wall) {
-  for (const char* name : {kBerlin, "UTC0", "EST5EDT,M3.2.0,M11.1.0", "<+1030>-10:30<+11>-11,M10.1.0,M4.1.0",
-                           "<-03>3<-02>,M3.5.0/-1,M10.5.0/0"}) {
+  for (const char* name :
+       {kBerlin, "UTC0", "EST5EDT,M3.2.0,M11.1.0", "<+1030>-10:30<+11>-11,M10.1.0,M4.1.0",
+        "<-03>3<-02>,M3.5.0/-1,M10.5.0/0"}) {
     const Zone zone(name);
     for (const WeeklyWindow& window :
          {daily(130, 170), daily(60, 150), daily(150, 300), daily(22 * 60, 5 * 60),
           daily(23 * 60 + 30, 30), daily(110, 100)}) {
-      for (auto day = std::chrono::sys_days(2026y / 1 / 1); day < std::chrono::sys_days(2027y / 1 / 1);
-           day += std::chrono::days(1)) {
+      for (auto day = std::chrono::sys_days(2026y / 1 / 1);
+           day < std::chrono::sys_days(2027y / 1 / 1); day += std::chrono::days(1)) {
         const Night night = night_of(window, day);
         for (UtcSeconds at = night.begins; at < night.ends; at += 600) {
           const std::time_t time = at;

@@ -14,11 +14,12 @@ namespace cellcal::daemon {
 namespace {
 
 using testing::kBerlin;
+using testing::kHour;
 using testing::Zone;
 using namespace std::chrono_literals;
-using State = Standing::State;
+using EndState = Standing::State;
 
-constexpr UtcSeconds kHour = 3600, kDay = 24 * kHour;
+constexpr UtcSeconds kDay = 24 * kHour;
 
 struct FakeCell final : CellDoor {
   Standing standing() override { return now; }
@@ -40,17 +41,17 @@ struct FakeCell final : CellDoor {
   }
   void stop() override {
     ++stopped;
-    end(State::kAborted);
+    end(EndState::kAborted);
   }
   double foreseen_s(const ScheduledSession&) override { return takes_s; }
 
-  void end(State state, Failure failure = {}) {
+  void end(EndState state, Failure failure = {}) {
     now.busy = false;
     now.state = state;
     now.failure = std::move(failure);
     now.end = std::to_string(++ends);
   }
-  void person_runs(State state) {
+  void person_runs(EndState state) {
     ++now.session;
     end(state);
   }
@@ -83,9 +84,9 @@ struct a_schedule : ::testing::Test {
     restart();
   }
   void restart() {
-    schedule = std::make_unique<Schedule>(
-        Schedule::Parts{cell, dir / "schedule.json", [this] { return config; }, [this] { return utc; },
-                        [this] { return steady; }, [this](const Decision& d) { reported.push_back(d); }});
+    schedule = std::make_unique<Schedule>(Schedule::Parts{
+        cell, dir / "schedule.json", [this] { return config; }, [this] { return utc; },
+        [this] { return steady; }, [this](const Decision& d) { reported.push_back(d); }});
   }
   void pass(UtcSeconds seconds) {
     utc += seconds;
@@ -118,7 +119,7 @@ TEST_F(a_schedule, begins_once_in_each_window_and_names_who_is_responsible) {
   pass(600);
   ASSERT_EQ(cell.begun.size(), 1u);
   EXPECT_NE(cell.said.find("A. Miller"), std::string::npos) << cell.said;
-  cell.end(State::kDone);
+  cell.end(EndState::kDone);
   live(kDay - 600);
   EXPECT_EQ(cell.begun.size(), 1u);
   pass(600);
@@ -158,14 +159,14 @@ TEST_F(a_schedule, waits_while_a_person_runs_a_session) {
   live(12 * kHour);
   EXPECT_TRUE(cell.begun.empty());
   EXPECT_EQ(count(Verb::kWaiting, Why::kBusy), 1);
-  cell.person_runs(State::kDone);
+  cell.person_runs(EndState::kDone);
   pass(5);
   EXPECT_EQ(cell.begun.size(), 1u);
 }
 
 TEST_F(a_schedule, begins_nothing_behind_a_harmful_failure_until_somebody_has_looked) {
   cell.now.session = 4;
-  cell.end(State::kFailed, {FailureKind::kUnexpectedContact, "x"});
+  cell.end(EndState::kFailed, {FailureKind::kUnexpectedContact, "x"});
   live(kDay);
   EXPECT_TRUE(cell.begun.empty());
   EXPECT_EQ(count(Verb::kMissed, Why::kFailedBefore), 1);
@@ -182,29 +183,29 @@ TEST_F(a_schedule, begins_nothing_behind_a_harmful_failure_until_somebody_has_lo
 
 TEST_F(a_schedule, is_released_by_a_session_that_a_person_brought_to_its_end) {
   cell.now.session = 4;
-  cell.end(State::kFailed, {FailureKind::kNoContact, "x"});
+  cell.end(EndState::kFailed, {FailureKind::kNoContact, "x"});
   live(kDay);
-  cell.person_runs(State::kDone);
+  cell.person_runs(EndState::kDone);
   live(kDay);
   EXPECT_EQ(cell.begun.size(), 1u);
 }
 
 TEST_F(a_schedule, is_held_again_where_what_was_released_fails_again) {
   cell.now.session = 4;
-  cell.end(State::kFailed, {FailureKind::kNoContact, "x"});
+  cell.end(EndState::kFailed, {FailureKind::kNoContact, "x"});
   schedule->release("a person");
   cell.now.busy = true;
   pass(5);
   --cell.ends;  // as it ended before, in every word
-  cell.end(State::kFailed, {FailureKind::kNoContact, "x"});
+  cell.end(EndState::kFailed, {FailureKind::kNoContact, "x"});
   pass(5);
   EXPECT_EQ(schedule->picture().held, Why::kFailedBefore);
 }
 
 TEST_F(a_schedule, begins_nothing_behind_an_abort_nor_behind_an_interrupted_session) {
-  cell.person_runs(State::kAborted);
+  cell.person_runs(EndState::kAborted);
   live(kDay);
-  cell.person_runs(State::kLeft);
+  cell.person_runs(EndState::kLeft);
   live(kDay);
   EXPECT_TRUE(cell.begun.empty());
   EXPECT_EQ(count(Verb::kMissed, Why::kAbortedBefore), 1);
@@ -212,7 +213,7 @@ TEST_F(a_schedule, begins_nothing_behind_an_abort_nor_behind_an_interrupted_sess
 }
 
 TEST_F(a_schedule, is_held_by_an_abort_that_had_nothing_to_stop_also_behind_a_restart) {
-  cell.person_runs(State::kDone);
+  cell.person_runs(EndState::kDone);
   pass(5);
   ++cell.now.aborts;
   pass(5);
@@ -220,13 +221,13 @@ TEST_F(a_schedule, is_held_by_an_abort_that_had_nothing_to_stop_also_behind_a_re
   restart();
   live(kDay);
   EXPECT_TRUE(cell.begun.empty());
-  cell.person_runs(State::kDone);
+  cell.person_runs(EndState::kDone);
   live(kDay);
   EXPECT_EQ(cell.begun.size(), 1u);
 }
 
 TEST_F(a_schedule, begins_behind_a_failure_in_which_nothing_was_met) {
-  cell.person_runs(State::kFailed);
+  cell.person_runs(EndState::kFailed);
   cell.now.failure = {FailureKind::kRobotSilent, "x", drivers::Interruption::kPacketsStopped};
   pass(5);
   // The journal does not have what was behind it; the schedule has kept it.
@@ -239,7 +240,7 @@ TEST_F(a_schedule, begins_behind_a_failure_in_which_nothing_was_met) {
 TEST_F(a_schedule, does_not_begin_twice_where_the_clock_is_set_back) {
   live(11 * kHour);
   ASSERT_EQ(cell.begun.size(), 1u);
-  cell.end(State::kDone);
+  cell.end(EndState::kDone);
   utc -= 3 * kHour;
   live(4 * kHour);
   EXPECT_EQ(cell.begun.size(), 1u);
@@ -301,14 +302,14 @@ TEST_F(a_schedule, begins_once_in_a_night_whose_hour_comes_twice) {
   begin_at(2026y / 10 / 24);
   for (UtcSeconds at = 0; at < 20 * kHour; at += 300) {
     pass(300);
-    if (cell.now.busy) cell.end(State::kDone);
+    if (cell.now.busy) cell.end(EndState::kDone);
   }
   EXPECT_EQ(cell.begun.size(), 1u);
 }
 
 TEST_F(a_schedule, does_not_count_windows_before_it_was_there) {
   live(4 * kDay, 3600);
-  cell.end(State::kDone);
+  cell.end(EndState::kDone);
   live(kHour);
   reported.clear();
   ScheduledSession other = config.sessions[0];
@@ -347,7 +348,7 @@ Failure late() { return {FailureKind::kRobotSilent, "late", drivers::Interruptio
 
 TEST_F(a_schedule, resumes_nothing_unless_it_was_told_to) {
   live(10 * kHour);
-  cell.end(State::kFailed, late());
+  cell.end(EndState::kFailed, late());
   live(kHour);
   EXPECT_EQ(cell.resumed, 0);
   EXPECT_EQ(count(Verb::kEnded, Why::kHarmless), 1);
@@ -357,17 +358,17 @@ TEST_F(a_schedule, resumes_after_harmless_failures_so_often_and_behind_a_wait) {
   config.resumes = 2;
   config.resume_wait_s = 120.0;
   live(10 * kHour);
-  cell.end(State::kFailed, late());
+  cell.end(EndState::kFailed, late());
   pass(60);
   pass(60);
   EXPECT_EQ(cell.resumed, 0);
   pass(60);
   EXPECT_EQ(cell.resumed, 1);
   pass(60);
-  cell.end(State::kFailed, {FailureKind::kContactSilent, "no heartbeat"});
+  cell.end(EndState::kFailed, {FailureKind::kContactSilent, "no heartbeat"});
   live(600, 60);
   EXPECT_EQ(cell.resumed, 2);
-  cell.end(State::kFailed, late());
+  cell.end(EndState::kFailed, late());
   live(kHour);
   EXPECT_EQ(cell.resumed, 2);
   EXPECT_EQ(count(Verb::kEnded, Why::kResumesUsed), 1);
@@ -377,14 +378,14 @@ TEST_F(a_schedule, resumes_after_harmless_failures_so_often_and_behind_a_wait) {
 TEST_F(a_schedule, resumes_nothing_after_a_harmful_failure_or_an_abort) {
   config.resumes = 5;
   live(10 * kHour);
-  cell.end(State::kFailed, {FailureKind::kNotFollowing, "x"});
+  cell.end(EndState::kFailed, {FailureKind::kNotFollowing, "x"});
   live(kHour);
   EXPECT_EQ(cell.resumed, 0);
   schedule->release("a person");
   live(kDay - kHour);
   ASSERT_TRUE(cell.now.busy);
   ++cell.now.aborts;
-  cell.end(State::kAborted);
+  cell.end(EndState::kAborted);
   live(kHour);
   EXPECT_EQ(cell.resumed, 0);
 }
@@ -393,7 +394,7 @@ TEST_F(a_schedule, resumes_nothing_that_somebody_aborts_while_it_waits) {
   config.resumes = 1;
   config.resume_wait_s = 120.0;
   live(10 * kHour);
-  cell.end(State::kFailed, late());
+  cell.end(EndState::kFailed, late());
   pass(60);
   ++cell.now.aborts;
   live(kHour, 60);
@@ -406,7 +407,7 @@ TEST_F(a_schedule, resumes_only_where_what_is_left_ends_before_the_window) {
   cell.takes_s = 2.0 * kHour;
   live(16 * kHour);
   ASSERT_TRUE(cell.now.busy);
-  cell.end(State::kFailed, late());
+  cell.end(EndState::kFailed, late());
   cell.now.left_share = 0.75;  // 1.5 h of it; one hour is left
   live(1800, 60);
   EXPECT_EQ(cell.resumed, 0);
@@ -417,11 +418,11 @@ TEST_F(a_schedule, resumes_nothing_of_a_person_nor_what_a_restart_has_left) {
   config.resumes = 3;
   live(11 * kHour);
   ASSERT_EQ(cell.begun.size(), 1u);
-  cell.end(State::kFailed, late());
+  cell.end(EndState::kFailed, late());
   restart();
   live(kHour);
   EXPECT_EQ(cell.resumed, 0) << "after a restart nothing goes on by itself";
-  cell.person_runs(State::kFailed);
+  cell.person_runs(EndState::kFailed);
   cell.now.failure = late();
   live(kHour);
   EXPECT_EQ(cell.resumed, 0);
@@ -435,9 +436,9 @@ TEST_F(a_schedule, begins_on_request_only_what_says_so_and_by_the_same_rules) {
   EXPECT_TRUE(cell.begun.empty()) << "not by itself";
   EXPECT_EQ(schedule->begin("nightly").verb, Verb::kBegun);
   EXPECT_EQ(schedule->begin("nightly").why, Why::kBusy);
-  cell.end(State::kDone);
+  cell.end(EndState::kDone);
   EXPECT_EQ(schedule->begin("nightly").verb, Verb::kBegun) << "as often as it is asked for";
-  cell.end(State::kDone);
+  cell.end(EndState::kDone);
   config.unattended = false;
   EXPECT_EQ(schedule->begin("nightly").why, Why::kUnattendedOff);
 }

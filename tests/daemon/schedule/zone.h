@@ -6,6 +6,8 @@
 #include <optional>
 #include <string>
 
+#include "daemon/schedule/calendar.h"
+
 namespace cellcal::daemon::testing {
 
 class Zone {
@@ -32,5 +34,7 @@ class Zone {
 
 /// Set forward on 2026-03-29 at 02:00, back on 2026-10-25 at 03:00.
 inline constexpr const char* kBerlin = "CET-1CEST,M3.5.0,M10.5.0/3";
+
+inline constexpr UtcSeconds kHour = 3600;
 
 }  // namespace cellcal::daemon::testing

@@ -125,7 +125,7 @@ TEST_F(a_run, that_waits_beside_another_one_ends_when_that_has_taken_the_place) 
   service.shutdown();
   EXPECT_EQ(answers[1], "it was started");
   ASSERT_EQ(journal.sessions().size(), 2U);
-  EXPECT_EQ(journal.sessions()[0].state, "aborted");
+  EXPECT_EQ(journal.sessions()[0].state, RecordState::kAborted);
 }
 
 TEST_F(what_is_done_alone, waits_for_no_session_and_lets_none_begin) {

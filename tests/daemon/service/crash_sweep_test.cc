@@ -64,7 +64,7 @@ void expect_whole(const std::filesystem::path& path, const std::vector<calib::To
   EXPECT_EQ(targets.size(), kTouches) << where << ": one was doubled";
   for (std::size_t i = 0; i < before.size(); ++i)
     EXPECT_EQ(touches[i], before[i]) << where << ": one was changed";
-  EXPECT_EQ(journal.sessions()[0].state, "done") << where;
+  EXPECT_EQ(journal.sessions()[0].state, RecordState::kDone) << where;
 }
 
 void resume_to_the_end(const std::filesystem::path& path, const std::string& where) {
@@ -73,7 +73,7 @@ void resume_to_the_end(const std::filesystem::path& path, const std::string& whe
     Journal journal(path);
     if (journal.sessions().empty()) begin(journal);  // killed before it was there
     before = journal.touches(1);
-    if (journal.sessions()[0].state == "done") return;
+    if (journal.sessions()[0].state == RecordState::kDone) return;
     journal.resume(1, "t1");
     const State end = run_with(journal, 1, true);
     ASSERT_EQ(end.phase, Phase::kDone) << where << (end.failure ? end.failure->detail : "");

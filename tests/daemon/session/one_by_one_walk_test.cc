@@ -7,8 +7,6 @@ namespace {
 
 using drivers::MoveKind;
 
-constexpr double kWaypointS = 180.0;
-
 struct one_by_one_walk : ::testing::Test {
   one_by_one_walk() { walk.state.one_by_one = true; }
   void touch() {

@@ -9,7 +9,7 @@
 namespace cellcal::daemon {
 namespace {
 
-Reading reading_at(double along_m) {
+Reading slow_reading_at(double along_m) {
   Reading reading;
   reading.along_m = along_m;
   reading.contact_rad = {along_m};
@@ -20,7 +20,7 @@ Reading reading_at(double along_m) {
 
 std::vector<Reading> readings_at(std::initializer_list<double> along) {
   std::vector<Reading> readings;
-  for (double one : along) readings.push_back(reading_at(one));
+  for (double one : along) readings.push_back(slow_reading_at(one));
   return readings;
 }
 

@@ -10,10 +10,12 @@
 
 namespace cellcal::daemon::testing {
 
+/// Timeouts::waypoint
+inline constexpr double kWaypointS = 180.0;
+
 class Walk {
  public:
-  explicit Walk(std::size_t touches = 2)
-      : plan(std::make_shared<calib::Plan>(line_plan(touches))) {
+  explicit Walk(std::size_t touches = 2) : plan(std::make_shared<calib::Plan>(line_plan(touches))) {
     state.policy.confirm_every = 1;  // all that a touch can be made of
   }
 

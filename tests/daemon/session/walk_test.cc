@@ -10,8 +10,6 @@ namespace {
 using drivers::MoveKind;
 using std::chrono::milliseconds;
 
-constexpr double kWaypointS = 180.0;
-
 void expect_arming(const Walk& walk, std::uint16_t id, int lifetime_ms) {
   EXPECT_EQ(walk.the<ArmSensor>().arm_id, id);
   EXPECT_NEAR(static_cast<double>(walk.the<ArmSensor>().lifetime.count()), lifetime_ms, 1.0);

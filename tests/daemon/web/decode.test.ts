@@ -119,6 +119,16 @@ test("a control chart is taken whole, in the order of time, and not at all witho
   assert.equal(decode.drift({ checks: null }).checks, null);
 });
 
+test("the trend of a chart and what the controller has acknowledged are read by the keys that the API has for them", () => {
+  const course = { shape: "creep", since: 47, since_s: 1e9, off_mm: 0.3, mm_per_month: 0.1, causes: [{ kind: "tool", name: "torch", probability: 0.9 }] };
+  const trend = decode.drift({ checks: chart({ course }) }).checks?.trend;
+  assert.deepEqual([trend?.shape, trend?.since, trend?.mmPerMonth, trend?.cause, trend?.causeName], ["creep", 47, 0.1, "tool", "torch"]);
+  assert.equal(decode.drift({ checks: chart({ course: { ...course, off_mm: null } }) }).checks?.trend, null);
+  const controller = { told: "holds", value: 1, told_at: "2026-03-05T22:00:00.000Z", trouble: null };
+  assert.deepEqual(decode.drift({ controller }).controller, { value: 1, acknowledgedAt: controller.told_at, trouble: "" });
+  assert.equal(decode.drift({ controller: null }).controller, null);
+});
+
 test("a point of a control chart that was not measured, or at no date, is not drawn", () => {
   const one = chart().points[0];
   const points = [{ ...one, off_mm: null }, { ...one, left_out: "undecided" }, { ...one, time_s: 1e300 }, { ...one, time_s: "x" }, 3];

@@ -301,7 +301,7 @@ const steps = {
     await page.getByRole("img", { name: "Drift over 2 sessions." }).first().waitFor(LONG);
   },
 
-  async "shows a control chart of months of checks, with state, course and advice, in both languages"() {
+  async "shows a control chart of months of checks, with state, trend and advice, in both languages"() {
     // Months of checks are not touched here: the daemon's answer to the page's own question is taken, and its chart added.
     const page = await open();
     await page.route("**/v1/drift", async (route) => {

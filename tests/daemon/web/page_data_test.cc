@@ -147,7 +147,7 @@ TEST_F(a_found_arm, is_told_with_touches_verdict_and_findings) {
   found.verdict.publish = true;
   SessionRecord record;
   record.id = 9;
-  record.state = "done";
+  record.state = RecordState::kDone;
   const json figures = json::parse(figures_to_json(record, cell, {touch}, &found));
   EXPECT_EQ(figures.at("session"), 9);
   EXPECT_EQ(figures.at("result").at("publish"), true);
@@ -158,7 +158,8 @@ TEST_F(a_found_arm, is_told_with_touches_verdict_and_findings) {
   EXPECT_EQ(running.at("touches").at(0).at("tip_mm").size(), 3u);
 }
 
-SessionRecord done(std::int64_t id, const std::string& cell, const char* state = "done") {
+SessionRecord done(std::int64_t id, const std::string& cell,
+                   RecordState state = RecordState::kDone) {
   SessionRecord record;
   record.id = id;
   record.state = state;
@@ -174,8 +175,8 @@ TEST_F(a_found_arm, is_compared_with_those_of_its_own_cell_oldest_first) {
   const auto all = [&](std::int64_t id) {
     return id == 5 ? std::nullopt : std::optional(found);  // 5: of another version
   };
-  const std::vector<SessionRecord> sessions{done(6, "/a", "failed"), done(5, "/a"), done(4, "/a"),
-                                            done(3, "/b"), done(2, "/a")};
+  const std::vector<SessionRecord> sessions{done(6, "/a", RecordState::kFailed), done(5, "/a"),
+                                            done(4, "/a"), done(3, "/b"), done(2, "/a")};
   const json drift = json::parse(drift_to_json(sessions, "", all));
   EXPECT_EQ(drift.at("cell"), "/a");
   ASSERT_EQ(drift.at("sessions").size(), 2u);
@@ -197,7 +198,8 @@ TEST(the_page, begins_at_the_root_whether_it_was_built_or_not) {
   bool has_root = false;
   for (const Asset& asset : assets()) {
     EXPECT_FALSE(asset.body.empty()) << asset.path;
-    EXPECT_TRUE(asset.path == "/" || asset.path == "/fleet" || asset.path.starts_with("/page/")) << asset.path;
+    EXPECT_TRUE(asset.path == "/" || asset.path == "/fleet" || asset.path.starts_with("/page/"))
+        << asset.path;
     EXPECT_TRUE(asset.etag.starts_with('"') && asset.etag.ends_with('"')) << asset.path;
     EXPECT_EQ(asset.body.starts_with("\x1f\x8b"), asset.gzipped) << asset.path;
     has_root |= asset.path == "/";

@@ -6,11 +6,11 @@
 #include <functional>
 
 #include "drivers/contact/clock_map.h"
+#include "tests/drivers/contact/rig.h"
 
 namespace cellcal::drivers {
 namespace {
 
-constexpr double kWireS = 180e-6;
 constexpr double kEveryS = 0.25;
 constexpr TimePoint kBegin{std::chrono::seconds(5000)};
 

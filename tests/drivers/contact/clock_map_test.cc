@@ -12,8 +12,6 @@
 namespace cellcal::drivers {
 namespace {
 
-constexpr double kWireS = 180e-6;
-
 /// A sensor clock of known offset and drift, and a link whose delays the test chooses.
 struct Truth {
   double drift_ppm = 0.0;

@@ -5,10 +5,6 @@
 namespace cellcal::drivers {
 namespace {
 
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
-
 class Delivery : public testing::Test {
  protected:
   Delivery() : mcu({}, kStart - milliseconds{7}), mcu_line(mcu), line(mcu_line) {}

@@ -19,6 +19,13 @@ using std::chrono::milliseconds;
 /// Virtual time starts far from zero, as the machine's does.
 inline constexpr TimePoint kStart{std::chrono::hours{30}};
 
+/// A message takes as long on its way.
+inline constexpr double kWireS = 180e-6;
+
+inline bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
 class VirtualClock : public Clock {
  public:
   TimePoint now() const override { return now_; }

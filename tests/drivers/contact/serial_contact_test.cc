@@ -21,6 +21,7 @@
 
 #include "drivers/contact/port/port_lock.h"
 #include "sim/mcu/mcu_pty.h"
+#include "tests/drivers/contact/rig.h"
 
 namespace cellcal::drivers {
 namespace {
@@ -36,10 +37,6 @@ bool wait_for(const std::function<bool()>& done,
     std::this_thread::sleep_for(milliseconds{1});
   }
   return true;
-}
-
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
 }
 
 /// The robot's thread: an io_context that asks the guard every millisecond.

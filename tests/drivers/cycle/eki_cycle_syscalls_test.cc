@@ -22,9 +22,9 @@ namespace {
 using namespace drivers;  // NOLINT: a test's own file
 using std::chrono::milliseconds;
 
-constexpr int kSearches = 3;
+constexpr int kEkiSearches = 3;
 /// A loaded machine may spoil some of them: late heartbeats.
-constexpr std::uint16_t kTries = 30;
+constexpr std::uint16_t kEkiTries = 30;
 
 EkiConfig loopback(std::uint16_t port) {
   EkiConfig config = eki_config();
@@ -136,13 +136,14 @@ TEST(TheRobotsThreadOverEki, SleepsInNoSystemCallButItsOwnWaitWhileItMovesTouche
   }
   int contacts = 0;
   bool stopped = false;
-  for (std::uint16_t id = 1; id <= kTries && contacts < kSearches; ++id) {
+  for (std::uint16_t id = 1; id <= kEkiTries && contacts < kEkiSearches; ++id) {
     if (cell.search(id)) ++contacts;
   }
-  for (std::uint32_t id = 1; id <= kTries && !stopped; ++id)
-    stopped = cell.stop_a_transit(kTries + id);
+  for (std::uint32_t id = 1; id <= kEkiTries && !stopped; ++id)
+    stopped = cell.stop_a_transit(kEkiTries + id);
   const std::vector<Syscall> calls = trace.stop();
-  ASSERT_EQ(contacts, kSearches) << cell.robot.state().words << "; " << cell.contact.status().words;
+  ASSERT_EQ(contacts, kEkiSearches)
+      << cell.robot.state().words << "; " << cell.contact.status().words;
   ASSERT_TRUE(stopped) << cell.robot.state().words;
   expect_no_sleep(calls, 30);
 }

@@ -9,12 +9,12 @@ namespace cellcal::faults {
 namespace {
 
 // One way over a switch and TCP.
-constexpr std::chrono::microseconds kOneWay{150};
+constexpr std::chrono::microseconds kSwitch{150};
 // Between two attempts to connect, as the adapter's shell makes them.
 constexpr std::chrono::milliseconds kRetry{500};
 
-sim::EkiControllerConfig controller_config(const daemon::DaemonConfig& config,
-                                           const calib::Cell& cell, const CellOptions& options) {
+sim::EkiControllerConfig eki_controller(const daemon::DaemonConfig& config, const calib::Cell& cell,
+                                        const CellOptions& options) {
   sim::EkiControllerConfig controller;
   controller.start_rad = config.mock.start_rad;
   controller.start_rad.resize(cell.robot.joints.size(), 0.0);
@@ -33,9 +33,9 @@ class EkiCell final : public FaultyCell {
   EkiCell(const calib::Cell& cell, const CellOptions& options, const daemon::DaemonConfig& config)
       : FaultyCell(cell, options),
         eki_(daemon::eki_config_for(config, cell)),
-        controller_(controller_config(config, cell, options)),
-        to_pc_(sim::LineKind::kStream, kOneWay, options.seed * 37 + 1),
-        to_krc_(sim::LineKind::kStream, kOneWay, options.seed * 37 + 2) {
+        controller_(eki_controller(config, cell, options)),
+        to_pc_(sim::LineKind::kStream, kSwitch, options.seed * 37 + 1),
+        to_krc_(sim::LineKind::kStream, kSwitch, options.seed * 37 + 2) {
     controller_.start_program();
     new_adapters();
   }

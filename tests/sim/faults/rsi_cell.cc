@@ -10,10 +10,10 @@ namespace cellcal::faults {
 namespace {
 
 // One way over a direct cable and through the adapter: half of what idle machines measure.
-constexpr std::chrono::microseconds kOneWay{40};
+constexpr std::chrono::microseconds kCable{40};
 
-sim::ControllerConfig controller_config(const daemon::DaemonConfig& config, const calib::Cell& cell,
-                                        const CellOptions& options) {
+sim::ControllerConfig rsi_controller(const daemon::DaemonConfig& config, const calib::Cell& cell,
+                                     const CellOptions& options) {
   sim::ControllerConfig controller;
   controller.start_rad = config.mock.start_rad;
   controller.start_rad.resize(cell.robot.joints.size(), 0.0);
@@ -32,11 +32,11 @@ class RsiCell final : public FaultyCell {
       : FaultyCell(cell, options),
         config_(config),
         rsi_(daemon::rsi_config_for(config, cell)),
-        controller_(controller_config(config, cell, options)),
-        to_pc_(sim::LineKind::kDatagrams, kOneWay, options.seed * 31 + 1),
-        to_krc_(sim::LineKind::kDatagrams, kOneWay, options.seed * 31 + 2) {
+        controller_(rsi_controller(config, cell, options)),
+        to_pc_(sim::LineKind::kDatagrams, kCable, options.seed * 31 + 1),
+        to_krc_(sim::LineKind::kDatagrams, kCable, options.seed * 31 + 2) {
     controller_.rsi_on();
-    sim::ControllerConfig other = controller_config(config, cell, options);
+    sim::ControllerConfig other = rsi_controller(config, cell, options);
     other.start_rad[0] += 0.5;
     other.ipoc_start = 77'000'123;
     other.timeout_cycles = std::numeric_limits<int>::max();  // it goes on without an answer

@@ -4,10 +4,10 @@
 
 #include <array>
 #include <cmath>
-#include <numbers>
 
 #include "calib/model/kinematics.h"
 #include "calib/model/robot.h"
+#include "drivers/units.h"
 #include "sim/krc/cartesian_arm.h"
 #include "sim/krc/controller.h"
 #include "tests/sim/krc/arm_cell.h"
@@ -16,7 +16,6 @@ namespace cellcal::sim {
 namespace {
 
 using namespace std::chrono_literals;
-constexpr double kDeg = std::numbers::pi / 180.0;
 
 class Modes : public ::testing::Test {
  protected:
@@ -90,7 +89,8 @@ TEST_F(Modes, CartesianCorrectionMovesTheTcpAlongTheBaseOrTheTool) {
       // In home the tool's z points down: KUKA's flange, A5 = 90 deg.
       EXPECT_NEAR(to[2] - from[2], -2.5, 1e-5);
     }
-    for (std::size_t i = 3; i < 6; ++i) EXPECT_NEAR(std::sin((to[i] - from[i]) * kDeg), 0.0, 1e-7);
+    for (std::size_t i = 3; i < 6; ++i)
+      EXPECT_NEAR(std::sin((to[i] - from[i]) * drivers::kRadPerDeg), 0.0, 1e-7);
   }
 }
 
@@ -142,8 +142,8 @@ TEST_F(Modes, CorrectionsThatTheArmCannotFollowStopIt) {
   make(config);
   cycles(3, "<RKorr X=\"1\"/>");
   EXPECT_NE(krc->message().find("no geometry"), std::string::npos);
-  config.soft_min_rad.assign(6, -95 * kDeg);
-  config.soft_max_rad.assign(6, 95 * kDeg);
+  config.soft_min_rad.assign(6, -95 * drivers::kRadPerDeg);
+  config.soft_max_rad.assign(6, 95 * drivers::kRadPerDeg);
   make(config);
   cycles(3, "<AK A2=\"-6\"/>");
   EXPECT_EQ(krc->message(), "Software limit switch A2");
@@ -151,7 +151,7 @@ TEST_F(Modes, CorrectionsThatTheArmCannotFollowStopIt) {
 
 TEST_F(Modes, MoreThanTheDrivesCanDoIsAGearTorqueFault) {
   ControllerConfig config;
-  config.max_acceleration_rad_s2.assign(6, 1000 * kDeg);
+  config.max_acceleration_rad_s2.assign(6, 1000 * drivers::kRadPerDeg);
   make(config);
   // 0.015 deg in a cycle of 4 ms from rest: 940 deg/s^2.
   cycles(2, "<AK A3=\"0.015\"/>");
@@ -174,7 +174,7 @@ TEST_F(Modes, T1WatchesTheTcpFor250MillimetresPerSecond) {
     EXPECT_EQ(krc->phase(), mm < 1.0 ? RsiPhase::kRunning : RsiPhase::kFaulted) << krc->message();
   }
   config.arm = nullptr;
-  config.max_speed_rad_s.assign(6, 100 * kDeg);
+  config.max_speed_rad_s.assign(6, 100 * drivers::kRadPerDeg);
   make(config);
   krc->mode(OperatingMode::kT1);
   krc->rsi_on();
@@ -232,7 +232,7 @@ TEST_F(Modes, StopObjectDoesWhatItsModeSays) {
     cycles(100, "<AK A1=\"2\"/>");
     EXPECT_FALSE(packet.empty()) << "RSI goes on";
     EXPECT_NE(krc->message().find("STOP object"), std::string::npos);
-    const double a1 = krc->setpoint_rad()[0] / kDeg;
+    const double a1 = krc->setpoint_rad()[0] / drivers::kRadPerDeg;
     if (mode == RsiStop::kInfo) {
       EXPECT_NEAR(a1, 2.0, 1e-9);
     } else {

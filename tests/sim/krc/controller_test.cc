@@ -4,15 +4,14 @@
 
 #include <array>
 #include <cmath>
-#include <numbers>
 
 #include "drivers/kuka/wire/rsi_codec.h"
+#include "drivers/units.h"
 
 namespace cellcal::sim {
 namespace {
 
 using namespace std::chrono_literals;
-constexpr double kDeg = std::numbers::pi / 180.0;
 
 class Krc : public ::testing::Test {
  protected:
@@ -135,7 +134,7 @@ TEST_F(Krc, MonitorStopsAndNamesItself) {
 
 TEST_F(Krc, StepFasterThanAnAxisIsACommandVelocityFault) {
   ControllerConfig config;
-  config.max_speed_rad_s.assign(6, 100 * kDeg);
+  config.max_speed_rad_s.assign(6, 100 * drivers::kRadPerDeg);
   make(config);
   cycles(3, 0.39);
   EXPECT_EQ(krc->phase(), RsiPhase::kRunning);
@@ -152,15 +151,17 @@ TEST_F(Krc, ArmFollowsTheSetpointAsAFirstOrderLag) {
   cycles(1, 1.0);  // accepted now, in force from the next tick on
   const drivers::RobFrame in_force = tick();
   EXPECT_EQ(in_force.axes_deg[0], 0.0);
-  EXPECT_NEAR(krc->setpoint_rad()[0], 1.0 * kDeg, 1e-12);
+  EXPECT_NEAR(krc->setpoint_rad()[0], 1.0 * drivers::kRadPerDeg, 1e-12);
   for (const auto t : {0us, 1000us, 2500us, 4000us}) {
     const double s = std::chrono::duration<double>(t).count();
-    EXPECT_NEAR(krc->actual_rad_at(now + t)[0], (1 - std::exp(-s / 0.02)) * kDeg, 1e-12);
+    EXPECT_NEAR(krc->actual_rad_at(now + t)[0], (1 - std::exp(-s / 0.02)) * drivers::kRadPerDeg,
+                1e-12);
   }
   const std::vector<double> ahead = krc->actual_rad_at(now + 4ms);
   answer(1.0);
   const drivers::RobFrame next = tick();
-  EXPECT_NEAR(next.axes_deg[0], ahead[0] / kDeg, 1e-6) << "what was foreseen came true";
+  EXPECT_NEAR(next.axes_deg[0], ahead[0] / drivers::kRadPerDeg, 1e-6)
+      << "what was foreseen came true";
   EXPECT_EQ(next.setpoint_axes_deg[0], 0.0) << "ASPos does not contain the correction";
   cycles(200, 1.0);
   EXPECT_NEAR(tick().axes_deg[0], 1.0, 1e-6);
@@ -220,7 +221,7 @@ TEST_F(Krc, NewSessionStartsWhereTheArmStands) {
   const std::uint64_t counter = krc->ipoc();
   krc->rsi_on();
   const drivers::RobFrame frame = tick();
-  EXPECT_NEAR(frame.setpoint_axes_deg[0], stood[0] / kDeg, 1e-4);
+  EXPECT_NEAR(frame.setpoint_axes_deg[0], stood[0] / drivers::kRadPerDeg, 1e-4);
   EXPECT_EQ(frame.delay, 0U);
   EXPECT_EQ(krc->correction_deg()[0], 0.0);
   EXPECT_EQ(krc->ipoc(), counter + 4);

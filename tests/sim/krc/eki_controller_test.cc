@@ -6,11 +6,11 @@
 
 #include <cmath>
 #include <functional>
-#include <numbers>
 #include <stdexcept>
 
 #include "drivers/kuka/krl/krl_files.h"
 #include "drivers/kuka/wire/eki_codec.h"
+#include "drivers/units.h"
 
 namespace cellcal::sim {
 namespace {
@@ -18,13 +18,12 @@ namespace {
 using namespace std::chrono_literals;
 using drivers::EkiOutcome;
 using drivers::EkiProgress;
-constexpr double kDeg = std::numbers::pi / 180.0;
 
 EkiControllerConfig usual() {
   EkiControllerConfig config;
   config.channel_xml = drivers::eki_files({}).at("CellcalEki.xml");
-  config.max_speed_rad_s.assign(6, 200 * kDeg);
-  config.max_acceleration_rad_s2 = 400 * kDeg;
+  config.max_speed_rad_s.assign(6, 200 * drivers::kRadPerDeg);
+  config.max_acceleration_rad_s2 = 400 * drivers::kRadPerDeg;
   return config;
 }
 
@@ -83,7 +82,7 @@ class EkiKrc : public ::testing::Test {
              "\" A2=\"-90\" A3=\"90\" A4=\"0\" A5=\"90\" A6=\"0\"/>",
          move);
   }
-  double a1_deg() const { return krc->actual_rad_at(now)[0] / kDeg; }
+  double a1_deg() const { return krc->actual_rad_at(now)[0] / drivers::kRadPerDeg; }
 
   std::unique_ptr<EkiController> krc;
   drivers::EkiParser parser;
@@ -103,9 +102,10 @@ TEST_F(EkiKrc, SendsFiftyStatesASecond) {
 
 TEST_F(EkiKrc, MovesAtThePercentItIsToldAndRampsAtBothEnds) {
   make();
-  double fastest = 0.0, steepest = 0.0, speed = 0.0, last = krc->setpoint_rad()[0] / kDeg;
+  double fastest = 0.0, steepest = 0.0, speed = 0.0,
+         last = krc->setpoint_rad()[0] / drivers::kRadPerDeg;
   after_tick = [&] {
-    const double at = krc->setpoint_rad()[0] / kDeg;
+    const double at = krc->setpoint_rad()[0] / drivers::kRadPerDeg;
     const double here = (at - last) / 0.004;
     steepest = std::max(steepest, std::abs(here - speed) / 0.004);
     speed = here;
@@ -137,7 +137,7 @@ TEST_F(EkiKrc, StopsAtItsInputWithARampAndLatchesWhereTheInputCame) {
   after_tick = [&] {
     if (at_edge == 0.0 && a1_deg() > 30.0) {
       const drivers::TimePoint edge = now + 1ms;
-      at_edge = krc->actual_rad_at(edge)[0] / kDeg;
+      at_edge = krc->actual_rad_at(edge)[0] / drivers::kRadPerDeg;
       krc->input(edge, true);
     }
   };

@@ -5,16 +5,15 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <numbers>
 #include <stdexcept>
 
 #include "drivers/kuka/krl/krl_files.h"
+#include "drivers/units.h"
 
 namespace cellcal::sim {
 namespace {
 
 using namespace std::chrono_literals;
-constexpr double kDeg = std::numbers::pi / 180.0;
 
 std::string file(const std::string& protocol, const std::string& receive, const std::string& send) {
   return "<ETHERNETKRL><CONFIGURATION><EXTERNAL><TYPE>Client</TYPE></EXTERNAL><INTERNAL>"
@@ -97,7 +96,7 @@ class Stream : public ::testing::Test {
     for (int i = 0; i < 10000 && (i < 2 || !krc->at_rest()); ++i) run(4ms);
     run(500ms);
   }
-  double a(std::size_t axis) const { return krc->actual_rad_at(now)[axis] / kDeg; }
+  double a(std::size_t axis) const { return krc->actual_rad_at(now)[axis] / drivers::kRadPerDeg; }
 
   std::unique_ptr<EkiStream> krc;
   drivers::TimePoint now{10s};
@@ -170,10 +169,10 @@ TEST_F(Stream, TypedCommandsAreCarriedOutOneAfterTheOther) {
   krc->channel(0).receive(
       command(2, kHome, "X=\"500\" Y=\"-1000\" Z=\"1000\" A=\"0\" B=\"0\" C=\"0\""));
   to_rest();
-  EXPECT_NEAR(a(0) * kDeg, 0.5, 1e-6);
+  EXPECT_NEAR(a(0) * drivers::kRadPerDeg, 0.5, 1e-6);
   krc->channel(0).receive(command(5, kHome, "X=\"-100\" Y=\"0\" Z=\"0\" A=\"0\" B=\"0\" C=\"0\""));
   to_rest();
-  EXPECT_NEAR(a(0) * kDeg, 0.4, 1e-6);
+  EXPECT_NEAR(a(0) * drivers::kRadPerDeg, 0.4, 1e-6);
   krc->channel(1).take_output();
   run(20ms);
   const std::string state = krc->channel(1).take_output();
@@ -195,7 +194,7 @@ TEST_F(Stream, FrameWithoutATypeIsATargetOfTheTcp) {
       "<Sensor><Key>go</Key><Frame X=\"250.0\" Y=\"0\" Z=\"0\" A=\"0\" B=\"0\" C=\"0\" "
       "/></Sensor>");
   to_rest();
-  EXPECT_NEAR(a(0) * kDeg, 0.25, 1e-6);
+  EXPECT_NEAR(a(0) * drivers::kRadPerDeg, 0.25, 1e-6);
 }
 
 TEST_F(Stream, ATypeOfAnotherNameMovesNothing) {

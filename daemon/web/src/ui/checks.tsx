@@ -1,18 +1,18 @@
 // All checks of a calibration as a control chart: does the cell creep, since when, what to do.
 
 import { useMemo } from "preact/hooks";
-import type { CheckChart, CheckPoint, ToldController } from "../types";
+import type { AdviceStatus, DriftChart, DriftPoint } from "../types";
 import { Chart, type Line } from "./chart";
 import { useVoice } from "./context";
 
 const LONGEST_S = 1e11; // beyond it a date is none
 
 /** What counts and was measured, in the order of time. */
-export const plotted = (points: CheckPoint[]): CheckPoint[] =>
+export const plotted = (points: DriftPoint[]): DriftPoint[] =>
   points.filter((point) => point.leftOut === null && point.offMm !== null && point.timeS < LONGEST_S)
     .sort((one, other) => one.timeS - other.timeS);
 
-export const off_mm = (chart: CheckChart): number | null => {
+export const off_mm = (chart: DriftChart): number | null => {
   const newest = plotted(chart.points).pop()?.offMm;
   return newest ? Math.hypot(...newest) : null;
 };
@@ -20,18 +20,18 @@ export const off_mm = (chart: CheckChart): number | null => {
 const date_of = (seconds: number): string =>
   seconds > 0 && seconds < LONGEST_S ? new Date(seconds * 1000).toISOString().slice(0, 10) : "–";
 
-function Told({ controller }: { controller: ToldController }) {
+function Acknowledged({ controller }: { controller: AdviceStatus }) {
   const { say, fmt } = useVoice();
-  const { value, at, trouble } = controller;
+  const { value, acknowledgedAt, trouble } = controller;
   return (
     <>
-      {value !== null && <p class="note">{say("checks.told", { value, time: fmt.time(at) })}</p>}
-      {trouble !== "" && <p class="note" role="status">{say("checks.not_told", { words: trouble })}</p>}
+      {value !== null && <p class="note">{say("checks.acknowledged", { value, time: fmt.time(acknowledgedAt) })}</p>}
+      {trouble !== "" && <p class="note" role="status">{say("checks.not_acknowledged", { words: trouble })}</p>}
     </>
   );
 }
 
-export function Checks({ chart, controller }: { chart: CheckChart; controller: ToldController | null }) {
+export function Checks({ chart, controller }: { chart: DriftChart; controller: AdviceStatus | null }) {
   const { say, fmt } = useVoice();
   const points = useMemo(() => plotted(chart.points), [chart]);
   const x = useMemo(() => points.map((point) => point.timeS), [points]);
@@ -45,7 +45,7 @@ export function Checks({ chart, controller }: { chart: CheckChart; controller: T
     { label: say("checks.beyond"), colour: "next", marks: "triangle",
       values: points.map((point) => (point.state === "warns" || point.state === "alarms" ? point.share : null)) },
   ], [points, chart, say]);
-  const { course } = chart;
+  const { trend } = chart;
   const left_out = chart.points.length - chart.counted;
   return (
     <section class="panel wide checks" aria-labelledby="checks-title" data-state={chart.state}>
@@ -54,16 +54,16 @@ export function Checks({ chart, controller }: { chart: CheckChart; controller: T
         <strong>{say(`checks.state.${chart.state}`, {
           n: chart.counted, least: chart.least, off: fmt.mm(off_mm(chart)), session: chart.calibration,
           date: date_of(chart.decidedS), undecided: chart.undecided })}</strong>
-        {course && <> {course.shape === "creep" && course.mmPerMonth !== null
-          ? say("checks.creep", { rate: fmt.mm(course.mmPerMonth), u: fmt.mm(course.uMmPerMonth), since: course.since,
-              date: date_of(course.sinceS), off: fmt.mm(course.offMm), u_off: fmt.mm(course.uOffMm) })
-          : say("checks.step", { since: course.since, date: date_of(course.sinceS), off: fmt.mm(course.offMm),
-              u_off: fmt.mm(course.uOffMm) })}</>}
-        {course?.cause && <> {say(`checks.cause.${course.cause}`, {
-          name: course.causeName, p: Math.round(100 * course.probability) })}</>}
+        {trend && <> {trend.shape === "creep" && trend.mmPerMonth !== null
+          ? say("checks.creep", { rate: fmt.mm(trend.mmPerMonth), u: fmt.mm(trend.uMmPerMonth), since: trend.since,
+              date: date_of(trend.sinceS), off: fmt.mm(trend.offMm), u_off: fmt.mm(trend.uOffMm) })
+          : say("checks.step", { since: trend.since, date: date_of(trend.sinceS), off: fmt.mm(trend.offMm),
+              u_off: fmt.mm(trend.uOffMm) })}</>}
+        {trend?.cause && <> {say(`checks.cause.${trend.cause}`, {
+          name: trend.causeName, p: Math.round(100 * trend.probability) })}</>}
       </p>
       {chart.advice !== "none" && <p class="drift-advice">{say(`checks.advice.${chart.advice}`)}</p>}
-      {controller && <Told controller={controller} />}
+      {controller && <Acknowledged controller={controller} />}
       {points.length > 1 && (
         <div class="pair">
           <Chart label={say("checks.label", { n: points.length })} x={x} x_label={say("checks.date")} time

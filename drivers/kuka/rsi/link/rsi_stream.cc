@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
+
+#include "drivers/median.h"
 
 namespace cellcal::drivers {
 namespace {
@@ -92,12 +95,10 @@ void RsiStream::note_pace(TimePoint t_rx, std::uint32_t counts) {
 /// Mean time per count, with pauses cut short.
 double RsiStream::pace_s() const {
   std::array<double, kPaces> sorted = paces_;
-  const auto end = sorted.begin() + static_cast<std::ptrdiff_t>(pace_count_);
-  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(pace_count_ / 2);
-  std::nth_element(sorted.begin(), middle, end);
-  const double longest_s = kPause * *middle;
+  const std::span<double> seen = std::span(sorted).first(pace_count_);
+  const double longest_s = kPause * median_of(seen);
   double sum_s = 0.0;
-  for (auto pace = sorted.begin(); pace != end; ++pace) sum_s += std::min(*pace, longest_s);
+  for (const double pace : seen) sum_s += std::min(pace, longest_s);
   return sum_s / static_cast<double>(pace_count_);
 }
 

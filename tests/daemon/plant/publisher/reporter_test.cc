@@ -22,7 +22,7 @@ plant::FactBody body_of(const Report& report) {
   return plant::body_from_json(report.kind, report.body);
 }
 
-SessionRecord session_of(SessionKind kind, const char* state) {
+SessionRecord session_of(SessionKind kind, RecordState state) {
   SessionRecord record;
   record.id = 7;
   record.state = state;
@@ -41,7 +41,7 @@ struct reporter : ::testing::Test {
 };
 
 TEST_F(reporter, tells_what_a_session_is_for_and_how_it_stands) {
-  const auto reports = telling.session(session_of(SessionKind::kCalibrate, "aborted"));
+  const auto reports = telling.session(session_of(SessionKind::kCalibrate, RecordState::kAborted));
   ASSERT_EQ(reports.size(), 1u);
   EXPECT_EQ(reports[0].worth, daemon::Worth::kResult);
   const auto fact = std::get<plant::SessionFact>(body_of(reports[0]));
@@ -52,8 +52,8 @@ TEST_F(reporter, tells_what_a_session_is_for_and_how_it_stands) {
 TEST_F(reporter, tells_the_result_of_a_check_with_its_end_byte_for_byte) {
   const std::string document = calib::check_to_json({.holds = true, .touches = 9}) + "\n";
   std::ofstream(dir / "check.json") << document;
-  EXPECT_EQ(telling.session(session_of(SessionKind::kCheck, "running")).size(), 1u);
-  const auto reports = telling.session(session_of(SessionKind::kCheck, "done"));
+  EXPECT_EQ(telling.session(session_of(SessionKind::kCheck, RecordState::kRunning)).size(), 1u);
+  const auto reports = telling.session(session_of(SessionKind::kCheck, RecordState::kDone));
   ASSERT_EQ(reports.size(), 2u);
   const auto fact = std::get<plant::CheckFact>(body_of(reports[0]));
   EXPECT_EQ(fact.held, plant::Held::kYes);
@@ -63,7 +63,7 @@ TEST_F(reporter, tells_the_result_of_a_check_with_its_end_byte_for_byte) {
 
 TEST_F(reporter, tells_of_the_end_of_a_check_whose_result_cannot_be_read) {
   std::ofstream(dir / "check.json") << "{";
-  const auto reports = telling.session(session_of(SessionKind::kCheck, "done"));
+  const auto reports = telling.session(session_of(SessionKind::kCheck, RecordState::kDone));
   ASSERT_EQ(reports.size(), 2u);
   EXPECT_EQ(reports[0].kind, "alarm");
   EXPECT_EQ(reports[1].kind, "session");
@@ -89,7 +89,7 @@ TEST_F(reporter, tells_of_a_touch_where_its_tip_was_and_how_far_off_it_is_once_t
 }
 
 TEST_F(reporter, tells_of_a_failure_by_its_name) {
-  SessionRecord failed = session_of(SessionKind::kCalibrate, "failed");
+  SessionRecord failed = session_of(SessionKind::kCalibrate, RecordState::kFailed);
   failed.failure = "no-contact: end of the search";
   failed.failure_kind = FailureKind::kNoContact;
   EXPECT_EQ(std::get<plant::SessionFact>(body_of(telling.session(failed)[0])).failure_kind,

@@ -9,7 +9,7 @@
 namespace cellcal::drivers::ctp {
 namespace {
 
-const Frame* feed(FrameReader& reader, std::span<const std::uint8_t> bytes) {
+const Frame* last_frame_of(FrameReader& reader, std::span<const std::uint8_t> bytes) {
   const Frame* last = nullptr;
   for (const std::uint8_t byte : bytes) {
     if (const Frame* frame = reader.feed(byte)) last = frame;
@@ -19,11 +19,12 @@ const Frame* feed(FrameReader& reader, std::span<const std::uint8_t> bytes) {
 
 TEST(CtpReaderMemory, AShortFrameHasNothingOfTheLongOneBeforeIt) {
   FrameReader reader(Direction::kFromSensor);
-  ASSERT_NE(feed(reader, build(Event{0xFFFF, 0xFFFF, 0xFFFFFFFF, 0xFFFF, 0xFF, 0xFF, 0xFFFF}, 0,
-                               CTP_CONTACT)
-                             .bytes()),
-            nullptr);
-  const Frame* nak = feed(reader, build(Nak{3, 6}, 1).bytes());
+  ASSERT_NE(
+      last_frame_of(reader, build(Event{0xFFFF, 0xFFFF, 0xFFFFFFFF, 0xFFFF, 0xFF, 0xFF, 0xFFFF}, 0,
+                                  CTP_CONTACT)
+                                .bytes()),
+      nullptr);
+  const Frame* nak = last_frame_of(reader, build(Nak{3, 6}, 1).bytes());
   ASSERT_NE(nak, nullptr);
   EXPECT_EQ(nak->size, CTP_NAK_SIZE);
   EXPECT_TRUE(std::all_of(nak->payload.begin() + CTP_NAK_SIZE, nak->payload.end(),
@@ -33,25 +34,25 @@ TEST(CtpReaderMemory, AShortFrameHasNothingOfTheLongOneBeforeIt) {
 TEST(CtpReaderMemory, ANewPeerIsReadFromItsFirstByte) {
   FrameReader reader(Direction::kFromSensor);
   const WireBytes wire = build(Trip{1, 2}, 9);
-  feed(reader, wire.bytes().first(5));
+  last_frame_of(reader, wire.bytes().first(5));
   reader.resync();
-  EXPECT_NE(feed(reader, wire.bytes()), nullptr);
-  feed(reader, wire.bytes());
+  EXPECT_NE(last_frame_of(reader, wire.bytes()), nullptr);
+  last_frame_of(reader, wire.bytes());
   reader.resync();
-  EXPECT_NE(feed(reader, build(Trip{1, 2}, 77).bytes()), nullptr);
+  EXPECT_NE(last_frame_of(reader, build(Trip{1, 2}, 77).bytes()), nullptr);
   EXPECT_EQ(reader.counters().gaps, 255u)
       << "only the frame that came twice counts, not the new peer's";
   EXPECT_EQ(reader.counters().frames, 3u);
   // Nor is it in the middle of what was too long.
   for (int i = 0; i < 1000; ++i) reader.feed(1);
   reader.resync();
-  EXPECT_NE(feed(reader, wire.bytes()), nullptr);
+  EXPECT_NE(last_frame_of(reader, wire.bytes()), nullptr);
 }
 
 TEST(CtpReaderMemory, TheLongestFrameIsReadAndOneByteMoreIsNot) {
   const std::vector<std::uint8_t> text(CTP_MAX_PAYLOAD, 'x');
   FrameReader reader(Direction::kFromSensor);
-  EXPECT_NE(feed(reader, build_frame(CTP_LOG, 0, text).bytes()), nullptr);
+  EXPECT_NE(last_frame_of(reader, build_frame(CTP_LOG, 0, text).bytes()), nullptr);
   for (int i = 0; i < int{CTP_MAX_WIRE} - 1; ++i) reader.feed(1);
   EXPECT_EQ(reader.counters().oversize, 0u);
   reader.feed(1);

@@ -11,7 +11,7 @@
 namespace cellcal::drivers::ctp {
 namespace {
 
-std::vector<Frame> feed(FrameReader& reader, std::span<const std::uint8_t> bytes) {
+std::vector<Frame> frames_of(FrameReader& reader, std::span<const std::uint8_t> bytes) {
   std::vector<Frame> frames;
   for (const std::uint8_t b : bytes) {
     if (const Frame* f = reader.feed(b)) frames.push_back(*f);
@@ -89,7 +89,7 @@ TEST(CtpCodec, ABlockOfTheGreatestLengthStandsForNoZero) {
 template <class Payload>
 void comes_back(const Payload& payload, Direction direction) {
   FrameReader reader(direction);
-  const auto frames = feed(reader, build(payload, 9).bytes());
+  const auto frames = frames_of(reader, build(payload, 9).bytes());
   ASSERT_EQ(frames.size(), 1u);
   EXPECT_EQ(frames[0].type, Payload::kType);
   EXPECT_EQ(frames[0].seq, 9);
@@ -120,7 +120,7 @@ TEST(CtpCodec, EveryPayloadComesBack) {
 TEST(CtpCodec, EventsShareOnePayload) {
   for (const std::uint8_t type : {CTP_CONTACT, CTP_REVOKED, CTP_RELEASE}) {
     FrameReader reader(Direction::kFromSensor);
-    const auto frames = feed(reader, build(Event{1, 2, 3, 4, 5, 1, 7}, 0, type).bytes());
+    const auto frames = frames_of(reader, build(Event{1, 2, 3, 4, 5, 1, 7}, 0, type).bytes());
     ASSERT_EQ(frames.size(), 1u);
     EXPECT_EQ(frames[0].type, type);
     const auto event = read<Event>(frames[0]);
@@ -154,10 +154,10 @@ TEST(CtpReader, EverySingleBitErrorIsRejectedAndTheNextFrameRead) {
       FrameReader reader(Direction::kFromSensor);
       auto bad = good;
       bad[at] = static_cast<std::uint8_t>(bad[at] ^ (1 << bit));
-      EXPECT_TRUE(feed(reader, bad).empty()) << at << " bit " << bit;
+      EXPECT_TRUE(frames_of(reader, bad).empty()) << at << " bit " << bit;
       const std::uint8_t zero = 0;
-      feed(reader, {&zero, 1});  // the flipped delimiter's replacement
-      EXPECT_EQ(feed(reader, next).size(), 1u) << at << " bit " << bit;
+      frames_of(reader, {&zero, 1});  // the flipped delimiter's replacement
+      EXPECT_EQ(frames_of(reader, next).size(), 1u) << at << " bit " << bit;
       const WireCounters& c = reader.counters();
       EXPECT_EQ(c.frames, 1u);
       EXPECT_GE(c.crc_errors + c.malformed, 1u);
@@ -170,38 +170,38 @@ TEST(CtpReader, EveryTruncationIsRejectedAndTheNextFrameRead) {
   const auto next = bytes_of(build(Trip{1, 2}, 1));
   for (std::size_t keep = 1; keep + 1 < good.size(); ++keep) {
     FrameReader reader(Direction::kFromSensor);
-    feed(reader, {good.data(), keep});
+    frames_of(reader, {good.data(), keep});
     const std::uint8_t zero = 0;
-    EXPECT_TRUE(feed(reader, {&zero, 1}).empty());
-    EXPECT_EQ(feed(reader, next).size(), 1u) << keep;
+    EXPECT_TRUE(frames_of(reader, {&zero, 1}).empty());
+    EXPECT_EQ(frames_of(reader, next).size(), 1u) << keep;
   }
 }
 
 TEST(CtpReader, AnEndlessFrameCostsOneFrame) {
   FrameReader reader(Direction::kFromSensor);
   std::vector<std::uint8_t> noise(100'000, 0xFF);
-  EXPECT_TRUE(feed(reader, noise).empty());
+  EXPECT_TRUE(frames_of(reader, noise).empty());
   EXPECT_EQ(reader.counters().oversize, 1u);
   const std::uint8_t zero = 0;
-  feed(reader, {&zero, 1});
-  EXPECT_EQ(feed(reader, build(Trip{1, 2}, 1).bytes()).size(), 1u);
+  frames_of(reader, {&zero, 1});
+  EXPECT_EQ(frames_of(reader, build(Trip{1, 2}, 1).bytes()).size(), 1u);
 }
 
 TEST(CtpReader, CountsGapsAcrossTheWrapOfTheSequence) {
   FrameReader reader(Direction::kFromSensor);
   for (const int seq : {254, 255, 0, 1}) {
-    feed(reader, build(Trip{}, static_cast<std::uint8_t>(seq)).bytes());
+    frames_of(reader, build(Trip{}, static_cast<std::uint8_t>(seq)).bytes());
   }
   EXPECT_EQ(reader.counters().gaps, 0u);
-  feed(reader, build(Trip{}, 4).bytes());
+  frames_of(reader, build(Trip{}, 4).bytes());
   EXPECT_EQ(reader.counters().gaps, 2u);
 }
 
 TEST(CtpReader, UnknownTypesAreIgnoredAndCounted) {
   FrameReader reader(Direction::kFromSensor);
   const std::vector<std::uint8_t> payload = {1, 2, 3};
-  EXPECT_TRUE(feed(reader, build_frame(0xC3, 0, payload).bytes()).empty());
-  EXPECT_TRUE(feed(reader, build(Arm{1, 2}, 1).bytes()).empty()) << "the host's, echoed";
+  EXPECT_TRUE(frames_of(reader, build_frame(0xC3, 0, payload).bytes()).empty());
+  EXPECT_TRUE(frames_of(reader, build(Arm{1, 2}, 1).bytes()).empty()) << "the host's, echoed";
   EXPECT_EQ(reader.counters().unknown_types, 2u);
   EXPECT_EQ(reader.counters().gaps, 0u);
 }
@@ -211,7 +211,7 @@ TEST(CtpReader, AKnownTypeOfTheWrongSizeIsMalformed) {
   for (std::size_t size = 0; size <= CTP_MAX_PAYLOAD; ++size) {
     if (size == CTP_STATUS_SIZE) continue;
     const std::vector<std::uint8_t> payload(size, 1);
-    EXPECT_TRUE(feed(reader, build_frame(CTP_STATUS, 0, payload).bytes()).empty()) << size;
+    EXPECT_TRUE(frames_of(reader, build_frame(CTP_STATUS, 0, payload).bytes()).empty()) << size;
   }
   EXPECT_EQ(reader.counters().malformed, static_cast<std::uint64_t>(CTP_MAX_PAYLOAD));
 }
@@ -220,7 +220,7 @@ TEST(CtpReader, LogTextMayHaveAnySize) {
   FrameReader reader(Direction::kFromSensor);
   for (std::size_t size = 0; size <= CTP_MAX_PAYLOAD; ++size) {
     const std::vector<std::uint8_t> text(size, 'x');
-    const auto frames = feed(reader, build_frame(CTP_LOG, 0, text).bytes());
+    const auto frames = frames_of(reader, build_frame(CTP_LOG, 0, text).bytes());
     ASSERT_EQ(frames.size(), 1u);
     EXPECT_EQ(frames[0].size, size);
   }

@@ -6,18 +6,16 @@
 
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <vector>
 
+#include "drivers/units.h"
 #include "tests/drivers/kuka/expect_cause.h"
 
 namespace cellcal::drivers {
 namespace {
 
-constexpr double kDeg = std::numbers::pi / 180.0;
-
-const std::vector<AxisLimit> kLimits{{-170 * kDeg, 170 * kDeg, 1, 1, 1},
-                                     {-90 * kDeg, 45 * kDeg, 1, 1, 1}};
+const std::vector<AxisLimit> kLimits{{-170 * kRadPerDeg, 170 * kRadPerDeg, 1, 1, 1},
+                                     {-90 * kRadPerDeg, 45 * kRadPerDeg, 1, 1, 1}};
 constexpr double kCorrectionLimitDeg[] = {30.0, 20.0};
 
 Move to(const AxisAngles& target_rad, double cruise_s = 0.0) {
@@ -49,19 +47,22 @@ TEST(MoveCheck, AnAngleThatIsNoNumberIsNamedByItsAxis) {
 }
 
 TEST(MoveCheck, BeyondALimitOfEitherSideIsNamedInDegrees) {
-  expect(object_to(to({-171 * kDeg, 0.0}), kLimits), cause::BelowLimit{0, -171, -170});
-  expect(object_to(to({0.0, 46 * kDeg}), kLimits), cause::AboveLimit{1, 46, 45});
-  EXPECT_FALSE(object_to(to({170 * kDeg, -90 * kDeg}), kLimits)) << "the limit itself is inside";
+  expect(object_to(to({-171 * kRadPerDeg, 0.0}), kLimits), cause::BelowLimit{0, -171, -170});
+  expect(object_to(to({0.0, 46 * kRadPerDeg}), kLimits), cause::AboveLimit{1, 46, 45});
+  EXPECT_FALSE(object_to(to({170 * kRadPerDeg, -90 * kRadPerDeg}), kLimits))
+      << "the limit itself is inside";
 }
 
 TEST(MoveCheck, ACorrectionBeyondItsLimitIsMeasuredFromThePoseAtCorrectionNought) {
-  const AxisAngles base{100 * kDeg, -10 * kDeg};
-  expect(object_to(to({131 * kDeg, -10 * kDeg}), kLimits, kCorrectionLimitDeg, base),
+  const AxisAngles base{100 * kRadPerDeg, -10 * kRadPerDeg};
+  expect(object_to(to({131 * kRadPerDeg, -10 * kRadPerDeg}), kLimits, kCorrectionLimitDeg, base),
          cause::CorrectionLimit{0, 31, 30});
-  expect(object_to(to({100 * kDeg, -31 * kDeg}), kLimits, kCorrectionLimitDeg, base),
+  expect(object_to(to({100 * kRadPerDeg, -31 * kRadPerDeg}), kLimits, kCorrectionLimitDeg, base),
          cause::CorrectionLimit{1, -21, 20});
-  EXPECT_FALSE(object_to(to({71 * kDeg, 9 * kDeg}), kLimits, kCorrectionLimitDeg, base));
-  expect(object_to(to({100 * kDeg}), kLimits, kCorrectionLimitDeg, base), cause::AxisCount{1, 2});
+  EXPECT_FALSE(
+      object_to(to({71 * kRadPerDeg, 9 * kRadPerDeg}), kLimits, kCorrectionLimitDeg, base));
+  expect(object_to(to({100 * kRadPerDeg}), kLimits, kCorrectionLimitDeg, base),
+         cause::AxisCount{1, 2});
 }
 
 // ---- way-points --------------------------------------------------------------------------------
@@ -73,11 +74,11 @@ Move by(const Via& via, MoveKind kind = MoveKind::kTransit, double cruise_s = 0.
 TEST(MoveCheck, EachWayPointHasToBeWithinTheLimitsAndIsNamedByItsNumber) {
   expect(object_to(by({{0.0}}), kLimits), cause::AxisCount{1, 2, 2});
   expect(object_to(by({{NAN, 0.0}}), kLimits), cause::NotFinite{0, NAN, 2});
-  expect(object_to(by({{-171 * kDeg, 0.0}}), kLimits), cause::BelowLimit{0, -171, -170, 2});
-  expect(object_to(by({{0.0, 46 * kDeg}}), kLimits), cause::AboveLimit{1, 46, 45, 2});
-  EXPECT_FALSE(object_to(by({{0.0, 45 * kDeg}, 0.5, 0.0}), kLimits));
+  expect(object_to(by({{-171 * kRadPerDeg, 0.0}}), kLimits), cause::BelowLimit{0, -171, -170, 2});
+  expect(object_to(by({{0.0, 46 * kRadPerDeg}}), kLimits), cause::AboveLimit{1, 46, 45, 2});
+  EXPECT_FALSE(object_to(by({{0.0, 45 * kRadPerDeg}, 0.5, 0.0}), kLimits));
   Move first = by({{0.0, 0.0}});
-  first.via[0].at_rad[1] = -91 * kDeg;
+  first.via[0].at_rad[1] = -91 * kRadPerDeg;
   expect(object_to(first, kLimits), cause::BelowLimit{1, -91, -90, 1});
 }
 
@@ -98,8 +99,9 @@ TEST(MoveCheck, ASearchGoesStraightAndACruiseTimeIsOfOneLine) {
 }
 
 TEST(MoveCheck, ACorrectionBeyondItsLimitAtAWayPointIsNamedToo) {
-  expect(object_to(by({{0.0, 31 * kDeg}}), kLimits, kCorrectionLimitDeg, {0.0, 10 * kDeg}),
-         cause::CorrectionLimit{1, 21, 20, 2});
+  expect(
+      object_to(by({{0.0, 31 * kRadPerDeg}}), kLimits, kCorrectionLimitDeg, {0.0, 10 * kRadPerDeg}),
+      cause::CorrectionLimit{1, 21, 20, 2});
 }
 
 }  // namespace

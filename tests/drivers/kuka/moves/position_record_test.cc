@@ -6,12 +6,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <numbers>
+
+#include "drivers/units.h"
 
 namespace cellcal::drivers {
 namespace {
-
-constexpr double kDeg = std::numbers::pi / 180.0;
 
 TimePoint at_ms(double ms) {
   return TimePoint{std::chrono::seconds(50)} + std::chrono::microseconds(std::llround(1000 * ms));
@@ -86,7 +85,7 @@ TEST(PositionRecord, RestIsTwoMeansWithinTwoThousandthsOfADegree) {
     record.clear();
     for (int i = 0; i < 4; ++i) record.push(at_ms(4 * i), 0, {0.0, 5.0}, {0.0, 0.0});
     for (int i = 0; i < 4; ++i)
-      record.push(at_ms(4 * i), 0, {0.0, 5.0 + apart_deg * kDeg}, {0.0, 0.0});
+      record.push(at_ms(4 * i), 0, {0.0, 5.0 + apart_deg * kRadPerDeg}, {0.0, 0.0});
     EXPECT_EQ(record.rests(4), std::abs(apart_deg) < 0.002);
   }
 }

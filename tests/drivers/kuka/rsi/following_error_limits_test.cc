@@ -4,29 +4,30 @@
 
 #include <cmath>
 #include <functional>
-#include <numbers>
 
 #include "drivers/kuka/rsi/following_error.h"
+#include "drivers/units.h"
 #include "tests/drivers/kuka/expect_cause.h"
 
 namespace cellcal::drivers {
 namespace {
 
-constexpr double kDeg = std::numbers::pi / 180.0;
 constexpr int kRestBefore = 200;
 
-struct Named {
+struct NamedAtSample {
   int sample = -1;  ///< after the command began to change
   Cause fault;
 };
 
 /// Both axes' angles [deg] by sample; the first stands, the second is commanded and goes as told.
-Named watch(const std::function<double(int)>& commanded, const std::function<double(int)>& actual,
-            double cycle_s = 0.004, int samples = 200, const RsiConfig& config = {}) {
+NamedAtSample watch(const std::function<double(int)>& commanded,
+                    const std::function<double(int)>& actual, double cycle_s = 0.004,
+                    int samples = 200, const RsiConfig& config = {}) {
   PositionRecord record;
   for (int i = -kRestBefore; i < samples; ++i) {
     const auto t = std::chrono::microseconds(std::llround(1e6 * cycle_s * (i + kRestBefore)));
-    record.push(TimePoint{} + t, 0, {0.0, actual(i) * kDeg}, {0.0, commanded(i) * kDeg});
+    record.push(TimePoint{} + t, 0, {0.0, actual(i) * kRadPerDeg},
+                {0.0, commanded(i) * kRadPerDeg});
     if (const auto fault = following_fault(record, config, cycle_s)) return {i, *fault};
   }
   return {};
@@ -42,7 +43,7 @@ TEST(FollowLimits, WhatWasCommandedWithinTheWindowMayStillBeWhereTheArmIs) {
   // A step of a degree at sample 0, of which the arm does half: what was commanded before it is
   // older than 0.2 s from sample 50 on.
   const auto step = [](double deg) { return [=](int i) { return i < 0 ? 0.0 : deg; }; };
-  const Named named = watch(step(1.0), step(0.5));
+  const NamedAtSample named = watch(step(1.0), step(0.5));
   EXPECT_EQ(named.sample, 50);
   expect_cause(named.fault, cause::AxisNotFollowing{1, 1.0, 0.5});
 }
@@ -53,7 +54,7 @@ TEST(FollowLimits, TheToleranceHoldsToEitherSide) {
       return watch(stands, [&](int i) { return i < 10 ? 0.0 : side * deg; });
     };
     EXPECT_EQ(off_by(0.049).sample, -1);
-    const Named named = off_by(0.051);
+    const NamedAtSample named = off_by(0.051);
     EXPECT_EQ(named.sample, 10);
     expect_cause(named.fault, cause::AxisNotFollowing{1, 0.0, side * 0.051});
   }
@@ -61,7 +62,7 @@ TEST(FollowLimits, TheToleranceHoldsToEitherSide) {
 
 TEST(FollowLimits, AnAxisThatDoesLessThanAQuarterOfItsCommandStands) {
   for (const double speed_deg_s : {0.12, -0.12}) {
-    const Named slow = watch(goes(speed_deg_s), goes(0.2 * speed_deg_s), 0.004, 100);
+    const NamedAtSample slow = watch(goes(speed_deg_s), goes(0.2 * speed_deg_s), 0.004, 100);
     const double commanded_deg = speed_deg_s * 0.004 * slow.sample;
     expect_cause(slow.fault, cause::AxisStands{1, commanded_deg, 0.2 * commanded_deg});
     EXPECT_EQ(watch(goes(speed_deg_s), goes(0.3 * speed_deg_s), 0.004, 100).sample, -1);
@@ -91,7 +92,8 @@ TEST(FollowLimits, ARecordThatIsTooShortSaysNothing) {
   PositionRecord record;
   int named = -1;
   for (int i = 0; i < 100 && named < 0; ++i) {
-    record.push(TimePoint{} + std::chrono::milliseconds(4 * i), 0, {0.0}, {0.00045 * i * kDeg});
+    record.push(TimePoint{} + std::chrono::milliseconds(4 * i), 0, {0.0},
+                {0.00045 * i * kRadPerDeg});
     if (following_fault(record, {}, 0.004)) named = i;
   }
   // Window 15, lag 30, means of 3: the record holds one more than these.

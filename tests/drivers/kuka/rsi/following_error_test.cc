@@ -4,15 +4,13 @@
 
 #include <gtest/gtest.h>
 
-#include <numbers>
 #include <random>
 
 #include "drivers/kuka/rsi/path_move.h"
+#include "drivers/units.h"
 
 namespace cellcal::drivers {
 namespace {
-
-constexpr double kDeg = std::numbers::pi / 180.0;
 
 struct Arm {
   double dead_time_s = 0.02, lag_s = 0.0, cycle_s = 0.004, noise_deg = 0.0005;
@@ -28,9 +26,9 @@ struct Named {
 };
 std::optional<Named> watch(const Arm& arm, double travel_deg, double cruise_s) {
   RsiConfig config;
-  const AxisLimit limit{-9, 9, 100 * kDeg, 400 * kDeg, 4000 * kDeg};
+  const AxisLimit limit{-9, 9, 100 * kRadPerDeg, 400 * kRadPerDeg, 4000 * kRadPerDeg};
   config.limits = {limit};
-  const PathMove line({0.0}, {travel_deg * kDeg}, config.limits, cruise_s);
+  const PathMove line({0.0}, {travel_deg * kRadPerDeg}, config.limits, cruise_s);
   PositionRecord record;
   std::mt19937 random(arm.seed);
   std::normal_distribution<double> noise(0.0, arm.noise_deg);
@@ -42,9 +40,10 @@ std::optional<Named> watch(const Arm& arm, double travel_deg, double cruise_s) {
     const double share = arm.lag_s > 0.0 ? -std::expm1(-arm.cycle_s / arm.lag_s) : 1.0;
     if (!arm.stands_at_s || t < *arm.stands_at_s) position += share * (due - position);
     const double seen_deg =
-        std::round((position / kDeg + noise(random)) / arm.resolution_deg) * arm.resolution_deg;
+        std::round((position / kRadPerDeg + noise(random)) / arm.resolution_deg) *
+        arm.resolution_deg;
     record.push(TimePoint{} + std::chrono::microseconds(std::llround(1e6 * (t + 1.0))), 0,
-                {seen_deg * kDeg}, {commanded});
+                {seen_deg * kRadPerDeg}, {commanded});
     if (t >= line.duration_s()) break;  // the mover watches while the command goes on
     if (const auto fault = following_fault(record, config, arm.cycle_s)) return Named{t, *fault};
   }
@@ -125,7 +124,7 @@ TEST(FollowingError, AnAxisThatGoesElsewhereIsNamedByItsDistance) {
   config.limits.assign(2, {-9, 9, 1, 1, 1});
   PositionRecord record;
   for (int i = 0; i < 100; ++i) {
-    const double drift = i < 50 ? 0.0 : 0.002 * (i - 50) * kDeg;
+    const double drift = i < 50 ? 0.0 : 0.002 * (i - 50) * kRadPerDeg;
     record.push(TimePoint{} + std::chrono::milliseconds(4 * i), 0, {0.0, drift}, {0.0, 0.0});
     const auto fault = following_fault(record, config, 0.004);
     ASSERT_EQ(fault.has_value(), i > 75) << i;

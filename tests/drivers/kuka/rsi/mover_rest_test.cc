@@ -1,18 +1,18 @@
 // How a move comes to rest and what its result says, whatever ended it.
 
+#include "drivers/units.h"
 #include "tests/drivers/kuka/rsi/mover_rig.h"
 
 namespace cellcal::drivers {
 namespace {
 
 using namespace std::chrono_literals;
-constexpr double kDeg = MoverRig::kDeg;
 
 /// Drifts on A3 from now on, too slowly to be taken for an arm that goes elsewhere.
 void let_drift(MoverRig& rig, double deg_s) {
   rig.arm = [&rig, deg_s, from = rig.now](const AxisAngles& commanded) {
     AxisAngles actual = commanded;
-    actual[2] += deg_s * kDeg * std::chrono::duration<double>(rig.now - from).count();
+    actual[2] += deg_s * kRadPerDeg * std::chrono::duration<double>(rig.now - from).count();
     return actual;
   };
 }
@@ -31,7 +31,7 @@ TEST(MoverRest, TheEndOfASearchIsKnownTwoWindowsAfterTheMotionsEnd) {
     const auto end = rig.end();
     expect_end(end.result, MoveOutcome::kArrived, cause::None{});
     EXPECT_EQ(end.motionless, cycles) << cycle_s;
-    EXPECT_NEAR(rig.commanded[1], 1.0 * kDeg, 1e-12);
+    EXPECT_NEAR(rig.commanded[1], 1.0 * kRadPerDeg, 1e-12);
   }
 }
 
@@ -44,7 +44,7 @@ TEST(MoverRest, OfAnArmOnItsWayArrivalIsKnownAWindowAfterTheMotionsEnd) {
       const auto end = rig.end();
       expect_end(end.result, MoveOutcome::kArrived, cause::None{});
       EXPECT_EQ(end.motionless, cycles) << cycle_s;
-      EXPECT_NEAR(rig.commanded[1], 1.0 * kDeg, 1e-12);
+      EXPECT_NEAR(rig.commanded[1], 1.0 * kRadPerDeg, 1e-12);
     }
 }
 
@@ -98,9 +98,9 @@ TEST(MoverRest, AnArmThatEndsElsewhereIsNamedAfterASecondWithBothAngles) {
   for (const double short_deg : {0.06, -0.06}) {
     MoverRig rig;
     ASSERT_FALSE(rig.start(MoveKind::kTransit, 0.5));
-    while (rig.commanded[1] < 0.5 * kDeg) rig.run(1);
+    while (rig.commanded[1] < 0.5 * kRadPerDeg) rig.run(1);
     rig.arm = [=](AxisAngles actual) {
-      actual[1] -= short_deg * kDeg;
+      actual[1] -= short_deg * kRadPerDeg;
       return actual;
     };
     const auto end = rig.end();
@@ -113,10 +113,10 @@ TEST(MoverRest, AnArmThatEndsElsewhereIsNamedAfterASecondWithBothAngles) {
 TEST(MoverRest, AnArmThatCatchesUpWithinTheSecondHasArrived) {
   MoverRig rig;
   ASSERT_FALSE(rig.start(MoveKind::kTransit, 0.5));
-  while (rig.commanded[1] < 0.5 * kDeg) rig.run(1);
+  while (rig.commanded[1] < 0.5 * kRadPerDeg) rig.run(1);
   int cycles = 0;
   rig.arm = [&](AxisAngles actual) {
-    if (++cycles < 100) actual[1] -= 0.06 * kDeg;
+    if (++cycles < 100) actual[1] -= 0.06 * kRadPerDeg;
     return actual;
   };
   const auto end = rig.end();
@@ -131,7 +131,7 @@ TEST(MoverRest, ForWhatWasStoppedRestIsEnoughWhereverTheArmIs) {
   rig.run(40);
   rig.mover.halt(MoveOutcome::kStopped, cause::StopAsked{});
   rig.arm = [](AxisAngles actual) {
-    actual[1] -= 0.06 * kDeg;
+    actual[1] -= 0.06 * kRadPerDeg;
     return actual;
   };
   const auto end = rig.end();
@@ -143,9 +143,9 @@ TEST(MoverRest, NothingOfAnEarlierEndIsSaidOfTheNextMove) {
   MoverRig rig;
   // One that ends with all there is to say, after a second of settling.
   ASSERT_FALSE(rig.start(MoveKind::kTransit, 0.5));
-  while (rig.commanded[1] < 0.5 * kDeg) rig.run(1);
+  while (rig.commanded[1] < 0.5 * kRadPerDeg) rig.run(1);
   rig.arm = [](AxisAngles actual) {
-    actual[1] -= 0.06 * kDeg;
+    actual[1] -= 0.06 * kRadPerDeg;
     return actual;
   };
   EXPECT_EQ(rig.end().result.outcome, MoveOutcome::kNotFollowing);
@@ -185,7 +185,7 @@ TEST(MoverRest, ASecondStopChangesNothingAboutTheFirst) {
 TEST(MoverRest, StoppedWhileItSettlesAnArrivalIsAStop) {
   MoverRig rig;
   ASSERT_FALSE(rig.start(MoveKind::kTransit, 0.5));
-  while (rig.commanded[1] < 0.5 * kDeg) rig.run(1);
+  while (rig.commanded[1] < 0.5 * kRadPerDeg) rig.run(1);
   rig.run(10);
   rig.mover.halt(MoveOutcome::kStopped, cause::StopAsked{});
   const auto end = rig.end();

@@ -4,10 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <functional>
-#include <numbers>
 #include <vector>
 
 #include "drivers/kuka/rsi/rsi_mover.h"
+#include "drivers/units.h"
 #include "tests/drivers/kuka/expect_cause.h"
 #include "tests/drivers/kuka/rsi/scripted_guard.h"
 
@@ -15,11 +15,9 @@ namespace cellcal::drivers {
 
 class MoverRig {
  public:
-  static constexpr double kDeg = std::numbers::pi / 180.0;
-
   explicit MoverRig(double packet_s = 0.004, bool with_guard = true)
       : cycle_s(packet_s), mover(config, with_guard ? &guard : nullptr, record) {
-    config.limits.assign(3, {-9, 9, 100 * kDeg, 400 * kDeg, 4000 * kDeg});
+    config.limits.assign(3, {-9, 9, 100 * kRadPerDeg, 400 * kRadPerDeg, 4000 * kRadPerDeg});
     commanded.assign(3, 0.0);
     for (int i = 0; i < 120; ++i) cycle();  // at rest since long
   }
@@ -41,7 +39,7 @@ class MoverRig {
   std::optional<CoreResult> start(MoveKind kind, double a2_deg, double cruise_s = 0.0,
                                   std::uint16_t arm_id = 0) {
     AxisAngles target = commanded;
-    target[1] += a2_deg * kDeg;
+    target[1] += a2_deg * kRadPerDeg;
     mover.listen(now);
     return mover.start({++id, kind, target, cruise_s, arm_id}, commanded);
   }

@@ -1,17 +1,17 @@
 // What stops the mover, how fast, and what it latches.
 
+#include "drivers/units.h"
 #include "tests/drivers/kuka/rsi/mover_rig.h"
 
 namespace cellcal::drivers {
 namespace {
 
 using namespace std::chrono_literals;
-constexpr double kDeg = MoverRig::kDeg;
 
 double step_deg(MoverRig& rig) {
   const double before = rig.commanded[1];
   EXPECT_FALSE(rig.cycle());
-  return (rig.commanded[1] - before) / kDeg;
+  return (rig.commanded[1] - before) / kRadPerDeg;
 }
 
 struct Searching : testing::Test {
@@ -32,8 +32,8 @@ TEST_F(Searching, LatchesWhereTheArmWasAtTheFirstEdge) {
   const double speed = step_deg(rig);
   const TimePoint edge = rig.now - 3ms;
   // AIPos is the command of the packet before; between packets on the line.
-  const double at_packet = rig.commanded[1] - speed * kDeg;
-  const double at_edge = at_packet - speed * kDeg * 3.0 / 4.0;
+  const double at_packet = rig.commanded[1] - speed * kRadPerDeg;
+  const double at_edge = at_packet - speed * kRadPerDeg * 3.0 / 4.0;
   rig.guard.trip(5, edge);
   EXPECT_EQ(step_deg(rig), 0.0);
   const TimePoint frozen = rig.now;
@@ -141,7 +141,7 @@ TEST_F(Searching, AnAngleBesideTheCommandsAroundTheContactIsNamedOnEitherSide) {
       begin();
       rig.guard.trip(5, rig.now - 2ms);
       rig.arm = [=](AxisAngles actual) {
-        actual[2] += side * off_deg * kDeg;
+        actual[2] += side * off_deg * kRadPerDeg;
         return actual;
       };
       rig.run(2);
@@ -188,7 +188,7 @@ TEST(MoverStop, AnArmThatIsLedAstrayInSpaceIsBrakedAtOnceAndOnTheAxesAtItsLimits
     ASSERT_FALSE(rig.start(MoveKind::kTransit, 90.0));
     rig.run(150);
     rig.arm = [](AxisAngles actual) {
-      actual[0] += 0.06 * kDeg;
+      actual[0] += 0.06 * kRadPerDeg;
       return actual;
     };
     step_deg(rig);

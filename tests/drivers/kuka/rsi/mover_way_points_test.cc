@@ -1,26 +1,26 @@
 // Moves through way-points: what stops them, where the arm then rests, what they are refused for.
 
+#include "drivers/units.h"
 #include "tests/drivers/kuka/rsi/mover_rig.h"
 
 namespace cellcal::drivers {
 namespace {
 
 using namespace std::chrono_literals;
-constexpr double kDeg = MoverRig::kDeg;
 
 /// By way of 10 deg of A1 to 10 deg of A2 more: a right angle.
 struct ByWayPoint : testing::Test {
   std::optional<CoreResult> begin(MoveKind kind, double in_share = 0.5, double out_share = 0.5) {
     AxisAngles via = rig.commanded, target = rig.commanded;
-    via[0] += 10 * kDeg;
-    target[0] += 10 * kDeg;
-    target[1] += 10 * kDeg;
+    via[0] += 10 * kRadPerDeg;
+    target[0] += 10 * kRadPerDeg;
+    target[1] += 10 * kRadPerDeg;
     rig.mover.listen(rig.now);
     return rig.mover.start({++rig.id, kind, target, 0.0, 0, {{via, in_share, out_share}}},
                            rig.commanded);
   }
-  double a1() const { return rig.commanded[0] / kDeg; }
-  double a2() const { return rig.commanded[1] / kDeg; }
+  double a1() const { return rig.commanded[0] / kRadPerDeg; }
+  double a2() const { return rig.commanded[1] / kRadPerDeg; }
   /// On the first leg, on the second, or in the triangle between the halves of them.
   bool on_path() const {
     constexpr double kNear = 1e-9;
@@ -36,7 +36,7 @@ struct ByWayPoint : testing::Test {
       EXPECT_TRUE(on_path()) << a1() << " " << a2();
       if (const auto result = rig.cycle()) return {*result, 0, 0};
       for (std::size_t i = 0; i < 3; ++i)
-        EXPECT_LE(std::abs(rig.commanded[i] - before[i]), 100 * kDeg * 0.004 * (1 + 1e-9));
+        EXPECT_LE(std::abs(rig.commanded[i] - before[i]), 100 * kRadPerDeg * 0.004 * (1 + 1e-9));
     }
   }
   void run_to(double a1_deg, double a2_deg) {
@@ -45,7 +45,7 @@ struct ByWayPoint : testing::Test {
   double fastest_step_deg() {
     const AxisAngles before = rig.commanded;
     EXPECT_FALSE(rig.cycle());
-    return farthest_axis(before, rig.commanded).rad / kDeg;
+    return farthest_axis(before, rig.commanded).rad / kRadPerDeg;
   }
 
   MoverRig rig;
@@ -142,8 +142,8 @@ TEST_F(ByWayPoint, AfterARetreatHasOpenedAContactIsUnexpected) {
 TEST_F(ByWayPoint, ARetreatWithoutASensorAsksForNoContact) {
   MoverRig blind(0.004, false);
   AxisAngles via = blind.commanded, target = blind.commanded;
-  via[0] += 10 * kDeg;
-  target[1] += 10 * kDeg;
+  via[0] += 10 * kRadPerDeg;
+  target[1] += 10 * kRadPerDeg;
   ASSERT_FALSE(blind.mover.start({1, MoveKind::kRetreat, target, 0.0, 0, {{via, 0.5, 0.5}}},
                                  blind.commanded));
   blind.id = 1;

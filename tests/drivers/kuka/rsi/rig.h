@@ -16,6 +16,12 @@
 namespace cellcal::drivers {
 
 inline constexpr double kDeg = std::numbers::pi / 180.0;
+/// The attempt that searches are armed with.
+inline constexpr std::uint16_t kArm = 7;
+
+inline bool has(const std::string& text, const std::string& words) {
+  return text.find(words) != std::string::npos;
+}
 
 /// KR 5 arc's limits, roughly; jerk such that ramps last some 0.1 s.
 inline RsiConfig rig_config() {

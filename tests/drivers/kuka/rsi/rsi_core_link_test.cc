@@ -5,10 +5,6 @@
 namespace cellcal::drivers {
 namespace {
 
-bool has(const std::string& text, const std::string& words) {
-  return text.find(words) != std::string::npos;
-}
-
 TEST(RsiLink, FirstPacketIsAnsweredWithZeroAndItsOwnIpoc) {
   Rig rig;
   rig.krc.rsi_on();

@@ -8,7 +8,6 @@
 namespace cellcal::drivers {
 namespace {
 
-constexpr std::uint16_t kArm = 7;
 constexpr double kUnitDeg = 1e-6;  // last decimal of the wire
 
 RsiConfig relative_config() {
@@ -16,10 +15,6 @@ RsiConfig relative_config() {
   config.mode = CorrectionMode::kRelative;
   config.hold_on = false;
   return config;
-}
-
-bool has(const std::string& text, const std::string& words) {
-  return text.find(words) != std::string::npos;
 }
 
 /// The emulated controller as RSI_ON(#RELATIVE) has it.

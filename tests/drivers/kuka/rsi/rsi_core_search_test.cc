@@ -5,7 +5,6 @@
 namespace cellcal::drivers {
 namespace {
 
-constexpr std::uint16_t kArm = 7;
 constexpr double kSearchDeg = 2.0;
 constexpr double kSearchS = 10.0;  // 0.2 deg/s: 5 mm/s at 1.4 m
 

@@ -7,10 +7,6 @@
 namespace cellcal::drivers {
 namespace {
 
-bool has(const std::string& text, const std::string& words) {
-  return text.find(words) != std::string::npos;
-}
-
 sim::ControllerConfig patient() {
   sim::ControllerConfig krc;
   krc.timeout_cycles = 1000;

@@ -13,10 +13,6 @@
 namespace cellcal::drivers {
 namespace {
 
-bool has(const std::string& text, const std::string& words) {
-  return text.find(words) != std::string::npos;
-}
-
 /// What a peer does otherwise than a KUKA controller.
 struct Habits {
   double cycle_s = 0.004;

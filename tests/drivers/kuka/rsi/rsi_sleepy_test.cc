@@ -12,7 +12,6 @@
 namespace cellcal::drivers {
 namespace {
 
-constexpr std::uint16_t kArm = 7;
 constexpr Duration kStep = 250us;
 
 class SleepyRig {

@@ -4,21 +4,20 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <numbers>
 
 #include "drivers/kuka/rsi/correction/rsi_accumulator.h"
 #include "drivers/kuka/rsi/correction/rsi_offset.h"
 #include "drivers/kuka/rsi/link/rsi_delay.h"
 #include "drivers/kuka/rsi/link/rsi_repeats.h"
+#include "drivers/units.h"
 
 namespace cellcal::drivers {
 namespace {
 
 using namespace std::chrono_literals;
-constexpr double kDeg = std::numbers::pi / 180.0;
 constexpr TimePoint kThen{1000s};
 
-AxisAngles deg(double a1, double a2) { return {a1 * kDeg, a2 * kDeg}; }
+AxisAngles deg(double a1, double a2) { return {a1 * kRadPerDeg, a2 * kRadPerDeg}; }
 
 void expect_known(OffsetFinder& finder, const OffsetEvidence& evidence, const AxisAngles& offset) {
   ASSERT_EQ(finder.look(evidence), OffsetVerdict::kKnown);
@@ -310,7 +309,7 @@ TEST(LedgerExact, BeginsWithNoneAndHoldsWhatItIsSet) {
   EXPECT_NEAR(held[1], -4.0, 1e-12);
   const auto next = absolute.next_deg(deg(3.5, -4.5), {});
   EXPECT_NEAR(next[0], 3.5, 1e-12);
-  EXPECT_NEAR(absolute.held_rad()[1], -4.5 * kDeg, 1e-15);
+  EXPECT_NEAR(absolute.held_rad()[1], -4.5 * kRadPerDeg, 1e-15);
   EXPECT_NEAR(absolute.again_deg()[1], -4.5, 1e-12);
 }
 
@@ -321,17 +320,17 @@ TEST(LedgerExact, RelativeSendsNoMoreThanAStepAndOneUnitAndForgetsNoRounding) {
   auto sent_deg = relative.next_deg(deg(1.01, -1.01), deg(0.00236, 0.00236));
   EXPECT_NEAR(sent_deg[0], 0.0024, 1e-12);
   EXPECT_NEAR(sent_deg[1], -0.0024, 1e-12);
-  EXPECT_NEAR(relative.held_rad()[0], 1.0024 * kDeg, 1e-12);
-  EXPECT_NEAR(relative.held_rad()[1], -1.0024 * kDeg, 1e-12);
+  EXPECT_NEAR(relative.held_rad()[0], 1.0024 * kRadPerDeg, 1e-12);
+  EXPECT_NEAR(relative.held_rad()[1], -1.0024 * kRadPerDeg, 1e-12);
   sent_deg = relative.hold_deg();
   EXPECT_EQ(sent_deg[0], 0.0);
   EXPECT_EQ(sent_deg[1], 0.0);
-  EXPECT_NEAR(relative.held_rad()[0], 1.0024 * kDeg, 1e-12);
+  EXPECT_NEAR(relative.held_rad()[0], 1.0024 * kRadPerDeg, 1e-12);
   for (int i = 0; i < 3; ++i) relative.next_deg(deg(1.01, -1.01), deg(0.00236, 0.00236));
-  EXPECT_NEAR(relative.held_rad()[0], 1.0096 * kDeg, 1e-12);
+  EXPECT_NEAR(relative.held_rad()[0], 1.0096 * kRadPerDeg, 1e-12);
   relative.next_deg(deg(1.01, -1.01), deg(0.00236, 0.00236));
   EXPECT_NEAR(relative.again_deg()[0], 0.0004, 1e-12);
-  EXPECT_NEAR(relative.held_rad()[0], 1.01 * kDeg, 1e-12);
+  EXPECT_NEAR(relative.held_rad()[0], 1.01 * kRadPerDeg, 1e-12);
 }
 
 TEST(RepeatsWatched, TheSamePacketIsOneWithTheSameCountAndTheSameAngles) {

@@ -6,20 +6,20 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <numbers>
+
+#include "drivers/units.h"
 
 namespace cellcal::drivers {
 namespace {
 
 using namespace std::chrono_literals;
-constexpr double kDeg = std::numbers::pi / 180.0;
 constexpr double kCycleS = 0.004;
 
 RsiConfig two_axes(CorrectionMode mode = CorrectionMode::kAbsolute) {
   RsiConfig config;
   config.mode = mode;
   config.hold_on = mode == CorrectionMode::kAbsolute;
-  config.limits.assign(2, {-9, 9, 100 * kDeg, 400 * kDeg, 4000 * kDeg});
+  config.limits.assign(2, {-9, 9, 100 * kRadPerDeg, 400 * kRadPerDeg, 4000 * kRadPerDeg});
   config.correction_limit_deg.assign(2, 90.0);
   return config;
 }
@@ -73,7 +73,7 @@ TEST(AxesOfAPacket, AreItsOwnFirstAndTheExternalOnesBehindThem) {
   const AxisAngles six{1, 2, 3, 4, 5, 6}, two{7, 8};
   const auto in_deg = [](const AxisAngles& angles) {
     std::vector<double> deg;
-    for (const double angle : angles) deg.push_back(std::round(1e6 * angle / kDeg) / 1e6);
+    for (const double angle : angles) deg.push_back(std::round(1e6 * angle / kRadPerDeg) / 1e6);
     return deg;
   };
   EXPECT_EQ(in_deg(axes_of(six, two, 7)), (std::vector<double>{1, 2, 3, 4, 5, 6, 7}));
@@ -108,7 +108,7 @@ TEST(Setpoint, TakesOverWhatTheDifferenceShowsOnceThePeerIsSeenToWait) {
   ASSERT_TRUE(s.find(packet({12, 20}, {10, 20}), true)) << "nothing moves before it is answered";
   EXPECT_NEAR(s.setpoint.hold()[0], 2.0, 1e-9);
   EXPECT_NEAR(s.setpoint.hold()[1], 0.0, 1e-9);
-  EXPECT_NEAR(s.setpoint.base_rad()[0], 10 * kDeg, 1e-12);
+  EXPECT_NEAR(s.setpoint.base_rad()[0], 10 * kRadPerDeg, 1e-12);
 }
 
 // ---- ASPos: a new session, or a simulator whose ASPos holds the correction ------------------------
@@ -189,7 +189,7 @@ TEST_F(Follows, AndIsNoEvidenceWhenTheLinkComesBack) {
   lose_and_come_back({11, 20});
   ASSERT_TRUE(find(packet({11, 20}, {11, 20}))) << "by its counter";
   EXPECT_NEAR(setpoint.hold()[0], 1.0, 1e-9) << "not by ASPos, which is where the arm is";
-  EXPECT_NEAR(setpoint.base_rad()[0], 10 * kDeg, 1e-12);
+  EXPECT_NEAR(setpoint.base_rad()[0], 10 * kRadPerDeg, 1e-12);
 }
 
 TEST(StartPose, OfTooFewAxesIsNoEvidence) {
@@ -223,7 +223,7 @@ TEST(RelativeSetpoint, WithoutAsposTheSumOfARunningSessionCannotBeKnown) {
     EXPECT_EQ(s.setpoint.known(), known);
     EXPECT_FALSE(s.setpoint.waits_for_rest());
     if (known) {
-      EXPECT_NEAR(s.setpoint.base_rad()[0], 10 * kDeg, 1e-12);
+      EXPECT_NEAR(s.setpoint.base_rad()[0], 10 * kRadPerDeg, 1e-12);
     }
   }
 }

@@ -15,7 +15,7 @@
 namespace cellcal::drivers {
 namespace {
 
-constexpr std::uint16_t kArm = 3;
+constexpr std::uint16_t kUdpArm = 3;
 
 sim::ControllerConfig controller(CorrectionFrame frame) {
   sim::ControllerConfig config = space_krc(
@@ -43,7 +43,7 @@ class SpaceOverUdp : public ::testing::TestWithParam<CorrectionFrame> {
   }
   static MoveResult move(RsiRobot& robot, MoveKind kind, const AxisAngles& by_deg, double cruise_s,
                          std::uint32_t id) {
-    Move move{id, kind, robot.state().commanded_rad, cruise_s, kArm};
+    Move move{id, kind, robot.state().commanded_rad, cruise_s, kUdpArm};
     for (std::size_t i = 0; i < by_deg.size(); ++i) move.target_rad[i] += by_deg[i] * kDeg;
     robot.begin(move);
     std::optional<MoveResult> result;
@@ -71,8 +71,8 @@ TEST_P(SpaceOverUdp, GoesSearchesTouchesRetreatsAndEndsTheSession) {
     boost::asio::post(io.context(), [&guard, in, now] {
       guard.touch(in);
       if (!in) return;
-      guard.trip(kArm, now);
-      guard.push(ContactEventKind::kContact, kArm, now, 1);
+      guard.trip(kUdpArm, now);
+      guard.push(ContactEventKind::kContact, kUdpArm, now, 1);
     });
   });
   krc.start();
@@ -85,7 +85,7 @@ TEST_P(SpaceOverUdp, GoesSearchesTouchesRetreatsAndEndsTheSession) {
   const MoveResult there = move(robot, MoveKind::kTransit, {20, 8, -10, 20, -15, 25}, 0.0, 1);
   ASSERT_EQ(there.outcome, MoveOutcome::kArrived) << there.detail;
   asked_on(io.context(), [&] {
-    guard.arm(kArm);
+    guard.arm(kUdpArm);
     return 0;
   });
   searching = true;

@@ -1,4 +1,4 @@
-#include "calib/consistency/lengths.h"
+#include "calib/consistency/certified_lengths.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,12 +1,11 @@
 // Arm and tool that are not as robot and cell file have them. A dimension that is drawn wrongly by
 // centimetres, an axis that turns the other way or the drawing of another arm puts the nominal tips
 // so far from their targets that an estimate may end anywhere. How far they are off is told without
-// one, and quickly: so one drawing after the other is tried, and those that come much nearer are
+// one, and quickly: so one geometry after the other is tried, and those that come much nearer are
 // asked for.
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <string>
 
 #include "calib/diagnose/mistakes.h"
@@ -17,22 +16,21 @@ namespace cellcal::calib {
 
 namespace {
 
-/// So much nearer to the touches than stated another drawing or tool has to bring the nominal arm.
+/// So much nearer to the touches than stated another geometry has to bring the nominal arm.
 constexpr double kNearerByFile = 1.0 / 3.0;
-constexpr double kTurnRad = 2.0 * std::numbers::pi;
 
 bool is_nearer(const Asked& asked, double off_m) {
   return off_m < kNearerByFile * asked.nominal_off_m;
 }
 
 /// The nearest few, nearest first, as far as they are near enough.
-template <class Drawing>
-void for_nearest(const Asked& asked, std::vector<Drawing> drawings, std::size_t most,
+template <class Geometry>
+void for_nearest(const Asked& asked, std::vector<Geometry> geometries, std::size_t most,
                  const auto& use) {
-  std::ranges::stable_sort(drawings, {}, &Drawing::off_m);
-  for (std::size_t k = 0; k < std::min(most, drawings.size()); ++k) {
-    if (!is_nearer(asked, drawings[k].off_m)) return;
-    use(drawings[k]);
+  std::ranges::stable_sort(geometries, {}, &Geometry::off_m);
+  for (std::size_t k = 0; k < std::min(most, geometries.size()); ++k) {
+    if (!is_nearer(asked, geometries[k].off_m)) return;
+    use(geometries[k]);
   }
 }
 
@@ -138,7 +136,7 @@ void dimension_off(const Asked& asked, const Dimension& dimension) {
   value += dimension.add_m;
   Cell loose = changed;
   loose.robot.joints[dimension.joint].tolerance_length_m = kAnyLengthM;
-  const Trial trial = attempt(loose, asked.touches);
+  const Trial trial = fit_hypothesis(loose, asked.touches);
   if (!trial.found) return;
   value += off_m(*trial.found);
   const double about_m = value;
@@ -155,7 +153,7 @@ void dimension_off(const Asked& asked, const Dimension& dimension) {
 /// Where `other` is drawn differently: joints, each with a field of robot files as it is there, and
 /// as it is "stated". The arms have as many joints.
 std::vector<FindingPart> differences(const Robot& stated, const Robot& other) {
-  constexpr double kHalfTurnRad = kTurnRad / 2.0, kSameM = 5e-5, kSameRad = 2e-4;
+  constexpr double kHalfTurnRad = kRadPerTurn / 2.0, kSameM = 5e-5, kSameRad = 2e-4;
   std::vector<FindingPart> parts;
   for (std::size_t i = 0; i < stated.joints.size(); ++i) {
     const Joint &is = stated.joints[i], &should = other.joints[i];
@@ -168,8 +166,8 @@ std::vector<FindingPart> differences(const Robot& stated, const Robot& other) {
         add(key, "mm", is.*m * kMmPerM, should.*m * kMmPerM);
     };
     const auto angle = [&](const char* key, double Joint::*rad) {
-      if (!(std::abs(std::remainder(should.*rad - is.*rad, kTurnRad)) > kSameRad)) return;
-      const double turn = std::remainder(should.*rad, kTurnRad);
+      if (!(std::abs(std::remainder(should.*rad - is.*rad, kRadPerTurn)) > kSameRad)) return;
+      const double turn = std::remainder(should.*rad, kRadPerTurn);
       add(key, "deg", is.*rad * kDegPerRad,
           (turn < kSameRad - kHalfTurnRad ? kHalfTurnRad : turn) * kDegPerRad);
     };
@@ -230,7 +228,7 @@ std::vector<Convention> conventions(const Asked& asked) {
     signs.push_back({i, [](Joint& joint) { joint.sign = -joint.sign; }});
     for (const int quarters : {-1, 1, 2})
       zeros.push_back(
-          {i, [quarters](Joint& joint) { joint.offset_rad += quarters * kTurnRad / 4.0; }});
+          {i, [quarters](Joint& joint) { joint.offset_rad += quarters * kRadPerTurn / 4.0; }});
     if (joints[i].alpha_rad != 0.0)
       twists.push_back({i, [](Joint& joint) { joint.alpha_rad = -joint.alpha_rad; }});
   }

@@ -1,4 +1,4 @@
-#include "calib/consistency/outliers.h"
+#include "calib/consistency/named_outliers.h"
 
 #include <Eigen/LU>
 #include <cmath>

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <string>
+
+#include "calib/model/robot.h"
+
+namespace cellcal::calib::testing {
+
+/// One that words are about.
+inline Target target(const std::string& id, TargetKind kind = TargetKind::kSphere) {
+  Target one;
+  one.id = id;
+  one.kind = kind;
+  return one;
+}
+
+}  // namespace cellcal::calib::testing

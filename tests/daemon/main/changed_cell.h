@@ -1,0 +1,30 @@
+#pragma once
+// A cell that may be another one each time its daemon starts.
+
+#include "daemon_fixture.h"
+
+namespace cellcal::daemon::testing {
+
+class AChangedCell : public ::testing::Test {
+ protected:
+  /// The same cell, with `more` changed, with a daemon that has been started anew.
+  void restart(const std::string& more) {
+    fixture.daemon.reset();
+    std::ofstream(fixture.dir / "d.toml")
+        << "format = \"cellcal.daemon/1\"\nbackend = \"mock\"\nstate_dir = \""
+        << (fixture.dir / "state").string() << "\"\nsocket = \"" << fixture.socket() << "\"\n"
+        << kCell << more;
+    fixture.start();
+  }
+
+  nlohmann::json get(const std::string& path) const {
+    return nlohmann::json::parse(http_request(fixture.socket(), "GET", path).body);
+  }
+
+  static constexpr const char* kCell =
+      "[motion]\nspeed_percent = 100\nacceleration_deg_s2 = 900\njerk_deg_s3 = 12000\n"
+      "[mock]\ncontact_noise_mm = 0.02\n";
+  DaemonFixture fixture{kCell};
+};
+
+}  // namespace cellcal::daemon::testing
