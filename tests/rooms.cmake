@@ -1,5 +1,5 @@
 # Rooms, and the arrows between them. An arrow that is not named here fails the build, and so does a name that nothing
-# needs.
+# needs; one that points the wrong way, or closes a circle, is not taken to begin with.
 set(CELLCAL_ARROWS ${CMAKE_CURRENT_LIST_FILE})
 
 # cmake -DROOM=calib/estimate -DMAY=calib/model,calib/result -DSTAMP=FILE -DSOURCE=... -P tests/rooms.cmake: fails
@@ -7,12 +7,12 @@ set(CELLCAL_ARROWS ${CMAKE_CURRENT_LIST_FILE})
 if(CMAKE_SCRIPT_MODE_FILE)
   cmake_policy(VERSION 3.25)
   string(REPLACE "," ";" MAY "${MAY}")
-  file(GLOB files ${SOURCE}/${ROOM}/*.h ${SOURCE}/${ROOM}/*.cc)
+  file(GLOB files ${SOURCE}/${ROOM}/*.h ${SOURCE}/${ROOM}/*.cc ${SOURCE}/${ROOM}/*.c)
   set(unused ${MAY})
   foreach(file ${files})
-    file(STRINGS ${file} includes REGEX "^#include \"(calib|daemon|drivers|sim|tests)/")
+    file(STRINGS ${file} includes REGEX "^ *# *include [\"<](calib|daemon|drivers|sim|tests)/")
     foreach(include ${includes})
-      string(REGEX REPLACE "^#include \"(.*)/[^/]*\".*" "\\1" of "${include}")
+      string(REGEX REPLACE "^ *# *include [\"<](.*)/[^/]*[\">].*" "\\1" of "${include}")
       if(NOT of STREQUAL ROOM AND NOT of IN_LIST MAY)
         list(JOIN MAY ", " rooms)
         message(FATAL_ERROR "${file}: ${include}: ${ROOM} may use ${rooms}, and not ${of}")
@@ -29,12 +29,59 @@ if(CMAKE_SCRIPT_MODE_FILE)
   return()
 endif()
 
+# The mathematics stand by themselves, and so do the drivers; what is emulated comes in at one door alone, and nothing
+# that is shipped hangs on a test.
+function(cellcal_require_direction room of)
+  string(REGEX MATCH "^[^/]*" from ${room})
+  string(REGEX MATCH "^[^/]*" to ${of})
+  set(may_calib calib)
+  set(may_drivers drivers)
+  set(may_sim calib drivers sim)
+  set(may_daemon calib drivers daemon)
+  if(room STREQUAL "daemon/backends")
+    list(APPEND may_daemon sim)
+  endif()
+  if(NOT to IN_LIST may_${from})
+    message(FATAL_ERROR "${room}/CMakeLists.txt: USES ${of}: ${room} may use ${may_${from}}, and not ${to}")
+  endif()
+endfunction()
+
+# Fails where rooms use each other in a circle. Called when all are known: takes away those that use none of the rest
+# until none is left.
+function(cellcal_require_no_circle)
+  get_property(rooms GLOBAL PROPERTY CELLCAL_ROOMS)
+  list(REMOVE_DUPLICATES rooms)
+  while(rooms)
+    set(rest)
+    foreach(room ${rooms})
+      get_property(uses GLOBAL PROPERTY CELLCAL_USES_OF_${room})
+      list(REMOVE_ITEM uses ${room})
+      foreach(of ${uses})
+        if(of IN_LIST rooms)
+          list(APPEND rest ${room})
+          break()
+        endif()
+      endforeach()
+    endforeach()
+    if(rest STREQUAL rooms)
+      list(JOIN rooms ", " rooms)
+      message(FATAL_ERROR "a circle of rooms that use each other is among these: ${rooms}")
+    endif()
+    set(rooms ${rest})
+  endwhile()
+endfunction()
+
 # cellcal_arrows(TARGET USES folders...): what this folder's files may include of the project is the folder
 # itself and those that it names, from the top (calib/model), no others.
 function(cellcal_arrows target)
   cmake_parse_arguments(ARG "" "" "USES" ${ARGN})
-  file(GLOB files CONFIGURE_DEPENDS *.cc *.h)
+  file(GLOB files CONFIGURE_DEPENDS *.cc *.h *.c)
   file(RELATIVE_PATH room ${PROJECT_SOURCE_DIR} ${CMAKE_CURRENT_SOURCE_DIR})
+  foreach(of ${ARG_USES})
+    cellcal_require_direction(${room} ${of})
+  endforeach()
+  set_property(GLOBAL APPEND PROPERTY CELLCAL_ROOMS ${room})
+  set_property(GLOBAL PROPERTY CELLCAL_USES_OF_${room} ${ARG_USES})
   list(JOIN ARG_USES "," may)
   set(stamp ${CMAKE_CURRENT_BINARY_DIR}/arrows.stamp)
   add_custom_command(OUTPUT ${stamp}
