@@ -40,9 +40,8 @@ json to_json(const Version& one) {
   return value;
 }
 
-json to_json(const Comparison::Parameter& one) {
-  const calib::MovedParameter& moved = one.moved;
-  return {{"name", one.name},
+json to_json(const calib::MovedParameter& moved) {
+  return {{"name", moved.name},
           {"unit", moved.unit},
           {"before", moved.before * moved.to_unit},
           {"after", moved.after * moved.to_unit},
@@ -59,14 +58,17 @@ json to_json(const Comparison& all) {
              {"mean_mm", nullptr},
              {"max_mm", nullptr},
              {"expected_mm", nullptr},
-             {"moved", json::array()}};
+             {"moved", json::array()},
+             {"only_before", all.parameters.only_before},
+             {"only_after", all.parameters.only_after}};
   if (all.apart) {
     value["poses"] = all.apart->poses;
     value["mean_mm"] = all.apart->mean_apart_m * kMmPerM;
     value["max_mm"] = all.apart->max_apart_m * kMmPerM;
   }
   if (all.expected_m > 0.0) value["expected_mm"] = all.expected_m * kMmPerM;
-  for (const Comparison::Parameter& one : all.moved) value["moved"].push_back(to_json(one));
+  for (const calib::MovedParameter& one : all.parameters.moved)
+    value["moved"].push_back(to_json(one));
   return value;
 }
 

@@ -184,10 +184,7 @@ Comparison compare(Journal& journal, std::int64_t before, std::int64_t after) {
   if (!result.apart) return result;
   if (const auto change = calib::change_since(one.calibration, other.calibration, touches))
     result.expected_m = change->expected_m;
-  for (calib::MovedParameter& moved : calib::moved_parameters(one.calibration, other.calibration)) {
-    std::string name = calib::parameter_name(other.calibration.cell, moved.key);
-    result.moved.push_back({std::move(name), std::move(moved)});
-  }
+  result.parameters = calib::parameter_differences(one.calibration, other.calibration);
   return result;
 }
 

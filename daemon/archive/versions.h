@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "calib/verdict/moved_parameters.h"
+#include "calib/verdict/parameter_differences.h"
 #include "calib/verdict/tips_apart.h"
 #include "daemon/journal/journal.h"
 
@@ -56,11 +56,7 @@ struct Comparison {
   bool workspace = false;
   std::optional<calib::InScope> apart;  ///< empty: of different nominal geometry or tools
   double expected_m = 0.0;              ///< mean, by the predicted errors of both; 0: not known
-  struct Parameter {
-    std::string name;
-    calib::MovedParameter moved;
-  };
-  std::vector<Parameter> moved;
+  calib::ParameterDifferences parameters;
 };
 /// Over the narrower of the two scopes. Throws NotActivated (kNoSession, kWithheld, kDamaged), JournalError.
 Comparison compare(Journal& journal, std::int64_t before, std::int64_t after);

@@ -1,8 +1,12 @@
 #include "daemon/cli/records/versions.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
+#include <utility>
+#include <vector>
 
 #include "daemon/cli/ask.h"
 #include "daemon/cli/offline/exit_status.h"
@@ -35,6 +39,9 @@ std::string version_line(const json& one) {
   return printable(line) + "\n";
 }
 
+/// Another model level has dozens of parameters of its own.
+constexpr std::size_t kNamed = 8;
+
 std::string in_words(const json& all) {
   if (!all["comparable"])
     return fmt::format("sessions {} and {} cannot be compared: different nominal arm or tool\n",
@@ -44,6 +51,16 @@ std::string in_words(const json& all) {
       "{} mm: mean distance by the predicted errors of both\n",
       mm(all["mean_mm"]), mm(all["max_mm"]), all["poses"].dump(), all["scope"].get<std::string>(),
       mm(all["expected_mm"]));
+  for (const auto& [key, session] :
+       {std::pair{"only_before", "before"}, std::pair{"only_after", "after"}}) {
+    if (all[key].empty()) continue;
+    auto names = all[key].get<std::vector<std::string>>();
+    const std::size_t more = names.size() - std::min(names.size(), kNamed);
+    names.resize(names.size() - more);
+    words += printable(fmt::format("only session {} has: {}", all[session].dump(),
+                                   fmt::join(names, ", "))) +
+             (more > 0 ? fmt::format(" and {} more\n", more) : "\n");
+  }
   if (all["moved"].empty()) return words + "no parameter moved beyond U (k=2)\n";
   words += fmt::format("\n{:<16}  {:>14}  {:>14}  {:>12}  {:>12}  {}\n", "moved", "before", "after",
                        "difference", "U (k=2)", "unit");

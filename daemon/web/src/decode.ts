@@ -348,6 +348,7 @@ export function comparison(value: unknown): Comparison | null {
   return {
     meanMm: all.comparable === true ? number(all.mean_mm) : null, maxMm: number(all.max_mm),
     expectedMm: number(all.expected_mm), moved: list(all.moved).map((one) => words(fields(one)?.name)),
+    onlyBefore: list(all.only_before).map(words), onlyAfter: list(all.only_after).map(words),
   };
 }
 

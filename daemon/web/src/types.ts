@@ -360,6 +360,9 @@ export interface Comparison {
   maxMm: number | null;
   expectedMm: number | null;
   moved: string[];
+  /** Parameters that only one of them has. */
+  onlyBefore: string[];
+  onlyAfter: string[];
 }
 
 export const PROPOSALS = ["calibrate", "check", "activate", "schedule", "priors"] as const;

@@ -175,11 +175,11 @@ TEST_F(a_cells_versions, compared_name_how_far_they_are_apart_and_what_moved) {
   const Comparison apart = compare(*journal, one, moved);
   ASSERT_TRUE(apart.apart);
   EXPECT_GT(apart.apart->mean_apart_m, 2.0 * alike.apart->mean_apart_m);
-  ASSERT_FALSE(apart.moved.empty());
-  EXPECT_EQ(apart.moved[0].name, "A2.theta");
-  EXPECT_NEAR(apart.moved[0].moved.after - apart.moved[0].moved.before, -2e-3,
-              apart.moved[0].moved.expanded);
-  EXPECT_LT(alike.moved.size(), 10u) << "one in twenty by chance";
+  ASSERT_FALSE(apart.parameters.moved.empty());
+  const calib::MovedParameter& most = apart.parameters.moved[0];
+  EXPECT_EQ(most.name, "A2.theta");
+  EXPECT_NEAR(most.after - most.before, -2e-3, most.expanded);
+  EXPECT_LT(alike.parameters.moved.size(), 10u) << "one in twenty by chance";
   const std::int64_t longer = calibrate({.longer_tool_m = 0.02});
   EXPECT_FALSE(compare(*journal, one, longer).apart);
   EXPECT_EQ(refusal([&] { compare(*journal, one, 99); }), Why::kNoSession);

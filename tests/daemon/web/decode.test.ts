@@ -69,6 +69,7 @@ test("two calibrations that cannot be compared have no distance", () => {
   const all = { comparable: false, mean_mm: 1, max_mm: 2, expected_mm: null, moved: [{ name: "theta_A3" }] };
   assert.equal(decode.comparison(all)?.meanMm, null);
   assert.equal(decode.comparison({ ...all, comparable: true })?.meanMm, 1);
+  assert.deepEqual(decode.comparison({ ...all, only_after: ["S5.x", 7] })?.onlyAfter, ["S5.x", ""]);
 });
 
 test("text that is cut off is nothing", () => {

@@ -67,6 +67,8 @@ export function Versions({ versions, may, changed }: { versions: Version[]; may:
             : compared.meanMm === null ? say("versions.not_comparable", { before: apart, after: in_use.session })
             : say("versions.apart", { before: apart, after: in_use.session, mean: fmt.mm(compared.meanMm), max: fmt.mm(compared.maxMm),
                 expected: fmt.mm(compared.expectedMm), moved: compared.moved.length === 0 ? NONE : compared.moved.join(", ") })}
+          {compared !== "none" && compared.onlyBefore.length > 0 && ` ${say("versions.only", { session: apart, names: named(compared.onlyBefore) })}`}
+          {compared !== "none" && compared.onlyAfter.length > 0 && ` ${say("versions.only", { session: in_use.session, names: named(compared.onlyAfter) })}`}
         </p>
       )}
       {!all && versions.length > FEW && (
@@ -84,3 +86,5 @@ export function Versions({ versions, may, changed }: { versions: Version[]; may:
 }
 
 const NONE = "–";
+const NAMED = 8; // another model level has dozens of its own
+const named = (names: string[]) => names.slice(0, NAMED).join(", ") + (names.length > NAMED ? " …" : "");

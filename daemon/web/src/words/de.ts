@@ -552,6 +552,7 @@ export const de: Catalogue = {
   "versions.compare": "Vergleichen",
   "versions.activate": "Wieder verwenden",
   "versions.activated": "Aktiviert {time} von {who}: {reason}",
+  "versions.only": "Nur Sitzung {session} hat: {names}.",
   "versions.apart": "TCP-Unterschied {before} zu {after}: {mean} im Mittel, {max} maximal ({expected} erwartet). Über U (k=2): {moved}.",
   "versions.not_comparable": "{before} und {after} sind nicht vergleichbar: anderer nomineller Arm oder anderes Werkzeug.",
   "versions.not_compared": "Nicht verglichen: unerwartete Antwort von cellcald. Die Seite neu laden.",

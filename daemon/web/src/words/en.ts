@@ -563,6 +563,7 @@ export const en = {
   "versions.compare": "Compare",
   "versions.activate": "Use again",
   "versions.activated": "Activated {time} by {who}: {reason}",
+  "versions.only": "Only session {session} has: {names}.",
   "versions.apart": "TCP difference {before} to {after}: {mean} mean, {max} max ({expected} expected). Beyond U (k=2): {moved}.",
   "versions.not_comparable": "{before} and {after} cannot be compared: different nominal arm or tool.",
   "versions.not_compared": "Not compared: unexpected answer from cellcald. Reload the page.",
