@@ -106,6 +106,9 @@ std::string change_words(const TcpCheck& check) {
   return fmt::format("{}. {}", words(*change), advice(*change));
 }
 
+/// A probability: of some twenty explanations most have none to speak of.
+constexpr double kWorthALine = 0.01;
+
 std::vector<std::string> words(const TcpCheck& check) {
   std::vector<std::string> lines{verdict_words(check)};
   for (const NotFound& one : check.not_found) lines.push_back(not_found_words(one));
@@ -119,9 +122,17 @@ std::vector<std::string> words(const TcpCheck& check) {
       100.0 * check.false_alarms));
   lines.push_back(fmt::format("a tool shift of {:.2f} mm is found in {:.0f} of 100 such checks",
                               check.finds_m * kMmPerM, 100.0 * check.found));
-  for (const Explanation& one : check.explanations)
+  std::size_t unlikely = 0;
+  for (const Explanation& one : check.explanations) {
+    if (one.probability < kWorthALine) {
+      ++unlikely;
+      continue;
+    }
     lines.push_back(fmt::format("{:5.1f} %  log likelihood {:+8.1f}  {}", 100.0 * one.probability,
                                 one.log_likelihood, words(one)));
+  }
+  if (unlikely > 0)
+    lines.push_back(fmt::format("{} more, each below {:g} %", unlikely, 100.0 * kWorthALine));
   return lines;
 }
 

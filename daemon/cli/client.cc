@@ -208,12 +208,20 @@ int follow(const Connection& daemon, std::int64_t session, BeforeMotion ctrl_c, 
   ProgressDisplay display(shows);
   json status;
   while (g_detached == 0) {
-    status = get(daemon, "/v1/status");
+    try {
+      status = get(daemon, "/v1/status");
+    } catch (const SocketError&) {
+      throw SocketError(fmt::format(
+          "session {} was interrupted: cellcald ended or does not answer (its log: journalctl -u cellcald). The touches "
+          "made so far are kept. See that the arm has stopped, start cellcald (sudo systemctl start cellcald), resume: "
+          "'cellcal run --resume'",
+          session));
+    }
     if (number(status, "session") != session) {
-      throw std::runtime_error(fmt::format(
-          "session {} is no longer running: the daemon was restarted, or another session "
-          "began. See 'cellcal show {}'; resume: 'cellcal run --resume'",
-          session, session));
+      throw std::runtime_error(
+          fmt::format("session {} is no longer running: cellcald was restarted, or another session "
+                      "began. See 'cellcal show {}'; resume: 'cellcal run --resume'",
+                      session, session));
     }
     if (!is_running(status)) {
       display.clear();

@@ -72,6 +72,20 @@ std::string plot(const std::vector<json>& points) {
                             calib::date_words(from), kColumns - 10, calib::date_words(to));
 }
 
+/// Of a point's state, as a reader says it.
+std::string state_words(const std::string& state) {
+  return state == "too_few"      ? "too few to judge"
+         : state == "in_control" ? "in control"
+         : state == "warns"      ? "warning"
+         : state == "alarms"     ? "ALARM"
+                                 : state;
+}
+
+/// Why a point is not counted.
+std::string left_out_words(const std::string& why) {
+  return why == "not_the_tool" ? "not the tool" : why == "other_touches" ? "other touches" : why;
+}
+
 std::string row(const json& point) {
   const auto temperature = point.find("temperature_c");
   const std::string warm = temperature != point.end() && temperature->is_number()
@@ -84,7 +98,8 @@ std::string row(const json& point) {
       calib::date_words(number_or_zero(point, "time_s")), warm, component(point, "off_mm", 0),
       component(point, "off_mm", 1), component(point, "off_mm", 2),
       left_out.empty() ? fmt::format("{:.0f}", 100.0 * number_or_zero(point, "share")) : "-",
-      left_out.empty() ? word(point, "state") : "left out: " + left_out);
+      left_out.empty() ? state_words(word(point, "state"))
+                       : "left out: " + left_out_words(left_out));
 }
 
 }  // namespace

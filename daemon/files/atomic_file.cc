@@ -15,11 +15,16 @@ namespace cellcal::daemon {
 
 namespace {
 
+[[noreturn]] void fail(const std::filesystem::path& file, const char* what, int code) {
+  throw std::runtime_error(file.string() + ": " + what + ": " + std::strerror(code));
+}
+
 class File {
  public:
-  File(const std::filesystem::path& path, int flags)
-      : path_(path), fd_(::open(path.c_str(), flags | O_CLOEXEC, 0644)) {
-    if (fd_ < 0) fail("cannot be opened");
+  /// `named`: the file that the user gave, whatever this one is called meanwhile.
+  File(const std::filesystem::path& path, std::filesystem::path named, int flags)
+      : named_(std::move(named)), fd_(::open(path.c_str(), flags | O_CLOEXEC, 0644)) {
+    if (fd_ < 0) fail(named_, "cannot be opened", errno);
   }
   ~File() {
     if (fd_ >= 0) ::close(fd_);
@@ -31,24 +36,20 @@ class File {
     while (!text.empty()) {
       const ssize_t written = ::write(fd_, text.data(), text.size());
       if (written < 0 && errno == EINTR) continue;
-      if (written < 0) fail("cannot be written");
+      if (written < 0) fail(named_, "cannot be written", errno);
       text.remove_prefix(static_cast<std::size_t>(written));
     }
   }
   /// Before anything is written. What a dead one left may have another mode.
   void close_to_others() {
-    if (::fchmod(fd_, S_IRUSR | S_IWUSR) != 0) fail("cannot be kept from others");
+    if (::fchmod(fd_, S_IRUSR | S_IWUSR) != 0) fail(named_, "cannot be kept from others", errno);
   }
   void sync() {
-    if (::fsync(fd_) != 0) fail("cannot be written to disk");
+    if (::fsync(fd_) != 0) fail(named_, "cannot be written to disk", errno);
   }
 
  private:
-  [[noreturn]] void fail(const char* what) const {
-    throw std::runtime_error(path_.string() + ": " + what + ": " + std::strerror(errno));
-  }
-
-  std::filesystem::path path_;
+  std::filesystem::path named_;
   int fd_;
 };
 
@@ -64,7 +65,9 @@ class Unfinished {
   Unfinished& operator=(const Unfinished&) = delete;
 
   void becomes(const std::filesystem::path& path) {
-    std::filesystem::rename(path_, path);
+    std::error_code code;
+    std::filesystem::rename(path_, path, code);
+    if (code) fail(path, "cannot be replaced", code.value());
     finished_ = true;
   }
 
@@ -79,7 +82,7 @@ void write_atomically(const std::filesystem::path& path, std::string_view text, 
   std::filesystem::path temporary = path;
   temporary += ".part";
   {
-    File file(temporary, O_WRONLY | O_CREAT | O_TRUNC);
+    File file(temporary, path, O_WRONLY | O_CREAT | O_TRUNC);
     Unfinished begun(temporary);  // from here on it is ours
     if (readers == Readers::kOwner) file.close_to_others();
     file.write_all(text);
@@ -87,7 +90,7 @@ void write_atomically(const std::filesystem::path& path, std::string_view text, 
     begun.becomes(path);
   }
   const std::filesystem::path parent = path.parent_path();
-  File(parent.empty() ? "." : parent, O_RDONLY | O_DIRECTORY).sync();
+  File(parent.empty() ? "." : parent, path, O_RDONLY | O_DIRECTORY).sync();
 }
 
 }  // namespace cellcal::daemon

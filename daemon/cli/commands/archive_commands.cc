@@ -3,6 +3,7 @@
 
 #include "daemon/cli/commands/commands.h"
 #include "daemon/cli/commands/connection_options.h"
+#include "daemon/cli/commands/session_number.h"
 #include "daemon/cli/records/archive.h"
 #include "daemon/cli/records/retain.h"
 
@@ -22,7 +23,7 @@ void add_export(CLI::App& app, int& status) {
   auto daemon = add_connection(command);
   command->add_option("ID", given->session, "Number of the session")
       ->required()
-      ->check(CLI::PositiveNumber);
+      ->check(session_number());
   command->add_option("DIR", given->directory, "Directory; not there yet, or empty")->required();
   command->callback(
       [=, &status] { status = export_session(*daemon, given->session, given->directory); });

@@ -5,6 +5,7 @@
 #include "daemon/cli/client.h"
 #include "daemon/cli/commands/commands.h"
 #include "daemon/cli/commands/connection_options.h"
+#include "daemon/cli/commands/session_number.h"
 #include "daemon/cli/drift.h"
 #include "daemon/cli/position.h"
 #include "daemon/cli/token.h"
@@ -157,7 +158,7 @@ void add_check(CLI::App& app, int& status) {
   command
       ->add_option("--calibration", given->calibration,
                    "Session of the calibration to check [the one in use]")
-      ->check(CLI::PositiveNumber);
+      ->check(session_number());
   command
       ->add_option(
           "--temperature", given->temperature_c,
@@ -187,7 +188,7 @@ void add_show(CLI::App& app, int& status) {
   auto daemon = add_connection(command);
   command->add_option("ID", given->session, "Number of the session")
       ->required()
-      ->check(CLI::PositiveNumber);
+      ->check(session_number());
   command->add_flag("--times", given->times, "Only where its time went, per touch and activity");
   command->callback([=, &status] {
     status = show(*daemon, given->session, given->times ? Shown::kTimes : Shown::kEventsAndResult);
@@ -203,8 +204,10 @@ void add_report(CLI::App& app, int& status) {
   CLI::App* command = app.add_subcommand("report", "Print where a session's report is, or copy it");
   command->footer("Example: cellcal report 7 -o report.html");
   auto daemon = add_connection(command);
-  command->add_option("ID", given->session, "Number of the session; default: the newest calibration that is finished")
-      ->check(CLI::PositiveNumber);
+  command
+      ->add_option("ID", given->session,
+                   "Number of the session; default: the newest calibration that is finished")
+      ->check(session_number());
   command->add_option("-o,--output", given->output, "Copy the report to this file (HTML)");
   command->callback([=, &status] {
     status = report(*daemon, given->session > 0 ? std::optional(given->session) : std::nullopt,

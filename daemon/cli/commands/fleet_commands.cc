@@ -2,6 +2,7 @@
 #include <memory>
 
 #include "daemon/cli/commands/commands.h"
+#include "daemon/cli/commands/session_number.h"
 #include "daemon/cli/plant/fleet.h"
 #include "daemon/cli/plant/propose.h"
 
@@ -56,7 +57,7 @@ void add_export(CLI::App* of, int& status) {
                      : "\"" + text + "\" must be PLANT/CELL, as 'cellcal fleet status' has it";
       });
   auto* session =
-      command->add_option("--session", given->session, "Session")->check(CLI::PositiveNumber);
+      command->add_option("--session", given->session, "Session")->check(session_number());
   command->add_option("--journal", given->command.journal, "Journal, where the cell had several");
   auto* check = command->add_flag("--check", given->check, "The check");
   auto* output = command->add_option("-o,--output", given->command.output,
@@ -112,7 +113,7 @@ void add_propose(CLI::App* of, int& status) {
   what->add_flag("--check", given->check, "Somebody should check it");
   auto* activate = what->add_option("--activate", wanted.session,
                                     "That session's calibration should be used again")
-                       ->check(CLI::PositiveNumber);
+                       ->check(session_number());
   auto* schedule = what->add_option("--schedule", given->schedule,
                                     "Its schedule should be this one (TOML, keys of [schedule])")
                        ->check(CLI::ExistingFile);

@@ -3,6 +3,7 @@
 
 #include "daemon/cli/commands/commands.h"
 #include "daemon/cli/commands/connection_options.h"
+#include "daemon/cli/commands/session_number.h"
 #include "daemon/cli/records/versions.h"
 
 namespace cellcal::daemon {
@@ -18,7 +19,7 @@ void add_versions(CLI::App& app, int& status) {
   auto* of = command
                  ->add_option("--of", *given,
                               "Of the cell of this session; of the calibration in use without")
-                 ->check(CLI::PositiveNumber);
+                 ->check(session_number());
   command->callback([=, &status] {
     status = list_versions(*daemon, of->count() > 0 ? std::optional(*given) : std::nullopt);
   });
@@ -39,7 +40,7 @@ void add_activate(CLI::App& app, int& status) {
       "         cellcal activate --back --reason \"loose torch\"");
   auto daemon = add_connection(command);
   auto* session = command->add_option("ID", given->session, "Session of the calibration")
-                      ->check(CLI::PositiveNumber);
+                      ->check(session_number());
   auto* back = command->add_flag("--back", given->back, "The one that was in use before this one");
   back->excludes(session);
   command->add_option("--reason", given->reason, "Why")->required();
@@ -62,10 +63,10 @@ void add_compare(CLI::App& app, int& status) {
   auto daemon = add_connection(command);
   command->add_option("A", given->before, "Session of the one")
       ->required()
-      ->check(CLI::PositiveNumber);
+      ->check(session_number());
   command->add_option("B", given->after, "Session of the other")
       ->required()
-      ->check(CLI::PositiveNumber);
+      ->check(session_number());
   command->callback(
       [=, &status] { status = compare_versions(*daemon, given->before, given->after); });
 }

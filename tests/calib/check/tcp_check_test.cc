@@ -168,6 +168,20 @@ TEST(TcpCheck, ASphereThatIsGoneIsNotFoundAndNotDropped) {
   }));
 }
 
+TEST(TcpCheck, NamesTheExplanationsThatAreAPercentLikelyAndCountsTheOthers) {
+  const TcpCheck check = made_by(knocked({0.0, 0.0, -1e-3})).judged();
+  const auto likely = std::ranges::count_if(
+      check.explanations, [](const Explanation& one) { return one.probability >= 0.01; });
+  const auto unlikely = static_cast<std::ptrdiff_t>(check.explanations.size()) - likely;
+  ASSERT_GT(likely, 0);
+  ASSERT_GT(unlikely, 0);
+  const auto lines = words(check);
+  EXPECT_EQ(std::ranges::count_if(
+                lines, [](const auto& line) { return line.find(" %  log ") != std::string::npos; }),
+            likely);
+  EXPECT_EQ(lines.back(), std::to_string(unlikely) + " more, each below 1 %");
+}
+
 TEST(TcpCheck, OfAToolThatIsGoneNothingIsMetAndThatIsTheAnswer) {
   const Made made = made_by(knocked({0.0, 0.0, -0.1}));
   EXPECT_TRUE(made.touches.empty());

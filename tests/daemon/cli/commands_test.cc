@@ -48,6 +48,18 @@ TEST(cellcal, is_used_wrongly_without_a_command_or_with_one_that_does_not_exist)
   EXPECT_EQ(run_program({CELLCAL, "identify", "--cell", "c"}).status, 2);
 }
 
+TEST(cellcal, names_what_is_no_sessions_number) {
+  for (const char* number : {"abc", "0", "-1", "1.5", "9223372036854775808"})
+    for (const char* command : {"show", "report"}) {
+      const Outcome refused = run_program({CELLCAL, command, "--", number});
+      EXPECT_EQ(refused.status, 2);
+      EXPECT_EQ(refused.err,
+                std::string("cellcal ") + command + ": ID: \"" + number +
+                    "\" must be a session's number, a whole one from 1\nsee 'cellcal " + command +
+                    " --help'\n");
+    }
+}
+
 TEST(cellcal, names_the_commands_there_are_where_one_below_another_does_not_exist) {
   const Outcome unknown = run_program({CELLCAL, "token", "lst"});
   EXPECT_EQ(unknown.status, 2);

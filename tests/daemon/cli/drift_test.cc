@@ -33,7 +33,7 @@ TEST(the_drift, is_sentences_a_plot_and_the_newest_checks) {
   EXPECT_EQ(text.find("checks of the calibration of session 7 (2026-05-28"), 0U) << text;
   EXPECT_NE(text.find("creep of 0.1 mm/month\n"), std::string::npos);
   EXPECT_NE(text.find(" alarm |-----"), std::string::npos) << text;
-  EXPECT_NE(text.find("    39 2026-06-07      -   +0.290   -0.002   +0.000     145  alarms\n"),
+  EXPECT_NE(text.find("    39 2026-06-07      -   +0.290   -0.002   +0.000     145  ALARM\n"),
             std::string::npos)
       << text;
   EXPECT_EQ(text.find("    12 2026"), std::string::npos) << "the newest twelve";
@@ -48,6 +48,13 @@ TEST(the_drift, of_few_checks_names_those_that_are_left_out) {
   const std::string text = drift_text(chart_of(3));
   EXPECT_NE(text.find("   21.5   +0.000"), std::string::npos) << text;
   EXPECT_NE(text.find("left out: undecided"), std::string::npos) << text;
+  EXPECT_NE(text.find("  in control\n"), std::string::npos) << text;
+  json odd = chart_of(2);
+  odd["points"][0]["state"] = "too_few";
+  odd["points"][1]["left_out"] = "not_the_tool";
+  const std::string words = drift_text(odd);
+  EXPECT_NE(words.find("  too few to judge\n"), std::string::npos) << words;
+  EXPECT_NE(words.find("  left out: not the tool\n"), std::string::npos) << words;
   EXPECT_NE(drift_text(chart_of(1)).find("10 2026-05-28"), std::string::npos);
   EXPECT_EQ(drift_text(json()).find("no published calibration"), 0U);
 }

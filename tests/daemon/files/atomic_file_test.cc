@@ -77,6 +77,23 @@ TEST_F(AtomicFile, LeavesNothingBehindWhereTheNameIsTaken) {
   EXPECT_EQ(names(), std::vector<std::string>{"taken"});
 }
 
+TEST_F(AtomicFile, NamesTheFileThatWasGivenWhateverFails) {
+  const auto words = [&](const char* name) {
+    try {
+      write_atomically(folder_ / name, std::string(5000, 'x'));
+    } catch (const std::runtime_error& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  fs::create_directories(folder_ / "taken" / "by_a_folder");
+  EXPECT_EQ(words("taken"), (folder_ / "taken").string() + ": cannot be replaced: Is a directory");
+  EXPECT_EQ(words("no/a"),
+            (folder_ / "no/a").string() + ": cannot be opened: No such file or directory");
+  const NoRoom full(1000);
+  EXPECT_EQ(words("a"), (folder_ / "a").string() + ": cannot be written: File too large");
+}
+
 TEST_F(AtomicFile, IsReplacedWhole) {
   write_atomically(folder_ / "out.json", "before");
   write_atomically(folder_ / "out.json", "after");
