@@ -158,6 +158,7 @@ class Api {
   /// Throws NotFound.
   SessionRecord find(const Call& call);
   nlohmann::json holds(const SessionRecord& record) const;
+  nlohmann::json published(const SessionRecord& record) const;
   Response result_file(const Call& call, const char* name, const char* type);
 
   SessionService& service_;

@@ -104,6 +104,7 @@ std::optional<Response> Api::sessions(const Call& call) {
     if (list.size() >= limit) break;
     list.push_back(to_json(record));
     list.back()["holds"] = holds(record);
+    list.back()["published"] = published(record);
   }
   return Response{.body = dump(list)};
 }
@@ -112,6 +113,7 @@ std::optional<Response> Api::session(const Call& call) {
   const SessionRecord record = find(call);
   json value = to_json(record);
   value["holds"] = holds(record);
+  value["published"] = published(record);
   const std::vector<std::string> events = journal_.events(record.id);
   value["events"] = events;
   value["times"] = to_json(phase_times(events));
@@ -180,6 +182,13 @@ json Api::holds(const SessionRecord& record) const {
   if (!std::filesystem::exists(file)) return nullptr;
   const json result = json::parse(calib::read_file(file), nullptr, false);
   return result.is_object() ? result.value("holds", json()) : json();
+}
+
+/// Of a calibration that is done: whether its verdict published it. Null of all else.
+json Api::published(const SessionRecord& record) const {
+  if (record.state != RecordState::kDone) return nullptr;
+  const std::optional<bool> was = journal_.was_published(record.id);
+  return was ? json(*was) : json(nullptr);
 }
 
 std::optional<Response> Api::report(const Call& call) {

@@ -296,11 +296,19 @@ std::string kind_words(const json& session) {
                              : "check: does not hold: ";
 }
 
+/// Of a calibration that is done, what came of it: 'done' alone would be read as published.
+std::string state_word(const json& session) {
+  const json published = session.value("published", json());
+  return !published.is_boolean() ? text(session, "state")
+         : published.get<bool>() ? "published"
+                                 : "withheld";
+}
+
 std::string session_line(const json& session) {
   const std::string kind = kind_words(session);
   return fmt::format(
       "{:>5}  {:<24}  {:<11}  {:>4}/{:<4}  {}{}\n", number(session, "id"), text(session, "started"),
-      text(session, "state"), number(session, "touches"), number(session, "planned"), kind,
+      state_word(session), number(session, "touches"), number(session, "planned"), kind,
       text(session, "failure").empty() ? text(session, "cell") : text(session, "failure"));
 }
 

@@ -398,6 +398,17 @@ std::vector<SessionRecord> Journal::Impl::sessions() {
   return records;
 }
 
+std::optional<bool> Journal::was_published(std::int64_t session) {
+  const std::lock_guard lock(impl_->mutex);
+  Statement select(impl_->database,
+                   "SELECT CASE WHEN state='done' AND json_valid(calibration)"
+                   " THEN json_extract(calibration, '$.verdict.publish') END"
+                   " FROM session WHERE id=?");
+  select.bind(1, session);
+  if (!select.step() || select.is_null(0)) return std::nullopt;
+  return select.integer(0) != 0;
+}
+
 std::optional<SessionRecord> Journal::session(std::int64_t id) {
   const std::lock_guard lock(impl_->mutex);
   impl_->chain.verify(id);

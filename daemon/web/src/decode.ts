@@ -260,6 +260,7 @@ function session_row(value: unknown): SessionRow | null {
     id: count(all.id), kind: one_of(all.kind, KINDS) as Kind, started: words(all.started), ended: words(all.ended),
     state: one_of(all.state, STATES) as SessionState, cell: words(all.cell),
     touches: count(all.touches), planned: count(all.planned), failure: words(all.failure),
+    published: truth(all.published), holds: truth(all.holds),
   };
 }
 /** Newest first; a list, or pages whose list stands under "sessions". */

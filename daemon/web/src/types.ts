@@ -224,6 +224,10 @@ export interface SessionRow {
   touches: number;
   planned: number;
   failure: string;
+  /** Of a calibration that is done; null of all else. */
+  published: boolean | null;
+  /** Of a check that is done: whether the calibration held; null of all else. */
+  holds: boolean | null;
 }
 
 export interface DriftRow {

@@ -139,6 +139,24 @@ TEST(a_journal, lists_sessions_newest_first_with_their_touches_counted) {
   EXPECT_EQ(sessions[1].touches, 1);
 }
 
+TEST(a_journal, knows_whether_a_calibration_that_is_done_was_published) {
+  const TemporaryDirectory dir;
+  Journal journal(dir / "j.db");
+  const auto listed = [&](const char* calibration, Ending ending) {
+    const std::int64_t id = journal.begin(inputs(), "t0");
+    if (calibration) journal.store_calibration(id, calibration);
+    journal.record(id, RecordEnd{ending, ""}, "t1");
+    return journal.was_published(id);
+  };
+  EXPECT_EQ(listed(R"({"verdict": {"publish": true}})", Ending::kDone), true);
+  EXPECT_EQ(listed(R"({"verdict": {"publish": false}})", Ending::kDone), false);
+  EXPECT_EQ(listed(R"({"verdict": {"publish": true}})", Ending::kAborted), std::nullopt);
+  EXPECT_EQ(listed(nullptr, Ending::kDone), std::nullopt) << "a check, or a qualification";
+  for (const char* damaged : {"{", "[]", R"({"verdict": 1})", R"({"verdict": {"publish": null}})"})
+    EXPECT_EQ(listed(damaged, Ending::kDone), std::nullopt) << damaged;
+  EXPECT_EQ(journal.was_published(99), std::nullopt);
+}
+
 TEST(a_journal, resumes_only_the_newest_session_and_only_if_it_is_not_done) {
   const TemporaryDirectory dir;
   {

@@ -66,6 +66,7 @@ TEST_F(ACheck, holds_where_nothing_changed_and_names_the_tool_that_was_knocked) 
   const Outcome history = fixture.cellcal({"history"});
   EXPECT_NE(history.out.find("check: does not hold: "), std::string::npos) << history.out;
   EXPECT_NE(history.out.find("check: holds: "), std::string::npos) << history.out;
+  EXPECT_NE(history.out.find("  published  "), std::string::npos) << history.out;
 
   // So much that the spheres are missed: that is an answer, too, and nothing is dropped.
   restart("tool_shift_mm = [0.0, 0.0, -14.0]\n");

@@ -290,7 +290,7 @@ const steps = {
     const report = await page.getByRole("link", { name: "Report", exact: true }).first().getAttribute("href");
     assert.equal((await page.context().request.get(cell.url + report)).status(), 200);
     await page.locator("table.history tbody tr").nth(1).waitFor(LONG);
-    assert.match(await page.locator("table.history").innerText(), /done[\s\S]*aborted/);
+    assert.match(await page.locator("table.history").innerText(), /withheld[\s\S]*aborted/);
   },
 
   async "shows drift from the second finished session on"() {

@@ -9,6 +9,13 @@ const MARKS: Record<SessionRow["state"], string> = {
   running: "▶", interrupted: "‖", aborted: "■", failed: "✖", done: "✔", damaged: "▲", unknown: "?",
 };
 
+/** What came of a calibration or a check that is done: 'done' alone would be read as good. */
+function outcome(row: SessionRow) {
+  if (row.published !== null) return { good: row.published, word: row.published ? "published" : "withheld" } as const;
+  if (row.holds !== null) return { good: row.holds, word: row.holds ? "holds" : "holds_not" } as const;
+  return null;
+}
+
 export function History({ sessions, shown, show }: {
   sessions: SessionRow[]; shown: number | null; show: (session: number | null) => void;
 }) {
@@ -26,12 +33,12 @@ export function History({ sessions, shown, show }: {
             ))}
           </tr></thead>
           <tbody>
-            {rows.map((row) => (
+            {rows.map((row) => { const came = outcome(row); return (
               <tr key={row.id} aria-current={row.id === shown ? "true" : undefined}>
                 <th scope="row">{row.id}{row.kind === "qualify" && <small> {say("kind.qualify")}</small>}{row.kind === "check" && <small> {say("kind.check")}</small>}{row.kind === "find" && <small> {say("kind.find")}</small>}{row.kind === "dry-run" && <small> {say("kind.dry-run")}</small>}</th>
                 <td>{fmt.time(row.started)}</td>
                 <td class="state-word" data-state={row.state}>
-                  <span aria-hidden="true">{MARKS[row.state]}</span> {say(`state.${row.state}`)}
+                  <span aria-hidden="true">{came && !came.good ? "▲" : MARKS[row.state]}</span> {say(came ? `history.${came.word}` : `state.${row.state}`)}
                 </td>
                 <td class="column-touches">{row.touches}{row.planned > 0 ? `/${row.planned}` : ""}</td>
                 <td class="column-cell" title={row.cell}>{row.cell.split("/").pop()}</td>
@@ -56,7 +63,7 @@ export function History({ sessions, shown, show }: {
                   )}
                 </td>
               </tr>
-            ))}
+            ); })}
           </tbody>
         </table></div>
       )}
