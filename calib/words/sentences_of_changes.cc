@@ -58,7 +58,7 @@ const char* or_lengths(const Finding& f) {
 }  // namespace
 
 std::string moved_target(const Finding& f) {
-  return fmt::format("{} moved by {} after {}. Clamp it and repeat from there{}", f.about.name,
+  return fmt::format("{} moved by {} after {}. Clamp it and calibrate again{}", f.about.name,
                      shift(f.evidence), touch_of(f.about), or_lengths(f));
 }
 

@@ -50,10 +50,11 @@ std::string why_not_judged(const Finding& f) {
 
 std::string touch_scatter(const Finding& f) {
   return fmt::format(
-      "{:.3f} mm, {:.1f} times the {:.3f} mm of {}. State the measured repeatability in sigma_mm, "
-      "not the residual of the fit: touch five places four times each to measure it",
-      of(f, "scatter"), of(f, "ratio"), of(f, "stated"),
-      is_set(f, "repeats") ? "repeated touches and sigma_mm" : "sigma_mm in the cell file");
+      "{:.3f} mm, {:.3f} mm stated by {}; chi^2/dof {:.1f}. State the measured repeatability in "
+      "sigma_mm, not the residual of the fit: touch five places four times each to measure it",
+      of(f, "scatter"), of(f, "stated"),
+      is_set(f, "repeats") ? "repeated touches and sigma_mm" : "sigma_mm in the cell file",
+      of(f, "ratio") * of(f, "ratio"));
 }
 
 std::string duplicate_touches(const Finding& f) {

@@ -466,6 +466,7 @@ ContactFacts ContactCore::facts(TimePoint now) const {
   f.waiting_s = seconds(now - step_since_);
   f.silent_s = seconds(now - last_frame_);
   f.clock_limit_s = options_.max_clock_sigma_s;
+  f.unanswered_s = seconds(now - last_pong_);
   f.delivered_late_s = delivered_late_s_;
   f.late_limit_s = late_limit_s_;
   f.baud = options_.baud;

@@ -31,6 +31,7 @@ struct ContactFacts {
   double silent_s = 0.0;   ///< since the last valid frame
   double sense_v = 0.0;
   double clock_limit_s = 0.0;
+  double unanswered_s = 0.0;  ///< since the last answer to a PING
   double delivered_late_s = 0.0;    ///< as in ContactSnapshot
   double late_limit_s = 0.0;        ///< what it is measured by
   int baud = 0;                     ///< of this side

@@ -156,6 +156,11 @@ std::string refusal_words(const ArmAnswer& a) {
           "open. Look for moisture, spatter or a bad connection at the tool",
           f.sense_v);
     case ArmRefusal::kClockNotSynchronised:
+      if (f.quality.clock_sigma_s > 0.0 && f.quality.clock_sigma_s <= f.clock_limit_s)
+        return fmt::format(
+            "the contact sensor's clock is not synchronised: no answer to pings for {:.1f} s. "
+            "Check its line with 'cellcal doctor'",
+            f.unanswered_s);
       return fmt::format(
           "the contact sensor's clock is not synchronised (uncertainty {:.0f} us, limit {:.0f} "
           "us, round trip {:.1f} ms). Check the adapter's latency timer and the load of this "
@@ -195,7 +200,8 @@ std::string end_words(const ContactFacts& f) {
   switch (f.last_arm_end) {
     case ArmEnd::kDeliveredLate:
       return fmt::format(
-          "the last arming ended: bytes {:.0f} ms late on this computer (limit {:.0f} ms)",
+          "the last arming ended: bytes {:.0f} ms late on this computer; they must come within "
+          "{:.0f} ms",
           f.delivered_late_s * 1e3, f.late_limit_s * 1e3);
     case ArmEnd::kSilence:
       return "the last arming ended: no heartbeat within 25 ms";

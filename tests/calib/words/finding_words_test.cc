@@ -55,9 +55,9 @@ TEST(FindingWords, OfTouches) {
   EXPECT_EQ(
       said(FindingKind::kTouchScatter, {},
            {{"scatter", 0.2, "mm"}, {"ratio", 4.0, ""}, {"stated", 0.05, "mm"}}),
-      "touch scatter (chi^2): 0.200 mm, 4.0 times the 0.050 mm of sigma_mm in the cell file. State "
-      "the measured repeatability in sigma_mm, not the residual of the fit: touch five places four "
-      "times each to measure it");
+      "touch scatter (chi^2): 0.200 mm, 0.050 mm stated by sigma_mm in the cell file; chi^2/dof "
+      "16.0. State the measured repeatability in sigma_mm, not the residual of the fit: touch five "
+      "places four times each to measure it");
   EXPECT_EQ(
       said(FindingKind::kDuplicateTouches, {}, {{"duplicates", 100.0, ""}, {"touches", 200.0, ""}},
            {{touch(100, 102, "S1"), {}}, {touch(0, 2, "S1"), {}}}),
@@ -212,12 +212,12 @@ TEST(FindingWords, OfWhatWentWrong) {
       {"shift", 0.52, "mm", 0.03}, {"x", 0.1, "mm"}, {"y", -0.5, "mm"}, {"z", 0.1, "mm"}};
   EXPECT_EQ(said(FindingKind::kMovedTarget, after(about_target(target("S2")), 11, one), shift),
             "moved target: S2 moved by 0.52 +- 0.03 mm (+0.10, -0.50, +0.10) after touch 12 (line "
-            "13). Clamp it and repeat from there");
+            "13). Clamp it and calibrate again");
   std::vector<Quantity> or_lengths = shift;
   or_lengths.push_back({"or_lengths", 1.0, ""});
   EXPECT_EQ(said(FindingKind::kMovedTarget, after(about_target(target("S2")), 11, one), or_lengths),
             "moved target or wrong certified length: S2 moved by 0.52 +- 0.03 mm (+0.10, -0.50, "
-            "+0.10) after touch 12 (line 13). Clamp it and repeat from there. Or correct the "
+            "+0.10) after touch 12 (line 13). Clamp it and calibrate again. Or correct the "
             "certified lengths: without them the change is not significant");
   const FindingPart slipped{after(about_joint("A3"), 49, {}), {{"turn", 0.05, "deg", 0.004}}};
   const FindingPart knocked{after(about_tool("tool"), 49, {}), shift};

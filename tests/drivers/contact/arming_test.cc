@@ -190,7 +190,7 @@ INSTANTIATE_TEST_SUITE_P(
                               };
                               rig.run(std::chrono::seconds{5});
                             },
-                            "clock is not synchronised"},
+                            "no answer to pings for 5."},
                     Refusal{"Silent",
                             [](Rig& rig) {
                               rig.mcu.set_faults({.silent = true}, rig.now());

@@ -48,7 +48,7 @@ TEST_F(Delivery, BytesThatWereSentInTimeAndCameLateAreThisComputersFault) {
   EXPECT_NEAR(snapshot().delivered_late_s, 0.055, 0.006) << "the first one that was held back";
   EXPECT_EQ(contact.status().last_arm_end, ArmEnd::kDeliveredLate);
   const std::string words = contact.status().words;
-  EXPECT_TRUE(contains(words, "late on this computer (limit 25 ms)")) << words;
+  EXPECT_TRUE(contains(words, "late on this computer; they must come within 25 ms")) << words;
   arm(2);
   EXPECT_EQ(snapshot().delivered_late_s, 0.0) << "it is forgotten with the next arming";
 }

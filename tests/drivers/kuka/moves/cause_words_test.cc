@@ -63,6 +63,8 @@ TEST(CauseWords, WayPointsAreNamedByTheirNumber) {
 TEST(CauseWords, TimesAreInTheUnitThatTheyAreReadIn) {
   EXPECT_TRUE(
       has(said(cause::SensorLate{0.040, 0.025}), "40 ms late on this computer (limit 25 ms)"));
+  EXPECT_TRUE(has(said(cause::SensorLate{0.022, 0.025}),
+                  "22 ms late on this computer (none arrived within 25 ms)"));
   EXPECT_TRUE(has(said(cause::TripUnconfirmed{0.104}),
                   "neither confirmed nor revoked the trip within 104 ms"));
   EXPECT_TRUE(has(said(cause::InputAlone{0.104}), "sensor detected nothing within 104 ms"));
