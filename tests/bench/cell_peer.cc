@@ -92,7 +92,7 @@ struct CellPeer::Impl {
       const bool ours = trip && stage == Stage::kEdgeSet;
       if (ours && gap) prepare_packet();  // so that nothing but the gap lies between the two
       const TimePoint now = Steady::now();
-      if (stage != Stage::kSilent) last_frame_at = now;
+      last_frame_at = now;  // what was on the wire when it fell silent still comes
       // Frames that do not fit are lost, as on a real line.
       [[maybe_unused]] const auto written =
           ::write(sensor.master(), output->frame.data.data(), output->frame.size);

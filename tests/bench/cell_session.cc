@@ -10,6 +10,8 @@ using std::chrono::milliseconds;
 namespace {
 
 constexpr milliseconds kArmLifetime{20'000};
+constexpr milliseconds kNextPing{200};
+constexpr int kArmTries = 4;
 
 RsiConfig rsi_config(bool patient) {
   constexpr double kRad = std::numbers::pi / 180;
@@ -94,9 +96,14 @@ std::optional<Contact> CellSession::search(std::optional<Duration> gap) {
 std::optional<MoveResult> CellSession::search_with(const std::function<void()>& what_happens) {
   const std::string trouble = wait_until_ready();
   if (!trouble.empty()) return spoiled(trouble);
-  contact_.arm(++arm_id_, kArmLifetime);
   std::optional<ArmResult> armed;
-  eventually([&] { return (armed = contact_.poll_arm()).has_value(); });
+  // Pings that a silent sensor did not answer are asked again some time later.
+  for (int tries = 0; tries < kArmTries; ++tries) {
+    if (tries > 0) std::this_thread::sleep_for(kNextPing);
+    contact_.arm(++arm_id_, kArmLifetime);
+    eventually([&] { return (armed = contact_.poll_arm()).has_value(); });
+    if (!armed || armed->refusal != ArmRefusal::kClockNotSynchronised) break;
+  }
   if (!armed || !armed->armed) return spoiled(armed ? armed->why_not : "no answer to arm()");
 
   constexpr double kTravelRad = 0.01;  // longer than any search lasts
