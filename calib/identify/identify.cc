@@ -16,6 +16,7 @@
 #include "calib/model/error.h"
 #include "calib/problem/target_place.h"
 #include "calib/verdict/identify_as_stated.h"
+#include "calib/verdict/verdict.h"
 
 namespace cellcal::calib {
 
@@ -214,8 +215,10 @@ Calibration identify(const Cell& cell, const std::vector<Touch>& touches,
     put_first(likely_causes(cell, touches, other_robots), nominal);
     return nominal;
   }
-  return looked_at_closer(cell, touches, options, other_robots,
-                          std::get<Calibration>(std::move(stated)));
+  Calibration calibration = looked_at_closer(cell, touches, options, other_robots,
+                                             std::get<Calibration>(std::move(stated)));
+  warn_of_unchecked_touch(touches, calibration);
+  return calibration;
 }
 
 }  // namespace cellcal::calib

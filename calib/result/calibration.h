@@ -204,6 +204,13 @@ struct UnseenChecks {
   std::vector<HeldOut> held_out;  ///< of those that are judged
 };
 
+/// The touch whose errors do the most harm before the others contradict it (unchecked_touch.h).
+struct UncheckedTouch {
+  std::size_t touch = 0;  ///< index into the touches given
+  double unseen_m = 0.0;  ///< largest error that the others do not contradict
+  double shift_m = 0.0;   ///< of the tip by it, mean over poses; 0: each is checked
+};
+
 struct InputFile {
   std::string role, name, sha256;
 };
@@ -231,6 +238,7 @@ struct Calibration {
   /// The nominal arm's over the same poses: what its tolerances foresee, or what was found, the
   /// larger. 0: not worked out.
   double nominal_near_targets_m = 0.0, nominal_workspace_m = 0.0;
+  UncheckedTouch unchecked_near_targets, unchecked_workspace;  ///< not written to files
   double chi2 = 0.0;  ///< of the fit: sum of the squared whitened residuals of the touches in use
   /// Left to judge it by: sum over the touches of 1 - leverage, which counts an unknown by how far
   /// the touches and not its prior decide it; at least 1.

@@ -41,6 +41,7 @@ constexpr std::array kKinds = {
     Named{FindingKind::kScaleByReadings, "scale_by_readings"},
     Named{FindingKind::kScaleByNothing, "scale_by_nothing"},
     Named{FindingKind::kUncheckedReadings, "unchecked_readings"},
+    Named{FindingKind::kUncheckedTouch, "unchecked_touch"},
     Named{FindingKind::kUncheckedLengths, "unchecked_lengths"},
     Named{FindingKind::kUncheckedLength, "unchecked_length"},
     Named{FindingKind::kRequired, "required"},

@@ -50,6 +50,7 @@ enum class FindingKind {
   kScaleByReadings,    ///< scope: a tracker's or wire's readings do
   kScaleByNothing,     ///< scope: near the targets, and why
   kUncheckedReadings,  ///< nothing else says how long everything is
+  kUncheckedTouch,     ///< a wrong contact that is not detected shifts the tip beyond every bound
   kUncheckedLengths,   ///< the touches are too few to check one by the others
   kUncheckedLength,    ///< there is one, and nothing checks it
   kRequired,           ///< predicted error above what is required

@@ -11,7 +11,7 @@ namespace {
 /// A session that has made fewer of each target has only begun.
 constexpr std::size_t kBegunPerTarget = 5;
 /// That suffice for most cells; what a first session says to go on with.
-constexpr int kUsualTouches = 40, kUsualChecks = 10;
+constexpr int kUsualTouches = 50, kUsualChecks = 10;
 
 /// How far from its stated place a nominal tip met its target; none where that is not stated.
 std::optional<double> met_off_m(const Problem& problem, const Touch& touch) {

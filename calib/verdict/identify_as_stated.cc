@@ -13,6 +13,7 @@
 #include "calib/consistency/named_outliers.h"
 #include "calib/consistency/residuals.h"
 #include "calib/consistency/suspected_changes.h"
+#include "calib/consistency/unchecked_touch.h"
 #include "calib/estimate/discrepancy.h"
 #include "calib/estimate/estimate.h"
 #include "calib/estimate/level_family.h"
@@ -223,13 +224,16 @@ void fill_accuracy(const Problem& problem, const Estimate& e, int region_poses, 
   }
   c.predicted_workspace_m = accuracy.predicted_m(workspace, moves);
   c.nominal_workspace_m = accuracy.nominal_m(workspace, moves);
+  c.unchecked_workspace = least_checked_touch(problem, e, moves);
   c.predicted_near_targets_m = c.predicted_workspace_m;
   c.nominal_near_targets_m = c.nominal_workspace_m;
+  c.unchecked_near_targets = c.unchecked_workspace;
   const auto local = poses_near_targets(problem, c.targets, region_poses);
   if (local.size() < kFewestPoses) return;
   const Eigen::MatrixXd local_moves = accuracy.moves(local);
   c.predicted_near_targets_m = accuracy.predicted_m(local, local_moves);
   c.nominal_near_targets_m = accuracy.nominal_m(local, local_moves);
+  c.unchecked_near_targets = least_checked_touch(problem, e, local_moves);
 }
 
 /// What touches and files say of each other; `moves`, `jumps`: of changes in mid-session, too.

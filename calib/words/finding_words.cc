@@ -54,6 +54,7 @@ constexpr Phrase kPhrases[] = {
     {FindingKind::kScaleByReadings, "scope", sentences::scale_by_readings},
     {FindingKind::kScaleByNothing, "scope", sentences::scale_by_nothing},
     {FindingKind::kUncheckedReadings, "unchecked scale", sentences::unchecked_readings},
+    {FindingKind::kUncheckedTouch, "unchecked touch", sentences::unchecked_touch},
     {FindingKind::kUncheckedLengths, "unchecked scale", sentences::unchecked_lengths},
     {FindingKind::kUncheckedLength, "unchecked scale", sentences::unchecked_length},
     {FindingKind::kRequired, "required accuracy", sentences::required},

@@ -71,6 +71,7 @@ std::string scale_by_nothing(const Finding& f);
 std::string unchecked_readings(const Finding& f);
 std::string unchecked_lengths(const Finding& f);
 std::string unchecked_length(const Finding& f);
+std::string unchecked_touch(const Finding& f);
 std::string required(const Finding& f);
 std::string no_gain(const Finding& f);
 std::string gain(const Finding& f);

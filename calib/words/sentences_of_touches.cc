@@ -57,6 +57,13 @@ std::string touch_scatter(const Finding& f) {
       of(f, "ratio") * of(f, "ratio"));
 }
 
+std::string unchecked_touch(const Finding& f) {
+  return fmt::format(
+      "errors below {:.1f} mm of {} of {} are not detectable, and would shift the TCP by up to "
+      "{:.2f} mm (predicted error {:.2f} mm). Calibrate with more touches",
+      of(f, "unseen"), touch_of(f.about), f.about.name, of(f, "shift"), of(f, "predicted"));
+}
+
 std::string duplicate_touches(const Finding& f) {
   const std::string which =
       f.parts.size() < 2

@@ -30,7 +30,7 @@ std::string head(const CellForm& form) {
       "# A cell: arm, tool, artefacts, surroundings. Millimetres and degrees, in the robot's base\n"
       "# frame. A line that begins with \"#\" and a key shows that key with its default: take the \"#\" away\n"
       "# to change it. Contradictions are found by 'cellcal doctor --cell FILE' and by 'cellcal plan\n"
-      "# --cell FILE --touches 40 --picture cell.svg', which draws it.\n"
+      "# --cell FILE --touches 50 --picture cell.svg', which draws it.\n"
       "format = \"cellcal.cell/1\"\n";
   text += line("robot = " + toml_string(form.robot.reference),
                "a shipped one by name, or a file in this folder");

@@ -30,7 +30,7 @@ struct RunCommand {
 
 struct DryRunCommand {
   std::filesystem::path cell;
-  int touches = 40, check = 10;
+  int touches = 50, check = 10;
   unsigned seed = 1;
 };
 int dry_run(const Connection& daemon, const DryRunCommand& command);

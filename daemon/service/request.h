@@ -21,7 +21,7 @@ struct RequestError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-inline constexpr int kPlannedTouches = 40, kMostChosen = 200;
+inline constexpr int kPlannedTouches = 50, kMostChosen = 200;
 
 struct RunRequest {
   SessionKind kind = SessionKind::kCalibrate;

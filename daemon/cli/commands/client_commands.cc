@@ -41,7 +41,7 @@ void add_run(CLI::App& app, int& status) {
   command->footer(
       "Ctrl-C detaches and the session continues; before anything has moved it ends the "
       "session.\n'cellcal abort' stops the arm.\nExample: cellcal run --cell cell.toml "
-      "--touches 40 --check 10\n         cellcal run --cell cell.toml --goal 0.15\n         "
+      "--touches 50 --check 10\n         cellcal run --cell cell.toml --goal 0.15\n         "
       "cellcal run --cell cell.toml --update\n         cellcal run --resume");
   auto daemon = add_connection(command);
   add_progress(command, *daemon);
@@ -54,7 +54,7 @@ void add_run(CLI::App& app, int& status) {
       ->check(CLI::Range(0.01, 10.0));
   command
       ->add_option("--touches", given->touches,
-                   "Touches for the fit; with --goal the most, at least 5 per target [40, with "
+                   "Touches for the fit; with --goal the most, at least 5 per target [50, with "
                    "--goal 200]")
       ->check(CLI::Range(4, 2000));
   command->add_flag("--find", given->find,
@@ -115,7 +115,7 @@ void add_dry_run(CLI::App& app, int& status) {
       "Before the first calibration, and after anything was moved in the cell. From stand-off to stand-off at a tenth of "
       "the\naxis speeds or less; nothing is searched. What the tip meets stops the arm and ends it. 'cellcal run' with "
       "the\nsame cell file, touches, check and seed goes the same way. Run it in T1.\n"
-      "Example: cellcal dry-run --cell cell.toml --touches 40 --check 10");
+      "Example: cellcal dry-run --cell cell.toml --touches 50 --check 10");
   auto daemon = add_connection(command);
   add_progress(command, *daemon);
   command->add_option("--cell", given->cell, "Cell file (TOML)")->required();

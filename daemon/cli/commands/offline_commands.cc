@@ -66,7 +66,7 @@ void add_plan(CLI::App& app, int& status) {
       "The file has the joint angles at the nominal contacts, in the format of touches. The "
       "largest\naxis travel is printed: over RSI, [rsi] correction_limit_deg must be more. A "
       "cell file that\ncontradicts itself is refused.\nExample: cellcal plan --cell cell.toml "
-      "--touches 40 --check 10 -o plan.csv --picture plan.svg");
+      "--touches 50 --check 10 -o plan.csv --picture plan.svg");
   command->add_option("--cell", given->cell, "Cell file (TOML)")->required();
   command->add_option("--touches", given->touches, "Touches for the fit")
       ->required()

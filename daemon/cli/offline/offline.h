@@ -27,7 +27,7 @@ int predict(const PredictCommand& command);
 
 struct PlanCommand {
   std::filesystem::path cell, output, picture;
-  int touches = 40, check = 0;
+  int touches = 50, check = 0;
   std::string region = "workspace";
   std::vector<double> from_deg;  ///< where the arm stands; empty: not known
   unsigned seed = 1;

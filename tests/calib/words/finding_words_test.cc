@@ -58,6 +58,11 @@ TEST(FindingWords, OfTouches) {
       "touch scatter (chi^2): 0.200 mm, 0.050 mm stated by sigma_mm in the cell file; chi^2/dof "
       "16.0. State the measured repeatability in sigma_mm, not the residual of the fit: touch five "
       "places four times each to measure it");
+  EXPECT_EQ(said(FindingKind::kUncheckedTouch, touch(4, 6, "S1"),
+                 {{"unseen", 3.0, "mm"}, {"shift", 2.14, "mm"}, {"predicted", 0.2, "mm"}}),
+            "unchecked touch: errors below 3.0 mm of touch 5 (line 6) of S1 are not detectable, and "
+            "would shift the TCP by up to 2.14 mm (predicted error 0.20 mm). Calibrate with more "
+            "touches");
   EXPECT_EQ(
       said(FindingKind::kDuplicateTouches, {}, {{"duplicates", 100.0, ""}, {"touches", 200.0, ""}},
            {{touch(100, 102, "S1"), {}}, {touch(0, 2, "S1"), {}}}),

@@ -127,7 +127,7 @@ TEST(a_first_session, ends_in_what_it_has_shown_and_not_in_what_it_lacks) {
   EXPECT_EQ(outcome.status, 3);
   EXPECT_NE(outcome.out.find("the cell works, 4 of 4 touches within 0."), std::string::npos)
       << outcome.out;
-  EXPECT_NE(outcome.out.find("Now calibrate with 40 touches"), std::string::npos) << outcome.out;
+  EXPECT_NE(outcome.out.find("Now calibrate with 50 touches"), std::string::npos) << outcome.out;
   EXPECT_LE(lines(outcome.out), 4u) << outcome.out;
   const auto json = nlohmann::json::parse(content(dir / "c.json"));
   EXPECT_TRUE(json.at("verdict").at("too_few_touches").get<bool>());

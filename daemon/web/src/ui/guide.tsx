@@ -20,8 +20,8 @@ const is_session = (step: StepName): step is keyof typeof WISHES => step in WISH
 export function command_of(step: StepName, cell: string): string {
   const file = cell === "" ? "/etc/cellcal/cell.toml" : cell;
   switch (step) {
-    case "cell": return cell === "" ? `sudo cellcal new-cell -o ${file}` : `cellcal plan --cell ${file} --touches 40`;
-    case "robot": case "spheres": return `cellcal plan --cell ${file} --touches 40`;
+    case "cell": return cell === "" ? `sudo cellcal new-cell -o ${file}` : `cellcal plan --cell ${file} --touches 50`;
+    case "robot": case "spheres": return `cellcal plan --cell ${file} --touches 50`;
     case "doctor": return `cellcal doctor --cell ${file}`;
     case "qualify": return `cellcal qualify --cell ${file}`;
     case "dry-run": return `cellcal dry-run --cell ${file} --touches ${DRY.touches} --check ${DRY.check}`;

@@ -16,7 +16,7 @@ export interface Wish {
   goal: string;
   find: boolean;
 }
-const USUAL: Wish = { kind: "calibrate", cell: "", touches: "40", check: "10", goal: "", find: false };
+const USUAL: Wish = { kind: "calibrate", cell: "", touches: "50", check: "10", goal: "", find: false };
 
 export function run_request(wish: Wish): Record<string, unknown> {
   if (wish.kind === "dry-run")

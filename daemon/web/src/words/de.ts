@@ -419,6 +419,7 @@ export const de: Catalogue = {
   "finding.scale_by_nothing": "Maßstab nicht zertifiziert: Das Ergebnis gilt nur nahe den Zielen.",
   "finding.unchecked_readings": "Maßstab aus Messwerten, die nichts prüft. Eine Länge zwischen angetasteten Zielen zertifizieren.",
   "finding.unchecked_lengths": "Zu wenige Antastungen, um die zertifizierten Längen zu prüfen. Jedes Ziel öfter antasten.",
+  "finding.unchecked_touch": "Eine Antastung wird von den anderen nicht kontrolliert. Mehr Antastungen machen.",
   "finding.unchecked_length": "Nur eine zertifizierte Länge: ungeprüft. Eine zweite zertifizieren, oder diese erneut messen lassen.",
   "finding.required": "Vorhergesagter Fehler größer als gefordert. Mehr Antastungen in unterschiedlicheren Stellungen machen, oder größeres required_mm angeben.",
   "finding.no_gain": "Nicht besser als der nominelle Arm. Mehr Antastungen in unterschiedlicheren Stellungen machen.",

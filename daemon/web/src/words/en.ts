@@ -430,6 +430,7 @@ export const en = {
   "finding.scale_by_nothing": "Scale not certified.",
   "finding.unchecked_readings": "Scale from readings that nothing checks.",
   "finding.unchecked_lengths": "Too few touches to check the certified lengths.",
+  "finding.unchecked_touch": "One touch is not checked by the others.",
   "finding.unchecked_length": "Only one certified length: not checked.",
   "finding.required": "Predicted error above the required value.",
   "finding.no_gain": "No better than the nominal arm.",
