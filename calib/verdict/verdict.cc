@@ -18,8 +18,8 @@ namespace {
 /// Of the geometry's directions: with less the result is the tolerances, not the touches.
 constexpr double kDeterminedShare = 0.5;
 
-/// Shift by a wrong contact that is not detected, over the predicted mean error: u95 is some three times that. Sessions of
-/// 100 touches of four spheres have 0.6 to 2.3 here, of 50 one in thirty has more than five, of 30 most.
+/// Shift by a wrong contact that is not detected, over the predicted mean error: u95 is some three times that. Of sessions at
+/// four spheres none of 100 touches has more than five here, of 50 one in a hundred, of 30 most.
 constexpr double kMostUnchecked = 5.0;
 
 void judge_rank(const Calibration& c, std::vector<Finding>& findings) {

@@ -41,6 +41,7 @@ struct Outcome {
   double planned_m3 = 0, minutes = 0;           ///< what the plan predicted
   double nominal_m3 = 0, field = 0, alike = 0;  ///< as the estimator foresees and says
   bool published = false, estimated = false;
+  bool unchecked = false;  ///< the verdict warns of a touch that the others do not check
   std::string why_not;
 };
 
