@@ -66,7 +66,8 @@ void add_plan(CLI::App& app, int& status) {
       "The file has the joint angles at the nominal contacts, in the format of touches. The "
       "largest\naxis travel is printed: over RSI, [rsi] correction_limit_deg must be more. A "
       "cell file that\ncontradicts itself is refused.\nExample: cellcal plan --cell cell.toml "
-      "--touches 50 --check 10 -o plan.csv --picture plan.svg");
+      "--touches 50 --check 10 -o plan.csv --picture plan.svg\n"
+      "         cellcal plan --cell cell.toml --touches 50 --suggest-spheres");
   command->add_option("--cell", given->cell, "Cell file (TOML)")->required();
   command->add_option("--touches", given->touches, "Touches for the fit")
       ->required()
@@ -90,7 +91,16 @@ void add_plan(CLI::App& app, int& status) {
   command->add_option("-o,--output", given->output,
                       "Write the plan to this file (CSV) [standard output]");
   command->add_flag("--json", given->json, "Write JSON");
-  command->callback([given, &status] { status = plan(*given); });
+  command
+      ->add_option("--suggest-spheres", given->suggest_spheres,
+                   "In place of a plan: places for so many spheres that serve the region, and the predicted "
+                   "accuracy beside today's [4]")
+      ->expected(0, 1)
+      ->default_str("4")
+      ->check(CLI::Range(1, 12));
+  command->callback([given, &status] {
+    status = given->suggest_spheres > 0 ? suggest_spheres(*given) : plan(*given);
+  });
 }
 
 void add_kuka_files(CLI::App& app, int& status) {

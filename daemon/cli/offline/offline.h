@@ -31,9 +31,12 @@ struct PlanCommand {
   std::string region = "workspace";
   std::vector<double> from_deg;  ///< where the arm stands; empty: not known
   unsigned seed = 1;
+  int suggest_spheres = 0;  ///< so many places for spheres in place of a plan; 0: a plan
   bool json = false;
 };
 int plan(const PlanCommand& command);
+/// Places for spheres that serve the region, with the predicted accuracy beside today's.
+int suggest_spheres(const PlanCommand& command);
 
 /// What an integrator copies onto the controller, from the daemon's configuration.
 struct KukaFilesCommand {

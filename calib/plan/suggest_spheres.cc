@@ -1,0 +1,243 @@
+#include "calib/plan/suggest_spheres.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "calib/plan/cell_check.h"
+#include "calib/plan/choice/design.h"
+#include "calib/plan/choice/design_problem.h"
+#include "calib/plan/reach/pool.h"
+
+namespace cellcal::calib {
+
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr int kPostures = 600;
+constexpr std::size_t kMostPlaces = 32;
+constexpr double kApartM = 0.15;        ///< places nearer to each other say the same
+constexpr double kGridM = 0.01;         ///< nobody puts a stand more exactly
+constexpr double kCentreSigmaM = 0.01;  ///< as where the file states none
+/// Above the floor, or the base where no floor is stated: a higher stand sways.
+constexpr double kHighestM = 1.0;
+constexpr double kAroundBoxM = 0.2;  ///< of a box, spheres may stand beside it
+constexpr std::size_t kSides = 12;   ///< touches by which a place is judged
+/// Of the directions of touches, the least variance along any axis: on half a sphere it is a twelfth.
+constexpr double kLeastSpread = 0.05;
+constexpr double kLengthSigmaM = 5e-6;
+constexpr int kExchangeRounds = 4;
+constexpr double kPaysShare = 1e-3;  ///< of what the set is worth, for an exchange
+
+struct Place {
+  Vector3d centre_m;
+  std::vector<Candidate> touches;
+};
+
+const Target& like(const Cell& cell) {
+  const auto sphere =
+      std::ranges::find(cell.targets, TargetKind::kSphere, [](const Target& t) { return t.kind; });
+  if (sphere == cell.targets.end())
+    throw PlanError(
+        PlanError::Kind::kRequest,
+        "the cell has no sphere to suggest places for. Add one with its diameter to the cell file");
+  return *sphere;
+}
+
+Target sphere_at(const Target& like, const Vector3d& centre_m, std::size_t number) {
+  Target target = like;
+  target.id = fmt::format("S{}", number + 1);
+  target.has_centre = true;
+  target.has_box = false;
+  target.centre_m = centre_m;
+  target.centre_sigma_m = kCentreSigmaM;
+  return target;
+}
+
+/// Spheres at these places, all certified lengths between them where the cell has one.
+Cell with_spheres(const Cell& cell, const std::vector<Vector3d>& centres_m) {
+  Cell result = cell;
+  result.targets.clear();
+  result.lengths.clear();
+  double sigma_m = 0.0;
+  for (const CertifiedLength& one : cell.lengths) sigma_m = std::max(sigma_m, one.sigma_m);
+  for (std::size_t k = 0; k < centres_m.size(); ++k) {
+    result.targets.push_back(sphere_at(like(cell), centres_m[k], k));
+    for (std::size_t j = 0; j < k && !cell.lengths.empty(); ++j)
+      result.lengths.push_back({result.targets[j].id, result.targets[k].id,
+                                (centres_m[j] - centres_m[k]).norm(),
+                                sigma_m > 0.0 ? sigma_m : kLengthSigmaM});
+  }
+  return result;
+}
+
+bool from_many_sides(const std::vector<Candidate>& touches) {
+  if (touches.size() < kSides) return false;
+  Vector3d mean = Vector3d::Zero();
+  Eigen::Matrix3d square = Eigen::Matrix3d::Zero();
+  for (const Candidate& c : touches) {
+    mean += c.normal / static_cast<double>(touches.size());
+    square += c.normal * c.normal.transpose() / static_cast<double>(touches.size());
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(square - mean * mean.transpose(),
+                                                              Eigen::EigenvaluesOnly);
+  return solver.eigenvalues()[0] >= kLeastSpread;
+}
+
+/// None where it cannot be touched from many sides.
+std::optional<Place> place_at(const Cell& cell, const ArmModel& arm, const PlanOptions& options,
+                              const Vector3d& centre_m) {
+  const Cell alone = with_spheres(cell, {centre_m});
+  const Clearance clearance(alone, arm);
+  // Where a sphere stands in the way of the resting arm, no way begins.
+  if (!clearance.clear(resting_posture(cell.robot, clearance), kTipMarginM)) return std::nullopt;
+  Place place{centre_m,
+              find_candidates(alone, arm, clearance, options, 3 * static_cast<int>(kSides))};
+  if (!from_many_sides(place.touches) || !faults_of(alone).empty()) return std::nullopt;
+  // Every n-th: the candidates are in the order of their directions.
+  std::vector<Candidate> some;
+  for (std::size_t k = 0; k < kSides; ++k)
+    some.push_back(place.touches[k * place.touches.size() / kSides]);
+  place.touches = std::move(some);
+  return place;
+}
+
+std::vector<Place> possible_places(const Cell& cell, const ArmModel& arm,
+                                   const PlanOptions& options) {
+  AccuracyRegion region = options.region;
+  if (region.kind == AccuracyRegion::Kind::kBox) {
+    region.low_m.array() -= kAroundBoxM;
+    region.high_m.array() += kAroundBoxM;
+  }
+  const auto postures =
+      accuracy_region_postures(region, arm, {}, {}, options.limit_margin_rad, kPostures);
+  const Vector3d up = -cell.robot.gravity_m_s2.stableNormalized();
+  const double highest_m = cell.floor_m.value_or(0.0) + kHighestM;
+  std::vector<Place> places;
+  for (const JointVector& posture : postures) {
+    check_wanted(options.stop);
+    if (places.size() == kMostPlaces) break;
+    const Vector3d tip = arm.nominal_tcp(posture).translation();
+    const Vector3d centre_m = (tip / kGridM).array().round().matrix() * kGridM;
+    if (std::ranges::any_of(
+            places, [&](const Place& one) { return (one.centre_m - centre_m).norm() < kApartM; }))
+      continue;
+    if (auto place = place_at(cell, arm, options, centre_m)) places.push_back(std::move(*place));
+  }
+  return places;
+}
+
+/// Which places together take most from what is unknown over the region.
+class PlaceChoice {
+ public:
+  PlaceChoice(const Cell& cell, const std::vector<Place>& places, const AccuracyRegion& region)
+      : places_(places.size()), design_(design_of(cell, places, region)) {}
+
+  std::vector<std::size_t> best(std::size_t count) const {
+    std::vector<std::size_t> chosen;
+    for (std::size_t n = 0; n < count; ++n) {
+      chosen.push_back(places_);
+      replace(chosen, n, -1.0);
+    }
+    for (int round = 0; round < kExchangeRounds; ++round) {
+      bool changed = false;
+      for (std::size_t n = 0; n < count; ++n)
+        changed = replace(chosen, n, (1.0 + kPaysShare) * worth(chosen)) || changed;
+      if (!changed) break;
+    }
+    return chosen;
+  }
+
+ private:
+  static Design design_of(const Cell& cell, const std::vector<Place>& places,
+                          const AccuracyRegion& region) {
+    std::vector<Vector3d> centres_m;
+    std::vector<Candidate> candidates;
+    for (const Place& place : places) {
+      for (Candidate c : place.touches) {
+        c.target = centres_m.size();
+        candidates.push_back(std::move(c));
+      }
+      centres_m.push_back(place.centre_m);
+    }
+    DesignProblem problem = design_problem(with_spheres(cell, centres_m), candidates, region);
+    return {std::move(problem.rows), std::move(problem.covariance_u), problem.moves_m};
+  }
+
+  /// Variance over the region that touches of these places take away [m^2].
+  double worth(const std::vector<std::size_t>& places) const {
+    Design design = design_;
+    double sum = 0.0;
+    for (const std::size_t place : places)
+      for (std::size_t k = place * kSides; k < (place + 1) * kSides; ++k) {
+        sum += design.gain(static_cast<Eigen::Index>(k));
+        design.take(static_cast<Eigen::Index>(k));
+      }
+    return sum;
+  }
+
+  /// The best place instead of the n-th, where the set is then worth more than that.
+  bool replace(std::vector<std::size_t>& chosen, std::size_t n, double more_than) const {
+    std::vector<std::size_t> trial = chosen;
+    bool better = false;
+    for (std::size_t place = 0; place < places_; ++place) {
+      if (std::ranges::find(chosen, place) != chosen.end()) continue;
+      trial[n] = place;
+      if (const double value = worth(trial); value > more_than) {
+        more_than = value;
+        chosen[n] = place;
+        better = true;
+      }
+    }
+    return better;
+  }
+
+  std::size_t places_;
+  Design design_;
+};
+
+}  // namespace
+
+SuggestedSpheres suggest_spheres(const Cell& cell, const PlanOptions& options, int count) {
+  if (options.region.kind != AccuracyRegion::Kind::kWorkspace &&
+      options.region.kind != AccuracyRegion::Kind::kBox)
+    throw PlanError(
+        PlanError::Kind::kRequest,
+        "places are suggested for a region that does not depend on them. Use workspace or "
+        "box:X,Y,Z,X,Y,Z");
+  const ArmModel arm = planning_arm(cell);
+  std::vector<Place> places = possible_places(cell, arm, options);
+  const auto wanted = static_cast<std::size_t>(std::max(count, 1));
+  while (places.size() >= wanted) {
+    check_wanted(options.stop);
+    const std::vector<std::size_t> chosen = PlaceChoice(cell, places, options.region).best(wanted);
+    std::vector<Vector3d> centres_m;
+    for (const std::size_t place : chosen) centres_m.push_back(places[place].centre_m);
+    Cell suggested = with_spheres(cell, centres_m);
+    try {
+      Plan plan = make_plan(suggested, options);
+      return {std::move(suggested), std::move(plan)};
+    } catch (const PlanError& error) {
+      // A place to which no clear way leads beside the others is none.
+      if (error.kind == PlanError::Kind::kRequest) throw;
+      check_wanted(options.stop);
+      const auto blamed = std::ranges::find(suggested.targets, error.target, &Target::id);
+      const auto worst = blamed == suggested.targets.end() ? 0 : blamed - suggested.targets.begin();
+      places.erase(places.begin() +
+                   static_cast<std::ptrdiff_t>(chosen[static_cast<std::size_t>(worst)]));
+    }
+  }
+  throw PlanError(
+      PlanError::Kind::kTooFew,
+      fmt::format(
+          "{} places can be touched from many sides, {} spheres need one each. Take obstacles away, or "
+          "choose another region",
+          places.size(), wanted));
+}
+
+}  // namespace cellcal::calib
