@@ -5,7 +5,9 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <optional>
+#include <string>
 #include <utility>
 
 #include "calib/plan/cell_check.h"
@@ -49,9 +51,9 @@ const Target& like(const Cell& cell) {
   return *sphere;
 }
 
-Target sphere_at(const Target& like, const Vector3d& centre_m, std::size_t number) {
+Target sphere_at(const Target& like, const Vector3d& centre_m, std::string id) {
   Target target = like;
-  target.id = fmt::format("S{}", number + 1);
+  target.id = std::move(id);
   target.has_centre = true;
   target.has_box = false;
   target.centre_m = centre_m;
@@ -59,20 +61,37 @@ Target sphere_at(const Target& like, const Vector3d& centre_m, std::size_t numbe
   return target;
 }
 
-/// Spheres at these places, all certified lengths between them where the cell has one.
+/// Today's spheres' ids; then S1, S2, ... that nothing has.
+std::vector<std::string> ids_of(const Cell& cell, std::size_t count) {
+  std::vector<std::string> ids;
+  for (const Target& target : cell.targets)
+    if (target.kind == TargetKind::kSphere && ids.size() < count) ids.push_back(target.id);
+  for (int number = 1; ids.size() < count; ++number) {
+    const std::string id = fmt::format("S{}", number);
+    if (std::ranges::find(ids, id) == ids.end() &&
+        std::ranges::find(cell.targets, id, &Target::id) == cell.targets.end())
+      ids.push_back(id);
+  }
+  return ids;
+}
+
+/// Spheres at these places before the cell's other targets, all certified lengths between them where the cell has one.
 Cell with_spheres(const Cell& cell, const std::vector<Vector3d>& centres_m) {
   Cell result = cell;
   result.targets.clear();
   result.lengths.clear();
+  const std::vector<std::string> ids = ids_of(cell, centres_m.size());
   double sigma_m = 0.0;
   for (const CertifiedLength& one : cell.lengths) sigma_m = std::max(sigma_m, one.sigma_m);
   for (std::size_t k = 0; k < centres_m.size(); ++k) {
-    result.targets.push_back(sphere_at(like(cell), centres_m[k], k));
+    result.targets.push_back(sphere_at(like(cell), centres_m[k], ids[k]));
     for (std::size_t j = 0; j < k && !cell.lengths.empty(); ++j)
       result.lengths.push_back({result.targets[j].id, result.targets[k].id,
                                 (centres_m[j] - centres_m[k]).norm(),
                                 sigma_m > 0.0 ? sigma_m : kLengthSigmaM});
   }
+  std::ranges::copy_if(cell.targets, std::back_inserter(result.targets),
+                       [](const Target& one) { return one.kind != TargetKind::kSphere; });
   return result;
 }
 

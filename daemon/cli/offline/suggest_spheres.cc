@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "calib/files/files.h"
 #include "calib/model/units.h"
@@ -34,10 +35,16 @@ std::string accuracy_words(const calib::Plan& plan) {
                      plan.predicted_mean_m * kMmPerM, plan.predicted_u95_m * kMmPerM);
 }
 
+std::vector<calib::Target> spheres_of(const calib::Cell& cell) {
+  std::vector<calib::Target> spheres = cell.targets;
+  std::erase_if(spheres, [](const auto& one) { return one.kind != calib::TargetKind::kSphere; });
+  return spheres;
+}
+
 /// As a cell file has them.
 std::string file_lines(const calib::Cell& cell) {
   std::string lines;
-  for (const calib::Target& target : cell.targets)
+  for (const calib::Target& target : spheres_of(cell))
     lines += fmt::format(
         "\n[[target]]\nid = \"{}\"\nkind = \"sphere\"\ndiameter_mm = {:g}\n"
         "centre_mm = [{:.0f}, {:.0f}, {:.0f}]\ncentre_sigma_mm = {:g}\n",
@@ -56,7 +63,7 @@ std::string json(const calib::SuggestedSpheres& suggested,
                  const std::optional<calib::Plan>& today) {
   nlohmann::json value = accuracy_json(suggested.plan);
   value["today"] = today ? accuracy_json(*today) : nlohmann::json(nullptr);
-  for (const calib::Target& target : suggested.cell.targets)
+  for (const calib::Target& target : spheres_of(suggested.cell))
     value["spheres"].push_back({{"id", target.id},
                                 {"diameter_mm", target.diameter_m * kMmPerM},
                                 {"centre_mm",
@@ -88,7 +95,7 @@ int suggest_spheres(const PlanCommand& command) {
   const std::string words =
       fmt::format("# {} with {} touches, region {}: {} spheres at these places\n",
                   accuracy_words(suggested.plan), command.touches, command.region,
-                  suggested.cell.targets.size()) +
+                  spheres_of(suggested.cell).size()) +
       (today ? fmt::format("# {} today{}\n", accuracy_words(*today),
                            gains ? "" : ": today's places are as good, leave the spheres there")
              : "") +
