@@ -96,6 +96,7 @@ std::optional<DriftTrend> trend_of(const std::vector<CheckSeen>& checks, double 
   trend.now_m = now * best.size;
   trend.now_sigma_m = now * sigma_along(best.covariance, best.size);
   if (best.shape == DriftShape::kCreep) {
+    trend.over_s = checks.back().time_s - checks[best.from - 1].time_s;
     trend.rate_m_s = best.size / kDayS;
     trend.rate_sigma_m_s = sigma_along(best.covariance, best.size) / kDayS;
   }

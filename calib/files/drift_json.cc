@@ -55,7 +55,6 @@ ordered_json point_to_json(const DriftPoint& point, double noise) {
 }
 
 ordered_json trend_to_json(const DriftTrend& trend) {
-  const bool creeps = trend.shape == DriftShape::kCreep;
   ordered_json json{{"shape", to_string(trend.shape)},
                     {"since", trend.since},
                     {"since_s", trend.since_s},
@@ -66,7 +65,7 @@ ordered_json trend_to_json(const DriftTrend& trend) {
                     {"mm_per_month", nullptr},
                     {"u_mm_per_month", nullptr},
                     {"causes", ordered_json::array()}};
-  if (creeps) {
+  if (trend.has_rate()) {
     json["mm_per_month"] = trend.rate_m_s.norm() * kMonthS * kMmPerM;
     json["u_mm_per_month"] = kDriftCoverage * trend.rate_sigma_m_s * kMonthS * kMmPerM;
   }

@@ -1,6 +1,7 @@
 #include "calib/problem/solve.h"
 
 #include <ceres/ceres.h>
+#include <glog/logging.h>
 
 #include <algorithm>
 #include <cmath>
@@ -291,5 +292,7 @@ Eigen::VectorXd leverage_of(const RowMajor& rows, const Eigen::MatrixXd& covaria
   });
   return result;
 }
+
+void quiet_solver() { FLAGS_minloglevel = google::GLOG_FATAL; }
 
 }  // namespace cellcal::calib

@@ -60,4 +60,8 @@ Linearisation linearise_touch(const Problem& problem, const Eigen::VectorXd& u, 
 /// of a row that was used its leverage.
 Eigen::VectorXd leverage_of(const RowMajor& rows, const Eigen::MatrixXd& covariance_u);
 
+/// The solver's own log (glog, to standard error) is silent from here on: what it warns of is retried or named here. For
+/// programs; of a program that embeds the library it is the host's to decide.
+void quiet_solver();
+
 }  // namespace cellcal::calib

@@ -59,6 +59,9 @@ struct DriftPoint {
 
 enum class DriftShape { kStep, kCreep };
 
+/// A rate per month is said of a creep that was watched so long: of less it is an extrapolation of more than tenfold.
+inline constexpr double kShortestSpanOfARateS = 3.0 * 86400.0;
+
 /// How the TCP best went off, by all checks in the chart.
 struct DriftTrend {
   DriftShape shape = DriftShape::kCreep;
@@ -67,8 +70,10 @@ struct DriftTrend {
   std::size_t checks = 0;                              ///< from it on
   Eigen::Vector3d now_m = Eigen::Vector3d::Zero();     ///< off at the newest check
   double now_sigma_m = 0.0;                            ///< along it
+  double over_s = 0.0;  ///< kCreep: from its begin to the newest check
   Eigen::Vector3d rate_m_s = Eigen::Vector3d::Zero();  ///< kCreep
   double rate_sigma_m_s = 0.0;
+  bool has_rate() const { return shape == DriftShape::kCreep && over_s >= kShortestSpanOfARateS; }
   std::vector<Explanation> causes = {};  ///< likeliest first; empty: not worked out
 };
 

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "calib/syntax/json_text.h"
 #include "calib/syntax/nesting.h"
@@ -104,6 +105,13 @@ std::string toml_to_json(std::string_view text) {
   } catch (const toml::parse_error& e) {
     throw FileError("not valid TOML: " + std::string(e.description()));
   }
+}
+
+std::string json_to_toml(std::string_view text) {
+  refuse_deep_json(text, "JSON");
+  std::ostringstream out;
+  out << toml::toml_formatter(to_table(json::parse(text), "JSON"));
+  return out.str() + "\n";
 }
 
 TomlTable table_from_json(std::string_view text, const std::string& name) {

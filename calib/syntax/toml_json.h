@@ -16,6 +16,8 @@ std::string toml_string(std::string_view text);
 
 /// TOML text to compact JSON text. Throws FileError.
 std::string toml_to_json(std::string_view toml);
+/// JSON object text as TOML text, keys in alphabetical order. Throws FileError.
+std::string json_to_toml(std::string_view json);
 /// JSON object text as a table for the strict reader. Throws FileError.
 TomlTable table_from_json(std::string_view json, const std::string& name);
 

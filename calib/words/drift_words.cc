@@ -43,6 +43,14 @@ const char* opening(DriftState state) {
   return "in control";
 }
 
+/// "23 min", "5.0 h", "2.1 days".
+std::string span_words(double span_s) {
+  constexpr double kMinS = 60.0, kHourS = 3600.0, kDayS = 86400.0;
+  if (span_s < 2.0 * kHourS) return fmt::format("{:.0f} min", span_s / kMinS);
+  if (span_s < 2.0 * kDayS) return fmt::format("{:.1f} h", span_s / kHourS);
+  return fmt::format("{:.1f} days", span_s / kDayS);
+}
+
 }  // namespace
 
 std::string date_words(double time_s) {
@@ -76,7 +84,9 @@ std::string trend_words(const DriftChart& chart) {
   const std::string since =
       fmt::format("since check {} ({})", trend.since, date_words(trend.since_s));
   std::string text =
-      trend.shape == DriftShape::kStep
+      trend.shape == DriftShape::kCreep && !trend.has_rate()
+          ? fmt::format("shift of {} within {} {}", off, span_words(trend.over_s), since)
+      : trend.shape == DriftShape::kStep
           ? fmt::format("step of {} {}", off, since)
           : fmt::format("creep of {:.3f} +- {:.3f} mm/month (k=2) {}, {} by now",
                         trend.rate_m_s.norm() * kMonthS * kMmPerM,

@@ -9,6 +9,7 @@
 #include "daemon/api/http/json_text.h"
 #include "daemon/archive/archive.h"
 #include "daemon/files/printable.h"
+#include "daemon/files/system_words.h"
 
 namespace cellcal::daemon {
 
@@ -40,7 +41,7 @@ auto as_request(Act act) {
   } catch (const JournalError& wrong) {
     throw RequestError(wrong.what());
   } catch (const std::filesystem::filesystem_error& wrong) {
-    throw RequestError(wrong.what());
+    throw RequestError(system_words(wrong));
   }
 }
 

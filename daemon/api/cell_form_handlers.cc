@@ -64,6 +64,23 @@ void refuse_others(const json& body, std::initializer_list<const char*> known) {
       throw BadRequest("\"" + printable(key) + "\" is not known here");
 }
 
+/// Throws RequestError.
+std::filesystem::path cell_file_in(const std::string& text) {
+  const std::filesystem::path file(text);
+  if (!file.is_absolute() || printable(text) != text)
+    throw RequestError("give the cell file as an absolute path");
+  return file;
+}
+
+json shown_json(const std::string& name, const std::filesystem::path& file,
+                const CellShelf::Shown& shown) {
+  return {{"name", name},
+          {"file", file.string()},
+          {"sha256", shown.sha256},
+          {"kept", shown.kept},
+          {"form", shown.form ? to_json(*shown.form) : json(nullptr)}};
+}
+
 json robots_json() {
   std::vector<calib::NamedRobot> robots = calib::shipped_robots();
   std::sort(robots.begin(), robots.end(),
@@ -87,14 +104,17 @@ std::optional<Response> Api::show_cell_form(const Call& call) {
               {"robots", robots_json()},
               {"reads_position", position_ && position_()},
               {"shown", nullptr}};
+  if (const auto other = call.request.query.find("file"); other != call.request.query.end()) {
+    const std::filesystem::path file = cell_file_in(other->second);
+    answer["shown"] =
+        shown_json(file.stem().string(), file, cell_act([&] { return CellShelf::look_at(file); }));
+    return Response{.body = dump(answer)};
+  }
   const auto name = call.request.query.find("name");
   if (name == call.request.query.end()) return Response{.body = dump(answer)};
   const auto shown = cell_act([&] { return shelf().look(name->second); });
   if (!shown) throw NotFound("no cell \"" + printable(name->second) + "\" was made here");
-  answer["shown"] = {{"name", name->second},
-                     {"file", shelf().file(name->second).string()},
-                     {"sha256", shown->sha256},
-                     {"form", shown->form ? to_json(*shown->form) : json(nullptr)}};
+  answer["shown"] = shown_json(name->second, shelf().file(name->second), *shown);
   return Response{.body = dump(answer)};
 }
 
@@ -113,17 +133,23 @@ std::optional<Response> Api::read_cell_lists(const Call& call) {
 
 std::optional<Response> Api::write_cell(const Call& call) {
   const json body = cell_request(call.request);
-  refuse_others(body, {"name", "form", "instead_of", "write"});
+  refuse_others(body, {"name", "form", "instead_of", "from", "write"});
   if (body.contains("write") && !body["write"].is_boolean())
     throw BadRequest("\"write\" must be true or false");
   const bool write = body.value("write", true);
   const std::string name = text_of(body, "name"), instead_of = text_of(body, "instead_of");
+  const std::string origin = text_of(body, "from");
+  const std::filesystem::path from =
+      origin.empty() ? std::filesystem::path() : cell_file_in(origin);
   return cell_act([&] {
     const std::filesystem::path file = shelf().file(name);
-    const CellForm form = form_from_json(body.value("form", json()), file);
+    const std::optional<CellShelf::Shown> before =
+        from.empty() ? shelf().look(name) : CellShelf::look_at(from);
+    const CellForm form = form_from_json(body.value("form", json()), file,
+                                         before && before->form ? &*before->form : nullptr);
     const std::vector<std::string> warnings = CellShelf::look_through(form);
     if (write) {
-      service_.alone(kWriting, [&] { shelf().write(name, form, instead_of); });
+      service_.alone(kWriting, [&] { shelf().write(name, form, instead_of, from); });
       spdlog::info("cell file {} was written", file.string());
     }
     return Response{write ? 201 : 200, "application/json",

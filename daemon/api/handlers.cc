@@ -8,6 +8,7 @@
 #include "daemon/api/http/json_text.h"
 #include "daemon/api/routes.h"
 #include "daemon/api/run_request.h"
+#include "daemon/files/system_words.h"
 #include "drivers/error.h"
 
 namespace cellcal::daemon {
@@ -86,7 +87,7 @@ std::optional<Response> Api::answer(const Request& request, bool give_up) try {
   return error(422, wrong.what());
 } catch (const std::exception& failed) {
   spdlog::error("{} {}: {}", request.method, request.path, failed.what());
-  return error(500, failed.what());
+  return error(500, system_words(failed));
 }
 
 std::optional<Response> Api::health(const Call&) {

@@ -152,6 +152,7 @@ class Api {
   std::optional<Response> readiness(const Call& call);
   std::optional<Response> doctor(const Call& call);
   std::optional<Response> examine(const Call& call);
+  std::optional<Response> take_examination(const Call& call);
   Examiner& examiner();
   Access& access();
   std::optional<Response> metrics(const Call& call);

@@ -86,9 +86,12 @@ std::optional<Response> Api::plan(const Call& call) {
 std::optional<Response> Api::figures(const Call& call) {
   const SessionRecord record = find(call);
   const auto calibration = calibration_of(record);
+  std::map<std::size_t, web::FigureOfTouch> made;
+  for (const auto& touch : service_.made(record.id))
+    made[touch->index] = {touch->residual_m, touch->u95_m};
   return Response{.body = web::figures_to_json(record, cell_of(record.inputs),
                                                journal_.touches(record.id),
-                                               calibration ? &*calibration : nullptr)};
+                                               calibration ? &*calibration : nullptr, made)};
 }
 
 }  // namespace cellcal::daemon

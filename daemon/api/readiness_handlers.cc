@@ -25,11 +25,18 @@ json to_json(const StepSeen& seen) {
           {"session", seen.session > 0 ? json(seen.session) : json()}};
 }
 
+std::string outcome_name(Outcome one) {
+  std::string outcome = to_string(one);
+  for (char& c : outcome) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return outcome;
+}
+
 /// As `cellcal doctor --json` has it.
 json to_json(const Finding& one) {
-  std::string outcome = to_string(one.outcome);
-  for (char& c : outcome) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return {{"check", one.check}, {"outcome", outcome}, {"found", one.found}, {"advice", one.advice}};
+  return {{"check", one.check},
+          {"outcome", outcome_name(one.outcome)},
+          {"found", one.found},
+          {"advice", one.advice}};
 }
 
 /// {"cell": "/abs/cell.toml"}. Throws BadRequest.
@@ -43,6 +50,23 @@ std::filesystem::path cell_asked_for(const std::string& body) {
   if (!std::filesystem::path(cell).is_absolute())
     throw RequestError("give the cell file as an absolute path, not \"" + cell + "\"");
   return cell;
+}
+
+Outcome outcome_of(const std::string& name) {
+  for (const Outcome one : {Outcome::kOk, Outcome::kWarning, Outcome::kFailed, Outcome::kSkipped})
+    if (outcome_name(one) == name) return one;
+  throw BadRequest("\"outcome\" must be ok, warning, failed or skipped");
+}
+
+/// As `cellcal doctor --json` has them.
+std::vector<Finding> findings_in(const json& list) {
+  std::vector<Finding> findings;
+  for (const json& one : list)
+    findings.push_back({printable(one.at("check").get<std::string>()),
+                        outcome_of(one.at("outcome").get<std::string>()),
+                        printable(one.at("found").get<std::string>()),
+                        printable(one.at("advice").get<std::string>())});
+  return findings;
 }
 
 }  // namespace
@@ -88,6 +112,29 @@ std::optional<Response> Api::doctor(const Call&) {
 std::optional<Response> Api::examine(const Call& call) {
   examiner().begin(cell_asked_for(call.request.body));
   return Response{202, "application/json", "{}"};
+}
+
+std::optional<Response> Api::take_examination(const Call& call) {
+  const json body = json::parse(call.request.body, nullptr, false);
+  std::optional<Examiner::NotTaken> refused;
+  try {
+    refused = examiner().take(
+        body.at("cell").get<std::string>(), body.at("cell_sha256").get<std::string>(),
+        body.at("config_sha256").get<std::string>(), findings_in(body.at("checks")));
+  } catch (const json::exception&) {
+    throw BadRequest(
+        "the body must have cell, cell_sha256, config_sha256 and checks as 'cellcal doctor' sends them");
+  }
+  if (!refused) return Response{.body = "{}"};
+  switch (*refused) {
+    case Examiner::NotTaken::kOtherConfig:
+      throw BusyError("the configuration that was looked at is not the one in force here");
+    case Examiner::NotTaken::kOtherCell:
+      throw BusyError("the cell file has changed since it was looked at, or cannot be read here");
+    case Examiner::NotTaken::kLooking:
+      break;
+  }
+  throw BusyError("the doctor within the daemon is looking");
 }
 
 }  // namespace cellcal::daemon

@@ -38,6 +38,7 @@ std::span<const Api::Route> Api::routes() {
       {"GET",  "/v1/readiness",                      Role::kLook,    kSlow,   &Api::readiness},
       {"GET",  "/v1/doctor",                         Role::kLook,    kAtOnce, &Api::doctor},
       {"POST", "/v1/doctor",                         Role::kOperate, kSlow,   &Api::examine},
+      {"POST", "/v1/doctor/result",                  Role::kOperate, kSlow,   &Api::take_examination},
       {"GET",  "/v1/cell-form",                      Role::kOperate, kSlow,   &Api::show_cell_form},
       {"POST", "/v1/cell-form",                      Role::kOperate, kSlow,   &Api::write_cell},
       {"POST", "/v1/cell-form/lists",                Role::kOperate, kSlow,   &Api::read_cell_lists},

@@ -19,8 +19,13 @@ struct NamedRobotFile {
   std::string name, text;
 };
 
+/// Of a TCP that was measured with four points on the controller: 1 sigma of each of X, Y, Z [mm].
+inline constexpr double kUsualTcpSigmaMm = 0.5;
+
 struct ToolForm {
   Triple xyz_mm{}, abc_deg{};
+  Triple
+      xyz_sigma_mm{};  ///< above 0: the TCP is estimated, too; without it no tool frame is made of a calibration
   std::optional<double> mass_kg{};  ///< none: not known
   double tip_radius_mm = 0.0;
 };

@@ -3,12 +3,15 @@
 #include <algorithm>
 
 #include "calib/files/documents.h"
+#include "calib/files/files.h"
 #include "calib/plan/cell_check.h"
 #include "calib/syntax/input_file.h"
 #include "calib/syntax/shown.h"
 #include "daemon/cell_form/cell_text.h"
 #include "daemon/cell_form/form_json.h"
+#include "daemon/cell_form/kept.h"
 #include "daemon/files/atomic_file.h"
+#include "daemon/files/system_words.h"
 
 namespace cellcal::daemon {
 
@@ -51,11 +54,18 @@ std::optional<CellShelf::Shown> CellShelf::look(const std::string& name) const {
   const std::filesystem::path path = file(name);
   std::error_code none;
   if (!std::filesystem::exists(path, none)) return std::nullopt;
-  Shown shown{calib::read_file(path, calib::kMostTomlBytes), {}, {}};
+  return look_at(path);
+}
+
+CellShelf::Shown CellShelf::look_at(const std::filesystem::path& path) {
+  Shown shown;
+  shown.text = calib::read_file(path, calib::kMostTomlBytes);
   shown.sha256 = calib::sha256(shown.text);
   try {
     shown.form = form_in(shown.text, path);
+    if (shown.form) shown.kept = beyond(*shown.form, shown.text);
   } catch (const calib::FileError&) {  // somebody's own, and no TOML: it is not replaced
+    shown.form.reset();
   }
   return shown;
 }
@@ -71,7 +81,8 @@ std::vector<std::string> CellShelf::look_through(const CellForm& form) {
 }
 
 std::filesystem::path CellShelf::write(const std::string& name, const CellForm& form,
-                                       const std::string& instead_of) const {
+                                       const std::string& instead_of,
+                                       const std::filesystem::path& from) const {
   const std::filesystem::path path = file(name);
   look_through(form);
   try {
@@ -84,18 +95,23 @@ std::filesystem::path CellShelf::write(const std::string& name, const CellForm& 
       throw CellNotWritten(Why::kChanged,
                            path.string() + " has changed since it was shown. Open it again");
     if (there && !there->form)
-      throw CellNotWritten(Why::kMore,
-                           path.string() +
-                               " has entries that this form does not have (obstacles, other "
-                               "targets, settings of one touch). Change it in an editor");
+      throw CellNotWritten(
+          Why::kMore,
+          path.string() + " has several tools, or cannot be read. Change it in an editor");
+    std::string text = cell_text(form);
+    if (there) text = cell_text_with(form, there->text, folder_);
+    if (!there && !from.empty())
+      if (const Shown origin = look_at(from); origin.form)
+        text = cell_text_with(form, origin.text, from.parent_path());
+    calib::parse_cell({path.string(), text, form.robot.name, form.robot.text});
     std::filesystem::create_directories(folder_);
     if (there) write_atomically(path.string() + ".before", there->text);
-    write_atomically(path, cell_text(form));
+    write_atomically(path, text);
   } catch (const CellNotWritten&) {
     throw;
   } catch (const std::exception& failed) {
     throw CellNotWritten(Why::kStorage,
-                         std::string(failed.what()) +
+                         system_words(failed) +
                              ". Let cellcald write there, or make the file in a terminal: "
                              "'cellcal new-cell -o FILE'");
   }

@@ -19,7 +19,7 @@ struct CellNotWritten : std::runtime_error {
     kUnusable,  ///< what it says contradicts itself or cannot be read
     kThere,     ///< there is such a file, and nobody said that it is to be replaced
     kChanged,   ///< it is another one than was shown
-    kMore,  ///< it has entries that a form does not have (obstacles, ...): replaced by a form it would lose them
+    kMore,  ///< no form shows it as it is (several tools): replaced by a form it would lose something
     kStorage,
   };
   CellNotWritten(Why reason, const std::string& words) : std::runtime_error(words), why(reason) {}
@@ -36,10 +36,12 @@ class CellShelf {
   std::filesystem::path file(const std::string& name) const;
 
   struct Shown {
-    std::string text, sha256;  ///< of the file
-    std::optional<CellForm>
-        form;  ///< none: it has entries that a form does not have, or is no cell file
+    std::string text{}, sha256{};     ///< of the file
+    std::optional<CellForm> form{};   ///< none: several tools, or no cell file
+    std::vector<std::string> kept{};  ///< what it has beyond the form
   };
+  /// Any cell file. Throws calib::FileError where it cannot be read.
+  static Shown look_at(const std::filesystem::path& file);
   /// None: there is no such file. Throws CellNotWritten (kName), calib::FileError where it cannot be read.
   std::optional<Shown> look(const std::string& name) const;
 
@@ -47,8 +49,10 @@ class CellShelf {
   static std::vector<std::string> look_through(const CellForm& form);
   /// Whole or not at all. `instead_of`: SHA-256 of the file that it replaces, which is kept beside it as NAME.toml.before; empty: there
   /// is none yet. Throws CellNotWritten.
+  /// What the file has beyond the form stays; `from`: of this file instead, which stays as it is.
   std::filesystem::path write(const std::string& name, const CellForm& form,
-                              const std::string& instead_of) const;
+                              const std::string& instead_of,
+                              const std::filesystem::path& from = {}) const;
 
  private:
   std::filesystem::path folder_;

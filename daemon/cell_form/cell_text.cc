@@ -49,7 +49,9 @@ std::string tool_text(const ToolForm& tool) {
       "[tool], each with\n# its id = \"torch\"; touched is with the first.\n";
   text += line("xyz_mm = " + triple(xyz), "flange to TCP, TOOL_DATA X Y Z");
   text += line("abc_deg = " + triple(tool.abc_deg), "TOOL_DATA A B C; the tool points along its z");
-  text += line("#xyz_sigma_mm = [0, 0, 0]", "1 sigma; above 0: the TCP is estimated, too");
+  text += line(tool.xyz_sigma_mm == Triple{} ? "#xyz_sigma_mm = [0, 0, 0]"
+                                             : "xyz_sigma_mm = " + triple(tool.xyz_sigma_mm),
+               "1 sigma; above 0: the TCP is estimated, too");
   text += line(tool.mass_kg ? "mass_kg = " + toml_number(*tool.mass_kg) : "#mass_kg = 0.0",
                "of all that is on the flange; 0: its bending is not estimated");
   text += line("#com_mm = " + triple({rounded(half[0]), rounded(half[1]), rounded(half[2])}),

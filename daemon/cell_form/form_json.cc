@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "calib/files/robot_place.h"
 #include "calib/files/shipped_robots.h"
 #include "calib/syntax/json_fields.h"
 #include "calib/syntax/shown.h"
@@ -98,19 +99,32 @@ const Table<ToolForm>& tool_fields() {
   static const Table<T> kTable{
       field("xyz_mm", &T::xyz_mm, triple()),
       fields::optional(field("abc_deg", &T::abc_deg, triple())),
+      fields::optional(field("xyz_sigma_mm", &T::xyz_sigma_mm, triple())),
       fields::maybe("mass_kg", &T::mass_kg, fields::number()),
       fields::optional(field("tip_radius_mm", &T::tip_radius_mm, fields::number()))};
   return kTable;
 }
 
 /// Nothing is read from a folder that somebody names over the network.
-NamedRobotFile robot_named(const JsonReader& reader, const std::filesystem::path& cell_file) {
+NamedRobotFile robot_named(const JsonReader& reader, const std::filesystem::path& cell_file,
+                           const CellForm* before) {
   const std::string name = reader.text();
+  if (before != nullptr && name == before->robot.reference) return before->robot;
   const auto robots = calib::shipped_robots();
   if (std::ranges::none_of(robots, [&](const auto& one) { return one.file == name; }))
     reader.fail("\"" + calib::shown(name) +
                 "\" is no robot that is shipped. 'cellcal robots' lists them");
   return find_robot(name, cell_file);
+}
+
+/// A shipped one by its name, one beside the cell file by its whole path: the form may write to another folder.
+NamedRobotFile robot_of(const std::string& reference, const std::filesystem::path& cell_file) {
+  const std::filesystem::path folder = std::filesystem::absolute(cell_file).parent_path();
+  const std::filesystem::path file = calib::find_robot_file(reference, folder);
+  const bool own = std::filesystem::path(reference).is_absolute() || file == folder / reference;
+  NamedRobotFile robot = find_robot(own ? file.string() : reference, "/");
+  if (own) robot.reference = file.string();
+  return robot;
 }
 
 void refuse_unknown(const JsonReader& reader, std::initializer_list<const char*> known) {
@@ -144,12 +158,14 @@ nlohmann::json to_json(const CellForm& form) {
           {"lengths", to_json(form.lengths)}};
 }
 
-CellForm form_from_json(const nlohmann::json& json, const std::filesystem::path& cell_file) {
+CellForm form_from_json(const nlohmann::json& json, const std::filesystem::path& cell_file,
+                        const CellForm* before) {
   const JsonReader reader(json, "form");
   refuse_unknown(reader, {"robot", "tool", "spheres", "lengths"});
   CellForm form;
-  form.robot = robot_named(reader.at("robot"), cell_file);
-  refuse_unknown(reader.at("tool"), {"xyz_mm", "abc_deg", "mass_kg", "tip_radius_mm"});
+  form.robot = robot_named(reader.at("robot"), cell_file, before);
+  refuse_unknown(reader.at("tool"),
+                 {"xyz_mm", "abc_deg", "xyz_sigma_mm", "mass_kg", "tip_radius_mm"});
   fields::from_json(tool_fields(), reader.at("tool"), form.tool);
   const JsonReader spheres = reader.at("spheres");
   form.spheres = few(fields::object(sphere_fields()), kMostSpheres).from(spheres);
@@ -182,6 +198,10 @@ std::optional<CellForm> form_in(const std::string& text, const std::filesystem::
   try {
     nlohmann::json spheres = nlohmann::json::array(), lengths = nlohmann::json::array();
     for (nlohmann::json target : file.value("target", nlohmann::json::array())) {
+      if (target.value("kind", "") != "sphere") continue;  // kept.h
+      // The reader's defaults, which are not those of a new form.
+      target.emplace("diameter_sigma_mm", 0.0);
+      target.emplace("centre_sigma_mm", 0.0);
       if (target.contains("search_low_mm"))
         target["box_mm"] = {target.at("search_low_mm"), target.at("search_high_mm")};
       spheres.push_back(std::move(target));
@@ -192,15 +212,14 @@ std::optional<CellForm> form_in(const std::string& text, const std::filesystem::
       lengths.push_back(std::move(length));
     }
     const std::string name = cell_file.string();
-    form.robot = find_robot(file.at("robot").get<std::string>(), cell_file);
+    form.robot = robot_of(file.at("robot").get<std::string>(), cell_file);
     fields::from_json(tool_fields(), JsonReader(file.at("tool"), name), form.tool);
     form.spheres = few(fields::object(sphere_fields()), kMostSpheres).from({spheres, name});
     form.lengths = few(fields::object(length_fields()), kMostLengths).from({lengths, name});
   } catch (const std::exception&) {  // a file of another making
     return std::nullopt;
   }
-  const bool whole = nlohmann::json::parse(calib::toml_to_json(cell_text(form))) == file;
-  return whole ? std::optional(std::move(form)) : std::nullopt;
+  return form;
 }
 
 }  // namespace cellcal::daemon

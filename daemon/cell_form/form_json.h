@@ -13,11 +13,12 @@ nlohmann::json to_json(const std::vector<LengthForm>& lengths);
 
 /// The robot by the name of a shipped one. A sphere may have "joints_deg", the axis angles with the tip on its top, in the place of
 /// "centre_mm": the nominal arm says where its centre is then. `cell_file`: where the form will be written. Throws
-/// calib::FileError with the key.
-CellForm form_from_json(const nlohmann::json& json, const std::filesystem::path& cell_file);
+/// calib::FileError with the key. `before`: the form that it changes, whose robot may be no shipped one; null: none.
+CellForm form_from_json(const nlohmann::json& json, const std::filesystem::path& cell_file,
+                        const CellForm* before = nullptr);
 
-/// As this room has written it: robot, tool, spheres and lengths alone. Nothing: it has more, or another kind of target. Throws
-/// calib::FileError where it is no cell file.
+/// Robot, tool, spheres and lengths of any cell file; what else it has is beyond() the form (kept.h). Nothing: several tools, or what
+/// else no form can show as it is. Throws calib::FileError where it is no TOML.
 std::optional<CellForm> form_in(const std::string& cell_text,
                                 const std::filesystem::path& cell_file);
 

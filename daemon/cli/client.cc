@@ -11,6 +11,7 @@
 #include "calib/files/calibration_json.h"
 #include "daemon/api/http/http.h"
 #include "daemon/cli/ask.h"
+#include "daemon/cli/drift.h"
 #include "daemon/cli/offline/exit_status.h"
 #include "daemon/cli/offline/offline.h"
 #include "daemon/cli/offline/tables.h"
@@ -233,7 +234,8 @@ int follow(const Connection& daemon, std::int64_t session, BeforeMotion ctrl_c, 
                   (ends ? "; Ctrl-C ends the session" : ""));
     }
     Progress progress = progress_of(status);
-    progress.links = link_words(status.value("links", json()));
+    progress.links =
+        arm_words(status.value("arm", json())) + link_words(status.value("links", json()));
     display.show(progress);
     std::this_thread::sleep_for(kLook);
   }
@@ -270,6 +272,7 @@ std::string status_words(const json& status) {
   if (!text(status, "robot").empty()) words += "robot: " + text(status, "robot") + "\n";
   if (!text(status, "contact").empty())
     words += "contact sensor: " + text(status, "contact") + "\n";
+  if (text(status, "phase") != "done") words += arm_words(status.value("arm", json()));
   words += link_words(status.value("links", json()));
   if (!failure_words(status).empty()) words += failure_words(status) + "\n";
   if (!text(status, "results").empty()) words += "results: " + text(status, "results") + "\n";
@@ -401,7 +404,17 @@ int check(const Connection& daemon, const CheckCommand& command) {
 
 int show_status(const Connection& daemon) {
   const json status = get(daemon, "/v1/status");
-  put(daemon.json ? status.dump() + "\n" : status_words(status), {});
+  std::string words = status_words(status);
+  if (const std::int64_t session = number(status, "session");
+      !daemon.json && text(status, "phase") == "done" && text(status, "kind") == "calibrate") {
+    const Response calibration =
+        http_request(daemon.socket, "GET", session_path(session) + "/calibration.json");
+    if (calibration.status == 200)
+      if (const std::string update = update_line(parse(calibration).value("update", json()));
+          !update.empty())
+        words += "calibration: " + update;
+  }
+  put(daemon.json ? status.dump() + "\n" : words, {});
   return kSuccess;
 }
 
@@ -479,7 +492,10 @@ int show(const Connection& daemon, std::int64_t session, Shown shown) {
     words += "results: " + text(value, "results") + "\n";
   }
   if (const json delay = value.value("contact_delay", json()); delay.is_object()) {
-    words += "latch delay: " + text(delay, "words") + "\n";
+    words +=
+        "latch delay of the contacts alone, fast against slow search (watched for changes; the fit "
+        "does not take it): " +
+        text(delay, "words") + "\n";
     if (!text(delay, "warning").empty()) words += "warning: " + text(delay, "warning") + "\n";
   }
   for (const json& event : value.value("events", json::array())) {

@@ -7,7 +7,9 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "calib/result/update.h"
 #include "calib/words/drift_words.h"
+#include "daemon/api/http/http.h"
 #include "daemon/cli/ask.h"
 #include "daemon/cli/offline/exit_status.h"
 #include "daemon/cli/offline/offline.h"
@@ -104,6 +106,19 @@ std::string row(const json& point) {
 
 }  // namespace
 
+std::string update_line(const json& update) {
+  if (!update.is_object()) return {};
+  const auto outcome = calib::update_outcome(word(update, "outcome"));
+  std::string text = fmt::format(
+      "{} {}, {} touches",
+      outcome == calib::UpdateOutcome::kUpdated ? "an update of" : "no update of",
+      word(update, "stands_on"), static_cast<std::int64_t>(number_or_zero(update, "touches")));
+  const json explanations = update.value("explanations", json::array());
+  if (outcome == calib::UpdateOutcome::kUpdated && !explanations.empty())
+    text += ": " + word(explanations.front(), "words");
+  return text + "\n";
+}
+
 std::string drift_text(const json& checks) {
   if (!checks.is_object())
     return "no published calibration, so nothing to check. Calibrate first: 'cellcal run'\n";
@@ -140,8 +155,17 @@ std::string acknowledged_text(const json& controller) {
 int show_drift(const Connection& daemon) {
   const json answer = parse(ask(daemon, "GET", "/v1/drift"));
   const json checks = answer.value("checks", json());
+  std::string update;
+  if (!daemon.json && checks.is_object()) {
+    const Response calibration =
+        http_request(daemon.socket, "GET",
+                     fmt::format("/v1/sessions/{}/calibration.json",
+                                 static_cast<std::int64_t>(number_or_zero(checks, "calibration"))));
+    if (calibration.status == 200) update = update_line(parse(calibration).value("update", json()));
+  }
   put(daemon.json ? checks.dump() + "\n"
-                  : drift_text(checks) + acknowledged_text(answer.value("controller", json())),
+                  : (update.empty() ? "" : "the calibration is " + update) + drift_text(checks) +
+                        acknowledged_text(answer.value("controller", json())),
       {});
   return checks.is_object() && word(checks, "state") == "alarms" ? kNotPublishable : kSuccess;
 }

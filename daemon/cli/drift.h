@@ -8,6 +8,10 @@
 
 namespace cellcal::daemon {
 
+/// Of a calibration's "update": "updated from session 12 of 2026-11-20, by 9 touches: S2 moved", or why it was not; a line. Empty
+/// where it is none.
+std::string update_line(const nlohmann::json& update);
+
 /// Of "checks" of GET /v1/drift: sentences, a plot over time, the newest checks. Ends with a line break.
 std::string drift_text(const nlohmann::json& checks);
 

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "calib/model/units.h"
+#include "calib/syntax/input_file.h"
 #include "calib/syntax/toml_table.h"
 #include "daemon/config/config_values.h"
 #include "daemon/config/space_config.h"
@@ -305,7 +306,11 @@ DaemonConfig parse_config(std::string_view text, const std::string& name) {
   return read(TomlTable::parse(text, name));
 }
 
-DaemonConfig load_config(const std::filesystem::path& path) { return read(TomlTable::load(path)); }
+DaemonConfig load_config(const std::filesystem::path& path) {
+  DaemonConfig config = read(TomlTable::load(path));
+  config.text_sha256 = calib::sha256(calib::read_file(path, calib::kMostTomlBytes));
+  return config;
+}
 
 double correction_limit_rad(const DaemonConfig& config) {
   return config.rsi.correction_limit_deg.at(0) * calib::kRadPerDeg;

@@ -55,6 +55,7 @@ struct MockConfig {
 
 struct DaemonConfig {
   BackendKind backend = BackendKind::kRsi;
+  std::string text_sha256;  ///< of the file that it was read from; empty: of none
   std::filesystem::path state_dir, socket;
   std::optional<HttpConfig> http;  ///< none: the Unix socket alone
   bool log_debug = false;  ///< every step of a session

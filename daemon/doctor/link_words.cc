@@ -1,7 +1,10 @@
 #include "daemon/doctor/link_words.h"
 
+#include <fmt/chrono.h>
 #include <fmt/format.h>
 
+#include <cmath>
+#include <ctime>
 #include <nlohmann/json.hpp>
 
 namespace cellcal::daemon {
@@ -47,7 +50,23 @@ std::string contact_words(const json& contact) {
       link_figure(late, "limit"));
 }
 
+std::string local_time(std::time_t when) {
+  std::tm day{};
+  return fmt::format("{:%H:%M:%S}", *::localtime_r(&when, &day));
+}
+
 }  // namespace
+
+std::string arm_words(const json& arm) {
+  if (!arm.is_object()) return "";
+  const json motion = arm.value("motion", json()), packet_age_s = arm.value("packet_age_s", json());
+  if (!packet_age_s.is_number()) return "arm: unknown, no packet from the controller\n";
+  const double age_s = packet_age_s.get<double>();
+  if (motion == "moving" || motion == "at rest")
+    return fmt::format("arm: {} (packet {:.1f} s old)\n", motion.get<std::string>(), age_s);
+  return fmt::format("arm: unknown since {}, newest packet {:.0f} s old. Look at the robot\n",
+                     local_time(std::time(nullptr) - std::lround(age_s)), age_s);
+}
 
 std::string link_words(const json& links) {
   if (!links.is_object()) return "";

@@ -10,4 +10,7 @@ namespace cellcal::daemon {
 /// daemon of another version does not send is left out.
 std::string link_words(const nlohmann::json& links);
 
+/// Of the status' "arm", a line: what the newest packet shows of the arm, with its age. "" where the daemon sends none.
+std::string arm_words(const nlohmann::json& arm);
+
 }  // namespace cellcal::daemon

@@ -115,16 +115,23 @@ class Wires {
 
 // ---- contact sensor ----------------------------------------------------------------------------
 
+/// Who belongs to group root may do everything: it is never advised.
+std::string access_advice(const std::string& group) {
+  if (group == "root")
+    return "install the udev rule systemd/70-cellcal.rules (group 'dialout'), unplug and plug the sensor";
+  return fmt::format(
+      "add SupplementaryGroups={0} to the unit (the device belongs to group {0}), or install the "
+      "udev rule systemd/70-cellcal.rules",
+      group);
+}
+
 /// Doctor may be allowed what the daemon is not.
 void Wires::judge_access(const std::optional<ProcessRights>& daemon) {
   const std::optional<ProcessRights> rights = daemon ? daemon : rights_of_unit();
   if (!rights || may_use(*rights, config_.contact.device).value_or(true)) return;
-  findings_.fail(
-      "contact access",
-      fmt::format("{} has no permission for {}", rights->who, config_.contact.device),
-      fmt::format("add SupplementaryGroups={1} to the unit (the device belongs to group {0}), or "
-                  "install the udev rule in systemd/",
-                  group_of(config_.contact.device), group_of(config_.contact.device)));
+  findings_.fail("contact access",
+                 fmt::format("{} has no permission for {}", rights->who, config_.contact.device),
+                 access_advice(group_of(config_.contact.device)));
 }
 
 bool Wires::open_contact() {

@@ -36,10 +36,14 @@ LimitNeeded limit_needed(const calib::Plan& plan, const calib::Robot& robot,
   return needed;
 }
 
+double advised_limit_deg(const LimitNeeded& needed) {
+  return std::min(needed.anywhere_deg, kWidestLimitDeg);
+}
+
 std::string widen_words(const LimitNeeded& needed) {
   const std::string nearer = "jog the arm to the middle of its planned travel";
   if (needed.turn_deg > kWidestLimitDeg) return nearer;
-  const double anywhere = std::min(needed.anywhere_deg, kWidestLimitDeg);
+  const double anywhere = advised_limit_deg(needed);
   const double now = std::min(needed.limit_deg, kWidestLimitDeg);
   return fmt::format(
       "set correction_limit_deg = {:.0f} in [rsi]{}, make the controller's files again "

@@ -26,6 +26,8 @@ struct LimitNeeded {
 LimitNeeded limit_needed(const calib::Plan& plan, const calib::Robot& robot,
                          const calib::JointVector& begin, std::size_t next = 0);
 
+/// What is advised, everywhere: wherever on its way a session may be resumed, as far as a configuration allows.
+double advised_limit_deg(const LimitNeeded& needed);
 /// "set correction_limit_deg = 240 ..., cold start"; where none is wide enough, another begin.
 std::string widen_words(const LimitNeeded& needed);
 /// What is refused, and what to do.

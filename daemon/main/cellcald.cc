@@ -6,7 +6,9 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 
+#include "calib/problem/solve.h"
 #include "daemon/files/printable.h"
+#include "daemon/files/system_words.h"
 #include "daemon/main/daemon.h"
 #include "daemon/main/log.h"
 #include "daemon/main/options.h"
@@ -23,7 +25,8 @@ int main(int argc, char** argv) {
     return app.exit(error) == 0 ? 0 : kUsage;
   }
   const auto complain = [](const std::exception& error) {
-    std::fprintf(stderr, "cellcald: %s\n", cellcal::daemon::printable(error.what()).c_str());
+    std::fprintf(stderr, "cellcald: %s\n",
+                 cellcal::daemon::printable(cellcal::daemon::system_words(error)).c_str());
   };
   const auto read_config = [&options] {
     DaemonConfig config = cellcal::daemon::load_config(options.config_file);
@@ -42,6 +45,7 @@ int main(int argc, char** argv) {
     std::printf("%s: valid\n", options.config_file.c_str());
     return 0;
   }
+  cellcal::calib::quiet_solver();
   try {
     cellcal::daemon::set_up_log(config.log_debug);
     cellcal::daemon::run_daemon(config, read_config);

@@ -169,8 +169,10 @@ const char* name_of(BackendKind backend) {
   return "mock";
 }
 
-AccessConfig access_config(const std::optional<HttpConfig>& http) {
-  return http ? AccessConfig{http->host_names, http->port, http->tls()} : AccessConfig{};
+AccessConfig access_config(const std::optional<HttpConfig>& http,
+                           const std::filesystem::path& state_dir) {
+  if (!http) return {};
+  return {http->host_names, http->port, http->tls(), state_dir / "sign-ins.json"};
 }
 
 /// The doctor with this daemon's rights. While it looks no session begins.
@@ -186,7 +188,8 @@ Examiner::Parts doctor_within(const LiveConfig& live, SessionService& service) {
           [&service] {
             service.hold("the doctor is looking at the links. Wait for its end, half a minute");
           },
-          [&service] { service.release(); }, wall_clock_utc};
+          [&service] { service.release(); }, wall_clock_utc,
+          [&live] { return live.now()->text_sha256; }};
 }
 
 /// To a controller over EKI whose configuration allows it; an emulated cell in this process has none.
@@ -254,7 +257,7 @@ void run_daemon(const DaemonConfig& config, const std::function<DaemonConfig()>&
                           alarms_with_end(journal, live)});
   TokenStore tokens(config.state_dir / "tokens.json");
   if (!tokens.problem().empty()) spdlog::error("{}", tokens.problem());
-  Access access(tokens, access_config(config.http));
+  Access access(tokens, access_config(config.http, config.state_dir));
   Examiner examiner(doctor_within(live, service));
   PlantLine plant_line(service, journal, live);
   Nights nights(service, journal, live);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "calib/syntax/input_file.h"
 #include "daemon/readiness/evidence.h"
 
 namespace cellcal::daemon {
@@ -32,6 +33,26 @@ void Examiner::begin(const std::filesystem::path& cell) {
   if (ending_) return parts_.release();
   newest_ = std::move(begun);
   thread_ = std::jthread([this, cell](const std::stop_token& stop) { examine(cell, stop); });
+}
+
+std::optional<Examiner::NotTaken> Examiner::take(const std::filesystem::path& cell,
+                                                 const std::string& cell_sha256,
+                                                 const std::string& config_sha256,
+                                                 std::vector<Finding> checks) {
+  if (!parts_.config_sha256 || parts_.config_sha256() != config_sha256)
+    return NotTaken::kOtherConfig;
+  Examination taken;
+  taken.cell = cell;
+  taken.cell_text = text_of_cell(cell);
+  if (taken.cell_text.empty() || calib::sha256(taken.cell_text) != cell_sha256)
+    return NotTaken::kOtherCell;
+  taken.whole = true;
+  taken.ended = parts_.utc_now();
+  taken.checks = std::move(checks);
+  const std::lock_guard lock(mutex_);
+  if (newest_.running) return NotTaken::kLooking;
+  newest_ = std::move(taken);
+  return std::nullopt;
 }
 
 void Examiner::examine(const std::filesystem::path& cell, const std::stop_token& stop) {

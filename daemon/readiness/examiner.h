@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <functional>
 #include <mutex>
+#include <optional>
 #include <stop_token>
 #include <string>
 #include <thread>
@@ -39,6 +40,8 @@ class Examiner {
     std::function<void()> hold;
     std::function<void()> release;
     std::function<std::string()> utc_now;
+    /// Of the configuration in force.
+    std::function<std::string()> config_sha256 = {};
   };
   explicit Examiner(Parts parts) : parts_(std::move(parts)) {}
   ~Examiner();
@@ -47,6 +50,11 @@ class Examiner {
 
   /// Begins one. Throws what `hold` throws.
   void begin(const std::filesystem::path& cell);
+  /// What `cellcal doctor` found beside the daemon, at a configuration and a cell file of these digests. Not taken, with
+  /// why, where they are not what is in force here now, or one is looking.
+  enum class NotTaken { kOtherConfig, kOtherCell, kLooking };
+  std::optional<NotTaken> take(const std::filesystem::path& cell, const std::string& cell_sha256,
+                               const std::string& config_sha256, std::vector<Finding> checks);
   /// The newest, or what of it there is.
   Examination newest() const;
   /// Waits for its end, which is asked for; nothing begins any more.

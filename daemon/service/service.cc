@@ -284,13 +284,21 @@ void SessionService::publish(const State& state, const std::vector<calib::Touch>
   status.time_left_s =
       job.time_left.look(state.phase, status.done, status.total, job.backend->clock().now());
 
+  // What the driver says at this instant: the newest look is up to a fifth of a second older.
+  std::optional<drivers::RobotState> robot;
+  if (job.backend) robot = job.backend->robot().state();
   std::function<void()> notify;
   {
     const std::lock_guard lock(mutex_);
     status.seq = history_.back().seq + 1;
+    if (history_.back().session != status.session) made_.clear();
+    if (status.made) made_.push_back(status.made);
     status.links = links_;
+    const auto now = std::chrono::steady_clock::now();
+    if (robot) arm_.look(*robot, now);
+    status.arm = arm_.seen(now);
     plan_ = {job.session, job.options.one_by_one ? state.done : 0, state.plan};
-    published_ = std::chrono::steady_clock::now();
+    published_ = now;
     history_.push_back(std::move(status));
     if (history_.size() > kHistory) history_.pop_front();
     notify = notify_;
@@ -301,6 +309,7 @@ void SessionService::publish(const State& state, const std::vector<calib::Touch>
 void SessionService::keep_links(LinkReport report) {
   auto kept = std::make_shared<const LinkReport>(std::move(report));
   const std::lock_guard lock(mutex_);
+  if (kept->open) arm_.look(kept->robot, std::chrono::steady_clock::now());
   links_ = std::move(kept);
 }
 
@@ -326,6 +335,7 @@ Status SessionService::status() const {
   const std::lock_guard lock(mutex_);
   Status newest = history_.back();
   newest.links = links_;
+  newest.arm = arm_.seen(std::chrono::steady_clock::now());
   if (newest.waiting) {
     const std::chrono::duration<double> since = std::chrono::steady_clock::now() - published_;
     newest.waiting->left_s = std::max(0.0, newest.waiting->left_s - since.count());
@@ -336,6 +346,12 @@ Status SessionService::status() const {
 PlanInHand SessionService::plan() const {
   const std::lock_guard lock(mutex_);
   return plan_;
+}
+
+std::vector<std::shared_ptr<const MadeTouch>> SessionService::made(std::int64_t session) const {
+  const std::lock_guard lock(mutex_);
+  if (made_.empty() || made_.front()->session != session) return {};
+  return made_;
 }
 
 std::vector<Status> SessionService::since(std::uint64_t seq) const {

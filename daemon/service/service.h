@@ -16,6 +16,7 @@
 #include "calib/syntax/input_file.h"
 #include "daemon/journal/journal.h"
 #include "daemon/runner/runner.h"
+#include "daemon/service/arm_watch.h"
 #include "daemon/service/request.h"
 #include "daemon/service/settings.h"
 #include "daemon/service/status.h"
@@ -70,6 +71,8 @@ class SessionService {
   Status status() const;
   /// Of the newest session since the daemon started.
   PlanInHand plan() const;
+  /// Touches of `session` that it has published since the daemon started, in order; of the newest session alone.
+  std::vector<std::shared_ptr<const MadeTouch>> made(std::int64_t session) const;
   /// Statuses newer than `seq`, oldest first; the oldest are dropped after a while.
   std::vector<Status> since(std::uint64_t seq) const;
   /// Whether the session's thread and those of its devices have gone on since the last call.
@@ -104,6 +107,8 @@ class SessionService {
   std::chrono::steady_clock::time_point published_{};  ///< the newest
   std::function<void()> notify_;
   std::shared_ptr<const LinkReport> links_;  ///< newest
+  ArmWatch arm_;
+  std::vector<std::shared_ptr<const MadeTouch>> made_;  ///< of the newest session
   PlanInHand plan_;
   Runner* runner_ = nullptr;
   bool busy_ = false, starting_ = false, ending_ = false, abort_early_ = false;

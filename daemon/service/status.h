@@ -23,6 +23,19 @@ struct LinkReport {
   drivers::ContactStatus contact;
 };
 
+/// What the controller's newest packet shows of the arm.
+enum class ArmMotion : std::uint8_t {
+  kUnknown,  ///< no packet within the link's limit
+  kAtRest,
+  kMoving,
+};
+const char* to_string(ArmMotion motion);
+
+struct ArmSeen {
+  ArmMotion motion = ArmMotion::kUnknown;
+  std::optional<double> packet_age_s;  ///< none: no packet since the daemon started
+};
+
 /// What the daemon before this one left in its midst, killed or powered off.
 struct InterruptedSession {
   std::int64_t session = 0;
@@ -73,6 +86,7 @@ struct Status {
   /// when the next one is made or the session ends.
   std::shared_ptr<const MadeTouch> made;
   std::optional<InterruptedSession> interrupted;  ///< until a session begins
+  ArmSeen arm;                                    ///< newer than `seq` in service.status()
   /// Nothing before the first session has opened its devices. Newer than `seq` in service.status():
   /// figures that move all the time are no change that watchers are told of.
   std::shared_ptr<const LinkReport> links;

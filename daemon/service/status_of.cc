@@ -31,6 +31,18 @@ void tell_progress(const State& state, const Job& job, Status& status) {
 
 }  // namespace
 
+const char* to_string(ArmMotion motion) {
+  switch (motion) {
+    case ArmMotion::kMoving:
+      return "moving";
+    case ArmMotion::kAtRest:
+      return "at rest";
+    case ArmMotion::kUnknown:
+      break;
+  }
+  return "unknown";
+}
+
 Status status_of(const State& state, const Job& job, std::size_t done) {
   Status status;
   status.session = job.session;

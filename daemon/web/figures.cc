@@ -58,14 +58,15 @@ class FoundArm {
 };
 
 json touch_to_json(std::size_t index, const calib::Touch& touch, const calib::ArmModel& nominal,
-                   const std::optional<FoundArm>& found) {
-  const auto residual = found ? found->residual_m(touch) : std::nullopt;
+                   const std::optional<FoundArm>& found, const FigureOfTouch& made) {
+  const auto residual = found ? found->residual_m(touch) : made.residual_m;
   return {{"index", index},
           {"target", touch.target},
           {"set", to_string(touch.set)},
           {"joints_deg", degrees(touch.joint_rad)},
           {"tip_mm", mm(nominal.nominal_tip_m(touch.joint_rad))},
-          {"residual_mm", residual ? number(*residual, kMmPerM) : json(nullptr)}};
+          {"residual_mm", residual ? number(*residual, kMmPerM) : json(nullptr)},
+          {"u95_mm", made.u95_m ? number(*made.u95_m, kMmPerM) : json(nullptr)}};
 }
 
 json summary(const calib::ResidualSummary& of) {
@@ -138,13 +139,15 @@ std::optional<double> residual_m(const calib::Calibration& calibration, const ca
 
 std::string figures_to_json(const SessionRecord& record, const calib::Cell& cell,
                             const std::vector<calib::Touch>& touches,
-                            const calib::Calibration* calibration) {
+                            const calib::Calibration* calibration,
+                            const std::map<std::size_t, FigureOfTouch>& made) {
   const calib::ArmModel nominal(cell);
   std::optional<FoundArm> found;
   if (calibration != nullptr) found.emplace(*calibration);
   json list = json::array();
   for (std::size_t i = 0; i < touches.size(); ++i)
-    list.push_back(touch_to_json(i, touches[i], nominal, found));
+    list.push_back(touch_to_json(i, touches[i], nominal, found,
+                                 made.contains(i) ? made.at(i) : FigureOfTouch()));
   return dump({{"session", record.id},
                {"state", to_string(record.state)},
                {"touches", std::move(list)},

@@ -1,6 +1,9 @@
 #pragma once
 // A session's touches and, where it was identified, what came of it.
 
+#include <cstddef>
+#include <map>
+#include <optional>
 #include <string>
 
 #include "calib/model/robot.h"
@@ -14,9 +17,15 @@ namespace cellcal::daemon::web {
 /// calibration does not say. The latch's delay is undone where the calibration found one.
 std::optional<double> residual_m(const calib::Calibration& calibration, const calib::Touch& touch);
 
-/// `calibration`: null where there is none.
+/// What was known of a touch when it was made, before identification [m].
+struct FigureOfTouch {
+  std::optional<double> residual_m, u95_m;
+};
+
+/// `calibration`: null where there is none; then residuals are those of `made`, by number of the touch, without sign.
 std::string figures_to_json(const SessionRecord& record, const calib::Cell& cell,
                             const std::vector<calib::Touch>& touches,
-                            const calib::Calibration* calibration);
+                            const calib::Calibration* calibration,
+                            const std::map<std::size_t, FigureOfTouch>& made = {});
 
 }  // namespace cellcal::daemon::web

@@ -6,6 +6,7 @@
 // A token that is none costs its sender time, and nobody else: one that is, is never slowed.
 
 #include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
@@ -13,9 +14,9 @@
 
 #include "daemon/api/access/attempts.h"
 #include "daemon/api/access/clearance.h"
-#include "daemon/api/http/message.h"
 #include "daemon/api/access/sign_ins.h"
 #include "daemon/api/access/tokens.h"
+#include "daemon/api/http/message.h"
 
 namespace cellcal::daemon {
 
@@ -23,11 +24,13 @@ struct AccessConfig {
   std::vector<std::string> host_names{};  ///< beside addresses and localhost
   std::uint16_t port = 0;
   bool tls = false;
+  std::filesystem::path sign_ins{};  ///< where they are kept; empty: they end with the daemon
 };
 
 class Access {
  public:
-  Access(TokenStore& tokens, AccessConfig config) : tokens_(tokens), config_(std::move(config)) {}
+  Access(TokenStore& tokens, AccessConfig config)
+      : tokens_(tokens), config_(std::move(config)), sign_ins_(tokens_, config_.sign_ins) {}
 
   // On the network's thread.
   /// Sets Request::caller, or refuses.
@@ -49,7 +52,7 @@ class Access {
 
   TokenStore& tokens_;
   AccessConfig config_;
-  SignIns sign_ins_{tokens_};
+  SignIns sign_ins_;
   FailedAttempts failed_;
   Clearance clearance_;
 };

@@ -19,6 +19,18 @@ bool same(const std::string& a, const std::string& b) {
 
 }  // namespace
 
+SignIns::SignIns(const TokenStore& tokens, const std::filesystem::path& file, Clock clock)
+    : tokens_(tokens), clock_(std::move(clock)) {
+  if (file.empty()) return;
+  file_ = std::make_unique<SignInFile>(file);
+  all_ = file_->read();
+}
+
+/// With the last use of each; a daemon that is killed leaves that of the last sign-in or logout.
+SignIns::~SignIns() {
+  if (file_) file_->write(all_);
+}
+
 std::string SignIns::begin(const Token& token) {
   std::string cookie = random_secret();
   std::erase_if(all_, [&](const SignIn& one) { return !tokens_.find_by_sha256(one.token_sha256); });
@@ -28,12 +40,14 @@ std::string SignIns::begin(const Token& token) {
       return std::pair(!is_own(a), a.last) < std::pair(!is_own(b), b.last);
     }));
   all_.push_back({calib::sha256(cookie), token.sha256, clock_()});
+  if (file_) file_->write(all_);
   return cookie;
 }
 
 void SignIns::end(const std::string& cookie) {
   const std::string digest = calib::sha256(cookie);
   std::erase_if(all_, [&](const SignIn& one) { return same(one.cookie_sha256, digest); });
+  if (file_) file_->write(all_);
 }
 
 std::optional<Token> SignIns::find(const std::string& cookie) {

@@ -19,6 +19,8 @@ constexpr std::size_t kMostEntries = 1024;
 constexpr std::size_t kMostInOnePiece = 64;
 constexpr std::chrono::milliseconds kJointsPeriod{200};
 constexpr std::chrono::seconds kQuiet{5};
+/// As long the newest status may be given as it became text.
+constexpr std::chrono::milliseconds kSoon{500};
 
 std::string event(const char* name, const std::string& id, const std::string& data) {
   const std::string numbered = id.empty() ? "" : "id: " + id + "\n";
@@ -80,11 +82,21 @@ class EventFeed::Follower final : public Stream {
     return since_ && since_->seq <= newest && oldest <= since_->seq + (since_->touch ? 1 : 0);
   }
 
+  /// The newest status outlives the packet that it was told with: later it is told anew.
+  std::string text_of(const Entry& entry) const {
+    if (entry.seq == feed_.entries_.back().seq && feed_.clock_() - entry.at > kSoon) {
+      const Status now = feed_.source_.status();
+      if (now.seq == entry.seq)
+        return event("status", std::to_string(now.seq), status_to_json(now));
+    }
+    return entry.status;
+  }
+
   void begin(std::string& piece) {
     joints_ = feed_.joints_.number > 0 ? feed_.joints_.number - 1 : 0;  // the newest are given
     if (since_ && can_go_on()) return;
     const Entry& newest = feed_.entries_.back();
-    piece += newest.status;
+    piece += text_of(newest);
     // Its touch is not new: the client has to ask for the session's touches anyway.
     since_ = EventId{newest.seq, true};
   }
@@ -100,7 +112,7 @@ class EventFeed::Follower final : public Stream {
     }
     since_->touch = true;
     for (std::size_t given = 0; at != entries.end() && given < kMostInOnePiece; ++at, ++given) {
-      piece += at->status + at->touch;
+      piece += text_of(*at) + at->touch;
       since_ = EventId{at->seq, true};
     }
   }
@@ -132,8 +144,8 @@ void EventFeed::look() {
   for (std::size_t i = 0; i < news.size(); ++i) {
     if (i + 1 < news.size() && is_outdone(news[i], news[i + 1])) continue;
     const Status& status = news[i];
-    Entry entry{status.seq, event("status", std::to_string(status.seq), status_to_json(status)),
-                ""};
+    Entry entry{status.seq, event("status", std::to_string(status.seq), status_to_json(status)), "",
+                clock_()};
     if (status.made) {
       entry.touch =
           event("touch", fmt::format("{}.1", status.seq), made_touch_to_json(*status.made));

@@ -54,6 +54,7 @@ class EventFeed {
   struct Entry {
     std::uint64_t seq = 0;
     std::string status, touch;
+    std::chrono::steady_clock::time_point at;  ///< when it became text
   };
   struct Joints {
     std::uint64_t number = 0;  ///< 0: none yet

@@ -26,7 +26,7 @@ void add_certificate(CLI::App& app, int& status) {
   auto daemon = add_connection(command);
   auto* session = command->add_option("SESSION", given->session,
                                       "Number of the session, or directory of its export");
-  command->add_option("--out", given->output, "Directory; not there yet, or empty");
+  command->add_option("-o,--output,--out", given->output, "Directory; not there yet, or empty");
   command->add_option("--issued-by", given->issued_by, "Who issues it");
   command->add_flag("--no-pdf", flags->no_pdf, "Write no PDF");
   command->add_option(

@@ -208,7 +208,7 @@ void add_report(CLI::App& app, int& status) {
       ->add_option("ID", given->session,
                    "Number of the session; default: the newest calibration that is finished")
       ->check(session_number());
-  command->add_option("-o,--output", given->output, "Copy the report to this file (HTML)");
+  command->add_option("-o,--output,--out", given->output, "Copy the report to this file (HTML)");
   command->callback([=, &status] {
     status = report(*daemon, given->session > 0 ? std::optional(given->session) : std::nullopt,
                     given->output);

@@ -47,7 +47,7 @@ void add_correct(CLI::App& app, int& status) {
       ->needs(program);
   command->add_flag("--withheld", given->withheld,
                     "Accept a withheld calibration, for inspection only");
-  command->add_option("-o,--output", given->output,
+  command->add_option("-o,--output,--out", given->output,
                       "Poses: write to this file [standard output]; program: to this folder");
   command->add_flag("--json", given->json, "Write JSON");
   command->callback([given, &status] {
@@ -114,7 +114,8 @@ void add_frames(CLI::App& app, int& status) {
           "N=ID,ID,ID"));
   command->add_flag("--withheld", given->withheld,
                     "Accept a withheld calibration, for inspection only");
-  command->add_option("-o,--output", given->output, "Write the KRL program to this file (.src)");
+  command->add_option("-o,--output,--out", given->output,
+                      "Write the KRL program to this file (.src)");
   add_sending(command, calibration, *sending);
   command->callback([given, sending, daemon, calibration, &status] {
     given->json = daemon->json;

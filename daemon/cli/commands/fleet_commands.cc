@@ -60,7 +60,7 @@ void add_export(CLI::App* of, int& status) {
       command->add_option("--session", given->session, "Session")->check(session_number());
   command->add_option("--journal", given->command.journal, "Journal, where the cell had several");
   auto* check = command->add_flag("--check", given->check, "The check");
-  auto* output = command->add_option("-o,--output", given->command.output,
+  auto* output = command->add_option("-o,--output,--out", given->command.output,
                                      "File; of a certificate the directory [standard output]");
   command->add_flag("--certificate", given->certificate, "The certificate's files")
       ->excludes(check)

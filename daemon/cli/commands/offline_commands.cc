@@ -18,7 +18,8 @@ void add_identify(CLI::App& app, int& status) {
       "calibration.json");
   command->add_option("--cell", given->cell, "Cell file (TOML)")->required();
   command->add_option("--touches", given->touches, "Touches (CSV)")->required();
-  command->add_option("-o,--output", given->output, "Write the calibration to this file (JSON)");
+  command->add_option("-o,--output,--out", given->output,
+                      "Write the calibration to this file (JSON)");
   command->add_option(
       "--last", given->last,
       "Earlier calibration of this arm to compare with (JSON): the new one is withheld if the "
@@ -53,7 +54,7 @@ void add_predict(CLI::App& app, int& status) {
   command->add_flag("--nominal", given->nominal, "Use the nominal robot with a stiff tool");
   command->add_flag("--withheld", given->withheld,
                     "Accept a withheld calibration, for inspection only");
-  command->add_option("-o,--output", given->output,
+  command->add_option("-o,--output,--out", given->output,
                       "Write the poses to this file (CSV) [standard output]");
   command->add_flag("--json", given->json, "Write JSON");
   command->callback([given, &status] { status = predict(*given); });
@@ -88,7 +89,7 @@ void add_plan(CLI::App& app, int& status) {
                       "Draw arm, cell and touches from above and from the side (SVG)");
   command->add_option("--seed", given->seed, "Seed of the plan: same seed, same plan")
       ->capture_default_str();
-  command->add_option("-o,--output", given->output,
+  command->add_option("-o,--output,--out", given->output,
                       "Write the plan to this file (CSV) [standard output]");
   command->add_flag("--json", given->json, "Write JSON");
   command
@@ -115,7 +116,7 @@ void add_kuka_files(CLI::App& app, int& status) {
   command->add_option("--config", given->config, "The daemon's configuration")
       ->capture_default_str();
   CLI::Option* output =
-      command->add_option("-o,--output", given->output, "Write the files to this folder");
+      command->add_option("-o,--output,--out", given->output, "Write the files to this folder");
   command
       ->add_option("--verify", given->verify,
                    "Write nothing; compare the installed or edited files in this folder with "
@@ -156,7 +157,7 @@ void add_export_robot(CLI::App& app, int& status) {
       ->needs(urdf);
   command->add_flag("--withheld", given->withheld,
                     "Accept a withheld calibration, for inspection only");
-  command->add_option("-o,--output", given->output, "Write to this file [standard output]");
+  command->add_option("-o,--output,--out", given->output, "Write to this file [standard output]");
   command->callback([given, &status] {
     if (!given->urdf.empty() && given->as != "urdf" && given->as != "yaml")
       throw CLI::ValidationError("--urdf", "goes with --as urdf or --as yaml");
@@ -183,7 +184,7 @@ void add_import_robot(CLI::App& app, int& status) {
       ->needs(urdf);
   command->add_option("--machine-data", given->machine_data,
                       "File of the controller; may be given several times");
-  command->add_option("-o,--output", given->output,
+  command->add_option("-o,--output,--out", given->output,
                       "Write the robot to this file [standard output]");
   command->callback([given, &status] {
     if (given->urdf.empty() && given->robot.empty())
@@ -218,6 +219,17 @@ void add_doctor(CLI::App& app, int& status) {
   command->callback([given, &status] { status = doctor(*given); });
 }
 
+void add_robots(CLI::App& app, int& status) {
+  auto given = std::make_shared<RobotsCommand>();
+  CLI::App* command = app.add_subcommand("robots", "List the robots that a cell file may name");
+  command->footer(
+      "Reach: from the axis of A1 to the wrist centre, the arm stretched. Robot files of your own lie beside the\n"
+      "cell file, which names them by path, or in the folder that CELLCAL_ROBOTS names, which is searched before "
+      "the\nshipped ones. The places are printed behind the list.\nExample: cellcal robots");
+  command->add_flag("--json", given->json, "Print JSON");
+  command->callback([given, &status] { status = robots(*given); });
+}
+
 }  // namespace
 
 void add_offline_commands(CLI::App& app, int& status) {
@@ -227,6 +239,7 @@ void add_offline_commands(CLI::App& app, int& status) {
   add_frames(app, status);
   add_plan(app, status);
   add_kuka_files(app, status);
+  add_robots(app, status);
   add_export_robot(app, status);
   add_import_robot(app, status);
   add_doctor(app, status);

@@ -27,7 +27,7 @@ void add_learn(CLI::App& priors, int& status) {
       "most calibrations]");
   command->add_option("--after", given->after,
                       "Earlier priors of the model: the version counts on");
-  command->add_option("-o,--output", given->output,
+  command->add_option("-o,--output,--out", given->output,
                       "Write the priors to this file (TOML) [standard output]");
   command->add_flag("--json", given->json, "Print priors and what was set aside as JSON");
   command->callback([given, &status] { status = learn_priors(*given); });
@@ -54,7 +54,8 @@ void add_accept(CLI::App& priors, int& status) {
   command->add_option("FILE", given->file, "Priors (TOML)")->required();
   command->add_option("--robot", given->robot, "Robot file, or a shipped robot by its name")
       ->required();
-  command->add_option("-o,--output", given->output, "Write the robot to this file")->required();
+  command->add_option("-o,--output,--out", given->output, "Write the robot to this file")
+      ->required();
   command->add_flag("--json", given->json, "Print the changes as JSON");
   command->callback([given, &status] { status = accept_priors(*given); });
 }

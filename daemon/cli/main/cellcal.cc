@@ -10,12 +10,15 @@
 #include <numeric>
 #include <optional>
 #include <string>
+#include <system_error>
 #include <utility>
 #include <vector>
 
+#include "calib/problem/solve.h"
 #include "calib/syntax/shown.h"
 #include "daemon/cli/commands/app.h"
 #include "daemon/cli/offline/exit_status.h"
+#include "daemon/files/system_words.h"
 
 namespace {
 
@@ -110,6 +113,7 @@ std::optional<std::string> wrong_option(const CLI::App& app) {
 int main(int argc, char** argv) {
   using namespace cellcal::daemon;
   std::signal(SIGPIPE, SIG_IGN);  // a reader that went away is an error of writing
+  cellcal::calib::quiet_solver();
   int status = kSuccess;
   CLI::App app;
   describe_cellcal(app, status);
@@ -126,6 +130,10 @@ int main(int argc, char** argv) {
     fmt::print(stderr, "{}: {}\nsee '{} --help'\n", command_of(app),
                extra ? wrong_option(app).value_or(error.what()) : error.what(), command_of(app));
     return kWrongUsage;
+  } catch (const std::system_error& error) {
+    if (error.code() == std::errc::broken_pipe) return status;  // of standard output: `| head`
+    std::fprintf(stderr, "%s: %s\n", command_of(app).c_str(), system_words(error).c_str());
+    return kJobFailed;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "%s: %s\n", command_of(app).c_str(), error.what());
     return kJobFailed;

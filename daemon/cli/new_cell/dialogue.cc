@@ -47,6 +47,7 @@ class Dialogue {
 
   void robot();
   void tool();
+  void tool_sigma();
   void mass();
   void tip_radius();
   void spheres();
@@ -121,6 +122,20 @@ void Dialogue::tool() {
         std::copy_n(six.begin(), 3, form_.tool.xyz_mm.begin());
         form_.tool.abc_deg = {};
         if (six.size() == 6) std::copy_n(six.begin() + 3, 3, form_.tool.abc_deg.begin());
+        look();
+      });
+}
+
+void Dialogue::tool_sigma() {
+  ask(fmt::format("1 sigma of X Y Z, mm (empty: {}, as measured with four points; 0: exact, the "
+                  "TCP is not estimated and 'cellcal frames' has no tool)",
+                  kUsualTcpSigmaMm),
+      [this](const std::string& answer) {
+        form_.tool.xyz_sigma_mm.fill(kUsualTcpSigmaMm);
+        if (answer.empty()) return;
+        const std::vector<double> given = numbers(answer, {1, 3});
+        for (std::size_t i = 0; i < 3; ++i)
+          form_.tool.xyz_sigma_mm[i] = given[given.size() == 3 ? i : 0];
         look();
       });
 }
@@ -245,6 +260,7 @@ void ask_for_rest(CellForm& form, const Given& given, const std::filesystem::pat
   Dialogue dialogue(form, cell_file, in, out);
   if (!given.robot) dialogue.robot();
   if (!given.tool) dialogue.tool();
+  if (!given.tool_sigma) dialogue.tool_sigma();
   if (!given.mass) dialogue.mass();
   if (!given.tip_radius) dialogue.tip_radius();
   if (!given.spheres) dialogue.spheres();

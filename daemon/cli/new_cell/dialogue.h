@@ -16,8 +16,8 @@ struct EndOfInput : std::runtime_error {
 
 /// Which parts of the form stand already.
 struct Given {
-  bool robot = false, tool = false, mass = false, tip_radius = false, spheres = false,
-       certificate = false;
+  bool robot = false, tool = false, tool_sigma = false, mass = false, tip_radius = false,
+       spheres = false, certificate = false;
   /// With these nothing is asked.
   bool enough() const { return robot && tool && spheres; }
 };

@@ -42,6 +42,8 @@ Given take_options(const NewCellCommand& command, CellForm& form) {
       if (six.size() == 6) std::copy_n(six.begin() + 3, 3, form.tool.abc_deg.begin());
     });
   }
+  form.tool.xyz_sigma_mm.fill(command.tool_sigma_mm.value_or(kUsualTcpSigmaMm));
+  given.tool_sigma = command.tool_sigma_mm.has_value();
   if ((given.mass = command.mass_kg.has_value())) form.tool.mass_kg = command.mass_kg;
   if ((given.tip_radius = command.tip_radius_mm.has_value()))
     form.tool.tip_radius_mm = *command.tip_radius_mm;
@@ -84,9 +86,9 @@ Planned plan_it(const calib::Cell& cell) {
 /// What belongs into cellcald.toml for this cell.
 std::string daemon_lines(const LimitNeeded& limit) {
   return fmt::format(
-      "into cellcald.toml, over RSI:\n  [rsi]\n  correction_limit_deg = {:<12.0f} # at least, for {}; {:.0f} "
-      "also covers a session resumed anywhere on its way\n",
-      limit.limit_deg, limit.axis, std::min(limit.anywhere_deg, kWidestLimitDeg));
+      "into cellcald.toml, over RSI:\n  [rsi]\n  correction_limit_deg = {:<12.0f} # for {}, wherever on its way a "
+      "session is resumed\n",
+      advised_limit_deg(limit), limit.widest_axis);
 }
 
 std::string words(const NewCellCommand& command, const CellForm& form, const calib::Cell& cell,
@@ -119,8 +121,8 @@ std::string as_json(const NewCellCommand& command, const std::vector<std::string
     value["plan"] = {{"touches", planned.touches},
                      {"predicted_mean_mm", planned.mean_mm},
                      {"predicted_u95_mm", planned.u95_mm},
-                     {"correction_limit_deg", planned.limit.limit_deg},
-                     {"correction_limit_anywhere_deg", planned.limit.anywhere_deg}};
+                     {"correction_limit_deg", advised_limit_deg(planned.limit)},
+                     {"correction_limit_from_start_deg", planned.limit.limit_deg}};
   }
   return value.dump(1) + "\n";
 }

@@ -11,7 +11,7 @@ namespace cellcal::daemon {
 struct NewCellCommand {
   std::filesystem::path output = "cell.toml";
   std::string robot{}, tool{};  ///< as typed; empty: asked for
-  std::optional<double> mass_kg{}, tip_radius_mm{};
+  std::optional<double> tool_sigma_mm{}, mass_kg{}, tip_radius_mm{};
   std::filesystem::path spheres{}, certificate{};  ///< CSV
   bool force = false, json = false;
 };

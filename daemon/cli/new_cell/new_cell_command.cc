@@ -18,10 +18,17 @@ void add_new_cell_command(CLI::App& app, int& status) {
       "written, or no plan can be made of the file yet; the reason is printed.\nExample: cellcal new-cell -o "
       "cell.toml\n         cellcal new-cell -o cell.toml --robot kr6_r900_2 --tool 0,0,250,0,0,0 "
       "--spheres spheres.csv --certificate certificate.csv");
-  command->add_option("-o,--output", given->output, "The file to write")->capture_default_str();
+  command->add_option("-o,--output,--out", given->output, "The file to write")
+      ->capture_default_str();
   command->add_option("--robot", given->robot, "Shipped robot by name, or path of a robot file");
   command->add_option("--tool", given->tool,
                       "X,Y,Z or X,Y,Z,A,B,C from flange to TCP, as TOOL_DATA (mm, deg)");
+  command
+      ->add_option(
+          "--tool-sigma", given->tool_sigma_mm,
+          "1 sigma of X, Y and Z of it, in mm (0.5: measured with four points; 0: exact, the "
+          "TCP is not estimated)")
+      ->check(CLI::Range(0.0, 1e3));
   command->add_option("--mass", given->mass_kg, "Of all that is on the flange, in kg")
       ->check(CLI::Range(0.0, 1e4));
   command->add_option("--tip-radius", given->tip_radius_mm, "Of the tip, in mm; 0: a point")

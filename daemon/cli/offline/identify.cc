@@ -50,6 +50,7 @@ void put(const std::string& text, const std::filesystem::path& output) {
     return;
   }
   if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0) {
+    if (errno == EPIPE) return;  // the reader has what it wanted: `| head`
     throw std::runtime_error("standard output cannot be written");
   }
 }

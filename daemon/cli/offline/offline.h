@@ -38,6 +38,12 @@ int plan(const PlanCommand& command);
 /// Places for spheres that serve the region, with the predicted accuracy beside today's.
 int suggest_spheres(const PlanCommand& command);
 
+/// The robots that a cell file may name, and where their files are looked for.
+struct RobotsCommand {
+  bool json = false;
+};
+int robots(const RobotsCommand& command);
+
 /// What an integrator copies onto the controller, from the daemon's configuration.
 struct KukaFilesCommand {
   std::filesystem::path config = "/etc/cellcal/cellcald.toml", output;

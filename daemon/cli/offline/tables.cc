@@ -111,7 +111,7 @@ std::string fit_words(const calib::Calibration& c) {
 std::string delay_words(const calib::Calibration& c) {
   const calib::ParameterResult* delay = calib::find(c, calib::latch_delay_parameter());
   if (delay == nullptr) return {};
-  return fmt::format("latch delay: {:+.2f} ms ± {:.2f}, decided by {}\n",
+  return fmt::format("latch delay of the fit: {:+.2f} ms ± {:.2f}, decided by {}\n",
                      (delay->nominal + delay->correction) * delay->to_unit,
                      delay->sigma * delay->to_unit, calib::to_string(delay->decided_by));
 }

@@ -29,6 +29,8 @@ export interface CellDraft extends Vouched {
   robot: string;
   xyz: string;
   abc: string;
+  /** Of X Y Z, k = 2: one number, or three. */
+  tool_u: string;
   mass: string;
   tip: string;
   spheres: SphereDraft[];
@@ -37,11 +39,11 @@ export interface CellDraft extends Vouched {
 
 const NOTHING: Vouched = { certificate: "", date: "" };
 export const new_sphere = (n: number, { certificate, date }: Vouched = NOTHING): SphereDraft =>
-  ({ id: `S${n}`, diameter: "", u: "0.004", place: "centre", where: "", rough: "20", serial: "", certificate, date });
+  ({ id: `S${n}`, diameter: "", u: "", place: "centre", where: "", rough: "20", serial: "", certificate, date });
 export const new_length = (from = "", to = "", { certificate, date }: Vouched = NOTHING): LengthDraft =>
   ({ from, to, mm: "", u: "", certificate, date });
 export const EMPTY: CellDraft = {
-  name: "cell", robot: "", xyz: "", abc: "0 0 0", mass: "", tip: "0",
+  name: "cell", robot: "", xyz: "", abc: "0 0 0", tool_u: "1", mass: "", tip: "0",
   spheres: [1, 2, 3, 4].map((n) => new_sphere(n)), lengths: [], ...NOTHING,
 };
 
@@ -65,7 +67,7 @@ export function imported(draft: CellDraft, rows: { spheres: SphereDraft[] } | { 
 
 /** What stands in a field that is not as it has to be. */
 export interface Wrong {
-  field: "robot" | "xyz" | "abc" | "mass" | "tip" | "diameter" | "u" | "where" | "rough" | "mm";
+  field: "robot" | "xyz" | "abc" | "tool_u" | "mass" | "tip" | "diameter" | "u" | "where" | "rough" | "mm";
   /** The sphere or distance. */
   of: string;
   /** How many numbers it must hold, one of these. */
@@ -94,6 +96,7 @@ class Reader {
 
 const AXES = [6, 7] as const;
 const half = (u: number): number => Number((u / 2).toPrecision(12));
+const three = (values: number[]): number[] => (values.length === 1 ? [0, 1, 2].map(() => values[0] ?? 0) : values);
 const twice = (sigma: number): string => String(Number((sigma * 2).toPrecision(12)));
 
 function place_of(sphere: SphereDraft, read: Reader): Record<string, unknown> {
@@ -115,6 +118,7 @@ export function form_of(draft: CellDraft): { form: unknown } | { wrong: Wrong } 
   const tool: Record<string, unknown> = {
     xyz_mm: read.take(draft.xyz, "xyz", "", [3]),
     abc_deg: read.take(draft.abc, "abc", "", [3]),
+    xyz_sigma_mm: three(read.take(draft.tool_u, "tool_u", "", [1, 3])).map(half),
     tip_radius_mm: read.one(draft.tip, "tip", ""),
   };
   if (draft.mass.trim() !== "") tool.mass_kg = read.one(draft.mass, "mass", "");
@@ -139,6 +143,12 @@ export function form_of(draft: CellDraft): { form: unknown } | { wrong: Wrong } 
 
 const spaced = (value: unknown): string =>
   list(value).flat().map(number).filter((one): one is number => one !== null).join(" ");
+
+/** One number where all three are the same. */
+function doubled(sigmas: unknown): string {
+  const us = list(sigmas).map(number).filter((one): one is number => one !== null).map(twice);
+  return us.length !== 3 ? "0" : us.every((one) => one === us[0]) ? us[0] ?? "0" : us.join(" ");
+}
 
 const vouched_by = (all: Record<string, unknown>): Vouched =>
   ({ certificate: words(all.certificate), date: words(all.certificate_date) });
@@ -176,7 +186,7 @@ export function draft_of(name: string, value: unknown): CellDraft | null {
   if (!form || !tool) return null;
   const spheres = sphere_drafts(form.spheres), lengths = length_drafts(form.lengths);
   return {
-    name, robot: words(form.robot), xyz: spaced(tool.xyz_mm), abc: spaced(tool.abc_deg) || "0 0 0",
+    name, robot: words(form.robot), xyz: spaced(tool.xyz_mm), abc: spaced(tool.abc_deg) || "0 0 0", tool_u: doubled(tool.xyz_sigma_mm),
     mass: tool.mass_kg === undefined ? "" : String(number(tool.mass_kg) ?? ""), tip: String(number(tool.tip_radius_mm) ?? 0),
     spheres, lengths, ...shared_by([...spheres, ...lengths]),
   };
@@ -187,7 +197,7 @@ export interface CellForms {
   /** Whether the controller says where the arm stands beside a session. */
   readsPosition: boolean;
   robots: { name: string; model: string }[];
-  shown: { file: string; sha256: string; draft: CellDraft | null } | null;
+  shown: { file: string; sha256: string; kept: string[]; draft: CellDraft | null } | null;
 }
 export function cell_forms(value: unknown): CellForms | null {
   const all = fields(value);
@@ -199,7 +209,7 @@ export function cell_forms(value: unknown): CellForms | null {
       const robot = fields(one);
       return robot && { name: words(robot.name), model: words(robot.model) };
     })),
-    shown: shown && { file: words(shown.file), sha256: words(shown.sha256), draft: draft_of(words(shown.name), shown.form) },
+    shown: shown && { file: words(shown.file), sha256: words(shown.sha256), kept: list(shown.kept).map(words), draft: draft_of(words(shown.name), shown.form) },
   };
 }
 

@@ -3,7 +3,7 @@
 // Null where the thing as a whole cannot be used.
 
 import {
-  ADVICE, CAUSES, CHANGES, CHECKS, DRIFT_STATES, EVIDENCE, FAILURES, FINDINGS, KINDS, PHASES, PROPOSALS, STATES, STEPS,
+  ARM_MOTIONS, ADVICE, CAUSES, CHANGES, CHECKS, DRIFT_STATES, EVIDENCE, FAILURES, FINDINGS, KINDS, PHASES, PROPOSALS, STATES, STEPS,
   type AdviceStatus, type Comparison, type ContactLink, type ControlLimits, type Doctor, type DriftChart, type DriftPoint, type DriftRow, type DriftSeen, type DriftTrend, type FailureKind, type Figures, type Finding, type FindingKind, type FindingPart, type Frame, type Joint, type Kind, type Phase,
   type PlannedTouch, type Point, type Proposal, type ProposalsSeen, type Quantity, type Result, type RobotLink, type Readiness, type RobotPosture, type Role,
   type Scene, type SceneTarget, type SessionRow, type SessionState, type Solid, type Status, type StepSeen,
@@ -86,6 +86,7 @@ export function status(value: unknown): Status | null {
   const failure = fields(all.failure);
   const links = fields(all.links);
   const interrupted = fields(all.interrupted);
+  const arm = fields(all.arm) ?? {};
   const phase: Phase = one_of(all.phase, PHASES);
   return {
     seq, phase,
@@ -99,6 +100,7 @@ export function status(value: unknown): Status | null {
     u95Mm: number(all.u95_mm),
     finding: all.finding === true,
     timeLeftS: number(all.time_left_s),
+    arm: { motion: one_of(arm.motion, ARM_MOTIONS), packetAgeS: number(arm.packet_age_s) },
     waiting: waiting && {
       robot: waiting.robot === true, contact: waiting.contact === true,
       leftS: number(waiting.left_s), start: words(waiting.start),

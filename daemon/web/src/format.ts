@@ -11,6 +11,10 @@ export interface Formats {
   quantity: (value: number, unit: string, sigma: number) => string;
   whole: (value: number | null) => string;
   duration: (seconds: number | null) => string;
+  /** One decimal: what is younger than some seconds. */
+  seconds: (seconds: number) => string;
+  /** Local time of day of an instant [ms since 1970]. */
+  clock: (ms: number) => string;
   time: (iso: string) => string;
 }
 
@@ -37,6 +41,8 @@ export function formats(language: Language): Formats {
     },
     whole: (value) => (value === null ? NONE : value.toLocaleString(language)),
     duration: (seconds) => (seconds === null ? NONE : duration(seconds)),
+    seconds: (seconds) => decimal(seconds, 1) + SPACE + "s",
+    clock: (ms) => new Date(ms).toLocaleTimeString("sv-SE"),
     time: (iso) => {
       const when = new Date(iso);
       // Year, month, day: the one order that nobody reads differently.

@@ -79,8 +79,7 @@ export class Live {
     this.reading = new AbortController();
     const headers: Record<string, string> = { Accept: "text/event-stream" };
     if (this.newest_id !== "") headers["Last-Event-ID"] = this.newest_id;
-    // From the beginning at first: residuals of touches that were made before this page was opened
-    // stand nowhere else until they are identified.
+    // From the beginning at first, as far as the daemon has it; fill() brings what it has not.
     const answer = await fetch(this.newest_id === "" ? "/v1/events?since=0" : "/v1/events", {
       headers, signal: this.reading.signal, cache: "no-store",
     });

@@ -1,20 +1,13 @@
 // A status as a sentence: keys of the catalogue with their values. Typed values in, no words read.
 
+import type { Formats } from "./format";
 import type { Key, Say } from "./words";
 import type { Phase, Status } from "./types";
 
-/** What the arm does; `free`: cellcal holds no link to it. */
+/** What the arm does; `free`: cellcal holds no link to it, and nothing failed. */
 export type Motion = "moving" | "still" | "free" | "unknown";
 export type Mood = "calm" | "busy" | "wait" | "good" | "bad" | "unknown";
 
-const MOVING: readonly Phase[] = [
-  "freeing", "transit", "fast search", "backing off", "slow search", "retreat", "returning",
-  "stopping",
-];
-const STILL: readonly Phase[] = [
-  "referencing", "routing", "proving", "arming fast", "arming slow", "recording", "choosing",
-  "recovering", "watching the links", "aborted", "failed",
-];
 const FREE: readonly Phase[] = ["idle", "planning", "connecting", "identifying", "reporting", "done"];
 const OF_A_TOUCH: readonly Phase[] = [
   "transit", "arming fast", "fast search", "backing off", "arming slow", "slow search", "recording",
@@ -23,11 +16,26 @@ const OF_A_TOUCH: readonly Phase[] = [
 
 const unconfirmed = (status: Status) => status.failure?.kind === "stop-unconfirmed";
 
+/** By the newest packet alone: a phase says what was asked of the arm, not what it does. */
 export function motion(status: Status): Motion {
   if (unconfirmed(status)) return "unknown";
-  if (MOVING.includes(status.phase)) return "moving";
-  if (STILL.includes(status.phase)) return "still";
-  return FREE.includes(status.phase) ? "free" : "unknown";
+  switch (status.arm.motion) {
+    case "moving": return "moving";
+    case "at rest": return "still";
+    default: return FREE.includes(status.phase) ? "free" : "unknown";
+  }
+}
+
+/** With the age of that packet. `seen_s`: how long ago the status came. */
+export function motion_words(status: Status, seen_s: number, say: Say, fmt: Formats): string {
+  const moves = motion(status);
+  const { packetAgeS } = status.arm;
+  if (moves === "free") return say("motion.free");
+  if (packetAgeS === null) return say("motion.never");
+  const age_s = packetAgeS + seen_s;
+  if (moves === "unknown")
+    return say("motion.unknown", { since: fmt.clock(Date.now() - age_s * 1000), age: fmt.duration(age_s) });
+  return say(`motion.${moves}`, { age: fmt.seconds(age_s) });
 }
 
 export function mood(status: Status): Mood {

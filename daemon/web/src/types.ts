@@ -46,6 +46,10 @@ export interface ContactLink {
   lateLimitMs: number | null;
 }
 
+/** What the newest packet of the controller shows of the arm. */
+export const ARM_MOTIONS = ["moving", "at rest", "unknown"] as const;
+export type ArmMotion = (typeof ARM_MOTIONS)[number];
+
 export interface Status {
   seq: number;
   session: number;
@@ -59,6 +63,7 @@ export interface Status {
   u95Mm: number | null;
   finding: boolean;
   timeLeftS: number | null;
+  arm: { motion: ArmMotion; packetAgeS: number | null };
   waiting: { robot: boolean; contact: boolean; leftS: number | null; start: string } | null;
   interruptions: number;
   failure: { kind: FailureKind; detail: string } | null;

@@ -54,6 +54,11 @@ std::string cannot_open(const std::string& device, int error) {
       return no_such_device(device);
     case EACCES:
     case EPERM:
+      if (group_of(device) == "root")  // membership in it would give this program everything
+        return fmt::format(
+            "{}: no permission: no group but root may open the device. Install systemd/70-cellcal.rules "
+            "(group 'dialout'), unplug and plug the sensor",
+            device);
       return fmt::format(
           "{}: no permission: the device belongs to group '{}'. Add this program's user to it "
           "(usermod -aG {} USER) and log in again",

@@ -162,6 +162,19 @@ TEST(a_chart, finds_a_creep_long_before_a_single_check_does_and_says_since_when_
   EXPECT_EQ(chart.advice, DriftAdvice::kRemeasureTcp);
 }
 
+TEST(a_chart, states_no_rate_of_a_creep_that_was_watched_for_minutes) {
+  std::vector<CheckSeen> minutes = checks_of(150, creep(0.1, 20.0));
+  for (std::size_t i = 0; i < minutes.size(); ++i)
+    minutes[i].time_s = 300.0 * static_cast<double>(i);
+  const DriftChart chart = drift_chart(minutes);
+  ASSERT_TRUE(chart.trend);
+  ASSERT_EQ(chart.trend->shape, DriftShape::kCreep);
+  EXPECT_FALSE(chart.trend->has_rate());
+  EXPECT_EQ(trend_words(chart).find("month"), std::string::npos) << trend_words(chart);
+  EXPECT_NE(trend_words(chart).find("shift of "), std::string::npos) << trend_words(chart);
+  EXPECT_TRUE(drift_chart(checks_of(150, creep(0.1, 20.0))).trend->has_rate());
+}
+
 TEST(a_chart, does_not_take_a_creep_for_the_new_normal) {
   // Three months of nothing, then a step that stays: it is told as long as it stays.
   const DriftChart chart = drift_chart(checks_of(400, step(0.08, 90.0)));

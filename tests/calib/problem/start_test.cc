@@ -2,6 +2,7 @@
 
 #include "calib/problem/start.h"
 
+#include <glog/logging.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -9,6 +10,7 @@
 #include "calib/model/error.h"
 #include "calib/model/kinematics.h"
 #include "calib/model/random.h"
+#include "calib/problem/solve.h"
 #include "calib/problem/target_place.h"
 #include "tests/calib/simulate.h"
 #include "tests/calib/thrown.h"
@@ -53,6 +55,14 @@ int on_the_other_side(bool stated, bool side_known) {
     wrong += (fit.centre_m - centre).dot(side) > kRadiusM;
   }
   return wrong;
+}
+
+TEST(a_quiet_solver, warns_of_nothing_on_standard_error) {
+  quiet_solver();
+  ::testing::internal::CaptureStderr();
+  LOG(WARNING) << "Linear solver failure. Failed to compute a step";  // as Ceres itself does
+  LOG(ERROR) << "likewise";
+  EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
 }
 
 TEST(FitCentre, OfAFewTipsOnOneSideStaysWhereTheSphereIsStated) {

@@ -6,6 +6,7 @@
 #include <spdlog/sinks/ostream_sink.h>
 #include <spdlog/spdlog.h>
 
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -189,6 +190,60 @@ TEST_F(an_api_on_the_network, ends_logins_with_their_token) {
       ask(Role::kAdminister, "POST", "/v1/tokens", R"({"name": "look", "role": "look"})").status,
       201);
   EXPECT_EQ(ask(request("GET", "/v1/me", {{"cookie", cookie}})).status, 401);
+}
+
+TEST_F(an_api_on_the_network,
+       knows_a_browser_after_a_restart_until_its_token_is_removed_or_a_month_is_over) {
+  const std::filesystem::path file = dir / "sign-ins.json";
+  const Token look = *tokens.find(secret[Role::kLook]),
+              operate = *tokens.find(secret[Role::kOperate]);
+  auto now = std::chrono::system_clock::now();
+  const auto clock = [&] { return now; };
+  std::string one, other, ended;
+  {
+    SignIns before(tokens, file, clock);
+    one = before.begin(look);
+    other = before.begin(operate);
+    ended = before.begin(look);
+    before.end(ended);
+  }
+  EXPECT_EQ(std::filesystem::status(file).permissions(), std::filesystem::perms(0600));
+  std::ostringstream kept;
+  kept << std::ifstream(file).rdbuf();
+  EXPECT_EQ(kept.str().find(one), std::string::npos) << "who reads the file gets no cookie";
+  now += std::chrono::hours(29 * 24);
+  {
+    SignIns restarted(tokens, file, clock);
+    ASSERT_TRUE(restarted.find(one));
+    EXPECT_EQ(restarted.find(one)->name, "look");
+    EXPECT_FALSE(restarted.find(ended)) << "signed out";
+    tokens.remove("operate");
+    EXPECT_FALSE(restarted.find(other)) << "its token is gone";
+  }
+  now += std::chrono::hours(29 * 24);
+  EXPECT_TRUE(SignIns(tokens, file, clock).find(one)) << "30 days after its last use";
+  now += std::chrono::hours(31 * 24);
+  EXPECT_FALSE(SignIns(tokens, file, clock).find(one));
+}
+
+TEST_F(an_api_on_the_network,
+       takes_no_sign_ins_from_a_file_that_others_may_write_or_that_is_damaged) {
+  const std::filesystem::path file = dir / "sign-ins.json";
+  std::string cookie;
+  {
+    SignIns before(tokens, file);
+    cookie = before.begin(*tokens.find(secret[Role::kLook]));
+  }
+  std::filesystem::permissions(file, std::filesystem::perms(0660));
+  EXPECT_FALSE(SignIns(tokens, file).find(cookie));
+  EXPECT_NE(log.str().find("sign in again"), std::string::npos);
+  for (const char* text :
+       {"", "{", "{}", R"({"format": "cellcal.sign-ins/1", "sign_ins": [{}]})"}) {
+    std::filesystem::remove(file);
+    std::ofstream(file) << text;
+    std::filesystem::permissions(file, std::filesystem::perms(0600));
+    EXPECT_FALSE(SignIns(tokens, file).find(cookie)) << text;
+  }
 }
 
 TEST_F(an_api_on_the_network, ends_none_but_its_own_logins_when_a_token_logs_in_too_often) {

@@ -5,12 +5,14 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "calib/syntax/input_file.h"
 #include "daemon/api/access/access.h"
 #include "daemon/api/handlers.h"
 #include "daemon/archive/archive.h"
 #include "daemon/cell_form/cell_shelf.h"
 #include "daemon/frames/frame_station.h"
 #include "daemon/plant/proposals/proposal_box.h"
+#include "daemon/readiness/evidence.h"
 #include "daemon/readiness/examiner.h"
 #include "daemon/schedule/schedule.h"
 #include "daemon/schedule/service_door.h"
@@ -114,7 +116,7 @@ struct a_described_api : ::testing::Test, testing::WithoutHardware {
          findings.fail("rsi packets", "none", "start it");
        },
        [this] { service.hold("the doctor is looking"); }, [this] { service.release(); },
-       [] { return "t"; }}};
+       [] { return "t"; }, [] { return std::string("c"); }}};
   ScheduleConfig config = nightly();
   ServiceDoor door{service, journal};
   Schedule schedule{{door,
@@ -208,6 +210,19 @@ TEST_F(a_described_api, answers_as_it_is_described) {
   EXPECT_EQ(ask("POST", "/v1/doctor", cell).status, 202);
   examiner.stop();
   EXPECT_EQ(ask("GET", "/v1/doctor").status, 200);
+  json result{{"cell", CELLCAL_DEMO_CELL},
+              {"cell_sha256", calib::sha256(text_of_cell(CELLCAL_DEMO_CELL))},
+              {"config_sha256", "c"},
+              {"checks", {{{"check", "plan"}, {"outcome", "ok"}, {"found", "f"}, {"advice", ""}}}}};
+  EXPECT_EQ(ask("POST", "/v1/doctor/result", result.dump()).status, 200);
+  EXPECT_EQ(json::parse(ask("GET", "/v1/doctor").body).at("green"), true);
+  result["config_sha256"] = "d";
+  EXPECT_EQ(ask("POST", "/v1/doctor/result", result.dump()).status, 409) << "another configuration";
+  result["config_sha256"] = "c";
+  result["cell_sha256"] = "d";
+  EXPECT_EQ(ask("POST", "/v1/doctor/result", result.dump()).status, 409) << "another cell file";
+  result["checks"][0]["outcome"] = "fine";
+  EXPECT_EQ(ask("POST", "/v1/doctor/result", result.dump()).status, 400);
   EXPECT_EQ(ask("GET", "/v1/readiness").status, 200);
   for (const char* file : {"touches.csv", "calibration.json", "qualification.json", "found.json",
                            "check.json", "report.html"}) {
@@ -331,7 +346,8 @@ TEST_F(a_described_api, answers_as_it_is_described) {
   EXPECT_EQ(certify(std::to_string(id), "{}"), 400);
   EXPECT_EQ(certify("99", R"({"certificate": "1-0", "files": []})"), 404);
   EXPECT_EQ(ask("GET", "/metrics").status, 200);
-  EXPECT_EQ(ask("GET", "/v1/proposals").status, 404) << "it belongs to no plant";
+  EXPECT_EQ(json::parse(ask("GET", "/v1/proposals").body).at("proposals").size(), 0u)
+      << "it belongs to no plant";
   api.use(proposals);
   proposals.take(
       {{"graz", "weld-3"}, "p-1", plant::ProposalKind::kActivate, 7, "", "M. Huber", "drift", "t"},

@@ -60,14 +60,17 @@ TEST_F(a_cell_shelf, replaces_only_what_was_shown_and_keeps_it_beside) {
   EXPECT_EQ(shelf.names(), std::vector<std::string>{"weld"});
 }
 
-TEST_F(a_cell_shelf, does_not_replace_what_somebody_has_added_to_by_hand) {
+TEST_F(a_cell_shelf, keeps_what_somebody_has_added_by_hand) {
   const std::filesystem::path file = shelf.write("weld", form, "");
   std::ofstream(file, std::ios::app)
       << "[[obstacle]]\nid = \"t\"\nshape = \"box\"\nsize_mm = [1, 1, 1]\nxyz_mm = [0, 0, 0]\n";
   const auto shown = shelf.look("weld");
-  EXPECT_FALSE(shown->form);
-  EXPECT_EQ(refused("weld", form, shown->sha256), Why::kMore);
-  EXPECT_NE(words.find("Change it in an editor"), std::string::npos);
+  ASSERT_TRUE(shown->form);
+  EXPECT_EQ(shown->kept, std::vector<std::string>{"obstacle t"});
+  EXPECT_EQ(refused("weld", form, shown->sha256), std::nullopt);
+  EXPECT_EQ(calib::load_cell(file).obstacles.size(), 1u);
+  const std::filesystem::path copy = shelf.write("copy", form, "", file);
+  EXPECT_EQ(calib::load_cell(copy).obstacles.size(), 1u) << "of the file that it was read of";
   std::ofstream(file) << "this is no TOML";
   EXPECT_FALSE(shelf.look("weld")->form);
   EXPECT_EQ(refused("weld", form, shelf.look("weld")->sha256), Why::kMore);

@@ -29,10 +29,10 @@ TEST_P(every_command, refuses_options_that_it_does_not_know) {
 }
 
 INSTANTIATE_TEST_SUITE_P(cli, every_command,
-                         ::testing::Values("identify", "predict", "plan", "kuka-files", "run",
-                                           "status", "watch", "abort", "history", "show", "report",
-                                           "token", "new-cell", "certificate", "verify", "versions",
-                                           "proposals", "activate", "compare"),
+                         ::testing::Values("identify", "predict", "plan", "robots", "kuka-files",
+                                           "run", "status", "watch", "abort", "history", "show",
+                                           "report", "token", "new-cell", "certificate", "verify",
+                                           "versions", "proposals", "activate", "compare"),
                          [](const auto& one) {
                            std::string name = one.param;
                            std::replace(name.begin(), name.end(), '-', '_');

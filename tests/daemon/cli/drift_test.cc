@@ -28,6 +28,18 @@ json chart_of(int checks) {
           {"points", points}};
 }
 
+TEST(an_update, is_named_with_what_it_stands_on_and_what_changed) {
+  EXPECT_EQ(update_line(json()), "");
+  json update{{"outcome", "updated"},
+              {"stands_on", "session 12 of 2026-11-20"},
+              {"touches", 9},
+              {"explanations", {{{"words", "S2 moved by 0.31 mm"}}}}};
+  EXPECT_EQ(update_line(update),
+            "an update of session 12 of 2026-11-20, 9 touches: S2 moved by 0.31 mm\n");
+  update["outcome"] = "nothing_changed";
+  EXPECT_EQ(update_line(update), "no update of session 12 of 2026-11-20, 9 touches\n");
+}
+
 TEST(the_drift, is_sentences_a_plot_and_the_newest_checks) {
   const std::string text = drift_text(chart_of(30));
   EXPECT_EQ(text.find("checks of the calibration of session 7 (2026-05-28"), 0U) << text;

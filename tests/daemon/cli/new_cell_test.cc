@@ -31,7 +31,7 @@ void write(const std::filesystem::path& path, const std::string& text) {
 CellForm form(bool with_centres = true) {
   CellForm form;
   form.robot = find_robot("kr5_r1400", "cell.toml");
-  form.tool = {{59.9, 50.5, 410.3}, {38.84, 3.59, 0.0}, 1.535, 0.0};
+  form.tool = {{59.9, 50.5, 410.3}, {38.84, 3.59, 0.0}, {}, 1.535, 0.0};
   const std::map<std::string, Triple> centres{{"S1", {1080, -320, 330}},
                                               {"S2", {1060, 380, 330}},
                                               {"S3", {640, -620, 640}},
@@ -200,11 +200,17 @@ TEST(a_robot_file_beside_the_cell_file, is_named_relative_to_it) {
 
 // ---- the dialogue ----------------------------------------------------------------------------
 
-const std::vector<std::string> kAnswers{"kr5_r1400",  "59.9 50.5 410.3 38.84 3.59 0",
-                                        "1.535",      "",
-                                        "61.4 0.002", "1080, -320, 330",
-                                        "=",          "1060 380 330",
-                                        "",           "700.286 0.005"};
+const std::vector<std::string> kAnswers{"kr5_r1400",
+                                        "59.9 50.5 410.3 38.84 3.59 0",
+                                        "",
+                                        "1.535",
+                                        "",
+                                        "61.4 0.002",
+                                        "1080, -320, 330",
+                                        "=",
+                                        "1060 380 330",
+                                        "",
+                                        "700.286 0.005"};
 
 std::string joined(const std::vector<std::string>& lines, std::size_t count) {
   std::string text;
@@ -231,6 +237,8 @@ TEST(the_dialogue, makes_the_cell_of_its_answers) {
   const CellForm& made = asked.form;
   EXPECT_EQ(made.robot.reference, "kr5_r1400");
   EXPECT_EQ(made.tool.abc_deg, (Triple{38.84, 3.59, 0}));
+  EXPECT_EQ(made.tool.xyz_sigma_mm, (Triple{0.5, 0.5, 0.5}));
+  EXPECT_EQ(cell_of(made).tool.tcp_sigma_m.x(), 0.5e-3) << "without it no tool frame comes of it";
   EXPECT_EQ(made.tool.mass_kg, 1.535);
   ASSERT_EQ(made.spheres.size(), 2u);
   EXPECT_EQ(made.spheres[1].id, "S2");
@@ -261,16 +269,18 @@ TEST(the_dialogue, asks_again_for_a_bad_answer_with_the_reason) {
       {1, {"59.9 50.5 nan", "\"nan\" is no number"}},
       {1, {"59.9 50.5 1e999", "\"1e999\" is no number"}},
       {1, {"0.0599 0.0505 0.4103", "mm"}},
-      {2, {"heavy", "\"heavy\" is no number"}},
-      {2, {"-1", "tool.mass_kg"}},
-      {4, {"-3", "diameter_mm"}},
-      {4, {"/none/spheres.csv", "/none/spheres.csv"}},
-      {5, {"1080 -320", "2 numbers given, 3 or 6 numbers wanted"}},
-      {5, {"9000 0 300", "S1"}},
-      {7, {"1080 -320 331", "S2"}},
-      {9, {"700.286", "1 number given, 2 numbers wanted"}},
-      {9, {"770.286 0.005", "S1"}},
-      {9, {std::string(70000, '7'), "is no number"}}};
+      {2, {"0.5 0.5", "2 numbers given, 1 or 3 numbers wanted"}},
+      {2, {"-1", "tool.xyz_sigma_mm"}},
+      {3, {"heavy", "\"heavy\" is no number"}},
+      {3, {"-1", "tool.mass_kg"}},
+      {5, {"-3", "diameter_mm"}},
+      {5, {"/none/spheres.csv", "/none/spheres.csv"}},
+      {6, {"1080 -320", "2 numbers given, 3 or 6 numbers wanted"}},
+      {6, {"9000 0 300", "S1"}},
+      {8, {"1080 -320 331", "S2"}},
+      {10, {"700.286", "1 number given, 2 numbers wanted"}},
+      {10, {"770.286 0.005", "S1"}},
+      {10, {std::string(70000, '7'), "is no number"}}};
   for (const auto& [at, words] : bad) {
     std::vector<std::string> answers = kAnswers;
     answers.insert(answers.begin() + static_cast<std::ptrdiff_t>(at), words.first);

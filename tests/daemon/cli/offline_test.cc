@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <thread>
 
@@ -30,6 +31,35 @@ TEST(a_missing_file, is_a_failed_job_named_in_the_first_line) {
   EXPECT_EQ(
       run_program({CELLCAL, "predict", "--calibration", "/none.json", "--joints", "j.csv"}).status,
       1);
+}
+
+TEST(the_robots, are_listed_with_reach_and_the_places_that_are_looked_in_those_of_ones_own_first) {
+  const TemporaryDirectory dir;
+  std::filesystem::copy_file(CELLCAL_ROBOTS_FOLDER "/kr16_r1610_2.toml", dir / "mine.toml");
+  std::ofstream(dir / "broken.toml") << "format = 3";
+  ASSERT_EQ(::setenv("CELLCAL_ROBOTS", (dir / "").string().c_str(), 1), 0);
+  const Outcome listed = run_program({CELLCAL, "robots", "--json"});
+  const Outcome words = run_program({CELLCAL, "robots"});
+  ::unsetenv("CELLCAL_ROBOTS");
+  ASSERT_EQ(listed.status, 0) << listed.err;
+  const auto json = nlohmann::json::parse(listed.out);
+  std::map<std::string, nlohmann::json> robots;
+  for (const auto& one : json.at("robots")) robots[one.at("name")] = one;
+  EXPECT_GT(robots.size(), 40u);
+  EXPECT_EQ(robots.at("mine").at("own"), true);
+  EXPECT_NEAR(robots.at("mine").at("reach_mm").get<double>(), 1611.0, 2.0);
+  EXPECT_EQ(robots.at("kr16_r1610_2").at("own"), false);
+  EXPECT_TRUE(robots.at("iiwa14").at("reach_mm").is_null());
+  EXPECT_FALSE(robots.at("broken").at("error").is_null());
+  EXPECT_NE(words.out.find("CELLCAL_ROBOTS"), std::string::npos);
+  EXPECT_NE(words.out.find("KUKA KR 16 R1610-2"), std::string::npos) << words.out;
+}
+
+TEST(a_reader_that_went_away, ends_the_command_quietly_with_its_usual_status) {
+  const Outcome outcome = run_program(
+      {"/bin/bash", "-c", std::string(CELLCAL) + " robots | true; exit ${PIPESTATUS[0]}"});
+  EXPECT_EQ(outcome.status, 0);
+  EXPECT_EQ(outcome.err, "");
 }
 
 TEST(an_unknown_method, is_wrong_usage) {

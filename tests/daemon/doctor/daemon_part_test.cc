@@ -54,6 +54,17 @@ TEST(links_of_a_session, that_has_opened_nothing_or_of_another_version_are_skipp
   EXPECT_EQ(judged(json("no object")).count(Outcome::kSkipped), 2u);
 }
 
+TEST(arm_words, call_the_arm_at_rest_only_with_the_packet_that_shows_it) {
+  EXPECT_EQ(arm_words({{"motion", "at rest"}, {"packet_age_s", 0.13}}),
+            "arm: at rest (packet 0.1 s old)\n");
+  EXPECT_EQ(arm_words({{"motion", "unknown"}, {"packet_age_s", nullptr}}),
+            "arm: unknown, no packet from the controller\n");
+  const std::string lost = arm_words({{"motion", "unknown"}, {"packet_age_s", 12.2}});
+  EXPECT_TRUE(lost.starts_with("arm: unknown since ")) << lost;
+  EXPECT_NE(lost.find("newest packet 12 s old. Look at the robot"), std::string::npos) << lost;
+  EXPECT_EQ(arm_words(nullptr), "");
+}
+
 TEST(link_words, leave_out_what_is_not_there) {
   EXPECT_EQ(link_words(nullptr), "");
   EXPECT_EQ(link_words({{"robot", nullptr}, {"contact", 3}}), "");

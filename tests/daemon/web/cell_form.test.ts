@@ -29,7 +29,7 @@ test("a cell that was typed is sent in the daemon's keys: one sigma of what is s
   const vouched = { certificate: "DKD-1", certificate_date: "2026-04-01" };
   assert.deepEqual(made.form, {
     robot: "kr5_r1400",
-    tool: { xyz_mm: [59.9, 50.5, 410.3], abc_deg: [0, 0, 0], tip_radius_mm: 0, mass_kg: 1.5 },
+    tool: { xyz_mm: [59.9, 50.5, 410.3], abc_deg: [0, 0, 0], xyz_sigma_mm: [0.5, 0.5, 0.5], tip_radius_mm: 0, mass_kg: 1.5 },
     spheres: [
       { id: "S1", diameter_mm: 49.998, diameter_sigma_mm: 0.0005, centre_mm: [900, -300, 400], centre_sigma_mm: 5, serial: "77", ...vouched },
       { id: "S2", diameter_mm: 50, diameter_sigma_mm: 0.002, joints_deg: [0, -90, 90, 0, 45, 0], centre_sigma_mm: 10, ...vouched },
@@ -37,6 +37,10 @@ test("a cell that was typed is sent in the daemon's keys: one sigma of what is s
     ],
     lengths: [{ from: "S1", to: "S2", mm: 600.012, sigma_mm: 0.004, ...vouched }],
   });
+});
+
+test("a sphere's uncertainty is that of its certificate: none is filled in", () => {
+  assert.deepEqual(EMPTY.spheres.map((one) => one.u), ["", "", "", ""]);
 });
 
 test("what is wrong is named with its field, its sphere, and how many numbers it must hold", () => {

@@ -270,10 +270,23 @@ const steps = {
     await picture("running-1280", page);
   },
 
+  async "keeps the residuals of its touches when it is reloaded in mid-session"() {
+    const { page } = this;
+    const others = (route) => route.abort();
+    await page.route("**/v1/events*", others); // what happened lies too far back
+    await page.reload();
+    await page.getByRole("img", { name: /^Residuals of ([6-9]|\d\d) touches/ }).waitFor(LONG);
+    await page.getByRole("img", { name: /^u95 .* goal 0.050 mm/ }).waitFor(LONG);
+    await page.unroute("**/v1/events*", others);
+    await page.reload();
+    await page.locator(".canvas canvas").waitFor(LONG);
+  },
+
   async "aborts it in one click and names its end"() {
     const { page } = this;
     await page.getByRole("button", { name: "ABORT" }).click();
-    await says(page, /Session 1 was aborted after \d+ touches\. The arm is at rest\./);
+    await says(page, /Session 1 was aborted after \d+ touches\./);
+    await says(page, /Arm: unknown since \d\d:\d\d:\d\d, newest packet \d+.s old\. Look at the robot\./);
     assert.equal((await cell.status()).phase, "aborted");
     await page.getByRole("button", { name: "Resume session 1" }).waitFor(LONG);
     await page.waitForTimeout(300); // the arm comes to rest
@@ -401,6 +414,42 @@ const steps = {
     await page.getByLabel("Colours").selectOption("auto");
   },
 
+  async "has on a phone, in both languages, nothing cut off, nothing without a name and nothing too small to hit"() {
+    for (const language of ["en", "de"]) {
+      const page = await open({ viewport: { width: 390, height: 844 } });
+      await page.locator(".sentence").waitFor(LONG);
+      await page.getByRole("combobox", { name: "Language" }).selectOption(language);
+      const look = async (where) => {
+        const found = await page.evaluate(() => {
+          const wrong = [];
+          const seen = (one) => one.checkVisibility() && one.getBoundingClientRect().width > 1;
+          for (const one of document.querySelectorAll("button, .button, select, summary, input:not([type=checkbox]):not([type=file])")) {
+            if (!seen(one)) continue;
+            const { left, right, width, height } = one.getBoundingClientRect();
+            const name = `${one.tagName} ${one.name ?? ""} "${one.innerText?.slice(0, 30)}"`;
+            if (height < 43.5 || width < 43.5) wrong.push(`${name}: ${width} x ${height}`);
+            if (one.scrollWidth > one.clientWidth + 1 && one.tagName === "BUTTON") wrong.push(`${name}: cut off`);
+            const scrolled = one.closest(".scroll") !== null;
+            if (!scrolled && (left < -0.5 || right > innerWidth + 0.5)) wrong.push(`${name}: beyond the edge`);
+          }
+          if (document.documentElement.scrollWidth > innerWidth + 1) wrong.push(`the page is ${document.documentElement.scrollWidth} wide`);
+          return wrong;
+        });
+        assert.deepEqual(found, [], `${language}, ${where}`);
+      };
+      assert.equal(await page.getByRole("combobox", { name: language === "de" ? "Sprache" : "Language" }).count(), 1);
+      assert.equal(await page.getByRole("combobox", { name: language === "de" ? "Farben" : "Colours" }).count(), 1);
+      await look("page");
+      await page.screenshot({ path: `screenshots/phone-${language}.png`, fullPage: true });
+      await page.getByRole("button", { name: language === "de" ? "Sitzung starten" : "Start a session" }).click();
+      await page.locator("dialog").waitFor(LONG);
+      await look("start");
+      await picture(`phone-start-${language}`, page);
+      await page.keyboard.press("Escape");
+      await page.context().close();
+    }
+  },
+
   async "is operated from the keyboard alone"() {
     const { page } = this;
     await page.getByRole("button", { name: "Start a session" }).focus();
@@ -433,7 +482,6 @@ const steps = {
   async "finds the daemon again by itself and offers to go on with what was left"() {
     const { page } = this;
     await cell.begin();
-    await sign_in(page); // logins end with the daemon
     await says(page, /Idle: no session is running/);
     await page.getByText(/Session 4 was interrupted after \d+ of \d+ touches/).waitFor(LONG);
     await page.getByRole("button", { name: "Resume session 4" }).click();

@@ -1,8 +1,9 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import * as decode from "../src/decode";
+import { formats } from "../src/format";
 import { EMPTY, OLD_AFTER_MS, answered, age_ms, lacks_touches, silent, with_posture, with_status, with_touches, without_token } from "../src/model";
-import { motion, resumable, sentence } from "../src/sentence";
+import { motion, motion_words, resumable, sentence } from "../src/sentence";
 import { FAILURES, PHASES } from "../src/types";
 import { speaker } from "../src/words";
 import { status } from "./kr5";
@@ -71,7 +72,22 @@ test("a stop without confirmation is never called a standstill", () => {
   assert.equal(motion(failed), "unknown");
   assert.match(sentence(failed, speaker("en")), /STOP NOT CONFIRMED/);
   assert.doesNotMatch(sentence(failed, speaker("en")), /at rest/);
-  assert.equal(motion(of({ phase: "levitating" })), "unknown");
+  assert.equal(motion(of({ phase: "levitating", arm: undefined })), "unknown");
+});
+
+test("the arm is at rest only as far as the newest packet of the controller shows it", () => {
+  const say = speaker("en"), fmt = formats("en");
+  const failed = (arm: unknown) => of({ phase: "failed", running: false, failure: { kind: "robot-silent", detail: "" }, arm });
+  const fresh = failed({ motion: "at rest", packet_age_s: 0.1 });
+  assert.match(motion_words(fresh, 0, say, fmt), /^Arm at rest \(packet 0\.1\u00a0s old\)$/);
+  const gone = failed({ motion: "unknown", packet_age_s: 11 });
+  assert.equal(motion(gone), "unknown");
+  assert.match(motion_words(gone, 1, say, fmt), /^Arm: unknown since \d\d:\d\d:\d\d, newest packet 12\u00a0s old/);
+  assert.equal(motion(of({ arm: undefined })), "unknown", "of a daemon that says nothing of it");
+  assert.match(motion_words(failed({ motion: "unknown", packet_age_s: null }), 0, say, fmt), /no packet/);
+  for (const phase of PHASES)
+    for (const language of ["en", "de"] as const)
+      assert.doesNotMatch(sentence(of({ phase }), speaker(language)), /at rest|steht still/, phase);
 });
 
 test("what can be gone on with is what was left, failed or aborted", () => {

@@ -156,6 +156,11 @@ TEST_F(a_found_arm, is_told_with_touches_verdict_and_findings) {
   EXPECT_TRUE(running.at("result").is_null());
   EXPECT_TRUE(running.at("touches").at(0).at("residual_mm").is_null());
   EXPECT_EQ(running.at("touches").at(0).at("tip_mm").size(), 3u);
+  const json known =
+      json::parse(figures_to_json(record, cell, {touch, touch}, nullptr, {{1, {1.2e-3, 0.4e-3}}}));
+  EXPECT_TRUE(known.at("touches").at(0).at("residual_mm").is_null());
+  EXPECT_NEAR(known.at("touches").at(1).at("residual_mm").get<double>(), 1.2, 1e-5);
+  EXPECT_NEAR(known.at("touches").at(1).at("u95_mm").get<double>(), 0.4, 1e-5);
 }
 
 SessionRecord done(std::int64_t id, const std::string& cell,

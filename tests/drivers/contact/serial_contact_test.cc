@@ -11,14 +11,17 @@
 #include <boost/asio/executor_work_guard.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>
+#include <cerrno>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <future>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <thread>
 
+#include "drivers/contact/port/port_errors.h"
 #include "drivers/contact/port/port_lock.h"
 #include "sim/mcu/mcu_pty.h"
 #include "tests/drivers/contact/rig.h"
@@ -124,7 +127,7 @@ SerialContactOptions options_for(const std::string& device) {
   SerialContactOptions options;
   options.port.device = device;
   // ctest runs all of this a second time on the path of real devices, with pty_shim preloaded.
-  options.port.always_libserialport = std::getenv("CELLCAL_TEST_LIBSERIALPORT") != nullptr;
+  options.port.always_libserialport = std::getenv("CELLCAL_TEST_LIBSERIALPORT ") != nullptr;
   options.contact.max_clock_sigma_s = 0.02;  // a loaded test machine, not what is tested here
   options.reopen_first = milliseconds{20};
   options.reopen_longest = milliseconds{100};
@@ -141,6 +144,16 @@ std::string open_error(const std::string& device) {
     return e.what();
   }
   return "no error";
+}
+
+TEST(a_port_without_permission, never_advises_to_join_the_group_root) {
+  const std::string device = ::testing::TempDir() + "port_of_root";
+  std::ofstream(device) << "";
+  if (::chown(device.c_str(), 0, 0) != 0) GTEST_SKIP() << "not root here";
+  const std::string words = cannot_open(device, EACCES);
+  EXPECT_EQ(words.find("usermod"), std::string::npos) << words;
+  EXPECT_NE(words.find("70-cellcal.rules"), std::string::npos) << words;
+  std::filesystem::remove(device);
 }
 
 TEST(SerialContact, SaysWhichDeviceIsMissingAndWhichPortsThereAre) {

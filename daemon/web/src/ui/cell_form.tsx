@@ -25,8 +25,9 @@ function useForms(cell: string): { forms: CellForms | null; refused: Answer | nu
     const ask = async () => {
       let answer = await get("/v1/cell-form");
       const name = name_within(cell_forms(answer.value)?.folder ?? "", cell);
-      if (name !== "") {
-        const one = await get(`/v1/cell-form?name=${encodeURIComponent(name)}`);
+      if (cell !== "") {
+        const asked = name !== "" ? `name=${encodeURIComponent(name)}` : `file=${encodeURIComponent(cell)}`;
+        const one = await get(`/v1/cell-form?${asked}`);
         if (is_good(one)) answer = one;
       }
       if (!over) become({ forms: is_good(answer) ? cell_forms(answer.value) : null, refused: is_good(answer) ? null : answer });
@@ -70,14 +71,16 @@ export function CellDialog({ cell, done, close }: { cell: string; done: () => vo
 function CellFields({ cell, forms, done, close }: { cell: string; forms: CellForms; done: () => void; close: () => void }) {
   const { say } = useVoice();
   const [draft, become] = useState<CellDraft>(forms.shown?.draft ?? EMPTY);
+  // Made here: it is replaced. Any other stays as it is, and a new file is written.
+  const own = forms.shown !== null && name_within(forms.folder, forms.shown.file) !== "";
   const [busy, set_busy] = useState(false);
   const [said, set_said] = useState("");
   const before = useRef(draft);
   const set = (change: Partial<CellDraft>) => become((now) => ({ ...now, ...change }));
-  const text = (key: "name" | "xyz" | "abc" | "mass" | "tip" | "certificate" | "date", optional = false) => (
+  const text = (key: "name" | "xyz" | "abc" | "tool_u" | "mass" | "tip" | "certificate" | "date", optional = false) => (
     <label>
       {say(`cell.${key}`)}
-      <input name={`cell-${key}`} type="text" required={!optional} value={draft[key]} disabled={key === "name" && forms.shown !== null}
+      <input name={`cell-${key}`} type="text" required={!optional} value={draft[key]} disabled={key === "name" && own}
              placeholder={key === "date" ? "2026-04-01" : undefined}
              onFocus={() => { before.current = draft; }}
              onInput={(event) => {
@@ -98,7 +101,7 @@ function CellFields({ cell, forms, done, close }: { cell: string; forms: CellFor
     }
     set_busy(true);
     const answer = await post("/v1/cell-form", {
-      name: draft.name.trim(), form: made.form, ...(forms.shown ? { instead_of: forms.shown.sha256 } : {}),
+      name: draft.name.trim(), form: made.form, ...(!forms.shown ? {} : own ? { instead_of: forms.shown.sha256 } : { from: forms.shown.file }),
     });
     // The doctor reads it, and the guide goes by what the doctor was asked to look at.
     const words_ = is_good(answer) ? await examine(words(fields(answer.value)?.file), say) : refusal(answer, say);
@@ -127,13 +130,14 @@ function CellFields({ cell, forms, done, close }: { cell: string; forms: CellFor
     <form onSubmit={(event) => void submit(event)}>
       <h2 id="cell-form-title">{say("cell.title")}</h2>
       <p class="note">{say("cell.intro", { folder: forms.folder })}</p>
-      {cell !== "" && !forms.shown && <p>{say("cell.other", { file: cell })}</p>}
+      {cell !== "" && !own && <p>{say("cell.other", { file: cell })}</p>}
       <div class="pair">
         {text("name")}
         <label>
           {say("cell.robot")}
           <select name="cell-robot" required value={draft.robot} onChange={(event) => set({ robot: event.currentTarget.value })}>
             <option value="">{say("cell.robot.choose")}</option>
+            {draft.robot.startsWith("/") && <option value={draft.robot}>{draft.robot}</option>}
             {forms.robots.map((one) => <option key={one.name} value={one.name}>{one.model} ({one.name})</option>)}
           </select>
         </label>
@@ -141,7 +145,7 @@ function CellFields({ cell, forms, done, close }: { cell: string; forms: CellFor
       <fieldset>
         <legend>{say("cell.tool")}</legend>
         <div class="pair">{text("xyz")}{text("abc")}</div>
-        <div class="pair">{text("mass", true)}{text("tip")}</div>
+        <div class="pair">{text("tool_u")}{text("mass", true)}{text("tip")}</div>
       </fieldset>
       <fieldset>
         <legend>{say("cell.spheres")}</legend>
@@ -177,7 +181,8 @@ function CellFields({ cell, forms, done, close }: { cell: string; forms: CellFor
         <p class="note">{say("cell.certificate.rows")}</p>
       </fieldset>
       <p class="note">{say("cell.obstacles")}</p>
-      {forms.shown && <p class="note">{say("cell.before", { file: `${forms.shown.file}.before` })}</p>}
+      {forms.shown && forms.shown.kept.length > 0 && <p class="note">{say("cell.kept", { what: forms.shown.kept.join(", ") })}</p>}
+      {own && forms.shown && <p class="note">{say("cell.before", { file: `${forms.shown.file}.before` })}</p>}
       {said !== "" && <p class="refused" role="alert">{said}</p>}
       <div class="buttons">
         <button type="button" onClick={close}>{say("cancel")}</button>

@@ -57,7 +57,7 @@ export function Checks({ chart, controller }: { chart: DriftChart; controller: A
         {trend && <> {trend.shape === "creep" && trend.mmPerMonth !== null
           ? say("checks.creep", { rate: fmt.mm(trend.mmPerMonth), u: fmt.mm(trend.uMmPerMonth), since: trend.since,
               date: date_of(trend.sinceS), off: fmt.mm(trend.offMm), u_off: fmt.mm(trend.uOffMm) })
-          : say("checks.step", { since: trend.since, date: date_of(trend.sinceS), off: fmt.mm(trend.offMm),
+          : say(trend.shape === "creep" ? "checks.shift" : "checks.step", { since: trend.since, date: date_of(trend.sinceS), off: fmt.mm(trend.offMm),
               u_off: fmt.mm(trend.uOffMm) })}</>}
         {trend?.cause && <> {say(`checks.cause.${trend.cause}`, {
           name: trend.causeName, p: Math.round(100 * trend.probability) })}</>}

@@ -2,7 +2,7 @@
 
 import { useEffect, useRef, useState } from "preact/hooks";
 import { age_ms, type Model } from "../model";
-import { mood, motion, sentence, type Mood, type Motion } from "../sentence";
+import { mood, motion, motion_words, sentence, type Mood, type Motion } from "../sentence";
 import { useVoice } from "./context";
 
 /** Shapes beside the words, so that no colour has to be told from another. */
@@ -39,11 +39,12 @@ export function StatePanel({ model, now }: { model: Model; now: number }) {
       </section>
     );
   const shown: Mood = old > 0 ? "unknown" : mood(status);
+  const seen_s = Math.max(0, now - (model.seen ?? now)) / 1000;
   const moves: Motion = old > 0 ? "unknown" : motion(status);
   return (
     <section id="state" class="state" data-mood={shown} data-old={old > 0}>
       <p class="motion" data-motion={moves}>
-        <span aria-hidden="true">{MARKS[moves]}</span> {say(`motion.${moves}`)}
+        <span aria-hidden="true">{MARKS[moves]}</span> {old > 0 ? say("link.unknown") : motion_words(status, seen_s, say, fmt)}
       </p>
       <p class="sentence">{words}</p>
       <p class="unseen" role="status" aria-live="polite">{spoken}</p>

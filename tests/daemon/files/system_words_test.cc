@@ -1,0 +1,26 @@
+// What the system says of a file, in words.
+
+#include "daemon/files/system_words.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+namespace cellcal::daemon {
+namespace {
+
+TEST(system_words, name_the_file_and_what_to_check_and_no_function_of_the_library) {
+  std::string words;
+  try {
+    std::filesystem::create_directories("/proc/none/of/this");
+  } catch (const std::exception& error) {
+    words = system_words(error);
+  }
+  EXPECT_EQ(words.find("/proc/none"), 0u) << words;
+  EXPECT_EQ(words.find("filesystem error"), std::string::npos) << words;
+  EXPECT_NE(words.find("Check the path"), std::string::npos) << words;
+  EXPECT_EQ(system_words(std::runtime_error("as it is")), "as it is");
+}
+
+}  // namespace
+}  // namespace cellcal::daemon
