@@ -78,6 +78,13 @@ struct ContactQuality {
   double contact_voltage_v = 0.0;
 };
 
+/// Data that came late, and whose fault it was, by the sensor's own stamps. Counts never go back.
+struct ContactDelivery {
+  std::uint32_t late = 0;    ///< this computer delivered them later than kHeartbeatLimit
+  std::uint32_t silent = 0;  ///< the sensor itself sent nothing for longer than a limit
+  bool open = false;         ///< silent, and nothing has come yet that tells whose silence it is
+};
+
 /// What the board's chip is set up to that will fail some day.
 struct BoardFlaws {
   bool known = false;           ///< firmware before 1.1 does not tell
@@ -115,6 +122,8 @@ struct ContactStatus {
   double clock_limit_s = 0.0;    ///< clock_sigma_s above which nothing is armed
   ContactFault fault = ContactFault::kNone;
   ArmEnd last_arm_end = ArmEnd::kNone;
+  bool clock_ok = false;  ///< its clock is known to clock_limit_s, by answers that are not old
+  ContactDelivery delivery;
 };
 
 /// Why an arming was refused.
@@ -151,9 +160,10 @@ struct ContactSnapshot {
   bool armed = false;
   std::uint16_t arm_id = 0;  ///< of the arming that is in force
   ArmEnd last_end = ArmEnd::kNone;
-  /// Behind a silence, once the sensor's stamps show that it was this computer's: how late its
-  /// bytes came [s], and how late they may. 0: not so, or not known yet.
+  /// Once the sensor's stamps show that this computer delivered late: how old the newest data had
+  /// become [s], and how old they may. 0: not so, or not known yet.
   double delivered_late_s = 0.0, late_limit_s = 0.0;
+  bool silence_open = false;  ///< as in ContactDelivery
 };
 
 enum class ContactEventKind { kTrip, kContact, kRevoked, kRelease };

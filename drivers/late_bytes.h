@@ -6,6 +6,7 @@
 
 namespace cellcal::drivers {
 
+/// `late_s`: how old the newest data had become [s]; `limit_s`: how old they may become.
 std::string late_bytes_words(double late_s, double limit_s);
 
 }  // namespace cellcal::drivers

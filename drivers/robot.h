@@ -83,13 +83,16 @@ enum class MoveOutcome {
 
 const char* to_string(MoveOutcome outcome);
 
-/// What made the link to the controller fail a move or lose its reference, as far as somebody has
-/// to tell such causes apart. Words are in MoveResult::detail and RobotState::words.
+/// What made a link fail a move, or the controller's lose its reference, as far as such causes have
+/// to be told apart. Words are in MoveResult::detail and RobotState::words.
 enum class Interruption : std::uint8_t {
   kNone,
   kLateReplies,     ///< the controller runs on, and has counted replies that came late
   kPacketsStopped,  ///< none for some cycles; RobotState::session says whether it was a pause
   kOther,           ///< program ended or stopped, connection closed, another session began
+  // Of the contact sensor; in MoveResult alone.
+  kLateBytes,  ///< it sent in time, and this computer delivered its bytes late
+  kUnheard,    ///< silent, and its stamps do not tell yet whose silence it was
 };
 
 /// Where the arm was at the instant of contact.
@@ -108,7 +111,7 @@ struct MoveResult {
   std::uint32_t id = 0;
   MoveOutcome outcome = MoveOutcome::kRefused;
   std::string detail;  ///< what happened, where, and what to do next; empty on success
-  Interruption interruption = Interruption::kNone;  ///< kRobotSilent, kRefused
+  Interruption interruption = Interruption::kNone;  ///< kRobotSilent, kContactSilent, kRefused
   /// Commanded position. The arm is at rest, or, behind a transit or a retreat that arrived, within
   /// the following tolerance and about to be.
   AxisAngles at_rad;

@@ -29,6 +29,11 @@ sim::TruthOptions truth_for(const DaemonConfig& config) {
   return truth;
 }
 
+drivers::Duration busy_every(const DaemonConfig& config) {
+  return std::chrono::duration_cast<drivers::Duration>(
+      std::chrono::duration<double>(config.mock.busy_every_s));
+}
+
 /// What the emulated controllers of both wires have in common.
 template <class Controller>
 void set_arm(Controller& controller, const DaemonConfig& config, const calib::Cell& cell) {
@@ -58,6 +63,7 @@ void set_space(sim::ControllerConfig& controller, const drivers::SpaceCorrection
 
 VirtualCellOptions rsi_options(const DaemonConfig& config, const calib::Cell& cell) {
   VirtualCellOptions options;
+  options.busy_every = busy_every(config);
   options.truth = truth_for(config);
   set_arm(options.controller, config, cell);
   options.controller.clamp_deg = config.rsi.correction_limit_deg.at(0);
@@ -76,6 +82,7 @@ VirtualCellOptions rsi_options(const DaemonConfig& config, const calib::Cell& ce
 
 VirtualEkiCellOptions eki_options(const DaemonConfig& config, const calib::Cell& cell) {
   VirtualEkiCellOptions options;
+  options.busy_every = busy_every(config);
   options.truth = truth_for(config);
   set_arm(options.controller, config, cell);
   // EKI's programs look at their interrupts every 12 ms whatever RSI's cycle would be.

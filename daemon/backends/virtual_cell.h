@@ -15,6 +15,8 @@ struct VirtualCellOptions {
   sim::McuOptions mcu;
   drivers::RsiConfig rsi;
   drivers::ContactOptions contact;
+  /// A computer that is busy: so often it holds the sensor's bytes back for a while. 0: never.
+  drivers::Duration busy_every{0};
 };
 
 struct RsiWire {

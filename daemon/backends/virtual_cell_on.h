@@ -14,6 +14,7 @@
 #include "drivers/time.h"
 #include "sim/cell/contact_watch.h"
 #include "sim/cell/truth.h"
+#include "sim/mcu/late_line.h"
 #include "sim/mcu/mcu_line.h"
 
 namespace cellcal::daemon {
@@ -28,10 +29,13 @@ class VirtualCellOn final : public drivers::Clock {
         controller_(options.controller),
         mcu_(options.mcu, kPowerOn),
         line_(mcu_),
-        contact_(options.contact, *this, line_),
+        late_line_(line_),
+        contact_(options.contact, *this, late_line_),
+        busy_every_(options.busy_every),
         robot_(Wire::robot_config(std::move(options)), &contact_.guard()),
         watch_(physical_, [this](drivers::TimePoint t, bool closed) { mcu_.edge(t, closed); }) {
     mcu_.on_output([this](drivers::TimePoint t, bool free) { Wire::edge(controller_, t, !free); });
+    late_line_.stall(kPowerOn, busy_every_, kBusySpell);
     Wire::power_on(controller_);
   }
 
@@ -57,6 +61,9 @@ class VirtualCellOn final : public drivers::Clock {
   /// Any fixed instant; late enough that nothing computes a time before the epoch.
   static constexpr drivers::TimePoint kPowerOn{std::chrono::hours(1)};
 
+  /// Twice what stops a search.
+  static constexpr std::chrono::milliseconds kBusySpell{60};
+
   void cycle() {
     const drivers::TimePoint tick = next_cycle_;
     next_cycle_ += controller_.cycle();
@@ -76,7 +83,9 @@ class VirtualCellOn final : public drivers::Clock {
   typename Wire::Controller controller_;
   sim::Microcontroller mcu_;
   sim::McuLine line_;
+  sim::LateLine late_line_;
   drivers::ContactInline contact_;
+  drivers::Duration busy_every_;
   typename Wire::Robot robot_;
   sim::ContactWatch watch_;
 };

@@ -14,6 +14,8 @@ struct VirtualEkiCellOptions {
   sim::McuOptions mcu;
   drivers::EkiConfig eki;
   drivers::ContactOptions contact;
+  /// A computer that is busy: so often it holds the sensor's bytes back for a while. 0: never.
+  drivers::Duration busy_every{0};
 };
 
 struct EkiWire {

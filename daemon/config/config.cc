@@ -83,6 +83,12 @@ void read_session(const TomlTable& table, DaemonConfig& config) {
   const double wait_s = table.number_or("connect_wait_s", usual, {1.0, 3600.0});
   config.timeouts.connecting = std::chrono::milliseconds(std::llround(wait_s * 1e3));
   config.retries = static_cast<int>(table.integer_or("retries", 0, 0, 100));
+  BusyRepeats& repeats = config.repeats;
+  repeats.of_touch = static_cast<int>(table.integer_or("busy_repeats_touch", repeats.of_touch, 0, 100));
+  repeats.of_session = static_cast<int>(table.integer_or("busy_repeats", repeats.of_session, 0, 10'000));
+  const double patience = std::chrono::duration<double>(config.timeouts.busy).count();
+  const double busy_s = table.number_or("busy_wait_s", patience, {3.0, 3600.0});
+  config.timeouts.busy = std::chrono::milliseconds(std::llround(busy_s * 1e3));
   table.refuse_unknown();
 }
 
@@ -254,6 +260,7 @@ void read_mock(const TomlTable& table, MockConfig& mock) {
   mock.joint_noise_deg = table.number_or("joint_noise_deg", mock.joint_noise_deg, {0.0, 1.0});
   mock.lag_s = table.number_or("lag_ms", mock.lag_s * 1e3, {0.0, 500.0}) * 1e-3;
   mock.cycle_ms = static_cast<int>(table.integer_or("cycle_ms", mock.cycle_ms, 4, 12));
+  mock.busy_every_s = table.number_or("busy_every_s", 0.0, {0.0, 3600.0});
   mock.wall_clock = table.boolean_or("wall_clock", false);
   if (mock.cycle_ms != 4 && mock.cycle_ms != 12) table.fail("cycle_ms", "must be 4 or 12");
   const std::vector<double> home{0, -90, 90, 0, 90, 0};

@@ -16,7 +16,9 @@ constexpr std::chrono::milliseconds kReportPeriod{200};
 
 bool same(const Links& a, const Links& b) {
   return a.robot == b.robot && a.contact == b.contact && a.in_contact == b.in_contact &&
-         a.self_test_ok == b.self_test_ok && a.can_guard_retreat == b.can_guard_retreat &&
+         a.self_test_ok == b.self_test_ok && a.clock_ok == b.clock_ok && a.fault == b.fault &&
+         a.delivery.late == b.delivery.late && a.delivery.silent == b.delivery.silent &&
+         a.delivery.open == b.delivery.open && a.can_guard_retreat == b.can_guard_retreat &&
          a.interruption == b.interruption && a.interruptions == b.interruptions &&
          a.robot_session == b.robot_session && a.late == b.late &&
          a.needs_operator == b.needs_operator && a.unsettled == b.unsettled &&
@@ -156,6 +158,7 @@ std::optional<Event> Runner::device_result() {
   if (auto answer = parts_.backend.contact().poll_arm()) {
     Event one = event(answer->armed ? EventKind::kArmed : EventKind::kArmRefused, answer->why_not);
     one.arm_id = answer->arm_id;
+    one.refusal = answer->refusal;
     return one;
   }
   return std::nullopt;
@@ -175,7 +178,8 @@ std::optional<Event> Runner::links_changed() {
                     robot.override_percent,
                     robot.words,
                     contact.link,         contact.in_contact, contact.can_guard_retreat,
-                    contact.self_test_ok, contact.words};
+                    contact.self_test_ok, contact.clock_ok,   contact.fault,
+                    contact.delivery,     contact.words};
   if (seen_ && same(*seen_, links)) return std::nullopt;
   seen_ = links;
   Event one = event(EventKind::kLinks);
@@ -382,8 +386,13 @@ struct Runner::Perform {
     record(action, runner.event(EventKind::kRecorded));
   }
   void operator()(const RecordInterruption& action) const {
-    std::string words = "interruption " + std::to_string(action.number) + " of at most " +
-                        std::to_string(action.most) + ", resuming automatically: " + action.failure;
+    const bool busy = action.most_of_touch > 0;
+    std::string words = (busy ? "repeat " : "interruption ") + std::to_string(action.number) +
+                        " of at most " + std::to_string(action.most);
+    if (busy)
+      words += " (of this touch " + std::to_string(action.of_touch) + " of " +
+               std::to_string(action.most_of_touch) + ")";
+    words += ", resuming automatically: " + action.failure;
     runner.commit([utc = backend.utc_now(), words = std::move(words)](Recorder& recorder) {
       recorder.note(utc, words);
     });

@@ -14,7 +14,7 @@ constexpr std::nullopt_t kAny = std::nullopt;
 // clang-format off
 constexpr std::array kTable{
 //                                                     resume begin
-Aftermath{F::kRobotSilent,       Interruption::kLateReplies,    true,  true,  "the controller held the arm; this computer was late"},
+Aftermath{F::kComputerBusy,      kAny, true,  true,  "robot and sensor were sound; this computer was late"},
 Aftermath{F::kRobotSilent,       Interruption::kPacketsStopped, true,  true,  "the arm holds without replies; the link is opened anew"},
 Aftermath{F::kRobotSilent,       Interruption::kOther,          false, false, "program ended or stopped, connection closed: somebody may have done it"},
 Aftermath{F::kRobotSilent,       Interruption::kNone,           false, false, "no cause is known"},

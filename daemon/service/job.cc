@@ -270,6 +270,7 @@ State first_state(const Job& job) {
   state.timeouts = job.settings.timeouts;
   state.dry = job.options.kind == SessionKind::kDryRun;
   state.retries = state.dry ? 0 : job.settings.retries;
+  state.repeats = state.dry ? BusyRepeats{0, 0} : job.settings.repeats;
   state.how_to_start = job.backend->how_to_start();
   state.one_by_one = job.options.one_by_one;
   state.resumed = job.resumed;

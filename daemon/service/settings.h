@@ -14,6 +14,7 @@ struct SessionSettings {
   Timeouts timeouts;
   int retries = 0;               ///< harmless interruptions after which a session goes on by itself
   SearchLimits search_limits{};  ///< of today's link: a resumed session has its own touch policy
+  BusyRepeats repeats{};         ///< where this computer was late; of today's configuration as well
 };
 
 /// `most_speed`: share of the robot file's axis speeds that no move exceeds, whatever the configuration allows.

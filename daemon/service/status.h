@@ -77,6 +77,8 @@ struct Status {
   std::optional<double> time_left_s;  ///< touches and the way home; nothing before the first touch
   std::optional<Waiting> waiting;     ///< while connecting; newer than `seq` in service.status()
   int interruptions = 0;              ///< harmless ones, after which it goes on by itself
+  int busy_repeats = 0;               ///< of these: this computer was late
+  std::optional<double> busy_left_s;  ///< a busy spell is waited for at most so long, arm at rest
   std::string robot_words, contact_words;
   std::optional<Failure> failure;
   std::optional<bool> publish;  ///< verdict, once identified

@@ -17,6 +17,10 @@ Waiting waiting_of(const State& state, drivers::TimePoint now) {
   return {missing.robot, missing.contact, std::max(0.0, left_s), state.how_to_start};
 }
 
+double seconds_to(drivers::TimePoint then, const Job& job) {
+  return std::max(0.0, std::chrono::duration<double>(then - job.backend->clock().now()).count());
+}
+
 /// Of touches chosen one by one.
 void tell_progress(const State& state, const Job& job, Status& status) {
   if (job.options.goal.u95_m > 0.0) status.goal_m = job.options.goal.u95_m;
@@ -54,6 +58,9 @@ Status status_of(const State& state, const Job& job, std::size_t done) {
   status.contact_words = state.links.contact_words;
   status.failure = state.failure;
   status.interruptions = state.interruptions;
+  status.busy_repeats = state.busy_repeats;
+  if (state.busy_until && kAwaitingPhases.has(state.phase))
+    status.busy_left_s = seconds_to(*state.busy_until, job);
   if (state.phase == Phase::kConnecting && state.deadline)
     status.waiting = waiting_of(state, job.backend->clock().now());
   if (state.plan) {

@@ -97,6 +97,8 @@ struct CheckJournal {
 /// A line of the session's log; its loss is no failure.
 struct RecordInterruption {
   int number = 0, most = 0;
+  /// This computer was late: number and most are those of such repeats, these of one touch. 0: another.
+  int of_touch = 0, most_of_touch = 0;
   std::string failure;  ///< describe(Failure): what it would have ended with
 };
 enum class Ending { kDone, kAborted, kFailed };

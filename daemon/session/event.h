@@ -120,9 +120,17 @@ struct Links {
   bool in_contact = false;
   bool can_guard_retreat = false;
   bool self_test_ok = false;
+  bool clock_ok = false;  ///< the sensor's clock map
+  drivers::ContactFault fault = drivers::ContactFault::kNone;
+  drivers::ContactDelivery delivery;
   std::string contact_words;
 
   bool ready() const { return robot_up() && contact == drivers::ContactLink::kReady; }
+  /// The sensor's data come late, or not at all and nothing says yet that the sensor is to blame.
+  bool late_here() const {
+    return fault == drivers::ContactFault::kDeliveredLate ||
+           (fault == drivers::ContactFault::kSilent && delivery.open);
+  }
   /// Packets come, and the controller is ready to be moved.
   bool robot_up() const {
     return robot != drivers::RobotLink::kDown && robot != drivers::RobotLink::kLost &&
@@ -141,6 +149,7 @@ struct Event {
   drivers::Interruption interruption = drivers::Interruption::kNone;
   std::optional<drivers::Latch> latch;
   std::uint16_t arm_id = 0;                 ///< kArmed, kArmRefused
+  drivers::ArmRefusal refusal = drivers::ArmRefusal::kNone;  ///< kArmRefused
   std::uint32_t route_id = 0;               ///< kRouted, kWorkFailed: of the question; 0: of none
   Links links;                              ///< kLinks
   std::shared_ptr<const calib::Plan> plan;  ///< kPlanned, kRouted

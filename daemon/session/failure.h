@@ -24,6 +24,7 @@ enum class FailureKind {
   kReadingsDisagree,   ///< readings of one touch do not repeat
   kTooManyRevoked,     ///< trips that were noise, again and again
   kContactSilent,
+  kComputerBusy,  ///< this computer was late: sensor data or replies; robot and sensor were sound
   kRobotSilent,
   kMoveRefused,
   kNotFollowing,
@@ -43,7 +44,7 @@ const char* to_string(FailureKind kind);
 struct Failure {
   FailureKind kind = FailureKind::kUnexpectedEvent;
   std::string detail;
-  /// kRobotSilent: what was behind it.
+  /// kRobotSilent, kComputerBusy, kContactSilent: what was behind it.
   drivers::Interruption by = drivers::Interruption::kNone;
 
   bool operator==(const Failure&) const = default;

@@ -99,22 +99,38 @@ std::string silent_words(const State& state, const Event& event) {
   const std::string words = event.words.empty() ? state.links.robot_words : event.words;
   std::string text;
   switch (by) {
-    case Interruption::kLateReplies:
-      text = or_else(words, "this computer replied too late for the controller");
-      break;
     case Interruption::kPacketsStopped:
       text = joined(or_else(words, "no more packets from the controller"), kWhatStopsPackets);
       break;
-    case Interruption::kOther:
-    case Interruption::kNone:
+    default:
       text = joined(or_else(words, "the robot controller stopped the session"), kWhatStopsPackets);
       break;
   }
-  if (state.retries > 0 && state.interruptions >= state.retries &&
-      is_harmless(FailureKind::kRobotSilent, by)) {
+  if (state.retries > 0 && goes_on(FailureKind::kRobotSilent, by) == GoesOn::kRetries &&
+      !may_go_on(state, FailureKind::kRobotSilent, by)) {
     text = joined(text, fmt::format("all {} automatic retries are used ([session] retries)",
-                                    state.interruptions));
+                                    state.interruptions - state.busy_repeats));
   }
+  return text;
+}
+
+/// The evidence is the driver's: of the move, or at rest of the sensor's link.
+std::string busy_words(const State& state, const Event& event) {
+  const bool of_a_move = kMoveResults.has(event.kind);
+  const bool replies = interruption_by(state, event) == drivers::Interruption::kLateReplies;
+  const std::string text =
+      or_else(of_a_move ? event.words : state.links.contact_words,
+              replies ? "this computer was busy: replies too late for the controller. Stop other "
+                        "programs on this computer"
+                      : "this computer was busy: an answer of the contact sensor came too late. "
+                        "Stop other programs on this computer");
+  const BusyRepeats& most = state.repeats;
+  if (most.of_touch > 0 && repeats_of_touch(state) >= most.of_touch)
+    return joined(text, fmt::format("all {} repeats of one touch are used ([session] "
+                                    "busy_repeats_touch)", most.of_touch));
+  if (most.of_session > 0 && state.busy_repeats >= most.of_session)
+    return joined(text, fmt::format("all {} repeats of a session are used ([session] "
+                                    "busy_repeats)", most.of_session));
   return text;
 }
 
@@ -203,6 +219,8 @@ std::string what(FailureKind kind, const State& state, const Event& event) {
     case FailureKind::kContactSilent:
       return joined(or_else(words, "no heartbeat from the contact sensor in time"),
                     state.links.contact_words);
+    case FailureKind::kComputerBusy:
+      return busy_words(state, event);
     case FailureKind::kRobotSilent:
       return silent_words(state, event);
     case FailureKind::kMoveRefused:
@@ -237,7 +255,9 @@ std::string setback_words(Setback why, const State& state) {
   switch (why) {
     case Setback::kNotBack:
       return joined(fmt::format("not all links were back within {:.0f} s",
-                                seconds(state.timeouts.recovering)),
+                                seconds(state.busy_until && state.links.robot_up()
+                                            ? state.timeouts.busy
+                                            : state.timeouts.recovering)),
                     link_words(state.links));
     case Setback::kOtherSession:
       return "the controller has begun another session: its program was stopped meanwhile";
@@ -245,6 +265,10 @@ std::string setback_words(Setback why, const State& state) {
       return joined(
           fmt::format("the links were not stable for {:.0f} s", seconds(state.timeouts.watching)),
           link_words(state.links));
+    case Setback::kRobotToo:
+      return joined("the controller's link or program stopped meanwhile", link_words(state.links));
+    case Setback::kSensorSilent:
+      return "the contact sensor itself sent nothing meanwhile, by its own stamps";
     case Setback::kMoved:
       return "the arm is not where it was left: it may have been moved";
   }

@@ -19,11 +19,46 @@ bool contact_up(const State& state, const Links& links) {
 
 /// All touches are made, and nothing is left to move for but the way home.
 bool behind_last(const State& state) {
-  const bool all = !state.one_by_one && state.done >= state.plan->touches.size();
-  return all || state.phase == Phase::kReturning;
+  if (state.phase == Phase::kReturning) return true;
+  // Of touches chosen one by one a plan without any is the way home.
+  return state.one_by_one ? state.plan->touches.empty() : state.done >= state.plan->touches.size();
 }
 
+/// This computer was late, or may have been; not another interruption.
+bool is_lateness(const State& state) { return state.unheard || state.busy_until.has_value(); }
+
 }  // namespace
+
+drivers::Interruption interruption_by(const State& state, const Event& event) {
+  using drivers::Interruption;
+  if (event.kind == EventKind::kArmRefused || event.kind == EventKind::kDeadline)
+    return Interruption::kLateBytes;
+  if (event.kind != EventKind::kLinks) return event.interruption;
+  if (paused(state, event)) return event.links.interruption;
+  if (!event.links.late_here()) return event.links.interruption;
+  return late_at_rest(state, event) ? Interruption::kLateBytes : Interruption::kUnheard;
+}
+
+std::size_t touch_number(const State& state) {
+  return state.done + static_cast<std::size_t>(state.failed_touches);
+}
+
+int repeats_of_touch(const State& state) {
+  return state.busy_touch == touch_number(state) ? state.busy_of_touch : 0;
+}
+
+bool may_go_on(const State& state, FailureKind failure, drivers::Interruption by) {
+  switch (goes_on(failure, by)) {
+    case GoesOn::kNever:
+      return false;
+    case GoesOn::kRetries:
+      return state.interruptions - state.busy_repeats < state.retries;
+    case GoesOn::kRepeats:
+      return state.busy_repeats < state.repeats.of_session &&
+             repeats_of_touch(state) < state.repeats.of_touch;
+  }
+  return false;
+}
 
 Missing missing(const State& state) {
   return {!state.links.robot_up(), !contact_up(state, state.links)};
@@ -49,7 +84,9 @@ bool somebody_there(const State& state, const Event& event) {
          (by_hand(event.links.mode) || event.links.override_percent.value_or(kFull) != kFull);
 }
 bool contact_faulty(const State& state, const Event& event) {
-  if (event.links.contact == drivers::ContactLink::kFault) return true;
+  // Where it is waited for, late bytes are no fault of the sensor.
+  const bool waits = kAwaitingPhases.has(state.phase) && event.links.late_here();
+  if (event.links.contact == drivers::ContactLink::kFault) return !waits;
   const bool was_ready = state.phase != Phase::kConnecting;
   return was_ready && event.links.contact == drivers::ContactLink::kDown;
 }
@@ -65,23 +102,88 @@ bool closed_since(const State& state, const Event&) {
   return state.links.in_contact && !(state.resumed && state.routed_in_contact);
 }
 bool interrupted(const State& state, const Event& event) {
-  return state.interruptions < state.retries &&
-         is_harmless(FailureKind::kRobotSilent, event.interruption);
+  const drivers::Interruption by = event.interruption;
+  return may_go_on(state, failure_by(by, FailureKind::kRobotSilent), by);
 }
 bool interrupted_behind_last(const State& state, const Event& event) {
   return interrupted(state, event) && behind_last(state);
 }
+bool computer_late(const State&, const Event& event) {
+  return failure_by(event.interruption, FailureKind::kRobotSilent) == FailureKind::kComputerBusy;
+}
+bool unheard(const State& state, const Event& event) {
+  return event.interruption == drivers::Interruption::kUnheard &&
+         may_go_on(state, FailureKind::kComputerBusy, drivers::Interruption::kLateBytes);
+}
+bool late_at_rest(const State&, const Event& event) {
+  return event.links.fault == drivers::ContactFault::kDeliveredLate;
+}
+bool late_and_may_go_on(const State& state, const Event& event) {
+  return event.links.late_here() &&
+         may_go_on(state, FailureKind::kComputerBusy, drivers::Interruption::kLateBytes);
+}
+bool held_and_late(const State& state, const Event& event) {
+  return move_held(state, event) && late_and_may_go_on(state, event);
+}
+bool held_and_late_behind_last(const State& state, const Event& event) {
+  return held_and_late(state, event) && late_at_rest(state, event) && behind_last(state);
+}
+/// Each of these refusals can come of an answer that was late, and of nothing at the tip.
+bool unanswered_for_lateness(const State& state, const Event& event) {
+  using drivers::ArmRefusal;
+  const bool by_the_line =
+      event.kind == EventKind::kDeadline || event.refusal == ArmRefusal::kNoAnswer ||
+      event.refusal == ArmRefusal::kNotReady || event.refusal == ArmRefusal::kLinkLost ||
+      event.refusal == ArmRefusal::kClockNotSynchronised ||
+      event.refusal == ArmRefusal::kSelfTestOld;
+  return by_the_line && state.links.delivery.late != state.late_before &&
+         may_go_on(state, FailureKind::kComputerBusy, drivers::Interruption::kLateBytes);
+}
+bool sensor_was_silent(const State& state, const Event& event) {
+  return is_lateness(state) && event.links.delivery.silent != state.silent_then;
+}
+bool computer_blamed(const State& state, const Event& event) {
+  return state.unheard && event.links.delivery.late != state.late_then;
+}
+bool computer_blamed_and_back(const State& state, const Event& event) {
+  return computer_blamed(state, event) && links_ready(state, event) && !event.links.unsettled;
+}
+bool computer_blamed_behind_last(const State& state, const Event& event) {
+  return computer_blamed(state, event) && behind_last(state);
+}
+bool robot_doubtful(const State& state, const Event& event) {
+  return robot_lost(state, event) || event.links.needs_operator;
+}
+/// While only the sensor's data or replies were late, the robot's link has no reason to be.
+bool robot_doubtful_meanwhile(const State& state, const Event& event) {
+  // A thread that did not run has lost its link by that alone; so long it has to be back soon.
+  const bool by_itself = event.links.interruption == drivers::Interruption::kLateReplies &&
+                         !event.links.needs_operator;
+  return is_lateness(state) && robot_doubtful(state, event) && !by_itself && !paused(state, event);
+}
+bool late_again(const State& state, const Event& event) {
+  const Links& links = event.links;
+  const bool late = links.delivery.late != state.late_before || links.late != state.replies_before;
+  return late && may_wait_longer(state, event);
+}
+bool only_sensor_missing(const State& state, const Event& event) {
+  return may_wait_longer(state, event) && state.links.robot_up();
+}
+bool may_wait_longer(const State& state, const Event& event) {
+  return state.busy_until && event.at < *state.busy_until;
+}
 bool paused(const State& state, const Event& event) {
   const Links& links = event.links;
-  return links.robot != drivers::RobotLink::kReady && state.interruptions < state.retries &&
-         is_harmless(FailureKind::kRobotSilent, links.interruption);
+  return links.robot != drivers::RobotLink::kReady &&
+         may_go_on(state, failure_by(links.interruption, FailureKind::kRobotSilent),
+                   links.interruption);
 }
 bool paused_again(const State& state, const Event& event) {
   return event.links.interruptions != state.interruptions_before && paused(state, event);
 }
 bool pause_noted(const State& state, const Event&) { return state.pause_noted; }
 bool both_back(const State& state, const Event& event) {
-  return links_ready(state, event) && !event.links.unsettled;
+  return links_ready(state, event) && !event.links.unsettled && !state.unheard;
 }
 bool other_session(const State& state, const Event& event) {
   return event.links.robot != drivers::RobotLink::kLost &&
@@ -92,9 +194,10 @@ bool touched_meanwhile(const State& state, const Event& event) {
 }
 bool both_proven(const State& state, const Event&) {
   const Links& links = state.links;
-  const bool sound =
-      links.late == state.late_before && links.interruptions == state.interruptions_before;
-  return links.robot_up() && contact_up(state, links) && sound &&
+  const bool sound = links.late == state.replies_before &&
+                     links.interruptions == state.interruptions_before &&
+                     links.delivery.late == state.late_before;
+  return links.robot_up() && contact_up(state, links) && sound && links.clock_ok &&
          (links.self_test_ok || links.in_contact);
 }
 bool not_where_left(const State& state, const Event& event) {

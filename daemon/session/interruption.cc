@@ -9,38 +9,42 @@ namespace {
 
 using drivers::Interruption;
 using F = FailureKind;
+using enum GoesOn;
 constexpr std::nullopt_t kAny = std::nullopt;
 
 // clang-format off
 constexpr std::array kHarmless{
-Harm{F::kRobotSilent,       Interruption::kLateReplies,    true,  "the controller runs on and holds the arm; this computer was late"},
-Harm{F::kRobotSilent,       Interruption::kPacketsStopped, true,  "the arm holds without replies; harmless only if the same RSI session goes on"},
-Harm{F::kRobotSilent,       Interruption::kOther,          false, "program ended or stopped, connection closed, watchdog tripped: an operator has to look"},
-Harm{F::kRobotSilent,       Interruption::kNone,           false, "no cause is known"},
-Harm{F::kNotFollowing,      kAny, false, "emergency stop, enabling switch, drives off, collision: somebody may be in the cell"},
-Harm{F::kMoveRefused,       kAny, false, "the same move would be refused again"},
-Harm{F::kStoppedElsewhere,  kAny, false, "somebody else stopped it"},
-Harm{F::kUnexpectedContact, kAny, false, "the arm has met something that is not in the plan"},
-Harm{F::kStillInContact,    kAny, false, "the tip may be stuck"},
-Harm{F::kContactTooEarly,   kAny, false, "something stands where the plan has nothing"},
-Harm{F::kContactClosed,     kAny, false, "the tip touches something, or the line is shorted"},
-Harm{F::kContactSilent,     kAny, false, "without the sensor no contact is detected"},
-Harm{F::kContactFault,      kAny, false, "without the sensor no contact is detected"},
-Harm{F::kArmRefused,        kAny, false, "the sensor was already asked twice"},
-Harm{F::kNoContact,         kAny, false, "the sphere is not there, or the circuit is dead"},
-Harm{F::kReadingsDisagree,  kAny, false, "dirt, a loose sphere or a loose tool remain"},
-Harm{F::kTooManyRevoked,    kAny, false, "it was already repeated"},
-Harm{F::kDevice,            kAny, false, "a port or address is lost"},
-Harm{F::kLinkNotReady,      kAny, false, "it was already waited for"},
-Harm{F::kTimeout,           kAny, false, "the reason is not known"},
-Harm{F::kStopUnconfirmed,   kAny, false, "the arm may still move"},
-Harm{F::kJournal,           kAny, false, "nothing moves that cannot be recorded"},
-Harm{F::kPlan,              kAny, false, "no free path exists"},
-Harm{F::kPlanChanged,       kAny, false, "it would be another session"},
-Harm{F::kIdentify,          kAny, false, "the same touches give the same answer"},
-Harm{F::kReport,            kAny, false, "the disk has to be checked first"},
-Harm{F::kAttended,          kAny, false, "somebody works at the robot"},
-Harm{F::kUnexpectedEvent,   kAny, false, "the cause is not known"},
+Harm{F::kComputerBusy,      Interruption::kLateReplies,    kRepeats, "the controller runs on and holds the arm; this computer was late"},
+Harm{F::kComputerBusy,      Interruption::kLateBytes,      kRepeats, "the sensor sent in time, by its own stamps; this computer delivered late"},
+Harm{F::kComputerBusy,      kAny, kNever, "no cause is known"},
+Harm{F::kRobotSilent,       Interruption::kPacketsStopped, kRetries, "the arm holds without replies; harmless only if the same RSI session goes on"},
+Harm{F::kRobotSilent,       Interruption::kOther,          kNever, "program ended or stopped, connection closed, watchdog tripped: an operator has to look"},
+Harm{F::kRobotSilent,       Interruption::kNone,           kNever, "no cause is known"},
+Harm{F::kNotFollowing,      kAny, kNever, "emergency stop, enabling switch, drives off, collision: somebody may be in the cell"},
+Harm{F::kMoveRefused,       kAny, kNever, "the same move would be refused again"},
+Harm{F::kStoppedElsewhere,  kAny, kNever, "somebody else stopped it"},
+Harm{F::kUnexpectedContact, kAny, kNever, "the arm has met something that is not in the plan"},
+Harm{F::kStillInContact,    kAny, kNever, "the tip may be stuck"},
+Harm{F::kContactTooEarly,   kAny, kNever, "something stands where the plan has nothing"},
+Harm{F::kContactClosed,     kAny, kNever, "the tip touches something, or the line is shorted"},
+Harm{F::kContactSilent,     Interruption::kUnheard,        kNever,   "held until the sensor's stamps tell whose silence it was; this computer's has its own row"},
+Harm{F::kContactSilent,     kAny, kNever, "without the sensor no contact is detected"},
+Harm{F::kContactFault,      kAny, kNever, "without the sensor no contact is detected"},
+Harm{F::kArmRefused,        kAny, kNever, "the sensor was already asked twice"},
+Harm{F::kNoContact,         kAny, kNever, "the sphere is not there, or the circuit is dead"},
+Harm{F::kReadingsDisagree,  kAny, kNever, "dirt, a loose sphere or a loose tool remain"},
+Harm{F::kTooManyRevoked,    kAny, kNever, "it was already repeated"},
+Harm{F::kDevice,            kAny, kNever, "a port or address is lost"},
+Harm{F::kLinkNotReady,      kAny, kNever, "it was already waited for"},
+Harm{F::kTimeout,           kAny, kNever, "the reason is not known"},
+Harm{F::kStopUnconfirmed,   kAny, kNever, "the arm may still move"},
+Harm{F::kJournal,           kAny, kNever, "nothing moves that cannot be recorded"},
+Harm{F::kPlan,              kAny, kNever, "no free path exists"},
+Harm{F::kPlanChanged,       kAny, kNever, "it would be another session"},
+Harm{F::kIdentify,          kAny, kNever, "the same touches give the same answer"},
+Harm{F::kReport,            kAny, kNever, "the disk has to be checked first"},
+Harm{F::kAttended,          kAny, kNever, "somebody works at the robot"},
+Harm{F::kUnexpectedEvent,   kAny, kNever, "the cause is not known"},
 };
 // clang-format on
 
@@ -48,11 +52,16 @@ Harm{F::kUnexpectedEvent,   kAny, false, "the cause is not known"},
 
 std::span<const Harm> harm_table() { return kHarmless; }
 
-bool is_harmless(FailureKind failure, Interruption by) {
+GoesOn goes_on(FailureKind failure, Interruption by) {
   const auto row = std::find_if(kHarmless.begin(), kHarmless.end(), [&](const Harm& harm) {
     return harm.failure == failure && (!harm.by || *harm.by == by);
   });
-  return row != kHarmless.end() && row->harmless;
+  return row != kHarmless.end() ? row->goes_on : kNever;
+}
+
+FailureKind failure_by(Interruption by, FailureKind otherwise) {
+  const bool late = by == Interruption::kLateReplies || by == Interruption::kLateBytes;
+  return late ? FailureKind::kComputerBusy : otherwise;
 }
 
 }  // namespace cellcal::daemon

@@ -1,13 +1,14 @@
 #pragma once
-// Which failures are harmless: those after which a session may go on by itself, where its owner
-// allows it ([session] retries). One table, with the reason of each; what is not harmless in it is
-// never retried, however often it may pass.
+// Which failures are harmless: those after which a session may go on by itself. One table, with the
+// reason of each; what is not harmless in it is never retried, however often it may pass.
 //
 // Harmless is only what leaves the controller at work and the arm where it was commanded to rest.
-// Whether that holds is proven each time before anything moves: the same session of the controller
-// is back within Timeouts::recovering, no further gap or late reply within Timeouts::watching, the
-// sensor's self-test has passed (or the arm stands in a contact that it was making), the position
-// is taken over anew, and the arm is where it was left.
+// Where this computer was late, and neither robot nor sensor, it goes on by default, a bounded number
+// of times (BusyRepeats); behind anything else only where its owner allows it ([session] retries).
+// Whether it was harmless is proven each time before anything moves: the same session of the controller
+// is back, no further gap, late reply or late heartbeat within Timeouts::watching, the sensor's clock map
+// is good, its self-test has passed (or the arm stands in a contact that it was making), the position is
+// taken over anew, and the arm is where it was left.
 
 #include <optional>
 #include <span>
@@ -17,19 +18,27 @@
 
 namespace cellcal::daemon {
 
+enum class GoesOn {
+  kNever,
+  kRetries,  ///< where the owner allows it, so often as [session] retries says
+  kRepeats,  ///< by default: this computer was late
+};
+
 struct Harm {
   FailureKind failure;
-  /// Of the robot's link; none: whatever it is.
+  /// Behind it; none: whatever it is.
   std::optional<drivers::Interruption> by;
-  bool harmless;
+  GoesOn goes_on;
   const char* reason;
 };
 
 /// Every kind of failure, with what can be behind it.
 std::span<const Harm> harm_table();
 
-/// A failure of the robot's link that is harmless in itself.
-bool is_harmless(FailureKind failure, drivers::Interruption by);
+GoesOn goes_on(FailureKind failure, drivers::Interruption by);
+
+/// How a session names what made a move silent, or a link lose its reference.
+FailureKind failure_by(drivers::Interruption by, FailureKind otherwise);
 
 /// The arm was left where it is, when no axis is farther from there: at 40 deg/s three cycles whose
 /// replies were lost leave 0.5 deg, and by hand it is not moved while RSI runs.

@@ -226,6 +226,8 @@ const char* to_string(FailureKind kind) {
       return "too-many-revoked";
     case FailureKind::kContactSilent:
       return "contact-silent";
+    case FailureKind::kComputerBusy:
+      return "computer-busy";
     case FailureKind::kRobotSilent:
       return "robot-silent";
     case FailureKind::kMoveRefused:

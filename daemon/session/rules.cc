@@ -52,8 +52,9 @@ namespace {
 
 using drivers::MoveKind;
 
-/// What made the robot silent: told of a move, or at rest by the link.
-drivers::Interruption behind(FailureKind kind, const Event& event) {
+/// What made the robot silent: told of a move, or at rest by the link. Or this computer late.
+drivers::Interruption behind(FailureKind kind, const State& state, const Event& event) {
+  if (kind == FailureKind::kComputerBusy) return interruption_by(state, event);
   if (kind != FailureKind::kRobotSilent) return drivers::Interruption::kNone;
   return event.kind == EventKind::kLinks ? event.links.interruption : event.interruption;
 }
@@ -140,6 +141,7 @@ void arm(State& state, const Event& event, Actions& actions, double speed_m_s) {
   actions.emplace_back(ArmSensor{
       state.arm_id, std::chrono::milliseconds(std::min(lifetime.count(), kLongestLifetimeMs))});
   state.arm_pending = true;
+  state.late_before = state.links.delivery.late;
   state.deadline = event.at + state.timeouts.arming;
 }
 
@@ -226,6 +228,7 @@ void find_route(State& state, const Event& event, Actions& actions) {
     actions.emplace_back(FindRoute{state.done, state.route_id});
   state.touch_failed.reset();
   state.interrupted.reset();
+  state.busy_until.reset();
   state.deadline = event.at + state.timeouts.planning;
 }
 
@@ -406,40 +409,79 @@ void choose_next(State& state, const Event& event, Actions& actions) {
   state.deadline = event.at + state.timeouts.planning;
 }
 
-void count_interruption(State& state, const Event& event) {
-  state.interrupted =
-      Failure{FailureKind::kRobotSilent, failure_detail(FailureKind::kRobotSilent, state, event),
-              behind(FailureKind::kRobotSilent, event)};
+namespace {
+
+void count_interruption(State& state, FailureKind kind, std::string detail,
+                        drivers::Interruption by) {
+  state.interrupted = Failure{kind, std::move(detail), by};
   ++state.interruptions;
+  if (kind != FailureKind::kComputerBusy) return;
+  ++state.busy_repeats;
+  state.busy_of_touch = repeats_of_touch(state) + 1;
+  state.busy_touch = touch_number(state);
 }
+
+/// A silence that nothing explains yet is not counted before it is.
+void take_interruption(State& state, const Event& event) {
+  const drivers::Interruption by = interruption_by(state, event);
+  state.unheard = by == drivers::Interruption::kUnheard;
+  const FailureKind kind = failure_by(
+      by, state.unheard ? FailureKind::kContactSilent : FailureKind::kRobotSilent);
+  std::string detail = failure_detail(kind, state, event);
+  state.late_then = state.links.delivery.late;
+  state.silent_then = state.links.delivery.silent;
+  if (state.unheard)
+    state.interrupted = Failure{kind, std::move(detail), by};
+  else
+    count_interruption(state, kind, std::move(detail), by);
+}
+
+void record_interruption(const State& state, Actions& actions) {
+  RecordInterruption record{state.interruptions - state.busy_repeats, state.retries, 0, 0,
+                            describe(*state.interrupted)};
+  if (state.interrupted->kind == FailureKind::kComputerBusy) {
+    record.number = state.busy_repeats;
+    record.most = state.repeats.of_session;
+    record.of_touch = repeats_of_touch(state);
+    record.most_of_touch = state.repeats.of_touch;
+  }
+  actions.emplace_back(std::move(record));
+}
+
+void await_links(State& state, const Event& event) {
+  state.busy_until.reset();
+  if (state.interrupted->kind == FailureKind::kComputerBusy)
+    state.busy_until = event.at + state.timeouts.busy;
+  state.deadline = event.at + state.timeouts.recovering;
+}
+
+}  // namespace
 
 void interrupt(State& state, const Event& event, Actions& actions) {
   // Where the tip may have met what it was searching, its contact is no surprise; elsewhere it is.
   constexpr Phases kAtTheSphere{Phase::kFreeing,    Phase::kFastSearch, Phase::kBackingOff,
                                 Phase::kSlowSearch, Phase::kRecording,  Phase::kRetreat};
   constexpr Phases kBeforeTheFirstMove{Phase::kReferencing, Phase::kRouting, Phase::kWatching};
-  const bool at_rest = event.kind == EventKind::kLinks;
   // A retreat that leads on to the next touch is at the sphere as long as it is in contact.
   const bool gone = state.leads_on && state.phase == Phase::kRetreat && !state.links.in_contact;
   if (!kBeforeTheFirstMove.has(state.phase)) state.resumed = kAtTheSphere.has(state.phase) && !gone;
   state.ahead = {};
   if (!state.pause_noted) note_pause(state, event, actions);
-  if (!at_rest && event.kind != EventKind::kRecorded) state.left_rad = event.at_rad;
+  if (kMoveResults.has(event.kind)) state.left_rad = event.at_rad;
   state.pause_noted = false;
   // What was asked for before is answered no more, and begins no more.
   state.held.reset();
   ++state.move_id;
   if (++state.arm_id == 0) state.arm_id = 1;
   ++state.route_id;
-  actions.emplace_back(
-      RecordInterruption{state.interruptions, state.retries, describe(*state.interrupted)});
+  if (!state.unheard) record_interruption(state, actions);
   actions.emplace_back(Disarm{});
-  state.deadline = event.at + state.timeouts.recovering;
+  await_links(state, event);
 }
 
 /// With a touch on its way to the disk: it is counted first.
 void note_pause(State& state, const Event& event, Actions&) {
-  count_interruption(state, event);
+  take_interruption(state, event);
   state.pause_noted = true;
   state.left_session = state.links.robot_session;
   state.left_rad = state.links.actual_rad;
@@ -452,17 +494,39 @@ void interrupt_behind_touch(State& state, const Event& event, Actions& actions) 
 }
 
 void watch_links(State& state, const Event& event, Actions& actions) {
-  state.late_before = event.links.late;
+  state.replies_before = event.links.late;
+  state.late_before = event.links.delivery.late;
   state.interruptions_before = event.links.interruptions;
   if (!event.links.in_contact) actions.emplace_back(SelfTest{});
   state.deadline = event.at + state.timeouts.watching;
 }
 
+/// Whose silence it was is known now: it was sent in time.
+void blame_computer(State& state, const Event& event, Actions& actions) {
+  state.unheard = false;
+  count_interruption(state, FailureKind::kComputerBusy,
+                     event.links.contact_words,
+                     drivers::Interruption::kLateBytes);
+  record_interruption(state, actions);
+  await_links(state, event);
+}
+
+void blame_computer_and_watch(State& state, const Event& event, Actions& actions) {
+  blame_computer(state, event, actions);
+  watch_links(state, event, actions);
+}
+
+void blame_computer_and_identify(State& state, const Event& event, Actions& actions) {
+  blame_computer(state, event, actions);
+  close_and_identify(state, event, actions);
+}
+
+void wait_longer(State& state, const Event&, Actions&) { state.deadline = state.busy_until; }
+
 void identify_behind_interruption(State& state, const Event& event, Actions& actions) {
   state.held.reset();
-  count_interruption(state, event);
-  actions.emplace_back(
-      RecordInterruption{state.interruptions, state.retries, describe(*state.interrupted)});
+  take_interruption(state, event);
+  record_interruption(state, actions);
   close_and_identify(state, event, actions);
 }
 
@@ -539,13 +603,13 @@ void close_and_end(State&, const Event&, Actions& actions) {
 void fail(FailureKind kind, State& state, const Event& event, Actions& actions) {
   std::string detail = failure_detail(kind, state, event) + next_step(kind);
   if (state.failure) detail += " (before that: " + describe(*state.failure) + ")";
-  state.failure = Failure{kind, std::move(detail), behind(kind, event)};
+  state.failure = Failure{kind, std::move(detail), behind(kind, state, event)};
   end_failed(state, event, actions);
 }
 
 void fail_and_stop(FailureKind kind, State& state, const Event& event, Actions& actions) {
   state.failure =
-      Failure{kind, failure_detail(kind, state, event) + next_step(kind), behind(kind, event)};
+      Failure{kind, failure_detail(kind, state, event) + next_step(kind), behind(kind, state, event)};
   stop(state, event, actions);
 }
 

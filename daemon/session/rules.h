@@ -31,7 +31,18 @@ enum class Setback {
   kOtherSession,  ///< another session of the controller
   kAgain,         ///< links not sound for as long as they were watched
   kMoved,         ///< the arm is elsewhere
+  kRobotToo,      ///< this computer was late, and the controller's link or program has stopped as well
+  kSensorSilent,  ///< it was the sensor that sent nothing, not this computer that was late
 };
+
+/// What interrupted the session, as this event tells, whether or not it may go on behind it.
+drivers::Interruption interruption_by(const State&, const Event&);
+/// Another one for each touch that is made or given up.
+std::size_t touch_number(const State&);
+/// Repeats of the touch in hand because this computer was late.
+int repeats_of_touch(const State&);
+/// May it go on by itself behind it?
+bool may_go_on(const State&, FailureKind, drivers::Interruption by);
 
 // Guards (guards.cc).
 bool plan_differs(const State&, const Event&);
@@ -83,6 +94,22 @@ bool held_and_paused_behind_last(const State&, const Event&);
 bool held_and_contact_faulty(const State&, const Event&);
 bool interrupted(const State&, const Event&);
 bool interrupted_behind_last(const State&, const Event&);
+bool computer_late(const State&, const Event&);
+bool unheard(const State&, const Event&);
+bool late_at_rest(const State&, const Event&);
+bool late_and_may_go_on(const State&, const Event&);
+bool held_and_late(const State&, const Event&);
+bool held_and_late_behind_last(const State&, const Event&);
+bool unanswered_for_lateness(const State&, const Event&);
+bool sensor_was_silent(const State&, const Event&);
+bool computer_blamed(const State&, const Event&);
+bool computer_blamed_and_back(const State&, const Event&);
+bool computer_blamed_behind_last(const State&, const Event&);
+bool robot_doubtful(const State&, const Event&);
+bool robot_doubtful_meanwhile(const State&, const Event&);
+bool late_again(const State&, const Event&);
+bool only_sensor_missing(const State&, const Event&);
+bool may_wait_longer(const State&, const Event&);
 bool paused(const State&, const Event&);
 bool paused_again(const State&, const Event&);
 bool pause_noted(const State&, const Event&);
@@ -126,6 +153,10 @@ void interrupt(State&, const Event&, Actions&);
 void note_pause(State&, const Event&, Actions&);
 void interrupt_behind_touch(State&, const Event&, Actions&);
 void watch_links(State&, const Event&, Actions&);
+void blame_computer(State&, const Event&, Actions&);
+void blame_computer_and_watch(State&, const Event&, Actions&);
+void blame_computer_and_identify(State&, const Event&, Actions&);
+void wait_longer(State&, const Event&, Actions&);
 void identify_behind_interruption(State&, const Event&, Actions&);
 void begin_way_home(State&, const Event&, Actions&);
 void end_touching(State&, const Event&, Actions&);

@@ -42,6 +42,7 @@ struct State {
   bool resumed = false;
   bool unattended = false;    ///< nobody is there: it begins only where nobody works at the robot
   int retries = 0;            ///< harmless interruptions after which it goes on by itself
+  BusyRepeats repeats{0, 0};  ///< likewise where this computer was late
   std::string how_to_start;   ///< what the operator starts on the pendant; for messages
   std::size_t done = 0;       ///< touches on disk; also the index of the next one
   std::string expected_hash;  ///< resumed: the plan's, as stored; empty: not compared
@@ -90,9 +91,17 @@ struct State {
   std::optional<Failure> interrupted;      ///< the newest: what it ends with where it cannot go on
   drivers::AxisAngles left_rad;            ///< where the arm came to rest in it
   std::uint32_t left_session = 0;          ///< the controller's, in which it happened
-  std::uint64_t late_before = 0;           ///< late replies when the watch began
+  std::uint64_t replies_before = 0;        ///< late replies when the watch began
   std::uint32_t interruptions_before = 0;  ///< of the robot's link, likewise
   bool pause_noted = false;                ///< while a touch was on its way to the disk
+  /// Those of them in which this computer was late: of the session, and of one touch.
+  int busy_repeats = 0, busy_of_touch = 0;
+  std::size_t busy_touch = 0;  ///< the touch that busy_of_touch counts for
+  /// The sensor was silent, and it is not known yet whose silence it was. Counted once it is.
+  bool unheard = false;
+  std::uint32_t late_then = 0, silent_then = 0;  ///< ContactDelivery when it was interrupted
+  std::uint32_t late_before = 0;                 ///< ContactDelivery::late when watch or arming began
+  std::optional<drivers::TimePoint> busy_until;  ///< this computer was late: so long it is waited for
 
   std::optional<drivers::TimePoint> deadline;  ///< of this phase
   std::optional<Failure> failure;              ///< set in kStopping and kFailed

@@ -64,6 +64,15 @@ struct SearchLimits {
   std::string because{};  ///< for messages; empty: the usual ones
 };
 
+/// How often a session goes on by itself where this computer was late (interruption.h): by default, since
+/// robot and sensor were sound and prove it again each time. Each repeat is as safe as the first; what the
+/// bounds are for is a computer that is never quiet. Beside four busy loops, compilers and a syncing disk
+/// some two touches in five are stopped.
+struct BusyRepeats {
+  int of_touch = 10;     ///< behind so many stops in a row every touch would be stopped
+  int of_session = 200;  ///< two for each of a hundred touches
+};
+
 /// How long a phase may take before silence counts as failure.
 struct Timeouts {
   std::chrono::milliseconds planning{std::chrono::minutes(5)};
@@ -84,6 +93,8 @@ struct Timeouts {
   /// Until both links are back after a harmless interruption. A controller whose session goes on is
   /// back within half a second; the sensor's circuit settles meanwhile.
   std::chrono::milliseconds recovering{std::chrono::seconds(3)};
+  /// Likewise where this computer was late: a busy spell ends by itself, and nothing moves meanwhile.
+  std::chrono::milliseconds busy{std::chrono::minutes(1)};
   /// So long both are then watched: 500 cycles of 4 ms without another gap or late reply.
   std::chrono::milliseconds watching{std::chrono::seconds(2)};
   std::chrono::milliseconds stopping{std::chrono::seconds(5)};

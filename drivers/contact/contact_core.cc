@@ -211,7 +211,9 @@ void ContactCore::on_ident(const ctp::Ident& ident, TimePoint now) {
 void ContactCore::give_up_waiting(Duration limit, TimePoint now) {
   if (given_up_at_) return;
   given_up_at_ = now;
+  silent_since_ = last_frame_;
   given_up_limit_ = limit;
+  delivered_late_s_ = 0.0;  // of an earlier one
   clock_before_ = clock_;
 }
 
@@ -232,14 +234,18 @@ void ContactCore::note_delivery(std::uint32_t ticks, TimePoint now) {
   if (given_up_at_) {
     const double limit = seconds(given_up_limit_);
     if (sent < *given_up_at_ && late > kLateShare * limit) {
-      delivered_late_s_ = late;
+      ++deliveries_late_;
+      delivered_late_s_ = std::max(late, seconds(now - silent_since_));
       if (last_end_ == ArmEnd::kSilence) last_end_ = ArmEnd::kDeliveredLate;
       if (fault_ == ContactFault::kSilent) fault_ = ContactFault::kDeliveredLate;
       late_limit_s_ = limit;
+    } else {
+      ++silences_;
     }
     given_up_at_.reset();
-  } else if (arming_ == Arming::kArmed &&
-             late - kLateSigmas * map.sigma_s(ticks) > seconds(kHeartbeatLimit)) {
+  } else if (late - kLateSigmas * map.sigma_s(ticks) > seconds(kHeartbeatLimit)) {
+    ++deliveries_late_;
+    if (arming_ != Arming::kArmed) return;
     // What is heard is old, however regularly it comes: a trip would be as late.
     delivered_late_s_ = late;
     late_limit_s_ = seconds(kHeartbeatLimit);
@@ -469,6 +475,8 @@ ContactFacts ContactCore::facts(TimePoint now) const {
   f.unanswered_s = seconds(now - last_pong_);
   f.delivered_late_s = delivered_late_s_;
   f.late_limit_s = late_limit_s_;
+  f.clock_ok = clock_good(now);
+  f.delivery = {deliveries_late_, silences_, given_up_at_.has_value()};
   f.baud = options_.baud;
   f.bytes = bytes_;
   f.lost_events = lost_events_;
@@ -484,6 +492,7 @@ ContactSnapshot ContactCore::snapshot(TimePoint now) {
   s.last_end = last_end_;
   s.delivered_late_s = delivered_late_s_;
   s.late_limit_s = late_limit_s_;
+  s.silence_open = given_up_at_.has_value();
   const Duration limit = s.armed ? Duration{kHeartbeatLimit} : Duration{kIdleLimit};
   // In contact no self-test can pass; the level of an examined loop still guards the way out.
   const bool leaving =

@@ -178,8 +178,10 @@ class ContactCore : public ContactGuard {
   double late_worst_s_ = 0.0;
   TimeHistogram late_times_;
   std::optional<TimePoint> given_up_at_;  ///< behind a silence, until a stamp tells whose it was
+  TimePoint silent_since_{};
   Duration given_up_limit_{0};
   double delivered_late_s_ = 0.0, late_limit_s_ = 0.0;
+  std::uint32_t deliveries_late_ = 0, silences_ = 0;
 };
 
 }  // namespace cellcal::drivers

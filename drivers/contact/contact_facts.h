@@ -34,6 +34,8 @@ struct ContactFacts {
   double unanswered_s = 0.0;  ///< since the last answer to a PING
   double delivered_late_s = 0.0;    ///< as in ContactSnapshot
   double late_limit_s = 0.0;        ///< what it is measured by
+  bool clock_ok = false;            ///< as in ContactStatus
+  ContactDelivery delivery;
   int baud = 0;                     ///< of this side
   std::uint64_t bytes = 0;          ///< received since the port was opened
   std::uint64_t lost_events = 0;    ///< nobody took them in time

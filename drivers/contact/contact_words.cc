@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "drivers/contact/wire/ctp.h"
 #include "drivers/late_bytes.h"
 
@@ -200,9 +202,8 @@ std::string end_words(const ContactFacts& f) {
   switch (f.last_arm_end) {
     case ArmEnd::kDeliveredLate:
       return fmt::format(
-          "the last arming ended: bytes {:.0f} ms late on this computer; they must come within "
-          "{:.0f} ms",
-          f.delivered_late_s * 1e3, f.late_limit_s * 1e3);
+          "the last arming ended: this computer was busy, sensor data {:.0f} ms late (limit {:.0f} ms)",
+          std::ceil(f.delivered_late_s * 1e3), f.late_limit_s * 1e3);
     case ArmEnd::kSilence:
       return "the last arming ended: no heartbeat within 25 ms";
     case ArmEnd::kExpired:
@@ -255,6 +256,8 @@ ContactStatus status_of(const ContactFacts& f) {
   s.clock_limit_s = f.clock_limit_s;
   s.fault = f.fault;
   s.last_arm_end = f.last_arm_end;
+  s.clock_ok = f.clock_ok;
+  s.delivery = f.delivery;
   return s;
 }
 

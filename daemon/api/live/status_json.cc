@@ -128,6 +128,8 @@ std::string status_to_json(const Status& status) {
              {"time_left_s", or_null(status.time_left_s)},
              {"waiting", to_json(status.waiting)},
              {"interruptions", status.interruptions},
+             {"busy_repeats", status.busy_repeats},
+             {"busy_left_s", or_null(status.busy_left_s)},
              {"robot", status.robot_words},
              {"contact", status.contact_words},
              {"publish", or_null(status.publish)},

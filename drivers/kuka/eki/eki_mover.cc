@@ -48,7 +48,9 @@ std::optional<Cause> EkiMover::too_fast(const Move& move, const AxisAngles& at_r
 std::optional<CoreResult> EkiMover::start(const Move& move, const AxisAngles& at_rad,
                                           TimePoint now) {
   if (const auto why = sensor_.refusal(move)) {
-    return refusal_of(move, why->cause, at_rad, why->outcome);
+    CoreResult refusal = refusal_of(move, why->cause, at_rad, why->outcome);
+    sensor_.explain(refusal);
+    return refusal;
   }
   if (const auto why = too_fast(move, at_rad)) return refusal_of(move, *why, at_rad);
   sensor_.begin();

@@ -120,6 +120,9 @@ struct Silence {
   double silent_s = 0.0;
 };
 struct SessionRestarted {};
+struct HeldUp {  ///< this computer did not run the robot's thread: whether packets came is not known
+  double silent_s = 0.0, limit_s = 0.0, slept_s = 0.0;
+};
 struct LateReplies {
   std::uint64_t replies = 0;  ///< during this move
 };
@@ -184,7 +187,7 @@ using Cause =
                  cause::SensorLate, cause::KeepAliveLate, cause::ArmExpired, cause::TripUnconfirmed,
                  cause::StampOutside, cause::TouchedOutsideSearch, cause::ContactNotOpen,
                  cause::AxisNotFollowing, cause::AxisStands, cause::NotSettled, cause::NoPackets,
-                 cause::NotAccepted, cause::Silence, cause::SessionRestarted, cause::LateReplies,
+                 cause::NotAccepted, cause::Silence, cause::SessionRestarted, cause::HeldUp, cause::LateReplies,
                  cause::IncrementLost, cause::DelayGone, cause::TooCoarse, cause::NotConnected,
                  cause::ControllerNotReady, cause::CommandNotTaken, cause::LinkClosed,
                  cause::SessionTaken, cause::DeadMan, cause::ProgramAborted, cause::InputAtStart,

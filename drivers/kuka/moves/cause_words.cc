@@ -196,17 +196,25 @@ struct Words {
     return fmt::format("IPOC jumped (now {}): RSI was restarted, or many packets were lost",
                        result.ipoc);
   }
+  std::string operator()(const cause::HeldUp& c) const {
+    return fmt::format(
+        "this computer was busy: no packet read for {:.0f} ms, limit {:.0f} ms; its real-time "
+        "thread did not run for {:.0f} ms of them (last IPOC {}). Stop other programs on this "
+        "computer, and check its real-time priority",
+        std::ceil(1e3 * c.silent_s), 1e3 * c.limit_s, 1e3 * c.slept_s, result.ipoc);
+  }
   std::string operator()(const cause::LateReplies& c) const {
     return fmt::format(
-        "{} late replies during this move, counted by the controller (IPOC {}). Check "
-        "the load of this computer, its real-time priority, and the network",
+        "this computer was busy: {} late replies during this move, counted by the controller "
+        "(IPOC {}). Stop other programs on this computer, and check its real-time priority and the "
+        "network",
         c.replies, result.ipoc);
   }
   std::string operator()(const cause::IncrementLost& c) const {
     return fmt::format(
-        "{} replies of this move not accepted by the controller (IPOC {}): their "
-        "increments are lost, and the arm is not at its set-point. Check the load of this "
-        "computer and the network",
+        "this computer was busy: {} replies of this move not accepted by the controller (IPOC {}): "
+        "their increments are lost, and the arm is not at its set-point. Stop other programs on "
+        "this computer, and check the network",
         c.replies, result.ipoc);
   }
   std::string operator()(const cause::DelayGone&) const {

@@ -45,6 +45,8 @@ std::optional<SensorRefusal> SensorMonitor::refusal(const Move& move) const {
     if (guard_ == nullptr) return refused(cause::NoSensor{});
     if (sensor.in_contact) return refused(cause::TouchingAtStart{});
     if (tripped_arm_ == move.arm_id) return refused(cause::TrippedAtStart{});
+    const bool over = sensor.last_end == ArmEnd::kSilence || sensor.last_end == ArmEnd::kDeliveredLate;
+    if (!sensor.armed && over) return refused(loss());  // between the arming and the search
     if (!sensor.armed) return refused(cause::NotArmed{move.arm_id});
     if (sensor.arm_id != move.arm_id) {
       return refused(cause::ArmedOtherwise{move.arm_id, sensor.arm_id});
@@ -74,8 +76,15 @@ Cause SensorMonitor::loss() const {
 void SensorMonitor::explain(CoreResult& done) const {
   const ContactSnapshot& sensor = heard_.snapshot;
   const bool lost = is<cause::SensorDead, cause::SensorLate>(done.cause);
-  if (!lost || !(sensor.delivered_late_s > 0.0)) return;
-  done.cause = cause::SensorLate{sensor.delivered_late_s, sensor.late_limit_s};
+  if (lost && sensor.delivered_late_s > 0.0)
+    done.cause = cause::SensorLate{sensor.delivered_late_s, sensor.late_limit_s};
+  done.interruption = interruption_by(done.cause);
+}
+
+Interruption SensorMonitor::interruption_by(const Cause& cause) const {
+  if (is<cause::SensorLate>(cause)) return Interruption::kLateBytes;
+  const bool open = is<cause::SensorDead>(cause) && heard_.snapshot.silence_open;
+  return open ? Interruption::kUnheard : Interruption::kNone;
 }
 
 bool SensorMonitor::touched(MoveKind kind, TimePoint now) {

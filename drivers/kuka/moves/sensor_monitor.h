@@ -43,6 +43,8 @@ class SensorMonitor {
   Cause loss() const;
   /// Whose silence it was is known only when the sensor is heard again: says so in the result.
   void explain(CoreResult& done) const;
+  /// This computer's lateness, or a silence that nothing explains yet; kNone for all other causes.
+  Interruption interruption_by(const Cause& cause) const;
   /// A move that is no search begins.
   void begin() { was_open_ = false; }
   /// After listen(), during a transit or a retreat: contact where none may be. A retreat begins in

@@ -78,7 +78,7 @@ struct RsiCore::Impl {
     // Nothing of a controller comes so late within a session.
     waited_unanswered = unanswered && state.waited_s >= kPeerWaitsS;
     last_rx = t_rx;
-    held_up_s = 0.0;
+    held_up_s = slept_s = 0.0;
     spread.add(t_rx);
     state.sends_setpoint = !frame.setpoint_axes_deg.empty();
     state.sends_delay = frame.delay.has_value();
@@ -192,8 +192,11 @@ struct RsiCore::Impl {
 
   /// Packets have stopped, or are another session's.
   void lose(const Cause& cause) {
-    const bool silent = is<cause::Silence>(cause);
-    interrupt(silent ? Interruption::kPacketsStopped : Interruption::kOther);
+    const bool held_up = is<cause::HeldUp>(cause);
+    const bool silent = is<cause::Silence>(cause) || held_up;
+    interrupt(held_up  ? Interruption::kLateReplies
+              : silent ? Interruption::kPacketsStopped
+                       : Interruption::kOther);
     pause.forget();
     if (silent) pause.begin(state.ipoc, stream.seconds_per_ipoc(), delay.last(), last_rx);
     if (mover.busy()) finish(mover.abandon(cause));
@@ -292,7 +295,8 @@ struct RsiCore::Impl {
   void finish(CoreResult result) {
     result.ipoc = state.ipoc;
     result.in_space = config.space.on;
-    if (result.outcome != MoveOutcome::kArrived)
+    const bool of_the_sensor = result.interruption != Interruption::kNone;
+    if (result.outcome != MoveOutcome::kArrived && !of_the_sensor)
       result.interruption = interruption_by(result.cause);
     // The pose is not what was commanded: somebody has to look before it moves again.
     const bool lost_increments = increments_lost && !mover.busy();
@@ -310,7 +314,7 @@ struct RsiCore::Impl {
       interrupt(Interruption::kLateReplies);
       return state.interruption;
     }
-    if (is<cause::Silence, cause::NoPackets, cause::SessionRestarted, cause::NotReferenced>(cause))
+    if (is<cause::Silence, cause::HeldUp, cause::NoPackets, cause::SessionRestarted, cause::NotReferenced>(cause))
       return state.interruption;
     return is<cause::DelayGone, cause::NotAccepted>(cause) ? Interruption::kOther
                                                            : Interruption::kNone;
@@ -353,6 +357,7 @@ struct RsiCore::Impl {
     if (const double since_look_s = seconds(now - looked); since_look_s > kHeldUpS) {
       held_up_s += since_look_s;
     }
+    slept_s = std::max(slept_s, seconds(now - looked));
     looked = now;
     state.waited_s = seconds(now - last_rx);
   }
@@ -363,7 +368,11 @@ struct RsiCore::Impl {
     const double own_s = stream.counts_packets() ? std::min(held_up_s, kPeerTimeoutS) : 0.0;
     const double limit_s =
         std::max(stream.silence_limit_s(), may_wait_for_us() ? kPeerTimeoutS : 0.0);
-    if (state.waited_s - own_s > limit_s) lose(cause::Silence{state.waited_s});
+    if (state.waited_s - own_s <= limit_s) return;
+    // Who was awake for less than a cycle of it has missed no packet that is known of.
+    if (stream.learnt() && state.waited_s - slept_s <= stream.cycle_s())
+      return lose(cause::HeldUp{state.waited_s, limit_s, slept_s});
+    lose(cause::Silence{state.waited_s});
   }
 
   void on_tick(TimePoint now) {
@@ -418,6 +427,7 @@ struct RsiCore::Impl {
   CoreState state;
   TimePoint last_rx{}, looked{};
   double held_up_s = 0.0;                 // since the last packet
+  double slept_s = 0.0;                   // longest that this thread did not look since then
   std::optional<std::uint32_t> answered;  // IPOC of the last reply
   bool rereference_asked = false, too_few_axes = false;
   bool increments_lost = false;    // relative: a reply of this move was not taken

@@ -39,7 +39,9 @@ void Mover::listen(TimePoint now) {
 
 std::optional<CoreResult> Mover::start(const Move& move, const AxisAngles& commanded_rad) {
   if (const auto why = sensor_.refusal(move)) {
-    return refusal_of(move, why->cause, commanded_rad, why->outcome);
+    CoreResult refusal = refusal_of(move, why->cause, commanded_rad, why->outcome);
+    sensor_.explain(refusal);
+    return refusal;
   }
   sensor_.begin();
   move_ = move;

@@ -248,6 +248,9 @@ INSTANTIATE_TEST_SUITE_P(
               "d.toml:4: session.connect_wait_s: 0 is out of range, allowed are 1 to 3600"},
         Wrong{kMock + "[session]\nretries = -1\n", "d.toml:4: session.retries"},
         Wrong{kMock + "[session]\nretries = 101\n", "allowed are 0 to 100"},
+        Wrong{kMock + "[session]\nbusy_repeats_touch = 101\n", "allowed are 0 to 100"},
+        Wrong{kMock + "[session]\nbusy_repeats = -1\n", "d.toml:4: session.busy_repeats"},
+        Wrong{kMock + "[session]\nbusy_wait_s = 1\n", "allowed are 3 to 3600"},
         Wrong{kMock + "[session]\nretry = 1\n", "session.retry"}, Wrong{kMock + "[[", "d.toml"}));
 
 TEST(a_configuration, of_the_session_says_how_long_it_waits_and_how_often_it_goes_on) {
@@ -258,6 +261,13 @@ TEST(a_configuration, of_the_session_says_how_long_it_waits_and_how_often_it_goe
       parse_config(kRsi + "[session]\nconnect_wait_s = 90\nretries = 3\n", "d.toml");
   EXPECT_EQ(config.timeouts.connecting, std::chrono::seconds(90));
   EXPECT_EQ(config.retries, 3);
+  EXPECT_EQ(usual.repeats.of_session, 200) << "where this computer was late it goes on by itself";
+  EXPECT_EQ(usual.timeouts.busy, std::chrono::seconds(60));
+  const DaemonConfig never = parse_config(
+      kRsi + "[session]\nbusy_repeats = 0\nbusy_repeats_touch = 4\nbusy_wait_s = 90\n", "d.toml");
+  EXPECT_EQ(never.repeats.of_session, 0);
+  EXPECT_EQ(never.repeats.of_touch, 4);
+  EXPECT_EQ(never.timeouts.busy, std::chrono::seconds(90));
 }
 
 TEST(a_configuration, may_have_no_stop_tag_and_any_address_of_this_computer) {

@@ -104,7 +104,8 @@ std::string figures(const DaemonConfig& c) {
   }
   text += line("motion", c.motion.speed_fraction, c.motion.acceleration_rad_s2,
                c.motion.jerk_rad_s3, c.touch.confirm_every, c.touch.fast_m_s, c.touch.slow_m_s);
-  text += line("session", c.timeouts.connecting.count(), c.retries);
+  text += line("session", c.timeouts.connecting.count(), c.retries, c.repeats.of_touch,
+               c.repeats.of_session, c.timeouts.busy.count());
   const ScheduleConfig& n = c.schedule;
   text += line("schedule", n.unattended, n.responsible, n.resumes, n.resume_wait_s);
   for (const ScheduledSession& one : n.sessions) {
@@ -151,7 +152,7 @@ std::string figures(const DaemonConfig& c) {
   text += line("mock", static_cast<int>(m.wire), m.seed, m.geometry_scale, m.deflection,
                m.gear_arcsec, m.compliance_rad_per_nm, m.play_arcsec, m.tip_offset_m, m.growth,
                m.warm_up_s, m.contact_noise_m, m.bad_contact_share, m.placement_m,
-               m.joint_noise_deg, m.lag_s, m.cycle_ms, m.wall_clock);
+               m.joint_noise_deg, m.lag_s, m.cycle_ms, m.busy_every_s, m.wall_clock);
   for (const double rad : m.start_rad) text += line("start", rad);
   for (const double m_off : m.tool_shift_m) text += line("tool shift", m_off);
   return text;

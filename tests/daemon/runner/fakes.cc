@@ -23,8 +23,25 @@ double surface_before(double target_rad) {
   return std::floor(target_rad / kTouchSpacing) * kTouchSpacing + kSearch - kBehindSurface;
 }
 
-/// Late replies leave the link up; without packets it is down for a while, and not referenced.
+/// Once its time has come the stamps tell whose the silence was.
+void tell(World& w) {
+  if (w.clock.now() < w.told_at) return;
+  w.told_at = drivers::TimePoint::max();
+  ++(w.script.sensor_silent ? w.sensor_silent : w.sensor_late);
+}
+
+/// Late replies leave the link up; without packets it is down for a while, and not referenced. The
+/// robot knows nothing of late bytes.
 void interrupt(World& w, drivers::Interruption by) {
+  w.busy_from = w.clock.now();
+  if (by == drivers::Interruption::kLateBytes) {
+    ++w.sensor_late;
+    return;
+  }
+  if (by == drivers::Interruption::kUnheard) {
+    w.told_at = w.clock.now() + std::chrono::milliseconds(w.script.told_after_ms);
+    return;
+  }
   w.interrupted_by = by;
   ++w.interruptions;
   if (by == drivers::Interruption::kLateReplies) {
@@ -188,6 +205,12 @@ drivers::ContactStatus FakeContact::status() const {
   status.can_guard_retreat = !w_.script.contact_never_ready;
   status.link = proven ? drivers::ContactLink::kReady : drivers::ContactLink::kIdentifying;
   if (w_.script.contact_never_ready) status.words = "no IDENT from /dev/ttyUSB0";
+  status.clock_ok = proven;
+  tell(w_);
+  status.delivery = {w_.sensor_late, w_.sensor_silent, w_.told_at != drivers::TimePoint::max()};
+  const auto busy = std::min<drivers::Duration>(w_.clock.now() - w_.busy_from,
+                                                std::chrono::milliseconds(w_.script.busy_for_ms));
+  status.delivery.late += static_cast<std::uint32_t>(busy / std::chrono::milliseconds(100));
   if (w_.sensor_fault) {
     status.link = drivers::ContactLink::kFault;
     status.words = "sense line broken";
@@ -203,6 +226,11 @@ void FakeContact::arm(std::uint16_t arm_id, std::chrono::milliseconds) {
     return;
   }
   if (w_.armings >= w_.script.sensor_fault_at_arming) w_.sensor_fault = true;
+  if (w_.armings == w_.script.late_at_arming) {
+    interrupt(w_, drivers::Interruption::kLateBytes);
+    w_.arm_answer = drivers::ArmResult{arm_id, false, drivers::ArmRefusal::kNoAnswer, "no answer"};
+    return;
+  }
   if (w_.script.arming_unanswered || w_.robot_lost || w_.sensor_fault) return;
   drivers::ArmResult answer;
   answer.arm_id = arm_id;

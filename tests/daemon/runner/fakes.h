@@ -49,6 +49,10 @@ struct Script {
   bool other_session = false;    ///< the controller began anew meanwhile
   bool late_again = false;       ///< late replies go on while the links are watched
   double moved_meanwhile_rad = 0.0;  ///< by another hand
+  int told_after_ms = 0;       ///< behind a silence that nothing explains: until its stamps tell
+  bool sensor_silent = false;  ///< and what they tell: the sensor sent nothing
+  int busy_for_ms = 0;         ///< behind each lateness of this computer heartbeats come late so long
+  int late_at_arming = kNever; ///< this arming is not answered in time: this computer was late
   bool never_back = false;
   drivers::OperatingMode mode = drivers::OperatingMode::kUnknown;
   std::optional<int> override_percent{};
@@ -71,6 +75,8 @@ struct World {
   drivers::Interruption interrupted_by = drivers::Interruption::kNone;
   std::uint32_t interruptions = 0, session = 1;
   std::uint64_t late = 0;
+  std::uint32_t sensor_late = 0, sensor_silent = 0;  ///< ContactDelivery
+  drivers::TimePoint told_at = drivers::TimePoint::max(), busy_from{};
   drivers::TimePoint down_until{};
   std::optional<drivers::ArmResult> arm_answer;
   std::deque<drivers::ContactRecord> records;  ///< of contacts, until they are taken

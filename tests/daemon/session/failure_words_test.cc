@@ -162,9 +162,8 @@ TEST_F(failure_words, say_of_links_that_were_up_before_which_one_is_not) {
 TEST_F(failure_words, of_a_silent_robot_come_from_its_link_at_rest_and_from_the_move_on_its_way) {
   state.links.robot_words = "as last seen";
   event.kind = EventKind::kLinks;
-  event.links.interruption = Interruption::kLateReplies;
-  event.interruption = Interruption::kPacketsStopped;
-  EXPECT_EQ(in(kConnecting, F::kRobotSilent), "as last seen");
+  event.links.interruption = event.interruption = Interruption::kPacketsStopped;
+  EXPECT_EQ(in(kConnecting, F::kRobotSilent), std::string("as last seen") + kStand);
   event.kind = EventKind::kRobotSilent;
   EXPECT_EQ(in(kConnecting, F::kRobotSilent), std::string("as last seen") + kStand);
   event.words = "12 ms without a packet";
@@ -177,14 +176,37 @@ TEST_F(failure_words, of_a_silent_robot_come_from_its_link_at_rest_and_from_the_
 
 TEST_F(failure_words, say_that_no_more_interruptions_are_allowed_where_any_were) {
   event.kind = EventKind::kRobotSilent;
-  event.interruption = Interruption::kLateReplies;
-  const std::string late = "this computer replied too late for the controller";
-  EXPECT_EQ(in(kConnecting, F::kRobotSilent), late) << "none are allowed, none were";
+  event.interruption = Interruption::kPacketsStopped;
+  const std::string paused = std::string("no more packets from the controller") + kStand;
+  EXPECT_EQ(in(kConnecting, F::kRobotSilent), paused) << "none are allowed, none were";
   state.retries = state.interruptions = 1;
   EXPECT_EQ(in(kConnecting, F::kRobotSilent),
-            late + ". All 1 automatic retries are used ([session] retries)");
-  state.retries = 2;
-  EXPECT_EQ(in(kConnecting, F::kRobotSilent), late);
+            paused + ". All 1 automatic retries are used ([session] retries)");
+  state.interruptions = 2;
+  state.busy_repeats = 2;
+  EXPECT_EQ(in(kConnecting, F::kRobotSilent), paused) << "this computer's lateness uses none of them";
+}
+
+TEST_F(failure_words, of_a_busy_computer_say_so_first_and_which_bound_is_reached) {
+  event.kind = EventKind::kContactSilent;
+  event.interruption = Interruption::kLateBytes;
+  event.words = "this computer was busy: sensor data 30 ms late, limit 25 ms";
+  EXPECT_EQ(in(kConnecting, F::kComputerBusy), event.words) << "no repeats were allowed";
+  state.repeats = {3, 9};
+  EXPECT_EQ(in(kConnecting, F::kComputerBusy), event.words);
+  state.busy_of_touch = 3;
+  EXPECT_EQ(in(kConnecting, F::kComputerBusy),
+            event.words + ". All 3 repeats of one touch are used ([session] busy_repeats_touch)");
+  state.busy_of_touch = 0;
+  state.busy_repeats = 9;
+  EXPECT_EQ(in(kConnecting, F::kComputerBusy),
+            event.words + ". All 9 repeats of a session are used ([session] busy_repeats)");
+  // At rest the evidence is the sensor's link.
+  event.kind = EventKind::kLinks;
+  state.links.contact_words = "this computer was busy: sensor data 340 ms late, limit 300 ms";
+  state.repeats = {};
+  state.busy_repeats = 0;
+  EXPECT_EQ(in(kConnecting, F::kComputerBusy), state.links.contact_words);
 }
 
 }  // namespace

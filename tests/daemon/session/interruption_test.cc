@@ -20,12 +20,34 @@ using drivers::MoveOutcome;
 /// These moves, counted from 1, fall silent.
 Script silent_at(std::initializer_list<int> moves, Interruption by, int lost_for_ms = 16) {
   Script script;
+  const bool of_the_sensor = by == Interruption::kLateBytes || by == Interruption::kUnheard;
   for (const int move : moves) {
-    script.outcome[move] = MoveOutcome::kRobotSilent;
+    script.outcome[move] = of_the_sensor ? MoveOutcome::kContactSilent : MoveOutcome::kRobotSilent;
     script.interruption[move] = by;
   }
   script.lost_for_ms = lost_for_ms;
   return script;
+}
+
+/// So often, by the key that says so.
+void allow(Session& session, Interruption by, int times) {
+  if (by == Interruption::kPacketsStopped)
+    session.start.retries = times;
+  else
+    session.start.repeats = {times, times};
+}
+
+const char* name_of(const ::testing::TestParamInfo<Interruption>& one) {
+  switch (one.param) {
+    case Interruption::kLateReplies:
+      return "late_replies";
+    case Interruption::kLateBytes:
+      return "late_bytes";
+    case Interruption::kUnheard:
+      return "a_silence_that_is_explained_later";
+    default:
+      return "a_pause";
+  }
 }
 
 std::string words_of(const State& end) {
@@ -37,13 +59,11 @@ int how_often(const Session& session, Phase phase) {
 }
 
 class a_harmless_interruption : public ::testing::TestWithParam<Interruption> {};
-INSTANTIATE_TEST_SUITE_P(of_the_robot, a_harmless_interruption,
+INSTANTIATE_TEST_SUITE_P(of_a_link, a_harmless_interruption,
                          ::testing::Values(Interruption::kLateReplies,
-                                           Interruption::kPacketsStopped),
-                         [](const auto& one) {
-                           return one.param == Interruption::kLateReplies ? "late_replies"
-                                                                          : "a_pause";
-                         });
+                                           Interruption::kPacketsStopped, Interruption::kLateBytes,
+                                           Interruption::kUnheard),
+                         name_of);
 
 TEST_P(a_harmless_interruption, of_any_move_is_gone_on_from_where_the_owner_allows_it) {
   std::size_t moves = 0;
@@ -54,20 +74,22 @@ TEST_P(a_harmless_interruption, of_any_move_is_gone_on_from_where_the_owner_allo
   }
   for (int move = 1; move <= static_cast<int>(moves); ++move) {
     Session session(silent_at({move}, GetParam()), 2);
-    session.start.retries = 1;
+    allow(session, GetParam(), 1);
     const State end = session.run();
     ASSERT_EQ(end.phase, Phase::kDone) << move << ": " << words_of(end);
     EXPECT_EQ(end.interruptions, 1) << move;
     EXPECT_EQ(session.recorder.touches.size(), 2u) << move;
     EXPECT_EQ(session.done.size(), 2u) << move;
     const bool reported = std::any_of(
-        session.recorder.notes.begin(), session.recorder.notes.end(), [](const std::string& note) {
-          return note.find("interruption 1 of at most 1, resuming automatically: robot-silent") ==
-                 0;
+        session.recorder.notes.begin(), session.recorder.notes.end(), [&](const std::string& note) {
+          return note.find(GetParam() == Interruption::kPacketsStopped
+                               ? "interruption 1 of at most 1, resuming automatically: robot-silent"
+                               : "repeat 1 of at most 1 (of this touch 1 of 1), resuming "
+                                 "automatically: computer-busy") == 0;
         });
     EXPECT_TRUE(reported) << move;
     // The touch that is on disk is not made again, and nothing moved before a new reference.
-    if (how_often(session, Phase::kRecovering) == 0) continue;
+    if (how_often(session, Phase::kWatching) == 0) continue;
     EXPECT_EQ(session.backend.world.references, 2) << move;
     EXPECT_GE(session.backend.world.self_tests, 1) << move;
     EXPECT_EQ(session.backend.world.disarmings, 2) << move << ": of the interruption and the end";
@@ -78,26 +100,33 @@ TEST_P(a_harmless_interruption, ends_the_session_where_nobody_allowed_it) {
   Session session(silent_at({3}, GetParam()), 2);
   const State end = session.run();
   EXPECT_EQ(end.phase, Phase::kFailed);
-  EXPECT_EQ(end.failure->kind, FailureKind::kRobotSilent);
+  const bool pause = GetParam() == Interruption::kPacketsStopped;
+  const bool known = GetParam() != Interruption::kUnheard;
+  EXPECT_EQ(end.failure->kind, pause   ? FailureKind::kRobotSilent
+                               : known ? FailureKind::kComputerBusy
+                                       : FailureKind::kContactSilent);
   EXPECT_EQ(end.interruptions, 0);
   EXPECT_EQ(session.backend.world.moves.size(), 3u);
 }
 
 TEST_P(a_harmless_interruption, is_gone_on_from_as_often_as_was_allowed_and_no_oftener) {
   Session session(silent_at({2, 5, 8}, GetParam()), 2);
-  session.start.retries = 2;
+  allow(session, GetParam(), 2);
   const State end = session.run();
   ASSERT_EQ(end.phase, Phase::kFailed);
   EXPECT_EQ(end.interruptions, 2);
   EXPECT_EQ(session.backend.world.moves.size(), 8u);
-  EXPECT_NE(words_of(end).find("ll 2 automatic retries are used ([session] retries)"),
+  if (GetParam() == Interruption::kUnheard) return;  // nothing says that it was this computer
+  EXPECT_NE(words_of(end).find(GetParam() == Interruption::kPacketsStopped
+                                   ? "ll 2 automatic retries are used ([session] retries)"
+                                   : "ll 2 repeats of one touch are used ([session] busy_repeats_touch)"),
             std::string::npos)
       << words_of(end);
 }
 
 TEST_P(a_harmless_interruption, moves_nothing_while_the_links_prove_themselves) {
   Session session(silent_at({2}, GetParam()), 2);
-  session.start.retries = 1;
+  allow(session, GetParam(), 1);
   const drivers::TimePoint begun = session.backend.world.clock.now();
   ASSERT_EQ(session.run().phase, Phase::kDone);
   EXPECT_EQ(how_often(session, Phase::kWatching), 1);
@@ -283,6 +312,7 @@ TEST_P(no_other_failure, is_ever_gone_on_from) {
   for (const Interruption by : {Interruption::kNone, Interruption::kOther}) {
     Session session({.outcome = {{2, GetParam()}}, .interruption = {{2, by}}}, 2);
     session.start.retries = 100;
+    session.start.repeats = {100, 100};
     EXPECT_EQ(session.run().phase, Phase::kFailed);
     EXPECT_EQ(session.backend.world.moves.size(), 2u);
   }
@@ -297,20 +327,28 @@ TEST(the_harm_table, knows_every_failure_and_gives_a_reason) {
     }
     known.insert(harm.failure);
     EXPECT_STRNE(harm.reason, "");
-    EXPECT_TRUE(!harm.harmless || harm.failure == FailureKind::kRobotSilent) << harm.reason;
+    EXPECT_TRUE(harm.goes_on == GoesOn::kNever || harm.failure == FailureKind::kRobotSilent ||
+                harm.failure == FailureKind::kComputerBusy)
+        << harm.reason;
   }
-  EXPECT_EQ(of_the_link, (std::set{Interruption::kNone, Interruption::kLateReplies,
-                                   Interruption::kPacketsStopped, Interruption::kOther}));
+  EXPECT_EQ(of_the_link,
+            (std::set{Interruption::kNone, Interruption::kLateReplies,
+                      Interruption::kPacketsStopped, Interruption::kOther, Interruption::kLateBytes,
+                      Interruption::kUnheard}));
   for (int kind = 0; std::string(to_string(static_cast<FailureKind>(kind))) != "unknown-failure";
        ++kind) {
     EXPECT_TRUE(known.contains(static_cast<FailureKind>(kind)))
         << to_string(static_cast<FailureKind>(kind));
   }
-  EXPECT_TRUE(is_harmless(FailureKind::kRobotSilent, Interruption::kLateReplies));
-  EXPECT_TRUE(is_harmless(FailureKind::kRobotSilent, Interruption::kPacketsStopped));
-  EXPECT_FALSE(is_harmless(FailureKind::kRobotSilent, Interruption::kOther));
-  EXPECT_FALSE(is_harmless(FailureKind::kRobotSilent, Interruption::kNone));
-  EXPECT_FALSE(is_harmless(FailureKind::kNotFollowing, Interruption::kPacketsStopped));
+  using F = FailureKind;
+  EXPECT_EQ(goes_on(F::kComputerBusy, Interruption::kLateReplies), GoesOn::kRepeats);
+  EXPECT_EQ(goes_on(F::kComputerBusy, Interruption::kLateBytes), GoesOn::kRepeats);
+  EXPECT_EQ(goes_on(F::kRobotSilent, Interruption::kPacketsStopped), GoesOn::kRetries);
+  EXPECT_EQ(goes_on(F::kRobotSilent, Interruption::kOther), GoesOn::kNever);
+  EXPECT_EQ(goes_on(F::kRobotSilent, Interruption::kNone), GoesOn::kNever);
+  EXPECT_EQ(goes_on(F::kContactSilent, Interruption::kUnheard), GoesOn::kNever);
+  EXPECT_EQ(goes_on(F::kContactSilent, Interruption::kNone), GoesOn::kNever);
+  EXPECT_EQ(goes_on(F::kNotFollowing, Interruption::kPacketsStopped), GoesOn::kNever);
 }
 
 }  // namespace

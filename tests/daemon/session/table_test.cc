@@ -14,13 +14,25 @@ struct Param {
   int retries = 0;
   /// What the events of the robot's link say.
   drivers::Interruption interruption = drivers::Interruption::kNone;
+  BusyRepeats repeats{0, 0};
 };
+
+bool of_the_sensor(const Param& param) {
+  return param.interruption == drivers::Interruption::kLateBytes ||
+         param.interruption == drivers::Interruption::kUnheard;
+}
 
 /// A state in which every guard can look at what it wants.
 State state_in(Phase phase, const Param& param) {
   State state;
   state.one_by_one = param.one_by_one;
   state.retries = param.retries;
+  state.repeats = param.repeats;
+  // In hand where a phase waits behind one.
+  state.unheard = param.interruption == drivers::Interruption::kUnheard;
+  if (param.interruption == drivers::Interruption::kLateBytes)
+    state.busy_until = drivers::TimePoint(std::chrono::hours(1));
+  state.interrupted = Failure{FailureKind::kContactSilent, "earlier"};
   state.phase = phase;
   state.plan = std::make_shared<const calib::Plan>(testing::line_plan(3));
   state.move_id = 7;
@@ -38,17 +50,25 @@ State holding(State state) {
 Event event_of_kind(EventKind kind, const Param& param = {}) {
   Event event;
   event.kind = kind;
-  event.interruption = event.links.interruption = param.interruption;
+  event.interruption = param.interruption;
+  if (of_the_sensor(param)) {
+    const bool known = param.interruption == drivers::Interruption::kLateBytes;
+    event.links.fault = known ? drivers::ContactFault::kDeliveredLate : drivers::ContactFault::kSilent;
+    event.links.delivery.open = !known;
+  } else {
+    event.links.interruption = param.interruption;
+  }
   event.move_id = 7;
   event.arm_id = 3;
   if (kind == EventKind::kJournalSound) event.move_id = 8;
   event.words = "evidence";
   event.plan = std::make_shared<const calib::Plan>(testing::line_plan(3));
   event.calibration = std::make_shared<const calib::Calibration>();
-  const bool ready = param.interruption == drivers::Interruption::kNone;
+  const bool ready = param.interruption == drivers::Interruption::kNone || of_the_sensor(param);
   event.links.robot = ready ? drivers::RobotLink::kReady : drivers::RobotLink::kLost;
   event.links.interruptions = ready ? 0 : 1;
-  event.links.contact = drivers::ContactLink::kReady;
+  event.links.contact =
+      of_the_sensor(param) ? drivers::ContactLink::kFault : drivers::ContactLink::kReady;
   event.at_rad = {0.11};
   drivers::Latch latch;
   latch.contact_rad = latch.settled_rad = {0.11};
@@ -73,6 +93,13 @@ INSTANTIATE_TEST_SUITE_P(of_phase_and_event, every_pair,
                                            Param{false, 1, drivers::Interruption::kPacketsStopped},
                                            Param{true, 1, drivers::Interruption::kPacketsStopped},
                                            Param{false, 1, drivers::Interruption::kLateReplies},
+                                           Param{false, 0, drivers::Interruption::kLateReplies, {1, 1}},
+                                           Param{false, 0, drivers::Interruption::kLateBytes, {1, 1}},
+                                           Param{true, 0, drivers::Interruption::kLateBytes, {1, 1}},
+                                           Param{true, 0, drivers::Interruption::kLateBytes},
+                                           Param{false, 0, drivers::Interruption::kUnheard, {1, 1}},
+                                           Param{true, 0, drivers::Interruption::kUnheard, {1, 1}},
+                                           Param{false, 9, drivers::Interruption::kUnheard},
                                            Param{true, 0, drivers::Interruption::kPacketsStopped},
                                            Param{false, 1, drivers::Interruption::kOther}));
 
@@ -166,6 +193,12 @@ TEST_P(every_pair, answers_a_deadline_in_every_phase_that_can_have_one) {
     if (phase == Phase::kIdle || is_final(phase)) continue;
     const Step next =
         step(state_in(phase, GetParam()), event_of_kind(EventKind::kDeadline, GetParam()));
+    const bool waits = (phase == Phase::kWatching || phase == Phase::kRecovering) &&
+                       next.state.phase == Phase::kRecovering;
+    if (waits) {
+      EXPECT_EQ(next.state.deadline, next.state.busy_until) << "no longer than a busy spell may take";
+      continue;
+    }
     EXPECT_NE(next.state.phase, phase) << to_string(phase);
     ASSERT_TRUE(next.state.failure.has_value()) << to_string(phase);
     EXPECT_NE(next.state.failure->kind, FailureKind::kUnexpectedEvent) << to_string(phase);
@@ -288,6 +321,8 @@ TEST_P(every_pair, moves_nothing_behind_an_interruption_before_a_new_reference) 
       const bool on = !is_final(next.state.phase) && next.state.phase != phase;
       if (phase == Phase::kReferencing || !on) continue;
       EXPECT_TRUE(next.state.phase == Phase::kWatching || next.state.phase == Phase::kRecovering ||
+                  (next.state.phase == Phase::kIdentifying &&
+                   count<CloseDevices>(next.actions) == 1) ||
                   count<Rereference>(next.actions) == 1)
           << pair(phase, kind);
     }
@@ -295,16 +330,18 @@ TEST_P(every_pair, moves_nothing_behind_an_interruption_before_a_new_reference) 
 }
 
 TEST_P(every_pair, goes_on_by_itself_only_where_it_may_and_from_what_is_harmless) {
-  const bool may = GetParam().retries > 0 &&
-                   (GetParam().interruption == drivers::Interruption::kPacketsStopped ||
-                    GetParam().interruption == drivers::Interruption::kLateReplies);
+  const bool late = GetParam().interruption == drivers::Interruption::kLateReplies ||
+                    GetParam().interruption == drivers::Interruption::kLateBytes;
+  const bool may = (late && GetParam().repeats.of_touch > 0) ||
+                   (GetParam().retries > 0 &&
+                    GetParam().interruption == drivers::Interruption::kPacketsStopped);
   for (Phase phase : kAllPhases) {
     for (EventKind kind : kAllEvents) {
       const Step next = step(state_in(phase, GetParam()), event_of_kind(kind, GetParam()));
       if (next.state.interruptions == 0) continue;
       EXPECT_TRUE(may) << pair(phase, kind);
-      EXPECT_TRUE(kind == EventKind::kRobotSilent || kind == EventKind::kRefused ||
-                  kind == EventKind::kLinks)
+      EXPECT_TRUE(kind == EventKind::kRobotSilent || kind == EventKind::kContactSilent ||
+                  kind == EventKind::kRefused || kind == EventKind::kLinks)
           << pair(phase, kind);
     }
   }

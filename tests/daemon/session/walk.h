@@ -30,7 +30,7 @@ class Walk {
     event.arm_id = state.arm_id;
     event.links.robot = drivers::RobotLink::kReady;
     event.links.contact = drivers::ContactLink::kReady;
-    event.links.self_test_ok = true;
+    event.links.self_test_ok = event.links.clock_ok = true;
     event.plan = plan;
     event.plan_hash = "hash";
     event.progress.touches_left = 4;

@@ -81,10 +81,18 @@ TEST_F(CoreDelivery, ExplainsASilenceUnderArmWhereItIsAThirdOfTheLimitAndWasSent
     const double since_s = std::chrono::duration<double>(s.now - given_up).count();
     s.run(of_seconds(one.late_s - one.sent_before_s - since_s - 0.001));
     EXPECT_EQ(s.facts().last_arm_end, ArmEnd::kSilence) << "nobody knows yet";
+    EXPECT_TRUE(s.facts().delivery.open && s.snapshot().silence_open);
+    const ContactDelivery before = s.facts().delivery;
+    const double silent_s = s.facts().silent_s;
     heartbeat(one.late_s);
+    EXPECT_FALSE(s.facts().delivery.open || s.snapshot().silence_open);
+    EXPECT_EQ(s.facts().delivery.late, before.late + (one.explains ? 1 : 0));
+    EXPECT_EQ(s.facts().delivery.silent, before.silent + (one.explains ? 0 : 1));
     EXPECT_EQ(s.facts().last_arm_end, one.explains ? ArmEnd::kDeliveredLate : ArmEnd::kSilence)
         << one.late_s;
-    EXPECT_NEAR(s.facts().delivered_late_s, one.explains ? one.late_s : 0.0, 1e-5);
+    // One figure and its own limit: so long nothing came.
+    EXPECT_NEAR(s.facts().delivered_late_s, one.explains ? silent_s : 0.0, 1e-5);
+    EXPECT_TRUE(!one.explains || s.facts().delivered_late_s > s.facts().late_limit_s);
     // The first one that comes decides.
     heartbeat(0.020);
     EXPECT_EQ(s.facts().last_arm_end, one.explains ? ArmEnd::kDeliveredLate : ArmEnd::kSilence);
@@ -95,9 +103,10 @@ TEST_F(CoreDelivery, ExplainsAnIdleSilenceByItsOwnName) {
   fall_silent(false);
   EXPECT_EQ(s.facts().fault, ContactFault::kSilent);
   s.run(200ms);
+  const double silent_s = s.facts().silent_s;
   heartbeat(0.3);
   EXPECT_EQ(s.facts().fault, ContactFault::kDeliveredLate);
-  EXPECT_NEAR(s.facts().delivered_late_s, 0.3, 1e-5);
+  EXPECT_NEAR(s.facts().delivered_late_s, silent_s, 1e-5);
   EXPECT_EQ(s.facts().late_limit_s, 0.3);
   EXPECT_EQ(s.facts().step, ContactStep::kHello) << "it is identified anew all the same";
   // Of a sensor whose clock has jumped nothing is known.
@@ -107,6 +116,36 @@ TEST_F(CoreDelivery, ExplainsAnIdleSilenceByItsOwnName) {
   ASSERT_TRUE(s.run_until([&] { return s.facts().fault == ContactFault::kClockJumped; }));
   heartbeat(0.3);
   EXPECT_EQ(s.facts().fault, ContactFault::kClockJumped);
+}
+
+TEST_F(CoreDelivery, ASilenceBehindALatenessIsNotExplainedByIt) {
+  ASSERT_TRUE(s.arm(5, 1000ms));
+  s.beats = false;
+  heartbeat(0.040);
+  ASSERT_GT(s.snapshot().delivered_late_s, 0.0);
+  fall_silent(false);  // a cable pulled, soon after
+  EXPECT_EQ(s.snapshot().delivered_late_s, 0.0);
+  EXPECT_TRUE(s.snapshot().silence_open);
+}
+
+TEST_F(CoreDelivery, CountsWhatComesLateWithoutAnArmingToo) {
+  s.beats = false;
+  heartbeat(0.020);
+  EXPECT_EQ(s.facts().delivery.late, 0u);
+  heartbeat(0.030);
+  EXPECT_EQ(s.facts().delivery.late, 1u);
+  EXPECT_EQ(s.snapshot().delivered_late_s, 0.0) << "nothing is stopped by it";
+  EXPECT_EQ(s.facts().fault, ContactFault::kNone);
+  s.core.disconnect(s.now);
+  s.core.connect(s.now);
+  EXPECT_EQ(s.facts().delivery.late, 1u) << "counts never go back";
+}
+
+TEST_F(CoreDelivery, KnowsWhetherItsClockMapIsGood) {
+  EXPECT_TRUE(s.facts().clock_ok);
+  s.pongs = false;
+  s.run(3500ms);
+  EXPECT_FALSE(s.facts().clock_ok) << "no answer for three seconds";
 }
 
 // ---- quality ----------------------------------------------------------------------------------------

@@ -351,7 +351,7 @@ Verdict Matrix::run(Wire wire, const Fault& fault, const Stretch& stretch, std::
         [&](daemon::Runner& runner) {
           if (fault.book) fault.book({*cell, run.at, &runner});
         },
-        expectation_.retries);
+        expectation_.retries, expectation_.repeats);
     run.verdict.interruptions = run.ending.state.interruptions;
     run.touches = journal.touches(run.session);
   }

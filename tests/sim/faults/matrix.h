@@ -61,6 +61,8 @@ struct Expectation {
   bool check_phase = true;
   /// The session may go on by itself from so many harmless interruptions.
   int retries = 0;
+  /// Likewise where this computer was late; by default as a daemon begins them.
+  daemon::BusyRepeats repeats{};
 };
 
 class Matrix {

@@ -23,6 +23,9 @@ class sessions_that_may_go_on : public ::testing::Test {
   Matrix matrix(int retries) const {
     Expectation expectation;
     expectation.retries = retries;
+    return matrix(expectation);
+  }
+  Matrix matrix(const Expectation& expectation) const {
     return Matrix(CELLCAL_DEMO_CELL, folder_, 1, expectation);
   }
   static const Stretch& stretch(const Reference& reference, TouchPhase phase) {
@@ -42,6 +45,16 @@ class sessions_that_may_go_on : public ::testing::Test {
       for (int i = 0; i < count; ++i) {
         const TimePoint at = victim.at + i * milliseconds(4500);
         victim.cell.to_pc().add({sim::TroubleKind::kDrop, at, at + milliseconds(20)});
+      }
+    });
+  }
+  /// So often this computer holds the sensor's bytes back, for 60 ms each, and then delivers them.
+  static Fault late_bytes(int count, milliseconds apart = milliseconds(4500)) {
+    return book([=](const Victim& victim) {
+      for (int i = 0; i < count; ++i) {
+        const TimePoint at = victim.at + i * apart;
+        victim.cell.serial().to_host().add({sim::TroubleKind::kDelay, at, at + milliseconds(30), 1.0,
+                                            -1, milliseconds(60)});
       }
     });
   }
@@ -80,17 +93,74 @@ TEST_F(sessions_that_may_go_on, finish_in_one_go_behind_20_ms_without_a_packet) 
 
 TEST_F(sessions_that_may_go_on, end_as_ever_where_nobody_allowed_it) {
   Matrix one = matrix(0);
-  for (const Fault& fault : {pauses(1), late_replies()}) {
+  const Verdict verdict =
+      one.run(Wire::kRsi, pauses(1), stretch(one.reference(Wire::kRsi), TouchPhase::kTransit), 1);
+  EXPECT_EQ(verdict.outcome, Outcome::kNamed) << shown(verdict);
+  EXPECT_EQ(verdict.name, "robot-silent");
+  EXPECT_EQ(verdict.interruptions, 0);
+}
+
+class where_this_computer_was_late : public sessions_that_may_go_on,
+                                     public ::testing::WithParamInterface<Wire> {};
+INSTANTIATE_TEST_SUITE_P(over, where_this_computer_was_late,
+                         ::testing::Values(Wire::kRsi, Wire::kEkiInput, Wire::kEkiFlag),
+                         [](const auto& one) {
+                           return one.param == Wire::kRsi        ? "rsi"
+                                  : one.param == Wire::kEkiInput ? "eki_by_its_input"
+                                                                 : "eki_by_a_flag";
+                         });
+
+TEST_P(where_this_computer_was_late, sessions_finish_in_one_go_by_default) {
+  Matrix one = matrix(0);
+  // Idle heartbeats come every 100 ms, so that 60 ms more stop a search alone.
+  for (const TouchPhase phase : {TouchPhase::kSearch, TouchPhase::kApproach}) {
     const Verdict verdict =
-        one.run(Wire::kRsi, fault, stretch(one.reference(Wire::kRsi), TouchPhase::kTransit), 1);
+        one.run(GetParam(), late_bytes(1), stretch(one.reference(GetParam()), phase), 1);
+    EXPECT_EQ(verdict.outcome, Outcome::kMeasured) << to_string(phase) << ": " << shown(verdict);
+    if (phase == TouchPhase::kSearch) {
+      EXPECT_EQ(verdict.interruptions, 1);
+    }
+  }
+}
+
+TEST_P(where_this_computer_was_late, often_they_finish_all_the_same) {
+  Matrix one = matrix(0);
+  const Verdict verdict = one.run(GetParam(), late_bytes(40, milliseconds(1700)),
+                                  stretch(one.reference(GetParam()), TouchPhase::kSearch), 1);
+  EXPECT_EQ(verdict.outcome, Outcome::kMeasured) << shown(verdict);
+  EXPECT_GE(verdict.interruptions, 2);
+}
+
+TEST_P(where_this_computer_was_late, and_the_sensor_fell_silent_they_end) {
+  Matrix one = matrix(0);
+  Fault fault = book([](const Victim& victim) {
+    victim.cell.serial().to_host().add({sim::TroubleKind::kDelay, victim.at,
+                                        victim.at + milliseconds(30), 1.0, -1, milliseconds(60)});
+    victim.cell.serial().to_host().add(
+        {sim::TroubleKind::kCut, victim.at + milliseconds(30), TimePoint::max()});
+  });
+  fault.silences = Silent::kSensor;
+  const Verdict verdict = one.run(GetParam(), fault,
+                                  stretch(one.reference(GetParam()), TouchPhase::kSearch), 1);
+  EXPECT_EQ(verdict.outcome, Outcome::kNamed) << shown(verdict);
+}
+
+TEST_F(sessions_that_may_go_on, end_by_the_computers_name_where_no_repeat_is_allowed) {
+  Expectation expectation;
+  expectation.repeats = {0, 0};
+  Matrix one = matrix(expectation);
+  for (const Fault& fault : {late_bytes(1), late_replies()}) {
+    const Verdict verdict =
+        one.run(Wire::kRsi, fault, stretch(one.reference(Wire::kRsi), TouchPhase::kSearch), 1);
     EXPECT_EQ(verdict.outcome, Outcome::kNamed) << shown(verdict);
-    EXPECT_EQ(verdict.name, "robot-silent");
+    // Bytes that have not come by then tell nothing: the sensor's silence is what is known.
+    EXPECT_TRUE(verdict.name == "computer-busy") << shown(verdict);
     EXPECT_EQ(verdict.interruptions, 0);
   }
 }
 
-TEST_F(sessions_that_may_go_on, finish_in_one_go_behind_late_replies) {
-  Matrix one = matrix(2);
+TEST_F(sessions_that_may_go_on, finish_in_one_go_behind_late_replies_by_default) {
+  Matrix one = matrix(0);
   for (const TouchPhase phase : {TouchPhase::kTransit, TouchPhase::kSearch}) {
     const Verdict verdict =
         one.run(Wire::kRsi, late_replies(), stretch(one.reference(Wire::kRsi), phase), 1);

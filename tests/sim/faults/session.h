@@ -39,9 +39,9 @@ struct Ending {
 };
 
 /// Runs a session in the journal to its end: a new one, or what `state` says of one begun before.
-/// `on_begin` gets the runner before anything happens; `retries` as [session] retries.
+/// `on_begin` gets the runner before anything happens; `retries` and `repeats` as under [session].
 Ending run_session(FaultyCell& cell, const Job& job, daemon::Journal& journal, std::int64_t session,
                    bool resumed, const std::function<void(daemon::Runner&)>& on_begin = {},
-                   int retries = 0);
+                   int retries = 0, daemon::BusyRepeats repeats = {});
 
 }  // namespace cellcal::faults

@@ -61,10 +61,12 @@ TEST(CauseWords, WayPointsAreNamedByTheirNumber) {
 }
 
 TEST(CauseWords, TimesAreInTheUnitThatTheyAreReadIn) {
-  EXPECT_TRUE(
-      has(said(cause::SensorLate{0.040, 0.025}), "40 ms late on this computer (limit 25 ms)"));
-  EXPECT_TRUE(has(said(cause::SensorLate{0.022, 0.025}),
-                  "22 ms late on this computer (none arrived within 25 ms)"));
+  EXPECT_TRUE(has(said(cause::SensorLate{0.040, 0.025}),
+                  "this computer was busy: sensor data 40 ms late, limit 25 ms"));
+  EXPECT_TRUE(has(said(cause::SensorLate{0.0251, 0.025}), "26 ms late, limit 25 ms"));
+  EXPECT_TRUE(has(said(cause::HeldUp{0.0135, 0.012, 0.011}),
+                  "no packet read for 14 ms, limit 12 ms; its real-time thread did not run for 11 "
+                  "ms of them"));
   EXPECT_TRUE(has(said(cause::TripUnconfirmed{0.104}),
                   "neither confirmed nor revoked the trip within 104 ms"));
   EXPECT_TRUE(has(said(cause::InputAlone{0.104}), "sensor detected nothing within 104 ms"));

@@ -161,6 +161,7 @@ TEST_F(Search, HeartbeatsThatThisComputerDeliveredLateAreToldFromASilentSensor) 
   const CoreResult result = rig.finish();
   EXPECT_EQ(result.outcome, MoveOutcome::kContactSilent);
   expect_cause(result.cause, cause::SensorLate{0.040, 0.025});
+  EXPECT_EQ(result.interruption, Interruption::kLateBytes);
 }
 
 TEST_F(Search, AnArmingThatEndedBySilenceIsNotSaidToHaveExpired) {

@@ -170,12 +170,43 @@ TEST(RsiSessionRefused, AMoveWhoseRepliesAreNotTakenIsInterruptedByTheController
 TEST_F(RsiSession, AMoveThatWaitsToBeginWhenThePacketsStopIsRefusedByThat) {
   rig.make_ready();
   rig.begin(MoveKind::kTransit, rig.moved_by(0, 1));
-  rig.core.on_tick(rig.now + 13ms);
+  for (int ms = 1; ms <= 13; ++ms) rig.core.on_tick(rig.now + milliseconds(ms));
   const auto refused = rig.core.take_result();
   ASSERT_TRUE(refused);
   EXPECT_EQ(refused->outcome, MoveOutcome::kRefused);
   expect_cause(refused->cause, cause::Silence{0.013}, 1e-3);
   EXPECT_EQ(refused->interruption, Interruption::kPacketsStopped);
+}
+
+TEST_F(RsiSession, AThreadThatDidNotRunIsThisComputersLatenessAndNoSilenceOfTheController) {
+  struct Case {
+    int awake_ms;
+    bool held_up;
+  };
+  // It looks each millisecond up to awake_ms behind the last packet, and then not before 20 ms.
+  for (const Case& one : {Case{0, true}, Case{3, true}, Case{6, false}, Case{11, false}}) {
+    Rig fresh;
+    fresh.make_ready();
+    fresh.begin(MoveKind::kTransit, fresh.moved_by(0, 20));
+    fresh.run(100ms);
+    for (int ms = 1; ms <= one.awake_ms; ++ms) fresh.core.on_tick(fresh.now + milliseconds(ms));
+    fresh.core.on_tick(fresh.now + 20ms);
+    const auto result = fresh.core.take_result();
+    ASSERT_TRUE(result) << one.awake_ms;
+    EXPECT_EQ(result->outcome, MoveOutcome::kRobotSilent);
+    EXPECT_EQ(is<cause::HeldUp>(result->cause), one.held_up) << one.awake_ms << words(*result);
+    EXPECT_EQ(result->interruption,
+              one.held_up ? Interruption::kLateReplies : Interruption::kPacketsStopped);
+    EXPECT_EQ(fresh.core.state().link, RobotLink::kLost) << "nothing moves either way";
+    if (!one.held_up) continue;
+    EXPECT_TRUE(has(words(*result), "this computer was busy: no packet read for")) << words(*result);
+    // Its session goes on, and by its own count it is the same one.
+    const std::uint32_t session = fresh.core.state().session;
+    fresh.run(100ms);
+    EXPECT_EQ(fresh.core.state().link, RobotLink::kNotReferenced);
+    EXPECT_EQ(fresh.core.state().session, session);
+    EXPECT_EQ(fresh.core.state().interruption, Interruption::kLateReplies);
+  }
 }
 
 // ---- references ------------------------------------------------------------------------------------

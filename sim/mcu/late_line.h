@@ -1,0 +1,74 @@
+#pragma once
+// A line whose bytes a busy computer delivers later than they came, in order and in one go.
+
+#include <algorithm>
+#include <array>
+#include <deque>
+#include <span>
+#include <vector>
+
+#include "drivers/contact/wire/byte_line.h"
+#include "drivers/contact/wire/ctp.h"
+#include "drivers/time.h"
+
+namespace cellcal::sim {
+
+/// The line behind it must outlive this.
+class LateLine final : public drivers::ByteLine {
+ public:
+  explicit LateLine(drivers::ByteLine& line) : line_(line) {}
+
+  /// All that comes before `until` is delivered then.
+  void hold(drivers::TimePoint until) { until_ = until; }
+  /// All that comes from now on is this late.
+  void delay(drivers::Duration late) { late_ = late; }
+  /// From `from` on, each time `every` has passed, nothing is delivered for `spell`. every 0: never.
+  void stall(drivers::TimePoint from, drivers::Duration every, drivers::Duration spell) {
+    from_ = from;
+    every_ = every;
+    spell_ = spell;
+  }
+
+  void write(std::span<const std::uint8_t> bytes, drivers::TimePoint t) override {
+    line_.write(bytes, t);
+  }
+  drivers::TimePoint next() const override {
+    return waiting_.empty() ? line_.next() : std::min(line_.next(), waiting_.front().t);
+  }
+  void advance(drivers::TimePoint t) override {
+    line_.advance(t);
+    now_ = t;
+    std::array<std::uint8_t, CTP_MAX_WIRE> bytes{};
+    drivers::TimePoint came;
+    while (const std::size_t size = line_.read(bytes, came))
+      waiting_.push_back({delivered(came), {bytes.begin(), bytes.begin() + size}});
+  }
+  std::size_t read(std::span<std::uint8_t> into, drivers::TimePoint& t) override {
+    if (waiting_.empty() || waiting_.front().t > now_) return 0;
+    const Piece piece = waiting_.front();
+    waiting_.pop_front();
+    std::copy(piece.bytes.begin(), piece.bytes.end(), into.begin());
+    t = piece.t;
+    return piece.bytes.size();
+  }
+
+ private:
+  struct Piece {
+    drivers::TimePoint t{};
+    std::vector<std::uint8_t> bytes;
+  };
+
+  drivers::TimePoint delivered(drivers::TimePoint came) const {
+    const drivers::TimePoint held = std::max(came + late_, until_);
+    if (every_ <= drivers::Duration{0} || came < from_ + every_) return held;
+    const drivers::Duration into = (came - from_) % every_;
+    return into < spell_ ? std::max(held, came - into + spell_) : held;
+  }
+
+  drivers::ByteLine& line_;
+  std::deque<Piece> waiting_;
+  drivers::TimePoint now_{}, until_{}, from_{};
+  drivers::Duration late_{0}, every_{0}, spell_{0};
+};
+
+}  // namespace cellcal::sim
