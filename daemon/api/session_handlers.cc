@@ -58,7 +58,10 @@ json to_json(const PhaseTimes& times) {
                           {"total_s", one.total_s},
                           {"worst_s", one.worst_s}});
   }
-  return {{"touches", times.touches}, {"total_s", times.total_s}, {"activities", activities}};
+  return {{"touches", times.touches},
+          {"interruptions", times.interruptions},
+          {"total_s", times.total_s},
+          {"activities", activities}};
 }
 
 std::int64_t page_size(const Request& request, std::int64_t usual) {

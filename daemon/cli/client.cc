@@ -497,6 +497,8 @@ int show(const Connection& daemon, std::int64_t session, Shown shown) {
                      Detail::kAll);
     words += "results: " + text(value, "results") + "\n";
   }
+  if (const std::int64_t count = number(value.value("times", json::object()), "interruptions"); count > 0)
+    words += fmt::format("interruptions: {}, each resumed automatically\n", count);
   if (const json delay = value.value("contact_delay", json()); delay.is_object()) {
     words +=
         "latch delay of the contacts alone, fast against slow search (watched for changes; the fit "

@@ -229,6 +229,7 @@ TaskInputs SessionService::task_inputs(Job& job) {
   };
   inputs.readings = [this, &job] { return parts_.journal.readings(job.session); };
   inputs.interruptions = [this] { return status().interruptions; };
+  inputs.busy_repeats = [this] { return status().busy_repeats; };
   inputs.truth = [&job](const calib::Calibration& calibration) {
     return job.backend->truth(calibration);
   };

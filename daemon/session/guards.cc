@@ -224,6 +224,12 @@ bool sensor_proven_at_standoff(const State& state, const Event& event) {
 bool referenced(const State&, const Event& event) {
   return event.links.robot == drivers::RobotLink::kReady;
 }
+bool back_to_search(const State& state, const Event& event) {
+  return referenced(state, event) && state.interrupted && state.way_back == WayBack::kToSearch;
+}
+bool back_to_clear(const State& state, const Event& event) {
+  return referenced(state, event) && state.interrupted && state.way_back == WayBack::kToClear;
+}
 bool more_waypoints(const State& state, const Event&) {
   return state.waypoint + 1 < waypoint_count(state);
 }

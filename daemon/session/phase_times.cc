@@ -132,6 +132,9 @@ PhaseTimes phase_times(std::span<const std::string> events) {
     if (last && under_way(phase) && last->change.to == phase) {
       stay.go_on(times, activity_of(phase),
                  std::max(0.0, now->at_s - last->at_s));  // clocks are set
+      // From the watch it goes back to the same wait.
+      times.interruptions +=
+          now->change.to == Phase::kRecovering && phase != Phase::kWatching ? 1 : 0;
       times.touches += phase == Phase::kRecording && !is_final(now->change.to) ? 1 : 0;
     } else {
       stay = {};

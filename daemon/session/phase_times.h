@@ -39,6 +39,7 @@ struct ActivityTime {
 struct PhaseTimes {
   std::array<ActivityTime, kAllActivities.size()> of{};  ///< by Activity
   int touches = 0;                                       ///< recorded
+  int interruptions = 0;  ///< harmless ones, behind which it waited for the links
   double total_s = 0.0;
   const ActivityTime& operator[](Activity a) const { return of[static_cast<std::size_t>(a)]; }
 };

@@ -195,6 +195,11 @@ void forget_touch(State& state) {
   state.self_tested = false;
 }
 
+void end_interruption(State& state) {
+  state.interrupted.reset();
+  state.busy_until.reset();
+}
+
 }  // namespace
 
 void plan_touches(State& state, const Event& event, Actions& actions) {
@@ -227,9 +232,24 @@ void find_route(State& state, const Event& event, Actions& actions) {
   else
     actions.emplace_back(FindRoute{state.done, state.route_id});
   state.touch_failed.reset();
-  state.interrupted.reset();
-  state.busy_until.reset();
+  state.way_back = WayBack::kNone;
+  end_interruption(state);
   state.deadline = event.at + state.timeouts.planning;
+}
+
+void begin_back_to_search(State& state, const Event& event, Actions& actions) {
+  end_interruption(state);
+  forget_touch(state);
+  decide_approach(state);
+  state.waypoint = waypoint_count(state) - 1;
+  begin(state, event, actions, MoveKind::kRetreat, waypoint(state, state.waypoint), 0.0,
+        state.timeouts.waypoint);
+}
+
+void begin_back_to_clear(State& state, const Event& event, Actions& actions) {
+  end_interruption(state);
+  begin(state, event, actions, MoveKind::kRetreat, axis_angles(state.planned().clear), 0.0,
+        state.timeouts.waypoint);
 }
 
 void begin_freeing(State& state, const Event& event, Actions& actions) {
@@ -436,6 +456,30 @@ void take_interruption(State& state, const Event& event) {
     count_interruption(state, kind, std::move(detail), by);
 }
 
+/// From where it stands now.
+WayBack way_back(const State& state) {
+  if (!state.one_by_one || state.plan->touches.empty()) return WayBack::kNone;
+  switch (state.phase) {
+    case Phase::kArmingFast:  // behind noise it stands near the surface
+      return state.search_from_m > state.approach_m ? WayBack::kToSearch : WayBack::kNone;
+    case Phase::kFastSearch:
+    case Phase::kBackingOff:
+    case Phase::kArmingSlow:
+    case Phase::kSlowSearch:
+      return WayBack::kToSearch;
+    case Phase::kRecording:
+    case Phase::kRetreat:
+      return state.leads_on ? WayBack::kNone : WayBack::kToClear;
+    case Phase::kReferencing:
+    case Phase::kWatching:
+      return state.way_back;
+    case Phase::kFreeing:  // out of a contact, by the line alone or as a resumed session
+      return state.way_back;
+    default:
+      return WayBack::kNone;
+  }
+}
+
 void record_interruption(const State& state, Actions& actions) {
   RecordInterruption record{state.interruptions - state.busy_repeats, state.retries, 0, 0,
                             describe(*state.interrupted)};
@@ -466,6 +510,7 @@ void interrupt(State& state, const Event& event, Actions& actions) {
   const bool gone = state.leads_on && state.phase == Phase::kRetreat && !state.links.in_contact;
   if (!kBeforeTheFirstMove.has(state.phase)) state.resumed = kAtTheSphere.has(state.phase) && !gone;
   state.ahead = {};
+  state.way_back = way_back(state);
   if (!state.pause_noted) note_pause(state, event, actions);
   if (kMoveResults.has(event.kind)) state.left_rad = event.at_rad;
   state.pause_noted = false;

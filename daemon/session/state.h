@@ -23,6 +23,14 @@ struct Ahead {
   std::shared_ptr<const Event> answer;
 };
 
+/// Of touches chosen one by one: where a session that was interrupted on a search line goes first. The way it
+/// came is clear, whatever is known of the sphere; another may not be known.
+enum class WayBack {
+  kNone,      ///< its way is looked for from where it stands
+  kToSearch,  ///< to where the search began, and the same touch again
+  kToClear,   ///< the touch is made, or given up: on out to the clear point
+};
+
 /// A move that was decided upon. It begins when all that was recorded before it is on disk.
 struct HeldMove {
   drivers::Move move;
@@ -93,6 +101,7 @@ struct State {
   std::uint32_t left_session = 0;          ///< the controller's, in which it happened
   std::uint64_t replies_before = 0;        ///< late replies when the watch began
   std::uint32_t interruptions_before = 0;  ///< of the robot's link, likewise
+  WayBack way_back = WayBack::kNone;
   bool pause_noted = false;                ///< while a touch was on its way to the disk
   /// Those of them in which this computer was late: of the session, and of one touch.
   int busy_repeats = 0, busy_of_touch = 0;

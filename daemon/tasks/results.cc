@@ -32,7 +32,10 @@ void write_results(const TaskInputs& inputs, const calib::Calibration& calibrati
   report.cell_name = std::filesystem::path(inputs.files.cell_name).filename().string();
   report.software = calib::software_version();
   if (const int count = inputs.interruptions ? inputs.interruptions() : 0; count > 0) {
-    report.notes.push_back("interruptions of the robot's link: " + std::to_string(count) +
+    const int busy = inputs.busy_repeats ? inputs.busy_repeats() : 0;
+    report.notes.push_back("interruptions of the links: " + std::to_string(count) +
+                           (busy > 0 ? " (" + std::to_string(busy) + " because this computer was busy)"
+                                     : "") +
                            ", each resumed automatically; the touch under way was repeated");
   }
   if (calibration.update)

@@ -3,6 +3,9 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
+#include <cmath>
+#include <cstdint>
 #include <deque>
 #include <span>
 #include <vector>
@@ -22,7 +25,8 @@ class LateLine final : public drivers::ByteLine {
   void hold(drivers::TimePoint until) { until_ = until; }
   /// All that comes from now on is this late.
   void delay(drivers::Duration late) { late_ = late; }
-  /// From `from` on, each time `every` has passed, nothing is delivered for `spell`. every 0: never.
+  /// Once in each `every` behind `from`, at another instant of it each time, nothing is delivered for
+  /// `spell`. every 0: never. The first `every` is quiet.
   void stall(drivers::TimePoint from, drivers::Duration every, drivers::Duration spell) {
     from_ = from;
     every_ = every;
@@ -61,8 +65,14 @@ class LateLine final : public drivers::ByteLine {
   drivers::TimePoint delivered(drivers::TimePoint came) const {
     const drivers::TimePoint held = std::max(came + late_, until_);
     if (every_ <= drivers::Duration{0} || came < from_ + every_) return held;
-    const drivers::Duration into = (came - from_) % every_;
-    return into < spell_ ? std::max(held, came - into + spell_) : held;
+    const auto number = static_cast<std::uint64_t>((came - from_) / every_);
+    // An even share of the golden ratio's multiples: never in step with anything.
+    const double share = std::fmod(0.6180339887 * static_cast<double>(number), 1.0);
+    const drivers::TimePoint begins =
+        from_ + static_cast<std::int64_t>(number) * every_ +
+        std::chrono::duration_cast<drivers::Duration>(share * (every_ - spell_));
+    const bool in_it = came >= begins && came < begins + spell_;
+    return in_it ? std::max(held, begins + spell_) : held;
   }
 
   drivers::ByteLine& line_;

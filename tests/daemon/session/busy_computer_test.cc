@@ -399,6 +399,69 @@ TEST(a_contact_behind_a_lateness, in_transit_ends_the_session_and_at_the_sphere_
   EXPECT_EQ(transit.state.failure->kind, FailureKind::kUnexpectedContact);
 }
 
+/// Touches chosen one by one, at the search for the first.
+Walk one_by_one_searching() {
+  Walk walk;
+  walk.state.one_by_one = true;
+  walk.state.repeats = BusyRepeats{};
+  walk.to_fast_search();
+  return walk;
+}
+void late_bytes(Event& event) {
+  event.interruption = Interruption::kLateBytes;
+  event.at_rad = {0.112};
+}
+/// Both links prove themselves; the arm is where it was left.
+void prove_links(Walk& walk) {
+  const auto there = [](Event& event) { event.links.actual_rad = {0.112}; };
+  walk.on(EventKind::kLinks, there);
+  walk.on(EventKind::kDeadline);
+  ASSERT_EQ(walk.state.phase, Phase::kReferencing);
+  walk.on(EventKind::kLinks, there);
+}
+
+TEST(a_search_chosen_one_by_one, is_repeated_over_the_way_it_came_without_a_new_choice) {
+  for (const int times : {1, 2}) {  // interrupted on that way as well
+    Walk walk = one_by_one_searching();
+    const double began_rad = 0.1 + walk.state.approach_m;
+    walk.on(EventKind::kContactSilent, late_bytes);
+    for (int time = 1; time <= times; ++time) {
+      prove_links(walk);
+      ASSERT_EQ(walk.state.phase, Phase::kFreeing);
+      expect_move(walk, drivers::MoveKind::kRetreat, began_rad, 0.0, kWaypointS);
+      EXPECT_EQ(walk.find<ChooseTouch>(), nullptr);
+      if (time < times) walk.on(EventKind::kContactSilent, late_bytes);
+    }
+    walk.on(EventKind::kArrived);
+    ASSERT_EQ(walk.state.phase, Phase::kProving);
+    walk.the<SelfTest>();
+    walk.on(EventKind::kLinks);
+    EXPECT_EQ(walk.state.phase, Phase::kArmingFast) << "the same touch, from where it began";
+    EXPECT_FALSE(walk.state.first);
+  }
+}
+
+TEST(a_way_out_of_a_touch_chosen_one_by_one, goes_on_to_the_clear_point) {
+  Walk walk = one_by_one_searching();
+  walk.contact(0.110, 0.1102);
+  walk.on(EventKind::kArrived);
+  walk.on(EventKind::kArmed);
+  walk.contact(0.110, 0.1102);
+  walk.on(EventKind::kArrived);
+  walk.on(EventKind::kArmed);
+  walk.contact(0.110, 0.1102);
+  walk.on(EventKind::kRecorded);
+  ASSERT_EQ(walk.state.phase, Phase::kRetreat);
+  walk.on(EventKind::kContactSilent, late_bytes);
+  prove_links(walk);
+  ASSERT_EQ(walk.state.phase, Phase::kRetreat);
+  expect_move(walk, drivers::MoveKind::kRetreat, 0.09, 0.0, kWaypointS);
+  EXPECT_EQ(walk.state.done, 1u);
+  walk.on(EventKind::kArrived);
+  EXPECT_EQ(walk.state.phase, Phase::kChoosing);
+  walk.the<ChooseTouch>();
+}
+
 TEST(a_lateness_behind_the_last_touch, leaves_the_arm_where_it_is_and_identifies) {
   for (const Interruption by : {Interruption::kLateBytes, Interruption::kUnheard}) {
     Usual session(late_at({17}, by));

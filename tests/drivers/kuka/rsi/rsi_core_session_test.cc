@@ -170,7 +170,7 @@ TEST(RsiSessionRefused, AMoveWhoseRepliesAreNotTakenIsInterruptedByTheController
 TEST_F(RsiSession, AMoveThatWaitsToBeginWhenThePacketsStopIsRefusedByThat) {
   rig.make_ready();
   rig.begin(MoveKind::kTransit, rig.moved_by(0, 1));
-  for (int ms = 1; ms <= 13; ++ms) rig.core.on_tick(rig.now + milliseconds(ms));
+  for (int ms = 1; ms <= 13; ++ms) rig.core.on_tick(rig.now + std::chrono::milliseconds(ms));
   const auto refused = rig.core.take_result();
   ASSERT_TRUE(refused);
   EXPECT_EQ(refused->outcome, MoveOutcome::kRefused);
@@ -189,7 +189,7 @@ TEST_F(RsiSession, AThreadThatDidNotRunIsThisComputersLatenessAndNoSilenceOfTheC
     fresh.make_ready();
     fresh.begin(MoveKind::kTransit, fresh.moved_by(0, 20));
     fresh.run(100ms);
-    for (int ms = 1; ms <= one.awake_ms; ++ms) fresh.core.on_tick(fresh.now + milliseconds(ms));
+    for (int ms = 1; ms <= one.awake_ms; ++ms) fresh.core.on_tick(fresh.now + std::chrono::milliseconds(ms));
     fresh.core.on_tick(fresh.now + 20ms);
     const auto result = fresh.core.take_result();
     ASSERT_TRUE(result) << one.awake_ms;
