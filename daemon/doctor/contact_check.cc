@@ -209,8 +209,10 @@ void judge_contact_delivery(const ContactSeen& seen, Findings& findings) {
     return;
   }
   const std::string figures = fmt::format(
-      "heartbeats {:.2f} ms late on this computer (median), {:.1f} ms at worst (limit {:.0f} ms)",
-      q.late_p50_s * calib::kMsPerS, q.late_worst_s * calib::kMsPerS, kLateLimitS * calib::kMsPerS);
+      "heartbeats {:.2f} ms late on this computer (median), {:.1f} ms at worst (limit {:.0f} ms, "
+      "exceeded {} times)",
+      q.late_p50_s * calib::kMsPerS, q.late_worst_s * calib::kMsPerS, kLateLimitS * calib::kMsPerS,
+      seen.newest.delivery.late);
   const std::string advice =
       fmt::format("stop other programs on this computer, or reserve a core ({})", kReadme);
   if (q.late_worst_s > kLateLimitS) {

@@ -69,7 +69,8 @@ json to_json(const drivers::ContactStatus& contact) {
        {{"p50", q.late_p50_s * calib::kMsPerS},
         {"max", q.late_max_s * calib::kMsPerS},
         {"worst", q.late_worst_s * calib::kMsPerS},
-        {"limit", std::chrono::duration<double, std::milli>(drivers::kHeartbeatLimit).count()}}},
+        {"limit", std::chrono::duration<double, std::milli>(drivers::kHeartbeatLimit).count()},
+        {"over", contact.delivery.late}}},
       {"sense_v", contact.sense_voltage_v},
       {"contact_v", q.contact_voltage_v}};
 }

@@ -106,6 +106,7 @@ export function status(value: unknown): Status | null {
       leftS: number(waiting.left_s), start: words(waiting.start),
     },
     interruptions: count(all.interruptions),
+    busyRepeats: count(all.busy_repeats), busyLeftS: number(all.busy_left_s),
     failure: failure && {
       kind: one_of(failure.kind, FAILURES) as FailureKind, detail: words(failure.detail),
     },

@@ -12,7 +12,7 @@ export type Phase = (typeof PHASES)[number] | "unknown";
 export const FAILURES = [
   "plan", "plan-changed", "device", "link-not-ready", "contact-fault", "contact-closed",
   "arm-refused", "no-contact", "contact-too-early", "unexpected-contact", "still-in-contact",
-  "readings-disagree", "too-many-revoked", "contact-silent", "robot-silent", "move-refused",
+  "readings-disagree", "too-many-revoked", "contact-silent", "computer-busy", "robot-silent", "move-refused",
   "not-following", "stopped-elsewhere", "timeout", "stop-unconfirmed", "journal", "identify",
   "report", "attended", "unexpected-event",
 ] as const;
@@ -66,6 +66,8 @@ export interface Status {
   arm: { motion: ArmMotion; packetAgeS: number | null };
   waiting: { robot: boolean; contact: boolean; leftS: number | null; start: string } | null;
   interruptions: number;
+  busyRepeats: number;
+  busyLeftS: number | null;
   failure: { kind: FailureKind; detail: string } | null;
   publish: boolean | null;
   reasons: string[];

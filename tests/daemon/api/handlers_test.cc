@@ -147,6 +147,7 @@ TEST(a_status, holds_the_quality_of_both_links_in_the_units_that_its_keys_name) 
   EXPECT_DOUBLE_EQ(contact.at("round_trip_ms").at("min"), 0.5);
   EXPECT_DOUBLE_EQ(contact.at("late_ms").at("worst"), 40.0);
   EXPECT_DOUBLE_EQ(contact.at("late_ms").at("limit"), 25.0);
+  EXPECT_EQ(contact.at("late_ms").at("over"), 0);
 }
 
 TEST_F(an_api, knows_its_resources_and_their_methods) {

@@ -44,7 +44,7 @@ TEST(the_aftermath, waits_for_somebody_where_the_arm_met_something_or_somebody_s
 
 TEST(the_aftermath, resumes_whatever_a_session_could_have_gone_on_from_by_itself) {
   for (const Harm& harm : harm_table()) {
-    if (!harm.harmless) continue;
+    if (harm.goes_on == GoesOn::kNever) continue;
     EXPECT_TRUE(aftermath(harm.failure, harm.by.value_or(Interruption::kNone)).resume) << harm.reason;
   }
 }

@@ -38,6 +38,8 @@ export function ProgressPanel({ model, plan, now }: { model: Model; plan: Planne
         )}
       </dl>
       {status.interruptions > 0 && <p class="note">{say("interruptions", { n: status.interruptions })}</p>}
+      {status.busyRepeats > 0 && <p class="note">{say("busy.repeats", { n: status.busyRepeats })}</p>}
+      {status.busyLeftS !== null && <p class="note">{say("busy.waiting", { left: fmt.duration(status.busyLeftS) })}</p>}
     </section>
   );
 }

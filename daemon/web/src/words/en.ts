@@ -79,6 +79,8 @@ export const en = {
   "waiting.start": "Start on the pendant: {what}",
   "waiting.sensor.do": "Check the sensor's USB cable and power. 'cellcal doctor' names what is missing.",
   "interruptions": "{n} harmless interruptions, resumed automatically",
+  "busy.repeats": "{n} of these because this computer was busy: the touch was repeated.",
+  "busy.waiting": "This computer is busy: waiting for {left} at most, arm at rest. Stop other programs on it.",
 
   // Progress.
   "progress": "Progress",
@@ -317,6 +319,7 @@ export const en = {
   "failure.readings-disagree": "Readings of one touch do not agree.",
   "failure.too-many-revoked": "Repeated false contacts.",
   "failure.contact-silent": "No data from the contact sensor.",
+  "failure.computer-busy": "This computer was busy: sensor data or replies came too late.",
   "failure.robot-silent": "No data from the robot controller.",
   "failure.move-refused": "Move refused before its start.",
   "failure.not-following": "The arm does not follow its set-point.",
@@ -342,7 +345,8 @@ export const en = {
   "do.still-in-contact": "Jog the tip free, look for a short circuit or a chip, then resume.",
   "do.readings-disagree": "Clean tip and sphere, check that both are tight, then resume.",
   "do.too-many-revoked": "Check cable, shield and earth of the sensor for noise, then resume.",
-  "do.contact-silent": "With 'late on this computer' in the evidence: stop other programs. Otherwise check the sensor's USB cable and power. Then resume.",
+  "do.contact-silent": "Check the sensor's USB cable and power. Then resume.",
+  "do.computer-busy": "Stop other programs on this computer, or reserve a core for cellcald. Then resume.",
   "do.robot-silent": "Check emergency stop, drives, program and network cable on the controller, then resume.",
   "do.move-refused": "Compare the limits in the configuration with the robot, then start again.",
   "do.not-following": "Check drives, operating mode and correction limits, then resume.",
