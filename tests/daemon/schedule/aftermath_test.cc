@@ -24,7 +24,7 @@ TEST(the_aftermath, of_every_failure_is_known_with_its_reason) {
     }
   }
   EXPECT_EQ(known.size(), kKinds);
-  EXPECT_EQ(of_the_robot.size(), 4u);
+  EXPECT_EQ(of_the_robot.size(), 3u);
 }
 
 TEST(the_aftermath, resumes_nothing_behind_which_no_other_session_might_begin) {

@@ -344,7 +344,7 @@ TEST_F(a_schedule, refuses_a_session_whose_file_is_wrong_once_a_night_with_its_w
   EXPECT_NE(words(reported.back()).find("c.toml:3"), std::string::npos) << words(reported.back());
 }
 
-Failure late() { return {FailureKind::kRobotSilent, "late", drivers::Interruption::kLateReplies}; }
+Failure late() { return {FailureKind::kComputerBusy, "late", drivers::Interruption::kLateReplies}; }
 
 TEST_F(a_schedule, resumes_nothing_unless_it_was_told_to) {
   live(10 * kHour);

@@ -125,7 +125,7 @@ TEST_P(where_this_computer_was_late, sessions_finish_in_one_go_by_default) {
 
 TEST_P(where_this_computer_was_late, often_they_finish_all_the_same) {
   Matrix one = matrix(0);
-  const Verdict verdict = one.run(GetParam(), late_bytes(40, milliseconds(1700)),
+  const Verdict verdict = one.run(GetParam(), late_bytes(40, milliseconds(3700)),
                                   stretch(one.reference(GetParam()), TouchPhase::kSearch), 1);
   EXPECT_EQ(verdict.outcome, Outcome::kMeasured) << shown(verdict);
   EXPECT_GE(verdict.interruptions, 2);
