@@ -97,7 +97,8 @@ void put_state(Exposition& out, const Status& status) {
             static_cast<double>(status.total));
   out.gauge("cellcal_session_interruptions", "Harmless interruptions after which it resumed.",
             static_cast<double>(status.interruptions));
-  out.gauge("cellcal_session_busy_repeats", "Of these: touches repeated because this computer was late.",
+  out.gauge("cellcal_session_busy_repeats",
+            "Of these: touches repeated because this computer was late.",
             static_cast<double>(status.busy_repeats));
   out.gauge("cellcal_session_residual_meters", "Residual of its newest touch, or of its fit.",
             status.residual_m);

@@ -270,11 +270,14 @@ std::string status_words(const json& status) {
     words += fmt::format("interruptions: {}, each resumed automatically\n", count);
   }
   if (const std::int64_t count = number(status, "busy_repeats"); count > 0)
-    words += fmt::format("of these {} because this computer was busy; the touch was repeated\n", count);
+    words +=
+        fmt::format("of these {} because this computer was busy; the touch was repeated\n", count);
   if (const auto left = figure(status, "busy_left_s");
       left && text(status, "phase") == "recovering")
-    words += fmt::format("this computer is busy: waiting for {:.0f} s at most, arm at rest. Stop "
-                         "other programs on it\n", *left);
+    words += fmt::format(
+        "this computer is busy: waiting for {:.0f} s at most, arm at rest. Stop "
+        "other programs on it\n",
+        *left);
   if (!text(status, "robot").empty()) words += "robot: " + text(status, "robot") + "\n";
   if (!text(status, "contact").empty())
     words += "contact sensor: " + text(status, "contact") + "\n";
@@ -497,7 +500,8 @@ int show(const Connection& daemon, std::int64_t session, Shown shown) {
                      Detail::kAll);
     words += "results: " + text(value, "results") + "\n";
   }
-  if (const std::int64_t count = number(value.value("times", json::object()), "interruptions"); count > 0)
+  if (const std::int64_t count = number(value.value("times", json::object()), "interruptions");
+      count > 0)
     words += fmt::format("interruptions: {}, each resumed automatically\n", count);
   if (const json delay = value.value("contact_delay", json()); delay.is_object()) {
     words +=

@@ -84,8 +84,10 @@ void read_session(const TomlTable& table, DaemonConfig& config) {
   config.timeouts.connecting = std::chrono::milliseconds(std::llround(wait_s * 1e3));
   config.retries = static_cast<int>(table.integer_or("retries", 0, 0, 100));
   BusyRepeats& repeats = config.repeats;
-  repeats.of_touch = static_cast<int>(table.integer_or("busy_repeats_touch", repeats.of_touch, 0, 100));
-  repeats.of_session = static_cast<int>(table.integer_or("busy_repeats", repeats.of_session, 0, 10'000));
+  repeats.of_touch =
+      static_cast<int>(table.integer_or("busy_repeats_touch", repeats.of_touch, 0, 100));
+  repeats.of_session =
+      static_cast<int>(table.integer_or("busy_repeats", repeats.of_session, 0, 10'000));
   const double patience = std::chrono::duration<double>(config.timeouts.busy).count();
   const double busy_s = table.number_or("busy_wait_s", patience, {3.0, 3600.0});
   config.timeouts.busy = std::chrono::milliseconds(std::llround(busy_s * 1e3));

@@ -49,7 +49,7 @@ struct MockConfig {
   double joint_noise_deg = 0.0005;
   double lag_s = 0.02;
   int cycle_ms = 4;
-  double busy_every_s = 0.0;  ///< a busy computer: so often it delivers the sensor's bytes late; 0: never
+  double busy_every_s = 0.0;  ///< a busy computer: so often the sensor's bytes come late; 0: never
   bool wall_clock = false;  ///< what is recorded bears this computer's date, not one day of 2000
   std::vector<double> start_rad;
 };

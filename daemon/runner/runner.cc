@@ -21,9 +21,9 @@ bool same(const Links& a, const Links& b) {
          a.delivery.open == b.delivery.open && a.can_guard_retreat == b.can_guard_retreat &&
          a.interruption == b.interruption && a.interruptions == b.interruptions &&
          a.robot_session == b.robot_session && a.late == b.late &&
-         a.needs_operator == b.needs_operator && a.unsettled == b.unsettled &&
-         a.mode == b.mode && a.override_percent == b.override_percent &&
-         a.robot_words == b.robot_words && a.contact_words == b.contact_words;
+         a.needs_operator == b.needs_operator && a.unsettled == b.unsettled && a.mode == b.mode &&
+         a.override_percent == b.override_percent && a.robot_words == b.robot_words &&
+         a.contact_words == b.contact_words;
 }
 
 }  // namespace
@@ -172,14 +172,16 @@ std::optional<Event> Runner::links_changed() {
     next_report_ = now + kReportPeriod;
     if (parts_.on_look) parts_.on_look(robot, contact);
   }
-  const Links links{robot.link,           robot.actual_rad,   robot.interruption,
-                    robot.interruptions,  robot.session,      robot.late,
-                    robot.needs_operator, robot.unsettled,    robot.mode,
-                    robot.override_percent,
-                    robot.words,
-                    contact.link,         contact.in_contact, contact.can_guard_retreat,
-                    contact.self_test_ok, contact.clock_ok,   contact.fault,
-                    contact.delivery,     contact.words};
+  const Links links{robot.link,           robot.actual_rad,
+                    robot.interruption,   robot.interruptions,
+                    robot.session,        robot.late,
+                    robot.needs_operator, robot.unsettled,
+                    robot.mode,           robot.override_percent,
+                    robot.words,          contact.link,
+                    contact.in_contact,   contact.can_guard_retreat,
+                    contact.self_test_ok, contact.clock_ok,
+                    contact.fault,        contact.delivery,
+                    contact.words};
   if (seen_ && same(*seen_, links)) return std::nullopt;
   seen_ = links;
   Event one = event(EventKind::kLinks);

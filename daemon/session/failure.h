@@ -34,7 +34,7 @@ enum class FailureKind {
   kJournal,           ///< a touch or the session could not be put on disk
   kIdentify,
   kReport,
-  kAttended,  ///< a session without a person, and somebody works at the robot
+  kAttended,         ///< a session without a person, and somebody works at the robot
   kUnexpectedEvent,  ///< an event that the table does not list for this phase
 };
 

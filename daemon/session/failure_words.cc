@@ -127,10 +127,12 @@ std::string busy_words(const State& state, const Event& event) {
   const BusyRepeats& most = state.repeats;
   if (most.of_touch > 0 && repeats_of_touch(state) >= most.of_touch)
     return joined(text, fmt::format("all {} repeats of one touch are used ([session] "
-                                    "busy_repeats_touch)", most.of_touch));
+                                    "busy_repeats_touch)",
+                                    most.of_touch));
   if (most.of_session > 0 && state.busy_repeats >= most.of_session)
     return joined(text, fmt::format("all {} repeats of a session are used ([session] "
-                                    "busy_repeats)", most.of_session));
+                                    "busy_repeats)",
+                                    most.of_session));
   return text;
 }
 

@@ -445,8 +445,8 @@ void count_interruption(State& state, FailureKind kind, std::string detail,
 void take_interruption(State& state, const Event& event) {
   const drivers::Interruption by = interruption_by(state, event);
   state.unheard = by == drivers::Interruption::kUnheard;
-  const FailureKind kind = failure_by(
-      by, state.unheard ? FailureKind::kContactSilent : FailureKind::kRobotSilent);
+  const FailureKind kind =
+      failure_by(by, state.unheard ? FailureKind::kContactSilent : FailureKind::kRobotSilent);
   std::string detail = failure_detail(kind, state, event);
   state.late_then = state.links.delivery.late;
   state.silent_then = state.links.delivery.silent;
@@ -549,8 +549,7 @@ void watch_links(State& state, const Event& event, Actions& actions) {
 /// Whose silence it was is known now: it was sent in time.
 void blame_computer(State& state, const Event& event, Actions& actions) {
   state.unheard = false;
-  count_interruption(state, FailureKind::kComputerBusy,
-                     event.links.contact_words,
+  count_interruption(state, FailureKind::kComputerBusy, event.links.contact_words,
                      drivers::Interruption::kLateBytes);
   record_interruption(state, actions);
   await_links(state, event);
@@ -653,8 +652,8 @@ void fail(FailureKind kind, State& state, const Event& event, Actions& actions) 
 }
 
 void fail_and_stop(FailureKind kind, State& state, const Event& event, Actions& actions) {
-  state.failure =
-      Failure{kind, failure_detail(kind, state, event) + next_step(kind), behind(kind, state, event)};
+  state.failure = Failure{kind, failure_detail(kind, state, event) + next_step(kind),
+                          behind(kind, state, event)};
   stop(state, event, actions);
 }
 

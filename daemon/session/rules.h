@@ -31,7 +31,7 @@ enum class Setback {
   kOtherSession,  ///< another session of the controller
   kAgain,         ///< links not sound for as long as they were watched
   kMoved,         ///< the arm is elsewhere
-  kRobotToo,      ///< this computer was late, and the controller's link or program has stopped as well
+  kRobotToo,  ///< this computer was late, and the controller's link or program has stopped as well
   kSensorSilent,  ///< it was the sensor that sent nothing, not this computer that was late
 };
 

@@ -109,8 +109,9 @@ struct State {
   /// The sensor was silent, and it is not known yet whose silence it was. Counted once it is.
   bool unheard = false;
   std::uint32_t late_then = 0, silent_then = 0;  ///< ContactDelivery when it was interrupted
-  std::uint32_t late_before = 0;                 ///< ContactDelivery::late when watch or arming began
-  std::optional<drivers::TimePoint> busy_until;  ///< this computer was late: so long it is waited for
+  std::uint32_t late_before = 0;  ///< ContactDelivery::late when watch or arming began
+  std::optional<drivers::TimePoint>
+      busy_until;  ///< this computer was late: so long it is waited for
 
   std::optional<drivers::TimePoint> deadline;  ///< of this phase
   std::optional<Failure> failure;              ///< set in kStopping and kFailed

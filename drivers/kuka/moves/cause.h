@@ -120,7 +120,8 @@ struct Silence {
   double silent_s = 0.0;
 };
 struct SessionRestarted {};
-struct HeldUp {  ///< this computer did not run the robot's thread: whether packets came is not known
+struct
+    HeldUp {  ///< this computer did not run the robot's thread: whether packets came is not known
   double silent_s = 0.0, limit_s = 0.0, slept_s = 0.0;
 };
 struct LateReplies {
@@ -187,13 +188,13 @@ using Cause =
                  cause::SensorLate, cause::KeepAliveLate, cause::ArmExpired, cause::TripUnconfirmed,
                  cause::StampOutside, cause::TouchedOutsideSearch, cause::ContactNotOpen,
                  cause::AxisNotFollowing, cause::AxisStands, cause::NotSettled, cause::NoPackets,
-                 cause::NotAccepted, cause::Silence, cause::SessionRestarted, cause::HeldUp, cause::LateReplies,
-                 cause::IncrementLost, cause::DelayGone, cause::TooCoarse, cause::NotConnected,
-                 cause::ControllerNotReady, cause::CommandNotTaken, cause::LinkClosed,
-                 cause::SessionTaken, cause::DeadMan, cause::ProgramAborted, cause::InputAtStart,
-                 cause::InputMissed, cause::InputAlone, cause::OutsideSoftLimits,
-                 cause::NotFeasible, cause::LatchMissing, cause::LatchAstray, cause::TooFastForFlag,
-                 cause::NotMoving, cause::NotAtTarget>;
+                 cause::NotAccepted, cause::Silence, cause::SessionRestarted, cause::HeldUp,
+                 cause::LateReplies, cause::IncrementLost, cause::DelayGone, cause::TooCoarse,
+                 cause::NotConnected, cause::ControllerNotReady, cause::CommandNotTaken,
+                 cause::LinkClosed, cause::SessionTaken, cause::DeadMan, cause::ProgramAborted,
+                 cause::InputAtStart, cause::InputMissed, cause::InputAlone,
+                 cause::OutsideSoftLimits, cause::NotFeasible, cause::LatchMissing,
+                 cause::LatchAstray, cause::TooFastForFlag, cause::NotMoving, cause::NotAtTarget>;
 
 // It crosses threads in lock-free queues, from a cycle that does not allocate.
 static_assert(std::is_trivially_copyable_v<Cause>);

@@ -45,7 +45,8 @@ std::optional<SensorRefusal> SensorMonitor::refusal(const Move& move) const {
     if (guard_ == nullptr) return refused(cause::NoSensor{});
     if (sensor.in_contact) return refused(cause::TouchingAtStart{});
     if (tripped_arm_ == move.arm_id) return refused(cause::TrippedAtStart{});
-    const bool over = sensor.last_end == ArmEnd::kSilence || sensor.last_end == ArmEnd::kDeliveredLate;
+    const bool over =
+        sensor.last_end == ArmEnd::kSilence || sensor.last_end == ArmEnd::kDeliveredLate;
     if (!sensor.armed && over) return refused(loss());  // between the arming and the search
     if (!sensor.armed) return refused(cause::NotArmed{move.arm_id});
     if (sensor.arm_id != move.arm_id) {

@@ -314,7 +314,8 @@ struct RsiCore::Impl {
       interrupt(Interruption::kLateReplies);
       return state.interruption;
     }
-    if (is<cause::Silence, cause::HeldUp, cause::NoPackets, cause::SessionRestarted, cause::NotReferenced>(cause))
+    if (is<cause::Silence, cause::HeldUp, cause::NoPackets, cause::SessionRestarted,
+           cause::NotReferenced>(cause))
       return state.interruption;
     return is<cause::DelayGone, cause::NotAccepted>(cause) ? Interruption::kOther
                                                            : Interruption::kNone;

@@ -62,10 +62,10 @@ TEST_F(OnABusyComputer, a_qualification_measures_the_contacts) {
 TEST_F(OnABusyComputer, sessions_over_eki_end_published_by_either_stop) {
   // By a flag a search takes nine seconds.
   for (const auto& [stop, every] : {std::pair("input", "5"), std::pair("flag", "19")}) {
-    restart(std::string("busy_every_s = ") + every + "\nwire = \"eki\"\nseed = 12\n[eki]\nstop = \"" +
-            stop + "\"\n");
-    expect_repeats(fixture.cellcal({"run", "--cell", CELLCAL_DEMO_CELL, "--touches", "24", "--check",
-                                    "4", "--seed", "12", "--accept-change"}));
+    restart(std::string("busy_every_s = ") + every +
+            "\nwire = \"eki\"\nseed = 12\n[eki]\nstop = \"" + stop + "\"\n");
+    expect_repeats(fixture.cellcal({"run", "--cell", CELLCAL_DEMO_CELL, "--touches", "24",
+                                    "--check", "4", "--seed", "12", "--accept-change"}));
   }
 }
 

@@ -51,8 +51,8 @@ struct Script {
   double moved_meanwhile_rad = 0.0;  ///< by another hand
   int told_after_ms = 0;       ///< behind a silence that nothing explains: until its stamps tell
   bool sensor_silent = false;  ///< and what they tell: the sensor sent nothing
-  int busy_for_ms = 0;         ///< behind each lateness of this computer heartbeats come late so long
-  int late_at_arming = kNever; ///< this arming is not answered in time: this computer was late
+  int busy_for_ms = 0;  ///< behind each lateness of this computer heartbeats come late so long
+  int late_at_arming = kNever;  ///< this arming is not answered in time: this computer was late
   bool never_back = false;
   drivers::OperatingMode mode = drivers::OperatingMode::kUnknown;
   std::optional<int> override_percent{};

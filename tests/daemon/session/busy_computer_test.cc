@@ -26,9 +26,7 @@ Script late_at(std::initializer_list<int> moves, Interruption by = Interruption:
   return script;
 }
 
-std::string why(const State& end) {
-  return end.failure ? describe(*end.failure) : "no failure";
-}
+std::string why(const State& end) { return end.failure ? describe(*end.failure) : "no failure"; }
 
 /// As a session begins where no key says anything.
 struct Usual : Session {
@@ -290,7 +288,8 @@ TEST(a_sensor_that_was_identified_anew, is_no_faulty_sensor_while_its_bytes_were
   walk.the<RecordInterruption>();
   EXPECT_NEAR(walk.timeout_s(), 3.0, 1e-6);
   walk.on(EventKind::kDeadline);
-  EXPECT_EQ(walk.state.phase, Phase::kRecovering) << "the robot is there: a busy spell is waited out";
+  EXPECT_EQ(walk.state.phase, Phase::kRecovering)
+      << "the robot is there: a busy spell is waited out";
   EXPECT_EQ(walk.state.deadline, walk.state.busy_until);
   walk.on(EventKind::kLinks, [](Event& event) { event.links.delivery.late = 1; });
   EXPECT_EQ(walk.state.phase, Phase::kWatching);
@@ -353,7 +352,8 @@ TEST(a_lateness_while_a_touch_goes_to_the_disk, waits_until_it_is_there) {
   EXPECT_EQ(walk.state.done, 1u) << "it is made, and not made again";
 }
 
-TEST(an_arming_that_was_not_answered, in_time_is_repeated_where_this_computer_was_late_and_only_there) {
+TEST(an_arming_that_was_not_answered,
+     in_time_is_repeated_where_this_computer_was_late_and_only_there) {
   for (const int arming : {1, 2, 4}) {
     Script script;
     script.late_at_arming = arming;

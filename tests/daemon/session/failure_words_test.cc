@@ -184,7 +184,8 @@ TEST_F(failure_words, say_that_no_more_interruptions_are_allowed_where_any_were)
             paused + ". All 1 automatic retries are used ([session] retries)");
   state.interruptions = 2;
   state.busy_repeats = 2;
-  EXPECT_EQ(in(kConnecting, F::kRobotSilent), paused) << "this computer's lateness uses none of them";
+  EXPECT_EQ(in(kConnecting, F::kRobotSilent), paused)
+      << "this computer's lateness uses none of them";
 }
 
 TEST_F(failure_words, of_a_busy_computer_say_so_first_and_which_bound_is_reached) {

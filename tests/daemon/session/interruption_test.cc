@@ -117,10 +117,11 @@ TEST_P(a_harmless_interruption, is_gone_on_from_as_often_as_was_allowed_and_no_o
   EXPECT_EQ(end.interruptions, 2);
   EXPECT_EQ(session.backend.world.moves.size(), 8u);
   if (GetParam() == Interruption::kUnheard) return;  // nothing says that it was this computer
-  EXPECT_NE(words_of(end).find(GetParam() == Interruption::kPacketsStopped
-                                   ? "ll 2 automatic retries are used ([session] retries)"
-                                   : "ll 2 repeats of one touch are used ([session] busy_repeats_touch)"),
-            std::string::npos)
+  EXPECT_NE(
+      words_of(end).find(GetParam() == Interruption::kPacketsStopped
+                             ? "ll 2 automatic retries are used ([session] retries)"
+                             : "ll 2 repeats of one touch are used ([session] busy_repeats_touch)"),
+      std::string::npos)
       << words_of(end);
 }
 
@@ -331,10 +332,9 @@ TEST(the_harm_table, knows_every_failure_and_gives_a_reason) {
                 harm.failure == FailureKind::kComputerBusy)
         << harm.reason;
   }
-  EXPECT_EQ(of_the_link,
-            (std::set{Interruption::kNone, Interruption::kLateReplies,
-                      Interruption::kPacketsStopped, Interruption::kOther, Interruption::kLateBytes,
-                      Interruption::kUnheard}));
+  EXPECT_EQ(of_the_link, (std::set{Interruption::kNone, Interruption::kLateReplies,
+                                   Interruption::kPacketsStopped, Interruption::kOther,
+                                   Interruption::kLateBytes, Interruption::kUnheard}));
   for (int kind = 0; std::string(to_string(static_cast<FailureKind>(kind))) != "unknown-failure";
        ++kind) {
     EXPECT_TRUE(known.contains(static_cast<FailureKind>(kind)))

@@ -47,12 +47,12 @@ TEST(a_change_of_phase, is_not_read_from_other_words) {
 
 TEST(the_times_of_a_session, count_what_interrupted_it_and_no_wait_twice) {
   using enum Phase;
-  const PhaseTimes times = phase_times(std::vector<std::string>{
-      at(0, kTransit, kArmingFast), at(10, kArmingFast, kFastSearch),
-      at(50, kFastSearch, kRecovering), at(60, kRecovering, kWatching),
-      at(2060, kWatching, kRecovering), at(2070, kRecovering, kWatching),
-      at(4070, kWatching, kReferencing), at(4100, kReferencing, kRouting),
-      at(4200, kRouting, kTransit), at(5200, kTransit, kRecovering)});
+  const PhaseTimes times = phase_times(
+      std::vector<std::string>{at(0, kTransit, kArmingFast), at(10, kArmingFast, kFastSearch),
+                               at(50, kFastSearch, kRecovering), at(60, kRecovering, kWatching),
+                               at(2060, kWatching, kRecovering), at(2070, kRecovering, kWatching),
+                               at(4070, kWatching, kReferencing), at(4100, kReferencing, kRouting),
+                               at(4200, kRouting, kTransit), at(5200, kTransit, kRecovering)});
   EXPECT_EQ(times.interruptions, 2);
 }
 

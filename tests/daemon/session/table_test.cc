@@ -53,7 +53,8 @@ Event event_of_kind(EventKind kind, const Param& param = {}) {
   event.interruption = param.interruption;
   if (of_the_sensor(param)) {
     const bool known = param.interruption == drivers::Interruption::kLateBytes;
-    event.links.fault = known ? drivers::ContactFault::kDeliveredLate : drivers::ContactFault::kSilent;
+    event.links.fault =
+        known ? drivers::ContactFault::kDeliveredLate : drivers::ContactFault::kSilent;
     event.links.delivery.open = !known;
   } else {
     event.links.interruption = param.interruption;
@@ -88,20 +89,21 @@ std::string pair(Phase phase, EventKind kind) {
 }
 
 class every_pair : public ::testing::TestWithParam<Param> {};
-INSTANTIATE_TEST_SUITE_P(of_phase_and_event, every_pair,
-                         ::testing::Values(Param{false}, Param{true},
-                                           Param{false, 1, drivers::Interruption::kPacketsStopped},
-                                           Param{true, 1, drivers::Interruption::kPacketsStopped},
-                                           Param{false, 1, drivers::Interruption::kLateReplies},
-                                           Param{false, 0, drivers::Interruption::kLateReplies, {1, 1}},
-                                           Param{false, 0, drivers::Interruption::kLateBytes, {1, 1}},
-                                           Param{true, 0, drivers::Interruption::kLateBytes, {1, 1}},
-                                           Param{true, 0, drivers::Interruption::kLateBytes},
-                                           Param{false, 0, drivers::Interruption::kUnheard, {1, 1}},
-                                           Param{true, 0, drivers::Interruption::kUnheard, {1, 1}},
-                                           Param{false, 9, drivers::Interruption::kUnheard},
-                                           Param{true, 0, drivers::Interruption::kPacketsStopped},
-                                           Param{false, 1, drivers::Interruption::kOther}));
+INSTANTIATE_TEST_SUITE_P(
+    of_phase_and_event, every_pair,
+    ::testing::Values(Param{false}, Param{true},
+                      Param{false, 1, drivers::Interruption::kPacketsStopped},
+                      Param{true, 1, drivers::Interruption::kPacketsStopped},
+                      Param{false, 1, drivers::Interruption::kLateReplies},
+                      Param{false, 0, drivers::Interruption::kLateReplies, {1, 1}},
+                      Param{false, 0, drivers::Interruption::kLateBytes, {1, 1}},
+                      Param{true, 0, drivers::Interruption::kLateBytes, {1, 1}},
+                      Param{true, 0, drivers::Interruption::kLateBytes},
+                      Param{false, 0, drivers::Interruption::kUnheard, {1, 1}},
+                      Param{true, 0, drivers::Interruption::kUnheard, {1, 1}},
+                      Param{false, 9, drivers::Interruption::kUnheard},
+                      Param{true, 0, drivers::Interruption::kPacketsStopped},
+                      Param{false, 1, drivers::Interruption::kOther}));
 
 TEST_P(every_pair, has_an_answer_to_every_event_in_every_phase) {
   for (Phase phase : kAllPhases) {
@@ -196,7 +198,8 @@ TEST_P(every_pair, answers_a_deadline_in_every_phase_that_can_have_one) {
     const bool waits = (phase == Phase::kWatching || phase == Phase::kRecovering) &&
                        next.state.phase == Phase::kRecovering;
     if (waits) {
-      EXPECT_EQ(next.state.deadline, next.state.busy_until) << "no longer than a busy spell may take";
+      EXPECT_EQ(next.state.deadline, next.state.busy_until)
+          << "no longer than a busy spell may take";
       continue;
     }
     EXPECT_NE(next.state.phase, phase) << to_string(phase);
@@ -320,10 +323,10 @@ TEST_P(every_pair, moves_nothing_behind_an_interruption_before_a_new_reference) 
           << pair(phase, kind);
       const bool on = !is_final(next.state.phase) && next.state.phase != phase;
       if (phase == Phase::kReferencing || !on) continue;
-      EXPECT_TRUE(next.state.phase == Phase::kWatching || next.state.phase == Phase::kRecovering ||
-                  (next.state.phase == Phase::kIdentifying &&
-                   count<CloseDevices>(next.actions) == 1) ||
-                  count<Rereference>(next.actions) == 1)
+      EXPECT_TRUE(
+          next.state.phase == Phase::kWatching || next.state.phase == Phase::kRecovering ||
+          (next.state.phase == Phase::kIdentifying && count<CloseDevices>(next.actions) == 1) ||
+          count<Rereference>(next.actions) == 1)
           << pair(phase, kind);
     }
   }
@@ -332,9 +335,9 @@ TEST_P(every_pair, moves_nothing_behind_an_interruption_before_a_new_reference) 
 TEST_P(every_pair, goes_on_by_itself_only_where_it_may_and_from_what_is_harmless) {
   const bool late = GetParam().interruption == drivers::Interruption::kLateReplies ||
                     GetParam().interruption == drivers::Interruption::kLateBytes;
-  const bool may = (late && GetParam().repeats.of_touch > 0) ||
-                   (GetParam().retries > 0 &&
-                    GetParam().interruption == drivers::Interruption::kPacketsStopped);
+  const bool may =
+      (late && GetParam().repeats.of_touch > 0) ||
+      (GetParam().retries > 0 && GetParam().interruption == drivers::Interruption::kPacketsStopped);
   for (Phase phase : kAllPhases) {
     for (EventKind kind : kAllEvents) {
       const Step next = step(state_in(phase, GetParam()), event_of_kind(kind, GetParam()));

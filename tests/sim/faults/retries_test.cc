@@ -53,8 +53,8 @@ class sessions_that_may_go_on : public ::testing::Test {
     return book([=](const Victim& victim) {
       for (int i = 0; i < count; ++i) {
         const TimePoint at = victim.at + i * apart + milliseconds(i * i * 713 % 900);
-        victim.cell.serial().to_host().add({sim::TroubleKind::kDelay, at, at + milliseconds(30), 1.0,
-                                            -1, milliseconds(60)});
+        victim.cell.serial().to_host().add(
+            {sim::TroubleKind::kDelay, at, at + milliseconds(30), 1.0, -1, milliseconds(60)});
       }
     });
   }
@@ -142,8 +142,8 @@ TEST_P(where_this_computer_was_late, and_the_sensor_fell_silent_they_end) {
         {sim::TroubleKind::kCut, victim.at + milliseconds(30), TimePoint::max()});
   });
   fault.silences = Silent::kSensor;
-  const Verdict verdict = one.run(GetParam(), fault,
-                                  stretch(one.reference(GetParam()), TouchPhase::kSearch), 1);
+  const Verdict verdict =
+      one.run(GetParam(), fault, stretch(one.reference(GetParam()), TouchPhase::kSearch), 1);
   EXPECT_EQ(verdict.outcome, Outcome::kNamed) << shown(verdict);
 }
 

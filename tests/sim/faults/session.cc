@@ -36,8 +36,8 @@ Job make_job(const std::filesystem::path& cell_file) {
 }
 
 Ending run_session(FaultyCell& cell, const Job& job, daemon::Journal& journal, std::int64_t session,
-                   bool resumed, const std::function<void(daemon::Runner&)>& on_begin,
-                   int retries, daemon::BusyRepeats repeats) {
+                   bool resumed, const std::function<void(daemon::Runner&)>& on_begin, int retries,
+                   daemon::BusyRepeats repeats) {
   CellBackend backend(cell);
   daemon::JournalRecorder recorder(journal, session, backend);
   daemon::InlineWorker worker;

@@ -189,7 +189,8 @@ TEST_F(RsiSession, AThreadThatDidNotRunIsThisComputersLatenessAndNoSilenceOfTheC
     fresh.make_ready();
     fresh.begin(MoveKind::kTransit, fresh.moved_by(0, 20));
     fresh.run(100ms);
-    for (int ms = 1; ms <= one.awake_ms; ++ms) fresh.core.on_tick(fresh.now + std::chrono::milliseconds(ms));
+    for (int ms = 1; ms <= one.awake_ms; ++ms)
+      fresh.core.on_tick(fresh.now + std::chrono::milliseconds(ms));
     fresh.core.on_tick(fresh.now + 20ms);
     const auto result = fresh.core.take_result();
     ASSERT_TRUE(result) << one.awake_ms;
@@ -199,7 +200,8 @@ TEST_F(RsiSession, AThreadThatDidNotRunIsThisComputersLatenessAndNoSilenceOfTheC
               one.held_up ? Interruption::kLateReplies : Interruption::kPacketsStopped);
     EXPECT_EQ(fresh.core.state().link, RobotLink::kLost) << "nothing moves either way";
     if (!one.held_up) continue;
-    EXPECT_TRUE(has(words(*result), "this computer was busy: no packet read for")) << words(*result);
+    EXPECT_TRUE(has(words(*result), "this computer was busy: no packet read for"))
+        << words(*result);
     // Its session goes on, and by its own count it is the same one.
     const std::uint32_t session = fresh.core.state().session;
     fresh.run(100ms);
