@@ -33,21 +33,22 @@ class Watch {
   void take(const CheckSeen& check) {
     DriftPoint point;
     point.check = check;
-    if (check.left_out == LeftOut::kNo) {
+    const bool held = check.verdict == CheckVerdict::kHolds;
+    // What does not hold is measured against those that held, and is no part of them.
+    if (check.left_out == LeftOut::kNo && (held || charts_.centre().known())) {
       const Charts::Statistics at = charts_.take(check);
       point.ewma = at.ewma;
       point.cusum = at.cusum;
       point.share = std::max(at.ewma / kAlarmLimits.ewma, at.cusum / kAlarmLimits.cusum);
       trend_checks_.push_back(check);
-      chart_.undecided = 0;
-      if (++chart_.counted >= kLeastChecks) chart_.state = judged(at);
-      if (chart_.state == DriftState::kAlarms)
+      if (held) ++chart_.counted;
+      at_ = at;
+      if (!held || by_statistics() == DriftState::kAlarms)
         freeze(check);
       else
         go_on(check);
-    } else if (check.left_out != LeftOut::kNotTheTool) {
-      ++chart_.undecided;
     }
+    look_at_newest(check);
     point.state = chart_.state;
     chart_.points.push_back(point);
   }
@@ -57,16 +58,41 @@ class Watch {
       if (charts_.centre().known()) point.off_m = charts_.centre().against(point.check).off_m;
     chart_.noise = charts_.scatter();
     chart_.per_kelvin_m = charts_.centre().per_kelvin_m();
-    if (chart_.state == DriftState::kWarns || chart_.state == DriftState::kAlarms)
+    if (chart_.alarmed_at || by_statistics() == DriftState::kWarns)
       chart_.trend = trend_of(trend_checks_, charts_.scatter(), reference_c_);
     return std::move(chart_);
   }
 
  private:
-  DriftState judged(const Charts::Statistics& at) const {
-    if (beyond(at, kAlarmLimits)) return DriftState::kAlarms;
-    if (!beyond(at, kWarnLimits)) return DriftState::kInControl;
-    return chart_.alarmed_at ? DriftState::kAlarms : DriftState::kWarns;
+  /// An alarm stands until both statistics are below their warning limits, however few checks there are.
+  DriftState by_statistics() const {
+    const bool enough = chart_.counted >= kLeastChecks;
+    if (enough && beyond(at_, kAlarmLimits)) return DriftState::kAlarms;
+    if (beyond(at_, kWarnLimits)) {
+      if (chart_.alarmed_at) return DriftState::kAlarms;
+      if (enough) return DriftState::kWarns;
+    }
+    return enough ? DriftState::kInControl : DriftState::kTooFew;
+  }
+
+  /// The state is never better than the newest check.
+  void look_at_newest(const CheckSeen& check) {
+    switch (check.verdict) {
+      case CheckVerdict::kUndecided:
+        ++chart_.undecided;
+        if (chart_.state == DriftState::kInControl) chart_.state = DriftState::kUnknown;
+        return;
+      case CheckVerdict::kDoesNotHold:
+        if (!chart_.not_held) chart_.not_held = NotHeld{check.session, check.time_s, 0};
+        ++chart_.not_held->checks;
+        chart_.state = DriftState::kAlarms;
+        break;
+      case CheckVerdict::kHolds:
+        chart_.not_held.reset();
+        chart_.state = by_statistics();
+        break;
+    }
+    chart_.undecided = 0;
   }
 
   /// The centre stays what it was before the arm went off.
@@ -92,6 +118,7 @@ class Watch {
   std::optional<double> reference_c_;
   Charts charts_;
   DriftChart chart_;
+  Charts::Statistics at_;  ///< of the newest check in the chart
   /// What the centre is made of, and the checks of the alarm that stands.
   std::vector<CheckSeen> trend_checks_;
   std::size_t trusted_ = 0;  ///< of them, before that alarm's trend
@@ -111,34 +138,18 @@ bool unusual_temperature(const DriftChart& chart) {
   return others && nearest >= kUnusualK;
 }
 
-DriftAdvice for_change(ChangeKind kind) {
-  switch (kind) {
-    case ChangeKind::kTouch:
-    case ChangeKind::kNothing:
-      return DriftAdvice::kCheckAgain;
-    case ChangeKind::kGrowth:
-      return DriftAdvice::kLetItWarmUp;
-    case ChangeKind::kTool:
-      return DriftAdvice::kRemeasureTcp;
-    case ChangeKind::kSphere:
-    case ChangeKind::kJoint:
-      break;
-  }
-  return DriftAdvice::kRecalibrate;
-}
-
 DriftAdvice advice_for(const DriftChart& chart) {
   if (chart.points.empty()) return DriftAdvice::kNone;
   const CheckSeen& newest = chart.points.back().check;
-  if (newest.left_out == LeftOut::kUndecided) return DriftAdvice::kCheckAgain;
-  if (newest.holds == false) return for_change(newest.changed);
+  if (newest.verdict != CheckVerdict::kHolds)
+    return remedy_of(newest.verdict, newest.change ? newest.change->kind : ChangeKind::kNothing);
   if (chart.state == DriftState::kWarns || chart.state == DriftState::kUnknown)
     return DriftAdvice::kCheckAgain;
   if (chart.state != DriftState::kAlarms) return DriftAdvice::kNone;
   if (chart.trend && chart.trend->checks == 1) return DriftAdvice::kCheckAgain;
   if (unusual_temperature(chart)) return DriftAdvice::kLetItWarmUp;
   if (chart.trend && !chart.trend->causes.empty())
-    return for_change(chart.trend->causes.front().kind);
+    return remedy_of(CheckVerdict::kDoesNotHold, chart.trend->causes.front().kind);
   return DriftAdvice::kRemeasureTcp;
 }
 
@@ -154,8 +165,6 @@ DriftChart drift_chart(const std::vector<CheckSeen>& checks) {
   Watch watch(reference_temperature_c(checks));
   for (const CheckSeen& check : checks) watch.take(check);
   DriftChart chart = std::move(watch).chart();
-  if (chart.state == DriftState::kInControl && chart.undecided >= kMostUndecided)
-    chart.state = DriftState::kUnknown;
   advise(chart);
   return chart;
 }
@@ -163,10 +172,8 @@ DriftChart drift_chart(const std::vector<CheckSeen>& checks) {
 void age(DriftChart& chart, double now_s) {
   constexpr double kDayS = 86400.0;
   if (chart.state != DriftState::kInControl) return;
-  const auto decided =
-      std::find_if(chart.points.rbegin(), chart.points.rend(),
-                   [](const DriftPoint& one) { return one.check.left_out == LeftOut::kNo; });
-  if (decided == chart.points.rend() || now_s - decided->check.time_s <= kMostDays * kDayS) return;
+  const CheckSeen* decided = chart.newest_decided();
+  if (decided == nullptr || now_s - decided->time_s <= kMostDays * kDayS) return;
   chart.state = DriftState::kUnknown;
   advise(chart);
 }

@@ -7,13 +7,14 @@
 
 namespace cellcal::calib {
 
+/// The only judgement of all checks: what a cell, its metrics, its page, its controller and its plant show. It is never better
+/// than the newest check: an alarm where that does not hold, unknown instead of in control where it is undecided.
 /// `checks`: in their order, of the same touches where they are not left out. Causes of its trend and the advice that needs
 /// them are not in it yet: advise().
 DriftChart drift_chart(const std::vector<CheckSeen>& checks);
 
-/// 'In control' is said of now: with `now_s` (since 1970, UTC) far behind the newest check that decided something, or as many
-/// undecided ones behind it as limits.h has, the state becomes kUnknown and the advice to check again. What warns or alarms
-/// stays.
+/// 'In control' is said of now: with `now_s` (since 1970, UTC) far behind the newest check that decided something the state
+/// becomes kUnknown and the advice to check again. What warns or alarms stays.
 void age(DriftChart& chart, double now_s);
 
 /// Sets the advice by state, trend, causes and newest check.

@@ -12,9 +12,8 @@ inline constexpr ControlLimits kAlarmLimits{.ewma = 3.984, .cusum = 5.091, .run_
 /// Checks before anything is said: five share their centre's error by four.
 inline constexpr std::size_t kLeastChecks = 5;
 
-/// Undecided checks in a row, and days without one that decided, behind which 'in control' says nothing of now. A shift's
-/// check that is given up happens; three in a row are no check of a day. In two weeks a creep of 0.1 mm/month is what a check sees.
-inline constexpr std::size_t kMostUndecided = 3;
+/// Days without a check that decided something, behind which 'in control' says nothing of now: in two weeks a creep of
+/// 0.1 mm/month is what a check sees.
 inline constexpr double kMostDays = 14.0;
 
 }  // namespace cellcal::calib

@@ -28,17 +28,23 @@ ordered_json limits_to_json(const ControlLimits& limits) {
   return {{"ewma", limits.ewma}, {"cusum", limits.cusum}, {"run_length", limits.run_length}};
 }
 
+/// Null where it is undecided.
+ordered_json holds(const CheckSeen& check) {
+  if (check.verdict == CheckVerdict::kUndecided) return nullptr;
+  return check.verdict == CheckVerdict::kHolds;
+}
+
 bool measured(const CheckSeen& check) {
   return check.left_out == LeftOut::kNo || check.left_out == LeftOut::kNotTheTool;
 }
 
-ordered_json point_to_json(const DriftPoint& point, double noise) {
+ordered_json point_to_json(const DriftPoint& point, const DriftChart& chart) {
   const CheckSeen& check = point.check;
   ordered_json json{
       {"session", check.session},
       {"time_s", check.time_s},
       {"temperature_c", or_null(check.temperature_c)},
-      {"holds", or_null(check.holds)},
+      {"holds", holds(check)},
       {"left_out", check.left_out == LeftOut::kNo ? ordered_json(nullptr)
                                                   : ordered_json(to_string(check.left_out))},
       {"off_mm", nullptr},
@@ -47,11 +53,18 @@ ordered_json point_to_json(const DriftPoint& point, double noise) {
       {"cusum", point.cusum},
       {"share", point.share},
       {"state", to_string(point.state)}};
-  if (!measured(check)) return json;
-  const Eigen::Vector3d sigma_m = noise * check.covariance_m2.diagonal().cwiseSqrt();
+  if (!measured(check) || chart.counted == 0) return json;  // there is nothing to measure it from
+  const Eigen::Vector3d sigma_m = chart.noise * check.covariance_m2.diagonal().cwiseSqrt();
   json["off_mm"] = xyz_mm(point.off_m);
   json["u_mm"] = xyz_mm(kDriftCoverage * sigma_m);
   return json;
+}
+
+ordered_json cause_to_json(const Explanation& one) {
+  return {{"kind", to_string(one.kind)},
+          {"name", one.name},
+          {"probability", one.probability},
+          {"words", words(one)}};
 }
 
 ordered_json trend_to_json(const DriftTrend& trend) {
@@ -69,11 +82,23 @@ ordered_json trend_to_json(const DriftTrend& trend) {
     json["mm_per_month"] = trend.rate_m_s.norm() * kMonthS * kMmPerM;
     json["u_mm_per_month"] = kDriftCoverage * trend.rate_sigma_m_s * kMonthS * kMmPerM;
   }
-  for (const Explanation& one : trend.causes)
-    json["causes"].push_back({{"kind", to_string(one.kind)},
-                              {"name", one.name},
-                              {"probability", one.probability},
-                              {"words", words(one)}});
+  for (const Explanation& one : trend.causes) json["causes"].push_back(cause_to_json(one));
+  return json;
+}
+
+/// Null where the newest decided check holds, or there is none.
+ordered_json not_held_to_json(const DriftChart& chart) {
+  const CheckSeen* newest = chart.newest_decided();
+  if (!chart.not_held || newest == nullptr) return nullptr;
+  ordered_json json{{"session", newest->session},       {"time_s", newest->time_s},
+                    {"since", chart.not_held->since},   {"since_s", chart.not_held->since_s},
+                    {"checks", chart.not_held->checks}, {"tcp_shift_mm", nullptr},
+                    {"u_tcp_shift_mm", nullptr},        {"cause", nullptr}};
+  if (newest->tcp_shift_m) {
+    json["tcp_shift_mm"] = *newest->tcp_shift_m * kMmPerM;
+    json["u_tcp_shift_mm"] = newest->u_tcp_shift_m * kMmPerM;
+  }
+  if (newest->change) json["cause"] = cause_to_json(*newest->change);
   return json;
 }
 
@@ -92,15 +117,15 @@ std::string drift_to_json(const DriftChart& chart) {
                     {"noise", chart.noise},
                     {"um_per_kelvin", nullptr},
                     {"alarmed_at", or_null(chart.alarmed_at)},
+                    {"not_held", not_held_to_json(chart)},
                     {"course", nullptr},
                     {"points", ordered_json::array()},
                     {"words", words(chart)}};
   if (chart.per_kelvin_m) json["um_per_kelvin"] = xyz_mm(*chart.per_kelvin_m * 1e3);
   if (chart.trend) json["course"] = trend_to_json(*chart.trend);
+  if (const CheckSeen* decided = chart.newest_decided()) json["decided_s"] = decided->time_s;
   for (const DriftPoint& point : chart.points)
-    if (point.check.left_out == LeftOut::kNo) json["decided_s"] = point.check.time_s;
-  for (const DriftPoint& point : chart.points)
-    json["points"].push_back(point_to_json(point, chart.noise));
+    json["points"].push_back(point_to_json(point, chart));
   return json.dump(1);
 }
 

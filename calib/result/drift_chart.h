@@ -15,7 +15,8 @@ namespace cellcal::calib {
 /// What keeps a check out of the chart; it is shown all the same.
 enum class LeftOut {
   kNo,
-  kUndecided,     ///< touches were given up or met nothing, or its result is not there
+  kUndecided,     ///< touches were given up, or its result is not recorded
+  kIncomplete,    ///< it did not hold, and touches met nothing
   kNotTheTool,    ///< it did not hold, and a sphere, a joint or one touch explains it
   kOtherTouches,  ///< not those of the checks that are in the chart
 };
@@ -26,8 +27,12 @@ struct CheckSeen {
   double time_s = 0.0;  ///< since 1970, UTC
   std::optional<double> temperature_c = {};
   LeftOut left_out = LeftOut::kNo;
-  std::optional<bool> holds = {};                               ///< by itself
-  ChangeKind changed = ChangeKind::kNothing;                    ///< where it does not
+  CheckVerdict verdict = CheckVerdict::kUndecided;  ///< by itself
+  /// Where it does not hold, by itself: the likeliest cause, and the TCP shift with its U(k=2); none where too few touches met
+  /// anything.
+  std::optional<Explanation> change = {};
+  std::optional<double> tcp_shift_m = {};
+  double u_tcp_shift_m = 0.0;
   Eigen::Vector3d shift_m = Eigen::Vector3d::Zero();            ///< of the TCP, flange frame
   Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Identity();  ///< of what is another each time
 };
@@ -36,8 +41,8 @@ enum class DriftState {
   kTooFew,     ///< checks, to say anything
   kInControl,  ///< what is seen is the scatter of single checks
   kWarns,
-  kAlarms,
-  kUnknown,  ///< was in control; since then too many checks decided nothing, or too much time has passed
+  kAlarms,   ///< also where the newest check that decided something does not hold
+  kUnknown,  ///< was in control; the newest check is undecided, or too much time has passed since
 };
 
 enum class DriftAdvice { kNone, kCheckAgain, kLetItWarmUp, kRemeasureTcp, kRecalibrate };
@@ -61,6 +66,12 @@ enum class DriftShape { kStep, kCreep };
 
 /// A rate per month is said of a creep that was watched so long: of less it is an extrapolation of more than tenfold.
 inline constexpr double kShortestSpanOfARateS = 3.0 * 86400.0;
+/// The checks up to the newest decided one that do not hold, without one between them that does.
+struct NotHeld {
+  std::int64_t since = 0;  ///< the first of them
+  double since_s = 0.0;    ///< its time
+  std::size_t checks = 0;
+};
 
 /// How the TCP best went off, by all checks in the chart.
 struct DriftTrend {
@@ -78,7 +89,7 @@ struct DriftTrend {
 };
 
 struct DriftChart {
-  std::size_t counted = 0;    ///< checks in the chart
+  std::size_t counted = 0;    ///< checks in the chart that held: its reference
   std::size_t least = 0;      ///< that it needs
   std::size_t undecided = 0;  ///< checks behind the newest that decided something
   DriftState state = DriftState::kTooFew;
@@ -89,7 +100,16 @@ struct DriftChart {
   std::vector<DriftPoint> points = {};               ///< oldest first
   std::optional<DriftTrend> trend = {};              ///< where it warns or alarms
   std::optional<std::int64_t> alarmed_at = {};  ///< the check that raised the alarm that stands
+  std::optional<NotHeld> not_held = {};         ///< the newest decided check does not hold
+
+  /// The newest check that held or did not; null: none.
+  const CheckSeen* newest_decided() const;
 };
+
+/// What to do about a check by itself.
+DriftAdvice remedy_of(CheckVerdict verdict, ChangeKind change);
+/// As files name it: "re_measure_tcp". Of a name that is none, nothing.
+std::optional<DriftAdvice> drift_advice(const std::string& name);
 
 const char* to_string(LeftOut why);
 const char* to_string(DriftState state);

@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "calib/result/names.h"
+
 namespace cellcal::calib {
 
 namespace {
@@ -12,7 +14,16 @@ constexpr double kCoverage = 2.0;  // U(k=2)
 constexpr std::array kChangeKinds{ChangeKind::kNothing, ChangeKind::kTool,   ChangeKind::kSphere,
                                   ChangeKind::kJoint,   ChangeKind::kGrowth, ChangeKind::kTouch};
 
+constexpr std::array kVerdicts{Named{CheckVerdict::kHolds, "holds"},
+                               Named{CheckVerdict::kDoesNotHold, "does_not_hold"},
+                               Named{CheckVerdict::kUndecided, "undecided"}};
+
 }  // namespace
+
+const char* to_string(CheckVerdict verdict) { return name_of(kVerdicts, verdict); }
+std::optional<CheckVerdict> check_verdict(const std::string& name) {
+  return named(kVerdicts, name);
+}
 
 const char* to_string(ChangeKind kind) {
   switch (kind) {
@@ -36,6 +47,12 @@ std::optional<ChangeKind> change_kind(const std::string& name) {
   for (const ChangeKind kind : kChangeKinds)
     if (name == to_string(kind)) return kind;
   return std::nullopt;
+}
+
+CheckVerdict TcpCheck::verdict() const {
+  if (holds) return CheckVerdict::kHolds;
+  const bool alarm = !not_found.empty() || (!explanations.empty() && log_odds > log_alarm);
+  return alarm ? CheckVerdict::kDoesNotHold : CheckVerdict::kUndecided;
 }
 
 const Explanation* TcpCheck::change() const {

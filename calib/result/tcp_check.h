@@ -24,6 +24,16 @@ enum class ChangeKind {
 const char* to_string(ChangeKind kind);
 std::optional<ChangeKind> change_kind(const std::string& name);
 
+/// What a check says of the calibration.
+enum class CheckVerdict {
+  kHolds,
+  kDoesNotHold,  ///< the odds are above the alarm, or a touch met nothing
+  kUndecided     ///< touches gave no contact point, and the others raise no alarm
+};
+/// As files name it: "does_not_hold". Of a name that is none, nothing.
+const char* to_string(CheckVerdict verdict);
+std::optional<CheckVerdict> check_verdict(const std::string& name);
+
 /// What may have changed, and how well that alone explains the touches.
 struct Explanation {
   ChangeKind kind = ChangeKind::kNothing;
@@ -68,6 +78,7 @@ struct TcpCheck {
   std::vector<NotFound> not_found = {};
   std::vector<UnsteadyTouch> unsteady = {};
 
+  CheckVerdict verdict() const;
   /// The likeliest of what may have changed; null where too few touches were made to say.
   const Explanation* change() const;
   double u_m(int axis) const;  ///< U(k=2) of one component of the shift

@@ -22,29 +22,6 @@ std::string vector_words(const Eigen::Vector3d& m) {
                      m.z() * kMmPerM);
 }
 
-/// What to do about it.
-std::string advice(const Explanation& change) {
-  switch (change.kind) {
-    case ChangeKind::kTool:
-      return "Check the tool's fastening, its tip and, if it can slip, the zero of the last axis; then measure the "
-             "TCP or calibrate again";
-    case ChangeKind::kSphere:
-      return fmt::format("Clamp the stand of {} and calibrate again; the robot itself is as it was",
-                         change.name);
-    case ChangeKind::kJoint:
-      return fmt::format("Check the mastering, belt, coupling and brake of {}, and calibrate again",
-                         change.name);
-    case ChangeKind::kGrowth:
-      return "Let the arm come to its usual temperature and check again; if that is the new one, "
-             "calibrate again";
-    case ChangeKind::kTouch:
-      return fmt::format("Clean tip and {}, and check again", change.name);
-    case ChangeKind::kNothing:
-      break;
-  }
-  return "";
-}
-
 std::string not_found_words(const NotFound& one) {
   return fmt::format(
       "touch {}: no contact up to {:.0f} mm beyond the expected surface of {}. "
@@ -52,10 +29,16 @@ std::string not_found_words(const NotFound& one) {
       one.touch + 1, one.beyond_m * kMmPerM, one.target, one.target);
 }
 
-const char* verdict(const TcpCheck& check) {
-  if (check.holds) return "holds";
-  const bool alarm = !check.not_found.empty() || check.log_odds > check.log_alarm;
-  return alarm ? "does not hold" : "undecided";  // touches were given up
+const char* opening(CheckVerdict verdict) {
+  switch (verdict) {
+    case CheckVerdict::kHolds:
+      return "holds";
+    case CheckVerdict::kDoesNotHold:
+      return "does not hold";
+    case CheckVerdict::kUndecided:
+      break;
+  }
+  return "undecided";
 }
 
 std::string unsteady_words(const UnsteadyTouch& one) {
@@ -69,11 +52,12 @@ std::string unsteady_words(const UnsteadyTouch& one) {
 
 std::string verdict_words(const TcpCheck& check) {
   if (check.explanations.empty())
-    return fmt::format("does not hold: {} of {} touches without contact", check.not_found.size(),
-                       check.touches + check.not_found.size());
+    return fmt::format("{}: {} of {} touches without a contact point", opening(check.verdict()),
+                       check.not_found.size() + check.unsteady.size(),
+                       check.touches + check.not_found.size() + check.unsteady.size());
   return fmt::format("{}: TCP shift {:.2f} +- {:.2f} mm (k=2) {} in the flange's frame",
-                     verdict(check), check.shift_m.norm() * kMmPerM, check.u_along_m() * kMmPerM,
-                     vector_words(check.shift_m));
+                     opening(check.verdict()), check.shift_m.norm() * kMmPerM,
+                     check.u_along_m() * kMmPerM, vector_words(check.shift_m));
 }
 
 std::string words(const Explanation& one) {
@@ -100,10 +84,32 @@ std::string words(const Explanation& one) {
   return "";
 }
 
+std::string remedy_words(const Explanation& change) {
+  switch (change.kind) {
+    case ChangeKind::kTool:
+      return "Check the tool's fastening, its tip and, if it can slip, the zero of the last axis; then measure the "
+             "TCP or calibrate again";
+    case ChangeKind::kSphere:
+      return fmt::format("Clamp the stand of {} and calibrate again; the robot itself is as it was",
+                         change.name);
+    case ChangeKind::kJoint:
+      return fmt::format("Check the mastering, belt, coupling and brake of {}, and calibrate again",
+                         change.name);
+    case ChangeKind::kGrowth:
+      return "Let the arm come to its usual temperature and check again; if that is the new one, "
+             "calibrate again";
+    case ChangeKind::kTouch:
+      return fmt::format("Clean tip and {}, and check again", change.name);
+    case ChangeKind::kNothing:
+      break;
+  }
+  return "";
+}
+
 std::string change_words(const TcpCheck& check) {
   const Explanation* change = check.change();
   if (check.holds || change == nullptr || change->kind == ChangeKind::kNothing) return "";
-  return fmt::format("{}. {}", words(*change), advice(*change));
+  return fmt::format("{}. {}", words(*change), remedy_words(*change));
 }
 
 /// A probability: of some twenty explanations most have none to speak of.

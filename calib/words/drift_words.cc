@@ -61,14 +61,32 @@ std::string date_words(double time_s) {
                      static_cast<unsigned>(date.month()), static_cast<unsigned>(date.day()));
 }
 
+namespace {
+
+/// "check 7 (2026-11-26) does not hold: TCP shift 0.99 +- 0.05 mm (k=2), since check 2 (2026-11-25); tool shifted by ..."
+std::string not_held_words(const CheckSeen& newest, const NotHeld& run) {
+  std::string text =
+      fmt::format("check {} ({}) does not hold", newest.session, date_words(newest.time_s));
+  if (newest.tcp_shift_m)
+    text += fmt::format(": TCP shift {:.2f} +- {:.2f} mm (k=2)", *newest.tcp_shift_m * kMmPerM,
+                        newest.u_tcp_shift_m * kMmPerM);
+  if (run.since != newest.session)
+    text += fmt::format(", since check {} ({})", run.since, date_words(run.since_s));
+  return newest.change ? text + "; " + words(*newest.change) : text;
+}
+
+}  // namespace
+
 std::string state_words(const DriftChart& chart) {
+  if (chart.not_held && chart.newest_decided() != nullptr)
+    return "alarm: " + not_held_words(*chart.newest_decided(), *chart.not_held);
   const DriftPoint* newest = newest_counted(chart);
-  if (chart.state == DriftState::kTooFew || newest == nullptr)
+  if (chart.state == DriftState::kTooFew || newest == nullptr || chart.newest_decided() == nullptr)
     return fmt::format("not enough checks: {} of {}", chart.counted, chart.least);
   if (chart.state == DriftState::kUnknown)
     return fmt::format(
         "unknown: last decided check of {}, {} undecided since; it was in control then",
-        date_words(newest->check.time_s), chart.undecided);
+        date_words(chart.newest_decided()->time_s), chart.undecided);
   return fmt::format(
       "{}: TCP {:.3f} +- {:.3f} mm (k=2) off the centre of its checks, {:.0f} % of the alarm limit, {} checks",
       opening(chart.state), newest->off_m.norm() * kMmPerM,

@@ -1,6 +1,5 @@
 #include "daemon/advice/advice.h"
 
-#include <algorithm>
 #include <chrono>
 
 #include "calib/drift/limits.h"
@@ -50,12 +49,9 @@ PublishedAdvice advice_of(const calib::DriftChart& chart, double now_s) {
     case DriftAdvice::kRecalibrate:
       return {Advice::kRecalibrate};
   }
-  const auto decided =
-      std::find_if(chart.points.rbegin(), chart.points.rend(), [](const calib::DriftPoint& one) {
-        return one.check.left_out != calib::LeftOut::kUndecided;
-      });
-  if (decided == chart.points.rend() || decided->check.holds != true) return {};
-  const double until_s = decided->check.time_s + calib::kMostDays * kDayS;
+  const calib::CheckSeen* decided = chart.newest_decided();
+  if (decided == nullptr || decided->verdict != calib::CheckVerdict::kHolds) return {};
+  const double until_s = decided->time_s + calib::kMostDays * kDayS;
   if (now_s > until_s) return {};
   return {Advice::kHolds, day_number(until_s)};
 }

@@ -34,8 +34,7 @@ Api::Api(SessionService& service, Journal& journal, Access* access, Page page, E
       access_(access),
       page_(std::move(page)),
       examiner_(examiner),
-      drift_watch_(journal,
-                   [&service](std::int64_t session) { return service.results_dir(session); }),
+      drift_watch_(journal),
       local_feed_(source(service)),
       network_feed_(source(service)) {}
 

@@ -158,7 +158,6 @@ class Api {
   std::optional<Response> metrics(const Call& call);
   /// Throws NotFound.
   SessionRecord find(const Call& call);
-  nlohmann::json holds(const SessionRecord& record) const;
   nlohmann::json published(const SessionRecord& record) const;
   Response result_file(const Call& call, const char* name, const char* type);
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <optional>
@@ -11,6 +12,7 @@
 #include "calib/files/calibration_json.h"
 #include "calib/model/units.h"
 #include "daemon/api/handlers.h"
+#include "daemon/result/outcome_json.h"
 
 namespace cellcal::daemon {
 
@@ -163,6 +165,17 @@ void put_sessions(Exposition& out, const std::vector<SessionRecord>& sessions) {
   out.counter("cellcal_touches_total", "Touches in the journal.", touches);
 }
 
+/// Of the newest session that is done; all 0 where none has one recorded.
+void put_outcome(Exposition& out, const std::vector<SessionRecord>& newest_first) {
+  const auto newest = std::ranges::find(newest_first, RecordState::kDone, &SessionRecord::state);
+  const auto outcome =
+      newest == newest_first.end() ? std::nullopt : outcome_from_json(newest->outcome);
+  out.family("cellcal_session_outcome", "gauge",
+             "1 for the outcome of the newest session that is done.");
+  for (const OutcomeKind kind : kOutcomeKinds)
+    out.sample(outcome && outcome->kind == kind ? 1.0 : 0.0, {{"outcome", to_string(kind)}});
+}
+
 void put_result(Exposition& out, const calib::Calibration& newest) {
   out.gauge("cellcal_calibration_published", "1 where the newest result was published.",
             newest.verdict.publish ? 1.0 : 0.0);
@@ -194,6 +207,7 @@ void put_drift(Exposition& out, const calib::DriftChart& chart) {
   out.gauge("cellcal_drift_checks", "Checks in it.", static_cast<double>(chart.counted));
   out.gauge("cellcal_drift_undecided_checks", "Checks since the newest decided one.",
             static_cast<double>(chart.undecided));
+  if (chart.counted == 0) return;  // no check held: there is no centre
   for (auto point = chart.points.rbegin(); point != chart.points.rend(); ++point) {
     if (point->check.left_out != calib::LeftOut::kNo) continue;
     out.gauge("cellcal_drift_limit_ratio",
@@ -237,6 +251,7 @@ std::string metrics_text(const Status& status, const std::vector<SessionRecord>&
     put_contact(out, status.links->contact);
   }
   put_sessions(out, sessions);
+  put_outcome(out, sessions);
   if (newest != nullptr) put_result(out, *newest);
   if (drift != nullptr) put_drift(out, *drift);
   return std::move(out).text();

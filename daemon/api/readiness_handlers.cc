@@ -77,9 +77,7 @@ Examiner& Api::examiner() {
 }
 
 std::optional<Response> Api::readiness(const Call&) {
-  const Evidence evidence =
-      evidence_of(examiner().newest(), journal_,
-                  [this](std::int64_t session) { return service_.results_dir(session); });
+  const Evidence evidence = evidence_of(examiner().newest(), journal_);
   const std::vector<StepSeen> steps = steps_of(evidence);
   const std::optional<SetUpStep> next = next_of(steps);
   json list = json::array();

@@ -10,6 +10,7 @@
 #include "daemon/api/http/json_text.h"
 #include "daemon/api/routes.h"
 #include "daemon/api/run_request.h"
+#include "daemon/result/outcome_json.h"
 #include "daemon/session/phase_times.h"
 #include "daemon/tasks/recorded/delay_watch.h"
 #include "daemon/tasks/recorded/inputs.h"
@@ -31,6 +32,20 @@ json kind_of(const SessionRecord& record) {
   }
 }
 
+/// None of one that is not done, or ended before outcomes were recorded.
+std::optional<SessionOutcome> outcome_of(const SessionRecord& record) {
+  if (record.state != RecordState::kDone) return std::nullopt;
+  return outcome_from_json(record.outcome);
+}
+
+/// Of a check that decided something: whether the calibration held. Null of all else.
+json holds(const SessionRecord& record) {
+  const auto outcome = outcome_of(record);
+  if (!outcome) return nullptr;
+  if (outcome->kind == OutcomeKind::kHolds) return true;
+  return outcome->kind == OutcomeKind::kDoesNotHold ? json(false) : json();
+}
+
 json to_json(const SessionRecord& record) {
   json value{{"kind", kind_of(record)},
              {"id", record.id},
@@ -41,6 +56,8 @@ json to_json(const SessionRecord& record) {
              {"touches", record.touches},
              {"planned", record.planned},
              {"failure", record.failure},
+             {"outcome", outcome_with_words(outcome_of(record))},
+             {"holds", holds(record)},
              {"imported", nullptr},
              {"raw_dropped", record.dropped.empty() ? json(nullptr) : json(record.dropped)}};
   if (record.origin)
@@ -106,7 +123,6 @@ std::optional<Response> Api::sessions(const Call& call) {
     if (before && record.id >= *before) continue;
     if (list.size() >= limit) break;
     list.push_back(to_json(record));
-    list.back()["holds"] = holds(record);
     list.back()["published"] = published(record);
   }
   return Response{.body = dump(list)};
@@ -115,7 +131,6 @@ std::optional<Response> Api::sessions(const Call& call) {
 std::optional<Response> Api::session(const Call& call) {
   const SessionRecord record = find(call);
   json value = to_json(record);
-  value["holds"] = holds(record);
   value["published"] = published(record);
   const std::vector<std::string> events = journal_.events(record.id);
   value["events"] = events;
@@ -177,19 +192,13 @@ std::optional<Response> Api::check(const Call& call) {
   return result_file(call, "check.json", "application/json");
 }
 
-/// Of a check that came to its end: whether the calibration held. Null of all else.
-json Api::holds(const SessionRecord& record) const {
-  if (record.state != RecordState::kDone || kind_of(record) != to_string(SessionKind::kCheck))
-    return nullptr;
-  const std::filesystem::path file = service_.results_dir(record.id) / "check.json";
-  if (!std::filesystem::exists(file)) return nullptr;
-  const json result = json::parse(calib::read_file(file), nullptr, false);
-  return result.is_object() ? result.value("holds", json()) : json();
-}
-
 /// Of a calibration that is done: whether its verdict published it. Null of all else.
 json Api::published(const SessionRecord& record) const {
   if (record.state != RecordState::kDone) return nullptr;
+  if (const auto outcome = outcome_of(record)) {
+    const std::optional<bool> was = cellcal::daemon::published(*outcome);
+    return was ? json(*was) : json(nullptr);
+  }
   const std::optional<bool> was = journal_.was_published(record.id);
   return was ? json(*was) : json(nullptr);
 }

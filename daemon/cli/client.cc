@@ -251,6 +251,17 @@ int follow(const Connection& daemon, std::int64_t session, BeforeMotion ctrl_c, 
   return kSuccess;
 }
 
+/// Sentences of an outcome, a line each; empty where none is recorded.
+std::string outcome_words(const json& of) {
+  std::string words;
+  const json outcome = of.value("outcome", json());
+  if (!outcome.is_object()) return words;
+  for (const json& line : outcome.value("words", json::array()))
+    if (line.is_string())
+      words += (words.empty() ? "outcome: " : "  ") + line.get<std::string>() + "\n";
+  return words;
+}
+
 std::string status_words(const json& status) {
   const std::int64_t session = number(status, "session");
   if (const json left = status.value("interrupted", json()); session == 0 && left.is_object()) {
@@ -262,6 +273,7 @@ std::string status_words(const json& status) {
   }
   if (session == 0) return "idle, no session since the daemon started\n";
   std::string words = fmt::format("session {}: {}\n", session, text(status, "phase"));
+  words += outcome_words(status);
   if (number(status, "planned") > 0) words += progress_line(progress_of(status), 1000) + "\n";
   if (const std::string what = waited_for(status); !what.empty()) {
     words += "waiting for " + what + ": " + what_to_do(status) + "\n";
@@ -298,19 +310,24 @@ std::string times_of(const json& times) {
 
 /// Of a calibration nothing: that is what sessions are for.
 std::string kind_words(const json& session) {
-  if (text(session, "kind") == "qualify") return "qualification: ";
-  if (text(session, "kind") == "dry-run") return "dry run: ";
-  if (text(session, "kind") == "find") return "find: ";
-  if (text(session, "kind") != "check") return "";
-  const json holds = session.value("holds", json());
-  return !holds.is_boolean() ? "check: "
-         : holds.get<bool>() ? "check: holds: "
-                             : "check: does not hold: ";
+  const std::string kind = text(session, "kind");
+  return kind == "qualify"   ? "qualification: "
+         : kind == "dry-run" ? "dry run: "
+         : kind == "find"    ? "find: "
+         : kind == "check"   ? "check: "
+                             : "";
 }
 
-/// Of a calibration that is done, what came of it: 'done' alone would be read as published.
+/// Its outcome: 'done' alone would be read as good. Of a session before outcomes were recorded: of a calibration whether it was
+/// published.
 std::string state_word(const json& session) {
-  const json published = session.value("published", json());
+  const json outcome = session.value("outcome", json()),
+             published = session.value("published", json());
+  if (outcome.is_object()) {
+    std::string words = text(outcome, "kind");
+    std::ranges::replace(words, '_', ' ');
+    return words;
+  }
   return !published.is_boolean() ? text(session, "state")
          : published.get<bool>() ? "published"
                                  : "withheld";
@@ -319,7 +336,7 @@ std::string state_word(const json& session) {
 std::string session_line(const json& session) {
   const std::string kind = kind_words(session);
   return fmt::format(
-      "{:>5}  {:<24}  {:<11}  {:>4}/{:<4}  {}{}\n", number(session, "id"), text(session, "started"),
+      "{:>5}  {:<24}  {:<15}  {:>4}/{:<4}  {}{}\n", number(session, "id"), text(session, "started"),
       state_word(session), number(session, "touches"), number(session, "planned"), kind,
       text(session, "failure").empty() ? text(session, "cell") : text(session, "failure"));
 }
@@ -472,7 +489,7 @@ int history(const Connection& daemon) {
     put(list.dump() + "\n", {});
     return kSuccess;
   }
-  std::string words = fmt::format("{:>5}  {:<24}  {:<11}  {:>9}  {}\n", "id", "started", "state",
+  std::string words = fmt::format("{:>5}  {:<24}  {:<15}  {:>9}  {}\n", "id", "started", "outcome",
                                   "touches", "cell, or failure");
   for (const json& session : list) words += session_line(session);
   put(list.empty() ? "no sessions yet\n" : words, {});
@@ -490,6 +507,7 @@ int show(const Connection& daemon, std::int64_t session, Shown shown) {
     return kSuccess;
   }
   std::string words = session_line(value);
+  words += outcome_words(value);
   if (const std::string dropped = text(value, "raw_dropped"); !dropped.empty())
     words += "raw events and readings were dropped " + dropped + " (retention)\n";
   const Response calibration =

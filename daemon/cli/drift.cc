@@ -32,7 +32,10 @@ std::string word(const json& value, const char* key) {
   return found != value.end() && found->is_string() ? found->get<std::string>() : "";
 }
 
-bool counts(const json& point) { return point.is_object() && word(point, "left_out").empty(); }
+bool counts(const json& point) {
+  return point.is_object() && word(point, "left_out").empty() &&
+         point.value("off_mm", json()).is_array();
+}
 
 std::string component(const json& point, const char* key, std::size_t axis) {
   const auto found = point.find(key);
@@ -94,14 +97,15 @@ std::string row(const json& point) {
                                ? fmt::format("{:.1f}", temperature->get<double>())
                                : "-";
   const std::string left_out = word(point, "left_out");
-  return fmt::format(
-      "{:>6} {:<10} {:>6} {:>8} {:>8} {:>8} {:>7}  {}\n",
-      static_cast<std::int64_t>(number_or_zero(point, "session")),
-      calib::date_words(number_or_zero(point, "time_s")), warm, component(point, "off_mm", 0),
-      component(point, "off_mm", 1), component(point, "off_mm", 2),
-      left_out.empty() ? fmt::format("{:.0f}", 100.0 * number_or_zero(point, "share")) : "-",
-      left_out.empty() ? state_words(word(point, "state"))
-                       : "left out: " + left_out_words(left_out));
+  const bool measured = left_out.empty() && point.value("off_mm", json()).is_array();
+  const std::string state = state_words(word(point, "state"));
+  return fmt::format("{:>6} {:<10} {:>6} {:>8} {:>8} {:>8} {:>7}  {}\n",
+                     static_cast<std::int64_t>(number_or_zero(point, "session")),
+                     calib::date_words(number_or_zero(point, "time_s")), warm,
+                     component(point, "off_mm", 0), component(point, "off_mm", 1),
+                     component(point, "off_mm", 2),
+                     measured ? fmt::format("{:.0f}", 100.0 * number_or_zero(point, "share")) : "-",
+                     left_out.empty() ? state : state + ", left out: " + left_out_words(left_out));
 }
 
 }  // namespace
@@ -131,7 +135,7 @@ std::string drift_text(const json& checks) {
   for (const json& point : checks.value("points", json::array()))
     if (point.is_object()) points.push_back(point);
   if (points.empty()) return text;
-  if (points.size() > 1) text += "\n" + plot(points);
+  if (std::ranges::count_if(points, counts) > 1) text += "\n" + plot(points);
   text += fmt::format("\n{:>6} {:<10} {:>6} {:>8} {:>8} {:>8} {:>7}  {}\n", "check", "ended",
                       "deg C", "x mm", "y mm", "z mm", "alarm %", "state");
   for (std::size_t k = points.size() - std::min(points.size(), kNewest); k < points.size(); ++k)

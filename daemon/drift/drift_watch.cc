@@ -5,22 +5,19 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <stdexcept>
 
 #include "calib/drift/drift.h"
 #include "calib/drift/shift_gauge.h"
 #include "calib/model/error.h"
 #include "calib/model/iso_time.h"
-#include "calib/syntax/input_file.h"
+#include "daemon/result/outcome_json.h"
 #include "daemon/tasks/recorded/check_against.h"
 #include "daemon/tasks/recorded/options.h"
 
 namespace cellcal::daemon {
 
 namespace {
-
-using nlohmann::json;
 
 constexpr std::size_t kMostChecks = 1500;
 /// As a check tells its touches apart (daemon/tasks/check_tasks.cc).
@@ -66,29 +63,28 @@ std::optional<double> temperature_of(const SessionOptions& options,
   return sum / static_cast<double>(touches.size());
 }
 
-/// What the check said of itself. Where its file is gone nobody knows whether it held, nor which touches it missed.
-void take_verdict(const std::filesystem::path& file, calib::CheckSeen& seen) {
+/// By the outcome that the journal keeps. Without one the check is undecided: nobody knows which touches it missed.
+void take_outcome(const std::optional<SessionOutcome>& outcome, calib::CheckSeen& seen) {
   seen.left_out = calib::LeftOut::kUndecided;
-  if (!std::filesystem::exists(file)) return;
-  const json check = json::parse(calib::read_file(file), nullptr, false);
-  const auto has_any = [&](const char* key) {
-    const auto found = check.find(key);
-    return found != check.end() && found->is_array() && !found->empty();
-  };
-  if (!check.is_object() || !check.contains("holds") || !check["holds"].is_boolean()) return;
-  seen.holds = check["holds"].get<bool>();
-  const auto changed = check.find("changed");
-  if (changed != check.end() && changed->is_string())
-    seen.changed =
-        calib::change_kind(changed->get<std::string>()).value_or(calib::ChangeKind::kNothing);
-  if (has_any("unsteady") || has_any("not_found")) return;
-  const bool of_the_tool = *seen.holds || seen.changed == calib::ChangeKind::kTool;
-  seen.left_out = of_the_tool ? calib::LeftOut::kNo : calib::LeftOut::kNotTheTool;
+  if (!outcome || outcome->kind == OutcomeKind::kUndecided) return;
+  const bool held = outcome->kind == OutcomeKind::kHolds;
+  seen.verdict = held ? calib::CheckVerdict::kHolds : calib::CheckVerdict::kDoesNotHold;
+  seen.change = outcome->change;
+  if (outcome->tcp_shift) {
+    seen.tcp_shift_m = outcome->tcp_shift->shift_m.norm();
+    seen.u_tcp_shift_m = outcome->tcp_shift->u_m;
+  }
+  const bool whole = outcome->not_found.empty() && outcome->unsteady.empty();
+  const bool of_the_tool =
+      held || (outcome->change && outcome->change->kind == calib::ChangeKind::kTool);
+  seen.left_out = !whole        ? calib::LeftOut::kIncomplete
+                  : of_the_tool ? calib::LeftOut::kNo
+                                : calib::LeftOut::kNotTheTool;
 }
 
 /// Of that calibration, oldest first.
 std::vector<Check> checks_of(Journal& journal, const std::vector<SessionRecord>& newest_first,
-                             std::int64_t calibrated, const DriftWatch::ResultsDir& results_dir) {
+                             std::int64_t calibrated) {
   std::vector<Check> checks;
   for (const SessionRecord& record : newest_first) {
     if (record.id <= calibrated || checks.size() == kMostChecks) break;
@@ -101,7 +97,7 @@ std::vector<Check> checks_of(Journal& journal, const std::vector<SessionRecord>&
       check.seen.session = record.id;
       check.seen.time_s = ended_s(record);
       check.seen.temperature_c = temperature_of(options, check.touches);
-      take_verdict(results_dir(record.id) / "check.json", check.seen);
+      take_outcome(outcome_from_json(record.outcome), check.seen);
       checks.push_back(std::move(check));
     } catch (const std::runtime_error& error) {
       spdlog::warn("check {} is not in the chart: {}", record.id, error.what());
@@ -112,7 +108,8 @@ std::vector<Check> checks_of(Journal& journal, const std::vector<SessionRecord>&
 }
 
 bool complete(const Check& check) {
-  return check.seen.left_out != calib::LeftOut::kUndecided && !check.touches.empty();
+  return check.seen.left_out != calib::LeftOut::kUndecided &&
+         check.seen.left_out != calib::LeftOut::kIncomplete && !check.touches.empty();
 }
 
 /// One of each group of checks by the same touches, the newest group first.
@@ -184,14 +181,13 @@ calib::DriftChart chart_of(const calib::Calibration& calibration, const Check* l
 
 std::shared_ptr<const Drift> worked_out(Journal& journal,
                                         const std::vector<SessionRecord>& newest_first,
-                                        const std::filesystem::path& cell,
-                                        const DriftWatch::ResultsDir& results_dir) try {
+                                        const std::filesystem::path& cell) try {
   const SessionRecord calibrated = published_session(journal, cell, std::nullopt);
   auto drift = std::make_shared<Drift>();
   drift->calibrated = calibrated.id;
   drift->cell = calibrated.inputs.cell_name;
   drift->calibrated_at = calibrated.ended;
-  std::vector<Check> checks = checks_of(journal, newest_first, calibrated.id, results_dir);
+  std::vector<Check> checks = checks_of(journal, newest_first, calibrated.id);
   // By the newest touches; by those before where these alarm or warn and the newest are too few to say so.
   const calib::Calibration calibration = calibration_of(journal, calibrated.id);
   drift->chart = chart_of(calibration, nullptr, checks);
@@ -228,7 +224,7 @@ std::shared_ptr<const Drift> DriftWatch::look(const std::filesystem::path& cell)
   for (const Activation& one : journal_.activations()) of += '@' + std::to_string(one.entry);
   const std::lock_guard lock(mutex_);
   if (of != of_) {
-    newest_ = worked_out(journal_, sessions, cell, results_dir_);
+    newest_ = worked_out(journal_, sessions, cell);
     of_ = std::move(of);
   }
   if (!newest_ || newest_->chart.state != calib::DriftState::kInControl) return newest_;

@@ -20,11 +20,10 @@ struct Drift {
 
 class DriftWatch {
  public:
-  using ResultsDir = std::function<std::filesystem::path(std::int64_t session)>;
   /// Seconds since 1970, UTC.
   using Now = std::function<double()>;
-  DriftWatch(Journal& journal, ResultsDir results_dir, Now now = wall_clock_s)
-      : journal_(journal), results_dir_(std::move(results_dir)), now_(std::move(now)) {}
+  explicit DriftWatch(Journal& journal, Now now = wall_clock_s)
+      : journal_(journal), now_(std::move(now)) {}
 
   /// Of this cell file, of any where it is empty. Null: it has no published calibration. Any thread. Throws
   /// JournalError.
@@ -34,7 +33,6 @@ class DriftWatch {
   static double wall_clock_s();
 
   Journal& journal_;
-  ResultsDir results_dir_;
   Now now_;
   std::mutex mutex_;
   std::string of_;  ///< which sessions `newest_` was made of

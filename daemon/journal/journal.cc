@@ -9,6 +9,7 @@
 #include "calib/files/calibration_json.h"
 #include "daemon/journal/database/prepare.h"
 #include "daemon/journal/journal_impl.h"
+#include "daemon/result/outcome_json.h"
 
 namespace cellcal::daemon {
 
@@ -48,7 +49,7 @@ constexpr const char* kSelectSession =
     "SELECT id, started, ended, state, cell_name, robot_name, plan_hash, planned, failure, options,"
     " (SELECT count(*) FROM touch WHERE touch.session = session.id), software, origin, "
     "cell_text, robot_text, calibration, "
-    "(SELECT max(time) FROM dropped WHERE dropped.session = session.id) FROM session ";
+    "(SELECT max(time) FROM dropped WHERE dropped.session = session.id), outcome FROM session ";
 
 std::filesystem::path with(std::filesystem::path path, const char* suffix) {
   return path += suffix;
@@ -76,6 +77,7 @@ SessionRecord session_from(Statement& row, bool with_texts) {
   record.software = row.text(11);
   if (!row.is_null(12)) record.origin = origin_of(row.text(12));
   record.dropped = row.text(16);
+  record.outcome = row.text(17);
   if (!with_texts) return record;
   record.inputs.cell_text = row.text(13);
   record.inputs.robot_text = row.text(14);
@@ -316,6 +318,11 @@ void Journal::record(std::int64_t session, const RecordEnd& end, const std::stri
                      const std::vector<Report>& also) {
   impl_->running = 0;  // also where that cannot be recorded
   impl_->write([&] {
+    if (end.result) {
+      Statement update(impl_->database, "UPDATE session SET outcome=? WHERE id=?");
+      const std::string outcome = outcome_to_json(outcome_of(*end.result));
+      update.bind(1, std::string_view(outcome)).bind(2, session).step();
+    }
     impl_->set_state(session, state_after(end.ending), utc, end.failure);
     impl_->outbox.close_touch();
     impl_->report_session(session, utc, end.why ? std::optional(end.why->kind) : std::nullopt);

@@ -38,17 +38,17 @@ CellNow::InUse in_use_of(const Version& version) {
 }
 
 CellNow::Check check_of(const calib::CheckSeen& seen) {
-  const bool measured = seen.left_out != calib::LeftOut::kUndecided;
-  return {seen.session, seen.time_s, seen.holds,
+  const bool decided = seen.verdict != calib::CheckVerdict::kUndecided;
+  const bool measured = decided && seen.left_out != calib::LeftOut::kIncomplete;
+  return {seen.session, seen.time_s,
+          decided ? std::optional(seen.verdict == calib::CheckVerdict::kHolds) : std::nullopt,
           measured ? std::optional(seen.shift_m.norm()) : std::nullopt};
 }
 
 }  // namespace
 
 CellLook::CellLook(SessionService& service, Journal& journal)
-    : service_(service),
-      journal_(journal),
-      drift_(journal, [&service](std::int64_t session) { return service.results_dir(session); }) {}
+    : service_(service), journal_(journal), drift_(journal) {}
 
 void CellLook::read_results() {
   CellNow read;

@@ -269,7 +269,7 @@ void run_daemon(const DaemonConfig& config, const std::function<DaemonConfig()>&
   if (!frames.problem().empty()) spdlog::error("{}", frames.problem());
   api.use(frames);
   api.use([&live] { return position_reader(live); });
-  DriftWatch drift_watch(journal, [&service](std::int64_t id) { return service.results_dir(id); });
+  DriftWatch drift_watch(journal);
   AdvicePublisher advice(advice_parts(live, drift_watch, service));
   api.use([&advice] { return advice.status(); });
   const CellShelf shelf(config.state_dir / "cells");

@@ -64,9 +64,7 @@ std::function<std::vector<Report>(std::int64_t, const RecordEnd&)> alarms_with_e
     Journal& journal, LiveConfig& live) {
   return [&journal, &live](std::int64_t session, const RecordEnd& end) -> std::vector<Report> {
     if (!live.now()->plant) return {};
-    const std::filesystem::path results =
-        live.now()->state_dir / "sessions" / std::to_string(session);
-    const Notice notice = news_of_end(session, end, wall_clock_utc(), results, journal);
+    const Notice notice = news_of_end(session, end, wall_clock_utc(), journal);
     if (notice.news == News::kDone) return {};
     return {alarm_of(notice, host_name())};
   };

@@ -44,6 +44,10 @@ Text headline(News news) {
       return Text::kWithheld;
     case News::kDrifted:
       return Text::kDrifted;
+    case News::kUndecided:
+      return Text::kUndecided;
+    case News::kRecovered:
+      return Text::kRecovered;
     case News::kFailed:
       return Text::kFailed;
     case News::kAborted:
@@ -57,11 +61,14 @@ Text headline(News news) {
 void add_what_to_do(Lines& lines, const Notice& notice, Language language) {
   switch (notice.news) {
     case News::kDone:
+    case News::kRecovered:
       return;
     case News::kWithheld:
       return lines.add(Text::kDoWithheld);
     case News::kDrifted:
       return lines.add(Text::kDoDrifted);
+    case News::kUndecided:
+      return lines.add(Text::kDoUndecided);
     case News::kAborted:
       return lines.add(Text::kDoAborted);
     case News::kNotBegun:
@@ -85,7 +92,8 @@ void add_session(Lines& lines, const Notice& notice) {
   if (notice.over_m) lines.add(Text::kErrorOver, *notice.over_m * calib::kMmPerM);
   for (const std::string& one : notice.findings) lines.add(Text::kFinding, one);
   const bool ended = notice.news == News::kDone || notice.news == News::kWithheld ||
-                     notice.news == News::kDrifted;
+                     notice.news == News::kDrifted || notice.news == News::kUndecided ||
+                     notice.news == News::kRecovered;
   if (ended) lines.add(Text::kReport, notice.session);
 }
 
@@ -104,6 +112,10 @@ const char* to_string(News news) {
       return "withheld";
     case News::kDrifted:
       return "drifted";
+    case News::kUndecided:
+      return "undecided";
+    case News::kRecovered:
+      return "recovered";
     case News::kFailed:
       return "failed";
     case News::kAborted:
@@ -140,6 +152,7 @@ Message compose(const Notice& notice, Language language, const std::string& host
                    {"started", notice.started},
                    {"ended", notice.ended},
                    {"touches", notice.touches},
+                   {"outcome", notice.outcome.empty() ? json(nullptr) : json(notice.outcome)},
                    {"failure", failure},
                    {"findings", notice.findings},
                    {"predicted_near_targets_mm", or_null(notice.near_m, calib::kMmPerM)},

@@ -11,15 +11,18 @@
 namespace cellcal::daemon {
 
 enum class News {
-  kDone,      ///< a session ended as it should
-  kWithheld,  ///< it ended, and its result must not be used
-  kDrifted,   ///< it ended, and the cell is another than in the calibration before
+  kDone,       ///< a session ended as it should
+  kWithheld,   ///< it ended, and its result must not be used
+  kDrifted,    ///< it ended, and the cell is another than in the calibration before
+  kUndecided,  ///< a check ended, and touches gave no contact point
+  kRecovered,  ///< a check ended, and with it an alarm of the control chart
   kFailed,
   kAborted,
   kNotBegun  ///< a window of the schedule passed without its session
 };
-inline constexpr News kAllNews[] = {News::kDone,   News::kWithheld, News::kDrifted,
-                                    News::kFailed, News::kAborted,  News::kNotBegun};
+inline constexpr News kAllNews[] = {News::kDone,      News::kWithheld,  News::kDrifted,
+                                    News::kUndecided, News::kRecovered, News::kFailed,
+                                    News::kAborted,   News::kNotBegun};
 /// Hyphenated; stands in what is posted.
 const char* to_string(News news);
 
@@ -29,9 +32,10 @@ struct Notice {
   std::string kind, cell, started, ended;
   std::size_t touches = 0;
   std::optional<Failure> failure;
+  std::string outcome;                     ///< to_string(OutcomeKind); empty: it has none
   std::vector<std::string> findings;       ///< of the verdict, in English
   std::optional<double> near_m, over_m;    ///< predicted mean error near the targets, over the workspace
-  bool by_chart = false;                   ///< kDrifted, and only all checks together say so
+  bool by_chart = false;  ///< kDrifted or kRecovered, and only all checks together say so
   std::string entry, night, why;           ///< kNotBegun: of the schedule; why in English
 };
 

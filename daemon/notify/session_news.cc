@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <filesystem>
 #include <functional>
-#include <nlohmann/json.hpp>
 
 #include "calib/files/calibration_json.h"
-#include "calib/syntax/input_file.h"
 #include "calib/words/drift_words.h"
 #include "calib/words/finding_words.h"
 #include "daemon/drift/drift_watch.h"
+#include "daemon/result/outcome_json.h"
+#include "daemon/result/outcome_words.h"
 #include "daemon/tasks/recorded/options.h"
 
 namespace cellcal::daemon {
@@ -29,43 +29,51 @@ void try_to(Notice& notice, const std::function<void()>& add) try {
   notice.findings.emplace_back(unreadable.what());
 }
 
-/// What the control chart says, where it alarms.
-void add_drift(Notice& notice, Journal& journal, const std::filesystem::path& results) {
-  DriftWatch watch(journal, [folder = results.parent_path()](std::int64_t session) {
-    return folder / std::to_string(session);
-  });
-  const auto drift = watch.look(notice.cell);
-  if (!drift || drift->chart.state != calib::DriftState::kAlarms) return;
-  notice.by_chart = notice.news == News::kDone;
-  notice.news = News::kDrifted;
+/// With its newest check.
+bool ended_an_alarm(const calib::DriftChart& chart) {
+  const std::size_t n = chart.points.size();
+  return n > 1 && chart.state != calib::DriftState::kAlarms &&
+         chart.points[n - 2].state == calib::DriftState::kAlarms;
+}
+
+/// What the control chart says, where it alarms or no longer does.
+void add_drift(Notice& notice, Journal& journal) {
+  const auto drift = DriftWatch(journal).look(notice.cell);
+  if (!drift) return;
+  const bool alarms = drift->chart.state == calib::DriftState::kAlarms;
+  if (!alarms && !ended_an_alarm(drift->chart)) return;
+  notice.by_chart = notice.news != News::kDrifted;
+  notice.news = alarms ? News::kDrifted : News::kRecovered;
   for (const std::string& line : calib::words(drift->chart)) notice.findings.push_back(line);
 }
 
-/// Whether the calibration held, and what the check says of it.
-void add_check(Notice& notice, const std::filesystem::path& results) {
-  const auto check = nlohmann::json::parse(calib::read_file(results / "check.json"));
-  if (!check.at("holds").get<bool>()) notice.news = News::kDrifted;
-  notice.findings.clear();
-  for (const auto& one : check.at("words")) notice.findings.push_back(one.get<std::string>());
+void add_outcome(Notice& notice, const SessionOutcome& outcome) {
+  notice.outcome = to_string(outcome.kind);
+  notice.news = news_of(outcome.kind);
+  if (!published(outcome)) notice.findings = words(outcome);  // a calibration has its own
 }
 
-calib::Calibration add_result(Notice& notice, const std::string& json) {
-  calib::Calibration result = calib::calibration_from_json(json, "the journal");
+void add_figures(Notice& notice, const std::string& json) {
+  const calib::Calibration result = calib::calibration_from_json(json, "the journal");
   notice.near_m = result.predicted_near_targets_m;
   notice.over_m = result.predicted_workspace_m;
-  notice.news = news_of(result.verdict);
-  return result;
+  notice.findings = calib::words(result.verdict.findings);
+  if (tells_of_change(result.verdict))
+    notice.news = News::kDrifted;
+  else if (notice.outcome.empty())  // none is recorded
+    notice.news = result.verdict.publish ? News::kDone : News::kWithheld;
 }
 
 }  // namespace
 
-News news_of(const calib::Verdict& verdict) {
-  if (tells_of_change(verdict)) return News::kDrifted;
-  return verdict.publish ? News::kDone : News::kWithheld;
+News news_of(OutcomeKind outcome) {
+  if (is_good(outcome)) return News::kDone;
+  if (outcome == OutcomeKind::kDoesNotHold) return News::kDrifted;
+  return outcome == OutcomeKind::kUndecided ? News::kUndecided : News::kWithheld;
 }
 
 Notice news_of_end(std::int64_t session, const RecordEnd& end, const std::string& utc,
-                   const std::filesystem::path& results_dir, Journal& journal) {
+                   Journal& journal) {
   Notice notice;
   notice.session = session;
   notice.failure = end.why;
@@ -90,14 +98,14 @@ Notice news_of_end(std::int64_t session, const RecordEnd& end, const std::string
   notice.cell = record->inputs.cell_name;
   notice.started = record->started;
   if (notice.news != News::kDone) return notice;
-  if (kind == SessionKind::kCheck) {
-    try_to(notice, [&] { add_check(notice, results_dir); });
-  } else if (!record->calibration.empty()) {
-    notice.news = unread;
-    try_to(notice, [&] {
-      notice.findings = calib::words(add_result(notice, record->calibration).verdict.findings);
-    });
-  }
+  if (end.result) add_outcome(notice, outcome_of(*end.result));
+  if (record->calibration.empty()) return notice;
+  Notice read = notice;
+  notice.news = unread;
+  try_to(notice, [&] {
+    add_figures(read, record->calibration);
+    notice = read;
+  });
   return notice;
 }
 
@@ -118,12 +126,9 @@ Notice news_of(const Status& status, Journal& journal) {
     notice.started = record->started;
     notice.ended = record->ended;
     if (notice.news != News::kDone) return notice;
-    if (status.kind == to_string(SessionKind::kCheck)) {
-      try_to(notice, [&] { add_check(notice, status.results_dir); });
-      add_drift(notice, journal, status.results_dir);
-    } else {
-      if (!record->calibration.empty()) add_result(notice, record->calibration);
-    }
+    if (status.outcome) add_outcome(notice, *status.outcome);
+    if (!record->calibration.empty()) add_figures(notice, record->calibration);
+    if (status.kind == to_string(SessionKind::kCheck)) add_drift(notice, journal);
   } catch (const std::exception& unreadable) {
     notice.findings.emplace_back(unreadable.what());  // the rest is told all the same
   }

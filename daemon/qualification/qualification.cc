@@ -134,6 +134,14 @@ const char* to_string(QualificationFinding finding) {
   return "?";
 }
 
+std::optional<QualificationFinding> qualification_finding(const std::string& name) {
+  for (const QualificationFinding one :
+       {QualificationFinding::kNoiseAboveStated, QualificationFinding::kOvertravelTooLong,
+        QualificationFinding::kDelayNotAsStated, QualificationFinding::kRadiusNotAsStated})
+    if (name == to_string(one)) return one;
+  return std::nullopt;
+}
+
 Qualification qualify(const calib::Plan& plan, std::span<const RecordReading> readings,
                       double fast_m_s, double slow_m_s, const StatedContact& stated,
                       std::optional<Figure> radius_offset_m, bool touches_are_slow) {

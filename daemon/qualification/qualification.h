@@ -55,6 +55,8 @@ enum class QualificationFinding {
   kRadiusNotAsStated,
 };
 const char* to_string(QualificationFinding finding);
+/// Of a name that is none, nothing.
+std::optional<QualificationFinding> qualification_finding(const std::string& name);
 
 struct Qualification {
   std::string target;

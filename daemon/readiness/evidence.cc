@@ -9,6 +9,7 @@
 #include "calib/plan/reach/candidates.h"
 #include "calib/syntax/input_file.h"
 #include "calib/syntax/toml_table.h"
+#include "daemon/result/outcome_json.h"
 #include "daemon/tasks/recorded/options.h"
 
 namespace cellcal::daemon {
@@ -16,8 +17,6 @@ namespace cellcal::daemon {
 namespace {
 
 using nlohmann::json;
-
-constexpr std::size_t kMostResultBytes = 64u << 20;
 
 std::optional<SessionKind> kind_of(const SessionRecord& record) {
   try {
@@ -85,16 +84,10 @@ std::optional<bool> flag_of(const std::string& text, const json::json_pointer& w
   return value[where].get<bool>();
 }
 
-Looked qualified(const SessionRecord& record, const std::filesystem::path& folder) {
-  Looked looked{false, {}, record.id};
-  try {
-    looked.good = flag_of(calib::read_file(folder / "qualification.json", kMostResultBytes),
-                          json::json_pointer("/passed"))
-                      .value_or(false);
-  } catch (const calib::FileError& error) {
-    looked.words = error.what();
-  }
-  return looked;
+Looked qualified(const SessionRecord& record) {
+  const std::optional<SessionOutcome> outcome = outcome_from_json(record.outcome);
+  if (!outcome) return {false, "no outcome recorded", record.id};
+  return {is_good(outcome->kind), {}, record.id};
 }
 
 /// Nothing of a look at whether the cell works, which is no calibration.
@@ -126,8 +119,7 @@ bool is_of(Journal& journal, std::int64_t session, const std::string& text) {
 
 }  // namespace
 
-Evidence evidence_of(const Examination& examination, Journal& journal,
-                     const std::function<std::filesystem::path(std::int64_t)>& results) {
+Evidence evidence_of(const Examination& examination, Journal& journal) {
   std::vector<SessionRecord> sessions = journal.sessions();
   std::erase_if(sessions, [](const SessionRecord& one) { return one.origin.has_value(); });
   Evidence evidence;
@@ -141,10 +133,12 @@ Evidence evidence_of(const Examination& examination, Journal& journal,
     if (record.state != RecordState::kDone || record.inputs.cell_name != evidence.cell) continue;
     const auto kind = kind_of(record);
     if (kind == SessionKind::kQualify && !evidence.qualification)
-      evidence.qualification = qualified(record, results(record.id));
+      evidence.qualification = qualified(record);
     if (kind == SessionKind::kDryRun && !evidence.dry_run && is_of(journal, record.id, text))
       evidence.dry_run = Looked{true, {}, record.id};
     if (kind != SessionKind::kCalibrate) continue;
+    const std::optional<SessionOutcome> outcome = outcome_from_json(record.outcome);
+    if (outcome && outcome->kind == OutcomeKind::kNothingChanged) continue;  // the one before holds
     evidence.first = Looked{true, {}, record.id};  // the oldest stays
     if (evidence.calibration) continue;
     const auto whole = journal.session(record.id);

@@ -2,7 +2,6 @@
 // What there is of a cell on this computer: its file, its sessions, what the doctor found.
 
 #include <filesystem>
-#include <functional>
 
 #include "daemon/journal/journal.h"
 #include "daemon/readiness/examiner.h"
@@ -13,8 +12,7 @@ namespace cellcal::daemon {
 /// Cell and robot file as they are read now, in one piece; empty where they cannot be read.
 std::string text_of_cell(const std::filesystem::path& cell);
 
-/// Of the cell that was examined last, else of the newest session's. `results`: where a session's files are.
-Evidence evidence_of(const Examination& examination, Journal& journal,
-                     const std::function<std::filesystem::path(std::int64_t)>& results);
+/// Of the cell that was examined last, else of the newest session's.
+Evidence evidence_of(const Examination& examination, Journal& journal);
 
 }  // namespace cellcal::daemon

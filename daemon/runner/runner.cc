@@ -315,18 +315,17 @@ struct Runner::Perform {
     runner.work([identify = tasks.identify, touches = runner.touches_] {
       Event answer;
       answer.kind = EventKind::kIdentified;
-      answer.calibration = std::make_shared<const calib::Calibration>(identify(touches));
+      answer.result = std::make_shared<const SessionResult>(identify(touches));
       return answer;
     });
   }
   void operator()(const WriteReport& action) const {
-    runner.work(
-        [report = tasks.report, calibration = action.calibration, touches = runner.touches_] {
-          report(*calibration, touches);
-          Event answer;
-          answer.kind = EventKind::kReported;
-          return answer;
-        });
+    runner.work([report = tasks.report, result = action.result, touches = runner.touches_] {
+      report(*result, touches);
+      Event answer;
+      answer.kind = EventKind::kReported;
+      return answer;
+    });
   }
 
   void operator()(const OpenDevices&) const {

@@ -16,10 +16,11 @@
 #include <string>
 #include <vector>
 
+#include "daemon/result/session_result.h"
 #include "daemon/runner/backend.h"
+#include "daemon/runner/worker.h"
 #include "daemon/session/evidence.h"
 #include "daemon/session/session.h"
-#include "daemon/runner/worker.h"
 
 namespace cellcal::daemon {
 
@@ -48,8 +49,9 @@ struct Tasks {
     std::shared_ptr<const std::vector<calib::ExpectedContact>> expected{};
   };
   std::function<Assessed(const std::vector<calib::Touch>&)> assess;
-  std::function<calib::Calibration(const std::vector<calib::Touch>&)> identify;
-  std::function<void(const calib::Calibration&, const std::vector<calib::Touch>&)> report;
+  std::function<SessionResult(const std::vector<calib::Touch>&)> identify;
+  /// The result's files.
+  std::function<void(const SessionResult&, const std::vector<calib::Touch>&)> report;
 };
 
 /// Where a session's evidence goes; called on the disk's worker. Throws when it cannot be put on

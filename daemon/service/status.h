@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "calib/model/touch.h"
+#include "daemon/result/outcome.h"
 #include "daemon/session/failure.h"
 #include "daemon/session/phase.h"
 #include "drivers/contact.h"
@@ -81,8 +82,8 @@ struct Status {
   std::optional<double> busy_left_s;  ///< a busy spell is waited for at most so long, arm at rest
   std::string robot_words, contact_words;
   std::optional<Failure> failure;
-  std::optional<bool> publish;  ///< verdict, once identified
-  std::vector<std::string> reasons;
+  std::optional<SessionOutcome> outcome;  ///< once identified
+  std::vector<std::string> reasons;       ///< findings of a calibration, in words
   std::string results_dir;  ///< once written
   /// Told of with this status, each of a session once: when its residual is known, at the latest
   /// when the next one is made or the session ends.

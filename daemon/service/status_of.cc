@@ -53,7 +53,8 @@ Status status_of(const State& state, const Job& job, std::size_t done) {
   status.kind = to_string(job.options.kind);
   status.phase = state.phase;
   status.done = std::max(state.done, done);
-  status.residual_m = state.calibration ? state.calibration->after.mean_m : state.residual_m;
+  const calib::Calibration* calibration = state.result ? state.result->calibration() : nullptr;
+  status.residual_m = calibration != nullptr ? calibration->after.mean_m : state.residual_m;
   status.robot_words = state.links.robot_words;
   status.contact_words = state.links.contact_words;
   status.failure = state.failure;
@@ -68,10 +69,9 @@ Status status_of(const State& state, const Job& job, std::size_t done) {
     if (state.in_hand() < state.plan->touches.size()) status.target = state.planned().target;
   }
   if (job.options.one_by_one) tell_progress(state, job, status);
-  if (state.calibration) {
-    status.publish = state.calibration->verdict.publish;
-    status.reasons = calib::words(state.calibration->verdict.findings);
-  }
+  const bool given_up = state.phase == Phase::kFailed || state.phase == Phase::kAborted;
+  if (state.result && !given_up) status.outcome = outcome_of(*state.result);
+  if (calibration != nullptr) status.reasons = calib::words(calibration->verdict.findings);
   return status;
 }
 

@@ -12,13 +12,13 @@
 
 #include "calib/model/touch.h"
 #include "calib/plan/touch_sequence.h"
-#include "calib/result/calibration.h"
 #include "daemon/session/failure.h"
 #include "drivers/robot.h"
 
 namespace cellcal::daemon {
 
 struct Event;
+struct SessionResult;  // daemon/result: the sequence carries it unread
 
 /// One slow or fast search that ended in contact.
 struct Reading {
@@ -48,7 +48,7 @@ struct ChooseTouch {
 struct Assess {};
 struct Identify {};
 struct WriteReport {
-  std::shared_ptr<const calib::Calibration> calibration;
+  std::shared_ptr<const SessionResult> result;
 };
 
 /// Not for the worker: it answered already, ahead of its time. Comes back as the same event.
@@ -106,6 +106,7 @@ struct RecordEnd {
   Ending ending = Ending::kDone;
   std::string failure;  ///< to_journal(Failure), empty otherwise
   std::optional<Failure> why{};
+  std::shared_ptr<const SessionResult> result{};  ///< kDone
 };
 
 using Action = std::variant<MakePlan, FindRoute, ChooseTouch, TakeAnswer, Assess, Identify, WriteReport,

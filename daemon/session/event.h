@@ -10,11 +10,12 @@
 #include <string>
 
 #include "calib/plan/touch_sequence.h"
-#include "calib/result/calibration.h"
 #include "drivers/contact.h"
 #include "drivers/robot.h"
 
 namespace cellcal::daemon {
+
+struct SessionResult;  // daemon/result: the sequence carries it unread
 
 enum class EventKind : std::uint8_t {
   // Asked for from outside.
@@ -156,7 +157,7 @@ struct Event {
   std::string stage;                        ///< kRouted: what the touch is for, in words
   std::string plan_hash;                    ///< kPlanned
   calib::Progress progress;  ///< kPlanned, kRouted, of a session that chooses as it goes
-  std::shared_ptr<const calib::Calibration> calibration;  ///< kIdentified
+  std::shared_ptr<const SessionResult> result;            ///< kIdentified
   std::optional<double> residual_m;                       ///< kAssessed
   std::size_t assessed = 0;  ///< kAssessed: of so many touches the residual is the newest's
   /// kAssessed: per touch of the plan; null: nothing is known yet.

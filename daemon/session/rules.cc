@@ -618,13 +618,13 @@ void close_and_identify(State& state, const Event& event, Actions& actions) {
 }
 
 void write_report(State& state, const Event& event, Actions& actions) {
-  state.calibration = event.calibration;
-  actions.emplace_back(WriteReport{event.calibration});
+  state.result = event.result;
+  actions.emplace_back(WriteReport{event.result});
   state.deadline = event.at + state.timeouts.reporting;
 }
 
 void record_good_end(State& state, const Event& event, Actions& actions) {
-  actions.emplace_back(RecordEnd{Ending::kDone, ""});
+  actions.emplace_back(RecordEnd{Ending::kDone, "", {}, state.result});
   state.deadline = event.at + state.timeouts.recording;
 }
 

@@ -115,7 +115,7 @@ struct State {
 
   std::optional<drivers::TimePoint> deadline;  ///< of this phase
   std::optional<Failure> failure;              ///< set in kStopping and kFailed
-  std::shared_ptr<const calib::Calibration> calibration;
+  std::shared_ptr<const SessionResult> result;  ///< once identified
 
   /// Index of the touch in hand.
   std::size_t in_hand() const { return one_by_one ? 0 : done; }

@@ -97,7 +97,6 @@ class Round {
 
 Tasks check_tasks(std::shared_ptr<const TaskInputs> inputs) {
   const auto round = std::make_shared<Round>(inputs);
-  const auto result = std::make_shared<calib::TcpCheck>();
   Tasks tasks;
   tasks.plan = [round] { return round->begin(); };
   tasks.choose = [round](const ChooseTouch& how, const std::vector<calib::Touch>& touches,
@@ -105,20 +104,20 @@ Tasks check_tasks(std::shared_ptr<const TaskInputs> inputs) {
     return round->choose(how, touches, from);
   };
   tasks.assess = [](const std::vector<calib::Touch>&) { return Tasks::Assessed{}; };
-  tasks.identify = [round, result](const std::vector<calib::Touch>& touches) {
-    *result = round->judge(touches);
-    return calib::Calibration{};  // never one to be used
+  tasks.identify = [round](const std::vector<calib::Touch>& touches) {
+    return SessionResult{round->judge(touches)};
   };
-  tasks.report = [inputs, round, result](const calib::Calibration&,
-                                         const std::vector<calib::Touch>& touches) {
+  tasks.report = [inputs, round](const SessionResult& result,
+                                 const std::vector<calib::Touch>& touches) {
+    const auto& check = std::get<calib::TcpCheck>(result.of);
     std::filesystem::create_directories(inputs->results_dir);
     write_atomically(inputs->results_dir / "touches.csv",
                      calib::format_touches(touches, inputs->cell.robot));
-    write_atomically(inputs->results_dir / "check.json", calib::check_to_json(*result) + "\n");
+    write_atomically(inputs->results_dir / "check.json", calib::check_to_json(check) + "\n");
     inputs->note(fmt::format("check against session {} and {} checks before it: {}",
                              inputs->options.against, round->references_taken(),
-                             calib::verdict_words(*result)));
-    if (const std::string change = calib::change_words(*result); !change.empty())
+                             calib::verdict_words(check)));
+    if (const std::string change = calib::change_words(check); !change.empty())
       inputs->note(change);
   };
   return tasks;

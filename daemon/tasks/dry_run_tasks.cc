@@ -1,6 +1,6 @@
 #include "daemon/tasks/dry_run_tasks.h"
 
-#include <fmt/format.h>
+#include "daemon/result/outcome_words.h"
 
 namespace cellcal::daemon {
 
@@ -13,9 +13,11 @@ Tasks dry_run_tasks(std::shared_ptr<const TaskInputs> inputs) {
     return planned;
   };
   tasks.assess = [](const std::vector<calib::Touch>&) { return Tasks::Assessed{}; };
-  tasks.identify = [](const std::vector<calib::Touch>&) { return calib::Calibration{}; };
-  tasks.report = [inputs, standoffs](const calib::Calibration&, const std::vector<calib::Touch>&) {
-    inputs->note(fmt::format("dry run: {} stand-offs reached, the tip met nothing", *standoffs));
+  tasks.identify = [standoffs](const std::vector<calib::Touch>&) {
+    return SessionResult{DryRun{*standoffs}};
+  };
+  tasks.report = [inputs](const SessionResult& result, const std::vector<calib::Touch>&) {
+    inputs->note("dry run: " + words(outcome_of(result)).front());
   };
   return tasks;
 }

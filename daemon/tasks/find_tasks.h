@@ -5,23 +5,16 @@
 #include <vector>
 
 #include "calib/model/robot.h"
+#include "daemon/result/session_result.h"
 #include "daemon/tasks/tasks.h"
 
 namespace cellcal::daemon {
 
-struct FoundSphere {
-  std::string target;
-  Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();  ///< base frame of the nominal arm
-  int touches = 0;
-  std::optional<double> moved_m;  ///< from the cell file's centre; none there
-};
-
 /// `made`: all touches of the session.
-std::vector<FoundSphere> found_spheres(const calib::Cell& cell,
-                                       const std::vector<calib::Touch>& made,
-                                       const calib::PlanOptions& options);
+FoundSpheres found_spheres(const calib::Cell& cell, const std::vector<calib::Touch>& made,
+                           const calib::PlanOptions& options);
 /// cellcal.found/1, millimetres.
-std::string found_to_json(const std::vector<FoundSphere>& found);
+std::string found_to_json(const FoundSpheres& found);
 
 /// `tasks`: planning, choice and route of touches that find.
 Tasks find_tasks(Tasks tasks, std::shared_ptr<const TaskInputs> inputs);

@@ -35,25 +35,18 @@ calib::Cell one_sphere(const calib::Cell& cell, const std::string& target) {
   return part;
 }
 
-/// Never one to be used: a few touches of one sphere. What it knows is the effective radius.
-calib::Calibration estimate_of(const TaskInputs& inputs, const std::vector<calib::Touch>& touches) {
-  calib::Calibration calibration;
-  try {
-    if (!touches.empty())
-      calibration =
-          calib::identify_as_stated(one_sphere(inputs.cell, touches.front().target), touches);
-  } catch (const calib::IdentifyError&) {  // then the radius is not known
-  }
-  calibration.verdict.publish = false;
-  calibration.verdict.findings.clear();
-  return calibration;
-}
-
-std::optional<Figure> radius_offset(const calib::Calibration& calibration) {
+/// None: the few touches of one sphere do not give it.
+std::optional<Figure> radius_offset(const TaskInputs& inputs,
+                                    const std::vector<calib::Touch>& touches) try {
+  if (touches.empty()) return std::nullopt;
+  const calib::Calibration calibration =
+      calib::identify_as_stated(one_sphere(inputs.cell, touches.front().target), touches);
   const calib::ParameterResult* rho =
       find(calibration, calib::tool_parameter(calib::ParameterKind::kEffectiveRadius, 0));
   if (rho == nullptr) return std::nullopt;
   return Figure{rho->correction, rho->sigma};
+} catch (const calib::IdentifyError&) {
+  return std::nullopt;
 }
 
 json figure(const std::optional<Figure>& figure, double factor) {
@@ -105,21 +98,20 @@ Tasks qualification_tasks(std::shared_ptr<const TaskInputs> inputs) {
     return Tasks::Planned{*plan, plan_hash(*plan), {}};
   };
   tasks.assess = [](const std::vector<calib::Touch>&) { return Tasks::Assessed{}; };
-  tasks.identify = [inputs](const std::vector<calib::Touch>& touches) {
-    return estimate_of(*inputs, touches);
-  };
-  tasks.report = [inputs, plan](const calib::Calibration& calibration,
-                                const std::vector<calib::Touch>& touches) {
+  tasks.identify = [inputs, plan](const std::vector<calib::Touch>& touches) {
     const calib::Cell& cell = inputs->cell;
     const StatedContact stated{cell.touch_sigma_m, cell.latch_delay_s, cell.latch_delay_sigma_s,
                                cell.radius_offset_sigma_m};
-    const Qualification q = qualify(
+    return SessionResult{qualify(
         *plan, inputs->readings(), inputs->options.touch.fast_m_s, inputs->options.touch.slow_m_s,
-        stated, radius_offset(calibration), inputs->options.touch.confirm_every <= 1);
+        stated, radius_offset(*inputs, touches), inputs->options.touch.confirm_every <= 1)};
+  };
+  tasks.report = [inputs](const SessionResult& result, const std::vector<calib::Touch>& touches) {
     std::filesystem::create_directories(inputs->results_dir);
     write_atomically(inputs->results_dir / "touches.csv",
-                     calib::format_touches(touches, cell.robot));
-    write_atomically(inputs->results_dir / "qualification.json", qualification_to_json(q));
+                     calib::format_touches(touches, inputs->cell.robot));
+    write_atomically(inputs->results_dir / "qualification.json",
+                     qualification_to_json(std::get<Qualification>(result.of)));
   };
   return tasks;
 }

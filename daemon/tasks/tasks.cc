@@ -281,11 +281,11 @@ Tasks make_tasks(TaskInputs given) {
     return assessed;
   };
   tasks.identify = [inputs](const std::vector<calib::Touch>& touches) {
-    return estimate(inputs->cell, inputs->files, touches, inputs->compared);
+    return SessionResult{estimate(inputs->cell, inputs->files, touches, inputs->compared)};
   };
-  tasks.report = [inputs, planned_first](const calib::Calibration& calibration,
+  tasks.report = [inputs, planned_first](const SessionResult& result,
                                          const std::vector<calib::Touch>& touches) {
-    write_results(*inputs, calibration, touches, *planned_first);
+    write_results(*inputs, *result.calibration(), touches, *planned_first);
   };
   return tasks;
 }

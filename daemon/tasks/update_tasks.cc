@@ -108,10 +108,10 @@ Tasks update_tasks(std::shared_ptr<const TaskInputs> inputs) {
   };
   tasks.assess = [](const std::vector<calib::Touch>&) { return Tasks::Assessed{}; };
   tasks.identify = [update](const std::vector<calib::Touch>& touches) {
-    return update->result(touches);
+    return SessionResult{update->result(touches)};
   };
-  tasks.report = [inputs](const calib::Calibration& calibration,
-                          const std::vector<calib::Touch>& touches) {
+  tasks.report = [inputs](const SessionResult& result, const std::vector<calib::Touch>& touches) {
+    const calib::Calibration& calibration = *result.calibration();
     write_results(*inputs, calibration, touches, std::nullopt);
     for (const std::string& words : calib::words(calibration.verdict.findings)) inputs->note(words);
   };

@@ -5,6 +5,7 @@
 #include "calib/model/kinematics.h"
 #include "calib/model/units.h"
 #include "calib/words/finding_words.h"
+#include "daemon/result/outcome_json.h"
 #include "daemon/web/json.h"
 
 namespace cellcal::daemon::web {
@@ -150,6 +151,7 @@ std::string figures_to_json(const SessionRecord& record, const calib::Cell& cell
                                  made.contains(i) ? made.at(i) : FigureOfTouch()));
   return dump({{"session", record.id},
                {"state", to_string(record.state)},
+               {"outcome", outcome_with_words(outcome_from_json(record.outcome))},
                {"touches", std::move(list)},
                {"result", calibration == nullptr ? json(nullptr) : result_to_json(*calibration)}});
 }

@@ -8,6 +8,7 @@
 #include "calib/files/calibration_json.h"
 #include "calib/model/units.h"
 #include "daemon/api/http/json_text.h"
+#include "daemon/result/outcome_json.h"
 
 namespace cellcal::daemon {
 
@@ -133,7 +134,8 @@ std::string status_to_json(const Status& status) {
              {"busy_left_s", or_null(status.busy_left_s)},
              {"robot", status.robot_words},
              {"contact", status.contact_words},
-             {"publish", or_null(status.publish)},
+             {"outcome", outcome_with_words(status.outcome)},
+             {"publish", or_null(status.outcome ? published(*status.outcome) : std::nullopt)},
              {"reasons", status.reasons},
              {"results", status.results_dir},
              {"arm",

@@ -7,7 +7,7 @@ namespace cellcal::daemon::fleet {
 
 namespace {
 
-std::array<const char*, 4> migrations() { return {kTables, kViews, kKept, kNewest}; }
+std::array<const char*, 5> migrations() { return {kTables, kViews, kKept, kNewest, kOutcomes}; }
 
 void apply(pqxx::work& work, int version) {
   work.exec(migrations().at(static_cast<std::size_t>(version) - 1));

@@ -8,7 +8,7 @@
 namespace cellcal::daemon {
 
 /// PRAGMA user_version of what this program writes; migrations.h has the way here.
-inline constexpr int kSchemaVersion = 7;
+inline constexpr int kSchemaVersion = 8;
 /// PRAGMA application_id, "ccal": tells a journal from any other SQLite file.
 inline constexpr int kApplicationId = 0x6363616c;
 
@@ -169,6 +169,11 @@ CREATE TABLE outbox_source (
 /// Under which name the numbers of a source are told.
 inline constexpr const char* kSchema7 = R"sql(
 ALTER TABLE outbox_source ADD COLUMN address TEXT NOT NULL DEFAULT '';  -- '': not known
+)sql";
+
+/// What came of a session that is done.
+inline constexpr const char* kSchema8 = R"sql(
+ALTER TABLE session ADD COLUMN outcome TEXT;        -- JSON, cellcal.outcome/1
 )sql";
 
 }  // namespace cellcal::daemon

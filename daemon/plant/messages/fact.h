@@ -25,6 +25,8 @@ struct SessionFact {
   std::size_t touches = 0, planned = 0;
   std::string failure_kind, failure;  ///< hyphenated name, and words; empty: none
   std::string software;
+  /// to_string(OutcomeKind), of one that is done; none: it is not, or of an earlier cell.
+  std::optional<std::string> outcome = {};
 
   bool operator==(const SessionFact&) const = default;
 };

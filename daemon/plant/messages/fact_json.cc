@@ -79,7 +79,8 @@ const Table<SessionFact>& session_fields() {
       field("planned", &T::planned, count<std::size_t>()),
       field("failure_kind", &T::failure_kind, line()),
       field("failure", &T::failure, bounded(kLongestText)),
-      field("software", &T::software, line())};
+      field("software", &T::software, line()),
+      maybe("outcome", &T::outcome, line())};
   return kTable;
 }
 

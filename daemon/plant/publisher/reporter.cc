@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "calib/files/calibration_json.h"
 #include "calib/model/units.h"
@@ -10,6 +9,7 @@
 #include "calib/syntax/toml_table.h"
 #include "calib/verdict/tips_apart.h"
 #include "daemon/plant/messages/fact_json.h"
+#include "daemon/result/outcome_json.h"
 #include "daemon/tasks/recorded/options.h"
 
 namespace cellcal::daemon::plant {
@@ -66,19 +66,22 @@ std::optional<double> u95_of(const calib::Calibration& result,
   return std::nullopt;
 }
 
-std::optional<double> millimetres(const nlohmann::json& of, const char* key) {
-  return of.is_object() ? std::optional(of.at(key).get<double>() / calib::kMmPerM) : std::nullopt;
+Held held_of(OutcomeKind kind) {
+  return kind == OutcomeKind::kHolds         ? Held::kYes
+         : kind == OutcomeKind::kDoesNotHold ? Held::kNo
+                                             : Held::kUndecided;
 }
 
-CheckFact check_of(const SessionOptions& options, std::string document) {
-  const auto check = nlohmann::json::parse(document);
+CheckFact check_of(const SessionOptions& options, const SessionOutcome& outcome,
+                   std::string document) {
   CheckFact fact;
   fact.against = options.against;
-  const bool judged = !check.at("explanations").empty();
-  fact.held = check.at("holds").get<bool>() ? Held::kYes : judged ? Held::kNo : Held::kUndecided;
-  fact.shift_m = millimetres(check.at("tcp_shift_mm"), "length");
-  fact.u_m = millimetres(check.at("tcp_shift_mm"), "u_length");
-  if (check.at("changed").is_string()) fact.cause = check.at("changed").get<std::string>();
+  fact.held = held_of(outcome.kind);
+  if (outcome.tcp_shift) {
+    fact.shift_m = outcome.tcp_shift->shift_m.norm();
+    fact.u_m = outcome.tcp_shift->u_m;
+  }
+  fact.cause = cause_of(outcome);
   fact.temperature_c = options.temperature_c;
   fact.document = std::move(document);
   return fact;
@@ -105,10 +108,13 @@ std::vector<Report> PlantReporter::session(const SessionRecord& session) const {
   if (session.failure_kind) fact.failure_kind = to_string(*session.failure_kind);
   fact.failure = session.failure;
   fact.software = session.software;
+  const std::optional<SessionOutcome> outcome = outcome_from_json(session.outcome);
+  if (outcome) fact.outcome = to_string(outcome->kind);
   std::vector<Report> all;
-  if (options && options->kind == SessionKind::kCheck && fact.state == SessionState::kDone) try {
-      all.push_back(report_of(
-          check_of(*options, calib::read_file(parts_.results_dir(session.id) / "check.json"))));
+  const bool checked = options && options->kind == SessionKind::kCheck;
+  if (checked && outcome && fact.state == SessionState::kDone) try {
+      all.push_back(report_of(check_of(
+          *options, *outcome, calib::read_file(parts_.results_dir(session.id) / "check.json"))));
     } catch (const std::exception& unreadable) {
       all.push_back(report_of(
           AlarmFact{"failed", "result of the check could not be published", unreadable.what()}));

@@ -3,8 +3,8 @@
 // Null where the thing as a whole cannot be used.
 
 import {
-  ARM_MOTIONS, ADVICE, CAUSES, CHANGES, CHECKS, DRIFT_STATES, EVIDENCE, FAILURES, FINDINGS, KINDS, PHASES, PROPOSALS, STATES, STEPS,
-  type AdviceStatus, type Comparison, type ContactLink, type ControlLimits, type Doctor, type DriftChart, type DriftPoint, type DriftRow, type DriftSeen, type DriftTrend, type FailureKind, type Figures, type Finding, type FindingKind, type FindingPart, type Frame, type Joint, type Kind, type Phase,
+  ARM_MOTIONS, ADVICE, CAUSES, CHANGES, CHECKS, DRIFT_STATES, EVIDENCE, FAILURES, FINDINGS, KINDS, NOT_AS_STATED, OUTCOMES, PHASES, PROPOSALS, STATES, STEPS,
+  type AdviceStatus, type Comparison, type ContactLink, type ControlLimits, type Doctor, type DriftChart, type DriftNotHeld, type DriftPoint, type DriftRow, type DriftSeen, type DriftTrend, type FailureKind, type Figures, type Finding, type FindingKind, type FoundSphere, type Outcome, type OutcomeChange, type FindingPart, type Frame, type Joint, type Kind, type Phase,
   type PlannedTouch, type Point, type Proposal, type ProposalsSeen, type Quantity, type Result, type RobotLink, type Readiness, type RobotPosture, type Role,
   type Scene, type SceneTarget, type SessionRow, type SessionState, type Solid, type Status, type StepSeen,
   type Summary, type Touch, type TouchSet, type Version,
@@ -53,6 +53,33 @@ function frame(value: unknown): Frame | null {
 }
 const joints = (value: unknown): number[] => numbers(value, MOST_JOINTS) ?? [];
 const touch_set = (value: unknown): TouchSet => (value === "check" ? "check" : "fit");
+
+function outcome_change(value: unknown): OutcomeChange | null {
+  const all = fields(value);
+  const kind = CHANGES.find((one) => one === all?.kind), size = number(all?.value);
+  if (!all || !kind || size === null) return null;
+  return { kind, name: words(all.name), touch: number(all.touch), value: size, u: number(all.u) ?? 0, unit: words(all.unit) };
+}
+function found_sphere(value: unknown): FoundSphere | null {
+  const all = fields(value), centreMm = point(all?.centre_mm);
+  if (!all || !centreMm) return null;
+  return { target: words(all.target), centreMm, uMm: number(all.u_mm), touches: count(all.touches), movedMm: number(all.moved_mm) };
+}
+const some_words = (value: unknown): string[] => list(value).map(words).filter((one) => one !== "");
+function outcome(value: unknown): Outcome | null {
+  const all = fields(value);
+  const kind = OUTCOMES.find((one) => one === all?.kind);
+  if (!all || !kind) return null;
+  const shift = fields(all.tcp_shift_mm);
+  return {
+    kind, good: all.good === true, touches: count(all.touches),
+    shiftMm: number(shift?.length), uShiftMm: number(shift?.u_length), change: outcome_change(all.change),
+    notFound: some_words(all.not_found), unsteady: some_words(all.unsteady),
+    remedy: ADVICE.find((one) => one === all.remedy) ?? "none",
+    spheres: known(list(all.spheres).map(found_sphere)),
+    notAsStated: NOT_AS_STATED.filter((one) => list(all.not_as_stated).includes(one)),
+  };
+}
 
 function robot_link(value: unknown): RobotLink {
   const robot = fields(value) ?? {};
@@ -110,7 +137,7 @@ export function status(value: unknown): Status | null {
     failure: failure && {
       kind: one_of(failure.kind, FAILURES) as FailureKind, detail: words(failure.detail),
     },
-    publish: truth(all.publish),
+    outcome: outcome(all.outcome),
     reasons: list(all.reasons).map(words).filter((one) => one !== ""),
     links: links && {
       open: links.open === true, robot: robot_link(links.robot), contact: contact_link(links.contact),
@@ -250,7 +277,7 @@ export function figures(value: unknown): Figures | null {
   if (!all) return null;
   const session = count(all.session);
   return {
-    session, state: words(all.state),
+    session, state: words(all.state), outcome: outcome(all.outcome),
     touches: known(list(all.touches).map((one) => touch(one, session))),
     result: result(all.result),
   };
@@ -263,7 +290,7 @@ function session_row(value: unknown): SessionRow | null {
     id: count(all.id), kind: one_of(all.kind, KINDS) as Kind, started: words(all.started), ended: words(all.ended),
     state: one_of(all.state, STATES) as SessionState, cell: words(all.cell),
     touches: count(all.touches), planned: count(all.planned), failure: words(all.failure),
-    published: truth(all.published), holds: truth(all.holds),
+    outcome: outcome(all.outcome), published: truth(all.published),
   };
 }
 /** Newest first; a list, or pages whose list stands under "sessions". */
@@ -308,6 +335,17 @@ function drift_trend(value: unknown): DriftTrend | null {
     probability: number(cause?.probability) ?? 0,
   };
 }
+function not_held(value: unknown): DriftNotHeld | null {
+  const all = fields(value);
+  if (!all) return null;
+  const cause = fields(all.cause);
+  return {
+    session: count(all.session), timeS: number(all.time_s) ?? 0, since: count(all.since), sinceS: number(all.since_s) ?? 0,
+    shiftMm: number(all.tcp_shift_mm), uShiftMm: number(all.u_tcp_shift_mm),
+    cause: CHANGES.find((one) => one === cause?.kind) ?? null, causeName: words(cause?.name),
+    probability: number(cause?.probability) ?? 0,
+  };
+}
 /** A limit that is none would make every share infinite. */
 function control_limits(value: unknown): ControlLimits | null {
   const all = fields(value);
@@ -323,7 +361,7 @@ function drift_chart(value: unknown): DriftChart | null {
     calibration: count(all.calibration), state, advice: ADVICE.find((one) => one === all.advice) ?? "none",
     counted: count(all.counted), least: count(all.least),
     undecided: count(all.undecided), decidedS: number(all.decided_s) ?? 0, warns, alarms,
-    trend: drift_trend(all.course), points: known(list(all.points).map(drift_point)),
+    trend: drift_trend(all.course), notHeld: not_held(all.not_held), points: known(list(all.points).map(drift_point)),
   };
 }
 function advice_status(value: unknown): AdviceStatus | null {

@@ -42,7 +42,7 @@ export function mood(status: Status): Mood {
   switch (status.phase) {
     case "failed": return "bad";
     case "aborted": return "wait";
-    case "done": return status.publish === false ? "wait" : "good";
+    case "done": return status.outcome?.good === false ? "wait" : "good";
     case "idle": return "calm";
     case "connecting": case "recovering": case "watching the links": case "stopping": return "wait";
     case "unknown": return "unknown";

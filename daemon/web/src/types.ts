@@ -69,11 +69,52 @@ export interface Status {
   busyRepeats: number;
   busyLeftS: number | null;
   failure: { kind: FailureKind; detail: string } | null;
-  publish: boolean | null;
+  /** Once identified. */
+  outcome: Outcome | null;
   reasons: string[];
   links: { open: boolean; robot: RobotLink; contact: ContactLink } | null;
   interrupted: { session: number; touches: number; planned: number; started: string } | null;
   version: string;
+}
+
+/** What came of a session (daemon/result/outcome.h). */
+export const OUTCOMES = [
+  "published", "withheld", "holds", "does_not_hold", "undecided", "qualified", "not_qualified", "found",
+  "nothing_met", "updated", "nothing_changed", "update_withheld",
+] as const;
+export type OutcomeKind = (typeof OUTCOMES)[number];
+export const NOT_AS_STATED = [
+  "noise-above-stated", "overtravel-too-long", "delay-not-as-stated", "radius-not-as-stated",
+] as const;
+export interface OutcomeChange {
+  kind: Change;
+  name: string;
+  touch: number | null;
+  value: number;
+  /** k = 2. */
+  u: number;
+  unit: string;
+}
+export interface FoundSphere {
+  target: string;
+  centreMm: Point;
+  uMm: number | null;
+  touches: number;
+  movedMm: number | null;
+}
+export interface Outcome {
+  kind: OutcomeKind;
+  good: boolean;
+  touches: number;
+  /** Of a check: TCP shift with its U (k = 2). */
+  shiftMm: number | null;
+  uShiftMm: number | null;
+  change: OutcomeChange | null;
+  notFound: string[];
+  unsteady: string[];
+  remedy: Advice;
+  spheres: FoundSphere[];
+  notAsStated: (typeof NOT_AS_STATED)[number][];
 }
 
 export type TouchSet = "fit" | "check";
@@ -211,6 +252,7 @@ export interface Result {
 export interface Figures {
   session: number;
   state: string;
+  outcome: Outcome | null;
   touches: Touch[];
   result: Result | null;
 }
@@ -231,10 +273,10 @@ export interface SessionRow {
   touches: number;
   planned: number;
   failure: string;
+  /** Of one that is done; null: not recorded. */
+  outcome: Outcome | null;
   /** Of a calibration that is done; null of all else. */
   published: boolean | null;
-  /** Of a check that is done: whether the calibration held; null of all else. */
-  holds: boolean | null;
 }
 
 export interface DriftRow {
@@ -279,6 +321,18 @@ export interface DriftTrend {
   causeName: string;
   probability: number;
 }
+/** The newest decided check, where it does not hold; `since`: the first without one between that holds. */
+export interface DriftNotHeld {
+  session: number;
+  timeS: number;
+  since: number;
+  sinceS: number;
+  shiftMm: number | null;
+  uShiftMm: number | null;
+  cause: Change | null;
+  causeName: string;
+  probability: number;
+}
 export interface ControlLimits {
   ewma: number;
   cusum: number;
@@ -296,6 +350,7 @@ export interface DriftChart {
   warns: ControlLimits;
   alarms: ControlLimits;
   trend: DriftTrend | null;
+  notHeld: DriftNotHeld | null;
   points: DriftPoint[];
 }
 /** What CELLCAL_ADVICE on the controller is; `trouble`: why it is not the newest, in the daemon's words. */

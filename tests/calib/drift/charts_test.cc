@@ -36,7 +36,7 @@ std::vector<CheckSeen> checks_of(int count, const Trend& trend, std::uint64_t se
     CheckSeen check;
     check.session = 10 + k;
     check.time_s = 1.8e9 + k * kDayS / 3.0;
-    check.holds = true;
+    check.verdict = CheckVerdict::kHolds;
     check.covariance_m2 = kSigmaM * kSigmaM * Eigen::Matrix3d::Identity();
     check.shift_m = kShared + trend(k / 3.0);
     for (double& one : check.shift_m) one += kSigmaM * random.normal();
@@ -60,18 +60,15 @@ void give_up(std::vector<CheckSeen>& checks) {
   next.session += 1;
   next.time_s += kDayS / 3.0;
   next.left_out = LeftOut::kUndecided;
+  next.verdict = CheckVerdict::kUndecided;
   checks.push_back(next);
 }
 
-TEST(a_chart, says_in_control_no_longer_than_checks_decide_something) {
+TEST(a_chart, is_unknown_and_not_in_control_where_the_newest_check_is_undecided) {
   std::vector<CheckSeen> checks = checks_of(9, still);
-  for (std::size_t k = 1; k < kMostUndecided; ++k) {
-    give_up(checks);
-    EXPECT_EQ(drift_chart(checks).state, DriftState::kInControl) << k;
-    EXPECT_EQ(drift_chart(checks).undecided, k);
-  }
   give_up(checks);
   const DriftChart chart = drift_chart(checks);
+  EXPECT_EQ(chart.undecided, 1U);
   EXPECT_EQ(chart.state, DriftState::kUnknown);
   EXPECT_EQ(chart.advice, DriftAdvice::kCheckAgain);
   EXPECT_NE(state_words(chart).find("last decided check of " + date_words(checks[8].time_s)),
@@ -95,6 +92,81 @@ TEST(a_chart, says_in_control_no_longer_than_two_weeks) {
   EXPECT_EQ(at(-100.0).state, DriftState::kInControl) << "a clock that was set back";
   EXPECT_EQ(at(kMostDays + 0.01).state, DriftState::kUnknown);
   EXPECT_EQ(at(kMostDays + 0.01).advice, DriftAdvice::kCheckAgain);
+}
+
+/// By (0.8, -0.5, 0.3) mm, so that no check holds.
+void knock(std::vector<CheckSeen>& checks, std::size_t from) {
+  for (std::size_t k = from; k < checks.size(); ++k) {
+    const Eigen::Vector3d by_m(0.8e-3, -0.5e-3, 0.3e-3);
+    checks[k].shift_m += by_m;
+    checks[k].verdict = CheckVerdict::kDoesNotHold;
+    checks[k].change = Explanation{.kind = ChangeKind::kTool, .name = "probe", .shift_m = by_m};
+    checks[k].tcp_shift_m = by_m.norm();
+    checks[k].u_tcp_shift_m = 0.05e-3;
+  }
+}
+
+TEST(a_chart, alarms_from_the_first_check_on_where_none_ever_held) {
+  for (const int count : {1, 4, 7, 30}) {
+    auto checks = checks_of(count, still);
+    knock(checks, 0);
+    const DriftChart chart = drift_chart(checks);
+    EXPECT_EQ(chart.state, DriftState::kAlarms) << count;
+    EXPECT_EQ(chart.counted, 0U) << "no reference is made of what does not hold";
+    ASSERT_TRUE(chart.not_held);
+    EXPECT_EQ(chart.not_held->since, checks.front().session);
+    EXPECT_EQ(chart.not_held->checks, checks.size());
+    EXPECT_EQ(chart.advice, DriftAdvice::kRemeasureTcp);
+    EXPECT_EQ(state_words(chart).find("alarm: check "), 0U) << state_words(chart);
+    EXPECT_NE(state_words(chart).find("does not hold: TCP shift 0.99 +- 0.05 mm (k=2)"),
+              std::string::npos)
+        << state_words(chart);
+    const auto json = nlohmann::json::parse(drift_to_json(chart));
+    EXPECT_EQ(json.at("not_held").at("cause").at("kind"), "tool");
+    EXPECT_TRUE(json.at("points").back().at("off_mm").is_null()) << "no check held: of no centre";
+  }
+}
+
+TEST(a_chart, alarms_at_the_first_check_that_does_not_hold_after_some_that_did) {
+  for (const int held : {1, 3, 4, 5, 20}) {
+    auto checks = checks_of(held + 1, still);
+    knock(checks, static_cast<std::size_t>(held));
+    const DriftChart chart = drift_chart(checks);
+    EXPECT_EQ(chart.state, DriftState::kAlarms) << held;
+    EXPECT_EQ(chart.counted, static_cast<std::size_t>(held));
+    EXPECT_EQ(chart.not_held->since, checks.back().session);
+    ASSERT_TRUE(chart.trend) << held;
+    EXPECT_EQ(chart.trend->since, checks.back().session) << held;
+    EXPECT_NEAR(chart.trend->now_m.norm(), 0.99e-3, 0.1e-3) << held;
+  }
+}
+
+TEST(a_chart, of_an_alarm_is_not_ended_by_an_undecided_check) {
+  auto checks = checks_of(8, still);
+  knock(checks, 7);
+  give_up(checks);
+  const DriftChart chart = drift_chart(checks);
+  EXPECT_EQ(chart.state, DriftState::kAlarms);
+  EXPECT_TRUE(chart.not_held);
+  EXPECT_EQ(chart.advice, DriftAdvice::kCheckAgain);
+}
+
+TEST(a_chart, of_a_repaired_tool_is_in_control_only_when_both_statistics_are_below_their_warnings) {
+  const auto still_checks = checks_of(60, still);
+  auto checks = std::vector(still_checks.begin(), still_checks.begin() + 9);
+  knock(checks, 6);
+  std::size_t until_good = 0;
+  for (std::size_t k = 9; k < still_checks.size(); ++k) {
+    checks.push_back(still_checks[k]);
+    const DriftChart chart = drift_chart(checks);
+    EXPECT_FALSE(chart.not_held);
+    const DriftPoint& newest = chart.points.back();
+    const bool below = newest.ewma <= kWarnLimits.ewma && newest.cusum <= kWarnLimits.cusum;
+    EXPECT_EQ(chart.state == DriftState::kInControl, below) << k;
+    if (chart.state != DriftState::kAlarms && until_good == 0) until_good = k - 8;
+  }
+  EXPECT_GT(until_good, 1U);
+  EXPECT_LT(until_good, 15U);
 }
 
 TEST(a_chart, of_an_alarm_stays_one_however_old) {
@@ -207,22 +279,27 @@ TEST(a_chart, shows_what_it_leaves_out_and_is_not_moved_by_it) {
   const DriftChart without = drift_chart(checks);
   CheckSeen dirt = checks.back();
   dirt.session = 99;
-  dirt.holds = false;
-  dirt.changed = ChangeKind::kTouch;
+  dirt.verdict = CheckVerdict::kDoesNotHold;
+  dirt.change = Explanation{.kind = ChangeKind::kTouch, .name = "S2"};
   dirt.left_out = LeftOut::kNotTheTool;
   dirt.shift_m = Eigen::Vector3d(1, 1, 1);
   checks.push_back(dirt);
   const DriftChart with = drift_chart(checks);
   EXPECT_EQ(with.points.size(), 61U);
   EXPECT_EQ(with.counted, 60U);
-  EXPECT_EQ(with.state, without.state);
+  EXPECT_EQ(with.state, DriftState::kAlarms) << "the newest check does not hold";
+  EXPECT_FALSE(with.trend) << "the statistics have nothing of it";
   EXPECT_EQ(with.advice, DriftAdvice::kCheckAgain) << "one touch alone is wrong";
-  checks.back().changed = ChangeKind::kGrowth;
+  checks.back().change->kind = ChangeKind::kGrowth;
   EXPECT_EQ(drift_chart(checks).advice, DriftAdvice::kLetItWarmUp);
-  checks.back().changed = ChangeKind::kJoint;
+  checks.back().change->kind = ChangeKind::kJoint;
   EXPECT_EQ(drift_chart(checks).advice, DriftAdvice::kRecalibrate);
-  checks.back().left_out = LeftOut::kUndecided;
+  checks.back().verdict = CheckVerdict::kUndecided;
   EXPECT_EQ(drift_chart(checks).advice, DriftAdvice::kCheckAgain);
+  CheckSeen clean = checks[59];
+  clean.session = 100;
+  checks.push_back(clean);
+  EXPECT_EQ(drift_chart(checks).state, without.state) << "cleaned, and checked again";
 }
 
 TEST(a_chart, takes_out_what_the_temperature_does_where_it_is_known) {
@@ -279,7 +356,7 @@ TEST(a_chart, does_not_care_when_checks_were_made) {
 TEST(a_chart, as_a_document_has_its_state_trend_limits_and_words) {
   auto checks = checks_of(150, creep(0.1, 20.0));
   checks[3].left_out = LeftOut::kUndecided;
-  checks[3].holds.reset();
+  checks[3].verdict = CheckVerdict::kUndecided;
   const auto json = nlohmann::json::parse(drift_to_json(drift_chart(checks)));
   EXPECT_EQ(json.at("format"), "cellcal.drift/1");
   EXPECT_EQ(json.at("state"), "alarms");

@@ -16,9 +16,10 @@ calib::CheckSeen check(int day, bool holds = true, calib::LeftOut out = calib::L
   one.session = day;
   one.time_s = kFirst + day * kDay;
   one.left_out = out;
-  if (out != calib::LeftOut::kUndecided) one.holds = holds;
+  if (out != calib::LeftOut::kUndecided)
+    one.verdict = holds ? calib::CheckVerdict::kHolds : calib::CheckVerdict::kDoesNotHold;
   one.covariance_m2 = Eigen::Matrix3d::Identity() * 1e-10;
-  if (!holds) one.changed = calib::ChangeKind::kTool;
+  if (!holds) one.change = calib::Explanation{.kind = calib::ChangeKind::kTool};
   return one;
 }
 
@@ -56,9 +57,9 @@ TEST(Advice, SaysToCheckAgainBehindACheckThatDecidedNothing) {
 TEST(Advice, NamesWhatACheckThatDidNotHoldAsksFor) {
   EXPECT_EQ(advice_by({check(0), check(1, false)}, kFirst + kDay).advice, Advice::kRemeasureTcp);
   calib::CheckSeen sphere = check(1, false, calib::LeftOut::kNotTheTool);
-  sphere.changed = calib::ChangeKind::kSphere;
+  sphere.change->kind = calib::ChangeKind::kSphere;
   EXPECT_EQ(advice_by({check(0), sphere}, kFirst + kDay).advice, Advice::kRecalibrate);
-  sphere.changed = calib::ChangeKind::kGrowth;
+  sphere.change->kind = calib::ChangeKind::kGrowth;
   EXPECT_EQ(advice_by({check(0), sphere}, kFirst + kDay).advice, Advice::kLetItWarmUp);
 }
 

@@ -131,6 +131,7 @@ TEST(the_dashboard, asks_for_metrics_that_there_are) {
   status.u95_m = status.goal_m = status.time_left_s = 1.0;
   calib::DriftChart chart;
   chart.points.resize(1);
+  chart.counted = 1;
   const auto types = scrape(metrics_text(status, {}, &newest, &chart)).types;
   std::ifstream file(CELLCAL_DASHBOARD);
   const auto dashboard = nlohmann::json::parse(file);

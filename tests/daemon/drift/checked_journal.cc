@@ -1,11 +1,11 @@
 #include "tests/daemon/drift/checked_journal.h"
 
 #include <ctime>
-#include <fstream>
 
 #include "calib/files/calibration_json.h"
 #include "calib/identify/identify.h"
 #include "calib/plan/check_plan.h"
+#include "daemon/result/session_result.h"
 #include "daemon/tasks/recorded/options.h"
 #include "tests/calib/plan/meet.h"
 #include "tests/calib/simulate.h"
@@ -67,6 +67,29 @@ std::int64_t CheckedJournal::calibrate() {
   return calibrated = id;
 }
 
+calib::TcpCheck CheckedJournal::that_holds() {
+  calib::TcpCheck check;
+  check.holds = true;
+  check.touches = 8;
+  check.covariance_m2 = 0.025e-3 * 0.025e-3 * Eigen::Matrix3d::Identity();
+  check.explanations = {{.kind = calib::ChangeKind::kNothing, .probability = 1.0}};
+  return check;
+}
+
+calib::TcpCheck CheckedJournal::that_does_not_hold(calib::ChangeKind change,
+                                                   const Eigen::Vector3d& shift_m) {
+  calib::TcpCheck check = that_holds();
+  check.holds = false;
+  check.log_odds = 50.0;
+  check.shift_m = shift_m;
+  check.explanations = {{.kind = change,
+                         .name = change == calib::ChangeKind::kSphere ? "S2" : "probe",
+                         .probability = 0.99,
+                         .shift_m = shift_m,
+                         .sigma = 0.025e-3}};
+  return check;
+}
+
 std::int64_t CheckedJournal::check(const Check& how) {
   const std::string utc = next_utc();
   SessionOptions options;
@@ -87,9 +110,10 @@ std::int64_t CheckedJournal::check(const Check& how) {
     journal.record(id, RecordTouch{index++, touch});
   }
   if (!how.ends) return id;
-  journal.record(id, RecordEnd{Ending::kDone, ""}, how.ended.empty() ? utc : how.ended);
+  RecordEnd end{Ending::kDone, ""};
+  if (how.result) end.result = std::make_shared<const SessionResult>(SessionResult{*how.result});
+  journal.record(id, end, how.ended.empty() ? utc : how.ended);
   std::filesystem::create_directories(results_dir(id));
-  if (how.result != nullptr) std::ofstream(results_dir(id) / "check.json") << how.result;
   return id;
 }
 

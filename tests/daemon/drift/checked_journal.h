@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "calib/result/tcp_check.h"
 #include "daemon/journal/journal.h"
 #include "tests/daemon/journal/temporary_directory.h"
 
@@ -17,12 +18,17 @@ class CheckedJournal {
 
   struct Check {
     Eigen::Vector3d shift_m = Eigen::Vector3d::Zero();  ///< of the tool
-    const char* result = R"({"holds": true, "changed": null, "unsteady": [], "not_found": []})";
+    std::optional<calib::TcpCheck> result = that_holds();  ///< none: no outcome is recorded
     std::optional<double> temperature_c = {};
     bool ends = true;
     bool other_touches = false;
     std::string ended = {};  ///< what the journal has for it; empty: the time
   };
+  static calib::TcpCheck that_holds();
+  /// One of this TCP shift, explained by this; U(k=2) is 0.05 mm.
+  static calib::TcpCheck that_does_not_hold(calib::ChangeKind change,
+                                            const Eigen::Vector3d& shift_m = {0.8e-3, -0.5e-3,
+                                                                              0.3e-3});
   /// A shift later than the one before. Its session.
   std::int64_t check(const Check& how);
   std::int64_t check() { return check(Check{}); }

@@ -10,9 +10,11 @@
 namespace cellcal::daemon {
 namespace {
 
+using calib::ChangeKind;
 using calib::DriftAdvice;
 using calib::DriftState;
 using calib::LeftOut;
+using Checked = testing::CheckedJournal;
 
 struct a_watch : ::testing::Test {
   std::shared_ptr<const Drift> look() { return watch.look(); }
@@ -20,15 +22,13 @@ struct a_watch : ::testing::Test {
     for (int k = 1; k <= count; ++k) checked.check({.shift_m = {k * creep_m, 0, 0}});
   }
   testing::CheckedJournal checked;
-  DriftWatch watch{checked.journal,
-                   [this](std::int64_t session) { return checked.results_dir(session); },
-                   [this] { return now_s; }};
+  DriftWatch watch{checked.journal, [this] { return now_s; }};
   double now_s = 0.0;
 };
 
 TEST_F(a_watch, has_no_chart_without_a_published_calibration) {
   Journal empty(checked.dir / "empty.db");
-  DriftWatch of_it(empty, [](std::int64_t) { return std::filesystem::path(); });
+  DriftWatch of_it(empty);
   EXPECT_EQ(of_it.look(), nullptr);
   EXPECT_EQ(watch.look("/another.toml"), nullptr);
 }
@@ -92,18 +92,49 @@ TEST_F(a_watch, has_no_check_in_its_chart_that_ended_at_no_time) {
 
 TEST_F(a_watch, leaves_out_what_says_nothing_of_the_tool_and_shows_it) {
   checks(5);
-  checked.check({.result = R"({"holds": false, "changed": "sphere"})"});
-  checked.check({.result = R"({"holds": false, "changed": null, "unsteady": [{"touch": 2}]})"});
-  checked.check({.result = nullptr});  // gone: nobody knows whether it held, nor what it missed
-  checked.check({.result = "{"});
+  checked.check({.result = Checked::that_does_not_hold(ChangeKind::kSphere)});
+  calib::TcpCheck given_up = Checked::that_holds();
+  given_up.holds = false;
+  given_up.unsteady = {{2, "S1"}};
+  checked.check({.result = given_up});
+  checked.check({.result = std::nullopt});  // of an earlier version: nobody knows what it missed
+  calib::TcpCheck missed = Checked::that_does_not_hold(ChangeKind::kTool);
+  missed.not_found = {{3, "S2", 0.012}};
+  checked.check({.result = missed});
   checked.check({.ends = false});
   const auto drift = look();
   ASSERT_EQ(drift->chart.points.size(), 9U);
   EXPECT_EQ(drift->chart.counted, 5U);
   EXPECT_EQ(drift->chart.points[5].check.left_out, LeftOut::kNotTheTool);
   EXPECT_EQ(drift->chart.points[6].check.left_out, LeftOut::kUndecided);
-  EXPECT_EQ(drift->chart.points[7].check.holds, std::nullopt);
+  EXPECT_EQ(drift->chart.points[6].state, DriftState::kAlarms) << "the one before did not hold";
+  EXPECT_EQ(drift->chart.points[7].check.verdict, calib::CheckVerdict::kUndecided);
   EXPECT_EQ(drift->chart.points[7].check.left_out, LeftOut::kUndecided);
+  EXPECT_EQ(drift->chart.points[8].check.left_out, LeftOut::kIncomplete);
+  EXPECT_EQ(drift->chart.state, DriftState::kAlarms);
+}
+
+TEST_F(a_watch, alarms_where_every_check_since_the_calibration_fails) {
+  const Eigen::Vector3d knocked_m(0.8e-3, -0.5e-3, 0.3e-3);
+  for (int k = 1; k <= 7; ++k) {
+    checked.check({.shift_m = knocked_m, .result = Checked::that_does_not_hold(ChangeKind::kTool)});
+    const auto drift = look();
+    EXPECT_EQ(drift->chart.state, DriftState::kAlarms) << k;
+    EXPECT_EQ(drift->chart.advice, DriftAdvice::kRemeasureTcp) << k;
+    ASSERT_TRUE(drift->chart.not_held);
+    EXPECT_EQ(drift->chart.not_held->since, checked.calibrated + 1);
+    EXPECT_NEAR(*drift->chart.newest_decided()->tcp_shift_m, 0.99e-3, 0.01e-3);
+    EXPECT_EQ(drift->chart.newest_decided()->change->kind, ChangeKind::kTool);
+  }
+  EXPECT_EQ(look()->chart.counted, 0U) << "what does not hold is no reference";
+}
+
+TEST_F(a_watch, alarms_at_once_also_where_the_check_that_fails_is_of_other_touches) {
+  checks(6);
+  checked.check(
+      {.result = Checked::that_does_not_hold(ChangeKind::kSphere), .other_touches = true});
+  EXPECT_EQ(look()->chart.state, DriftState::kAlarms);
+  EXPECT_EQ(look()->chart.advice, DriftAdvice::kRecalibrate);
 }
 
 TEST_F(a_watch, compares_checks_by_the_same_touches_alone) {

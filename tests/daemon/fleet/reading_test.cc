@@ -90,6 +90,26 @@ TEST_F(FleetReading, ADriftAlarmCountsUntilAnotherCalibrationIsInUse) {
   EXPECT_EQ(needs(), "");
 }
 
+TEST_F(FleetReading, ADriftAlarmEndsWhereTheCellSaysThatItIsOver) {
+  calibrate(kWeld, 1);
+  say(fact(kWeld, 2, plant::AlarmFact{"drifted", "drifted", "0.4 mm"}));
+  EXPECT_EQ(needs(), "drifted");
+  say(fact(kWeld, 3, plant::AlarmFact{"recovered", "over", ""}));
+  EXPECT_EQ(needs(), "");
+  say(fact(kWeld, 4, plant::AlarmFact{"drifted", "drifted", "0.4 mm"}));
+  EXPECT_EQ(needs(), "drifted");
+}
+
+TEST_F(FleetReading, AnUpdateThatFoundNothingChangedWithholdsNoCalibration) {
+  calibrate(kWeld, 1);
+  auto update = std::get<plant::CalibrationFact>(testing::one_of_each()[1]);
+  update.published = false;
+  update.update = true;
+  update.findings = {"update_not_needed"};
+  say(fact(kWeld, 2, update, 2));
+  EXPECT_EQ(needs(), "");
+}
+
 TEST_F(FleetReading, TheNewestSessionAndCalibrationDecideByNumberNotByArrival) {
   calibrate(kWeld, 1);
   session(9, plant::SessionState::kFailed);

@@ -5,6 +5,7 @@
 #include "daemon/journal/database/schema.h"
 #include "daemon/journal/store/sqlite.h"
 #include "daemon/qualification/touch_contacts.h"
+#include "daemon/result/outcome_json.h"
 #include "images.h"
 #include "temporary_directory.h"
 #include "tests/daemon/journal/disks/losing_disk.h"
@@ -42,7 +43,7 @@ TEST(a_journal_of_version_1, is_taken_over_as_it_is_and_says_so) {
     Journal journal(dir / "j.db");
     ASSERT_EQ(journal.remarks().size(), 2u);
     EXPECT_NE(
-        journal.remarks()[1].find("taken over from schema 1 to 7; as it was before it is kept "
+        journal.remarks()[1].find("taken over from schema 1 to 8; as it was before it is kept "
                                   "as j.db.version-1"),
         std::string::npos)
         << journal.remarks()[1];
@@ -104,7 +105,7 @@ TEST(a_journal_of_version_2, is_taken_over_bit_for_bit_with_its_checksums_as_the
   {
     Journal journal(dir / "j.db");
     ASSERT_EQ(journal.remarks().size(), 1u);
-    EXPECT_NE(journal.remarks()[0].find("from schema 2 to 7"), std::string::npos);
+    EXPECT_NE(journal.remarks()[0].find("from schema 2 to 8"), std::string::npos);
     ASSERT_EQ(journal.touches(1).size(), 2u);
     const calib::Touch touch = journal.touches(1)[1];
     EXPECT_EQ(touch.joint_rad, (std::vector<double>{0.1, HUGE_VAL}));
@@ -202,7 +203,8 @@ std::int64_t make_version_4(const std::filesystem::path& path) {
     journal.record(id, RecordEnd{Ending::kDone, ""}, "t1");
   }
   Database(path).execute(
-      "DROP TABLE activation; DROP TABLE outbox; DROP TABLE outbox_source; PRAGMA user_version = 4");
+      "DROP TABLE activation; DROP TABLE outbox; DROP TABLE outbox_source; "
+      "ALTER TABLE session DROP COLUMN outcome; PRAGMA user_version = 4");
   return id;
 }
 
@@ -213,7 +215,7 @@ TEST(a_journal_of_version_4, is_taken_over_and_takes_activations_from_then_on) {
   {
     Journal journal(dir / "j.db");
     ASSERT_EQ(journal.remarks().size(), 1u);
-    EXPECT_NE(journal.remarks()[0].find("from schema 4 to 7"), std::string::npos);
+    EXPECT_NE(journal.remarks()[0].find("from schema 4 to 8"), std::string::npos);
     EXPECT_TRUE(journal.activations().empty());
   }
   EXPECT_EQ(dump(dir / "j.db", kTouch), before);
@@ -227,6 +229,40 @@ TEST(a_journal_of_version_4, is_taken_over_and_takes_activations_from_then_on) {
   ASSERT_EQ(journal.activations().size(), 1u);
   EXPECT_EQ(journal.activations()[0].who, "anna");
   EXPECT_EQ(journal.session(id)->state, RecordState::kDone);
+}
+
+TEST(a_journal_of_version_7, has_sessions_without_an_outcome_and_keeps_those_of_new_ones) {
+  const TemporaryDirectory dir;
+  std::int64_t old = 0, checked = 0;
+  {
+    Journal journal(dir / "j.db");
+    old = fill(journal, 2);
+    journal.record(old, RecordEnd{Ending::kDone, ""}, "t1");
+  }
+  Database(dir / "j.db")
+      .execute("ALTER TABLE session DROP COLUMN outcome; PRAGMA user_version = 7");
+  {
+    Journal journal(dir / "j.db");
+    EXPECT_NE(journal.remarks()[0].find("from schema 7 to 8"), std::string::npos);
+    EXPECT_EQ(journal.session(old)->state, RecordState::kDone);
+    EXPECT_EQ(journal.session(old)->outcome, "");
+    checked = fill(journal, 2);
+    RecordEnd end{Ending::kDone, ""};
+    end.result =
+        std::make_shared<const SessionResult>(SessionResult{calib::TcpCheck{.holds = true}});
+    journal.record(checked, end, "t2");
+  }
+  {
+    Journal journal(dir / "j.db");
+    const auto outcome = outcome_from_json(journal.session(checked)->outcome);
+    ASSERT_TRUE(outcome);
+    EXPECT_EQ(outcome->kind, OutcomeKind::kHolds);
+    EXPECT_EQ(journal.sessions().front().outcome, journal.session(checked)->outcome);
+  }
+  Database(dir / "j.db").execute("UPDATE session SET outcome = '' WHERE outcome IS NOT NULL");
+  Journal journal(dir / "j.db");
+  EXPECT_EQ(journal.sessions().front().state, RecordState::kDamaged)
+      << "it is part of the evidence";
 }
 
 TEST(a_journal_of_version_4, whose_taking_over_is_cut_off_anywhere_is_one_or_the_other_whole) {

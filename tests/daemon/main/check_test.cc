@@ -28,6 +28,7 @@ TEST_F(ACheck, holds_where_nothing_changed_and_names_the_tool_that_was_knocked) 
   EXPECT_EQ(shown["kind"], "check");
   EXPECT_EQ(shown["state"], "done");
   EXPECT_EQ(shown["holds"], true);
+  EXPECT_EQ(shown["outcome"]["kind"], "holds");
   EXPECT_GE(shown["touches"], 6);
   EXPECT_LE(shown["touches"], 8);
   const std::string events = shown["events"].dump();
@@ -55,6 +56,16 @@ TEST_F(ACheck, holds_where_nothing_changed_and_names_the_tool_that_was_knocked) 
   const double u = result["tcp_shift_mm"]["u_length"];
   EXPECT_NEAR(result["tcp_shift_mm"]["length"].get<double>(), 0.3, 1.5 * u);
   EXPECT_EQ(get("/v1/sessions/7/check.json")["changed"], "tool");
+  for (const auto& said : {get("/v1/status"), get("/v1/sessions/7")}) {
+    EXPECT_EQ(said["outcome"]["kind"], "does_not_hold") << said;
+    EXPECT_EQ(said["outcome"]["cause"], "tool") << said;
+    EXPECT_EQ(said["outcome"]["remedy"], "re_measure_tcp") << said;
+    EXPECT_NEAR(said["outcome"]["tcp_shift_mm"]["length"].get<double>(), 0.3, 1.5 * u) << said;
+  }
+  EXPECT_TRUE(get("/v1/status")["publish"].is_null()) << "a check publishes nothing";
+  EXPECT_NE(
+      fixture.cellcal({"status"}).out.find("outcome: calibration does not hold: TCP shift 0."),
+      std::string::npos);
   EXPECT_NE(get("/v1/sessions/7")["events"].dump().find("and 4 checks before it: does not hold"),
             std::string::npos);
   const Outcome drift = fixture.cellcal({"history", "--drift", "--json"});
@@ -64,8 +75,8 @@ TEST_F(ACheck, holds_where_nothing_changed_and_names_the_tool_that_was_knocked) 
   EXPECT_EQ(chart["advice"], "re_measure_tcp") << drift.out;
   EXPECT_EQ(chart["course"]["since"], 7) << drift.out;
   const Outcome history = fixture.cellcal({"history"});
-  EXPECT_NE(history.out.find("check: does not hold: "), std::string::npos) << history.out;
-  EXPECT_NE(history.out.find("check: holds: "), std::string::npos) << history.out;
+  EXPECT_NE(history.out.find("  does not hold  "), std::string::npos) << history.out;
+  EXPECT_NE(history.out.find("  holds  "), std::string::npos) << history.out;
   EXPECT_NE(history.out.find("  published  "), std::string::npos) << history.out;
 
   // So much that the spheres are missed: that is an answer, too, and nothing is dropped.
@@ -74,6 +85,29 @@ TEST_F(ACheck, holds_where_nothing_changed_and_names_the_tool_that_was_knocked) 
   ASSERT_EQ(gone.status, 3) << gone.err << gone.out << fixture.log();
   const auto missing = nlohmann::json::parse(gone.out);
   EXPECT_FALSE(missing["not_found"].empty()) << gone.out;
+}
+
+TEST_F(ACheck, alarms_everywhere_where_every_check_since_the_calibration_fails) {
+  fixture.start();
+  calibrate();
+  restart("tool_shift_mm = [0.8, -0.5, 0.3]\n");
+  for (int k = 2; k <= 4; ++k) {
+    EXPECT_EQ(fixture.cellcal({"check"}).status, 3) << fixture.log();
+    const Outcome drift = fixture.cellcal({"history", "--drift"});
+    EXPECT_EQ(drift.status, 3) << drift.out;
+    EXPECT_NE(drift.out.find("alarm: check " + std::to_string(k)), std::string::npos) << drift.out;
+    const auto chart = get("/v1/drift")["checks"];
+    EXPECT_EQ(chart["state"], "alarms") << chart;
+    EXPECT_EQ(chart["advice"], "re_measure_tcp") << chart;
+    EXPECT_EQ(chart["not_held"]["since"], 2) << chart;
+    EXPECT_EQ(chart["counted"], 0) << "no reference is made of what does not hold";
+    const std::string metrics = http_request(fixture.socket(), "GET", "/metrics").body;
+    EXPECT_NE(metrics.find("cellcal_drift_state{state=\"in_control\"} 0\n"), std::string::npos)
+        << metrics;
+    EXPECT_NE(metrics.find("cellcal_drift_state{state=\"alarms\"} 1\n"), std::string::npos);
+    EXPECT_NE(metrics.find("cellcal_session_outcome{outcome=\"does_not_hold\"} 1\n"),
+              std::string::npos);
+  }
 }
 
 TEST_F(ACheck, is_refused_where_there_is_nothing_to_check) {

@@ -34,6 +34,8 @@ TEST(a_dry_run, goes_the_way_that_the_calibration_of_the_same_options_goes_and_i
     return nlohmann::json::parse(http_request(fixture.socket(), "GET", path).body);
   };
   EXPECT_EQ(get("/v1/sessions/1")["kind"], "dry-run");
+  EXPECT_EQ(get("/v1/sessions/1")["outcome"]["kind"], "nothing_met");
+  EXPECT_EQ(get("/v1/sessions/1")["outcome"]["touches"], 14);
   EXPECT_EQ(get("/v1/sessions/1")["state"], "done");
   EXPECT_EQ(get("/v1/sessions/1")["touches"], 0);
   EXPECT_EQ(http_request(fixture.socket(), "GET", "/v1/sessions/1/calibration.json").status, 404);

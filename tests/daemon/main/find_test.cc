@@ -34,6 +34,10 @@ TEST(finding, ends_with_the_centres_of_all_spheres_as_lines_for_the_cell_file) {
       nlohmann::json::parse(http_request(fixture.socket(), "GET", "/v1/sessions/1").body);
   EXPECT_EQ(shown["kind"], "find");
   EXPECT_EQ(shown["state"], "done");
+  EXPECT_EQ(shown["outcome"]["kind"], "found");
+  EXPECT_EQ(shown["outcome"]["spheres"].size(), 4u);
+  EXPECT_EQ(fixture.status()["outcome"]["kind"], "found");
+  EXPECT_TRUE(fixture.status()["publish"].is_null()) << "no calibration is withheld";
   EXPECT_EQ(http_request(fixture.socket(), "GET", "/v1/sessions/1/calibration.json").status, 404);
 }
 

@@ -38,6 +38,8 @@ TEST(a_qualification, measures_the_contacts_and_is_no_calibration) {
   EXPECT_EQ(shown["kind"], "qualify");
   EXPECT_EQ(shown["state"], "done");
   EXPECT_EQ(fixture.status()["kind"], "qualify");
+  EXPECT_EQ(shown["outcome"]["kind"], "qualified");
+  EXPECT_TRUE(fixture.status()["publish"].is_null()) << "no calibration is withheld";
   const Outcome words = fixture.cellcal({"history"});
   EXPECT_NE(words.out.find("qualification: "), std::string::npos) << words.out;
 }

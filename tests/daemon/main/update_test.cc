@@ -53,6 +53,8 @@ TEST_F(AnUpdate, brings_back_a_cell_whose_tool_was_knocked_and_says_where_there_
   EXPECT_NE((nothing.err + nothing.out).find("nothing to update"), std::string::npos)
       << nothing.err << nothing.out;
   EXPECT_EQ(get("/v1/sessions/4/calibration.json")["update"]["outcome"], "nothing_changed");
+  EXPECT_EQ(get("/v1/sessions/4")["outcome"]["kind"], "nothing_changed");
+  EXPECT_EQ(get("/v1/sessions/4")["outcome"]["good"], true);
 
   // So much that spheres are missed takes a full session, and is replayed all the same.
   restart("tool_shift_mm = [0.0, 0.0, -14.0]\n");

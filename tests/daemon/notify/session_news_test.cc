@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <fstream>
-
 #include "tests/daemon/drift/checked_journal.h"
 #include "tests/daemon/journal/temporary_directory.h"
 
@@ -22,14 +20,11 @@ struct news_of_a_session : ::testing::Test {
 };
 
 TEST_F(news_of_a_session, say_how_it_ended_and_whether_the_arm_has_changed) {
-  calib::Verdict verdict;
-  EXPECT_EQ(news_of(verdict), News::kWithheld);
-  verdict.publish = true;
-  EXPECT_EQ(news_of(verdict), News::kDone);
-  calib::Finding changed;
-  changed.kind = calib::FindingKind::kChanged;
-  verdict.findings = {changed};
-  EXPECT_EQ(news_of(verdict), News::kDrifted);
+  EXPECT_EQ(news_of(OutcomeKind::kWithheld), News::kWithheld);
+  EXPECT_EQ(news_of(OutcomeKind::kPublished), News::kDone);
+  EXPECT_EQ(news_of(OutcomeKind::kNothingChanged), News::kDone) << "no result is withheld";
+  EXPECT_EQ(news_of(OutcomeKind::kDoesNotHold), News::kDrifted);
+  EXPECT_EQ(news_of(OutcomeKind::kUndecided), News::kUndecided);
   const Notice done = news_of(ended(Phase::kDone), journal);
   EXPECT_EQ(done.news, News::kDone);
   EXPECT_EQ(done.cell, "/c.toml");
@@ -43,26 +38,30 @@ TEST_F(news_of_a_session, say_how_it_ended_and_whether_the_arm_has_changed) {
 TEST_F(news_of_a_session, are_of_a_check_that_the_calibration_holds_or_what_changed) {
   Status status = ended(Phase::kDone);
   status.kind = "check";
-  status.results_dir = dir.path().string();
-  std::ofstream(dir / "check.json") << R"({"holds": true, "words": ["0.02 mm"]})";
+  status.outcome = SessionOutcome{OutcomeKind::kHolds};
   EXPECT_EQ(news_of(status, journal).news, News::kDone);
-  std::ofstream(dir / "check.json") << R"({"holds": false, "words": ["tool: 0.31 mm"]})";
-  EXPECT_EQ(news_of(status, journal).news, News::kDrifted);
-  EXPECT_EQ(news_of(status, journal).findings, std::vector<std::string>{"tool: 0.31 mm"});
-  std::ofstream(dir / "check.json") << "{";  // is told, with what is wrong
-  EXPECT_EQ(news_of(status, journal).findings.size(), 1U);
+  EXPECT_EQ(news_of(status, journal).outcome, "holds");
+  status.outcome = SessionOutcome{
+      .kind = OutcomeKind::kDoesNotHold,
+      .tcp_shift = TcpShift{{0.31e-3, 0.0, 0.0}, 0.05e-3},
+      .change = calib::Explanation{
+          .kind = calib::ChangeKind::kTool, .name = "probe", .shift_m = {0.31e-3, 0.0, 0.0}}};
+  const Notice failed = news_of(status, journal);
+  EXPECT_EQ(failed.news, News::kDrifted);
+  ASSERT_EQ(failed.findings.size(), 2U);
+  EXPECT_EQ(failed.findings[0], "calibration does not hold: TCP shift 0.31 +- 0.05 mm (k=2)");
+  EXPECT_TRUE(failed.findings[1].starts_with("probe shifted by 0.31")) << failed.findings[1];
 }
 
 TEST_F(news_of_a_session, are_known_before_its_end_is_on_disk_with_why_it_failed) {
   const RecordEnd failed{Ending::kFailed, "no-contact: x", Failure{FailureKind::kNoContact, "x"}};
   const std::int64_t session = ended(Phase::kFailed).session;
-  const Notice notice = news_of_end(session, failed, "t9", dir.path(), journal);
+  const Notice notice = news_of_end(session, failed, "t9", journal);
   EXPECT_EQ(notice.news, News::kFailed);
   EXPECT_EQ(notice.failure->kind, FailureKind::kNoContact);
   EXPECT_EQ(notice.ended, "t9");
   EXPECT_FALSE(notice.cell.empty());
-  EXPECT_EQ(news_of_end(session, RecordEnd{Ending::kDone, ""}, "t9", dir.path(), journal).news,
-            News::kDone);
+  EXPECT_EQ(news_of_end(session, RecordEnd{Ending::kDone, ""}, "t9", journal).news, News::kDone);
 }
 
 TEST(news_of_a_check, that_holds_are_of_drift_where_the_control_chart_alarms) {
@@ -72,9 +71,7 @@ TEST(news_of_a_check, that_holds_are_of_drift_where_the_control_chart_alarms) {
   status.phase = Phase::kDone;
   const auto news = [&](double shift_m) {
     status.session = checked.check({.shift_m = {shift_m, 0, 0}});
-    status.results_dir = checked.results_dir(status.session).string();
-    std::ofstream(checked.results_dir(status.session) / "check.json")
-        << R"({"holds": true, "words": ["w"]})";
+    status.outcome = SessionOutcome{OutcomeKind::kHolds};
     return news_of(status, checked.journal);
   };
   for (int k = 0; k < 12; ++k) EXPECT_EQ(news(0.0).news, News::kDone);
@@ -82,6 +79,28 @@ TEST(news_of_a_check, that_holds_are_of_drift_where_the_control_chart_alarms) {
   const Notice drifted = news(0.3e-3);
   EXPECT_EQ(drifted.news, News::kDrifted);
   EXPECT_GT(drifted.findings.size(), 2U) << "since when, and what to do";
+}
+
+TEST(news_of_a_check, that_does_not_hold_and_of_the_next_that_does_are_drift_and_its_end) {
+  testing::CheckedJournal checked;
+  Status status;
+  status.kind = "check";
+  status.phase = Phase::kDone;
+  const auto news = [&](const calib::TcpCheck& check) {
+    status.session = checked.check({.result = check});
+    status.outcome = outcome_of(SessionResult{check});
+    return news_of(status, checked.journal);
+  };
+  using Checked = testing::CheckedJournal;
+  EXPECT_EQ(news(Checked::that_holds()).news, News::kDone);
+  // A sphere that was moved: nothing of it stays in the statistics.
+  const Notice moved = news(Checked::that_does_not_hold(calib::ChangeKind::kSphere));
+  EXPECT_EQ(moved.news, News::kDrifted);
+  EXPECT_FALSE(moved.by_chart) << "the check itself says so, with its end";
+  const Notice back = news(Checked::that_holds());
+  EXPECT_EQ(back.news, News::kRecovered);
+  EXPECT_TRUE(back.by_chart) << "told behind its end";
+  EXPECT_EQ(news(Checked::that_holds()).news, News::kDone);
 }
 
 TEST(news_of_the_schedule, are_told_where_a_window_passed_without_its_session) {

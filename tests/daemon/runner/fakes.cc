@@ -317,9 +317,9 @@ Tasks line_tasks(std::size_t touches) {
   tasks.identify = [](const std::vector<calib::Touch>& made) {
     calib::Calibration calibration;
     calibration.after.count = static_cast<int>(made.size());
-    return calibration;
+    return SessionResult{calibration};
   };
-  tasks.report = [](const calib::Calibration&, const std::vector<calib::Touch>&) {};
+  tasks.report = [](const SessionResult&, const std::vector<calib::Touch>&) {};
   return tasks;
 }
 

@@ -198,13 +198,13 @@ TEST(a_failing_worker, ends_the_session_with_its_words) {
   Session identify;
   identify.tasks.identify = [&](const std::vector<calib::Touch>&) {
     fail("too few touches");
-    return calib::Calibration{};
+    return SessionResult{};
   };
   EXPECT_EQ(identify.run().failure, (Failure{FailureKind::kIdentify, "too few touches"}));
   EXPECT_EQ(identify.recorder.touches.size(), 3u);
 
   Session report;
-  report.tasks.report = [&](const calib::Calibration&, const std::vector<calib::Touch>&) {
+  report.tasks.report = [&](const SessionResult&, const std::vector<calib::Touch>&) {
     fail("report.html: cannot be written");
   };
   const auto reported = report.run().failure;

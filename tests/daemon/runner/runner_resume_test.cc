@@ -21,7 +21,7 @@ TEST(a_resumed_session, makes_only_the_touches_that_are_missing) {
   ASSERT_EQ(session.recorder.touches.size(), 1u);
   EXPECT_EQ(session.recorder.touches[0].index, 2u);
   EXPECT_EQ(session.recorder.touches[0].touch.target, "S3");
-  EXPECT_EQ(end.calibration->after.count, 3);
+  EXPECT_EQ(end.result->calibration()->after.count, 3);
 }
 
 TEST(a_resumed_session, asks_for_a_way_from_where_the_arm_stands) {

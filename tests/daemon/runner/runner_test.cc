@@ -21,7 +21,7 @@ TEST(a_session, makes_every_touch_of_the_plan_and_ends_done) {
     EXPECT_NEAR(record.touch.joint_rad.at(0), 0.1 * static_cast<double>(i + 1) + 0.010, 1e-12);
     EXPECT_EQ(record.touch.time, "2026-01-01T00:00:00.000Z");
   }
-  EXPECT_EQ(end.calibration->after.count, 3);
+  EXPECT_EQ(end.result->calibration()->after.count, 3);
   ASSERT_EQ(session.recorder.ends.size(), 1u);
   EXPECT_EQ(session.recorder.ends[0].ending, Ending::kDone);
 }
@@ -125,7 +125,7 @@ TEST(a_session, closes_its_devices_before_it_identifies) {
   session.tasks.identify = [&](const std::vector<calib::Touch>&) {
     EXPECT_FALSE(session.backend.world.robot_open);
     EXPECT_FALSE(session.backend.world.contact_open);
-    return calib::Calibration{};
+    return SessionResult{};
   };
   EXPECT_EQ(session.run().phase, Phase::kDone);
 }

@@ -249,7 +249,7 @@ TEST(an_interruption_on_the_way_home, leaves_the_arm_where_it_is_and_identifies)
   session.start.retries = 1;
   const State end = session.run();
   EXPECT_EQ(end.phase, Phase::kDone) << words_of(end);
-  EXPECT_EQ(end.calibration->after.count, 2);
+  EXPECT_EQ(end.result->calibration()->after.count, 2);
 }
 
 TEST(an_interruption_on_the_way_home, of_touches_chosen_one_by_one_leaves_the_arm_there_as_well) {

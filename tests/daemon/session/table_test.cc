@@ -64,7 +64,7 @@ Event event_of_kind(EventKind kind, const Param& param = {}) {
   if (kind == EventKind::kJournalSound) event.move_id = 8;
   event.words = "evidence";
   event.plan = std::make_shared<const calib::Plan>(testing::line_plan(3));
-  event.calibration = std::make_shared<const calib::Calibration>();
+  event.result = std::make_shared<const SessionResult>();
   const bool ready = param.interruption == drivers::Interruption::kNone || of_the_sensor(param);
   event.links.robot = ready ? drivers::RobotLink::kReady : drivers::RobotLink::kLost;
   event.links.interruptions = ready ? 0 : 1;

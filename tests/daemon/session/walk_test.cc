@@ -4,6 +4,8 @@
 
 #include <cmath>
 
+#include "daemon/result/session_result.h"
+
 namespace cellcal::daemon::testing {
 namespace {
 
@@ -125,14 +127,15 @@ TEST(a_walk, through_one_touch_and_home) {
   walk.the<CloseDevices>();
   walk.the<Identify>();
   EXPECT_EQ(walk.timeout_s(), 300.0);
-  const auto calibration = std::make_shared<const calib::Calibration>();
-  walk.on(EventKind::kIdentified, [&](Event& event) { event.calibration = calibration; });
-  EXPECT_EQ(walk.the<WriteReport>().calibration, calibration);
-  EXPECT_EQ(walk.state.calibration, calibration);
+  const auto result = std::make_shared<const SessionResult>();
+  walk.on(EventKind::kIdentified, [&](Event& event) { event.result = result; });
+  EXPECT_EQ(walk.the<WriteReport>().result, result);
+  EXPECT_EQ(walk.state.result, result);
   EXPECT_EQ(walk.timeout_s(), 60.0);
   walk.on(EventKind::kReported);
   EXPECT_EQ(walk.the<RecordEnd>().ending, Ending::kDone);
   EXPECT_EQ(walk.the<RecordEnd>().failure, "");
+  EXPECT_EQ(walk.the<RecordEnd>().result, result) << "its outcome is recorded with its end";
   EXPECT_EQ(walk.timeout_s(), 10.0);
   walk.on(EventKind::kRecorded);
   EXPECT_EQ(walk.state.phase, Phase::kDone);

@@ -130,6 +130,27 @@ test("the trend of a chart and what the controller has acknowledged are read by 
   assert.equal(decode.drift({ controller: null }).controller, null);
 });
 
+test("the outcome of a session is read by the keys that the API has for it, and of no calibration is published or withheld", () => {
+  const outcome = {
+    kind: "does_not_hold", good: false, touches: 8, tcp_shift_mm: { xyz: [0.8, -0.5, 0.3], length: 0.99, u_length: 0.05 },
+    change: { kind: "tool", name: "probe", probability: 0.99, touch: null, shift_mm: [0.8, -0.5, 0.3], value: 0.99, u: 0.05, unit: "mm" },
+    not_found: ["S2"], unsteady: [], remedy: "re_measure_tcp", spheres: [], not_as_stated: [],
+  };
+  const row = (more: object) => decode.sessions([{ id: 7, kind: "check", state: "done", ...more }])[0];
+  const got = row({ outcome })?.outcome;
+  assert.deepEqual([got?.kind, got?.good, got?.shiftMm, got?.uShiftMm, got?.change?.kind, got?.remedy, got?.notFound],
+    ["does_not_hold", false, 0.99, 0.05, "tool", "re_measure_tcp", ["S2"]]);
+  for (const none of [null, undefined, 3, {}, { ...outcome, kind: "levitates" }]) assert.equal(row({ outcome: none })?.outcome, null);
+  const sphere = { target: "S1", centre_mm: [1, 2, 3], u_mm: 5, touches: 9, moved_mm: null };
+  const found = row({ outcome: { ...outcome, kind: "found", good: true, spheres: [sphere, 3, { ...sphere, centre_mm: [1] }] } })?.outcome;
+  assert.deepEqual(found?.spheres, [{ target: "S1", centreMm: [1, 2, 3], uMm: 5, touches: 9, movedMm: null }]);
+  const failing = { session: 8, time_s: 1e9, since: 2, since_s: 9e8, checks: 7, tcp_shift_mm: 0.99, u_tcp_shift_mm: 0.05,
+    cause: { kind: "tool", name: "probe", probability: 0.99, words: "" } };
+  const held = decode.drift({ checks: chart({ state: "alarms", not_held: failing }) }).checks?.notHeld;
+  assert.deepEqual([held?.session, held?.since, held?.shiftMm, held?.cause], [8, 2, 0.99, "tool"]);
+  assert.equal(decode.drift({ checks: chart() }).checks?.notHeld, null);
+});
+
 test("a point of a control chart that was not measured, or at no date, is not drawn", () => {
   const one = chart().points[0];
   const points = [{ ...one, off_mm: null }, { ...one, left_out: "undecided" }, { ...one, time_s: 1e300 }, { ...one, time_s: "x" }, 3];

@@ -3,7 +3,7 @@ import { readFileSync, readdirSync, realpathSync } from "node:fs";
 import { test } from "node:test";
 import { formats } from "../src/format";
 import { run_request } from "../src/ui/start";
-import { ADVICE, CAUSES, CHANGES, CHECKS, DRIFT_STATES, FAILURES, FINDINGS, PHASES, STEPS } from "../src/types";
+import { ADVICE, CAUSES, CHANGES, CHECKS, DRIFT_STATES, FAILURES, FINDINGS, NOT_AS_STATED, OUTCOMES, PHASES, STEPS } from "../src/types";
 import { command_of } from "../src/ui/guide";
 import { zero_changes } from "../src/ui/drift";
 import { CATALOGUES, speaker, type Key } from "../src/words";
@@ -99,6 +99,19 @@ test("a wish becomes the request that the daemon takes", () => {
   assert.deepEqual(run_request({ ...wish, goal: "0,15", find: true }), { cell: "/c/cell.toml", goal_mm: 0.15, check: 5, find: true });
   assert.deepEqual(run_request({ ...wish, kind: "qualify", find: true }), { cell: "/c/cell.toml", kind: "qualify" });
   assert.deepEqual(run_request({ ...wish, kind: "check" }), { cell: "/c/cell.toml", kind: "check" });
+});
+
+test("the page has words for every outcome that a session has, as a sentence and in the history", () => {
+  const source = readFileSync(`${realpathSync("src")}/../../result/outcome.cc`, "utf8");
+  const named = [...source.matchAll(/Named\{OutcomeKind::\w+, "(\w+)"\}/g)].map((match) => match[1]);
+  assert.ok(named.length > 10);
+  assert.deepEqual([...OUTCOMES].sort(), named.sort());
+  const stated = readFileSync(`${realpathSync("src")}/../../qualification/qualification.cc`, "utf8")
+    .split("const char* to_string(QualificationFinding ")[1]?.split("\n}")[0] ?? "";
+  assert.deepEqual([...NOT_AS_STATED], [...stated.matchAll(/return "(\w[\w-]+)";/g)].map((match) => match[1]));
+  const keys: string[] = [...OUTCOMES.flatMap((one) => [`outcome.${one}`, `history.${one}`]),
+    ...CHANGES.map((one) => `outcome.change.${one}`), ...NOT_AS_STATED.map((one) => `outcome.stated.${one}`)];
+  assert.deepEqual(keys.filter((key) => !(key in CATALOGUES.en)), []);
 });
 
 test("drift is told against the oldest session that has the joint", () => {

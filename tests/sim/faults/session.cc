@@ -16,8 +16,8 @@ daemon::Tasks tasks_of(const Job& job) {
     return calib::resume_plan(job.cell, plan, next, from);
   };
   tasks.assess = [](const std::vector<calib::Touch>&) { return daemon::Tasks::Assessed{}; };
-  tasks.identify = [](const std::vector<calib::Touch>&) { return calib::Calibration{}; };
-  tasks.report = [](const calib::Calibration&, const std::vector<calib::Touch>&) {};
+  tasks.identify = [](const std::vector<calib::Touch>&) { return daemon::SessionResult{}; };
+  tasks.report = [](const daemon::SessionResult&, const std::vector<calib::Touch>&) {};
   return tasks;
 }
 

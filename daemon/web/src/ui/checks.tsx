@@ -1,7 +1,7 @@
 // All checks of a calibration as a control chart: does the cell creep, since when, what to do.
 
 import { useMemo } from "preact/hooks";
-import type { AdviceStatus, DriftChart, DriftPoint } from "../types";
+import type { AdviceStatus, DriftChart, DriftNotHeld, DriftPoint } from "../types";
 import { Chart, type Line } from "./chart";
 import { useVoice } from "./context";
 
@@ -31,6 +31,18 @@ function Acknowledged({ controller }: { controller: AdviceStatus }) {
   );
 }
 
+function NotHeld({ one }: { one: DriftNotHeld }) {
+  const { say, fmt } = useVoice();
+  return (
+    <>
+      {say("checks.not_held", { session: one.session, date: date_of(one.timeS) })}
+      {one.shiftMm !== null && <> {say("outcome.shift", { shift: fmt.quantity(one.shiftMm, "mm", (one.uShiftMm ?? 0) / 2) })}.</>}
+      {one.since !== one.session && <> {say("checks.not_held.since", { since: one.since, date: date_of(one.sinceS) })}</>}
+      {one.cause && <> {say(`checks.cause.${one.cause}`, { name: one.causeName, p: Math.round(100 * one.probability) })}</>}
+    </>
+  );
+}
+
 export function Checks({ chart, controller }: { chart: DriftChart; controller: AdviceStatus | null }) {
   const { say, fmt } = useVoice();
   const points = useMemo(() => plotted(chart.points), [chart]);
@@ -51,7 +63,7 @@ export function Checks({ chart, controller }: { chart: DriftChart; controller: A
     <section class="panel wide checks" aria-labelledby="checks-title" data-state={chart.state}>
       <h2 id="checks-title">{say("checks")}</h2>
       <p class="drift-state">
-        <strong>{say(`checks.state.${chart.state}`, {
+        <strong>{chart.notHeld ? <NotHeld one={chart.notHeld} /> : say(`checks.state.${chart.state}`, {
           n: chart.counted, least: chart.least, off: fmt.mm(off_mm(chart)), session: chart.calibration,
           date: date_of(chart.decidedS), undecided: chart.undecided })}</strong>
         {trend && <> {trend.shape === "creep" && trend.mmPerMonth !== null
@@ -59,7 +71,7 @@ export function Checks({ chart, controller }: { chart: DriftChart; controller: A
               date: date_of(trend.sinceS), off: fmt.mm(trend.offMm), u_off: fmt.mm(trend.uOffMm) })
           : say(trend.shape === "creep" ? "checks.shift" : "checks.step", { since: trend.since, date: date_of(trend.sinceS), off: fmt.mm(trend.offMm),
               u_off: fmt.mm(trend.uOffMm) })}</>}
-        {trend?.cause && <> {say(`checks.cause.${trend.cause}`, {
+        {!chart.notHeld && trend?.cause && <> {say(`checks.cause.${trend.cause}`, {
           name: trend.causeName, p: Math.round(100 * trend.probability) })}</>}
       </p>
       {chart.advice !== "none" && <p class="drift-advice">{say(`checks.advice.${chart.advice}`)}</p>}

@@ -9,10 +9,10 @@ const MARKS: Record<SessionRow["state"], string> = {
   running: "▶", interrupted: "‖", aborted: "■", failed: "✖", done: "✔", damaged: "▲", unknown: "?",
 };
 
-/** What came of a calibration or a check that is done: 'done' alone would be read as good. */
+/** What came of a session that is done: 'done' alone would be read as good. */
 function outcome(row: SessionRow) {
+  if (row.outcome) return { good: row.outcome.good, word: row.outcome.kind };
   if (row.published !== null) return { good: row.published, word: row.published ? "published" : "withheld" } as const;
-  if (row.holds !== null) return { good: row.holds, word: row.holds ? "holds" : "holds_not" } as const;
   return null;
 }
 

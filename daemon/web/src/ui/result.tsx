@@ -2,14 +2,21 @@
 
 import type { Figures, FindingPart, Result, Summary, VerdictFinding } from "../types";
 import { useVoice } from "./context";
+import { OutcomeDetails, OutcomeLine } from "./outcome";
 
 export function ResultPanel({ figures }: { figures: Figures }) {
   const { say } = useVoice();
-  const { session, result } = figures;
+  const { session, result, outcome } = figures;
   return (
     <section class="panel" aria-labelledby="result-title">
       <h2 id="result-title">{say("result", { session })}</h2>
-      {result ? <Findings result={result} /> : <p class="note">{say("verdict.none")}</p>}
+      {outcome ? (
+        <>
+          <OutcomeLine outcome={outcome}>{result?.publish && <> · {say(`scope.${result.scope}`)}</>}</OutcomeLine>
+          <OutcomeDetails outcome={outcome} />
+        </>
+      ) : <p class="note">{say("outcome.none")}</p>}
+      {result && <Findings result={result} />}
       <Files session={session} has_result={result !== null} />
     </section>
   );
@@ -20,11 +27,6 @@ function Findings({ result }: { result: Result }) {
   const rows = (["before", "after", "check"] as const).filter((one) => result[one].touches > 0);
   return (
     <>
-      <p class="verdict" data-good={result.publish}>
-        <span aria-hidden="true">{result.publish ? "✔" : "✖"}</span>{" "}
-        {say(result.publish ? "verdict.publish" : "verdict.withheld")}
-        {result.publish && <> · {say(`scope.${result.scope}`)}</>}
-      </p>
       <div class="scroll"><table>
         <thead><tr><td /><th scope="col">{say("result.touches")}</th><th scope="col">{say("result.mean")}</th>
           <th scope="col">{say("result.max")}</th></tr></thead>

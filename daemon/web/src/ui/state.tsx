@@ -4,6 +4,7 @@ import { useEffect, useRef, useState } from "preact/hooks";
 import { age_ms, type Model } from "../model";
 import { mood, motion, motion_words, sentence, type Mood, type Motion } from "../sentence";
 import { useVoice } from "./context";
+import { OutcomeDetails, OutcomeLine } from "./outcome";
 
 /** Shapes beside the words, so that no colour has to be told from another. */
 const MARKS: Record<Motion, string> = { moving: "▶", still: "■", free: "○", unknown: "?" };
@@ -56,21 +57,14 @@ export function StatePanel({ model, now }: { model: Model; now: number }) {
           <p>{say("link.last", { state: sentence(status, say) })}</p>
         </div>
       )}
-      {old === 0 && <Verdict model={model} />}
+      {old === 0 && status.phase === "done" && status.outcome && (
+        <>
+          <OutcomeLine outcome={status.outcome} />
+          <OutcomeDetails outcome={status.outcome} />
+        </>
+      )}
       {old === 0 && <Waiting model={model} />}
     </section>
-  );
-}
-
-function Verdict({ model }: { model: Model }) {
-  const { say } = useVoice();
-  const { status } = model;
-  if (status?.phase !== "done" || status.publish === null) return null;
-  return (
-    <p class="verdict" data-good={status.publish}>
-      <span aria-hidden="true">{status.publish ? "✔" : "✖"}</span>{" "}
-      {say(status.publish ? "verdict.publish" : "verdict.withheld")}
-    </p>
   );
 }
 

@@ -18,7 +18,8 @@ inline std::vector<FactBody> one_of_each() {
                       40,
                       "no-contact",
                       "S1: no contact within 12.0 mm",
-                      "1.9.0"};
+                      "1.9.0",
+                      "withheld"};
   CalibrationFact calibration{"KR 5 R1400", "1234",  true, false, {"changed"},
                               0.5e-3,       0.25e-3, {},   1e-3,  "{\"a\": 1}\n"};
   CheckFact check{7, Held::kNo, 0.5e-3, 0.125e-3, "tool", 21.5, "{}"};

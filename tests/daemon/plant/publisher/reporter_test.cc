@@ -9,6 +9,7 @@
 
 #include "calib/files/check_json.h"
 #include "daemon/plant/messages/fact_json.h"
+#include "daemon/result/outcome_json.h"
 #include "daemon/tasks/recorded/options.h"
 #include "tests/daemon/journal/images.h"
 #include "tests/daemon/journal/temporary_directory.h"
@@ -22,7 +23,8 @@ plant::FactBody body_of(const Report& report) {
   return plant::body_from_json(report.kind, report.body);
 }
 
-SessionRecord session_of(SessionKind kind, RecordState state) {
+SessionRecord session_of(SessionKind kind, RecordState state,
+                         const std::optional<calib::TcpCheck>& check = {}) {
   SessionRecord record;
   record.id = 7;
   record.state = state;
@@ -31,6 +33,7 @@ SessionRecord session_of(SessionKind kind, RecordState state) {
   options.kind = kind;
   options.against = kind == SessionKind::kCheck ? 3 : 0;
   record.inputs.options = options_to_json(options);
+  if (check) record.outcome = outcome_to_json(outcome_of(SessionResult{*check}));
   return record;
 }
 
@@ -50,11 +53,13 @@ TEST_F(reporter, tells_what_a_session_is_for_and_how_it_stands) {
 }
 
 TEST_F(reporter, tells_the_result_of_a_check_with_its_end_byte_for_byte) {
-  const std::string document = calib::check_to_json({.holds = true, .touches = 9}) + "\n";
+  const calib::TcpCheck check{.holds = true, .touches = 9};
+  const std::string document = calib::check_to_json(check) + "\n";
   std::ofstream(dir / "check.json") << document;
   EXPECT_EQ(telling.session(session_of(SessionKind::kCheck, RecordState::kRunning)).size(), 1u);
-  const auto reports = telling.session(session_of(SessionKind::kCheck, RecordState::kDone));
+  const auto reports = telling.session(session_of(SessionKind::kCheck, RecordState::kDone, check));
   ASSERT_EQ(reports.size(), 2u);
+  EXPECT_EQ(std::get<plant::SessionFact>(body_of(reports[1])).outcome, "holds");
   const auto fact = std::get<plant::CheckFact>(body_of(reports[0]));
   EXPECT_EQ(fact.held, plant::Held::kYes);
   EXPECT_EQ(fact.against, 3);
@@ -62,8 +67,8 @@ TEST_F(reporter, tells_the_result_of_a_check_with_its_end_byte_for_byte) {
 }
 
 TEST_F(reporter, tells_of_the_end_of_a_check_whose_result_cannot_be_read) {
-  std::ofstream(dir / "check.json") << "{";
-  const auto reports = telling.session(session_of(SessionKind::kCheck, RecordState::kDone));
+  const auto reports = telling.session(
+      session_of(SessionKind::kCheck, RecordState::kDone, calib::TcpCheck{.holds = true}));
   ASSERT_EQ(reports.size(), 2u);
   EXPECT_EQ(reports[0].kind, "alarm");
   EXPECT_EQ(reports[1].kind, "session");

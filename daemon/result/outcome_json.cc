@@ -1,0 +1,166 @@
+#include "daemon/result/outcome_json.h"
+
+#include <nlohmann/json.hpp>
+
+#include "calib/model/units.h"
+#include "daemon/result/outcome_words.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+using calib::kMmPerM;
+using nlohmann::json;
+
+constexpr double kCoverage = 2.0;  // U(k=2)
+
+json mm(const Eigen::Vector3d& m) { return {m.x() * kMmPerM, m.y() * kMmPerM, m.z() * kMmPerM}; }
+
+Eigen::Vector3d metres(const json& list) {
+  return Eigen::Vector3d(list.at(0).get<double>(), list.at(1).get<double>(),
+                         list.at(2).get<double>()) /
+         kMmPerM;
+}
+
+struct Unit {
+  const char* name;
+  double per_si;
+};
+
+Unit unit_of(calib::ChangeKind kind) {
+  switch (kind) {
+    case calib::ChangeKind::kJoint:
+      return {"deg", calib::kDegPerRad};
+    case calib::ChangeKind::kGrowth:
+      return {"ppm", 1e6};
+    case calib::ChangeKind::kNothing:
+    case calib::ChangeKind::kTool:
+    case calib::ChangeKind::kSphere:
+    case calib::ChangeKind::kTouch:
+      break;
+  }
+  return {"mm", kMmPerM};
+}
+
+bool has_shift(calib::ChangeKind kind) {
+  return kind == calib::ChangeKind::kTool || kind == calib::ChangeKind::kSphere;
+}
+
+json to_json(const calib::Explanation& one) {
+  const Unit unit = unit_of(one.kind);
+  const bool shifted = has_shift(one.kind);
+  return {{"kind", to_string(one.kind)},
+          {"name", one.name},
+          {"probability", one.probability},
+          {"touch", one.kind == calib::ChangeKind::kTouch ? json(one.touch + 1) : json()},
+          {"shift_mm", shifted ? mm(one.shift_m) : json()},
+          {"value", unit.per_si * (shifted ? one.shift_m.norm() : one.amount)},
+          {"u", kCoverage * unit.per_si * one.sigma},
+          {"unit", unit.name}};
+}
+
+calib::Explanation explanation_of(const json& value) {
+  calib::Explanation one;
+  one.kind = calib::change_kind(value.at("kind").get<std::string>()).value();
+  const Unit unit = unit_of(one.kind);
+  one.name = value.at("name").get<std::string>();
+  one.probability = value.at("probability").get<double>();
+  if (value.at("touch").is_number()) one.touch = value["touch"].get<std::size_t>() - 1;
+  one.sigma = value.at("u").get<double>() / (kCoverage * unit.per_si);
+  if (has_shift(one.kind))
+    one.shift_m = metres(value.at("shift_mm"));
+  else
+    one.amount = value.at("value").get<double>() / unit.per_si;
+  return one;
+}
+
+json to_json(const FoundSphere& one) {
+  return {{"target", one.target},
+          {"centre_mm", mm(one.centre_m)},
+          {"u_mm", kMmPerM * one.u_m},
+          {"touches", one.touches},
+          {"moved_mm", one.moved_m ? json(kMmPerM * *one.moved_m) : json()}};
+}
+
+FoundSphere sphere_of(const json& value) {
+  FoundSphere one;
+  one.target = value.at("target").get<std::string>();
+  one.centre_m = metres(value.at("centre_mm"));
+  one.u_m = value.at("u_mm").get<double>() / kMmPerM;
+  one.touches = value.at("touches").get<int>();
+  if (value.at("moved_mm").is_number()) one.moved_m = value["moved_mm"].get<double>() / kMmPerM;
+  return one;
+}
+
+template <class T>
+json names_of(const std::vector<T>& list) {
+  json names = json::array();
+  for (const T& one : list) names.emplace_back(to_string(one));
+  return names;
+}
+
+json document_of(const SessionOutcome& outcome) {
+  json value{{"format", "cellcal.outcome/1"},
+             {"kind", to_string(outcome.kind)},
+             {"touches", outcome.touches},
+             {"tcp_shift_mm", nullptr},
+             {"change", outcome.change ? to_json(*outcome.change) : json()},
+             {"not_found", outcome.not_found},
+             {"unsteady", outcome.unsteady},
+             {"remedy", to_string(outcome.remedy)},
+             {"spheres", json::array()},
+             {"not_as_stated", names_of(outcome.not_as_stated)},
+             {"withheld_by", names_of(outcome.withheld_by)},
+             {"update", outcome.update ? json(to_string(*outcome.update)) : json()}};
+  if (outcome.tcp_shift)
+    value["tcp_shift_mm"] = {{"xyz", mm(outcome.tcp_shift->shift_m)},
+                             {"length", kMmPerM * outcome.tcp_shift->shift_m.norm()},
+                             {"u_length", kMmPerM * outcome.tcp_shift->u_m}};
+  for (const FoundSphere& one : outcome.spheres) value["spheres"].push_back(to_json(one));
+  return value;
+}
+
+SessionOutcome outcome_in(const json& value) {
+  SessionOutcome outcome;
+  outcome.kind = outcome_kind(value.at("kind").get<std::string>()).value();
+  outcome.touches = value.at("touches").get<std::size_t>();
+  if (const json& shift = value.at("tcp_shift_mm"); shift.is_object())
+    outcome.tcp_shift = {metres(shift.at("xyz")), shift.at("u_length").get<double>() / kMmPerM};
+  if (value.at("change").is_object()) outcome.change = explanation_of(value["change"]);
+  value.at("not_found").get_to(outcome.not_found);
+  value.at("unsteady").get_to(outcome.unsteady);
+  outcome.remedy = calib::drift_advice(value.at("remedy").get<std::string>()).value();
+  for (const json& one : value.at("spheres")) outcome.spheres.push_back(sphere_of(one));
+  for (const json& one : value.at("not_as_stated"))
+    outcome.not_as_stated.push_back(qualification_finding(one.get<std::string>()).value());
+  for (const json& one : value.at("withheld_by"))
+    outcome.withheld_by.push_back(calib::finding_kind(one.get<std::string>()).value());
+  if (value.at("update").is_string())
+    outcome.update = calib::update_outcome(value["update"].get<std::string>()).value();
+  return outcome;
+}
+
+}  // namespace
+
+std::string outcome_to_json(const SessionOutcome& outcome) { return document_of(outcome).dump(); }
+
+std::optional<SessionOutcome> outcome_from_json(const std::string& text) try {
+  if (text.empty()) return std::nullopt;
+  return outcome_in(json::parse(text));
+} catch (const json::exception&) {
+  return std::nullopt;
+} catch (const std::bad_optional_access&) {  // a name of a later version
+  return std::nullopt;
+}
+
+json outcome_with_words(const std::optional<SessionOutcome>& outcome) {
+  if (!outcome) return nullptr;
+  json value = document_of(*outcome);
+  const std::string cause = cause_of(*outcome);
+  value["good"] = is_good(outcome->kind);
+  value["cause"] = cause.empty() ? json() : json(cause);
+  value["words"] = words(*outcome);
+  return value;
+}
+
+}  // namespace cellcal::daemon

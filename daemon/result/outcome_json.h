@@ -1,0 +1,19 @@
+#pragma once
+// An outcome as a document: "cellcal.outcome/1", millimetres and degrees. The journal's column `outcome`, and the `outcome` of the API
+// (there with its words).
+
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+
+#include "daemon/result/outcome.h"
+
+namespace cellcal::daemon {
+
+std::string outcome_to_json(const SessionOutcome& outcome);
+/// Nothing of an empty text, or of one that is none of this version's.
+std::optional<SessionOutcome> outcome_from_json(const std::string& text);
+/// With "good", "cause" and "words"; null where none is recorded.
+nlohmann::json outcome_with_words(const std::optional<SessionOutcome>& outcome);
+
+}  // namespace cellcal::daemon

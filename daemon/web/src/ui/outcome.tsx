@@ -1,0 +1,48 @@
+// The outcome of a session: a line that is seen at once, then its cause, what to do, and what was found.
+
+import type { ComponentChildren } from "preact";
+import type { Outcome } from "../types";
+import { useVoice } from "./context";
+
+export function OutcomeLine({ outcome, children }: { outcome: Outcome; children?: ComponentChildren }) {
+  const { say, fmt } = useVoice();
+  return (
+    <p class="verdict" data-good={outcome.good}>
+      <span aria-hidden="true">{outcome.good ? "✔" : "✖"}</span>{" "}
+      {say(`outcome.${outcome.kind}`, { n: outcome.kind === "found" ? outcome.spheres.length : outcome.touches })}
+      {outcome.shiftMm !== null && <>: {say("outcome.shift", { shift: fmt.quantity(outcome.shiftMm, "mm", (outcome.uShiftMm ?? 0) / 2) })}</>}
+      {children}
+    </p>
+  );
+}
+
+export function OutcomeDetails({ outcome }: { outcome: Outcome }) {
+  const { say, fmt } = useVoice();
+  const { change, remedy } = outcome;
+  return (
+    <div class="outcome">
+      {change && (
+        <p>{say(`outcome.change.${change.kind}`, {
+          name: change.name, touch: change.touch ?? 0, value: fmt.quantity(change.value, change.unit, change.u / 2) })}</p>
+      )}
+      {outcome.notFound.length > 0 && <p>{say("outcome.not_met", { names: outcome.notFound.join(", ") })}</p>}
+      {outcome.unsteady.length > 0 && <p>{say("outcome.unsteady", { names: outcome.unsteady.join(", ") })}</p>}
+      {outcome.notAsStated.length > 0 && (
+        <ul>{outcome.notAsStated.map((one) => <li key={one}>{say(`outcome.stated.${one}`)}</li>)}</ul>
+      )}
+      {remedy !== "none" && <p><strong>{say(`checks.advice.${remedy}`)}</strong></p>}
+      {outcome.spheres.length > 0 && (
+        <div class="scroll"><table>
+          <thead><tr><td /><th scope="col">{say("outcome.centre")}</th><th scope="col">U (k=2)</th>
+            <th scope="col">{say("history.touches")}</th><th scope="col">{say("outcome.moved")}</th></tr></thead>
+          <tbody>{outcome.spheres.map((one) => (
+            <tr key={one.target}><th scope="row">{one.target}</th>
+              <td>{one.centreMm.map((value) => value.toFixed(2)).join(", ")}</td>
+              <td>{fmt.mm(one.uMm)}</td><td>{one.touches}</td><td>{fmt.mm(one.movedMm)}</td></tr>
+          ))}</tbody>
+        </table></div>
+      )}
+      {outcome.kind === "found" && <p><strong>{say("outcome.found.do")}</strong></p>}
+    </div>
+  );
+}

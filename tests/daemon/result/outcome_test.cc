@@ -1,0 +1,155 @@
+// Each kind of session has its own outcome; it survives as a document, and only a calibration is ever published.
+
+#include "daemon/result/outcome.h"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "daemon/result/outcome_json.h"
+#include "daemon/result/outcome_words.h"
+
+namespace cellcal::daemon {
+namespace {
+
+using calib::ChangeKind;
+
+SessionOutcome of(auto value) { return outcome_of(SessionResult{std::move(value)}); }
+
+calib::TcpCheck a_check(bool holds) {
+  calib::TcpCheck check;
+  check.holds = holds;
+  check.touches = 8;
+  check.shift_m = {0.8e-3, -0.5e-3, 0.3e-3};
+  check.covariance_m2 = 0.025e-3 * 0.025e-3 * Eigen::Matrix3d::Identity();
+  check.log_odds = holds ? -1.0 : 50.0;
+  check.explanations = {{.kind = ChangeKind::kTool,
+                         .name = "probe",
+                         .probability = 0.99,
+                         .shift_m = check.shift_m,
+                         .sigma = 0.025e-3},
+                        {.kind = ChangeKind::kNothing, .probability = 0.01}};
+  return check;
+}
+
+calib::Calibration a_calibration(bool publish) {
+  calib::Calibration one;
+  one.verdict.publish = publish;
+  one.after.count = 60;
+  if (publish) return one;
+  calib::Finding finding;
+  finding.kind = calib::FindingKind::kNoGain;
+  finding.severity = calib::Severity::kWithholds;
+  one.verdict.findings = {finding, finding};
+  return one;
+}
+
+calib::Calibration an_update(calib::UpdateOutcome outcome) {
+  calib::Calibration one = a_calibration(outcome == calib::UpdateOutcome::kUpdated);
+  one.update.emplace().outcome = outcome;
+  one.update->explanations = a_check(false).explanations;
+  return one;
+}
+
+TEST(an_outcome, is_of_the_sessions_own_kind) {
+  EXPECT_EQ(of(a_calibration(true)).kind, OutcomeKind::kPublished);
+  EXPECT_EQ(of(a_calibration(false)).kind, OutcomeKind::kWithheld);
+  EXPECT_EQ(of(a_calibration(false)).withheld_by.size(), 1U) << "each finding once";
+  EXPECT_EQ(of(a_check(true)).kind, OutcomeKind::kHolds);
+  EXPECT_EQ(of(a_check(false)).kind, OutcomeKind::kDoesNotHold);
+  EXPECT_EQ(of(Qualification{}).kind, OutcomeKind::kNotQualified);
+  EXPECT_EQ(of(FoundSpheres{}).kind, OutcomeKind::kFound);
+  EXPECT_EQ(of(DryRun{14}).kind, OutcomeKind::kNothingMet);
+  EXPECT_EQ(of(DryRun{14}).touches, 14U);
+  EXPECT_EQ(of(an_update(calib::UpdateOutcome::kUpdated)).kind, OutcomeKind::kUpdated);
+  EXPECT_EQ(of(an_update(calib::UpdateOutcome::kNothingChanged)).kind,
+            OutcomeKind::kNothingChanged);
+  EXPECT_EQ(of(an_update(calib::UpdateOutcome::kNotResolved)).kind, OutcomeKind::kUpdateWithheld);
+}
+
+TEST(an_outcome, is_published_or_withheld_of_a_calibration_alone) {
+  EXPECT_EQ(published(of(a_calibration(true))), true);
+  EXPECT_EQ(published(of(a_calibration(false))), false);
+  EXPECT_EQ(published(of(a_check(true))), std::nullopt);
+  EXPECT_EQ(published(of(Qualification{})), std::nullopt);
+  EXPECT_EQ(published(of(FoundSpheres{})), std::nullopt);
+  EXPECT_EQ(published(of(DryRun{})), std::nullopt);
+}
+
+TEST(an_outcome, of_a_check_that_does_not_hold_has_shift_cause_and_remedy) {
+  const SessionOutcome outcome = of(a_check(false));
+  ASSERT_TRUE(outcome.tcp_shift);
+  EXPECT_NEAR(outcome.tcp_shift->shift_m.norm(), 0.99e-3, 0.01e-3);
+  EXPECT_NEAR(outcome.tcp_shift->u_m, 0.05e-3, 1e-9);
+  EXPECT_EQ(cause_of(outcome), "tool");
+  EXPECT_EQ(outcome.remedy, calib::DriftAdvice::kRemeasureTcp);
+  const auto lines = words(outcome);
+  ASSERT_EQ(lines.size(), 2U);
+  EXPECT_EQ(lines[0], "calibration does not hold: TCP shift 0.99 +- 0.05 mm (k=2)");
+  EXPECT_NE(lines[1].find("probe shifted by 0.99"), std::string::npos) << lines[1];
+  EXPECT_NE(lines[1].find("Check the tool's fastening"), std::string::npos) << lines[1];
+}
+
+TEST(an_outcome,
+     of_a_check_with_touches_that_gave_no_contact_point_is_undecided_unless_the_others_alarm) {
+  calib::TcpCheck check = a_check(true);
+  check.holds = false;
+  check.unsteady = {{2, "S1"}, {3, "S1"}};
+  EXPECT_EQ(of(check).kind, OutcomeKind::kUndecided);
+  EXPECT_EQ(of(check).unsteady, std::vector<std::string>{"S1"});
+  EXPECT_EQ(of(check).remedy, calib::DriftAdvice::kCheckAgain);
+  EXPECT_EQ(cause_of(of(check)), "") << "nothing is said to have changed";
+  check.log_odds = 50.0;
+  EXPECT_EQ(of(check).kind, OutcomeKind::kDoesNotHold);
+  calib::TcpCheck nothing_met;
+  nothing_met.not_found = {{0, "S2", 0.012}};
+  EXPECT_EQ(of(nothing_met).kind, OutcomeKind::kDoesNotHold);
+  EXPECT_EQ(of(nothing_met).remedy, calib::DriftAdvice::kRecalibrate);
+}
+
+TEST(an_outcome, is_read_back_as_it_was_written) {
+  FoundSpheres found{
+      {{"S1", {1.2, -0.1, 0.3}, 5e-3, 9, 2.5e-3}, {"S2", {0.9, 0.4, 0.2}, 5e-3, 7, {}}}};
+  Qualification qualification;
+  qualification.findings = {QualificationFinding::kDelayNotAsStated};
+  calib::TcpCheck joint = a_check(false);
+  joint.explanations.front() = {
+      .kind = ChangeKind::kJoint, .name = "A2", .amount = 4e-4, .sigma = 1e-5};
+  calib::TcpCheck touch = a_check(false);
+  touch.explanations.front() = {
+      .kind = ChangeKind::kTouch, .name = "S3", .touch = 4, .amount = 3e-4};
+  for (const SessionOutcome& one :
+       {of(a_calibration(true)), of(a_calibration(false)), of(a_check(true)), of(a_check(false)),
+        of(joint), of(touch), of(qualification), of(found), of(DryRun{14}),
+        of(an_update(calib::UpdateOutcome::kUpdated)),
+        of(an_update(calib::UpdateOutcome::kNothingChanged)),
+        of(an_update(calib::UpdateOutcome::kContradicted))}) {
+    const std::string text = outcome_to_json(one);
+    const auto read = outcome_from_json(text);
+    ASSERT_TRUE(read) << text;
+    EXPECT_EQ(outcome_with_words(read), outcome_with_words(one)) << text;
+    EXPECT_EQ(read->kind, one.kind);
+    EXPECT_EQ(words(*read), words(one));
+    EXPECT_FALSE(words(one).front().empty());
+  }
+}
+
+TEST(an_outcome, of_a_text_that_is_none_is_nothing) {
+  for (const char* text :
+       {"", "{", "[]", "null", "3", R"({"kind": "holds"})", R"({"kind": "later"})"})
+    EXPECT_FALSE(outcome_from_json(text)) << text;
+  EXPECT_TRUE(outcome_with_words(std::nullopt).is_null());
+}
+
+TEST(an_outcome, has_a_name_of_its_own_for_each_kind) {
+  std::set<std::string> names;
+  for (const OutcomeKind kind : kOutcomeKinds) {
+    EXPECT_EQ(outcome_kind(to_string(kind)), kind);
+    names.insert(to_string(kind));
+  }
+  EXPECT_EQ(names.size(), kOutcomeKinds.size());
+}
+
+}  // namespace
+}  // namespace cellcal::daemon
