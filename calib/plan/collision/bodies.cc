@@ -120,7 +120,7 @@ Bodies::Bodies(const ArmModel& arm) : arm_(arm), nominal_(arm.errors(nullptr)) {
   }
 }
 
-void Bodies::place(const JointVector& q, std::vector<Segment>& axes) const {
+void Bodies::place(std::span<const double> q, std::vector<Segment>& axes) const {
   ArmChain chain;
   arm_.walk(arm_.prepare(q), nominal_, chain);
   const std::size_t n = q.size();

@@ -4,6 +4,7 @@
 // begins, and the slim end to the TCP. Other tools on the flange are two bodies each.
 
 #include <Eigen/Core>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -37,7 +38,7 @@ class Bodies {
 
   const std::vector<Body>& list() const { return list_; }
   /// Axes of all bodies at this posture, in the order of list().
-  void place(const JointVector& q, std::vector<Segment>& axes) const;
+  void place(std::span<const double> q, std::vector<Segment>& axes) const;
 
  private:
   const ArmModel& arm_;

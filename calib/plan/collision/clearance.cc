@@ -7,6 +7,8 @@
 #include <cmath>
 #include <deque>
 #include <limits>
+#include <optional>
+#include <span>
 #include <vector>
 
 #include "calib/model/random.h"
@@ -67,63 +69,74 @@ struct Clearance::Impl {
     find_pairs(cell.robot);
   }
 
-  /// Distance of body and thing less its margin; `exact` within kNearM. kFar: they may meet.
-  double slack_m(std::size_t body, std::size_t thing, const Segment& axis, const Mode& mode,
-                 bool exact, double& margin_m) const {
-    const Body& b = bodies.list()[body];
-    margin_m = b.is_tip ? mode.tip_margin_m : kBodyMarginM;
-    if (mode.touched >= 0 && things.target(thing) == mode.touched) {
-      if (b.is_tip) return kFar;
-      margin_m = kSearchMarginM;
-    }
-    const double around = b.radius_m + margin_m;
-    const double near = exact ? kNearM : 0.0;
-    double distance = things.bound_m(thing, axis);
-    if (distance < around + near) distance = things.distance_m(thing, axis, around + near);
-    return distance - around;
+  /// What body and thing keep from each other; none: they may meet.
+  std::optional<double> margin_m(const Body& body, std::size_t thing, const Mode& mode) const {
+    if (mode.touched < 0 || things.target(thing) != mode.touched)
+      return body.is_tip ? mode.tip_margin_m : kBodyMarginM;
+    if (body.is_tip) return std::nullopt;
+    return kSearchMarginM;
   }
 
-  /// Fills `slack` (per body, then per pair) or, where it is null, stops at the first that is hit.
-  bool look(const JointVector& q, const Mode& mode, std::vector<double>* slack,
-            Finding* worst) const {
+  /// How far the hand is above the lowest place that it may go to; kFar of other bodies, and where a
+  /// floor is stated.
+  double height_m(std::size_t body, const Segment& axis) const {
+    if (body != hand || lowest_m == kFar) return kFar;
+    return std::min(axis.a.dot(up), axis.b.dot(up)) - lowest_m;
+  }
+
+  /// Distances less margins, the worst of the posture; kFar where nothing is hit.
+  Finding worst_of(const JointVector& q, const Mode& mode) const {
     thread_local std::vector<Segment> axes;
     bodies.place(q, axes);
     const auto& list = bodies.list();
-    const bool exact = slack != nullptr || worst != nullptr;
-    bool is_clear = true;
+    Finding worst;
     const auto note = [&](double value, double margin, std::size_t body, const std::string& other,
                           bool low) {
-      if (value >= 0.0) return true;
-      is_clear = false;
-      if (worst != nullptr && value < worst->slack_m)
-        *worst = {value, value + margin, body, other, low};
-      return worst != nullptr;
+      if (value < 0.0 && value < worst.slack_m) worst = {value, value + margin, body, other, low};
     };
-    if (slack != nullptr) slack->assign(list.size() + pairs.size(), kFar);
     static const std::string kNothing;
     for (std::size_t k = 0; k < list.size(); ++k) {
       if (!list[k].meets_cell) continue;
-      double least = kFar;
-      if (k >= hand && lowest_m < kFar) {  // hand, wrist and tool
-        least = std::min(axes[k].a.dot(up), axes[k].b.dot(up)) - lowest_m;
-        if (k > hand) least = kFar;
-        if (!note(least, 0.0, k, kNothing, true)) return false;
-      }
+      note(height_m(k, axes[k]), 0.0, k, kNothing, true);
       for (std::size_t i = 0; i < things.size(); ++i) {
-        double margin = 0.0;
-        const double value = slack_m(k, i, axes[k], mode, exact, margin);
-        least = std::min(least, value);
-        if (!note(value, margin, k, things.words(i), false)) return false;
+        const auto margin = margin_m(list[k], i, mode);
+        if (!margin) continue;
+        const double around = list[k].radius_m + *margin, near = around + kNearM;
+        double distance = things.bound_m(i, axes[k]);
+        if (distance < near) distance = things.distance_m(i, axes[k], near);
+        note(distance - around, *margin, k, things.words(i), false);
       }
-      if (slack != nullptr) (*slack)[k] = least;
+    }
+    for (const Pair& pair : pairs)
+      note(pair_slack_m(pair, axes), kBodyMarginM, pair.outer, list[pair.inner].words, false);
+    return worst;
+  }
+
+  /// What every body, then every pair, keeps beyond its margin in one posture: within these bounds, which
+  /// are drawn together where that decides something. Beyond kNearM the lower bound stands for it.
+  struct Around {
+    std::vector<Segment> axes;
+    std::vector<double> low, high;
+  };
+
+  /// False where something is hit.
+  bool look(std::span<const double> q, const Mode& mode, Around& around) const {
+    bodies.place(q, around.axes);
+    const auto& list = bodies.list();
+    around.low.assign(list.size() + pairs.size(), kFar);
+    around.high.assign(list.size() + pairs.size(), kFar);
+    for (std::size_t k = 0; k < list.size(); ++k) {
+      if (!list[k].meets_cell) continue;
+      bound(k, mode, around);
+      if (around.low[k] < 0.0 && around.high[k] >= 0.0) settle(k, mode, around);
+      if (around.low[k] < 0.0) return false;
     }
     for (std::size_t p = 0; p < pairs.size(); ++p) {
-      const double value = pair_slack_m(pairs[p], axes);
-      if (!note(value, kBodyMarginM, pairs[p].outer, list[pairs[p].inner].words, false))
-        return false;
-      if (slack != nullptr) (*slack)[list.size() + p] = value;
+      const double value = pair_slack_m(pairs[p], around.axes);
+      if (value < 0.0) return false;
+      around.low[list.size() + p] = around.high[list.size() + p] = value;
     }
-    return is_clear;
+    return true;
   }
 
   bool passes(const JointVector& from, const JointVector& to) const {
@@ -134,33 +147,57 @@ struct Clearance::Impl {
                   Finding* worst) const {
     struct Piece {
       double begin, end;
-      std::vector<double> slack0, slack1;
+      std::size_t first, last;  // postures
     };
-    JointVector q(from.size());
-    const auto at = [&](double share, std::vector<double>& slack) {
+    thread_local std::deque<Around> postures;  // kept for the next move: what they hold is
+    thread_local std::vector<Piece> open;
+    thread_local std::vector<double> path, margin;
+    thread_local JointVector q;
+    q.resize(from.size());
+    std::size_t count = 0;
+    const auto at = [&](double share) {
       for (std::size_t i = 0; i < q.size(); ++i) q[i] = from[i] + share * (to[i] - from[i]);
-      return look(q, mode, &slack, worst);
+      if (postures.size() == count) postures.emplace_back();
+      const bool is_clear = look(q, mode, postures[count++]);
+      if (!is_clear && worst != nullptr) *worst = worst_of(q, mode);
+      return is_clear;
     };
-    Piece all{0.0, 1.0, {}, {}};
-    if (!at(0.0, all.slack0) || !at(1.0, all.slack1)) return false;
-    const std::vector<double> path = paths_m(from, to), margin = margins_m(mode);
-    std::deque<Piece> open;
-    open.push_back(std::move(all));
-    while (!open.empty()) {  // the middles of long pieces first: there most blocked moves are seen
-      Piece piece = std::move(open.front());
-      open.pop_front();
-      bool done = true;
-      for (std::size_t k = 0; k < path.size() && done; ++k) {
-        const double moved = path[k] * (piece.end - piece.begin);  // (64)
-        done = moved <= std::max(kShortM, piece.slack0[k] + piece.slack1[k] +
-                                              2.0 * (1.0 - kMarginKept) * margin[k]);
-      }
-      if (done) continue;
+    if (!at(0.0) || !at(1.0)) return false;
+    set_paths_m(from, to, path);
+    set_margins_m(mode, margin);
+    open.assign(1, {0.0, 1.0, 0, 1});
+    // The middles of long pieces first: there most blocked moves are seen.
+    for (std::size_t next = 0; next < open.size(); ++next) {
+      const Piece piece = open[next];
+      if (is_passed(path, piece.end - piece.begin, margin, mode, postures[piece.first],
+                    postures[piece.last]))
+        continue;
       const double middle = (piece.begin + piece.end) / 2.0;
-      std::vector<double> slack;
-      if (!at(middle, slack)) return false;
-      open.push_back({piece.begin, middle, std::move(piece.slack0), slack});
-      open.push_back({middle, piece.end, std::move(slack), std::move(piece.slack1)});
+      const std::size_t there = count;
+      if (!at(middle)) return false;
+      open.push_back({piece.begin, middle, piece.first, there});
+      open.push_back({middle, piece.end, there, piece.last});
+    }
+    return true;
+  }
+
+  /// (64) of every body and pair between two postures, of which the move between them has this share.
+  bool is_passed(const std::vector<double>& path, double share, const std::vector<double>& margin,
+                 const Mode& mode, Around& first, Around& last) const {
+    const auto reaches = [&](std::size_t k, double slack) {
+      return path[k] * share <= std::max(kShortM, slack + 2.0 * (1.0 - kMarginKept) * margin[k]);
+    };
+    bool open = false;
+    for (std::size_t k = 0; k < path.size(); ++k) {
+      if (reaches(k, first.low[k] + last.low[k])) continue;
+      if (!reaches(k, first.high[k] + last.high[k])) return false;
+      open = true;
+    }
+    for (std::size_t k = 0; open && k < path.size(); ++k) {
+      if (reaches(k, first.low[k] + last.low[k])) continue;
+      settle(k, mode, first);
+      settle(k, mode, last);
+      if (!reaches(k, first.low[k] + last.low[k])) return false;
     }
     return true;
   }
@@ -188,27 +225,43 @@ struct Clearance::Impl {
     JointVector middle(triangle[0]);
     for (std::size_t i = 0; i < middle.size(); ++i)
       middle[i] = (triangle[0][i] + triangle[1][i] + triangle[2][i]) / 3.0;
-    std::vector<double> slack;
-    if (!look(middle, mode, &slack, nullptr)) return false;
-    const std::vector<double> margin = margins_m(mode);
-    bool done = true;
-    for (const JointVector& corner : triangle) {
-      const std::vector<double> path = paths_m(middle, corner);
-      for (std::size_t k = 0; k < path.size(); ++k)
-        done = done && path[k] <= std::max(kShortM / 2.0,  // (72)
-                                           slack[k] + (1.0 - kMarginKept) * margin[k]);
-    }
-    if (done) return true;
+    thread_local Around around;
+    if (!look(middle, mode, around)) return false;
+    if (is_held(triangle, middle, mode, around)) return true;
     const auto between = [](const JointVector& a, const JointVector& b) {
       JointVector q(a);
       for (std::size_t i = 0; i < q.size(); ++i) q[i] = (a[i] + b[i]) / 2.0;
       return q;
     };
-    const JointVector ab = between(triangle[0], triangle[1]), bc = between(triangle[1], triangle[2]),
+    const JointVector ab = between(triangle[0], triangle[1]),
+                      bc = between(triangle[1], triangle[2]),
                       ca = between(triangle[2], triangle[0]);
     return is_clear({ab, bc, ca}, mode, looks) && is_clear({triangle[0], ab, ca}, mode, looks) &&
            is_clear({ab, triangle[1], bc}, mode, looks) &&
            is_clear({ca, bc, triangle[2]}, mode, looks);
+  }
+
+  /// (72): no body is moved farther from the middle to a corner than it keeps there.
+  bool is_held(const std::array<JointVector, 3>& triangle, const JointVector& middle,
+               const Mode& mode, Around& around) const {
+    thread_local std::vector<double> path, margin, farthest;
+    set_margins_m(mode, margin);
+    farthest.assign(margin.size(), 0.0);
+    for (const JointVector& corner : triangle) {
+      set_paths_m(middle, corner, path);
+      for (std::size_t k = 0; k < path.size(); ++k) farthest[k] = std::max(farthest[k], path[k]);
+    }
+    const auto reaches = [&](std::size_t k, double slack) {
+      return farthest[k] <= std::max(kShortM / 2.0, slack + (1.0 - kMarginKept) * margin[k]);
+    };
+    for (std::size_t k = 0; k < margin.size(); ++k)
+      if (!reaches(k, around.high[k])) return false;
+    for (std::size_t k = 0; k < margin.size(); ++k) {
+      if (reaches(k, around.low[k])) continue;
+      settle(k, mode, around);
+      if (!reaches(k, around.low[k])) return false;
+    }
+    return true;
   }
 
   Hit of(const Finding& worst) const {
@@ -225,6 +278,52 @@ struct Clearance::Impl {
   std::vector<Pair> pairs;
 
  private:
+  /// Bounds of what a body keeps from all things together.
+  void bound(std::size_t k, const Mode& mode, Around& around) const {
+    const Body& body = bodies.list()[k];
+    const Segment& axis = around.axes[k];
+    const Eigen::Vector3d middle = (axis.a + axis.b) / 2.0;
+    const double half = (axis.b - axis.a).norm() / 2.0;
+    double &low = around.low[k], &high = around.high[k];
+    low = high = height_m(k, axis);
+    for (std::size_t i = 0; i < things.size(); ++i) {
+      const auto margin = margin_m(body, i, mode);
+      if (!margin) continue;
+      const double keeps = body.radius_m + *margin;
+      // Neither bound comes from it.
+      if (const double far_off = things.far_off_m(i, middle, half) - keeps;
+          far_off >= low && far_off >= high)
+        continue;
+      const double distance = things.bound_m(i, axis);
+      low = std::min(low, distance - keeps);
+      high = std::min(high, distance < keeps + kNearM ? distance - keeps + things.doubt_m(i)
+                                                      : distance - keeps);
+    }
+  }
+
+  /// From now on both bounds are what the body keeps.
+  void settle(std::size_t k, const Mode& mode, Around& around) const {
+    if (around.low[k] == around.high[k]) return;
+    const Body& body = bodies.list()[k];
+    const Segment& axis = around.axes[k];
+    double least = height_m(k, axis);
+    const auto each = [&](bool in_doubt) {
+      for (std::size_t i = 0; i < things.size(); ++i) {
+        const auto margin = margin_m(body, i, mode);
+        if (!margin) continue;
+        const double keeps = body.radius_m + *margin;
+        double distance = things.bound_m(i, axis);
+        const bool doubtful = things.doubt_m(i) > 0.0 && distance < keeps + kNearM;
+        if (doubtful != in_doubt || distance - keeps >= least) continue;
+        if (in_doubt) distance = things.distance_m(i, axis, keeps + kNearM);
+        least = std::min(least, distance - keeps);
+      }
+    };
+    each(false);  // the others need not be looked at where they are farther
+    each(true);
+    around.low[k] = around.high[k] = least;
+  }
+
   double pair_slack_m(const Pair& pair, const std::vector<Segment>& axes) const {
     const Body &inner = bodies.list()[pair.inner], &outer = bodies.list()[pair.outer];
     return distance_m(axes[pair.inner], axes[pair.outer]) - inner.radius_m - outer.radius_m -
@@ -232,7 +331,8 @@ struct Clearance::Impl {
   }
 
   /// No point of the body's axis moves further; of pairs, seen from the inner body.
-  std::vector<double> paths_m(const JointVector& from, const JointVector& to) const {
+  void set_paths_m(const JointVector& from, const JointVector& to,
+                   std::vector<double>& result) const {
     const auto& list = bodies.list();
     const auto path = [&](const Body& body, int first) {
       double sum = 0.0;
@@ -240,20 +340,18 @@ struct Clearance::Impl {
         sum += std::abs(to[j] - from[j]) * body.lever[j];
       return sum;
     };
-    std::vector<double> result;
+    result.clear();
     for (const Body& body : list) result.push_back(body.meets_cell ? path(body, 0) : 0.0);
     for (const Pair& pair : pairs)
       result.push_back(path(list[pair.outer], list[pair.inner].joint + 1));
-    return result;
   }
 
-  std::vector<double> margins_m(const Mode& mode) const {
-    std::vector<double> result;
+  void set_margins_m(const Mode& mode, std::vector<double>& result) const {
+    result.clear();
     for (const Body& body : bodies.list())
       result.push_back(body.is_tip ? mode.tip_margin_m
                                    : (mode.touched >= 0 ? kSearchMarginM : kBodyMarginM));
     result.resize(result.size() + pairs.size(), kBodyMarginM);
-    return result;
   }
 
   void find_pairs(const Robot& robot) {
@@ -285,8 +383,8 @@ Clearance::Clearance(Clearance&&) noexcept = default;
 Clearance::~Clearance() = default;
 
 bool Clearance::clear(const JointVector& q, double tip_margin_m) const {
-  return impl_ == nullptr ||
-         (impl_->look(q, {tip_margin_m, -1}, nullptr, nullptr) && impl_->passes(q, q));
+  thread_local Impl::Around around;
+  return impl_ == nullptr || (impl_->look(q, {tip_margin_m, -1}, around) && impl_->passes(q, q));
 }
 
 bool Clearance::clear(const JointVector& from, const JointVector& to, double tip_margin_m) const {
@@ -309,9 +407,8 @@ Corner Clearance::corner(const JointVector& from, const JointVector& at, const J
 
 std::optional<Hit> Clearance::hit(const JointVector& q, double tip_margin_m) const {
   if (impl_ == nullptr) return std::nullopt;
-  Finding worst;
-  const bool is_clear = impl_->look(q, {tip_margin_m, -1}, nullptr, &worst);
-  if (!is_clear) return impl_->of(worst);
+  if (const Finding worst = impl_->worst_of(q, {tip_margin_m, -1}); worst.slack_m < kFar)
+    return impl_->of(worst);
   if (!impl_->passes(q, q)) return Hit{Hit::Kind::kImpassable};
   return std::nullopt;
 }

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <mutex>
 
@@ -87,6 +88,34 @@ struct Surroundings::Thing {
   Vector3d up = Vector3d::UnitZ();                           // floor
   double height_m = 0.0;
   Hierarchy geometry;
+  Vector3d middle = Vector3d::Zero();  // of a ball about all of it; the floor has none
+  double about_m = 0.0;                // its radius
+  double doubt_m = 0.0;
+
+  /// Once the form is known.
+  void set_ball() {
+    // Rounding, which must not make a bound of what is no bound.
+    constexpr double kRoundingM = 1e-9;
+    // GJK on round bodies comes near only, see kGjkTolerance.
+    constexpr double kGjkM = 1e-5;
+    switch (form) {
+      case Form::kSphere:
+      case Form::kCylinder:  // a capsule's cap is no farther from the end that it covers
+        middle = (axis.a + axis.b) / 2.0;
+        about_m = (axis.b - axis.a).norm() / 2.0 + radius_m + kRoundingM;
+        doubt_m = form == Form::kSphere ? 0.0 : radius_m + kGjkM;
+        break;
+      case Form::kBox:
+      case Form::kMesh:
+        middle = frame * Vector3d((low + high) / 2.0);
+        about_m = (high - low).norm() / 2.0 + kRoundingM;
+        doubt_m = std::numeric_limits<double>::max();
+        break;
+      case Form::kFloor:
+        about_m = std::numeric_limits<double>::max();
+        break;
+    }
+  }
 
   void set_frame(const Eigen::Isometry3d& at) {
     frame = at;
@@ -202,11 +231,19 @@ Surroundings::Surroundings(const Cell& cell) {
     floor.height_m = *cell.floor_m;
     things_.push_back(std::move(floor));
   }
+  for (Thing& thing : things_) thing.set_ball();
 }
 
 std::size_t Surroundings::size() const { return things_.size(); }
 const std::string& Surroundings::words(std::size_t i) const { return things_[i].words; }
 int Surroundings::target(std::size_t i) const { return things_[i].target; }
+
+double Surroundings::far_off_m(std::size_t i, const Vector3d& middle, double half_m) const {
+  const Thing& thing = things_[i];
+  return (middle - thing.middle).norm() - half_m - thing.about_m;
+}
+
+double Surroundings::doubt_m(std::size_t i) const { return things_[i].doubt_m; }
 
 double Surroundings::bound_m(std::size_t i, const Segment& axis) const {
   const Thing& thing = things_[i];

@@ -35,8 +35,12 @@ class Surroundings {
   const std::string& words(std::size_t i) const;
   /// The target that it is or carries; -1 for others.
   int target(std::size_t i) const;
+  /// Not more than bound_m() of an axis of this middle and half this length; quicker still.
+  double far_off_m(std::size_t i, const Eigen::Vector3d& middle, double half_m) const;
   /// Not more than the distance of the axis from the thing; quick.
   double bound_m(std::size_t i, const Segment& axis) const;
+  /// By how much distance_m() may be above bound_m() at most; 0: the bound is the distance.
+  double doubt_m(std::size_t i) const;
   /// The distance; any value above `most_m` may stand for whatever is further. 0: they meet.
   double distance_m(std::size_t i, const Segment& axis, double most_m) const;
 
