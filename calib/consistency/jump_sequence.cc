@@ -9,6 +9,7 @@
 #include "calib/consistency/change_score.h"
 #include "calib/consistency/session_order.h"
 #include "calib/linear/cholesky.h"
+#include "calib/model/long_work.h"
 #include "calib/model/median.h"
 #include "calib/problem/repeats.h"
 #include "calib/problem/target_place.h"
@@ -79,6 +80,7 @@ std::optional<FoundJump> JumpSequence::robust(const JumpSuspect& suspect) const 
   double width = std::max(kJumpGate, residual.head(linear_.length_row).lpNorm<Eigen::Infinity>());
   std::optional<FoundJump> found;
   for (int at_gate = 0; at_gate < kRoundsAtGate;) {
+    poll_cancelled();
     const double gate = kJumpGate * std::max(1.0, scatter(residual));
     if (width <= gate) ++at_gate;
     width = std::max(width, gate);

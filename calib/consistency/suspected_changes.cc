@@ -8,6 +8,7 @@
 #include "calib/consistency/change_score.h"
 #include "calib/consistency/jump_sequence.h"
 #include "calib/consistency/session_order.h"
+#include "calib/model/long_work.h"
 
 namespace cellcal::calib {
 
@@ -149,6 +150,7 @@ std::vector<MovedTarget> suspected_moves(const Problem& problem, const Estimate&
       sequence[static_cast<std::size_t>(problem.block_of(i))].push_back(i);
   std::vector<MovedTarget> suspects;
   for (std::size_t b = 0; b < sequence.size(); ++b) {
+    poll_cancelled();
     const std::vector<std::size_t>& own = sequence[b];
     const TargetBlock& block = problem.blocks()[b];
     if (!has_a_centre(problem.cell().targets[block.target].kind)) continue;

@@ -7,6 +7,7 @@
 #include "calib/consistency/residuals.h"
 #include "calib/linear/cholesky.h"
 #include "calib/model/error.h"
+#include "calib/model/long_work.h"
 
 namespace cellcal::calib {
 
@@ -61,6 +62,7 @@ class Sighting {
     constexpr double kSettled = 1e-9;  // in prior units
     const TargetBlock& block = problem_.blocks().front();
     for (int step = 0; step < kSteps; ++step) {
+      poll_cancelled();
       linearise();
       VectorXd pull = -by_place_.transpose() * residual_;
       for (int k = 0; k < block.size(); ++k) {

@@ -7,6 +7,7 @@
 #include "calib/estimate/outlier_rejection.h"
 #include "calib/linear/cholesky.h"
 #include "calib/model/error.h"
+#include "calib/model/long_work.h"
 #include "calib/model/median.h"
 
 namespace cellcal::calib {
@@ -204,6 +205,7 @@ Sizes sizes_of(const Problem& problem, const Eigen::VectorXd& u, const Eigen::Ma
         Eigen::MatrixXd without = by_unknowns;
         without.diagonal() += factor * factor * own;
         for (const double share : kOfScatter) {
+          poll_cancelled();
           const double field = share * scatter_m;
           const Cholesky v(without + field * field * k);  // (31)
           if (!v.positive()) continue;
@@ -302,6 +304,7 @@ void solve_together(const Problem& problem, const Eigen::MatrixXd& postures, con
     residual = lower.solve(Eigen::VectorXd(residual));
   };
   for (int round = 0; round < kRounds; ++round) {
+    poll_cancelled();
     apart();
     e.levels = mean_over_levels(problem, e.u, p.linear, levels);
     const double step = (e.levels.u - e.u).lpNorm<Eigen::Infinity>();
@@ -374,6 +377,7 @@ double alike_sigmas(const Problem& problem, const Estimate& e, double chi2_per_d
   const Eigen::MatrixXd apart = distances(postures, rows);
   double most = 0.0;
   for (const double reach : kReachesRad) {
+    poll_cancelled();
     Eigen::MatrixXd k = correlation_of(apart, rows, reach, 0.0);
     for (Eigen::Index a = 0; a < k.rows(); ++a)
       for (Eigen::Index b = 0; b < k.cols(); ++b)

@@ -7,6 +7,7 @@
 
 #include "calib/estimate/level_family.h"
 #include "calib/model/error.h"
+#include "calib/model/long_work.h"
 #include "calib/model/units.h"
 
 namespace cellcal::calib {
@@ -114,6 +115,7 @@ std::vector<Solved> solve_all(std::span<const ModelLevel> levels,
                               const std::function<Family*(const ModelLevel&)>& family_of) {
   std::vector<Solved> solved;
   for (const ModelLevel& level : levels) {
+    poll_cancelled();
     Family* family = family_of(level);
     Step step = family->solve(level);
     step.log_evidence += log_prior(level);

@@ -54,7 +54,6 @@ struct PlanError : std::runtime_error {
     kTooFew,       ///< touches that can be made: plan fewer, or move the targets
     kArmStands,    ///< where no way begins: jog it free
     kNotFound,     ///< a sphere is not where it was sought: correct its place or diameter
-    kCalledOff,    ///< as was asked for
     kDefect        ///< of the planner: report it
   };
   PlanError(Kind of, const std::string& words) : std::runtime_error(words), kind(of) {}

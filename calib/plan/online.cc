@@ -9,6 +9,7 @@
 #include <map>
 
 #include "calib/estimate/incremental_estimate.h"
+#include "calib/model/long_work.h"
 #include "calib/model/random.h"
 #include "calib/plan/choice/aim.h"
 #include "calib/plan/choice/choose.h"
@@ -127,6 +128,7 @@ struct Online::Impl {
     const auto choose_some = [&](int count) {
       how.count = count;
       how.least_per_target = std::max(kFirstTouches, count / (2 * targets));
+      const Part part(PlanStep::kChoose, kReachShare, kChosenShare);
       return choose(cell, pool.candidates(), how);
     };
     Choice choice = choose_some(goal.u95_m > 0.0 ? std::min(most, 2 * fewest) : most);
@@ -136,7 +138,11 @@ struct Online::Impl {
       choice =
           choose_some(static_cast<int>(std::clamp(more * how.count, 1.0 * fewest, 1.0 * most)));
     }
-    if (how.count > fewest) look_around(cell, pool, spread, how, choice);
+    if (how.count > fewest) {
+      const Part part(PlanStep::kChoose, kChosenShare, kRefinedShare);
+      look_around(cell, pool, spread, how, choice);
+    }
+    const Part part(PlanStep::kWays, kRefinedShare, 1.0);
     choice.picked = pool.forget(spread, std::move(choice.picked));
     gone.resize(pool.candidates().size(), false);
     std::map<std::size_t, int> of_target;
@@ -348,6 +354,7 @@ struct Online::Impl {
     Design ahead = *design;
     int k = 0;
     for (; k < most && std::sqrt(left / before) * progress.u95_m > goal.u95_m; ++k) {
+      poll_cancelled();
       Eigen::Index best = -1;
       for (Eigen::Index r = 0; r < ahead.size(); ++r)
         if (!gone[static_cast<std::size_t>(r)] && !ahead.has(r) &&

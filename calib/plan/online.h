@@ -67,7 +67,7 @@ class Online {
 
   /// The next touch with its way from `from` (empty: the start); empty once done. Offered again
   /// until touched() or failed() is called. Throws PlanError where no clear way leads away from
-  /// `from`, and once the options' `stop` asks for it.
+  /// `from`.
   std::optional<PlannedTouch> next(const JointVector& from);
   /// The touch that next() offered, as it was measured. Throws IdentifyError where all touches
   /// together determine nothing.

@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "calib/model/configurations.h"
+#include "calib/model/long_work.h"
 #include "calib/model/random.h"
 #include "calib/plan/choice/choose.h"
 #include "calib/plan/choice/look_around.h"
@@ -116,6 +118,7 @@ Plan make_plan(const Cell& cell, const PlanOptions& options, const JointVector& 
   const int per_touch = Configurations(arm, options.limit_margin_rad).closed_form()
                             ? kCandidatesPerTouch
                             : kCandidatesPerTouchBySearch;
+  std::optional<Part> part(std::in_place, PlanStep::kReach, 0.0, kReachShare);
   Pool pool(cell, options,
             std::clamp(per_touch * total / std::max(1, targets), 40, kMostCandidates), kKinds);
   const std::vector<Candidate>& candidates = pool.candidates();
@@ -135,9 +138,12 @@ Plan make_plan(const Cell& cell, const PlanOptions& options, const JointVector& 
   how.exchanges = kExchanges;
   how.seed = options.seed;
   how.possible = [&](std::size_t i) { return pool.connected(i); };
+  part.emplace(PlanStep::kChoose, kReachShare, kChosenShare);
   Choice choice = choose_connected(cell, options, how, pool);
   const std::size_t spread = candidates.size();  // those that are spread out over all targets
+  part.emplace(PlanStep::kChoose, kChosenShare, kRefinedShare);
   if (options.criterion == Criterion::kI) look_around(cell, pool, spread, how, choice);
+  part.emplace(PlanStep::kWays, kRefinedShare, 1.0);
   std::vector<ToVisit> todo =
       with_check_touches(cell, choice.picked, spread, targets, options, pool);
   const JointVector start = from.empty() ? pool.middle() : from;

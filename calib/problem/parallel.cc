@@ -10,6 +10,8 @@
 #include <thread>
 #include <vector>
 
+#include "calib/model/long_work.h"
+
 namespace cellcal::calib {
 
 std::size_t threads_for(std::size_t count) {
@@ -42,7 +44,11 @@ void in_parallel(std::size_t count, const std::function<void(std::size_t)>& task
   {
     std::vector<std::jthread> helpers;
     try {
-      while (helpers.size() + 1 < threads) helpers.emplace_back(work);
+      while (helpers.size() + 1 < threads)
+        helpers.emplace_back([&work, watch = Watch::in_charge()] {
+          const Helped helped(watch);
+          work();
+        });
     } catch (const std::system_error&) {
       // The machine grants no more of them: those that there are do the work.
     }

@@ -8,6 +8,7 @@
 #include <deque>
 
 #include "calib/model/error.h"
+#include "calib/model/long_work.h"
 #include "calib/problem/parallel.h"
 #include "calib/problem/whitened_rows.h"
 
@@ -170,6 +171,14 @@ class Objective final : public ceres::CostFunction {
   mutable std::deque<Part> parts_;
 };
 
+/// Nothing is thrown through Ceres.
+class PollCancelled final : public ceres::IterationCallback {
+ public:
+  ceres::CallbackReturnType operator()(const ceres::IterationSummary&) override {
+    return is_cancelled() ? ceres::SOLVER_ABORT : ceres::SOLVER_CONTINUE;
+  }
+};
+
 }  // namespace
 
 bool needs_all_digits(const Problem& problem, const SolveOptions& options) {
@@ -207,8 +216,12 @@ SolveResult solve(const Problem& problem, const Eigen::VectorXd& start,
   o.initial_trust_region_radius = 1e8;  // errors are small: nearly Gauss-Newton from the start
   o.logging_type = ceres::SILENT;
   o.num_threads = 1;  // the objective's parts have the threads, and the same bits every time
+  PollCancelled poll;
+  o.callbacks.push_back(&poll);
+  poll_cancelled();
   ceres::Solver::Summary summary;
   ceres::Solve(o, &solver_problem, &summary);
+  poll_cancelled();
   result.iterations = static_cast<int>(summary.iterations.size());
   result.converged = summary.termination_type == ceres::CONVERGENCE;
   if (!summary.IsSolutionUsable() || !result.u.allFinite())
@@ -218,6 +231,7 @@ SolveResult solve(const Problem& problem, const Eigen::VectorXd& start,
 
 Eigen::VectorXd step_towards(const Problem& problem, const Eigen::VectorXd& u,
                              const SolveOptions& options) {
+  poll_cancelled();
   const Objective objective(problem, options, needs_all_digits(problem, options));
   const Eigen::MatrixXd triangle = objective.gather(u.data(), true).triangle();
   const Eigen::Index n = u.size();
@@ -228,6 +242,7 @@ Eigen::VectorXd step_towards(const Problem& problem, const Eigen::VectorXd& u,
 
 void linearise(const Problem& problem, const Eigen::VectorXd& u, const std::vector<bool>& use,
                Linearisation& result) {
+  poll_cancelled();
   int count = static_cast<int>(problem.lengths().size());
   for (std::size_t i = 0; i < use.size(); ++i)
     if (use[i]) count += problem.rows(i);

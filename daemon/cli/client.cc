@@ -80,6 +80,11 @@ Progress progress_of(const json& status) {
     return progress;
   }
   const std::string stage = text(status, "stage"), phase = text(status, "phase");
+  if (const json planning = status.value("planning", json()); planning.is_object()) {
+    Progress progress{phase, "", 0, 0, {}, {}};
+    progress.share = figure(planning, "done");
+    return progress;
+  }
   return {status.value("finding", false) ? phase + " (" + stage + ")" : phase,
           text(status, "target"),
           static_cast<std::size_t>(number(status, "touches")),

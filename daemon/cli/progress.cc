@@ -45,7 +45,8 @@ bool terminal_has_utf8() {
 }  // namespace
 
 std::string progress_line(const Progress& progress, std::size_t width) {
-  const double part = progress.total == 0
+  const double part = progress.share ? std::clamp(*progress.share, 0.0, 1.0)
+                      : progress.total == 0
                           ? 0.0
                           : static_cast<double>(std::min(progress.done, progress.total)) /
                                 static_cast<double>(progress.total);
@@ -54,6 +55,7 @@ std::string progress_line(const Progress& progress, std::size_t width) {
   if (progress.total > 0) line += fmt::format(" {}/{}", progress.done, progress.total);
   if (!progress.target.empty()) line += " " + progress.target;
   line += " " + progress.phase;
+  if (progress.share) line += fmt::format(" {:.0f} %", 100.0 * part);
   if (progress.u95_mm && progress.goal_mm)
     line += fmt::format("  u95 {:.3f} mm (goal {:.3f} mm)", *progress.u95_mm, *progress.goal_mm);
   if (progress.residual_mm) line += fmt::format("  residual {:.3f} mm", *progress.residual_mm);

@@ -16,6 +16,7 @@ struct Progress {
   std::optional<double> residual_mm, time_left_s;
   std::optional<double> u95_mm{}, goal_mm{};  ///< of touches chosen one by one
   std::string links{};                        ///< how good they are, a line each
+  std::optional<double> share{};              ///< of what is done instead of touches, 0 to 1
 };
 
 /// "[######....] 12/50 S2 slow search  residual 0.034 mm  3 min 20 s left", at most `width` wide.

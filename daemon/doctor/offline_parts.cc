@@ -6,6 +6,7 @@
 
 #include "calib/files/files.h"
 #include "calib/model/kinematics.h"
+#include "calib/model/long_work.h"
 #include "calib/model/units.h"
 #include "calib/plan/cell_check.h"
 #include "calib/plan/plan.h"
@@ -73,15 +74,13 @@ bool any_to_be_found(const calib::Cell& cell) {
 }
 
 /// The plan that a session would make, and how far it takes the axes.
-void look_at_plan(const DoctorRequest& request, const DaemonConfig& config, const calib::Cell& cell,
-                  Findings& findings) {
+void look_at_plan(const DaemonConfig& config, const calib::Cell& cell, Findings& findings) {
   const std::string check = "plan";
   if (any_to_be_found(cell))
     return findings.skip(
         check, "some spheres have no centre_mm: the session finds them first and plans then");
   try {
     calib::PlanOptions options;
-    options.stop = request.stop;
     const bool known = config.backend == BackendKind::kMock &&
                        config.mock.start_rad.size() == cell.robot.joints.size();
     const calib::Plan plan =
@@ -120,6 +119,7 @@ std::optional<calib::Cell> look_at_cell(const DoctorRequest& request, const Daem
     return std::nullopt;
   }
   try {
+    const calib::Watch watch([&] { return request.stop.stop_requested(); });
     calib::Cell cell = calib::load_cell(request.cell);
     if (wire_of(config) == WireKind::kRsi) {
       rsi_config_for(config, cell);
@@ -130,8 +130,10 @@ std::optional<calib::Cell> look_at_cell(const DoctorRequest& request, const Daem
                                          cell.targets.size(), cell.robot.joints.size()));
     look_at_geometry(cell.robot, findings);
     look_at_contradictions(cell, findings);
-    look_at_plan(request, config, cell, findings);
+    look_at_plan(config, cell, findings);
     return cell;
+  } catch (const calib::Cancelled&) {
+    return std::nullopt;  // as asked for; what was found is read by nobody
   } catch (const std::exception& error) {
     findings.fail("cell file", error.what(),
                   "correct the file (keys of cell and robot files: calib/files/README.md)");

@@ -33,7 +33,19 @@ struct Runner::Inbox {
   std::mutex mutex;
   std::deque<Event> events;
   int commits = 0;  ///< under way
+  /// Nothing that is computed is wanted any more: somebody aborts, or the session has ended.
+  std::atomic<bool> called_off{false};
 
+  std::optional<calib::WorkDone> done;  ///< news of it
+
+  void tell(const calib::WorkDone& now) {
+    const std::lock_guard lock(mutex);
+    done = now;
+  }
+  std::optional<calib::WorkDone> take_done() {
+    const std::lock_guard lock(mutex);
+    return std::exchange(done, std::nullopt);
+  }
   void put(Event event) {
     const std::lock_guard lock(mutex);
     events.push_back(std::move(event));
@@ -79,6 +91,11 @@ Event Runner::event(EventKind kind, std::string words) {
   return result;
 }
 
+void Runner::request_abort() {
+  abort_requested_ = true;
+  inbox_->called_off = true;
+}
+
 State Runner::run() {
   try {
     run_to_end();
@@ -87,6 +104,7 @@ State Runner::run() {
   } catch (...) {
     give_up("unknown error");
   }
+  inbox_->called_off = true;
   await_disk();
   return state_;
 }
@@ -102,6 +120,7 @@ void Runner::run_to_end() {
   feed(event(EventKind::kRun));
   while (!is_final(state_.phase) || !inbox_->settled()) {
     ++turns_;
+    if (const auto done = inbox_->take_done(); done && parts_.on_work) parts_.on_work(*done);
     if (gather()) continue;
     drivers::Clock& clock = parts_.backend.clock();
     clock.sleep_until(clock.now() + kPollPeriod);
@@ -240,11 +259,19 @@ void Runner::commit(std::function<void(Recorder&)> job, std::optional<Event> ans
   });
 }
 
-void Runner::work(std::function<Event()> job, std::uint32_t route_id) {
-  parts_.worker.post([inbox = inbox_, job = std::move(job), route_id] {
+void Runner::work(std::function<Event()> job, std::uint32_t route_id, Kind kind) {
+  std::function<bool()> called_off = [inbox = inbox_, kind] {
+    return kind == Kind::kComputes && inbox->called_off;
+  };
+  parts_.worker.post([inbox = inbox_, job = std::move(job), route_id,
+                      called_off = std::move(called_off)] {
     Event answer;
     try {
+      const calib::Watch watch(called_off, [&](const calib::WorkDone& done) { inbox->tell(done); });
+      calib::poll_cancelled();  // one that has waited behind another
       answer = job();
+    } catch (const calib::Cancelled&) {
+      return;  // the session ends, and nobody waits for an answer
     } catch (const std::exception& error) {
       answer = Event{};
       answer.kind = EventKind::kWorkFailed;
@@ -320,12 +347,14 @@ struct Runner::Perform {
     });
   }
   void operator()(const WriteReport& action) const {
-    runner.work([report = tasks.report, result = action.result, touches = runner.touches_] {
-      report(*result, touches);
-      Event answer;
-      answer.kind = EventKind::kReported;
-      return answer;
-    });
+    runner.work(
+        [report = tasks.report, result = action.result, touches = runner.touches_] {
+          report(*result, touches);
+          Event answer;
+          answer.kind = EventKind::kReported;
+          return answer;
+        },
+        0, Kind::kWrites);
   }
 
   void operator()(const OpenDevices&) const {

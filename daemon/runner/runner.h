@@ -16,6 +16,7 @@
 #include <string>
 #include <vector>
 
+#include "calib/model/long_work.h"
 #include "daemon/result/session_result.h"
 #include "daemon/runner/backend.h"
 #include "daemon/runner/worker.h"
@@ -82,6 +83,8 @@ struct RunnerParts {
   std::function<void(const State&, const std::vector<calib::Touch>&)> on_change;
   /// Called a few times a second while the devices are open, whether anything changed or not.
   std::function<void(const drivers::RobotState&, const drivers::ContactStatus&)> on_look = {};
+  /// How far the worker's job is, about a hundred times; not on virtual time.
+  std::function<void(const calib::WorkDone&)> on_work = {};
 };
 
 class Runner {
@@ -95,8 +98,8 @@ class Runner {
   /// Runs the session to its end; returns the final state. Throws nothing: whatever is thrown
   /// here that is no action's own failure stops the arm, closes the devices and fails the session.
   State run();
-  /// From any thread.
-  void request_abort() { abort_requested_ = true; }
+  /// From any thread. What the worker computes for the session is called off at once.
+  void request_abort();
   /// Whether the loop and the devices' threads have gone on since the last call. On virtual time
   /// always: there the loop does the worker's jobs itself. From one thread, any.
   bool alive();
@@ -119,7 +122,9 @@ class Runner {
   void note_step(Phase before, const Event& event);
   void note_contacts();
   Event event(EventKind kind, std::string words = "");
-  void work(std::function<Event()> job, std::uint32_t route_id = 0);
+  /// What is computed can be called off, what is written cannot.
+  enum class Kind { kComputes, kWrites };
+  void work(std::function<Event()> job, std::uint32_t route_id = 0, Kind kind = Kind::kComputes);
   void commit(std::function<void(Recorder&)> job, std::optional<Event> answer = {},
               const char* what = nullptr);
 

@@ -238,8 +238,6 @@ TaskInputs SessionService::task_inputs(Job& job) {
 
 void SessionService::carry_out(Job& job) {
   TaskInputs inputs = task_inputs(job);
-  std::stop_source planning;
-  inputs.options.plan.stop = planning.get_token();
   JournalRecorder recorder(parts_.journal, job.session, *job.backend,
                            std::make_shared<const calib::ArmModel>(job.cell.robot, job.cell.tool),
                            parts_.ending);
@@ -258,7 +256,8 @@ void SessionService::carry_out(Job& job) {
                  },
                  [this](const drivers::RobotState& robot, const drivers::ContactStatus& contact) {
                    keep_links({true, robot, contact});
-                 }},
+                 },
+                 [this](const calib::WorkDone& done) { tell_work(done); }},
                 first_state(job), job.touches);
   {
     const std::lock_guard lock(mutex_);
@@ -271,7 +270,6 @@ void SessionService::carry_out(Job& job) {
     runner_ = nullptr;
   }
   watch_delay(parts_.journal, job.session, job.backend->utc_now());
-  planning.request_stop();  // of a job that the session did not wait for
   worker.reset();
 }
 
@@ -300,6 +298,23 @@ void SessionService::publish(const State& state, const std::vector<calib::Touch>
     status.arm = arm_.seen(now);
     plan_ = {job.session, job.options.one_by_one ? state.done : 0, state.plan};
     published_ = now;
+    history_.push_back(std::move(status));
+    if (history_.size() > kHistory) history_.pop_front();
+    notify = notify_;
+  }
+  if (notify) notify();
+}
+
+/// As a change of its own; once the session does something else, it is too late.
+void SessionService::tell_work(const calib::WorkDone& done) {
+  std::function<void()> notify;
+  {
+    const std::lock_guard lock(mutex_);
+    if (history_.back().phase != Phase::kPlanning) return;
+    Status status = history_.back();
+    status.made.reset();  // told of already
+    ++status.seq;
+    status.planning = done;
     history_.push_back(std::move(status));
     if (history_.size() > kHistory) history_.pop_front();
     notify = notify_;

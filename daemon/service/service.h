@@ -97,6 +97,7 @@ class SessionService {
   void carry_out(Job& job);
   TaskInputs task_inputs(Job& job);
   void publish(const State& state, const std::vector<calib::Touch>& touches, Job& job);
+  void tell_work(const calib::WorkDone& done);
   void keep_links(LinkReport report);
 
   ServiceParts parts_;

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "calib/model/long_work.h"
 #include "calib/model/touch.h"
 #include "daemon/result/outcome.h"
 #include "daemon/session/failure.h"
@@ -72,6 +73,7 @@ struct Status {
   std::optional<double> goal_m, u95_m, mean_error_m;
   bool finding = false;   ///< the touch in hand is made to find a sphere
   std::string stage;      ///< what the touch in hand is for, in words
+  std::optional<calib::WorkDone> planning;  ///< how far the plan is, while it is made
   std::string why_ended;  ///< why no further touch was chosen
   /// Of the newest touch, nothing before the first; once identified, the fit's mean.
   std::optional<double> residual_m;

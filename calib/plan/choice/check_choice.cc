@@ -7,6 +7,7 @@
 
 #include "calib/check/change.h"
 #include "calib/linear/cholesky.h"
+#include "calib/model/long_work.h"
 
 namespace cellcal::calib {
 
@@ -85,6 +86,7 @@ class Picker {
     std::vector<std::size_t> set = others;
     set.push_back(0);
     for (std::size_t c = 0; c < candidates_.size(); ++c) {
+      poll_cancelled();
       if (std::ranges::find(others, c) != others.end()) continue;
       if (touched.size() < all.size() && touched.contains(candidates_[c].target)) continue;
       set.back() = c;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <optional>
 
+#include "calib/model/long_work.h"
 #include "calib/model/random.h"
 #include "calib/plan/choice/design.h"
 #include "calib/plan/choice/design_problem.h"
@@ -25,6 +26,8 @@ constexpr int kForSpread = 2;
 constexpr double kWorthIt = 1e-3;
 /// In an even choice a radian of posture counts as much as this of touch direction.
 constexpr double kPostureWeight = 0.3;
+/// Of the time that a choice takes; the rest are exchanges.
+constexpr double kPickingShare = 0.3;
 
 /// The directions in which a target was touched so far; of a plane (x, y, 1) of the place in its
 /// circle, which together hold tilts and shift.
@@ -85,15 +88,18 @@ class Choosing {
   }
 
   Choice run() {
-    for (const std::size_t c : options_.start) take(c);
+    design_->take_all(options_.start);
+    for (const std::size_t c : options_.start) note(c);
     for (int k = static_cast<int>(picked_.size()); k < options_.count; ++k) {
+      poll_cancelled();
+      tell_done(kPickingShare * k / options_.count);
       const auto pick = next(options_.count - k);
       if (!pick) break;
       take(*pick);
     }
     if (options_.criterion == Criterion::kI)
       for (int round = 0; round < options_.exchanges; ++round)
-        if (exchange() < kWorthIt) break;
+        if (exchange(round) < kWorthIt) break;
     Choice choice;
     choice.picked = picked_;
     const Eigen::Index arm = problem_.moves_m.cols();
@@ -122,6 +128,10 @@ class Choosing {
 
   void take(std::size_t c) {
     design_->take(static_cast<Eigen::Index>(c));
+    note(c);
+  }
+
+  void note(std::size_t c) {
     held_[candidates_[c].target].add(tells_[c]);
     picked_.push_back(c);
   }
@@ -193,7 +203,7 @@ class Choosing {
 
   /// Puts every pick back and takes the best instead, which may be the same. Returns the share of
   /// the variance that this took away.
-  double exchange() {
+  double exchange(int round) {
     const auto variance = [&] {
       const Eigen::Index arm = problem_.moves_m.cols();
       return (problem_.moves_m * design_->covariance_u().topLeftCorner(arm, arm))
@@ -201,7 +211,12 @@ class Choosing {
           .sum();
     };
     const double before = variance();
+    double done = 0.0;
     for (std::size_t& pick : picked_) {
+      poll_cancelled();
+      tell_done(kPickingShare + (1.0 - kPickingShare) *
+                                    (round + done++ / static_cast<double>(picked_.size())) /
+                                    options_.exchanges);
       const std::size_t own = candidates_[pick].target;
       const Eigen::VectorXd gains = design_->gains_without(static_cast<Eigen::Index>(pick));
       const auto gain = [&](std::size_t c) { return gains[static_cast<Eigen::Index>(c)]; };

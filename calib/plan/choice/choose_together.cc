@@ -2,6 +2,8 @@
 
 #include <optional>
 
+#include "calib/model/long_work.h"
+
 namespace cellcal::calib {
 
 namespace {
@@ -14,6 +16,7 @@ std::optional<Eigen::Index> best(const Design& design, std::vector<bool>& refuse
                                  const std::function<bool(std::size_t)>& possible,
                                  const Worth& worth) {
   while (true) {
+    poll_cancelled();
     std::optional<Eigen::Index> found;
     for (Eigen::Index c = 0; c < design.size(); ++c)
       if (!design.has(c) && !refused[static_cast<std::size_t>(c)] &&

@@ -36,6 +36,8 @@ class Design {
 
   void take(Eigen::Index candidate);
   void drop(Eigen::Index candidate);
+  /// take() of each in turn, to the bit; together they go through the memory once.
+  void take_all(const std::vector<std::size_t>& candidates);
 
   const Eigen::MatrixXd& covariance_u() const { return covariance_; }
 
@@ -48,6 +50,9 @@ class Design {
   Eigen::VectorXd h_;       ///< j S j'
   Eigen::VectorXd square_;  ///< |a_'s columns|^2
   std::vector<bool> in_;
+  /// rows_ S j' of the candidate that gains_without() was asked for: what drop() of it needs next.
+  mutable Eigen::VectorXd with_;
+  mutable Eigen::Index with_of_ = -1;
 };
 
 }  // namespace cellcal::calib

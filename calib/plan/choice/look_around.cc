@@ -1,8 +1,10 @@
 #include "calib/plan/choice/look_around.h"
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
+#include "calib/model/long_work.h"
 #include "calib/model/random.h"
 
 namespace cellcal::calib {
@@ -22,7 +24,11 @@ constexpr double kIsWorth = 0.01;  // share of the error
 void look_around(const Cell& cell, Pool& pool, std::size_t spread, ChooseOptions how,
                  Choice& choice) {
   Random random(how.seed + 2);
+  constexpr double kRounds = std::size(kByRad);
+  double round = 0.0;
   for (const double by_rad : kByRad) {
+    const Part part(PlanStep::kChoose, round / kRounds, (round + 1.0) / kRounds);
+    round += 1.0;
     choice.picked = pool.forget(spread, std::move(choice.picked));
     pool.vary(choice.picked, std::min(kMostAround, kAroundEach * how.count), by_rad, random);
     how.start = choice.picked;

@@ -5,6 +5,7 @@
 
 #include "calib/model/configurations.h"
 #include "calib/model/inverse.h"
+#include "calib/model/long_work.h"
 #include "calib/model/random.h"
 
 namespace cellcal::calib {
@@ -171,7 +172,9 @@ std::vector<Candidate> find_candidates(const Cell& cell, const ArmModel& arm,
     const double radius = contact_radius_m(target, cell.tool);
     const int directions = 2 * per_target;
     for (int i = 0, found = 0; i < directions && found < per_target; ++i) {
-      check_wanted(options.stop);
+      poll_cancelled();
+      tell_done((static_cast<double>(t) + static_cast<double>(i) / directions) /
+                static_cast<double>(cell.targets.size()));
       // Far-off lattice points first, so that a short list still surrounds the sphere.
       const int k = (i * 7919) % directions;
       const double shift = random.uniform(0.0, 0.1);

@@ -13,6 +13,7 @@
 #include <limits>
 #include <memory>
 
+#include "calib/model/long_work.h"
 #include "calib/model/random.h"
 #include "calib/plan/reach/candidates.h"
 
@@ -94,6 +95,7 @@ void shorten(std::vector<JointVector>& way, const Clearance& clearance, double m
              Random& random) {
   const std::size_t cuts = kCuts * way.size();
   for (std::size_t k = 0; k < cuts && way.size() > 2; ++k) {
+    poll_cancelled();
     const double last = static_cast<double>(way.size() - 1);
     double a = random.uniform(0.0, last), b = random.uniform(0.0, last);
     if (a > b) std::swap(a, b);
@@ -163,7 +165,9 @@ Detour find_detour(const Robot& robot, const Clearance& clearance, const JointVe
   planner.setup();
   Detour detour;
   planner.solve(ob::PlannerTerminationCondition(
-      [&] { return ++detour.steps > options.most_steps; }));  // by count: no clock comes in
+      // By count: no clock comes in. Nothing is thrown through OMPL.
+      [&] { return ++detour.steps > options.most_steps || is_cancelled(); }));
+  poll_cancelled();
   if (!problem->hasExactSolution()) return detour;
   std::vector<JointVector> way;
   for (const ob::State* state : problem->getSolutionPath()->as<og::PathGeometric>()->getStates())

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "calib/model/long_work.h"
+
 namespace cellcal::calib {
 
 namespace {
@@ -112,6 +114,7 @@ std::vector<std::size_t> short_order(const Eigen::MatrixXd& cost,
                                      const Eigen::VectorXd& from_start) {
   Path path(cost, from_start);
   for (int round = 0; round < kRounds; ++round) {
+    poll_cancelled();
     const bool turned = path.turn_stretches(), moved = path.move_runs();
     if (!turned && !moved) break;
   }

@@ -2,7 +2,6 @@
 // A touch as the arm makes it, a plan of them, and what every planner is told.
 
 #include <Eigen/Core>
-#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -67,10 +66,6 @@ struct PlanOptions {
   double limit_margin_rad = 0.05;
   Criterion criterion = Criterion::kI;
   AccuracyRegion region;
-  std::stop_token stop{};  ///< once asked for, whatever plans with these throws PlanError soon
 };
-
-/// Throws PlanError where `stop` was asked for.
-void check_wanted(const std::stop_token& stop);
 
 }  // namespace cellcal::calib

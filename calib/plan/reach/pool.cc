@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "calib/model/long_work.h"
 #include "calib/plan/reach/duration.h"
 #include "calib/plan/reach/reasons.h"
 
@@ -46,11 +47,6 @@ std::vector<Candidate> searchable(std::vector<Candidate> candidates, const Clear
 }
 
 }  // namespace
-
-void check_wanted(const std::stop_token& stop) {
-  if (stop.stop_requested())
-    throw PlanError(PlanError::Kind::kCalledOff, "planning was called off");
-}
 
 ArmModel planning_arm(const Cell& cell) {
   require_speeds(cell.robot);
@@ -188,7 +184,7 @@ bool Pool::try_harder(std::size_t target) {
 }
 
 bool Pool::connected(std::size_t candidate) {
-  check_wanted(options_.stop);
+  poll_cancelled();
   signed char& known = connected_[candidate];
   if (known < 0) known = router_.connect(candidates_[candidate]) ? 1 : 0;
   return known == 1;
@@ -197,14 +193,14 @@ bool Pool::connected(std::size_t candidate) {
 void Pool::vary(const std::vector<std::size_t>& like, int count, double by_rad, Random& random) {
   const int each = count / std::max<int>(1, static_cast<int>(like.size()));
   for (const std::size_t k : like) {
-    check_wanted(options_.stop);
+    poll_cancelled();
     // A copy: the candidates grow meanwhile.
     const Candidate one = candidates_[k];
     for (Candidate& c : searchable(
              calib::vary(cell_, arm_, clearance_, options_, one, each, by_rad, random), clearance_))
       candidates_.push_back(std::move(c));
+    connected_.resize(candidates_.size(), -1);
   }
-  connected_.resize(candidates_.size(), -1);
 }
 
 std::vector<std::size_t> Pool::forget(std::size_t first, std::vector<std::size_t> kept) {

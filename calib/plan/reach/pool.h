@@ -21,7 +21,6 @@ class Pool {
  public:
   /// About `per_target` candidates each. Throws PlanError where one of these targets cannot be
   /// touched at all. Refers to the cell.
-  /// Stops with PlanError, here or in connected(), once `options.stop` asks for it.
   Pool(const Cell& cell, const PlanOptions& options, int per_target, Kinds kinds = Kinds::kSpheres);
   Pool(const Pool&) = delete;  // parts refer to each other
 

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "calib/model/inverse.h"
+#include "calib/model/long_work.h"
 #include "calib/plan/reach/detour.h"
 #include "calib/plan/reach/duration.h"
 
@@ -78,6 +79,7 @@ std::vector<JointVector> Router::shortened(const JointVector& from,
                                            std::vector<JointVector> way) const {
   for (int pull = 0; pull < kPulls; ++pull)
     for (std::size_t k = 0; k + 1 < way.size();) {
+      poll_cancelled();
       const JointVector& before = k == 0 ? from : way[k - 1];
       const JointVector& behind = way[k + 1];
       if (clearance_.clear(before, behind, kTipMarginM)) {
@@ -102,10 +104,19 @@ std::vector<JointVector> Router::shortened(const JointVector& from,
   return way;
 }
 
-bool Router::clear_chain(const JointVector& from, const std::vector<JointVector>& chain) const {
+bool Router::clear_chain(const JointVector& from, const std::vector<JointVector>& chain,
+                         Known* known) const {
+  const auto is_clear = [&](const JointVector& at, const JointVector& next) {
+    poll_cancelled();
+    if (known == nullptr) return clearance_.clear(at, next, kTipMarginM);
+    for (const auto& one : *known)
+      if (one.from == at && one.to == next) return one.clear;
+    known->push_back({at, next, clearance_.clear(at, next, kTipMarginM)});
+    return known->back().clear;
+  };
   const JointVector* last = &from;
   for (const JointVector& next : chain) {
-    if (!clearance_.clear(*last, next, kTipMarginM)) return false;
+    if (!is_clear(*last, next)) return false;
     last = &next;
   }
   return true;
@@ -136,8 +147,9 @@ std::optional<std::vector<JointVector>> Router::simple_way(const JointVector& fr
   std::vector<std::pair<double, std::size_t>> fastest;
   for (std::size_t k = 0; k < ways.size(); ++k) fastest.emplace_back(seconds(from, ways[k]), k);
   std::sort(fastest.begin(), fastest.end());
+  Known known;  // ways share most of their moves
   for (const auto& [_, k] : fastest)
-    if (clear_chain(from, ways[k])) return ways[k];
+    if (clear_chain(from, ways[k], &known)) return ways[k];
   return std::nullopt;
 }
 

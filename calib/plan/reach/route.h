@@ -52,7 +52,14 @@ class Router {
   std::vector<JointVector> shortened(const JointVector& from, std::vector<JointVector> way) const;
   std::optional<std::vector<JointVector>> any_way(const JointVector& from, const Candidate* leaving,
                                                   const Candidate& to) const;
-  bool clear_chain(const JointVector& from, const std::vector<JointVector>& chain) const;
+  struct KnownMove {
+    JointVector from, to;
+    bool clear;
+  };
+  using Known = std::vector<KnownMove>;
+  /// `known`: moves that were looked at; those of this chain are added.
+  bool clear_chain(const JointVector& from, const std::vector<JointVector>& chain,
+                   Known* known = nullptr) const;
   std::optional<std::vector<JointVector>> simple_way(const JointVector& from,
                                                      const Candidate* leaving,
                                                      const Candidate& to) const;

@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <map>
 
+#include "calib/model/long_work.h"
 #include "calib/plan/reach/corners.h"
 #include "calib/plan/reach/duration.h"
 #include "calib/plan/reach/order.h"
@@ -23,6 +25,8 @@ constexpr double kSameSphereS = 0.2, kOtherSphereS = 0.5;
 constexpr double kNoWayS = 1e3;
 /// Fewer orders are looked at of many visits: each takes the square of their number.
 constexpr int kMostVisitsTimesOrders = 4000;
+/// Of the time that visits take to plan; the rest are the corners of their ways.
+constexpr double kOrderingShare = 0.7;
 
 using Way = std::optional<std::vector<JointVector>>;
 
@@ -36,6 +40,7 @@ class Ways {
     between_s_ = Eigen::MatrixXd::Zero(count, count);
     from_start_s_.resize(count);
     for (std::size_t j = 0; j < todo.size(); ++j) {
+      poll_cancelled();
       const Candidate& to = todo[j].candidate;
       seconds(kStart, j) = move_s(robot, start, to.standoff, pace_) + changing_s(leaving, to);
       for (std::size_t i = 0; i < todo.size(); ++i) {
@@ -61,19 +66,23 @@ class Ways {
 
   /// The order that takes the least time of those that were looked at. An order stands on times
   /// that are guessed where no order before it went; its own ways are looked for, and the next
-  /// order stands on their times.
-  std::vector<std::size_t> shortest_order(int most) {
+  /// order stands on their times. `share`: of the part in hand that this is.
+  std::vector<std::size_t> shortest_order(int most, double share) {
     const auto visits = static_cast<int>(todo_.size());
     const int orders = std::clamp(kMostVisitsTimesOrders / std::max(1, visits), 1, most);
     std::vector<std::size_t> best;
     double least_s = std::numeric_limits<double>::max();
     for (int k = 0; k < orders; ++k) {
+      poll_cancelled();
       const std::vector<std::size_t> order = short_order(between_s_, from_start_s_);
       const std::size_t before = known_.size();
       double sum_s = 0.0;
       std::size_t from = kStart;
+      std::size_t led = 0;
       for (const std::size_t to : order) {
         way(from, to);
+        // The first order has most ways to look for, each further one about half of those before it.
+        tell_done(share * (1.0 - std::pow(0.5, k + static_cast<double>(++led) / visits)));
         sum_s += seconds(from, to);
         from = to;
       }
@@ -112,7 +121,7 @@ class Ways {
 std::vector<std::size_t> order_by_ways(const Robot& robot, const Router& router,
                                        const std::vector<ToVisit>& todo, const JointVector& start,
                                        const Candidate* leaving, int most_orders) {
-  return Ways(robot, router, todo, start, leaving).shortest_order(most_orders);
+  return Ways(robot, router, todo, start, leaving).shortest_order(most_orders, 1.0);
 }
 
 Plan visit(const Cell& cell, const PlanOptions& options, const Clearance& clearance,
@@ -124,8 +133,10 @@ Plan visit(const Cell& cell, const PlanOptions& options, const Clearance& cleara
   JointVector at = start;
   std::size_t last = Ways::kStart;
   const Candidate* leaving = nullptr;
-  for (const std::size_t next : ways.shortest_order(kMostOrders)) {
-    check_wanted(options.stop);
+  for (const std::size_t next : ways.shortest_order(kMostOrders, kOrderingShare)) {
+    poll_cancelled();
+    tell_done(kOrderingShare + (1.0 - kOrderingShare) * static_cast<double>(plan.touches.size()) /
+                                   static_cast<double>(todo.size()));
     const Candidate& to = todo[next].candidate;
     const Way& way = ways.way(last, next);
     if (!way)

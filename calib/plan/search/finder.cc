@@ -8,6 +8,7 @@
 #include <iterator>
 
 #include "calib/model/inverse.h"
+#include "calib/model/long_work.h"
 #include "calib/plan/reach/pool.h"
 #include "calib/plan/search/centre_particles.h"
 #include "calib/plan/search/search_depth.h"
@@ -405,7 +406,7 @@ struct Finder::Impl {
       const auto worse = [](const Line& a, const Line& b) { return a.score() < b.score(); };
       std::make_heap(possible.begin(), possible.end(), worse);
       while (!possible.empty()) {
-        check_wanted(options.stop);
+        poll_cancelled();
         std::pop_heap(possible.begin(), possible.end(), worse);
         Line line = std::move(possible.back());
         possible.pop_back();

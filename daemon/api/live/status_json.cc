@@ -25,6 +25,23 @@ json or_null(const std::optional<T>& value, double factor = 1.0) {
 
 std::string hex(std::uint32_t value, int digits) { return fmt::format("{:0{}x}", value, digits); }
 
+const char* name_of(calib::PlanStep step) {
+  switch (step) {
+    case calib::PlanStep::kReach:
+      return "reach";
+    case calib::PlanStep::kChoose:
+      return "choose";
+    case calib::PlanStep::kWays:
+      return "ways";
+  }
+  return "";
+}
+
+json to_json(const std::optional<calib::WorkDone>& planning) {
+  if (!planning) return nullptr;
+  return {{"step", name_of(planning->step)}, {"done", planning->share}};
+}
+
 json to_json(const drivers::RobotState& robot) {
   const drivers::RobotQuality& q = robot.quality;
   return {{"cycle_ms", robot.cycle_s * calib::kMsPerS},
@@ -126,6 +143,7 @@ std::string status_to_json(const Status& status) {
              {"mean_error_mm", or_null(status.mean_error_m, calib::kMmPerM)},
              {"finding", status.finding},
              {"stage", status.stage},
+             {"planning", to_json(status.planning)},
              {"why_ended", status.why_ended},
              {"time_left_s", or_null(status.time_left_s)},
              {"waiting", to_json(status.waiting)},

@@ -1,6 +1,7 @@
 #include "calib/plan/plan.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cstdio>
@@ -8,6 +9,7 @@
 #include <stdexcept>
 
 #include "calib/files/files.h"
+#include "calib/model/long_work.h"
 #include "calib/model/units.h"
 #include "calib/plan/cell_check.h"
 #include "calib/plan/reach/candidates.h"
@@ -20,6 +22,20 @@
 namespace cellcal::daemon {
 
 namespace {
+
+/// How far the plan is, while it is made; where somebody looks. Ctrl-C ends the program as everywhere.
+class PercentOnTerminal {
+ public:
+  ~PercentOnTerminal() {
+    if (terminal_) std::fputs("\r\033[K", stderr);
+  }
+  void show(const calib::WorkDone& done) const {
+    if (terminal_) fmt::print(stderr, "\rplanning {:.0f} %", 100.0 * done.share);
+  }
+
+ private:
+  bool terminal_ = ::isatty(STDERR_FILENO) == 1;
+};
 
 /// The touch as it would be if arm and cell were exactly nominal.
 calib::Touch nominal_touch(const calib::PlannedTouch& planned) {
@@ -121,7 +137,12 @@ int plan(const PlanCommand& command) {
   options.check_touches = command.check;
   options.seed = command.seed;
   options.region = calib::parse_accuracy_region(command.region);
-  const calib::Plan made = calib::make_plan(cell, options, begin_of(command, cell.robot));
+  const calib::Plan made = [&] {
+    const PercentOnTerminal percent;
+    const calib::Watch watch([] { return false; },
+                             [&](const calib::WorkDone& done) { percent.show(done); });
+    return calib::make_plan(cell, options, begin_of(command, cell.robot));
+  }();
   const LimitNeeded needed = limit_needed(made, cell.robot, made.start);
   if (!command.picture.empty()) put(plan_svg(cell, made), command.picture);
   if (command.json) {

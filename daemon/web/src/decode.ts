@@ -126,6 +126,7 @@ export function status(value: unknown): Status | null {
     goalMm: number(all.goal_mm),
     u95Mm: number(all.u95_mm),
     finding: all.finding === true,
+    plannedShare: number(fields(all.planning)?.done),
     timeLeftS: number(all.time_left_s),
     arm: { motion: one_of(arm.motion, ARM_MOTIONS), packetAgeS: number(arm.packet_age_s) },
     waiting: waiting && {

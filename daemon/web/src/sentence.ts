@@ -64,6 +64,8 @@ export function touch_words(status: Status, say: Say): string {
 }
 
 export function sentence(status: Status, say: Say): string {
+  if (status.phase === "planning" && status.plannedShare !== null)
+    return say("phase.planning.share", { percent: Math.round(100 * status.plannedShare) });
   const key: Key = status.phase === "failed" && unconfirmed(status)
     ? "phase.failed.unconfirmed"
     : `phase.${status.phase}`;

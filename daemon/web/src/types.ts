@@ -62,6 +62,8 @@ export interface Status {
   goalMm: number | null;
   u95Mm: number | null;
   finding: boolean;
+  /** Share of the plan that is made, 0 to 1; null: none is being made, or nothing of it is known. */
+  plannedShare: number | null;
   timeLeftS: number | null;
   arm: { motion: ArmMotion; packetAgeS: number | null };
   waiting: { robot: boolean; contact: boolean; leftS: number | null; start: string } | null;

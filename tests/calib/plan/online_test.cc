@@ -8,6 +8,7 @@
 #include <cmath>
 #include <set>
 
+#include "calib/model/long_work.h"
 #include "calib/model/random.h"
 #include "calib/plan/choice/forecast.h"
 #include "calib/plan/collision/clearance.h"
@@ -199,13 +200,12 @@ TEST(Online, SaysHowManyTouchesAreLeft) {
 }
 
 TEST(Online, IsCalledOff) {
-  std::stop_source off;
-  PlanOptions options = without_checks();
-  options.stop = off.get_token();
-  Online online(demo_cell(), options, {}, {});
-  off.request_stop();
-  EXPECT_EQ(testing::thrown<PlanError>([&] { Online(demo_cell(), options, {}, {}); }).kind,
-            PlanError::Kind::kCalledOff);
+  bool off = false;
+  const Watch watch([&] { return off; });
+  Online online(demo_cell(), without_checks(), {}, {});
+  off = true;
+  EXPECT_THROW(Online(demo_cell(), without_checks(), {}, {}), Cancelled);
+  EXPECT_THROW(online.next({}), Cancelled);
 }
 
 TEST(Online, SaysThatTheArmIsEnclosedInsteadOfTryingEveryTouch) {

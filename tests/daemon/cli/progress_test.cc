@@ -10,6 +10,12 @@ TEST(the_progress_line, shows_touches_residual_and_time_left) {
             "[######..................] 12/48 S2 slow search  residual 0.034 mm  3 min 20 s left");
 }
 
+TEST(the_progress_line, says_how_far_a_plan_is) {
+  Progress planning{"planning", "", 0, 0, {}, {}};
+  planning.share = 0.5;
+  EXPECT_EQ(progress_line(planning, 200), "[############............] planning 50 %");
+}
+
 TEST(the_progress_line, leaves_out_what_is_not_known) {
   EXPECT_EQ(progress_line({"planning", "", 0, 0, {}, {}}, 200),
             "[........................] planning");

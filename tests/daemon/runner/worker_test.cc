@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "calib/model/long_work.h"
 #include "tests/daemon/runner/fakes.h"
 
 namespace cellcal::daemon {
@@ -165,6 +166,95 @@ TEST(an_abort_of_a_planning_session, does_not_wait_for_the_plan) {
   runner.request_abort();
   EXPECT_EQ(runner.run().phase, Phase::kAborted);
   release.set_value();
+}
+
+/// Computes until it is called off.
+[[noreturn]] void compute(std::promise<void>& begun) {
+  begun.set_value();
+  while (true) {
+    calib::poll_cancelled();
+    std::this_thread::yield();
+  }
+}
+
+TEST(an_abort_of_a_planning_session, calls_the_plan_off_which_is_no_failure) {
+  testing::Session session;
+  std::promise<void> begun;
+  session.tasks.plan = [&]() -> Tasks::Planned { compute(begun); };
+  State patient;
+  patient.timeouts.planning = std::chrono::hours(100000);
+  {
+    ThreadWorker worker;  // whose end waits for the job in hand
+    Runner runner({session.backend, session.recorder, worker, session.worker, session.tasks, {}},
+                  patient, {});
+    std::thread person([&] {
+      begun.get_future().wait();
+      runner.request_abort();
+    });
+    const State end = runner.run();
+    person.join();
+    EXPECT_EQ(end.phase, Phase::kAborted);
+    EXPECT_FALSE(end.failure);
+  }
+  ASSERT_EQ(session.recorder.ends.size(), 1u);
+  EXPECT_EQ(session.recorder.ends[0].ending, Ending::kAborted);
+}
+
+TEST(an_abort_of_an_identifying_session, calls_the_estimate_off_and_the_touches_stay) {
+  testing::Session session;
+  std::promise<void> begun;
+  session.tasks.identify = [&](const std::vector<calib::Touch>&) -> calib::Calibration {
+    compute(begun);
+  };
+  State patient;
+  patient.timeouts.identifying = std::chrono::hours(100000);
+  {
+    ThreadWorker worker;
+    patient.timeouts.planning = patient.timeouts.identifying;
+    Runner runner({session.backend, session.recorder, worker, session.worker, session.tasks, {}},
+                  patient, {});
+    std::thread person([&] {
+      begun.get_future().wait();
+      runner.request_abort();
+    });
+    EXPECT_EQ(runner.run().phase, Phase::kAborted);
+    person.join();
+  }
+  EXPECT_EQ(session.recorder.touches.size(), 3u);
+}
+
+TEST(a_session_that_ends, calls_off_what_nobody_waits_for_any_more) {
+  testing::Session session({}, 1);
+  std::promise<void> begun;
+  session.tasks.plan = [&]() -> Tasks::Planned { compute(begun); };
+  ThreadWorker worker;
+  State hasty;  // the clock runs far ahead of the thread
+  Runner runner({session.backend, session.recorder, worker, session.worker, session.tasks, {}},
+                hasty, {});
+  EXPECT_EQ(runner.run().phase, Phase::kFailed);
+}
+
+TEST(a_session, says_how_far_its_plan_is) {
+  testing::Session session({}, 1);
+  std::promise<void> told;
+  session.tasks.plan = [&, plan = session.tasks.plan] {
+    calib::tell_done(0.5);
+    told.get_future().wait();
+    return plan();
+  };
+  ThreadWorker worker;
+  State patient;
+  patient.timeouts.planning = patient.timeouts.identifying = patient.timeouts.reporting =
+      std::chrono::hours(100000);
+  std::vector<double> shares;
+  RunnerParts parts{session.backend, session.recorder, worker, session.worker, session.tasks, {}};
+  parts.on_work = [&](const calib::WorkDone& done) {
+    shares.push_back(done.share);
+    told.set_value();
+  };
+  Runner runner(std::move(parts), patient, {});
+  EXPECT_EQ(runner.run().phase, Phase::kDone);
+  EXPECT_EQ(shares, std::vector<double>{0.5});
 }
 
 }  // namespace

@@ -67,6 +67,13 @@ test("every phase and every failure has a sentence of its own", () => {
   assert.equal(new Set(FAILURES.map((kind) => say(`failure.${kind}`))).size, FAILURES.length);
 });
 
+test("a plan that is made says how far it is, where that is known", () => {
+  const planning = of({ phase: "planning", planning: { step: "choose", done: 0.404 } });
+  assert.match(sentence(planning, speaker("en")), /40 %/);
+  assert.match(sentence(planning, speaker("de")), /40 %/);
+  assert.doesNotMatch(sentence(of({ phase: "planning", planning: null }), speaker("en")), /%/);
+});
+
 test("a stop without confirmation is never called a standstill", () => {
   const failed = of({ phase: "failed", running: false, failure: { kind: "stop-unconfirmed", detail: "" } });
   assert.equal(motion(failed), "unknown");

@@ -36,6 +36,7 @@ export const de: Catalogue = {
   "touch.some": "Antastung {n}",
   "phase.idle": "Bereit: Keine Sitzung läuft.",
   "phase.planning": "Antastungen werden geplant. Nichts bewegt sich.",
+  "phase.planning.share": "Planung der Antastungen: {percent} %. Nichts bewegt sich.",
   "phase.connecting": "Warten auf Roboter und Sensor.",
   "phase.referencing": "Position des Arms wird gelesen.",
   "phase.routing": "Kollisionsfreier Weg wird gesucht.",

@@ -38,6 +38,7 @@ export const en = {
   "touch.some": "Touch {n}",
   "phase.idle": "Idle: no session is running.",
   "phase.planning": "Planning the touches. Nothing moves.",
+  "phase.planning.share": "Planning the touches: {percent} %. Nothing moves.",
   "phase.connecting": "Waiting for the robot and the sensor.",
   "phase.referencing": "Reading the arm's position.",
   "phase.routing": "Planning a collision-free path.",

@@ -1,0 +1,63 @@
+#include "calib/model/long_work.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace cellcal::calib {
+
+namespace {
+
+/// What others are told of.
+constexpr double kPercent = 0.01;
+
+/// Of one thread.
+struct Work {
+  const Watch* watch = nullptr;
+  double from = 0.0, to = 1.0;  ///< of the whole: the part in hand
+  PlanStep step = PlanStep::kReach;
+  double told = -1.0;
+};
+thread_local Work work;
+
+}  // namespace
+
+Watch::Watch(std::function<bool()> cancelled, std::function<void(const WorkDone&)> tell)
+    : cancelled_(std::move(cancelled)), tell_(std::move(tell)), outer_(work.watch) {
+  work = {this};
+}
+Watch::~Watch() { work = {outer_}; }
+
+const Watch* Watch::in_charge() { return work.watch; }
+
+Helped::Helped(const Watch* in_charge) { work = {in_charge}; }
+Helped::~Helped() { work = {}; }
+
+bool is_cancelled() { return work.watch != nullptr && work.watch->cancelled(); }
+
+void poll_cancelled() {
+  if (is_cancelled()) throw Cancelled{};
+}
+
+Part::Part(PlanStep step, double from, double to)
+    : from_(work.from), to_(work.to), step_(std::exchange(work.step, step)) {
+  const double all = to_ - from_;
+  work.from = from_ + from * all;
+  work.to = from_ + to * all;
+  tell_done(0.0);
+}
+
+Part::~Part() {
+  work.from = from_;
+  work.to = to_;
+  work.step = step_;
+}
+
+void tell_done(double share) {
+  if (work.watch == nullptr || !work.watch->tell_) return;
+  const double all = work.from + std::clamp(share, 0.0, 1.0) * (work.to - work.from);
+  if (all < work.told + kPercent) return;
+  work.told = all;
+  work.watch->tell_({work.step, all});
+}
+
+}  // namespace cellcal::calib
