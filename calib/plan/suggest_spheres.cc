@@ -10,6 +10,7 @@
 #include <string>
 #include <utility>
 
+#include "calib/model/long_work.h"
 #include "calib/plan/cell_check.h"
 #include "calib/plan/choice/design.h"
 #include "calib/plan/choice/design_problem.h"
@@ -139,7 +140,7 @@ std::vector<Place> possible_places(const Cell& cell, const ArmModel& arm,
   const double highest_m = cell.floor_m.value_or(0.0) + kHighestM;
   std::vector<Place> places;
   for (const JointVector& posture : postures) {
-    check_wanted(options.stop);
+    poll_cancelled();
     if (places.size() == kMostPlaces) break;
     const Vector3d tip = arm.nominal_tcp(posture).translation();
     const Vector3d centre_m = (tip / kGridM).array().round().matrix() * kGridM;
@@ -233,7 +234,7 @@ SuggestedSpheres suggest_spheres(const Cell& cell, const PlanOptions& options, i
   std::vector<Place> places = possible_places(cell, arm, options);
   const auto wanted = static_cast<std::size_t>(std::max(count, 1));
   while (places.size() >= wanted) {
-    check_wanted(options.stop);
+    poll_cancelled();
     const std::vector<std::size_t> chosen = PlaceChoice(cell, places, options.region).best(wanted);
     std::vector<Vector3d> centres_m;
     for (const std::size_t place : chosen) centres_m.push_back(places[place].centre_m);
@@ -244,7 +245,7 @@ SuggestedSpheres suggest_spheres(const Cell& cell, const PlanOptions& options, i
     } catch (const PlanError& error) {
       // A place to which no clear way leads beside the others is none.
       if (error.kind == PlanError::Kind::kRequest) throw;
-      check_wanted(options.stop);
+      poll_cancelled();
       const auto blamed = std::ranges::find(suggested.targets, error.target, &Target::id);
       const auto worst = blamed == suggested.targets.end() ? 0 : blamed - suggested.targets.begin();
       places.erase(places.begin() +
