@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calib/plan/cell_arm_check.h"
 #include "calib/plan/collision/surroundings.h"
 #include "calib/plan/reach/candidates.h"
 #include "calib/plan/reach/pool.h"
@@ -232,6 +233,11 @@ bool look_at_units(const Cell& cell, std::vector<CellFault>& faults) {
 
 }  // namespace
 
+std::optional<CellFault> fault_of(const Cell& cell, const Plan& plan) {
+  if (!cell.required_m || !(plan.predicted_mean_m > *cell.required_m)) return std::nullopt;
+  return CellFault{Kind::kRequired, false, {}, *cell.required_m, plan.predicted_mean_m};
+}
+
 std::vector<CellFault> faults_of(const Cell& cell) {
   std::vector<CellFault> faults;
   const bool tool_is_sound = look_at_units(cell, faults);
@@ -239,7 +245,13 @@ std::vector<CellFault> faults_of(const Cell& cell) {
   if (faults.empty()) compare_lengths_with_each_other(cell, faults);
   look_at_overlaps(cell, faults);
   look_inside(cell, faults);
-  if (tool_is_sound) look_at_reach(cell, faults);
+  look_at_load(cell, faults);
+  look_at_column(cell, faults);
+  if (tool_is_sound) {
+    look_at_reach(cell, faults);
+    look_at_tool(cell, faults);
+    look_at_description(cell, faults);
+  }
   std::stable_partition(faults.begin(), faults.end(), [](const CellFault& f) { return f.refused; });
   return faults;
 }

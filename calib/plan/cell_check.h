@@ -4,13 +4,17 @@
 //
 // Looked at: stated centres against certified lengths, and what would put them right (a decimal
 // point, two centres exchanged, one centre wrong, surfaces in place of centres); spheres in each
-// other, in an obstacle, in the floor, or out of reach; metres written for millimetres. Not seen:
-// what only a touch can tell, as a table that stands elsewhere.
+// other, in an obstacle, in the floor, or out of reach; metres written for millimetres; a tool that the robot cannot
+// carry, or that meets a sphere before its tip does; an arm that stands in itself, the floor or an obstacle, with the
+// sign, offset or tool direction that explains it (cell_arm_check.cc). Not seen: what only a touch can tell, as a
+// table that stands elsewhere.
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "calib/model/robot.h"
+#include "calib/plan/reach/planned_touch.h"
 
 namespace cellcal::calib {
 
@@ -29,6 +33,24 @@ enum class CellFaultKind {
   kToolInMetres,      ///< a: from the flange
   kDiameterInMetres,  ///< a: stated
   kTouchSigma,        ///< a: stated. Finer, or coarser, than touches are
+  kToolTooHeavy,      ///< kg: stated, limit_kg: the robot's rated payload, or of any robot
+  kInColumn,          ///< the first id through axis A1. a: from the axis, b: limit
+  kLargeBall,         ///< a: radius of the tip's ball, b: clearance between touches
+  kShaftTouchesFirst,  ///< a: tip before the shaft, b: needed of a touch along the tool
+  kShankTouchesFirst,  ///< a: radius of the tip's ball, b: of the slim end behind it
+  kToolAcross,         ///< a: tip along the flange's axis, b: beside it
+  kDescription,  ///< the arm rests in what the id says, or (no id) reaches nothing. See `mistakes`
+  kRequired,     ///< a: required_mm, b: what the plan reaches
+};
+
+/// One change of the description with which the arm no longer stands where no arm can.
+struct DescriptionMistake {
+  enum class Kind { kSign, kOffset, kToolAxis };
+  Kind kind = Kind::kSign;
+  std::string joint{};                              ///< kSign, kOffset
+  int sign = 0;                                     ///< kSign: what would fit
+  double offset_deg = 0.0;                          ///< kOffset: what would fit
+  Eigen::Vector3d tcp_m = Eigen::Vector3d::Zero();  ///< kToolAxis: what would fit
 };
 
 struct CellFault {
@@ -37,10 +59,15 @@ struct CellFault {
   std::vector<std::string> ids{};  ///< of targets; of kInside also what it is in
   double a_m = 0.0, b_m = 0.0, c_m = 0.0;
   double sigma_m = 0.0;  ///< 1 sigma of what is off, where that is what it is judged by
+  double kg = 0.0, limit_kg = 0.0;
+  std::vector<DescriptionMistake> mistakes{};  ///< of kDescription: each alone explains it
 };
 
 /// Refused ones first. Empty where nothing contradicts. Meshes must have been read.
 std::vector<CellFault> faults_of(const Cell& cell);
+
+/// required_mm below what a plan of this cell reaches; to be looked at.
+std::optional<CellFault> fault_of(const Cell& cell, const Plan& plan);
 
 /// What was found, with its numbers, and what to do about it.
 std::string found_words(const CellFault& fault);

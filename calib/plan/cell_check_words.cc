@@ -21,6 +21,27 @@ std::string length_words(const CellFault& f) {
       f.ids[0], f.ids[1], mm(f.a_m), mm(f.b_m), mm(f.sigma_m), std::abs(f.a_m - f.b_m) / f.sigma_m);
 }
 
+std::string words_of(const DescriptionMistake& mistake) {
+  switch (mistake.kind) {
+    case DescriptionMistake::Kind::kSign:
+      return fmt::format("sign = {} of {}", mistake.sign, mistake.joint);
+    case DescriptionMistake::Kind::kOffset:
+      return fmt::format("offset_deg = {:.0f} of {}", mistake.offset_deg, mistake.joint);
+    case DescriptionMistake::Kind::kToolAxis:
+      break;
+  }
+  return fmt::format("xyz_mm = [{:g}, {:g}, {:g}] of [tool]", mm(mistake.tcp_m.x()),
+                     mm(mistake.tcp_m.y()), mm(mistake.tcp_m.z()));
+}
+
+std::string mistake_words(const std::vector<DescriptionMistake>& mistakes) {
+  if (mistakes.empty()) return "No arm rests so: correct robot file, [tool] and floor_mm";
+  std::string all;
+  for (const DescriptionMistake& one : mistakes)
+    all += (all.empty() ? "" : ", or ") + words_of(one);
+  return "Likely mistake in the robot file or [tool]: " + all + " would fit";
+}
+
 }  // namespace
 
 std::string found_words(const CellFault& f) {
@@ -65,6 +86,34 @@ std::string found_words(const CellFault& f) {
       return fmt::format("sphere {}: {:.4f} mm of diameter", f.ids[0], mm(f.a_m));
     case Kind::kTouchSigma:
       return fmt::format("touch: sigma_mm = {:g}", mm(f.a_m));
+    case Kind::kToolTooHeavy:
+      return fmt::format("tool: {:g} kg, limit {:g} kg (rated payload of the robot)", f.kg,
+                         f.limit_kg);
+    case Kind::kInColumn:
+      return fmt::format(
+          "{}: {:.0f} mm from the robot's axis A1, limit {:.0f} mm: the column is there", f.ids[0],
+          mm(f.a_m), mm(f.b_m));
+    case Kind::kLargeBall:
+      return fmt::format(
+          "tool: a ball of {:.1f} mm radius at the tip, limit {:.1f} mm (clearance of a plan)",
+          mm(f.a_m), mm(f.b_m));
+    case Kind::kShaftTouchesFirst:
+      return fmt::format(
+          "tool: {:.1f} mm from tip to shaft, at least {:.1f} mm needed: the shaft meets a sphere before the tip",
+          mm(f.a_m), mm(f.b_m));
+    case Kind::kShankTouchesFirst:
+      return fmt::format(
+          "tool: a ball of {:.1f} mm radius on a slim end of {:.1f} mm radius: the side meets a sphere before the ball",
+          mm(f.a_m), mm(f.b_m));
+    case Kind::kToolAcross:
+      return fmt::format(
+          "tool: the tip lies {:.0f} mm along the flange's Z axis and {:.0f} mm beside it",
+          mm(f.a_m), mm(f.b_m));
+    case Kind::kDescription:
+      return f.ids.empty() ? "arm: no posture inside the joint limits touches any target"
+                           : fmt::format("arm: in every resting posture {}", f.ids[0]);
+    case Kind::kRequired:
+      return fmt::format("required_mm = {:.3f}, the plan reaches {:.3f} mm", mm(f.a_m), mm(f.b_m));
   }
   return {};
 }
@@ -99,6 +148,22 @@ std::string advice_words(const CellFault& f) {
       return "diameter_mm may be in metres. State it in millimetres";
     case Kind::kTouchSigma:
       return "sigma_mm may be in another unit. State it in millimetres; 0.03 is usual";
+    case Kind::kToolTooHeavy:
+      return "Correct mass_kg of [tool] (kilograms), or use the file of the robot that carries it";
+    case Kind::kInColumn:
+      return "Correct its place and size, in the robot's base frame. A pedestal ends at the base";
+    case Kind::kLargeBall:
+      return "tip_radius_mm is the radius, not the diameter. Correct it, or use a smaller ball";
+    case Kind::kShaftTouchesFirst:
+      return "Correct tip_length_mm and radius_mm of [tool], or use a longer tip";
+    case Kind::kShankTouchesFirst:
+      return "Correct tip_radius_mm and tip_diameter_mm of [tool], or use a thinner shank";
+    case Kind::kToolAcross:
+      return "Compare xyz_mm of [tool] with the pendant's tool data: most tools point along Z";
+    case Kind::kDescription:
+      return mistake_words(f.mistakes);
+    case Kind::kRequired:
+      return "Make more touches in more varied postures, or state a larger required_mm";
   }
   return {};
 }

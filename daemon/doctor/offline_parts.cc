@@ -85,6 +85,8 @@ void look_at_plan(const DaemonConfig& config, const calib::Cell& cell, Findings&
                        config.mock.start_rad.size() == cell.robot.joints.size();
     const calib::Plan plan =
         calib::make_plan(cell, options, known ? config.mock.start_rad : calib::JointVector{});
+    if (const auto fault = calib::fault_of(cell, plan))
+      findings.warn("required accuracy", found_words(*fault), advice_words(*fault));
     const std::string foreseen =
         fmt::format("{} touches, predicted mean error {:.3f} mm", plan.touches.size(),
                     plan.predicted_mean_m * calib::kMmPerM);
@@ -150,8 +152,15 @@ std::vector<drivers::FileFinding> verify_folder(const DaemonConfig& config, Wire
 }
 
 void look_at_files(const DoctorRequest& request, const DaemonConfig& config, Findings& findings) {
-  if (request.files.empty()) return;
   const std::string check = "controller files";
+  if (request.files.empty()) {
+    if (wire_of(config) == WireKind::kRsi)
+      findings.skip(check, fmt::format("limits of AXISCORR and AXISCORRMON on the controller not compared with "
+                                       "correction_limit_deg = {:g}: a lower one clamps in silence. Give its files: "
+                                       "--files DIR",
+                                       config.rsi.correction_limit_deg.at(0)));
+    return;
+  }
   try {
     const auto objections = verify_folder(config, wire_of(config), request.files);
     for (const drivers::FileFinding& one : objections) {

@@ -1,5 +1,7 @@
 #include "calib/identify/identify.h"
 
+#include <fmt/format.h>
+
 #include <cstdio>
 #include <fstream>
 #include <stdexcept>
@@ -7,6 +9,7 @@
 #include "calib/files/calibration_json.h"
 #include "calib/files/files.h"
 #include "calib/files/shipped_robots.h"
+#include "calib/plan/cell_check.h"
 #include "calib/seed_paper/paper.h"
 #include "calib/syntax/input_file.h"
 #include "calib/verdict/change.h"
@@ -42,6 +45,15 @@ void write_output(const std::filesystem::path& output, const std::string& text) 
   write_atomically(file, text);
 }
 
+/// The touches are there: what the cell file says against itself is a warning now.
+void warn_of_cell(const calib::Cell& cell) {
+  try {
+    for (const calib::CellFault& fault : calib::faults_of(cell))
+      fmt::print(stderr, "warning: {}. {}\n", found_words(fault), advice_words(fault));
+  } catch (const calib::PlanError&) {  // of no robot that sessions move
+  }
+}
+
 }  // namespace
 
 void put(const std::string& text, const std::filesystem::path& output) {
@@ -58,6 +70,7 @@ void put(const std::string& text, const std::filesystem::path& output) {
 int identify(const IdentifyCommand& command) {
   const calib::CellText files = calib::read_cell_text(command.cell);
   const calib::Cell cell = calib::parse_cell(files);
+  warn_of_cell(cell);
   const std::string csv = calib::read_file(command.touches);
   const std::vector<calib::Touch> touches =
       calib::parse_touches(csv, command.touches.string(), cell);

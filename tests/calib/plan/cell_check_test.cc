@@ -5,7 +5,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstdlib>
+#include <filesystem>
 
+#include "calib/files/files.h"
+#include "calib/plan/cell_arm_check.h"
 #include "calib/plan/reach/axis_travel.h"
 #include "calib/plan/reach/pool.h"
 #include "tests/calib/plan/box.h"
@@ -146,6 +150,130 @@ TEST(CellCheck, NamesAToolOrADiameterInMetresAndATouchTooGoodToBeTrue) {
   cell.touch_sigma_m = 3e-8;
   EXPECT_FALSE(only_fault(cell, CellFaultKind::kTouchSigma).refused);
   EXPECT_EQ(refuse_faulty(cell).size(), 1u);
+}
+
+TEST(CellCheck, NamesAToolThatTheRobotCannotCarry) {
+  Cell cell = demo_cell();
+  cell.robot.name = "KUKA KR 16 R1610-2";
+  cell.tool.mass_kg = 45.0;
+  const CellFault heavy = only_fault(cell, CellFaultKind::kToolTooHeavy);
+  EXPECT_TRUE(heavy.refused);
+  expect_words(heavy, {"45 kg", "limit 16 kg", "mass_kg"});
+  cell.tool.mass_kg = 17.0;  // arms are run a little overloaded
+  EXPECT_FALSE(only_fault(cell, CellFaultKind::kToolTooHeavy).refused);
+  cell.tool.mass_kg = 16.0;
+  EXPECT_EQ(all_words(faults_of(cell)), "");
+  cell.robot.name = "an arm";
+  cell.tool.mass_kg = 4500.0;
+  EXPECT_TRUE(only_fault(cell, CellFaultKind::kToolTooHeavy).refused);
+}
+
+TEST(CellCheck, TakesTheRatedPayloadFromTheModelName) {
+  Robot robot;
+  for (const auto& [name, kg] : {std::pair("KUKA KR 16 R1610-2", 16.0),
+                                 {"KUKA KR 210 R3300-2 K", 210.0},
+                                 {"KUKA KR 16-2", 16.0},
+                                 {"KUKA KR 150 L110-2", 110.0},
+                                 {"KUKA LBR iiwa 14 R820", 14.0},
+                                 {"Franka Panda", 0.0}}) {
+    robot.name = name;
+    EXPECT_EQ(rated_payload_kg(robot), kg) << name;
+  }
+}
+
+TEST(CellCheck, NamesAnObstacleThroughTheColumn) {
+  Cell cell = demo_cell();
+  cell.obstacles = {box("post", {0.0, 0.0, 0.3}, {0.1, 0.1, 2.0})};
+  const CellFault fault = only_fault(cell, CellFaultKind::kInColumn);
+  EXPECT_TRUE(fault.refused);
+  expect_words(fault, {"obstacle post", "axis A1"});
+  cell.obstacles = {box("pedestal", {0.0, 0.0, -0.25}, {0.4, 0.4, 0.5}),
+                    box("cabinet", {-0.4, 0.0, 0.5}, {0.3, 0.6, 1.0})};
+  EXPECT_EQ(all_words(faults_of(cell)), "");
+}
+
+TEST(CellCheck, NamesABallLargerThanThePlannedClearance) {
+  Cell cell = demo_cell();
+  cell.tool.tip_radius_m = 0.025;
+  expect_words(only_fault(cell, CellFaultKind::kLargeBall),
+               {"25.0 mm", "20.0 mm", "not the diameter"});
+  cell.tool.tip_radius_m = 0.019;
+  EXPECT_EQ(all_words(faults_of(cell)), "");
+}
+
+TEST(CellCheck, NamesAToolWhoseSideMeetsTheSphereFirst) {
+  Cell cell = demo_cell();
+  cell.tool.slim_length_m = 0.008;
+  const CellFault shaft = only_fault(cell, CellFaultKind::kShaftTouchesFirst);
+  EXPECT_TRUE(shaft.refused);
+  expect_words(shaft, {"8.0 mm from tip to shaft", "35.0 mm"});
+  cell = demo_cell();
+  cell.tool.tip_radius_m = 0.002;
+  cell.tool.slim_radius_m = 0.005;
+  expect_words(only_fault(cell, CellFaultKind::kShankTouchesFirst), {"2.0 mm", "5.0 mm"});
+  cell.tool.slim_radius_m = 0.002;
+  EXPECT_EQ(all_words(faults_of(cell)), "");
+}
+
+TEST(CellCheck, NamesTheSignThatPutsTheArmIntoTheFloor) {
+  Cell cell = demo_cell();
+  cell.floor_m = 0.0;
+  EXPECT_EQ(all_words(faults_of(cell)), "");
+  cell.robot.joints[1].sign = -cell.robot.joints[1].sign;
+  const CellFault fault = only_fault(cell, CellFaultKind::kDescription);
+  EXPECT_TRUE(fault.refused);
+  ASSERT_FALSE(fault.mistakes.empty());
+  EXPECT_EQ(fault.mistakes[0].kind, DescriptionMistake::Kind::kSign);
+  EXPECT_EQ(fault.mistakes[0].joint, "A2");
+  EXPECT_EQ(fault.mistakes[0].sign, demo_cell().robot.joints[1].sign);
+  expect_words(fault, {"into the floor", "sign = 1 of A2"});
+}
+
+TEST(CellCheck, NamesAToolThatPointsAlongXInsteadOfZ) {
+  Cell cell = demo_cell();
+  cell.tool.tcp = Eigen::Isometry3d::Identity();
+  cell.tool.tcp.translation() = Vector3d(0.3, 0.0, 0.0);
+  const CellFault fault = only_fault(cell, CellFaultKind::kToolAcross);
+  expect_words(fault, {"0 mm along the flange's Z axis", "300 mm beside it", "point along Z"});
+}
+
+TEST(CellCheck, NamesARequirementThatThePlanDoesNotReach) {
+  Cell cell = demo_cell();
+  Plan plan;
+  plan.predicted_mean_m = 1.2e-4;
+  EXPECT_FALSE(fault_of(cell, plan));
+  cell.required_m = 0.5e-4;
+  const auto fault = fault_of(cell, plan);
+  ASSERT_TRUE(fault);
+  EXPECT_EQ(fault->kind, CellFaultKind::kRequired);
+  expect_words(*fault, {"0.050", "0.120 mm"});
+  cell.required_m = 2e-4;
+  EXPECT_FALSE(fault_of(cell, plan));
+}
+
+/// A cell that any arm could have: a tool of 300 mm along Z on the shipped robot.
+TEST(CellCheck, FindsNothingOnAnyShippedRobotOrExample) {
+  int robots = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(CELLCAL_ROBOTS_FOLDER)) {
+    if (entry.path().extension() != ".toml") continue;
+    Cell cell;
+    cell.robot = load_robot(entry.path());
+    cell.tool.tcp.translation() = Vector3d(0.0, 0.0, 0.3);
+    cell.tool.mass_kg = 2.0;
+    cell.touch_sigma_m = 3e-5;
+    EXPECT_EQ(all_words(faults_of(cell)), "") << entry.path();
+    cell.floor_m = 0.0;
+    EXPECT_EQ(all_words(faults_of(cell)), "") << entry.path();
+    ++robots;
+  }
+  EXPECT_GE(robots, 46);
+  ::setenv("CELLCAL_ROBOTS", CELLCAL_ROBOTS_FOLDER, 1);
+  int cells = 0;
+  for (const char* file : std::initializer_list<const char*> CELLCAL_SOUND_CELLS) {
+    EXPECT_EQ(all_words(faults_of(load_cell(file))), "") << file;
+    ++cells;
+  }
+  EXPECT_GE(cells, 4);
 }
 
 TEST(CellCheck, RefusesWithAllThatIsWrong) {
