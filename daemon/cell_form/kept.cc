@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <string_view>
 
@@ -46,6 +47,17 @@ void keep(json& now, const json& before, const std::array<std::string_view, N>& 
   }
 }
 
+/// What a new file states beside the form and this one leaves to the reader's default.
+template <std::size_t N>
+void leave_out(json& now, const json& before, const std::array<std::string_view, N>& of_the_form,
+               const std::string& where, std::vector<std::string>& kept) {
+  for (auto one = now.begin(); one != now.end();) {
+    const bool stays = has(of_the_form, one.key()) || before.contains(one.key());
+    if (!stays) kept.push_back(where + "." + one.key());
+    one = stays ? std::next(one) : now.erase(one);
+  }
+}
+
 void keep_targets(json& now, const json& before, std::vector<std::string>& kept) {
   for (const json& target : before.value("target", json::array())) {
     if (!is_sphere(target)) {
@@ -68,10 +80,13 @@ void name_list(const std::string& key, const json& list, std::vector<std::string
 json merged(const CellForm& form, const std::string& before_text, std::vector<std::string>& kept) {
   json now = json::parse(calib::toml_to_json(cell_text(form)));
   const json before = json::parse(calib::toml_to_json(before_text));
+  const json touch = before.value("touch", json::object());
+  constexpr std::array<std::string_view, 0> kNothing{};
+  leave_out(now["tool"], before.at("tool"), kOfTheTool, "tool", kept);
+  leave_out(now["touch"], touch, kNothing, "touch", kept);
   keep(now["tool"], before.at("tool"), kOfTheTool, "tool", kept);
   keep_targets(now, before, kept);
-  keep(now["touch"], before.value("touch", json::object()), std::array<std::string_view, 0>{},
-       "touch", kept);
+  keep(now["touch"], touch, kNothing, "touch", kept);
   for (const auto& [key, value] : before.items()) {
     if (now.contains(key) || key == "length") continue;
     now[key] = value;

@@ -120,6 +120,8 @@ async function enter_cell(page, guide) {
   await dialog.getByRole("button", { name: "Add a sphere" }).click();
   const fourth = dialog.locator('[data-sphere="S4"]');
   await fourth.getByLabel("Diameter").fill("50");
+  assert.equal(await fourth.getByLabel("U (k = 2)").inputValue(), "", "it is the certificate's to state");
+  await fourth.getByLabel("U (k = 2)").fill("0.004");
   await fourth.locator(`select[name="sphere-place"]`).selectOption("taught");
   const read = fourth.getByRole("button", { name: "Read from the robot" });
   await read.click();
@@ -232,6 +234,7 @@ const steps = {
     await guide.locator('[data-step="qualify"][aria-current="step"]').waitFor(LONG);
     await guide.getByRole("button", { name: "Enter or change the cell here" }).click();
     await page.locator("dialog").getByText(`${process.env.CELL} was not made here`).waitFor(LONG);
+    assert.equal(await page.locator('[data-sphere="S1"] [name="sphere-diameter"]').inputValue(), "61.4", "it opens all the same");
     await page.keyboard.press("Escape");
     await page.locator('[data-doctor="done"]').getByText("Z 1005.0 is robot").waitFor(LONG);
     await guide.getByText(`cellcal qualify --cell ${process.env.CELL}`).waitFor(LONG);
