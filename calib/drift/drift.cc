@@ -58,7 +58,9 @@ class Watch {
       if (charts_.centre().known()) point.off_m = charts_.centre().against(point.check).off_m;
     chart_.noise = charts_.scatter();
     chart_.per_kelvin_m = charts_.centre().per_kelvin_m();
-    if (chart_.alarmed_at || by_statistics() == DriftState::kWarns)
+    // After a check that did not hold and one that does, the tool was put back: neither a step nor a creep.
+    const bool put_back = failed_ && !chart_.not_held;
+    if ((chart_.alarmed_at && !put_back) || by_statistics() == DriftState::kWarns)
       chart_.trend = trend_of(trend_checks_, charts_.scatter(), reference_c_);
     return std::move(chart_);
   }
@@ -99,6 +101,7 @@ class Watch {
   void freeze(const CheckSeen& check) {
     if (chart_.alarmed_at) return;
     chart_.alarmed_at = check.session;
+    failed_ = check.verdict != CheckVerdict::kHolds;
     const auto trend = trend_of(trend_checks_, charts_.scatter(), reference_c_);
     trusted_ = trend_checks_.size() - (trend ? trend->checks : 1);
     Centre centre(reference_c_);
@@ -111,6 +114,7 @@ class Watch {
       trend_checks_.resize(trusted_);
       trend_checks_.push_back(check);
       chart_.alarmed_at.reset();
+      failed_ = false;
     }
     charts_.learn(check);
   }
@@ -122,6 +126,7 @@ class Watch {
   /// What the centre is made of, and the checks of the alarm that stands.
   std::vector<CheckSeen> trend_checks_;
   std::size_t trusted_ = 0;  ///< of them, before that alarm's trend
+  bool failed_ = false;      ///< a check that did not hold raised it
 };
 
 /// Of the newest check, if it is unlike the others.
@@ -146,9 +151,9 @@ DriftAdvice advice_for(const DriftChart& chart) {
   if (chart.state == DriftState::kWarns || chart.state == DriftState::kUnknown)
     return DriftAdvice::kCheckAgain;
   if (chart.state != DriftState::kAlarms) return DriftAdvice::kNone;
-  if (chart.trend && chart.trend->checks == 1) return DriftAdvice::kCheckAgain;
+  if (!chart.trend || chart.trend->checks == 1) return DriftAdvice::kCheckAgain;
   if (unusual_temperature(chart)) return DriftAdvice::kLetItWarmUp;
-  if (chart.trend && !chart.trend->causes.empty())
+  if (!chart.trend->causes.empty())
     return remedy_of(CheckVerdict::kDoesNotHold, chart.trend->causes.front().kind);
   return DriftAdvice::kRemeasureTcp;
 }

@@ -16,6 +16,8 @@ using Right = Eigen::Matrix<double, 9, 1>;
 
 /// Time is counted in days here, so that no column is a billion times another.
 constexpr double kDayS = 86400.0;
+/// Checks of one day have no rate per month.
+constexpr double kShortestCreepS = kDayS;
 
 /// Normal equations of centre, warmth and one trend, found = centre + per_K warm + size basis.
 struct Fit {
@@ -72,12 +74,14 @@ std::optional<DriftTrend> trend_of(const std::vector<CheckSeen>& checks, double 
   const std::size_t stride = 1 + checks.size() / kMostCandidates;
   Best best;
   for (std::size_t from = checks.size() - 1; from >= 1; from -= std::min(from, stride)) {
+    const bool lasts = checks.back().time_s - checks[from - 1].time_s >= kShortestCreepS;
     for (const DriftShape shape : {DriftShape::kStep, DriftShape::kCreep}) {
+      if (shape == DriftShape::kCreep && !lasts) continue;
       Fit fit;
       fit.normal = fixed;
       for (std::size_t k = 0; k < checks.size(); ++k)
         fit.add(checks[k], weights[k], warm[k], basis_of(shape, checks, from, k));
-      if (!(fit.normal.diagonal().tail<3>().minCoeff() > 0.0)) continue;  // all at one time
+      if (!(fit.normal.diagonal().tail<3>().minCoeff() > 0.0)) continue;  // times out of order
       const Eigen::LDLT<Normal> factor(fit.normal);
       const Right solution = factor.solve(fit.right);
       const double gain = solution.dot(fit.right);

@@ -87,6 +87,11 @@ std::string state_words(const DriftChart& chart) {
     return fmt::format(
         "unknown: last decided check of {}, {} undecided since; it was in control then",
         date_words(chart.newest_decided()->time_s), chart.undecided);
+  if (chart.state == DriftState::kAlarms && !chart.trend && chart.alarmed_at)
+    return fmt::format(
+        "alarm of check {} active: check {} holds, {:.0f} % of the alarm limit. The alarm ends when both statistics are "
+        "below their warning limits",
+        *chart.alarmed_at, newest->check.session, 100.0 * newest->share);
   return fmt::format(
       "{}: TCP {:.3f} +- {:.3f} mm (k=2) off the centre of its checks, {:.0f} % of the alarm limit, {} checks",
       opening(chart.state), newest->off_m.norm() * kMmPerM,

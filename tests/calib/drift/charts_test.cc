@@ -163,6 +163,14 @@ TEST(a_chart, of_a_repaired_tool_is_in_control_only_when_both_statistics_are_bel
     const DriftPoint& newest = chart.points.back();
     const bool below = newest.ewma <= kWarnLimits.ewma && newest.cusum <= kWarnLimits.cusum;
     EXPECT_EQ(chart.state == DriftState::kInControl, below) << k;
+    if (chart.state == DriftState::kAlarms) {
+      EXPECT_FALSE(chart.trend) << "it was put back: no step, no creep";
+      EXPECT_EQ(chart.advice, DriftAdvice::kCheckAgain);
+      EXPECT_EQ(state_words(chart).find("alarm of check " + std::to_string(checks[6].session) +
+                                        " active: check "),
+                0U)
+          << state_words(chart);
+    }
     if (chart.state != DriftState::kAlarms && until_good == 0) until_good = k - 8;
   }
   EXPECT_GT(until_good, 1U);
@@ -350,6 +358,13 @@ TEST(a_chart, does_not_care_when_checks_were_made) {
   const DriftChart at_once = drift_chart(checks);
   ASSERT_TRUE(at_once.trend);
   EXPECT_EQ(at_once.trend->shape, DriftShape::kStep);
+  for (std::size_t k = 0; k < checks.size(); ++k) {
+    checks[k].time_s = 1.8e9 + 60.0 * static_cast<double>(k);  // minutes apart
+    checks[k].shift_m.x() += k > 60 ? 1e-5 * static_cast<double>(k - 60) : 0.0;
+  }
+  const DriftChart in_an_hour = drift_chart(checks);
+  ASSERT_TRUE(in_an_hour.trend);
+  EXPECT_EQ(in_an_hour.trend->shape, DriftShape::kStep) << "no rate per month of minutes";
   EXPECT_TRUE(std::isfinite(at_once.trend->now_sigma_m));
 }
 
