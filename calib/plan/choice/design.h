@@ -36,7 +36,7 @@ class Design {
 
   void take(Eigen::Index candidate);
   void drop(Eigen::Index candidate);
-  /// take() of each in turn, to the bit; together they go through the memory once.
+  /// take() of each in turn, rounding aside; together they go through the memory once.
   void take_all(const std::vector<std::size_t>& candidates);
 
   const Eigen::MatrixXd& covariance_u() const { return covariance_; }
