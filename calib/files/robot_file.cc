@@ -111,8 +111,6 @@ Robot read_robot(const TomlTable& document) {
   Robot robot;
   robot.name = document.string("name");
   robot.source = document.text_or("source", "");
-  constexpr Range kPayloadKg{0.1, 1e4};
-  if (document.has("payload_kg")) robot.payload_kg = document.number("payload_kg", kPayloadKg);
   const auto gravity = document.numbers("gravity", 3, {-100.0, 100.0});
   robot.gravity_m_s2 = Eigen::Vector3d(gravity[0], gravity[1], gravity[2]);
   constexpr double kLeastGravity = 0.1;  // less is on no planet, and points nowhere
@@ -160,10 +158,6 @@ std::string robot_to_toml(const Robot& robot) {
       toml_number(g.y()), toml_number(g.z()),
       toml_number(robot.joints.front().tolerance_length_m * kMmPerM),
       toml_number(robot.joints.front().tolerance_angle_rad * kDegPerRad));
-  if (robot.payload_kg > 0.0) {  // a key of the document, before its first table
-    constexpr std::string_view kBefore = "\n[tolerance]";
-    out.insert(out.find(kBefore), fmt::format("payload_kg = {}\n", toml_number(robot.payload_kg)));
-  }
   for (const Joint& j : robot.joints) {
     std::string errors;
     for (const JointError error : j.errors)

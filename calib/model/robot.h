@@ -55,7 +55,6 @@ struct Robot {
   std::string source;
   Eigen::Vector3d gravity_m_s2{0.0, 0.0, -9.81};  ///< in the base frame
   std::vector<Joint> joints;                      ///< base to flange
-  double payload_kg = 0.0;                        ///< rated load at the flange; 0: not stated
   Eigen::Isometry3d base_fixed = Eigen::Isometry3d::Identity();
   Eigen::Isometry3d flange_fixed = Eigen::Isometry3d::Identity();
 };

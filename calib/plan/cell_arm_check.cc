@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <regex>
 
 #include "calib/model/units.h"
 #include "calib/plan/collision/bodies.h"
@@ -97,8 +98,15 @@ std::vector<DescriptionMistake> explain(const Cell& cell) {
 
 }  // namespace
 
+double rated_payload_kg(const Robot& robot) {
+  static const std::regex kModel(R"(\b(?:KR|iiwa) ?(\d{1,4})(?:-\d)?(?: L(\d{1,4}))?\b)");
+  std::smatch found;
+  if (!std::regex_search(robot.name, found, kModel)) return 0.0;
+  return std::stod(found[2].matched ? found[2].str() : found[1].str());
+}
+
 void look_at_load(const Cell& cell, std::vector<CellFault>& faults) {
-  const double rated_kg = cell.robot.payload_kg;
+  const double rated_kg = rated_payload_kg(cell.robot);
   const double limit_kg = rated_kg > 0.0 ? rated_kg : kAnyPayloadKg;
   double kg = cell.tool.mass_kg;
   for (const Tool& tool : cell.other_tools) kg += tool.mass_kg;
@@ -106,7 +114,6 @@ void look_at_load(const Cell& cell, std::vector<CellFault>& faults) {
   CellFault fault{Kind::kToolTooHeavy, rated_kg <= 0.0 || kg > kOverloaded * rated_kg};
   fault.kg = kg;
   fault.limit_kg = limit_kg;
-  fault.rated = rated_kg > 0.0;
   faults.push_back(fault);
 }
 

@@ -7,6 +7,9 @@
 
 namespace cellcal::calib {
 
+/// Rated payload [kg] as KUKA's model name states it ("KR 16 R1610-2": 16, "KR 150 L110": 110). 0: not known.
+double rated_payload_kg(const Robot& robot);
+
 void look_at_load(const Cell& cell, std::vector<CellFault>& faults);
 void look_at_column(const Cell& cell, std::vector<CellFault>& faults);
 void look_at_tool(const Cell& cell, std::vector<CellFault>& faults);

@@ -60,7 +60,6 @@ struct CellFault {
   double a_m = 0.0, b_m = 0.0, c_m = 0.0;
   double sigma_m = 0.0;  ///< 1 sigma of what is off, where that is what it is judged by
   double kg = 0.0, limit_kg = 0.0;
-  bool rated = false;  ///< limit_kg is the robot's own
   std::vector<DescriptionMistake> mistakes{};  ///< of kDescription: each alone explains it
 };
 

@@ -87,9 +87,8 @@ std::string found_words(const CellFault& f) {
     case Kind::kTouchSigma:
       return fmt::format("touch: sigma_mm = {:g}", mm(f.a_m));
     case Kind::kToolTooHeavy:
-      return fmt::format(
-          "tool: {:g} kg, limit {:g} kg ({})", f.kg, f.limit_kg,
-          f.rated ? "rated payload of the robot" : "the largest payload of any robot");
+      return fmt::format("tool: {:g} kg, limit {:g} kg (rated payload of the robot)", f.kg,
+                         f.limit_kg);
     case Kind::kInColumn:
       return fmt::format(
           "{}: {:.0f} mm from the robot's axis A1, limit {:.0f} mm: the column is there", f.ids[0],

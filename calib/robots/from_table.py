@@ -115,9 +115,7 @@ def robot_file(name, rows):
     out.append(NOTES.get(name, ""))
     out.append(f'format = "cellcal.robot/1"\nname = "{display_name(name)}"\n')
     out.append(f'source = "{source}"\n')
-    out.append("gravity = [0.0, 0.0, -9.81]        # standing on the floor\n")
-    payload = re.search(r"\bKR (\d+)\b", display_name(name))  # rated: the name carries it
-    out.append(f"payload_kg = {float(payload.group(1))}\n\n")
+    out.append("gravity = [0.0, 0.0, -9.81]        # standing on the floor\n\n")
     out.append(f"[tolerance]\nlength_mm = {tolerance}\nangle_deg = {TOLERANCE_DEG}\n")
     for index, (sign, offset, d, a, alpha, errors) in enumerate(joints(row), start=1):
         axis = f"A{index}"

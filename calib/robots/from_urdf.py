@@ -306,7 +306,7 @@ format = "cellcal.robot/1"
 name = "{args.name or pathlib.Path(args.urdf).stem}"
 source = "{args.source or pathlib.Path(args.urdf).name}"
 gravity = [0.0, 0.0, -9.81]        # standing on the floor
-{f"payload_kg = {args.payload_kg}" + chr(10) if args.payload_kg else ""}
+
 [tolerance]
 length_mm = {tolerance}
 angle_deg = {args.tolerance_angle_deg or TOLERANCE_DEG}
@@ -384,7 +384,6 @@ def main():
     parser.add_argument("--source")
     parser.add_argument("--tolerance-length-mm", type=float)
     parser.add_argument("--tolerance-angle-deg", type=float)
-    parser.add_argument("--payload-kg", type=float)
     parser.add_argument("--masses")
     parser.add_argument("--compliance", type=float)
     parser.add_argument("--compliant-joints")

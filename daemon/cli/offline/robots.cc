@@ -25,8 +25,7 @@ struct Listed {
   std::string model;
   std::size_t joints = 0;
   std::optional<double> reach_m;
-  double payload_kg = 0.0;  ///< 0: not stated
-  std::string wrong;        ///< why it cannot be read; empty: it can
+  std::string wrong;  ///< why it cannot be read; empty: it can
 };
 
 /// From the axis of A1 to the wrist centre, the arm stretched, as KUKA's data sheets have it; of arms of that build alone.
@@ -53,7 +52,6 @@ std::map<std::string, Listed> all_robots() {
         one->second.model = robot.name;
         one->second.joints = robot.joints.size();
         one->second.reach_m = reach_m(robot);
-        one->second.payload_kg = robot.payload_kg;
       } catch (const calib::FileError& wrong) {
         one->second.wrong = wrong.what();
       }
@@ -78,8 +76,6 @@ std::string as_json(const std::map<std::string, Listed>& robots) {
          {"joints", one.joints},
          {"reach_mm",
           one.reach_m ? nlohmann::json(*one.reach_m * calib::kMmPerM) : nlohmann::json(nullptr)},
-         {"payload_kg",
-          one.payload_kg > 0.0 ? nlohmann::json(one.payload_kg) : nlohmann::json(nullptr)},
          {"own", is_own(one.file)},
          {"file", one.file.string()},
          {"error", one.wrong.empty() ? nlohmann::json(nullptr) : nlohmann::json(one.wrong)}});
@@ -97,8 +93,7 @@ int robots(const RobotsCommand& command) {
     put(as_json(all), {});
     return kSuccess;
   }
-  std::string text =
-      fmt::format("{:<24}{:<30}{:>6}{:>10}{:>10}\n", "name", "model", "axes", "reach", "payload");
+  std::string text = fmt::format("{:<24}{:<30}{:>6}{:>10}\n", "name", "model", "axes", "reach");
   for (const auto& [name, one] : all) {
     if (!one.wrong.empty()) {
       text += fmt::format("{:<24}cannot be read: {}\n", name, one.wrong);
@@ -106,9 +101,8 @@ int robots(const RobotsCommand& command) {
     }
     const std::string reach =
         one.reach_m ? fmt::format("{:.0f} mm", *one.reach_m * calib::kMmPerM) : "-";
-    const std::string payload = one.payload_kg > 0.0 ? fmt::format("{:g} kg", one.payload_kg) : "-";
-    text += fmt::format("{:<24}{:<30}{:>6}{:>10}{:>10}{}\n", name, one.model, one.joints, reach,
-                        payload, is_own(one.file) ? "  own" : "");
+    text += fmt::format("{:<24}{:<30}{:>6}{:>10}{}\n", name, one.model, one.joints, reach,
+                        is_own(one.file) ? "  own" : "");
   }
   text +=
       "looked for in this order (a folder of your own first: environment variable CELLCAL_ROBOTS):\n";

@@ -154,7 +154,7 @@ TEST(CellCheck, NamesAToolOrADiameterInMetresAndATouchTooGoodToBeTrue) {
 
 TEST(CellCheck, NamesAToolThatTheRobotCannotCarry) {
   Cell cell = demo_cell();
-  cell.robot.payload_kg = 16.0;
+  cell.robot.name = "KUKA KR 16 R1610-2";
   cell.tool.mass_kg = 45.0;
   const CellFault heavy = only_fault(cell, CellFaultKind::kToolTooHeavy);
   EXPECT_TRUE(heavy.refused);
@@ -163,11 +163,22 @@ TEST(CellCheck, NamesAToolThatTheRobotCannotCarry) {
   EXPECT_FALSE(only_fault(cell, CellFaultKind::kToolTooHeavy).refused);
   cell.tool.mass_kg = 16.0;
   EXPECT_EQ(all_words(faults_of(cell)), "");
-  cell.robot.payload_kg = 0.0;
+  cell.robot.name = "an arm";
   cell.tool.mass_kg = 4500.0;
-  const CellFault absurd = only_fault(cell, CellFaultKind::kToolTooHeavy);
-  EXPECT_TRUE(absurd.refused);
-  expect_words(absurd, {"4500 kg", "any robot"});
+  EXPECT_TRUE(only_fault(cell, CellFaultKind::kToolTooHeavy).refused);
+}
+
+TEST(CellCheck, TakesTheRatedPayloadFromTheModelName) {
+  Robot robot;
+  for (const auto& [name, kg] : {std::pair("KUKA KR 16 R1610-2", 16.0),
+                                 {"KUKA KR 210 R3300-2 K", 210.0},
+                                 {"KUKA KR 16-2", 16.0},
+                                 {"KUKA KR 150 L110-2", 110.0},
+                                 {"KUKA LBR iiwa 14 R820", 14.0},
+                                 {"Franka Panda", 0.0}}) {
+    robot.name = name;
+    EXPECT_EQ(rated_payload_kg(robot), kg) << name;
+  }
 }
 
 TEST(CellCheck, NamesAnObstacleThroughTheColumn) {
