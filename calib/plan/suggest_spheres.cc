@@ -144,6 +144,7 @@ std::vector<Place> possible_places(const Cell& cell, const ArmModel& arm,
     if (places.size() == kMostPlaces) break;
     const Vector3d tip = arm.nominal_tcp(posture).translation();
     const Vector3d centre_m = (tip / kGridM).array().round().matrix() * kGridM;
+    if (centre_m.dot(up) > highest_m) continue;
     if (std::ranges::any_of(
             places, [&](const Place& one) { return (one.centre_m - centre_m).norm() < kApartM; }))
       continue;

@@ -12,7 +12,7 @@
 namespace cellcal::calib {
 namespace {
 
-Cell demo() { return load_cell(CELLCAL_DEMO_CELL); }
+Cell planned_cell() { return load_cell(CELLCAL_DEMO_CELL); }
 
 PlanOptions few_touches() {
   PlanOptions options;
@@ -52,14 +52,14 @@ void expect_called_off_anywhere(const Work& work) {
 }
 
 TEST(APlan, IsCalledOffAtAnyPollAndAnotherOneIsTheSameAfterwards) {
-  const Cell cell = demo();
+  const Cell cell = planned_cell();
   const Plan before = make_plan(cell, few_touches());
   expect_called_off_anywhere([&] { (void)make_plan(cell, few_touches()); });
   EXPECT_EQ(postures(make_plan(cell, few_touches())), postures(before));
 }
 
 TEST(APlan, ThatIsWatchedIsTheSameAsOneThatIsNot) {
-  const Cell cell = demo();
+  const Cell cell = planned_cell();
   const Plan alone = make_plan(cell, few_touches());
   Plan watched;
   EXPECT_GT(polls([&] { watched = make_plan(cell, few_touches()); }, kNever), 0);
@@ -68,7 +68,7 @@ TEST(APlan, ThatIsWatchedIsTheSameAsOneThatIsNot) {
 }
 
 TEST(TouchesToAGoal, AreCalledOffAtAnyPollOfTheirPlan) {
-  const Cell cell = demo();
+  const Cell cell = planned_cell();
   Goal goal;
   goal.most_touches = 24;
   expect_called_off_anywhere([&] { Online(cell, few_touches(), goal, {}); });
@@ -77,7 +77,7 @@ TEST(TouchesToAGoal, AreCalledOffAtAnyPollOfTheirPlan) {
 TEST(APlan, SaysHowFarItIsStepByStepAndNeverLess) {
   std::vector<WorkDone> told;
   const Watch watch([] { return false; }, [&](const WorkDone& done) { told.push_back(done); });
-  (void)make_plan(demo(), few_touches());
+  (void)make_plan(planned_cell(), few_touches());
   ASSERT_GT(told.size(), 20u);
   EXPECT_LT(told.front().share, 0.05);
   EXPECT_GT(told.back().share, 0.95);
