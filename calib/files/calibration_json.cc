@@ -137,13 +137,17 @@ Field<C> residuals_field() {
 Field<C> predicted_field() {
   const auto mm = number(kMmPerM), nominal_mm = not_negative(kMmPerM);
   const auto known = [](const C& c) { return c.nominal_workspace_m > 0.0; };
+  const auto sure = [](const C& c) { return c.nominal_workspace_u_m > 0.0; };
   return group<C>(
       "predicted",
       {field("m2_mm", &C::predicted_near_targets_m, mm),
        field("m3_mm", &C::predicted_workspace_m, mm),
        where<C>(known, beside("nominal_m3_mm",
                               field("nominal_m2_mm", &C::nominal_near_targets_m, nominal_mm))),
-       where<C>(known, field("nominal_m3_mm", &C::nominal_workspace_m, nominal_mm))});
+       where<C>(known, field("nominal_m3_mm", &C::nominal_workspace_m, nominal_mm)),
+       where<C>(sure, beside("nominal_m3_u_mm",
+                             field("nominal_m2_u_mm", &C::nominal_near_targets_u_m, nominal_mm))),
+       where<C>(sure, field("nominal_m3_u_mm", &C::nominal_workspace_u_m, nominal_mm))});
 }
 
 Field<C> touch_noise_field() {

@@ -235,9 +235,12 @@ struct Calibration {
   Observability observability;                        ///< rows 0: not worked out
   double predicted_near_targets_m = 0.0,
          predicted_workspace_m = 0.0;  ///< mean 3-D error, from the covariance
-  /// The nominal arm's over the same poses: what its tolerances foresee, or what was found, the
-  /// larger. 0: not worked out.
+  /// This arm's with its nominal model over the same poses, and U (k = 2) of that
+  /// (uncertainty/nominal_error.h). U 0: not worked out, or read from a file that has what tolerances foresee.
   double nominal_near_targets_m = 0.0, nominal_workspace_m = 0.0;
+  double nominal_near_targets_u_m = 0.0, nominal_workspace_u_m = 0.0;
+  /// What the tolerances foresee of any arm of this model, over the same poses; not written to files.
+  double tolerated_near_targets_m = 0.0, tolerated_workspace_m = 0.0;
   UncheckedTouch unchecked_near_targets, unchecked_workspace;  ///< not written to files
   double chi2 = 0.0;  ///< of the fit: sum of the squared whitened residuals of the touches in use
   /// Left to judge it by: sum over the touches of 1 - leverage, which counts an unknown by how far

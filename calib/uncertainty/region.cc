@@ -110,8 +110,8 @@ Eigen::MatrixXd aligned_moves(const ArmModel& arm, const std::vector<JointVector
   return aligned(tip_moves(arm, poses, x_si, scale));
 }
 
-Eigen::VectorXd distances_m2(const ArmModel& arm, const std::vector<JointVector>& poses,
-                             const double* one_si, const double* other_si) {
+Eigen::Matrix3Xd apart(const ArmModel& arm, const std::vector<JointVector>& poses,
+                       const double* one_si, const double* other_si) {
   const auto count = static_cast<Eigen::Index>(poses.size());
   Eigen::Matrix3Xd tips_m(3, count), off_m(3, count);
   for (Eigen::Index k = 0; k < count; ++k) {
@@ -119,8 +119,7 @@ Eigen::VectorXd distances_m2(const ArmModel& arm, const std::vector<JointVector>
     tips_m.col(k) = arm.position(pose, one_si);
     off_m.col(k) = arm.position(pose, other_si) - tips_m.col(k);
   }
-  const Eigen::MatrixXd left = without_base_motion(tips_m, off_m.reshaped());
-  return left.reshaped(3, count).colwise().squaredNorm().transpose();
+  return without_base_motion(tips_m, off_m.reshaped()).reshaped(3, count);
 }
 
 Eigen::VectorXd ripple_variance_m2(const ArmModel& arm, const std::vector<JointVector>& poses,

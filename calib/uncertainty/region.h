@@ -45,10 +45,10 @@ Eigen::MatrixXd aligned_moves(const ArmModel& arm, const std::vector<JointVector
 Eigen::VectorXd ripple_variance_m2(const ArmModel& arm, const std::vector<JointVector>& poses,
                                    double ripple_rad);
 
-/// Squared distances [m^2] of the tips of two sets of parameters (null: nominal), a motion of the
-/// base taken out. Needs at least 3 poses.
-Eigen::VectorXd distances_m2(const ArmModel& arm, const std::vector<JointVector>& poses,
-                             const double* one_si, const double* other_si);
+/// Tips of one set of parameters (null: nominal) from those of another [m], a motion of the base
+/// taken out; a column a pose. Needs at least 3 poses.
+Eigen::Matrix3Xd apart(const ArmModel& arm, const std::vector<JointVector>& poses,
+                       const double* one_si, const double* other_si);
 
 /// Mean 3-D position error [m] that `covariance_u` (arm parameters, prior units) predicts over the
 /// poses of aligned_moves(), with the variance that stays at each. 0 for an empty set.

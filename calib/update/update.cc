@@ -258,6 +258,12 @@ Calibration update(const Calibration& last, const std::vector<Touch>& touches,
     const auto near = stated_near_targets(c, around, facts.region_poses);
     c.predicted_near_targets_m =
         near.size() < 3 ? c.predicted_workspace_m : foreseen_error_m(c, near);
+    const NominalError over_workspace = nominal_error_of(c, workspace);
+    const NominalError local = near.size() < 3 ? over_workspace : nominal_error_of(c, near);
+    c.nominal_workspace_m = over_workspace.mean_m;
+    c.nominal_workspace_u_m = over_workspace.u_m;
+    c.nominal_near_targets_m = local.mean_m;
+    c.nominal_near_targets_u_m = local.u_m;
     origin.outcome = outcome_of(origin, contradicted(r.enough) || two_things(r.log_odds_two));
     if (best.change.kind == ChangeKind::kSphere)  // its certificates are of where it stood
       std::erase_if(c.lengths, [&](const LengthResult& length) {

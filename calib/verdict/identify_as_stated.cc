@@ -23,6 +23,7 @@
 #include "calib/problem/target_place.h"
 #include "calib/uncertainty/gauge.h"
 #include "calib/uncertainty/observability.h"
+#include "calib/uncertainty/nominal_error.h"
 #include "calib/uncertainty/region.h"
 #include "calib/verdict/judge/held_out.h"
 #include "calib/verdict/verdict.h"
@@ -186,13 +187,13 @@ class Accuracy {
   double predicted_m(const std::vector<JointVector>& poses, const Eigen::MatrixXd& moves) const {
     return predicted_mean_error_m(moves, covariance_, stays_m2(poses));
   }
-  /// (41): the nominal arm's, by what was found and by what its tolerances foresaw.
-  double nominal_m(const std::vector<JointVector>& poses, const Eigen::MatrixXd& moves) const {
-    const Eigen::MatrixXd tolerances = Eigen::MatrixXd::Identity(arm_.size(), arm_.size());
-    return std::max(
-        predicted_mean_error_m(moves, tolerances, stays_m2(poses)),
-        predicted_mean_error_m(moves, covariance_,
-                               stays_m2(poses) + distances_m2(arm_, poses, nullptr, x_.data())));
+  NominalError nominal(const std::vector<JointVector>& poses, const Eigen::MatrixXd& moves) const {
+    return nominal_error(arm_, poses, x_.data(), moves, covariance_, stays_m2(poses));
+  }
+  /// Of any arm within the tolerances, before a touch.
+  double tolerated_m(const std::vector<JointVector>& poses, const Eigen::MatrixXd& moves) const {
+    return predicted_mean_error_m(moves, Eigen::MatrixXd::Identity(arm_.size(), arm_.size()),
+                                  stays_m2(poses));
   }
 
  private:
@@ -223,16 +224,24 @@ void fill_accuracy(const Problem& problem, const Estimate& e, int region_poses, 
     moves = accuracy.moves(workspace);
   }
   c.predicted_workspace_m = accuracy.predicted_m(workspace, moves);
-  c.nominal_workspace_m = accuracy.nominal_m(workspace, moves);
+  const NominalError over_workspace = accuracy.nominal(workspace, moves);
+  c.nominal_workspace_m = over_workspace.mean_m;
+  c.nominal_workspace_u_m = over_workspace.u_m;
+  c.tolerated_workspace_m = accuracy.tolerated_m(workspace, moves);
   c.unchecked_workspace = least_checked_touch(problem, e, moves);
   c.predicted_near_targets_m = c.predicted_workspace_m;
   c.nominal_near_targets_m = c.nominal_workspace_m;
+  c.nominal_near_targets_u_m = c.nominal_workspace_u_m;
+  c.tolerated_near_targets_m = c.tolerated_workspace_m;
   c.unchecked_near_targets = c.unchecked_workspace;
   const auto local = poses_near_targets(problem, c.targets, region_poses);
   if (local.size() < kFewestPoses) return;
   const Eigen::MatrixXd local_moves = accuracy.moves(local);
   c.predicted_near_targets_m = accuracy.predicted_m(local, local_moves);
-  c.nominal_near_targets_m = accuracy.nominal_m(local, local_moves);
+  const NominalError near = accuracy.nominal(local, local_moves);
+  c.nominal_near_targets_m = near.mean_m;
+  c.nominal_near_targets_u_m = near.u_m;
+  c.tolerated_near_targets_m = accuracy.tolerated_m(local, local_moves);
   c.unchecked_near_targets = least_checked_touch(problem, e, local_moves);
 }
 

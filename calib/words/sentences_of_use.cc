@@ -14,6 +14,13 @@ std::string tcp_change(const Finding& f) {
                      of(f, "apart"), f.text, where(f), of(f, "expected"), of(f, "ratio"));
 }
 
+/// "3.48 ± 0.09 mm"; of an earlier version, without.
+std::string nominal_words(const Finding& f) {
+  const double u = of(f, "nominal_u");
+  return u > 0.0 ? fmt::format("{:.2f} ± {:.2f} mm", of(f, "nominal"), u)
+                 : fmt::format("{:.2f} mm", of(f, "nominal"));
+}
+
 }  // namespace
 
 std::string scale_by_lengths(const Finding& f) {
@@ -81,16 +88,16 @@ std::string required(const Finding& f) {
 
 std::string no_gain(const Finding& f) {
   return fmt::format(
-      "{:.2f} mm predicted {}, {:.2f} mm with the nominal arm ({:.0f} %, limit {:.0f} %). "
+      "{:.2f} mm predicted {}, {} with the nominal arm ({:.0f} %, limit {:.0f} %). "
       "Make more touches in more varied postures",
-      of(f, "predicted"), where(f), of(f, "nominal"), of(f, "of_nominal"),
+      of(f, "predicted"), where(f), nominal_words(f), of(f, "of_nominal"),
       of(f, "most_of_nominal"));
 }
 
 std::string gain(const Finding& f) {
   return fmt::format(
-      "{:.2f} mm predicted {}, {:.2f} mm with the nominal arm ({:.0f} %); {:.2f} mm {}",
-      of(f, "predicted"), where(f), of(f, "nominal"), of(f, "of_nominal"), of(f, "required"),
+      "{:.2f} mm predicted {}, {} with the nominal arm ({:.0f} %); {:.2f} mm {}",
+      of(f, "predicted"), where(f), nominal_words(f), of(f, "of_nominal"), of(f, "required"),
       is_set(f, "required_is_stated") ? "required" : "allowed (required_mm not stated)");
 }
 

@@ -185,6 +185,16 @@ void put_result(Exposition& out, const calib::Calibration& newest) {
   out.family("cellcal_calibration_error_meters", "gauge", "Predicted mean position error.");
   out.sample(newest.predicted_near_targets_m, {{"over", "targets"}});
   out.sample(newest.predicted_workspace_m, {{"over", "workspace"}});
+  if (newest.nominal_workspace_u_m > 0.0) {
+    out.family("cellcal_nominal_error_meters", "gauge",
+               "Mean position error of this arm with its nominal model.");
+    out.sample(newest.nominal_near_targets_m, {{"over", "targets"}});
+    out.sample(newest.nominal_workspace_m, {{"over", "workspace"}});
+    out.family("cellcal_nominal_error_u_meters", "gauge",
+               "Expanded uncertainty (k = 2) of cellcal_nominal_error_meters.");
+    out.sample(newest.nominal_near_targets_u_m, {{"over", "targets"}});
+    out.sample(newest.nominal_workspace_u_m, {{"over", "workspace"}});
+  }
   out.family("cellcal_joint_zero_degrees", "gauge", "How far a joint's zero is from nominal.");
   const auto zeros = [&](double calib::ParameterResult::*figure) {
     for (const calib::ParameterResult& one : newest.parameters) {

@@ -95,7 +95,7 @@ std::string decision(const CertificateData& d) {
   return fmt::format(
       "<h2>Decision rule</h2>\n<p>Simple acceptance ({}, guard band {} mm; compare ISO {}): the calibration is accepted "
       "where the predicted mean TCP position error, {}, is not above {} ({}) and not above {} of the nominal arm&rsquo;s "
-      "own, {} (it is {} of it), and where no other reason of the verdict withholds it. The predicted error is itself "
+      "own, {} (it is {} of it), or of what its tolerances foresee where that is more, and where no other reason of the verdict withholds it. The predicted error is itself "
       "the measure of uncertainty; nothing is added to the limit.</p>\n",
       constant("guidance"), constant("guard_band"), constant("standard"), with_unit(rule.predicted),
       with_unit(rule.required),

@@ -126,12 +126,18 @@ std::string accuracy_sentence(const View& view) {
   const std::string near = fmt::format("Predicted mean 3-D position error: {} near the targets",
                                        mm_words(result.predicted_near_targets_m));
   const std::string far = mm_words(result.predicted_workspace_m);
+  const std::string nominal =
+      is_known(result.nominal_workspace_u_m)
+          ? fmt::format(" With the nominal model of this arm: {} ± {} over the workspace (k = 2).",
+                        mm_words(result.nominal_workspace_m),
+                        mm_words(result.nominal_workspace_u_m))
+          : std::string();
   if (result.verdict.workspace || !result.verdict.publish) {
-    return fmt::format("{}, {} over the workspace (from the covariance).", near, far);
+    return fmt::format("{}, {} over the workspace (from the covariance).{}", near, far, nominal);
   }
   return fmt::format(
-      "{}, {} over the workspace, which is outside of the scope (both from the covariance).", near,
-      far);
+      "{}, {} over the workspace, which is outside of the scope (both from the covariance).{}",
+      near, far, nominal);
 }
 
 }  // namespace

@@ -121,6 +121,8 @@ json findings_to_json(const std::vector<calib::Finding>& findings) {
 }
 
 json result_to_json(const calib::Calibration& found) {
+  // Files of an earlier version have what the tolerances foresee there, and no U.
+  const bool stated = found.nominal_workspace_u_m > 0.0;
   return {{"publish", found.verdict.publish},
           {"scope", found.verdict.workspace ? "workspace" : "near targets"},
           {"findings", findings_to_json(found.verdict.findings)},
@@ -129,7 +131,8 @@ json result_to_json(const calib::Calibration& found) {
           {"check", summary(found.check)},
           {"near_targets_mm", number(found.predicted_near_targets_m, kMmPerM)},
           {"workspace_mm", number(found.predicted_workspace_m, kMmPerM)},
-          {"nominal_workspace_mm", number(found.nominal_workspace_m, kMmPerM)}};
+          {"nominal_workspace_mm", number(stated ? found.nominal_workspace_m : 0.0, kMmPerM)},
+          {"nominal_workspace_u_mm", number(found.nominal_workspace_u_m, kMmPerM)}};
 }
 
 }  // namespace

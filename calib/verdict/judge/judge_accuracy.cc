@@ -1,5 +1,7 @@
 #include "calib/verdict/judge/judge_accuracy.h"
 
+#include <algorithm>
+
 namespace cellcal::calib {
 
 namespace {
@@ -7,22 +9,26 @@ namespace {
 /// Mean 3-D error that a result may be published with where the cell file asks for none
 /// (required_mm): what industrial arms have as they are delivered. More is no calibration.
 constexpr double kRequiredM = 2e-3;
-/// And of the nominal arm's own error: closer to it than this, and nobody could tell that anything
-/// was gained.
+/// And of the nominal arm's own error, or of what its tolerances foresee where it is the better of its kind: closer
+/// to it than this, and the touches tell nothing.
 constexpr double kOfNominal = 0.8;
 
 struct Foreseen {
-  double predicted_m, nominal_m, required_m;
+  double predicted_m, nominal_m, tolerated_m, required_m;
   std::vector<Quantity> evidence;
 };
 
 Foreseen foreseen(const Cell& cell, const Calibration& c, bool workspace) {
   Foreseen all{workspace ? c.predicted_workspace_m : c.predicted_near_targets_m,
                workspace ? c.nominal_workspace_m : c.nominal_near_targets_m,
+               workspace ? c.tolerated_workspace_m : c.tolerated_near_targets_m,
                cell.required_m.value_or(kRequiredM),
                {}};
   all.evidence = {in_mm("predicted", all.predicted_m),
                   in_mm("nominal", all.nominal_m),
+                  in_mm("nominal_u",
+                        workspace ? c.nominal_workspace_u_m : c.nominal_near_targets_u_m),
+                  in_mm("tolerated", all.tolerated_m),
                   {"of_nominal", 100.0 * all.predicted_m / all.nominal_m, "%"},
                   {"most_of_nominal", 100.0 * kOfNominal, "%"},
                   in_mm("required", all.required_m),
@@ -39,7 +45,7 @@ void judge_predicted(const Cell& cell, const Calibration& c, bool workspace,
   const Foreseen all = foreseen(cell, c, workspace);
   if (all.predicted_m > all.required_m)
     findings.push_back({FindingKind::kRequired, Severity::kWithholds, {}, all.evidence});
-  if (all.predicted_m > kOfNominal * all.nominal_m)
+  if (all.predicted_m > kOfNominal * std::max(all.nominal_m, all.tolerated_m))
     findings.push_back({FindingKind::kNoGain, Severity::kWithholds, {}, all.evidence});
 }
 

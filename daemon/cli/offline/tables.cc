@@ -86,10 +86,11 @@ std::string predicted_words(const calib::Calibration& c) {
   std::string text = fmt::format(
       "predicted mean position error: {:.3f} mm near the targets, {:.3f} mm over the workspace\n",
       c.predicted_near_targets_m * kMmPerM, c.predicted_workspace_m * kMmPerM);
-  if (c.nominal_workspace_m > 0.0)
+  if (c.nominal_workspace_u_m > 0.0)
     text += fmt::format(
-        "with the nominal arm:          {:.3f} mm near the targets, {:.3f} mm over the workspace\n",
-        c.nominal_near_targets_m * kMmPerM, c.nominal_workspace_m * kMmPerM);
+        "with the nominal arm: {:.2f} ± {:.2f} mm near the targets, {:.2f} ± {:.2f} mm over the workspace (k = 2)\n",
+        c.nominal_near_targets_m * kMmPerM, c.nominal_near_targets_u_m * kMmPerM,
+        c.nominal_workspace_m * kMmPerM, c.nominal_workspace_u_m * kMmPerM);
   return text;
 }
 

@@ -269,7 +269,7 @@ function result(value: unknown): Result | null {
     })),
     before: summary(all.before), after: summary(all.after), check: summary(all.check),
     nearTargetsMm: number(all.near_targets_mm), workspaceMm: number(all.workspace_mm),
-    nominalWorkspaceMm: number(all.nominal_workspace_mm),
+    nominalWorkspaceMm: number(all.nominal_workspace_mm), nominalWorkspaceUMm: number(all.nominal_workspace_u_mm),
   };
 }
 

@@ -214,7 +214,7 @@ export const CAUSES = [
 ] as const;
 /** Numbers of a finding that a table names; others are in its sentence alone. */
 export const EVIDENCE = [
-  "scatter", "stated", "off", "apart", "certified", "certified_again", "measured", "longer", "predicted", "nominal", "of_nominal",
+  "scatter", "stated", "off", "apart", "certified", "certified_again", "measured", "longer", "predicted", "nominal", "nominal_u", "tolerated", "of_nominal",
   "required", "unseen", "rms", "sigma", "noise", "reach", "value", "below_zero", "expected", "coldest", "hottest", "shift", "turn",
   "growth", "reached", "before", "largest", "add", "d_mm", "a_mm", "farthest", "ratio", "outliers", "duplicates", "allowed",
   "determined", "directions", "degrees_of_freedom", "tolerances", "met", "together", "usual_touches", "usual_checks", "touches",
@@ -249,6 +249,8 @@ export interface Result {
   nearTargetsMm: number | null;
   workspaceMm: number | null;
   nominalWorkspaceMm: number | null;
+  /** Its U (k = 2). */
+  nominalWorkspaceUMm: number | null;
 }
 
 export interface Figures {

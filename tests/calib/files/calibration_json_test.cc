@@ -335,6 +335,8 @@ TEST(CalibrationJson, KeepsWhatTheModelLacksAndTheNominalArmsOwnError) {
   c.discrepancy.estimated = true;
   c.nominal_near_targets_m = 1.5e-3;
   c.nominal_workspace_m = 2.5e-3;
+  c.nominal_near_targets_u_m = 1.1e-4;
+  c.nominal_workspace_u_m = 1.2e-4;
   const std::string text = calibration_to_json(c);
   const Calibration back = calibration_from_json(text, "cal.json");
   EXPECT_NEAR(back.discrepancy.sigma_m, 2.1e-4, 1e-15);
@@ -343,6 +345,8 @@ TEST(CalibrationJson, KeepsWhatTheModelLacksAndTheNominalArmsOwnError) {
   EXPECT_TRUE(back.discrepancy.estimated);
   EXPECT_NEAR(back.nominal_near_targets_m, 1.5e-3, 1e-15);
   EXPECT_NEAR(back.nominal_workspace_m, 2.5e-3, 1e-15);
+  EXPECT_NEAR(back.nominal_near_targets_u_m, 1.1e-4, 1e-15);
+  EXPECT_NEAR(back.nominal_workspace_u_m, 1.2e-4, 1e-15);
   json document = json::parse(text);
   document["discrepancy"]["sigma_mm"] = -0.1;
   expect_words(refusal([&] { (void)calibration_from_json(document.dump(), "cal.json"); }),

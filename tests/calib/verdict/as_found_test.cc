@@ -2,10 +2,15 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
 #include "calib/identify/identify.h"
 #include "calib/uncertainty/predict.h"
 #include "calib/verdict/found_residuals.h"
 #include "calib/verdict/tips_apart.h"
+#include "sim/cell/compare.h"
 #include "tests/calib/simulate.h"
 
 namespace cellcal::calib {
@@ -74,12 +79,37 @@ TEST_F(an_arm_as_found, is_not_said_of_spheres_or_tools_that_the_earlier_one_did
   EXPECT_FALSE(found_residuals(*now, {}, {}));
 }
 
+TEST(TheErrorOfTheNominalModel, IsThisArmsOwnWithinItsStatedUncertainty) {
+  constexpr int kArms = 20;
+  int held = 0;
+  double smallest = 1.0, largest = 0.0, off = 0.0, of_u = 0.0;
+  for (int seed = 1; seed <= kArms; ++seed) {
+    const sim::Truth truth = plain_truth(demo_cell(), static_cast<std::uint64_t>(seed));
+    const auto made =
+        make_touches(demo_cell(), truth, {.fit = 60, .seed = static_cast<unsigned>(seed)}).touches;
+    const Calibration c = identify(demo_cell(), made, {.region_poses = kStatedPoses});
+    std::vector<JointVector> around;
+    for (const Touch& touch : made) around.push_back(touch.joint_rad);
+    const double real_m = sim::truth_figures(truth, c, around).workspace.nominal_mean_m;
+    held += std::abs(c.nominal_workspace_m - real_m) <= c.nominal_workspace_u_m;
+    smallest = std::min(smallest, c.nominal_workspace_m);
+    largest = std::max(largest, c.nominal_workspace_m);
+    off += std::abs(c.nominal_workspace_m - real_m) / kArms;
+    of_u += c.nominal_workspace_u_m / kArms;
+    EXPECT_LT(c.nominal_workspace_u_m, 0.25 * c.nominal_workspace_m) << seed;
+  }
+  std::printf("%d of %d arms within U; %.2f to %.2f mm, off by %.3f mm, U %.3f mm in the mean\n",
+              held, kArms, 1e3 * smallest, 1e3 * largest, 1e3 * off, 1e3 * of_u);
+  EXPECT_GE(held, 18);
+  EXPECT_GT(largest, 1.5 * smallest);  // a figure of the arm, not of the model
+}
+
 TEST_F(an_arm_as_found, is_apart_over_the_scope_by_the_errors_that_were_found) {
   EXPECT_NEAR(apart_in_scope(now, *now, *touches, true)->max_apart_m, 0.0, 1e-12);
   const auto drawn = apart_in_scope(nullptr, *now, *touches, true);
   ASSERT_TRUE(drawn);
   EXPECT_EQ(drawn->poses, kScopePoses);
-  EXPECT_NEAR(drawn->mean_apart_m, now->nominal_workspace_m, 0.3 * now->nominal_workspace_m);
+  EXPECT_NEAR(drawn->mean_apart_m, now->nominal_workspace_m, 0.03 * now->nominal_workspace_m);
   EXPECT_GT(drawn->max_apart_m, drawn->mean_apart_m);
   EXPECT_GT(drawn->mean_u95_m, now->predicted_workspace_m);
   const auto near = apart_in_scope(nullptr, *now, *touches, false);

@@ -158,12 +158,12 @@ TEST(FindingWords, OfScopeAndAccuracy) {
             "detectable, and scale all lengths of the arm. Certify a second length between touched "
             "targets, or have this one measured again");
   const std::vector<Quantity> foreseen = {
-      {"predicted", 0.13, "mm"},      {"nominal", 4.5, "mm"},  {"of_nominal", 2.9, "%"},
+      {"predicted", 0.13, "mm"},      {"nominal", 4.5, "mm"}, {"nominal_u", 0.12, "mm"},  {"of_nominal", 2.9, "%"},
       {"most_of_nominal", 80.0, "%"}, {"required", 2.0, "mm"}, {"required_is_stated", 0.0, ""},
       {"workspace", 1.0, ""}};
   EXPECT_EQ(
       said(FindingKind::kGain, {}, foreseen),
-      "accuracy: 0.13 mm predicted over the workspace, 4.50 mm with the nominal arm (3 %); 2.00 mm "
+      "accuracy: 0.13 mm predicted over the workspace, 4.50 ± 0.12 mm with the nominal arm (3 %); 2.00 mm "
       "allowed (required_mm not stated)");
   EXPECT_EQ(
       said(FindingKind::kModelError, {},

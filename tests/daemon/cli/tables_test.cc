@@ -40,6 +40,7 @@ TEST(the_result, is_ten_lines_that_keep_back_nothing_to_look_at) {
   calibration.before = calibration.after = {24, 0.0012, 0.0034, 0.0015};
   calibration.predicted_near_targets_m = calibration.predicted_workspace_m = 1e-4;
   calibration.nominal_near_targets_m = calibration.nominal_workspace_m = 3e-3;
+  calibration.nominal_near_targets_u_m = calibration.nominal_workspace_u_m = 8e-5;
   calibration.chi2 = calibration.degrees_of_freedom = 60.0;
   calibration.unidentifiable.emplace_back().text = "turning the zero of A1; fixed by convention";
   for (std::size_t k = 0; k < 9; ++k) {
@@ -56,6 +57,10 @@ TEST(the_result, is_ten_lines_that_keep_back_nothing_to_look_at) {
   EXPECT_LE(std::count(brief.begin(), brief.end(), '\n'), 10) << brief;
   EXPECT_NE(brief.find(
                 "9 outliers left out: touch 1, touch 2, touch 3, touch 4, touch 5, touch 6, ...\n"),
+            std::string::npos)
+      << brief;
+  EXPECT_NE(brief.find("with the nominal arm: 3.00 ± 0.08 mm near the targets, 3.00 ± 0.08 mm over the "
+                       "workspace (k = 2)\n"),
             std::string::npos)
       << brief;
   EXPECT_NE(brief.find("  - " + calib::words(warned)), std::string::npos) << brief;

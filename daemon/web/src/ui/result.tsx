@@ -34,8 +34,8 @@ function Findings({ result }: { result: Result }) {
       </table></div>
       <p>
         {say("result.predicted", { near: fmt.mm(result.nearTargetsMm), all: fmt.mm(result.workspaceMm) })}
-        {result.nominalWorkspaceMm !== null && (
-          <>; {say("result.nominal", { all: fmt.mm(result.nominalWorkspaceMm) })}</>
+        {result.nominalWorkspaceUMm !== null && (
+          <>; {say("result.nominal", { all: fmt.mm(result.nominalWorkspaceMm), u: fmt.mm(result.nominalWorkspaceUMm) })}</>
         )}.
       </p>
       <details open={!result.publish}>

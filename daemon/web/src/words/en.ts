@@ -430,7 +430,7 @@ export const en = {
   "result.max": "max",
   "result.touches": "touches",
   "result.predicted": "Predicted mean position error: {near} near the targets, {all} over the workspace",
-  "result.nominal": "with the nominal arm {all}",
+  "result.nominal": "with the nominal model of this arm {all} ± {u} (k = 2)",
   "result.findings": "Findings",
   // Findings of a verdict, by kind. The figures are shown after it, or with the daemon's own sentence in English.
   "finding.touch_scatter": "Touch scatter above the stated value.",
@@ -522,6 +522,8 @@ export const en = {
   "evidence.longer": "too long by",
   "evidence.predicted": "predicted",
   "evidence.nominal": "nominal arm",
+  "evidence.nominal_u": "its U (k = 2)",
+  "evidence.tolerated": "foreseen by tolerances",
   "evidence.of_nominal": "share of nominal",
   "evidence.required": "required",
   "evidence.unseen": "detectable from",
