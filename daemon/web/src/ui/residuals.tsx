@@ -21,7 +21,7 @@ export function Residuals({ touches, found, old = false }: { touches: Touch[]; f
   return (
     <section class="panel" aria-labelledby="residuals-title" data-old={old}>
       <h2 id="residuals-title">{say("residuals")}</h2>
-      {known.length === 0 ? <p class="note">{say("residuals.none")}</p> : (
+      {known.length === 0 ? <p class="note">{touches.length > 0 ? say("residuals.unknown", { n: touches.length }) : say("residuals.none")}</p> : (
         <>
           <Chart label={say("residuals.label", { n: known.length, max: fmt.mm(largest) })}
                  x={x} x_label={say("residuals.axis")} lines={lines} from={found ? null : 0}

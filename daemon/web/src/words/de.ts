@@ -399,6 +399,7 @@ export const de: Catalogue = {
   "residuals.unit": "|Residuum| in mm",
   "residuals.found": "Residuum in mm, nach der Identifikation",
   "residuals.none": "Keine vor der ersten Antastung.",
+  "residuals.unknown": "Von den {n} Antastungen bisher nicht bekannt. Sie folgen mit der Identifikation.",
   "residuals.label": "Residuen von {n} Antastungen; größtes {max}.",
   "u95": "Vorhergesagte Genauigkeit (u95)",
   "u95.unit": "u95 in mm",

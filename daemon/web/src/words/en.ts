@@ -408,6 +408,7 @@ export const en = {
   "residuals.unit": "|residual| in mm",
   "residuals.found": "residual in mm, after identification",
   "residuals.none": "None before the first touch.",
+  "residuals.unknown": "Not known for the {n} touches so far. They follow with the identification.",
   "residuals.label": "Residuals of {n} touches; largest {max}.",
   "u95": "Predicted accuracy (u95)",
   "u95.unit": "u95 in mm",
