@@ -25,9 +25,7 @@ struct TouchSequence::Impl {
         finder(stated, how.plan, how.find, touches),
         made(touches) {
     progress.touches = static_cast<int>(made.size());
-    progress.touches_left = std::max(0, how.goal.most_touches - progress.touches);
-    progress.checks_left = how.plan.check_touches;
-    if (how.only_find) progress.touches_left = progress.checks_left = 0;
+    progress.checks_left = how.only_find ? 0 : how.plan.check_touches;
     look_at_finder();
     if (finder.done() && !how.only_find) begin();
   }
@@ -35,6 +33,8 @@ struct TouchSequence::Impl {
   void look_at_finder() {
     progress.finding = !finder.done();
     progress.done = options.only_find && finder.done();
+    const int most = options.only_find ? 0 : options.goal.most_touches - progress.touches;
+    progress.touches_left = std::max(most, finder.touches_left());
   }
 
   /// All spheres are found.
@@ -151,7 +151,7 @@ void TouchSequence::failed(NotMade how) {
 }
 
 std::vector<JointVector> TouchSequence::way_home() const {
-  return impl_->online ? impl_->online->way_home() : std::vector<JointVector>{};
+  return impl_->online ? impl_->online->way_home() : impl_->finder.way_home();
 }
 
 const Cell& TouchSequence::located() const { return impl_->finder.located(); }

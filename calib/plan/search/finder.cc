@@ -9,6 +9,7 @@
 
 #include "calib/model/inverse.h"
 #include "calib/model/long_work.h"
+#include "calib/model/units.h"
 #include "calib/plan/reach/pool.h"
 #include "calib/plan/search/centre_particles.h"
 #include "calib/plan/search/search_depth.h"
@@ -22,7 +23,11 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kOffM = 0.008;
+/// Touches no farther apart, as seen from the centre, are on one side: across it they tell little.
+constexpr double kOneSideRad = 70.0 * kRadPerDeg;
 constexpr std::size_t kLeastHits = 6, kMostHits = 12;
+/// Touches that most spheres are found with (tests/experiments, finding).
+constexpr int kUsualHits = 7;
 constexpr int kMostLines = 80;
 /// A line that would hardly meet it is not worth its time; where no other can be made, it is. The
 /// wider the particles spread, the fewer of them a single line meets, and the fewer lines lead round
@@ -45,6 +50,8 @@ constexpr std::size_t kLooked = 600;  ///< places that a line is judged by
 /// While nothing was met: a shaft that leans comes near to what the tip passes.
 constexpr double kMostTiltRad = 0.35;
 constexpr double kUsualStandM = 0.030;
+/// A stand that is not stated is at most so much of its sphere's diameter where it holds it.
+constexpr double kStandShare = 0.5;
 constexpr int kShortenings = 8;
 constexpr double kShorter = 0.2;  ///< of what is left of the line, each time
 /// Of the radius: a sphere that the line comes so near to is met.
@@ -56,12 +63,20 @@ struct Ball {
   double beyond_m;
 };
 
+double angle_rad(const Vector3d& a, const Vector3d& b) {
+  return std::atan2(a.cross(b).norm(), a.dot(b));
+}
+
+Ball stated_ball(const CentreParticles& particles) {
+  return {particles.prior_mean(), particles.bound_m() + kWrongM};
+}
+
 /// A place that is being sought.
 struct Sought {
   std::size_t target;
   double radius_m;  ///< of sphere and tip
   CentreParticles particles;
-  Ball ball{particles.prior_mean(), particles.bound_m() + kWrongM};
+  Ball ball = stated_ball(particles);
   std::vector<Vector3d> tips{};
   int lines = 0;
   bool found = false;
@@ -74,7 +89,7 @@ struct Line {
   Vector3d aim;
   SearchDepth depth;
   double share = 0.0;  ///< of the places that it meets; at most, until the search is known
-  double tells = 1.0;  ///< once it was met: how much less variance a touch leaves along the line
+  double tells = 1.0;  ///< once it was met: variance that is gone thereafter, over share
   std::optional<LedSearch> led{};
   double score() const { return share * tells; }
 };
@@ -153,14 +168,7 @@ struct Finder::Impl {
     one.sigma_m = 1.0 / std::sqrt(solver.eigenvalues()[0]);
     one.found = one.tips.size() >= kLeastHits && !one.particles.empty() &&
                 one.sigma_m <= kFoundSigmaM && off <= kOffM;
-    if (!one.found && one.tips.size() >= kMostHits && off <= kOffM)
-      throw PlanError(
-          PlanError::Kind::kNotFound, cell.targets[one.target].id,
-          fmt::format(
-              "sphere {0} can be touched from too few sides: centre within {2:.1f} mm after "
-              "{1} touches. Give the arm more room around it, or measure centre_mm and leave "
-              "out --find",
-              cell.targets[one.target].id, one.tips.size(), 2.0 * one.sigma_m * 1e3));
+    if (!one.found && one.tips.size() >= kMostHits && off <= kOffM) throw too_uncertain(one);
     if (!one.found && one.tips.size() >= kMostHits)
       throw PlanError(
           PlanError::Kind::kNotFound, cell.targets[one.target].id,
@@ -169,6 +177,24 @@ struct Finder::Impl {
               "diameter, and that nothing else stands where it is sought",
               cell.targets[one.target].id, cell.targets[one.target].diameter_m * 1e3, off * 1e3));
     locate();
+  }
+
+  /// After the last touch that it may take. Room is asked for where its touches are on one side.
+  PlanError too_uncertain(const Sought& one) const {
+    const std::string& id = cell.targets[one.target].id;
+    double widest_rad = 0.0;
+    for (const Vector3d& a : one.tips)
+      for (const Vector3d& b : one.tips)
+        widest_rad = std::max(widest_rad, angle_rad(a - one.centre_m, b - one.centre_m));
+    const char* todo = widest_rad < kOneSideRad
+                           ? "Give the arm more room around it, or measure centre_mm and leave "
+                             "out --find"
+                           : "Measure centre_mm and leave out --find";
+    return {PlanError::Kind::kNotFound, id,
+            fmt::format("sphere {}: centre +- {:.1f} mm (k=2) after {} touches, limit {:g} mm. All "
+                        "lie within {:.0f} deg as seen from its centre. {}",
+                        id, 2e3 * one.sigma_m, one.tips.size(), 2e3 * kFoundSigmaM,
+                        widest_rad * kDegPerRad, todo)};
   }
 
   /// Its ball after what is known now. Until it was met, all that it may be in, whatever was ruled
@@ -184,20 +210,28 @@ struct Finder::Impl {
     if (around_mean < one.ball.beyond_m && outside <= kOutsideM) one.ball = {mean, around_mean};
   }
 
+  static void swell(Target& target, const Ball& ball) {
+    target.centre_m = ball.centre_m;
+    const double wider = 2.0 * ball.beyond_m;
+    if (target.stand_diameter_m <= 0.0)
+      target.stand_diameter_m = std::min(kUsualStandM, target.diameter_m);
+    target.stand_diameter_m += wider;
+    target.diameter_m += wider;
+  }
+
+  /// As another Finder, which knows nothing yet, will take them to be.
+  Cell as_stated() const {
+    Cell result = cell;
+    for (const Sought& one : sought) swell(result.targets[one.target], stated_ball(one.particles));
+    result.lengths.clear();
+    return result;
+  }
+
   /// All spheres where they are or may be, as spheres that hold all places.
   Cell swollen(std::optional<std::size_t> without) const {
     Cell result = cell;
     for (const Sought& one : sought)
-      if (!one.found) {
-        Target& target = result.targets[one.target];
-        const Ball& ball = one.ball;
-        target.centre_m = ball.centre_m;
-        const double wider = 2.0 * ball.beyond_m;
-        if (target.stand_diameter_m <= 0.0)
-          target.stand_diameter_m = std::min(kUsualStandM, target.diameter_m);
-        target.stand_diameter_m += wider;
-        target.diameter_m += wider;
-      }
+      if (!one.found) swell(result.targets[one.target], one.ball);
     if (without)
       result.targets.erase(result.targets.begin() + static_cast<std::ptrdiff_t>(*without));
     result.lengths.clear();
@@ -205,8 +239,9 @@ struct Finder::Impl {
   }
 
   SearchStand stand_of(const Target& target) const {
-    const double thick = target.stand_diameter_m > 0.0 ? target.stand_diameter_m
-                                                       : std::min(kUsualStandM, target.diameter_m);
+    const double thick = target.stand_diameter_m > 0.0
+                             ? target.stand_diameter_m
+                             : std::min(kUsualStandM, kStandShare * target.diameter_m);
     const Vector3d up = -cell.robot.gravity_m_s2.normalized();
     if (!target.has_stand || !up.allFinite()) return {Vector3d::UnitZ(), 0.0};
     return {up, thick / 2.0};
@@ -247,10 +282,8 @@ struct Finder::Impl {
                                   cell.targets[one.target].diameter_m / 2.0, stand, cell.tool);
         if (line.depth.share < kLeastShare[effort]) continue;
         line.share = line.depth.share;
-        if (!one.tips.empty()) {
-          const double variance = c.normal.dot(spread * c.normal);
-          line.tells = variance * variance / (variance + kArmSigmaM * kArmSigmaM);  // (71)
-        }
+        if (!one.tips.empty()) line.tells = told_m2(line.depth, some, kArmSigmaM) / line.share;
+        line.depth.met_m.clear();
         line.aim = aim;
         c.target = one.target;
         line.candidate = std::move(c);
@@ -485,6 +518,25 @@ bool Finder::leads_out(const JointVector& from) const {
   const Clearance clearance(around, impl_->arm), others(rest, impl_->arm);
   if (clearance.clear(from, kTipMarginM)) return false;  // in contact with something else
   return impl_->way_out(*one, from, clearance, others).has_value();
+}
+
+std::vector<JointVector> Finder::way_home() const {
+  const Impl& me = *impl_;
+  if (!me.last) return {};
+  const Cell around = me.swollen(std::nullopt), stated = me.as_stated();
+  const Clearance clearance(around, me.arm);
+  const JointVector rest = resting_posture(me.cell.robot, Clearance(stated, me.arm));
+  const Router router(around, me.arm, clearance, rest, me.options.limit_margin_rad);
+  Candidate leaving = *me.last;
+  if (!router.connect(leaving)) leaving.to_rest.clear();
+  return router.away(leaving, rest).value_or(std::vector<JointVector>{});
+}
+
+int Finder::touches_left() const {
+  int left = 0;
+  for (const Sought& one : impl_->sought)
+    if (!one.found) left += std::max(1, kUsualHits - static_cast<int>(one.tips.size()));
+  return left;
 }
 
 const Cell& Finder::located() const { return impl_->cell; }

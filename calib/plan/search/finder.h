@@ -51,6 +51,11 @@ class Finder {
   const Cell& located() const;
   /// The sphere that is being found, index into the cell.
   std::optional<std::size_t> seeking() const;
+  /// From where the last search ended to a posture from which another Finder can begin, whatever it
+  /// knows; empty where none was made, or no clear way leads there.
+  std::vector<JointVector> way_home() const;
+  /// Touches still to be made, as usual; none once all are found, else at least one.
+  int touches_left() const;
   /// "finding S2: 2 touches, within 8 mm"; empty once all are found.
   std::string words() const;
 

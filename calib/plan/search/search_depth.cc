@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <iterator>
+#include <map>
 
 namespace cellcal::calib {
 
@@ -17,31 +18,45 @@ constexpr double kGrazing = 0.9;
 /// an arm that is off, too: only such a sphere keeps the shaft from what is behind it.
 constexpr double kSurelyM = 0.005;
 
-constexpr double kNever = -std::numeric_limits<double>::max();
-
 /// Where a point that comes along the line from far outside is first within `radius_m` of the stand
-/// of a sphere: along the normal, from where it passes `off` beside that sphere's centre.
+/// of a sphere, which ends `below_m` below its centre: along the normal, from where it passes `off`
+/// beside that centre.
 double at_stand(const Eigen::Vector3d& off, const Eigen::Vector3d& normal,
-                const Eigen::Vector3d& up, double radius_m) {
+                const Eigen::Vector3d& up, double radius_m, double below_m) {
   // off + t normal, seen from above: |h + t n| = radius.
   const Eigen::Vector3d h = off - off.dot(up) * up, n = normal - normal.dot(up) * up;
   const double a = n.squaredNorm(), b = h.dot(n), c = h.squaredNorm() - radius_m * radius_m;
   constexpr double kUpright = 1e-9;
-  double first = std::numeric_limits<double>::max(), last = kNever;
+  double first = std::numeric_limits<double>::max(), last = kNeverM;
   if (a > kUpright) {
-    if (b * b <= a * c) return kNever;
+    if (b * b <= a * c) return kNeverM;
     const double root = std::sqrt(b * b - a * c);
     first = (-b + root) / a;
     last = (-b - root) / a;
   } else if (c > 0.0) {
-    return kNever;
+    return kNeverM;
   }
-  // And no higher than the centre.
-  const double height = off.dot(up), climb = normal.dot(up);
+  const double height = off.dot(up) + below_m, climb = normal.dot(up);
   if (climb > kUpright) first = std::min(first, -height / climb);
-  if (height + first * climb > kUpright) return kNever;
-  return first > last ? first : kNever;
+  if (height + first * climb > kUpright) return kNeverM;
+  return first > last ? first : kNeverM;
 }
+
+/// Of points, about their mean.
+struct Spread {
+  double count = 0.0, squares = 0.0;
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+
+  void add(const Eigen::Vector3d& point) {
+    count += 1.0;
+    sum += point;
+    squares += point.squaredNorm();
+  }
+  /// Sum of three components; of a single point, that of which it is one.
+  double variance(double of_one) const {
+    return count < 2.0 ? of_one : (squares - sum.squaredNorm() / count) / (count - 1.0);
+  }
+};
 
 }  // namespace
 
@@ -54,11 +69,18 @@ SearchDepth search_depth(const SearchLine& line, const std::vector<Eigen::Vector
   const Eigen::Vector3d behind = -tool.slim_length_m * line.shaft;
   const double above = behind.dot(line.normal);
   const Eigen::Vector3d beside = behind - above * line.normal;
+  // The stand ends where it meets the sphere. What comes along above that, by its own radius, meets
+  // the sphere; were the stand taken to reach the centre, none smaller than its margins about it could
+  // be touched from the side.
+  const double within = radius_m * radius_m - stand.radius_m * stand.radius_m;
+  const auto below_centre = [&](double body_radius_m) {
+    return std::max(0.0, std::sqrt(std::max(0.0, within)) - body_radius_m);
+  };
+  const double slim_radius = std::max(tool.slim_radius_m, tool.tip_radius_m);
   SearchDepth depth;
-  depth.end_m = kNever;
+  depth.end_m = kNeverM;
   double lowest = std::numeric_limits<double>::max();
-  std::vector<double> met;
-  met.reserve(places.size());
+  depth.met_m.reserve(places.size());
   for (const Eigen::Vector3d& place : places) {
     const Eigen::Vector3d off = place - line.aim_m;
     const double height = off.dot(line.normal);
@@ -67,30 +89,59 @@ SearchDepth search_depth(const SearchLine& line, const std::vector<Eigen::Vector
     const double tip = across.norm(), shaft = (across - beside).norm();
     const double tip_at = tip < kGrazing * tip_radius
                               ? height + std::sqrt(tip_radius * tip_radius - tip * tip)
-                              : kNever;
+                              : kNeverM;
     const double sure = tip + kSurelyM;
     const double surely_at =
-        sure < tip_radius ? height + std::sqrt(tip_radius * tip_radius - sure * sure) : kNever;
+        sure < tip_radius ? height + std::sqrt(tip_radius * tip_radius - sure * sure) : kNeverM;
     const double shaft_at =
         shaft < shaft_radius
             ? height + std::sqrt(shaft_radius * shaft_radius - shaft * shaft) - above
-            : kNever;
+            : kNeverM;
     if (shaft_at > surely_at) depth.end_m = std::max(depth.end_m, shaft_at);
     if (stand.radius_m > 0.0) {
-      const double tip_stands = at_stand(
-          -off, line.normal, stand.up,
-          stand.radius_m + std::max(tool.slim_radius_m, tool.tip_radius_m) + kTipFromStandsM);
-      const double shaft_stands = at_stand(behind - off, line.normal, stand.up,
-                                           stand.radius_m + tool.radius_m + kShaftMarginM);
+      const double tip_stands =
+          at_stand(-off, line.normal, stand.up, stand.radius_m + slim_radius + kTipFromStandsM,
+                   below_centre(slim_radius));
+      const double shaft_radius_m = tool.radius_m + kShaftMarginM;
+      const double shaft_stands =
+          at_stand(behind - off, line.normal, stand.up, stand.radius_m + shaft_radius_m,
+                   below_centre(shaft_radius_m));
       const double stands = std::max(tip_stands, shaft_stands);
       if (stands > surely_at) depth.end_m = std::max(depth.end_m, stands);
     }
-    met.push_back(tip_at);
+    depth.met_m.push_back(tip_at);
   }
   depth.end_m = std::max(depth.end_m, lowest);
-  for (const double at : met) depth.share += at > depth.end_m;
+  for (double& at : depth.met_m) {
+    if (at > depth.end_m)
+      depth.share += 1.0;
+    else
+      at = kNeverM;
+  }
   if (!places.empty()) depth.share /= static_cast<double>(places.size());
   return depth;
+}
+
+double told_m2(const SearchDepth& depth, const std::vector<Eigen::Vector3d>& places,
+               double sigma_m) {
+  // Places in the order of their outcome, in groups of one sigma; those not met are one group.
+  // Depths as they will be read, with fixed errors that are spread as a normal variable's are.
+  constexpr double kErrors[] = {-1.28, 0.52, -0.25, 0.84, -0.84, 0.25, 1.28, -0.52, 0.0};
+  std::map<long, Spread> groups;
+  Spread all;
+  for (std::size_t k = 0; k < places.size(); ++k) {
+    const double met = depth.met_m[k];
+    const double read = met / sigma_m + kErrors[k % std::size(kErrors)];
+    const long group =
+        met == kNeverM ? std::numeric_limits<long>::max() : static_cast<long>(std::floor(read));
+    groups[group].add(places[k]);
+    all.add(places[k]);
+  }
+  if (places.size() < 2) return 0.0;
+  double left = 0.0;
+  for (const auto& [group, spread] : groups)
+    left += spread.count * spread.variance(all.variance(0.0));
+  return std::max(0.0, all.variance(0.0) - left / all.count);  // (71)
 }
 
 }  // namespace cellcal::calib

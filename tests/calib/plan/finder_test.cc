@@ -16,6 +16,7 @@
 #include "calib/plan/search/search_depth.h"
 #include "calib/plan/search/search_line.h"
 #include "calib/plan/touch_sequence.h"
+#include "tests/calib/plan/find_drive.h"
 #include "tests/calib/simulate.h"
 #include "tests/calib/thrown.h"
 
@@ -24,111 +25,14 @@ namespace {
 
 using Eigen::Vector3d;
 using testing::demo_cell;
+using testing::Found;
+using testing::honestly_rough;
+using testing::search;
 
-/// Along the search line, what the true arm meets first, if anything: in steps, then halved.
-std::optional<Touch> search(const Cell& cell, const sim::Truth& truth, const PlannedTouch& line) {
-  const std::size_t target = cell.target_index(line.target);
-  const auto at = [&](double share) {
-    JointVector q(line.standoff.size());
-    for (std::size_t i = 0; i < q.size(); ++i)
-      q[i] = line.standoff[i] + share * (line.end[i] - line.standoff[i]);
-    return q;
-  };
-  const auto gap = [&](double share) {
-    const auto tip = truth.arm.position(truth.arm.prepare(at(share)), truth.errors.data());
-    return (tip - truth.centre_m[target]).norm() - truth.radius_m[target];
-  };
-  constexpr int kSteps = 400;
-  EXPECT_GT(gap(0.0), 0.0) << "the search begins inside the sphere";
-  for (int k = 1; k <= kSteps; ++k) {
-    double out = (k - 1.0) / kSteps, in = static_cast<double>(k) / kSteps;
-    if (gap(in) > 0.0) continue;
-    for (int halving = 0; halving < 40; ++halving) {
-      const double middle = (out + in) / 2.0;
-      (gap(middle) > 0.0 ? out : in) = middle;
-    }
-    Touch touch;
-    touch.target = line.target;
-    touch.joint_rad = at(out);
-    return touch;
-  }
-  return std::nullopt;
-}
-
-/// How near the tip, and the shaft behind it, come to the true spheres on a straight move; `meant`
-/// may be touched by the tip.
-struct SphereGaps {
-  double tip_m = 1.0, shaft_m = 1.0;
-};
-
-void look(const Cell& cell, const sim::Truth& truth, const JointVector& from, const JointVector& to,
-          std::optional<std::size_t> meant, SphereGaps& nearest) {
-  const ArmModel nominal(cell.robot, cell.tool);
-  constexpr int kSteps = 60;
-  for (int k = 0; k <= kSteps; ++k) {
-    JointVector q(from.size());
-    for (std::size_t i = 0; i < q.size(); ++i) q[i] = from[i] + (to[i] - from[i]) * k / kSteps;
-    const auto tip = truth.arm.position(truth.arm.prepare(q), truth.errors.data());
-    const Vector3d back = -(nominal.nominal_tcp(q).linear() * cell.tool.tcp.linear().transpose() *
-                            cell.tool.tcp.translation());
-    const double slim = cell.tool.slim_length_m / back.norm();
-    for (std::size_t t = 0; t < truth.centre_m.size(); ++t) {
-      const double radius = truth.radius_m[t];
-      if (t != meant)
-        nearest.tip_m = std::min(nearest.tip_m, (tip - truth.centre_m[t]).norm() - radius);
-      for (double share = slim; share < 1.0; share += 0.02)
-        nearest.shaft_m =
-            std::min(nearest.shaft_m,
-                     (tip + share * back - truth.centre_m[t]).norm() - radius - cell.tool.radius_m);
-    }
-  }
-}
-
-struct Found {
-  SphereGaps nearest;
-  int touches = 0, misses = 0;
-  Cell cell;
-};
-
-/// `wrong`: how far from their truth all spheres stand in the cell file.
 Found drive(const Cell& cell, const sim::Truth& truth, bool all) {
-  Finder finder(cell, {}, all, {});
-  Found found;
-  JointVector at;
-  for (const JointVector& middle =
-           [&] {
-             JointVector q(cell.robot.joints.size(), 0.0);
-             q[1] = -1.2, q[2] = 1.6, q[4] = 1.0;
-             return q;
-           }();
-       const auto line = finder.next(at.empty() ? middle : at);) {
-    EXPECT_TRUE(line->may_miss);
-    EXPECT_EQ(line->transit.back(), line->standoff);
-    for (const JointVector& waypoint : line->transit) {
-      if (!at.empty()) look(cell, truth, at, waypoint, {}, found.nearest);
-      at = waypoint;
-    }
-    const std::size_t meant = cell.target_index(line->target);
-    at = line->clear;
-    if (const auto touch = search(cell, truth, *line)) {
-      ++found.touches;
-      look(cell, truth, line->standoff, touch->joint_rad, meant, found.nearest);
-      look(cell, truth, touch->joint_rad, line->clear, meant, found.nearest);
-      finder.touched(*touch);
-    } else {
-      ++found.misses;
-      look(cell, truth, line->standoff, line->end, meant, found.nearest);
-      look(cell, truth, line->end, line->clear, meant, found.nearest);
-      finder.missed();
-    }
-    if (found.touches + found.misses > 100) {
-      ADD_FAILURE() << "no end of it";
-      break;
-    }
-  }
-  EXPECT_TRUE(finder.done());
-  EXPECT_EQ(finder.words(), "");
-  found.cell = finder.located();
+  const Found found = testing::drive(cell, truth, all, cell.targets.size());
+  EXPECT_FALSE(found.began_inside) << "a search begins inside the sphere";
+  EXPECT_TRUE(found.done);
   return found;
 }
 
@@ -172,21 +76,6 @@ TEST(Finder, FindsSpheresWhoseCentresAreRoughWellEnoughToPlanOn) {
     EXPECT_GT(found.nearest.tip_m, 0.003) << "the tip met a sphere where it did not search";
     EXPECT_GT(found.nearest.shaft_m, 0.0) << "the shaft met a sphere";
   }
-}
-
-/// The cell file wrong by as much as its sigma says, in every direction.
-Cell honestly_rough(const Cell& cell, double sigma_m, unsigned seed) {
-  Cell off = cell;
-  Random random(seed);
-  for (Target& target : off.targets) {
-    Vector3d draw;
-    do {  // one in 15 lies beyond: that is not what is looked at here
-      draw = Vector3d(random.normal(), random.normal(), random.normal());
-    } while (draw.norm() > 2.7);
-    target.centre_m += sigma_m * draw;
-    target.centre_sigma_m = sigma_m;
-  }
-  return off;
 }
 
 /// A KR 10 R1100 on a table, with a slender tool and four spheres of 38.1 mm.
@@ -246,6 +135,84 @@ TEST_P(finding, needs_no_better_centres_than_their_sigma_says) {
 }
 
 INSTANTIATE_TEST_SUITE_P(With, finding, ::testing::Values(5, 10, 15, 20));
+
+struct SmallSphere {
+  int diameter_mm, sigma_mm;
+  double tip_radius_m;
+};
+class a_small_sphere : public ::testing::TestWithParam<SmallSphere> {};
+
+TEST_P(a_small_sphere, is_found_by_touches_from_all_sides) {
+  const auto [diameter_mm, sigma_mm, tip_radius_m] = GetParam();
+  for (unsigned seed = 1; seed <= 4; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    const Cell cell = testing::table_cell(diameter_mm * 1e-3, tip_radius_m, seed);
+    const sim::Truth truth = testing::plain_truth(cell, seed);
+    try {
+      const Found found =
+          testing::drive(honestly_rough(cell, sigma_mm * 1e-3, seed), truth, true, 1);
+      std::printf("%d mm, sigma %d mm: %d touches, %d misses\n", diameter_mm, sigma_mm,
+                  found.touches, found.misses);
+      EXPECT_TRUE(found.done);
+      EXPECT_FALSE(found.began_inside);
+      EXPECT_GT(found.nearest.tip_m, 0.003) << "the tip met a sphere where it did not search";
+      EXPECT_GT(found.nearest.shaft_m, 0.0) << "the shaft met a sphere";
+    } catch (const PlanError& error) {
+      ADD_FAILURE() << error.what();
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Of, a_small_sphere,
+                         ::testing::Values(SmallSphere{40, 5, 0.0}, SmallSphere{40, 10, 0.003},
+                                           SmallSphere{20, 5, 0.0}));
+
+TEST(Finder, ThatGivesUpLeadsToWhereAnotherCanBegin) {
+  const Cell small = testing::table_cell(0.04, 0.0, 0);
+  const sim::Truth truth = testing::plain_truth(small, 1);
+  const Cell cell = honestly_rough(small, 0.005, 1);
+  Finder first(cell, {}, true, {});
+  EXPECT_TRUE(first.way_home().empty()) << "nothing was searched yet";
+  JointVector at(6, 0.0);
+  at[1] = -1.2, at[2] = 1.6, at[4] = 1.0;
+  for (int k = 0; k < 4; ++k) {
+    const auto line = first.next(at);
+    ASSERT_TRUE(line);
+    at = line->clear;
+    const auto touch = search(cell, truth, *line);
+    if (touch)
+      first.touched(*touch);
+    else
+      first.missed();
+  }
+  const auto home = first.way_home();
+  ASSERT_FALSE(home.empty());
+  EXPECT_TRUE(Finder(cell, {}, true, {}).next(home.back()));
+}
+
+TEST(TouchSequence, ThatOnlyFindsForeseesItsTouches) {
+  const sim::Truth truth = testing::plain_truth(demo_cell(), 1);
+  const Cell cell = rough(1);
+  TouchSequenceOptions options;
+  options.only_find = options.find = true;
+  TouchSequence sequence(cell, options, {});
+  JointVector at(6, 0.0);
+  at[1] = -1.2, at[2] = 1.6, at[4] = 1.0;
+  int made = 0;
+  const int foreseen = sequence.progress().touches_left;
+  while (const auto line = sequence.next(at, false)) {
+    EXPECT_GE(sequence.progress().touches_left, 1);
+    at = line->clear;
+    if (const auto touch = search(cell, truth, *line)) {
+      ++made;
+      sequence.touched(*touch);
+    } else {
+      sequence.failed(NotMade::kMissed);
+    }
+  }
+  EXPECT_EQ(sequence.progress().touches_left, 0);
+  EXPECT_NEAR(foreseen, made, 8);
+}
 
 TEST(Finder, FindsASphereSomewhereInABox) {
   Cell cell = demo_cell();
@@ -367,6 +334,25 @@ TEST(SearchDepth, EndsBeforeTheShaftMeetsWhatTheTipHasPassed) {
   EXPECT_NEAR(search_depth(down, {Vector3d::Zero()}, radius, kNoStand, tool).end_m, 0.0, 1e-12);
 }
 
+TEST(SearchDepth, LearnsNothingFromALineThatWasSearchedBefore) {
+  // What a touch at the origin from above leaves of a sphere of 40 mm: centres 20 mm from there.
+  constexpr double kRadiusM = 0.02;
+  Random random(1);
+  std::vector<Vector3d> places;
+  while (places.size() < 600) {
+    const Vector3d draw(random.normal(), random.normal(), random.normal());
+    if (draw.normalized().z() < -0.4)
+      places.push_back((kRadiusM + 0.002 * random.normal()) * draw.normalized());
+  }
+  const auto told = [&](const Vector3d& aim, const Vector3d& normal) {
+    const SearchLine line{aim, normal, -normal};
+    return told_m2(search_depth(line, places, kRadiusM, kNoStand, Tool{}), places, kArmSigmaM);
+  };
+  const double again = told(Vector3d::Zero(), Vector3d::UnitZ());
+  const double aside = told(Vector3d(0.0, 0.0, -0.014), Vector3d::UnitX());
+  EXPECT_LT(again, 0.2 * aside) << again * 1e6 << " and " << aside * 1e6 << " mm2";
+}
+
 TEST(SearchDepth, KeepsTheShaftFromASphereThatAnArmThatIsOffWouldMiss) {
   Tool tool;
   tool.radius_m = 0.02;
@@ -441,6 +427,20 @@ TEST(SearchDepth, EndsBeforeTipOrShaftMeetTheStandOfASphereThatIsPassed) {
   const SearchLine above{{0, 0, 0.04}, Vector3d::UnitX(), -Vector3d::UnitX()};
   EXPECT_NEAR(search_depth(above, place, radius, {-Vector3d::UnitZ(), 0.012}, tool).end_m, 0.02,
               1e-12);
+}
+
+TEST(SearchDepth, LetsASmallSphereBeTouchedFromTheSideAboveItsStand) {
+  Tool tool;
+  tool.radius_m = 0.0;
+  tool.slim_radius_m = 0.004;
+  const SearchStand stand{Vector3d::UnitZ(), 0.015};
+  const std::vector<Vector3d> place{Vector3d::Zero()};
+  const auto end_m = [&](double below_m) {
+    const SearchLine level{{0, 0, -below_m}, Vector3d::UnitX(), -Vector3d::UnitX()};
+    return search_depth(level, place, 0.02, stand, tool).end_m;
+  };
+  EXPECT_NEAR(end_m(0.005), 0.0, 1e-12) << "the sphere of 40 mm is met first";
+  EXPECT_NEAR(end_m(0.012), 0.015 + 0.004 + 0.004, 1e-12) << "the stand would be met";
 }
 
 TEST(TouchSequence, LeadsOutOfThePlateThatTheTipTouches) {

@@ -1,0 +1,153 @@
+#include "tests/calib/plan/find_drive.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <iterator>
+#include <string>
+
+#include "calib/files/files.h"
+#include "calib/model/kinematics.h"
+#include "calib/model/random.h"
+#include "calib/plan/search/finder.h"
+
+namespace cellcal::calib::testing {
+
+namespace {
+
+using Eigen::Vector3d;
+
+JointVector between(const JointVector& from, const JointVector& to, double share) {
+  JointVector q(from.size());
+  for (std::size_t i = 0; i < q.size(); ++i) q[i] = from[i] + share * (to[i] - from[i]);
+  return q;
+}
+
+Vector3d tip_of(const sim::Truth& truth, const JointVector& q) {
+  return truth.arm.position(truth.arm.prepare(q), truth.errors.data());
+}
+
+/// On a straight move; the sphere `meant` may be touched by the tip.
+void look(const Cell& cell, const sim::Truth& truth, const JointVector& from, const JointVector& to,
+          std::optional<std::size_t> meant, SphereGaps& nearest) {
+  const ArmModel nominal(cell.robot, cell.tool);
+  constexpr int kSteps = 60;
+  for (int k = 0; k <= kSteps; ++k) {
+    const JointVector q = between(from, to, static_cast<double>(k) / kSteps);
+    const Vector3d tip = tip_of(truth, q);
+    const Vector3d back = -(nominal.nominal_tcp(q).linear() * cell.tool.tcp.linear().transpose() *
+                            cell.tool.tcp.translation());
+    const double slim = cell.tool.slim_length_m / back.norm();
+    for (std::size_t t = 0; t < truth.centre_m.size(); ++t) {
+      const double radius = truth.radius_m[t];  // of sphere and tip
+      if (t != meant)
+        nearest.tip_m = std::min(nearest.tip_m, (tip - truth.centre_m[t]).norm() - radius);
+      for (double share = slim; share < 1.0; share += 0.02)
+        nearest.shaft_m =
+            std::min(nearest.shaft_m, (tip + share * back - truth.centre_m[t]).norm() - radius +
+                                          cell.tool.tip_radius_m - cell.tool.radius_m);
+    }
+  }
+}
+
+}  // namespace
+
+Cell table_cell(double diameter_m, double tip_radius_m, std::size_t first) {
+  Cell cell;
+  cell.robot = load_robot(std::filesystem::path(CELLCAL_ROBOTS_FOLDER) / "kr16_r1610_2.toml");
+  cell.tool.tcp.translation() = Vector3d(0.0, 0.0, 0.3);
+  cell.tool.length_m = 0.3;
+  cell.tool.mass_kg = 1.5;
+  cell.tool.tip_radius_m = tip_radius_m;
+  cell.touch_sigma_m = 3e-5;
+  cell.radius_offset_sigma_m = 3e-4;
+  const Vector3d places[] = {
+      {1.05, -0.40, 0.30}, {1.00, 0.42, 0.34}, {0.62, -0.72, 0.52}, {0.72, 0.68, 0.58}};
+  for (std::size_t k = 0; k < std::size(places); ++k) {
+    const std::size_t place = (first + k) % std::size(places);
+    Target target;
+    target.id = "S" + std::to_string(place + 1);
+    target.diameter_m = diameter_m;
+    target.diameter_sigma_m = 2e-6;
+    target.has_centre = true;
+    target.centre_m = places[place];
+    cell.targets.push_back(target);
+  }
+  Obstacle table;
+  table.id = "table";
+  table.frame.translation() = Vector3d(0.9, 0.0, -0.05);
+  table.size_m = Vector3d(1.2, 2.0, 0.06);
+  cell.obstacles = {table};
+  return cell;
+}
+
+Cell honestly_rough(Cell cell, double sigma_m, unsigned seed) {
+  constexpr double kMost = 2.7;
+  Random random(seed);
+  for (Target& target : cell.targets) {
+    Vector3d draw;
+    do {
+      draw = Vector3d(random.normal(), random.normal(), random.normal());
+    } while (draw.norm() > kMost);
+    target.centre_m += sigma_m * draw;
+    target.centre_sigma_m = sigma_m;
+  }
+  return cell;
+}
+
+std::optional<Touch> search(const Cell& cell, const sim::Truth& truth, const PlannedTouch& line) {
+  const std::size_t target = cell.target_index(line.target);
+  const auto gap = [&](double share) {
+    return (tip_of(truth, between(line.standoff, line.end, share)) - truth.centre_m[target])
+               .norm() -
+           truth.radius_m[target];
+  };
+  constexpr int kSteps = 400;
+  for (int k = 1; k <= kSteps; ++k) {
+    double out = (k - 1.0) / kSteps, in = static_cast<double>(k) / kSteps;
+    if (gap(in) > 0.0) continue;
+    for (int halving = 0; halving < 40; ++halving) {
+      const double middle = (out + in) / 2.0;
+      (gap(middle) > 0.0 ? out : in) = middle;
+    }
+    Touch touch;
+    touch.target = line.target;
+    touch.joint_rad = between(line.standoff, line.end, out);
+    return touch;
+  }
+  return std::nullopt;
+}
+
+Found drive(const Cell& cell, const sim::Truth& truth, bool all, std::size_t spheres) {
+  Finder finder(cell, {}, all, {});
+  Found found;
+  JointVector middle(cell.robot.joints.size(), 0.0);
+  middle[1] = -1.2, middle[2] = 1.6, middle[4] = 1.0;
+  JointVector at;
+  constexpr int kNoEnd = 300;
+  while (!finder.done() && *finder.seeking() < spheres) {
+    if (found.touches + found.misses > kNoEnd) return found;
+    const auto line = finder.next(at.empty() ? middle : at);
+    for (const JointVector& waypoint : line->transit) {
+      if (!at.empty()) look(cell, truth, at, waypoint, {}, found.nearest);
+      at = waypoint;
+    }
+    const std::size_t meant = cell.target_index(line->target);
+    at = line->clear;
+    found.began_inside |=
+        (tip_of(truth, line->standoff) - truth.centre_m[meant]).norm() <= truth.radius_m[meant];
+    const auto touch = search(cell, truth, *line);
+    ++(touch ? found.touches : found.misses);
+    const JointVector& deepest = touch ? touch->joint_rad : line->end;
+    look(cell, truth, line->standoff, deepest, meant, found.nearest);
+    look(cell, truth, deepest, line->clear, meant, found.nearest);
+    if (touch)
+      finder.touched(*touch);
+    else
+      finder.missed();
+  }
+  found.done = true;
+  found.cell = finder.located();
+  return found;
+}
+
+}  // namespace cellcal::calib::testing
