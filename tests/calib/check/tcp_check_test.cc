@@ -191,7 +191,7 @@ TEST(TcpCheck, OfAToolThatIsGoneNothingIsMetAndThatIsTheAnswer) {
   EXPECT_EQ(check.change(), nullptr);
   const std::string all = std::to_string(check.not_found.size());
   EXPECT_EQ(verdict_words(check),
-            "does not hold: " + all + " of " + all + " touches without contact");
+            "does not hold: " + all + " of " + all + " touches without a contact point");
   EXPECT_NE(check_to_json(check).find("\"holds\": false"), std::string::npos);
 }
 

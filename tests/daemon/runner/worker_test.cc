@@ -203,7 +203,7 @@ TEST(an_abort_of_a_planning_session, calls_the_plan_off_which_is_no_failure) {
 TEST(an_abort_of_an_identifying_session, calls_the_estimate_off_and_the_touches_stay) {
   testing::Session session;
   std::promise<void> begun;
-  session.tasks.identify = [&](const std::vector<calib::Touch>&) -> calib::Calibration {
+  session.tasks.identify = [&](const std::vector<calib::Touch>&) -> SessionResult {
     compute(begun);
   };
   State patient;
