@@ -201,7 +201,7 @@ std::optional<CellForm> form_in(const std::string& text, const std::filesystem::
       if (target.value("kind", "") != "sphere") continue;  // kept.h
       // The reader's defaults, which are not those of a new form.
       target.emplace("diameter_sigma_mm", 0.0);
-      target.emplace("centre_sigma_mm", 0.0);
+      if (target.contains("centre_mm")) target.emplace("centre_sigma_mm", 0.0);
       if (target.contains("search_low_mm"))
         target["box_mm"] = {target.at("search_low_mm"), target.at("search_high_mm")};
       spheres.push_back(std::move(target));

@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
+
 #include "calib/plan/cell_check.h"
 #include "tests/calib/plan/box.h"
 #include "tests/calib/simulate.h"
@@ -52,7 +54,9 @@ TEST(SuggestedPlaces, AreNotWhereSomethingStands) {
   blocked.obstacles.push_back(testing::box("wall", {0.9, -0.9, 0.6}, {1.4, 1.0, 1.2}));
   const SuggestedSpheres suggested = suggest_spheres(blocked, few(), 3);
   EXPECT_EQ(suggested.cell.targets.size(), 3u);
-  for (const Target& target : suggested.cell.targets) EXPECT_GT(target.centre_m.y(), -0.4);
+  const Eigen::AlignedBox3d wall(Eigen::Vector3d(0.2, -1.4, 0.0), Eigen::Vector3d(1.6, -0.4, 1.2));
+  for (const Target& target : suggested.cell.targets)
+    EXPECT_GT(wall.exteriorDistance(target.centre_m), target.diameter_m / 2.0) << target.centre_m.transpose();
 }
 
 TEST(SuggestedPlaces, AreRefusedForARegionThatDependsOnThem) {

@@ -318,8 +318,8 @@ TEST(a_taught_centre, lies_below_the_tip_that_touches_the_top) {
   made.tool.tip_radius_mm = 1.5;
   const std::vector<double> joints{20, -70, 80, 10, 60, 30};
   const Triple tip = tip_mm(made, joints);
-  std::vector<std::string> answers(kAnswers.begin(), kAnswers.begin() + 4);
-  answers[3] = "1.5";
+  std::vector<std::string> answers(kAnswers.begin(), kAnswers.begin() + 5);
+  answers[4] = "1.5";
   answers.insert(answers.end(), {"50", "20 -70 80 10 60 30", ""});
   const Asked asked = ask(joined(answers, answers.size()));
   const Triple centre = asked.form.spheres.at(0).centre_mm.value();
