@@ -11,6 +11,31 @@ const std::string& Request::header(const std::string& name) const {
   return found == headers.end() ? kNone : found->second;
 }
 
+namespace {
+
+int hex_digit(char c) {
+  if (c >= '0' && c <= '9') return c - '0';
+  if (c >= 'a' && c <= 'f') return c - 'a' + 10;
+  if (c >= 'A' && c <= 'F') return c - 'A' + 10;
+  return -1;
+}
+
+/// %XX as the byte that it stands for (RFC 3986, 2.1); any other % as it is.
+std::string decoded(const std::string& text) {
+  std::string bytes;
+  for (std::size_t at = 0; at < text.size(); ++at) {
+    const bool escaped = text[at] == '%' && at + 2 < text.size();
+    const int high = escaped ? hex_digit(text[at + 1]) : -1;
+    const int low = escaped ? hex_digit(text[at + 2]) : -1;
+    const bool is_byte = high >= 0 && low >= 0;
+    bytes += is_byte ? static_cast<char>(16 * high + low) : text[at];
+    if (is_byte) at += 2;
+  }
+  return bytes;
+}
+
+}  // namespace
+
 Request parse_target(const std::string& method, const std::string& target, std::string body) {
   Request request{method, target, {}, std::move(body)};
   const std::size_t mark = target.find('?');
@@ -22,7 +47,7 @@ Request parse_target(const std::string& method, const std::string& target, std::
     const std::string pair = target.substr(at, end - at);
     const std::size_t equals = std::min(pair.find('='), pair.size());
     request.query.emplace(pair.substr(0, equals),
-                          equals < pair.size() ? pair.substr(equals + 1) : "");
+                          equals < pair.size() ? decoded(pair.substr(equals + 1)) : "");
     at = end + 1;
   }
   return request;

@@ -22,7 +22,7 @@ struct BadRequest : std::runtime_error {
 struct Request {
   std::string method;                        ///< "GET", "POST"
   std::string path;                          ///< without the query
-  std::map<std::string, std::string> query;  ///< first value of each key, as it stands
+  std::map<std::string, std::string> query;  ///< first value of each key, %XX decoded
   std::string body;
   std::map<std::string, std::string> headers{};  ///< names in lower case; the first of each
   std::string peer{};                            ///< the client's address; empty over a Unix socket

@@ -56,6 +56,16 @@ struct a_clerk : ::testing::Test {
   Clerk clerk;
 };
 
+TEST(a_query, is_decoded_where_a_browser_escapes_it) {
+  const auto value = [](const std::string& written) {
+    return parse_target("GET", "/v1/cell-form?file=" + written, "").query.at("file");
+  };
+  EXPECT_EQ(value("%2Fcells%2fa%20b.toml"), "/cells/a b.toml");
+  EXPECT_EQ(value("/cells/a.toml"), "/cells/a.toml");
+  for (const char* as_it_is : {"%", "%2", "%zz", "100%", "a+b"})
+    EXPECT_EQ(value(as_it_is), as_it_is);
+}
+
 TEST_F(a_clerk, has_room_for_others_when_one_token_asks_for_all_there_is) {
   occupy();
   int taken = 0;

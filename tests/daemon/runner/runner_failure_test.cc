@@ -98,8 +98,9 @@ const Case kCases[] = {
     {"late_replies",
      {.outcome = {{3, MoveOutcome::kRobotSilent}},
       .interruption = {{3, drivers::Interruption::kLateReplies}}},
-     FailureKind::kRobotSilent,
-     "this computer replied too late for the controller. Then: 'cellcal run --resume'",
+     FailureKind::kComputerBusy,
+     "this computer was busy: replies too late for the controller. Stop other programs on this computer. "
+     "Then: 'cellcal run --resume'",
      3},
     {"move_refused",
      {.outcome = {{1, MoveOutcome::kRefused}}},

@@ -274,6 +274,7 @@ export const de: Catalogue = {
   "check.cell file": "Zellendatei",
   "check.cell itself": "Konsistenz der Zelle",
   "check.plan": "Plan",
+  "check.required accuracy": "geforderte Genauigkeit",
   "check.plant": "Verbindung zum Werk",
   "check.sparkplug": "Sparkplug-Verbindung",
   "check.robot geometry": "Robotergeometrie",

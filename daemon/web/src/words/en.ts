@@ -281,6 +281,7 @@ export const en = {
   "check.cell file": "cell file",
   "check.cell itself": "cell consistency",
   "check.plan": "plan",
+  "check.required accuracy": "required accuracy",
   "check.plant": "link to the plant",
   "check.sparkplug": "Sparkplug link",
   "check.robot geometry": "robot geometry",
