@@ -289,7 +289,7 @@ const steps = {
     const { page } = this;
     await page.getByRole("button", { name: "ABORT" }).click();
     await says(page, /Session 1 was aborted after \d+ touches\./);
-    await says(page, /Arm: unknown since \d\d:\d\d:\d\d, newest packet \d+.s old\. Look at the robot\./);
+    await page.locator(".motion").getByText(/Arm: unknown since .*\d\d:\d\d.*, newest packet .* old\. Look at the robot\./).waitFor(LONG);
     assert.equal((await cell.status()).phase, "aborted");
     await page.getByRole("button", { name: "Resume session 1" }).waitFor(LONG);
     await page.waitForTimeout(300); // the arm comes to rest
