@@ -7,7 +7,7 @@ namespace cellcal::calib {
 
 namespace {
 
-/// What others are told of.
+/// Step of reported progress, a share.
 constexpr double kPercent = 0.01;
 
 /// Of one thread.

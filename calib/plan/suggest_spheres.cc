@@ -24,8 +24,8 @@ using Eigen::Vector3d;
 
 constexpr int kPostures = 600;
 constexpr std::size_t kMostPlaces = 32;
-constexpr double kApartM = 0.15;        ///< places nearer to each other say the same
-constexpr double kGridM = 0.01;         ///< nobody puts a stand more exactly
+constexpr double kApartM = 0.15;        ///< nearer places carry the same information
+constexpr double kGridM = 0.01;         ///< finer than a stand can be placed
 constexpr double kCentreSigmaM = 0.01;  ///< as where the file states none
 /// Above the floor, or the base where no floor is stated: a higher stand sways.
 constexpr double kHighestM = 1.0;

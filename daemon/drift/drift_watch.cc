@@ -63,7 +63,7 @@ std::optional<double> temperature_of(const SessionOptions& options,
   return sum / static_cast<double>(touches.size());
 }
 
-/// By the outcome that the journal keeps. Without one the check is undecided: nobody knows which touches it missed.
+/// By the outcome that the journal keeps. Without one the check is undecided: its missed touches are not known.
 void take_outcome(const std::optional<SessionOutcome>& outcome, calib::CheckSeen& seen) {
   seen.left_out = calib::LeftOut::kUndecided;
   if (!outcome || outcome->kind == OutcomeKind::kUndecided) return;

@@ -271,7 +271,7 @@ void Runner::work(std::function<Event()> job, std::uint32_t route_id, Kind kind)
       calib::poll_cancelled();  // one that has waited behind another
       answer = job();
     } catch (const calib::Cancelled&) {
-      return;  // the session ends, and nobody waits for an answer
+      return;  // the session ends: the answer is not awaited
     } catch (const std::exception& error) {
       answer = Event{};
       answer.kind = EventKind::kWorkFailed;

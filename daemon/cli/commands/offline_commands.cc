@@ -99,9 +99,7 @@ void add_plan(CLI::App& app, int& status) {
       ->expected(0, 1)
       ->default_str("4")
       ->check(CLI::Range(1, 12));
-  command->callback([given, &status] {
-    status = given->suggest_spheres > 0 ? suggest_spheres(*given) : plan(*given);
-  });
+  command->callback([given, &status] { status = plan(*given); });
 }
 
 void add_kuka_files(CLI::App& app, int& status) {

@@ -7,6 +7,10 @@
 
 #include "calib/result/calibration.h"
 
+namespace cellcal::calib {
+struct PlanOptions;
+}
+
 namespace cellcal::daemon {
 
 struct IdentifyCommand {
@@ -36,7 +40,8 @@ struct PlanCommand {
 };
 int plan(const PlanCommand& command);
 /// Places for spheres that serve the region, with the predicted accuracy beside today's.
-int suggest_spheres(const PlanCommand& command);
+int suggest_spheres(const PlanCommand& command, const calib::Cell& cell,
+                    const calib::PlanOptions& options);
 
 /// The robots that a cell file may name, and where their files are looked for.
 struct RobotsCommand {

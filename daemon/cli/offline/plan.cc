@@ -23,7 +23,7 @@ namespace cellcal::daemon {
 
 namespace {
 
-/// How far the plan is, while it is made; where somebody looks. Ctrl-C ends the program as everywhere.
+/// Progress of planning, on a terminal only. Ctrl-C ends the program as everywhere.
 class PercentOnTerminal {
  public:
   ~PercentOnTerminal() {
@@ -137,6 +137,7 @@ int plan(const PlanCommand& command) {
   options.check_touches = command.check;
   options.seed = command.seed;
   options.region = calib::parse_accuracy_region(command.region);
+  if (command.suggest_spheres > 0) return suggest_spheres(command, cell, options);
   const calib::Plan made = [&] {
     const PercentOnTerminal percent;
     const calib::Watch watch([] { return false; },

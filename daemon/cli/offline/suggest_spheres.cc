@@ -10,7 +10,6 @@
 
 #include "calib/files/files.h"
 #include "calib/model/units.h"
-#include "calib/plan/cell_check.h"
 #include "daemon/cli/offline/exit_status.h"
 #include "daemon/cli/offline/offline.h"
 #include "daemon/report/drawing/plan_picture.h"
@@ -74,15 +73,8 @@ std::string json(const calib::SuggestedSpheres& suggested,
 
 }  // namespace
 
-int suggest_spheres(const PlanCommand& command) {
-  const calib::Cell cell = calib::load_cell(command.cell);
-  for (const std::string& warning : calib::refuse_faulty(cell))
-    fmt::print(stderr, "warning: {}\n", warning);
-  calib::PlanOptions options;
-  options.fit_touches = command.touches;
-  options.check_touches = command.check;
-  options.seed = command.seed;
-  options.region = calib::parse_accuracy_region(command.region);
+int suggest_spheres(const PlanCommand& command, const calib::Cell& cell,
+                    const calib::PlanOptions& options) {
   const calib::SuggestedSpheres suggested =
       calib::suggest_spheres(cell, options, command.suggest_spheres);
   const std::optional<calib::Plan> today = plan_of_today(cell, options);
