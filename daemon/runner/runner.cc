@@ -322,6 +322,8 @@ struct Runner::Perform {
           answer.plan = std::make_shared<const calib::Plan>(std::move(chosen.plan));
           answer.progress = std::move(chosen.progress);
           answer.stage = std::move(chosen.stage);
+          answer.not_found = chosen.not_found;
+          answer.words = std::move(chosen.why);
           return answer;
         },
         action.route_id);

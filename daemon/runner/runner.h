@@ -36,6 +36,8 @@ struct Tasks {
     calib::Plan plan;  ///< the one touch, or none and the way home
     calib::Progress progress{};
     std::string stage{};  ///< what the touch is for, in words
+    bool not_found = false;  ///< a sphere cannot be found; the plan leads home
+    std::string why{};       ///< of not_found, for the operator
   };
   std::function<Planned()> plan;
   std::function<calib::Plan(const calib::Plan&, std::size_t next, const calib::JointVector& from)>

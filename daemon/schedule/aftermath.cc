@@ -38,6 +38,7 @@ Aftermath{F::kStoppedElsewhere,  kAny, false, false, "somebody else stopped it"}
 Aftermath{F::kTimeout,           kAny, false, false, "the reason is not known"},
 Aftermath{F::kStopUnconfirmed,   kAny, false, false, "the arm may still move"},
 Aftermath{F::kPlan,              kAny, false, false, "no free path exists from where the arm stands"},
+Aftermath{F::kNotFound,          kAny, false, false, "a person has to measure where the sphere is"},
 Aftermath{F::kPlanChanged,       kAny, false, false, "somebody has to begin another session"},
 Aftermath{F::kJournal,           kAny, false, false, "nothing moves that cannot be recorded"},
 Aftermath{F::kReport,            kAny, false, false, "the disk has to be checked first"},

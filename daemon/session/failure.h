@@ -11,6 +11,7 @@ namespace cellcal::daemon {
 
 enum class FailureKind {
   kPlan,               ///< no plan, or no clear way from where the arm stands
+  kNotFound,           ///< a sphere is not where the cell file says, or cannot be located
   kPlanChanged,        ///< resumed, but the stored inputs no longer give the stored plan
   kDevice,             ///< a device or address could not be opened
   kLinkNotReady,       ///< robot or contact sensor did not become ready in time

@@ -181,6 +181,7 @@ std::string what(FailureKind kind, const State& state, const Event& event) {
     case FailureKind::kPlan:
       return or_else(words,
                      "no touch can be reached from the arm's position. Jog it away from obstacles");
+    case FailureKind::kNotFound:
     case FailureKind::kDevice:
     case FailureKind::kIdentify:
     case FailureKind::kReport:
@@ -284,6 +285,8 @@ const char* next_step(FailureKind kind) {
     case FailureKind::kContactTooEarly:
       // A resumed session works with the cell file as it was stored.
       return ". Then: 'cellcal run --resume', or a new session if the cell file was changed";
+    case FailureKind::kNotFound:  // the stored cell file would be searched in again
+      return ". Then start a new session";
     case FailureKind::kIdentify:         // the same touches give the same answer
     case FailureKind::kPlanChanged:      // needs a new session, as its words say
     case FailureKind::kUnexpectedEvent:  // a defect

@@ -290,6 +290,11 @@ bool sensor_proven_after_miss(const State& state, const Event& event) {
 bool missed_what_was_met(const State& state, const Event& event) {
   return sensor_proven_after_miss(state, event) && state.first.has_value();
 }
+bool not_found(const State&, const Event& event) { return event.not_found; }
+bool not_found_at_home(const State& state, const Event& event) {
+  return not_found(state, event) && event.plan->home.empty();
+}
+bool not_found_behind(const State& state, const Event&) { return state.behind_home.has_value(); }
 bool none_left(const State&, const Event& event) { return event.plan->touches.empty(); }
 bool nothing_chosen(const State& state, const Event& event) {
   return state.one_by_one && none_left(state, event);

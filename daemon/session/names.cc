@@ -200,6 +200,8 @@ const char* to_string(FailureKind kind) {
   switch (kind) {
     case FailureKind::kPlan:
       return "plan";
+    case FailureKind::kNotFound:
+      return "not-found";
     case FailureKind::kPlanChanged:
       return "plan-changed";
     case FailureKind::kDevice:

@@ -583,6 +583,13 @@ void begin_way_home(State& state, const Event& event, Actions& actions) {
         state.timeouts.waypoint);
 }
 
+void begin_way_out(State& state, const Event& event, Actions& actions) {
+  state.behind_home = Failure{FailureKind::kNotFound,
+                              failure_detail(FailureKind::kNotFound, state, event) +
+                                  next_step(FailureKind::kNotFound)};
+  begin_way_home(state, event, actions);
+}
+
 void end_touching(State& state, const Event& event, Actions& actions) {
   state.plan = event.plan;
   state.progress = event.progress;
@@ -669,6 +676,11 @@ void end_failed(State& state, const Event&, Actions& actions) {
   actions.emplace_back(CloseDevices{});
   actions.emplace_back(RecordEnd{
       Ending::kFailed, state.failure ? to_journal(*state.failure) : std::string(), state.failure});
+}
+
+void end_not_found(State& state, const Event& event, Actions& actions) {
+  state.failure = state.behind_home;
+  end_failed(state, event, actions);
 }
 
 void note_journal_failure(State& state, const Event& event, Actions&) {

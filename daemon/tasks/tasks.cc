@@ -182,14 +182,22 @@ class Chooser {
 
   Tasks::Chosen choose_from(const ChooseTouch& how, const std::vector<calib::Touch>& touches,
                             const calib::JointVector& from) {
-    if (how.failed) sequence_->failed(*how.failed);
-    for (; learnt_ < touches.size(); ++learnt_) sequence_->touched(touches[learnt_]);
     Tasks::Chosen chosen;
     if (!*all_) {
       all_->emplace();
       (*all_)->start = from;
     }
-    if (auto touch = sequence_->next(from, how.in_contact)) {
+    std::optional<calib::PlannedTouch> touch;
+    try {
+      if (how.failed) sequence_->failed(*how.failed);
+      while (learnt_ < touches.size()) sequence_->touched(touches[learnt_++]);
+      touch = sequence_->next(from, how.in_contact);
+    } catch (const calib::PlanError& error) {
+      if (error.kind != calib::PlanError::Kind::kNotFound) throw;
+      chosen.not_found = true;
+      chosen.why = error.what();
+    }
+    if (touch) {
       auto& all = (*all_)->touches;  // one that was offered before is on another way now
       if (!all.empty() && all.back().clear == touch->clear) all.pop_back();
       if (!touch->may_miss) all.push_back(*touch);

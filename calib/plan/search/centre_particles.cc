@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calib/model/probability.h"
+
 namespace cellcal::calib {
 
 namespace {
@@ -71,7 +73,10 @@ void CentreParticles::hit(const Vector3d& from, const Vector3d& tip) {
 void CentreParticles::miss(const Vector3d& from, const Vector3d& to) {
   missed_.push_back({from, to});
   std::erase_if(places_, [&](const Vector3d& place) {
-    return distance_m(place, from, to) < radius_m_ - kSureM;
+    const double inside_m = radius_m_ - distance_m(place, from, to);
+    if (inside_m <= 0.0) return false;
+    if (inside_m > kSureM) return true;
+    return random_.uniform() >= normal_above(inside_m / kArmSigmaM);  // (70a)
   });
   if (!places_.empty() && places_.size() < kPlaces / 2)
     draw_again(std::vector<double>(places_.size(), 1.0));

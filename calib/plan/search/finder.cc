@@ -28,11 +28,11 @@ constexpr double kOneSideRad = 70.0 * kRadPerDeg;
 constexpr std::size_t kLeastHits = 6, kMostHits = 12;
 /// Touches that most spheres are found with (tests/experiments, finding).
 constexpr int kUsualHits = 7;
-constexpr int kMostLines = 80;
+constexpr int kMostLines = 600;
 /// A line that would hardly meet it is not worth its time; where no other can be made, it is. The
 /// wider the particles spread, the fewer of them a single line meets, and the fewer lines lead round
 /// them: with so many times the effort, doubled each time, others are looked for before a sphere is
-/// given up.
+/// given up. Of a sphere that is small beside their spread a line meets so much less.
 constexpr double kLeastShare[] = {0.03, 0.02, 0.01, 0.005};
 constexpr int kEfforts = std::size(kLeastShare);
 
@@ -187,9 +187,9 @@ struct Finder::Impl {
       for (const Vector3d& b : one.tips)
         widest_rad = std::max(widest_rad, angle_rad(a - one.centre_m, b - one.centre_m));
     const char* todo = widest_rad < kOneSideRad
-                           ? "Give the arm more room around it, or measure centre_mm and leave "
-                             "out --find"
-                           : "Measure centre_mm and leave out --find";
+                           ? "Give the arm more room around it, or measure its centre and state it "
+                             "as centre_mm"
+                           : "Measure its centre and state it as centre_mm";
     return {PlanError::Kind::kNotFound, id,
             fmt::format("sphere {}: centre +- {:.1f} mm (k=2) after {} touches, limit {:g} mm. All "
                         "lie within {:.0f} deg as seen from its centre. {}",
@@ -247,11 +247,21 @@ struct Finder::Impl {
     return {up, thick / 2.0};
   }
 
+  /// The largest standard deviation of the places over the radius that a line meets.
+  static double openness(const Sought& one) {
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(one.particles.covariance(),
+                                                                Eigen::EigenvaluesOnly);
+    return std::sqrt(solver.eigenvalues()[2]) / one.radius_m;
+  }
+
+  static double least_share(const Sought& one, int effort) {
+    return kLeastShare[effort] / std::max(1.0, std::pow(openness(one), 2));
+  }
+
   /// `effort`: 0, and more where the lines of less lead nowhere.
   std::vector<Line> lines(Sought& one, int effort) const {
     const Vector3d middle = one.particles.mean();
-    const Eigen::Matrix3d spread = one.particles.covariance();
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(spread, Eigen::EigenvaluesOnly);
+    const double least = least_share(one, effort);
     const auto& all = one.particles.places();
     std::vector<Vector3d> some;
     const std::size_t step = std::max<std::size_t>(1, all.size() / kLooked);
@@ -259,7 +269,7 @@ struct Finder::Impl {
     std::vector<Vector3d> aims{middle};
     const unsigned seed = options.seed + static_cast<unsigned>(one.lines + effort * kMostLines);
     Random random(seed);
-    const double open = 2.0 * std::sqrt(solver.eigenvalues()[2]) / one.radius_m;
+    const double open = 2.0 * openness(one);
     if (open > kOpen)
       for (int k = 0; k < static_cast<int>(kMoreAims * std::max(1.0, open)) * (1 + effort); ++k)
         aims.push_back(some[random.below(some.size())]);
@@ -267,6 +277,7 @@ struct Finder::Impl {
     const SearchStand stand = stand_of(cell.targets[one.target]);
     std::vector<Line> result;
     for (const Vector3d& aim : aims) {
+      poll_cancelled();
       Cell alone = cell;
       alone.targets = {cell.targets[one.target]};
       Target& target = alone.targets.front();
@@ -280,7 +291,7 @@ struct Finder::Impl {
         Line line;
         line.depth = search_depth({aim, c.normal, shaft}, some,
                                   cell.targets[one.target].diameter_m / 2.0, stand, cell.tool);
-        if (line.depth.share < kLeastShare[effort]) continue;
+        if (line.depth.share < least) continue;
         line.share = line.depth.share;
         if (!one.tips.empty()) line.tells = told_m2(line.depth, some, kArmSigmaM) / line.share;
         line.depth.met_m.clear();
@@ -411,9 +422,14 @@ struct Finder::Impl {
                       one.lines, one.tips.size(), why, advice));
     };
     const std::string check_place =
-        "Check where the cell file says it is (centre_mm and centre_sigma_mm, or search_low_mm and "
-        "search_high_mm) and its diameter";
-    if (one.particles.empty()) throw not_found("it is in none of the places searched", check_place);
+        one.tips.empty()
+            ? "Check where the cell file says it is (centre_mm and centre_sigma_mm, or "
+              "search_low_mm and search_high_mm) and its diameter"
+            : "Check its diameter_mm, the tool's xyz_mm, and that nothing else stands there";
+    if (one.particles.empty())
+      throw not_found(one.tips.empty() ? "it is in none of the places searched"
+                                       : "no sphere of its diameter agrees with what was met",
+                      check_place);
     if (one.lines >= kMostLines)
       throw not_found(fmt::format("the limit is {} searches", kMostLines), check_place);
     const Cell around = swollen(std::nullopt), rest = swollen(one.target);
@@ -436,6 +452,7 @@ struct Finder::Impl {
     for (int effort = 0; effort < kEfforts; ++effort) {
       if (effort > 0) router.mark_hard(one.target);
       std::vector<Line> possible = lines(one, effort);
+      const double least = least_share(one, effort);
       const auto worse = [](const Line& a, const Line& b) { return a.score() < b.score(); };
       std::make_heap(possible.begin(), possible.end(), worse);
       while (!possible.empty()) {
@@ -444,7 +461,7 @@ struct Finder::Impl {
         Line line = std::move(possible.back());
         possible.pop_back();
         if (!line.led) {  // what it really meets may be less, and another line the best
-          if (!search(line, one, clearance, others) || line.share < kLeastShare[effort]) continue;
+          if (!search(line, one, clearance, others) || line.share < least) continue;
           possible.push_back(std::move(line));
           std::push_heap(possible.begin(), possible.end(), worse);
           continue;
@@ -465,7 +482,7 @@ struct Finder::Impl {
         any ? "no clear way to another search from where the arm stands"
             : fmt::format("no search inside the joint limits and clear of all else meets {:g} % or "
                           "more of the places where it may be",
-                          100.0 * kLeastShare[kEfforts - 1]),
+                          100.0 * least_share(one, kEfforts - 1)),
         room);
   }
 };

@@ -10,7 +10,7 @@ export const PHASES = [
 export type Phase = (typeof PHASES)[number] | "unknown";
 
 export const FAILURES = [
-  "plan", "plan-changed", "device", "link-not-ready", "contact-fault", "contact-closed",
+  "plan", "not-found", "plan-changed", "device", "link-not-ready", "contact-fault", "contact-closed",
   "arm-refused", "no-contact", "contact-too-early", "unexpected-contact", "still-in-contact",
   "readings-disagree", "too-many-revoked", "contact-silent", "computer-busy", "robot-silent", "move-refused",
   "not-following", "stopped-elsewhere", "timeout", "stop-unconfirmed", "journal", "identify",

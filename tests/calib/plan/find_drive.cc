@@ -123,7 +123,7 @@ Found drive(const Cell& cell, const sim::Truth& truth, bool all, std::size_t sph
   JointVector middle(cell.robot.joints.size(), 0.0);
   middle[1] = -1.2, middle[2] = 1.6, middle[4] = 1.0;
   JointVector at;
-  constexpr int kNoEnd = 300;
+  constexpr int kNoEnd = 700;
   while (!finder.done() && *finder.seeking() < spheres) {
     if (found.touches + found.misses > kNoEnd) return found;
     const auto line = finder.next(at.empty() ? middle : at);

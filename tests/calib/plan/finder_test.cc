@@ -315,6 +315,29 @@ TEST(CentreParticles, KeepsTheTruthAndRulesOutWhatWasMissed) {
   EXPECT_TRUE(particles.empty()) << "a line through all of them met nothing";
 }
 
+TEST(CentreParticles, ThinsPlacesAsSurelyAsTheyWouldHaveBeenMet) {
+  Target target;
+  target.has_box = true;
+  target.low_m = Vector3d::Constant(-0.02);
+  target.high_m = Vector3d::Constant(0.02);
+  CentreParticles particles(target, 0.01, 1);
+  const Vector3d from(0, 0, 0.1), to(0, 0, -0.1);
+  const auto at = [&](double low_m, double high_m) {
+    return static_cast<double>(
+        std::ranges::count_if(particles.places(), [&](const Vector3d& place) {
+          const double off = CentreParticles::distance_m(place, from, to);
+          return off >= low_m && off < high_m;
+        }));
+  };
+  const double sure = at(0.0, 0.006), grazing = at(0.009, 0.010), beside = at(0.010, 0.02);
+  ASSERT_GT(sure, 100.0);
+  particles.miss(from, to);
+  EXPECT_EQ(at(0.0, 0.006), 0.0);
+  EXPECT_EQ(at(0.010, 0.02), beside) << "a place outside of the line is not doubted";
+  // (70a) half a millimetre inside: Phi(-0.25) = 0.40.
+  EXPECT_NEAR(at(0.009, 0.010) / grazing, 0.40, 0.10);
+}
+
 const SearchStand kNoStand{Eigen::Vector3d::UnitZ(), 0.0};
 
 TEST(SearchDepth, EndsBeforeTheShaftMeetsWhatTheTipHasPassed) {

@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
-#include "daemon_fixture.h"
+#include <string>
+
+#include "changed_cell.h"
 
 namespace cellcal::daemon::testing {
 namespace {
@@ -40,6 +42,22 @@ TEST(finding, ends_with_the_centres_of_all_spheres_as_lines_for_the_cell_file) {
   EXPECT_TRUE(fixture.status()["publish"].is_null()) << "no calibration is withheld";
   EXPECT_EQ(http_request(fixture.socket(), "GET", "/v1/sessions/1/calibration.json").status, 404);
 }
+
+class AFindThatFails : public AChangedCell, public ::testing::WithParamInterface<const char*> {};
+
+TEST_P(AFindThatFails, leaves_the_arm_where_the_next_one_begins) {
+  restart(GetParam());
+  for (int session = 1; session <= 2; ++session) {
+    const Outcome lost = fixture.cellcal({"find", "--cell", CELLCAL_DEMO_CELL});
+    EXPECT_EQ(lost.status, 1) << lost.out << lost.err;
+    const std::string failure = get("/v1/sessions/" + std::to_string(session))["failure"];
+    EXPECT_TRUE(failure.starts_with("not-found: ")) << failure << fixture.log();
+  }
+}
+INSTANTIATE_TEST_SUITE_P(with_another_tip_than_the_file_has, AFindThatFails,
+                         ::testing::Values("tool_shift_mm = [25.0, 0.0, 0.0]\n",
+                                           "tool_shift_mm = [0.0, 30.0, 0.0]\n",
+                                           "tool_shift_mm = [12.0, 12.0, 12.0]\n"));
 
 TEST(finding, has_its_own_end) {
   DaemonFixture fixture(kFast);

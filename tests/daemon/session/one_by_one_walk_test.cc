@@ -123,6 +123,49 @@ TEST_F(one_by_one_walk, ends_when_nothing_is_left_to_choose) {
   }
 }
 
+TEST_F(one_by_one_walk, leaves_a_sphere_that_cannot_be_found_before_it_ends) {
+  for (const bool home : {true, false}) {
+    Walk lost(1);
+    lost.state.one_by_one = true;
+    walk = lost;
+    walk.to_routing();
+    next();
+    walk.on(EventKind::kArrived);  // end of travel: nothing met
+    walk.on(EventKind::kArrived);
+    walk.on(EventKind::kLinks);
+    auto none = std::make_shared<calib::Plan>(line_plan(0));
+    if (!home) none->home.clear();
+    walk.on(EventKind::kRouted, [&](Event& event) {
+      event.plan = none;
+      event.not_found = true;
+      event.words = "S1 is in none of the places searched";
+    });
+    if (home) {
+      EXPECT_EQ(walk.state.phase, Phase::kReturning);
+      EXPECT_FALSE(walk.state.failure);
+      expect_move(walk, MoveKind::kTransit, 0.05, 0.0, kWaypointS);
+      while (walk.state.phase == Phase::kReturning) walk.on(EventKind::kArrived);
+    }
+    ASSERT_EQ(walk.state.phase, Phase::kFailed);
+    EXPECT_EQ(walk.state.failure->kind, FailureKind::kNotFound);
+    EXPECT_NE(walk.state.failure->detail.find("none of the places"), std::string::npos);
+    EXPECT_EQ(walk.the<RecordEnd>().ending, Ending::kFailed);
+  }
+}
+
+TEST_F(one_by_one_walk, identifies_nothing_where_a_sphere_was_not_found_behind_an_interruption) {
+  walk.to_routing();
+  walk.state.interruptions = 1;
+  auto none = std::make_shared<calib::Plan>(line_plan(0));
+  walk.on(EventKind::kRouted, [&](Event& event) {
+    event.plan = none;
+    event.not_found = true;
+  });
+  EXPECT_EQ(walk.state.phase, Phase::kReturning);
+  walk.on(EventKind::kContact);
+  EXPECT_NE(walk.state.phase, Phase::kIdentifying);
+}
+
 TEST_F(one_by_one_walk, replaces_touches_that_could_not_be_made_but_not_for_ever) {
   walk.to_routing();
   next();
