@@ -135,8 +135,8 @@ std::optional<Response> Api::events(const Call& call) {
   return response;
 }
 
-std::optional<Response> Api::run(const Call& call) {
-  const RunRequest wanted = run_request(call.request.body);
+std::optional<Response> Api::with_clear_cell(const Call& call,
+                                             const std::function<Response()>& act) {
   const bool afar = call.request.is_from_network();
   const std::string& name = call.request.caller.name;
   if (afar && !access().clearance().take(name)) {
@@ -145,15 +145,21 @@ std::optional<Response> Api::run(const Call& call) {
         412,
         "the cell is not confirmed as clear. Check that no person and nothing is in it, then "
         "confirm: 'The cell is clear' on the page, or POST /v1/clear. It counts for 5 minutes and "
-        "one run");
+        "one request");
   }
   try {
-    const std::int64_t session = service_.start(wanted);
-    return Response{201, "application/json", dump({{"session", session}})};
+    return act();
   } catch (...) {
     if (afar) access().clearance().put_back(name);
     throw;
   }
+}
+
+std::optional<Response> Api::run(const Call& call) {
+  const RunRequest wanted = run_request(call.request.body);
+  return with_clear_cell(call, [&] {
+    return Response{201, "application/json", dump({{"session", service_.start(wanted)}})};
+  });
 }
 
 std::optional<Response> Api::clear(const Call& call) {

@@ -97,6 +97,8 @@ class Api {
   std::optional<Response> add_token(const Call& call);
   std::optional<Response> remove_token(const Call& call);
   std::optional<Response> run(const Call& call);
+  /// What may set the arm in motion. From afar it takes the caller's word that the cell is clear, once: 412 without.
+  std::optional<Response> with_clear_cell(const Call& call, const std::function<Response()>& act);
   std::optional<Response> abort(const Call& call);
   std::optional<Response> sessions(const Call& call);
   std::optional<Response> session(const Call& call);

@@ -65,15 +65,19 @@ std::optional<Response> Api::begin_scheduled(const Call& call) {
   const bool fits =
       body.is_object() && body.size() == 1 && body.contains("name") && body["name"].is_string();
   if (!fits) throw BadRequest("the body must be {\"name\": \"a session of the schedule\"}");
-  const Decision decision = schedule().begin(body["name"]);
-  if (decision.verb != Verb::kBegun) throw BusyError(words(decision));
-  return Response{201, "application/json", dump({{"session", decision.session}})};
+  return with_clear_cell(call, [&] {
+    const Decision decision = schedule().begin(body["name"]);
+    if (decision.verb != Verb::kBegun) throw BusyError(words(decision));
+    return Response{201, "application/json", dump({{"session", decision.session}})};
+  });
 }
 
 std::optional<Response> Api::release_schedule(const Call& call) {
-  const Decision decision = schedule().release(call.request.caller.name);
-  if (decision.verb != Verb::kReleased) throw BusyError(words(decision));
-  return Response{.body = dump(json::object())};
+  return with_clear_cell(call, [&] {
+    const Decision decision = schedule().release(call.request.caller.name);
+    if (decision.verb != Verb::kReleased) throw BusyError(words(decision));
+    return Response{.body = dump(json::object())};
+  });
 }
 
 }  // namespace cellcal::daemon

@@ -1,5 +1,7 @@
-// Which calibration is to be used from when on: rows that are added, never changed.
+// What somebody, or the schedule, has decided beside the sessions: which calibration is used (rows that are added, never
+// changed), and the schedule's state (one row).
 
+#include "calib/syntax/input_file.h"
 #include "daemon/journal/journal_impl.h"
 
 namespace cellcal::daemon {
@@ -31,6 +33,24 @@ std::vector<Activation> Journal::activations() {
         {select.integer(0), select.text(1), select.text(2), select.text(3), select.integer(4)});
   }
   return activations;
+}
+
+void Journal::store_schedule(const std::string& state) {
+  impl_->write([&] {
+    Statement insert(impl_->database, "INSERT OR REPLACE INTO schedule (id, state, sum) VALUES (1,?,?)");
+    insert.bind(1, std::string_view(state));
+    insert.bind(2, std::string_view(calib::sha256(state))).step();
+  });
+}
+
+std::string Journal::schedule() {
+  const std::lock_guard lock(impl_->mutex);
+  Statement select(impl_->database, "SELECT state, sum FROM schedule");
+  if (!select.step()) return {};
+  std::string state = select.text(0);
+  if (calib::sha256(state) != select.text(1))
+    throw DamagedError("the journal's row of the schedule is altered: what was begun or held is not known");
+  return state;
 }
 
 std::int64_t Journal::last_entry(std::int64_t session) {

@@ -92,6 +92,13 @@ class Journal {
   /// written: tells what was later, whatever the clocks said. 0: there is no such session.
   std::int64_t last_entry(std::int64_t session);
 
+  // What the schedule keeps (activations.cc): daemon/schedule says what.
+
+  /// On disk when it returns.
+  void store_schedule(const std::string& state);
+  /// As stored last; empty: never. Throws DamagedError where it is not what was stored.
+  std::string schedule();
+
   // Outbox (outbox.cc): what others are told. Nothing is written while nobody is.
 
   /// From now on; null: nobody. A session that is found interrupted is told of at once, and once. Throws JournalError,

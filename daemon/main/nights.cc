@@ -1,10 +1,13 @@
 #include "daemon/main/nights.h"
 
 #include <spdlog/spdlog.h>
+#include <sys/timex.h>
 #include <unistd.h>
 
 #include <atomic>
 #include <chrono>
+#include <fstream>
+#include <string>
 
 #include "daemon/notify/message.h"
 #include "daemon/notify/notifier.h"
@@ -22,6 +25,20 @@ UtcSeconds wall_clock() {
   return std::chrono::duration_cast<std::chrono::seconds>(
              std::chrono::system_clock::now().time_since_epoch())
       .count();
+}
+
+/// Of this start of the computer; empty where the kernel does not say it.
+std::string boot_id() {
+  std::string id;
+  std::ifstream("/proc/sys/kernel/random/boot_id") >> id;
+  return id;
+}
+
+/// As systemd's timedated judges it (NTPSynchronized): a time source has bounded the kernel's error below 16 s.
+bool clock_synchronised() {
+  constexpr long kUnbounded_us = 16'000'000;
+  timex kernel{};
+  return ::adjtimex(&kernel) >= 0 && kernel.maxerror < kUnbounded_us;
 }
 
 RetentionRule rule_of(const DaemonConfig& config) {
@@ -91,9 +108,11 @@ struct Nights::Impl {
                         return live.now()->plant ? alarm_to_plant(journal, host_name()) : nullptr;
                       }}),
         door(service, journal),
-        schedule({door, live.now()->state_dir / "schedule.json",
-                  [this] { return live.now()->schedule; }, wall_clock,
-                  std::chrono::steady_clock::now,
+        schedule({door,
+                  {[this] { return journal.schedule(); },
+                   [this](const std::string& state) { journal.store_schedule(state); }},
+                  [this] { return live.now()->schedule; },
+                  {wall_clock, std::chrono::steady_clock::now, boot_id(), clock_synchronised},
                   [this](const Decision& decision) {
                     notifier.tell([decision] { return news_of(decision); });
                   }}),

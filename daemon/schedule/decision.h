@@ -17,8 +17,7 @@ enum class Verb {
   kStopped,   ///< the window is over: the session was stopped
   kEnded,     ///< the session that it had begun has ended
   kHeld,      ///< nothing begins any more until somebody releases it
-  kReleased,  ///< somebody did
-  kClock      ///< the wall clock was set
+  kReleased   ///< somebody did, or the clock agrees again
 };
 enum class Why {
   kNothing,
@@ -32,6 +31,9 @@ enum class Why {
   kNoSuchTime,     ///< clocks are set forward over all of it
   kNotRunning,     ///< the daemon was not
   kClockSet,       ///< the wall clock was set over it
+  kClockStepped,   ///< the wall clock was set, and nobody has looked at it since
+  kClockNotSynchronised,  ///< not since this computer's start, and nobody has looked at it
+  kClockAgrees,    ///< it has agreed with its time source for long enough
   kCannotBegin,    ///< file or configuration; see detail
   kNotOnDisk,      ///< the decision could not be recorded
   kDone,

@@ -22,7 +22,7 @@ constexpr std::array kVerbs{
     Named{Verb::kWaiting, "waiting"},   Named{Verb::kRefused, "refused"},
     Named{Verb::kMissed, "missed"},     Named{Verb::kStopped, "stopped"},
     Named{Verb::kEnded, "ended"},       Named{Verb::kHeld, "held"},
-    Named{Verb::kReleased, "released"}, Named{Verb::kClock, "clock"}};
+    Named{Verb::kReleased, "released"}};
 
 constexpr std::array kReasons{
     Named{Why::kNothing, "nothing"},
@@ -36,6 +36,9 @@ constexpr std::array kReasons{
     Named{Why::kNoSuchTime, "no-such-time"},
     Named{Why::kNotRunning, "daemon-not-running"},
     Named{Why::kClockSet, "clock-set"},
+    Named{Why::kClockStepped, "clock-stepped"},
+    Named{Why::kClockNotSynchronised, "clock-not-synchronised"},
+    Named{Why::kClockAgrees, "clock-agrees"},
     Named{Why::kCannotBegin, "cannot-begin"},
     Named{Why::kNotOnDisk, "not-on-disk"},
     Named{Why::kDone, "done"},
@@ -62,6 +65,10 @@ std::string minutes(double seconds) { return fmt::format("{:.1f} min", seconds /
 
 constexpr const char* kRelease =
     "Look at the cell and the arm, then: 'cellcal schedule --release', or run a session to its end";
+
+constexpr const char* kCheckClock =
+    "Check date and time, then: 'cellcal schedule --release'; or connect a time source (NTP): 10 min of "
+    "agreement release it";
 
 std::string why_words(const Decision& d) {
   switch (d.why) {
@@ -91,6 +98,14 @@ std::string why_words(const Decision& d) {
       return "cellcald was not running within the window";
     case Why::kClockSet:
       return "this computer's clock was set over the window. Check its time source";
+    case Why::kClockStepped:
+      return fmt::format("this computer's clock was set by {:+.0f} s. {}", d.figure_s, kCheckClock);
+    case Why::kClockNotSynchronised:
+      return std::string("this computer's clock is not synchronised since its start. ") +
+             kCheckClock;
+    case Why::kClockAgrees:
+      return fmt::format("the clock has agreed with its time source for {:.0f} min",
+                         d.figure_s / 60.0);
     case Why::kCannotBegin:
       return d.detail;
     case Why::kNotOnDisk:
@@ -129,8 +144,6 @@ std::string verb_words(const Decision& d) {
       return "on hold, no automatic start";
     case Verb::kReleased:
       return "released";
-    case Verb::kClock:
-      return fmt::format("clock set by {:+.0f} s", d.figure_s);
   }
   return "";
 }

@@ -15,16 +15,26 @@ namespace {
 
 /// A clock that is kept right by small steps is not one that was set.
 constexpr double kSetBy_s = 60.0;
+/// Clocks that drift apart by less than this share were not set.
+constexpr double kSlew = 1e-3;
+/// So long the wall clock is compared with where it was.
+constexpr double kMarkFor_s = 3600.0;
+/// Synchronised for so long, a wall clock that was set is believed again.
+constexpr std::chrono::minutes kAgreeFor{10};
 /// So much of what was looked at may be forgotten: it is looked at again.
 constexpr UtcSeconds kKeepEvery = 3600;
 /// Behind a long time off, older nights are not told of one by one.
 constexpr UtcSeconds kLookBack = 8 * 86400;
 
+double since_boot_s(Schedule::Steady at) {
+  return std::chrono::duration<double>(at.time_since_epoch()).count();
+}
+
 }  // namespace
 
-Schedule::Schedule(Parts parts) : parts_(std::move(parts)), started_(parts_.utc()) {
+Schedule::Schedule(Parts parts) : parts_(std::move(parts)), started_(parts_.clocks.utc()) {
   try {
-    state_ = load_schedule_state(parts_.file);
+    state_ = schedule_state_from(parts_.store.load());
   } catch (const std::exception& damaged) {
     damaged_ = damaged.what();
     spdlog::error("schedule: {}", damaged_);
@@ -33,11 +43,13 @@ Schedule::Schedule(Parts parts) : parts_(std::move(parts)), started_(parts_.utc(
   if (state_.looked == 0) state_.looked = started_;
   state_.looked = std::max(state_.looked, started_ - kLookBack);
   aborts_seen_ = parts_.cell.standing().aborts;
-  show(see());
+  const Look look = see();
+  notice_clock(look);
+  show(look);
 }
 
 Schedule::Look Schedule::see() {
-  return {parts_.config(), parts_.utc(), parts_.steady(), parts_.cell.standing()};
+  return {parts_.config(), parts_.clocks.utc(), parts_.clocks.steady(), parts_.cell.standing()};
 }
 
 void Schedule::look() {
@@ -57,22 +69,57 @@ void Schedule::look() {
   show(look);
 }
 
-void Schedule::notice_clock(Look& look) {
+void Schedule::notice_clock(const Look& look) {
   clock_set_ = false;
-  const auto before = std::exchange(last_look_, std::pair(look.now, look.steady));
-  double set_by = 0.0;
-  if (before) {
-    const double wall = static_cast<double>(look.now - before->first);
-    set_by = wall - std::chrono::duration<double>(look.steady - before->second).count();
-  } else if (look.now < state_.looked) {
-    set_by = static_cast<double>(look.now - state_.looked);  // while the daemon was not running
+  const ClockMark now{parts_.clocks.boot, look.now, since_boot_s(look.steady)};
+  const bool same_boot = !now.boot.empty() && state_.clock.boot == now.boot;
+  if (!same_boot) {
+    state_.clock = now;
+    if (now.utc < state_.looked - static_cast<UtcSeconds>(kSetBy_s))
+      doubt_clock(look, Why::kClockStepped, static_cast<double>(now.utc - state_.looked));
+    else if (!parts_.clocks.synchronised())
+      doubt_clock(look, Why::kClockNotSynchronised, 0.0);
+  } else {
+    const double passed_s = now.since_boot_s - state_.clock.since_boot_s;
+    const double set_by_s = static_cast<double>(now.utc - state_.clock.utc) - passed_s;
+    if (std::abs(set_by_s) >= kSetBy_s + kSlew * passed_s) {
+      clock_set_ = set_by_s > 0.0;
+      state_.clock = now;
+      doubt_clock(look, Why::kClockStepped, set_by_s);
+    } else if (passed_s >= kMarkFor_s) {
+      state_.clock = now;
+    }
   }
-  if (std::abs(set_by) < kSetBy_s) return;
-  clock_set_ = set_by > 0.0;
+  trust_clock_again(look);
+}
+
+void Schedule::doubt_clock(const Look& look, Why why, double set_by_s) {
+  state_.clock_doubt = ClockDoubt{why, set_by_s};
+  agrees_since_.reset();
+  dirty_ = true;
   Decision decision;
   decision.at = look.now;
-  decision.verb = Verb::kClock;
-  decision.figure_s = set_by;
+  decision.verb = Verb::kHeld;
+  decision.why = why;
+  decision.figure_s = set_by_s;
+  tell(std::move(decision));
+}
+
+void Schedule::trust_clock_again(const Look& look) {
+  if (!state_.clock_doubt) return;
+  if (!parts_.clocks.synchronised()) {
+    agrees_since_.reset();
+    return;
+  }
+  if (!agrees_since_) agrees_since_ = look.steady;
+  if (look.steady - *agrees_since_ < kAgreeFor) return;
+  state_.clock_doubt.reset();
+  dirty_ = true;
+  Decision decision;
+  decision.at = look.now;
+  decision.verb = Verb::kReleased;
+  decision.why = Why::kClockAgrees;
+  decision.figure_s = std::chrono::duration<double>(kAgreeFor).count();
   tell(std::move(decision));
 }
 
@@ -103,6 +150,10 @@ void Schedule::notice_ends(const Look& look) {
 }
 
 Why Schedule::held(const Standing& cell, Decision& why) const {
+  if (state_.clock_doubt) {
+    why.figure_s = state_.clock_doubt->set_by_s;
+    return state_.clock_doubt->why;
+  }
   why.session = cell.session;
   using State = Standing::State;
   if (!state_.released.empty() && state_.released == cell.end) return Why::kNothing;
@@ -211,7 +262,11 @@ Decision Schedule::begin(const Look& look, const ScheduledSession& entry, const 
   try {
     decision.session = parts_.cell.begin(entry, by(look.config, entry), look.cell.aborts);
     decision.verb = Verb::kBegun;
-    own_ = Own{decision.session, entry, night, 0, false, {}};
+    own_ = Own{.session = decision.session,
+               .entry = entry,
+               .night = night,
+               .ends = look.steady + std::chrono::seconds(night.ends - look.now),
+               .resume_at = {}};
   } catch (const NotNow& busy) {
     state_.closed = before.closed;
     decision.verb = Verb::kWaiting;
@@ -234,7 +289,8 @@ void Schedule::follow(const Look& look) {
   }
   if (!look.cell.busy) return follow_end(look);
   own_->resume_at.reset();
-  if (look.now < own_->night.ends || own_->stopped) return;
+  const bool lasts = look.now < own_->night.ends && look.steady < own_->ends;
+  if (lasts || own_->stopped) return;
   own_->stopped = true;
   Decision decision = of(look, own_->entry, own_->night);
   decision.verb = Verb::kStopped;
@@ -291,6 +347,8 @@ void Schedule::resume(const Look& look) {
     decision.why = Why::kUnattendedOff;
   } else if (own_->resumes >= look.config.resumes) {
     decision.why = Why::kResumesUsed;
+  } else if (state_.clock_doubt) {
+    decision.why = state_.clock_doubt->why;
   } else if (state_.aborted) {
     decision.why = Why::kAbortedBefore;
   } else if (static_cast<double>(look.now) + decision.figure_s >
@@ -368,6 +426,7 @@ Decision Schedule::release(const std::string& by) {
     return decision;
   }
   state_.aborted.reset();
+  state_.clock_doubt.reset();
   state_.released = look.cell.end;
   aborts_seen_ = look.cell.aborts;
   tell(decision);
@@ -397,7 +456,7 @@ void Schedule::tell(Decision decision) {
 bool Schedule::keep() {
   if (!damaged_.empty()) return false;
   try {
-    save(state_, parts_.file);
+    parts_.store.save(to_text(state_));
     kept_ = state_.looked;
     dirty_ = false;
     disk_.clear();

@@ -5,6 +5,10 @@
 // A session begins in a look where all of this holds: its window lasts, nothing was decided for this night yet,
 // the configuration says that somebody answers for the cell, nothing is held, no session is under way, and its
 // foreseen time ends before the window. That it begins is on disk before it does.
+//
+// The wall clock says which window lasts. Where it was set (by a minute or more against the clock since the computer's
+// start), and behind a start without synchronisation, it decides nothing until somebody releases it or it has been
+// synchronised, without another step, for ten minutes.
 
 #include <chrono>
 #include <functional>
@@ -38,12 +42,22 @@ struct SchedulePicture {
 class Schedule {
  public:
   using Steady = std::chrono::steady_clock::time_point;
+  struct Clocks {
+    std::function<UtcSeconds()> utc;
+    std::function<Steady()> steady;      ///< since the computer's start
+    std::string boot;                    ///< tells this start from others; empty: not known
+    std::function<bool()> synchronised;  ///< the wall clock, with its time source
+  };
+  /// Where the state is kept. Both throw std::exception.
+  struct Store {
+    std::function<std::string()> load;  ///< as it was stored last; empty: never
+    std::function<void(const std::string&)> save;  ///< on disk when it returns
+  };
   struct Parts {
     CellDoor& cell;
-    std::filesystem::path file;
+    Store store;
     std::function<ScheduleConfig()> config;  ///< the newest
-    std::function<UtcSeconds()> utc;
-    std::function<Steady()> steady;
+    Clocks clocks;
     /// Each decision as it is made; from the thread that looks. May be null.
     std::function<void(const Decision&)> on_decision;
   };
@@ -62,6 +76,7 @@ class Schedule {
     ScheduledSession entry;
     Night night;
     int resumes = 0;
+    Steady ends{};  ///< the night, whatever the wall clock is set to
     bool stopped = false;
     std::optional<Steady> resume_at;
   };
@@ -73,7 +88,9 @@ class Schedule {
   };
 
   Look see();
-  void notice_clock(Look& look);
+  void notice_clock(const Look& look);
+  void doubt_clock(const Look& look, Why why, double set_by_s);
+  void trust_clock_again(const Look& look);
   void notice_ends(const Look& look);
   void follow(const Look& look);
   void follow_end(const Look& look);
@@ -94,12 +111,12 @@ class Schedule {
   Parts parts_;
   std::mutex deciding_;  ///< one look or request at a time
   ScheduleState state_;
-  std::string damaged_;  ///< the file is: nothing begins
+  std::string damaged_;  ///< what was stored is: nothing begins
   std::string disk_;     ///< why it could not be written the last time
   bool dirty_ = false;
   UtcSeconds kept_ = 0, started_ = 0;
-  std::optional<std::pair<UtcSeconds, Steady>> last_look_;
   bool clock_set_ = false;  ///< forward, in this look
+  std::optional<Steady> agrees_since_;  ///< wall clock and time source, without a step
   std::uint64_t aborts_seen_ = 0;
   std::optional<Own> own_;
 

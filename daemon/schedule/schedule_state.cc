@@ -1,12 +1,8 @@
 #include "daemon/schedule/schedule_state.h"
 
 #include <algorithm>
-#include <fstream>
 #include <nlohmann/json.hpp>
-#include <sstream>
 #include <stdexcept>
-
-#include "daemon/files/atomic_file.h"
 
 namespace cellcal::daemon {
 
@@ -41,6 +37,12 @@ ScheduleState state_from(const json& j) {
     state.closed.push_back({one.at("entry").get<std::string>(), one.at("night").get<std::string>(),
                             one.at("missed").get<bool>()});
   if (!j.at("aborted").is_null()) state.aborted = j.at("aborted").get<std::int64_t>();
+  const json& clock = j.at("clock");
+  state.clock = {clock.at("boot").get<std::string>(), clock.at("utc").get<UtcSeconds>(),
+                 clock.at("since_boot_s").get<double>()};
+  if (const json& doubt = j.at("clock_doubt"); !doubt.is_null())
+    state.clock_doubt =
+        ClockDoubt{why_of(doubt.at("why").get<std::string>()), doubt.at("set_by_s").get<double>()};
   j.at("released").get_to(state.released);
   j.at("harmless").get_to(state.harmless);
   for (const json& one : j.at("decisions")) state.decisions.push_back(decision_from(one));
@@ -71,35 +73,38 @@ void ScheduleState::add(Decision decision) {
   if (decisions.size() > kMostDecisions) decisions.pop_front();
 }
 
-ScheduleState load_schedule_state(const std::filesystem::path& file) {
-  if (!std::filesystem::exists(file)) return {};
-  std::ifstream in(file);
-  std::stringstream text;
-  text << in.rdbuf();
-  if (!in) throw std::runtime_error(file.string() + ": cannot be read");
+ScheduleState schedule_state_from(const std::string& text) {
+  if (text.empty()) return {};
   try {
-    return state_from(json::parse(text.str()));
-  } catch (const std::exception& wrong) {
-    throw std::runtime_error(
-        file.string() + ": damaged (" + wrong.what() +
-        "): what was begun already is not known. Move it aside, then restart cellcald");
+    return state_from(json::parse(text));
+  } catch (const json::exception&) {
+    throw std::runtime_error("the schedule's row is not what cellcald writes");
   }
 }
 
-void save(const ScheduleState& state, const std::filesystem::path& file) {
+std::string to_text(const ScheduleState& state) {
   json closed = json::array(), decisions = json::array();
   for (const ClosedNight& one : state.closed)
     closed.push_back({{"entry", one.entry}, {"night", one.night}, {"missed", one.missed}});
   for (const Decision& one : state.decisions) decisions.push_back(to_json(one));
+  json doubt;
+  if (state.clock_doubt)
+    doubt = {{"why", to_string(state.clock_doubt->why)},
+             {"set_by_s", state.clock_doubt->set_by_s}};
   const json all{{"format", kFormat},
                  {"looked", state.looked},
                  {"known", state.known},
                  {"closed", std::move(closed)},
                  {"aborted", state.aborted ? json(*state.aborted) : json(nullptr)},
+                 {"clock",
+                  {{"boot", state.clock.boot},
+                   {"utc", state.clock.utc},
+                   {"since_boot_s", state.clock.since_boot_s}}},
+                 {"clock_doubt", std::move(doubt)},
                  {"released", state.released},
                  {"harmless", state.harmless},
                  {"decisions", std::move(decisions)}};
-  write_atomically(file, all.dump(1, ' ', false, json::error_handler_t::replace) + "\n");
+  return all.dump(-1, ' ', false, json::error_handler_t::replace);
 }
 
 }  // namespace cellcal::daemon

@@ -8,7 +8,7 @@
 namespace cellcal::daemon {
 
 /// PRAGMA user_version of what this program writes; migrations.h has the way here.
-inline constexpr int kSchemaVersion = 8;
+inline constexpr int kSchemaVersion = 9;
 /// PRAGMA application_id, "ccal": tells a journal from any other SQLite file.
 inline constexpr int kApplicationId = 0x6363616c;
 
@@ -174,6 +174,15 @@ ALTER TABLE outbox_source ADD COLUMN address TEXT NOT NULL DEFAULT '';  -- '': n
 /// What came of a session that is done.
 inline constexpr const char* kSchema8 = R"sql(
 ALTER TABLE session ADD COLUMN outcome TEXT;        -- JSON, cellcal.outcome/1
+)sql";
+
+/// What the schedule has decided and holds; one row, which is replaced. Of no session, so with a sum of its own.
+inline constexpr const char* kSchema9 = R"sql(
+CREATE TABLE schedule (
+  id    INTEGER PRIMARY KEY CHECK (id = 1),
+  state TEXT NOT NULL,                        -- JSON, cellcal.schedule/1
+  sum   TEXT NOT NULL                         -- SHA-256 of state
+) STRICT;
 )sql";
 
 }  // namespace cellcal::daemon

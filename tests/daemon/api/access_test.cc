@@ -1,5 +1,7 @@
 // Who comes in over the network, without a socket.
 
+#include "daemon/schedule/schedule.h"
+#include "daemon/schedule/service_door.h"
 #include "daemon/api/access/access.h"
 
 #include <gtest/gtest.h>
@@ -328,6 +330,32 @@ TEST_F(an_api_on_the_network, moves_nothing_before_somebody_said_that_the_cell_i
   EXPECT_EQ(ask(Role::kOperate, "POST", "/v1/run", "{").status, 400);
   ask(Role::kOperate, "POST", "/v1/abort");
   EXPECT_EQ(ask(Role::kOperate, "POST", "/v1/run", run).status, 412) << "void after an abort";
+}
+
+TEST_F(an_api_on_the_network, neither_releases_the_schedule_nor_begins_by_it_without_that_word) {
+  ServiceDoor door{service, journal};
+  Schedule schedule{{door,
+                     {[this] { return journal.schedule(); },
+                      [this](const std::string& state) { journal.store_schedule(state); }},
+                     [] { return ScheduleConfig{}; },
+                     {[] { return UtcSeconds{1'800'000'000}; }, std::chrono::steady_clock::now,
+                      "boot", [] { return false; }},
+                     {}}};
+  api.use(schedule);
+  const std::string begin = R"({"name": "check"})";
+  ASSERT_NE(schedule.picture().held_words, "");
+  EXPECT_EQ(ask(Role::kOperate, "POST", "/v1/schedule/release").status, 412);
+  EXPECT_EQ(ask(Role::kOperate, "POST", "/v1/schedule/begin", begin).status, 412);
+  EXPECT_NE(schedule.picture().held_words, "");
+  ask(Role::kOperate, "POST", "/v1/clear");
+  ask(Role::kOperate, "POST", "/v1/abort");
+  EXPECT_EQ(ask(Role::kOperate, "POST", "/v1/schedule/release").status, 412) << "behind an abort";
+  ask(Role::kOperate, "POST", "/v1/clear");
+  EXPECT_EQ(ask(Role::kOperate, "POST", "/v1/schedule/release").status, 200);
+  EXPECT_EQ(schedule.picture().held_words, "");
+  EXPECT_EQ(ask(Role::kOperate, "POST", "/v1/schedule/begin", begin).status, 412) << "it counted once";
+  ask(Role::kOperate, "POST", "/v1/clear");
+  EXPECT_EQ(ask(Role::kOperate, "POST", "/v1/schedule/begin", begin).status, 409) << "there is none";
 }
 
 TEST_F(an_api_on_the_network, needs_no_word_over_the_unix_socket) {

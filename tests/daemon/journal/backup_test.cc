@@ -30,6 +30,22 @@ TEST(a_backup, is_a_journal_of_its_own_with_every_row) {
   EXPECT_EQ(all_of(dir / "copy.db"), original);
 }
 
+TEST(a_backup, holds_what_the_schedule_holds_and_an_altered_row_of_it_is_refused) {
+  const TemporaryDirectory dir;
+  {
+    Journal journal(dir / "j.db");
+    EXPECT_EQ(journal.schedule(), "");
+    journal.store_schedule("before");
+    journal.store_schedule("held");
+    journal.backup(dir / "copy.db");
+  }
+  EXPECT_EQ(Journal(dir / "j.db").schedule(), "held");
+  EXPECT_EQ(Journal(dir / "copy.db").schedule(), "held");
+  Database(dir / "j.db").execute("UPDATE schedule SET state = 'free'");
+  Journal altered(dir / "j.db");
+  EXPECT_THROW(altered.schedule(), DamagedError);
+}
+
 TEST(a_backup, made_while_a_session_writes_is_what_was_there_at_one_moment) {
   const TemporaryDirectory dir;
   Journal journal(dir / "j.db");

@@ -43,7 +43,7 @@ TEST(a_journal_of_version_1, is_taken_over_as_it_is_and_says_so) {
     Journal journal(dir / "j.db");
     ASSERT_EQ(journal.remarks().size(), 2u);
     EXPECT_NE(
-        journal.remarks()[1].find("taken over from schema 1 to 8; as it was before it is kept "
+        journal.remarks()[1].find("taken over from schema 1 to 9; as it was before it is kept "
                                   "as j.db.version-1"),
         std::string::npos)
         << journal.remarks()[1];
@@ -105,7 +105,7 @@ TEST(a_journal_of_version_2, is_taken_over_bit_for_bit_with_its_checksums_as_the
   {
     Journal journal(dir / "j.db");
     ASSERT_EQ(journal.remarks().size(), 1u);
-    EXPECT_NE(journal.remarks()[0].find("from schema 2 to 8"), std::string::npos);
+    EXPECT_NE(journal.remarks()[0].find("from schema 2 to 9"), std::string::npos);
     ASSERT_EQ(journal.touches(1).size(), 2u);
     const calib::Touch touch = journal.touches(1)[1];
     EXPECT_EQ(touch.joint_rad, (std::vector<double>{0.1, HUGE_VAL}));
@@ -204,7 +204,7 @@ std::int64_t make_version_4(const std::filesystem::path& path) {
   }
   Database(path).execute(
       "DROP TABLE activation; DROP TABLE outbox; DROP TABLE outbox_source; "
-      "ALTER TABLE session DROP COLUMN outcome; PRAGMA user_version = 4");
+      "ALTER TABLE session DROP COLUMN outcome; DROP TABLE schedule; PRAGMA user_version = 4");
   return id;
 }
 
@@ -215,7 +215,7 @@ TEST(a_journal_of_version_4, is_taken_over_and_takes_activations_from_then_on) {
   {
     Journal journal(dir / "j.db");
     ASSERT_EQ(journal.remarks().size(), 1u);
-    EXPECT_NE(journal.remarks()[0].find("from schema 4 to 8"), std::string::npos);
+    EXPECT_NE(journal.remarks()[0].find("from schema 4 to 9"), std::string::npos);
     EXPECT_TRUE(journal.activations().empty());
   }
   EXPECT_EQ(dump(dir / "j.db", kTouch), before);
@@ -240,10 +240,10 @@ TEST(a_journal_of_version_7, has_sessions_without_an_outcome_and_keeps_those_of_
     journal.record(old, RecordEnd{Ending::kDone, ""}, "t1");
   }
   Database(dir / "j.db")
-      .execute("ALTER TABLE session DROP COLUMN outcome; PRAGMA user_version = 7");
+      .execute("ALTER TABLE session DROP COLUMN outcome; DROP TABLE schedule; PRAGMA user_version = 7");
   {
     Journal journal(dir / "j.db");
-    EXPECT_NE(journal.remarks()[0].find("from schema 7 to 8"), std::string::npos);
+    EXPECT_NE(journal.remarks()[0].find("from schema 7 to 9"), std::string::npos);
     EXPECT_EQ(journal.session(old)->state, RecordState::kDone);
     EXPECT_EQ(journal.session(old)->outcome, "");
     checked = fill(journal, 2);

@@ -85,8 +85,15 @@ struct a_schedule : ::testing::Test {
   }
   void restart() {
     schedule = std::make_unique<Schedule>(Schedule::Parts{
-        cell, dir / "schedule.json", [this] { return config; }, [this] { return utc; },
-        [this] { return steady; }, [this](const Decision& d) { reported.push_back(d); }});
+        cell,
+        {[this] { return stored; },
+         [this](const std::string& state) {
+           if (disk_full) throw std::runtime_error("no space left on the disk");
+           stored = state;
+         }},
+        [this] { return config; },
+        {[this] { return utc; }, [this] { return steady; }, boot, [this] { return synchronised; }},
+        [this](const Decision& d) { reported.push_back(d); }});
   }
   void pass(UtcSeconds seconds) {
     utc += seconds;
@@ -104,7 +111,8 @@ struct a_schedule : ::testing::Test {
   }
 
   const Zone zone{kBerlin};
-  testing::TemporaryDirectory dir;
+  std::string stored, boot = "first";
+  bool disk_full = false, synchronised = true;
   FakeCell cell;
   ScheduleConfig config;
   UtcSeconds utc = 0;
@@ -244,7 +252,7 @@ TEST_F(a_schedule, does_not_begin_twice_where_the_clock_is_set_back) {
   utc -= 3 * kHour;
   live(4 * kHour);
   EXPECT_EQ(cell.begun.size(), 1u);
-  EXPECT_EQ(count(Verb::kClock, Why::kNothing), 1);
+  EXPECT_EQ(count(Verb::kHeld, Why::kClockStepped), 1);
   utc -= 3 * kHour;
   restart();
   live(4 * kHour);
@@ -271,14 +279,97 @@ TEST_F(a_schedule, begins_in_a_window_that_a_clock_set_wrong_had_made_missed) {
   EXPECT_EQ(cell.begun.size(), 1u);
 }
 
+TEST_F(a_schedule, begins_nothing_because_the_clock_was_set_into_a_window) {
+  live(2 * kHour);
+  synchronised = false;  // as the kernel has it behind a clock that was set by hand
+  utc += 8 * kHour + 600;
+  pass(5);
+  EXPECT_TRUE(cell.begun.empty());
+  EXPECT_EQ(count(Verb::kWaiting, Why::kClockStepped), 1);
+  EXPECT_NE(schedule->picture().held_words.find("+294"), std::string::npos)
+      << schedule->picture().held_words;
+  live(kHour);
+  EXPECT_TRUE(cell.begun.empty());
+  restart();
+  pass(5);
+  EXPECT_TRUE(cell.begun.empty()) << "nor behind a restart";
+  boot = "second";
+  restart();
+  pass(5);
+  EXPECT_TRUE(cell.begun.empty()) << "nor behind another start of the computer";
+  EXPECT_EQ(schedule->release("A. Miller").verb, Verb::kReleased);
+  pass(5);
+  EXPECT_EQ(cell.begun.size(), 1u);
+}
+
+TEST_F(a_schedule, believes_a_clock_that_was_set_once_it_has_been_synchronised_for_ten_minutes) {
+  live(9 * kHour + 1800);
+  utc += kHour;
+  pass(5);
+  synchronised = false;
+  pass(5);
+  synchronised = true;
+  live(590, 5);
+  EXPECT_TRUE(cell.begun.empty());
+  utc -= 90;  // another step on the way begins the ten minutes anew
+  pass(5);
+  live(595, 5);
+  EXPECT_TRUE(cell.begun.empty());
+  live(10, 5);
+  EXPECT_EQ(cell.begun.size(), 1u);
+  EXPECT_EQ(count(Verb::kReleased, Why::kClockAgrees), 1);
+}
+
+TEST_F(a_schedule, holds_behind_a_start_of_the_computer_without_a_time_source) {
+  synchronised = false;
+  live(kHour);
+  boot = "second";
+  restart();
+  live(10 * kHour);
+  EXPECT_TRUE(cell.begun.empty());
+  EXPECT_EQ(schedule->picture().held, Why::kClockNotSynchronised);
+  schedule->release("A. Miller");
+  restart();
+  pass(5);
+  EXPECT_EQ(cell.begun.size(), 1u) << "a release holds until the computer is started again";
+}
+
+TEST_F(a_schedule, notices_a_clock_that_was_set_while_the_daemon_was_not_running) {
+  pass(5);
+  utc += 10 * kHour + 600;
+  restart();
+  pass(5);
+  EXPECT_TRUE(cell.begun.empty());
+  EXPECT_EQ(count(Verb::kHeld, Why::kClockStepped), 1);
+}
+
+TEST_F(a_schedule, does_not_take_a_clock_that_drifts_or_is_slewed_for_one_that_was_set) {
+  for (int hour = 0; hour < 9; ++hour) {
+    utc += 1;  // 280 ppm
+    live(kHour);
+  }
+  EXPECT_EQ(count(Verb::kHeld, Why::kClockStepped), 0);
+}
+
+TEST_F(a_schedule, stops_a_session_at_its_windows_end_though_the_clock_was_set_back) {
+  live(10 * kHour);
+  ASSERT_EQ(cell.begun.size(), 1u);
+  utc -= 3 * kHour;
+  live(7 * kHour - 600);
+  EXPECT_EQ(cell.stopped, 0);
+  live(1200);
+  EXPECT_EQ(cell.stopped, 1);
+}
+
 TEST_F(a_schedule, tells_of_windows_in_which_the_daemon_was_not_running) {
   pass(5);
   utc += 2 * kDay;
   reported.clear();
+  boot = "second";
   restart();
   pass(5);
   EXPECT_EQ(count(Verb::kMissed, Why::kNotRunning), 2);
-  EXPECT_EQ(count(Verb::kClock, Why::kNothing), 0);
+  EXPECT_EQ(count(Verb::kHeld, Why::kClockStepped), 0);
   reported.clear();
   restart();
   pass(5);
@@ -320,17 +411,17 @@ TEST_F(a_schedule, does_not_count_windows_before_it_was_there) {
 }
 
 TEST_F(a_schedule, begins_nothing_that_it_could_not_record_before) {
-  std::filesystem::create_directories(dir / "schedule.json" / "in the way");
+  disk_full = true;
   live(11 * kHour);
   EXPECT_TRUE(cell.begun.empty());
   EXPECT_EQ(count(Verb::kWaiting, Why::kNotOnDisk), 1);
-  std::filesystem::remove_all(dir / "schedule.json");
+  disk_full = false;
   pass(5);
   EXPECT_EQ(cell.begun.size(), 1u) << "as soon as the disk takes it";
 }
 
-TEST_F(a_schedule, whose_file_is_damaged_begins_nothing_and_says_so) {
-  std::ofstream(dir / "schedule.json") << "{";
+TEST_F(a_schedule, whose_row_is_damaged_begins_nothing_and_says_so) {
+  stored = "{";
   restart();
   live(11 * kHour);
   EXPECT_TRUE(cell.begun.empty());

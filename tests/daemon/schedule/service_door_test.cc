@@ -61,10 +61,10 @@ TEST_F(a_night, begins_fails_harmlessly_is_resumed_and_done_with_its_evidence_in
   UtcSeconds utc = 1'800'000'000 - 1'800'000'000 % 86400 + 43200;
   Schedule::Steady steady{std::chrono::hours(1)};
   Schedule schedule({door,
-                     dir / "schedule.json",
+                     {[this] { return journal.schedule(); },
+                      [this](const std::string& state) { journal.store_schedule(state); }},
                      [&] { return config; },
-                     [&] { return utc; },
-                     [&] { return steady; },
+                     {[&] { return utc; }, [&] { return steady; }, "boot", [] { return true; }},
                      {}});
   const auto pass = [&](int seconds) {
     utc += seconds;
