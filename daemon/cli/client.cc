@@ -206,6 +206,14 @@ int end_session(const Connection& daemon, std::int64_t session) {
   return kJobFailed;
 }
 
+/// What cell file and plan say against themselves.
+std::vector<std::string> warnings_of(const json& status) {
+  std::vector<std::string> all;
+  for (const json& one : status.value("warnings", json::array()))
+    if (one.is_string()) all.push_back("warning: " + one.get<std::string>() + "\n");
+  return all;
+}
+
 /// Until the session ends, or Ctrl-C.
 int follow(const Connection& daemon, std::int64_t session, BeforeMotion ctrl_c, Shows shows) {
   struct sigaction interrupt {};
@@ -214,6 +222,7 @@ int follow(const Connection& daemon, std::int64_t session, BeforeMotion ctrl_c, 
   ::sigaction(SIGINT, &interrupt, nullptr);
   ProgressDisplay display(shows);
   json status;
+  std::size_t warned = 0;
   while (g_detached == 0) {
     try {
       status = get(daemon, "/v1/status");
@@ -229,6 +238,10 @@ int follow(const Connection& daemon, std::int64_t session, BeforeMotion ctrl_c, 
           fmt::format("session {} is no longer running: cellcald was restarted, or another session "
                       "began. See 'cellcal show {}'; resume: 'cellcal run --resume'",
                       session, session));
+    }
+    for (const auto warnings = warnings_of(status); warned < warnings.size(); ++warned) {
+      display.clear();
+      std::fputs(warnings[warned].c_str(), stderr);
     }
     if (!is_running(status)) {
       display.clear();
@@ -280,6 +293,7 @@ std::string status_words(const json& status) {
   if (session == 0) return "idle, no session since the daemon started\n";
   std::string words = fmt::format("session {}: {}\n", session, text(status, "phase"));
   words += outcome_words(status);
+  for (const std::string& warning : warnings_of(status)) words += warning;
   if (number(status, "planned") > 0) words += progress_line(progress_of(status), 1000) + "\n";
   if (const std::string what = waited_for(status); !what.empty()) {
     words += "waiting for " + what + ": " + what_to_do(status) + "\n";
