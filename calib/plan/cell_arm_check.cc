@@ -92,7 +92,6 @@ std::vector<DescriptionMistake> explain(const Cell& cell) {
     }
     joint.offset_rad = stated;
   }
-  if (all.size() > kMostMistakes) all.resize(kMostMistakes);
   return all;
 }
 
@@ -172,6 +171,10 @@ void look_at_description(const Cell& cell, std::vector<CellFault>& faults) {
   if (hit) fault.ids = {words(*hit)};
   fault.mistakes = explain(cell);
   if (!hit && fault.mistakes.empty()) return;
+  if (fault.mistakes.size() > kMostMistakes) {
+    fault.more = fault.mistakes.size() - kMostMistakes;
+    fault.mistakes.resize(kMostMistakes);
+  }
   if (!fault.mistakes.empty()) std::erase_if(faults, out_of_reach);
   faults.push_back(fault);
 }

@@ -260,11 +260,10 @@ std::vector<std::string> refuse_faulty(const Cell& cell) {
   std::vector<std::string> warnings;
   std::string refusal;
   for (const CellFault& fault : faults_of(cell)) {
-    std::string words = found_words(fault) + ". " + advice_words(fault);
     if (!fault.refused) {
-      warnings.push_back(std::move(words));
+      warnings.push_back(words(fault));
     } else {
-      refusal += (refusal.empty() ? "" : "; ") + words;
+      refusal += (refusal.empty() ? "" : "; ") + words(fault);
     }
   }
   if (!refusal.empty())

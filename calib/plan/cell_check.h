@@ -61,6 +61,7 @@ struct CellFault {
   double sigma_m = 0.0;  ///< 1 sigma of what is off, where that is what it is judged by
   double kg = 0.0, limit_kg = 0.0;
   std::vector<DescriptionMistake> mistakes{};  ///< of kDescription: each alone explains it
+  std::size_t more = 0;                        ///< mistakes that would explain it, too
 };
 
 /// Refused ones first. Empty where nothing contradicts. Meshes must have been read.
@@ -72,6 +73,8 @@ std::optional<CellFault> fault_of(const Cell& cell, const Plan& plan);
 /// What was found, with its numbers, and what to do about it.
 std::string found_words(const CellFault& fault);
 std::string advice_words(const CellFault& fault);
+/// Both, as one line.
+std::string words(const CellFault& fault);
 
 /// Throws PlanError naming all that is refused; returns the words of what is not.
 std::vector<std::string> refuse_faulty(const Cell& cell);

@@ -34,11 +34,12 @@ std::string words_of(const DescriptionMistake& mistake) {
                      mm(mistake.tcp_m.y()), mm(mistake.tcp_m.z()));
 }
 
-std::string mistake_words(const std::vector<DescriptionMistake>& mistakes) {
-  if (mistakes.empty()) return "No arm rests so: correct robot file, [tool] and floor_mm";
+std::string mistake_words(const CellFault& f) {
+  if (f.mistakes.empty()) return "No arm rests so: correct robot file, [tool] and floor_mm";
   std::string all;
-  for (const DescriptionMistake& one : mistakes)
+  for (const DescriptionMistake& one : f.mistakes)
     all += (all.empty() ? "" : ", or ") + words_of(one);
+  if (f.more > 0) all += fmt::format(", or {} more", f.more);
   return "Likely mistake in the robot file or [tool]: " + all + " would fit";
 }
 
@@ -161,11 +162,15 @@ std::string advice_words(const CellFault& f) {
     case Kind::kToolAcross:
       return "Compare xyz_mm of [tool] with the pendant's tool data: most tools point along Z";
     case Kind::kDescription:
-      return mistake_words(f.mistakes);
+      return mistake_words(f);
     case Kind::kRequired:
       return "Make more touches in more varied postures, or state a larger required_mm";
   }
   return {};
+}
+
+std::string words(const CellFault& fault) {
+  return found_words(fault) + ". " + advice_words(fault);
 }
 
 }  // namespace cellcal::calib

@@ -22,6 +22,10 @@ Eigen::MatrixXd deviations(const Eigen::MatrixXd& covariance) {
   return pairs.vectors * pairs.values.cwiseMax(0.0).cwiseSqrt().asDiagonal() * all;
 }
 
+double variance(const Eigen::VectorXd& values) {
+  return (values.array() - values.mean()).square().sum() / static_cast<double>(values.size() - 1);
+}
+
 }  // namespace
 
 NominalError nominal_error(const ArmModel& arm, const std::vector<JointVector>& poses,
@@ -30,16 +34,14 @@ NominalError nominal_error(const ArmModel& arm, const std::vector<JointVector>& 
   Eigen::MatrixXd apart_m = moves * deviations(covariance);
   apart_m.colwise() += apart(arm, poses, x_si, nullptr).reshaped();
   const auto count = static_cast<Eigen::Index>(poses.size());
-  Eigen::VectorXd means_m(kDrawnArms);
-  for (Eigen::Index k = 0; k < kDrawnArms; ++k) {
-    double sum = 0.0;
+  Eigen::MatrixXd off_m(count, kDrawnArms);
+  for (Eigen::Index k = 0; k < kDrawnArms; ++k)
     for (Eigen::Index i = 0; i < count; ++i)
-      sum += std::sqrt(apart_m.col(k).segment<3>(3 * i).squaredNorm() +
-                       kMeanOverRms * kMeanOverRms * stays_m2[i]);
-    means_m[k] = sum / static_cast<double>(count);
-  }
-  const double mean_m = means_m.mean();
-  return {mean_m, 2.0 * std::sqrt((means_m.array() - mean_m).square().sum() / (kDrawnArms - 1))};
+      off_m(i, k) = std::sqrt(apart_m.col(k).segment<3>(3 * i).squaredNorm() +
+                              kMeanOverRms * kMeanOverRms * stays_m2[i]);
+  const double of_arms_m2 = variance(off_m.colwise().mean());
+  const double of_poses_m2 = variance(off_m.rowwise().mean()) / static_cast<double>(count);
+  return {off_m.mean(), 2.0 * std::sqrt(of_arms_m2 + of_poses_m2)};
 }
 
 }  // namespace cellcal::calib

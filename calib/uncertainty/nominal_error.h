@@ -15,8 +15,9 @@ struct NominalError {
   double u_m = 0.0;  ///< expanded uncertainty of that mean, k = 2
 };
 
-/// (41): the mean over arms drawn from the estimate and its covariance, and twice their spread. With a covariance
-/// that touches did not narrow it is what the tolerances foresee of any such arm. `moves`: of aligned_moves() at
+/// (41): the mean over arms drawn from the estimate and its covariance, of all poses such as these: U is of the arms
+/// and of the draw of the poses. With a covariance that touches did not narrow it is what the tolerances foresee of
+/// any such arm. `moves`: of aligned_moves() at
 /// `x_si`, per unit of `covariance`; `stays_m2`: the variance at each pose that no parameter explains. Needs at
 /// least 3 poses.
 NominalError nominal_error(const ArmModel& arm, const std::vector<JointVector>& poses,

@@ -1,7 +1,5 @@
 // Which step to a calibrated cell is next, and what the doctor within the daemon found.
 
-#include <cctype>
-
 #include "daemon/api/handlers.h"
 #include "daemon/api/http/json_text.h"
 #include "daemon/api/routes.h"
@@ -25,20 +23,6 @@ json to_json(const StepSeen& seen) {
           {"session", seen.session > 0 ? json(seen.session) : json()}};
 }
 
-std::string outcome_name(Outcome one) {
-  std::string outcome = to_string(one);
-  for (char& c : outcome) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return outcome;
-}
-
-/// As `cellcal doctor --json` has it.
-json to_json(const Finding& one) {
-  return {{"check", one.check},
-          {"outcome", outcome_name(one.outcome)},
-          {"found", one.found},
-          {"advice", one.advice}};
-}
-
 /// {"cell": "/abs/cell.toml"}. Throws BadRequest.
 std::filesystem::path cell_asked_for(const std::string& body) {
   const json object = json::parse(body, nullptr, false);
@@ -52,21 +36,17 @@ std::filesystem::path cell_asked_for(const std::string& body) {
   return cell;
 }
 
-Outcome outcome_of(const std::string& name) {
-  for (const Outcome one : {Outcome::kOk, Outcome::kWarning, Outcome::kFailed, Outcome::kSkipped})
-    if (outcome_name(one) == name) return one;
-  throw BadRequest("\"outcome\" must be ok, warning, failed or skipped");
-}
-
 /// As `cellcal doctor --json` has them.
-std::vector<Finding> findings_in(const json& list) {
+std::vector<Finding> findings_in(const json& list) try {
   std::vector<Finding> findings;
-  for (const json& one : list)
-    findings.push_back({printable(one.at("check").get<std::string>()),
-                        outcome_of(one.at("outcome").get<std::string>()),
-                        printable(one.at("found").get<std::string>()),
-                        printable(one.at("advice").get<std::string>())});
+  for (const json& value : list) {
+    const Finding one = finding_of(value);
+    findings.push_back(
+        {printable(one.check), one.outcome, printable(one.found), printable(one.advice)});
+  }
   return findings;
+} catch (const std::invalid_argument& wrong) {
+  throw BadRequest(wrong.what());
 }
 
 }  // namespace
@@ -94,7 +74,7 @@ std::optional<Response> Api::readiness(const Call&) {
 std::optional<Response> Api::doctor(const Call&) {
   const Examination newest = examiner().newest();
   json checks = json::array();
-  for (const Finding& one : newest.checks) checks.push_back(to_json(one));
+  for (const Finding& one : newest.checks) checks.push_back(daemon::to_json(one));
   return Response{.body = dump({{"cell", or_null(newest.cell.string())},
                                 {"running", newest.running},
                                 {"hint", newest.hint},

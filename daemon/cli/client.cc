@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "calib/files/calibration_json.h"
+#include "calib/model/units.h"
 #include "daemon/api/http/http.h"
 #include "daemon/cli/ask.h"
 #include "daemon/cli/drift.h"
@@ -205,6 +206,14 @@ int end_session(const Connection& daemon, std::int64_t session) {
   return kJobFailed;
 }
 
+/// What cell file and plan say against themselves.
+std::vector<std::string> warnings_of(const json& status) {
+  std::vector<std::string> all;
+  for (const json& one : status.value("warnings", json::array()))
+    if (one.is_string()) all.push_back("warning: " + one.get<std::string>() + "\n");
+  return all;
+}
+
 /// Until the session ends, or Ctrl-C.
 int follow(const Connection& daemon, std::int64_t session, BeforeMotion ctrl_c, Shows shows) {
   struct sigaction interrupt {};
@@ -213,6 +222,7 @@ int follow(const Connection& daemon, std::int64_t session, BeforeMotion ctrl_c, 
   ::sigaction(SIGINT, &interrupt, nullptr);
   ProgressDisplay display(shows);
   json status;
+  std::size_t warned = 0;
   while (g_detached == 0) {
     try {
       status = get(daemon, "/v1/status");
@@ -228,6 +238,10 @@ int follow(const Connection& daemon, std::int64_t session, BeforeMotion ctrl_c, 
           fmt::format("session {} is no longer running: cellcald was restarted, or another session "
                       "began. See 'cellcal show {}'; resume: 'cellcal run --resume'",
                       session, session));
+    }
+    for (const auto warnings = warnings_of(status); warned < warnings.size(); ++warned) {
+      display.clear();
+      std::fputs(warnings[warned].c_str(), stderr);
     }
     if (!is_running(status)) {
       display.clear();
@@ -279,6 +293,7 @@ std::string status_words(const json& status) {
   if (session == 0) return "idle, no session since the daemon started\n";
   std::string words = fmt::format("session {}: {}\n", session, text(status, "phase"));
   words += outcome_words(status);
+  for (const std::string& warning : warnings_of(status)) words += warning;
   if (number(status, "planned") > 0) words += progress_line(progress_of(status), 1000) + "\n";
   if (const std::string what = waited_for(status); !what.empty()) {
     words += "waiting for " + what + ": " + what_to_do(status) + "\n";
@@ -501,6 +516,17 @@ int history(const Connection& daemon) {
   return kSuccess;
 }
 
+namespace {
+
+std::optional<ContactsDelay> delay_of_contacts(const json& delay) {
+  const auto ms = figure(delay, "ms"), sigma_ms = figure(delay, "sigma_ms");
+  if (!ms || !sigma_ms) return std::nullopt;
+  return ContactsDelay{*ms / calib::kMsPerS, *sigma_ms / calib::kMsPerS,
+                       static_cast<int>(number(delay, "touches"))};
+}
+
+}  // namespace
+
 int show(const Connection& daemon, std::int64_t session, Shown shown) {
   const json value = get(daemon, session_path(session));
   if (daemon.json) {
@@ -515,24 +541,22 @@ int show(const Connection& daemon, std::int64_t session, Shown shown) {
   words += outcome_words(value);
   if (const std::string dropped = text(value, "raw_dropped"); !dropped.empty())
     words += "raw events and readings were dropped " + dropped + " (retention)\n";
+  const json delay = value.value("contact_delay", json());
+  const std::optional<ContactsDelay> contacts = delay_of_contacts(delay);
   const Response calibration =
       http_request(daemon.socket, "GET", session_path(session) + "/calibration.json");
   if (calibration.status == 200) {
     words +=
         result_words(calib::calibration_from_json(calibration.body, "the daemon's calibration"), {},
-                     Detail::kAll);
+                     Detail::kAll, contacts);
     words += "results: " + text(value, "results") + "\n";
   }
   if (const std::int64_t count = number(value.value("times", json::object()), "interruptions");
       count > 0)
     words += fmt::format("interruptions: {}, each resumed automatically\n", count);
-  if (const json delay = value.value("contact_delay", json()); delay.is_object()) {
-    words +=
-        "latch delay of the contacts alone, fast against slow search (watched for changes; the fit "
-        "does not take it): " +
-        text(delay, "words") + "\n";
-    if (!text(delay, "warning").empty()) words += "warning: " + text(delay, "warning") + "\n";
-  }
+  if (contacts && calibration.status != 200) words += delay_words(nullptr, contacts);
+  if (delay.is_object() && !text(delay, "warning").empty())
+    words += "warning: " + text(delay, "warning") + "\n";
   for (const json& event : value.value("events", json::array())) {
     if (event.is_string()) words += "  " + event.get<std::string>() + "\n";
   }

@@ -1,8 +1,20 @@
 #include "daemon/doctor/finding.h"
 
 #include <algorithm>
+#include <cctype>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
 
 namespace cellcal::daemon {
+
+namespace {
+
+std::string lower(std::string text) {
+  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return text;
+}
+
+}  // namespace
 
 const char* to_string(Outcome outcome) {
   switch (outcome) {
@@ -16,6 +28,23 @@ const char* to_string(Outcome outcome) {
       return "skipped";
   }
   return "unknown";
+}
+
+nlohmann::json to_json(const Finding& finding) {
+  return {{"check", finding.check},
+          {"outcome", lower(to_string(finding.outcome))},
+          {"found", finding.found},
+          {"advice", finding.advice}};
+}
+
+Finding finding_of(const nlohmann::json& value) {
+  const auto name = value.at("outcome").get<std::string>();
+  const auto outcome = std::ranges::find_if(
+      kDoctorOutcomes, [&](Outcome one) { return lower(to_string(one)) == name; });
+  if (outcome == kDoctorOutcomes.end())
+    throw std::invalid_argument("\"outcome\" must be ok, warning, failed or skipped");
+  return {value.at("check").get<std::string>(), *outcome, value.at("found").get<std::string>(),
+          value.at("advice").get<std::string>()};
 }
 
 void Findings::ok(const std::string& check, const std::string& found) {

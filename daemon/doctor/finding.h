@@ -1,7 +1,9 @@
 #pragma once
 // What a check found, and what to do about it.
 
+#include <array>
 #include <functional>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
@@ -14,6 +16,8 @@ enum class Outcome {
   kSkipped,  ///< could not be looked at, because something else failed or was not given
 };
 
+inline constexpr std::array kDoctorOutcomes{Outcome::kOk, Outcome::kWarning, Outcome::kFailed,
+                                            Outcome::kSkipped};
 /// "ok", "warning", "FAILED", "skipped".
 const char* to_string(Outcome outcome);
 
@@ -23,6 +27,10 @@ struct Finding {
   std::string found;
   std::string advice;  ///< what to do; empty where all is well
 };
+/// With "check", "outcome" (lower case), "found", "advice", as `cellcal doctor --json` and the API have it.
+nlohmann::json to_json(const Finding& finding);
+/// Throws nlohmann::json::exception; std::invalid_argument of an outcome that is none.
+Finding finding_of(const nlohmann::json& value);
 
 /// All findings of one examination, told to a listener as they come.
 class Findings {

@@ -176,7 +176,8 @@ AccessConfig access_config(const std::optional<HttpConfig>& http,
 }
 
 /// The doctor with this daemon's rights. While it looks no session begins.
-Examiner::Parts doctor_within(const LiveConfig& live, SessionService& service) {
+Examiner::Parts doctor_within(const LiveConfig& live, SessionService& service,
+                              const std::filesystem::path& state_dir) {
   return {[&live](const std::filesystem::path& cell, Findings& findings,
                   const std::function<void(const std::string&)>& hint, std::stop_token stop) {
             DoctorRequest request;
@@ -188,8 +189,10 @@ Examiner::Parts doctor_within(const LiveConfig& live, SessionService& service) {
           [&service] {
             service.hold("the doctor is looking at the links. Wait for its end, half a minute");
           },
-          [&service] { service.release(); }, wall_clock_utc,
-          [&live] { return live.now()->text_sha256; }};
+          [&service] { service.release(); },
+          wall_clock_utc,
+          [&live] { return live.now()->text_sha256; },
+          state_dir / "doctor.json"};
 }
 
 /// To a controller over EKI whose configuration allows it; an emulated cell in this process has none.
@@ -258,7 +261,7 @@ void run_daemon(const DaemonConfig& config, const std::function<DaemonConfig()>&
   TokenStore tokens(config.state_dir / "tokens.json");
   if (!tokens.problem().empty()) spdlog::error("{}", tokens.problem());
   Access access(tokens, access_config(config.http, config.state_dir));
-  Examiner examiner(doctor_within(live, service));
+  Examiner examiner(doctor_within(live, service, config.state_dir));
   PlantLine plant_line(service, journal, live);
   Nights nights(service, journal, live);
   Api api(service, journal, &access, page_answer, &examiner);

@@ -8,6 +8,7 @@
 #include "calib/model/units.h"
 #include "daemon/files/printable.h"
 #include "daemon/notify/catalogue.h"
+#include "daemon/tasks/recorded/options.h"
 
 namespace cellcal::daemon {
 
@@ -94,7 +95,9 @@ void add_session(Lines& lines, const Notice& notice) {
   const bool ended = notice.news == News::kDone || notice.news == News::kWithheld ||
                      notice.news == News::kDrifted || notice.news == News::kUndecided ||
                      notice.news == News::kRecovered;
-  if (ended) lines.add(Text::kReport, notice.session);
+  // Sessions of other kinds have none.
+  if (ended && notice.kind == to_string(SessionKind::kCalibrate))
+    lines.add(Text::kReport, notice.session);
 }
 
 template <class T>

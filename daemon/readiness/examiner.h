@@ -15,7 +15,7 @@
 namespace cellcal::daemon {
 
 struct Examination {
-  std::filesystem::path cell;  ///< empty: none was asked for since the daemon began
+  std::filesystem::path cell;  ///< empty: none was asked for, nor kept
   bool running = false;
   bool whole = false;           ///< it came to its end
   std::string hint;             ///< what the person has to do now, while it runs
@@ -42,8 +42,11 @@ class Examiner {
     std::function<std::string()> utc_now;
     /// Of the configuration in force.
     std::function<std::string()> config_sha256 = {};
+    /// Where the newest whole one is kept, for the daemon after this one; empty: nowhere.
+    std::filesystem::path file = {};
   };
-  explicit Examiner(Parts parts) : parts_(std::move(parts)) {}
+  /// With the kept one, where it was made at the configuration in force now.
+  explicit Examiner(Parts parts);
   ~Examiner();
   Examiner(const Examiner&) = delete;
   Examiner& operator=(const Examiner&) = delete;
@@ -62,6 +65,8 @@ class Examiner {
 
  private:
   void examine(const std::filesystem::path& cell, const std::stop_token& stop);
+  Examination kept() const;
+  void keep(const Examination& whole) const;
 
   Parts parts_;
   mutable std::mutex mutex_;

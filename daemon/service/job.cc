@@ -28,9 +28,11 @@ bool must_find(const calib::Cell& cell) {
 }
 
 /// Before anything is opened, planned or moved.
-void look_at_cell(const calib::Cell& cell) {
+std::vector<std::string> look_at_cell(const calib::Cell& cell) {
   try {
-    for (const std::string& warning : calib::refuse_faulty(cell)) spdlog::warn("{}", warning);
+    std::vector<std::string> warnings = calib::refuse_faulty(cell);
+    for (const std::string& warning : warnings) spdlog::warn("{}", warning);
+    return warnings;
   } catch (const calib::PlanError& wrong) {
     throw RequestError(wrong.what());
   }
@@ -215,7 +217,7 @@ void look_at_goal(const RunRequest& request, const Job& job) {
 
 /// Of a new session, before anything is opened, planned or moved.
 void look_at_new(const RunRequest& request, Job& job) {
-  look_at_cell(job.cell);
+  job.warnings = look_at_cell(job.cell);
   if (request.kind == SessionKind::kDryRun) look_at_centres(job.cell);
   if (request.kind != SessionKind::kQualify) return;
   look_at_target(job.cell, request.target);

@@ -30,6 +30,7 @@ struct Job {
   std::string expected_hash;  ///< of a resumed session's plan
   bool resumed = false;
   std::string unattended;
+  std::vector<std::string> warnings;  ///< what the cell file says against itself, not refused
   std::vector<calib::Touch> touches;  ///< made before it was resumed
   std::unique_ptr<Backend> backend;
   TouchNews news;

@@ -71,10 +71,12 @@ struct Status {
   /// Of touches chosen one by one: u95 that was asked for, and what the touches so far are foreseen
   /// to give, means over the region.
   std::optional<double> goal_m, u95_m, mean_error_m;
-  bool finding = false;   ///< the touch in hand is made to find a sphere
-  std::string stage;      ///< what the touch in hand is for, in words
+  bool finding = false;                     ///< the touch in hand is made to find a sphere
+  std::string stage;                        ///< what the touch in hand is for, in words
   std::optional<calib::WorkDone> planning;  ///< how far the plan is, while it is made
-  std::string why_ended;  ///< why no further touch was chosen
+  std::string why_ended;                    ///< why no further touch was chosen
+  /// Of cell file and plan, in words: nothing that keeps the session from beginning.
+  std::vector<std::string> warnings;
   /// Of the newest touch, nothing before the first; once identified, the fit's mean.
   std::optional<double> residual_m;
   std::optional<double> time_left_s;  ///< touches and the way home; nothing before the first touch
@@ -86,7 +88,7 @@ struct Status {
   std::optional<Failure> failure;
   std::optional<SessionOutcome> outcome;  ///< once identified
   std::vector<std::string> reasons;       ///< findings of a calibration, in words
-  std::string results_dir;  ///< once written
+  std::string results_dir;                ///< once written
   /// Told of with this status, each of a session once: when its residual is known, at the latest
   /// when the next one is made or the session ends.
   std::shared_ptr<const MadeTouch> made;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 
+#include "calib/plan/cell_check.h"
 #include "calib/plan/online.h"
 #include "calib/words/finding_words.h"
 #include "daemon/session/rules.h"
@@ -58,6 +59,7 @@ Status status_of(const State& state, const Job& job, std::size_t done) {
   status.robot_words = state.links.robot_words;
   status.contact_words = state.links.contact_words;
   status.failure = state.failure;
+  status.warnings = job.warnings;
   status.interruptions = state.interruptions;
   status.busy_repeats = state.busy_repeats;
   if (state.busy_until && kAwaitingPhases.has(state.phase))
@@ -67,6 +69,8 @@ Status status_of(const State& state, const Job& job, std::size_t done) {
   if (state.plan) {
     status.total = std::max(state.total(), status.done);
     if (state.in_hand() < state.plan->touches.size()) status.target = state.planned().target;
+    if (const auto fault = calib::fault_of(job.cell, *state.plan))
+      status.warnings.push_back(words(*fault));
   }
   if (job.options.one_by_one) tell_progress(state, job, status);
   const bool given_up = state.phase == Phase::kFailed || state.phase == Phase::kAborted;

@@ -13,6 +13,7 @@
 #include "calib/identify/identify.h"
 #include "calib/model/kinematics.h"
 #include "calib/model/units.h"
+#include "calib/plan/cell_check.h"
 #include "calib/plan/contact_forecast.h"
 #include "calib/plan/touch_sequence.h"
 #include "calib/syntax/input_file.h"
@@ -274,6 +275,8 @@ Tasks make_tasks(TaskInputs given) {
     tasks.plan = [inputs, planned_first] {
       Tasks::Planned planned = plan_beforehand(*inputs);
       *planned_first = planned.plan;
+      if (const auto fault = calib::fault_of(inputs->cell, planned.plan); fault && inputs->note)
+        inputs->note("warning: " + words(*fault));
       return planned;
     };
   }

@@ -33,7 +33,7 @@ RegionFigures figures(const Truth& truth, const calib::Predictor& predictor,
   RegionFigures f;
   f.poses = static_cast<int>(poses.size());
   if (f.poses < 4) return f;
-  Eigen::Matrix3Xd real(3, f.poses), calibrated(3, f.poses), nominal(3, f.poses);
+  Eigen::Matrix3Xd real(3, f.poses), calibrated(3, f.poses);
   Eigen::VectorXd u95(f.poses);
   const PhysicalCell real_cell(truth);
   for (int i = 0; i < f.poses; ++i) {
@@ -41,18 +41,30 @@ RegionFigures figures(const Truth& truth, const calib::Predictor& predictor,
     const calib::Prediction p = predictor.calibrated(q);
     real.col(i) = real_cell.tip_m(q, kWarmedUp);
     calibrated.col(i) = p.tcp.translation();
-    nominal.col(i) = predictor.nominal(q).translation();
     u95[i] = p.u95_m;
   }
   const Eigen::VectorXd error = aligned_errors(calibrated, real);
-  const Eigen::VectorXd before = aligned_errors(nominal, real);
   f.mean_m = error.mean();
   f.max_m = error.maxCoeff();
   f.rms_m = std::sqrt(error.squaredNorm() / f.poses);
-  f.nominal_mean_m = before.mean();
-  f.nominal_max_m = before.maxCoeff();
   f.covered = static_cast<double>((error.array() <= u95.array()).count()) / f.poses;
   return f;
+}
+
+void add_nominal(const Truth& truth, const calib::Predictor& predictor,
+                 const std::vector<calib::JointVector>& poses, RegionFigures& f) {
+  const auto count = static_cast<Eigen::Index>(poses.size());
+  if (count < 4) return;
+  Eigen::Matrix3Xd real(3, count), nominal(3, count);
+  const PhysicalCell real_cell(truth);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const auto& q = poses[static_cast<std::size_t>(i)];
+    real.col(i) = real_cell.tip_m(q, kWarmedUp);
+    nominal.col(i) = predictor.nominal(q).translation();
+  }
+  const Eigen::VectorXd error = aligned_errors(nominal, real);
+  f.nominal_mean_m = error.mean();
+  f.nominal_max_m = error.maxCoeff();
 }
 
 }  // namespace
@@ -84,12 +96,15 @@ TruthFigures truth_figures(const Truth& truth, const calib::Calibration& calibra
     for (const calib::JointVector& q : around)  // it is where it was touched
       centres.push_back(nominal.nominal_tcp(q).translation());
   }
+  const auto near = [&](int count) {
+    return calib::local_poses(nominal, around, centres, kLocalHalfM, count, kSeed);
+  };
+  const auto anywhere = [&](int count) { return calib::workspace_poses(nominal, count, kSeed); };
   TruthFigures result;
-  result.workspace =
-      figures(truth, predictor, calib::workspace_poses(nominal, kWorkspacePoses, kSeed));
-  result.local =
-      figures(truth, predictor,
-              calib::local_poses(nominal, around, centres, kLocalHalfM, kLocalPoses, kSeed));
+  result.workspace = figures(truth, predictor, anywhere(kWorkspacePoses));
+  result.local = figures(truth, predictor, near(kLocalPoses));
+  add_nominal(truth, predictor, anywhere(kNominalPoses), result.workspace);
+  add_nominal(truth, predictor, near(kNominalPoses), result.local);
   return result;
 }
 

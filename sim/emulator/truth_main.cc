@@ -59,8 +59,8 @@ int main(int argc, char** argv) {
     fmt::print(
         "{}, after a 6-DoF alignment   (hidden from the estimator)\n"
         "  {:<34} {:>17}   {:>17}   {:>7}\n  {:<34} {:>8} {:>8}   {:>8} {:>8}   {:>7}\n",
-        heading(truth), "", "nominal model", "calibrated", "within", "", "mean", "max", "mean",
-        "max", "u95");
+        heading(truth), "", fmt::format("nominal ({})", sim::kNominalPoses), "calibrated", "within",
+        "", "mean", "max", "mean", "max", "u95");
     print(fmt::format("within 150 mm of the spheres ({})", figures.local.poses).c_str(),
           figures.local);
     print(fmt::format("whole workspace ({} poses)", figures.workspace.poses).c_str(),

@@ -16,6 +16,7 @@ namespace {
 using namespace cellcal;
 using experiments::Gears;
 using experiments::median;
+using experiments::NominalFigure;
 using experiments::Outcome;
 using experiments::Trial;
 
@@ -119,6 +120,19 @@ void run(const calib::Robot& robot, const Level& level, const Options& options) 
         return *std::max_element(v.begin(), v.end());
       }(),
       median(column(&Outcome::predicted_m3, 1e3)), reasons);
+  const auto nominal = [&](const char* name, NominalFigure Outcome::*figure) {
+    double off = 0.0, u = 0.0;
+    for (const Outcome& o : all) {
+      off += std::abs((o.*figure).stated - (o.*figure).real) / static_cast<double>(all.size());
+      u += (o.*figure).u / static_cast<double>(all.size());
+    }
+    fmt::print(
+        "  nominal model {:<13} {} of {} arms within U; off by {:.3f} mm, U {:.3f} mm in the mean\n",
+        name, std::ranges::count_if(all, [&](const Outcome& o) { return (o.*figure).held(); }),
+        all.size(), 1e3 * off, 1e3 * u);
+  };
+  nominal("workspace", &Outcome::nominal_workspace);
+  nominal("near targets", &Outcome::nominal_near);
   std::fflush(stdout);
 }
 

@@ -16,6 +16,32 @@
 
 namespace cellcal::experiments {
 
+namespace {
+
+/// What is left after the best rigid motion of `points` onto `real`.
+Eigen::VectorXd aligned_errors(const Eigen::Matrix3Xd& points, const Eigen::Matrix3Xd& real) {
+  const Eigen::Matrix4d motion = Eigen::umeyama(points, real, false);
+  return ((motion.topLeftCorner<3, 3>() * points).colwise() + motion.topRightCorner<3, 1>() - real)
+      .colwise()
+      .norm()
+      .transpose();
+}
+
+/// The nominal model's, over the poses.
+double nominal_mean_m(const TrueArm& arm, const calib::Predictor& predictor,
+                      const std::vector<calib::JointVector>& poses) {
+  const auto n = static_cast<Eigen::Index>(poses.size());
+  Eigen::Matrix3Xd real(3, n), nominal(3, n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const auto& q = poses[static_cast<std::size_t>(i)];
+    real.col(i) = arm.tip(q);
+    nominal.col(i) = predictor.nominal(q).translation();
+  }
+  return aligned_errors(nominal, real).mean();
+}
+
+}  // namespace
+
 OverPostures judge(const TrueArm& arm, const calib::Predictor& predictor,
                    const std::vector<calib::JointVector>& poses) {
   const auto n = static_cast<Eigen::Index>(poses.size());
@@ -28,12 +54,7 @@ OverPostures judge(const TrueArm& arm, const calib::Predictor& predictor,
     predicted.col(i) = p.tcp.translation();
     u95[i] = p.u95_m;
   }
-  const Eigen::Matrix4d motion = Eigen::umeyama(predicted, real, false);
-  const Eigen::VectorXd e =
-      ((motion.topLeftCorner<3, 3>() * predicted).colwise() + motion.topRightCorner<3, 1>() - real)
-          .colwise()
-          .norm()
-          .transpose();
+  const Eigen::VectorXd e = aligned_errors(predicted, real);
   const auto count = static_cast<double>(n);
   return {e.mean(), e.maxCoeff(), std::sqrt(e.squaredNorm() / count),
           static_cast<double>((e.array() <= u95.array()).count()) / count, u95.mean()};
@@ -59,7 +80,8 @@ std::vector<calib::JointVector> postures(const calib::ArmModel& arm, int count, 
 namespace {
 
 Outcome judged(const World& world, const std::vector<calib::Touch>& touches) {
-  const calib::Calibration c = calib::identify(world.cell, touches, {}, calib::shipped_robots);
+  const calib::Calibration c = calib::identify(
+      world.cell, touches, {.region_poses = calib::kStatedPoses}, calib::shipped_robots);
   const calib::Predictor predictor(c);
   Outcome o;
   o.m1 = c.check.mean_m;
@@ -91,6 +113,16 @@ Outcome judged(const World& world, const std::vector<calib::Touch>& touches) {
   o.m2 = local.mean;
   o.m2_max = local.max;
   o.m4_local = local.covered;
+  // Poses other than the calibration's own, and so many that their draw says nothing.
+  constexpr int kPoses = 5000;
+  std::vector<Eigen::Vector3d> centres;
+  for (const auto& t : c.targets) centres.push_back(t.centre_m);
+  o.nominal_workspace = {
+      c.nominal_workspace_m, c.nominal_workspace_u_m,
+      nominal_mean_m(world.arm, predictor, calib::workspace_poses(model, kPoses, 97))};
+  o.nominal_near = {c.nominal_near_targets_m, c.nominal_near_targets_u_m,
+                    nominal_mean_m(world.arm, predictor,
+                                   calib::local_poses(model, around, centres, 0.15, kPoses, 97))};
   return o;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 // One random robot: cell, plan, truth, touches, identification, and how far that is from the truth.
 
+#include <cmath>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -30,7 +31,13 @@ struct Trial {
   double play_arcsec = 0.0, field_m = 0.0;  ///< what the model lacks (true_arm.h)
   /// Of each joint, on the spreads of true lengths and angles; none: 1.
   std::vector<double> length_factor = {}, angle_factor = {};
-  int repeated = 0;                         ///< of the fit touches, so many are made four times
+  int repeated = 0;  ///< of the fit touches, so many are made four times
+};
+
+/// This arm's error with its nominal model, as its calibration states it and as it is; m.
+struct NominalFigure {
+  double stated = 0.0, u = 0.0, real = 0.0;
+  bool held() const { return std::abs(stated - real) <= u; }
 };
 
 /// M1 to M4 of the method; m and shares.
@@ -40,6 +47,7 @@ struct Outcome {
   double rho_error = 0, predicted_m3 = 0;
   double planned_m3 = 0, minutes = 0;           ///< what the plan predicted
   double nominal_m3 = 0, field = 0, alike = 0;  ///< as the estimator foresees and says
+  NominalFigure nominal_workspace, nominal_near;
   bool published = false, estimated = false;
   bool unchecked = false;  ///< the verdict warns of a touch that the others do not check
   std::string why_not;

@@ -145,6 +145,7 @@ std::string status_to_json(const Status& status) {
              {"stage", status.stage},
              {"planning", to_json(status.planning)},
              {"why_ended", status.why_ended},
+             {"warnings", status.warnings},
              {"time_left_s", or_null(status.time_left_s)},
              {"waiting", to_json(status.waiting)},
              {"interruptions", status.interruptions},

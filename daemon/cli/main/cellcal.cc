@@ -67,19 +67,20 @@ struct WrongCommand {
 
 /// Looks at the first argument, and at those after it as long as the command that they name needs another
 /// one: CLI11 would only say that a subcommand is required.
-std::optional<WrongCommand> wrong_command(const CLI::App& app, int argc, char** argv) {
+std::optional<WrongCommand> wrong_command(const CLI::App& app,
+                                          const std::vector<std::string>& arguments) {
   const CLI::App* named = &app;
   std::string before;  // the commands that were named, each with a blank behind it
-  for (int i = 1; named->get_require_subcommand_min() > 0; ++i) {
+  for (std::size_t i = 0; named->get_require_subcommand_min() > 0; ++i) {
     const std::vector<std::string> names = commands_of(*named);
     const std::string all = fmt::format("commands: {}", fmt::join(names, ", "));
     const std::string help = fmt::format("cellcal {}--help", before);
-    if (i >= argc)
+    if (i >= arguments.size())
       return WrongCommand{before.empty() ? "no command given; " + all
                                          : fmt::format("no command given after \"{}\"; {}",
                                                        before.substr(0, before.size() - 1), all),
                           help};
-    const std::string given = argv[i];
+    const std::string& given = arguments[i];
     if (given.starts_with('-')) return std::nullopt;
     if (std::find(names.begin(), names.end(), given) == names.end())
       return WrongCommand{fmt::format("unknown command \"{}{}\".{} The {}", before,
@@ -89,6 +90,39 @@ std::optional<WrongCommand> wrong_command(const CLI::App& app, int argc, char** 
     named = named->get_subcommand(given);
   }
   return std::nullopt;
+}
+
+/// `cellcal --socket X token list` as `cellcal token list --socket X`: what many commands have may stand before them. It
+/// goes behind the last command named that has it, and behind the first where none does, so that it is refused there.
+std::vector<std::string> options_behind_command(const CLI::App& app,
+                                                std::vector<std::string> arguments) {
+  std::vector<std::vector<std::string>> options;  // each with its value
+  std::size_t at = 0;
+  while (at < arguments.size()) {
+    const std::string& given = arguments[at];
+    const bool with_next = given == "--socket" && at + 1 < arguments.size();
+    if (!with_next && !given.starts_with("--socket=") && given != "--json") break;
+    options.emplace_back(arguments.begin() + static_cast<std::ptrdiff_t>(at),
+                         arguments.begin() + static_cast<std::ptrdiff_t>(at + (with_next ? 2 : 1)));
+    at += options.back().size();
+  }
+  std::vector<std::string> left(arguments.begin() + static_cast<std::ptrdiff_t>(at),
+                                arguments.end());
+  std::vector<const CLI::App*> named;
+  for (const CLI::App* command = &app; named.size() < left.size();) {
+    const std::vector<std::string> names = commands_of(*command);
+    if (std::find(names.begin(), names.end(), left[named.size()]) == names.end()) break;
+    command = command->get_subcommand(left[named.size()]);
+    named.push_back(command);
+  }
+  if (named.empty()) return left;
+  for (const std::vector<std::string>& option : options) {
+    const std::string name = option.front().substr(0, option.front().find('='));
+    std::size_t behind = named.size();
+    while (behind > 1 && named[behind - 1]->get_option_no_throw(name) == nullptr) --behind;
+    left.insert(left.begin() + static_cast<std::ptrdiff_t>(behind), option.begin(), option.end());
+  }
+  return left;
 }
 
 /// The first argument that no option of the command takes; CLI11 would list them all, last first.
@@ -117,12 +151,14 @@ int main(int argc, char** argv) {
   int status = kSuccess;
   CLI::App app;
   describe_cellcal(app, status);
-  if (const auto wrong = wrong_command(app, argc, argv)) {
+  std::vector<std::string> arguments = options_behind_command(app, {argv + 1, argv + argc});
+  if (const auto wrong = wrong_command(app, arguments)) {
     fmt::print(stderr, "cellcal: {}\nsee '{}'\n", wrong->words, wrong->help);
     return kWrongUsage;
   }
   try {
-    app.parse(argc, argv);
+    std::reverse(arguments.begin(), arguments.end());  // as CLI11 takes them
+    app.parse(std::move(arguments));
     return status;
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);

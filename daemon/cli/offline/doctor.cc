@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include <cctype>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
@@ -27,12 +26,7 @@ void print(const Finding& one) {
 
 nlohmann::json checks_of(const Findings& findings) {
   nlohmann::json checks = nlohmann::json::array();
-  for (const Finding& one : findings.all()) {
-    std::string outcome = to_string(one.outcome);
-    for (char& c : outcome) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    checks.push_back(
-        {{"check", one.check}, {"outcome", outcome}, {"found", one.found}, {"advice", one.advice}});
-  }
+  for (const Finding& one : findings.all()) checks.push_back(to_json(one));
   return checks;
 }
 

@@ -49,7 +49,7 @@ void write_output(const std::filesystem::path& output, const std::string& text) 
 void warn_of_cell(const calib::Cell& cell) {
   try {
     for (const calib::CellFault& fault : calib::faults_of(cell))
-      fmt::print(stderr, "warning: {}. {}\n", found_words(fault), advice_words(fault));
+      fmt::print(stderr, "warning: {}\n", words(fault));
   } catch (const calib::PlanError&) {  // of no robot that sessions move
   }
 }

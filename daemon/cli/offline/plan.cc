@@ -145,7 +145,7 @@ int plan(const PlanCommand& command) {
     return calib::make_plan(cell, options, begin_of(command, cell.robot));
   }();
   if (const auto fault = calib::fault_of(cell, made))
-    fmt::print(stderr, "warning: {}. {}\n", found_words(*fault), advice_words(*fault));
+    fmt::print(stderr, "warning: {}\n", words(*fault));
   const LimitNeeded needed = limit_needed(made, cell.robot, made.start);
   if (!command.picture.empty()) put(plan_svg(cell, made), command.picture);
   if (command.json) {

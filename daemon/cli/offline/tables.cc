@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "calib/model/units.h"
 #include "calib/result/correlation.h"
@@ -20,9 +21,12 @@ std::string line(const char* name, const calib::ResidualSummary& summary) {
                      summary.mean_m * kMmPerM, summary.max_m * kMmPerM, summary.rms_m * kMmPerM);
 }
 
-std::string verdict_words(const calib::Verdict& verdict, Detail detail) {
+std::string verdict_words(const calib::Calibration& calibration, Detail detail) {
+  const calib::Verdict& verdict = calibration.verdict;
   std::string text;
-  if (verdict.too_few) {
+  if (calibration.update && calibration.update->outcome == calib::UpdateOutcome::kNothingChanged) {
+    text = "verdict: nothing changed, the calibration in use holds\n";
+  } else if (verdict.too_few) {
     text = "verdict: too few touches to calibrate; nothing else is wrong\n";
   } else {
     text = verdict.publish ? "verdict: publishable" : "verdict: NOT publishable";
@@ -109,18 +113,11 @@ std::string fit_words(const calib::Calibration& c) {
   return text;
 }
 
-std::string delay_words(const calib::Calibration& c) {
-  const calib::ParameterResult* delay = calib::find(c, calib::latch_delay_parameter());
-  if (delay == nullptr) return {};
-  return fmt::format("latch delay of the fit: {:+.2f} ms ± {:.2f}, decided by {}\n",
-                     (delay->nominal + delay->correction) * delay->to_unit,
-                     delay->sigma * delay->to_unit, calib::to_string(delay->decided_by));
-}
-
 /// What stands behind the summary: for whoever asks why.
-std::string evidence_words(const calib::Calibration& c, std::span<const calib::Touch> touches) {
-  std::string text =
-      fit_words(c) + delay_words(c) + observability_words(c.observability) + correlation_words(c);
+std::string evidence_words(const calib::Calibration& c, std::span<const calib::Touch> touches,
+                           const std::optional<ContactsDelay>& contacts) {
+  std::string text = fit_words(c) + delay_words(&c, contacts) +
+                     observability_words(c.observability) + correlation_words(c);
   for (const calib::UnidentifiableDirection& direction : c.unidentifiable)
     text += "not identifiable: " + calib::words(c.cell, direction) + "\n";
   const calib::Touch unknown;
@@ -135,10 +132,40 @@ std::string evidence_words(const calib::Calibration& c, std::span<const calib::T
 
 }  // namespace
 
+std::string delay_words(const calib::Calibration* fit,
+                        const std::optional<ContactsDelay>& contacts) {
+  const calib::ParameterResult* found =
+      fit == nullptr ? nullptr : calib::find(*fit, calib::latch_delay_parameter());
+  // What only the prior says is no finding of the fit.
+  if (found != nullptr && found->decided_by != calib::DecidedBy::kData) found = nullptr;
+  if (found == nullptr && !contacts) return {};
+  const auto in_ms = [](double delay_s, double sigma_s) {
+    return fmt::format("{:+.2f} ± {:.2f} ms", calib::kMsPerS * delay_s,
+                       calib::kMsPerS * 2.0 * sigma_s);
+  };
+  const auto by_contacts = [&] {
+    return fmt::format("{} by fast against slow contacts of {} touches",
+                       in_ms(contacts->delay_s, contacts->sigma_s), contacts->touches);
+  };
+  std::string text = "latch delay (k = 2): ";
+  if (found == nullptr) return text + by_contacts() + "\n";
+  const double fit_s = found->nominal + found->correction;
+  text += in_ms(fit_s, found->sigma) + " by the fit";
+  if (contacts) {
+    const bool one =
+        std::abs(fit_s - contacts->delay_s) <= 2.0 * std::hypot(found->sigma, contacts->sigma_s);
+    text += fmt::format(
+        ", {}: {}", by_contacts(),
+        one ? "they agree" : "not one delay. Measure the contact itself: 'cellcal qualify'");
+  }
+  return text + "\n";
+}
+
 std::string result_words(const calib::Calibration& calibration,
-                         std::span<const calib::Touch> touches, Detail detail) {
+                         std::span<const calib::Touch> touches, Detail detail,
+                         const std::optional<ContactsDelay>& contacts) {
   const bool too_few = calibration.verdict.too_few;
-  const std::string verdict = verdict_words(calibration.verdict, detail);
+  const std::string verdict = verdict_words(calibration, detail);
   // The residuals of a fit to a touch or two of each target are next to nothing whatever is true.
   if (too_few && calibration.check.count == 0) return verdict;
   std::string text = fmt::format("{:<14} {:>7} {:>9} {:>9} {:>9}\n", "residual", "touches",
@@ -149,7 +176,7 @@ std::string result_words(const calib::Calibration& calibration,
   text += line("check after", calibration.check);
   if (too_few) return text + verdict;
   text += predicted_words(calibration);
-  text += detail == Detail::kAll ? evidence_words(calibration, touches)
+  text += detail == Detail::kAll ? evidence_words(calibration, touches, contacts)
                                  : outlier_list(calibration, touches);
   return text + verdict;
 }

@@ -3,9 +3,14 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <filesystem>
+#include <map>
+#include <string>
 
+#include "calib/syntax/input_file.h"
 #include "daemon/journal/database/outbox_rows.h"
 #include "daemon/journal/database/schema.h"
+#include "daemon/result/outcome_json.h"
 
 namespace cellcal::daemon {
 
@@ -51,8 +56,30 @@ std::int64_t to_7(Database& database, Chain&) {
   return 0;
 }
 
-std::int64_t to_8(Database& database, Chain&) {
+/// Before version 8 only a file beside the journal (daemon/service, results_dir) said whether a check held. It is read once, and
+/// what it says has a checksum from then on. A session that is damaged stays so.
+void take_outcomes_of_checks(Database& database, Chain& chain) {
+  const auto results = std::filesystem::path(database.name()).parent_path() / "sessions";
+  std::map<std::int64_t, std::string> outcomes;
+  Statement done(database, "SELECT id FROM session WHERE state='done'");
+  while (done.step()) try {
+      const auto file = results / std::to_string(done.integer(0)) / "check.json";
+      if (!std::filesystem::exists(file)) continue;
+      verify_rows(database, done.integer(0));
+      if (const auto outcome = outcome_of_check(calib::read_file(file)))
+        outcomes[done.integer(0)] = outcome_to_json(*outcome);
+    } catch (const std::exception&) {  // it stays without one, as where the file is gone
+    }
+  for (const auto& [session, outcome] : outcomes) {
+    Statement update(database, "UPDATE session SET outcome=? WHERE id=?");
+    update.bind(1, std::string_view(outcome)).bind(2, session).step();
+    chain.add(session, "session", session);
+  }
+}
+
+std::int64_t to_8(Database& database, Chain& chain) {
   database.execute(kSchema8);
+  take_outcomes_of_checks(database, chain);
   return 0;
 }
 

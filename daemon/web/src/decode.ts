@@ -133,6 +133,7 @@ export function status(value: unknown): Status | null {
       robot: waiting.robot === true, contact: waiting.contact === true,
       leftS: number(waiting.left_s), start: words(waiting.start),
     },
+    warnings: list(all.warnings).map(words).filter((one) => one !== ""),
     interruptions: count(all.interruptions),
     busyRepeats: count(all.busy_repeats), busyLeftS: number(all.busy_left_s),
     failure: failure && {

@@ -67,6 +67,8 @@ export interface Status {
   timeLeftS: number | null;
   arm: { motion: ArmMotion; packetAgeS: number | null };
   waiting: { robot: boolean; contact: boolean; leftS: number | null; start: string } | null;
+  /** Of cell file and plan, in English. */
+  warnings: string[];
   interruptions: number;
   busyRepeats: number;
   busyLeftS: number | null;

@@ -215,6 +215,26 @@ TEST(CellCheck, NamesAToolWhoseSideMeetsTheSphereFirst) {
   EXPECT_EQ(all_words(faults_of(cell)), "");
 }
 
+TEST(CellCheck, NamesAPointTipWhoseShankMeetsTheSphereFirst) {
+  Cell cell = demo_cell();
+  cell.tool.tip_radius_m = 0.0;
+  cell.tool.radius_m = 0.004;  // a shank of 8 mm all the way up
+  cell.tool.slim_length_m = 0.003;
+  const CellFault shank = only_fault(cell, CellFaultKind::kShaftTouchesFirst);
+  EXPECT_TRUE(shank.refused);
+  expect_words(shank, {"3.0 mm from tip to shaft", "9.0 mm needed", "tip_length_mm"});
+  cell.tool.slim_length_m = 0.010;
+  EXPECT_EQ(all_words(faults_of(cell)), "");
+}
+
+TEST(CellCheck, CountsTheMistakesThatItDoesNotList) {
+  CellFault fault{CellFaultKind::kDescription};
+  fault.mistakes.resize(3);
+  EXPECT_EQ(advice_words(fault).find("more"), std::string::npos);
+  fault.more = 2;
+  EXPECT_NE(advice_words(fault).find(", or 2 more would fit"), std::string::npos);
+}
+
 TEST(CellCheck, NamesTheSignThatPutsTheArmIntoTheFloor) {
   Cell cell = demo_cell();
   cell.floor_m = 0.0;

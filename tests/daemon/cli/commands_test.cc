@@ -111,6 +111,27 @@ TEST_P(every_client_command, fails_in_one_line_without_a_daemon) {
   EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1);
 }
 
+TEST_P(every_client_command, takes_what_all_have_in_front_of_it_as_well) {
+  std::vector<std::string> arguments{CELLCAL, "--json", "--socket", "/nonexistent/cellcald.sock"};
+  for (const std::string& one : GetParam()) arguments.push_back(one);
+  const Outcome outcome = run_program(arguments);
+  EXPECT_EQ(outcome.status, 1);
+  EXPECT_NE(outcome.err.find("no cellcald answers on /nonexistent/cellcald.sock"),
+            std::string::npos)
+      << outcome.err;
+}
+
+TEST(cellcal, refuses_an_option_in_front_of_a_command_that_has_none_such) {
+  const Outcome refused = run_program({CELLCAL, "--socket=/s", "robots"});
+  EXPECT_EQ(refused.status, 2);
+  EXPECT_EQ(refused.err.find("cellcal robots: unknown option \"--socket"), 0u) << refused.err;
+  const Outcome unknown = run_program({CELLCAL, "--socket", "/s", "fnd"});
+  EXPECT_EQ(unknown.status, 2);
+  EXPECT_EQ(unknown.err.find("cellcal: unknown command \"fnd\". Did you mean \"find\"?"), 0u)
+      << unknown.err;
+  EXPECT_EQ(run_program({CELLCAL, "--socket", "/nowhere/f.sock", "fleet", "status"}).status, 1);
+}
+
 INSTANTIATE_TEST_SUITE_P(
     cli, every_client_command,
     ::testing::Values(std::vector<std::string>{"run", "--cell", "c.toml"},

@@ -9,7 +9,9 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "calib/files/files.h"
 #include "tests/daemon/cli/content.h"
+#include "tests/daemon/cli/mistaken_cells.h"
 #include "tests/daemon/cli/process.h"
 #include "tests/daemon/journal/temporary_directory.h"
 
@@ -176,6 +178,33 @@ TEST(a_plan, of_a_cell_file_that_contradicts_itself_is_refused) {
   EXPECT_NE(outcome.err.find("S2-S3: 11280.510 mm stated, 1128.1"), std::string::npos)
       << outcome.err;
   EXPECT_NE(outcome.err.find("decimal point"), std::string::npos) << outcome.err;
+}
+
+TEST(a_mistake_in_a_cell_file, is_named_by_plan_and_identify_with_its_value) {
+  const TemporaryDirectory dir;
+  const std::string touches = dir / "touches.csv";
+  ASSERT_EQ(run_program({CELLCAL, "plan", "--cell", kCell, "--touches", "8", "-o", touches}).status,
+            0);
+  for (const MistakenCell& one : mistaken_cells()) {
+    const std::string cell = write(one, dir.path());
+    const bool of_the_plan = one.kind == calib::CellFaultKind::kRequired;
+    const auto faults = calib::faults_of(calib::load_cell(cell));
+    if (!of_the_plan) {
+      ASSERT_EQ(faults.size(), 1u) << one.name;
+      EXPECT_EQ(faults[0].kind, one.kind) << one.name << ": " << words(faults[0]);
+      EXPECT_EQ(faults[0].refused, one.refused) << one.name;
+    }
+    const Outcome plan = run_program({CELLCAL, "plan", "--cell", cell, "--touches", "8"});
+    EXPECT_EQ(plan.status == 1, one.refused) << one.name << "\n" << plan.err;
+    EXPECT_EQ(plan.err.find("warning: ") == 0, !one.refused) << one.name << "\n" << plan.err;
+    const Outcome identified =
+        run_program({CELLCAL, "identify", "--cell", cell, "--touches", touches});
+    for (const std::string& value : one.values) {
+      EXPECT_NE(plan.err.find(value), std::string::npos) << one.name << "\n" << plan.err;
+      EXPECT_EQ(identified.err.find(value) != std::string::npos, !of_the_plan)
+          << one.name << "\n" << identified.err;
+    }
+  }
 }
 
 TEST(a_plan, says_how_far_the_axes_go_from_where_the_arm_stands) {

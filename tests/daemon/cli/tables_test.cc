@@ -59,9 +59,10 @@ TEST(the_result, is_ten_lines_that_keep_back_nothing_to_look_at) {
                 "9 outliers left out: touch 1, touch 2, touch 3, touch 4, touch 5, touch 6, ...\n"),
             std::string::npos)
       << brief;
-  EXPECT_NE(brief.find("with the nominal arm: 3.00 ± 0.08 mm near the targets, 3.00 ± 0.08 mm over the "
-                       "workspace (k = 2)\n"),
-            std::string::npos)
+  EXPECT_NE(
+      brief.find("with the nominal arm: 3.00 ± 0.08 mm near the targets, 3.00 ± 0.08 mm over the "
+                 "workspace (k = 2)\n"),
+      std::string::npos)
       << brief;
   EXPECT_NE(brief.find("  - " + calib::words(warned)), std::string::npos) << brief;
   EXPECT_EQ(brief.find("  - " + calib::words(informed)), std::string::npos) << brief;
@@ -154,6 +155,44 @@ TEST(the_result, names_the_three_strongest_pairs_that_go_together_and_counts_the
                 .find("A5.d and A5.a (+0.93); 1 more pair beyond 0.9\n"),
             std::string::npos)
       << result_words(calibration, {}, Detail::kAll);
+}
+
+TEST(the_result, of_an_update_that_finds_nothing_changed_says_so_and_not_that_it_is_no_good) {
+  calib::Calibration calibration;
+  calibration.update.emplace();
+  calibration.update->outcome = calib::UpdateOutcome::kNothingChanged;
+  const std::string words = result_words(calibration);
+  EXPECT_NE(words.find("verdict: nothing changed, the calibration in use holds\n"),
+            std::string::npos)
+      << words;
+  EXPECT_EQ(words.find("publishable"), std::string::npos) << words;
+  calibration.update->outcome = calib::UpdateOutcome::kNotResolved;
+  EXPECT_NE(result_words(calibration).find("verdict: NOT publishable"), std::string::npos);
+}
+
+TEST(the_latch_delay, is_one_line_with_both_estimates_of_it_in_one_unit) {
+  EXPECT_EQ(delay_words(nullptr, {}), "");
+  const ContactsDelay contacts{1.4e-4, 1e-5, 40};
+  EXPECT_EQ(delay_words(nullptr, contacts),
+            "latch delay (k = 2): +0.14 ± 0.02 ms by fast against slow contacts of 40 touches\n");
+  calib::Calibration fit;
+  calib::ParameterResult delay;
+  delay.key = calib::latch_delay_parameter();
+  delay.nominal = 1e-4;
+  delay.correction = 2e-5;
+  delay.sigma = 3e-5;
+  delay.decided_by = calib::DecidedBy::kPrior;
+  fit.parameters.push_back(delay);
+  EXPECT_EQ(delay_words(&fit, {}), "") << "a prior is no finding";
+  EXPECT_EQ(delay_words(&fit, contacts), delay_words(nullptr, contacts));
+  fit.parameters[0].decided_by = calib::DecidedBy::kData;
+  EXPECT_EQ(delay_words(&fit, {}), "latch delay (k = 2): +0.12 ± 0.06 ms by the fit\n");
+  EXPECT_EQ(delay_words(&fit, contacts),
+            "latch delay (k = 2): +0.12 ± 0.06 ms by the fit, +0.14 ± 0.02 ms by fast against slow "
+            "contacts of 40 touches: they agree\n");
+  fit.parameters[0].correction = 4e-4;
+  EXPECT_NE(delay_words(&fit, contacts).find("not one delay. Measure the contact itself"),
+            std::string::npos);
 }
 
 }  // namespace

@@ -3,9 +3,12 @@
 #include <fstream>
 #include <thread>
 
+#include "calib/files/files.h"
 #include "daemon/config/config.h"
 #include "daemon/doctor/doctor.h"
+#include "drivers/kuka/krl/krl_files.h"
 #include "sim/krc/krc_udp.h"
+#include "tests/daemon/cli/mistaken_cells.h"
 #include "tests/daemon/doctor/outcome_of.h"
 #include "tests/daemon/journal/temporary_directory.h"
 
@@ -130,6 +133,50 @@ TEST_F(an_examination, says_where_a_cell_file_contradicts_itself) {
   EXPECT_NE(found.find("sphere S2: "), std::string::npos) << found;
   EXPECT_NE(found.find("deep in obstacle table"), std::string::npos) << found;
   expect_advice(findings);
+}
+
+TEST_F(an_examination, names_the_usual_mistakes_with_their_values) {
+  configure("backend = \"mock\"\n");
+  for (const MistakenCell& one : mistaken_cells()) {
+    DoctorRequest with = request();
+    with.cell = write(one, dir.path());
+    Findings findings;
+    examine(with, findings);
+    const bool of_the_plan = one.kind == calib::CellFaultKind::kRequired;
+    if (!of_the_plan) {
+      const auto faults = calib::faults_of(calib::load_cell(with.cell));
+      ASSERT_EQ(faults.size(), 1u) << one.name;
+      EXPECT_EQ(faults[0].kind, one.kind) << one.name;
+    }
+    const Finding found = finding_of(findings, of_the_plan ? "required accuracy" : "cell itself");
+    EXPECT_EQ(found.outcome, one.refused ? Outcome::kFailed : Outcome::kWarning) << one.name;
+    for (const std::string& value : one.values)
+      EXPECT_NE((found.found + found.advice).find(value), std::string::npos)
+          << one.name << ": " << found.found << " -> " << found.advice;
+    expect_advice(findings);
+  }
+}
+
+TEST_F(an_examination, names_a_limit_on_the_controller_that_is_below_the_configurations) {
+  drivers::RsiFilesConfig narrow;
+  narrow.pc_address = "10.0.0.5";
+  narrow.correction_limit_deg = 40.0;
+  std::filesystem::create_directory(dir / "krc");
+  for (const auto& [name, text] : drivers::rsi_files(narrow))
+    std::ofstream(std::filesystem::path(dir / "krc") / name, std::ios::binary) << text;
+  configure("backend = \"mock\"\n[rsi]\nbind = \"10.0.0.5\"\ncorrection_limit_deg = 90\n");
+  DoctorRequest with = request();
+  with.files = dir / "krc";
+  Findings findings;
+  examine(with, findings);
+  std::string found;
+  for (const Finding& one : findings.all())
+    if (one.check == "controller files") {
+      EXPECT_EQ(one.outcome, Outcome::kFailed) << one.found;
+      found += one.found + "\n";
+    }
+  for (const char* value : {"is 40 deg, [rsi] correction_limit_deg is 90", "silently clamped"})
+    EXPECT_NE(found.find(value), std::string::npos) << found;
 }
 
 TEST_F(an_examination, from_within_the_daemon_asks_no_daemon_and_names_its_own_rights) {

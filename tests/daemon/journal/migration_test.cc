@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
+#include <fstream>
+
 #include "daemon/journal/database/schema.h"
 #include "daemon/journal/store/sqlite.h"
 #include "daemon/qualification/touch_contacts.h"
@@ -229,6 +232,51 @@ TEST(a_journal_of_version_4, is_taken_over_and_takes_activations_from_then_on) {
   ASSERT_EQ(journal.activations().size(), 1u);
   EXPECT_EQ(journal.activations()[0].who, "anna");
   EXPECT_EQ(journal.session(id)->state, RecordState::kDone);
+}
+
+TEST(a_journal_of_version_7, gives_each_check_the_outcome_that_its_own_file_states) {
+  const TemporaryDirectory dir;
+  std::vector<std::int64_t> ids;
+  {
+    Journal journal(dir / "j.db");
+    for (int k = 0; k < 4; ++k) {
+      ids.push_back(fill(journal, 1));
+      journal.record(ids.back(), RecordEnd{Ending::kDone, ""}, "t3");
+    }
+  }
+  Database(dir / "j.db")
+      .execute("ALTER TABLE session DROP COLUMN outcome; PRAGMA user_version = 7");
+  const auto file = [&](std::size_t k, const std::string& text) {
+    const auto folder = dir.path() / "sessions" / std::to_string(ids[k]);
+    std::filesystem::create_directories(folder);
+    std::ofstream(folder / "check.json") << text;
+  };
+  file(0, R"({"format": "cellcal.check/1", "holds": false, "touches": 8, "changed": "tool",
+    "log_odds": 30.0, "log_odds_alarm": 9.0, "not_found": [],
+    "unsteady": [{"touch": 2, "target": "S2"}, {"touch": 3, "target": "S2"}],
+    "tcp_shift_mm": {"frame": "flange", "xyz": [0.3, 0.4, 0.0], "u_length": 0.06}})");
+  file(1, R"({"format": "cellcal.check/1", "holds": true, "touches": 8, "changed": null,
+    "log_odds": 1.0, "log_odds_alarm": 9.0, "not_found": [], "unsteady": [],
+    "tcp_shift_mm": {"frame": "flange", "xyz": [0.0, 0.0, 0.0], "u_length": 0.06}})");
+  file(2, R"({"format": "cellcal.check/1", "holds": true)");
+  Database(dir / "j.db")
+      .execute(("UPDATE touch SET target='S9' WHERE session=" + std::to_string(ids[3])).c_str());
+  file(3, R"({"format": "cellcal.check/1", "holds": true, "touches": 8, "changed": null,
+    "not_found": [], "unsteady": [], "tcp_shift_mm": null})");
+  for (int time = 0; time < 2; ++time) {
+    Journal journal(dir / "j.db");
+    const auto knocked = outcome_from_json(journal.session(ids[0])->outcome);
+    ASSERT_TRUE(knocked);
+    EXPECT_EQ(knocked->kind, OutcomeKind::kDoesNotHold);
+    EXPECT_EQ(knocked->unsteady, std::vector<std::string>{"S2"});
+    ASSERT_TRUE(knocked->tcp_shift && knocked->change);
+    EXPECT_NEAR(knocked->tcp_shift->shift_m.norm(), 5e-4, 1e-9);
+    EXPECT_EQ(knocked->change->kind, calib::ChangeKind::kTool);
+    EXPECT_EQ(outcome_from_json(journal.session(ids[1])->outcome)->kind, OutcomeKind::kHolds);
+    EXPECT_EQ(journal.session(ids[2])->outcome, "");
+    EXPECT_THROW(journal.touches(ids[3]), JournalError) << "damaged as before";
+    EXPECT_EQ(journal.touches(ids[0]).size(), 1u);
+  }
 }
 
 TEST(a_journal_of_version_7, has_sessions_without_an_outcome_and_keeps_those_of_new_ones) {

@@ -506,5 +506,25 @@ TEST(cellcald, validates_a_configuration_and_ends) {
   EXPECT_NE(run_program({CELLCALD, "--help"}).out.find("Example: cellcald"), std::string::npos);
 }
 
+TEST(a_session, says_before_it_moves_that_its_plan_does_not_reach_what_is_required) {
+  DaemonFixture fixture(kFast);
+  fixture.start();
+  const std::filesystem::path demo(CELLCAL_DEMO_CELL), cell = fixture.dir / "cell.toml";
+  std::filesystem::copy_file(demo.parent_path() / "kr5_worn.toml", fixture.dir / "kr5_worn.toml");
+  std::string text = content(demo);
+  const std::string robot = "robot = \"kr5_worn.toml\"\n";
+  text.insert(text.find(robot) + robot.size(), "required_mm = 0.011\n");
+  std::ofstream(cell) << text;
+  const Outcome run = fixture.cellcal({"run", "--cell", cell, "--touches", "12", "--check", "0"});
+  EXPECT_NE(run.err.find("warning: required_mm = 0.011, the plan reaches "), std::string::npos)
+      << run.err << run.out;
+  EXPECT_NE(run.err.find("state a larger required_mm"), std::string::npos) << run.err;
+  ASSERT_EQ(fixture.status()["warnings"].size(), 1u);
+  const Outcome shown = fixture.cellcal({"show", "1"});
+  EXPECT_NE(shown.out.find("warning: required_mm = 0.011"), std::string::npos) << shown.out;
+  EXPECT_NE(fixture.cellcal({"status"}).out.find("warning: required_mm = 0.011"),
+            std::string::npos);
+}
+
 }  // namespace
 }  // namespace cellcal::daemon::testing

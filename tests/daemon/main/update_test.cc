@@ -44,6 +44,11 @@ TEST_F(AnUpdate, brings_back_a_cell_whose_tool_was_knocked_and_says_where_there_
   EXPECT_EQ(replayed.status, 0) << replayed.err;
   EXPECT_NE(replayed.out.find("same to the bit"), std::string::npos) << replayed.out;
 
+  const Outcome status = fixture.cellcal({"status"});
+  EXPECT_NE(status.out.find("\ncalibration: an update of session 1 of "), std::string::npos)
+      << status.out;
+  EXPECT_NE(status.out.find("tool shifted by 1.3"), std::string::npos) << status.out;
+
   // It is the cell's calibration from now on, and there is nothing more to do.
   const Outcome held = fixture.cellcal({"check"});
   EXPECT_EQ(held.status, 0) << held.err << held.out;
@@ -52,6 +57,8 @@ TEST_F(AnUpdate, brings_back_a_cell_whose_tool_was_knocked_and_says_where_there_
   EXPECT_EQ(nothing.status, 3) << nothing.err << nothing.out;
   EXPECT_NE((nothing.err + nothing.out).find("nothing to update"), std::string::npos)
       << nothing.err << nothing.out;
+  EXPECT_NE(nothing.out.find("verdict: nothing changed"), std::string::npos) << nothing.out;
+  EXPECT_EQ(nothing.out.find("NOT publishable"), std::string::npos) << nothing.out;
   EXPECT_EQ(get("/v1/sessions/4/calibration.json")["update"]["outcome"], "nothing_changed");
   EXPECT_EQ(get("/v1/sessions/4")["outcome"]["kind"], "nothing_changed");
   EXPECT_EQ(get("/v1/sessions/4")["outcome"]["good"], true);

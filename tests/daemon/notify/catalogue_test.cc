@@ -82,5 +82,22 @@ TEST(a_message, of_every_kind_is_written_in_both_languages_and_forges_no_line) {
   }
 }
 
+TEST(a_message, names_a_report_only_where_there_is_one) {
+  Notice notice = failed();
+  notice.failure.reset();
+  const auto has_report = [&](News news, const char* kind) {
+    notice.news = news;
+    notice.kind = kind;
+    return compose(notice, Language::kEnglish, "c").body.find("'cellcal report 7'") !=
+           std::string::npos;
+  };
+  EXPECT_TRUE(has_report(News::kDone, "calibrate"));
+  EXPECT_TRUE(has_report(News::kWithheld, "calibrate"));
+  EXPECT_FALSE(has_report(News::kFailed, "calibrate"));
+  for (const char* kind : {"check", "qualify", "find", "dry-run"})
+    for (const News news : {News::kDone, News::kDrifted, News::kUndecided, News::kRecovered})
+      EXPECT_FALSE(has_report(news, kind)) << kind;
+}
+
 }  // namespace
 }  // namespace cellcal::daemon

@@ -5,7 +5,12 @@
 #include <gtest/gtest.h>
 
 #include <condition_variable>
+#include <fstream>
 #include <stdexcept>
+
+#include "calib/syntax/input_file.h"
+#include "daemon/readiness/evidence.h"
+#include "tests/daemon/journal/temporary_directory.h"
 
 namespace cellcal::daemon {
 namespace {
@@ -41,19 +46,24 @@ struct an_examiner : ::testing::Test {
   std::condition_variable_any changed;
   bool looking = false, let_go = false, breaks = false, session = false;
   int held = 0;
-  Examiner examiner{{[this](const std::filesystem::path&, Findings& findings, const auto& hint,
-                            std::stop_token stop) { look(findings, hint, stop); },
-                     [this] {
-                       const std::lock_guard lock(mutex);
-                       if (session || held > 0) throw std::runtime_error("busy");
-                       ++held;
-                     },
-                     [this] {
-                       const std::lock_guard lock(mutex);
-                       --held;
-                       changed.notify_all();
-                     },
-                     [] { return "t"; }}};
+  testing::TemporaryDirectory dir;
+  std::string config = "c1";
+  Examiner::Parts parts{[this](const std::filesystem::path&, Findings& findings, const auto& hint,
+                               std::stop_token stop) { look(findings, hint, stop); },
+                        [this] {
+                          const std::lock_guard lock(mutex);
+                          if (session || held > 0) throw std::runtime_error("busy");
+                          ++held;
+                        },
+                        [this] {
+                          const std::lock_guard lock(mutex);
+                          --held;
+                          changed.notify_all();
+                        },
+                        [] { return "t"; },
+                        [this] { return config; },
+                        dir / "doctor.json"};
+  Examiner examiner{parts};
 };
 
 TEST_F(an_examiner, tells_of_each_finding_as_it_comes) {
@@ -114,6 +124,43 @@ TEST_F(an_examiner, that_breaks_has_failed_and_lets_sessions_begin) {
   examiner.begin("/c.toml");
   wait_until_free();
   EXPECT_EQ(examiner.newest().count(Outcome::kFailed), 1u);
+}
+
+TEST_F(an_examiner, knows_after_a_restart_what_it_found_at_the_configuration_in_force) {
+  const std::filesystem::path cell = dir / "c.toml";
+  std::ofstream(cell) << "not read\n";
+  let_go = true;
+  examiner.begin(cell);
+  wait_until_free();
+  const Examination before = examiner.newest(), after = Examiner(parts).newest();
+  EXPECT_TRUE(after.green());
+  EXPECT_FALSE(after.running);
+  EXPECT_EQ(after.cell, cell);
+  EXPECT_EQ(after.cell_text, before.cell_text);
+  EXPECT_EQ(after.ended, "t");
+  ASSERT_EQ(after.checks.size(), 2u);
+  EXPECT_EQ(after.checks[1].check, "plan");
+  EXPECT_EQ(after.checks[1].outcome, Outcome::kWarning);
+  EXPECT_EQ(after.checks[1].found, "far");
+  EXPECT_EQ(after.checks[1].advice, "widen");
+  config = "c2";
+  EXPECT_EQ(Examiner(parts).newest().cell, "") << "what was found is of another configuration";
+  config = "c1";
+  std::ofstream(parts.file) << "{";
+  EXPECT_FALSE(Examiner(parts).newest().green());
+}
+
+TEST_F(an_examiner, keeps_what_was_found_before_where_it_is_stopped_and_what_is_told_beside_it) {
+  examiner.begin("/c.toml");
+  wait_until_looking();
+  examiner.stop();
+  EXPECT_EQ(Examiner(parts).newest().cell, "");
+  const std::filesystem::path cell(CELLCAL_DEMO_CELL);
+  const std::string sha256 = calib::sha256(text_of_cell(cell));
+  Examiner other(parts);
+  ASSERT_FALSE(other.take(cell, sha256, "c1", {{"daemon", Outcome::kFailed, "gone", "start it"}}));
+  EXPECT_EQ(Examiner(parts).newest().count(Outcome::kFailed), 1u);
+  EXPECT_EQ(Examiner(parts).newest().cell, cell);
 }
 
 }  // namespace

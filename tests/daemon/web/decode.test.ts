@@ -25,6 +25,11 @@ test("nothing that arrives makes a decoder throw, or gives a role", () => {
   for (const value of HOSTILE) assert.equal(decode.role(value), null);
 });
 
+test("a status has the warnings of cell file and plan", () => {
+  assert.deepEqual(decode.status(status({ warnings: ["required_mm = 0.01", 3, ""] }))?.warnings, ["required_mm = 0.01"]);
+  assert.deepEqual(decode.status(status({ warnings: undefined }))?.warnings, []);
+});
+
 test("a status with any one of its fields of a wrong type is a status without that field", () => {
   const whole = status();
   for (const key of Object.keys(whole)) {

@@ -37,6 +37,7 @@ export function ProgressPanel({ model, plan, now }: { model: Model; plan: Planne
             (status.goalMm !== null ? `, ${say("progress.u95.goal", { goal: fmt.mm(status.goalMm) })}` : "")} />
         )}
       </dl>
+      {status.warnings.map((one) => <p class="note" lang="en" key={one}>▲ {one}</p>)}
       {status.interruptions > 0 && <p class="note">{say("interruptions", { n: status.interruptions })}</p>}
       {status.busyRepeats > 0 && <p class="note">{say("busy.repeats", { n: status.busyRepeats })}</p>}
       {status.busyLeftS !== null && <p class="note">{say("busy.waiting", { left: fmt.duration(status.busyLeftS) })}</p>}

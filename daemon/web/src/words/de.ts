@@ -264,7 +264,7 @@ export const de: Catalogue = {
   "cell.wrong.robot": "Den Roboter wählen.",
 
   "doctor": "Diagnose",
-  "doctor.none": "Seit dem Start von cellcald nicht ausgeführt.",
+  "doctor.none": "Mit dieser Konfiguration noch nicht ausgeführt.",
   "doctor.running": "Diagnose läuft: etwa 30 s, nichts bewegt sich.",
   "doctor.look": "Diagnose starten",
   "doctor.green": "nichts fehlgeschlagen",

@@ -271,7 +271,7 @@ export const en = {
 
   // The doctor.
   "doctor": "Doctor",
-  "doctor.none": "Not run since cellcald started.",
+  "doctor.none": "Not run yet with this configuration.",
   "doctor.running": "Running: about 30 s, nothing moves.",
   "doctor.look": "Run the doctor",
   "doctor.green": "nothing failed",
