@@ -45,6 +45,14 @@ auto as_request(Act act) {
   }
 }
 
+/// A copy that is asked for from afar lies in a folder of the daemon's own, which has no links in it.
+void keep_below(const std::filesystem::path& folder, const std::filesystem::path& file) {
+  std::filesystem::create_directories(folder);
+  if (file.parent_path() == folder && !std::filesystem::is_symlink(folder)) return;
+  throw RequestError("over the network a backup is written to " + folder.string() +
+                     " alone. Name a file there, or use 'cellcal backup' on the cell's computer");
+}
+
 }  // namespace
 
 std::optional<Response> Api::export_session(const Call& call) {
@@ -74,6 +82,7 @@ std::optional<Response> Api::import_session(const Call& call) {
 
 std::optional<Response> Api::back_up(const Call& call) {
   const std::filesystem::path file = path_in(call.request.body, "file");
+  if (call.request.is_from_network()) keep_below(service_.backups_dir(), file);
   return as_request([&] {
     const std::vector<std::string> remarks = journal_.backup(file);
     for (const std::string& remark : remarks) spdlog::warn("{}", remark);

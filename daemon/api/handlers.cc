@@ -157,6 +157,7 @@ std::optional<Response> Api::with_clear_cell(const Call& call,
 
 std::optional<Response> Api::run(const Call& call) {
   const RunRequest wanted = run_request(call.request.body);
+  refuse_other_files(call.request, wanted.cell);
   return with_clear_cell(call, [&] {
     return Response{201, "application/json", dump({{"session", service_.start(wanted)}})};
   });

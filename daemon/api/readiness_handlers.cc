@@ -88,12 +88,15 @@ std::optional<Response> Api::doctor(const Call&) {
 }
 
 std::optional<Response> Api::examine(const Call& call) {
-  examiner().begin(cell_asked_for(call.request.body));
+  const std::filesystem::path cell = cell_asked_for(call.request.body);
+  refuse_other_files(call.request, cell);
+  examiner().begin(cell);
   return Response{202, "application/json", "{}"};
 }
 
 std::optional<Response> Api::take_examination(const Call& call) {
   const json body = json::parse(call.request.body, nullptr, false);
+  refuse_other_files(call.request, body.is_object() ? body.value("cell", "") : "");
   std::optional<Examiner::NotTaken> refused;
   try {
     refused = examiner().take(

@@ -60,6 +60,17 @@ std::string read_address(const TomlTable& table, const char* key, const std::str
                       meant(whose));
 }
 
+void refuse_secret_of_all(const std::filesystem::path& file) {
+  using std::filesystem::perms;
+  std::error_code none;
+  const perms mode = std::filesystem::status(file, none).permissions();
+  if (file.empty() || none || mode == perms::unknown || (mode & perms::others_read) == perms::none)
+    return;
+  throw std::runtime_error(file.string() +
+                           ": every user of this computer may read this secret. Close it to "
+                           "them: chmod o= " + file.string());
+}
+
 std::filesystem::path read_path(const TomlTable& table, const char* key) {
   const std::string text = table.string(key);
   if (printable(text) != text) table.fail(key, "must not contain control characters");

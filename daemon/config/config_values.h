@@ -27,6 +27,10 @@ std::string read_address(const calib::TomlTable& table, const char* key, const s
 /// Absolute, without control characters.
 std::filesystem::path read_path(const calib::TomlTable& table, const char* key);
 
+/// A key's or password's file that every user of this computer may read: throws std::runtime_error with what to do. No path
+/// and no file are somebody else's to refuse.
+void refuse_secret_of_all(const std::filesystem::path& file);
+
 /// Two elements of one telegram cannot have one name.
 void refuse_equal_tags(const calib::TomlTable& rsi, const drivers::RsiConfig& config);
 

@@ -79,6 +79,14 @@ std::string read_host_name(const TomlTable& table, std::string name) {
 
 }  // namespace
 
+std::vector<std::string> read_host_names(const TomlTable& table) {
+  std::vector<std::string> names;
+  if (!table.has("host_names")) return names;
+  for (const std::string& name : table.strings("host_names"))
+    names.push_back(read_host_name(table, name));
+  return names;
+}
+
 std::optional<HttpConfig> read_http(const TomlTable& table) {
   if (!table.has("listen")) {
     for (const char* key : {"tls_certificate", "tls_key", "allow_plain", "host_names"}) {
@@ -98,10 +106,7 @@ std::optional<HttpConfig> read_http(const TomlTable& table) {
                              " is reached from the network, and tokens would pass it readable. "
                              "Give tls_certificate and tls_key, or set allow_plain = true");
   }
-  if (table.has("host_names")) {
-    for (const std::string& name : table.strings("host_names"))
-      http.host_names.push_back(read_host_name(table, name));
-  }
+  http.host_names = read_host_names(table);
   table.refuse_unknown();
   return http;
 }

@@ -22,6 +22,9 @@ struct HttpConfig {
   bool operator==(const HttpConfig&) const = default;
 };
 
+/// host_names: in lower case; empty where there are none. Throws calib::FileError.
+std::vector<std::string> read_host_names(const calib::TomlTable& table);
+
 /// Nothing without `listen`. Throws calib::FileError.
 std::optional<HttpConfig> read_http(const calib::TomlTable& table);
 

@@ -16,6 +16,7 @@
 #include "daemon/api/page/page.h"
 #include "daemon/backends/backends.h"
 #include "daemon/cell_form/cell_shelf.h"
+#include "daemon/config/config_values.h"
 #include "daemon/doctor/doctor.h"
 #include "daemon/drift/drift_watch.h"
 #include "daemon/files/log_context.h"
@@ -241,7 +242,19 @@ Api::ReadPosition position_reader(const LiveConfig& live) {
 }  // namespace
 
 void check_files_of(const DaemonConfig& config) {
-  if (config.http) check_tls(address_of(*config.http));
+  std::vector<std::filesystem::path> secrets;
+  if (config.http) {
+    check_tls(address_of(*config.http));
+    secrets.push_back(config.http->tls_key);
+  }
+  if (config.plant) {
+    secrets.push_back(config.plant->key);
+    secrets.push_back(config.plant->password_file);
+  }
+  if (config.notify.webhook) secrets.push_back(config.notify.webhook->secret_file);
+  if (config.notify.mail && config.notify.mail->server)
+    secrets.push_back(config.notify.mail->server->password_file);
+  std::ranges::for_each(secrets, refuse_secret_of_all);
 }
 
 void run_daemon(const DaemonConfig& config, const std::function<DaemonConfig()>& read_config) {

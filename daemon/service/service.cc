@@ -408,4 +408,6 @@ std::filesystem::path SessionService::results_dir(std::int64_t session) const {
   return parts_.state_dir / "sessions" / std::to_string(session);
 }
 
+std::filesystem::path SessionService::backups_dir() const { return parts_.state_dir / "backups"; }
+
 }  // namespace cellcal::daemon

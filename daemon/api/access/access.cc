@@ -5,7 +5,7 @@
 
 #include <bit>
 
-#include "daemon/api/access/same_site.h"
+#include "daemon/api/http/same_site.h"
 #include "daemon/api/http/json_text.h"
 #include "daemon/files/printable.h"
 

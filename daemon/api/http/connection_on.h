@@ -100,7 +100,8 @@ class ConnectionOn final : public Connection,
         code != http::error::end_of_stream && code != http::error::partial_message;
     if (malformed) return refuse(400, "this is not HTTP: " + code.message());
     if (code) return close();
-    take_request();
+    if (const std::string twice = take_request(); !twice.empty())
+      return refuse(400, "there are two headers " + twice + ". Send it once");
     lowest().expires_never();
     const auto server = server_.lock();
     if (!server) return close();
@@ -114,7 +115,10 @@ class ConnectionOn final : public Connection,
     ask(false);
   }
 
-  void take_request() {
+  /// Returns a header that is there twice though it decides who asks for what of whom: a proxy in front may have looked at
+  /// the other one.
+  std::string take_request() {
+    std::string twice;
     auto message = parser_->release();
     keep_ = message.keep_alive();
     request_ = parse_target(std::string(message.method_string()), std::string(message.target()),
@@ -123,10 +127,13 @@ class ConnectionOn final : public Connection,
       std::string name(field.name_string());
       for (char& letter : name)
         letter = 'A' <= letter && letter <= 'Z' ? static_cast<char>(letter + 'a' - 'A') : letter;
+      const bool decides = name == "host" || name == "origin" || name == "authorization";
+      if (decides && request_.headers.contains(name)) twice = name;
       request_.headers.emplace(std::move(name), std::string(field.value()));
     }
     request_.peer = this->peer();
     taken_ = std::chrono::steady_clock::now();
+    return twice;
   }
 
   void ask_clerk(HttpServer::Impl& server) {
@@ -210,17 +217,20 @@ class ConnectionOn final : public Connection,
     message.set(http::field::content_type, response.type);
     message.set("X-Content-Type-Options", "nosniff");
     message.set(http::field::cache_control, "no-store");  // unless it says another
+    if constexpr (IsTls<SocketStream>::value)
+      message.set(http::field::strict_transport_security, "max-age=2592000");  // 30 days
     for (const auto& [name, value] : response.headers) message.set(name, value);
   }
 
   void follow(Response response) {
     const auto server = server_.lock();
     if (!server) return close();
-    if (!server->has_room_for_a_stream()) {
+    if (!server->make_room_for_a_stream(request_.caller.name)) {
       return write(busy(std::to_string(kMostStreams) +
                         " clients follow already. Close one, or ask /v1/status"),
                    false);
     }
+    caller_ = request_.caller.name;
     events_ = std::move(response.stream);
     http::response<http::empty_body> head(static_cast<http::status>(response.status), 11);
     set_headers(head, response);

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <boost/asio/post.hpp>
+#include <map>
 #include <tuple>
+#include <vector>
 
 #include "daemon/api/http/server_impl.h"
 
@@ -45,11 +47,20 @@ void HttpServer::Impl::make_room() {
   gone->close();
 }
 
-bool HttpServer::Impl::has_room_for_a_stream() const {
-  return static_cast<std::size_t>(std::count_if(
-             connections.begin(), connections.end(), [](const std::shared_ptr<Connection>& one) {
-               return one->waits() == Connection::Waits::kForEvents;
-             })) < kMostStreams;
+bool HttpServer::Impl::make_room_for_a_stream(const std::string& caller) {
+  std::map<std::string, std::vector<std::shared_ptr<Connection>>> followers;  // of each caller, the oldest first
+  std::size_t all = 0;
+  for (const auto& one : connections) {
+    if (one->waits() != Connection::Waits::kForEvents) continue;
+    followers[one->caller()].push_back(one);
+    ++all;
+  }
+  if (all < kMostStreams) return true;
+  const auto most = std::ranges::max_element(
+      followers, {}, [](const auto& of_one) { return of_one.second.size(); });
+  if (most->second.size() < followers[caller].size() + 2) return false;
+  most->second.back()->close();
+  return true;
 }
 
 void HttpServer::Impl::keep_looking() { ask_followers_at(followers_asked_ + kLookPeriod); }

@@ -30,6 +30,8 @@ class Connection {
   Waits waits() const { return waits_; }
   /// Where it comes from, to count by; empty: over the Unix socket.
   const std::string& network() const { return network_; }
+  /// Whose token follows, to count by; empty: nobody's.
+  const std::string& caller() const { return caller_; }
 
   virtual void start() = 0;
   /// Gives the answer if there is one by now.
@@ -40,6 +42,7 @@ class Connection {
   explicit Connection(std::string peer) : peer_(std::move(peer)), network_(network_of(peer_)) {}
   const std::string& peer() const { return peer_; }
   Waits waits_ = Waits::kForRequest;
+  std::string caller_;
 
  private:
   std::string peer_, network_;
@@ -56,8 +59,9 @@ struct HttpServer::Impl : std::enable_shared_from_this<HttpServer::Impl> {
 
   void add(const std::shared_ptr<Connection>& connection);
   void remove(const std::shared_ptr<Connection>& connection) { connections.remove(connection); }
-  /// Whether one more may follow what happens.
-  bool has_room_for_a_stream() const;
+  /// Whether one more of this caller may follow what happens. Where all places are taken, a caller with at least two fewer
+  /// than another gets the newest of that one's: no token keeps the others out.
+  bool make_room_for_a_stream(const std::string& caller);
   /// Those who follow are asked for what is new a few times a second, as no change announces all of
   /// it; when poked sooner, but not as often as that may be.
   void keep_looking();

@@ -6,6 +6,7 @@
 #include <mutex>
 #include <thread>
 
+#include "daemon/api/http/same_site.h"
 #include "daemon/api/http/server.h"
 #include "daemon/api/page/page.h"
 #include "daemon/fleet/api/answers.h"
@@ -18,13 +19,19 @@ struct FleetServer::Impl {
   Impl(const Listen& listen, std::string database, const Counters& given)
       : reading(std::move(database)), counters(given), local(context, listen.socket, parts()) {
     if (!listen.address.empty())
-      network.emplace(context, NetworkAddress{listen.address, listen.port}, parts());
+      network.emplace(context, NetworkAddress{listen.address, listen.port}, parts(listen.host_names));
     thread = std::thread([this] { context.run(); });
   }
 
-  ServerParts parts() {
+  /// `names`: of this computer, beside its addresses.
+  ServerParts parts(std::vector<std::string> names = {}) {
     ServerParts made;
-    made.admit = [](Request&) { return std::nullopt; };
+    made.admit = [names = std::move(names)](Request& request) -> std::optional<Response> {
+      if (!request.is_from_network() || host_is_ours(request, names)) return std::nullopt;
+      return error(403,
+                   "this Host is not known as this computer's. Ask by its address, or add the name to "
+                   "host_names of [http]");
+    };
     made.handler = [this](const Request& request, bool) -> std::optional<Response> {
       if (std::optional<Response> page = page_answer_at(request, kFleetPage)) return page;
       const std::lock_guard lock(mutex);  // each server has a thread for slow requests

@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "daemon/fleet/collect/collector.h"
 
@@ -15,6 +16,8 @@ struct Listen {
   std::filesystem::path socket;
   std::string address;     ///< empty: only the socket
   std::uint16_t port = 0;  ///< 0: any that is free
+  /// Names, in lower case, under which a proxy or a browser finds this computer, beside its addresses.
+  std::vector<std::string> host_names{};
 };
 
 class FleetServer {

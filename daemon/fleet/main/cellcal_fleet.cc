@@ -10,6 +10,7 @@
 #include <csignal>
 #include <cstdio>
 
+#include "daemon/config/config_values.h"
 #include "daemon/files/printable.h"
 #include "daemon/fleet/collect/reread.h"
 #include "daemon/fleet/main/fleet_config.h"
@@ -69,6 +70,10 @@ int main(int argc, char** argv) {
   fleet::FleetConfig config;
   try {
     config = fleet::load_fleet_config(options.config_file);
+    if (options.check) {
+      refuse_secret_of_all(config.collector.broker.key);
+      refuse_secret_of_all(config.collector.broker.password_file);
+    }
   } catch (const std::exception& error) {
     complain(error);
     return kUsage;

@@ -8,6 +8,7 @@
 
 #include "calib/syntax/shown.h"
 #include "calib/syntax/toml_table.h"
+#include "daemon/config/http_config.h"
 #include "daemon/config/config_values.h"
 #include "daemon/plant/messages/names.h"
 
@@ -104,6 +105,7 @@ void read_listen(const TomlTable& table, Listen& listen) {
         "listen",
         "must be \"127.0.0.1:PORT\" or \"[::1]:PORT\". For others a proxy with TLS and a login "
         "belongs in front");
+  listen.host_names = read_host_names(table);
   listen.address = host;
   listen.port = static_cast<std::uint16_t>(value);
   table.refuse_unknown();

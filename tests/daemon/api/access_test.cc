@@ -12,7 +12,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "daemon/api/access/same_site.h"
+#include "daemon/api/http/same_site.h"
 #include "daemon/api/handlers.h"
 #include "tests/daemon/api/without_hardware.h"
 
@@ -356,6 +356,29 @@ TEST_F(an_api_on_the_network, neither_releases_the_schedule_nor_begins_by_it_wit
   EXPECT_EQ(ask(Role::kOperate, "POST", "/v1/schedule/begin", begin).status, 412) << "it counted once";
   ask(Role::kOperate, "POST", "/v1/clear");
   EXPECT_EQ(ask(Role::kOperate, "POST", "/v1/schedule/begin", begin).status, 409) << "there is none";
+}
+
+TEST_F(an_api_on_the_network, names_no_files_of_the_computer_but_cell_files_and_its_own_backups) {
+  const auto status = [&](Role role, const char* path, const json& body) {
+    return ask(role, "POST", path, body.dump()).status;
+  };
+  for (const char* file : {"/etc/passwd", "/nonexistent"}) {
+    EXPECT_EQ(words(ask(Role::kOperate, "POST", "/v1/run", json{{"cell", file}}.dump())),
+              "over the network a cell file's name must end in .toml");
+    EXPECT_EQ(status(Role::kOperate, "/v1/doctor", {{"cell", file}}), 422);
+    EXPECT_EQ(ask(Role::kOperate, "GET", std::string("/v1/cell-form?file=") + file).status, 422);
+  }
+  const auto backups = service.backups_dir();
+  const std::filesystem::path elsewhere = std::filesystem::path(::testing::TempDir()) / "elsewhere.db";
+  for (const std::string& file : {elsewhere.string(), (backups / ".." / "x.db").string()}) {
+    EXPECT_EQ(status(Role::kAdminister, "/v1/backup", {{"file", file}}), 422) << file;
+    EXPECT_FALSE(std::filesystem::exists(file));
+  }
+  EXPECT_EQ(status(Role::kAdminister, "/v1/backup", {{"file", (backups / "x.db").string()}}), 201);
+  EXPECT_EQ(status(Role::kAdminister, "/v1/backup", {{"file", (backups / "x.db").string()}}), 422);
+  std::filesystem::remove_all(backups);
+  std::filesystem::create_directory_symlink(::testing::TempDir(), backups);
+  EXPECT_EQ(status(Role::kAdminister, "/v1/backup", {{"file", (backups / "y.db").string()}}), 422);
 }
 
 TEST_F(an_api_on_the_network, needs_no_word_over_the_unix_socket) {

@@ -48,6 +48,7 @@ class ServedOnPort {
       : server(context, NetworkAddress{"127.0.0.1", 0},
                {[](Request& request) -> std::optional<Response> {
                   if (request.path == "/no") return error(401, "no");
+                  request.caller.name = request.header("x-name");
                   return std::nullopt;
                 },
                 [this](const Request& request, bool) -> std::optional<Response> {
@@ -195,6 +196,37 @@ TEST(a_network_server, refuses_followers_beyond_its_number_and_answers_requests_
   while (head.rfind("HTTP/1.1 200", 0) != 0) {
     head = TcpPeer(served.port(), kFollow).read_until("\r\n\r\n");
   }
+}
+
+TEST(a_network_server, lets_no_caller_keep_the_others_from_following) {
+  ServedOnPort served;
+  const auto follow = [&](const char* name) {
+    TcpPeer peer(served.port(), std::string("GET /ticks HTTP/1.1\r\nHost: a\r\nX-Name: ") + name +
+                                    "\r\n\r\n");
+    const bool follows = peer.read_until("\r\n\r\n").starts_with("HTTP/1.1 200");
+    return std::pair(std::move(peer), follows);
+  };
+  std::list<std::pair<TcpPeer, bool>> greedy, others;
+  for (int i = 0; i < 56; ++i) greedy.push_back(follow("greedy"));
+  EXPECT_FALSE(follow("greedy").second);
+  for (int i = 0; i < 28; ++i) {
+    others.push_back(follow("other"));
+    EXPECT_TRUE(others.back().second) << i;
+  }
+  EXPECT_FALSE(follow("other").second) << "half each";
+  served.tick();
+  EXPECT_NE(greedy.front().first.read_until("tick 1\n").find("tick 1\n"), std::string::npos);
+}
+
+TEST(a_network_server, refuses_a_header_that_decides_and_is_there_twice) {
+  ServedOnPort served;
+  for (const char* twice :
+       {"Host: a\r\nHost: b", "Host: a\r\nOrigin: http://a\r\nORIGIN: http://b",
+        "Host: a\r\nAuthorization: Bearer x\r\nauthorization: Bearer y"}) {
+    TcpPeer peer(served.port(), std::string("GET /a HTTP/1.1\r\n") + twice + "\r\n\r\n");
+    EXPECT_TRUE(peer.read_all().starts_with("HTTP/1.1 400")) << twice;
+  }
+  EXPECT_EQ(served.asked, 0);
 }
 
 TEST(a_network_server, cuts_a_follower_that_does_not_read) {

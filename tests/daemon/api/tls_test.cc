@@ -25,17 +25,20 @@ namespace asio = boost::asio;
 using asio::ip::tcp;
 using testing::TcpPeer;
 
-void make_certificate(const std::filesystem::path& certificate, const std::filesystem::path& key) {
+constexpr const char* kEllipticKey = "ec -pkeyopt ec_paramgen_curve:prime256v1";
+
+void make_certificate(const std::filesystem::path& certificate, const std::filesystem::path& key,
+                      const std::string& kind = kEllipticKey) {
   const std::string command =
-      "openssl req -x509 -newkey ec -pkeyopt ec_paramgen_curve:prime256v1 -nodes -days 2 "
+      "openssl req -x509 -newkey " + kind + " -nodes -days 2 "
       "-subj /CN=localhost -addext subjectAltName=DNS:localhost -out " +
       certificate.string() + " -keyout " + key.string() + " 2>/dev/null";
   ASSERT_EQ(std::system(command.c_str()), 0) << command;
 }
 
 struct a_tls_server : ::testing::Test {
-  void serve(ServerLimits limits = {}) {
-    make_certificate(dir / "c.pem", dir / "k.pem");
+  void serve(ServerLimits limits = {}, const std::string& key = kEllipticKey) {
+    make_certificate(dir / "c.pem", dir / "k.pem", key);
     server = std::make_unique<HttpServer>(
         context, NetworkAddress{"127.0.0.1", 0, dir / "c.pem", dir / "k.pem"},
         ServerParts{[](Request&) { return std::nullopt; },
@@ -94,6 +97,23 @@ TEST_F(a_tls_server, speaks_no_old_tls) {
   ::SSL_CTX_set_security_level(client.native_handle(), 0);
   ::SSL_CTX_set_max_proto_version(client.native_handle(), TLS1_1_VERSION);
   EXPECT_THROW(get(client), boost::system::system_error);
+}
+
+TEST_F(a_tls_server, agrees_on_no_key_that_its_certificates_key_would_open_later) {
+  serve({}, "rsa:2048");
+  asio::ssl::context client(asio::ssl::context::tls_client);
+  client.load_verify_file(dir / "c.pem");
+  ::SSL_CTX_set_max_proto_version(client.native_handle(), TLS1_2_VERSION);
+  EXPECT_EQ(get(client).rfind("HTTP/1.1 200", 0), 0u);
+  ASSERT_EQ(::SSL_CTX_set_cipher_list(client.native_handle(), "kRSA"), 1);
+  EXPECT_THROW(get(client), boost::system::system_error);
+}
+
+TEST_F(a_tls_server, tells_browsers_to_come_back_over_tls_alone) {
+  serve();
+  asio::ssl::context client(asio::ssl::context::tls_client);
+  client.load_verify_file(dir / "c.pem");
+  EXPECT_NE(get(client).find("Strict-Transport-Security: max-age="), std::string::npos);
 }
 
 TEST_F(a_tls_server, tells_nothing_to_those_who_speak_without_tls) {

@@ -1,7 +1,12 @@
 #include "daemon/config/config.h"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
+#include <filesystem>
+#include <fstream>
+
+#include "daemon/config/config_values.h"
 #include "drivers/error.h"
 #include "drivers/kuka/rsi/correction/arm_geometry.h"
 #include "tests/daemon/config/reason.h"
@@ -391,6 +396,28 @@ TEST(a_configuration, names_what_is_wrong_with_its_network) {
   EXPECT_NE(reason(listen + "host_names = [\"a b\"]\n").find("host_names"), std::string::npos);
   EXPECT_NE(reason(listen + "host_names = [\"a:80\"]\n").find("host_names"), std::string::npos);
   EXPECT_NE(reason(kMock + "[http]\nallow_plain = true\n").find("listen"), std::string::npos);
+}
+
+TEST(a_secret, that_every_user_may_read_is_refused_with_what_to_do) {
+  const std::filesystem::path file = ::testing::TempDir() + "secret-" + std::to_string(::getpid());
+  std::ofstream(file) << "x\n";
+  const auto words = [&](std::filesystem::perms mode) -> std::string {
+    std::filesystem::permissions(file, mode);
+    try {
+      refuse_secret_of_all(file);
+      return "";
+    } catch (const std::exception& refused) {
+      return refused.what();
+    }
+  };
+  using std::filesystem::perms;
+  EXPECT_EQ(words(perms::owner_read), "");
+  EXPECT_EQ(words(perms::owner_read | perms::group_read), "");
+  EXPECT_NE(words(perms::owner_read | perms::others_read).find("chmod o= " + file.string()),
+            std::string::npos);
+  EXPECT_NO_THROW(refuse_secret_of_all(""));
+  EXPECT_NO_THROW(refuse_secret_of_all("/nonexistent/key"));
+  std::filesystem::remove(file);
 }
 
 }  // namespace

@@ -58,6 +58,15 @@ class NoRoom {
   void (*handler_)(int);
 };
 
+TEST_F(AtomicFile, IsNotWrittenThroughALinkThatStandsUnderItsTemporaryName) {
+  std::ofstream(folder_ / "of_others") << "untouched";
+  fs::create_symlink(folder_ / "of_others", folder_ / "a.part");
+  write_atomically(folder_ / "a", "text");
+  EXPECT_EQ(content("of_others"), "untouched");
+  EXPECT_EQ(content("a"), "text");
+  EXPECT_FALSE(fs::is_symlink(folder_ / "a"));
+}
+
 TEST_F(AtomicFile, LeavesNothingBehindWhereTheDiskIsFull) {
   write_atomically(folder_ / "out.json", "before");
   {

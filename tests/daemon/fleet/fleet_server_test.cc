@@ -10,6 +10,7 @@
 #include "daemon/api/http/http.h"
 #include "daemon/certificate/signing/signed_files.h"
 #include "daemon/fleet/collect/judge.h"
+#include "tests/daemon/api/tcp_peer.h"
 #include "tests/daemon/cli/process.h"
 #include "tests/daemon/fleet/facts.h"
 #include "tests/daemon/journal/temporary_directory.h"
@@ -30,7 +31,7 @@ class FleetApi : public ::testing::Test {
     for (const plant::FactBody& body : testing::one_of_each())
       batch.facts.push_back(testing::fact(kWeld, ++number, body));
     store.write(batch);
-    server = std::make_unique<FleetServer>(Listen{socket, "127.0.0.1", 0}, database, counters);
+    server = std::make_unique<FleetServer>(Listen{socket, "127.0.0.1", 0, {"fleet.plant.example"}}, database, counters);
   }
   Response get(const std::string& target) const { return http_request(socket, "GET", target); }
 
@@ -55,6 +56,18 @@ TEST_F(FleetApi, AnswersWhatIsThere) {
   EXPECT_EQ(get("/v1/fleet/overdue").status, 200);
   EXPECT_NE(get("/metrics").body.find("\ncellcal_fleet_cells 1\n"), std::string::npos);
   EXPECT_NE(server->port(), 0);
+}
+
+TEST_F(FleetApi, AnswersOnTheLoopbackUnderThisComputersNamesAlone) {
+  const auto status = [&](const std::string& host) {
+    daemon::testing::TcpPeer peer(server->port(), "GET /metrics HTTP/1.1\r\nHost: " + host +
+                                              "\r\nConnection: close\r\n\r\n");
+    return peer.read_all().substr(0, 12);
+  };
+  EXPECT_EQ(status("127.0.0.1:8090"), "HTTP/1.1 200");
+  EXPECT_EQ(status("localhost"), "HTTP/1.1 200");
+  EXPECT_EQ(status("fleet.plant.example"), "HTTP/1.1 200");
+  EXPECT_EQ(status("evil.example"), "HTTP/1.1 403");
 }
 
 TEST_F(FleetApi, RefusesWhatIsWrong) {

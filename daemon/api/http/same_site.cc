@@ -1,4 +1,4 @@
-#include "daemon/api/access/same_site.h"
+#include "daemon/api/http/same_site.h"
 
 #include <arpa/inet.h>
 
