@@ -124,7 +124,8 @@ Evidence evidence_of(const Examination& examination, Journal& journal) {
   std::erase_if(sessions, [](const SessionRecord& one) { return one.origin.has_value(); });
   Evidence evidence;
   evidence.cell = examination.cell.string();
-  if (evidence.cell.empty() && !sessions.empty()) evidence.cell = sessions.front().inputs.cell_name;
+  if ((evidence.cell.empty() || examination.kept) && !sessions.empty())
+    evidence.cell = sessions.front().inputs.cell_name;
   if (evidence.cell.empty()) return evidence;
   look_at_files(evidence);
   evidence.doctor = seen_by_doctor(examination, evidence.cell);

@@ -167,14 +167,14 @@ std::string result_words(const calib::Calibration& calibration,
   const bool too_few = calibration.verdict.too_few;
   const std::string verdict = verdict_words(calibration, detail);
   // The residuals of a fit to a touch or two of each target are next to nothing whatever is true.
-  if (too_few && calibration.check.count == 0) return verdict;
+  if (too_few && calibration.check.count == 0) return delay_words(nullptr, contacts) + verdict;
   std::string text = fmt::format("{:<14} {:>7} {:>9} {:>9} {:>9}\n", "residual", "touches",
                                  "mean mm", "max mm", "rms mm");
   text += line("fit before", calibration.before);
   text += line("fit after", calibration.after);
   text += line("check before", calibration.check_before);
   text += line("check after", calibration.check);
-  if (too_few) return text + verdict;
+  if (too_few) return text + delay_words(nullptr, contacts) + verdict;
   text += predicted_words(calibration);
   text += detail == Detail::kAll ? evidence_words(calibration, touches, contacts)
                                  : outlier_list(calibration, touches);

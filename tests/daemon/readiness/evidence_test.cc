@@ -100,6 +100,21 @@ TEST_F(a_cell, is_known_by_the_newest_session_where_nobody_named_one) {
   EXPECT_EQ(evidence.cell, dir / "cell.toml");
 }
 
+TEST_F(a_cell,
+       that_the_doctor_saw_in_an_earlier_daemon_is_the_guides_while_no_session_is_of_another) {
+  std::filesystem::copy_file(dir / "cell.toml", dir / "other.toml");
+  examination.cell = dir / "other.toml";
+  examined(Outcome::kOk);
+  examination.kept = true;
+  EXPECT_EQ(next(), "qualify");
+  EXPECT_EQ(evidence.cell, dir / "other.toml");
+  session(SessionKind::kQualify, Ending::kFailed);
+  EXPECT_EQ(next(), "doctor") << "of the session's cell nothing was seen";
+  EXPECT_EQ(evidence.cell, dir / "cell.toml");
+  examination.kept = false;
+  EXPECT_EQ(next(), "qualify");
+}
+
 TEST_F(a_cell, that_is_sound_needs_the_doctor_next) {
   EXPECT_EQ(next(), "doctor");
   EXPECT_EQ(evidence.spheres, 4u);

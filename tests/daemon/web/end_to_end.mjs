@@ -562,9 +562,8 @@ const steps = {
     await page.getByLabel("The cell is clear").check();
     await page.getByRole("button", { name: "Start: the arm moves" }).click();
     await says(page, /Session 7 is done/);
-    await page.locator(".guide summary").click(); // behind a session its result comes first
-    await page.locator('.guide [data-step="qualify"][data-state="done"]').getByText("session 7").waitFor(LONG);
-    await page.locator('.guide [data-step="doctor"][aria-current="step"]').waitFor(LONG); // this daemon's has not looked
+    // The doctor's green look outlived the daemon: every step is done.
+    await page.locator(".guide").waitFor({ state: "detached", ...LONG });
     const figures = await page.getByRole("link", { name: "Qualification (JSON)" }).getAttribute("href");
     assert.equal((await page.context().request.get(cell.url + figures)).status(), 200);
   },
