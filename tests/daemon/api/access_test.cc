@@ -366,7 +366,6 @@ TEST_F(an_api_on_the_network, names_no_files_of_the_computer_but_cell_files_and_
     EXPECT_EQ(words(ask(Role::kOperate, "POST", "/v1/run", json{{"cell", file}}.dump())),
               "over the network a cell file's name must end in .toml");
     EXPECT_EQ(status(Role::kOperate, "/v1/doctor", {{"cell", file}}), 422);
-    EXPECT_EQ(ask(Role::kOperate, "GET", std::string("/v1/cell-form?file=") + file).status, 422);
   }
   const auto backups = service.backups_dir();
   const std::filesystem::path elsewhere = std::filesystem::path(::testing::TempDir()) / "elsewhere.db";
