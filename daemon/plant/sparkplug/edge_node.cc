@@ -13,7 +13,6 @@
 #include <optional>
 #include <thread>
 
-#include "daemon/files/printable.h"
 #include "daemon/plant/line/backoff.h"
 #include "daemon/plant/line/mqtt_line.h"
 #include "daemon/plant/sparkplug/payload.h"
@@ -73,10 +72,9 @@ struct EdgeNode::Impl {
   std::uint8_t line_count = 255;  ///< bdSeq: 0 on the first line
   std::uint8_t next_seq = 0;
   std::vector<Metric> published;  ///< as the host has them
-  std::string look_failed;
   std::chrono::steady_clock::time_point up_since;
   std::optional<int> death_said;  ///< its message
-  bool is_up = false, birth_wanted = false, stopping = false;
+  bool is_up = false, birth_wanted = false, stopping = false, orderly = true;
   mutable std::mutex status_mutex;
   LineStatus status;
   std::thread thread;
@@ -161,15 +159,8 @@ void EdgeNode::Impl::look_again() {
 /// What changed is published; all of it where a host asks, or none has been published yet.
 void EdgeNode::Impl::look() {
   look_again();
-  std::vector<Metric> now = published;
-  try {
-    now = metrics_of(parts.look());
-    look_failed.clear();
-  } catch (const std::exception& failed) {
-    if (std::exchange(look_failed, failed.what()) != failed.what())
-      spdlog::warn("[plant]: Sparkplug: {}; the last metrics are kept", printable(failed.what()));
-    if (now.empty()) now = metrics_of({});
-  }
+  std::vector<Metric> now = parts.look();
+  if (now.empty()) return;
   std::vector<Metric> changed;
   for (std::size_t i = 0; i < now.size(); ++i)
     if (i >= published.size() || now[i] != published[i]) changed.push_back(now[i]);
@@ -201,7 +192,8 @@ void EdgeNode::Impl::stop() {
   stopping = true;
   retry.cancel();
   tick.cancel();
-  if (!is_up) {
+  if (!orderly) line.reset();  // the will says so
+  if (!is_up || !orderly) {
     context.stop();
     return;
   }
@@ -223,6 +215,10 @@ EdgeNode::EdgeNode(Parts parts) : impl_(std::make_unique<Impl>(std::move(parts))
 EdgeNode::~EdgeNode() {
   asio::post(impl_->context, [impl = impl_.get()] { impl->stop(); });
   impl_->thread.join();
+}
+
+void EdgeNode::leave_without_a_farewell() {
+  asio::post(impl_->context, [impl = impl_.get()] { impl->orderly = false; });
 }
 
 LineStatus EdgeNode::status() const {
