@@ -116,7 +116,8 @@ struct Publisher::Impl {
     std::string words;
     std::chrono::steady_clock::time_point at;
   } warned;  ///< in the log, of what is too large for the broker
-  Seldom not_understood;
+  Seldom not_understood, connections;
+  std::map<LineProblem, Seldom> warnings;
   bool is_up = false, held = false, stopping = false, orderly = true;
   std::atomic<bool> poked{false};
   mutable std::mutex status_mutex;
@@ -127,13 +128,13 @@ struct Publisher::Impl {
 void Publisher::Impl::say(const LineFailure& failure) {
   bool news = false;
   set([&](LineStatus& now) {
-    // Of results that wait for the plant the number alone changes, as often as the plant likes.
-    news = now.words != failure.words &&
-           (failure.problem != LineProblem::kUnstored || now.problem != LineProblem::kUnstored);
+    news = now.words != failure.words;
     now.problem = failure.problem;
     now.words = failure.words;
   });
-  if (news && failure.problem != LineProblem::kNone) spdlog::warn("[plant]: {}", failure.words);
+  if (news && failure.problem != LineProblem::kNone &&
+      warnings[failure.problem].count(std::chrono::steady_clock::now()))
+    spdlog::warn("[plant]: {}", failure.words);
 }
 
 void Publisher::Impl::start() {
@@ -195,8 +196,9 @@ void Publisher::Impl::up() {
   set([&](LineStatus& now) {
     now = {true, LineProblem::kNone, {}, wall_clock_utc(), now.acknowledged};
   });
-  spdlog::info("[plant]: connected to {}:{} as {}/{}", parts.config.host, parts.config.port,
-               parts.config.plant, parts.config.cell);
+  if (connections.count(std::chrono::steady_clock::now()))
+    spdlog::info("[plant]: connected to {}:{} as {}/{}", parts.config.host, parts.config.port,
+                 parts.config.plant, parts.config.cell);
   try {
     line->listen({to_text({name(), Subject::kStored, {}}), proposals_to(name())});
     under_way[line->publish(presence(true, false))] = {};

@@ -9,10 +9,12 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>
+#include <map>
 #include <mutex>
 #include <optional>
 #include <thread>
 
+#include "daemon/files/seldom.h"
 #include "daemon/plant/line/backoff.h"
 #include "daemon/plant/line/mqtt_line.h"
 #include "daemon/plant/sparkplug/payload.h"
@@ -74,6 +76,8 @@ struct EdgeNode::Impl {
   std::vector<Metric> published;  ///< as the host has them
   std::chrono::steady_clock::time_point up_since;
   std::optional<int> death_said;  ///< its message
+  Seldom connections;
+  std::map<LineProblem, Seldom> warnings;
   bool is_up = false, birth_wanted = false, stopping = false, orderly = true;
   mutable std::mutex status_mutex;
   LineStatus status;
@@ -119,8 +123,9 @@ void EdgeNode::Impl::up() {
   set([&](LineStatus& now) {
     now = {true, LineProblem::kNone, {}, wall_clock_utc(), now.acknowledged};
   });
-  spdlog::info("[plant]: Sparkplug node {}/{} at {}:{}", parts.config.plant, parts.config.cell,
-               parts.config.host, parts.config.port);
+  if (connections.count(up_since))
+    spdlog::info("[plant]: Sparkplug node {}/{} at {}:{}", parts.config.plant, parts.config.cell,
+                 parts.config.host, parts.config.port);
   line->listen({topic("NCMD")});
   birth_wanted = true;
   look();
@@ -142,7 +147,8 @@ void EdgeNode::Impl::down(const LineFailure& failure) {
     context.stop();
     return;
   }
-  if (news && failure.problem != LineProblem::kNone)
+  if (news && failure.problem != LineProblem::kNone &&
+      warnings[failure.problem].count(std::chrono::steady_clock::now()))
     spdlog::warn("[plant]: Sparkplug: {}", failure.words);
   // Two that have the same name would take the line from each other without end.
   if (failure.problem == LineProblem::kTakenOver) backoff.exhaust();

@@ -25,6 +25,7 @@
 #include "daemon/plant/messages/fact_json.h"
 #include "daemon/plant/messages/proposal.h"
 #include "daemon/plant/outbox/reporter.h"
+#include "hostile_broker.h"
 #include "listener.h"
 #include "strict_door.h"
 #include "tests/daemon/journal/disks/away_disk.h"
@@ -528,6 +529,27 @@ TEST_F(publisher, says_in_the_log_once_a_minute_what_it_does_not_understand_howe
   const auto first = words.find("not understood");
   ASSERT_NE(first, std::string::npos) << words;
   EXPECT_EQ(words.find("not understood", first + 1), std::string::npos) << words;
+}
+
+TEST_F(publisher, says_in_the_log_once_a_minute_that_its_line_comes_and_goes) {
+  HostileBroker broker;
+  const std::string goes_away("\xe0\x02\x8b\x00", 4);  // DISCONNECT, server shutting down
+  broker.greet_with([&] { return goes_away; });
+  Journal journal(dir / "j.db");
+  std::ostringstream log;
+  const auto before = spdlog::default_logger();
+  spdlog::set_default_logger(std::make_shared<spdlog::logger>(
+      "test", std::make_shared<spdlog::sinks::ostream_sink_mt>(log)));
+  {
+    CellLine::Parts quick = parts(journal, broker.port());
+    quick.first_wait = quick.longest_wait = milliseconds(2);
+    const CellLine running(quick);
+    wait_until([&] { return broker.lines() > 50; });
+  }
+  spdlog::set_default_logger(before);
+  const std::string words = log.str();
+  EXPECT_LT(std::ranges::count(words, '\n'), 10) << words;
+  EXPECT_NE(words.find("connected to"), std::string::npos) << words;
 }
 
 TEST_F(publisher, that_leaves_without_a_farewell_is_lost_to_the_plant) {
