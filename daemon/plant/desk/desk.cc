@@ -80,10 +80,14 @@ Response Desk::answer(const Request& request) try {
     return error(409, "[plant] has changed");
   if (proposal) return take(request, now);
   if (is("GET", "/v1/count")) return {.body = to_json(now.outbox->count())};
-  if (is("GET", "/v1/facts"))
-    return {200, "application/x-ndjson",
-            to_lines(now.outbox->facts(static_cast<std::int64_t>(number_in(request, "after")),
-                                       std::min(number_in(request, "most"), kMostFacts)))};
+  if (is("GET", "/v1/facts")) {
+    Response facts{
+        200, "application/x-ndjson",
+        to_lines(now.outbox->facts(static_cast<std::int64_t>(number_in(request, "after")),
+                                   std::min(number_in(request, "most"), kMostFacts)))};
+    sign_of_life();  // what was composed meanwhile kept others from being heard
+    return facts;
+  }
   now.outbox->acknowledge(rows_from_json(request.body));
   return {.body = "{}"};
 } catch (const BadRequest& bad) {
@@ -96,14 +100,19 @@ Response Desk::answer(const Request& request) try {
   return error(500, failed.what());
 }
 
+void Desk::sign_of_life() {
+  const std::lock_guard lock(mutex_);
+  heard_at_ = parts_.now();
+  heard_utc_ = parts_.utc();
+}
+
 Response Desk::hear(const Request& request, const Now& now) {
   LinesStatus lines = lines_from_json(request.body);
   {
     const std::lock_guard lock(mutex_);
     heard_ = std::move(lines);
-    heard_at_ = parts_.now();
-    heard_utc_ = parts_.utc();
   }
+  sign_of_life();
   Orders orders{born_, now.plant, now.mock, {}};
   if (!now.plant) return {.body = to_json(orders)};
   if (now.plant->sparkplug) {

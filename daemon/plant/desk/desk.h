@@ -54,6 +54,7 @@ class Desk {
     bool mock = false;
   };
   Now now() const;
+  void sign_of_life();
   Response hear(const Request& request, const Now& now);
   Response take(const Request& request, const Now& now);
 

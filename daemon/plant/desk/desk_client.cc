@@ -10,8 +10,8 @@ namespace cellcal::daemon::plant {
 
 namespace {
 
-/// Less than a broker waits for a sign of life.
-constexpr std::chrono::seconds kMost{10};
+/// Less than a broker waits for a sign of life; more than a large calibration takes to compose on a slow computer.
+constexpr std::chrono::seconds kMost{30};
 
 /// Its body. Throws SocketError.
 std::string asked(const std::filesystem::path& socket, const char* method,

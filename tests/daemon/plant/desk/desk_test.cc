@@ -25,6 +25,7 @@ struct GivenOutbox final : Outbox {
   WaitingCount count() override { return {"j", 7, 3, 1, "graz/weld-2"}; }
   std::vector<WaitingFact> facts(std::int64_t after, std::size_t most) override {
     if (away) throw OutboxError("the disk is away");
+    if (meanwhile) meanwhile();
     std::vector<WaitingFact> all;
     for (std::int64_t row = after + 1; row <= 3 && all.size() < most; ++row)
       all.push_back({row, "j", row + 10, 2, "alarm", Worth::kResult,
@@ -35,6 +36,7 @@ struct GivenOutbox final : Outbox {
     acknowledged.insert(acknowledged.end(), rows.begin(), rows.end());
   }
   bool away = false;
+  std::function<void()> meanwhile;  ///< while facts are composed
   std::vector<std::int64_t> acknowledged;
 };
 
@@ -160,6 +162,14 @@ TEST_F(desk,
   EXPECT_EQ(silent.sparkplug->problem, LineProblem::kNotRunning);
   report_to_desk(socket(), {line, {}, 5});
   EXPECT_TRUE(subject->status()->facts.connected);
+}
+
+TEST_F(desk, takes_no_process_for_gone_that_waits_for_what_is_composed) {
+  use(a_plant());
+  report_to_desk(socket(), {});
+  outbox->meanwhile = [this] { now += 2 * kDeskSilence; };
+  DeskClient(socket(), a_plant()).facts(0, 9);
+  EXPECT_EQ(subject->status()->facts.problem, LineProblem::kNone);
 }
 
 TEST_F(desk, shortens_what_a_line_says_of_itself) {
