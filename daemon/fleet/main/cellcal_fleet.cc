@@ -19,8 +19,8 @@
 
 namespace {
 
-/// Of data: batches of 32 MB, and what the database's client makes of them. A packet that claims to be larger gets no memory.
-constexpr std::size_t kMostBytes = std::size_t{512} << 20;
+/// Of data: batches of 16 MB, and what the database's client makes of them. The largest packet that MQTT has (256 MiB) gets none.
+constexpr std::size_t kMostBytes = std::size_t{240} << 20;
 
 std::atomic<bool> stop{false};
 

@@ -134,6 +134,39 @@ TEST(FleetFaults, APacketThatEndsTheCollectorCostsNoFactAndItBeginsAgainByItself
   EXPECT_EQ(program.end(SIGTERM), 0);
 }
 
+TEST(FleetFaults, TheLargestFactsFitIntoTheCollectorAndAPacketOf256MegabytesDoesNot) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "a sanitizer's own books are larger";
+#endif
+  const MqttBroker broker;
+  daemon::testing::StrictDoor door(broker.port(), std::size_t{1} << 30);
+  const std::string database = Database::shared().emptied();
+  Program program(door.port(), database);
+  ASSERT_TRUE(program.is_ready());
+  std::vector<Publication> certificates;
+  for (int number = 1; number <= 8; ++number)
+    certificates.push_back(testing::publication(testing::fact(
+        kWeld, number,
+        plant::CertificateFact{"7-abc", {{"certificate.pdf", std::string(5'500'000, 'x')}}})));
+  publish(broker.port(), certificates);
+  EXPECT_TRUE(within_reach([&] {
+    return ask(database, "SELECT count(*) FROM fleet.certificates") == "8";
+  })) << program.words();
+  const pid_t process = program.working();
+  door.say(std::string("\x30\xff\xff\xff\x7f", 5) + std::string(std::size_t{1} << 20, 'x'));
+  ASSERT_TRUE(program.is_ready(2)) << program.words();
+  EXPECT_EQ(program.working(), process) << "it is the connection alone that is lost";
+  std::ifstream status("/proc/" + std::to_string(process) + "/status");
+  long peak_kb = 0;
+  for (std::string word; status >> word;)
+    if (word == "VmHWM:") status >> peak_kb;
+  EXPECT_GT(peak_kb, 0);
+  EXPECT_LT(peak_kb, 200 * 1024);
+  RecordProperty("peak_kb", static_cast<int>(peak_kb));
+  publish(broker.port(), alarms(9, 9));
+  EXPECT_TRUE(arrive(database, 1));
+}
+
 // Broker, database and collector killed, facts twice and in any order, clocks that jump, a cell that was away: tests/experiments/fleet_faults for
 // longer and with networks that are cut.
 TEST(FleetFaults, WhateverHappensEveryResultIsThereOnceAndInOrder) {
