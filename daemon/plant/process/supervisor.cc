@@ -32,6 +32,8 @@ timespec seconds_of(std::chrono::milliseconds time) {
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (::getppid() != supervisor) std::_Exit(1);  // it was gone already
   ::unsetenv("WATCHDOG_PID");                    // systemd asks whoever works for a sign of life
+  const rlimit none{0, 0};  // its death is foreseen, and a core dump of each fills a disk
+  ::setrlimit(RLIMIT_CORE, &none);
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // their own books are larger
   if (limits.most_bytes > 0) {
     const rlimit most{limits.most_bytes, limits.most_bytes};

@@ -16,7 +16,7 @@ struct Supervision {
       60000};  ///< work that lived so long is begun again at once, as the first time
 };
 
-/// Its exit status, once it ends of itself; until then it is begun again each time that a signal ends it, `restarts` times so far.
+/// Its work leaves no core dumps. Its exit status, once it ends of itself; until then it is begun again each time that a signal ends it, `restarts` times so far.
 /// SIGTERM and SIGINT are handed on to it, and it is then the last. Before any thread is begun: the work is a child of this process, and is killed
 /// with it.
 int supervise(const Supervision& limits, const std::function<int(std::uint64_t restarts)>& work);

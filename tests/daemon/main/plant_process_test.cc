@@ -129,5 +129,13 @@ TEST_F(hostile_broker, has_nothing_in_the_process_that_holds_the_arm_and_no_way_
   EXPECT_EQ(fixture.status()["phase"], "idle");
 }
 
+TEST(a_daemon, whose_door_for_the_line_cannot_be_opened_says_so_and_holds_the_arm_all_the_same) {
+  DaemonFixture fixture;
+  std::ofstream(fixture.dir / "plant") << "no folder";
+  fixture.start();
+  EXPECT_EQ(fixture.status()["phase"], "idle");
+  EXPECT_NE(fixture.log().find("no line to a plant: "), std::string::npos) << fixture.log();
+}
+
 }  // namespace
 }  // namespace cellcal::daemon::testing

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 #include <sys/mman.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -115,6 +116,15 @@ TEST_F(supervisor, takes_its_work_with_it_where_it_is_killed) {
   };
   for (int i = 0; i < 2000 && !gone(); ++i) std::this_thread::sleep_for(5ms);
   EXPECT_TRUE(gone());
+}
+
+TEST_F(supervisor, lets_work_leave_no_core_dump) {
+  EXPECT_EQ(end_of(begin([](std::uint64_t) {
+              rlimit core{};
+              ::getrlimit(RLIMIT_CORE, &core);
+              return core.rlim_cur == 0 && core.rlim_max == 0 ? 0 : 1;
+            })),
+            0);
 }
 
 TEST_F(supervisor, gives_work_no_more_memory_than_it_may_have) {
