@@ -16,7 +16,7 @@
 #include "daemon/plant/line/line_status.h"
 #include "daemon/plant/messages/certificate_fact.h"
 #include "daemon/plant/messages/fact_json.h"
-#include "daemon/plant/publisher/reporter.h"
+#include "daemon/plant/outbox/reporter.h"
 
 namespace cellcal::daemon {
 
@@ -71,6 +71,7 @@ std::optional<Response> Api::show_plant(const Call&) {
                                                                 : nlohmann::json(count.oldest)},
                                 {"dropped", count.dropped},
                                 {"not_begun", count.not_begun},
+                                {"restarts", lines->restarts},
                                 {"sparkplug", sparkplug_json(lines->sparkplug)}})};
 }
 

@@ -298,6 +298,7 @@ void run_daemon(const DaemonConfig& config, const std::function<DaemonConfig()>&
        [&api](const Request& request, bool give_up) { return api.answer(request, give_up); },
        Api::is_slow,
        {.body = kMostLocalBody}});
+  plant_line.open(plant_socket(config.socket));
   std::optional<NetworkDoor> network;
   if (config.http) network.emplace(*config.http, api);
   SystemdNews systemd;
@@ -320,6 +321,7 @@ void run_daemon(const DaemonConfig& config, const std::function<DaemonConfig()>&
     nights.stop();
     service.shutdown();
     service.on_change({});
+    plant_line.stop();
     if (network) network->stop();
     server.stop();
     context.stop();

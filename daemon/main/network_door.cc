@@ -1,6 +1,9 @@
 #include "daemon/main/network_door.h"
 
 #include <spdlog/spdlog.h>
+#include <sys/resource.h>
+#include <sys/syscall.h>
+#include <unistd.h>
 
 #include <boost/asio/executor_work_guard.hpp>
 #include <boost/asio/io_context.hpp>
@@ -8,10 +11,17 @@
 #include <thread>
 
 #include "daemon/api/http/server.h"
+#include "daemon/plant/desk/desk_words.h"
 
 namespace cellcal::daemon {
 
 namespace asio = boost::asio;
+
+namespace {
+
+constexpr int kNice = 10;
+
+}  // namespace
 
 NetworkAddress address_of(const HttpConfig& config) {
   return {config.address, config.port, config.tls_certificate, config.tls_key};
@@ -25,6 +35,18 @@ struct NetworkDoor::Impl {
              [&api](const Request& request, bool give_up) { return api.answer(request, give_up); },
              Api::is_slow}),
         thread([this] { context.run(); }) {}
+  /// Its thread asks the journal and composes messages: behind all others.
+  Impl(const std::filesystem::path& socket, std::function<Response(const Request&)> answer)
+      : server(
+            context, socket,
+            {[](Request&) { return std::nullopt; },
+             [answer = std::move(answer)](const Request& request, bool) { return answer(request); },
+             {},
+             {.body = plant::kMostDeskBody}}),
+        thread([this] {
+          ::setpriority(PRIO_PROCESS, static_cast<id_t>(::syscall(SYS_gettid)), kNice);
+          context.run();
+        }) {}
 
   asio::io_context context;
   asio::executor_work_guard<asio::io_context::executor_type> work{context.get_executor()};
@@ -37,6 +59,10 @@ NetworkDoor::NetworkDoor(const HttpConfig& config, Api& api)
   spdlog::info("listening on {} port {}, {}", config.address, config.port,
                config.tls() ? "TLS" : "without TLS");
 }
+
+NetworkDoor::NetworkDoor(const std::filesystem::path& socket,
+                         std::function<Response(const Request&)> answer)
+    : impl_(std::make_unique<Impl>(socket, std::move(answer))) {}
 
 NetworkDoor::~NetworkDoor() { stop(); }
 

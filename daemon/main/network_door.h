@@ -1,7 +1,9 @@
 #pragma once
-// The API over the network, on a thread of its own: whatever others send there, the thread that takes
+// A door for strangers, on a thread of its own: whatever they send there, the thread that takes
 // an abort from the Unix socket and from signals, and feeds the watchdog, has nothing to do with it.
 
+#include <filesystem>
+#include <functional>
 #include <memory>
 
 #include "daemon/api/handlers.h"
@@ -14,8 +16,10 @@ NetworkAddress address_of(const HttpConfig& config);
 
 class NetworkDoor {
  public:
-  /// Throws SocketError.
+  /// The API over the network. Throws SocketError.
   NetworkDoor(const HttpConfig& config, Api& api);
+  /// Of the line to the plant: a socket on which nothing but these answers is to be had. Throws SocketError.
+  NetworkDoor(const std::filesystem::path& socket, std::function<Response(const Request&)> answer);
   ~NetworkDoor();
   NetworkDoor(const NetworkDoor&) = delete;
   NetworkDoor& operator=(const NetworkDoor&) = delete;

@@ -12,7 +12,7 @@
 #include "daemon/notify/message.h"
 #include "daemon/notify/notifier.h"
 #include "daemon/notify/session_news.h"
-#include "daemon/plant/publisher/reporter.h"
+#include "daemon/plant/outbox/reporter.h"
 #include "daemon/runner/backend.h"
 #include "daemon/schedule/schedule_thread.h"
 #include "daemon/schedule/service_door.h"

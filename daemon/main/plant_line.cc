@@ -7,10 +7,15 @@
 
 #include "daemon/archive/versions.h"
 #include "daemon/files/printable.h"
-#include "daemon/plant/publisher/reporter.h"
+#include "daemon/plant/outbox/reporter.h"
+#include "daemon/plant/sparkplug/cell_metrics.h"
 #include "daemon/runner/backend.h"
 
 namespace cellcal::daemon {
+
+std::filesystem::path plant_socket(const std::filesystem::path& socket) {
+  return socket.parent_path() / "plant" / socket.filename();
+}
 
 namespace {
 
@@ -39,7 +44,8 @@ PlantLine::PlantLine(SessionService& service, Journal& journal, LiveConfig& live
       journal_(journal),
       live_(live),
       proposals_(proposal_parts()),
-      look_(service, journal) {
+      look_(service, journal),
+      desk_(desk_parts()) {
   if (!proposals_.problem().empty()) spdlog::error("[plant]: {}", proposals_.problem());
   reload();
 }
@@ -69,9 +75,12 @@ plant::ProposalBox::Parts PlantLine::proposal_parts() {
 
 /// Whether it is decided, so that the broker need not keep it.
 bool PlantLine::take(const plant::Proposal& proposal) try {
+  const bool known = std::ranges::any_of(proposals_.all(), [&](const plant::KeptProposal& one) {
+    return one.proposal.id == proposal.id;
+  });
   const std::optional<plant::Stand> stand = proposals_.take(proposal, wall_clock_utc());
   if (!stand) spdlog::warn("[plant]: proposal {} is not taken: too many are open", proposal.id);
-  if (stand == plant::Stand::kOpen)
+  if (stand == plant::Stand::kOpen && !known)
     spdlog::info("[plant]: proposal {} waits for an answer: 'cellcal proposals'", proposal.id);
   return stand && *stand != plant::Stand::kOpen;
 } catch (const std::exception& failed) {
@@ -79,48 +88,43 @@ bool PlantLine::take(const plant::Proposal& proposal) try {
   return false;
 }
 
-plant::Publisher::Parts PlantLine::parts(const PlantConfig& config) {
-  plant::Publisher::Parts parts{journal_, config, live_.now()->backend == BackendKind::kMock};
-  parts.results_dir = [this](std::int64_t session) { return service_.results_dir(session); };
-  parts.health = [this] { return health_of(service_.status()); };
+void PlantLine::tell_health() {
+  plant::HealthFact fact = health_of(service_.status());
+  fact.waiting = journal_.outbox().rows;
+  fact.journal_bytes = journal_.bytes_in_use();
+  journal_.report(0, plant::report_of(fact));
+}
+
+plant::Desk::Parts PlantLine::desk_parts() {
+  plant::Desk::Parts parts;
+  parts.utc = wall_clock_utc;
   parts.proposal = [this](const plant::Proposal& proposal) { return take(proposal); };
+  parts.metrics = [this] { return plant::sparkplug::metrics_of(look_.now()); };
+  parts.tell_health = [this] { tell_health(); };
   return parts;
 }
 
 void PlantLine::reload() {
   const std::lock_guard one(reload_);
-  const std::optional<PlantConfig> wanted = live_.now()->plant;
-  std::shared_ptr<plant::Publisher> before, now;
-  {
-    const std::lock_guard lock(mutex_);
-    before = publisher_;
-  }
-  if (before ? wanted == before->config() : !wanted) return;
-  if (wanted) now = std::make_shared<plant::Publisher>(parts(*wanted), before.get());
-  std::shared_ptr<plant::sparkplug::EdgeNode> node_before;
-  {
-    const std::lock_guard lock(mutex_);
-    publisher_ = std::move(now);
-    node_before = std::exchange(node_, nullptr);
-  }
-  node_before.reset();  // says its farewell before the next one is born
-  if (!wanted || !wanted->sparkplug) return;
-  auto node = node_of(*wanted);
-  const std::lock_guard lock(mutex_);
-  node_ = std::move(node);
+  const auto config = live_.now();
+  const bool mock = config->backend == BackendKind::kMock;
+  look_.emulated(mock);
+  if (config->plant && (!outbox_ || *config->plant != outbox_->config()))
+    outbox_ = std::make_shared<plant::JournalOutbox>(plant::JournalOutbox::Parts{
+        journal_, *config->plant,
+        [this](std::int64_t session) { return service_.results_dir(session); }});
+  if (!config->plant) outbox_.reset();
+  desk_.use(outbox_, config->plant, mock);
 }
 
-std::shared_ptr<plant::sparkplug::EdgeNode> PlantLine::node_of(const PlantConfig& config) {
-  plant::sparkplug::EdgeNode::Parts node{config, [this] { return look_.now(); }};
-  look_.emulated(live_.now()->backend == BackendKind::kMock);
-  return std::make_shared<plant::sparkplug::EdgeNode>(std::move(node));
+void PlantLine::open(const std::filesystem::path& socket) try {
+  std::filesystem::create_directories(socket.parent_path());
+  door_ = std::make_unique<NetworkDoor>(
+      socket, [this](const Request& request) { return desk_.answer(request); });
+} catch (const std::exception& failed) {
+  spdlog::error("no line to a plant: {}", failed.what());
 }
 
-std::optional<plant::LinesStatus> PlantLine::status() const {
-  const std::lock_guard lock(mutex_);
-  if (!publisher_) return std::nullopt;
-  return plant::LinesStatus{publisher_->status(),
-                            node_ ? std::optional(node_->status()) : std::nullopt};
-}
+void PlantLine::stop() { door_.reset(); }
 
 }  // namespace cellcal::daemon

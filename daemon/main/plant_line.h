@@ -1,18 +1,23 @@
 #pragma once
-// The line to the plant while the daemon runs, as [plant] says now.
+// What the process that has the line to the plant is given, as [plant] says now. Nothing of that line is in this process.
 
+#include <filesystem>
 #include <memory>
 #include <mutex>
 #include <optional>
 
 #include "daemon/main/cell_look.h"
+#include "daemon/main/network_door.h"
 #include "daemon/main/reload.h"
+#include "daemon/plant/desk/desk.h"
+#include "daemon/plant/outbox/journal_outbox.h"
 #include "daemon/plant/proposals/proposal_box.h"
-#include "daemon/plant/publisher/publisher.h"
-#include "daemon/plant/sparkplug/edge_node.h"
 #include "daemon/service/service.h"
 
 namespace cellcal::daemon {
+
+/// Where the line's process asks: a folder of its own, so that it need not see the daemon's socket.
+std::filesystem::path plant_socket(const std::filesystem::path& socket);
 
 class PlantLine {
  public:
@@ -21,29 +26,32 @@ class PlantLine {
   PlantLine(const PlantLine&) = delete;
   PlantLine& operator=(const PlantLine&) = delete;
 
-  /// What the configuration says now: another line where it is another, behind the farewell of the one before, which is waited
-  /// for. Throws JournalError, and then the one before goes on.
+  /// From now on the line's process is answered. Where that cannot be, the log says why, and no line comes of it.
+  void open(const std::filesystem::path& socket);
+  void stop();
+
+  /// What the configuration says now. Throws JournalError, and then it is as before.
   void reload();
   /// What the plant has proposed; also where none is named any more.
   plant::ProposalBox& proposals() { return proposals_; }
   /// None: no plant is named.
-  std::optional<plant::LinesStatus> status() const;
+  std::optional<plant::LinesStatus> status() const { return desk_.status(); }
 
  private:
-  plant::Publisher::Parts parts(const PlantConfig& config);
-  std::shared_ptr<plant::sparkplug::EdgeNode> node_of(const PlantConfig& config);
   plant::ProposalBox::Parts proposal_parts();
+  plant::Desk::Parts desk_parts();
   bool take(const plant::Proposal& proposal);
+  void tell_health();
 
   SessionService& service_;
   Journal& journal_;
   LiveConfig& live_;
   plant::ProposalBox proposals_;
-  std::mutex reload_;
-  mutable std::mutex mutex_;  ///< never held while the broker is waited for
   CellLook look_;
-  std::shared_ptr<plant::Publisher> publisher_;
-  std::shared_ptr<plant::sparkplug::EdgeNode> node_;  ///< none: not asked for
+  plant::Desk desk_;
+  std::mutex reload_;
+  std::shared_ptr<plant::JournalOutbox> outbox_;
+  std::unique_ptr<NetworkDoor> door_;  ///< goes first: it uses the others
 };
 
 }  // namespace cellcal::daemon

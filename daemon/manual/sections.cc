@@ -34,7 +34,8 @@ std::vector<ManSection> cellcald_sections() {
       {"FILES",
        {{"/etc/cellcal/cellcald.toml", "The configuration."},
         {"/var/lib/cellcal", "Journal and results of all sessions."},
-        {"/run/cellcal/cellcald.sock", "Where cellcal connects."}}}};
+        {"/run/cellcal/cellcald.sock", "Where cellcal connects."},
+        {"/run/cellcal/plant/cellcald.sock", "Where cellcal-plant connects."}}}};
 }
 
 std::vector<ManSection> cellcal_fleet_sections() {
@@ -46,6 +47,18 @@ std::vector<ManSection> cellcal_fleet_sections() {
            {{"/etc/cellcal/fleet.toml", "The configuration."},
             {"/run/cellcal-fleet/fleet.sock", "Where 'cellcal fleet' connects."},
             {"/usr/share/doc/cellcal/daemon/fleet", "Settings of the broker; tables and views."}}}};
+}
+
+std::vector<ManSection> cellcal_plant_sections() {
+  return {{"EXIT STATUS",
+           {{"0", "Ended by SIGTERM or SIGINT."},
+            {"1", "Could not go on."},
+            {"2", "Wrong usage. It does not get better by trying again."}}},
+          {"FILES",
+           {{"/run/cellcal/plant/cellcald.sock",
+             "Where cellcald says which broker, and hands out what waits for it."},
+            {"/etc/cellcal/cellcald.toml", "[plant] is cellcald's, and read by that alone."},
+            {"/usr/share/doc/cellcal/daemon/plant", "What it promises; settings of the broker."}}}};
 }
 
 }  // namespace cellcal::daemon

@@ -10,5 +10,6 @@ namespace cellcal::daemon {
 std::vector<ManSection> cellcal_sections();
 std::vector<ManSection> cellcald_sections();
 std::vector<ManSection> cellcal_fleet_sections();
+std::vector<ManSection> cellcal_plant_sections();
 
 }  // namespace cellcal::daemon

@@ -1,4 +1,4 @@
-// cellcal-manual FOLDER: writes manual pages and completions of cellcal, cellcald and cellcal-fleet. Runs when cellcal is
+// cellcal-manual FOLDER: writes manual pages and completions of cellcal, cellcald, cellcal-fleet and cellcal-plant. Runs when cellcal is
 // built; it is not installed.
 
 #include <CLI/CLI.hpp>
@@ -14,6 +14,7 @@
 #include "daemon/manual/completion.h"
 #include "daemon/manual/man_page.h"
 #include "daemon/manual/sections.h"
+#include "daemon/plant/process/plant_options.h"
 
 namespace {
 
@@ -38,12 +39,14 @@ int main(int argc, char** argv) try {
   std::filesystem::create_directories(folder);
   const std::string version = cellcal::calib::software_version();
   int status = 0;
-  CLI::App client, daemon, collector;
+  CLI::App client, daemon, collector, line;
   describe_cellcal(client, status);
   DaemonOptions options;
   describe_cellcald(daemon, options);
   fleet::FleetOptions fleet_options;
   fleet::describe_cellcal_fleet(collector, fleet_options);
+  plant::PlantOptions plant_options;
+  plant::describe_cellcal_plant(line, plant_options);
   write({command_tree(client), 1, version, cellcal_sections(), {"cellcald(8)"}}, folder);
   write({command_tree(daemon), 8, version, cellcald_sections(), {"cellcal(1)", "systemctl(1)"}},
         folder);
@@ -52,6 +55,8 @@ int main(int argc, char** argv) try {
          version,
          cellcal_fleet_sections(),
          {"cellcal(1)", "cellcald(8)", "mosquitto(8)"}},
+        folder);
+  write({command_tree(line), 8, version, cellcal_plant_sections(), {"cellcald(8)", "mosquitto(8)"}},
         folder);
   return 0;
 } catch (const std::exception& error) {

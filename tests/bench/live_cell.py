@@ -12,6 +12,7 @@ ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__)
 BIN = f"{ROOT}/build/release"
 CELLCAL = f"{BIN}/daemon/cli/cellcal"
 CELLCALD = f"{BIN}/daemon/main/cellcald"
+PLANT = f"{BIN}/daemon/plant/process/cellcal-plant"
 EMULATOR = f"{BIN}/sim/emulator/cellcal-emulator"
 CELL = f"{ROOT}/sim/cell/demo/cell.toml"
 CONFIG = """

@@ -4,11 +4,13 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <optional>
 #include <string_view>
 
 #include "calib/model/error.h"
 #include "calib/syntax/shown.h"
 #include "daemon/fleet/collect/judge.h"
+#include "daemon/plant/desk/desk_words.h"
 #include "daemon/plant/messages/fact_json.h"
 #include "daemon/plant/messages/presence.h"
 #include "daemon/plant/messages/proposal.h"
@@ -38,6 +40,30 @@ void as_proposal(std::string_view text, const plant::Topic& topic) {
             "a proposal that was read can be written and read");
   } catch (const cellcal::calib::FileError&) {
   }
+}
+
+template <class Read>
+auto read_as(Read read, std::string_view text) -> std::optional<decltype(read(text))> try {
+  return read(text);
+} catch (const cellcal::calib::FileError&) {
+  return std::nullopt;
+}
+
+/// Between the cell's daemon and the process that has its line.
+void as_desk(std::string_view text) {
+  (void)read_as(plant::lines_from_json, text);
+  (void)read_as(plant::count_from_json, text);
+  if (const auto orders = read_as(plant::orders_from_json, text))
+    require(
+        plant::to_json(plant::orders_from_json(plant::to_json(*orders))) == plant::to_json(*orders),
+        "orders that were read can be written and read");
+  if (const auto facts = read_as(plant::facts_from_lines, text))
+    require(plant::to_lines(plant::facts_from_lines(plant::to_lines(*facts))) ==
+                plant::to_lines(*facts),
+            "facts that were read can be written and read");
+  if (const auto rows = read_as(plant::rows_from_json, text))
+    require(plant::rows_from_json(plant::rows_to_json(*rows)) == *rows,
+            "rows that were read can be written and read");
 }
 
 void as_message(std::string_view topic, std::string_view payload) {
@@ -75,6 +101,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       end == std::string_view::npos ? std::string_view() : all.substr(end + 1);
   as_message(topic, payload);
   (void)plant::sparkplug::asks_for_rebirth(payload);
+  as_desk(payload);
   if (const auto known = plant::topic_of(topic)) as_proposal(payload, *known);
   return 0;
 }

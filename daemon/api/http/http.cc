@@ -30,11 +30,12 @@ Local::endpoint endpoint_of(const std::filesystem::path& socket) {
 }
 
 Response http_request(const std::filesystem::path& socket, const std::string& method,
-                      const std::string& target, const std::string& body) {
+                      const std::string& target, const std::string& body,
+                      std::chrono::milliseconds most) {
   asio::io_context context;
-  Local::socket peer(context);
+  beast::basic_stream<Local> peer(context);
   beast::error_code code;
-  peer.connect(endpoint_of(socket), code);
+  peer.socket().connect(endpoint_of(socket), code);
   if (code == asio::error::access_denied) {
     throw SocketPermissionError(
         "no permission for " + socket.string() +
@@ -51,11 +52,17 @@ Response http_request(const std::filesystem::path& socket, const std::string& me
   request.keep_alive(false);
   request.body() = body;
   request.prepare_payload();
-  http::write(peer, request, code);
   beast::flat_buffer buffer;
   http::response_parser<http::string_body> parser;
   parser.body_limit(kMostAnswer);
-  if (!code) http::read(peer, buffer, parser, code);
+  if (most.count() > 0) peer.expires_after(most);
+  http::async_write(peer, request, [&](beast::error_code failed, std::size_t) {
+    code = failed;
+    if (code) return;
+    http::async_read(peer, buffer, parser,
+                     [&](beast::error_code unread, std::size_t) { code = unread; });
+  });
+  context.run();
   if (code) {
     throw SocketError("cellcald on " + socket.string() + " did not answer: " + code.message() +
                       "; see its log");

@@ -1,6 +1,7 @@
 #pragma once
 // HTTP/1.1 over a Unix-domain socket: the client, and what can be wrong with a socket.
 
+#include <chrono>
 #include <filesystem>
 #include <stdexcept>
 #include <string>
@@ -19,8 +20,10 @@ struct SocketPermissionError : SocketError {
   using SocketError::SocketError;
 };
 
-/// One request, one answer. Throws SocketError (no daemon, no permission, no answer).
+/// One request, one answer. `most`: how long it may take; 0: as long as it takes. Throws SocketError (no daemon, no permission, no
+/// answer).
 Response http_request(const std::filesystem::path& socket, const std::string& method,
-                      const std::string& target, const std::string& body = "");
+                      const std::string& target, const std::string& body = "",
+                      std::chrono::milliseconds most = {});
 
 }  // namespace cellcal::daemon

@@ -22,7 +22,7 @@ constexpr std::uint32_t kMostPacket = 2u * static_cast<std::uint32_t>(plant::kLa
 constexpr std::uint16_t kMostUnacknowledged = 1000;
 constexpr std::chrono::seconds kGreeting{15};
 /// Bytes in one batch: certificates are large.
-constexpr std::size_t kMostBytes = std::size_t{32} << 20;
+constexpr std::size_t kMostBytes = std::size_t{16} << 20;
 
 struct FreeProperties {
   void operator()(mosquitto_property* properties) const {

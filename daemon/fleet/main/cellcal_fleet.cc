@@ -16,8 +16,12 @@
 #include "daemon/fleet/main/fleet_config.h"
 #include "daemon/fleet/main/fleet_options.h"
 #include "daemon/main/log.h"
+#include "daemon/plant/process/supervisor.h"
 
 namespace {
+
+/// Of data: batches of 16 MB, and what the database's client makes of them. The largest packet that MQTT has (256 MiB) gets none.
+constexpr std::size_t kMostBytes = std::size_t{240} << 20;
 
 std::atomic<bool> stop{false};
 
@@ -84,8 +88,14 @@ int main(int argc, char** argv) {
   }
   try {
     set_up_log(options.verbose);
-    options.reread ? reread(config) : run(config);
-    return 0;
+    if (options.reread) {
+      reread(config);
+      return 0;
+    }
+    return supervise({.most_bytes = kMostBytes}, [&config](std::uint64_t) {
+      run(config);
+      return 0;
+    });
   } catch (const std::exception& error) {
     complain(error);
     return kFailed;

@@ -4,11 +4,14 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 namespace cellcal::daemon::plant {
 
 enum class LineProblem {
   kNone,
+  kNotRunning,   ///< the process that has the line is not heard
   kFiles,        ///< of the configuration: they cannot be read
   kNoName,       ///< the broker's is not known
   kUnreachable,  ///< nobody answers there
@@ -25,19 +28,21 @@ enum class LineProblem {
 };
 /// Hyphenated.
 const char* to_string(LineProblem problem);
+const std::vector<std::pair<LineProblem, const char*>>& line_problems();
 
 struct LineStatus {
   bool connected = false;
   LineProblem problem = LineProblem::kNone;
   std::string words;               ///< of the problem, with what to do; empty: none
   std::string since;               ///< connected or not, ISO 8601 UTC
-  std::uint64_t acknowledged = 0;  ///< facts since the daemon started
+  std::uint64_t acknowledged = 0;  ///< facts since the process started
 };
 
 /// Of both of a cell's lines.
 struct LinesStatus {
   LineStatus facts;
   std::optional<LineStatus> sparkplug{};  ///< none: not asked for
+  std::uint64_t restarts = 0;  ///< of the process that has them, since it was first started
 };
 
 }  // namespace cellcal::daemon::plant

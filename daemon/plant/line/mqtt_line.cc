@@ -21,46 +21,14 @@ namespace cellcal::daemon::plant {
 
 namespace asio = boost::asio;
 
-const char* to_string(LineProblem problem) {
-  switch (problem) {
-    case LineProblem::kNone:
-      return "none";
-    case LineProblem::kFiles:
-      return "files";
-    case LineProblem::kNoName:
-      return "no-name";
-    case LineProblem::kUnreachable:
-      return "unreachable";
-    case LineProblem::kCertificate:
-      return "certificate";
-    case LineProblem::kLogin:
-      return "login";
-    case LineProblem::kRefused:
-      return "refused";
-    case LineProblem::kTooLarge:
-      return "too-large";
-    case LineProblem::kNobody:
-      return "nobody-collects";
-    case LineProblem::kTakenOver:
-      return "taken-over";
-    case LineProblem::kUnstored:
-      return "not-stored";
-    case LineProblem::kRenamed:
-      return "renamed";
-    case LineProblem::kLost:
-      return "lost";
-    case LineProblem::kJournal:
-      return "journal";
-  }
-  return "none";
-}
-
 namespace {
 
 constexpr int kQos = 1;  ///< of what is listened to
 constexpr int kFirstRefusal = 0x80;
 constexpr std::chrono::seconds kMisc{1};
 constexpr std::size_t kLargestHeard = std::size_t{1} << 18;
+/// Said to the broker, which then keeps larger ones to itself: none of the plant's words is larger.
+constexpr std::uint32_t kLargestPacket = 2 * kLargestHeard;
 
 /// Once for the process, and never undone: a thread that waits for the resolver may outlive the last line.
 bool library_is_there() {
@@ -326,8 +294,12 @@ void MqttLine::Impl::connect() {
     std::thread([own = opening_handle, door = door, weak = weak_from_this(), &context = context,
                  host = config.host, port = config.port,
                  keepalive = static_cast<int>(times.keepalive.count())] {
-      const int code = mosquitto_connect_async(own->raw, host.c_str(), port, keepalive);
+      mosquitto_property* limit = nullptr;
+      mosquitto_property_add_int32(&limit, MQTT_PROP_MAXIMUM_PACKET_SIZE, kLargestPacket);
+      const int code =
+          mosquitto_connect_bind_v5(own->raw, host.c_str(), port, keepalive, nullptr, limit);
       const int error_number = errno;
+      mosquitto_property_free_all(&limit);
       const std::lock_guard lock(door->mutex);
       if (door->closed) return;
       asio::post(context, [weak, code, error_number] {

@@ -19,12 +19,12 @@
 
 #include "calib/files/calibration_json.h"
 #include "daemon/files/printable.h"
+#include "daemon/files/seldom.h"
 #include "daemon/plant/line/backoff.h"
 #include "daemon/plant/line/mqtt_line.h"
 #include "daemon/plant/messages/fact_json.h"
 #include "daemon/plant/messages/presence.h"
 #include "daemon/plant/messages/stored.h"
-#include "daemon/plant/publisher/reporter.h"
 #include "daemon/runner/backend.h"
 
 namespace cellcal::daemon::plant {
@@ -40,16 +40,14 @@ constexpr std::size_t kAcknowledgedAtOnce = 32;
 constexpr std::chrono::hours kWarnAgain{1};
 constexpr std::int64_t kNoRow = 0;  ///< presence, and proposals that are taken away
 constexpr int kNice = 10;
-constexpr double kBytesPerMegabyte = 1e6;
 
 }  // namespace
 
-struct Publisher::Impl : std::enable_shared_from_this<Publisher::Impl> {
+struct Publisher::Impl {
   explicit Impl(Parts given)
       : parts(std::move(given)),
         retry(context),
         pause(context),
-        health(context),
         last(context),
         unstored(context),
         backoff(parts.first_wait, parts.longest_wait) {}
@@ -66,9 +64,6 @@ struct Publisher::Impl : std::enable_shared_from_this<Publisher::Impl> {
 
   CellName name() const { return {parts.config.plant, parts.config.cell}; }
   void start();
-  void begin();
-  void rest();
-  void go_on();
   void connect();
   void connect_later();
   void up();
@@ -80,19 +75,16 @@ struct Publisher::Impl : std::enable_shared_from_this<Publisher::Impl> {
   void down(const LineFailure& failure);
   void pump();
   void send_waiting();
-  bool send(const WaitingReport& row);
-  bool is_dealt_with(const WaitingReport& row) const;
+  bool send(const WaitingFact& fact);
+  bool is_dealt_with(const WaitingFact& fact) const;
   bool has_room() const;
   bool broker_has_enough() const;
-  void give_up(const Sent& sent);
   LineFailure too_large() const;
   void warn_of(const LineFailure& too_large);
   void say_what_waits();
-  Fact fact_of(const WaitingReport& row);
   MqttLine::Message presence(bool online, bool farewell) const;
   void forget_acknowledged();
   void hold(std::chrono::milliseconds time, const LineFailure& why);
-  void tell_health();
   void stop();
   void say(const LineFailure& failure);
   void set(const std::function<void(LineStatus&)>& change) {
@@ -102,14 +94,14 @@ struct Publisher::Impl : std::enable_shared_from_this<Publisher::Impl> {
 
   Parts parts;
   asio::io_context context;
-  std::shared_ptr<const PlantReporter> reporter;
   std::unique_ptr<MqttLine> line;
-  asio::steady_timer retry, pause, health, last, unstored;
+  asio::steady_timer retry, pause, last, unstored;
   Backoff backoff;
   struct {
     std::string time, source;
     std::int64_t newest = 0;
   } connected;
+  WaitingCount known;             ///< as the outbox said last
   std::map<int, Sent> under_way;  ///< by message
   std::map<std::int64_t, Sent>
       at_the_broker;  ///< results that it has acknowledged on this line and nobody has stored, by row
@@ -117,15 +109,16 @@ struct Publisher::Impl : std::enable_shared_from_this<Publisher::Impl> {
   /// Bytes for which the broker ended the line before, without a word of its limit before that: not sent on the next one.
   std::optional<std::size_t> ended_for, not_now;
   Stored stored;  ///< as the plant has said last
-  std::deque<WaitingReport> bite;
+  std::deque<WaitingFact> bite;
   std::int64_t read_to = 0;  ///< row up to which all is under way or acknowledged
   std::vector<std::int64_t> acknowledged;
-  std::set<std::int64_t> logged_damaged;  ///< rows of which the log has it
   struct {
     std::string words;
     std::chrono::steady_clock::time_point at;
   } warned;  ///< in the log, of what is too large for the broker
-  bool is_up = false, held = false, stopping = false;
+  Seldom not_understood, connections;
+  std::map<LineProblem, Seldom> warnings;
+  bool is_up = false, held = false, stopping = false, orderly = true;
   std::atomic<bool> poked{false};
   mutable std::mutex status_mutex;
   LineStatus status;
@@ -139,38 +132,14 @@ void Publisher::Impl::say(const LineFailure& failure) {
     now.problem = failure.problem;
     now.words = failure.words;
   });
-  if (news && failure.problem != LineProblem::kNone) spdlog::warn("[plant]: {}", failure.words);
+  if (news && failure.problem != LineProblem::kNone &&
+      warnings[failure.problem].count(std::chrono::steady_clock::now()))
+    spdlog::warn("[plant]: {}", failure.words);
 }
 
 void Publisher::Impl::start() {
-  set([](LineStatus& now) { now.since = wall_clock_utc(); });
-  // A poke holds no publisher back from its end.
-  const std::weak_ptr<Impl> weak = weak_from_this();
-  reporter = std::make_shared<const PlantReporter>(PlantReporter::Parts{
-      parts.config.touches,
-      static_cast<std::int64_t>(parts.config.outbox_megabytes * kBytesPerMegabyte), name(),
-      parts.config.former, parts.results_dir, [weak] {
-        const auto self = weak.lock();
-        if (!self || self->poked.exchange(true)) return;
-        asio::post(self->context, [raw = self.get()] {
-          raw->poked = false;
-          raw->pump();
-        });
-      }});
-  begin();  // what may fail comes before the journal says anything to it
-  try {
-    parts.journal.report_to(reporter);
-  } catch (...) {
-    rest();
-    throw;
-  }
-  asio::post(context, [this] {
-    connect();
-    if (parts.health) tell_health();
-  });
-}
-
-void Publisher::Impl::begin() {
+  status.since = wall_clock_utc();
+  asio::post(context, [this] { connect(); });
   thread = std::thread([this] {
     ::setpriority(PRIO_PROCESS, static_cast<id_t>(::syscall(SYS_gettid)), kNice);
     const auto work = asio::make_work_guard(context);
@@ -178,46 +147,14 @@ void Publisher::Impl::begin() {
   });
 }
 
-/// Nothing is sent any more; the journal reports to it all the same.
-void Publisher::Impl::rest() {
-  if (!thread.joinable()) return;
-  asio::post(context, [this] { stop(); });
-  thread.join();
-  line.reset();
-  last.cancel();
-  set([](LineStatus& now) {
-    if (std::exchange(now.connected, false)) now.since = wall_clock_utc();
-  });
-  try {
-    forget_acknowledged();
-  } catch (const JournalError& kept) {
-    spdlog::warn("[plant]: {}; what the plant has is sent once more", kept.what());
-  }
-}
-
-/// Behind rest().
-void Publisher::Impl::go_on() try {
-  context.restart();
-  stopping = is_up = false;
-  begin();
-  asio::post(context, [this] {
-    connect();
-    if (parts.health) tell_health();
-  });
-} catch (const std::system_error& none) {
-  spdlog::error("[plant]: no thread ({}). Restart cellcald when no session is running",
-                none.what());
-}
-
 /// Will and birth of a line have the same time and number, so that whoever hears both knows the will for the later.
 MqttLine::Message Publisher::Impl::presence(bool online, bool farewell) const {
-  const OutboxCount count = farewell ? parts.journal.outbox() : OutboxCount{};
   Presence words;
   words.of = name();
   words.online = online;
   words.farewell = farewell;
-  words.journal = farewell ? count.source : connected.source;
-  words.number = farewell ? count.newest : connected.newest;
+  words.journal = farewell ? known.source : connected.source;
+  words.number = farewell ? known.newest : connected.newest;
   words.software = calib::software_version();
   words.time = farewell ? wall_clock_utc() : connected.time;
   words.mock = parts.mock;
@@ -226,8 +163,8 @@ MqttLine::Message Publisher::Impl::presence(bool online, bool farewell) const {
 
 void Publisher::Impl::connect() try {
   if (stopping) return;
-  const OutboxCount count = parts.journal.outbox();
-  connected = {wall_clock_utc(), count.source, count.newest};
+  known = parts.outbox.count();
+  connected = {wall_clock_utc(), known.source, known.newest};
   line = std::make_unique<MqttLine>(
       context, parts.config, presence(false, false),
       MqttLine::Events{
@@ -236,7 +173,7 @@ void Publisher::Impl::connect() try {
           [this](const std::string& topic, const std::string& payload) { heard(topic, payload); },
           [this](const LineFailure& failure) { down(failure); }},
       MqttLine::Times{.keepalive = parts.keepalive});
-} catch (const JournalError& failed) {  // which numbers it has nobody can say now
+} catch (const OutboxError& failed) {  // which numbers it has nobody can say now
   say({LineProblem::kJournal, failed.what()});
   connect_later();
 }
@@ -259,8 +196,9 @@ void Publisher::Impl::up() {
   set([&](LineStatus& now) {
     now = {true, LineProblem::kNone, {}, wall_clock_utc(), now.acknowledged};
   });
-  spdlog::info("[plant]: connected to {}:{} as {}/{}", parts.config.host, parts.config.port,
-               parts.config.plant, parts.config.cell);
+  if (connections.count(std::chrono::steady_clock::now()))
+    spdlog::info("[plant]: connected to {}:{} as {}/{}", parts.config.host, parts.config.port,
+                 parts.config.plant, parts.config.cell);
   try {
     line->listen({to_text({name(), Subject::kStored, {}}), proposals_to(name())});
     under_way[line->publish(presence(true, false))] = {};
@@ -329,22 +267,6 @@ void Publisher::Impl::answered(int message, const std::optional<LineFailure>& re
   pump();
 }
 
-/// No plant takes it, and what is behind it does not wait for it.
-void Publisher::Impl::give_up(const Sent& sent) try {
-  const DroppedFact dropped{sent.number, sent.number,
-                            1,           DropReason::kTooLarge,
-                            sent.kind,   static_cast<std::int64_t>(sent.bytes)};
-  spdlog::error(
-      "[plant]: fact {}: {} bytes ({} of session {}), limit {}. Not sent; a notice is sent "
-      "instead. Transfer it by hand",
-      sent.number, sent.bytes, sent.kind, sent.session, kLargestMessage);
-  parts.journal.replace(sent.row, report_of(dropped));
-  bite.clear();
-  read_to = 0;  // it stands before what is under way behind it
-} catch (const JournalError& failed) {
-  hold(parts.journal_wait, {LineProblem::kJournal, failed.what()});
-}
-
 LineFailure Publisher::Impl::too_large() const {
   const Sent& oldest = set_aside.begin()->second;
   const auto most = line->largest_packet();
@@ -381,7 +303,9 @@ void Publisher::Impl::heard(const std::string& text, const std::string& payload)
   if (topic->subject == Subject::kStored) hear(stored_from_json(payload, *topic));
   if (topic->subject == Subject::kProposal) hear(proposal_from_json(payload, *topic));
 } catch (const std::exception& wrong) {
-  spdlog::warn("[plant]: not understood: {}", printable(wrong.what()));
+  if (const auto messages = not_understood.count(std::chrono::steady_clock::now()))
+    spdlog::warn("[plant]: {} messages not understood, the newest: {}", *messages,
+                 printable(wrong.what()));
 }
 
 /// What the broker has and nobody stores in time is sent again: somebody between here and there has lost it.
@@ -406,9 +330,8 @@ void Publisher::Impl::hear(const Stored& news) {
     if (has) acknowledged.push_back(one.first);
     return has;
   };
-  std::erase_if(at_the_broker, is_stored);
-  std::erase_if(set_aside, is_stored);
-  pump();
+  // What says nothing new costs nothing, however often it comes.
+  if (std::erase_if(at_the_broker, is_stored) + std::erase_if(set_aside, is_stored) > 0) pump();
 }
 
 void Publisher::Impl::hear(const Proposal& proposal) {
@@ -423,7 +346,7 @@ void Publisher::Impl::hear(const Proposal& proposal) {
 /// What was acknowledged goes from the disk; what cannot go is not sent again meanwhile.
 void Publisher::Impl::forget_acknowledged() {
   if (acknowledged.empty()) return;
-  parts.journal.acknowledge(acknowledged);
+  parts.outbox.acknowledge(acknowledged);
   acknowledged.clear();
 }
 
@@ -436,7 +359,7 @@ void Publisher::Impl::pump() try {
     return;
   }
   send_waiting();
-} catch (const JournalError& failed) {
+} catch (const OutboxError& failed) {
   hold(parts.journal_wait, {LineProblem::kJournal, failed.what()});
 }
 
@@ -455,21 +378,21 @@ bool Publisher::Impl::broker_has_enough() const {
 
 /// Nothing is under way, and this is why.
 void Publisher::Impl::say_what_waits() {
-  const OutboxCount count = parts.journal.outbox();
+  known = parts.outbox.count();
   if (broker_has_enough()) {
     say({LineProblem::kUnstored,
          fmt::format("broker {}:{}: {} results not stored by the plant, no more are sent. Start "
                      "cellcal-fleet, or see its log; nothing is lost meanwhile",
                      parts.config.host, parts.config.port, at_the_broker.size())});
-  } else if (!set_aside.empty() && count.rows > 0) {
+  } else if (!set_aside.empty() && known.rows > 0) {
     warn_of(too_large());
-  } else if (count.elsewhere > 0) {
+  } else if (known.elsewhere > 0) {
     say({LineProblem::kRenamed,
          fmt::format(
              "{} unsent messages under the old name {}; [plant] is {}/{} now. Set plant and cell "
              "back until they are sent, or add former = [\"{}\"] to send them under the new name",
-             count.elsewhere, count.elsewhere_address, parts.config.plant, parts.config.cell,
-             count.elsewhere_address)});
+             known.elsewhere, known.elsewhere_address, parts.config.plant, parts.config.cell,
+             known.elsewhere_address)});
   } else {
     set([](LineStatus& now) {
       now.problem = LineProblem::kNone;
@@ -482,7 +405,7 @@ void Publisher::Impl::send_waiting() {
   if (read_to == 0 && !under_way.empty() && !acknowledged.empty()) forget_acknowledged();
   while (is_up && !held && has_room() && !broker_has_enough()) {
     if (bite.empty()) {
-      auto rows = parts.journal.waiting(read_to, kMostUnderWay);
+      auto rows = parts.outbox.facts(read_to, kMostUnderWay);
       std::move(rows.begin(), rows.end(), std::back_inserter(bite));
       if (bite.empty()) break;
     }
@@ -496,37 +419,25 @@ void Publisher::Impl::send_waiting() {
   }
 }
 
-bool Publisher::Impl::is_dealt_with(const WaitingReport& row) const {
-  return at_the_broker.contains(row.row) || set_aside.contains(row.row) ||
+bool Publisher::Impl::is_dealt_with(const WaitingFact& fact) const {
+  return at_the_broker.contains(fact.row) || set_aside.contains(fact.row) ||
          std::any_of(under_way.begin(), under_way.end(),
-                     [&](const auto& one) { return one.second.row == row.row; });
+                     [&](const auto& one) { return one.second.row == fact.row; });
 }
 
-bool Publisher::Impl::send(const WaitingReport& row) {
-  if (row.source == stored.journal && stored.has(row.number)) {  // sent on an earlier line
-    acknowledged.push_back(row.row);
+bool Publisher::Impl::send(const WaitingFact& fact) {
+  if (fact.source == stored.journal && stored.has(fact.number)) {  // sent on an earlier line
+    acknowledged.push_back(fact.row);
     return true;
   }
-  Sent sent{row.row,     row.number,     row.source, Worth::kResult, row.report.body.size(),
-            row.session, row.report.kind};
-  if (sent.bytes > kLargestMessage) {
-    give_up(sent);
-    return false;
-  }
-  const Fact fact = fact_of(row);
-  const std::string text = to_json(fact);
-  sent.worth = worth_of(fact.body);
-  sent.bytes = text.size();
-  if (sent.bytes > kLargestMessage) {
-    give_up(sent);
-    return false;
-  }
+  const Sent sent{fact.row,         fact.number,  fact.source, fact.worth,
+                  fact.text.size(), fact.session, fact.kind};
   if (not_now && sent.bytes >= *not_now) {
     set_aside.emplace(sent.row, sent);
     return true;
   }
   try {
-    under_way[line->publish({to_text({name(), Subject::kFact, kind_of(fact.body)}), text, false})] =
+    under_way[line->publish({to_text({name(), Subject::kFact, fact.kind}), fact.text, false})] =
         sent;
     return true;
   } catch (const NotPublished& refused) {
@@ -536,59 +447,13 @@ bool Publisher::Impl::send(const WaitingReport& row) {
   }
 }
 
-/// What cannot be composed is reported: its number is used. Throws JournalError where it may be composed later.
-Fact Publisher::Impl::fact_of(const WaitingReport& row) {
-  Fact fact{name(), row.source, row.number, row.time, row.session, {}};
-  try {
-    std::string body = row.report.body;
-    if (body.empty()) {
-      const auto session = parts.journal.session(row.session);
-      if (!session) throw std::runtime_error(fmt::format("session {} is not there", row.session));
-      body = reporter->calibration(*session, parts.journal.touches(row.session)).body;
-    }
-    fact.body = body_from_json(row.report.kind, body);
-  } catch (const DamagedError& damaged) {
-    if (logged_damaged.insert(row.row).second)
-      spdlog::error(
-          "[plant]: fact {} ({} of session {}): damaged, not sent; a notice is sent instead. {}",
-          row.number, row.report.kind, row.session, printable(damaged.what()));
-    fact.body =
-        DroppedFact{row.number, row.number, 1, DropReason::kDamaged, row.report.kind, std::nullopt};
-  } catch (const JournalError&) {
-    throw;  // the disk may give it later: a result is not dropped for that
-  } catch (const std::exception& failed) {
-    fact.body = AlarmFact{
-        "failed",
-        fmt::format("{} of session {} could not be published", row.report.kind, row.session),
-        failed.what()};
-  }
-  return fact;
-}
-
-void Publisher::Impl::tell_health() {
-  const auto period = std::chrono::duration<double, std::ratio<60>>(parts.config.health_minutes);
-  health.expires_after(std::chrono::duration_cast<std::chrono::milliseconds>(period));
-  health.async_wait([this](boost::system::error_code cancelled) {
-    if (cancelled) return;
-    try {
-      HealthFact fact = parts.health();
-      fact.waiting = parts.journal.outbox().rows;
-      fact.journal_bytes = parts.journal.bytes_in_use();
-      parts.journal.report(0, report_of(fact));
-    } catch (const std::exception& failed) {
-      say({LineProblem::kJournal, failed.what()});
-    }
-    tell_health();
-  });
-}
-
 void Publisher::Impl::stop() {
   stopping = true;
   retry.cancel();
   pause.cancel();
-  health.cancel();
   unstored.cancel();
-  if (!is_up) {
+  if (!orderly) line.reset();  // the will says so
+  if (!is_up || !orderly) {
     context.stop();
     return;
   }
@@ -597,26 +462,40 @@ void Publisher::Impl::stop() {
     if (!cancelled) context.stop();
   });
   try {
+    known = parts.outbox.count();
+  } catch (const OutboxError&) {  // it speaks for another name by now: what it said last
+  }
+  try {
     under_way[line->publish(presence(false, true))] = {};
-  } catch (const std::exception&) {  // the will says so
+  } catch (const NotPublished&) {  // the will says so
     context.stop();
   }
 }
 
-Publisher::Publisher(Parts parts, Publisher* before)
-    : impl_(std::make_shared<Impl>(std::move(parts))) {
-  if (before != nullptr) before->impl_->rest();
-  try {
-    impl_->start();
-  } catch (...) {
-    if (before != nullptr) before->impl_->go_on();
-    throw;
-  }
+Publisher::Publisher(Parts parts) : impl_(std::make_unique<Impl>(std::move(parts))) {
+  impl_->start();
 }
 
 Publisher::~Publisher() {
-  impl_->parts.journal.report_no_more_to(*impl_->reporter);
-  impl_->rest();
+  asio::post(impl_->context, [impl = impl_.get()] { impl->stop(); });
+  impl_->thread.join();
+  try {
+    impl_->forget_acknowledged();
+  } catch (const OutboxError& kept) {
+    spdlog::warn("[plant]: {}; what the plant has is sent once more", kept.what());
+  }
+}
+
+void Publisher::poke() {
+  if (impl_->poked.exchange(true)) return;
+  asio::post(impl_->context, [impl = impl_.get()] {
+    impl->poked = false;
+    impl->pump();
+  });
+}
+
+void Publisher::leave_without_a_farewell() {
+  asio::post(impl_->context, [impl = impl_.get()] { impl->orderly = false; });
 }
 
 LineStatus Publisher::status() const {

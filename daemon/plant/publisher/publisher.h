@@ -1,28 +1,23 @@
 #pragma once
-// The journal's outbox, to the plant's broker. Its thread; nobody waits for it.
+// What waits for the plant, to its broker. Its thread; nobody waits for it.
 
 #include <chrono>
 #include <functional>
 #include <memory>
 
 #include "daemon/config/plant_config.h"
-#include "daemon/journal/journal.h"
 #include "daemon/plant/line/line_status.h"
-#include "daemon/plant/messages/fact.h"
 #include "daemon/plant/messages/proposal.h"
+#include "daemon/plant/outbox/outbox.h"
 
 namespace cellcal::daemon::plant {
 
 class Publisher {
  public:
   struct Parts {
-    Journal& journal;
+    Outbox& outbox;  ///< asked on this thread
     PlantConfig config;
     bool mock = false;  ///< the cell is emulated
-    /// Where a session's check.json is.
-    std::function<std::filesystem::path(std::int64_t session)> results_dir = {};
-    /// Told of every so often; none: never. On this thread.
-    std::function<HealthFact()> health = {};
     /// What the plant proposes; true: it is answered, and may be taken away from the broker. On this thread.
     std::function<bool(const Proposal&)> proposal = {};
     std::chrono::milliseconds first_wait{1000},
@@ -36,20 +31,22 @@ class Publisher {
     std::chrono::milliseconds farewell{2000};
     std::chrono::seconds keepalive{30};
   };
-  /// The journal reports to it from now on. `before`: whose place it takes, and whose line it ends first: the journal reports to one of
-  /// the two all the while. Throws JournalError where the journal cannot report to it, and then `before` goes on as before.
-  explicit Publisher(Parts parts, Publisher* before = nullptr);
+  explicit Publisher(Parts parts);
   /// In order, as far as the broker is there.
   ~Publisher();
   Publisher(const Publisher&) = delete;
   Publisher& operator=(const Publisher&) = delete;
 
+  /// There may be something new in the outbox. Any thread.
+  void poke();
+  /// Its end is that of a line that is lost: the broker says so to the plant.
+  void leave_without_a_farewell();
   LineStatus status() const;
   const PlantConfig& config() const;
 
  private:
   struct Impl;
-  std::shared_ptr<Impl> impl_;
+  std::unique_ptr<Impl> impl_;
 };
 
 }  // namespace cellcal::daemon::plant

@@ -9,11 +9,12 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>
+#include <map>
 #include <mutex>
 #include <optional>
 #include <thread>
 
-#include "daemon/files/printable.h"
+#include "daemon/files/seldom.h"
 #include "daemon/plant/line/backoff.h"
 #include "daemon/plant/line/mqtt_line.h"
 #include "daemon/plant/sparkplug/payload.h"
@@ -73,10 +74,11 @@ struct EdgeNode::Impl {
   std::uint8_t line_count = 255;  ///< bdSeq: 0 on the first line
   std::uint8_t next_seq = 0;
   std::vector<Metric> published;  ///< as the host has them
-  std::string look_failed;
   std::chrono::steady_clock::time_point up_since;
   std::optional<int> death_said;  ///< its message
-  bool is_up = false, birth_wanted = false, stopping = false;
+  Seldom connections;
+  std::map<LineProblem, Seldom> warnings;
+  bool is_up = false, birth_wanted = false, stopping = false, orderly = true;
   mutable std::mutex status_mutex;
   LineStatus status;
   std::thread thread;
@@ -121,8 +123,9 @@ void EdgeNode::Impl::up() {
   set([&](LineStatus& now) {
     now = {true, LineProblem::kNone, {}, wall_clock_utc(), now.acknowledged};
   });
-  spdlog::info("[plant]: Sparkplug node {}/{} at {}:{}", parts.config.plant, parts.config.cell,
-               parts.config.host, parts.config.port);
+  if (connections.count(up_since))
+    spdlog::info("[plant]: Sparkplug node {}/{} at {}:{}", parts.config.plant, parts.config.cell,
+                 parts.config.host, parts.config.port);
   line->listen({topic("NCMD")});
   birth_wanted = true;
   look();
@@ -144,7 +147,8 @@ void EdgeNode::Impl::down(const LineFailure& failure) {
     context.stop();
     return;
   }
-  if (news && failure.problem != LineProblem::kNone)
+  if (news && failure.problem != LineProblem::kNone &&
+      warnings[failure.problem].count(std::chrono::steady_clock::now()))
     spdlog::warn("[plant]: Sparkplug: {}", failure.words);
   // Two that have the same name would take the line from each other without end.
   if (failure.problem == LineProblem::kTakenOver) backoff.exhaust();
@@ -161,15 +165,8 @@ void EdgeNode::Impl::look_again() {
 /// What changed is published; all of it where a host asks, or none has been published yet.
 void EdgeNode::Impl::look() {
   look_again();
-  std::vector<Metric> now = published;
-  try {
-    now = metrics_of(parts.look());
-    look_failed.clear();
-  } catch (const std::exception& failed) {
-    if (std::exchange(look_failed, failed.what()) != failed.what())
-      spdlog::warn("[plant]: Sparkplug: {}; the last metrics are kept", printable(failed.what()));
-    if (now.empty()) now = metrics_of({});
-  }
+  std::vector<Metric> now = parts.look();
+  if (now.empty()) return;
   std::vector<Metric> changed;
   for (std::size_t i = 0; i < now.size(); ++i)
     if (i >= published.size() || now[i] != published[i]) changed.push_back(now[i]);
@@ -201,7 +198,8 @@ void EdgeNode::Impl::stop() {
   stopping = true;
   retry.cancel();
   tick.cancel();
-  if (!is_up) {
+  if (!orderly) line.reset();  // the will says so
+  if (!is_up || !orderly) {
     context.stop();
     return;
   }
@@ -223,6 +221,10 @@ EdgeNode::EdgeNode(Parts parts) : impl_(std::make_unique<Impl>(std::move(parts))
 EdgeNode::~EdgeNode() {
   asio::post(impl_->context, [impl = impl_.get()] { impl->stop(); });
   impl_->thread.join();
+}
+
+void EdgeNode::leave_without_a_farewell() {
+  asio::post(impl_->context, [impl = impl_.get()] { impl->orderly = false; });
 }
 
 LineStatus EdgeNode::status() const {

@@ -4,10 +4,11 @@
 #include <chrono>
 #include <functional>
 #include <memory>
+#include <vector>
 
 #include "daemon/config/plant_config.h"
 #include "daemon/plant/line/line_status.h"
-#include "daemon/plant/sparkplug/cell_metrics.h"
+#include "daemon/plant/sparkplug/metric.h"
 
 namespace cellcal::daemon::plant::sparkplug {
 
@@ -15,8 +16,8 @@ class EdgeNode {
  public:
   struct Parts {
     PlantConfig config;
-    /// How the cell stands, on this thread. What it throws is said in the log, and the cell stands as before.
-    std::function<CellNow()> look;
+    /// How the cell stands: always the same names in the same order; empty: not known yet. On this thread.
+    std::function<std::vector<Metric>()> look;
     std::chrono::milliseconds every{1000};  ///< it is looked, and births are asked for at most
     std::chrono::milliseconds first_wait{1000},
         longest_wait{60000};  ///< until a line is opened again
@@ -29,6 +30,8 @@ class EdgeNode {
   EdgeNode(const EdgeNode&) = delete;
   EdgeNode& operator=(const EdgeNode&) = delete;
 
+  /// Its end is that of a line that is lost: the broker says so to the host.
+  void leave_without_a_farewell();
   /// `acknowledged`: births and data that went out.
   LineStatus status() const;
 

@@ -84,14 +84,14 @@ bool CollectorProcess::is_up() const {
 
 double CollectorProcess::megabytes() const {
   constexpr double kKilo = 1024.0;
-  std::ifstream status(fmt::format("/proc/{}/status", process_.pid()));
+  std::ifstream status(fmt::format("/proc/{}/status", process_.working()));
   for (std::string line; std::getline(status, line);)
     if (line.starts_with("VmHWM:")) return std::stod(line.substr(6)) / kKilo;
   return 0.0;
 }
 
 double CollectorProcess::cpu_s() const {
-  std::ifstream file(fmt::format("/proc/{}/stat", process_.pid()));
+  std::ifstream file(fmt::format("/proc/{}/stat", process_.working()));
   std::string text;
   std::getline(file, text);
   std::istringstream rest(text.substr(text.rfind(')') + 2));

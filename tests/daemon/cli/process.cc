@@ -6,7 +6,9 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <fstream>
 #include <stdexcept>
+#include <string>
 
 namespace cellcal::daemon::testing {
 
@@ -80,6 +82,14 @@ Background::~Background() {
   if (!running_) return;
   signal(SIGKILL);
   wait();
+}
+
+pid_t Background::working() const {
+  const std::string own = std::to_string(pid_);
+  std::ifstream children("/proc/" + own + "/task/" + own + "/children");
+  pid_t child = 0;
+  children >> child;
+  return child;
 }
 
 void Background::signal(int number) const { ::kill(pid_, number); }

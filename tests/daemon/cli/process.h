@@ -26,6 +26,8 @@ class Background {
   Background& operator=(const Background&) = delete;
 
   pid_t pid() const { return pid_; }
+  /// Of a program that has its work in a child and begins it again: that child; 0: there is none now.
+  pid_t working() const;
   void signal(int number) const;
   /// Exit status, or 128 + signal.
   int wait();

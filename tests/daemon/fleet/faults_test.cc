@@ -9,6 +9,8 @@
 #include "tests/daemon/fleet/facts.h"
 #include "tests/daemon/fleet/faults/faulty_plant.h"
 #include "tests/daemon/fleet/running.h"
+#include "tests/daemon/plant/publisher/hostile_broker.h"
+#include "tests/daemon/plant/publisher/strict_door.h"
 
 namespace cellcal::daemon::fleet {
 namespace {
@@ -43,11 +45,11 @@ bool arrive(const std::string& database, int count) {
 /// The program, in a folder of its own.
 class Program {
  public:
-  Program(const MqttBroker& broker, const std::string& database)
+  Program(std::uint16_t broker, const std::string& database)
       : folder_(::testing::TempDir() + "fleet-" + std::to_string(::getpid())) {
     std::filesystem::create_directories(folder_);
     std::ofstream(folder_ + "/fleet.toml")
-        << "format = \"cellcal.fleet/1\"\n[broker]\nhost = \"127.0.0.1\"\nport = " << broker.port()
+        << "format = \"cellcal.fleet/1\"\n[broker]\nhost = \"127.0.0.1\"\nport = " << broker
         << "\nclient = \"killed\"\n[database]\nconnection = \"" << database
         << "\"\n[http]\nsocket = \"" << folder_ << "/socket\"\n";
     start();
@@ -65,13 +67,21 @@ class Program {
     process_->signal(signal);
     return process_->wait();
   }
-  bool is_ready() const {
-    return within_reach([this] {
-      std::ifstream in(folder_ + "/log");
-      const std::string log{std::istreambuf_iterator<char>(in), {}};
-      return log.find("broker: connected") != std::string::npos;
+  /// So many times.
+  bool is_ready(int times = 1) const {
+    return within_reach([&] {
+      const std::string log = words();
+      std::size_t at = 0;
+      int met = 0;
+      while ((at = log.find("broker: connected", at)) != std::string::npos) ++at, ++met;
+      return met >= times;
     });
   }
+  std::string words() const {
+    std::ifstream in(folder_ + "/log");
+    return {std::istreambuf_iterator<char>(in), {}};
+  }
+  pid_t working() const { return process_->working(); }
 
  private:
   std::string folder_;
@@ -81,7 +91,7 @@ class Program {
 TEST(FleetFaults, KilledBetweenReceiptAndCommitTheNextOneStoresAllOnce) {
   const MqttBroker broker;
   const std::string database = Database::shared().emptied();
-  Program program(broker, database);
+  Program program(broker.port(), database);
   ASSERT_TRUE(program.is_ready());
   publish(broker.port(), alarms(1, 5));
   ASSERT_TRUE(arrive(database, 5));
@@ -102,6 +112,59 @@ TEST(FleetFaults, KilledBetweenReceiptAndCommitTheNextOneStoresAllOnce) {
   program.start();
   EXPECT_TRUE(arrive(database, 40));
   EXPECT_EQ(program.end(SIGTERM), 0);
+}
+
+TEST(FleetFaults, APacketThatEndsTheCollectorCostsNoFactAndItBeginsAgainByItself) {
+  const MqttBroker broker;
+  daemon::testing::StrictDoor door(broker.port(), std::size_t{1} << 30);
+  const std::string database = Database::shared().emptied();
+  Program program(door.port(), database);
+  ASSERT_TRUE(program.is_ready());
+  publish(broker.port(), alarms(1, 5));
+  ASSERT_TRUE(arrive(database, 5));
+  int lines = 1;
+  for (const std::string& packet : daemon::testing::deadly_packets()) {
+    const pid_t before = program.working();
+    door.say(packet);
+    ASSERT_TRUE(within_reach([&] { return program.working() != before; })) << program.words();
+    publish(broker.port(), alarms(6, 40 * lines));  // while it is away
+    ASSERT_TRUE(program.is_ready(++lines)) << program.words();
+    EXPECT_TRUE(arrive(database, 40 * (lines - 1))) << stored(database);
+  }
+  EXPECT_EQ(program.end(SIGTERM), 0);
+}
+
+TEST(FleetFaults, TheLargestFactsFitIntoTheCollectorAndAPacketOf256MegabytesDoesNot) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "a sanitizer's own books are larger";
+#endif
+  const MqttBroker broker;
+  daemon::testing::StrictDoor door(broker.port(), std::size_t{1} << 30);
+  const std::string database = Database::shared().emptied();
+  Program program(door.port(), database);
+  ASSERT_TRUE(program.is_ready());
+  std::vector<Publication> certificates;
+  for (int number = 1; number <= 8; ++number)
+    certificates.push_back(testing::publication(testing::fact(
+        kWeld, number,
+        plant::CertificateFact{"7-abc", {{"certificate.pdf", std::string(5'500'000, 'x')}}})));
+  publish(broker.port(), certificates);
+  EXPECT_TRUE(within_reach([&] {
+    return ask(database, "SELECT count(*) FROM fleet.certificates") == "8";
+  })) << program.words();
+  const pid_t process = program.working();
+  door.say(std::string("\x30\xff\xff\xff\x7f", 5) + std::string(std::size_t{1} << 20, 'x'));
+  ASSERT_TRUE(program.is_ready(2)) << program.words();
+  EXPECT_EQ(program.working(), process) << "it is the connection alone that is lost";
+  std::ifstream status("/proc/" + std::to_string(process) + "/status");
+  long peak_kb = 0;
+  for (std::string word; status >> word;)
+    if (word == "VmHWM:") status >> peak_kb;
+  EXPECT_GT(peak_kb, 0);
+  EXPECT_LT(peak_kb, 200 * 1024);
+  RecordProperty("peak_kb", static_cast<int>(peak_kb));
+  publish(broker.port(), alarms(9, 9));
+  EXPECT_TRUE(arrive(database, 1));
 }
 
 // Broker, database and collector killed, facts twice and in any order, clocks that jump, a cell that was away: tests/experiments/fleet_faults for

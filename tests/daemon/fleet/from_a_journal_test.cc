@@ -3,10 +3,10 @@
 #include <gtest/gtest.h>
 
 #include "daemon/journal/journal.h"
-#include "daemon/plant/publisher/publisher.h"
 #include "tests/daemon/fleet/facts.h"
 #include "tests/daemon/fleet/running.h"
 #include "tests/daemon/journal/temporary_directory.h"
+#include "tests/daemon/plant/publisher/cell_line.h"
 
 namespace cellcal::daemon::fleet {
 namespace {
@@ -23,14 +23,14 @@ void report(Journal& journal, int count) {
     journal.report(0, {plant::kind_of(body), Worth::kResult, plant::body_to_json(body)});
 }
 
-plant::Publisher::Parts publisher_of(Journal& journal, const MqttBroker& broker) {
+daemon::testing::CellLine::Parts publisher_of(Journal& journal, const MqttBroker& broker) {
   PlantConfig config;
   config.plant = "graz";
   config.cell = "weld-3";
   config.host = "127.0.0.1";
   config.port = broker.port();
   config.tls = false;
-  plant::Publisher::Parts parts{journal, config};
+  daemon::testing::CellLine::Parts parts{journal, config};
   parts.first_wait = parts.longest_wait = parts.refused_wait = std::chrono::milliseconds(50);
   parts.stored_wait = std::chrono::milliseconds(300);
   return parts;
@@ -43,7 +43,7 @@ TEST(FromAJournal, AllIsInTheTablesAndTheCellIsToldSoAndSaysFarewell) {
   const daemon::testing::TemporaryDirectory folder;
   Journal journal(folder / "j.db");
   {
-    const plant::Publisher cell(publisher_of(journal, broker));
+    const daemon::testing::CellLine cell(publisher_of(journal, broker));
     report(journal, 50);
     EXPECT_TRUE(within_reach([&] {
       return ask(database, "SELECT count(*), count(DISTINCT number) FROM fleet.alarms") == "50|50";

@@ -23,12 +23,20 @@ std::string plant_of(const Broker& broker) {
          std::to_string(broker.port()) + "\ntouches = true\n";
 }
 
+/// The process that has the line, and a supervisor that begins it again.
+struct Line : Background {
+  explicit Line(const DaemonFixture& fixture)
+      : Background({CELLCAL_PLANT, "--socket", fixture.dir / "plant/s", "--longest-wait", "1"},
+                   fixture.dir / "plant.log") {}
+};
+
 TEST(a_session, is_told_of_to_the_plant_whole_in_order_and_once) {
   const TemporaryDirectory broker_dir;
   Broker broker(broker_dir.path());
   Listener plant(broker.port(), "plant", "cellcal/#");
   DaemonFixture fixture(plant_of(broker));
   fixture.start();
+  Line line(fixture);
   const Outcome run =
       fixture.cellcal({"run", "--cell", CELLCAL_DEMO_CELL, "--touches", "8", "--check", "2"});
   ASSERT_EQ(run.status, 3) << run.err << fixture.log();
@@ -66,13 +74,14 @@ TEST(a_session, is_told_of_to_the_plant_whole_in_order_and_once) {
     EXPECT_TRUE(alarm == nullptr || alarm->news == "withheld");
   }
   EXPECT_TRUE(presence_in(heard)->mock);
-  const auto line = nlohmann::json::parse(http_request(fixture.socket(), "GET", "/v1/plant").body);
-  EXPECT_EQ(line["connected"], true) << line;
-  EXPECT_GE(line["newest"], static_cast<std::int64_t>(facts.size()));
+  const auto stands =
+      nlohmann::json::parse(http_request(fixture.socket(), "GET", "/v1/plant").body);
+  EXPECT_EQ(stands["connected"], true) << stands;
+  EXPECT_GE(stands["newest"], static_cast<std::int64_t>(facts.size()));
   EXPECT_EQ(std::ranges::count(plant.all(), "cellcal/graz/weld-3/fact/alarm", &Heard::topic), 1)
       << "once";
-  fixture.daemon->signal(SIGTERM);
-  EXPECT_EQ(fixture.daemon->wait(), 0);
+  line.signal(SIGTERM);
+  EXPECT_EQ(line.wait(), 0);
   EXPECT_TRUE(presence_in(plant.until([](const auto& all) {
                 return !presence_in(all)->online;
               }))->farewell);
@@ -84,6 +93,7 @@ TEST(a_session, is_seen_by_a_sparkplug_host_and_none_begins_by_one) {
   Listener host(broker.port(), "host", "spBv1.0/#");
   DaemonFixture fixture(plant_of(broker) + "sparkplug = true\n");
   fixture.start();
+  Line line(fixture);
   const auto is = [](const Heard& one, const std::string& type) {
     return one.topic == "spBv1.0/graz/" + type + "/weld-3";
   };
@@ -110,8 +120,9 @@ TEST(a_session, is_seen_by_a_sparkplug_host_and_none_begins_by_one) {
   });
   EXPECT_EQ(fixture.status()["phase"], "done");
   EXPECT_EQ(fixture.status()["session"], 1);
-  const auto line = nlohmann::json::parse(http_request(fixture.socket(), "GET", "/v1/plant").body);
-  EXPECT_EQ(line["sparkplug"]["connected"], true) << line;
+  const auto stands =
+      nlohmann::json::parse(http_request(fixture.socket(), "GET", "/v1/plant").body);
+  EXPECT_EQ(stands["sparkplug"]["connected"], true) << stands;
   fixture.daemon->signal(SIGTERM);
   EXPECT_EQ(fixture.daemon->wait(), 0);
   host.until(has("NDEATH", "bdSeq"));
@@ -123,6 +134,7 @@ TEST(a_session, that_was_killed_without_a_broker_is_told_of_when_there_is_one) {
   broker.kill();
   DaemonFixture fixture(plant_of(broker));
   fixture.start();
+  Line line(fixture);
   http_request(fixture.socket(), "POST", "/v1/run",
                nlohmann::json{{"cell", CELLCAL_DEMO_CELL}, {"touches", 400}}.dump());
   fixture.wait_for_touches(3);
@@ -146,6 +158,7 @@ TEST(a_cell, that_gets_another_name_ends_its_line_and_speaks_under_the_new_one) 
   Listener plant(broker.port(), "plant", "cellcal/#");
   DaemonFixture fixture(plant_of(broker));
   fixture.start();
+  Line line(fixture);
   plant.until([](const auto& all) { return presence_in(all).has_value(); });
   std::string settings = content(fixture.dir / "d.toml");
   settings.replace(settings.find("weld-3"), 6, "weld-4");
@@ -173,6 +186,7 @@ TEST(a_certificate, reaches_the_plant_byte_for_byte_with_what_verifies_it) {
     record(journal, {}, false);
   }
   fixture.start();
+  Line line(fixture);
   ASSERT_EQ(run_program({CELLCAL, "certificate", "--make-key", "--key", fixture.dir / "k"}).status,
             0);
   const Outcome made = fixture.cellcal({"certificate", "1", "--no-pdf", "--key", fixture.dir / "k",
@@ -254,6 +268,7 @@ TEST(a_proposal_of_the_plant, is_seen_and_accepted_at_the_cell_answered_and_take
   Listener plant(broker.port(), "plant", "cellcal/#");
   DaemonFixture fixture(plant_of(broker));
   fixture.start();
+  Line line(fixture);
   std::ofstream(fixture.dir / "wrong.toml")
       << "[[session]]\nname = \"nightly\"\nkind = \"dance\"\n";
   const Outcome wrong =

@@ -22,7 +22,7 @@ refuse() {
 case $case in
   man_has_no_word_to_say)
     needs man
-    for page in cellcal.1 cellcald.8 cellcal-fleet.8; do
+    for page in cellcal.1 cellcald.8 cellcal-fleet.8 cellcal-plant.8; do
       words=$(MANWIDTH=80 man --warnings -E UTF-8 -l -Tutf8 "$pages/$page" 2>&1 >/dev/null)
       [ -z "$words" ] || fail "$page: $words"
     done ;;
@@ -38,7 +38,7 @@ case $case in
       done
     done ;;
   bash_completes)
-    bash -n "$pages/cellcal.bash" && bash -n "$pages/cellcald.bash" && bash -n "$pages/cellcal-fleet.bash" || fail "bash does not read it"
+    bash -n "$pages/cellcal.bash" && bash -n "$pages/cellcald.bash" && bash -n "$pages/cellcal-fleet.bash" && bash -n "$pages/cellcal-plant.bash" || fail "bash does not read it"
     got=$(bash_candidates ru); expect "$got" run; refuse "$got" report
     expect "$(bash_candidates run --touch)" --touches
     refuse "$(bash_candidates run --)" --wire
@@ -46,7 +46,7 @@ case $case in
     [ -z "$(bash_candidates run --cell '')" ] || fail "a file is not left to the shell" ;;
   zsh_completes)
     needs zsh
-    zsh -n "$pages/_cellcal" && zsh -n "$pages/_cellcald" && zsh -n "$pages/_cellcal-fleet" || fail "zsh does not read it"
+    zsh -n "$pages/_cellcal" && zsh -n "$pages/_cellcald" && zsh -n "$pages/_cellcal-fleet" && zsh -n "$pages/_cellcal-plant" || fail "zsh does not read it"
     # A terminal of its own, in which the key is pressed.
     got=$(zsh -f "$(dirname "$0")/press_tab.zsh" "$pages" 'cellcal ru')
     [[ $got == *"cellcal run "* ]] || fail "after 'cellcal ru<Tab>': $got"

@@ -8,7 +8,7 @@
 #include <iterator>
 
 #include "daemon/plant/messages/fact_json.h"
-#include "daemon/plant/publisher/reporter.h"
+#include "daemon/plant/outbox/reporter.h"
 #include "daemon/result/session_result.h"
 
 namespace cellcal::daemon::fleet::testing {
@@ -63,7 +63,7 @@ void ReportingCell::connect(const std::string& host, std::uint16_t port) {
   config.tls = false;
   config.touches = true;
   config.outbox_megabytes = 1000.0;
-  plant::Publisher::Parts parts{*journal_, config};
+  daemon::testing::CellLine::Parts parts{*journal_, config};
   parts.results_dir = [folder = folder_](std::int64_t) { return folder; };
   // A tenth and less of what a cell waits.
   parts.first_wait = 100ms;
@@ -72,7 +72,7 @@ void ReportingCell::connect(const std::string& host, std::uint16_t port) {
   parts.stored_wait = 3s;
   parts.farewell = 200ms;
   parts.keepalive = 5s;  // libmosquitto takes no less
-  publisher_ = std::make_unique<plant::Publisher>(std::move(parts));
+  publisher_ = std::make_unique<daemon::testing::CellLine>(std::move(parts));
 }
 
 void ReportingCell::restart() {

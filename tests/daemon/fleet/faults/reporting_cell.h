@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "daemon/journal/journal.h"
-#include "daemon/plant/publisher/publisher.h"
 #include "daemon/tasks/recorded/options.h"
+#include "tests/daemon/plant/publisher/cell_line.h"
 
 namespace cellcal::daemon::fleet::testing {
 
@@ -73,7 +73,7 @@ class ReportingCell {
   std::int64_t calibrated_ = 0;  ///< session of the newest calibration
   std::unique_ptr<Journal> journal_;
   std::shared_ptr<const Reporter> alone_;  ///< while there is no line
-  std::unique_ptr<plant::Publisher> publisher_;
+  std::unique_ptr<daemon::testing::CellLine> publisher_;
   std::vector<ReportedFact> facts_;
 };
 

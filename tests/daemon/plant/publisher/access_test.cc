@@ -7,7 +7,7 @@
 #include <thread>
 
 #include "broker.h"
-#include "daemon/plant/publisher/publisher.h"
+#include "cell_line.h"
 #include "listener.h"
 #include "tests/daemon/journal/images.h"
 #include "tests/daemon/journal/temporary_directory.h"
@@ -15,7 +15,7 @@
 namespace cellcal::daemon::testing {
 namespace {
 
-using plant::LineProblem, plant::Publisher;
+using plant::LineProblem;
 
 constexpr const char* kFact = R"({"format":"cellcal.plant/1"})";
 
@@ -79,7 +79,7 @@ struct broker_of_a_plant : ::testing::Test {
   }
 
   Login login(const std::string& user) const { return {user, "pw-" + user, dir / "ca.pem"}; }
-  Publisher::Parts parts(Journal& journal) const {
+  CellLine::Parts parts(Journal& journal) const {
     PlantConfig plant;
     plant.plant = "graz";
     plant.cell = plant.user = "weld-3";
@@ -88,12 +88,12 @@ struct broker_of_a_plant : ::testing::Test {
     plant.ca = dir / "ca.pem";
     plant.password_file = dir / "pw";
     std::ofstream(dir / "pw") << "pw-weld-3\n";
-    Publisher::Parts all{journal, plant};
+    CellLine::Parts all{journal, plant};
     all.first_wait = all.longest_wait = all.refused_wait = std::chrono::milliseconds(50);
     return all;
   }
-  LineProblem problem_of(Publisher::Parts wrong) const {
-    const Publisher running(std::move(wrong));
+  LineProblem problem_of(CellLine::Parts wrong) const {
+    const CellLine running(std::move(wrong));
     for (int i = 0; i < 3000 && running.status().problem == LineProblem::kNone; ++i)
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
     EXPECT_FALSE(running.status().connected);
@@ -110,7 +110,7 @@ TEST_F(broker_of_a_plant, is_spoken_to_over_tls_with_a_password) {
   Listener collector(broker->port(), "collector", "$share/collectors/cellcal/+/+/fact/#",
                      login("collector"));
   Journal journal(dir / "j.db");
-  const Publisher running(parts(journal));
+  const CellLine running(parts(journal));
   fill(journal, 1);
   const auto heard = collector.until([](const auto& all) { return !all.empty(); });
   EXPECT_EQ(heard[0].topic, "cellcal/graz/weld-3/fact/session");
@@ -119,19 +119,19 @@ TEST_F(broker_of_a_plant, is_spoken_to_over_tls_with_a_password) {
 TEST_F(broker_of_a_plant, is_refused_by_name_where_it_is_not_vouched_for) {
   make_certificate(dir.path(), "other", "");
   Journal journal(dir / "j.db");
-  Publisher::Parts wrong = parts(journal);
+  CellLine::Parts wrong = parts(journal);
   wrong.config.ca = dir / "other.pem";
   EXPECT_EQ(problem_of(wrong), LineProblem::kCertificate);
   wrong.config.ca = dir / "none.pem";
   EXPECT_EQ(problem_of(wrong), LineProblem::kFiles);
-  Publisher::Parts misnamed = parts(journal);
+  CellLine::Parts misnamed = parts(journal);
   misnamed.config.host = "localhost";  // not the certificate's name
   EXPECT_EQ(problem_of(misnamed), LineProblem::kCertificate);
 }
 
 TEST_F(broker_of_a_plant, refuses_a_wrong_password_and_the_cell_says_so) {
   Journal journal(dir / "j.db");
-  Publisher::Parts wrong = parts(journal);
+  CellLine::Parts wrong = parts(journal);
   std::ofstream(dir / "pw") << "guessed\n";
   EXPECT_EQ(problem_of(wrong), LineProblem::kLogin);
   wrong.config.user.clear();

@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <spdlog/sinks/ostream_sink.h>
+#include <spdlog/spdlog.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -12,15 +14,18 @@
 #include <filesystem>
 #include <fstream>
 #include <set>
+#include <sstream>
 #include <thread>
 
 #include "black_hole.h"
 #include "broker.h"
 #include "calib/syntax/input_file.h"
+#include "cell_line.h"
 #include "daemon/journal/store/sqlite.h"
 #include "daemon/plant/messages/fact_json.h"
 #include "daemon/plant/messages/proposal.h"
-#include "daemon/plant/publisher/reporter.h"
+#include "daemon/plant/outbox/reporter.h"
+#include "hostile_broker.h"
 #include "listener.h"
 #include "strict_door.h"
 #include "tests/daemon/journal/disks/away_disk.h"
@@ -30,7 +35,7 @@
 namespace cellcal::daemon::testing {
 namespace {
 
-using plant::Fact, plant::LineProblem, plant::Publisher;
+using plant::Fact, plant::LineProblem;
 using std::chrono::milliseconds;
 
 constexpr const char* kAll = "cellcal/#";
@@ -74,8 +79,8 @@ struct publisher : ::testing::Test {
     plant.touches = true;
     return plant;
   }
-  Publisher::Parts parts(Journal& journal, std::uint16_t port) const {
-    Publisher::Parts all{journal, config(port)};
+  CellLine::Parts parts(Journal& journal, std::uint16_t port) const {
+    CellLine::Parts all{journal, config(port)};
     all.results_dir = [this](std::int64_t) { return dir.path(); };
     all.first_wait = all.longest_wait = all.refused_wait = milliseconds(50);
     all.stored_wait = milliseconds(300);
@@ -89,7 +94,7 @@ TEST_F(publisher, says_every_fact_once_and_in_order_and_is_born_and_dies_retaine
   Listener plant(broker.port(), "plant", kAll);
   Journal journal(dir / "j.db");
   {
-    const Publisher running(parts(journal, broker.port()));
+    const CellLine running(parts(journal, broker.port()));
     plant.store();
     const std::int64_t id = fill(journal, 40);
     journal.record(id, RecordEnd{Ending::kFailed, "no packet for 44 ms"}, "t9");
@@ -117,7 +122,7 @@ TEST_F(publisher, loses_nothing_when_the_broker_is_killed_in_mid_session_and_com
   Broker broker(broker_dir.path());
   Listener plant(broker.port(), "plant", kAll);
   Journal journal(dir / "j.db");
-  const Publisher running(parts(journal, broker.port()));
+  const CellLine running(parts(journal, broker.port()));
   fill(journal, 20);
   plant.until(number_heard(21));
   std::this_thread::sleep_for(milliseconds(1500));  // the broker has its session on disk
@@ -136,7 +141,7 @@ TEST_F(publisher, that_was_killed_is_followed_by_one_that_says_the_same_under_th
   const pid_t cell = ::fork();
   if (cell == 0) {
     Journal journal(dir / "j.db");
-    const Publisher running(parts(journal, broker.port()));
+    const CellLine running(parts(journal, broker.port()));
     for (;;) fill(journal, 3);
   }
   Listener plant(broker.port(), "plant", kAll);
@@ -155,7 +160,7 @@ TEST_F(publisher, that_was_killed_is_followed_by_one_that_says_the_same_under_th
   const std::int64_t first = facts_in(plant.all())[0].number;
   Journal journal(dir / "j.db");
   const std::int64_t before = journal.outbox().newest;
-  const Publisher running(parts(journal, broker.port()));
+  const CellLine running(parts(journal, broker.port()));
   plant.until(number_heard(before + 1));
   const auto facts = facts_in(plant.all());
   EXPECT_EQ(std::get<plant::SessionFact>(facts.back().body).state,
@@ -175,7 +180,7 @@ TEST_F(publisher,
   Broker broker(broker_dir.path());
   Journal journal(dir / "j.db");
   auto plant = std::make_unique<Listener>(broker.port(), "plant", kAll);
-  const Publisher running(parts(journal, broker.port()));
+  const CellLine running(parts(journal, broker.port()));
   const std::int64_t id = fill(journal, 3);
   journal.record(id, RecordEnd{Ending::kFailed, "no packet for 44 ms"}, "t9");
   plant->until(number_heard(5));
@@ -200,7 +205,7 @@ TEST_F(publisher,
 TEST_F(publisher, that_nobody_collects_from_keeps_all_and_says_so) {
   Broker broker(broker_dir.path());
   Journal journal(dir / "j.db");
-  const Publisher running(parts(journal, broker.port()));
+  const CellLine running(parts(journal, broker.port()));
   fill(journal, 2);
   wait_until([&] { return running.status().problem == LineProblem::kNobody; });
   EXPECT_TRUE(running.status().connected);
@@ -223,19 +228,19 @@ TEST_F(publisher, hands_a_proposal_on_until_it_is_answered_and_leaves_what_is_no
   plant.say(topic, to_json(proposal), true);
   std::atomic<int> heard = 0;
   std::atomic<bool> answered = false;
-  Publisher::Parts all = parts(journal, broker.port());
+  CellLine::Parts all = parts(journal, broker.port());
   all.proposal = [&](const plant::Proposal& one) {
     EXPECT_EQ(one, proposal);
     ++heard;
     return answered.load();
   };
   {
-    const Publisher running(all);
+    const CellLine running(all);
     wait_until([&] { return heard == 1; });
   }
   answered = true;
   {
-    const Publisher running(all);
+    const CellLine running(all);
     wait_until([&] { return heard == 2; });
     plant.until([&](const auto& words) {
       return std::any_of(words.begin(), words.end(), [&](const Heard& one) {
@@ -243,7 +248,7 @@ TEST_F(publisher, hands_a_proposal_on_until_it_is_answered_and_leaves_what_is_no
       });
     });
   }
-  const Publisher running(all);
+  const CellLine running(all);
   fill(journal, 1);
   plant.until(number_heard(2));
   EXPECT_EQ(heard, 2) << "it was taken away";
@@ -257,7 +262,7 @@ TEST_F(publisher, keeps_what_the_broker_refuses_says_so_and_sends_it_when_it_may
                 "allow_anonymous true\nacl_file " + (broker_dir / "acl").string() + "\n");
   Listener plant(broker.port(), "plant", kAll);
   Journal journal(dir / "j.db");
-  const Publisher running(parts(journal, broker.port()));
+  const CellLine running(parts(journal, broker.port()));
   const std::int64_t id = fill(journal, 0);
   journal.activate({id, "2026-01-02T00:00:00.000Z", "anna", "warm"});
   wait_until([&] { return running.status().problem == LineProblem::kRefused; });
@@ -275,10 +280,10 @@ TEST_F(publisher, gives_the_broker_no_more_results_than_so_many_that_nobody_has_
   Broker broker(broker_dir.path());
   Listener plant(broker.port(), "plant", kAll);
   Journal journal(dir / "j.db");
-  Publisher::Parts few = parts(journal, broker.port());
+  CellLine::Parts few = parts(journal, broker.port());
   few.most_unstored = 3;
   few.stored_wait = std::chrono::seconds(60);
-  const Publisher running(few);
+  const CellLine running(few);
   const std::int64_t id = fill(journal, 0);
   for (int i = 0; i < 7; ++i) journal.activate({id, "2026-01-02T00:00:00.000Z", "anna", "warm"});
   wait_until([&] { return running.status().problem == LineProblem::kUnstored; });
@@ -308,7 +313,7 @@ TEST_F(publisher, says_of_a_fact_that_is_too_large_for_any_plant_that_it_is_drop
   Listener plant(broker.port(), "plant", kAll);
   plant.store();
   Journal journal(dir / "j.db");
-  const Publisher running(parts(journal, broker.port()));
+  const CellLine running(parts(journal, broker.port()));
   const std::int64_t id = fill(journal, 0);
   const Report large = plant::report_of(certificate_of(plant::kLargestMessage));
   journal.report(id, large);
@@ -331,7 +336,7 @@ TEST_P(broker_with_a_limit, keeps_no_fact_from_the_plant_once_it_takes_larger_on
   Listener plant(broker.port(), "plant", kAll);
   plant.store();
   Journal journal(dir / "j.db");
-  const Publisher running(parts(journal, broker.port()));
+  const CellLine running(parts(journal, broker.port()));
   const std::int64_t id = fill(journal, 0);
   const plant::CertificateFact large = certificate_of(30000);
   journal.report(id, report_of(large));
@@ -363,7 +368,7 @@ TEST_F(publisher, names_the_broker_s_limit_where_that_says_it_and_how_many_facts
   Listener plant(broker.port(), "plant", kAll);
   plant.store();
   Journal journal(dir / "j.db");
-  const Publisher running(parts(journal, broker.port()));
+  const CellLine running(parts(journal, broker.port()));
   const std::int64_t id = fill(journal, 0);
   for (int i = 0; i < 3; ++i) journal.report(id, plant::report_of(certificate_of(30000)));
   const auto says = [&](const char* words) {
@@ -381,7 +386,7 @@ TEST_F(publisher,
   Listener plant(broker.port(), "plant", kAll);
   plant.store();
   Journal journal(dir / "j.db");
-  const Publisher running(parts(journal, door.port()));
+  const CellLine running(parts(journal, door.port()));
   const std::int64_t id = fill(journal, 0);
   const plant::CertificateFact large = certificate_of(30000);
   journal.report(id, report_of(large));
@@ -407,7 +412,7 @@ TEST_F(publisher, says_of_a_result_of_a_damaged_session_that_it_is_dropped_and_g
   Broker broker(broker_dir.path());
   {
     Journal journal(dir / "j.db");
-    const Publisher nobody_collects(parts(journal, broker.port()));
+    const CellLine nobody_collects(parts(journal, broker.port()));
     journal.store_calibration(fill(journal, 0), "composed when it is read");
     fill(journal, 0);
   }
@@ -415,7 +420,7 @@ TEST_F(publisher, says_of_a_result_of_a_damaged_session_that_it_is_dropped_and_g
   Listener plant(broker.port(), "plant", kAll);
   plant.store();
   Journal journal(dir / "j.db");
-  const Publisher running(parts(journal, broker.port()));
+  const CellLine running(parts(journal, broker.port()));
   plant.until(number_heard(4));
   wait_until([&] { return journal.outbox().rows == 0; });
   const auto facts = facts_in(plant.all());
@@ -431,9 +436,9 @@ TEST_F(publisher, waits_for_a_disk_that_is_away_and_drops_nothing_for_it) {
   Broker broker(broker_dir.path());
   Listener plant(broker.port(), "plant", kAll);
   Journal journal(dir / "j.db");
-  Publisher::Parts soon = parts(journal, broker.port());
+  CellLine::Parts soon = parts(journal, broker.port());
   soon.journal_wait = milliseconds(50);
-  const Publisher running(soon);
+  const CellLine running(soon);
   journal.store_calibration(journal.begin(kLargeInputs, "t0"), "composed when it is read");
   plant.until(number_heard(2));  // nobody says that it is stored: it is read and sent again
   {
@@ -453,7 +458,7 @@ TEST_F(publisher, opens_its_line_once_the_disk_says_which_numbers_there_are) {
   Broker broker(broker_dir.path());
   broker.kill();
   Journal journal(dir / "j.db");
-  const Publisher running(parts(journal, broker.port()));
+  const CellLine running(parts(journal, broker.port()));
   const std::int64_t id = journal.begin(kLargeInputs, "t0");
   for (int i = 0; i < 100 && running.status().problem != LineProblem::kJournal; ++i) {
     EXPECT_TRUE(journal.session(id)) << "and the outbox is in no cache any more";
@@ -471,16 +476,16 @@ TEST_F(publisher, under_another_name_says_what_waits_for_the_earlier_one_and_wha
   Broker broker(broker_dir.path());
   Journal journal(dir / "j.db");
   {
-    Publisher::Parts earlier = parts(journal, broker.port());
+    CellLine::Parts earlier = parts(journal, broker.port());
     earlier.config.cell = "weld-2";
-    const Publisher running(earlier);
+    const CellLine running(earlier);
     fill(journal, 0);  // nobody collects: it waits
   }
   Listener plant(broker.port(), "plant", kAll);
   plant.store();
-  Publisher::Parts all = parts(journal, broker.port());
+  CellLine::Parts all = parts(journal, broker.port());
   {
-    const Publisher running(all);
+    const CellLine running(all);
     journal.activate({1, "2026-01-02T00:00:00.000Z", "anna", "warm"});
     wait_until([&] { return running.status().problem == LineProblem::kRenamed; });
     EXPECT_NE(running.status().words.find("graz/weld-2"), std::string::npos);
@@ -490,7 +495,7 @@ TEST_F(publisher, under_another_name_says_what_waits_for_the_earlier_one_and_wha
     EXPECT_TRUE(std::holds_alternative<plant::ActivationFact>(facts_in(plant.all())[0].body));
   }
   all.config.former = {"graz/weld-2"};
-  const Publisher running(all);
+  const CellLine running(all);
   wait_until([&] { return journal.outbox().rows == 0; });
   const auto facts = facts_in(plant.all());
   const auto waited = std::ranges::find_if(facts, [](const Fact& fact) {
@@ -501,70 +506,73 @@ TEST_F(publisher, under_another_name_says_what_waits_for_the_earlier_one_and_wha
   EXPECT_NE(waited->journal, facts.front().journal);
 }
 
-TEST_F(publisher, that_takes_another_s_place_is_born_behind_its_farewell_and_no_fact_is_lost) {
+TEST_F(publisher, says_in_the_log_once_a_minute_what_it_does_not_understand_however_much_comes) {
   Broker broker(broker_dir.path());
-  Listener plant(broker.port(), "plant", kAll);
-  plant.store();
   Journal journal(dir / "j.db");
-  Publisher before(parts(journal, broker.port()));
-  const std::int64_t id = fill(journal, 0);
-  plant.until(number_heard(1));
-  std::atomic<bool> done = false;
-  std::atomic<int> said = 0;
-  std::thread person([&] {
-    for (; !done; ++said) journal.activate({id, "2026-01-02T00:00:00.000Z", "anna", "warm"});
-  });
-  Publisher::Parts next = parts(journal, broker.port());
-  next.config.cell = "weld-4";
-  next.config.former = {"graz/weld-3"};
-  const Publisher now(next, &before);
-  EXPECT_FALSE(before.status().connected);
-  wait_until([&] { return now.status().connected; });
-  done = true;
-  person.join();
-  wait_until([&] { return journal.outbox().rows == 0; });
-  std::vector<std::pair<std::string, bool>> presences;
-  int published = 0;
-  for (const Heard& one : plant.all()) {
-    if (const auto presence = presence_in({one}))
-      presences.emplace_back(presence->of.cell, presence->online);
-    else if (one.topic.ends_with("/fact/activation"))
-      ++published;
+  std::ostringstream log;
+  const auto before = spdlog::default_logger();
+  spdlog::set_default_logger(std::make_shared<spdlog::logger>(
+      "test", std::make_shared<spdlog::sinks::ostream_sink_mt>(log)));
+  {
+    Listener plant(broker.port(), "plant", kAll);
+    plant.store();
+    const CellLine running(parts(journal, broker.port()));
+    wait_until([&] { return running.status().connected; });
+    for (int i = 0; i < 300; ++i)
+      plant.say("cellcal/graz/weld-3/proposal/p-" + std::to_string(i), "{\"format\": 7}");
+    fill(journal, 0);
+    plant.until(number_heard(1));
+    wait_until([&] { return journal.outbox().rows == 0; });
   }
-  EXPECT_EQ(presences,
-            (decltype(presences){{"weld-3", true}, {"weld-3", false}, {"weld-4", true}}));
-  EXPECT_GE(published, said);
+  spdlog::set_default_logger(before);
+  const std::string words = log.str();
+  const auto first = words.find("not understood");
+  ASSERT_NE(first, std::string::npos) << words;
+  EXPECT_EQ(words.find("not understood", first + 1), std::string::npos) << words;
 }
 
-TEST_F(publisher, goes_on_where_the_journal_cannot_report_to_the_one_that_was_to_take_its_place) {
+TEST_F(publisher, says_in_the_log_once_a_minute_that_its_line_comes_and_goes) {
+  HostileBroker broker;
+  const std::string goes_away("\xe0\x02\x8b\x00", 4);  // DISCONNECT, server shutting down
+  broker.greet_with([&] { return goes_away; });
+  Journal journal(dir / "j.db");
+  std::ostringstream log;
+  const auto before = spdlog::default_logger();
+  spdlog::set_default_logger(std::make_shared<spdlog::logger>(
+      "test", std::make_shared<spdlog::sinks::ostream_sink_mt>(log)));
+  {
+    CellLine::Parts quick = parts(journal, broker.port());
+    quick.first_wait = quick.longest_wait = milliseconds(2);
+    const CellLine running(quick);
+    wait_until([&] { return broker.lines() > 50; });
+  }
+  spdlog::set_default_logger(before);
+  const std::string words = log.str();
+  EXPECT_LT(std::ranges::count(words, '\n'), 10) << words;
+  EXPECT_NE(words.find("connected to"), std::string::npos) << words;
+}
+
+TEST_F(publisher, that_leaves_without_a_farewell_is_lost_to_the_plant) {
   Broker broker(broker_dir.path());
   Listener plant(broker.port(), "plant", kAll);
-  plant.store();
   Journal journal(dir / "j.db");
-  Publisher before(parts(journal, broker.port()));
-  const std::int64_t id = journal.begin(kLargeInputs, "t0");
-  plant.until(number_heard(1));
-  wait_until([&] { return journal.outbox().rows == 0; });
-  Publisher::Parts next = parts(journal, broker.port());
-  next.config.cell = "weld-4";
-  EXPECT_TRUE(journal.session(id)) << "and no name is in a cache any more";
   {
-    const AwayDisk away(dir.path());
-    EXPECT_THROW(Publisher(next, &before), JournalError);
+    CellLine running(parts(journal, broker.port()));
+    plant.until([](const auto& heard) { return presence_in(heard).has_value(); });
+    running.publisher().leave_without_a_farewell();
   }
-  journal.activate({id, "2026-01-02T00:00:00.000Z", "anna", "warm"});
-  plant.until(number_heard(2));
-  wait_until([&] { return before.status().connected; });
-  for (const Heard& one : plant.all()) EXPECT_TRUE(one.topic.starts_with("cellcal/graz/weld-3/"));
+  EXPECT_FALSE(presence_in(plant.until([](const auto& heard) {
+                 return !presence_in(heard)->online;
+               }))->farewell);
 }
 
 TEST_F(publisher, ends_at_once_while_the_resolver_does_not_answer) {
   Journal journal(dir / "j.db");
-  Publisher::Parts all = parts(journal, 1883);
+  CellLine::Parts all = parts(journal, 1883);
   all.config.host = kBlackHole;
   const auto begun = std::chrono::steady_clock::now();
   {
-    const Publisher running(all);
+    const CellLine running(all);
     wait_until([&] { return asked_black_hole() > 0; });
     fill(journal, 1);
     EXPECT_FALSE(running.status().connected);
@@ -580,28 +588,11 @@ TEST_F(publisher, ends_at_once_where_nobody_answers_and_what_waits_stays) {
   { nobody = Broker(broker_dir.path()).port(); }
   Journal journal(dir / "j.db");
   {
-    const Publisher running(parts(journal, nobody));
+    const CellLine running(parts(journal, nobody));
     fill(journal, 2);
     wait_until([&] { return running.status().problem == LineProblem::kUnreachable; });
   }
   EXPECT_EQ(journal.outbox().rows, 3);
-}
-
-TEST_F(publisher, tells_of_the_links_health_every_so_often) {
-  Broker broker(broker_dir.path());
-  Listener plant(broker.port(), "plant", kAll);
-  Journal journal(dir / "j.db");
-  Publisher::Parts often = parts(journal, broker.port());
-  often.config.health_minutes = 0.001;
-  often.health = [] {
-    plant::HealthFact fact;
-    fact.packets = 7;
-    return fact;
-  };
-  const Publisher running(std::move(often));
-  const auto facts = facts_in(plant.until(number_heard(2)));
-  EXPECT_EQ(std::get<plant::HealthFact>(facts[0].body).packets, 7u);
-  EXPECT_GT(std::get<plant::HealthFact>(facts[0].body).journal_bytes, 0);
 }
 
 }  // namespace

@@ -122,6 +122,12 @@ void StrictDoor::take_all() {
   impl_->most = std::size_t{1} << 30;
   impl_->end_all();
 }
+void StrictDoor::say(const std::string& bytes) {
+  const std::lock_guard lock(impl_->mutex);
+  boost::system::error_code gone;
+  for (std::size_t i = 0; i < impl_->sockets.size(); i += 2)
+    asio::write(*impl_->sockets[i], asio::buffer(bytes), gone);
+}
 int StrictDoor::ended() const { return impl_->refused; }
 
 }  // namespace cellcal::daemon::testing

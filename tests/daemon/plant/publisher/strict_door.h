@@ -1,10 +1,11 @@
 #pragma once
-// A broker's door that ends the line of who sends a packet of more than so many bytes, with the reason 0x95 of MQTT 5 and without having
+// A broker's door through which a test says more than the broker, and that ends the line of who sends a packet of more than so many bytes, with the reason 0x95 of MQTT 5 and without having
 // announced a limit, as some brokers do.
 
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <string>
 
 namespace cellcal::daemon::testing {
 
@@ -19,6 +20,8 @@ class StrictDoor {
   /// From now on packets of any size pass. Lines that are open are ended, as by a broker that starts again.
   void take_all();
   int ended() const;  ///< lines, for a packet that was too large
+  /// To all whose lines are open, between what the broker says: it must say nothing meanwhile.
+  void say(const std::string& bytes);
 
  private:
   struct Impl;

@@ -1,4 +1,4 @@
-#include "daemon/plant/publisher/reporter.h"
+#include "daemon/plant/outbox/reporter.h"
 
 #include <algorithm>
 #include <cmath>

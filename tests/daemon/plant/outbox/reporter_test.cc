@@ -1,6 +1,6 @@
 // What the plant is told of a fact.
 
-#include "daemon/plant/publisher/reporter.h"
+#include "daemon/plant/outbox/reporter.h"
 
 #include <gtest/gtest.h>
 

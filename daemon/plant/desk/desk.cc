@@ -1,0 +1,160 @@
+#include "daemon/plant/desk/desk.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <algorithm>
+
+#include "calib/model/error.h"
+#include "daemon/files/printable.h"
+#include "daemon/plant/sparkplug/cell_metrics.h"
+
+namespace cellcal::daemon::plant {
+
+namespace {
+
+constexpr std::string_view kProposals = "/v1/proposals/";
+constexpr std::size_t kMostFacts = 100;
+
+std::size_t number_in(const Request& request, const char* key) {
+  const auto given = request.query.find(key);
+  if (given == request.query.end() || given->second.empty() || given->second.size() > 18 ||
+      given->second.find_first_not_of("0123456789") != std::string::npos)
+    throw BadRequest(std::string("\"") + key + "\" must be a whole number");
+  return std::stoull(given->second);
+}
+
+std::string address_of(const PlantConfig& plant) { return plant.plant + "/" + plant.cell; }
+
+/// What is said of one without a process.
+LineStatus silent(const std::string& since) {
+  return {false, LineProblem::kNotRunning,
+          fmt::format("plant line: process not running since {}. Start it: sudo systemctl start "
+                      "cellcal-plant; nothing is lost meanwhile",
+                      since),
+          since, 0};
+}
+
+}  // namespace
+
+Desk::Desk(Parts parts)
+    : parts_(std::move(parts)),
+      born_(fmt::format("{} {}", parts_.utc(), ::getpid())),
+      heard_at_(parts_.now()),
+      heard_utc_(parts_.utc()) {}
+
+void Desk::use(std::shared_ptr<Outbox> outbox, std::optional<PlantConfig> plant, bool mock) {
+  const std::lock_guard lock(mutex_);
+  now_ = {std::move(outbox), std::move(plant), mock};
+}
+
+Desk::Now Desk::now() const {
+  const std::lock_guard lock(mutex_);
+  return now_;
+}
+
+std::optional<LinesStatus> Desk::status() const {
+  const std::lock_guard lock(mutex_);
+  if (!now_.plant) return std::nullopt;
+  if (parts_.now() - heard_at_ <= kDeskSilence)
+    return heard_.value_or(LinesStatus{{false, LineProblem::kNone, {}, heard_utc_, 0}});
+  LinesStatus lines{silent(heard_utc_)};
+  if (now_.plant->sparkplug) lines.sparkplug = lines.facts;
+  if (heard_) lines.restarts = heard_->restarts;
+  return lines;
+}
+
+Response Desk::answer(const Request& request) try {
+  const Now now = this->now();
+  const auto is = [&](const char* method, const char* path) {
+    return request.method == method && request.path == path;
+  };
+  if (is("POST", "/v1/line")) return hear(request, now);
+  const bool proposal = request.method == "POST" && request.path.starts_with(kProposals);
+  const bool outbox = is("GET", "/v1/count") || is("GET", "/v1/facts") || is("POST", "/v1/stored");
+  if (!proposal && !outbox) return error(404, "no such resource: " + request.path);
+  const auto as = request.query.find("as");
+  if (!now.outbox || !now.plant || as == request.query.end() ||
+      as->second != address_of(*now.plant))
+    return error(409, "[plant] has changed");
+  if (proposal) return take(request, now);
+  if (is("GET", "/v1/count")) return {.body = to_json(now.outbox->count())};
+  if (is("GET", "/v1/facts")) {
+    Response facts{
+        200, "application/x-ndjson",
+        to_lines(now.outbox->facts(static_cast<std::int64_t>(number_in(request, "after")),
+                                   std::min(number_in(request, "most"), kMostFacts)))};
+    sign_of_life();  // what was composed meanwhile kept others from being heard
+    return facts;
+  }
+  now.outbox->acknowledge(rows_from_json(request.body));
+  return {.body = "{}"};
+} catch (const BadRequest& bad) {
+  return error(400, bad.what());
+} catch (const calib::FileError& wrong) {
+  return error(422, wrong.what());
+} catch (const OutboxError& away) {
+  return error(503, away.what());
+} catch (const std::exception& failed) {
+  return error(500, failed.what());
+}
+
+void Desk::sign_of_life() {
+  const std::lock_guard lock(mutex_);
+  heard_at_ = parts_.now();
+  heard_utc_ = parts_.utc();
+}
+
+Response Desk::hear(const Request& request, const Now& now) {
+  LinesStatus lines = lines_from_json(request.body);
+  {
+    const std::lock_guard lock(mutex_);
+    heard_ = std::move(lines);
+  }
+  sign_of_life();
+  Orders orders{born_, now.plant, now.mock, {}};
+  if (!now.plant) return {.body = to_json(orders)};
+  if (now.plant->sparkplug) {
+    try {
+      metrics_ = parts_.metrics();
+    } catch (const std::exception& failed) {
+      if (unread_.count(parts_.now()))
+        spdlog::warn("[plant]: Sparkplug: {}; the last metrics are kept", printable(failed.what()));
+      if (metrics_.empty()) metrics_ = sparkplug::metrics_of({});
+    }
+    orders.metrics = metrics_;
+  }
+  const auto period = std::chrono::duration<double, std::ratio<60>>(now.plant->health_minutes);
+  if (health_at_ == Time{}) health_at_ = parts_.now();
+  if (parts_.now() - health_at_ >= period) {
+    health_at_ = parts_.now();
+    try {
+      parts_.tell_health();
+    } catch (const std::exception& failed) {
+      spdlog::warn("[plant]: health not reported: {}", printable(failed.what()));
+    }
+  }
+  return {.body = to_json(orders)};
+}
+
+Response Desk::take(const Request& request, const Now& now) {
+  const Time time = parts_.now();
+  if (time - proposals_since_ >= std::chrono::minutes(1)) {
+    proposals_since_ = time;
+    proposals_ = 0;
+  }
+  if (++proposals_ > kMostProposals) {
+    if (const auto more = refused_.count(time))
+      spdlog::warn("[plant]: {} proposals beyond {} a minute, left at the broker", *more,
+                   kMostProposals);
+    return error(429, fmt::format("{} proposals a minute are taken", kMostProposals));
+  }
+  const Topic topic{{now.plant->plant, now.plant->cell},
+                    Subject::kProposal,
+                    request.path.substr(kProposals.size())};
+  const bool answered = parts_.proposal(proposal_from_json(request.body, topic));
+  return {.body = answered ? "{\"answered\": true}" : "{\"answered\": false}"};
+}
+
+}  // namespace cellcal::daemon::plant
