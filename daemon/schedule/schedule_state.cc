@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "daemon/files/atomic_file.h"
+#include "daemon/files/system_words.h"
 
 namespace cellcal::daemon {
 
@@ -81,7 +82,7 @@ ScheduleState load_schedule_state(const std::filesystem::path& file) {
     return state_from(json::parse(text.str()));
   } catch (const std::exception& wrong) {
     throw std::runtime_error(
-        file.string() + ": damaged (" + wrong.what() +
+        file.string() + ": damaged (" + system_words(wrong) +
         "): what was begun already is not known. Move it aside, then restart cellcald");
   }
 }
