@@ -32,6 +32,21 @@ double distance2(const JointVector& a, const JointVector& b) {
   return sum;
 }
 
+/// In tolerances. A verdict withholds geometry at six (calib/verdict), and nothing of what gears and loads do.
+constexpr double kMostOfGeometry = 10.0, kMostOfOthers = 20.0;
+/// What an update finds of one joint's mastering or of the tip is no matter of manufacture.
+constexpr double kMostMasteredRad = 5.0 * kRadPerDeg, kMostKnockedM = 50e-3;
+
+double most_correction(const ArmParameter& parameter, bool of_update) {
+  const bool tip = parameter.kind == ParameterKind::kTcp;
+  const double most =
+      (tip || is_geometric(parameter.kind) ? kMostOfGeometry : kMostOfOthers) * parameter.sigma;
+  if (!of_update) return most;
+  return std::max(most, tip                                        ? kMostKnockedM
+                        : parameter.kind == ParameterKind::kTheta ? kMostMasteredRad
+                                                                   : 0.0);
+}
+
 bool finite(const Isometry3d& tcp, const JointVector& seed) {
   return tcp.matrix().allFinite() &&
          std::all_of(seed.begin(), seed.end(), [](double q) { return std::isfinite(q); });
@@ -167,6 +182,23 @@ JointVector Corrector::middle() const {
   for (const Joint& joint : impl_->arm.robot().joints)
     q.push_back((joint.min_rad + joint.max_rad) / 2.0);
   return q;
+}
+
+std::optional<FarCorrection> far_correction(const Calibration& c) {
+  const ArmModel arm(at_level(c.cell, c.level));
+  std::optional<FarCorrection> farthest;
+  double times = 1.0;
+  for (const ArmParameter& parameter : arm.parameters()) {
+    const ParameterResult* found = find(c, parameter);
+    if (found == nullptr) continue;
+    const double most = most_correction(parameter, c.update.has_value());
+    if (std::abs(found->correction) <= times * most) continue;
+    times = std::abs(found->correction) / most;
+    farthest = FarCorrection{parameter_name(c.cell, parameter), found->unit,
+                             found->correction * found->to_unit, most * found->to_unit,
+                             parameter.sigma * found->to_unit};
+  }
+  return farthest;
 }
 
 Calibration with_tool(Calibration calibration, const Tool& tool) {

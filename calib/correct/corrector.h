@@ -10,6 +10,7 @@
 
 #include <Eigen/Geometry>
 #include <memory>
+#include <optional>
 #include <string>
 #include <variant>
 
@@ -42,6 +43,19 @@ using Reach = std::variant<Reached, NotReached>;
 
 /// "A3 would have to turn to 158.20 deg, beyond its limit of 158.00 deg"
 std::string words(const NotReached& reason, const Robot& robot);
+
+/// A correction that the tolerances of robot and cell do not let one expect of any arm: of an altered file, or of
+/// another arm.
+struct FarCorrection {
+  std::string parameter;  ///< as parameter_name() has it
+  std::string unit;
+  double correction = 0.0, most = 0.0, sigma = 0.0;  ///< in `unit`; sigma: the tolerance
+};
+/// The farthest of them. Of an update joints may have been mastered and the tip been knocked since the tolerances were
+/// stated.
+std::optional<FarCorrection> far_correction(const Calibration& calibration);
+/// "29.412 mm correction of A3.d, at most 7 mm with its tolerance of 0.7 mm"
+std::string words(const FarCorrection& far);
 
 /// The calibration with another tool in place of the cell's first, which is taken as stiff and as
 /// exact as it is stated; what the joints bear is its.

@@ -212,18 +212,52 @@ Table<C> calibration_fields() {
   };
 }
 
+constexpr const char* kSum = "sum";
+
+/// Whoever writes the same values in another way (order, spaces, 1 for 1.0) gets the same sum.
+nlohmann::json as_read(nlohmann::json value) {
+  if (value.is_number()) value = value.get<double>() + 0.0;  // one nought of two
+  if (value.is_structured())
+    for (nlohmann::json& one : value) one = as_read(std::move(one));
+  return value;
+}
+
+/// SHA-256 of all that the file says but this.
+std::string sum_of(const nlohmann::json& document) { return sha256(write_json(as_read(document))); }
+
+/// Taken out once it is found right.
+void take_sum(nlohmann::json& document, const std::string& name) {
+  if (!document.is_object() || document.value("format", nlohmann::json()) != kFormat) return;
+  const auto found = document.find(kSum);
+  if (found == document.end()) return;  // of an earlier version
+  const nlohmann::json stated = *found;
+  document.erase(found);
+  if (stated != sum_of(document))
+    throw FileError(name,
+                    ": sum: not that of its content: damaged or altered since it was written. Take "
+                    "the file from its session again: 'cellcal export ID DIR'");
+}
+
 }  // namespace
 
 std::string software_version() { return CELLCAL_VERSION; }
 
 std::string calibration_to_json(const Calibration& c) {
-  return write_lines(to_json(calibration_fields(), c));
+  Json document = to_json(calibration_fields(), c);
+  document[kSum] = sum_of(parse_json(write_lines(document)));
+  return write_lines(document);
+}
+
+bool states_sum(std::string_view calibration) {
+  const nlohmann::json document = parse_json(calibration);
+  return document.is_object() && document.contains(kSum);
 }
 
 Calibration calibration_from_json(std::string_view text, const std::string& name) {
   refuse_deep_json(text, name);
-  const nlohmann::json document = parse_json(text);
+  nlohmann::json document = parse_json(text);
   if (document.is_discarded()) throw FileError(name, ": not valid JSON; is the file cut off?");
+  take_sum(document, name);
   Calibration c;
   from_json(calibration_fields(), JsonReader(document, name), c);
   return c;

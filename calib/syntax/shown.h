@@ -5,14 +5,25 @@
 
 namespace cellcal::calib {
 
-/// Whether a control character is in it, ASCII's or (in UTF-8) one of U+0080 to U+009F.
+/// How many bytes a control character has that stands there, 0: none does. ASCII's, in UTF-8 U+0080 to U+009F, and those
+/// that turn the direction of what follows or begin a line, so that a name would be read as another.
+inline std::size_t control_at(std::string_view text, std::size_t i) {
+  const auto byte = [&](std::size_t k) {
+    return i + k < text.size() ? static_cast<unsigned char>(text[i + k]) : 0u;
+  };
+  if (byte(0) < 0x20 || byte(0) == 0x7f) return 1;
+  if (byte(0) == 0xc2 && byte(1) >= 0x80 && byte(1) < 0xa0) return 2;
+  if (byte(0) == 0xd8 && byte(1) == 0x9c) return 2;  // U+061C
+  if (byte(0) != 0xe2) return 0;
+  const bool marks = byte(1) == 0x80 && (byte(2) == 0x8e || byte(2) == 0x8f ||
+                                         (byte(2) >= 0xa8 && byte(2) <= 0xae));
+  const bool isolates = byte(1) == 0x81 && byte(2) >= 0xa6 && byte(2) <= 0xa9;
+  return marks || isolates ? 3 : 0;
+}
+
 inline bool has_control(std::string_view text) {
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const auto byte = static_cast<unsigned char>(text[i]);
-    if (byte < 0x20 || byte == 0x7f) return true;
-    if (byte == 0xc2 && i + 1 < text.size() && static_cast<unsigned char>(text[i + 1]) < 0xa0)
-      return true;
-  }
+  for (std::size_t i = 0; i < text.size(); ++i)
+    if (control_at(text, i) > 0) return true;
   return false;
 }
 
@@ -32,8 +43,12 @@ inline std::string_view beginning(std::string_view text, std::size_t most) {
 /// steer the terminal or forge a line of a log.
 inline std::string shown(std::string_view text, std::size_t most = 40) {
   std::string out;
-  for (const char c : beginning(text, most))
-    out += (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) ? '?' : c;
+  const std::string_view part = beginning(text, most);
+  for (std::size_t i = 0; i < part.size();) {
+    const std::size_t control = control_at(part, i);
+    out += control > 0 ? '?' : part[i];
+    i += control > 0 ? control : 1;
+  }
   return text.size() > most ? out + "..." : out;
 }
 

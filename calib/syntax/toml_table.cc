@@ -117,7 +117,7 @@ bool is_table_much_like(std::string_view name, std::string_view other) {
 constexpr std::size_t kShownKey = 80;  // a key with the path of its tables
 constexpr std::size_t kShownDescription = 300;
 constexpr const char* kNoControl =
-    "must not hold control characters (line ends, tabs, escapes): tables, messages and logs name "
+    "must not hold control characters (line ends, tabs, escapes, marks of direction): tables, messages and logs name "
     "it";
 
 /// The line of that number, from 1; empty behind the last.

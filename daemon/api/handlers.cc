@@ -9,6 +9,7 @@
 #include "daemon/api/routes.h"
 #include "daemon/api/run_request.h"
 #include "daemon/files/system_words.h"
+#include "daemon/tasks/recorded/active_calibration.h"
 #include "drivers/error.h"
 
 namespace cellcal::daemon {
@@ -80,6 +81,8 @@ std::optional<Response> Api::answer(const Request& request, bool give_up) try {
   return error(409, wrong.what());
 } catch (const RequestError& wrong) {
   return error(422, wrong.what());
+} catch (const NotUsable& refused) {
+  return error(refused.why == NotUsable::Why::kNoSession ? 404 : 422, refused.what());
 } catch (const calib::FileError& wrong) {
   return error(422, wrong.what());
 } catch (const drivers::ConfigError& wrong) {

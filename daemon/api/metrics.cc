@@ -13,6 +13,7 @@
 #include "calib/model/units.h"
 #include "daemon/api/handlers.h"
 #include "daemon/result/outcome_json.h"
+#include "daemon/tasks/recorded/active_calibration.h"
 
 namespace cellcal::daemon {
 
@@ -285,7 +286,12 @@ std::string metrics_text(const plant::LineStatus& line, const OutboxCount& outbo
 std::optional<Response> Api::metrics(const Call&) {
   const std::vector<SessionRecord> sessions = journal_.sessions();
   const auto newest = newest_result(journal_, sessions);
-  const auto drift = drift_watch_.look();
+  std::shared_ptr<const Drift> drift;
+  try {
+    drift = drift_watch_.look();
+  } catch (const NotUsable& damaged) {
+    spdlog::debug("metrics without drift: {}", damaged.what());
+  }
   std::string text = metrics_text(service_.status(), sessions, newest ? &*newest : nullptr,
                                   drift ? &drift->chart : nullptr);
   if (const auto line = plant_line_ ? plant_line_() : std::nullopt)

@@ -17,6 +17,7 @@
 #include "daemon/plant/messages/certificate_fact.h"
 #include "daemon/plant/messages/fact_json.h"
 #include "daemon/plant/outbox/reporter.h"
+#include "daemon/tasks/recorded/options.h"
 
 namespace cellcal::daemon {
 
@@ -91,7 +92,8 @@ std::optional<Response> Api::take_certificate(const Call& call) {
   }
   const std::string& number = std::get<plant::CertificateFact>(body).certificate;
   if (session.state != RecordState::kDone || session.calibration.empty() ||
-      number != plant::certificate_number(session.id, session.calibration))
+      number != plant::certificate_number(session.id, session.calibration,
+                                          options_from_json(session.inputs.options).emulated))
     throw RequestError(fmt::format("certificate {} is not of session {}'s calibration",
                                    printable(number), session.id));
   const std::string line = journal_.outbox().source + " " + content_of(call.request.body) + "\n";

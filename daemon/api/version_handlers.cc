@@ -31,7 +31,12 @@ json to_json(const Version& one) {
              {"predicted_mm", one.predicted_m * kMmPerM},
              {"u95_mm", nullptr},
              {"active", one.active},
+             {"trouble", nullptr},
              {"activated", nullptr}};
+  if (!one.trouble.empty()) {
+    value["trouble"] = one.trouble;
+    value["scope"] = value["predicted_mm"] = nullptr;
+  }
   if (one.in_scope) value["u95_mm"] = one.in_scope->mean_u95_m * kMmPerM;
   if (one.activated)
     value["activated"] = {{"time", one.activated->time},
@@ -93,17 +98,6 @@ Activation wanted_in(const Request& request, bool needed) {
   return wanted;
 }
 
-/// What cannot be used is its sender's matter; what is in the way now passes.
-template <class Act>
-auto as_version_request(Act act) {
-  try {
-    return act();
-  } catch (const NotActivated& refused) {
-    if (refused.why == NotActivated::Why::kNoSession) throw NotFound(refused.what());
-    throw RequestError(refused.what());
-  }
-}
-
 }  // namespace
 
 std::optional<Response> Api::show_versions(const Call& call) {
@@ -120,13 +114,12 @@ std::optional<Response> Api::compare_versions(const Call& call) {
   const auto before = whole_number_in(call.request, "before"),
              after = whole_number_in(call.request, "after");
   if (!before || !after) throw BadRequest("\"before\" and \"after\" must name two sessions");
-  return as_version_request(
-      [&] { return Response{.body = dump(to_json(compare(journal_, *before, *after)))}; });
+  return Response{.body = dump(to_json(compare(journal_, *before, *after)))};
 }
 
 std::optional<Response> Api::activate_version(const Call& call) {
   const Activation wanted = wanted_in(call.request, true);
-  as_version_request([&] { service_.alone("an activation", [&] { activate(journal_, wanted); }); });
+  service_.alone("an activation", [&] { activate(journal_, wanted); });
   spdlog::info("calibration of session {} activated by {}: {}", wanted.session, wanted.who,
                wanted.reason);
   return Response{201, "application/json", dump({{"session", wanted.session}})};
@@ -135,9 +128,7 @@ std::optional<Response> Api::activate_version(const Call& call) {
 std::optional<Response> Api::roll_back_version(const Call& call) {
   const Activation wanted = wanted_in(call.request, false);
   std::int64_t session = 0;
-  as_version_request([&] {
-    service_.alone("an activation", [&] { session = roll_back(journal_, wanted.session, wanted); });
-  });
+  service_.alone("an activation", [&] { session = roll_back(journal_, wanted.session, wanted); });
   spdlog::info("rolled back to the calibration of session {} by {}: {}", session, wanted.who,
                wanted.reason);
   return Response{201, "application/json", dump({{"session", session}})};

@@ -10,6 +10,9 @@
 #include "calib/files/files.h"
 #include "calib/syntax/input_file.h"
 #include "daemon/files/atomic_file.h"
+#include "daemon/files/printable.h"
+#include "daemon/journal/rows.h"
+#include "daemon/tasks/recorded/active_calibration.h"
 #include "daemon/tasks/recorded/compared_json.h"
 #include "daemon/tasks/recorded/inputs.h"
 #include "daemon/tasks/recorded/last_calibration.h"
@@ -72,8 +75,12 @@ std::optional<Compared> compared_of(Journal& journal, const SessionRecord& recor
   auto compared = journal.compared(record.id);
   if (compared || !record.software.empty() || record.origin || record.calibration.empty())
     return compared;
-  return last_calibration(journal, record.inputs.cell_name, record.id,
-                          options_from_json(record.inputs.options).accept_change);
+  try {
+    return last_calibration(journal, record.inputs.cell_name, record.id,
+                            options_from_json(record.inputs.options).accept_change);
+  } catch (const NotUsable&) {  // the rows are the evidence all the same
+    return std::nullopt;
+  }
 }
 
 /// Nothing where the cell file is of a version that is not read any more; the rows have them all.
@@ -151,9 +158,8 @@ void check_archive(const Archive& archive, const std::string& from) {
       refuse(
           from, kRows,
           "holds other entries than export.json states: damaged or altered. Export the session again");
-  } catch (const json::exception& error) {
-    refuse(from, kManifest,
-           std::string("damaged (") + error.what() + "). Export the session again");
+  } catch (const json::exception&) {
+    refuse(from, kManifest, "is not what an export states: damaged. Export the session again");
   }
 }
 
@@ -199,11 +205,76 @@ void write_archive(const Archive& archive, const fs::path& directory) {
   }
 }
 
+namespace {
+
+std::string text_in(const RowEntry& entry, const char* column) {
+  for (std::size_t i = 0; i < entry.names.size(); ++i)
+    if (entry.names[i] == column)
+      if (const auto* text = std::get_if<std::string>(&entry.columns[i])) return *text;
+  return {};
+}
+
+bool has_tool(const calib::Cell& cell, const std::string& id) {
+  return id.empty() || cell.tool.id == id ||
+         std::ranges::find(cell.other_tools, id, &calib::Tool::id) != cell.other_tools.end();
+}
+
+/// The cell of a session's row, where all of it can be read as this version reads its own. Throws std::runtime_error.
+calib::Cell read_session(const RowEntry& entry) {
+  SessionInputs inputs;
+  inputs.cell_name = text_in(entry, "cell_name");
+  inputs.cell_text = text_in(entry, "cell_text");
+  inputs.robot_name = text_in(entry, "robot_name");
+  inputs.robot_text = text_in(entry, "robot_text");
+  (void)options_from_json(text_in(entry, "options"));
+  if (const std::string calibration = text_in(entry, "calibration"); !calibration.empty())
+    (void)calib::calibration_from_json(calibration, "calibration");
+  return cell_of(inputs);
+}
+
+/// Throws std::runtime_error where it touches what the cell has not, or by another arm.
+void look_at_touch(const RowEntry& entry, const calib::Cell& cell) {
+  const std::string target = text_in(entry, "target"), tool = text_in(entry, "tool");
+  if (std::ranges::find(cell.targets, target, &calib::Target::id) == cell.targets.end())
+    throw std::runtime_error(fmt::format("target \"{}\" is none of the cell's", printable(target)));
+  if (!has_tool(cell, tool))
+    throw std::runtime_error(fmt::format("tool \"{}\" is none of the cell's", printable(tool)));
+  for (std::size_t i = 0; i < entry.names.size(); ++i)
+    if (const auto* angles = std::get_if<Blob>(&entry.columns[i]);
+        entry.names[i] == "joint_rad" && angles != nullptr &&
+        angles->bytes.size() != cell.robot.joints.size() * sizeof(double))
+      throw std::runtime_error(fmt::format("joint_rad has {} angles, the robot {} joints",
+                                           angles->bytes.size() / sizeof(double),
+                                           cell.robot.joints.size()));
+}
+
+void refuse_unreadable(const SessionRows& rows, const std::string& from) {
+  std::optional<calib::Cell> cell;
+  const auto look_at = [&](const std::string& table, const auto& look) {
+    for (std::size_t i = 0; i < rows.entries.size(); ++i) try {
+        if (rows.entries[i].table == table && !rows.entries[i].names.empty())
+          look(rows.entries[i]);
+      } catch (const std::runtime_error& unreadable) {
+        throw ArchiveError(
+            fmt::format("{}:{}: row {} of '{}': {}. No session has such a row: damaged or forged. "
+                        "Export the session again",
+                        from, i + 2, rows.entries[i].row, table, unreadable.what()));
+      }
+  };
+  look_at("session", [&](const RowEntry& entry) { cell = read_session(entry); });
+  if (cell) look_at("touch", [&](const RowEntry& entry) { look_at_touch(entry, *cell); });
+}
+
+}  // namespace
+
 Imported import_archive(Journal& journal, const Archive& archive, const std::string& from,
                         const std::function<fs::path(std::int64_t)>& results_dir) {
   check_archive(archive, from);
-  const auto [session, is_new] =
-      journal.import(archive.at(kRows), (fs::path(from) / kRows).string(), touches_of(archive));
+  const std::string name = (fs::path(from) / kRows).string();
+  const SessionRows rows = parse_lines(archive.at(kRows), name);
+  refuse_impossible(rows, name);
+  refuse_unreadable(rows, name);
+  const auto [session, is_new] = journal.import(archive.at(kRows), name, touches_of(archive));
   const auto record = journal.session(session);
   const fs::path results = results_dir(session);
   const bool wanted = record && !record->calibration.empty() && record->origin;

@@ -10,6 +10,7 @@
 #include "calib/verdict/parameter_differences.h"
 #include "calib/verdict/tips_apart.h"
 #include "daemon/journal/journal.h"
+#include "daemon/tasks/recorded/active_calibration.h"
 
 namespace cellcal::daemon {
 
@@ -20,28 +21,17 @@ struct Version {
   double predicted_m = 0.0;                ///< mean error over the scope
   std::optional<calib::InScope> in_scope;  ///< u95 over it
   bool active = false;
+  std::string trouble{};  ///< not empty: it is not as it was written, and none of its figures is known
   std::optional<Activation> activated;  ///< the last time
 };
 
-/// It is not put into use, and why.
-struct NotActivated : std::runtime_error {
-  enum class Why {
-    kNoSession,
-    kWithheld,       ///< it has no published calibration
-    kDamaged,        ///< it is not as it was written, or cannot be read
-    kForeign,        ///< of another journal, or of another robot than the cell's newest
-    kActive,         ///< it is in use
-    kNothingBefore,  ///< nothing older to go back to
-  };
-  NotActivated(Why reason, const std::string& words) : std::runtime_error(words), why(reason) {}
-  Why why;
-};
+using NotActivated = NotUsable;
 
 /// Of the cell of that session, or of the calibration in use where it is 0; the newest first, `most` at most. Empty
 /// where nothing was published. Throws JournalError.
 std::vector<Version> versions(Journal& journal, std::int64_t of_cell, std::size_t most);
 
-/// The one that is in use, of whichever cell. Throws JournalError.
+/// The one that is in use, of whichever cell; none where it cannot be used. Throws JournalError.
 std::optional<Version> version_in_use(Journal& journal);
 
 /// From now on this session's calibration is in use, until the next is published or activated. Throws NotActivated,

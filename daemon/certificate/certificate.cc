@@ -11,6 +11,7 @@
 #include "calib/verdict/found_residuals.h"
 #include "calib/verdict/tips_apart.h"
 #include "calib/words/finding_words.h"
+#include "daemon/archive/replay.h"
 #include "daemon/certificate/decision.h"
 #include "daemon/certificate/sources.h"
 #include "daemon/files/printable.h"
@@ -314,6 +315,16 @@ void add_touches(const Sources& s, CertificateData& data) {
 }
 
 }  // namespace
+
+void refuse_unless_reproduced(const Archive& archive, const std::string& from) {
+  const Replay again = replay(archive, from);
+  if (again.same()) return;
+  throw Refused(
+      Refused::Why::kNotReproduced,
+      fmt::format("{}: {}It gets no certificate: altered, or of another version. Issue it with the version that "
+                  "recorded it, from the journal that recorded it",
+                  from, in_words(again)));
+}
 
 CertificateData make_certificate(const Archive& archive, const std::string& from,
                                  const Issue& issue) {

@@ -17,7 +17,14 @@ namespace cellcal::daemon::certificate {
 
 /// There is no certificate of it, and why.
 struct Refused : std::runtime_error {
-  enum class Why { kNoCalibration, kNotDone, kWithheld, kUpdate };
+  enum class Why {
+    kNoCalibration,
+    kNotDone,
+    kWithheld,
+    kUpdate,
+    kNotReproduced,  ///< computed again it is another
+    kNotProven,      ///< nobody who is known here vouches for the rows
+  };
   Refused(Why reason, const std::string& words) : std::runtime_error(words), why(reason) {}
   Why why;
 };
@@ -96,6 +103,10 @@ struct CertificateData {
 /// Throws Refused, ArchiveError, JournalError, calib::FileError.
 CertificateData make_certificate(const Archive& archive, const std::string& from,
                                  const Issue& issue);
+
+/// Computes the result again out of the rows: a certificate is made of what comes out the same to the bit, and of nothing
+/// else. Throws Refused where it does not; as replay().
+void refuse_unless_reproduced(const Archive& archive, const std::string& from);
 
 /// The whole document. No script, nothing from elsewhere; A4 where it is printed.
 std::string to_html(const CertificateData& data);

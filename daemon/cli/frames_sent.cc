@@ -11,7 +11,6 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "calib/files/calibration_json.h"
 #include "calib/model/units.h"
 #include "calib/syntax/input_file.h"
 #include "daemon/cli/ask.h"
@@ -144,12 +143,13 @@ void require_yes(bool confirmed, const std::string& question) {
 }  // namespace
 
 int send_frames(const Connection& daemon, const FramesCommand& frames, const SendFrames& how) {
-  const calib::Calibration calibration = calib::load_calibration(frames.calibration);
+  const calib::Calibration calibration = read_calibration(frames.calibration);
   // Also with --withheld, which is to look at it.
   if (!calibration.verdict.publish) {
     fmt::print(stderr, "the calibration was withheld: its frames are not set on a controller\n");
     return kNotPublishable;
   }
+  refuse_far(calibration, frames.calibration);
   const krl::ProposedFrames proposed = frames_of(frames, calibration);
   if (proposed.frames.empty())
     throw std::runtime_error("nothing to set: name a frame with --tool or --base");

@@ -26,7 +26,7 @@ class DriftWatch {
       : journal_(journal), now_(std::move(now)) {}
 
   /// Of this cell file, of any where it is empty. Null: it has no published calibration. Any thread. Throws
-  /// JournalError.
+  /// NotUsable where the one in use is damaged; JournalError.
   std::shared_ptr<const Drift> look(const std::filesystem::path& cell = {});
 
  private:

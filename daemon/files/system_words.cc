@@ -3,10 +3,16 @@
 #include <fmt/format.h>
 
 #include <filesystem>
+#include <nlohmann/json.hpp>
 
 namespace cellcal::daemon {
 
 std::string system_words(const std::exception& error) {
+  // The library names its classes and its own numbers of errors.
+  if (const auto* no_json = dynamic_cast<const nlohmann::json::parse_error*>(&error))
+    return fmt::format("no JSON from byte {} on", no_json->byte);
+  if (dynamic_cast<const nlohmann::json::exception*>(&error) != nullptr)
+    return "a value is missing or of another type than is written there";
   const auto* of_file = dynamic_cast<const std::filesystem::filesystem_error*>(&error);
   if (of_file == nullptr) return error.what();
   const auto& path = of_file->path2().empty() ? of_file->path1() : of_file->path2();

@@ -114,7 +114,7 @@ std::string Journal::name() {
 std::string Journal::rows(std::int64_t session) {
   if (!impl_->pending.all().empty()) impl_->write([] {});
   const std::lock_guard lock(impl_->mutex);
-  impl_->chain.verify(session);
+  impl_->verify(session);
   return to_lines(read_rows(impl_->database, impl_->chain.name(), session));
 }
 
@@ -126,6 +126,7 @@ std::pair<std::int64_t, bool> Journal::import(const std::string& lines, const st
         "{}: it holds {} of {} touches that the export states: damaged or altered. Export "
         "the session again",
         from, touches_in(rows), *stated_touches));
+  refuse_impossible(rows, from);
   const std::string sum = calib::sha256(lines), earlier = calib::sha256(to_lines_without_sum(rows));
   const std::vector<SessionRecord> all = sessions();
   for (const SessionRecord& there : all)

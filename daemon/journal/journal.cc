@@ -9,6 +9,7 @@
 #include "calib/files/calibration_json.h"
 #include "daemon/journal/database/prepare.h"
 #include "daemon/journal/journal_impl.h"
+#include "daemon/journal/rows.h"
 #include "daemon/result/outcome_json.h"
 
 namespace cellcal::daemon {
@@ -23,7 +24,11 @@ std::string blob(std::span<const double> values) {
   return bytes;
 }
 
+/// What an earlier version imported may be none.
 std::vector<double> numbers(const std::string& bytes) {
+  if (bytes.size() % sizeof(double) != 0)
+    throw DamagedError(std::to_string(bytes.size()) +
+                       " bytes where the journal has angles: imported damaged. Do not use this session");
   std::vector<double> values(bytes.size() / sizeof(double));
   if (!values.empty()) std::memcpy(values.data(), bytes.data(), values.size() * sizeof(double));
   return values;
@@ -53,6 +58,13 @@ constexpr const char* kSelectSession =
 
 std::filesystem::path with(std::filesystem::path path, const char* suffix) {
   return path += suffix;
+}
+
+/// Devices may say any bytes; what is kept can be told everywhere.
+std::string as_utf8(const std::string& words) {
+  using Json = nlohmann::json;
+  if (is_utf8(words)) return words;
+  return Json::parse(Json(words).dump(-1, ' ', false, Json::error_handler_t::replace));
 }
 
 /// SQLite has no such number; it would be read back as nothing.
@@ -93,6 +105,9 @@ std::optional<std::array<double, 3>> three(Statement& row, int column) {
 
 drivers::AxisAngles axes(const std::vector<double>& values) {
   drivers::AxisAngles result;
+  if (values.size() > result.capacity())
+    throw DamagedError(std::to_string(values.size()) +
+                       " angles of an arm: imported damaged. Do not use this session");
   for (const double value : values) result.push_back(value);
   return result;
 }
@@ -200,12 +215,36 @@ void Journal::Impl::set_state(std::int64_t session, RecordState state, std::stri
 void Journal::Impl::judge(SessionRecord& record) {
   if (record.state == RecordState::kRunning && record.id != running)
     record.state = RecordState::kInterrupted;
-  if (!chain.is_whole(record.id)) record.state = RecordState::kDamaged;
+  const auto known = looked.find(record.id);
+  if (!chain.is_whole(record.id) || (known != looked.end() && !known->second.whole))
+    record.state = RecordState::kDamaged;
+}
+
+void Journal::Impl::verify(std::int64_t session) {
+  Looked now{chain.newest_entry(session), true};
+  try {
+    chain.verify(session);
+  } catch (const DamagedError&) {
+    now.whole = false;
+    looked[session] = now;
+    throw;
+  }
+  looked[session] = now;
+}
+
+void Journal::Impl::look_at(std::int64_t session) {
+  if (session == running) return;  // this process writes it
+  const auto known = looked.find(session);
+  if (known != looked.end() && known->second.newest_entry == chain.newest_entry(session)) return;
+  try {
+    verify(session);
+  } catch (const DamagedError&) {  // remembered
+  }
 }
 
 Journal::Journal(const std::filesystem::path& path) : impl_(std::make_unique<Impl>(path)) {
   try {
-    if (const std::int64_t newest = impl_->chain.newest_session()) impl_->chain.verify(newest);
+    if (const std::int64_t newest = impl_->chain.newest_session()) impl_->verify(newest);
   } catch (const JournalError& damaged) {
     impl_->remarks.emplace_back(damaged.what());
   }
@@ -323,7 +362,7 @@ void Journal::record(std::int64_t session, const RecordEnd& end, const std::stri
       const std::string outcome = outcome_to_json(outcome_of(*end.result));
       update.bind(1, std::string_view(outcome)).bind(2, session).step();
     }
-    impl_->set_state(session, state_after(end.ending), utc, end.failure);
+    impl_->set_state(session, state_after(end.ending), utc, as_utf8(end.failure));
     impl_->outbox.close_touch();
     impl_->report_session(session, utc, end.why ? std::optional(end.why->kind) : std::nullopt);
     impl_->outbox.put(session, utc, [&](const Reporter&) { return also; });
@@ -357,7 +396,7 @@ void Journal::store_calibration(std::int64_t session, const std::string& json,
 
 std::optional<Compared> Journal::compared(std::int64_t session) {
   const std::lock_guard lock(impl_->mutex);
-  impl_->chain.verify(session);
+  impl_->verify(session);
   Statement select(impl_->database,
                    "SELECT words, accepted, calibration FROM compared WHERE session=? "
                    "ORDER BY rowid DESC LIMIT 1");
@@ -366,7 +405,7 @@ std::optional<Compared> Journal::compared(std::int64_t session) {
 }
 
 void Journal::note(std::int64_t session, const std::string& utc, const std::string& words) {
-  impl_->pending.take({session, Words{utc, words}});
+  impl_->pending.take({session, Words{utc, as_utf8(words)}});
 }
 void Journal::note(std::int64_t session, const RecordChange& change) {
   impl_->pending.take({session, change});
@@ -379,6 +418,16 @@ void Journal::note(std::int64_t session, const AssessedTouch& touch) {
 }
 
 std::vector<SessionRecord> Journal::sessions() {
+  std::int64_t session = 0;
+  {
+    const std::lock_guard lock(impl_->mutex);
+    session = impl_->chain.newest_session();
+  }
+  // One at a time: a session that runs waits for no more than one of them.
+  for (; session > 0; --session) {
+    const std::lock_guard lock(impl_->mutex);
+    impl_->look_at(session);
+  }
   const std::lock_guard lock(impl_->mutex);
   return impl_->sessions();
 }
@@ -416,9 +465,18 @@ std::optional<bool> Journal::was_published(std::int64_t session) {
   return select.integer(0) != 0;
 }
 
+bool Journal::may_be_published(std::int64_t session) {
+  if (const auto stated = was_published(session)) return *stated;
+  const std::lock_guard lock(impl_->mutex);
+  if (impl_->chain.is_whole(session)) return false;  // it says what it always said: none
+  Statement select(impl_->database,
+                   "SELECT origin IS NULL AND calibration<>'' FROM session WHERE id=?");
+  return !select.bind(1, session).step() || select.integer(0) != 0;
+}
+
 std::optional<SessionRecord> Journal::session(std::int64_t id) {
   const std::lock_guard lock(impl_->mutex);
-  impl_->chain.verify(id);
+  impl_->verify(id);
   Statement select(impl_->database, (std::string(kSelectSession) + "WHERE id=?").c_str());
   select.bind(1, id);
   if (!select.step()) return std::nullopt;
@@ -440,7 +498,7 @@ std::optional<SessionRecord> Journal::newest_resumable() {
 
 std::vector<calib::Touch> Journal::touches(std::int64_t session) {
   const std::lock_guard lock(impl_->mutex);
-  impl_->chain.verify(session);
+  impl_->verify(session);
   return impl_->touches(session);
 }
 
@@ -458,7 +516,7 @@ std::vector<calib::Touch> Journal::Impl::touches(std::int64_t session) {
 
 std::vector<std::string> Journal::events(std::int64_t session) {
   const std::lock_guard lock(impl_->mutex);
-  impl_->chain.verify(session);
+  impl_->verify(session);
   Statement select(impl_->database,
                    "SELECT time || ' ' || words FROM event WHERE session=? ORDER BY rowid");
   select.bind(1, session);
@@ -473,7 +531,7 @@ std::vector<std::string> Journal::events(std::int64_t session) {
 
 int Journal::reading_count(std::int64_t session) {
   const std::lock_guard lock(impl_->mutex);
-  impl_->chain.verify(session);
+  impl_->verify(session);
   Statement select(impl_->database, "SELECT count(*) FROM reading WHERE session=?");
   select.bind(1, session);
   return select.step() ? static_cast<int>(select.integer(0)) : 0;
@@ -481,7 +539,7 @@ int Journal::reading_count(std::int64_t session) {
 
 std::vector<RecordReading> Journal::readings(std::int64_t session) {
   const std::lock_guard lock(impl_->mutex);
-  impl_->chain.verify(session);
+  impl_->verify(session);
   Statement select(impl_->database,
                    "SELECT touch, number, slow, contact_rad, settled_rad, along_m, time_sigma_s, "
                    "reaction_s, bounces, time FROM reading WHERE session=? ORDER BY rowid");

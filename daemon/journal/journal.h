@@ -68,11 +68,14 @@ class Journal {
   // What is read of one session was compared with its checksums; DamagedError where it is not what
   // was written, JournalError where the disk does not give it now.
 
-  /// Newest first, without the texts of the inputs and the calibration.
+  /// Newest first, without the texts of the inputs and the calibration. Each session's own row is compared each time; its
+  /// others when it is listed first, and again once it went on: no other program writes to an open journal.
   std::vector<SessionRecord> sessions();
   /// Of a calibration that is done, what its verdict says; nothing of all else. For lists: a tenth of a millisecond, and
   /// not compared with its checksums.
   std::optional<bool> was_published(std::int64_t session);
+  /// Of a session that is damaged: whether its calibration may have been published, for all that its own row still says.
+  bool may_be_published(std::int64_t session);
   std::optional<SessionRecord> session(std::int64_t id);
   std::optional<SessionRecord> newest_resumable();
   std::vector<calib::Touch> touches(std::int64_t session);

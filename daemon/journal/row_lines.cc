@@ -43,15 +43,6 @@ std::string bytes_of_hex(const std::string& text) {
   return bytes;
 }
 
-bool is_utf8(const std::string& text) {
-  try {
-    (void)Json(text).dump();
-    return true;
-  } catch (const Json::exception&) {  // says so
-    return false;
-  }
-}
-
 Json to_json(const Value& value) {
   if (const auto* whole = std::get_if<std::int64_t>(&value)) return *whole;
   if (const auto* number = std::get_if<double>(&value)) {
@@ -175,6 +166,15 @@ void refuse_missing(const SessionRows& rows, const std::string& from) {
 
 }  // namespace
 
+bool is_utf8(const std::string& text) {
+  try {
+    (void)Json(text).dump();
+    return true;
+  } catch (const Json::exception&) {  // says so
+    return false;
+  }
+}
+
 std::string to_lines(const SessionRows& rows) {
   Json first = first_line(rows);
   first["entries_sum"] = sum_of_entries(rows, rows.entries.size());
@@ -221,8 +221,8 @@ SessionRows parse_lines(const std::string& lines, const std::string& from) {
         if (const auto why = complaint(rows, entry, before)) refuse(from, line, *why);
         rows.entries.push_back(std::move(entry));
       }
-    } catch (const Json::exception& error) {
-      refuse(from, line, error.what());
+    } catch (const Json::exception&) {
+      refuse(from, line, "no entry of a journal");
     } catch (const std::invalid_argument& error) {
       refuse(from, line, error.what());
     }

@@ -39,6 +39,10 @@ std::string to_lines_without_sum(const SessionRows& rows);
 std::string sum_of_entries(const SessionRows& rows, std::size_t count);
 /// Of the session.
 std::size_t touches_in(const SessionRows& rows);
+bool is_utf8(const std::string& text);
+/// Throws JournalError naming `from`, line, row and column where a value is none that a journal writes, whatever its sums
+/// (row_check.cc).
+void refuse_impossible(const SessionRows& rows, const std::string& from);
 /// Throws JournalError naming `from` and the line where they are not as they were written.
 SessionRows parse_lines(const std::string& lines, const std::string& from);
 

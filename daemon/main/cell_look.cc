@@ -53,10 +53,13 @@ CellLook::CellLook(SessionService& service, Journal& journal)
 void CellLook::read_results() {
   CellNow read;
   if (const auto version = version_in_use(journal_)) read.calibration = in_use_of(*version);
-  if (const auto drift = drift_.look()) {
-    read.drift_state = to_string(drift->chart.state);
-    read.drift_advice = to_string(drift->chart.advice);
-    if (!drift->chart.points.empty()) read.check = check_of(drift->chart.points.back().check);
+  try {
+    if (const auto drift = drift_.look()) {
+      read.drift_state = to_string(drift->chart.state);
+      read.drift_advice = to_string(drift->chart.advice);
+      if (!drift->chart.points.empty()) read.check = check_of(drift->chart.points.back().check);
+    }
+  } catch (const NotUsable&) {  // then no calibration is told either
   }
   results_ = std::move(read);
 }

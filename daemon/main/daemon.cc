@@ -14,6 +14,7 @@
 #include "daemon/api/handlers.h"
 #include "daemon/api/http/server.h"
 #include "daemon/api/page/page.h"
+#include "daemon/archive/versions.h"
 #include "daemon/backends/backends.h"
 #include "daemon/cell_form/cell_shelf.h"
 #include "daemon/config/config_values.h"
@@ -219,7 +220,11 @@ AdvicePublisher::Parts advice_parts(const LiveConfig& live, DriftWatch& watch,
     };
   };
   return {[&watch] {
-            const auto drift = watch.look();
+            std::shared_ptr<const Drift> drift;
+            try {
+              drift = watch.look();
+            } catch (const NotUsable&) {  // 'holds' must not stay on the controller: unknown
+            }
             const double now_s =
                 std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch())
                     .count();

@@ -10,6 +10,7 @@
 #include "calib/syntax/input_file.h"
 #include "calib/syntax/toml_table.h"
 #include "daemon/result/outcome_json.h"
+#include "daemon/tasks/recorded/active_calibration.h"
 #include "daemon/tasks/recorded/options.h"
 
 namespace cellcal::daemon {
@@ -145,6 +146,8 @@ Evidence evidence_of(const Examination& examination, Journal& journal) {
     const auto whole = journal.session(record.id);
     evidence.calibration = calibrated(whole ? whole->calibration : "", record.id);
   }
+  if (const auto used = in_use(journal, evidence.cell); used && !used->calibration)
+    evidence.calibration = Looked{false, used->trouble, used->session};
   // What was touched all around was reached; what has to be found first has no way yet.
   if (!evidence.dry_run) evidence.dry_run = evidence.first;
   if (!evidence.dry_run && evidence.centred < evidence.spheres) evidence.dry_run = Looked{true};

@@ -16,6 +16,7 @@
 #include "daemon/session/rules.h"
 #include "daemon/tasks/recorded/check_against.h"
 #include "daemon/tasks/recorded/inputs.h"
+#include "daemon/tasks/recorded/last_calibration.h"
 
 namespace cellcal::daemon {
 
@@ -201,6 +202,12 @@ void begin_anew(Journal& journal, const RunRequest& request, Job& job) {
   take_options(request, job);
 }
 
+/// Before a touch is made: what its result could not be held against.
+void look_at_compared(Journal& journal, const Job& job) {
+  if (job.options.kind == SessionKind::kCalibrate)
+    (void)last_calibration(journal, job.inputs.cell_name, job.session, job.options.accept_change);
+}
+
 void look_at_goal(const RunRequest& request, const Job& job) {
   if (!request.goal_mm || !request.fit_touches) return;
   const auto targets = std::count_if(
@@ -244,6 +251,7 @@ std::unique_ptr<Job> prepare(Journal& journal, const RunRequest& request, Sessio
   else
     begin_anew(journal, request, *job);
   job->cell = cell_of(job->inputs);
+  look_at_compared(journal, *job);
   look_at_goal(request, *job);
   if (!request.resume && request.kind == SessionKind::kCalibrate)
     job->options.one_by_one = request.goal_mm || job->options.find || must_find(job->cell);

@@ -218,8 +218,9 @@ TaskInputs SessionService::task_inputs(Job& job) {
     parts_.journal.note(job.session, job.backend->utc_now(), words);
     spdlog::info("session {}: {}", job.session, words);
   };
-  inputs.compared = last_calibration(parts_.journal, job.inputs.cell_name, job.session,
-                                     job.options.accept_change);
+  if (job.options.kind == SessionKind::kCalibrate)
+    inputs.compared = last_calibration(parts_.journal, job.inputs.cell_name, job.session,
+                                       job.options.accept_change);
   inputs.session = job.session;
   inputs.started = job.started;
   inputs.results_dir = results_dir(job.session);

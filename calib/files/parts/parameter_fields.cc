@@ -1,5 +1,7 @@
 #include "calib/files/parts/parameter_fields.h"
 
+#include <fmt/format.h>
+
 #include <array>
 #include <cmath>
 #include <set>
@@ -50,8 +52,17 @@ Table<ParameterResult> parameter_fields(const Cell& cell) {
   };
   const auto read_nominal = [&cell](const JsonReader& r, P& p) {
     const double value = r.number() / p.to_unit;
-    // The nominal value is in the cell already; earlier versions wrote 0 here.
-    if (stated_value(cell, p.key) == 0.0) p.nominal = value;
+    if (!is_geometric(p.key.kind) && p.key.kind != ParameterKind::kTcp) {
+      p.nominal = value;
+      return;
+    }
+    // It is in the cell already; earlier versions wrote 0 here.
+    const double stated = stated_value(cell, p.key);
+    constexpr double kRounding = 1e-9;
+    if (value != 0.0 && !(std::abs(value - stated) <= kRounding * std::abs(stated)))
+      r.fail(fmt::format("is {:g} {}, and {:g} {} in robot or cell: one was altered. Take the file "
+                         "from its session again: 'cellcal export ID DIR'",
+                         r.number(), p.unit, stated * p.to_unit, p.unit));
   };
   const auto read_correction = [](const JsonReader& r, P& p) {
     constexpr double kMostInUnit = 1e6;  // a kilometre, many turns

@@ -8,6 +8,7 @@
 
 #include "calib/syntax/input_file.h"
 #include "daemon/files/atomic_file.h"
+#include "daemon/files/system_words.h"
 
 namespace cellcal::daemon {
 
@@ -68,7 +69,7 @@ std::vector<SignIn> SignInFile::read() const {
       throw std::runtime_error("others may read or write it");
     return parsed_sign_ins(calib::read_file(file_, kMostSignInBytes));
   } catch (const std::exception& error) {
-    spdlog::warn("{}: {}. Everybody has to sign in again", file_.string(), error.what());
+    spdlog::warn("{}: {}. Everybody has to sign in again", file_.string(), system_words(error));
     return {};
   }
 }

@@ -12,6 +12,7 @@
 
 #include "calib/syntax/input_file.h"
 #include "daemon/files/atomic_file.h"
+#include "daemon/files/system_words.h"
 
 namespace cellcal::daemon {
 
@@ -128,7 +129,7 @@ TokenStore::TokenStore(std::filesystem::path file)
   try {
     tokens_ = std::make_shared<const Tokens>(parse(read(file_)));
   } catch (const std::exception& error) {
-    problem_ = file_.string() + ": " + error.what() +
+    problem_ = file_.string() + ": " + system_words(error) +
                ". No token is accepted. Remove the file, restart cellcald and add the tokens again";
   }
 }

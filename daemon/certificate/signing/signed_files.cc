@@ -21,6 +21,17 @@ using Why = NotVerified::Why;
 constexpr const char* kFormat = "# cellcal.signature/1";
 constexpr std::size_t kMostLines = 100;
 
+struct Names {
+  const char *sums, *signature;
+};
+Names names_of(Kind kind) {
+  return kind == Kind::kExport ? Names{kExportSums, kExportSignature} : Names{kSums, kSignature};
+}
+/// What signs is not signed.
+bool is_reserved(const std::string& name) {
+  return name == kSums || name == kSignature || name == kExportSums || name == kExportSignature;
+}
+
 struct Sums {
   Statement statement;
   std::vector<std::pair<std::string, std::string>> files;  ///< name, SHA-256
@@ -42,7 +53,7 @@ std::optional<std::string> behind(const std::string& line, const std::string& ma
 
 /// Of a file beside the sums, and that a terminal can show.
 bool is_plain_name(const std::string& name) {
-  return !name.empty() && name != "." && name != ".." && name != kSums && name != kSignature &&
+  return !name.empty() && name != "." && name != ".." && !is_reserved(name) &&
          name.find_first_of("/\\") == std::string::npos && printable(name) == name;
 }
 
@@ -90,25 +101,26 @@ std::string read_or_refuse(const fs::path& path) {
   return calib::read_file(path);
 }
 
-Sums signed_sums(const fs::path& directory, const PublicKey& key) {
-  const std::string text = read_or_refuse(directory / kSums),
-                    signature = read_or_refuse(directory / kSignature);
+Sums signed_sums(const fs::path& directory, Kind kind, const PublicKey& key) {
+  const Names names = names_of(kind);
+  const std::string text = read_or_refuse(directory / names.sums),
+                    signature = read_or_refuse(directory / names.signature);
   const auto sums = sums_of(text);
   if (!sums)
     throw NotVerified(Why::kDamagedSignature,
-                      (directory / kSums).string() +
+                      (directory / names.sums).string() +
                           ": damaged. Ask the issuer for all files of the certificate");
   if (sums->statement.key != key.fingerprint())
     throw NotVerified(
         Why::kOtherKey,
         fmt::format("{}: signed by another key, {}; expected {}. Name the issuer's: --key FILE",
-                    (directory / kSums).string(), sums->statement.key, key.fingerprint()));
+                    (directory / names.sums).string(), sums->statement.key, key.fingerprint()));
   if (!key.verifies(text, signature))
     throw NotVerified(
         Why::kDamagedSignature,
         fmt::format("{}: the signature is not of {}: one of them was changed after it was signed. "
                     "Ask the issuer for all files of the certificate",
-                    (directory / kSignature).string(), kSums));
+                    (directory / names.signature).string(), names.sums));
   return *sums;
 }
 
@@ -136,11 +148,12 @@ std::string verify_one(const fs::path& file, const Sums& sums) {
 }
 
 /// Beside the signed files, their sums and the signature nothing may be there: it would pass for signed.
-void refuse_others(const fs::path& directory, const Sums& sums) {
+void refuse_others(const fs::path& directory, Kind kind, const Sums& sums) {
+  const Names own = names_of(kind);
   std::vector<std::string> others;
   for (const fs::directory_entry& entry : fs::directory_iterator(directory)) {
     const std::string name = entry.path().filename().string();
-    if (name != kSums && name != kSignature && sum_of(sums, name) == nullptr)
+    if (name != own.sums && name != own.signature && sum_of(sums, name) == nullptr)
       others.push_back(name);
   }
   if (others.empty()) return;
@@ -172,25 +185,34 @@ const char* to_string(Why why) {
 }
 
 void sign_files(const fs::path& directory, const std::vector<std::string>& names,
-                Statement statement, const PrivateKey& key) {
+                Statement statement, const PrivateKey& key, Kind kind) {
   statement.key = key.fingerprint();
   Sums sums{std::move(statement), {}};
   for (const std::string& name : names)
     sums.files.emplace_back(name, calib::sha256(calib::read_file(directory / name)));
   const std::string text = text_of(sums);
-  write_atomically(directory / kSignature, key.sign(text));
-  write_atomically(directory / kSums, text);
+  write_atomically(directory / names_of(kind).signature, key.sign(text));
+  write_atomically(directory / names_of(kind).sums, text);
 }
 
-Verified verify_files(const fs::path& file, const PublicKey& key) {
+bool has_signature(const fs::path& directory, Kind kind) {
+  std::error_code code;
+  return fs::exists(directory / names_of(kind).sums, code) ||
+         fs::exists(directory / names_of(kind).signature, code);
+}
+
+Verified verify_files(const fs::path& file, const PublicKey& key, std::optional<Kind> asked) {
   std::error_code code;
   const bool whole = fs::is_directory(file, code);
   const fs::path directory = whole                    ? file
                              : file.has_parent_path() ? file.parent_path()
                                                       : fs::path(".");
   if (!whole) (void)calib::read_file(file);  // what is not there is not unsigned
-  const Sums sums = signed_sums(directory, key);
-  Verified verified{sums.statement, {}};
+  const bool of_export =
+      !has_signature(directory, Kind::kCertificate) && has_signature(directory, Kind::kExport);
+  const Kind kind = asked.value_or(of_export ? Kind::kExport : Kind::kCertificate);
+  const Sums sums = signed_sums(directory, kind, key);
+  Verified verified{kind, sums.statement, {}};
   if (!whole) {
     verified.files.push_back(verify_one(file, sums));
     return verified;
@@ -203,7 +225,7 @@ Verified verify_files(const fs::path& file, const PublicKey& key) {
     verify_listed(one, sum);
     verified.files.push_back(name);
   }
-  refuse_others(directory, sums);
+  refuse_others(directory, kind, sums);
   return verified;
 }
 

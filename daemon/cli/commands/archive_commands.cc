@@ -12,32 +12,46 @@ namespace cellcal::daemon {
 namespace {
 
 void add_export(CLI::App& app, int& status) {
-  struct Given {
-    std::int64_t session = 0;
-    std::filesystem::path directory;
-  };
-  auto given = std::make_shared<Given>();
+  auto given = std::make_shared<ExportCommand>();
+  auto no_sign = std::make_shared<bool>(false);
   CLI::App* command =
       app.add_subcommand("export", "Write a session's rows and files to a directory");
-  command->footer("Example: cellcal export 7 session-7");
+  command->footer(
+      "Signed where there is a key (export.sums, export.sums.sig), as certificates are; 'cellcal verify' checks it.\n"
+      "Example: cellcal export 7 session-7");
   auto daemon = add_connection(command);
   command->add_option("ID", given->session, "Number of the session")
       ->required()
       ->check(session_number());
   command->add_option("DIR", given->directory, "Directory; not there yet, or empty")->required();
-  command->callback(
-      [=, &status] { status = export_session(*daemon, given->session, given->directory); });
+  command->add_option(
+      "--key", given->key,
+      "Private key (Ed25519, PEM, mode 0600); $CELLCAL_KEY or /etc/cellcal/certificate.key where it is "
+      "there");
+  command->add_flag("--no-sign", *no_sign, "Do not sign");
+  command->callback([=, &status] {
+    given->sign = !*no_sign;
+    status = export_session(*daemon, *given);
+  });
 }
 
 void add_import(CLI::App& app, int& status) {
-  auto given = std::make_shared<std::filesystem::path>();
+  struct Given {
+    std::filesystem::path directory, key;
+  };
+  auto given = std::make_shared<Given>();
   CLI::App* command = app.add_subcommand("import", "Import an exported session into this journal");
   command->footer(
       "The daemon reads the directory: put it where its user may, not below /tmp or a home.\n"
+      "Says who signed it; what was changed after it was signed is refused.\n"
       "Example: cellcal import /var/lib/cellcal/session-7");
   auto daemon = add_connection(command);
-  command->add_option("DIR", *given, "Directory that 'cellcal export' wrote")->required();
-  command->callback([=, &status] { status = import_session(*daemon, *given); });
+  command->add_option("DIR", given->directory, "Directory that 'cellcal export' wrote")->required();
+  command->add_option(
+      "--key", given->key,
+      "Public key of who signed it (PEM); by default $CELLCAL_KEY.pub or /etc/cellcal/certificate.key.pub");
+  command->callback(
+      [=, &status] { status = import_session(*daemon, given->directory, given->key); });
 }
 
 void add_replay(CLI::App& app, int& status) {

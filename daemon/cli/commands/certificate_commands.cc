@@ -21,7 +21,9 @@ void add_certificate(CLI::App& app, int& status) {
       "Writes certificate.html, certificate.pdf (needs the package 'weasyprint'), certificate.json and rows.jsonl, the\n"
       "session's rows. "
       "Serial numbers, operator and the artefacts' certificates come from the cell file. A directory needs no "
-      "daemon.\nSigned where there is a key (certificate.sums, certificate.sums.sig); 'cellcal verify' checks it.\nStatus 3 where the result was withheld, is an update, or the session was not done.\nExample: cellcal certificate 7 --issued-by \"A. Name\"\n"
+      "daemon.\nSigned where there is a key (certificate.sums, certificate.sums.sig); 'cellcal verify' checks it.\nThe result is computed again first. A directory is signed for where its export is signed.\n"
+      "Status 3 where the result was withheld, is an update, does not come out the same to the bit, nobody vouches for\n"
+      "its rows, or the session was not done.\nExample: cellcal certificate 7 --issued-by \"A. Name\"\n"
       "         cellcal certificate session-7 --out certificate-7\n         cellcal certificate --make-key --key quality.key");
   auto daemon = add_connection(command);
   auto* session = command->add_option("SESSION", given->session,
@@ -33,6 +35,9 @@ void add_certificate(CLI::App& app, int& status) {
       "--key", given->key,
       "Private key (Ed25519, PEM, mode 0600); $CELLCAL_KEY or /etc/cellcal/certificate.key where it is "
       "there");
+  command->add_option("--export-key", given->export_key,
+                      "Of a directory: public key that its export is signed with (PEM); by default that of "
+                      "--key");
   command->add_flag("--no-sign", flags->no_sign, "Do not sign");
   auto* make_key =
       command->add_flag("--make-key", flags->make_key, "Make a new key, and nothing else");

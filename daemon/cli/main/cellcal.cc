@@ -171,7 +171,7 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "%s: %s\n", command_of(app).c_str(), system_words(error).c_str());
     return kJobFailed;
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "%s: %s\n", command_of(app).c_str(), error.what());
+    std::fprintf(stderr, "%s: %s\n", command_of(app).c_str(), system_words(error).c_str());
     return kJobFailed;
   }
 }

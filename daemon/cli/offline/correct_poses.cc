@@ -4,7 +4,6 @@
 #include <nlohmann/json.hpp>
 
 #include "calib/correct/corrector.h"
-#include "calib/files/calibration_json.h"
 #include "calib/files/columns/poses.h"
 #include "calib/model/units.h"
 #include "calib/uncertainty/predict.h"
@@ -120,13 +119,10 @@ int correct_poses(const CorrectCommand& command, const calib::Calibration& calib
 }
 
 int correct(const CorrectCommand& command) {
-  const calib::Calibration calibration = calib::load_calibration(command.calibration);
-  if (!calibration.verdict.publish && !command.withheld) {
-    fmt::print(stderr, "{}", withheld_words("correct", command.calibration, calibration.verdict));
-    return kNotPublishable;
-  }
-  return command.poses.empty() ? correct_krl(command, calibration)
-                               : correct_poses(command, calibration);
+  const auto calibration = usable_calibration("correct", command.calibration, command.withheld);
+  if (!calibration) return kNotPublishable;
+  return command.poses.empty() ? correct_krl(command, *calibration)
+                               : correct_poses(command, *calibration);
 }
 
 }  // namespace cellcal::daemon

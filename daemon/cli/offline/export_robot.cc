@@ -4,7 +4,6 @@
 
 #include "calib/exchange/tables.h"
 #include "calib/exchange/urdf.h"
-#include "calib/files/calibration_json.h"
 #include "calib/model/units.h"
 #include "calib/syntax/input_file.h"
 #include "daemon/cli/offline/exit_status.h"
@@ -30,12 +29,9 @@ std::string comment(const ExportRobotCommand& command, const calib::Calibration&
 }  // namespace
 
 int export_robot(const ExportRobotCommand& command) {
-  const calib::Calibration calibration = calib::load_calibration(command.calibration);
-  if (!calibration.verdict.publish && !command.withheld) {
-    fmt::print(stderr, "{}",
-               withheld_words("export-robot", command.calibration, calibration.verdict));
-    return kNotPublishable;
-  }
+  const auto usable = usable_calibration("export-robot", command.calibration, command.withheld);
+  if (!usable) return kNotPublishable;
+  const calib::Calibration& calibration = *usable;
   if (command.as == "json") {
     put(calib::arm_json(calibration), command.output);
     return kSuccess;

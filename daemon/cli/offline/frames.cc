@@ -5,7 +5,6 @@
 #include <charconv>
 #include <nlohmann/json.hpp>
 
-#include "calib/files/calibration_json.h"
 #include "calib/syntax/input_file.h"
 #include "daemon/cli/offline/exit_status.h"
 #include "daemon/cli/offline/offline.h"
@@ -122,12 +121,9 @@ krl::ProposedFrames frames_of(const FramesCommand& command, const calib::Calibra
 }
 
 int frames(const FramesCommand& command) {
-  const calib::Calibration calibration = calib::load_calibration(command.calibration);
-  if (!calibration.verdict.publish && !command.withheld) {
-    fmt::print(stderr, "{}", withheld_words("frames", command.calibration, calibration.verdict));
-    return kNotPublishable;
-  }
-  const krl::ProposedFrames result = frames_of(command, calibration);
+  const auto calibration = usable_calibration("frames", command.calibration, command.withheld);
+  if (!calibration) return kNotPublishable;
+  const krl::ProposedFrames result = frames_of(command, *calibration);
   if (!command.output.empty()) put(result.snippet, command.output);
   put(command.json ? json(result) : report(result), {});
   return kSuccess;

@@ -2,6 +2,7 @@
 // The commands that need no daemon. Each returns its exit status and throws when the job failed.
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -83,9 +84,16 @@ struct DoctorCommand {
 };
 int doctor(const DoctorCommand& command);
 
-/// Why a command uses no withheld calibration, with its verdict's findings.
-std::string withheld_words(const std::string& command, const std::filesystem::path& calibration,
-                           const calib::Verdict& verdict);
+// A calibration file, looked at before any command uses it (usable_calibration.cc).
+
+/// Says on standard error where the file has no sum. Throws calib::FileError.
+calib::Calibration read_calibration(const std::filesystem::path& file);
+/// Throws calib::FileError where a correction is one that no arm has.
+void refuse_far(const calib::Calibration& calibration, const std::filesystem::path& file);
+/// Both; none where it was withheld, unless that was asked for: standard error says why. Throws calib::FileError.
+std::optional<calib::Calibration> usable_calibration(const std::string& command,
+                                                     const std::filesystem::path& file,
+                                                     bool withheld);
 
 /// To the file, wholly or not at all, or to standard output where no file is named.
 void put(const std::string& text, const std::filesystem::path& output);

@@ -5,7 +5,6 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "calib/files/calibration_json.h"
 #include "calib/files/files.h"
 #include "calib/model/units.h"
 #include "daemon/cli/offline/exit_status.h"
@@ -77,13 +76,11 @@ std::string json(const std::vector<Row>& rows, bool nominal) {
 }  // namespace
 
 int predict(const PredictCommand& command) {
-  const calib::Calibration calibration = calib::load_calibration(command.calibration);
   // The nominal arm is no result; it stands in a withheld file as in any other.
-  if (!calibration.verdict.publish && !command.withheld && !command.nominal) {
-    fmt::print(stderr, "{}", withheld_words("predict", command.calibration, calibration.verdict));
-    return kNotPublishable;
-  }
-  const std::vector<Row> rows = rows_of(command, calibration);
+  const auto calibration =
+      usable_calibration("predict", command.calibration, command.withheld || command.nominal);
+  if (!calibration) return kNotPublishable;
+  const std::vector<Row> rows = rows_of(command, *calibration);
   put(command.json ? json(rows, command.nominal) : csv(rows, command.nominal), command.output);
   return kSuccess;
 }

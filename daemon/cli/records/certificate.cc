@@ -48,12 +48,29 @@ std::optional<fs::path> named_key() {
   return set;
 }
 
-/// The key that signs; none: the certificate is not signed.
-std::optional<signing::PrivateKey> key_of(const CertificateCommand& command) {
-  if (!command.sign) return std::nullopt;
-  if (!command.key.empty()) return signing::PrivateKey(command.key);
-  if (named_key()) return signing::PrivateKey(*named_key());
-  return signing::key_if_there(default_key());
+/// A signature says more than that the figures follow from the rows: that they are the rows which were recorded.
+void refuse_unless_proven(const Connection& daemon, const CertificateCommand& command,
+                          const NamedArchive& named, const SigningKey& key) {
+  const auto refuse = [&](const std::string& why) {
+    throw certificate::Refused(
+        certificate::Refused::Why::kNotProven,
+        fmt::format("{}: {}. Name the session at the daemon that recorded it, or an export signed there: "
+                    "'--export-key FILE.pub'. Unsigned: --no-sign",
+                    named.from, why));
+  };
+  if (named.session) {
+    const Response shown = ask(daemon, "GET", fmt::format("/v1/sessions/{}", *named.session));
+    if (!nlohmann::json::parse(shown.body).at("imported").is_null())
+      refuse("imported from another journal, and not signed there for all that this one knows");
+    return;
+  }
+  try {
+    const signing::PublicKey by(command.export_key.empty() ? signing::public_part(key.file)
+                                                           : command.export_key);
+    signing::verify_files(named.from, by, signing::Kind::kExport);
+  } catch (const signing::NotVerified& not_proven) {
+    refuse(not_proven.what());
+  }
 }
 
 /// Why there is none; then the other files are a whole certificate, and signed as such.
@@ -137,6 +154,14 @@ void print_outcome(const Connection& daemon, const certificate::CertificateData&
 
 fs::path default_key() { return named_key().value_or("/etc/cellcal/certificate.key"); }
 
+std::optional<SigningKey> signing_key(const fs::path& named, bool sign) {
+  if (!sign) return std::nullopt;
+  if (!named.empty()) return SigningKey{signing::PrivateKey(named), named};
+  if (named_key()) return SigningKey{signing::PrivateKey(*named_key()), *named_key()};
+  auto usual = signing::key_if_there(default_key());
+  return usual ? std::optional(SigningKey{std::move(*usual), default_key()}) : std::nullopt;
+}
+
 int make_certificate_key(const fs::path& key, bool json) {
   signing::make_key(key);
   const fs::path other = signing::public_part(key);
@@ -161,8 +186,12 @@ int certify(const Connection& daemon, const CertificateCommand& command) try {
       named.archive, named.from, {wall_clock_utc(), command.issued_by, calib::software_version()});
   const fs::path directory =
       command.output.empty() ? fs::path("certificate-" + data.number.text) : command.output;
-  const auto key =
-      key_of(command);  // a key that cannot be used stops it before anything is written
+  // A key that cannot be used stops it before anything is written.
+  const auto signer = signing_key(command.key, command.sign);
+  certificate::refuse_unless_reproduced(named.archive, named.from);
+  if (signer) refuse_unless_proven(daemon, command, named, *signer);
+  const std::optional<signing::PrivateKey> key =
+      signer ? std::optional(signer->key) : std::nullopt;
   make_directory(directory);
   write_atomically(directory / "certificate.json", certificate::to_json(data));
   write_atomically(directory / "certificate.html", certificate::to_html(data));

@@ -3,8 +3,10 @@
 // it failed.
 
 #include <filesystem>
+#include <optional>
 #include <string>
 
+#include "daemon/certificate/signing/ed25519.h"
 #include "daemon/cli/client.h"
 
 namespace cellcal::daemon {
@@ -15,9 +17,19 @@ struct CertificateCommand {
   std::string issued_by;
   bool pdf = true, sign = true;
   std::filesystem::path key;  ///< empty: default_key(), where there is one
+  /// Public part of the key that signed the export, where the session is a directory; empty: `key`'s own.
+  std::filesystem::path export_key;
 };
 /// $CELLCAL_KEY, else in /etc/cellcal.
 std::filesystem::path default_key();
+
+struct SigningKey {
+  signing::PrivateKey key;
+  std::filesystem::path file;
+};
+/// The one that is named, or default_key() where there is one; none where nothing is to be signed. Throws
+/// signing::KeyError.
+std::optional<SigningKey> signing_key(const std::filesystem::path& named, bool sign);
 
 int certify(const Connection& daemon, const CertificateCommand& command);
 int make_certificate_key(const std::filesystem::path& key, bool json);

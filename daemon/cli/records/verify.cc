@@ -43,8 +43,8 @@ int verify(const VerifyCommand& command) try {
                     .dump() +
                 "\n"
           : fmt::format(
-                "verified: certificate {}\n{}signed by: {}\nsigned at: {}\nkey: {}\nfiles: {}\n",
-                is.certificate,
+                "verified: {}{}\n{}signed by: {}\nsigned at: {}\nkey: {}\nfiles: {}\n",
+                verified.kind == signing::Kind::kExport ? "" : "certificate ", is.certificate,
                 emulated
                     ? "emulated cell: a simulation, no real robot was touched. It certifies no "
                       "robot\n"

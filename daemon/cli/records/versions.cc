@@ -28,7 +28,7 @@ std::string version_line(const json& one) {
   constexpr std::size_t kSeconds = 19;  // YYYY-MM-DDTHH:MM:SS
   std::string line = fmt::format(
       "{:>8}  {:<19}  {:<12}  {:>12}  {:>7}  {}", one["session"].get<std::int64_t>(),
-      one["ended"].get<std::string>().substr(0, kSeconds), one["scope"].get<std::string>(),
+      one["ended"].get<std::string>().substr(0, kSeconds), one["scope"].is_string() ? one["scope"].get<std::string>() : "damaged",
       mm(one["predicted_mm"]), mm(one["u95_mm"]), one["active"] ? "in use" : "");
   const json& by = one["activated"];
   if (by.is_object())
@@ -36,7 +36,10 @@ std::string version_line(const json& one) {
                         by["time"].get<std::string>().substr(0, kSeconds),
                         by["who"].get<std::string>(), by["reason"].get<std::string>());
   while (line.ends_with(' ')) line.pop_back();
-  return printable(line) + "\n";
+  line = printable(line) + "\n";
+  if (one["trouble"].is_string())
+    line += "          " + printable(one["trouble"].get<std::string>()) + "\n";
+  return line;
 }
 
 /// Another model level has dozens of parameters of its own.

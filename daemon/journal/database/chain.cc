@@ -229,6 +229,11 @@ std::int64_t Chain::last_entry(std::int64_t session) {
   return newest.bind(1, session).step() ? newest.integer(0) : 0;
 }
 
+std::int64_t Chain::newest_entry(std::int64_t session) {
+  Statement newest(database_, "SELECT max(number) FROM chain WHERE session=?");
+  return newest.bind(1, session).step() ? newest.integer(0) : 0;
+}
+
 std::string Chain::name() { return database_.text("SELECT digest FROM chain WHERE number=1"); }
 
 std::int64_t Chain::newest_session() { return database_.integer("SELECT max(session) FROM chain"); }

@@ -73,6 +73,8 @@ class Chain {
   bool is_whole(std::int64_t session, const char* table, std::int64_t row);
   /// Number of the newest entry of the session's own row; 0: there is none.
   std::int64_t last_entry(std::int64_t session);
+  /// Of all its rows.
+  std::int64_t newest_entry(std::int64_t session);
   /// Of all sessions that there have been.
   std::int64_t newest_session();
   /// What tells this journal from all others.

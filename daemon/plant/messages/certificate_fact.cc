@@ -27,9 +27,10 @@ CertificateFact certificate_fact(std::string number, std::vector<CertificateFile
   return {std::move(number), std::move(files)};
 }
 
-std::string certificate_number(std::int64_t session, const std::string& calibration) {
+std::string certificate_number(std::int64_t session, const std::string& calibration,
+                               bool emulated) {
   constexpr std::size_t kDigits = 12;
-  return std::to_string(session) + "-" + calib::sha256(calibration).substr(0, kDigits);
+  return (emulated ? "emulated-" : "") + std::to_string(session) + "-" + calib::sha256(calibration).substr(0, kDigits);
 }
 
 }  // namespace cellcal::daemon::plant

@@ -19,7 +19,8 @@ struct CertificateTooLarge : std::runtime_error {
 /// Throws CertificateTooLarge.
 CertificateFact certificate_fact(std::string number, std::vector<CertificateFile> files);
 
-/// As daemon/certificate numbers it: the session, and the first 12 digits of its calibration's SHA-256.
-std::string certificate_number(std::int64_t session, const std::string& calibration);
+/// As daemon/certificate numbers it: "emulated-" where no real arm was touched, the session, and the first 12 digits of
+/// its calibration's SHA-256.
+std::string certificate_number(std::int64_t session, const std::string& calibration, bool emulated);
 
 }  // namespace cellcal::daemon::plant

@@ -12,7 +12,13 @@ namespace cellcal::daemon {
 
 SessionRecord published_session(Journal& journal, const std::filesystem::path& cell,
                                 std::optional<std::int64_t> session) {
-  auto found = session ? published(journal, *session) : active_calibration(journal, cell.string());
+  std::optional<Published> found;
+  try {
+    found = session ? usable(journal, *session) : active_calibration(journal, cell.string());
+  } catch (const NotUsable& none) {
+    using Why = NotUsable::Why;
+    if (none.why != Why::kNoSession && none.why != Why::kWithheld) throw;
+  }
   if (found && (cell.empty() || found->record.inputs.cell_name == cell.string()))
     return std::move(found->record);
   if (session)
@@ -25,11 +31,7 @@ SessionRecord published_session(Journal& journal, const std::filesystem::path& c
 }
 
 calib::Calibration calibration_of(Journal& journal, std::int64_t session) {
-  auto calibration = published(journal, session);
-  if (!calibration)
-    throw NothingToCheck(fmt::format(
-        "session {} has no published calibration any more. See 'cellcal history'", session));
-  return std::move(calibration->calibration);
+  return published_or_refused(journal, session).calibration;
 }
 
 std::vector<std::vector<calib::Touch>> checks_before(Journal& journal, std::int64_t calibrated,

@@ -19,11 +19,11 @@ struct NothingToCheck : std::runtime_error {
 };
 
 /// The session of the calibration: that one, or the one that is in use (active_calibration.h), of this cell file where
-/// one is given. Throws NothingToCheck, JournalError.
+/// one is given. Throws NothingToCheck; NotUsable where there is one, and it must not be used; JournalError.
 SessionRecord published_session(Journal& journal, const std::filesystem::path& cell,
                                 std::optional<std::int64_t> session);
 
-/// Its calibration. Throws NothingToCheck, JournalError.
+/// The calibration of what published_session() gave. Throws NotUsable, JournalError.
 calib::Calibration calibration_of(Journal& journal, std::int64_t session);
 
 /// Touches of the checks of that calibration which came to their end before this session, oldest first.

@@ -17,8 +17,9 @@ Compared compared_from_json(const std::string& text) {
   try {
     const nlohmann::json json = nlohmann::json::parse(text);
     return {json.at("words"), json.at("accepted"), json.at("calibration")};
-  } catch (const nlohmann::json::exception& error) {
-    throw std::runtime_error(std::string("compared.json: ") + error.what());
+  } catch (const nlohmann::json::exception&) {
+    throw std::runtime_error(
+        "compared.json: damaged: words, accepted and calibration are needed. Export the session again");
   }
 }
 

@@ -116,15 +116,20 @@ SessionOptions options_from_json(std::string_view text) {
   // As earlier versions did.
   options.touch.confirm_every = 1;
   options.touch.behind_nominal_m = 0.0;
-  try {
-    const nlohmann::json json = nlohmann::json::parse(text);
-    each_key(options, [&](const char* key, auto& value) { json.at(key).get_to(value); });
-    each_later_key(options, [&](const char* key, auto& value) {
-      if (json.contains(key)) json.at(key).get_to(value);
-    });
-  } catch (const nlohmann::json::exception& error) {
-    throw std::runtime_error(std::string("stored session options: ") + error.what());
-  }
+  const nlohmann::json json = nlohmann::json::parse(text, nullptr, false);
+  if (!json.is_object()) throw std::runtime_error("stored session options: no JSON object");
+  const auto read = [&](const char* key, auto& value) {
+    try {
+      json.at(key).get_to(value);
+    } catch (const nlohmann::json::exception&) {
+      throw std::runtime_error(std::string("stored session options: ") + key +
+                               ": missing, or of another type");
+    }
+  };
+  each_key(options, read);
+  each_later_key(options, [&](const char* key, auto& value) {
+    if (json.contains(key)) read(key, value);
+  });
   options.plan.region = calib::parse_accuracy_region(options.region);
   return options;
 }

@@ -382,6 +382,7 @@ function version(value: unknown): Version | null {
   return {
     session: count(all.session), ended: words(all.ended), workspace: all.scope === "workspace",
     predictedMm: number(all.predicted_mm), u95Mm: number(all.u95_mm), active: all.active === true,
+    trouble: words(all.trouble),
     activated: by ? { time: words(by.time), who: words(by.who), reason: words(by.reason) } : null,
   };
 }

@@ -424,6 +424,8 @@ export interface Version {
   predictedMm: number | null;
   u95Mm: number | null;
   active: boolean;
+  /** Not empty: damaged; why, and what to do. */
+  trouble: string;
   activated: { time: string; who: string; reason: string } | null;
 }
 export interface Comparison {

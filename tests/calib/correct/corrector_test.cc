@@ -9,6 +9,7 @@
 #include "calib/files/files.h"
 #include "calib/model/configurations.h"
 #include "calib/model/kinematics.h"
+#include "calib/model/units.h"
 #include "calib/uncertainty/predict.h"
 #include "tests/calib/random_calibration.h"
 #include "tests/calib/simulate.h"
@@ -177,6 +178,38 @@ TEST(Corrector, AnotherToolIsStiffAndLoadsTheJointsByItsOwnMass) {
   const Eigen::Isometry3d there =
       Predictor(other).calibrated(std::get<Reached>(reach).joint_rad).tcp;
   EXPECT_LT((there.translation() - wanted.translation()).norm(), kPromisedM);
+}
+
+TEST(FarCorrection, IsTheOneThatIsFarthestBeyondItsToleranceAndNoneOfAnArmWithin) {
+  const Cell& cell = testing::demo_cell();
+  Random random(9);
+  Calibration c = testing::random_calibration(cell, random);
+  EXPECT_FALSE(far_correction(c));
+  for (ParameterResult& one : c.parameters) {
+    const std::string name = parameter_name(cell, one.key);
+    if (name == "A2.a") one.correction = 30e-3;
+    if (name == "A3.theta") one.correction = 0.01;
+  }
+  const auto far = far_correction(c);
+  ASSERT_TRUE(far);
+  EXPECT_EQ(far->parameter, "A2.a");
+  EXPECT_NEAR(far->correction, 30.0, 1e-9);
+  EXPECT_NEAR(far->most, 10.0 * far->sigma, 1e-9);
+  EXPECT_TRUE(words(*far).starts_with("30.000 mm correction of A2.a, at most ")) << words(*far);
+}
+
+TEST(FarCorrection, LetsAnUpdateMasterAJointAndMoveTheTipButNoLength) {
+  const Cell& cell = testing::demo_cell();
+  Random random(9);
+  Calibration c = testing::random_calibration(cell, random);
+  c.update.emplace();
+  for (ParameterResult& one : c.parameters)
+    if (parameter_name(cell, one.key) == "A3.theta") one.correction = 2.0 * kRadPerDeg;
+  EXPECT_FALSE(far_correction(c));
+  for (ParameterResult& one : c.parameters)
+    if (parameter_name(cell, one.key) == "A2.a") one.correction = -30e-3;
+  ASSERT_TRUE(far_correction(c));
+  EXPECT_EQ(far_correction(c)->parameter, "A2.a");
 }
 
 }  // namespace

@@ -21,6 +21,11 @@ Cell cell_of(const std::string& document);  ///< of kRobot
 /// `document` with the first line that starts with `line` (or all text `from`) replaced.
 std::string with(std::string_view document, std::string_view from, std::string_view to);
 std::string without(std::string_view document, std::string_view line);
+/// A calibration as versions before the sum wrote it: what is changed in it shows by its own rules alone.
+inline std::string without_sum(std::string calibration) {
+  const std::size_t at = calibration.find(",\n \"sum\": ");
+  return at == std::string::npos ? calibration : calibration.erase(at) + "\n}\n";
+}
 /// A document with one thing wrong.
 struct Broken {
   const char* line;

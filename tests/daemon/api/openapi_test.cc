@@ -17,6 +17,7 @@
 #include "daemon/schedule/schedule.h"
 #include "daemon/schedule/service_door.h"
 #include "daemon/tasks/recorded/inputs.h"
+#include "daemon/tasks/recorded/options.h"
 #include "tests/daemon/api/schema.h"
 #include "tests/daemon/api/without_hardware.h"
 #include "tests/daemon/drift/checked_journal.h"
@@ -162,7 +163,9 @@ struct a_described_api : ::testing::Test, testing::WithoutHardware {
 };
 
 TEST_F(a_described_api, answers_as_it_is_described) {
-  const std::int64_t id = journal.begin(read_inputs(CELLCAL_DEMO_CELL), "t0");
+  SessionInputs inputs = read_inputs(CELLCAL_DEMO_CELL);
+  inputs.options = options_to_json({});
+  const std::int64_t id = journal.begin(inputs, "t0");
   journal.note(id, "2026-01-01T00:00:00.000Z", "planning -> transit on planned");
   calib::Touch touch;
   touch.joint_rad = {0.1, -1.5, 1.5, 0.1, 1.2, 0.0};

@@ -4,13 +4,19 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <fstream>
+#include <functional>
 #include <nlohmann/json.hpp>
 
+#include "calib/files/calibration_json.h"
 #include "calib/files/files.h"
 #include "calib/syntax/input_file.h"
+#include "daemon/journal/database/chain.h"
+#include "daemon/journal/rows.h"
 #include "daemon/tasks/recorded/inputs.h"
 #include "daemon/tasks/recorded/options.h"
+#include "tests/calib/random_calibration.h"
 #include "tests/daemon/journal/temporary_directory.h"
 
 namespace cellcal::daemon::testing {
@@ -25,6 +31,34 @@ std::string refusal(const std::function<void()>& act) {
   return "";
 }
 
+/// Its rows altered by somebody who makes all sums anew.
+Archive forged(Archive archive, const std::function<void(RowEntry&)>& alter) {
+  SessionRows rows = parse_lines(archive.at("rows.jsonl"), "x");
+  std::string before = rows.entries.front().before;
+  std::int64_t number = rows.entries.front().number;
+  for (RowEntry& entry : rows.entries) {
+    alter(entry);
+    if (!entry.names.empty()) {
+      std::vector<Value> row{entry.row};
+      row.insert(row.end(), entry.columns.begin(), entry.columns.end());
+      entry.digest = digest_of(row);
+    }
+    entry.number = number++;
+    entry.before = before;
+    before = entry.sum =
+        sum_of(entry.before, entry.number, rows.session, entry.table, entry.row, entry.digest);
+  }
+  archive["rows.jsonl"] = to_lines(rows);
+  auto manifest = nlohmann::json::parse(archive.at("export.json"));
+  manifest.erase("sum");
+  for (nlohmann::json& file : manifest["files"])
+    if (file["name"] == "rows.jsonl") file["sha256"] = calib::sha256(archive.at("rows.jsonl"));
+  manifest["rows"]["entries_sum"] = sum_of_entries(rows, rows.entries.size());
+  manifest["sum"] = calib::sha256(manifest.dump());
+  archive["export.json"] = manifest.dump();
+  return archive;
+}
+
 struct an_export : ::testing::Test {
   an_export() {
     SessionInputs inputs = read_inputs(CELLCAL_DEMO_CELL);
@@ -35,9 +69,13 @@ struct an_export : ::testing::Test {
       calib::Touch touch;
       touch.joint_rad = {0.1, -0.2, 0.3, 1.0 / 3.0, 0.5, static_cast<double>(i)};
       touch.target = "S1";
+      RecordReading reading{i, 0, {}};
+      for (const double angle : touch.joint_rad) reading.reading.contact_rad.push_back(angle);
+      journal.record(id, reading);
       journal.record(id, RecordTouch{i, touch});
     }
-    journal.store_calibration(id, "{}", Compared{"session 0", true, "{\"a\":1}"});
+    journal.note(id, "2026-01-01T00:30:00.000Z", "words");
+    journal.store_calibration(id, calibration, Compared{"session 0", true, "{\"a\":1}"});
     journal.record(id, RecordEnd{Ending::kDone, ""}, "2026-01-01T01:00:00.000Z");
     std::filesystem::create_directories(dir / "results");
     std::ofstream(dir / "results" / "report.html") << "<html>";
@@ -49,6 +87,13 @@ struct an_export : ::testing::Test {
     });
   }
 
+  static std::string made() {
+    calib::Random random(1);
+    return calib::calibration_to_json(
+        calib::testing::random_calibration(cell_of(read_inputs(CELLCAL_DEMO_CELL)), random));
+  }
+
+  const std::string calibration = made();
   TemporaryDirectory dir;
   Journal journal{dir / "j.db"};
   std::int64_t id = 0;
@@ -84,7 +129,7 @@ TEST_F(an_export, goes_into_another_journal_with_its_result_and_once) {
   EXPECT_TRUE(imported.is_new);
   EXPECT_EQ(other.touches(imported.session), journal.touches(id));
   EXPECT_EQ(other.compared(imported.session)->calibration, "{\"a\":1}");
-  EXPECT_EQ(calib::read_file(dir / "results-1/calibration.json"), "{}");
+  EXPECT_EQ(calib::read_file(dir / "results-1/calibration.json"), calibration);
   EXPECT_FALSE(std::filesystem::exists(dir / "results-1/report.html"))
       << "another's page must not be served as the daemon's own";
   EXPECT_FALSE(take_in(other, archive).is_new);
@@ -156,6 +201,77 @@ TEST_F(an_export, that_states_other_rows_than_it_holds_is_refused) {
   EXPECT_NE(with([](auto& manifest) { manifest.erase("touches"); }).find("damaged"),
             std::string::npos);
   EXPECT_EQ(with([](auto&) {}), "");
+}
+
+struct Forgery {
+  const char *table, *column;
+  Value value;
+  const char* words;
+};
+
+TEST_F(an_export, that_holds_what_no_session_has_is_refused_by_its_row_whatever_its_sums) {
+  const auto angles = [](std::vector<double> values) {
+    return Blob{std::string(reinterpret_cast<const char*>(values.data()), values.size() * 8)};
+  };
+  const double nan = std::nan(""), inf = HUGE_VAL;
+  const Forgery all[] = {
+      {"reading", "contact_rad", Blob{std::string(480, '\0')}, "has 480 bytes"},
+      {"reading", "contact_rad", Blob{std::string(47, '\0')}, "has 47 bytes"},
+      {"reading", "contact_rad", angles({1, 2, 3}), "has 3 angles, other rows 6"},
+      {"reading", "slow", std::int64_t{7}, "must be 0 to 1"},
+      {"reading", "along_m", inf, "must be finite"},
+      {"reading", "bounces", std::int64_t{-1}, "must be 0 to"},
+      {"touch", "joint_rad", Blob{}, "has 0 bytes"},
+      {"touch", "joint_rad", Value(), "must be a blob"},
+      {"touch", "joint_rad", std::string("123456"), "must be a blob"},
+      {"touch", "joint_rad", angles({1, 2, 3, 4, 5, nan}), "must be finite"},
+      {"touch", "target", std::string("S9"), "target \"S9\" is none of the cell's"},
+      {"touch", "target", std::string("S\xff"), "is not UTF-8"},
+      {"touch", "target", std::string(), "is empty"},
+      {"touch", "target", std::string("S1\nS2"), "has several lines"},
+      {"touch", "tool", std::string("T7"), "tool \"T7\" is none of the cell's"},
+      {"touch", "sigma_m", -1e-5, "must not be negative"},
+      {"touch", "held_out", std::string("1"), "must be a whole number"},
+      {"touch", "tracker_m", angles({1, 2}), "has 16 bytes"},
+      {"touch", "approach", angles({1, 2, 3, 4}), "has 32 bytes"},
+      {"touch", "readings", std::int64_t{1} << 40, "must be 0 to"},
+      {"event", "words", std::string("\xc0\x80"), "is not UTF-8"},
+      {"event", "words", std::int64_t{3}, "must be a text"},
+      {"session", "cell_text", std::string("[tool"), "cell"},
+      {"session", "cell_text", std::string("\xff"), "is not UTF-8"},
+      {"session", "robot_text", std::string("format = 1"), "format"},
+      {"session", "options", std::string("[]"), "option"},
+      {"session", "calibration", std::string("{}"), "calibration"},
+      {"session", "planned", std::int64_t{-3}, "must be 0 to"},
+  };
+  for (const Forgery& one : all) {
+    Journal other(dir / "other.db");
+    bool altered = false;
+    const Archive bad = forged(archive, [&](RowEntry& entry) {
+      for (std::size_t i = 0; i < entry.names.size(); ++i)
+        if (!altered && entry.table == one.table && entry.names[i] == one.column &&
+            (one.table != std::string("reading") || std::get<std::int64_t>(entry.columns[1]) == 1)) {
+          entry.columns[i] = one.value;
+          altered = true;
+        }
+    });
+    EXPECT_TRUE(altered) << one.table << one.column;
+    std::string why;
+    try {
+      take_in(other, bad);
+    } catch (const ArchiveError& refused) {
+      why = refused.what();
+    } catch (const JournalError& refused) {
+      why = refused.what();
+    }
+    EXPECT_NE(why.find("e/rows.jsonl:"), std::string::npos) << one.table << one.column << why;
+    EXPECT_NE(why.find(std::string(" of '") + one.table + "': "), std::string::npos) << why;
+    EXPECT_NE(why.find(one.words), std::string::npos) << one.table << one.column << why;
+    EXPECT_EQ(why.find("json.exception"), std::string::npos) << why;
+    EXPECT_TRUE(other.sessions().empty()) << one.table << one.column;
+  }
+  Journal other(dir / "other.db");
+  EXPECT_TRUE(take_in(other, forged(archive, [](RowEntry&) {})).is_new) << "as it is";
 }
 
 TEST_F(an_export, does_not_remove_what_stands_where_it_is_made) {

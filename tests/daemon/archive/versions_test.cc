@@ -49,6 +49,10 @@ struct a_cells_versions : ::testing::Test {
   std::optional<Why> why_not(std::int64_t session) {
     return refusal([&] { put_into_use(session); });
   }
+  /// A session that would begin now.
+  std::int64_t four_of(std::int64_t session) {
+    return journal->begin(journal->session(session)->inputs, "t");
+  }
   void damage(const std::string& sql) {
     journal.reset();
     Database(dir / "j.db").execute(sql.c_str());
@@ -136,17 +140,87 @@ TEST_F(a_cells_versions, of_another_robot_tool_or_journal_are_not_activated) {
   EXPECT_EQ(in_use(), serial_8);
 }
 
-TEST_F(a_cells_versions, that_are_damaged_are_not_activated_and_not_in_use_any_more) {
+TEST_F(a_cells_versions, that_are_damaged_are_not_activated_and_nothing_older_takes_their_place) {
   const std::int64_t one = calibrate(), two = calibrate({.seed = 2}),
                      three = calibrate({.seed = 3});
   put_into_use(two);
   EXPECT_EQ(in_use(), two);
   damage("UPDATE touch SET target='S9' WHERE session=2 AND number=0");
   EXPECT_EQ(why_not(two), Why::kDamaged);
-  EXPECT_EQ(in_use(), three);
+  const std::string cell = journal->session(one)->inputs.cell_name;
+  const auto refused = [&](const std::function<void()>& act) {
+    try {
+      act();
+      return std::string();
+    } catch (const NotUsable& unusable) {
+      EXPECT_EQ(unusable.why, Why::kDamaged);
+      return std::string(unusable.what());
+    }
+  };
+  for (const std::string& words :
+       {refused([&] { published_session(*journal, {}, {}); }),
+        refused([&] { published_session(*journal, cell, two); }),
+        refused([&] { calibration_of(*journal, two); }),
+        refused([&] { last_calibration(*journal, cell, four_of(one), false); })}) {
+    EXPECT_NE(words.find("session 2: row "), std::string::npos) << words;
+    EXPECT_NE(words.find("'cellcal activate ID --reason WHY'"), std::string::npos) << words;
+  }
+  EXPECT_FALSE(last_calibration(*journal, cell, four_of(one), true)) << "accepted: held against none";
+  EXPECT_FALSE(version_in_use(*journal));
+  const auto all = versions(*journal, 0, 9);
+  ASSERT_EQ(all.size(), 3u);
+  EXPECT_TRUE(all[1].active);
+  EXPECT_NE(all[1].trouble.find("row "), std::string::npos);
+  EXPECT_EQ(roll_back(*journal, 0, {0, "t", "a", "b"}), one) << "was in use before";
+  EXPECT_EQ(in_use(), one);
+  put_into_use(three);
   damage("UPDATE touch SET target='S9' WHERE session=1 AND number=0");
   EXPECT_EQ(why_not(one), Why::kDamaged);
-  EXPECT_EQ(refusal([&] { roll_back(*journal, 0, {0, "t", "a", "b"}); }), Why::kNothingBefore);
+  EXPECT_EQ(in_use(), three) << "what is not in use may be damaged";
+}
+
+TEST_F(a_cells_versions, whose_session_is_missing_or_altered_itself_is_not_as_if_it_were_not_there) {
+  for (const char* sql :
+       {"UPDATE session SET cell_text='other' WHERE id=2",
+        "UPDATE session SET calibration=replace(calibration, '\"verdict\"', '\"verdikt\"') WHERE id=2",
+        "UPDATE session SET state='dome' WHERE id=2", "DELETE FROM session WHERE id=2"}) {
+    journal.reset();
+    std::filesystem::remove_all(dir / "j");
+    std::filesystem::create_directory(dir / "j");
+    journal.emplace(dir / "j/j.db");
+    const std::int64_t one = calibrate();
+    calibrate({.seed = 2});
+    journal.reset();
+    Database(dir / "j/j.db").execute(sql);
+    journal.emplace(dir / "j/j.db");
+    EXPECT_EQ(refusal([&] { published_session(*journal, {}, {}); }), Why::kDamaged) << sql;
+    put_into_use(one);
+    EXPECT_EQ(in_use(), one) << sql;
+  }
+}
+
+TEST_F(a_cells_versions, are_not_hidden_by_a_damaged_session_that_published_nothing) {
+  const std::int64_t one = calibrate();
+  const std::int64_t withheld = calibrate({.publish = false});
+  const std::int64_t began = journal->begin(journal->session(one)->inputs, "t");
+  journal->record(began, RecordTouch{0, journal->touches(one)[0]});
+  journal->record(began, RecordEnd{Ending::kDone, ""}, "t1");
+  damage(("UPDATE touch SET target='S9' WHERE number=0 AND session IN (" +
+          std::to_string(withheld) + "," + std::to_string(began) + ")")
+             .c_str());
+  EXPECT_EQ(in_use(), one);
+}
+
+TEST_F(a_cells_versions, that_must_not_be_activated_are_not_checked_against_either) {
+  const std::int64_t longer = calibrate({.longer_tool_m = 0.02});
+  calibrate();
+  Journal other(dir / "other.db");
+  const std::int64_t theirs = record(other, {.seed = 9}, false);
+  const auto [imported, is_new] = journal->import(other.rows(theirs), "rows");
+  for (const std::int64_t session : {longer, imported}) {
+    EXPECT_EQ(why_not(session), Why::kForeign) << session;
+    EXPECT_EQ(refusal([&] { published_session(*journal, {}, session); }), Why::kForeign) << session;
+  }
 }
 
 TEST_F(a_cells_versions, of_an_activation_that_was_forged_stay_as_they_were) {

@@ -14,6 +14,7 @@
 
 #include "calib/syntax/input_file.h"
 #include "daemon/tasks/recorded/inputs.h"
+#include "daemon/tasks/recorded/options.h"
 #include "tests/daemon/certificate/origins.h"
 #include "tests/daemon/certificate/recorded.h"
 #include "tests/daemon/journal/temporary_directory.h"
@@ -206,7 +207,9 @@ TEST(a_certificate_is_refused, of_an_update_which_stands_on_another_session) {
 TEST(a_certificate_is_refused, of_a_session_without_a_calibration) {
   const TemporaryDirectory directory;
   Journal journal(directory / "j.db");
-  const std::int64_t id = journal.begin(read_inputs(CELLCAL_DEMO_CELL), "2026-01-01T00:00:00.000Z");
+  SessionInputs inputs = read_inputs(CELLCAL_DEMO_CELL);
+  inputs.options = options_to_json({});
+  const std::int64_t id = journal.begin(inputs, "2026-01-01T00:00:00.000Z");
   try {
     make_certificate(make_archive(journal, id, directory / "none"), "session 1", kIssue);
     ADD_FAILURE();

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "calib/syntax/input_file.h"
+#include "daemon/certificate/signing/signed_files.h"
 #include "tests/daemon/certificate/recorded.h"
 #include "tests/daemon/cli/process.h"
 #include "tests/daemon/journal/temporary_directory.h"
@@ -15,7 +16,27 @@ namespace cellcal::daemon::testing {
 namespace {
 
 struct the_certificate_command : ::testing::Test {
-  the_certificate_command() { write_archive(recorded().second, dir / "e"); }
+  the_certificate_command() {
+    write_archive(recorded().second, dir / "e");
+    signing::make_key(dir / "k");
+    sign_export("e", "k");
+  }
+  /// As 'cellcal export' does.
+  void sign_export(const std::string& directory, const std::string& key) const {
+    std::vector<std::string> names;
+    for (const auto& file : std::filesystem::directory_iterator(dir / directory))
+      names.push_back(file.path().filename());
+    signing::sign_files(dir / directory, names,
+                        {"export of session 1", "cell 4", "2026-04-01T00:00:00.000Z", ""},
+                        signing::PrivateKey(dir / key), signing::Kind::kExport);
+  }
+  /// A session's export that its recorder signed.
+  void export_of(const Recording& what, const std::string& directory) const {
+    const TemporaryDirectory of_journal;
+    Journal journal(of_journal / "j.db");
+    write_archive(make_archive(journal, record(journal, what, false), dir / "none"), dir / directory);
+    sign_export(directory, "k");
+  }
   Outcome certify(std::vector<std::string> more) {
     more.insert(more.begin(), {CELLCAL, "certificate", dir / "e", "--no-pdf"});
     return run_program(more);
@@ -28,7 +49,6 @@ struct the_certificate_command : ::testing::Test {
 
 TEST_F(the_certificate_command,
        writes_a_signed_one_from_an_export_that_verify_takes_until_it_is_changed) {
-  ASSERT_EQ(run_program({CELLCAL, "certificate", "--make-key", "--key", dir / "k"}).status, 0);
   ASSERT_EQ(run_program({CELLCAL, "certificate", "--make-key", "--key", dir / "other"}).status, 0);
   EXPECT_EQ(run_program({CELLCAL, "certificate", "--make-key", "--key", dir / "k"}).status, 1);
   const Outcome made =
@@ -57,10 +77,7 @@ TEST_F(the_certificate_command,
 }
 
 TEST_F(the_certificate_command, of_an_emulated_cell_is_named_by_verify) {
-  Journal journal(dir / "j.db");
-  const std::int64_t id = record(journal, {.emulated = true}, false);
-  write_archive(make_archive(journal, id, dir / "none"), dir / "m");
-  ASSERT_EQ(run_program({CELLCAL, "certificate", "--make-key", "--key", dir / "k"}).status, 0);
+  export_of({.emulated = true}, "m");
   ASSERT_EQ(run_program({CELLCAL, "certificate", dir / "m", "--no-pdf", "--key", dir / "k", "--out",
                          dir / "c"})
                 .status,
@@ -75,8 +92,8 @@ TEST_F(the_certificate_command, of_an_emulated_cell_is_named_by_verify) {
 }
 
 TEST_F(the_certificate_command, writes_nothing_where_the_key_cannot_be_used) {
-  std::ofstream(dir / "k") << "no key";
-  EXPECT_EQ(certify({"--key", dir / "k", "--out", dir / "c"}).status, 1);
+  std::ofstream(dir / "n") << "no key";
+  EXPECT_EQ(certify({"--key", dir / "n", "--out", dir / "c"}).status, 1);
   EXPECT_FALSE(std::filesystem::exists(dir / "c"));
   ::setenv("CELLCAL_KEY", (dir / "nothing").c_str(), 1);
   const Outcome without = certify({"--out", dir / "c"});
@@ -91,7 +108,6 @@ TEST_F(the_certificate_command, writes_nothing_where_the_key_cannot_be_used) {
 }
 
 TEST_F(the_certificate_command, signs_the_other_files_where_the_pdf_fails) {
-  ASSERT_EQ(run_program({CELLCAL, "certificate", "--make-key", "--key", dir / "k"}).status, 0);
   std::filesystem::create_directory(dir / "bin");
   std::ofstream(dir / "bin/weasyprint") << "#!/bin/sh\nexit 1\n";
   std::filesystem::permissions(dir / "bin/weasyprint", std::filesystem::perms::owner_all);
@@ -137,6 +153,51 @@ TEST_F(the_certificate_command,
   EXPECT_FALSE(std::filesystem::exists(dir / "c"));
   EXPECT_EQ(run_program({CELLCAL, "certificate"}).status, 2);
   EXPECT_EQ(run_program({CELLCAL, "certificate", "7", "--make-key"}).status, 2);
+}
+
+TEST_F(the_certificate_command, certifies_nothing_that_does_not_come_out_again_to_the_bit) {
+  export_of({.forged_publish = true, .fit = 9}, "withheld");
+  export_of({.forged_figures = true}, "tenth");
+  for (const auto& [directory, where] :
+       {std::pair("withheld", "/verdict/"), std::pair("tenth", "/predicted/")})
+    for (const char* sign : {"--no-sign", "--no-pdf"}) {
+      const Outcome made = run_program({CELLCAL, "certificate", dir / directory, sign, "--key",
+                                        dir / "k", "--out", dir / "c"});
+      EXPECT_EQ(made.status, 3) << made.out << made.err;
+      EXPECT_NE(made.err.find(std::string("first: ") + where), std::string::npos) << made.err;
+      EXPECT_NE(made.err.find("gets no certificate"), std::string::npos) << made.err;
+      EXPECT_FALSE(std::filesystem::exists(dir / "c"));
+    }
+}
+
+TEST_F(the_certificate_command, signs_for_no_export_that_nobody_signed_or_that_was_changed_since) {
+  signing::make_key(dir / "cell");
+  const auto status = [&](std::vector<std::string> more) {
+    more.insert(more.end(), {"--key", dir / "k", "--out", dir / "c"});
+    const Outcome made = certify(more);
+    EXPECT_TRUE(made.status == 0 || made.err.find("--no-sign") != std::string::npos) << made.err;
+    EXPECT_EQ(std::filesystem::exists(dir / "c"), made.status == 0) << made.err;
+    std::filesystem::remove_all(dir / "c");
+    return made.status;
+  };
+  EXPECT_EQ(status({}), 0);
+  // Altered, with all sums made anew: as a session of an emulated cell that states it was none.
+  std::filesystem::remove_all(dir / "e");
+  export_of({}, "e");
+  std::filesystem::rename(dir / "e/export.sums", dir / "sums");
+  std::filesystem::rename(dir / "e/export.sums.sig", dir / "sig");
+  EXPECT_EQ(status({}), 3);
+  EXPECT_EQ(status({"--no-sign"}), 0);
+  sign_export("e", "cell");
+  EXPECT_EQ(status({}), 3) << "by another key";
+  EXPECT_EQ(status({"--export-key", dir / "cell.pub"}), 0);
+  std::filesystem::remove_all(dir / "e");
+  export_of({.seed = 7}, "e");
+  std::filesystem::copy_file(dir / "sums", dir / "e/export.sums",
+                             std::filesystem::copy_options::overwrite_existing);
+  std::filesystem::copy_file(dir / "sig", dir / "e/export.sums.sig",
+                             std::filesystem::copy_options::overwrite_existing);
+  EXPECT_EQ(status({}), 3) << "signed for other rows";
 }
 
 }  // namespace

@@ -96,6 +96,16 @@ std::int64_t record(Journal& journal, const Recording& what, bool against_the_la
     calibration.update->outcome = calib::UpdateOutcome::kUpdated;
     calibration.update->stands_on = what.stands_on;
   }
+  if (what.forged_publish) {
+    calibration.verdict.publish = true;
+    std::erase_if(calibration.verdict.findings, [](const calib::Finding& one) {
+      return one.severity == calib::Severity::kWithholds;
+    });
+  }
+  if (what.forged_figures) {
+    calibration.predicted_workspace_m /= 10.0;
+    calibration.predicted_near_targets_m /= 10.0;
+  }
   journal.store_calibration(id, calib::calibration_to_json(calibration), compared);
   journal.record(id, RecordEnd{what.ending, ""}, "2026-03-29T01:31:00.000Z");
   return id;

@@ -16,6 +16,8 @@ struct Recording {
   bool phases = false;  ///< the change of phase that it began with is recorded
   bool temperatures = false;
   bool publish = true;  ///< else withheld
+  /// What is stored is another than what was found: published though it was withheld, and figures a tenth of it.
+  bool forged_publish = false, forged_figures = false;
   Ending ending = Ending::kDone;
   std::string stands_on{};      ///< it is an update, of that session
   double remastered_rad = 0.0;  ///< A2 reads more by this

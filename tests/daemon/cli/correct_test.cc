@@ -35,6 +35,42 @@ class correct : public ::testing::Test {
   TemporaryDirectory dir_;
 };
 
+TEST_F(correct, refuses_a_file_that_was_altered_and_a_correction_that_no_arm_has) {
+  const std::string poses = put("poses.csv", "x_mm,y_mm,z_mm,a_deg,b_deg,c_deg\n980.5,-120.25,700,20,75,-10\n");
+  calib::Calibration c = calibration();
+  c.verdict.publish = true;
+  std::string text = calib::calibration_to_json(c);
+  put("cal.json", text);
+  EXPECT_EQ(run_correct({"--poses", poses}).status, 0);
+  const std::size_t digit = text.find_first_of("123456789", text.find("\"correction\""));
+  text[digit] = text[digit] == '7' ? '8' : '7';
+  put("cal.json", text);
+  const Outcome altered = run_correct({"--poses", poses});
+  EXPECT_EQ(altered.status, 1);
+  EXPECT_EQ(altered.out, "");
+  EXPECT_NE(altered.err.find("cal.json: sum: not that of its content"), std::string::npos) << altered.err;
+  // Of an earlier version, which wrote no sum.
+  const auto without_sum = [](const calib::Calibration& one) {
+    auto document = nlohmann::json::parse(calib::calibration_to_json(one));
+    document.erase("sum");
+    return document.dump();
+  };
+  put("cal.json", without_sum(c));
+  const Outcome earlier = run_correct({"--poses", poses});
+  EXPECT_EQ(earlier.status, 0) << earlier.err;
+  EXPECT_NE(earlier.err.find("cal.json: has no sum"), std::string::npos) << earlier.err;
+  for (calib::ParameterResult& one : c.parameters)
+    if (calib::parameter_name(c.cell, one.key) == "A2.a") one.correction = 30e-3;
+  put("cal.json", without_sum(c));
+  for (const char* command : {"correct", "predict"}) {
+    const Outcome far = run_program({CELLCAL, command, "--calibration", dir_ / "cal.json",
+                                     command[0] == 'c' ? "--poses" : "--joints", poses});
+    EXPECT_EQ(far.status, 1);
+    EXPECT_EQ(far.out, "");
+    EXPECT_NE(far.err.find("cal.json: 30.000 mm correction of A2.a, at most "), std::string::npos) << far.err;
+  }
+}
+
 constexpr const char* kHead = "x_mm,y_mm,z_mm,a_deg,b_deg,c_deg";
 
 TEST_F(correct, turns_poses_into_joints_that_predict_brings_back) {

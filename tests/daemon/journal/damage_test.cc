@@ -114,6 +114,15 @@ TEST_F(a_journal_that_a_kill_left, is_not_taken_for_another_or_an_older_one) {
   EXPECT_NE(refusal(copy_).find("Restore the journal"), std::string::npos) << refusal(copy_);
 }
 
+/// With a row of each table that a session's rows are in.
+std::int64_t fill_all(Journal& journal) {
+  const std::int64_t id = fill(journal, 3);
+  journal.note(id, RecordChange{});
+  journal.note(id, RecordContact{});
+  journal.activate({id, "t", "who", "why"});
+  return id;
+}
+
 struct Change {
   const char* name;
   const char* sql;
@@ -127,8 +136,8 @@ TEST_P(a_row, that_another_program_changed_is_told_and_its_session_refused) {
   const auto path = dir / "j.db";
   {
     Journal journal(path);
-    fill(journal, 3);
-    fill(journal, 3);
+    fill_all(journal);
+    fill_all(journal);
   }
   Database(path).execute(GetParam().sql);
   Journal journal(path);
@@ -148,6 +157,8 @@ TEST_P(a_row, that_another_program_changed_is_told_and_its_session_refused) {
   EXPECT_NE(refused([&] { journal.events(bad); }).find(session), std::string::npos);
   EXPECT_EQ(journal.touches(good).size(), 3u) << "the other session is as good as before";
   ASSERT_EQ(journal.sessions().size(), 2u);
+  EXPECT_EQ(journal.sessions()[bad == 2 ? 0 : 1].state, RecordState::kDamaged);
+  EXPECT_NE(journal.sessions()[bad == 2 ? 1 : 0].state, RecordState::kDamaged);
   if (bad == 2) {
     EXPECT_FALSE(journal.remarks().empty()) << "of the newest it is told at once";
     EXPECT_NE(refused([&] { journal.newest_resumable(); }).find(session), std::string::npos);
@@ -159,6 +170,9 @@ const Change kChanges[] = {
     {"a_target", "UPDATE touch SET target='S2' WHERE session=1 AND number=0", 1},
     {"a_reading", "UPDATE reading SET along_m=0.5 WHERE session=2 AND rowid=8", 2},
     {"an_event", "UPDATE event SET words='nothing' WHERE session=2", 2},
+    {"a_change_of_phase", "UPDATE change SET clock_s=9.0 WHERE session=2", 2},
+    {"a_contact", "UPDATE contact SET ticks=9 WHERE session=1", 1},
+    {"an_activation", "UPDATE activation SET who='another' WHERE session=2", 2},
     {"the_cell_file", "UPDATE session SET cell_text='other' WHERE id=2", 2},
     {"the_state", "UPDATE session SET state='done' WHERE id=1", 1},
     {"a_touch_taken_out", "DELETE FROM touch WHERE session=2 AND number=2", 2},

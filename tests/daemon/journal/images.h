@@ -28,6 +28,7 @@ inline std::int64_t fill(Journal& journal, std::size_t touches) {
     journal.note(id, "t1", "slow search -> recording");
     RecordReading reading;
     reading.touch = i;
+    reading.reading.contact_rad = {0.1, -0.1};
     journal.record(id, reading);
     reading.reading.slow = true;
     reading.reading.along_m = 0.001 * static_cast<double>(i);

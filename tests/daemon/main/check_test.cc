@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "changed_cell.h"
+#include "daemon/journal/store/sqlite.h"
 
 namespace cellcal::daemon::testing {
 namespace {
@@ -108,6 +109,38 @@ TEST_F(ACheck, alarms_everywhere_where_every_check_since_the_calibration_fails) 
     EXPECT_NE(metrics.find("cellcal_session_outcome{outcome=\"does_not_hold\"} 1\n"),
               std::string::npos);
   }
+}
+
+TEST_F(ACheck, is_refused_with_the_way_out_where_a_touch_of_the_calibration_in_use_is_another) {
+  fixture.start();
+  calibrate();
+  calibrate();
+  fixture.daemon.reset();
+  {
+    Database journal(fixture.dir / "state/journal.db");
+    journal.execute(
+        "UPDATE touch SET joint_rad=(SELECT joint_rad FROM touch WHERE session=1 AND number=3) WHERE "
+        "session=2 AND number=3");
+  }
+  restart("");
+  EXPECT_EQ(get("/v1/sessions")[0]["state"], "damaged");
+  const auto refused = [&](const std::vector<std::string>& command) {
+    const Outcome outcome = fixture.cellcal(command);
+    EXPECT_EQ(outcome.status, 1) << command[0] << outcome.out;
+    EXPECT_NE(outcome.err.find("the calibration in use, of session 2: "), std::string::npos)
+        << command[0] << outcome.err;
+    EXPECT_NE(outcome.err.find("'cellcal activate ID --reason WHY'"), std::string::npos)
+        << command[0] << outcome.err;
+  };
+  refused({"check"});
+  refused({"run", "--cell", CELLCAL_DEMO_CELL, "--update"});
+  refused({"run", "--cell", CELLCAL_DEMO_CELL, "--touches", "8"});
+  refused({"history", "--drift"});
+  EXPECT_EQ(http_request(fixture.socket(), "GET", "/metrics").status, 200);
+  EXPECT_NE(fixture.cellcal({"versions"}).out.find("damaged"), std::string::npos);
+  EXPECT_EQ(get("/v1/sessions").size(), 2u) << "nothing began";
+  EXPECT_EQ(fixture.cellcal({"activate", "--back", "--reason", "damaged"}).status, 0);
+  EXPECT_EQ(fixture.cellcal({"check"}).status, 0) << fixture.log();
 }
 
 TEST_F(ACheck, is_refused_where_there_is_nothing_to_check) {

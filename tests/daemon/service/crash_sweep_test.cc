@@ -6,9 +6,14 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <chrono>
 #include <set>
+#include <thread>
 
+#include "daemon/backends/backends.h"
 #include "daemon/service/journal_recorder.h"
+#include "daemon/service/service.h"
+#include "daemon/tasks/recorded/check_against.h"
 #include "tests/daemon/journal/disks/losing_disk.h"
 #include "tests/daemon/journal/temporary_directory.h"
 #include "tests/daemon/runner/fakes.h"
@@ -185,6 +190,111 @@ TEST(a_session, has_every_change_of_phase_and_every_contact_in_its_rows) {
   EXPECT_EQ(contacts, static_cast<std::size_t>(journal.reading_count(1)));
   EXPECT_EQ(contacts, 3 * kTouches);
 }
+
+/// A daemon's sessions on an emulated cell, in a directory that was made once: one calibration is published there.
+class ACalibratedCell : public ::testing::TestWithParam<SessionKind> {
+ protected:
+  static RunRequest request(SessionKind kind, int touches = 0) {
+    RunRequest wanted;
+    wanted.kind = kind;
+    wanted.update = kind == SessionKind::kCalibrate && touches == 0;
+    wanted.cell = CELLCAL_DEMO_CELL;
+    if (touches > 0) wanted.fit_touches = touches;
+    wanted.check_touches = touches > 0 ? 6 : 0;
+    return wanted;
+  }
+  /// How it ended; none: it did not begin, by this reason.
+  struct End {
+    std::optional<Status> status;
+    std::string refused;
+  };
+  static End run(Journal& journal, const std::filesystem::path& dir, const RunRequest& wanted) {
+    SessionSettings settings;
+    SessionService service{{journal, dir,
+                            [](const calib::Cell& cell, double) {
+                              return make_mock_backend(
+                                  parse_config("format = \"cellcal.daemon/1\"\nbackend = \"mock\"\n"
+                                               "[motion]\nspeed_percent = 100\nacceleration_deg_s2 = 900\n"
+                                               "jerk_deg_s3 = 12000\n",
+                                               "d"),
+                                  cell);
+                            },
+                            settings}};
+    try {
+      service.start(wanted);
+    } catch (const std::exception& refused) {
+      return {{}, refused.what()};
+    }
+    while (!is_final(service.status().phase)) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    return {service.status(), ""};
+  }
+  static const std::filesystem::path& calibrated() {
+    static const TemporaryDirectory dir;
+    static const bool made = [] {
+      Journal journal(dir / "j.db");
+      const End end = run(journal, dir.path(), request(SessionKind::kCalibrate, 40));
+      return end.status && end.status->phase == Phase::kDone &&
+             journal.was_published(1).value_or(false);
+    }();
+    EXPECT_TRUE(made);
+    return dir.path();
+  }
+};
+
+TEST_P(ACalibratedCell, whose_disk_fails_in_mid_session_holds_still_by_name_keeps_its_calibration_and_goes_on) {
+  const RunRequest wanted = request(GetParam());
+  int failed = 0, refused = 0;
+  constexpr long kStride = 211;  // an update and what goes on after it take seconds
+  for (long at = 0;; at += kStride) {
+    const TemporaryDirectory dir;
+    const std::string where = "failed from write " + std::to_string(at);
+    std::filesystem::remove(dir.path());
+    std::filesystem::copy(calibrated(), dir.path(), std::filesystem::copy_options::recursive);
+    const std::filesystem::path file = dir / "j.db";
+    bool has_failed = false;
+    {
+      Journal journal(file);
+      const FailingDisk disk(dir.path(), at, ENOSPC);
+      const End end = run(journal, dir.path(), wanted);
+      has_failed = disk.has_failed();
+      refused += end.refused.empty() ? 0 : 1;
+      if (end.status) {
+        EXPECT_NE(end.status->arm.motion, ArmMotion::kMoving) << where;
+        failed += end.status->phase == Phase::kFailed ? 1 : 0;
+        if (end.status->phase == Phase::kFailed) {
+          ASSERT_TRUE(end.status->failure) << where;
+          EXPECT_TRUE(end.status->failure->kind == FailureKind::kJournal ||
+                      end.status->failure->kind == FailureKind::kReport)
+              << where << to_string(end.status->failure->kind);
+        }
+      } else {
+        EXPECT_TRUE(end.refused.find("full") != std::string::npos ||
+                    end.refused.find("Make room") != std::string::npos)
+            << where << end.refused;
+      }
+    }
+    Journal journal(file);
+    for (const SessionRecord& one : journal.sessions())
+      EXPECT_NE(one.state, RecordState::kDamaged) << where << " " << one.id;
+    EXPECT_TRUE(journal.was_published(1).value_or(false)) << where;
+    ASSERT_EQ(published_session(journal, CELLCAL_DEMO_CELL, 1).id, 1) << where;
+    if (!has_failed) break;
+    const End again = run(journal, dir.path(), wanted);
+    ASSERT_TRUE(again.status) << where << again.refused;
+    EXPECT_EQ(again.status->phase, Phase::kDone) << where;
+    if (HasFatalFailure()) return;
+  }
+  std::printf("%s: disk full from %d writes on in mid-session, from %d before it began: each held still by name, and "
+              "was done when there was room\n",
+              GetParam() == SessionKind::kQualify ? "qualify" : "update", failed, refused);
+  EXPECT_GT(failed, 3);
+}
+
+INSTANTIATE_TEST_SUITE_P(sessions, ACalibratedCell,
+                         ::testing::Values(SessionKind::kCalibrate, SessionKind::kQualify),
+                         [](const auto& one) {
+                           return std::string(one.param == SessionKind::kQualify ? "qualify" : "update");
+                         });
 
 }  // namespace
 }  // namespace cellcal::daemon::testing

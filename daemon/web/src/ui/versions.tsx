@@ -43,10 +43,10 @@ export function Versions({ versions, may, changed }: { versions: Version[]; may:
             <tr key={row.session} aria-current={row.active ? "true" : undefined}>
               <th scope="row">{row.session}</th>
               <td>{fmt.time(row.ended)}</td>
-              <td>{fmt.mm(row.predictedMm)} <small>{say(row.workspace ? "versions.workspace" : "versions.near")}</small></td>
+              <td>{row.trouble ? say("versions.damaged") : <>{fmt.mm(row.predictedMm)} <small>{say(row.workspace ? "versions.workspace" : "versions.near")}</small></>}</td>
               <td>{fmt.mm(row.u95Mm)}</td>
               <td>
-                {row.active ? <strong>{say("versions.in_use")}</strong> : (
+                {row.active ? <strong>{say("versions.in_use")}</strong> : !row.trouble && (
                   <>
                     <button type="button" class="small" aria-label={`${say("versions.compare")} ${row.session}`}
                             aria-expanded={apart === row.session}
@@ -55,6 +55,7 @@ export function Versions({ versions, may, changed }: { versions: Version[]; may:
                                        onClick={() => want(row)}>{say("versions.activate")}</button></>}
                   </>
                 )}
+                {row.trouble && <div class="note">{row.trouble}</div>}
                 {row.activated && <div class="note">{say("versions.activated", { time: fmt.time(row.activated.time), who: row.activated.who, reason: row.activated.reason })}</div>}
               </td>
             </tr>

@@ -601,6 +601,7 @@ export const de: Catalogue = {
   "versions.workspace": "Arbeitsraum",
   "versions.near": "nahe den Zielen",
   "versions.in_use": "in Gebrauch",
+  "versions.damaged": "beschädigt",
   "versions.compare": "Vergleichen",
   "versions.activate": "Wieder verwenden",
   "versions.activated": "Aktiviert {time} von {who}: {reason}",

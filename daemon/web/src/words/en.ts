@@ -612,6 +612,7 @@ export const en = {
   "versions.workspace": "workspace",
   "versions.near": "near the targets",
   "versions.in_use": "in use",
+  "versions.damaged": "damaged",
   "versions.compare": "Compare",
   "versions.activate": "Use again",
   "versions.activated": "Activated {time} by {who}: {reason}",

@@ -110,6 +110,22 @@ TEST_F(signed_files, are_verified_by_openssl_and_sha256sum_alone) {
       0);
 }
 
+TEST_F(signed_files, of_an_export_have_names_of_their_own_and_are_verified_likewise) {
+  fs::create_directory(dir / "x");
+  write(dir / "x/rows.jsonl", "{}");
+  const Statement statement{"export of session 7", "anna", "2026-04-02T08:00:00.000Z", ""};
+  sign_files(dir / "x", {"rows.jsonl"}, statement, PrivateKey(dir / "k"), Kind::kExport);
+  EXPECT_TRUE(has_signature(dir / "x", Kind::kExport));
+  EXPECT_FALSE(has_signature(dir / "x", Kind::kCertificate));
+  const Verified verified = verify_files(dir / "x", PublicKey(dir / "k.pub"));
+  EXPECT_EQ(verified.kind, Kind::kExport);
+  EXPECT_EQ(verified.statement.certificate, "export of session 7");
+  EXPECT_EQ(verify("c"), std::nullopt) << "a certificate's";
+  EXPECT_THROW(verify_files(dir / "c", PublicKey(dir / "k.pub"), Kind::kExport), NotVerified);
+  write(dir / "x/rows.jsonl", "[]");
+  EXPECT_THROW(verify_files(dir / "x", PublicKey(dir / "k.pub")), NotVerified);
+}
+
 TEST_F(signed_files, that_were_changed_are_told_from_others) {
   write(dir / "c/a.html", "<p>0.095 mm</p>");
   EXPECT_EQ(verify("c/a.html"), Why::kChangedFile);
