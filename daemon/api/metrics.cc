@@ -233,7 +233,7 @@ void put_drift(Exposition& out, const calib::DriftChart& chart) {
 std::optional<calib::Calibration> newest_result(Journal& journal,
                                                 const std::vector<SessionRecord>& newest_first) {
   for (const SessionRecord& session : newest_first) {
-    if (session.state != RecordState::kDone) continue;
+    if (session.state != RecordState::kDone || !session.has_calibration) continue;
     try {
       const auto record = journal.session(session.id);
       if (record && !record->calibration.empty())

@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "calib/files/files.h"
+#include "calib/model/long_work.h"
 #include "calib/model/units.h"
 #include "calib/syntax/input_file.h"
 #include "daemon/api/handlers.h"
@@ -119,9 +120,11 @@ std::optional<Response> Api::sessions(const Call& call) {
   const bool whole = !call.request.query.contains("limit");
   const auto limit = whole ? std::size_t(-1) : static_cast<std::size_t>(page_size(call.request, 0));
   json list = json::array();
-  for (const SessionRecord& record : journal_.sessions()) {
+  for (SessionRecord& record : journal_.sessions()) {
     if (before && record.id >= *before) continue;
     if (list.size() >= limit) break;
+    calib::poll_cancelled();
+    if (!journal_.is_whole(record.id)) record.state = RecordState::kDamaged;
     list.push_back(to_json(record));
     list.back()["published"] = published(record);
   }

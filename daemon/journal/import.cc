@@ -114,7 +114,7 @@ std::string Journal::name() {
 std::string Journal::rows(std::int64_t session) {
   if (!impl_->pending.all().empty()) impl_->write([] {});
   const std::lock_guard lock(impl_->mutex);
-  impl_->verify(session);
+  impl_->chain.verify(session);
   return to_lines(read_rows(impl_->database, impl_->chain.name(), session));
 }
 

@@ -7,6 +7,7 @@
 #include <span>
 
 #include "calib/files/calibration_json.h"
+#include "calib/model/long_work.h"
 #include "daemon/journal/database/prepare.h"
 #include "daemon/journal/journal_impl.h"
 #include "daemon/journal/rows.h"
@@ -54,7 +55,8 @@ constexpr const char* kSelectSession =
     "SELECT id, started, ended, state, cell_name, robot_name, plan_hash, planned, failure, options,"
     " (SELECT count(*) FROM touch WHERE touch.session = session.id), software, origin, "
     "cell_text, robot_text, calibration, "
-    "(SELECT max(time) FROM dropped WHERE dropped.session = session.id), outcome FROM session ";
+    "(SELECT max(time) FROM dropped WHERE dropped.session = session.id), outcome, "
+    "calibration <> '' FROM session ";
 
 std::filesystem::path with(std::filesystem::path path, const char* suffix) {
   return path += suffix;
@@ -90,6 +92,7 @@ SessionRecord session_from(Statement& row, bool with_texts) {
   if (!row.is_null(12)) record.origin = origin_of(row.text(12));
   record.dropped = row.text(16);
   record.outcome = row.text(17);
+  record.has_calibration = row.integer(18) != 0;
   if (!with_texts) return record;
   record.inputs.cell_text = row.text(13);
   record.inputs.robot_text = row.text(14);
@@ -215,36 +218,12 @@ void Journal::Impl::set_state(std::int64_t session, RecordState state, std::stri
 void Journal::Impl::judge(SessionRecord& record) {
   if (record.state == RecordState::kRunning && record.id != running)
     record.state = RecordState::kInterrupted;
-  const auto known = looked.find(record.id);
-  if (!chain.is_whole(record.id) || (known != looked.end() && !known->second.whole))
-    record.state = RecordState::kDamaged;
-}
-
-void Journal::Impl::verify(std::int64_t session) {
-  Looked now{chain.newest_entry(session), true};
-  try {
-    chain.verify(session);
-  } catch (const DamagedError&) {
-    now.whole = false;
-    looked[session] = now;
-    throw;
-  }
-  looked[session] = now;
-}
-
-void Journal::Impl::look_at(std::int64_t session) {
-  if (session == running) return;  // this process writes it
-  const auto known = looked.find(session);
-  if (known != looked.end() && known->second.newest_entry == chain.newest_entry(session)) return;
-  try {
-    verify(session);
-  } catch (const DamagedError&) {  // remembered
-  }
+  if (!chain.is_whole(record.id)) record.state = RecordState::kDamaged;
 }
 
 Journal::Journal(const std::filesystem::path& path) : impl_(std::make_unique<Impl>(path)) {
   try {
-    if (const std::int64_t newest = impl_->chain.newest_session()) impl_->verify(newest);
+    if (const std::int64_t newest = impl_->chain.newest_session()) impl_->chain.verify(newest);
   } catch (const JournalError& damaged) {
     impl_->remarks.emplace_back(damaged.what());
   }
@@ -396,7 +375,7 @@ void Journal::store_calibration(std::int64_t session, const std::string& json,
 
 std::optional<Compared> Journal::compared(std::int64_t session) {
   const std::lock_guard lock(impl_->mutex);
-  impl_->verify(session);
+  impl_->chain.verify(session);
   Statement select(impl_->database,
                    "SELECT words, accepted, calibration FROM compared WHERE session=? "
                    "ORDER BY rowid DESC LIMIT 1");
@@ -418,18 +397,20 @@ void Journal::note(std::int64_t session, const AssessedTouch& touch) {
 }
 
 std::vector<SessionRecord> Journal::sessions() {
-  std::int64_t session = 0;
-  {
-    const std::lock_guard lock(impl_->mutex);
-    session = impl_->chain.newest_session();
-  }
-  // One at a time: a session that runs waits for no more than one of them.
-  for (; session > 0; --session) {
-    const std::lock_guard lock(impl_->mutex);
-    impl_->look_at(session);
-  }
   const std::lock_guard lock(impl_->mutex);
   return impl_->sessions();
+}
+
+bool Journal::is_whole(std::int64_t session) {
+  const std::lock_guard lock(impl_->mutex);
+  if (session != impl_->running && !impl_->chain.was_verified(session)) {
+    try {
+      impl_->chain.verify(session);
+    } catch (const DamagedError&) {
+      return false;
+    }
+  }
+  return impl_->chain.is_whole(session);
 }
 
 std::vector<SessionRecord> Journal::Impl::sessions() {
@@ -444,6 +425,7 @@ std::vector<SessionRecord> Journal::Impl::sessions() {
     }
   };
   while (select.step()) {
+    calib::poll_cancelled();
     SessionRecord record = session_from(select, false);
     missing_down_to(record.id);
     judge(record);
@@ -476,7 +458,7 @@ bool Journal::may_be_published(std::int64_t session) {
 
 std::optional<SessionRecord> Journal::session(std::int64_t id) {
   const std::lock_guard lock(impl_->mutex);
-  impl_->verify(id);
+  impl_->chain.verify(id);
   Statement select(impl_->database, (std::string(kSelectSession) + "WHERE id=?").c_str());
   select.bind(1, id);
   if (!select.step()) return std::nullopt;
@@ -498,7 +480,7 @@ std::optional<SessionRecord> Journal::newest_resumable() {
 
 std::vector<calib::Touch> Journal::touches(std::int64_t session) {
   const std::lock_guard lock(impl_->mutex);
-  impl_->verify(session);
+  impl_->chain.verify(session);
   return impl_->touches(session);
 }
 
@@ -516,7 +498,7 @@ std::vector<calib::Touch> Journal::Impl::touches(std::int64_t session) {
 
 std::vector<std::string> Journal::events(std::int64_t session) {
   const std::lock_guard lock(impl_->mutex);
-  impl_->verify(session);
+  impl_->chain.verify(session);
   Statement select(impl_->database,
                    "SELECT time || ' ' || words FROM event WHERE session=? ORDER BY rowid");
   select.bind(1, session);
@@ -531,7 +513,7 @@ std::vector<std::string> Journal::events(std::int64_t session) {
 
 int Journal::reading_count(std::int64_t session) {
   const std::lock_guard lock(impl_->mutex);
-  impl_->verify(session);
+  impl_->chain.verify(session);
   Statement select(impl_->database, "SELECT count(*) FROM reading WHERE session=?");
   select.bind(1, session);
   return select.step() ? static_cast<int>(select.integer(0)) : 0;
@@ -539,7 +521,7 @@ int Journal::reading_count(std::int64_t session) {
 
 std::vector<RecordReading> Journal::readings(std::int64_t session) {
   const std::lock_guard lock(impl_->mutex);
-  impl_->verify(session);
+  impl_->chain.verify(session);
   Statement select(impl_->database,
                    "SELECT touch, number, slow, contact_rad, settled_rad, along_m, time_sigma_s, "
                    "reaction_s, bounces, time FROM reading WHERE session=? ORDER BY rowid");

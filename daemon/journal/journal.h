@@ -68,8 +68,10 @@ class Journal {
   // What is read of one session was compared with its checksums; DamagedError where it is not what
   // was written, JournalError where the disk does not give it now.
 
-  /// Newest first, without the texts of the inputs and the calibration. Each session's own row is compared each time; its
-  /// others when it is listed first, and again once it went on: no other program writes to an open journal.
+  /// All rows of this session are as they were written; found out once, until it is written to.
+  bool is_whole(std::int64_t session);
+  /// Newest first, without the texts of the inputs and the calibration. Damaged: by the session's own row, and by the others
+  /// where is_whole() or a reader has looked at them. Can be called off (calib/model/long_work.h).
   std::vector<SessionRecord> sessions();
   /// Of a calibration that is done, what its verdict says; nothing of all else. For lists: a tenth of a millisecond, and
   /// not compared with its checksums.

@@ -42,10 +42,6 @@ struct Journal::Impl {
   /// What the state means now: a session that nobody runs any more does not run, whether or not
   /// its end could be recorded.
   void judge(SessionRecord& record);
-  /// All rows of one session. Throws as verify_rows(), and remembers for judge() what it found.
-  void verify(std::int64_t session);
-  /// The same where it has not been looked at since it was last written.
-  void look_at(std::int64_t session);
 
   std::mutex mutex;  ///< held while the disk is waited for
   std::mutex one_backup;
@@ -58,11 +54,6 @@ struct Journal::Impl {
   FileWatch files;
   PendingRows pending;
   std::atomic<std::int64_t> running{0};
-  struct Looked {
-    std::int64_t newest_entry = 0;  ///< of its chain, then
-    bool whole = false;
-  };
-  std::map<std::int64_t, Looked> looked;  ///< by session
 };
 
 }  // namespace cellcal::daemon

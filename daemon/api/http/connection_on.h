@@ -13,6 +13,7 @@
 #include <optional>
 #include <string>
 
+#include "calib/model/long_work.h"
 #include "daemon/api/http/server_impl.h"
 
 namespace cellcal::daemon {
@@ -156,7 +157,14 @@ class ConnectionOn final : public Connection,
   Response make_slowly(const HttpServer::Impl& server) const {
     // Who asked for something to be done has given up by then, and may have gone to the cell.
     if (is_stale()) return busy("request waited too long for others: nothing was done. Try again");
-    return server.parts.handler(request_, true).value_or(error(500, "no answer"));
+    // What only looks is called off where the server stops; what acts comes to its end.
+    const bool looks = request_.method == "GET";
+    const calib::Watch watch([&server, looks] { return looks && server.stopped; });
+    try {
+      return server.parts.handler(request_, true).value_or(error(500, "no answer"));
+    } catch (const calib::Cancelled&) {
+      return busy("the program ends");
+    }
   }
 
   static Response no_room() {

@@ -74,7 +74,7 @@ struct HttpServer::Impl : std::enable_shared_from_this<HttpServer::Impl> {
   AnswerBytes answers;
   std::list<std::shared_ptr<Connection>> connections;  ///< the oldest first
   boost::asio::steady_timer beat;
-  bool stopped = false;
+  std::atomic<bool> stopped{false};
   std::atomic<bool> poked{false};
   std::unique_ptr<Clerk> clerk = std::make_unique<Clerk>();  ///< none once it has stopped
 

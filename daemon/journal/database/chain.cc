@@ -57,6 +57,7 @@ const char* session_column(const std::string& table) {
 
 void Chain::append(std::int64_t session, const std::string& table, std::int64_t row,
                    const std::string& digest) {
+  known_.erase(session);
   const std::int64_t number = newest_.entries + 1;
   std::string sum = sum_of(newest_.sum, number, session, table, row, digest);
   Statement insert(database_,
@@ -205,13 +206,33 @@ std::vector<std::int64_t> damaged_sessions(Database& database) {
   return damaged;
 }
 
+void Chain::verify(std::int64_t session) {
+  known_[session].all_rows.reset();
+  try {
+    verify_rows(database_, session);
+    known_[session].all_rows = true;
+  } catch (const DamagedError&) {
+    known_[session].all_rows = false;
+    throw;
+  }
+}
+
+bool Chain::was_verified(std::int64_t session) const {
+  const auto found = known_.find(session);
+  return found != known_.end() && found->second.all_rows.has_value();
+}
+
 bool Chain::is_whole(std::int64_t session) {
-  Statement newest(database_,
-                   "SELECT digest FROM chain WHERE session=? AND kind='session' "
-                   "ORDER BY number DESC LIMIT 1");
-  Statement row(database_, rows_of("session", "id").c_str());
-  return newest.bind(1, session).step() && row.bind(1, session).step() &&
-         newest.text(0) == digest_of(row.values());
+  Known& known = known_[session];
+  if (!known.own_row) {
+    Statement newest(database_,
+                     "SELECT digest FROM chain WHERE session=? AND kind='session' "
+                     "ORDER BY number DESC LIMIT 1");
+    Statement row(database_, rows_of("session", "id").c_str());
+    known.own_row = newest.bind(1, session).step() && row.bind(1, session).step() &&
+                    newest.text(0) == digest_of(row.values());
+  }
+  return *known.own_row && known.all_rows.value_or(true);
 }
 
 bool Chain::is_whole(std::int64_t session, const char* table, std::int64_t row) {
@@ -226,11 +247,6 @@ bool Chain::is_whole(std::int64_t session, const char* table, std::int64_t row) 
 
 std::int64_t Chain::last_entry(std::int64_t session) {
   Statement newest(database_, "SELECT max(number) FROM chain WHERE session=? AND kind='session'");
-  return newest.bind(1, session).step() ? newest.integer(0) : 0;
-}
-
-std::int64_t Chain::newest_entry(std::int64_t session) {
-  Statement newest(database_, "SELECT max(number) FROM chain WHERE session=?");
   return newest.bind(1, session).step() ? newest.integer(0) : 0;
 }
 

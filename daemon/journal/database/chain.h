@@ -7,6 +7,7 @@
 // file is written behind the commit: after a crash the journal may be ahead of it, never behind.
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -63,18 +64,22 @@ class Chain {
   void add(std::int64_t session, const char* table, std::int64_t row);
   /// The transaction is on disk, or was rolled back.
   void committed();
-  void rolled_back() { newest_ = on_disk_; }
+  void rolled_back() {
+    newest_ = on_disk_;
+    known_.clear();
+  }
   void write_head() { head_.write(on_disk_); }
 
-  void verify(std::int64_t session) { verify_rows(database_, session); }
-  /// The same of the session's own row alone.
+  /// Throws as verify_rows(). What it finds is remembered until the session is written to.
+  void verify(std::int64_t session);
+  /// The session's own row is as it was written, and all others as far as they were verified. What others do to the file
+  /// meanwhile only verify() sees.
   bool is_whole(std::int64_t session);
+  bool was_verified(std::int64_t session) const;
   /// The same of one other row.
   bool is_whole(std::int64_t session, const char* table, std::int64_t row);
   /// Number of the newest entry of the session's own row; 0: there is none.
   std::int64_t last_entry(std::int64_t session);
-  /// Of all its rows.
-  std::int64_t newest_entry(std::int64_t session);
   /// Of all sessions that there have been.
   std::int64_t newest_session();
   /// What tells this journal from all others.
@@ -87,6 +92,10 @@ class Chain {
   Database& database_;
   HeadFile& head_;
   Head newest_, on_disk_;
+  struct Known {
+    std::optional<bool> own_row, all_rows;  ///< as they were written
+  };
+  std::map<std::int64_t, Known> known_;  ///< by session
 };
 
 }  // namespace cellcal::daemon

@@ -63,6 +63,7 @@ struct SessionRecord {
   std::optional<FailureKind>
       failure_kind{};            ///< of one that fails now, for those who are told; no row has it
   std::string calibration;       ///< JSON; empty before identification
+  bool has_calibration = false;  ///< whether or not it was read with the record
   /// JSON, daemon/result/outcome_json.h; empty: it is not done, or ended before version 8 of the journal.
   std::string outcome;
   std::string software;          ///< version that began it; empty: before version 3 of the journal

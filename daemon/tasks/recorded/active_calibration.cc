@@ -27,8 +27,8 @@ NotUsable damaged(const std::string& why) {
 
 /// Whether it may have published, as far as a list tells: what is damaged is not known to have not.
 bool may_count(const SessionRecord& listed) {
-  return !listed.origin &&
-         (listed.state == RecordState::kDone || listed.state == RecordState::kDamaged);
+  return !listed.origin && (listed.state == RecordState::kDamaged ||
+                            (listed.state == RecordState::kDone && listed.has_calibration));
 }
 
 /// Places among all that was ever written, with their sessions; the latest first.

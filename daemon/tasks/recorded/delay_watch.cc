@@ -4,6 +4,7 @@
 
 #include <stdexcept>
 
+#include "calib/model/long_work.h"
 #include "daemon/qualification/touch_contacts.h"
 #include "daemon/tasks/recorded/options.h"
 
@@ -29,6 +30,7 @@ std::optional<ContactDelay> delay_before(Journal& journal, std::int64_t session)
   const std::optional<SessionRecord> record = journal.session(session);
   if (!record) return std::nullopt;
   for (const SessionRecord& earlier : journal.sessions()) {
+    calib::poll_cancelled();
     if (earlier.id >= session || earlier.origin ||
         earlier.inputs.robot_name != record->inputs.robot_name)
       continue;

@@ -11,6 +11,7 @@
 #include <thread>
 #include <vector>
 
+#include "calib/model/long_work.h"
 #include "daemon/api/http/server.h"
 #include "tests/daemon/api/tcp_peer.h"
 
@@ -60,11 +61,12 @@ class ServedOnPort {
                     response.stream = std::make_shared<Ticks>(made, request.path == "/endless");
                   }
                   if (request.path == "/gate") gate.wait();
+                  while (request.path == "/long/slow") calib::poll_cancelled();
                   if (request.path.starts_with("/large")) response.body.assign(kLarge, 'x');
                   return response;
                 },
                 [](const Request& request) {
-                  return request.path == "/large/slow" || request.path.starts_with("/gate");
+                  return request.path.ends_with("/slow") || request.path.starts_with("/gate");
                 },
                 limits}),
         thread([this] { context.run(); }) {}
@@ -227,6 +229,13 @@ TEST(a_network_server, refuses_a_header_that_decides_and_is_there_twice) {
     EXPECT_TRUE(peer.read_all().starts_with("HTTP/1.1 400")) << twice;
   }
   EXPECT_EQ(served.asked, 0);
+}
+
+TEST(a_network_server, calls_off_what_only_looks_where_it_stops) {
+  auto served = std::make_unique<ServedOnPort>();
+  TcpPeer peer(served->port(), "GET /long/slow HTTP/1.1\r\nHost: a\r\n\r\n");
+  while (served->asked == 0) std::this_thread::yield();
+  served.reset();  // it would never come to its end by itself
 }
 
 TEST(a_network_server, cuts_a_follower_that_does_not_read) {
