@@ -115,6 +115,7 @@ std::optional<Published> published(Journal& journal, std::int64_t session) {
     if (!calibration.verdict.publish) return std::nullopt;
     return Published{std::move(*record), std::move(calibration)};
   } catch (const calib::FileError& error) {  // of another version
+    if (!journal.was_published(session).value_or(true)) return std::nullopt;
     throw damaged(error.what());
   }
 }

@@ -119,7 +119,7 @@ TEST_F(ACheck, is_refused_with_the_way_out_where_a_touch_of_the_calibration_in_u
   {
     Database journal(fixture.dir / "state/journal.db");
     journal.execute(
-        "UPDATE touch SET joint_rad=(SELECT joint_rad FROM touch WHERE session=1 AND number=3) WHERE "
+        "UPDATE touch SET joint_rad=(SELECT joint_rad FROM touch WHERE session=2 AND number=4) WHERE "
         "session=2 AND number=3");
   }
   restart("");

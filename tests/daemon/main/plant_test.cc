@@ -175,6 +175,24 @@ TEST(a_cell, that_gets_another_name_ends_its_line_and_speaks_under_the_new_one) 
             (decltype(presences){{"weld-3", false}, {"weld-3", true}, {"weld-4", false}}));
 }
 
+TEST(a_certificate, of_an_emulated_cell_is_sent_to_the_plant_under_the_number_that_says_so) {
+  const TemporaryDirectory broker_dir;
+  Broker broker(broker_dir.path());
+  DaemonFixture fixture(plant_of(broker));
+  std::filesystem::create_directory(fixture.dir / "state");
+  {
+    Journal journal(fixture.dir / "state/journal.db");
+    record(journal, {.emulated = true}, false);
+  }
+  fixture.start();
+  const Outcome made = fixture.cellcal(
+      {"certificate", "1", "--no-pdf", "--no-sign", "--out", fixture.dir / "c", "--json"});
+  ASSERT_EQ(made.status, 0) << made.err;
+  const auto printed = nlohmann::json::parse(made.out);
+  EXPECT_EQ(printed["plant"], true);
+  EXPECT_TRUE(printed["number"].get<std::string>().starts_with("emulated-1-")) << printed;
+}
+
 TEST(a_certificate, reaches_the_plant_byte_for_byte_with_what_verifies_it) {
   const TemporaryDirectory broker_dir;
   Broker broker(broker_dir.path());

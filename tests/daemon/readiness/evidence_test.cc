@@ -8,9 +8,11 @@
 #include <regex>
 #include <sstream>
 
+#include "calib/files/calibration_json.h"
 #include "daemon/result/session_result.h"
 #include "daemon/tasks/recorded/inputs.h"
 #include "daemon/tasks/recorded/options.h"
+#include "tests/calib/random_calibration.h"
 #include "tests/daemon/journal/temporary_directory.h"
 
 namespace cellcal::daemon {
@@ -84,7 +86,13 @@ struct a_cell : ::testing::Test {
 
 const std::string kNothing =
     "cell todo, robot todo, spheres todo, doctor todo, qualify todo, dry-run todo, first todo, calibration todo";
-const std::string kPublish = R"({"verdict": {"publish": true}})",
+const std::string kPublish =
+                      [] {
+                        calib::Random random(1);
+                        return calib::calibration_to_json(calib::testing::random_calibration(
+                            cell_of(read_inputs(CELLCAL_DEMO_CELL)), random));
+                      }(),
+                  kUnreadable = R"({"verdict": {"publish": true}})",
                   kWithhold = R"({"verdict": {"publish": false}})";
 
 TEST_F(a_cell, that_nobody_named_has_every_step_before_it) {
@@ -223,6 +231,17 @@ TEST_F(a_cell, that_was_touched_all_around_needs_no_dry_run) {
   session(SessionKind::kQualify, Ending::kDone, "passed");
   session(SessionKind::kCalibrate, Ending::kDone, kPublish);
   EXPECT_EQ(next(), "none");
+}
+
+TEST_F(a_cell, whose_calibration_in_use_cannot_be_used_is_not_calibrated_though_an_older_one_can) {
+  session(SessionKind::kCalibrate, Ending::kDone, kPublish);
+  const auto newest = session(SessionKind::kCalibrate, Ending::kDone, kUnreadable);
+  steps();
+  ASSERT_TRUE(evidence.calibration);
+  EXPECT_FALSE(evidence.calibration->good);
+  EXPECT_EQ(evidence.calibration->session, newest);
+  EXPECT_NE(evidence.calibration->words.find("'cellcal activate ID"), std::string::npos)
+      << evidence.calibration->words;
 }
 
 TEST_F(a_cell, has_no_part_in_what_another_cell_file_came_to) {
