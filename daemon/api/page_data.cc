@@ -65,7 +65,9 @@ std::optional<Response> Api::drift(const Call& call) {
   };
   std::vector<SessionRecord> sessions = journal_.sessions();
   // Another cell's may have a cell file of the same path.
-  std::erase_if(sessions, [](const SessionRecord& record) { return record.origin.has_value(); });
+  std::erase_if(sessions, [](const SessionRecord& record) {
+    return record.origin.has_value() || !record.has_calibration;
+  });
   const std::string cell = asked ? asked->inputs.cell_name : "";
   const auto checks = drift_watch_.look(cell);
   return Response{.body = web::drift_to_json(sessions, cell, calibration, checks.get(),
