@@ -38,6 +38,7 @@ enum class ContactFault {
   kClockJumped,     ///< its time stamps do not continue
   kDeliveredLate,   ///< it spoke in time, and this computer delivered its bytes late
   kBaud,            ///< bytes come, and none is a frame: the two sides' baud rates differ
+  kDamaged,         ///< its frames come damaged, so that its answers are missing
 };
 
 /// What is wrong with the wires of the touch circuit, as the last self-test and the newest
@@ -164,6 +165,10 @@ struct ContactSnapshot {
   /// become [s], and how old they may. 0: not so, or not known yet.
   double delivered_late_s = 0.0, late_limit_s = 0.0;
   bool silence_open = false;  ///< as in ContactDelivery
+  /// When the sensor said the level, by its own stamp: what came later it does not know yet. And how
+  /// much later than that it was heard.
+  TimePoint said{};
+  double said_late_s = 0.0;
 };
 
 enum class ContactEventKind { kTrip, kContact, kRevoked, kRelease };
@@ -174,6 +179,9 @@ struct ContactEvent {
   TimePoint first_edge{};     ///< host clock
   double time_sigma_s = 0.0;  ///< 1 sigma of the clock map
   int bounces = 0;
+  /// A contact whose stamp cannot be: the sensor said so much later that the circuit was open, or
+  /// its arming not used up. 0: nothing denies it.
+  double denied_s = 0.0;
 };
 
 /// The same as the sensor gave it, before any clock map: evidence, for the record.

@@ -19,6 +19,9 @@ constexpr double kNoClockSigmaS = 1.0;
 /// A first edge cannot lie in the future by more than this and what the map's sigma explains.
 constexpr double kFutureSlackS = 1e-3;
 constexpr double kFutureSigmas = 5.0;
+/// An edge shows in the heartbeats at once, and its level once it is confirmed; within this either
+/// may be of before.
+constexpr double kDeniedSlackS = 1e-3;
 /// Weight of the newest heartbeat in the jitter.
 constexpr double kJitterGain = 0.02;
 constexpr int kAnswerFrames = 8;
@@ -112,6 +115,10 @@ void ContactCore::forget_session() {
   ping_out_ = false;
   status_.reset();
   in_contact_ = false;
+  said_ = {};
+  said_late_s_ = 0.0;
+  open_ticks_.reset();
+  armed_ticks_.reset();
   seen_.clear();
   delay_mean_s_ = delay_var_s2_ = 0.0;
 }
@@ -268,6 +275,10 @@ void ContactCore::on_status(const ctp::Status& status, TimePoint now) {
   const bool contact = (status.flags & CTP_FLAG_CONTACT) != 0;
   if (contact && !in_contact_) contact_since_ = now;
   in_contact_ = contact;
+  note_level(status.t, now);
+  if (!contact) open_ticks_ = status.t;
+  if ((status.flags & (CTP_FLAG_ARMED | CTP_FLAG_LATCHED)) == CTP_FLAG_ARMED)
+    armed_ticks_ = status.t;
   if (clock_.valid()) {
     const double delay = seconds(now - clock_.to_host(status.t));
     const double off = delay - delay_mean_s_;
@@ -313,12 +324,30 @@ void ContactCore::on_event(const ctp::Frame& frame, TimePoint now) {
     contact_v_ = record.sense_v;
     in_contact_ = true;
     contact_since_ = now;
+    note_level(event.t_first, now);
   } else if (frame.type == CTP_RELEASE) {
     record.kind = ContactEventKind::kRelease;
     in_contact_ = false;
+    note_level(event.t_first, now);
   }
   if (record.kind != ContactEventKind::kRelease) use_up_arming(event.arm_id, now);
   push_event(record, now);
+}
+
+void ContactCore::note_level(std::uint32_t ticks, TimePoint now) {
+  said_ = clock_.valid() ? std::min(now, clock_.to_host(ticks)) : now;
+  said_late_s_ = seconds(now - said_);
+}
+
+double ContactCore::denied_s(const ContactRecord& contact) const {
+  const auto behind_s = [&](const std::optional<std::uint32_t>& ticks, double after_s) {
+    if (!ticks) return 0.0;
+    const auto since = static_cast<std::int32_t>(*ticks - contact.ticks);
+    const double later_s = static_cast<double>(since) / CTP_TICKS_PER_S;
+    return later_s - after_s > kDeniedSlackS ? later_s : 0.0;
+  };
+  const double confirmed_s = contact.confirmed_after_us * 1e-6;
+  return std::max(behind_s(open_ticks_, confirmed_s), behind_s(armed_ticks_, 0.0));
 }
 
 void ContactCore::push_event(ContactRecord record, TimePoint now) {
@@ -337,8 +366,10 @@ void ContactCore::push_event(ContactRecord record, TimePoint now) {
   }
   record.lost = lost_records_;
   if (!records_.push(record)) ++lost_records_;
-  const ContactEvent event{record.kind, record.arm_id, record.first_edge, record.time_sigma_s,
-                           record.bounces};
+  const ContactEvent event{
+      record.kind,       record.arm_id,
+      record.first_edge, record.time_sigma_s,
+      record.bounces,    record.kind == ContactEventKind::kContact ? denied_s(record) : 0.0};
   if (!events_.push(event)) ++lost_events_;
 }
 
@@ -435,12 +466,17 @@ ContactQuality ContactCore::quality() const {
   }
   const ctp::WireCounters& wire = reader_.counters();
   q.frames = wire.frames;
-  q.crc_errors = wire.crc_errors + wire.malformed + wire.oversize;
+  q.crc_errors = damaged_frames();
   q.gaps = wire.gaps;
   q.unknown_types = wire.unknown_types;
   q.bounces = bounces_;
   q.contact_voltage_v = contact_v_;
   return q;
+}
+
+std::uint64_t ContactCore::damaged_frames() const {
+  const ctp::WireCounters& wire = reader_.counters();
+  return wire.crc_errors + wire.malformed + wire.oversize;
 }
 
 ContactFacts ContactCore::facts(TimePoint now) const {
@@ -493,6 +529,8 @@ ContactSnapshot ContactCore::snapshot(TimePoint now) {
   s.delivered_late_s = delivered_late_s_;
   s.late_limit_s = late_limit_s_;
   s.silence_open = given_up_at_.has_value();
+  s.said = said_;
+  s.said_late_s = said_late_s_;
   const Duration limit = s.armed ? Duration{kHeartbeatLimit} : Duration{kIdleLimit};
   // In contact no self-test can pass; the level of an examined loop still guards the way out.
   const bool leaving =

@@ -91,6 +91,10 @@ class ContactCore : public ContactGuard {
   void forget_session();
   /// For the cycle and for the record, which lacks but the times on the host's clock.
   void push_event(ContactRecord record, TimePoint now);
+  void note_level(std::uint32_t ticks, TimePoint now);
+  /// By how much what the sensor said later denies the stamp of a contact [s].
+  double denied_s(const ContactRecord& contact) const;
+  std::uint64_t damaged_frames() const;
 
   ContactQuality quality() const;
 
@@ -137,6 +141,10 @@ class ContactCore : public ContactGuard {
   std::optional<ctp::Status> status_;
   TimePoint contact_since_{};
   bool in_contact_ = false;
+  TimePoint said_{};  ///< the level, by the sensor's stamp
+  double said_late_s_ = 0.0;
+  /// Ticks of the newest heartbeat that said 'open', and of the newest one of an arming in force.
+  std::optional<std::uint32_t> open_ticks_, armed_ticks_;
 
   // clock
   ClockMap clock_;
@@ -151,6 +159,8 @@ class ContactCore : public ContactGuard {
   bool test_wanted_ = false, test_passed_ = false, test_saw_clear_ = false, touching_ = false;
   TimePoint test_sent_{}, test_passed_at_{}, next_test_{};
   int test_tries_ = 0;
+  std::uint64_t damaged_before_test_ = 0;
+  bool heard_since_test_ = false;  ///< a heartbeat that the sensor sent when it must have been over
 
   // arming
   Arming arming_ = Arming::kNone;

@@ -257,6 +257,7 @@ bool ContactCore::self_test_fresh(TimePoint now) const {
 void ContactCore::begin_test(TimePoint now) {
   test_ = Test::kRunning;
   test_sent_ = now;
+  heard_since_test_ = false;
   // Only a pass that was seen to begin counts: the flag may be left from the test before.
   test_saw_clear_ = !status_ || (status_->flags & CTP_FLAG_SELF_TEST_OK) == 0;
   send(ctp::SelfTest{});
@@ -277,12 +278,17 @@ bool ContactCore::deaf(TimePoint now) const {
 }
 
 void ContactCore::tick_test(TimePoint now) {
-  if (test_ == Test::kRunning && now - test_sent_ > kTestTimeout + answer_time_) {
+  // What has not come is missing only beside heartbeats that have; until then it may be under way,
+  // and a sensor that is not heard at all is silent.
+  if (test_ == Test::kRunning && heard_since_test_ &&
+      now - test_sent_ > kTestTimeout + answer_time_) {
     if (++test_tries_ < kTestTries) {
       begin_test(now);
     } else {
       const bool loop_ok = status_ && loop_flaw(*status_) == LoopFlaw::kNone;
-      if (deaf(now)) {
+      if (damaged_frames() - damaged_before_test_ >= kTestTries) {
+        fail_test(ContactFault::kDamaged, now);
+      } else if (deaf(now)) {
         fail_test(ContactFault::kDeaf, now);
       } else {
         fail_test(loop_ok ? ContactFault::kSelfTestFailed : ContactFault::kLoopBroken, now);
@@ -292,6 +298,7 @@ void ContactCore::tick_test(TimePoint now) {
   if (test_ == Test::kNone && test_due(now)) {
     test_wanted_ = false;
     test_tries_ = 0;
+    damaged_before_test_ = damaged_frames();
     begin_test(now);
   }
 }
@@ -306,6 +313,8 @@ void ContactCore::fail_test(ContactFault fault, TimePoint now) {
 
 void ContactCore::on_status_test(const ctp::Status& status, TimePoint now) {
   const bool ok = (status.flags & CTP_FLAG_SELF_TEST_OK) != 0;
+  const bool after = clock_.valid() && clock_.to_host(status.t) > test_sent_ + kTestSettle;
+  if (after) heard_since_test_ = true;
   const bool loop_ok = loop_flaw(status) == LoopFlaw::kNone;
   if (test_ == Test::kNone) {
     // What the sensor has proved can be lost again; it says so in every heartbeat.
@@ -328,7 +337,6 @@ void ContactCore::on_status_test(const ctp::Status& status, TimePoint now) {
     return;
   }
   // In contact there is no edge to be seen, only the loop to be examined.
-  const bool after = clock_.valid() && clock_.to_host(status.t) > test_sent_ + kTestSettle;
   if (in_contact_ && after) {
     if (!loop_ok) {
       fail_test(ContactFault::kLoopBroken, now);
@@ -353,7 +361,8 @@ TimePoint ContactCore::next_wake() const {
   if (step_ == ContactStep::kConfig) t = std::min(t, next_send_);
   if (step_ >= ContactStep::kClock) t = std::min(t, next_ping_);
   if (test_ == Test::kRunning) {
-    t = std::min(t, test_sent_ + kTestTimeout + answer_time_ + milliseconds{1});
+    if (heard_since_test_)
+      t = std::min(t, test_sent_ + kTestTimeout + answer_time_ + milliseconds{1});
   } else if (step_ >= ContactStep::kSelfTest && arming_ == Arming::kNone) {
     t = std::min(t, step_ == ContactStep::kSelfTest ? next_test_ : next_ping_);
   }

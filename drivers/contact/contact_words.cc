@@ -81,6 +81,12 @@ std::string fault_words(const ContactFacts& f) {
     case ContactFault::kDeaf:
       return "the contact sensor sends, but receives no command. Check the line from this "
              "computer to the sensor (TX, connector, earth)";
+    case ContactFault::kDamaged:
+      return fmt::format(
+          "{} damaged frames from the contact sensor, and no answer to its self-test: interference on "
+          "the line from the sensor to this computer. Check that line (RX, connector, earth), and "
+          "lay it away from motor cables",
+          f.quality.crc_errors);
     case ContactFault::kSilent:
       return fmt::format(
           "no valid frame from the contact sensor for {:.1f} s. Check cable and supply; it is "

@@ -61,6 +61,7 @@ std::optional<CoreResult> EkiMover::start(const Move& move, const AxisAngles& at
   touched_at_.reset();
   verdict_ = Verdict::kNone;
   contact_.reset();
+  open_due_.reset();
   latched_rad_.reset();
   latch_.reset();
   ask(0, at_rad, now);
@@ -219,7 +220,8 @@ void EkiMover::take_done(const EkiState& state, TimePoint now) {
 /// At a way-point: on at once, unless a retreat has not opened its contact on its first leg.
 void EkiMover::take_leg_done(TimePoint now) {
   if (leg_ == 0 && move_.kind == MoveKind::kRetreat && sensor_.present() && !sensor_.opened()) {
-    return fail(MoveOutcome::kStillInContact, cause::ContactNotOpen{});
+    open_due_ = now;  // whether it is closed, the sensor's next words say
+    return fail(MoveOutcome::kContactSilent, cause::OpeningUnheard{});
   }
   ask(leg_ + 1, leg_target(move_, leg_), now);
 }
@@ -236,7 +238,9 @@ void EkiMover::take_search_done(EkiOutcome outcome, TimePoint now) {
 
 /// The arm is stopped; the sensor has the last word on why.
 void EkiMover::await_verdict(TimePoint now) {
-  if (verdict_ == Verdict::kContact) {
+  if (verdict_ == Verdict::kContact && contact_->denied_s > 0.0) {
+    fail(MoveOutcome::kContactSilent, cause::StampDenied{contact_->denied_s});
+  } else if (verdict_ == Verdict::kContact) {
     if (config_.stop == EkiStop::kInput && !by_input_) {
       fail(MoveOutcome::kContactSilent, cause::InputMissed{});
     } else {
@@ -246,7 +250,7 @@ void EkiMover::await_verdict(TimePoint now) {
     fail(MoveOutcome::kRevoked, cause::None{});
   } else if (!sensor_.heard().snapshot.alive) {
     fail(MoveOutcome::kContactSilent, cause::SensorDead{});
-  } else if (now - done_at_ > kVerdictLimit) {
+  } else if (sensor_.withheld(done_at_, now)) {
     const double waited_s = seconds(now - touched_at_.value_or(done_at_));
     fail(MoveOutcome::kContactSilent,
          touched_at_ ? Cause(cause::TripUnconfirmed{waited_s}) : cause::InputAlone{waited_s});
@@ -279,8 +283,13 @@ std::optional<CoreResult> EkiMover::settle(TimePoint now) {
          cause::NotSettled{moved.axis, moved.rad * kDegPerRad, seconds(now - settling_since_)});
   }
   if (outcome_ == MoveOutcome::kContact) fill_latch(late, now);
-  if (ends_well() && move_.kind == MoveKind::kRetreat && sensor_.heard().snapshot.in_contact) {
-    fail(MoveOutcome::kStillInContact, cause::ContactNotOpen{});
+  const bool closed =
+      ends_well() && move_.kind == MoveKind::kRetreat && sensor_.heard().snapshot.in_contact;
+  if (closed && !open_due_) open_due_ = now;
+  if (open_due_ && (closed || !ends_well())) {
+    const auto found = sensor_.opening(*open_due_, now);
+    if (!found) return std::nullopt;
+    fail(found->outcome, found->cause);
   }
   return result(late);
 }

@@ -98,6 +98,7 @@ class EkiMover {
   std::optional<TimePoint> touched_at_;
   Verdict verdict_ = Verdict::kNone;
   std::optional<ContactEvent> contact_;
+  std::optional<TimePoint> open_due_;  ///< retreat: its contact was not heard to be open here
   std::optional<AxisAngles> latched_rad_;
   AxisAngles still_rad_;  ///< where the arm was when it last moved
   TimePoint still_since_{};

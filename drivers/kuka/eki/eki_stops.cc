@@ -24,7 +24,8 @@ void EkiMover::watch_search(TimePoint now) {
   } else if (heard.revoked && verdict_ == Verdict::kNone) {
     verdict_ = Verdict::kRevoked;
   }
-  const bool touched = heard.trip || heard.contact || heard.revoked || heard.snapshot.in_contact;
+  const bool touched =
+      heard.trip || heard.trip_lost || heard.contact || heard.revoked || heard.snapshot.in_contact;
   if (touched && !touched_at_) touched_at_ = now;
   if (phase_ == Phase::kSettling && ends_well()) return watch_arrived(now);
   if (!under_way() || !ends_well()) return;

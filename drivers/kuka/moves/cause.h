@@ -87,9 +87,17 @@ struct SensorLate {    ///< this computer delivered its heartbeats late
   double late_s = 0.0, limit_s = 0.0;
 };
 struct KeepAliveLate {};  ///< the sensor did not hear this computer in time, and disarmed itself
-struct ArmExpired {};
+struct ArmExpired {
+  bool paced_here = false;  ///< this computer makes the arm's speed, not the controller's override
+};
 struct TripUnconfirmed {
   double waited_s = 0.0;
+};
+struct StampDenied {  ///< heartbeats that the sensor sent behind the contact's stamp said 'open'
+  double denied_s = 0.0;  ///< the last of them was so much later than the stamp
+};
+struct OpeningUnheard {  ///< whether the contact opened is not known: nothing was heard since
+  double unheard_s = 0.0;
 };
 struct StampOutside {
   double age_s = 0.0;  ///< of the sensor's time stamp
@@ -119,7 +127,23 @@ struct NotAccepted {};  ///< the controller counts every reply as late
 struct Silence {
   double silent_s = 0.0;
 };
-struct SessionRestarted {};
+struct SessionRestarted {
+  /// Of what did not go on.
+  enum class Sign : std::uint8_t { kIpoc, kDelay, kSetpoint };
+  Sign sign = Sign::kIpoc;
+  double before = 0.0, after = 0.0;  ///< Delay; ASPos of the axis [deg]
+  std::uint8_t axis = 0;
+};
+struct DamagedPackets {  ///< of a sound IPOC and no sound angles, one behind the other
+  std::uint32_t packets = 0;
+};
+/// A correction that was not sent: the step from the last one is more than the axis may do.
+struct ReplyBeyondLimit {
+  enum class Of : std::uint8_t { kSpeed, kAcceleration, kJerk };
+  Of of = Of::kSpeed;
+  std::uint8_t axis = 0;
+  double value = 0.0, limit = 0.0;  ///< deg/s, deg/s^2, deg/s^3
+};
 struct
     HeldUp {  ///< this computer did not run the robot's thread: whether packets came is not known
   double silent_s = 0.0, limit_s = 0.0, slept_s = 0.0;
@@ -186,13 +210,14 @@ using Cause =
                  cause::StopAsked, cause::NoSensor, cause::NotArmed, cause::ArmedOtherwise,
                  cause::TouchingAtStart, cause::TrippedAtStart, cause::SensorDead,
                  cause::SensorLate, cause::KeepAliveLate, cause::ArmExpired, cause::TripUnconfirmed,
-                 cause::StampOutside, cause::TouchedOutsideSearch, cause::ContactNotOpen,
-                 cause::AxisNotFollowing, cause::AxisStands, cause::NotSettled, cause::NoPackets,
-                 cause::NotAccepted, cause::Silence, cause::SessionRestarted, cause::HeldUp,
-                 cause::LateReplies, cause::IncrementLost, cause::DelayGone, cause::TooCoarse,
-                 cause::NotConnected, cause::ControllerNotReady, cause::CommandNotTaken,
-                 cause::LinkClosed, cause::SessionTaken, cause::DeadMan, cause::ProgramAborted,
-                 cause::InputAtStart, cause::InputMissed, cause::InputAlone,
+                 cause::StampOutside, cause::StampDenied, cause::OpeningUnheard,
+                 cause::TouchedOutsideSearch, cause::ContactNotOpen, cause::AxisNotFollowing,
+                 cause::AxisStands, cause::NotSettled, cause::NoPackets, cause::NotAccepted,
+                 cause::Silence, cause::SessionRestarted, cause::DamagedPackets,
+                 cause::ReplyBeyondLimit, cause::HeldUp, cause::LateReplies, cause::IncrementLost,
+                 cause::DelayGone, cause::TooCoarse, cause::NotConnected, cause::ControllerNotReady,
+                 cause::CommandNotTaken, cause::LinkClosed, cause::SessionTaken, cause::DeadMan,
+                 cause::ProgramAborted, cause::InputAtStart, cause::InputMissed, cause::InputAlone,
                  cause::OutsideSoftLimits, cause::NotFeasible, cause::LatchMissing,
                  cause::LatchAstray, cause::TooFastForFlag, cause::NotMoving, cause::NotAtTarget>;
 

@@ -137,9 +137,12 @@ struct Words {
     return "the contact sensor disarmed itself: this computer's keep-alive came too late. Stop "
            "other programs on this computer, or check the line to the sensor";
   }
-  std::string operator()(const cause::ArmExpired&) const {
-    return "the contact sensor's arming ended before the search: the arm is slower than "
-           "planned. Set the controller's override to 100 %";
+  std::string operator()(const cause::ArmExpired& c) const {
+    return fmt::format(
+        "the contact sensor's arming ended before the search: {}",
+        c.paced_here ? "packets were missed, or its clock runs fast. Check the network and "
+                       "the load of this computer with 'cellcal doctor'"
+                     : "the arm is slower than planned. Set the controller's override to 100 %");
   }
   std::string operator()(const cause::TripUnconfirmed& c) const {
     return fmt::format(
@@ -152,6 +155,18 @@ struct Words {
         "the contact's time stamp is {:.3f} s old, outside of the recorded path: the "
         "sensor's clock is not synchronised",
         c.age_s);
+  }
+  std::string operator()(const cause::StampDenied& c) const {
+    return fmt::format(
+        "the contact's time stamp is {:.1f} ms too early: the sensor reported 'open' so long after "
+        "it. Not recorded. Check the line to the sensor, and flash its firmware anew",
+        1e3 * c.denied_s);
+  }
+  std::string operator()(const cause::OpeningUnheard& c) const {
+    return fmt::format(
+        "no word from the contact sensor for {:.0f} ms on whether the contact opened: its data are "
+        "late or lost. Check its cable and the load of this computer",
+        std::ceil(1e3 * c.unheard_s));
   }
   std::string operator()(const cause::TouchedOutsideSearch&) const {
     return "contact outside of a search. Look for an obstacle in the path or a short circuit";
@@ -192,9 +207,40 @@ struct Words {
     return fmt::format("no packet from the controller for {:.0f} ms (last IPOC {})",
                        1e3 * c.silent_s, result.ipoc);
   }
-  std::string operator()(const cause::SessionRestarted&) const {
+  std::string operator()(const cause::SessionRestarted& c) const {
+    switch (c.sign) {
+      case cause::SessionRestarted::Sign::kIpoc:
+        break;
+      case cause::SessionRestarted::Sign::kDelay:
+        return fmt::format(
+            "Delay counted back from {:.0f} to {:.0f} (IPOC {}): RSI was restarted. Read the "
+            "message on the pendant",
+            c.before, c.after, result.ipoc);
+      case cause::SessionRestarted::Sign::kSetpoint:
+        return fmt::format(
+            "{}: start pose (ASPos) went from {:.4f} deg to {:.4f} deg within the session (IPOC "
+            "{}): RSI was restarted, or the controller's program moves the arm. Read the message "
+            "on the pendant",
+            name(c.axis), c.before, c.after, result.ipoc);
+    }
     return fmt::format("IPOC jumped (now {}): RSI was restarted, or many packets were lost",
                        result.ipoc);
+  }
+  std::string operator()(const cause::DamagedPackets& c) const {
+    return fmt::format(
+        "{} damaged packets from the controller in a row (IPOC {}): the arm's position is not "
+        "known. Check the cable and SEND of the ethernet XML",
+        c.packets, result.ipoc);
+  }
+  std::string operator()(const cause::ReplyBeyondLimit& c) const {
+    using Of = cause::ReplyBeyondLimit::Of;
+    const char* const unit = c.of == Of::kSpeed          ? "deg/s"
+                             : c.of == Of::kAcceleration ? "deg/s2"
+                                                         : "deg/s3";
+    return fmt::format(
+        "{}: the next correction asked for {:.0f} {}, limit {:.0f} {}. It was not sent, and the arm "
+        "holds. Look at the arm, take its position anew, and report this",
+        name(c.axis), c.value, unit, c.limit, unit);
   }
   std::string operator()(const cause::HeldUp& c) const {
     return fmt::format(

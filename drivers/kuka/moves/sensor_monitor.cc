@@ -5,6 +5,8 @@ namespace {
 
 // A contact that breaks chatters; only one that comes back after this is a new one.
 constexpr std::chrono::milliseconds kChatter{50};
+// An edge is confirmed or dismissed within it, or its arming's configuration was refused.
+constexpr std::chrono::milliseconds kLongestConfirmation{50};
 
 }  // namespace
 
@@ -32,6 +34,8 @@ void SensorMonitor::listen(TimePoint now, std::optional<std::uint16_t> arm_id) {
     }
   }
   heard_.snapshot = guard_->snapshot(now);
+  heard_.trip_lost =
+      arm_id && !heard_.snapshot.armed && heard_.snapshot.last_end == ArmEnd::kTripped;
   // The arming that tripped is over; its number may be used again.
   if (!heard_.snapshot.armed) tripped_arm_.reset();
 }
@@ -72,6 +76,22 @@ Cause SensorMonitor::loss() const {
   if (!sensor.alive || sensor.last_end == ArmEnd::kSilence) return cause::SensorDead{};
   if (sensor.last_end == ArmEnd::kSensorDisarmed) return cause::KeepAliveLate{};
   return cause::ArmExpired{};
+}
+
+bool SensorMonitor::withheld(TimePoint since, TimePoint now) const {
+  return now - since > kVerdictLimit && heard_.snapshot.said >= since + kLongestConfirmation;
+}
+
+std::optional<SensorRefusal> SensorMonitor::opening(TimePoint due, TimePoint now) const {
+  const ContactSnapshot& sensor = heard_.snapshot;
+  if (!sensor.alive) return SensorRefusal{MoveOutcome::kContactSilent, cause::SensorDead{}};
+  if (sensor.in_contact && sensor.said > due)
+    return SensorRefusal{MoveOutcome::kStillInContact, cause::ContactNotOpen{}};
+  if (sensor.in_contact) return std::nullopt;
+  const double late_s = sensor.said_late_s, limit_s = seconds(kHeartbeatLimit);
+  if (late_s > limit_s)
+    return SensorRefusal{MoveOutcome::kContactSilent, cause::SensorLate{late_s, limit_s}};
+  return SensorRefusal{MoveOutcome::kContactSilent, cause::OpeningUnheard{seconds(now - due)}};
 }
 
 void SensorMonitor::explain(CoreResult& done) const {

@@ -29,6 +29,7 @@ class SensorMonitor {
     ContactSnapshot snapshot;
     std::optional<ContactEvent> trip, contact;
     bool revoked = false;
+    bool trip_lost = false;     ///< the arming of ours is used up by a trip, which is not here
     bool foreign_trip = false;  ///< trip or contact of no arming of ours
   };
 
@@ -45,6 +46,12 @@ class SensorMonitor {
   void explain(CoreResult& done) const;
   /// This computer's lateness, or a silence that nothing explains yet; kNone for all other causes.
   Interruption interruption_by(const Cause& cause) const;
+  /// The verdict of a trip heard at `since` is over its time, and the sensor has been heard well
+  /// behind it: a verdict that is not there while nothing is heard may be under way.
+  bool withheld(TimePoint since, TimePoint now) const;
+  /// A retreat's contact was not heard to be open at `due`. What can be said of it: 'closed' only by
+  /// words that the sensor said later. None: nothing yet.
+  std::optional<SensorRefusal> opening(TimePoint due, TimePoint now) const;
   /// A move that is no search begins.
   void begin() { was_open_ = false; }
   /// After listen(), during a transit or a retreat: contact where none may be. A retreat begins in

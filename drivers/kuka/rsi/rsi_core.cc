@@ -15,6 +15,7 @@
 #include "drivers/kuka/rsi/link/rsi_stream.h"
 #include "drivers/kuka/rsi/rsi_mover.h"
 #include "drivers/kuka/wire/xml_values.h"
+#include "drivers/units.h"
 
 namespace cellcal::drivers {
 namespace {
@@ -66,15 +67,15 @@ struct RsiCore::Impl {
       begin_session();
     }
     Arrival arrival = stream.push(frame, t_rx);
-    if (arrival == Arrival::kRestart ||
-        (arrival == Arrival::kNext && setpoint.start_pose_moved(frame, actual, mover.busy()))) {
-      lose(cause::SessionRestarted{});
+    if (const auto restarted = restart_seen(arrival, actual)) {
+      lose(*restarted);
       begin_other_session();
       begin_session();
       arrival = stream.push(frame, t_rx);
     }
     if (arrival == Arrival::kStale) return {};
     ++state.packets;
+    damaged_in_a_row = 0;
     // Nothing of a controller comes so late within a session.
     waited_unanswered = unanswered && state.waited_s >= kPeerWaitsS;
     last_rx = t_rx;
@@ -107,8 +108,38 @@ struct RsiCore::Impl {
     if (const auto done = mover.step(mover_cycle(t_rx, true, heard), setpoint.commanded_rad())) {
       finish(*done);
     }
+    return next_reply();
+  }
+
+  /// What shows that it is not the session that it was, if anything does.
+  std::optional<cause::SessionRestarted> restart_seen(Arrival arrival, const AxisAngles& actual) {
+    using Sign = cause::SessionRestarted::Sign;
+    if (arrival == Arrival::kNext) {
+      const auto moved = setpoint.start_pose_moved(frame, actual, mover.busy());
+      if (!moved || !mover.moves()) return moved;
+      // RSI_ON takes the pose of the arm, but for its lag. No session begins elsewhere: the one that
+      // runs brings the arm to rest first.
+      const double lag_rad = config.longest_lag_s * mover.fastest_axis_rad_s() +
+                             config.follow_tolerance_deg * kRadPerDeg;
+      if (setpoint.start_distance_rad(frame, actual) <= lag_rad) return moved;
+      mover.halt(MoveOutcome::kRobotSilent, *moved);
+      return std::nullopt;
+    }
+    if (arrival != Arrival::kRestart) return std::nullopt;
+    if (!stream.delay_fell()) return cause::SessionRestarted{Sign::kIpoc};
+    return cause::SessionRestarted{Sign::kDelay, static_cast<double>(delay.last().value_or(0)),
+                                   static_cast<double>(frame.delay.value_or(0))};
+  }
+
+  /// The correction that leads to what is commanded; within the limits, or the arm holds.
+  std::string_view next_reply() {
+    const auto values = setpoint.next(stream.cycle_s(), mover.stops());
     record.set_commanded(setpoint.commanded_rad());
-    return reply(setpoint.next(stream.cycle_s()));
+    if (const auto beyond = setpoint.beyond()) {
+      if (mover.busy()) finish(mover.abandon(*beyond, MoveOutcome::kNotFollowing));
+      if (state.link == RobotLink::kReady) state.link = RobotLink::kNotReferenced;
+    }
+    return reply(values);
   }
 
   std::string_view on_bad(WireError error, std::string_view bytes, TimePoint t_rx) {
@@ -118,15 +149,26 @@ struct RsiCore::Impl {
     if (!frame.has_ipoc) return {};
     if (frame.only_ipoc && !linked()) {
       // RSI 2 opens a session so; its correction is 0, and it wants an answer.
-      setpoint.session_starts();
+      if (!setpoint.session_starts(state.waited_s)) return {};
       const std::array<double, kMaxAxes> zeros{};
       return written(std::span(zeros).first(axes()));
     }
     if (!linked()) return {};
     if (!setpoint.known()) return unknown_offset_reply();
-    // The sensor is heard, whatever the packet was like; the move does not advance.
+    const Arrival arrival = stream.push_damaged(frame.ipoc.value, t_rx);
+    if (arrival != Arrival::kNext && arrival != Arrival::kRepeat) return {};
+    // The sensor is heard, whatever the packet was like.
     mover.listen(t_rx);
-    return hold(t_rx);
+    if (arrival == Arrival::kRepeat) return hold(t_rx);
+    // A cycle of the controller's all the same: the move goes on by it, since to stand still for one
+    // and go on at full speed is what no drive can do. Blind for long it is brought to rest.
+    if (++damaged_in_a_row >= static_cast<std::uint32_t>(config.silence_cycles))
+      mover.halt(MoveOutcome::kRobotSilent, cause::DamagedPackets{damaged_in_a_row});
+    if (mover.moves()) last_rx = t_rx;
+    MoverCycle cycle = mover_cycle(t_rx, true, true);
+    cycle.sound = false;
+    if (const auto done = mover.step(cycle, setpoint.commanded_rad())) finish(*done);
+    return next_reply();
   }
 
   std::string_view hold(TimePoint t_rx) {
@@ -176,6 +218,7 @@ struct RsiCore::Impl {
     answered.reset();
     unanswered = waited_unanswered = false;
     rereference_asked = stop_low_sent = state.refused_when_lost = false;
+    damaged_in_a_row = 0;
     state.link = RobotLink::kNotReferenced;
   }
 
@@ -193,7 +236,9 @@ struct RsiCore::Impl {
   /// Packets have stopped, or are another session's.
   void lose(const Cause& cause) {
     const bool held_up = is<cause::HeldUp>(cause);
-    const bool silent = is<cause::Silence>(cause) || held_up;
+    const bool silent = is<cause::Silence, cause::DamagedPackets>(cause) || held_up;
+    const auto* silence = std::get_if<cause::Silence>(&cause);
+    state.silent_s = silence != nullptr ? silence->silent_s : state.waited_s;
     interrupt(held_up  ? Interruption::kLateReplies
               : silent ? Interruption::kPacketsStopped
                        : Interruption::kOther);
@@ -254,6 +299,7 @@ struct RsiCore::Impl {
     const std::uint32_t more = delay.note(frame.delay);
     if (delay.replies() == 0) return 0;
     state.late += more;
+    if (more > 0 && !relative()) setpoint.not_taken();
     if (more == 0 || !mover.busy()) return more;
     state.late_while_moving += more;
     if (relative()) {
@@ -280,7 +326,7 @@ struct RsiCore::Impl {
     const auto move = queue.take_waiting();
     if (!move) return;
     if (ending) return refuse(*move, cause::Closing{});
-    if (!linked()) return refuse(*move, cause::NoPackets{state.waited_s});
+    if (!linked()) return refuse(*move, cause::NoPackets{std::max(state.waited_s, state.silent_s)});
     if (not_accepted()) return refuse(*move, cause::NotAccepted{});
     if (state.link != RobotLink::kReady) return refuse(*move, cause::NotReferenced{});
     if (const auto objection = setpoint.object_to(*move)) return refuse(*move, *objection);
@@ -314,8 +360,9 @@ struct RsiCore::Impl {
       interrupt(Interruption::kLateReplies);
       return state.interruption;
     }
+    if (is<cause::DamagedPackets>(cause)) interrupt(Interruption::kPacketsStopped);
     if (is<cause::Silence, cause::HeldUp, cause::NoPackets, cause::SessionRestarted,
-           cause::NotReferenced>(cause))
+           cause::NotReferenced, cause::DamagedPackets>(cause))
       return state.interruption;
     return is<cause::DelayGone, cause::NotAccepted>(cause) ? Interruption::kOther
                                                            : Interruption::kNone;
@@ -373,6 +420,7 @@ struct RsiCore::Impl {
     // Who was awake for less than a cycle of it has missed no packet that is known of.
     if (stream.learnt() && state.waited_s - slept_s <= stream.cycle_s())
       return lose(cause::HeldUp{state.waited_s, limit_s, slept_s});
+    if (damaged_in_a_row > 1) return lose(cause::DamagedPackets{damaged_in_a_row});
     lose(cause::Silence{state.waited_s});
   }
 
@@ -389,6 +437,7 @@ struct RsiCore::Impl {
     if (not_accepted()) return Trouble::kNotAccepted;
     if (!setpoint.known()) {
       if (setpoint.waits_for_rest()) return Trouble::kWaitingForRest;
+      if (setpoint.denied()) return Trouble::kCorrectionDenied;
       return relative() ? Trouble::kUnknownSum : Trouble::kUnknownOffset;
     }
     if (stream.odd_cycle()) return Trouble::kOddCycle;
@@ -431,6 +480,7 @@ struct RsiCore::Impl {
   double slept_s = 0.0;                   // longest that this thread did not look since then
   std::optional<std::uint32_t> answered;  // IPOC of the last reply
   bool rereference_asked = false, too_few_axes = false;
+  std::uint32_t damaged_in_a_row = 0;  // packets of a sound IPOC, and nothing else
   bool increments_lost = false;    // relative: a reply of this move was not taken
   bool unanswered = false;         // the newest packet
   bool waited_unanswered = false;  // it came only after the one before had waited for an answer

@@ -49,6 +49,7 @@ std::optional<CoreResult> Mover::start(const Move& move, const AxisAngles& comma
   path_ = PathMove(commanded_rad, move.target_rad, config_.limits, move.cruise_s, move_.via);
   const bool on_a_first_leg = move.kind == MoveKind::kRetreat && !move.via.empty();
   open_by_s_ = on_a_first_leg ? path_.first_leg_s() : HUGE_VAL;
+  open_due_.reset();
   t_s_ = 0.0;
   in_motion_ = true;
   braking_ = false;
@@ -62,9 +63,9 @@ std::optional<CoreResult> Mover::start(const Move& move, const AxisAngles& comma
   return std::nullopt;
 }
 
-CoreResult Mover::abandon(const Cause& cause) {
+CoreResult Mover::abandon(const Cause& cause, MoveOutcome outcome) {
   if (outcome_ != MoveOutcome::kRobotSilent) {  // else it was brought to rest for a like reason
-    outcome_ = MoveOutcome::kRobotSilent;
+    outcome_ = outcome;
     cause_ = cause;
   }
   contact_.reset();
@@ -95,7 +96,7 @@ std::optional<CoreResult> Mover::step(const MoverCycle& cycle, AxisAngles& comma
   }
   if (!cycle.advance) return std::nullopt;
   unheard_cycles_ = cycle.heard ? 0 : unheard_cycles_ + 1;
-  if (in_motion_) watch_following(cycle);
+  if (in_motion_ && cycle.sound) watch_following(cycle);
   if (in_motion_ && !cycle.heard) {
     if (braking_ && unheard_cycles_ >= kStandsUnheard) in_motion_ = false;
     return std::nullopt;
@@ -107,7 +108,7 @@ std::optional<CoreResult> Mover::step(const MoverCycle& cycle, AxisAngles& comma
     if (!in_motion_ && phase_ == Phase::kTravelling) phase_ = Phase::kSettling;
     return std::nullopt;
   }
-  if (phase_ == Phase::kSettling) return settle(cycle, commanded_rad);
+  if (phase_ == Phase::kSettling && cycle.sound) return settle(cycle, commanded_rad);
   return std::nullopt;
 }
 
@@ -139,11 +140,21 @@ std::optional<CoreResult> Mover::settle(const MoverCycle& cycle, const AxisAngle
     cause_ = cause::NotSettled{moved.axis, moved.rad * kDegPerRad, settling_s_};
   }
   if (outcome_ == MoveOutcome::kContact) fill_latch(cycle, late);
-  if (ends_well() && move_.kind == MoveKind::kRetreat && sensor_.heard().snapshot.in_contact) {
-    outcome_ = MoveOutcome::kStillInContact;
-    cause_ = cause::ContactNotOpen{};
-  }
+  if (!opening_known(cycle)) return std::nullopt;
   return result(commanded_rad);
+}
+
+bool Mover::opening_known(const MoverCycle& cycle) {
+  const bool closed =
+      ends_well() && move_.kind == MoveKind::kRetreat && sensor_.heard().snapshot.in_contact;
+  if (!open_due_ && !closed) return true;
+  if (!open_due_) open_due_ = cycle.now;
+  if (ends_well() && !closed) return true;  // its word came behind the arm
+  const auto found = sensor_.opening(*open_due_, cycle.now);
+  if (!found) return false;
+  outcome_ = found->outcome;
+  cause_ = found->cause;
+  return true;
 }
 
 void Mover::fill_latch(const MoverCycle& cycle, const AxisAngles& settled_rad) {

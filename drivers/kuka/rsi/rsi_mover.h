@@ -37,10 +37,11 @@ struct MoverCycle {
   TimePoint now{};
   double cycle_s = 0.0;
   IpocClock clock;
-  bool advance = true;  ///< false: this packet was damaged, hold what was sent
+  bool advance = true;  ///< false: this packet was answered before, hold what was sent
   /// False (ABSOLUTE): the controller counted a reply as late. The arm stands at the one before,
   /// and all that is commanded meanwhile it would do in one cycle.
   bool heard = true;
+  bool sound = true;  ///< false: this packet was damaged, and says nothing of the arm
 };
 
 class Mover {
@@ -49,6 +50,10 @@ class Mover {
   Mover(const RsiConfig& config, ContactGuard* guard, const PositionRecord& record);
 
   bool busy() const { return phase_ != Phase::kIdle; }
+  bool moves() const { return busy() && in_motion_; }  ///< its command goes on
+  double fastest_axis_rad_s() const { return moves() ? path_.fastest_axis_rad_s(t_s_) : 0.0; }
+  /// Not on its way, or being brought to rest.
+  bool stops() const { return !moves() || braking_; }
   /// Takes the sensor's events and level. Once per packet, busy or not.
   void listen(TimePoint now);
   /// Begins at rest at `commanded_rad`, after listen(). Empty result: begun.
@@ -57,8 +62,8 @@ class Mover {
   std::optional<CoreResult> step(const MoverCycle& cycle, AxisAngles& commanded_rad);
   /// To rest, with this outcome. Without effect on a move that is being stopped already.
   void halt(MoveOutcome outcome, const Cause& cause);
-  /// The move is over now: packets no longer come.
-  CoreResult abandon(const Cause& cause);
+  /// The move is over now: packets no longer come, or nothing more can be commanded.
+  CoreResult abandon(const Cause& cause, MoveOutcome outcome = MoveOutcome::kRobotSilent);
 
  private:
   enum class Phase { kIdle, kTravelling, kVerdict, kSettling };
@@ -76,6 +81,8 @@ class Mover {
   /// begins where the last was commanded to.
   bool needs_rest() const;
   std::optional<CoreResult> settle(const MoverCycle& cycle, const AxisAngles& commanded_rad);
+  /// A retreat at rest: whether its contact opened, once that is known.
+  bool opening_known(const MoverCycle& cycle);
   CoreResult result(const AxisAngles& commanded_rad);
   void fill_latch(const MoverCycle& cycle, const AxisAngles& settled_rad);
 
@@ -89,6 +96,7 @@ class Mover {
   double t_s_ = 0.0;
   bool in_motion_ = false, braking_ = false;  ///< on the path
   double open_by_s_ = 0.0;                    ///< retreat: so long its contact may be closed
+  std::optional<TimePoint> open_due_;         ///< when it was over, and it was not heard to be open
   int unheard_cycles_ = 0;                    ///< in a row
   double cycle_s_ = 0.0;
   MoveOutcome outcome_ = MoveOutcome::kArrived;

@@ -10,26 +10,34 @@ namespace cellcal::drivers {
 
 void Mover::watch_search(TimePoint now) {
   const ContactSnapshot& sensor = sensor_.heard().snapshot;
-  if (sensor_.heard().trip || sensor_.heard().contact || sensor_.heard().revoked ||
-      sensor.in_contact) {
+  // A trip whose one message was lost: the contact follows, and is repeated.
+  if (sensor_.heard().trip || sensor_.heard().trip_lost || sensor_.heard().contact ||
+      sensor_.heard().revoked || sensor.in_contact) {
     end_travel(Phase::kVerdict, MoveOutcome::kContact, cause::None{});
     stopped_at_ = now;
   } else if (!sensor.alive) {
     end_travel(Phase::kSettling, MoveOutcome::kContactSilent, cause::SensorDead{});
   } else if (!sensor.armed || sensor.arm_id != move_.arm_id) {
-    end_travel(Phase::kSettling, MoveOutcome::kContactSilent, sensor_.loss());
+    Cause why = sensor_.loss();
+    if (is<cause::ArmExpired>(why)) why = cause::ArmExpired{true};
+    end_travel(Phase::kSettling, MoveOutcome::kContactSilent, why);
   }
 }
 
 void Mover::await_verdict(TimePoint now) {
   if (sensor_.heard().contact) {
     contact_ = sensor_.heard().contact;
-    end_travel(Phase::kSettling, MoveOutcome::kContact, cause::None{});
+    const double denied_s = contact_->denied_s;
+    if (denied_s > 0.0) {
+      end_travel(Phase::kSettling, MoveOutcome::kContactSilent, cause::StampDenied{denied_s});
+    } else {
+      end_travel(Phase::kSettling, MoveOutcome::kContact, cause::None{});
+    }
   } else if (sensor_.heard().revoked) {
     end_travel(Phase::kSettling, MoveOutcome::kRevoked, cause::None{});
   } else if (!sensor_.heard().snapshot.alive) {
     end_travel(Phase::kSettling, MoveOutcome::kContactSilent, cause::SensorDead{});
-  } else if (now - stopped_at_ > kVerdictLimit) {
+  } else if (sensor_.withheld(stopped_at_, now)) {
     end_travel(Phase::kSettling, MoveOutcome::kContactSilent,
                cause::TripUnconfirmed{seconds(now - stopped_at_)});
   }
@@ -42,7 +50,9 @@ void Mover::watch_other(const MoverCycle& cycle) {
   } else if (sensor_.touched(move_.kind, cycle.now)) {
     halt(MoveOutcome::kUnexpectedContact, cause::TouchedOutsideSearch{});
   } else if (!sensor_.opened() && t_s_ + cycle.cycle_s > open_by_s_) {
-    halt(MoveOutcome::kStillInContact, cause::ContactNotOpen{});
+    // Whether it is, the next words of the sensor say.
+    halt(MoveOutcome::kContactSilent, cause::OpeningUnheard{});
+    open_due_ = cycle.now;
   }
 }
 

@@ -98,7 +98,7 @@ class Reader {
       const char* found = text(node, {name, sizeof name});
       if (found == nullptr) return;
       double value = 0.0;
-      if (!wire::parse_number(found, value)) note(EkiError::kBadNumber);
+      if (!wire::parse_measure(found, value)) note(EkiError::kBadNumber);
       values.push_back(value);
       decimals = std::max(decimals, wire::count_decimals(found));
     }

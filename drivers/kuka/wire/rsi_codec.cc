@@ -31,7 +31,7 @@ const char* to_string(WireError error) {
     case WireError::kNoAxes:
       return "no AIPos with A1 (add DEF_AIPos to SEND of the ethernet XML)";
     case WireError::kBadNumber:
-      return "a value is not a finite number";
+      return "a value is not a finite number, or above 1000000";
     case WireError::kDuplicate:
       return "an element or attribute occurs twice";
   }

@@ -30,7 +30,7 @@ enum class WireError : std::uint8_t {
   kNoIpoc,
   kBadIpoc,    ///< not decimal digits
   kNoAxes,     ///< no AIPos (RSI 2's first frame has only IPOC)
-  kBadNumber,  ///< not a number, or not finite
+  kBadNumber,  ///< not a number, not finite, or beyond all that is measured
   kDuplicate,  ///< an element twice: which one counts is not knowable
 };
 const char* to_string(WireError error);

@@ -13,6 +13,7 @@ namespace {
 using wire::count_decimals;
 using wire::kAxesPerElement;
 using wire::lower;
+using wire::parse_measure;
 using wire::parse_number;
 using wire::same_name;
 using wire::trim;
@@ -49,7 +50,7 @@ WireError parse_axes(const pugi::xml_node& element, char letter, AxisAngles& val
   for (const char* text : texts) {
     if (text == nullptr) break;
     double value = 0.0;
-    if (!parse_number(text, value)) return WireError::kBadNumber;
+    if (!parse_measure(text, value)) return WireError::kBadNumber;
     values.push_back(value);
     if (decimals != nullptr) *decimals = std::max(*decimals, count_decimals(text));
   }
@@ -67,7 +68,7 @@ WireError parse_frame(const pugi::xml_node& element, std::optional<KukaFrame>& f
       text = attribute.value();
     }
     if (text == nullptr) return WireError::kNone;
-    if (!parse_number(text, values[i])) return WireError::kBadNumber;
+    if (!parse_measure(text, values[i])) return WireError::kBadNumber;
   }
   frame = values;
   return WireError::kNone;

@@ -55,6 +55,12 @@ inline bool parse_number(std::string_view text, double& value) {
   return error == std::errc() && end == text.data() + text.size() && std::isfinite(value);
 }
 
+/// An angle [deg] or a way [mm]. Nothing that is measured on a robot comes near to the limit.
+inline bool parse_measure(std::string_view text, double& value) {
+  constexpr double kMost = 1e6;
+  return parse_number(text, value) && std::abs(value) <= kMost;
+}
+
 // Digits behind the point that carry a resolution: 1.25E-3 has five.
 inline int count_decimals(std::string_view text) {
   text = trim(text);

@@ -429,6 +429,47 @@ TEST_F(CoreArming, ASelfTestIsTriedThreeTimesAndThenEverySecond) {
   EXPECT_EQ(s.facts().fault, ContactFault::kNone);
 }
 
+TEST_F(CoreArming, ASelfTestHasNotFailedWhileNothingAtAllIsHeard) {
+  s.core.self_test(s.now);
+  s.run(2ms);  // it has begun
+  s.beats = false;
+  s.run(290ms);
+  EXPECT_EQ(s.facts().fault, ContactFault::kNone) << "its answer may be under way";
+  s.beats = true;
+  ASSERT_TRUE(s.run_until([&] { return s.facts().self_test_ok; }, 200ms));
+  EXPECT_EQ(s.facts().fault, ContactFault::kNone);
+  EXPECT_EQ(s.facts().step, ContactStep::kReady);
+}
+
+TEST_F(CoreArming, DamageOnTheWayFromTheSensorIsNotTakenForASensorThatHearsNothing) {
+  s.tests = s.beats = false;
+  s.core.self_test(s.now);
+  for (int i = 0; s.facts().fault == ContactFault::kNone && i < 100; ++i) {
+    s.run(10ms);
+    s.status.t = s.ticks(s.now);
+    auto damaged = ctp::build(s.status, 0, CTP_STATUS);
+    std::vector<std::uint8_t> bytes(damaged.bytes().begin(), damaged.bytes().end());
+    bytes[4] ^= 0x55;
+    s.core.on_bytes(bytes, s.now);
+    if (i % 5 == 4) s.say_status();  // one of them gets through
+  }
+  EXPECT_EQ(s.facts().fault, ContactFault::kDamaged);
+}
+
+TEST_F(CoreArming, AContactIsHeldAgainstTheHeartbeatsBehindItsStamp) {
+  ASSERT_TRUE(s.arm(5, 5s));
+  s.run(300ms);
+  for (const auto& [number, early] : {std::pair{1, 200ms}, {2, 30ms}, {3, 0ms}}) {
+    s.events.clear();
+    s.say(event(static_cast<std::uint16_t>(number), 5, s.now - early), CTP_CONTACT);
+    s.set(CTP_FLAG_CONTACT, false);
+    s.run(1ms);
+    ASSERT_EQ(s.events.size(), 1u);
+    EXPECT_EQ(s.events[0].denied_s > 0.0, early > 0ms);
+    EXPECT_NEAR(s.events[0].denied_s, std::chrono::duration<double>(early).count(), 0.011);
+  }
+}
+
 TEST_F(CoreArming, WhyASelfTestFailsIsToldApart) {
   s.tests = false;  // it does not even begin: the flag of the one before stands
   s.core.self_test(s.now);

@@ -10,12 +10,15 @@ namespace {
 // Two corrections closer than this count as one: above servo error and AIPos noise at rest, and a
 // jump of it (0.5 mm at 1.4 m) passes as vibration.
 constexpr double kSameRad = 0.02 * kRadPerDeg;
+// At rest servos, or a controller that makes a little else of it, leave no more between the two.
+constexpr double kServosLeaveRad = 0.05 * kRadPerDeg;
 // At rest: no axis changes by more than this from packet to packet, several times over.
 constexpr double kStillRad = 0.005 * kRadPerDeg;
 constexpr int kStillPackets = 3;
 // IPOC has gone on if it agrees with the host's clock this well: network jitter, two quartzes.
 constexpr double kContinuityS = 0.05, kContinuityFraction = 0.01;
-// Silence on a port of our own that no running session keeps: five of the longest cycles.
+// Silence on a port of our own that no running session keeps: five of the longest cycles. No
+// program is stopped and started within it.
 constexpr double kListenedS = 0.2;
 // Delay of a running session may lag by one packet; a fresh one must stay clearly below.
 constexpr std::uint32_t kDelayLag = 1, kDelayClear = 3;
@@ -65,7 +68,20 @@ OffsetVerdict OffsetFinder::by_setpoint(const OffsetEvidence& evidence) {
   still_packets_ = still ? still_packets_ + 1 : 0;
   last_measured_ = measured;
   if (still_packets_ < kStillPackets && !evidence.waits) return OffsetVerdict::kWaitForRest;
+  if (memory_.known) return behind_replies(evidence, measured);
   return decide(from_zero <= kSameRad ? zero_ : measured);
+}
+
+OffsetVerdict OffsetFinder::behind_replies(const OffsetEvidence& evidence,
+                                           const AxisAngles& measured) {
+  if (distance(measured, memory_.sent_rad) <= kServosLeaveRad) return decide(memory_.sent_rad);
+  if (distance(measured, zero_) > kSameRad) return OffsetVerdict::kDenied;
+  if (evidence.silence_before_s < kListenedS) return OffsetVerdict::kDenied;
+  // Whether a session without a correction is another one the counters say, where there are any.
+  if (!evidence.delay || !memory_.delay) return decide(zero_);
+  const OffsetVerdict counted = by_counters(evidence);
+  if (counted != OffsetVerdict::kKnown) return counted;
+  return distance(offset_rad_, zero_) <= kSameRad ? OffsetVerdict::kKnown : OffsetVerdict::kDenied;
 }
 
 /// No late reply at first, although nobody else can have answered for many cycles. Without the
@@ -86,10 +102,11 @@ bool OffsetFinder::just_begun(const OffsetEvidence& evidence) {
 }
 
 OffsetVerdict OffsetFinder::by_counters(const OffsetEvidence& evidence) {
+  const bool may_be_another = !memory_.known || evidence.silence_before_s >= kListenedS;
   if (evidence.session_start) return decide(zero_);
   // A peer that counts packets from 0 waits for the answer to its first one.
   const bool first_packet = evidence.ipoc == 0 && evidence.delay.value_or(0) == 0;
-  if (first_packet) return decide(zero_);
+  if (first_packet && may_be_another) return decide(zero_);
   if (!memory_.known) {
     return just_begun(evidence) ? decide(zero_) : OffsetVerdict::kUnknown;
   }
@@ -105,18 +122,19 @@ OffsetVerdict OffsetFinder::by_counters(const OffsetEvidence& evidence) {
   const double elapsed_s = std::chrono::duration<double>(evidence.t_rx - memory_.t_rx).count();
   const double by_ipoc_s = passed * memory_.seconds_per_ipoc;
   if (std::abs(by_ipoc_s - elapsed_s) > kContinuityS + kContinuityFraction * elapsed_s) {
-    return decide(zero_);
+    return may_be_another ? decide(zero_) : OffsetVerdict::kUnknown;
   }
   if (!evidence.delay || !memory_.delay) return OffsetVerdict::kUnknown;
   // Within a session it never counts back.
-  if (*evidence.delay < *memory_.delay) return decide(zero_);
+  if (*evidence.delay < *memory_.delay)
+    return may_be_another ? decide(zero_) : OffsetVerdict::kUnknown;
   if (!first_delay_) first_delay_ = evidence.delay;
   const bool counts = memory_.delay_counts || *evidence.delay > *first_delay_;
   const std::uint32_t unanswered =
       std::max(static_cast<std::uint32_t>(passed) / memory_.step, 1U) - 1;
   const std::uint32_t expected = *memory_.delay + unanswered;
   if (*evidence.delay + kDelayLag >= expected) return decide(memory_.sent_rad);
-  if (counts && *evidence.delay + kDelayClear <= expected) return decide(zero_);
+  if (counts && may_be_another && *evidence.delay + kDelayClear <= expected) return decide(zero_);
   return OffsetVerdict::kUnknown;
 }
 

@@ -9,6 +9,10 @@
 // where packets come whether they are answered or not: a peer that waits for replies is silent
 // because nobody answered it. Where the evidence does not decide: no reply at all, and
 // the controller's time-out keeps the arm still.
+//
+// Behind replies of this process no one kind is believed against the others: what was sent is held
+// where AIPos - ASPos or the counters say so and neither denies it; nothing is held only behind a
+// silence, since no program is started again without one. Everything else is left unanswered.
 
 #include <cstdint>
 #include <optional>
@@ -44,7 +48,12 @@ struct OffsetEvidence {
   bool waits = false;             ///< the same packet for long: nothing moves before an answer
 };
 
-enum class OffsetVerdict { kKnown, kWaitForRest, kUnknown };
+enum class OffsetVerdict {
+  kKnown,
+  kWaitForRest,
+  kUnknown,
+  kDenied,  ///< AIPos - ASPos is neither what was sent nor what the counters leave open
+};
 
 class OffsetFinder {
  public:
@@ -56,6 +65,7 @@ class OffsetFinder {
 
  private:
   OffsetVerdict by_setpoint(const OffsetEvidence& evidence);
+  OffsetVerdict behind_replies(const OffsetEvidence& evidence, const AxisAngles& measured);
   OffsetVerdict by_counters(const OffsetEvidence& evidence);
   bool just_begun(const OffsetEvidence& evidence);
   OffsetVerdict decide(const AxisAngles& offset_rad);

@@ -15,6 +15,8 @@ constexpr double kNoCorrectionRad = 0.02 * kRadPerDeg;
 // Where the arm stands so near to what was sent last, that is what the controller holds: servos, or
 // a controller that makes a little else of it.
 constexpr double kSameFrameRad = 0.05 * kRadPerDeg;
+// A program that ended is not started again within it.
+constexpr double kRestartTakesS = 0.5;
 
 double most_difference(const AxisAngles& a, const AxisAngles& b) {
   double most = 0.0;
@@ -38,6 +40,7 @@ AxisAngles axes_of(const AxisAngles& axes_deg, const AxisAngles& external_deg, s
 RsiSetpoint::RsiSetpoint(const RsiConfig& config)
     : config_(config),
       accumulator_(config.mode, config.decimals, config.limits.size()),
+      bound_(config.limits),
       base_(config.limits.size(), 0.0),
       commanded_(base_),
       space_(config.space) {
@@ -51,6 +54,13 @@ void RsiSetpoint::begin_session(double silence_before_s) {
   finder_.begin(memory_);
 }
 
+bool RsiSetpoint::session_starts(double silence_before_s) {
+  const AxisAngles zero(axes(), 0.0);
+  const bool holds = memory_.known && most_difference(memory_.sent_rad, zero) > kNoCorrectionRad;
+  session_start_ = !holds || silence_before_s >= kRestartTakesS;
+  return session_start_;
+}
+
 void RsiSetpoint::remember(const OffsetMemory& link) {
   if (known_) {
     memory_ = link;
@@ -61,23 +71,32 @@ void RsiSetpoint::remember(const OffsetMemory& link) {
   known_ = false;
 }
 
-bool RsiSetpoint::start_pose_moved(const RobFrame& frame, const AxisAngles& actual_rad,
-                                   bool moving) {
+std::optional<cause::SessionRestarted> RsiSetpoint::start_pose_moved(const RobFrame& frame,
+                                                                     const AxisAngles& actual_rad,
+                                                                     bool moving) {
   const AxisAngles setpoint = axes_of(frame.setpoint_axes_deg, frame.setpoint_external_deg, axes());
-  if (setpoint.size() != axes()) return false;
+  if (setpoint.size() != axes()) return std::nullopt;
   if (start_pose_.empty()) start_pose_ = setpoint;
-  if (setpoint_follows_) return false;
+  if (setpoint_follows_) return std::nullopt;
   if (most_difference(setpoint, start_pose_) <= kSamePoseRad) {
     // The arm has left it and it stays: it holds no correction, and where it jumps after the arm a
     // new session began there.
     const double apart = most_difference(setpoint, actual_rad);
     setpoint_apart_ = setpoint_apart_ || apart > kNoCorrectionRad;
-    return false;
+    return std::nullopt;
   }
   setpoint_follows_ = known_ && moving && !setpoint_apart_ &&
                       most_difference(setpoint, commanded_) <= kSamePoseRad &&
                       most_difference(setpoint, actual_rad) <= kSamePoseRad;
-  return !setpoint_follows_;
+  if (setpoint_follows_) return std::nullopt;
+  const std::uint8_t axis = farthest_axis(setpoint, start_pose_).axis;
+  return cause::SessionRestarted{cause::SessionRestarted::Sign::kSetpoint,
+                                 start_pose_[axis] * kDegPerRad, setpoint[axis] * kDegPerRad, axis};
+}
+
+double RsiSetpoint::start_distance_rad(const RobFrame& frame, const AxisAngles& actual_rad) const {
+  return most_difference(actual_rad,
+                         axes_of(frame.setpoint_axes_deg, frame.setpoint_external_deg, axes()));
 }
 
 bool RsiSetpoint::find(const RobFrame& frame, const AxisAngles& actual_rad, TimePoint t_rx,
@@ -119,6 +138,7 @@ bool RsiSetpoint::find(const RobFrame& frame, const AxisAngles& actual_rad, Time
   if (config_.mode == CorrectionMode::kRelative && !start_pose_.empty()) base_ = start_pose_;
   find_start(actual_rad);
   stand_at(actual_rad);
+  bound_.rest_at(correction_rad(commanded_));
   return true;
 }
 
@@ -152,6 +172,7 @@ void RsiSetpoint::stand_at(const AxisAngles& at_rad) {
   }
   // An increment may have been lost: what is held is what the arm shows, from a zero that stays.
   accumulator_.set(correction_rad(at_rad));
+  bound_.rest_at(correction_rad(at_rad));
 }
 
 AxisAngles RsiSetpoint::correction_rad(const AxisAngles& axes_rad) const {
@@ -181,7 +202,14 @@ std::span<const double> RsiSetpoint::on_wire(std::span<const double> axes_deg) {
   return rkorr_;
 }
 
-std::span<const double> RsiSetpoint::next(double cycle_s) {
+std::span<const double> RsiSetpoint::next(double cycle_s, bool stops) {
+  beyond_ = bound_.admit(correction_rad(commanded_), cycle_s, stops);
+  if (beyond_) {
+    commanded_ = base_;
+    for (std::size_t i = 0; i < axes(); ++i) commanded_[i] += accumulator_.held_rad()[i];
+    bound_.rest_at(correction_rad(commanded_));
+    return hold();
+  }
   AxisAngles step = commanded_;
   for (std::size_t i = 0; i < axes(); ++i) step[i] = config_.limits[i].max_speed_rad_s * cycle_s;
   return on_wire(accumulator_.next_deg(correction_rad(commanded_), step));

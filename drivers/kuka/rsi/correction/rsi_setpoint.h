@@ -6,6 +6,7 @@
 #include <span>
 
 #include "drivers/kuka/moves/position_record.h"
+#include "drivers/kuka/rsi/correction/reply_bound.h"
 #include "drivers/kuka/rsi/correction/rsi_accumulator.h"
 #include "drivers/kuka/rsi/correction/rsi_offset.h"
 #include "drivers/kuka/rsi/correction/rsi_space.h"
@@ -24,8 +25,9 @@ class RsiSetpoint {
 
   /// Another session, or the same after a silence of so long. Everything is in doubt.
   void begin_session(double silence_before_s);
-  /// RSI 2's first frame: this session's correction is 0.
-  void session_starts() { session_start_ = true; }
+  /// RSI 2's first frame, behind a silence of so long: this session's correction is 0. False: a
+  /// damaged packet of a session that goes on looks the same.
+  bool session_starts(double silence_before_s);
   /// The link was lost: what is known of it, for when it comes back. Without effect on a session
   /// that was never understood.
   void remember(const OffsetMemory& link);
@@ -34,12 +36,17 @@ class RsiSetpoint {
   /// the arm itself. Either way the correction means something else now. Some simulators add the
   /// correction to ASPos too: then it is where the last replies have commanded a `moving` arm to
   /// be.
-  bool start_pose_moved(const RobFrame& frame, const AxisAngles& actual_rad, bool moving);
+  std::optional<cause::SessionRestarted> start_pose_moved(const RobFrame& frame,
+                                                          const AxisAngles& actual_rad,
+                                                          bool moving);
+  /// How far AIPos is from a packet's ASPos, which has to be there.
+  double start_distance_rad(const RobFrame& frame, const AxisAngles& actual_rad) const;
   /// Looks at a packet until known(). True once the controller's correction is known. `waits`: the
   /// peer repeats this packet, nothing moves before it is answered.
   bool find(const RobFrame& frame, const AxisAngles& actual_rad, TimePoint t_rx, bool waits);
   bool known() const { return known_; }
   bool waits_for_rest() const { return verdict_ == OffsetVerdict::kWaitForRest; }
+  bool denied() const { return verdict_ == OffsetVerdict::kDenied; }
 
   /// The arm stands here: this is what is commanded from now on, and the correction stays what it
   /// is.
@@ -57,11 +64,15 @@ class RsiSetpoint {
     return space_.apart(frame, actual_rad);
   }
 
-  /// What the reply has to say: per axis [deg], or in space X Y Z [mm] and A B C [deg]. `cycle_s`
-  /// bounds the increment of one reply. Empty: nothing that could be said.
-  std::span<const double> next(double cycle_s);
+  /// What the reply has to say: per axis [deg], or in space X Y Z [mm] and A B C [deg]. Bounded by
+  /// the axes' limits (ReplyBound): beyond them it is what is held, and beyond() says so. `stops`:
+  /// no move is on its way, or it is being brought to rest. Empty: nothing that could be said.
+  std::span<const double> next(double cycle_s, bool stops);
   std::span<const double> again() { return on_wire(accumulator_.again_deg()); }
   std::span<const double> hold() { return on_wire(accumulator_.hold_deg()); }
+  const std::optional<cause::ReplyBeyondLimit>& beyond() const { return beyond_; }
+  /// The controller did not take the last reply.
+  void not_taken() { bound_.not_taken(); }
   /// Increments of zero move nothing, whatever the controller holds.
   bool may_hold_unknown() const { return config_.mode == CorrectionMode::kRelative; }
 
@@ -77,6 +88,8 @@ class RsiSetpoint {
 
   const RsiConfig& config_;
   CorrectionAccumulator accumulator_;
+  ReplyBound bound_;
+  std::optional<cause::ReplyBeyondLimit> beyond_;
   OffsetFinder finder_;
   OffsetMemory memory_;
   OffsetVerdict verdict_ = OffsetVerdict::kUnknown;

@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cctype>
+#include <cmath>
 
 namespace cellcal::drivers {
 namespace {
@@ -33,6 +35,10 @@ std::string trouble_words(const CoreState& s, const ReportNames& names) {
       return "not answering: the correction that the controller holds is unknown, and a wrong one "
              "would make the arm jump. Wait for RSI's time-out, start it again on the pendant, "
              "and add DEF_ASPos and DEF_Delay to the ethernet XML";
+    case Trouble::kCorrectionDenied:
+      return "not answering: AIPos - ASPos is not the correction that was sent, IPOC and Delay show "
+             "no new session, and the arm holds. Wait for RSI's time-out, start it again on the "
+             "pendant, and check what sends ASPos";
     case Trouble::kUnknownSum:
       return "the correction that the controller holds is unknown, and so is what is left of its "
              "limit. Start RSI again on the pendant, or add DEF_ASPos to the ethernet XML";
@@ -66,7 +72,11 @@ std::string link_words(const CoreState& s, const ReportNames& names) {
         s.waited_s, names.listening);
   }
   if (s.link == RobotLink::kLost) {
-    return fmt::format("no packet for {:.1f} s, last IPOC {}{}", s.waited_s, s.ipoc, kReconnect);
+    const double for_s = std::max(s.waited_s, s.silent_s);
+    return fmt::format("no packet for {}, last IPOC {}{}",
+                       for_s < 1.0 ? fmt::format("{:.0f} ms", std::ceil(1e3 * for_s))
+                                   : fmt::format("{:.1f} s", for_s),
+                       s.ipoc, kReconnect);
   }
   if (s.link == RobotLink::kNotReferenced && s.rereference_pending) {
     return "referencing: waiting for the arm to come to rest";

@@ -17,12 +17,13 @@ enum class Trouble : std::uint8_t {
   kOddCycle,  ///< outside 2..40 ms
   kCoarse,    ///< fewer than 3 decimals in AIPos
   kTooFewAxes,
-  kWaitingForRest,  ///< correction not known while the arm moves
-  kUnknownOffset,   ///< correction that the controller holds cannot be known: no reply
-  kUnknownSum,      ///< likewise, relative: replies hold the arm, and no reference is taken
-  kNoDelay,         ///< relative without Delay: lost increments would not be noticed
-  kNotAccepted,     ///< Delay grows with every reply
-  kTcpDiffers,      ///< in space: RIst is not where the geometry has the TCP
+  kWaitingForRest,    ///< correction not known while the arm moves
+  kUnknownOffset,     ///< correction that the controller holds cannot be known: no reply
+  kCorrectionDenied,  ///< AIPos - ASPos is not what was sent, and no new session shows: no reply
+  kUnknownSum,        ///< likewise, relative: replies hold the arm, and no reference is taken
+  kNoDelay,           ///< relative without Delay: lost increments would not be noticed
+  kNotAccepted,       ///< Delay grows with every reply
+  kTcpDiffers,        ///< in space: RIst is not where the geometry has the TCP
 };
 
 /// In space: RIst against the geometry at the same axes; 0: not compared.
@@ -46,6 +47,7 @@ struct CoreState {
   double commanded_rad[kMaxAxes] = {};
   double cycle_s = 0.0;
   double waited_s = 0.0;  ///< since the last packet, or since the link was opened
+  double silent_s = 0.0;  ///< when the link was lost: since the last packet, or the last new one
   std::uint64_t packets = 0, replies = 0, late = 0, gaps = 0, bad_packets = 0;
   std::uint32_t late_while_moving = 0;
   std::int32_t decimals = -1;

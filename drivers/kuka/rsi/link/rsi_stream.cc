@@ -29,6 +29,8 @@ constexpr double kSilenceOfCountersS = 0.2;
 constexpr double kSilenceWhileLearningS = 0.2;
 // Largest first step of IPOC that can be one cycle; later ones are compared with the step.
 constexpr std::int32_t kLargestStep = 100;
+// Packets in a row that one which was faster can have overtaken.
+constexpr int kMostOvertaken = 2;
 
 }  // namespace
 
@@ -48,28 +50,54 @@ double RsiStream::silence_limit_s() const {
   return counts_packets() ? std::max(limit_s, kSilenceOfCountersS) : limit_s;
 }
 
+Arrival RsiStream::place(std::uint32_t ipoc) const {
+  if (packets_ == 0) return Arrival::kFirst;
+  const auto difference = static_cast<std::int32_t>(ipoc - last_ipoc_);
+  const std::int32_t window =
+      step_ > 0 ? static_cast<std::int32_t>(step_) * (silent_cycles() + 1) : kLargestStep;
+  if (difference == 0) return Arrival::kRepeat;
+  if (difference < -window || difference > window) return Arrival::kRestart;
+  return difference < 0 ? Arrival::kStale : Arrival::kNext;
+}
+
+void RsiStream::step_to(std::uint32_t ipoc, TimePoint t_rx) {
+  const std::uint32_t step = ipoc - last_ipoc_;
+  if (step_ == 0 || step < step_) {
+    // Until now every other packet was lost, and two cycles were taken for one.
+    if (learnt()) cycle_s_ *= static_cast<double>(step) / step_;
+    step_ = step;
+  }
+  if (step > step_) gaps_ += step / step_ - 1;
+  note_pace(t_rx, step);
+  last_ipoc_ = ipoc;
+  last_rx_ = t_rx;
+}
+
+Arrival RsiStream::push_damaged(std::uint32_t ipoc, TimePoint t_rx) {
+  const Arrival arrival = place(ipoc);
+  // Of whole cycles alone: a smaller step that only this one shows is no sound IPOC.
+  if (arrival == Arrival::kNext && (step_ == 0 || (ipoc - last_ipoc_) % step_ != 0))
+    return Arrival::kRestart;
+  if (arrival == Arrival::kNext) step_to(ipoc, t_rx);
+  return arrival;
+}
+
 Arrival RsiStream::push(const RobFrame& frame, TimePoint t_rx) {
   const std::uint32_t ipoc = frame.ipoc.value;
-  Arrival arrival = Arrival::kFirst;
-  if (packets_ > 0) {
-    const auto difference = static_cast<std::int32_t>(ipoc - last_ipoc_);
-    const std::int32_t window =
-        step_ > 0 ? static_cast<std::int32_t>(step_) * (silent_cycles() + 1) : kLargestStep;
-    if (difference == 0) return Arrival::kRepeat;
-    if (difference < 0 && difference >= -window) return Arrival::kStale;
-    if (difference < 0 || difference > window) return Arrival::kRestart;
-    // It counts within a session and never back.
-    if (frame.delay && *frame.delay < last_delay_) return Arrival::kRestart;
-    const auto step = static_cast<std::uint32_t>(difference);
-    if (step_ == 0 || step < step_) {
-      // Until now every other packet was lost, and two cycles were taken for one.
-      if (learnt()) cycle_s_ *= static_cast<double>(step) / step_;
-      step_ = step;
-    }
-    if (step > step_) gaps_ += step / step_ - 1;
-    note_pace(t_rx, step);
-    arrival = Arrival::kNext;
+  const Arrival arrival = place(ipoc);
+  delay_fell_ = false;
+  if (arrival == Arrival::kStale) {
+    // Overtaken ones come one at a time; a counter that went back goes on from there.
+    return ++stale_in_a_row_ > kMostOvertaken ? Arrival::kRestart : Arrival::kStale;
   }
+  if (arrival == Arrival::kRepeat || arrival == Arrival::kRestart) return arrival;
+  if (arrival == Arrival::kNext) {
+    // It counts within a session and never back.
+    delay_fell_ = frame.delay && *frame.delay < last_delay_;
+    if (delay_fell_) return Arrival::kRestart;
+    step_to(ipoc, t_rx);
+  }
+  stale_in_a_row_ = 0;
   ++packets_;
   last_ipoc_ = ipoc;
   last_rx_ = t_rx;

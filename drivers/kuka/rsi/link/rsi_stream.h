@@ -22,7 +22,7 @@ enum class Arrival : std::uint8_t {
   kNext,
   kRepeat,   ///< same IPOC again
   kStale,    ///< older than the newest: overtaken on the way
-  kRestart,  ///< IPOC jumped or Delay fell: another session, or too many packets lost
+  kRestart,  ///< IPOC jumped or went back, or Delay fell: another session, or many packets lost
 };
 
 class RsiStream {
@@ -32,6 +32,10 @@ class RsiStream {
   /// A session begins anew; everything has to be learnt again.
   void reset() { *this = RsiStream(silence_cycles_); }
   Arrival push(const RobFrame& frame, TimePoint t_rx);
+  /// One of which nothing but IPOC is sound. Only kNext goes on by it.
+  Arrival push_damaged(std::uint32_t ipoc, TimePoint t_rx);
+  /// Behind kRestart: it was Delay that showed it.
+  bool delay_fell() const { return delay_fell_; }
 
   bool learnt() const { return cycle_s_ > 0.0; }
   bool odd_cycle() const { return odd_cycle_; }  ///< measured far outside 2..40 ms; learning again
@@ -53,6 +57,8 @@ class RsiStream {
  private:
   static constexpr std::size_t kPaces = 32;
 
+  Arrival place(std::uint32_t ipoc) const;
+  void step_to(std::uint32_t ipoc, TimePoint t_rx);
   void note_pace(TimePoint t_rx, std::uint32_t counts);
   double pace_s() const;
   int silent_cycles() const;
@@ -68,6 +74,8 @@ class RsiStream {
   AxisAngles first_deg_;
   std::uint32_t last_ipoc_ = 0, step_ = 0;
   std::uint32_t last_delay_ = 0;
+  int stale_in_a_row_ = 0;
+  bool delay_fell_ = false;
   TimePoint last_rx_{};
   /// Seconds per count of IPOC from packet to packet, the newest of them.
   std::array<double, kPaces> paces_{};

@@ -99,12 +99,12 @@ TEST_F(Searching, RevokedSilentAndDisarmedAreEndsOfTheirOwn) {
   begin();
   rig.guard.disarm();
   EXPECT_EQ(step_deg(rig), 0.0);
-  expect_end(rig.end().result, MoveOutcome::kContactSilent, cause::ArmExpired{});
+  expect_end(rig.end().result, MoveOutcome::kContactSilent, cause::ArmExpired{true});
   rig.guard.arm(5);
   begin();
   rig.guard.arm(9);  // another arming than this search's
   EXPECT_EQ(step_deg(rig), 0.0);
-  expect_end(rig.end().result, MoveOutcome::kContactSilent, cause::ArmExpired{});
+  expect_end(rig.end().result, MoveOutcome::kContactSilent, cause::ArmExpired{true});
 }
 
 TEST_F(Searching, AStopWhileTheVerdictIsAwaitedDoesNotHideTheContact) {
@@ -134,6 +134,43 @@ TEST_F(Searching, AContactThatIsOlderThanTheRecordIsNone) {
 }
 
 // Beside everything that was commanded from 0.2 s before the contact until now.
+TEST_F(Searching, AContactWhoseStampItsHeartbeatsDenyIsRefusedAndNotLatched) {
+  begin();
+  rig.guard.trip(5, rig.now - 100ms);
+  EXPECT_EQ(step_deg(rig), 0.0) << "a stop is never doubted";
+  rig.guard.push({ContactEventKind::kContact, 5, rig.now - 100ms, 20e-6, 0, 0.095});
+  const auto end = rig.end();
+  expect_end(end.result, MoveOutcome::kContactSilent, cause::StampDenied{0.095});
+  EXPECT_FALSE(end.result.latch);
+}
+
+TEST_F(Searching, ATripWhoseMessageIsLostStopsAndIsMeasuredByTheContactBehindIt) {
+  begin();
+  rig.guard.end_arming(ArmEnd::kTripped);
+  EXPECT_EQ(step_deg(rig), 0.0);
+  confirm(9ms);
+  const auto end = rig.end();
+  expect_end(end.result, MoveOutcome::kContact, cause::None{});
+  EXPECT_TRUE(end.result.latch);
+  rig.guard.arm(6);
+  ASSERT_FALSE(rig.start(MoveKind::kSearch, 5.0, 10.0, 6));
+  rig.run(100);
+  rig.guard.end_arming(ArmEnd::kTripped);
+  const auto lost = rig.end().result;
+  EXPECT_EQ(lost.outcome, MoveOutcome::kContactSilent);
+  EXPECT_TRUE(is<cause::TripUnconfirmed>(lost.cause)) << words(lost);
+}
+
+TEST_F(Searching, AVerdictThatIsNotThereIsMissingOnlyBesideHeartbeatsThatAre) {
+  begin();
+  rig.guard.trip(5, rig.now - 1ms);
+  rig.guard.set_heard(false);
+  rig.run(50);  // 0.2 s: late, or silent, nobody knows
+  confirm(201ms);
+  rig.guard.set_heard(true);
+  expect_end(rig.end().result, MoveOutcome::kContact, cause::None{});
+}
+
 TEST_F(Searching, AnAngleBesideTheCommandsAroundTheContactIsNamedOnEitherSide) {
   for (const double side : {1.0, -1.0}) {
     for (const double off_deg : {0.049, 0.051}) {
@@ -225,6 +262,53 @@ TEST(MoverStop, RepliesThatAreNotHeardOnTheWayDoNotEndIt) {
   for (int i = 0; i < 5; ++i) EXPECT_FALSE(rig.cycle(false));
   EXPECT_GT(step_deg(rig), 0.0);
   expect_end(rig.end().result, MoveOutcome::kArrived, cause::None{});
+}
+
+TEST(MoverStop, ThatARetreatsContactIsClosedIsSaidOnlyByWordsOfTheSensorFromBehindIt) {
+  enum Ending { kOpens, kStaysClosed, kDies };
+  for (const Ending ending : {kOpens, kStaysClosed, kDies}) {
+    SCOPED_TRACE(ending);
+    MoverRig rig;
+    rig.guard.touch(true);
+    ASSERT_FALSE(rig.start(MoveKind::kRetreat, -1.0));
+    rig.run(5);
+    rig.guard.set_heard(false);
+    rig.run(250);  // at rest since long, and nothing heard
+    if (ending == kOpens) rig.guard.touch(false);
+    if (ending == kDies) rig.guard.set_alive(false);
+    if (ending != kDies) rig.guard.set_heard(true);
+    const auto result = rig.end().result;
+    if (ending == kOpens) expect_end(result, MoveOutcome::kArrived, cause::None{});
+    if (ending == kStaysClosed)
+      expect_end(result, MoveOutcome::kStillInContact, cause::ContactNotOpen{});
+    if (ending == kDies) expect_end(result, MoveOutcome::kContactSilent, cause::SensorDead{});
+  }
+}
+
+TEST(MoverStop, ARetreatWhoseOpeningIsHeardLateIsHaltedByThisComputersLateness) {
+  for (const double late_s : {0.120, 0.010}) {
+    MoverRig rig;
+    rig.guard.touch(true);
+    Move move{++rig.id, MoveKind::kRetreat, rig.commanded, 0.0, 0};
+    AxisAngles way = rig.commanded;
+    way[1] -= 2 * kRadPerDeg;
+    move.via.push_back({way, 0.5, 0.5});
+    move.target_rad[1] -= 8 * kRadPerDeg;
+    rig.mover.listen(rig.now);
+    ASSERT_FALSE(rig.mover.start(move, rig.commanded));
+    rig.run(5);
+    rig.guard.set_heard(false);
+    rig.run(250);
+    EXPECT_GT(rig.commanded[1], move.target_rad[1]) << "it is not driven on";
+    rig.guard.touch(false);
+    rig.guard.set_said_late(late_s);
+    rig.guard.set_heard(true);
+    const auto result = rig.end().result;
+    EXPECT_EQ(result.outcome, MoveOutcome::kContactSilent);
+    EXPECT_EQ(is<cause::SensorLate>(result.cause), late_s > 0.025) << words(result);
+    EXPECT_EQ(is<cause::OpeningUnheard>(result.cause), late_s < 0.025) << words(result);
+    EXPECT_EQ(result.interruption, late_s > 0.025 ? Interruption::kLateBytes : Interruption::kNone);
+  }
 }
 
 TEST(MoverStop, ContactOutsideOfASearchAndASensorThatDies) {

@@ -100,7 +100,14 @@ TEST_F(RsiFacts, ARestartEndsTheMoveByName) {
   rig.begin(MoveKind::kTransit, rig.moved_by(0, 10));
   rig.run(100ms);
   rig.krc.rsi_on();
-  expect(result(), MoveOutcome::kRobotSilent, cause::SessionRestarted{});
+  const CoreResult ended = result();
+  EXPECT_EQ(ended.outcome, MoveOutcome::kRobotSilent);
+  ASSERT_TRUE(is<cause::SessionRestarted>(ended.cause)) << words(ended);
+  const auto& restart = std::get<cause::SessionRestarted>(ended.cause);
+  EXPECT_EQ(restart.sign, cause::SessionRestarted::Sign::kSetpoint);
+  EXPECT_EQ(restart.axis, 0);
+  EXPECT_EQ(restart.before, 0.0);
+  EXPECT_GT(restart.after, 0.0);
   EXPECT_EQ(facts().link, RobotLink::kNotReferenced);
 }
 

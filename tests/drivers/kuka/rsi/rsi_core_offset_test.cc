@@ -182,8 +182,15 @@ TEST(RsiOffset, RestartThatOnlyDelayOrAsposBetraysIsNoticed) {
     takeover.krc.rsi_on();
     takeover.held_deg = 0.0;
     takeover.watch();
-    takeover.run(500ms);
+    takeover.run(300ms);
     EXPECT_EQ(takeover.core->state().link, RobotLink::kNotReferenced);
+    EXPECT_EQ(takeover.replies, 0) << "one field against all others";
+    EXPECT_EQ(takeover.worst_jump_deg, 0.0) << setpoint;
+    takeover.run(500ms);
+    ASSERT_EQ(takeover.krc.phase(), sim::RsiPhase::kFaulted) << "it gave up";
+    takeover.krc.rsi_on();
+    takeover.run(200ms);
+    EXPECT_TRUE(takeover.usable()) << takeover.words();
     EXPECT_EQ(takeover.worst_jump_deg, 0.0) << setpoint;
   }
 }
@@ -202,11 +209,16 @@ TEST(RsiOffset, RestartWhileAMoveSettlesIsNotTakenForASetpointThatFollows) {
   takeover.krc.rsi_on();
   takeover.held_deg = 0.0;
   takeover.watch();
-  takeover.run(500ms);
+  takeover.run(300ms);
   EXPECT_EQ(takeover.worst_jump_deg, 0.0);
   EXPECT_EQ(takeover.core->state().link, RobotLink::kNotReferenced);
   EXPECT_EQ(takeover.core->take_result()->outcome, MoveOutcome::kRobotSilent);
+  EXPECT_EQ(takeover.replies, 0);
+  takeover.run(500ms);
+  takeover.krc.rsi_on();
+  takeover.run(200ms);
   EXPECT_TRUE(takeover.usable());
+  EXPECT_EQ(takeover.worst_jump_deg, 0.0);
 }
 
 }  // namespace

@@ -223,7 +223,7 @@ TEST(RsiRelative, TheSamePacketTwiceIsAnsweredAlikeAndCountedOnce) {
   EXPECT_NEAR(rig.krc.setpoint_rad()[0], target[0], 2e-4 * kDeg);
 }
 
-TEST(RsiRelative, ADamagedPacketIsAnsweredWithoutAnIncrement) {
+TEST(RsiRelative, ADamagedPacketIsAnsweredByTheIncrementOfItsCycle) {
   RelativeRig rig;
   rig.make_ready();
   const AxisAngles target = rig.moved_by(0, 40);
@@ -232,7 +232,7 @@ TEST(RsiRelative, ADamagedPacketIsAnsweredWithoutAnIncrement) {
   rig.before_core = [&] { rig.packet.replace(rig.packet.find("<AIPos"), 6, "<<<<<<"); };
   rig.cycle();
   rig.before_core = {};
-  EXPECT_TRUE(rig.still());
+  EXPECT_FALSE(rig.still());
   EXPECT_EQ(rig.finish().outcome, MoveOutcome::kArrived);
   EXPECT_NEAR(rig.krc.setpoint_rad()[0], target[0], 2e-4 * kDeg);
   EXPECT_EQ(rig.krc.late(), 0U);
@@ -308,6 +308,9 @@ TEST(RsiRelative, WhereDelayIsSentNoLongerItIsNotDrivenOn) {
       if (at != std::string::npos) rig.packet.erase(at, rig.packet.find("/>", at) + 2 - at);
     };
     if (anew) {
+      rig.to_pc = false;
+      rig.run(300ms);
+      rig.to_pc = true;
       rig.krc.rsi_on();
       rig.run(300ms);
     } else {

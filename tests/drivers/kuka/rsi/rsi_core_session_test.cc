@@ -81,7 +81,8 @@ TEST_F(RsiSession, ThatBeganBehindASilenceIsAnotherOne) {
 
 TEST_F(RsiSession, ThatBeganWithoutASilenceIsAnotherOneAndReadFromItsVeryFirstPacket) {
   rig.make_ready();
-  arrive(5.0);
+  rig.krc.cancel_program();
+  rig.krc.place({0.1, -1.5, 1.5, 0.0, 1.5, 0.0});
   rig.krc.rsi_on();
   rig.cycle();
   EXPECT_EQ(facts().session, 2u) << "its start is another";
@@ -89,6 +90,24 @@ TEST_F(RsiSession, ThatBeganWithoutASilenceIsAnotherOneAndReadFromItsVeryFirstPa
   EXPECT_EQ(facts().interruptions, 1u);
   EXPECT_EQ(facts().link, RobotLink::kNotReferenced);
   EXPECT_EQ(facts().decimals, 4);
+  rig.make_referenced();
+  arrive(-5.0);
+}
+
+TEST_F(RsiSession, ThatSeemsToBeginWithoutASilenceBehindACorrectionIsNotAnswered) {
+  rig.make_ready();
+  arrive(5.0);
+  rig.krc.rsi_on();  // as if ASPos alone had gone to where the arm is
+  int answers = 0;
+  rig.after_cycle = [&] { answers += !rig.reply.empty(); };
+  rig.run(300ms);
+  EXPECT_EQ(answers, 0);
+  EXPECT_EQ(facts().trouble, Trouble::kCorrectionDenied);
+  EXPECT_EQ(facts().link, RobotLink::kNotReferenced);
+  EXPECT_TRUE(has(rig.core.state().words, "check what sends ASPos")) << rig.core.state().words;
+  pause(300ms);
+  rig.krc.rsi_on();  // the operator's
+  rig.run(200ms);
   rig.make_referenced();
   arrive(-5.0);
 }

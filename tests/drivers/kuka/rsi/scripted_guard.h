@@ -12,7 +12,10 @@ namespace cellcal::drivers {
 /// What the test says the sensor says.
 class ScriptedGuard final : public ContactGuard {
  public:
-  ContactSnapshot snapshot(TimePoint) override { return now_; }
+  ContactSnapshot snapshot(TimePoint now) override {
+    if (heard_) now_.said = now;
+    return now_;
+  }
   std::optional<ContactEvent> take_event() override {
     if (events_.empty()) return std::nullopt;
     const ContactEvent oldest = events_.front();
@@ -26,6 +29,10 @@ class ScriptedGuard final : public ContactGuard {
   }
   void disarm() { now_.armed = false; }
   void set_alive(bool alive) { now_.alive = alive; }
+  /// Nothing comes, and it is not silent yet.
+  void set_heard(bool heard) { heard_ = heard; }
+  /// What it says now it had said so long ago.
+  void set_said_late(double late_s) { now_.said_late_s = late_s; }
   /// The arming is over, and this is how.
   void end_arming(ArmEnd end) {
     now_.armed = false;
@@ -43,10 +50,13 @@ class ScriptedGuard final : public ContactGuard {
     push(ContactEventKind::kTrip, id, edge);
   }
   void push(ContactEventKind kind, std::uint16_t id, TimePoint edge, int bounces = 0) {
-    events_.push_back({kind, id, edge, 20e-6, bounces});
+    push({kind, id, edge, 20e-6, bounces});
   }
 
+  void push(const ContactEvent& event) { events_.push_back(event); }
+
  private:
+  bool heard_ = true;
   ContactSnapshot now_{.alive = true};
   std::deque<ContactEvent> events_;
 };

@@ -68,7 +68,7 @@ TEST(EkiParser, ToleratesOtherOrderCaseElementsAndMore) {
 }
 
 TEST(EkiParser, RefusesWhatIsNoNumber) {
-  for (const char* value : {"nan", "inf", "-INF", "1,5", "", "0x10", "1e999", "1.5deg"}) {
+  for (const char* value : {"nan", "inf", "-INF", "1,5", "", "0x10", "1e999", "9e99", "1.5deg"}) {
     EXPECT_EQ(error_of(replaced(kState, "A1=\"1.500000\"", "A1=\"" + std::string(value) + "\"")),
               EkiError::kBadNumber)
         << value;

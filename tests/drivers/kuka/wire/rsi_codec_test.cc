@@ -80,6 +80,8 @@ TEST(RsiRob, DamagedPacketsAreNamed) {
       {"<Rob><AIPos A1='inf'/><IPOC>1</IPOC></Rob>", WireError::kBadNumber},
       {"<Rob><AIPos A1='1,5'/><IPOC>1</IPOC></Rob>", WireError::kBadNumber},
       {"<Rob><AIPos A1='1e999'/><IPOC>1</IPOC></Rob>", WireError::kBadNumber},
+      {"<Rob><AIPos A1='9e99'/><IPOC>1</IPOC></Rob>", WireError::kBadNumber},
+      {"<Rob><AIPos A1='-1000001'/><IPOC>1</IPOC></Rob>", WireError::kBadNumber},
       {"<Rob><AIPos A1=''/><IPOC>1</IPOC></Rob>", WireError::kBadNumber},
       {"<Rob><AIPos A1='1'/><Delay D='-1'/><IPOC>1</IPOC></Rob>", WireError::kBadNumber},
       {"<Rob><AIPos A1='1' A1='2'/><IPOC>1</IPOC></Rob>", WireError::kDuplicate},

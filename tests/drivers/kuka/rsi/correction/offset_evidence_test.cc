@@ -65,12 +65,36 @@ TEST(OffsetBySetpoint, AFreshSessionHoldsNone) {
   expect_known(finder, measured(0.010), deg(0.015, 0));
 }
 
-TEST(OffsetBySetpoint, AfterACorrectionItIsBelievedThatThereIsNoneOnlyAtRest) {
+TEST(OffsetBySetpoint, AfterACorrectionItIsBelievedThatThereIsNoneOnlyAtRestBehindASilence) {
   OffsetFinder finder;
   finder.begin(sent(5));
-  for (int i = 0; i < 3; ++i)
-    EXPECT_EQ(finder.look(measured(0.01)), OffsetVerdict::kWaitForRest) << i;
-  expect_known(finder, measured(0.01), deg(0, 0));
+  OffsetEvidence none = measured(0.01);
+  none.silence_before_s = 0.2;
+  for (int i = 0; i < 3; ++i) EXPECT_EQ(finder.look(none), OffsetVerdict::kWaitForRest) << i;
+  expect_known(finder, none, deg(0, 0));
+  none.silence_before_s = 0.19;  // no program is started again within it
+  EXPECT_EQ(finder.look(none), OffsetVerdict::kDenied);
+}
+
+TEST(OffsetBySetpoint, WhatIsNeitherSentNorNoneIsLeftUnanswered) {
+  for (const auto& [at_deg, verdict] : {std::pair{4.951, OffsetVerdict::kKnown},
+                                        {4.949, OffsetVerdict::kDenied},
+                                        {4.0, OffsetVerdict::kDenied},
+                                        {-1.0, OffsetVerdict::kDenied}}) {
+    OffsetFinder finder;
+    finder.begin(sent(5));
+    OffsetEvidence evidence = measured(at_deg);
+    evidence.silence_before_s = 10.0;
+    for (int i = 0; i < 3; ++i) finder.look(evidence);
+    ASSERT_EQ(finder.look(evidence), verdict) << at_deg;
+    if (verdict == OffsetVerdict::kKnown) {
+      EXPECT_EQ(finder.offset_rad(), deg(5, 0));
+    }
+  }
+  OffsetFinder before_any;
+  before_any.begin({});
+  for (int i = 0; i < 3; ++i) before_any.look(measured(4.0));
+  expect_known(before_any, measured(4.0), deg(4, 0));
 }
 
 TEST(OffsetBySetpoint, RestIsThreePacketsInARowWithoutFiveThousandthsOfADegree) {
@@ -84,7 +108,7 @@ TEST(OffsetBySetpoint, RestIsThreePacketsInARowWithoutFiveThousandthsOfADegree) 
   EXPECT_EQ(finder.look(measured(at += 1.0)), OffsetVerdict::kWaitForRest) << "from the beginning";
   for (int i = 0; i < 2; ++i)
     EXPECT_EQ(finder.look(measured(at += 0.0049)), OffsetVerdict::kWaitForRest);
-  expect_known(finder, measured(at), deg(at, 0));
+  EXPECT_EQ(finder.look(measured(at)), OffsetVerdict::kDenied) << "at rest, and not what was sent";
   // Another beginning remembers nothing of it.
   finder.begin(sent(5));
   EXPECT_EQ(finder.look(measured(at)), OffsetVerdict::kWaitForRest);
@@ -92,7 +116,7 @@ TEST(OffsetBySetpoint, RestIsThreePacketsInARowWithoutFiveThousandthsOfADegree) 
 
 TEST(OffsetBySetpoint, APeerThatWaitsForAnAnswerRests) {
   OffsetFinder finder;
-  finder.begin(sent(5));
+  finder.begin({});
   OffsetEvidence waits = measured(2.0);
   waits.waits = true;
   expect_known(finder, waits, deg(2, 0));
@@ -119,6 +143,7 @@ OffsetEvidence after(double elapsed_s, double by_ipoc_s, std::optional<std::uint
   evidence.ipoc = 4'000'000'000u + static_cast<std::uint32_t>(std::lround(1000 * by_ipoc_s));
   evidence.actual_rad = deg(10, -20);
   evidence.delay = delay;
+  evidence.silence_before_s = elapsed_s;
   return evidence;
 }
 

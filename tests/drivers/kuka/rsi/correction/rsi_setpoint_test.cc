@@ -7,6 +7,7 @@
 
 #include <cmath>
 
+#include "drivers/kuka/rsi/path_move.h"
 #include "drivers/units.h"
 
 namespace cellcal::drivers {
@@ -43,12 +44,16 @@ struct Stand {
     return setpoint.find(frame, rad(frame.axes_deg), now, waits);
   }
   bool moved(const RobFrame& frame, bool moving) {
-    return setpoint.start_pose_moved(frame, rad(frame.axes_deg), moving);
+    return setpoint.start_pose_moved(frame, rad(frame.axes_deg), moving).has_value();
   }
   /// Commands this and says it, until it is held.
   void command(AxisAngles deg) {
-    setpoint.commanded_rad() = rad(deg);
-    for (int i = 0; i < 100; ++i) setpoint.next(kCycleS);
+    const PathMove path(setpoint.commanded_rad(), rad(deg), config.limits, 0.0);
+    for (double t_s = 0.0; t_s < path.duration_s() + 0.1; t_s += kCycleS) {
+      setpoint.commanded_rad() = path.at(t_s);
+      setpoint.next(kCycleS, false);
+      ASSERT_FALSE(setpoint.beyond());
+    }
   }
   /// The link is lost, and the same session comes back where its counter stood.
   void lose_and_come_back(const AxisAngles& actual_deg) {
@@ -131,7 +136,7 @@ TEST(StartPose, OfTheVeryFirstPacketIsWhatTheNextIsComparedWith) {
 
 TEST(StartPose, ThatComesLaterIsTakenFromThereOn) {
   Stand s;
-  s.setpoint.session_starts();
+  ASSERT_TRUE(s.setpoint.session_starts(0.0));
   ASSERT_TRUE(s.find(packet({10, 20})));
   EXPECT_FALSE(s.moved(packet({10, 20}, {10, 20}), false));
   EXPECT_TRUE(s.moved(packet({11, 20}, {11, 20}), false));
@@ -195,7 +200,7 @@ TEST_F(Follows, AndIsNoEvidenceWhenTheLinkComesBack) {
 TEST(StartPose, OfTooFewAxesIsNoEvidence) {
   Stand s;
   EXPECT_FALSE(s.find(packet({10, 20}, {10})));
-  s.setpoint.session_starts();
+  ASSERT_TRUE(s.setpoint.session_starts(0.0));
   EXPECT_TRUE(s.find(packet({10, 20}, {10})));
 }
 
@@ -206,14 +211,14 @@ TEST(RelativeSetpoint, TakesAsposForItsZeroAndHoldsWhatTheArmShows) {
   ASSERT_TRUE(s.find(packet({10.015, 20}, {10, 20})));
   EXPECT_EQ(s.setpoint.base_rad(), rad({10, 20}));
   s.setpoint.commanded_rad() = rad({10.015, 20});
-  EXPECT_NEAR(s.setpoint.next(kCycleS)[0], 0.0, 1e-9) << "it stands where it is";
+  EXPECT_NEAR(s.setpoint.next(kCycleS, true)[0], 0.0, 1e-9) << "it stands where it is";
 }
 
 TEST(RelativeSetpoint, WithoutAsposTheSumOfARunningSessionCannotBeKnown) {
   for (const auto& [axis, sum_deg, known] :
        {std::tuple{0, 0.019, true}, {0, 0.021, false}, {1, -0.021, false}, {1, 1.0, false}}) {
     Stand s(CorrectionMode::kRelative);
-    s.setpoint.session_starts();
+    ASSERT_TRUE(s.setpoint.session_starts(0.0));
     ASSERT_TRUE(s.find(packet({10, 20})));
     AxisAngles there{10, 20};
     there[static_cast<std::size_t>(axis)] += sum_deg;

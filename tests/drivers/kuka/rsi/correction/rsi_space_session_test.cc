@@ -294,8 +294,15 @@ struct SpaceSetpoint : testing::Test {
   }
   void SetUp() override {
     ASSERT_TRUE(find(pose(), pose()));
-    setpoint.commanded_rad() = rad(pose(2.0));
-    setpoint.next(0.004);
+    const AxisAngles from = setpoint.commanded_rad();
+    constexpr int kSteps = 2000;  // slower than any limit
+    for (int i = 0; i <= kSteps; ++i) {
+      const double u = static_cast<double>(i) / kSteps;
+      for (std::size_t k = 0; k < from.size(); ++k)
+        setpoint.commanded_rad()[k] = from[k] + u * u * (3 - 2 * u) * (rad(pose(2.0))[k] - from[k]);
+      setpoint.next(0.004, false);
+      ASSERT_FALSE(setpoint.beyond()) << i;
+    }
     sent = held();
     ASSERT_EQ(sent.size(), 6u);
     ASSERT_GT(std::abs(sent[0]) + std::abs(sent[1]), 1.0);
