@@ -42,9 +42,9 @@ double most_correction(const ArmParameter& parameter, bool of_update) {
   const double most =
       (tip || is_geometric(parameter.kind) ? kMostOfGeometry : kMostOfOthers) * parameter.sigma;
   if (!of_update) return most;
-  return std::max(most, tip                                        ? kMostKnockedM
+  return std::max(most, tip                                       ? kMostKnockedM
                         : parameter.kind == ParameterKind::kTheta ? kMostMasteredRad
-                                                                   : 0.0);
+                                                                  : 0.0);
 }
 
 bool finite(const Isometry3d& tcp, const JointVector& seed) {

@@ -29,9 +29,9 @@ std::string words(const NotReached& reason, const Robot& robot) {
 }
 
 std::string words(const FarCorrection& far) {
-  return fmt::format("{:.3f} {} correction of {}, at most {:.4g} {} with its tolerance of {:.3g} {}",
-                     far.correction, far.unit, far.parameter, far.most, far.unit, far.sigma,
-                     far.unit);
+  return fmt::format(
+      "{:.3f} {} correction of {}, at most {:.4g} {} with its tolerance of {:.3g} {}",
+      far.correction, far.unit, far.parameter, far.most, far.unit, far.sigma, far.unit);
 }
 
 }  // namespace cellcal::calib

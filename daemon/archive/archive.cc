@@ -252,8 +252,7 @@ void refuse_unreadable(const SessionRows& rows, const std::string& from) {
   std::optional<calib::Cell> cell;
   const auto look_at = [&](const std::string& table, const auto& look) {
     for (std::size_t i = 0; i < rows.entries.size(); ++i) try {
-        if (rows.entries[i].table == table && !rows.entries[i].names.empty())
-          look(rows.entries[i]);
+        if (rows.entries[i].table == table && !rows.entries[i].names.empty()) look(rows.entries[i]);
       } catch (const std::runtime_error& unreadable) {
         throw ArchiveError(
             fmt::format("{}:{}: row {} of '{}': {}. No session has such a row: damaged or forged. "

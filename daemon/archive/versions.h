@@ -21,7 +21,8 @@ struct Version {
   double predicted_m = 0.0;                ///< mean error over the scope
   std::optional<calib::InScope> in_scope;  ///< u95 over it
   bool active = false;
-  std::string trouble{};  ///< not empty: it is not as it was written, and none of its figures is known
+  std::string
+      trouble{};  ///< not empty: it is not as it was written, and none of its figures is known
   std::optional<Activation> activated;  ///< the last time
 };
 

@@ -321,9 +321,10 @@ void refuse_unless_reproduced(const Archive& archive, const std::string& from) {
   if (again.same()) return;
   throw Refused(
       Refused::Why::kNotReproduced,
-      fmt::format("{}: {}It gets no certificate: altered, or of another version. Issue it with the version that "
-                  "recorded it, from the journal that recorded it",
-                  from, in_words(again)));
+      fmt::format(
+          "{}: {}It gets no certificate: altered, or of another version. Issue it with the version that "
+          "recorded it, from the journal that recorded it",
+          from, in_words(again)));
 }
 
 CertificateData make_certificate(const Archive& archive, const std::string& from,

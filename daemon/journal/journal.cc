@@ -28,8 +28,9 @@ std::string blob(std::span<const double> values) {
 /// What an earlier version imported may be none.
 std::vector<double> numbers(const std::string& bytes) {
   if (bytes.size() % sizeof(double) != 0)
-    throw DamagedError(std::to_string(bytes.size()) +
-                       " bytes where the journal has angles: imported damaged. Do not use this session");
+    throw DamagedError(
+        std::to_string(bytes.size()) +
+        " bytes where the journal has angles: imported damaged. Do not use this session");
   std::vector<double> values(bytes.size() / sizeof(double));
   if (!values.empty()) std::memcpy(values.data(), bytes.data(), values.size() * sizeof(double));
   return values;

@@ -18,12 +18,12 @@ namespace cellcal::daemon {
 namespace {
 
 enum class Holds {
-  kText,         ///< UTF-8
-  kName,         ///< of something: not empty, one line
-  kFlag,         ///< 0 or 1
-  kCount,        ///< 0 to 1e9
-  kWhole,        ///< 0 or more
-  kNumber,       ///< infinite: what was seen is none
+  kText,    ///< UTF-8
+  kName,    ///< of something: not empty, one line
+  kFlag,    ///< 0 or 1
+  kCount,   ///< 0 to 1e9
+  kWhole,   ///< 0 or more
+  kNumber,  ///< infinite: what was seen is none
   kFinite,
   kNotNegative,  ///< and finite
   kAngles,       ///< of a robot's axes, 1 to kMaxAxes
@@ -158,7 +158,8 @@ Complaint of_doubles(const Value& value, std::size_t fewest, std::size_t most) {
 }
 
 Complaint complaint(const Value& value, Holds holds) {
-  constexpr std::int64_t kMostCount = 1'000'000'000, kAny = std::numeric_limits<std::int64_t>::max();
+  constexpr std::int64_t kMostCount = 1'000'000'000,
+                         kAny = std::numeric_limits<std::int64_t>::max();
   switch (holds) {
     case Holds::kText:
       return of_text(value, false);
@@ -220,9 +221,10 @@ void refuse_impossible(const SessionRows& rows, const std::string& from) {
       Complaint why = complaint(value, column->holds);
       if (!why) why = axes.complaint(*column, value);
       if (why)
-        throw JournalError(fmt::format("{}:{}: row {} of '{}': {} {}. No session has such a row: damaged or forged. "
-                                       "Export the session again",
-                                       from, i + 2, entry.row, entry.table, column->name, *why));
+        throw JournalError(fmt::format(
+            "{}:{}: row {} of '{}': {} {}. No session has such a row: damaged or forged. "
+            "Export the session again",
+            from, i + 2, entry.row, entry.table, column->name, *why));
     }
   }
 }

@@ -141,7 +141,7 @@ Evidence evidence_of(const Examination& examination, Journal& journal) {
     if (kind != SessionKind::kCalibrate) continue;
     const std::optional<SessionOutcome> outcome = outcome_from_json(record.outcome);
     if (outcome && outcome->kind == OutcomeKind::kNothingChanged) continue;  // the one before holds
-    evidence.first = Looked{true, {}, record.id};  // the oldest stays
+    evidence.first = Looked{true, {}, record.id};                            // the oldest stays
     if (evidence.calibration) continue;
     const auto whole = journal.session(record.id);
     evidence.calibration = calibrated(whole ? whole->calibration : "", record.id);

@@ -16,16 +16,21 @@ constexpr std::size_t kMostClosed = 4000;
 constexpr std::size_t kMostDecisions = 200;
 
 json to_json(const Decision& d) {
-  return {{"at", d.at},           {"entry", d.entry},   {"night", d.night},
-          {"verb", to_string(d.verb)}, {"why", to_string(d.why)}, {"session", d.session},
-          {"detail", d.detail},   {"figure_s", d.figure_s}};
+  return {{"at", d.at},
+          {"entry", d.entry},
+          {"night", d.night},
+          {"verb", to_string(d.verb)},
+          {"why", to_string(d.why)},
+          {"session", d.session},
+          {"detail", d.detail},
+          {"figure_s", d.figure_s}};
 }
 
 Decision decision_from(const json& j) {
-  return {j.at("at").get<UtcSeconds>(),      j.at("entry").get<std::string>(),
-          j.at("night").get<std::string>(),  verb_of(j.at("verb").get<std::string>()),
+  return {j.at("at").get<UtcSeconds>(),           j.at("entry").get<std::string>(),
+          j.at("night").get<std::string>(),       verb_of(j.at("verb").get<std::string>()),
           why_of(j.at("why").get<std::string>()), j.at("session").get<std::int64_t>(),
-          j.at("detail").get<std::string>(), j.at("figure_s").get<double>()};
+          j.at("detail").get<std::string>(),      j.at("figure_s").get<double>()};
 }
 
 ScheduleState state_from(const json& j) {

@@ -60,9 +60,10 @@ Table<ParameterResult> parameter_fields(const Cell& cell) {
     const double stated = stated_value(cell, p.key);
     constexpr double kRounding = 1e-9;
     if (value != 0.0 && !(std::abs(value - stated) <= kRounding * std::abs(stated)))
-      r.fail(fmt::format("is {:g} {}, and {:g} {} in robot or cell: one was altered. Take the file "
-                         "from its session again: 'cellcal export ID DIR'",
-                         r.number(), p.unit, stated * p.to_unit, p.unit));
+      r.fail(
+          fmt::format("is {:g} {}, and {:g} {} in robot or cell: one was altered. Take the file "
+                      "from its session again: 'cellcal export ID DIR'",
+                      r.number(), p.unit, stated * p.to_unit, p.unit));
   };
   const auto read_correction = [](const JsonReader& r, P& p) {
     constexpr double kMostInUnit = 1e6;  // a kilometre, many turns

@@ -35,9 +35,10 @@ void add_certificate(CLI::App& app, int& status) {
       "--key", given->key,
       "Private key (Ed25519, PEM, mode 0600); $CELLCAL_KEY or /etc/cellcal/certificate.key where it is "
       "there");
-  command->add_option("--export-key", given->export_key,
-                      "Of a directory: public key that its export is signed with (PEM); by default that of "
-                      "--key");
+  command->add_option(
+      "--export-key", given->export_key,
+      "Of a directory: public key that its export is signed with (PEM); by default that of "
+      "--key");
   command->add_flag("--no-sign", flags->no_sign, "Do not sign");
   auto* make_key =
       command->add_flag("--make-key", flags->make_key, "Make a new key, and nothing else");

@@ -1,5 +1,3 @@
-#include "daemon/cli/offline/offline.h"
-
 #include <fmt/format.h>
 
 #include <cstdio>
@@ -9,6 +7,7 @@
 #include "calib/model/error.h"
 #include "calib/syntax/input_file.h"
 #include "calib/words/finding_words.h"
+#include "daemon/cli/offline/offline.h"
 
 namespace cellcal::daemon {
 

@@ -7,8 +7,8 @@
 #include <optional>
 #include <string>
 
-#include "daemon/cli/client.h"
 #include "daemon/archive/archive.h"
+#include "daemon/cli/client.h"
 
 namespace cellcal::daemon {
 

@@ -54,9 +54,10 @@ void refuse_unless_proven(const Connection& daemon, const CertificateCommand& co
   const auto refuse = [&](const std::string& why) {
     throw certificate::Refused(
         certificate::Refused::Why::kNotProven,
-        fmt::format("{}: {}. Name the session at the daemon that recorded it, or an export signed there: "
-                    "'--export-key FILE.pub'. Unsigned: --no-sign",
-                    named.from, why));
+        fmt::format(
+            "{}: {}. Name the session at the daemon that recorded it, or an export signed there: "
+            "'--export-key FILE.pub'. Unsigned: --no-sign",
+            named.from, why));
   };
   if (named.session) {
     const Response shown = ask(daemon, "GET", fmt::format("/v1/sessions/{}", *named.session));
@@ -190,8 +191,7 @@ int certify(const Connection& daemon, const CertificateCommand& command) try {
   const auto signer = signing_key(command.key, command.sign);
   certificate::refuse_unless_reproduced(named.archive, named.from);
   if (signer) refuse_unless_proven(daemon, command, named, *signer);
-  const std::optional<signing::PrivateKey> key =
-      signer ? std::optional(signer->key) : std::nullopt;
+  const std::optional<signing::PrivateKey> key = signer ? std::optional(signer->key) : std::nullopt;
   make_directory(directory);
   write_atomically(directory / "certificate.json", certificate::to_json(data));
   write_atomically(directory / "certificate.html", certificate::to_html(data));

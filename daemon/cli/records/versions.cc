@@ -26,10 +26,11 @@ std::string mm(const json& value) {
 
 std::string version_line(const json& one) {
   constexpr std::size_t kSeconds = 19;  // YYYY-MM-DDTHH:MM:SS
-  std::string line = fmt::format(
-      "{:>8}  {:<19}  {:<12}  {:>12}  {:>7}  {}", one["session"].get<std::int64_t>(),
-      one["ended"].get<std::string>().substr(0, kSeconds), one["scope"].is_string() ? one["scope"].get<std::string>() : "damaged",
-      mm(one["predicted_mm"]), mm(one["u95_mm"]), one["active"] ? "in use" : "");
+  std::string line =
+      fmt::format("{:>8}  {:<19}  {:<12}  {:>12}  {:>7}  {}", one["session"].get<std::int64_t>(),
+                  one["ended"].get<std::string>().substr(0, kSeconds),
+                  one["scope"].is_string() ? one["scope"].get<std::string>() : "damaged",
+                  mm(one["predicted_mm"]), mm(one["u95_mm"]), one["active"] ? "in use" : "");
   const json& by = one["activated"];
   if (by.is_object())
     line += fmt::format("{}activated {} by {}: {}", one["active"] ? ", " : "",

@@ -30,7 +30,8 @@ CertificateFact certificate_fact(std::string number, std::vector<CertificateFile
 std::string certificate_number(std::int64_t session, const std::string& calibration,
                                bool emulated) {
   constexpr std::size_t kDigits = 12;
-  return (emulated ? "emulated-" : "") + std::to_string(session) + "-" + calib::sha256(calibration).substr(0, kDigits);
+  return (emulated ? "emulated-" : "") + std::to_string(session) + "-" +
+         calib::sha256(calibration).substr(0, kDigits);
 }
 
 }  // namespace cellcal::daemon::plant

@@ -21,8 +21,10 @@ using Why = NotUsable::Why;
 
 /// It may have been published, and nobody may use it.
 NotUsable damaged(const std::string& why) {
-  return {Why::kDamaged, why + ". Use another: 'cellcal versions', 'cellcal activate ID --reason WHY'. Or calibrate "
-                               "again: 'cellcal run --cell CELL --accept-change'"};
+  return {Why::kDamaged,
+          why +
+              ". Use another: 'cellcal versions', 'cellcal activate ID --reason WHY'. Or calibrate "
+              "again: 'cellcal run --cell CELL --accept-change'"};
 }
 
 /// Whether it may have published, as far as a list tells: what is damaged is not known to have not.
@@ -47,8 +49,7 @@ std::vector<std::pair<std::int64_t, SessionRecord>> candidates(Journal& journal,
       continue;
     if (may_count(record)) own.push_back(std::move(record));
   }
-  for (const SessionRecord& record : own)
-    all.emplace_back(journal.last_entry(record.id), record);
+  for (const SessionRecord& record : own) all.emplace_back(journal.last_entry(record.id), record);
   for (const Activation& one : journal.activations())
     if (const auto of = std::ranges::find(own, one.session, &SessionRecord::id);
         one.entry < until && of != own.end())
@@ -125,8 +126,7 @@ Published published_or_refused(Journal& journal, std::int64_t session) {
   const auto all = journal.sessions();
   const auto listed = std::ranges::find(all, session, &SessionRecord::id);
   if (listed == all.end())
-    throw NotUsable(Why::kNoSession,
-                    fmt::format("no session {}. See 'cellcal versions'", session));
+    throw NotUsable(Why::kNoSession, fmt::format("no session {}. See 'cellcal versions'", session));
   throw NotUsable(
       Why::kWithheld,
       listed->state == RecordState::kDone && journal.was_published(session).has_value()
@@ -151,17 +151,14 @@ Published usable(Journal& journal, std::int64_t session) {
 std::vector<std::int64_t> done_or_damaged(Journal& journal, const std::string& cell_name) {
   std::vector<std::int64_t> sessions;
   for (const SessionRecord& record : journal.sessions())
-    if (record.inputs.cell_name == cell_name && may_count(record))
-      sessions.push_back(record.id);
+    if (record.inputs.cell_name == cell_name && may_count(record)) sessions.push_back(record.id);
   return sessions;
 }
 
 std::optional<InUse> in_use(Journal& journal, const std::string& cell_name, std::int64_t before) {
   for (const auto& [entry, record] : candidates(journal, cell_name, before)) {
-    InUse found{record.id,
-                record.inputs.cell_name.empty() ? cell_name : record.inputs.cell_name,
-                {},
-                {}};
+    InUse found{
+        record.id, record.inputs.cell_name.empty() ? cell_name : record.inputs.cell_name, {}, {}};
     try {
       found.calibration = published(journal, record.id);
       if (!found.calibration) continue;

@@ -137,7 +137,8 @@ TEST(CalibrationJson, ShowsEachDigitThatIsAnotherByItsSum) {
        at = written().find_first_of("0123456789", at + 1 + written().size() / 400)) {
     std::string altered = written();
     altered[at] = altered[at] == '7' ? '8' : '7';
-    if (json::parse(altered, nullptr, false) == json::parse(written())) continue;  // the same number
+    if (json::parse(altered, nullptr, false) == json::parse(written()))
+      continue;  // the same number
     ++changed;
     EXPECT_THROW((void)calibration_from_json(altered, "cal.json"), FileError)
         << altered.substr(at - 30, 60);
@@ -171,7 +172,8 @@ TEST(CalibrationJson, RefusesANominalValueThatIsNotTheRobotsOrTheCellsOwn) {
   }
   json document = json::parse(without_sum(written()));
   for (json& one : document["parameters"]) one["nominal"] = 0.0;
-  EXPECT_NO_THROW((void)calibration_from_json(document.dump(), "cal.json")) << "of earlier versions";
+  EXPECT_NO_THROW((void)calibration_from_json(document.dump(), "cal.json"))
+      << "of earlier versions";
 }
 
 TEST(CalibrationJson, PredictsTheSameAfterwards) {
@@ -311,7 +313,8 @@ TEST(CalibrationJson, NamesThePairsThatGoTogetherAndTheyComeBackFromTheCovarianc
               parameter_name(result().cell, result().parameters[pairs[i].second].key));
     EXPECT_NEAR(written_pairs[i]["value"].get<double>(), pairs[i].correlation, 5.1e-5);
   }
-  EXPECT_EQ(json::parse(without_sum(calibration_to_json(read_back())))["correlations"], written_pairs);
+  EXPECT_EQ(json::parse(without_sum(calibration_to_json(read_back())))["correlations"],
+            written_pairs);
 }
 
 TEST(CalibrationJson, KeepsWhichTargetMovedAndByHowMuch) {

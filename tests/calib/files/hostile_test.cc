@@ -65,8 +65,9 @@ TEST(HostileToml, MessagesStayShortAndPrintable) {
 }
 
 TEST(HostileToml, ControlCharactersInIdsAndPathsAreRefusedWithTheirKey) {
-  for (const std::string& bad : {"\"S\\u0001\""s, "\"S\\n1\""s, "\"S1\\t\""s, "\"S\\u001b[2J\""s,
-                                 "\"S\\u007f\""s, "\"S\\u009b2J\""s, "\"S\\u202e1\""s, "\"S\\u2066\""s, "\"\"\"S\n1\"\"\""s}) {
+  for (const std::string& bad :
+       {"\"S\\u0001\""s, "\"S\\n1\""s, "\"S1\\t\""s, "\"S\\u001b[2J\""s, "\"S\\u007f\""s,
+        "\"S\\u009b2J\""s, "\"S\\u202e1\""s, "\"S\\u2066\""s, "\"\"\"S\n1\"\"\""s}) {
     SCOPED_TRACE(bad);
     expect_words(cell_refusal(with(kCell, "id = \"S1\"", "id = " + bad)),
                  {"cell.toml:", "id", "control characters"});

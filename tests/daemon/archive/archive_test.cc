@@ -250,7 +250,8 @@ TEST_F(an_export, that_holds_what_no_session_has_is_refused_by_its_row_whatever_
     const Archive bad = forged(archive, [&](RowEntry& entry) {
       for (std::size_t i = 0; i < entry.names.size(); ++i)
         if (!altered && entry.table == one.table && entry.names[i] == one.column &&
-            (one.table != std::string("reading") || std::get<std::int64_t>(entry.columns[1]) == 1)) {
+            (one.table != std::string("reading") ||
+             std::get<std::int64_t>(entry.columns[1]) == 1)) {
           entry.columns[i] = one.value;
           altered = true;
         }

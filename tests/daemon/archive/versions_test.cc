@@ -157,15 +157,16 @@ TEST_F(a_cells_versions, that_are_damaged_are_not_activated_and_nothing_older_ta
       return std::string(unusable.what());
     }
   };
-  for (const std::string& words :
-       {refused([&] { published_session(*journal, {}, {}); }),
-        refused([&] { published_session(*journal, cell, two); }),
-        refused([&] { calibration_of(*journal, two); }),
-        refused([&] { last_calibration(*journal, cell, four_of(one), false); })}) {
+  for (const std::string& words : {refused([&] { published_session(*journal, {}, {}); }),
+                                   refused([&] { published_session(*journal, cell, two); }),
+                                   refused([&] { calibration_of(*journal, two); }), refused([&] {
+                                     last_calibration(*journal, cell, four_of(one), false);
+                                   })}) {
     EXPECT_NE(words.find("session 2: row "), std::string::npos) << words;
     EXPECT_NE(words.find("'cellcal activate ID --reason WHY'"), std::string::npos) << words;
   }
-  EXPECT_FALSE(last_calibration(*journal, cell, four_of(one), true)) << "accepted: held against none";
+  EXPECT_FALSE(last_calibration(*journal, cell, four_of(one), true))
+      << "accepted: held against none";
   EXPECT_FALSE(version_in_use(*journal));
   const auto all = versions(*journal, 0, 9);
   ASSERT_EQ(all.size(), 3u);
@@ -179,11 +180,13 @@ TEST_F(a_cells_versions, that_are_damaged_are_not_activated_and_nothing_older_ta
   EXPECT_EQ(in_use(), three) << "what is not in use may be damaged";
 }
 
-TEST_F(a_cells_versions, whose_session_is_missing_or_altered_itself_is_not_as_if_it_were_not_there) {
-  for (const char* sql :
-       {"UPDATE session SET cell_text='other' WHERE id=2",
-        "UPDATE session SET calibration=replace(calibration, '\"verdict\"', '\"verdikt\"') WHERE id=2",
-        "UPDATE session SET state='dome' WHERE id=2", "DELETE FROM session WHERE id=2"}) {
+TEST_F(a_cells_versions,
+       whose_session_is_missing_or_altered_itself_is_not_as_if_it_were_not_there) {
+  for (
+      const char* sql :
+      {"UPDATE session SET cell_text='other' WHERE id=2",
+       "UPDATE session SET calibration=replace(calibration, '\"verdict\"', '\"verdikt\"') WHERE id=2",
+       "UPDATE session SET state='dome' WHERE id=2", "DELETE FROM session WHERE id=2"}) {
     journal.reset();
     std::filesystem::remove_all(dir / "j");
     std::filesystem::create_directory(dir / "j");

@@ -34,7 +34,8 @@ struct the_certificate_command : ::testing::Test {
   void export_of(const Recording& what, const std::string& directory) const {
     const TemporaryDirectory of_journal;
     Journal journal(of_journal / "j.db");
-    write_archive(make_archive(journal, record(journal, what, false), dir / "none"), dir / directory);
+    write_archive(make_archive(journal, record(journal, what, false), dir / "none"),
+                  dir / directory);
     sign_export(directory, "k");
   }
   Outcome certify(std::vector<std::string> more) {
@@ -161,8 +162,8 @@ TEST_F(the_certificate_command, certifies_nothing_that_does_not_come_out_again_t
   for (const auto& [directory, where] :
        {std::pair("withheld", "/verdict/"), std::pair("tenth", "/predicted/")})
     for (const char* sign : {"--no-sign", "--no-pdf"}) {
-      const Outcome made = run_program({CELLCAL, "certificate", dir / directory, sign, "--key",
-                                        dir / "k", "--out", dir / "c"});
+      const Outcome made = run_program(
+          {CELLCAL, "certificate", dir / directory, sign, "--key", dir / "k", "--out", dir / "c"});
       EXPECT_EQ(made.status, 3) << made.out << made.err;
       EXPECT_NE(made.err.find(std::string("first: ") + where), std::string::npos) << made.err;
       EXPECT_NE(made.err.find("gets no certificate"), std::string::npos) << made.err;

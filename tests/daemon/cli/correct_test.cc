@@ -36,7 +36,8 @@ class correct : public ::testing::Test {
 };
 
 TEST_F(correct, refuses_a_file_that_was_altered_and_a_correction_that_no_arm_has) {
-  const std::string poses = put("poses.csv", "x_mm,y_mm,z_mm,a_deg,b_deg,c_deg\n980.5,-120.25,700,20,75,-10\n");
+  const std::string poses =
+      put("poses.csv", "x_mm,y_mm,z_mm,a_deg,b_deg,c_deg\n980.5,-120.25,700,20,75,-10\n");
   calib::Calibration c = calibration();
   c.verdict.publish = true;
   std::string text = calib::calibration_to_json(c);
@@ -48,7 +49,8 @@ TEST_F(correct, refuses_a_file_that_was_altered_and_a_correction_that_no_arm_has
   const Outcome altered = run_correct({"--poses", poses});
   EXPECT_EQ(altered.status, 1);
   EXPECT_EQ(altered.out, "");
-  EXPECT_NE(altered.err.find("cal.json: sum: not that of its content"), std::string::npos) << altered.err;
+  EXPECT_NE(altered.err.find("cal.json: sum: not that of its content"), std::string::npos)
+      << altered.err;
   // Of an earlier version, which wrote no sum.
   const auto without_sum = [](const calib::Calibration& one) {
     auto document = nlohmann::json::parse(calib::calibration_to_json(one));
@@ -67,7 +69,8 @@ TEST_F(correct, refuses_a_file_that_was_altered_and_a_correction_that_no_arm_has
                                      command[0] == 'c' ? "--poses" : "--joints", poses});
     EXPECT_EQ(far.status, 1);
     EXPECT_EQ(far.out, "");
-    EXPECT_NE(far.err.find("cal.json: 30.000 mm correction of A2.a, at most "), std::string::npos) << far.err;
+    EXPECT_NE(far.err.find("cal.json: 30.000 mm correction of A2.a, at most "), std::string::npos)
+        << far.err;
   }
 }
 

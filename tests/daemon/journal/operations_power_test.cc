@@ -65,7 +65,9 @@ const Operation kOperations[] = {
      },
      1},
     {"retain",
-     [](Journal& journal) { journal.retain({"2026-03-01T00:00:00.000Z", {}}, "t", false); },
+     [](Journal& journal) {
+       journal.retain({"2026-03-01T00:00:00.000Z", {}}, "t", false);
+     },
      [](Journal& journal) {
        int gone = 0;
        for (const std::int64_t id : {1, 2, 3}) {
@@ -92,7 +94,8 @@ struct an_operation : ::testing::TestWithParam<Operation> {
       ASSERT_EQ(one.state, RecordState::kDone) << where;
     GetParam().act(journal);
     ASSERT_EQ(GetParam().done(journal), GetParam().whole) << where;
-    ASSERT_EQ(journal.sessions().size(), GetParam().name == std::string("import") ? 4u : 3u) << where;
+    ASSERT_EQ(journal.sessions().size(), GetParam().name == std::string("import") ? 4u : 3u)
+        << where;
   }
   TemporaryDirectory made;
   int halfway = 0;
@@ -123,7 +126,8 @@ TEST_P(an_operation, whose_power_is_cut_at_any_write_is_whole_or_not_there) {
   }
 }
 
-TEST_P(an_operation, whose_disk_fails_from_any_write_on_is_refused_by_name_and_done_when_it_is_back) {
+TEST_P(an_operation,
+       whose_disk_fails_from_any_write_on_is_refused_by_name_and_done_when_it_is_back) {
   for (const int error : {ENOSPC, EROFS}) {
     int failed = 0;
     for (long at = 0;; ++at) {

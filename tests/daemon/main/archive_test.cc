@@ -41,11 +41,13 @@ TEST(a_session_that_was_recorded, is_exported_replayed_to_the_bit_imported_and_b
   EXPECT_EQ(first.cellcal({"backup", copy}).status, 1);
 
   for (const char* name : {"k", "other"})
-    ASSERT_EQ(run_program({CELLCAL, "certificate", "--make-key", "--key", first.dir / name}).status, 0);
+    ASSERT_EQ(run_program({CELLCAL, "certificate", "--make-key", "--key", first.dir / name}).status,
+              0);
   const std::string is_signed = first.dir / "signed";
   EXPECT_NE(import.out.find("not signed"), std::string::npos) << import.out;
-  EXPECT_NE(first.cellcal({"export", "1", is_signed, "--key", first.dir / "k"}).out.find(", signed\n"),
-            std::string::npos);
+  EXPECT_NE(
+      first.cellcal({"export", "1", is_signed, "--key", first.dir / "k"}).out.find(", signed\n"),
+      std::string::npos);
   EXPECT_EQ(run_program({CELLCAL, "verify", is_signed, "--key", first.dir / "k.pub"}).status, 0);
   const json whose = json::parse(
       second.cellcal({"import", is_signed, "--key", first.dir / "k.pub", "--json"}).out);
@@ -60,7 +62,8 @@ TEST(a_session_that_was_recorded, is_exported_replayed_to_the_bit_imported_and_b
   EXPECT_NE(changed.err.find("report.html: was changed after it was signed"), std::string::npos)
       << changed.err;
   const auto certify = [&](const DaemonFixture& at, const std::string& out) {
-    return at.cellcal({"certificate", "1", "--no-pdf", "--key", first.dir / "k", "--out", first.dir / out});
+    return at.cellcal(
+        {"certificate", "1", "--no-pdf", "--key", first.dir / "k", "--out", first.dir / out});
   };
   const Outcome own = certify(first, "c1");
   EXPECT_EQ(own.status, 0) << own.err;

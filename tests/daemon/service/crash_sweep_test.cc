@@ -210,22 +210,24 @@ class ACalibratedCell : public ::testing::TestWithParam<SessionKind> {
   };
   static End run(Journal& journal, const std::filesystem::path& dir, const RunRequest& wanted) {
     SessionSettings settings;
-    SessionService service{{journal, dir,
-                            [](const calib::Cell& cell, double) {
-                              return make_mock_backend(
-                                  parse_config("format = \"cellcal.daemon/1\"\nbackend = \"mock\"\n"
-                                               "[motion]\nspeed_percent = 100\nacceleration_deg_s2 = 900\n"
-                                               "jerk_deg_s3 = 12000\n",
-                                               "d"),
-                                  cell);
-                            },
-                            settings}};
+    SessionService service{
+        {journal, dir,
+         [](const calib::Cell& cell, double) {
+           return make_mock_backend(
+               parse_config("format = \"cellcal.daemon/1\"\nbackend = \"mock\"\n"
+                            "[motion]\nspeed_percent = 100\nacceleration_deg_s2 = 900\n"
+                            "jerk_deg_s3 = 12000\n",
+                            "d"),
+               cell);
+         },
+         settings}};
     try {
       service.start(wanted);
     } catch (const std::exception& refused) {
       return {{}, refused.what()};
     }
-    while (!is_final(service.status().phase)) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    while (!is_final(service.status().phase))
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
     return {service.status(), ""};
   }
   static const std::filesystem::path& calibrated() {
@@ -241,7 +243,8 @@ class ACalibratedCell : public ::testing::TestWithParam<SessionKind> {
   }
 };
 
-TEST_P(ACalibratedCell, whose_disk_fails_in_mid_session_holds_still_by_name_keeps_its_calibration_and_goes_on) {
+TEST_P(ACalibratedCell,
+       whose_disk_fails_in_mid_session_holds_still_by_name_keeps_its_calibration_and_goes_on) {
   const RunRequest wanted = request(GetParam());
   int failed = 0, refused = 0;
   constexpr long kStride = 211;  // an update and what goes on after it take seconds
@@ -284,16 +287,18 @@ TEST_P(ACalibratedCell, whose_disk_fails_in_mid_session_holds_still_by_name_keep
     EXPECT_EQ(again.status->phase, Phase::kDone) << where;
     if (HasFatalFailure()) return;
   }
-  std::printf("%s: disk full from %d writes on in mid-session, from %d before it began: each held still by name, and "
-              "was done when there was room\n",
-              GetParam() == SessionKind::kQualify ? "qualify" : "update", failed, refused);
+  std::printf(
+      "%s: disk full from %d writes on in mid-session, from %d before it began: each held still by name, and "
+      "was done when there was room\n",
+      GetParam() == SessionKind::kQualify ? "qualify" : "update", failed, refused);
   EXPECT_GT(failed, 3);
 }
 
 INSTANTIATE_TEST_SUITE_P(sessions, ACalibratedCell,
                          ::testing::Values(SessionKind::kCalibrate, SessionKind::kQualify),
                          [](const auto& one) {
-                           return std::string(one.param == SessionKind::kQualify ? "qualify" : "update");
+                           return std::string(one.param == SessionKind::kQualify ? "qualify"
+                                                                                 : "update");
                          });
 
 }  // namespace
