@@ -97,6 +97,7 @@ void Schedule::doubt_clock(const Look& look, Why why, double set_by_s) {
   state_.clock_doubt = ClockDoubt{why, set_by_s};
   agrees_since_.reset();
   dirty_ = true;
+  if (!look.config.unattended) return;  // nothing begins by a clock here
   Decision decision;
   decision.at = look.now;
   decision.verb = Verb::kHeld;
@@ -149,8 +150,9 @@ void Schedule::notice_ends(const Look& look) {
   }
 }
 
-Why Schedule::held(const Standing& cell, Decision& why) const {
-  if (state_.clock_doubt) {
+Why Schedule::held(const Look& look, Decision& why) const {
+  const Standing& cell = look.cell;
+  if (state_.clock_doubt && look.config.unattended) {
     why.figure_s = state_.clock_doubt->set_by_s;
     return state_.clock_doubt->why;
   }
@@ -234,7 +236,7 @@ Why Schedule::obstacle(const Look& look, const ScheduledSession& entry, const Ni
   }
   if (!look.config.unattended) return Why::kUnattendedOff;
   if (look.cell.busy || own_) return Why::kBusy;
-  if (const Why block = held(look.cell, why); block != Why::kNothing) return block;
+  if (const Why block = held(look, why); block != Why::kNothing) return block;
   why.session = 0;
   why.figure_s = entry.minutes ? *entry.minutes * 60.0 : parts_.cell.foreseen_s(entry);
   const auto left = static_cast<double>(night.ends - look.now);
@@ -475,7 +477,7 @@ void Schedule::show(const Look& look) {
   picture.resumes = look.config.resumes;
   Decision why;
   why.verb = Verb::kHeld;
-  if (!look.cell.busy) why.why = held(look.cell, why);
+  if (!look.cell.busy) why.why = held(look, why);
   picture.held = why.why;
   if (why.why != Why::kNothing) picture.held_words = words(why);
   for (const ScheduledSession& session : look.config.sessions) {

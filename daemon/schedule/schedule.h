@@ -98,7 +98,7 @@ class Schedule {
   void decide(const Look& look, const ScheduledSession& entry, const Night& night);
   void close(const ScheduledSession& entry, const Night& night, Decision decision);
   Why obstacle(const Look& look, const ScheduledSession& entry, const Night& night, Decision& why);
-  Why held(const Standing& cell, Decision& why) const;
+  Why held(const Look& look, Decision& why) const;
   Decision begin(const Look& look, const ScheduledSession& entry, const Night& night);
   Why over(const ScheduledSession& entry, const Night& night) const;
   Decision of(const Look& look, const ScheduledSession& entry, const Night& night) const;

@@ -337,7 +337,11 @@ TEST_F(an_api_on_the_network, neither_releases_the_schedule_nor_begins_by_it_wit
   Schedule schedule{{door,
                      {[this] { return journal.schedule(); },
                       [this](const std::string& state) { journal.store_schedule(state); }},
-                     [] { return ScheduleConfig{}; },
+                     [] {
+                       ScheduleConfig config;
+                       config.unattended = true;
+                       return config;
+                     },
                      {[] { return UtcSeconds{1'800'000'000}; }, std::chrono::steady_clock::now,
                       "boot", [] { return false; }},
                      {}}};
