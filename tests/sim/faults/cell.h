@@ -100,6 +100,8 @@ class FaultyCell : public drivers::Clock {
   const sim::PhysicalCell& physical() const { return physical_; }
   const std::vector<Edge>& edges() const { return edges_; }
   virtual std::vector<double> position_rad() const = 0;
+  /// What the adapter has commanded beyond the axes' limits, in words; empty: nothing.
+  virtual std::string command_beyond() const { return {}; }
   TimePoint last_motion() const { return last_motion_; }
   double deepest_m() const { return watch_.deepest_m(); }
   int crashes() const { return watch_.crashes(); }

@@ -179,6 +179,7 @@ std::vector<Fault> faults_of(Wire wire) {
   add_line_faults(all, wire);
   add_peer_faults(all, wire);
   add_device_faults(all, wire);
+  add_lies(all, wire);
   return all;
 }
 
@@ -201,7 +202,8 @@ std::vector<std::string> fault_names() {
           "wire break",
           "boot in mid-search",
           "robot fault",
-          "operator's stop"};
+          "operator's stop",
+          "a part that lies"};
 }
 
 }  // namespace cellcal::faults

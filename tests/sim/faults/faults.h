@@ -40,6 +40,8 @@ struct Fault {
   /// From this instant on this one is not heard or does not move any more, for longer than any
   /// dead man waits: the arm must rest within the dead-man time of it, not of the error alone.
   std::optional<Silent> silences{};
+  /// Replies reach the controller as they are said: what it commands is what the adapter said.
+  bool replies_arrive = false;
   /// The session is ended on request: that is its name.
   bool asks_for_end = false;
   /// Not null: why the combination makes no sense.

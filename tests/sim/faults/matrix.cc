@@ -367,6 +367,9 @@ Verdict Matrix::run(Wire wire, const Fault& fault, const Stretch& stretch, std::
   }
   judge_touches(run, run.touches, "on disk");
   judge_ending(run);
+  const std::string beyond = cell->command_beyond();
+  if (fault.replies_arrive && !beyond.empty())
+    run.broke("commanded beyond the axes' limits: " + beyond);
   if (run.ending.state.phase != Phase::kDone && run.ending.hung.empty()) {
     judge_rest(run);
     judge_reconnection(run);

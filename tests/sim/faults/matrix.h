@@ -7,6 +7,8 @@
 //   a mere time-out;
 // - the arm rests within the dead-man time of the error, or of the fault itself where something
 //   fell silent or lost its power for good, and stays at rest, also when the line comes back;
+// - where the replies arrive no axis was commanded beyond its speed, nor out of rest beyond its
+//   acceleration (RSI);
 // - behind it, mended, freshly connected adapters refuse to move before they are referenced;
 // - what was on disk before the fault is on disk to the last bit, and the session can be resumed
 //   from the disk and comes to its end, touches right.

@@ -1,5 +1,8 @@
 // The cell over RSI.
 
+#include <fmt/format.h>
+
+#include <cmath>
 #include <limits>
 
 #include "cells.h"
@@ -59,6 +62,7 @@ class RsiCell final : public FaultyCell {
   void second_on_port(bool on) override { second_speaks_ = on; }
   void input_wire(bool) override {}
   std::vector<double> position_rad() const override { return true_rad_at(now()); }
+  std::string command_beyond() const override { return beyond_; }
 
  protected:
   std::vector<double> true_rad_at(TimePoint t) const override {
@@ -67,6 +71,7 @@ class RsiCell final : public FaultyCell {
   Duration cycle() const override { return controller_.cycle(); }
   void tick(TimePoint t) override {
     const std::string_view packet = controller_.tick(t);
+    watch_command();
     if (!off_) to_pc_.send(packet, t);
     const std::string_view strange = second_->tick(t);
     if (second_speaks_) to_pc_.send(strange, t + std::chrono::milliseconds(1));
@@ -97,6 +102,32 @@ class RsiCell final : public FaultyCell {
   }
 
  private:
+  /// Speed in each cycle; and acceleration out of rest, since a packet that is lost stops the command
+  /// for a cycle or two, whatever the adapter does.
+  void watch_command() {
+    const std::vector<double> at = controller_.setpoint_rad();
+    const double cycle_s = std::chrono::duration<double>(cycle()).count();
+    constexpr double kDeg = 57.29577951308232, kMargin = 1.02, kWireRad = 4e-8;
+    constexpr int kRests = 5;
+    rested_.resize(at.size());
+    for (std::size_t i = 0; i < at.size() && !last_.empty(); ++i) {
+      const double step = std::abs(at[i] - last_[i]), speed = step / cycle_s;
+      const drivers::AxisLimit& limit = rsi_.limits[i];
+      const bool too_fast = speed > kMargin * limit.max_speed_rad_s;
+      const bool too_hard =
+          rested_[i] >= kRests &&
+          step > kMargin * limit.max_acceleration_rad_s2 * cycle_s * cycle_s + kWireRad;
+      if ((too_fast || too_hard) && beyond_.empty())
+        beyond_ = fmt::format("A{}: {:.1f} deg/s {}", i + 1, speed * kDeg,
+                              too_fast ? "in one cycle" : "out of rest in one cycle");
+      rested_[i] = step <= kWireRad ? rested_[i] + 1 : 0;
+    }
+    last_ = at;
+  }
+
+  std::vector<double> last_;
+  std::vector<int> rested_;
+  std::string beyond_;
   daemon::DaemonConfig config_;
   drivers::RsiConfig rsi_;
   sim::Controller controller_;

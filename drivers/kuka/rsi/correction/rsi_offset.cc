@@ -56,7 +56,13 @@ OffsetVerdict OffsetFinder::by_setpoint(const OffsetEvidence& evidence) {
   const double from_zero = distance(measured, zero_);
   if (memory_.known) {
     const double from_sent = distance(measured, memory_.sent_rad);
-    if (from_sent <= kSameRad && from_sent <= from_zero) return decide(memory_.sent_rad);
+    // Where the arm was on its way the controller may hold one of the replies before, too.
+    const bool only_one = std::all_of(memory_.earlier_rad.begin(), memory_.earlier_rad.end(),
+                                      [&](const AxisAngles& earlier) {
+                                        return distance(earlier, memory_.sent_rad) <= kStillRad;
+                                      });
+    if (only_one && from_sent <= kSameRad && from_sent <= from_zero)
+      return decide(memory_.sent_rad);
   }
   // Without a correction of ours before, or with hardly one, a small difference is none at all.
   if (from_zero <= kSameRad && (!memory_.known || distance(memory_.sent_rad, zero_) <= kSameRad)) {
@@ -72,9 +78,18 @@ OffsetVerdict OffsetFinder::by_setpoint(const OffsetEvidence& evidence) {
   return decide(from_zero <= kSameRad ? zero_ : measured);
 }
 
+const AxisAngles& OffsetFinder::nearest_sent(const AxisAngles& measured) const {
+  const AxisAngles* nearest = &memory_.sent_rad;
+  for (const AxisAngles& earlier : memory_.earlier_rad) {
+    if (distance(measured, earlier) < distance(measured, *nearest)) nearest = &earlier;
+  }
+  return *nearest;
+}
+
 OffsetVerdict OffsetFinder::behind_replies(const OffsetEvidence& evidence,
                                            const AxisAngles& measured) {
-  if (distance(measured, memory_.sent_rad) <= kServosLeaveRad) return decide(memory_.sent_rad);
+  const AxisAngles& sent = nearest_sent(measured);
+  if (distance(measured, sent) <= kServosLeaveRad) return decide(sent);
   if (distance(measured, zero_) > kSameRad) return OffsetVerdict::kDenied;
   if (evidence.silence_before_s < kListenedS) return OffsetVerdict::kDenied;
   // Whether a session without a correction is another one the counters say, where there are any.

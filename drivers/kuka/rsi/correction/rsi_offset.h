@@ -25,6 +25,8 @@ namespace cellcal::drivers {
 struct OffsetMemory {
   bool known = false;   ///< replies had been sent
   AxisAngles sent_rad;  ///< the last correction sent
+  /// Those before it: the newest replies may be what was lost with the link.
+  boost::container::static_vector<AxisAngles, 4> earlier_rad;
   std::uint32_t ipoc = 0;
   std::uint32_t step = 0;         ///< of IPOC per packet, 0 if not known
   double seconds_per_ipoc = 0.0;  ///< 0 if not known
@@ -69,6 +71,7 @@ class OffsetFinder {
   OffsetVerdict by_counters(const OffsetEvidence& evidence);
   bool just_begun(const OffsetEvidence& evidence);
   OffsetVerdict decide(const AxisAngles& offset_rad);
+  const AxisAngles& nearest_sent(const AxisAngles& measured) const;
 
   OffsetMemory memory_;
   AxisAngles offset_rad_;

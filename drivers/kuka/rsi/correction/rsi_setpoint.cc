@@ -66,6 +66,7 @@ void RsiSetpoint::remember(const OffsetMemory& link) {
     memory_ = link;
     memory_.known = true;
     memory_.sent_rad = accumulator_.held_rad();
+    memory_.earlier_rad = earlier_;
     memory_.setpoint_follows = setpoint_follows_;
   }
   known_ = false;
@@ -139,6 +140,7 @@ bool RsiSetpoint::find(const RobFrame& frame, const AxisAngles& actual_rad, Time
   find_start(actual_rad);
   stand_at(actual_rad);
   bound_.rest_at(correction_rad(commanded_));
+  earlier_.clear();
   return true;
 }
 
@@ -210,6 +212,8 @@ std::span<const double> RsiSetpoint::next(double cycle_s, bool stops) {
     bound_.rest_at(correction_rad(commanded_));
     return hold();
   }
+  if (earlier_.size() == earlier_.capacity()) earlier_.erase(earlier_.begin());
+  earlier_.push_back(accumulator_.held_rad());
   AxisAngles step = commanded_;
   for (std::size_t i = 0; i < axes(); ++i) step[i] = config_.limits[i].max_speed_rad_s * cycle_s;
   return on_wire(accumulator_.next_deg(correction_rad(commanded_), step));

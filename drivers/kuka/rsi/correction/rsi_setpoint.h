@@ -90,6 +90,7 @@ class RsiSetpoint {
   CorrectionAccumulator accumulator_;
   ReplyBound bound_;
   std::optional<cause::ReplyBeyondLimit> beyond_;
+  boost::container::static_vector<AxisAngles, 4> earlier_;  // held before the last replies
   OffsetFinder finder_;
   OffsetMemory memory_;
   OffsetVerdict verdict_ = OffsetVerdict::kUnknown;

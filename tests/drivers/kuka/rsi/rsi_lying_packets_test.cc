@@ -187,6 +187,25 @@ TEST_F(Lying, WithoutAStartPoseNoCounterThatLiesForAPacketSendsTheArmBackToZero)
   }
 }
 
+TEST_F(Lying, ALinkThatIsLostWithTheLastReplyIsTakenUpByTheOneThatTheControllerHolds) {
+  for (const Duration moving : {60ms, 400ms}) {  // at 7 and at 100 deg/s
+    make(rig_config());
+    rig->begin(MoveKind::kTransit, rig->moved_by(1, -60));
+    rig->run(moving);
+    rig->to_krc = false;
+    rig->cycle();  // this reply does not arrive
+    rig->to_pc = false;
+    rig->run(40ms);
+    const std::vector<double> held = rig->krc.correction_deg();
+    rig->to_krc = rig->to_pc = true;
+    rig->run(300ms);
+    EXPECT_EQ(rig->krc.correction_deg(), held) << rig->core.state().words;
+    rig->core.take_result();
+    rig->make_referenced();
+    EXPECT_EQ(rig->move(MoveKind::kTransit, rig->moved_by(1, 3)).outcome, MoveOutcome::kArrived);
+  }
+}
+
 TEST_F(Lying, APacketThatOnlyItsIpocIsLeftOfIsNoBeginningOfASession) {
   const std::vector<double> held = rig->krc.correction_deg();
   rig->to_pc = false;
