@@ -214,9 +214,9 @@ Table<C> calibration_fields() {
 
 constexpr const char* kSum = "sum";
 
-/// Whoever writes the same values in another way (order, spaces, 1 for 1.0) gets the same sum.
+/// Canonical form: the sum does not depend on key order, spaces, or 1 for 1.0.
 nlohmann::json as_read(nlohmann::json value) {
-  if (value.is_number()) value = value.get<double>() + 0.0;  // one nought of two
+  if (value.is_number()) value = value.get<double>() + 0.0;  // -0.0 becomes 0.0
   if (value.is_structured())
     for (nlohmann::json& one : value) one = as_read(std::move(one));
   return value;

@@ -5,8 +5,8 @@
 
 namespace cellcal::calib {
 
-/// How many bytes a control character has that stands there, 0: none does. ASCII's, in UTF-8 U+0080 to U+009F, and those
-/// that turn the direction of what follows or begin a line, so that a name would be read as another.
+/// Length in bytes of the control character at `i`, 0 if there is none: ASCII, U+0080 to U+009F, and Unicode's direction marks and
+/// line separators (UTF-8), which make one name look like another.
 inline std::size_t control_at(std::string_view text, std::size_t i) {
   const auto byte = [&](std::size_t k) {
     return i + k < text.size() ? static_cast<unsigned char>(text[i + k]) : 0u;

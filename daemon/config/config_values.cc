@@ -68,7 +68,8 @@ void refuse_secret_of_all(const std::filesystem::path& file) {
     return;
   throw std::runtime_error(file.string() +
                            ": every user of this computer may read this secret. Close it to "
-                           "them: chmod o= " + file.string());
+                           "them: chmod o= " +
+                           file.string());
 }
 
 std::filesystem::path read_path(const TomlTable& table, const char* key) {

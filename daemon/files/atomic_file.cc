@@ -84,7 +84,8 @@ void write_atomically(const std::filesystem::path& path, std::string_view text, 
   {
     // What a dead one left goes; a link that others have put there is not written through.
     std::error_code ignored;  // opening it says what is wrong
-    if (!std::filesystem::is_directory(temporary, ignored)) std::filesystem::remove(temporary, ignored);
+    if (!std::filesystem::is_directory(temporary, ignored))
+      std::filesystem::remove(temporary, ignored);
     File file(temporary, path, O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW);
     Unfinished begun(temporary);  // from here on it is ours
     if (readers == Readers::kOwner) file.close_to_others();

@@ -1,5 +1,5 @@
 #pragma once
-// What others can cause as often as they like is in the log once a minute, with how often it was.
+// Rate limit for log messages that a peer can provoke: one a minute, with the number of occurrences.
 
 #include <chrono>
 #include <cstdint>
@@ -10,7 +10,7 @@ namespace cellcal::daemon {
 
 class Seldom {
  public:
-  /// It is so once more. A number: it is said now, and stands for so many.
+  /// Counts one occurrence. Returns the occurrences since the last message if one is due now.
   std::optional<std::uint64_t> count(std::chrono::steady_clock::time_point now) {
     ++times_;
     if (said_ && now - *said_ < kPause) return std::nullopt;

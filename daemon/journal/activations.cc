@@ -37,7 +37,8 @@ std::vector<Activation> Journal::activations() {
 
 void Journal::store_schedule(const std::string& state) {
   impl_->write([&] {
-    Statement insert(impl_->database, "INSERT OR REPLACE INTO schedule (id, state, sum) VALUES (1,?,?)");
+    Statement insert(impl_->database,
+                     "INSERT OR REPLACE INTO schedule (id, state, sum) VALUES (1,?,?)");
     insert.bind(1, std::string_view(state));
     insert.bind(2, std::string_view(calib::sha256(state))).step();
   });
@@ -49,7 +50,8 @@ std::string Journal::schedule() {
   if (!select.step()) return {};
   std::string state = select.text(0);
   if (calib::sha256(state) != select.text(1))
-    throw DamagedError("the journal's row of the schedule is altered: what was begun or held is not known");
+    throw DamagedError(
+        "the journal's row of the schedule is altered: what was begun or held is not known");
   return state;
 }
 

@@ -3,7 +3,6 @@
 
 #include <atomic>
 #include <functional>
-#include <map>
 #include <mutex>
 
 #include "daemon/journal/database/chain.h"

@@ -16,7 +16,7 @@ namespace cellcal::daemon {
 
 struct Examination {
   std::filesystem::path cell;  ///< empty: none was asked for, nor kept
-  bool kept = false;  ///< by a daemon before this one
+  bool kept = false;           ///< by a daemon before this one
   bool running = false;
   bool whole = false;           ///< it came to its end
   std::string hint;             ///< what the person has to do now, while it runs

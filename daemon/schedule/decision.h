@@ -9,33 +9,33 @@
 namespace cellcal::daemon {
 
 enum class Verb {
-  kBegun,     ///< a session began
-  kResumed,   ///< one goes on after a harmless failure
-  kWaiting,   ///< not yet, and the window still lasts
-  kRefused,   ///< not in this window, or not on this request
-  kMissed,    ///< the window is over, and nothing was begun in it
-  kStopped,   ///< the window is over: the session was stopped
-  kEnded,     ///< the session that it had begun has ended
-  kHeld,      ///< nothing begins any more until somebody releases it
-  kReleased   ///< somebody did, or the clock agrees again
+  kBegun,    ///< a session began
+  kResumed,  ///< one goes on after a harmless failure
+  kWaiting,  ///< not yet, and the window still lasts
+  kRefused,  ///< not in this window, or not on this request
+  kMissed,   ///< the window is over, and nothing was begun in it
+  kStopped,  ///< the window is over: the session was stopped
+  kEnded,    ///< the session that it had begun has ended
+  kHeld,     ///< nothing begins any more until somebody releases it
+  kReleased  ///< somebody did, or the clock agrees again
 };
 enum class Why {
   kNothing,
-  kUnattendedOff,  ///< [schedule] unattended is not true
-  kFailedBefore,   ///< a session failed, harmfully
-  kAbortedBefore,  ///< somebody stopped a session, or what was about to begin
-  kLeftBefore,     ///< a session was interrupted: daemon killed, power off
-  kBusy,           ///< a session is under way
-  kNoTimeLeft,     ///< it would run past the end of the window
-  kOutsideWindow,  ///< asked for outside of it
-  kNoSuchTime,     ///< clocks are set forward over all of it
-  kNotRunning,     ///< the daemon was not
-  kClockSet,       ///< the wall clock was set over it
-  kClockStepped,   ///< the wall clock was set, and nobody has looked at it since
+  kUnattendedOff,         ///< [schedule] unattended is not true
+  kFailedBefore,          ///< a session failed, harmfully
+  kAbortedBefore,         ///< somebody stopped a session, or what was about to begin
+  kLeftBefore,            ///< a session was interrupted: daemon killed, power off
+  kBusy,                  ///< a session is under way
+  kNoTimeLeft,            ///< it would run past the end of the window
+  kOutsideWindow,         ///< asked for outside of it
+  kNoSuchTime,            ///< clocks are set forward over all of it
+  kNotRunning,            ///< the daemon was not
+  kClockSet,              ///< the wall clock was set over it
+  kClockStepped,          ///< the wall clock was set, and nobody has looked at it since
   kClockNotSynchronised,  ///< not since this computer's start, and nobody has looked at it
-  kClockAgrees,    ///< it has agreed with its time source for long enough
-  kCannotBegin,    ///< file or configuration; see detail
-  kNotOnDisk,      ///< the decision could not be recorded
+  kClockAgrees,           ///< it has agreed with its time source for long enough
+  kCannotBegin,           ///< file or configuration; see detail
+  kNotOnDisk,             ///< the decision could not be recorded
   kDone,
   kHarmless,     ///< failed, and may be resumed
   kHarmful,      ///< failed, and waits for somebody

@@ -17,35 +17,33 @@ struct Named {
   const char* name;
 };
 
-constexpr std::array kVerbs{
-    Named{Verb::kBegun, "begun"},       Named{Verb::kResumed, "resumed"},
-    Named{Verb::kWaiting, "waiting"},   Named{Verb::kRefused, "refused"},
-    Named{Verb::kMissed, "missed"},     Named{Verb::kStopped, "stopped"},
-    Named{Verb::kEnded, "ended"},       Named{Verb::kHeld, "held"},
-    Named{Verb::kReleased, "released"}};
+constexpr std::array kVerbs{Named{Verb::kBegun, "begun"},      Named{Verb::kResumed, "resumed"},
+                            Named{Verb::kWaiting, "waiting"},  Named{Verb::kRefused, "refused"},
+                            Named{Verb::kMissed, "missed"},    Named{Verb::kStopped, "stopped"},
+                            Named{Verb::kEnded, "ended"},      Named{Verb::kHeld, "held"},
+                            Named{Verb::kReleased, "released"}};
 
-constexpr std::array kReasons{
-    Named{Why::kNothing, "nothing"},
-    Named{Why::kUnattendedOff, "unattended-off"},
-    Named{Why::kFailedBefore, "failed-before"},
-    Named{Why::kAbortedBefore, "aborted-before"},
-    Named{Why::kLeftBefore, "interrupted-before"},
-    Named{Why::kBusy, "busy"},
-    Named{Why::kNoTimeLeft, "no-time-left"},
-    Named{Why::kOutsideWindow, "outside-window"},
-    Named{Why::kNoSuchTime, "no-such-time"},
-    Named{Why::kNotRunning, "daemon-not-running"},
-    Named{Why::kClockSet, "clock-set"},
-    Named{Why::kClockStepped, "clock-stepped"},
-    Named{Why::kClockNotSynchronised, "clock-not-synchronised"},
-    Named{Why::kClockAgrees, "clock-agrees"},
-    Named{Why::kCannotBegin, "cannot-begin"},
-    Named{Why::kNotOnDisk, "not-on-disk"},
-    Named{Why::kDone, "done"},
-    Named{Why::kHarmless, "harmless"},
-    Named{Why::kHarmful, "harmful"},
-    Named{Why::kResumesUsed, "resumes-used"},
-    Named{Why::kWindowOver, "window-over"}};
+constexpr std::array kReasons{Named{Why::kNothing, "nothing"},
+                              Named{Why::kUnattendedOff, "unattended-off"},
+                              Named{Why::kFailedBefore, "failed-before"},
+                              Named{Why::kAbortedBefore, "aborted-before"},
+                              Named{Why::kLeftBefore, "interrupted-before"},
+                              Named{Why::kBusy, "busy"},
+                              Named{Why::kNoTimeLeft, "no-time-left"},
+                              Named{Why::kOutsideWindow, "outside-window"},
+                              Named{Why::kNoSuchTime, "no-such-time"},
+                              Named{Why::kNotRunning, "daemon-not-running"},
+                              Named{Why::kClockSet, "clock-set"},
+                              Named{Why::kClockStepped, "clock-stepped"},
+                              Named{Why::kClockNotSynchronised, "clock-not-synchronised"},
+                              Named{Why::kClockAgrees, "clock-agrees"},
+                              Named{Why::kCannotBegin, "cannot-begin"},
+                              Named{Why::kNotOnDisk, "not-on-disk"},
+                              Named{Why::kDone, "done"},
+                              Named{Why::kHarmless, "harmless"},
+                              Named{Why::kHarmful, "harmful"},
+                              Named{Why::kResumesUsed, "resumes-used"},
+                              Named{Why::kWindowOver, "window-over"}};
 
 template <class Value, std::size_t N>
 const char* name_in(const std::array<Named<Value>, N>& names, Value value) {

@@ -50,7 +50,7 @@ class Schedule {
   };
   /// Where the state is kept. Both throw std::exception.
   struct Store {
-    std::function<std::string()> load;  ///< as it was stored last; empty: never
+    std::function<std::string()> load;             ///< as it was stored last; empty: never
     std::function<void(const std::string&)> save;  ///< on disk when it returns
   };
   struct Parts {

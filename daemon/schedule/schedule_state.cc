@@ -94,8 +94,7 @@ std::string to_text(const ScheduleState& state) {
   for (const Decision& one : state.decisions) decisions.push_back(to_json(one));
   json doubt;
   if (state.clock_doubt)
-    doubt = {{"why", to_string(state.clock_doubt->why)},
-             {"set_by_s", state.clock_doubt->set_by_s}};
+    doubt = {{"why", to_string(state.clock_doubt->why)}, {"set_by_s", state.clock_doubt->set_by_s}};
   const json all{{"format", kFormat},
                  {"looked", state.looked},
                  {"known", state.known},

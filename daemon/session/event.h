@@ -155,7 +155,8 @@ struct Event {
   Links links;                              ///< kLinks
   std::shared_ptr<const calib::Plan> plan;  ///< kPlanned, kRouted
   std::string stage;                        ///< kRouted: what the touch is for, in words
-  bool not_found = false;  ///< kRouted: a sphere cannot be found, `words` says why; the plan leads home
+  bool not_found =
+      false;  ///< kRouted: a sphere cannot be found, `words` says why; the plan leads home
   std::string plan_hash;                    ///< kPlanned
   calib::Progress progress;  ///< kPlanned, kRouted, of a session that chooses as it goes
   std::shared_ptr<const SessionResult> result;            ///< kIdentified

@@ -195,6 +195,14 @@ void forget_touch(State& state) {
   state.self_tested = false;
 }
 
+/// No touch, and how the session ends.
+void take_last_choice(State& state, const Event& event, Actions& actions) {
+  state.plan = event.plan;
+  state.progress = event.progress;
+  state.stage = event.stage;
+  actions.emplace_back(RecordPlan{state.plan_hash, state.total()});
+}
+
 void end_interruption(State& state) {
   state.interrupted.reset();
   state.busy_until.reset();
@@ -429,172 +437,21 @@ void choose_next(State& state, const Event& event, Actions& actions) {
   state.deadline = event.at + state.timeouts.planning;
 }
 
-namespace {
-
-void count_interruption(State& state, FailureKind kind, std::string detail,
-                        drivers::Interruption by) {
-  state.interrupted = Failure{kind, std::move(detail), by};
-  ++state.interruptions;
-  if (kind != FailureKind::kComputerBusy) return;
-  ++state.busy_repeats;
-  state.busy_of_touch = repeats_of_touch(state) + 1;
-  state.busy_touch = touch_number(state);
-}
-
-/// A silence that nothing explains yet is not counted before it is.
-void take_interruption(State& state, const Event& event) {
-  const drivers::Interruption by = interruption_by(state, event);
-  state.unheard = by == drivers::Interruption::kUnheard;
-  const FailureKind kind =
-      failure_by(by, state.unheard ? FailureKind::kContactSilent : FailureKind::kRobotSilent);
-  std::string detail = failure_detail(kind, state, event);
-  state.late_then = state.links.delivery.late;
-  state.silent_then = state.links.delivery.silent;
-  if (state.unheard)
-    state.interrupted = Failure{kind, std::move(detail), by};
-  else
-    count_interruption(state, kind, std::move(detail), by);
-}
-
-/// From where it stands now.
-WayBack way_back(const State& state) {
-  if (!state.one_by_one || state.plan->touches.empty()) return WayBack::kNone;
-  switch (state.phase) {
-    case Phase::kArmingFast:  // behind noise it stands near the surface
-      return state.search_from_m > state.approach_m ? WayBack::kToSearch : WayBack::kNone;
-    case Phase::kFastSearch:
-    case Phase::kBackingOff:
-    case Phase::kArmingSlow:
-    case Phase::kSlowSearch:
-      return WayBack::kToSearch;
-    case Phase::kRecording:
-    case Phase::kRetreat:
-      return state.leads_on ? WayBack::kNone : WayBack::kToClear;
-    case Phase::kReferencing:
-    case Phase::kWatching:
-      return state.way_back;
-    case Phase::kFreeing:  // out of a contact, by the line alone or as a resumed session
-      return state.way_back;
-    default:
-      return WayBack::kNone;
-  }
-}
-
-void record_interruption(const State& state, Actions& actions) {
-  RecordInterruption record{state.interruptions - state.busy_repeats, state.retries, 0, 0,
-                            describe(*state.interrupted)};
-  if (state.interrupted->kind == FailureKind::kComputerBusy) {
-    record.number = state.busy_repeats;
-    record.most = state.repeats.of_session;
-    record.of_touch = repeats_of_touch(state);
-    record.most_of_touch = state.repeats.of_touch;
-  }
-  actions.emplace_back(std::move(record));
-}
-
-void await_links(State& state, const Event& event) {
-  state.busy_until.reset();
-  if (state.interrupted->kind == FailureKind::kComputerBusy)
-    state.busy_until = event.at + state.timeouts.busy;
-  state.deadline = event.at + state.timeouts.recovering;
-}
-
-}  // namespace
-
-void interrupt(State& state, const Event& event, Actions& actions) {
-  // Where the tip may have met what it was searching, its contact is no surprise; elsewhere it is.
-  constexpr Phases kAtTheSphere{Phase::kFreeing,    Phase::kFastSearch, Phase::kBackingOff,
-                                Phase::kSlowSearch, Phase::kRecording,  Phase::kRetreat};
-  constexpr Phases kBeforeTheFirstMove{Phase::kReferencing, Phase::kRouting, Phase::kWatching};
-  // A retreat that leads on to the next touch is at the sphere as long as it is in contact.
-  const bool gone = state.leads_on && state.phase == Phase::kRetreat && !state.links.in_contact;
-  if (!kBeforeTheFirstMove.has(state.phase)) state.resumed = kAtTheSphere.has(state.phase) && !gone;
-  state.ahead = {};
-  state.way_back = way_back(state);
-  if (!state.pause_noted) note_pause(state, event, actions);
-  if (kMoveResults.has(event.kind)) state.left_rad = event.at_rad;
-  state.pause_noted = false;
-  // What was asked for before is answered no more, and begins no more.
-  state.held.reset();
-  ++state.move_id;
-  if (++state.arm_id == 0) state.arm_id = 1;
-  ++state.route_id;
-  if (!state.unheard) record_interruption(state, actions);
-  actions.emplace_back(Disarm{});
-  await_links(state, event);
-}
-
-/// With a touch on its way to the disk: it is counted first.
-void note_pause(State& state, const Event& event, Actions&) {
-  take_interruption(state, event);
-  state.pause_noted = true;
-  state.left_session = state.links.robot_session;
-  state.left_rad = state.links.actual_rad;
-}
-
-void interrupt_behind_touch(State& state, const Event& event, Actions& actions) {
-  interrupt(state, event, actions);
-  ++state.done;
-  state.failed_in_a_row = 0;
-}
-
-void watch_links(State& state, const Event& event, Actions& actions) {
-  state.replies_before = event.links.late;
-  state.late_before = event.links.delivery.late;
-  state.interruptions_before = event.links.interruptions;
-  if (!event.links.in_contact) actions.emplace_back(SelfTest{});
-  state.deadline = event.at + state.timeouts.watching;
-}
-
-/// Whose silence it was is known now: it was sent in time.
-void blame_computer(State& state, const Event& event, Actions& actions) {
-  state.unheard = false;
-  count_interruption(state, FailureKind::kComputerBusy, event.links.contact_words,
-                     drivers::Interruption::kLateBytes);
-  record_interruption(state, actions);
-  await_links(state, event);
-}
-
-void blame_computer_and_watch(State& state, const Event& event, Actions& actions) {
-  blame_computer(state, event, actions);
-  watch_links(state, event, actions);
-}
-
-void blame_computer_and_identify(State& state, const Event& event, Actions& actions) {
-  blame_computer(state, event, actions);
-  close_and_identify(state, event, actions);
-}
-
-void wait_longer(State& state, const Event&, Actions&) { state.deadline = state.busy_until; }
-
-void identify_behind_interruption(State& state, const Event& event, Actions& actions) {
-  state.held.reset();
-  take_interruption(state, event);
-  record_interruption(state, actions);
-  close_and_identify(state, event, actions);
-}
-
 void begin_way_home(State& state, const Event& event, Actions& actions) {
-  state.plan = event.plan;
-  state.progress = event.progress;
-  state.stage = event.stage;
-  actions.emplace_back(RecordPlan{state.plan_hash, state.total()});
+  take_last_choice(state, event, actions);
   begin(state, event, actions, MoveKind::kTransit, axis_angles(state.plan->home.front()), 0.0,
         state.timeouts.waypoint);
 }
 
 void begin_way_out(State& state, const Event& event, Actions& actions) {
-  state.behind_home = Failure{FailureKind::kNotFound,
-                              failure_detail(FailureKind::kNotFound, state, event) +
-                                  next_step(FailureKind::kNotFound)};
+  state.behind_home =
+      Failure{FailureKind::kNotFound, failure_detail(FailureKind::kNotFound, state, event) +
+                                          next_step(FailureKind::kNotFound)};
   begin_way_home(state, event, actions);
 }
 
 void end_touching(State& state, const Event& event, Actions& actions) {
-  state.plan = event.plan;
-  state.progress = event.progress;
-  state.stage = event.stage;
-  actions.emplace_back(RecordPlan{state.plan_hash, state.total()});
+  take_last_choice(state, event, actions);
   close_and_identify(state, event, actions);
 }
 

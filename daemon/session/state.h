@@ -115,7 +115,7 @@ struct State {
 
   std::optional<drivers::TimePoint> deadline;  ///< of this phase
   std::optional<Failure> failure;              ///< set in kStopping and kFailed
-  std::optional<Failure> behind_home;          ///< not found: the session ends so once the arm is home
+  std::optional<Failure> behind_home;  ///< not found: the session ends so once the arm is home
   std::shared_ptr<const SessionResult> result;  ///< once identified
 
   /// Index of the touch in hand.

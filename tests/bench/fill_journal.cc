@@ -13,7 +13,8 @@ int main(int argc, char** argv) {
   using namespace cellcal;
   std::string file;
   int sessions = 20'000, touches = 8;
-  CommandLine app("A journal of many short sessions.\nExample: fill_journal --file /tmp/j/journal.db");
+  CommandLine app(
+      "A journal of many short sessions.\nExample: fill_journal --file /tmp/j/journal.db");
   app.option("--file", file, "Where; its folder has to be there");
   app.option("--sessions", sessions, "");
   app.option("--touches", touches, "Per session");

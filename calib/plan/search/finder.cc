@@ -258,10 +258,9 @@ struct Finder::Impl {
     return kLeastShare[effort] / std::max(1.0, std::pow(openness(one), 2));
   }
 
-  /// `effort`: 0, and more where the lines of less lead nowhere.
-  std::vector<Line> lines(Sought& one, int effort) const {
+  /// `effort`: 0, and more where the lines of less lead nowhere. Those that meet `least` of the places or more.
+  std::vector<Line> lines(Sought& one, int effort, double least) const {
     const Vector3d middle = one.particles.mean();
-    const double least = least_share(one, effort);
     const auto& all = one.particles.places();
     std::vector<Vector3d> some;
     const std::size_t step = std::max<std::size_t>(1, all.size() / kLooked);
@@ -451,8 +450,8 @@ struct Finder::Impl {
     bool any = false;
     for (int effort = 0; effort < kEfforts; ++effort) {
       if (effort > 0) router.mark_hard(one.target);
-      std::vector<Line> possible = lines(one, effort);
       const double least = least_share(one, effort);
+      std::vector<Line> possible = lines(one, effort, least);
       const auto worse = [](const Line& a, const Line& b) { return a.score() < b.score(); };
       std::make_heap(possible.begin(), possible.end(), worse);
       while (!possible.empty()) {

@@ -5,8 +5,8 @@
 
 #include <bit>
 
-#include "daemon/api/http/same_site.h"
 #include "daemon/api/http/json_text.h"
+#include "daemon/api/http/same_site.h"
 #include "daemon/files/printable.h"
 
 namespace cellcal::daemon {

@@ -48,7 +48,8 @@ void HttpServer::Impl::make_room() {
 }
 
 bool HttpServer::Impl::make_room_for_a_stream(const std::string& caller) {
-  std::map<std::string, std::vector<std::shared_ptr<Connection>>> followers;  // of each caller, the oldest first
+  std::map<std::string, std::vector<std::shared_ptr<Connection>>>
+      followers;  // of each caller, the oldest first
   std::size_t all = 0;
   for (const auto& one : connections) {
     if (one->waits() != Connection::Waits::kForEvents) continue;

@@ -30,7 +30,7 @@ class Connection {
   Waits waits() const { return waits_; }
   /// Where it comes from, to count by; empty: over the Unix socket.
   const std::string& network() const { return network_; }
-  /// Whose token follows, to count by; empty: nobody's.
+  /// Name of the token that a stream was opened with; empty without one.
   const std::string& caller() const { return caller_; }
 
   virtual void start() = 0;

@@ -19,7 +19,8 @@ struct FleetServer::Impl {
   Impl(const Listen& listen, std::string database, const Counters& given)
       : reading(std::move(database)), counters(given), local(context, listen.socket, parts()) {
     if (!listen.address.empty())
-      network.emplace(context, NetworkAddress{listen.address, listen.port}, parts(listen.host_names));
+      network.emplace(context, NetworkAddress{listen.address, listen.port},
+                      parts(listen.host_names));
     thread = std::thread([this] { context.run(); });
   }
 
@@ -28,9 +29,10 @@ struct FleetServer::Impl {
     ServerParts made;
     made.admit = [names = std::move(names)](Request& request) -> std::optional<Response> {
       if (!request.is_from_network() || host_is_ours(request, names)) return std::nullopt;
-      return error(403,
-                   "this Host is not known as this computer's. Ask by its address, or add the name to "
-                   "host_names of [http]");
+      return error(
+          403,
+          "this Host is not known as this computer's. Ask by its address, or add the name to "
+          "host_names of [http]");
     };
     made.handler = [this](const Request& request, bool) -> std::optional<Response> {
       if (std::optional<Response> page = page_answer_at(request, kFleetPage)) return page;

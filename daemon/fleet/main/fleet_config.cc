@@ -8,8 +8,8 @@
 
 #include "calib/syntax/shown.h"
 #include "calib/syntax/toml_table.h"
-#include "daemon/config/http_config.h"
 #include "daemon/config/config_values.h"
+#include "daemon/config/http_config.h"
 #include "daemon/plant/messages/names.h"
 
 namespace cellcal::daemon::fleet {

@@ -81,8 +81,8 @@ int supervise(const Supervision& limits, const std::function<int(std::uint64_t r
     if (Clock::now() - begun >= limits.lives) wait = {};
     wait = std::clamp(wait * 2, limits.first_wait, limits.longest_wait);
     spdlog::error(
-        "the process of the line was ended by signal {} ({}), and begins again in {:.1f} s. Nothing "
-        "is lost. Where it happens again: look at what the broker sends",
+        "the working process ended by signal {} ({}) and restarts in {:.1f} s. No data are lost. If it "
+        "recurs, check what the broker sends",
         by, ::strsignal(by), std::chrono::duration<double>(wait).count());
     sigset_t ends = signals;
     ::sigdelset(&ends, SIGCHLD);

@@ -1,6 +1,6 @@
 #pragma once
-// A program whose work may die of what strangers send to it: the work is in a process of its own, which is begun again. libmosquitto
-// 2.0 ends its process by an assertion where a broker sends a property that MQTT does not know.
+// Supervision of work that input from strangers may terminate: it runs in a child process, which is restarted. libmosquitto 2.0
+// aborts on an MQTT property that it does not know.
 
 #include <chrono>
 #include <cstddef>
@@ -16,9 +16,9 @@ struct Supervision {
       60000};  ///< work that lived so long is begun again at once, as the first time
 };
 
-/// Its work leaves no core dumps. Its exit status, once it ends of itself; until then it is begun again each time that a signal ends it, `restarts` times so far.
-/// SIGTERM and SIGINT are handed on to it, and it is then the last. Before any thread is begun: the work is a child of this process, and is killed
-/// with it.
+/// Runs `work` in a child process and returns its exit status. A child that a signal ends is restarted, `restarts` times so far,
+/// unless the signal is a SIGTERM or SIGINT that was passed on to it. The child is killed with this process and leaves no core
+/// dumps. Call before any thread is started. Throws std::system_error where no process can be created.
 int supervise(const Supervision& limits, const std::function<int(std::uint64_t restarts)>& work);
 
 }  // namespace cellcal::daemon

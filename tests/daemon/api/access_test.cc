@@ -1,7 +1,5 @@
 // Who comes in over the network, without a socket.
 
-#include "daemon/schedule/schedule.h"
-#include "daemon/schedule/service_door.h"
 #include "daemon/api/access/access.h"
 
 #include <gtest/gtest.h>
@@ -12,8 +10,10 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "daemon/api/http/same_site.h"
 #include "daemon/api/handlers.h"
+#include "daemon/api/http/same_site.h"
+#include "daemon/schedule/schedule.h"
+#include "daemon/schedule/service_door.h"
 #include "tests/daemon/api/without_hardware.h"
 
 namespace cellcal::daemon {
@@ -357,9 +357,11 @@ TEST_F(an_api_on_the_network, neither_releases_the_schedule_nor_begins_by_it_wit
   ask(Role::kOperate, "POST", "/v1/clear");
   EXPECT_EQ(ask(Role::kOperate, "POST", "/v1/schedule/release").status, 200);
   EXPECT_EQ(schedule.picture().held_words, "");
-  EXPECT_EQ(ask(Role::kOperate, "POST", "/v1/schedule/begin", begin).status, 412) << "it counted once";
+  EXPECT_EQ(ask(Role::kOperate, "POST", "/v1/schedule/begin", begin).status, 412)
+      << "it counted once";
   ask(Role::kOperate, "POST", "/v1/clear");
-  EXPECT_EQ(ask(Role::kOperate, "POST", "/v1/schedule/begin", begin).status, 409) << "there is none";
+  EXPECT_EQ(ask(Role::kOperate, "POST", "/v1/schedule/begin", begin).status, 409)
+      << "there is none";
 }
 
 TEST_F(an_api_on_the_network, names_no_files_of_the_computer_but_cell_files_and_its_own_backups) {
@@ -372,7 +374,8 @@ TEST_F(an_api_on_the_network, names_no_files_of_the_computer_but_cell_files_and_
     EXPECT_EQ(status(Role::kOperate, "/v1/doctor", {{"cell", file}}), 422);
   }
   const auto backups = service.backups_dir();
-  const std::filesystem::path elsewhere = std::filesystem::path(::testing::TempDir()) / "elsewhere.db";
+  const std::filesystem::path elsewhere =
+      std::filesystem::path(::testing::TempDir()) / "elsewhere.db";
   for (const std::string& file : {elsewhere.string(), (backups / ".." / "x.db").string()}) {
     EXPECT_EQ(status(Role::kAdminister, "/v1/backup", {{"file", file}}), 422) << file;
     EXPECT_FALSE(std::filesystem::exists(file));

@@ -124,8 +124,8 @@ struct a_described_api : ::testing::Test, testing::WithoutHardware {
                      {[this] { return journal.schedule(); },
                       [this](const std::string& state) { journal.store_schedule(state); }},
                      [this] { return config; },
-                     {[] { return UtcSeconds{1'800'000'000}; }, std::chrono::steady_clock::now, "boot",
-                      [] { return true; }},
+                     {[] { return UtcSeconds{1'800'000'000}; }, std::chrono::steady_clock::now,
+                      "boot", [] { return true; }},
                      {}}};
   plant::ProposalBox proposals{
       {dir.path(), [](const plant::Proposal&, const plant::Say&) { throw BusyError("later"); },

@@ -29,10 +29,10 @@ constexpr const char* kEllipticKey = "ec -pkeyopt ec_paramgen_curve:prime256v1";
 
 void make_certificate(const std::filesystem::path& certificate, const std::filesystem::path& key,
                       const std::string& kind = kEllipticKey) {
-  const std::string command =
-      "openssl req -x509 -newkey " + kind + " -nodes -days 2 "
-      "-subj /CN=localhost -addext subjectAltName=DNS:localhost -out " +
-      certificate.string() + " -keyout " + key.string() + " 2>/dev/null";
+  const std::string command = "openssl req -x509 -newkey " + kind +
+                              " -nodes -days 2 "
+                              "-subj /CN=localhost -addext subjectAltName=DNS:localhost -out " +
+                              certificate.string() + " -keyout " + key.string() + " 2>/dev/null";
   ASSERT_EQ(std::system(command.c_str()), 0) << command;
 }
 

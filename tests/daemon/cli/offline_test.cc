@@ -201,8 +201,8 @@ TEST(a_mistake_in_a_cell_file, is_named_by_plan_and_identify_with_its_value) {
         run_program({CELLCAL, "identify", "--cell", cell, "--touches", touches});
     for (const std::string& value : one.values) {
       EXPECT_NE(plan.err.find(value), std::string::npos) << one.name << "\n" << plan.err;
-      EXPECT_EQ(identified.err.find(value) != std::string::npos, !of_the_plan)
-          << one.name << "\n" << identified.err;
+      EXPECT_EQ(identified.err.find(value) != std::string::npos, !of_the_plan) << one.name << "\n"
+                                                                               << identified.err;
     }
   }
 }

@@ -26,7 +26,9 @@ TEST(FleetConfigFile, TheSampleStatesTheDefaults) {
   const std::string sample{std::istreambuf_iterator<char>(in), {}};
   // What is commented out, but what names files, is what holds without it.
   std::string all = std::regex_replace(
-      sample, std::regex("\n#(?!(ca|certificate|key|user|password_file|client|listen|host_names) )(\\w+ = )"),
+      sample,
+      std::regex(
+          "\n#(?!(ca|certificate|key|user|password_file|client|listen|host_names) )(\\w+ = )"),
       "\n$2");
   const FleetConfig usual = parse_fleet_config(kFormat, "usual"),
                     stated = parse_fleet_config(all, "sample");

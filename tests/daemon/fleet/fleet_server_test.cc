@@ -31,7 +31,8 @@ class FleetApi : public ::testing::Test {
     for (const plant::FactBody& body : testing::one_of_each())
       batch.facts.push_back(testing::fact(kWeld, ++number, body));
     store.write(batch);
-    server = std::make_unique<FleetServer>(Listen{socket, "127.0.0.1", 0, {"fleet.plant.example"}}, database, counters);
+    server = std::make_unique<FleetServer>(Listen{socket, "127.0.0.1", 0, {"fleet.plant.example"}},
+                                           database, counters);
   }
   Response get(const std::string& target) const { return http_request(socket, "GET", target); }
 
@@ -60,8 +61,8 @@ TEST_F(FleetApi, AnswersWhatIsThere) {
 
 TEST_F(FleetApi, AnswersOnTheLoopbackUnderThisComputersNamesAlone) {
   const auto status = [&](const std::string& host) {
-    daemon::testing::TcpPeer peer(server->port(), "GET /metrics HTTP/1.1\r\nHost: " + host +
-                                              "\r\nConnection: close\r\n\r\n");
+    daemon::testing::TcpPeer peer(
+        server->port(), "GET /metrics HTTP/1.1\r\nHost: " + host + "\r\nConnection: close\r\n\r\n");
     return peer.read_all().substr(0, 12);
   };
   EXPECT_EQ(status("127.0.0.1:8090"), "HTTP/1.1 200");

@@ -245,7 +245,8 @@ TEST(a_journal_of_version_7, gives_each_check_the_outcome_that_its_own_file_stat
     }
   }
   Database(dir / "j.db")
-      .execute("ALTER TABLE session DROP COLUMN outcome; DROP TABLE schedule; PRAGMA user_version = 7");
+      .execute(
+          "ALTER TABLE session DROP COLUMN outcome; DROP TABLE schedule; PRAGMA user_version = 7");
   const auto file = [&](std::size_t k, const std::string& text) {
     const auto folder = dir.path() / "sessions" / std::to_string(ids[k]);
     std::filesystem::create_directories(folder);
@@ -288,7 +289,8 @@ TEST(a_journal_of_version_7, has_sessions_without_an_outcome_and_keeps_those_of_
     journal.record(old, RecordEnd{Ending::kDone, ""}, "t1");
   }
   Database(dir / "j.db")
-      .execute("ALTER TABLE session DROP COLUMN outcome; DROP TABLE schedule; PRAGMA user_version = 7");
+      .execute(
+          "ALTER TABLE session DROP COLUMN outcome; DROP TABLE schedule; PRAGMA user_version = 7");
   {
     Journal journal(dir / "j.db");
     EXPECT_NE(journal.remarks()[0].find("from schema 7 to 9"), std::string::npos);

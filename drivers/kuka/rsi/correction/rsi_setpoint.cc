@@ -205,7 +205,8 @@ std::span<const double> RsiSetpoint::on_wire(std::span<const double> axes_deg) {
 }
 
 std::span<const double> RsiSetpoint::next(double cycle_s, bool stops) {
-  beyond_ = bound_.admit(correction_rad(commanded_), cycle_s, stops);
+  const AxisAngles wanted_rad = correction_rad(commanded_);
+  beyond_ = bound_.admit(wanted_rad, cycle_s, stops);
   if (beyond_) {
     commanded_ = base_;
     for (std::size_t i = 0; i < axes(); ++i) commanded_[i] += accumulator_.held_rad()[i];
@@ -216,7 +217,7 @@ std::span<const double> RsiSetpoint::next(double cycle_s, bool stops) {
   earlier_.push_back(accumulator_.held_rad());
   AxisAngles step = commanded_;
   for (std::size_t i = 0; i < axes(); ++i) step[i] = config_.limits[i].max_speed_rad_s * cycle_s;
-  return on_wire(accumulator_.next_deg(correction_rad(commanded_), step));
+  return on_wire(accumulator_.next_deg(wanted_rad, step));
 }
 
 }  // namespace cellcal::drivers

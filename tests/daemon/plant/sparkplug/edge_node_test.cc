@@ -181,7 +181,7 @@ TEST_F(a_sparkplug_node, is_born_when_it_is_known_how_the_cell_stands) {
       3U);
 }
 
-TEST_F(a_sparkplug_node, that_leaves_without_a_farewell_is_dead_by_its_will) {
+TEST_F(a_sparkplug_node, that_leaves_without_a_farewell_is_declared_dead_all_the_same) {
   {
     EdgeNode node(parts());
     until_there_are(1, "NBIRTH");

@@ -1,0 +1,191 @@
+// What a search for a sphere may touch, and what it says of where the sphere may be.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "calib/plan/reach/pool.h"
+#include "calib/plan/search/centre_particles.h"
+#include "calib/plan/search/search_depth.h"
+#include "calib/plan/search/search_line.h"
+#include "tests/calib/simulate.h"
+
+namespace cellcal::calib {
+namespace {
+
+using Eigen::Vector3d;
+using testing::demo_cell;
+
+TEST(CentreParticles, KeepsTheTruthAndRulesOutWhatWasMissed) {
+  Target target;
+  target.has_centre = true;
+  target.centre_sigma_m = 0.01;
+  CentreParticles particles(target, 0.03, 1);
+  EXPECT_NEAR(particles.mean().norm(), 0.0, 1e-3);
+  const double before = particles.covariance().trace();
+  // A sphere at (8, 0, 0) mm met from above.
+  const Vector3d centre(0.008, 0, 0);
+  particles.hit({0, 0, 0.1}, {0, 0, std::sqrt(0.03 * 0.03 - 0.008 * 0.008)});
+  particles.hit({0.1, 0, 0}, {0.038, 0, 0});
+  particles.hit({0, 0.1, 0}, {0, std::sqrt(0.03 * 0.03 - 0.008 * 0.008), 0});
+  EXPECT_LT((particles.mean() - centre).norm(), 0.004);
+  EXPECT_LT(particles.covariance().trace(), before / 10.0);
+  EXPECT_FALSE(particles.empty());
+  particles.miss({0.008, 0, 0.1}, {0.008, 0, 0});
+  EXPECT_TRUE(particles.empty()) << "a line through all of them met nothing";
+}
+
+TEST(CentreParticles, ThinsPlacesAsSurelyAsTheyWouldHaveBeenMet) {
+  Target target;
+  target.has_box = true;
+  target.low_m = Vector3d::Constant(-0.02);
+  target.high_m = Vector3d::Constant(0.02);
+  CentreParticles particles(target, 0.01, 1);
+  const Vector3d from(0, 0, 0.1), to(0, 0, -0.1);
+  const auto at = [&](double low_m, double high_m) {
+    return static_cast<double>(
+        std::ranges::count_if(particles.places(), [&](const Vector3d& place) {
+          const double off = CentreParticles::distance_m(place, from, to);
+          return off >= low_m && off < high_m;
+        }));
+  };
+  const double sure = at(0.0, 0.006), grazing = at(0.009, 0.010), beside = at(0.010, 0.02);
+  ASSERT_GT(sure, 100.0);
+  particles.miss(from, to);
+  EXPECT_EQ(at(0.0, 0.006), 0.0);
+  EXPECT_EQ(at(0.010, 0.02), beside) << "a place outside of the line is not doubted";
+  // (70a) half a millimetre inside: Phi(-0.25) = 0.40.
+  EXPECT_NEAR(at(0.009, 0.010) / grazing, 0.40, 0.10);
+}
+
+const SearchStand kNoStand{Eigen::Vector3d::UnitZ(), 0.0};
+
+TEST(SearchDepth, EndsBeforeTheShaftMeetsWhatTheTipHasPassed) {
+  Tool tool;
+  tool.radius_m = 0.02;
+  tool.slim_length_m = 0.05;
+  const SearchLine down{Vector3d::Zero(), Vector3d::UnitZ(), -Vector3d::UnitZ()};
+  // A sphere of 30 mm straight below is met; one 40 mm aside is passed, and the shaft, 20 mm wide,
+  // would meet it when the tip is 50 mm below that place.
+  const double radius = 0.03;
+  const auto depth =
+      search_depth(down, {Vector3d(0, 0, -0.02), Vector3d(0.04, 0, 0)}, radius, kNoStand, tool);
+  const double shaft = 0.02 + radius + 0.005;
+  EXPECT_NEAR(depth.end_m, std::sqrt(shaft * shaft - 0.04 * 0.04) - 0.05, 1e-12);
+  EXPECT_NEAR(depth.share, 0.5, 1e-12);
+  // Alone, the one straight below may be searched down to its middle.
+  EXPECT_NEAR(search_depth(down, {Vector3d::Zero()}, radius, kNoStand, tool).end_m, 0.0, 1e-12);
+}
+
+TEST(SearchDepth, LearnsNothingFromALineThatWasSearchedBefore) {
+  // What a touch at the origin from above leaves of a sphere of 40 mm: centres 20 mm from there.
+  constexpr double kRadiusM = 0.02;
+  Random random(1);
+  std::vector<Vector3d> places;
+  while (places.size() < 600) {
+    const Vector3d draw(random.normal(), random.normal(), random.normal());
+    if (draw.normalized().z() < -0.4)
+      places.push_back((kRadiusM + 0.002 * random.normal()) * draw.normalized());
+  }
+  const auto told = [&](const Vector3d& aim, const Vector3d& normal) {
+    const SearchLine line{aim, normal, -normal};
+    return told_m2(search_depth(line, places, kRadiusM, kNoStand, Tool{}), places, kArmSigmaM);
+  };
+  const double again = told(Vector3d::Zero(), Vector3d::UnitZ());
+  const double aside = told(Vector3d(0.0, 0.0, -0.014), Vector3d::UnitX());
+  EXPECT_LT(again, 0.2 * aside) << again * 1e6 << " and " << aside * 1e6 << " mm2";
+}
+
+TEST(SearchDepth, KeepsTheShaftFromASphereThatAnArmThatIsOffWouldMiss) {
+  Tool tool;
+  tool.radius_m = 0.02;
+  tool.slim_length_m = 0.05;
+  const SearchLine down{Vector3d::Zero(), Vector3d::UnitZ(), -Vector3d::UnitZ()};
+  // The nominal tip meets the sphere 26 mm aside, of 30 mm: by less than arms are off.
+  const double radius = 0.03, aside = 0.026;
+  const std::vector<Vector3d> places{Vector3d(0, 0, -0.08), Vector3d(aside, 0, 0)};
+  const double shaft = 0.02 + radius + 0.005;
+  EXPECT_NEAR(search_depth(down, places, radius, kNoStand, tool).end_m,
+              std::sqrt(shaft * shaft - aside * aside) - 0.05, 1e-12);
+  const std::vector<Vector3d> surely{places[0], Vector3d(0.015, 0, 0)};
+  EXPECT_NEAR(search_depth(down, surely, radius, kNoStand, tool).end_m, -0.08, 1e-12);
+}
+
+TEST(LineLeader, PassesALongLineOnBothSides) {
+  const Cell& cell = small_cell();
+  const ArmModel arm(cell.robot, cell.tool);
+  JointVector near(cell.robot.joints.size(), 0.0);
+  near[1] = -1.2, near[2] = 1.6, near[4] = 1.0;
+  const Eigen::Isometry3d middle = arm.nominal_tcp(near);
+  const LineLeader leader(arm, cell.tool, 0.02);
+  const Vector3d back = -(middle.linear() * shaft_in_tool(cell.tool));
+  const LineToLead line{middle.translation(), back, middle.linear(), near};
+  constexpr double kLongM = 0.05;
+  const auto led = leader.lead(line, {kLongM + 0.008, kLongM, -kLongM});
+  ASSERT_TRUE(led);
+  const double bow = leader.bow_m(led->standoff, led->end).norm();
+  std::printf("%.2f mm of bow\n", bow * 1e3);
+  EXPECT_GT(bow, kMostBowM);
+  constexpr int kSteps = 40;
+  for (int k = 0; k <= kSteps; ++k) {
+    JointVector q(near.size());
+    for (std::size_t i = 0; i < q.size(); ++i)
+      q[i] = led->standoff[i] + (led->end[i] - led->standoff[i]) * k / kSteps;
+    EXPECT_LT(CentreParticles::distance_m(arm.nominal_tcp(q).translation(), led->from, led->to),
+              kMostBowM + 1e-4);
+  }
+  EXPECT_FALSE(leader.lead(line, {3 * kLongM, 3 * kLongM, -3 * kLongM}));
+}
+
+TEST(SearchDepth, EndsBeforeTipOrShaftMeetTheStandOfASphereThatIsPassed) {
+  Tool tool;
+  tool.radius_m = 0.02;
+  tool.slim_length_m = 0.05;
+  tool.slim_radius_m = 0.004;
+  const double radius = 0.03;
+  const SearchStand stand{Vector3d::UnitZ(), 0.012};
+  // Level, 40 mm below the centre: the tip would run into the post.
+  const SearchLine level{{0, 0, -0.04}, Vector3d::UnitX(), -Vector3d::UnitX()};
+  const std::vector<Vector3d> place{Vector3d::Zero()};
+  EXPECT_NEAR(search_depth(level, place, radius, stand, tool).end_m, 0.012 + 0.004 + 0.004, 1e-12);
+  EXPECT_NEAR(search_depth(level, place, radius, kNoStand, tool).end_m, 0.0, 1e-12);
+  // Beside the post by 25 mm, for another place further on: the tip passes, the shaft, 50 mm behind
+  // it, would not.
+  const SearchLine beside{{0, 0.025, -0.08}, Vector3d::UnitX(), -Vector3d::UnitX()};
+  const std::vector<Vector3d> two{Vector3d::Zero(), Vector3d(-0.1, 0.3, 0.0)};
+  const double shaft = 0.012 + 0.02 + 0.005;
+  EXPECT_NEAR(search_depth(beside, two, radius, stand, tool).end_m,
+              std::sqrt(shaft * shaft - 0.025 * 0.025) - 0.05, 1e-12);
+  EXPECT_NEAR(search_depth(beside, two, radius, kNoStand, tool).end_m, -0.1, 1e-12);
+  // The sphere itself is met before its stand: nothing changes.
+  const SearchLine middle{Vector3d::Zero(), Vector3d::UnitX(), -Vector3d::UnitX()};
+  EXPECT_EQ(search_depth(middle, place, radius, stand, tool).end_m,
+            search_depth(middle, place, radius, kNoStand, tool).end_m);
+  // Coming down beside the sphere it stays out of what is below.
+  const SearchLine aslant{{0.034, 0, 0}, Vector3d(1, 0, 3).normalized(), -Vector3d::UnitZ()};
+  const SearchDepth depth = search_depth(aslant, place, radius, stand, tool);
+  const Vector3d tip = aslant.aim_m + depth.end_m * aslant.normal;
+  EXPECT_TRUE(tip.head<2>().norm() > 0.0199 || tip.z() > 0.0) << tip.transpose();
+  // A post that leans with the cell: upside down from the ceiling.
+  const SearchLine above{{0, 0, 0.04}, Vector3d::UnitX(), -Vector3d::UnitX()};
+  EXPECT_NEAR(search_depth(above, place, radius, {-Vector3d::UnitZ(), 0.012}, tool).end_m, 0.02,
+              1e-12);
+}
+
+TEST(SearchDepth, LetsASmallSphereBeTouchedFromTheSideAboveItsStand) {
+  Tool tool;
+  tool.radius_m = 0.0;
+  tool.slim_radius_m = 0.004;
+  const SearchStand stand{Vector3d::UnitZ(), 0.015};
+  const std::vector<Vector3d> place{Vector3d::Zero()};
+  const auto end_m = [&](double below_m) {
+    const SearchLine level{{0, 0, -below_m}, Vector3d::UnitX(), -Vector3d::UnitX()};
+    return search_depth(level, place, 0.02, stand, tool).end_m;
+  };
+  EXPECT_NEAR(end_m(0.005), 0.0, 1e-12) << "the sphere of 40 mm is met first";
+  EXPECT_NEAR(end_m(0.012), 0.015 + 0.004 + 0.004, 1e-12) << "the stand would be met";
+}
+
+}  // namespace
+}  // namespace cellcal::calib
