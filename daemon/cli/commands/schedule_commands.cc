@@ -21,7 +21,7 @@ void add_schedule_commands(CLI::App& app, int& status) {
   auto daemon = add_connection(command);
   auto* release = command->add_flag(
       "--release", given->release,
-      "Confirm that the cell and the arm were checked, after a failure or an abort: sessions begin again");
+      "Confirm that cell, arm and this computer's clock were checked: scheduled sessions begin again");
   command
       ->add_option("--begin", given->begin,
                    "Begin this session, if the schedule allows it now (begin = \"on request\")")
