@@ -69,8 +69,8 @@ struct SearchLimits {
 /// bounds are for is a computer that is never quiet. Beside four busy loops, compilers and a syncing disk
 /// some two touches in five are stopped.
 struct BusyRepeats {
-  int of_touch = 10;     ///< behind so many stops in a row every touch would be stopped
-  int of_session = 200;  ///< two for each of a hundred touches
+  int of_touch = 30;     ///< two minutes of one touch; behind as many stops in a row all would be stopped
+  int of_session = 400;  ///< four for each of a hundred touches
 };
 
 /// How long a phase may take before silence counts as failure.

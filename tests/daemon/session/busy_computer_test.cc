@@ -48,9 +48,9 @@ TEST(a_busy_computer, ends_no_session_and_no_key_is_needed) {
   EXPECT_EQ(session.recorder.touches.size(), 2u);
 }
 
-TEST(a_busy_computer, is_allowed_ten_repeats_of_a_touch_and_two_hundred_of_a_session) {
-  EXPECT_EQ(BusyRepeats{}.of_touch, 10);
-  EXPECT_EQ(BusyRepeats{}.of_session, 200);
+TEST(a_busy_computer, is_allowed_thirty_repeats_of_a_touch_and_four_hundred_of_a_session) {
+  EXPECT_EQ(BusyRepeats{}.of_touch, 30);
+  EXPECT_EQ(BusyRepeats{}.of_session, 400);
   EXPECT_EQ(Timeouts{}.busy, std::chrono::minutes(1));
 }
 
