@@ -66,6 +66,8 @@ struct Move {
   /// Before target_rad, in order; none: straight to the target. Not for searches. A robot that
   /// cannot keep to the triangles comes to rest at each way-point.
   Vias via{};
+  /// Of each axis' speed limit, above 0 and at most 1: what else bounds the speed on this way.
+  double speed_share = 1.0;
 };
 
 enum class MoveOutcome {

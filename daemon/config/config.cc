@@ -41,6 +41,8 @@ void read_motion(const TomlTable& table, DaemonConfig& config) {
       table.number_or("acceleration_deg_s2", 120.0, {1.0, 2000.0}) * calib::kRadPerDeg;
   config.motion.jerk_rad_s3 =
       table.number_or("jerk_deg_s3", 600.0, {1.0, 50000.0}) * calib::kRadPerDeg;
+  config.motion.hand_speed_m_s =
+      table.number_or("hand_speed_mm_s", config.motion.hand_speed_m_s / kMm, {0.0, 250.0}) * kMm;
   const TouchPolicy policy;
   const bool by_flag =
       wire_of(config) == WireKind::kEki && config.eki.stop == drivers::EkiStop::kFlag;

@@ -117,7 +117,13 @@ MakeBackend backend_of(std::shared_ptr<const DaemonConfig> config) {
 constexpr std::size_t kMostLocalBody = plant::kLargestMessage;
 
 SessionSettings settings_of(const DaemonConfig& config) {
-  return {config.touch, config.timeouts, config.retries, config.search_limits, config.repeats};
+  return {config.touch,
+          config.timeouts,
+          config.retries,
+          config.search_limits,
+          config.repeats,
+          config.motion.speed_fraction,
+          config.motion.hand_speed_m_s};
 }
 
 /// The file again: what of it comes into force is in the log, and what does not.

@@ -377,7 +377,12 @@ struct Runner::Perform {
     backend.contact().self_test();
     runner.seen_.reset();
   }
-  void operator()(const BeginMove& action) const { backend.robot().begin(action.move); }
+  void operator()(const BeginMove& action) const {
+    drivers::Move move = action.move;
+    if (runner.parts_.speed_share)
+      move.speed_share = runner.parts_.speed_share(move, backend.robot().state());
+    backend.robot().begin(move);
+  }
   void operator()(const StopArm&) const { backend.robot().stop(); }
   void operator()(const CloseDevices&) const {
     if (!runner.open_) return;

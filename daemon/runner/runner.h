@@ -85,6 +85,8 @@ struct RunnerParts {
   std::function<void(const State&, const std::vector<calib::Touch>&)> on_change;
   /// Called a few times a second while the devices are open, whether anything changed or not.
   std::function<void(const drivers::RobotState&, const drivers::ContactStatus&)> on_look = {};
+  /// Move::speed_share of a move that is about to begin.
+  std::function<double(const drivers::Move&, const drivers::RobotState&)> speed_share = {};
   /// How far the worker's job is, about a hundred times; not on virtual time.
   std::function<void(const calib::WorkDone&)> on_work = {};
 };

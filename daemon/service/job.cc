@@ -238,6 +238,29 @@ void look_at_axes(const Job& job) {
   }
 }
 
+/// Whether a calibration of this cell by the real arm, made here, has come to its end.
+bool calibrated_before(Journal& journal, const std::string& cell) {
+  const std::vector<SessionRecord> sessions = journal.sessions();
+  return std::any_of(sessions.begin(), sessions.end(), [&](const SessionRecord& record) {
+    if (record.state != RecordState::kDone || record.inputs.cell_name != cell || record.origin)
+      return false;
+    try {
+      const SessionOptions options = options_from_json(record.inputs.options);
+      return options.kind == SessionKind::kCalibrate && !options.emulated;
+    } catch (const std::runtime_error&) {
+      return false;  // a damaged row, or one of another version
+    }
+  });
+}
+
+HandSpeed hand_speed_of(Journal& journal, const Job& job, bool dry) {
+  const double fraction =
+      dry ? std::min(job.settings.speed_fraction, kDryRunSpeed) : job.settings.speed_fraction;
+  return HandSpeed(
+      std::make_shared<const calib::ArmModel>(job.cell), fraction,
+      {job.settings.hand_speed_m_s, !calibrated_before(journal, job.inputs.cell_name)});
+}
+
 }  // namespace
 
 std::unique_ptr<Job> prepare(Journal& journal, const RunRequest& request, SessionSettings settings,
@@ -266,6 +289,7 @@ std::unique_ptr<Job> prepare(Journal& journal, const RunRequest& request, Sessio
       SessionKind::kDryRun == job->options.kind || SessionKind::kDryRun == request.kind;
   job->backend = make_backend(job->cell, dry ? kDryRunSpeed : 1.0);
   if (!request.resume) job->options.emulated = job->backend->emulated();
+  if (!job->backend->emulated()) job->hand_speed = hand_speed_of(journal, *job, dry);
   if (request.update) job->options.months = months_since(job->last_ended, job->backend->utc_now());
   return job;
 }

@@ -3,12 +3,14 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "calib/model/robot.h"
 #include "calib/model/touch.h"
 #include "daemon/journal/journal.h"
+#include "daemon/service/hand_speed.h"
 #include "daemon/service/request.h"
 #include "daemon/service/settings.h"
 #include "daemon/service/time_left.h"
@@ -33,6 +35,7 @@ struct Job {
   std::vector<std::string> warnings;  ///< what the cell file says against itself, not refused
   std::vector<calib::Touch> touches;  ///< made before it was resumed
   std::unique_ptr<Backend> backend;
+  std::optional<HandSpeed> hand_speed;  ///< none: an emulated cell
   TouchNews news;
   TimeLeft time_left;
 };

@@ -258,6 +258,9 @@ void SessionService::carry_out(Job& job) {
                  [this](const drivers::RobotState& robot, const drivers::ContactStatus& contact) {
                    keep_links({true, robot, contact});
                  },
+                 [&job](const drivers::Move& move, const drivers::RobotState& robot) {
+                   return job.hand_speed ? job.hand_speed->share(move, robot) : 1.0;
+                 },
                  [this](const calib::WorkDone& done) { tell_work(done); }},
                 first_state(job), job.touches);
   {

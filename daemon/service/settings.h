@@ -15,6 +15,8 @@ struct SessionSettings {
   int retries = 0;               ///< harmless interruptions after which a session goes on by itself
   SearchLimits search_limits{};  ///< of today's link: a resumed session has its own touch policy
   BusyRepeats repeats{};         ///< where this computer was late; of today's configuration as well
+  double speed_fraction = 1.0;   ///< of the robot file's axis speeds, in transits
+  double hand_speed_m_s = 0.0;   ///< HandSpeed::Bound; 0: none
 };
 
 /// `most_speed`: share of the robot file's axis speeds that no move exceeds, whatever the configuration allows.

@@ -85,7 +85,8 @@ std::string not_ready_words(const State& state) {
 
 /// What stops packets, or an arm, without a message of the controller: most likely first.
 constexpr const char* kWhatStopsPackets =
-    "check in this order: emergency stop, enabling switch and start key (T1), the program and its "
+    "check in this order: emergency stop, enabling switch and start key (T1), over RSI in T1 more "
+    "than 250 mm/s at the TCP or flange ([motion] hand_speed_mm_s, speed_percent), the program and its "
     "message on the pendant, the cable, the controller's power";
 constexpr const char* kWhatStopsAnArm =
     "check in this order: emergency stop, enabling switch (T1), drives, obstacles in the arm's "

@@ -85,7 +85,10 @@ void EkiMover::choose_path(const AxisAngles& at_rad) {
   }
   const bool at_input = config_.stop == EkiStop::kInput && move_.kind != MoveKind::kRetreat;
   command_.guard = at_input ? EkiGuard::kInput : EkiGuard::kNone;
-  command_.percent = config_.transit_percent();
+  // Rounded down, but for a share that is a whole percent up to the last bit.
+  constexpr double kLastBit = 1e-9;
+  command_.percent = std::max(
+      1, static_cast<int>(std::floor(config_.transit_percent() * move_.speed_share + kLastBit)));
   if (move_.cruise_s <= 0.0) return;
   const bool straight = searching() || farthest_axis(at_rad, target_rad).rad <= kLongestLinRad;
   double shortest_s = move_.cruise_s, share = 0.0;

@@ -105,8 +105,7 @@ struct Words {
     return fmt::format("{} way-points in a search: it goes straight to its target", c.vias);
   }
   std::string operator()(const cause::BadShare& c) const {
-    return fmt::format("{}share {} of a leg is not within 0 and {}", point(c.via), c.share,
-                       c.limit);
+    return fmt::format("{}share {} is not within 0 and {}", point(c.via), c.share, c.limit);
   }
   std::string operator()(const cause::StopAsked&) const { return "stopped on request"; }
 

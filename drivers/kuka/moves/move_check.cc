@@ -34,6 +34,8 @@ std::optional<Cause> object_to(const Via& via) {
 }
 
 std::optional<Cause> object_to_kind(const Move& move) {
+  if (!(move.speed_share > 0.0 && move.speed_share <= 1.0))
+    return cause::BadShare{move.speed_share, 1.0};
   if (!std::isfinite(move.cruise_s) || move.cruise_s < 0.0) return cause::BadCruise{move.cruise_s};
   if (move.via.empty()) return std::nullopt;
   if (move.kind == MoveKind::kSearch) return cause::SearchByWayPoints{move.via.size()};

@@ -27,6 +27,14 @@ int settle_window(double cycle_s) {
   return std::clamp(cycles, kSettleFewest, static_cast<int>(PositionRecord::kDepth / 4));
 }
 
+using Limits = boost::container::static_vector<AxisLimit, kMaxAxes>;
+
+Limits slowed(std::span<const AxisLimit> limits, double speed_share) {
+  Limits slow(limits.begin(), limits.end());
+  for (AxisLimit& limit : slow) limit.max_speed_rad_s *= speed_share;
+  return slow;
+}
+
 }  // namespace
 
 Mover::Mover(const RsiConfig& config, ContactGuard* guard, const PositionRecord& record)
@@ -46,7 +54,9 @@ std::optional<CoreResult> Mover::start(const Move& move, const AxisAngles& comma
   sensor_.begin();
   move_ = move;
   if (config_.space.on) rest_at_way_points(move_);
-  path_ = PathMove(commanded_rad, move.target_rad, config_.limits, move.cruise_s, move_.via);
+  const Limits limits = slowed(config_.limits, move.speed_share);
+  path_ = PathMove(commanded_rad, move.target_rad, {limits.data(), limits.size()}, move.cruise_s,
+                   move_.via);
   const bool on_a_first_leg = move.kind == MoveKind::kRetreat && !move.via.empty();
   open_by_s_ = on_a_first_leg ? path_.first_leg_s() : HUGE_VAL;
   open_due_.reset();

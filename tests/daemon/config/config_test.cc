@@ -168,6 +168,7 @@ INSTANTIATE_TEST_SUITE_P(
         Wrong{kMock + "[motion]\nspeed_percent = 0\n", "speed_percent"},
         Wrong{kMock + "[motion]\nspeed_percent = 101\n", "speed_percent"},
         Wrong{kMock + "[motion]\nspeed_percent = nan\n", "speed_percent"},
+        Wrong{kMock + "[motion]\nhand_speed_mm_s = 251\n", "hand_speed_mm_s"},
         Wrong{kMock + "[motion]\nslow_search_mm_s = 9\nfast_search_mm_s = 5\n", "slow_search_mm_s"},
         Wrong{kMock + "[motion]\njerk = 9\n", "jerk"},
         Wrong{kMock + "[rsi]\nport = 70000\n", "port"},
@@ -266,7 +267,7 @@ TEST(a_configuration, of_the_session_says_how_long_it_waits_and_how_often_it_goe
       parse_config(kRsi + "[session]\nconnect_wait_s = 90\nretries = 3\n", "d.toml");
   EXPECT_EQ(config.timeouts.connecting, std::chrono::seconds(90));
   EXPECT_EQ(config.retries, 3);
-  EXPECT_EQ(usual.repeats.of_session, 200) << "where this computer was late it goes on by itself";
+  EXPECT_EQ(usual.repeats.of_session, 400) << "where this computer was late it goes on by itself";
   EXPECT_EQ(usual.timeouts.busy, std::chrono::seconds(60));
   const DaemonConfig never = parse_config(
       kRsi + "[session]\nbusy_repeats = 0\nbusy_repeats_touch = 4\nbusy_wait_s = 90\n", "d.toml");

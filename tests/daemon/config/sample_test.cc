@@ -102,8 +102,9 @@ std::string figures(const DaemonConfig& c) {
     text += line("http", http->address, http->port, http->tls_certificate, http->tls_key);
     for (const std::string& name : http->host_names) text += line("host", name);
   }
-  text += line("motion", c.motion.speed_fraction, c.motion.acceleration_rad_s2,
-               c.motion.jerk_rad_s3, c.touch.confirm_every, c.touch.fast_m_s, c.touch.slow_m_s);
+  text +=
+      line("motion", c.motion.speed_fraction, c.motion.acceleration_rad_s2, c.motion.hand_speed_m_s,
+           c.motion.jerk_rad_s3, c.touch.confirm_every, c.touch.fast_m_s, c.touch.slow_m_s);
   text += line("session", c.timeouts.connecting.count(), c.retries, c.repeats.of_touch,
                c.repeats.of_session, c.timeouts.busy.count());
   const ScheduleConfig& n = c.schedule;

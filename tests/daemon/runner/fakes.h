@@ -116,7 +116,7 @@ class FakeContact final : public drivers::ContactSensor {
   World& w_;
 };
 
-class FakeBackend final : public Backend {
+class FakeBackend : public Backend {
  public:
   explicit FakeBackend(Script script = {}) { world.script = std::move(script); }
   drivers::Robot& robot() override { return robot_; }

@@ -15,8 +15,8 @@ using enum Phase;
 using F = FailureKind;
 
 constexpr const char* kStand =
-    ". Check in this order: emergency stop, enabling switch and start key (T1), the program and its message on the "
-    "pendant, the cable, the controller's power";
+    ". Check in this order: emergency stop, enabling switch and start key (T1), over RSI in T1 more than 250 mm/s at the "
+    "TCP or flange ([motion] hand_speed_mm_s, speed_percent), the program and its message on the pendant, the cable, the controller's power";
 
 struct failure_words : ::testing::Test {
   failure_words() {

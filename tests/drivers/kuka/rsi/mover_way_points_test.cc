@@ -51,6 +51,22 @@ struct ByWayPoint : testing::Test {
   MoverRig rig;
 };
 
+TEST_F(ByWayPoint, NoAxisIsFasterThanTheShareOfItsLimitThatTheMoveStates) {
+  AxisAngles via = rig.commanded, target = rig.commanded;
+  via[0] += 10 * kRadPerDeg;
+  target[0] += 10 * kRadPerDeg;
+  target[1] += 10 * kRadPerDeg;
+  rig.mover.listen(rig.now);
+  Move move{++rig.id, MoveKind::kTransit, target, 0.0, 0, {{via, 0.5, 0.5}}};
+  move.speed_share = 0.2;
+  ASSERT_FALSE(rig.mover.start(move, rig.commanded));
+  double fastest = 0.0;
+  while (a2() < 9.9) fastest = std::max(fastest, fastest_step_deg());
+  const double limit_deg = 100 * 0.004;
+  EXPECT_LE(fastest, 0.2 * limit_deg * (1 + 1e-9));
+  EXPECT_GE(fastest, 0.19 * limit_deg);
+}
+
 TEST_F(ByWayPoint, TheArmPassesItWithoutAStopAndEndsAtTheTarget) {
   ASSERT_FALSE(begin(MoveKind::kTransit));
   double slowest = 1.0;

@@ -1,0 +1,65 @@
+#include "calib/plan/reach/point_speed.h"
+
+#include <gtest/gtest.h>
+
+#include "calib/files/files.h"
+#include "calib/model/random.h"
+#include "calib/model/units.h"
+
+namespace cellcal::calib {
+namespace {
+
+struct point_speed : ::testing::Test {
+  Cell cell = load_cell(CELLCAL_DEMO_CELL);
+  ArmModel arm{cell};
+};
+
+TEST_F(point_speed, of_a_turn_about_the_column_is_that_of_the_point_farthest_from_its_axis) {
+  const std::vector<double> from{0.0, -90 * kRadPerDeg, 90 * kRadPerDeg, 0.0, 0.0, 0.0};
+  std::vector<double> to = from;
+  to[0] = 0.5;
+  double farthest_m = arm.nominal_tip_m(from).head<2>().norm();
+  for (const Eigen::Vector3d& origin : arm.shape(arm.prepare(from), nullptr).joint_origin_m)
+    farthest_m = std::max(farthest_m, origin.head<2>().norm());
+  EXPECT_NEAR(fastest_point_m_s(arm, from, to), 0.5 * farthest_m, 0.001 * farthest_m);
+}
+
+TEST_F(point_speed, of_the_elbow_counts_where_the_tip_stands_still) {
+  const std::vector<double> from{0.0, -90 * kRadPerDeg, 90 * kRadPerDeg, 0.0, 0.0, 0.0};
+  std::vector<double> to = from;
+  to[1] += 0.05;
+  to[2] -= 0.1;
+  to[4] += 0.05;
+  const double tip_m = (arm.nominal_tip_m(to) - arm.nominal_tip_m(from)).norm();
+  EXPECT_GT(fastest_point_m_s(arm, from, to), tip_m);
+}
+
+TEST_F(point_speed, is_no_less_than_any_chord_of_a_random_way) {
+  Random random(5);
+  for (int k = 0; k < 50; ++k) {
+    std::vector<double> from(6), to(6);
+    for (std::size_t i = 0; i < 6; ++i) {
+      const Joint& joint = cell.robot.joints[i];
+      from[i] = random.uniform(joint.min_rad, joint.max_rad);
+      to[i] = random.uniform(joint.min_rad, joint.max_rad);
+    }
+    const double bound = fastest_point_m_s(arm, from, to);
+    constexpr int kChords = 500;
+    std::vector<double> q = from;
+    Eigen::Vector3d last = arm.nominal_tip_m(q);
+    for (int c = 1; c <= kChords; ++c) {
+      for (std::size_t i = 0; i < 6; ++i) q[i] = from[i] + (to[i] - from[i]) * c / kChords;
+      const Eigen::Vector3d now = arm.nominal_tip_m(q);
+      EXPECT_LE((now - last).norm() * kChords, 1.01 * bound);
+      last = now;
+    }
+  }
+}
+
+TEST_F(point_speed, is_nothing_where_no_axis_moves) {
+  const std::vector<double> at(6, 0.1);
+  EXPECT_EQ(fastest_point_m_s(arm, at, at), 0.0);
+}
+
+}  // namespace
+}  // namespace cellcal::calib
