@@ -94,6 +94,7 @@ std::vector<std::string> check_krl(std::string_view text) {
   };
   Nesting blocks(complaints), folds(complaints);
   bool statements = false;
+  std::string previous;
   std::size_t number = 0;
   for (const std::string& line : lines_of(text)) {
     ++number;
@@ -116,6 +117,10 @@ std::vector<std::string> check_krl(std::string_view text) {
     }
     if (found.empty()) continue;
     const std::string& first = found.front();
+    if (first == "HALT" && previous != "LOOP") {
+      complain(number, "HALT outside of LOOP: the next start goes on behind it");
+    }
+    previous = first;
     if (first == "DEF" || first == "DEFFCT" || first == "DEFDAT") statements = false;
     const bool data = first == "DECL" || first == "EXT" || first == "INT" || first == "REAL";
     if (first == "DECL" && statements) complain(number, "declaration behind a statement");

@@ -93,6 +93,7 @@ TEST(KrlChecker, SeesWhatIsWrong) {
       {"quote", "DEF A ( )\r\nX=\"a\r\nEND\r\n"},
       {"declaration", "DEF A ( )\r\nX=1\r\nDECL INT X\r\nEND\r\n"},
       {"ASCII", "DEF A ( )\r\n;\xe4\r\nEND\r\n"},
+      {"HALT outside of LOOP", "DEF A ( )\r\nIF X THEN\r\nHALT\r\nENDIF\r\nEND\r\n"},
       {"CASE", "DEF A ( )\r\nCASE 1\r\nEND\r\n"},
   };
   for (const auto& [word, text] : cases) {
@@ -418,6 +419,12 @@ TEST(RsiFiles, AreSoundKrlAndXml) {
     EXPECT_NE(files.at("cellcal_rsi.src").find(create), std::string::npos);
     EXPECT_NE(files.at("cellcal_rsi.src").find("RSI_ON(#ABSOLUTE,#IPO_FAST)"), std::string::npos);
   }
+}
+
+TEST(RsiFiles, DeleteContextsThatWereLeftBeforeTheyMakeTheirs) {
+  const std::vector<std::string> main =
+      body(rsi_files(some_pc(4)).at("cellcal_rsi.src"), "DEF CELLCAL_RSI");
+  EXPECT_LT(line_of(main, "RET=RSI_RESET()"), line_of(main, "RET=RSI_CREATE("));
 }
 
 TEST(RsiFiles, HoldOnTheAxesAndNotOnTheStop) {

@@ -94,6 +94,8 @@ TEST(RsiSet, IsRefusedByFileLineAndWords) {
       {kFour, "cellcal_rsi_ethernet.xml", "other.xml", "ConfigFile is \"other.xml\""},
       {kFour, "ObjType=\"AxisCorrMon\"", "ObjType=\"PosCorr\"", "corrects in addition to AXISCORR"},
       {"cellcal_rsi.src", "#ABSOLUTE", "#RELATIVE", "RSI_ON has not #ABSOLUTE"},
+      {"cellcal_rsi.src", "    LOOP\r\n      HALT\r\n    ENDLOOP", "    HALT",
+       ":30: HALT behind a failed call of RSI"},
       {"cellcal_rsi.src", "RSI_CREATE(\"cellcal_rsi\"", "RSI_CREATE(\"cellcal_rsi.rsi\"",
        "RSI_CREATE names the extension"},
       {"cellcal_rsi.src", "RSI_CREATE(\"cellcal_rsi.rsi\"", "RSI_CREATE(\"cellcal_rsi\"",
