@@ -25,7 +25,8 @@ struct EkiControllerConfig {
   std::vector<double> start_rad{0.0, -1.5707963267948966, 1.5707963267948966,
                                 0.0, 1.5707963267948966,  0.0};
   std::vector<double> max_speed_rad_s;  ///< per axis at 100 %; empty: 3 rad/s
-  double max_acceleration_rad_s2 = 10.0;
+  double max_acceleration_rad_s2 = 10.0;  ///< of PTP, as the program sets it ($ACC_AXIS)
+  double lin_acceleration_rad_s2 = 0.5;   ///< $ACC.CP: 0.5 m/s^2, at 1 m from the axis
   double lag_s = 0.02;            ///< setpoint to arm
   int cycle_ms = 4;               ///< in which positions are interpolated
   int interrupt_ms = 12;          ///< in which interrupts are looked at
@@ -37,7 +38,8 @@ struct EkiControllerConfig {
   double input_sample_s = 0.002;  ///< ... and how often it is looked at
   bool latches_setpoint = false;  ///< $AXIS_INT is the setpoint instead of the arm
   int timer_ms = 12;              ///< steps of $TIMER, which stamps the states
-  double brake_factor = 2.0;      ///< BRAKE against the programmed acceleration
+  /// BRAKE F against PTP's acceleration: all of it where $ACC_AXIS is 50. BRAKE: the motion's own.
+  double fast_brake_factor = 2.0;
   double noise_sigma_deg = 0.0;   ///< of $AXIS_ACT_MEAS and $AXIS_INT alone
   std::uint64_t seed = 1;
   std::vector<double> soft_min_rad, soft_max_rad;  ///< software limit switches; empty: none

@@ -61,7 +61,8 @@ struct EkiPrograms {
   bool outside_soft_limits() const;
   void begin_move();
   void go();
-  void brake(EkiOutcome how, double factor);
+  /// BRAKE, or BRAKE F.
+  void brake(EkiOutcome how, bool fast);
   void interrupts(TimePoint now);
   void scale_speed();
   /// What goes wrong at the controller, as EkiController has it.
@@ -124,6 +125,7 @@ struct EkiPrograms {
   bool guarded = false, stop_flag = false;
   EkiOutcome stop_reason = EkiOutcome::kStop, braking_for = EkiOutcome::kStop;
   double line_speed = 0.0, line_travel = 0.0, line_acceleration = 0.0;
+  double axes_acceleration = 0.0;  ///< what PTP would have on this line
   std::vector<double> latch;
   std::uint32_t latch_id = 0;
 

@@ -153,6 +153,35 @@ TEST_F(EkiKrc, StopsAtItsInputWithARampAndLatchesWhereTheInputCame) {
   EXPECT_LT(a1_deg() - at_edge, ramp + 100.0 * 0.040);
 }
 
+TEST_F(EkiKrc, AMeasuringTouchBrakesOnItsOwnRampAndAStopTelegramAsShortAsItCan) {
+  // From 4 deg/s to rest, in the middle of a LIN.
+  const auto ramp_deg = [&](bool touch) {
+    EkiControllerConfig config = usual();
+    config.lin_acceleration_rad_s2 = 8 * drivers::kRadPerDeg;
+    make(config);
+    go(20, "Guard=\"1\" Path=\"2\" Percent=\"1\" Duration=\"5.0\"");
+    run(2s);
+    if (touch) {
+      krc->input(now, true);
+    } else {
+      tell(4);
+    }
+    const double cruise_rad = 4.0 * drivers::kRadPerDeg * 0.004;
+    double way_rad = 0.0;
+    while (krc->moving()) {
+      const double before = krc->setpoint_rad()[0];
+      tick();
+      const double step = krc->setpoint_rad()[0] - before;
+      if (step < 0.999 * cruise_rad) way_rad += step;
+    }
+    run_to_rest();
+    EXPECT_EQ(state.outcome, touch ? EkiOutcome::kInput : EkiOutcome::kStop);
+    return way_rad / drivers::kRadPerDeg;
+  };
+  EXPECT_NEAR(ramp_deg(true), 4.0 * 4.0 / (2 * 8.0), 0.02);
+  EXPECT_NEAR(ramp_deg(false), 4.0 * 4.0 / (2 * 800.0), 0.02);
+}
+
 TEST_F(EkiKrc, RefusesAGuardedMoveWhoseInputIsOn) {
   make();
   krc->input(now, true);

@@ -281,7 +281,16 @@ TEST(EkiFiles, LatchBeforeTheyResumeAndDeclareInterruptsAboveTheMotion) {
   const std::vector<std::string> isr = body(source, "DEF CC_ON_INPUT");
   EXPECT_LT(line_of(isr, "BRAKE"), line_of(isr, "CC_LATCH=$AXIS_INT"));
   EXPECT_LT(line_of(isr, "CC_LATCH=$AXIS_INT"), line_of(isr, "RESUME"));
-  line_of(body(source, "DEF CC_ON_FLAG"), "BRAKE");
+}
+
+TEST(EkiFiles, BrakeAsShortAsTheyCanButForTheMeasuringTouch) {
+  const std::string source = eki_files({}).at("cellcal_eki.src");
+  for (const char* isr : {"DEF CC_ON_FLAG", "DEF CC_ON_TIMER"})
+    EXPECT_EQ(body(source, isr).at(1), "BRAKE F") << isr;
+  const std::vector<std::string> touch = body(source, "DEF CC_ON_INPUT");
+  const std::vector<std::string> wanted{"IF CC_PATH==2 THEN", "BRAKE", "ELSE", "BRAKE F", "ENDIF"};
+  ASSERT_GT(touch.size(), wanted.size());
+  EXPECT_EQ(std::vector<std::string>(touch.begin() + 1, touch.begin() + 6), wanted);
 }
 
 TEST(EkiFiles, CancelAProgramStepByStepAndKeepTheMoveUnderWayUntilItIsGone) {
