@@ -43,6 +43,16 @@ std::string per_axis(std::string_view form, int external_axes, std::string_view 
   return text;
 }
 
+/// External axes have arrays of their own, which $VEL_AXIS and $ACC_AXIS do not touch.
+std::string external_speeds(const EkiFilesConfig& c) {
+  if (c.external_axes == 0) return "";
+  return fmt::format(R"(  FOR I=1 TO {}
+    $VEL_EXTAX[I]=CC_PERCENT
+    $ACC_EXTAX[I]={}
+  ENDFOR)",
+                     c.external_axes, c.acceleration_percent);
+}
+
 std::string number_or(const char* array, int number, const char* otherwise) {
   return number == 0 ? otherwise : fmt::format("{}[{}]", array, number);
 }
@@ -215,6 +225,7 @@ krl::Places places_of(const EkiFilesConfig& c) {
        number_or("LOAD_DATA", c.load,
                  "{M -1.0,CM {X 0.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0},J {X 0.0,Y 0.0,Z 0.0}}")},
       {"ACC_AXIS", text(c.acceleration_percent)},
+      {"EXTERNAL_SPEEDS", external_speeds(c)},
       {"ACC_CP", kAccCp},
       {"LIN_LIMIT", kLinLimit},
       {"INTERRUPT_INPUT", text(c.first_interrupt)},

@@ -369,6 +369,21 @@ TEST(EkiFiles, TakeTheNumbersOfTheConfiguration) {
   EXPECT_NE(eki_files({}).at("cellcal_eki.src").find("$TOOL=$NULLFRAME"), std::string::npos);
 }
 
+TEST(EkiFiles, SetWhatAnotherProgramMayHaveLeftOfEveryAxisTheyMove) {
+  const std::string source = eki_files(two_external()).at("cellcal_eki.src");
+  const std::vector<std::string> main = body(source, "DEF CELLCAL_EKI");
+  for (const char* left : {"$TOOL=", "$BASE=", "$LOAD=", "$IPO_MODE=", "$ORI_TYPE=", "$VEL={CP ",
+                           "$ACC={CP ", "$ADVANCE="})
+    EXPECT_LT(line_of(main, left), line_of(main, "PTP $AXIS_ACT_MEAS")) << left;
+  const std::vector<std::string> move = body(source, "DEF CC_MOVE");
+  const std::size_t motion = std::min(line_of(move, "PTP CC_TARGET"), line_of(move, "LIN GOAL"));
+  for (const char* speed : {"$VEL_AXIS[I]=CC_PERCENT", "$ACC_AXIS[I]=50",
+                            "$VEL_EXTAX[I]=CC_PERCENT", "$ACC_EXTAX[I]=50"})
+    EXPECT_LT(line_of(move, speed), motion) << speed;
+  EXPECT_LT(line_of(move, "FOR I=1 TO 2"), line_of(move, "$VEL_EXTAX[I]"));
+  EXPECT_EQ(all(eki_files({})).find("EXTAX"), std::string::npos) << "there is none to set";
+}
+
 TEST(EkiFiles, AreRefusedByTheKeyThatIsWrong) {
   const std::pair<const char*, std::function<void(EkiFilesConfig&)>> cases[] = {
       {"address", [](EkiFilesConfig& c) { c.address = "krc"; }},
