@@ -18,6 +18,8 @@ constexpr int kAxes = 6;
 // Values that wait per element before EKI closes the connection: the adapter's window of at most 8
 // and its three stops, with room.
 constexpr int kBufferLimit = 16;
+// Between two looks at whether the channel is still there.
+constexpr int kLookMs = 3000;
 // m/s. LIN is for searches and for backing off; T1's limit is the highest that makes sense.
 constexpr const char* kLinLimit = "0.25";
 // m/s^2. At 10 mm/s the ramp is 0.1 mm long.
@@ -235,6 +237,7 @@ krl::Places places_of(const EkiFilesConfig& c) {
       {"TIMER_SEND", text(c.first_timer + 1)},
       {"TIMER_DEAD", text(c.first_timer + 2)},
       {"STATE_MS", text(c.state_ms)},
+      {"LOOK_STATES", text(kLookMs / c.state_ms)},
       {"DEAD_MAN_MS", text(c.dead_man_ms)},
       {"RECEIVE_AXES", axes("      <ELEMENT Tag=\"RobotCommand/{1}/@{0}\" Type=\"REAL\"/>")},
       {"SEND_AXES", axes("      <ELEMENT Tag=\"RobotState/{1}/@{0}\"/>")},

@@ -44,6 +44,9 @@ struct EkiPrograms {
   /// One step towards a robot program that is cancelled; until it is, the move counts as under way.
   void end_program();
   void watch_connection(TimePoint now);
+  void open_channel();
+  /// CC_LOOK: a channel that the controller has deleted is made and opened anew.
+  void look_at_channel();
   /// CC_FRAME: one frame of $config.dat, read or set, once the arm has stood for a while.
   void attend_frame(TimePoint now);
   void take_frame_telegram(TimePoint now);
@@ -105,7 +108,9 @@ struct EkiPrograms {
 
   // what the submit program knows
   std::uint32_t session = 0, heard = 0, last_id = 0, reported_id = 0, bad = 0;
-  TimePoint heard_at{}, reopen_at{};
+  TimePoint heard_at{};
+  std::optional<TimePoint> reopen_at;
+  int looks = 0;
   bool was_connected = false, fresh_session = false, ending = false;
   EkiOutcome outcome = EkiOutcome::kNone;
 

@@ -120,6 +120,7 @@ void EkiPrograms::run_submit(TimePoint now, const Faults& faults) {
   if (!faults.deaf && has_frames) attend_frame(now);
   watch(now);
   if (!faults.muted) send_state(now);
+  look_at_channel();
 }
 
 void EkiPrograms::take_edges(TimePoint now) {

@@ -203,7 +203,20 @@ void EkiPrograms::watch_connection(TimePoint now) {
     }
     reopen_at = now + std::chrono::milliseconds(config.reopen_ms);
   }
-  if (now >= reopen_at) channel.open();
+  if (!reopen_at || now < *reopen_at) return;
+  reopen_at.reset();
+  open_channel();
+}
+
+void EkiPrograms::open_channel() {
+  channel.init();
+  channel.open();
+}
+
+void EkiPrograms::look_at_channel() {
+  if (++looks < config.look_ms / config.state_ms) return;
+  looks = 0;
+  if (!channel.exists()) open_channel();
 }
 
 std::vector<double> EkiPrograms::noisy(std::vector<double> rad) {

@@ -371,6 +371,30 @@ TEST_F(EkiKrc, OpensItsPortAgainAfterAClientHasGone) {
   EXPECT_EQ(krc->session(), 0u);
 }
 
+TEST_F(EkiKrc, MakesAChannelAnewThatTheControllerDeletedWhileNobodyWasConnected) {
+  make();
+  krc->disconnect();
+  run(300ms);
+  krc->reconfigure_io();
+  run(100ms);
+  EXPECT_FALSE(krc->connect());
+  run(3s);
+  EXPECT_TRUE(krc->connect());
+}
+
+TEST_F(EkiKrc, StopsTheArmWhereItsChannelIsDeletedAndListensAgain) {
+  make();
+  go(170);
+  run(200ms);
+  ASSERT_TRUE(krc->moving());
+  krc->reconfigure_io();
+  run(500ms);
+  EXPECT_FALSE(krc->moving());
+  EXPECT_LT(a1_deg(), 90.0);
+  EXPECT_EQ(krc->session(), 0u);
+  EXPECT_TRUE(krc->connect());
+}
+
 TEST_F(EkiKrc, GivesTheSameBitsForTheSameSeed) {
   EkiControllerConfig config = usual();
   config.noise_sigma_deg = 0.001;

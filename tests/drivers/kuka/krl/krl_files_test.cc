@@ -325,6 +325,18 @@ TEST(EkiFiles, ClearTheChannelOnlyWhereItHasBeenOpen) {
   EXPECT_LT(line_of(link, "CC_CLEAR ( )"), line_of(link, "CC_OPEN ( )"));
 }
 
+TEST(EkiFiles, LookEveryThreeSecondsWhetherTheChannelIsStillThere) {
+  EkiFilesConfig config;
+  const std::string sub = eki_files(config).at("cellcal_sub.sub");
+  line_of(body(sub, "DEF CELLCAL_SUB"), "CC_LOOK ( )");
+  const std::vector<std::string> look = body(sub, "DEF CC_LOOK");
+  const std::size_t lost = line_of(look, "IF RET.Msg_No<>0 THEN");
+  EXPECT_LT(line_of(look, "IF CC_LOOKS<150 THEN"), lost) << "states of 20 ms";
+  EXPECT_EQ(line_of(look, "RET=EKI_CheckBuffer("), lost - 1);
+  EXPECT_LT(lost, line_of(look, "RET=EKI_Init("));
+  EXPECT_LT(line_of(look, "RET=EKI_Init("), line_of(look, "RET=EKI_Open("));
+}
+
 TEST(EkiFiles, LeaveTimeToOtherSubmitProgramsAndReturnToTheOneThatCalls) {
   const ControllerFiles files = eki_files({});
   for (const std::string& line : body(files.at("cellcal_sub.sub"), "DEF CELLCAL_SUB")) {
