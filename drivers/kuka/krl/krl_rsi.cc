@@ -8,6 +8,7 @@
 #include "drivers/error.h"
 #include "drivers/kuka/krl/krl_files.h"
 #include "drivers/kuka/krl/krl_rsi_drawing.h"
+#include "drivers/kuka/krl/krl_rsi_fence.h"
 #include "drivers/kuka/krl/krl_template.h"
 #include "drivers/kuka/wire/xml_values.h"
 
@@ -75,6 +76,23 @@ std::string part(const std::string& name, const krl::Places& places) {
   std::erase(text, '\r');
   if (!text.empty()) text.pop_back();
   return text;
+}
+
+/// The narrower limits that the program sets at each start, and the program's end where it cannot.
+constexpr const char* kFenceCall =
+    R"(  ;narrower limits than the context's, which are the same for all axes and on both sides
+  IF CC_FENCE(CONTID)==FALSE THEN
+    ;the arm stands beyond one of them, or RSI has refused it
+    LOOP
+      HALT
+    ENDLOOP
+  ENDIF)";
+
+void add_fence(const RsiFilesConfig& c, krl::Places& places) {
+  places["FENCE_CALL"] = c.space.on ? "" : kFenceCall;
+  places["FENCE_AXES"] = krl::fence_axes(c);
+  places["CORRECTION_LIMIT"] = decimal(c.correction_limit_deg);
+  places["FENCE"] = c.space.on ? "" : part("fence.src.in", places);
 }
 
 void add_correction(const RsiFilesConfig& c, krl::Places& places) {
@@ -149,6 +167,7 @@ krl::Places places_of(const RsiFilesConfig& c) {
                  "{M -1.0,CM {X 0.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0},J {X 0.0,Y 0.0,Z 0.0}}")},
   };
   add_correction(c, places);
+  add_fence(c, places);
   return places;
 }
 
@@ -223,6 +242,10 @@ void RsiFilesConfig::validate() const {
   check_number("timeout_cycles", timeout_cycles, 1, 1000);
   check_number("flag", flag, 1, 999);
   check_number("correction_limit_deg", correction_limit_deg, 0.1, 360.0);
+  if (!ranges_deg.empty() && ranges_deg.size() < static_cast<std::size_t>(kRsiAxes)) {
+    throw ConfigError(
+        fmt::format("controller files: ranges of {} axes, RSI corrects six", ranges_deg.size()));
+  }
   check_number("tool", tool, 0, 128);
   check_number("base", base, 0, 128);
   check_number("load", load, 0, 128);

@@ -5,6 +5,7 @@
 
 #include "drivers/error.h"
 #include "drivers/kuka/krl/krl_findings.h"
+#include "drivers/kuka/krl/krl_rsi_fence.h"
 #include "drivers/kuka/krl/krl_rsi_set.h"
 #include "drivers/kuka/wire/xml_values.h"
 
@@ -190,6 +191,7 @@ void check_program(const ControllerFiles& files, const RsiFilesConfig& config, C
   for (const auto& [name, text] : files) {
     if (!name.ends_with(".src") && !name.ends_with(".SRC")) continue;
     if (config.space.on) krl::check_frames(name, text, config, findings);
+    if (!config.space.on) krl::check_fence(name, text, config, findings);
     check_ends(name, text, findings);
     for (const auto& [line, number] : krl::statements(text)) {
       const std::size_t at = line.find("RSI_ON(");

@@ -115,6 +115,23 @@ TEST_F(kuka_files, that_were_made_pass_and_that_were_edited_are_refused_by_line)
   EXPECT_EQ(json.at("objections").size(), 2u);
 }
 
+TEST_F(kuka_files, of_rsi_keep_the_ranges_of_the_cells_robot) {
+  configure("[rsi]\nbind = \"10.0.0.5\"\n");
+  const std::string cell = CELLCAL_DEMO_CELL;
+  const Outcome without = make({"--wire", "rsi"});
+  EXPECT_NE(without.out.find("no --cell CELL"), std::string::npos) << without.out;
+  const std::vector<std::string> verify{CELLCAL, "kuka-files",  "--config", dir / "d.toml",
+                                        "--wire", "rsi",        "--verify", dir / "krc/new",
+                                        "--cell", cell};
+  const Outcome wide = run_program(verify);
+  EXPECT_EQ(wide.status, 0) << wide.err;
+  EXPECT_NE(wide.out.find("without the cell's ranges"), std::string::npos) << wide.out;
+  ASSERT_EQ(make({"--wire", "rsi", "--cell", cell}).status, 0);
+  EXPECT_NE(content(dir / "krc/new/cellcal_rsi.src").find("CC_LOW($SOFTN_END[1],-155.1,"),
+            std::string::npos);
+  EXPECT_EQ(run_program(verify).out.rfind("ok", 0), 0U);
+}
+
 TEST_F(kuka_files, need_a_folder_to_go_to_or_one_to_look_at) {
   configure("");
   const Outcome neither = run_program({CELLCAL, "kuka-files", "--config", dir / "d.toml"});

@@ -463,6 +463,39 @@ TEST(RsiFiles, DeleteContextsThatWereLeftBeforeTheyMakeTheirs) {
   EXPECT_LT(line_of(main, "RET=RSI_RESET()"), line_of(main, "RET=RSI_CREATE("));
 }
 
+/// A1 from -155 to 120 deg, the others as far as any.
+RsiFilesConfig with_ranges(int version) {
+  RsiFilesConfig config = some_pc(version);
+  config.ranges_deg.assign(6, {});
+  config.ranges_deg[0] = {-155.0, 120.0};
+  return config;
+}
+
+TEST(RsiFiles, FenceEachAxisByItsSwitchesAndItsRangeFromWhereTheArmStands) {
+  for (const int version : {3, 4}) {
+    const std::string source = rsi_files(with_ranges(version)).at("cellcal_rsi.src");
+    const std::vector<std::string> main = body(source, "DEF CELLCAL_RSI");
+    const std::size_t call = line_of(main, "IF CC_FENCE(CONTID)==FALSE THEN");
+    EXPECT_LT(line_of(main, "RET=RSI_CREATE("), call);
+    EXPECT_LT(call, line_of(main, "RET=RSI_ON("));
+    const std::vector<std::string> fence = body(source, "DEFFCT BOOL CC_FENCE");
+    const std::string object = version == 3 ? "AXISCORR1" : "AxisCorr_1";
+    for (const auto& [value, parameter] :
+         {std::pair{"CC_LOW($SOFTN_END[1],-155.1,$AXIS_ACT_MEAS.A1)", "LowerLimA1"},
+          std::pair{"CC_HIGH($SOFTP_END[1],120.1,$AXIS_ACT_MEAS.A1)", "UpperLimA1"},
+          std::pair{"CC_HIGH($SOFTP_END[6],360.1,$AXIS_ACT_MEAS.A6)", "UpperLimA6"}}) {
+      const std::size_t set = line_of(fence, std::string("LIMIT=") + value);
+      EXPECT_EQ(fence.at(set + 1),
+                "RET=RSI_SetPublicPar(CONTID,\"" + object + "\",\"" + parameter + "\",LIMIT)");
+    }
+    EXPECT_EQ(line_of(body(source, "DEFFCT REAL CC_LOW"), "LIMIT=-45.5"), 5U);
+    for (const std::string& complaint : check_krl(source)) ADD_FAILURE() << complaint;
+  }
+  RsiFilesConfig space = some_pc(4);
+  space.space.on = true;
+  EXPECT_EQ(rsi_files(space).at("cellcal_rsi.src").find("CC_"), std::string::npos);
+}
+
 TEST(RsiFiles, HoldOnTheAxesAndNotOnTheStop) {
   const std::string text = rsi_files(some_pc(4)).at("cellcal_rsi_ethernet.xml");
   pugi::xml_document document;

@@ -111,6 +111,30 @@ TEST(RsiSet, IsRefusedByFileLineAndWords) {
   }
 }
 
+TEST(RsiSet, HasTheFenceOfTheCell) {
+  RsiFilesConfig config = rsi_config();
+  const ControllerFiles without_cell = rsi_files(config);
+  config.ranges_deg.assign(6, {-170.0, 170.0});
+  EXPECT_EQ(verdict(rsi_files(config), config), "");
+  EXPECT_EQ(verdict(rsi_files(config), rsi_config()), "") << "the ranges are not known";
+  EXPECT_EQ(verdict(without_cell, config).rfind("warned cellcal_rsi.src:", 0), 0U);
+  ControllerFiles other = rsi_files(config);
+  replace(other, "cellcal_rsi.src", "170.1,$AXIS_ACT_MEAS.A3", "90.1,$AXIS_ACT_MEAS.A3");
+  EXPECT_NE(verdict(other, config).find("LowerLimA3 is not LIMIT=CC_LOW($SOFTN_END[3],-170.1"),
+            std::string::npos)
+      << verdict(other, config);
+  ControllerFiles none = rsi_files(config);
+  std::string& program = none.at("cellcal_rsi.src");
+  for (std::size_t at = program.find("RSI_SetPublicPar"); at != std::string::npos;
+       at = program.find("RSI_SetPublicPar"))
+    program.replace(at, 3, "NOT");
+  EXPECT_NE(verdict(none, config)
+                .find("no RSI_SetPublicPar: the correction is limited by "
+                      "correction_limit_deg = 90 on both sides"),
+            std::string::npos)
+      << verdict(none, config);
+}
+
 TEST(RsiSet, OfTheOtherModeNeedsTheOtherHold) {
   const std::string said =
       verdict(rsi_files(rsi_config()), rsi_config(), CorrectionMode::kRelative);
