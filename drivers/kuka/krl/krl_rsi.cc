@@ -15,6 +15,8 @@
 namespace cellcal::drivers {
 namespace {
 
+using krl::decimal;
+
 constexpr int kRsiAxes = 6;
 
 /// The six values of a correction: "A1" to "A6", or "X" to "C" in space.
@@ -32,12 +34,6 @@ std::string per_value(const RsiFilesConfig& c, std::string_view form, int first)
     text += fmt::format(fmt::runtime(form), i + 1, first + i, name_of(c, i));
   }
   return text;
-}
-
-/// Whole: what is rounded down would clamp before the adapter does.
-std::string decimal(double value) {
-  const std::string text = fmt::to_string(value);
-  return text.find('.') == std::string::npos ? text + ".0" : text;
 }
 
 /// RSI 3 numbers from 1 and leaves six numbers to the external axes, RSI 4 counts on from 0. Only

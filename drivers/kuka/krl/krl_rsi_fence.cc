@@ -16,6 +16,11 @@ const char* corrector(const RsiFilesConfig& config) {
 
 }  // namespace
 
+std::string decimal(double value) {
+  const std::string text = fmt::to_string(value);
+  return text.find('.') == std::string::npos ? text + ".0" : text;
+}
+
 std::vector<FenceLimit> fence_limits(const RsiFilesConfig& config) {
   std::vector<FenceLimit> limits;
   for (std::size_t i = 0; i < kFencedAxes; ++i) {
@@ -64,6 +69,17 @@ void check_fence(const std::string& name, const std::string& text, const RsiFile
         "no RSI_SetPublicPar: the correction is limited by correction_limit_deg = {:g} on both "
         "sides of the start, not by the software limit switches. Make the files again",
         config.correction_limit_deg);
+  }
+  for (const char* sign : {"-", ""}) {
+    const std::string limit = fmt::format("LIMIT={}{}", sign, decimal(config.correction_limit_deg));
+    const auto set = std::find_if(lines.begin(), lines.end(),
+                                  [&](const auto& one) { return one.value == limit; });
+    if (set != lines.end()) continue;
+    return findings.refuse(
+        name, on->line,
+        "the fence does not hold {}: it is not that of correction_limit_deg, and "
+        "moves could be silently clamped. Make the files again",
+        limit);
   }
   RsiFilesConfig switches_alone = config;
   switches_alone.ranges_deg.clear();

@@ -123,6 +123,9 @@ TEST(RsiSet, HasTheFenceOfTheCell) {
   EXPECT_NE(verdict(other, config).find("LowerLimA3 is not LIMIT=CC_LOW($SOFTN_END[3],-170.1"),
             std::string::npos)
       << verdict(other, config);
+  config.correction_limit_deg = 120.0;
+  EXPECT_NE(verdict(other, config).find("the fence does not hold LIMIT=-120.0"), std::string::npos);
+  config.correction_limit_deg = 90.0;
   ControllerFiles none = rsi_files(config);
   std::string& program = none.at("cellcal_rsi.src");
   for (std::size_t at = program.find("RSI_SetPublicPar"); at != std::string::npos;
