@@ -1,11 +1,15 @@
 #include "drivers/kuka/krl/krl_rsi_fence.h"
 
 #include <algorithm>
+#include <cmath>
+
+#include "drivers/kuka/wire/xml_values.h"
 
 namespace cellcal::drivers::krl {
 namespace {
 
 constexpr std::size_t kFencedAxes = 6;
+constexpr std::string_view kLimit = "LIMIT=";
 /// Measured angles, from which the limits are reckoned, differ by less from commanded ones: targets
 /// at the end of a range are still reached.
 constexpr double kRangeSlackDeg = 0.1;
@@ -70,16 +74,16 @@ void check_fence(const std::string& name, const std::string& text, const RsiFile
         "sides of the start, not by the software limit switches. Make the files again",
         config.correction_limit_deg);
   }
-  for (const char* sign : {"-", ""}) {
-    const std::string limit = fmt::format("LIMIT={}{}", sign, decimal(config.correction_limit_deg));
-    const auto set = std::find_if(lines.begin(), lines.end(),
-                                  [&](const auto& one) { return one.value == limit; });
-    if (set != lines.end()) continue;
-    return findings.refuse(
-        name, on->line,
-        "the fence does not hold {}: it is not that of correction_limit_deg, and "
-        "moves could be silently clamped. Make the files again",
-        limit);
+  for (const Placed<std::string>& one : lines) {
+    double limit_deg = 0.0;
+    if (!one.value.starts_with(kLimit) ||
+        !wire::parse_number(one.value.substr(kLimit.size()), limit_deg) ||
+        std::abs(limit_deg) >= config.correction_limit_deg)
+      continue;
+    return findings.refuse(name, one.line,
+                           "the fence is {:g} deg, [rsi] correction_limit_deg is {:g}: moves would "
+                           "be silently clamped. Make the files again",
+                           std::abs(limit_deg), config.correction_limit_deg);
   }
   RsiFilesConfig switches_alone = config;
   switches_alone.ranges_deg.clear();
@@ -89,8 +93,8 @@ void check_fence(const std::string& name, const std::string& text, const RsiFile
     const std::string value = config.ranges_deg.empty()
                                   ? wide[i].value.substr(0, wide[i].value.find(',') + 1)
                                   : wanted[i].value;
-    if (first("LIMIT=" + value) != lines.end()) continue;
-    if (first("LIMIT=" + wide[i].value) != lines.end()) {
+    if (first(std::string(kLimit) + value) != lines.end()) continue;
+    if (first(std::string(kLimit) + wide[i].value) != lines.end()) {
       return findings.warn(name, on->line,
                            "the fence is that of the software limit switches alone, without the "
                            "cell's ranges. Make the files again with the cell file (--cell)");

@@ -124,7 +124,8 @@ TEST(RsiSet, HasTheFenceOfTheCell) {
             std::string::npos)
       << verdict(other, config);
   config.correction_limit_deg = 120.0;
-  EXPECT_NE(verdict(other, config).find("the fence does not hold LIMIT=-120.0"), std::string::npos);
+  EXPECT_NE(verdict(other, config).find("the fence is 90 deg, [rsi] correction_limit_deg is 120"),
+            std::string::npos);
   config.correction_limit_deg = 90.0;
   ControllerFiles none = rsi_files(config);
   std::string& program = none.at("cellcal_rsi.src");
