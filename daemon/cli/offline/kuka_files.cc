@@ -27,6 +27,11 @@ std::string place_of(const std::string& name) {
   return R"(KRC:\R1\Program)";
 }
 
+/// A deployment makes the controller what the project holds.
+constexpr const char* kIntoProject =
+    "with a WorkVisual project: add the files to the project, too, its next deployment may remove "
+    "what was only copied (drivers/kuka/krl/README.md, 'WorkVisual')\n";
+
 /// What else of the controller they use.
 std::string resources(const DaemonConfig& config, bool eki) {
   if (!eki) {
@@ -111,7 +116,7 @@ int kuka_files(const KukaFilesCommand& command) {
     words += fmt::format("{:<40} {}\n", one["file"].get<std::string>(),
                          one["goes_to"].get<std::string>());
   }
-  words += resources(config, eki);
+  words += resources(config, eki) + kIntoProject;
   if (!eki && !cell && !config.rsi_files.space.on) {
     words +=
         "no --cell CELL: the program keeps the axes within the software limit switches, not "

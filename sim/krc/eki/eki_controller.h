@@ -31,6 +31,7 @@ struct EkiControllerConfig {
   int cycle_ms = 4;                       ///< in which positions are interpolated
   int interrupt_ms = 12;                  ///< in which interrupts are looked at
   int state_ms = 20;                      ///< the submit program's loop
+  int idle_state_ms = 24;                 ///< likewise while nobody is obeyed
   int dead_man_ms = 250;                  ///< as the program has it
   int reopen_ms = 100;                    ///< the port after a client has gone
   int look_ms = 3000;             ///< between two looks at whether the channel is still there

@@ -47,6 +47,8 @@ struct EkiPrograms {
   void open_channel();
   /// CC_LOOK: a channel that the controller has deleted is made and opened anew.
   void look_at_channel();
+  /// CC_TIME.
+  void time_pass(TimePoint now);
   /// CC_FRAME: one frame of $config.dat, read or set, once the arm has stood for a while.
   void attend_frame(TimePoint now);
   void take_frame_telegram(TimePoint now);
@@ -111,6 +113,8 @@ struct EkiPrograms {
   TimePoint heard_at{};
   std::optional<TimePoint> reopen_at;
   int looks = 0;
+  TimePoint pass_at{};
+  std::int64_t pass_ms = 0;
   bool was_connected = false, fresh_session = false, ending = false;
   EkiOutcome outcome = EkiOutcome::kNone;
 

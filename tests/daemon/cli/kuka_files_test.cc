@@ -36,6 +36,8 @@ TEST_F(kuka_files, writes_the_set_of_the_configuration_and_says_where_it_goes) {
   ASSERT_EQ(outcome.status, 0) << outcome.err;
   EXPECT_NE(outcome.out.find("EthernetKRL"), std::string::npos) << outcome.out;
   EXPECT_NE(outcome.out.find("$IN[33]"), std::string::npos) << outcome.out;
+  EXPECT_NE(outcome.out.find("WorkVisual project: add the files"), std::string::npos)
+      << "a deployment may remove what was copied: " << outcome.out;
   const std::filesystem::path folder = dir.path() / "krc/new";
   EXPECT_NE(content(folder / "CellcalEki.xml").find("<IP>10.1.2.3</IP>"), std::string::npos);
   EXPECT_NE(content(folder / "cellcal_eki.src").find("$IN[33]==TRUE"), std::string::npos);

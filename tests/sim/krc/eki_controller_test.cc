@@ -100,6 +100,24 @@ TEST_F(EkiKrc, SendsFiftyStatesASecond) {
   EXPECT_EQ(states, 100);
 }
 
+TEST_F(EkiKrc, TellsItsLongestPassWhileSomebodyIsObeyedAndIsSlowerOtherwise) {
+  make();
+  run(200ms);
+  EXPECT_EQ(state.pass_ms, 12U) << "20 ms, in steps of $TIMER";
+  krc->halt_submit(true);
+  run(100ms);
+  krc->halt_submit(false);
+  run(20ms);
+  EXPECT_GE(state.pass_ms, 96U);
+  run(40ms);
+  EXPECT_EQ(state.pass_ms, 12U);
+  tell(5);  // bye
+  run(40ms);
+  states = 0;
+  run(240ms);
+  EXPECT_EQ(states, 10);
+}
+
 TEST_F(EkiKrc, MovesAtThePercentItIsToldAndRampsAtBothEnds) {
   make();
   double fastest = 0.0, steepest = 0.0, speed = 0.0,
@@ -378,7 +396,7 @@ TEST_F(EkiKrc, MakesAChannelAnewThatTheControllerDeletedWhileNobodyWasConnected)
   krc->reconfigure_io();
   run(100ms);
   EXPECT_FALSE(krc->connect());
-  run(3s);
+  run(4s);
   EXPECT_TRUE(krc->connect());
 }
 

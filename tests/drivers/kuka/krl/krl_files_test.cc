@@ -342,6 +342,10 @@ TEST(EkiFiles, LeaveTimeToOtherSubmitProgramsAndReturnToTheOneThatCalls) {
   for (const std::string& line : body(files.at("cellcal_sub.sub"), "DEF CELLCAL_SUB")) {
     EXPECT_NE(line, "LOOP") << "sps.sub calls it, and has other things to do";
   }
+  const std::vector<std::string> pass = body(files.at("cellcal_sub.sub"), "DEF CELLCAL_SUB");
+  EXPECT_EQ(line_of(pass, "IF CC_SESSION==0 THEN") + 1, line_of(pass, "WAIT SEC 0.012"))
+      << "where nobody is obeyed, and never where a stop telegram may come";
+  EXPECT_LT(line_of(pass, "CC_TIME ( )"), line_of(pass, "CC_LINK ( )"));
   const std::vector<std::string> loop = body(files.at("cellcal_loop.sub"), "DEF CELLCAL_LOOP");
   EXPECT_LT(line_of(loop, "CELLCAL_SUB ( )"), line_of(loop, "WAIT SEC"));
 }
