@@ -69,6 +69,10 @@ VirtualCellOptions rsi_options(const DaemonConfig& config, const calib::Cell& ce
   options.controller.clamp_deg = config.rsi.correction_limit_deg.at(0);
   options.controller.monitor_deg = config.rsi.correction_limit_deg.at(0);
   options.rsi = rsi_config_for(config, cell);
+  for (const drivers::AxisLimit& limit : options.rsi.limits) {
+    options.controller.fence_min_rad.push_back(limit.min_rad);
+    options.controller.fence_max_rad.push_back(limit.max_rad);
+  }
   const bool relative = options.rsi.mode == drivers::CorrectionMode::kRelative;
   options.controller.mode = relative ? sim::RsiMode::kRelative : sim::RsiMode::kAbsolute;
   options.controller.hold_on = options.rsi.hold_on;

@@ -375,6 +375,15 @@ drivers::RsiConfig rsi_config_for(const DaemonConfig& config, const calib::Cell&
   return rsi;
 }
 
+drivers::RsiFilesConfig rsi_files_for(const DaemonConfig& config, const calib::Cell& cell) {
+  drivers::RsiFilesConfig files = config.rsi_files;
+  for (const calib::Joint& joint : cell.robot.joints) {
+    files.ranges_deg.push_back(
+        {joint.min_rad * calib::kDegPerRad, joint.max_rad * calib::kDegPerRad});
+  }
+  return files;
+}
+
 drivers::EkiConfig eki_config_for(const DaemonConfig& config, const calib::Cell& cell) {
   drivers::EkiConfig eki = config.eki;
   const std::size_t axes = 6 + static_cast<std::size_t>(config.controller.external_axes);

@@ -96,5 +96,8 @@ double correction_limit_rad(const DaemonConfig& config);
 /// Throws drivers::ConfigError where the robot file lacks a limit.
 drivers::RsiConfig rsi_config_for(const DaemonConfig& config, const calib::Cell& cell);
 drivers::EkiConfig eki_config_for(const DaemonConfig& config, const calib::Cell& cell);
+/// RSI's controller files with the ranges of this cell's first six axes. Throws
+/// drivers::ConfigError where it has fewer.
+drivers::RsiFilesConfig rsi_files_for(const DaemonConfig& config, const calib::Cell& cell);
 
 }  // namespace cellcal::daemon

@@ -50,7 +50,7 @@ void examine(const DoctorRequest& request, Findings& findings) {
   const std::optional<DaemonConfig> config = look_at_config(request, findings);
   if (!config) return;
   const std::optional<calib::Cell> cell = look_at_cell(request, *config, findings);
-  look_at_files(request, *config, findings);
+  look_at_files(request, *config, cell, findings);
   const std::optional<DaemonSeen> daemon = look_at_daemon(*config, findings);
   if (daemon) look_at_plant(*config, findings);
   const std::optional<ProcessRights> rights = daemon ? daemon->rights : std::nullopt;

@@ -10,6 +10,8 @@ namespace {
 
 // The programs send every 20 ms, or every loop of a busy submit interpreter.
 constexpr double kSlowStatesS = 0.060;
+// A pass every 20 ms is what the stops' figures hold for; $TIMER counts in steps of 12 ms.
+constexpr std::uint32_t kSlowPassMs = 36;
 constexpr int kFewestDecimals = 3;
 
 const char* mode_of(drivers::EkiMode mode) {
@@ -51,15 +53,20 @@ bool judge_states(const EkiSeen& seen, Findings& findings) {
                   "from one run of 'cellcal kuka-files'");
     return false;
   }
-  const std::string figures =
+  std::string figures =
       fmt::format("{} in {:.0f} s, every {:.1f} ms, jitter {:.1f} ms, longest gap {:.0f} ms",
                   s.states, seen.observed_s, s.cycle_s * calib::kMsPerS,
                   s.jitter_s * calib::kMsPerS, s.longest_gap_s * calib::kMsPerS);
+  if (s.longest_pass_ms > 0)
+    figures += fmt::format(", longest pass of CELLCAL_SUB {} ms", s.longest_pass_ms);
   if (seen.lost) {
     findings.fail(check, figures + "; link lost: " + seen.last_words,
                   "check the cable and the messages on the pendant");
-  } else if (s.cycle_s > kSlowStatesS) {
-    findings.warn(check, figures, "the submit interpreter is slow: remove other programs from it");
+  } else if (s.cycle_s > kSlowStatesS || s.longest_pass_ms > kSlowPassMs) {
+    findings.warn(
+        check, figures,
+        "the submit interpreter is slow, and stops over the network with it: remove other "
+        "programs from it, or call CELLCAL_SUB in one of its own");
   } else {
     findings.ok(check, figures);
   }

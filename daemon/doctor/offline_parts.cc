@@ -144,14 +144,16 @@ std::optional<calib::Cell> look_at_cell(const DoctorRequest& request, const Daem
 }
 
 std::vector<drivers::FileFinding> verify_folder(const DaemonConfig& config, WireKind wire,
-                                                const std::filesystem::path& folder) {
+                                                const std::filesystem::path& folder,
+                                                const std::optional<calib::Cell>& cell) {
   const drivers::ControllerFiles files = drivers::read_controller_folder(folder);
-  return wire == WireKind::kEki
-             ? drivers::verify_eki_files(files, config.controller)
-             : drivers::verify_rsi_files(files, config.rsi_files, config.rsi.mode);
+  if (wire == WireKind::kEki) return drivers::verify_eki_files(files, config.controller);
+  return drivers::verify_rsi_files(files, cell ? rsi_files_for(config, *cell) : config.rsi_files,
+                                   config.rsi.mode);
 }
 
-void look_at_files(const DoctorRequest& request, const DaemonConfig& config, Findings& findings) {
+void look_at_files(const DoctorRequest& request, const DaemonConfig& config,
+                   const std::optional<calib::Cell>& cell, Findings& findings) {
   const std::string check = "controller files";
   if (request.files.empty()) {
     if (wire_of(config) == WireKind::kRsi)
@@ -162,7 +164,7 @@ void look_at_files(const DoctorRequest& request, const DaemonConfig& config, Fin
     return;
   }
   try {
-    const auto objections = verify_folder(config, wire_of(config), request.files);
+    const auto objections = verify_folder(config, wire_of(config), request.files, cell);
     for (const drivers::FileFinding& one : objections) {
       if (one.refused) {
         findings.fail(check, to_string(one),

@@ -18,10 +18,13 @@ namespace cellcal::daemon {
 std::optional<calib::Cell> look_at_cell(const DoctorRequest& request, const DaemonConfig& config,
                                         Findings& findings);
 
-/// What can be said against the controller's files in a folder, for the wire.
+/// What can be said against the controller's files in a folder, for the wire. Without a cell the
+/// ranges of its axes are not compared.
 std::vector<drivers::FileFinding> verify_folder(const DaemonConfig& config, WireKind wire,
-                                                const std::filesystem::path& folder);
-void look_at_files(const DoctorRequest& request, const DaemonConfig& config, Findings& findings);
+                                                const std::filesystem::path& folder,
+                                                const std::optional<calib::Cell>& cell);
+void look_at_files(const DoctorRequest& request, const DaemonConfig& config,
+                   const std::optional<calib::Cell>& cell, Findings& findings);
 
 /// The daemon on its socket. Nothing: it does not answer.
 struct DaemonSeen {

@@ -100,7 +100,7 @@ const char* control_help() {
   return "Commands: estop, release, drives on|off, t1, t2, aut, start on|off (the start key, in T1 "
          "and T2), cancel (the program), reset (acknowledge, select and start it again), unplug, "
          "plug (the cable), status; RSI alone: block on|off (the axes); EKI alone: override "
-         "PERCENT.";
+         "PERCENT, reconfigure (the I/Os).";
 }
 
 std::string obey(KrcUdp& krc, std::string_view line) {
@@ -142,6 +142,8 @@ std::string obey(EkiServer& krc, std::string_view line) {
     krc.with([&](EkiController& c) { c.set_override(percent); });
   } else if (words.size() == 1 && words[0] == "reset") {
     krc.with([](EkiController& c) { c.start_program(); });
+  } else if (words.size() == 1 && words[0] == "reconfigure") {
+    krc.with([](EkiController& c) { c.reconfigure_io(); });
   } else if (words.size() != 1 || words[0] != "status") {
     known = common<EkiServer, EkiController>(krc, words, mode_of);
   }

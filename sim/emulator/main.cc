@@ -89,6 +89,10 @@ int run_rsi(const sim::EmulatorOptions& options, const calib::Cell& cell) {
     if (options.max_acceleration_deg_s2 > 0.0)
       controller.max_acceleration_rad_s2.push_back(options.max_acceleration_deg_s2 * kRadPerDeg);
   }
+  if (!options.rsi_context.empty()) {
+    controller.fence_min_rad = controller.soft_min_rad;
+    controller.fence_max_rad = controller.soft_max_rad;
+  }
   controller.start_rad = start_of(options, cell);
   controller.arm = sim::make_cartesian_arm(cell);
   sim::ContactWatch watch(emulated.physical, [&](drivers::TimePoint t, bool closed) {

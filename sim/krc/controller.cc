@@ -17,6 +17,9 @@ constexpr double kT1MmS = 250.0;
 // 250 mm/s at the flange, as a share of an axis' full speed on an arm of 1.4 m.
 constexpr double kT1Share = 0.06;
 
+// As the program widens the cell's ranges by it.
+constexpr double kRangeSlackDeg = 0.1;
+
 using drivers::kMaxAxes;
 
 std::string axis_name(std::size_t i) {
@@ -80,6 +83,8 @@ struct Controller::Impl {
     }
     check_size(config.max_speed_rad_s, axes, "max_speed_rad_s");
     check_size(config.max_acceleration_rad_s2, axes, "max_acceleration_rad_s2");
+    check_size(config.fence_min_rad, axes, "fence_min_rad");
+    check_size(config.fence_max_rad, axes, "fence_max_rad");
     check_size(config.soft_min_rad, axes, "soft_min_rad");
     check_size(config.soft_max_rad, axes, "soft_max_rad");
     if (config.ipoc_step == 0) config.ipoc_step = config.cycle_ms;
@@ -105,7 +110,23 @@ struct Controller::Impl {
     phase = RsiPhase::kRunning;
     if (e_stop) return end(RsiPhase::kFaulted, "EMERGENCY STOP is pressed");
     if (!drives_on) return end(RsiPhase::kFaulted, "Drives are off");
-    if (manual() && !start_held) end(RsiPhase::kFaulted, "Start key is not held");
+    if (manual() && !start_held) return end(RsiPhase::kFaulted, "Start key is not held");
+    set_fence();
+  }
+
+  // CC_FENCE: where the arm stands beyond a limit the program halts before RSI_ON.
+  void set_fence() {
+    low_deg.assign(axes, -config.clamp_deg);
+    high_deg.assign(axes, config.clamp_deg);
+    for (std::size_t i = 0; i < axes; ++i) {
+      const auto from_here = [&](double end_rad) { return (end_rad - actual[i]) * kDegPerRad; };
+      if (i < config.fence_min_rad.size())
+        low_deg[i] = std::max(low_deg[i], from_here(config.fence_min_rad[i]) - kRangeSlackDeg);
+      if (i < config.fence_max_rad.size())
+        high_deg[i] = std::min(high_deg[i], from_here(config.fence_max_rad[i]) + kRangeSlackDeg);
+      if (low_deg[i] > 0.0 || high_deg[i] < 0.0)
+        return end(RsiPhase::kFaulted, "HALT: " + axis_name(i) + " stands beyond its range");
+    }
   }
 
   bool manual() const { return mode != OperatingMode::kAut; }
@@ -164,7 +185,7 @@ struct Controller::Impl {
       const bool of_axis = from.role == RsiRole::kAxis || from.role == RsiRole::kExternal;
       if (of_axis && axis < axes) {
         const double whole = inputs[i] + (relative ? axis_deg[axis] : 0.0);
-        axis_deg[axis] = std::clamp(whole, -config.clamp_deg, config.clamp_deg);
+        axis_deg[axis] = std::clamp(whole, low_deg[axis], high_deg[axis]);
       } else if (from.role == RsiRole::kCartesian) {
         const double whole = inputs[i] + (relative ? wanted[from.index] : 0.0);
         const double limit = from.index < 3 ? config.clamp_mm : HUGE_VAL;
@@ -324,6 +345,7 @@ struct Controller::Impl {
   std::vector<double> base, setpoint, actual, speed_rad_s;
   std::vector<double> inputs;    // what the ETHERNET object puts out, one per received value
   std::vector<double> axis_deg;  // corrections in force
+  std::vector<double> low_deg, high_deg;  // their limits
   KukaFrame frame{};
   drivers::TimePoint tick_at{};
   bool ticked = false, blocked = false, halted = false;

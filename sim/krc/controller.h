@@ -56,6 +56,9 @@ struct ControllerConfig {
   bool timeout_counts_total = false;                     ///< which one KUKA means is stated nowhere
   bool first_frame_only_ipoc = false;                    ///< RSI 2's habit
   double clamp_deg = 90.0;                               ///< AXISCORR's limit: clamps in silence
+  /// CELLCAL_RSI's fence: at RSI_ON AXISCORR's limits are set to the ends of these ranges, within
+  /// clamp_deg. Empty: a program that sets none.
+  std::vector<double> fence_min_rad, fence_max_rad;
   double monitor_deg = 90.0;                             ///< AXISCORRMON: stops with KSS29000
   double clamp_mm = 1000.0, clamp_turn_deg = 180.0;      ///< POSCORR's, likewise
   double monitor_mm = 1000.0, monitor_turn_deg = 180.0;  ///< POSCORRMON's

@@ -110,7 +110,8 @@ void add_kuka_files(CLI::App& app, int& status) {
       "They are made from [rsi] or [eki], and [controller], of the daemon's configuration. How "
       "to\ninstall them, and what to check before the first motion: "
       "drivers/kuka/krl/README.md.\nExample: cellcal kuka-files --config cellcald.toml -o "
-      "krc\n         cellcal kuka-files --config cellcald.toml --verify backup/SensorInterface");
+      "krc --cell cell.toml\n         cellcal kuka-files --config cellcald.toml --verify "
+      "backup/SensorInterface");
   command->add_option("--config", given->config, "The daemon's configuration")
       ->capture_default_str();
   CLI::Option* output =
@@ -120,6 +121,9 @@ void add_kuka_files(CLI::App& app, int& status) {
                    "Write nothing; compare the installed or edited files in this folder with "
                    "the configuration and list what is wrong")
       ->excludes(output);
+  command->add_option(
+      "--cell", given->cell,
+      "Cell file: RSI's program keeps the axes within the ranges of its robot, too");
   command->add_option("--wire", given->wire, "rsi or eki [the configuration's backend]")
       ->check(CLI::IsMember({"rsi", "eki"}));
   command->add_flag("--json", given->json, "Print the written files and their places as JSON");

@@ -2,6 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "calib/files/files.h"
 #include "daemon/cli/offline/exit_status.h"
 #include "daemon/cli/offline/offline.h"
 #include "daemon/config/config.h"
@@ -26,6 +27,11 @@ std::string place_of(const std::string& name) {
   return R"(KRC:\R1\Program)";
 }
 
+/// A deployment makes the controller what the project holds.
+constexpr const char* kIntoProject =
+    "with a WorkVisual project: add the files to the project, too, its next deployment may remove "
+    "what was only copied (drivers/kuka/krl/README.md, 'WorkVisual')\n";
+
 /// What else of the controller they use.
 std::string resources(const DaemonConfig& config, bool eki) {
   if (!eki) {
@@ -43,9 +49,10 @@ std::string resources(const DaemonConfig& config, bool eki) {
 }
 
 /// Exit status 1, with the first refusal as the reason, where a file must not be used.
-int verify(const KukaFilesCommand& command, const DaemonConfig& config, bool eki) {
+int verify(const KukaFilesCommand& command, const DaemonConfig& config, bool eki,
+           const std::optional<calib::Cell>& cell) {
   const auto objections =
-      verify_folder(config, eki ? WireKind::kEki : WireKind::kRsi, command.verify);
+      verify_folder(config, eki ? WireKind::kEki : WireKind::kRsi, command.verify, cell);
   nlohmann::json list = nlohmann::json::array();
   std::string words, first;
   std::size_t refused = 0;
@@ -87,10 +94,13 @@ void require_address(const DaemonConfig& config, const std::filesystem::path& fi
 int kuka_files(const KukaFilesCommand& command) {
   const DaemonConfig config = load_config(command.config);
   const bool eki = command.wire.empty() ? wire_of(config) == WireKind::kEki : command.wire == "eki";
-  if (!command.verify.empty()) return verify(command, config, eki);
+  std::optional<calib::Cell> cell;
+  if (!command.cell.empty()) cell = calib::load_cell(command.cell);
+  if (!command.verify.empty()) return verify(command, config, eki, cell);
   if (!eki) require_address(config, command.config);
-  const drivers::ControllerFiles files =
-      eki ? drivers::eki_files(config.controller) : drivers::rsi_files(config.rsi_files);
+  const drivers::ControllerFiles files = eki    ? drivers::eki_files(config.controller)
+                                         : cell ? drivers::rsi_files(rsi_files_for(config, *cell))
+                                                : drivers::rsi_files(config.rsi_files);
   std::filesystem::create_directories(command.output);
   nlohmann::json list = nlohmann::json::array();
   for (const auto& [name, text] : files) {
@@ -106,7 +116,12 @@ int kuka_files(const KukaFilesCommand& command) {
     words += fmt::format("{:<40} {}\n", one["file"].get<std::string>(),
                          one["goes_to"].get<std::string>());
   }
-  words += resources(config, eki);
+  words += resources(config, eki) + kIntoProject;
+  if (!eki && !cell && !config.rsi_files.space.on) {
+    words +=
+        "no --cell CELL: the program keeps the axes within the software limit switches, not "
+        "within the ranges of the cell's robot\n";
+  }
   put(words, {});
   return kSuccess;
 }

@@ -54,6 +54,7 @@ int robots(const RobotsCommand& command);
 struct KukaFilesCommand {
   std::filesystem::path config = "/etc/cellcal/cellcald.toml", output;
   std::filesystem::path verify;  ///< folder to look at in place of writing
+  std::filesystem::path cell;    ///< whose axis ranges RSI's program keeps; empty: none
   std::string wire;              ///< "rsi", "eki", or empty: the configuration's
   bool json = false;
 };

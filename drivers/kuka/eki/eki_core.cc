@@ -49,6 +49,7 @@ struct EkiCore::Impl {
     state.session = session;
     state.other_session = 0;
     state.decimals_seen = 0;
+    state.longest_pass_ms = 0;
     next_id = 0;
     close = greeted = bye_sent = too_few_axes = false;
     states_here = 0;
@@ -173,6 +174,7 @@ struct EkiCore::Impl {
     state.override_percent = frame.override_percent;
     state.fault = frame.fault;
     state.unread_by_controller = frame.bad;
+    state.longest_pass_ms = std::max(state.longest_pass_ms, frame.pass_ms);
     state.decimals_seen = std::max(state.decimals_seen, frame.decimals);
   }
 

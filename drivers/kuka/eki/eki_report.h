@@ -53,6 +53,7 @@ struct EkiCoreState {
   double waited_s = 0.0;  ///< since the last state, or since the link was opened
   std::uint32_t session = 0, other_session = 0;
   std::uint32_t unread_by_controller = 0;
+  std::uint32_t longest_pass_ms = 0;  ///< of the submit program on this connection; 0: not told
   std::uint64_t states = 0, bad_documents = 0;
   char last_bad[48] = {};  ///< how the last bad document began, printable characters only
 };

@@ -18,6 +18,8 @@ constexpr int kAxes = 6;
 // Values that wait per element before EKI closes the connection: the adapter's window of at most 8
 // and its three stops, with room.
 constexpr int kBufferLimit = 16;
+// Between two looks at whether the channel is still there.
+constexpr int kLookMs = 3000;
 // m/s. LIN is for searches and for backing off; T1's limit is the highest that makes sense.
 constexpr const char* kLinLimit = "0.25";
 // m/s^2. At 10 mm/s the ramp is 0.1 mm long.
@@ -41,6 +43,16 @@ std::string per_axis(std::string_view form, int external_axes, std::string_view 
     text += fmt::format(fmt::runtime(form), name, own ? first : external, i + 1);
   }
   return text;
+}
+
+/// External axes have arrays of their own, which $VEL_AXIS and $ACC_AXIS do not touch.
+std::string external_speeds(const EkiFilesConfig& c) {
+  if (c.external_axes == 0) return "";
+  return fmt::format(R"(  FOR I=1 TO {}
+    $VEL_EXTAX[I]=CC_PERCENT
+    $ACC_EXTAX[I]={}
+  ENDFOR)",
+                     c.external_axes, c.acceleration_percent);
 }
 
 std::string number_or(const char* array, int number, const char* otherwise) {
@@ -215,6 +227,7 @@ krl::Places places_of(const EkiFilesConfig& c) {
        number_or("LOAD_DATA", c.load,
                  "{M -1.0,CM {X 0.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0},J {X 0.0,Y 0.0,Z 0.0}}")},
       {"ACC_AXIS", text(c.acceleration_percent)},
+      {"EXTERNAL_SPEEDS", external_speeds(c)},
       {"ACC_CP", kAccCp},
       {"LIN_LIMIT", kLinLimit},
       {"INTERRUPT_INPUT", text(c.first_interrupt)},
@@ -224,6 +237,7 @@ krl::Places places_of(const EkiFilesConfig& c) {
       {"TIMER_SEND", text(c.first_timer + 1)},
       {"TIMER_DEAD", text(c.first_timer + 2)},
       {"STATE_MS", text(c.state_ms)},
+      {"LOOK_STATES", text(kLookMs / c.state_ms)},
       {"DEAD_MAN_MS", text(c.dead_man_ms)},
       {"RECEIVE_AXES", axes("      <ELEMENT Tag=\"RobotCommand/{1}/@{0}\" Type=\"REAL\"/>")},
       {"SEND_AXES", axes("      <ELEMENT Tag=\"RobotState/{1}/@{0}\"/>")},

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <map>
 #include <string>
+#include <vector>
 
 #include "drivers/kuka/rsi/link/rsi_config.h"
 
@@ -33,6 +34,11 @@ struct EkiFilesConfig {
   void validate() const;
 };
 
+/// Of one axis, by the robot file.
+struct AxisRange {
+  double low_deg = -360.0, high_deg = 360.0;
+};
+
 /// What RSI's files need to know. Tags and limits have to be those of RsiConfig.
 struct RsiFilesConfig {
   std::string pc_address;  ///< this computer's, in the controller's RSI subnet (not 192.168.0.x)
@@ -41,6 +47,9 @@ struct RsiFilesConfig {
   std::string sentype = "ImFree", axis_tag = "AK", stop_tag = "Stop";
   CorrectionMode mode = CorrectionMode::kAbsolute;  ///< of RSI_ON; HOLDON of the axes follows it
   double correction_limit_deg = 90.0;  ///< of AXISCORR, which clamps in silence, and its monitor
+  /// Of A1 to A6, beyond which the controller corrects no axis; empty: its software limit switches
+  /// alone. Corrections in space have no such limits.
+  std::vector<AxisRange> ranges_deg;
   SpaceCorrection space;               ///< on: POSCORR instead, with its tag, frame and limits
   int timeout_cycles = 100;            ///< late replies until KSS29002
   int flag = 901;                      ///< $FLAG, TRUE while the connection is interrupted

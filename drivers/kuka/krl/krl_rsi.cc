@@ -8,11 +8,14 @@
 #include "drivers/error.h"
 #include "drivers/kuka/krl/krl_files.h"
 #include "drivers/kuka/krl/krl_rsi_drawing.h"
+#include "drivers/kuka/krl/krl_rsi_fence.h"
 #include "drivers/kuka/krl/krl_template.h"
 #include "drivers/kuka/wire/xml_values.h"
 
 namespace cellcal::drivers {
 namespace {
+
+using krl::decimal;
 
 constexpr int kRsiAxes = 6;
 
@@ -31,12 +34,6 @@ std::string per_value(const RsiFilesConfig& c, std::string_view form, int first)
     text += fmt::format(fmt::runtime(form), i + 1, first + i, name_of(c, i));
   }
   return text;
-}
-
-/// Whole: what is rounded down would clamp before the adapter does.
-std::string decimal(double value) {
-  const std::string text = fmt::to_string(value);
-  return text.find('.') == std::string::npos ? text + ".0" : text;
 }
 
 /// RSI 3 numbers from 1 and leaves six numbers to the external axes, RSI 4 counts on from 0. Only
@@ -75,6 +72,23 @@ std::string part(const std::string& name, const krl::Places& places) {
   std::erase(text, '\r');
   if (!text.empty()) text.pop_back();
   return text;
+}
+
+/// The narrower limits that the program sets at each start, and the program's end where it cannot.
+constexpr const char* kFenceCall =
+    R"(  ;narrower limits than the context's, which are the same for all axes and on both sides
+  IF CC_FENCE(CONTID)==FALSE THEN
+    ;the arm stands beyond one of them, or RSI has refused it
+    LOOP
+      HALT
+    ENDLOOP
+  ENDIF)";
+
+void add_fence(const RsiFilesConfig& c, krl::Places& places) {
+  places["FENCE_CALL"] = c.space.on ? "" : kFenceCall;
+  places["FENCE_AXES"] = krl::fence_axes(c);
+  places["CORRECTION_LIMIT"] = decimal(c.correction_limit_deg);
+  places["FENCE"] = c.space.on ? "" : part("fence.src.in", places);
 }
 
 void add_correction(const RsiFilesConfig& c, krl::Places& places) {
@@ -149,6 +163,7 @@ krl::Places places_of(const RsiFilesConfig& c) {
                  "{M -1.0,CM {X 0.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0},J {X 0.0,Y 0.0,Z 0.0}}")},
   };
   add_correction(c, places);
+  add_fence(c, places);
   return places;
 }
 
@@ -223,6 +238,10 @@ void RsiFilesConfig::validate() const {
   check_number("timeout_cycles", timeout_cycles, 1, 1000);
   check_number("flag", flag, 1, 999);
   check_number("correction_limit_deg", correction_limit_deg, 0.1, 360.0);
+  if (!ranges_deg.empty() && ranges_deg.size() < static_cast<std::size_t>(kRsiAxes)) {
+    throw ConfigError(
+        fmt::format("controller files: ranges of {} axes, RSI corrects six", ranges_deg.size()));
+  }
   check_number("tool", tool, 0, 128);
   check_number("base", base, 0, 128);
   check_number("load", load, 0, 128);

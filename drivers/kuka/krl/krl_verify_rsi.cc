@@ -5,6 +5,7 @@
 
 #include "drivers/error.h"
 #include "drivers/kuka/krl/krl_findings.h"
+#include "drivers/kuka/krl/krl_rsi_fence.h"
 #include "drivers/kuka/krl/krl_rsi_set.h"
 #include "drivers/kuka/wire/xml_values.h"
 
@@ -171,12 +172,27 @@ void check_unit(const ControllerFiles& files, const RsiContextFile& context,
 
 // ---- program -----------------------------------------------------------------------------------
 
+/// HALT stops until the next start, which goes on in the line behind it.
+void check_ends(const std::string& name, const std::string& text, krl::Findings& findings) {
+  std::string before;
+  for (const auto& [line, number] : krl::statements(text)) {
+    if (line == "HALT" && before.starts_with("IF ") && before.find("RSIOK") != std::string::npos) {
+      findings.refuse(name, number,
+                      "HALT behind a failed call of RSI: the next start goes on without a context. "
+                      "Write LOOP, HALT, ENDLOOP");
+    }
+    before = line;
+  }
+}
+
 void check_program(const ControllerFiles& files, const RsiFilesConfig& config, CorrectionMode mode,
                    krl::Findings& findings) {
   bool on = false;
   for (const auto& [name, text] : files) {
     if (!name.ends_with(".src") && !name.ends_with(".SRC")) continue;
     if (config.space.on) krl::check_frames(name, text, config, findings);
+    if (!config.space.on) krl::check_fence(name, text, config, findings);
+    check_ends(name, text, findings);
     for (const auto& [line, number] : krl::statements(text)) {
       const std::size_t at = line.find("RSI_ON(");
       if (at != std::string::npos) {

@@ -94,6 +94,8 @@ struct EkiState {
   int override_percent = 100;
   int fault = 0;          ///< of the controller's own program; krl/README.md lists them
   std::uint32_t bad = 0;  ///< telegrams that the controller could not read
+  std::uint32_t pass_ms =
+      0;  ///< the submit program's longest pass since the last state; 0: not told
 };
 
 /// Reads documents in memory of its own. One per thread of use.

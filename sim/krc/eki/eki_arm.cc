@@ -19,8 +19,8 @@ void EkiArm::go(const std::vector<double>& target_rad, double speed, double acce
   moving_ = true;
 }
 
-void EkiArm::brake(double factor) {
-  if (!braking_) acceleration_ *= factor;
+void EkiArm::brake(double deceleration) {
+  acceleration_ = braking_ ? std::max(acceleration_, deceleration) : deceleration;
   braking_ = true;
 }
 

@@ -18,8 +18,8 @@ class EkiArm {
 
   /// Speed and acceleration of the line's fraction [1/s, 1/s^2]. Only at rest.
   void go(const std::vector<double>& target_rad, double speed, double acceleration);
-  /// Ramp to rest on the same line, `factor` times as hard as it accelerates.
-  void brake(double factor);
+  /// Ramp to rest on the same line [1/s^2]. A ramp that has begun is steepened at most.
+  void brake(double deceleration);
   /// 0 to 1 of the line's speed; 0 holds it, and it goes on when raised again.
   void scale(double factor) { scale_ = factor; }
   bool at_rest() const { return !moving_; }

@@ -133,6 +133,11 @@ void EkiChannel::clear() {
   close();
 }
 
+void EkiChannel::remove() {
+  clear();
+  exists_ = false;
+}
+
 std::size_t EkiChannel::waiting(std::string_view path) const {
   const auto found = queues_.find(wire::lower(path));
   return found == queues_.end() ? 0 : found->second.values.size();

@@ -39,16 +39,25 @@ class EkiChannel {
   explicit EkiChannel(EkiChannelConfig config);
 
   // ---- KRL's side
-  void open() { open_ = true; }
+  /// EKI_Init: the channel is there, empty and closed, unless it was there before.
+  void init() { exists_ = true; }
+  /// Without EKI_Init nothing is opened.
+  void open() { open_ = exists_; }
   void close();
   /// EKI_Clear: empties all queues and closes.
   void clear();
+  /// Whether EKI_CheckBuffer returns without a message.
+  bool exists() const { return exists_; }
   std::size_t waiting(std::string_view path) const;
   /// EKI_GetReal, EKI_GetInt: oldest value, taken out.
   std::optional<double> get(std::string_view path);
   void set(std::string_view path, std::string text);
   /// EKI_Send(channel, root): all elements of that root that the file names.
   void send(std::string_view root);
+
+  // ---- controller's side
+  /// Reconfigure I/Os, hibernating: the channel is deleted with all that waits in it.
+  void remove();
 
   // ---- network's side
   /// A client asks. False: refused, because nobody listens or somebody is there already.
@@ -74,7 +83,7 @@ class EkiChannel {
 
   EkiChannelConfig config_;
   drivers::EkiFramer framer_;
-  bool open_ = false, connected_ = false;
+  bool exists_ = true, open_ = false, connected_ = false;
   std::map<std::string, Queue, std::less<>> queues_;        // by path in lower case
   std::map<std::string, std::string, std::less<>> values_;  // to be sent, likewise
   std::string output_;

@@ -90,6 +90,8 @@ void EkiController::place(const std::vector<double>& pose_rad) {
   impl_->arm.place(pose_rad);
 }
 
+void EkiController::reconfigure_io() { impl_->channel.remove(); }
+
 std::vector<double> EkiController::actual_rad_at(TimePoint t) const {
   return impl_->arm.actual_at(t);
 }

@@ -24,21 +24,25 @@ struct EkiControllerConfig {
   std::string channel_xml;  ///< the file that is installed on the controller
   std::vector<double> start_rad{0.0, -1.5707963267948966, 1.5707963267948966,
                                 0.0, 1.5707963267948966,  0.0};
-  std::vector<double> max_speed_rad_s;  ///< per axis at 100 %; empty: 3 rad/s
-  double max_acceleration_rad_s2 = 10.0;
-  double lag_s = 0.02;            ///< setpoint to arm
-  int cycle_ms = 4;               ///< in which positions are interpolated
-  int interrupt_ms = 12;          ///< in which interrupts are looked at
-  int state_ms = 20;              ///< the submit program's loop
-  int dead_man_ms = 250;          ///< as the program has it
-  int reopen_ms = 100;            ///< the port after a client has gone
+  std::vector<double> max_speed_rad_s;    ///< per axis at 100 %; empty: 3 rad/s
+  double max_acceleration_rad_s2 = 10.0;  ///< of PTP, as the program sets it ($ACC_AXIS)
+  double lin_acceleration_rad_s2 = 0.5;   ///< $ACC.CP: 0.5 m/s^2, at 1 m from the axis
+  double lag_s = 0.02;                    ///< setpoint to arm
+  int cycle_ms = 4;                       ///< in which positions are interpolated
+  int interrupt_ms = 12;                  ///< in which interrupts are looked at
+  int state_ms = 20;                      ///< the submit program's loop
+  int idle_state_ms = 24;                 ///< likewise while nobody is obeyed
+  int dead_man_ms = 250;                  ///< as the program has it
+  int reopen_ms = 100;                    ///< the port after a client has gone
+  int look_ms = 3000;             ///< between two looks at whether the channel is still there
   bool contact_is_on = true;      ///< as the program has it: the input while the tool touches
   double input_delay_s = 0.001;   ///< filter of the digital input ...
   double input_sample_s = 0.002;  ///< ... and how often it is looked at
   bool latches_setpoint = false;  ///< $AXIS_INT is the setpoint instead of the arm
   int timer_ms = 12;              ///< steps of $TIMER, which stamps the states
-  double brake_factor = 2.0;      ///< BRAKE against the programmed acceleration
-  double noise_sigma_deg = 0.0;   ///< of $AXIS_ACT_MEAS and $AXIS_INT alone
+  /// BRAKE F against PTP's acceleration: all of it where $ACC_AXIS is 50. BRAKE: the motion's own.
+  double fast_brake_factor = 2.0;
+  double noise_sigma_deg = 0.0;  ///< of $AXIS_ACT_MEAS and $AXIS_INT alone
   std::uint64_t seed = 1;
   std::vector<double> soft_min_rad, soft_max_rad;  ///< software limit switches; empty: none
   /// TOOL_DATA[1..] and BASE_DATA[1..] of $config.dat. They can be set where the channel file has frames.
@@ -80,6 +84,7 @@ class EkiController {
   void start_key(bool held);  ///< counts in T1 and T2
   void set_override(int percent);
   void place(const std::vector<double>& pose_rad);  ///< jogged; only at rest
+  void reconfigure_io();  ///< Reconfigure I/Os, or out of hibernation: EKI's channel is deleted
 
   // ---- faults
   void mute(bool muted) { muted_ = muted; }           ///< no states go out

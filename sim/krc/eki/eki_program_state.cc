@@ -5,7 +5,7 @@
 namespace cellcal::sim {
 namespace {
 
-// A stop by safety is harder than BRAKE.
+// A stop by safety is harder than BRAKE F: against PTP's acceleration.
 constexpr double kSafetyFactor = 4.0;
 
 }  // namespace
@@ -48,7 +48,7 @@ void EkiPrograms::start(bool cellcal) {
 void EkiPrograms::stop_program() {
   if (program != ProgramState::kActive) return;
   stopping = true;
-  if (phase == Phase::kMoving || phase == Phase::kBraking) arm.brake(kSafetyFactor);
+  if (phase == Phase::kMoving || phase == Phase::kBraking) arm.brake(kSafetyFactor * axes_acceleration);
   settle();
 }
 
@@ -57,7 +57,7 @@ bool EkiPrograms::cancel() {
   program = ProgramState::kFree;
   stopping = cancelling = false;
   if (phase == Phase::kIdle) return true;
-  arm.brake(kSafetyFactor);
+  arm.brake(kSafetyFactor * axes_acceleration);
   phase = Phase::kDropped;
   settle();
   return true;

@@ -44,6 +44,11 @@ struct EkiPrograms {
   /// One step towards a robot program that is cancelled; until it is, the move counts as under way.
   void end_program();
   void watch_connection(TimePoint now);
+  void open_channel();
+  /// CC_LOOK: a channel that the controller has deleted is made and opened anew.
+  void look_at_channel();
+  /// CC_TIME.
+  void time_pass(TimePoint now);
   /// CC_FRAME: one frame of $config.dat, read or set, once the arm has stood for a while.
   void attend_frame(TimePoint now);
   void take_frame_telegram(TimePoint now);
@@ -61,7 +66,8 @@ struct EkiPrograms {
   bool outside_soft_limits() const;
   void begin_move();
   void go();
-  void brake(EkiOutcome how, double factor);
+  /// BRAKE, or BRAKE F.
+  void brake(EkiOutcome how, bool fast);
   void interrupts(TimePoint now);
   void scale_speed();
   /// What goes wrong at the controller, as EkiController has it.
@@ -104,7 +110,11 @@ struct EkiPrograms {
 
   // what the submit program knows
   std::uint32_t session = 0, heard = 0, last_id = 0, reported_id = 0, bad = 0;
-  TimePoint heard_at{}, reopen_at{};
+  TimePoint heard_at{};
+  std::optional<TimePoint> reopen_at;
+  int looks = 0;
+  TimePoint pass_at{};
+  std::int64_t pass_ms = 0;
   bool was_connected = false, fresh_session = false, ending = false;
   EkiOutcome outcome = EkiOutcome::kNone;
 
@@ -124,6 +134,7 @@ struct EkiPrograms {
   bool guarded = false, stop_flag = false;
   EkiOutcome stop_reason = EkiOutcome::kStop, braking_for = EkiOutcome::kStop;
   double line_speed = 0.0, line_travel = 0.0, line_acceleration = 0.0;
+  double axes_acceleration = 0.0;  ///< what PTP would have on this line
   std::vector<double> latch;
   std::uint32_t latch_id = 0;
 

@@ -58,7 +58,9 @@ void EkiPrograms::begin_move() {
   ++moves;
   line_speed = speed;
   line_travel = travel;
-  line_acceleration = acceleration;
+  axes_acceleration = acceleration;
+  line_acceleration =
+      lin ? std::min(acceleration, config.lin_acceleration_rad_s2 / travel) : acceleration;
   input_edge.reset();
   go();
 }
@@ -68,8 +70,8 @@ void EkiPrograms::go() {
   phase = Phase::kMoving;
 }
 
-void EkiPrograms::brake(EkiOutcome how, double factor) {
-  arm.brake(factor);
+void EkiPrograms::brake(EkiOutcome how, bool fast) {
+  arm.brake(fast ? config.fast_brake_factor * axes_acceleration : line_acceleration);
   braking_for = how;
   phase = Phase::kBraking;
 }
@@ -79,11 +81,11 @@ void EkiPrograms::interrupts(TimePoint now) {
   if (guarded && input_edge) {
     latch = *input_edge;
     latch_id = order.id;
-    brake(EkiOutcome::kInput, config.brake_factor);
+    brake(EkiOutcome::kInput, order.path != static_cast<int>(EkiPath::kLin));
   } else if (stop_flag) {
-    brake(stop_reason, config.brake_factor);
+    brake(stop_reason, true);
   } else if (timer_ran_out(now)) {
-    brake(EkiOutcome::kDeadMan, config.brake_factor);
+    brake(EkiOutcome::kDeadMan, true);
   }
 }
 
@@ -113,11 +115,15 @@ void EkiPrograms::tick(TimePoint now, const Faults& faults) {
 
 void EkiPrograms::run_submit(TimePoint now, const Faults& faults) {
   watch_connection(now);
-  if (cycles % (config.state_ms / config.cycle_ms) != 0) return;
+  // Where nobody is obeyed a pass waits for 12 ms, and a state goes out with every second one.
+  const int every_ms = session == 0 ? config.idle_state_ms : config.state_ms;
+  if (cycles % (every_ms / config.cycle_ms) != 0) return;
+  time_pass(now);
   if (!faults.deaf) read_telegrams(now, faults.forgetful);
   if (!faults.deaf && has_frames) attend_frame(now);
   watch(now);
   if (!faults.muted) send_state(now);
+  look_at_channel();
 }
 
 void EkiPrograms::take_edges(TimePoint now) {

@@ -51,9 +51,10 @@ EkiPrograms::EkiPrograms(EkiControllerConfig c)
     throw std::invalid_argument("emulated EKI controller: 1 to 12 axes");
   }
   if (config.cycle_ms <= 0 || config.interrupt_ms % config.cycle_ms != 0 ||
-      config.state_ms % config.cycle_ms != 0 || !(config.lag_s > 0.0)) {
+      config.state_ms % config.cycle_ms != 0 || config.idle_state_ms % config.cycle_ms != 0 ||
+      !(config.lag_s > 0.0)) {
     throw std::invalid_argument(
-        "emulated EKI controller: interrupt_ms and state_ms must be multiples of cycle_ms, lag_s "
+        "emulated EKI controller: interrupt_ms, state_ms and idle_state_ms must be multiples of cycle_ms, lag_s "
         "positive");
   }
   if (config.max_speed_rad_s.empty()) config.max_speed_rad_s.assign(axes, kUsualFrameSpeed);
@@ -203,7 +204,27 @@ void EkiPrograms::watch_connection(TimePoint now) {
     }
     reopen_at = now + std::chrono::milliseconds(config.reopen_ms);
   }
-  if (now >= reopen_at) channel.open();
+  if (!reopen_at || now < *reopen_at) return;
+  reopen_at.reset();
+  open_channel();
+}
+
+void EkiPrograms::open_channel() {
+  channel.init();
+  channel.open();
+}
+
+void EkiPrograms::time_pass(TimePoint now) {
+  const auto since = std::chrono::duration_cast<std::chrono::milliseconds>(now - pass_at).count();
+  const std::int64_t steps = since - since % std::max(1, config.timer_ms);
+  if (session != 0) pass_ms = std::max<std::int64_t>(pass_ms, steps);
+  pass_at = now;
+}
+
+void EkiPrograms::look_at_channel() {
+  if (++looks < config.look_ms / config.state_ms) return;
+  looks = 0;
+  if (!channel.exists()) open_channel();
 }
 
 std::vector<double> EkiPrograms::noisy(std::vector<double> rad) {
@@ -246,6 +267,7 @@ void EkiPrograms::send_state(TimePoint now) {
   flag("RobotState/Status/@Input", input_level);
   put("RobotState/Status/@Fault", fault);
   put("RobotState/Status/@Bad", bad);
+  put("RobotState/Status/@Pass", static_cast<std::uint64_t>(std::exchange(pass_ms, 0)));
   if (has_frames) send_frame();
   channel.send("RobotState");
 }

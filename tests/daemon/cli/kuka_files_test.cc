@@ -36,6 +36,8 @@ TEST_F(kuka_files, writes_the_set_of_the_configuration_and_says_where_it_goes) {
   ASSERT_EQ(outcome.status, 0) << outcome.err;
   EXPECT_NE(outcome.out.find("EthernetKRL"), std::string::npos) << outcome.out;
   EXPECT_NE(outcome.out.find("$IN[33]"), std::string::npos) << outcome.out;
+  EXPECT_NE(outcome.out.find("WorkVisual project: add the files"), std::string::npos)
+      << "a deployment may remove what was copied: " << outcome.out;
   const std::filesystem::path folder = dir.path() / "krc/new";
   EXPECT_NE(content(folder / "CellcalEki.xml").find("<IP>10.1.2.3</IP>"), std::string::npos);
   EXPECT_NE(content(folder / "cellcal_eki.src").find("$IN[33]==TRUE"), std::string::npos);
@@ -113,6 +115,23 @@ TEST_F(kuka_files, that_were_made_pass_and_that_were_edited_are_refused_by_line)
   const auto json = nlohmann::json::parse(run_program(as_json).out);
   EXPECT_EQ(json.at("fits"), false);
   EXPECT_EQ(json.at("objections").size(), 2u);
+}
+
+TEST_F(kuka_files, of_rsi_keep_the_ranges_of_the_cells_robot) {
+  configure("[rsi]\nbind = \"10.0.0.5\"\n");
+  const std::string cell = CELLCAL_DEMO_CELL;
+  const Outcome without = make({"--wire", "rsi"});
+  EXPECT_NE(without.out.find("no --cell CELL"), std::string::npos) << without.out;
+  const std::vector<std::string> verify{CELLCAL, "kuka-files",  "--config", dir / "d.toml",
+                                        "--wire", "rsi",        "--verify", dir / "krc/new",
+                                        "--cell", cell};
+  const Outcome wide = run_program(verify);
+  EXPECT_EQ(wide.status, 0) << wide.err;
+  EXPECT_NE(wide.out.find("without the cell's ranges"), std::string::npos) << wide.out;
+  ASSERT_EQ(make({"--wire", "rsi", "--cell", cell}).status, 0);
+  EXPECT_NE(content(dir / "krc/new/cellcal_rsi.src").find("CC_LOW($SOFTN_END[1],-155.1,"),
+            std::string::npos);
+  EXPECT_EQ(run_program(verify).out.rfind("ok", 0), 0U);
 }
 
 TEST_F(kuka_files, need_a_folder_to_go_to_or_one_to_look_at) {

@@ -69,6 +69,17 @@ TEST(an_eki_link, is_judged_by_elements_decimals_and_readiness) {
   EXPECT_EQ(outcome_of(judged(seen), "eki states"), Outcome::kFailed);
 }
 
+TEST(an_eki_link, shows_the_submit_programs_longest_pass_and_warns_where_stops_wait_for_it) {
+  EkiSeen seen = sound_eki();
+  EXPECT_EQ(finding_of(judged(seen), "eki states").found.find("pass"), std::string::npos);
+  seen.newest.longest_pass_ms = 24;
+  EXPECT_EQ(outcome_of(judged(seen), "eki states"), Outcome::kOk);
+  EXPECT_NE(finding_of(judged(seen), "eki states").found.find("longest pass of CELLCAL_SUB 24 ms"),
+            std::string::npos);
+  seen.newest.longest_pass_ms = 60;
+  EXPECT_EQ(outcome_of(judged(seen), "eki states"), Outcome::kWarning);
+}
+
 TEST(a_contact_input, is_proven_by_changing_with_the_contact_alone) {
   const auto outcome = [](bool input, bool contact, bool on) {
     EkiSeen seen = sound_eki();

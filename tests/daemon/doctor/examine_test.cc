@@ -171,10 +171,8 @@ TEST_F(an_examination, names_a_limit_on_the_controller_that_is_below_the_configu
   examine(with, findings);
   std::string found;
   for (const Finding& one : findings.all())
-    if (one.check == "controller files") {
-      EXPECT_EQ(one.outcome, Outcome::kFailed) << one.found;
+    if (one.check == "controller files" && one.outcome == Outcome::kFailed)
       found += one.found + "\n";
-    }
   for (const char* value : {"is 40 deg, [rsi] correction_limit_deg is 90", "silently clamped"})
     EXPECT_NE(found.find(value), std::string::npos) << found;
 }

@@ -70,6 +70,7 @@ TEST(Operator, StopsAndResetsTheEkiProgram) {
   EXPECT_EQ(obey(krc, "reset").rfind("ready", 0), 0u);
   EXPECT_EQ(obey(krc, "override 30").rfind("ready", 0), 0u);
   EXPECT_TRUE(has(obey(krc, "override 300"), "Commands:"));
+  EXPECT_EQ(obey(krc, "reconfigure").rfind("ready", 0), 0u);
   EXPECT_TRUE(has(obey(krc, "t2"), "not ready"));
 }
 

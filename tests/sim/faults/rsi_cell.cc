@@ -23,6 +23,8 @@ sim::ControllerConfig rsi_controller(const daemon::DaemonConfig& config, const c
   controller.clamp_deg = controller.monitor_deg = config.rsi.correction_limit_deg.at(0);
   for (const calib::Joint& joint : cell.robot.joints) {
     controller.max_speed_rad_s.push_back(joint.max_speed_rad_s);
+    controller.fence_min_rad.push_back(joint.min_rad);
+    controller.fence_max_rad.push_back(joint.max_rad);
   }
   controller.seed = options.seed;
   controller.ipoc_start = options.ipoc_start;

@@ -123,6 +123,25 @@ TEST_F(Krc, CorrectionsAreClampedInSilence) {
   EXPECT_EQ(krc->message(), "");
 }
 
+TEST_F(Krc, CorrectionsEndAtTheFenceThatTheProgramSetsFromWhereTheArmStands) {
+  ControllerConfig config;
+  config.clamp_deg = 20.0;
+  config.start_rad.assign(6, 0.0);
+  config.start_rad[0] = 100.0 * drivers::kRadPerDeg;
+  config.fence_min_rad.assign(6, -110.0 * drivers::kRadPerDeg);
+  config.fence_max_rad.assign(6, 110.0 * drivers::kRadPerDeg);
+  make(config);
+  cycles(100, 30.0);
+  EXPECT_NEAR(krc->correction_deg()[0], 10.1, 1e-9) << "110 deg and 0.1 for the measured angle";
+  make(config);
+  cycles(100, -30.0);
+  EXPECT_EQ(krc->correction_deg()[0], -20.0);
+  config.start_rad[0] = 112.0 * drivers::kRadPerDeg;
+  make(config);
+  EXPECT_EQ(krc->phase(), RsiPhase::kFaulted);
+  EXPECT_EQ(krc->message(), "HALT: A1 stands beyond its range");
+}
+
 TEST_F(Krc, MonitorStopsAndNamesItself) {
   ControllerConfig config;
   config.monitor_deg = 6.0;

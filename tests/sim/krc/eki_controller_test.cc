@@ -100,6 +100,24 @@ TEST_F(EkiKrc, SendsFiftyStatesASecond) {
   EXPECT_EQ(states, 100);
 }
 
+TEST_F(EkiKrc, TellsItsLongestPassWhileSomebodyIsObeyedAndIsSlowerOtherwise) {
+  make();
+  run(200ms);
+  EXPECT_EQ(state.pass_ms, 12U) << "20 ms, in steps of $TIMER";
+  krc->halt_submit(true);
+  run(100ms);
+  krc->halt_submit(false);
+  run(20ms);
+  EXPECT_GE(state.pass_ms, 96U);
+  run(40ms);
+  EXPECT_EQ(state.pass_ms, 12U);
+  tell(5);  // bye
+  run(40ms);
+  states = 0;
+  run(240ms);
+  EXPECT_EQ(states, 10);
+}
+
 TEST_F(EkiKrc, MovesAtThePercentItIsToldAndRampsAtBothEnds) {
   make();
   double fastest = 0.0, steepest = 0.0, speed = 0.0,
@@ -151,6 +169,35 @@ TEST_F(EkiKrc, StopsAtItsInputWithARampAndLatchesWhereTheInputCame) {
   const double ramp = 100.0 * 100.0 / (2 * 800.0);
   EXPECT_GT(a1_deg() - at_edge, ramp - 0.5);
   EXPECT_LT(a1_deg() - at_edge, ramp + 100.0 * 0.040);
+}
+
+TEST_F(EkiKrc, AMeasuringTouchBrakesOnItsOwnRampAndAStopTelegramAsShortAsItCan) {
+  // From 4 deg/s to rest, in the middle of a LIN.
+  const auto ramp_deg = [&](bool touch) {
+    EkiControllerConfig config = usual();
+    config.lin_acceleration_rad_s2 = 8 * drivers::kRadPerDeg;
+    make(config);
+    go(20, "Guard=\"1\" Path=\"2\" Percent=\"1\" Duration=\"5.0\"");
+    run(2s);
+    if (touch) {
+      krc->input(now, true);
+    } else {
+      tell(4);
+    }
+    const double cruise_rad = 4.0 * drivers::kRadPerDeg * 0.004;
+    double way_rad = 0.0;
+    while (krc->moving()) {
+      const double before = krc->setpoint_rad()[0];
+      tick();
+      const double step = krc->setpoint_rad()[0] - before;
+      if (step < 0.999 * cruise_rad) way_rad += step;
+    }
+    run_to_rest();
+    EXPECT_EQ(state.outcome, touch ? EkiOutcome::kInput : EkiOutcome::kStop);
+    return way_rad / drivers::kRadPerDeg;
+  };
+  EXPECT_NEAR(ramp_deg(true), 4.0 * 4.0 / (2 * 8.0), 0.02);
+  EXPECT_NEAR(ramp_deg(false), 4.0 * 4.0 / (2 * 800.0), 0.02);
 }
 
 TEST_F(EkiKrc, RefusesAGuardedMoveWhoseInputIsOn) {
@@ -340,6 +387,30 @@ TEST_F(EkiKrc, OpensItsPortAgainAfterAClientHasGone) {
   run(200ms);
   EXPECT_TRUE(krc->connect());
   EXPECT_EQ(krc->session(), 0u);
+}
+
+TEST_F(EkiKrc, MakesAChannelAnewThatTheControllerDeletedWhileNobodyWasConnected) {
+  make();
+  krc->disconnect();
+  run(300ms);
+  krc->reconfigure_io();
+  run(100ms);
+  EXPECT_FALSE(krc->connect());
+  run(4s);
+  EXPECT_TRUE(krc->connect());
+}
+
+TEST_F(EkiKrc, StopsTheArmWhereItsChannelIsDeletedAndListensAgain) {
+  make();
+  go(170);
+  run(200ms);
+  ASSERT_TRUE(krc->moving());
+  krc->reconfigure_io();
+  run(500ms);
+  EXPECT_FALSE(krc->moving());
+  EXPECT_LT(a1_deg(), 90.0);
+  EXPECT_EQ(krc->session(), 0u);
+  EXPECT_TRUE(krc->connect());
 }
 
 TEST_F(EkiKrc, GivesTheSameBitsForTheSameSeed) {

@@ -4,34 +4,15 @@
 #include <cctype>
 #include <map>
 
+#include "tests/drivers/kuka/krl/krl_assignment.h"
+#include "tests/drivers/kuka/krl/krl_lines.h"
+
 namespace cellcal::drivers::krl {
 namespace {
 
 constexpr std::size_t kLongestName = 24;
 
 bool in_name(char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_'; }
-
-std::string upper(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
-  return text;
-}
-
-std::string trimmed(const std::string& text) {
-  const auto first = text.find_first_not_of(" \t\r");
-  return first == std::string::npos
-             ? ""
-             : text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
-}
-
-std::string without_comment(const std::string& line) {
-  bool quoted = false;
-  for (std::size_t i = 0; i < line.size(); ++i) {
-    if (line[i] == '"') quoted = !quoted;
-    if (line[i] == ';' && !quoted) return line.substr(0, i);
-  }
-  return line;
-}
 
 std::vector<std::string> words(const std::string& code) {
   std::vector<std::string> result;
@@ -54,16 +35,6 @@ std::vector<std::string> words(const std::string& code) {
     i = end;
   }
   return result;
-}
-
-std::vector<std::string> lines_of(std::string_view text) {
-  std::vector<std::string> lines;
-  for (std::size_t from = 0; from < text.size();) {
-    const std::size_t to = std::min(text.find('\n', from), text.size());
-    lines.emplace_back(text.substr(from, to - from));
-    from = to + 1;
-  }
-  return lines;
 }
 
 const std::map<std::string, std::string> kEnds{
@@ -123,6 +94,7 @@ std::vector<std::string> check_krl(std::string_view text) {
   };
   Nesting blocks(complaints), folds(complaints);
   bool statements = false;
+  std::string previous;
   std::size_t number = 0;
   for (const std::string& line : lines_of(text)) {
     ++number;
@@ -145,6 +117,10 @@ std::vector<std::string> check_krl(std::string_view text) {
     }
     if (found.empty()) continue;
     const std::string& first = found.front();
+    if (first == "HALT" && previous != "LOOP") {
+      complain(number, "HALT outside of LOOP: the next start goes on behind it");
+    }
+    previous = first;
     if (first == "DEF" || first == "DEFFCT" || first == "DEFDAT") statements = false;
     const bool data = first == "DECL" || first == "EXT" || first == "INT" || first == "REAL";
     if (first == "DECL" && statements) complain(number, "declaration behind a statement");
@@ -161,6 +137,7 @@ std::vector<std::string> check_krl(std::string_view text) {
   }
   blocks.end();
   folds.end();
+  for (std::string& one : check_assignments(text)) complaints.push_back(std::move(one));
   return complaints;
 }
 

@@ -1,6 +1,6 @@
 #pragma once
 // What can be said about a KRL file without a controller: line ends, characters, names, nesting,
-// declarations first. Not a compiler.
+// declarations first, a value for every local (krl_assignment.h). Not a compiler.
 
 #include <string>
 #include <string_view>

@@ -93,6 +93,7 @@ TEST(KrlChecker, SeesWhatIsWrong) {
       {"quote", "DEF A ( )\r\nX=\"a\r\nEND\r\n"},
       {"declaration", "DEF A ( )\r\nX=1\r\nDECL INT X\r\nEND\r\n"},
       {"ASCII", "DEF A ( )\r\n;\xe4\r\nEND\r\n"},
+      {"HALT outside of LOOP", "DEF A ( )\r\nIF X THEN\r\nHALT\r\nENDIF\r\nEND\r\n"},
       {"CASE", "DEF A ( )\r\nCASE 1\r\nEND\r\n"},
   };
   for (const auto& [word, text] : cases) {
@@ -280,7 +281,16 @@ TEST(EkiFiles, LatchBeforeTheyResumeAndDeclareInterruptsAboveTheMotion) {
   const std::vector<std::string> isr = body(source, "DEF CC_ON_INPUT");
   EXPECT_LT(line_of(isr, "BRAKE"), line_of(isr, "CC_LATCH=$AXIS_INT"));
   EXPECT_LT(line_of(isr, "CC_LATCH=$AXIS_INT"), line_of(isr, "RESUME"));
-  line_of(body(source, "DEF CC_ON_FLAG"), "BRAKE");
+}
+
+TEST(EkiFiles, BrakeAsShortAsTheyCanButForTheMeasuringTouch) {
+  const std::string source = eki_files({}).at("cellcal_eki.src");
+  for (const char* isr : {"DEF CC_ON_FLAG", "DEF CC_ON_TIMER"})
+    EXPECT_EQ(body(source, isr).at(1), "BRAKE F") << isr;
+  const std::vector<std::string> touch = body(source, "DEF CC_ON_INPUT");
+  const std::vector<std::string> wanted{"IF CC_PATH==2 THEN", "BRAKE", "ELSE", "BRAKE F", "ENDIF"};
+  ASSERT_GT(touch.size(), wanted.size());
+  EXPECT_EQ(std::vector<std::string>(touch.begin() + 1, touch.begin() + 6), wanted);
 }
 
 TEST(EkiFiles, CancelAProgramStepByStepAndKeepTheMoveUnderWayUntilItIsGone) {
@@ -315,11 +325,27 @@ TEST(EkiFiles, ClearTheChannelOnlyWhereItHasBeenOpen) {
   EXPECT_LT(line_of(link, "CC_CLEAR ( )"), line_of(link, "CC_OPEN ( )"));
 }
 
+TEST(EkiFiles, LookEveryThreeSecondsWhetherTheChannelIsStillThere) {
+  EkiFilesConfig config;
+  const std::string sub = eki_files(config).at("cellcal_sub.sub");
+  line_of(body(sub, "DEF CELLCAL_SUB"), "CC_LOOK ( )");
+  const std::vector<std::string> look = body(sub, "DEF CC_LOOK");
+  const std::size_t lost = line_of(look, "IF RET.Msg_No<>0 THEN");
+  EXPECT_LT(line_of(look, "IF CC_LOOKS<150 THEN"), lost) << "states of 20 ms";
+  EXPECT_EQ(line_of(look, "RET=EKI_CheckBuffer("), lost - 1);
+  EXPECT_LT(lost, line_of(look, "RET=EKI_Init("));
+  EXPECT_LT(line_of(look, "RET=EKI_Init("), line_of(look, "RET=EKI_Open("));
+}
+
 TEST(EkiFiles, LeaveTimeToOtherSubmitProgramsAndReturnToTheOneThatCalls) {
   const ControllerFiles files = eki_files({});
   for (const std::string& line : body(files.at("cellcal_sub.sub"), "DEF CELLCAL_SUB")) {
     EXPECT_NE(line, "LOOP") << "sps.sub calls it, and has other things to do";
   }
+  const std::vector<std::string> pass = body(files.at("cellcal_sub.sub"), "DEF CELLCAL_SUB");
+  EXPECT_EQ(line_of(pass, "IF CC_SESSION==0 THEN") + 1, line_of(pass, "WAIT SEC 0.012"))
+      << "where nobody is obeyed, and never where a stop telegram may come";
+  EXPECT_LT(line_of(pass, "CC_TIME ( )"), line_of(pass, "CC_LINK ( )"));
   const std::vector<std::string> loop = body(files.at("cellcal_loop.sub"), "DEF CELLCAL_LOOP");
   EXPECT_LT(line_of(loop, "CELLCAL_SUB ( )"), line_of(loop, "WAIT SEC"));
 }
@@ -357,6 +383,21 @@ TEST(EkiFiles, TakeTheNumbersOfTheConfiguration) {
     EXPECT_NE(source.find(part), std::string::npos) << part;
   }
   EXPECT_NE(eki_files({}).at("cellcal_eki.src").find("$TOOL=$NULLFRAME"), std::string::npos);
+}
+
+TEST(EkiFiles, SetWhatAnotherProgramMayHaveLeftOfEveryAxisTheyMove) {
+  const std::string source = eki_files(two_external()).at("cellcal_eki.src");
+  const std::vector<std::string> main = body(source, "DEF CELLCAL_EKI");
+  for (const char* left : {"$TOOL=", "$BASE=", "$LOAD=", "$IPO_MODE=", "$ORI_TYPE=", "$VEL={CP ",
+                           "$ACC={CP ", "$ADVANCE="})
+    EXPECT_LT(line_of(main, left), line_of(main, "PTP $AXIS_ACT_MEAS")) << left;
+  const std::vector<std::string> move = body(source, "DEF CC_MOVE");
+  const std::size_t motion = std::min(line_of(move, "PTP CC_TARGET"), line_of(move, "LIN GOAL"));
+  for (const char* speed : {"$VEL_AXIS[I]=CC_PERCENT", "$ACC_AXIS[I]=50",
+                            "$VEL_EXTAX[I]=CC_PERCENT", "$ACC_EXTAX[I]=50"})
+    EXPECT_LT(line_of(move, speed), motion) << speed;
+  EXPECT_LT(line_of(move, "FOR I=1 TO 2"), line_of(move, "$VEL_EXTAX[I]"));
+  EXPECT_EQ(all(eki_files({})).find("EXTAX"), std::string::npos) << "there is none to set";
 }
 
 TEST(EkiFiles, AreRefusedByTheKeyThatIsWrong) {
@@ -418,6 +459,45 @@ TEST(RsiFiles, AreSoundKrlAndXml) {
     EXPECT_NE(files.at("cellcal_rsi.src").find(create), std::string::npos);
     EXPECT_NE(files.at("cellcal_rsi.src").find("RSI_ON(#ABSOLUTE,#IPO_FAST)"), std::string::npos);
   }
+}
+
+TEST(RsiFiles, DeleteContextsThatWereLeftBeforeTheyMakeTheirs) {
+  const std::vector<std::string> main =
+      body(rsi_files(some_pc(4)).at("cellcal_rsi.src"), "DEF CELLCAL_RSI");
+  EXPECT_LT(line_of(main, "RET=RSI_RESET()"), line_of(main, "RET=RSI_CREATE("));
+}
+
+/// A1 from -155 to 120 deg, the others as far as any.
+RsiFilesConfig with_ranges(int version) {
+  RsiFilesConfig config = some_pc(version);
+  config.ranges_deg.assign(6, {});
+  config.ranges_deg[0] = {-155.0, 120.0};
+  return config;
+}
+
+TEST(RsiFiles, FenceEachAxisByItsSwitchesAndItsRangeFromWhereTheArmStands) {
+  for (const int version : {3, 4}) {
+    const std::string source = rsi_files(with_ranges(version)).at("cellcal_rsi.src");
+    const std::vector<std::string> main = body(source, "DEF CELLCAL_RSI");
+    const std::size_t call = line_of(main, "IF CC_FENCE(CONTID)==FALSE THEN");
+    EXPECT_LT(line_of(main, "RET=RSI_CREATE("), call);
+    EXPECT_LT(call, line_of(main, "RET=RSI_ON("));
+    const std::vector<std::string> fence = body(source, "DEFFCT BOOL CC_FENCE");
+    const std::string object = version == 3 ? "AXISCORR1" : "AxisCorr_1";
+    for (const auto& [value, parameter] :
+         {std::pair{"CC_LOW($SOFTN_END[1],-155.1,$AXIS_ACT_MEAS.A1)", "LowerLimA1"},
+          std::pair{"CC_HIGH($SOFTP_END[1],120.1,$AXIS_ACT_MEAS.A1)", "UpperLimA1"},
+          std::pair{"CC_HIGH($SOFTP_END[6],360.1,$AXIS_ACT_MEAS.A6)", "UpperLimA6"}}) {
+      const std::size_t set = line_of(fence, std::string("LIMIT=") + value);
+      EXPECT_EQ(fence.at(set + 1),
+                "RET=RSI_SetPublicPar(CONTID,\"" + object + "\",\"" + parameter + "\",LIMIT)");
+    }
+    EXPECT_EQ(line_of(body(source, "DEFFCT REAL CC_LOW"), "LIMIT=-45.5"), 5U);
+    for (const std::string& complaint : check_krl(source)) ADD_FAILURE() << complaint;
+  }
+  RsiFilesConfig space = some_pc(4);
+  space.space.on = true;
+  EXPECT_EQ(rsi_files(space).at("cellcal_rsi.src").find("CC_"), std::string::npos);
 }
 
 TEST(RsiFiles, HoldOnTheAxesAndNotOnTheStop) {

@@ -94,6 +94,8 @@ TEST(RsiSet, IsRefusedByFileLineAndWords) {
       {kFour, "cellcal_rsi_ethernet.xml", "other.xml", "ConfigFile is \"other.xml\""},
       {kFour, "ObjType=\"AxisCorrMon\"", "ObjType=\"PosCorr\"", "corrects in addition to AXISCORR"},
       {"cellcal_rsi.src", "#ABSOLUTE", "#RELATIVE", "RSI_ON has not #ABSOLUTE"},
+      {"cellcal_rsi.src", "    LOOP\r\n      HALT\r\n    ENDLOOP", "    HALT",
+       ":30: HALT behind a failed call of RSI"},
       {"cellcal_rsi.src", "RSI_CREATE(\"cellcal_rsi\"", "RSI_CREATE(\"cellcal_rsi.rsi\"",
        "RSI_CREATE names the extension"},
       {"cellcal_rsi.src", "RSI_CREATE(\"cellcal_rsi.rsi\"", "RSI_CREATE(\"cellcal_rsi\"",
@@ -107,6 +109,34 @@ TEST(RsiSet, IsRefusedByFileLineAndWords) {
     EXPECT_NE(said.find(one.words), std::string::npos) << one.words << "\nsaid: " << said;
     EXPECT_EQ(said.rfind("refused", 0), 0u) << one.words << "\nsaid: " << said;
   }
+}
+
+TEST(RsiSet, HasTheFenceOfTheCell) {
+  RsiFilesConfig config = rsi_config();
+  const ControllerFiles without_cell = rsi_files(config);
+  config.ranges_deg.assign(6, {-170.0, 170.0});
+  EXPECT_EQ(verdict(rsi_files(config), config), "");
+  EXPECT_EQ(verdict(rsi_files(config), rsi_config()), "") << "the ranges are not known";
+  EXPECT_EQ(verdict(without_cell, config).rfind("warned cellcal_rsi.src:", 0), 0U);
+  ControllerFiles other = rsi_files(config);
+  replace(other, "cellcal_rsi.src", "170.1,$AXIS_ACT_MEAS.A3", "90.1,$AXIS_ACT_MEAS.A3");
+  EXPECT_NE(verdict(other, config).find("LowerLimA3 is not LIMIT=CC_LOW($SOFTN_END[3],-170.1"),
+            std::string::npos)
+      << verdict(other, config);
+  config.correction_limit_deg = 120.0;
+  EXPECT_NE(verdict(other, config).find("the fence is 90 deg, [rsi] correction_limit_deg is 120"),
+            std::string::npos);
+  config.correction_limit_deg = 90.0;
+  ControllerFiles none = rsi_files(config);
+  std::string& program = none.at("cellcal_rsi.src");
+  for (std::size_t at = program.find("RSI_SetPublicPar"); at != std::string::npos;
+       at = program.find("RSI_SetPublicPar"))
+    program.replace(at, 3, "NOT");
+  EXPECT_NE(verdict(none, config)
+                .find("no RSI_SetPublicPar: the correction is limited by "
+                      "correction_limit_deg = 90 on both sides"),
+            std::string::npos)
+      << verdict(none, config);
 }
 
 TEST(RsiSet, OfTheOtherModeNeedsTheOtherHold) {

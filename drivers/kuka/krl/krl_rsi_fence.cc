@@ -1,0 +1,109 @@
+#include "drivers/kuka/krl/krl_rsi_fence.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "drivers/kuka/wire/xml_values.h"
+
+namespace cellcal::drivers::krl {
+namespace {
+
+constexpr std::size_t kFencedAxes = 6;
+constexpr std::string_view kLimit = "LIMIT=";
+/// Measured angles, from which the limits are reckoned, differ by less from commanded ones: targets
+/// at the end of a range are still reached.
+constexpr double kRangeSlackDeg = 0.1;
+
+const char* corrector(const RsiFilesConfig& config) {
+  return config.rsi_version == 3 ? "AXISCORR1" : "AxisCorr_1";
+}
+
+}  // namespace
+
+std::string decimal(double value) {
+  const std::string text = fmt::to_string(value);
+  return text.find('.') == std::string::npos ? text + ".0" : text;
+}
+
+std::vector<FenceLimit> fence_limits(const RsiFilesConfig& config) {
+  std::vector<FenceLimit> limits;
+  for (std::size_t i = 0; i < kFencedAxes; ++i) {
+    for (const bool lower : {true, false}) {
+      const std::string soft = fmt::format("$SOFT{}_END[{}]", lower ? 'N' : 'P', i + 1);
+      std::string span = soft;
+      if (!config.ranges_deg.empty()) {
+        const AxisRange& range = config.ranges_deg.at(i);
+        span = fmt::format(
+            "{:.1f}", lower ? range.low_deg - kRangeSlackDeg : range.high_deg + kRangeSlackDeg);
+      }
+      limits.push_back({fmt::format("{}LimA{}", lower ? "Lower" : "Upper", i + 1),
+                        fmt::format("{}({},{},$AXIS_ACT_MEAS.A{})", lower ? "CC_LOW" : "CC_HIGH",
+                                    soft, span, i + 1),
+                        lower});
+    }
+  }
+  return limits;
+}
+
+std::string fence_axes(const RsiFilesConfig& config) {
+  std::string text;
+  for (const FenceLimit& one : fence_limits(config)) {
+    if (!text.empty()) text += '\n';
+    text += fmt::format(
+        "  LIMIT={}\n  RET=RSI_SetPublicPar(CONTID,\"{}\",\"{}\",LIMIT)\n"
+        "  OK=OK AND (RET==RSIOK) AND (LIMIT{}0.0)",
+        one.value, corrector(config), one.parameter, one.lower ? "<=" : ">=");
+  }
+  return text;
+}
+
+void check_fence(const std::string& name, const std::string& text, const RsiFilesConfig& config,
+                 Findings& findings) {
+  const std::vector<Placed<std::string>> lines = statements(text);
+  const auto first = [&](const std::string& part) {
+    return std::find_if(lines.begin(), lines.end(), [&](const Placed<std::string>& one) {
+      return one.value.find(part) != std::string::npos;
+    });
+  };
+  const auto on = first("RSI_ON(");
+  if (on == lines.end()) return;
+  if (first("RSI_SETPUBLICPAR(") == lines.end()) {
+    return findings.warn(
+        name, on->line,
+        "no RSI_SetPublicPar: the correction is limited by correction_limit_deg = {:g} on both "
+        "sides of the start, not by the software limit switches. Make the files again",
+        config.correction_limit_deg);
+  }
+  for (const Placed<std::string>& one : lines) {
+    double limit_deg = 0.0;
+    if (!one.value.starts_with(kLimit) ||
+        !wire::parse_number(one.value.substr(kLimit.size()), limit_deg) ||
+        std::abs(limit_deg) >= config.correction_limit_deg)
+      continue;
+    return findings.refuse(name, one.line,
+                           "the fence is {:g} deg, [rsi] correction_limit_deg is {:g}: moves would "
+                           "be silently clamped. Make the files again",
+                           std::abs(limit_deg), config.correction_limit_deg);
+  }
+  RsiFilesConfig switches_alone = config;
+  switches_alone.ranges_deg.clear();
+  const std::vector<FenceLimit> wide = fence_limits(switches_alone), wanted = fence_limits(config);
+  for (std::size_t i = 0; i < wanted.size(); ++i) {
+    // Without a cell file the ranges are not known: what stands there is not compared.
+    const std::string value = config.ranges_deg.empty()
+                                  ? wide[i].value.substr(0, wide[i].value.find(',') + 1)
+                                  : wanted[i].value;
+    if (first(std::string(kLimit) + value) != lines.end()) continue;
+    if (first(std::string(kLimit) + wide[i].value) != lines.end()) {
+      return findings.warn(name, on->line,
+                           "the fence is that of the software limit switches alone, without the "
+                           "cell's ranges. Make the files again with the cell file (--cell)");
+    }
+    return findings.refuse(name, on->line,
+                           "{} is not LIMIT={}: the fence is not that of this cell. Make the "
+                           "files again with the cell file (--cell)",
+                           wanted[i].parameter, wanted[i].value);
+  }
+}
+
+}  // namespace cellcal::drivers::krl
