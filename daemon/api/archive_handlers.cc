@@ -7,6 +7,7 @@
 
 #include "daemon/api/handlers.h"
 #include "daemon/api/http/json_text.h"
+#include "daemon/api/network_files.h"
 #include "daemon/archive/archive.h"
 #include "daemon/files/printable.h"
 #include "daemon/files/system_words.h"
@@ -45,12 +46,12 @@ auto as_request(Act act) {
   }
 }
 
-/// A copy that is asked for from afar lies in a folder of the daemon's own, which has no links in it.
-void keep_below(const std::filesystem::path& folder, const std::filesystem::path& file) {
-  std::filesystem::create_directories(folder);
-  if (file.parent_path() == folder && !std::filesystem::is_symlink(folder)) return;
-  throw RequestError("over the network a backup is written to " + folder.string() +
-                     " alone. Name a file there, or use 'cellcal backup' on the cell's computer");
+/// Whoever may write into the folder of imports does not say by it what else is read.
+void refuse_links_in(const std::filesystem::path& directory) {
+  for (const auto& entry : std::filesystem::directory_iterator(directory))
+    if (entry.is_symlink())
+      throw RequestError(entry.path().string() +
+                         ": is a link, and is not followed for a request over the network");
 }
 
 }  // namespace
@@ -65,8 +66,13 @@ std::optional<Response> Api::export_session(const Call& call) {
 
 std::optional<Response> Api::import_session(const Call& call) {
   const std::filesystem::path directory = path_in(call.request.body, "directory");
+  keep_within(call.request, directory,
+              {"an export to be imported",
+               "Place it there, or use 'cellcal import' on the cell's computer",
+               {service_.imports_dir()}});
   Imported imported;
   as_request([&] {
+    if (call.request.is_from_network()) refuse_links_in(directory);
     const Archive archive = read_archive(directory);
     service_.alone("an import", [&] {
       imported = import_archive(journal_, archive, directory.string(), [&](std::int64_t session) {
@@ -82,8 +88,12 @@ std::optional<Response> Api::import_session(const Call& call) {
 
 std::optional<Response> Api::back_up(const Call& call) {
   const std::filesystem::path file = path_in(call.request.body, "file");
-  if (call.request.is_from_network()) keep_below(service_.backups_dir(), file);
+  keep_within(call.request, file,
+              {"a backup",
+               "Name a file there, or use 'cellcal backup' on the cell's computer",
+               {service_.backups_dir()}});
   return as_request([&] {
+    if (call.request.is_from_network()) std::filesystem::create_directories(service_.backups_dir());
     const std::vector<std::string> remarks = journal_.backup(file);
     for (const std::string& remark : remarks) spdlog::warn("{}", remark);
     spdlog::info("journal copied to {}", file.string());

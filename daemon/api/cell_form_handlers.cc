@@ -10,7 +10,6 @@
 #include "daemon/api/handlers.h"
 #include "daemon/api/http/json_text.h"
 #include "daemon/api/routes.h"
-#include "daemon/api/run_request.h"
 #include "daemon/cell_form/cell_shelf.h"
 #include "daemon/cell_form/form_json.h"
 #include "daemon/cell_form/lists.h"
@@ -66,9 +65,8 @@ void refuse_others(const json& body, std::initializer_list<const char*> known) {
 }
 
 /// Throws RequestError.
-std::filesystem::path cell_file_in(const Request& request, const std::string& text) {
+std::filesystem::path cell_file_in(const std::string& text) {
   const std::filesystem::path file(text);
-  refuse_other_files(request, file);
   if (!file.is_absolute() || printable(text) != text)
     throw RequestError("give the cell file as an absolute path");
   return file;
@@ -107,7 +105,8 @@ std::optional<Response> Api::show_cell_form(const Call& call) {
               {"reads_position", position_ && position_()},
               {"shown", nullptr}};
   if (const auto other = call.request.query.find("file"); other != call.request.query.end()) {
-    const std::filesystem::path file = cell_file_in(call.request, other->second);
+    const std::filesystem::path file = cell_file_in(other->second);
+    keep_among_cells(call.request, file);
     answer["shown"] =
         shown_json(file.stem().string(), file, cell_act([&] { return CellShelf::look_at(file); }));
     return Response{.body = dump(answer)};
@@ -142,7 +141,8 @@ std::optional<Response> Api::write_cell(const Call& call) {
   const std::string name = text_of(body, "name"), instead_of = text_of(body, "instead_of");
   const std::string origin = text_of(body, "from");
   const std::filesystem::path from =
-      origin.empty() ? std::filesystem::path() : cell_file_in(call.request, origin);
+      origin.empty() ? std::filesystem::path() : cell_file_in(origin);
+  keep_among_cells(call.request, from);
   return cell_act([&] {
     const std::filesystem::path file = shelf().file(name);
     const std::optional<CellShelf::Shown> before =

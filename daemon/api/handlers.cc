@@ -6,8 +6,10 @@
 #include "calib/model/error.h"
 #include "daemon/api/access/access.h"
 #include "daemon/api/http/json_text.h"
+#include "daemon/api/network_files.h"
 #include "daemon/api/routes.h"
 #include "daemon/api/run_request.h"
+#include "daemon/cell_form/cell_shelf.h"
 #include "daemon/files/system_words.h"
 #include "daemon/tasks/recorded/active_calibration.h"
 #include "drivers/error.h"
@@ -158,9 +160,22 @@ std::optional<Response> Api::with_clear_cell(const Call& call,
   }
 }
 
+void Api::keep_among_cells(const Request& request, const std::filesystem::path& cell) const {
+  if (cell.empty()) return;
+  NetworkFiles cells{
+      "a cell file",
+      "Place it there, name its folder in cell_folders of [http], or use 'cellcal' on "
+      "the cell's computer",
+      cell_folders_};
+  if (shelf_ != nullptr) cells.folders.push_back(shelf_->folder());
+  keep_within(request, cell, cells);
+  if (request.is_from_network() && cell.extension() != ".toml")
+    throw RequestError("over the network a cell file's name must end in .toml");
+}
+
 std::optional<Response> Api::run(const Call& call) {
   const RunRequest wanted = run_request(call.request.body);
-  refuse_other_files(call.request, wanted.cell);
+  keep_among_cells(call.request, wanted.cell);
   return with_clear_cell(call, [&] {
     return Response{201, "application/json", dump({{"session", service_.start(wanted)}})};
   });

@@ -53,6 +53,10 @@ class Api {
   void use(std::function<ReadPosition()> position) { position_ = std::move(position); }
   /// What [retention] says now. Any thread.
   void use(std::function<RetentionRule()> retention) { retention_ = std::move(retention); }
+  /// Where cell files lie that may be named over the network, beside those that are made here.
+  void use(std::vector<std::filesystem::path> cell_folders) {
+    cell_folders_ = std::move(cell_folders);
+  }
 
   /// Says who asks, or refuses. For no time.
   std::optional<Response> admit_local(Request& request) const;
@@ -133,6 +137,8 @@ class Api {
   std::optional<Response> read_cell_lists(const Call& call);
   std::optional<Response> write_cell(const Call& call);
   const CellShelf& shelf();
+  /// Throws RequestError where a request over the network names another file; empty: none is named.
+  void keep_among_cells(const Request& request, const std::filesystem::path& cell) const;
   // What begins without a person (schedule_handlers.cc).
   std::optional<Response> show_schedule(const Call& call);
   std::optional<Response> begin_scheduled(const Call& call);
@@ -175,6 +181,7 @@ class Api {
   std::function<AdviceStatus()> advice_;
   std::function<ReadPosition()> position_;
   std::function<RetentionRule()> retention_;
+  std::vector<std::filesystem::path> cell_folders_;
   Page page_;
   Examiner* examiner_;
   DriftWatch drift_watch_;

@@ -77,9 +77,11 @@ plant::ProposalBox& Api::proposals() {
 std::optional<Response> Api::show_proposals(const Call&) {
   json list = json::array();
   if (proposals_ == nullptr || (plant_line_ && !plant_line_()))
-    return Response{.body = dump({{"problem", nullptr}, {"proposals", std::move(list)}})};
+    return Response{
+        .body = dump({{"problem", nullptr}, {"dropped", 0}, {"proposals", std::move(list)}})};
   for (const KeptProposal& one : proposals().all()) list.push_back(to_json(one, proposals()));
   return Response{.body = dump({{"problem", text_or_null(proposals().problem())},
+                                {"dropped", proposals().dropped()},
                                 {"proposals", std::move(list)}})};
 }
 

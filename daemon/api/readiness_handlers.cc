@@ -3,7 +3,6 @@
 #include "daemon/api/handlers.h"
 #include "daemon/api/http/json_text.h"
 #include "daemon/api/routes.h"
-#include "daemon/api/run_request.h"
 #include "daemon/files/printable.h"
 #include "daemon/readiness/evidence.h"
 #include "daemon/readiness/examiner.h"
@@ -89,14 +88,14 @@ std::optional<Response> Api::doctor(const Call&) {
 
 std::optional<Response> Api::examine(const Call& call) {
   const std::filesystem::path cell = cell_asked_for(call.request.body);
-  refuse_other_files(call.request, cell);
+  keep_among_cells(call.request, cell);
   examiner().begin(cell);
   return Response{202, "application/json", "{}"};
 }
 
 std::optional<Response> Api::take_examination(const Call& call) {
   const json body = json::parse(call.request.body, nullptr, false);
-  refuse_other_files(call.request, body.is_object() ? body.value("cell", "") : "");
+  keep_among_cells(call.request, body.is_object() ? body.value("cell", "") : "");
   std::optional<Examiner::NotTaken> refused;
   try {
     refused = examiner().take(

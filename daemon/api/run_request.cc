@@ -29,11 +29,6 @@ void take(json& object, const char* key, T& value) {
 
 }  // namespace
 
-void refuse_other_files(const Request& request, const std::filesystem::path& cell) {
-  if (request.is_from_network() && !cell.empty() && cell.extension() != ".toml")
-    throw RequestError("over the network a cell file's name must end in .toml");
-}
-
 RunRequest run_request(const std::string& body) {
   json object = json::parse(body, nullptr, false);
   if (!object.is_object()) throw BadRequest("the body must be a JSON object");

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <limits>
 
 #include "calib/files/files.h"
 #include "calib/model/long_work.h"
@@ -120,9 +121,8 @@ std::optional<Response> Api::sessions(const Call& call) {
   const bool whole = !call.request.query.contains("limit");
   const auto limit = whole ? std::size_t(-1) : static_cast<std::size_t>(page_size(call.request, 0));
   json list = json::array();
-  for (SessionRecord& record : journal_.sessions()) {
-    if (before && record.id >= *before) continue;
-    if (list.size() >= limit) break;
+  for (SessionRecord& record :
+       journal_.sessions(before.value_or(std::numeric_limits<std::int64_t>::max()), limit)) {
     calib::poll_cancelled();
     if (!journal_.is_whole(record.id)) record.state = RecordState::kDamaged;
     list.push_back(to_json(record));

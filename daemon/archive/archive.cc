@@ -279,8 +279,15 @@ Imported import_archive(Journal& journal, const Archive& archive, const std::str
   const bool wanted = record && !record->calibration.empty() && record->origin;
   // Also behind one that got no farther than the rows.
   if (!wanted || fs::exists(results / "calibration.json")) return {session, is_new};
-  fs::create_directories(results);
-  write_atomically(results / "calibration.json", record->calibration);
+  try {
+    fs::create_directories(results);
+    write_atomically(results / "calibration.json", record->calibration);
+  } catch (const std::exception& failed) {
+    throw ArchiveError(
+        fmt::format("{}. Session {} is in the journal, without this file. Check the disk, make "
+                    "room, import again",
+                    failed.what(), session));
+  }
   return {session, is_new};
 }
 

@@ -77,6 +77,16 @@ std::string read_host_name(const TomlTable& table, std::string name) {
   return name;
 }
 
+std::vector<std::filesystem::path> read_folders(const TomlTable& table, const char* key) {
+  std::vector<std::filesystem::path> folders;
+  for (const std::string& name : table.strings(key)) {
+    folders.emplace_back(name);
+    if (!folders.back().is_absolute())
+      table.fail(key, shown_in_quotes(name) + " is no absolute path");
+  }
+  return folders;
+}
+
 }  // namespace
 
 std::vector<std::string> read_host_names(const TomlTable& table) {
@@ -89,7 +99,8 @@ std::vector<std::string> read_host_names(const TomlTable& table) {
 
 std::optional<HttpConfig> read_http(const TomlTable& table) {
   if (!table.has("listen")) {
-    for (const char* key : {"tls_certificate", "tls_key", "allow_plain", "host_names"}) {
+    for (const char* key :
+         {"tls_certificate", "tls_key", "allow_plain", "host_names", "cell_folders"}) {
       if (table.has(key)) {
         table.fail(key, "means nothing without listen. Set listen, such as \"127.0.0.1:8080\"");
       }
@@ -107,6 +118,7 @@ std::optional<HttpConfig> read_http(const TomlTable& table) {
                              "Give tls_certificate and tls_key, or set allow_plain = true");
   }
   http.host_names = read_host_names(table);
+  if (table.has("cell_folders")) http.cell_folders = read_folders(table, "cell_folders");
   table.refuse_unknown();
   return http;
 }

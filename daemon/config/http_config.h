@@ -17,6 +17,8 @@ struct HttpConfig {
   std::filesystem::path tls_certificate, tls_key;  ///< both or none
   /// Names, in lower case, under which browsers find this computer, beside its addresses.
   std::vector<std::string> host_names;
+  /// Where cell files lie that may be named over the network, beside those that were made there.
+  std::vector<std::filesystem::path> cell_folders{"/etc/cellcal"};
 
   bool tls() const { return !tls_certificate.empty(); }
   bool operator==(const HttpConfig&) const = default;

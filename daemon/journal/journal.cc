@@ -3,6 +3,7 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <span>
 
@@ -115,6 +116,8 @@ drivers::AxisAngles axes(const std::vector<double>& values) {
   for (const double value : values) result.push_back(value);
   return result;
 }
+
+constexpr std::int64_t kNewest = std::numeric_limits<std::int64_t>::max();
 
 calib::Touch touch_from(Statement& row) {
   calib::Touch touch;
@@ -414,27 +417,58 @@ bool Journal::is_whole(std::int64_t session) {
   return impl_->chain.is_whole(session);
 }
 
-std::vector<SessionRecord> Journal::Impl::sessions() {
-  Statement select(database, (std::string(kSelectSession) + "ORDER BY id DESC").c_str());
+std::vector<SessionRecord> Journal::sessions(std::int64_t before, std::size_t most) {
+  const std::lock_guard lock(impl_->mutex);
   std::vector<SessionRecord> records;
-  std::int64_t next = chain.newest_session();
-  const auto missing_down_to = [&](std::int64_t id) {
+  if (most == 0) return records;
+  impl_->look_for(before, [&](SessionRecord record) {
+    records.push_back(std::move(record));
+    return records.size() == most;
+  });
+  return records;
+}
+
+std::vector<SessionRecord> Journal::Impl::sessions() {
+  std::vector<SessionRecord> records;
+  look_for(kNewest, [&](SessionRecord record) {
+    records.push_back(std::move(record));
+    return false;
+  });
+  return records;
+}
+
+void Journal::Impl::look_for(std::int64_t before, const std::function<bool(SessionRecord)>& visit) {
+  Statement select(database, (std::string(kSelectSession) + "WHERE id<? ORDER BY id DESC").c_str());
+  select.bind(1, before);
+  std::int64_t next = std::min(chain.newest_session(), before - 1);
+  const auto is_among_missing_down_to = [&](std::int64_t id) {
     for (; next > id; --next) {
-      records.emplace_back();
-      records.back().id = next;
-      records.back().state = RecordState::kDamaged;
+      SessionRecord missing;
+      missing.id = next;
+      missing.state = RecordState::kDamaged;
+      if (visit(std::move(missing))) return true;
     }
+    return false;
   };
   while (select.step()) {
     calib::poll_cancelled();
     SessionRecord record = session_from(select, false);
-    missing_down_to(record.id);
+    if (is_among_missing_down_to(record.id)) return;
     judge(record);
-    records.push_back(std::move(record));
+    if (visit(std::move(record))) return;
     --next;
   }
-  missing_down_to(0);
-  return records;
+  is_among_missing_down_to(0);
+}
+
+std::optional<SessionRecord> Journal::Impl::newest_own() {
+  std::optional<SessionRecord> newest;
+  look_for(kNewest, [&](SessionRecord record) {
+    if (record.origin) return false;
+    newest = std::move(record);
+    return true;
+  });
+  return newest;
 }
 
 std::optional<bool> Journal::was_published(std::int64_t session) {
@@ -468,15 +502,17 @@ std::optional<SessionRecord> Journal::session(std::int64_t id) {
   return record;
 }
 
+std::optional<SessionRecord> Journal::newest_own() {
+  const std::lock_guard lock(impl_->mutex);
+  return impl_->newest_own();
+}
+
 std::optional<SessionRecord> Journal::newest_resumable() {
   // Only the newest session: behind an older one the cell may have been moved or mended since. What
   // was imported happened elsewhere.
-  for (const SessionRecord& record : sessions()) {
-    if (record.origin) continue;
-    if (!record.resumable()) return std::nullopt;
-    return session(record.id);
-  }
-  return std::nullopt;
+  const std::optional<SessionRecord> newest = newest_own();
+  if (!newest || !newest->resumable()) return std::nullopt;
+  return session(newest->id);
 }
 
 std::vector<calib::Touch> Journal::touches(std::int64_t session) {

@@ -73,12 +73,16 @@ class Journal {
   /// Newest first, without the texts of the inputs and the calibration. Damaged: by the session's own row, and by the others
   /// where is_whole() or a reader has looked at them. Can be called off (calib/model/long_work.h).
   std::vector<SessionRecord> sessions();
+  /// Of these so many at most, from the newest whose number is less than `before`; looks at no others.
+  std::vector<SessionRecord> sessions(std::int64_t before, std::size_t most);
   /// Of a calibration that is done, what its verdict says; nothing of all else. For lists: a tenth of a millisecond, and
   /// not compared with its checksums.
   std::optional<bool> was_published(std::int64_t session);
   /// Of a session that is damaged: whether its calibration may have been published, for all that its own row still says.
   bool may_be_published(std::int64_t session);
   std::optional<SessionRecord> session(std::int64_t id);
+  /// As the first of sessions() that was not imported; looks at no later one.
+  std::optional<SessionRecord> newest_own();
   std::optional<SessionRecord> newest_resumable();
   std::vector<calib::Touch> touches(std::int64_t session);
   std::vector<std::string> events(std::int64_t session);

@@ -31,6 +31,10 @@ struct Journal::Impl {
   std::vector<calib::Touch> touches(std::int64_t session);
   /// As Journal::sessions().
   std::vector<SessionRecord> sessions();
+  /// As sessions(), from the newest below `before` on, until one is enough (`visit` says true): no other one is looked at.
+  void look_for(std::int64_t before, const std::function<bool(SessionRecord)>& visit);
+  /// The newest that was not imported.
+  std::optional<SessionRecord> newest_own();
   /// The row that was inserted last.
   void added(std::int64_t session, const char* table) {
     chain.add(session, table, database.last_row_id());

@@ -8,14 +8,11 @@ void Journal::report_to(std::shared_ptr<const Reporter> reporter) {
   const std::string address = reporter ? reporter->address() : "";
   // The newest of this journal's own, where nobody runs it any more and it was not reported.
   const auto interrupted = [&]() -> std::optional<SessionRecord> {
-    for (SessionRecord& newest : impl_->sessions()) {
-      if (newest.origin) continue;
-      if (newest.state != RecordState::kInterrupted ||
-          impl_->outbox.was_reported_interrupted(impl_->chain.last_entry(newest.id)))
-        return std::nullopt;
-      return std::move(newest);
-    }
-    return std::nullopt;
+    std::optional<SessionRecord> newest = impl_->newest_own();
+    if (!newest || newest->state != RecordState::kInterrupted ||
+        impl_->outbox.was_reported_interrupted(impl_->chain.last_entry(newest->id)))
+      return std::nullopt;
+    return newest;
   };
   {
     const std::lock_guard lock(impl_->mutex);

@@ -301,6 +301,7 @@ void run_daemon(const DaemonConfig& config, const std::function<DaemonConfig()>&
   api.use([&advice] { return advice.status(); });
   const CellShelf shelf(config.state_dir / "cells");
   api.use(shelf);
+  if (config.http) api.use(config.http->cell_folders);
   api.use(Api::PlantLineStatus([&plant_line] { return plant_line.status(); }));
   api.use(std::function<RetentionRule()>([&nights] { return nights.retention(); }));
   HttpServer server(

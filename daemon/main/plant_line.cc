@@ -1,5 +1,6 @@
 #include "daemon/main/plant_line.h"
 
+#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
@@ -65,7 +66,9 @@ plant::ProposalBox::Parts PlantLine::proposal_parts() {
               if (refused.why != NotActivated::Why::kActive) throw;
             }
           },
-          [this](const plant::AnswerFact& answer) { journal_.report(0, plant::report_of(answer)); },
+          [this](const plant::AnswerFact& answer, plant::Worth worth) {
+            journal_.report(0, plant::report_of(answer, worth));
+          },
           [this](plant::ProposalKind kind) {
             const auto& config = live_.now()->plant;
             return config && std::ranges::find(config->accept, plant::to_string(kind)) !=
@@ -81,7 +84,11 @@ bool PlantLine::take(const plant::Proposal& proposal) try {
   const std::optional<plant::Stand> stand = proposals_.take(proposal, wall_clock_utc());
   if (!stand) spdlog::warn("[plant]: proposal {} is not taken: too many are open", proposal.id);
   if (stand == plant::Stand::kOpen && !known)
-    spdlog::info("[plant]: proposal {} waits for an answer: 'cellcal proposals'", proposal.id);
+    spdlog::info("[plant]: proposal {} waits for an answer: 'cellcal proposals'{}", proposal.id,
+                 proposals_.full() ? fmt::format(". {} earlier ones are remembered: [plant] accept "
+                                                 "puts no calibration into use any more",
+                                                 plant::kMostLasting)
+                                   : "");
   return stand && *stand != plant::Stand::kOpen;
 } catch (const std::exception& failed) {
   spdlog::warn("[plant]: proposal {} is not taken: {}", proposal.id, failed.what());

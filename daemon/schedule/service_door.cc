@@ -100,13 +100,12 @@ Standing ServiceDoor::standing() {
   if (status.session > 0) {
     standing.state = state_of(status.phase);
     if (status.failure) standing.failure = *status.failure;
-  } else if (const auto& all = records(status); !all.empty()) {
-    const SessionRecord& newest = all.front();
-    standing.session = newest.id;
-    standing.state = state_of(newest);
-    if (standing.state == End::kFailed) standing.failure = failure_from_journal(newest.failure);
-    touches = static_cast<std::size_t>(newest.touches);
-    planned = static_cast<std::size_t>(newest.planned);
+  } else if (const auto newest = journal_.newest_own()) {
+    standing.session = newest->id;
+    standing.state = state_of(*newest);
+    if (standing.state == End::kFailed) standing.failure = failure_from_journal(newest->failure);
+    touches = static_cast<std::size_t>(newest->touches);
+    planned = static_cast<std::size_t>(newest->planned);
   } else {
     return standing;
   }

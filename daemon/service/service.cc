@@ -414,4 +414,6 @@ std::filesystem::path SessionService::results_dir(std::int64_t session) const {
 
 std::filesystem::path SessionService::backups_dir() const { return parts_.state_dir / "backups"; }
 
+std::filesystem::path SessionService::imports_dir() const { return parts_.state_dir / "imports"; }
+
 }  // namespace cellcal::daemon

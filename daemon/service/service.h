@@ -89,6 +89,8 @@ class SessionService {
   std::filesystem::path results_dir(std::int64_t session) const;
   /// Where backups go that are asked for over the network.
   std::filesystem::path backups_dir() const;
+  /// Where exports lie that may be imported over the network.
+  std::filesystem::path imports_dir() const;
 
  private:
   /// Until there is room for a session that is to begin, or `limit`. Throws BusyError where somebody aborts meanwhile.

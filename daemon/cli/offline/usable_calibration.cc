@@ -29,10 +29,11 @@ calib::Calibration read_calibration(const std::filesystem::path& file) {
   const std::string text = calib::read_file(file);
   calib::Calibration calibration = calib::calibration_from_json(text, file.string());
   if (!calib::states_sum(text))
-    fmt::print(stderr,
-               "note: {}: has no sum (written by an earlier version): a changed value does not "
-               "show\n",
-               file.string());
+    fmt::print(
+        stderr,
+        "warning: {}: has no sum: written by an earlier version, or taken out. A changed value "
+        "does not show. Compare it with its session: 'cellcal export ID DIR'\n",
+        file.string());
   return calibration;
 }
 

@@ -80,6 +80,8 @@ int list_proposals(const Connection& daemon) {
   std::string words =
       fmt::format("{:<20}  {:<19}  {:<8}  {}\n", "id", "received (UTC)", "stand", "proposal");
   for (const json& one : all["proposals"]) words += proposal_line(one);
+  if (const auto dropped = all.value("dropped", std::int64_t{0}); dropped > 0)
+    words += fmt::format("{} older decided proposals are no longer listed\n", dropped);
   put(all["proposals"].empty() ? "the plant proposed nothing\n" : words, {});
   return kSuccess;
 }

@@ -89,8 +89,10 @@ CheckFact check_of(const SessionOptions& options, const SessionOutcome& outcome,
 
 }  // namespace
 
-Report report_of(const FactBody& body) {
-  const bool telemetry = worth_of(body) == Worth::kTelemetry;
+Report report_of(const FactBody& body) { return report_of(body, worth_of(body)); }
+
+Report report_of(const FactBody& body, Worth worth) {
+  const bool telemetry = worth == Worth::kTelemetry;
   return {kind_of(body), telemetry ? daemon::Worth::kTelemetry : daemon::Worth::kResult,
           body_to_json(body)};
 }

@@ -11,6 +11,8 @@ namespace cellcal::daemon::plant {
 
 /// The row of a fact that comes from elsewhere, for Journal::report().
 Report report_of(const FactBody& body);
+/// Of one that is worth less here than as a rule: `worth` says whether the outbox may drop it.
+Report report_of(const FactBody& body, Worth worth);
 
 class PlantReporter final : public Reporter {
  public:

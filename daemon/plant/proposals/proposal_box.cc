@@ -6,6 +6,7 @@
 #include "calib/syntax/input_file.h"
 #include "daemon/config/schedule_config.h"
 #include "daemon/files/atomic_file.h"
+#include "daemon/files/printable.h"
 #include "daemon/plant/proposals/proposals_file.h"
 
 namespace cellcal::daemon::plant {
@@ -13,6 +14,7 @@ namespace cellcal::daemon::plant {
 namespace {
 
 constexpr const char* kCell = "cellcald";
+constexpr const char* kPolicy = "[plant] accept";
 
 std::filesystem::path file_in(const std::filesystem::path& state_dir) {
   return state_dir / "proposals.json";
@@ -20,6 +22,36 @@ std::filesystem::path file_in(const std::filesystem::path& state_dir) {
 
 bool has_a_file(ProposalKind kind) {
   return kind == ProposalKind::kSchedule || kind == ProposalKind::kPriors;
+}
+
+bool has_effect(ProposalKind kind) { return kind == ProposalKind::kActivate || has_a_file(kind); }
+
+/// How long it is remembered, the shortest first.
+enum class Hold { kNobodys, kDecided, kLasting, kOpen };
+Hold hold_of(const KeptProposal& one) {
+  if (one.stand == Stand::kOpen) return Hold::kOpen;
+  if (one.stand == Stand::kWithdrawn || one.by == kCell) return Hold::kNobodys;
+  return has_effect(one.proposal.kind) ? Hold::kLasting : Hold::kDecided;
+}
+
+std::size_t count_of(const std::vector<KeptProposal>& all, Hold hold) {
+  return static_cast<std::size_t>(std::ranges::count(all, hold, hold_of));
+}
+
+/// As anybody's text it may have any length.
+std::size_t bytes_of(const KeptProposal& one) {
+  return one.proposal.text.size() + one.proposal.reason.size() + one.reason.size();
+}
+
+/// One line, whole letters.
+std::string own_reason(const std::string& words) {
+  std::string line = printable(words);
+  if (line.size() <= kLongestOwnReason) return line;
+  constexpr unsigned kWithin = 0xC0, kContinued = 0x80;
+  std::size_t end = kLongestOwnReason;
+  while (end > 0 && (static_cast<unsigned char>(line[end]) & kWithin) == kContinued) --end;
+  line.resize(end);
+  return line;
 }
 
 }  // namespace
@@ -84,8 +116,8 @@ void ProposalBox::store() const {
 
 KeptProposal* ProposalBox::known(const std::string& id) {
   const auto found =
-      std::ranges::find(kept_, id, [](const KeptProposal& one) { return one.proposal.id; });
-  return found == kept_.end() ? nullptr : &*found;
+      std::ranges::find(kept_.all, id, [](const KeptProposal& one) { return one.proposal.id; });
+  return found == kept_.all.end() ? nullptr : &*found;
 }
 
 KeptProposal& ProposalBox::open(const std::string& id) {
@@ -119,7 +151,10 @@ KeptProposal ProposalBox::decide(KeptProposal& kept, Stand stand, const Say& say
 void ProposalBox::report(KeptProposal& kept) {
   if (kept.reported || kept.stand == Stand::kOpen) return;
   try {
-    parts_.answer({kept.proposal.id, kept.stand == Stand::kAccepted, kept.by, kept.reason});
+    const bool person = kept.stand != Stand::kWithdrawn && kept.by != kCell && kept.by != kPolicy;
+    const bool effect = kept.stand == Stand::kAccepted && has_effect(kept.proposal.kind);
+    parts_.answer({kept.proposal.id, kept.stand == Stand::kAccepted, kept.by, kept.reason},
+                  person || effect ? Worth::kResult : Worth::kTelemetry);
     kept.reported = true;
     store();
   } catch (const std::exception&) {
@@ -138,29 +173,51 @@ void ProposalBox::act(const Proposal& proposal, const Say& say) {
   }
 }
 
+/// The oldest go, those first that nobody here decided, then those that changed nothing. Of the others the id stays longest: forgotten
+/// it could be carried out again.
+void ProposalBox::make_room() {
+  std::vector<KeptProposal>& all = kept_.all;
+  const auto bytes = [&] {
+    std::size_t sum = 0;
+    for (const KeptProposal& one : all) sum += bytes_of(one);
+    return sum;
+  };
+  const auto too_many = [&] {
+    return all.size() - count_of(all, Hold::kLasting) > kMostKept || bytes() > kMostKeptBytes;
+  };
+  const auto drop_oldest = [&](Hold hold) {
+    const auto oldest = std::ranges::find(all, hold, hold_of);
+    if (oldest == all.end()) return false;
+    all.erase(oldest);
+    ++kept_.dropped;
+    return true;
+  };
+  for (const Hold hold : {Hold::kNobodys, Hold::kDecided})
+    while (too_many() && drop_oldest(hold)) {
+    }
+  for (auto one = all.begin(); one != all.end() && bytes() > kMostKeptBytes; ++one)
+    if (hold_of(*one) == Hold::kLasting) one->proposal.text = one->proposal.reason = "";
+  while (count_of(all, Hold::kLasting) > kMostLasting) drop_oldest(Hold::kLasting);
+}
+
 std::optional<Stand> ProposalBox::take(const Proposal& proposal, const std::string& utc) {
   const std::lock_guard lock(mutex_);
   KeptProposal* kept = known(proposal.id);
   const bool withdrawn = proposal.kind == ProposalKind::kWithdraw;
+  const Say withdrawal{proposal.by, own_reason("withdrawn: " + proposal.reason), utc};
   if (kept != nullptr && withdrawn && kept->stand == Stand::kOpen)
-    return decide(*kept, Stand::kWithdrawn, {proposal.by, "withdrawn: " + proposal.reason, utc})
-        .stand;
+    return decide(*kept, Stand::kWithdrawn, withdrawal).stand;
   if (kept == nullptr) {
-    if (!withdrawn && std::ranges::count(kept_, Stand::kOpen, &KeptProposal::stand) >=
-                          static_cast<std::ptrdiff_t>(kMostOpen))
-      return std::nullopt;
-    const std::vector<KeptProposal> before = kept_;
-    kept_.push_back({proposal, utc, Stand::kOpen, "", "", ""});
-    while (kept_.size() > kMostKept)
-      kept_.erase(std::ranges::find_if(
-          kept_, [](const KeptProposal& one) { return one.stand != Stand::kOpen; }));
-    kept = &kept_.back();
+    if (!withdrawn && count_of(kept_.all, Hold::kOpen) >= kMostOpen) return std::nullopt;
+    const KeptProposals before = kept_;
+    kept_.all.push_back({proposal, utc, Stand::kOpen, "", "", ""});
+    make_room();
+    kept = &kept_.all.back();
     try {
       if (withdrawn)  // before it ever came
-        return decide(*kept, Stand::kWithdrawn, {proposal.by, "withdrawn: " + proposal.reason, utc})
-            .stand;
+        return decide(*kept, Stand::kWithdrawn, withdrawal).stand;
       if (const auto why = unusable(proposal))
-        return decide(*kept, Stand::kRefused, {kCell, *why, utc}).stand;
+        return decide(*kept, Stand::kRefused, {kCell, own_reason(*why), utc}).stand;
       store();
     } catch (...) {
       kept_ = before;
@@ -175,7 +232,8 @@ std::optional<Stand> ProposalBox::take(const Proposal& proposal, const std::stri
 /// What stands in the way leaves it to somebody, or to the next time that it comes.
 void ProposalBox::by_policy(KeptProposal& kept, const std::string& utc) {
   if (!may_be_policy(kept.proposal.kind) || !parts_.policy(kept.proposal.kind)) return;
-  const Say say{"[plant] accept", "", utc};
+  if (has_effect(kept.proposal.kind) && count_of(kept_.all, Hold::kLasting) >= kMostLasting) return;
+  const Say say{kPolicy, "", utc};
   try {
     act(kept.proposal, say);
   } catch (const std::exception&) {
@@ -186,7 +244,17 @@ void ProposalBox::by_policy(KeptProposal& kept, const std::string& utc) {
 
 std::vector<KeptProposal> ProposalBox::all() const {
   const std::lock_guard lock(mutex_);
-  return {kept_.rbegin(), kept_.rend()};
+  return {kept_.all.rbegin(), kept_.all.rend()};
+}
+
+std::int64_t ProposalBox::dropped() const {
+  const std::lock_guard lock(mutex_);
+  return kept_.dropped;
+}
+
+bool ProposalBox::full() const {
+  const std::lock_guard lock(mutex_);
+  return count_of(kept_.all, Hold::kLasting) >= kMostLasting;
 }
 
 KeptProposal ProposalBox::accept(const std::string& id, const Say& say) {

@@ -40,6 +40,21 @@ struct NotDecided : std::runtime_error {
 };
 
 inline constexpr std::size_t kMostOpen = 20, kMostKept = 100;
+/// Beyond kMostKept: ids of proposals that changed the cell, or that a person refused to let change it. They are remembered, because
+/// the same proposal may come again at any time; where so many are, no policy accepts another one of these kinds.
+inline constexpr std::size_t kMostLasting = 1000;
+/// Of all texts that are kept.
+inline constexpr std::size_t kMostKeptBytes = std::size_t{4} << 20;
+/// Of the reason for an answer that no person gave.
+inline constexpr std::size_t kLongestOwnReason = 500;
+
+/// What is on disk.
+struct KeptProposals {
+  std::vector<KeptProposal> all{};  ///< oldest first
+  std::int64_t dropped = 0;         ///< decided ones that are no longer listed
+
+  bool operator==(const KeptProposals&) const = default;
+};
 
 class ProposalBox {
  public:
@@ -47,8 +62,9 @@ class ProposalBox {
     std::filesystem::path state_dir;
     /// Puts that session's calibration into use, if it is not; throws where that cannot be, and the proposal stays open.
     std::function<void(const Proposal&, const Say&)> activate;
-    /// What is said, for the plant; on disk when it returns. Where it throws it is asked again when the proposal comes again.
-    std::function<void(const AnswerFact&)> answer;
+    /// What is said, for the plant; on disk when it returns. Where it throws it is asked again when the proposal comes again. What a
+    /// plant can cause as often as it likes, without a person and without an effect here, is worth no more than telemetry.
+    std::function<void(const AnswerFact&, Worth)> answer;
     /// Whether the configuration accepts proposals of that kind by itself; asked for kinds that it may (may_be_policy()).
     std::function<bool(ProposalKind)> policy;
   };
@@ -63,6 +79,10 @@ class ProposalBox {
 
   /// Newest first.
   std::vector<KeptProposal> all() const;
+  /// So many that were decided are no longer among them.
+  std::int64_t dropped() const;
+  /// kMostLasting are remembered: what has an effect waits for somebody, whatever the policy.
+  bool full() const;
   /// What it came to. Throw NotDecided, and accept() what activating throws.
   KeptProposal accept(const std::string& id, const Say& say);
   KeptProposal refuse(const std::string& id, const Say& say);
@@ -78,11 +98,12 @@ class ProposalBox {
   void by_policy(KeptProposal& kept, const std::string& utc);
   void act(const Proposal& proposal, const Say& say);
   void store() const;
+  void make_room();
 
   Parts parts_;
   std::string problem_;
   mutable std::mutex mutex_;
-  std::vector<KeptProposal> kept_;  ///< oldest first
+  KeptProposals kept_;
 };
 
 /// Why it can never be used, by the readers that the cell has; none: it may be.

@@ -42,17 +42,20 @@ const fields::Table<KeptProposal>& kept_fields() {
 
 }  // namespace
 
-std::string proposals_to_json(const std::vector<KeptProposal>& kept) {
+std::string proposals_to_json(const KeptProposals& kept) {
   return calib::write_lines(
-      {{"format", kFormat}, {"proposals", fields::list(fields::object(kept_fields())).to(kept)}});
+      {{"format", kFormat},
+       {"dropped", kept.dropped},
+       {"proposals", fields::list(fields::object(kept_fields())).to(kept.all)}});
 }
 
-std::vector<KeptProposal> proposals_from_json(std::string_view json, const std::string& name) {
+KeptProposals proposals_from_json(std::string_view json, const std::string& name) {
   const nlohmann::json parsed = json_of(json, kLargest, name);
   const calib::JsonReader reader(parsed, name);
   if (reader.at("format").text() != kFormat)
     reader.at("format").fail(std::string("must be \"") + kFormat + '"');
-  return fields::list(fields::object(kept_fields())).from(reader.at("proposals"));
+  return {fields::list(fields::object(kept_fields())).from(reader.at("proposals")),
+          reader.has("dropped") ? count<std::int64_t>().from(reader.at("dropped")) : 0};
 }
 
 }  // namespace cellcal::daemon::plant

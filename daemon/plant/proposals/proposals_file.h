@@ -3,14 +3,13 @@
 
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "daemon/plant/proposals/proposal_box.h"
 
 namespace cellcal::daemon::plant {
 
-std::string proposals_to_json(const std::vector<KeptProposal>& kept);
+std::string proposals_to_json(const KeptProposals& kept);
 /// Throws calib::FileError.
-std::vector<KeptProposal> proposals_from_json(std::string_view json, const std::string& name);
+KeptProposals proposals_from_json(std::string_view json, const std::string& name);
 
 }  // namespace cellcal::daemon::plant

@@ -12,6 +12,7 @@
 
 #include "daemon/api/handlers.h"
 #include "daemon/api/http/same_site.h"
+#include "daemon/cell_form/cell_shelf.h"
 #include "daemon/schedule/schedule.h"
 #include "daemon/schedule/service_door.h"
 #include "tests/daemon/api/without_hardware.h"
@@ -317,6 +318,7 @@ TEST_F(an_api_on_the_network, refuses_names_that_are_not_its_own) {
 }
 
 TEST_F(an_api_on_the_network, moves_nothing_before_somebody_said_that_the_cell_is_clear) {
+  api.use(std::vector{std::filesystem::path(CELLCAL_DEMO_CELL).parent_path()});
   const std::string run = json{{"cell", CELLCAL_DEMO_CELL}}.dump();
   const Response early = ask(Role::kOperate, "POST", "/v1/run", run);
   EXPECT_EQ(early.status, 412);
@@ -368,11 +370,36 @@ TEST_F(an_api_on_the_network, names_no_files_of_the_computer_but_cell_files_and_
   const auto status = [&](Role role, const char* path, const json& body) {
     return ask(role, "POST", path, body.dump()).status;
   };
-  for (const char* file : {"/etc/passwd", "/nonexistent"}) {
-    EXPECT_EQ(words(ask(Role::kOperate, "POST", "/v1/run", json{{"cell", file}}.dump())),
-              "over the network a cell file's name must end in .toml");
-    EXPECT_EQ(status(Role::kOperate, "/v1/doctor", {{"cell", file}}), 422);
-  }
+  const std::filesystem::path cells = std::filesystem::path(CELLCAL_DEMO_CELL).parent_path();
+  const std::filesystem::path linked = dir / "linked.toml", other = dir / "other.toml";
+  std::filesystem::create_symlink(CELLCAL_DEMO_CELL, linked);
+  std::filesystem::copy_file(CELLCAL_DEMO_CELL, other);
+  const std::filesystem::path as_link = dir / "cells";
+  std::filesystem::create_directory_symlink(cells, as_link);
+  api.use(std::vector{cells, dir.path() / "cells"});
+  const CellShelf shelf(dir / "made");
+  api.use(shelf);
+  const auto answers = [&](const std::filesystem::path& file) {
+    const std::string cell = json{{"cell", file}}.dump();
+    const std::string asked = "/v1/cell-form?file=" + file.string();
+    std::string all;
+    for (const Response& one :
+         {ask(Role::kOperate, "POST", "/v1/run", cell),
+          ask(Role::kOperate, "POST", "/v1/doctor", cell),
+          ask(Role::kOperate, "POST", "/v1/doctor/result", cell), ask(Role::kOperate, "GET", asked),
+          ask(Role::kOperate, "POST", "/v1/cell-form", json{{"from", file}}.dump())})
+      all += std::to_string(one.status) + " " + words(one) + "\n";
+    return all;
+  };
+  const std::string refused = answers("/etc/passwd");
+  EXPECT_EQ(refused.find("422 over the network a cell file lies directly in " + cells.string()), 0u)
+      << refused;
+  for (const std::filesystem::path& file :
+       {std::filesystem::path("/nonexistent.toml"), other, linked, as_link / "cell.toml",
+        cells / "." / "cell.toml", cells / ".." / cells.filename() / "cell.toml"})
+    EXPECT_EQ(answers(file), refused) << file;
+  EXPECT_EQ(status(Role::kOperate, "/v1/run", {{"cell", CELLCAL_DEMO_CELL}}), 412);
+  EXPECT_EQ(ask(Role::kOperate, "GET", "/v1/cell-form?file=" CELLCAL_DEMO_CELL).status, 200);
   const auto backups = service.backups_dir();
   const std::filesystem::path elsewhere =
       std::filesystem::path(::testing::TempDir()) / "elsewhere.db";
@@ -385,6 +412,26 @@ TEST_F(an_api_on_the_network, names_no_files_of_the_computer_but_cell_files_and_
   std::filesystem::remove_all(backups);
   std::filesystem::create_directory_symlink(::testing::TempDir(), backups);
   EXPECT_EQ(status(Role::kAdminister, "/v1/backup", {{"file", (backups / "y.db").string()}}), 422);
+}
+
+TEST_F(an_api_on_the_network, imports_from_one_folder_alone_and_follows_no_link) {
+  const auto answer = [&](const std::filesystem::path& directory) {
+    const Response one = ask(Role::kAdminister, "POST", "/v1/import",
+                             json{{"directory", directory.string()}}.dump());
+    return std::to_string(one.status) + " " + words(one);
+  };
+  const std::string refused = answer("/etc");
+  EXPECT_NE(refused.find(service.imports_dir().string()), std::string::npos) << refused;
+  const auto imports = service.imports_dir();
+  std::filesystem::create_directories(imports / "true" / "deep");
+  std::filesystem::create_directory_symlink("/etc", imports / "link");
+  for (const std::filesystem::path& elsewhere :
+       {std::filesystem::path("/nonexistent"), imports / "link", imports, imports / "true" / "deep",
+        imports / ".." / "imports" / "true"})
+    EXPECT_EQ(answer(elsewhere), refused) << elsewhere;
+  EXPECT_NE(answer(imports / "true"), refused);
+  std::filesystem::create_symlink("/etc/passwd", imports / "true" / "export.json");
+  EXPECT_NE(answer(imports / "true").find("is a link"), std::string::npos);
 }
 
 TEST_F(an_api_on_the_network, needs_no_word_over_the_unix_socket) {

@@ -129,7 +129,7 @@ struct a_described_api : ::testing::Test, testing::WithoutHardware {
                      {}}};
   plant::ProposalBox proposals{
       {dir.path(), [](const plant::Proposal&, const plant::Say&) { throw BusyError("later"); },
-       [](const plant::AnswerFact&) {}, [](plant::ProposalKind) { return false; }}};
+       [](const plant::AnswerFact&, plant::Worth) {}, [](plant::ProposalKind) { return false; }}};
   /// A controller with one frame, TOOL_DATA[3].
   drivers::EkiFrameValues on_controller{59.9, 50.5, 410.3, 38.84, 3.59, 0.0};
   drivers::EkiFrameEnd next_set = drivers::EkiFrameEnd::kSet;

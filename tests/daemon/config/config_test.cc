@@ -396,6 +396,8 @@ TEST(a_configuration, names_what_is_wrong_with_its_network) {
   EXPECT_NE(reason(listen + "port = 1\n").find("port"), std::string::npos);
   EXPECT_NE(reason(listen + "host_names = [\"a b\"]\n").find("host_names"), std::string::npos);
   EXPECT_NE(reason(listen + "host_names = [\"a:80\"]\n").find("host_names"), std::string::npos);
+  EXPECT_NE(reason(listen + "cell_folders = [\"cells\"]\n").find("cell_folders"),
+            std::string::npos);
   EXPECT_NE(reason(kMock + "[http]\nallow_plain = true\n").find("listen"), std::string::npos);
 }
 

@@ -101,6 +101,7 @@ std::string figures(const DaemonConfig& c) {
   if (const auto& http = c.http) {
     text += line("http", http->address, http->port, http->tls_certificate, http->tls_key);
     for (const std::string& name : http->host_names) text += line("host", name);
+    for (const auto& folder : http->cell_folders) text += line("cells", folder);
   }
   text +=
       line("motion", c.motion.speed_fraction, c.motion.acceleration_rad_s2, c.motion.hand_speed_m_s,
@@ -199,7 +200,8 @@ std::string with_another(const std::string& text, const std::string& table,
                             "[\"a@b\"]",
                             "\"23:45\"",
                             "[\"sun\"]",
-                            "[\"x\"]"}) {
+                            "[\"x\"]",
+                            "[\"/x\"]"}) {
     const std::string other = text.substr(0, from) + value + "  " + rest;
     if (reason(other) != "accepted") continue;
     std::string changed = figures(parse_config(other, "d.toml"));

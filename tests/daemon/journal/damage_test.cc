@@ -165,6 +165,31 @@ TEST_P(a_row, that_another_program_changed_is_told_and_its_session_refused) {
   }
 }
 
+TEST(a_page_of_sessions, is_that_part_of_all_of_them_with_those_that_were_taken_out) {
+  const TemporaryDirectory dir;
+  const auto path = dir / "j.db";
+  {
+    Journal journal(path);
+    for (int i = 0; i < 7; ++i) fill(journal, 1);
+  }
+  // The newest, two in a row, and the oldest.
+  Database(path).execute("PRAGMA foreign_keys=OFF; DELETE FROM session WHERE id IN (1, 4, 5, 7)");
+  Journal journal(path);
+  const std::vector<SessionRecord> all = journal.sessions();
+  ASSERT_EQ(all.size(), 7u);
+  for (std::int64_t before = 0; before <= 9; ++before)
+    for (std::size_t most = 0; most <= 8; ++most) {
+      std::vector<std::pair<std::int64_t, RecordState>> expected, page;
+      for (const SessionRecord& one : all)
+        if (one.id < before && expected.size() < most) expected.emplace_back(one.id, one.state);
+      for (const SessionRecord& one : journal.sessions(before, most))
+        page.emplace_back(one.id, one.state);
+      EXPECT_EQ(page, expected) << most << " before " << before;
+    }
+  EXPECT_EQ(journal.newest_own()->id, 7);
+  EXPECT_THROW((void)journal.newest_resumable(), DamagedError) << "nobody knows how it ended";
+}
+
 const Change kChanges[] = {
     {"an_angle", "UPDATE touch SET joint_rad = zeroblob(16) WHERE session=2 AND number=1", 2},
     {"a_target", "UPDATE touch SET target='S2' WHERE session=1 AND number=0", 1},

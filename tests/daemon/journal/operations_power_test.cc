@@ -128,7 +128,7 @@ TEST_P(an_operation, whose_power_is_cut_at_any_write_is_whole_or_not_there) {
 
 TEST_P(an_operation,
        whose_disk_fails_from_any_write_on_is_refused_by_name_and_done_when_it_is_back) {
-  for (const int error : {ENOSPC, EROFS}) {
+  for (const int error : {ENOSPC, EROFS, EIO}) {
     int failed = 0;
     for (long at = 0;; ++at) {
       const TemporaryDirectory dir;
@@ -158,8 +158,12 @@ TEST_P(an_operation,
       expect_whole(dir / "j.db", where);
       if (HasFatalFailure()) return;
     }
-    std::printf("%s with a disk that is %s from each of %d writes on: all or nothing, done later\n",
-                GetParam().name, error == ENOSPC ? "full" : "read-only", failed);
+    std::printf("%s: disk %s from each of %d writes on: all or nothing, done when it was back\n",
+                GetParam().name,
+                error == ENOSPC  ? "full"
+                : error == EROFS ? "read-only"
+                                 : "broken (EIO)",
+                failed);
     EXPECT_GT(failed, 3);
   }
 }

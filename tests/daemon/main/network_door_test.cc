@@ -40,7 +40,8 @@ void expect_events_as_described(const std::string& stream) {
 struct a_daemon_on_the_network : ::testing::Test {
   a_daemon_on_the_network()
       : port(free_port()),
-        fixture("[http]\nlisten = \"127.0.0.1:" + std::to_string(port) + "\"\n") {}
+        fixture("[http]\nlisten = \"127.0.0.1:" + std::to_string(port) + "\"\ncell_folders = [\"" +
+                std::filesystem::path(CELLCAL_DEMO_CELL).parent_path().string() + "\"]\n") {}
 
   struct Answer {
     int status = 0;

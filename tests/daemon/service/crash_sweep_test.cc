@@ -5,11 +5,15 @@
 #include <signal.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <chrono>
+#include <cstdlib>
 #include <set>
 #include <thread>
 
+#include "calib/syntax/input_file.h"
+#include "daemon/archive/archive.h"
 #include "daemon/backends/backends.h"
 #include "daemon/service/journal_recorder.h"
 #include "daemon/service/service.h"
@@ -125,6 +129,12 @@ TEST(a_session, whose_power_is_cut_at_many_of_its_writes_is_resumed_to_its_end) 
   EXPECT_GT(cuts, 30);
 }
 
+/// Whether the words say what to do about that.
+bool advises(const std::string& words, int error) {
+  return error == ENOSPC ? words.find("full") != words.npos || words.find("ake room") != words.npos
+                         : words.find("heck") != words.npos;
+}
+
 /// Fails at each write from the nth on; the session has to end by name with the arm at rest.
 void fail_from(long at, int error, int& failed, bool& went_through) {
   const TemporaryDirectory dir;
@@ -143,10 +153,7 @@ void fail_from(long at, int error, int& failed, bool& went_through) {
       ASSERT_EQ(end.failure->kind, FailureKind::kJournal) << where;
       EXPECT_FALSE(moving) << where;
       const std::string& words = end.failure->detail;
-      const bool advised = error == ENOSPC ? words.find("full") != words.npos ||
-                                                 words.find("Make room") != words.npos
-                                           : words.find("heck") != words.npos;
-      EXPECT_TRUE(advised) << where << words;
+      EXPECT_TRUE(advises(words, error)) << where << words;
     }
   }
   resume_to_the_end(dir / "j.db", where);
@@ -193,7 +200,7 @@ TEST(a_session, has_every_change_of_phase_and_every_contact_in_its_rows) {
 
 /// A daemon's sessions on an emulated cell, in a directory that was made once: one calibration is published there.
 class ACalibratedCell : public ::testing::TestWithParam<SessionKind> {
- protected:
+ public:
   static RunRequest request(SessionKind kind, int touches = 0) {
     RunRequest wanted;
     wanted.kind = kind;
@@ -230,6 +237,12 @@ class ACalibratedCell : public ::testing::TestWithParam<SessionKind> {
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     return {service.status(), ""};
   }
+  /// Writes from one failure to the next: an update and what goes on after it take seconds. tests/disk_faults takes more of them.
+  static long stride() {
+    const char* every = std::getenv("CELLCAL_SWEEP_EVERY");
+    return every == nullptr ? 211 : std::max(1L, std::strtol(every, nullptr, 10));
+  }
+  static void sweep(const RunRequest& wanted, int error);
   static const std::filesystem::path& calibrated() {
     static const TemporaryDirectory dir;
     static const bool made = [] {
@@ -246,9 +259,12 @@ class ACalibratedCell : public ::testing::TestWithParam<SessionKind> {
 TEST_P(ACalibratedCell,
        whose_disk_fails_in_mid_session_holds_still_by_name_keeps_its_calibration_and_goes_on) {
   const RunRequest wanted = request(GetParam());
+  for (const int error : {ENOSPC, EIO}) sweep(wanted, error);
+}
+
+void ACalibratedCell::sweep(const RunRequest& wanted, int error) {
   int failed = 0, refused = 0;
-  constexpr long kStride = 211;  // an update and what goes on after it take seconds
-  for (long at = 0;; at += kStride) {
+  for (long at = 0;; at += stride()) {
     const TemporaryDirectory dir;
     const std::string where = "failed from write " + std::to_string(at);
     std::filesystem::remove(dir.path());
@@ -257,7 +273,7 @@ TEST_P(ACalibratedCell,
     bool has_failed = false;
     {
       Journal journal(file);
-      const FailingDisk disk(dir.path(), at, ENOSPC);
+      const FailingDisk disk(dir.path(), at, error);
       const End end = run(journal, dir.path(), wanted);
       has_failed = disk.has_failed();
       refused += end.refused.empty() ? 0 : 1;
@@ -271,9 +287,7 @@ TEST_P(ACalibratedCell,
               << where << to_string(end.status->failure->kind);
         }
       } else {
-        EXPECT_TRUE(end.refused.find("full") != std::string::npos ||
-                    end.refused.find("Make room") != std::string::npos)
-            << where << end.refused;
+        EXPECT_TRUE(advises(end.refused, error)) << where << end.refused;
       }
     }
     Journal journal(file);
@@ -288,10 +302,64 @@ TEST_P(ACalibratedCell,
     if (HasFatalFailure()) return;
   }
   std::printf(
-      "%s: disk full from %d writes on in mid-session, from %d before it began: each held still by name, and "
-      "was done when there was room\n",
-      GetParam() == SessionKind::kQualify ? "qualify" : "update", failed, refused);
+      "%s: disk %s from %d writes on in mid-session, from %d before it began: each held still by name, and "
+      "was done when the disk was back\n",
+      GetParam() == SessionKind::kQualify ? "qualify" : "update",
+      error == ENOSPC ? "full" : "broken (EIO)", failed, refused);
   EXPECT_GT(failed, 3);
+}
+
+/// With the file of its calibration, which lies beside the journal. `rows_are_there`: an earlier import got no farther than that.
+int fail_each_import(int error, long every, bool rows_are_there) {
+  Journal recorded(ACalibratedCell::calibrated() / "j.db");
+  const Archive archive = make_archive(recorded, 1, ACalibratedCell::calibrated() / "sessions/1");
+  int failed = 0;
+  for (long at = 0;; at += every) {
+    const TemporaryDirectory dir;
+    const std::string where = "failed from write " + std::to_string(at);
+    Journal journal(dir / "j.db");
+    const auto import = [&] {
+      return import_archive(journal, archive, "x", [&](std::int64_t session) {
+        return dir / ("sessions/" + std::to_string(session));
+      });
+    };
+    if (rows_are_there) {
+      import();
+      std::filesystem::remove_all(dir / "sessions");
+    }
+    bool has_failed = false;
+    {
+      const FailingDisk disk(dir.path(), at, error);
+      try {
+        import();
+      } catch (const std::exception& refused) {
+        EXPECT_TRUE(advises(refused.what(), error)) << where << ": " << refused.what();
+      }
+      has_failed = disk.has_failed();
+    }
+    import();
+    EXPECT_EQ(journal.sessions().size(), 1u) << where;
+    EXPECT_EQ(journal.touches(1), recorded.touches(1)) << where;
+    EXPECT_EQ(calib::read_file(dir / "sessions/1/calibration.json"), archive.at("calibration.json"))
+        << where;
+    if (!has_failed) return failed;
+    ++failed;
+  }
+}
+
+TEST(an_import, whose_disk_fails_at_any_write_is_refused_by_name_and_whole_when_it_is_back) {
+  constexpr long kShare = 5;  // it takes less time than a session
+  for (const int error : {ENOSPC, EIO}) {
+    const int rows =
+        fail_each_import(error, std::max(1L, ACalibratedCell::stride() / kShare), false);
+    const int files = fail_each_import(error, 1, true);
+    std::printf(
+        "import of an export: disk %s from %d writes on, from each of %d of its calibration's file: whole when it "
+        "was back\n",
+        error == ENOSPC ? "full" : "broken (EIO)", rows, files);
+    EXPECT_GT(rows, 5);
+    EXPECT_GT(files, 1);
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(sessions, ACalibratedCell,

@@ -4,7 +4,7 @@ import { execFile, spawn } from "node:child_process";
 import { mkdtempSync, openSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { createServer } from "node:net";
 import { tmpdir } from "node:os";
-import { join } from "node:path";
+import { dirname, join } from "node:path";
 
 const pause = (ms) => new Promise((done) => setTimeout(done, ms));
 
@@ -31,6 +31,7 @@ state_dir = "${this.folder}/state"
 socket = "${this.folder}/cellcald.sock"
 [http]
 listen = "127.0.0.1:${this.port}"
+cell_folders = ["${dirname(process.env.CELL ?? "/none/cell.toml")}", "/none"]  # that one is not there
 [motion]
 speed_percent = 80
 acceleration_deg_s2 = 600

@@ -76,6 +76,25 @@ TEST_F(journal_outbox, hands_out_a_notice_of_what_no_plant_takes) {
   EXPECT_EQ(fact_of(outbox.facts(1, 10)[0]), notice) << "it stands in its place";
 }
 
+TEST_F(journal_outbox,
+       stays_within_its_bound_whatever_a_plant_is_answered_and_tells_what_it_dropped) {
+  PlantConfig config = config_of("weld-3");
+  config.outbox_megabytes = 1.0;
+  JournalOutbox outbox({journal, config});
+  const std::string words(500, 'x');
+  for (int i = 0; i < 3000; ++i)
+    journal.report(0, plant::report_of(plant::AnswerFact{"p-1", false, "cellcald", words},
+                                       plant::Worth::kTelemetry));
+  EXPECT_LE(journal.outbox().bytes, 1'000'000);
+  EXPECT_GT(journal.outbox().rows, 1000) << "the newest are told";
+  std::int64_t dropped = 0;
+  for (const WaitingFact& waiting : outbox.facts(0, 3000)) {
+    const plant::Fact fact = fact_of(waiting);
+    if (const auto* notice = std::get_if<plant::DroppedFact>(&fact.body)) dropped += notice->count;
+  }
+  EXPECT_GT(dropped, 0);
+}
+
 TEST_F(journal_outbox, says_that_the_disk_is_away_and_drops_nothing_for_it) {
   JournalOutbox outbox({journal, config_of("weld-3")});
   journal.store_calibration(

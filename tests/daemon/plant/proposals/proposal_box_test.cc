@@ -28,9 +28,10 @@ struct AProposalBox : ::testing::Test {
                           if (in_the_way) throw std::runtime_error("a session is under way");
                           activated.push_back(std::to_string(which.session) + " " + say.by);
                         },
-                        [this](const AnswerFact& answer) {
+                        [this](const AnswerFact& answer, Worth worth) {
                           if (mute) throw std::runtime_error("no space left");
                           answers.push_back(answer);
+                          worths.push_back(worth);
                         },
                         [this](ProposalKind kind) { return policy.contains(kind); }});
   }
@@ -47,6 +48,7 @@ struct AProposalBox : ::testing::Test {
   TemporaryDirectory dir;
   std::vector<std::string> activated;
   std::vector<AnswerFact> answers;
+  std::vector<Worth> worths;
   std::set<ProposalKind> policy;
   bool in_the_way = false, mute = false;
   const Say anna{"anna", "fits", "t1"};
@@ -164,6 +166,96 @@ TEST_F(AProposalBox, TakesNoMoreThanSomebodyCanRead) {
             static_cast<int>(kMostOpen));
 }
 
+constexpr const char* kUnusable = "unattended = true\n";
+
+TEST_F(AProposalBox, CarriesOutNothingAgainHoweverManyUnusableOnesCameBetweenAndAcrossARestart) {
+  policy = {ProposalKind::kActivate, ProposalKind::kCheck};
+  const Proposal done = proposal("p-1", ProposalKind::kActivate);
+  const Proposal refused = proposal("p-2", ProposalKind::kActivate);
+  box().take(done, "t0");
+  in_the_way = true;
+  box().take(refused, "t0");
+  box().refuse("p-2", anna);
+  in_the_way = false;
+  box().take(proposal("p-3"), "t0");
+  for (int i = 0; i < 200; ++i)
+    box().take(proposal("q-" + std::to_string(i), ProposalKind::kSchedule, kUnusable), "t0");
+  const std::size_t answered = answers.size();
+  ProposalBox again = box();
+  EXPECT_EQ(again.take(done, "t1"), Stand::kAccepted);
+  EXPECT_EQ(again.take(refused, "t1"), Stand::kRefused) << "a person said no to it";
+  EXPECT_EQ(again.take(proposal("p-3"), "t1"), Stand::kAccepted);
+  EXPECT_EQ(activated, std::vector<std::string>{"7 [plant] accept"});
+  EXPECT_EQ(answers.size(), answered) << "nor is it answered again";
+  EXPECT_EQ(again.all().size() + static_cast<std::size_t>(again.dropped()), 203U)
+      << "what is gone is counted";
+  EXPECT_GT(again.dropped(), 0);
+}
+
+TEST_F(AProposalBox, KeepsNoMoreBytesThanItsBoundHoweverLongWhatIsProposedIs) {
+  const std::string words(std::size_t{1} << 16, 'x');
+  KeptProposals accepted;  // by a person
+  for (int i = 0; i < 36; ++i) {
+    accepted.all.push_back({proposal("p-" + std::to_string(i), ProposalKind::kPriors, words), "t0",
+                            Stand::kAccepted, "t0", "anna", "fits", true});
+    accepted.all.back().proposal.reason = words;
+  }
+  std::ofstream(dir / "proposals.json") << proposals_to_json(accepted);
+  ProposalBox all = box();
+  for (int i = 0; i < 5; ++i) {
+    const std::string id = "q-" + std::to_string(i);
+    Proposal unusable = proposal(id, ProposalKind::kSchedule, words);
+    unusable.reason = words;
+    EXPECT_EQ(all.take(unusable, "t0"), Stand::kRefused);
+  }
+  EXPECT_LE(std::filesystem::file_size(dir / "proposals.json"), kMostKeptBytes + (1U << 18));
+  ProposalBox again = box();
+  for (const KeptProposal& one : accepted.all)
+    EXPECT_EQ(again.take(one.proposal, "t1"), Stand::kAccepted) << one.proposal.id;
+}
+
+TEST_F(AProposalBox, IsReadAgainHoweverLongTheReasonWasForWhichSomethingWasWithdrawn) {
+  for (const std::size_t more : {0, 1, 2}) {
+    Proposal gone = proposal("p-" + std::to_string(more), ProposalKind::kWithdraw);
+    gone.reason = std::string(more, 'x');
+    while (gone.reason.size() + 2 <= std::size_t{1} << 16) gone.reason += "\xC3\xA9";
+    box().take(gone, "t0");
+    EXPECT_LE(answers.back().reason.size(), kLongestOwnReason);
+  }
+  EXPECT_EQ(box().problem(), "");
+}
+
+TEST_F(AProposalBox, PutsNothingIntoUseByItselfOnceItCannotRememberMore) {
+  KeptProposals full;
+  for (std::size_t i = 0; i < kMostLasting; ++i)
+    full.all.push_back({proposal("p-" + std::to_string(i), ProposalKind::kActivate), "t0",
+                        Stand::kAccepted, "t0", "[plant] accept", "", true});
+  std::ofstream(dir / "proposals.json") << proposals_to_json(full);
+  policy = {ProposalKind::kActivate};
+  ProposalBox all = box();
+  EXPECT_TRUE(all.full());
+  EXPECT_EQ(all.take(proposal("new", ProposalKind::kActivate), "t1"), Stand::kOpen);
+  all.accept("new", anna);
+  EXPECT_EQ(all.take(proposal("newer", ProposalKind::kActivate), "t1"), Stand::kOpen);
+  EXPECT_EQ(all.take(proposal("p-0", ProposalKind::kActivate), "t1"), Stand::kOpen)
+      << "the oldest is forgotten and waits for somebody";
+  EXPECT_EQ(activated, std::vector<std::string>{"7 anna"});
+  EXPECT_LE(all.all().size(), kMostLasting + kMostOpen);
+}
+
+TEST_F(AProposalBox, LetsNoPlantFillTheJournalWithAnswersThatAreNeverDropped) {
+  policy = {ProposalKind::kActivate, ProposalKind::kCheck};
+  ProposalBox all = box();
+  all.take(proposal("p-0", ProposalKind::kSchedule, kUnusable), "t0");
+  all.take(proposal("p-1", ProposalKind::kWithdraw), "t0");
+  all.take(proposal("p-2", ProposalKind::kCheck), "t0");
+  all.take(proposal("p-3", ProposalKind::kActivate), "t0");
+  all.take(proposal("p-4", ProposalKind::kCalibrate), "t0");
+  all.refuse("p-4", anna);
+  const Worth none = Worth::kTelemetry, result = Worth::kResult;
+  EXPECT_EQ(worths, (std::vector<Worth>{none, none, none, result, result}));
+}
+
 TEST_F(AProposalBox, ADecisionThatCannotBeToldStandsAndIsToldWhenTheProposalComesAgain) {
   mute = true;
   box().take(proposal("p-1"), "t0");
@@ -187,7 +279,7 @@ TEST_F(AProposalBox, AcceptsNothingThatCannotBeUsedHoweverItGotThere) {
                           "",
                           "",
                           ""};
-  std::ofstream(dir / "proposals.json") << proposals_to_json({open});
+  std::ofstream(dir / "proposals.json") << proposals_to_json({{open}});
   ProposalBox all = box();
   EXPECT_EQ(why_not([&] { all.accept("p-1", anna); }), NotDecided::Why::kUnusable);
   EXPECT_FALSE(std::filesystem::exists(all.file_of(open.proposal)));
@@ -203,10 +295,11 @@ TEST_F(AProposalBox, ADamagedFileIsKeptAndNothingIsTaken) {
 }
 
 TEST(ProposalsFile, IsReadAsItWasWrittenAndRefusedWhereItIsCut) {
-  const std::vector<KeptProposal> kept{
-      {AProposalBox::proposal("p-1", ProposalKind::kSchedule, "resumes = 1\n"), "t0",
-       Stand::kRefused, "t1", "anna", "no"},
-      {AProposalBox::proposal("p-2"), "t0", Stand::kOpen, "", "", ""}};
+  const KeptProposals kept{
+      {{AProposalBox::proposal("p-1", ProposalKind::kSchedule, "resumes = 1\n"), "t0",
+        Stand::kRefused, "t1", "anna", "no"},
+       {AProposalBox::proposal("p-2"), "t0", Stand::kOpen, "", "", ""}},
+      12};
   const std::string text = proposals_to_json(kept);
   EXPECT_EQ(proposals_from_json(text, "f"), kept);
   for (std::size_t size = 0; size + 1 < text.size(); size += 7)
