@@ -48,6 +48,14 @@ void set_arm(Controller& controller, const DaemonConfig& config, const calib::Ce
   }
 }
 
+/// With the controller's own idea of the tool.
+std::shared_ptr<const sim::CartesianArm> arm_as_the_controller_has_it(const DaemonConfig& config,
+                                                                      const calib::Cell& cell) {
+  calib::Cell known = cell;
+  known.tool.tcp = controller_tcp(config, cell);
+  return sim::make_cartesian_arm(known);
+}
+
 /// POSCORR as the configuration has it, and the controller's own idea of its arm.
 void set_space(sim::ControllerConfig& controller, const drivers::SpaceCorrection& space,
                const DaemonConfig& config, const calib::Cell& cell) {
@@ -56,9 +64,7 @@ void set_space(sim::ControllerConfig& controller, const drivers::SpaceCorrection
   controller.cartesian_tag = space.tag;
   controller.clamp_mm = controller.monitor_mm = space.limit_mm;
   controller.clamp_turn_deg = controller.monitor_turn_deg = space.turn_limit_deg;
-  calib::Cell as_the_controller_has_it = cell;
-  as_the_controller_has_it.tool.tcp = controller_tcp(config, cell);
-  controller.arm = sim::make_cartesian_arm(as_the_controller_has_it);
+  controller.arm = arm_as_the_controller_has_it(config, cell);
 }
 
 VirtualCellOptions rsi_options(const DaemonConfig& config, const calib::Cell& cell) {
@@ -93,6 +99,7 @@ VirtualEkiCellOptions eki_options(const DaemonConfig& config, const calib::Cell&
   options.controller.cycle_ms = 4;
   options.controller.dead_man_ms = config.controller.dead_man_ms;
   options.controller.max_acceleration_rad_s2 = config.motion.acceleration_rad_s2;
+  options.controller.arm = arm_as_the_controller_has_it(config, cell);
   options.controller.channel_xml = drivers::eki_files(config.controller).at("CellcalEki.xml");
   options.eki = eki_config_for(config, cell);
   return options;

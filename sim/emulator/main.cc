@@ -192,6 +192,7 @@ int run_eki(const sim::EmulatorOptions& options, const calib::Cell& cell) {
   sim::EkiControllerConfig controller;
   controller.channel_xml = xml;
   controller.start_rad = start_of(options, cell);
+  controller.arm = sim::make_cartesian_arm(cell);
   for (const calib::Joint& joint : cell.robot.joints)
     controller.max_speed_rad_s.push_back(joint.max_speed_rad_s);
   controller.lag_s = options.controller.lag_s;

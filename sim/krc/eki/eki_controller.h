@@ -16,6 +16,7 @@
 #include "drivers/kuka/wire/eki_codec.h"
 #include "drivers/kuka/wire/eki_frame_codec.h"
 #include "drivers/time.h"
+#include "sim/krc/cartesian_arm.h"
 #include "sim/krc/eki/eki_channel.h"
 
 namespace cellcal::sim {
@@ -26,7 +27,9 @@ struct EkiControllerConfig {
                                 0.0, 1.5707963267948966,  0.0};
   std::vector<double> max_speed_rad_s;    ///< per axis at 100 %; empty: 3 rad/s
   double max_acceleration_rad_s2 = 10.0;  ///< of PTP, as the program sets it ($ACC_AXIS)
-  double lin_acceleration_rad_s2 = 0.5;   ///< $ACC.CP: 0.5 m/s^2, at 1 m from the axis
+  double lin_acceleration_m_s2 = 0.5;     ///< $ACC.CP
+  /// What LIN's length is reckoned with; none: as if every axis were 1 m from the TCP.
+  std::shared_ptr<const CartesianArm> arm;
   double lag_s = 0.02;                    ///< setpoint to arm
   int cycle_ms = 4;                       ///< in which positions are interpolated
   int interrupt_ms = 12;                  ///< in which interrupts are looked at

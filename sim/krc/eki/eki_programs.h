@@ -65,6 +65,8 @@ struct EkiPrograms {
   void finish(EkiOutcome how);
   bool outside_soft_limits() const;
   void begin_move();
+  /// Of the TCP to the ordered target.
+  double path_m(double travel_rad) const;
   void go();
   /// BRAKE, or BRAKE F.
   void brake(EkiOutcome how, bool fast);

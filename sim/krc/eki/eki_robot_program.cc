@@ -33,6 +33,14 @@ bool EkiPrograms::outside_soft_limits() const {
   return false;
 }
 
+double EkiPrograms::path_m(double travel_rad) const {
+  if (!config.arm) return travel_rad;
+  constexpr double kShortestM = 1e-6;
+  const KukaFrame from = config.arm->frame(arm.setpoint()),
+                  to = config.arm->frame(order.target_rad);
+  return std::max(kShortestM, 1e-3 * std::hypot(to[0] - from[0], to[1] - from[1], to[2] - from[2]));
+}
+
 void EkiPrograms::begin_move() {
   ordered = false;
   if (stop_flag) return finish(stop_reason);
@@ -60,7 +68,7 @@ void EkiPrograms::begin_move() {
   line_travel = travel;
   axes_acceleration = acceleration;
   line_acceleration =
-      lin ? std::min(acceleration, config.lin_acceleration_rad_s2 / travel) : acceleration;
+      lin ? std::min(acceleration, config.lin_acceleration_m_s2 / path_m(travel)) : acceleration;
   input_edge.reset();
   go();
 }

@@ -175,7 +175,7 @@ TEST_F(EkiKrc, AMeasuringTouchBrakesOnItsOwnRampAndAStopTelegramAsShortAsItCan) 
   // From 4 deg/s to rest, in the middle of a LIN.
   const auto ramp_deg = [&](bool touch) {
     EkiControllerConfig config = usual();
-    config.lin_acceleration_rad_s2 = 8 * drivers::kRadPerDeg;
+    config.lin_acceleration_m_s2 = 8 * drivers::kRadPerDeg;  // at 1 m
     make(config);
     go(20, "Guard=\"1\" Path=\"2\" Percent=\"1\" Duration=\"5.0\"");
     run(2s);
