@@ -30,6 +30,12 @@ struct DroppedRows {
   std::int64_t bytes = 0;  ///< about
 };
 
+/// A search, and the session that made it.
+struct LeftSearch {
+  std::int64_t session = 0;
+  calib::SearchUnderWay search;
+};
+
 class Journal {
  public:
   /// Opens or creates the file; takes one of an earlier version over. Throws JournalError where
@@ -52,6 +58,7 @@ class Journal {
   void record(std::int64_t session, const RecordPlan& plan);
   void record(std::int64_t session, const RecordReading& reading);
   void record(std::int64_t session, const RecordTouch& touch);
+  void record(std::int64_t session, const RecordSearch& search, const std::string& utc);
   /// `also`: what others are told with it, in the same transaction.
   void record(std::int64_t session, const RecordEnd& end, const std::string& utc,
               const std::vector<Report>& also = {});
@@ -86,6 +93,9 @@ class Journal {
   /// In the order in which they were made.
   std::vector<RecordReading> readings(std::int64_t session);
   std::optional<Compared> compared(std::int64_t session);
+  /// The newest search of all that was recorded here; empty where a later session has touched since.
+  /// Throws DamagedError.
+  std::optional<LeftSearch> search_left();
 
   // Which calibration is used (activations.cc).
 

@@ -322,6 +322,9 @@ struct Runner::Perform {
           answer.plan = std::make_shared<const calib::Plan>(std::move(chosen.plan));
           answer.progress = std::move(chosen.progress);
           answer.stage = std::move(chosen.stage);
+          if (chosen.search)
+            answer.search =
+                std::make_shared<const calib::SearchUnderWay>(std::move(*chosen.search));
           answer.not_found = chosen.not_found;
           answer.words = std::move(chosen.why);
           return answer;
@@ -409,6 +412,7 @@ struct Runner::Perform {
     runner.on_its_way_ = action.touch;
     record(action, runner.event(EventKind::kRecorded));
   }
+  void operator()(const RecordSearch& action) const { record(action); }
   void operator()(const CheckJournal& action) const {
     Event sound = runner.event(EventKind::kJournalSound);
     sound.move_id = action.move_id;

@@ -209,6 +209,7 @@ TaskInputs SessionService::task_inputs(Job& job) {
   inputs.files = job.inputs;
   inputs.options = job.options;
   inputs.made = job.touches;
+  if (job.left) inputs.left = *job.left;
   if (job.options.kind == SessionKind::kCheck) {
     inputs.against = std::make_shared<const calib::Calibration>(
         calibration_of(parts_.journal, job.options.against));

@@ -48,6 +48,9 @@ struct State {
   /// Goes on with a journal's touches, or by itself from where a contact may be closed: then, and
   /// only then, its first move may lead out of one.
   bool resumed = false;
+  /// As the session before has left it. Where the arm stands in it, the first move may lead out of a
+  /// contact, too.
+  std::shared_ptr<const calib::SearchUnderWay> left;
   bool unattended = false;    ///< nobody is there: it begins only where nobody works at the robot
   int retries = 0;            ///< harmless interruptions after which it goes on by itself
   BusyRepeats repeats{0, 0};  ///< likewise where this computer was late

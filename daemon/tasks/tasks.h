@@ -22,6 +22,7 @@ struct TaskInputs {
   SessionOptions options;
   std::vector<calib::Touch> made;    ///< before the session was interrupted
   std::optional<Compared> compared;  ///< what the result is held against
+  std::optional<calib::SearchUnderWay> left;  ///< unfinished, by the session before
   /// Of a check: what is checked, and the touches of those before it, oldest first.
   std::shared_ptr<const calib::Calibration> against;
   std::vector<std::vector<calib::Touch>> checks_before;
