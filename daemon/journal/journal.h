@@ -16,6 +16,7 @@
 #include "daemon/journal/store/error.h"
 #include "daemon/session/action.h"
 #include "daemon/session/evidence.h"
+#include "daemon/session/interruption.h"
 
 namespace cellcal::daemon {
 
@@ -68,6 +69,7 @@ class Journal {
   void note(std::int64_t session, const std::string& utc, const std::string& words);
   void note(std::int64_t session, const RecordChange& change);
   void note(std::int64_t session, const RecordContact& contact);
+  void note(std::int64_t session, const RecordCause& cause);
   /// For those who are told of that touch, where it is the newest: they are told of it with this, or when the next one
   /// or the session's end is recorded.
   void note(std::int64_t session, const AssessedTouch& touch);
@@ -90,6 +92,8 @@ class Journal {
   std::vector<calib::Touch> touches(std::int64_t session);
   std::vector<std::string> events(std::int64_t session);
   int reading_count(std::int64_t session);
+  /// By their cause; none recorded before schema 10, and none once retention has dropped them.
+  InterruptionCounts interruptions(std::int64_t session);
   /// In the order in which they were made.
   std::vector<RecordReading> readings(std::int64_t session);
   std::optional<Compared> compared(std::int64_t session);

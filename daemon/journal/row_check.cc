@@ -113,6 +113,8 @@ constexpr Column kColumns[] = {
     {"activation", "time", Holds::kText},
     {"activation", "who", Holds::kText},
     {"activation", "reason", Holds::kText},
+    {"interruption", "time", Holds::kText},
+    {"interruption", "cause", Holds::kText},
     {"search", "time", Holds::kText},
     {"search", "target", Holds::kText},
     {"search", "axes", Holds::kCount},

@@ -429,9 +429,11 @@ struct Runner::Perform {
       words += " (of this touch " + std::to_string(action.of_touch) + " of " +
                std::to_string(action.most_of_touch) + ")";
     words += ", resuming automatically: " + action.failure;
-    runner.commit([utc = backend.utc_now(), words = std::move(words)](Recorder& recorder) {
-      recorder.note(utc, words);
-    });
+    runner.commit(
+        [utc = backend.utc_now(), words = std::move(words), by = action.by](Recorder& recorder) {
+          recorder.note(utc, words);
+          recorder.interrupted({utc, by});
+        });
   }
 };
 

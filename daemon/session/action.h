@@ -104,6 +104,7 @@ struct RecordInterruption {
   /// This computer was late: number and most are those of such repeats, these of one touch. 0: another.
   int of_touch = 0, most_of_touch = 0;
   std::string failure;  ///< describe(Failure): what it would have ended with
+  drivers::Interruption by = drivers::Interruption::kNone;
 };
 enum class Ending { kDone, kAborted, kFailed };
 struct RecordEnd {

@@ -12,6 +12,7 @@
 #include "daemon/session/action.h"
 #include "daemon/session/event.h"
 #include "daemon/session/failure.h"
+#include "daemon/session/interruption.h"
 #include "daemon/session/phase.h"
 #include "daemon/session/touch_policy.h"
 
@@ -99,6 +100,7 @@ struct State {
 
   // Harmless interruptions (interruption.h).
   int interruptions = 0;                   ///< so far; those after which it went on or tries to
+  InterruptionCounts by_cause;             ///< the same, by what was behind them
   std::optional<Failure> interrupted;      ///< the newest: what it ends with where it cannot go on
   drivers::AxisAngles left_rad;            ///< where the arm came to rest in it
   std::uint32_t left_session = 0;          ///< the controller's, in which it happened

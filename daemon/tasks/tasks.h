@@ -38,8 +38,7 @@ struct TaskInputs {
   /// Puts the calibration into the journal.
   std::function<void(const std::string& json)> store;
   /// Harmless ones after which the session went on by itself; null: none.
-  std::function<int()> interruptions;
-  std::function<int()> busy_repeats;  ///< of these: this computer was late
+  std::function<InterruptionCounts()> interruptions;
   std::function<std::vector<std::pair<std::string, std::string>>(const calib::Calibration&)> truth;
 };
 

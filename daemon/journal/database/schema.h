@@ -185,7 +185,8 @@ CREATE TABLE schedule (
 ) STRICT;
 )sql";
 
-/// Searches for spheres, each with the way out of it, as they were before the arm went there.
+/// Searches for spheres, each with the way out of it, as they were before the arm went there; harmless interruptions by
+/// their cause.
 inline constexpr const char* kSchema10 = R"sql(
 CREATE TABLE search (
   session INTEGER NOT NULL REFERENCES session(id),
@@ -196,7 +197,13 @@ CREATE TABLE search (
   end_rad BLOB NOT NULL,     -- of the search; empty: none
   out_rad BLOB NOT NULL      -- postures from the clear point out; empty: no way is known
 ) STRICT;
+CREATE TABLE interruption (
+  session INTEGER NOT NULL REFERENCES session(id),
+  time    TEXT NOT NULL,
+  cause   TEXT NOT NULL      -- sensor-data-late, robot-replies-late, packets-stopped
+) STRICT;
 CREATE INDEX search_of_session ON search (session);
+CREATE INDEX interruption_of_session ON interruption (session);
 )sql";
 
 }  // namespace cellcal::daemon

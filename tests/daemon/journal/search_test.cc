@@ -75,5 +75,24 @@ TEST(a_search, that_is_not_as_it_was_written_is_refused) {
   EXPECT_THROW(Journal(dir / "j.db").search_left(), DamagedError);
 }
 
+TEST(a_harmless_interruption, is_counted_by_its_cause_from_the_journal) {
+  const TemporaryDirectory dir;
+  using drivers::Interruption;
+  const InterruptionCounts expected{2, 0, 1};
+  {
+    Journal journal(dir / "j.db");
+    const std::int64_t id = fill(journal, 1);
+    for (const Interruption by :
+         {Interruption::kLateBytes, Interruption::kPacketsStopped, Interruption::kLateBytes})
+      journal.note(id, RecordCause{"t2", by});
+    EXPECT_EQ(journal.interruptions(id), expected) << "before they are on disk";
+    journal.record(id, RecordEnd{Ending::kDone, ""}, "t3");
+    EXPECT_EQ(journal.interruptions(id), expected);
+  }
+  Journal journal(dir / "j.db");
+  EXPECT_EQ(journal.interruptions(1), expected);
+  EXPECT_EQ(journal.interruptions(1).total(), 3);
+}
+
 }  // namespace
 }  // namespace cellcal::daemon::testing

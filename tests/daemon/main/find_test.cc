@@ -92,7 +92,7 @@ class AFindThatIsLeft : public AChangedCell, public ::testing::WithParamInterfac
   }
   void wait_for_end() const {
     const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(60);
-    while (fixture.status()["state"] != "aborted" && std::chrono::steady_clock::now() < end)
+    while (fixture.status()["phase"] != "aborted" && std::chrono::steady_clock::now() < end)
       std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
   /// Along the search, one axis beside it.
