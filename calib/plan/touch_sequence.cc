@@ -65,6 +65,17 @@ struct TouchSequence::Impl {
     return {aside > 0.0 ? std::hypot(off, aside) : off, target.normal};
   }
 
+  /// Out of a search that the session before has left, by its own moves; empty where the arm is not on
+  /// them, and where it need not.
+  std::optional<std::vector<JointVector>> way_it_came(const JointVector& from,
+                                                      bool in_contact) const {
+    if (!options.left || finder.done()) return std::nullopt;
+    auto way = way_out_of(*options.left, from);
+    if (!way || (!in_contact && finder.stands_clear(from))) return std::nullopt;
+    if (!finder.is_clear_but_for_sought(from, *way)) return std::nullopt;
+    return way;
+  }
+
   /// Straight away from the sphere or plane that the tip is at.
   JointVector way_out(const JointVector& from) const {
     const Cell& cell = finder.located();
@@ -123,6 +134,11 @@ TouchSequence& TouchSequence::operator=(TouchSequence&&) noexcept = default;
 
 std::optional<PlannedTouch> TouchSequence::next(const JointVector& from, bool in_contact) {
   Impl& me = *impl_;
+  if (const auto out = me.way_it_came(from, in_contact)) {
+    auto touch = me.next(out->back());
+    if (touch) touch->transit.insert(touch->transit.begin(), out->begin(), out->end());
+    return touch;
+  }
   const bool free = !in_contact && Clearance(me.finder.located(), me.arm).clear(from, kTipMarginM);
   if (free || me.finder.leads_out(from)) return me.next(from);
   const JointVector out = me.way_out(from);
@@ -152,6 +168,24 @@ void TouchSequence::failed(NotMade how) {
 
 std::vector<JointVector> TouchSequence::way_home() const {
   return impl_->online ? impl_->online->way_home() : impl_->finder.way_home();
+}
+
+std::optional<SearchUnderWay> TouchSequence::under_way(
+    const JointVector& from, const std::optional<PlannedTouch>& touch) const {
+  if (touch ? !touch->may_miss : impl_->online.has_value()) return std::nullopt;
+  const std::vector<JointVector> home = impl_->finder.way_home();
+  SearchUnderWay search;
+  const std::vector<JointVector>& way = touch ? touch->transit : home;
+  if (way.empty()) return std::nullopt;
+  search.way = {from};
+  search.way.insert(search.way.end(), way.begin(), way.end());
+  if (!touch) return search;
+  search.target = touch->target;
+  search.end = touch->end;
+  if (home.empty()) return search;
+  search.out = {touch->clear};
+  search.out.insert(search.out.end(), home.begin(), home.end());
+  return search;
 }
 
 const Cell& TouchSequence::located() const { return impl_->finder.located(); }

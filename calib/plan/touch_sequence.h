@@ -9,6 +9,7 @@
 
 #include "calib/plan/online.h"
 #include "calib/plan/search/finder.h"
+#include "calib/plan/search/search_under_way.h"
 
 namespace cellcal::calib {
 
@@ -17,6 +18,8 @@ struct TouchSequenceOptions {
   Goal goal;
   bool find = false;  ///< all spheres are found by touching first, not only those without a centre
   bool only_find = false;  ///< nothing behind that
+  /// Of the session before: where the arm stands on its moves, it leaves by them.
+  std::optional<SearchUnderWay> left{};
 };
 
 /// What became of a touch that was offered and not made.
@@ -43,6 +46,10 @@ class TouchSequence {
   void touched(const Touch& touch);
   void failed(NotMade how);
   std::vector<JointVector> way_home() const;
+  /// What next() offered from there, and the way out of it; of no touch the way home. Empty once all
+  /// spheres are found.
+  std::optional<SearchUnderWay> under_way(const JointVector& from,
+                                          const std::optional<PlannedTouch>& touch) const;
 
   const Progress& progress() const;
   /// The cell with its spheres where they were found, or are believed to be.

@@ -10,6 +10,7 @@
 #include "calib/syntax/input_file.h"
 #include "daemon/api/handlers.h"
 #include "daemon/api/http/json_text.h"
+#include "daemon/api/live/status_json.h"
 #include "daemon/api/routes.h"
 #include "daemon/api/run_request.h"
 #include "daemon/result/outcome_json.h"
@@ -67,7 +68,8 @@ json to_json(const SessionRecord& record) {
   return value;
 }
 
-json to_json(const PhaseTimes& times) {
+/// `by_cause`: none of them where they were not recorded.
+json to_json(const PhaseTimes& times, const InterruptionCounts& by_cause) {
   json activities = json::array();
   for (const Activity activity : kAllActivities) {
     const ActivityTime& one = times[activity];
@@ -79,6 +81,9 @@ json to_json(const PhaseTimes& times) {
   }
   return {{"touches", times.touches},
           {"interruptions", times.interruptions},
+          {"interruptions_by_cause", by_cause.total() == 0 && times.interruptions > 0
+                                         ? json(nullptr)
+                                         : to_json(by_cause)},
           {"total_s", times.total_s},
           {"activities", activities}};
 }
@@ -137,7 +142,7 @@ std::optional<Response> Api::session(const Call& call) {
   value["published"] = published(record);
   const std::vector<std::string> events = journal_.events(record.id);
   value["events"] = events;
-  value["times"] = to_json(phase_times(events));
+  value["times"] = to_json(phase_times(events), journal_.interruptions(record.id));
   value["contact_delay"] = nullptr;
   if (const auto delay = delay_of(journal_, record.id)) {
     value["contact_delay"] = {{"ms", calib::kMsPerS * delay->delay_s},

@@ -19,6 +19,7 @@
 #include "daemon/cli/progress.h"
 #include "daemon/cli/times.h"
 #include "daemon/doctor/link_words.h"
+#include "daemon/session/interruption.h"
 
 namespace cellcal::daemon {
 
@@ -56,6 +57,19 @@ std::optional<double> figure(const json& value, const char* key) {
 }
 
 /// "the robot controller", "the contact sensor", both; "" where nothing is waited for.
+/// Of a status, or of a recorded session's times. A daemon of an earlier version tells no causes.
+std::string interruption_words(const json& of) {
+  const std::int64_t all = number(of, "interruptions");
+  if (all == 0) return {};
+  InterruptionCounts counts;
+  if (const json causes = of.value("interruptions_by_cause", json()); causes.is_object())
+    for (const drivers::Interruption by : kCountedCauses)
+      for (std::int64_t n = number(causes, name_of_cause(by)); n > 0; --n) counts.count(by);
+  const std::string by_cause = words(counts);
+  return fmt::format("interruptions: {}{}, each resumed automatically\n", all,
+                     by_cause.empty() ? "" : ": " + by_cause);
+}
+
 std::string waited_for(const json& status) {
   const json waiting = status.value("waiting", json());
   if (!waiting.is_object()) return "";
@@ -298,12 +312,7 @@ std::string status_words(const json& status) {
   if (const std::string what = waited_for(status); !what.empty()) {
     words += "waiting for " + what + ": " + what_to_do(status) + "\n";
   }
-  if (const std::int64_t count = number(status, "interruptions"); count > 0) {
-    words += fmt::format("interruptions: {}, each resumed automatically\n", count);
-  }
-  if (const std::int64_t count = number(status, "busy_repeats"); count > 0)
-    words +=
-        fmt::format("of these {} because this computer was busy; the touch was repeated\n", count);
+  words += interruption_words(status);
   if (const auto left = figure(status, "busy_left_s");
       left && text(status, "phase") == "recovering")
     words += fmt::format(
@@ -551,9 +560,7 @@ int show(const Connection& daemon, std::int64_t session, Shown shown) {
                      Detail::kAll, contacts);
     words += "results: " + text(value, "results") + "\n";
   }
-  if (const std::int64_t count = number(value.value("times", json::object()), "interruptions");
-      count > 0)
-    words += fmt::format("interruptions: {}, each resumed automatically\n", count);
+  words += interruption_words(value.value("times", json::object()));
   if (contacts && calibration.status != 200) words += delay_words(nullptr, contacts);
   if (delay.is_object() && !text(delay, "warning").empty())
     words += "warning: " + text(delay, "warning") + "\n";

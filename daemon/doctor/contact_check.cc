@@ -19,6 +19,9 @@ constexpr double kSlowRoundTripS = 0.008;
 constexpr double kLateLimitS = std::chrono::duration<double>(drivers::kHeartbeatLimit).count();
 // Two and a half times as much stops a search; an idle computer stays below a hundredth of it.
 constexpr double kLateS = 0.4 * kLateLimitS;
+// A search, and the two seconds of Timeouts::watching behind a late heartbeat: where they are late more often, no
+// touch comes to its end.
+constexpr double kLeastQuietS = 3.0;
 constexpr const char* kReadme = "drivers/contact/README.md";
 
 std::string firmware(const drivers::ContactIdentity& id) {
@@ -210,13 +213,25 @@ void judge_contact_delivery(const ContactSeen& seen, Findings& findings) {
   }
   const std::string figures = fmt::format(
       "heartbeats {:.2f} ms late on this computer (median), {:.1f} ms at worst (limit {:.0f} ms, "
-      "exceeded {} times)",
+      "exceeded {} times in {:.0f} s)",
       q.late_p50_s * calib::kMsPerS, q.late_worst_s * calib::kMsPerS, kLateLimitS * calib::kMsPerS,
-      seen.newest.delivery.late);
+      seen.newest.delivery.late, seen.observed_s);
   const std::string advice =
       fmt::format("stop other programs on this computer, or reserve a core ({})", kReadme);
-  if (q.late_worst_s > kLateLimitS) {
-    findings.fail(check, figures, advice);
+  const std::uint32_t times = seen.newest.delivery.late;
+  if (q.late_worst_s > kLateLimitS && !seen.repeats) {
+    findings.fail(check,
+                  figures + "; this computer was busy: that ends a session ([session] busy_repeats)",
+                  advice + ", or allow repeats");
+  } else if (times > 1 && times * kLeastQuietS > seen.observed_s) {
+    findings.fail(check,
+                  figures + fmt::format("; this computer is too busy: a touch needs {:.0f} s without",
+                                        kLeastQuietS),
+                  advice);
+  } else if (q.late_worst_s > kLateLimitS) {
+    findings.warn(check,
+                  figures + "; this computer was busy: a session repeats the touch and goes on",
+                  advice);
   } else if (q.late_worst_s > kLateS) {
     findings.warn(check, figures, advice);
   } else {

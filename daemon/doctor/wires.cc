@@ -73,6 +73,7 @@ class Wires {
         io_(drivers::IoThreadOptions{.realtime = config.realtime, .quiet = true}),
         contact_(io_.context(), contact_options(config)) {
     io_.start();
+    contact_seen_.repeats = config_.repeats.of_session > 0 && config_.repeats.of_touch > 0;
     contact_seen_.wanted_config_crc = drivers::ctp::config_crc(drivers::ContactOptions().wire);
   }
   ~Wires() { contact_.close(); }

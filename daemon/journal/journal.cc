@@ -396,6 +396,9 @@ void Journal::note(std::int64_t session, const RecordChange& change) {
 void Journal::note(std::int64_t session, const RecordContact& contact) {
   impl_->pending.take({session, contact});
 }
+void Journal::note(std::int64_t session, const RecordCause& cause) {
+  impl_->pending.take({session, cause});
+}
 void Journal::note(std::int64_t session, const AssessedTouch& touch) {
   impl_->pending.take({session, touch});
 }
@@ -546,6 +549,21 @@ std::vector<std::string> Journal::events(std::int64_t session) {
     if (row != nullptr && waiting.session == session) events.push_back(row->utc + " " + row->words);
   }
   return events;
+}
+
+InterruptionCounts Journal::interruptions(std::int64_t session) {
+  const std::lock_guard lock(impl_->mutex);
+  impl_->chain.verify(session);
+  InterruptionCounts counts;
+  Statement select(impl_->database, "SELECT cause FROM interruption WHERE session=?");
+  select.bind(1, session);
+  while (select.step())
+    if (const auto by = cause_of(select.text(0))) counts.count(*by);
+  for (const PendingRow& waiting : impl_->pending.all()) {
+    const auto* row = std::get_if<RecordCause>(&waiting.what);
+    if (row != nullptr && waiting.session == session) counts.count(row->by);
+  }
+  return counts;
 }
 
 int Journal::reading_count(std::int64_t session) {

@@ -16,6 +16,7 @@
 #include "daemon/journal/store/error.h"
 #include "daemon/session/action.h"
 #include "daemon/session/evidence.h"
+#include "daemon/session/interruption.h"
 
 namespace cellcal::daemon {
 
@@ -28,6 +29,12 @@ struct RetentionLimits {
 struct DroppedRows {
   std::int64_t session = 0, rows = 0;
   std::int64_t bytes = 0;  ///< about
+};
+
+/// A search, and the session that made it.
+struct LeftSearch {
+  std::int64_t session = 0;
+  calib::SearchUnderWay search;
 };
 
 class Journal {
@@ -52,6 +59,7 @@ class Journal {
   void record(std::int64_t session, const RecordPlan& plan);
   void record(std::int64_t session, const RecordReading& reading);
   void record(std::int64_t session, const RecordTouch& touch);
+  void record(std::int64_t session, const RecordSearch& search, const std::string& utc);
   /// `also`: what others are told with it, in the same transaction.
   void record(std::int64_t session, const RecordEnd& end, const std::string& utc,
               const std::vector<Report>& also = {});
@@ -61,6 +69,7 @@ class Journal {
   void note(std::int64_t session, const std::string& utc, const std::string& words);
   void note(std::int64_t session, const RecordChange& change);
   void note(std::int64_t session, const RecordContact& contact);
+  void note(std::int64_t session, const RecordCause& cause);
   /// For those who are told of that touch, where it is the newest: they are told of it with this, or when the next one
   /// or the session's end is recorded.
   void note(std::int64_t session, const AssessedTouch& touch);
@@ -87,9 +96,14 @@ class Journal {
   std::vector<calib::Touch> touches(std::int64_t session);
   std::vector<std::string> events(std::int64_t session);
   int reading_count(std::int64_t session);
+  /// By their cause; none recorded before schema 10, and none once retention has dropped them.
+  InterruptionCounts interruptions(std::int64_t session);
   /// In the order in which they were made.
   std::vector<RecordReading> readings(std::int64_t session);
   std::optional<Compared> compared(std::int64_t session);
+  /// The newest search of all that was recorded here; empty where a later session has touched since.
+  /// Throws DamagedError.
+  std::optional<LeftSearch> search_left();
 
   // Which calibration is used (activations.cc).
 

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "daemon/session/interruption.h"
+
 namespace cellcal::daemon {
 
 namespace {
@@ -43,6 +45,13 @@ struct Insert {
         .bind(8, kept(row.sensor_late_s))
         .step();
     chain.add(session, "change", database.last_row_id());
+  }
+
+  void operator()(const RecordCause& row) const {
+    Statement insert(database, "INSERT INTO interruption (session, time, cause) VALUES (?,?,?)");
+    insert.bind(1, session).bind(2, std::string_view(row.utc));
+    insert.bind(3, std::string_view(name_of_cause(row.by))).step();
+    chain.add(session, "interruption", database.last_row_id());
   }
 
   void operator()(const AssessedTouch&) const {}  // the outbox's alone

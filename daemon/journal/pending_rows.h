@@ -20,7 +20,7 @@ struct Words {
 
 struct PendingRow {
   std::int64_t session = 0;
-  std::variant<Words, RecordChange, RecordContact, AssessedTouch> what;
+  std::variant<Words, RecordChange, RecordContact, RecordCause, AssessedTouch> what;
 };
 
 class PendingRows {

@@ -18,6 +18,8 @@ DroppedRows raw_rows(Database& database, std::int64_t session, const std::string
   const char* texts =
       table == "reading"   ? "length(contact_rad) + length(settled_rad) + length(time)"
       : table == "event"   ? "length(time) + length(words)"
+      : table == "search"  ? "length(time) + length(way_rad) + length(end_rad) + length(out_rad)"
+      : table == "interruption" ? "length(time) + length(cause)"
       : table == "contact" ? "length(time) + length(kind)"
                            : "length(time) + length(from_phase) + length(to_phase) + length(event)";
   Statement count(

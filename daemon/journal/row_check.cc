@@ -29,6 +29,7 @@ enum class Holds {
   kAngles,       ///< of a robot's axes, 1 to kMaxAxes
   kAnglesOrNone,
   kThree,
+  kPostures,  ///< angles of one arm, any number of times; their number of axes is a column of its own
 };
 struct Column {
   const char* table;
@@ -112,7 +113,17 @@ constexpr Column kColumns[] = {
     {"activation", "time", Holds::kText},
     {"activation", "who", Holds::kText},
     {"activation", "reason", Holds::kText},
+    {"interruption", "time", Holds::kText},
+    {"interruption", "cause", Holds::kText},
+    {"search", "time", Holds::kText},
+    {"search", "target", Holds::kText},
+    {"search", "axes", Holds::kCount},
+    {"search", "way_rad", Holds::kPostures},
+    {"search", "end_rad", Holds::kAnglesOrNone},
+    {"search", "out_rad", Holds::kPostures},
 };
+
+constexpr std::size_t kMostPostures = 10'000;  ///< a way has some ten
 
 /// Why the value is none; nothing where it is.
 using Complaint = std::optional<std::string>;
@@ -183,6 +194,8 @@ Complaint complaint(const Value& value, Holds holds) {
       return of_doubles(value, 0, drivers::kMaxAxes);
     case Holds::kThree:
       return of_doubles(value, 3, 3);
+    case Holds::kPostures:
+      return of_doubles(value, 0, kMostPostures * drivers::kMaxAxes);
   }
   return std::nullopt;
 }

@@ -322,6 +322,9 @@ struct Runner::Perform {
           answer.plan = std::make_shared<const calib::Plan>(std::move(chosen.plan));
           answer.progress = std::move(chosen.progress);
           answer.stage = std::move(chosen.stage);
+          if (chosen.search)
+            answer.search =
+                std::make_shared<const calib::SearchUnderWay>(std::move(*chosen.search));
           answer.not_found = chosen.not_found;
           answer.words = std::move(chosen.why);
           return answer;
@@ -414,6 +417,7 @@ struct Runner::Perform {
     runner.on_its_way_ = action.touch;
     record(action, runner.event(EventKind::kRecorded));
   }
+  void operator()(const RecordSearch& action) const { record(action); }
   void operator()(const CheckJournal& action) const {
     Event sound = runner.event(EventKind::kJournalSound);
     sound.move_id = action.move_id;
@@ -430,9 +434,11 @@ struct Runner::Perform {
       words += " (of this touch " + std::to_string(action.of_touch) + " of " +
                std::to_string(action.most_of_touch) + ")";
     words += ", resuming automatically: " + action.failure;
-    runner.commit([utc = backend.utc_now(), words = std::move(words)](Recorder& recorder) {
-      recorder.note(utc, words);
-    });
+    runner.commit(
+        [utc = backend.utc_now(), words = std::move(words), by = action.by](Recorder& recorder) {
+          recorder.note(utc, words);
+          recorder.interrupted({utc, by});
+        });
   }
 };
 

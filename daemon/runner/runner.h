@@ -36,6 +36,7 @@ struct Tasks {
     calib::Plan plan;  ///< the one touch, or none and the way home
     calib::Progress progress{};
     std::string stage{};  ///< what the touch is for, in words
+    std::optional<calib::SearchUnderWay> search{};  ///< while spheres are found
     bool not_found = false;  ///< a sphere cannot be found; the plan leads home
     std::string why{};       ///< of not_found, for the operator
   };
@@ -65,6 +66,7 @@ class Recorder {
   virtual void record(const RecordPlan& plan) = 0;
   virtual void record(const RecordReading& reading) = 0;
   virtual void record(const RecordTouch& touch) = 0;
+  virtual void record(const RecordSearch& search) = 0;
   virtual void record(const RecordEnd& end) = 0;
   /// Throws where what was recorded is no longer where it belongs.
   virtual void check() {}
@@ -73,6 +75,7 @@ class Recorder {
   /// Likewise; on disk with what is recorded next.
   virtual void note(const RecordChange& change) = 0;
   virtual void note(const RecordContact& contact) = 0;
+  virtual void interrupted(const RecordCause&) {}
 };
 
 struct RunnerParts {

@@ -231,6 +231,23 @@ void look_at_new(const RunRequest& request, Job& job) {
   look_at_speeds(job.options.touch);
 }
 
+/// Its way out was clear of what that session's files state, so it holds for the same files alone.
+std::shared_ptr<const calib::SearchUnderWay> search_left(Journal& journal,
+                                                         const SessionInputs& inputs) {
+  try {
+    std::optional<LeftSearch> left = journal.search_left();
+    if (!left) return nullptr;
+    const std::optional<SessionRecord> by = journal.session(left->session);
+    if (!by || by->inputs.cell_text != inputs.cell_text ||
+        by->inputs.robot_text != inputs.robot_text)
+      return nullptr;
+    return std::make_shared<const calib::SearchUnderWay>(std::move(left->search));
+  } catch (const DamagedError& damaged) {
+    spdlog::warn("the search that was left is not gone back along: {}", damaged.what());
+    return nullptr;
+  }
+}
+
 void look_at_axes(const Job& job) {
   if (job.cell.robot.joints.size() > drivers::kMaxAxes) {
     throw RequestError("the robot file has " + std::to_string(job.cell.robot.joints.size()) +
@@ -285,6 +302,8 @@ std::unique_ptr<Job> prepare(Journal& journal, const RunRequest& request, Sessio
   calib::load_meshes(job->cell, std::filesystem::path(job->inputs.cell_name).parent_path());
   if (!request.resume) look_at_new(request, *job);
   look_at_axes(*job);
+  if (job->options.one_by_one && (job->options.find || must_find(job->cell)))
+    job->left = search_left(journal, job->inputs);
   const bool dry =
       SessionKind::kDryRun == job->options.kind || SessionKind::kDryRun == request.kind;
   job->backend = make_backend(job->cell, dry ? kDryRunSpeed : 1.0);
@@ -308,6 +327,7 @@ State first_state(const Job& job) {
   state.how_to_start = job.backend->how_to_start();
   state.one_by_one = job.options.one_by_one;
   state.resumed = job.resumed;
+  state.left = job.left;
   state.unattended = !job.unattended.empty();
   state.done = job.touches.size();
   for (const calib::Touch& touch : job.touches) state.met.push_back(touch.target);

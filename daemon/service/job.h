@@ -33,6 +33,7 @@ struct Job {
   bool resumed = false;
   std::string unattended;
   std::vector<std::string> warnings;  ///< what the cell file says against itself, not refused
+  std::shared_ptr<const calib::SearchUnderWay> left;  ///< unfinished, by the session before
   std::vector<calib::Touch> touches;  ///< made before it was resumed
   std::unique_ptr<Backend> backend;
   std::optional<HandSpeed> hand_speed;  ///< none: an emulated cell

@@ -29,11 +29,15 @@ class JournalRecorder final : public Recorder {
   void record(const RecordPlan& plan) override { journal_.record(session_, plan); }
   void record(const RecordReading& reading) override { journal_.record(session_, reading); }
   void record(const RecordTouch& touch) override;
+  void record(const RecordSearch& search) override {
+    journal_.record(session_, search, backend_.utc_now());
+  }
   void record(const RecordEnd& end) override;
   void check() override { journal_.check(); }
   void note(const std::string& utc, const std::string& words) override;
   void note(const RecordChange& change) override { journal_.note(session_, change); }
   void note(const RecordContact& contact) override { journal_.note(session_, contact); }
+  void interrupted(const RecordCause& cause) override { journal_.note(session_, cause); }
 
  private:
   Journal& journal_;

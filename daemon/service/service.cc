@@ -209,6 +209,7 @@ TaskInputs SessionService::task_inputs(Job& job) {
   inputs.files = job.inputs;
   inputs.options = job.options;
   inputs.made = job.touches;
+  if (job.left) inputs.left = *job.left;
   if (job.options.kind == SessionKind::kCheck) {
     inputs.against = std::make_shared<const calib::Calibration>(
         calibration_of(parts_.journal, job.options.against));
@@ -229,8 +230,7 @@ TaskInputs SessionService::task_inputs(Job& job) {
     parts_.journal.store_calibration(job.session, json, compared);
   };
   inputs.readings = [this, &job] { return parts_.journal.readings(job.session); };
-  inputs.interruptions = [this] { return status().interruptions; };
-  inputs.busy_repeats = [this] { return status().busy_repeats; };
+  inputs.interruptions = [this] { return status().by_cause; };
   inputs.truth = [&job](const calib::Calibration& calibration) {
     return job.backend->truth(calibration);
   };

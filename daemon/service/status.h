@@ -12,6 +12,7 @@
 #include "calib/model/touch.h"
 #include "daemon/result/outcome.h"
 #include "daemon/session/failure.h"
+#include "daemon/session/interruption.h"
 #include "daemon/session/phase.h"
 #include "drivers/contact.h"
 #include "drivers/robot.h"
@@ -83,6 +84,7 @@ struct Status {
   std::optional<Waiting> waiting;     ///< while connecting; newer than `seq` in service.status()
   int interruptions = 0;              ///< harmless ones, after which it goes on by itself
   int busy_repeats = 0;               ///< of these: this computer was late
+  InterruptionCounts by_cause;        ///< the interruptions, by what was behind them
   std::optional<double> busy_left_s;  ///< a busy spell is waited for at most so long, arm at rest
   std::string robot_words, contact_words;
   std::optional<Failure> failure;

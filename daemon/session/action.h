@@ -89,6 +89,10 @@ struct RecordTouch {
   std::optional<std::array<double, 3>> tip_m{};  ///< nominal model, base frame
   std::optional<double> residual_m{};            ///< once it is assessed
 };
+/// While spheres are found: on disk before the arm goes there.
+struct RecordSearch {
+  std::shared_ptr<const calib::SearchUnderWay> search;
+};
 /// Answered by kJournalSound once all that was asked for before is on disk, and the journal is
 /// still the file that it was written to.
 struct CheckJournal {
@@ -100,6 +104,7 @@ struct RecordInterruption {
   /// This computer was late: number and most are those of such repeats, these of one touch. 0: another.
   int of_touch = 0, most_of_touch = 0;
   std::string failure;  ///< describe(Failure): what it would have ended with
+  drivers::Interruption by = drivers::Interruption::kNone;
 };
 enum class Ending { kDone, kAborted, kFailed };
 struct RecordEnd {
@@ -109,10 +114,10 @@ struct RecordEnd {
   std::shared_ptr<const SessionResult> result{};  ///< kDone
 };
 
-using Action = std::variant<MakePlan, FindRoute, ChooseTouch, TakeAnswer, Assess, Identify, WriteReport,
-                            OpenDevices, Rereference, ArmSensor, Disarm, SelfTest, BeginMove,
-                            StopArm, CloseDevices, RecordPlan, RecordReading, RecordTouch,
-                            CheckJournal, RecordInterruption, RecordEnd>;
+using Action = std::variant<MakePlan, FindRoute, ChooseTouch, TakeAnswer, Assess, Identify,
+                            WriteReport, OpenDevices, Rereference, ArmSensor, Disarm, SelfTest,
+                            BeginMove, StopArm, CloseDevices, RecordPlan, RecordReading,
+                            RecordTouch, CheckJournal, RecordInterruption, RecordSearch, RecordEnd>;
 
 /// Name of the action, for logs and tests.
 const char* name_of(const Action& action);

@@ -155,6 +155,8 @@ struct Event {
   Links links;                              ///< kLinks
   std::shared_ptr<const calib::Plan> plan;  ///< kPlanned, kRouted
   std::string stage;                        ///< kRouted: what the touch is for, in words
+  /// kRouted, while spheres are found: the way that is offered, and the way out of it.
+  std::shared_ptr<const calib::SearchUnderWay> search;
   bool not_found =
       false;  ///< kRouted: a sphere cannot be found, `words` says why; the plan leads home
   std::string plan_hash;                    ///< kPlanned

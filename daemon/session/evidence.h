@@ -29,6 +29,12 @@ struct RecordContact {
   drivers::ContactRecord contact;
 };
 
+/// A harmless interruption, by what was behind it.
+struct RecordCause {
+  std::string utc;
+  drivers::Interruption by = drivers::Interruption::kNone;
+};
+
 /// "trip", "contact", "revoked", "release".
 const char* to_string(drivers::ContactEventKind kind);
 

@@ -11,9 +11,16 @@ namespace cellcal::daemon::rules {
 
 namespace {
 
+/// Its first move may lead out of a contact: the tip may be at a sphere that a session has left.
+bool may_leave_contact(const State& state, const Links& links) {
+  return state.resumed ||
+         (state.left && calib::way_out_of(*state.left, joint_vector(links.actual_rad)));
+}
+
 /// A sensor in contact cannot pass its self-test before the arm has left; it is alive all the same.
 bool contact_up(const State& state, const Links& links) {
-  const bool touching = state.resumed && links.in_contact && links.can_guard_retreat;
+  const bool touching =
+      may_leave_contact(state, links) && links.in_contact && links.can_guard_retreat;
   return links.contact == drivers::ContactLink::kReady || touching;
 }
 
@@ -72,7 +79,8 @@ bool nothing_left(const State& state, const Event& event) {
   return event.plan && state.done >= event.plan->touches.size();
 }
 bool fresh_and_closed(const State& state, const Event& event) {
-  return !state.resumed && event.links.in_contact;
+  if (!event.links.in_contact || may_leave_contact(state, event.links)) return false;
+  return !state.left || event.links.robot_up();  // where the arm stands is not known before
 }
 bool by_hand(drivers::OperatingMode mode) {
   return mode == drivers::OperatingMode::kT1 || mode == drivers::OperatingMode::kT2;
@@ -99,7 +107,8 @@ bool links_ready(const State& state, const Event& event) {
 }
 bool in_contact(const State& state, const Event&) { return state.links.in_contact; }
 bool closed_since(const State& state, const Event&) {
-  return state.links.in_contact && !(state.resumed && state.routed_in_contact);
+  return state.links.in_contact &&
+         !(may_leave_contact(state, state.links) && state.routed_in_contact);
 }
 bool interrupted(const State& state, const Event& event) {
   const drivers::Interruption by = event.interruption;

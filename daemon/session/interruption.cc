@@ -60,6 +60,41 @@ GoesOn goes_on(FailureKind failure, Interruption by) {
   return row != kHarmless.end() ? row->goes_on : kNever;
 }
 
+void InterruptionCounts::count(Interruption by) {
+  if (by == Interruption::kLateBytes) ++late_bytes;
+  if (by == Interruption::kLateReplies) ++late_replies;
+  if (by == Interruption::kPacketsStopped) ++packets_stopped;
+}
+
+int count_of(const InterruptionCounts& counts, Interruption by) {
+  if (by == Interruption::kLateBytes) return counts.late_bytes;
+  if (by == Interruption::kLateReplies) return counts.late_replies;
+  return by == Interruption::kPacketsStopped ? counts.packets_stopped : 0;
+}
+
+const char* name_of_cause(Interruption by) {
+  if (by == Interruption::kLateBytes) return "sensor-data-late";
+  if (by == Interruption::kLateReplies) return "robot-replies-late";
+  return by == Interruption::kPacketsStopped ? "packets-stopped" : "";
+}
+
+std::optional<Interruption> cause_of(std::string_view name) {
+  for (const Interruption by : kCountedCauses)
+    if (name == name_of_cause(by)) return by;
+  return std::nullopt;
+}
+
+std::string words(const InterruptionCounts& counts) {
+  std::string all;
+  const auto add = [&](int count, const char* what) {
+    if (count > 0) all += (all.empty() ? "" : ", ") + std::to_string(count) + " " + what;
+  };
+  add(counts.late_bytes, "sensor data late (this computer was busy)");
+  add(counts.late_replies, "robot replies late (this computer was busy)");
+  add(counts.packets_stopped, "controller packets stopped");
+  return all;
+}
+
 FailureKind failure_by(Interruption by, FailureKind otherwise) {
   const bool late = by == Interruption::kLateReplies || by == Interruption::kLateBytes;
   return late ? FailureKind::kComputerBusy : otherwise;

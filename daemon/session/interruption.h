@@ -10,8 +10,11 @@
 // is good, its self-test has passed (or the arm stands in a contact that it was making), the position is
 // taken over anew, and the arm is where it was left.
 
+#include <array>
 #include <optional>
 #include <span>
+#include <string>
+#include <string_view>
 
 #include "daemon/session/failure.h"
 #include "drivers/robot.h"
@@ -39,6 +42,27 @@ GoesOn goes_on(FailureKind failure, drivers::Interruption by);
 
 /// How a session names what made a move silent, or a link lose its reference.
 FailureKind failure_by(drivers::Interruption by, FailureKind otherwise);
+
+/// Harmless interruptions, after which a session went on or tries to, by what was behind them.
+struct InterruptionCounts {
+  int late_bytes = 0, late_replies = 0;  ///< this computer was late
+  int packets_stopped = 0;
+
+  int total() const { return late_bytes + late_replies + packets_stopped; }
+  void count(drivers::Interruption by);
+  bool operator==(const InterruptionCounts&) const = default;
+};
+/// The causes that are counted.
+inline constexpr std::array kCountedCauses{drivers::Interruption::kLateBytes,
+                                           drivers::Interruption::kLateReplies,
+                                           drivers::Interruption::kPacketsStopped};
+int count_of(const InterruptionCounts& counts, drivers::Interruption by);
+/// "sensor-data-late", "robot-replies-late", "packets-stopped": in journal, API and metrics; "" of one that is not
+/// counted.
+const char* name_of_cause(drivers::Interruption by);
+std::optional<drivers::Interruption> cause_of(std::string_view name);
+/// "5 sensor data late (this computer), 1 packets stopped"; empty where there are none.
+std::string words(const InterruptionCounts& counts);
 
 /// The arm was left where it is, when no axis is farther from there: at 40 deg/s three cycles whose
 /// replies were lost leave 0.5 deg, and by hand it is not moved while RSI runs.

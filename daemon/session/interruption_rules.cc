@@ -11,6 +11,7 @@ void count_interruption(State& state, FailureKind kind, std::string detail,
                         drivers::Interruption by) {
   state.interrupted = Failure{kind, std::move(detail), by};
   ++state.interruptions;
+  state.by_cause.count(by);
   if (kind != FailureKind::kComputerBusy) return;
   ++state.busy_repeats;
   state.busy_of_touch = repeats_of_touch(state) + 1;
@@ -58,7 +59,7 @@ WayBack way_back(const State& state) {
 
 void record_interruption(const State& state, Actions& actions) {
   RecordInterruption record{state.interruptions - state.busy_repeats, state.retries, 0, 0,
-                            describe(*state.interrupted)};
+                            describe(*state.interrupted), state.interrupted->by};
   if (state.interrupted->kind == FailureKind::kComputerBusy) {
     record.number = state.busy_repeats;
     record.most = state.repeats.of_session;

@@ -191,6 +191,7 @@ const char* name_of(const Action& action) {
     const char* operator()(const RecordTouch&) { return "record touch"; }
     const char* operator()(const CheckJournal&) { return "check journal"; }
     const char* operator()(const RecordInterruption&) { return "record interruption"; }
+    const char* operator()(const RecordSearch&) { return "record search"; }
     const char* operator()(const RecordEnd&) { return "record end"; }
   };
   return std::visit(Names{}, action);

@@ -195,6 +195,11 @@ void forget_touch(State& state) {
   state.self_tested = false;
 }
 
+/// On disk before the first of its moves, as every record is.
+void record_search(const Event& event, Actions& actions) {
+  if (event.search) actions.emplace_back(RecordSearch{event.search});
+}
+
 /// No touch, and how the session ends.
 void take_last_choice(State& state, const Event& event, Actions& actions) {
   state.plan = event.plan;
@@ -264,6 +269,8 @@ void begin_freeing(State& state, const Event& event, Actions& actions) {
   state.plan = event.plan;
   state.progress = event.progress;
   state.stage = event.stage;
+  state.left.reset();
+  record_search(event, actions);
   forget_touch(state);
   decide_approach(state);
   begin(state, event, actions, MoveKind::kRetreat, waypoint(state, 0), 0.0,
@@ -285,6 +292,8 @@ void begin_transit(State& state, const Event& event, Actions& actions) {
   state.plan = event.plan;
   state.progress = event.progress;
   state.stage = event.stage;
+  state.left.reset();
+  record_search(event, actions);
   forget_touch(state);
   decide_approach(state);
   go_on_to_standoff(state, event, actions);
@@ -439,6 +448,7 @@ void choose_next(State& state, const Event& event, Actions& actions) {
 
 void begin_way_home(State& state, const Event& event, Actions& actions) {
   take_last_choice(state, event, actions);
+  record_search(event, actions);
   begin(state, event, actions, MoveKind::kTransit, axis_angles(state.plan->home.front()), 0.0,
         state.timeouts.waypoint);
 }

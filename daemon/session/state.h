@@ -12,6 +12,7 @@
 #include "daemon/session/action.h"
 #include "daemon/session/event.h"
 #include "daemon/session/failure.h"
+#include "daemon/session/interruption.h"
 #include "daemon/session/phase.h"
 #include "daemon/session/touch_policy.h"
 
@@ -48,6 +49,9 @@ struct State {
   /// Goes on with a journal's touches, or by itself from where a contact may be closed: then, and
   /// only then, its first move may lead out of one.
   bool resumed = false;
+  /// As the session before has left it. Where the arm stands in it, the first move may lead out of a
+  /// contact, too.
+  std::shared_ptr<const calib::SearchUnderWay> left;
   bool unattended = false;    ///< nobody is there: it begins only where nobody works at the robot
   int retries = 0;            ///< harmless interruptions after which it goes on by itself
   BusyRepeats repeats{0, 0};  ///< likewise where this computer was late
@@ -96,6 +100,7 @@ struct State {
 
   // Harmless interruptions (interruption.h).
   int interruptions = 0;                   ///< so far; those after which it went on or tries to
+  InterruptionCounts by_cause;             ///< the same, by what was behind them
   std::optional<Failure> interrupted;      ///< the newest: what it ends with where it cannot go on
   drivers::AxisAngles left_rad;            ///< where the arm came to rest in it
   std::uint32_t left_session = 0;          ///< the controller's, in which it happened

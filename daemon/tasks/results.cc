@@ -31,13 +31,11 @@ void write_results(const TaskInputs& inputs, const calib::Calibration& calibrati
   report.finished = finished_time(touches, inputs.utc_now());
   report.cell_name = std::filesystem::path(inputs.files.cell_name).filename().string();
   report.software = calib::software_version();
-  if (const int count = inputs.interruptions ? inputs.interruptions() : 0; count > 0) {
-    const int busy = inputs.busy_repeats ? inputs.busy_repeats() : 0;
-    report.notes.push_back(
-        "interruptions of the links: " + std::to_string(count) +
-        (busy > 0 ? " (" + std::to_string(busy) + " because this computer was busy)" : "") +
-        ", each resumed automatically; the touch under way was repeated");
-  }
+  if (const InterruptionCounts counts =
+          inputs.interruptions ? inputs.interruptions() : InterruptionCounts{};
+      counts.total() > 0)
+    report.notes.push_back("interruptions: " + words(counts) +
+                           "; each resumed automatically, the touch under way repeated");
   if (calibration.update)
     report.notes.push_back("made on top of " + calibration.update->stands_on +
                            "; 'before' is that calibration, not the nominal arm");

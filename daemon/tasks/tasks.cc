@@ -164,7 +164,7 @@ class Chooser {
     calib::Cell cell = inputs_->cell;
     if (is_bounded()) cell.passable = within_reach(cell.passable);
     const calib::TouchSequenceOptions options{inputs_->options.plan, inputs_->options.goal,
-                                              inputs_->options.find, only_find()};
+                                              inputs_->options.find, only_find(), inputs_->left};
     sequence_.emplace(cell, options, inputs_->made);
     learnt_ = inputs_->made.size();
   }
@@ -198,6 +198,7 @@ class Chooser {
       chosen.not_found = true;
       chosen.why = error.what();
     }
+    chosen.search = sequence_->under_way(from, touch);
     if (touch) {
       auto& all = (*all_)->touches;  // one that was offered before is on another way now
       if (!all.empty() && all.back().clear == touch->clear) all.pop_back();

@@ -22,6 +22,7 @@ struct TaskInputs {
   SessionOptions options;
   std::vector<calib::Touch> made;    ///< before the session was interrupted
   std::optional<Compared> compared;  ///< what the result is held against
+  std::optional<calib::SearchUnderWay> left;  ///< unfinished, by the session before
   /// Of a check: what is checked, and the touches of those before it, oldest first.
   std::shared_ptr<const calib::Calibration> against;
   std::vector<std::vector<calib::Touch>> checks_before;
@@ -37,8 +38,7 @@ struct TaskInputs {
   /// Puts the calibration into the journal.
   std::function<void(const std::string& json)> store;
   /// Harmless ones after which the session went on by itself; null: none.
-  std::function<int()> interruptions;
-  std::function<int()> busy_repeats;  ///< of these: this computer was late
+  std::function<InterruptionCounts()> interruptions;
   std::function<std::vector<std::pair<std::string, std::string>>(const calib::Calibration&)> truth;
 };
 

@@ -536,6 +536,25 @@ bool Finder::leads_out(const JointVector& from) const {
   return impl_->way_out(*one, from, clearance, others).has_value();
 }
 
+bool Finder::stands_clear(const JointVector& at) const {
+  const Cell around = impl_->swollen(std::nullopt);
+  return Clearance(around, impl_->arm).clear(at, kTipMarginM);
+}
+
+bool Finder::is_clear_but_for_sought(const JointVector& from,
+                                     const std::vector<JointVector>& way) const {
+  Cell others = impl_->cell;
+  std::erase_if(others.targets, [&](const Target& target) { return impl_->find(target.id); });
+  others.lengths.clear();
+  const Clearance clearance(others, impl_->arm);
+  const JointVector* last = &from;
+  for (const JointVector& next : way) {
+    if (!clearance.clear(*last, next, kTipMarginM)) return false;
+    last = &next;
+  }
+  return true;
+}
+
 std::vector<JointVector> Finder::way_home() const {
   const Impl& me = *impl_;
   if (!me.last) return {};

@@ -47,6 +47,11 @@ class Finder {
   /// Whether next() leads straight out of where the sphere that is sought may be, or is in contact.
   bool leads_out(const JointVector& from) const;
 
+  /// Whether `at` is clear of all, and of wherever a sphere may be.
+  bool stands_clear(const JointVector& at) const;
+  /// Whether these moves from `from` are clear of all but the spheres that are still to be found.
+  bool is_clear_but_for_sought(const JointVector& from, const std::vector<JointVector>& way) const;
+
   /// The cell with its spheres where they were found, or are believed to be.
   const Cell& located() const;
   /// The sphere that is being found, index into the cell.

@@ -128,6 +128,13 @@ nlohmann::json touch_json(std::size_t index, const calib::Touch& touch) {
           {"speed_mm_s", touch.speed_m_s * calib::kMmPerM}};
 }
 
+json to_json(const InterruptionCounts& counts) {
+  json all = json::object();
+  for (const drivers::Interruption by : kCountedCauses)
+    all[name_of_cause(by)] = count_of(counts, by);
+  return all;
+}
+
 std::string status_to_json(const Status& status) {
   json value{{"seq", status.seq},
              {"session", status.session},
@@ -150,6 +157,7 @@ std::string status_to_json(const Status& status) {
              {"waiting", to_json(status.waiting)},
              {"interruptions", status.interruptions},
              {"busy_repeats", status.busy_repeats},
+             {"interruptions_by_cause", to_json(status.by_cause)},
              {"busy_left_s", or_null(status.busy_left_s)},
              {"robot", status.robot_words},
              {"contact", status.contact_words},

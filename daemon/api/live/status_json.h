@@ -10,6 +10,8 @@ namespace cellcal::daemon {
 
 /// One that was recorded, for lists.
 nlohmann::json touch_json(std::size_t index, const calib::Touch& touch);
+/// Keyed by cause.
+nlohmann::json to_json(const InterruptionCounts& counts);
 std::string status_to_json(const Status& status);
 /// {"session","index","target","set","joints_deg","tip_mm","residual_mm","u95_mm"}
 std::string made_touch_to_json(const MadeTouch& made);

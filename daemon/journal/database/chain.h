@@ -18,12 +18,13 @@
 namespace cellcal::daemon {
 
 /// Whose rows have entries; the name is the table's. Those of version 1 stand first.
-inline constexpr const char* kChainedTables[] = {"session",  "touch",   "reading",
-                                                 "event",    "change",  "contact",
-                                                 "compared", "dropped", "activation"};
+inline constexpr const char* kChainedTables[] = {"session",    "touch",   "reading",  "event",
+                                                 "change",     "contact", "compared", "dropped",
+                                                 "activation", "search",   "interruption"};
 /// Whose rows retention may drop. Their entries stay; behind an entry of kind 'dropped' of the same session they stand
 /// for rows that are gone.
-inline constexpr const char* kRawTables[] = {"event", "change", "contact", "reading"};
+inline constexpr const char* kRawTables[] = {"event",  "change", "contact",
+                                             "reading", "search", "interruption"};
 bool is_raw(const std::string& table);
 
 /// The row's SHA-256. Columns that are empty at its end do not count: a later version's.

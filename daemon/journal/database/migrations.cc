@@ -88,8 +88,13 @@ std::int64_t to_9(Database& database, Chain&) {
   return 0;
 }
 
+std::int64_t to_10(Database& database, Chain&) {
+  database.execute(kSchema10);
+  return 0;
+}
+
 constexpr std::array<Migration, kSchemaVersion> kMigrations{to_1, to_2, to_3, to_4, to_5,
-                                                            to_6, to_7, to_8, to_9};
+                                                            to_6, to_7, to_8, to_9, to_10};
 
 }  // namespace
 

@@ -8,7 +8,7 @@
 namespace cellcal::daemon {
 
 /// PRAGMA user_version of what this program writes; migrations.h has the way here.
-inline constexpr int kSchemaVersion = 9;
+inline constexpr int kSchemaVersion = 10;
 /// PRAGMA application_id, "ccal": tells a journal from any other SQLite file.
 inline constexpr int kApplicationId = 0x6363616c;
 
@@ -183,6 +183,27 @@ CREATE TABLE schedule (
   state TEXT NOT NULL,                        -- JSON, cellcal.schedule/1
   sum   TEXT NOT NULL                         -- SHA-256 of state
 ) STRICT;
+)sql";
+
+/// Searches for spheres, each with the way out of it, as they were before the arm went there; harmless interruptions by
+/// their cause.
+inline constexpr const char* kSchema10 = R"sql(
+CREATE TABLE search (
+  session INTEGER NOT NULL REFERENCES session(id),
+  time    TEXT NOT NULL,
+  target  TEXT NOT NULL,     -- '': nothing is searched, the arm goes home
+  axes    INTEGER NOT NULL,
+  way_rad BLOB NOT NULL,     -- postures from where the arm stood to the stand-off; doubles, little endian
+  end_rad BLOB NOT NULL,     -- of the search; empty: none
+  out_rad BLOB NOT NULL      -- postures from the clear point out; empty: no way is known
+) STRICT;
+CREATE TABLE interruption (
+  session INTEGER NOT NULL REFERENCES session(id),
+  time    TEXT NOT NULL,
+  cause   TEXT NOT NULL      -- sensor-data-late, robot-replies-late, packets-stopped
+) STRICT;
+CREATE INDEX search_of_session ON search (session);
+CREATE INDEX interruption_of_session ON interruption (session);
 )sql";
 
 }  // namespace cellcal::daemon

@@ -26,7 +26,8 @@ Vector3d tip_of(const sim::Truth& truth, const JointVector& q) {
   return truth.arm.position(truth.arm.prepare(q), truth.errors.data());
 }
 
-/// On a straight move; the sphere `meant` may be touched by the tip.
+}  // namespace
+
 void look(const Cell& cell, const sim::Truth& truth, const JointVector& from, const JointVector& to,
           std::optional<std::size_t> meant, SphereGaps& nearest) {
   const ArmModel nominal(cell.robot, cell.tool);
@@ -48,8 +49,6 @@ void look(const Cell& cell, const sim::Truth& truth, const JointVector& from, co
     }
   }
 }
-
-}  // namespace
 
 Cell table_cell(double diameter_m, double tip_radius_m, std::size_t first) {
   Cell cell;

@@ -27,6 +27,10 @@ struct SphereGaps {
   double tip_m = 1.0, shaft_m = 1.0;
 };
 
+/// On a straight move; the sphere `meant` may be touched by the tip.
+void look(const Cell& cell, const sim::Truth& truth, const JointVector& from, const JointVector& to,
+          std::optional<std::size_t> meant, SphereGaps& nearest);
+
 struct Found {
   SphereGaps nearest;
   int touches = 0, misses = 0;

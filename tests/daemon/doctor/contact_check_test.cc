@@ -146,8 +146,10 @@ TEST(a_contact_sensor, whose_clock_does_not_come_has_no_open_wire) {
 }
 
 TEST(a_contact_sensors_delivery, is_judged_by_the_latest_heartbeat) {
-  const auto outcome = [](double worst_s) {
+  const auto outcome = [](double worst_s, std::uint32_t times = 0, bool repeats = true) {
     ContactSeen seen = sound_contact();
+    seen.newest.delivery.late = times;
+    seen.repeats = repeats;
     seen.newest.quality.late_p50_s = 0.0002;
     seen.newest.quality.late_worst_s = worst_s;
     Findings findings;
@@ -158,13 +160,15 @@ TEST(a_contact_sensors_delivery, is_judged_by_the_latest_heartbeat) {
   EXPECT_EQ(outcome(0.0).outcome, Outcome::kSkipped) << "not measured is not ok";
   EXPECT_EQ(outcome(0.001).outcome, Outcome::kOk);
   EXPECT_EQ(outcome(0.012).outcome, Outcome::kWarning);
-  const Finding late = outcome(0.040);
-  EXPECT_EQ(late.outcome, Outcome::kFailed);
+  const Finding late = outcome(0.040, 3);
+  EXPECT_EQ(late.outcome, Outcome::kWarning) << "the touch is repeated, and the session goes on";
   EXPECT_NE(
       late.found.find("0.20 ms late on this computer (median), 40.0 ms at worst (limit 25 ms, "
-                      "exceeded 0 times)"),
+                      "exceeded 3 times in 10 s); this computer was busy"),
       std::string::npos)
       << late.found;
+  EXPECT_EQ(outcome(0.040, 1, false).outcome, Outcome::kFailed) << "it ends the session";
+  EXPECT_EQ(outcome(0.040, 4).outcome, Outcome::kFailed) << "no touch comes to its end";
 }
 
 TEST(a_contact_line, is_judged_by_its_damaged_frames_and_its_round_trip) {

@@ -207,7 +207,7 @@ std::int64_t make_version_4(const std::filesystem::path& path) {
   }
   Database(path).execute(
       "DROP TABLE activation; DROP TABLE outbox; DROP TABLE outbox_source; "
-      "ALTER TABLE session DROP COLUMN outcome; DROP TABLE schedule; PRAGMA user_version = 4");
+      "ALTER TABLE session DROP COLUMN outcome; DROP TABLE schedule; DROP TABLE search; DROP TABLE interruption; PRAGMA user_version = 4");
   return id;
 }
 
@@ -246,7 +246,7 @@ TEST(a_journal_of_version_7, gives_each_check_the_outcome_that_its_own_file_stat
   }
   Database(dir / "j.db")
       .execute(
-          "ALTER TABLE session DROP COLUMN outcome; DROP TABLE schedule; PRAGMA user_version = 7");
+          "ALTER TABLE session DROP COLUMN outcome; DROP TABLE schedule; DROP TABLE search; DROP TABLE interruption; PRAGMA user_version = 7");
   const auto file = [&](std::size_t k, const std::string& text) {
     const auto folder = dir.path() / "sessions" / std::to_string(ids[k]);
     std::filesystem::create_directories(folder);
@@ -290,10 +290,10 @@ TEST(a_journal_of_version_7, has_sessions_without_an_outcome_and_keeps_those_of_
   }
   Database(dir / "j.db")
       .execute(
-          "ALTER TABLE session DROP COLUMN outcome; DROP TABLE schedule; PRAGMA user_version = 7");
+          "ALTER TABLE session DROP COLUMN outcome; DROP TABLE schedule; DROP TABLE search; DROP TABLE interruption; PRAGMA user_version = 7");
   {
     Journal journal(dir / "j.db");
-    EXPECT_NE(journal.remarks()[0].find("from schema 7 to 9"), std::string::npos);
+    EXPECT_NE(journal.remarks()[0].find("from schema 7 to 10"), std::string::npos);
     EXPECT_EQ(journal.session(old)->state, RecordState::kDone);
     EXPECT_EQ(journal.session(old)->outcome, "");
     checked = fill(journal, 2);

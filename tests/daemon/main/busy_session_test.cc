@@ -19,13 +19,23 @@ class OnABusyComputer : public AChangedCell {
     EXPECT_EQ(status["phase"], "done") << status.dump(1);
     EXPECT_GT(status["busy_repeats"], 0) << status.dump(1);
     EXPECT_EQ(status["interruptions"], status["busy_repeats"]);
+    const nlohmann::json& by_cause = status["interruptions_by_cause"];
+    EXPECT_EQ(by_cause["sensor-data-late"], status["busy_repeats"]) << by_cause;
+    EXPECT_EQ(by_cause["robot-replies-late"], 0);
+    EXPECT_EQ(by_cause["packets-stopped"], 0);
+    const std::string session = std::to_string(status["session"].get<int>());
+    EXPECT_EQ(get("/v1/sessions/" + session)["times"]["interruptions_by_cause"], by_cause);
     EXPECT_TRUE(status["busy_left_s"].is_null());
     const std::string metrics = http_request(fixture.socket(), "GET", "/metrics").body;
     EXPECT_NE(metrics.find("cellcal_session_busy_repeats " +
                            std::to_string(status["busy_repeats"].get<int>()) + "\n"),
               std::string::npos)
         << metrics;
-    EXPECT_NE(fixture.cellcal({"status"}).out.find("because this computer was busy"),
+    EXPECT_NE(metrics.find("cellcal_session_interruptions_by_cause{cause=\"sensor-data-late\"} " +
+                           std::to_string(status["busy_repeats"].get<int>()) + "\n"),
+              std::string::npos)
+        << metrics;
+    EXPECT_NE(fixture.cellcal({"status"}).out.find("sensor data late (this computer was busy)"),
               std::string::npos);
   }
 };
@@ -35,9 +45,11 @@ TEST_F(OnABusyComputer, a_calibration_a_check_and_an_update_end_as_on_a_quiet_on
   expect_repeats(
       fixture.cellcal({"run", "--cell", CELLCAL_DEMO_CELL, "--touches", "40", "--check", "0"}));
   const std::string show = fixture.cellcal({"show", "1"}).out;
-  EXPECT_NE(show.find("interruptions: "), std::string::npos) << show;
+  EXPECT_NE(show.find(" sensor data late (this computer was busy), each resumed"),
+            std::string::npos)
+      << show;
   const std::string report = content(fixture.dir.path() / "state/sessions/1/report.html");
-  EXPECT_NE(report.find("because this computer was busy"), std::string::npos);
+  EXPECT_NE(report.find("sensor data late (this computer was busy)"), std::string::npos);
   expect_repeats(fixture.cellcal({"check"}));
   restart(std::string(kBusy) + "tool_shift_mm = [1.0, -0.8, 0.5]\n");
   expect_repeats(fixture.cellcal({"run", "--cell", CELLCAL_DEMO_CELL, "--update"}));

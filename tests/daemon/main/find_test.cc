@@ -1,10 +1,17 @@
 // A session that only finds the spheres.
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <signal.h>
 
+#include <chrono>
+#include <filesystem>
 #include <string>
+#include <thread>
 
+#include "calib/model/units.h"
 #include "changed_cell.h"
+#include "daemon/journal/journal.h"
 
 namespace cellcal::daemon::testing {
 namespace {
@@ -58,6 +65,72 @@ INSTANTIATE_TEST_SUITE_P(with_another_tip_than_the_file_has, AFindThatFails,
                          ::testing::Values("tool_shift_mm = [25.0, 0.0, 0.0]\n",
                                            "tool_shift_mm = [0.0, 30.0, 0.0]\n",
                                            "tool_shift_mm = [12.0, 12.0, 12.0]\n"));
+
+enum class Left { kAborted, kKilled };
+
+class AFindThatIsLeft : public AChangedCell, public ::testing::WithParamInterface<Left> {
+ protected:
+  /// With so many touches made, in a state directory of its own; the search that was under way.
+  calib::SearchUnderWay leave_behind(int touches) {
+    fixture.daemon.reset();
+    std::filesystem::remove_all(fixture.dir / "state");
+    restart("");
+    const nlohmann::json body{{"kind", "find"}, {"cell", CELLCAL_DEMO_CELL}};
+    EXPECT_EQ(http_request(fixture.socket(), "POST", "/v1/run", body.dump()).status, 201);
+    fixture.wait_for_touches(touches);
+    if (GetParam() == Left::kKilled) {
+      fixture.daemon->signal(SIGKILL);
+    } else {
+      EXPECT_EQ(http_request(fixture.socket(), "POST", "/v1/abort", "").status, 202);
+      wait_for_end();
+      EXPECT_EQ(get("/v1/sessions/1")["state"], "aborted");
+    }
+    fixture.daemon.reset();
+    const auto left = Journal(fixture.dir / "state" / "journal.db").search_left();
+    EXPECT_TRUE(left) << fixture.log();
+    return left ? left->search : calib::SearchUnderWay{};
+  }
+  void wait_for_end() const {
+    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+    while (fixture.status()["phase"] != "aborted" && std::chrono::steady_clock::now() < end)
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  /// Along the search, one axis beside it.
+  static calib::JointVector on(const calib::SearchUnderWay& search, double share,
+                               double beside_rad) {
+    calib::JointVector at = search.way.back();
+    for (std::size_t i = 0; i < at.size(); ++i) at[i] += share * (search.end[i] - at[i]);
+    at[0] += beside_rad;
+    return at;
+  }
+  Outcome find_from(const calib::JointVector& at) {
+    std::string start = "start_deg = [";
+    for (const double rad : at) start += fmt::format("{:.9f}, ", rad * calib::kDegPerRad);
+    restart(start + "]\n");
+    return fixture.cellcal({"find", "--cell", CELLCAL_DEMO_CELL});
+  }
+};
+
+TEST_P(AFindThatIsLeft, is_left_by_the_next_the_way_it_came_and_by_none_that_was_jogged) {
+  int refused = 0;
+  for (const auto& [touches, share] : {std::pair(2, 0.3), std::pair(5, 0.3), std::pair(4, 0.5)}) {
+    SCOPED_TRACE(fmt::format("{} touches, {} of the search", touches, share));
+    const calib::SearchUnderWay search = leave_behind(touches);
+    ASSERT_FALSE(search.end.empty());
+    const Outcome jogged = find_from(on(search, share, 1.0 * calib::kRadPerDeg));
+    if (jogged.status == 0) continue;  // it stands where a way out can be seen
+    ++refused;
+    const std::string failure = get("/v1/sessions/2")["failure"];
+    EXPECT_TRUE(failure.starts_with("plan: the arm stands where") ||
+                failure.starts_with("contact-closed: "))
+        << failure;
+    const Outcome next = find_from(on(search, share, 0.0));
+    EXPECT_EQ(next.status, 0) << next.err << fixture.log();
+  }
+  EXPECT_GT(refused, 0);
+}
+INSTANTIATE_TEST_SUITE_P(in_mid_search, AFindThatIsLeft,
+                         ::testing::Values(Left::kAborted, Left::kKilled));
 
 TEST(finding, has_its_own_end) {
   DaemonFixture fixture(kFast);

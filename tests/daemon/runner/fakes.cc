@@ -276,6 +276,10 @@ void FakeRecorder::record(const RecordTouch& touch) {
   count();
   touches.push_back(touch);
 }
+void FakeRecorder::record(const RecordSearch& search) {
+  count();
+  searches.push_back(search);
+}
 void FakeRecorder::record(const RecordEnd& end) {
   count();
   ends.push_back(end);

@@ -138,6 +138,7 @@ class FakeRecorder final : public Recorder {
   void record(const RecordPlan& plan) override;
   void record(const RecordReading& reading) override;
   void record(const RecordTouch& touch) override;
+  void record(const RecordSearch& search) override;
   void record(const RecordEnd& end) override;
   void note(const std::string&, const std::string& words) override { notes.push_back(words); }
   void note(const RecordChange& change) override { changes.push_back(change); }
@@ -147,6 +148,7 @@ class FakeRecorder final : public Recorder {
   int calls = 0;
   std::vector<RecordReading> readings;
   std::vector<RecordTouch> touches;
+  std::vector<RecordSearch> searches;
   std::vector<RecordEnd> ends;
   std::vector<std::string> notes;
   std::vector<RecordChange> changes;

@@ -245,5 +245,70 @@ TEST(a_session_of_chosen_touches, resumed_in_contact_frees_the_tip_before_anythi
   EXPECT_EQ(session.backend.world.moves.front().kind, MoveKind::kRetreat);
 }
 
+std::shared_ptr<const calib::SearchUnderWay> left_at(double rad) {
+  return std::make_shared<const calib::SearchUnderWay>(calib::SearchUnderWay{
+      "S1", {{rad + 0.1}, {rad + 0.05}}, {rad - 0.05}, {{rad + 0.06}, {rad + 0.2}}});
+}
+
+TEST(a_session_of_chosen_touches, that_begins_in_contact_where_a_search_was_left_frees_the_tip) {
+  Offers offers{.wanted = 1};
+  Choosing session(offers, {.contact_closed = true});
+  session.start.left = left_at(session.backend.world.at_rad);
+  const State end = session.run();
+  EXPECT_EQ(end.phase, Phase::kDone) << (end.failure ? end.failure->detail : "");
+  EXPECT_TRUE(offers.asked.front().in_contact);
+  EXPECT_EQ(session.backend.world.moves.front().kind, MoveKind::kRetreat);
+}
+
+TEST(a_session_of_chosen_touches,
+     that_begins_in_contact_beside_the_search_that_was_left_is_refused) {
+  Offers offers{.wanted = 1};
+  Choosing session(offers, {.contact_closed = true});
+  session.start.left = left_at(session.backend.world.at_rad + 1.0);
+  const State end = session.run();
+  ASSERT_EQ(end.phase, Phase::kFailed);
+  EXPECT_EQ(end.failure->kind, FailureKind::kContactClosed);
+  EXPECT_TRUE(session.backend.world.moves.empty());
+}
+
+TEST(a_search_for_a_sphere, is_recorded_with_its_way_out_before_the_arm_goes_there) {
+  Offers offers{.wanted = 1, .may_miss = true};
+  Choosing session(offers);
+  const auto choose = session.tasks.choose;
+  std::size_t moves_then = 0, recorded_then = 0;
+  session.tasks.choose = [&](const ChooseTouch& how, const std::vector<calib::Touch>& made,
+                             const calib::JointVector& from) {
+    Tasks::Chosen chosen = choose(how, made, from);
+    chosen.search = *left_at(static_cast<double>(made.size()));
+    moves_then = session.backend.world.moves.size();
+    recorded_then = session.recorder.searches.size();
+    return chosen;
+  };
+  const State end = session.run();
+  EXPECT_EQ(end.phase, Phase::kDone) << (end.failure ? end.failure->detail : "");
+  ASSERT_EQ(session.recorder.searches.size(), 2u) << "the search, and the way home";
+  EXPECT_EQ(*session.recorder.searches.front().search, *left_at(0.0));
+  EXPECT_EQ(*session.recorder.searches.back().search, *left_at(1.0));
+  EXPECT_EQ(recorded_then, 1u);
+  EXPECT_GT(moves_then, 0u);
+}
+
+TEST(a_search_for_a_sphere, that_cannot_be_recorded_is_not_begun) {
+  Offers offers{.wanted = 1, .may_miss = true};
+  Choosing session(offers);
+  const auto choose = session.tasks.choose;
+  session.tasks.choose = [&](const ChooseTouch& how, const std::vector<calib::Touch>& made,
+                             const calib::JointVector& from) {
+    Tasks::Chosen chosen = choose(how, made, from);
+    chosen.search = *left_at(0.0);
+    return chosen;
+  };
+  session.recorder.fails_at = 2;  // behind the plan
+  const State end = session.run();
+  ASSERT_EQ(end.phase, Phase::kFailed);
+  EXPECT_EQ(end.failure->kind, FailureKind::kJournal);
+  EXPECT_TRUE(session.backend.world.moves.empty());
+}
+
 }  // namespace
 }  // namespace cellcal::daemon::testing

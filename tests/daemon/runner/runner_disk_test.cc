@@ -144,6 +144,7 @@ TEST(a_disk_that_stalls, hides_no_lost_robot) {
 TEST(a_journal_that_is_gone, is_noticed_before_the_next_move) {
   struct Gone final : Recorder {
     void record(const RecordPlan&) override {}
+    void record(const RecordSearch&) override {}
     void record(const RecordReading&) override {}
     void record(const RecordTouch&) override { gone = true; }
     void record(const RecordEnd&) override {}

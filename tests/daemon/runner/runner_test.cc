@@ -81,6 +81,7 @@ TEST(a_session, has_each_touch_on_disk_before_the_next_move) {
   struct Watching final : Recorder {
     explicit Watching(Session& owner) : s(owner) {}
     void record(const RecordPlan&) override {}
+    void record(const RecordSearch&) override {}
     void record(const RecordReading&) override {}
     void record(const RecordTouch&) override {
       EXPECT_FALSE(s.backend.world.moving);

@@ -56,6 +56,7 @@ TEST(a_session_with_a_worker_thread, ends_as_one_with_an_inline_worker_does) {
 /// A disk that answers when it is told to.
 struct StalledRecorder final : Recorder {
   void record(const RecordPlan&) override {}
+  void record(const RecordSearch&) override {}
   void record(const RecordReading&) override {}
   void record(const RecordTouch&) override {
     stalled.set_value();

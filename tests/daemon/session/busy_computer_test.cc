@@ -86,6 +86,8 @@ TEST(repeats, leave_the_retries_of_other_interruptions_alone) {
   EXPECT_EQ(with.phase, Phase::kDone) << why(with);
   EXPECT_EQ(with.interruptions, 3);
   EXPECT_EQ(with.busy_repeats, 2);
+  EXPECT_EQ(with.by_cause.packets_stopped, 1);
+  EXPECT_EQ(with.by_cause.late_bytes + with.by_cause.late_replies, 2);
 }
 
 TEST(a_lateness_during_the_repeat_itself, is_repeated_again) {

@@ -1,0 +1,141 @@
+// Searches that a session has left in their midst, and the way out of them.
+
+#include "calib/plan/search/search_under_way.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <limits>
+
+#include "calib/model/error.h"
+#include "calib/plan/touch_sequence.h"
+#include "sim/cell/truth.h"
+#include "tests/calib/plan/find_drive.h"
+#include "tests/calib/plan/ways.h"
+#include "tests/calib/simulate.h"
+
+namespace cellcal::calib {
+namespace {
+
+const SearchUnderWay kLeft{
+    "S1", {{0.0, 0.0}, {0.5, 0.0}, {1.0, 0.0}}, {1.0, 0.4}, {{1.1, -0.2}, {3.0, 3.0}}};
+
+TEST(a_way_out_of_a_search, leads_from_anywhere_on_it_to_the_clear_point_and_out) {
+  for (const JointVector& at : {JointVector{1.0, 0.0}, JointVector{1.0, 0.3}, JointVector{1.0, 0.4},
+                                JointVector{1.05, -0.1}, JointVector{1.0, 0.3 + kOnWayRad / 2}})
+    EXPECT_EQ(way_out_of(kLeft, at), kLeft.out) << at[0] << " " << at[1];
+}
+
+TEST(a_way_out_of_a_search, goes_on_to_it_from_the_way_there) {
+  EXPECT_EQ(way_out_of(kLeft, {0.6, 0.0}),
+            (std::vector<JointVector>{{1.0, 0.0}, {1.1, -0.2}, {3.0, 3.0}}));
+  EXPECT_EQ(way_out_of(kLeft, {0.0, 0.0}),
+            (std::vector<JointVector>{{0.5, 0.0}, {1.0, 0.0}, {1.1, -0.2}, {3.0, 3.0}}));
+}
+
+TEST(a_way_out_of_a_search, goes_on_where_the_arm_was_on_its_way_home) {
+  const SearchUnderWay home{"", {{0.0, 0.0}, {0.5, 0.0}, {1.0, 0.0}}, {}, {}};
+  EXPECT_EQ(way_out_of(home, {0.6, 0.0}), (std::vector<JointVector>{{1.0, 0.0}}));
+}
+
+TEST(a_way_out_of_a_search, is_none_where_the_arm_is_elsewhere_or_no_way_is_known) {
+  EXPECT_FALSE(way_out_of(kLeft, {1.0 - 2.0 * kOnWayRad, 0.3})) << "jogged aside";
+  EXPECT_FALSE(way_out_of(kLeft, {1.0, 0.4 + 2.0 * kOnWayRad})) << "jogged on";
+  EXPECT_FALSE(way_out_of(kLeft, {0.25, 0.1}));
+  EXPECT_FALSE(way_out_of(kLeft, {1.0})) << "another arm";
+  EXPECT_FALSE(way_out_of(kLeft, {1.0, std::numeric_limits<double>::quiet_NaN()}));
+  SearchUnderWay none = kLeft;
+  none.out.clear();
+  EXPECT_FALSE(way_out_of(none, {1.0, 0.3}));
+  EXPECT_FALSE(way_out_of({}, {1.0, 0.3}));
+}
+
+/// Another session with the same cell file: the moves to its first search; empty where it is refused.
+std::vector<JointVector> begun_anew(const Cell& cell, std::optional<SearchUnderWay> left,
+                                    const JointVector& from) {
+  TouchSequenceOptions options;
+  options.only_find = options.find = true;
+  options.left = std::move(left);
+  TouchSequence sequence(cell, options, {});
+  try {
+    return sequence.next(from, false)->transit;
+  } catch (const PlanError& error) {
+    EXPECT_EQ(error.kind, PlanError::Kind::kArmStands) << error.what();
+    return {};
+  }
+}
+
+TEST(a_search_that_was_left, is_left_by_the_next_session_and_no_sphere_is_met_on_the_way) {
+  const Cell table = testing::table_cell(0.04, 0.0, 0);
+  int left = 0, refused_before = 0;
+  for (unsigned seed = 1; seed <= 2; ++seed) {
+    const sim::Truth truth = testing::plain_truth(table, seed);
+    const Cell cell = testing::honestly_rough(table, 0.005, seed);
+    TouchSequenceOptions options;
+    options.only_find = options.find = true;
+    TouchSequence first(cell, options, {});
+    JointVector at(6, 0.0);
+    at[1] = -1.2, at[2] = 1.6, at[4] = 1.0;
+    for (int k = 0; k < 9; ++k) {
+      const auto line = first.next(at, false);
+      ASSERT_TRUE(line);
+      const auto under_way = first.under_way(at, line);
+      ASSERT_TRUE(under_way);
+      EXPECT_EQ(under_way->target, line->target);
+      const auto touch = testing::search(cell, truth, *line);
+      const JointVector deepest = touch ? touch->joint_rad : line->end;
+      for (const double share : {0.0, 0.5, 0.9}) {
+        const JointVector stands = testing::between(line->standoff, deepest, share);
+        if (!begun_anew(cell, std::nullopt, stands).empty()) continue;
+        ++refused_before;
+        const std::vector<JointVector> way = begun_anew(cell, under_way, stands);
+        ASSERT_FALSE(way.empty()) << "seed " << seed << ", line " << k;
+        ++left;
+        EXPECT_EQ(way.front(), line->clear);
+        testing::SphereGaps gaps;
+        testing::look(cell, truth, stands, way.front(), cell.target_index(line->target), gaps);
+        for (std::size_t i = 0; i + 1 < way.size(); ++i)
+          testing::look(cell, truth, way[i], way[i + 1], std::nullopt, gaps);
+        EXPECT_GT(gaps.tip_m, 0.003) << "seed " << seed << ", line " << k;
+        EXPECT_GT(gaps.shaft_m, 0.0) << "seed " << seed << ", line " << k;
+        JointVector jogged = stands;
+        jogged[0] += 3.0 * kOnWayRad;
+        EXPECT_EQ(begun_anew(cell, under_way, jogged), begun_anew(cell, std::nullopt, jogged));
+      }
+      at = line->clear;
+      if (touch)
+        first.touched(*touch);
+      else
+        first.failed(NotMade::kMissed);
+    }
+  }
+  std::printf("left %d of %d places where a session without it is refused\n", left, refused_before);
+  EXPECT_GT(left, 10);
+}
+
+TEST(a_search_that_was_left, is_not_left_through_what_stands_there_now) {
+  const Cell table = testing::table_cell(0.04, 0.0, 0);
+  const Cell cell = testing::honestly_rough(table, 0.005, 1);
+  TouchSequenceOptions options;
+  options.only_find = options.find = true;
+  TouchSequence first(cell, options, {});
+  JointVector at(6, 0.0);
+  at[1] = -1.2, at[2] = 1.6, at[4] = 1.0;
+  const auto line = first.next(at, false);
+  const auto under_way = first.under_way(at, line);
+  Cell blocked = cell;
+  Obstacle wall;
+  wall.id = "wall";
+  const ArmModel arm(cell.robot, cell.tool);
+  wall.frame.translation() =
+      arm.nominal_tcp(testing::between(under_way->out[0], under_way->out[1], 0.5)).translation();
+  wall.size_m = Eigen::Vector3d::Constant(0.02);
+  blocked.obstacles.push_back(wall);
+  const JointVector stands = testing::between(line->standoff, line->end, 0.5);
+  EXPECT_FALSE(begun_anew(cell, under_way, stands).empty());
+  const std::vector<JointVector> way = begun_anew(blocked, under_way, stands);
+  EXPECT_TRUE(way.empty() || way.front() != line->clear);
+}
+
+}  // namespace
+}  // namespace cellcal::calib
