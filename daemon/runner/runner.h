@@ -88,7 +88,7 @@ struct RunnerParts {
   std::function<void(const State&, const std::vector<calib::Touch>&)> on_change;
   /// Called a few times a second while the devices are open, whether anything changed or not.
   std::function<void(const drivers::RobotState&, const drivers::ContactStatus&)> on_look = {};
-  /// How far the worker's job is, about a hundred times; not on virtual time.
+  /// How far the worker's job is, about a hundred times.
   std::function<void(const calib::WorkDone&)> on_work = {};
 };
 
