@@ -5,6 +5,7 @@
 
 #include "calib/plan/cell_arm_check.h"
 #include "calib/plan/collision/surroundings.h"
+#include "calib/plan/online.h"
 #include "calib/plan/reach/candidates.h"
 #include "calib/plan/reach/pool.h"
 
@@ -236,6 +237,12 @@ bool look_at_units(const Cell& cell, std::vector<CellFault>& faults) {
 std::optional<CellFault> fault_of(const Cell& cell, const Plan& plan) {
   if (!cell.required_m || !(plan.predicted_mean_m > *cell.required_m)) return std::nullopt;
   return CellFault{Kind::kRequired, false, {}, *cell.required_m, plan.predicted_mean_m};
+}
+
+std::optional<CellFault> fault_of(const Cell& cell, const Goal& goal) {
+  const double mean_m = goal.u95_m / kBoundOverError;
+  if (!cell.required_m || !(mean_m > *cell.required_m)) return std::nullopt;
+  return CellFault{Kind::kGoal, false, {}, *cell.required_m, goal.u95_m, mean_m};
 }
 
 std::vector<CellFault> faults_of(const Cell& cell) {

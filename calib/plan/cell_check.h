@@ -18,6 +18,8 @@
 
 namespace cellcal::calib {
 
+struct Goal;
+
 enum class CellFaultKind {
   kLength,            ///< centres and a certified length disagree. a: stated, b: of the centres
   kSurfaces,          ///< likewise, by the two radii: taken between surfaces
@@ -40,6 +42,7 @@ enum class CellFaultKind {
   kShankTouchesFirst,  ///< a: radius of the tip's ball, b: of the slim end behind it
   kToolAcross,         ///< a: tip along the flange's axis, b: beside it
   kDescription,  ///< the arm rests in what the id says, or (no id) reaches nothing. See `mistakes`
+  kGoal,         ///< a: required_mm, b: goal, c: mean error that it leads to
   kRequired,     ///< a: required_mm, b: what the plan reaches
 };
 
@@ -69,6 +72,9 @@ std::vector<CellFault> faults_of(const Cell& cell);
 
 /// required_mm below what a plan of this cell reaches; to be looked at.
 std::optional<CellFault> fault_of(const Cell& cell, const Plan& plan);
+
+/// required_mm below the mean error that touches to this goal (u95, mean over the region) lead to; to be looked at.
+std::optional<CellFault> fault_of(const Cell& cell, const Goal& goal);
 
 /// What was found, with its numbers, and what to do about it.
 std::string found_words(const CellFault& fault);

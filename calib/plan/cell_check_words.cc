@@ -113,6 +113,10 @@ std::string found_words(const CellFault& f) {
     case Kind::kDescription:
       return f.ids.empty() ? "arm: no posture inside the joint limits touches any target"
                            : fmt::format("arm: in every resting posture {}", f.ids[0]);
+    case Kind::kGoal:
+      return fmt::format(
+          "required_mm = {:.3f}, a goal of {:.3f} mm leads to a mean error of {:.3f} mm or so",
+          mm(f.a_m), mm(f.b_m), mm(f.c_m));
     case Kind::kRequired:
       return fmt::format("required_mm = {:.3f}, the plan reaches {:.3f} mm", mm(f.a_m), mm(f.b_m));
   }
@@ -163,6 +167,9 @@ std::string advice_words(const CellFault& f) {
       return "Compare xyz_mm of [tool] with the pendant's tool data: most tools point along Z";
     case Kind::kDescription:
       return mistake_words(f);
+    case Kind::kGoal:
+      return fmt::format("Ask for a goal of {:.3f} mm, or state a larger required_mm",
+                         mm(f.a_m * f.b_m / f.c_m));
     case Kind::kRequired:
       return "Make more touches in more varied postures, or state a larger required_mm";
   }

@@ -26,9 +26,6 @@ namespace cellcal::calib {
 namespace {
 
 constexpr int kCandidatesPerTarget = 400;
-/// Of what a plan leaves that further touches could take away, u95 comes to about so much once the
-/// touches are made and have told which of the model's errors the arm has (tests/experiments/online).
-constexpr double kBoundOverError = 2.1;
 /// The error falls as this power of the number of touches.
 constexpr double kErrorPower = 0.55;
 constexpr Kinds kKinds = Kinds::kSpheresAndPlanes;

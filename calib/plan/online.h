@@ -22,6 +22,10 @@ namespace cellcal::calib {
 /// Of each sphere and plane, before there is an estimate to go by.
 inline constexpr int kFirstTouches = 5;
 
+/// Of what a plan leaves that further touches could take away, u95 comes to about so much once the
+/// touches are made and have told which of the model's errors the arm has (tests/experiments/online).
+inline constexpr double kBoundOverError = 2.1;
+
 struct Goal {
   double u95_m = 0.15e-3;  ///< mean over the region of the radius that holds the position error
   int most_touches = 200;  ///< fit touches, whatever is reached

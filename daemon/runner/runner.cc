@@ -1,6 +1,7 @@
 #include "daemon/runner/runner.h"
 
 #include <exception>
+#include <thread>
 #include <utility>
 
 #include "daemon/session/phase_change.h"
@@ -263,11 +264,17 @@ void Runner::work(std::function<Event()> job, std::uint32_t route_id, Kind kind)
   std::function<bool()> called_off = [inbox = inbox_, kind] {
     return kind == Kind::kComputes && inbox->called_off;
   };
-  parts_.worker.post([inbox = inbox_, job = std::move(job), route_id,
+  // A job that is done on this thread holds up the loop that would tell of it.
+  auto tell = [inbox = inbox_, this,
+               loop = std::this_thread::get_id()](const calib::WorkDone& done) {
+    if (std::this_thread::get_id() != loop) return inbox->tell(done);
+    if (parts_.on_work) parts_.on_work(done);
+  };
+  parts_.worker.post([inbox = inbox_, job = std::move(job), route_id, tell = std::move(tell),
                       called_off = std::move(called_off)] {
     Event answer;
     try {
-      const calib::Watch watch(called_off, [&](const calib::WorkDone& done) { inbox->tell(done); });
+      const calib::Watch watch(called_off, tell);
       calib::poll_cancelled();  // one that has waited behind another
       answer = job();
     } catch (const calib::Cancelled&) {

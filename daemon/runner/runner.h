@@ -90,7 +90,7 @@ struct RunnerParts {
   std::function<void(const drivers::RobotState&, const drivers::ContactStatus&)> on_look = {};
   /// Move::speed_share of a move that is about to begin.
   std::function<double(const drivers::Move&, const drivers::RobotState&)> speed_share = {};
-  /// How far the worker's job is, about a hundred times; not on virtual time.
+  /// How far the worker's job is, about a hundred times.
   std::function<void(const calib::WorkDone&)> on_work = {};
 };
 

@@ -225,6 +225,9 @@ void look_at_goal(const RunRequest& request, const Job& job) {
 /// Of a new session, before anything is opened, planned or moved.
 void look_at_new(const RunRequest& request, Job& job) {
   job.warnings = look_at_cell(job.cell);
+  if (request.goal_mm)
+    if (const auto fault = calib::fault_of(job.cell, job.options.goal))
+      job.warnings.push_back(words(*fault));
   if (request.kind == SessionKind::kDryRun) look_at_centres(job.cell);
   if (request.kind != SessionKind::kQualify) return;
   look_at_target(job.cell, request.target);

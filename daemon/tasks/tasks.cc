@@ -127,6 +127,9 @@ class Chooser {
       : inputs_(std::move(inputs)), all_(std::move(chosen)) {}
 
   Tasks::Planned begin() {
+    if (const auto fault = calib::fault_of(inputs_->cell, inputs_->options.goal);
+        fault && inputs_->note && !only_find())
+      inputs_->note("warning: " + words(*fault));
     open_sequence();
     return {{}, "", sequence_->progress()};
   }

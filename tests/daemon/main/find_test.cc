@@ -113,7 +113,8 @@ class AFindThatIsLeft : public AChangedCell, public ::testing::WithParamInterfac
 
 TEST_P(AFindThatIsLeft, is_left_by_the_next_the_way_it_came_and_by_none_that_was_jogged) {
   int refused = 0;
-  for (const auto& [touches, share] : {std::pair(2, 0.3), std::pair(5, 0.3), std::pair(4, 0.5)}) {
+  // In contact, and twice free of it.
+  for (const auto& [touches, share] : {std::pair(2, 0.5), std::pair(9, 0.5), std::pair(9, 0.7)}) {
     SCOPED_TRACE(fmt::format("{} touches, {} of the search", touches, share));
     const calib::SearchUnderWay search = leave_behind(touches);
     ASSERT_FALSE(search.end.empty());

@@ -258,5 +258,24 @@ TEST(a_session, says_how_far_its_plan_is) {
   EXPECT_EQ(shares, std::vector<double>{0.5});
 }
 
+TEST(a_session, says_how_far_its_plan_is_while_it_is_made_on_the_sessions_own_thread) {
+  testing::Session session({}, 1);
+  std::vector<double> shares;
+  session.tasks.plan = [&, plan = session.tasks.plan] {
+    for (const double share : {0.25, 0.5}) {
+      calib::tell_done(share);
+      EXPECT_EQ(shares.back(), share) << "before the plan is there";
+    }
+    return plan();
+  };
+  InlineWorker worker;
+  RunnerParts parts{session.backend, session.recorder, worker, session.worker, session.tasks, {}};
+  shares.push_back(0.0);
+  parts.on_work = [&](const calib::WorkDone& done) { shares.push_back(done.share); };
+  Runner runner(std::move(parts), State{}, {});
+  EXPECT_EQ(runner.run().phase, Phase::kDone);
+  EXPECT_EQ(shares, (std::vector<double>{0.0, 0.25, 0.5}));
+}
+
 }  // namespace
 }  // namespace cellcal::daemon
