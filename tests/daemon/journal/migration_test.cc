@@ -46,7 +46,7 @@ TEST(a_journal_of_version_1, is_taken_over_as_it_is_and_says_so) {
     Journal journal(dir / "j.db");
     ASSERT_EQ(journal.remarks().size(), 2u);
     EXPECT_NE(
-        journal.remarks()[1].find("taken over from schema 1 to 9; as it was before it is kept "
+        journal.remarks()[1].find("taken over from schema 1 to 10; as it was before it is kept "
                                   "as j.db.version-1"),
         std::string::npos)
         << journal.remarks()[1];
@@ -108,7 +108,7 @@ TEST(a_journal_of_version_2, is_taken_over_bit_for_bit_with_its_checksums_as_the
   {
     Journal journal(dir / "j.db");
     ASSERT_EQ(journal.remarks().size(), 1u);
-    EXPECT_NE(journal.remarks()[0].find("from schema 2 to 9"), std::string::npos);
+    EXPECT_NE(journal.remarks()[0].find("from schema 2 to 10"), std::string::npos);
     ASSERT_EQ(journal.touches(1).size(), 2u);
     const calib::Touch touch = journal.touches(1)[1];
     EXPECT_EQ(touch.joint_rad, (std::vector<double>{0.1, HUGE_VAL}));
@@ -218,7 +218,7 @@ TEST(a_journal_of_version_4, is_taken_over_and_takes_activations_from_then_on) {
   {
     Journal journal(dir / "j.db");
     ASSERT_EQ(journal.remarks().size(), 1u);
-    EXPECT_NE(journal.remarks()[0].find("from schema 4 to 9"), std::string::npos);
+    EXPECT_NE(journal.remarks()[0].find("from schema 4 to 10"), std::string::npos);
     EXPECT_TRUE(journal.activations().empty());
   }
   EXPECT_EQ(dump(dir / "j.db", kTouch), before);

@@ -55,7 +55,7 @@ TEST(CauseWords, WayPointsAreNamedByTheirNumber) {
   EXPECT_TRUE(has(said(cause::CorrectionLimit{0, 31, 30, 2}), "way-point 2, A1: correction"));
   EXPECT_TRUE(has(said(cause::NearSingular{3, 20.0, 15.0, 2}), "way-point 2, near a singularity"));
   EXPECT_EQ(said(cause::BadShare{0.7, 0.5, 2}),
-            "way-point 2, share 0.7 of a leg is not within 0 and 0.5");
+            "way-point 2, share 0.7 is not within 0 and 0.5");
   EXPECT_TRUE(has(said(cause::SearchByWayPoints{2}), "2 way-points in a search"));
   EXPECT_TRUE(has(said(cause::CruiseByWayPoints{1.5}), "cruise time 1.5 s"));
 }
