@@ -73,7 +73,7 @@ TEST(RsiEthernetFile, PacketHoldsTheFilesElementsInItsOrder) {
             "<AIPos A1=\"1.00\" A2=\"2.00\" A3=\"3.00\" A4=\"4.00\" A5=\"5.00\" A6=\"6.00\"/>"
             "<ASPos A1=\"0.00\" A2=\"-90.00\" A3=\"90.00\" A4=\"0.00\" A5=\"90.00\" A6=\"0.00\"/>"
             "<RSol X=\"0.00\" Y=\"0.00\" Z=\"0.00\" A=\"0.00\" B=\"0.00\" C=\"0.00\"/>"
-            "<Digout o1=\"0\" o2=\"0\"/><DiL>0</DiL><OvPro R=\"100\"/><ProgStatus R=\"3\"/>"
+            "<Digout o1=\"0\" o2=\"0\"/><DiL>0</DiL><OvPro R=\"100.00\"/><ProgStatus R=\"3\"/>"
             "<Name></Name><IPOC>357</IPOC></Rob>");
 }
 

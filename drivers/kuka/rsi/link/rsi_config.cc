@@ -96,6 +96,8 @@ void RsiConfig::validate() const {
   }
   check_name("external_axis_tag", external_axis_tag, false);
   check_name("stop_tag", stop_tag, true);
+  check_name("mode_tag", mode_tag, true);
+  check_name("override_tag", override_tag, true);
   if (decimals < kMinDecimals || decimals > kMaxDecimals) {
     throw ConfigError(
         fmt::format("rsi: decimals = {} is outside {}..{}", decimals, kMinDecimals, kMaxDecimals));
