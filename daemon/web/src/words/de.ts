@@ -303,6 +303,7 @@ export const de: Catalogue = {
   "check.rsi cycle": "RSI-Takt",
   "check.rsi decimals": "RSI-Nachkommastellen",
   "check.rsi elements": "RSI-Elemente",
+  "check.rsi state": "Betriebsart und Override (RSI)",
   "check.rsi tool": "Werkzeug der Steuerung (RSI)",
   "check.rsi replies": "RSI-Antworten",
   "check.rsi reply times": "RSI-Antwortzeiten",
