@@ -18,7 +18,12 @@ export const FAILURES = [
 ] as const;
 export type FailureKind = (typeof FAILURES)[number] | "unknown";
 
+export const MODES = ["T1", "T2", "AUT", "EXT"] as const;
+export type OperatingMode = (typeof MODES)[number] | "unknown";
+
 export interface RobotLink {
+  mode: OperatingMode;
+  overridePercent: number | null;
   cycleMs: number | null;
   jitterMs: number | null;
   longestGapMs: number | null;

@@ -157,6 +157,8 @@ export const de: Catalogue = {
   "links.contact": "Kontaktsensor",
   "links.ok": "gut",
   "links.warn": "prüfen",
+  "links.mode": "Betriebsart",
+  "links.override": "Override",
   "links.late": "Späte Antworten",
   "links.late.of": "{late} von {replies}",
   "links.gaps": "Fehlende Pakete",

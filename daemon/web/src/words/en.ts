@@ -162,6 +162,8 @@ export const en = {
   "links.contact": "Contact sensor",
   "links.ok": "good",
   "links.warn": "check it",
+  "links.mode": "Operating mode",
+  "links.override": "Override",
   "links.late": "Late replies",
   "links.late.of": "{late} of {replies}",
   "links.gaps": "Missing packets",
