@@ -73,7 +73,7 @@ TEST(link_words, leave_out_what_is_not_there) {
   EXPECT_EQ(eki.find("replies"), std::string::npos) << eki;
   EXPECT_EQ(eki.find("mode"), std::string::npos) << eki;
   const std::string in_t1 =
-      link_words({{"robot", {{"cycle_ms", 4.0}, {"mode", "T1"}, {"override_percent", 10}}}});
+      link_words({{"robot", {{"packets", 5}, {"mode", "T1"}, {"override_percent", 10}}}});
   EXPECT_NE(in_t1.find("; mode T1; override 10 %"), std::string::npos) << in_t1;
 }
 
