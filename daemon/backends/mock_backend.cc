@@ -86,6 +86,8 @@ VirtualCellOptions rsi_options(const DaemonConfig& config, const calib::Cell& ce
   options.controller.axis_tag = options.rsi.axis_tag;
   options.controller.external_axis_tag = options.rsi.external_axis_tag;
   options.controller.stop_tag = options.rsi.stop_tag;
+  options.controller.mode_tag = options.rsi.mode_tag;
+  options.controller.override_tag = options.rsi.override_tag;
   if (options.rsi.space.on) set_space(options.controller, options.rsi.space, config, cell);
   return options;
 }

@@ -104,6 +104,8 @@ void read_rsi(const TomlTable& table, DaemonConfig& config) {
   rsi.axis_tag = read_name(table, "axis_tag", rsi.axis_tag);
   rsi.external_axis_tag = read_name(table, "external_axis_tag", rsi.external_axis_tag);
   rsi.stop_tag = read_name(table, "stop_tag", rsi.stop_tag, Emptiness::kMeansNone);
+  rsi.mode_tag = read_name(table, "mode_tag", rsi.mode_tag, Emptiness::kMeansNone);
+  rsi.override_tag = read_name(table, "override_tag", rsi.override_tag, Emptiness::kMeansNone);
   if (table.has("mode") && table.word("mode", {"absolute", "relative"}) == "relative") {
     rsi.mode = drivers::CorrectionMode::kRelative;
   }
@@ -222,6 +224,8 @@ void share_with_rsi_files(DaemonConfig& config) {
   files.sentype = config.rsi.sentype;
   files.axis_tag = config.rsi.axis_tag;
   files.stop_tag = config.rsi.stop_tag;
+  files.mode_tag = config.rsi.mode_tag;
+  files.override_tag = config.rsi.override_tag;
   files.mode = config.rsi.mode;
   files.space = config.rsi.space;
   files.correction_limit_deg = config.rsi.correction_limit_deg.at(0);

@@ -25,6 +25,9 @@ std::string robot_words(const json& robot) {
       link_figure(robot, "cycle_ms"), link_figure(robot, "jitter_ms"),
       link_figure(robot, "longest_gap_ms"), link_figure(robot, "packets"),
       link_figure(robot, "gaps"), link_figure(robot, "bad_packets"));
+  const json mode = robot.value("mode", json()), percent = robot.value("override_percent", json());
+  if (mode.is_string() && mode != "unknown") words += "; mode " + mode.get<std::string>();
+  if (percent.is_number()) words += fmt::format("; override {:.0f} %", percent.get<double>());
   const json reply = robot.value("reply_ms", json());
   if (link_figure(robot, "replies") > 0.0 && reply.is_object()) {
     words += fmt::format("; replies p50 {:.2f} ms, p99 {:.2f} ms, longest {:.2f} ms, {:.0f} late",

@@ -36,6 +36,7 @@ struct RsiExpected {
   std::string sentype;
   int late_limit = 3;
   bool in_space = false;  ///< [rsi] correction = "space"
+  bool mode = true, override_percent = true;  ///< [rsi] mode_tag, override_tag: read
 };
 
 void judge_rsi(const RsiSeen& seen, const RsiExpected& expected, Findings& findings);

@@ -151,6 +151,25 @@ void judge_elements(const RsiSeen& seen, Findings& findings) {
   }
 }
 
+void judge_state(const RsiSeen& seen, const RsiExpected& expected, Findings& findings) {
+  const std::string check = "rsi state";
+  const drivers::CoreState& s = seen.newest;
+  const bool mode = s.mode != drivers::OperatingMode::kUnknown, percent = s.override_percent >= 0;
+  const std::string figures =
+      fmt::format("mode {}, override {}", to_string(s.mode),
+                  percent ? fmt::format("{} %", s.override_percent) : std::string("unknown"));
+  if (!expected.mode && !expected.override_percent) {
+    findings.skip(check, "[rsi] mode_tag and override_tag are empty");
+  } else if ((expected.mode && !mode) || (expected.override_percent && !percent)) {
+    findings.warn(check, figures,
+                  "install the files of 'cellcal kuka-files' anew: they send both. Until then the "
+                  "speed is bounded as in T1 before the first calibration alone, and an unattended "
+                  "session does not notice that somebody works in the cell");
+  } else {
+    findings.ok(check, figures + " (which does not slow RSI down)");
+  }
+}
+
 /// Corrections in space go wrong by as much as controller and files see the TCP apart.
 void judge_tcp(const RsiSeen& seen, Findings& findings) {
   const std::string check = "rsi tool";
@@ -232,7 +251,7 @@ void judge_rsi(const RsiSeen& seen, const RsiExpected& expected, Findings& findi
   judge_packets(seen, findings);
   if (!seen.up) {
     for (const char* check : {"rsi sender", "rsi cycle", "rsi decimals", "rsi elements",
-                              "rsi replies", "rsi reply times"}) {
+                              "rsi state", "rsi replies", "rsi reply times"}) {
       findings.skip(check, "no packets");
     }
     if (expected.in_space) findings.skip("rsi tool", "no packets");
@@ -242,6 +261,7 @@ void judge_rsi(const RsiSeen& seen, const RsiExpected& expected, Findings& findi
   judge_cycle(seen, findings);
   judge_decimals(seen, findings);
   judge_elements(seen, findings);
+  judge_state(seen, expected, findings);
   if (expected.in_space) judge_tcp(seen, findings);
   judge_replies(seen, expected, findings);
   judge_times(seen, findings);

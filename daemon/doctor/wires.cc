@@ -320,7 +320,10 @@ void Wires::rsi() {
                             what_to_start(WireKind::kRsi), request_.wait_s));
   const RsiSeen seen = watch(robot);
   judge_line();
-  judge_rsi(seen, {config_.rsi.sentype, config_.rsi.late_replies_limit, config_.rsi.space.on},
+  const drivers::RsiConfig& rsi = config_.rsi;
+  judge_rsi(seen,
+            {rsi.sentype, rsi.late_replies_limit, rsi.space.on, !rsi.mode_tag.empty(),
+             !rsi.override_tag.empty()},
             findings_);
   if (!seen.up) return robot.close();
   judge_angles("rsi joint angles", seen.state.actual_rad, robot_, findings_);

@@ -1,6 +1,6 @@
 #pragma once
 // The bound of the arm's speed while a person stands beside it: T1 stops an arm over RSI above 250 mm/s
-// at the TCP or the flange, and RSI tells neither mode nor override.
+// at the TCP or the flange, and no override slows RSI down.
 
 #include <memory>
 #include <vector>

@@ -41,6 +41,16 @@ std::string unknown(std::string_view line) {
   return fmt::format("\"{}\" is no command. {}", line, control_help());
 }
 
+template <typename Server, typename Machine>
+bool set_override(Server& krc, std::string_view text) {
+  int percent = -1;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), percent);
+  if (error != std::errc() || end != text.data() + text.size() || percent < 0 || percent > 100)
+    return false;
+  krc.with([&](Machine& machine) { machine.set_override(percent); });
+  return true;
+}
+
 /// What both kinds of controller understand alike. `use` gives it between two cycles.
 template <typename Server, typename Machine, typename Mode>
 bool common(Server& krc, const std::vector<std::string_view>& words, const Mode& mode_of) {
@@ -51,6 +61,7 @@ bool common(Server& krc, const std::vector<std::string_view>& words, const Mode&
     krc.unplug(verb == "unplug");
     return words.size() == 1;
   }
+  if (verb == "override") return words.size() == 2 && set_override<Server, Machine>(krc, words[1]);
   bool known = true;
   krc.with([&](Machine& machine) {
     if (words.size() == 1 && (verb == "estop" || verb == "release")) {
@@ -98,9 +109,9 @@ std::string status(const Controller& c) {
 
 const char* control_help() {
   return "Commands: estop, release, drives on|off, t1, t2, aut, start on|off (the start key, in T1 "
-         "and T2), cancel (the program), reset (acknowledge, select and start it again), unplug, "
-         "plug (the cable), status; RSI alone: block on|off (the axes); EKI alone: override "
-         "PERCENT, reconfigure (the I/Os).";
+         "and T2), override PERCENT, cancel (the program), reset (acknowledge, select and start it "
+         "again), unplug, plug (the cable), status; RSI alone: block on|off (the axes); EKI alone: "
+         "reconfigure (the I/Os).";
 }
 
 std::string obey(KrcUdp& krc, std::string_view line) {
@@ -134,13 +145,7 @@ std::string obey(EkiServer& krc, std::string_view line) {
            : verb == "t2" ? drivers::EkiMode::kT2
                           : drivers::EkiMode::kAut;
   };
-  int percent = -1;
-  if (words.size() == 2 && words[0] == "override") {
-    const auto [end, error] =
-        std::from_chars(words[1].data(), words[1].data() + words[1].size(), percent);
-    if (error != std::errc() || percent < 0 || percent > 100) return unknown(line);
-    krc.with([&](EkiController& c) { c.set_override(percent); });
-  } else if (words.size() == 1 && words[0] == "reset") {
+  if (words.size() == 1 && words[0] == "reset") {
     krc.with([](EkiController& c) { c.start_program(); });
   } else if (words.size() == 1 && words[0] == "reconfigure") {
     krc.with([](EkiController& c) { c.reconfigure_io(); });

@@ -57,6 +57,9 @@ RsiChannelConfig ControllerConfig::effective_channel() const {
   if (send_setpoint) send("ASPos", RsiSource::kSetpointAxes);
   if (send_setpoint && external) send("ESPos", RsiSource::kSetpointExternal);
   if (send_delay) send("Delay", RsiSource::kDelay);
+  if (!mode_tag.empty()) add_sent_value(mode_tag, {}, RsiSentValue::Of::kMode, made.send);
+  if (!override_tag.empty())
+    add_sent_value(override_tag, {}, RsiSentValue::Of::kOverride, made.send);
   const auto receive = [&](const std::string& element, std::string_view names, RsiRole role) {
     for (std::size_t i = 0; i < 6; ++i) {
       const std::string name =
@@ -289,6 +292,8 @@ struct Controller::Impl {
     RsiValues values;
     values.ipoc = ipoc;
     values.delay = late;
+    values.mode = mode == OperatingMode::kT1 ? 1 : mode == OperatingMode::kT2 ? 2 : 3;
+    values.override_percent = override_percent;
     values.actual_deg = std::span(actual_deg).first(axes);
     values.setpoint_deg = std::span(base_deg).first(axes);
     if (config.arm) {
@@ -341,6 +346,7 @@ struct Controller::Impl {
 
   RsiPhase phase = RsiPhase::kBeforeRsiOn;
   OperatingMode mode = OperatingMode::kAut;
+  int override_percent = 100;
   std::string message;
   std::vector<double> base, setpoint, actual, speed_rad_s;
   std::vector<double> inputs;    // what the ETHERNET object puts out, one per received value
@@ -392,6 +398,10 @@ void Controller::drives(bool on) {
 void Controller::mode(OperatingMode mode) {
   if (mode != impl_->mode) impl_->stop_running("Operating mode changed");
   impl_->mode = mode;
+}
+
+void Controller::set_override(int percent) {
+  impl_->override_percent = std::clamp(percent, 0, 100);
 }
 
 void Controller::start_key(bool held) {

@@ -49,6 +49,8 @@ struct ControllerConfig {
   bool send_setpoint = true;             ///< DEF_ASPos wired
   bool send_cartesian_setpoint = false;  ///< DEF_RSol wired
   bool send_delay = true;                ///< DEF_Delay wired
+  /// STATUS and OV_PRO wired to SEND elements of these names, as RsiConfig; empty: not.
+  std::string mode_tag = "Mode.R", override_tag = "OvPro.R";
 
   RsiMode mode = RsiMode::kAbsolute;
   RsiStop stop_mode = RsiStop::kExitMoveCorr;
@@ -119,6 +121,7 @@ class Controller {
   /// T1: the TCP is watched for 250 mm/s (without geometry: 6 % of the axes' speeds). Turning the
   /// switch stops whatever runs.
   void mode(OperatingMode mode);
+  void set_override(int percent);  ///< $OV_PRO, 0..100: it does not scale corrections
   void start_key(bool held);  ///< counts in T1 and T2
   void cancel_program();
 

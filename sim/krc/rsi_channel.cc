@@ -30,7 +30,6 @@ std::string attribute_of(const pugi::xml_node& node, const char* name) {
 
 std::string constant_of(std::string_view tag, std::string_view type) {
   if (type == "STRING") return "";
-  if (wire::lower(tag).find("ovpro") != std::string::npos) return "100";
   if (wire::lower(tag).find("progstatus") != std::string::npos) return "3";
   if (type == "DOUBLE") return "0.0";
   if (type == "LONG" || type == "BOOL") return "0";
@@ -41,7 +40,20 @@ std::string constant_of(std::string_view tag, std::string_view type) {
 /// DEF_Tech.C1 stands for C11 to C110.
 void add_tech(const std::string& set, RsiSent& element, const std::string& value) {
   for (int i = 1; i <= kTechParameters; ++i)
-    element.constants.emplace_back(set + std::to_string(i), value);
+    element.values.push_back({set + std::to_string(i), value});
+}
+
+RsiSent& element_of(const std::string& name, std::vector<RsiSent>& send) {
+  for (RsiSent& sent : send) {
+    if (sent.name == name && sent.source == RsiSource::kConstant) return sent;
+  }
+  return send.emplace_back(RsiSent{name, RsiSource::kConstant, {}});
+}
+
+RsiSentValue::Of source_of(const std::string& element) {
+  if (wire::same_name(element, "Mode")) return RsiSentValue::Of::kMode;
+  return wire::lower(element).find("ovpro") != std::string::npos ? RsiSentValue::Of::kOverride
+                                                                 : RsiSentValue::Of::kConstant;
 }
 
 void add_sent(const std::string& tag, const std::string& type, RsiChannelConfig& config) {
@@ -67,23 +79,16 @@ void add_sent(const std::string& tag, const std::string& type, RsiChannelConfig&
     if (currents) {
       RsiSent element{name, RsiSource::kConstant, {}};
       for (int i = 1; i <= 6; ++i)
-        element.constants.emplace_back((name == "MACur" ? "A" : "E") + std::to_string(i), "0.0");
+        element.values.push_back({(name == "MACur" ? "A" : "E") + std::to_string(i), "0.0"});
       config.send.push_back(element);
       return;
     }
   }
-  auto element = std::find_if(config.send.begin(), config.send.end(), [&](const RsiSent& sent) {
-    return sent.name == name && sent.source == RsiSource::kConstant && dot != std::string::npos;
-  });
-  if (element == config.send.end()) {
-    config.send.push_back({name, RsiSource::kConstant, {}});
-    element = config.send.end() - 1;
-  }
   const std::string value = constant_of(tag, type);
   if (internal && name == "Tech" && dot != std::string::npos) {
-    add_tech(path.substr(dot + 1), *element, value);
+    add_tech(path.substr(dot + 1), element_of(name, config.send), value);
   } else {
-    element->constants.emplace_back(dot == std::string::npos ? "" : path.substr(dot + 1), value);
+    add_sent_value(path, value, source_of(name), config.send);
   }
 }
 
@@ -150,16 +155,29 @@ void put_axes(Text& out, char letter, std::span<const double> deg, std::size_t f
   }
 }
 
-void put_constants(Text& out, const RsiSent& sent) {
-  std::string_view text;
+std::string text_of(const RsiSentValue& value, const RsiValues& values, int decimals) {
+  switch (value.of) {
+    case RsiSentValue::Of::kMode:
+      return std::to_string(values.mode);
+    case RsiSentValue::Of::kOverride:
+      return Text().put(values.override_percent, decimals).take();
+    case RsiSentValue::Of::kConstant:
+      break;
+  }
+  return value.constant;
+}
+
+void put_values(Text& out, const RsiSent& sent, const RsiValues& values, int decimals) {
+  std::string text;
   bool has_text = false;
   out.put("<").put(sent.name);
-  for (const auto& [name, value] : sent.constants) {
-    if (name.empty()) {
+  for (const RsiSentValue& one : sent.values) {
+    const std::string value = text_of(one, values, decimals);
+    if (one.name.empty()) {
       has_text = true;
       text = value;
     } else {
-      out.put(" ").put(name).put("=\"").put(value).put("\"");
+      out.put(" ").put(one.name).put("=\"").put(value).put("\"");
     }
   }
   if (has_text) {
@@ -170,6 +188,16 @@ void put_constants(Text& out, const RsiSent& sent) {
 }
 
 }  // namespace
+
+void add_sent_value(const std::string& tag, const std::string& constant, RsiSentValue::Of of,
+                    std::vector<RsiSent>& send) {
+  const std::size_t dot = tag.find('.');
+  if (dot == std::string::npos) {
+    send.push_back({tag, RsiSource::kConstant, {{"", constant, of}}});
+  } else {
+    element_of(tag.substr(0, dot), send).values.push_back({tag.substr(dot + 1), constant, of});
+  }
+}
 
 RsiChannelConfig RsiChannelConfig::parse(std::string_view xml) {
   pugi::xml_document document;
@@ -199,7 +227,7 @@ std::string format_packet(const RsiChannelConfig& channel, const RsiValues& v, i
   out.put("<Rob Type=\"KUKA\">");
   for (const RsiSent& sent : channel.send) {
     if (sent.source == RsiSource::kConstant) {
-      put_constants(out, sent);
+      put_values(out, sent, v, decimals);
       continue;
     }
     out.put("<").put(sent.name);

@@ -5,8 +5,9 @@
 //
 // The file does not say what its channels are wired to: that is in the RSI context. So elements are
 // known by name: A1.. are axis corrections, E1.. external ones, X Y Z A B C Cartesian ones, and a
-// BOOL whose name holds "stop" is the STOP object. Everything else is accepted and has no effect;
-// sent elements of that kind hold 0, OvPro 100 and ProgStatus 3.
+// BOOL whose name holds "stop" is the STOP object. Everything else is accepted and has no effect.
+// Of what is sent the element Mode is STATUS of type Mode_Op, and a name that holds "ovpro" is OV_PRO;
+// ProgStatus holds 3, everything else 0.
 
 #include <array>
 #include <cstdint>
@@ -32,12 +33,18 @@ enum class RsiSource {
   kConstant,
 };
 
+/// One value of an element; without a name it is the element's text.
+struct RsiSentValue {
+  enum class Of { kConstant, kMode, kOverride };
+  std::string name, constant;
+  Of of = Of::kConstant;
+};
+
 /// One element of a packet.
 struct RsiSent {
   std::string name;
   RsiSource source = RsiSource::kConstant;
-  /// kConstant: attributes and their values; one without a name is the element's text.
-  std::vector<std::pair<std::string, std::string>> constants;
+  std::vector<RsiSentValue> values;  ///< of kConstant: all that comes over channels
 };
 
 enum class RsiRole { kAxis, kExternal, kCartesian, kStop, kOther };
@@ -62,8 +69,15 @@ struct RsiChannelConfig {
   static RsiChannelConfig parse(std::string_view xml);
 };
 
+/// The element of a tag: "Element.Attribute", or "Element" for its text. An element that is there
+/// already gets the attribute as well.
+void add_sent_value(const std::string& tag, const std::string& constant, RsiSentValue::Of of,
+                    std::vector<RsiSent>& send);
+
 /// What a packet may tell.
 struct RsiValues {
+  int mode = 3;  ///< $MODE_OP: 1 T1, 2 T2, 3 AUT, 4 EX
+  double override_percent = 100.0;
   KukaFrame actual_frame{}, setpoint_frame{};
   std::span<const double> actual_deg, setpoint_deg;  ///< axes, then external ones
   std::uint64_t delay = 0, ipoc = 0;

@@ -78,6 +78,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     require(rob.has_ipoc && !rob.axes_deg.empty(), "accepted without IPOC or axes");
     require_finite(rob.axes_deg);
     require_finite(rob.setpoint_axes_deg);
+    const int percent = rob.override_percent.value_or(0);
+    require(percent >= 0 && percent <= 100, "an override outside 0..100");
   }
   SenFrame sen;
   if (parser.parse_sen(bytes, {}, sen) == WireError::kNone) require_finite(sen.axes_deg);

@@ -44,19 +44,22 @@ json to_json(const std::optional<calib::WorkDone>& planning) {
 
 json to_json(const drivers::RobotState& robot) {
   const drivers::RobotQuality& q = robot.quality;
-  return {{"cycle_ms", robot.cycle_s * calib::kMsPerS},
-          {"jitter_ms", q.jitter_s * calib::kMsPerS},
-          {"longest_gap_ms", q.longest_gap_s * calib::kMsPerS},
-          {"packets", robot.packets},
-          {"gaps", q.gaps},
-          {"bad_packets", q.bad_packets},
-          {"late", robot.late},
-          {"replies", q.replies},
-          {"reply_ms",
-           {{"p50", q.reply_p50_s * calib::kMsPerS},
-            {"p99", q.reply_p99_s * calib::kMsPerS},
-            {"p999", q.reply_p999_s * calib::kMsPerS},
-            {"max", q.reply_max_s * calib::kMsPerS}}}};
+  return {
+      {"cycle_ms", robot.cycle_s * calib::kMsPerS},
+      {"jitter_ms", q.jitter_s * calib::kMsPerS},
+      {"longest_gap_ms", q.longest_gap_s * calib::kMsPerS},
+      {"packets", robot.packets},
+      {"gaps", q.gaps},
+      {"bad_packets", q.bad_packets},
+      {"late", robot.late},
+      {"mode", to_string(robot.mode)},
+      {"override_percent", robot.override_percent ? json(*robot.override_percent) : json(nullptr)},
+      {"replies", q.replies},
+      {"reply_ms",
+       {{"p50", q.reply_p50_s * calib::kMsPerS},
+        {"p99", q.reply_p99_s * calib::kMsPerS},
+        {"p999", q.reply_p999_s * calib::kMsPerS},
+        {"max", q.reply_max_s * calib::kMsPerS}}}};
 }
 
 json to_json(const drivers::ContactStatus& contact) {

@@ -3,7 +3,7 @@
 // Null where the thing as a whole cannot be used.
 
 import {
-  ARM_MOTIONS, ADVICE, CAUSES, CHANGES, CHECKS, DRIFT_STATES, EVIDENCE, FAILURES, FINDINGS, KINDS, NOT_AS_STATED, OUTCOMES, PHASES, PROPOSALS, STATES, STEPS,
+  ARM_MOTIONS, ADVICE, CAUSES, CHANGES, CHECKS, DRIFT_STATES, EVIDENCE, FAILURES, FINDINGS, KINDS, MODES, NOT_AS_STATED, OUTCOMES, PHASES, PROPOSALS, STATES, STEPS,
   type AdviceStatus, type Comparison, type ContactLink, type ControlLimits, type Doctor, type DriftChart, type DriftNotHeld, type DriftPoint, type DriftRow, type DriftSeen, type DriftTrend, type FailureKind, type Figures, type Finding, type FindingKind, type FoundSphere, type Outcome, type OutcomeChange, type FindingPart, type Frame, type Joint, type Kind, type Phase,
   type PlannedTouch, type Point, type Proposal, type ProposalsSeen, type Quantity, type Result, type RobotLink, type Readiness, type RobotPosture, type Role,
   type Scene, type SceneTarget, type SessionRow, type SessionState, type Solid, type Status, type StepSeen,
@@ -85,6 +85,8 @@ function robot_link(value: unknown): RobotLink {
   const robot = fields(value) ?? {};
   const reply = fields(robot.reply_ms) ?? {};
   return {
+    mode: MODES.find((one) => one === robot.mode) ?? "unknown",
+    overridePercent: number(robot.override_percent),
     cycleMs: number(robot.cycle_ms), jitterMs: number(robot.jitter_ms),
     longestGapMs: number(robot.longest_gap_ms), packets: number(robot.packets),
     gaps: number(robot.gaps), badPackets: number(robot.bad_packets), late: number(robot.late),

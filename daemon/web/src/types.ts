@@ -18,7 +18,12 @@ export const FAILURES = [
 ] as const;
 export type FailureKind = (typeof FAILURES)[number] | "unknown";
 
+export const MODES = ["T1", "T2", "AUT", "EXT"] as const;
+export type OperatingMode = (typeof MODES)[number] | "unknown";
+
 export interface RobotLink {
+  mode: OperatingMode;
+  overridePercent: number | null;
   cycleMs: number | null;
   jitterMs: number | null;
   longestGapMs: number | null;
@@ -394,8 +399,8 @@ export const CHECKS = [
   "real time", "wires", "plant", "sparkplug", "doctor", "robot link", "contact link", "contact access", "contact port",
   "contact adapter", "contact sensor", "contact configuration", "contact board", "contact delivery",
   "contact circuit", "contact self-test", "contact touch", "contact clock", "contact line", "rsi port",
-  "rsi packets", "rsi sender", "rsi cycle", "rsi decimals", "rsi elements", "rsi tool", "rsi replies",
-  "rsi reply times", "rsi joint angles", "rsi stop", "eki connection", "eki states", "eki elements",
+  "rsi packets", "rsi sender", "rsi cycle", "rsi decimals", "rsi elements", "rsi state", "rsi tool",
+  "rsi replies", "rsi reply times", "rsi joint angles", "rsi stop", "eki connection", "eki states", "eki elements",
   "eki decimals", "eki readiness", "eki contact input", "eki joint angles",
 ] as const;
 export type Check = (typeof CHECKS)[number];

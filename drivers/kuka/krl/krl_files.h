@@ -45,6 +45,7 @@ struct RsiFilesConfig {
   std::uint16_t port = 49152;
   int rsi_version = 4;  ///< 3: KSS 8.2 to 8.4; 4: KSS 8.5 and on
   std::string sentype = "ImFree", axis_tag = "AK", stop_tag = "Stop";
+  std::string mode_tag = "Mode.R", override_tag = "OvPro.R";  ///< empty: not sent
   CorrectionMode mode = CorrectionMode::kAbsolute;  ///< of RSI_ON; HOLDON of the axes follows it
   double correction_limit_deg = 90.0;  ///< of AXISCORR, which clamps in silence, and its monitor
   /// Of A1 to A6, beyond which the controller corrects no axis; empty: its software limit switches

@@ -89,8 +89,8 @@ RsiObject object(const XmlText& xml, const pugi::xml_node& node, const Spelling&
   return result;
 }
 
-/// "//ETHERNET1/Out7" taken apart. A port by another name than OutN has the number 0: RSI-Visual
-/// lets them be renamed.
+/// "//ETHERNET1/Out7" taken apart. Stat is the first output where there is one; a port by another
+/// name than that or OutN has the number 0: RSI-Visual lets them be renamed.
 RsiInput from_moniker(const XmlText& xml, const pugi::xml_node& node, int index) {
   const std::string path = xml.attribute(node, "name");
   const std::size_t slash = path.rfind('/');
@@ -100,6 +100,7 @@ RsiInput from_moniker(const XmlText& xml, const pugi::xml_node& node, int index)
   }
   const bool numbered = port.substr(0, 3) == "Out" && port.size() > 3 &&
                         port.find_first_not_of("0123456789", 3) == std::string_view::npos;
+  if (port == "Stat") return {index, path.substr(2, slash - 2), 1, xml.line_of(node)};
   return {index, path.substr(2, slash - 2),
           numbered ? xml.integer(node, "OutN", std::string(port.substr(3)), 1, kRsiChannels) : 0,
           xml.line_of(node)};

@@ -9,6 +9,7 @@
 #include "drivers/kuka/krl/krl_files.h"
 #include "drivers/kuka/krl/krl_rsi_drawing.h"
 #include "drivers/kuka/krl/krl_rsi_fence.h"
+#include "drivers/kuka/krl/krl_rsi_state.h"
 #include "drivers/kuka/krl/krl_template.h"
 #include "drivers/kuka/wire/xml_values.h"
 
@@ -164,6 +165,7 @@ krl::Places places_of(const RsiFilesConfig& c) {
   };
   add_correction(c, places);
   add_fence(c, places);
+  krl::add_state(c, places);
   return places;
 }
 
@@ -177,6 +179,14 @@ void check_name(const char* key, const std::string& name) {
     throw ConfigError(fmt::format(
         "controller files: {} = \"{}\" is not a name of letters, digits and '_'", key, name));
   }
+}
+
+/// "Element.Attribute", or "Element" for its text; empty: not sent.
+void check_sent_name(const char* key, const std::string& name) {
+  if (name.empty()) return;
+  const std::size_t dot = name.find('.');
+  check_name(key, name.substr(0, dot));
+  if (dot != std::string::npos) check_name(key, name.substr(dot + 1));
 }
 
 void check_number(const char* key, double value, double low, double high) {
@@ -224,6 +234,8 @@ void RsiFilesConfig::validate() const {
   check_name("sentype", sentype);
   check_name("axis_tag", axis_tag);
   check_name("stop_tag", stop_tag);
+  check_sent_name("mode_tag", mode_tag);
+  check_sent_name("override_tag", override_tag);
   if (space.on) {
     check_name("cart_tag", space.tag);
     check_number("correction_limit_mm", space.limit_mm, 1.0, 5000.0);
@@ -254,7 +266,7 @@ ControllerFiles rsi_files(const RsiFilesConfig& config) {
   std::vector<std::string> names{"cellcal_rsi.src", "cellcal_rsi_ethernet.xml"};
   if (config.rsi_version == 3) {
     names.insert(names.end(), {"cellcal_rsi.rsi", "cellcal_rsi.rsi.xml"});
-    files["cellcal_rsi.rsi.diagram"] = krl::fill(krl::rsi3_diagram(config.space.on), {});
+    files["cellcal_rsi.rsi.diagram"] = krl::fill(krl::rsi3_diagram(config), {});
   } else {
     names.emplace_back("cellcal_rsi.rsix");
   }

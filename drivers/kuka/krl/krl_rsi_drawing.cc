@@ -6,6 +6,7 @@
 #include <map>
 #include <vector>
 
+#include "drivers/kuka/krl/krl_rsi_state.h"
 #include "drivers/kuka/wire/xml_values.h"
 
 namespace cellcal::drivers::krl {
@@ -18,7 +19,7 @@ constexpr double kTop = 2.25, kWide = 1.5, kFirstPort = 0.25, kPortStep = 0.4, k
 constexpr const char* kConnector = "e3f2b7da-330d-4daf-bd29-4d4ed734c0af";
 
 struct Shape {
-  const char* object;
+  std::string object;
   std::vector<std::string> in, out;
 };
 
@@ -35,12 +36,13 @@ std::vector<std::string> frame_names(const std::string& front) {
   return result;
 }
 
-std::vector<Shape> shapes(bool space) {
+std::vector<Shape> shapes(bool space, const std::vector<RsiStateSource>& state) {
   std::vector<std::string> values = space ? frame_names("") : names("A", 6);
   std::vector<std::string> with_status = values, all = names("A", 6);
   with_status.insert(with_status.begin(), "Stat");
   for (const std::string& external : names("E", 6)) all.push_back(external);
-  std::vector<Shape> result{{"ETHERNET1", {"In1"}, names("Out", 7)}};
+  std::vector<Shape> result{
+      {"ETHERNET1", names("In", static_cast<int>(state.size()) + 1), names("Out", 7)}};
   if (space) {
     result.push_back({"POSCORR1", frame_names("Corr"), with_status});
     result.push_back({"POSCORRMON1", {}, values});
@@ -49,23 +51,29 @@ std::vector<Shape> shapes(bool space) {
   }
   result.push_back({"AXISCORRMON1", {}, all});
   result.push_back({"STOP1", {"In1"}, {}});
+  for (const RsiStateSource& one : state) result.push_back({object_id(one, 3), {}, {one.output}});
   return result;
 }
 
 class Drawing {
  public:
-  std::string text(bool space) {
+  std::string text(const RsiFilesConfig& config) {
     std::string body;
     double left = kLeft;
-    const std::vector<Shape> all = shapes(space);
+    const std::vector<RsiStateSource> state = state_sources(config);
+    const std::vector<Shape> all = shapes(config.space.on, state);
     for (const Shape& shape : all) {
       body += draw(shape, left);
       left += kColumn;
     }
     const Shape& corrector = all[1];
     for (std::size_t i = 0; i < corrector.in.size(); ++i)
-      body += connect(fmt::format("{}/{}", corrector.object, corrector.in[i]), i + 1);
-    body += connect("STOP1/In1", corrector.in.size() + 1);
+      body += connect(fmt::format("{}/{}", corrector.object, corrector.in[i]),
+                      fmt::format("ETHERNET1/Out{}", i + 1));
+    body += connect("STOP1/In1", fmt::format("ETHERNET1/Out{}", corrector.in.size() + 1));
+    for (std::size_t i = 0; i < state.size(); ++i)
+      body += connect(fmt::format("ETHERNET1/In{}", i + 1),
+                      fmt::format("{}/{}", object_id(state[i], 3), state[i].output));
     return fmt::format(
         "<?xml version=\"1.0\" encoding=\"utf-8\"?>\n"
         "<rSIObjectDiagram dslVersion=\"1.0.0.0\" absoluteBounds=\"0, 0, 15.875, 8.5\" "
@@ -121,9 +129,9 @@ class Drawing {
                       next_id(), left + 0.015, kTop + 0.51, kWide - 0.03, high - 0.6);
   }
 
-  std::string connect(const std::string& to, std::size_t output) {
+  std::string connect(const std::string& to, const std::string& from) {
     const Port& in = ports_.at(to);
-    const Port& out = ports_.at(fmt::format("ETHERNET1/Out{}", output));
+    const Port& out = ports_.at(from);
     return fmt::format(
         "    <rSISignalConnector edgePoints=\"[({} : {}); ({} : {})]\" fixedFrom=\"Caller\" "
         "fixedTo=\"Caller\" TargetRelationshipDomainClassId=\"{}\">\n      <nodes>\n"
@@ -139,6 +147,6 @@ class Drawing {
 
 }  // namespace
 
-std::string rsi3_diagram(bool space) { return Drawing().text(space); }
+std::string rsi3_diagram(const RsiFilesConfig& config) { return Drawing().text(config); }
 
 }  // namespace cellcal::drivers::krl

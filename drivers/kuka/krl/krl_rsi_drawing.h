@@ -4,9 +4,11 @@
 
 #include <string>
 
+#include "drivers/kuka/krl/krl_files.h"
+
 namespace cellcal::drivers::krl {
 
-/// cellcal_rsi.rsi.diagram, lines ended by '\n'. `space`: with POSCORR instead of AXISCORR.
-std::string rsi3_diagram(bool space);
+/// cellcal_rsi.rsi.diagram, lines ended by '\n'.
+std::string rsi3_diagram(const RsiFilesConfig& config);
 
 }  // namespace cellcal::drivers::krl

@@ -7,6 +7,7 @@
 #include "drivers/kuka/krl/krl_findings.h"
 #include "drivers/kuka/krl/krl_rsi_fence.h"
 #include "drivers/kuka/krl/krl_rsi_set.h"
+#include "drivers/kuka/krl/krl_rsi_state.h"
 #include "drivers/kuka/wire/xml_values.h"
 
 namespace cellcal::drivers {
@@ -273,6 +274,7 @@ std::vector<FileFinding> verify_rsi_files(const ControllerFiles& files,
       check_sent(set);
       check_received(set);
       if (context) krl::check_context(set, *context);
+      krl::check_state(set, context ? &*context : nullptr);
     }
     if (context && context->rsi_version == 3) check_unit(files, *context, findings);
   } catch (const ConfigError& error) {

@@ -53,7 +53,7 @@ struct RsiCore::Impl {
   std::string_view on_datagram(std::string_view bytes, TimePoint t_rx) {
     note_time(t_rx);
     check_silence();
-    WireError error = parser.parse_rob(bytes, frame);
+    WireError error = parser.parse_rob(bytes, frame, {config.mode_tag, config.override_tag});
     const AxisAngles actual = axes_of(frame.axes_deg, frame.external_deg, axes());
     if (error == WireError::kNone) {
       too_few_axes = actual.size() < axes();
@@ -83,6 +83,8 @@ struct RsiCore::Impl {
     spread.add(t_rx);
     state.sends_setpoint = !frame.setpoint_axes_deg.empty();
     state.sends_delay = frame.delay.has_value();
+    state.mode = frame.mode;
+    state.override_percent = frame.override_percent.value_or(-1);
     const bool heard = note_delay() == 0 || relative();
     std::copy(actual.begin(), actual.end(), state.actual_rad);
     state.ipoc = frame.ipoc.value;

@@ -77,6 +77,9 @@ struct RobFrame {
   bool foreign_hand = false;
   std::optional<std::uint32_t> delay;  ///< late replies so far
   std::optional<KukaFrame> tcp;        ///< RIst, with the correction; none unless all six are there
+  OperatingMode mode =
+      OperatingMode::kUnknown;          ///< unknown also where the value is none of the four
+  std::optional<int> override_percent;  ///< $OV_PRO, 0..100; none also where the value is no such
 };
 
 /// <Sen>, PC to controller.
@@ -98,6 +101,13 @@ struct SenNames {
   std::string_view space_tag = {};     ///< of X Y Z A B C; empty: corrections are those of axes
 };
 
+/// Of the state that the controller's context sends on channels of its own: "Element.Attribute", or
+/// "Element" for its text. Empty: not read.
+struct RobNames {
+  std::string_view mode_tag = "Mode.R";
+  std::string_view override_tag = "OvPro.R";
+};
+
 /// Reads datagrams in memory of its own. One per thread of use.
 class RsiParser {
  public:
@@ -107,7 +117,7 @@ class RsiParser {
   RsiParser& operator=(RsiParser&&) noexcept;
 
   /// Element and attribute names in any case, elements in any order, unknown ones ignored.
-  WireError parse_rob(std::string_view bytes, RobFrame& frame);
+  WireError parse_rob(std::string_view bytes, RobFrame& frame, const RobNames& names = {});
   WireError parse_sen(std::string_view bytes, const SenNames& names, SenFrame& frame);
 
  private:

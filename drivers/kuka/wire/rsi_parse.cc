@@ -74,6 +74,44 @@ WireError parse_frame(const pugi::xml_node& element, std::optional<KukaFrame>& f
   return WireError::kNone;
 }
 
+// The only value of "Element.Attribute", or of "Element"; nothing: not there, twice, no number.
+std::optional<double> sent_value(const pugi::xml_node& root, std::string_view tag) {
+  const std::size_t dot = tag.find('.');
+  const char* text = nullptr;
+  const auto note = [&](const char* found) {
+    const bool only = text == nullptr;
+    text = found;
+    return only;
+  };
+  for (const pugi::xml_node& child : root.children()) {
+    if (tag.empty() || !same_name(child.name(), tag.substr(0, dot))) continue;
+    if (dot == std::string_view::npos && !note(child.child_value())) return std::nullopt;
+    for (const pugi::xml_attribute& attribute : child.attributes()) {
+      const bool meant =
+          dot != std::string_view::npos && same_name(attribute.name(), tag.substr(dot + 1));
+      if (meant && !note(attribute.value())) return std::nullopt;
+    }
+  }
+  double value = 0.0;
+  if (text == nullptr || !parse_number(text, value)) return std::nullopt;
+  return value;
+}
+
+// KRL numbers MODE_OP from 1: T1, T2, AUT, EX.
+OperatingMode mode_of(std::optional<double> value) {
+  constexpr OperatingMode kModes[] = {OperatingMode::kT1, OperatingMode::kT2, OperatingMode::kAut,
+                                      OperatingMode::kExt};
+  for (std::size_t i = 0; i < std::size(kModes); ++i) {
+    if (value == static_cast<double>(i + 1)) return kModes[i];
+  }
+  return OperatingMode::kUnknown;
+}
+
+std::optional<int> percent_of(std::optional<double> value) {
+  if (!value || !(*value >= 0.0 && *value <= 100.0)) return std::nullopt;
+  return static_cast<int>(*value + 0.5);
+}
+
 // One element that may occur once.
 struct Seen {
   pugi::xml_node node;
@@ -118,7 +156,7 @@ RsiParser::~RsiParser() = default;
 RsiParser::RsiParser(RsiParser&&) noexcept = default;
 RsiParser& RsiParser::operator=(RsiParser&&) noexcept = default;
 
-WireError RsiParser::parse_rob(std::string_view bytes, RobFrame& frame) {
+WireError RsiParser::parse_rob(std::string_view bytes, RobFrame& frame, const RobNames& names) {
   frame = RobFrame{};
   const XmlArena::Scope scope(memory_->arena);
   pugi::xml_document document;
@@ -163,7 +201,10 @@ WireError RsiParser::parse_rob(std::string_view bytes, RobFrame& frame) {
       parse_axes(setpoint.node, 'A', frame.setpoint_axes_deg),
       parse_axes(setpoint_external.node, 'E', frame.setpoint_external_deg),
   };
-  // Nobody moves by RIst: where it is odd it counts as not sent, and the packet as sound.
+  // Nobody moves by the mode, the override or RIst: what is odd of them counts as not sent, and the
+  // packet as sound.
+  frame.mode = mode_of(sent_value(root, names.mode_tag));
+  frame.override_percent = percent_of(sent_value(root, names.override_tag));
   if (tcp.twice || parse_frame(tcp.node, frame.tcp) != WireError::kNone) frame.tcp.reset();
   for (const WireError error : errors) {
     if (error != WireError::kNone) return error;

@@ -121,6 +121,7 @@ TEST(a_status, holds_the_quality_of_both_links_in_the_units_that_its_keys_name) 
   report.open = true;
   report.robot.cycle_s = 0.004;
   report.robot.late = 2;
+  report.robot.mode = drivers::OperatingMode::kT1;
   report.robot.quality.jitter_s = 0.0003;
   report.robot.quality.reply_p99_s = 0.0001;
   report.contact.identity = {1, {1, 2, 3}, 0xABC, 42, 0x2ad3, {}};
@@ -135,6 +136,8 @@ TEST(a_status, holds_the_quality_of_both_links_in_the_units_that_its_keys_name) 
   const json& robot = links.at("robot");
   EXPECT_DOUBLE_EQ(robot.at("cycle_ms"), 4.0);
   EXPECT_EQ(robot.at("late"), 2);
+  EXPECT_EQ(robot.at("mode"), "T1");
+  EXPECT_TRUE(robot.at("override_percent").is_null()) << "the link does not tell";
   EXPECT_DOUBLE_EQ(robot.at("jitter_ms"), 0.3);
   EXPECT_DOUBLE_EQ(robot.at("reply_ms").at("p99"), 0.1);
   const json& contact = links.at("contact");

@@ -100,6 +100,17 @@ TEST(a_configuration, of_mode_relative_reaches_adapter_and_controllers_files) {
   EXPECT_DOUBLE_EQ(config.rsi.longest_lag_s, 0.04);
 }
 
+TEST(a_configuration, of_what_the_controller_tells_reaches_adapter_and_controllers_files) {
+  const DaemonConfig usual = parse_config(kRsi, "d.toml");
+  EXPECT_EQ(usual.rsi.mode_tag, usual.rsi_files.mode_tag);
+  EXPECT_EQ(usual.rsi.override_tag, usual.rsi_files.override_tag);
+  const DaemonConfig config =
+      parse_config(kRsi + "[rsi]\nmode_tag = \"Krc.Op\"\noverride_tag = \"\"\n", "d.toml");
+  EXPECT_EQ(config.rsi.mode_tag, "Krc.Op");
+  EXPECT_EQ(config.rsi_files.mode_tag, "Krc.Op");
+  EXPECT_EQ(config.rsi.override_tag + config.rsi_files.override_tag, "");
+}
+
 TEST(a_configuration, of_corrections_in_space_reaches_adapter_and_controllers_files) {
   const DaemonConfig usual = parse_config(kRsi, "d.toml");
   EXPECT_FALSE(usual.rsi.space.on);
@@ -219,6 +230,9 @@ INSTANTIATE_TEST_SUITE_P(
         Wrong{kMock + "[rsi]\nexternal_axis_tag = \"1E\"\n", "d.toml:4: rsi.external_axis_tag"},
         Wrong{kMock + "[rsi]\nstop_tag = \"a b\"\n", "d.toml:4: rsi.stop_tag"},
         Wrong{kMock + "[rsi]\ncart_tag = \"\"\n", "d.toml:4: rsi.cart_tag"},
+        Wrong{kMock + "[rsi]\nmode_tag = \"a b\"\n", "d.toml:4: rsi.mode_tag"},
+        Wrong{kMock + "[rsi]\noverride_tag = \"Delay.R\"\n", "fills itself"},
+        Wrong{kMock + "[rsi]\noverride_tag = \"mode.r\"\n", "is mode_tag, too"},
         Wrong{kMock + "[rsi]\naxis_tag = \"RKorr\"\n", "corrections in space (POSCORR)"},
         Wrong{kMock + "[rsi]\nstop_tag = \"ak\"\n",
               "d.toml:4: rsi.stop_tag: \"ak\" is axis_tag, too"},

@@ -136,9 +136,10 @@ std::string figures(const DaemonConfig& c) {
                  p->outbox_megabytes, p->sparkplug);
   }
   const drivers::RsiConfig& r = c.rsi;
-  text += line("rsi", r.bind_address, r.port, r.sentype, r.axis_tag, r.external_axis_tag,
-               r.stop_tag, static_cast<int>(r.mode), r.hold_on, r.longest_lag_s, r.silence_cycles,
-               r.late_replies_limit, r.correction_limit_deg.at(0), c.realtime);
+  text +=
+      line("rsi", r.bind_address, r.port, r.sentype, r.axis_tag, r.external_axis_tag, r.stop_tag,
+           r.mode_tag, r.override_tag, static_cast<int>(r.mode), r.hold_on, r.longest_lag_s,
+           r.silence_cycles, r.late_replies_limit, r.correction_limit_deg.at(0), c.realtime);
   text += line("space", r.space.on, r.space.tag, static_cast<int>(r.space.frame), r.space.limit_mm,
                r.space.turn_limit_deg);
   const drivers::EkiConfig& e = c.eki;

@@ -71,6 +71,10 @@ TEST(link_words, leave_out_what_is_not_there) {
   const std::string eki = link_words({{"robot", {{"cycle_ms", 20.0}, {"packets", 5}}}});
   EXPECT_NE(eki.find("cycle 20.00 ms"), std::string::npos) << eki;
   EXPECT_EQ(eki.find("replies"), std::string::npos) << eki;
+  EXPECT_EQ(eki.find("mode"), std::string::npos) << eki;
+  const std::string in_t1 =
+      link_words({{"robot", {{"packets", 5}, {"mode", "T1"}, {"override_percent", 10}}}});
+  EXPECT_NE(in_t1.find("; mode T1; override 10 %"), std::string::npos) << in_t1;
 }
 
 TEST(the_line_to_the_plant, is_told_with_what_waits_since_when_and_what_to_do_and_never_fails) {

@@ -20,6 +20,8 @@ RsiSeen sound_rsi() {
   s.ipoc_step = 4;
   s.decimals = 5;
   s.sends_setpoint = s.sends_delay = true;
+  s.mode = drivers::OperatingMode::kAut;
+  s.override_percent = 100;
   seen.state.quality.replies = 2500;
   seen.state.quality.reply_p99_s = 0.0001;
   seen.state.quality.reply_p999_s = 0.0004;
@@ -36,7 +38,24 @@ Findings judged(const RsiSeen& seen) {
 TEST(an_rsi_link, that_is_sound_is_all_ok) {
   const Findings findings = judged(sound_rsi());
   EXPECT_EQ(findings.count(Outcome::kOk), findings.all().size());
-  EXPECT_EQ(findings.all().size(), 7u);
+  EXPECT_EQ(findings.all().size(), 8u);
+}
+
+TEST(an_rsi_link, shows_mode_and_override_and_warns_where_an_older_set_does_not_tell_them) {
+  RsiSeen seen = sound_rsi();
+  seen.newest.mode = drivers::OperatingMode::kT1;
+  seen.newest.override_percent = 10;
+  EXPECT_EQ(finding_of(judged(seen), "rsi state").found,
+            "mode T1, override 10 % (which does not slow RSI down)");
+  EXPECT_EQ(outcome_of(judged(seen), "rsi state"), Outcome::kOk);
+  seen.newest.override_percent = -1;
+  EXPECT_EQ(finding_of(judged(seen), "rsi state").found, "mode T1, override unknown");
+  EXPECT_EQ(outcome_of(judged(seen), "rsi state"), Outcome::kWarning);
+  Findings mode_alone, neither;
+  judge_rsi(seen, {"ImFree", 3, false, true, false}, mode_alone);
+  EXPECT_EQ(outcome_of(mode_alone, "rsi state"), Outcome::kOk);
+  judge_rsi(seen, {"ImFree", 3, false, false, false}, neither);
+  EXPECT_EQ(outcome_of(neither, "rsi state"), Outcome::kSkipped);
 }
 
 TEST(an_rsi_link, for_corrections_in_space_is_told_where_the_controller_has_its_tool) {
@@ -63,7 +82,7 @@ TEST(an_rsi_link, without_packets_gets_the_checklist_and_nothing_else) {
   EXPECT_NE(finding_of(findings, "rsi packets").advice.find("listen before RSI_ON"),
             std::string::npos);
   EXPECT_EQ(findings.count(Outcome::kFailed), 1u);
-  EXPECT_EQ(findings.count(Outcome::kSkipped), 6u);
+  EXPECT_EQ(findings.count(Outcome::kSkipped), 7u);
 }
 
 TEST(an_rsi_link, on_which_something_else_comes_says_what) {

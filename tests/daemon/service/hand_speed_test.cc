@@ -63,13 +63,15 @@ struct hand_speed : ::testing::Test {
     return state;
   }
 
+  /// Ways of three legs, at the share that is made of what the adapter knows.
+  void move_in_t1(const HandSpeed& speed, const sim::ControllerConfig& krc) const;
+
   calib::Cell cell = calib::load_cell(CELLCAL_DEMO_CELL);
   std::shared_ptr<const calib::ArmModel> arm = std::make_shared<const calib::ArmModel>(cell);
 };
 
-TEST_F(hand_speed, keeps_an_arm_over_rsi_moving_in_t1_through_random_ways) {
-  const HandSpeed speed = bound();
-  drivers::Rig rig(in_t1(), config());
+void hand_speed::move_in_t1(const HandSpeed& speed, const sim::ControllerConfig& krc) const {
+  drivers::Rig rig(krc, config());
   rig.krc.mode(sim::OperatingMode::kT1);
   rig.make_ready();
   calib::Random random(3);
@@ -86,6 +88,16 @@ TEST_F(hand_speed, keeps_an_arm_over_rsi_moving_in_t1_through_random_ways) {
     ASSERT_EQ(result.outcome, drivers::MoveOutcome::kArrived) << words(result) << rig.krc.message();
   }
   EXPECT_EQ(rig.krc.phase(), sim::RsiPhase::kRunning) << rig.krc.message();
+}
+
+TEST_F(hand_speed, keeps_an_arm_over_rsi_moving_in_t1_after_the_first_calibration_too) {
+  move_in_t1(bound(false), in_t1());
+}
+
+TEST_F(hand_speed, keeps_an_arm_moving_in_t1_before_it_where_rsi_does_not_tell_the_mode) {
+  sim::ControllerConfig older = in_t1();
+  older.mode_tag.clear();
+  move_in_t1(bound(true), older);
 }
 
 TEST_F(hand_speed, unbounded_ends_the_session_in_t1) {

@@ -43,6 +43,7 @@ TEST(Operator, StopsAndResetsRsi) {
   EXPECT_TRUE(has(obey(krc, "cancel"), "cancelled"));
   EXPECT_TRUE(has(obey(krc, "t1"), "RSI stopped"));
   EXPECT_TRUE(has(obey(krc, "reset"), "RSI runs"));
+  EXPECT_TRUE(has(obey(krc, "override 30"), "RSI runs")) << "it does not scale corrections";
   EXPECT_TRUE(has(obey(krc, "start off"), "Start key released"));
   EXPECT_TRUE(has(obey(krc, "aut"), "RSI stopped"));
   EXPECT_TRUE(has(obey(krc, "reset"), "RSI runs"));
@@ -52,7 +53,8 @@ TEST(Operator, StopsAndResetsRsi) {
 
 TEST(Operator, CommandsNobodyKnowsAreAnsweredWithTheList) {
   KrcUdp krc = lonely();
-  for (const char* line : {"jump", "drives", "drives maybe", "estop now", "override 50"})
+  for (const char* line :
+       {"jump", "drives", "drives maybe", "estop now", "override", "override 101", "override 50x"})
     EXPECT_TRUE(has(obey(krc, line), "Commands:")) << line;
   EXPECT_EQ(obey(krc, "  "), "");
 }

@@ -40,6 +40,8 @@ class RsiCell final : public FaultyCell {
         controller_(rsi_controller(config, cell, options)),
         to_pc_(sim::LineKind::kDatagrams, kCable, options.seed * 31 + 1),
         to_krc_(sim::LineKind::kDatagrams, kCable, options.seed * 31 + 2) {
+    if (options.t1) controller_.mode(sim::OperatingMode::kT1);
+    controller_.set_override(options.override_percent);
     controller_.rsi_on();
     sim::ControllerConfig other = rsi_controller(config, cell, options);
     other.start_rad[0] += 0.5;

@@ -37,7 +37,7 @@ Job make_job(const std::filesystem::path& cell_file) {
 
 Ending run_session(FaultyCell& cell, const Job& job, daemon::Journal& journal, std::int64_t session,
                    bool resumed, const std::function<void(daemon::Runner&)>& on_begin, int retries,
-                   daemon::BusyRepeats repeats) {
+                   daemon::BusyRepeats repeats, bool unattended) {
   CellBackend backend(cell);
   daemon::JournalRecorder recorder(journal, session, backend);
   daemon::InlineWorker worker;
@@ -45,6 +45,7 @@ Ending run_session(FaultyCell& cell, const Job& job, daemon::Journal& journal, s
   state.timeouts.connecting = std::chrono::seconds(15);  // nobody walks to this pendant
   state.retries = retries;
   state.repeats = repeats;
+  state.unattended = unattended;
   state.policy.confirm_every = 1;  // all that a touch can be made of
   // Where the network stops the arm a session searches at 1 mm/s; twice that holds the same promises.
   if (cell.wire() == Wire::kEkiFlag) state.policy.slow_m_s = 0.002;

@@ -42,6 +42,6 @@ struct Ending {
 /// `on_begin` gets the runner before anything happens; `retries` and `repeats` as under [session].
 Ending run_session(FaultyCell& cell, const Job& job, daemon::Journal& journal, std::int64_t session,
                    bool resumed, const std::function<void(daemon::Runner&)>& on_begin = {},
-                   int retries = 0, daemon::BusyRepeats repeats = {});
+                   int retries = 0, daemon::BusyRepeats repeats = {}, bool unattended = false);
 
 }  // namespace cellcal::faults

@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "drivers/kuka/krl/krl_files.h"
+#include "drivers/kuka/wire/rsi_codec.h"
 #include "sim/krc/controller.h"
 
 namespace cellcal::sim {
@@ -73,8 +74,25 @@ TEST(RsiEthernetFile, PacketHoldsTheFilesElementsInItsOrder) {
             "<AIPos A1=\"1.00\" A2=\"2.00\" A3=\"3.00\" A4=\"4.00\" A5=\"5.00\" A6=\"6.00\"/>"
             "<ASPos A1=\"0.00\" A2=\"-90.00\" A3=\"90.00\" A4=\"0.00\" A5=\"90.00\" A6=\"0.00\"/>"
             "<RSol X=\"0.00\" Y=\"0.00\" Z=\"0.00\" A=\"0.00\" B=\"0.00\" C=\"0.00\"/>"
-            "<Digout o1=\"0\" o2=\"0\"/><DiL>0</DiL><OvPro R=\"100\"/><ProgStatus R=\"3\"/>"
+            "<Digout o1=\"0\" o2=\"0\"/><DiL>0</DiL><OvPro R=\"100.00\"/><ProgStatus R=\"3\"/>"
             "<Name></Name><IPOC>357</IPOC></Rob>");
+}
+
+TEST(RsiEthernetFile, CellcalsOwnTellsModeAndOverride) {
+  drivers::RsiFilesConfig files;
+  files.pc_address = "10.0.0.5";
+  ControllerConfig config;
+  config.channel =
+      RsiChannelConfig::parse(drivers::rsi_files(files).at("cellcal_rsi_ethernet.xml"));
+  Controller krc(config);
+  krc.mode(OperatingMode::kT2);
+  krc.set_override(30);
+  krc.rsi_on();
+  drivers::RsiParser parser;
+  drivers::RobFrame frame;
+  ASSERT_EQ(parser.parse_rob(krc.tick(drivers::TimePoint{1s}), frame), drivers::WireError::kNone);
+  EXPECT_EQ(frame.mode, drivers::OperatingMode::kT2);
+  EXPECT_EQ(frame.override_percent, 30);
 }
 
 TEST(RsiEthernetFile, TechAndCurrentsAreThere) {

@@ -46,6 +46,8 @@ function Robot({ link }: { link: RobotLink }) {
     <>
       <Heading name={say("links.robot")} good={robot_is_good(link)} />
       <dl class="figures">
+        <Figure name={say("links.mode")} value={link.mode === "unknown" ? "–" : link.mode} />
+        <Figure name={say("links.override")} value={link.overridePercent === null ? "–" : `${fmt.whole(link.overridePercent)} %`} />
         <Figure name={say("links.late")} value={late} bad={some(link.late)} />
         <Figure name={say("links.gaps")} value={fmt.whole(link.gaps)} bad={some(link.gaps)} />
         <Figure name={say("links.bad")} value={fmt.whole(link.badPackets)} bad={some(link.badPackets)} />

@@ -31,6 +31,26 @@ void check_name(const char* key, std::string_view name, bool may_be_empty) {
   }
 }
 
+void check_sent_tags(const RsiConfig& config) {
+  for (const auto& [key, tag] :
+       {std::pair{"mode_tag", &config.mode_tag}, std::pair{"override_tag", &config.override_tag}}) {
+    check_name(key, *tag, true);
+    const std::string_view element = std::string_view(*tag).substr(0, tag->find('.'));
+    for (const char* known : {"IPOC", "RIst", "AIPos", "EIPos", "ASPos", "ESPos", "Delay"}) {
+      if (wire::same_name(element, known)) {
+        throw ConfigError(fmt::format(
+            "rsi: {} = \"{}\" names an element that the controller fills itself: choose another "
+            "name, as in SEND of the controller's ethernet XML",
+            key, *tag));
+      }
+    }
+  }
+  if (!config.mode_tag.empty() && wire::same_name(config.mode_tag, config.override_tag)) {
+    throw ConfigError(
+        fmt::format("rsi: override_tag = \"{}\" is mode_tag, too", config.override_tag));
+  }
+}
+
 void check_positive(std::string_view what, double value) {
   if (!std::isfinite(value) || value <= 0.0) {
     throw ConfigError(fmt::format("rsi: {} is {}, and must be a positive number", what, value));
@@ -96,6 +116,7 @@ void RsiConfig::validate() const {
   }
   check_name("external_axis_tag", external_axis_tag, false);
   check_name("stop_tag", stop_tag, true);
+  check_sent_tags(*this);
   if (decimals < kMinDecimals || decimals > kMaxDecimals) {
     throw ConfigError(
         fmt::format("rsi: decimals = {} is outside {}..{}", decimals, kMinDecimals, kMaxDecimals));

@@ -52,6 +52,9 @@ struct RsiConfig {
   std::string axis_tag = "AK";           ///< RECEIVE tag of the axis corrections
   std::string external_axis_tag = "EK";  ///< likewise, for the seventh axis and on
   std::string stop_tag = "Stop";         ///< RECEIVE tag wired to the STOP object; empty: none
+  /// SEND tags, "Element.Attribute" or "Element"; empty: not read. Where they are not sent, mode and
+  /// override are unknown.
+  std::string mode_tag = "Mode.R", override_tag = "OvPro.R";
   int decimals = 6;                      ///< of the corrections sent, 4..9
   int silence_cycles = 3;                ///< cycles without a packet that mean 'lost'
   int late_replies_limit = 3;            ///< counted by the controller within one move: stop

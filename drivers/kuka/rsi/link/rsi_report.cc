@@ -105,6 +105,10 @@ RobotState to_robot_state(const CoreState& s, const ReportNames& names) {
   state.session = s.session;
   const bool linked = s.link == RobotLink::kNotReferenced || s.link == RobotLink::kReady;
   state.unsettled = linked && s.trouble != Trouble::kNone;
+  if (linked) {
+    state.mode = s.mode;
+    if (s.override_percent >= 0) state.override_percent = s.override_percent;
+  }
   state.cycle_s = s.cycle_s;
   state.packets = s.packets;
   state.late = s.late;

@@ -55,6 +55,8 @@ struct CoreState {
   bool relative = false;           ///< corrections are increments
   std::uint32_t ipoc_step = 0;     ///< per packet, 0 if not known
   bool sends_setpoint = false, sends_delay = false;  ///< ASPos and Delay were in the newest packet
+  OperatingMode mode = OperatingMode::kUnknown;      ///< of the newest packet
+  std::int32_t override_percent = -1;                ///< likewise; below 0: it did not tell
   double jitter_s = 0.0, longest_gap_s = 0.0;        ///< of this session's arrivals
   std::uint32_t ipoc = 0;
   Interruption interruption = Interruption::kNone;  ///< since the last reference

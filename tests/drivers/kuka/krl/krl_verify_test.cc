@@ -43,6 +43,57 @@ TEST(RsiSet, OfRsi3IsReadAlikeFromContextAndModel) {
             ControllerFileKind::kRsiDiagram);
 }
 
+TEST(RsiSet, TellsModeAndOverrideOverChannelsOfTheEthernetObject) {
+  for (const int version : {3, 4}) {
+    const ControllerFiles files = rsi_files(rsi_config(version));
+    const RsiChannelFile channel =
+        read_rsi_channel(files.at("cellcal_rsi_ethernet.xml"), "ethernet");
+    ASSERT_EQ(channel.send.size(), 6u);
+    EXPECT_EQ(channel.send[4].tag + channel.send[4].type, "Mode.RLONG");
+    EXPECT_EQ(channel.send[5].tag + channel.send[5].type, "OvPro.RDOUBLE");
+    const RsiContextFile context = read_rsi_context(
+        files.at(version == 3 ? "cellcal_rsi.rsi.xml" : "cellcal_rsi.rsix"), "context");
+    for (std::size_t i = 4; i < 6; ++i) {
+      const RsiInput* input = context.only("ETHERNET")->input(channel.send[i].index);
+      ASSERT_NE(input, nullptr);
+      EXPECT_EQ(input->from, context.only(i == 4 ? "STATUS" : "OV_PRO")->id);
+      EXPECT_EQ(input->from_index, 1);
+    }
+    EXPECT_EQ(context.only("STATUS")->parameter("Type")->value, "5") << "Mode_Op";
+  }
+}
+
+TEST(RsiSet, WithoutModeAndOverrideGoesOnWorkingWithAWarning) {
+  for (const int version : {3, 4}) {
+    RsiFilesConfig older = rsi_config(version);
+    older.mode_tag.clear();
+    older.override_tag.clear();
+    const ControllerFiles files = rsi_files(older);
+    for (const auto& [name, text] : files) {
+      EXPECT_EQ(text.find("STATUS1"), std::string::npos) << name;
+      EXPECT_EQ(text.find("OV_PRO"), std::string::npos) << name;
+    }
+    EXPECT_EQ(verdict(files, older), "") << "neither is asked for";
+    const std::string said = verdict(files, rsi_config(version));
+    EXPECT_EQ(said.find("refused"), std::string::npos) << said;
+    EXPECT_NE(said.find("SEND: Mode.R is missing: the operating mode stays unknown"),
+              std::string::npos)
+        << said;
+    EXPECT_NE(said.find("SEND: OvPro.R is missing: the override stays unknown"), std::string::npos)
+        << said;
+    EXPECT_EQ(verdict(rsi_files(rsi_config(version)), older), "") << "more than is read";
+  }
+}
+
+TEST(RsiSet, MayTellOneOfThemAlone) {
+  for (const int version : {3, 4}) {
+    RsiFilesConfig config = rsi_config(version);
+    config.mode_tag.clear();
+    config.override_tag = "Speed";
+    EXPECT_EQ(verdict(rsi_files(config), config), "") << version;
+  }
+}
+
 TEST(RsiSet, IsCountedFromOneInBothReleases) {
   const RsiContextFile three =
       read_rsi_context(rsi_files(rsi_config(3)).at("cellcal_rsi.rsi.xml"), "3");
@@ -62,7 +113,7 @@ TEST(RsiSet, IsRefusedByFileLineAndWords) {
   constexpr const char* kThree = "cellcal_rsi.rsi.xml";
   const Spoiled cases[] = {
       {kChannel, "INDX=\"3\" HOLDON=\"1\"", "INDX=\"3\" HOLDON=\"0\"",
-       ":23: AK.A3 has HOLDON=\"0\" with RSI_ON(#ABSOLUTE): one late reply moves"},
+       ":25: AK.A3 has HOLDON=\"0\" with RSI_ON(#ABSOLUTE): one late reply moves"},
       {kChannel, "<IP_NUMBER>10.0.0.5", "<IP_NUMBER>10.0.0.6", "IP_NUMBER is 10.0.0.6"},
       {kChannel, "<PORT>49152", "<PORT>49153", "PORT is 49153, [rsi] port is 49152"},
       {kChannel, "<SENTYPE>ImFree", "<SENTYPE>imfree", ":8: SENTYPE is \"imfree\""},
@@ -73,7 +124,8 @@ TEST(RsiSet, IsRefusedByFileLineAndWords) {
       {kChannel, "AK.A4", "AKorr.A4", "RECEIVE: AK.A4 is missing"},
       {kChannel, "TAG=\"Stop\"", "TAG=\"MoveStop\"", "RECEIVE: Stop is missing"},
       {kChannel, "INDX=\"7\" HOLDON=\"0\"", "INDX=\"7\" HOLDON=\"1\"", "Stop must have TYPE"},
-      {kChannel, "INDX=\"2\"", "INDX=\"12\"", "input 2 comes from Ethernet_1 output 2"},
+      {kChannel, "INDX=\"2\" HOLDON", "INDX=\"12\" HOLDON",
+       "input 2 comes from Ethernet_1 output 2"},
       {kFour, "OutIdx=\"3\"", "OutIdx=\"4\"", "input 4 comes from Ethernet_1 output 5"},
       {kThree, "OutIdx=\"4\"", "OutIdx=\"5\"", "input 4 comes from ETHERNET1 output 5", 3},
       {kFour, "Name=\"Precision\" ParamId=\"7\" ParamValue=\"5\"",
@@ -91,6 +143,16 @@ TEST(RsiSet, IsRefusedByFileLineAndWords) {
       {kFour, "Name=\"Mode\" ParamId=\"0\" ParamValue=\"4\"",
        "Name=\"Mode\" ParamId=\"0\" ParamValue=\"1\"", "ExitMoveCorr"},
       {kFour, "ObjType=\"AxisCorr\"", "ObjType=\"AXISCORR\"", "is spelled \"AxisCorr\" in RSI 4"},
+      {kFour, "OutObjId=\"Status_1\"", "OutObjId=\"OV_PRO_1\"",
+       "input 1 is Mode.R (INDX in line 17), so it must come from the output of a Status object"},
+      {kThree, "OutObjID=\"OV_PRO1\"", "OutObjID=\"STATUS1\"", "output of a OV_PRO object", 3},
+      {kFour, "Name=\"Type\" ParamId=\"0\" ParamValue=\"5\"",
+       "Name=\"Type\" ParamId=\"0\" ParamValue=\"2\"",
+       "Type of Status_1 is 2. Set 5 (Mode_Op): Mode.R is the operating mode"},
+      {kThree, "<Parameter Name=\"Type\" ParamID=\"1\" ParamValue=\"5\"/>", "",
+       "Type of STATUS1 is 0", 3},
+      {kFour, "ObjType=\"Status\"", "ObjType=\"STATUS\"", "is spelled \"Status\" in RSI 4"},
+      {kChannel, "TYPE=\"LONG\" INDX=\"1\"", "TYPE=\"LONG\" INDX=\"9\"", "input 9 is Mode.R"},
       {kFour, "cellcal_rsi_ethernet.xml", "other.xml", "ConfigFile is \"other.xml\""},
       {kFour, "ObjType=\"AxisCorrMon\"", "ObjType=\"PosCorr\"", "corrects in addition to AXISCORR"},
       {"cellcal_rsi.src", "#ABSOLUTE", "#RELATIVE", "RSI_ON has not #ABSOLUTE"},
@@ -293,7 +355,7 @@ TEST(ControllerXml, ThatCannotBeReadIsNamedWithItsLineAndElement) {
       {with("<PORT>49152</PORT>", ""), "<CONFIG>: <PORT> is missing"},
       {with("INDX=\"3\"", "INDX=\"65\""), "INDX of AK.A3 = \"65\""},
       {with("INDX=\"3\"", "INDX=\"2\""), "INDX 2 is already used by AK.A2"},
-      {with("AK.A3", "AK.A2"), "AK.A2 is already in line 22"},
+      {with("AK.A3", "AK.A2"), "AK.A2 is already in line 24"},
       {with("INDX=\"1\" HOLDON=\"1\"", "INDX=\"1\""), "HOLDON of AK.A1 is missing"},
       {with("INDX=\"1\" HOLDON=\"1\"", "INDX=\"1\" HOLDON=\"2\""), "HOLDON is neither"},
       {with("<ROOT>", "<root>").replace(with("<ROOT>", "<root>").rfind("</ROOT>"), 7, "</root>"),

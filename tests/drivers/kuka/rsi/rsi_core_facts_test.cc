@@ -191,5 +191,47 @@ TEST_F(RsiFacts, LateRepliesOfAnEarlierMoveAreNotCountedAgainstTheNext) {
   EXPECT_EQ(facts().late, 6u);
 }
 
+TEST_F(RsiFacts, ModeAndOverrideAreKnownFromTheFirstPacketOfASession) {
+  EXPECT_EQ(rig.core.state().mode, OperatingMode::kUnknown) << "before any";
+  rig.make_ready();
+  EXPECT_EQ(rig.core.state().mode, OperatingMode::kAut);
+  EXPECT_EQ(rig.core.state().override_percent, 100);
+  rig.krc.set_override(30);
+  rig.cycle();
+  EXPECT_EQ(rig.core.state().override_percent, 30);
+  EXPECT_EQ(rig.core.state().link, RobotLink::kReady) << "it slows nothing, and stops nothing";
+  rig.krc.mode(sim::OperatingMode::kT1);
+  rig.run(200ms);
+  EXPECT_EQ(rig.core.state().mode, OperatingMode::kUnknown) << "no packets, no mode";
+  EXPECT_FALSE(rig.core.state().override_percent);
+  rig.krc.rsi_on();
+  rig.cycle();
+  EXPECT_EQ(rig.core.state().mode, OperatingMode::kT1);
+}
+
+TEST_F(RsiFacts, ModeAndOverrideThatAreNotSentAreUnknown) {
+  sim::ControllerConfig older;
+  older.mode_tag.clear();
+  older.override_tag.clear();
+  Rig other(older);
+  other.make_ready();
+  EXPECT_EQ(other.core.state().mode, OperatingMode::kUnknown);
+  EXPECT_FALSE(other.core.state().override_percent);
+}
+
+TEST_F(RsiFacts, AModeThatIsNoneOfTheFourIsUnknownAndStopsNothing) {
+  rig.make_ready();
+  rig.begin(MoveKind::kTransit, rig.moved_by(0, 1));
+  rig.before_core = [&] {
+    const std::size_t at = rig.packet.find("<Mode R=\"3\"");
+    ASSERT_NE(at, std::string::npos);
+    rig.packet.replace(at, 11, "<Mode R=\"nan\"");
+  };
+  EXPECT_EQ(result().outcome, MoveOutcome::kArrived);
+  EXPECT_EQ(rig.core.state().mode, OperatingMode::kUnknown);
+  EXPECT_EQ(rig.core.state().link, RobotLink::kReady);
+  EXPECT_EQ(facts().bad_packets, 0u);
+}
+
 }  // namespace
 }  // namespace cellcal::drivers

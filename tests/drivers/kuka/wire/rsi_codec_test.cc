@@ -49,6 +49,57 @@ TEST(RsiRob, NamesInAnyCaseOrderAndCompanyAreRead) {
   EXPECT_EQ(frame.ipoc.text.view(), "0042") << "leading zeros are part of the text";
 }
 
+struct Told {
+  const char* elements;
+  OperatingMode mode;
+  std::optional<int> override_percent;
+};
+
+TEST(RsiRob, ModeAndOverrideAreReadWhereTheyAreSoundAndNeverAnError) {
+  using Mode = OperatingMode;
+  const std::string huge(400, '9');
+  const std::string beyond = "<Mode R='" + huge + "'/><OvPro R='" + huge + "'/>";
+  const Told cases[] = {
+      {"<Mode R=\"1\"/><OvPro R=\"10.0000\"/>", Mode::kT1, 10},
+      {"<OVPRO r=' 0 '/><mode R='2.0000'/>", Mode::kT2, 0},
+      {"<Mode R='3' S='x'/><OvPro R='99.6'/>", Mode::kAut, 100},
+      {"<Mode R='4'/><OvPro S='1'/>", Mode::kExt, {}},
+      {"", Mode::kUnknown, {}},
+      {"<Mode R=''/><OvPro R=''/>", Mode::kUnknown, {}},
+      {"<Mode R='0'/><OvPro R='-0.1'/>", Mode::kUnknown, {}},
+      {"<Mode R='5'/><OvPro R='100.1'/>", Mode::kUnknown, {}},
+      {"<Mode R='1.5'/><OvPro R='1,5'/>", Mode::kUnknown, {}},
+      {"<Mode R='nan'/><OvPro R='nan'/>", Mode::kUnknown, {}},
+      {"<Mode R='inf'/><OvPro R='1e999'/>", Mode::kUnknown, {}},
+      {"<Mode R='T1'/><OvPro R='#'/>", Mode::kUnknown, {}},
+      {beyond.c_str(), Mode::kUnknown, {}},
+      {"<Mode R='1'/><Mode R='3'/><OvPro R='5' R='6'/>", Mode::kUnknown, {}},
+      {"<Mode>1</Mode><OvPro>50</OvPro>", Mode::kUnknown, {}},
+  };
+  RsiParser parser;
+  RobFrame frame;
+  for (const Told& c : cases) {
+    const std::string text =
+        std::string("<Rob><AIPos A1='1'/>") + c.elements + "<IPOC>4</IPOC></Rob>";
+    ASSERT_EQ(parser.parse_rob(text, frame), WireError::kNone) << text;
+    EXPECT_EQ(frame.mode, c.mode) << text;
+    EXPECT_EQ(frame.override_percent, c.override_percent) << text;
+  }
+}
+
+TEST(RsiRob, ModeAndOverrideHaveTheNamesOfTheConfiguration) {
+  const std::string text =
+      "<Rob><AIPos A1='1'/><Krc Op='2' Ov='30'/><BA>1</BA><Mode R='3'/><IPOC>4</IPOC></Rob>";
+  RsiParser parser;
+  RobFrame frame;
+  ASSERT_EQ(parser.parse_rob(text, frame, {"Krc.Op", "Krc.Ov"}), WireError::kNone);
+  EXPECT_EQ(frame.mode, OperatingMode::kT2);
+  EXPECT_EQ(frame.override_percent, 30);
+  ASSERT_EQ(parser.parse_rob(text, frame, {"BA", ""}), WireError::kNone);
+  EXPECT_EQ(frame.mode, OperatingMode::kT1) << "an element's text";
+  EXPECT_FALSE(frame.override_percent) << "not read";
+}
+
 TEST(RsiRob, IpocBeyond32BitsKeepsItsTextAndWraps) {
   RsiParser parser;
   RobFrame frame;

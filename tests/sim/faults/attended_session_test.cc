@@ -1,0 +1,55 @@
+// Sessions over RSI that nobody is there to watch, where the controller tells its mode and override.
+
+#include <gtest/gtest.h>
+
+#include "cells.h"
+#include "session.h"
+#include "tests/daemon/journal/temporary_directory.h"
+
+namespace cellcal::faults {
+namespace {
+
+struct a_session_over_rsi : ::testing::Test {
+  Ending run(const CellOptions& options, bool unattended) {
+    const Job job = make_job(CELLCAL_DEMO_CELL);
+    const std::unique_ptr<FaultyCell> cell = make_cell(job.cell, options);
+    const auto start = cell->position_rad();
+    daemon::Journal journal{dir / "j.db"};
+    const std::int64_t session = journal.begin(job.inputs, "t0");
+    Ending ending = run_session(*cell, job, journal, session, false, {}, 0, {}, unattended);
+    stood_still = cell->position_rad() == start;
+    return ending;
+  }
+  daemon::testing::TemporaryDirectory dir;
+  bool stood_still = false;
+};
+
+TEST_F(a_session_over_rsi, without_a_person_ends_before_its_first_motion_in_t1) {
+  CellOptions options;
+  options.t1 = true;
+  const Ending ending = run(options, true);
+  ASSERT_TRUE(ending.state.failure) << ending.hung;
+  EXPECT_EQ(ending.state.failure->kind, daemon::FailureKind::kAttended)
+      << describe(*ending.state.failure);
+  EXPECT_TRUE(stood_still);
+}
+
+TEST_F(a_session_over_rsi, without_a_person_ends_with_another_override_though_it_slows_nothing) {
+  CellOptions options;
+  options.override_percent = 30;
+  const Ending ending = run(options, true);
+  ASSERT_TRUE(ending.state.failure) << ending.hung;
+  EXPECT_EQ(ending.state.failure->kind, daemon::FailureKind::kAttended)
+      << describe(*ending.state.failure);
+  EXPECT_TRUE(stood_still);
+}
+
+TEST_F(a_session_over_rsi, with_a_person_goes_on_with_another_override_and_without_one_in_aut) {
+  CellOptions options;
+  EXPECT_EQ(run(options, true).state.phase, daemon::Phase::kDone);
+  options.override_percent = 30;
+  EXPECT_EQ(run(options, false).state.phase, daemon::Phase::kDone);
+}
+
+}  // namespace
+}  // namespace cellcal::faults
