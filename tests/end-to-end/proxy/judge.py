@@ -40,7 +40,8 @@ class Said:
     start: tuple        # the controller's true start pose
     rounding: float     # half of the last decimal, deg
     taken: bool         # by the controller's own count of late replies
-    told_lost: bool     # that count, as it was handed to the daemon, says that this reply was not taken
+    late: int           # that count with the packet
+    told: int           # and as it was handed to the daemon
 
 
 def delay_of(text):
@@ -55,8 +56,8 @@ def replies(passed):
         p.lost = delay_of(behind.data) > delay_of(p.data)
     handed = sorted(((when, part, p) for p in packets for when, part in p.sent), key=lambda h: h[0])
     first = {}  # of the packets of an IPOC; the next ones are the same packet again
-    for (when, part, p), behind in zip(handed, handed[1:] + handed[-1:]):
-        first.setdefault(r.ipoc_of(part), (when, p, delay_of(behind[1]) > delay_of(part)))
+    for when, part, p in handed:
+        first.setdefault(r.ipoc_of(part), (when, p, delay_of(part)))
     out, start, i = [], None, 0
     for it in (p for p in passed if p.line == REPLIES):
         while i < len(handed) and handed[i][0] <= it.came_s:
@@ -64,11 +65,11 @@ def replies(passed):
         correction, ipoc = r.numbers(it.data, "AK"), r.ipoc_of(it.data)
         if correction is None:
             continue  # nothing is asked of the arm
-        when, of, told_lost = first.get(ipoc, (0.0, None, False))
+        when, of, told = first.get(ipoc, (0.0, None, 0))
         begun = tuple(r.numbers(of.data, "ASPos")) if of else start
         decimals = len(it.data.split(b'A1="')[1].split(b'"')[0].partition(b".")[2])
         out.append(Said(it.came_s, when, ipoc, [a + b for a, b in zip(begun, correction)], begun,
-                        0.5 * 10.0 ** -decimals, bool(it.sent) and not (of and of.lost), told_lost))
+                        0.5 * 10.0 ** -decimals, bool(it.sent) and not (of and of.lost), delay_of(of.data) if of else 0, told))
     return out
 
 
@@ -105,10 +106,22 @@ def step(held, one, limits):
     return next_, wrong
 
 
+def may_hold(all_held, last, one, taken):
+    """What the controller may hold when this reply comes, behind the last one. A reply that it did not take changes nothing; where
+    the count that the daemon was told says so, the daemon may go on from either. Where a cycle truly passed without a reply
+    the arm stands already: the command may go on, at the pace that it had, or from rest, and from what was said last, too, since
+    the daemon cannot know whether that was taken."""
+    held = taken if last.taken else []
+    if not last.taken or one.told > last.told:
+        held = held + [h for h in all_held if h not in held]
+    if one.late > last.late:
+        held = held + [Held(at, [0.0] * 6, [0.0] * 6) for at in [last.command] + [h.command for h in held]]
+    return held[:12]
+
+
 def judge_motion(said, limits):
-    """(a): speed, acceleration and jerk of every axis, reply by reply, also across the fault. A reply that the controller did not
-    take changes nothing that it holds; where the count that the daemon was told says so, too, it may go on from either."""
-    found, answered, last, all_held = [], {}, None, []
+    """(a): speed, acceleration and jerk of every axis, reply by reply, also across the fault."""
+    found, answered, last, all_held, taken = [], {}, None, [], []
     for one in said:
         if last and one.start == last.start and answered.get(one.ipoc) == one.command:
             continue  # the same packet twice gets the same reply; a controller takes one of them
@@ -117,16 +130,15 @@ def judge_motion(said, limits):
             if last is not None and correction > 0.05:
                 found.append((one.at_s, f"the first reply of a session asks for {correction:.3f} deg at once"))
             answered, all_held = {}, [Held(one.command, [0.0] * 6, [0.0] * 6)]
+            taken = all_held
         else:
+            all_held = may_hold(all_held, last, one, taken)
             steps = [(held, *step(held, one, limits)) for held in all_held]
             right = [(held, next_) for held, next_, wrong in steps if not wrong]
             if not right:
                 found.append((one.at_s, steps[0][2]))
                 right = [(held, next_) for held, next_, _ in steps[:1]]
-            all_held = [next_ for _, next_ in right] if one.taken else []
-            if not one.taken or one.told_lost:
-                all_held += [held for held, _ in right if held not in all_held]
-            all_held = all_held[:8]
+            all_held, taken = [held for held, _ in right], [next_ for _, next_ in right]
         answered[one.ipoc], last = one.command, one
     return found
 
@@ -164,7 +176,7 @@ def judge_stops(passed, said):
     return found
 
 
-def judge_end(said, ended_s, succeeded):
+def judge_end(said, ended_s):
     """(c): behind the end nothing moves."""
     behind = [one for one in said if one.at_s > ended_s]
     if not behind:
