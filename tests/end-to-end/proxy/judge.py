@@ -84,6 +84,11 @@ class Held:
     speed: list
     acceleration: list
 
+    def key(self):
+        """The same for what differs by the rounding of sums alone."""
+        return tuple(round(v, digits) for values, digits in ((self.command, 5), (self.speed, 2), (self.acceleration, 0))
+                     for v in values)
+
 
 def step(held, one, limits):
     """What this reply would make of it, and what is wrong with that; "" if nothing is."""
@@ -113,10 +118,10 @@ def may_hold(all_held, last, one, taken):
     the daemon cannot know whether that was taken."""
     held = taken if last.taken else []
     if not last.taken or one.told > last.told:
-        held = held + [h for h in all_held if h not in held]
+        held = held + all_held
     if one.late > last.late:
         held = held + [Held(at, [0.0] * 6, [0.0] * 6) for at in [last.command] + [h.command for h in held]]
-    return held[:12]
+    return list({h.key(): h for h in held}.values())
 
 
 def judge_motion(said, limits):
@@ -149,16 +154,17 @@ def judge_stops(passed, said):
     found = []
     events = [(when, p.line, r.decode(part)) for p in passed if p.line in (FROM_SENSOR, TO_SENSOR) for when, part in p.sent]
     events += [(b.packet_s, REPLIES, (a, b)) for a, b in zip(said, said[1:]) if b.packet_s and a.start == b.start]
-    armed, heard, stop_s, why, before = False, 0.0, None, "", 0.0
+    armed, of, heard, stop_s, why, before = False, b"", 0.0, None, "", 0.0
     for at, line, it in sorted(events, key=lambda e: e[0]):
         if line == TO_SENSOR:
             if it and it[0] == r.ARM:
-                armed, stop_s = True, None
+                armed, stop_s, of = True, None, it[2:4]
             elif it and it[0] == r.DISARM:
                 armed, stop_s = False, None
         elif line == FROM_SENSOR and it:
             heard = at
-            if armed and it[0] in (r.TRIP, r.CONTACT):
+            # A contact that is not acknowledged is said again, also under the next arming.
+            if armed and (it[0] == r.TRIP and it[2:4] == of or it[0] == r.CONTACT and it[4:6] == of):
                 armed, stop_s, why = False, at, "the sensor's word"
         elif line == REPLIES:
             if armed and stop_s is None and heard and at - heard > DEAD_MAN_S:

@@ -111,6 +111,14 @@ class JudgeTest(unittest.TestCase):
             wire.frame(FROM_SENSOR, 0.395, r.TRIP, 99, *struct.pack("<HI", 1, 1))
             self.assertEqual(bool(wire.stops()), bool(found), wire.stops())
 
+    def test_a_contact_of_an_arming_before_stops_no_search(self):
+        wire = Wire(search(0.7))
+        wire.frame(TO_SENSOR, 0.1, r.ARM, 0, 2, 0, 0, 0)
+        for i in range(80):
+            wire.frame(FROM_SENSOR, 0.1 + 0.01 * i, r.STATUS, i, *bytes(12))
+        wire.frame(FROM_SENSOR, 0.395, r.CONTACT, 99, *struct.pack("<HHIHBBH", 1, 1, 1, 1, 0, 1, 1))
+        self.assertEqual(wire.stops(), [])
+
     def test_a_search_that_goes_on_beside_a_silent_sensor_is_found(self):
         for stops_after_s, found in ((0.32, 0), (0.5, 1)):
             wire = Wire(search(stops_after_s))
