@@ -129,14 +129,14 @@ class Wires(unittest.TestCase):
             process.stdout and process.stdout.close()
         self.folder.cleanup()
 
-    def emulator(self, *more, port=None):
+    def emulator(self, *more, port=None, link="contact", seed=1):
         process = subprocess.Popen(
-            [os.environ["EMULATOR"], "--cell", CELL, "--seed", "1", "--deflection", "0.002",
-             "--pc", f"127.0.0.1:{port or self.port}", "--device-link", f"{self.dir}/contact",
+            [os.environ["EMULATOR"], "--cell", CELL, "--seed", str(seed), "--deflection", "0.002",
+             "--pc", f"127.0.0.1:{port or self.port}", "--device-link", f"{self.dir}/{link}",
              "--joint-noise-deg", "0.001", "--restart-after", "1", "--clamp-deg", "360", *more],
             stdout=subprocess.PIPE, text=True)
         self.started.append(process)
-        wait_for(lambda: os.path.exists(f"{self.dir}/contact"), "emulated sensor")
+        wait_for(lambda: os.path.exists(f"{self.dir}/{link}"), "emulated sensor")
         return process
 
     def daemon(self, environment=None):

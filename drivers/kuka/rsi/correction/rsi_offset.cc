@@ -15,6 +15,9 @@ constexpr double kServosLeaveRad = 0.05 * kRadPerDeg;
 // At rest: no axis changes by more than this from packet to packet, several times over.
 constexpr double kStillRad = 0.005 * kRadPerDeg;
 constexpr int kStillPackets = 3;
+// Where it is which of several replies the controller holds, they may be nearer to each other than
+// to an arm that still comes to rest: two or three of its time constants more.
+constexpr int kSettledPackets = 12;
 // IPOC has gone on if it agrees with the host's clock this well: network jitter, two quartzes.
 constexpr double kContinuityS = 0.05, kContinuityFraction = 0.01;
 // Silence on a port of our own that no running session keeps: five of the longest cycles. No
@@ -54,13 +57,12 @@ OffsetVerdict OffsetFinder::by_setpoint(const OffsetEvidence& evidence) {
   AxisAngles measured = evidence.actual_rad;
   for (std::size_t i = 0; i < measured.size(); ++i) measured[i] -= evidence.setpoint_rad[i];
   const double from_zero = distance(measured, zero_);
+  // Where the arm was on its way the controller may hold one of the replies before, too.
+  const bool only_one = std::all_of(
+      memory_.earlier_rad.begin(), memory_.earlier_rad.end(),
+      [&](const AxisAngles& earlier) { return distance(earlier, memory_.sent_rad) <= kStillRad; });
   if (memory_.known) {
     const double from_sent = distance(measured, memory_.sent_rad);
-    // Where the arm was on its way the controller may hold one of the replies before, too.
-    const bool only_one = std::all_of(memory_.earlier_rad.begin(), memory_.earlier_rad.end(),
-                                      [&](const AxisAngles& earlier) {
-                                        return distance(earlier, memory_.sent_rad) <= kStillRad;
-                                      });
     if (only_one && from_sent <= kSameRad && from_sent <= from_zero)
       return decide(memory_.sent_rad);
   }
@@ -73,7 +75,8 @@ OffsetVerdict OffsetFinder::by_setpoint(const OffsetEvidence& evidence) {
   const bool still = distance(measured, last_measured_) <= kStillRad;
   still_packets_ = still ? still_packets_ + 1 : 0;
   last_measured_ = measured;
-  if (still_packets_ < kStillPackets && !evidence.waits) return OffsetVerdict::kWaitForRest;
+  const int enough = memory_.known && !only_one ? kSettledPackets : kStillPackets;
+  if (still_packets_ < enough && !evidence.waits) return OffsetVerdict::kWaitForRest;
   if (memory_.known) return behind_replies(evidence, measured);
   return decide(from_zero <= kSameRad ? zero_ : measured);
 }

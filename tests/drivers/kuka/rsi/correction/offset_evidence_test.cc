@@ -114,6 +114,22 @@ TEST(OffsetBySetpoint, RestIsThreePacketsInARowWithoutFiveThousandthsOfADegree) 
   EXPECT_EQ(finder.look(measured(at)), OffsetVerdict::kWaitForRest);
 }
 
+TEST(OffsetBySetpoint, AnArmThatStillComesToRestIsNotTakenForOneAtAnEarlierReply) {
+  // A search of 1.3 deg/s at cycles of 4 ms, frozen: the arm comes to rest with 20 ms.
+  OffsetMemory memory = sent(5);
+  for (const double earlier_deg : {4.9840, 4.9893, 4.9946, 5.0})
+    memory.earlier_rad.push_back(deg(earlier_deg, 0));
+  OffsetFinder finder;
+  finder.begin(memory);
+  for (int i = 0; i < 100; ++i) {
+    if (finder.look(measured(5.0 - 0.026 * std::exp(-0.2 * i))) == OffsetVerdict::kWaitForRest)
+      continue;
+    EXPECT_EQ(finder.offset_rad(), deg(5, 0)) << "at packet " << i;
+    return;
+  }
+  FAIL() << "waits for ever";
+}
+
 TEST(OffsetBySetpoint, APeerThatWaitsForAnAnswerRests) {
   OffsetFinder finder;
   finder.begin({});
