@@ -46,7 +46,7 @@ auto as_request(Act act) {
   }
 }
 
-/// Whoever may write into the folder of imports does not say by it what else is read.
+/// Write access to the folder of imports does not extend to reading other files.
 void refuse_links_in(const std::filesystem::path& directory) {
   for (const auto& entry : std::filesystem::directory_iterator(directory))
     if (entry.is_symlink())

@@ -99,13 +99,13 @@ void put_state(Exposition& out, const Status& status) {
   out.gauge("cellcal_session_touches_planned", "Touches that it will have.",
             static_cast<double>(status.total));
   out.gauge("cellcal_session_interruptions", "Harmless interruptions after which it resumed.",
-            static_cast<double>(status.interruptions));
+            static_cast<double>(status.interruptions.total()));
   out.gauge("cellcal_session_busy_repeats",
             "Of these: touches repeated because this computer was late.",
-            static_cast<double>(status.busy_repeats));
-  out.family("cellcal_session_interruptions_by_cause", "gauge", "The same, by what was behind them.");
-  for (const drivers::Interruption by : kCountedCauses)
-    out.sample(count_of(status.by_cause, by), {{"cause", name_of_cause(by)}});
+            static_cast<double>(status.interruptions.of_computer()));
+  out.family("cellcal_session_interruptions_by_cause", "gauge", "The same, by their cause.");
+  for (std::size_t i = 0; i < kCountedCauses.size(); ++i)
+    out.sample(status.interruptions.of[i], {{"cause", kCountedCauses[i].name}});
   out.gauge("cellcal_session_residual_meters", "Residual of its newest touch, or of its fit.",
             status.residual_m);
   out.gauge("cellcal_session_u95_meters", "u95 predicted from its touches so far.", status.u95_m);

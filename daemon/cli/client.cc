@@ -56,20 +56,20 @@ std::optional<double> figure(const json& value, const char* key) {
   return found->get<double>();
 }
 
-/// "the robot controller", "the contact sensor", both; "" where nothing is waited for.
-/// Of a status, or of a recorded session's times. A daemon of an earlier version tells no causes.
+/// Of a status, or of a recorded session's times. A daemon of an earlier version sends no causes.
 std::string interruption_words(const json& of) {
   const std::int64_t all = number(of, "interruptions");
   if (all == 0) return {};
   InterruptionCounts counts;
   if (const json causes = of.value("interruptions_by_cause", json()); causes.is_object())
-    for (const drivers::Interruption by : kCountedCauses)
-      for (std::int64_t n = number(causes, name_of_cause(by)); n > 0; --n) counts.count(by);
+    for (std::size_t i = 0; i < counts.of.size(); ++i)
+      counts.of[i] = static_cast<int>(number(causes, kCountedCauses[i].name));
   const std::string by_cause = words(counts);
   return fmt::format("interruptions: {}{}, each resumed automatically\n", all,
                      by_cause.empty() ? "" : ": " + by_cause);
 }
 
+/// "the robot controller", "the contact sensor", both; "" where nothing is waited for.
 std::string waited_for(const json& status) {
   const json waiting = status.value("waiting", json());
   if (!waiting.is_object()) return "";

@@ -29,7 +29,7 @@ struct MotionConfig {
   double speed_fraction = 0.2;  ///< of the robot file's axis speeds
   double acceleration_rad_s2 = 0.0;
   double jerk_rad_s3 = 0.0;
-  /// Of TCP, flange and elbow before the first calibration of a cell has ended, and in T1; 0: none.
+  /// Speed limit of TCP, flange and elbow in T1, and with an unknown mode until a first calibration has ended; 0: none.
   double hand_speed_m_s = 0.225;
 };
 

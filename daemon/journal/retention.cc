@@ -13,19 +13,21 @@ namespace {
 /// What a row takes besides its texts and blobs: head, numbers, its place in the index.
 constexpr std::int64_t kRowBytes = 60;
 
+/// "length(a) + length(b)": of all columns with texts or blobs.
+std::string length_of_texts(Database& database, const std::string& table) {
+  Statement columns(database,
+                    "SELECT group_concat('coalesce(length(' || name || '), 0)', ' + ') FROM "
+                    "pragma_table_info(?) WHERE type IN ('TEXT', 'BLOB')");
+  columns.bind(1, std::string_view(table)).step();
+  return columns.text(0);
+}
+
 /// About how many bytes a table's rows of this session hold, and how many there are.
 DroppedRows raw_rows(Database& database, std::int64_t session, const std::string& table) {
-  const char* texts =
-      table == "reading"   ? "length(contact_rad) + length(settled_rad) + length(time)"
-      : table == "event"   ? "length(time) + length(words)"
-      : table == "search"  ? "length(time) + length(way_rad) + length(end_rad) + length(out_rad)"
-      : table == "interruption" ? "length(time) + length(cause)"
-      : table == "contact" ? "length(time) + length(kind)"
-                           : "length(time) + length(from_phase) + length(to_phase) + length(event)";
-  Statement count(
-      database,
-      fmt::format("SELECT count(*), coalesce(sum({}), 0) FROM {} WHERE session=?", texts, table)
-          .c_str());
+  Statement count(database,
+                  fmt::format("SELECT count(*), coalesce(sum({}), 0) FROM {} WHERE session=?",
+                              length_of_texts(database, table), table)
+                      .c_str());
   count.bind(1, session).step();
   return {session, count.integer(0), count.integer(1) + kRowBytes * count.integer(0)};
 }

@@ -444,7 +444,7 @@ struct Runner::Perform {
     runner.commit(
         [utc = backend.utc_now(), words = std::move(words), by = action.by](Recorder& recorder) {
           recorder.note(utc, words);
-          recorder.interrupted({utc, by});
+          recorder.note(RecordCause{utc, by});
         });
   }
 };

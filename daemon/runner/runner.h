@@ -75,7 +75,7 @@ class Recorder {
   /// Likewise; on disk with what is recorded next.
   virtual void note(const RecordChange& change) = 0;
   virtual void note(const RecordContact& contact) = 0;
-  virtual void interrupted(const RecordCause&) {}
+  virtual void note(const RecordCause& cause) = 0;
 };
 
 struct RunnerParts {

@@ -16,8 +16,8 @@ enum class Verb {
   kMissed,   ///< the window is over, and nothing was begun in it
   kStopped,  ///< the window is over: the session was stopped
   kEnded,    ///< the session that it had begun has ended
-  kHeld,     ///< nothing begins any more until somebody releases it
-  kReleased  ///< somebody did, or the clock agrees again
+  kHeld,     ///< no session begins until it is released
+  kReleased  ///< by an operator, or since the clock is synchronised again
 };
 enum class Why {
   kNothing,

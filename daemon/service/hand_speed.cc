@@ -10,7 +10,7 @@ namespace cellcal::daemon {
 
 namespace {
 
-/// A move slower than this would outlast its deadline, and no axis is this fast and far out.
+/// Of a way whose speed is not known, and at least of every other: a slower one outlasts its deadline.
 constexpr double kLeastShare = 1e-3;
 
 std::vector<double> angles(const drivers::AxisAngles& from) { return {from.begin(), from.end()}; }
@@ -29,9 +29,9 @@ double HandSpeed::share(const drivers::Move& move, const drivers::RobotState& ro
   double share = 1.0;
   const auto leg_to = [&](const drivers::AxisAngles& at_rad) {
     std::vector<double> to = angles(at_rad);
-    // The driver refuses what has another number of axes.
-    if (from.size() != to.size() || static_cast<int>(to.size()) != arm_->joint_count()) return;
-    share = std::min(share, share_of_leg(from, to));
+    const bool known =
+        from.size() == to.size() && static_cast<int>(to.size()) == arm_->joint_count();
+    share = std::min(share, known ? share_of_leg(from, to) : kLeastShare);
     from = std::move(to);
   };
   for (const drivers::Via& via : move.via) leg_to(via.at_rad);

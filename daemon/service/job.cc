@@ -260,8 +260,7 @@ void look_at_axes(const Job& job) {
 
 /// Whether a calibration of this cell by the real arm, made here, has come to its end.
 bool calibrated_before(Journal& journal, const std::string& cell) {
-  const std::vector<SessionRecord> sessions = journal.sessions();
-  return std::any_of(sessions.begin(), sessions.end(), [&](const SessionRecord& record) {
+  const auto is_one = [&](const SessionRecord& record) {
     if (record.state != RecordState::kDone || record.inputs.cell_name != cell || record.origin)
       return false;
     try {
@@ -270,7 +269,14 @@ bool calibrated_before(Journal& journal, const std::string& cell) {
     } catch (const std::runtime_error&) {
       return false;  // a damaged row, or one of another version
     }
-  });
+  };
+  // The newest first: as a rule one of the last few sessions is a calibration.
+  constexpr std::size_t kPage = 50;
+  std::vector<SessionRecord> page =
+      journal.sessions(std::numeric_limits<std::int64_t>::max(), kPage);
+  while (!page.empty() && std::none_of(page.begin(), page.end(), is_one))
+    page = journal.sessions(page.back().id, kPage);
+  return !page.empty();
 }
 
 HandSpeed hand_speed_of(Journal& journal, const Job& job, bool dry) {

@@ -37,7 +37,7 @@ class JournalRecorder final : public Recorder {
   void note(const std::string& utc, const std::string& words) override;
   void note(const RecordChange& change) override { journal_.note(session_, change); }
   void note(const RecordContact& contact) override { journal_.note(session_, contact); }
-  void interrupted(const RecordCause& cause) override { journal_.note(session_, cause); }
+  void note(const RecordCause& cause) override { journal_.note(session_, cause); }
 
  private:
   Journal& journal_;

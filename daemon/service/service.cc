@@ -230,7 +230,7 @@ TaskInputs SessionService::task_inputs(Job& job) {
     parts_.journal.store_calibration(job.session, json, compared);
   };
   inputs.readings = [this, &job] { return parts_.journal.readings(job.session); };
-  inputs.interruptions = [this] { return status().by_cause; };
+  inputs.interruptions = [this] { return status().interruptions; };
   inputs.truth = [&job](const calib::Calibration& calibration) {
     return job.backend->truth(calibration);
   };

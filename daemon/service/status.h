@@ -82,9 +82,7 @@ struct Status {
   std::optional<double> residual_m;
   std::optional<double> time_left_s;  ///< touches and the way home; nothing before the first touch
   std::optional<Waiting> waiting;     ///< while connecting; newer than `seq` in service.status()
-  int interruptions = 0;              ///< harmless ones, after which it goes on by itself
-  int busy_repeats = 0;               ///< of these: this computer was late
-  InterruptionCounts by_cause;        ///< the interruptions, by what was behind them
+  InterruptionCounts interruptions;   ///< harmless ones, after which it goes on by itself
   std::optional<double> busy_left_s;  ///< a busy spell is waited for at most so long, arm at rest
   std::string robot_words, contact_words;
   std::optional<Failure> failure;

@@ -61,8 +61,6 @@ Status status_of(const State& state, const Job& job, std::size_t done) {
   status.failure = state.failure;
   status.warnings = job.warnings;
   status.interruptions = state.interruptions;
-  status.busy_repeats = state.busy_repeats;
-  status.by_cause = state.by_cause;
   if (state.busy_until && kAwaitingPhases.has(state.phase))
     status.busy_left_s = seconds_to(*state.busy_until, job);
   if (state.phase == Phase::kConnecting && state.deadline)

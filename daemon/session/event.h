@@ -157,8 +157,8 @@ struct Event {
   std::string stage;                        ///< kRouted: what the touch is for, in words
   /// kRouted, while spheres are found: the way that is offered, and the way out of it.
   std::shared_ptr<const calib::SearchUnderWay> search;
-  bool not_found =
-      false;  ///< kRouted: a sphere cannot be found, `words` says why; the plan leads home
+  /// kRouted: a sphere cannot be found, `words` says why; the plan leads home.
+  bool not_found = false;
   std::string plan_hash;                    ///< kPlanned
   calib::Progress progress;  ///< kPlanned, kRouted, of a session that chooses as it goes
   std::shared_ptr<const SessionResult> result;            ///< kIdentified

@@ -109,8 +109,9 @@ std::string silent_words(const State& state, const Event& event) {
   }
   if (state.retries > 0 && goes_on(FailureKind::kRobotSilent, by) == GoesOn::kRetries &&
       !may_go_on(state, FailureKind::kRobotSilent, by)) {
-    text = joined(text, fmt::format("all {} automatic retries are used ([session] retries)",
-                                    state.interruptions - state.busy_repeats));
+    text =
+        joined(text, fmt::format("all {} automatic retries are used ([session] retries)",
+                                 state.interruptions.total() - state.interruptions.of_computer()));
   }
   return text;
 }
@@ -130,7 +131,7 @@ std::string busy_words(const State& state, const Event& event) {
     return joined(text, fmt::format("all {} repeats of one touch are used ([session] "
                                     "busy_repeats_touch)",
                                     most.of_touch));
-  if (most.of_session > 0 && state.busy_repeats >= most.of_session)
+  if (most.of_session > 0 && state.interruptions.of_computer() >= most.of_session)
     return joined(text, fmt::format("all {} repeats of a session are used ([session] "
                                     "busy_repeats)",
                                     most.of_session));

@@ -59,9 +59,9 @@ bool may_go_on(const State& state, FailureKind failure, drivers::Interruption by
     case GoesOn::kNever:
       return false;
     case GoesOn::kRetries:
-      return state.interruptions - state.busy_repeats < state.retries;
+      return state.interruptions.total() - state.interruptions.of_computer() < state.retries;
     case GoesOn::kRepeats:
-      return state.busy_repeats < state.repeats.of_session &&
+      return state.interruptions.of_computer() < state.repeats.of_session &&
              repeats_of_touch(state) < state.repeats.of_touch;
   }
   return false;
@@ -219,7 +219,7 @@ bool not_where_left(const State& state, const Event& event) {
   return false;
 }
 bool none_left_behind_interruption(const State& state, const Event& event) {
-  return state.interruptions > 0 && nothing_chosen(state, event);
+  return state.interruptions.total() > 0 && nothing_chosen(state, event);
 }
 bool sensor_proven(const State&, const Event& event) {
   return event.links.ready() && !event.links.in_contact;

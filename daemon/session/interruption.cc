@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <numeric>
 
 namespace cellcal::daemon {
 
@@ -60,38 +61,38 @@ GoesOn goes_on(FailureKind failure, Interruption by) {
   return row != kHarmless.end() ? row->goes_on : kNever;
 }
 
-void InterruptionCounts::count(Interruption by) {
-  if (by == Interruption::kLateBytes) ++late_bytes;
-  if (by == Interruption::kLateReplies) ++late_replies;
-  if (by == Interruption::kPacketsStopped) ++packets_stopped;
+int InterruptionCounts::total() const { return std::accumulate(of.begin(), of.end(), 0); }
+
+int InterruptionCounts::of_computer() const {
+  int late = 0;
+  for (std::size_t i = 0; i < of.size(); ++i)
+    if (kCountedCauses[i].of_computer) late += of[i];
+  return late;
 }
 
-int count_of(const InterruptionCounts& counts, Interruption by) {
-  if (by == Interruption::kLateBytes) return counts.late_bytes;
-  if (by == Interruption::kLateReplies) return counts.late_replies;
-  return by == Interruption::kPacketsStopped ? counts.packets_stopped : 0;
+void InterruptionCounts::count(Interruption by) {
+  for (std::size_t i = 0; i < of.size(); ++i)
+    if (kCountedCauses[i].by == by) ++of[i];
 }
 
 const char* name_of_cause(Interruption by) {
-  if (by == Interruption::kLateBytes) return "sensor-data-late";
-  if (by == Interruption::kLateReplies) return "robot-replies-late";
-  return by == Interruption::kPacketsStopped ? "packets-stopped" : "";
+  for (const CountedCause& one : kCountedCauses)
+    if (one.by == by) return one.name;
+  return "";
 }
 
 std::optional<Interruption> cause_of(std::string_view name) {
-  for (const Interruption by : kCountedCauses)
-    if (name == name_of_cause(by)) return by;
+  for (const CountedCause& one : kCountedCauses)
+    if (one.name == name) return one.by;
   return std::nullopt;
 }
 
 std::string words(const InterruptionCounts& counts) {
   std::string all;
-  const auto add = [&](int count, const char* what) {
-    if (count > 0) all += (all.empty() ? "" : ", ") + std::to_string(count) + " " + what;
-  };
-  add(counts.late_bytes, "sensor data late (this computer was busy)");
-  add(counts.late_replies, "robot replies late (this computer was busy)");
-  add(counts.packets_stopped, "controller packets stopped");
+  for (std::size_t i = 0; i < counts.of.size(); ++i)
+    if (counts.of[i] > 0)
+      all +=
+          (all.empty() ? "" : ", ") + std::to_string(counts.of[i]) + " " + kCountedCauses[i].words;
   return all;
 }
 

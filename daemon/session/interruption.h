@@ -43,25 +43,35 @@ GoesOn goes_on(FailureKind failure, drivers::Interruption by);
 /// How a session names what made a move silent, or a link lose its reference.
 FailureKind failure_by(drivers::Interruption by, FailureKind otherwise);
 
-/// Harmless interruptions, after which a session went on or tries to, by what was behind them.
-struct InterruptionCounts {
-  int late_bytes = 0, late_replies = 0;  ///< this computer was late
-  int packets_stopped = 0;
+/// A cause of harmless interruptions: after these a session goes on by itself.
+struct CountedCause {
+  drivers::Interruption by;
+  const char* name;   ///< in journal, API and metrics
+  const char* words;  ///< for people, after a number
+  bool of_computer;   ///< this computer was late
+};
+inline constexpr std::array kCountedCauses{
+    CountedCause{drivers::Interruption::kLateBytes, "sensor-data-late",
+                 "sensor data late (this computer was busy)", true},
+    CountedCause{drivers::Interruption::kLateReplies, "robot-replies-late",
+                 "robot replies late (this computer was busy)", true},
+    CountedCause{drivers::Interruption::kPacketsStopped, "packets-stopped",
+                 "controller packets stopped", false}};
 
-  int total() const { return late_bytes + late_replies + packets_stopped; }
+/// Interruptions by their cause, in the order of kCountedCauses.
+struct InterruptionCounts {
+  std::array<int, kCountedCauses.size()> of{};
+
+  int total() const;
+  int of_computer() const;  ///< this computer was late
   void count(drivers::Interruption by);
   bool operator==(const InterruptionCounts&) const = default;
 };
-/// The causes that are counted.
-inline constexpr std::array kCountedCauses{drivers::Interruption::kLateBytes,
-                                           drivers::Interruption::kLateReplies,
-                                           drivers::Interruption::kPacketsStopped};
-int count_of(const InterruptionCounts& counts, drivers::Interruption by);
-/// "sensor-data-late", "robot-replies-late", "packets-stopped": in journal, API and metrics; "" of one that is not
-/// counted.
+/// Name of a counted cause; empty for any other.
 const char* name_of_cause(drivers::Interruption by);
+/// Inverse of name_of_cause(); none for a name that is not counted.
 std::optional<drivers::Interruption> cause_of(std::string_view name);
-/// "5 sensor data late (this computer), 1 packets stopped"; empty where there are none.
+/// "5 sensor data late (this computer was busy), 1 controller packets stopped"; empty without any.
 std::string words(const InterruptionCounts& counts);
 
 /// The arm was left where it is, when no axis is farther from there: at 40 deg/s three cycles whose

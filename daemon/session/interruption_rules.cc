@@ -10,10 +10,8 @@ namespace {
 void count_interruption(State& state, FailureKind kind, std::string detail,
                         drivers::Interruption by) {
   state.interrupted = Failure{kind, std::move(detail), by};
-  ++state.interruptions;
-  state.by_cause.count(by);
+  state.interruptions.count(by);
   if (kind != FailureKind::kComputerBusy) return;
-  ++state.busy_repeats;
   state.busy_of_touch = repeats_of_touch(state) + 1;
   state.busy_touch = touch_number(state);
 }
@@ -58,10 +56,14 @@ WayBack way_back(const State& state) {
 }
 
 void record_interruption(const State& state, Actions& actions) {
-  RecordInterruption record{state.interruptions - state.busy_repeats, state.retries, 0, 0,
-                            describe(*state.interrupted), state.interrupted->by};
+  RecordInterruption record{state.interruptions.total() - state.interruptions.of_computer(),
+                            state.retries,
+                            0,
+                            0,
+                            describe(*state.interrupted),
+                            state.interrupted->by};
   if (state.interrupted->kind == FailureKind::kComputerBusy) {
-    record.number = state.busy_repeats;
+    record.number = state.interruptions.of_computer();
     record.most = state.repeats.of_session;
     record.of_touch = repeats_of_touch(state);
     record.most_of_touch = state.repeats.of_touch;

@@ -99,8 +99,7 @@ struct State {
   std::uint64_t total_revoked = 0;
 
   // Harmless interruptions (interruption.h).
-  int interruptions = 0;                   ///< so far; those after which it went on or tries to
-  InterruptionCounts by_cause;             ///< the same, by what was behind them
+  InterruptionCounts interruptions;        ///< so far; those after which it went on or tries to
   std::optional<Failure> interrupted;      ///< the newest: what it ends with where it cannot go on
   drivers::AxisAngles left_rad;            ///< where the arm came to rest in it
   std::uint32_t left_session = 0;          ///< the controller's, in which it happened
@@ -108,8 +107,7 @@ struct State {
   std::uint32_t interruptions_before = 0;  ///< of the robot's link, likewise
   WayBack way_back = WayBack::kNone;
   bool pause_noted = false;                ///< while a touch was on its way to the disk
-  /// Those of them in which this computer was late: of the session, and of one touch.
-  int busy_repeats = 0, busy_of_touch = 0;
+  int busy_of_touch = 0;                   ///< those of busy_touch in which this computer was late
   std::size_t busy_touch = 0;  ///< the touch that busy_of_touch counts for
   /// The sensor was silent, and it is not known yet whose silence it was. Counted once it is.
   bool unheard = false;

@@ -22,7 +22,6 @@ state_dir = "{dir}/state"
 socket = "{dir}/cellcald.sock"
 [motion]
 speed_percent = {speed_percent}
-hand_speed_mm_s = 0
 acceleration_deg_s2 = 600
 jerk_deg_s3 = 8000
 [rsi]

@@ -26,7 +26,6 @@ socket = "{dir}/cellcald.sock"
 connect_wait_s = 15
 [motion]
 speed_percent = 80
-hand_speed_mm_s = 0
 acceleration_deg_s2 = 600
 jerk_deg_s3 = 8000
 [rsi]

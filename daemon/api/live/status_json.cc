@@ -133,8 +133,7 @@ nlohmann::json touch_json(std::size_t index, const calib::Touch& touch) {
 
 json to_json(const InterruptionCounts& counts) {
   json all = json::object();
-  for (const drivers::Interruption by : kCountedCauses)
-    all[name_of_cause(by)] = count_of(counts, by);
+  for (std::size_t i = 0; i < counts.of.size(); ++i) all[kCountedCauses[i].name] = counts.of[i];
   return all;
 }
 
@@ -158,9 +157,9 @@ std::string status_to_json(const Status& status) {
              {"warnings", status.warnings},
              {"time_left_s", or_null(status.time_left_s)},
              {"waiting", to_json(status.waiting)},
-             {"interruptions", status.interruptions},
-             {"busy_repeats", status.busy_repeats},
-             {"interruptions_by_cause", to_json(status.by_cause)},
+             {"interruptions", status.interruptions.total()},
+             {"busy_repeats", status.interruptions.of_computer()},
+             {"interruptions_by_cause", to_json(status.interruptions)},
              {"busy_left_s", or_null(status.busy_left_s)},
              {"robot", status.robot_words},
              {"contact", status.contact_words},

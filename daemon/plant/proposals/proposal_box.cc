@@ -26,7 +26,7 @@ bool has_a_file(ProposalKind kind) {
 
 bool has_effect(ProposalKind kind) { return kind == ProposalKind::kActivate || has_a_file(kind); }
 
-/// How long it is remembered, the shortest first.
+/// Retention class, the shortest first.
 enum class Hold { kNobodys, kDecided, kLasting, kOpen };
 Hold hold_of(const KeptProposal& one) {
   if (one.stand == Stand::kOpen) return Hold::kOpen;
@@ -173,8 +173,8 @@ void ProposalBox::act(const Proposal& proposal, const Say& say) {
   }
 }
 
-/// The oldest go, those first that nobody here decided, then those that changed nothing. Of the others the id stays longest: forgotten
-/// it could be carried out again.
+/// Drops the oldest proposals: undecided by an operator first, then those without an effect. Ids of proposals with an effect are
+/// kept longest, since a forgotten one could be carried out again.
 void ProposalBox::make_room() {
   std::vector<KeptProposal>& all = kept_.all;
   const auto bytes = [&] {

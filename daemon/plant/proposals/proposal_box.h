@@ -79,9 +79,9 @@ class ProposalBox {
 
   /// Newest first.
   std::vector<KeptProposal> all() const;
-  /// So many that were decided are no longer among them.
+  /// Number of decided proposals that are no longer listed.
   std::int64_t dropped() const;
-  /// kMostLasting are remembered: what has an effect waits for somebody, whatever the policy.
+  /// kMostLasting are stored: proposals with an effect require an operator's decision, whatever the policy.
   bool full() const;
   /// What it came to. Throw NotDecided, and accept() what activating throws.
   KeptProposal accept(const std::string& id, const Say& say);

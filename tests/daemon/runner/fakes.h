@@ -143,6 +143,7 @@ class FakeRecorder final : public Recorder {
   void note(const std::string&, const std::string& words) override { notes.push_back(words); }
   void note(const RecordChange& change) override { changes.push_back(change); }
   void note(const RecordContact& contact) override { contacts.push_back(contact); }
+  void note(const RecordCause&) override {}
 
   int fails_at = kNever;
   int calls = 0;

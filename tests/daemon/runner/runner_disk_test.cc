@@ -151,6 +151,7 @@ TEST(a_journal_that_is_gone, is_noticed_before_the_next_move) {
     void note(const std::string&, const std::string&) override {}
     void note(const RecordChange&) override {}
     void note(const RecordContact&) override {}
+    void note(const RecordCause&) override {}
     void check() override {
       if (gone) throw std::runtime_error("journal x.db: was removed");
     }

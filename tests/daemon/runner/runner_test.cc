@@ -92,6 +92,7 @@ TEST(a_session, has_each_touch_on_disk_before_the_next_move) {
     void note(const std::string&, const std::string&) override {}
     void note(const RecordChange&) override {}
     void note(const RecordContact&) override {}
+    void note(const RecordCause&) override {}
     Session& s;
     int touches = 0;
   } watching(session);

@@ -67,6 +67,7 @@ struct StalledRecorder final : Recorder {
   void note(const std::string&, const std::string&) override {}
   void note(const RecordChange&) override {}
   void note(const RecordContact&) override {}
+  void note(const RecordCause&) override {}
 
   std::promise<void> stalled, answers;
   std::atomic<bool> on_disk{false};

@@ -43,8 +43,8 @@ TEST(a_busy_computer, ends_no_session_and_no_key_is_needed) {
   Usual session(late_at({2, 7, 11}));
   const State end = session.run();
   ASSERT_EQ(end.phase, Phase::kDone) << why(end);
-  EXPECT_EQ(end.busy_repeats, 3);
-  EXPECT_EQ(end.interruptions, 3);
+  EXPECT_EQ(end.interruptions.of_computer(), 3);
+  EXPECT_EQ(end.interruptions.total(), 3);
   EXPECT_EQ(session.recorder.touches.size(), 2u);
 }
 
@@ -61,7 +61,7 @@ TEST(repeats, of_one_touch_are_bounded_and_begin_anew_with_the_next) {
   const State end = always.run();
   ASSERT_EQ(end.phase, Phase::kFailed);
   EXPECT_EQ(end.failure->kind, FailureKind::kComputerBusy) << why(end);
-  EXPECT_EQ(end.busy_repeats, 2);
+  EXPECT_EQ(end.interruptions.of_computer(), 2);
   EXPECT_NE(why(end).find("ll 2 repeats of one touch are used ([session] busy_repeats_touch)"),
             std::string::npos)
       << why(end);
@@ -84,10 +84,8 @@ TEST(repeats, leave_the_retries_of_other_interruptions_alone) {
   one.start.retries = 1;
   const State with = one.run();
   EXPECT_EQ(with.phase, Phase::kDone) << why(with);
-  EXPECT_EQ(with.interruptions, 3);
-  EXPECT_EQ(with.busy_repeats, 2);
-  EXPECT_EQ(with.by_cause.packets_stopped, 1);
-  EXPECT_EQ(with.by_cause.late_bytes + with.by_cause.late_replies, 2);
+  EXPECT_EQ(with.interruptions.total(), 3);
+  EXPECT_EQ(with.interruptions.of_computer(), 2);
 }
 
 TEST(a_lateness_during_the_repeat_itself, is_repeated_again) {
@@ -95,7 +93,7 @@ TEST(a_lateness_during_the_repeat_itself, is_repeated_again) {
   Usual session(late_at({3, 4, 6, 9}));
   const State end = session.run();
   ASSERT_EQ(end.phase, Phase::kDone) << why(end);
-  EXPECT_EQ(end.busy_repeats, 4);
+  EXPECT_EQ(end.interruptions.of_computer(), 4);
   EXPECT_EQ(session.recorder.touches.size(), 2u);
 }
 
@@ -113,7 +111,7 @@ TEST(a_busy_spell, is_waited_out_with_the_arm_at_rest) {
   const drivers::TimePoint begun = session.backend.world.clock.now();
   const State end = session.run();
   ASSERT_EQ(end.phase, Phase::kDone) << why(end);
-  EXPECT_EQ(end.busy_repeats, 1) << "one spell is one repeat";
+  EXPECT_EQ(end.interruptions.of_computer(), 1) << "one spell is one repeat";
   EXPECT_GT(session.lasted(begun), std::chrono::seconds(30));
   EXPECT_EQ(moves_then, 3u);
 }
@@ -150,7 +148,7 @@ TEST(a_silence_of_the_sensor, moves_nothing_by_itself_whatever_comes_behind_it) 
     const State end = session.run();
     ASSERT_EQ(end.phase, Phase::kFailed);
     EXPECT_EQ(end.failure->kind, FailureKind::kContactSilent) << why(end);
-    EXPECT_EQ(end.busy_repeats, 0);
+    EXPECT_EQ(end.interruptions.of_computer(), 0);
     EXPECT_EQ(session.backend.world.moves.size(), 3u);
     EXPECT_LT(session.lasted(begun), std::chrono::seconds(6)) << "named soon, told or not";
   }
@@ -162,7 +160,7 @@ TEST(a_silence_that_was_this_computers, is_repeated_once_its_stamps_have_told) {
   Usual session(script);
   const State end = session.run();
   ASSERT_EQ(end.phase, Phase::kDone) << why(end);
-  EXPECT_EQ(end.busy_repeats, 1);
+  EXPECT_EQ(end.interruptions.of_computer(), 1);
   EXPECT_EQ(session.recorder.touches.size(), 2u);
 }
 
@@ -267,7 +265,8 @@ TEST(behind_a_lateness, a_heartbeat_that_is_late_again_begins_the_watch_anew) {
   EXPECT_EQ(walk.state.phase, Phase::kWatching);
   EXPECT_GT(*walk.state.deadline, *before);
   walk.the<SelfTest>();
-  EXPECT_EQ(walk.state.busy_repeats, 1) << "nothing has moved: it is the same repeat";
+  EXPECT_EQ(walk.state.interruptions.of_computer(), 1)
+      << "nothing has moved: it is the same repeat";
 }
 
 TEST(a_sensor_that_was_identified_anew, is_no_faulty_sensor_while_its_bytes_were_late) {
@@ -278,7 +277,7 @@ TEST(a_sensor_that_was_identified_anew, is_no_faulty_sensor_while_its_bytes_were
     event.links.delivery.open = true;
   });
   EXPECT_EQ(walk.state.phase, Phase::kRecovering);
-  EXPECT_EQ(walk.state.busy_repeats, 0);
+  EXPECT_EQ(walk.state.interruptions.of_computer(), 0);
   walk.on(EventKind::kLinks, [](Event& event) {
     event.links.contact = ContactLink::kFault;
     event.links.fault = ContactFault::kDeliveredLate;
@@ -286,7 +285,7 @@ TEST(a_sensor_that_was_identified_anew, is_no_faulty_sensor_while_its_bytes_were
     event.links.contact_words = "this computer was busy";
   });
   EXPECT_EQ(walk.state.phase, Phase::kRecovering);
-  EXPECT_EQ(walk.state.busy_repeats, 1);
+  EXPECT_EQ(walk.state.interruptions.of_computer(), 1);
   walk.the<RecordInterruption>();
   EXPECT_NEAR(walk.timeout_s(), 3.0, 1e-6);
   walk.on(EventKind::kDeadline);
@@ -469,7 +468,7 @@ TEST(a_lateness_behind_the_last_touch, leaves_the_arm_where_it_is_and_identifies
     Usual session(late_at({17}, by));
     const State end = session.run();
     EXPECT_EQ(end.phase, Phase::kDone) << why(end);
-    EXPECT_EQ(end.busy_repeats, 1);
+    EXPECT_EQ(end.interruptions.of_computer(), 1);
     EXPECT_EQ(session.backend.world.moves.size(), 17u) << "not home: the arm stays";
   }
 }

@@ -179,11 +179,13 @@ TEST_F(failure_words, say_that_no_more_interruptions_are_allowed_where_any_were)
   event.interruption = Interruption::kPacketsStopped;
   const std::string paused = std::string("no more packets from the controller") + kStand;
   EXPECT_EQ(in(kConnecting, F::kRobotSilent), paused) << "none are allowed, none were";
-  state.retries = state.interruptions = 1;
+  state.retries = 1;
+  state.interruptions.count(Interruption::kPacketsStopped);
   EXPECT_EQ(in(kConnecting, F::kRobotSilent),
             paused + ". All 1 automatic retries are used ([session] retries)");
-  state.interruptions = 2;
-  state.busy_repeats = 2;
+  state.interruptions = {};
+  state.interruptions.count(Interruption::kLateBytes);
+  state.interruptions.count(Interruption::kLateReplies);
   EXPECT_EQ(in(kConnecting, F::kRobotSilent), paused)
       << "this computer's lateness uses none of them";
 }
@@ -199,14 +201,14 @@ TEST_F(failure_words, of_a_busy_computer_say_so_first_and_which_bound_is_reached
   EXPECT_EQ(in(kConnecting, F::kComputerBusy),
             event.words + ". All 3 repeats of one touch are used ([session] busy_repeats_touch)");
   state.busy_of_touch = 0;
-  state.busy_repeats = 9;
+  for (int k = 0; k < 9; ++k) state.interruptions.count(Interruption::kLateBytes);
   EXPECT_EQ(in(kConnecting, F::kComputerBusy),
             event.words + ". All 9 repeats of a session are used ([session] busy_repeats)");
   // At rest the evidence is the sensor's link.
   event.kind = EventKind::kLinks;
   state.links.contact_words = "this computer was busy: sensor data 340 ms late, limit 300 ms";
   state.repeats = {};
-  state.busy_repeats = 0;
+  state.interruptions = {};
   EXPECT_EQ(in(kConnecting, F::kComputerBusy), state.links.contact_words);
 }
 

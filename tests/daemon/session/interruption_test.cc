@@ -77,7 +77,7 @@ TEST_P(a_harmless_interruption, of_any_move_is_gone_on_from_where_the_owner_allo
     allow(session, GetParam(), 1);
     const State end = session.run();
     ASSERT_EQ(end.phase, Phase::kDone) << move << ": " << words_of(end);
-    EXPECT_EQ(end.interruptions, 1) << move;
+    EXPECT_EQ(end.interruptions.total(), 1) << move;
     EXPECT_EQ(session.recorder.touches.size(), 2u) << move;
     EXPECT_EQ(session.done.size(), 2u) << move;
     const bool reported = std::any_of(
@@ -105,7 +105,7 @@ TEST_P(a_harmless_interruption, ends_the_session_where_nobody_allowed_it) {
   EXPECT_EQ(end.failure->kind, pause   ? FailureKind::kRobotSilent
                                : known ? FailureKind::kComputerBusy
                                        : FailureKind::kContactSilent);
-  EXPECT_EQ(end.interruptions, 0);
+  EXPECT_EQ(end.interruptions.total(), 0);
   EXPECT_EQ(session.backend.world.moves.size(), 3u);
 }
 
@@ -114,7 +114,7 @@ TEST_P(a_harmless_interruption, is_gone_on_from_as_often_as_was_allowed_and_no_o
   allow(session, GetParam(), 2);
   const State end = session.run();
   ASSERT_EQ(end.phase, Phase::kFailed);
-  EXPECT_EQ(end.interruptions, 2);
+  EXPECT_EQ(end.interruptions.total(), 2);
   EXPECT_EQ(session.backend.world.moves.size(), 8u);
   if (GetParam() == Interruption::kUnheard) return;  // nothing says that it was this computer
   EXPECT_NE(
@@ -197,7 +197,7 @@ TEST(an_interruption_at_rest, is_gone_on_from_likewise) {
     session.start.retries = 1;
     const State end = session.run();
     ASSERT_EQ(end.phase, Phase::kDone) << arming << ": " << words_of(end);
-    EXPECT_EQ(end.interruptions, 1) << arming;
+    EXPECT_EQ(end.interruptions.total(), 1) << arming;
     EXPECT_EQ(session.backend.world.references, 2) << arming;
   }
 }

@@ -155,7 +155,7 @@ TEST_F(one_by_one_walk, leaves_a_sphere_that_cannot_be_found_before_it_ends) {
 
 TEST_F(one_by_one_walk, identifies_nothing_where_a_sphere_was_not_found_behind_an_interruption) {
   walk.to_routing();
-  walk.state.interruptions = 1;
+  walk.state.interruptions.count(drivers::Interruption::kPacketsStopped);
   auto none = std::make_shared<calib::Plan>(line_plan(0));
   walk.on(EventKind::kRouted, [&](Event& event) {
     event.plan = none;

@@ -352,7 +352,7 @@ Verdict Matrix::run(Wire wire, const Fault& fault, const Stretch& stretch, std::
           if (fault.book) fault.book({*cell, run.at, &runner});
         },
         expectation_.retries, expectation_.repeats);
-    run.verdict.interruptions = run.ending.state.interruptions;
+    run.verdict.interruptions = run.ending.state.interruptions.total();
     run.touches = journal.touches(run.session);
   }
   if (expectation_.check_phase) {
