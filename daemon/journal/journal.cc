@@ -3,12 +3,10 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
-#include <limits>
 #include <nlohmann/json.hpp>
 #include <span>
 
 #include "calib/files/calibration_json.h"
-#include "calib/model/long_work.h"
 #include "daemon/journal/database/prepare.h"
 #include "daemon/journal/journal_impl.h"
 #include "daemon/journal/rows.h"
@@ -53,13 +51,6 @@ RecordState state_after(Ending ending) {
   return RecordState::kFailed;
 }
 
-constexpr const char* kSelectSession =
-    "SELECT id, started, ended, state, cell_name, robot_name, plan_hash, planned, failure, options,"
-    " (SELECT count(*) FROM touch WHERE touch.session = session.id), software, origin, "
-    "cell_text, robot_text, calibration, "
-    "(SELECT max(time) FROM dropped WHERE dropped.session = session.id), outcome, "
-    "calibration <> '' FROM session ";
-
 std::filesystem::path with(std::filesystem::path path, const char* suffix) {
   return path += suffix;
 }
@@ -77,31 +68,6 @@ double number_of(double value, const char* what) {
   return value;
 }
 
-SessionRecord session_from(Statement& row, bool with_texts) {
-  SessionRecord record;
-  record.id = row.integer(0);
-  record.started = row.text(1);
-  record.ended = row.text(2);
-  record.state = record_state_of(row.text(3));
-  record.inputs.cell_name = row.text(4);
-  record.inputs.robot_name = row.text(5);
-  record.plan_hash = row.text(6);
-  record.planned = static_cast<int>(row.integer(7));
-  record.failure = row.text(8);
-  record.inputs.options = row.text(9);
-  record.touches = static_cast<int>(row.integer(10));
-  record.software = row.text(11);
-  if (!row.is_null(12)) record.origin = origin_of(row.text(12));
-  record.dropped = row.text(16);
-  record.outcome = row.text(17);
-  record.has_calibration = row.integer(18) != 0;
-  if (!with_texts) return record;
-  record.inputs.cell_text = row.text(13);
-  record.inputs.robot_text = row.text(14);
-  record.calibration = row.text(15);
-  return record;
-}
-
 std::optional<std::array<double, 3>> three(Statement& row, int column) {
   const std::vector<double> values = numbers(row.text(column));
   if (values.size() != 3) return std::nullopt;
@@ -116,8 +82,6 @@ drivers::AxisAngles axes(const std::vector<double>& values) {
   for (const double value : values) result.push_back(value);
   return result;
 }
-
-constexpr std::int64_t kNewest = std::numeric_limits<std::int64_t>::max();
 
 calib::Touch touch_from(Statement& row) {
   calib::Touch touch;
@@ -201,11 +165,10 @@ void Journal::Impl::write_once(const std::vector<PendingRow>& waiting,
 void Journal::Impl::report_session(std::int64_t session, const std::string& utc,
                                    std::optional<FailureKind> failed) {
   if (!outbox.on()) return;
-  Statement select(database, (std::string(kSelectSession) + "WHERE id=?").c_str());
-  if (!select.bind(1, session).step()) return;
-  SessionRecord record = session_from(select, false);
-  record.failure_kind = failed;
-  outbox.put(session, utc, [&](const Reporter& to) { return to.session(record); });
+  std::optional<SessionRecord> record = as_stored(session, false);
+  if (!record) return;
+  record->failure_kind = failed;
+  outbox.put(session, utc, [&](const Reporter& to) { return to.session(*record); });
 }
 
 void Journal::Impl::set_state(std::int64_t session, RecordState state, std::string_view ended,
@@ -217,12 +180,6 @@ void Journal::Impl::set_state(std::int64_t session, RecordState state, std::stri
       .bind(4, session)
       .step();
   changed(session);
-}
-
-void Journal::Impl::judge(SessionRecord& record) {
-  if (record.state == RecordState::kRunning && record.id != running)
-    record.state = RecordState::kInterrupted;
-  if (!chain.is_whole(record.id)) record.state = RecordState::kDamaged;
 }
 
 Journal::Journal(const std::filesystem::path& path) : impl_(std::make_unique<Impl>(path)) {
@@ -356,9 +313,8 @@ void Journal::store_calibration(std::int64_t session, const std::string& json,
                                 const std::optional<Compared>& compared) {
   impl_->write([&] {
     if (impl_->outbox.on()) {
-      Statement before(impl_->database, (std::string(kSelectSession) + "WHERE id=?").c_str());
-      if (before.bind(1, session).step())
-        impl_->outbox.compose(session_from(before, true), [&] { return impl_->touches(session); });
+      if (const auto before = impl_->as_stored(session, true))
+        impl_->outbox.compose(*before, [&] { return impl_->touches(session); });
     }
     Statement update(impl_->database, "UPDATE session SET calibration=? WHERE id=?");
     update.bind(1, std::string_view(json)).bind(2, session).step();
@@ -403,11 +359,6 @@ void Journal::note(std::int64_t session, const AssessedTouch& touch) {
   impl_->pending.take({session, touch});
 }
 
-std::vector<SessionRecord> Journal::sessions() {
-  const std::lock_guard lock(impl_->mutex);
-  return impl_->sessions();
-}
-
 bool Journal::is_whole(std::int64_t session) {
   const std::lock_guard lock(impl_->mutex);
   if (session != impl_->running && !impl_->chain.was_verified(session)) {
@@ -418,104 +369,6 @@ bool Journal::is_whole(std::int64_t session) {
     }
   }
   return impl_->chain.is_whole(session);
-}
-
-std::vector<SessionRecord> Journal::sessions(std::int64_t before, std::size_t most) {
-  const std::lock_guard lock(impl_->mutex);
-  std::vector<SessionRecord> records;
-  if (most == 0) return records;
-  impl_->look_for(before, [&](SessionRecord record) {
-    records.push_back(std::move(record));
-    return records.size() == most;
-  });
-  return records;
-}
-
-std::vector<SessionRecord> Journal::Impl::sessions() {
-  std::vector<SessionRecord> records;
-  look_for(kNewest, [&](SessionRecord record) {
-    records.push_back(std::move(record));
-    return false;
-  });
-  return records;
-}
-
-void Journal::Impl::look_for(std::int64_t before, const std::function<bool(SessionRecord)>& visit) {
-  Statement select(database, (std::string(kSelectSession) + "WHERE id<? ORDER BY id DESC").c_str());
-  select.bind(1, before);
-  std::int64_t next = std::min(chain.newest_session(), before - 1);
-  const auto is_among_missing_down_to = [&](std::int64_t id) {
-    for (; next > id; --next) {
-      SessionRecord missing;
-      missing.id = next;
-      missing.state = RecordState::kDamaged;
-      if (visit(std::move(missing))) return true;
-    }
-    return false;
-  };
-  while (select.step()) {
-    calib::poll_cancelled();
-    SessionRecord record = session_from(select, false);
-    if (is_among_missing_down_to(record.id)) return;
-    judge(record);
-    if (visit(std::move(record))) return;
-    --next;
-  }
-  is_among_missing_down_to(0);
-}
-
-std::optional<SessionRecord> Journal::Impl::newest_own() {
-  std::optional<SessionRecord> newest;
-  look_for(kNewest, [&](SessionRecord record) {
-    if (record.origin) return false;
-    newest = std::move(record);
-    return true;
-  });
-  return newest;
-}
-
-std::optional<bool> Journal::was_published(std::int64_t session) {
-  const std::lock_guard lock(impl_->mutex);
-  Statement select(impl_->database,
-                   "SELECT CASE WHEN state='done' AND json_valid(calibration)"
-                   " THEN json_extract(calibration, '$.verdict.publish') END"
-                   " FROM session WHERE id=?");
-  select.bind(1, session);
-  if (!select.step() || select.is_null(0)) return std::nullopt;
-  return select.integer(0) != 0;
-}
-
-bool Journal::may_be_published(std::int64_t session) {
-  if (const auto stated = was_published(session)) return *stated;
-  const std::lock_guard lock(impl_->mutex);
-  if (impl_->chain.is_whole(session)) return false;  // it says what it always said: none
-  Statement select(impl_->database,
-                   "SELECT origin IS NULL AND calibration<>'' FROM session WHERE id=?");
-  return !select.bind(1, session).step() || select.integer(0) != 0;
-}
-
-std::optional<SessionRecord> Journal::session(std::int64_t id) {
-  const std::lock_guard lock(impl_->mutex);
-  impl_->chain.verify(id);
-  Statement select(impl_->database, (std::string(kSelectSession) + "WHERE id=?").c_str());
-  select.bind(1, id);
-  if (!select.step()) return std::nullopt;
-  SessionRecord record = session_from(select, true);
-  impl_->judge(record);
-  return record;
-}
-
-std::optional<SessionRecord> Journal::newest_own() {
-  const std::lock_guard lock(impl_->mutex);
-  return impl_->newest_own();
-}
-
-std::optional<SessionRecord> Journal::newest_resumable() {
-  // Only the newest session: behind an older one the cell may have been moved or mended since. What
-  // was imported happened elsewhere.
-  const std::optional<SessionRecord> newest = newest_own();
-  if (!newest || !newest->resumable()) return std::nullopt;
-  return session(newest->id);
 }
 
 std::vector<calib::Touch> Journal::touches(std::int64_t session) {

@@ -33,6 +33,8 @@ struct Journal::Impl {
   std::vector<SessionRecord> sessions();
   /// As sessions(), from the newest below `before` on, until one is enough (`visit` says true): no other one is looked at.
   void look_for(std::int64_t before, const std::function<bool(SessionRecord)>& visit);
+  /// The row as it stands, not judged; none without one.
+  std::optional<SessionRecord> as_stored(std::int64_t session, bool with_texts);
   /// The newest that was not imported.
   std::optional<SessionRecord> newest_own();
   /// The row that was inserted last.

@@ -20,11 +20,6 @@ const char* corrector(const RsiFilesConfig& config) {
 
 }  // namespace
 
-std::string decimal(double value) {
-  const std::string text = fmt::to_string(value);
-  return text.find('.') == std::string::npos ? text + ".0" : text;
-}
-
 std::vector<FenceLimit> fence_limits(const RsiFilesConfig& config) {
   std::vector<FenceLimit> limits;
   for (std::size_t i = 0; i < kFencedAxes; ++i) {

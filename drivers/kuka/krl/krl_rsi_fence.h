@@ -10,9 +10,6 @@
 
 namespace cellcal::drivers::krl {
 
-/// Whole: what is rounded down would clamp before the adapter does.
-std::string decimal(double value);
-
 /// CC_LOW's and CC_HIGH's call, in the order of the axes: what a program has to hold.
 struct FenceLimit {
   std::string parameter;  ///< "LowerLimA1"

@@ -1,5 +1,7 @@
 #include "drivers/kuka/krl/krl_template.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <stdexcept>
 
@@ -53,6 +55,11 @@ std::string fill(std::string_view text, const Places& places) {
     }
   }
   return result;
+}
+
+std::string decimal(double value) {
+  const std::string text = fmt::to_string(value);
+  return text.find('.') == std::string::npos ? text + ".0" : text;
 }
 
 }  // namespace cellcal::drivers::krl

@@ -17,6 +17,9 @@ std::string_view template_text(std::string_view name);
 /// configuration.
 std::string fill(std::string_view text, const Places& places);
 
+/// A REAL with a decimal point, unrounded: a limit rounded down would clamp before the adapter does.
+std::string decimal(double value);
+
 /// The number of this release.
 std::string release();
 

@@ -141,4 +141,24 @@ std::vector<std::string> check_krl(std::string_view text) {
   return complaints;
 }
 
+std::size_t line_of(const std::vector<std::string>& lines, const std::string& begin,
+                    std::size_t from) {
+  for (std::size_t i = from; i < lines.size(); ++i) {
+    if (lines[i].rfind(begin, 0) == 0) return i;
+  }
+  ADD_FAILURE() << "no line begins with " << begin;
+  return lines.size();
+}
+
+std::vector<std::string> body(const std::string& text, const std::string& head) {
+  const std::vector<std::string> lines = code_lines(text);
+  const std::size_t from = line_of(lines, head);
+  const std::size_t to = std::min(line_of(lines, "END", from), lines.size());
+  std::size_t end = from;
+  while (end < lines.size() && lines[end] != "END" && lines[end] != "ENDFCT") ++end;
+  EXPECT_LE(to, end + 1);
+  return {lines.begin() + static_cast<std::ptrdiff_t>(std::min(from, lines.size())),
+          lines.begin() + static_cast<std::ptrdiff_t>(std::min(end, lines.size()))};
+}
+
 }  // namespace cellcal::drivers::krl

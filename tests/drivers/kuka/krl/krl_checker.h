@@ -17,4 +17,10 @@ std::vector<std::string> code_lines(std::string_view text);
 /// Identifiers outside of strings and comments, in upper case.
 std::vector<std::string> identifiers(std::string_view text);
 
+/// Index of the first line at or behind `from` that begins so; lines.size() and a test failure without one.
+std::size_t line_of(const std::vector<std::string>& lines, const std::string& begin,
+                    std::size_t from = 0);
+/// Code lines of one subprogram, from its head to before its end.
+std::vector<std::string> body(const std::string& text, const std::string& head);
+
 }  // namespace cellcal::drivers::krl
