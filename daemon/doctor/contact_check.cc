@@ -217,7 +217,9 @@ void judge_contact_delivery(const ContactSeen& seen, Findings& findings) {
       q.late_p50_s * calib::kMsPerS, q.late_worst_s * calib::kMsPerS, kLateLimitS * calib::kMsPerS,
       seen.newest.delivery.late, seen.observed_s);
   const std::string advice =
-      fmt::format("stop other programs on this computer, or reserve a core ({})", kReadme);
+      fmt::format("stop other programs on this computer, reserve a core, or read a CDC-ACM or FTDI "
+                  "adapter past the terminal: device = \"/dev/cellcal-contact-usb\" ({})",
+                  kReadme);
   const std::uint32_t times = seen.newest.delivery.late;
   if (q.late_worst_s > kLateLimitS && !seen.repeats) {
     findings.fail(check,

@@ -89,7 +89,7 @@ class Wires {
   static drivers::SerialContactOptions contact_options(const DaemonConfig& config) {
     drivers::SerialContactOptions options;
     options.port = config.contact;
-    if (!config.realtime) options.priority = 0;
+    if (!config.realtime) options.port.priority = 0;
     return options;
   }
   void judge_access(const std::optional<ProcessRights>& daemon);

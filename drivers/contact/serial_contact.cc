@@ -73,7 +73,7 @@ class SerialContact::Impl : public ContactGuard, public std::enable_shared_from_
               [this](std::span<const std::uint8_t> bytes) { transmit(bytes); }),
         timer_(io),
         calls_(io),
-        keeper_({options.port, options.reopen_first, options.reopen_longest, options.priority},
+        keeper_({options.port, options.reopen_first, options.reopen_longest},
                 queues_) {
     const int fd = ::dup(queues_.news_call.fd());
     if (fd < 0) throw DriverError(fmt::format("dup: {}", std::strerror(errno)));

@@ -21,7 +21,6 @@ struct SerialContactOptions {
   SerialPortOptions port;
   ContactOptions contact;  ///< its baud is taken from port
   std::chrono::milliseconds reopen_first{100}, reopen_longest{2000};
-  int priority = kPortPriority;  ///< SCHED_FIFO of the port's threads, where permitted; 0: none
 };
 
 class SerialContact : public ContactSensor {

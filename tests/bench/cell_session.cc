@@ -30,7 +30,7 @@ RsiConfig rsi_config(bool patient) {
 SerialContactOptions contact_options(const CellPeer& peer, const CellSessionOptions& options) {
   SerialContactOptions contact;
   contact.port = {peer.sensor_path(), CTP_DEFAULT_BAUD};
-  if (!options.realtime) contact.priority = 0;
+  if (!options.realtime) contact.port.priority = 0;
   if (options.patient) contact.contact.max_clock_sigma_s = 0.02;
   return contact;
 }

@@ -10,12 +10,12 @@ rules=$1 adapter=$2
   IN_NAMESPACE=1 exec unshare -m "$0" "$@"
 }
 
-contact=yes timer=
+contact=yes timer= node=
 case $adapter in
-  ftdi)        tty=ttyUSB0 vendor=0403 product=6001 subsystem=usb-serial timer=16 ;;
+  ftdi)        tty=ttyUSB0 vendor=0403 product=6001 subsystem=usb-serial timer=16 node=yes ;;
   cp210x)      tty=ttyUSB0 vendor=10c4 product=ea60 subsystem=usb-serial ;;
   ch340)       tty=ttyUSB0 vendor=1a86 product=7523 subsystem=usb-serial ;;
-  arduino_uno) tty=ttyACM0 vendor=2341 product=0043 subsystem=usb ;;
+  arduino_uno) tty=ttyACM0 vendor=2341 product=0043 subsystem=usb node=yes ;;
   modem)       tty=ttyACM0 vendor=12d1 product=1506 subsystem=usb contact=no ;;  # nobody's sensor
   *) echo "udev_rule.sh: no adapter $adapter" >&2; exit 2 ;;
 esac
@@ -26,7 +26,7 @@ usb=/devices/pci0000:00/0000:00:14.0/usb1/1-1
 parent=$usb/1-1:1.0
 [ $subsystem = usb-serial ] && parent=$parent/$tty
 {
-  printf 'P: %s\nE: SUBSYSTEM=usb\nE: DEVTYPE=usb_device\nE: DEVNAME=bus/usb/001/002\n' $usb
+  printf 'P: %s\nE: SUBSYSTEM=usb\nE: DEVTYPE=usb_device\nE: DEVNAME=bus/usb/001/002\nE: MAJOR=189\nE: MINOR=1\n' $usb
   printf 'A: idVendor=%s\\n\nA: idProduct=%s\\n\nA: serial=A50285BI\\n\n\n' $vendor $product
   printf 'P: %s/1-1:1.0\nE: SUBSYSTEM=usb\nE: DEVTYPE=usb_interface\nA: bInterfaceClass=ff\\n\n' $usb
   printf 'A: bInterfaceNumber=00\\n\nA: bInterfaceSubClass=ff\\n\nA: bInterfaceProtocol=ff\\n\n\n'
@@ -47,11 +47,17 @@ mount --move "$dir/null" /dev/null
 mount -t tmpfs none /run
 mkdir -p /run/udev/rules.d
 cp "$rules"/*.rules /run/udev/rules.d/
-umockdev-run -d "$dir/tree" -- sh -c "udevadm test --action=add /sys$parent/tty/$tty" >"$dir/told" 2>&1
+udev_test() { umockdev-run -d "$dir/tree" -- sh -c "udevadm test --action=add /sys$1" >"$dir/told" 2>&1; }
 
 expect() {
   grep -qE "$1" "$dir/told" || { echo "$adapter: udev does not say $1" >&2; grep -v ^Reading "$dir/told" >&2; exit 1; }
 }
+if [ -n "$node" ]; then
+  udev_test $usb
+  expect '^DEVLINKS=(.* )?/dev/cellcal-contact-usb( |$)'
+  expect ' GROUP 20$|GROUP dialout'
+fi
+udev_test "$parent/tty/$tty"
 expect "^DEVNAME=/dev/$tty"
 if [ $contact = no ]; then
   ! grep -q cellcal-contact "$dir/told" || { echo "$adapter is taken for the sensor" >&2; exit 1; }

@@ -2,6 +2,7 @@
 
 #include <charconv>
 #include <chrono>
+#include <cstdlib>
 #include <fstream>
 
 #include "drivers/contact.h"
@@ -44,11 +45,34 @@ std::optional<std::uint16_t> hex_of(const fs::path& file) {
   return value;
 }
 
-/// What the kernel calls the device, behind its links.
-fs::path tty_of(const std::string& device, const fs::path& sysfs) {
+/// The node behind its links.
+fs::path node_of(const std::string& device) {
   std::error_code error;
   const fs::path real = fs::weakly_canonical(device, error);
-  return sysfs / "class/tty" / (error ? fs::path(device) : real).filename() / "device";
+  return error ? fs::path(device) : real;
+}
+
+fs::path tty_of(const std::string& device, const fs::path& sysfs) {
+  return sysfs / "class/tty" / node_of(device).filename() / "device";
+}
+
+/// Folder of the USB device at /dev/bus/usb/BBB/DDD. Empty: none.
+fs::path usb_of(const fs::path& node, const fs::path& sysfs) {
+  if (node.string().rfind("/dev/bus/usb/", 0) != 0) return {};
+  const auto number = [](const std::string& text) { return std::atoi(text.c_str()); };
+  std::error_code error;
+  for (const fs::directory_entry& at : fs::directory_iterator(sysfs / "bus/usb/devices", error)) {
+    if (number(line_of(at.path() / "busnum")) == number(node.parent_path().filename().string()) &&
+        number(line_of(at.path() / "devnum")) == number(node.filename().string())) {
+      return at;
+    }
+  }
+  return {};
+}
+
+fs::path device_of(const std::string& device, const fs::path& sysfs) {
+  const fs::path usb = usb_of(node_of(device), sysfs);
+  return usb.empty() ? tty_of(device, sysfs) : usb;
 }
 
 /// They calculate any rate from 48 MHz; the older ones look it up in a table.
@@ -70,7 +94,7 @@ std::optional<int> latency_ms_of(const std::string& device, const fs::path& sysf
 
 std::optional<Adapter> adapter_of(const std::string& device, const fs::path& sysfs) {
   std::error_code error;
-  fs::path at = fs::canonical(tty_of(device, sysfs), error);
+  fs::path at = fs::canonical(device_of(device, sysfs), error);
   if (error) return std::nullopt;
   const fs::path top = fs::canonical(sysfs, error);
   for (; !at.empty() && at != top && at != at.root_path(); at = at.parent_path()) {

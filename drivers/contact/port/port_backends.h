@@ -1,5 +1,5 @@
 #pragma once
-// The two ways to open a port; paths without symlinks. Both throw DriverError.
+// The ways to open a port; paths without symlinks. All throw DriverError.
 
 #include <memory>
 #include <string>
@@ -13,7 +13,11 @@ std::unique_ptr<SerialPort> open_real_port(const std::string& path, int baud);
 /// libserialport 0.1.1 cannot open pseudo-terminals (they are not in /sys and refuse TIOCMGET).
 std::unique_ptr<SerialPort> open_pseudo_terminal(const std::string& path, int baud);
 
-/// What both need of an open descriptor: nobody else, no inheritance, no blocking, raw, and read()
+/// Through libusb, past the terminal: a node below /dev/bus/usb of a CDC-ACM or FTDI adapter.
+/// `priority`: SCHED_FIFO of the thread that carries the bytes; 0: none.
+std::unique_ptr<SerialPort> open_usb_port(const std::string& path, int baud, int priority);
+
+/// What terminals need of an open descriptor: nobody else, no inheritance, no blocking, raw, and read()
 /// that waits for a byte instead of calling an empty line the end of the file. Throws DriverError.
 void make_exclusive_and_raw(int fd, const std::string& path);
 /// Discards what is unsent and lets others in again; for just before close().

@@ -36,7 +36,7 @@ std::string PortKeeper::warning() const {
 /// Without the mutex: it takes its time.
 std::unique_ptr<PortPump> PortKeeper::open_now() {
   std::unique_ptr<SerialPort> port = open_serial_port(options_.port);
-  PortPumpOptions options{0, options_.priority};
+  PortPumpOptions options{0, options_.port.priority};
   {
     const std::lock_guard lock(mutex_);
     options.opening = ++openings_;

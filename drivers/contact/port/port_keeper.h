@@ -20,7 +20,6 @@ namespace cellcal::drivers {
 struct PortKeeperOptions {
   SerialPortOptions port;
   std::chrono::milliseconds first, longest;  ///< pauses before it is tried again
-  int priority = 0;                          ///< SCHED_FIFO of the port's threads; 0: none
 };
 
 class PortKeeper {

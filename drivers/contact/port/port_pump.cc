@@ -1,12 +1,13 @@
 #include "drivers/contact/port/port_pump.h"
 
 #include <poll.h>
-#include <pthread.h>
-#include <sched.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <optional>
 #include <utility>
+
+#include "drivers/contact/port/port_thread.h"
 
 namespace cellcal::drivers {
 
@@ -16,16 +17,6 @@ using Steady = std::chrono::steady_clock;
 using std::chrono::milliseconds;
 
 constexpr milliseconds kPause{1};
-
-void become(const char* name, int priority) {
-  ::pthread_setname_np(::pthread_self(), name);
-  if (priority == 0) return;
-  sched_param param{};
-  param.sched_priority = priority;
-  // Not permitted: the robot's thread, which asks for the same, warns of it by name.
-  [[maybe_unused]] const int refused =
-      ::pthread_setschedparam(::pthread_self(), SCHED_FIFO, &param);
-}
 
 /// What a reader above the robot's thread may take: ten times what a line of 1 Mbaud carries, and
 /// all that a terminal can hold at once after a stall. Whoever floods the port waits, not the
@@ -91,7 +82,7 @@ void PortPump::tell(const PortNews& news) {
 }
 
 void PortPump::read_port() {
-  become("port-read", options_.priority);
+  become_port_thread("port-read", options_.priority);
   PortNews opened;
   opened.kind = PortNews::Kind::kOpened;
   opened.opening = options_.opening;
@@ -111,7 +102,7 @@ void PortPump::read_port() {
 }
 
 void PortPump::write_port() {
-  become("port-write", options_.priority);
+  become_port_thread("port-write", options_.priority);
   while (!stop_) {
     pollfd call{queues_.frames_call.fd(), POLLIN, 0};
     if (::poll(&call, 1, -1) < 0) continue;

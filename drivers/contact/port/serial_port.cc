@@ -13,7 +13,7 @@ namespace cellcal::drivers {
 
 namespace {
 
-constexpr std::string_view kPseudoTerminals = "/dev/pts/";
+constexpr std::string_view kPseudoTerminals = "/dev/pts/", kUsbNodes = "/dev/bus/usb/";
 constexpr int kMinBaud = 9600, kMaxBaud = 4'000'000;
 
 }  // namespace
@@ -32,6 +32,7 @@ std::unique_ptr<SerialPort> open_serial_port(const SerialPortOptions& options) {
   if (path.rfind(kPseudoTerminals, 0) == 0 && !options.always_libserialport) {
     return open_pseudo_terminal(path, options.baud);
   }
+  if (path.rfind(kUsbNodes, 0) == 0) return open_usb_port(path, options.baud, options.priority);
   return open_real_port(path, options.baud);
 }
 

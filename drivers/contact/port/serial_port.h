@@ -5,6 +5,7 @@
 #include <string>
 
 #include "drivers/error.h"
+#include "drivers/io_thread.h"
 
 namespace cellcal::drivers {
 
@@ -13,9 +14,12 @@ struct SerialPortOptions {
   int baud = 1'000'000;
   /// Also a pseudo-terminal, which it then needs help with: for tests of the path of real devices.
   bool always_libserialport = false;
+  /// SCHED_FIFO of the threads that carry its bytes, where permitted; 0: none.
+  int priority = kPortPriority;
 };
 
-/// An open, exclusive, raw, non-blocking port. Closing discards what was not sent.
+/// An open, exclusive, raw, non-blocking port; its end of file means a lost device. Closing discards
+/// what was not sent.
 class SerialPort {
  public:
   virtual ~SerialPort() = default;
@@ -27,7 +31,8 @@ class SerialPort {
   virtual const std::string& warning() const = 0;
 };
 
-/// Pseudo-terminals through termios, everything else through libserialport.
+/// Pseudo-terminals through termios, USB nodes (/dev/bus/usb) through libusb, everything else
+/// through libserialport.
 /// Throws DriverError: no such device, no permission, in use, not a serial port.
 std::unique_ptr<SerialPort> open_serial_port(const SerialPortOptions& options);
 

@@ -34,6 +34,13 @@ class Tree {
     fs::create_symlink(port, port / "tty" / tty / "device");
     fs::create_symlink(port / "tty" / tty, root_ / "class/tty" / tty);
   }
+  void name_node(const std::string& bus, const std::string& device) {
+    const fs::path usb = root_ / "devices/pci0000:00/0000:00:14.0/usb1/1-2";
+    write(usb / "busnum", std::to_string(std::stoi(bus)));
+    write(usb / "devnum", std::to_string(std::stoi(device)));
+    fs::create_directories(root_ / "bus/usb/devices");
+    fs::create_symlink(usb, root_ / "bus/usb/devices/1-2");
+  }
   static void write(const fs::path& file, const std::string& text) {
     std::ofstream(file) << text << '\n';
   }
@@ -106,6 +113,16 @@ TEST(a_usb_adapter, is_found_behind_the_link_of_the_udev_rule) {
   Tree::write(device / "ttyUSB3", "");
   fs::create_symlink("ttyUSB3", device / "cellcal-contact");
   EXPECT_EQ(tree.judged((device / "cellcal-contact").string()).outcome, Outcome::kOk);
+}
+
+TEST(a_usb_adapter, is_found_behind_its_own_node) {
+  Tree tree;
+  tree.plug("ttyUSB0", "0403", "6001", "FT232R USB UART", "16");
+  tree.name_node("001", "007");
+  const Finding found = tree.judged("/dev/bus/usb/001/007");
+  EXPECT_EQ(found.outcome, Outcome::kOk) << "opening it sets the timer";
+  EXPECT_NE(found.found.find("FT232R"), std::string::npos) << found.found;
+  EXPECT_EQ(tree.judged("/dev/bus/usb/001/008").outcome, Outcome::kSkipped);
 }
 
 TEST(a_usb_adapter, that_is_none_or_whose_tree_is_odd_is_skipped) {

@@ -10,7 +10,6 @@
 #include <termios.h>
 #include <unistd.h>
 
-#include <boost/asio/executor_work_guard.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/posix/stream_descriptor.hpp>
 #include <boost/asio/steady_timer.hpp>
@@ -24,6 +23,7 @@
 #include "drivers/contact/serial_contact.h"
 #include "drivers/contact/wire/ctp_codec.h"
 #include "pty_shim.h"
+#include "robot_side.h"
 #include "sim/mcu/mcu_pty.h"
 
 namespace cellcal::drivers {
@@ -41,65 +41,6 @@ struct Adapter {
   static void set(pty_shim_adapter_kind kind) {
     shim<void (*)(pty_shim_adapter_kind)>("pty_shim_adapter")(kind);
   }
-};
-
-/// The whole driver on the path of real devices, with the robot's thread.
-class RobotSide {
- public:
-  explicit RobotSide(const std::string& path) : contact_(io_, options_for(path)) {
-    thread_ = std::thread([this] { io_.run(); });
-    contact_.open();
-  }
-  ~RobotSide() {
-    contact_.close();
-    io_.stop();
-    thread_.join();
-  }
-  ContactStatus status() const { return contact_.status(); }
-  static bool wait_for(const std::function<bool()>& done) {
-    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds{20};
-    while (!done()) {
-      if (std::chrono::steady_clock::now() > end) return false;
-      std::this_thread::sleep_for(std::chrono::milliseconds{1});
-    }
-    return true;
-  }
-  bool ready() {
-    return wait_for([&] { return status().link == ContactLink::kReady; });
-  }
-  /// For some heartbeats; a failed read is repeated at once.
-  bool stays_ready() {
-    for (int i = 0; i < 100; ++i) {
-      if (status().link != ContactLink::kReady) return false;
-      std::this_thread::sleep_for(std::chrono::milliseconds{5});
-    }
-    return true;
-  }
-  bool arms() {
-    std::uint16_t id = 0;
-    return wait_for([&] {
-      contact_.arm(++id, std::chrono::seconds{30});
-      std::optional<ArmResult> result;
-      wait_for([&] { return (result = contact_.poll_arm()).has_value(); });
-      return result && result->armed;
-    });
-  }
-
- private:
-  static SerialContactOptions options_for(const std::string& path) {
-    SerialContactOptions options;
-    options.port.device = path;
-    options.port.always_libserialport = true;
-    options.contact.max_clock_sigma_s = 0.02;  // a loaded test machine, not what is tested here
-    options.reopen_first = std::chrono::milliseconds{20};
-    options.reopen_longest = std::chrono::milliseconds{100};
-    return options;
-  }
-  boost::asio::io_context io_;
-  boost::asio::executor_work_guard<boost::asio::io_context::executor_type> guard_{
-      io_.get_executor()};
-  SerialContact contact_;
-  std::thread thread_;
 };
 
 class RealPort : public testing::Test {
@@ -191,21 +132,21 @@ TEST_F(RealPort, WarnsOfALatencyTimerWithTheFixWhereTheFlagCannotBeSet) {
 }
 
 TEST_F(RealPort, AnInterruptedReadIsNoLoss) {
-  RobotSide robot(pty_.path());
+  RobotSide robot({.device = pty_.path(), .always_libserialport = true});
   ASSERT_TRUE(robot.ready());
   shim<void (*)(int, int)>("pty_shim_fail_reads")(20, EINTR);
   EXPECT_TRUE(robot.stays_ready());
 }
 
 TEST_F(RealPort, HalfAFrameIsMadeUpForByTheProtocol) {
-  RobotSide robot(pty_.path());
+  RobotSide robot({.device = pty_.path(), .always_libserialport = true});
   ASSERT_TRUE(robot.ready());
   shim<void (*)(int)>("pty_shim_cut_writes")(3);
   EXPECT_TRUE(robot.arms());
 }
 
 TEST_F(RealPort, AnErrorOfTheDeviceIsALostPortThatIsOpenedAgainAndProvedAfresh) {
-  RobotSide robot(pty_.path());
+  RobotSide robot({.device = pty_.path(), .always_libserialport = true});
   ASSERT_TRUE(robot.ready());
   shim<void (*)(int, int)>("pty_shim_fail_reads")(1, EIO);
   ASSERT_TRUE(robot.wait_for([&] { return !robot.status().self_test_ok; })) << "nothing is trusted";

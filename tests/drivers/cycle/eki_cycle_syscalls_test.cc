@@ -44,7 +44,7 @@ sim::EkiControllerConfig patient() {
 SerialContactOptions contact_at(const std::string& device) {
   SerialContactOptions options;
   options.port.device = device;
-  options.priority = 0;
+  options.port.priority = 0;
   options.contact.max_clock_sigma_s = 0.02;
   return options;
 }

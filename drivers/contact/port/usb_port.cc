@@ -1,0 +1,301 @@
+// A USB adapter through libusb, past the kernel's terminal. usbfs completes a transfer in the
+// interrupt of the host controller: no kernel worker of normal priority is between a byte and its
+// reader (see "When the computer delivers late" in ../README.md).
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <libusb.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <memory>
+#include <new>
+#include <optional>
+#include <thread>
+#include <vector>
+
+#include "drivers/contact/port/port_backends.h"
+#include "drivers/contact/port/port_errors.h"
+#include "drivers/contact/port/port_lock.h"
+#include "drivers/contact/port/port_thread.h"
+#include "drivers/contact/port/usb_protocol.h"
+
+namespace cellcal::drivers {
+
+namespace {
+
+constexpr unsigned kWriteTimeoutMs = 100;
+constexpr std::size_t kReads = 4;
+
+[[noreturn]] void fail(const std::string& path, std::string_view what, int error) {
+  if (error == LIBUSB_ERROR_NO_DEVICE) throw DriverError(cannot_open(path, ENODEV));
+  if (error == LIBUSB_ERROR_BUSY) throw DriverError(cannot_open(path, EBUSY));
+  throw DriverError(fmt::format("{}: {} failed: {}. Unplug and plug the adapter", path, what,
+                                libusb_strerror(error)));
+}
+
+/// A device that is open, claimed and configured. Closing gives it back to the kernel's driver.
+class UsbDevice {
+ public:
+  UsbDevice(const std::string& path, int baud) : path_(path) {
+    try {
+      open();
+      claim(baud);
+    } catch (...) {
+      shut();
+      throw;
+    }
+  }
+  ~UsbDevice() { shut(); }
+  UsbDevice(const UsbDevice&) = delete;
+  UsbDevice& operator=(const UsbDevice&) = delete;
+
+  libusb_context* context() const { return context_; }
+  libusb_device_handle* handle() const { return handle_; }
+  const UsbEndpoints& ends() const { return ends_; }
+  std::size_t header() const { return protocol_->header(); }
+
+ private:
+  void open() {
+    fd_ = ::open(path_.c_str(), O_RDWR | O_CLOEXEC);
+    if (fd_ < 0) throw DriverError(cannot_open(path_, errno));
+    // The device is named by its node: no enumeration, and no netlink, which the unit forbids.
+    libusb_set_option(nullptr, LIBUSB_OPTION_NO_DEVICE_DISCOVERY);
+    if (const int error = libusb_init(&context_)) fail(path_, "libusb", error);
+    const int error = libusb_wrap_sys_device(context_, fd_, &handle_);
+    if (error != 0) fail(path_, "opening", error);
+    libusb_set_auto_detach_kernel_driver(handle_, 1);
+  }
+
+  void claim(int baud) {
+    libusb_device* device = libusb_get_device(handle_);
+    libusb_device_descriptor about{};
+    if (const int error = libusb_get_device_descriptor(device, &about)) {
+      fail(path_, "reading its description", error);
+    }
+    protocol_ = usb_protocol(about.idVendor);
+    find_endpoints(device);
+    for (const int interface : interfaces()) {
+      if (const int error = libusb_claim_interface(handle_, interface)) {
+        fail(path_, "taking the interface from the kernel's driver", error);
+      }
+      claimed_.push_back(interface);
+    }
+    if (const int error = protocol_->configure(handle_, ends_, baud)) {
+      fail(path_, fmt::format("setting {} baud", baud), error);
+    }
+  }
+
+  void find_endpoints(libusb_device* device) {
+    libusb_config_descriptor* config = nullptr;
+    if (const int error = libusb_get_active_config_descriptor(device, &config)) {
+      fail(path_, "reading its configuration", error);
+    }
+    const std::optional<UsbEndpoints> found = protocol_->endpoints(*config);
+    libusb_free_config_descriptor(config);
+    if (!found) {
+      throw DriverError(fmt::format(
+          "{}: the adapter is neither CDC-ACM nor an FTDI with one port. Name its serial device "
+          "(/dev/ttyUSB0 or /dev/cellcal-contact) instead",
+          path_));
+    }
+    ends_ = *found;
+  }
+
+  std::vector<int> interfaces() const {
+    if (ends_.control == ends_.data) return {ends_.data};
+    return {ends_.control, ends_.data};
+  }
+
+  void shut() {
+    for (const int interface : claimed_) libusb_release_interface(handle_, interface);
+    if (handle_ != nullptr) libusb_close(handle_);
+    if (context_ != nullptr) libusb_exit(context_);
+    if (fd_ >= 0) ::close(fd_);
+  }
+
+  const std::string path_;
+  int fd_ = -1;
+  libusb_context* context_ = nullptr;
+  libusb_device_handle* handle_ = nullptr;
+  std::unique_ptr<UsbProtocol> protocol_;
+  UsbEndpoints ends_;
+  std::vector<int> claimed_;
+};
+
+/// Carries bytes between a device and a socket until either ends, on the thread that runs it.
+class UsbBridge {
+ public:
+  explicit UsbBridge(UsbDevice& device) : device_(device) {
+    for (Transfer& read : reads_) {
+      read.start(*this);
+      libusb_fill_bulk_transfer(read.usb, device_.handle(), device_.ends().in, read.bytes.data(),
+                                static_cast<int>(device_.ends().packet), &UsbBridge::was_read,
+                                &read, 0);
+    }
+    write_.start(*this);
+  }
+  ~UsbBridge() {
+    for (Transfer& read : reads_) libusb_free_transfer(read.usb);
+    libusb_free_transfer(write_.usb);
+  }
+  UsbBridge(const UsbBridge&) = delete;
+  UsbBridge& operator=(const UsbBridge&) = delete;
+
+  void run(int socket) {
+    socket_ = socket;
+    for (Transfer& read : reads_) submit(read);
+    while (!over_) {
+      wait();
+      handle_events();
+      if (!over_ && !write_.flying) send_waiting();
+    }
+    for (Transfer& read : reads_) cancel(read);
+    cancel(write_);
+    while (flying() != 0) {
+      wait();
+      handle_events();
+    }
+    // What the port's reader then sees is the end of the file: a lost port.
+    ::shutdown(socket_, SHUT_RDWR);
+  }
+
+ private:
+  struct Transfer {
+    void start(UsbBridge& bridge) {
+      owner = &bridge;
+      usb = libusb_alloc_transfer(0);
+      if (usb == nullptr) throw std::bad_alloc();
+    }
+    UsbBridge* owner = nullptr;
+    libusb_transfer* usb = nullptr;
+    bool flying = false;
+    std::array<std::uint8_t, kMostUsbPacket> bytes{};
+  };
+
+  std::size_t flying() const {
+    std::size_t count = write_.flying ? 1 : 0;
+    for (const Transfer& read : reads_) count += read.flying ? 1 : 0;
+    return count;
+  }
+
+  void submit(Transfer& transfer) {
+    transfer.flying = libusb_submit_transfer(transfer.usb) == 0;
+    over_ = over_ || !transfer.flying;
+  }
+
+  static void cancel(Transfer& transfer) {
+    if (transfer.flying) libusb_cancel_transfer(transfer.usb);
+  }
+
+  /// Until libusb has something to do, or the port's writer has.
+  void wait() {
+    ends_.clear();
+    const libusb_pollfd** usb = libusb_get_pollfds(device_.context());
+    for (const libusb_pollfd** one = usb; one != nullptr && *one != nullptr; ++one) {
+      ends_.push_back({(*one)->fd, (*one)->events, 0});
+    }
+    libusb_free_pollfds(usb);
+    if (!over_ && !write_.flying) ends_.push_back({socket_, POLLIN, 0});
+    ::poll(ends_.data(), ends_.size(), kLongestWaitMs);
+  }
+
+  void handle_events() {
+    timeval none{};
+    const int error = libusb_handle_events_timeout_completed(device_.context(), &none, nullptr);
+    over_ = over_ || (error != 0 && error != LIBUSB_ERROR_INTERRUPTED);
+  }
+
+  void send_waiting() {
+    const ssize_t n = ::recv(socket_, write_.bytes.data(), write_.bytes.size(), MSG_DONTWAIT);
+    if (n < 0 && (errno == EAGAIN || errno == EINTR)) return;
+    if (n <= 0) {
+      over_ = true;
+      return;
+    }
+    libusb_fill_bulk_transfer(write_.usb, device_.handle(), device_.ends().out, write_.bytes.data(),
+                              static_cast<int>(n), &UsbBridge::was_written, &write_,
+                              kWriteTimeoutMs);
+    submit(write_);
+  }
+
+  static void was_read(libusb_transfer* usb) {
+    Transfer& read = *static_cast<Transfer*>(usb->user_data);
+    UsbBridge& bridge = *read.owner;
+    read.flying = false;
+    if (usb->status != LIBUSB_TRANSFER_COMPLETED) {
+      bridge.over_ = true;
+      return;
+    }
+    const auto size = static_cast<std::size_t>(usb->actual_length);
+    const std::size_t header = bridge.device_.header();
+    // A full socket loses bytes as an overrun line does; the frames' CRC finds it.
+    if (size > header) {
+      [[maybe_unused]] const ssize_t sent = ::send(bridge.socket_, read.bytes.data() + header,
+                                                   size - header, MSG_DONTWAIT | MSG_NOSIGNAL);
+    }
+    if (!bridge.over_) bridge.submit(read);
+  }
+
+  /// A frame that the device did not take in time is lost, as on a bad line: the protocol repeats
+  /// what matters. A device that is gone shows in the reads.
+  static void was_written(libusb_transfer* usb) {
+    static_cast<Transfer*>(usb->user_data)->flying = false;
+  }
+
+  static constexpr int kLongestWaitMs = 1000;
+
+  UsbDevice& device_;
+  int socket_ = -1;
+  std::array<Transfer, kReads> reads_;
+  Transfer write_;
+  std::vector<pollfd> ends_;
+  bool over_ = false;
+};
+
+class UsbPort : public SerialPort {
+ public:
+  UsbPort(const std::string& path, int baud, int priority)
+      : path_(path), lock_(path), device_(path, baud), bridge_(device_) {
+    std::array<int, 2> ends{};
+    if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0, ends.data()) != 0) {
+      throw DriverError(fmt::format("{}: socketpair failed: {}", path, std::strerror(errno)));
+    }
+    fd_ = ends[0];
+    far_ = ends[1];
+    thread_ = std::thread([this, priority] {
+      become_port_thread("port-usb", priority);
+      bridge_.run(far_);
+    });
+  }
+  ~UsbPort() override {
+    ::shutdown(fd_, SHUT_RDWR);
+    thread_.join();
+    ::close(fd_);
+    ::close(far_);
+  }
+
+  int fd() const override { return fd_; }
+  const std::string& path() const override { return path_; }
+  const std::string& warning() const override { return warning_; }
+
+ private:
+  const std::string path_, warning_;
+  PortLock lock_;
+  UsbDevice device_;
+  UsbBridge bridge_;
+  int fd_ = -1, far_ = -1;
+  std::thread thread_;
+};
+
+}  // namespace
+
+std::unique_ptr<SerialPort> open_usb_port(const std::string& path, int baud, int priority) {
+  return std::make_unique<UsbPort>(path, baud, priority);
+}
+
+}  // namespace cellcal::drivers
