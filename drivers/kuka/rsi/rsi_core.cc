@@ -325,7 +325,18 @@ struct RsiCore::Impl {
     }
   }
 
+  /// The input may be behind the sensor that has just proven itself free: nothing moves meanwhile.
+  bool waits_for_input() {
+    if (!linked() || !queue.waiting() || !mover.input_alone()) {
+      input_due.reset();
+      return false;
+    }
+    if (!input_due) input_due = last_rx + kInputFollows;
+    return last_rx < *input_due;
+  }
+
   void take_up_waiting() {
+    if (waits_for_input()) return;
     const auto move = queue.take_waiting();
     if (!move) return;
     if (ending) return refuse(*move, cause::Closing{});
@@ -483,6 +494,7 @@ struct RsiCore::Impl {
   TimePoint last_rx{}, looked{};
   double held_up_s = 0.0;                 // since the last packet
   double slept_s = 0.0;                   // longest that this thread did not look since then
+  std::optional<TimePoint> input_due;     // a move waits for the contact input until then
   std::optional<std::uint32_t> answered;  // IPOC of the last reply
   bool rereference_asked = false, too_few_axes = false;
   std::uint32_t damaged_in_a_row = 0;  // packets of a sound IPOC, and nothing else

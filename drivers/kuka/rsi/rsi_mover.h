@@ -58,6 +58,8 @@ class Mover {
   /// Takes the sensor's events and level, and that of the controller's contact input: nothing where
   /// the packet does not have it. Once per packet, busy or not.
   void listen(TimePoint now, std::optional<bool> input_on = std::nullopt);
+  /// The input says contact, and the sensor does not.
+  bool input_alone() const { return sensor_.heard().input.contact && !sensor_.heard().snapshot.in_contact; }
   InputPath input_path() const { return input_.path(); }
   std::uint32_t stops_by_input() const { return stops_by_input_; }
   /// Another session of the controller.

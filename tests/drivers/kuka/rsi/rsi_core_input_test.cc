@@ -184,6 +184,17 @@ TEST_F(InputOfTheController, StopsATransitInTheVeryReply) {
   EXPECT_EQ(next.outcome, MoveOutcome::kUnexpectedContact);
 }
 
+TEST_F(InputOfTheController, MayBeALittleBehindASensorThatIsFree) {
+  rig.krc.input(rig.now, false);
+  rig.run(100ms);
+  rig.begin(MoveKind::kTransit, rig.moved_by(0, 0.2));
+  const AxisAngles before = rig.commanded();
+  rig.run(kInputFollows - 8ms);
+  EXPECT_EQ(rig.commanded(), before);
+  rig.krc.input(rig.now, true);
+  EXPECT_EQ(rig.finish().outcome, MoveOutcome::kArrived);
+}
+
 TEST_F(InputOfTheController, ThatStaysOffAfterARetreatIsNamed) {
   EXPECT_EQ(touch().outcome, MoveOutcome::kContact);
   const CoreResult result = leave(false);
