@@ -106,6 +106,12 @@ void read_rsi(const TomlTable& table, DaemonConfig& config) {
   rsi.stop_tag = read_name(table, "stop_tag", rsi.stop_tag, Emptiness::kMeansNone);
   rsi.mode_tag = read_name(table, "mode_tag", rsi.mode_tag, Emptiness::kMeansNone);
   rsi.override_tag = read_name(table, "override_tag", rsi.override_tag, Emptiness::kMeansNone);
+  rsi.contact_tag = read_name(table, "contact_tag", rsi.contact_tag, Emptiness::kMeansNone);
+  if (!rsi.contact_tag.empty() && config.controller.contact_is_on) {
+    table.fail("contact_tag",
+               "needs [controller] contact_level = \"off\" and the input's number: the sensor's "
+               "output is off during contact, so that a cut wire reads as contact");
+  }
   if (table.has("mode") && table.word("mode", {"absolute", "relative"}) == "relative") {
     rsi.mode = drivers::CorrectionMode::kRelative;
   }
@@ -226,6 +232,8 @@ void share_with_rsi_files(DaemonConfig& config) {
   files.stop_tag = config.rsi.stop_tag;
   files.mode_tag = config.rsi.mode_tag;
   files.override_tag = config.rsi.override_tag;
+  files.contact_tag = config.rsi.contact_tag;
+  files.input = config.controller.input;
   files.mode = config.rsi.mode;
   files.space = config.rsi.space;
   files.correction_limit_deg = config.rsi.correction_limit_deg.at(0);

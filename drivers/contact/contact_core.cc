@@ -250,12 +250,13 @@ void ContactCore::note_delivery(std::uint32_t ticks, TimePoint now) {
       ++silences_;
     }
     given_up_at_.reset();
-  } else if (late - kLateSigmas * map.sigma_s(ticks) > seconds(kHeartbeatLimit)) {
+  } else if (const double sure = late - kLateSigmas * map.sigma_s(ticks);
+             sure > seconds(kHeartbeatLimit)) {
     ++deliveries_late_;
-    if (arming_ != Arming::kArmed) return;
+    if (arming_ != Arming::kArmed || sure <= seconds(silence_limit_)) return;
     // What is heard is old, however regularly it comes: a trip would be as late.
     delivered_late_s_ = late;
-    late_limit_s_ = seconds(kHeartbeatLimit);
+    late_limit_s_ = seconds(silence_limit_);
     end_arming(ArmEnd::kDeliveredLate, now);
     begin_disarm(now);
   }
@@ -418,13 +419,13 @@ void ContactCore::on_tick(TimePoint now) {
 
 void ContactCore::on_tick_but_ping(TimePoint now) {
   if (step_ == ContactStep::kClosed) return;
-  if (arming_ == Arming::kArmed && now - last_frame_ > kHeartbeatLimit) {
-    give_up_waiting(kHeartbeatLimit, now);
+  if (arming_ == Arming::kArmed && now - last_frame_ > silence_limit_) {
+    give_up_waiting(silence_limit_, now);
     end_arming(ArmEnd::kSilence, now);
     begin_disarm(now);
   }
-  if (step_ > ContactStep::kHello && now - last_frame_ > kIdleLimit) {
-    give_up_waiting(kIdleLimit, now);
+  if (step_ > ContactStep::kHello && now - last_frame_ > idle_limit()) {
+    give_up_waiting(idle_limit(), now);
     identify_again(ContactFault::kSilent, now);
   }
   const bool understood = heard_ || fault_ != ContactFault::kNone;
@@ -531,7 +532,7 @@ ContactSnapshot ContactCore::snapshot(TimePoint now) {
   s.silence_open = given_up_at_.has_value();
   s.said = said_;
   s.said_late_s = said_late_s_;
-  const Duration limit = s.armed ? Duration{kHeartbeatLimit} : Duration{kIdleLimit};
+  const Duration limit = s.armed ? silence_limit_ : idle_limit();
   // In contact no self-test can pass; the level of an examined loop still guards the way out.
   const bool leaving =
       step_ == ContactStep::kSelfTest && touching_ && fault_ == ContactFault::kNone;

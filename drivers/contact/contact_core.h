@@ -2,6 +2,7 @@
 // The host side of CTP/1: bytes and time in, bytes and events out. Owns no port, clock or thread;
 // after construction nothing allocates, locks, logs or throws.
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <functional>
@@ -54,6 +55,7 @@ class ContactCore : public ContactGuard {
   ContactFacts facts(TimePoint now) const;
 
   ContactSnapshot snapshot(TimePoint now) override;
+  void set_silence_limit(Duration limit) override { silence_limit_ = limit; }
   std::optional<ContactEvent> take_event() override { return events_.pop(); }
   bool has_event() const { return !events_.empty(); }
   std::optional<ContactRecord> take_record() { return records_.pop(); }
@@ -104,6 +106,7 @@ class ContactCore : public ContactGuard {
   void end_arming(ArmEnd end, TimePoint now);
   void begin_disarm(TimePoint now);
   void use_up_arming(std::uint16_t arm_id, TimePoint now);
+  bool keeps_alive() const;  ///< for the sensor, not to let the arming lapse
   void tick_arming(TimePoint now);
 
   void begin_test(TimePoint now);
@@ -138,6 +141,8 @@ class ContactCore : public ContactGuard {
   bool heard_ = false;
   std::uint64_t bytes_ = 0;
   TimePoint last_frame_{};
+  Duration silence_limit_{kHeartbeatLimit};  ///< under arm
+  Duration idle_limit() const { return std::max<Duration>(kIdleLimit, silence_limit_); }
   std::optional<ctp::Status> status_;
   TimePoint contact_since_{};
   bool in_contact_ = false;

@@ -200,6 +200,8 @@ class SerialContact::Impl : public ContactGuard, public std::enable_shared_from_
     return core_.snapshot(now);
   }
 
+  void set_silence_limit(Duration limit) override { core_.set_silence_limit(limit); }
+
   std::optional<ContactEvent> take_event() override {
     if (!core_.has_event()) take_in();
     return core_.take_event();

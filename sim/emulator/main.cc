@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <atomic>
 #include <csignal>
 #include <cstdio>
 #include <optional>
@@ -80,6 +81,7 @@ std::vector<double> start_of(const sim::EmulatorOptions& options, const calib::C
 }
 
 int run_rsi(const sim::EmulatorOptions& options, const calib::Cell& cell) {
+  std::atomic<bool> free{false};  // the opto output, wired to the controller's input
   Cell emulated(options, cell);
   sim::ControllerConfig controller = options.controller;
   for (const calib::Joint& joint : cell.robot.joints) {
@@ -98,12 +100,14 @@ int run_rsi(const sim::EmulatorOptions& options, const calib::Cell& cell) {
   sim::ContactWatch watch(emulated.physical, [&](drivers::TimePoint t, bool closed) {
     emulated.sensor.edge(t, closed);
   });
+  emulated.sensor.on_output([&free](drivers::TimePoint, bool is) { free = is; });
   sim::KrcUdpOptions udp;
   udp.pc_address = options.pc_address;
   udp.pc_port = options.pc_port;
   udp.restart_after_s = options.restart_after_s;
   udp.realtime = true;
   sim::KrcUdp krc(controller, udp, [&](sim::Controller& c, drivers::TimePoint now) {
+    c.input(now, free);
     if (!options.no_spheres)
       watch.look(now, now + c.cycle(), [&](drivers::TimePoint t) { return c.actual_rad_at(t); });
   });

@@ -57,6 +57,7 @@ void add_names(CLI::App& app, ControllerConfig& controller, CLI::Option* file) {
   name("--stop-tag", controller.stop_tag, "Element of the STOP object; empty: none");
   name("--mode-tag", controller.mode_tag, "SEND element of STATUS (Mode_Op); empty: none");
   name("--override-tag", controller.override_tag, "Likewise of OV_PRO");
+  name("--contact-tag", controller.contact_tag, "Likewise of the contact input (DIGIN)");
   app.add_option("--hold-on", controller.hold_on, "HOLDON of all corrections, 1 or 0")
       ->default_str("1")
       ->excludes(file);

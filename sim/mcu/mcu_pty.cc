@@ -226,6 +226,9 @@ McuPty::~McuPty() = default;
 
 const std::string& McuPty::path() const { return impl_->path(); }
 
+void McuPty::on_output(Microcontroller::OnOutput callback) {
+  impl_->act([&](Microcontroller& mcu) { mcu.on_output(std::move(callback)); });
+}
 void McuPty::edge(TimePoint t, bool closed) {
   impl_->act([&](Microcontroller& mcu) { mcu.edge(t, closed); });
 }

@@ -30,6 +30,8 @@ class McuPty {
   /// Steady-clock time of the edge, which may lie ahead.
   void edge(TimePoint t, bool closed);
   void set_faults(const McuFaults& faults);
+  /// As Microcontroller::on_output, on the emulation's thread or that of edge().
+  void on_output(Microcontroller::OnOutput callback);
   void reset(std::uint8_t cause = CTP_RESET_PIN);
   /// Runs on the calling thread with the emulation held still.
   void inspect(const std::function<void(const Microcontroller&)>& look) const;

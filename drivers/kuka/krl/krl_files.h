@@ -46,6 +46,8 @@ struct RsiFilesConfig {
   int rsi_version = 4;  ///< 3: KSS 8.2 to 8.4; 4: KSS 8.5 and on
   std::string sentype = "ImFree", axis_tag = "AK", stop_tag = "Stop";
   std::string mode_tag = "Mode.R", override_tag = "OvPro.R";  ///< empty: not sent
+  std::string contact_tag;  ///< likewise $IN[input], to which the contact sensor's output is wired
+  int input = 1;
   CorrectionMode mode = CorrectionMode::kAbsolute;  ///< of RSI_ON; HOLDON of the axes follows it
   double correction_limit_deg = 90.0;  ///< of AXISCORR, which clamps in silence, and its monitor
   /// Of A1 to A6, beyond which the controller corrects no axis; empty: its software limit switches

@@ -236,6 +236,8 @@ void RsiFilesConfig::validate() const {
   check_name("stop_tag", stop_tag);
   check_sent_name("mode_tag", mode_tag);
   check_sent_name("override_tag", override_tag);
+  check_sent_name("contact_tag", contact_tag);
+  check_number("input", input, 1, 8192);
   if (space.on) {
     check_name("cart_tag", space.tag);
     check_number("correction_limit_mm", space.limit_mm, 1.0, 5000.0);

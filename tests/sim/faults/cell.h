@@ -26,8 +26,9 @@ using drivers::Duration;
 using drivers::TimePoint;
 
 /// Between cellcal's computer and the controller.
-enum class Wire { kRsi, kEkiInput, kEkiFlag };
+enum class Wire { kRsi, kRsiInput, kEkiInput, kEkiFlag };  ///< ..Input: with a wire from the sensor
 const char* to_string(Wire wire);
+inline bool is_rsi(Wire wire) { return wire == Wire::kRsi || wire == Wire::kRsiInput; }
 
 /// What differs from cell to cell before power on.
 struct CellOptions {
@@ -95,6 +96,8 @@ class FaultyCell : public drivers::Clock {
   /// A second machine where only one may be, from now on.
   virtual void second_on_port(bool on) = 0;
   virtual void input_wire(bool broken) = 0;
+  virtual void input_stuck_on(bool) {}   ///< RSI: 24 V at the controller's input, whatever the sensor says
+  virtual void input_late(Duration) {}   ///< RSI: what the input shows it shows so much later
   /// All lines and devices as an operator leaves them who has read the message.
   void repair();
 

@@ -26,6 +26,7 @@ sim::ControllerConfig rsi_controller(const daemon::DaemonConfig& config, const c
     controller.fence_min_rad.push_back(joint.min_rad);
     controller.fence_max_rad.push_back(joint.max_rad);
   }
+  controller.contact_tag = config.rsi.contact_tag;
   controller.seed = options.seed;
   controller.ipoc_start = options.ipoc_start;
   return controller;
@@ -42,6 +43,7 @@ class RsiCell final : public FaultyCell {
         to_krc_(sim::LineKind::kDatagrams, kCable, options.seed * 31 + 2) {
     if (options.t1) controller_.mode(sim::OperatingMode::kT1);
     controller_.set_override(options.override_percent);
+    mcu().on_output([this](TimePoint t, bool free) { output(t, free); });
     controller_.rsi_on();
     sim::ControllerConfig other = rsi_controller(config, cell, options);
     other.start_rad[0] += 0.5;
@@ -64,7 +66,15 @@ class RsiCell final : public FaultyCell {
     block_drives(off);
   }
   void second_on_port(bool on) override { second_speaks_ = on; }
-  void input_wire(bool) override {}
+  void input_wire(bool broken) override {
+    broken_ = broken;
+    output(now(), free_);
+  }
+  void input_stuck_on(bool stuck) override {
+    stuck_ = stuck;
+    output(now(), free_);
+  }
+  void input_late(Duration late) override { late_ = late; }
   std::vector<double> position_rad() const override { return true_rad_at(now()); }
   std::string command_beyond() const override { return beyond_; }
 
@@ -94,11 +104,14 @@ class RsiCell final : public FaultyCell {
   void make_robot() override {
     robot_ = std::make_unique<drivers::RsiRobotInline>(rsi_, &contact_->guard());
   }
-  void input(bool) override {}
+  void input(bool) override {}  // by the sensor's output instead
 
   void repair_controller() override {
     const bool was_off = off_;
     power_off(false);
+    late_ = {};
+    stuck_ = broken_ = false;
+    output(now(), free_);
     second_speaks_ = false;
     block_drives(false);
     // What rests on a message at the pendant is begun anew.
@@ -106,6 +119,10 @@ class RsiCell final : public FaultyCell {
   }
 
  private:
+  void output(TimePoint t, bool free) {
+    free_ = free;
+    controller_.input(t + late_, stuck_ || (free && !broken_));
+  }
   /// Speed in each cycle; and acceleration out of rest, since a packet that is lost stops the command
   /// for a cycle or two, whatever the adapter does.
   void watch_command() {
@@ -138,6 +155,8 @@ class RsiCell final : public FaultyCell {
   std::unique_ptr<sim::Controller> second_;
   sim::Line to_pc_, to_krc_;
   std::unique_ptr<drivers::RsiRobotInline> robot_;
+  Duration late_{};
+  bool free_ = false, stuck_ = false, broken_ = false;  ///< the sensor's output, and its way to the input
   bool off_ = false;
   bool second_speaks_ = false;
 };

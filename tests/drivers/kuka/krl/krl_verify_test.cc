@@ -94,6 +94,48 @@ TEST(RsiSet, MayTellOneOfThemAlone) {
   }
 }
 
+TEST(RsiSet, SendsTheContactInputWhereItIsConfigured) {
+  for (const int version : {3, 4}) {
+    RsiFilesConfig config = rsi_config(version);
+    EXPECT_EQ(rsi_files(config).at("cellcal_rsi_ethernet.xml").find("Contact"), std::string::npos);
+    config.contact_tag = "Contact.R";
+    config.input = 17;
+    const ControllerFiles files = rsi_files(config);
+    EXPECT_EQ(verdict(files, config), "");
+    const RsiChannelFile channel =
+        read_rsi_channel(files.at("cellcal_rsi_ethernet.xml"), "ethernet");
+    EXPECT_EQ(channel.send.back().tag + channel.send.back().type, "Contact.RBOOL");
+    const RsiContextFile context = read_rsi_context(
+        files.at(version == 3 ? "cellcal_rsi.rsi.xml" : "cellcal_rsi.rsix"), "context");
+    const RsiInput* input = context.only("ETHERNET")->input(channel.send.back().index);
+    ASSERT_NE(input, nullptr);
+    EXPECT_EQ(input->from, context.only("DIGIN")->id);
+    EXPECT_EQ(context.only("DIGIN")->parameter("Index")->value, "17");
+
+    const auto with = [&](const std::string& from, const std::string& to) {
+      ControllerFiles spoiled = files;
+      std::string& text = spoiled.at(version == 3 ? "cellcal_rsi.rsi.xml" : "cellcal_rsi.rsix");
+      EXPECT_NE(text.find(from), std::string::npos) << from;
+      text.replace(text.find(from), from.size(), to);
+      return verdict(spoiled, config);
+    };
+    const auto has = [](const std::string& said, const char* words) {
+      return said.find(words) != std::string::npos;
+    };
+    EXPECT_TRUE(has(with("ParamValue=\"17\"", "ParamValue=\"18\""), "is 18. Set 17: Contact.R is "
+                                                                    "the contact input"));
+    const std::string id = version == 3 ? "ParamID=\"1\"" : "ParamId=\"0\"";
+    const std::string wide = "<Parameter Name=\"DataSize\" " +
+                             std::string(version == 3 ? "ParamID=\"2\"" : "ParamId=\"1\"") +
+                             " ParamValue=\"1\"/>";
+    const std::string index = "<Parameter Name=\"Index\" " + id + " ParamValue=\"17\"/>";
+    EXPECT_TRUE(has(with(index, index + wide), "DataSize of"));
+    const std::string older = verdict(rsi_files(rsi_config(version)), config);
+    EXPECT_TRUE(has(older, "Contact.R is missing: the contact input stays unknown")) << older;
+    EXPECT_FALSE(has(older, "refused")) << older;
+  }
+}
+
 TEST(RsiSet, IsCountedFromOneInBothReleases) {
   const RsiContextFile three =
       read_rsi_context(rsi_files(rsi_config(3)).at("cellcal_rsi.rsi.xml"), "3");
