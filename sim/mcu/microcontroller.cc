@@ -15,6 +15,8 @@ constexpr std::uint32_t kClockHz = 16'000'000;
 constexpr std::chrono::microseconds kConversion{160};
 /// After a change: the present round may be half over, and the sensor wants two.
 constexpr int kConversions = 3;
+/// Of a datagram; what is longer the board refuses by its length.
+constexpr std::size_t kMostBytes = HOST_MAX_DATAGRAM + 1;
 
 TestPin pin_of(sensor_pull pull) {
   switch (pull) {
@@ -54,6 +56,8 @@ void Microcontroller::boot(std::uint8_t cause) {
   identity.boot_id = boot_id_;
   identity.clock_hz = kClockHz;
   identity.reset_cause = cause;
+  identity.has_fuses = !options_.datagrams;
+  identity.datagrams = options_.datagrams;
   identity.fuses_low = options_.board.fuses_low;
   identity.fuses_high = options_.board.fuses_high;
   identity.fuses_extended = options_.board.fuses_extended;
@@ -61,6 +65,7 @@ void Microcontroller::boot(std::uint8_t cause) {
   identity.baud = static_cast<std::uint32_t>(options_.baud);
   identity.pong_lead = static_cast<std::uint16_t>(options_.turnaround.count() * CTP_TICKS_PER_US);
   sensor_init(&sensor_, &identity, ticks(now_));
+  host_link_init(&link_, &sensor_);
   pin_high_ = seen_high_ = true;  // as the core begins
   last_test_ = TEST_NONE;
   last_armed_ = false;
@@ -185,6 +190,12 @@ void Microcontroller::receive(std::span<const std::uint8_t> bytes, TimePoint t) 
   }
 }
 
+void Microcontroller::receive(std::span<const std::uint8_t> bytes, TimePoint t,
+                              const host_address& from) {
+  const TimePoint end = t + byte_time() * static_cast<std::int64_t>(bytes.size());
+  datagrams_.push_back({end, from, {bytes.begin(), bytes.end()}});
+}
+
 TimePoint Microcontroller::next_event() const {
   TimePoint t = next_internal();
   if (!output_.empty()) t = std::min(t, output_.front().t);
@@ -195,6 +206,7 @@ TimePoint Microcontroller::next_internal() const {
   TimePoint t = TimePoint::max();
   if (!edges_.empty()) t = std::min(t, edges_.begin()->first);
   if (!arrivals_.empty()) t = std::min(t, arrivals_.front().t);
+  if (!datagrams_.empty()) t = std::min(t, datagrams_.front().t);
   if (silent_) return t;
   if (conversions_left_ > 0) t = std::min(t, next_conversion_);
   const std::uint32_t now = ticks(now_);
@@ -212,10 +224,27 @@ void Microcontroller::advance(TimePoint t) {
 
 void Microcontroller::run(TimePoint t) {
   if (silent_) return;
+  host_link_run(&link_, ticks(t));
   if (conversions_left_ > 0 && next_conversion_ <= t) convert(t);
   sensor_run(&sensor_, ticks(t));
   follow_test();
   follow_output(t);
+}
+
+void Microcontroller::hear(TimePoint t) {
+  while (!arrivals_.empty() && arrivals_.front().t <= t) {
+    const Arrival arrival = arrivals_.front();
+    arrivals_.pop_front();
+    if (!silent_) sensor_on_byte(&sensor_, arrival.byte, ticks(arrival.t));
+  }
+  while (!datagrams_.empty() && datagrams_.front().t <= t) {
+    const Datagram datagram = std::move(datagrams_.front());
+    datagrams_.pop_front();
+    if (silent_) continue;
+    host_link_take(&link_, &datagram.from, datagram.bytes.data(),
+                   static_cast<std::uint16_t>(std::min(datagram.bytes.size(), kMostBytes)),
+                   ticks(datagram.t));
+  }
 }
 
 void Microcontroller::process(TimePoint t) {
@@ -226,11 +255,7 @@ void Microcontroller::process(TimePoint t) {
     circuit_.touching = closed;
     settle(at);
   }
-  while (!arrivals_.empty() && arrivals_.front().t <= t) {
-    const Arrival arrival = arrivals_.front();
-    arrivals_.pop_front();
-    if (!silent_) sensor_on_byte(&sensor_, arrival.byte, ticks(arrival.t));
-  }
+  hear(t);
   run(t);
   if (!silent_) transmit(t);
 }
@@ -245,7 +270,9 @@ void Microcontroller::transmit(TimePoint t) {
   tx_free_ = (start == now ? t : when(start - now)) +
              byte_time() * static_cast<std::int64_t>(output.frame.size);
   output.t = tx_free_;
-  output_.push_back(output);
+  output.to = link_.host;
+  // Before somebody has said HELLO there is no address to send to.
+  if (!options_.datagrams || link_.there) output_.push_back(output);
 }
 
 std::optional<Microcontroller::Output> Microcontroller::next_output() {
