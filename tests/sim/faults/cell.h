@@ -25,8 +25,9 @@ namespace cellcal::faults {
 using drivers::Duration;
 using drivers::TimePoint;
 
-/// Between cellcal's computer and the controller.
-enum class Wire { kRsi, kEkiInput, kEkiFlag };
+/// Between cellcal's computer and the controller; kEthernet is RSI with the sensor on Ethernet.
+enum class Wire { kRsi, kEkiInput, kEkiFlag, kEthernet };
+inline bool over_rsi(Wire wire) { return wire == Wire::kRsi || wire == Wire::kEthernet; }
 const char* to_string(Wire wire);
 
 /// What differs from cell to cell before power on.

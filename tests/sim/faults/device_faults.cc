@@ -150,6 +150,7 @@ void add_operator(std::vector<Fault>& all) {
 void add_device_faults(std::vector<Fault>& all, Wire wire) {
   add_circuit(all);
   add_boot(all);
+  if (wire == Wire::kEthernet) return;  // the rest has nothing to do with the sensor's line
   add_robot(all, wire);
   add_operator(all);
 }
@@ -179,7 +180,7 @@ std::vector<Fault> faults_of(Wire wire) {
   add_line_faults(all, wire);
   add_peer_faults(all, wire);
   add_device_faults(all, wire);
-  add_lies(all, wire);
+  if (wire != Wire::kEthernet) add_lies(all, wire);
   return all;
 }
 
@@ -194,6 +195,7 @@ std::vector<std::string> fault_names() {
           "reconnect",
           "wrong IPOC",
           "second robot",
+          "second host",
           "clock drift",
           "32-bit wrap",
           "bounce",
