@@ -20,6 +20,7 @@ sockaddr* as_sockaddr(sockaddr_in& address) { return reinterpret_cast<sockaddr*>
 McuOptions on_ethernet(McuOptions options) {
   options.baud = kWireRate;
   options.datagrams = true;
+  options.circuit = kEthernetBoard;
   options.firmware = {1, 2, 0};
   return options;
 }

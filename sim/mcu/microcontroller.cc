@@ -15,6 +15,9 @@ constexpr std::uint32_t kClockHz = 16'000'000;
 constexpr std::chrono::microseconds kConversion{160};
 /// After a change: the present round may be half over, and the sensor wants two.
 constexpr int kConversions = 3;
+/// The gun's capacitor is looked at so often, until it is so near to its rest.
+constexpr std::chrono::microseconds kGunStep{10};
+constexpr double kAtRestV = 1e-3;
 /// Of a datagram; what is longer the board refuses by its length.
 constexpr std::size_t kMostBytes = HOST_MAX_DATAGRAM + 1;
 
@@ -31,8 +34,9 @@ TestPin pin_of(sensor_pull pull) {
   }
 }
 
-std::uint16_t millivolts(double v) {
-  return static_cast<std::uint16_t>(std::lround(std::clamp(v, 0.0, TouchCircuit::kSupplyV) * 1e3));
+/// As the board says it: in units of its supply, taken as 5000 mV.
+std::uint16_t millivolts(double v, double supply_v) {
+  return static_cast<std::uint16_t>(std::lround(std::clamp(v / supply_v, 0.0, 1.0) * 5e3));
 }
 
 }  // namespace
@@ -70,6 +74,7 @@ void Microcontroller::boot(std::uint8_t cause) {
   last_test_ = TEST_NONE;
   last_armed_ = false;
   circuit_.test_pin = TestPin::kReleased;
+  circuit_.board = options_.circuit;
   settle(now_);
 }
 
@@ -100,17 +105,37 @@ TimePoint Microcontroller::when(std::uint32_t wait) const {
 
 // The touch circuit -------------------------------------------------------------------------------
 
-/// The circuit has changed: the pin follows at once, the converter in its turn.
-void Microcontroller::settle(TimePoint t) {
-  volts_ = circuit_.voltages();
-  pin_high_ = circuit_.pin_high(pin_high_);
-  if (silent_) return;  // whoever hangs sees it when it goes on
-  conversions_left_ = kConversions;
-  convert(now_);
-  if (pin_high_ == seen_high_) return;
+void Microcontroller::look_at_circuit(TimePoint t) {
+  const bool holds = circuit_.gun_farad > 0.0;
+  if (!holds) gun_v_.reset();
+  if (holds && !gun_v_) gun_v_ = circuit_.gun_at_rest_v();
+  volts_ = circuit_.voltages(gun_v_);
+  pin_high_ = circuit_.pin_high(pin_high_, gun_v_);
+  gun_moves_ = holds && std::abs(*gun_v_ - circuit_.gun_at_rest_v()) > kAtRestV;
+  gun_at_ = t;
+  if (!silent_) conversions_left_ = kConversions;  // whoever hangs sees it when it goes on
+}
+
+void Microcontroller::tell_edge(TimePoint t) {
+  if (pin_high_ == seen_high_ || silent_) return;
   seen_high_ = pin_high_;
   sensor_on_edge(&sensor_, ticks(t), pin_high_);
   follow_output(t);
+}
+
+/// The circuit has changed: the pin follows at once, the converter in its turn.
+void Microcontroller::settle(TimePoint t) {
+  look_at_circuit(t);
+  if (!silent_) convert(now_);
+  tell_edge(t);
+}
+
+/// The gun's capacitor on its way, as it is at t.
+void Microcontroller::move_gun(TimePoint t) {
+  if (!gun_moves_ || t < gun_at_ + kGunStep) return;
+  gun_v_ = circuit_.gun_after_v(*gun_v_, std::chrono::duration<double>(t - gun_at_).count());
+  look_at_circuit(t);
+  tell_edge(t);
 }
 
 void Microcontroller::on_output(OnOutput callback) {
@@ -129,8 +154,9 @@ void Microcontroller::follow_output(TimePoint t) {
 void Microcontroller::convert(TimePoint t) {
   --conversions_left_;
   next_conversion_ = t + kConversion;
-  const sensor_voltages mv{millivolts(volts_.sense_v), millivolts(volts_.feed_v),
-                           millivolts(volts_.earth_v)};
+  const double supply_v = circuit_.board.supply_v;
+  const sensor_voltages mv{millivolts(volts_.sense_v, supply_v), millivolts(volts_.feed_v, supply_v),
+                           millivolts(volts_.earth_v, supply_v)};
   sensor_on_voltages(&sensor_, ticks(t), &mv);
 }
 
@@ -157,6 +183,7 @@ void Microcontroller::set_faults(const McuFaults& faults, TimePoint t) {
   silent_ = faults.silent;
   circuit_ = faults.circuit;
   circuit_.touching = touching;
+  circuit_.board = options_.circuit;
   circuit_.test_pin = pin_of(sensor_drive(&sensor_));
   settle(t);
 }
@@ -209,6 +236,7 @@ TimePoint Microcontroller::next_internal() const {
   if (!datagrams_.empty()) t = std::min(t, datagrams_.front().t);
   if (silent_) return t;
   if (conversions_left_ > 0) t = std::min(t, next_conversion_);
+  if (gun_moves_) t = std::min(t, gun_at_ + kGunStep);
   const std::uint32_t now = ticks(now_);
   t = std::min(t, when(sensor_wait(&sensor_, now, false)));
   return std::min(t, std::max(tx_free_, when(sensor_wait(&sensor_, now, true))));
@@ -248,6 +276,7 @@ void Microcontroller::hear(TimePoint t) {
 }
 
 void Microcontroller::process(TimePoint t) {
+  move_gun(t);
   run(t);  // a sample that is due sees the level from before the edge
   while (!edges_.empty() && edges_.begin()->first <= t) {
     const auto [at, closed] = *edges_.begin();

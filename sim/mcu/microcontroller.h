@@ -26,7 +26,8 @@ using drivers::TimePoint;
 
 struct McuOptions {
   int baud = CTP_DEFAULT_BAUD;
-  bool datagrams = false;         ///< the board on Ethernet; its `baud` is then the wire's bit rate
+  TouchBoard circuit = kUno;  ///< as the board's own parts make it
+  bool datagrams = false;  ///< the board on Ethernet; its `baud` is then the wire's bit rate
   double drift_ppm = 0.0;         ///< how much faster than nominal its clock runs
   std::uint32_t first_ticks = 0;  ///< of its clock at power on
   std::uint32_t uid = 0x4D435531;
@@ -111,6 +112,9 @@ class Microcontroller {
   void transmit(TimePoint t);
   void settle(TimePoint t);
   void convert(TimePoint t);
+  void look_at_circuit(TimePoint t);
+  void tell_edge(TimePoint t);
+  void move_gun(TimePoint t);
   void follow_test();
   void follow_output(TimePoint t);
   Duration byte_time() const;
@@ -128,6 +132,9 @@ class Microcontroller {
 
   TouchCircuit circuit_;
   CircuitVoltages volts_;
+  std::optional<double> gun_v_;  ///< of its capacitor, where it has one
+  bool gun_moves_ = false;
+  TimePoint gun_at_{};
   bool pin_high_ = true;
   bool seen_high_ = true;  ///< that was reported to the core last
   /// The converter runs for ever; what it would say again and again is not worth the time.

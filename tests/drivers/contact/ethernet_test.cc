@@ -4,7 +4,6 @@
 #include <deque>
 
 #include "rig.h"
-#include "sim/mcu/mcu_udp.h"
 
 namespace cellcal::drivers {
 namespace {
@@ -12,13 +11,6 @@ namespace {
 using Wire = std::vector<std::uint8_t>;
 
 constexpr host_address kStranger{0x0200007F, 777};
-
-ContactOptions over_ethernet() {
-  ContactOptions options;
-  options.datagrams = true;
-  options.baud = sim::on_ethernet({}).baud;
-  return options;
-}
 
 struct Ethernet : Rig {
   Ethernet() : Rig(sim::on_ethernet({}), over_ethernet()) {}
