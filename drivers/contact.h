@@ -76,7 +76,7 @@ struct ContactQuality {
   double late_p50_s = 0.0, late_max_s = 0.0, late_worst_s = 0.0;
   TimeHistogram late_times;  ///< all since then
   std::uint64_t frames = 0;  ///< sound ones
-  std::uint64_t crc_errors = 0, gaps = 0, unknown_types = 0, bounces = 0;
+  std::uint64_t crc_errors = 0, gaps = 0, overtaken = 0, unknown_types = 0, bounces = 0;
   double contact_voltage_v = 0.0;
 };
 

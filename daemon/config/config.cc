@@ -10,6 +10,7 @@
 #include "calib/syntax/toml_table.h"
 #include "daemon/config/config_values.h"
 #include "daemon/config/space_config.h"
+#include "drivers/contact/port/udp_port.h"
 #include "drivers/error.h"
 
 namespace cellcal::daemon {
@@ -240,9 +241,19 @@ void share_with_rsi_files(DaemonConfig& config) {
   if (files.pc_address.empty()) files.pc_address = config.rsi.bind_address;
 }
 
+/// A path, or a board on Ethernet.
+std::string read_device(const TomlTable& table) {
+  const std::string text = table.string("device");
+  if (!drivers::is_datagrams(text)) return read_path(table, "device");
+  if (drivers::udp_device_of(text)) return text;
+  table.fail("device", "\"" + text + "\"" +
+                           " is no address of a board: write \"udp:ADDRESS:PORT\" with an IPv4 "
+                           "address (example: \"udp:169.254.67.84:4300\")");
+}
+
 void read_contact(const TomlTable& table, DaemonConfig& config) {
   const bool needed = config.backend != BackendKind::kMock;
-  if (needed || table.has("device")) config.contact.device = read_path(table, "device");
+  if (needed || table.has("device")) config.contact.device = read_device(table);
   config.contact.baud = static_cast<int>(table.integer_or("baud", 1'000'000, 9600, 4'000'000));
   for (int allowed : {1'000'000, 250'000, 115'200}) {
     if (config.contact.baud == allowed) {

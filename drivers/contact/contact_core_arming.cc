@@ -212,11 +212,11 @@ void ContactCore::tick_ping(TimePoint now) {
   next_ping_ = now + milliseconds{ms} + std::chrono::microseconds{random() % 1000};
 }
 
-void ContactCore::on_pong(const ctp::Pong& pong, TimePoint now) {
+void ContactCore::on_pong(const ctp::Pong& pong, TimePoint now, TimePoint arrived) {
   if (!ping_out_ || pong.nonce != ping_nonce_ || step_ < ContactStep::kClock) return;
   ping_out_ = false;
   last_pong_ = now;
-  if (clock_.add(ping_sent_, now, pong.t_rx, pong.t_tx) == ClockMap::Sample::kJumped) {
+  if (clock_.add(ping_sent_, arrived, pong.t_rx, pong.t_tx) == ClockMap::Sample::kJumped) {
     identify_again(ContactFault::kClockJumped, now);
     return;
   }

@@ -25,10 +25,13 @@ namespace cellcal::faults {
 using drivers::Duration;
 using drivers::TimePoint;
 
-/// Between cellcal's computer and the controller.
-enum class Wire { kRsi, kRsiInput, kEkiInput, kEkiFlag };  ///< ..Input: with a wire from the sensor
+/// Between cellcal's computer and the controller. ..Input: with a wire from the sensor; kEthernet is RSI
+/// with the sensor on Ethernet.
+enum class Wire { kRsi, kRsiInput, kEkiInput, kEkiFlag, kEthernet };
+inline bool over_rsi(Wire wire) {
+  return wire == Wire::kRsi || wire == Wire::kRsiInput || wire == Wire::kEthernet;
+}
 const char* to_string(Wire wire);
-inline bool is_rsi(Wire wire) { return wire == Wire::kRsi || wire == Wire::kRsiInput; }
 
 /// What differs from cell to cell before power on.
 struct CellOptions {

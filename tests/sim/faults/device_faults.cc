@@ -127,7 +127,7 @@ void add_input(std::vector<Fault>& all) {
 }
 
 void add_robot(std::vector<Fault>& all, Wire wire) {
-  const bool eki = !is_rsi(wire);
+  const bool eki = !over_rsi(wire);
   add_switch(all, "robot fault", "drives off", 0, "controller", [](FaultyCell& cell, bool on) {
     cell.block_drives(on);
   }).silences = Silent::kRobot;
@@ -170,6 +170,7 @@ void add_operator(std::vector<Fault>& all) {
 void add_device_faults(std::vector<Fault>& all, Wire wire) {
   add_circuit(all);
   add_boot(all);
+  if (wire == Wire::kEthernet) return;  // the rest has nothing to do with the sensor's line
   add_robot(all, wire);
   add_operator(all);
 }
@@ -199,7 +200,7 @@ std::vector<Fault> faults_of(Wire wire) {
   add_line_faults(all, wire);
   add_peer_faults(all, wire);
   add_device_faults(all, wire);
-  add_lies(all, wire);
+  if (wire != Wire::kEthernet) add_lies(all, wire);
   return all;
 }
 
@@ -214,6 +215,7 @@ std::vector<std::string> fault_names() {
           "reconnect",
           "wrong IPOC",
           "second robot",
+          "second host",
           "clock drift",
           "32-bit wrap",
           "bounce",

@@ -158,7 +158,7 @@ std::unique_ptr<FaultyCell> make_eki_cell(const calib::Cell& cell, const CellOpt
 }
 
 std::unique_ptr<FaultyCell> make_cell(const calib::Cell& cell, const CellOptions& options) {
-  const bool rsi = is_rsi(options.wire);
+  const bool rsi = over_rsi(options.wire);
   const char* input = options.wire == Wire::kRsiInput
                           ? "contact_tag = \"Contact.R\"\n[controller]\ncontact_level = \"off\"\n"
                           : "";
