@@ -34,6 +34,8 @@ const char* to_string(Wire wire) {
   switch (wire) {
     case Wire::kRsi:
       return "rsi";
+    case Wire::kRsi6:
+      return "rsi6";
     case Wire::kEkiInput:
       return "eki";
     case Wire::kEkiFlag:

@@ -26,8 +26,10 @@ using drivers::Duration;
 using drivers::TimePoint;
 
 /// Between cellcal's computer and the controller.
-enum class Wire { kRsi, kEkiInput, kEkiFlag };
+/// kRsi6: the controller is what the generated files of RSI 6 make of it.
+enum class Wire { kRsi, kRsi6, kEkiInput, kEkiFlag };
 const char* to_string(Wire wire);
+constexpr bool is_rsi(Wire wire) { return wire == Wire::kRsi || wire == Wire::kRsi6; }
 
 /// What differs from cell to cell before power on.
 struct CellOptions {

@@ -108,7 +108,7 @@ void add_boot(std::vector<Fault>& all) {
 }
 
 void add_robot(std::vector<Fault>& all, Wire wire) {
-  const bool eki = wire != Wire::kRsi;
+  const bool eki = !is_rsi(wire);
   add_switch(all, "robot fault", "drives off", 0, "controller", [](FaultyCell& cell, bool on) {
     cell.block_drives(on);
   }).silences = Silent::kRobot;

@@ -158,7 +158,7 @@ std::unique_ptr<FaultyCell> make_eki_cell(const calib::Cell& cell, const CellOpt
 }
 
 std::unique_ptr<FaultyCell> make_cell(const calib::Cell& cell, const CellOptions& options) {
-  const bool rsi = options.wire == Wire::kRsi;
+  const bool rsi = is_rsi(options.wire);
   const char* stop = options.wire == Wire::kEkiFlag ? "flag" : "input";
   const std::string text = std::string("format = \"cellcal.daemon/1\"\nbackend = \"mock\"\n") +
                            "[motion]\nspeed_percent = 80\nacceleration_deg_s2 = 600\n"

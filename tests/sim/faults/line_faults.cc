@@ -25,7 +25,7 @@ sim::Line& from_sensor(FaultyCell& cell) { return cell.serial().to_host(); }
 sim::Line& to_sensor(FaultyCell& cell) { return cell.serial().to_device(); }
 
 std::vector<LineOf> directions(Wire wire) {
-  const bool rsi = wire == Wire::kRsi;
+  const bool rsi = is_rsi(wire);
   const sim::LineKind kind = rsi ? sim::LineKind::kDatagrams : sim::LineKind::kStream;
   return {{rsi ? "RSI packets" : "EKI states", kind, false, false, false, {to_pc}},
           {rsi ? "RSI replies" : "EKI commands", kind, false, false, true, {to_krc}},
@@ -34,7 +34,7 @@ std::vector<LineOf> directions(Wire wire) {
 }
 
 std::vector<LineOf> cables(Wire wire) {
-  const bool rsi = wire == Wire::kRsi;
+  const bool rsi = is_rsi(wire);
   const sim::LineKind kind = rsi ? sim::LineKind::kDatagrams : sim::LineKind::kStream;
   return {{rsi ? "RSI cable" : "EKI cable", kind, false, false, false, {to_pc, to_krc}},
           {"serial cable", sim::LineKind::kFrames, true, true, false, {from_sensor, to_sensor}}};

@@ -30,7 +30,7 @@ Trouble ipoc_trouble(TimePoint from, TimePoint until, int most,
 }
 
 void add_wrong_ipoc(std::vector<Fault>& all, Wire wire) {
-  const char* reason = wire == Wire::kRsi ? nullptr : "EKI's telegrams carry no IPOC";
+  const char* reason = is_rsi(wire) ? nullptr : "EKI's telegrams carry no IPOC";
   struct Shape {
     const char* variant;
     int most;
@@ -62,7 +62,7 @@ void add_wrong_ipoc(std::vector<Fault>& all, Wire wire) {
 void add_second_robot(std::vector<Fault>& all, Wire wire) {
   // The adapter's socket listens to the first address alone (its own tests). Here both packets come
   // through, as from behind one gateway.
-  const char* where = wire == Wire::kRsi ? "RSI port, same address" : "EKI port, another client";
+  const char* where = is_rsi(wire) ? "RSI port, same address" : "EKI port, another client";
   for (const int ms : {100, 0}) {
     Fault fault{"second robot", ms ? fmt::format("for {} ms", ms) : "for good", where};
     fault.book = [ms](const Victim& victim) {
@@ -129,7 +129,7 @@ void add_wraps(std::vector<Fault>& all, Wire wire) {
         static_cast<std::uint32_t>(kWrap - counts(options, at, std::chrono::nanoseconds(500)));
   };
   all.push_back(mcu);
-  if (wire == Wire::kRsi) {
+  if (is_rsi(wire)) {
     const auto before = [](CellOptions& options, TimePoint at) {
       options.ipoc_start = (kWrap - counts(options, at, milliseconds(1))) / 4 * 4;
     };
