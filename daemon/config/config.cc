@@ -215,7 +215,14 @@ void read_controller(const TomlTable& table, DaemonConfig& config) {
   if (table.has("pc_address")) {
     rsi.pc_address = read_address(table, "pc_address", "", Addresses::kThisComputers);
   }
-  rsi.rsi_version = integer_or(table, "rsi_version", rsi.rsi_version, 3, 4);
+  rsi.rsi_version = integer_or(table, "rsi_version", rsi.rsi_version, 0, 1000);
+  if (!drivers::is_rsi_version(rsi.rsi_version)) {
+    table.fail("rsi_version", std::string("must be ") + drivers::kRsiVersions +
+                                  "; EthernetKRL 6 and iiQKA's ExternalAPI are not supported");
+  }
+  if (rsi.rsi_version == 6 && wire_of(config) == WireKind::kEki) {
+    table.fail("rsi_version", "is 6 (iiQKA.OS2), whose EthernetKRL 6 is not supported: use RSI");
+  }
   rsi.timeout_cycles = integer_or(table, "timeout_cycles", rsi.timeout_cycles, 1, 1000);
   rsi.tool = files.tool;
   rsi.base = files.base;

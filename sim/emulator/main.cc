@@ -269,7 +269,7 @@ int main(int argc, char** argv) {
         "--pc 127.0.0.1:49152 --device-link /tmp/contact");
     sim::add_options(app, options);
     CLI11_PARSE(app, argc, argv);
-    if (!options.rsi_context.empty()) sim::load_rsi_context(options);
+    sim::load_rsi(options);
     return run(options);
   } catch (const std::exception& e) {
     std::fprintf(stderr, "cellcal-emulator: %s\n", e.what());

@@ -27,6 +27,7 @@ struct EmulatorOptions {
   std::string listen;                ///< address for EKI; empty: 127.0.0.1
   std::string rsi_xml;               ///< RSI's ethernet file; empty: the options say it all
   std::string rsi_context;           ///< its context (.rsi.xml, .rsix); empty: likewise
+  int rsi_version = 0;               ///< of the controller; 0: the context's
   std::string pc_address = "127.0.0.1";
   std::uint16_t pc_port = 49152;
   bool pc_port_given = false;

@@ -1,7 +1,5 @@
 #include "sim/mcu/mcu_thread.h"
 
-#include <utility>
-
 #include <poll.h>
 #include <sys/eventfd.h>
 #include <sys/prctl.h>
@@ -11,6 +9,7 @@
 #include <cerrno>
 #include <ctime>
 #include <system_error>
+#include <utility>
 
 #include "sim/hard_clock.h"
 

@@ -95,8 +95,9 @@ void add_state(const RsiFilesConfig& config, Places& places) {
     elements += fmt::format("\n      <ELEMENT TAG=\"{}\" TYPE=\"{}\" INDX=\"{}\"/>", one.tag,
                             one.type, channel);
     inputs3 += fmt::format("\n      <Input InIdx=\"{}\" OutObjID=\"{}\" OutIdx=\"1\"/>", channel, id3);
-    inputs4 +=
-        fmt::format("\n        <Input InIdx=\"{}\" OutObjId=\"{}\" OutIdx=\"0\"/>", channel - 1, id4);
+    inputs4 += fmt::format(
+        "\n        <Input InIdx=\"{}\" OutObjId=\"{}\" OutIdx=\"0\"{}/>", channel - 1, id4,
+        config.rsi_version == 6 ? fmt::format(" SignalName=\"{}|{}\"", id4, one.output) : "");
     objects3 += fmt::format("\n  <RSIObject ObjType=\"{}\" ObjTypeID=\"{}\" ObjID=\"{}\"", one.rsi3,
                             one.type_id, id3);
     objects3 += parameters(one, "  ", "ParamID", 1, "RSIObject");

@@ -49,6 +49,8 @@ const char* to_string(Wire wire) {
       return "rsi";
     case Wire::kRsiInput:
       return "rsi-input";
+    case Wire::kRsi6:
+      return "rsi6";
     case Wire::kEkiInput:
       return "eki";
     case Wire::kEkiFlag:
@@ -73,7 +75,8 @@ FaultyCell::FaultyCell(const calib::Cell& cell, const CellOptions& options)
       krc_drift_ppm_(options.krc_drift_ppm) {}
 
 void FaultyCell::new_adapters() {
-  contact_ = std::make_unique<drivers::ContactInline>(contact_options(options_.wire), *this, serial_);
+  contact_ =
+      std::make_unique<drivers::ContactInline>(contact_options(options_.wire), *this, serial_);
   make_robot();
   next_pc_tick_ = now_;
 }

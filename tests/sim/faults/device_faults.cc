@@ -118,8 +118,8 @@ void add_input(std::vector<Fault>& all) {
     add(all, "second stop path", fmt::format("input {} ms late", ms), "controller",
         [ms](FaultyCell& cell) { cell.input_late(milliseconds(ms)); });
   }
-  add(all, "second stop path", "input stuck at free and bytes 300 ms late", "controller and serial line",
-      [](FaultyCell& cell) {
+  add(all, "second stop path", "input stuck at free and bytes 300 ms late",
+      "controller and serial line", [](FaultyCell& cell) {
         cell.input_stuck_on(true);
         cell.serial().to_host().add({sim::TroubleKind::kDelay, cell.now(),
                                      cell.now() + milliseconds(1500), 1.0, -1, milliseconds(300)});

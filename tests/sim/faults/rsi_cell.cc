@@ -6,7 +6,9 @@
 #include <limits>
 
 #include "cells.h"
+#include "drivers/kuka/krl/krl_files.h"
 #include "drivers/kuka/rsi/rsi_robot.h"
+#include "sim/emulator/rsi_context.h"
 #include "sim/krc/controller.h"
 
 namespace cellcal::faults {
@@ -14,6 +16,19 @@ namespace {
 
 // One way over a direct cable and through the adapter: half of what idle machines measure.
 constexpr std::chrono::microseconds kCable{40};
+
+/// As the controller loads what 'cellcal kuka-files' writes for it.
+void load_rsi6(const daemon::DaemonConfig& config, const calib::Cell& cell,
+               sim::ControllerConfig& controller) {
+  drivers::RsiFilesConfig set = daemon::rsi_files_for(config, cell);
+  set.rsi_version = 6;
+  set.pc_address = "10.0.0.5";
+  const drivers::ControllerFiles files = drivers::rsi_files(set);
+  const char *const channel = "cellcal_rsi_ethernet.xml", *const context = "cellcal_rsi.rsix";
+  controller.channel = sim::RsiChannelConfig::parse(files.at(channel));
+  sim::take_context(drivers::read_rsi_context(files.at(context), context),
+                    drivers::read_rsi_channel(files.at(channel), channel), controller);
+}
 
 sim::ControllerConfig rsi_controller(const daemon::DaemonConfig& config, const calib::Cell& cell,
                                      const CellOptions& options) {
@@ -29,6 +44,7 @@ sim::ControllerConfig rsi_controller(const daemon::DaemonConfig& config, const c
   controller.contact_tag = config.rsi.contact_tag;
   controller.seed = options.seed;
   controller.ipoc_start = options.ipoc_start;
+  if (options.wire == Wire::kRsi6) load_rsi6(config, cell, controller);
   return controller;
 }
 
@@ -156,7 +172,8 @@ class RsiCell final : public FaultyCell {
   sim::Line to_pc_, to_krc_;
   std::unique_ptr<drivers::RsiRobotInline> robot_;
   Duration late_{};
-  bool free_ = false, stuck_ = false, broken_ = false;  ///< the sensor's output, and its way to the input
+  bool free_ = false, stuck_ = false,
+       broken_ = false;  ///< the sensor's output, and its way to the input
   bool off_ = false;
   bool second_speaks_ = false;
 };
