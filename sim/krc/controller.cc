@@ -398,7 +398,9 @@ drivers::Duration Controller::cycle() const {
 
 void Controller::emergency_stop(bool pressed) {
   impl_->e_stop = pressed;
-  if (pressed) impl_->stop_running("EMERGENCY STOP");
+  if (!pressed) return;
+  if (!impl_->config.rsi_outlives_stop) return impl_->stop_running("EMERGENCY STOP");
+  impl_->blocked = true;
 }
 
 void Controller::drives(bool on) {
@@ -417,6 +419,7 @@ void Controller::set_override(int percent) {
 
 void Controller::start_key(bool held) {
   impl_->start_held = held;
+  if (held && impl_->config.rsi_outlives_stop && !impl_->e_stop) impl_->blocked = false;
   if (!held && impl_->manual()) impl_->stop_running("Start key released");
 }
 

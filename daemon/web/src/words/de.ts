@@ -306,6 +306,7 @@ export const de: Catalogue = {
   "check.rsi decimals": "RSI-Nachkommastellen",
   "check.rsi elements": "RSI-Elemente",
   "check.rsi state": "Betriebsart und Override (RSI)",
+  "check.rsi contact input": "Kontakteingang (RSI)",
   "check.rsi tool": "Werkzeug der Steuerung (RSI)",
   "check.rsi replies": "RSI-Antworten",
   "check.rsi reply times": "RSI-Antwortzeiten",

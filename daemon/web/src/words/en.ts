@@ -313,6 +313,7 @@ export const en = {
   "check.rsi decimals": "RSI decimals",
   "check.rsi elements": "RSI elements",
   "check.rsi state": "mode and override (RSI)",
+  "check.rsi contact input": "contact input (RSI)",
   "check.rsi tool": "tool at the controller (RSI)",
   "check.rsi replies": "RSI replies",
   "check.rsi reply times": "RSI reply times",
