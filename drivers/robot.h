@@ -138,6 +138,16 @@ enum class OperatingMode : std::uint8_t {
 
 const char* to_string(OperatingMode mode);
 
+/// What the controller asks for, as far as its link tells.
+enum class ControllerRequest : std::uint8_t {
+  kNone,
+  kBrakeTest,      ///< due: it stops by itself some time later
+  kMasteringTest,  ///< likewise
+  kCollision,      ///< it has detected one: somebody has to look
+};
+
+const char* to_string(ControllerRequest request);
+
 /// Link quality, for the status page and the log. 0 where a link has no such figure.
 struct RobotQuality {
   double jitter_s = 0.0;       ///< 1 sigma of the times from packet to packet
@@ -165,6 +175,7 @@ struct RobotState {
   std::uint32_t session = 0;
   OperatingMode mode = OperatingMode::kUnknown;
   std::optional<int> override_percent;  ///< of the programmed speed; none: the link does not tell
+  ControllerRequest request = ControllerRequest::kNone;
   bool needs_operator = false;  ///< the link is up; drives or program have to be started
   bool unsettled = false;       ///< the link is up, and not yet fit for rereference()
   std::string words;            ///< for people: what is wrong and what to check
