@@ -134,7 +134,7 @@ struct Controller::Impl {
     }
   }
 
-  bool manual() const { return mode != OperatingMode::kAut; }
+  bool manual() const { return mode == OperatingMode::kT1 || mode == OperatingMode::kT2; }
 
   void stop_running(const char* why) {
     if (phase == RsiPhase::kRunning) end(RsiPhase::kFaulted, why);
@@ -294,7 +294,7 @@ struct Controller::Impl {
     RsiValues values;
     values.ipoc = ipoc;
     values.delay = late;
-    values.mode = mode == OperatingMode::kT1 ? 1 : mode == OperatingMode::kT2 ? 2 : 3;
+    values.mode = static_cast<int>(mode) + 1;  // as KRL numbers MODE_OP
     values.override_percent = override_percent;
     values.input_on = input_on;
     values.actual_deg = std::span(actual_deg).first(axes);

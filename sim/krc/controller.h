@@ -31,7 +31,7 @@ enum class RsiMode { kAbsolute, kRelative };
 /// Parameter Mode of the STOP object. 1 to 3 stop the arm, and RSI goes on without effect.
 enum class RsiStop { kInfo = 0, kPathStop = 1, kSpeedStop = 2, kFastStop = 3, kExitMoveCorr = 4 };
 
-enum class OperatingMode { kT1, kT2, kAut };
+enum class OperatingMode { kT1, kT2, kAut, kExt };
 
 struct ControllerConfig {
   std::vector<double> start_rad{0.0, -1.5707963267948966, 1.5707963267948966,

@@ -14,7 +14,7 @@ export const FAILURES = [
   "arm-refused", "no-contact", "contact-too-early", "unexpected-contact", "still-in-contact",
   "readings-disagree", "too-many-revoked", "contact-silent", "computer-busy", "robot-silent", "move-refused",
   "not-following", "stopped-elsewhere", "timeout", "stop-unconfirmed", "journal", "identify",
-  "report", "attended", "unexpected-event",
+  "report", "attended", "controller-test", "unexpected-event",
 ] as const;
 export type FailureKind = (typeof FAILURES)[number] | "unknown";
 

@@ -109,7 +109,8 @@ std::string figures(const DaemonConfig& c) {
   text += line("session", c.timeouts.connecting.count(), c.retries, c.repeats.of_touch,
                c.repeats.of_session, c.timeouts.busy.count());
   const ScheduleConfig& n = c.schedule;
-  text += line("schedule", n.unattended, n.responsible, n.resumes, n.resume_wait_s);
+  text += line("schedule", n.unattended, n.responsible, static_cast<int>(n.program_start), n.resumes,
+               n.resume_wait_s);
   for (const ScheduledSession& one : n.sessions) {
     text += line("scheduled", one.name, one.kind, one.cell, one.window.from_min, one.window.to_min,
                  one.on_request, one.touches.value_or(0), one.check.value_or(0),
@@ -148,7 +149,9 @@ std::string figures(const DaemonConfig& c) {
   const drivers::EkiFilesConfig& k = c.controller;
   text += line("controller", k.external_axes, k.input, k.contact_is_on, k.tool, k.base, k.load,
                k.acceleration_percent, k.alive_flag, k.stop_flag, k.first_timer, k.first_interrupt,
-               k.state_ms, k.dead_man_ms, k.write_frames, k.write_advice, c.rsi_files.pc_address,
+               k.state_ms, k.dead_man_ms, k.may_run, k.cell_wait_s, k.brake_test_output,
+               k.mastering_test_output, k.collision_output, k.write_frames, k.write_advice,
+               c.rsi_files.pc_address,
                c.rsi_files.rsi_version, c.rsi_files.timeout_cycles, c.rsi_files.flag);
   text += line("contact", c.contact.device, c.contact.baud);
   const MockConfig& m = c.mock;
@@ -180,6 +183,7 @@ std::string with_another(const std::string& text, const std::string& table,
                             "false",
                             "\"flag\"",
                             "\"eki\"",
+                            "\"cell\"",
                             "\"debug\"",
                             "\"relative\"",
                             "\"space\"",
