@@ -150,7 +150,7 @@ std::string figures(const DaemonConfig& c) {
                k.acceleration_percent, k.alive_flag, k.stop_flag, k.first_timer, k.first_interrupt,
                k.state_ms, k.dead_man_ms, k.write_frames, k.write_advice, c.rsi_files.pc_address,
                c.rsi_files.rsi_version, c.rsi_files.timeout_cycles, c.rsi_files.flag);
-  text += line("contact", c.contact.device, c.contact.baud);
+  text += line("contact", c.contact.device, c.contact.baud, static_cast<int>(c.isolation));
   const MockConfig& m = c.mock;
   text += line("mock", static_cast<int>(m.wire), m.seed, m.geometry_scale, m.deflection,
                m.gear_arcsec, m.compliance_rad_per_nm, m.play_arcsec, m.tip_offset_m, m.growth,
@@ -179,6 +179,7 @@ std::string with_another(const std::string& text, const std::string& table,
                             "true",
                             "false",
                             "\"flag\"",
+                            "\"relay\"",
                             "\"eki\"",
                             "\"debug\"",
                             "\"relative\"",
