@@ -95,7 +95,7 @@ endfunction()
 
 # cellcal_room(NAME USES rooms... LINKS targets...): a room of the mathematics, the static library
 # cellcal_NAME of all .cc files of the folder. Rooms by their folder below calib/ (plan/reach, whose
-# library is cellcal_plan_reach).
+# library is cellcal_plan).
 function(cellcal_room name)
   cmake_parse_arguments(ARG "" "" "USES;LINKS" ${ARGN})
   file(GLOB sources CONFIGURE_DEPENDS *.cc)

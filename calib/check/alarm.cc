@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calib/linear/eigenpairs.h"
+#include "calib/model/linear.h"
 #include "calib/model/random.h"
 
 namespace cellcal::calib {

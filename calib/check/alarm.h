@@ -6,8 +6,8 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "calib/check/change.h"
-#include "calib/linear/cholesky.h"
+#include "calib/check/tcp_check.h"
+#include "calib/model/linear.h"
 
 namespace cellcal::calib {
 

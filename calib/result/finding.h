@@ -176,4 +176,14 @@ bool has(const std::vector<Finding>& findings, FindingKind kind);
 const Finding* first(const std::vector<Finding>& findings, FindingKind kind);
 void erase(std::vector<Finding>& findings, FindingKind kind);
 
+// The sentence of each finding, made here and nowhere else: the number first, with its unit and
+// uncertainty, then what to do.
+
+/// "certified length S1-S2: 400.000 mm stated, 400.100 +- 0.010 mm measured (7 sigma). Measure ..."
+std::string words(const Finding& finding);
+/// One for each, in their order.
+std::vector<std::string> words(const std::vector<Finding>& findings);
+/// Without the opening ("scope: "), for where a heading says it.
+std::string sentence(const Finding& finding);
+
 }  // namespace cellcal::calib

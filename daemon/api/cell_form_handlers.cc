@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "calib/files/shipped_robots.h"
+#include "calib/files/robot_file.h"
 #include "calib/model/error.h"
 #include "daemon/api/handlers.h"
 #include "daemon/api/http/json_text.h"

@@ -7,7 +7,7 @@
 #include <mutex>
 #include <nlohmann/json.hpp>
 
-#include "calib/syntax/input_file.h"
+#include "calib/files/input_file.h"
 #include "daemon/api/handlers.h"
 #include "daemon/api/http/json_text.h"
 #include "daemon/api/routes.h"

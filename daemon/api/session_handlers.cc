@@ -5,9 +5,9 @@
 #include <limits>
 
 #include "calib/files/files.h"
+#include "calib/files/input_file.h"
 #include "calib/model/long_work.h"
 #include "calib/model/units.h"
-#include "calib/syntax/input_file.h"
 #include "daemon/api/handlers.h"
 #include "daemon/api/http/json_text.h"
 #include "daemon/api/live/status_json.h"
@@ -81,9 +81,8 @@ json to_json(const PhaseTimes& times, const InterruptionCounts& by_cause) {
   }
   return {{"touches", times.touches},
           {"interruptions", times.interruptions},
-          {"interruptions_by_cause", by_cause.total() == 0 && times.interruptions > 0
-                                         ? json(nullptr)
-                                         : to_json(by_cause)},
+          {"interruptions_by_cause",
+           by_cause.total() == 0 && times.interruptions > 0 ? json(nullptr) : to_json(by_cause)},
           {"total_s", times.total_s},
           {"activities", activities}};
 }

@@ -8,7 +8,7 @@
 
 #include "calib/files/calibration_json.h"
 #include "calib/files/files.h"
-#include "calib/syntax/input_file.h"
+#include "calib/files/input_file.h"
 #include "daemon/files/atomic_file.h"
 #include "daemon/files/printable.h"
 #include "daemon/journal/rows.h"

@@ -2,13 +2,12 @@
 
 #include <fmt/format.h>
 
-#include "calib/files/documents.h"
+#include "calib/files/cell_file.h"
 #include "calib/files/files.h"
-#include "calib/files/robot_place.h"
+#include "calib/files/input_file.h"
 #include "calib/model/kinematics.h"
 #include "calib/model/units.h"
 #include "calib/plan/cell_check.h"
-#include "calib/syntax/input_file.h"
 #include "daemon/cell_form/cell_text.h"
 
 namespace cellcal::daemon {

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calib/syntax/toml_json.h"
+#include "calib/files/toml.h"
 
 namespace cellcal::daemon {
 

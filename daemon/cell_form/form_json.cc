@@ -2,12 +2,11 @@
 
 #include <algorithm>
 
-#include "calib/files/robot_place.h"
-#include "calib/files/shipped_robots.h"
-#include "calib/syntax/json_fields.h"
-#include "calib/syntax/shown.h"
-#include "calib/syntax/toml_json.h"
-#include "calib/syntax/toml_table.h"
+#include "calib/files/cell_file.h"
+#include "calib/files/json_fields.h"
+#include "calib/files/robot_file.h"
+#include "calib/files/text.h"
+#include "calib/files/toml.h"
 #include "daemon/cell_form/cell_text.h"
 
 namespace cellcal::daemon {

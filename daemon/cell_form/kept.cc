@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <string_view>
 
-#include "calib/syntax/toml_json.h"
+#include "calib/files/toml.h"
 #include "daemon/cell_form/cell_text.h"
 
 namespace cellcal::daemon {

@@ -5,12 +5,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calib/estimate/region.h"
+#include "calib/files/input_file.h"
 #include "calib/model/units.h"
-#include "calib/syntax/input_file.h"
-#include "calib/uncertainty/region.h"
+#include "calib/result/finding.h"
+#include "calib/verdict/change.h"
 #include "calib/verdict/found_residuals.h"
-#include "calib/verdict/tips_apart.h"
-#include "calib/words/finding_words.h"
 #include "daemon/archive/replay.h"
 #include "daemon/certificate/decision.h"
 #include "daemon/certificate/sources.h"

@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include "calib/files/calibration_json.h"
-#include "calib/syntax/input_file.h"
-#include "calib/syntax/toml_json.h"
+#include "calib/files/input_file.h"
+#include "calib/files/toml.h"
 #include "daemon/archive/scratch_directory.h"
 #include "daemon/certificate/certificate.h"
 #include "daemon/files/printable.h"

@@ -11,8 +11,8 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "calib/files/input_file.h"
 #include "calib/model/units.h"
-#include "calib/syntax/input_file.h"
 #include "daemon/cli/ask.h"
 #include "daemon/cli/offline/exit_status.h"
 #include "daemon/cli/offline/frames.h"

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "calib/syntax/shown.h"
+#include "calib/files/text.h"
 #include "daemon/files/printable.h"
 #include "drivers/error.h"
 #include "drivers/kuka/wire/xml_values.h"

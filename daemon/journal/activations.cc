@@ -1,7 +1,7 @@
 // What somebody, or the schedule, has decided beside the sessions: which calibration is used (rows that are added, never
 // changed), and the schedule's state (one row).
 
-#include "calib/syntax/input_file.h"
+#include "calib/files/input_file.h"
 #include "daemon/journal/journal_impl.h"
 
 namespace cellcal::daemon {

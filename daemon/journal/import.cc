@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "calib/files/files.h"
-#include "calib/syntax/input_file.h"
+#include "calib/files/input_file.h"
 #include "daemon/journal/journal_impl.h"
 #include "daemon/journal/known_rows.h"
 #include "daemon/journal/rows.h"

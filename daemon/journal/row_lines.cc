@@ -9,7 +9,7 @@
 #include <optional>
 #include <set>
 
-#include "calib/syntax/input_file.h"
+#include "calib/files/input_file.h"
 #include "daemon/journal/database/chain.h"
 #include "daemon/journal/journal.h"
 #include "daemon/journal/rows.h"

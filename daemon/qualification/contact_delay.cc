@@ -7,7 +7,7 @@
 #include <numbers>
 #include <vector>
 
-#include "calib/model/median.h"
+#include "calib/model/statistics.h"
 #include "calib/model/units.h"
 
 namespace cellcal::daemon {

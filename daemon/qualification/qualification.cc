@@ -5,9 +5,9 @@
 #include <map>
 #include <numbers>
 
-#include "calib/model/median.h"
-#include "daemon/session/search_line.h"
+#include "calib/model/statistics.h"
 #include "daemon/qualification/touch_contacts.h"
+#include "daemon/session/search_line.h"
 
 namespace cellcal::daemon {
 

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "calib/result/correlation.h"
+#include "calib/result/unidentifiable.h"
 #include "daemon/report/drawing/text.h"
 #include "daemon/report/sections.h"
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <string_view>
 
-#include "calib/words/level_words.h"
+#include "calib/result/level.h"
 #include "daemon/report/drawing/text.h"
 #include "daemon/report/sections.h"
 

@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "calib/result/nominal_value.h"
+#include "calib/result/calibration.h"
 #include "calib/svg/svg.h"
 #include "daemon/report/drawing/scale.h"
 #include "daemon/report/drawing/text.h"

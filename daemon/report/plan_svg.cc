@@ -9,7 +9,7 @@
 #include <string_view>
 
 #include "calib/files/files.h"
-#include "calib/plan/reach/duration.h"
+#include "calib/plan/duration.h"
 #include "daemon/report/drawing/plan_picture.h"
 #include "daemon/report/drawing/text.h"
 #include "daemon/report/sections.h"

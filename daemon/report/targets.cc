@@ -7,8 +7,8 @@
 #include <string>
 #include <string_view>
 
-#include "calib/consistency/certified_lengths.h"
 #include "calib/model/units.h"
+#include "calib/verdict/artefacts.h"
 #include "daemon/report/drawing/text.h"
 #include "daemon/report/sections.h"
 

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "calib/words/finding_words.h"
+#include "calib/result/finding.h"
 #include "daemon/report/drawing/text.h"
 #include "daemon/report/sections.h"
 

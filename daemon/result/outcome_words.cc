@@ -6,7 +6,7 @@
 #include <algorithm>
 
 #include "calib/model/units.h"
-#include "calib/words/check_words.h"
+#include "calib/result/tcp_check.h"
 
 namespace cellcal::daemon {
 

@@ -5,7 +5,7 @@
 
 #include "calib/files/files.h"
 #include "calib/model/units.h"
-#include "calib/plan/search/finder.h"
+#include "calib/plan/finder.h"
 #include "daemon/files/atomic_file.h"
 #include "daemon/result/outcome_words.h"
 

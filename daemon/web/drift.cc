@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "calib/files/drift_json.h"
+#include "calib/files/check_json.h"
 #include "calib/model/units.h"
 #include "daemon/web/json.h"
 

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <string>
 
-#include "calib/plan/reach/planned_touch.h"
+#include "calib/plan/planned_touch.h"
 
 namespace cellcal::daemon::web {
 

@@ -1,9 +1,9 @@
 #include "daemon/web/scene.h"
 
-#include "calib/model/target_kind.h"
+#include "calib/model/robot.h"
 #include "calib/model/units.h"
-#include "calib/plan/collision/bodies.h"
-#include "calib/plan/collision/surroundings.h"
+#include "calib/plan/bodies.h"
+#include "calib/plan/surroundings.h"
 #include "daemon/web/json.h"
 
 namespace cellcal::daemon::web {

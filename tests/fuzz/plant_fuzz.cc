@@ -7,8 +7,8 @@
 #include <optional>
 #include <string_view>
 
+#include "calib/files/text.h"
 #include "calib/model/error.h"
-#include "calib/syntax/shown.h"
 #include "daemon/fleet/collect/judge.h"
 #include "daemon/plant/desk/desk_words.h"
 #include "daemon/plant/messages/fact_json.h"

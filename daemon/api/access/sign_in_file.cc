@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
-#include "calib/syntax/input_file.h"
+#include "calib/files/input_file.h"
 #include "daemon/files/atomic_file.h"
 #include "daemon/files/system_words.h"
 

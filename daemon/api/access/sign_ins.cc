@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "calib/syntax/input_file.h"
+#include "calib/files/input_file.h"
 
 namespace cellcal::daemon {
 

@@ -14,8 +14,8 @@
 #include <utility>
 #include <vector>
 
-#include "calib/problem/solve.h"
-#include "calib/syntax/shown.h"
+#include "calib/estimate/solve.h"
+#include "calib/files/text.h"
 #include "daemon/cli/commands/app.h"
 #include "daemon/cli/offline/exit_status.h"
 #include "daemon/files/system_words.h"

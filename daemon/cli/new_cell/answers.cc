@@ -6,8 +6,7 @@
 #include <charconv>
 #include <cmath>
 
-#include "calib/syntax/shown.h"
-#include "calib/syntax/trimmed.h"
+#include "calib/files/text.h"
 
 namespace cellcal::daemon {
 

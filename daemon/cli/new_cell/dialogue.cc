@@ -8,12 +8,10 @@
 #include <ostream>
 #include <utility>
 
-#include "calib/files/documents.h"
-#include "calib/files/robot_place.h"
-#include "calib/files/shipped_robots.h"
-#include "calib/syntax/shown.h"
-#include "calib/syntax/toml_table.h"
-#include "calib/syntax/trimmed.h"
+#include "calib/files/cell_file.h"
+#include "calib/files/robot_file.h"
+#include "calib/files/text.h"
+#include "calib/files/toml.h"
 #include "daemon/cell_form/lists.h"
 #include "daemon/cli/new_cell/answers.h"
 

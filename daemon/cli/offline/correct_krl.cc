@@ -4,8 +4,8 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "calib/files/input_file.h"
 #include "calib/model/error.h"
-#include "calib/syntax/input_file.h"
 #include "daemon/cli/offline/correct.h"
 #include "daemon/cli/offline/corrected_record.h"
 #include "daemon/cli/offline/exit_status.h"

@@ -3,10 +3,10 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "calib/correct/corrector.h"
-#include "calib/files/columns/poses.h"
+#include "calib/estimate/predict.h"
+#include "calib/export/corrector.h"
+#include "calib/files/poses.h"
 #include "calib/model/units.h"
-#include "calib/uncertainty/predict.h"
 #include "daemon/cli/offline/correct.h"
 #include "daemon/cli/offline/exit_status.h"
 #include "daemon/cli/offline/offline.h"

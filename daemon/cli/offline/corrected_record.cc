@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "calib/files/input_file.h"
 #include "calib/model/error.h"
-#include "calib/syntax/input_file.h"
 
 namespace cellcal::daemon {
 

@@ -2,10 +2,10 @@
 
 #include <cstdio>
 
-#include "calib/exchange/tables.h"
-#include "calib/exchange/urdf.h"
+#include "calib/export/tables.h"
+#include "calib/export/urdf.h"
+#include "calib/files/input_file.h"
 #include "calib/model/units.h"
-#include "calib/syntax/input_file.h"
 #include "daemon/cli/offline/exit_status.h"
 #include "daemon/cli/offline/offline.h"
 

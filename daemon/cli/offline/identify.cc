@@ -8,10 +8,10 @@
 
 #include "calib/files/calibration_json.h"
 #include "calib/files/files.h"
-#include "calib/files/shipped_robots.h"
+#include "calib/files/input_file.h"
+#include "calib/files/robot_file.h"
 #include "calib/plan/cell_check.h"
 #include "calib/seed_paper/paper.h"
-#include "calib/syntax/input_file.h"
 #include "calib/verdict/change.h"
 #include "daemon/cli/offline/exit_status.h"
 #include "daemon/cli/offline/offline.h"

@@ -2,14 +2,14 @@
 
 #include <cstdio>
 
-#include "calib/exchange/denavit_hartenberg.h"
-#include "calib/exchange/machine_data.h"
-#include "calib/exchange/numbers.h"
-#include "calib/exchange/urdf.h"
-#include "calib/files/documents.h"
+#include "calib/export/machine_data.h"
+#include "calib/export/rigid_arm.h"
+#include "calib/export/tables.h"
+#include "calib/export/urdf.h"
+#include "calib/files/cell_file.h"
 #include "calib/files/files.h"
+#include "calib/files/input_file.h"
 #include "calib/model/units.h"
-#include "calib/syntax/input_file.h"
 #include "daemon/cli/offline/exit_status.h"
 #include "daemon/cli/offline/offline.h"
 

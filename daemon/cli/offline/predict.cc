@@ -1,4 +1,4 @@
-#include "calib/uncertainty/predict.h"
+#include "calib/estimate/predict.h"
 
 #include <fmt/format.h>
 

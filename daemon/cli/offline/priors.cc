@@ -9,14 +9,14 @@
 #include <set>
 
 #include "calib/files/calibration_json.h"
-#include "calib/files/documents.h"
+#include "calib/files/cell_file.h"
 #include "calib/files/files.h"
-#include "calib/files/nominal_geometry.h"
+#include "calib/files/input_file.h"
 #include "calib/files/priors_file.h"
+#include "calib/files/robot_file.h"
+#include "calib/files/toml.h"
 #include "calib/model/error.h"
 #include "calib/model/iso_time.h"
-#include "calib/syntax/input_file.h"
-#include "calib/syntax/toml_json.h"
 #include "daemon/cli/offline/exit_status.h"
 #include "daemon/cli/offline/offline.h"
 

@@ -1,7 +1,7 @@
 #include <fmt/format.h>
 
 #include "calib/files/priors_file.h"
-#include "calib/syntax/shown.h"
+#include "calib/files/text.h"
 #include "daemon/cli/offline/priors.h"
 
 namespace cellcal::daemon {

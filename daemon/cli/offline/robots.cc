@@ -10,8 +10,8 @@
 #include <optional>
 #include <system_error>
 
+#include "calib/files/cell_file.h"
 #include "calib/files/files.h"
-#include "calib/files/robot_place.h"
 #include "calib/model/units.h"
 #include "daemon/cli/offline/exit_status.h"
 #include "daemon/cli/offline/offline.h"

@@ -2,11 +2,11 @@
 
 #include <cstdio>
 
-#include "calib/correct/corrector.h"
+#include "calib/export/corrector.h"
 #include "calib/files/calibration_json.h"
+#include "calib/files/input_file.h"
 #include "calib/model/error.h"
-#include "calib/syntax/input_file.h"
-#include "calib/words/finding_words.h"
+#include "calib/result/finding.h"
 #include "daemon/cli/offline/offline.h"
 
 namespace cellcal::daemon {

@@ -6,8 +6,8 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "calib/model/median.h"
-#include "calib/syntax/input_file.h"
+#include "calib/files/input_file.h"
+#include "calib/model/statistics.h"
 #include "daemon/cli/ask.h"
 #include "daemon/cli/offline/exit_status.h"
 #include "daemon/cli/offline/offline.h"

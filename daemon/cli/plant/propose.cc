@@ -6,9 +6,9 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
+#include "calib/files/input_file.h"
 #include "calib/files/priors_file.h"
 #include "calib/model/error.h"
-#include "calib/syntax/input_file.h"
 #include "daemon/cli/offline/exit_status.h"
 #include "daemon/cli/offline/offline.h"
 #include "daemon/cli/user_name.h"

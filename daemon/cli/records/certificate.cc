@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "calib/files/calibration_json.h"
-#include "calib/syntax/input_file.h"
+#include "calib/files/input_file.h"
 #include "daemon/api/http/http.h"
 #include "daemon/certificate/certificate.h"
 #include "daemon/certificate/signing/signed_files.h"

@@ -1,7 +1,7 @@
 #include "daemon/fleet/store/rows.h"
 
+#include "calib/files/input_file.h"
 #include "calib/model/units.h"
-#include "calib/syntax/input_file.h"
 #include "daemon/fleet/store/corrections.h"
 #include "daemon/plant/messages/base64.h"
 

@@ -5,8 +5,8 @@
 #include <set>
 #include <tuple>
 
-#include "calib/syntax/input_file.h"
-#include "calib/syntax/shown.h"
+#include "calib/files/input_file.h"
+#include "calib/files/text.h"
 #include "daemon/fleet/store/rows.h"
 #include "daemon/plant/messages/base64.h"
 #include "daemon/plant/messages/fact_json.h"

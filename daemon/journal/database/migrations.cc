@@ -7,7 +7,7 @@
 #include <map>
 #include <string>
 
-#include "calib/syntax/input_file.h"
+#include "calib/files/input_file.h"
 #include "daemon/journal/database/outbox_rows.h"
 #include "daemon/journal/database/schema.h"
 #include "daemon/result/outcome_json.h"

@@ -14,7 +14,7 @@
 #include <thread>
 #include <vector>
 
-#include "calib/syntax/input_file.h"
+#include "calib/files/input_file.h"
 #include "daemon/files/printable.h"
 
 namespace cellcal::daemon::plant {

@@ -1,6 +1,6 @@
 #include "daemon/plant/messages/certificate_fact.h"
 
-#include "calib/syntax/input_file.h"
+#include "calib/files/input_file.h"
 
 namespace cellcal::daemon::plant {
 

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
+#include "calib/files/input_file.h"
+#include "calib/files/json.h"
 #include "calib/model/units.h"
-#include "calib/syntax/input_file.h"
-#include "calib/syntax/json_text.h"
 #include "daemon/plant/messages/base64.h"
 #include "daemon/plant/messages/text_fields.h"
 

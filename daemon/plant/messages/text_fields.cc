@@ -2,8 +2,7 @@
 
 #include <algorithm>
 
-#include "calib/syntax/json_text.h"
-#include "calib/syntax/nesting.h"
+#include "calib/files/json.h"
 
 namespace cellcal::daemon::plant {
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "calib/syntax/json_fields.h"
+#include "calib/files/json_fields.h"
 #include "daemon/plant/messages/names.h"
 
 namespace cellcal::daemon::plant {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <optional>
 
-#include "calib/syntax/input_file.h"
+#include "calib/files/input_file.h"
 #include "daemon/config/schedule_config.h"
 #include "daemon/files/atomic_file.h"
 #include "daemon/files/printable.h"

@@ -1,6 +1,6 @@
 #include "daemon/plant/proposals/proposals_file.h"
 
-#include "calib/syntax/json_text.h"
+#include "calib/files/json.h"
 #include "daemon/plant/messages/text_fields.h"
 
 namespace cellcal::daemon::plant {

@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "calib/svg/text.h"
+#include "calib/svg/svg.h"
 
 namespace cellcal::daemon::report {
 

@@ -1,8 +1,8 @@
-#include "calib/result/correlation.h"
-
 #include <gtest/gtest.h>
 
 #include <limits>
+
+#include "calib/result/unidentifiable.h"
 
 namespace cellcal::calib {
 namespace {

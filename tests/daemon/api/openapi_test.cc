@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "calib/syntax/input_file.h"
+#include "calib/files/input_file.h"
 #include "daemon/api/access/access.h"
 #include "daemon/api/handlers.h"
 #include "daemon/archive/archive.h"

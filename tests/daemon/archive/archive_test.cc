@@ -11,7 +11,7 @@
 
 #include "calib/files/calibration_json.h"
 #include "calib/files/files.h"
-#include "calib/syntax/input_file.h"
+#include "calib/files/input_file.h"
 #include "daemon/journal/database/chain.h"
 #include "daemon/journal/rows.h"
 #include "daemon/tasks/recorded/inputs.h"

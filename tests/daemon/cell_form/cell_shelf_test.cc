@@ -5,7 +5,7 @@
 #include <fstream>
 
 #include "calib/files/files.h"
-#include "calib/syntax/input_file.h"
+#include "calib/files/input_file.h"
 #include "daemon/cell_form/form_json.h"
 #include "example.h"
 #include "tests/daemon/journal/temporary_directory.h"

@@ -4,10 +4,10 @@
 
 #include <limits>
 
-#include "calib/files/documents.h"
+#include "calib/files/cell_file.h"
 #include "calib/files/files.h"
+#include "calib/files/input_file.h"
 #include "calib/model/error.h"
-#include "calib/syntax/input_file.h"
 #include "daemon/cell_form/cell_text.h"
 #include "daemon/cell_form/kept.h"
 #include "example.h"

@@ -6,7 +6,7 @@
 #include <set>
 #include <thread>
 
-#include "calib/syntax/input_file.h"
+#include "calib/files/input_file.h"
 #include "daemon/journal/journal.h"
 #include "daemon/plant/messages/fact_json.h"
 #include "daemon/plant/sparkplug/payload.h"

@@ -19,7 +19,7 @@
 
 #include "black_hole.h"
 #include "broker.h"
-#include "calib/syntax/input_file.h"
+#include "calib/files/input_file.h"
 #include "cell_line.h"
 #include "daemon/journal/store/sqlite.h"
 #include "daemon/plant/messages/fact_json.h"
