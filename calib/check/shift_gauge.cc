@@ -11,7 +11,6 @@ namespace cellcal::calib {
 namespace {
 
 /// A shift that nothing is known of beforehand.
-constexpr double kAnyShiftM = 0.05;
 
 void share_out(std::vector<Explanation>& all, const std::vector<PossibleChange>& changes) {
   double most = -1e300, sum = 0.0;

@@ -2,7 +2,7 @@
 // Does a calibration still hold, and if not, what changed? Answered by six to eight touches.
 //
 // With res how far the touches are off, V what they may be off by were nothing changed (foresight.h), and G
-// what one thing that changed does to them (change.h), each explanation has the likelihood of res under
+// what one thing that changed does to them (alarm.h), each explanation has the likelihood of res under
 // V + size^2 G G', size the one that is looked for. What changed is the likeliest; whether anything did is decided
 // by the sum of all (alarm.h).
 // Assumption: one thing changed. Failure case: two did; then the likeliest single one is named, and is wrong.
@@ -23,6 +23,9 @@ inline constexpr std::size_t kMostReferences = 4;
 
 /// Fewer say nothing of a shift in any direction.
 inline constexpr std::size_t kLeastCheckTouches = 4;
+
+/// A shift that nothing is known of beforehand.
+inline constexpr double kAnyShiftM = 0.05;
 
 /// A touch that met nothing: planned, with the axis angles of the end of its search.
 struct MissedTouch {
@@ -61,33 +64,5 @@ class TcpChecker {
 TcpCheck check_tcp(const Calibration& calibration, const std::vector<Touch>& made,
                    const std::vector<std::size_t>& planned, const std::vector<MissedTouch>& missed,
                    const std::vector<std::vector<Touch>>& references = {});
-
-// What may have changed since a calibration, one thing at a time, and what it does to a touch.
-
-struct PossibleChange {
-  ChangeKind kind = ChangeKind::kTool;
-  std::string name;       ///< as Explanation's
-  std::size_t index = 0;  ///< of the joint, of the touch
-  int size = 3;           ///< components
-  double weight = 1.0;    ///< probability beforehand, among all changes
-  /// Sizes that are looked for, each as likely as the others: 1 sigma of each component, SI.
-  std::vector<double> usual = {};
-};
-
-/// All that these touches could show. The last joint is none of them: its zero moves the tip on the flange
-/// as a shift of the tool does, so the tool stands for both.
-std::vector<PossibleChange> possible_changes(const Calibration& calibration,
-                                             const std::vector<ForeseenContact>& contacts);
-
-/// What the touches would be off by had that changed by `size`, and the derivatives by its components.
-struct Changed {
-  Eigen::VectorXd off_m;
-  Eigen::MatrixXd by_size;
-};
-Changed changed(const PossibleChange& change, const Eigen::VectorXd& size,
-                const std::vector<ForeseenContact>& contacts);
-/// The derivatives where nothing has changed yet.
-Eigen::MatrixXd columns_of(const PossibleChange& change,
-                           const std::vector<ForeseenContact>& contacts);
 
 }  // namespace cellcal::calib

@@ -12,6 +12,7 @@
 #include "calib/identify/explained.h"
 #include "calib/model/error.h"
 #include "calib/model/kinematics.h"
+#include "calib/model/units.h"
 #include "calib/result/calibration.h"
 #include "calib/verdict/judge_accuracy.h"
 

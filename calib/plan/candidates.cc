@@ -255,7 +255,7 @@ std::vector<Candidate> vary(const Cell& cell, const ArmModel& arm, const Clearan
 
 namespace {
 
-constexpr int kTried = 40;
+constexpr int kTriedAlone = 40;
 
 std::optional<Hit> what_is_hit(const Clearance& clearance, const Candidate& c) {
   for (const JointVector* q : {&c.standoff, &c.clear})
@@ -281,8 +281,8 @@ std::optional<std::string> hindrance(const Cell& cell, const ArmModel& arm,
     int count = 1;
   };
   std::vector<Reason> reasons;  // hits of the same things are one
-  for (const Candidate& c :
-       find_candidates(alone, arm, Clearance::blind(), options, kTried, Kinds::kSpheresAndPlanes)) {
+  for (const Candidate& c : find_candidates(alone, arm, Clearance::blind(), options, kTriedAlone,
+                                            Kinds::kSpheresAndPlanes)) {
     const auto hit = what_is_hit(clearance, c);
     if (!hit) continue;
     const auto like = std::find_if(reasons.begin(), reasons.end(),

@@ -46,7 +46,7 @@ struct Pair {
 };
 
 /// The worst that was found.
-struct Finding {
+struct Encounter {
   double slack_m = kFar;  ///< distance less margin
   double gap_m = 0.0;
   std::size_t body = 0;
@@ -86,11 +86,11 @@ struct Clearance::Impl {
   }
 
   /// Distances less margins, the worst of the posture; kFar where nothing is hit.
-  Finding worst_of(const JointVector& q, const Mode& mode) const {
+  Encounter worst_of(const JointVector& q, const Mode& mode) const {
     thread_local std::vector<Segment> axes;
     bodies.place(q, axes);
     const auto& list = bodies.list();
-    Finding worst;
+    Encounter worst;
     const auto note = [&](double value, double margin, std::size_t body, const std::string& other,
                           bool low) {
       if (value < 0.0 && value < worst.slack_m) worst = {value, value + margin, body, other, low};
@@ -145,7 +145,7 @@ struct Clearance::Impl {
   }
 
   bool look_along(const JointVector& from, const JointVector& to, const Mode& mode,
-                  Finding* worst) const {
+                  Encounter* worst) const {
     struct Piece {
       double begin, end;
       std::size_t first, last;  // postures
@@ -265,7 +265,7 @@ struct Clearance::Impl {
     return true;
   }
 
-  Hit of(const Finding& worst) const {
+  Hit of(const Encounter& worst) const {
     return {worst.low ? Hit::Kind::kBelowTargets : Hit::Kind::kTooNear,
             bodies.list()[worst.body].words, worst.other, worst.gap_m};
   }
@@ -408,7 +408,7 @@ Corner Clearance::corner(const JointVector& from, const JointVector& at, const J
 
 std::optional<Hit> Clearance::hit(const JointVector& q, double tip_margin_m) const {
   if (impl_ == nullptr) return std::nullopt;
-  if (const Finding worst = impl_->worst_of(q, {tip_margin_m, -1}); worst.slack_m < kFar)
+  if (const Encounter worst = impl_->worst_of(q, {tip_margin_m, -1}); worst.slack_m < kFar)
     return impl_->of(worst);
   if (!impl_->passes(q, q)) return Hit{Hit::Kind::kImpassable};
   return std::nullopt;
@@ -417,7 +417,7 @@ std::optional<Hit> Clearance::hit(const JointVector& q, double tip_margin_m) con
 std::optional<Hit> Clearance::hit(const JointVector& from, const JointVector& to,
                                   double tip_margin_m) const {
   if (impl_ == nullptr) return std::nullopt;
-  Finding worst;
+  Encounter worst;
   const bool is_clear = impl_->look_along(from, to, {tip_margin_m, -1}, &worst);
   if (!is_clear) return impl_->of(worst);
   if (!impl_->passes(from, to)) return Hit{Hit::Kind::kImpassable};
@@ -427,7 +427,7 @@ std::optional<Hit> Clearance::hit(const JointVector& from, const JointVector& to
 std::optional<Hit> Clearance::hit_search(const JointVector& from, const JointVector& to,
                                          std::size_t target, double tip_margin_m) const {
   if (impl_ == nullptr) return std::nullopt;
-  Finding worst;
+  Encounter worst;
   const bool is_clear =
       impl_->look_along(from, to, {tip_margin_m, static_cast<int>(target)}, &worst);
   if (!is_clear) return impl_->of(worst);

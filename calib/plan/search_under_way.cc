@@ -7,7 +7,7 @@ namespace cellcal::calib {
 
 namespace {
 
-JointVector between(const JointVector& from, const JointVector& to, double share) {
+JointVector interpolated(const JointVector& from, const JointVector& to, double share) {
   JointVector q(from);
   for (std::size_t i = 0; i < q.size(); ++i) q[i] += share * (to[i] - from[i]);
   return q;
@@ -25,7 +25,7 @@ double nearest_share(const JointVector& from, const JointVector& to, const Joint
 
 bool is_on(const JointVector& from, const JointVector& to, const JointVector& at) {
   if (from.size() != at.size() || to.size() != at.size()) return false;
-  const JointVector nearest = between(from, to, nearest_share(from, to, at));
+  const JointVector nearest = interpolated(from, to, nearest_share(from, to, at));
   for (std::size_t i = 0; i < at.size(); ++i)
     if (!(std::abs(at[i] - nearest[i]) <= kOnWayRad)) return false;
   return true;
@@ -37,7 +37,8 @@ bool is_on_search(const SearchUnderWay& left, const JointVector& at) {
   if (is_on(standoff, left.end, at)) return true;
   constexpr int kPlaces = 32;
   for (int k = 0; k <= kPlaces; ++k)
-    if (is_on(between(standoff, left.end, static_cast<double>(k) / kPlaces), left.out.front(), at))
+    if (is_on(interpolated(standoff, left.end, static_cast<double>(k) / kPlaces), left.out.front(),
+              at))
       return true;
   return false;
 }

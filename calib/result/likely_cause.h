@@ -1,7 +1,7 @@
 #pragma once
 // Which of the usual mistakes explains a result that is withheld: a value. What a finding of kind
 // kLikelyCause is about, its evidence and its parts are as said here; its sentence is made in
-// calib/words/cause_words.h.
+// likely_cause.cc.
 
 #include <optional>
 #include <string>
