@@ -15,7 +15,8 @@
 
 namespace cellcal::drivers {
 
-/// Silence of the sensor longer than this, while the arm moves under arm, stops the arm.
+/// Silence of the sensor longer than this, while the arm moves under arm, stops the arm, unless a
+/// second stop path has proven itself (ContactGuard::set_silence_limit).
 inline constexpr std::chrono::milliseconds kHeartbeatLimit{25};
 
 enum class ContactLink {
@@ -75,7 +76,7 @@ struct ContactQuality {
   double late_p50_s = 0.0, late_max_s = 0.0, late_worst_s = 0.0;
   TimeHistogram late_times;  ///< all since then
   std::uint64_t frames = 0;  ///< sound ones
-  std::uint64_t crc_errors = 0, gaps = 0, unknown_types = 0, bounces = 0;
+  std::uint64_t crc_errors = 0, gaps = 0, overtaken = 0, unknown_types = 0, bounces = 0;
   double contact_voltage_v = 0.0;
 };
 
@@ -207,6 +208,9 @@ class ContactGuard {
   virtual ContactSnapshot snapshot(TimePoint now) = 0;
   /// Oldest event not yet taken.
   virtual std::optional<ContactEvent> take_event() = 0;
+  /// How long the sensor's words may be missing or late under arm, from now on. Longer than
+  /// kHeartbeatLimit only while another stop path watches the contact.
+  virtual void set_silence_limit(Duration) {}
 };
 
 class ContactSensor {

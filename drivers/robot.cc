@@ -18,6 +18,22 @@ const char* to_string(OperatingMode mode) {
   return "unknown";
 }
 
+const char* to_string(InputPath path) {
+  switch (path) {
+    case InputPath::kUntold:
+      return "not sent";
+    case InputPath::kUnproven:
+      return "unproven";
+    case InputPath::kFollows:
+      return "follows";
+    case InputPath::kMissed:
+      return "missed a touch";
+    case InputPath::kNone:
+      break;
+  }
+  return "none";
+}
+
 const char* to_string(MoveOutcome outcome) {
   switch (outcome) {
     case MoveOutcome::kArrived:

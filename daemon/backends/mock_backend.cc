@@ -88,6 +88,7 @@ VirtualCellOptions rsi_options(const DaemonConfig& config, const calib::Cell& ce
   options.controller.stop_tag = options.rsi.stop_tag;
   options.controller.mode_tag = options.rsi.mode_tag;
   options.controller.override_tag = options.rsi.override_tag;
+  options.controller.contact_tag = options.rsi.contact_tag;
   if (options.rsi.space.on) set_space(options.controller, options.rsi.space, config, cell);
   return options;
 }

@@ -30,7 +30,10 @@ struct RsiWire {
 
   static drivers::RsiConfig robot_config(Options options) { return std::move(options.rsi); }
   static void power_on(Controller& controller) { controller.rsi_on(); }
-  static void edge(Controller&, drivers::TimePoint, bool) {}  // no wire from sensor to controller
+  /// The opto output's transistor conducts while the gun is free: the input is on.
+  static void edge(Controller& controller, drivers::TimePoint t, bool closed) {
+    controller.input(t, !closed);
+  }
   static std::string_view tick(Controller& controller, drivers::TimePoint t) {
     return controller.tick(t);
   }

@@ -10,6 +10,7 @@
 #include "calib/model/units.h"
 #include "daemon/config/config_values.h"
 #include "daemon/config/space_config.h"
+#include "drivers/contact/port/udp_port.h"
 #include "drivers/error.h"
 
 namespace cellcal::daemon {
@@ -106,6 +107,12 @@ void read_rsi(const TomlTable& table, DaemonConfig& config) {
   rsi.stop_tag = read_name(table, "stop_tag", rsi.stop_tag, Emptiness::kMeansNone);
   rsi.mode_tag = read_name(table, "mode_tag", rsi.mode_tag, Emptiness::kMeansNone);
   rsi.override_tag = read_name(table, "override_tag", rsi.override_tag, Emptiness::kMeansNone);
+  rsi.contact_tag = read_name(table, "contact_tag", rsi.contact_tag, Emptiness::kMeansNone);
+  if (!rsi.contact_tag.empty() && config.controller.contact_is_on) {
+    table.fail("contact_tag",
+               "needs [controller] contact_level = \"off\" and the input's number: the sensor's "
+               "output is off during contact, so that a cut wire reads as contact");
+  }
   if (table.has("mode") && table.word("mode", {"absolute", "relative"}) == "relative") {
     rsi.mode = drivers::CorrectionMode::kRelative;
   }
@@ -208,7 +215,14 @@ void read_controller(const TomlTable& table, DaemonConfig& config) {
   if (table.has("pc_address")) {
     rsi.pc_address = read_address(table, "pc_address", "", Addresses::kThisComputers);
   }
-  rsi.rsi_version = integer_or(table, "rsi_version", rsi.rsi_version, 3, 4);
+  rsi.rsi_version = integer_or(table, "rsi_version", rsi.rsi_version, 0, 1000);
+  if (!drivers::is_rsi_version(rsi.rsi_version)) {
+    table.fail("rsi_version", std::string("must be ") + drivers::kRsiVersions +
+                                  "; EthernetKRL 6 and iiQKA's ExternalAPI are not supported");
+  }
+  if (rsi.rsi_version == 6 && wire_of(config) == WireKind::kEki) {
+    table.fail("rsi_version", "is 6 (iiQKA.OS2), whose EthernetKRL 6 is not supported: use RSI");
+  }
   rsi.timeout_cycles = integer_or(table, "timeout_cycles", rsi.timeout_cycles, 1, 1000);
   rsi.tool = files.tool;
   rsi.base = files.base;
@@ -226,15 +240,27 @@ void share_with_rsi_files(DaemonConfig& config) {
   files.stop_tag = config.rsi.stop_tag;
   files.mode_tag = config.rsi.mode_tag;
   files.override_tag = config.rsi.override_tag;
+  files.contact_tag = config.rsi.contact_tag;
+  files.input = config.controller.input;
   files.mode = config.rsi.mode;
   files.space = config.rsi.space;
   files.correction_limit_deg = config.rsi.correction_limit_deg.at(0);
   if (files.pc_address.empty()) files.pc_address = config.rsi.bind_address;
 }
 
+/// A path, or a board on Ethernet.
+std::string read_device(const TomlTable& table) {
+  const std::string text = table.string("device");
+  if (!drivers::is_datagrams(text)) return read_path(table, "device");
+  if (drivers::udp_device_of(text)) return text;
+  table.fail("device", "\"" + text + "\"" +
+                           " is no address of a board: write \"udp:ADDRESS:PORT\" with an IPv4 "
+                           "address (example: \"udp:169.254.67.84:4300\")");
+}
+
 void read_contact(const TomlTable& table, DaemonConfig& config) {
   const bool needed = config.backend != BackendKind::kMock;
-  if (needed || table.has("device")) config.contact.device = read_path(table, "device");
+  if (needed || table.has("device")) config.contact.device = read_device(table);
   config.contact.baud = static_cast<int>(table.integer_or("baud", 1'000'000, 9600, 4'000'000));
   for (int allowed : {1'000'000, 250'000, 115'200}) {
     if (config.contact.baud == allowed) {

@@ -14,7 +14,7 @@
 #include "daemon/config/plant_config.h"
 #include "daemon/config/schedule_config.h"
 #include "daemon/session/touch_policy.h"
-#include "drivers/contact/port/serial_port.h"
+#include "drivers/contact/port/port.h"
 #include "drivers/kuka/eki/eki_config.h"
 #include "drivers/kuka/krl/krl_files.h"
 #include "drivers/kuka/rsi/link/rsi_config.h"
@@ -78,7 +78,7 @@ struct DaemonConfig {
   drivers::EkiFilesConfig controller;  ///< what is installed on it, for EKI
   drivers::RsiFilesConfig rsi_files;   ///< likewise for RSI; its address may be empty
   bool realtime = true;
-  drivers::SerialPortOptions contact;
+  drivers::PortOptions contact;
   MockConfig mock;
 };
 

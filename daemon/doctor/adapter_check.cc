@@ -66,4 +66,21 @@ void judge_adapter(const std::string& device, const std::optional<drivers::Adapt
   }
 }
 
+void judge_interface(const std::optional<drivers::BoardInterface>& way, Findings& findings) {
+  const std::string check = "contact adapter";
+  if (!way) {
+    findings.fail(check, "0 network interfaces lead to the board",
+                  "set an address of the board's network on the network card that it is plugged into "
+                  "(drivers/contact/firmware/README.md, Ethernet)");
+  } else if (!way->carrier) {
+    findings.fail(check, way->name + ": no link", "plug the cable in; both lamps at the sockets light");
+  } else if (way->wireless) {
+    findings.warn(check, way->name + " is wireless: datagrams come late or not at all",
+                  "use a cable from the board to this computer");
+  } else {
+    findings.ok(check, way->speed_mbit ? fmt::format("{}, {} Mbit/s", way->name, *way->speed_mbit)
+                                       : way->name);
+  }
+}
+
 }  // namespace cellcal::daemon

@@ -1,5 +1,5 @@
 #pragma once
-// The USB adapter in front of the contact sensor, judged.
+// What is in front of the contact sensor, judged: a USB adapter, or the network interface.
 
 #include <optional>
 #include <string>
@@ -11,5 +11,8 @@ namespace cellcal::daemon {
 
 void judge_adapter(const std::string& device, const std::optional<drivers::Adapter>& adapter,
                    int baud, Findings& findings);
+
+/// For a board on Ethernet; same row.
+void judge_interface(const std::optional<drivers::BoardInterface>& way, Findings& findings);
 
 }  // namespace cellcal::daemon

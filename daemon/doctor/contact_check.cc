@@ -130,8 +130,8 @@ bool judge_contact(const ContactSeen& seen, Findings& findings) {
     } else {
       findings.fail(
           "contact sensor", s.words.empty() ? "no answer" : s.words,
-          fmt::format("check in this order: supply, USB cable, firmware, baud rate (wiring: {})",
-                      kReadme));
+          fmt::format("check in this order: supply, cable, firmware, {} (wiring: {})",
+                      seen.datagrams ? "address" : "baud rate", kReadme));
     }
     for (const char* check : {"contact board", "contact configuration", "contact circuit",
                               "contact self-test", "contact clock"}) {
@@ -165,28 +165,35 @@ void judge_contact_line(const ContactSeen& seen, Findings& findings) {
   const std::uint64_t bad = q.crc_errors + q.gaps;
   const double rate =
       q.frames + bad == 0 ? 0.0 : static_cast<double>(bad) / static_cast<double>(q.frames + bad);
+  const std::string overtaken =
+      seen.datagrams ? fmt::format(", {} twice or overtaken", q.overtaken) : std::string{};
   const std::string figures = fmt::format(
-      "{} frames in {:.0f} s, {} damaged, {} missing; round trip {:.2f} ms, p99 {:.2f}; heartbeat "
+      "{} frames in {:.0f} s, {} damaged, {} missing{}; round trip {:.2f} ms, p99 {:.2f}; heartbeat "
       "jitter {:.2f} ms",
-      q.frames, seen.observed_s, q.crc_errors, q.gaps, q.round_trip_p50_s * calib::kMsPerS,
+      q.frames, seen.observed_s, q.crc_errors, q.gaps, overtaken, q.round_trip_p50_s * calib::kMsPerS,
       q.round_trip_p99_s * calib::kMsPerS, q.heartbeat_jitter_s * calib::kMsPerS);
   if (q.frames == 0) {
     findings.fail(check, "0 valid frames",
                   seen.newest.fault == drivers::ContactFault::kBaud
                       ? "set the same baud rate on both sides, see 'contact sensor'"
-                      : "check baud rate, cable and supply");
+                  : seen.datagrams ? "check cable, supply and [contact] device"
+                                   : "check baud rate, cable and supply");
   } else if (rate > kBadLine) {
     findings.fail(check, figures,
-                  "use a shorter or screened cable away from the motor cables, or a lower baud "
-                  "rate on both sides");
+                  seen.datagrams
+                      ? "use a cable from the board to a network card of its own, away from the motor "
+                        "cables, without a switch"
+                      : "use a shorter or screened cable away from the motor cables, or a lower baud "
+                        "rate on both sides");
   } else if (bad > 0) {
     findings.warn(
         check, figures,
         "single losses are repeated, without effect; check cable and earth before there are more");
   } else if (q.round_trip_p50_s > kSlowRoundTripS) {
     findings.warn(check, figures,
-                  "the adapter buffers bytes: install the udev rule in systemd/ (latency timer "
-                  "of 1 ms)");
+                  seen.datagrams ? "reduce the load of this computer, or take the switch away"
+                                 : "the adapter buffers bytes: install the udev rule in systemd/ "
+                                   "(latency timer of 1 ms)");
   } else {
     findings.ok(check, figures);
   }

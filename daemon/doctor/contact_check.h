@@ -14,6 +14,7 @@ struct ContactSeen {
   std::uint16_t wanted_config_crc = 0;
   double observed_s = 0.0;
   int baud = 0;                   ///< of this side
+  bool datagrams = false;         ///< a board on Ethernet
   bool touched = false;           ///< closed, and open again, at least once while it was looked at
   bool repeats = true;  ///< a touch in which this computer was late is repeated ([session] busy_repeats)
   std::optional<int> answers_at;  ///< the baud rate that the sensor was found at, if looked for

@@ -73,6 +73,7 @@ class Wires {
         io_(drivers::IoThreadOptions{.realtime = config.realtime, .quiet = true}),
         contact_(io_.context(), contact_options(config)) {
     io_.start();
+    contact_seen_.datagrams = drivers::is_datagrams(config_.contact.device);
     contact_seen_.repeats = config_.repeats.of_session > 0 && config_.repeats.of_touch > 0;
     contact_seen_.wanted_config_crc = drivers::ctp::config_crc(drivers::ContactOptions().wire);
   }
@@ -129,6 +130,7 @@ std::string access_advice(const std::string& group) {
 /// Doctor may be allowed what the daemon is not.
 void Wires::judge_access(const std::optional<ProcessRights>& daemon) {
   const std::optional<ProcessRights> rights = daemon ? daemon : rights_of_unit();
+  if (drivers::is_datagrams(config_.contact.device)) return;
   if (!rights || may_use(*rights, config_.contact.device).value_or(true)) return;
   findings_.fail("contact access",
                  fmt::format("{} has no permission for {}", rights->who, config_.contact.device),
@@ -147,7 +149,9 @@ bool Wires::open_contact() {
   }
   const std::string warning = contact_.status().warning;
   const std::string found =
-      fmt::format("{} at {} baud, exclusive", config_.contact.device, config_.contact.baud);
+      drivers::is_datagrams(config_.contact.device)
+          ? config_.contact.device + ", exclusive"
+          : fmt::format("{} at {} baud, exclusive", config_.contact.device, config_.contact.baud);
   if (warning.empty()) {
     findings_.ok("contact port", found);
   } else {
@@ -168,8 +172,12 @@ void Wires::contact(const std::optional<ProcessRights>& daemon) {
   contact_open_ = open_contact();
   contact_opened_ = Steady::now();
   // Behind the opening, which asks for low latency: what is read back then is what sessions get.
-  judge_adapter(config_.contact.device, drivers::adapter_of(config_.contact.device),
-                config_.contact.baud, findings_);
+  if (drivers::is_datagrams(config_.contact.device)) {
+    judge_interface(drivers::interface_to(config_.contact.device), findings_);
+  } else {
+    judge_adapter(config_.contact.device, drivers::adapter_of(config_.contact.device),
+                  config_.contact.baud, findings_);
+  }
   if (!contact_open_) {
     for (const char* check : {"contact sensor", "contact board", "contact configuration",
                               "contact circuit", "contact self-test", "contact clock"}) {

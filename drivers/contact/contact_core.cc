@@ -68,6 +68,8 @@ ContactCore::ContactCore(const ContactOptions& options, ByteSink sink)
       config_crc_(ctp::config_crc(options.wire)),
       answer_time_(kAnswerFloor +
                    from_seconds(kAnswerFrames * wire_seconds(options.baud, kLongestFrame))),
+      reader_(ctp::Direction::kFromSensor,
+              options.datagrams ? ctp::Order::kAnyhow : ctp::Order::kKept),
       clock_(wire_seconds(options.baud, kPingFrame)),
       clock_before_(clock_),
       status_wire_s_(wire_seconds(options.baud, kStatusFrame)) {}
@@ -142,16 +144,16 @@ void ContactCore::lose_state(TimePoint now) {
   reader_.resync();
 }
 
-void ContactCore::on_bytes(std::span<const std::uint8_t> bytes, TimePoint t_rx) {
+void ContactCore::on_bytes(std::span<const std::uint8_t> bytes, TimePoint t_rx, TimePoint arrived) {
   if (step_ == ContactStep::kClosed) return;
   bytes_ += bytes.size();
   for (const std::uint8_t byte : bytes) {
-    if (const ctp::Frame* frame = reader_.feed(byte)) on_frame(*frame, t_rx);
+    if (const ctp::Frame* frame = reader_.feed(byte)) on_frame(*frame, t_rx, arrived);
   }
   on_tick_but_ping(t_rx);
 }
 
-void ContactCore::on_frame(const ctp::Frame& frame, TimePoint t_rx) {
+void ContactCore::on_frame(const ctp::Frame& frame, TimePoint t_rx, TimePoint arrived) {
   heard_ = true;
   last_frame_ = t_rx;
   switch (frame.type) {
@@ -170,7 +172,7 @@ void ContactCore::on_frame(const ctp::Frame& frame, TimePoint t_rx) {
       on_event(frame, t_rx);
       break;
     case CTP_PONG:
-      on_pong(ctp::read<ctp::Pong>(frame), t_rx);
+      on_pong(ctp::read<ctp::Pong>(frame), t_rx, arrived);
       break;
     case CTP_NAK:
       on_nak(ctp::read<ctp::Nak>(frame), t_rx);
@@ -250,12 +252,13 @@ void ContactCore::note_delivery(std::uint32_t ticks, TimePoint now) {
       ++silences_;
     }
     given_up_at_.reset();
-  } else if (late - kLateSigmas * map.sigma_s(ticks) > seconds(kHeartbeatLimit)) {
+  } else if (const double sure = late - kLateSigmas * map.sigma_s(ticks);
+             sure > seconds(kHeartbeatLimit)) {
     ++deliveries_late_;
-    if (arming_ != Arming::kArmed) return;
+    if (arming_ != Arming::kArmed || sure <= seconds(silence_limit_)) return;
     // What is heard is old, however regularly it comes: a trip would be as late.
     delivered_late_s_ = late;
-    late_limit_s_ = seconds(kHeartbeatLimit);
+    late_limit_s_ = seconds(silence_limit_);
     end_arming(ArmEnd::kDeliveredLate, now);
     begin_disarm(now);
   }
@@ -418,18 +421,18 @@ void ContactCore::on_tick(TimePoint now) {
 
 void ContactCore::on_tick_but_ping(TimePoint now) {
   if (step_ == ContactStep::kClosed) return;
-  if (arming_ == Arming::kArmed && now - last_frame_ > kHeartbeatLimit) {
-    give_up_waiting(kHeartbeatLimit, now);
+  if (arming_ == Arming::kArmed && now - last_frame_ > silence_limit_) {
+    give_up_waiting(silence_limit_, now);
     end_arming(ArmEnd::kSilence, now);
     begin_disarm(now);
   }
-  if (step_ > ContactStep::kHello && now - last_frame_ > kIdleLimit) {
-    give_up_waiting(kIdleLimit, now);
+  if (step_ > ContactStep::kHello && now - last_frame_ > idle_limit()) {
+    give_up_waiting(idle_limit(), now);
     identify_again(ContactFault::kSilent, now);
   }
   const bool understood = heard_ || fault_ != ContactFault::kNone;
-  if (step_ == ContactStep::kHello && !understood && bytes_ >= kGarbageBytes &&
-      now - step_since_ > kGarbageTimeout) {
+  if (step_ == ContactStep::kHello && !understood && !options_.datagrams &&
+      bytes_ >= kGarbageBytes && now - step_since_ > kGarbageTimeout) {
     fault_ = ContactFault::kBaud;
   }
   const bool held = fault_ == ContactFault::kLostState;
@@ -468,6 +471,7 @@ ContactQuality ContactCore::quality() const {
   q.frames = wire.frames;
   q.crc_errors = damaged_frames();
   q.gaps = wire.gaps;
+  q.overtaken = wire.overtaken;
   q.unknown_types = wire.unknown_types;
   q.bounces = bounces_;
   q.contact_voltage_v = contact_v_;
@@ -514,6 +518,7 @@ ContactFacts ContactCore::facts(TimePoint now) const {
   f.clock_ok = clock_good(now);
   f.delivery = {deliveries_late_, silences_, given_up_at_.has_value()};
   f.baud = options_.baud;
+  f.datagrams = options_.datagrams;
   f.bytes = bytes_;
   f.lost_events = lost_events_;
   f.quality = quality();
@@ -531,7 +536,7 @@ ContactSnapshot ContactCore::snapshot(TimePoint now) {
   s.silence_open = given_up_at_.has_value();
   s.said = said_;
   s.said_late_s = said_late_s_;
-  const Duration limit = s.armed ? Duration{kHeartbeatLimit} : Duration{kIdleLimit};
+  const Duration limit = s.armed ? silence_limit_ : idle_limit();
   // In contact no self-test can pass; the level of an examined loop still guards the way out.
   const bool leaving =
       step_ == ContactStep::kSelfTest && touching_ && fault_ == ContactFault::kNone;

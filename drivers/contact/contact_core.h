@@ -2,6 +2,7 @@
 // The host side of CTP/1: bytes and time in, bytes and events out. Owns no port, clock or thread;
 // after construction nothing allocates, locks, logs or throws.
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <functional>
@@ -21,6 +22,8 @@ inline constexpr std::chrono::milliseconds kIdleLimit{3 * CTP_IDLE_STATUS_MS};
 
 struct ContactOptions {
   int baud = CTP_DEFAULT_BAUD;
+  /// Of Ethernet: frames may be doubled and overtaken, and `baud` is the wire's bit rate.
+  bool datagrams = false;
   ctp::Config wire;  ///< sent as CONFIG
   /// An arming is refused above this: at 2 mm/s 0.5 ms is 1 um.
   double max_clock_sigma_s = 500e-6;
@@ -40,7 +43,12 @@ class ContactCore : public ContactGuard {
   void connect(TimePoint now);
   /// The port is lost or closed: everything is forgotten.
   void disconnect(TimePoint now);
-  void on_bytes(std::span<const std::uint8_t> bytes, TimePoint t_rx);
+  /// `t_rx`: when they were read, which is what silence is judged by; `arrived`: when they came into
+  /// this computer, where that is known better.
+  void on_bytes(std::span<const std::uint8_t> bytes, TimePoint t_rx) {
+    on_bytes(bytes, t_rx, t_rx);
+  }
+  void on_bytes(std::span<const std::uint8_t> bytes, TimePoint t_rx, TimePoint arrived);
   /// Does what is due. Call at or soon after next_wake().
   void on_tick(TimePoint now);
   TimePoint next_wake() const;
@@ -54,6 +62,7 @@ class ContactCore : public ContactGuard {
   ContactFacts facts(TimePoint now) const;
 
   ContactSnapshot snapshot(TimePoint now) override;
+  void set_silence_limit(Duration limit) override { silence_limit_ = limit; }
   std::optional<ContactEvent> take_event() override { return events_.pop(); }
   bool has_event() const { return !events_.empty(); }
   std::optional<ContactRecord> take_record() { return records_.pop(); }
@@ -71,7 +80,7 @@ class ContactCore : public ContactGuard {
     const ctp::WireBytes wire = ctp::build(payload, seq_++);
     sink_(wire.bytes());
   }
-  void on_frame(const ctp::Frame& frame, TimePoint t_rx);
+  void on_frame(const ctp::Frame& frame, TimePoint t_rx, TimePoint arrived);
   void on_ident(const ctp::Ident& ident, TimePoint now);
   void on_status(const ctp::Status& status, TimePoint now);
   void note_delivery(std::uint32_t ticks, TimePoint now);
@@ -81,7 +90,7 @@ class ContactCore : public ContactGuard {
   void on_status_test(const ctp::Status& status, TimePoint now);
   void on_trip(const ctp::Trip& trip, std::uint8_t sequence, TimePoint now);
   void on_event(const ctp::Frame& frame, TimePoint now);
-  void on_pong(const ctp::Pong& pong, TimePoint now);
+  void on_pong(const ctp::Pong& pong, TimePoint now, TimePoint arrived);
   void on_nak(const ctp::Nak& nak, TimePoint now);
 
   void on_tick_but_ping(TimePoint now);
@@ -104,6 +113,7 @@ class ContactCore : public ContactGuard {
   void end_arming(ArmEnd end, TimePoint now);
   void begin_disarm(TimePoint now);
   void use_up_arming(std::uint16_t arm_id, TimePoint now);
+  bool keeps_alive() const;  ///< for the sensor, not to let the arming lapse
   void tick_arming(TimePoint now);
 
   void begin_test(TimePoint now);
@@ -121,7 +131,7 @@ class ContactCore : public ContactGuard {
   ByteSink sink_;
   std::uint16_t config_crc_;
   Duration answer_time_;  ///< after which an unanswered request is repeated
-  ctp::FrameReader reader_{ctp::Direction::kFromSensor};
+  ctp::FrameReader reader_;
   std::uint8_t seq_ = 0;
   std::uint32_t random_ = 1;
 
@@ -138,6 +148,8 @@ class ContactCore : public ContactGuard {
   bool heard_ = false;
   std::uint64_t bytes_ = 0;
   TimePoint last_frame_{};
+  Duration silence_limit_{kHeartbeatLimit};  ///< under arm
+  Duration idle_limit() const { return std::max<Duration>(kIdleLimit, silence_limit_); }
   std::optional<ctp::Status> status_;
   TimePoint contact_since_{};
   bool in_contact_ = false;

@@ -12,8 +12,8 @@ namespace {
 using std::chrono::milliseconds;
 
 constexpr milliseconds kKeepAlivePeriod{CTP_KEEPALIVE_MS};
-/// An arming that is not answered by then is given up: before the sensor, which hears no
-/// keep-alive yet, lets it lapse.
+/// An arming that is not answered by then is given up, unless answers may be later than that: before
+/// the sensor would let it lapse without keep-alives.
 constexpr milliseconds kArmTimeout{CTP_KEEPALIVE_LIMIT_MS * 8 / 10};
 constexpr milliseconds kMaxLifetime{0xFFFF};
 /// The sensor ends an arming itself; the host steps in only this much later.
@@ -48,7 +48,7 @@ ArmRefusal ContactCore::refusal(const Request& request, TimePoint now) const {
       request.lifetime > kMaxLifetime) {
     return ArmRefusal::kBadArgument;
   }
-  if (step_ != ContactStep::kReady || !status_ || now - last_frame_ > kIdleLimit) {
+  if (step_ != ContactStep::kReady || !status_ || now - last_frame_ > idle_limit()) {
     return ArmRefusal::kNotReady;
   }
   if (loop_flaw(*status_) != LoopFlaw::kNone) return ArmRefusal::kLoopBroken;
@@ -85,6 +85,7 @@ void ContactCore::ask(const Request& request, TimePoint now) {
   arming_ = Arming::kAsking;
   asked_at_ = now;
   next_try_ = now + answer_time_;
+  next_keepalive_ = now + kKeepAlivePeriod;
   send(ctp::Arm{request.arm_id, static_cast<std::uint16_t>(request.lifetime.count())});
 }
 
@@ -160,6 +161,11 @@ void ContactCore::on_status_arming(bool armed_flag, bool latched, TimePoint now)
   }
 }
 
+bool ContactCore::keeps_alive() const {
+  const bool answer_may_be_late = silence_limit_ > kHeartbeatLimit;
+  return arming_ == Arming::kArmed || (arming_ == Arming::kAsking && answer_may_be_late);
+}
+
 void ContactCore::tick_arming(TimePoint now) {
   if (waiting_ && arming_ == Arming::kNone && test_ == Test::kNone && !test_wanted_) {
     const Request request = *waiting_;
@@ -175,14 +181,14 @@ void ContactCore::tick_arming(TimePoint now) {
     end_arming(ArmEnd::kExpired, now);
     begin_disarm(now);
   }
-  if (arming_ == Arming::kArmed && now >= next_keepalive_) {
+  if (keeps_alive() && now >= next_keepalive_) {
     send(ctp::KeepAlive{});
     next_keepalive_ = now + kKeepAlivePeriod;
   }
   if ((arming_ == Arming::kAsking || arming_ == Arming::kDisarming) && now >= next_try_) {
     if (arming_ == Arming::kDisarming) {
       begin_disarm(now);
-    } else if (now - asked_at_ > kArmTimeout) {
+    } else if (now - asked_at_ > std::max<Duration>(kArmTimeout, silence_limit_)) {
       answer(ArmRefusal::kNoAnswer, request_.arm_id, now);
       begin_disarm(now);
     } else {
@@ -206,11 +212,11 @@ void ContactCore::tick_ping(TimePoint now) {
   next_ping_ = now + milliseconds{ms} + std::chrono::microseconds{random() % 1000};
 }
 
-void ContactCore::on_pong(const ctp::Pong& pong, TimePoint now) {
+void ContactCore::on_pong(const ctp::Pong& pong, TimePoint now, TimePoint arrived) {
   if (!ping_out_ || pong.nonce != ping_nonce_ || step_ < ContactStep::kClock) return;
   ping_out_ = false;
   last_pong_ = now;
-  if (clock_.add(ping_sent_, now, pong.t_rx, pong.t_tx) == ClockMap::Sample::kJumped) {
+  if (clock_.add(ping_sent_, arrived, pong.t_rx, pong.t_tx) == ClockMap::Sample::kJumped) {
     identify_again(ContactFault::kClockJumped, now);
     return;
   }
@@ -353,7 +359,7 @@ void ContactCore::on_status_test(const ctp::Status& status, TimePoint now) {
 
 TimePoint ContactCore::next_wake() const {
   if (step_ == ContactStep::kClosed) return TimePoint::max();
-  TimePoint t = last_frame_ + kIdleLimit + milliseconds{1};
+  TimePoint t = last_frame_ + idle_limit() + milliseconds{1};
   if (step_ == ContactStep::kHello) {
     // Silence is what one waits for here; a held fault waits for a person.
     t = fault_ == ContactFault::kLostState ? TimePoint::max() : next_send_;
@@ -367,10 +373,10 @@ TimePoint ContactCore::next_wake() const {
     t = std::min(t, step_ == ContactStep::kSelfTest ? next_test_ : next_ping_);
   }
   if (arming_ == Arming::kArmed) {
-    t = std::min({t, next_keepalive_, last_frame_ + kHeartbeatLimit + milliseconds{1}, expires_});
+    t = std::min({t, last_frame_ + silence_limit_ + milliseconds{1}, expires_});
   }
   if (arming_ == Arming::kAsking || arming_ == Arming::kDisarming) t = std::min(t, next_try_);
-  return t;
+  return keeps_alive() ? std::min(t, next_keepalive_) : t;
 }
 
 }  // namespace cellcal::drivers

@@ -37,6 +37,7 @@ struct ContactFacts {
   bool clock_ok = false;            ///< as in ContactStatus
   ContactDelivery delivery;
   int baud = 0;                     ///< of this side
+  bool datagrams = false;           ///< it comes over Ethernet
   std::uint64_t bytes = 0;          ///< received since the port was opened
   std::uint64_t lost_events = 0;    ///< nobody took them in time
   std::uint64_t sensor_errors = 0;  ///< damaged frames that the sensor counted

@@ -65,7 +65,7 @@ std::string fault_words(const ContactFacts& f) {
     case ContactFault::kLostState:
       return fmt::format(
           "the contact sensor restarted while in use (boot id is now {}): its arming and its "
-          "clock are lost. Check its supply and USB cable, then start a self-test",
+          "clock are lost. Check its supply and cable, then start a self-test",
           f.boot_id);
     case ContactFault::kConfigRefused:
       return "the contact sensor refused its configuration. Check confirm_samples, sample_us, "
@@ -115,8 +115,10 @@ std::string step_words(const ContactFacts& f) {
       if (!f.heard) {
         return fmt::format(
             "nothing received from the contact sensor for {:.0f} s. Check its power, its "
-            "firmware and the baud rate ({} here)",
-            f.waiting_s, f.baud);
+            "firmware and {}",
+            f.waiting_s,
+            f.datagrams ? "the cable, both lamps at its socket, and the address in [contact] device"
+                        : fmt::format("the baud rate ({} here)", f.baud));
       }
       return fmt::format("the contact sensor has not answered HELLO for {:.0f} s", f.waiting_s);
     case ContactStep::kConfig:

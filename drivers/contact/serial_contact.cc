@@ -40,7 +40,7 @@ constexpr std::size_t kAnswers = 16;
 /// The session takes them every millisecond; a second of the fastest sensor.
 constexpr std::size_t kRecords = 256;
 
-enum class Port { kClosed, kOpen, kLost };
+enum class PortState { kClosed, kOpen, kLost };
 
 struct Command {
   enum class Kind { kArm, kDisarm, kSelfTest } kind = Kind::kDisarm;
@@ -50,15 +50,19 @@ struct Command {
 
 struct Published {
   ContactFacts facts;
-  Port port = Port::kClosed;
+  PortState port = PortState::kClosed;
   int error = 0;  ///< errno that the port was lost with; 0: end of file
   std::uint64_t unsent = 0;
   std::uint64_t tests_begun = 0;  ///< orders to prove itself that were passed on
   TimePoint at{};
 };
 
-ContactOptions with_baud(ContactOptions contact, int baud) {
-  contact.baud = baud;
+/// 100BASE-TX, all that a W5500 speaks.
+constexpr int kEthernetRate = 100'000'000;
+
+ContactOptions over(ContactOptions contact, const PortOptions& port) {
+  contact.datagrams = is_datagrams(port.device);
+  contact.baud = contact.datagrams ? kEthernetRate : port.baud;
   return contact;
 }
 
@@ -69,7 +73,7 @@ class SerialContact::Impl : public ContactGuard, public std::enable_shared_from_
   Impl(asio::io_context& io, const SerialContactOptions& options)
       : io_(io),
         options_(options),
-        core_(with_baud(options.contact, options.port.baud),
+        core_(over(options.contact, options.port),
               [this](std::span<const std::uint8_t> bytes) { transmit(bytes); }),
         timer_(io),
         calls_(io),
@@ -175,10 +179,10 @@ class SerialContact::Impl : public ContactGuard, public std::enable_shared_from_
       s.words = "the robot's thread does not run: the contact sensor's state is unknown";
       return s;
     }
-    if (p.port == Port::kLost) {
+    if (p.port == PortState::kLost) {
       s.link = ContactLink::kDown;
       s.words = lost_words(p);
-    } else if (p.port == Port::kClosed) {
+    } else if (p.port == PortState::kClosed) {
       s.link = ContactLink::kDown;
       s.words = "the contact sensor's port is being opened";
     }
@@ -199,6 +203,8 @@ class SerialContact::Impl : public ContactGuard, public std::enable_shared_from_
     take_in();
     return core_.snapshot(now);
   }
+
+  void set_silence_limit(Duration limit) override { core_.set_silence_limit(limit); }
 
   std::optional<ContactEvent> take_event() override {
     if (!core_.has_event()) take_in();
@@ -255,15 +261,15 @@ class SerialContact::Impl : public ContactGuard, public std::enable_shared_from_
     switch (news.kind) {
       case PortNews::Kind::kOpened:
         opening_ = news.opening;
-        port_state_ = Port::kOpen;
+        port_state_ = PortState::kOpen;
         error_ = 0;
         core_.connect(Steady::now());
         break;
       case PortNews::Kind::kBytes:
-        core_.on_bytes({news.bytes.data(), news.size}, news.t);
+        core_.on_bytes({news.bytes.data(), news.size}, news.t, news.arrived);
         break;
       case PortNews::Kind::kLost:
-        port_state_ = Port::kLost;
+        port_state_ = PortState::kLost;
         error_ = news.error;
         core_.disconnect(Steady::now());
         break;
@@ -272,9 +278,9 @@ class SerialContact::Impl : public ContactGuard, public std::enable_shared_from_
 
   void leave_port() {
     const TimePoint now = Steady::now();
-    if (port_state_ == Port::kOpen) core_.disarm(now);
+    if (port_state_ == PortState::kOpen) core_.disarm(now);
     core_.disconnect(now);
-    port_state_ = Port::kClosed;
+    port_state_ = PortState::kClosed;
     closes_done_ = closes_asked_.load();
     after(now);
   }
@@ -376,7 +382,7 @@ class SerialContact::Impl : public ContactGuard, public std::enable_shared_from_
   asio::posix::stream_descriptor calls_;
   bool timer_pending_ = false;
   std::uint32_t opening_ = kNone;
-  Port port_state_ = Port::kClosed;
+  PortState port_state_ = PortState::kClosed;
   int error_ = 0;
   std::uint64_t tests_begun_ = 0;
 

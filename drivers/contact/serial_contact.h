@@ -12,13 +12,13 @@
 
 #include "drivers/contact.h"
 #include "drivers/contact/contact_core.h"
-#include "drivers/contact/port/serial_port.h"
+#include "drivers/contact/port/port.h"
 #include "drivers/io_thread.h"
 
 namespace cellcal::drivers {
 
 struct SerialContactOptions {
-  SerialPortOptions port;
+  PortOptions port;
   ContactOptions contact;  ///< its baud is taken from port
   std::chrono::milliseconds reopen_first{100}, reopen_longest{2000};
 };

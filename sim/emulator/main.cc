@@ -1,11 +1,13 @@
-// The emulated cell on real wires: KRC over UDP, contact sensor on a pseudo-terminal.
+// The emulated cell on real wires: KRC over UDP, contact sensor on a pseudo-terminal or over UDP.
 
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <atomic>
 #include <csignal>
 #include <cstdio>
+#include <memory>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -23,6 +25,7 @@
 #include "sim/krc/eki/eki_stream_server.h"
 #include "sim/krc/krc_udp.h"
 #include "sim/mcu/mcu_pty.h"
+#include "sim/mcu/mcu_udp.h"
 
 namespace {
 
@@ -52,25 +55,28 @@ void wait_for_operator(const sim::EmulatorOptions& options, Krc& krc) {
 /// What both wires share: the physical cell, the contact sensor, and what has been seen at the end.
 struct Cell {
   explicit Cell(const sim::EmulatorOptions& o, const calib::Cell& cell)
-      : options(o), physical(sim::draw_truth(cell, o.truth)), sensor(pty_options(o)) {
-    sensor.set_faults(o.sensor_faults);
+      : options(o), physical(sim::draw_truth(cell, o.truth)), sensor(sensor_of(o)) {
+    sensor->set_faults(o.sensor_faults);
   }
 
-  static sim::McuPtyOptions pty_options(const sim::EmulatorOptions& o) {
-    sim::McuPtyOptions pty;
-    pty.realtime = true;
-    pty.mcu.baud = o.baud;
-    pty.symlink = o.device_link;
-    pty.mcu.drift_ppm = o.mcu_drift_ppm;
-    return pty;
+  static std::unique_ptr<sim::McuThread> sensor_of(const sim::EmulatorOptions& o) {
+    sim::McuOptions mcu;
+    mcu.drift_ppm = o.mcu_drift_ppm;
+    if (!o.udp.empty()) {
+      const auto [address, port] = sim::address_of("--udp", o.udp);
+      return std::make_unique<sim::McuUdp>(sim::McuUdpOptions{mcu, address, port, true});
+    }
+    mcu.baud = o.baud;
+    return std::make_unique<sim::McuPty>(sim::McuPtyOptions{mcu, o.device_link, true});
   }
   std::string device() const {
-    return options.device_link.empty() ? sensor.path() : options.device_link;
+    return options.device_link.empty() || !options.udp.empty() ? sensor->path()
+                                                               : options.device_link;
   }
 
   const sim::EmulatorOptions& options;
   sim::PhysicalCell physical;
-  sim::McuPty sensor;
+  std::unique_ptr<sim::McuThread> sensor;
 };
 
 std::vector<double> start_of(const sim::EmulatorOptions& options, const calib::Cell& cell) {
@@ -80,6 +86,7 @@ std::vector<double> start_of(const sim::EmulatorOptions& options, const calib::C
 }
 
 int run_rsi(const sim::EmulatorOptions& options, const calib::Cell& cell) {
+  std::atomic<bool> free{false};  // the opto output, wired to the controller's input
   Cell emulated(options, cell);
   sim::ControllerConfig controller = options.controller;
   for (const calib::Joint& joint : cell.robot.joints) {
@@ -96,14 +103,16 @@ int run_rsi(const sim::EmulatorOptions& options, const calib::Cell& cell) {
   controller.start_rad = start_of(options, cell);
   controller.arm = sim::make_cartesian_arm(cell);
   sim::ContactWatch watch(emulated.physical, [&](drivers::TimePoint t, bool closed) {
-    emulated.sensor.edge(t, closed);
+    emulated.sensor->edge(t, closed);
   });
+  emulated.sensor.on_output([&free](drivers::TimePoint, bool is) { free = is; });
   sim::KrcUdpOptions udp;
   udp.pc_address = options.pc_address;
   udp.pc_port = options.pc_port;
   udp.restart_after_s = options.restart_after_s;
   udp.realtime = true;
   sim::KrcUdp krc(controller, udp, [&](sim::Controller& c, drivers::TimePoint now) {
+    c.input(now, free);
     if (!options.no_spheres)
       watch.look(now, now + c.cycle(), [&](drivers::TimePoint t) { return c.actual_rad_at(t); });
   });
@@ -153,7 +162,7 @@ int run_eki_stream(const sim::EmulatorOptions& options, const calib::Cell& cell)
 
   Cell emulated(options, cell);
   sim::ContactWatch watch(emulated.physical, [&](drivers::TimePoint t, bool closed) {
-    emulated.sensor.edge(t, closed);
+    emulated.sensor->edge(t, closed);
   });
   sim::EkiStreamServerOptions server;
   if (!options.listen.empty()) server.address = options.listen;
@@ -206,7 +215,7 @@ int run_eki(const sim::EmulatorOptions& options, const calib::Cell& cell) {
   Cell emulated(options, cell);
   sim::EkiController* running = nullptr;
   sim::ContactWatch watch(emulated.physical, [&](drivers::TimePoint t, bool closed) {
-    emulated.sensor.edge(t, closed);
+    emulated.sensor->edge(t, closed);
     running->input(t, closed);
   });
   sim::EkiServerOptions tcp;
@@ -256,11 +265,11 @@ int main(int argc, char** argv) {
     sim::EmulatorOptions options;
     CLI::App app(
         "The emulated cell on real wires: a KUKA controller over RSI/UDP or EKI/TCP and a contact "
-        "sensor on a pseudo-terminal.\nExample: cellcal-emulator --cell cell.toml "
+        "sensor on a pseudo-terminal or over UDP.\nExample: cellcal-emulator --cell cell.toml "
         "--pc 127.0.0.1:49152 --device-link /tmp/contact");
     sim::add_options(app, options);
     CLI11_PARSE(app, argc, argv);
-    if (!options.rsi_context.empty()) sim::load_rsi_context(options);
+    sim::load_rsi(options);
     return run(options);
   } catch (const std::exception& e) {
     std::fprintf(stderr, "cellcal-emulator: %s\n", e.what());

@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 #include <charconv>
+#include <tuple>
 
 namespace cellcal::sim {
 
@@ -72,6 +73,17 @@ void add_truth_options(CLI::App& app, EmulatorOptions& options) {
              "Of the touches, with a chip of 0.3 to 1 mm between tip and sphere [%]");
 }
 
+std::pair<std::string, std::uint16_t> address_of(const char* option, const std::string& text) {
+  const auto colon = text.rfind(':');
+  std::uint16_t port = 0;
+  const char* end = text.data() + text.size();
+  const char* digits = colon == std::string::npos ? end : text.data() + colon + 1;
+  const auto [stop, error] = std::from_chars(digits, end, port);
+  if (error != std::errc() || stop != end || port < 1)
+    throw CLI::ValidationError(option, "\"" + text + "\" is not ADDRESS:PORT");
+  return {text.substr(0, colon), port};
+}
+
 namespace {
 
 /// What the controller speaks, and with whom.
@@ -79,15 +91,7 @@ void add_wire_options(CLI::App& app, EmulatorOptions& options) {
   app.add_option_function<std::string>(
          "--pc",
          [&options](const std::string& text) {
-           const auto colon = text.rfind(':');
-           int port = 0;
-           const char* end = text.data() + text.size();
-           const char* digits = colon == std::string::npos ? end : text.data() + colon + 1;
-           const auto [stop, error] = std::from_chars(digits, end, port);
-           if (error != std::errc() || stop != end || port < 1 || port > 65535)
-             throw CLI::ValidationError("--pc", "\"" + text + "\" is not ADDRESS:PORT");
-           options.pc_address = text.substr(0, colon);
-           options.pc_port = static_cast<std::uint16_t>(port);
+           std::tie(options.pc_address, options.pc_port) = address_of("--pc", text);
            options.pc_port_given = true;
          },
          "Where the daemon listens for RSI, ADDRESS:PORT")
@@ -145,6 +149,9 @@ void add_controller_options(CLI::App& app, EmulatorOptions& options) {
 void add_sensor_options(CLI::App& app, EmulatorOptions& options) {
   app.add_option("--device-link", options.device_link,
                  "Symbolic link to the sensor's pseudo-terminal");
+  app.add_option("--udp", options.udp,
+                 "The sensor is the board on Ethernet, at ADDRESS:PORT of this computer; the daemon's "
+                 "[contact] device is then udp:ADDRESS:PORT");
   app.add_option("--baud", options.baud, "Of the sensor's line")->capture_default_str();
   app.add_option("--mcu-drift-ppm", options.mcu_drift_ppm, "Of the sensor's clock")
       ->capture_default_str()

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "sim/cell/truth.h"
@@ -26,12 +27,14 @@ struct EmulatorOptions {
   std::string listen;                ///< address for EKI; empty: 127.0.0.1
   std::string rsi_xml;               ///< RSI's ethernet file; empty: the options say it all
   std::string rsi_context;           ///< its context (.rsi.xml, .rsix); empty: likewise
+  int rsi_version = 0;               ///< of the controller; 0: the context's
   std::string pc_address = "127.0.0.1";
   std::uint16_t pc_port = 49152;
   bool pc_port_given = false;
   double max_acceleration_deg_s2 = 0.0;  ///< of any axis within a cycle; 0: not watched
   std::string control;                   ///< FIFO of the operator's commands; "-": standard input
   std::string device_link;
+  std::string udp;  ///< the sensor on Ethernet listens there, ADDRESS:PORT; empty: a pseudo-terminal
   int baud = 1'000'000;
   double mcu_drift_ppm = 30.0;
   std::optional<double> restart_after_s;
@@ -39,6 +42,8 @@ struct EmulatorOptions {
   bool no_spheres = false;  ///< taken away: the tip never touches anything
 };
 
+/// ADDRESS:PORT taken apart. Throws CLI::ValidationError.
+std::pair<std::string, std::uint16_t> address_of(const char* option, const std::string& text);
 void add_truth_options(CLI::App& app, EmulatorOptions& options);
 void add_options(CLI::App& app, EmulatorOptions& options);
 /// How the controller's RSI is configured, and its operator. Part of add_options.

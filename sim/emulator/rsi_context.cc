@@ -68,9 +68,14 @@ double number(const RsiObject& object, const std::string& name, double usual) {
   const drivers::RsiParameter* found = object.parameter(name);
   double value = usual;
   if (found != nullptr && !drivers::wire::parse_number(found->value, value)) {
-    throw std::invalid_argument(fmt::format("RSI_CREATE: {} of {} is no number", name, object.id));
+    throw std::invalid_argument(fmt::format("RSI: {} of {} is no number", name, object.id));
   }
   return value;
+}
+
+/// What the program calls to load the context.
+const char* load_call(const RsiContextFile& context) {
+  return context.rsi_version == 6 ? "RSI_LOAD" : "RSI_CREATE";
 }
 
 /// As the pendant says it.
@@ -80,8 +85,8 @@ void check_index(const RsiChannelFile& channel, const RsiContextFile& context,
                                  [&](const RsiElement& e) { return e.index == input.from_index; });
   if (known) return;
   throw std::invalid_argument(fmt::format(
-      "RSI_CREATE: Invalid index - signal output ({}:{}: {} output {}, which {} does not have)",
-      context.name, input.line, input.from, input.from_index, channel.name));
+      "{}: Invalid index - signal output ({}:{}: {} output {}, which {} does not have)",
+      load_call(context), context.name, input.line, input.from, input.from_index, channel.name));
 }
 
 void take_axis_limits(const RsiContextFile& context, const RsiObject& corrector,
@@ -122,6 +127,16 @@ void take_space_limits(const RsiContextFile& context, const RsiObject& corrector
       monitor == nullptr ? kUsualMonitorDeg : number(*monitor, "MaxRotAngle", kUsualMonitorDeg);
 }
 
+void check_release(const RsiContextFile& context, EmulatorOptions& options) {
+  if (options.rsi_version == 0) options.rsi_version = context.rsi_version;
+  if (drivers::rsi_format(options.rsi_version) == context.rsi_version) return;
+  throw std::invalid_argument(fmt::format("{}: {}: a context of RSI {}, the controller has RSI {}",
+                                          load_call(context), context.name, context.rsi_version,
+                                          options.rsi_version));
+}
+
+}  // namespace
+
 void take_context(const RsiContextFile& context, const RsiChannelFile& channel,
                   ControllerConfig& controller) {
   const RsiObject* ethernet = context.only("ETHERNET");
@@ -133,8 +148,8 @@ void take_context(const RsiContextFile& context, const RsiChannelFile& channel,
   }
   const drivers::RsiParameter* named = ethernet->parameter("ConfigFile");
   if (named == nullptr || !drivers::wire::same_name(named->value, channel.name)) {
-    throw std::invalid_argument(fmt::format("RSI_CREATE: {}: file {} not found", context.name,
-                                            named == nullptr ? "" : named->value));
+    throw std::invalid_argument(fmt::format("{}: {}: file {} not found", load_call(context),
+                                            context.name, named == nullptr ? "" : named->value));
   }
   controller.precision = static_cast<int>(number(*ethernet, "Precision", kUsualPrecision));
   controller.timeout_cycles = static_cast<int>(number(*ethernet, "Timeout", kUsualTimeout));
@@ -161,7 +176,12 @@ void take_context(const RsiContextFile& context, const RsiChannelFile& channel,
   }
 }
 
-}  // namespace
+void load_rsi(EmulatorOptions& options) {
+  if (!options.rsi_context.empty()) load_rsi_context(options);
+  if (options.rsi_version == 6 && options.controller.cycle_ms != 4) {
+    throw std::invalid_argument("RSI 6 has a cycle of 4 ms, and no other (--cycle-ms)");
+  }
+}
 
 void load_rsi_context(EmulatorOptions& options) {
   const std::filesystem::path channel_path = options.rsi_xml, context_path = options.rsi_context;
@@ -171,8 +191,10 @@ void load_rsi_context(EmulatorOptions& options) {
     options.pc_address = channel.ip_number.value;
     options.pc_port = static_cast<std::uint16_t>(channel.port.value);
   }
-  take_context(drivers::read_rsi_context(content(context_path), context_path.filename().string()),
-               channel, options.controller);
+  const RsiContextFile context =
+      drivers::read_rsi_context(content(context_path), context_path.filename().string());
+  check_release(context, options);
+  take_context(context, channel, options.controller);
 }
 
 }  // namespace cellcal::sim

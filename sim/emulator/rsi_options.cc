@@ -57,6 +57,7 @@ void add_names(CLI::App& app, ControllerConfig& controller, CLI::Option* file) {
   name("--stop-tag", controller.stop_tag, "Element of the STOP object; empty: none");
   name("--mode-tag", controller.mode_tag, "SEND element of STATUS (Mode_Op); empty: none");
   name("--override-tag", controller.override_tag, "Likewise of OV_PRO");
+  name("--contact-tag", controller.contact_tag, "Likewise of the contact input (DIGIN)");
   app.add_option("--hold-on", controller.hold_on, "HOLDON of all corrections, 1 or 0")
       ->default_str("1")
       ->excludes(file);
@@ -98,11 +99,17 @@ void add_rsi_options(CLI::App& app, EmulatorOptions& options) {
              "RSI ethernet file, cellcal's or anybody's: SENTYPE, elements and their order, "
              "HOLDON, and the port if --pc is not given")
           ->check(CLI::ExistingFile);
-  app.add_option("--rsi-context", options.rsi_context,
-                 "RSI's context beside it (.rsi.xml or .rsix): Precision, Timeout, limits; packets "
-                 "then go to the file's address, too")
+  app.add_option(
+         "--rsi-context", options.rsi_context,
+         "RSI's context beside it (.rsi.xml or .rsix): release, Precision, Timeout, limits; packets "
+         "then go to the file's address, too")
       ->check(CLI::ExistingFile)
       ->needs(file);
+  app.add_option(
+         "--rsi-version", options.rsi_version,
+         "Release of the controller's RSI, 3 to 6: a context of another one is refused, and "
+         "6 (iiQKA.OS2) has the cycle of 4 ms alone. Default: the context's")
+      ->check(CLI::Range(3, 6));
   add_names(app, controller, file);
   add_choice<RsiMode>(app, "--mode", "Argument of RSI_ON", controller.mode,
                       {{"absolute", RsiMode::kAbsolute}, {"relative", RsiMode::kRelative}});

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <deque>
 #include <random>
 #include <stdexcept>
 
@@ -60,6 +61,7 @@ RsiChannelConfig ControllerConfig::effective_channel() const {
   if (!mode_tag.empty()) add_sent_value(mode_tag, {}, RsiSentValue::Of::kMode, made.send);
   if (!override_tag.empty())
     add_sent_value(override_tag, {}, RsiSentValue::Of::kOverride, made.send);
+  if (!contact_tag.empty()) add_sent_value(contact_tag, {}, RsiSentValue::Of::kInput, made.send);
   const auto receive = [&](const std::string& element, std::string_view names, RsiRole role) {
     for (std::size_t i = 0; i < 6; ++i) {
       const std::string name =
@@ -294,6 +296,7 @@ struct Controller::Impl {
     values.delay = late;
     values.mode = mode == OperatingMode::kT1 ? 1 : mode == OperatingMode::kT2 ? 2 : 3;
     values.override_percent = override_percent;
+    values.input_on = input_on;
     values.actual_deg = std::span(actual_deg).first(axes);
     values.setpoint_deg = std::span(base_deg).first(axes);
     if (config.arm) {
@@ -309,6 +312,7 @@ struct Controller::Impl {
     tick_at = now;
     // The counter is the controller's, not the session's: it goes on whatever RSI does.
     ipoc += static_cast<std::uint64_t>(config.ipoc_step);
+    take_input(now);
     if (phase != RsiPhase::kRunning) return {};
     close_cycle();
     if (phase == RsiPhase::kRunning) take_stop();
@@ -319,6 +323,11 @@ struct Controller::Impl {
     ++packets;
     text = packet();
     return text;
+  }
+
+  void take_input(drivers::TimePoint now) {
+    for (; !edges.empty() && edges.front().first <= now; edges.pop_front())
+      input_on = edges.front().second;
   }
 
   void receive(std::string_view bytes) {
@@ -354,6 +363,8 @@ struct Controller::Impl {
   std::vector<double> low_deg, high_deg;  // their limits
   KukaFrame frame{};
   drivers::TimePoint tick_at{};
+  std::deque<std::pair<drivers::TimePoint, bool>> edges;  // of the contact input, to come
+  bool input_on = false;
   bool ticked = false, blocked = false, halted = false;
   bool awaiting = false, answered = false, stop_seen = false, stop_level = false;
   bool first_frame = false, e_stop = false, drives_on = true, start_held = true;
@@ -408,6 +419,8 @@ void Controller::start_key(bool held) {
   impl_->start_held = held;
   if (!held && impl_->manual()) impl_->stop_running("Start key released");
 }
+
+void Controller::input(drivers::TimePoint t, bool on) { impl_->edges.emplace_back(t, on); }
 
 void Controller::cancel_program() { impl_->stop_running("Program cancelled"); }
 

@@ -51,6 +51,7 @@ struct ControllerConfig {
   bool send_delay = true;                ///< DEF_Delay wired
   /// STATUS and OV_PRO wired to SEND elements of these names, as RsiConfig; empty: not.
   std::string mode_tag = "Mode.R", override_tag = "OvPro.R";
+  std::string contact_tag;  ///< DIGIN of the contact input, likewise
 
   RsiMode mode = RsiMode::kAbsolute;
   RsiStop stop_mode = RsiStop::kExitMoveCorr;
@@ -123,6 +124,8 @@ class Controller {
   void mode(OperatingMode mode);
   void set_override(int percent);  ///< $OV_PRO, 0..100: it does not scale corrections
   void start_key(bool held);  ///< counts in T1 and T2
+  /// The contact input from t on; packets have it as it is at their tick. Off at power on.
+  void input(drivers::TimePoint t, bool on);
   void cancel_program();
 
   /// Faults. The arm keeps its position although the setpoint moves (drives off, brake closed).

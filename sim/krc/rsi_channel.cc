@@ -52,8 +52,11 @@ RsiSent& element_of(const std::string& name, std::vector<RsiSent>& send) {
 
 RsiSentValue::Of source_of(const std::string& element) {
   if (wire::same_name(element, "Mode")) return RsiSentValue::Of::kMode;
-  return wire::lower(element).find("ovpro") != std::string::npos ? RsiSentValue::Of::kOverride
-                                                                 : RsiSentValue::Of::kConstant;
+  const auto holds = [name = wire::lower(element)](const char* part) {
+    return name.find(part) != std::string::npos;
+  };
+  if (holds("contact")) return RsiSentValue::Of::kInput;
+  return holds("ovpro") ? RsiSentValue::Of::kOverride : RsiSentValue::Of::kConstant;
 }
 
 void add_sent(const std::string& tag, const std::string& type, RsiChannelConfig& config) {
@@ -161,6 +164,8 @@ std::string text_of(const RsiSentValue& value, const RsiValues& values, int deci
       return std::to_string(values.mode);
     case RsiSentValue::Of::kOverride:
       return Text().put(values.override_percent, decimals).take();
+    case RsiSentValue::Of::kInput:
+      return values.input_on ? "1" : "0";
     case RsiSentValue::Of::kConstant:
       break;
   }

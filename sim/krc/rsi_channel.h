@@ -6,8 +6,8 @@
 // The file does not say what its channels are wired to: that is in the RSI context. So elements are
 // known by name: A1.. are axis corrections, E1.. external ones, X Y Z A B C Cartesian ones, and a
 // BOOL whose name holds "stop" is the STOP object. Everything else is accepted and has no effect.
-// Of what is sent the element Mode is STATUS of type Mode_Op, and a name that holds "ovpro" is OV_PRO;
-// ProgStatus holds 3, everything else 0.
+// Of what is sent the element Mode is STATUS of type Mode_Op, a name that holds "ovpro" is OV_PRO,
+// and one that holds "contact" the contact input (DIGIN); ProgStatus holds 3, everything else 0.
 
 #include <array>
 #include <cstdint>
@@ -35,7 +35,7 @@ enum class RsiSource {
 
 /// One value of an element; without a name it is the element's text.
 struct RsiSentValue {
-  enum class Of { kConstant, kMode, kOverride };
+  enum class Of { kConstant, kMode, kOverride, kInput };
   std::string name, constant;
   Of of = Of::kConstant;
 };
@@ -78,6 +78,7 @@ void add_sent_value(const std::string& tag, const std::string& constant, RsiSent
 struct RsiValues {
   int mode = 3;  ///< $MODE_OP: 1 T1, 2 T2, 3 AUT, 4 EX
   double override_percent = 100.0;
+  bool input_on = false;
   KukaFrame actual_frame{}, setpoint_frame{};
   std::span<const double> actual_deg, setpoint_deg;  ///< axes, then external ones
   std::uint64_t delay = 0, ipoc = 0;

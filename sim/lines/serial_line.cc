@@ -9,10 +9,11 @@ namespace cellcal::sim {
 
 using drivers::TimePoint;
 
-SerialLine::SerialLine(drivers::ByteLine& device, std::uint64_t seed)
+SerialLine::SerialLine(drivers::ByteLine& device, std::uint64_t seed, LineKind kind)
     : device_(device),
-      to_device_(LineKind::kFrames, {}, seed),
-      to_host_(LineKind::kFrames, {}, seed + 1) {}
+      kind_(kind),
+      to_device_(kind, {}, seed),
+      to_host_(kind, {}, seed + 1) {}
 
 void SerialLine::write(std::span<const std::uint8_t> bytes, TimePoint t) {
   const std::string text(bytes.begin(), bytes.end());
@@ -51,8 +52,11 @@ void SerialLine::advance(TimePoint t) {
 std::size_t SerialLine::read(std::span<std::uint8_t> into, TimePoint& t) {
   const auto message = to_host_.take(now_);
   if (!message) return 0;
-  const std::size_t size = std::min(message->bytes.size(), into.size());
+  std::size_t size = std::min(message->bytes.size(), into.size());
   std::copy_n(message->bytes.begin(), size, into.begin());
+  // As the socket's reader does: a cut frame ends with its datagram.
+  const bool cut = kind_ == LineKind::kDatagrams && size > 0 && into[size - 1] != 0;
+  if (cut && size < into.size()) into[size++] = 0;
   t = message->t;
   // An empty one (truncated to nothing) must not read as 'none waits'.
   return size > 0 ? size : read(into, t);

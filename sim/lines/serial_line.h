@@ -1,5 +1,5 @@
 #pragma once
-// A serial line with faults in both directions, in front of any other one.
+// The sensor's line with faults in both directions, in front of any other one.
 
 #include "drivers/contact/wire/byte_line.h"
 #include "sim/lines/line.h"
@@ -11,7 +11,7 @@ namespace cellcal::sim {
 class SerialLine final : public drivers::ByteLine {
  public:
   /// The device's own line must outlive this.
-  SerialLine(drivers::ByteLine& device, std::uint64_t seed);
+  SerialLine(drivers::ByteLine& device, std::uint64_t seed, LineKind kind = LineKind::kFrames);
 
   Line& to_device() { return to_device_; }
   Line& to_host() { return to_host_; }
@@ -25,6 +25,7 @@ class SerialLine final : public drivers::ByteLine {
   void listen();
 
   drivers::ByteLine& device_;
+  LineKind kind_;
   Line to_device_, to_host_;
   drivers::TimePoint now_{};
 };

@@ -4,7 +4,10 @@
 
 namespace cellcal::sim {
 
-void McuLine::write(std::span<const std::uint8_t> bytes, TimePoint t) { mcu_.receive(bytes, t); }
+void McuLine::write(std::span<const std::uint8_t> bytes, TimePoint t) {
+  if (mcu_.datagrams()) return mcu_.receive(bytes, t, kThisComputer);
+  mcu_.receive(bytes, t);
+}
 
 TimePoint McuLine::next() const { return mcu_.next_event(); }
 

@@ -6,6 +6,9 @@
 
 namespace cellcal::sim {
 
+/// Where the line's host is for a board on Ethernet.
+inline constexpr host_address kThisComputer{0x0100007F, 49'000};
+
 /// The microcontroller must outlive this.
 class McuLine : public drivers::ByteLine {
  public:

@@ -1,11 +1,9 @@
 #pragma once
-// The emulated sensor in real time on a pseudo-terminal, on a thread of its own.
+// The emulated sensor in real time on a pseudo-terminal.
 
-#include <functional>
-#include <memory>
 #include <string>
 
-#include "sim/mcu/microcontroller.h"
+#include "sim/mcu/mcu_thread.h"
 
 namespace cellcal::sim {
 
@@ -13,32 +11,30 @@ struct McuPtyOptions {
   McuOptions mcu;
   std::string
       symlink;  ///< a second name for the terminal, replaced if it is a symlink; may be empty
-  bool realtime = false;  ///< SCHED_FIFO, if permitted: a microcontroller has its own processor
+  bool realtime = false;  ///< SCHED_FIFO, if permitted
 };
 
 /// Construction opens the terminal and starts the thread; throws std::system_error. Destruction
-/// closes the master's end: to the driver, the sensor is unplugged. All calls are thread-safe.
-class McuPty {
+/// closes the master's end: to the driver, the sensor is unplugged.
+class McuPty final : public McuThread {
  public:
   explicit McuPty(const McuPtyOptions& options);
-  ~McuPty();
-  McuPty(const McuPty&) = delete;
-  McuPty& operator=(const McuPty&) = delete;
-
-  /// Path of the terminal's slave end, /dev/pts/N.
-  const std::string& path() const;
-  /// Steady-clock time of the edge, which may lie ahead.
-  void edge(TimePoint t, bool closed);
-  void set_faults(const McuFaults& faults);
-  void reset(std::uint8_t cause = CTP_RESET_PIN);
-  /// Runs on the calling thread with the emulation held still.
-  void inspect(const std::function<void(const Microcontroller&)>& look) const;
-  /// Frames that were thrown away because nobody read the terminal.
-  std::uint64_t dropped() const;
+  ~McuPty() override;
 
  private:
-  class Impl;
-  std::unique_ptr<Impl> impl_;
+  void open_terminal();
+  void link();
+  int fd() const override { return master_.get(); }
+  void read_host() override;
+  bool write_host(const Microcontroller::Output& output) override;
+  bool can_wait() override;
+  void listen_as_the_host_does();
+
+  const int baud_;
+  int host_baud_ = baud_;
+  std::string symlink_;
+  Fd master_;
+  bool somebody_there_ = false;
 };
 
 }  // namespace cellcal::sim

@@ -15,6 +15,11 @@ constexpr std::uint32_t kClockHz = 16'000'000;
 constexpr std::chrono::microseconds kConversion{160};
 /// After a change: the present round may be half over, and the sensor wants two.
 constexpr int kConversions = 3;
+/// The gun's capacitor is looked at so often, until it is so near to its rest.
+constexpr std::chrono::microseconds kGunStep{10};
+constexpr double kAtRestV = 1e-3;
+/// Of a datagram; what is longer the board refuses by its length.
+constexpr std::size_t kMostBytes = HOST_MAX_DATAGRAM + 1;
 
 TestPin pin_of(sensor_pull pull) {
   switch (pull) {
@@ -29,8 +34,9 @@ TestPin pin_of(sensor_pull pull) {
   }
 }
 
-std::uint16_t millivolts(double v) {
-  return static_cast<std::uint16_t>(std::lround(std::clamp(v, 0.0, TouchCircuit::kSupplyV) * 1e3));
+/// As the board says it: in units of its supply, taken as 5000 mV.
+std::uint16_t millivolts(double v, double supply_v) {
+  return static_cast<std::uint16_t>(std::lround(std::clamp(v / supply_v, 0.0, 1.0) * 5e3));
 }
 
 }  // namespace
@@ -54,6 +60,8 @@ void Microcontroller::boot(std::uint8_t cause) {
   identity.boot_id = boot_id_;
   identity.clock_hz = kClockHz;
   identity.reset_cause = cause;
+  identity.has_fuses = !options_.datagrams;
+  identity.datagrams = options_.datagrams;
   identity.fuses_low = options_.board.fuses_low;
   identity.fuses_high = options_.board.fuses_high;
   identity.fuses_extended = options_.board.fuses_extended;
@@ -61,10 +69,12 @@ void Microcontroller::boot(std::uint8_t cause) {
   identity.baud = static_cast<std::uint32_t>(options_.baud);
   identity.pong_lead = static_cast<std::uint16_t>(options_.turnaround.count() * CTP_TICKS_PER_US);
   sensor_init(&sensor_, &identity, ticks(now_));
+  host_link_init(&link_, &sensor_);
   pin_high_ = seen_high_ = true;  // as the core begins
   last_test_ = TEST_NONE;
   last_armed_ = false;
   circuit_.test_pin = TestPin::kReleased;
+  circuit_.board = options_.circuit;
   settle(now_);
 }
 
@@ -95,17 +105,37 @@ TimePoint Microcontroller::when(std::uint32_t wait) const {
 
 // The touch circuit -------------------------------------------------------------------------------
 
-/// The circuit has changed: the pin follows at once, the converter in its turn.
-void Microcontroller::settle(TimePoint t) {
-  volts_ = circuit_.voltages();
-  pin_high_ = circuit_.pin_high(pin_high_);
-  if (silent_) return;  // whoever hangs sees it when it goes on
-  conversions_left_ = kConversions;
-  convert(now_);
-  if (pin_high_ == seen_high_) return;
+void Microcontroller::look_at_circuit(TimePoint t) {
+  const bool holds = circuit_.gun_farad > 0.0;
+  if (!holds) gun_v_.reset();
+  if (holds && !gun_v_) gun_v_ = circuit_.gun_at_rest_v();
+  volts_ = circuit_.voltages(gun_v_);
+  pin_high_ = circuit_.pin_high(pin_high_, gun_v_);
+  gun_moves_ = holds && std::abs(*gun_v_ - circuit_.gun_at_rest_v()) > kAtRestV;
+  gun_at_ = t;
+  if (!silent_) conversions_left_ = kConversions;  // whoever hangs sees it when it goes on
+}
+
+void Microcontroller::tell_edge(TimePoint t) {
+  if (pin_high_ == seen_high_ || silent_) return;
   seen_high_ = pin_high_;
   sensor_on_edge(&sensor_, ticks(t), pin_high_);
   follow_output(t);
+}
+
+/// The circuit has changed: the pin follows at once, the converter in its turn.
+void Microcontroller::settle(TimePoint t) {
+  look_at_circuit(t);
+  if (!silent_) convert(now_);
+  tell_edge(t);
+}
+
+/// The gun's capacitor on its way, as it is at t.
+void Microcontroller::move_gun(TimePoint t) {
+  if (!gun_moves_ || t < gun_at_ + kGunStep) return;
+  gun_v_ = circuit_.gun_after_v(*gun_v_, std::chrono::duration<double>(t - gun_at_).count());
+  look_at_circuit(t);
+  tell_edge(t);
 }
 
 void Microcontroller::on_output(OnOutput callback) {
@@ -124,8 +154,9 @@ void Microcontroller::follow_output(TimePoint t) {
 void Microcontroller::convert(TimePoint t) {
   --conversions_left_;
   next_conversion_ = t + kConversion;
-  const sensor_voltages mv{millivolts(volts_.sense_v), millivolts(volts_.feed_v),
-                           millivolts(volts_.earth_v)};
+  const double supply_v = circuit_.board.supply_v;
+  const sensor_voltages mv{millivolts(volts_.sense_v, supply_v), millivolts(volts_.feed_v, supply_v),
+                           millivolts(volts_.earth_v, supply_v)};
   sensor_on_voltages(&sensor_, ticks(t), &mv);
 }
 
@@ -152,6 +183,7 @@ void Microcontroller::set_faults(const McuFaults& faults, TimePoint t) {
   silent_ = faults.silent;
   circuit_ = faults.circuit;
   circuit_.touching = touching;
+  circuit_.board = options_.circuit;
   circuit_.test_pin = pin_of(sensor_drive(&sensor_));
   settle(t);
 }
@@ -185,6 +217,12 @@ void Microcontroller::receive(std::span<const std::uint8_t> bytes, TimePoint t) 
   }
 }
 
+void Microcontroller::receive(std::span<const std::uint8_t> bytes, TimePoint t,
+                              const host_address& from) {
+  const TimePoint end = t + byte_time() * static_cast<std::int64_t>(bytes.size());
+  datagrams_.push_back({end, from, {bytes.begin(), bytes.end()}});
+}
+
 TimePoint Microcontroller::next_event() const {
   TimePoint t = next_internal();
   if (!output_.empty()) t = std::min(t, output_.front().t);
@@ -195,8 +233,10 @@ TimePoint Microcontroller::next_internal() const {
   TimePoint t = TimePoint::max();
   if (!edges_.empty()) t = std::min(t, edges_.begin()->first);
   if (!arrivals_.empty()) t = std::min(t, arrivals_.front().t);
+  if (!datagrams_.empty()) t = std::min(t, datagrams_.front().t);
   if (silent_) return t;
   if (conversions_left_ > 0) t = std::min(t, next_conversion_);
+  if (gun_moves_) t = std::min(t, gun_at_ + kGunStep);
   const std::uint32_t now = ticks(now_);
   t = std::min(t, when(sensor_wait(&sensor_, now, false)));
   return std::min(t, std::max(tx_free_, when(sensor_wait(&sensor_, now, true))));
@@ -212,13 +252,31 @@ void Microcontroller::advance(TimePoint t) {
 
 void Microcontroller::run(TimePoint t) {
   if (silent_) return;
+  host_link_run(&link_, ticks(t));
   if (conversions_left_ > 0 && next_conversion_ <= t) convert(t);
   sensor_run(&sensor_, ticks(t));
   follow_test();
   follow_output(t);
 }
 
+void Microcontroller::hear(TimePoint t) {
+  while (!arrivals_.empty() && arrivals_.front().t <= t) {
+    const Arrival arrival = arrivals_.front();
+    arrivals_.pop_front();
+    if (!silent_) sensor_on_byte(&sensor_, arrival.byte, ticks(arrival.t));
+  }
+  while (!datagrams_.empty() && datagrams_.front().t <= t) {
+    const Datagram datagram = std::move(datagrams_.front());
+    datagrams_.pop_front();
+    if (silent_) continue;
+    host_link_take(&link_, &datagram.from, datagram.bytes.data(),
+                   static_cast<std::uint16_t>(std::min(datagram.bytes.size(), kMostBytes)),
+                   ticks(datagram.t));
+  }
+}
+
 void Microcontroller::process(TimePoint t) {
+  move_gun(t);
   run(t);  // a sample that is due sees the level from before the edge
   while (!edges_.empty() && edges_.begin()->first <= t) {
     const auto [at, closed] = *edges_.begin();
@@ -226,11 +284,7 @@ void Microcontroller::process(TimePoint t) {
     circuit_.touching = closed;
     settle(at);
   }
-  while (!arrivals_.empty() && arrivals_.front().t <= t) {
-    const Arrival arrival = arrivals_.front();
-    arrivals_.pop_front();
-    if (!silent_) sensor_on_byte(&sensor_, arrival.byte, ticks(arrival.t));
-  }
+  hear(t);
   run(t);
   if (!silent_) transmit(t);
 }
@@ -245,7 +299,9 @@ void Microcontroller::transmit(TimePoint t) {
   tx_free_ = (start == now ? t : when(start - now)) +
              byte_time() * static_cast<std::int64_t>(output.frame.size);
   output.t = tx_free_;
-  output_.push_back(output);
+  output.to = link_.host;
+  // Before somebody has said HELLO there is no address to send to.
+  if (!options_.datagrams || link_.there) output_.push_back(output);
 }
 
 std::optional<Microcontroller::Output> Microcontroller::next_output() {

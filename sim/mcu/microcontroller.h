@@ -11,7 +11,9 @@
 #include <map>
 #include <optional>
 #include <span>
+#include <vector>
 
+#include "drivers/contact/firmware/core/host_link.h"
 #include "drivers/contact/firmware/core/sensor.h"
 #include "drivers/contact/wire/ctp_codec.h"
 #include "drivers/time.h"
@@ -24,6 +26,8 @@ using drivers::TimePoint;
 
 struct McuOptions {
   int baud = CTP_DEFAULT_BAUD;
+  TouchBoard circuit = kUno;  ///< as the board's own parts make it
+  bool datagrams = false;  ///< the board on Ethernet; its `baud` is then the wire's bit rate
   double drift_ppm = 0.0;         ///< how much faster than nominal its clock runs
   std::uint32_t first_ticks = 0;  ///< of its clock at power on
   std::uint32_t uid = 0x4D435531;
@@ -51,6 +55,8 @@ class Microcontroller {
   void edge(TimePoint t, bool closed);
   /// The host begins to send these bytes at t (or when the wire is free).
   void receive(std::span<const std::uint8_t> bytes, TimePoint t);
+  /// The same as a datagram from there.
+  void receive(std::span<const std::uint8_t> bytes, TimePoint t, const host_address& from);
   /// Lives until t.
   void advance(TimePoint t);
   /// When it next does something by itself; call advance() then.
@@ -59,6 +65,7 @@ class Microcontroller {
   struct Output {
     TimePoint t{};  ///< when the last bit is on the wire
     drivers::ctp::WireBytes frame;
+    host_address to{};  ///< datagrams alone
   };
   /// The next frame that was complete on the wire by the last advance().
   std::optional<Output> next_output();
@@ -81,6 +88,8 @@ class Microcontroller {
   std::uint32_t ticks(TimePoint t) const;
   std::uint64_t repeats() const { return repeats_ + sensor_.repeats; }
   const sensor& core() const { return sensor_; }
+  const host_link& link() const { return link_; }
+  bool datagrams() const { return options_.datagrams; }
 
  private:
   struct Arrival {
@@ -88,7 +97,14 @@ class Microcontroller {
     std::uint8_t byte = 0;
   };
 
+  struct Datagram {
+    TimePoint t{};
+    host_address from{};
+    std::vector<std::uint8_t> bytes;
+  };
+
   void boot(std::uint8_t cause);
+  void hear(TimePoint t);
   void process(TimePoint t);
   TimePoint next_internal() const;
   TimePoint when(std::uint32_t wait) const;
@@ -96,6 +112,9 @@ class Microcontroller {
   void transmit(TimePoint t);
   void settle(TimePoint t);
   void convert(TimePoint t);
+  void look_at_circuit(TimePoint t);
+  void tell_edge(TimePoint t);
+  void move_gun(TimePoint t);
   void follow_test();
   void follow_output(TimePoint t);
   Duration byte_time() const;
@@ -105,6 +124,7 @@ class Microcontroller {
   std::uint32_t first_ticks_, boot_id_;
   std::uint64_t repeats_ = 0;  ///< before the last reset
   sensor sensor_{};
+  host_link link_{};
   bool silent_ = false;
 
   OnOutput on_output_;
@@ -112,6 +132,9 @@ class Microcontroller {
 
   TouchCircuit circuit_;
   CircuitVoltages volts_;
+  std::optional<double> gun_v_;  ///< of its capacitor, where it has one
+  bool gun_moves_ = false;
+  TimePoint gun_at_{};
   bool pin_high_ = true;
   bool seen_high_ = true;  ///< that was reported to the core last
   /// The converter runs for ever; what it would say again and again is not worth the time.
@@ -122,6 +145,7 @@ class Microcontroller {
 
   std::multimap<TimePoint, bool> edges_;  ///< equal times keep the order they came in
   std::deque<Arrival> arrivals_;
+  std::deque<Datagram> datagrams_;
   TimePoint rx_free_, tx_free_;
   std::deque<Output> output_;
 };

@@ -1,7 +1,7 @@
 #pragma once
-// The touch circuit of drivers/contact/firmware/schematic.svg as resistors, at rest. What is wrong
-// with it is a resistance that is not as it should be: each fault is written once, here, and
-// firmware, emulated sensor and host all see what follows from it.
+// The touch circuit of drivers/contact/firmware/schematic.svg as resistors, and one capacitor from the
+// gun to earth. What is wrong with it is a value that is not as it should be: each fault is written
+// once, here, and firmware, emulated sensor and host all see what follows from it.
 
 #include <optional>
 
@@ -9,6 +9,21 @@ namespace cellcal::sim {
 
 /// What the board's test pin (D7) does.
 enum class TestPin { kReleased, kLow, kHigh, kPullUp };
+
+/// What differs from board to board. The loop is fed with the board's own supply, which the converter
+/// refers to.
+struct TouchBoard {
+  double supply_v = 5.0;
+  /// Where the sense pin certainly changes; in between it keeps what it was.
+  double low_v = 1.5, high_v = 3.0;
+  double pull_up_ohm = 35e3;  ///< of the test pin
+  double surge_ohm = 47.0;    ///< R6
+  double test_ohm = 125.0;    ///< R3 and the test pin's own
+  bool operator==(const TouchBoard&) const = default;
+};
+inline constexpr TouchBoard kUno{};  ///< ATmega328P; its pull-up has 20 to 50 kiloohms
+/// RP2040; its pull-up has 50 to 80 kiloohms.
+inline constexpr TouchBoard kEthernetBoard{3.3, 0.8, 2.0, 65e3, 100.0, 97.0};
 
 /// At the converter's inputs.
 struct CircuitVoltages {
@@ -18,9 +33,8 @@ struct CircuitVoltages {
 /// All resistances in ohms, kOpen where nothing connects.
 struct TouchCircuit {
   static constexpr double kOpen = 1e12, kShort = 0.1;
-  static constexpr double kSupplyV = 5.0;
-  /// Where the ATmega's input certainly changes, at 5 V; in between it keeps what it was.
-  static constexpr double kLowV = 1.5, kHighV = 3.0;
+
+  TouchBoard board = kUno;
 
   // What the world does.
   bool touching = false;
@@ -48,13 +62,33 @@ struct TouchCircuit {
   std::optional<double> feed_reads_v = std::nullopt, sense_reads_v = std::nullopt,
                         earth_reads_v = std::nullopt;
 
+  double gun_farad = 0.0;  ///< gun to earth: hoses, cables, a filter that somebody has put there
+
   TestPin test_pin = TestPin::kReleased;
 
-  CircuitVoltages voltages() const;
-  /// D8, which had `before`.
-  bool pin_high(bool before) const;
+  /// Without a voltage of the gun, which its capacitor holds: at rest.
+  CircuitVoltages voltages(std::optional<double> gun_v = std::nullopt) const;
+  /// The sense pin, which had `before`.
+  bool pin_high(bool before, std::optional<double> gun_v = std::nullopt) const;
+  double gun_at_rest_v() const;
+  /// Of the gun that was at `from_v` so long ago.
+  double gun_after_v(double from_v, double seconds) const;
 
   bool operator==(const TouchCircuit&) const = default;
+};
+
+/// The board's supply rail while something feeds into it: a supply gives current and takes none, so what the
+/// board does not use charges the rail's capacitors, up to the clamp.
+struct Rail {
+  double supply_v = 5.0, supply_ohm = 0.3;
+  double load_a = 0.045;  ///< of the board; 0: it stands still
+  double farad = 120e-6;  ///< of the board's capacitors
+  double clamp_v = 1e3,
+         clamp_ohm = 1.0;  ///< Z1 begins to conduct, and how steeply; far above: none
+  double diode_v = 0.4;    ///< D3
+
+  /// Highest voltage within `seconds` of `from_v` at the sense wire's clamp, through R6 and D3.
+  double highest_v(double from_v, double surge_ohm, double seconds) const;
 };
 
 }  // namespace cellcal::sim

@@ -11,7 +11,7 @@
 #include <thread>
 
 #include "drivers/contact/contact_core.h"
-#include "drivers/contact/port/serial_port.h"
+#include "drivers/contact/port/port.h"
 #include "drivers/contact/wire/ctp_codec.h"
 #include "tests/bench/loopback.h"
 #include "tests/bench/times.h"
@@ -58,7 +58,7 @@ int main(int argc, char** argv) {
 
   cellcal::bench::Terminal terminal;
   Reader reader;
-  const auto port = cellcal::drivers::open_serial_port({terminal.path(), CTP_DEFAULT_BAUD});
+  const auto port = cellcal::drivers::open_port({terminal.path(), CTP_DEFAULT_BAUD});
   reader.stream.assign(::dup(port->fd()));
   reader.core.connect(Steady::now());
   reader.read();

@@ -16,7 +16,7 @@
 #include <map>
 #include <thread>
 
-#include "drivers/contact/port/serial_port.h"
+#include "drivers/contact/port/port.h"
 #include "tests/bench/burners.h"
 #include "tests/bench/cell_peer.h"
 #include "tests/bench/cell_session.h"
@@ -44,7 +44,7 @@ struct Options {
 class BareEcho {
  public:
   BareEcho(const CellPeer& peer, bool realtime)
-      : port_(open_serial_port({peer.echo_path(), CTP_DEFAULT_BAUD})) {
+      : port_(open_port({peer.echo_path(), CTP_DEFAULT_BAUD})) {
     socket_.connect(peer.echo_port());
     thread_ = std::thread([this, realtime] { run(realtime); });
   }
@@ -64,7 +64,7 @@ class BareEcho {
       if (got > 0) ::send(socket_.fd(), bytes.data(), static_cast<std::size_t>(got), 0);
     }
   }
-  std::unique_ptr<SerialPort> port_;
+  std::unique_ptr<Port> port_;
   Udp socket_;
   std::atomic<bool> stop_{false};
   std::thread thread_;

@@ -29,7 +29,7 @@ bind = "127.0.0.1"
 port = {port}
 correction_limit_deg = 360
 [contact]
-device = "{dir}/contact"
+device = "{device}"
 """
 
 
@@ -77,11 +77,14 @@ def machine():
 class LiveCell:
     """Both processes in a folder of their own; the daemon's words in its file 'log'."""
 
-    def __init__(self, folder, speed_percent=80, cellcald=CELLCALD, emulator=EMULATOR, more=""):
+    def __init__(self, folder, speed_percent=80, cellcald=CELLCALD, emulator=EMULATOR, more="",
+                 ethernet=False):
         self.folder, self.port, self.sock = folder, free_port(), f"{folder}/cellcald.sock"
         self.programs = cellcald, emulator
+        self.udp = f"127.0.0.1:{free_port()}" if ethernet else None
+        device = f"udp:{self.udp}" if ethernet else f"{folder}/contact"
         with open(f"{folder}/cellcald.toml", "w") as f:
-            f.write(CONFIG.format(dir=folder, port=self.port, speed_percent=speed_percent) + more)
+            f.write(CONFIG.format(dir=folder, device=device, port=self.port, speed_percent=speed_percent) + more)
 
     def start_daemon(self, environment=None):
         with open(f"{self.folder}/log", "w") as log:
@@ -99,9 +102,9 @@ class LiveCell:
         process = subprocess.Popen(
             [self.programs[1], "--cell", CELL, "--seed", "12", "--deflection", "0.002", "--pc",
              f"127.0.0.1:{self.port}", "--device-link", device, "--joint-noise-deg", "0.001",
-             "--clamp-deg", "360", "--restart-after", "1"],
+             "--clamp-deg", "360", "--restart-after", "1", *(["--udp", self.udp] if self.udp else [])],
             stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
-        while not os.path.exists(device) and process.poll() is None:
+        while not (self.udp or os.path.exists(device)) and process.poll() is None:
             time.sleep(0.02)
         return process
 

@@ -125,6 +125,32 @@ class Doctor(Wires):
         self.rsi_controller(context="cellcal_rsi.rsi.xml")
         self.is_green(self.doctor(), "controller files", "rsi replies", "rsi stop")
 
+    def test_a_technician_gets_to_a_green_doctor_over_rsi_6(self):
+        self.change("rsi_version = 4", "rsi_version = 6")
+        self.make_files()
+        emulator = self.rsi_controller("--rsi-version", "6")
+        self.is_green(self.doctor(), "controller files", "rsi replies", "rsi stop")
+        self.never_moved(emulator, r"RSI_MOVECORR ended \(STOP\)")
+
+    def test_a_session_measures_over_rsi_6(self):
+        self.change("rsi_version = 4", "rsi_version = 6")
+        self.make_files()
+        self.rsi_controller("--rsi-version", "6")
+        self.daemon()
+        client = self.begin_session(4, 0)
+        client.communicate(timeout=200)
+        self.assertEqual(client.returncode, 3, self.log())  # too few touches to publish
+        self.assertEqual(self.touches_on_disk(), 4)
+
+    def test_a_context_of_another_release_is_refused(self):
+        self.make_files()
+        process = self.rsi_controller("--rsi-version", "6")
+        self.assertEqual(process.wait(20), 1)
+        self.assertIn("a context of RSI 4, the controller has RSI 6", process.stderr.read())
+        self.change("rsi_version = 4", "rsi_version = 6")
+        self.assertRegex(self.found(self.doctor(), "controller files")["found"],
+                         "is a context of RSI 4, .*rsi_version is 6|is a call of RSI 3 to 5")
+
     def test_a_technician_gets_to_a_green_doctor_over_eki(self):
         self.use_eki()
         self.make_files()

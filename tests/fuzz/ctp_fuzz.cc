@@ -7,9 +7,13 @@
 #include <cstdio>
 #include <cstdlib>
 #include <span>
+#include <string>
 
 #include "drivers/contact/contact_core.h"
+#include "drivers/contact/firmware/core/host_link.h"
 #include "drivers/contact/firmware/core/sensor.h"
+#include "drivers/contact/firmware/w5500/w5500.h"
+#include "drivers/contact/port/udp_port.h"
 #include "sim/mcu/microcontroller.h"
 
 namespace {
@@ -48,7 +52,9 @@ void frames_build_back(std::span<const std::uint8_t> bytes, ctp::Direction direc
 void host_stays_sane(std::span<const std::uint8_t> bytes) {
   constexpr std::size_t kChunk = 16;
   TimePoint now = kStart;
-  drivers::ContactCore core({}, [](std::span<const std::uint8_t> out) {
+  drivers::ContactOptions options;
+  options.datagrams = !bytes.empty() && bytes[0] % 2 == 0;
+  drivers::ContactCore core(options, [](std::span<const std::uint8_t> out) {
     require(!out.empty() && out.size() <= CTP_MAX_WIRE, "output is one frame");
   });
   core.connect(now);
@@ -108,12 +114,75 @@ void firmware_stays_sane(std::span<const std::uint8_t> bytes) {
   }
 }
 
+bool has_greeted(std::span<const std::uint8_t> bytes) {
+  ctp::FrameReader reader(ctp::Direction::kFromHost);
+  for (const std::uint8_t byte : bytes) {
+    const ctp::Frame* frame = reader.feed(byte);
+    if (frame != nullptr) return frame->type == CTP_HELLO;
+  }
+  return false;
+}
+
+/// Datagrams: a byte for who sends it and how long it is, a byte for the time before it, then as many.
+void the_board_answers_its_host_alone(std::span<const std::uint8_t> bytes) {
+  sensor s{};
+  sensor_identity identity{};
+  identity.version = CTP_VERSION;
+  identity.baud = CTP_DEFAULT_BAUD;
+  identity.datagrams = true;
+  sensor_init(&s, &identity, 0);
+  host_link link{};
+  host_link_init(&link, &s);
+  std::uint32_t now = 0;
+  while (bytes.size() >= 2) {
+    const host_address from{bytes[0] & 3u, 1};
+    const std::size_t size = std::min<std::size_t>(bytes[0] >> 2, bytes.size() - 2);
+    now += bytes[1] * 20'000u;
+    const std::span<const std::uint8_t> datagram = bytes.subspan(2, size);
+    const bool was_host = link.there && link.host.address == from.address;
+    host_link_take(&link, &from, datagram.data(), static_cast<std::uint16_t>(size), now);
+    const bool is_host = link.there && link.host.address == from.address;
+    require(!is_host || was_host || has_greeted(datagram), "a host without a greeting");
+    bytes = bytes.subspan(2 + size);
+  }
+}
+
+/// What the chip answers, byte for byte.
+void any_chip_stays_within_its_room(std::span<const std::uint8_t> bytes) {
+  struct Chip {
+    std::span<const std::uint8_t> answers;
+    std::size_t at = 0;
+  } answers{bytes};
+  w5500 chip{};
+  chip.bus = {[](void*, bool) {},
+              [](void* self, std::uint8_t) -> std::uint8_t {
+                auto* chip_answers = static_cast<Chip*>(self);
+                if (chip_answers->at >= chip_answers->answers.size()) return 0;
+                return chip_answers->answers[chip_answers->at++];
+              },
+              &answers};
+  std::array<std::uint8_t, 65> into{};
+  into.back() = 0xA5;
+  while (answers.at < bytes.size()) {
+    w5500_peer from{};
+    w5500_receive(&chip, &from, into.data(), static_cast<std::uint16_t>(into.size() - 1));
+    require(into.back() == 0xA5, "written beyond its room");
+    if (w5500_free(&chip)) {
+      w5500_load(&chip, &from, into.data(), 20);
+      w5500_go(&chip);
+    }
+  }
+}
+
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::span<const std::uint8_t> bytes(data, size);
   frames_build_back(bytes, ctp::Direction::kFromSensor);
   frames_build_back(bytes, ctp::Direction::kFromHost);
+  the_board_answers_its_host_alone(bytes);
+  any_chip_stays_within_its_room(bytes);
+  drivers::udp_device_of("udp:" + std::string(bytes.begin(), bytes.end()));
   host_stays_sane(bytes);
   sensor_stays_sane(bytes);
   firmware_stays_sane(bytes);

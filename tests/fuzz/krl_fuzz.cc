@@ -47,9 +47,11 @@ ControllerFileKind kind(const std::string& text, const std::string& name) {
 
 /// In place of the file of its kind in each sound set.
 void judge(const std::string& text) {
-  static const ControllerFiles sets[] = {rsi_files(config(3)), rsi_files(config(4)), eki_files({})};
+  static const ControllerFiles sets[] = {rsi_files(config(3)), rsi_files(config(4)),
+                                         rsi_files(config(6)), eki_files({})};
+  constexpr int kVersions[] = {3, 4, 6};
   const ControllerFileKind own = kind(text, "fuzz.xml");
-  for (int set = 0; set < 3; ++set) {
+  for (int set = 0; set < 4; ++set) {
     ControllerFiles files = sets[set];
     std::string* place = &files.begin()->second;
     for (auto& [name, sound] : files) {
@@ -57,7 +59,7 @@ void judge(const std::string& text) {
     }
     *place = text;
     const auto objections =
-        set < 2 ? verify_rsi_files(files, config(set + 3), CorrectionMode::kAbsolute)
+        set < 3 ? verify_rsi_files(files, config(kVersions[set]), CorrectionMode::kAbsolute)
                 : verify_eki_files(files, {});
     for (const FileFinding& one : objections) require(!to_string(one).empty(), "no words");
   }

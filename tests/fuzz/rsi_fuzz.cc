@@ -30,6 +30,7 @@ RsiConfig config(CorrectionMode mode) {
   c.hold_on = mode == CorrectionMode::kAbsolute;
   c.limits.assign(6, {-3.0, 3.0, 1.0, 5.0, 50.0});
   c.correction_limit_deg.assign(6, 10.0);
+  c.contact_tag = "Contact.R";
   return c;
 }
 
@@ -74,7 +75,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   static RsiParser parser;
   const std::string_view bytes(reinterpret_cast<const char*>(data), size);
   RobFrame rob;
-  if (parser.parse_rob(bytes, rob) == WireError::kNone) {
+  if (parser.parse_rob(bytes, rob, {"Mode.R", "OvPro.R", "Contact.R"}) == WireError::kNone) {
     require(rob.has_ipoc && !rob.axes_deg.empty(), "accepted without IPOC or axes");
     require_finite(rob.axes_deg);
     require_finite(rob.setpoint_axes_deg);

@@ -16,6 +16,13 @@ namespace cellcal::daemon {
 
 namespace {
 
+/// What an iiQWorks.Sim project calls the places of RSI 6.
+std::string place_in_project(const std::string& name) {
+  if (name.ends_with(".src")) return "Program, KRC/R1/Program";
+  return std::string("Devices, Option packages, iiQKA.RobotSensorInterface, ") +
+         (name.ends_with(".rsix") ? "Context" : "Ethernet configurations");
+}
+
 /// Where a technician puts it on a KRC4.
 std::string place_of(const std::string& name) {
   if (name == "CellcalEki.xml") return R"(C:\KRC\ROBOTER\Config\User\Common\EthernetKRL)";
@@ -31,6 +38,11 @@ std::string place_of(const std::string& name) {
 constexpr const char* kIntoProject =
     "with a WorkVisual project: add the files to the project, too, its next deployment may remove "
     "what was only copied (drivers/kuka/krl/README.md, 'WorkVisual')\n";
+
+/// RSI 6 knows no other way.
+constexpr const char* kImport =
+    "import each file into the iiQWorks.Sim project there, and deploy it "
+    "(drivers/kuka/krl/README.md, 'iiQKA.OS2')\n";
 
 /// What else of the controller they use.
 std::string resources(const DaemonConfig& config, bool eki) {
@@ -96,16 +108,23 @@ int kuka_files(const KukaFilesCommand& command) {
   const bool eki = command.wire.empty() ? wire_of(config) == WireKind::kEki : command.wire == "eki";
   std::optional<calib::Cell> cell;
   if (!command.cell.empty()) cell = calib::load_cell(command.cell);
+  if (eki && config.rsi_files.rsi_version == 6) {
+    throw drivers::ConfigError(command.config.string() +
+                               ": rsi_version = 6 (iiQKA.OS2) has no --wire eki: EthernetKRL 6 is "
+                               "not supported. Use RSI");
+  }
   if (!command.verify.empty()) return verify(command, config, eki, cell);
   if (!eki) require_address(config, command.config);
   const drivers::ControllerFiles files = eki    ? drivers::eki_files(config.controller)
                                          : cell ? drivers::rsi_files(rsi_files_for(config, *cell))
                                                 : drivers::rsi_files(config.rsi_files);
+  const bool six = config.rsi_files.rsi_version == 6;
   std::filesystem::create_directories(command.output);
   nlohmann::json list = nlohmann::json::array();
   for (const auto& [name, text] : files) {
     write_atomically(command.output / name, text);
-    list.push_back({{"file", (command.output / name).string()}, {"goes_to", place_of(name)}});
+    list.push_back({{"file", (command.output / name).string()},
+                    {"goes_to", six ? place_in_project(name) : place_of(name)}});
   }
   if (command.json) {
     put(nlohmann::json{{"files", list}}.dump(1) + "\n", {});
@@ -116,7 +135,7 @@ int kuka_files(const KukaFilesCommand& command) {
     words += fmt::format("{:<40} {}\n", one["file"].get<std::string>(),
                          one["goes_to"].get<std::string>());
   }
-  words += resources(config, eki) + kIntoProject;
+  words += resources(config, eki) + (six ? kImport : kIntoProject);
   if (!eki && !cell && !config.rsi_files.space.on) {
     words +=
         "no --cell CELL: the program keeps the axes within the software limit switches, not "

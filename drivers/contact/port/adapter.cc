@@ -1,11 +1,16 @@
 #include "drivers/contact/port/adapter.h"
 
+#include <ifaddrs.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
 #include <charconv>
 #include <chrono>
 #include <cstdlib>
 #include <fstream>
 
 #include "drivers/contact.h"
+#include "drivers/contact/port/udp_port.h"
 #include "drivers/contact/wire/ctp.h"
 
 namespace cellcal::drivers {
@@ -83,6 +88,33 @@ bool calculates_rates(const std::string& name) {
   return false;
 }
 
+BoardInterface look_at(const std::string& name, const fs::path& sysfs) {
+  const fs::path at = sysfs / "class/net" / name;
+  BoardInterface found;
+  found.name = name;
+  std::error_code error;
+  found.wireless = fs::exists(at / "wireless", error);
+  found.carrier = line_of(at / "carrier") != "0";
+  const std::string speed = line_of(at / "speed");
+  int mbit = 0;
+  std::from_chars(speed.data(), speed.data() + speed.size(), mbit);
+  if (mbit > 0) found.speed_mbit = mbit;
+  return found;
+}
+
+/// Of this computer, on the way to the board.
+std::optional<in_addr> own_address(const sockaddr_in& board) {
+  const int fd = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  if (fd < 0) return std::nullopt;
+  sockaddr_in own{};
+  socklen_t size = sizeof own;
+  const bool known = ::connect(fd, reinterpret_cast<const sockaddr*>(&board), sizeof board) == 0 &&
+                     ::getsockname(fd, reinterpret_cast<sockaddr*>(&own), &size) == 0;
+  ::close(fd);
+  if (!known) return std::nullopt;
+  return own.sin_addr;
+}
+
 }  // namespace
 
 std::optional<int> latency_ms_of(const std::string& device, const fs::path& sysfs) {
@@ -124,6 +156,21 @@ AdapterFit fit_of(const Adapter& adapter, int baud) {
     default:
       return AdapterFit::kUntried;
   }
+}
+
+std::optional<BoardInterface> interface_to(const std::string& device, const fs::path& sysfs) {
+  const std::optional<sockaddr_in> board = udp_device_of(device);
+  const std::optional<in_addr> own = board ? own_address(*board) : std::nullopt;
+  ifaddrs* all = nullptr;
+  if (!own || ::getifaddrs(&all) != 0) return std::nullopt;
+  std::optional<BoardInterface> found;
+  for (const ifaddrs* one = all; one != nullptr && !found; one = one->ifa_next) {
+    if (one->ifa_addr == nullptr || one->ifa_addr->sa_family != AF_INET) continue;
+    const auto* address = reinterpret_cast<const sockaddr_in*>(one->ifa_addr);
+    if (address->sin_addr.s_addr == own->s_addr) found = look_at(one->ifa_name, sysfs);
+  }
+  ::freeifaddrs(all);
+  return found;
 }
 
 }  // namespace cellcal::drivers

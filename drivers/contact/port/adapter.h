@@ -1,5 +1,6 @@
 #pragma once
-// The USB adapter behind a serial device, as the kernel's tree in /sys has it, and whether it fits.
+// What is behind a device, as the kernel's tree in /sys has it: a USB adapter, and whether it fits, or
+// the network interface on the way to a board on Ethernet.
 
 #include <cstdint>
 #include <filesystem>
@@ -35,5 +36,15 @@ enum class AdapterFit {
 
 /// At this baud rate. No adapter is found unfit for what is not known of it.
 AdapterFit fit_of(const Adapter& adapter, int baud);
+
+/// The network interface that this computer reaches the board by.
+struct BoardInterface {
+  std::string name;
+  bool wireless = false;
+  bool carrier = true;            ///< false: nothing is plugged in
+  std::optional<int> speed_mbit;  ///< of a wire that has one
+};
+std::optional<BoardInterface> interface_to(const std::string& device,
+                                           const std::filesystem::path& sysfs = "/sys");
 
 }  // namespace cellcal::drivers

@@ -49,7 +49,7 @@ std::string lower_latency(int fd, const std::string& path) {
   return fmt::format("{}: low-latency mode could not be set ({})", path, std::strerror(why));
 }
 
-class RealPort : public SerialPort {
+class RealPort : public Port {
  public:
   RealPort(const std::string& path, int baud) : path_(path), lock_(path) {
     if (sp_get_port_by_name(path.c_str(), &port_) != SP_OK) {
@@ -108,7 +108,7 @@ class RealPort : public SerialPort {
   int fd_ = -1;
 };
 
-class PseudoTerminal : public SerialPort {
+class PseudoTerminal : public Port {
  public:
   PseudoTerminal(const std::string& path, int baud) : path_(path), lock_(path) {
     fd_ = ::open(path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
@@ -166,11 +166,11 @@ void let_go(int fd) {
   [[maybe_unused]] const int shared = ::ioctl(fd, TIOCNXCL);
 }
 
-std::unique_ptr<SerialPort> open_real_port(const std::string& path, int baud) {
+std::unique_ptr<Port> open_real_port(const std::string& path, int baud) {
   return std::make_unique<RealPort>(path, baud);
 }
 
-std::unique_ptr<SerialPort> open_pseudo_terminal(const std::string& path, int baud) {
+std::unique_ptr<Port> open_pseudo_terminal(const std::string& path, int baud) {
   return std::make_unique<PseudoTerminal>(path, baud);
 }
 

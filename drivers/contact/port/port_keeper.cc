@@ -35,7 +35,7 @@ std::string PortKeeper::warning() const {
 
 /// Without the mutex: it takes its time.
 std::unique_ptr<PortPump> PortKeeper::open_now() {
-  std::unique_ptr<SerialPort> port = open_serial_port(options_.port);
+  std::unique_ptr<Port> port = open_port(options_.port);
   PortPumpOptions options{0, options_.port.priority};
   {
     const std::lock_guard lock(mutex_);

@@ -11,14 +11,14 @@
 #include <string>
 #include <thread>
 
+#include "drivers/contact/port/port.h"
 #include "drivers/contact/port/port_pump.h"
 #include "drivers/contact/port/port_queues.h"
-#include "drivers/contact/port/serial_port.h"
 
 namespace cellcal::drivers {
 
 struct PortKeeperOptions {
-  SerialPortOptions port;
+  PortOptions port;
   std::chrono::milliseconds first, longest;  ///< pauses before it is tried again
 };
 

@@ -38,25 +38,22 @@ class Budget {
 };
 
 /// The bytes that wait, as news. Nothing: none; of kind kLost: none ever again.
-std::optional<PortNews> read_some(int fd) {
+std::optional<PortNews> read_some(Port& port) {
   PortNews news;
-  const ssize_t n = ::read(fd, news.bytes.data(), news.bytes.size());
-  const int error = n < 0 ? errno : 0;
+  const PortReading reading = port.read(news.bytes);
   news.t = Steady::now();
-  if (n > 0) {
-    news.size = static_cast<std::uint16_t>(n);
-    return news;
-  }
-  if (error == EINTR || error == EAGAIN) return std::nullopt;
-  news.kind = PortNews::Kind::kLost;
-  news.error = error;
+  news.arrived = reading.arrived;
+  news.size = static_cast<std::uint16_t>(reading.size);
+  news.error = reading.error;
+  if (reading.lost) news.kind = PortNews::Kind::kLost;
+  if (!reading.lost && reading.size == 0) return std::nullopt;
   return news;
 }
 
 }  // namespace
 
-PortPump::PortPump(std::unique_ptr<SerialPort> port, const PortPumpOptions& options,
-                   PortQueues& queues, std::function<void()> lost)
+PortPump::PortPump(std::unique_ptr<Port> port, const PortPumpOptions& options, PortQueues& queues,
+                   std::function<void()> lost)
     : port_(std::move(port)),
       options_(options),
       queues_(queues),
@@ -92,7 +89,7 @@ void PortPump::read_port() {
   while (!stop_) {
     pollfd ends[2] = {{port_->fd(), POLLIN, 0}, {stop_reading_.fd(), POLLIN, 0}};
     if (::poll(ends, 2, -1) < 0 || ends[0].revents == 0) continue;
-    std::optional<PortNews> news = read_some(port_->fd());
+    std::optional<PortNews> news = read_some(*port_);
     if (!news) continue;
     news->opening = options_.opening;
     tell(*news);
@@ -116,13 +113,9 @@ void PortPump::send_queued() {
   PortFrame frame;
   while (queues_.frames.pop(frame)) {
     if (frame.opening != options_.opening) continue;
-    ssize_t n = -1;
-    do {
-      n = ::write(port_->fd(), frame.bytes.data(), frame.size);
-    } while (n < 0 && errno == EINTR);
     // A frame that does not fit is lost, as on a bad line: the protocol repeats what matters, and
     // the sensor's reader goes on at the next delimiter. A dead port shows in read().
-    if (n != static_cast<ssize_t>(frame.size)) ++queues_.unsent;
+    if (!port_->write({frame.bytes.data(), frame.size})) ++queues_.unsent;
   }
 }
 

@@ -13,8 +13,8 @@
 #include <memory>
 #include <thread>
 
+#include "drivers/contact/port/port.h"
 #include "drivers/contact/port/port_queues.h"
-#include "drivers/contact/port/serial_port.h"
 
 namespace cellcal::drivers {
 
@@ -30,7 +30,7 @@ class PortPump {
  public:
   /// `lost` is called once, on the reader's thread, when the port is lost; nothing is read or sent
   /// from then on. The queues must outlive this.
-  PortPump(std::unique_ptr<SerialPort> port, const PortPumpOptions& options, PortQueues& queues,
+  PortPump(std::unique_ptr<Port> port, const PortPumpOptions& options, PortQueues& queues,
            std::function<void()> lost);
   /// What is queued goes out, both threads end, the port is closed.
   ~PortPump();
@@ -43,7 +43,7 @@ class PortPump {
   void tell(const PortNews& news);
   void send_queued();
 
-  const std::unique_ptr<SerialPort> port_;
+  const std::unique_ptr<Port> port_;
   const PortPumpOptions options_;
   PortQueues& queues_;
   const std::function<void()> lost_;

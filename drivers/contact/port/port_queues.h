@@ -51,8 +51,9 @@ struct PortNews {
   std::uint32_t opening = 0;  ///< which of the port's openings it belongs to
   int error = 0;              ///< kLost: errno, 0: end of file
   TimePoint t{};              ///< when it was read
+  TimePoint arrived{};        ///< when the bytes came into this computer
   std::uint16_t size = 0;
-  static constexpr std::size_t kMost = 232;  ///< a piece is 256 bytes in all
+  static constexpr std::size_t kMost = 224;  ///< a piece is 256 bytes in all
   std::array<std::uint8_t, kMost> bytes{};
 };
 

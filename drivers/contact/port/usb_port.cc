@@ -257,7 +257,7 @@ class UsbBridge {
   bool over_ = false;
 };
 
-class UsbPort : public SerialPort {
+class UsbPort : public Port {
  public:
   UsbPort(const std::string& path, int baud, int priority)
       : path_(path), lock_(path), device_(path, baud), bridge_(device_) {
@@ -294,7 +294,7 @@ class UsbPort : public SerialPort {
 
 }  // namespace
 
-std::unique_ptr<SerialPort> open_usb_port(const std::string& path, int baud, int priority) {
+std::unique_ptr<Port> open_usb_port(const std::string& path, int baud, int priority) {
   return std::make_unique<UsbPort>(path, baud, priority);
 }
 

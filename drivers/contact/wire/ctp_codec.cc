@@ -235,6 +235,20 @@ const Frame* FrameReader::feed(std::uint8_t byte) {
   return nullptr;
 }
 
+bool FrameReader::in_order(std::uint8_t type, std::uint8_t seq) {
+  const bool begins = order_ == Order::kAnyhow && (type == CTP_HELLO || type == CTP_IDENT);
+  if (last_seq_ && !begins) {
+    const auto ahead = static_cast<std::uint8_t>(seq - *last_seq_);
+    if (order_ == Order::kAnyhow && static_cast<std::int8_t>(ahead) <= 0) {
+      ++counters_.overtaken;
+      return false;
+    }
+    counters_.gaps += static_cast<std::uint8_t>(ahead - 1);
+  }
+  last_seq_ = seq;
+  return true;
+}
+
 const Frame* FrameReader::finish() {
   std::array<std::uint8_t, CTP_MAX_WIRE> raw{};
   const auto size = cobs_decode({buffer_.data(), size_}, raw.data());
@@ -248,11 +262,8 @@ const Frame* FrameReader::finish() {
     return nullptr;
   }
   // From here on the frame is what the peer sent, so its sequence number counts in any case.
-  const std::uint8_t seq = raw[1];
-  if (last_seq_) counters_.gaps += static_cast<std::uint8_t>(seq - *last_seq_ - 1);
-  last_seq_ = seq;
-
-  const std::uint8_t type = raw[0];
+  const std::uint8_t type = raw[0], seq = raw[1];
+  if (!in_order(type, seq)) return nullptr;
   if (!belongs(type, direction_)) {
     ++counters_.unknown_types;
     return nullptr;

@@ -205,16 +205,26 @@ struct WireCounters {
   std::uint64_t malformed = 0;  ///< not COBS, too short, or not the size that its type asks for
   std::uint64_t oversize = 0;
   std::uint64_t unknown_types = 0;
-  std::uint64_t gaps = 0;  ///< frames missing by their sequence number
+  std::uint64_t gaps = 0;       ///< frames missing by their sequence number
+  std::uint64_t overtaken = 0;  ///< came twice, or behind a later one, and were not taken
 };
 
 /// Which end of the line a reader stands at: a type of the other direction is unknown to it.
 enum class Direction { kFromHost, kFromSensor };
 
+/// What a line may do to the order of its frames.
+enum class Order {
+  kKept,  ///< a wire: bytes come as they were sent, or not at all
+  /// Datagrams: a frame that is not newer than the one before it, by its sequence number, is not
+  /// taken. HELLO and IDENT begin a conversation, and the count, anew.
+  kAnyhow,
+};
+
 /// Bytes to frames, one byte at a time. After anything odd it goes on at the next 0x00.
 class FrameReader {
  public:
-  explicit FrameReader(Direction direction) : direction_(direction) {}
+  explicit FrameReader(Direction direction, Order order = Order::kKept)
+      : direction_(direction), order_(order) {}
 
   /// The frame that this byte completed, valid until the next call; otherwise nullptr.
   const Frame* feed(std::uint8_t byte);
@@ -224,8 +234,10 @@ class FrameReader {
 
  private:
   const Frame* finish();
+  bool in_order(std::uint8_t type, std::uint8_t seq);
 
   Direction direction_;
+  Order order_;
   std::array<std::uint8_t, CTP_MAX_WIRE> buffer_{};
   std::size_t size_ = 0;
   bool skipping_ = false;

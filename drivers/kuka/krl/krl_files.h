@@ -39,22 +39,31 @@ struct AxisRange {
   double low_deg = -360.0, high_deg = 360.0;
 };
 
+/// For people: the releases of RSI, by their first number.
+inline constexpr const char* kRsiVersions =
+    "3 (KSS 8.2 to 8.4), 4 (KSS 8.5 and 8.6), 5 (KSS 8.7) or 6 (iiQKA.OS2)";
+constexpr bool is_rsi_version(int version) { return version >= 3 && version <= 6; }
+/// 5 has 4's files; the others have their own.
+constexpr int rsi_format(int version) { return version == 5 ? 4 : version; }
+
 /// What RSI's files need to know. Tags and limits have to be those of RsiConfig.
 struct RsiFilesConfig {
   std::string pc_address;  ///< this computer's, in the controller's RSI subnet (not 192.168.0.x)
   std::uint16_t port = 49152;
-  int rsi_version = 4;  ///< 3: KSS 8.2 to 8.4; 4: KSS 8.5 and on
+  int rsi_version = 4;  ///< one of kRsiVersions
   std::string sentype = "ImFree", axis_tag = "AK", stop_tag = "Stop";
   std::string mode_tag = "Mode.R", override_tag = "OvPro.R";  ///< empty: not sent
+  std::string contact_tag;  ///< likewise $IN[input], to which the contact sensor's output is wired
+  int input = 1;
   CorrectionMode mode = CorrectionMode::kAbsolute;  ///< of RSI_ON; HOLDON of the axes follows it
   double correction_limit_deg = 90.0;  ///< of AXISCORR, which clamps in silence, and its monitor
   /// Of A1 to A6, beyond which the controller corrects no axis; empty: its software limit switches
   /// alone. Corrections in space have no such limits.
   std::vector<AxisRange> ranges_deg;
-  SpaceCorrection space;               ///< on: POSCORR instead, with its tag, frame and limits
-  int timeout_cycles = 100;            ///< late replies until KSS29002
-  int flag = 901;                      ///< $FLAG, TRUE while the connection is interrupted
-  int tool = 0, base = 0, load = 0;    ///< as EkiFilesConfig
+  SpaceCorrection space;             ///< on: POSCORR instead, with its tag, frame and limits
+  int timeout_cycles = 100;          ///< late replies until KSS29002
+  int flag = 901;                    ///< $FLAG, TRUE while the connection is interrupted
+  int tool = 0, base = 0, load = 0;  ///< as EkiFilesConfig
 
   /// Throws ConfigError naming the key, the value and what to do.
   void validate() const;
@@ -67,7 +76,7 @@ using ControllerFiles = std::map<std::string, std::string>;
 ControllerFiles eki_files(const EkiFilesConfig& config);
 
 /// cellcal_rsi.src, cellcal_rsi_ethernet.xml, and the context: cellcal_rsi.rsi.xml, .rsi and
-/// .rsi.diagram for RSI 3, cellcal_rsi.rsix for RSI 4. Six axes. Throws ConfigError.
+/// .rsi.diagram for RSI 3, cellcal_rsi.rsix from RSI 4 on. Six axes. Throws ConfigError.
 ControllerFiles rsi_files(const RsiFilesConfig& config);
 
 }  // namespace cellcal::drivers

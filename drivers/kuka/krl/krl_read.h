@@ -56,6 +56,8 @@ struct RsiInput {
 struct RsiParameter {
   std::string name, value;
   int line = 0;
+  bool runtime = true;  ///< false: fixed once the context is loaded
+  bool open = false;    ///< IsPublic: a program can set it
 };
 
 struct RsiObject {
@@ -69,10 +71,10 @@ struct RsiObject {
   const RsiInput* input(int input_index) const;
 };
 
-/// RSI's context: .rsi.xml of RSI 3, .rsix of RSI 4 and 5, or the model .rsi beside RSI 3's.
+/// RSI's context: .rsi.xml of RSI 3, .rsix of RSI 4 to 6, or the model .rsi beside RSI 3's.
 struct RsiContextFile {
   std::string name;
-  int rsi_version = 0;  ///< 3 or 4
+  int rsi_version = 0;  ///< 3, 4 (5 has the same) or 6
   std::vector<RsiObject> objects;
 
   /// The only one of that type, in any case; nullptr: none. Throws ConfigError for more than one.

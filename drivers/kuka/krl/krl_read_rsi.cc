@@ -82,11 +82,20 @@ RsiObject object(const XmlText& xml, const pugi::xml_node& node, const Spelling&
     count(xml, input, result.inputs.size());
   }
   for (const pugi::xml_node& one : node.child("Parameters").children("Parameter")) {
-    result.parameters.push_back(
-        {xml.attribute(one, "Name"), one.attribute("ParamValue").value(), xml.line_of(one)});
+    result.parameters.push_back({xml.attribute(one, "Name"), one.attribute("ParamValue").value(),
+                                 xml.line_of(one), one.attribute("IsRuntime").as_bool(true),
+                                 one.attribute("IsPublic").as_bool()});
     count(xml, one, result.parameters.size());
   }
   return result;
+}
+
+/// RSI 6 is RSI 4 but for its monitors: their limits are fixed once the context is loaded.
+bool has_fixed_monitor(const RsiContextFile& file) {
+  return std::any_of(file.objects.begin(), file.objects.end(), [](const RsiObject& one) {
+    const RsiParameter* limit = one.parameter(one.type == "AxisCorrMon" ? "MaxA1" : "MaxTrans");
+    return one.type.ends_with("CorrMon") && limit != nullptr && !limit->runtime;
+  });
 }
 
 /// "//ETHERNET1/Out7" taken apart. Stat is the first output where there is one; a port by another
@@ -160,7 +169,7 @@ RsiContextFile read_rsi_context(std::string_view text, const std::string& name) 
   const XmlText xml(text, name);
   const std::string_view root = xml.root().name();
   if (root != "RSIObjects" && root != "RsiContext") {
-    xml.fail(xml.root(), "is neither RSIObjects (RSI 3) nor RsiContext (RSI 4): no context");
+    xml.fail(xml.root(), "is neither RSIObjects (RSI 3) nor RsiContext (RSI 4 to 6): no context");
   }
   const Spelling& s = root == "RSIObjects" ? kRsi3 : kRsi4;
   const pugi::xml_node list = s.list == nullptr ? xml.root() : xml.only(xml.root(), s.list);
@@ -172,6 +181,7 @@ RsiContextFile read_rsi_context(std::string_view text, const std::string& name) 
     count(xml, node, file.objects.size());
   }
   if (file.objects.empty()) xml.fail(list, fmt::format("holds no <{}>", s.object));
+  if (s.version == 4 && has_fixed_monitor(file)) file.rsi_version = 6;
   return file;
 }
 

@@ -39,7 +39,7 @@ std::string per_value(const RsiFilesConfig& c, std::string_view form, int first)
 
 /// RSI 3 numbers from 1 and leaves six numbers to the external axes, RSI 4 counts on from 0. Only
 /// the shift has limits of its own in space.
-std::string limits(const RsiFilesConfig& c, const char* form, int from) {
+std::string limits(const RsiFilesConfig& c, const std::string& form, int from) {
   const double limit = c.space.on ? c.space.limit_mm : c.correction_limit_deg;
   const int count = c.space.on ? 3 : kRsiAxes;
   const int upper_from = from + (c.space.on ? 3 : from == 1 ? 2 * kRsiAxes : kRsiAxes);
@@ -54,7 +54,7 @@ std::string limits(const RsiFilesConfig& c, const char* form, int from) {
   return text;
 }
 
-std::string monitor(const char* form, double limit_deg, int from) {
+std::string monitor(const std::string& form, double limit_deg, int from) {
   std::string text;
   for (int i = 0; i < kRsiAxes; ++i) {
     if (i > 0) text += '\n';
@@ -78,18 +78,53 @@ std::string part(const std::string& name, const krl::Places& places) {
 /// The narrower limits that the program sets at each start, and the program's end where it cannot.
 constexpr const char* kFenceCall =
     R"(  ;narrower limits than the context's, which are the same for all axes and on both sides
-  IF CC_FENCE(CONTID)==FALSE THEN
+  IF CC_FENCE({})==FALSE THEN
     ;the arm stands beyond one of them, or RSI has refused it
     LOOP
       HALT
     ENDLOOP
   ENDIF)";
 
+/// RSI 6 activates what it has loaded.
+constexpr const char* kActivate =
+    R"(  RET=RSI_ACTIVATE("cellcal_rsi")
+  IF RET<>RSIOK THEN
+    LOOP
+      HALT
+    ENDLOOP
+  ENDIF)";
+
 void add_fence(const RsiFilesConfig& c, krl::Places& places) {
-  places["FENCE_CALL"] = c.space.on ? "" : kFenceCall;
+  const bool six = c.rsi_version == 6;
+  places["FENCE_CALL"] = c.space.on ? "" : fmt::format(kFenceCall, six ? " " : "CONTID");
+  places["FENCE_PARAMETER"] = six ? " " : "CONTID :IN ";
+  places["FENCE_NUMBER"] = six ? "" : "  DECL INT CONTID";
   places["FENCE_AXES"] = krl::fence_axes(c);
   places["CORRECTION_LIMIT"] = decimal(c.correction_limit_deg);
   places["FENCE"] = c.space.on ? "" : part("fence.src.in", places);
+}
+
+/// What RSI's calls are named, and where its files go.
+void add_release(const RsiFilesConfig& c, krl::Places& places) {
+  const bool six = c.rsi_version == 6;
+  const std::string mode = c.mode == CorrectionMode::kAbsolute ? "#ABSOLUTE" : "#RELATIVE";
+  const char* const context = c.rsi_version == 3 ? "cellcal_rsi.rsi" : "cellcal_rsi";
+  const std::pair<const char*, std::string> pairs[] = {
+      {"RSI_MODE", (six ? "RSI_PROCESS_ON(" : "RSI_ON(") + mode + ")"},
+      {"RSI_ON", six ? "RSI_PROCESS_ON(" + mode + ")" : "RSI_ON(" + mode + ",#IPO_FAST)"},
+      {"RSI_OFF", six ? "RSI_PROCESS_OFF()" : "RSI_OFF()"},
+      {"CONTEXT_NUMBER", six ? "" : "DECL INT CONTID"},
+      {"RSI_RESET", six ? "" : "  ;contexts that an earlier run left\n  RET=RSI_RESET()"},
+      {"RSI_LOAD",
+       fmt::format(fmt::runtime(six ? "RSI_LOAD(\"{}\")" : "RSI_CREATE(\"{}\",CONTID,TRUE)"),
+                   context)},
+      {"RSI_ACTIVATE", six ? kActivate : ""},
+      {"RSI_DELETE", six ? "" : "  RET=RSI_DELETE(CONTID)"},
+      {"RSI_PLACE", six ? "Ethernet configurations of iiQKA.RobotSensorInterface (iiQWorks.Sim)"
+                        : R"(C:\KRC\ROBOTER\Config\User\Common\SensorInterface)"},
+      {"RSI4_RELEASES", six ? "RSI 6 (iiQKA.OS2)" : "RSI 4 and 5 (KSS 8.5 and on)"},
+      {"STOP_SIGNAL", six ? " SignalName=\"Ethernet_1|Out7\"" : ""}};
+  for (const auto& [name, text] : pairs) places[name] = text;
 }
 
 void add_correction(const RsiFilesConfig& c, krl::Places& places) {
@@ -106,15 +141,34 @@ void add_correction(const RsiFilesConfig& c, krl::Places& places) {
   places["MODEL_CORRECTION"] = part(kind + ".rsi.in", places);
 }
 
+/// Of limits, {0}{1} their name, {2} their number, {3} their value.
+std::string context_parameter(bool three, const char* attributes) {
+  return fmt::format("{}<Parameter {}Name=\"{{}}{{}}\" {}=\"{{}}\" ParamValue=\"{{}}\"/>",
+                     three ? "      " : "        ", attributes, three ? "ParamID" : "ParamId");
+}
+std::string model_parameter(const char* least, const char* attributes) {
+  return fmt::format(
+      "        <rSIParameter name=\"{{0}}{{1}}\" value=\"{{3}}\" paramType=\"System.Double\" "
+      "minVal=\"{}\" maxVal=\"2147483647\" isEnum=\"false\" {}index=\"{{2}}\" />",
+      least, attributes);
+}
+
+/// The fence sets those of the axes by the program: what is not public it cannot.
+void add_limits(const RsiFilesConfig& c, krl::Places& places) {
+  const char* const open = c.space.on ? "" : "IsPublic=\"true\" ";
+  const char* const open_model = c.space.on ? "" : "isPublic=\"true\" ";
+  const char* const fixed = c.rsi_version == 6 ? "IsRuntime=\"false\" " : "";
+  const double limit = c.correction_limit_deg;
+  places["FIXED"] = fixed;
+  places["RSI3_LIMITS"] = limits(c, context_parameter(true, open), 1);
+  places["RSI4_LIMITS"] = limits(c, context_parameter(false, open), 0);
+  places["RSI3_MONITOR"] = monitor(context_parameter(true, ""), limit, 1);
+  places["RSI4_MONITOR"] = monitor(context_parameter(false, fixed), limit, 0);
+  places["MODEL_LIMITS"] = limits(c, model_parameter("-2147483648", open_model), 1);
+  places["MODEL_MONITOR"] = monitor(model_parameter("0", ""), limit, 1);
+}
+
 krl::Places places_of(const RsiFilesConfig& c) {
-  const char* const kRsi3 = "      <Parameter Name=\"{}{}\" ParamID=\"{}\" ParamValue=\"{}\"/>";
-  const char* const kRsi4 = "        <Parameter Name=\"{}{}\" ParamId=\"{}\" ParamValue=\"{}\"/>";
-  const char* const kModel =
-      "        <rSIParameter name=\"{0}{1}\" value=\"{3}\" paramType=\"System.Double\" "
-      "minVal=\"-2147483648\" maxVal=\"2147483647\" isEnum=\"false\" index=\"{2}\" />";
-  const char* const kModelMonitor =
-      "        <rSIParameter name=\"{0}{1}\" value=\"{3}\" paramType=\"System.Double\" "
-      "minVal=\"0\" maxVal=\"2147483647\" isEnum=\"false\" index=\"{2}\" />";
   const auto number_or = [](const char* array, int number, const char* otherwise) {
     return number == 0 ? std::string(otherwise) : fmt::format("{}[{}]", array, number);
   };
@@ -122,7 +176,6 @@ krl::Places places_of(const RsiFilesConfig& c) {
   const std::string hold_on = absolute ? "1" : "0";
   krl::Places places{
       {"VERSION", krl::release()},
-      {"RSI_MODE", absolute ? "#ABSOLUTE" : "#RELATIVE"},
       {"HOLD_ON", hold_on},
       {"LATE_REPLY", absolute ? "makes the arm hold" : "is a step that is lost, not one repeated"},
       {"PC_ADDRESS", c.pc_address},
@@ -135,15 +188,14 @@ krl::Places places_of(const RsiFilesConfig& c) {
                              1)},
       {"RSI_TIMEOUT", fmt::to_string(c.timeout_cycles)},
       {"ALIVE_FLAG", fmt::to_string(c.flag)},
-      {"RSI_CONTEXT", c.rsi_version == 3 ? "cellcal_rsi.rsi" : "cellcal_rsi"},
       {"RSI3_INPUTS",
        per_value(c, "      <Input InIdx=\"{0}\" OutObjID=\"ETHERNET1\" OutIdx=\"{0}\"/>", 1)},
       {"RSI4_INPUTS",
-       per_value(c, "        <Input InIdx=\"{1}\" OutObjId=\"Ethernet_1\" OutIdx=\"{1}\"/>", 0)},
-      {"RSI3_LIMITS", limits(c, kRsi3, 1)},
-      {"RSI4_LIMITS", limits(c, kRsi4, 0)},
-      {"RSI3_MONITOR", monitor(kRsi3, c.correction_limit_deg, 1)},
-      {"RSI4_MONITOR", monitor(kRsi4, c.correction_limit_deg, 0)},
+       per_value(
+           c,
+           std::string("        <Input InIdx=\"{1}\" OutObjId=\"Ethernet_1\" OutIdx=\"{1}\"") +
+               (c.rsi_version == 6 ? " SignalName=\"Ethernet_1|Out{0}\"/>" : "/>"),
+           0)},
       {"MODEL_CHANNELS", per_value(c, "        <rSIOutPort name=\"Out{0}\" />", 1) +
                              "\n        <rSIOutPort name=\"Out7\" />"},
       {"MODEL_INPUTS",
@@ -155,14 +207,14 @@ krl::Places places_of(const RsiFilesConfig& c) {
       {"MODEL_AXES", per_value(c, "        <rSIOutPort name=\"A{0}\" />", 1)},
       {"MODEL_FRAME", per_value(c, "        <rSIOutPort name=\"{2}\" />", 1)},
       {"MODEL_EXTERNAL", per_value(c, "        <rSIOutPort name=\"E{0}\" />", 1)},
-      {"MODEL_LIMITS", limits(c, kModel, 1)},
-      {"MODEL_MONITOR", monitor(kModelMonitor, c.correction_limit_deg, 1)},
       {"TOOL_VALUE", number_or("TOOL_DATA", c.tool, "$NULLFRAME")},
       {"BASE_VALUE", number_or("BASE_DATA", c.base, "$NULLFRAME")},
       {"LOAD_VALUE",
        number_or("LOAD_DATA", c.load,
                  "{M -1.0,CM {X 0.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0},J {X 0.0,Y 0.0,Z 0.0}}")},
   };
+  add_limits(c, places);
+  add_release(c, places);
   add_correction(c, places);
   add_fence(c, places);
   krl::add_state(c, places);
@@ -226,16 +278,17 @@ void RsiFilesConfig::validate() const {
         "interface and this computer",
         pc_address));
   }
-  if (rsi_version != 3 && rsi_version != 4) {
-    throw ConfigError(fmt::format(
-        "controller files: rsi_version = {} is neither 3 (KSS 8.2 to 8.4) nor 4 (KSS 8.5 and on)",
-        rsi_version));
+  if (!is_rsi_version(rsi_version)) {
+    throw ConfigError(fmt::format("controller files: rsi_version = {} is not one of {}",
+                                  rsi_version, kRsiVersions));
   }
   check_name("sentype", sentype);
   check_name("axis_tag", axis_tag);
   check_name("stop_tag", stop_tag);
   check_sent_name("mode_tag", mode_tag);
   check_sent_name("override_tag", override_tag);
+  check_sent_name("contact_tag", contact_tag);
+  check_number("input", input, 1, 8192);
   if (space.on) {
     check_name("cart_tag", space.tag);
     check_number("correction_limit_mm", space.limit_mm, 1.0, 5000.0);

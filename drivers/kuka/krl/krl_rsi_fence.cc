@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "drivers/kuka/krl/krl_rsi_set.h"
 #include "drivers/kuka/wire/xml_values.h"
 
 namespace cellcal::drivers::krl {
@@ -16,6 +17,13 @@ constexpr double kRangeSlackDeg = 0.1;
 
 const char* corrector(const RsiFilesConfig& config) {
   return config.rsi_version == 3 ? "AXISCORR1" : "AxisCorr_1";
+}
+
+bool sets_limits(const std::string& text, const RsiFilesConfig& config) {
+  const std::vector<Placed<std::string>> lines = statements(text);
+  return std::any_of(lines.begin(), lines.end(), [&](const Placed<std::string>& one) {
+    return find_call(one.value, calls_of(config).set) != std::string::npos;
+  });
 }
 
 }  // namespace
@@ -45,11 +53,30 @@ std::string fence_axes(const RsiFilesConfig& config) {
   for (const FenceLimit& one : fence_limits(config)) {
     if (!text.empty()) text += '\n';
     text += fmt::format(
-        "  LIMIT={}\n  RET=RSI_SetPublicPar(CONTID,\"{}\",\"{}\",LIMIT)\n"
+        "  LIMIT={}\n  RET={},\"{}\",\"{}\",LIMIT)\n"
         "  OK=OK AND (RET==RSIOK) AND (LIMIT{}0.0)",
-        one.value, corrector(config), one.parameter, one.lower ? "<=" : ">=");
+        one.value,
+        config.rsi_version == 6 ? "RSI_SetParameter(\"cellcal_rsi\"" : "RSI_SetPublicPar(CONTID",
+        corrector(config), one.parameter, one.lower ? "<=" : ">=");
   }
   return text;
+}
+
+void check_public(const ControllerFiles& files, const RsiContextFile& context,
+                  const RsiFilesConfig& config, Findings& findings) {
+  const RsiObject* object = context.only("AXISCORR");
+  if (object == nullptr || config.space.on) return;  // said already
+  for (const auto& [name, text] : files) {
+    if (!(name.ends_with(".src") || name.ends_with(".SRC")) || !sets_limits(text, config)) continue;
+    for (const FenceLimit& one : fence_limits(config)) {
+      const RsiParameter* limit = object->parameter(one.parameter);
+      if (limit == nullptr || limit->open) continue;
+      return findings.refuse(context.name, limit->line,
+                             "{} of {} lacks IsPublic=\"true\": {} cannot set it and halts. Make "
+                             "the files again",
+                             one.parameter, object->id, name);
+    }
+  }
 }
 
 void check_fence(const std::string& name, const std::string& text, const RsiFilesConfig& config,
@@ -60,12 +87,12 @@ void check_fence(const std::string& name, const std::string& text, const RsiFile
       return one.value.find(part) != std::string::npos;
     });
   };
-  const auto on = first("RSI_ON(");
+  const auto on = first(calls_of(config).on + std::string("("));
   if (on == lines.end()) return;
-  if (first("RSI_SETPUBLICPAR(") == lines.end()) {
+  if (!sets_limits(text, config)) {
     return findings.warn(
         name, on->line,
-        "no RSI_SetPublicPar: the correction is limited by correction_limit_deg = {:g} on both "
+        "no call sets AXISCORR's limits: the correction is limited by correction_limit_deg = {:g} on both "
         "sides of the start, not by the software limit switches. Make the files again",
         config.correction_limit_deg);
   }

@@ -21,6 +21,9 @@ std::vector<FenceLimit> fence_limits(const RsiFilesConfig& config);
 /// The body of CC_FENCE that sets them.
 std::string fence_axes(const RsiFilesConfig& config);
 
+/// The limits that a program sets have to be public in the context.
+void check_public(const ControllerFiles& files, const RsiContextFile& context,
+                  const RsiFilesConfig& config, Findings& findings);
 /// Warns where a program sets none of them, or no range of the cell; refuses other ranges than the
 /// configuration's.
 void check_fence(const std::string& name, const std::string& text, const RsiFilesConfig& config,

@@ -8,6 +8,21 @@
 
 namespace cellcal::drivers::krl {
 
+/// Calls of a program that its release has and the other has not.
+struct RsiCalls {
+  const char *load, *on, *set;
+};
+inline constexpr RsiCalls kCallsToRsi5{"RSI_CREATE", "RSI_ON", "RSI_SETPUBLICPAR"};
+inline constexpr RsiCalls kCallsOfRsi6{"RSI_LOAD", "RSI_PROCESS_ON", "RSI_SETPARAMETER"};
+constexpr const RsiCalls& calls_of(const RsiFilesConfig& config) {
+  return config.rsi_version == 6 ? kCallsOfRsi6 : kCallsToRsi5;
+}
+
+/// Where a statement calls it; npos: nowhere.
+inline std::size_t find_call(const std::string& line, const char* call) {
+  return line.find(std::string(call) + '(');
+}
+
 struct RsiSet {
   const RsiFilesConfig& config;
   CorrectionMode mode;

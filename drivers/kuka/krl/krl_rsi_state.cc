@@ -32,13 +32,41 @@ void check_source(const RsiSet& set, const RsiContextFile& file, const RsiStateS
                         file.rsi_version == 3 ? source.rsi3 : source.rsi4);
     return;
   }
-  if (source.of_type == 0) return;
-  const RsiParameter* named = from->parameter("Type");
-  if (named != nullptr && named->value == "Mode_Op") return;
-  const ParameterValue type = value_of(set, file, *from, "Type", 0);
-  if (type.value == source.of_type) return;
-  set.findings.refuse(file.name, type.line, "Type of {} is {}. Set {} (Mode_Op): {} is {}",
-                      from->id, type.value, source.of_type, source.tag, source.says);
+  if (source.parameter == nullptr) return;
+  for (const char* size : {"DataSize", "DataType"}) {  // by its name in either release
+    const RsiParameter* wide = from->parameter(size);
+    if (wide != nullptr && wide->value != "0" && wide->value != "Bit")
+      set.findings.refuse(file.name, wide->line, "{} of {} is {}. Set 0 (Bit)", size, from->id,
+                          wide->value);
+  }
+  const RsiParameter* named = from->parameter(source.parameter);
+  if (named != nullptr && source.word != nullptr && named->value == source.word) return;
+  const ParameterValue have = value_of(set, file, *from, source.parameter, 0);
+  if (have.value == source.value) return;
+  set.findings.refuse(file.name, have.line, "{} of {} is {}. Set {}{}: {} is {}", source.parameter,
+                      from->id, have.value, source.value,
+                      source.word ? fmt::format(" ({})", source.word) : "", source.tag, source.says);
+}
+
+/// The object's parameter as a list of its own, or the end of an object without.
+std::string parameters(const RsiStateSource& one, const char* indent, const char* id, int number,
+                       const char* object) {
+  if (one.parameter == nullptr) return "/>";
+  return fmt::format(
+      ">\n{0}  <Parameters>\n{0}    <Parameter Name=\"{1}\" {2}=\"{3}\" ParamValue=\"{4}\"/>\n"
+      "{0}  </Parameters>\n{0}</{5}>",
+      indent, one.parameter, id, number, one.value, object);
+}
+
+std::string model_parameters(const RsiStateSource& one) {
+  if (one.parameter == nullptr) return "";
+  const bool word = one.word != nullptr;
+  return fmt::format(
+      "\n      <rSIParameters>\n        <rSIParameter name=\"{}\" value=\"{}\" paramType=\"{}\" "
+      "minVal=\"-2147483648\" maxVal=\"2147483647\" isEnum=\"{}\" index=\"1\" />\n"
+      "      </rSIParameters>",
+      one.parameter, word ? std::string(one.word) : fmt::to_string(one.value),
+      word ? "KUKA.RSIVisual.RSI_StatusType" : "System.Int32", word);
 }
 
 }  // namespace
@@ -46,8 +74,10 @@ void check_source(const RsiSet& set, const RsiContextFile& file, const RsiStateS
 std::vector<RsiStateSource> state_sources(const RsiFilesConfig& c) {
   std::vector<RsiStateSource> all{
       {c.mode_tag, "mode_tag", "LONG", "STATUS", "Status", 62, "Stat", "the operating mode",
-       kModeOp},
-      {c.override_tag, "override_tag", "DOUBLE", "OV_PRO", "OV_PRO", 63, "Out1", "the override"}};
+       "Int", "Type", kModeOp, "Mode_Op"},
+      {c.override_tag, "override_tag", "DOUBLE", "OV_PRO", "OV_PRO", 63, "Out1", "the override"},
+      {c.contact_tag, "contact_tag", "BOOL", "DIGIN", "DigIn", 29, "Out1", "the contact input",
+       "Bool", "Index", c.input}};
   std::erase_if(all, [](const RsiStateSource& one) { return one.tag.empty(); });
   return all;
 }
@@ -65,23 +95,15 @@ void add_state(const RsiFilesConfig& config, Places& places) {
     elements += fmt::format("\n      <ELEMENT TAG=\"{}\" TYPE=\"{}\" INDX=\"{}\"/>", one.tag,
                             one.type, channel);
     inputs3 += fmt::format("\n      <Input InIdx=\"{}\" OutObjID=\"{}\" OutIdx=\"1\"/>", channel, id3);
-    inputs4 +=
-        fmt::format("\n        <Input InIdx=\"{}\" OutObjId=\"{}\" OutIdx=\"0\"/>", channel - 1, id4);
-    const bool typed = one.of_type != 0;
+    inputs4 += fmt::format(
+        "\n        <Input InIdx=\"{}\" OutObjId=\"{}\" OutIdx=\"0\"{}/>", channel - 1, id4,
+        config.rsi_version == 6 ? fmt::format(" SignalName=\"{}|{}\"", id4, one.output) : "");
     objects3 += fmt::format("\n  <RSIObject ObjType=\"{}\" ObjTypeID=\"{}\" ObjID=\"{}\"", one.rsi3,
                             one.type_id, id3);
-    objects3 += typed ? fmt::format(">\n    <Parameters>\n      <Parameter Name=\"Type\" "
-                                    "ParamID=\"1\" ParamValue=\"{}\"/>\n    </Parameters>\n"
-                                    "  </RSIObject>",
-                                    one.of_type)
-                      : "/>";
+    objects3 += parameters(one, "  ", "ParamID", 1, "RSIObject");
     objects4 += fmt::format("\n    <RsiObject ObjTypeId=\"{}\" ObjType=\"{}\" ObjId=\"{}\"",
                             one.type_id, one.rsi4, id4);
-    objects4 += typed ? fmt::format(">\n      <Parameters>\n        <Parameter Name=\"Type\" "
-                                    "ParamId=\"0\" ParamValue=\"{}\"/>\n      </Parameters>\n"
-                                    "    </RsiObject>",
-                                    one.of_type)
-                      : "/>";
+    objects4 += parameters(one, "    ", "ParamId", 0, "RsiObject");
     ports += fmt::format(
         "        <rSIInPort name=\"In{}\" mandatory=\"false\">\n          <source>\n"
         "            <rSIOutPortMoniker name=\"//{}/{}\" />\n          </source>\n"
@@ -90,12 +112,8 @@ void add_state(const RsiFilesConfig& config, Places& places) {
     model += fmt::format(
         "\n    <rSIElement name=\"{}\" objType=\"{}\" objTypeID=\"{}\" maxInputs=\"0\" "
         "maxOutputs=\"0\">\n      <rSIOutPorts>\n        <rSIOutPort name=\"{}\" "
-        "signalType=\"Int\" />\n      </rSIOutPorts>{}\n    </rSIElement>",
-        id3, one.rsi3, one.type_id, one.output,
-        typed ? "\n      <rSIParameters>\n        <rSIParameter name=\"Type\" value=\"Mode_Op\" "
-                "paramType=\"KUKA.RSIVisual.RSI_StatusType\" minVal=\"-2147483648\" "
-                "maxVal=\"2147483647\" isEnum=\"true\" index=\"1\" />\n      </rSIParameters>"
-              : "");
+        "signalType=\"{}\" />\n      </rSIOutPorts>{}\n    </rSIElement>",
+        id3, one.rsi3, one.type_id, one.output, one.signal, model_parameters(one));
   }
   const auto list = [](const std::string& inputs, const char* indent) {
     return inputs.empty() ? "" : fmt::format("\n{0}<Inputs>{1}\n{0}</Inputs>", indent, inputs);

@@ -1,6 +1,6 @@
 #pragma once
-// What of the controller's state RSI's context sends beside positions: the operating mode (STATUS) and
-// the override (OV_PRO), each over a channel of the ETHERNET object.
+// What of the controller's state RSI's context sends beside positions: the operating mode (STATUS), the
+// override (OV_PRO) and the contact input (DIGIN), each over a channel of the ETHERNET object.
 
 #include <string>
 #include <vector>
@@ -18,7 +18,10 @@ struct RsiStateSource {
   int type_id;             ///< ObjTypeID
   const char* output;      ///< name of its only output
   const char* says;        ///< for people
-  int of_type = 0;         ///< parameter Type: Mode_Op; 0: the object has none
+  const char* signal = "Int";        ///< of that output, in RSI 3's model
+  const char* parameter = nullptr;   ///< the object's only one, number 1; none
+  int value = 0;                     ///< its value
+  const char* word = nullptr;        ///< likewise in words, where it is one of a list
 };
 
 /// Those whose tag is not empty; the first one has channel 1.

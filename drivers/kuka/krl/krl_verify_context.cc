@@ -105,7 +105,7 @@ void check_spelling(const RsiSet& set, const RsiContextFile& file) {
        {std::pair{"ETHERNET", "Ethernet"}, std::pair{"AXISCORR", "AxisCorr"},
         std::pair{"AXISCORRMON", "AxisCorrMon"}, std::pair{"POSCORR", "PosCorr"},
         std::pair{"POSCORRMON", "PosCorrMon"}, std::pair{"STOP", "Stop"},
-        std::pair{"STATUS", "Status"}}) {
+        std::pair{"STATUS", "Status"}, std::pair{"DIGIN", "DigIn"}}) {
     for (const RsiObject& one : file.objects) {
       const char* right = file.rsi_version == 3 ? three : four;
       if (!wire::same_name(one.type, three) || one.type == right) continue;

@@ -186,39 +186,58 @@ void check_ends(const std::string& name, const std::string& text, krl::Findings&
   }
 }
 
+/// A call that the release does not know keeps the program from being selected.
+void check_calls(const std::string& name, const std::string& text, const RsiFilesConfig& config,
+                 krl::Findings& findings) {
+  const bool six = config.rsi_version == 6;
+  const krl::RsiCalls& others = six ? krl::kCallsToRsi5 : krl::kCallsOfRsi6;
+  for (const auto& [line, number] : krl::statements(text)) {
+    for (const char* call : {others.load, others.on, others.set}) {
+      if (krl::find_call(line, call) == std::string::npos) continue;
+      findings.refuse(name, number,
+                      "{} is a call of RSI {}, [controller] rsi_version is {}. Make the files "
+                      "again",
+                      call, six ? "3 to 5" : "6", config.rsi_version);
+    }
+  }
+}
+
 void check_program(const ControllerFiles& files, const RsiFilesConfig& config, CorrectionMode mode,
                    krl::Findings& findings) {
   bool on = false;
+  const char* const turns_on = krl::calls_of(config).on;
   for (const auto& [name, text] : files) {
     if (!name.ends_with(".src") && !name.ends_with(".SRC")) continue;
     if (config.space.on) krl::check_frames(name, text, config, findings);
     if (!config.space.on) krl::check_fence(name, text, config, findings);
     check_ends(name, text, findings);
+    check_calls(name, text, config, findings);
     for (const auto& [line, number] : krl::statements(text)) {
-      const std::size_t at = line.find("RSI_ON(");
+      const std::size_t at = krl::find_call(line, turns_on);
       if (at != std::string::npos) {
         on = true;
         const std::string wanted = fmt::format("#{}", name_of(mode));
         if (line.find(wanted, at) == std::string::npos) {
           findings.refuse(name, number,
-                          "RSI_ON has not {}, the mode that this computer uses and HOLDON has "
+                          "{} has not {}, the mode that this computer uses and HOLDON has "
                           "to match",
-                          wanted);
+                          turns_on, wanted);
         }
       }
-      if (line.find("RSI_CREATE(") == std::string::npos) continue;
+      if (krl::find_call(line, krl::calls_of(config).load) == std::string::npos) continue;
       const bool extended = line.find(".RSI\"") != std::string::npos;
       if (extended == (config.rsi_version == 3)) continue;
       findings.refuse(name, number,
-                      "RSI_CREATE {} the extension .rsi: RSI {} {} it, otherwise the "
+                      "{} {} the extension .rsi: RSI {} {} it, otherwise the "
                       "file is not found",
-                      extended ? "names" : "lacks", config.rsi_version,
+                      krl::calls_of(config).load, extended ? "names" : "lacks", config.rsi_version,
                       extended ? "adds" : "needs");
     }
   }
   if (!on) {
     findings.warn("cellcal_rsi.src", 0,
-                  "no program with RSI_ON in the folder: its mode and HOLDON were not compared");
+                  "no program with {} in the folder: its mode and HOLDON were not compared",
+                  turns_on);
   }
 }
 
@@ -234,7 +253,7 @@ std::optional<RsiContextFile> find_context(const ControllerFiles& files,
     return std::nullopt;
   }
   RsiContextFile file = read_rsi_context(*chosen->text, chosen->name);
-  if (file.rsi_version != config.rsi_version) {
+  if (file.rsi_version != rsi_format(config.rsi_version)) {
     findings.refuse(file.name, 0, "is a context of RSI {}, [controller] rsi_version is {}",
                     file.rsi_version, config.rsi_version);
   }
@@ -274,6 +293,7 @@ std::vector<FileFinding> verify_rsi_files(const ControllerFiles& files,
       check_sent(set);
       check_received(set);
       if (context) krl::check_context(set, *context);
+      if (context) krl::check_public(files, *context, config, findings);
       krl::check_state(set, context ? &*context : nullptr);
     }
     if (context && context->rsi_version == 3) check_unit(files, *context, findings);

@@ -104,6 +104,7 @@ struct StampOutside {
 };
 struct TouchedOutsideSearch {};
 struct ContactNotOpen {};
+struct InputTouched {};  ///< by the controller's contact input, the sensor has not said so (yet)
 
 // How the arm moved.
 struct AxisNotFollowing {
@@ -211,7 +212,7 @@ using Cause =
                  cause::TouchingAtStart, cause::TrippedAtStart, cause::SensorDead,
                  cause::SensorLate, cause::KeepAliveLate, cause::ArmExpired, cause::TripUnconfirmed,
                  cause::StampOutside, cause::StampDenied, cause::OpeningUnheard,
-                 cause::TouchedOutsideSearch, cause::ContactNotOpen, cause::AxisNotFollowing,
+                 cause::TouchedOutsideSearch, cause::ContactNotOpen, cause::InputTouched, cause::AxisNotFollowing,
                  cause::AxisStands, cause::NotSettled, cause::NoPackets, cause::NotAccepted,
                  cause::Silence, cause::SessionRestarted, cause::DamagedPackets,
                  cause::ReplyBeyondLimit, cause::HeldUp, cause::LateReplies, cause::IncrementLost,

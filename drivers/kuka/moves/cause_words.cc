@@ -312,6 +312,10 @@ struct Words {
     return "the controller's contact input is on before the search. Retreat, or look for a "
            "short circuit or a wrong input number";
   }
+  std::string operator()(const cause::InputTouched&) const {
+    return "the controller's contact input reported contact in a move that is no search, the contact "
+           "sensor did not. Check what the tool touches, the sensor's supply, and the wire to the input";
+  }
   std::string operator()(const cause::InputMissed&) const {
     return "the contact sensor tripped, the controller's contact input did not; the arm was "
            "stopped over the network. Check the wire to the input and the input's number";

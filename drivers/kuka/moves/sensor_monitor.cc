@@ -7,11 +7,16 @@ namespace {
 constexpr std::chrono::milliseconds kChatter{50};
 // An edge is confirmed or dismissed within it, or its arming's configuration was refused.
 constexpr std::chrono::milliseconds kLongestConfirmation{50};
+// The input opens with the contact; behind a board that restarted in contact with the self-test that it
+// can pass only then, which is asked for every second.
+constexpr std::chrono::milliseconds kInputOpens{2500};
 
 }  // namespace
 
-void SensorMonitor::listen(TimePoint now, std::optional<std::uint16_t> arm_id) {
+void SensorMonitor::listen(TimePoint now, std::optional<std::uint16_t> arm_id,
+                           const InputLevel& input) {
   heard_ = Heard{};
+  heard_.input = input;
   if (guard_ == nullptr) return;
   while (const std::optional<ContactEvent> event = guard_->take_event()) {
     const bool ours = arm_id && event->arm_id == *arm_id;
@@ -48,6 +53,7 @@ std::optional<SensorRefusal> SensorMonitor::refusal(const Move& move) const {
   if (move.kind == MoveKind::kSearch) {
     if (guard_ == nullptr) return refused(cause::NoSensor{});
     if (sensor.in_contact) return refused(cause::TouchingAtStart{});
+    if (heard_.input.contact) return refused(cause::InputAtStart{});
     if (tripped_arm_ == move.arm_id) return refused(cause::TrippedAtStart{});
     const bool over =
         sensor.last_end == ArmEnd::kSilence || sensor.last_end == ArmEnd::kDeliveredLate;
@@ -61,8 +67,8 @@ std::optional<SensorRefusal> SensorMonitor::refusal(const Move& move) const {
     if (!sensor.alive) {
       return SensorRefusal{MoveOutcome::kContactSilent, cause::SensorDead{}};
     }
-    if (move.kind == MoveKind::kTransit && sensor.in_contact) {
-      return SensorRefusal{MoveOutcome::kUnexpectedContact, cause::TouchedOutsideSearch{}};
+    if (move.kind == MoveKind::kTransit && heard_.touching()) {
+      return SensorRefusal{MoveOutcome::kUnexpectedContact, touch()};
     }
   }
   return std::nullopt;
@@ -78,6 +84,11 @@ Cause SensorMonitor::loss() const {
   return cause::ArmExpired{};
 }
 
+Cause SensorMonitor::touch() const {
+  if (heard_.snapshot.in_contact || heard_.foreign_trip) return cause::TouchedOutsideSearch{};
+  return cause::InputTouched{};
+}
+
 bool SensorMonitor::withheld(TimePoint since, TimePoint now) const {
   return now - since > kVerdictLimit && heard_.snapshot.said >= since + kLongestConfirmation;
 }
@@ -88,6 +99,10 @@ std::optional<SensorRefusal> SensorMonitor::opening(TimePoint due, TimePoint now
   if (sensor.in_contact && sensor.said > due)
     return SensorRefusal{MoveOutcome::kStillInContact, cause::ContactNotOpen{}};
   if (sensor.in_contact) return std::nullopt;
+  if (heard_.input.contact) {
+    if (now - due <= kInputOpens) return std::nullopt;
+    return SensorRefusal{MoveOutcome::kContactSilent, cause::InputAlone{seconds(now - due)}};
+  }
   const double late_s = sensor.said_late_s, limit_s = seconds(kHeartbeatLimit);
   if (late_s > limit_s)
     return SensorRefusal{MoveOutcome::kContactSilent, cause::SensorLate{late_s, limit_s}};
@@ -110,13 +125,17 @@ Interruption SensorMonitor::interruption_by(const Cause& cause) const {
 
 bool SensorMonitor::touched(MoveKind kind, TimePoint now) {
   const ContactSnapshot& sensor = heard_.snapshot;
-  const bool touching = sensor.in_contact || heard_.foreign_trip;
+  const bool touching = heard_.touching() || heard_.foreign_trip;
   if (kind != MoveKind::kRetreat) return touching;
-  if (!sensor.in_contact && !was_open_) {
+  const bool open = heard_.input.follows ? !heard_.input.contact : !heard_.touching();
+  if (open && !was_open_) {
     was_open_ = true;
     opened_at_ = now;
   }
-  return touching && was_open_ && now - opened_at_ > kChatter;
+  // The input is ahead of the sensor's bytes where these come late.
+  const bool old_word = heard_.input.follows && !heard_.input.contact && !heard_.foreign_trip &&
+                        sensor.said <= opened_at_ + kChatter;
+  return touching && was_open_ && !old_word && now - opened_at_ > kChatter;
 }
 
 }  // namespace cellcal::drivers

@@ -20,6 +20,12 @@ struct SensorRefusal {
   Cause cause;
 };
 
+/// What the controller's contact input says, where there is one: it is believed at once that something
+/// is touched, and that nothing is only where it follows.
+struct InputLevel {
+  bool contact = false, follows = false;
+};
+
 class SensorMonitor {
  public:
   /// `guard` may be null: nothing is heard, and searches are refused. It must outlive this.
@@ -31,10 +37,13 @@ class SensorMonitor {
     bool revoked = false;
     bool trip_lost = false;     ///< the arming of ours is used up by a trip, which is not here
     bool foreign_trip = false;  ///< trip or contact of no arming of ours
+    InputLevel input;
+    /// Something is touched, by the sensor's newest word or by the input.
+    bool touching() const { return snapshot.in_contact || input.contact; }
   };
 
   /// Takes the sensor's events and level. `arm_id`: the arming of the search under way, if one is.
-  void listen(TimePoint now, std::optional<std::uint16_t> arm_id);
+  void listen(TimePoint now, std::optional<std::uint16_t> arm_id, const InputLevel& input = {});
   const Heard& heard() const { return heard_; }
   bool present() const { return guard_ != nullptr; }
 
@@ -49,6 +58,8 @@ class SensorMonitor {
   /// The verdict of a trip heard at `since` is over its time, and the sensor has been heard well
   /// behind it: a verdict that is not there while nothing is heard may be under way.
   bool withheld(TimePoint since, TimePoint now) const;
+  /// What a move that is no search met: by the sensor's word, or by the input alone.
+  Cause touch() const;
   /// A retreat's contact was not heard to be open at `due`. What can be said of it: 'closed' only by
   /// words that the sensor said later. None: nothing yet.
   std::optional<SensorRefusal> opening(TimePoint due, TimePoint now) const;

@@ -53,7 +53,7 @@ struct RsiCore::Impl {
   std::string_view on_datagram(std::string_view bytes, TimePoint t_rx) {
     note_time(t_rx);
     check_silence();
-    WireError error = parser.parse_rob(bytes, frame, {config.mode_tag, config.override_tag});
+    WireError error = parser.parse_rob(bytes, frame, {config.mode_tag, config.override_tag, config.contact_tag});
     const AxisAngles actual = axes_of(frame.axes_deg, frame.external_deg, axes());
     if (error == WireError::kNone) {
       too_few_axes = actual.size() < axes();
@@ -91,7 +91,7 @@ struct RsiCore::Impl {
     state.decimals = stream.decimals();
     state.decimals_unproven = stream.decimals_unproven();
     state.cycle_s = stream.cycle_s();
-    mover.listen(t_rx);
+    mover.listen(t_rx, frame.input_on);
     // The same packet twice is answered twice, but is one cycle.
     if (arrival == Arrival::kRepeat && setpoint.known()) return hold_again(t_rx);
     if (arrival == Arrival::kRepeat && !peer_waits(t_rx)) return unknown_offset_reply();
@@ -226,6 +226,7 @@ struct RsiCore::Impl {
 
   /// The controller's, not proven to be the one before.
   void begin_other_session() {
+    mover.forget_input();
     ++state.session;
     if (state.interruption != Interruption::kNone) state.interruption = Interruption::kOther;
   }
@@ -324,7 +325,18 @@ struct RsiCore::Impl {
     }
   }
 
+  /// The input may be behind the sensor that has just proven itself free: nothing moves meanwhile.
+  bool waits_for_input() {
+    if (!linked() || !queue.waiting() || !mover.input_alone()) {
+      input_due.reset();
+      return false;
+    }
+    if (!input_due) input_due = last_rx + kInputFollows;
+    return last_rx < *input_due;
+  }
+
   void take_up_waiting() {
+    if (waits_for_input()) return;
     const auto move = queue.take_waiting();
     if (!move) return;
     if (ending) return refuse(*move, cause::Closing{});
@@ -453,6 +465,8 @@ struct RsiCore::Impl {
   void refresh() {
     state.trouble = trouble();
     state.moving = mover.busy();
+    state.input_path = mover.input_path();
+    state.stops_by_input = mover.stops_by_input();
     state.rereference_pending = rereference_asked;
     state.gaps = stream.gaps();
     state.ipoc_step = stream.step();
@@ -480,6 +494,7 @@ struct RsiCore::Impl {
   TimePoint last_rx{}, looked{};
   double held_up_s = 0.0;                 // since the last packet
   double slept_s = 0.0;                   // longest that this thread did not look since then
+  std::optional<TimePoint> input_due;     // a move waits for the contact input until then
   std::optional<std::uint32_t> answered;  // IPOC of the last reply
   bool rereference_asked = false, too_few_axes = false;
   std::uint32_t damaged_in_a_row = 0;  // packets of a sound IPOC, and nothing else

@@ -38,11 +38,19 @@ Limits slowed(std::span<const AxisLimit> limits, double speed_share) {
 }  // namespace
 
 Mover::Mover(const RsiConfig& config, ContactGuard* guard, const PositionRecord& record)
-    : config_(config), record_(record), sensor_(guard) {}
+    : config_(config),
+      record_(record),
+      guard_(guard),
+      sensor_(guard),
+      input_(!config.contact_tag.empty()) {}
 
-void Mover::listen(TimePoint now) {
+void Mover::listen(TimePoint now, std::optional<bool> input_on) {
   const bool guarded = busy() && searching();
-  sensor_.listen(now, guarded ? std::optional(move_.arm_id) : std::nullopt);
+  input_.note(input_on, now);
+  if (guard_ != nullptr)
+    guard_->set_silence_limit(input_.follows() ? Duration(kInputWatchLimit) : kHeartbeatLimit);
+  sensor_.listen(now, guarded ? std::optional(move_.arm_id) : std::nullopt,
+                 {input_.contact(), input_.follows()});
 }
 
 std::optional<CoreResult> Mover::start(const Move& move, const AxisAngles& commanded_rad) {
@@ -70,6 +78,7 @@ std::optional<CoreResult> Mover::start(const Move& move, const AxisAngles& comma
   latch_.reset();
   settling_s_ = 0.0;
   settling_cycles_ = unheard_cycles_ = 0;
+  by_input_ = false;
   return std::nullopt;
 }
 
@@ -124,7 +133,7 @@ std::optional<CoreResult> Mover::step(const MoverCycle& cycle, AxisAngles& comma
 
 bool Mover::needs_rest() const {
   if (!ends_well() || move_.kind == MoveKind::kSearch) return true;
-  return move_.kind == MoveKind::kRetreat && sensor_.heard().snapshot.in_contact;
+  return move_.kind == MoveKind::kRetreat && sensor_.heard().touching();
 }
 
 std::optional<CoreResult> Mover::settle(const MoverCycle& cycle, const AxisAngles& commanded_rad) {
@@ -151,12 +160,18 @@ std::optional<CoreResult> Mover::settle(const MoverCycle& cycle, const AxisAngle
   }
   if (outcome_ == MoveOutcome::kContact) fill_latch(cycle, late);
   if (!opening_known(cycle)) return std::nullopt;
+  judge_input();
   return result(commanded_rad);
+}
+
+void Mover::judge_input() {
+  if (outcome_ == MoveOutcome::kContact) input_.judge_contact(contact_->first_edge);
+  if (ends_well() && move_.kind == MoveKind::kRetreat) input_.judge_opening();
 }
 
 bool Mover::opening_known(const MoverCycle& cycle) {
   const bool closed =
-      ends_well() && move_.kind == MoveKind::kRetreat && sensor_.heard().snapshot.in_contact;
+      ends_well() && move_.kind == MoveKind::kRetreat && sensor_.heard().touching();
   if (!open_due_ && !closed) return true;
   if (!open_due_) open_due_ = cycle.now;
   if (ends_well() && !closed) return true;  // its word came behind the arm

@@ -19,6 +19,7 @@
 #include "drivers/contact.h"
 #include "drivers/kuka/moves/position_record.h"
 #include "drivers/kuka/moves/sensor_monitor.h"
+#include "drivers/kuka/rsi/link/contact_input.h"
 #include "drivers/kuka/rsi/link/ipoc_clock.h"
 #include "drivers/kuka/rsi/link/rsi_config.h"
 #include "drivers/kuka/rsi/link/rsi_report.h"
@@ -54,8 +55,15 @@ class Mover {
   double fastest_axis_rad_s() const { return moves() ? path_.fastest_axis_rad_s(t_s_) : 0.0; }
   /// Not on its way, or being brought to rest.
   bool stops() const { return !moves() || braking_; }
-  /// Takes the sensor's events and level. Once per packet, busy or not.
-  void listen(TimePoint now);
+  /// Takes the sensor's events and level, and that of the controller's contact input: nothing where
+  /// the packet does not have it. Once per packet, busy or not.
+  void listen(TimePoint now, std::optional<bool> input_on = std::nullopt);
+  /// The input says contact, and the sensor does not.
+  bool input_alone() const { return sensor_.heard().input.contact && !sensor_.heard().snapshot.in_contact; }
+  InputPath input_path() const { return input_.path(); }
+  std::uint32_t stops_by_input() const { return stops_by_input_; }
+  /// Another session of the controller.
+  void forget_input() { input_.reset(); }
   /// Begins at rest at `commanded_rad`, after listen(). Empty result: begun.
   std::optional<CoreResult> start(const Move& move, const AxisAngles& commanded_rad);
   /// One cycle, after listen(): what to command next, and the result when the move is over.
@@ -83,12 +91,17 @@ class Mover {
   std::optional<CoreResult> settle(const MoverCycle& cycle, const AxisAngles& commanded_rad);
   /// A retreat at rest: whether its contact opened, once that is known.
   bool opening_known(const MoverCycle& cycle);
+  /// What the sensor has just told of contact or opening is what the input has to have shown.
+  void judge_input();
   CoreResult result(const AxisAngles& commanded_rad);
   void fill_latch(const MoverCycle& cycle, const AxisAngles& settled_rad);
 
   const RsiConfig& config_;
   const PositionRecord& record_;
+  ContactGuard* guard_;
   SensorMonitor sensor_;
+  ContactInput input_;
+  std::uint32_t stops_by_input_ = 0;  ///< before the sensor's word
 
   Phase phase_ = Phase::kIdle;
   Move move_;
@@ -102,6 +115,7 @@ class Mover {
   MoveOutcome outcome_ = MoveOutcome::kArrived;
   Cause cause_;
   TimePoint stopped_at_{};
+  bool by_input_ = false;  ///< the search was stopped by it, before the sensor's word
   double settling_s_ = 0.0;
   int settling_cycles_ = 0;
   std::optional<ContactEvent> contact_;

@@ -11,8 +11,11 @@ namespace cellcal::drivers {
 void Mover::watch_search(TimePoint now) {
   const ContactSnapshot& sensor = sensor_.heard().snapshot;
   // A trip whose one message was lost: the contact follows, and is repeated.
-  if (sensor_.heard().trip || sensor_.heard().trip_lost || sensor_.heard().contact ||
-      sensor_.heard().revoked || sensor.in_contact) {
+  const bool said = sensor_.heard().trip || sensor_.heard().trip_lost || sensor_.heard().contact ||
+                    sensor_.heard().revoked || sensor.in_contact;
+  if (said || sensor_.heard().input.contact) {
+    by_input_ = !said;
+    stops_by_input_ += by_input_ ? 1 : 0;
     end_travel(Phase::kVerdict, MoveOutcome::kContact, cause::None{});
     stopped_at_ = now;
   } else if (!sensor.alive) {
@@ -25,6 +28,7 @@ void Mover::watch_search(TimePoint now) {
 }
 
 void Mover::await_verdict(TimePoint now) {
+  by_input_ = by_input_ && !sensor_.heard().trip && !sensor_.heard().trip_lost;
   if (sensor_.heard().contact) {
     contact_ = sensor_.heard().contact;
     const double denied_s = contact_->denied_s;
@@ -38,8 +42,9 @@ void Mover::await_verdict(TimePoint now) {
   } else if (!sensor_.heard().snapshot.alive) {
     end_travel(Phase::kSettling, MoveOutcome::kContactSilent, cause::SensorDead{});
   } else if (sensor_.withheld(stopped_at_, now)) {
+    const double waited_s = seconds(now - stopped_at_);
     end_travel(Phase::kSettling, MoveOutcome::kContactSilent,
-               cause::TripUnconfirmed{seconds(now - stopped_at_)});
+               by_input_ ? Cause(cause::InputAlone{waited_s}) : cause::TripUnconfirmed{waited_s});
   }
 }
 
@@ -48,7 +53,8 @@ void Mover::watch_other(const MoverCycle& cycle) {
   if (!sensor_.heard().snapshot.alive) {
     halt(MoveOutcome::kContactSilent, cause::SensorDead{});
   } else if (sensor_.touched(move_.kind, cycle.now)) {
-    halt(MoveOutcome::kUnexpectedContact, cause::TouchedOutsideSearch{});
+    if (is<cause::InputTouched>(sensor_.touch()) && ends_well()) ++stops_by_input_;
+    halt(MoveOutcome::kUnexpectedContact, sensor_.touch());
   } else if (!sensor_.opened() && t_s_ + cycle.cycle_s > open_by_s_) {
     // Whether it is, the next words of the sensor say.
     halt(MoveOutcome::kContactSilent, cause::OpeningUnheard{});

@@ -80,6 +80,7 @@ struct RobFrame {
   OperatingMode mode =
       OperatingMode::kUnknown;          ///< unknown also where the value is none of the four
   std::optional<int> override_percent;  ///< $OV_PRO, 0..100; none also where the value is no such
+  std::optional<bool> input_on;         ///< the contact input; none also where the value is neither
 };
 
 /// <Sen>, PC to controller.
@@ -106,6 +107,7 @@ struct SenNames {
 struct RobNames {
   std::string_view mode_tag = "Mode.R";
   std::string_view override_tag = "OvPro.R";
+  std::string_view contact_tag = {};
 };
 
 /// Reads datagrams in memory of its own. One per thread of use.

@@ -112,6 +112,12 @@ std::optional<int> percent_of(std::optional<double> value) {
   return static_cast<int>(*value + 0.5);
 }
 
+// A digital input of one bit.
+std::optional<bool> level_of(std::optional<double> value) {
+  if (value == 0.0 || value == 1.0) return value == 1.0;
+  return std::nullopt;
+}
+
 // One element that may occur once.
 struct Seen {
   pugi::xml_node node;
@@ -201,10 +207,11 @@ WireError RsiParser::parse_rob(std::string_view bytes, RobFrame& frame, const Ro
       parse_axes(setpoint.node, 'A', frame.setpoint_axes_deg),
       parse_axes(setpoint_external.node, 'E', frame.setpoint_external_deg),
   };
-  // Nobody moves by the mode, the override or RIst: what is odd of them counts as not sent, and the
-  // packet as sound.
+  // Nobody moves by the mode, the override, the contact input or RIst: what is odd of them counts as
+  // not sent, and the packet as sound.
   frame.mode = mode_of(sent_value(root, names.mode_tag));
   frame.override_percent = percent_of(sent_value(root, names.override_tag));
+  frame.input_on = level_of(sent_value(root, names.contact_tag));
   if (tcp.twice || parse_frame(tcp.node, frame.tcp) != WireError::kNone) frame.tcp.reset();
   for (const WireError error : errors) {
     if (error != WireError::kNone) return error;

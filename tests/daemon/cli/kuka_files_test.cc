@@ -16,8 +16,9 @@ namespace {
 
 class kuka_files : public ::testing::Test {
  protected:
-  void configure(const std::string& more) {
-    std::ofstream(dir / "d.toml") << "format = \"cellcal.daemon/1\"\nbackend = \"eki\"\n[contact]\n"
+  void configure(const std::string& more, const std::string& backend = "eki") {
+    std::ofstream(dir / "d.toml") << "format = \"cellcal.daemon/1\"\nbackend = \"" + backend +
+                                         "\"\n[contact]\n"
                                      "device = \"/dev/ttyUSB0\"\n"
                                   << more;
   }
@@ -95,6 +96,30 @@ TEST_F(kuka_files, of_rsi_3_are_one_unit_of_three_and_what_belongs_to_it) {
   }
 }
 
+TEST_F(kuka_files, of_rsi_6_are_imported_into_a_project_and_there_are_none_of_eki) {
+  configure("[rsi]\nbind = \"10.0.0.5\"\n[controller]\nrsi_version = 6\n", "rsi");
+  const Outcome outcome = make({"--wire", "rsi"});
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  for (const char* words : {"KRC/R1/Program", "iiQKA.RobotSensorInterface, Context",
+                            "Ethernet configurations", "deploy"})
+    EXPECT_NE(outcome.out.find(words), std::string::npos) << words << outcome.out;
+  EXPECT_EQ(outcome.out.find("WorkVisual"), std::string::npos) << outcome.out;
+  const Outcome eki = make({"--wire", "eki"});
+  EXPECT_EQ(eki.status, 1);
+  EXPECT_NE(eki.err.find("EthernetKRL 6 is not supported"), std::string::npos) << eki.err;
+}
+
+TEST_F(kuka_files, of_a_release_that_is_not_served_name_those_that_are) {
+  configure("[rsi]\nbind = \"10.0.0.5\"\n[controller]\nrsi_version = 7\n");
+  const Outcome outcome = make({"--wire", "rsi"});
+  EXPECT_EQ(outcome.status, 1);
+  for (const char* words : {"d.toml", "rsi_version",
+                            "3 (KSS 8.2 to 8.4), 4 (KSS 8.5 and 8.6), 5 "
+                            "(KSS 8.7) or 6 (iiQKA.OS2)",
+                            "EthernetKRL 6"})
+    EXPECT_NE(outcome.err.find(words), std::string::npos) << words << outcome.err;
+}
+
 TEST_F(kuka_files, that_were_made_pass_and_that_were_edited_are_refused_by_line) {
   configure("[rsi]\nbind = \"10.0.0.5\"\n");
   ASSERT_EQ(make({"--wire", "rsi"}).status, 0);
@@ -122,7 +147,7 @@ TEST_F(kuka_files, of_rsi_keep_the_ranges_of_the_cells_robot) {
   const std::string cell = CELLCAL_DEMO_CELL;
   const Outcome without = make({"--wire", "rsi"});
   EXPECT_NE(without.out.find("no --cell CELL"), std::string::npos) << without.out;
-  const std::vector<std::string> verify{CELLCAL, "kuka-files",  "--config", dir / "d.toml",
+  const std::vector<std::string> verify{CELLCAL,  "kuka-files", "--config", dir / "d.toml",
                                         "--wire", "rsi",        "--verify", dir / "krc/new",
                                         "--cell", cell};
   const Outcome wide = run_program(verify);

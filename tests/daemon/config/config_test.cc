@@ -260,6 +260,8 @@ INSTANTIATE_TEST_SUITE_P(
         Wrong{kMock + "[controller]\nfirst_interrupt = 80\n", "controller.first_interrupt"},
         Wrong{kMock + "[contact]\ndevice = \"ttyUSB0\"\n", "d.toml:4: contact.device"},
         Wrong{kMock + "[contact]\ndevice = \"\"\n", "absolute path"},
+        Wrong{kMock + "[contact]\ndevice = \"udp:board:4300\"\n",
+              "d.toml:4: contact.device: \"udp:board:4300\" is no address of a board"},
         Wrong{kMock + "[contact]\ndevice = \"/dev/a\\nb\"\n", "control characters"},
         Wrong{kMock + "socket = \"/" + std::string(200, 's') + "\"\n",
               "d.toml:3: socket: must have at most 107 characters, not 201"},

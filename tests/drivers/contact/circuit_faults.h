@@ -31,7 +31,8 @@ struct CircuitFault {
 
 inline void PrintTo(const CircuitFault& fault, std::ostream* out) { *out << fault.name; }
 
-inline std::vector<CircuitFault> circuit_faults() {
+/// The same at a board of another supply: what is in volts and amperes goes with it.
+inline std::vector<CircuitFault> circuit_faults(const sim::TouchBoard& board = sim::kUno) {
   using drivers::LoopFlaw;
   constexpr double kOpen = sim::TouchCircuit::kOpen, kShort = sim::TouchCircuit::kShort;
   const CircuitFault broken{
@@ -95,6 +96,15 @@ inline std::vector<CircuitFault> circuit_faults() {
   add("StandEndResistorMissing",
       {.name = "", .circuit = {}, .flaw = LoopFlaw::kEarthShort, .trips = true, .by_voltage = true},
       [](C c) { c.earth_end = 0.0; });
+  for (CircuitFault& fault : all) {
+    const double share = board.supply_v / sim::kUno.supply_v;
+    sim::TouchCircuit& c = fault.circuit;
+    for (auto* reads : {&c.feed_reads_v, &c.sense_reads_v, &c.earth_reads_v})
+      if (*reads) **reads *= share;
+    c.feed_leak_a *= share;
+    c.sense_leak_a *= share;
+    c.board = board;
+  }
   return all;
 }
 

@@ -65,6 +65,49 @@ TEST_F(CoreDelivery, EndsAnArmingWhereItIsLateBeyondItsLimitAndTheClocksDoubt) {
   EXPECT_EQ(s.snapshot().late_limit_s, 0.025);
 }
 
+TEST_F(CoreDelivery, EndsNoArmingWhileAnotherStopPathWatches) {
+  ASSERT_TRUE(s.arm(5, 5000ms));
+  s.core.set_silence_limit(600ms);
+  s.beats = s.pongs = false;
+  s.run(590ms);
+  EXPECT_TRUE(s.facts().armed && s.snapshot().alive) << "beyond the idle limit as well";
+  const std::uint32_t late = s.facts().delivery.late;
+  heartbeat(0.55);
+  EXPECT_TRUE(s.facts().armed);
+  EXPECT_EQ(s.facts().delivery.late, late + 1) << "it counts all the same";
+  s.sent.clear();
+  s.run(610ms);
+  EXPECT_FALSE(s.facts().armed || s.snapshot().alive);
+  EXPECT_EQ(s.facts().last_arm_end, ArmEnd::kSilence);
+  EXPECT_EQ(s.count(CTP_DISARM), 1u);
+}
+
+TEST_F(CoreDelivery, EndsAnArmingOnceTheOtherStopPathWatchesNoMore) {
+  ASSERT_TRUE(s.arm(5, 5000ms));
+  s.core.set_silence_limit(600ms);
+  s.beats = s.pongs = false;
+  s.run(100ms);
+  ASSERT_TRUE(s.facts().armed);
+  s.core.set_silence_limit(kHeartbeatLimit);
+  s.run(1ms);
+  EXPECT_FALSE(s.facts().armed);
+}
+
+TEST_F(CoreDelivery, KeepsAnArmingAliveWhoseAnswerMayBeLate) {
+  s.core.set_silence_limit(600ms);
+  s.arms = false;
+  s.core.arm(5, 5000ms, s.now);
+  s.run(100ms);
+  s.sent.clear();
+  s.run(300ms);
+  EXPECT_GE(s.count(CTP_KEEPALIVE), 25u);
+  EXPECT_FALSE(s.core.poll_arm()) << "not given up";
+  s.run(600ms);
+  const auto answer = s.core.poll_arm();
+  ASSERT_TRUE(answer);
+  EXPECT_EQ(answer->refusal, ArmRefusal::kNoAnswer);
+}
+
 TEST_F(CoreDelivery, ExplainsASilenceUnderArmWhereItIsAThirdOfTheLimitAndWasSentBefore) {
   struct Case {
     double sent_before_s, late_s;

@@ -10,6 +10,7 @@
 
 #include "drivers/contact/contact_inline.h"
 #include "sim/mcu/mcu_line.h"
+#include "sim/mcu/mcu_udp.h"
 
 namespace cellcal::drivers {
 
@@ -24,6 +25,13 @@ inline constexpr double kWireS = 180e-6;
 
 inline bool contains(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
+}
+
+inline ContactOptions over_ethernet() {
+  ContactOptions options;
+  options.datagrams = true;
+  options.baud = sim::on_ethernet({}).baud;
+  return options;
 }
 
 class VirtualClock : public Clock {

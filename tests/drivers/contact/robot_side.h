@@ -15,7 +15,7 @@ namespace cellcal::drivers {
 /// The whole driver on a port, with the robot's thread.
 class RobotSide {
  public:
-  explicit RobotSide(const SerialPortOptions& port) : contact_(io_, options_for(port)) {
+  explicit RobotSide(const PortOptions& port) : contact_(io_, options_for(port)) {
     thread_ = std::thread([this] { io_.run(); });
     contact_.open();
   }
@@ -55,7 +55,7 @@ class RobotSide {
   }
 
  private:
-  static SerialContactOptions options_for(const SerialPortOptions& port) {
+  static SerialContactOptions options_for(const PortOptions& port) {
     SerialContactOptions options;
     options.port = port;
     options.contact.max_clock_sigma_s = 0.02;  // a loaded test machine, not what is tested here

@@ -7,132 +7,21 @@
 #include <pty.h>
 #include <unistd.h>
 
-#include <atomic>
-#include <boost/asio/executor_work_guard.hpp>
-#include <boost/asio/post.hpp>
-#include <boost/asio/steady_timer.hpp>
 #include <cerrno>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <future>
 #include <memory>
-#include <mutex>
 #include <optional>
-#include <thread>
 
 #include "drivers/contact/port/port_errors.h"
 #include "drivers/contact/port/port_lock.h"
 #include "sim/mcu/mcu_pty.h"
 #include "tests/drivers/contact/rig.h"
+#include "tests/drivers/contact/robot_thread.h"
 
 namespace cellcal::drivers {
 namespace {
-
-using std::chrono::milliseconds;
-using Steady = std::chrono::steady_clock;
-
-bool wait_for(const std::function<bool()>& done,
-              std::chrono::seconds limit = std::chrono::seconds{20}) {
-  const auto end = Steady::now() + limit;
-  while (!done()) {
-    if (Steady::now() > end) return false;
-    std::this_thread::sleep_for(milliseconds{1});
-  }
-  return true;
-}
-
-/// The robot's thread: an io_context that asks the guard every millisecond.
-class RobotThread {
- public:
-  explicit RobotThread(SerialContactOptions options)
-      : guard_(boost::asio::make_work_guard(io)), contact(io, options), timer_(io) {
-    thread_ = std::thread([this] {
-      cycle();
-      io.run();
-    });
-  }
-  ~RobotThread() {
-    contact.close();
-    io.stop();
-    thread_.join();
-  }
-
-  std::optional<ContactEvent> find(ContactEventKind kind, std::uint16_t arm_id) const {
-    const std::lock_guard lock(mutex_);
-    for (const ContactEvent& e : events_) {
-      if (e.kind == kind && e.arm_id == arm_id) return e;
-    }
-    return std::nullopt;
-  }
-  void forget_events() {
-    const std::lock_guard lock(mutex_);
-    events_.clear();
-  }
-  ContactSnapshot snapshot() const {
-    const std::lock_guard lock(mutex_);
-    return snapshot_;
-  }
-  bool ready() {
-    return wait_for([this] { return contact.status().link == ContactLink::kReady; });
-  }
-  /// The I/O thread does nothing until the returned promise is kept.
-  std::promise<void> hold() {
-    std::promise<void> go, held;
-    auto until = std::make_shared<std::future<void>>(go.get_future());
-    auto holds = held.get_future();
-    auto said = std::make_shared<std::promise<void>>(std::move(held));
-    boost::asio::post(io, [until, said] {
-      said->set_value();
-      until->wait();
-    });
-    holds.wait();
-    return go;
-  }
-  ArmResult arm(std::uint16_t id) {
-    contact.arm(id, std::chrono::seconds{30});
-    std::optional<ArmResult> result;
-    EXPECT_TRUE(wait_for([&] { return (result = contact.poll_arm()).has_value(); }));
-    return result.value_or(ArmResult{});
-  }
-
- private:
-  void cycle() {
-    {
-      const std::lock_guard lock(mutex_);
-      snapshot_ = contact.guard().snapshot(Steady::now());
-      while (const auto e = contact.guard().take_event()) events_.push_back(*e);
-    }
-    timer_.expires_after(milliseconds{1});
-    timer_.async_wait([this](boost::system::error_code error) {
-      if (!error) cycle();
-    });
-  }
-
-  boost::asio::io_context io;
-  boost::asio::executor_work_guard<boost::asio::io_context::executor_type> guard_;
-
- public:
-  SerialContact contact;
-
- private:
-  boost::asio::steady_timer timer_;
-  mutable std::mutex mutex_;
-  ContactSnapshot snapshot_;
-  std::vector<ContactEvent> events_;
-  std::thread thread_;
-};
-
-SerialContactOptions options_for(const std::string& device) {
-  SerialContactOptions options;
-  options.port.device = device;
-  // ctest runs all of this a second time on the path of real devices, with pty_shim preloaded.
-  options.port.always_libserialport = std::getenv("CELLCAL_TEST_LIBSERIALPORT ") != nullptr;
-  options.contact.max_clock_sigma_s = 0.02;  // a loaded test machine, not what is tested here
-  options.reopen_first = milliseconds{20};
-  options.reopen_longest = milliseconds{100};
-  return options;
-}
 
 std::string open_error(const std::string& device) {
   boost::asio::io_context io;
@@ -169,12 +58,12 @@ TEST(SerialContact, SaysThatAFileIsNotASerialPort) {
 }
 
 TEST(SerialContact, RefusesASenselessBaudRate) {
-  EXPECT_THROW(open_serial_port({"/dev/null", 7}), ConfigError);
+  EXPECT_THROW(open_port({"/dev/null", 7}), ConfigError);
 }
 
 TEST(SerialContact, SaysWhoUsesAPort) {
   sim::McuPty pty({});
-  const auto first = open_serial_port({pty.path(), CTP_DEFAULT_BAUD});
+  const auto first = open_port({pty.path(), CTP_DEFAULT_BAUD});
   const std::string words = open_error(pty.path());
   EXPECT_TRUE(contains(words, "in use by process " + std::to_string(::getpid()))) << words;
 }
@@ -182,7 +71,7 @@ TEST(SerialContact, SaysWhoUsesAPort) {
 TEST(SerialContact, APortCanBeOpenedAgainOnceItIsClosed) {
   sim::McuPty pty({});
   for (int i = 0; i < 3; ++i) {
-    EXPECT_NO_THROW(open_serial_port({pty.path(), CTP_DEFAULT_BAUD}).reset());
+    EXPECT_NO_THROW(open_port({pty.path(), CTP_DEFAULT_BAUD}).reset());
   }
 }
 
@@ -190,7 +79,7 @@ TEST(SerialContact, FollowsSymlinks) {
   const std::string link = ::testing::TempDir() + "contact-link-" + std::to_string(::getpid());
   {
     sim::McuPty pty({{}, link});
-    const auto port = open_serial_port({link, CTP_DEFAULT_BAUD});
+    const auto port = open_port({link, CTP_DEFAULT_BAUD});
     EXPECT_EQ(port->path(), pty.path());
   }
   EXPECT_FALSE(std::filesystem::exists(std::filesystem::symlink_status(link)));

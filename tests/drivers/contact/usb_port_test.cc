@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "drivers/contact/port/port_backends.h"
-#include "drivers/contact/port/serial_port.h"
+#include "drivers/contact/port/port.h"
 #include "robot_side.h"
 #include "sim/mcu/mcu_pty.h"
 #include "usb_adapter.h"
@@ -49,7 +49,7 @@ TEST_P(UsbPort, CarriesTheProtocolUntilTheSensorIsReadyAndArms) {
 }
 
 TEST_P(UsbPort, TakesTheInterfacesAndGivesThemBackToTheKernel) {
-  auto port = open_serial_port({adapter_->path()});
+  auto port = open_port({adapter_->path()});
   EXPECT_EQ(adapter_->claimed(), GetParam() == UsbAdapterKind::kFtdi ? 1u : 2u);
   EXPECT_EQ(adapter_->given_back(), 0u);
   port.reset();
@@ -58,10 +58,10 @@ TEST_P(UsbPort, TakesTheInterfacesAndGivesThemBackToTheKernel) {
 }
 
 TEST_P(UsbPort, IsRefusedTwiceAndFreeAfterClosing) {
-  auto port = open_serial_port({adapter_->path()});
-  EXPECT_THROW(open_serial_port({adapter_->path()}), DriverError);
+  auto port = open_port({adapter_->path()});
+  EXPECT_THROW(open_port({adapter_->path()}), DriverError);
   port.reset();
-  EXPECT_NO_THROW(open_serial_port({adapter_->path()}));
+  EXPECT_NO_THROW(open_port({adapter_->path()}));
 }
 
 TEST_P(UsbPort, ALostDeviceEndsTheLinkAndIsOpenedAgain) {
@@ -83,7 +83,7 @@ TEST_P(UsbPort, FramesThatTheDeviceDoesNotTakeAreLostAndTheNextGoOut) {
 }
 
 TEST_P(UsbPort, ClosesWithinASecondWhileTheDeviceTakesNothing) {
-  auto port = open_serial_port({adapter_->path()});
+  auto port = open_port({adapter_->path()});
   adapter_->stall_output(true);
   ASSERT_EQ(::write(port->fd(), "x", 1), 1);
   port.reset();
@@ -94,7 +94,7 @@ TEST(UsbRequests, CdcAcmGetsItsLineCodingAndControlLines) {
   if (!preloaded()) GTEST_SKIP() << "libumockdev-preload is not preloaded";
   const sim::McuPty pty{{}};
   UsbAdapter adapter(UsbAdapterKind::kCdcAcm, pty.path());
-  open_serial_port({adapter.path(), 250'000});
+  open_port({adapter.path(), 250'000});
   const std::vector<UsbRequest> requests = adapter.requests();
   ASSERT_EQ(requests.size(), 2u);
   EXPECT_EQ(requests[0].type, 0x21);
@@ -109,7 +109,7 @@ TEST(UsbRequests, FtdiGetsATimerOfOneMillisecondAndItsDivisor) {
   for (const auto& [baud, divisor] : {std::pair{1'000'000, 3}, {250'000, 12}, {115'200, 26}}) {
     const sim::McuPty pty{{}};
     UsbAdapter adapter(UsbAdapterKind::kFtdi, pty.path());
-    open_serial_port({adapter.path(), baud});
+    open_port({adapter.path(), baud});
     std::map<int, int> values;
     for (const UsbRequest& one : adapter.requests()) {
       EXPECT_EQ(one.type, 0x40);
@@ -127,7 +127,7 @@ TEST(UsbRequests, AnotherKindOfAdapterIsRefusedWithTheWayOut) {
   const sim::McuPty pty{{}};
   UsbAdapter adapter(UsbAdapterKind::kOther, pty.path());
   try {
-    open_serial_port({adapter.path()});
+    open_port({adapter.path()});
     FAIL() << "opened";
   } catch (const DriverError& error) {
     EXPECT_NE(std::string(error.what()).find("/dev/cellcal-contact"), std::string::npos)

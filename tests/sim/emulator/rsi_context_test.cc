@@ -89,7 +89,34 @@ TEST_P(InstalledFiles, WiredCrosswiseAreNotEmulated) {
   EXPECT_THROW(loaded(config, from, to), std::invalid_argument);
 }
 
-INSTANTIATE_TEST_SUITE_P(Rsi, InstalledFiles, ::testing::Values(3, 4));
+TEST_P(InstalledFiles, OfAnotherReleaseAreRefused) {
+  drivers::RsiFilesConfig config;
+  EXPECT_EQ(loaded(config).clamp_deg, 90.0);
+  EmulatorOptions options;
+  options.rsi_xml = folder / "cellcal_rsi_ethernet.xml";
+  options.rsi_context = folder / (GetParam() == 3 ? "cellcal_rsi.rsi.xml" : "cellcal_rsi.rsix");
+  for (const int release : {3, 4, 5, 6}) {
+    options.rsi_version = release;
+    if (drivers::rsi_format(release) == drivers::rsi_format(GetParam())) {
+      EXPECT_NO_THROW(load_rsi(options));
+    } else {
+      EXPECT_THROW(load_rsi(options), std::invalid_argument) << release;
+    }
+  }
+}
+
+TEST_P(InstalledFiles, OfRsi6RunIn4MillisecondsAlone) {
+  EmulatorOptions options;
+  options.rsi_version = GetParam();
+  options.controller.cycle_ms = 12;
+  if (GetParam() == 6) {
+    EXPECT_THROW(load_rsi(options), std::invalid_argument);
+  } else {
+    EXPECT_NO_THROW(load_rsi(options));
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Rsi, InstalledFiles, ::testing::Values(3, 4, 5, 6));
 
 }  // namespace
 }  // namespace cellcal::sim

@@ -7,6 +7,8 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "sim/mcu/mcu_udp.h"
+
 namespace cellcal::faults {
 namespace {
 
@@ -25,7 +27,18 @@ sim::McuOptions mcu_options(const CellOptions& options) {
   sim::McuOptions mcu;
   mcu.first_ticks = options.mcu_ticks;
   mcu.drift_ppm = options.mcu_drift_ppm;
-  return mcu;
+  return options.wire == Wire::kEthernet ? sim::on_ethernet(mcu) : mcu;
+}
+
+drivers::ContactOptions contact_options(Wire wire) {
+  drivers::ContactOptions contact;
+  contact.datagrams = wire == Wire::kEthernet;
+  if (contact.datagrams) contact.baud = sim::on_ethernet({}).baud;
+  return contact;
+}
+
+sim::LineKind kind_of(Wire wire) {
+  return wire == Wire::kEthernet ? sim::LineKind::kDatagrams : sim::LineKind::kFrames;
 }
 
 }  // namespace
@@ -34,10 +47,16 @@ const char* to_string(Wire wire) {
   switch (wire) {
     case Wire::kRsi:
       return "rsi";
+    case Wire::kRsiInput:
+      return "rsi-input";
+    case Wire::kRsi6:
+      return "rsi6";
     case Wire::kEkiInput:
       return "eki";
     case Wire::kEkiFlag:
       return "eki-flag";
+    case Wire::kEthernet:
+      return "ethernet";
   }
   return "?";
 }
@@ -50,13 +69,14 @@ FaultyCell::FaultyCell(const calib::Cell& cell, const CellOptions& options)
       physical_(sim::draw_truth(cell, truth_options(options.seed))),
       mcu_(mcu_options(options), now_),
       line_(mcu_),
-      serial_(line_, options.seed * 7919 + 3),
+      serial_(line_, options.seed * 7919 + 3, kind_of(options.wire)),
       watch_(physical_, [this](TimePoint t, bool closed) { level(t, closed); }),
       last_motion_(now_),
       krc_drift_ppm_(options.krc_drift_ppm) {}
 
 void FaultyCell::new_adapters() {
-  contact_ = std::make_unique<drivers::ContactInline>(drivers::ContactOptions{}, *this, serial_);
+  contact_ =
+      std::make_unique<drivers::ContactInline>(contact_options(options_.wire), *this, serial_);
   make_robot();
   next_pc_tick_ = now_;
 }

@@ -25,8 +25,10 @@ namespace cellcal::faults {
 using drivers::Duration;
 using drivers::TimePoint;
 
-/// Between cellcal's computer and the controller.
-enum class Wire { kRsi, kEkiInput, kEkiFlag };
+/// Between cellcal's computer and the controller. ..Input: with a wire from the sensor; kRsi6: the controller
+/// is what the generated files of RSI 6 make of it; kEthernet is RSI with the sensor on Ethernet.
+enum class Wire { kRsi, kRsiInput, kRsi6, kEkiInput, kEkiFlag, kEthernet };
+constexpr bool over_rsi(Wire wire) { return wire != Wire::kEkiInput && wire != Wire::kEkiFlag; }
 const char* to_string(Wire wire);
 
 /// What differs from cell to cell before power on.
@@ -95,6 +97,9 @@ class FaultyCell : public drivers::Clock {
   /// A second machine where only one may be, from now on.
   virtual void second_on_port(bool on) = 0;
   virtual void input_wire(bool broken) = 0;
+  virtual void input_stuck_on(bool) {
+  }  ///< RSI: 24 V at the controller's input, whatever the sensor says
+  virtual void input_late(Duration) {}  ///< RSI: what the input shows it shows so much later
   /// All lines and devices as an operator leaves them who has read the message.
   void repair();
 

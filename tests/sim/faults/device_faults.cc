@@ -107,8 +107,27 @@ void add_boot(std::vector<Fault>& all) {
   });
 }
 
+void add_input(std::vector<Fault>& all) {
+  for (const int ms : {0, 200}) {
+    add_switch(all, "second stop path", "input stuck at free", ms, "controller",
+               [](FaultyCell& cell, bool on) { cell.input_stuck_on(on); });
+  }
+  add_switch(all, "second stop path", "wire cut", 200, "controller",
+             [](FaultyCell& cell, bool on) { cell.input_wire(on); });
+  for (const int ms : {12, 40, 100}) {
+    add(all, "second stop path", fmt::format("input {} ms late", ms), "controller",
+        [ms](FaultyCell& cell) { cell.input_late(milliseconds(ms)); });
+  }
+  add(all, "second stop path", "input stuck at free and bytes 300 ms late",
+      "controller and serial line", [](FaultyCell& cell) {
+        cell.input_stuck_on(true);
+        cell.serial().to_host().add({sim::TroubleKind::kDelay, cell.now(),
+                                     cell.now() + milliseconds(1500), 1.0, -1, milliseconds(300)});
+      });
+}
+
 void add_robot(std::vector<Fault>& all, Wire wire) {
-  const bool eki = wire != Wire::kRsi;
+  const bool eki = !over_rsi(wire);
   add_switch(all, "robot fault", "drives off", 0, "controller", [](FaultyCell& cell, bool on) {
     cell.block_drives(on);
   }).silences = Silent::kRobot;
@@ -124,10 +143,11 @@ void add_robot(std::vector<Fault>& all, Wire wire) {
       cell.robot_fault();
     }).silences = Silent::kRobot;
   }
-  if (wire == Wire::kEkiInput) {
+  if (wire == Wire::kEkiInput || wire == Wire::kRsiInput) {
     add_switch(all, "wire break", "to the controller's input", 0, "touch circuit",
                [](FaultyCell& cell, bool on) { cell.input_wire(on); });
   }
+  if (wire == Wire::kRsiInput) add_input(all);
 }
 
 void add_operator(std::vector<Fault>& all) {
@@ -150,6 +170,7 @@ void add_operator(std::vector<Fault>& all) {
 void add_device_faults(std::vector<Fault>& all, Wire wire) {
   add_circuit(all);
   add_boot(all);
+  if (wire == Wire::kEthernet) return;  // the rest has nothing to do with the sensor's line
   add_robot(all, wire);
   add_operator(all);
 }
@@ -179,7 +200,7 @@ std::vector<Fault> faults_of(Wire wire) {
   add_line_faults(all, wire);
   add_peer_faults(all, wire);
   add_device_faults(all, wire);
-  add_lies(all, wire);
+  if (wire != Wire::kEthernet) add_lies(all, wire);
   return all;
 }
 
@@ -194,12 +215,14 @@ std::vector<std::string> fault_names() {
           "reconnect",
           "wrong IPOC",
           "second robot",
+          "second host",
           "clock drift",
           "32-bit wrap",
           "bounce",
           "chatter",
           "stuck contact",
           "wire break",
+          "second stop path",
           "boot in mid-search",
           "robot fault",
           "operator's stop",

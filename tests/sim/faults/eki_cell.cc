@@ -158,12 +158,15 @@ std::unique_ptr<FaultyCell> make_eki_cell(const calib::Cell& cell, const CellOpt
 }
 
 std::unique_ptr<FaultyCell> make_cell(const calib::Cell& cell, const CellOptions& options) {
-  const bool rsi = options.wire == Wire::kRsi;
+  const bool rsi = over_rsi(options.wire);
+  const char* input = options.wire == Wire::kRsiInput
+                          ? "contact_tag = \"Contact.R\"\n[controller]\ncontact_level = \"off\"\n"
+                          : "";
   const char* stop = options.wire == Wire::kEkiFlag ? "flag" : "input";
   const std::string text = std::string("format = \"cellcal.daemon/1\"\nbackend = \"mock\"\n") +
                            "[motion]\nspeed_percent = 80\nacceleration_deg_s2 = 600\n"
                            "jerk_deg_s3 = 8000\n" +
-                           (rsi ? "[rsi]\ncorrection_limit_deg = 360\n"
+                           (rsi ? std::string("[rsi]\ncorrection_limit_deg = 360\n") + input
                                 : std::string("[eki]\nstop = \"") + stop + "\"\n") +
                            "[mock]\nwire = \"" + (rsi ? "rsi" : "eki") + "\"\n";
   const daemon::DaemonConfig config = daemon::parse_config(text, "faults.toml");

@@ -47,7 +47,7 @@ void add(std::vector<Fault>& all, const Lie& lie, const char* reason,
 }
 
 void add_packets(std::vector<Fault>& all, Wire wire) {
-  const char* reason = wire == Wire::kRsi ? nullptr : "EKI's states have no such part";
+  const char* reason = over_rsi(wire) ? nullptr : "EKI's states have no such part";
   const auto shifts = [](const char* element, const char* attribute, double by) {
     return [=](std::string& text) { shift(text, element, attribute, by); };
   };

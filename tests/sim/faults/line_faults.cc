@@ -25,7 +25,12 @@ sim::Line& from_sensor(FaultyCell& cell) { return cell.serial().to_host(); }
 sim::Line& to_sensor(FaultyCell& cell) { return cell.serial().to_device(); }
 
 std::vector<LineOf> directions(Wire wire) {
-  const bool rsi = wire == Wire::kRsi;
+  if (wire == Wire::kEthernet) {
+    constexpr sim::LineKind kind = sim::LineKind::kDatagrams;
+    return {{"Ethernet, from the sensor", kind, true, true, false, {from_sensor}},
+            {"Ethernet, to the sensor", kind, true, false, false, {to_sensor}}};
+  }
+  const bool rsi = over_rsi(wire);
   const sim::LineKind kind = rsi ? sim::LineKind::kDatagrams : sim::LineKind::kStream;
   return {{rsi ? "RSI packets" : "EKI states", kind, false, false, false, {to_pc}},
           {rsi ? "RSI replies" : "EKI commands", kind, false, false, true, {to_krc}},
@@ -34,7 +39,11 @@ std::vector<LineOf> directions(Wire wire) {
 }
 
 std::vector<LineOf> cables(Wire wire) {
-  const bool rsi = wire == Wire::kRsi;
+  if (wire == Wire::kEthernet) {
+    return {
+        {"Ethernet cable", sim::LineKind::kDatagrams, true, true, false, {from_sensor, to_sensor}}};
+  }
+  const bool rsi = over_rsi(wire);
   const sim::LineKind kind = rsi ? sim::LineKind::kDatagrams : sim::LineKind::kStream;
   return {{rsi ? "RSI cable" : "EKI cable", kind, false, false, false, {to_pc, to_krc}},
           {"serial cable", sim::LineKind::kFrames, true, true, false, {from_sensor, to_sensor}}};
@@ -83,7 +92,7 @@ const char* no_stream(sim::LineKind kind) {
 }
 
 void add_digits(std::vector<Fault>& all, const LineOf& line) {
-  if (line.kind == sim::LineKind::kFrames) return;  // any byte is a number there
+  if (line.sensor) return;  // any byte is a number there
   for (const bool of_axes : {false, true}) {
     for (const int count : {1, 10}) {
       Fault fault{"corrupt", fmt::format("{} digit, {} times", of_axes ? "an axis'" : "a", count),
@@ -128,6 +137,13 @@ void add_line_faults(std::vector<Fault>& all, Wire wire) {
     for (const int ms : {1, 5, 20, 100}) {
       add({"delay", fmt::format("{} ms for 1.5 s", ms), TroubleKind::kDelay, kLong, 1.0, -1,
            milliseconds(ms)});
+    }
+    if (wire == Wire::kRsiInput) {
+      for (const int ms : {300, 500}) {
+        add({"delay", fmt::format("{} ms for 1.5 s", ms), TroubleKind::kDelay, kLong, 1.0, -1,
+             milliseconds(ms)});
+      }
+      add({"drop", "all for 300 ms", TroubleKind::kDrop, milliseconds(300)});
     }
     add({"delay", "up to 100 ms, every fifth for 1.5 s", TroubleKind::kDelay, kLong, 0.2, -1,
          milliseconds(100)});

@@ -178,7 +178,8 @@ Count Table::run(Wire wire) {
 int run(const Options& options) {
   Table table(options);
   Count all;
-  for (const Wire wire : {Wire::kRsi, Wire::kEkiInput, Wire::kEkiFlag}) {
+  for (const Wire wire : {Wire::kRsi, Wire::kRsiInput, Wire::kRsi6, Wire::kEkiInput, Wire::kEkiFlag,
+                          Wire::kEthernet}) {
     if (options.wire.empty() || options.wire == to_string(wire)) all += table.run(wire);
   }
   if (options.wire.empty()) {
@@ -205,7 +206,7 @@ int main(int argc, char** argv) {
   for (const TouchPhase phase : kTouchPhases) phases.emplace_back(to_string(phase));
   app.add_option("--cell", options.cell_file, "cell file")->required();
   app.add_option("--wire", options.wire, "one wire alone")
-      ->check(CLI::IsMember({"rsi", "eki", "eki-flag"}));
+      ->check(CLI::IsMember({"rsi", "rsi-input", "rsi6", "eki", "eki-flag", "ethernet"}));
   app.add_option("--fault", options.fault, "one row alone")->check(CLI::IsMember(fault_names()));
   app.add_option("--phase", options.phase, "one column alone")->check(CLI::IsMember(phases));
   app.add_option("--seed", options.seed, "of truth, instants and lines (1)");

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "drivers/kuka/rsi/link/contact_input.h"
+
 namespace cellcal::faults {
 namespace {
 
@@ -251,12 +253,13 @@ double Matrix::longest_to_rest_s(const Run& run) const {
   // Until the controller stops by itself: EKI's dead man, the loops of its two programs and of the
   // network. RSI holds what it has been sent last.
   constexpr double kEkiDeadManS = 0.25, kEkiLoopsS = 0.05;
-  const double wire_s = run.wire == Wire::kRsi ? 0.0 : kEkiLoopsS;
-  if (!run.fault.silences) return ramp_s + (run.wire == Wire::kRsi ? 0.0 : kEkiDeadManS + wire_s);
+  const double wire_s = over_rsi(run.wire) ? 0.0 : kEkiLoopsS;
+  if (!run.fault.silences) return ramp_s + (over_rsi(run.wire) ? 0.0 : kEkiDeadManS + wire_s);
   switch (*run.fault.silences) {
     case Silent::kRobot:
-      return ramp_s + (run.wire == Wire::kRsi ? 0.0 : kEkiDeadManS + wire_s);
+      return ramp_s + (over_rsi(run.wire) ? 0.0 : kEkiDeadManS + wire_s);
     case Silent::kSensor:
+      if (run.wire == Wire::kRsiInput) return ramp_s + seconds(drivers::kInputWatchLimit);
       return ramp_s + wire_s +
              seconds(searching ? Duration{drivers::kHeartbeatLimit}
                                : Duration{drivers::kIdleLimit});

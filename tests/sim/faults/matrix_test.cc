@@ -139,9 +139,12 @@ TEST_P(the_matrix, gives_the_same_verdicts_again) {
 }
 
 INSTANTIATE_TEST_SUITE_P(wires, the_matrix,
-                         ::testing::Values(Wire::kRsi, Wire::kEkiInput, Wire::kEkiFlag),
+                         ::testing::Values(Wire::kRsi, Wire::kRsiInput, Wire::kRsi6,
+                                           Wire::kEkiInput, Wire::kEkiFlag),
                          [](const auto& one) {
                            return one.param == Wire::kRsi        ? "rsi"
+                                  : one.param == Wire::kRsiInput ? "rsi_input"
+                                  : one.param == Wire::kRsi6     ? "rsi6"
                                   : one.param == Wire::kEkiInput ? "eki"
                                                                  : "eki_flag";
                          });

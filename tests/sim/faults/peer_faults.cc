@@ -30,7 +30,7 @@ Trouble ipoc_trouble(TimePoint from, TimePoint until, int most,
 }
 
 void add_wrong_ipoc(std::vector<Fault>& all, Wire wire) {
-  const char* reason = wire == Wire::kRsi ? nullptr : "EKI's telegrams carry no IPOC";
+  const char* reason = over_rsi(wire) ? nullptr : "EKI's telegrams carry no IPOC";
   struct Shape {
     const char* variant;
     int most;
@@ -62,7 +62,7 @@ void add_wrong_ipoc(std::vector<Fault>& all, Wire wire) {
 void add_second_robot(std::vector<Fault>& all, Wire wire) {
   // The adapter's socket listens to the first address alone (its own tests). Here both packets come
   // through, as from behind one gateway.
-  const char* where = wire == Wire::kRsi ? "RSI port, same address" : "EKI port, another client";
+  const char* where = over_rsi(wire) ? "RSI port, same address" : "EKI port, another client";
   for (const int ms : {100, 0}) {
     Fault fault{"second robot", ms ? fmt::format("for {} ms", ms) : "for good", where};
     fault.book = [ms](const Victim& victim) {
@@ -81,6 +81,25 @@ void add_second_robot(std::vector<Fault>& all, Wire wire) {
     return phase == TouchPhase::kConnect ? nullptr : "it holds the port before the session begins";
   };
   all.push_back(std::move(first));
+}
+
+/// Another computer that says HELLO to the board, as a second daemon would, ten times a second.
+void add_second_host(std::vector<Fault>& all) {
+  constexpr host_address kStranger{0x0200007F, 777};
+  for (const int times : {1, 30}) {
+    Fault fault{"second host", fmt::format("{} greetings", times), "Ethernet"};
+    fault.book = [times, kStranger](const Victim& victim) {
+      FaultyCell& cell = victim.cell;
+      for (int i = 0; i < times; ++i) {
+        cell.at(victim.at + milliseconds(100) * i, [&cell, i, kStranger] {
+          const auto hello =
+              drivers::ctp::build(drivers::ctp::Hello{1, 1, 7}, static_cast<std::uint8_t>(i));
+          cell.mcu().receive(hello.bytes(), cell.now(), kStranger);
+        });
+      }
+    };
+    all.push_back(std::move(fault));
+  }
 }
 
 void add_drift(std::vector<Fault>& all) {
@@ -129,7 +148,7 @@ void add_wraps(std::vector<Fault>& all, Wire wire) {
         static_cast<std::uint32_t>(kWrap - counts(options, at, std::chrono::nanoseconds(500)));
   };
   all.push_back(mcu);
-  if (wire == Wire::kRsi) {
+  if (over_rsi(wire)) {
     const auto before = [](CellOptions& options, TimePoint at) {
       options.ipoc_start = (kWrap - counts(options, at, milliseconds(1))) / 4 * 4;
     };
@@ -159,6 +178,7 @@ void add_wraps(std::vector<Fault>& all, Wire wire) {
 }  // namespace
 
 void add_peer_faults(std::vector<Fault>& all, Wire wire) {
+  if (wire == Wire::kEthernet) return add_second_host(all);
   add_wrong_ipoc(all, wire);
   add_second_robot(all, wire);
   add_drift(all);

@@ -58,6 +58,16 @@ class sessions_that_may_go_on : public ::testing::Test {
       }
     });
   }
+  /// Every second and a bit its bytes come 100 to 300 ms late, for 0.2 s: 100, 200, 300, 100, ...
+  static Fault later_and_later(int count) {
+    return book([=](const Victim& victim) {
+      for (int i = 0; i < count; ++i) {
+        const TimePoint at = victim.at + i * milliseconds(1130);
+        victim.cell.serial().to_host().add({sim::TroubleKind::kDelay, at, at + milliseconds(200),
+                                            1.0, -1, milliseconds(100 * (1 + i % 3))});
+      }
+    });
+  }
   static Fault late_replies() {
     return book([](const Victim& victim) {
       victim.cell.to_krc().add(
@@ -145,6 +155,82 @@ TEST_P(where_this_computer_was_late, and_the_sensor_fell_silent_they_end) {
   const Verdict verdict =
       one.run(GetParam(), fault, stretch(one.reference(GetParam()), TouchPhase::kSearch), 1);
   EXPECT_EQ(verdict.outcome, Outcome::kNamed) << shown(verdict);
+}
+
+class with_a_second_stop_path : public sessions_that_may_go_on {
+ protected:
+  Verdict run(Wire wire, const Fault& fault, TouchPhase phase = TouchPhase::kSearch) {
+    Expectation expectation;
+    expectation.check_phase = false;
+    Matrix one = matrix(expectation);
+    return one.run(wire, fault, stretch(one.reference(wire), phase), 1);
+  }
+};
+
+TEST_F(with_a_second_stop_path, late_bytes_pause_no_session) {
+  const Verdict without = run(Wire::kRsi, later_and_later(40));
+  EXPECT_EQ(without.outcome, Outcome::kMeasured) << shown(without);
+  EXPECT_GE(without.interruptions, 1);
+  const Verdict with = run(Wire::kRsiInput, later_and_later(40));
+  EXPECT_EQ(with.outcome, Outcome::kMeasured) << shown(with);
+  EXPECT_EQ(with.interruptions, 0);
+}
+
+TEST_F(with_a_second_stop_path, late_bytes_pause_no_session_in_any_phase) {
+  for (const TouchPhase phase : {TouchPhase::kTransit, TouchPhase::kApproach, TouchPhase::kSearch,
+                                 TouchPhase::kContact, TouchPhase::kLatch, TouchPhase::kRetreat}) {
+    for (const int late_ms : {100, 300, 500}) {
+      const Fault late = book([=](const Victim& victim) {
+        victim.cell.serial().to_host().add({sim::TroubleKind::kDelay, victim.at,
+                                            victim.at + milliseconds(100), 1.0, -1,
+                                            milliseconds(late_ms)});
+      });
+      const Verdict verdict = run(Wire::kRsiInput, late, phase);
+      EXPECT_EQ(verdict.outcome, Outcome::kMeasured) << to_string(phase) << ": " << shown(verdict);
+      EXPECT_EQ(verdict.interruptions, 0) << to_string(phase) << ", " << late_ms << " ms";
+    }
+  }
+}
+
+TEST_F(with_a_second_stop_path, a_contact_whose_bytes_are_lost_is_measured_by_its_repetition) {
+  const Fault lost = book([](const Victim& victim) {
+    victim.cell.serial().to_host().add(
+        {sim::TroubleKind::kDrop, victim.at - milliseconds(5), victim.at + milliseconds(300)});
+  });
+  const Verdict verdict = run(Wire::kRsiInput, lost, TouchPhase::kContact);
+  EXPECT_EQ(verdict.outcome, Outcome::kMeasured) << shown(verdict);
+  EXPECT_EQ(verdict.interruptions, 0);
+}
+
+TEST_F(with_a_second_stop_path, bytes_that_are_later_than_its_limit_pause_it_all_the_same) {
+  const Fault late = book([](const Victim& victim) {
+    victim.cell.serial().to_host().add({sim::TroubleKind::kDelay, victim.at,
+                                        victim.at + milliseconds(100), 1.0, -1, milliseconds(900)});
+  });
+  const Verdict verdict = run(Wire::kRsiInput, late);
+  EXPECT_EQ(verdict.outcome, Outcome::kMeasured) << shown(verdict);
+  EXPECT_EQ(verdict.interruptions, 1);
+}
+
+TEST_F(with_a_second_stop_path, a_session_whose_input_is_stuck_goes_on_by_the_bytes) {
+  const Fault stuck = book([](const Victim& victim) {
+    victim.cell.at(victim.at, [&cell = victim.cell] { cell.input_stuck_on(true); });
+  });
+  const Verdict verdict = run(Wire::kRsiInput, stuck);
+  EXPECT_EQ(verdict.outcome, Outcome::kMeasured) << shown(verdict);
+  EXPECT_EQ(verdict.interruptions, 0);
+}
+
+TEST_F(with_a_second_stop_path, a_session_whose_input_is_cut_ends_by_that_name) {
+  Fault cut = book([](const Victim& victim) {
+    victim.cell.at(victim.at, [&cell = victim.cell] { cell.input_wire(true); });
+  });
+  cut.silences = Silent::kHand;
+  for (const TouchPhase phase : {TouchPhase::kTransit, TouchPhase::kSearch, TouchPhase::kLatch}) {
+    const Verdict verdict = run(Wire::kRsiInput, cut, phase);
+    EXPECT_EQ(verdict.outcome, Outcome::kNamed) << to_string(phase) << ": " << shown(verdict);
+    EXPECT_NE(verdict.words.find("contact input"), std::string::npos) << shown(verdict);
+  }
 }
 
 TEST_F(sessions_that_may_go_on, end_by_the_computers_name_where_no_repeat_is_allowed) {

@@ -6,7 +6,9 @@
 #include <limits>
 
 #include "cells.h"
+#include "drivers/kuka/krl/krl_files.h"
 #include "drivers/kuka/rsi/rsi_robot.h"
+#include "sim/emulator/rsi_context.h"
 #include "sim/krc/controller.h"
 
 namespace cellcal::faults {
@@ -14,6 +16,19 @@ namespace {
 
 // One way over a direct cable and through the adapter: half of what idle machines measure.
 constexpr std::chrono::microseconds kCable{40};
+
+/// As the controller loads what 'cellcal kuka-files' writes for it.
+void load_rsi6(const daemon::DaemonConfig& config, const calib::Cell& cell,
+               sim::ControllerConfig& controller) {
+  drivers::RsiFilesConfig set = daemon::rsi_files_for(config, cell);
+  set.rsi_version = 6;
+  set.pc_address = "10.0.0.5";
+  const drivers::ControllerFiles files = drivers::rsi_files(set);
+  const char *const channel = "cellcal_rsi_ethernet.xml", *const context = "cellcal_rsi.rsix";
+  controller.channel = sim::RsiChannelConfig::parse(files.at(channel));
+  sim::take_context(drivers::read_rsi_context(files.at(context), context),
+                    drivers::read_rsi_channel(files.at(channel), channel), controller);
+}
 
 sim::ControllerConfig rsi_controller(const daemon::DaemonConfig& config, const calib::Cell& cell,
                                      const CellOptions& options) {
@@ -26,8 +41,10 @@ sim::ControllerConfig rsi_controller(const daemon::DaemonConfig& config, const c
     controller.fence_min_rad.push_back(joint.min_rad);
     controller.fence_max_rad.push_back(joint.max_rad);
   }
+  controller.contact_tag = config.rsi.contact_tag;
   controller.seed = options.seed;
   controller.ipoc_start = options.ipoc_start;
+  if (options.wire == Wire::kRsi6) load_rsi6(config, cell, controller);
   return controller;
 }
 
@@ -42,6 +59,7 @@ class RsiCell final : public FaultyCell {
         to_krc_(sim::LineKind::kDatagrams, kCable, options.seed * 31 + 2) {
     if (options.t1) controller_.mode(sim::OperatingMode::kT1);
     controller_.set_override(options.override_percent);
+    mcu().on_output([this](TimePoint t, bool free) { output(t, free); });
     controller_.rsi_on();
     sim::ControllerConfig other = rsi_controller(config, cell, options);
     other.start_rad[0] += 0.5;
@@ -64,7 +82,15 @@ class RsiCell final : public FaultyCell {
     block_drives(off);
   }
   void second_on_port(bool on) override { second_speaks_ = on; }
-  void input_wire(bool) override {}
+  void input_wire(bool broken) override {
+    broken_ = broken;
+    output(now(), free_);
+  }
+  void input_stuck_on(bool stuck) override {
+    stuck_ = stuck;
+    output(now(), free_);
+  }
+  void input_late(Duration late) override { late_ = late; }
   std::vector<double> position_rad() const override { return true_rad_at(now()); }
   std::string command_beyond() const override { return beyond_; }
 
@@ -94,11 +120,14 @@ class RsiCell final : public FaultyCell {
   void make_robot() override {
     robot_ = std::make_unique<drivers::RsiRobotInline>(rsi_, &contact_->guard());
   }
-  void input(bool) override {}
+  void input(bool) override {}  // by the sensor's output instead
 
   void repair_controller() override {
     const bool was_off = off_;
     power_off(false);
+    late_ = {};
+    stuck_ = broken_ = false;
+    output(now(), free_);
     second_speaks_ = false;
     block_drives(false);
     // What rests on a message at the pendant is begun anew.
@@ -106,6 +135,10 @@ class RsiCell final : public FaultyCell {
   }
 
  private:
+  void output(TimePoint t, bool free) {
+    free_ = free;
+    controller_.input(t + late_, stuck_ || (free && !broken_));
+  }
   /// Speed in each cycle; and acceleration out of rest, since a packet that is lost stops the command
   /// for a cycle or two, whatever the adapter does.
   void watch_command() {
@@ -138,6 +171,9 @@ class RsiCell final : public FaultyCell {
   std::unique_ptr<sim::Controller> second_;
   sim::Line to_pc_, to_krc_;
   std::unique_ptr<drivers::RsiRobotInline> robot_;
+  Duration late_{};
+  bool free_ = false, stuck_ = false,
+       broken_ = false;  ///< the sensor's output, and its way to the input
   bool off_ = false;
   bool second_speaks_ = false;
 };

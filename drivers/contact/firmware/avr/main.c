@@ -101,6 +101,8 @@ static void start(void) {
   identity.clock_hz = F_CPU;
   identity.reset_cause =
       reset_flags & (CTP_RESET_POWER | CTP_RESET_PIN | CTP_RESET_BROWN_OUT | CTP_RESET_WATCHDOG);
+  identity.has_fuses = true;
+  identity.datagrams = false;
   /* Interrupts are off yet, as reading these wants it. */
   identity.fuses_low = boot_lock_fuse_bits_get(GET_LOW_FUSE_BITS);
   identity.fuses_high = boot_lock_fuse_bits_get(GET_HIGH_FUSE_BITS);

@@ -20,6 +20,20 @@ static uint8_t unstuff(uint8_t* bytes, uint8_t size) {
   return out;
 }
 
+static bool in_order(link_reader* reader, uint8_t type, uint8_t seq) {
+  const uint8_t ahead = (uint8_t)(seq - reader->last_seq);
+  if (reader->heard && !(reader->datagrams && type == CTP_HELLO)) {
+    if (reader->datagrams && (int8_t)ahead <= 0) {
+      ++reader->overtaken;
+      return false;
+    }
+    reader->gaps = (uint16_t)(reader->gaps + (uint8_t)(ahead - 1));
+  }
+  reader->heard = true;
+  reader->last_seq = seq;
+  return true;
+}
+
 static bool finish(link_reader* reader) {
   uint8_t* raw = reader->bytes;
   const uint8_t size = unstuff(raw, reader->size);
@@ -35,11 +49,7 @@ static bool finish(link_reader* reader) {
     return false;
   }
   /* From here on this is what the host sent, so its sequence number counts in any case. */
-  if (reader->heard) {
-    reader->gaps = (uint16_t)(reader->gaps + (uint8_t)(raw[1] - reader->last_seq - 1));
-  }
-  reader->heard = true;
-  reader->last_seq = raw[1];
+  if (!in_order(reader, raw[0], raw[1])) return false;
   expected = ctp_payload_size(raw[0]);
   if (expected < 0 || (raw[0] & kFromSensorBit) != 0) {
     ++reader->unknown_types;

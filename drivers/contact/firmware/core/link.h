@@ -18,12 +18,20 @@ typedef struct {
   uint8_t size;
   bool skipping;
   bool heard; /* last_seq holds */
+  /* The line is Ethernet: a frame that is not newer than the one before it is not taken. HELLO
+   * begins the count anew. */
+  bool datagrams;
   uint8_t last_seq;
   /* What went by. `damaged`: wrong CRC, not COBS, too short, too long, of the wrong size. */
-  uint16_t frames, damaged, gaps, unknown_types;
+  uint16_t frames, damaged, gaps, unknown_types, overtaken;
 } link_reader;
 
 void link_reader_init(link_reader* reader);
+/* Forgets a half-received frame: a new datagram begins. */
+static inline void link_reader_begin(link_reader* reader) {
+  reader->size = 0;
+  reader->skipping = false;
+}
 
 /* True: this byte completed a frame that belongs to this direction. Its type and payload hold until
  * the next byte; the payload has the size that its type asks for. */

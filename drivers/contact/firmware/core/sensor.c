@@ -27,6 +27,7 @@ void sensor_init(sensor* s, const sensor_identity* identity, uint32_t now) {
       bit_ticks(3u * kBitsPerEvent + kBitsPerEventAndAck, identity->baud) + identity->pong_lead;
   s->repeat = repeat > CTP_REPEAT_MIN_MS * TICKS_PER_MS ? repeat : CTP_REPEAT_MIN_MS * TICKS_PER_MS;
   link_reader_init(&s->reader);
+  s->reader.datagrams = identity->datagrams;
   s->config_crc = CTP_CONFIG_NONE;
   s->pin_high = true;
   /* Until CONFIG comes, contact is what most hosts want it to be. */

@@ -41,9 +41,11 @@ typedef struct {
   uint8_t firmware[3];
   uint32_t uid, boot_id, clock_hz;
   uint8_t reset_cause; /* CTP_RESET_... */
+  bool has_fuses;      /* BOARD is told */
   uint8_t fuses_low, fuses_high, fuses_extended;
   uint16_t loader; /* as BOARD has it */
   uint32_t baud;
+  bool datagrams;      /* as in link_reader */
   uint16_t pong_lead;  /* ticks from the choice of a PONG to its first bit */
   uint16_t ping_guard; /* a PING so near to an edge, in ticks, is not answered: a bouncing line
                           keeps interrupts busy, and its time would be wrong */

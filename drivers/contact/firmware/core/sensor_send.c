@@ -79,7 +79,7 @@ static uint8_t build_ident(sensor* s, uint8_t* wire) {
   ctp_put_u32(p + CTP_IDENT_NONCE, s->ident_nonce);
   ctp_put_u16(p + CTP_IDENT_CONFIG_CRC, s->config_crc);
   s->ident_due = false;
-  s->board_due = s->ident_nonce != 0;
+  s->board_due = s->identity.has_fuses && s->ident_nonce != 0;
   return build(s, CTP_IDENT, p, CTP_IDENT_SIZE, wire);
 }
 

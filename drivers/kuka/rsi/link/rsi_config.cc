@@ -32,9 +32,17 @@ void check_name(const char* key, std::string_view name, bool may_be_empty) {
 }
 
 void check_sent_tags(const RsiConfig& config) {
-  for (const auto& [key, tag] :
-       {std::pair{"mode_tag", &config.mode_tag}, std::pair{"override_tag", &config.override_tag}}) {
+  const std::pair<const char*, const std::string*> tags[] = {
+      {"mode_tag", &config.mode_tag},
+      {"override_tag", &config.override_tag},
+      {"contact_tag", &config.contact_tag}};
+  for (const auto& [key, tag] : tags) {
     check_name(key, *tag, true);
+    for (const auto& [other_key, other] : tags) {
+      if (other == tag) break;
+      if (tag->empty() || !wire::same_name(*tag, *other)) continue;
+      throw ConfigError(fmt::format("rsi: {} = \"{}\" is {}, too", key, *tag, other_key));
+    }
     const std::string_view element = std::string_view(*tag).substr(0, tag->find('.'));
     for (const char* known : {"IPOC", "RIst", "AIPos", "EIPos", "ASPos", "ESPos", "Delay"}) {
       if (wire::same_name(element, known)) {
@@ -44,10 +52,6 @@ void check_sent_tags(const RsiConfig& config) {
             key, *tag));
       }
     }
-  }
-  if (!config.mode_tag.empty() && wire::same_name(config.mode_tag, config.override_tag)) {
-    throw ConfigError(
-        fmt::format("rsi: override_tag = \"{}\" is mode_tag, too", config.override_tag));
   }
 }
 

@@ -55,6 +55,9 @@ struct RsiConfig {
   /// SEND tags, "Element.Attribute" or "Element"; empty: not read. Where they are not sent, mode and
   /// override are unknown.
   std::string mode_tag = "Mode.R", override_tag = "OvPro.R";
+  /// Likewise of the digital input that the sensor's opto output is wired to: off is contact. Empty:
+  /// there is no such stop path.
+  std::string contact_tag;
   int decimals = 6;                      ///< of the corrections sent, 4..9
   int silence_cycles = 3;                ///< cycles without a packet that mean 'lost'
   int late_replies_limit = 3;            ///< counted by the controller within one move: stop

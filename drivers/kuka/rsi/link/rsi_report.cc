@@ -84,6 +84,16 @@ std::string link_words(const CoreState& s, const ReportNames& names) {
   return {};
 }
 
+std::string input_words(InputPath path) {
+  if (path == InputPath::kMissed)
+    return "the controller's contact input missed a touch: late bytes of the sensor stop the arm as "
+           "without it. Check the wire from O+ and O- to the input, and its number";
+  if (path == InputPath::kUntold)
+    return "the controller does not send its contact input ([rsi] contact_tag). Install the files of "
+           "'cellcal kuka-files' anew";
+  return {};
+}
+
 void add(std::string& words, const std::string& more) {
   if (more.empty()) return;
   const std::size_t begins = words.empty() ? 0 : words.size() + 2;
@@ -107,8 +117,10 @@ RobotState to_robot_state(const CoreState& s, const ReportNames& names) {
   state.unsettled = linked && s.trouble != Trouble::kNone;
   if (linked) {
     state.mode = s.mode;
+    state.input_path = s.input_path;
     if (s.override_percent >= 0) state.override_percent = s.override_percent;
   }
+  state.stops_by_input = s.stops_by_input;
   state.cycle_s = s.cycle_s;
   state.packets = s.packets;
   state.late = s.late;
@@ -119,6 +131,7 @@ RobotState to_robot_state(const CoreState& s, const ReportNames& names) {
   state.quality.replies = s.replies;
   add(state.words, link_words(s, names));
   add(state.words, trouble_words(s, names));
+  add(state.words, input_words(state.input_path));
   if (s.late > 0) {
     add(state.words,
         fmt::format(

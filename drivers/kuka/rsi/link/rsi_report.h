@@ -57,6 +57,8 @@ struct CoreState {
   bool sends_setpoint = false, sends_delay = false;  ///< ASPos and Delay were in the newest packet
   OperatingMode mode = OperatingMode::kUnknown;      ///< of the newest packet
   std::int32_t override_percent = -1;                ///< likewise; below 0: it did not tell
+  InputPath input_path = InputPath::kNone;           ///< the second stop path
+  std::uint32_t stops_by_input = 0;                  ///< by it, before the sensor's bytes
   double jitter_s = 0.0, longest_gap_s = 0.0;        ///< of this session's arrivals
   std::uint32_t ipoc = 0;
   Interruption interruption = Interruption::kNone;  ///< since the last reference

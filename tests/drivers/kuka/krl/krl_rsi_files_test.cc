@@ -26,7 +26,7 @@ RsiFilesConfig some_pc(int version) {
 }
 
 TEST(RsiFiles, AreSoundKrlAndXml) {
-  for (const int version : {3, 4}) {
+  for (const int version : {3, 4, 5, 6}) {
     const ControllerFiles files = rsi_files(some_pc(version));
     EXPECT_EQ(files.size(), version == 3 ? 5u : 3u);
     for (const auto& [name, text] : files) {
@@ -39,11 +39,56 @@ TEST(RsiFiles, AreSoundKrlAndXml) {
         EXPECT_TRUE(document.load_buffer(text.data(), text.size())) << name;
       }
     }
-    // With its extension for RSI 3, without for RSI 4: otherwise the file is not found.
-    const std::string create =
-        version == 3 ? "RSI_CREATE(\"cellcal_rsi.rsi\"" : "RSI_CREATE(\"cellcal_rsi\"";
+    // With its extension for RSI 3, without from RSI 4 on: otherwise the file is not found.
+    const std::string create = version == 3   ? "RSI_CREATE(\"cellcal_rsi.rsi\""
+                               : version == 6 ? "RSI_LOAD(\"cellcal_rsi\")"
+                                              : "RSI_CREATE(\"cellcal_rsi\"";
+    const char* on = version == 6 ? "RSI_PROCESS_ON(#ABSOLUTE)" : "RSI_ON(#ABSOLUTE,#IPO_FAST)";
     EXPECT_NE(files.at("cellcal_rsi.src").find(create), std::string::npos);
-    EXPECT_NE(files.at("cellcal_rsi.src").find("RSI_ON(#ABSOLUTE,#IPO_FAST)"), std::string::npos);
+    EXPECT_NE(files.at("cellcal_rsi.src").find(on), std::string::npos);
+  }
+}
+
+TEST(RsiFiles, OfRsi5AreThoseOfRsi4) { EXPECT_EQ(rsi_files(some_pc(5)), rsi_files(some_pc(4))); }
+
+TEST(RsiFiles, OfRsi6LoadFenceActivateAndSwitchOnInThisOrderWithoutACallOfOlderReleases) {
+  const std::string source = rsi_files(some_pc(6)).at("cellcal_rsi.src");
+  const std::vector<std::string> main = body(source, "DEF CELLCAL_RSI");
+  std::size_t at = 0;
+  for (const char* line :
+       {"RET=RSI_LOAD(\"cellcal_rsi\")", "IF RET<>RSIOK THEN", "IF CC_FENCE( )==FALSE THEN",
+        "RET=RSI_ACTIVATE(\"cellcal_rsi\")", "IF RET<>RSIOK THEN", "RET=RSI_PROCESS_ON(#ABSOLUTE)",
+        "IF RET<>RSIOK THEN", "RSI_MOVECORR()", "RET=RSI_PROCESS_OFF()", "IF RET<>RSIOK THEN",
+        "PTP $AXIS_ACT_MEAS"})
+    at = line_of(main, line, at) + 1;
+  EXPECT_NE(
+      source.find("RET=RSI_SetParameter(\"cellcal_rsi\",\"AxisCorr_1\",\"LowerLimA1\",LIMIT)"),
+      std::string::npos);
+  for (const char* old : {"RSI_CREATE", "RSI_ON(", "RSI_OFF", "RSI_DELETE", "RSI_RESET",
+                          "RSI_SetPublicPar", "CONTID", "#IPO_FAST"})
+    EXPECT_EQ(source.find(old), std::string::npos) << old;
+}
+
+TEST(RsiFiles, OfRsi6FixTheMonitorAndNameTheSignals) {
+  for (const int version : {4, 6}) {
+    for (const bool space : {false, true}) {
+      RsiFilesConfig config = some_pc(version);
+      config.space.on = space;
+      const std::string text = rsi_files(config).at("cellcal_rsi.rsix");
+      const auto count = [&](const std::string& part) {
+        std::size_t n = 0;
+        for (std::size_t at = text.find(part); at != std::string::npos;
+             at = text.find(part, at + 1))
+          ++n;
+        return n;
+      };
+      // ConfigFile's, RefCorrSys', and in RSI 6 twelve of AxisCorrMon and two of PosCorrMon.
+      EXPECT_EQ(count("IsRuntime=\"false\""),
+                1u + (space ? 1 : 0) + (version == 6 ? 12 + (space ? 2 : 0) : 0));
+      EXPECT_EQ(count("SignalName=\"Ethernet_1|Out"), version == 6 ? 7u : 0u);
+      EXPECT_EQ(count("SignalName=\"Status_1|Stat\""), version == 6 ? 1u : 0u);
+      EXPECT_EQ(count("IsPublic=\"true\""), space ? 0u : 12u);
+    }
   }
 }
 
@@ -62,12 +107,13 @@ RsiFilesConfig with_ranges(int version) {
 }
 
 TEST(RsiFiles, FenceEachAxisByItsSwitchesAndItsRangeFromWhereTheArmStands) {
-  for (const int version : {3, 4}) {
+  for (const int version : {3, 4, 6}) {
+    const bool six = version == 6;
     const std::string source = rsi_files(with_ranges(version)).at("cellcal_rsi.src");
     const std::vector<std::string> main = body(source, "DEF CELLCAL_RSI");
-    const std::size_t call = line_of(main, "IF CC_FENCE(CONTID)==FALSE THEN");
-    EXPECT_LT(line_of(main, "RET=RSI_CREATE("), call);
-    EXPECT_LT(call, line_of(main, "RET=RSI_ON("));
+    const std::size_t call = line_of(main, "IF CC_FENCE(");
+    EXPECT_LT(line_of(main, six ? "RET=RSI_LOAD(" : "RET=RSI_CREATE("), call);
+    EXPECT_LT(call, line_of(main, six ? "RET=RSI_ACTIVATE(" : "RET=RSI_ON("));
     const std::vector<std::string> fence = body(source, "DEFFCT BOOL CC_FENCE");
     const std::string object = version == 3 ? "AXISCORR1" : "AxisCorr_1";
     for (const auto& [value, parameter] :
@@ -75,8 +121,9 @@ TEST(RsiFiles, FenceEachAxisByItsSwitchesAndItsRangeFromWhereTheArmStands) {
           std::pair{"CC_HIGH($SOFTP_END[1],120.1,$AXIS_ACT_MEAS.A1)", "UpperLimA1"},
           std::pair{"CC_HIGH($SOFTP_END[6],360.1,$AXIS_ACT_MEAS.A6)", "UpperLimA6"}}) {
       const std::size_t set = line_of(fence, std::string("LIMIT=") + value);
-      EXPECT_EQ(fence.at(set + 1),
-                "RET=RSI_SetPublicPar(CONTID,\"" + object + "\",\"" + parameter + "\",LIMIT)");
+      EXPECT_EQ(fence.at(set + 1), (six ? "RET=RSI_SetParameter(\"cellcal_rsi\",\""
+                                        : "RET=RSI_SetPublicPar(CONTID,\"") +
+                                       object + "\",\"" + parameter + "\",LIMIT)");
     }
     EXPECT_EQ(line_of(body(source, "DEFFCT REAL CC_LOW"), "LIMIT=-45.5"), 5U);
     for (const std::string& complaint : check_krl(source)) ADD_FAILURE() << complaint;
@@ -164,6 +211,7 @@ TEST(RsiFiles, AreRefusedByTheKeyThatIsWrong) {
       {"172.17.x.x", [](RsiFilesConfig& c) { c.pc_address = "172.17.0.1"; }},
       {"[controller]", [](RsiFilesConfig& c) { c.pc_address = "0.0.0.0"; }},
       {"rsi_version", [](RsiFilesConfig& c) { c.rsi_version = 2; }},
+      {"5 (KSS 8.7) or 6 (iiQKA.OS2)", [](RsiFilesConfig& c) { c.rsi_version = 7; }},
       {"sentype", [](RsiFilesConfig& c) { c.sentype = "<a>"; }},
       {"stop_tag", [](RsiFilesConfig& c) { c.stop_tag = ""; }},
       {"correction_limit_deg", [](RsiFilesConfig& c) { c.correction_limit_deg = 0.0; }},

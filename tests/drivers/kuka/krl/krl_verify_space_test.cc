@@ -17,7 +17,7 @@ RsiFilesConfig space_config(int version, CorrectionFrame frame = CorrectionFrame
 TEST(RsiSetInSpace, FitsAsItWasMadeForEveryFrameAndNoOther) {
   constexpr CorrectionFrame kFrames[] = {CorrectionFrame::kBase, CorrectionFrame::kRobRoot,
                                          CorrectionFrame::kTool};
-  for (const int version : {3, 4}) {
+  for (const int version : {3, 4, 6}) {
     for (const CorrectionFrame made : kFrames) {
       for (const CorrectionFrame wanted : kFrames) {
         const std::string words =
@@ -86,7 +86,7 @@ TEST(RsiSetInSpace, IsRefusedByFileLineAndWords) {
 }
 
 TEST(RsiSetInSpace, DoesNotFitAConfigurationOfAxesNorTheOtherWayRound) {
-  for (const int version : {3, 4}) {
+  for (const int version : {3, 4, 6}) {
     const std::string axes = verdict(rsi_files(space_config(version)), rsi_config(version));
     EXPECT_NE(axes.find("[rsi] correction is \"axes\""), std::string::npos) << axes;
     const std::string space = verdict(rsi_files(rsi_config(version)), space_config(version));

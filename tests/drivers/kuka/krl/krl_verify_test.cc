@@ -17,7 +17,7 @@ namespace cellcal::drivers {
 namespace {
 
 TEST(RsiSet, FitsAsItWasMade) {
-  for (const int version : {3, 4}) {
+  for (const int version : {3, 4, 5, 6}) {
     EXPECT_EQ(verdict(rsi_files(rsi_config(version)), rsi_config(version)), "") << version;
   }
 }
@@ -44,7 +44,7 @@ TEST(RsiSet, OfRsi3IsReadAlikeFromContextAndModel) {
 }
 
 TEST(RsiSet, TellsModeAndOverrideOverChannelsOfTheEthernetObject) {
-  for (const int version : {3, 4}) {
+  for (const int version : {3, 4, 6}) {
     const ControllerFiles files = rsi_files(rsi_config(version));
     const RsiChannelFile channel =
         read_rsi_channel(files.at("cellcal_rsi_ethernet.xml"), "ethernet");
@@ -64,7 +64,7 @@ TEST(RsiSet, TellsModeAndOverrideOverChannelsOfTheEthernetObject) {
 }
 
 TEST(RsiSet, WithoutModeAndOverrideGoesOnWorkingWithAWarning) {
-  for (const int version : {3, 4}) {
+  for (const int version : {3, 4, 6}) {
     RsiFilesConfig older = rsi_config(version);
     older.mode_tag.clear();
     older.override_tag.clear();
@@ -86,11 +86,53 @@ TEST(RsiSet, WithoutModeAndOverrideGoesOnWorkingWithAWarning) {
 }
 
 TEST(RsiSet, MayTellOneOfThemAlone) {
-  for (const int version : {3, 4}) {
+  for (const int version : {3, 4, 6}) {
     RsiFilesConfig config = rsi_config(version);
     config.mode_tag.clear();
     config.override_tag = "Speed";
     EXPECT_EQ(verdict(rsi_files(config), config), "") << version;
+  }
+}
+
+TEST(RsiSet, SendsTheContactInputWhereItIsConfigured) {
+  for (const int version : {3, 4}) {
+    RsiFilesConfig config = rsi_config(version);
+    EXPECT_EQ(rsi_files(config).at("cellcal_rsi_ethernet.xml").find("Contact"), std::string::npos);
+    config.contact_tag = "Contact.R";
+    config.input = 17;
+    const ControllerFiles files = rsi_files(config);
+    EXPECT_EQ(verdict(files, config), "");
+    const RsiChannelFile channel =
+        read_rsi_channel(files.at("cellcal_rsi_ethernet.xml"), "ethernet");
+    EXPECT_EQ(channel.send.back().tag + channel.send.back().type, "Contact.RBOOL");
+    const RsiContextFile context = read_rsi_context(
+        files.at(version == 3 ? "cellcal_rsi.rsi.xml" : "cellcal_rsi.rsix"), "context");
+    const RsiInput* input = context.only("ETHERNET")->input(channel.send.back().index);
+    ASSERT_NE(input, nullptr);
+    EXPECT_EQ(input->from, context.only("DIGIN")->id);
+    EXPECT_EQ(context.only("DIGIN")->parameter("Index")->value, "17");
+
+    const auto with = [&](const std::string& from, const std::string& to) {
+      ControllerFiles spoiled = files;
+      std::string& text = spoiled.at(version == 3 ? "cellcal_rsi.rsi.xml" : "cellcal_rsi.rsix");
+      EXPECT_NE(text.find(from), std::string::npos) << from;
+      text.replace(text.find(from), from.size(), to);
+      return verdict(spoiled, config);
+    };
+    const auto has = [](const std::string& said, const char* words) {
+      return said.find(words) != std::string::npos;
+    };
+    EXPECT_TRUE(has(with("ParamValue=\"17\"", "ParamValue=\"18\""), "is 18. Set 17: Contact.R is "
+                                                                    "the contact input"));
+    const std::string id = version == 3 ? "ParamID=\"1\"" : "ParamId=\"0\"";
+    const std::string wide = "<Parameter Name=\"DataSize\" " +
+                             std::string(version == 3 ? "ParamID=\"2\"" : "ParamId=\"1\"") +
+                             " ParamValue=\"1\"/>";
+    const std::string index = "<Parameter Name=\"Index\" " + id + " ParamValue=\"17\"/>";
+    EXPECT_TRUE(has(with(index, index + wide), "DataSize of"));
+    const std::string older = verdict(rsi_files(rsi_config(version)), config);
+    EXPECT_TRUE(has(older, "Contact.R is missing: the contact input stays unknown")) << older;
+    EXPECT_FALSE(has(older, "refused")) << older;
   }
 }
 
@@ -99,9 +141,11 @@ TEST(RsiSet, IsCountedFromOneInBothReleases) {
       read_rsi_context(rsi_files(rsi_config(3)).at("cellcal_rsi.rsi.xml"), "3");
   const RsiContextFile four =
       read_rsi_context(rsi_files(rsi_config(4)).at("cellcal_rsi.rsix"), "4");
+  const RsiContextFile six = read_rsi_context(rsi_files(rsi_config(6)).at("cellcal_rsi.rsix"), "6");
   EXPECT_EQ(three.rsi_version, 3);
   EXPECT_EQ(four.rsi_version, 4);
-  for (const RsiContextFile* file : {&three, &four}) {
+  EXPECT_EQ(six.rsi_version, 6);
+  for (const RsiContextFile* file : {&three, &four, &six}) {
     EXPECT_EQ(file->only("AXISCORR")->input(6)->from_index, 6);
     EXPECT_EQ(file->only("STOP")->input(1)->from_index, 7);
   }
@@ -162,6 +206,24 @@ TEST(RsiSet, IsRefusedByFileLineAndWords) {
        "RSI_CREATE names the extension"},
       {"cellcal_rsi.src", "RSI_CREATE(\"cellcal_rsi.rsi\"", "RSI_CREATE(\"cellcal_rsi\"",
        "RSI_CREATE lacks the extension", 3},
+      {"cellcal_rsi.src", "#ABSOLUTE", "#RELATIVE", "RSI_PROCESS_ON has not #ABSOLUTE", 6},
+      {"cellcal_rsi.src", "RSI_LOAD(\"cellcal_rsi\"", "RSI_LOAD(\"cellcal_rsi.rsi\"",
+       "RSI_LOAD names the extension", 6},
+      {"cellcal_rsi.src", "RSI_PROCESS_ON(", "RSI_ON(",
+       "RSI_ON is a call of RSI 3 to 5, [controller] rsi_version is 6", 6},
+      {"cellcal_rsi.src", "RSI_ON(#ABSOLUTE,#IPO_FAST)", "RSI_PROCESS_ON(#ABSOLUTE)",
+       "RSI_PROCESS_ON is a call of RSI 6, [controller] rsi_version is 4"},
+      {kFour, "IsPublic=\"true\" Name=\"UpperLimA2\"", "Name=\"UpperLimA2\"",
+       "UpperLimA2 of AxisCorr_1 lacks IsPublic=\"true\": cellcal_rsi.src cannot set it and halts",
+       6},
+      {kThree, "IsPublic=\"true\" Name=\"LowerLimA1\"", "Name=\"LowerLimA1\"",
+       "LowerLimA1 of AXISCORR1 lacks IsPublic=\"true\"", 3},
+      {kFour, "IsRuntime=\"false\" Name=\"MaxA1\"", "Name=\"MaxA1\"",
+       "is a context of RSI 4, [controller] rsi_version is 6", 6},
+      {kFour, "Name=\"MaxA1\"", "IsRuntime=\"false\" Name=\"MaxA1\"",
+       "is a context of RSI 6, [controller] rsi_version is 5", 5},
+      {kFour, "OutObjId=\"Ethernet_1\" OutIdx=\"6\"", "OutObjId=\"Ethernet_1\" OutIdx=\"5\"",
+       "input 1 comes from Ethernet_1 output 6", 6},
   };
   for (const Spoiled& one : cases) {
     const RsiFilesConfig config = rsi_config(one.version);
@@ -195,7 +257,7 @@ TEST(RsiSet, HasTheFenceOfTheCell) {
        at = program.find("RSI_SetPublicPar"))
     program.replace(at, 3, "NOT");
   EXPECT_NE(verdict(none, config)
-                .find("no RSI_SetPublicPar: the correction is limited by "
+                .find("no call sets AXISCORR's limits: the correction is limited by "
                       "correction_limit_deg = 90 on both sides"),
             std::string::npos)
       << verdict(none, config);
@@ -214,6 +276,13 @@ TEST(RsiSet, OfTheOtherReleaseIsRefused) {
   const std::string said = verdict(rsi_files(rsi_config(3)), rsi_config(4));
   EXPECT_NE(said.find("is a context of RSI 3, [controller] rsi_version is 4"), std::string::npos)
       << said;
+  const std::string of_six = verdict(rsi_files(rsi_config(6)), rsi_config(5));
+  for (const char* words : {"is a context of RSI 6", "RSI_LOAD is a call of RSI 6",
+                            "RSI_PROCESS_ON is a call of RSI 6", "RSI_SETPARAMETER is a call"})
+    EXPECT_NE(of_six.find(words), std::string::npos) << words << "\nsaid: " << of_six;
+  RsiFilesConfig wide = rsi_config(6), deployed = rsi_config(4);
+  deployed.space.on = wide.space.on = true;
+  EXPECT_NE(verdict(rsi_files(deployed), wide).find("is a context of RSI 4"), std::string::npos);
 }
 
 TEST(RsiSet, WithLimitsBelowTheConfigurationsIsRefusedAndAboveIsFine) {
@@ -225,7 +294,7 @@ TEST(RsiSet, WithLimitsBelowTheConfigurationsIsRefusedAndAboveIsFine) {
 }
 
 TEST(RsiSet, LacksItsParts) {
-  for (const int version : {3, 4}) {
+  for (const int version : {3, 4, 6}) {
     const ControllerFiles whole = rsi_files(rsi_config(version));
     for (const auto& [name, text] : whole) {
       ControllerFiles files = whole;

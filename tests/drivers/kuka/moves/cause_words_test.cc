@@ -101,6 +101,7 @@ TEST(CauseWords, WhatToSetOrCheckIsNamed) {
   EXPECT_TRUE(has(said(cause::NotAccepted{}), "SENTYPE"));
   EXPECT_TRUE(has(said(cause::StampOutside{60.0}), "clock is not synchronised"));
   EXPECT_TRUE(has(said(cause::InputMissed{}), "wire to the input"));
+  EXPECT_TRUE(has(said(cause::InputTouched{}), "in a move that is no search"));
   EXPECT_TRUE(has(said(cause::ProgramAborted{17}), "pendant"));
   EXPECT_TRUE(has(said(cause::TooFastForFlag{0, 1.5, 1.0}), "1.5000 deg/s"));
 }

@@ -23,6 +23,9 @@ class ScriptedGuard final : public ContactGuard {
     return oldest;
   }
 
+  void set_silence_limit(Duration limit) override { silence_limit_ = limit; }
+  Duration silence_limit() const { return silence_limit_; }
+
   void arm(std::uint16_t id) {
     now_.armed = true;
     now_.arm_id = id;
@@ -44,6 +47,11 @@ class ScriptedGuard final : public ContactGuard {
     now_.late_limit_s = limit_s;
   }
   void touch(bool touching) { now_.in_contact = touching; }
+  /// Its newest word is of this instant from now on.
+  void set_said(TimePoint said) {
+    heard_ = false;
+    now_.said = said;
+  }
   /// The sensor's one-shot arming ends with its trip.
   void trip(std::uint16_t id, TimePoint edge) {
     now_.armed = false;
@@ -57,6 +65,7 @@ class ScriptedGuard final : public ContactGuard {
 
  private:
   bool heard_ = true;
+  Duration silence_limit_{kHeartbeatLimit};
   ContactSnapshot now_{.alive = true};
   std::deque<ContactEvent> events_;
 };

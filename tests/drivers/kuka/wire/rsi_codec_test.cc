@@ -100,6 +100,36 @@ TEST(RsiRob, ModeAndOverrideHaveTheNamesOfTheConfiguration) {
   EXPECT_FALSE(frame.override_percent) << "not read";
 }
 
+TEST(RsiRob, ContactInputIsReadWhereItIsOneBitAndNeverAnError) {
+  const std::pair<const char*, std::optional<bool>> cases[] = {
+      {"<Contact R=\"1\"/>", true},
+      {"<contact r='0'/>", false},
+      {"<Contact R='1.0000'/>", true},
+      {"<Contact S='x' R=' 0 '/>", false},
+      {"", {}},
+      {"<Contact R=''/>", {}},
+      {"<Contact R='2'/>", {}},
+      {"<Contact R='-1'/>", {}},
+      {"<Contact R='0.5'/>", {}},
+      {"<Contact R='nan'/>", {}},
+      {"<Contact R='1e999'/>", {}},
+      {"<Contact R='1' R='1'/>", {}},
+      {"<Contact R='1'/><Contact R='0'/>", {}},
+      {"<Contact>1</Contact>", {}},
+  };
+  RsiParser parser;
+  RobFrame frame;
+  for (const auto& [element, on] : cases) {
+    const std::string text =
+        std::string("<Rob><AIPos A1='1'/>") + element + "<IPOC>4</IPOC></Rob>";
+    ASSERT_EQ(parser.parse_rob(text, frame, {"", "", "Contact.R"}), WireError::kNone) << text;
+    EXPECT_EQ(frame.input_on, on) << text;
+  }
+  ASSERT_EQ(parser.parse_rob("<Rob><AIPos A1='1'/><Contact R='1'/><IPOC>4</IPOC></Rob>", frame),
+            WireError::kNone);
+  EXPECT_FALSE(frame.input_on) << "not read unless it is configured";
+}
+
 TEST(RsiRob, IpocBeyond32BitsKeepsItsTextAndWraps) {
   RsiParser parser;
   RobFrame frame;

@@ -1,13 +1,16 @@
-#include "drivers/contact/port/serial_port.h"
+#include "drivers/contact/port/port.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <cerrno>
+#include <chrono>
 #include <cstdlib>
 #include <filesystem>
 
 #include "drivers/contact/port/port_backends.h"
 #include "drivers/contact/port/port_errors.h"
+#include "drivers/contact/port/udp_port.h"
 
 namespace cellcal::drivers {
 
@@ -18,7 +21,30 @@ constexpr int kMinBaud = 9600, kMaxBaud = 4'000'000;
 
 }  // namespace
 
-std::unique_ptr<SerialPort> open_serial_port(const SerialPortOptions& options) {
+PortReading Port::read(std::span<std::uint8_t> into) {
+  const ssize_t n = ::read(fd(), into.data(), into.size());
+  PortReading reading;
+  const int error = n < 0 ? errno : 0;
+  reading.arrived = std::chrono::steady_clock::now();
+  if (n > 0) {
+    reading.size = static_cast<std::size_t>(n);
+  } else if (error != EINTR && error != EAGAIN) {
+    reading.lost = true;
+    reading.error = error;
+  }
+  return reading;
+}
+
+bool Port::write(std::span<const std::uint8_t> frame) {
+  ssize_t n = -1;
+  do {
+    n = ::write(fd(), frame.data(), frame.size());
+  } while (n < 0 && errno == EINTR);
+  return n == static_cast<ssize_t>(frame.size());
+}
+
+std::unique_ptr<Port> open_port(const PortOptions& options) {
+  if (is_datagrams(options.device)) return open_udp_port(options.device);
   if (options.baud < kMinBaud || options.baud > kMaxBaud) {
     throw ConfigError(fmt::format("baud rate {} of {} is outside {} to {}", options.baud,
                                   options.device, kMinBaud, kMaxBaud));

@@ -1,0 +1,114 @@
+/* Puts the portable sensor onto the board on Ethernet. */
+
+#include "board.h"
+#include "drivers/contact/firmware/core/host_link.h"
+#include "drivers/contact/firmware/core/sensor.h"
+
+enum { FIRMWARE_MAJOR = 1, FIRMWARE_MINOR = 2, FIRMWARE_PATCH = 0 };
+enum { CLOCK_HZ = 120000000, WIRE_RATE = 100000000 };
+
+/* From the choice of a PONG to the order to send it: what it takes to build and to load it. */
+enum { PONG_LEAD_TICKS = 300 };
+/* A rattle of a few us at a time is over by then. */
+enum { PING_GUARD_TICKS = 400, EDGES_PER_TURN = 32 };
+
+static sensor touch_sensor;
+static host_link link;
+
+static void apply(sensor_pull pull) {
+  static sensor_pull applied = SENSOR_RELEASED;
+  if (pull == applied) return;
+  applied = pull;
+  pin_input(TEST_PIN); /* without a pull */
+  if (pull == SENSOR_PULLED_LOW || pull == SENSOR_PULLED_HIGH) {
+    pin_output(TEST_PIN, pull == SENSOR_PULLED_HIGH);
+  } else if (pull == SENSOR_LIFTED) {
+    pin_pull_up(TEST_PIN, true);
+  }
+}
+
+static void start(void) {
+  sensor_identity identity = {0};
+  chip_start();
+  pin_output(OUTPUT_PIN, false); /* contact */
+  pin_output(LAMP_PIN, false);
+  pin_input(TEST_PIN);
+  identity.version = CTP_VERSION;
+  identity.firmware[0] = FIRMWARE_MAJOR;
+  identity.firmware[1] = FIRMWARE_MINOR;
+  identity.firmware[2] = FIRMWARE_PATCH;
+  identity.uid = ctp_get_u32(settings.mac + 2);
+  identity.boot_id = chip_random();
+  identity.clock_hz = CLOCK_HZ;
+  identity.reset_cause = chip_reset_cause();
+  identity.baud = WIRE_RATE;
+  identity.datagrams = true;
+  identity.ping_guard = PING_GUARD_TICKS;
+  identity.pong_lead = PONG_LEAD_TICKS;
+  analog_start();
+  ethernet_start();
+  clock_start();
+  sensor_init(&touch_sensor, &identity, clock_now());
+  host_link_init(&link, &touch_sensor);
+}
+
+/* What the hardware has noted meanwhile. */
+static void listen(void) {
+  uint32_t t = 0;
+  bool pin_high;
+  uint8_t taken;
+  sensor_voltages mv;
+  clock_watch_pin();
+  for (taken = 0; taken < EDGES_PER_TURN && clock_take_edge(&t, &pin_high); ++taken) {
+    sensor_on_edge(&touch_sensor, t, pin_high);
+    if (touch_sensor.trip_due) return; /* first things first: the bounces can wait */
+    clock_watch_pin();
+  }
+  ethernet_listen(&link);
+  if (analog_take(&mv)) sensor_on_voltages(&touch_sensor, clock_now(), &mv);
+}
+
+static void speak(void) {
+  static uint8_t wire[CTP_MAX_WIRE];
+  uint32_t begin;
+  uint32_t now;
+  uint8_t size;
+  if (!ethernet_free()) return;
+  now = clock_now();
+  size = sensor_next_frame(&touch_sensor, now, wire, &begin);
+  /* Before a host has greeted there is nobody to send to. */
+  if (size == 0 || !link.there) return;
+  ethernet_load(&link, wire, size);
+  /* A PONG that is not sent at the time that it states is worse than none, and one that is waited
+   * for is not worth a trip's time. */
+  if (begin != now && (int32_t)(begin - clock_now()) < 0) return;
+  while (begin != now && (int32_t)(begin - clock_now()) > 0) {
+    if (clock_has_edge()) return;
+  }
+  ethernet_go();
+}
+
+static void drive(void) {
+  const bool testing = touch_sensor.test != TEST_NONE;
+  const bool low = touch_sensor.config[CTP_CONFIG_POLARITY] == CTP_CONTACT_IS_LOW;
+  /* Before the line is pulled, so that the test's own edge finds the output held. */
+  clock_output(sensor_free(&touch_sensor), low && !testing);
+  apply(sensor_drive(&touch_sensor));
+  pin_output(LAMP_PIN, touch_sensor.touch.contact);
+}
+
+int main(void) {
+  uint32_t now;
+  start();
+  for (;;) {
+    chip_feed();
+    now = clock_now(); /* before the edges are taken: those up to now are there */
+    listen();
+    if (!touch_sensor.trip_due) { /* which goes before all else; the output went with the edge */
+      host_link_run(&link, now);
+      sensor_run(&touch_sensor, now);
+      drive();
+    }
+    speak();
+  }
+}

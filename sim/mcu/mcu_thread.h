@@ -1,0 +1,83 @@
+#pragma once
+// The emulated sensor in real time, on a thread of its own; on which line, its kinds say.
+
+#include <atomic>
+#include <functional>
+#include <mutex>
+#include <string>
+#include <thread>
+
+#include "sim/mcu/microcontroller.h"
+
+namespace cellcal::sim {
+
+/// A descriptor that this closes.
+class Fd {
+ public:
+  Fd() = default;
+  explicit Fd(int fd) : fd_(fd) {}
+  Fd(const Fd&) = delete;
+  Fd& operator=(const Fd&) = delete;
+  ~Fd() { reset(); }
+  void reset(int fd = -1);
+  int get() const { return fd_; }
+
+ private:
+  int fd_ = -1;
+};
+
+/// All public calls are thread-safe.
+class McuThread {
+ public:
+  virtual ~McuThread() = default;
+  McuThread(const McuThread&) = delete;
+  McuThread& operator=(const McuThread&) = delete;
+
+  /// What a driver opens: a terminal's slave end, or "udp:ADDRESS:PORT".
+  const std::string& path() const { return path_; }
+  /// Steady-clock time of the edge, which may lie ahead.
+  void edge(TimePoint t, bool closed);
+  void set_faults(const McuFaults& faults);
+  /// As Microcontroller::on_output, on the emulation's thread or that of edge().
+  void on_output(Microcontroller::OnOutput callback);
+  void reset(std::uint8_t cause = CTP_RESET_PIN);
+  /// Runs on the calling thread with the emulation held still.
+  void inspect(const std::function<void(const Microcontroller&)>& look) const;
+  /// Frames that were thrown away because nobody read the line.
+  std::uint64_t dropped() const { return dropped_; }
+
+ protected:
+  /// `realtime`: SCHED_FIFO, if permitted: a microcontroller has its own processor.
+  McuThread(const McuOptions& options, bool realtime);
+  /// At the end of the constructor, and at the beginning of the destructor, of each kind.
+  void start();
+  void stop();
+
+  // On the thread.
+  virtual int fd() const = 0;
+  virtual void read_host() = 0;
+  /// Whole or not at all; false: nobody was there to take it.
+  virtual bool write_host(const Microcontroller::Output& output) = 0;
+  /// False: nobody has the line open, and waiting for it would return at once.
+  virtual bool can_wait() { return true; }
+
+  void act(const std::function<void(Microcontroller&)>& action);
+  [[noreturn]] static void fail(const char* what);
+
+  std::string path_;
+
+ private:
+  void run();
+  void wake();
+  void wait(TimePoint next);
+
+  const bool realtime_;
+  Fd wake_;
+  mutable std::mutex mutex_;
+  Microcontroller mcu_;
+  std::atomic<bool> stop_{false};
+  std::atomic<std::uint64_t> dropped_{0};
+  std::thread thread_;
+};
+
+}  // namespace cellcal::sim

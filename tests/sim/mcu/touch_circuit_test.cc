@@ -1,0 +1,61 @@
+// The touch circuit's supply, and the capacitor from the gun to earth.
+
+#include "sim/mcu/touch_circuit.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace cellcal::sim {
+namespace {
+
+constexpr double kUnoMostV = 6.0, kRp2040MostV = 3.63;  // absolute maximum ratings
+/// 24 V on wire S by mistake, until its fuse has blown: at the clamp, at a few amperes.
+constexpr double kUnoClampV = 17.0, kEthernetClampV = 11.0, kFuseS = 0.02;
+
+TEST(TouchSupply, IsLiftedByASlipOf24VoltsWithinAMillisecondWhereNothingClampsIt) {
+  const Rail bare;
+  EXPECT_LT(bare.highest_v(kUnoClampV, kUno.surge_ohm, 0.3e-3), kUnoMostV);
+  EXPECT_GT(bare.highest_v(kUnoClampV, kUno.surge_ohm, 0.7e-3), kUnoMostV);
+}
+
+TEST(TouchSupply, IsHeldByAZenerOf5V1AtTheUpperEndOfItsTolerance) {
+  Rail rail;
+  rail.clamp_v = 5.1 * 1.05;
+  rail.clamp_ohm = 1.5;
+  for (const double load_a : {0.0, rail.load_a}) {
+    rail.load_a = load_a;
+    EXPECT_LT(rail.highest_v(kUnoClampV, kUno.surge_ohm, kFuseS), kUnoMostV) << load_a;
+  }
+}
+
+TEST(TouchSupply, IsNotHeldByASuppressorOf5VoltsWhichBeginsAt6V4) {
+  Rail rail;
+  rail.clamp_v = 6.4;
+  rail.clamp_ohm = 0.3;
+  EXPECT_GT(rail.highest_v(kUnoClampV, kUno.surge_ohm, kFuseS), kUnoMostV);
+}
+
+TEST(TouchSupply, OfTheEthernetBoardUsesMoreThanASlipFeeds) {
+  Rail rail{.supply_v = 3.3, .load_a = 0.1, .farad = 100e-6};
+  EXPECT_LT(rail.highest_v(kEthernetClampV, kEthernetBoard.surge_ohm, kFuseS), kRp2040MostV);
+  rail.load_a = 0.0;  // and lifted where the board is without supply
+  EXPECT_GT(rail.highest_v(kEthernetClampV, kEthernetBoard.surge_ohm, kFuseS), kRp2040MostV);
+}
+
+TEST(GunsCapacitor, IsChargedThroughR1AlongAnExponential) {
+  TouchCircuit c;
+  c.gun_farad = 1e-6;
+  const double rest_v = c.gun_at_rest_v();
+  EXPECT_NEAR(rest_v, c.voltages().feed_v, 0.05);
+  // 1 k of R1 and 5 ohms of wire, beside the pull-down.
+  const double tau_s = 1e-6 / (1.0 / 1005.1 + 1.0 / (47e3 + 522.0));
+  for (const double t : {0.0, 0.2e-3, 1e-3, 5e-3}) {
+    EXPECT_NEAR(c.gun_after_v(0.0, t), rest_v * (1.0 - std::exp(-t / tau_s)), 0.01) << t;
+  }
+  EXPECT_NEAR(c.voltages(rest_v).sense_v, c.voltages().sense_v, 1e-3);
+  EXPECT_LT(c.voltages(0.0).sense_v, 0.1);
+}
+
+}  // namespace
+}  // namespace cellcal::sim
