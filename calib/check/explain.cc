@@ -105,7 +105,7 @@ double log_unmet(const std::vector<Unmet>& unmet) {
 
 namespace {
 
-/// Ripple counts twice where no touch of the calibration was, as in its bounds (calib/uncertainty, (37)).
+/// Ripple counts twice where no touch of the calibration was, as in its bounds (calib/estimate, (37)).
 constexpr double kRippleElsewhere = 2.0;
 
 /// The arm with every error that a calibration may have found.

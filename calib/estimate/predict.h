@@ -17,7 +17,7 @@ struct Prediction {
   Eigen::Isometry3d tcp = Eigen::Isometry3d::Identity();  ///< base frame
   /// Radius that holds the position error at 95 % of the region where the
   /// base was fixed, with 98 % confidence; where the
-  /// base frame lies is left aside (calib/uncertainty/bound.h).
+  /// base frame lies is left aside (calib/estimate/predict.h).
   double u95_m = 0.0;
 };
 

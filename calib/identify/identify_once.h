@@ -1,7 +1,7 @@
 #pragma once
 // The calibration of one set of touches, taking cell file and touches at their word: estimate,
 // figures of uncertainty, what does not agree, verdict. Which mistake explains a result that is
-// withheld is asked elsewhere (calib/diagnose); it identifies again and again, each time as stated.
+// withheld is asked elsewhere (calib/identify); it identifies again and again, each time as stated.
 
 #include <string>
 #include <variant>

@@ -1,6 +1,6 @@
 #pragma once
 // What the checks of one calibration say together: does the cell creep, since when, how fast, and what to do.
-// calib/drift works it out, calib/words has its sentences, calib/files writes it.
+// calib/check works it out, calib/result has its sentences, calib/files writes it.
 
 #include <Eigen/Core>
 #include <cstddef>

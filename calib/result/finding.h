@@ -1,7 +1,7 @@
 #pragma once
 // What an identification found out that a user has to know: a value, not a sentence. What it is,
 // how much it weighs, what it is about, and the numbers that it rests on. Sentences are made where
-// they are read, and nowhere else (calib/words); code asks for kinds.
+// they are read, and nowhere else (calib/result); code asks for kinds.
 
 #include <Eigen/Core>
 #include <cstddef>

@@ -1,7 +1,7 @@
 #pragma once
 // What a few touches say of a calibration that was made before: whether it holds, how far the tool's
 // tip has shifted since, and what has changed, with what speaks for every other explanation.
-// calib/check works it out, calib/words has its sentences, calib/files writes it.
+// calib/check works it out, calib/result has its sentences, calib/files writes it.
 
 #include <Eigen/Core>
 #include <cstddef>

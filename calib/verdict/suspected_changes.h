@@ -1,6 +1,6 @@
 #pragma once
 // Targets, a joint or the tool that may have moved or jumped during the session: by the score test,
-// without solving anew. No more than reasons to look closer (calib/diagnose/jump.h).
+// without solving anew. No more than reasons to look closer (calib/identify/jump.h).
 
 #include <vector>
 
