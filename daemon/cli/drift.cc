@@ -11,7 +11,6 @@
 #include "calib/result/update.h"
 #include "daemon/api/http/http.h"
 #include "daemon/cli/ask.h"
-#include "daemon/cli/offline/exit_status.h"
 #include "daemon/cli/offline/offline.h"
 
 namespace cellcal::daemon {

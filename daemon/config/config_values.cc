@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "calib/files/text.h"
-#include "daemon/files/printable.h"
+#include "daemon/files/system_words.h"
 #include "drivers/error.h"
 #include "drivers/kuka/wire/xml_values.h"
 

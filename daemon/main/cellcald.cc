@@ -7,7 +7,6 @@
 #include <cstdio>
 
 #include "calib/estimate/solve.h"
-#include "daemon/files/printable.h"
 #include "daemon/files/system_words.h"
 #include "daemon/main/daemon.h"
 #include "daemon/main/log.h"

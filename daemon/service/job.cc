@@ -15,8 +15,7 @@
 #include "daemon/qualification/contact_delay.h"
 #include "daemon/session/rules.h"
 #include "daemon/tasks/recorded/check_against.h"
-#include "daemon/tasks/recorded/inputs.h"
-#include "daemon/tasks/recorded/last_calibration.h"
+#include "daemon/tasks/recorded/options.h"
 
 namespace cellcal::daemon {
 

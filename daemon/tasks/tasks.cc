@@ -20,7 +20,6 @@
 #include "calib/plan/touch_sequence.h"
 #include "daemon/files/correction_limit.h"
 #include "daemon/tasks/check_tasks.h"
-#include "daemon/tasks/dry_run_tasks.h"
 #include "daemon/tasks/find_tasks.h"
 #include "daemon/tasks/qualification_tasks.h"
 #include "daemon/tasks/recorded/estimate.h"

@@ -4,7 +4,7 @@
 
 #include "calib/files/check_json.h"
 #include "calib/model/units.h"
-#include "daemon/web/json.h"
+#include "daemon/web/scene.h"
 
 namespace cellcal::daemon::web {
 

@@ -6,7 +6,7 @@
 #include "calib/model/units.h"
 #include "calib/result/finding.h"
 #include "daemon/result/outcome_json.h"
-#include "daemon/web/json.h"
+#include "daemon/web/scene.h"
 
 namespace cellcal::daemon::web {
 

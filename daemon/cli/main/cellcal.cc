@@ -16,8 +16,8 @@
 
 #include "calib/estimate/solve.h"
 #include "calib/files/text.h"
-#include "daemon/cli/commands/app.h"
-#include "daemon/cli/offline/exit_status.h"
+#include "daemon/cli/commands/commands.h"
+#include "daemon/cli/offline/offline.h"
 #include "daemon/files/system_words.h"
 
 namespace {

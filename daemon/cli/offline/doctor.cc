@@ -9,7 +9,6 @@
 #include "calib/files/files.h"
 #include "calib/files/input_file.h"
 #include "daemon/api/http/http.h"
-#include "daemon/cli/offline/exit_status.h"
 #include "daemon/cli/offline/offline.h"
 #include "daemon/config/config.h"
 

@@ -6,7 +6,6 @@
 #include <nlohmann/json.hpp>
 
 #include "calib/files/input_file.h"
-#include "daemon/cli/offline/exit_status.h"
 #include "daemon/cli/offline/offline.h"
 #include "daemon/krl/frames.h"
 

@@ -100,3 +100,13 @@ std::optional<calib::Calibration> usable_calibration(const std::string& command,
 void put(const std::string& text, const std::filesystem::path& output);
 
 }  // namespace cellcal::daemon
+
+namespace cellcal::daemon {
+
+// A promise to scripts.
+inline constexpr int kSuccess = 0;
+inline constexpr int kJobFailed = 1;
+inline constexpr int kWrongUsage = 2;
+inline constexpr int kNotPublishable = 3;
+
+}  // namespace cellcal::daemon

@@ -2,14 +2,46 @@
 // From the broker to the database, until it is told to stop.
 
 #include <atomic>
+#include <chrono>
 #include <cstdint>
 #include <functional>
+#include <map>
+#include <string>
+#include <vector>
 
 #include "daemon/fleet/collect/broker.h"
-#include "daemon/fleet/collect/meters.h"
 #include "daemon/fleet/store/store.h"
+#include "daemon/plant/messages/names.h"
 
 namespace cellcal::daemon::fleet {
+
+// How much each cell may send. Each has a store of messages and of bytes that fills by time.
+
+struct Allowance {
+  double messages_per_s = 20.0;
+  double burst = 50'000.0;  ///< messages; a week offline with one health fact a minute has 10 080
+  double bytes_per_day = 1.0e9;  ///< as many at once, too
+};
+
+/// One thread.
+class Meters {
+ public:
+  using Time = std::chrono::steady_clock::time_point;
+
+  explicit Meters(Allowance allowance) : allowance_(allowance) {}
+  /// False: it has used up what it may. A message without a cell counts to one that all such share.
+  bool allows(const plant::CellName& cell, std::size_t bytes, Time now);
+
+ private:
+  struct Meter {
+    double messages = 0.0, bytes = 0.0;  ///< left
+    Time at;
+  };
+  Meter& meter_of(const plant::CellName& cell, Time now);
+
+  Allowance allowance_;
+  std::map<plant::CellName, Meter> meters_;
+};
 
 struct CollectorConfig {
   BrokerConfig broker;
@@ -47,5 +79,17 @@ class Collector {
   Meters meters_;
   Counters counters_;
 };
+
+// What is in quarantine, read a second time: by a newer program, or where there is more room.
+
+struct Reread {
+  std::size_t stored = 0;   ///< facts and presences that are now taken, and no longer in quarantine
+  std::size_t twice = 0;    ///< facts that had come meanwhile; no longer in quarantine
+  std::size_t refused = 0;  ///< still, and kept
+  std::vector<std::string> cut;  ///< kept in part by an older program; of each its topic and bytes
+};
+
+/// Twice is as good as once, and beside collectors at work. Throws StoreAway; what was read by then is done.
+Reread reread_quarantine(Store& store);
 
 }  // namespace cellcal::daemon::fleet

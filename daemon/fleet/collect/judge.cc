@@ -5,8 +5,8 @@
 #include <optional>
 
 #include "calib/model/error.h"
-#include "daemon/files/printable.h"
-#include "daemon/plant/messages/fact_json.h"
+#include "daemon/files/system_words.h"
+#include "daemon/plant/messages/fact.h"
 #include "daemon/plant/messages/presence.h"
 
 namespace cellcal::daemon::fleet {

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "daemon/fleet/collect/meters.h"
+#include "daemon/fleet/collect/collector.h"
 #include "daemon/fleet/store/batch.h"
 
 namespace cellcal::daemon::fleet {

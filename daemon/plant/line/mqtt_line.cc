@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "calib/files/input_file.h"
-#include "daemon/files/printable.h"
+#include "daemon/files/system_words.h"
 
 namespace cellcal::daemon::plant {
 

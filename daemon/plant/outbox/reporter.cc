@@ -8,7 +8,7 @@
 #include "calib/files/toml.h"
 #include "calib/model/units.h"
 #include "calib/verdict/change.h"
-#include "daemon/plant/messages/fact_json.h"
+#include "daemon/plant/messages/fact.h"
 #include "daemon/result/outcome_json.h"
 #include "daemon/tasks/recorded/options.h"
 

@@ -14,7 +14,6 @@
 #include "calib/files/input_file.h"
 #include "daemon/journal/database/chain.h"
 #include "daemon/journal/rows.h"
-#include "daemon/tasks/recorded/inputs.h"
 #include "daemon/tasks/recorded/options.h"
 #include "tests/calib/random_calibration.h"
 #include "tests/daemon/journal/temporary_directory.h"

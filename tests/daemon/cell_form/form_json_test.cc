@@ -1,5 +1,3 @@
-#include "daemon/cell_form/form_json.h"
-
 #include <gtest/gtest.h>
 
 #include <limits>
@@ -8,8 +6,8 @@
 #include "calib/files/files.h"
 #include "calib/files/input_file.h"
 #include "calib/model/error.h"
+#include "daemon/cell_form/cell_form.h"
 #include "daemon/cell_form/cell_text.h"
-#include "daemon/cell_form/kept.h"
 #include "example.h"
 
 namespace cellcal::daemon::testing {

@@ -13,7 +13,6 @@
 #include <nlohmann/json.hpp>
 
 #include "calib/files/input_file.h"
-#include "daemon/tasks/recorded/inputs.h"
 #include "daemon/tasks/recorded/options.h"
 #include "tests/daemon/certificate/origins.h"
 #include "tests/daemon/certificate/recorded.h"

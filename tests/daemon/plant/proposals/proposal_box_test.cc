@@ -8,7 +8,6 @@
 
 #include "calib/files/input_file.h"
 #include "calib/model/error.h"
-#include "daemon/plant/proposals/proposals_file.h"
 #include "tests/daemon/journal/temporary_directory.h"
 
 namespace cellcal::daemon::plant {

@@ -22,7 +22,7 @@
 #include "calib/files/input_file.h"
 #include "cell_line.h"
 #include "daemon/journal/store/sqlite.h"
-#include "daemon/plant/messages/fact_json.h"
+#include "daemon/plant/messages/fact.h"
 #include "daemon/plant/messages/proposal.h"
 #include "daemon/plant/outbox/reporter.h"
 #include "hostile_broker.h"
