@@ -15,7 +15,7 @@
 #include "calib/result/level.h"
 #include "calib/svg/svg.h"
 #include "daemon/report/drawing/scale.h"
-#include "daemon/report/report.h"
+#include "daemon/report/view.h"
 
 namespace cellcal::daemon::report {
 

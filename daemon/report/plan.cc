@@ -12,7 +12,7 @@
 #include "calib/plan/duration.h"
 #include "daemon/report/drawing/plan_picture.h"
 #include "daemon/report/drawing/scale.h"
-#include "daemon/report/report.h"
+#include "daemon/report/view.h"
 
 namespace cellcal::daemon::report {
 

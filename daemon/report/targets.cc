@@ -13,7 +13,7 @@
 #include "calib/svg/svg.h"
 #include "calib/verdict/artefacts.h"
 #include "daemon/report/drawing/scale.h"
-#include "daemon/report/report.h"
+#include "daemon/report/view.h"
 
 namespace cellcal::daemon::report {
 

@@ -10,7 +10,7 @@
 
 #include "calib/model/units.h"
 #include "daemon/report/drawing/scale.h"
-#include "daemon/report/report.h"
+#include "daemon/report/view.h"
 
 namespace cellcal::daemon::report {
 namespace {

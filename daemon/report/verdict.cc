@@ -12,7 +12,7 @@
 #include "calib/result/finding.h"
 #include "calib/result/unidentifiable.h"
 #include "daemon/report/drawing/scale.h"
-#include "daemon/report/report.h"
+#include "daemon/report/view.h"
 
 namespace cellcal::daemon::report {
 

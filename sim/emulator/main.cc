@@ -105,7 +105,7 @@ int run_rsi(const sim::EmulatorOptions& options, const calib::Cell& cell) {
   sim::ContactWatch watch(emulated.physical, [&](drivers::TimePoint t, bool closed) {
     emulated.sensor->edge(t, closed);
   });
-  emulated.sensor.on_output([&free](drivers::TimePoint, bool is) { free = is; });
+  emulated.sensor->on_output([&free](drivers::TimePoint, bool is) { free = is; });
   sim::KrcUdpOptions udp;
   udp.pc_address = options.pc_address;
   udp.pc_port = options.pc_port;

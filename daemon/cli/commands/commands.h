@@ -4,15 +4,10 @@
 #include <CLI/CLI.hpp>
 #include <charconv>
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <string>
 
 #include "daemon/cli/client.h"
-
-namespace CLI {
-class App;
-}
 
 namespace cellcal::daemon {
 
@@ -30,31 +25,11 @@ void add_versions_commands(CLI::App& app, int& status);
 void add_proposal_commands(CLI::App& app, int& status);
 void add_priors_commands(CLI::App& app, int& status);
 
-}  // namespace cellcal::daemon
-
-namespace CLI {
-class App;
-}
-
-namespace cellcal::daemon {
-
 /// All commands of cellcal with their help; the one that is named sets `status` and may throw.
 void describe_cellcal(CLI::App& app, int& status);
 
-}  // namespace cellcal::daemon
-
-namespace CLI {
-class App;
-}
-
-namespace cellcal::daemon {
-
 /// --socket and --json.
 std::shared_ptr<Connection> add_connection(CLI::App* command);
-
-}  // namespace cellcal::daemon
-
-namespace cellcal::daemon {
 
 /// Of an option or argument that is a session's number.
 inline CLI::Validator session_number() {

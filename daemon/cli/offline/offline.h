@@ -99,10 +99,6 @@ std::optional<calib::Calibration> usable_calibration(const std::string& command,
 /// To the file, wholly or not at all, or to standard output where no file is named.
 void put(const std::string& text, const std::filesystem::path& output);
 
-}  // namespace cellcal::daemon
-
-namespace cellcal::daemon {
-
 // A promise to scripts.
 inline constexpr int kSuccess = 0;
 inline constexpr int kJobFailed = 1;
