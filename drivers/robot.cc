@@ -34,6 +34,20 @@ const char* to_string(InputPath path) {
   return "none";
 }
 
+const char* to_string(ControllerRequest request) {
+  switch (request) {
+    case ControllerRequest::kBrakeTest:
+      return "brake test";
+    case ControllerRequest::kMasteringTest:
+      return "mastering test";
+    case ControllerRequest::kCollision:
+      return "collision detected";
+    case ControllerRequest::kNone:
+      break;
+  }
+  return "nothing";
+}
+
 const char* to_string(MoveOutcome outcome) {
   switch (outcome) {
     case MoveOutcome::kArrived:

@@ -141,14 +141,24 @@ const char* to_string(OperatingMode mode);
 /// The second stop path: the controller's input that the contact sensor's output is wired to, read in
 /// the robot's own cycle.
 enum class InputPath : std::uint8_t {
-  kNone,      ///< not configured, or this link has none
-  kUntold,    ///< configured, and the newest packet does not have it
+  kNone,    ///< not configured, or this link has none
+  kUntold,  ///< configured, and the newest packet does not have it
   kUnproven,  ///< it has not followed a touch lately: the sensor's bytes alone say that nothing is touched
   kFollows,
   kMissed,  ///< a touch did not show at it: it stops nothing
 };
 
 const char* to_string(InputPath path);
+
+/// What the controller asks for, as far as its link tells.
+enum class ControllerRequest : std::uint8_t {
+  kNone,
+  kBrakeTest,      ///< due: it stops by itself some time later
+  kMasteringTest,  ///< likewise
+  kCollision,      ///< it has detected one: somebody has to look
+};
+
+const char* to_string(ControllerRequest request);
 
 /// Link quality, for the status page and the log. 0 where a link has no such figure.
 struct RobotQuality {
@@ -179,6 +189,7 @@ struct RobotState {
   std::optional<int> override_percent;  ///< of the programmed speed; none: the link does not tell
   InputPath input_path = InputPath::kNone;
   std::uint32_t stops_by_input = 0;  ///< by it, before the sensor's bytes
+  ControllerRequest request = ControllerRequest::kNone;
   bool needs_operator = false;  ///< the link is up; drives or program have to be started
   bool unsettled = false;       ///< the link is up, and not yet fit for rereference()
   std::string words;            ///< for people: what is wrong and what to check

@@ -128,6 +128,9 @@ void put_robot(Exposition& out, const drivers::RobotState& robot) {
               static_cast<double>(q.bad_packets));
   out.counter("cellcal_robot_late_replies_total", "Late replies as the controller counts them.",
               static_cast<double>(robot.late));
+  out.counter("cellcal_robot_stops_by_input_total",
+              "Stops by the controller's contact input, before the sensor's bytes.",
+              static_cast<double>(robot.stops_by_input));
   out.histogram("cellcal_robot_reply_seconds", "From a packet to its reply.", q.reply_times);
   out.gauge("cellcal_robot_reply_worst_seconds", "The longest since the link was opened.",
             q.reply_max_s);

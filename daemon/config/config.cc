@@ -203,6 +203,11 @@ void read_controller(const TomlTable& table, DaemonConfig& config) {
   }
   files.state_ms = integer_or(table, "state_ms", files.state_ms, 12, 100);
   files.dead_man_ms = integer_or(table, "dead_man_ms", files.dead_man_ms, 100, 1000);
+  files.may_run = table.boolean_or("run_programs", false);
+  files.cell_wait_s = integer_or(table, "cell_wait_s", files.cell_wait_s, 10, 7200);
+  files.brake_test_output = integer_or(table, "brake_test_output", 0, 0, 8192);
+  files.mastering_test_output = integer_or(table, "mastering_test_output", 0, 0, 8192);
+  files.collision_output = integer_or(table, "collision_output", 0, 0, 8192);
   if (config.eki.silence_s < kStatesOfSilence * files.state_ms * kMs) {
     table.fail("state_ms", "must be at most a quarter of silence_ms of [eki], " +
                                std::to_string(std::lround(config.eki.silence_s / kMs)) +
@@ -229,6 +234,25 @@ void read_controller(const TomlTable& table, DaemonConfig& config) {
   rsi.load = files.load;
   rsi.flag = integer_or(table, "interrupted_flag", files.alive_flag, 1, 999);
   table.refuse_unknown();
+}
+
+/// Whether the program can come to run as it is said. An emulated one always does.
+void check_program_start(const TomlTable& table, DaemonConfig& config) {
+  ProgramStart& start = config.schedule.program_start;
+  const bool rsi = wire_of(config) == WireKind::kRsi;
+  if (rsi && (start == ProgramStart::kLeftRunning || start == ProgramStart::kRun)) {
+    table.fail("program_start",
+               "must be \"cell\" over RSI: each session ends CELLCAL_RSI, and only CELL.SRC calls it "
+               "again (drivers/kuka/krl/README.md, 'Unattended at night')");
+  }
+  if (start == ProgramStart::kRun && !config.controller.may_run) {
+    table.fail("program_start",
+               "is \"run\", and [controller] run_programs is not true: the controller would refuse. "
+               "Set it, make the controller's files again and install them");
+  }
+  if (config.backend == BackendKind::kMock && start == ProgramStart::kNone)
+    start = ProgramStart::kCell;
+  config.eki.run_program = start == ProgramStart::kRun;
 }
 
 /// What both sides of RSI have to agree on.
@@ -330,6 +354,7 @@ DaemonConfig read(const TomlTable& table) {
   config.notify = read_notify(table.table_or_empty("notify"));
   config.plant = read_plant(table.table_or_empty("plant"));
   config.schedule = read_schedule(table.table_or_empty("schedule"));
+  check_program_start(table.table_or_empty("schedule"), config);
   read_motion(table.table_or_empty("motion"), config);
   read_rsi(table.table_or_empty("rsi"), config);
   share_with_rsi_files(config);
@@ -351,6 +376,14 @@ DaemonConfig load_config(const std::filesystem::path& path) {
   DaemonConfig config = read(TomlTable::load(path));
   config.text_sha256 = calib::sha256(calib::read_file(path, calib::kMostTomlBytes));
   return config;
+}
+
+std::string unattended_obstacle(const DaemonConfig& config) {
+  const ScheduleConfig& schedule = config.schedule;
+  if (!schedule.unattended || schedule.sessions.empty()) return {};
+  if (schedule.program_start != ProgramStart::kNone) return {};
+  return "[schedule] program_start is \"none\": nothing starts the controller's program without a person, "
+         "and no session begins. Set it up (drivers/kuka/krl/README.md, 'Unattended at night')";
 }
 
 double correction_limit_rad(const DaemonConfig& config) {

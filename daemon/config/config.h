@@ -89,6 +89,9 @@ WireKind wire_of(const DaemonConfig& config);
 DaemonConfig load_config(const std::filesystem::path& path);
 DaemonConfig parse_config(std::string_view text, const std::string& name);
 
+/// Why no session of [schedule] would begin without a person, with what to do; empty: nothing against it.
+std::string unattended_obstacle(const DaemonConfig& config);
+
 /// How far any axis may go from where it stands at RSI_ON.
 double correction_limit_rad(const DaemonConfig& config);
 

@@ -103,10 +103,21 @@ bool says_something(const TomlTable& table) {
   return false;
 }
 
+ProgramStart read_program_start(const TomlTable& table) {
+  if (!table.has("program_start")) return ProgramStart::kNone;
+  const std::string word =
+      table.word("program_start", {"none", "left running", "cell", "run"});
+  return word == "cell"           ? ProgramStart::kCell
+         : word == "run"          ? ProgramStart::kRun
+         : word == "left running" ? ProgramStart::kLeftRunning
+                                  : ProgramStart::kNone;
+}
+
 }  // namespace
 
 ScheduleConfig read_schedule(const TomlTable& table) {
   ScheduleConfig schedule;
+  schedule.program_start = read_program_start(table);
   schedule.unattended = table.boolean_or("unattended", false);
   schedule.responsible = table.string_or("responsible", "");
   if (schedule.unattended && schedule.responsible.empty()) {

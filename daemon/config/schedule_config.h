@@ -37,9 +37,18 @@ struct ScheduledSession {
   bool operator==(const ScheduledSession&) const = default;
 };
 
+/// How the controller's program comes to run without a person.
+enum class ProgramStart {
+  kNone,         ///< it does not: nothing begins unattended
+  kLeftRunning,  ///< EKI: somebody leaves CELLCAL_EKI running in AUT or EXT
+  kCell,         ///< CELL.SRC in EXT calls it, as the PLC tells
+  kRun           ///< EKI: the submit program starts it in EXT, where its files permit it
+};
+
 struct ScheduleConfig {
   bool unattended = false;  ///< somebody answers for it that the cell is clear within the windows
   std::string responsible;  ///< who; not empty where unattended
+  ProgramStart program_start = ProgramStart::kNone;
   int resumes = 0;          ///< of one session, after harmless failures
   double resume_wait_s = 120.0;
   std::vector<ScheduledSession> sessions;

@@ -51,6 +51,7 @@ void examine(const DoctorRequest& request, Findings& findings) {
   if (!config) return;
   const std::optional<calib::Cell> cell = look_at_cell(request, *config, findings);
   look_at_files(request, *config, cell, findings);
+  look_at_schedule(*config, findings);
   const std::optional<DaemonSeen> daemon = look_at_daemon(*config, findings);
   if (daemon) look_at_plant(*config, findings);
   const std::optional<ProcessRights> rights = daemon ? daemon->rights : std::nullopt;

@@ -125,44 +125,42 @@ void judge_readiness(const EkiSeen& seen, Findings& findings) {
   }
 }
 
-void judge_input(const EkiSeen& seen, const EkiExpected& expected, Findings& findings) {
-  const std::string check = "eki contact input";
-  const std::string input = fmt::format("$IN[{}]", expected.input);
-  if (!expected.by_input) {
-    return findings.ok(check, "not used: [eki] stop = \"flag\"");
-  }
-  if (seen.input_on_while_open) {
+
+}  // namespace
+
+void judge_input(const std::string& check, const InputSeen& seen, int number, bool contact_is_on,
+                 Findings& findings) {
+  const std::string input = fmt::format("$IN[{}]", number);
+  if (seen.on_while_open) {
     findings.fail(
         check, input + " is at its contact level although the contact circuit is open",
         fmt::format("check the input's number, the wire to the sensor's box, and [controller] "
                     "contact_level (\"{}\": the input during contact)",
-                    expected.contact_is_on ? "on" : "off"));
-  } else if (seen.contact_changed && !seen.input_changed) {
+                    contact_is_on ? "on" : "off"));
+  } else if (seen.contact_changed && !seen.changed) {
     findings.fail(check, "the sensor detected a contact, but " + input + " did not change",
                   "check the wire from the sensor's output to the controller's input, and "
                   "[controller] input");
-  } else if (seen.input_changed && seen.contact_changed && expected.contact_is_on) {
+  } else if (seen.changed && seen.contact_changed && contact_is_on) {
     findings.warn(check,
                   input + " changed with the contact; but a broken wire would read as no contact",
                   "set [controller] contact_level = \"off\", wire the sensor's own output "
                   "(drivers/contact/firmware/README.md), and make the controller's files again");
-  } else if (seen.input_changed && seen.contact_changed) {
+  } else if (seen.changed && seen.contact_changed) {
     findings.ok(check, input + " changed with the contact: correctly wired");
-  } else if (seen.input_changed) {
+  } else if (seen.changed) {
     findings.fail(check, input + " changed although the sensor detected no contact",
                   "check what else is wired to it, and [controller] input");
-  } else if (seen.newest.input) {
-    findings.warn(check, input + " is on, and the contact is closed or unknown",
+  } else if (seen.on) {
+    findings.warn(check, input + " is at its contact level, and the contact is closed or unknown",
                   "jog the tool free and run 'cellcal doctor' again");
   } else {
     findings.warn(
-        check, input + " is off, as expected; its wire was not tested",
+        check, input + " is as expected of an open contact; its wire was not tested",
         "run 'cellcal doctor --for 30' once, and meanwhile touch the tool with a wire from a "
         "sphere's stand");
   }
 }
-
-}  // namespace
 
 void judge_eki(const EkiSeen& seen, const EkiExpected& expected, Findings& findings) {
   const bool fine = judge_connection(seen, findings) && judge_states(seen, findings);
@@ -176,7 +174,11 @@ void judge_eki(const EkiSeen& seen, const EkiExpected& expected, Findings& findi
   judge_elements(seen, findings);
   judge_decimals(seen, findings);
   judge_readiness(seen, findings);
-  judge_input(seen, expected, findings);
+  if (expected.by_input) {
+    judge_input("eki contact input", seen.input, expected.input, expected.contact_is_on, findings);
+  } else {
+    findings.ok("eki contact input", "not used: [eki] stop = \"flag\"");
+  }
 }
 
 }  // namespace cellcal::daemon

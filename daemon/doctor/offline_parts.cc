@@ -152,6 +152,22 @@ std::vector<drivers::FileFinding> verify_folder(const DaemonConfig& config, Wire
                                    config.rsi.mode);
 }
 
+void look_at_schedule(const DaemonConfig& config, Findings& findings) {
+  const std::string check = "unattended start";
+  const ScheduleConfig& schedule = config.schedule;
+  if (!schedule.unattended || schedule.sessions.empty()) return;
+  if (const std::string obstacle = unattended_obstacle(config); !obstacle.empty())
+    return findings.fail(check, obstacle, "begin sessions by hand until then: unattended = false");
+  // The PLC calls the program within this time; a program that is called later finds nobody listening.
+  constexpr std::chrono::minutes kEnough{5};
+  if (schedule.program_start == ProgramStart::kCell && config.timeouts.connecting < kEnough)
+    return findings.warn(check,
+                         fmt::format("program_start = \"cell\", and a session waits {:.0f} s for it",
+                                     std::chrono::duration<double>(config.timeouts.connecting).count()),
+                         "set [session] connect_wait_s to 600, and have the PLC call it within that time");
+  findings.ok(check, "the controller's program starts without a person, as [schedule] program_start says");
+}
+
 void look_at_files(const DoctorRequest& request, const DaemonConfig& config,
                    const std::optional<calib::Cell>& cell, Findings& findings) {
   const std::string check = "controller files";

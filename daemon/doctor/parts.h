@@ -26,6 +26,9 @@ std::vector<drivers::FileFinding> verify_folder(const DaemonConfig& config, Wire
 void look_at_files(const DoctorRequest& request, const DaemonConfig& config,
                    const std::optional<calib::Cell>& cell, Findings& findings);
 
+/// Whether the controller's program comes to run where nobody is there to start it.
+void look_at_schedule(const DaemonConfig& config, Findings& findings);
+
 /// The daemon on its socket. Nothing: it does not answer.
 struct DaemonSeen {
   std::string status;    ///< JSON of GET /v1/status

@@ -14,6 +14,16 @@
 
 namespace cellcal::daemon {
 
+/// The controller's contact input beside the sensor, while both were looked at.
+struct InputSeen {
+  bool changed = false, contact_changed = false;
+  /// While the contact circuit was open and nothing changed: the input as it should not be.
+  bool on_while_open = false;
+  bool on = false;  ///< newest: at its contact level
+};
+void judge_input(const std::string& check, const InputSeen& seen, int input, bool contact_is_on,
+                 Findings& findings);
+
 /// Of a link over RSI that was only listened to and held still.
 struct RsiSeen {
   drivers::CoreState newest;        ///< of the link while it was up, if it ever was
@@ -28,6 +38,7 @@ struct RsiSeen {
   std::uint64_t foreign = 0;
   /// How many replies took at most so many milliseconds: the histogram, coarsely.
   std::vector<std::pair<double, std::uint64_t>> replies_within;
+  InputSeen input;
   std::string last_words;  ///< newest words of the adapter
   std::string listening;   ///< "UDP 10.0.0.5:49152"
 };
@@ -37,6 +48,7 @@ struct RsiExpected {
   int late_limit = 3;
   bool in_space = false;  ///< [rsi] correction = "space"
   bool mode = true, override_percent = true;  ///< [rsi] mode_tag, override_tag: read
+  int input = 0;  ///< $IN of [rsi] contact_tag; 0: there is no second stop path
 };
 
 void judge_rsi(const RsiSeen& seen, const RsiExpected& expected, Findings& findings);
@@ -51,9 +63,7 @@ struct EkiSeen {
   double observed_s = 0.0, waited_s = 0.0;
   std::string last_words;
   std::string peer;                                     ///< "172.31.1.147:54600"
-  bool input_changed = false, contact_changed = false;  ///< while it was looked at
-  /// While the contact circuit was open and nothing changed: the input as it should not be.
-  bool input_on_while_open = false;
+  InputSeen input;
 };
 
 struct EkiExpected {

@@ -170,6 +170,15 @@ void judge_state(const RsiSeen& seen, const RsiExpected& expected, Findings& fin
   }
 }
 
+void judge_second_path(const RsiSeen& seen, const RsiExpected& expected, Findings& findings) {
+  const std::string check = "rsi contact input";
+  if (seen.newest.input_path == drivers::InputPath::kUntold) {
+    return findings.fail(check, "not sent, but [rsi] contact_tag is set",
+                         "install the files of 'cellcal kuka-files' anew: they send it");
+  }
+  judge_input(check, seen.input, expected.input, false, findings);
+}
+
 /// Corrections in space go wrong by as much as controller and files see the TCP apart.
 void judge_tcp(const RsiSeen& seen, Findings& findings) {
   const std::string check = "rsi tool";
@@ -255,6 +264,7 @@ void judge_rsi(const RsiSeen& seen, const RsiExpected& expected, Findings& findi
       findings.skip(check, "no packets");
     }
     if (expected.in_space) findings.skip("rsi tool", "no packets");
+    if (expected.input > 0) findings.skip("rsi contact input", "no packets");
     return;
   }
   judge_sender(seen, findings);
@@ -262,6 +272,7 @@ void judge_rsi(const RsiSeen& seen, const RsiExpected& expected, Findings& findi
   judge_decimals(seen, findings);
   judge_elements(seen, findings);
   judge_state(seen, expected, findings);
+  if (expected.input > 0) judge_second_path(seen, expected, findings);
   if (expected.in_space) judge_tcp(seen, findings);
   judge_replies(seen, expected, findings);
   judge_times(seen, findings);

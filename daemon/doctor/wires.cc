@@ -275,8 +275,32 @@ bool Wires::open_rsi(drivers::RsiRobot& robot) {
   return true;
 }
 
+/// What input and sensor say beside each other.
+class InputWatch {
+ public:
+  void look(bool input, bool closed, bool circuit_good) {
+    if (!first_input_) first_input_ = input;
+    if (!first_contact_) first_contact_ = closed;
+    seen_.on = input;
+    seen_.changed = seen_.changed || input != *first_input_;
+    seen_.contact_changed = seen_.contact_changed || closed != *first_contact_;
+    always_on_while_open_ = always_on_while_open_ && circuit_good && input && !closed;
+  }
+  InputSeen seen() const {
+    InputSeen all = seen_;
+    all.on_while_open = first_input_ && always_on_while_open_;
+    return all;
+  }
+
+ private:
+  InputSeen seen_;
+  std::optional<bool> first_input_, first_contact_;
+  bool always_on_while_open_ = true;
+};
+
 RsiSeen Wires::watch(drivers::RsiRobot& robot) {
   RsiSeen seen;
+  InputWatch input;
   seen.listening = fmt::format("UDP {}:{}", config_.rsi.bind_address, config_.rsi.port);
   const Steady::time_point begun = Steady::now();
   std::optional<Steady::time_point> up, settled, over;
@@ -294,6 +318,8 @@ RsiSeen Wires::watch(drivers::RsiRobot& robot) {
       seen.state = state;
     }
     seen.up = up.has_value();
+    if (up && core.input_path != drivers::InputPath::kUntold)
+      input.look(core.input_contact, contact_seen_.newest.in_contact, contact_good_);
     seen.answered = seen.answered || core.replies > 0;
     seen.refused = seen.refused || core.trouble == drivers::Trouble::kNotAccepted;
     seen.lost = seen.lost || core.link == drivers::RobotLink::kLost;
@@ -310,6 +336,7 @@ RsiSeen Wires::watch(drivers::RsiRobot& robot) {
     std::this_thread::sleep_for(kLook);
   }
   seen.observed_s = up ? since(*up) : 0.0;
+  seen.input = input.seen();
   seen.sender = robot.sender();
   for (const auto limit : {100us, 250us, 500us, 1000us, 2000us}) {
     seen.replies_within.emplace_back(limit.count() * 1e-3, robot.reply_times().within(limit));
@@ -331,7 +358,7 @@ void Wires::rsi() {
   const drivers::RsiConfig& rsi = config_.rsi;
   judge_rsi(seen,
             {rsi.sentype, rsi.late_replies_limit, rsi.space.on, !rsi.mode_tag.empty(),
-             !rsi.override_tag.empty()},
+             !rsi.override_tag.empty(), rsi.contact_tag.empty() ? 0 : config_.controller.input},
             findings_);
   if (!seen.up) return robot.close();
   judge_angles("rsi joint angles", seen.state.actual_rad, robot_, findings_);
@@ -355,8 +382,7 @@ EkiSeen Wires::watch(drivers::EkiRobot& robot) {
   seen.peer = fmt::format("{}:{}", config_.eki.address, config_.eki.port);
   const Steady::time_point begun = Steady::now();
   std::optional<Steady::time_point> up;
-  std::optional<bool> first_input, first_contact;
-  bool always_on_while_open = true;
+  InputWatch input;
   while (true) {
     look_at_contact();
     const drivers::EkiCoreState core = robot.core_state();
@@ -371,14 +397,7 @@ EkiSeen Wires::watch(drivers::EkiRobot& robot) {
     }
     seen.up = up.has_value();
     seen.lost = seen.lost || (up && !linked);
-    if (linked) {
-      const bool closed = contact_seen_.newest.in_contact;
-      if (!first_input) first_input = core.input;
-      if (!first_contact) first_contact = closed;
-      seen.input_changed = seen.input_changed || core.input != *first_input;
-      seen.contact_changed = seen.contact_changed || closed != *first_contact;
-      always_on_while_open = always_on_while_open && contact_good_ && core.input && !closed;
-    }
+    if (linked) input.look(core.input, contact_seen_.newest.in_contact, contact_good_);
     seen.waited_s = since(begun);
     if (!up && seen.waited_s >= request_.wait_s) break;
     if (up && since(*up) >= request_.observe_s) break;
@@ -386,7 +405,7 @@ EkiSeen Wires::watch(drivers::EkiRobot& robot) {
     std::this_thread::sleep_for(kLook);
   }
   seen.observed_s = up ? since(*up) : 0.0;
-  seen.input_on_while_open = seen.up && always_on_while_open;
+  seen.input = input.seen();
   return seen;
 }
 

@@ -252,6 +252,8 @@ Api::ReadPosition position_reader(const LiveConfig& live) {
 }  // namespace
 
 void check_files_of(const DaemonConfig& config) {
+  if (const std::string obstacle = unattended_obstacle(config); !obstacle.empty())
+    throw drivers::ConfigError(obstacle);
   std::vector<std::filesystem::path> secrets;
   if (config.http) {
     check_tls(address_of(*config.http));

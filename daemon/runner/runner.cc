@@ -23,7 +23,7 @@ bool same(const Links& a, const Links& b) {
          a.interruption == b.interruption && a.interruptions == b.interruptions &&
          a.robot_session == b.robot_session && a.late == b.late &&
          a.needs_operator == b.needs_operator && a.unsettled == b.unsettled && a.mode == b.mode &&
-         a.override_percent == b.override_percent && a.robot_words == b.robot_words &&
+         a.override_percent == b.override_percent && a.request == b.request && a.robot_words == b.robot_words &&
          a.contact_words == b.contact_words;
 }
 
@@ -197,8 +197,9 @@ std::optional<Event> Runner::links_changed() {
                     robot.session,        robot.late,
                     robot.needs_operator, robot.unsettled,
                     robot.mode,           robot.override_percent,
-                    robot.words,          contact.link,
-                    contact.in_contact,   contact.can_guard_retreat,
+                    robot.request,        robot.words,
+                    contact.link,         contact.in_contact,
+                    contact.can_guard_retreat,
                     contact.self_test_ok, contact.clock_ok,
                     contact.fault,        contact.delivery,
                     contact.words};

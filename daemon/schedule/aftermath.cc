@@ -22,6 +22,7 @@ Aftermath{F::kContactSilent,     kAny, true,  true,  "the arm was stopped; the s
 Aftermath{F::kDevice,            kAny, true,  true,  "nothing has moved: the port may be back"},
 Aftermath{F::kLinkNotReady,      kAny, true,  true,  "nothing has moved: the link may come later"},
 Aftermath{F::kAttended,          kAny, false, true,  "nothing has moved; somebody works at the robot"},
+Aftermath{F::kControllerTest,    kAny, true,  true,  "the arm rests out of contact; the controller's own test comes first"},
 Aftermath{F::kIdentify,          kAny, false, true,  "the arm had finished; the same touches give the same answer"},
 Aftermath{F::kContactFault,      kAny, false, false, "a wire or the sensor is to be repaired"},
 Aftermath{F::kContactClosed,     kAny, false, false, "the tip touches something, or the line is shorted"},

@@ -22,6 +22,7 @@ enum class Verb {
 enum class Why {
   kNothing,
   kUnattendedOff,         ///< [schedule] unattended is not true
+  kNoProgramStart,        ///< nothing starts the controller's program: [schedule] program_start
   kFailedBefore,          ///< a session failed, harmfully
   kAbortedBefore,         ///< somebody stopped a session, or what was about to begin
   kLeftBefore,            ///< a session was interrupted: daemon killed, power off

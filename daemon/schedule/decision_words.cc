@@ -25,6 +25,7 @@ constexpr std::array kVerbs{Named{Verb::kBegun, "begun"},      Named{Verb::kResu
 
 constexpr std::array kReasons{Named{Why::kNothing, "nothing"},
                               Named{Why::kUnattendedOff, "unattended-off"},
+                              Named{Why::kNoProgramStart, "no-program-start"},
                               Named{Why::kFailedBefore, "failed-before"},
                               Named{Why::kAbortedBefore, "aborted-before"},
                               Named{Why::kLeftBefore, "interrupted-before"},
@@ -74,6 +75,9 @@ std::string why_words(const Decision& d) {
       return d.detail;
     case Why::kUnattendedOff:
       return "[schedule] unattended is not true: nothing moves without a person";
+    case Why::kNoProgramStart:
+      return "nothing starts the controller's program without a person. Set it up as "
+             "drivers/kuka/krl/README.md, 'Unattended at night', says, then [schedule] program_start";
     case Why::kFailedBefore:
       return fmt::format("session {} failed: {}. {}", d.session, d.detail, kRelease);
     case Why::kAbortedBefore:

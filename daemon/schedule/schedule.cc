@@ -26,6 +26,9 @@ constexpr UtcSeconds kKeepEvery = 3600;
 /// Behind a long time off, older nights are not told of one by one.
 constexpr UtcSeconds kLookBack = 8 * 86400;
 
+/// Against `resumes`: the controller's own test is no failure of the session.
+bool counts(const Failure& failure) { return failure.kind != FailureKind::kControllerTest; }
+
 double since_boot_s(Schedule::Steady at) {
   return std::chrono::duration<double>(at.time_since_epoch()).count();
 }
@@ -153,6 +156,8 @@ void Schedule::notice_ends(const Look& look) {
 
 Why Schedule::held(const Look& look, Decision& why) const {
   const Standing& cell = look.cell;
+  if (look.config.unattended && look.config.program_start == ProgramStart::kNone)
+    return Why::kNoProgramStart;
   if (state_.clock_doubt && look.config.unattended) {
     why.figure_s = state_.clock_doubt->set_by_s;
     return state_.clock_doubt->why;
@@ -325,7 +330,7 @@ void Schedule::follow_end(const Look& look) {
     decision.why = Why::kAbortedBefore;
   } else if (!may || own_->stopped) {
     decision.why = Why::kHarmful;
-  } else if (own_->resumes >= look.config.resumes) {
+  } else if (counts(cell.failure) && own_->resumes >= look.config.resumes) {
     decision.why = look.config.resumes > 0 ? Why::kResumesUsed : Why::kHarmless;
   } else {
     const std::chrono::duration<double> wait(look.config.resume_wait_s);
@@ -349,7 +354,9 @@ void Schedule::resume(const Look& look) {
   decision.figure_s = whole_s * look.cell.left_share;
   if (!look.config.unattended) {
     decision.why = Why::kUnattendedOff;
-  } else if (own_->resumes >= look.config.resumes) {
+  } else if (look.config.program_start == ProgramStart::kNone) {
+    decision.why = Why::kNoProgramStart;
+  } else if (counts(look.cell.failure) && own_->resumes >= look.config.resumes) {
     decision.why = Why::kResumesUsed;
   } else if (state_.clock_doubt) {
     decision.why = state_.clock_doubt->why;
@@ -368,7 +375,7 @@ void Schedule::resume(const Look& look) {
   }
   try {
     parts_.cell.resume(by(look.config, entry), look.cell.aborts);
-    ++own_->resumes;
+    if (counts(look.cell.failure)) ++own_->resumes;
     own_->resume_at.reset();
     decision.verb = Verb::kResumed;
   } catch (const NotNow&) {

@@ -116,6 +116,7 @@ struct Links {
   bool needs_operator = false, unsettled = false;
   drivers::OperatingMode mode = drivers::OperatingMode::kUnknown;
   std::optional<int> override_percent;  ///< none: not told
+  drivers::ControllerRequest request = drivers::ControllerRequest::kNone;
   std::string robot_words;
   drivers::ContactLink contact = drivers::ContactLink::kDown;
   bool in_contact = false;

@@ -36,6 +36,7 @@ enum class FailureKind {
   kIdentify,
   kReport,
   kAttended,         ///< a session without a person, and somebody works at the robot
+  kControllerTest,   ///< likewise, and the controller asks for its brake or mastering test
   kUnexpectedEvent,  ///< an event that the table does not list for this phase
 };
 

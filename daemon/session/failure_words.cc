@@ -231,7 +231,10 @@ std::string what(FailureKind kind, const State& state, const Event& event) {
     case FailureKind::kMoveRefused:
       return or_else(words, "the controller did not begin the move");
     case FailureKind::kNotFollowing:
-      return joined(or_else(words, "the arm does not follow its set-points"), kWhatStopsAnArm);
+      return joined(or_else(words, "the arm does not follow its set-points"),
+                    state.links.request == drivers::ControllerRequest::kCollision
+                        ? "collision detected by the controller: look at arm and tool"
+                        : kWhatStopsAnArm);
     case FailureKind::kStoppedElsewhere:
       return joined("the move was stopped by another source. Find it", words);
     case FailureKind::kTimeout:
@@ -246,6 +249,10 @@ std::string what(FailureKind kind, const State& state, const Event& event) {
       return or_else(words, "the journal's disk does not answer. Check the disk");
     case FailureKind::kAttended:
       return attended_words(event.links);
+    case FailureKind::kControllerTest:
+      return fmt::format("{} requested by the controller: unattended session ended before the next "
+                         "touch. Run the test",
+                         to_string(state.links.request));
     case FailureKind::kUnexpectedEvent:
       return joined(fmt::format("internal error: event '{}' in phase '{}'", to_string(event.kind),
                                 to_string(state.phase)),

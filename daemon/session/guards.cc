@@ -91,6 +91,17 @@ bool somebody_there(const State& state, const Event& event) {
   return state.unattended && known &&
          (by_hand(event.links.mode) || event.links.override_percent.value_or(kFull) != kFull);
 }
+/// While nobody is there to run it behind the session: the cell's own program does.
+bool test_requested(const State& state, const Event& event) {
+  using drivers::ControllerRequest;
+  const auto request =
+      event.kind == EventKind::kLinks ? event.links.request : state.links.request;
+  return state.unattended && (request == ControllerRequest::kBrakeTest ||
+                              request == ControllerRequest::kMasteringTest);
+}
+bool test_requested_between(const State& state, const Event& event) {
+  return test_requested(state, event) && !behind_last(state);
+}
 bool contact_faulty(const State& state, const Event& event) {
   // Where it is waited for, late bytes are no fault of the sensor.
   const bool waits = kAwaitingPhases.has(state.phase) && event.links.late_here();

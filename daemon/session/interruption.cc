@@ -46,6 +46,7 @@ Harm{F::kPlanChanged,       kAny, kNever, "it would be another session"},
 Harm{F::kIdentify,          kAny, kNever, "the same touches give the same answer"},
 Harm{F::kReport,            kAny, kNever, "the disk has to be checked first"},
 Harm{F::kAttended,          kAny, kNever, "somebody works at the robot"},
+Harm{F::kControllerTest,    kAny, kNever, "the controller's program is left for its test"},
 Harm{F::kUnexpectedEvent,   kAny, kNever, "the cause is not known"},
 };
 // clang-format on

@@ -251,6 +251,8 @@ const char* to_string(FailureKind kind) {
       return "report";
     case FailureKind::kAttended:
       return "attended";
+    case FailureKind::kControllerTest:
+      return "controller-test";
     case FailureKind::kUnexpectedEvent:
       return "unexpected-event";
   }

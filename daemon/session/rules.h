@@ -51,6 +51,8 @@ bool fresh_and_closed(const State&, const Event&);
 /// A mode in which somebody holds the enabling switch.
 bool by_hand(drivers::OperatingMode mode);
 bool somebody_there(const State&, const Event&);
+bool test_requested(const State&, const Event&);
+bool test_requested_between(const State&, const Event&);
 bool contact_faulty(const State&, const Event&);
 bool robot_lost(const State&, const Event&);
 bool links_ready(const State&, const Event&);

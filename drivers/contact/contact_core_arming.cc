@@ -12,9 +12,9 @@ namespace {
 using std::chrono::milliseconds;
 
 constexpr milliseconds kKeepAlivePeriod{CTP_KEEPALIVE_MS};
-/// An arming that is not answered by then is given up, unless answers may be later than that: before
-/// the sensor would let it lapse without keep-alives.
-constexpr milliseconds kArmTimeout{CTP_KEEPALIVE_LIMIT_MS * 8 / 10};
+/// An arming that is not answered by then is given up, unless answers may be later than that: before a
+/// sensor of firmware 1.1, which waits 100 ms for a keep-alive, would let it lapse.
+constexpr milliseconds kArmTimeout{80};
 constexpr milliseconds kMaxLifetime{0xFFFF};
 /// The sensor ends an arming itself; the host steps in only this much later.
 constexpr milliseconds kLifetimeGrace{100};

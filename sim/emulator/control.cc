@@ -12,6 +12,7 @@
 #include <charconv>
 #include <cstdio>
 #include <cstring>
+#include <optional>
 #include <stdexcept>
 #include <thread>
 #include <vector>
@@ -68,7 +69,8 @@ bool common(Server& krc, const std::vector<std::string_view>& words, const Mode&
       machine.emergency_stop(verb == "estop");
     } else if (words.size() == 1 && verb == "cancel") {
       machine.cancel_program();
-    } else if (words.size() == 1 && (verb == "t1" || verb == "t2" || verb == "aut")) {
+    } else if (words.size() == 1 &&
+               (verb == "t1" || verb == "t2" || verb == "aut" || verb == "ext")) {
       machine.mode(mode_of(verb));
     } else if (switched && verb == "drives") {
       machine.drives(on);
@@ -108,10 +110,11 @@ std::string status(const Controller& c) {
 }  // namespace
 
 const char* control_help() {
-  return "Commands: estop, release, drives on|off, t1, t2, aut, start on|off (the start key, in T1 "
+  return "Commands: estop, release, drives on|off, t1, t2, aut, ext, start on|off (the start key, in T1 "
          "and T2), override PERCENT, cancel (the program), reset (acknowledge, select and start it "
          "again), unplug, plug (the cable), status; RSI alone: block on|off (the axes); EKI alone: "
-         "reconfigure (the I/Os).";
+         "reconfigure (the I/Os), call (by CELL.SRC: the program returns with its session), request "
+         "none|brake-test|mastering-test|collision.";
 }
 
 std::string obey(KrcUdp& krc, std::string_view line) {
@@ -119,9 +122,10 @@ std::string obey(KrcUdp& krc, std::string_view line) {
   if (words.empty()) return {};
   bool known = true;
   const auto mode_of = [](std::string_view verb) {
-    return verb == "t1"   ? OperatingMode::kT1
-           : verb == "t2" ? OperatingMode::kT2
-                          : OperatingMode::kAut;
+    return verb == "t1"    ? OperatingMode::kT1
+           : verb == "t2"  ? OperatingMode::kT2
+           : verb == "ext" ? OperatingMode::kExt
+                           : OperatingMode::kAut;
   };
   if (words.size() == 1 && words[0] == "reset") {
     krc.with([](Controller& c) { c.rsi_on(); });
@@ -136,19 +140,38 @@ std::string obey(KrcUdp& krc, std::string_view line) {
   return text;
 }
 
+namespace {
+
+std::optional<drivers::EkiRequest> request_of(std::string_view word) {
+  if (word == "none") return drivers::EkiRequest::kNone;
+  if (word == "brake-test") return drivers::EkiRequest::kBrakeTest;
+  if (word == "mastering-test") return drivers::EkiRequest::kMasteringTest;
+  if (word == "collision") return drivers::EkiRequest::kCollision;
+  return std::nullopt;
+}
+
+}  // namespace
+
 std::string obey(EkiServer& krc, std::string_view line) {
   const auto words = words_of(line);
   if (words.empty()) return {};
   bool known = true;
   const auto mode_of = [](std::string_view verb) {
-    return verb == "t1"   ? drivers::EkiMode::kT1
-           : verb == "t2" ? drivers::EkiMode::kT2
-                          : drivers::EkiMode::kAut;
+    return verb == "t1"    ? drivers::EkiMode::kT1
+           : verb == "t2"  ? drivers::EkiMode::kT2
+           : verb == "ext" ? drivers::EkiMode::kExt
+                           : drivers::EkiMode::kAut;
   };
   if (words.size() == 1 && words[0] == "reset") {
     krc.with([](EkiController& c) { c.start_program(); });
   } else if (words.size() == 1 && words[0] == "reconfigure") {
     krc.with([](EkiController& c) { c.reconfigure_io(); });
+  } else if (words.size() == 1 && words[0] == "call") {
+    krc.with([](EkiController& c) { c.call_program(); });
+  } else if (words.size() == 2 && words[0] == "request") {
+    const std::optional<drivers::EkiRequest> request = request_of(words[1]);
+    known = request.has_value();
+    if (known) krc.with([&](EkiController& c) { c.request(*request); });
   } else if (words.size() != 1 || words[0] != "status") {
     known = common<EkiServer, EkiController>(krc, words, mode_of);
   }

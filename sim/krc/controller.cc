@@ -134,7 +134,7 @@ struct Controller::Impl {
     }
   }
 
-  bool manual() const { return mode != OperatingMode::kAut; }
+  bool manual() const { return mode == OperatingMode::kT1 || mode == OperatingMode::kT2; }
 
   void stop_running(const char* why) {
     if (phase == RsiPhase::kRunning) end(RsiPhase::kFaulted, why);
@@ -294,7 +294,7 @@ struct Controller::Impl {
     RsiValues values;
     values.ipoc = ipoc;
     values.delay = late;
-    values.mode = mode == OperatingMode::kT1 ? 1 : mode == OperatingMode::kT2 ? 2 : 3;
+    values.mode = static_cast<int>(mode) + 1;  // as KRL numbers MODE_OP
     values.override_percent = override_percent;
     values.input_on = input_on;
     values.actual_deg = std::span(actual_deg).first(axes);
@@ -398,7 +398,9 @@ drivers::Duration Controller::cycle() const {
 
 void Controller::emergency_stop(bool pressed) {
   impl_->e_stop = pressed;
-  if (pressed) impl_->stop_running("EMERGENCY STOP");
+  if (!pressed) return;
+  if (!impl_->config.rsi_outlives_stop) return impl_->stop_running("EMERGENCY STOP");
+  impl_->blocked = true;
 }
 
 void Controller::drives(bool on) {
@@ -417,6 +419,7 @@ void Controller::set_override(int percent) {
 
 void Controller::start_key(bool held) {
   impl_->start_held = held;
+  if (held && impl_->config.rsi_outlives_stop && !impl_->e_stop) impl_->blocked = false;
   if (!held && impl_->manual()) impl_->stop_running("Start key released");
 }
 

@@ -31,7 +31,7 @@ enum class RsiMode { kAbsolute, kRelative };
 /// Parameter Mode of the STOP object. 1 to 3 stop the arm, and RSI goes on without effect.
 enum class RsiStop { kInfo = 0, kPathStop = 1, kSpeedStop = 2, kFastStop = 3, kExitMoveCorr = 4 };
 
-enum class OperatingMode { kT1, kT2, kAut };
+enum class OperatingMode { kT1, kT2, kAut, kExt };
 
 struct ControllerConfig {
   std::vector<double> start_rad{0.0, -1.5707963267948966, 1.5707963267948966,
@@ -56,6 +56,9 @@ struct ControllerConfig {
   RsiMode mode = RsiMode::kAbsolute;
   RsiStop stop_mode = RsiStop::kExitMoveCorr;
   int timeout_cycles = 100;                              ///< late replies tolerated before KSS29002
+  /// After an emergency stop packets go on and RSI with them, the arm stands; once it is released, Start
+  /// lets the arm go where its correction leads. False: RSI ends. Which one a release does is not known.
+  bool rsi_outlives_stop = false;
   bool timeout_counts_total = false;                     ///< which one KUKA means is stated nowhere
   bool first_frame_only_ipoc = false;                    ///< RSI 2's habit
   double clamp_deg = 90.0;                               ///< AXISCORR's limit: clamps in silence

@@ -28,7 +28,7 @@ jerk_deg_s3 = 8000
 bind = "127.0.0.1"
 port = {port}
 correction_limit_deg = 360
-[contact]
+{stop_path}[contact]
 device = "{device}"
 """
 
@@ -74,17 +74,24 @@ def machine():
     return f"{os.cpu_count()} cores, {os.uname().sysname} {os.uname().release}, load before {os.getloadavg()[0]:.1f}"
 
 
+STOP_PATH = """contact_tag = "Contact.R"
+[controller]
+contact_level = "off"
+"""
+
+
 class LiveCell:
     """Both processes in a folder of their own; the daemon's words in its file 'log'."""
 
     def __init__(self, folder, speed_percent=80, cellcald=CELLCALD, emulator=EMULATOR, more="",
-                 ethernet=False):
+                 ethernet=False, stop_path=False):
         self.folder, self.port, self.sock = folder, free_port(), f"{folder}/cellcald.sock"
-        self.programs = cellcald, emulator
+        self.programs, self.stop_path = (cellcald, emulator), stop_path
         self.udp = f"127.0.0.1:{free_port()}" if ethernet else None
         device = f"udp:{self.udp}" if ethernet else f"{folder}/contact"
         with open(f"{folder}/cellcald.toml", "w") as f:
-            f.write(CONFIG.format(dir=folder, device=device, port=self.port, speed_percent=speed_percent) + more)
+            f.write(CONFIG.format(dir=folder, device=device, port=self.port, speed_percent=speed_percent,
+                                  stop_path=STOP_PATH if stop_path else "") + more)
 
     def start_daemon(self, environment=None):
         with open(f"{self.folder}/log", "w") as log:
@@ -102,7 +109,8 @@ class LiveCell:
         process = subprocess.Popen(
             [self.programs[1], "--cell", CELL, "--seed", "12", "--deflection", "0.002", "--pc",
              f"127.0.0.1:{self.port}", "--device-link", device, "--joint-noise-deg", "0.001",
-             "--clamp-deg", "360", "--restart-after", "1", *(["--udp", self.udp] if self.udp else [])],
+             "--clamp-deg", "360", "--restart-after", "1", *(["--udp", self.udp] if self.udp else []),
+             *(["--contact-tag", "Contact.R"] if self.stop_path else [])],
             stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
         while not (self.udp or os.path.exists(device)) and process.poll() is None:
             time.sleep(0.02)

@@ -54,6 +54,8 @@ json to_json(const drivers::RobotState& robot) {
       {"late", robot.late},
       {"mode", to_string(robot.mode)},
       {"override_percent", robot.override_percent ? json(*robot.override_percent) : json(nullptr)},
+      {"contact_input", to_string(robot.input_path)},
+      {"stops_by_input", robot.stops_by_input},
       {"replies", q.replies},
       {"reply_ms",
        {{"p50", q.reply_p50_s * calib::kMsPerS},

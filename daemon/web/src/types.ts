@@ -14,7 +14,7 @@ export const FAILURES = [
   "arm-refused", "no-contact", "contact-too-early", "unexpected-contact", "still-in-contact",
   "readings-disagree", "too-many-revoked", "contact-silent", "computer-busy", "robot-silent", "move-refused",
   "not-following", "stopped-elsewhere", "timeout", "stop-unconfirmed", "journal", "identify",
-  "report", "attended", "unexpected-event",
+  "report", "attended", "controller-test", "unexpected-event",
 ] as const;
 export type FailureKind = (typeof FAILURES)[number] | "unknown";
 
@@ -399,7 +399,7 @@ export const CHECKS = [
   "real time", "wires", "plant", "sparkplug", "doctor", "robot link", "contact link", "contact access", "contact port",
   "contact adapter", "contact sensor", "contact configuration", "contact board", "contact delivery",
   "contact circuit", "contact self-test", "contact touch", "contact clock", "contact line", "rsi port",
-  "rsi packets", "rsi sender", "rsi cycle", "rsi decimals", "rsi elements", "rsi state", "rsi tool",
+  "rsi packets", "rsi sender", "rsi cycle", "rsi decimals", "rsi elements", "rsi state", "rsi contact input", "rsi tool",
   "rsi replies", "rsi reply times", "rsi joint angles", "rsi stop", "eki connection", "eki states", "eki elements",
   "eki decimals", "eki readiness", "eki contact input", "eki joint angles",
 ] as const;

@@ -148,9 +148,9 @@ enum { CTP_RESET_POWER = 1, CTP_RESET_PIN = 2, CTP_RESET_BROWN_OUT = 4, CTP_RESE
 enum {
   CTP_IDLE_STATUS_MS = 100,
   CTP_KEEPALIVE_MS = 10,        /* how often the host says that it lives, while armed */
-  CTP_KEEPALIVE_LIMIT_MS = 100, /* silence after which the microcontroller disarms: the host's own
-                                   dead man (25 ms) must act first, and serial delays above 50 ms
-                                   are seen under load */
+  CTP_KEEPALIVE_LIMIT_MS = 700, /* silence after which the microcontroller disarms: the host's own
+                                   dead man (25 ms; 600 with a second stop path) must act first, and
+                                   serial delays of some 100 ms are seen under load */
   CTP_REPEAT_MIN_MS = 4,        /* events are repeated no faster than this */
   CTP_SELF_TEST_MS = 2,         /* from the request to its outcome */
   CTP_SELF_TEST_PULL_US = 1500, /* of it the sense line is pulled; then it settles */

@@ -38,6 +38,10 @@ struct EkiConfig {
   /// contact to BRAKE, so at 1 deg/s and 1 m of reach the tip goes on for a millimetre.
   double flag_search_limit_deg_s = 1.0;
 
+  /// In EXT, where CELLCAL_EKI does not run, the controller is asked to start it. It does so where its
+  /// files permit it (CC_MAY_RUN) and no program is selected.
+  bool run_program = false;
+
   std::vector<AxisLimit> limits;  ///< one per axis; acceleration and jerk are the controller's
   std::vector<double> full_speed_rad_s;  ///< of each axis at 100 percent
   double follow_tolerance_deg = 0.05;    ///< a move that ends farther from its target has failed

@@ -25,6 +25,8 @@ constexpr int kFewestDecimals = 3;
 constexpr std::uint64_t kStatesToJudge = 10;
 // The reference is where the arm rests: the means of two windows agree.
 constexpr std::size_t kReferenceWindow = 5;
+// Between two requests that the controller start its program: selecting takes it a while.
+constexpr std::chrono::seconds kRunEvery{2};
 
 }  // namespace
 
@@ -96,6 +98,7 @@ struct EkiCore::Impl {
       command.id = next_id + 1;
       if (sender.send(command, now)) mover.sent(++next_id);
     }
+    ask_to_run(now);
     if (ending && !mover.busy() && !bye_sent) {
       EkiCommand bye;
       bye.type = EkiType::kBye;
@@ -103,6 +106,16 @@ struct EkiCore::Impl {
       bye_sent = sender.send(bye, now, true);
     }
     if (!bye_sent) sender.beat(now);
+  }
+
+  void ask_to_run(TimePoint now) {
+    const bool startable = frame.mode == EkiMode::kExt && frame.drives && !frame.stopped;
+    if (!config.run_program || frame.ready || !startable || ending || mover.busy()) return;
+    if (now - asked_to_run < kRunEvery) return;
+    EkiCommand run;
+    run.type = EkiType::kRun;
+    run.id = next_id;
+    if (sender.send(run, now)) asked_to_run = now;
   }
 
   // ---- states ----------------------------------------------------------------------------------
@@ -173,6 +186,7 @@ struct EkiCore::Impl {
     state.mode = frame.mode;
     state.override_percent = frame.override_percent;
     state.fault = frame.fault;
+    state.request = frame.request;
     state.unread_by_controller = frame.bad;
     state.longest_pass_ms = std::max(state.longest_pass_ms, frame.pass_ms);
     state.decimals_seen = std::max(state.decimals_seen, frame.decimals);
@@ -317,7 +331,7 @@ struct EkiCore::Impl {
   EkiCoreState state;
   EkiSender sender{config};
 
-  TimePoint connected_at{}, last_rx{};
+  TimePoint connected_at{}, last_rx{}, asked_to_run{};
   std::uint32_t next_id = 0;
   std::uint32_t last_time_ms = 0, time_turns = 0;
   std::uint64_t states_here = 0;

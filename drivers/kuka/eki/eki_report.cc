@@ -21,6 +21,36 @@ OperatingMode mode_of(EkiMode mode) {
   return OperatingMode::kUnknown;
 }
 
+ControllerRequest request_of(EkiRequest request) {
+  switch (request) {
+    case EkiRequest::kBrakeTest:
+      return ControllerRequest::kBrakeTest;
+    case EkiRequest::kMasteringTest:
+      return ControllerRequest::kMasteringTest;
+    case EkiRequest::kCollision:
+      return ControllerRequest::kCollision;
+    case EkiRequest::kNone:
+      break;
+  }
+  return ControllerRequest::kNone;
+}
+
+/// What a person does about it; empty: nothing is asked for.
+const char* request_words(EkiRequest request) {
+  switch (request) {
+    case EkiRequest::kBrakeTest:
+      return "brake test requested by the controller. Run it";
+    case EkiRequest::kMasteringTest:
+      return "mastering test requested by the controller. Run it";
+    case EkiRequest::kCollision:
+      return "collision detected by the controller. Look at arm and tool, then acknowledge it on the "
+             "pendant";
+    case EkiRequest::kNone:
+      break;
+  }
+  return "";
+}
+
 std::string readiness(const EkiCoreState& s) {
   std::string words = fmt::format("the controller is not ready (mode {}, override {} %",
                                   to_string(mode_of(s.mode)), s.override_percent);
@@ -104,6 +134,7 @@ RobotState to_robot_state(const EkiCoreState& s, const std::string& peer) {
   state.session = s.session;
   state.needs_operator = s.link == RobotLink::kNotReferenced && !s.ready;
   state.mode = mode_of(s.mode);
+  if (s.link != RobotLink::kDown && s.connected) state.request = request_of(s.request);
   if (s.link != RobotLink::kDown) state.override_percent = s.override_percent;
   state.cycle_s = s.cycle_s;
   state.packets = s.states;
@@ -119,6 +150,7 @@ RobotState to_robot_state(const EkiCoreState& s, const std::string& peer) {
     add(state.words, "referencing: waiting for the arm to come to rest");
   }
   add(state.words, trouble_words(s, peer));
+  add(state.words, request_words(s.connected ? s.request : EkiRequest::kNone));
   if (s.bad_documents > 0) {
     add(state.words, fmt::format("{} damaged states, last: {}, \"{}\"", s.bad_documents,
                                  to_string(s.last_error), s.last_bad));

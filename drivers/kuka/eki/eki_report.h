@@ -43,6 +43,7 @@ struct EkiCoreState {
   bool ready = false, drives = false, stopped = false, input = false;
   std::uint8_t axes = 0;
   EkiMode mode = EkiMode::kUnknown;
+  EkiRequest request = EkiRequest::kNone;
   EkiError last_error = EkiError::kNone;
   std::int32_t override_percent = 100, fault = 0;
   std::int32_t decimals_seen = 0;              ///< most of any angle on this connection

@@ -3,12 +3,14 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <string_view>
 #include <vector>
 
 #include "drivers/error.h"
 #include "drivers/kuka/krl/krl_files.h"
 #include "drivers/kuka/krl/krl_template.h"
+#include "drivers/kuka/wire/eki_codec.h"
 #include "drivers/kuka/wire/xml_values.h"
 
 namespace cellcal::drivers {
@@ -20,6 +22,8 @@ constexpr int kAxes = 6;
 constexpr int kBufferLimit = 16;
 // Between two looks at whether the channel is still there.
 constexpr int kLookMs = 3000;
+// Between two proofs that CELLCAL_EKI waits: more than the robot interpreter is ever late.
+constexpr int kEchoMs = 300;
 // m/s. LIN is for searches and for backing off; T1's limit is the highest that makes sense.
 constexpr const char* kLinLimit = "0.25";
 // m/s^2. At 10 mm/s the ramp is 0.1 mm long.
@@ -53,6 +57,20 @@ std::string external_speeds(const EkiFilesConfig& c) {
     $ACC_EXTAX[I]={}
   ENDFOR)",
                      c.external_axes, c.acceleration_percent);
+}
+
+/// What the controller asks for, in the order in which one hides the other.
+std::string requests(const EkiFilesConfig& c) {
+  std::string text;
+  for (const auto& [output, request] :
+       {std::pair{c.mastering_test_output, EkiRequest::kMasteringTest},
+        std::pair{c.brake_test_output, EkiRequest::kBrakeTest},
+        std::pair{c.collision_output, EkiRequest::kCollision}}) {
+    if (output == 0) continue;
+    text += fmt::format("{}  IF $OUT[{}]==TRUE THEN\n    ASKED={}\n  ENDIF",
+                        text.empty() ? "" : "\n", output, static_cast<int>(request));
+  }
+  return text;
 }
 
 std::string number_or(const char* array, int number, const char* otherwise) {
@@ -239,6 +257,10 @@ krl::Places places_of(const EkiFilesConfig& c) {
       {"STATE_MS", text(c.state_ms)},
       {"LOOK_STATES", text(kLookMs / c.state_ms)},
       {"DEAD_MAN_MS", text(c.dead_man_ms)},
+      {"ECHO_STATES", text(std::max(3, kEchoMs / c.state_ms))},
+      {"WAIT_STATES", text(c.cell_wait_s * 1000 / c.state_ms)},
+      {"MAY_RUN", c.may_run ? "TRUE" : "FALSE"},
+      {"REQUESTS", requests(c)},
       {"RECEIVE_AXES", axes("      <ELEMENT Tag=\"RobotCommand/{1}/@{0}\" Type=\"REAL\"/>")},
       {"SEND_AXES", axes("      <ELEMENT Tag=\"RobotState/{1}/@{0}\"/>")},
       {"SEND_LATCH", axes("      <ELEMENT Tag=\"RobotState/{1}/@{0}\"/>", "Latch", "LatchExt")},
@@ -286,6 +308,10 @@ void EkiFilesConfig::validate() const {
   }
   check("state_ms", state_ms, 12, 100);
   check("dead_man_ms", dead_man_ms, 100, 1000);
+  check("cell_wait_s", cell_wait_s, 10, 7200);
+  check("brake_test_output", brake_test_output, 0, 8192);
+  check("mastering_test_output", mastering_test_output, 0, 8192);
+  check("collision_output", collision_output, 0, 8192);
   if (alive_flag == stop_flag) {
     throw ConfigError(fmt::format(
         "controller files: alive_flag and stop_flag are both {}: use two different flags",

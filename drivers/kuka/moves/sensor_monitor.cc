@@ -118,7 +118,7 @@ void SensorMonitor::explain(CoreResult& done) const {
 }
 
 Interruption SensorMonitor::interruption_by(const Cause& cause) const {
-  if (is<cause::SensorLate>(cause)) return Interruption::kLateBytes;
+  if (is<cause::SensorLate, cause::KeepAliveLate>(cause)) return Interruption::kLateBytes;
   const bool open = is<cause::SensorDead>(cause) && heard_.snapshot.silence_open;
   return open ? Interruption::kUnheard : Interruption::kNone;
 }

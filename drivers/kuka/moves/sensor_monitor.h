@@ -51,6 +51,11 @@ class SensorMonitor {
   std::optional<SensorRefusal> refusal(const Move& move) const;
   /// After listen(): why a sensor that is not alive, or whose arming is over, is to be blamed.
   Cause loss() const;
+  /// It did not hear this computer in time: what it met since is of no arming.
+  bool disarmed_itself() const {
+    return heard_.snapshot.alive && !heard_.snapshot.armed &&
+           heard_.snapshot.last_end == ArmEnd::kSensorDisarmed;
+  }
   /// Whose silence it was is known only when the sensor is heard again: says so in the result.
   void explain(CoreResult& done) const;
   /// This computer's lateness, or a silence that nothing explains yet; kNone for all other causes.

@@ -466,6 +466,7 @@ struct RsiCore::Impl {
     state.trouble = trouble();
     state.moving = mover.busy();
     state.input_path = mover.input_path();
+    state.input_contact = mover.input_contact();
     state.stops_by_input = mover.stops_by_input();
     state.rereference_pending = rereference_asked;
     state.gaps = stream.gaps();

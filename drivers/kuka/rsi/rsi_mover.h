@@ -60,6 +60,7 @@ class Mover {
   void listen(TimePoint now, std::optional<bool> input_on = std::nullopt);
   /// The input says contact, and the sensor does not.
   bool input_alone() const { return sensor_.heard().input.contact && !sensor_.heard().snapshot.in_contact; }
+  bool input_contact() const { return input_.contact(); }
   InputPath input_path() const { return input_.path(); }
   std::uint32_t stops_by_input() const { return stops_by_input_; }
   /// Another session of the controller.

@@ -44,7 +44,9 @@ void Mover::await_verdict(TimePoint now) {
   } else if (sensor_.withheld(stopped_at_, now)) {
     const double waited_s = seconds(now - stopped_at_);
     end_travel(Phase::kSettling, MoveOutcome::kContactSilent,
-               by_input_ ? Cause(cause::InputAlone{waited_s}) : cause::TripUnconfirmed{waited_s});
+               sensor_.disarmed_itself() ? sensor_.loss()
+               : by_input_               ? Cause(cause::InputAlone{waited_s})
+                                         : cause::TripUnconfirmed{waited_s});
   }
 }
 

@@ -136,6 +136,7 @@ EkiError read_state(const pugi::xml_node& root, EkiState& state) {
   state.fault = in.choice(in.count(status, "Fault").value_or(0), 1'000'000);
   state.bad = in.count(status, "Bad").value_or(0);
   state.pass_ms = in.count(status, "Pass").value_or(0);
+  state.request = static_cast<EkiRequest>(in.choice(in.count(status, "Request").value_or(0), 3));
   if (in.error() != EkiError::kNone) return in.error();
   return state.axes_deg.empty() ? EkiError::kNoAxes : EkiError::kNone;
 }

@@ -23,6 +23,7 @@ enum class EkiType : int {
   kMove = 3,
   kStop = 4,  ///< the move with this Id and all before it, begun or not
   kBye = 5,   ///< stop, and obey nobody until the next hello
+  kRun = 6,   ///< start CELLCAL_EKI, where the controller permits it
 };
 
 /// RobotCommand/Move/@Guard: what stops the move on the controller itself.
@@ -52,6 +53,9 @@ enum class EkiOutcome : int {
 
 /// RobotState/Status/@Mode.
 enum class EkiMode : int { kUnknown = 0, kT1 = 1, kT2 = 2, kAut = 3, kExt = 4 };
+
+/// RobotState/Status/@Request: what the controller asks for.
+enum class EkiRequest : int { kNone = 0, kBrakeTest = 1, kMasteringTest = 2, kCollision = 3 };
 
 enum class EkiError : std::uint8_t {
   kNone,
@@ -96,6 +100,7 @@ struct EkiState {
   std::uint32_t bad = 0;  ///< telegrams that the controller could not read
   std::uint32_t pass_ms =
       0;  ///< the submit program's longest pass since the last state; 0: not told
+  EkiRequest request = EkiRequest::kNone;  ///< also where it is not told
 };
 
 /// Reads documents in memory of its own. One per thread of use.

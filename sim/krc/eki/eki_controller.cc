@@ -54,6 +54,16 @@ std::string EkiController::take_output() { return impl_->channel.take_output(); 
 void EkiController::start_program() { impl_->start(true); }
 void EkiController::start_other_program() { impl_->start(false); }
 
+void EkiController::call_program() {
+  impl_->start(false);
+  impl_->start(true);
+  impl_->under_cell = true;
+}
+bool EkiController::program_runs() const {
+  return impl_->ours && impl_->program == EkiPrograms::ProgramState::kActive;
+}
+void EkiController::request(drivers::EkiRequest request) { impl_->request = request; }
+
 void EkiController::cancel_program() {
   impl_->cancelling = true;
   impl_->stop_program();

@@ -53,6 +53,8 @@ struct EkiControllerConfig {
   std::vector<drivers::EkiFrameValues> base_data = std::vector<drivers::EkiFrameValues>(32);
   bool takes_frames = true, takes_advice = true;  ///< what its submit program knows of them
   int advice = 0, advice_until = 0;               ///< CELLCAL_ADVICE, CELLCAL_ADVICE_UNTIL
+  bool may_run = false;  ///< CC_MAY_RUN: a client may have CELLCAL_EKI started in EXT
+  int cell_wait_s = 900;  ///< called by CELL, without a session: then it returns
   bool clears_on_reconnect = true;  ///< the program's EKI_Clear; false: stale queues stay
 };
 
@@ -80,6 +82,11 @@ class EkiController {
   // ---- operator
   void start_program();        ///< selected if it is not, and started; one that stands goes on
   void start_other_program();  ///< CELLCAL_EKI is deselected for somebody else's
+  /// CELL.SRC, selected and started in EXT, calls CELLCAL_EKI, which returns when a session has ended.
+  void call_program();
+  bool program_runs() const;   ///< CELLCAL_EKI, whatever program is selected
+  /// $BRAKETEST_REQ_INT and its like, on outputs that the submit program reads.
+  void request(drivers::EkiRequest request);
   void cancel_program();       ///< stopped and deselected: a ramp, and nothing goes on afterwards
   void emergency_stop(bool pressed);
   void drives(bool on);

@@ -16,7 +16,7 @@ EkiPrograms::ProgramState EkiPrograms::program_state() const {
 }
 
 bool EkiPrograms::is_ready() const {
-  return ready && ours && program_state() == ProgramState::kActive && drives_on && !e_stop &&
+  return ready && ours && !leave && program_state() == ProgramState::kActive && drives_on && !e_stop &&
          !stop_message;
 }
 
@@ -36,13 +36,49 @@ void EkiPrograms::start(bool cellcal) {
   // From the top: what CELLCAL_EKI sets before its loop.
   program = ProgramState::kActive;
   ours = cellcal;
-  stopping = cancelling = false;
+  stopping = cancelling = under_cell = at_end = false;
   if (!cellcal) return;
+  called = mode == EkiMode::kExt;
+  leave = false;
+  idle_since.reset();
   phase = Phase::kIdle;
   ordered = busy = stop_flag = false;
   reported_id = 0;
   outcome = EkiOutcome::kNone;
   ready = true;
+}
+
+void EkiPrograms::part() {
+  if (session != 0) leave = called;
+  session = 0;
+}
+
+void EkiPrograms::run_program() {
+  if (!config.may_run || mode != EkiMode::kExt || busy || !drives_on || e_stop || stop_message)
+    return;
+  if (program != ProgramState::kFree) return;
+  if (at_end) {
+    at_end = false;
+    return;
+  }
+  start(true);
+}
+
+void EkiPrograms::leave_program() {
+  if (!ours || !leave || ordered || busy || phase != Phase::kIdle) return;
+  leave = ready = ours = false;
+  if (under_cell) return;
+  program = ProgramState::kFree;
+  at_end = true;
+}
+
+void EkiPrograms::wait_for_session(TimePoint now) {
+  if (!ready || !called || session != 0) {
+    idle_since.reset();
+    return;
+  }
+  if (!idle_since) idle_since = now;
+  if (now - *idle_since > std::chrono::seconds(config.cell_wait_s)) leave = true;
 }
 
 void EkiPrograms::stop_program() {

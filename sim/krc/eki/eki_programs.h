@@ -96,6 +96,13 @@ struct EkiPrograms {
   bool timer_ran_out(TimePoint now) const;
 
   void start(bool cellcal);
+  /// CC_PART: the session has ended, and with it what CELL has called.
+  void part();
+  /// CC_RUN.
+  void run_program();
+  /// CELLCAL_EKI at its end: back in CELL, or nothing is selected any more.
+  void leave_program();
+  void wait_for_session(TimePoint now);
   void stop_program();  ///< STOP, drives off, emergency stop: a ramp, and the program stands
   bool cancel();        ///< CANCEL; false: refused
   void settle();        ///< what becomes of program and motion once the arm is at rest
@@ -146,6 +153,11 @@ struct EkiPrograms {
   std::optional<std::vector<double>> input_edge;
   ProgramState program = ProgramState::kFree;
   bool ours = false, stopping = false, cancelling = false;
+  /// CC_CALLED, CC_LEAVE; and whether CELL, which stays selected, has called it.
+  bool called = false, leave = false, under_cell = false;
+  bool at_end = false;  ///< started by CC_RUN, and at #P_END: to be cancelled before the next run
+  std::optional<TimePoint> idle_since;
+  drivers::EkiRequest request = drivers::EkiRequest::kNone;
   bool drives_on = true, e_stop = false, stop_message = false;
   bool start_held = true;
   EkiMode mode = EkiMode::kAut;

@@ -114,6 +114,7 @@ void EkiPrograms::tick(TimePoint now, const Faults& faults) {
   if (interrupt_cycle && program_state() == ProgramState::kActive && !stopping) {
     if (ordered) begin_move();
     interrupts(now);
+    leave_program();
   }
   arm.tick(now, 1e-3 * config.cycle_ms);
   settle();
@@ -130,6 +131,7 @@ void EkiPrograms::run_submit(TimePoint now, const Faults& faults) {
   if (!faults.deaf) read_telegrams(now, faults.forgetful);
   if (!faults.deaf && has_frames) attend_frame(now);
   watch(now);
+  wait_for_session(now);
   if (!faults.muted) send_state(now);
   look_at_channel();
 }

@@ -135,7 +135,10 @@ void EkiPrograms::obey(const Telegram& t, TimePoint now, bool forgetful) {
       break;
     case EkiType::kBye:
       stop_motion();
-      session = 0;
+      part();
+      break;
+    case EkiType::kRun:
+      run_program();
       break;
     case EkiType::kHello:
     case EkiType::kBeat:
@@ -194,7 +197,7 @@ void EkiPrograms::watch_connection(TimePoint now) {
   if (was_connected) {
     was_connected = false;
     stop_motion();
-    session = 0;
+    part();
     frame_waits = false;
     frame_answer = {};
     if (config.clears_on_reconnect) {
@@ -268,6 +271,7 @@ void EkiPrograms::send_state(TimePoint now) {
   put("RobotState/Status/@Fault", fault);
   put("RobotState/Status/@Bad", bad);
   put("RobotState/Status/@Pass", static_cast<std::uint64_t>(std::exchange(pass_ms, 0)));
+  put("RobotState/Status/@Request", static_cast<std::uint64_t>(request));
   if (has_frames) send_frame();
   channel.send("RobotState");
 }

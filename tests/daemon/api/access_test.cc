@@ -342,6 +342,7 @@ TEST_F(an_api_on_the_network, neither_releases_the_schedule_nor_begins_by_it_wit
                      [] {
                        ScheduleConfig config;
                        config.unattended = true;
+                       config.program_start = ProgramStart::kCell;
                        return config;
                      },
                      {[] { return UtcSeconds{1'800'000'000}; }, std::chrono::steady_clock::now,

@@ -111,6 +111,18 @@ TEST(a_configuration, of_what_the_controller_tells_reaches_adapter_and_controlle
   EXPECT_EQ(config.rsi.override_tag + config.rsi_files.override_tag, "");
 }
 
+TEST(a_configuration, of_the_contact_input_reaches_adapter_and_controllers_files) {
+  const DaemonConfig usual = parse_config(kRsi, "d.toml");
+  EXPECT_EQ(usual.rsi.contact_tag + usual.rsi_files.contact_tag, "");
+  const DaemonConfig config =
+      parse_config(kRsi + "[rsi]\ncontact_tag = \"Contact.R\"\n[controller]\ninput = 17\n"
+                          "contact_level = \"off\"\n",
+                   "d.toml");
+  EXPECT_EQ(config.rsi.contact_tag, "Contact.R");
+  EXPECT_EQ(config.rsi_files.contact_tag, "Contact.R");
+  EXPECT_EQ(config.rsi_files.input, 17);
+}
+
 TEST(a_configuration, of_corrections_in_space_reaches_adapter_and_controllers_files) {
   const DaemonConfig usual = parse_config(kRsi, "d.toml");
   EXPECT_FALSE(usual.rsi.space.on);
@@ -232,6 +244,9 @@ INSTANTIATE_TEST_SUITE_P(
         Wrong{kMock + "[rsi]\ncart_tag = \"\"\n", "d.toml:4: rsi.cart_tag"},
         Wrong{kMock + "[rsi]\nmode_tag = \"a b\"\n", "d.toml:4: rsi.mode_tag"},
         Wrong{kMock + "[rsi]\noverride_tag = \"Delay.R\"\n", "fills itself"},
+        Wrong{kMock + "[rsi]\ncontact_tag = \"Contact.R\"\n", "a cut wire reads as contact"},
+        Wrong{kMock + "[controller]\ncontact_level = \"off\"\n[rsi]\ncontact_tag = \"mode.r\"\n",
+              "contact_tag = \"mode.r\" is mode_tag, too"},
         Wrong{kMock + "[rsi]\noverride_tag = \"mode.r\"\n", "is mode_tag, too"},
         Wrong{kMock + "[rsi]\naxis_tag = \"RKorr\"\n", "corrections in space (POSCORR)"},
         Wrong{kMock + "[rsi]\nstop_tag = \"ak\"\n",

@@ -31,6 +31,60 @@ TEST(a_schedule_in_the_configuration, is_off_unless_somebody_is_named_who_answer
       schedule_of("[schedule]\nunattended = true\nresponsible = \"A. Miller, 4711\"\n").unattended);
 }
 
+/// As kTop, over EKI.
+std::string over_eki(std::string text) {
+  const std::string top = kTop;
+  return std::string(top).replace(top.find("\"rsi\""), 5, "\"eki\"") + std::move(text);
+}
+
+TEST(a_schedule_in_the_configuration, says_how_the_controllers_program_starts) {
+  EXPECT_EQ(schedule_of(kNightly).program_start, ProgramStart::kNone);
+  EXPECT_EQ(schedule_of("[schedule]\nprogram_start = \"cell\"\n").program_start,
+            ProgramStart::kCell);
+  EXPECT_EQ(parse_config(over_eki("[schedule]\nprogram_start = \"left running\"\n"), "d.toml")
+                .schedule.program_start,
+            ProgramStart::kLeftRunning);
+  const DaemonConfig run = parse_config(
+      over_eki("[controller]\nrun_programs = true\n[schedule]\nprogram_start = \"run\"\n"),
+      "d.toml");
+  EXPECT_TRUE(run.eki.run_program);
+  EXPECT_TRUE(run.controller.may_run);
+  EXPECT_FALSE(
+      parse_config(over_eki("[controller]\nrun_programs = true\n"), "d.toml").eki.run_program)
+      << "permitted, and not asked for";
+}
+
+TEST(a_schedule_in_the_configuration,
+     starts_no_program_that_the_wire_or_the_controller_does_not_let_it) {
+  for (const char* start : {"left running", "run"}) {
+    const std::string text = std::string("[schedule]\nprogram_start = \"") + start + "\"\n";
+    EXPECT_NE(refusal_of_schedule(text).find(
+                  "d.toml:6: schedule.program_start: must be \"cell\" over RSI"),
+              std::string::npos)
+        << refusal_of_schedule(text);
+  }
+  const std::string unpermitted =
+      testing::reason(over_eki("[schedule]\nprogram_start = \"run\"\n"));
+  EXPECT_NE(unpermitted.find("[controller] run_programs is not true"), std::string::npos)
+      << unpermitted;
+}
+
+TEST(a_schedule_in_the_configuration, without_a_start_of_the_program_has_an_obstacle_to_name) {
+  const std::string unattended = "[schedule]\nunattended = true\nresponsible = \"A. Miller\"\n";
+  const auto obstacle = [](const std::string& text) {
+    return unattended_obstacle(parse_config(kTop + text, "d.toml"));
+  };
+  EXPECT_NE(obstacle(unattended + kNightly).find("program_start is \"none\""), std::string::npos);
+  EXPECT_EQ(obstacle(unattended + "program_start = \"cell\"\n" + kNightly), "");
+  EXPECT_EQ(obstacle(unattended), "") << "nothing is to begin";
+  EXPECT_EQ(obstacle(kNightly), "") << "nor without a person";
+  EXPECT_EQ(
+      unattended_obstacle(parse_config(
+          "format = \"cellcal.daemon/1\"\nbackend = \"mock\"\n" + unattended + kNightly, "d.toml")),
+      "")
+      << "an emulated program is always there";
+}
+
 TEST(a_schedule_in_the_configuration, is_read_with_days_times_and_what_to_do) {
   const ScheduledSession one =
       schedule_of(kNightly +

@@ -83,9 +83,9 @@ TEST(an_eki_link, shows_the_submit_programs_longest_pass_and_warns_where_stops_w
 TEST(a_contact_input, is_proven_by_changing_with_the_contact_alone) {
   const auto outcome = [](bool input, bool contact, bool on) {
     EkiSeen seen = sound_eki();
-    seen.input_changed = input;
-    seen.contact_changed = contact;
-    seen.input_on_while_open = on;
+    seen.input.changed = input;
+    seen.input.contact_changed = contact;
+    seen.input.on_while_open = on;
     seen.newest.input = on;
     return outcome_of(judged(seen), "eki contact input");
   };
@@ -98,7 +98,7 @@ TEST(a_contact_input, is_proven_by_changing_with_the_contact_alone) {
 
 TEST(a_contact_input, that_a_cut_wire_would_leave_free_is_a_warning) {
   EkiSeen seen = sound_eki();
-  seen.input_changed = seen.contact_changed = true;
+  seen.input.changed = seen.input.contact_changed = true;
   EXPECT_EQ(outcome_of(judged(seen, {true, 17, true}), "eki contact input"), Outcome::kWarning);
 }
 

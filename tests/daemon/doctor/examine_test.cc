@@ -6,6 +6,7 @@
 #include "calib/files/files.h"
 #include "daemon/config/config.h"
 #include "daemon/doctor/doctor.h"
+#include "daemon/doctor/parts.h"
 #include "drivers/kuka/krl/krl_files.h"
 #include "sim/krc/krc_udp.h"
 #include "tests/daemon/cli/mistaken_cells.h"
@@ -109,6 +110,28 @@ TEST_F(an_examination, foresees_how_far_the_axes_go_in_a_session) {
   EXPECT_NE(plan.found.find("correction_limit_deg is 40"), std::string::npos) << plan.found;
   for (const char* words : {"set correction_limit_deg = ", "kuka-files", "cold-start"})
     EXPECT_NE(plan.advice.find(words), std::string::npos) << plan.advice;
+}
+
+TEST_F(an_examination, names_a_schedule_that_nothing_starts_the_controllers_program_for) {
+  const std::string schedule =
+      "[schedule]\nunattended = true\nresponsible = \"A. Miller\"\nSTART\n[[schedule.session]]\n"
+      "name = \"nightly\"\ncell = \"/c.toml\"\nfrom = \"22:00\"\nto = \"05:30\"\n";
+  const auto with = [&](const std::string& start, const std::string& more = "") {
+    std::string text = schedule;
+    configure("backend = \"rsi\"\n[contact]\ndevice = \"/dev/null\"\n" + more +
+              text.replace(text.find("START"), 5, start));
+    Findings findings;
+    look_at_schedule(load_config(request().config), findings);
+    return findings;
+  };
+  const Findings none = with("");
+  EXPECT_EQ(outcome_of(none, "unattended start"), Outcome::kFailed);
+  EXPECT_NE(finding_of(none, "unattended start").found.find("Unattended at night"),
+            std::string::npos);
+  EXPECT_EQ(outcome_of(with("program_start = \"cell\""), "unattended start"), Outcome::kOk);
+  EXPECT_EQ(outcome_of(with("program_start = \"cell\"", "[session]\nconnect_wait_s = 60\n"),
+                       "unattended start"),
+            Outcome::kWarning);
 }
 
 TEST_F(an_examination, says_where_a_cell_file_contradicts_itself) {

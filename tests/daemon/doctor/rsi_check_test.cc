@@ -41,6 +41,28 @@ TEST(an_rsi_link, that_is_sound_is_all_ok) {
   EXPECT_EQ(findings.all().size(), 8u);
 }
 
+TEST(an_rsi_link, with_a_second_stop_path_is_ok_once_the_input_was_seen_to_follow) {
+  const auto outcome = [](const RsiSeen& seen) {
+    Findings findings;
+    RsiExpected expected{"ImFree", 3};
+    expected.input = 17;
+    judge_rsi(seen, expected, findings);
+    expect_advice(findings);
+    return outcome_of(findings, "rsi contact input");
+  };
+  RsiSeen seen = sound_rsi();
+  seen.newest.input_path = drivers::InputPath::kUnproven;
+  EXPECT_EQ(outcome(seen), Outcome::kWarning) << "its wire was not tested";
+  seen.input.changed = seen.input.contact_changed = true;
+  EXPECT_EQ(outcome(seen), Outcome::kOk);
+  seen.input.changed = false;
+  EXPECT_EQ(outcome(seen), Outcome::kFailed) << "stuck";
+  seen.input = {.on_while_open = true, .on = true};
+  EXPECT_EQ(outcome(seen), Outcome::kFailed) << "cut";
+  seen.newest.input_path = drivers::InputPath::kUntold;
+  EXPECT_EQ(outcome(seen), Outcome::kFailed) << "an older set of files";
+}
+
 TEST(an_rsi_link, shows_mode_and_override_and_warns_where_an_older_set_does_not_tell_them) {
   RsiSeen seen = sound_rsi();
   seen.newest.mode = drivers::OperatingMode::kT1;

@@ -55,6 +55,17 @@ TEST_F(OnABusyComputer, a_calibration_a_check_and_an_update_end_as_on_a_quiet_on
   expect_repeats(fixture.cellcal({"run", "--cell", CELLCAL_DEMO_CELL, "--update"}));
 }
 
+TEST_F(OnABusyComputer, with_a_second_stop_path_a_calibration_is_stopped_only_until_it_is_proven) {
+  restart(std::string(kBusy) +
+          "[rsi]\ncontact_tag = \"Contact.R\"\n[controller]\ncontact_level = \"off\"\n");
+  const Outcome outcome =
+      fixture.cellcal({"run", "--cell", CELLCAL_DEMO_CELL, "--touches", "40", "--check", "0"});
+  EXPECT_EQ(outcome.status, 0) << outcome.err << outcome.out << fixture.log();
+  const nlohmann::json status = fixture.status();
+  EXPECT_EQ(status["phase"], "done") << status.dump(1);
+  EXPECT_LE(status["busy_repeats"], 1) << status.dump(1);
+}
+
 TEST_F(OnABusyComputer, touches_chosen_one_by_one_come_to_their_goal) {
   restart(kBusy);
   expect_repeats(

@@ -67,6 +67,7 @@ struct FakeCell final : CellDoor {
 struct a_schedule : ::testing::Test {
   a_schedule() {
     config.unattended = true;
+    config.program_start = ProgramStart::kCell;
     config.responsible = "A. Miller";
     ScheduledSession nightly;
     nightly.name = "nightly";
@@ -120,6 +121,42 @@ struct a_schedule : ::testing::Test {
   std::vector<Decision> reported;
   std::unique_ptr<Schedule> schedule;
 };
+
+TEST_F(a_schedule, begins_nothing_where_nothing_starts_the_controllers_program) {
+  config.program_start = ProgramStart::kNone;
+  live(10 * kHour);
+  EXPECT_TRUE(cell.begun.empty());
+  EXPECT_EQ(count(Verb::kWaiting, Why::kNoProgramStart), 1);
+  EXPECT_NE(words(reported.back()).find("Unattended at night"), std::string::npos)
+      << words(reported.back());
+  config.program_start = ProgramStart::kCell;
+  pass(600);
+  EXPECT_EQ(cell.begun.size(), 1u) << "set up within the window";
+}
+
+TEST_F(a_schedule, resumes_behind_the_controllers_own_test_however_few_resumes_there_are) {
+  config.resumes = 0;
+  live(10 * kHour);
+  ASSERT_EQ(cell.begun.size(), 1u);
+  for (int again = 1; again <= 3; ++again) {
+    cell.end(EndState::kFailed, {FailureKind::kControllerTest, "brake test requested"});
+    live(600, 30);
+    EXPECT_EQ(cell.resumed, again);
+  }
+  cell.end(EndState::kFailed, {FailureKind::kComputerBusy, "late"});
+  live(600, 30);
+  EXPECT_EQ(cell.resumed, 3) << "any other failure counts";
+}
+
+TEST_F(a_schedule, does_not_resume_where_the_programs_start_was_taken_out_meanwhile) {
+  live(10 * kHour);
+  cell.end(EndState::kFailed, {FailureKind::kControllerTest, "brake test requested"});
+  pass(30);
+  config.program_start = ProgramStart::kNone;
+  live(600, 30);
+  EXPECT_EQ(cell.resumed, 0);
+  EXPECT_EQ(count(Verb::kEnded, Why::kNoProgramStart), 1);
+}
 
 TEST_F(a_schedule, begins_once_in_each_window_and_names_who_is_responsible) {
   live(10 * kHour - 600);

@@ -54,6 +54,7 @@ TEST_F(a_night, begins_fails_harmlessly_is_resumed_and_done_with_its_evidence_in
   broken = 1;
   ScheduleConfig config;
   config.unattended = true;
+  config.program_start = ProgramStart::kCell;
   config.responsible = "A. Miller";
   config.resumes = 1;
   config.resume_wait_s = 60.0;

@@ -47,6 +47,8 @@ TEST(Operator, StopsAndResetsRsi) {
   EXPECT_TRUE(has(obey(krc, "start off"), "Start key released"));
   EXPECT_TRUE(has(obey(krc, "aut"), "RSI stopped"));
   EXPECT_TRUE(has(obey(krc, "reset"), "RSI runs"));
+  EXPECT_TRUE(has(obey(krc, "ext"), "RSI stopped"));
+  EXPECT_TRUE(has(obey(krc, "reset"), "RSI runs"));
   EXPECT_TRUE(has(obey(krc, "block on"), "RSI runs"));
   EXPECT_TRUE(has(obey(krc, "unplug"), "RSI runs"));
 }

@@ -81,6 +81,30 @@ void FaultyCell::new_adapters() {
   next_pc_tick_ = now_;
 }
 
+// ---- CELL.SRC and its PLC
+// ------------------------------------------------------------------------------------------------
+
+std::vector<double> off_by_a_brake_test(std::vector<double> at_rad) {
+  at_rad.at(0) += 0.2 * std::numbers::pi / 180.0;
+  return at_rad;
+}
+
+void FaultyCell::put_under_cell_src(sim::CellSrc::Programs programs) {
+  cell_src_ = std::make_unique<sim::CellSrc>(std::move(programs), std::chrono::seconds(10));
+  cell_src_->start();
+}
+
+void FaultyCell::run_cell_src(TimePoint t, bool listens) {
+  if (!cell_src_) return;
+  cell_src_->tick(t);
+  if (!cell_src_->asks()) return;
+  if (cell_src_->brake_test_requested()) {
+    cell_src_->number(sim::CellSrc::kBrakeTest, t);
+  } else if (listens) {
+    cell_src_->number(sim::CellSrc::kCellcal, t);
+  }
+}
+
 // ---- the touch circuit
 // ---------------------------------------------------------------------------
 

@@ -17,6 +17,7 @@
 #include "drivers/contact/contact_inline.h"
 #include "sim/cell/contact_watch.h"
 #include "sim/cell/truth.h"
+#include "sim/krc/cell_src.h"
 #include "sim/lines/serial_line.h"
 #include "sim/mcu/mcu_line.h"
 
@@ -43,6 +44,8 @@ struct CellOptions {
   std::uint32_t mcu_ticks = 0;  ///< of the microcontroller's clock at power on
   double mcu_drift_ppm = 0.0;
   double krc_drift_ppm = 0.0;  ///< the controller's clock against this computer's
+  /// EXT: CELL.SRC calls cellcal's program, as a PLC tells it. false: a person starts it.
+  bool cell_src = false;
 };
 
 /// A change of the touch circuit, as it truly was.
@@ -94,12 +97,15 @@ class FaultyCell : public drivers::Clock {
   virtual void block_drives(bool blocked) = 0;
   virtual void operator_stops() = 0;  ///< at the pendant
   virtual void robot_fault() = 0;     ///< the program ends with a message
+  virtual void cancel_program() = 0;  ///< stopped and reset, as a PLC does it
   /// A second machine where only one may be, from now on.
   virtual void second_on_port(bool on) = 0;
   virtual void input_wire(bool broken) = 0;
   virtual void input_stuck_on(bool) {
   }  ///< RSI: 24 V at the controller's input, whatever the sensor says
   virtual void input_late(Duration) {}  ///< RSI: what the input shows it shows so much later
+  /// Options::cell_src: the controller's own program.
+  sim::CellSrc& cell_src() { return *cell_src_; }
   /// All lines and devices as an operator leaves them who has read the message.
   void repair();
 
@@ -125,10 +131,15 @@ class FaultyCell : public drivers::Clock {
   virtual void input(bool closed) = 0;  ///< the controller's, at now
 
   void run_contact() { contact_->run_until(now_); }
+  /// A brake test takes 10 s and leaves the arm a fifth of a degree off.
+  void put_under_cell_src(sim::CellSrc::Programs programs);
+  /// CELL, and the PLC that gives it numbers. `listens`: cellcal's program would find this computer.
+  void run_cell_src(TimePoint t, bool listens);
 
   const CellOptions options_;
   TimePoint now_;
   std::unique_ptr<drivers::ContactInline> contact_;
+  std::unique_ptr<sim::CellSrc> cell_src_;
 
  private:
   void level(TimePoint t, bool closed);
@@ -154,6 +165,9 @@ class FaultyCell : public drivers::Clock {
   int bounces_ = 0;
   Duration bounce_apart_{};
 };
+
+/// Where a brake test leaves the arm.
+std::vector<double> off_by_a_brake_test(std::vector<double> at_rad);
 
 /// As the daemon's mock backend would configure it, with the demo's cell.
 std::unique_ptr<FaultyCell> make_cell(const calib::Cell& cell, const CellOptions& options);

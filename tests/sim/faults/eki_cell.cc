@@ -36,7 +36,18 @@ class EkiCell final : public FaultyCell {
         controller_(eki_controller(config, cell, options)),
         to_pc_(sim::LineKind::kStream, kSwitch, options.seed * 37 + 1),
         to_krc_(sim::LineKind::kStream, kSwitch, options.seed * 37 + 2) {
-    controller_.start_program();
+    if (options.cell_src) {
+      controller_.mode(drivers::EkiMode::kExt);
+      put_under_cell_src(
+          {[this] { controller_.call_program(); }, [this] { return !controller_.program_runs(); },
+           [] { return false; },
+           [this](bool on) {
+             controller_.request(on ? drivers::EkiRequest::kBrakeTest : drivers::EkiRequest::kNone);
+           },
+           [this] { controller_.place(off_by_a_brake_test(controller_.setpoint_rad())); }});
+    } else {
+      controller_.start_program();
+    }
     new_adapters();
   }
 
@@ -46,6 +57,7 @@ class EkiCell final : public FaultyCell {
   void block_drives(bool blocked) override { controller_.drives(!blocked); }
   void operator_stops() override { controller_.emergency_stop(true); }
   void robot_fault() override { controller_.cancel_program(); }
+  void cancel_program() override { controller_.cancel_program(); }
   /// The drives' brakes stop the arm, the programs forget, the connection dies without a word.
   void power_off(bool off) override {
     if (off) controller_.drives(false);
@@ -70,6 +82,7 @@ class EkiCell final : public FaultyCell {
   }
   Duration cycle() const override { return controller_.cycle(); }
   void tick(TimePoint t) override {
+    run_cell_src(t, true);
     controller_.tick(t);
     const std::string said = controller_.take_output();
     if (!other_holds_ && !off_) to_pc_.send(said, t);

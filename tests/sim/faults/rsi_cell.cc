@@ -60,7 +60,19 @@ class RsiCell final : public FaultyCell {
     if (options.t1) controller_.mode(sim::OperatingMode::kT1);
     controller_.set_override(options.override_percent);
     mcu().on_output([this](TimePoint t, bool free) { output(t, free); });
-    controller_.rsi_on();
+    if (options.cell_src) {
+      controller_.mode(sim::OperatingMode::kExt);
+      put_under_cell_src(
+          {[this] {
+             listens_ = false;  // the PLC calls it once for each session
+             controller_.rsi_on();
+           },
+           [this] { return controller_.phase() == sim::RsiPhase::kEnded; },
+           [this] { return controller_.phase() == sim::RsiPhase::kFaulted; }, [](bool) {},
+           [this] { controller_.place(off_by_a_brake_test(controller_.actual_rad_at(now()))); }});
+    } else {
+      controller_.rsi_on();
+    }
     sim::ControllerConfig other = rsi_controller(config, cell, options);
     other.start_rad[0] += 0.5;
     other.ipoc_start = 77'000'123;
@@ -77,6 +89,7 @@ class RsiCell final : public FaultyCell {
   /// RSI goes on; the drives are off and the brakes closed.
   void operator_stops() override { block_drives(true); }
   void robot_fault() override { power_off(true); }
+  void cancel_program() override { controller_.cancel_program(); }
   void power_off(bool off) override {
     off_ = off;
     block_drives(off);
@@ -100,6 +113,7 @@ class RsiCell final : public FaultyCell {
   }
   Duration cycle() const override { return controller_.cycle(); }
   void tick(TimePoint t) override {
+    run_cell_src(t, listens_);
     const std::string_view packet = controller_.tick(t);
     watch_command();
     if (!off_) to_pc_.send(packet, t);
@@ -119,6 +133,7 @@ class RsiCell final : public FaultyCell {
   void pc_tick() override { robot_->on_tick(now_); }
   void make_robot() override {
     robot_ = std::make_unique<drivers::RsiRobotInline>(rsi_, &contact_->guard());
+    listens_ = true;
   }
   void input(bool) override {}  // by the sensor's output instead
 
@@ -176,6 +191,7 @@ class RsiCell final : public FaultyCell {
        broken_ = false;  ///< the sensor's output, and its way to the input
   bool off_ = false;
   bool second_speaks_ = false;
+  bool listens_ = false;
 };
 
 }  // namespace

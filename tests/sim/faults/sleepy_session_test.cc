@@ -61,6 +61,7 @@ class SleepyCell final : public FaultyCell {
   void block_drives(bool) override {}
   void operator_stops() override {}
   void robot_fault() override {}
+  void cancel_program() override {}
   void second_on_port(bool) override {}
   void input_wire(bool) override {}
 

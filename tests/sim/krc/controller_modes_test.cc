@@ -222,6 +222,27 @@ TEST_F(Modes, EmergencyStopEndsPacketsAndHasToBeReleasedBeforeAReset) {
   EXPECT_EQ(krc->message(), "Drives are off");
 }
 
+TEST_F(Modes, OfAnotherHabitAnEmergencyStopLeavesRsiOnAndStartLetsTheArmGoOn) {
+  ControllerConfig config;
+  config.rsi_outlives_stop = true;
+  make(config);
+  cycles(50, "<AK A1=\"1\"/>");
+  krc->emergency_stop(true);
+  const std::vector<double> stood = krc->actual_rad_at(now);
+  cycles(50, "<AK A1=\"2\"/>");
+  EXPECT_FALSE(packet.empty());
+  EXPECT_EQ(krc->phase(), RsiPhase::kRunning);
+  krc->start_key(true);
+  cycles(50, "<AK A1=\"2\"/>");
+  EXPECT_EQ(krc->actual_rad_at(now), stood) << "still pressed";
+  krc->emergency_stop(false);
+  cycles(50, "<AK A1=\"2\"/>");
+  EXPECT_EQ(krc->actual_rad_at(now), stood) << "not started";
+  krc->start_key(true);
+  cycles(100, "<AK A1=\"2\"/>");
+  EXPECT_GT(krc->actual_rad_at(now)[0], stood[0] + 0.5 * 0.0174);
+}
+
 TEST_F(Modes, StopObjectDoesWhatItsModeSays) {
   ControllerConfig config;
   for (const RsiStop mode : {RsiStop::kInfo, RsiStop::kPathStop, RsiStop::kFastStop}) {

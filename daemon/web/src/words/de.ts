@@ -306,6 +306,7 @@ export const de: Catalogue = {
   "check.rsi decimals": "RSI-Nachkommastellen",
   "check.rsi elements": "RSI-Elemente",
   "check.rsi state": "Betriebsart und Override (RSI)",
+  "check.rsi contact input": "Kontakteingang (RSI)",
   "check.rsi tool": "Werkzeug der Steuerung (RSI)",
   "check.rsi replies": "RSI-Antworten",
   "check.rsi reply times": "RSI-Antwortzeiten",
@@ -353,6 +354,7 @@ export const de: Catalogue = {
   "failure.identify": "Parameter des Arms durch die Antastungen nicht bestimmt.",
   "failure.report": "Der Bericht ließ sich nicht schreiben.",
   "failure.attended": "Roboter ist nicht in AUT/EXT mit 100 %.",
+  "failure.controller-test": "Die Steuerung verlangt ihren Bremsen- oder Justagetest.",
   "failure.unexpected-event": "Interner Fehler: unerwartetes Ereignis.",
   "failure.unknown": "Unbekannter Fehler.",
   "do.plan": "Den Arm von Hindernissen wegfahren, oder Hindernisse und Kugeln in der Zellendatei prüfen. Dann neu starten.",
@@ -381,6 +383,7 @@ export const de: Catalogue = {
   "do.identify": "Mehr Antastungen machen, aus mehr Richtungen und in unterschiedlicheren Stellungen.",
   "do.report": "Platz auf der Festplatte schaffen, dann fortsetzen: Der Bericht wird noch einmal geschrieben.",
   "do.attended": "Wenn die Zelle frei ist: Betriebsart AUT oder EXT, Override 100 %. Das nächste Zeitfenster startet eine neue Sitzung.",
+  "do.controller-test": "Den Test an der Steuerung ausführen, dann fortsetzen. Nach Zeitplan wird die Sitzung in ihrem Zeitfenster fortgesetzt.",
   "do.unexpected-event": "Fortsetzen. Tritt es wieder auf, den Export der Sitzung einsenden.",
   "do.unknown": "Den Beleg unten lesen, dann 'cellcal doctor' ausführen.",
 

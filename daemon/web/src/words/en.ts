@@ -313,6 +313,7 @@ export const en = {
   "check.rsi decimals": "RSI decimals",
   "check.rsi elements": "RSI elements",
   "check.rsi state": "mode and override (RSI)",
+  "check.rsi contact input": "contact input (RSI)",
   "check.rsi tool": "tool at the controller (RSI)",
   "check.rsi replies": "RSI replies",
   "check.rsi reply times": "RSI reply times",
@@ -361,6 +362,7 @@ export const en = {
   "failure.identify": "Arm parameters not determined by the touches.",
   "failure.report": "The report could not be written.",
   "failure.attended": "Robot is not in AUT/EXT at 100 %.",
+  "failure.controller-test": "The controller requests its brake or mastering test.",
   "failure.unexpected-event": "Internal error: unexpected event.",
   "failure.unknown": "Unknown failure.",
   "do.plan": "Jog the arm clear of obstacles, or check obstacles and spheres in the cell file. Then start again.",
@@ -389,6 +391,7 @@ export const en = {
   "do.identify": "Make more touches, from more directions and in more varied postures.",
   "do.report": "Free disk space, then resume: the report is written again.",
   "do.attended": "When the cell is clear: mode AUT or EXT, override 100 %. The next window starts a new session.",
+  "do.controller-test": "Run the test on the controller, then resume. By schedule the session is resumed within its window.",
   "do.unexpected-event": "Resume. If it occurs again, send the session's export.",
   "do.unknown": "Read the evidence below, then run 'cellcal doctor'.",
 

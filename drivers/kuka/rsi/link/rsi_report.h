@@ -58,6 +58,7 @@ struct CoreState {
   OperatingMode mode = OperatingMode::kUnknown;      ///< of the newest packet
   std::int32_t override_percent = -1;                ///< likewise; below 0: it did not tell
   InputPath input_path = InputPath::kNone;           ///< the second stop path
+  bool input_contact = false;                        ///< what it says
   std::uint32_t stops_by_input = 0;                  ///< by it, before the sensor's bytes
   double jitter_s = 0.0, longest_gap_s = 0.0;        ///< of this session's arrivals
   std::uint32_t ipoc = 0;

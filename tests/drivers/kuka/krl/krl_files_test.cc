@@ -257,7 +257,7 @@ TEST(EkiFiles, LatchBeforeTheyResumeAndDeclareInterruptsAboveTheMotion) {
             line_of(main, "CC_MOVE ( )"));
   EXPECT_LT(line_of(main, "CC_READY=FALSE"), line_of(main, "PTP $AXIS_ACT_MEAS"))
       << "what an earlier run left must not be believed while this one begins";
-  EXPECT_LT(line_of(main, "PTP $AXIS_ACT_MEAS"), line_of(main, "LOOP"));
+  EXPECT_LT(line_of(main, "PTP $AXIS_ACT_MEAS"), line_of(main, "REPEAT"));
   for (const std::string& line : main) EXPECT_NE(line.rfind("LIN", 0), 0u) << line;
   const std::vector<std::string> isr = body(source, "DEF CC_ON_INPUT");
   EXPECT_LT(line_of(isr, "BRAKE"), line_of(isr, "CC_LATCH=$AXIS_INT"));
@@ -287,14 +287,74 @@ TEST(EkiFiles, CancelAProgramStepByStepAndKeepTheMoveUnderWayUntilItIsGone) {
   EXPECT_LT(line_of(watch, "IF CC_GONE ( )==TRUE THEN"), line_of(watch, "CC_READY=FALSE"));
 }
 
-TEST(EkiFiles, AreReadyInCellcalsOwnProgramAlone) {
-  const std::string sub = eki_files({}).at("cellcal_sub.sub");
-  for (const char* head : {"DEFFCT BOOL CC_IS_READY", "DEFFCT BOOL CC_GONE"}) {
+TEST(EkiFiles, AreReadyInCellcalsOwnProgramAloneWhateverHasCalledIt) {
+  const ControllerFiles files = eki_files({});
+  const std::string& sub = files.at("cellcal_sub.sub");
+  const auto has = [&](const char* head, const char* part) {
     const std::vector<std::string> lines = body(sub, head);
-    EXPECT_TRUE(std::any_of(lines.begin(), lines.end(), [](const std::string& line) {
-      return line.find("StrComp($PRO_NAME1[],\"CELLCAL_EKI\",#NOT_CASE_SENS)") != std::string::npos;
-    })) << head;
-  }
+    return std::any_of(lines.begin(), lines.end(), [&](const std::string& line) {
+      return line.find(part) != std::string::npos;
+    });
+  };
+  for (const char* head : {"DEFFCT BOOL CC_IS_THERE", "DEFFCT BOOL CC_GONE"})
+    EXPECT_TRUE(has(head, "StrComp($PRO_NAME1[],CC_NAME[],#NOT_CASE_SENS)")) << head;
+  EXPECT_TRUE(has("DEFFCT BOOL CC_IS_READY", "OK=CC_IS_THERE( ) AND (CC_LEAVE==FALSE)"));
+  EXPECT_TRUE(has("DEFFCT BOOL CC_IS_THERE", "CC_READY AND (CC_BUSY OR (CC_MISSED<15))"));
+  // The name is that of the selected program at the start, and the proof comes from the wait alone.
+  const std::vector<std::string> main = body(files.at("cellcal_eki.src"), "DEF CELLCAL_EKI");
+  EXPECT_LT(line_of(main, "OK=StrCopy(CC_NAME[],$PRO_NAME1[])"), line_of(main, "CC_READY=TRUE"));
+  EXPECT_EQ(line_of(main, "WAIT FOR CC_NEW OR CC_LEAVE OR (CC_ECHO<>CC_ASK)") + 1,
+            line_of(main, "CC_ECHO=CC_ASK"));
+  const std::vector<std::string> pass = body(sub, "DEF CELLCAL_SUB");
+  EXPECT_LT(line_of(pass, "CC_PROVE ( )"), line_of(pass, "CC_SEND ( )"));
+}
+
+TEST(EkiFiles, ReturnToCellWhereTheSessionEndsOrNoneComes) {
+  EkiFilesConfig config;
+  config.cell_wait_s = 60;
+  const ControllerFiles files = eki_files(config);
+  const std::string& sub = files.at("cellcal_sub.sub");
+  const std::vector<std::string> part = body(sub, "DEF CC_PART");
+  EXPECT_LT(line_of(part, "CC_LEAVE=CC_CALLED"), line_of(part, "CC_SESSION=0"));
+  for (const char* head : {"DEF CC_LINK", "DEF CC_READ"}) line_of(body(sub, head), "CC_PART ( )");
+  line_of(body(sub, "DEF CC_PROVE"), "IF CC_IDLE>3000 THEN");
+  const std::vector<std::string> main = body(files.at("cellcal_eki.src"), "DEF CELLCAL_EKI");
+  const std::size_t left = line_of(main, "UNTIL CC_LEAVE AND (CC_NEW==FALSE)");
+  EXPECT_EQ(line_of(main, "CC_READY=FALSE", left), left + 1);
+  EXPECT_LT(line_of(main, "CC_LEAVE=FALSE"), line_of(main, "CC_READY=TRUE"));
+}
+
+TEST(EkiFiles, StartNothingUnlessPermittedInExtAndWithNothingSelected) {
+  EkiFilesConfig config;
+  EXPECT_NE(eki_files(config).at("cellcal_eki.dat").find("CC_MAY_RUN=FALSE"), std::string::npos);
+  config.may_run = true;
+  EXPECT_NE(eki_files(config).at("cellcal_eki.dat").find("CC_MAY_RUN=TRUE"), std::string::npos);
+  const std::string sub = eki_files(config).at("cellcal_sub.sub");
+  const std::vector<std::string> run = body(sub, "DEF CC_RUN");
+  const std::size_t refused =
+      line_of(run, "IF (CC_MAY_RUN==FALSE) OR ($EXT==FALSE) OR (CC_BUSY==TRUE) THEN");
+  EXPECT_EQ(run.at(refused + 1), "RETURN");
+  const std::size_t free = line_of(run, "IF $PRO_STATE1==#P_FREE THEN");
+  EXPECT_EQ(run.at(free + 1), "CWRITE ($CMD,STAT,MODE,\"RUN/R1/CELLCAL_EKI()\")");
+  EXPECT_LT(refused, free);
+  std::size_t starts = 0;
+  for (std::size_t at = sub.find("\"RUN/"); at != std::string::npos; at = sub.find("\"RUN/", at + 1))
+    ++starts;
+  EXPECT_EQ(starts, 1u);
+}
+
+TEST(EkiFiles, TellWhatTheControllerAsksForByTheConfiguredOutputsAlone) {
+  EkiFilesConfig config;
+  EXPECT_EQ(eki_files(config).at("cellcal_sub.sub").find("$OUT["), std::string::npos);
+  config.brake_test_output = 12;
+  config.collision_output = 14;
+  const std::vector<std::string> asked =
+      body(eki_files(config).at("cellcal_sub.sub"), "DEFFCT INT CC_REQUEST");
+  const std::size_t brake = line_of(asked, "IF $OUT[12]==TRUE THEN");
+  const std::size_t collision = line_of(asked, "IF $OUT[14]==TRUE THEN");
+  EXPECT_EQ(asked.at(brake + 1), "ASKED=1");
+  EXPECT_EQ(asked.at(collision + 1), "ASKED=3");
+  EXPECT_LT(brake, collision) << "a collision hides the others";
 }
 
 TEST(EkiFiles, ClearTheChannelOnlyWhereItHasBeenOpen) {
@@ -399,6 +459,8 @@ TEST(EkiFiles, AreRefusedByTheKeyThatIsWrong) {
       {"first_interrupt", [](EkiFilesConfig& c) { c.first_interrupt = 79; }},
       {"first_interrupt", [](EkiFilesConfig& c) { c.first_interrupt = 127; }},
       {"dead_man_ms", [](EkiFilesConfig& c) { c.dead_man_ms = 5000; }},
+      {"cell_wait_s", [](EkiFilesConfig& c) { c.cell_wait_s = 0; }},
+      {"collision_output", [](EkiFilesConfig& c) { c.collision_output = 9000; }},
   };
   for (const auto& [key, spoil] : cases) {
     EkiFilesConfig config;

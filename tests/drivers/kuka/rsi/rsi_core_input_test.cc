@@ -130,6 +130,19 @@ TEST_F(InputOfTheController, ThatGoesOffAloneIsACutWireAndNoTouch) {
   EXPECT_TRUE(is<cause::InputAtStart>(next.cause)) << words(next);
 }
 
+TEST_F(InputOfTheController, StopsWhereTheSensorHadDisarmedItselfForWantOfAKeepAlive) {
+  prove();
+  begin_search();
+  rig.krc.input(rig.now, false);
+  rig.cycle();
+  rig.guard.end_arming(ArmEnd::kSensorDisarmed);
+  rig.guard.touch(true);
+  const CoreResult result = rig.finish(1s);
+  EXPECT_EQ(result.outcome, MoveOutcome::kContactSilent) << "its contact is of no arming";
+  EXPECT_TRUE(is<cause::KeepAliveLate>(result.cause)) << words(result);
+  EXPECT_EQ(result.interruption, Interruption::kLateBytes);
+}
+
 TEST_F(InputOfTheController, BlinksWithNoiseThatTheSensorRevokes) {
   prove();
   begin_search();

@@ -177,6 +177,7 @@ TEST_F(Search, ASensorThatMissedThisComputersKeepAliveSaysSo) {
   const CoreResult result = rig.finish();
   EXPECT_EQ(result.outcome, MoveOutcome::kContactSilent);
   EXPECT_TRUE(is<cause::KeepAliveLate>(result.cause)) << words(result);
+  EXPECT_EQ(result.interruption, Interruption::kLateBytes);
 }
 
 TEST_F(Search, ContactLevelWithoutATripFreezesAndAwaitsTheVerdict) {

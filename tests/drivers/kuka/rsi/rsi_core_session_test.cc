@@ -510,5 +510,31 @@ TEST(RsiSilence, ThatDelayWasSeenToCountIsRememberedBehindIt) {
   }
 }
 
+/// Where RSI outlives an emergency stop, the correction that was sent last is held while the arm stands,
+/// and Start lets the arm go where it leads: as far as it was behind.
+TEST(RsiSessionOfAnotherHabit, ThatOutlivesAnEmergencyStopMovesTheArmAtStartByWhatItWasBehindAndNoMore) {
+  sim::ControllerConfig krc;
+  krc.rsi_outlives_stop = true;
+  for (const double cruise_s : {10.0, 1.0}) {  // 1 and 10 deg/s
+    Rig rig(krc);
+    rig.make_ready();
+    rig.begin(MoveKind::kTransit, rig.moved_by(0, 10.0), cruise_s);
+    rig.run(cruise_s > 1.0 ? 3s : 600ms);
+    rig.krc.emergency_stop(true);
+    const CoreResult result = rig.finish();
+    EXPECT_EQ(result.outcome, MoveOutcome::kNotFollowing) << words(result);
+    EXPECT_EQ(rig.core.state().link, RobotLink::kNotReferenced);
+    const std::vector<double> stood = rig.krc.actual_rad_at(rig.now);
+    rig.run(2s);
+    EXPECT_EQ(rig.krc.actual_rad_at(rig.now), stood);
+    rig.krc.emergency_stop(false);
+    rig.krc.start_key(true);
+    rig.run(2s);
+    const double moved_deg = (rig.krc.actual_rad_at(rig.now)[0] - stood[0]) / kDeg;
+    EXPECT_GT(moved_deg, 0.0) << "uncommanded: the first row of the checklist on site";
+    EXPECT_LT(moved_deg, cruise_s > 1.0 ? 0.1 : 1.5);
+  }
+}
+
 }  // namespace
 }  // namespace cellcal::drivers

@@ -31,6 +31,22 @@ EkiError error_of(const std::string& text) {
   return parse(text, state);
 }
 
+TEST(EkiState, TellsWhatTheControllerAsksForAndNothingWhereItDoesNot) {
+  EkiParser parser;
+  EkiState state;
+  ASSERT_EQ(parser.parse_state(kState, state), EkiError::kNone);
+  EXPECT_EQ(state.request, EkiRequest::kNone) << "files of earlier releases";
+  const std::string with = replaced(kState, "Bad=\"2\"", "Bad=\"2\" Request=\"1\"");
+  ASSERT_EQ(parser.parse_state(with, state), EkiError::kNone);
+  EXPECT_EQ(state.request, EkiRequest::kBrakeTest);
+  for (const char* wrong : {"4", "-1", "1.5", "x", ""}) {
+    const std::string value = std::string("Request=\"") + wrong + "\"";
+    EXPECT_EQ(parser.parse_state(replaced(with, "Request=\"1\"", value), state),
+              EkiError::kBadNumber)
+        << wrong;
+  }
+}
+
 TEST(EkiParser, ReadsAState) {
   EkiState state;
   ASSERT_EQ(parse(kState, state), EkiError::kNone);
