@@ -40,6 +40,9 @@ enum class ContactFault {
   kDeliveredLate,   ///< it spoke in time, and this computer delivered its bytes late
   kBaud,            ///< bytes come, and none is a frame: the two sides' baud rates differ
   kDamaged,         ///< its frames come damaged, so that its answers are missing
+  kNoRelay,         ///< a relay in the place of plug X1 is configured, and the board has none
+  kRelayStaysOpen,  ///< it is driven, and its mirror contact says released
+  kRelayWelded,     ///< it is not driven, and its mirror contact says that a pole is closed
 };
 
 /// What is wrong with the wires of the touch circuit, as the last self-test and the newest
@@ -52,6 +55,9 @@ enum class LoopFlaw {
   kEarthShort,      ///< E and its way back touch before the end resistor: a break would not show
   kEarthUnwatched,  ///< the sensor's firmware does not look at wire E
 };
+
+/// The relay in the place of plug X1, by its mirror contact.
+enum class ContactRelay { kNone, kOpen, kClosed };
 
 /// How the last arming ended.
 enum class ArmEnd {
@@ -126,6 +132,7 @@ struct ContactStatus {
   ArmEnd last_arm_end = ArmEnd::kNone;
   bool clock_ok = false;  ///< its clock is known to clock_limit_s, by answers that are not old
   ContactDelivery delivery;
+  ContactRelay relay = ContactRelay::kNone;
 };
 
 /// Why an arming was refused.

@@ -25,6 +25,7 @@ constexpr std::chrono::milliseconds kLongestFarewell{3500};
 drivers::SerialContactOptions contact_options(const DaemonConfig& config) {
   drivers::SerialContactOptions options;
   options.port = config.contact;
+  options.contact.relay = config.isolation == Isolation::kRelay;
   if (!config.realtime) options.port.priority = 0;
   return options;
 }

@@ -285,6 +285,17 @@ std::string read_device(const TomlTable& table) {
 void read_contact(const TomlTable& table, DaemonConfig& config) {
   const bool needed = config.backend != BackendKind::kMock;
   if (needed || table.has("device")) config.contact.device = read_device(table);
+  if (table.has("isolation")) {
+    const std::string word = table.word("isolation", {"none", "plug", "relay"});
+    config.isolation = word == "plug"    ? Isolation::kPlug
+                       : word == "relay" ? Isolation::kRelay
+                                         : Isolation::kNone;
+  }
+  if (config.isolation == Isolation::kPlug && config.schedule.unattended) {
+    table.fail("isolation",
+               "must not be \"plug\" with [schedule] unattended = true: plug X1 is put in by hand "
+               "before a session and pulled before welding. A relay does both (isolation = \"relay\")");
+  }
   config.contact.baud = static_cast<int>(table.integer_or("baud", 1'000'000, 9600, 4'000'000));
   for (int allowed : {1'000'000, 250'000, 115'200}) {
     if (config.contact.baud == allowed) {

@@ -56,6 +56,9 @@ struct MockConfig {
   std::vector<double> start_rad;
 };
 
+/// What is between the touch circuit's wires and a welding gun while it welds.
+enum class Isolation { kNone, kPlug, kRelay };
+
 struct DaemonConfig {
   BackendKind backend = BackendKind::kRsi;
   std::string text_sha256;  ///< of the file that it was read from; empty: of none
@@ -79,6 +82,7 @@ struct DaemonConfig {
   drivers::RsiFilesConfig rsi_files;   ///< likewise for RSI; its address may be empty
   bool realtime = true;
   drivers::PortOptions contact;
+  Isolation isolation = Isolation::kNone;
   MockConfig mock;
 };
 

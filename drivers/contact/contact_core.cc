@@ -102,6 +102,7 @@ void ContactCore::connect(TimePoint now) {
 }
 
 void ContactCore::disconnect(TimePoint now) {
+  if (options_.relay && step_ > ContactStep::kHello) send(ctp::Relay{0});
   end_arming(ArmEnd::kLinkLost, now);
   forget_session();
   fault_ = ContactFault::kNone;
@@ -121,6 +122,7 @@ void ContactCore::forget_session() {
   said_late_s_ = 0.0;
   open_ticks_.reset();
   armed_ticks_.reset();
+  relay_.reset();
   seen_.clear();
   delay_mean_s_ = delay_var_s2_ = 0.0;
 }
@@ -128,7 +130,7 @@ void ContactCore::forget_session() {
 void ContactCore::enter(ContactStep step, TimePoint now) {
   step_ = step;
   step_since_ = next_send_ = next_test_ = now;
-  if (step == ContactStep::kClock) next_ping_ = now;
+  if (step == ContactStep::kClock) next_ping_ = relay_asked_ = relay_next_ = now;
 }
 
 void ContactCore::identify_again(ContactFault fault, TimePoint now) {
@@ -179,6 +181,9 @@ void ContactCore::on_frame(const ctp::Frame& frame, TimePoint t_rx, TimePoint ar
       break;
     case CTP_BOARD:
       board_ = flaws_of(ctp::read<ctp::Board>(frame));
+      break;
+    case CTP_RELAY_STATE:
+      on_relay(ctp::read<ctp::RelayState>(frame), t_rx);
       break;
     default:  // LOG: text for a person at the sensor; it proves only that the sensor lives
       break;
@@ -445,6 +450,7 @@ void ContactCore::on_tick_but_ping(TimePoint now) {
     send(options_.wire);
     next_send_ = now + (fault_ == ContactFault::kConfigRefused ? kRefusedPeriod : kConfigPeriod);
   }
+  tick_relay(now);
   tick_test(now);
   tick_arming(now);
 }
@@ -508,6 +514,10 @@ ContactFacts ContactCore::facts(TimePoint now) const {
     f.uid = ident_->uid;
     f.boot_id = ident_->boot_id;
     f.board = board_;
+  }
+  if (relay_) {
+    const bool closed = (relay_->flags & CTP_RELAY_CLOSED) != 0;
+    f.relay = closed ? ContactRelay::kClosed : ContactRelay::kOpen;
   }
   f.waiting_s = seconds(now - step_since_);
   f.silent_s = seconds(now - last_frame_);

@@ -24,6 +24,8 @@ struct ContactOptions {
   int baud = CTP_DEFAULT_BAUD;
   /// Of Ethernet: frames may be doubled and overtaken, and `baud` is the wire's bit rate.
   bool datagrams = false;
+  /// A relay in the place of plug X1 is closed while the port is open, and has to be there.
+  bool relay = false;
   ctp::Config wire;  ///< sent as CONFIG
   /// An arming is refused above this: at 2 mm/s 0.5 ms is 1 um.
   double max_clock_sigma_s = 500e-6;
@@ -92,6 +94,12 @@ class ContactCore : public ContactGuard {
   void on_event(const ctp::Frame& frame, TimePoint now);
   void on_pong(const ctp::Pong& pong, TimePoint now, TimePoint arrived);
   void on_nak(const ctp::Nak& nak, TimePoint now);
+  void on_relay(const ctp::RelayState& state, TimePoint now);
+  void tick_relay(TimePoint now);
+  bool relay_to_ask() const;
+  ContactFault relay_fault() const;
+  bool relay_closed() const;
+  bool relay_ready(TimePoint now) const;
 
   void on_tick_but_ping(TimePoint now);
   void enter(ContactStep step, TimePoint now);
@@ -173,6 +181,10 @@ class ContactCore : public ContactGuard {
   int test_tries_ = 0;
   std::uint64_t damaged_before_test_ = 0;
   bool heard_since_test_ = false;  ///< a heartbeat that the sensor sent when it must have been over
+
+  // relay
+  std::optional<ctp::RelayState> relay_;
+  TimePoint relay_asked_{}, relay_next_{}, relay_since_{};
 
   // arming
   Arming arming_ = Arming::kNone;

@@ -19,6 +19,7 @@ constexpr milliseconds kMaxLifetime{0xFFFF};
 /// The sensor ends an arming itself; the host steps in only this much later.
 constexpr milliseconds kLifetimeGrace{100};
 
+constexpr milliseconds kRelayPeriod{100}, kRelayTimeout{1000}, kRelaySettle{CTP_RELAY_MS / 2};
 constexpr milliseconds kTestTimeout{60};
 constexpr milliseconds kTestRetry{1000};
 constexpr int kTestTries = 3;
@@ -269,7 +270,52 @@ void ContactCore::begin_test(TimePoint now) {
   send(ctp::SelfTest{});
 }
 
+bool ContactCore::relay_to_ask() const {
+  if (!options_.relay || step_ < ContactStep::kClock) return false;
+  // Welded: nothing is closed on it.
+  return !relay_ || (relay_->flags & (CTP_RELAY_WANTED | CTP_RELAY_FAULT)) == 0;
+}
+
+bool ContactCore::relay_closed() const {
+  return relay_ && relay_->flags == (CTP_RELAY_WANTED | CTP_RELAY_CLOSED);
+}
+
+/// Asks until the sensor says that it is driven; what has no relay does not say.
+void ContactCore::tick_relay(TimePoint now) {
+  const ContactFault found = relay_fault();
+  if (found != ContactFault::kNone && found != fault_) fail_test(found, now);
+  const bool named = fault_ == ContactFault::kRelayStaysOpen || fault_ == ContactFault::kRelayWelded ||
+                     fault_ == ContactFault::kNoRelay;
+  if (named && relay_closed()) fault_ = ContactFault::kNone;
+  if (!relay_to_ask() || now < relay_next_) return;
+  if (!relay_ && now - relay_asked_ > kRelayTimeout && step_ == ContactStep::kSelfTest)
+    fault_ = ContactFault::kNoRelay;
+  send(ctp::Relay{1});
+  relay_next_ = now + kRelayPeriod;
+}
+
+void ContactCore::on_relay(const ctp::RelayState& state, TimePoint now) {
+  if (!relay_ || relay_->flags != state.flags) relay_since_ = now;
+  relay_ = state;
+}
+
+/// What its mirror contact says against its coil.
+ContactFault ContactCore::relay_fault() const {
+  if (!options_.relay || !relay_ || step_ < ContactStep::kSelfTest) return ContactFault::kNone;
+  const bool closed = (relay_->flags & CTP_RELAY_CLOSED) != 0;
+  if ((relay_->flags & CTP_RELAY_FAULT) != 0)
+    return closed ? ContactFault::kRelayWelded : ContactFault::kRelayStaysOpen;
+  const bool lost = step_ == ContactStep::kReady && !closed;
+  return lost ? ContactFault::kRelayStaysOpen : ContactFault::kNone;
+}
+
+/// Closed for so long that no pole bounces any more.
+bool ContactCore::relay_ready(TimePoint now) const {
+  return !options_.relay || (relay_closed() && now - relay_since_ >= kRelaySettle);
+}
+
 bool ContactCore::test_due(TimePoint now) const {
+  if (!relay_ready(now)) return false;
   if (step_ < ContactStep::kSelfTest || arming_ != Arming::kNone) return false;
   if (test_wanted_) return true;
   if (now < next_test_) return false;
@@ -366,11 +412,16 @@ TimePoint ContactCore::next_wake() const {
   }
   if (step_ == ContactStep::kConfig) t = std::min(t, next_send_);
   if (step_ >= ContactStep::kClock) t = std::min(t, next_ping_);
+  if (relay_to_ask()) t = std::min(t, relay_next_);
   if (test_ == Test::kRunning) {
     if (heard_since_test_)
       t = std::min(t, test_sent_ + kTestTimeout + answer_time_ + milliseconds{1});
   } else if (step_ >= ContactStep::kSelfTest && arming_ == Arming::kNone) {
-    t = std::min(t, step_ == ContactStep::kSelfTest ? next_test_ : next_ping_);
+    // Without a closed relay nothing is tested, and its state wakes by itself.
+    const TimePoint test = std::max(next_test_, relay_since_ + kRelaySettle);
+    if (step_ != ContactStep::kSelfTest) t = std::min(t, next_ping_);
+    else if (!options_.relay) t = std::min(t, next_test_);
+    else if (relay_closed()) t = std::min(t, test);
   }
   if (arming_ == Arming::kArmed) {
     t = std::min({t, last_frame_ + silence_limit_ + milliseconds{1}, expires_});

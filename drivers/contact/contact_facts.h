@@ -27,6 +27,7 @@ struct ContactFacts {
   std::uint32_t uid = 0, boot_id = 0;
   std::uint16_t config_crc = 0;
   BoardFlaws board;
+  ContactRelay relay = ContactRelay::kNone;
   double waiting_s = 0.0;  ///< in this step
   double silent_s = 0.0;   ///< since the last valid frame
   double sense_v = 0.0;

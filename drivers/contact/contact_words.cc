@@ -27,6 +27,8 @@ std::string late_words(const ContactFacts& f) {
 }
 
 std::string loop_words(const ContactFacts& f) {
+  if (f.relay == ContactRelay::kOpen)
+    return "isolation relay open: the touch circuit is connected when a session begins";
   switch (f.loop_flaw) {
     case LoopFlaw::kNone:  // whole again; the self-test has not looked yet
     case LoopFlaw::kGunBreak:
@@ -94,6 +96,15 @@ std::string fault_words(const ContactFacts& f) {
           f.silent_s);
     case ContactFault::kDeliveredLate:
       return late_words(f) + ". It is being identified again";
+    case ContactFault::kNoRelay:
+      return "no isolation relay at the contact sensor, and [contact] isolation is \"relay\". Fit it and "
+             "flash firmware 1.3 or newer (drivers/contact/firmware), or set isolation = \"plug\"";
+    case ContactFault::kRelayStaysOpen:
+      return "isolation relay open though it is driven: its coil, its supply or its mirror contact. "
+             "Check them; the touch circuit is not connected";
+    case ContactFault::kRelayWelded:
+      return "isolation relay welded: its mirror contact reports a closed pole though the coil is off. "
+             "Do not weld: unplug X1 and replace the relay";
     case ContactFault::kBaud:
       return fmt::format(
           "{} bytes from the contact sensor, but no valid frame at {} baud: the sensor uses "
@@ -135,6 +146,7 @@ std::string step_words(const ContactFacts& f) {
       if (f.touching_at_self_test || f.in_contact) {
         return "the tool is in contact. Jog it free; the self-test then runs by itself";
       }
+      if (f.relay == ContactRelay::kOpen) return "the isolation relay is closing";
       return "the contact sensor's self-test is running";
     case ContactStep::kReady:
       return {};
@@ -266,6 +278,7 @@ ContactStatus status_of(const ContactFacts& f) {
   s.last_arm_end = f.last_arm_end;
   s.clock_ok = f.clock_ok;
   s.delivery = f.delivery;
+  s.relay = f.relay;
   return s;
 }
 

@@ -18,6 +18,8 @@ constexpr int kConversions = 3;
 /// The gun's capacitor is looked at so often, until it is so near to its rest.
 constexpr std::chrono::microseconds kGunStep{10};
 constexpr double kAtRestV = 1e-3;
+/// Of the relay's armature.
+constexpr std::chrono::milliseconds kRelayTime{10};
 /// Of a datagram; what is longer the board refuses by its length.
 constexpr std::size_t kMostBytes = HOST_MAX_DATAGRAM + 1;
 
@@ -62,6 +64,7 @@ void Microcontroller::boot(std::uint8_t cause) {
   identity.reset_cause = cause;
   identity.has_fuses = !options_.datagrams;
   identity.datagrams = options_.datagrams;
+  identity.has_relay = options_.relay;
   identity.fuses_low = options_.board.fuses_low;
   identity.fuses_high = options_.board.fuses_high;
   identity.fuses_extended = options_.board.fuses_extended;
@@ -75,6 +78,7 @@ void Microcontroller::boot(std::uint8_t cause) {
   last_armed_ = false;
   circuit_.test_pin = TestPin::kReleased;
   circuit_.board = options_.circuit;
+  move_relay(now_);
   settle(now_);
 }
 
@@ -138,6 +142,21 @@ void Microcontroller::move_gun(TimePoint t) {
   tell_edge(t);
 }
 
+void Microcontroller::drive_relay(TimePoint t) {
+  const bool pull = sensor_relay(&sensor_) && !relay_dead_;
+  if (!options_.relay || relay_at_ != TimePoint::max() || pull == relay_pulled_) return;
+  relay_at_ = t + kRelayTime;
+}
+
+/// The armature has arrived: four poles, and the mirror contact that their welding holds open.
+void Microcontroller::move_relay(TimePoint t) {
+  if (!options_.relay) return;
+  relay_at_ = TimePoint::max();
+  relay_pulled_ = (sensor_relay(&sensor_) && !relay_dead_) || (relay_pulled_ && relay_welded_);
+  circuit_.isolated = !relay_pulled_;
+  sensor_on_mirror(&sensor_, ticks(t), relay_pulled_);
+}
+
 void Microcontroller::on_output(OnOutput callback) {
   on_output_ = std::move(callback);
   free_ = sensor_free(&sensor_);
@@ -184,6 +203,9 @@ void Microcontroller::set_faults(const McuFaults& faults, TimePoint t) {
   circuit_ = faults.circuit;
   circuit_.touching = touching;
   circuit_.board = options_.circuit;
+  relay_welded_ = faults.relay_welded;
+  relay_dead_ = faults.relay_dead;
+  move_relay(t);
   circuit_.test_pin = pin_of(sensor_drive(&sensor_));
   settle(t);
 }
@@ -237,6 +259,7 @@ TimePoint Microcontroller::next_internal() const {
   if (silent_) return t;
   if (conversions_left_ > 0) t = std::min(t, next_conversion_);
   if (gun_moves_) t = std::min(t, gun_at_ + kGunStep);
+  t = std::min(t, relay_at_);
   const std::uint32_t now = ticks(now_);
   t = std::min(t, when(sensor_wait(&sensor_, now, false)));
   return std::min(t, std::max(tx_free_, when(sensor_wait(&sensor_, now, true))));
@@ -256,6 +279,7 @@ void Microcontroller::run(TimePoint t) {
   if (conversions_left_ > 0 && next_conversion_ <= t) convert(t);
   sensor_run(&sensor_, ticks(t));
   follow_test();
+  drive_relay(t);
   follow_output(t);
 }
 
@@ -277,6 +301,10 @@ void Microcontroller::hear(TimePoint t) {
 
 void Microcontroller::process(TimePoint t) {
   move_gun(t);
+  if (relay_at_ <= t) {
+    move_relay(t);
+    settle(t);
+  }
   run(t);  // a sample that is due sees the level from before the edge
   while (!edges_.empty() && edges_.begin()->first <= t) {
     const auto [at, closed] = *edges_.begin();

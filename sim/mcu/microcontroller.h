@@ -26,6 +26,7 @@ using drivers::TimePoint;
 
 struct McuOptions {
   int baud = CTP_DEFAULT_BAUD;
+  bool relay = false;  ///< fitted in the place of plug X1
   TouchBoard circuit = kUno;  ///< as the board's own parts make it
   bool datagrams = false;  ///< the board on Ethernet; its `baud` is then the wire's bit rate
   double drift_ppm = 0.0;         ///< how much faster than nominal its clock runs
@@ -44,6 +45,8 @@ struct McuFaults {
   /// is taken from here.
   TouchCircuit circuit = {};
   bool silent = false;  ///< hangs: neither hears nor speaks
+  bool relay_welded = false;  ///< one of its poles does not open any more
+  bool relay_dead = false;    ///< its coil is open
 };
 
 class Microcontroller {
@@ -76,13 +79,14 @@ class Microcontroller {
   void on_output(OnOutput callback);
 
   void set_faults(const McuFaults& faults, TimePoint t);
-  McuFaults faults() const { return {circuit_, silent_}; }
+  McuFaults faults() const { return {circuit_, silent_, relay_welded_, relay_dead_}; }
   /// Its clock runs so much faster than nominal from t on, without a jump.
   void set_drift(double ppm, TimePoint t);
   /// Restarts at t: new boot id, clock from zero, no configuration, not armed.
   void reset(TimePoint t, std::uint8_t cause = CTP_RESET_PIN);
 
   // What a test may look at.
+  bool relay_closed() const { return options_.relay && relay_pulled_; }
   bool armed() const { return sensor_.arm_id != 0; }
   std::uint32_t boot_id() const { return boot_id_; }
   std::uint32_t ticks(TimePoint t) const;
@@ -115,6 +119,8 @@ class Microcontroller {
   void look_at_circuit(TimePoint t);
   void tell_edge(TimePoint t);
   void move_gun(TimePoint t);
+  void drive_relay(TimePoint t);
+  void move_relay(TimePoint t);
   void follow_test();
   void follow_output(TimePoint t);
   Duration byte_time() const;
@@ -126,6 +132,8 @@ class Microcontroller {
   sensor sensor_{};
   host_link link_{};
   bool silent_ = false;
+  bool relay_welded_ = false, relay_dead_ = false, relay_pulled_ = false;
+  TimePoint relay_at_ = TimePoint::max();  ///< its armature is under way until then
 
   OnOutput on_output_;
   bool free_ = false;  ///< as the output was reported last

@@ -62,6 +62,7 @@ struct TouchCircuit {
   std::optional<double> feed_reads_v = std::nullopt, sense_reads_v = std::nullopt,
                         earth_reads_v = std::nullopt;
 
+  bool isolated = false;   ///< the relay, or plug X1, is open: all four wires
   double gun_farad = 0.0;  ///< gun to earth: hoses, cables, a filter that somebody has put there
 
   TestPin test_pin = TestPin::kReleased;

@@ -39,7 +39,8 @@ enum {
   CTP_ACK = 0x05,
   CTP_PING = 0x06,
   CTP_SELFTEST = 0x07,
-  CTP_KEEPALIVE = 0x08
+  CTP_KEEPALIVE = 0x08,
+  CTP_RELAY = 0x09 /* since firmware 1.3 */
 };
 
 /* Microcontroller to host. */
@@ -53,7 +54,8 @@ enum {
   CTP_LOG = 0x87,
   CTP_REVOKED = 0x88,
   CTP_RELEASE = 0x89,
-  CTP_BOARD = 0x8A /* since firmware 1.1, behind the IDENT that answers a HELLO */
+  CTP_BOARD = 0x8A, /* since firmware 1.1, behind the IDENT that answers a HELLO */
+  CTP_RELAY_STATE = 0x8B /* since firmware 1.3, where a relay is fitted: likewise, and at each change */
 };
 
 /* Offsets of the fields within each payload, and the payload's size. */
@@ -105,6 +107,8 @@ enum {
   CTP_EVENT_SIZE = 14
 };
 enum { CTP_PONG_NONCE = 0, CTP_PONG_T_RX = 4, CTP_PONG_T_TX = 8, CTP_PONG_SIZE = 12 };
+enum { CTP_RELAY_ON = 0, CTP_RELAY_SIZE = 1 };
+enum { CTP_RELAY_STATE_FLAGS = 0, CTP_RELAY_STATE_SIZE = 1 };
 enum { CTP_NAK_OF_TYPE = 0, CTP_NAK_REASON = 1, CTP_NAK_SIZE = 2 };
 
 enum {
@@ -126,6 +130,13 @@ enum {
   CTP_FLAG_EARTH_OK = 0x20,     /* the stands' wire is whole, out and back */
   CTP_FLAG_VOLTAGE_TRIP = 0x40, /* the last arming was used up by a voltage, not by an edge */
   CTP_FLAG_SHORTED = 0x80       /* not LOOP_OK by a short before an end resistor, not by a break */
+};
+
+/* Flags of RELAY_STATE. */
+enum {
+  CTP_RELAY_WANTED = 0x01, /* the coil is driven */
+  CTP_RELAY_CLOSED = 0x02, /* the mirror contact is open: some pole is closed, or all are */
+  CTP_RELAY_FAULT = 0x04   /* the mirror contact has contradicted the coil for CTP_RELAY_MS */
 };
 
 /* Reasons of NAK. */
@@ -155,6 +166,8 @@ enum {
   CTP_SELF_TEST_MS = 2,         /* from the request to its outcome */
   CTP_SELF_TEST_PULL_US = 1500, /* of it the sense line is pulled; then it settles */
   CTP_SELF_TEST_MAX_AGE_S = 600,
+  CTP_RELAY_MS = 100,          /* a relay has followed its coil, and no pole bounces any more */
+  CTP_RELAY_SILENCE_MS = 2000, /* without a frame of the host the sensor opens the relay */
   CTP_CONFIRM_MAX_MS = 50 /* an edge that is neither confirmed nor dismissed by then is noise */
 };
 
@@ -227,6 +240,10 @@ static inline int ctp_payload_size(uint8_t type) {
       return CTP_NAK_SIZE;
     case CTP_BOARD:
       return CTP_BOARD_SIZE;
+    case CTP_RELAY:
+      return CTP_RELAY_SIZE;
+    case CTP_RELAY_STATE:
+      return CTP_RELAY_STATE_SIZE;
     case CTP_LOG:
       return -1;
     default:

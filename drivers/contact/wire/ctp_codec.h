@@ -99,6 +99,23 @@ struct KeepAlive {
   static KeepAlive read(const std::uint8_t*) { return {}; }
 };
 
+/// The relay in the place of plug X1.
+struct Relay {
+  static constexpr std::uint8_t kType = CTP_RELAY;
+  static constexpr std::size_t kSize = CTP_RELAY_SIZE;
+  std::uint8_t on = 0;
+  void write(std::uint8_t* p) const { p[CTP_RELAY_ON] = on; }
+  static Relay read(const std::uint8_t* p) { return {p[CTP_RELAY_ON]}; }
+};
+
+struct RelayState {
+  static constexpr std::uint8_t kType = CTP_RELAY_STATE;
+  static constexpr std::size_t kSize = CTP_RELAY_STATE_SIZE;
+  std::uint8_t flags = 0;
+  void write(std::uint8_t* p) const { p[CTP_RELAY_STATE_FLAGS] = flags; }
+  static RelayState read(const std::uint8_t* p) { return {p[CTP_RELAY_STATE_FLAGS]}; }
+};
+
 struct Ident {
   static constexpr std::uint8_t kType = CTP_IDENT;
   static constexpr std::size_t kSize = CTP_IDENT_SIZE;

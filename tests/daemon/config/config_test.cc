@@ -275,6 +275,10 @@ INSTANTIATE_TEST_SUITE_P(
         Wrong{kMock + "[controller]\nfirst_interrupt = 80\n", "controller.first_interrupt"},
         Wrong{kMock + "[contact]\ndevice = \"ttyUSB0\"\n", "d.toml:4: contact.device"},
         Wrong{kMock + "[contact]\ndevice = \"\"\n", "absolute path"},
+        Wrong{kMock + "[contact]\nisolation = \"switch\"\n", "d.toml:4: contact.isolation"},
+        Wrong{kMock + "[schedule]\nunattended = true\nresponsible = \"a\"\n"
+                      "[contact]\nisolation = \"plug\"\n",
+              "plug X1 is put in by hand"},
         Wrong{kMock + "[contact]\ndevice = \"udp:board:4300\"\n",
               "d.toml:4: contact.device: \"udp:board:4300\" is no address of a board"},
         Wrong{kMock + "[contact]\ndevice = \"/dev/a\\nb\"\n", "control characters"},

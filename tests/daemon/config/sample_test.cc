@@ -153,7 +153,7 @@ std::string figures(const DaemonConfig& c) {
                k.mastering_test_output, k.collision_output, k.write_frames, k.write_advice,
                c.rsi_files.pc_address,
                c.rsi_files.rsi_version, c.rsi_files.timeout_cycles, c.rsi_files.flag);
-  text += line("contact", c.contact.device, c.contact.baud);
+  text += line("contact", c.contact.device, c.contact.baud, static_cast<int>(c.isolation));
   const MockConfig& m = c.mock;
   text += line("mock", static_cast<int>(m.wire), m.seed, m.geometry_scale, m.deflection,
                m.gear_arcsec, m.compliance_rad_per_nm, m.play_arcsec, m.tip_offset_m, m.growth,
@@ -182,6 +182,7 @@ std::string with_another(const std::string& text, const std::string& table,
                             "true",
                             "false",
                             "\"flag\"",
+                            "\"relay\"",
                             "\"eki\"",
                             "\"cell\"",
                             "\"debug\"",

@@ -6,6 +6,9 @@
  *   A2  PC2 ADC2  voltage of the wire that comes back from the stands
  *   D7  PD7       test: pulls the sense line down through 100 ohms, or lifts it (pin's pull-up)
  *   D6  PD6       output to a controller's input, by an optocoupler: high while the gun is free
+ *   D9  PB1       the relay's coil, by a transistor (where one is fitted)
+ *   D10 PB2       its mirror contact, to ground: closed while the relay is released
+ *   D3  PD3       to ground: a relay is fitted (read once, after a reset)
  *   D4  PD4       to ground: 250 000 baud (read once, after a reset)
  *   D5  PD5       to ground: 115 200 baud (likewise)
  *   D13 PB5       the board's lamp: contact
@@ -22,7 +25,8 @@
 #error "timer 1 counts ticks of 0.5 us at 16 MHz only"
 #endif
 
-enum { SENSE_BIT = 0, LAMP_BIT = 5 };                                        /* of port B */
+enum { SENSE_BIT = 0, RELAY_BIT = 1, MIRROR_BIT = 2, LAMP_BIT = 5 };         /* of port B */
+enum { FITTED_BIT = 3 };                                                     /* of port D */
 enum { BAUD_250K_BIT = 4, BAUD_115K_BIT = 5, OUTPUT_BIT = 6, TEST_BIT = 7 }; /* of port D */
 
 /* What the loop is fed with and the converter refers to, in mV. Both follow the same supply, so a

@@ -5,13 +5,14 @@
 #include <avr/interrupt.h>
 #include <avr/pgmspace.h>
 #include <avr/wdt.h>
+#include <util/delay.h>
 #include <string.h>
 
 #include "board.h"
 #include "drivers/contact/firmware/core/boot_record.h"
 #include "drivers/contact/firmware/core/sensor.h"
 
-enum { FIRMWARE_MAJOR = 1, FIRMWARE_MINOR = 1, FIRMWARE_PATCH = 0 };
+enum { FIRMWARE_MAJOR = 1, FIRMWARE_MINOR = 3, FIRMWARE_PATCH = 0 };
 
 /* From the choice of a PONG to its first bit: what it takes to build it, and the two bytes of the
  * frame before that may still be in the transmitter. */
@@ -85,6 +86,15 @@ static void apply(sensor_pull pull) {
   }
 }
 
+/* Behind uart_start(), whose pull-ups have had their time. */
+static bool relay_fitted(void) {
+  PORTD |= (1 << FITTED_BIT);
+  PORTB |= (1 << MIRROR_BIT);
+  DDRB |= (1 << RELAY_BIT); /* low: released */
+  _delay_us(5);
+  return (PIND & (1 << FITTED_BIT)) == 0;
+}
+
 static void start(void) {
   const boot_memory memory = {read_byte, write_byte, 0};
   sensor_identity identity;
@@ -109,6 +119,7 @@ static void start(void) {
   identity.fuses_extended = boot_lock_fuse_bits_get(GET_EXTENDED_FUSE_BITS);
   identity.loader = pgm_read_word(FLASHEND - 1);
   identity.baud = uart_start();
+  identity.has_relay = relay_fitted();
   identity.ping_guard = PING_GUARD_TICKS;
   identity.pong_lead =
       (uint16_t)(BUILD_TICKS + BYTES_IN_TRANSMITTER * CTP_BITS_PER_BYTE *
@@ -137,6 +148,9 @@ static void listen(void) {
     sensor_on_byte(&touch_sensor, byte, t);
   }
   flooded = taken == BYTES_PER_TURN;
+  if (touch_sensor.identity.has_relay) {
+    sensor_on_mirror(&touch_sensor, clock_now(), (PINB & (1 << MIRROR_BIT)) != 0);
+  }
   if (analog_take(&mv)) sensor_on_voltages(&touch_sensor, clock_now(), &mv);
 }
 
@@ -185,6 +199,11 @@ static void drive(void) {
   /* Before the line is pulled, so that the test's own edge finds the output held. */
   clock_output(sensor_free(&touch_sensor), low && !testing);
   apply(sensor_drive(&touch_sensor));
+  if (sensor_relay(&touch_sensor)) {
+    PORTB |= (1 << RELAY_BIT);
+  } else {
+    PORTB &= (uint8_t) ~(1 << RELAY_BIT);
+  }
   if (touch_sensor.touch.contact) {
     PORTB |= (1 << LAMP_BIT);
   } else {

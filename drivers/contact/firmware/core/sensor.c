@@ -176,6 +176,7 @@ void sensor_run(sensor* s, uint32_t now) {
   if (s->edge_seen && now - s->last_edge > CTP_IDLE_STATUS_MS * TICKS_PER_MS) s->edge_seen = false;
   if (s->test != TEST_NONE) sensor_run_test(s, now);
   sensor_age_test(s, now);
+  if (s->identity.has_relay) sensor_run_relay(s, now);
   if (s->arm_id != 0 && (due(s->arm_until, now) || due(s->alive_until, now))) {
     sensor_disarm(s);
     s->status_due = true;

@@ -6,6 +6,7 @@
  *   sensor_on_edge()      for every edge, with the time at which the hardware captured it
  *   sensor_on_byte()      for every byte from the host
  *   sensor_on_voltages()  when all voltages were measured
+ *   sensor_on_mirror()    where a relay is fitted: its mirror contact
  *   sensor_run()          always; then sensor_drive() says what the test pin has to do, and
  *                         sensor_free() what the output for a controller's input has to say
  *   sensor_next_frame()   when the line is free
@@ -45,6 +46,7 @@ typedef struct {
   uint8_t fuses_low, fuses_high, fuses_extended;
   uint16_t loader; /* as BOARD has it */
   uint32_t baud;
+  bool has_relay; /* in the place of plug X1 */
   bool datagrams;      /* as in link_reader */
   uint16_t pong_lead;  /* ticks from the choice of a PONG to its first bit */
   uint16_t ping_guard; /* a PING so near to an edge, in ticks, is not answered: a bouncing line
@@ -124,6 +126,12 @@ typedef struct {
   bool free_before;   /* what the output said before the test */
   bool loop_ok, shorted, self_test_ok, self_test_old, ever_tested;
 
+  /* the relay: four poles that close, and one of the same forced guidance that then opens */
+  bool relay_wanted, relay_closed, relay_fault;
+  uint32_t relay_since;   /* when the coil or the mirror contact last changed */
+  uint32_t relay_until;   /* without a frame of the host it opens then */
+  bool relay_due;         /* its state is to be told */
+
   /* what waits to be sent */
   uint8_t seq;
   bool trip_due;
@@ -151,9 +159,13 @@ void sensor_on_edge(sensor* s, uint32_t t, bool pin_high);
 void sensor_on_byte(sensor* s, uint8_t byte, uint32_t t);
 /* `t`: when they had been measured. */
 void sensor_on_voltages(sensor* s, uint32_t t, const sensor_voltages* mv);
+/* `open`: the mirror contact is, so that some pole is closed. */
+void sensor_on_mirror(sensor* s, uint32_t t, bool open);
 /* Does what is due. Every edge up to `now` has been told. */
 void sensor_run(sensor* s, uint32_t now);
 sensor_pull sensor_drive(const sensor* s);
+/* The relay's coil. */
+static inline bool sensor_relay(const sensor* s) { return s->relay_wanted; }
 /* The gun is free, and everything that would tell otherwise is whole. False in contact, from the
  * first edge on, and at any fault. A self-test leaves it as it was. */
 bool sensor_free(const sensor* s);

@@ -30,4 +30,7 @@ void sensor_run_test(sensor* s, uint32_t now);
 void sensor_measure_test(sensor* s, const sensor_voltages* mv);
 void sensor_age_test(sensor* s, uint32_t now);
 
+void sensor_want_relay(sensor* s, uint32_t t, bool on);
+void sensor_run_relay(sensor* s, uint32_t now);
+
 void sensor_on_frame(sensor* s, uint32_t t);

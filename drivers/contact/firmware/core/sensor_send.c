@@ -80,6 +80,7 @@ static uint8_t build_ident(sensor* s, uint8_t* wire) {
   ctp_put_u16(p + CTP_IDENT_CONFIG_CRC, s->config_crc);
   s->ident_due = false;
   s->board_due = s->identity.has_fuses && s->ident_nonce != 0;
+  s->relay_due = s->identity.has_relay;
   return build(s, CTP_IDENT, p, CTP_IDENT_SIZE, wire);
 }
 
@@ -91,6 +92,14 @@ static uint8_t build_board(sensor* s, uint8_t* wire) {
   ctp_put_u16(p + CTP_BOARD_LOADER, s->identity.loader);
   s->board_due = false;
   return build(s, CTP_BOARD, p, CTP_BOARD_SIZE, wire);
+}
+
+static uint8_t build_relay(sensor* s, uint8_t* wire) {
+  const uint8_t relay = (uint8_t)((s->relay_wanted ? CTP_RELAY_WANTED : 0) |
+                                  (s->relay_closed ? CTP_RELAY_CLOSED : 0) |
+                                  (s->relay_fault ? CTP_RELAY_FAULT : 0));
+  s->relay_due = false;
+  return build(s, CTP_RELAY_STATE, &relay, CTP_RELAY_STATE_SIZE, wire);
 }
 
 static uint8_t build_nak(sensor* s, uint8_t* wire) {
@@ -149,6 +158,7 @@ uint8_t sensor_next_frame(sensor* s, uint32_t now, uint8_t* wire, uint32_t* star
     return build_pong(s, *start, wire);
   }
   if (s->status_due || due(s->next_status, now)) return build_status(s, now, wire);
+  if (s->relay_due) return build_relay(s, wire);
   if (s->board_due) return build_board(s, wire);
   if (s->log != 0) return build_log(s, wire);
   return 0;
@@ -171,9 +181,12 @@ uint32_t sensor_wait(const sensor* s, uint32_t now, bool line_free) {
     sooner(&wait, s->arm_until, now);
     sooner(&wait, s->alive_until, now);
   }
+  if (s->relay_wanted) sooner(&wait, s->relay_until, now);
+  if (s->relay_wanted != s->relay_closed && !s->relay_fault)
+    sooner(&wait, s->relay_since + CTP_RELAY_MS * TICKS_PER_MS, now);
   if (!line_free) return wait;
   if (s->trip_due || s->ident_due || s->status_due || s->nak_count > 0 || s->pong_count > 0 ||
-      s->board_due || s->log != 0) {
+      s->board_due || s->relay_due || s->log != 0) {
     return 0;
   }
   for (i = 0; i < s->event_count; ++i)

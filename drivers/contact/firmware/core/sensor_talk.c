@@ -104,6 +104,7 @@ static void on_ping(sensor* s, const uint8_t* p, uint32_t t) {
 
 void sensor_on_frame(sensor* s, uint32_t t) {
   const uint8_t* p = link_payload(&s->reader);
+  s->relay_until = t + CTP_RELAY_SILENCE_MS * TICKS_PER_MS;
   switch (link_type(&s->reader)) {
     case CTP_HELLO:
       on_hello(s, p);
@@ -129,6 +130,13 @@ void sensor_on_frame(sensor* s, uint32_t t) {
         sensor_nak_frame(s, CTP_SELFTEST, CTP_NAK_BAD_ARGUMENT);
       } else {
         sensor_begin_test(s, t);
+      }
+      break;
+    case CTP_RELAY:
+      if (s->identity.has_relay && s->greeted && p[CTP_RELAY_ON] <= 1) {
+        sensor_want_relay(s, t, p[CTP_RELAY_ON] == 1);
+      } else {
+        sensor_nak_frame(s, CTP_RELAY, CTP_NAK_BAD_ARGUMENT);
       }
       break;
     case CTP_KEEPALIVE:

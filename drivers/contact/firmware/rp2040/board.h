@@ -6,6 +6,9 @@
  *   GP28 A2   voltage of the wire that comes back from the stands
  *   GP3       test: pulls the sense line down through 100 ohms, or lifts it (pin's pull-up)
  *   GP6       output to a controller's input, by an optocoupler: high while the gun is free
+ *   GP7       the relay's coil, by a transistor (where one is fitted)
+ *   GP8       its mirror contact, to ground: closed while the relay is released
+ *   GP9       to ground: a relay is fitted (read once, after a reset)
  *   GP25      the board's lamp: contact
  *   GP16..19  MISO, CS, SCK, MOSI of the W5500; GP20 its reset, GP21 its interrupt */
 #pragma once
@@ -21,6 +24,9 @@ enum {
   SENSE_PIN = 2,
   TEST_PIN = 3,
   OUTPUT_PIN = 6,
+  RELAY_PIN = 7,
+  MIRROR_PIN = 8,
+  FITTED_PIN = 9,
   MISO_PIN = 16,
   CS_PIN = 17,
   SCK_PIN = 18,
@@ -52,6 +58,7 @@ uint32_t chip_random(void);
 void pin_output(unsigned pin, bool high);
 void pin_input(unsigned pin);
 void pin_pull_up(unsigned pin, bool on);
+bool pin_is_high(unsigned pin);
 
 /* clock.c: time and edges ---------------------------------------------------------------------- */
 

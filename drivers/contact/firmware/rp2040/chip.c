@@ -94,6 +94,8 @@ void pin_input(unsigned pin) {
   function(pin, FUNCTION_SIO);
 }
 
+bool pin_is_high(unsigned pin) { return (REGISTER(SIO_IN) & (1u << pin)) != 0; }
+
 void pin_pull_up(unsigned pin, bool on) {
   if (on) {
     SET(PADS_GPIO(pin)) = PAD_PULL_UP;

@@ -4,7 +4,7 @@
 #include "drivers/contact/firmware/core/host_link.h"
 #include "drivers/contact/firmware/core/sensor.h"
 
-enum { FIRMWARE_MAJOR = 1, FIRMWARE_MINOR = 2, FIRMWARE_PATCH = 0 };
+enum { FIRMWARE_MAJOR = 1, FIRMWARE_MINOR = 3, FIRMWARE_PATCH = 0 };
 enum { CLOCK_HZ = 120000000, WIRE_RATE = 100000000 };
 
 /* From the choice of a PONG to the order to send it: what it takes to build and to load it. */
@@ -33,6 +33,11 @@ static void start(void) {
   pin_output(OUTPUT_PIN, false); /* contact */
   pin_output(LAMP_PIN, false);
   pin_input(TEST_PIN);
+  pin_output(RELAY_PIN, false); /* released */
+  pin_input(MIRROR_PIN);
+  pin_input(FITTED_PIN);
+  pin_pull_up(MIRROR_PIN, true);
+  pin_pull_up(FITTED_PIN, true);
   identity.version = CTP_VERSION;
   identity.firmware[0] = FIRMWARE_MAJOR;
   identity.firmware[1] = FIRMWARE_MINOR;
@@ -46,7 +51,8 @@ static void start(void) {
   identity.ping_guard = PING_GUARD_TICKS;
   identity.pong_lead = PONG_LEAD_TICKS;
   analog_start();
-  ethernet_start();
+  ethernet_start(); /* takes 50 ms: the strap's pull-up has long risen */
+  identity.has_relay = !pin_is_high(FITTED_PIN);
   clock_start();
   sensor_init(&touch_sensor, &identity, clock_now());
   host_link_init(&link, &touch_sensor);
@@ -65,6 +71,9 @@ static void listen(void) {
     clock_watch_pin();
   }
   ethernet_listen(&link);
+  if (touch_sensor.identity.has_relay) {
+    sensor_on_mirror(&touch_sensor, clock_now(), pin_is_high(MIRROR_PIN));
+  }
   if (analog_take(&mv)) sensor_on_voltages(&touch_sensor, clock_now(), &mv);
 }
 
@@ -94,6 +103,7 @@ static void drive(void) {
   /* Before the line is pulled, so that the test's own edge finds the output held. */
   clock_output(sensor_free(&touch_sensor), low && !testing);
   apply(sensor_drive(&touch_sensor));
+  pin_output(RELAY_PIN, sensor_relay(&touch_sensor));
   pin_output(LAMP_PIN, touch_sensor.touch.contact);
 }
 
