@@ -4,6 +4,7 @@
 #include <tuple>
 
 #include "daemon/fleet/store/connection.h"
+#include "daemon/fleet/store/store_impl.h"
 #include "daemon/fleet/store/write.h"
 #include "daemon/plant/messages/fact.h"
 

@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "daemon/fleet/store/batch.h"
-#include "daemon/fleet/store/connection.h"
 
 namespace cellcal::daemon::fleet {
 
@@ -67,12 +66,5 @@ class Store {
 int newest_version();
 /// Brings an empty or older database to `version`: what Store does, up to the newest. Throws as it.
 void migrate(const std::string& connection, int version);
-
-// Within this room: what a Store holds.
-
-struct Store::Impl {
-  StoreConfig config;
-  std::unique_ptr<pqxx::connection> connection;
-};
 
 }  // namespace cellcal::daemon::fleet

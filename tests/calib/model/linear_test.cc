@@ -138,7 +138,7 @@ TEST(without_span, drops_as_many_directions_as_the_columns_have) {
 TEST(spread_of, points_near_a_plane_is_least_across_it) {
   Eigen::MatrixXd points = drawn(3, 30, 18);
   points.row(2) *= 1e-3;
-  const Spread spread = spread_of(points);
+  const PointSpread spread = spread_of(points);
   EXPECT_GT(spread.values[1], 100.0 * spread.values[2]);
   EXPECT_GT(std::abs(spread.directions(2, 2)), 0.999);
 }

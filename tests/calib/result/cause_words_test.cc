@@ -4,6 +4,7 @@
 
 #include <string>
 
+#include "calib/result/calibration.h"
 #include "calib/result/finding.h"
 #include "calib/result/likely_cause.h"
 #include "tests/calib/result/target.h"

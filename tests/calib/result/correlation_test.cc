@@ -2,6 +2,7 @@
 
 #include <limits>
 
+#include "calib/result/calibration.h"
 #include "calib/result/unidentifiable.h"
 
 namespace cellcal::calib {

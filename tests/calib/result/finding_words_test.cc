@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "calib/result/calibration.h"
 #include "calib/result/finding.h"
 #include "tests/calib/result/target.h"
 

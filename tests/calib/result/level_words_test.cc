@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "calib/result/calibration.h"
 #include "calib/result/level.h"
 #include "tests/calib/simulate.h"
 
