@@ -9,7 +9,7 @@
 
 #include "daemon/config/plant_config.h"
 #include "daemon/plant/line/line_status.h"
-#include "daemon/plant/outbox/journal_outbox.h"
+#include "daemon/plant/outbox/outbox.h"
 #include "daemon/plant/sparkplug/payload.h"
 
 namespace cellcal::daemon::plant {

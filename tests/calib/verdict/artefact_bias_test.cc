@@ -23,7 +23,7 @@ using testing::make_touches;
 using testing::plain_truth;
 using testing::words_of;
 
-const std::vector<Touch>& touches() {
+const std::vector<Touch>& sphere_touches() {
   static const std::vector<Touch> made =
       make_touches(demo_cell(), plain_truth(demo_cell(), 5), {.fit = 100, .check = 12}).touches;
   return made;
@@ -74,7 +74,7 @@ TEST(Sizes, ASphereThatIsAFewTenthsLargerOrSmallerThanStatedIsNamedWithItsDiamet
       SCOPED_TRACE(off_m);
       Cell cell = demo_cell();
       cell.targets[t].diameter_m += off_m;
-      const Calibration c = identify(cell, touches());
+      const Calibration c = identify(cell, sphere_touches());
       EXPECT_FALSE(c.verdict.publish);
       const Finding named = cause(c, LikelyCause::kArtefactSize);
       // The touches may leave it open which of several it is.
@@ -144,7 +144,7 @@ TEST(Sizes, AWrongCertifiedLengthIsNotTakenForADiameter) {
     SCOPED_TRACE(off_m);
     Cell cell = demo_cell();
     cell.lengths[1].length_m += off_m;
-    const Calibration c = identify(cell, touches());
+    const Calibration c = identify(cell, sphere_touches());
     EXPECT_EQ(cause(c, LikelyCause::kCertifiedLength).cause, LikelyCause::kCertifiedLength)
         << words_of(c);
     EXPECT_EQ(cause(c, LikelyCause::kArtefactSize).cause, std::nullopt) << words_of(c);
