@@ -25,7 +25,7 @@ struct a_night : ::testing::TestWithParam<Wire> {
     options.cell_src = true;
     cell = make_cell(job.cell, options);
   }
-  bool eki() const { return !is_rsi(GetParam()); }
+  bool eki() const { return !over_rsi(GetParam()); }
   Ending run(bool resumed, bool unattended = true) {
     if (resumed) cell->new_adapters();
     if (!resumed) session = journal.begin(job.inputs, "t0");
