@@ -95,7 +95,7 @@ endfunction()
 
 # cellcal_room(NAME USES rooms... LINKS targets...): a room of the mathematics, the static library
 # cellcal_NAME of all .cc files of the folder. Rooms by their folder below calib/ (plan/reach, whose
-# library is cellcal_plan_reach).
+# library is cellcal_plan).
 function(cellcal_room name)
   cmake_parse_arguments(ARG "" "" "USES;LINKS" ${ARGN})
   file(GLOB sources CONFIGURE_DEPENDS *.cc)
@@ -105,7 +105,8 @@ function(cellcal_room name)
   target_link_libraries(cellcal_${name} PUBLIC cellcal_options Eigen3::Eigen ${targets} PRIVATE ${ARG_LINKS})
   # The installed libraries are made of the same objects (calib/library). Nobody interposes one of these
   # functions, so they may be inlined as in a program.
-  set_target_properties(cellcal_${name} PROPERTIES POSITION_INDEPENDENT_CODE ON)
+  # Eigen takes the compiler minutes per file: some files at a time, side by side.
+  set_target_properties(cellcal_${name} PROPERTIES POSITION_INDEPENDENT_CODE ON UNITY_BUILD_BATCH_SIZE 5)
   target_compile_options(cellcal_${name} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-fno-semantic-interposition>)
   list(TRANSFORM ARG_USES PREPEND calib/ OUTPUT_VARIABLE may)
   cellcal_arrows(cellcal_${name} USES ${may})

@@ -1,12 +1,130 @@
 #include "calib/check/alarm.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
-#include "calib/linear/eigenpairs.h"
+#include "calib/model/linear.h"
 #include "calib/model/random.h"
 
 namespace cellcal::calib {
+
+namespace {
+
+/// From what the touches hardly show to what ends a search.
+const std::vector<double> kLengthsM{0.1e-3, 0.3e-3, 1e-3, 4e-3, 15e-3};
+/// The same at a metre.
+const std::vector<double> kAnglesRad = kLengthsM;
+/// 2 to 20 K of aluminium and steel.
+const std::vector<double> kGrowths{25e-6, 80e-6, 250e-6};
+
+/// Arm and sphere once something has changed.
+struct Place {
+  Eigen::Vector3d tip_m, centre_m;
+  Eigen::Matrix3d flange;
+  double outside_m = 0.0;  ///< beside all geometry
+};
+
+Place place_of(const PossibleChange& change, const double* size, const ForeseenContact& at,
+               std::size_t touch) {
+  Place place{at.tip_m, at.centre_m, at.flange};
+  switch (change.kind) {
+    case ChangeKind::kTool:
+      place.tip_m += at.flange * Eigen::Map<const Eigen::Vector3d>(size);
+      break;
+    case ChangeKind::kSphere:
+      if (at.target == change.name) place.centre_m += Eigen::Map<const Eigen::Vector3d>(size);
+      break;
+    case ChangeKind::kJoint: {
+      const ForeseenContact::Axis& axis = at.axes[change.index];
+      place.tip_m =
+          axis.origin + Eigen::AngleAxisd(*size, axis.direction) * (at.tip_m - axis.origin);
+      break;
+    }
+    case ChangeKind::kGrowth:
+      place.tip_m += *size * at.by_growth_m;
+      break;
+    case ChangeKind::kTouch:
+      if (touch == change.index) place.outside_m = *size;
+      break;
+    case ChangeKind::kNothing:
+      break;
+  }
+  return place;
+}
+
+void fill_row(const PossibleChange& change, const ForeseenContact& at, const Place& place,
+              std::size_t touch, Eigen::Ref<Eigen::RowVectorXd, 0, Eigen::InnerStride<>> row) {
+  const Eigen::RowVector3d n = (place.tip_m - place.centre_m).normalized().transpose();
+  switch (change.kind) {
+    case ChangeKind::kTool:
+      row = n * place.flange;
+      return;
+    case ChangeKind::kSphere:
+      if (at.target == change.name) row = -n;
+      return;
+    case ChangeKind::kJoint: {
+      const ForeseenContact::Axis& axis = at.axes[change.index];
+      row[0] = n * axis.direction.cross(place.tip_m - axis.origin);
+      return;
+    }
+    case ChangeKind::kGrowth:
+      row[0] = n * at.by_growth_m;
+      return;
+    case ChangeKind::kTouch:
+      row[0] = touch == change.index ? 1.0 : 0.0;
+      return;
+    case ChangeKind::kNothing:
+      return;
+  }
+}
+
+}  // namespace
+
+std::vector<PossibleChange> possible_changes(const Calibration& c,
+                                             const std::vector<ForeseenContact>& contacts) {
+  std::vector<std::string> spheres;
+  for (const ForeseenContact& contact : contacts)
+    if (std::ranges::find(spheres, contact.target) == spheres.end())
+      spheres.push_back(contact.target);
+  // What is knocked is the tool, mostly; next a stand. A zero that slips, and a touch that is wrong though
+  // it was confirmed, are rare.
+  constexpr double kTool = 0.4, kSphere = 0.25, kJoint = 0.15, kGrowth = 0.15, kTouch = 0.05;
+  std::vector<PossibleChange> changes{
+      {ChangeKind::kTool, c.cell.tool.name(), 0, 3, kTool, kLengthsM}};
+  for (const std::string& id : spheres)
+    changes.push_back(
+        {ChangeKind::kSphere, id, 0, 3, kSphere / static_cast<double>(spheres.size()), kLengthsM});
+  const std::vector<Joint>& joints = c.cell.robot.joints;
+  for (std::size_t i = 0; i + 1 < joints.size(); ++i)
+    changes.push_back({ChangeKind::kJoint, joints[i].name, i, 1,
+                       kJoint / static_cast<double>(joints.size() - 1), kAnglesRad});
+  changes.push_back({ChangeKind::kGrowth, "", 0, 1, kGrowth, kGrowths});
+  for (std::size_t t = 0; t < contacts.size(); ++t)
+    changes.push_back({ChangeKind::kTouch, contacts[t].target, t, 1,
+                       kTouch / static_cast<double>(contacts.size()), kLengthsM});
+  return changes;
+}
+
+Changed changed(const PossibleChange& change, const Eigen::VectorXd& size,
+                const std::vector<ForeseenContact>& contacts) {
+  const auto n = static_cast<Eigen::Index>(contacts.size());
+  Changed result{Eigen::VectorXd(n), Eigen::MatrixXd::Zero(n, change.size)};
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const auto touch = static_cast<std::size_t>(k);
+    const ForeseenContact& at = contacts[touch];
+    const Place place = place_of(change, size.data(), at, touch);
+    result.off_m[k] =
+        (place.tip_m - place.centre_m).norm() - at.radius_m - at.offset_m + place.outside_m;
+    fill_row(change, at, place, touch, result.by_size.row(k));
+  }
+  return result;
+}
+
+Eigen::MatrixXd columns_of(const PossibleChange& change,
+                           const std::vector<ForeseenContact>& contacts) {
+  return changed(change, Eigen::VectorXd::Zero(change.size), contacts).by_size;
+}
 
 namespace {
 

@@ -1,9 +1,13 @@
 #include "calib/check/explain.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
-#include "calib/model/probability.h"
+#include "calib/model/error.h"
+#include "calib/model/statistics.h"
+#include "calib/result/level.h"
 
 namespace cellcal::calib {
 
@@ -97,6 +101,101 @@ Explanation explain(const PossibleChange& change, const std::vector<ForeseenCont
 
 double log_unmet(const std::vector<Unmet>& unmet) {
   return static_cast<double>(unmet.size()) * std::log(kBlind);
+}
+
+namespace {
+
+/// Ripple counts twice where no touch of the calibration was, as in its bounds (calib/estimate, (37)).
+constexpr double kRippleElsewhere = 2.0;
+
+/// The arm with every error that a calibration may have found.
+Cell levelled(const Calibration& c) { return at_level(c.cell, {1.0, 1.0, 0.0, c.level.play}); }
+
+std::vector<Touch> all_fit(std::vector<Touch> touches) {
+  for (Touch& touch : touches) touch.set = TouchSet::kFit;
+  return touches;
+}
+
+std::vector<TargetPlace> places_of(const Calibration& c, const std::vector<Touch>& touches) {
+  std::vector<TargetPlace> places(c.cell.targets.size());
+  for (const Touch& touch : touches) {
+    const std::size_t t = c.cell.target_index(touch.target);
+    const auto known = std::find_if(c.targets.begin(), c.targets.end(),
+                                    [&](const TargetResult& r) { return r.id == touch.target; });
+    if (c.cell.targets[t].kind != TargetKind::kSphere)
+      throw IdentifyError(IdentifyError::Kind::kTouches, touch.target,
+                          fmt::format("target {}: a check touches spheres only", touch.target));
+    if (known == c.targets.end())
+      throw IdentifyError(
+          IdentifyError::Kind::kCalibration, touch.target,
+          fmt::format("target {}: the calibration has no place of it. Check against one whose "
+                      "session touched it",
+                      touch.target));
+    places[t] = TargetPlace(known->centre_m);
+  }
+  return places;
+}
+
+}  // namespace
+
+KnownTouches::KnownTouches(const Calibration& c, const std::vector<Touch>& touches)
+    : touches_(all_fit(touches)),
+      cell_(levelled(c)),
+      arm_(cell_),
+      problem_(cell_, arm_, touches_, places_of(c, touches_)),
+      x_(problem_.size()) {
+  if (c.repeats.used_m > 0.0)
+    problem_.set_repeats(std::vector<int>(touches_.size(), 1), c.repeats.used_m);
+  problem_.set_ripple(std::sqrt(kRippleElsewhere) * c.level.ripple_rad);
+  for (int i = 0; i < problem_.size(); ++i) {
+    const Unknown& unknown = unknowns()[static_cast<std::size_t>(i)];
+    const ParameterResult* found = find(c, unknown.key);
+    x_[i] = found != nullptr ? found->nominal + found->correction : unknown.nominal;
+  }
+}
+
+Eigen::VectorXd KnownTouches::off_m(const Eigen::VectorXd& x) const {
+  const Problem::At here = problem_.at(x.data());
+  Eigen::VectorXd off(static_cast<Eigen::Index>(touches_.size()));
+  for (std::size_t t = 0; t < touches_.size(); ++t)
+    problem_.residual_m(t, here, &off[static_cast<Eigen::Index>(t)], nullptr, nullptr);
+  return off;
+}
+
+KnownTouches::RowMajor KnownTouches::rows(const Eigen::VectorXd& x) const {
+  const Problem::At here = problem_.at(x.data());
+  RowMajor j = RowMajor::Zero(static_cast<Eigen::Index>(touches_.size()), problem_.size());
+  Eigen::RowVectorXd by_shared(problem_.shared_size());
+  Eigen::Matrix<double, 1, TargetBlock::kMost> by_target;
+  for (std::size_t t = 0; t < touches_.size(); ++t) {
+    const TargetBlock& block = problem_.blocks()[static_cast<std::size_t>(problem_.block_of(t))];
+    double residual = 0.0;
+    problem_.residual_m(t, here, &residual, by_shared.data(), by_target.data());
+    const auto row = static_cast<Eigen::Index>(t);
+    j.row(row).head(problem_.shared_size()) = by_shared;
+    j.row(row).segment(block.first, block.size()) = by_target.head(block.size());
+  }
+  return j;
+}
+
+ForeseenContact KnownTouches::contact(std::size_t t) const {
+  const Problem::At here = problem_.at(x_.data());
+  ForeseenContact contact;
+  Eigen::Vector3d direction;
+  double residual = 0.0;
+  problem_.residual_m(t, here, &residual, nullptr, nullptr, &direction);
+  ArmChain chain;
+  arm_.walk(problem_.pose(t), here.arm, chain);
+  contact.target = touches_[t].target;
+  contact.tip_m = chain.tip;
+  contact.flange = chain.flange;
+  contact.by_growth_m = chain.flange_origin - cell_.robot.base_fixed.translation();
+  for (std::size_t i = 0; i < cell_.robot.joints.size(); ++i)
+    contact.axes.push_back({cell_.robot.joints[i].sign * chain.link[i].z, chain.link[i].z_origin});
+  const TargetBlock& block = problem_.blocks()[static_cast<std::size_t>(problem_.block_of(t))];
+  contact.centre_m = Eigen::Map<const Eigen::Vector3d>(here.x + block.first);
+  contact.radius_m = (contact.tip_m - contact.centre_m).norm() - residual;
+  return contact;
 }
 
 }  // namespace cellcal::calib

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calib/check/known_touches.h"
-#include "calib/linear/cholesky.h"
+#include "calib/check/explain.h"
 #include "calib/model/error.h"
+#include "calib/model/linear.h"
 
 namespace cellcal::calib {
 

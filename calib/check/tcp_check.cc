@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -18,8 +19,6 @@ namespace {
 constexpr double kFindsM = 0.15e-3;
 /// Beforehand, in odds: one check in a hundred finds something. It moves no threshold.
 constexpr double kChangedBefore = 0.01;
-/// A shift that nothing is known of beforehand.
-constexpr double kAnyShiftM = 0.05;
 
 Foresight foreseen(const Calibration& calibration, const std::vector<Touch>& expected,
                    const std::vector<std::vector<Touch>>& references) {

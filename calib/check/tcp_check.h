@@ -2,14 +2,17 @@
 // Does a calibration still hold, and if not, what changed? Answered by six to eight touches.
 //
 // With res how far the touches are off, V what they may be off by were nothing changed (foresight.h), and G
-// what one thing that changed does to them (change.h), each explanation has the likelihood of res under
+// what one thing that changed does to them (alarm.h), each explanation has the likelihood of res under
 // V + size^2 G G', size the one that is looked for. What changed is the likeliest; whether anything did is decided
 // by the sum of all (alarm.h).
 // Assumption: one thing changed. Failure case: two did; then the likeliest single one is named, and is wrong.
 
+#include <Eigen/Core>
+#include <string>
 #include <vector>
 
 #include "calib/check/alarm.h"
+#include "calib/check/foresight.h"
 #include "calib/result/tcp_check.h"
 
 namespace cellcal::calib {
@@ -20,6 +23,9 @@ inline constexpr std::size_t kMostReferences = 4;
 
 /// Fewer say nothing of a shift in any direction.
 inline constexpr std::size_t kLeastCheckTouches = 4;
+
+/// A shift that nothing is known of beforehand.
+inline constexpr double kAnyShiftM = 0.05;
 
 /// A touch that met nothing: planned, with the axis angles of the end of its search.
 struct MissedTouch {

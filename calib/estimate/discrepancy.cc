@@ -4,11 +4,11 @@
 #include <cmath>
 #include <limits>
 
-#include "calib/estimate/outlier_rejection.h"
-#include "calib/linear/cholesky.h"
+#include "calib/estimate/estimate.h"
 #include "calib/model/error.h"
+#include "calib/model/linear.h"
 #include "calib/model/long_work.h"
-#include "calib/model/median.h"
+#include "calib/model/statistics.h"
 
 namespace cellcal::calib {
 
@@ -167,7 +167,8 @@ struct Sizes {
 /// Restricted likelihood over a grid of sizes; the mean of the variances, and the likeliest reach.
 Sizes sizes_of(const Problem& problem, const Eigen::VectorXd& u, const Eigen::MatrixXd& postures,
                const std::vector<std::size_t>& touches, bool noise_is_known) {
-  constexpr double kOfScatter[] = {0.0, 0.15, 0.3, 0.45, 0.6, 0.75, 0.9, 1.1, 1.4, 1.8, 2.4, 3.2, 4.3, 5.7};
+  constexpr double kOfScatter[] = {0.0, 0.15, 0.3, 0.45, 0.6, 0.75, 0.9,
+                                   1.1, 1.4,  1.8, 2.4,  3.2, 4.3,  5.7};
   constexpr double kNoise[] = {0.1, 0.2, 0.35, 0.6, 1.0, 1.7, 3.0, 6.0, 10.0};
   constexpr double kNoiseSigma = 0.7;  // of the logarithm of what is stated
   constexpr double kAnywhere = 10.0;   // of what has no prior, in its scales

@@ -15,7 +15,7 @@
 // would be geometry, or the base. Failure case: an error that grows out of the postures touched.
 
 #include "calib/estimate/estimate.h"
-#include "calib/problem/repeats.h"
+#include "calib/estimate/repeats.h"
 
 namespace cellcal::calib {
 

@@ -10,7 +10,7 @@
 #include <span>
 #include <vector>
 
-#include "calib/problem/solve.h"
+#include "calib/estimate/solve.h"
 #include "calib/result/level.h"
 
 namespace cellcal::calib {

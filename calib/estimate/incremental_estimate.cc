@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "calib/estimate/estimate.h"
+#include "calib/estimate/repeats.h"
 #include "calib/model/error.h"
-#include "calib/problem/repeats.h"
 #include "calib/result/level.h"
 
 namespace cellcal::calib {

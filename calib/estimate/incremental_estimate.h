@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "calib/estimate/options.h"
-#include "calib/problem/problem.h"
+#include "calib/estimate/problem.h"
 
 namespace cellcal::calib {
 

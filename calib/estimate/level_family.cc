@@ -4,7 +4,7 @@
 #include <cmath>
 #include <vector>
 
-#include "calib/problem/parallel.h"
+#include "calib/estimate/parallel.h"
 
 namespace cellcal::calib {
 

@@ -7,9 +7,9 @@
 #include <utility>
 #include <vector>
 
-#include "calib/linear/cholesky.h"
-#include "calib/problem/problem.h"
-#include "calib/problem/solve.h"
+#include "calib/estimate/problem.h"
+#include "calib/estimate/solve.h"
+#include "calib/model/linear.h"
 #include "calib/result/level.h"
 
 namespace cellcal::calib {

@@ -6,8 +6,8 @@
 #include <numbers>
 #include <vector>
 
+#include "calib/estimate/predict.h"
 #include "calib/files/calibration_json.h"
-#include "calib/uncertainty/predict.h"
 
 int main(int argc, char** argv) try {
   using namespace cellcal::calib;
@@ -27,7 +27,8 @@ int main(int argc, char** argv) try {
   const Eigen::Vector3d nominal_mm = 1e3 * predictor.nominal(joint_rad).translation();
   const Eigen::Vector3d real_mm = 1e3 * real.tcp.translation();
   std::cout << "nominal    " << nominal_mm.transpose() << " mm\n"
-            << "calibrated " << real_mm.transpose() << " mm, within " << 1e3 * real.u95_m << " mm (95 %)\n";
+            << "calibrated " << real_mm.transpose() << " mm, within " << 1e3 * real.u95_m
+            << " mm (95 %)\n";
 } catch (const std::exception& error) {
   std::cerr << error.what() << '\n';
   return 1;

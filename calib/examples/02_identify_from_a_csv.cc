@@ -6,9 +6,9 @@
 
 #include "calib/files/calibration_json.h"
 #include "calib/files/files.h"
-#include "calib/files/shipped_robots.h"
+#include "calib/files/robot_file.h"
 #include "calib/identify/identify.h"
-#include "calib/words/finding_words.h"
+#include "calib/result/finding.h"
 
 int main(int argc, char** argv) try {
   using namespace cellcal::calib;
@@ -20,8 +20,8 @@ int main(int argc, char** argv) try {
   // The shipped robots let a withheld result say that another robot's file would fit.
   const Calibration result = identify(cell, load_touches(argv[2], cell), {}, shipped_robots);
   std::ofstream(argv[3]) << calibration_to_json(result);
-  std::cout << "touches   " << result.after.count << ", residual "
-            << 1e3 * result.before.mean_m << " -> " << 1e3 * result.after.mean_m << " mm (mean)\n"
+  std::cout << "touches   " << result.after.count << ", residual " << 1e3 * result.before.mean_m
+            << " -> " << 1e3 * result.after.mean_m << " mm (mean)\n"
             << "published " << (result.verdict.publish ? "yes" : "no") << '\n';
   for (const auto& reason : words(result.verdict.findings)) std::cout << "  " << reason << '\n';
   return result.verdict.publish ? 0 : 3;

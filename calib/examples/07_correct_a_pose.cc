@@ -6,9 +6,9 @@
 #include <numbers>
 #include <variant>
 
-#include "calib/correct/corrector.h"
+#include "calib/estimate/predict.h"
+#include "calib/export/corrector.h"
 #include "calib/files/calibration_json.h"
-#include "calib/uncertainty/predict.h"
 
 int main(int argc, char** argv) try {
   using namespace cellcal::calib;

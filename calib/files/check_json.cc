@@ -3,7 +3,8 @@
 #include <nlohmann/json.hpp>
 
 #include "calib/model/units.h"
-#include "calib/words/check_words.h"
+#include "calib/result/drift_chart.h"
+#include "calib/result/tcp_check.h"
 
 namespace cellcal::calib {
 
@@ -12,7 +13,6 @@ namespace {
 using nlohmann::ordered_json;
 
 constexpr double kCoverage = 2.0;
-constexpr double kPerMillion = 1e6;
 
 ordered_json vector_mm(const Eigen::Vector3d& m) {
   return {m.x() * kMmPerM, m.y() * kMmPerM, m.z() * kMmPerM};
@@ -85,6 +85,127 @@ std::string check_to_json(const TcpCheck& check) {
   if (!check.holds) json["changed"] = to_string(check.change()->kind);
   for (const Explanation& one : check.explanations)
     json["explanations"].push_back(explanation_to_json(one));
+  return json.dump(1);
+}
+
+namespace {
+
+using nlohmann::ordered_json;
+
+constexpr double kDriftCoverage = 2.0;
+constexpr double kMonthS = 30.0 * 86400.0;
+
+ordered_json xyz_mm(const Eigen::Vector3d& m) {
+  return {m.x() * kMmPerM, m.y() * kMmPerM, m.z() * kMmPerM};
+}
+
+template <typename T>
+ordered_json or_null(const std::optional<T>& value) {
+  return value ? ordered_json(*value) : ordered_json(nullptr);
+}
+
+ordered_json limits_to_json(const ControlLimits& limits) {
+  return {{"ewma", limits.ewma}, {"cusum", limits.cusum}, {"run_length", limits.run_length}};
+}
+
+/// Null where it is undecided.
+ordered_json holds(const CheckSeen& check) {
+  if (check.verdict == CheckVerdict::kUndecided) return nullptr;
+  return check.verdict == CheckVerdict::kHolds;
+}
+
+bool measured(const CheckSeen& check) {
+  return check.left_out == LeftOut::kNo || check.left_out == LeftOut::kNotTheTool;
+}
+
+ordered_json point_to_json(const DriftPoint& point, const DriftChart& chart) {
+  const CheckSeen& check = point.check;
+  ordered_json json{
+      {"session", check.session},
+      {"time_s", check.time_s},
+      {"temperature_c", or_null(check.temperature_c)},
+      {"holds", holds(check)},
+      {"left_out", check.left_out == LeftOut::kNo ? ordered_json(nullptr)
+                                                  : ordered_json(to_string(check.left_out))},
+      {"off_mm", nullptr},
+      {"u_mm", nullptr},
+      {"ewma", point.ewma},
+      {"cusum", point.cusum},
+      {"share", point.share},
+      {"state", to_string(point.state)}};
+  if (!measured(check) || chart.counted == 0) return json;  // there is nothing to measure it from
+  const Eigen::Vector3d sigma_m = chart.noise * check.covariance_m2.diagonal().cwiseSqrt();
+  json["off_mm"] = xyz_mm(point.off_m);
+  json["u_mm"] = xyz_mm(kDriftCoverage * sigma_m);
+  return json;
+}
+
+ordered_json cause_to_json(const Explanation& one) {
+  return {{"kind", to_string(one.kind)},
+          {"name", one.name},
+          {"probability", one.probability},
+          {"words", words(one)}};
+}
+
+ordered_json trend_to_json(const DriftTrend& trend) {
+  ordered_json json{{"shape", to_string(trend.shape)},
+                    {"since", trend.since},
+                    {"since_s", trend.since_s},
+                    {"checks", trend.checks},
+                    {"off_mm", trend.now_m.norm() * kMmPerM},
+                    {"u_off_mm", kDriftCoverage * trend.now_sigma_m * kMmPerM},
+                    {"off_xyz_mm", xyz_mm(trend.now_m)},
+                    {"mm_per_month", nullptr},
+                    {"u_mm_per_month", nullptr},
+                    {"causes", ordered_json::array()}};
+  if (trend.has_rate()) {
+    json["mm_per_month"] = trend.rate_m_s.norm() * kMonthS * kMmPerM;
+    json["u_mm_per_month"] = kDriftCoverage * trend.rate_sigma_m_s * kMonthS * kMmPerM;
+  }
+  for (const Explanation& one : trend.causes) json["causes"].push_back(cause_to_json(one));
+  return json;
+}
+
+/// Null where the newest decided check holds, or there is none.
+ordered_json not_held_to_json(const DriftChart& chart) {
+  const CheckSeen* newest = chart.newest_decided();
+  if (!chart.not_held || newest == nullptr) return nullptr;
+  ordered_json json{{"session", newest->session},       {"time_s", newest->time_s},
+                    {"since", chart.not_held->since},   {"since_s", chart.not_held->since_s},
+                    {"checks", chart.not_held->checks}, {"tcp_shift_mm", nullptr},
+                    {"u_tcp_shift_mm", nullptr},        {"cause", nullptr}};
+  if (newest->tcp_shift_m) {
+    json["tcp_shift_mm"] = *newest->tcp_shift_m * kMmPerM;
+    json["u_tcp_shift_mm"] = newest->u_tcp_shift_m * kMmPerM;
+  }
+  if (newest->change) json["cause"] = cause_to_json(*newest->change);
+  return json;
+}
+
+}  // namespace
+
+std::string drift_to_json(const DriftChart& chart) {
+  ordered_json json{{"format", "cellcal.drift/1"},
+                    {"state", to_string(chart.state)},
+                    {"advice", to_string(chart.advice)},
+                    {"counted", chart.counted},
+                    {"least", chart.least},
+                    {"undecided", chart.undecided},
+                    {"decided_s", nullptr},
+                    {"warns", limits_to_json(chart.warns)},
+                    {"alarms", limits_to_json(chart.alarms)},
+                    {"noise", chart.noise},
+                    {"um_per_kelvin", nullptr},
+                    {"alarmed_at", or_null(chart.alarmed_at)},
+                    {"not_held", not_held_to_json(chart)},
+                    {"course", nullptr},
+                    {"points", ordered_json::array()},
+                    {"words", words(chart)}};
+  if (chart.per_kelvin_m) json["um_per_kelvin"] = xyz_mm(*chart.per_kelvin_m * 1e3);
+  if (chart.trend) json["course"] = trend_to_json(*chart.trend);
+  if (const CheckSeen* decided = chart.newest_decided()) json["decided_s"] = decided->time_s;
+  for (const DriftPoint& point : chart.points)
+    json["points"].push_back(point_to_json(point, chart));
   return json.dump(1);
 }
 

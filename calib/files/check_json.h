@@ -3,10 +3,15 @@
 
 #include <string>
 
+#include "calib/result/drift_chart.h"
 #include "calib/result/tcp_check.h"
 
 namespace cellcal::calib {
 
 std::string check_to_json(const TcpCheck& check);
+
+// A control chart as a document: "cellcal.drift/1", millimetres, with its words.
+
+std::string drift_to_json(const DriftChart& chart);
 
 }  // namespace cellcal::calib

@@ -2,15 +2,24 @@
 
 #include <fmt/format.h>
 
+#include <array>
+#include <bit>
+#include <charconv>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <functional>
 #include <map>
 #include <set>
+#include <unordered_map>
+#include <utility>
 
-#include "calib/files/documents.h"
+#include "calib/files/cell_file.h"
 #include "calib/files/files.h"
-#include "calib/files/stl.h"
+#include "calib/files/input_file.h"
+#include "calib/files/text.h"
+#include "calib/files/toml.h"
 #include "calib/model/units.h"
-#include "calib/syntax/shown.h"
-#include "calib/syntax/toml_json.h"
 
 namespace cellcal::calib {
 
@@ -138,6 +147,204 @@ void load_meshes(Cell& cell, const std::filesystem::path& folder, std::size_t mo
     }
     obstacle.mesh = mesh;
   }
+}
+
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr std::size_t kMostBytes = 128u << 20;  // of ASCII, some 270 bytes per triangle
+constexpr std::size_t kHeader = 84, kRecord = 50, kNormal = 12;
+constexpr double kFurthestMm = 1e5;
+constexpr double kLeastAreaMm2 = 1e-9;
+
+/// Puts a mesh together; corners that triangles have in common are kept once.
+class Builder {
+ public:
+  void add(const std::array<Vector3d, 3>& mm) {
+    const double twice = (mm[1] - mm[0]).cross(mm[2] - mm[0]).norm();
+    if (!(twice > 2.0 * kLeastAreaMm2)) return;
+    mesh_.triangles.push_back({index(mm[0]), index(mm[1]), index(mm[2])});
+  }
+  Mesh take() { return std::move(mesh_); }
+
+ private:
+  struct Hash {
+    std::size_t operator()(const std::array<double, 3>& mm) const {
+      std::size_t sum = 0;
+      constexpr std::size_t kMix = 0x9e3779b97f4a7c15;  // 2^64 over the golden ratio
+      for (const double x : mm) sum = (sum ^ std::hash<double>()(x)) * kMix;
+      return sum;
+    }
+  };
+
+  int index(const Vector3d& mm) {
+    const auto [found, is_new] =
+        index_.try_emplace({mm.x(), mm.y(), mm.z()}, static_cast<int>(mesh_.vertices_m.size()));
+    if (is_new) mesh_.vertices_m.push_back(mm / kMmPerM);
+    return found->second;
+  }
+
+  Mesh mesh_;
+  std::unordered_map<std::array<double, 3>, int, Hash> index_;
+};
+
+bool in_range(double mm) { return std::isfinite(mm) && std::abs(mm) <= kFurthestMm; }
+
+std::uint32_t number_at(std::string_view bytes, std::size_t at) {
+  std::uint32_t value = 0;
+  for (std::size_t k = 0; k < 4; ++k)  // little endian, whatever the machine
+    value |= static_cast<std::uint32_t>(static_cast<unsigned char>(bytes[at + k])) << (8 * k);
+  return value;
+}
+
+Mesh read_binary(std::string_view bytes, const std::string& name) {
+  const std::size_t count = number_at(bytes, kHeader - 4);
+  Builder mesh;
+  for (std::size_t i = 0; i < count; ++i) {
+    std::array<Vector3d, 3> mm;
+    for (std::size_t k = 0; k < 9; ++k) {
+      const std::size_t at = kHeader + kRecord * i + kNormal + 4 * k;
+      const double value = std::bit_cast<float>(number_at(bytes, at));
+      if (!in_range(value))
+        throw FileError(
+            name,
+            fmt::format(": byte {}: a corner of triangle {} is not within 100 m of the origin", at,
+                        i + 1));
+      mm[k / 3][static_cast<Eigen::Index>(k % 3)] = value;
+    }
+    mesh.add(mm);
+  }
+  return mesh.take();
+}
+
+/// Words of a text, with the line that each stands in.
+class Words {
+ public:
+  Words(std::string_view text, const std::string& name) : text_(text), name_(name) {}
+
+  std::string_view next() {
+    skip();
+    const std::size_t begin = at_;
+    while (at_ < text_.size() && !is_space(text_[at_])) ++at_;
+    return text_.substr(begin, at_ - begin);
+  }
+  bool ended() {
+    skip();
+    return at_ == text_.size();
+  }
+  void skip_line() {
+    while (at_ < text_.size() && text_[at_] != '\n') ++at_;
+  }
+  void expect(std::string_view wanted) {
+    const std::string_view word = next();
+    if (!same(word, wanted))
+      fail(fmt::format("\"{}\" is expected, but there is \"{}\"", wanted, shown(word)));
+  }
+  double number() {
+    std::string_view word = next();
+    const std::string_view whole = word;
+    if (word.starts_with('+')) word.remove_prefix(1);
+    double value = 0.0;
+    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+    if (error != std::errc() || end != word.data() + word.size())
+      fail(fmt::format("\"{}\" is not a number", shown(whole)));
+    return value;
+  }
+  double coordinate() {
+    const double mm = number();
+    if (!in_range(mm)) fail("a corner is not within 100 m of the origin");
+    return mm;
+  }
+  [[noreturn]] void fail(const std::string& what) const {
+    throw FileError(name_, fmt::format(":{}: {}", line_, what));
+  }
+  static bool same(std::string_view word, std::string_view lower) {
+    if (word.size() != lower.size()) return false;
+    for (std::size_t i = 0; i < word.size(); ++i) {
+      const char c = word[i] >= 'A' && word[i] <= 'Z' ? static_cast<char>(word[i] + 32) : word[i];
+      if (c != lower[i]) return false;
+    }
+    return true;
+  }
+
+ private:
+  static bool is_space(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; }
+  void skip() {
+    for (; at_ < text_.size() && is_space(text_[at_]); ++at_) line_ += text_[at_] == '\n';
+  }
+
+  std::string_view text_;
+  const std::string& name_;
+  std::size_t at_ = 0;
+  long line_ = 1;
+};
+
+Mesh read_ascii(std::string_view text, const std::string& name) {
+  Words words(text, name);
+  Builder mesh;
+  std::size_t count = 0;
+  while (!words.ended()) {
+    words.expect("solid");
+    words.skip_line();  // its name
+    for (;;) {
+      const std::string_view word = words.next();
+      if (Words::same(word, "endsolid")) {
+        words.skip_line();
+        break;
+      }
+      if (!Words::same(word, "facet"))
+        words.fail(
+            fmt::format("\"facet\" or \"endsolid\" is expected, but there is \"{}\"", shown(word)));
+      if (++count > kMostTriangles)
+        words.fail(fmt::format("more than {} triangles; export it coarser", kMostTriangles));
+      words.expect("normal");
+      for (int k = 0; k < 3; ++k) (void)words.next();  // some write nan where there is no area
+      words.expect("outer");
+      words.expect("loop");
+      std::array<Vector3d, 3> mm;
+      for (Vector3d& corner : mm) {
+        words.expect("vertex");
+        for (Eigen::Index k = 0; k < 3; ++k) corner[k] = words.coordinate();
+      }
+      words.expect("endloop");
+      words.expect("endfacet");
+      mesh.add(mm);
+    }
+  }
+  return mesh.take();
+}
+
+}  // namespace
+
+Mesh parse_stl(std::string_view bytes, const std::string& name) {
+  Mesh mesh;
+  const std::size_t count = bytes.size() >= kHeader ? number_at(bytes, kHeader - 4) : 0;
+  if (bytes.size() >= kHeader && bytes.size() == kHeader + kRecord * count) {
+    // Told by its size: binary files that begin with "solid" are common.
+    if (count > kMostTriangles)
+      throw FileError(name, fmt::format(": byte {}: {} triangles, more than {}; export it coarser",
+                                        kHeader - 4, count, kMostTriangles));
+    mesh = read_binary(bytes, name);
+  } else if (bytes.starts_with("solid") || bytes.starts_with("SOLID")) {
+    mesh = read_ascii(bytes, name);
+  } else if (bytes.size() < kHeader) {
+    throw FileError(
+        name, fmt::format(": byte {}: ends before an STL's header does; is it the right file?",
+                          bytes.size()));
+  } else {
+    throw FileError(
+        name,
+        fmt::format(": byte {}: no STL: it does not begin with \"solid\", and its header's {} "
+                    "triangles would need {} bytes, but it has {}",
+                    kHeader - 4, count, kHeader + kRecord * count, bytes.size()));
+  }
+  if (mesh.triangles.empty()) throw FileError(name, ": no triangles in it. Export the mesh again");
+  return mesh;
+}
+
+Mesh load_stl(const std::filesystem::path& path) {
+  return parse_stl(read_file(path, kMostBytes), path.string());
 }
 
 }  // namespace cellcal::calib

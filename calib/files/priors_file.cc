@@ -5,11 +5,10 @@
 #include <algorithm>
 #include <set>
 
+#include "calib/files/input_file.h"
+#include "calib/files/text.h"
+#include "calib/files/toml.h"
 #include "calib/model/units.h"
-#include "calib/syntax/input_file.h"
-#include "calib/syntax/shown.h"
-#include "calib/syntax/toml_json.h"
-#include "calib/syntax/toml_table.h"
 
 namespace cellcal::calib {
 

@@ -1,15 +1,24 @@
+#include "calib/files/robot_file.h"
+
+#include <dlfcn.h>
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdlib>
+#include <filesystem>
 #include <set>
+#include <system_error>
+#include <utility>
 
-#include "calib/files/columns/touch_columns.h"
-#include "calib/files/documents.h"
+#include "calib/files/cell_file.h"
 #include "calib/files/files.h"
+#include "calib/files/input_file.h"
+#include "calib/files/text.h"
+#include "calib/files/toml.h"
+#include "calib/files/touches.h"
 #include "calib/model/units.h"
-#include "calib/syntax/shown.h"
-#include "calib/syntax/toml_json.h"
 
 namespace cellcal::calib {
 
@@ -198,5 +207,135 @@ std::string robot_to_toml(const Robot& robot) {
 }
 
 Robot load_robot(const std::filesystem::path& path) { return read_robot(TomlTable::load(path)); }
+
+namespace {
+
+/// The file that this code is in: the shared library, else the program.
+std::filesystem::path own_file() {
+  std::error_code none;
+  Dl_info info{};
+  static const int here = 0;
+  if (dladdr(&here, &info) != 0 && info.dli_fname != nullptr) {
+    // Of the program itself this is what it was called by, which leads nowhere from another folder.
+    const std::filesystem::path file = info.dli_fname;
+    if (file.is_absolute() && file.string().find(".so") != std::string::npos) return file;
+  }
+  return std::filesystem::read_symlink("/proc/self/exe", none);
+}
+
+bool holds_robots(const std::filesystem::path& folder) {
+  std::error_code none;
+  for (std::filesystem::directory_iterator at(folder, none), end; !none && at != end;
+       at.increment(none)) {
+    if (at->path().extension() == ".toml") return true;
+  }
+  return false;
+}
+
+std::string nowhere_of(const std::string& name) { return "no robot file \"" + shown(name) + "\""; }
+
+std::string list_of(const std::vector<std::filesystem::path>& places) {
+  constexpr std::size_t kShownPath = 300;
+  std::string list;
+  for (const auto& path : places) list += "\n  " + shown(path.string(), kShownPath);
+  return list;
+}
+
+}  // namespace
+
+std::vector<std::filesystem::path> robots_directories() {
+  std::vector<std::filesystem::path> result;
+  if (const char* set = std::getenv("CELLCAL_ROBOTS"); set != nullptr && *set != '\0')
+    result.emplace_back(set);
+  const std::array<std::filesystem::path, 2> places = {"share/cellcal/robots", "calib/robots"};
+  const std::filesystem::path file = own_file();
+  for (auto folder = file.parent_path(); folder.has_relative_path();
+       folder = folder.parent_path()) {
+    for (const auto& place : places) {
+      if (holds_robots(folder / place)) result.push_back(folder / place);
+    }
+  }
+  const std::filesystem::path usual = "/usr/share/cellcal/robots";
+  if (result.empty() || result.back() != usual) result.push_back(usual);
+  return result;
+}
+
+UnknownRobot::UnknownRobot(std::string asked_for, std::vector<std::filesystem::path> places)
+    : FileError(nowhere_of(asked_for) + "; looked for" + list_of(places)),
+      name(std::move(asked_for)),
+      looked_for(std::move(places)) {}
+
+std::string UnknownRobot::nowhere() const { return nowhere_of(name); }
+
+std::filesystem::path find_robot_file(const std::string& name,
+                                      const std::filesystem::path& folder) {
+  const std::filesystem::path given(name);
+  std::vector<std::filesystem::path> tried{folder / given};  // an absolute path stays absolute
+  for (const auto& directory : robots_directories()) {
+    tried.push_back(directory / given);
+    if (given.extension() != ".toml") tried.push_back(directory / (name + ".toml"));
+  }
+  for (const auto& path : tried) {
+    std::error_code ignored;  // "cannot look" counts as "not there"; the message lists the place
+    if (std::filesystem::is_regular_file(path, ignored)) return path;
+  }
+  throw UnknownRobot(name, std::move(tried));
+}
+
+std::vector<NamedRobot> shipped_robots() {
+  std::vector<NamedRobot> robots;
+  for (const std::filesystem::path& folder : robots_directories()) {
+    std::error_code none;
+    for (std::filesystem::directory_iterator at(folder, none), end; !none && at != end;
+         at.increment(none)) {
+      const auto& entry = *at;
+      if (entry.path().extension() != ".toml") continue;
+      try {
+        robots.push_back({entry.path().stem().string(), load_robot(entry.path())});
+      } catch (const FileError&) {
+        continue;
+      }
+    }
+    if (!robots.empty()) break;  // the others are the same again
+  }
+  return robots;
+}
+
+namespace {
+
+/// Without a minus before what rounds to nothing.
+std::string fixed(double value, int decimals) {
+  std::string text = fmt::format("{:.{}f}", value, decimals);
+  if (text.find_first_not_of("-0.") == std::string::npos && text.front() == '-') text.erase(0, 1);
+  return text + ' ';
+}
+
+std::string drawn_mm(double m) { return fixed(m * kMmPerM, 6); }
+std::string nine_decimals(double value) { return fixed(value, 9); }
+std::string deg(double rad) { return nine_decimals(rad * kDegPerRad); }
+
+std::string frame(const Eigen::Isometry3d& f) {
+  std::string text =
+      drawn_mm(f.translation().x()) + drawn_mm(f.translation().y()) + drawn_mm(f.translation().z());
+  for (int row = 0; row < 3; ++row)
+    for (int column = 0; column < 3; ++column) text += nine_decimals(f.linear()(row, column));
+  return text + '\n';
+}
+
+}  // namespace
+
+std::string nominal_geometry_sha256(const Robot& robot) {
+  std::string text = frame(robot.base_fixed);
+  for (const Joint& j : robot.joints) {
+    text += fmt::format("{} {} ", j.name, j.sign);
+    text +=
+        deg(j.offset_rad) + drawn_mm(j.d_m) + drawn_mm(j.a_m) + deg(j.alpha_rad) + deg(j.beta_rad);
+    std::vector<JointError> errors = j.errors;
+    std::sort(errors.begin(), errors.end());
+    for (const JointError error : errors) text += fmt::format("{} ", static_cast<int>(error));
+    text += '\n';
+  }
+  return sha256(text + frame(robot.flange_fixed));
+}
 
 }  // namespace cellcal::calib

@@ -1,3 +1,5 @@
+#include "calib/files/touches.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -6,14 +8,12 @@
 #include <functional>
 #include <optional>
 
-#include "calib/files/columns/joint_columns.h"
-#include "calib/files/columns/touch_columns.h"
+#include "calib/files/csv.h"
 #include "calib/files/files.h"
+#include "calib/files/input_file.h"
+#include "calib/files/text.h"
 #include "calib/model/iso_time.h"
 #include "calib/model/units.h"
-#include "calib/syntax/csv.h"
-#include "calib/syntax/input_file.h"
-#include "calib/syntax/shown.h"
 
 namespace cellcal::calib {
 
@@ -54,9 +54,9 @@ bool has_reading(const Touch& touch) {
 constexpr std::size_t kMaxRows = 2'000'000;
 
 /// The columns beside the joints', and how a row of them is read.
-class Columns {
+class TouchColumns {
  public:
-  Columns(const CsvTable& table, const std::string& name)
+  TouchColumns(const CsvTable& table, const std::string& name)
       : table_(table),
         name_(name),
         target_(table.find("target")),
@@ -211,7 +211,7 @@ std::vector<Touch> parse_touches(std::string_view text, const std::string& name,
   for (const std::string_view column : kTouchColumns) known.emplace_back(column);
   table.refuse_unknown(known);
   const auto joints = joint_columns(table, cell.robot, name);
-  const Columns columns(table, name);
+  const TouchColumns columns(table, name);
   std::vector<Touch> touches;
   while (table.next()) {
     if (touches.size() == kMaxRows) throw FileError(name, ": more than 2000000 touches");
@@ -318,6 +318,35 @@ JointRows load_joints(const std::filesystem::path& path, const Robot& robot) {
     if (++rows.beyond_limits <= kInWords) rows.beyond_limits_words.emplace_back(error->what());
   }
   return rows;
+}
+
+std::vector<int> joint_columns(const CsvTable& table, const Robot& robot, const std::string& name) {
+  std::vector<int> columns;
+  for (const Joint& joint : robot.joints) {
+    columns.push_back(table.find(joint.name));
+    if (columns.back() < 0)
+      throw FileError(name, ":" + std::to_string(table.header_line()) + ": no column \"" +
+                                joint.name +
+                                "\"; one column per joint is needed, named as in the robot file");
+  }
+  return columns;
+}
+
+std::vector<double> read_joints(const CsvTable& table, const std::vector<int>& columns) {
+  std::vector<double> angles(columns.size());
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    angles[i] = table.number(columns[i]) * kRadPerDeg;
+    if (std::abs(angles[i]) > kAnyAngleRad)
+      table.fail(columns[i], fmt::format("{} deg is out of range; angles are in degrees",
+                                         shown(table.text(columns[i]))));
+  }
+  return angles;
+}
+
+std::vector<std::string> joint_names(const Robot& robot) {
+  std::vector<std::string> names;
+  for (const Joint& joint : robot.joints) names.push_back(joint.name);
+  return names;
 }
 
 }  // namespace cellcal::calib

@@ -5,17 +5,16 @@
 #include <utility>
 #include <variant>
 
-#include "calib/consistency/certified_lengths.h"
-#include "calib/consistency/named_outliers.h"
-#include "calib/consistency/session_order.h"
-#include "calib/diagnose/causes.h"
-#include "calib/diagnose/data_association.h"
-#include "calib/diagnose/jump.h"
-#include "calib/diagnose/trial.h"
 #include "calib/estimate/discrepancy.h"
+#include "calib/estimate/target.h"
+#include "calib/identify/causes.h"
+#include "calib/identify/data_association.h"
+#include "calib/identify/identify_once.h"
+#include "calib/identify/jump.h"
 #include "calib/model/error.h"
-#include "calib/problem/target_place.h"
-#include "calib/verdict/identify_as_stated.h"
+#include "calib/verdict/artefacts.h"
+#include "calib/verdict/residuals.h"
+#include "calib/verdict/session_order.h"
 #include "calib/verdict/verdict.h"
 
 namespace cellcal::calib {

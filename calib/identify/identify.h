@@ -4,15 +4,22 @@
 // The mathematics is in the rooms' READMEs, which the code cites by the numbers of equations;
 // calib/README.md has the symbols and an index.
 
+#include <functional>
 #include <vector>
 
-#include "calib/diagnose/other_robots.h"
 #include "calib/estimate/options.h"
 #include "calib/model/error.h"
+#include "calib/model/robot.h"
 #include "calib/model/touch.h"
 #include "calib/result/calibration.h"
 
 namespace cellcal::calib {
+
+// Robots whose file may have been named instead of the right one.
+
+/// Asked for where they are needed, for reading them takes a while; empty: there are none to try.
+/// The shipped ones are calib/files' (shipped_robots.h).
+using OtherRobots = std::function<std::vector<NamedRobot>()>;
 
 /// A result that must not be used has verdict.publish == false, and says which of the usual
 /// mistakes is the likely cause, where one explains it (likely_causes()). Where the touches lead to

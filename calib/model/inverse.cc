@@ -3,6 +3,10 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
+
+#include "calib/model/random.h"
+#include "calib/model/units.h"
 
 namespace cellcal::calib {
 
@@ -49,6 +53,202 @@ std::optional<JointVector> inverse(const ArmModel& arm, const Eigen::Isometry3d&
                         joints[i].max_rad);
   }
   return std::nullopt;
+}
+
+namespace {
+
+using Eigen::AngleAxisd;
+using Eigen::Isometry3d;
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+constexpr std::size_t kWristJoints = 6;
+/// Nominal geometry is exact; this is rounding.
+constexpr double kMeetM = 1e-9, kParallel = 1e-9;
+/// An angle is not determined where what it turns lies this near its axis.
+constexpr double kOnAxis = 1e-9;
+/// Two solutions this near each other are one.
+constexpr double kSameRad = 1e-5;
+constexpr int kSeeds = 24;
+constexpr unsigned kSeed = 11;
+
+Vector3d across(const Vector3d& v, const Vector3d& axis) { return v - axis.dot(v) * axis; }
+
+/// Up to two angles; the first is the one at which the left side falls.
+struct Angles {
+  std::array<double, 2> angle{};
+  int count = 0;
+  const double* begin() const { return angle.data(); }
+  const double* end() const { return angle.data() + count; }
+};
+
+/// a cos x + b sin x = c. `falling`: only the one at which the left side falls, or rises.
+Angles angles(double a, double b, double c, std::optional<bool> falling) {
+  const double size = std::hypot(a, b);
+  if (!(size >= kOnAxis) || !(std::abs(c) <= size * (1.0 + 1e-12))) return {};
+  const double middle = std::atan2(b, a), half = std::acos(std::clamp(c / size, -1.0, 1.0));
+  if (half < kOnAxis) return {{middle}, 1};
+  if (falling) return {{*falling ? middle + half : middle - half}, 1};
+  return {{middle + half, middle - half}, 2};
+}
+
+/// The turn about `axis` that takes `from` to `to`; 0 where both lie on it.
+double turn(const Vector3d& axis, const Vector3d& from, const Vector3d& to) {
+  const Vector3d a = across(from, axis), b = across(to, axis);
+  if (a.norm() < kOnAxis || b.norm() < kOnAxis) return 0.0;
+  return std::atan2(axis.dot(a.cross(b)), a.dot(b));
+}
+
+/// Of whole turns the one nearest to 0 that the limits allow.
+std::optional<double> within(double angle, const Joint& joint, double margin) {
+  angle = std::remainder(angle, kRadPerTurn);
+  for (const double candidate : {angle, angle > 0.0 ? angle - kRadPerTurn : angle + kRadPerTurn,
+                                 angle > 0.0 ? angle + kRadPerTurn : angle - kRadPerTurn})
+    if (candidate >= joint.min_rad + margin && candidate <= joint.max_rad - margin)
+      return candidate;
+  return std::nullopt;
+}
+
+bool same(const JointVector& a, const JointVector& b) {
+  for (std::size_t i = 0; i < a.size(); ++i)
+    if (std::abs(a[i] - b[i]) > kSameRad) return false;
+  return true;
+}
+
+void keep(std::vector<JointVector>& all, JointVector q) {
+  if (std::none_of(all.begin(), all.end(),
+                   [&](const JointVector& other) { return same(other, q); }))
+    all.push_back(std::move(q));
+}
+
+}  // namespace
+
+Configurations::Configurations(const ArmModel& arm, double margin_rad)
+    : arm_(arm), margin_rad_(margin_rad), wrist_(find_wrist(arm)) {}
+
+std::optional<Configurations::Wrist> Configurations::find_wrist(const ArmModel& arm) {
+  if (arm.joint_count() != kWristJoints) return std::nullopt;
+  const JointVector zero(kWristJoints, 0.0);
+  ArmChain chain;
+  arm.walk(arm.prepare(zero), arm.errors(nullptr), chain);
+  Wrist w;
+  for (std::size_t i = 0; i < kWristJoints; ++i) {
+    w.axis[i] = arm.robot().joints[i].sign * chain.link[i].z;
+    w.point[i] = chain.link[i].z_origin;
+  }
+  if (w.axis[1].cross(w.axis[2]).norm() > kParallel) return std::nullopt;
+  // The point nearest to the last three axes.
+  Matrix3d square = Matrix3d::Zero();
+  Vector3d right = Vector3d::Zero();
+  for (std::size_t i = 3; i < kWristJoints; ++i) {
+    const Matrix3d off = Matrix3d::Identity() - w.axis[i] * w.axis[i].transpose();
+    square += off;
+    right += off * w.point[i];
+  }
+  w.centre = square.ldlt().solve(right);
+  for (std::size_t i = 3; i < kWristJoints; ++i)
+    if (!(across(w.centre - w.point[i], w.axis[i]).norm() < kMeetM)) return std::nullopt;
+  w.home = arm.nominal_tcp(zero);
+  return w;
+}
+
+std::vector<JointVector> Configurations::reach(const Isometry3d& tcp) const {
+  std::vector<JointVector> all;
+  for (JointVector& q : wrist_ ? closed(tcp) : from_seeds(tcp)) keep(all, std::move(q));
+  return all;
+}
+
+template <typename Finish>
+void Configurations::by_subproblems(const Isometry3d& tcp, const Posture* wanted,
+                                    const Finish& finish) const {
+  const auto& [axis, point, centre, home] = *wrist_;
+  const auto side = [&](bool Posture::*which) {
+    return wanted == nullptr ? std::nullopt : std::optional(wanted->*which);
+  };
+  // exp(1) ... exp(6) = g. The last three leave the wrist's centre where it is.
+  const Isometry3d g = tcp * home.inverse();
+  const Vector3d reached = g * centre;
+  // Axis 1 turns the centre back to its distance along axis 2, which axes 2 and 3 cannot change.
+  const Vector3d v = reached - point[0];
+  const Vector3d level = axis[0].dot(v) * axis[0];
+  for (const double t1 : angles(
+           axis[1].dot(v - level), -axis[1].dot(axis[0].cross(v)),
+           axis[1].dot(centre - point[1]) - axis[1].dot(point[0] - point[1]) - axis[1].dot(level),
+           side(&Posture::shoulder))) {
+    const Matrix3d r1 = AngleAxisd(t1, axis[0]).toRotationMatrix();
+    const Vector3d y = across(point[0] + r1.transpose() * v - point[1], axis[1]);
+    // Axis 3 sets the centre's distance from axis 2.
+    const Vector3d u = across(centre - point[2], axis[2]), s = across(point[1] - point[2], axis[2]);
+    for (const double t3 : angles(s.dot(u), s.dot(axis[2].cross(u)),
+                                  (u.squaredNorm() + s.squaredNorm() - y.squaredNorm()) / 2.0,
+                                  side(&Posture::elbow))) {
+      const Matrix3d r3 = AngleAxisd(t3, axis[2]).toRotationMatrix();
+      const double t2 = turn(axis[1], point[2] + r3 * (centre - point[2]) - point[1], y);
+      const Matrix3d r2 = AngleAxisd(t2, axis[1]).toRotationMatrix();
+      const Matrix3d rest = (r1 * r2 * r3).transpose() * g.linear();
+      // Axis 5 tilts axis 6 against axis 4.
+      const Vector3d d = rest * axis[5];
+      const Vector3d along = axis[4].dot(axis[5]) * axis[4];
+      for (const double t5 :
+           angles(axis[3].dot(axis[5] - along), axis[3].dot(axis[4].cross(axis[5])),
+                  axis[3].dot(d) - axis[3].dot(along), side(&Posture::wrist))) {
+        const Matrix3d r5 = AngleAxisd(t5, axis[4]).toRotationMatrix();
+        const double t4 = turn(axis[3], r5 * axis[5], d);
+        const Matrix3d r6 = (AngleAxisd(t4, axis[3]).toRotationMatrix() * r5).transpose() * rest;
+        const Vector3d across_6 = axis[5].unitOrthogonal();
+        finish({t1, t2, t3, t4, t5, turn(axis[5], across_6, r6 * across_6)});
+      }
+    }
+  }
+}
+
+std::vector<JointVector> Configurations::closed(const Isometry3d& tcp) const {
+  const auto& joints = arm_.robot().joints;
+  std::vector<JointVector> found;
+  by_subproblems(tcp, nullptr, [&](const std::array<double, kWristJoints>& theta) {
+    JointVector q(kWristJoints);
+    for (std::size_t i = 0; i < kWristJoints; ++i) {
+      const auto angle = within(theta[i], joints[i], margin_rad_);
+      if (!angle) return;
+      q[i] = *angle;
+    }
+    if (auto exact = inverse(arm_, tcp, q, margin_rad_)) found.push_back(std::move(*exact));
+  });
+  return found;
+}
+
+Posture Configurations::posture_of(const JointVector& q) const {
+  const auto& [axis, point, centre, home] = *wrist_;
+  const Vector3d behind_3 = AngleAxisd(q[2], axis[2]) * (centre - point[2]);
+  const Vector3d behind_2 = point[1] + AngleAxisd(q[1], axis[1]) * (point[2] + behind_3 - point[1]);
+  const Vector3d upper = across(point[1] - point[2], axis[2]);
+  return {axis[1].dot(axis[0].cross(behind_2 - point[0])) > 0.0,
+          upper.dot(axis[2].cross(behind_3)) < 0.0,
+          axis[3].dot(axis[4].cross(AngleAxisd(q[4], axis[4]) * axis[5])) < 0.0};
+}
+
+std::optional<JointVector> Configurations::in_posture(const Isometry3d& tcp,
+                                                      const Posture& posture) const {
+  std::optional<JointVector> found;
+  by_subproblems(tcp, &posture, [&](const std::array<double, kWristJoints>& theta) {
+    found.emplace(kWristJoints);
+    for (std::size_t i = 0; i < kWristJoints; ++i)
+      (*found)[i] = std::remainder(theta[i], kRadPerTurn);
+  });
+  return found;
+}
+
+std::vector<JointVector> Configurations::from_seeds(const Isometry3d& tcp) const {
+  Random random(kSeed);  // the same for the same pose
+  std::vector<JointVector> found;
+  for (int k = 0; k < kSeeds; ++k) {
+    JointVector seed;
+    for (const Joint& joint : arm_.robot().joints)
+      seed.push_back(random.uniform(std::max(joint.min_rad, -std::numbers::pi),
+                                    std::min(joint.max_rad, std::numbers::pi)));
+    if (auto q = inverse(arm_, tcp, seed, margin_rad_)) found.push_back(std::move(*q));
+  }
+  return found;
 }
 
 }  // namespace cellcal::calib

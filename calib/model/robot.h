@@ -13,6 +13,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "calib/model/joint_vector.h"
@@ -166,5 +167,11 @@ struct Cell {
   /// Index of the target with this id; throws std::out_of_range naming the id.
   std::size_t target_index(const std::string& id) const;
 };
+
+// Kinds of targets, as files name them.
+
+const char* to_string(TargetKind kind);
+/// Of a name that is none, nothing.
+std::optional<TargetKind> target_kind(std::string_view name);
 
 }  // namespace cellcal::calib

@@ -9,6 +9,7 @@ namespace cellcal::calib {
 
 inline constexpr double kMmPerM = 1000.0;
 inline constexpr double kMsPerS = 1000.0;
+inline constexpr double kPerMillion = 1e6;
 inline constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 inline constexpr double kDegPerRad = 180.0 / std::numbers::pi;
 inline constexpr double kRadPerTurn = 2.0 * std::numbers::pi;

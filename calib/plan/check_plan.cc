@@ -1,6 +1,12 @@
 #include "calib/plan/check_plan.h"
 
-#include "calib/plan/choice/check_choice.h"
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "calib/identify/update.h"
+#include "calib/plan/candidates.h"
+#include "calib/plan/check_choice.h"
 #include "calib/plan/few_touches.h"
 #include "calib/plan/plan.h"
 
@@ -31,6 +37,86 @@ PlannedTouch check_touch_from(const Calibration& calibration, const Plan& plan, 
   touch.corners.clear();
   touch.leaving = {};
   return touch;
+}
+
+CheckPlanOptions first_update_touches() {
+  CheckPlanOptions how;
+  how.before_m = 0.006;
+  how.most_s = kMostUpdateS / 2.0;
+  how.set = TouchSet::kFit;
+  return how;
+}
+
+CheckPlanOptions further_update_touches(int touches_made, double seconds) {
+  CheckPlanOptions how = first_update_touches();
+  how.most_touches = kMostUpdateTouches - touches_made;
+  how.least_touches = 1;
+  how.most_s = kMostUpdateS - seconds;
+  return how;
+}
+
+Plan make_update_plan(const Calibration& believed, const PlanOptions& options,
+                      const CheckPlanOptions& how, const JointVector& from) {
+  return make_few_touches(believed, options, how, from,
+                          [&](const std::vector<Candidate>& candidates, int count,
+                              const std::function<bool(std::size_t)>& possible) {
+                            return choose_update(believed, candidates, count, possible);
+                          });
+}
+
+namespace {
+
+bool can_be_touched(const Target& target) {
+  return target.kind == TargetKind::kSphere && target.has_centre &&
+         is_planned(target, Kinds::kSpheresAndPlanes);
+}
+
+/// To the same touch again, from where the arm left it.
+PlannedTouch again(PlannedTouch touch) {
+  touch.transit = {touch.standoff};
+  touch.corners.clear();
+  touch.leaving = {};
+  return touch;
+}
+
+}  // namespace
+
+std::string qualification_target(const Cell& cell, std::string_view target) {
+  std::string others;
+  for (const Target& one : cell.targets) {
+    if (!can_be_touched(one)) continue;
+    if (target.empty() || one.id == target) return one.id;
+    others += (others.empty() ? "" : ", ") + one.id;
+  }
+  if (target.empty())
+    throw PlanError(
+        PlanError::Kind::kCell,
+        "no sphere with centre_mm: a qualification needs one. Add centre_mm to the cell file");
+  throw PlanError(PlanError::Kind::kRequest, std::string(target),
+                  fmt::format("target {}: no sphere with centre_mm of that name. There are: {}",
+                              target, others.empty() ? "none" : others));
+}
+
+Plan make_qualification_plan(const Cell& cell, const PlanOptions& options, std::string_view target,
+                             int places, std::span<const double> speeds_m_s) {
+  const std::string touched = qualification_target(cell, target);
+  Cell one = cell;
+  for (Target& other : one.targets) other.only_in_the_way = other.id != touched;
+  PlanOptions few = options;
+  few.fit_touches = places;
+  few.check_touches = 0;
+  few.criterion = Criterion::kEven;
+  const Plan once = make_plan(one, few);
+  Plan plan = once;
+  plan.touches.clear();
+  plan.predicted_mean_m = plan.predicted_u95_m = 0.0;
+  for (const PlannedTouch& touch : once.touches)
+    for (const double speed : speeds_m_s) {
+      const bool first = plan.touches.empty() || plan.touches.back().end != touch.end;
+      plan.touches.push_back(first ? touch : again(touch));
+      plan.touches.back().search_m_s = speed;
+    }
+  return plan;
 }
 
 }  // namespace cellcal::calib

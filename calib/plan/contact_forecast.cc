@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calib/problem/solve.h"
+#include "calib/estimate/solve.h"
 
 namespace cellcal::calib {
 

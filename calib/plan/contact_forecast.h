@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "calib/estimate/incremental_estimate.h"
-#include "calib/plan/reach/planned_touch.h"
+#include "calib/plan/planned_touch.h"
 
 namespace cellcal::calib {
 

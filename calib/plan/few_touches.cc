@@ -6,13 +6,13 @@
 #include <cmath>
 
 #include "calib/check/foresight.h"
+#include "calib/estimate/predict.h"
 #include "calib/model/random.h"
-#include "calib/plan/choice/aim.h"
+#include "calib/plan/aim.h"
+#include "calib/plan/duration.h"
 #include "calib/plan/plan.h"
-#include "calib/plan/reach/duration.h"
-#include "calib/plan/reach/pool.h"
-#include "calib/plan/reach/visit.h"
-#include "calib/uncertainty/predict.h"
+#include "calib/plan/pool.h"
+#include "calib/plan/visit.h"
 
 namespace cellcal::calib {
 

@@ -5,8 +5,8 @@
 #include <functional>
 #include <vector>
 
+#include "calib/plan/candidates.h"
 #include "calib/plan/check_plan.h"
-#include "calib/plan/reach/candidates.h"
 
 namespace cellcal::calib {
 

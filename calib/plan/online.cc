@@ -1,3 +1,5 @@
+// Why no further touch is chosen: the number first, then what to do.
+
 #include "calib/plan/online.h"
 
 #include <fmt/format.h>
@@ -11,15 +13,13 @@
 #include "calib/estimate/incremental_estimate.h"
 #include "calib/model/long_work.h"
 #include "calib/model/random.h"
-#include "calib/plan/choice/aim.h"
-#include "calib/plan/choice/choose.h"
-#include "calib/plan/choice/choose_together.h"
-#include "calib/plan/choice/forecast.h"
-#include "calib/plan/choice/look_around.h"
-#include "calib/plan/choice/remaining_uncertainty.h"
-#include "calib/plan/reach/corners.h"
-#include "calib/plan/reach/pool.h"
-#include "calib/plan/reach/visit.h"
+#include "calib/model/units.h"
+#include "calib/plan/aim.h"
+#include "calib/plan/choose.h"
+#include "calib/plan/forecast.h"
+#include "calib/plan/pool.h"
+#include "calib/plan/route.h"
+#include "calib/plan/visit.h"
 
 namespace cellcal::calib {
 
@@ -492,5 +492,27 @@ std::vector<JointVector> Online::way_home() const {
 
 const Progress& Online::progress() const { return impl_->progress; }
 const std::vector<Touch>& Online::touches() const { return impl_->touches; }
+
+std::string why_ended(const Progress& progress, const Goal& goal) {
+  if (!progress.ended) return {};
+  const double u95_mm = progress.u95_m * kMmPerM, goal_mm = goal.u95_m * kMmPerM;
+  switch (*progress.ended) {
+    case Ended::kGoal:
+      return fmt::format("goal reached: u95 {:.3f} mm, goal {:.3f} mm", u95_mm, goal_mm);
+    case Ended::kMostTouches:
+      return fmt::format("all {} touches made; u95 {:.3f} mm{}", progress.touches, u95_mm,
+                         goal_mm > 0.0 ? fmt::format(", goal {:.3f} mm", goal_mm) : "");
+    case Ended::kNoGain:
+      return fmt::format(
+          "ten more touches would reduce the error by less than {:.0f} %; u95 {:.3f} mm, goal "
+          "{:.3f} mm. Certified lengths, more spheres or other postures help more",
+          100.0 * goal.worth_it, u95_mm, goal_mm);
+    case Ended::kNoEstimate:
+      return "some targets cannot be touched often enough for a first estimate";
+    case Ended::kAllReachable:
+      return "every reachable touch was made";
+  }
+  return {};
+}
 
 }  // namespace cellcal::calib

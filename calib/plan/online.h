@@ -14,8 +14,8 @@
 #include <string>
 
 #include "calib/model/touch.h"
+#include "calib/plan/duration.h"
 #include "calib/plan/plan.h"
-#include "calib/plan/reach/duration.h"
 
 namespace cellcal::calib {
 

@@ -6,17 +6,14 @@
 #include <cmath>
 #include <optional>
 
-#include "calib/model/configurations.h"
+#include "calib/model/inverse.h"
 #include "calib/model/long_work.h"
 #include "calib/model/random.h"
-#include "calib/plan/choice/choose.h"
-#include "calib/plan/choice/look_around.h"
-#include "calib/plan/reach/candidates.h"
-#include "calib/plan/reach/corners.h"
-#include "calib/plan/reach/pool.h"
-#include "calib/plan/reach/reasons.h"
-#include "calib/plan/reach/route.h"
-#include "calib/plan/reach/visit.h"
+#include "calib/plan/candidates.h"
+#include "calib/plan/choose.h"
+#include "calib/plan/pool.h"
+#include "calib/plan/route.h"
+#include "calib/plan/visit.h"
 
 namespace cellcal::calib {
 

@@ -8,7 +8,7 @@
 // robot's limits with margin, and nothing of arm and tool hits on any motion what the cell file
 // names, or the arm itself (clearance.h); the tip alone meets the sphere that it touches.
 
-#include "calib/plan/reach/planned_touch.h"
+#include "calib/plan/planned_touch.h"
 
 namespace cellcal::calib {
 

@@ -12,9 +12,8 @@
 
 #include "calib/model/long_work.h"
 #include "calib/plan/cell_check.h"
-#include "calib/plan/choice/design.h"
-#include "calib/plan/choice/design_problem.h"
-#include "calib/plan/reach/pool.h"
+#include "calib/plan/design.h"
+#include "calib/plan/pool.h"
 
 namespace cellcal::calib {
 

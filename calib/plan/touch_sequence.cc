@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "calib/model/inverse.h"
-#include "calib/plan/reach/pool.h"
+#include "calib/plan/pool.h"
 
 namespace cellcal::calib {
 

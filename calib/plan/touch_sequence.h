@@ -7,9 +7,9 @@
 #include <optional>
 #include <vector>
 
+#include "calib/plan/finder.h"
 #include "calib/plan/online.h"
-#include "calib/plan/search/finder.h"
-#include "calib/plan/search/search_under_way.h"
+#include "calib/plan/search_under_way.h"
 
 namespace cellcal::calib {
 

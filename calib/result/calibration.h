@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "calib/model/kinematics.h"
 #include "calib/model/parameter_key.h"
 #include "calib/model/robot.h"
 #include "calib/result/finding.h"
@@ -218,7 +219,7 @@ struct InputFile {
 struct Calibration {
   Cell cell;  ///< nominal
   std::string method = "map";
-  ModelLevel level;                   ///< that the parameters belong to: the mean over the levels
+  ModelLevel level;  ///< that the parameters belong to: the mean over the levels
   LevelReason level_reason;
   std::vector<LevelEvidence> levels;  ///< that were considered, best first
   /// Of the touches, whatever level, arm and places (natural logarithm); each that was left out
@@ -226,13 +227,13 @@ struct Calibration {
   double log_evidence = 0.0;
   std::vector<ParameterResult> parameters;
   std::vector<TargetResult> targets;
-  std::vector<LengthResult> lengths;  ///< of which both ends were touched
+  std::vector<LengthResult> lengths;          ///< of which both ends were touched
   std::vector<ArtefactBias> artefact_biases;  ///< of spheres and wires; not written to files
   ResidualSummary before, after, check_before, check;
   std::vector<TouchResidual> residuals;
   UnseenChecks unseen;  ///< of targets that no fit touch is of (unseen.h); not written to files
   std::vector<UnidentifiableDirection> unidentifiable;
-  Observability observability;                        ///< rows 0: not worked out
+  Observability observability;  ///< rows 0: not worked out
   double predicted_near_targets_m = 0.0,
          predicted_workspace_m = 0.0;  ///< mean 3-D error, from the covariance
   /// This arm's with its nominal model over the same poses, and U (k = 2) of that
@@ -275,5 +276,18 @@ inline double correction_of(const Calibration& c, const ParameterKey& key) {
   const ParameterResult* found = find(c, key);
   return found == nullptr ? 0.0 : found->correction;
 }
+
+// What robot and cell file state of a parameter that is identified as a deviation.
+
+/// [SI]. Of a joint's theta (its zero), d, a, alpha, beta and of the tool's x, y, z; 0 of all
+/// others, which have no nominal value.
+double stated_value(const Cell& cell, const ParameterKey& parameter);
+
+// The arm's own parameters, in its order, out of a calibration's.
+
+/// Nominal and correction [SI] per parameter of the arm; 0 of what was not estimated.
+Eigen::VectorXd arm_values(const ArmModel& arm, const Calibration& calibration);
+/// [SI]; empty where the calibration has none.
+Eigen::MatrixXd arm_covariance(const ArmModel& arm, const Calibration& calibration);
 
 }  // namespace cellcal::calib

@@ -1,11 +1,12 @@
 #pragma once
 // What the checks of one calibration say together: does the cell creep, since when, how fast, and what to do.
-// calib/drift works it out, calib/words has its sentences, calib/files writes it.
+// calib/check works it out, calib/result has its sentences, calib/files writes it.
 
 #include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "calib/result/tcp_check.h"
@@ -76,12 +77,12 @@ struct NotHeld {
 /// How the TCP best went off, by all checks in the chart.
 struct DriftTrend {
   DriftShape shape = DriftShape::kCreep;
-  std::int64_t since = 0;                              ///< the first check that is off
-  double since_s = 0.0;                                ///< its time
-  std::size_t checks = 0;                              ///< from it on
-  Eigen::Vector3d now_m = Eigen::Vector3d::Zero();     ///< off at the newest check
-  double now_sigma_m = 0.0;                            ///< along it
-  double over_s = 0.0;  ///< kCreep: from its begin to the newest check
+  std::int64_t since = 0;                           ///< the first check that is off
+  double since_s = 0.0;                             ///< its time
+  std::size_t checks = 0;                           ///< from it on
+  Eigen::Vector3d now_m = Eigen::Vector3d::Zero();  ///< off at the newest check
+  double now_sigma_m = 0.0;                         ///< along it
+  double over_s = 0.0;                              ///< kCreep: from its begin to the newest check
   Eigen::Vector3d rate_m_s = Eigen::Vector3d::Zero();  ///< kCreep
   double rate_sigma_m_s = 0.0;
   bool has_rate() const { return shape == DriftShape::kCreep && over_s >= kShortestSpanOfARateS; }
@@ -115,5 +116,21 @@ const char* to_string(LeftOut why);
 const char* to_string(DriftState state);
 const char* to_string(DriftAdvice advice);
 const char* to_string(DriftShape shape);
+
+// The sentences of a control chart: number first, then what to do.
+
+/// "in control: TCP 0.01 +- 0.04 mm (k=2) off the centre of 31 checks, 41 % of the alarm limit"
+std::string state_words(const DriftChart& chart);
+/// "creep of 0.048 +- 0.010 mm/month (k=2) since check 41 (2026-03-01), ..."; empty where there is none.
+std::string trend_words(const DriftChart& chart);
+/// What to do; empty: nothing.
+std::string advice_words(const DriftChart& chart);
+/// What the limits mean.
+std::string limit_words(const DriftChart& chart);
+/// All of it, a line each.
+std::vector<std::string> words(const DriftChart& chart);
+
+/// "2026-03-01" of seconds since 1970, UTC.
+std::string date_words(double time_s);
 
 }  // namespace cellcal::calib

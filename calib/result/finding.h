@@ -1,7 +1,7 @@
 #pragma once
 // What an identification found out that a user has to know: a value, not a sentence. What it is,
 // how much it weighs, what it is about, and the numbers that it rests on. Sentences are made where
-// they are read, and nowhere else (calib/words); code asks for kinds.
+// they are read, and nowhere else (calib/result); code asks for kinds.
 
 #include <Eigen/Core>
 #include <cstddef>
@@ -175,5 +175,15 @@ bool has(const std::vector<Finding>& findings, FindingKind kind);
 /// The first of that kind; null where there is none.
 const Finding* first(const std::vector<Finding>& findings, FindingKind kind);
 void erase(std::vector<Finding>& findings, FindingKind kind);
+
+// The sentence of each finding, made here and nowhere else: the number first, with its unit and
+// uncertainty, then what to do.
+
+/// "certified length S1-S2: 400.000 mm stated, 400.100 +- 0.010 mm measured (7 sigma). Measure ..."
+std::string words(const Finding& finding);
+/// One for each, in their order.
+std::vector<std::string> words(const std::vector<Finding>& findings);
+/// Without the opening ("scope: "), for where a heading says it.
+std::string sentence(const Finding& finding);
 
 }  // namespace cellcal::calib

@@ -1,5 +1,5 @@
 #pragma once
-// How far the arms of one robot model lie from their nominal geometry, learned from many calibrations (calib/fleet).
+// How far the arms of one robot model lie from their nominal geometry, learned from many calibrations (calib/priors).
 // calib/files/priors_file.h writes it as "cellcal.priors/1".
 
 #include <array>
@@ -48,7 +48,7 @@ struct FleetPriors {
   long version = 1;              ///< of this model's priors, counted by who makes them
   std::string made;              ///< ISO 8601 UTC
   std::string robot;             ///< model, of the robot file
-  std::string nominal_geometry;  ///< SHA-256 (calib/files/nominal_geometry.h)
+  std::string nominal_geometry;  ///< SHA-256 (calib/files/robot_file.h)
   int arms = 0;                  ///< behind it
   std::vector<JointPriors> joints;
 };

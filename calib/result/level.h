@@ -18,6 +18,7 @@
 
 namespace cellcal::calib {
 
+struct Calibration;
 struct ModelLevel {
   /// Prior of the compliances in units of the robot file's or the assumed ones; 0: stiff joints.
   double compliance = 1.0;
@@ -61,5 +62,13 @@ Cell at_level(const Cell& cell, const ModelLevel& level, std::span<const Touch> 
 
 /// "geometry, tool bending, joint compliance, transmission 10 arcsec, ripple 5 arcsec"
 std::string words(const Cell& cell, const ModelLevel& level);
+
+// Why a model level was taken.
+
+/// "mean over 24 levels, weighted by evidence. Joint compliance: 0.1 x prior (2 %), ...";
+/// empty of methods that know no levels.
+std::string reason_words(const Calibration& calibration);
+/// The same after the level itself, as files have it.
+std::string level_and_reason_words(const Calibration& calibration);
 
 }  // namespace cellcal::calib

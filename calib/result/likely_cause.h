@@ -1,13 +1,15 @@
 #pragma once
 // Which of the usual mistakes explains a result that is withheld: a value. What a finding of kind
 // kLikelyCause is about, its evidence and its parts are as said here; its sentence is made in
-// calib/words/cause_words.h.
+// likely_cause.cc.
 
 #include <optional>
 #include <string>
 
+
 namespace cellcal::calib {
 
+struct Finding;
 enum class LikelyCause {
   // Touches that were read or written otherwise than they were made.
   kRadians,             ///< "largest" deg of all joint angles
@@ -41,5 +43,11 @@ enum class LikelyCause {
 /// As files name it: "axis_sign". Of a name that is none, nothing.
 const char* to_string(LikelyCause cause);
 std::optional<LikelyCause> likely_cause(const std::string& name);
+
+// The sentence of each likely cause, made here and nowhere else: what is wrong and by how much, then
+// what to check.
+
+/// Of a finding that names its likely cause (`cause`).
+std::string cause_words(const Finding& finding);
 
 }  // namespace cellcal::calib

@@ -1,7 +1,7 @@
 #pragma once
 // What a few touches say of a calibration that was made before: whether it holds, how far the tool's
 // tip has shifted since, and what has changed, with what speaks for every other explanation.
-// calib/check works it out, calib/words has its sentences, calib/files writes it.
+// calib/check works it out, calib/result has its sentences, calib/files writes it.
 
 #include <Eigen/Core>
 #include <cstddef>
@@ -84,5 +84,19 @@ struct TcpCheck {
   double u_m(int axis) const;  ///< U(k=2) of one component of the shift
   double u_along_m() const;    ///< of the shift's length
 };
+
+// The sentences of a check, made here and nowhere else: number first, then what to do.
+
+/// "holds: TCP shift 0.03 +- 0.08 mm (k=2)", "does not hold: ..."
+std::string verdict_words(const TcpCheck& check);
+/// What changed and what to do; empty where it holds.
+std::string change_words(const TcpCheck& check);
+/// "tool shifted by 0.31 +- 0.08 mm (k=2) on the flange"
+std::string words(const Explanation& explanation);
+/// What to do about a change; empty of none.
+std::string remedy_words(const Explanation& change);
+/// All of it, a line each: the verdict, what to do, spheres that were not found, every explanation with its
+/// likelihood, what such a check finds.
+std::vector<std::string> words(const TcpCheck& check);
 
 }  // namespace cellcal::calib

@@ -3,9 +3,8 @@
 #include <Eigen/Core>
 #include <cmath>
 
-#include "calib/linear/cholesky.h"
-#include "calib/linear/orthogonal.h"
 #include "calib/model/kinematics.h"
+#include "calib/model/linear.h"
 
 namespace cellcal::calib {
 

@@ -3,6 +3,7 @@
 // that is not finite, or far off any page, is not written; callers count such values and say so in
 // words.
 
+#include <cstddef>
 #include <string>
 #include <string_view>
 #include <variant>
@@ -55,5 +56,15 @@ class Svg {
 
   std::string out_;
 };
+
+// Text on its way into XML or HTML: nothing that a user's file holds may become markup.
+
+/// For text and quoted attributes. Escapes & < > " ', and replaces what has no place in a document
+/// by U+FFFD: control characters, broken UTF-8, bidirectional overrides (which can make one id look
+/// like another).
+std::string escape(std::string_view text);
+
+/// At most `code_points` characters, the last one an ellipsis where something was cut. Not escaped.
+std::string shorten(std::string_view text, std::size_t code_points);
 
 }  // namespace cellcal::svg

@@ -1,10 +1,15 @@
 #include "calib/verdict/change.h"
 
+#include <algorithm>
 #include <cmath>
+#include <functional>
+#include <map>
 #include <utility>
 
-#include "calib/uncertainty/predict.h"
-#include "calib/verdict/tips_apart.h"
+#include "calib/estimate/predict.h"
+#include "calib/estimate/region.h"
+#include "calib/model/kinematics.h"
+#include "calib/model/linear.h"
 
 namespace cellcal::calib {
 
@@ -27,8 +32,12 @@ std::optional<Change> change_since(const Calibration& last, const Calibration& n
   if (poses.size() < kLeastPoses) return {};
   const Predictor before(last), after(now);
   const Eigen::VectorXd apart = tips_apart_m(
-      [&](const JointVector& q) -> Eigen::Vector3d { return before.calibrated(q).tcp.translation(); },
-      [&](const JointVector& q) -> Eigen::Vector3d { return after.calibrated(q).tcp.translation(); },
+      [&](const JointVector& q) -> Eigen::Vector3d {
+        return before.calibrated(q).tcp.translation();
+      },
+      [&](const JointVector& q) -> Eigen::Vector3d {
+        return after.calibrated(q).tcp.translation();
+      },
       poses);
   for (const double one : apart) change.mean_m += one / static_cast<double>(apart.size());
   change.expected_m = std::hypot(before.mean_error_m(poses), after.mean_error_m(poses));
@@ -66,6 +75,115 @@ void judge_change(const Calibration& last, const std::string& which, bool accept
   finding.kind = FindingKind::kChanged;
   finding.severity = Severity::kWithholds;
   findings.insert(findings.begin(), std::move(finding));
+}
+
+ParameterDifferences parameter_differences(const Calibration& before, const Calibration& after) {
+  constexpr double kCoverage = 2.0;
+  std::map<std::string, const ParameterResult*, std::less<>> were;
+  for (const ParameterResult& was : before.parameters)
+    were.emplace(parameter_name(before.cell, was.key), &was);
+  ParameterDifferences differences;
+  for (const ParameterResult& now : after.parameters) {
+    std::string name = parameter_name(after.cell, now.key);
+    const auto found = were.find(name);
+    if (found == were.end()) {
+      differences.only_after.push_back(std::move(name));
+      continue;
+    }
+    const ParameterResult& was = *found->second;
+    were.erase(found);
+    if (was.decided_by == DecidedBy::kFrame || now.decided_by == DecidedBy::kFrame) continue;
+    MovedParameter one{std::move(name),
+                       now.unit,
+                       now.to_unit,
+                       was.nominal + was.correction,
+                       now.nominal + now.correction,
+                       kCoverage * std::hypot(was.sigma, now.sigma)};
+    if (std::abs(one.after - one.before) > one.expanded)
+      differences.moved.push_back(std::move(one));
+  }
+  for (const ParameterResult& was : before.parameters)
+    if (std::string name = parameter_name(before.cell, was.key); were.contains(name))
+      differences.only_before.push_back(std::move(name));
+  std::ranges::stable_sort(differences.moved, std::greater{}, [](const MovedParameter& one) {
+    return one.expanded > 0.0 ? std::abs(one.after - one.before) / one.expanded : HUGE_VAL;
+  });
+  return differences;
+}
+
+namespace {
+
+constexpr unsigned kSeed = 20241120;
+constexpr std::size_t kLeastPosesOfTips = 20;
+
+}  // namespace
+
+bool same_nominal(const Cell& a, const Cell& b) {
+  constexpr double kRounding = 1e-9;
+  const auto near = [](double x, double y) { return std::abs(x - y) <= kRounding; };
+  return a.robot.joints.size() == b.robot.joints.size() &&
+         a.tool.tcp.isApprox(b.tool.tcp, kRounding) &&
+         a.robot.flange_fixed.isApprox(b.robot.flange_fixed, kRounding) &&
+         std::equal(a.robot.joints.begin(), a.robot.joints.end(), b.robot.joints.begin(),
+                    [&](const Joint& x, const Joint& y) {
+                      return x.sign == y.sign && near(x.offset_rad, y.offset_rad) &&
+                             near(x.d_m, y.d_m) && near(x.a_m, y.a_m) &&
+                             near(x.alpha_rad, y.alpha_rad) && near(x.beta_rad, y.beta_rad);
+                    });
+}
+
+std::vector<JointVector> poses_in_scope(const Cell& cell, std::span<const Touch> touches,
+                                        bool workspace, int count) {
+  const ArmModel arm(cell);
+  if (workspace) return workspace_poses(arm, count, kSeed);
+  constexpr double kNearM = 0.150;
+  std::vector<JointVector> around;
+  std::vector<Eigen::Vector3d> touched_m;
+  for (const Touch& touch : touches) {
+    around.push_back(touch.joint_rad);
+    touched_m.push_back(arm.nominal_tip_m(touch.joint_rad, arm.tool_index(touch.tool)));
+  }
+  return local_poses(arm, around, touched_m, kNearM, count, kSeed);
+}
+
+Eigen::VectorXd tips_apart_m(const TipOf& one, const TipOf& other,
+                             const std::vector<JointVector>& poses) {
+  const auto n = static_cast<Eigen::Index>(poses.size());
+  Eigen::VectorXd apart(3 * n);
+  Eigen::Matrix<double, Eigen::Dynamic, 6> base(3 * n, 6);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const JointVector& q = poses[static_cast<std::size_t>(i)];
+    const Eigen::Vector3d tip = other(q);
+    apart.segment<3>(3 * i) = tip - one(q);
+    base.middleRows<3>(3 * i) = base_motion(tip);
+  }
+  apart -= base * least_squares(base, apart);
+  Eigen::VectorXd distances(n);
+  for (Eigen::Index i = 0; i < n; ++i) distances[i] = apart.segment<3>(3 * i).norm();
+  return distances;
+}
+
+std::optional<InScope> apart_in_scope(const Calibration* earlier, const Calibration& now,
+                                      std::span<const Touch> touches, bool workspace) {
+  if (earlier != nullptr && !same_nominal(earlier->cell, now.cell)) return {};
+  const auto poses = poses_in_scope(now.cell, touches, workspace, kScopePoses);
+  if (poses.size() < kLeastPosesOfTips) return {};
+  const Predictor after(now), before(earlier != nullptr ? *earlier : now);
+  const Eigen::VectorXd apart = tips_apart_m(
+      [&](const JointVector& q) -> Eigen::Vector3d {
+        return (earlier != nullptr ? before.calibrated(q).tcp : after.nominal(q)).translation();
+      },
+      [&](const JointVector& q) -> Eigen::Vector3d {
+        return after.calibrated(q).tcp.translation();
+      },
+      poses);
+  InScope in{workspace, static_cast<int>(poses.size()), apart.mean(), apart.maxCoeff()};
+  for (const JointVector& q : poses) {
+    const double u95_m = after.calibrated(q).u95_m;
+    in.mean_u95_m += u95_m / in.poses;
+    in.max_u95_m = std::max(in.max_u95_m, u95_m);
+  }
+  return in;
 }
 
 }  // namespace cellcal::calib

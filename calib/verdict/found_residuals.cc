@@ -4,10 +4,10 @@
 #include <cmath>
 #include <string>
 
-#include "calib/linear/cholesky.h"
+#include "calib/estimate/start.h"
 #include "calib/model/kinematics.h"
-#include "calib/problem/start.h"
-#include "calib/result/arm_values.h"
+#include "calib/model/linear.h"
+#include "calib/result/calibration.h"
 #include "calib/result/level.h"
 
 namespace cellcal::calib {

@@ -17,7 +17,7 @@ struct FoundResiduals {
 
 /// Of touches of spheres that are no outlier of theirs, under `earlier`. Where the spheres are and the effective
 /// radius are no fault of the arm: both as the fit touches put them best, the radius within its prior, as for
-/// `before` of a calibration (calib/consistency/residuals.h). Touches of other targets are left aside. Empty where
+/// `before` of a calibration (calib/verdict/residuals.h). Touches of other targets are left aside. Empty where
 /// a touch is of a sphere or tool that `earlier` does not have, or no sphere was touched.
 std::optional<FoundResiduals> found_residuals(const Calibration& earlier,
                                               std::span<const Touch> touches,

@@ -1,15 +1,13 @@
 #include "calib/verdict/verdict.h"
 
 #include <algorithm>
+#include <cmath>
+#include <optional>
 
-#include "calib/consistency/duplicates.h"
-#include "calib/verdict/first_session.h"
-#include "calib/verdict/judge/held_places.h"
-#include "calib/verdict/judge/judge_accuracy.h"
-#include "calib/verdict/judge/judge_artefacts.h"
-#include "calib/verdict/judge/judge_scope.h"
-#include "calib/verdict/judge/judge_touches.h"
-#include "calib/verdict/judge/tolerances.h"
+#include "calib/verdict/held_out.h"
+#include "calib/verdict/judge_accuracy.h"
+#include "calib/verdict/judge_touches.h"
+#include "calib/verdict/residuals.h"
 
 namespace cellcal::calib {
 
@@ -78,8 +76,7 @@ Verdict judge(const Problem& problem, const Calibration& c) {
 void warn_of_unchecked_touch(std::span<const Touch> touches, Calibration& c) {
   Verdict& verdict = c.verdict;
   if (!verdict.publish) return;
-  const UncheckedTouch& one =
-      verdict.workspace ? c.unchecked_workspace : c.unchecked_near_targets;
+  const UncheckedTouch& one = verdict.workspace ? c.unchecked_workspace : c.unchecked_near_targets;
   const double predicted_m =
       verdict.workspace ? c.predicted_workspace_m : c.predicted_near_targets_m;
   if (!(one.shift_m > kMostUnchecked * predicted_m)) return;
@@ -87,9 +84,57 @@ void warn_of_unchecked_touch(std::span<const Touch> touches, Calibration& c) {
                           {FindingKind::kUncheckedTouch,
                            Severity::kWarns,
                            about_touch(one.touch, touches[one.touch]),
-                           {in_mm("unseen", one.unseen_m),
-                            in_mm("shift", one.shift_m),
+                           {in_mm("unseen", one.unseen_m), in_mm("shift", one.shift_m),
                             in_mm("predicted", predicted_m)}});
+}
+
+namespace {
+
+/// A session that has made fewer of each target has only begun.
+constexpr std::size_t kBegunPerTarget = 5;
+/// That suffice for most cells; what a first session says to go on with.
+constexpr int kUsualTouches = 50, kUsualChecks = 10;
+
+/// How far from its stated place a nominal tip met its target; none where that is not stated.
+std::optional<double> met_off_m(const Problem& problem, const Touch& touch) {
+  const Cell& cell = problem.cell();
+  const Target& target = cell.targets[cell.target_index(touch.target)];
+  const bool plane = target.kind == TargetKind::kPlane && target.has_normal;
+  if (!target.has_centre || (!plane && target.kind != TargetKind::kSphere)) return std::nullopt;
+  const Eigen::Vector3d from_centre =
+      problem.arm().nominal_tip_m(touch.joint_rad) - target.centre_m;
+  const double surface =
+      plane ? from_centre.dot(target.normal) : from_centre.norm() - target.diameter_m / 2.0;
+  return std::abs(surface - cell.tool.tip_radius_m);
+}
+
+}  // namespace
+
+bool has_only_begun(const Problem& problem) {
+  const auto fit = std::count_if(problem.touches().begin(), problem.touches().end(),
+                                 [](const Touch& touch) { return touch.set == TouchSet::kFit; });
+  return static_cast<std::size_t>(fit) < kBegunPerTarget * problem.blocks().size();
+}
+
+Finding first_session(const Problem& problem) {
+  int met = 0;
+  double farthest_m = 0.0;
+  for (const Touch& touch : problem.touches())
+    if (const auto off = met_off_m(problem, touch)) {
+      ++met;
+      farthest_m = std::max(farthest_m, *off);
+    }
+  Finding finding{FindingKind::kTooFewTouches,
+                  Severity::kWithholds,
+                  {},
+                  {{"touches", static_cast<double>(problem.touches().size()), ""},
+                   {"usual_touches", kUsualTouches, ""},
+                   {"usual_checks", kUsualChecks, ""}}};
+  if (met > 0) {
+    finding.evidence.push_back({"met", static_cast<double>(met), ""});
+    finding.evidence.push_back(in_mm("farthest", farthest_m));
+  }
+  return finding;
 }
 
 }  // namespace cellcal::calib

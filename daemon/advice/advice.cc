@@ -2,7 +2,7 @@
 
 #include <chrono>
 
-#include "calib/drift/limits.h"
+#include "calib/check/charts.h"
 
 namespace cellcal::daemon {
 

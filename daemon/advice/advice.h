@@ -24,7 +24,7 @@ struct PublishedAdvice {
 /// YEAR*372+MONTH*31+DAY in UTC: grows from day to day, and a robot program makes it of $DATE. `utc_s`: since 1970.
 int day_number(double utc_s);
 
-/// Of an aged chart (calib/drift, age()). `now_s`: since 1970, UTC.
+/// Of an aged chart (calib/check, age()). `now_s`: since 1970, UTC.
 PublishedAdvice advice_of(const calib::DriftChart& chart, double now_s);
 
 }  // namespace cellcal::daemon

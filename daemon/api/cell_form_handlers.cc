@@ -5,15 +5,15 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "calib/files/shipped_robots.h"
+#include "calib/files/robot_file.h"
 #include "calib/model/error.h"
 #include "daemon/api/handlers.h"
-#include "daemon/api/http/json_text.h"
+#include "daemon/api/http/message.h"
 #include "daemon/api/routes.h"
+#include "daemon/cell_form/cell_form.h"
 #include "daemon/cell_form/cell_shelf.h"
-#include "daemon/cell_form/form_json.h"
 #include "daemon/cell_form/lists.h"
-#include "daemon/files/printable.h"
+#include "daemon/files/system_words.h"
 
 namespace cellcal::daemon {
 

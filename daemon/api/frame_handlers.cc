@@ -5,11 +5,12 @@
 #include <nlohmann/json.hpp>
 
 #include "daemon/api/handlers.h"
-#include "daemon/api/http/json_text.h"
+#include "daemon/api/http/message.h"
 #include "daemon/api/routes.h"
-#include "daemon/api/who_and_why.h"
-#include "daemon/files/printable.h"
+#include "daemon/api/run_request.h"
+#include "daemon/files/system_words.h"
 #include "daemon/frames/frame_station.h"
+#include "daemon/frames/frame_words.h"
 
 namespace cellcal::daemon {
 
@@ -159,6 +160,18 @@ std::optional<Response> Api::restore_frame(const Call& call) {
   FrameRecord record;
   sent([&] { service_.alone(kHold, [&] { record = frames().restore(id.get<int>(), by); }); });
   return answer_of(record);
+}
+
+// Where the arm stands, for teaching: no session runs meanwhile, and nothing moves by it.
+
+std::optional<Response> Api::read_position(const Call&) {
+  const ReadPosition read = position_ ? position_() : nullptr;
+  if (!read) throw NotFound(no_position_words());
+  drivers::EkiPosition position;
+  service_.alone("reading the arm's position", [&] { position = read(); });
+  if (position.trouble != drivers::EkiPositionTrouble::kNone)
+    throw BusyError(position_words(position));
+  return Response{.body = dump({{"axes_deg", position.axes_deg}})};
 }
 
 }  // namespace cellcal::daemon

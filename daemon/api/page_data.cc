@@ -7,10 +7,9 @@
 #include "calib/model/error.h"
 #include "daemon/api/handlers.h"
 #include "daemon/api/routes.h"
-#include "daemon/tasks/recorded/inputs.h"
+#include "daemon/tasks/recorded/options.h"
 #include "daemon/web/drift.h"
 #include "daemon/web/figures.h"
-#include "daemon/web/plan.h"
 #include "daemon/web/scene.h"
 
 namespace cellcal::daemon {

@@ -1,9 +1,12 @@
 #include "daemon/api/run_request.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "daemon/files/printable.h"
+#include "daemon/files/system_words.h"
 
 namespace cellcal::daemon {
 
@@ -66,6 +69,52 @@ RunRequest run_request(const std::string& body) {
     throw BadRequest("\"cell\", \"target\" and \"region\" must not contain control characters");
   request.cell = cell;
   return request;
+}
+
+namespace {
+
+constexpr std::size_t kLongestName = 100;
+
+}  // namespace
+
+std::string line_in(const nlohmann::json& body, const char* key, std::size_t longest) {
+  const std::string text =
+      body.contains(key) && body[key].is_string() ? body[key].get<std::string>() : "";
+  if (text.find_first_not_of(' ') == std::string::npos || text.size() > longest ||
+      printable(text) != text)
+    throw BadRequest(fmt::format(
+        "\"{}\" must be a text of 1 to {} bytes without control characters", key, longest));
+  return text;
+}
+
+std::string who_asks(const Request& request, const nlohmann::json& body) {
+  if (!body.contains("by")) return request.caller.name;
+  return fmt::format("{} ({})", line_in(body, "by", kLongestName), request.caller.name);
+}
+
+namespace {
+
+namespace fs = std::filesystem;
+
+bool is_link(const fs::path& path) {
+  std::error_code none;
+  return fs::is_symlink(path, none);
+}
+
+}  // namespace
+
+void keep_within(const Request& request, const fs::path& file, const NetworkFiles& allowed) {
+  if (!request.is_from_network()) return;
+  std::string places;
+  for (const fs::path& one : allowed.folders) {
+    const fs::path folder = fs::absolute(one / "").lexically_normal().parent_path();
+    const bool directly =
+        file.has_filename() && file.parent_path() == folder && file.lexically_normal() == file;
+    if (directly && !is_link(folder) && !is_link(file)) return;
+    places += (places.empty() ? "" : " or ") + folder.string();
+  }
+  throw RequestError(fmt::format("over the network {} lies directly in {}, and is no link. {}",
+                                 allowed.what, places, allowed.instead));
 }
 
 }  // namespace cellcal::daemon

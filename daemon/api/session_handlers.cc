@@ -1,22 +1,31 @@
 // What the journal and the results' folder hold of sessions.
 
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
 #include <algorithm>
+#include <chrono>
 #include <filesystem>
 #include <limits>
+#include <nlohmann/json.hpp>
 
 #include "calib/files/files.h"
+#include "calib/files/input_file.h"
 #include "calib/model/long_work.h"
 #include "calib/model/units.h"
-#include "calib/syntax/input_file.h"
 #include "daemon/api/handlers.h"
-#include "daemon/api/http/json_text.h"
+#include "daemon/api/http/message.h"
 #include "daemon/api/live/status_json.h"
 #include "daemon/api/routes.h"
 #include "daemon/api/run_request.h"
+#include "daemon/archive/archive.h"
+#include "daemon/archive/retention.h"
+#include "daemon/files/system_words.h"
 #include "daemon/result/outcome_json.h"
+#include "daemon/runner/backend.h"
 #include "daemon/session/phase_times.h"
 #include "daemon/tasks/recorded/delay_watch.h"
-#include "daemon/tasks/recorded/inputs.h"
+#include "daemon/tasks/recorded/options.h"
 
 namespace cellcal::daemon {
 
@@ -81,9 +90,8 @@ json to_json(const PhaseTimes& times, const InterruptionCounts& by_cause) {
   }
   return {{"touches", times.touches},
           {"interruptions", times.interruptions},
-          {"interruptions_by_cause", by_cause.total() == 0 && times.interruptions > 0
-                                         ? json(nullptr)
-                                         : to_json(by_cause)},
+          {"interruptions_by_cause",
+           by_cause.total() == 0 && times.interruptions > 0 ? json(nullptr) : to_json(by_cause)},
           {"total_s", times.total_s},
           {"activities", activities}};
 }
@@ -228,6 +236,157 @@ Response Api::result_file(const Call& call, const char* name, const char* type) 
                    std::to_string(session) + "'");
   }
   return {200, type, calib::read_file(path)};
+}
+
+// Raw rows of old sessions, dropped on request.
+
+namespace {
+
+using nlohmann::json;
+
+constexpr int kMostDays = 36500;
+constexpr double kMostMegabytes = 1e9;
+
+struct Wanted {
+  RetentionRule rule;
+  bool dry_run = false;
+};
+
+/// {"dry_run": true, "days": 90, "megabytes": 500}, each or none.
+Wanted wanted_in(const std::string& body) {
+  const json object = json::parse(body, nullptr, false);
+  if (!object.is_object()) throw BadRequest("the body must be a JSON object");
+  Wanted wanted;
+  for (const auto& [key, value] : object.items()) {
+    if (key == "dry_run" && value.is_boolean()) {
+      wanted.dry_run = value;
+    } else if (key == "days" && value.is_number_integer() && value >= 1 && value <= kMostDays) {
+      wanted.rule.days = value.get<int>();
+    } else if (key == "megabytes" && value.is_number() && value >= 1.0 && value <= kMostMegabytes) {
+      wanted.rule.megabytes = value.get<double>();
+    } else {
+      throw BadRequest(
+          "\"dry_run\" (true or false), \"days\" (1 to 36500) and \"megabytes\" (from 1 on) are known here, not "
+          "this: " +
+          dump(json{{key, value}}));
+    }
+  }
+  return wanted;
+}
+
+}  // namespace
+
+std::optional<Response> Api::retain(const Call& call) {
+  Wanted wanted = wanted_in(call.request.body);
+  if (!wanted.rule.any() && retention_) wanted.rule = retention_();
+  if (!wanted.rule.any())
+    throw RequestError("no limit given: give days or megabytes, or set them under [retention]");
+  const auto idle = [this] { return !kActivePhases.has(service_.status().phase); };
+  if (!idle()) throw BusyError("a session is running. Drop old rows when it has ended");
+  const auto now = std::chrono::duration_cast<std::chrono::seconds>(
+      std::chrono::system_clock::now().time_since_epoch());
+  const auto gone =
+      journal_.retain(limits_of(wanted.rule, now.count()), wall_clock_utc(), wanted.dry_run, idle);
+  json sessions = json::array();
+  for (const DroppedRows& one : gone)
+    sessions.push_back({{"session", one.session}, {"rows", one.rows}, {"bytes", one.bytes}});
+  if (!wanted.dry_run && !gone.empty())
+    spdlog::info("raw events and readings of {} sessions dropped", gone.size());
+  return Response{.body = dump({{"dry_run", wanted.dry_run},
+                                {"sessions", std::move(sessions)},
+                                {"bytes_in_use", journal_.bytes_in_use()}})};
+}
+
+// Sessions out of the journal and into it, and a copy of all of it.
+
+namespace {
+
+using nlohmann::json;
+
+std::filesystem::path path_in(const std::string& body, const char* key) {
+  const json object = json::parse(body, nullptr, false);
+  const bool fits =
+      object.is_object() && object.size() == 1 && object.contains(key) && object[key].is_string();
+  if (!fits)
+    throw RequestError(fmt::format("the body must be {{\"{}\": \"/absolute/path\"}}", key));
+  const std::string text = object[key];
+  const std::filesystem::path path = text;
+  if (!path.is_absolute() || printable(text) != text)
+    throw RequestError(
+        fmt::format("\"{}\" must be an absolute path without control characters", key));
+  return path;
+}
+
+/// What is wrong with a file that was named is its sender's matter.
+template <class Act>
+auto as_request(Act act) {
+  try {
+    return act();
+  } catch (const ArchiveError& wrong) {
+    throw RequestError(wrong.what());
+  } catch (const JournalError& wrong) {
+    throw RequestError(wrong.what());
+  } catch (const std::filesystem::filesystem_error& wrong) {
+    throw RequestError(system_words(wrong));
+  }
+}
+
+/// Write access to the folder of imports does not extend to reading other files.
+void refuse_links_in(const std::filesystem::path& directory) {
+  for (const auto& entry : std::filesystem::directory_iterator(directory))
+    if (entry.is_symlink())
+      throw RequestError(entry.path().string() +
+                         ": is a link, and is not followed for a request over the network");
+}
+
+}  // namespace
+
+std::optional<Response> Api::export_session(const Call& call) {
+  const std::int64_t session = find(call).id;
+  return as_request([&] {
+    return Response{.body =
+                        dump(json(make_archive(journal_, session, service_.results_dir(session))))};
+  });
+}
+
+std::optional<Response> Api::import_session(const Call& call) {
+  const std::filesystem::path directory = path_in(call.request.body, "directory");
+  keep_within(call.request, directory,
+              {"an export to be imported",
+               "Place it there, or use 'cellcal import' on the cell's computer",
+               {service_.imports_dir()}});
+  Imported imported;
+  as_request([&] {
+    if (call.request.is_from_network()) refuse_links_in(directory);
+    const Archive archive = read_archive(directory);
+    service_.alone("an import", [&] {
+      imported = import_archive(journal_, archive, directory.string(), [&](std::int64_t session) {
+        return service_.results_dir(session);
+      });
+    });
+  });
+  if (imported.is_new)
+    spdlog::info("session {} imported from {}", imported.session, directory.string());
+  return Response{201, "application/json",
+                  dump({{"session", imported.session}, {"new", imported.is_new}})};
+}
+
+std::optional<Response> Api::back_up(const Call& call) {
+  const std::filesystem::path file = path_in(call.request.body, "file");
+  keep_within(call.request, file,
+              {"a backup",
+               "Name a file there, or use 'cellcal backup' on the cell's computer",
+               {service_.backups_dir()}});
+  return as_request([&] {
+    if (call.request.is_from_network()) std::filesystem::create_directories(service_.backups_dir());
+    const std::vector<std::string> remarks = journal_.backup(file);
+    for (const std::string& remark : remarks) spdlog::warn("{}", remark);
+    spdlog::info("journal copied to {}", file.string());
+    return Response{201, "application/json",
+                    dump({{"file", file.string()},
+                          {"bytes", std::filesystem::file_size(file)},
+                          {"remarks", remarks}})};
+  });
 }
 
 }  // namespace cellcal::daemon

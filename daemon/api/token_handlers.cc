@@ -2,7 +2,7 @@
 
 #include "daemon/api/access/access.h"
 #include "daemon/api/handlers.h"
-#include "daemon/api/http/json_text.h"
+#include "daemon/api/http/message.h"
 #include "daemon/api/routes.h"
 #include "daemon/api/run_request.h"
 #include "daemon/runner/backend.h"

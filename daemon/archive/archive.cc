@@ -1,21 +1,21 @@
 #include "daemon/archive/archive.h"
 
 #include <fmt/format.h>
+#include <stdlib.h>
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <string>
 
 #include "calib/files/calibration_json.h"
 #include "calib/files/files.h"
-#include "calib/syntax/input_file.h"
+#include "calib/files/input_file.h"
 #include "daemon/files/atomic_file.h"
-#include "daemon/files/printable.h"
+#include "daemon/files/system_words.h"
 #include "daemon/journal/rows.h"
 #include "daemon/tasks/recorded/active_calibration.h"
-#include "daemon/tasks/recorded/compared_json.h"
-#include "daemon/tasks/recorded/inputs.h"
-#include "daemon/tasks/recorded/last_calibration.h"
+#include "daemon/tasks/recorded/check_against.h"
 #include "daemon/tasks/recorded/options.h"
 
 namespace cellcal::daemon {
@@ -289,6 +289,18 @@ Imported import_archive(Journal& journal, const Archive& archive, const std::str
                     failed.what(), session));
   }
   return {session, is_new};
+}
+
+ScratchDirectory::ScratchDirectory() {
+  std::string name = (std::filesystem::temp_directory_path() / "cellcal-XXXXXX").string();
+  if (::mkdtemp(name.data()) == nullptr)
+    throw ArchiveError(name + ": no directory can be made. Set TMPDIR to one that can be written");
+  path_ = name;
+}
+
+ScratchDirectory::~ScratchDirectory() {
+  std::error_code ignored;  // left behind in a directory of temporary files
+  std::filesystem::remove_all(path_, ignored);
 }
 
 }  // namespace cellcal::daemon

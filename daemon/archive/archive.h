@@ -50,4 +50,19 @@ struct Imported {
 Imported import_archive(Journal& journal, const Archive& archive, const std::string& from,
                         const std::function<std::filesystem::path(std::int64_t)>& results_dir);
 
+// A directory that goes with what was looked at in it.
+
+class ScratchDirectory {
+ public:
+  /// Throws ArchiveError where none can be made.
+  ScratchDirectory();
+  ~ScratchDirectory();
+  ScratchDirectory(const ScratchDirectory&) = delete;
+  ScratchDirectory& operator=(const ScratchDirectory&) = delete;
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
 }  // namespace cellcal::daemon

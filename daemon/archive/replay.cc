@@ -6,10 +6,9 @@
 #include <set>
 
 #include "calib/files/calibration_json.h"
-#include "daemon/archive/scratch_directory.h"
-#include "daemon/tasks/recorded/compared_json.h"
+#include "daemon/archive/archive.h"
+#include "daemon/tasks/recorded/check_against.h"
 #include "daemon/tasks/recorded/estimate.h"
-#include "daemon/tasks/recorded/inputs.h"
 #include "daemon/tasks/recorded/options.h"
 
 namespace cellcal::daemon {

@@ -7,8 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "calib/verdict/parameter_differences.h"
-#include "calib/verdict/tips_apart.h"
+#include "calib/verdict/change.h"
 #include "daemon/journal/journal.h"
 #include "daemon/tasks/recorded/active_calibration.h"
 

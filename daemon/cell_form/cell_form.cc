@@ -2,13 +2,18 @@
 
 #include <fmt/format.h>
 
-#include "calib/files/documents.h"
+#include <algorithm>
+
+#include "calib/files/cell_file.h"
 #include "calib/files/files.h"
-#include "calib/files/robot_place.h"
+#include "calib/files/input_file.h"
+#include "calib/files/json_fields.h"
+#include "calib/files/robot_file.h"
+#include "calib/files/text.h"
+#include "calib/files/toml.h"
 #include "calib/model/kinematics.h"
 #include "calib/model/units.h"
 #include "calib/plan/cell_check.h"
-#include "calib/syntax/input_file.h"
 #include "daemon/cell_form/cell_text.h"
 
 namespace cellcal::daemon {
@@ -89,6 +94,216 @@ Triple centre_below(const CellForm& form, const std::vector<double>& joint_deg,
                                    : Eigen::Vector3d(-Eigen::Vector3d::UnitZ());
   const double depth_mm = diameter_mm / 2.0 + form.tool.tip_radius_mm;
   return {tip[0] + depth_mm * down.x(), tip[1] + depth_mm * down.y(), tip[2] + depth_mm * down.z()};
+}
+
+namespace {
+
+namespace fields = calib::fields;
+using calib::JsonReader;
+using fields::field;
+using fields::Json;
+using fields::Table;
+using fields::Value;
+
+constexpr std::size_t kMostSpheres = 100, kMostLengths = 1000, kLongestWord = 100;
+/// Axes of an arm and its external ones.
+constexpr std::size_t kMostAxes = 20;
+
+Value<std::string> word() {
+  return {[](const std::string& text) { return text; },
+          [](const JsonReader& reader) {
+            std::string text = reader.text();
+            if (text.size() > kLongestWord || calib::has_control(text))
+              reader.fail("must have 100 characters at most, on one line");
+            return text;
+          }};
+}
+
+Value<Triple> triple() {
+  return {[](const Triple& of) { return Json(of); },
+          [](const JsonReader& reader) {
+            const auto items = reader.items();
+            if (items.size() != 3) reader.fail("must hold three numbers");
+            return Triple{items[0].number(), items[1].number(), items[2].number()};
+          }};
+}
+
+Value<std::array<Triple, 2>> box() {
+  return {[](const std::array<Triple, 2>& of) { return Json(of); },
+          [](const JsonReader& reader) {
+            const auto corners = reader.items();
+            if (corners.size() != 2) reader.fail("must hold two corners");
+            return std::array{triple().from(corners[0]), triple().from(corners[1])};
+          }};
+}
+
+template <class V>
+Value<std::vector<V>> few(Value<V> one, std::size_t most) {
+  const Value<std::vector<V>> all = fields::list(one);
+  return {all.to, [=](const JsonReader& reader) {
+            if (reader.items().size() > most)
+              reader.fail("must have " + std::to_string(most) + " rows at most");
+            return all.from(reader);
+          }};
+}
+
+const Table<CertificateForm>& certificate_fields() {
+  using T = CertificateForm;
+  static const Table<T> kTable{fields::optional(field("certificate", &T::number, word())),
+                               fields::optional(field("certificate_date", &T::date, word()))};
+  return kTable;
+}
+
+const Table<SphereForm>& sphere_fields() {
+  using T = SphereForm;
+  static const Table<T> kTable = fields::joined(
+      Table<T>{
+          field("id", &T::id, word()), field("diameter_mm", &T::diameter_mm, fields::number()),
+          fields::optional(field("diameter_sigma_mm", &T::diameter_sigma_mm, fields::number())),
+          fields::maybe("centre_mm", &T::centre_mm, triple()),
+          fields::optional(field("centre_sigma_mm", &T::centre_sigma_mm, fields::number())),
+          fields::maybe("box_mm", &T::box_mm, box()),
+          fields::optional(field("serial", &T::serial, word()))},
+      fields::of_member(&T::certificate, certificate_fields()));
+  return kTable;
+}
+
+const Table<LengthForm>& length_fields() {
+  using T = LengthForm;
+  static const Table<T> kTable =
+      fields::joined(Table<T>{field("from", &T::from, word()), field("to", &T::to, word()),
+                              field("mm", &T::mm, fields::number()),
+                              field("sigma_mm", &T::sigma_mm, fields::number())},
+                     fields::of_member(&T::certificate, certificate_fields()));
+  return kTable;
+}
+
+const Table<ToolForm>& tool_fields() {
+  using T = ToolForm;
+  static const Table<T> kTable{
+      field("xyz_mm", &T::xyz_mm, triple()),
+      fields::optional(field("abc_deg", &T::abc_deg, triple())),
+      fields::optional(field("xyz_sigma_mm", &T::xyz_sigma_mm, triple())),
+      fields::maybe("mass_kg", &T::mass_kg, fields::number()),
+      fields::optional(field("tip_radius_mm", &T::tip_radius_mm, fields::number()))};
+  return kTable;
+}
+
+/// Nothing is read from a folder that somebody names over the network.
+NamedRobotFile robot_named(const JsonReader& reader, const std::filesystem::path& cell_file,
+                           const CellForm* before) {
+  const std::string name = reader.text();
+  if (before != nullptr && name == before->robot.reference) return before->robot;
+  const auto robots = calib::shipped_robots();
+  if (std::ranges::none_of(robots, [&](const auto& one) { return one.file == name; }))
+    reader.fail("\"" + calib::shown(name) +
+                "\" is no robot that is shipped. 'cellcal robots' lists them");
+  return find_robot(name, cell_file);
+}
+
+/// A shipped one by its name, one beside the cell file by its whole path: the form may write to another folder.
+NamedRobotFile robot_of(const std::string& reference, const std::filesystem::path& cell_file) {
+  const std::filesystem::path folder = std::filesystem::absolute(cell_file).parent_path();
+  const std::filesystem::path file = calib::find_robot_file(reference, folder);
+  const bool own = std::filesystem::path(reference).is_absolute() || file == folder / reference;
+  NamedRobotFile robot = find_robot(own ? file.string() : reference, "/");
+  if (own) robot.reference = file.string();
+  return robot;
+}
+
+void refuse_unknown(const JsonReader& reader, std::initializer_list<const char*> known) {
+  for (const auto& [key, value] : reader.object().items())
+    if (std::ranges::none_of(known, [&](const char* one) { return key == one; }))
+      reader.fail("\"" + calib::shown(key) + "\" is not known here");
+}
+
+std::vector<double> joints_of(const JsonReader& reader) {
+  const auto items = reader.items();
+  if (items.empty() || items.size() > kMostAxes) reader.fail("must hold the angle of each axis");
+  std::vector<double> joints;
+  for (const JsonReader& one : items) joints.push_back(one.number());
+  return joints;
+}
+
+}  // namespace
+
+nlohmann::json to_json(const std::vector<SphereForm>& spheres) {
+  return few(fields::object(sphere_fields()), kMostSpheres).to(spheres);
+}
+
+nlohmann::json to_json(const std::vector<LengthForm>& lengths) {
+  return few(fields::object(length_fields()), kMostLengths).to(lengths);
+}
+
+nlohmann::json to_json(const CellForm& form) {
+  return {{"robot", form.robot.reference},
+          {"tool", fields::to_json(tool_fields(), form.tool)},
+          {"spheres", to_json(form.spheres)},
+          {"lengths", to_json(form.lengths)}};
+}
+
+CellForm form_from_json(const nlohmann::json& json, const std::filesystem::path& cell_file,
+                        const CellForm* before) {
+  const JsonReader reader(json, "form");
+  refuse_unknown(reader, {"robot", "tool", "spheres", "lengths"});
+  CellForm form;
+  form.robot = robot_named(reader.at("robot"), cell_file, before);
+  refuse_unknown(reader.at("tool"),
+                 {"xyz_mm", "abc_deg", "xyz_sigma_mm", "mass_kg", "tip_radius_mm"});
+  fields::from_json(tool_fields(), reader.at("tool"), form.tool);
+  const JsonReader spheres = reader.at("spheres");
+  form.spheres = few(fields::object(sphere_fields()), kMostSpheres).from(spheres);
+  const auto rows = spheres.items();
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    refuse_unknown(rows[i],
+                   {"id", "diameter_mm", "diameter_sigma_mm", "centre_mm", "centre_sigma_mm",
+                    "box_mm", "serial", "certificate", "certificate_date", "joints_deg"});
+    if (!rows[i].has("joints_deg")) continue;
+    if (form.spheres[i].centre_mm) rows[i].fail("has both centre_mm and joints_deg: give one");
+    const JsonReader taught = rows[i].at("joints_deg");
+    try {
+      form.spheres[i].centre_mm =
+          centre_below(form, joints_of(taught), form.spheres[i].diameter_mm);
+    } catch (const calib::FileError& wrong) {
+      taught.fail(wrong.what());
+    }
+  }
+  if (reader.has("lengths")) {
+    form.lengths = few(fields::object(length_fields()), kMostLengths).from(reader.at("lengths"));
+    for (const JsonReader& row : reader.at("lengths").items())
+      refuse_unknown(row, {"from", "to", "mm", "sigma_mm", "certificate", "certificate_date"});
+  }
+  return form;
+}
+
+std::optional<CellForm> form_in(const std::string& text, const std::filesystem::path& cell_file) {
+  const auto file = nlohmann::json::parse(calib::toml_to_json(text));
+  CellForm form;
+  try {
+    nlohmann::json spheres = nlohmann::json::array(), lengths = nlohmann::json::array();
+    for (nlohmann::json target : file.value("target", nlohmann::json::array())) {
+      if (target.value("kind", "") != "sphere") continue;  // kept.h
+      // The reader's defaults, which are not those of a new form.
+      target.emplace("diameter_sigma_mm", 0.0);
+      if (target.contains("centre_mm")) target.emplace("centre_sigma_mm", 0.0);
+      if (target.contains("search_low_mm"))
+        target["box_mm"] = {target.at("search_low_mm"), target.at("search_high_mm")};
+      spheres.push_back(std::move(target));
+    }
+    for (nlohmann::json length : file.value("length", nlohmann::json::array())) {
+      length["from"] = length.at("between").at(0);
+      length["to"] = length.at("between").at(1);
+      lengths.push_back(std::move(length));
+    }
+    const std::string name = cell_file.string();
+    form.robot = robot_of(file.at("robot").get<std::string>(), cell_file);
+    fields::from_json(tool_fields(), JsonReader(file.at("tool"), name), form.tool);
+    form.spheres = few(fields::object(sphere_fields()), kMostSpheres).from({spheres, name});
+    form.lengths = few(fields::object(length_fields()), kMostLengths).from({lengths, name});
+  } catch (const std::exception&) {  // a file of another making
+    return std::nullopt;
+  }
+  return form;
 }
 
 }  // namespace cellcal::daemon

@@ -2,14 +2,13 @@
 
 #include <algorithm>
 
-#include "calib/files/documents.h"
+#include "calib/files/cell_file.h"
 #include "calib/files/files.h"
+#include "calib/files/input_file.h"
+#include "calib/files/text.h"
 #include "calib/plan/cell_check.h"
-#include "calib/syntax/input_file.h"
-#include "calib/syntax/shown.h"
+#include "daemon/cell_form/cell_form.h"
 #include "daemon/cell_form/cell_text.h"
-#include "daemon/cell_form/form_json.h"
-#include "daemon/cell_form/kept.h"
 #include "daemon/files/atomic_file.h"
 #include "daemon/files/system_words.h"
 

@@ -4,8 +4,8 @@
 
 #include <array>
 
-#include "calib/syntax/csv.h"
-#include "calib/syntax/input_file.h"
+#include "calib/files/csv.h"
+#include "calib/files/input_file.h"
 
 namespace cellcal::daemon {
 

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "daemon/archive/archive.h"
-#include "daemon/certificate/entry.h"
+#include "daemon/certificate/sources.h"
 
 namespace cellcal::daemon::certificate {
 
@@ -117,5 +117,9 @@ inline constexpr std::chrono::seconds kPdfLimit{120};
 /// where it is missing.
 void write_pdf(const std::filesystem::path& html, const std::filesystem::path& pdf,
                std::chrono::milliseconds limit = kPdfLimit);
+
+// The rule by which the verdict let the calibration through, as it stands among its findings.
+
+Decision decision_of(const Sources& sources);
 
 }  // namespace cellcal::daemon::certificate

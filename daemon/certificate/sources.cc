@@ -1,16 +1,21 @@
 #include "daemon/certificate/sources.h"
 
 #include <fmt/format.h>
+#include <time.h>
+
+#include <cmath>
 
 #include "calib/files/calibration_json.h"
-#include "calib/syntax/input_file.h"
-#include "calib/syntax/toml_json.h"
-#include "daemon/archive/scratch_directory.h"
+#include "calib/files/input_file.h"
+#include "calib/files/toml.h"
+#include "calib/model/iso_time.h"
+#include "daemon/archive/archive.h"
 #include "daemon/certificate/certificate.h"
-#include "daemon/files/printable.h"
+#include "daemon/files/system_words.h"
 #include "daemon/journal/rows.h"
-#include "daemon/tasks/recorded/compared_json.h"
-#include "daemon/tasks/recorded/inputs.h"
+#include "daemon/report/drawing/scale.h"
+#include "daemon/tasks/recorded/check_against.h"
+#include "daemon/tasks/recorded/options.h"
 
 namespace cellcal::daemon::certificate {
 
@@ -130,6 +135,30 @@ Sources read_sources(const Archive& archive, const std::string& from) {
   // Its number where it was recorded, not in the journal that it was read into.
   all.record.id = record->origin ? record->origin->session : session;
   return all;
+}
+
+Entry figure(double value, const std::string& unit, int decimals, const std::string& from) {
+  if (!std::isfinite(value)) return {"", from};
+  return {report::fixed(value, decimals), from, value, unit};
+}
+
+Entry raw_figure(double value, const std::string& unit, int decimals, const std::string& from) {
+  if (!std::isfinite(value)) return {"", from};
+  return {report::ascii_fixed(value, decimals), from, value, unit};
+}
+
+Entry local(const Entry& utc) { return {local_words(utc.text), "local(" + utc.from + ")"}; }
+
+std::string local_words(const std::string& iso) {
+  const auto seconds = calib::seconds_of(iso);
+  if (!seconds) return {};
+  const auto time = static_cast<time_t>(std::floor(*seconds));
+  struct tm fields {};
+  ::tzset();
+  if (::localtime_r(&time, &fields) == nullptr) return {};
+  char text[64];
+  const std::size_t length = ::strftime(text, sizeof text, "%Y-%m-%d %H:%M:%S %Z (UTC%z)", &fields);
+  return {text, length};
 }
 
 }  // namespace cellcal::daemon::certificate

@@ -1,8 +1,13 @@
 #include "daemon/cli/ask.h"
 
 #include <fmt/format.h>
+#include <pwd.h>
+#include <unistd.h>
 
+#include <cstdlib>
 #include <nlohmann/json.hpp>
+
+#include "daemon/files/system_words.h"
 
 namespace cellcal::daemon {
 
@@ -25,6 +30,13 @@ Response ask(const Connection& daemon, const char* method, const std::string& ta
   throw DaemonRefusal(words ? value["error"].get<std::string>()
                             : fmt::format("the daemon answered {}", response.status),
                       std::move(response));
+}
+
+std::string user_name() {
+  const char* before_sudo = std::getenv("SUDO_USER");
+  if (before_sudo != nullptr && *before_sudo != '\0') return printable(before_sudo);
+  const passwd* entry = ::getpwuid(::getuid());
+  return entry != nullptr ? printable(entry->pw_name) : std::to_string(::getuid());
 }
 
 }  // namespace cellcal::daemon

@@ -23,4 +23,7 @@ Response ask(const Connection& daemon, const char* method, const std::string& ta
 /// Throws SocketError where it is no JSON.
 nlohmann::json parse(const Response& response);
 
+/// Who is logged in, also behind sudo; printable.
+std::string user_name();
+
 }  // namespace cellcal::daemon

@@ -7,11 +7,10 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "calib/result/drift_chart.h"
 #include "calib/result/update.h"
-#include "calib/words/drift_words.h"
 #include "daemon/api/http/http.h"
 #include "daemon/cli/ask.h"
-#include "daemon/cli/offline/exit_status.h"
 #include "daemon/cli/offline/offline.h"
 
 namespace cellcal::daemon {

@@ -11,14 +11,12 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "calib/files/input_file.h"
 #include "calib/model/units.h"
-#include "calib/syntax/input_file.h"
 #include "daemon/cli/ask.h"
-#include "daemon/cli/offline/exit_status.h"
 #include "daemon/cli/offline/frames.h"
 #include "daemon/cli/offline/offline.h"
-#include "daemon/cli/user_name.h"
-#include "daemon/files/printable.h"
+#include "daemon/files/system_words.h"
 
 namespace cellcal::daemon {
 
@@ -248,6 +246,18 @@ int restore_frame(const Connection& daemon, const SendFrames& how) {
     throw;
   }
   put(daemon.json ? done.dump() + "\n" : printable(done.value("words", "")) + "\n", {});
+  return kSuccess;
+}
+
+int show_position(const Connection& daemon) {
+  using nlohmann::json;
+  const json answer = parse(ask(daemon, "POST", "/v1/position"));
+  std::string text;
+  for (const json& one : answer.at("axes_deg")) {
+    if (!text.empty()) text += ' ';
+    text += fmt::format("{:.4f}", one.get<double>());
+  }
+  put(daemon.json ? answer.dump() + "\n" : text + "\n", {});
   return kSuccess;
 }
 

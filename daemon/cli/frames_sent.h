@@ -18,4 +18,9 @@ int send_frames(const Connection& daemon, const FramesCommand& frames, const Sen
 int list_sent_frames(const Connection& daemon);
 int restore_frame(const Connection& daemon, const SendFrames& how);
 
+// Where the arm stands, from the controller through the daemon.
+
+/// Prints the axis angles as the field of a taught sphere takes them. Throws what ask() throws.
+int show_position(const Connection& daemon);
+
 }  // namespace cellcal::daemon

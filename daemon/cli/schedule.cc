@@ -5,7 +5,6 @@
 #include <nlohmann/json.hpp>
 
 #include "daemon/cli/ask.h"
-#include "daemon/cli/offline/exit_status.h"
 #include "daemon/cli/offline/offline.h"
 
 namespace cellcal::daemon {

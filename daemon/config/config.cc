@@ -5,9 +5,9 @@
 #include <chrono>
 #include <cmath>
 
+#include "calib/files/input_file.h"
+#include "calib/files/toml.h"
 #include "calib/model/units.h"
-#include "calib/syntax/input_file.h"
-#include "calib/syntax/toml_table.h"
 #include "daemon/config/config_values.h"
 #include "daemon/config/space_config.h"
 #include "drivers/contact/port/udp_port.h"

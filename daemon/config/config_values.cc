@@ -5,8 +5,8 @@
 #include <utility>
 #include <vector>
 
-#include "calib/syntax/shown.h"
-#include "daemon/files/printable.h"
+#include "calib/files/text.h"
+#include "daemon/files/system_words.h"
 #include "drivers/error.h"
 #include "drivers/kuka/wire/xml_values.h"
 

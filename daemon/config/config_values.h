@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <string>
 
-#include "calib/syntax/toml_table.h"
+#include "calib/files/toml.h"
 #include "daemon/config/config.h"
 
 namespace cellcal::daemon {

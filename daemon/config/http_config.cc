@@ -4,7 +4,7 @@
 #include <boost/asio/ip/address.hpp>
 #include <charconv>
 
-#include "calib/syntax/shown.h"
+#include "calib/files/text.h"
 #include "daemon/config/config_values.h"
 
 namespace cellcal::daemon {

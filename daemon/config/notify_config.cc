@@ -4,7 +4,7 @@
 #include <charconv>
 #include <optional>
 
-#include "calib/syntax/shown.h"
+#include "calib/files/text.h"
 #include "daemon/config/config_values.h"
 
 namespace cellcal::daemon {

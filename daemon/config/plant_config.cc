@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <boost/asio/ip/address.hpp>
 
-#include "calib/syntax/shown.h"
+#include "calib/files/text.h"
 #include "daemon/config/config_values.h"
 #include "daemon/plant/messages/names.h"
 

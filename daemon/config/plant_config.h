@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "calib/syntax/toml_table.h"
+#include "calib/files/toml.h"
 
 namespace cellcal::daemon {
 

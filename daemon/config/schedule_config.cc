@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "calib/syntax/shown.h"
+#include "calib/files/text.h"
 #include "daemon/config/config_values.h"
 
 namespace cellcal::daemon {

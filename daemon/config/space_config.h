@@ -4,8 +4,8 @@
 #include <Eigen/Geometry>
 #include <memory>
 
+#include "calib/files/toml.h"
 #include "calib/model/robot.h"
-#include "calib/syntax/toml_table.h"
 #include "daemon/config/config.h"
 #include "drivers/kuka/rsi/correction/arm_geometry.h"
 

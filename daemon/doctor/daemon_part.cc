@@ -8,7 +8,7 @@
 #include "daemon/api/http/http.h"
 #include "daemon/doctor/link_words.h"
 #include "daemon/doctor/parts.h"
-#include "daemon/files/printable.h"
+#include "daemon/files/system_words.h"
 
 namespace cellcal::daemon {
 

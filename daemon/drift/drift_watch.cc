@@ -7,8 +7,8 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "calib/drift/drift.h"
-#include "calib/drift/shift_gauge.h"
+#include "calib/check/drift.h"
+#include "calib/check/shift_gauge.h"
 #include "calib/model/error.h"
 #include "calib/model/iso_time.h"
 #include "daemon/result/outcome_json.h"

@@ -6,7 +6,7 @@
 
 #include <string>
 
-#include "calib/plan/reach/axis_travel.h"
+#include "calib/plan/duration.h"
 
 namespace cellcal::daemon {
 

@@ -2,8 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <cstddef>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+
+#include "calib/files/text.h"
 
 namespace cellcal::daemon {
 
@@ -18,6 +21,13 @@ std::string system_words(const std::exception& error) {
   const auto& path = of_file->path2().empty() ? of_file->path1() : of_file->path2();
   return fmt::format("{}: {}. Check the path, its permissions and the disk", path.string(),
                      of_file->code().message());
+}
+
+std::string printable(std::string_view text) {
+  std::string line(text);
+  for (std::size_t i = 0; i < line.size(); ++i)
+    for (std::size_t left = calib::control_at(text, i); left > 0; --left) line[i + left - 1] = ' ';
+  return line;
 }
 
 }  // namespace cellcal::daemon

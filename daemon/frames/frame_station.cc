@@ -6,7 +6,7 @@
 #include <array>
 #include <cmath>
 
-#include "calib/syntax/input_file.h"
+#include "calib/files/input_file.h"
 #include "daemon/files/atomic_file.h"
 #include "daemon/frames/frame_words.h"
 #include "drivers/units.h"

@@ -1,13 +1,18 @@
 // Rows of another journal's session, taken into this one.
 
+#include "daemon/journal/import.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <thread>
 
 #include "calib/files/files.h"
-#include "calib/syntax/input_file.h"
+#include "calib/files/input_file.h"
+#include "daemon/journal/database/database_copy.h"
+#include "daemon/journal/database/origin.h"
+#include "daemon/journal/journal.h"
 #include "daemon/journal/journal_impl.h"
-#include "daemon/journal/known_rows.h"
 #include "daemon/journal/rows.h"
 
 namespace cellcal::daemon {
@@ -143,6 +148,105 @@ std::pair<std::int64_t, bool> Journal::import(const std::string& lines, const st
     id = Import(impl_->database, impl_->chain, rows, origin, from).run();
   });
   return {id, true};
+}
+
+namespace {
+
+/// To the millisecond: another session of the same number has another one.
+std::string started_of(const SessionRows& rows) {
+  for (const RowEntry& entry : rows.entries) {
+    if (entry.table != "session") continue;
+    const auto found = std::find(entry.names.begin(), entry.names.end(), "started");
+    if (found == entry.names.end()) continue;
+    const Value& value = entry.columns[static_cast<std::size_t>(found - entry.names.begin())];
+    if (const auto* text = std::get_if<std::string>(&value)) return *text;
+  }
+  return "";
+}
+
+bool has_entry(Database& database, const RowEntry& entry) {
+  Statement find(database, "SELECT 1 FROM chain WHERE number=? AND sum=?");
+  return find.bind(1, entry.number).bind(2, std::string_view(entry.sum)).step();
+}
+
+/// Who gives the journal another name changes no entry by it.
+bool is_own(Database& database, const std::string& name, const SessionRows& rows) {
+  if (rows.entries.empty()) return false;
+  if (rows.journal != name && !has_entry(database, rows.entries.front())) return false;
+  Statement find(database, "SELECT 1 FROM session WHERE id=? AND started=? AND origin IS NULL");
+  return find.bind(1, rows.session).bind(2, std::string_view(started_of(rows))).step();
+}
+
+void hold_against_own(Database& database, const SessionRows& rows, const std::string& from) {
+  Statement own(database, "SELECT number, sum FROM chain WHERE session=? ORDER BY number");
+  own.bind(1, rows.session);
+  for (const RowEntry& entry : rows.entries) {
+    if (!own.step()) return;  // it went on elsewhere
+    if (own.integer(0) == entry.number && own.text(1) == entry.sum) continue;
+    throw JournalError(fmt::format(
+        "{}: session {} was recorded by this journal, and entry {} is not the one that was "
+        "recorded: rows were altered, left out or put in. Export the session again",
+        from, rows.session, entry.number));
+  }
+}
+
+void hold_against_imported(Database& database, const SessionRows& rows, const std::string& from) {
+  Statement imported(database,
+                     "SELECT id, origin FROM session WHERE origin IS NOT NULL AND started=?");
+  const std::string started = started_of(rows);
+  imported.bind(1, std::string_view(started));
+  while (imported.step()) {
+    const Origin known = origin_of(imported.text(1));
+    if (known.journal != rows.journal || known.session != rows.session) continue;
+    // Of an earlier version nothing is known; of an earlier export there is too little to hold against.
+    if (known.entries == 0 || known.entries > rows.entries.size()) continue;
+    if (sum_of_entries(rows, known.entries) == known.entries_sum) continue;
+    throw JournalError(fmt::format(
+        "{}: session {} was imported from the same session of the same journal, and its rows are not "
+        "the same: one of both was altered. Export the session again, and compare",
+        from, imported.integer(0)));
+  }
+}
+
+}  // namespace
+
+void hold_against_known(Database& database, const std::string& name, const SessionRows& rows,
+                        const std::string& from) {
+  if (is_own(database, name, rows)) hold_against_own(database, rows, from);
+  hold_against_imported(database, rows, from);
+}
+
+// A copy of the whole journal while it is written to.
+
+namespace {
+
+/// A quarter of a megabyte: half a millisecond.
+constexpr int kPagesAtOnce = 64;
+/// For the calls that wait; a lock that is taken again at once gives them no turn.
+constexpr std::chrono::milliseconds kPause{1};
+
+}  // namespace
+
+std::vector<std::string> Journal::backup(const std::filesystem::path& file) {
+  const std::lock_guard one(impl_->one_backup);  // two of one name would write into each other
+  std::unique_lock lock(impl_->mutex);
+  DatabaseCopy copy(impl_->database, file);
+  Head end = impl_->chain.end();
+  while (copy.step(kPagesAtOnce)) {
+    lock.unlock();
+    std::this_thread::sleep_for(kPause);
+    lock.lock();
+    end = impl_->chain.end();
+  }
+  lock.unlock();
+  copy.speak_as_another();
+  std::vector<std::string> remarks;
+  for (const std::int64_t session : copy.look_through(end)) {
+    remarks.push_back(
+        fmt::format("session {} is damaged in the journal, and so it is in the copy", session));
+  }
+  copy.publish();
+  return remarks;
 }
 
 }  // namespace cellcal::daemon

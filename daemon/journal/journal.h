@@ -11,7 +11,7 @@
 
 #include "calib/model/touch.h"
 #include "daemon/journal/database/origin.h"
-#include "daemon/journal/database/outbox.h"
+#include "daemon/journal/database/outbox_rows.h"
 #include "daemon/journal/database/records.h"
 #include "daemon/journal/store/error.h"
 #include "daemon/session/action.h"

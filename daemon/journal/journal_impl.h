@@ -9,7 +9,6 @@
 #include "daemon/journal/database/outbox_rows.h"
 #include "daemon/journal/journal.h"
 #include "daemon/journal/pending_rows.h"
-#include "daemon/journal/store/file_watch.h"
 #include "daemon/journal/store/head_file.h"
 #include "daemon/journal/store/lock_file.h"
 #include "daemon/journal/store/sqlite.h"

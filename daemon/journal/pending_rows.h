@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "daemon/journal/database/chain.h"
-#include "daemon/journal/database/outbox.h"
+#include "daemon/journal/database/outbox_rows.h"
 #include "daemon/session/evidence.h"
 
 namespace cellcal::daemon {

@@ -1,8 +1,26 @@
+// What a row may hold that others bring: what this journal could have written itself.
+
 #include "daemon/journal/rows.h"
 
-#include <map>
+#include <fmt/format.h>
 
+#include <algorithm>
+#include <bit>
+#include <charconv>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <set>
+#include <span>
+
+#include "calib/files/input_file.h"
 #include "daemon/journal/database/chain.h"
+#include "daemon/journal/journal.h"
+#include "daemon/journal/store/error.h"
+#include "drivers/robot.h"
 
 namespace cellcal::daemon {
 
@@ -44,6 +62,455 @@ SessionRows read_rows(Database& database, const std::string& journal, std::int64
   }
   for (const auto& [of, index] : newest) read_columns(database, rows.entries[index]);
   return rows;
+}
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr const char* kFormat = "cellcal.rows/1";
+constexpr int kHex = 16;
+
+std::string hex_of(const std::string& bytes) {
+  std::string text;
+  for (const char byte : bytes) text += fmt::format("{:02x}", static_cast<unsigned char>(byte));
+  return text;
+}
+
+std::string bytes_of_hex(const std::string& text) {
+  if (text.size() % 2 != 0) throw std::invalid_argument("an odd number of hexadecimal digits");
+  std::string bytes;
+  for (std::size_t i = 0; i < text.size(); i += 2) {
+    unsigned byte = 0;
+    const char* end = text.data() + i + 2;
+    if (const auto got = std::from_chars(text.data() + i, end, byte, kHex);
+        got.ec != std::errc() || got.ptr != end)
+      throw std::invalid_argument("\"" + text.substr(i, 2) + "\" is not hexadecimal");
+    bytes += static_cast<char>(byte);
+  }
+  return bytes;
+}
+
+Json to_json(const Value& value) {
+  if (const auto* whole = std::get_if<std::int64_t>(&value)) return *whole;
+  if (const auto* number = std::get_if<double>(&value)) {
+    if (std::isfinite(*number)) return *number;
+    return {{"float", fmt::format("{:016x}", std::bit_cast<std::uint64_t>(*number))}};
+  }
+  if (const auto* text = std::get_if<std::string>(&value)) {
+    if (is_utf8(*text)) return *text;
+    return {{"text", hex_of(*text)}};
+  }
+  if (const auto* blob = std::get_if<Blob>(&value)) return {{"blob", hex_of(blob->bytes)}};
+  return nullptr;
+}
+
+Value value_of(const Json& json) {
+  if (json.is_null()) return {};
+  if (json.is_number_integer()) return json.get<std::int64_t>();
+  if (json.is_number_float()) return json.get<double>();
+  if (json.is_string()) return json.get<std::string>();
+  if (json.is_object() && json.size() == 1) {
+    const std::string hex = json.begin().value().get<std::string>();
+    if (json.begin().key() == "blob") return Blob{bytes_of_hex(hex)};
+    if (json.begin().key() == "text") return bytes_of_hex(hex);
+    std::uint64_t bits = 0;
+    const char* end = hex.data() + hex.size();
+    const auto got = std::from_chars(hex.data(), end, bits, kHex);
+    if (json.begin().key() == "float" && got.ec == std::errc() && got.ptr == end)
+      return std::bit_cast<double>(bits);
+  }
+  throw std::invalid_argument("a column holds neither number nor text");
+}
+
+Json to_json(const RowEntry& entry) {
+  Json columns = nullptr;
+  for (std::size_t i = 0; i < entry.names.size(); ++i)
+    columns[entry.names[i]] = to_json(entry.columns[i]);
+  return {{"entry", entry.number}, {"before", entry.before}, {"table", entry.table},
+          {"row", entry.row},      {"digest", entry.digest}, {"sum", entry.sum},
+          {"columns", columns}};
+}
+
+RowEntry entry_of(const Json& json) {
+  RowEntry entry;
+  json.at("entry").get_to(entry.number);
+  json.at("before").get_to(entry.before);
+  json.at("table").get_to(entry.table);
+  json.at("row").get_to(entry.row);
+  json.at("digest").get_to(entry.digest);
+  json.at("sum").get_to(entry.sum);
+  for (const auto& [name, value] : json.at("columns").items()) {
+    entry.names.push_back(name);
+    entry.columns.push_back(value_of(value));
+  }
+  return entry;
+}
+
+/// Why an entry is not as it was written; nothing where it is.
+std::optional<std::string> complaint(const SessionRows& rows, const RowEntry& entry,
+                                     const RowEntry* before) {
+  const std::string sum =
+      sum_of(entry.before, entry.number, rows.session, entry.table, entry.row, entry.digest);
+  if (sum != entry.sum) return "its checksum is not that of its content";
+  if (before != nullptr && entry.number <= before->number) return "it is out of order";
+  if (before != nullptr && entry.number == before->number + 1 && entry.before != before->sum)
+    return "it does not follow on the line before";
+  if (entry.names.empty()) return std::nullopt;
+  std::vector<Value> row{entry.row};
+  row.insert(row.end(), entry.columns.begin(), entry.columns.end());
+  if (digest_of(row) != entry.digest) return "its columns are not as they were written";
+  return std::nullopt;
+}
+
+[[noreturn]] void refuse(const std::string& from, std::size_t line, const std::string& why) {
+  throw JournalError(
+      fmt::format("{}:{}: {}: damaged or altered. Export the session again", from, line, why));
+}
+
+Json first_line(const SessionRows& rows) {
+  return {{"format", kFormat},
+          {"journal", rows.journal},
+          {"session", rows.session},
+          {"entries", rows.entries.size()}};
+}
+
+std::string to_lines(const Json& first, const SessionRows& rows) {
+  std::string lines = first.dump() + "\n";
+  for (const RowEntry& entry : rows.entries) lines += to_json(entry).dump() + "\n";
+  return lines;
+}
+
+/// Touches are numbered 0, 1, 2, ... as they are made.
+void refuse_gaps(const SessionRows& rows, const std::string& from) {
+  std::int64_t next = 0;
+  for (std::size_t i = 0; i < rows.entries.size(); ++i) {
+    const RowEntry& entry = rows.entries[i];
+    if (entry.table != "touch" || entry.names.empty()) continue;
+    const auto number = std::find(entry.names.begin(), entry.names.end(), "number");
+    if (number == entry.names.end()) continue;  // no such column: refused where it is inserted
+    const Value& value = entry.columns[static_cast<std::size_t>(number - entry.names.begin())];
+    const auto* is = std::get_if<std::int64_t>(&value);
+    if (is == nullptr || *is != next)
+      refuse(from, i + 2, fmt::format("touch {} is missing before it", next));
+    ++next;
+  }
+}
+
+/// Each row's newest entry must have it.
+void refuse_missing(const SessionRows& rows, const std::string& from) {
+  std::map<std::pair<std::string, std::int64_t>, std::size_t> newest;
+  for (std::size_t i = 0; i < rows.entries.size(); ++i)
+    newest[{rows.entries[i].table, rows.entries[i].row}] = i;
+  std::int64_t dropped = 0;
+  for (const RowEntry& entry : rows.entries)
+    if (entry.table == "dropped") dropped = std::max(dropped, entry.number);
+  for (const auto& [of, index] : newest) {
+    const bool may_be_gone = is_raw(of.first) && rows.entries[index].number < dropped;
+    if (rows.entries[index].names.empty() && !may_be_gone)
+      refuse(from, index + 2, fmt::format("row {} of '{}' is missing", of.second, of.first));
+  }
+}
+
+}  // namespace
+
+bool is_utf8(const std::string& text) {
+  try {
+    (void)Json(text).dump();
+    return true;
+  } catch (const Json::exception&) {  // says so
+    return false;
+  }
+}
+
+std::string to_lines(const SessionRows& rows) {
+  Json first = first_line(rows);
+  first["entries_sum"] = sum_of_entries(rows, rows.entries.size());
+  return to_lines(first, rows);
+}
+
+std::string to_lines_without_sum(const SessionRows& rows) {
+  return to_lines(first_line(rows), rows);
+}
+
+std::string sum_of_entries(const SessionRows& rows, std::size_t count) {
+  std::string sums;
+  for (std::size_t i = 0; i < count; ++i) sums += rows.entries[i].sum;
+  return calib::sha256(sums);
+}
+
+std::size_t touches_in(const SessionRows& rows) {
+  std::set<std::int64_t> touches;
+  for (const RowEntry& entry : rows.entries)
+    if (entry.table == "touch") touches.insert(entry.row);
+  return touches.size();
+}
+
+SessionRows parse_lines(const std::string& lines, const std::string& from) {
+  SessionRows rows;
+  std::size_t expected = 0, line = 0;
+  std::optional<std::string> sum;  // none: of an earlier version
+  for (std::size_t at = 0; at < lines.size();) {
+    const std::size_t end = std::min(lines.find('\n', at), lines.size());
+    ++line;
+    try {
+      const Json json = Json::parse(lines.begin() + static_cast<std::ptrdiff_t>(at),
+                                    lines.begin() + static_cast<std::ptrdiff_t>(end));
+      if (line == 1) {
+        if (json.at("format") != kFormat)
+          throw std::invalid_argument("format is not cellcal.rows/1");
+        json.at("journal").get_to(rows.journal);
+        json.at("session").get_to(rows.session);
+        json.at("entries").get_to(expected);
+        if (json.contains("entries_sum")) sum = json.at("entries_sum").get<std::string>();
+      } else {
+        RowEntry entry = entry_of(json);
+        const RowEntry* before = rows.entries.empty() ? nullptr : &rows.entries.back();
+        if (const auto why = complaint(rows, entry, before)) refuse(from, line, *why);
+        rows.entries.push_back(std::move(entry));
+      }
+    } catch (const Json::exception&) {
+      refuse(from, line, "no entry of a journal");
+    } catch (const std::invalid_argument& error) {
+      refuse(from, line, error.what());
+    }
+    at = end + 1;
+  }
+  if (line == 0 || rows.entries.size() != expected)
+    refuse(from, line, fmt::format("it holds {} of {} rows", rows.entries.size(), expected));
+  if (sum && *sum != sum_of_entries(rows, rows.entries.size()))
+    refuse(from, 1,
+           "the entries are not those that it counts: one was left out, put in or altered");
+  refuse_missing(rows, from);
+  refuse_gaps(rows, from);
+  return rows;
+}
+
+namespace {
+
+enum class Holds {
+  kText,    ///< UTF-8
+  kName,    ///< of something: not empty, one line
+  kFlag,    ///< 0 or 1
+  kCount,   ///< 0 to 1e9
+  kWhole,   ///< 0 or more
+  kNumber,  ///< infinite: what was seen is none
+  kFinite,
+  kNotNegative,  ///< and finite
+  kAngles,       ///< of a robot's axes, 1 to kMaxAxes
+  kAnglesOrNone,
+  kThree,
+  kPostures,  ///< angles of one arm, any number of times; their number of axes is a column of its own
+};
+struct Column {
+  const char* table;
+  const char* name;
+  Holds holds;
+  bool may_be_null = false;
+};
+
+constexpr Column kColumns[] = {
+    {"session", "id", Holds::kWhole},
+    {"session", "started", Holds::kText},
+    {"session", "ended", Holds::kText},
+    {"session", "state", Holds::kName},
+    {"session", "cell_name", Holds::kText},
+    {"session", "cell_text", Holds::kText},
+    {"session", "robot_name", Holds::kText},
+    {"session", "robot_text", Holds::kText},
+    {"session", "options", Holds::kText},
+    {"session", "plan_hash", Holds::kText},
+    {"session", "planned", Holds::kCount},
+    {"session", "failure", Holds::kText},
+    {"session", "calibration", Holds::kText},
+    {"session", "software", Holds::kText, true},
+    {"session", "origin", Holds::kText, true},
+    {"session", "outcome", Holds::kText, true},
+    {"touch", "number", Holds::kCount},
+    {"touch", "joint_rad", Holds::kAngles},
+    {"touch", "target", Holds::kName},
+    {"touch", "held_out", Holds::kFlag},
+    {"touch", "sigma_m", Holds::kNotNegative},
+    {"touch", "radius_m", Holds::kNotNegative},
+    {"touch", "tracker_m", Holds::kThree},
+    {"touch", "time", Holds::kText},
+    {"touch", "settled_rad", Holds::kAnglesOrNone},
+    {"touch", "readings", Holds::kCount},
+    {"touch", "spread_m", Holds::kNotNegative},
+    {"touch", "speed_m_s", Holds::kNotNegative},
+    {"touch", "tool", Holds::kText, true},
+    {"touch", "turn_sigma_rad", Holds::kNotNegative, true},
+    {"touch", "tracker_abc_rad", Holds::kThree, true},
+    {"touch", "approach", Holds::kThree, true},
+    {"touch", "temperature_c", Holds::kFinite, true},
+    {"reading", "touch", Holds::kCount},
+    {"reading", "number", Holds::kCount},
+    {"reading", "slow", Holds::kFlag},
+    {"reading", "contact_rad", Holds::kAngles},
+    {"reading", "settled_rad", Holds::kAnglesOrNone},
+    {"reading", "along_m", Holds::kFinite},
+    {"reading", "time_sigma_s", Holds::kNumber},
+    {"reading", "reaction_s", Holds::kNumber},
+    {"reading", "bounces", Holds::kCount},
+    {"reading", "time", Holds::kText},
+    {"event", "time", Holds::kText},
+    {"event", "words", Holds::kText},
+    {"change", "time", Holds::kText},
+    {"change", "clock_s", Holds::kNumber},
+    {"change", "from_phase", Holds::kText},
+    {"change", "to_phase", Holds::kText},
+    {"change", "event", Holds::kText},
+    {"change", "late_replies", Holds::kWhole},
+    {"change", "sensor_late_s", Holds::kNumber},
+    {"contact", "touch", Holds::kCount},
+    {"contact", "time", Holds::kText},
+    {"contact", "kind", Holds::kName},
+    {"contact", "arm_id", Holds::kWhole},
+    {"contact", "sequence", Holds::kWhole},
+    {"contact", "number", Holds::kWhole},
+    {"contact", "ticks", Holds::kWhole},
+    {"contact", "confirmed_after_us", Holds::kWhole},
+    {"contact", "bounces", Holds::kWhole},
+    {"contact", "sense_v", Holds::kNumber},
+    {"contact", "heard_s", Holds::kNumber},
+    {"contact", "first_edge_s", Holds::kNumber},
+    {"contact", "time_sigma_s", Holds::kNumber},
+    {"contact", "lost", Holds::kWhole},
+    {"compared", "words", Holds::kText},
+    {"compared", "accepted", Holds::kFlag},
+    {"compared", "calibration", Holds::kText},
+    {"dropped", "time", Holds::kText},
+    {"dropped", "rows", Holds::kWhole},
+    {"activation", "time", Holds::kText},
+    {"activation", "who", Holds::kText},
+    {"activation", "reason", Holds::kText},
+    {"interruption", "time", Holds::kText},
+    {"interruption", "cause", Holds::kText},
+    {"search", "time", Holds::kText},
+    {"search", "target", Holds::kText},
+    {"search", "axes", Holds::kCount},
+    {"search", "way_rad", Holds::kPostures},
+    {"search", "end_rad", Holds::kAnglesOrNone},
+    {"search", "out_rad", Holds::kPostures},
+};
+
+constexpr std::size_t kMostPostures = 10'000;  ///< a way has some ten
+
+/// Why the value is none; nothing where it is.
+using Complaint = std::optional<std::string>;
+
+Complaint of_text(const Value& value, bool is_name) {
+  const auto* text = std::get_if<std::string>(&value);
+  if (text == nullptr) return "must be a text";
+  if (!is_utf8(*text)) return "is not UTF-8";
+  if (is_name && text->empty()) return "is empty";
+  if (is_name && text->find_first_of("\n\r") != std::string::npos) return "has several lines";
+  return std::nullopt;
+}
+
+Complaint of_whole(const Value& value, std::int64_t most) {
+  const auto* whole = std::get_if<std::int64_t>(&value);
+  if (whole == nullptr) return "must be a whole number";
+  if (*whole < 0 || *whole > most) return fmt::format("is {}, must be 0 to {}", *whole, most);
+  return std::nullopt;
+}
+
+Complaint of_number(const Value& value, bool finite, bool not_negative) {
+  const auto* whole = std::get_if<std::int64_t>(&value);
+  const auto* number = std::get_if<double>(&value);
+  if (whole == nullptr && number == nullptr) return "must be a number";
+  const double is = whole != nullptr ? static_cast<double>(*whole) : *number;
+  if (std::isnan(is) || (finite && !std::isfinite(is))) return "must be finite";
+  if (not_negative && is < 0.0) return "must not be negative";
+  return std::nullopt;
+}
+
+Complaint of_doubles(const Value& value, std::size_t fewest, std::size_t most) {
+  const auto* blob = std::get_if<Blob>(&value);
+  if (blob == nullptr) return "must be a blob";
+  const std::size_t size = blob->bytes.size();
+  if (size % sizeof(double) != 0 || size < fewest * sizeof(double) || size > most * sizeof(double))
+    return fmt::format("has {} bytes, must have {} to {} of 8 each", size, fewest, most);
+  for (std::size_t at = 0; at < size; at += sizeof(double)) {
+    double one = 0.0;
+    std::memcpy(&one, blob->bytes.data() + at, sizeof one);
+    if (!std::isfinite(one)) return "must be finite";
+  }
+  return std::nullopt;
+}
+
+Complaint complaint(const Value& value, Holds holds) {
+  constexpr std::int64_t kMostCount = 1'000'000'000,
+                         kAny = std::numeric_limits<std::int64_t>::max();
+  switch (holds) {
+    case Holds::kText:
+      return of_text(value, false);
+    case Holds::kName:
+      return of_text(value, true);
+    case Holds::kFlag:
+      return of_whole(value, 1);
+    case Holds::kCount:
+      return of_whole(value, kMostCount);
+    case Holds::kWhole:
+      return of_whole(value, kAny);
+    case Holds::kNumber:
+      return of_number(value, false, false);
+    case Holds::kFinite:
+      return of_number(value, true, false);
+    case Holds::kNotNegative:
+      return of_number(value, true, true);
+    case Holds::kAngles:
+      return of_doubles(value, 1, drivers::kMaxAxes);
+    case Holds::kAnglesOrNone:
+      return of_doubles(value, 0, drivers::kMaxAxes);
+    case Holds::kThree:
+      return of_doubles(value, 3, 3);
+    case Holds::kPostures:
+      return of_doubles(value, 0, kMostPostures * drivers::kMaxAxes);
+  }
+  return std::nullopt;
+}
+
+/// One arm made them all.
+class Axes {
+ public:
+  Complaint complaint(const Column& column, const Value& value) {
+    if (column.holds != Holds::kAngles && column.holds != Holds::kAnglesOrNone) return std::nullopt;
+    const std::size_t has = std::get<Blob>(value).bytes.size() / sizeof(double);
+    if (has == 0) return std::nullopt;
+    if (count_ == 0) count_ = has;
+    if (has == count_) return std::nullopt;
+    return fmt::format("has {} angles, other rows {}", has, count_);
+  }
+
+ private:
+  std::size_t count_ = 0;
+};
+
+}  // namespace
+
+void refuse_impossible(const SessionRows& rows, const std::string& from) {
+  Axes axes;
+  for (std::size_t i = 0; i < rows.entries.size(); ++i) {
+    const RowEntry& entry = rows.entries[i];
+    for (std::size_t k = 0; k < entry.names.size(); ++k) {
+      const auto* column = std::ranges::find_if(kColumns, [&](const Column& one) {
+        return entry.table == one.table && entry.names[k] == one.name;
+      });
+      const Value& value = entry.columns[k];
+      // No such column is refused where the row is inserted; the session's number is another here.
+      if (column == std::end(kColumns) ||
+          (column->may_be_null && std::holds_alternative<std::monostate>(value)))
+        continue;
+      Complaint why = complaint(value, column->holds);
+      if (!why) why = axes.complaint(*column, value);
+      if (why)
+        throw JournalError(fmt::format(
+            "{}:{}: row {} of '{}': {} {}. No session has such a row: damaged or forged. "
+            "Export the session again",
+            from, i + 2, entry.row, entry.table, column->name, *why));
+    }
+  }
 }
 
 }  // namespace cellcal::daemon

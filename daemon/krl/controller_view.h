@@ -7,11 +7,11 @@
 #include <string>
 #include <vector>
 
-#include "calib/correct/corrector.h"
-#include "calib/model/configurations.h"
+#include "calib/estimate/predict.h"
+#include "calib/export/corrector.h"
+#include "calib/model/inverse.h"
 #include "calib/model/kinematics.h"
 #include "calib/result/calibration.h"
-#include "calib/uncertainty/predict.h"
 #include "daemon/krl/krl_program.h"
 #include "daemon/krl/status_turn.h"
 #include "daemon/krl/tool_used.h"

@@ -4,8 +4,8 @@
 
 #include <algorithm>
 
+#include "calib/files/text.h"
 #include "calib/model/error.h"
-#include "calib/syntax/shown.h"
 #include "daemon/krl/krl_data.h"
 
 namespace cellcal::daemon::krl {

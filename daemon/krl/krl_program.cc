@@ -5,8 +5,8 @@
 #include <iterator>
 #include <set>
 
+#include "calib/files/text.h"
 #include "calib/model/error.h"
-#include "calib/syntax/shown.h"
 #include "daemon/krl/krl_state.h"
 
 namespace cellcal::daemon::krl {

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "calib/syntax/shown.h"
+#include "calib/files/text.h"
 
 namespace cellcal::daemon::krl {
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "calib/correct/corrector.h"
+#include "calib/export/corrector.h"
 
 namespace cellcal::daemon::krl {
 

@@ -9,7 +9,7 @@
 #include <Eigen/Geometry>
 #include <optional>
 
-#include "calib/model/configurations.h"
+#include "calib/model/inverse.h"
 
 namespace cellcal::daemon::krl {
 

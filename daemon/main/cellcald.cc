@@ -6,8 +6,7 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 
-#include "calib/problem/solve.h"
-#include "daemon/files/printable.h"
+#include "calib/estimate/solve.h"
 #include "daemon/files/system_words.h"
 #include "daemon/main/daemon.h"
 #include "daemon/main/log.h"

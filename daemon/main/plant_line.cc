@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "daemon/archive/versions.h"
-#include "daemon/files/printable.h"
+#include "daemon/files/system_words.h"
 #include "daemon/plant/outbox/reporter.h"
 #include "daemon/plant/sparkplug/cell_metrics.h"
 #include "daemon/runner/backend.h"

@@ -12,6 +12,8 @@
 #include <string_view>
 #include <utility>
 
+#include "daemon/files/system_words.h"
+
 namespace cellcal::daemon {
 
 namespace {
@@ -71,6 +73,15 @@ void SystemdNews::send(const std::stop_token& stop) {
     news_.wait_for(lock, stop, kAgain, [] { return false; });
     if (stop.stop_requested()) return;
   }
+}
+
+std::string notification_of(const Status& status) {
+  std::string words = to_string(status.phase);
+  if (status.total > 0) {
+    words += ", touch " + std::to_string(status.done) + " of " + std::to_string(status.total);
+  }
+  if (status.failure) words += ", " + describe(*status.failure);
+  return "STATUS=" + printable(words);
 }
 
 }  // namespace cellcal::daemon

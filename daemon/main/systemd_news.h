@@ -8,6 +8,8 @@
 #include <string>
 #include <thread>
 
+#include "daemon/service/status.h"
+
 namespace cellcal::daemon {
 
 class SystemdNews {
@@ -30,5 +32,8 @@ class SystemdNews {
   bool alive_ = false, stopping_ = false;
   std::jthread thread_;
 };
+
+/// What systemd shows of a session: one assignment on one line, whatever a device's words hold.
+std::string notification_of(const Status& status);
 
 }  // namespace cellcal::daemon

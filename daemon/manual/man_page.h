@@ -27,4 +27,11 @@ struct ManPage {
 
 std::string man_page(const ManPage& page);
 
+// What the manual pages say besides options.
+
+std::vector<ManSection> cellcal_sections();
+std::vector<ManSection> cellcald_sections();
+std::vector<ManSection> cellcal_fleet_sections();
+std::vector<ManSection> cellcal_plant_sections();
+
 }  // namespace cellcal::daemon

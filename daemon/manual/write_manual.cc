@@ -7,13 +7,12 @@
 #include <filesystem>
 
 #include "calib/files/calibration_json.h"
-#include "daemon/cli/commands/app.h"
+#include "daemon/cli/commands/commands.h"
 #include "daemon/files/atomic_file.h"
 #include "daemon/fleet/main/fleet_options.h"
 #include "daemon/main/options.h"
 #include "daemon/manual/completion.h"
 #include "daemon/manual/man_page.h"
-#include "daemon/manual/sections.h"
 #include "daemon/plant/process/plant_options.h"
 
 namespace {

@@ -6,7 +6,7 @@
 
 #include "calib/files/calibration_json.h"
 #include "calib/model/units.h"
-#include "daemon/files/printable.h"
+#include "daemon/files/system_words.h"
 #include "daemon/notify/catalogue.h"
 #include "daemon/tasks/recorded/options.h"
 

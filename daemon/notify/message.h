@@ -4,7 +4,7 @@
 #include <string>
 
 #include "daemon/config/notify_config.h"
-#include "daemon/notify/notice.h"
+#include "daemon/notify/session_news.h"
 
 namespace cellcal::daemon {
 

@@ -13,9 +13,7 @@
 
 #include "daemon/notify/mail.h"
 #include "daemon/notify/message.h"
-#include "daemon/notify/secret.h"
-#include "daemon/notify/smtp.h"
-#include "daemon/notify/webhook.h"
+#include "daemon/notify/transfer.h"
 
 namespace cellcal::daemon {
 

@@ -11,7 +11,7 @@
 #include <optional>
 
 #include "daemon/config/notify_config.h"
-#include "daemon/notify/notice.h"
+#include "daemon/notify/session_news.h"
 
 namespace cellcal::daemon {
 

@@ -5,11 +5,11 @@
 #include <functional>
 
 #include "calib/files/calibration_json.h"
-#include "calib/words/drift_words.h"
-#include "calib/words/finding_words.h"
+#include "calib/result/drift_chart.h"
+#include "calib/result/finding.h"
 #include "daemon/drift/drift_watch.h"
+#include "daemon/result/outcome.h"
 #include "daemon/result/outcome_json.h"
-#include "daemon/result/outcome_words.h"
 #include "daemon/tasks/recorded/options.h"
 
 namespace cellcal::daemon {

@@ -11,6 +11,8 @@
 #include <string>
 #include <vector>
 
+#include "daemon/config/notify_config.h"
+
 namespace cellcal::daemon {
 
 struct Delivery {
@@ -55,5 +57,14 @@ class Transfer {
 using CurlList = std::unique_ptr<::curl_slist, decltype(&::curl_slist_free_all)>;
 /// Throws std::bad_alloc.
 CurlList curl_list(const std::vector<std::string>& lines);
+
+/// The file's first line; empty where none is configured. Throws std::runtime_error: missing, empty, readable by
+/// everybody, or no line that a header can hold.
+std::string read_secret(const std::filesystem::path& file);
+
+// One POST of JSON over HTTP or TLS.
+
+/// `secret` is sent as X-Cellcal-Secret unless it is empty.
+Delivery post(const WebhookConfig& config, const std::string& secret, const std::string& json);
 
 }  // namespace cellcal::daemon

@@ -10,9 +10,14 @@
 // would: by 10 um for each millisecond at 10 mm/s. The estimate tells the two apart as far as its
 // touches do (calib/estimate, (74)). What is watched here is that it stays.
 
+#include <cstddef>
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
+
+#include "daemon/session/action.h"
 
 namespace cellcal::daemon {
 
@@ -41,5 +46,23 @@ std::string in_words(const ContactDelay& delay);
 
 /// What is wrong with `now`, by itself and after `before` (an earlier session); empty: nothing.
 std::string complaint(const ContactDelay& now, const std::optional<ContactDelay>& before);
+
+// The contacts of each touch, out of a session's readings.
+
+/// Tip travel from the stand-off [m]. A touch that was begun anew (after a retry, by a resumed session)
+/// counts from its last fast contact on.
+struct TouchContacts {
+  std::optional<double> fast_m;
+  std::vector<double> slow_m;
+
+  double slow_mean_m() const;  ///< there is one
+};
+
+/// By index of the touch; `readings` as they were made. What is no number is left aside.
+std::map<std::size_t, TouchContacts> contacts_of(std::span<const RecordReading> readings);
+
+/// Of the first `touches`, those that have contacts at both speeds.
+std::vector<FastAndSlow> fast_and_slow(std::span<const RecordReading> readings,
+                                       std::size_t touches);
 
 }  // namespace cellcal::daemon

@@ -18,8 +18,8 @@
 #include <vector>
 
 #include "calib/plan/plan.h"
-#include "daemon/session/action.h"
 #include "daemon/qualification/contact_delay.h"
+#include "daemon/session/action.h"
 
 namespace cellcal::daemon {
 

@@ -5,10 +5,10 @@
 #include <set>
 
 #include "calib/files/files.h"
+#include "calib/files/input_file.h"
+#include "calib/files/toml.h"
+#include "calib/plan/candidates.h"
 #include "calib/plan/cell_check.h"
-#include "calib/plan/reach/candidates.h"
-#include "calib/syntax/input_file.h"
-#include "calib/syntax/toml_table.h"
 #include "daemon/result/outcome_json.h"
 #include "daemon/tasks/recorded/active_calibration.h"
 #include "daemon/tasks/recorded/options.h"

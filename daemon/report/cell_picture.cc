@@ -10,8 +10,7 @@
 #include "calib/svg/svg.h"
 #include "daemon/report/drawing/labels.h"
 #include "daemon/report/drawing/scale.h"
-#include "daemon/report/drawing/text.h"
-#include "daemon/report/sections.h"
+#include "daemon/report/view.h"
 
 namespace cellcal::daemon::report {
 namespace {

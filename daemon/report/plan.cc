@@ -4,11 +4,15 @@
 
 #include <algorithm>
 #include <exception>
+#include <map>
 #include <string>
+#include <string_view>
 
+#include "calib/files/files.h"
+#include "calib/plan/duration.h"
 #include "daemon/report/drawing/plan_picture.h"
-#include "daemon/report/drawing/text.h"
-#include "daemon/report/sections.h"
+#include "daemon/report/drawing/scale.h"
+#include "daemon/report/view.h"
 
 namespace cellcal::daemon::report {
 
@@ -81,3 +85,109 @@ std::string plan(const View& view) {
 }
 
 }  // namespace cellcal::daemon::report
+
+namespace cellcal::daemon {
+
+// The picture of a plan as a document of its own: the rules of the page's style sheet for drawings,
+// with its light colours put in, because not every viewer of SVG knows CSS variables.
+
+namespace {
+
+using report::escape;
+
+constexpr double kViewWidth = 600.0, kViewHeight = 561.0;  // as wide to high as the views are
+constexpr double kTop = 44.0, kGap = 20.0, kEdge = 14.0;
+constexpr double kLine = 17.0;         // from line to line of the legend
+constexpr std::size_t kLetters = 170;  // on a line of it
+
+/// The names and values of the first block, which is the light one.
+std::map<std::string, std::string, std::less<>> light_colours(std::string_view style) {
+  std::map<std::string, std::string, std::less<>> colours;
+  std::string_view block = style.substr(0, style.find('}'));
+  for (std::size_t at = block.find("--"); at != std::string_view::npos; at = block.find("--", at)) {
+    const std::size_t colon = block.find(':', at), end = block.find(';', colon);
+    if (end == std::string_view::npos) break;
+    std::string_view value = block.substr(colon + 1, end - colon - 1);
+    value.remove_prefix(std::min(value.find_first_not_of(' '), value.size()));
+    colours.emplace(block.substr(at, colon - at), value);
+    at = end;
+  }
+  return colours;
+}
+
+/// Its rules that begin with "svg ", variables replaced.
+std::string rules_of(std::string_view style,
+                     const std::map<std::string, std::string, std::less<>>& colours) {
+  std::string rules;
+  bool inside = false;
+  while (!style.empty()) {
+    const std::size_t end = std::min(style.find('\n'), style.size() - 1) + 1;
+    const std::string_view line = style.substr(0, end);
+    inside = inside || line.starts_with("svg ");
+    if (inside) rules += line;
+    inside = inside && line.find('}') == std::string_view::npos;
+    style.remove_prefix(end);
+  }
+  constexpr std::string_view kVariable = "var(";
+  for (std::size_t at = rules.find(kVariable); at != std::string::npos;
+       at = rules.find(kVariable, at)) {
+    const std::size_t end = rules.find(')', at);
+    const auto colour = colours.find(
+        std::string_view(rules).substr(at + kVariable.size(), end - at - kVariable.size()));
+    rules.replace(at, end + 1 - at, colour == colours.end() ? "black" : colour->second);
+  }
+  return rules;
+}
+
+std::string placed(const std::string& view, double x) {
+  constexpr std::string_view kBegin = "<svg ";
+  return fmt::format("<svg x=\"{:.0f}\" y=\"{:.0f}\" width=\"{:.0f}\" height=\"{:.0f}\" {}", x,
+                     kTop, kViewWidth, kViewHeight, view.substr(kBegin.size()));
+}
+
+std::string heading(const calib::Cell& cell, const calib::Plan& plan) {
+  const auto checks =
+      std::count_if(plan.touches.begin(), plan.touches.end(),
+                    [](const calib::PlannedTouch& t) { return t.set == calib::TouchSet::kCheck; });
+  std::string words = fmt::format(
+      "{}: {} for the fit, {} held out; about {:.0f} min at the robot's own axis speeds",
+      cell.robot.name,
+      report::counted(plan.touches.size() - static_cast<std::size_t>(checks), "touch", "touches"),
+      checks, calib::duration_s(plan, cell.robot, {}) / 60.0);
+  if (plan.predicted_mean_m > 0.0)
+    words += fmt::format("; predicted mean error {}", report::mm_words(plan.predicted_mean_m));
+  if (plan.predicted_u95_m > 0.0)
+    words += fmt::format(", 95 % bound {}", report::mm_words(plan.predicted_u95_m));
+  return words;
+}
+
+}  // namespace
+
+std::string plan_svg(const calib::Cell& cell, const calib::Plan& plan) {
+  const report::PlanViews views = report::plan_views(cell, plan);
+  const std::string_view sheet = report::style_sheet();
+  const auto colours = light_colours(sheet);
+  std::string legend;
+  double y = kTop + kViewHeight + kGap;
+  for (std::string_view rest = views.legend; !rest.empty();) {
+    std::size_t end = rest.size();
+    if (end > kLetters) end = rest.rfind(' ', kLetters) + 1;
+    legend += fmt::format("<text class=\"tick\" x=\"{:.0f}\" y=\"{:.0f}\">{}</text>\n", kEdge, y,
+                          escape(rest.substr(0, end)));
+    rest.remove_prefix(end);
+    y += kLine;
+  }
+  const double width = 2.0 * kEdge + 2.0 * kViewWidth + kGap, height = y;
+  return fmt::format(
+      "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"
+      "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0:.0f}\" height=\"{1:.0f}\" "
+      "viewBox=\"0 0 {0:.0f} {1:.0f}\" font-family=\"Noto Sans, Liberation Sans, Arial, "
+      "sans-serif\">\n<title>{2}</title>\n<style>\n{3}</style>\n"
+      "<rect width=\"{0:.0f}\" height=\"{1:.0f}\" fill=\"white\"/>\n"
+      "<text class=\"panel\" x=\"{4:.0f}\" y=\"26\">{2}</text>\n{5}{6}{7}</svg>\n",
+      width, height, escape(heading(cell, plan)),
+      rules_of(sheet, colours) + rules_of(report::plan_style(), colours), kEdge,
+      placed(views.above, kEdge), placed(views.side, kEdge + kViewWidth + kGap), legend);
+}
+
+}  // namespace cellcal::daemon

@@ -5,11 +5,11 @@
 #include <string_view>
 
 #include "daemon/report/drawing/plan_picture.h"
-#include "daemon/report/drawing/text.h"
-#include "daemon/report/sections.h"
+#include "daemon/report/drawing/scale.h"
 #include "daemon/report/view.h"
 
 namespace cellcal::daemon {
+
 namespace {
 
 // No script and nothing from elsewhere, even if something should slip through the escaping.

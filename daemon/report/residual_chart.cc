@@ -15,8 +15,7 @@
 #include "calib/model/units.h"
 #include "calib/svg/svg.h"
 #include "daemon/report/drawing/scale.h"
-#include "daemon/report/drawing/text.h"
-#include "daemon/report/sections.h"
+#include "daemon/report/view.h"
 
 namespace cellcal::daemon::report {
 namespace {

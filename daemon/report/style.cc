@@ -1,7 +1,7 @@
 // One style sheet for light, dark and paper. Colours after Okabe and Ito, told apart by every eye;
 // kinds of touches differ in shape as well. One accent (blue), one alarm (vermilion).
 
-#include "daemon/report/sections.h"
+#include "daemon/report/view.h"
 
 namespace cellcal::daemon::report {
 

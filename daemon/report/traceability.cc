@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "calib/model/units.h"
-#include "daemon/report/drawing/text.h"
-#include "daemon/report/sections.h"
+#include "daemon/report/drawing/scale.h"
+#include "daemon/report/view.h"
 
 namespace cellcal::daemon::report {
 namespace {

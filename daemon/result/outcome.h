@@ -78,4 +78,11 @@ std::string cause_of(const SessionOutcome& outcome);
 /// Of a calibration or an update: whether it was published; none of all else.
 std::optional<bool> published(const SessionOutcome& outcome);
 
+// The sentences of an outcome, made here and nowhere else: number first, then what to do.
+
+/// The first line is the outcome, those after it its evidence and what to do.
+std::vector<std::string> words(const SessionOutcome& outcome);
+/// "S1: centre_mm = [1200.00, 0.00, 300.00]  # +- 5 mm (k=2), 9 touches", as the cell file has it.
+std::string words(const FoundSphere& sphere);
+
 }  // namespace cellcal::daemon

@@ -4,7 +4,7 @@
 #include <set>
 
 #include "calib/model/units.h"
-#include "daemon/result/outcome_words.h"
+#include "daemon/result/outcome.h"
 
 namespace cellcal::daemon {
 

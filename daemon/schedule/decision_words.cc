@@ -4,7 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "daemon/files/printable.h"
+#include "daemon/files/system_words.h"
 #include "daemon/schedule/decision.h"
 
 namespace cellcal::daemon {
@@ -81,9 +81,8 @@ std::string why_words(const Decision& d) {
     case Why::kFailedBefore:
       return fmt::format("session {} failed: {}. {}", d.session, d.detail, kRelease);
     case Why::kAbortedBefore:
-      return d.session > 0
-                 ? fmt::format("session {} was stopped by hand. {}", d.session, kRelease)
-                 : std::string("'abort' was given. ") + kRelease;
+      return d.session > 0 ? fmt::format("session {} was stopped by hand. {}", d.session, kRelease)
+                           : std::string("'abort' was given. ") + kRelease;
     case Why::kLeftBefore:
       return fmt::format("session {} was interrupted. {}", d.session, kRelease);
     case Why::kBusy:

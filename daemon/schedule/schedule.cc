@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "daemon/files/printable.h"
+#include "daemon/files/system_words.h"
 #include "daemon/schedule/aftermath.h"
 
 namespace cellcal::daemon {
@@ -147,7 +147,8 @@ void Schedule::notice_ends(const Look& look) {
     dirty_ = true;
   }
   const bool failed = cell.state == Standing::State::kFailed;
-  if (failed && aftermath(cell.failure.kind, cell.failure.by).begin && state_.harmless != cell.end) {
+  if (failed && aftermath(cell.failure.kind, cell.failure.by).begin &&
+      state_.harmless != cell.end) {
     state_.harmless = cell.end;
     dirty_ = true;
   }
@@ -249,8 +250,9 @@ Why Schedule::obstacle(const Look& look, const ScheduledSession& entry, const Ni
 }
 
 std::string Schedule::by(const ScheduleConfig& config, const ScheduledSession& entry) const {
-  return printable(fmt::format("without a person, by schedule '{}'; responsible for the clear cell: {}",
-                               entry.name, config.responsible));
+  return printable(
+      fmt::format("without a person, by schedule '{}'; responsible for the clear cell: {}",
+                  entry.name, config.responsible));
 }
 
 /// Recorded first: killed in between, the night is lost and not doubled.
@@ -392,9 +394,9 @@ Decision Schedule::begin(const std::string& name) {
   notice_clock(look);
   notice_ends(look);
   follow(look);
-  const auto entry = std::find_if(
-      look.config.sessions.begin(), look.config.sessions.end(),
-      [&](const ScheduledSession& one) { return one.name == name && one.on_request; });
+  const auto entry =
+      std::find_if(look.config.sessions.begin(), look.config.sessions.end(),
+                   [&](const ScheduledSession& one) { return one.name == name && one.on_request; });
   Decision decision;
   decision.at = look.now;
   decision.verb = Verb::kRefused;
@@ -446,10 +448,9 @@ Decision Schedule::release(const std::string& by) {
 
 /// Each once: what is decided again in every look is no news.
 void Schedule::tell(Decision decision) {
-  const auto last =
-      std::find_if(state_.decisions.rbegin(), state_.decisions.rend(), [&](const Decision& d) {
-        return d.entry == decision.entry && d.night == decision.night;
-      });
+  const auto last = std::find_if(
+      state_.decisions.rbegin(), state_.decisions.rend(),
+      [&](const Decision& d) { return d.entry == decision.entry && d.night == decision.night; });
   const bool again = last != state_.decisions.rend() && decision.verb == Verb::kWaiting &&
                      last->verb == decision.verb && last->why == decision.why &&
                      last->session == decision.session && last->detail == decision.detail;

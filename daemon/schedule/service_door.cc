@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "calib/model/iso_time.h"
-#include "calib/model/median.h"
+#include "calib/model/statistics.h"
 #include "daemon/tasks/recorded/options.h"
 
 namespace cellcal::daemon {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "calib/plan/reach/point_speed.h"
+#include "calib/plan/duration.h"
 
 namespace cellcal::daemon {
 

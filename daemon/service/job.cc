@@ -9,14 +9,13 @@
 #include "calib/files/files.h"
 #include "calib/model/iso_time.h"
 #include "calib/model/units.h"
+#include "calib/plan/candidates.h"
 #include "calib/plan/cell_check.h"
-#include "calib/plan/qualification_plan.h"
-#include "calib/plan/reach/candidates.h"
+#include "calib/plan/check_plan.h"
 #include "daemon/qualification/contact_delay.h"
 #include "daemon/session/rules.h"
 #include "daemon/tasks/recorded/check_against.h"
-#include "daemon/tasks/recorded/inputs.h"
-#include "daemon/tasks/recorded/last_calibration.h"
+#include "daemon/tasks/recorded/options.h"
 
 namespace cellcal::daemon {
 

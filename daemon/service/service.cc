@@ -13,7 +13,6 @@
 #include "daemon/service/status_of.h"
 #include "daemon/tasks/recorded/check_against.h"
 #include "daemon/tasks/recorded/delay_watch.h"
-#include "daemon/tasks/recorded/last_calibration.h"
 #include "daemon/tasks/tasks.h"
 
 namespace cellcal::daemon {

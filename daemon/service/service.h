@@ -13,7 +13,7 @@
 #include <thread>
 #include <vector>
 
-#include "calib/syntax/input_file.h"
+#include "calib/files/input_file.h"
 #include "daemon/journal/journal.h"
 #include "daemon/runner/runner.h"
 #include "daemon/service/arm_watch.h"

@@ -5,7 +5,7 @@
 
 #include "calib/plan/cell_check.h"
 #include "calib/plan/online.h"
-#include "calib/words/finding_words.h"
+#include "calib/result/finding.h"
 #include "daemon/session/rules.h"
 
 namespace cellcal::daemon {

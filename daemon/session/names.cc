@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "daemon/files/printable.h"
+#include "daemon/files/system_words.h"
 #include "daemon/session/evidence.h"
 #include "daemon/session/session.h"
 

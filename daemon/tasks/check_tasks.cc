@@ -8,7 +8,7 @@
 #include "calib/files/check_json.h"
 #include "calib/files/files.h"
 #include "calib/plan/check_plan.h"
-#include "calib/words/check_words.h"
+#include "calib/result/tcp_check.h"
 #include "daemon/files/atomic_file.h"
 #include "daemon/tasks/planned_round.h"
 

@@ -5,9 +5,9 @@
 
 #include "calib/files/files.h"
 #include "calib/model/units.h"
-#include "calib/plan/search/finder.h"
+#include "calib/plan/finder.h"
 #include "daemon/files/atomic_file.h"
-#include "daemon/result/outcome_words.h"
+#include "daemon/result/outcome.h"
 
 namespace cellcal::daemon {
 
@@ -57,6 +57,24 @@ Tasks find_tasks(Tasks tasks, std::shared_ptr<const TaskInputs> inputs) {
                      calib::format_touches(touches, inputs->cell.robot));
     write_atomically(inputs->results_dir / "found.json", found_to_json(found));
     for (const FoundSphere& one : found.spheres) inputs->note("found " + words(one));
+  };
+  return tasks;
+}
+
+Tasks dry_run_tasks(std::shared_ptr<const TaskInputs> inputs) {
+  const auto standoffs = std::make_shared<std::size_t>(0);
+  Tasks tasks;
+  tasks.plan = [inputs, standoffs] {
+    Tasks::Planned planned = plan_beforehand(*inputs);
+    *standoffs = planned.plan.touches.size();
+    return planned;
+  };
+  tasks.assess = [](const std::vector<calib::Touch>&) { return Tasks::Assessed{}; };
+  tasks.identify = [standoffs](const std::vector<calib::Touch>&) {
+    return SessionResult{DryRun{*standoffs}};
+  };
+  tasks.report = [inputs](const SessionResult& result, const std::vector<calib::Touch>&) {
+    inputs->note("dry run: " + words(outcome_of(result)).front());
   };
   return tasks;
 }

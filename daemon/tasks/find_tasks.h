@@ -19,4 +19,8 @@ std::string found_to_json(const FoundSpheres& found);
 /// `tasks`: planning, choice and route of touches that find.
 Tasks find_tasks(Tasks tasks, std::shared_ptr<const TaskInputs> inputs);
 
+// What the worker does for a dry run: the plan that a calibration of the same options has, and no result.
+
+Tasks dry_run_tasks(std::shared_ptr<const TaskInputs> inputs);
+
 }  // namespace cellcal::daemon

@@ -4,10 +4,10 @@
 #include <vector>
 
 #include "calib/files/files.h"
+#include "calib/identify/identify_once.h"
 #include "calib/model/parameter_key.h"
 #include "calib/model/units.h"
-#include "calib/plan/qualification_plan.h"
-#include "calib/verdict/identify_as_stated.h"
+#include "calib/plan/check_plan.h"
 #include "daemon/files/atomic_file.h"
 
 namespace cellcal::daemon {

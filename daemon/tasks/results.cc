@@ -4,7 +4,7 @@
 
 #include "calib/files/calibration_json.h"
 #include "calib/files/files.h"
-#include "calib/plan/reach/duration.h"
+#include "calib/plan/duration.h"
 #include "daemon/files/atomic_file.h"
 #include "daemon/report/report.h"
 

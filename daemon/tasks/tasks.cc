@@ -10,17 +10,16 @@
 #include <set>
 #include <stdexcept>
 
+#include "calib/files/input_file.h"
 #include "calib/identify/identify.h"
+#include "calib/identify/identify_once.h"
 #include "calib/model/kinematics.h"
 #include "calib/model/units.h"
 #include "calib/plan/cell_check.h"
 #include "calib/plan/contact_forecast.h"
 #include "calib/plan/touch_sequence.h"
-#include "calib/syntax/input_file.h"
-#include "calib/verdict/identify_as_stated.h"
 #include "daemon/files/correction_limit.h"
 #include "daemon/tasks/check_tasks.h"
-#include "daemon/tasks/dry_run_tasks.h"
 #include "daemon/tasks/find_tasks.h"
 #include "daemon/tasks/qualification_tasks.h"
 #include "daemon/tasks/recorded/estimate.h"

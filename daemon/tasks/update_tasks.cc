@@ -6,11 +6,11 @@
 #include <utility>
 
 #include "calib/files/calibration_json.h"
+#include "calib/identify/update.h"
 #include "calib/model/error.h"
-#include "calib/plan/reach/duration.h"
-#include "calib/plan/update_plan.h"
-#include "calib/update/update.h"
-#include "calib/words/finding_words.h"
+#include "calib/plan/check_plan.h"
+#include "calib/plan/duration.h"
+#include "calib/result/finding.h"
 #include "daemon/tasks/planned_round.h"
 #include "daemon/tasks/recorded/estimate.h"
 #include "daemon/tasks/results.h"

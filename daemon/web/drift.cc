@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
-#include "calib/files/drift_json.h"
+#include "calib/files/check_json.h"
 #include "calib/model/units.h"
-#include "daemon/web/json.h"
+#include "daemon/web/scene.h"
 
 namespace cellcal::daemon::web {
 

@@ -4,9 +4,9 @@
 
 #include "calib/model/kinematics.h"
 #include "calib/model/units.h"
-#include "calib/words/finding_words.h"
+#include "calib/result/finding.h"
 #include "daemon/result/outcome_json.h"
-#include "daemon/web/json.h"
+#include "daemon/web/scene.h"
 
 namespace cellcal::daemon::web {
 

@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calib/estimate/predict.h"
+#include "calib/estimate/region.h"
 #include "calib/model/iso_time.h"
-#include "calib/uncertainty/predict.h"
-#include "calib/uncertainty/region.h"
 #include "sim/cell/physical_cell.h"
 
 namespace cellcal::sim {

@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "calib/files/files.h"
-#include "calib/syntax/input_file.h"
+#include "calib/files/input_file.h"
 #include "drivers/units.h"
 #include "sim/cell/contact_watch.h"
 #include "sim/emulator/control.h"

@@ -11,9 +11,9 @@
 
 #include "calib/files/files.h"
 #include "calib/model/random.h"
-#include "calib/plan/choice/choose.h"
-#include "calib/plan/choice/design_problem.h"
-#include "calib/plan/reach/pool.h"
+#include "calib/plan/choose.h"
+#include "calib/plan/design.h"
+#include "calib/plan/pool.h"
 #include "tests/bench/times.h"
 #include "tests/command_line/command_line.h"
 

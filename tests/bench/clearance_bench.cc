@@ -9,9 +9,9 @@
 
 #include "calib/files/files.h"
 #include "calib/model/random.h"
-#include "calib/plan/collision/clearance.h"
+#include "calib/plan/candidates.h"
+#include "calib/plan/clearance.h"
 #include "calib/plan/plan.h"
-#include "calib/plan/reach/candidates.h"
 #include "tests/bench/capsule_check.h"
 #include "tests/command_line/command_line.h"
 

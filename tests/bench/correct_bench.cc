@@ -8,7 +8,7 @@
 #include <chrono>
 #include <cmath>
 
-#include "calib/correct/corrector.h"
+#include "calib/export/corrector.h"
 #include "calib/files/files.h"
 #include "calib/model/kinematics.h"
 #include "calib/model/random.h"

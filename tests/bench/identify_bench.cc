@@ -10,10 +10,10 @@
 
 #include "calib/estimate/evidence.h"
 #include "calib/estimate/incremental_estimate.h"
+#include "calib/estimate/problem.h"
+#include "calib/estimate/region.h"
+#include "calib/estimate/solve.h"
 #include "calib/identify/identify.h"
-#include "calib/problem/problem.h"
-#include "calib/problem/solve.h"
-#include "calib/uncertainty/region.h"
 #include "tests/bench/times.h"
 #include "tests/calib/simulate.h"
 #include "tests/command_line/command_line.h"

@@ -8,8 +8,8 @@
 #include <map>
 
 #include "calib/files/files.h"
+#include "calib/plan/duration.h"
 #include "calib/plan/plan.h"
-#include "calib/plan/reach/duration.h"
 #include "drivers/kuka/rsi/path_move.h"
 #include "tests/command_line/command_line.h"
 

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "calib/result/calibration.h"
-#include "calib/words/finding_words.h"
+#include "calib/result/finding.h"
 
 namespace cellcal::calib::testing {
 

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "calib/files/documents.h"
+#include "calib/files/cell_file.h"
 #include "calib/files/files.h"
 #include "tests/command_line/command_line.h"
 #include "tests/experiments/trial.h"

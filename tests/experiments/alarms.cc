@@ -13,13 +13,13 @@
 #include <thread>
 #include <vector>
 
+#include "calib/estimate/region.h"
 #include "calib/files/files.h"
 #include "calib/identify/identify.h"
 #include "calib/model/error.h"
 #include "calib/model/kinematics.h"
 #include "calib/model/random.h"
-#include "calib/uncertainty/region.h"
-#include "calib/words/finding_words.h"
+#include "calib/result/finding.h"
 #include "tests/command_line/command_line.h"
 #include "tests/experiments/world.h"
 
@@ -196,9 +196,9 @@ void judge(Row& row, const Session& session, Change change, int order, std::mute
   ++row.made[change];
   if (detail)
     fmt::print(
-        "  {} {} {} {} change {} order {}: {:.1f}, log odds {} {}\n", row.level.name, row.touching.name,
-        row.arm.name, row.stated.name, static_cast<int>(change), order, c.chi2_per_dof,
-        c.jumped.empty() ? "-" : fmt::format("{:.1f}", c.jumped.front().log_odds),
+        "  {} {} {} {} change {} order {}: {:.1f}, log odds {} {}\n", row.level.name,
+        row.touching.name, row.arm.name, row.stated.name, static_cast<int>(change), order,
+        c.chi2_per_dof, c.jumped.empty() ? "-" : fmt::format("{:.1f}", c.jumped.front().log_odds),
         c.verdict.findings.empty() ? "" : calib::words(c.verdict.findings).front().substr(0, 150));
   switch (change) {
     case kNothing:

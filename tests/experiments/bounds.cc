@@ -10,15 +10,13 @@
 #include <map>
 #include <numeric>
 
+#include "calib/estimate/predict.h"
+#include "calib/estimate/region.h"
 #include "calib/files/files.h"
-#include "calib/files/shipped_robots.h"
+#include "calib/files/robot_file.h"
 #include "calib/identify/identify.h"
-#include "calib/linear/eigenpairs.h"
-#include "calib/linear/orthogonal.h"
+#include "calib/model/linear.h"
 #include "calib/model/random.h"
-#include "calib/uncertainty/bound.h"
-#include "calib/uncertainty/predict.h"
-#include "calib/uncertainty/region.h"
 #include "tests/command_line/command_line.h"
 #include "tests/experiments/trial.h"
 

@@ -11,11 +11,11 @@
 
 #include "calib/check/tcp_check.h"
 #include "calib/files/files.h"
-#include "calib/files/shipped_robots.h"
+#include "calib/files/robot_file.h"
 #include "calib/identify/identify.h"
 #include "calib/model/random.h"
 #include "calib/plan/check_plan.h"
-#include "calib/plan/reach/duration.h"
+#include "calib/plan/duration.h"
 #include "tests/command_line/command_line.h"
 #include "tests/experiments/happening.h"
 #include "tests/experiments/trial.h"

@@ -6,8 +6,8 @@
 #include <chrono>
 #include <map>
 
-#include "calib/plan/collision/clearance.h"
-#include "calib/plan/reach/candidates.h"
+#include "calib/plan/candidates.h"
+#include "calib/plan/clearance.h"
 #include "tests/calib/plan/random_cell.h"
 #include "tests/command_line/command_line.h"
 

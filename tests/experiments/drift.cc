@@ -1,7 +1,7 @@
 // The control charts over checks: how seldom they alarm while nothing changes, how soon when something does, beside
 // the single check; and the limits themselves (--limits).
 
-#include "calib/drift/drift.h"
+#include "calib/check/drift.h"
 
 #include <fmt/format.h>
 
@@ -13,11 +13,10 @@
 #include <optional>
 
 #include "calib/check/alarm.h"
-#include "calib/drift/charts.h"
-#include "calib/drift/limits.h"
-#include "calib/drift/shift_gauge.h"
+#include "calib/check/charts.h"
+#include "calib/check/shift_gauge.h"
 #include "calib/files/files.h"
-#include "calib/files/shipped_robots.h"
+#include "calib/files/robot_file.h"
 #include "calib/identify/identify.h"
 #include "calib/plan/check_plan.h"
 #include "tests/command_line/command_line.h"

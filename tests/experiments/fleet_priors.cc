@@ -13,12 +13,12 @@
 #include <vector>
 
 #include "calib/files/files.h"
-#include "calib/files/shipped_robots.h"
-#include "calib/fleet/accept.h"
-#include "calib/fleet/learn.h"
+#include "calib/files/robot_file.h"
 #include "calib/identify/identify.h"
 #include "calib/model/random.h"
 #include "calib/model/units.h"
+#include "calib/priors/accept.h"
+#include "calib/priors/learn.h"
 #include "tests/command_line/command_line.h"
 #include "tests/experiments/trial.h"
 

@@ -23,10 +23,10 @@
 #include <vector>
 
 #include "calib/files/files.h"
+#include "calib/identify/identify_once.h"
 #include "calib/model/parameter_key.h"
 #include "calib/model/random.h"
 #include "calib/plan/plan.h"
-#include "calib/verdict/identify_as_stated.h"
 #include "daemon/backends/virtual_cell.h"
 #include "daemon/config/space_config.h"
 #include "drivers/contact/serial_contact.h"

@@ -7,7 +7,7 @@
 #include <cstdio>
 
 #include "calib/files/files.h"
-#include "calib/files/shipped_robots.h"
+#include "calib/files/robot_file.h"
 #include "calib/identify/identify.h"
 #include "calib/model/random.h"
 #include "tests/command_line/command_line.h"

@@ -11,10 +11,10 @@
 #include <cmath>
 #include <cstdio>
 
-#include "calib/files/shipped_robots.h"
+#include "calib/estimate/predict.h"
+#include "calib/files/robot_file.h"
 #include "calib/identify/identify.h"
 #include "calib/model/units.h"
-#include "calib/uncertainty/predict.h"
 #include "daemon/krl/correct_program.h"
 #include "tests/calib/simulate.h"
 #include "tests/command_line/command_line.h"

@@ -6,13 +6,13 @@
 #include <cmath>
 #include <numbers>
 
-#include "calib/files/shipped_robots.h"
+#include "calib/estimate/predict.h"
+#include "calib/estimate/region.h"
+#include "calib/files/robot_file.h"
 #include "calib/identify/identify.h"
 #include "calib/model/random.h"
-#include "calib/plan/reach/duration.h"
-#include "calib/uncertainty/predict.h"
-#include "calib/uncertainty/region.h"
-#include "calib/words/finding_words.h"
+#include "calib/plan/duration.h"
+#include "calib/result/finding.h"
 
 namespace cellcal::experiments {
 

@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
+#include "calib/estimate/predict.h"
 #include "calib/model/robot.h"
 #include "calib/plan/online.h"
 #include "calib/plan/plan.h"
-#include "calib/uncertainty/predict.h"
 #include "tests/experiments/true_arm.h"
 #include "tests/experiments/world.h"
 

@@ -10,12 +10,12 @@
 #include <optional>
 
 #include "calib/files/files.h"
-#include "calib/files/shipped_robots.h"
+#include "calib/files/robot_file.h"
 #include "calib/identify/identify.h"
+#include "calib/identify/update.h"
 #include "calib/model/random.h"
-#include "calib/plan/reach/duration.h"
-#include "calib/plan/update_plan.h"
-#include "calib/update/update.h"
+#include "calib/plan/check_plan.h"
+#include "calib/plan/duration.h"
 #include "tests/command_line/command_line.h"
 #include "tests/experiments/happening.h"
 #include "tests/experiments/trial.h"
@@ -132,7 +132,7 @@ Result updated(const Calibrated& on, const std::vector<Happening>& happenings, s
     result.right = first.kind == happenings.front().kind &&
                    (happened.which.empty() || happened.which == first.name);
     result.explanation = fmt::format("{} {} {:.3f}/{:.3f}", to_string(first.kind), first.name,
-                              1e3 * first.shift_m.norm(), 1e3 * first.amount);
+                                     1e3 * first.shift_m.norm(), 1e3 * first.amount);
     result.probability = first.probability;
     result.by_chance = c.update->by_chance;
     result.log_odds_second = c.update->log_odds_second;
@@ -293,8 +293,9 @@ int main(int argc, char** argv) {
             "{} {:<34} {:<15} {:<26} {:5.3f} p {:.4f} two things {:6.1f}, {} set aside, foreseen {:.2f}; {} touches {:.1f} s; M3 {:.3f} "
             "-> {:.3f} -> {:.3f} mm, full {:.3f}; inside {:.1f} %\n",
             seed, r.done, r.met ? to_string(r.outcome) : "not met", r.explanation, r.probability,
-            r.by_chance, r.log_odds_second, r.set_aside, r.reached, r.touches, r.seconds, 1e3 * r.before.mean,
-            1e3 * r.changed.mean, 1e3 * r.after.mean, 1e3 * r.full.mean, 100.0 * r.after.covered);
+            r.by_chance, r.log_odds_second, r.set_aside, r.reached, r.touches, r.seconds,
+            1e3 * r.before.mean, 1e3 * r.changed.mean, 1e3 * r.after.mean, 1e3 * r.full.mean,
+            100.0 * r.after.covered);
         std::fflush(stdout);
       }
     }

@@ -7,9 +7,9 @@
 #include <string_view>
 #include <vector>
 
+#include "calib/estimate/predict.h"
 #include "calib/files/calibration_json.h"
 #include "calib/model/error.h"
-#include "calib/uncertainty/predict.h"
 
 namespace {
 

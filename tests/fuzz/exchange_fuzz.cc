@@ -7,9 +7,9 @@
 #include <cstdlib>
 #include <string_view>
 
-#include "calib/exchange/denavit_hartenberg.h"
-#include "calib/exchange/machine_data.h"
-#include "calib/exchange/urdf.h"
+#include "calib/export/machine_data.h"
+#include "calib/export/rigid_arm.h"
+#include "calib/export/urdf.h"
 #include "calib/model/error.h"
 
 namespace {

@@ -7,11 +7,11 @@
 #include <optional>
 #include <string_view>
 
+#include "calib/files/text.h"
 #include "calib/model/error.h"
-#include "calib/syntax/shown.h"
 #include "daemon/fleet/collect/judge.h"
 #include "daemon/plant/desk/desk_words.h"
-#include "daemon/plant/messages/fact_json.h"
+#include "daemon/plant/messages/fact.h"
 #include "daemon/plant/messages/presence.h"
 #include "daemon/plant/messages/proposal.h"
 #include "daemon/plant/sparkplug/payload.h"

@@ -7,11 +7,11 @@
 #include <cstdlib>
 #include <string_view>
 
-#include "calib/files/documents.h"
-#include "calib/files/nominal_geometry.h"
+#include "calib/files/cell_file.h"
 #include "calib/files/priors_file.h"
-#include "calib/fleet/accept.h"
+#include "calib/files/robot_file.h"
 #include "calib/model/error.h"
+#include "calib/priors/accept.h"
 
 namespace {
 

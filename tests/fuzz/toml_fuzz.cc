@@ -6,10 +6,10 @@
 #include <cstdlib>
 #include <string_view>
 
-#include "calib/files/documents.h"
+#include "calib/files/cell_file.h"
 #include "calib/files/files.h"
+#include "calib/files/toml.h"
 #include "calib/model/kinematics.h"
-#include "calib/syntax/toml_json.h"
 
 namespace {
 

@@ -5,9 +5,9 @@
 
 #include <bit>
 
-#include "daemon/api/http/json_text.h"
+#include "daemon/api/http/message.h"
 #include "daemon/api/http/same_site.h"
-#include "daemon/files/printable.h"
+#include "daemon/files/system_words.h"
 
 namespace cellcal::daemon {
 

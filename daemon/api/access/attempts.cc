@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "daemon/api/http/network_of.h"
+#include "daemon/api/http/same_site.h"
 
 namespace cellcal::daemon {
 

@@ -14,7 +14,7 @@
 #include <string_view>
 #include <vector>
 
-#include "daemon/api/http/role.h"
+#include "daemon/api/http/message.h"
 
 namespace cellcal::daemon {
 

@@ -4,7 +4,7 @@
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
 
-#include "daemon/api/http/unix_socket.h"
+#include "daemon/api/http/unix_listener.h"
 
 namespace cellcal::daemon {
 

@@ -4,15 +4,32 @@
 #include <chrono>
 #include <map>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
-#include "daemon/api/http/role.h"
-
 namespace cellcal::daemon {
+
+// Who asks, and what he may do.
+
+/// Each may do what those before it may.
+enum class Role { kNobody, kLook, kOperate, kAdminister };
+
+const char* to_string(Role role);
+/// "look", "operate", "administer"; nothing for any other word.
+std::optional<Role> parse_role(std::string_view word);
+
+/// Of who comes over the Unix socket.
+inline constexpr const char* kLocalName = "local";
+
+struct Caller {
+  Role role = Role::kNobody;
+  std::string name{};  ///< the token's; "local" over the Unix socket
+};
 
 /// A request that is wrong in itself.
 struct BadRequest : std::runtime_error {
@@ -58,5 +75,12 @@ Request parse_target(const std::string& method, const std::string& target, std::
 Response error(int status, const std::string& words);
 /// The same of 503, and when to ask again.
 Response busy(const std::string& words);
+
+// JSON as it is sent.
+
+/// Words of devices may hold any bytes; what is not UTF-8 is shown as such, never thrown over.
+inline std::string dump(const nlohmann::json& value) {
+  return value.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
 
 }  // namespace cellcal::daemon

@@ -18,4 +18,8 @@ bool host_is_ours(const Request& request, const std::vector<std::string>& names)
 /// on the way can send a page without it. (Without, a proxy before this daemon may speak it.)
 bool origin_is_ours(const Request& request, bool tls);
 
+/// What one host may have many addresses of: of IPv6 its /64 (with the interface, where the address names
+/// one), else the address itself. To count by; not for people to read.
+std::string network_of(const std::string& address);
+
 }  // namespace cellcal::daemon

@@ -9,9 +9,8 @@
 #include <memory>
 #include <string>
 
-#include "daemon/api/http/answer_bytes.h"
 #include "daemon/api/http/clerk.h"
-#include "daemon/api/http/network_of.h"
+#include "daemon/api/http/same_site.h"
 #include "daemon/api/http/server.h"
 
 namespace cellcal::daemon {

@@ -1,5 +1,7 @@
 // A server on a Unix socket: who may connect is the file system's to say.
 
+#include "daemon/api/http/unix_listener.h"
+
 #include <sys/stat.h>
 
 #include <boost/asio/any_io_executor.hpp>
@@ -7,7 +9,6 @@
 #include <boost/asio/local/stream_protocol.hpp>
 
 #include "daemon/api/http/connection_on.h"
-#include "daemon/api/http/unix_socket.h"
 
 namespace cellcal::daemon {
 

@@ -7,7 +7,7 @@
 
 #include "calib/files/calibration_json.h"
 #include "calib/model/units.h"
-#include "daemon/api/http/json_text.h"
+#include "daemon/api/http/message.h"
 #include "daemon/result/outcome_json.h"
 
 namespace cellcal::daemon {
@@ -67,35 +67,34 @@ json to_json(const drivers::RobotState& robot) {
 json to_json(const drivers::ContactStatus& contact) {
   const drivers::ContactQuality& q = contact.quality;
   const drivers::ContactIdentity& id = contact.identity;
-  return {
-      {"protocol", id.protocol},
-      {"firmware", fmt::format("{}.{}.{}", id.firmware[0], id.firmware[1], id.firmware[2])},
-      {"uid", hex(id.uid, 8)},
-      {"boot_id", id.boot_id},
-      {"config_crc", hex(id.config_crc, 4)},
-      {"in_contact", contact.in_contact},
-      {"loop_ok", contact.loop_ok},
-      {"self_test_ok", contact.self_test_ok},
-      {"frames", q.frames},
-      {"crc_errors", q.crc_errors},
-      {"gaps", q.gaps},
-      {"unknown_types", q.unknown_types},
-      {"bounces", q.bounces},
-      {"round_trip_ms",
-       {{"min", q.round_trip_min_s * calib::kMsPerS},
-        {"p50", q.round_trip_p50_s * calib::kMsPerS},
-        {"p99", q.round_trip_p99_s * calib::kMsPerS}}},
-      {"clock_sigma_us", q.clock_sigma_s * 1e6},
-      {"clock_drift_ppm", q.clock_drift_ppm},
-      {"heartbeat_jitter_ms", q.heartbeat_jitter_s * calib::kMsPerS},
-      {"late_ms",
-       {{"p50", q.late_p50_s * calib::kMsPerS},
-        {"max", q.late_max_s * calib::kMsPerS},
-        {"worst", q.late_worst_s * calib::kMsPerS},
-        {"limit", std::chrono::duration<double, std::milli>(drivers::kHeartbeatLimit).count()},
-        {"over", contact.delivery.late}}},
-      {"sense_v", contact.sense_voltage_v},
-      {"contact_v", q.contact_voltage_v}};
+  return {{"protocol", id.protocol},
+          {"firmware", fmt::format("{}.{}.{}", id.firmware[0], id.firmware[1], id.firmware[2])},
+          {"uid", hex(id.uid, 8)},
+          {"boot_id", id.boot_id},
+          {"config_crc", hex(id.config_crc, 4)},
+          {"in_contact", contact.in_contact},
+          {"loop_ok", contact.loop_ok},
+          {"self_test_ok", contact.self_test_ok},
+          {"frames", q.frames},
+          {"crc_errors", q.crc_errors},
+          {"gaps", q.gaps},
+          {"unknown_types", q.unknown_types},
+          {"bounces", q.bounces},
+          {"round_trip_ms",
+           {{"min", q.round_trip_min_s * calib::kMsPerS},
+            {"p50", q.round_trip_p50_s * calib::kMsPerS},
+            {"p99", q.round_trip_p99_s * calib::kMsPerS}}},
+          {"clock_sigma_us", q.clock_sigma_s * 1e6},
+          {"clock_drift_ppm", q.clock_drift_ppm},
+          {"heartbeat_jitter_ms", q.heartbeat_jitter_s * calib::kMsPerS},
+          {"late_ms",
+           {{"p50", q.late_p50_s * calib::kMsPerS},
+            {"max", q.late_max_s * calib::kMsPerS},
+            {"worst", q.late_worst_s * calib::kMsPerS},
+            {"limit", std::chrono::duration<double, std::milli>(drivers::kHeartbeatLimit).count()},
+            {"over", contact.delivery.late}}},
+          {"sense_v", contact.sense_voltage_v},
+          {"contact_v", q.contact_voltage_v}};
 }
 
 json to_json(const std::optional<Waiting>& waiting) {

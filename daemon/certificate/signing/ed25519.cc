@@ -13,7 +13,7 @@
 #include <cstring>
 #include <memory>
 
-#include "calib/syntax/input_file.h"
+#include "calib/files/input_file.h"
 
 namespace cellcal::daemon::signing {
 

@@ -7,9 +7,9 @@
 #include <sstream>
 
 #include "calib/files/files.h"
-#include "calib/syntax/input_file.h"
+#include "calib/files/input_file.h"
 #include "daemon/files/atomic_file.h"
-#include "daemon/files/printable.h"
+#include "daemon/files/system_words.h"
 
 namespace cellcal::daemon::signing {
 

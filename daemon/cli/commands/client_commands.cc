@@ -4,10 +4,8 @@
 
 #include "daemon/cli/client.h"
 #include "daemon/cli/commands/commands.h"
-#include "daemon/cli/commands/connection_options.h"
-#include "daemon/cli/commands/session_number.h"
 #include "daemon/cli/drift.h"
-#include "daemon/cli/position.h"
+#include "daemon/cli/frames_sent.h"
 #include "daemon/cli/token.h"
 
 namespace cellcal::daemon {

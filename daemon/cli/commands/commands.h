@@ -1,11 +1,13 @@
 #pragma once
 // Each function declares its commands; the one that was named sets `status` and may throw.
 
-#include <functional>
+#include <CLI/CLI.hpp>
+#include <charconv>
+#include <cstdint>
+#include <memory>
+#include <string>
 
-namespace CLI {
-class App;
-}
+#include "daemon/cli/client.h"
 
 namespace cellcal::daemon {
 
@@ -22,5 +24,25 @@ void add_fleet_commands(CLI::App& app, int& status);
 void add_versions_commands(CLI::App& app, int& status);
 void add_proposal_commands(CLI::App& app, int& status);
 void add_priors_commands(CLI::App& app, int& status);
+
+/// All commands of cellcal with their help; the one that is named sets `status` and may throw.
+void describe_cellcal(CLI::App& app, int& status);
+
+/// --socket and --json.
+std::shared_ptr<Connection> add_connection(CLI::App* command);
+
+/// Of an option or argument that is a session's number.
+inline CLI::Validator session_number() {
+  return CLI::Validator(
+      [](const std::string& text) {
+        std::int64_t number = 0;
+        const char* const end = text.data() + text.size();
+        const auto [at, error] = std::from_chars(text.data(), end, number);
+        const bool sound = error == std::errc() && at == end && number > 0;
+        return sound ? std::string()
+                     : "\"" + text + "\" must be a session's number, a whole one from 1";
+      },
+      "");
+}
 
 }  // namespace cellcal::daemon

@@ -2,7 +2,11 @@
 #include <memory>
 
 #include "daemon/cli/commands/commands.h"
+#include "daemon/cli/frames_sent.h"
+#include "daemon/cli/offline/correct.h"
+#include "daemon/cli/offline/frames.h"
 #include "daemon/cli/offline/offline.h"
+#include "daemon/cli/offline/priors.h"
 
 namespace cellcal::daemon {
 
@@ -93,9 +97,10 @@ void add_plan(CLI::App& app, int& status) {
                       "Write the plan to this file (CSV) [standard output]");
   command->add_flag("--json", given->json, "Write JSON");
   command
-      ->add_option("--suggest-spheres", given->suggest_spheres,
-                   "In place of a plan: places for so many spheres that serve the region, and the predicted "
-                   "accuracy beside today's [4]")
+      ->add_option(
+          "--suggest-spheres", given->suggest_spheres,
+          "In place of a plan: places for so many spheres that serve the region, and the predicted "
+          "accuracy beside today's [4]")
       ->expected(0, 1)
       ->default_str("4")
       ->check(CLI::Range(1, 12));
@@ -245,6 +250,196 @@ void add_offline_commands(CLI::App& app, int& status) {
   add_export_robot(app, status);
   add_import_robot(app, status);
   add_doctor(app, status);
+}
+
+namespace {
+
+void add_learn(CLI::App& priors, int& status) {
+  auto given = std::make_shared<LearnPriorsCommand>();
+  CLI::App* command = priors.add_subcommand(
+      "learn",
+      "Learn from published calibrations how far the arms of a model lie from their nominal geometry");
+  command->footer(
+      "Calibrations (JSON), or directories of them and of what 'cellcal export' wrote, which name the arm by its "
+      "serial\nnumber. Each arm counts once. Withheld calibrations, other models and arms that do not fit with the "
+      "others are set\naside, and each is named. Exit status 1: too few arms, or not one population.\nExample: cellcal "
+      "priors learn calibrations -o priors.toml");
+  command->add_option("FROM", given->from, "Calibrations, or directories of them")
+      ->required()
+      ->check(CLI::ExistingPath);
+  command->add_option(
+      "--robot", given->robot,
+      "The nominal geometry, with tolerances that few arms do not overrule: robot file or shipped robot [that of "
+      "most calibrations]");
+  command->add_option("--after", given->after,
+                      "Earlier priors of the model: the version counts on");
+  command->add_option("-o,--output,--out", given->output,
+                      "Write the priors to this file (TOML) [standard output]");
+  command->add_flag("--json", given->json, "Print priors and what was set aside as JSON");
+  command->callback([given, &status] { status = learn_priors(*given); });
+}
+
+void add_show_priors(CLI::App& priors, int& status) {
+  auto given = std::make_shared<ShowPriorsCommand>();
+  CLI::App* command = priors.add_subcommand("show", "Print a file of priors");
+  command->footer("Example: cellcal priors show priors.toml");
+  command->add_option("FILE", given->file, "Priors (TOML)")->required();
+  command->add_flag("--json", given->json, "Print JSON");
+  command->callback([given, &status] { status = show_priors(*given); });
+}
+
+void add_accept(CLI::App& priors, int& status) {
+  auto given = std::make_shared<AcceptPriorsCommand>();
+  CLI::App* command = priors.add_subcommand(
+      "accept",
+      "Write a robot file with the tolerances of its fleet; print each old and new value");
+  command->footer(
+      "Nothing else of the robot changes; the file that was read is left as it is. Priors of another nominal geometry are\n"
+      "refused. The new file is used where a cell file names it.\nExample: cellcal priors accept priors.toml --robot "
+      "kr5_r1400 -o my_kr5.toml");
+  command->add_option("FILE", given->file, "Priors (TOML)")->required();
+  command->add_option("--robot", given->robot, "Robot file, or a shipped robot by its name")
+      ->required();
+  command->add_option("-o,--output,--out", given->output, "Write the robot to this file")
+      ->required();
+  command->add_flag("--json", given->json, "Print the changes as JSON");
+  command->callback([given, &status] { status = accept_priors(*given); });
+}
+
+}  // namespace
+
+void add_priors_commands(CLI::App& app, int& status) {
+  CLI::App* priors = app.add_subcommand(
+      "priors", "Learn tolerances of a robot model from its arms' calibrations, and use them");
+  priors->footer(
+      "Example: cellcal priors learn calibrations -o priors.toml\n         cellcal priors show priors.toml\n         "
+      "cellcal priors accept priors.toml --robot kr5_r1400 -o my_kr5.toml");
+  priors->require_subcommand(1);
+  add_learn(*priors, status);
+  add_show_priors(*priors, status);
+  add_accept(*priors, status);
+}
+
+void add_correct(CLI::App& app, int& status) {
+  auto given = std::make_shared<CorrectCommand>();
+  CLI::App* command =
+      app.add_subcommand("correct", "Correct poses or a KRL program for the real arm");
+  command->footer(
+      "--poses: joint angles that bring the real TCP to each pose, in the configuration and turns "
+      "of the\nfile's joint columns; without joint columns: nearest to the previous row. If one "
+      "pose is not reached,\nno CSV is written.\n--program: the taught points of a KRL program, "
+      "changed so that the controller brings the real TCP\nto them; nothing else of the files "
+      "changes. For points from a drawing: what was touched up\nwith this arm is right already "
+      "(--leave). Lines that cannot be corrected are listed; then nothing\nis written. Run the "
+      "corrected program in T1 first.\nExit status 3: the calibration was withheld.\nExample: "
+      "cellcal correct --calibration calibration.json --poses poses.csv -o joints.csv\n         "
+      "cellcal correct --calibration calibration.json --program weld.src --config '$config.dat' -o "
+      "corrected");
+  command->add_option("--calibration", given->calibration, "Calibration (JSON)")->required();
+  CLI::Option* poses =
+      command->add_option("--poses", given->poses, "Poses of the TCP in the base frame (CSV)");
+  CLI::Option* program =
+      command->add_option("--program", given->program, "KRL program (.src)")->excludes(poses);
+  command->add_option("--dat", given->dat, "Its points (.dat) [same folder]")->needs(program);
+  command
+      ->add_option(
+          "--config", given->controller,
+          "The controller's $config.dat with its tools and bases; also $machine.dat; may be "
+          "repeated")
+      ->needs(program);
+  command->add_option("--leave", given->leave, "Points that stay as they are: NAME,NAME")
+      ->delimiter(',')
+      ->needs(program);
+  command
+      ->add_flag("--anywhere", given->anywhere,
+                 "Also points far from the targets, where the calibration does not hold")
+      ->needs(program);
+  command->add_flag("--force", given->force, "Replace files of the same names in the folder of -o")
+      ->needs(program);
+  command->add_flag("--withheld", given->withheld,
+                    "Accept a withheld calibration, for inspection only");
+  command->add_option("-o,--output,--out", given->output,
+                      "Poses: write to this file [standard output]; program: to this folder");
+  command->add_flag("--json", given->json, "Write JSON");
+  command->callback([given, &status] {
+    if (given->poses.empty() && given->program.empty())
+      throw CLI::RequiredError("--poses (or --program)");
+    status = correct(*given);
+  });
+}
+
+namespace {
+
+/// What frames are sent to the controller, and which old values are set again.
+void add_sending(CLI::App* command, CLI::Option* calibration, SendFrames& sending) {
+  auto* send = command->add_flag("--send", sending.send, "Set the frames on the controller");
+  auto* confirm = command->add_flag(
+      "--confirm", sending.confirm,
+      "With --send or --restore: do not ask. Every point taught in a frame moves with it");
+  auto* sent = command->add_flag("--sent", sending.list,
+                                 "List the frames sent to the controller, with the result");
+  auto* restore = command
+                      ->add_option("--restore", sending.restore,
+                                   "Set the old values that this number of --sent replaced")
+                      ->check(CLI::Range(1, 1000000000));
+  command
+      ->add_flag("--other-calibration", sending.other_calibration,
+                 "With --send: also a calibration that is not the one in use on the daemon")
+      ->needs(send);
+  send->needs(calibration)->excludes(sent)->excludes(restore);
+  sent->excludes(calibration)->excludes(confirm);
+  restore->excludes(calibration)->excludes(sent);
+}
+
+}  // namespace
+
+void add_frames(CLI::App& app, int& status) {
+  auto given = std::make_shared<FramesCommand>();
+  auto sending = std::make_shared<SendFrames>();
+  CLI::App* command = app.add_subcommand(
+      "frames", "Compute tool and base frames for a KUKA controller; propose mastering offsets");
+  command->footer(
+      "Prints the lines of $config.dat, and with -o writes a KRL program that sets them; the old "
+      "values\nare in its comments. Tool: the cell file's, as identified. Base: from "
+      "three\ntargets: origin, one on +x, one on the side of +y. Mastering offsets are printed "
+      "with a warning\nand never written.\n--send sets the frames on the controller, over EKI and "
+      "through the daemon, where [eki] write_frames = true\nallows it: old and new values are "
+      "shown, and each is confirmed; nothing moves. --restore sets old values\nagain.\nExit status "
+      "3: the calibration was withheld.\nExample: cellcal frames --calibration calibration.json "
+      "--config '$config.dat' --tool 1 --base 3=S1,S2,S3 -o cellcal_frames.src");
+  auto daemon = add_connection(command);
+  auto* calibration =
+      command->add_option("--calibration", given->calibration, "Calibration (JSON)");
+  command->add_option("--config", given->controller,
+                      "The controller's $config.dat, for the old values; also $machine.dat; may be "
+                      "repeated");
+  command->add_option("--tool", given->tool, "Number of TOOL_DATA that is the cell file's tool")
+      ->check(CLI::Range(1, 128));
+  command
+      ->add_option("--base", given->bases,
+                   "Number of BASE_DATA and its targets, as 3=S1,S2,S3; may be repeated")
+      ->check(CLI::Validator(
+          [](std::string& text) {
+            return is_base(text) ? std::string() : "\"" + text + "\" is not like 3=S1,S2,S3";
+          },
+          "N=ID,ID,ID"));
+  command->add_flag("--withheld", given->withheld,
+                    "Accept a withheld calibration, for inspection only");
+  command->add_option("-o,--output,--out", given->output,
+                      "Write the KRL program to this file (.src)");
+  add_sending(command, calibration, *sending);
+  command->callback([given, sending, daemon, calibration, &status] {
+    given->json = daemon->json;
+    if (sending->list) {
+      status = list_sent_frames(*daemon);
+    } else if (sending->restore > 0) {
+      status = restore_frame(*daemon, *sending);
+    } else if (calibration->empty()) {
+      throw CLI::RequiredError("--calibration, --sent or --restore");
+    } else {
+      status = sending->send ? send_frames(*daemon, *given, *sending) : frames(*given);
+    }
+  });
 }
 
 }  // namespace cellcal::daemon

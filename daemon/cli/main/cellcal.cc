@@ -14,10 +14,10 @@
 #include <utility>
 #include <vector>
 
-#include "calib/problem/solve.h"
-#include "calib/syntax/shown.h"
-#include "daemon/cli/commands/app.h"
-#include "daemon/cli/offline/exit_status.h"
+#include "calib/estimate/solve.h"
+#include "calib/files/text.h"
+#include "daemon/cli/commands/commands.h"
+#include "daemon/cli/offline/offline.h"
 #include "daemon/files/system_words.h"
 
 namespace {

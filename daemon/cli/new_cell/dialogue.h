@@ -4,6 +4,9 @@
 #include <filesystem>
 #include <iosfwd>
 #include <stdexcept>
+#include <string>
+#include <string_view>
+#include <vector>
 
 #include "daemon/cell_form/cell_form.h"
 
@@ -25,5 +28,16 @@ struct Given {
 /// Asks for what is not given. `cell_file`: beside it robots are looked for. Throws EndOfInput.
 void ask_for_rest(CellForm& form, const Given& given, const std::filesystem::path& cell_file,
                   std::istream& in, std::ostream& out);
+
+// From what was typed, on a command line or as an answer, to values.
+
+/// It cannot be used; the words say why, and what is wanted.
+struct BadAnswer : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// Numbers with '.' as the decimal mark, spaces or commas between them; as many as one of `counts`.
+/// Throws BadAnswer.
+std::vector<double> numbers(std::string_view text, const std::vector<std::size_t>& counts);
 
 }  // namespace cellcal::daemon

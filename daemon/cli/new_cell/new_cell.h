@@ -21,3 +21,14 @@ struct NewCellCommand {
 int new_cell(const NewCellCommand& command, std::istream& in, std::ostream& asked);
 
 }  // namespace cellcal::daemon
+
+namespace CLI {
+class App;
+}
+
+namespace cellcal::daemon {
+
+/// Declares the command; where it was named it sets `status` and may throw.
+void add_new_cell_command(CLI::App& app, int& status);
+
+}  // namespace cellcal::daemon

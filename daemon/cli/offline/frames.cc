@@ -5,8 +5,7 @@
 #include <charconv>
 #include <nlohmann/json.hpp>
 
-#include "calib/syntax/input_file.h"
-#include "daemon/cli/offline/exit_status.h"
+#include "calib/files/input_file.h"
 #include "daemon/cli/offline/offline.h"
 #include "daemon/krl/frames.h"
 

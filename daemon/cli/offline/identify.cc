@@ -4,16 +4,21 @@
 
 #include <cstdio>
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "calib/estimate/predict.h"
+#include "calib/export/corrector.h"
 #include "calib/files/calibration_json.h"
 #include "calib/files/files.h"
-#include "calib/files/shipped_robots.h"
+#include "calib/files/input_file.h"
+#include "calib/files/robot_file.h"
+#include "calib/model/error.h"
+#include "calib/model/units.h"
 #include "calib/plan/cell_check.h"
+#include "calib/result/finding.h"
 #include "calib/seed_paper/paper.h"
-#include "calib/syntax/input_file.h"
 #include "calib/verdict/change.h"
-#include "daemon/cli/offline/exit_status.h"
 #include "daemon/cli/offline/offline.h"
 #include "daemon/cli/offline/tables.h"
 #include "daemon/files/atomic_file.h"
@@ -99,6 +104,127 @@ int identify(const IdentifyCommand& command) {
     put(result_words(calibration, touches) + "all findings, noise, correlations: --verbose\n", {});
   }
   return calibration.verdict.publish ? kSuccess : kNotPublishable;
+}
+
+namespace {
+
+struct Row {
+  calib::FrameMmDeg frame;
+  double u95_mm = 0.0;
+};
+
+/// No touch was made there, and no arm gets there; what is predicted is right all the same.
+void warn_beyond_limits(const calib::JointRows& asked) {
+  for (const std::string& row : asked.beyond_limits_words)
+    fmt::print(stderr, "warning: {}; predicted nevertheless\n", row);
+  if (asked.beyond_limits > asked.beyond_limits_words.size())
+    fmt::print(stderr, "warning: {} more such rows\n",
+               asked.beyond_limits - asked.beyond_limits_words.size());
+}
+
+std::vector<Row> rows_of(const PredictCommand& command, const calib::Calibration& calibration) {
+  const calib::Predictor predictor(calibration);
+  std::vector<Row> rows;
+  const calib::JointRows asked = calib::load_joints(command.joints, calibration.cell.robot);
+  warn_beyond_limits(asked);
+  for (const auto& joints : asked.joint_rad) {
+    if (command.nominal) {
+      rows.push_back({calib::to_frame(predictor.nominal(joints)), 0.0});
+    } else {
+      const calib::Prediction at = predictor.calibrated(joints);
+      rows.push_back({calib::to_frame(at.tcp), at.u95_m * calib::kMmPerM});
+    }
+  }
+  return rows;
+}
+
+std::string csv(const std::vector<Row>& rows, bool nominal) {
+  std::string text =
+      nominal ? "x_mm,y_mm,z_mm,a_deg,b_deg,c_deg\n" : "x_mm,y_mm,z_mm,a_deg,b_deg,c_deg,u95_mm\n";
+  for (const Row& row : rows) {
+    const auto& xyz = row.frame.xyz_mm;
+    const auto& abc = row.frame.abc_deg;
+    text += fmt::format("{:.9f},{:.9f},{:.9f},{:.9f},{:.9f},{:.9f}", xyz[0], xyz[1], xyz[2], abc[0],
+                        abc[1], abc[2]);
+    text += nominal ? "\n" : fmt::format(",{:.9f}\n", row.u95_mm);
+  }
+  return text;
+}
+
+std::string json(const std::vector<Row>& rows, bool nominal) {
+  nlohmann::json list = nlohmann::json::array();
+  for (const Row& row : rows) {
+    const auto& xyz = row.frame.xyz_mm;
+    const auto& abc = row.frame.abc_deg;
+    list.push_back({{"x_mm", xyz[0]},
+                    {"y_mm", xyz[1]},
+                    {"z_mm", xyz[2]},
+                    {"a_deg", abc[0]},
+                    {"b_deg", abc[1]},
+                    {"c_deg", abc[2]}});
+    if (!nominal) list.back()["u95_mm"] = row.u95_mm;
+  }
+  return list.dump(1) + "\n";
+}
+
+}  // namespace
+
+int predict(const PredictCommand& command) {
+  // The nominal arm is no result; it stands in a withheld file as in any other.
+  const auto calibration =
+      usable_calibration("predict", command.calibration, command.withheld || command.nominal);
+  if (!calibration) return kNotPublishable;
+  const std::vector<Row> rows = rows_of(command, *calibration);
+  put(command.json ? json(rows, command.nominal) : csv(rows, command.nominal), command.output);
+  return kSuccess;
+}
+
+namespace {
+
+std::string withheld_words(const std::string& command, const std::filesystem::path& calibration,
+                           const calib::Verdict& verdict) {
+  std::string words = fmt::format(
+      "cellcal {}: {}: this calibration was withheld and must not be used. Calibrate again; "
+      "--withheld accepts it for inspection only\n",
+      command, calibration.string());
+  for (const std::string& reason : calib::words(verdict.findings)) words += "  - " + reason + "\n";
+  return words;
+}
+
+}  // namespace
+
+calib::Calibration read_calibration(const std::filesystem::path& file) {
+  const std::string text = calib::read_file(file);
+  calib::Calibration calibration = calib::calibration_from_json(text, file.string());
+  if (!calib::states_sum(text))
+    fmt::print(
+        stderr,
+        "warning: {}: has no sum: written by an earlier version, or taken out. A changed value "
+        "does not show. Compare it with its session: 'cellcal export ID DIR'\n",
+        file.string());
+  return calibration;
+}
+
+void refuse_far(const calib::Calibration& calibration, const std::filesystem::path& file) {
+  if (const auto far = calib::far_correction(calibration))
+    throw calib::FileError(
+        file.string(),
+        fmt::format(": {}: not of this arm, or altered. Take the file from its session again: "
+                    "'cellcal export ID DIR'",
+                    calib::words(*far)));
+}
+
+std::optional<calib::Calibration> usable_calibration(const std::string& command,
+                                                     const std::filesystem::path& file,
+                                                     bool withheld) {
+  calib::Calibration calibration = read_calibration(file);
+  if (!calibration.verdict.publish && !withheld) {
+    fmt::print(stderr, "{}", withheld_words(command, file, calibration.verdict));
+    return std::nullopt;
+  }
+  // What withheld it may be just this; whoever asks for it has been told.
+  if (calibration.verdict.publish) refuse_far(calibration, file);
+  return calibration;
 }
 
 }  // namespace cellcal::daemon

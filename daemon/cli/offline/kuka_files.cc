@@ -3,7 +3,6 @@
 #include <nlohmann/json.hpp>
 
 #include "calib/files/files.h"
-#include "daemon/cli/offline/exit_status.h"
 #include "daemon/cli/offline/offline.h"
 #include "daemon/config/config.h"
 #include "daemon/doctor/machine.h"

@@ -99,4 +99,10 @@ std::optional<calib::Calibration> usable_calibration(const std::string& command,
 /// To the file, wholly or not at all, or to standard output where no file is named.
 void put(const std::string& text, const std::filesystem::path& output);
 
+// A promise to scripts.
+inline constexpr int kSuccess = 0;
+inline constexpr int kJobFailed = 1;
+inline constexpr int kWrongUsage = 2;
+inline constexpr int kNotPublishable = 3;
+
 }  // namespace cellcal::daemon

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "calib/fleet/accept.h"
-#include "calib/fleet/learn.h"
+#include "calib/priors/accept.h"
+#include "calib/priors/learn.h"
 
 namespace cellcal::daemon {
 

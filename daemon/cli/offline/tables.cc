@@ -6,8 +6,8 @@
 #include <cmath>
 
 #include "calib/model/units.h"
-#include "calib/result/correlation.h"
-#include "calib/words/finding_words.h"
+#include "calib/result/finding.h"
+#include "calib/result/unidentifiable.h"
 
 namespace cellcal::daemon {
 

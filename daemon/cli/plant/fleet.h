@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 
@@ -24,5 +25,10 @@ struct FleetExport {
   std::filesystem::path output;  ///< a file; of a certificate a directory; empty: standard output
 };
 int fleet_export(const Connection& fleet, const FleetExport& command);
+
+// Why a cell needs attention, in words.
+
+/// Of one entry of `needs` (daemon/fleet/api): what it is, since when, what to do. One line.
+std::string need_words(const nlohmann::json& need);
 
 }  // namespace cellcal::daemon

@@ -10,10 +10,8 @@
 #include "daemon/archive/replay.h"
 #include "daemon/certificate/signing/signed_files.h"
 #include "daemon/cli/ask.h"
-#include "daemon/cli/offline/exit_status.h"
 #include "daemon/cli/offline/offline.h"
 #include "daemon/cli/records/certificate.h"
-#include "daemon/cli/user_name.h"
 #include "daemon/runner/backend.h"
 
 namespace cellcal::daemon {

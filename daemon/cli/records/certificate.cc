@@ -8,17 +8,15 @@
 #include <vector>
 
 #include "calib/files/calibration_json.h"
-#include "calib/syntax/input_file.h"
+#include "calib/files/input_file.h"
 #include "daemon/api/http/http.h"
 #include "daemon/certificate/certificate.h"
 #include "daemon/certificate/signing/signed_files.h"
 #include "daemon/cli/ask.h"
-#include "daemon/cli/offline/exit_status.h"
 #include "daemon/cli/offline/offline.h"
 #include "daemon/cli/records/archive.h"
 #include "daemon/files/atomic_file.h"
-#include "daemon/plant/messages/certificate_fact.h"
-#include "daemon/plant/messages/fact_json.h"
+#include "daemon/plant/messages/fact.h"
 #include "daemon/runner/backend.h"
 
 namespace cellcal::daemon {

@@ -8,11 +8,12 @@
 #include <utility>
 #include <vector>
 
+#include "daemon/certificate/certificate.h"
+#include "daemon/certificate/signing/signed_files.h"
 #include "daemon/cli/ask.h"
-#include "daemon/cli/offline/exit_status.h"
 #include "daemon/cli/offline/offline.h"
-#include "daemon/cli/user_name.h"
-#include "daemon/files/printable.h"
+#include "daemon/cli/records/certificate.h"
+#include "daemon/files/system_words.h"
 
 namespace cellcal::daemon {
 
@@ -113,6 +114,87 @@ int compare_versions(const Connection& daemon, std::int64_t before, std::int64_t
       ask(daemon, "GET", fmt::format("/v1/versions/compare?before={}&after={}", before, after)));
   put(daemon.json ? all.dump() + "\n" : in_words(all), {});
   return kSuccess;
+}
+
+int retain(const Connection& daemon, bool dry_run, std::optional<int> days,
+           std::optional<double> megabytes) {
+  using nlohmann::json;
+  constexpr double kMegabyte = 1e6;
+  json body{{"dry_run", dry_run}};
+  if (days) body["days"] = *days;
+  if (megabytes) body["megabytes"] = *megabytes;
+  const json answer = parse(ask(daemon, "POST", "/v1/retain", body.dump()));
+  if (daemon.json) {
+    put(answer.dump() + "\n", {});
+    return kSuccess;
+  }
+  std::string words;
+  double bytes = 0.0;
+  for (const json& one : answer.at("sessions")) {
+    bytes += one.value("bytes", 0.0);
+    words += fmt::format("session {:<6}  {:>8} rows  {:>8.3f} MB\n",
+                         one.value("session", std::int64_t{0}), one.value("rows", std::int64_t{0}),
+                         one.value("bytes", 0.0) / kMegabyte);
+  }
+  words += fmt::format("{} sessions, {:.1f} MB of raw events and readings {}; {:.1f} MB in use\n",
+                       answer.at("sessions").size(), bytes / kMegabyte,
+                       dry_run ? "would be dropped" : "dropped",
+                       answer.value("bytes_in_use", 0.0) / kMegabyte);
+  put(words, {});
+  return kSuccess;
+}
+
+namespace {
+
+using nlohmann::json;
+using signing::NotVerified;
+
+/// Nobody can say whether they are; else they are not.
+bool is_open(NotVerified::Why why) {
+  return why == NotVerified::Why::kNoSignature || why == NotVerified::Why::kMissingFile;
+}
+
+std::string or_not_stated(const std::string& text) { return text.empty() ? "not stated" : text; }
+
+}  // namespace
+
+int verify(const VerifyCommand& command) try {
+  const signing::PublicKey key(command.key.empty() ? signing::public_part(default_key())
+                                                   : command.key);
+  const signing::Verified verified = signing::verify_files(command.file, key);
+  const signing::Statement& is = verified.statement;
+  const bool emulated = is.certificate.starts_with(certificate::kEmulatedNumber);
+  put(command.json
+          ? json{{"verified", true},
+                 {"failure", nullptr},
+                 {"certificate", is.certificate},
+                 {"emulated", emulated},
+                 {"signed_by", is.by},
+                 {"signed_at", is.utc},
+                 {"key", is.key},
+                 {"files", verified.files}}
+                    .dump() +
+                "\n"
+          : fmt::format(
+                "verified: {}{}\n{}signed by: {}\nsigned at: {}\nkey: {}\nfiles: {}\n",
+                verified.kind == signing::Kind::kExport ? "" : "certificate ", is.certificate,
+                emulated
+                    ? "emulated cell: a simulation, no real robot was touched. It certifies no "
+                      "robot\n"
+                    : "",
+                or_not_stated(is.by), is.utc, is.key, fmt::join(verified.files, ", ")),
+      {});
+  return kSuccess;
+} catch (const NotVerified& error) {
+  if (command.json)
+    put(json{{"verified", false},
+             {"failure", signing::to_string(error.why)},
+             {"words", error.what()}}
+                .dump() +
+            "\n",
+        {});
+  std::fprintf(stderr, "cellcal verify: %s\n", error.what());
+  return is_open(error.why) ? kJobFailed : kNotPublishable;
 }
 
 }  // namespace cellcal::daemon

@@ -16,4 +16,9 @@ int activate_version(const Connection& daemon, std::optional<std::int64_t> sessi
                      const std::string& reason);
 int compare_versions(const Connection& daemon, std::int64_t before, std::int64_t after);
 
+// Raw events and readings of old sessions, dropped.
+
+int retain(const Connection& daemon, bool dry_run, std::optional<int> days,
+           std::optional<double> megabytes);
+
 }  // namespace cellcal::daemon

@@ -9,7 +9,7 @@
 #include <optional>
 #include <utility>
 
-#include "daemon/plant/messages/fact_json.h"
+#include "daemon/plant/messages/fact.h"
 
 namespace cellcal::daemon::fleet {
 

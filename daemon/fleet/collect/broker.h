@@ -10,7 +10,8 @@
 #include <vector>
 
 #include "daemon/fleet/collect/judge.h"
-#include "daemon/plant/messages/stored.h"
+#include "daemon/plant/messages/names.h"
+#include "daemon/plant/messages/presence.h"
 
 namespace cellcal::daemon::fleet {
 

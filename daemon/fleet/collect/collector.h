@@ -2,12 +2,16 @@
 // From the broker to the database, until it is told to stop.
 
 #include <atomic>
+#include <chrono>
 #include <cstdint>
 #include <functional>
+#include <map>
+#include <string>
+#include <vector>
 
 #include "daemon/fleet/collect/broker.h"
-#include "daemon/fleet/collect/meters.h"
 #include "daemon/fleet/store/store.h"
+#include "daemon/plant/messages/names.h"
 
 namespace cellcal::daemon::fleet {
 
@@ -47,5 +51,17 @@ class Collector {
   Meters meters_;
   Counters counters_;
 };
+
+// What is in quarantine, read a second time: by a newer program, or where there is more room.
+
+struct Reread {
+  std::size_t stored = 0;   ///< facts and presences that are now taken, and no longer in quarantine
+  std::size_t twice = 0;    ///< facts that had come meanwhile; no longer in quarantine
+  std::size_t refused = 0;  ///< still, and kept
+  std::vector<std::string> cut;  ///< kept in part by an older program; of each its topic and bytes
+};
+
+/// Twice is as good as once, and beside collectors at work. Throws StoreAway; what was read by then is done.
+Reread reread_quarantine(Store& store);
 
 }  // namespace cellcal::daemon::fleet

@@ -6,8 +6,8 @@
 #include <array>
 #include <fstream>
 
-#include "calib/syntax/shown.h"
-#include "calib/syntax/toml_table.h"
+#include "calib/files/text.h"
+#include "calib/files/toml.h"
 #include "daemon/config/config_values.h"
 #include "daemon/config/http_config.h"
 #include "daemon/plant/messages/names.h"

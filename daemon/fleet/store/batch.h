@@ -7,7 +7,6 @@
 
 #include "daemon/plant/messages/fact.h"
 #include "daemon/plant/messages/presence.h"
-#include "daemon/plant/messages/stored.h"
 
 namespace cellcal::daemon::fleet {
 

@@ -1,9 +1,9 @@
 #include "daemon/fleet/store/rows.h"
 
+#include "calib/files/input_file.h"
 #include "calib/model/units.h"
-#include "calib/syntax/input_file.h"
-#include "daemon/fleet/store/corrections.h"
-#include "daemon/plant/messages/base64.h"
+#include "daemon/fleet/store/write.h"
+#include "daemon/plant/messages/text_fields.h"
 
 namespace cellcal::daemon::fleet {
 

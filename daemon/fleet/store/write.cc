@@ -1,15 +1,17 @@
 #include "daemon/fleet/store/write.h"
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <tuple>
 
-#include "calib/syntax/input_file.h"
-#include "calib/syntax/shown.h"
+#include "calib/files/calibration_json.h"
+#include "calib/files/input_file.h"
+#include "calib/files/text.h"
 #include "daemon/fleet/store/rows.h"
-#include "daemon/plant/messages/base64.h"
-#include "daemon/plant/messages/fact_json.h"
+#include "daemon/plant/messages/fact.h"
+#include "daemon/plant/messages/text_fields.h"
 
 namespace cellcal::daemon::fleet {
 
@@ -364,6 +366,41 @@ Written write_once(pqxx::connection& connection, const Batch& batch) {
     work.commit();
   });
   return written;
+}
+
+namespace {
+
+using calib::ParameterResult;
+
+Correction correction_of(const calib::Cell& cell, const ParameterResult& one) {
+  const std::string& joint = cell.robot.joints.at(static_cast<std::size_t>(one.key.joint)).name;
+  // "A3.theta" without the joint that stands in a column of its own.
+  const std::string parameter = calib::parameter_name(cell, one.key).substr(joint.size() + 1);
+  return {joint,
+          parameter,
+          one.unit,
+          one.correction * one.to_unit,
+          one.sigma * one.to_unit,
+          calib::to_string(one.decided_by)};
+}
+
+}  // namespace
+
+std::vector<Correction> corrections_of(std::string_view document) {
+  std::vector<Correction> all;
+  try {
+    const calib::Calibration calibration = calib::calibration_from_json(document, "calibration");
+    for (const ParameterResult& one : calibration.parameters) {
+      const bool of_the_arm = one.key.kind <= calib::ParameterKind::kPlay && one.key.joint >= 0;
+      if (!of_the_arm) continue;
+      Correction made = correction_of(calibration.cell, one);
+      if (std::isfinite(made.correction) && std::isfinite(made.sigma))
+        all.push_back(std::move(made));
+    }
+  } catch (const std::exception&) {  // whatever it is: the document is stored as it came
+    return {};
+  }
+  return all;
 }
 
 }  // namespace cellcal::daemon::fleet

@@ -7,7 +7,7 @@
 #include <random>
 
 #include "calib/files/files.h"
-#include "calib/syntax/input_file.h"
+#include "calib/files/input_file.h"
 #include "daemon/journal/store/error.h"
 
 namespace cellcal::daemon {

@@ -33,10 +33,6 @@ std::int64_t bytes_of(const Report& report) {
   return static_cast<std::int64_t>(report.body.size()) + kOutboxRowBytes;
 }
 
-}  // namespace
-
-namespace {
-
 std::int64_t name_source(Database& database) {
   const std::int64_t first =
       database.integer("SELECT coalesce(max(seq), 0) + 1 FROM sqlite_sequence WHERE name='outbox'");

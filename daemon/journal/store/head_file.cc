@@ -10,7 +10,7 @@
 #include <cstring>
 
 #include "calib/files/files.h"
-#include "calib/syntax/input_file.h"
+#include "calib/files/input_file.h"
 #include "daemon/journal/store/error.h"
 
 namespace cellcal::daemon {

@@ -7,7 +7,7 @@
 #include <algorithm>
 
 #include "calib/model/error.h"
-#include "daemon/files/printable.h"
+#include "daemon/files/system_words.h"
 #include "daemon/plant/sparkplug/cell_metrics.h"
 
 namespace cellcal::daemon::plant {

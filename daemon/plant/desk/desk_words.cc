@@ -1,7 +1,7 @@
 #include "daemon/plant/desk/desk_words.h"
 
-#include "daemon/files/printable.h"
-#include "daemon/plant/messages/fact_json.h"
+#include "daemon/files/system_words.h"
+#include "daemon/plant/messages/fact.h"
 #include "daemon/plant/messages/text_fields.h"
 
 namespace cellcal::daemon::plant {

@@ -14,8 +14,8 @@
 #include <thread>
 #include <vector>
 
-#include "calib/syntax/input_file.h"
-#include "daemon/files/printable.h"
+#include "calib/files/input_file.h"
+#include "daemon/files/system_words.h"
 
 namespace cellcal::daemon::plant {
 

@@ -1,5 +1,12 @@
 #include "daemon/plant/messages/fact.h"
 
+#include <algorithm>
+
+#include "calib/files/input_file.h"
+#include "calib/files/json.h"
+#include "calib/model/units.h"
+#include "daemon/plant/messages/text_fields.h"
+
 namespace cellcal::daemon::plant {
 
 namespace {
@@ -27,6 +34,332 @@ Worth worth_of(const FactBody& body) {
                          std::holds_alternative<TouchFact>(body) ||
                          std::holds_alternative<HealthFact>(body);
   return telemetry ? Worth::kTelemetry : Worth::kResult;
+}
+
+namespace {
+
+namespace fields = calib::fields;
+using calib::JsonReader;
+using calib::kMmPerM;
+using calib::kMsPerS;
+using fields::field;
+using fields::Json;
+using fields::Table;
+using fields::Value;
+
+constexpr const char* kFactFormat = "cellcal.plant/1";
+constexpr std::size_t kMostFindings = 100, kMostFiles = 20, kMostJoints = 20;
+/// nlohmann's way with bytes that are not UTF-8 is to throw.
+constexpr auto kReplace = Json::error_handler_t::replace;
+
+/// Whole, byte for byte, with its sum.
+template <class T>
+fields::Field<T> document(std::string T::*member) {
+  return {"document",
+          [=](const T& value) {
+            return Json{{"text", value.*member}, {"sha256", calib::sha256(value.*member)}};
+          },
+          [=](const JsonReader& reader, T& value) {
+            std::string text = reader.at("text").text();
+            if (text.size() > kLongestDocument) reader.at("text").fail("is too long");
+            if (calib::sha256(text) != reader.at("sha256").text())
+              reader.at("sha256").fail("is not that of the text");
+            value.*member = std::move(text);
+          }};
+}
+
+template <class V>
+Value<std::vector<V>> few(Value<V> one, std::size_t most) {
+  const Value<std::vector<V>> all = fields::list(one);
+  return {all.to, [=](const JsonReader& reader) {
+            std::vector<V> values = all.from(reader);
+            if (values.size() > most)
+              reader.fail("must have " + std::to_string(most) + " entries at most");
+            return values;
+          }};
+}
+
+template <class T>
+fields::Field<T> times(const char* key, std::int64_t T::*member) {
+  return field(key, member, count<std::int64_t>());
+}
+template <class T>
+fields::Field<T> times(const char* key, std::uint64_t T::*member) {
+  return field(key, member, count<std::uint64_t>());
+}
+
+const Table<SessionFact>& session_fields() {
+  using T = SessionFact;
+  static const Table<T> kTable{
+      field("state", &T::state,
+            fields::word<SessionState>({{SessionState::kRunning, "running"},
+                                        {SessionState::kInterrupted, "interrupted"},
+                                        {SessionState::kAborted, "aborted"},
+                                        {SessionState::kFailed, "failed"},
+                                        {SessionState::kDone, "done"}})),
+      field("purpose", &T::purpose, name()),
+      field("cell_file", &T::cell_file, line(kLongestText)),
+      field("robot_file", &T::robot_file, line(kLongestText)),
+      field("started", &T::started, line()),
+      field("touches", &T::touches, count<std::size_t>()),
+      field("planned", &T::planned, count<std::size_t>()),
+      field("failure_kind", &T::failure_kind, line()),
+      field("failure", &T::failure, bounded(kLongestText)),
+      field("software", &T::software, line()),
+      maybe("outcome", &T::outcome, line())};
+  return kTable;
+}
+
+const Table<CalibrationFact>& calibration_fields() {
+  using T = CalibrationFact;
+  static const Table<T> kTable{
+      field("robot", &T::robot, line()),
+      field("robot_serial", &T::robot_serial, line()),
+      field("published", &T::published, fields::flag()),
+      field("update", &T::update, fields::flag()),
+      field("findings", &T::findings, few(line(), kMostFindings)),
+      maybe("predicted_near_mm", &T::near_m, fields::not_negative(kMmPerM)),
+      maybe("predicted_over_mm", &T::over_m, fields::not_negative(kMmPerM)),
+      maybe("u95_near_mm", &T::u95_near_m, fields::not_negative(kMmPerM)),
+      maybe("u95_over_mm", &T::u95_over_m, fields::not_negative(kMmPerM)),
+      document(&T::document)};
+  return kTable;
+}
+
+const Table<CheckFact>& check_fields() {
+  using T = CheckFact;
+  static const Table<T> kTable{
+      times("against", &T::against),
+      field("held", &T::held,
+            fields::word<Held>(
+                {{Held::kYes, "yes"}, {Held::kNo, "no"}, {Held::kUndecided, "undecided"}})),
+      maybe("shift_mm", &T::shift_m, fields::not_negative(kMmPerM)),
+      maybe("u_mm", &T::u_m, fields::not_negative(kMmPerM)),
+      field("cause", &T::cause, line()),
+      maybe("temperature_c", &T::temperature_c, fields::number()),
+      document(&T::document)};
+  return kTable;
+}
+
+const Table<ActivationFact>& activation_fields() {
+  using T = ActivationFact;
+  static const Table<T> kTable{field("by", &T::by, line()),
+                               field("reason", &T::reason, bounded(kLongestText))};
+  return kTable;
+}
+
+Value<CertificateFile> certificate_file() {
+  return {[](const CertificateFile& file) {
+            return Json{{"name", file.name},
+                        {"sha256", calib::sha256(file.bytes)},
+                        {"base64", to_base64(file.bytes)}};
+          },
+          [](const JsonReader& reader) {
+            CertificateFile file;
+            file.name = line().from(reader.at("name"));
+            if (file.name.empty() || file.name.front() == '.' ||
+                file.name.find('/') != std::string::npos)
+              reader.at("name").fail("must be a file's name without a directory");
+            std::optional<std::string> bytes = from_base64(reader.at("base64").text());
+            if (!bytes) reader.at("base64").fail("is no base64");
+            file.bytes = std::move(*bytes);
+            if (calib::sha256(file.bytes) != reader.at("sha256").text())
+              reader.at("sha256").fail("is not that of the file");
+            return file;
+          }};
+}
+
+const Table<CertificateFact>& certificate_fields() {
+  using T = CertificateFact;
+  static const Table<T> kTable{field("certificate", &T::certificate, line()),
+                               field("files", &T::files, few(certificate_file(), kMostFiles))};
+  return kTable;
+}
+
+const Table<AlarmFact>& alarm_fields() {
+  using T = AlarmFact;
+  static const Table<T> kTable{field("news", &T::news, name()),
+                               field("subject", &T::subject, line(kLongestText)),
+                               field("text", &T::text, bounded(kLongestText))};
+  return kTable;
+}
+
+const Table<AnswerFact>& answer_fields() {
+  using T = AnswerFact;
+  static const Table<T> kTable{
+      field("proposal", &T::proposal, name()), field("accepted", &T::accepted, fields::flag()),
+      field("by", &T::by, line()), field("reason", &T::reason, bounded(kLongestText))};
+  return kTable;
+}
+
+const Table<PhaseFact>& phase_fields() {
+  using T = PhaseFact;
+  static const Table<T> kTable{field("from", &T::from, line()), field("to", &T::to, line()),
+                               field("on", &T::on, line()),
+                               field("clock_s", &T::clock_s, fields::number())};
+  return kTable;
+}
+
+Value<std::array<double, 3>> place() {
+  const Value<std::vector<double>> all = fields::list(fields::number(kMmPerM));
+  return {[=](const std::array<double, 3>& at) {
+            return all.to({at.begin(), at.end()});
+          },
+          [=](const JsonReader& reader) {
+            const std::vector<double> values = all.from(reader);
+            if (values.size() != 3) reader.fail("must hold three numbers");
+            return std::array{values[0], values[1], values[2]};
+          }};
+}
+
+const Table<TouchFact>& touch_fields() {
+  using T = TouchFact;
+  static const Table<T> kTable{
+      field("index", &T::index, count<std::size_t>()),
+      field("target", &T::target, line()),
+      field("check", &T::check, fields::flag()),
+      field("joints_deg", &T::joint_rad, few(fields::number(calib::kDegPerRad), kMostJoints)),
+      maybe("tip_mm", &T::tip_m, place()),
+      maybe("residual_mm", &T::residual_m, fields::number(kMmPerM))};
+  return kTable;
+}
+
+const Table<HealthFact>& health_fields() {
+  using T = HealthFact;
+  static const Table<T> kTable{
+      times("packets", &T::packets),
+      times("gaps", &T::gaps),
+      times("late", &T::late),
+      times("replies", &T::replies),
+      field("reply_p99_ms", &T::reply_p99_s, fields::not_negative(kMsPerS)),
+      field("reply_max_ms", &T::reply_max_s, fields::not_negative(kMsPerS)),
+      times("frames", &T::frames),
+      times("crc_errors", &T::crc_errors),
+      field("sensor_late_ms", &T::sensor_late_s, fields::not_negative(kMsPerS)),
+      times("waiting", &T::waiting),
+      times("journal_bytes", &T::journal_bytes)};
+  return kTable;
+}
+
+const Table<DroppedFact>& dropped_fields() {
+  using T = DroppedFact;
+  static const Table<T> kTable{
+      times("first", &T::first),
+      times("last", &T::last),
+      times("count", &T::count),
+      fields::optional(field("reason", &T::reason,
+                             fields::word<DropReason>({{DropReason::kNoRoom, "no-room"},
+                                                       {DropReason::kTooLarge, "too-large"},
+                                                       {DropReason::kDamaged, "damaged"}}))),
+      maybe("kind", &T::kind, name()),
+      maybe("bytes", &T::bytes, count<std::int64_t>())};
+  return kTable;
+}
+
+// One row for each kind of body.
+const Table<SessionFact>& table_of(const SessionFact&) { return session_fields(); }
+const Table<CalibrationFact>& table_of(const CalibrationFact&) { return calibration_fields(); }
+const Table<CheckFact>& table_of(const CheckFact&) { return check_fields(); }
+const Table<ActivationFact>& table_of(const ActivationFact&) { return activation_fields(); }
+const Table<CertificateFact>& table_of(const CertificateFact&) { return certificate_fields(); }
+const Table<AlarmFact>& table_of(const AlarmFact&) { return alarm_fields(); }
+const Table<AnswerFact>& table_of(const AnswerFact&) { return answer_fields(); }
+const Table<PhaseFact>& table_of(const PhaseFact&) { return phase_fields(); }
+const Table<TouchFact>& table_of(const TouchFact&) { return touch_fields(); }
+const Table<HealthFact>& table_of(const HealthFact&) { return health_fields(); }
+const Table<DroppedFact>& table_of(const DroppedFact&) { return dropped_fields(); }
+
+Json json_of(const FactBody& body) {
+  return std::visit([](const auto& one) { return fields::to_json(table_of(one), one); }, body);
+}
+
+/// The alternative of that name, read; tries them in turn.
+template <std::size_t I = 0>
+FactBody read_body(std::string_view kind, const JsonReader& reader) {
+  if constexpr (I == std::variant_size_v<FactBody>) {
+    reader.fail("unknown kind of fact");
+  } else {
+    std::variant_alternative_t<I, FactBody> one;
+    if (kind != kind_of(FactBody(one))) return read_body<I + 1>(kind, reader);
+    fields::from_json(table_of(one), reader, one);
+    return one;
+  }
+}
+
+std::string id_of(const Fact& fact) { return fact.journal + '-' + std::to_string(fact.number); }
+
+}  // namespace
+
+std::string body_to_json(const FactBody& body) {
+  return json_of(body).dump(-1, ' ', false, kReplace);
+}
+
+FactBody body_from_json(std::string_view kind, std::string_view json) {
+  const std::string where = "body of a " + std::string(kind.substr(0, kLongestName));
+  const nlohmann::json parsed = json_of(json, kLargestMessage, where);
+  return read_body(kind, JsonReader(parsed, where));
+}
+
+std::string to_json(const Fact& fact) {
+  const Json json{{"format", kFactFormat},   {"id", id_of(fact)},
+                  {"plant", fact.of.plant},  {"cell", fact.of.cell},
+                  {"journal", fact.journal}, {"number", fact.number},
+                  {"time", fact.time},       {"kind", kind_of(fact.body)},
+                  {"session", fact.session}, {"body", json_of(fact.body)}};
+  return json.dump(-1, ' ', false, kReplace);
+}
+
+Fact fact_from_json(std::string_view json, const Topic& topic) {
+  const std::string where = to_text(topic);
+  const nlohmann::json parsed = json_of(json, kLargestMessage, where);
+  const JsonReader reader(parsed, where);
+  if (reader.at("format").text() != kFactFormat)
+    reader.at("format").fail(std::string("must be \"") + kFactFormat + '"');
+  Fact fact;
+  fact.of = {name().from(reader.at("plant")), name().from(reader.at("cell"))};
+  if (fact.of != topic.of) reader.at("cell").fail("is not the topic's");
+  fact.journal = name().from(reader.at("journal"));
+  fact.number = count<std::int64_t>().from(reader.at("number"));
+  if (fact.number == 0) reader.at("number").fail("must be 1 or more");
+  if (reader.at("id").text() != id_of(fact))
+    reader.at("id").fail("is not that of journal and number");
+  fact.time = line().from(reader.at("time"));
+  fact.session = count<std::int64_t>().from(reader.at("session"));
+  const std::string kind = name().from(reader.at("kind"));
+  if (topic.subject != Subject::kFact || kind != topic.kind)
+    reader.at("kind").fail("is not the topic's");
+  fact.body = read_body(kind, reader.at("body"));
+  return fact;
+}
+
+namespace {
+
+std::string megabytes(std::size_t bytes) {
+  constexpr std::size_t kTenth = 100'000;
+  const std::size_t tenths = (bytes + kTenth - 1) / kTenth;
+  return std::to_string(tenths / 10) + "." + std::to_string(tenths % 10) + " MB";
+}
+
+}  // namespace
+
+CertificateTooLarge::CertificateTooLarge(std::size_t all)
+    : std::runtime_error(
+          megabytes(all) + " of certificate, at most " + megabytes(kMostCertificateBytes) +
+          " can be sent to the plant. Hand its files on another way; without the PDF (--no-pdf) it is smaller"),
+      bytes(all) {}
+
+CertificateFact certificate_fact(std::string number, std::vector<CertificateFile> files) {
+  std::size_t bytes = 0;
+  for (const CertificateFile& file : files) bytes += file.bytes.size();
+  if (bytes > kMostCertificateBytes) throw CertificateTooLarge(bytes);
+  return {std::move(number), std::move(files)};
+}
+
+std::string certificate_number(std::int64_t session, const std::string& calibration,
+                               bool emulated) {
+  constexpr std::size_t kDigits = 12;
+  return (emulated ? "emulated-" : "") + std::to_string(session) + "-" +
+         calib::sha256(calibration).substr(0, kDigits);
 }
 
 }  // namespace cellcal::daemon::plant

@@ -4,7 +4,9 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <stdexcept>
 #include <string>
+#include <string_view>
 #include <variant>
 #include <vector>
 
@@ -156,5 +158,38 @@ struct Fact {
 /// Hyphenated; stands in the topic.
 const char* kind_of(const FactBody& body);
 Worth worth_of(const FactBody& body);
+
+// A fact as JSON, "cellcal.plant/1", both ways by one table.
+
+/// Larger messages are refused unread; a certificate with its raw rows has some 2 MB.
+inline constexpr std::size_t kLargestMessage = std::size_t{8} << 20;
+
+/// The body alone, as it waits in an outbox until the rest is known.
+std::string body_to_json(const FactBody& body);
+/// `kind` as kind_of() gave it. Throws calib::FileError.
+FactBody body_from_json(std::string_view kind, std::string_view json);
+
+/// One line. Bytes that are not UTF-8 are replaced, but in certificates' files.
+std::string to_json(const Fact& fact);
+/// Throws calib::FileError, which names the key; also where the topic is another's than the message says.
+Fact fact_from_json(std::string_view json, const Topic& topic);
+
+// A certificate on its way to the plant: whole, or not at all.
+
+/// As base64 in JSON it is less than kLargestMessage and what the shipped broker takes.
+inline constexpr std::size_t kMostCertificateBytes = 5'500'000;
+
+/// The plant is not told of it. The certificate itself stands.
+struct CertificateTooLarge : std::runtime_error {
+  explicit CertificateTooLarge(std::size_t all);
+  std::size_t bytes;
+};
+
+/// Throws CertificateTooLarge.
+CertificateFact certificate_fact(std::string number, std::vector<CertificateFile> files);
+
+/// As daemon/certificate numbers it: "emulated-" where no real arm was touched, the session, and the first 12 digits of
+/// its calibration's SHA-256.
+std::string certificate_number(std::int64_t session, const std::string& calibration, bool emulated);
 
 }  // namespace cellcal::daemon::plant

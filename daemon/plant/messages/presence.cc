@@ -1,5 +1,7 @@
 #include "daemon/plant/messages/presence.h"
 
+#include <algorithm>
+
 #include "daemon/plant/messages/text_fields.h"
 
 namespace cellcal::daemon::plant {
@@ -44,6 +46,57 @@ Presence presence_from_json(std::string_view json, const Topic& topic) {
   if (presence.of != topic.of) reader.at("cell").fail("is not the topic's");
   fields::from_json(presence_fields(), reader, presence);
   return presence;
+}
+
+namespace {
+
+using Json = calib::fields::Json;
+
+constexpr const char* kStoredFormat = "cellcal.stored/1";
+constexpr std::size_t kLargestStored = std::size_t{1} << 16;
+
+std::pair<std::int64_t, std::int64_t> range_of(const calib::JsonReader& reader) {
+  const auto ends = reader.items();
+  if (ends.size() != 2) reader.fail("must hold two numbers");
+  const auto number = count<std::int64_t>();
+  const std::pair range{number.from(ends[0]), number.from(ends[1])};
+  if (range.first < 1 || range.second < range.first) reader.fail("must go from 1 or more upwards");
+  return range;
+}
+
+}  // namespace
+
+bool Stored::has(std::int64_t number) const {
+  return std::any_of(numbers.begin(), numbers.end(), [&](const auto& range) {
+    return range.first <= number && number <= range.second;
+  });
+}
+
+std::string to_json(const Stored& stored) {
+  Json ranges = Json::array();
+  for (const auto& [from, to] : stored.numbers) ranges.push_back({from, to});
+  return Json{{"format", kStoredFormat},
+              {"plant", stored.of.plant},
+              {"cell", stored.of.cell},
+              {"journal", stored.journal},
+              {"numbers", std::move(ranges)}}
+      .dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+Stored stored_from_json(std::string_view json, const Topic& topic) {
+  const std::string where = to_text(topic);
+  const nlohmann::json parsed = json_of(json, kLargestStored, where);
+  const calib::JsonReader reader(parsed, where);
+  if (reader.at("format").text() != kStoredFormat)
+    reader.at("format").fail(std::string("must be \"") + kStoredFormat + '"');
+  Stored stored;
+  stored.of = {name().from(reader.at("plant")), name().from(reader.at("cell"))};
+  if (stored.of != topic.of) reader.at("cell").fail("is not the topic's");
+  stored.journal = name().from(reader.at("journal"));
+  const auto ranges = reader.at("numbers").items();
+  if (ranges.size() > kMostStoredRanges) reader.at("numbers").fail("has too many ranges");
+  for (const calib::JsonReader& range : ranges) stored.numbers.push_back(range_of(range));
+  return stored;
 }
 
 }  // namespace cellcal::daemon::plant

@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "calib/syntax/json_fields.h"
+#include "calib/files/json_fields.h"
 #include "daemon/plant/messages/names.h"
 
 namespace cellcal::daemon::plant {
@@ -38,5 +38,11 @@ using calib::fields::maybe;
 
 /// The text as JSON: refused where it is none, too large or nested without end.
 nlohmann::json json_of(std::string_view text, std::size_t largest, const std::string& name);
+
+// Bytes as text (RFC 4648, section 4), by OpenSSL.
+
+std::string to_base64(std::string_view bytes);
+/// None: it is no base64 in one line with its padding.
+std::optional<std::string> from_base64(std::string_view text);
 
 }  // namespace cellcal::daemon::plant

@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
-#include "daemon/files/printable.h"
-#include "daemon/plant/messages/fact_json.h"
+#include "daemon/files/system_words.h"
+#include "daemon/plant/messages/fact.h"
 
 namespace cellcal::daemon::plant {
 

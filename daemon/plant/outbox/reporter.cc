@@ -4,11 +4,11 @@
 #include <cmath>
 
 #include "calib/files/calibration_json.h"
+#include "calib/files/input_file.h"
+#include "calib/files/toml.h"
 #include "calib/model/units.h"
-#include "calib/syntax/input_file.h"
-#include "calib/syntax/toml_table.h"
-#include "calib/verdict/tips_apart.h"
-#include "daemon/plant/messages/fact_json.h"
+#include "calib/verdict/change.h"
+#include "daemon/plant/messages/fact.h"
 #include "daemon/result/outcome_json.h"
 #include "daemon/tasks/recorded/options.h"
 

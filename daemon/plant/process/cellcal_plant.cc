@@ -11,8 +11,8 @@
 #include <optional>
 #include <utility>
 
-#include "daemon/files/printable.h"
 #include "daemon/files/seldom.h"
+#include "daemon/files/system_words.h"
 #include "daemon/main/log.h"
 #include "daemon/plant/desk/desk_client.h"
 #include "daemon/plant/process/plant_options.h"

@@ -7,6 +7,7 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "daemon/plant/messages/fact.h"
@@ -110,5 +111,11 @@ class ProposalBox {
 std::optional<std::string> unusable(const Proposal& proposal);
 /// A schedule and priors are accepted by people alone.
 bool may_be_policy(ProposalKind kind);
+
+// What was proposed and said, as the file `proposals.json` ("cellcal.proposals/1").
+
+std::string proposals_to_json(const KeptProposals& kept);
+/// Throws calib::FileError.
+KeptProposals proposals_from_json(std::string_view json, const std::string& name);
 
 }  // namespace cellcal::daemon::plant

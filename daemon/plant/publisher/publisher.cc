@@ -18,13 +18,11 @@
 #include <thread>
 
 #include "calib/files/calibration_json.h"
-#include "daemon/files/printable.h"
 #include "daemon/files/seldom.h"
-#include "daemon/plant/line/backoff.h"
+#include "daemon/files/system_words.h"
 #include "daemon/plant/line/mqtt_line.h"
-#include "daemon/plant/messages/fact_json.h"
+#include "daemon/plant/messages/fact.h"
 #include "daemon/plant/messages/presence.h"
-#include "daemon/plant/messages/stored.h"
 #include "daemon/runner/backend.h"
 
 namespace cellcal::daemon::plant {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/plant/sparkplug/metric.h"
+#include "daemon/plant/sparkplug/payload.h"
 
 namespace cellcal::daemon::plant::sparkplug {
 

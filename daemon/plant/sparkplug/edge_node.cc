@@ -15,7 +15,6 @@
 #include <thread>
 
 #include "daemon/files/seldom.h"
-#include "daemon/plant/line/backoff.h"
 #include "daemon/plant/line/mqtt_line.h"
 #include "daemon/plant/sparkplug/payload.h"
 #include "daemon/runner/backend.h"

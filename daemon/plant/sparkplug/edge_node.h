@@ -8,7 +8,7 @@
 
 #include "daemon/config/plant_config.h"
 #include "daemon/plant/line/line_status.h"
-#include "daemon/plant/sparkplug/metric.h"
+#include "daemon/plant/sparkplug/payload.h"
 
 namespace cellcal::daemon::plant::sparkplug {
 

@@ -5,11 +5,30 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <variant>
 #include <vector>
 
-#include "daemon/plant/sparkplug/metric.h"
-
 namespace cellcal::daemon::plant::sparkplug {
+
+// One value that a Sparkplug node tells of.
+
+/// By the standard's numbers.
+enum class DataType : std::uint32_t {
+  kInt64 = 4,
+  kDouble = 10,
+  kBoolean = 11,
+  kString = 12,
+  kDateTime = 13
+};
+
+struct Metric {
+  std::string name;
+  DataType type = DataType::kInt64;
+  /// Nothing: not known. DateTime is ms since 1970, UTC, as std::int64_t.
+  std::variant<std::monostate, std::int64_t, double, bool, std::string> value{};
+
+  bool operator==(const Metric&) const = default;
+};
 
 /// Metrics of a birth have their types, those of data do not: a host knows them.
 enum class Types { kDeclared, kKnown };

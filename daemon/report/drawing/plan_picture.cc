@@ -12,7 +12,6 @@
 #include "daemon/report/drawing/labels.h"
 #include "daemon/report/drawing/plan_scene.h"
 #include "daemon/report/drawing/scale.h"
-#include "daemon/report/drawing/text.h"
 
 namespace cellcal::daemon::report {
 

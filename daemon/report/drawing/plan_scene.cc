@@ -8,8 +8,8 @@
 #include "calib/files/files.h"
 #include "calib/model/kinematics.h"
 #include "calib/model/random.h"
-#include "calib/plan/collision/bodies.h"
-#include "calib/plan/collision/surroundings.h"
+#include "calib/plan/bodies.h"
+#include "calib/plan/surroundings.h"
 
 namespace cellcal::daemon::report {
 

@@ -1,11 +1,14 @@
 #include "daemon/report/drawing/scale.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
-#include "daemon/report/drawing/text.h"
+#include "calib/model/units.h"
 
 namespace cellcal::daemon::report {
+
 namespace {
 
 // A range narrower than this part of its own magnitude has no ticks that doubles can tell apart.
@@ -65,6 +68,84 @@ double round_up(double value, double fallback) {
     if (factor * decade >= value * (1.0 - kLeastRelativeRange)) return factor * decade;
   }
   return 10.0 * decade;
+}
+
+namespace {
+
+constexpr std::string_view kMinus = "\xE2\x88\x92";  // U+2212
+constexpr std::string_view kDash = "\xE2\x80\x93";   // U+2013
+constexpr double kTooLargeForFixed = 1e9;
+
+std::string with_real_minus(std::string_view text) {
+  std::string out;
+  out.reserve(text.size() + kMinus.size());
+  for (const char c : text) {
+    if (c == '-') {
+      out += kMinus;
+    } else {
+      out += c;
+    }
+  }
+  return out;
+}
+
+}  // namespace
+
+std::string ascii_fixed(double value, int decimals) {
+  if (!std::isfinite(value)) return std::string(kDash);
+  if (std::abs(value) >= kTooLargeForFixed) return fmt::format("{:.{}e}", value, decimals);
+  std::string text = fmt::format("{:.{}f}", value, decimals);
+  if (text.front() == '-' && text.find_first_of("123456789") == std::string::npos) text.erase(0, 1);
+  return text;
+}
+
+std::string fixed(double value, int decimals) {
+  return with_real_minus(ascii_fixed(value, decimals));
+}
+
+std::string signed_fixed(double value, int decimals) {
+  const std::string text = ascii_fixed(value, decimals);
+  const bool plus = std::isfinite(value) && text.front() != '-' &&
+                    text.find_first_of("123456789") != std::string::npos;
+  return plus ? fmt::format("+{}", text) : with_real_minus(text);
+}
+
+std::string significant(double value, int digits) {
+  if (!std::isfinite(value)) return std::string(kDash);
+  if (value == 0.0) return "0";
+  return with_real_minus(fmt::format("{:.{}g}", value, digits));
+}
+
+std::string mm(double metres, int decimals) { return fixed(metres * calib::kMmPerM, decimals); }
+
+std::string signed_mm(double metres, int decimals) {
+  return signed_fixed(metres * calib::kMmPerM, decimals);
+}
+
+std::string positive_mm(double metres, int decimals) {
+  return metres > 0.0 ? mm(metres, decimals) : std::string(kDash);
+}
+
+std::string mm_words(double metres) { return mm(metres) + "\xC2\xA0mm"; }
+
+std::string readable_time(std::string_view iso) {
+  constexpr std::string_view kPattern = "dddd-dd-ddTdd:dd:dd";
+  bool matches = iso.size() > kPattern.size() && iso.back() == 'Z';
+  for (std::size_t i = 0; matches && i < kPattern.size(); ++i) {
+    const bool digit = iso[i] >= '0' && iso[i] <= '9';
+    matches = kPattern[i] == 'd' ? digit : iso[i] == kPattern[i];
+  }
+  // Between the seconds and the Z at most a fraction, which nobody reads.
+  const std::string_view rest = matches ? iso.substr(kPattern.size()) : std::string_view();
+  matches =
+      matches && (rest.size() == 1 || rest[0] == '.') &&
+      rest.substr(0, rest.size() - 1).find_first_not_of(".0123456789") == std::string_view::npos;
+  if (!matches) return std::string(iso);
+  return fmt::format("{} {} UTC", iso.substr(0, 10), iso.substr(11, 8));
+}
+
+std::string counted(std::size_t count, std::string_view one, std::string_view many) {
+  return fmt::format("{} {}", count, count == 1 ? one : many);
 }
 
 }  // namespace cellcal::daemon::report

@@ -1,8 +1,12 @@
 #pragma once
 // From values to pixels, and the round numbers that an axis shows.
 
+#include <cstddef>
 #include <string>
+#include <string_view>
 #include <vector>
+
+#include "calib/svg/svg.h"
 
 namespace cellcal::daemon::report {
 
@@ -27,5 +31,37 @@ std::vector<std::string> tick_labels(const std::vector<double>& ticks);
 /// The least of 1, 1.5, 2, 3, 4, 5, 6, 8 times a power of ten that is not below `value`; `fallback`
 /// where the value is not finite or not positive.
 double round_up(double value, double fallback);
+
+// Text and numbers on their way into HTML. A number looks the same whatever the locale.
+
+using svg::escape, svg::shorten;
+
+/// Fixed decimals, real minus sign, never "-0.000"; an en dash where the value is not finite;
+/// scientific from 1e9 on.
+std::string fixed(double value, int decimals);
+/// Same with an explicit plus sign.
+std::string signed_fixed(double value, int decimals);
+/// Same as fixed() with the ASCII minus, for what people copy into files.
+std::string ascii_fixed(double value, int decimals);
+/// Shortest text with this many significant digits, e.g. "0.00036", "2.1e-06".
+std::string significant(double value, int digits);
+
+/// Metres as millimetres; three decimals show a micrometre, a thirtieth of one touch's noise.
+inline constexpr int kMmDecimals = 3;
+std::string mm(double metres, int decimals = kMmDecimals);
+std::string signed_mm(double metres, int decimals = kMmDecimals);
+
+/// For figures that are positive wherever they are known: an en dash for zero, negative and not
+/// finite values, so that "not computed" never reads as a perfect 0.000.
+std::string positive_mm(double metres, int decimals = kMmDecimals);
+
+/// "0.031 mm" with a space that never breaks; as text, to be escaped like any other.
+std::string mm_words(double metres);
+
+/// "2025-03-14 02:10:00 UTC" for ISO 8601 in UTC; anything else as it is. Not escaped.
+std::string readable_time(std::string_view iso);
+
+/// "1 touch", "12 touches".
+std::string counted(std::size_t count, std::string_view one, std::string_view many);
 
 }  // namespace cellcal::daemon::report

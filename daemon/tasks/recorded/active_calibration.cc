@@ -10,8 +10,8 @@
 #include <utility>
 
 #include "calib/files/calibration_json.h"
-#include "calib/syntax/toml_json.h"
-#include "calib/verdict/tips_apart.h"
+#include "calib/files/toml.h"
+#include "calib/verdict/change.h"
 
 namespace cellcal::daemon {
 

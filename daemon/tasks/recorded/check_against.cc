@@ -4,6 +4,8 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
 
 #include "daemon/tasks/recorded/active_calibration.h"
 #include "daemon/tasks/recorded/options.h"
@@ -51,6 +53,40 @@ std::vector<std::vector<calib::Touch>> checks_before(Journal& journal, std::int6
   }
   std::ranges::reverse(checks);
   return checks;
+}
+
+std::optional<Compared> last_calibration(Journal& journal, const std::string& cell_name,
+                                         std::int64_t before, bool accepted) {
+  const auto found = in_use(journal, cell_name, before);
+  if (!found) return std::nullopt;
+  if (!found->calibration && accepted) {
+    spdlog::warn("not compared: {}", found->trouble);
+    return std::nullopt;
+  }
+  if (!found->calibration) throw NotUsable(NotUsable::Why::kDamaged, found->trouble);
+  const auto& active = found->calibration;
+  constexpr std::size_t kDate = 10;  // YYYY-MM-DD
+  const SessionRecord& record = active->record;
+  return Compared{fmt::format("session {} of {}", record.id, record.ended.substr(0, kDate)),
+                  accepted, record.calibration};
+}
+
+std::string compared_to_json(const Compared& compared) {
+  return nlohmann::json{{"words", compared.words},
+                        {"accepted", compared.accepted},
+                        {"calibration", compared.calibration}}
+             .dump() +
+         "\n";
+}
+
+Compared compared_from_json(const std::string& text) {
+  try {
+    const nlohmann::json json = nlohmann::json::parse(text);
+    return {json.at("words"), json.at("accepted"), json.at("calibration")};
+  } catch (const nlohmann::json::exception&) {
+    throw std::runtime_error(
+        "compared.json: damaged: words, accepted and calibration are needed. Export the session again");
+  }
 }
 
 }  // namespace cellcal::daemon

@@ -30,4 +30,17 @@ calib::Calibration calibration_of(Journal& journal, std::int64_t session);
 std::vector<std::vector<calib::Touch>> checks_before(Journal& journal, std::int64_t calibrated,
                                                      std::int64_t before);
 
+// What a session's result is held against.
+
+/// The one of the same cell file that was in use before that session (active_calibration.h); `accepted` as the
+/// session has it: then one that cannot be used is left out, which the log says. Throws NotUsable, JournalError.
+std::optional<Compared> last_calibration(Journal& journal, const std::string& cell_name,
+                                         std::int64_t before, bool accepted);
+
+// compared.json of an export.
+
+std::string compared_to_json(const Compared& compared);
+/// Throws std::runtime_error.
+Compared compared_from_json(const std::string& text);
+
 }  // namespace cellcal::daemon

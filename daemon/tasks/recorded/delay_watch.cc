@@ -5,7 +5,7 @@
 #include <stdexcept>
 
 #include "calib/model/long_work.h"
-#include "daemon/qualification/touch_contacts.h"
+#include "daemon/qualification/contact_delay.h"
 #include "daemon/tasks/recorded/options.h"
 
 namespace cellcal::daemon {

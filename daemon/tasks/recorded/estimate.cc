@@ -2,10 +2,10 @@
 
 #include "calib/files/calibration_json.h"
 #include "calib/files/files.h"
-#include "calib/files/shipped_robots.h"
+#include "calib/files/input_file.h"
+#include "calib/files/robot_file.h"
 #include "calib/identify/identify.h"
-#include "calib/syntax/input_file.h"
-#include "calib/update/update.h"
+#include "calib/identify/update.h"
 #include "calib/verdict/change.h"
 
 namespace cellcal::daemon {

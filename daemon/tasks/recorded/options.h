@@ -2,11 +2,14 @@
 // What a session was asked to do. Stored with it as JSON, so that it can be planned again.
 
 #include <cstdint>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <string_view>
 
+#include "calib/model/robot.h"
 #include "calib/plan/touch_sequence.h"
+#include "daemon/journal/journal.h"
 #include "daemon/session/touch_policy.h"
 
 namespace cellcal::daemon {
@@ -47,5 +50,14 @@ struct SessionOptions {
 std::string options_to_json(const SessionOptions& options);
 /// Throws std::runtime_error naming the key.
 SessionOptions options_from_json(std::string_view json);
+
+// The files of a session: read once at its start, kept as text in the journal, and read from that
+// text ever after, so that a session means the same when the files have changed.
+
+/// Reads the cell file and the robot file that it names. Throws calib::FileError.
+SessionInputs read_inputs(const std::filesystem::path& cell_file);
+
+/// The cell from stored text. Throws calib::FileError.
+calib::Cell cell_of(const SessionInputs& inputs);
 
 }  // namespace cellcal::daemon

@@ -10,8 +10,8 @@
 
 #include "calib/files/files.h"
 #include "calib/identify/identify.h"
-#include "calib/model/median.h"
 #include "calib/model/random.h"
+#include "calib/model/statistics.h"
 #include "drivers/units.h"
 #include "sim/cell/compare.h"
 #include "sim/experiments/constraints/layouts.h"

@@ -7,9 +7,9 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "calib/estimate/region.h"
 #include "calib/model/inverse.h"
 #include "calib/model/random.h"
-#include "calib/uncertainty/region.h"
 #include "sim/cell/random_posture.h"
 
 namespace cellcal::sim::constraints {

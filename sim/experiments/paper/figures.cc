@@ -7,7 +7,7 @@
 #include <fstream>
 #include <stdexcept>
 
-#include "calib/svg/text.h"
+#include "calib/svg/svg.h"
 #include "sim/experiments/paper/accuracy.h"
 #include "sim/experiments/paper/chart.h"
 #include "sim/experiments/paper/sphere_view.h"

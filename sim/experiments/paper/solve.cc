@@ -4,11 +4,11 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "calib/estimate/problem.h"
+#include "calib/estimate/solve.h"
+#include "calib/estimate/start.h"
 #include "calib/identify/identify.h"
-#include "calib/model/median.h"
-#include "calib/problem/problem.h"
-#include "calib/problem/solve.h"
-#include "calib/problem/start.h"
+#include "calib/model/statistics.h"
 #include "calib/seed_paper/paper.h"
 #include "sim/experiments/paper/accuracy.h"
 

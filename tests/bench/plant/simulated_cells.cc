@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "daemon/plant/messages/fact_json.h"
+#include "daemon/plant/messages/fact.h"
 
 namespace cellcal::bench {
 

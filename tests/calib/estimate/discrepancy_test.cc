@@ -10,10 +10,10 @@
 #include <cmath>
 #include <numeric>
 
+#include "calib/estimate/predict.h"
+#include "calib/estimate/region.h"
 #include "calib/identify/identify.h"
 #include "calib/model/random.h"
-#include "calib/uncertainty/predict.h"
-#include "calib/uncertainty/region.h"
 #include "tests/calib/findings.h"
 #include "tests/calib/simulate.h"
 

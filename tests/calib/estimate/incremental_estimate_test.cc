@@ -8,9 +8,9 @@
 #include <cmath>
 #include <limits>
 
+#include "calib/estimate/region.h"
 #include "calib/identify/identify.h"
 #include "calib/model/error.h"
-#include "calib/uncertainty/region.h"
 #include "tests/calib/simulate.h"
 #include "tests/calib/thrown.h"
 

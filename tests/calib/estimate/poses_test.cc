@@ -6,12 +6,12 @@
 #include <cmath>
 #include <string>
 
+#include "calib/estimate/region.h"
 #include "calib/identify/identify.h"
+#include "calib/identify/identify_once.h"
 #include "calib/model/random.h"
 #include "calib/model/turn.h"
 #include "calib/model/units.h"
-#include "calib/uncertainty/region.h"
-#include "calib/verdict/identify_as_stated.h"
 #include "tests/calib/findings.h"
 #include "tests/calib/millimetre.h"
 #include "tests/calib/simulate.h"

@@ -8,14 +8,14 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "calib/estimate/predict.h"
+#include "calib/estimate/region.h"
+#include "calib/files/input_file.h"
 #include "calib/identify/identify.h"
-#include "calib/result/correlation.h"
-#include "calib/syntax/input_file.h"
-#include "calib/uncertainty/predict.h"
-#include "calib/uncertainty/region.h"
-#include "calib/words/cause_words.h"
-#include "calib/words/finding_words.h"
-#include "calib/words/level_words.h"
+#include "calib/result/finding.h"
+#include "calib/result/level.h"
+#include "calib/result/likely_cause.h"
+#include "calib/result/unidentifiable.h"
 #include "tests/calib/files/documents.h"
 #include "tests/calib/simulate.h"
 

@@ -1,13 +1,14 @@
 // "cellcal.cell/1": what it means, and every way to get it wrong.
 
+#include "calib/files/cell_file.h"
+
 #include <gtest/gtest.h>
 
 #include <filesystem>
 #include <fstream>
 
-#include "calib/files/robot_place.h"
+#include "calib/files/input_file.h"
 #include "calib/model/units.h"
-#include "calib/syntax/input_file.h"
 #include "tests/calib/files/documents.h"
 #include "tests/calib/thrown.h"
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "calib/files/documents.h"
+#include "calib/files/cell_file.h"
 #include "calib/files/files.h"
 
 namespace cellcal::calib::testing {

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "calib/files/calibration_json.h"
-#include "calib/syntax/toml_json.h"
+#include "calib/files/toml.h"
 #include "tests/calib/files/documents.h"
 
 namespace cellcal::calib {

@@ -6,8 +6,8 @@
 #include <filesystem>
 #include <fstream>
 
+#include "calib/files/toml.h"
 #include "calib/model/units.h"
-#include "calib/syntax/toml_json.h"
 #include "tests/calib/files/documents.h"
 
 namespace cellcal::calib {

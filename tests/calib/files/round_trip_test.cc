@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "calib/files/toml.h"
 #include "calib/model/units.h"
-#include "calib/syntax/toml_json.h"
 #include "tests/calib/files/documents.h"
 #include "tests/calib/model/random_arm.h"
 

@@ -1,13 +1,12 @@
 // STL files, sound and hostile.
 
-#include "calib/files/stl.h"
-
 #include <gtest/gtest.h>
 
 #include <bit>
 #include <cstdint>
 #include <limits>
 
+#include "calib/files/obstacle_file.h"
 #include "tests/calib/files/documents.h"
 
 namespace cellcal::calib {

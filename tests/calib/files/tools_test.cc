@@ -2,9 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include "calib/files/toml.h"
 #include "calib/model/kinematics.h"
 #include "calib/model/units.h"
-#include "calib/syntax/toml_json.h"
 #include "tests/calib/files/documents.h"
 
 namespace cellcal::calib {

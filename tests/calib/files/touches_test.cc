@@ -6,8 +6,8 @@
 #include <filesystem>
 #include <fstream>
 
+#include "calib/files/csv.h"
 #include "calib/model/units.h"
-#include "calib/syntax/csv.h"
 #include "tests/calib/files/documents.h"
 
 namespace cellcal::calib {

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "calib/files/shipped_robots.h"
+#include "calib/files/robot_file.h"
 #include "calib/identify/identify.h"
 #include "calib/model/long_work.h"
 #include "tests/calib/simulate.h"

@@ -2,12 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include "calib/estimate/predict.h"
 #include "calib/files/calibration_json.h"
 #include "calib/files/files.h"
 #include "calib/identify/identify.h"
+#include "calib/identify/identify_once.h"
 #include "calib/model/error.h"
-#include "calib/uncertainty/predict.h"
-#include "calib/verdict/identify_as_stated.h"
 #include "sim/cell/compare.h"
 #include "sim/experiments/constraints/stage.h"
 #include "tests/calib/findings.h"

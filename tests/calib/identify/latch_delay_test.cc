@@ -5,9 +5,9 @@
 #include <cmath>
 
 #include "calib/estimate/incremental_estimate.h"
+#include "calib/estimate/problem.h"
 #include "calib/files/calibration_json.h"
 #include "calib/identify/identify.h"
-#include "calib/problem/problem.h"
 #include "sim/cell/compare.h"
 #include "tests/calib/findings.h"
 #include "tests/calib/millimetre.h"

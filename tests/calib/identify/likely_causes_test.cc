@@ -8,7 +8,7 @@
 #include <random>
 
 #include "calib/files/files.h"
-#include "calib/files/shipped_robots.h"
+#include "calib/files/robot_file.h"
 #include "calib/identify/identify.h"
 #include "tests/calib/findings.h"
 #include "tests/calib/simulate.h"

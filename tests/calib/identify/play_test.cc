@@ -5,12 +5,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calib/estimate/predict.h"
 #include "calib/files/calibration_json.h"
 #include "calib/identify/identify.h"
 #include "calib/model/kinematics.h"
 #include "calib/model/units.h"
 #include "calib/result/level.h"
-#include "calib/uncertainty/predict.h"
 #include "tests/calib/simulate.h"
 
 namespace cellcal::calib {

@@ -6,12 +6,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calib/estimate/predict.h"
 #include "calib/files/calibration_json.h"
 #include "calib/files/files.h"
 #include "calib/identify/identify.h"
+#include "calib/identify/identify_once.h"
 #include "calib/model/random.h"
-#include "calib/uncertainty/predict.h"
-#include "calib/verdict/identify_as_stated.h"
 #include "tests/calib/findings.h"
 #include "tests/calib/simulate.h"
 #include "tests/calib/thrown.h"

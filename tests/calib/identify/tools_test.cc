@@ -6,11 +6,11 @@
 #include <cmath>
 #include <string>
 
+#include "calib/estimate/problem.h"
+#include "calib/estimate/region.h"
 #include "calib/identify/identify.h"
 #include "calib/model/random.h"
-#include "calib/problem/problem.h"
 #include "calib/seed_paper/paper.h"
-#include "calib/uncertainty/region.h"
 #include "tests/calib/findings.h"
 #include "tests/calib/millimetre.h"
 #include "tests/calib/simulate.h"

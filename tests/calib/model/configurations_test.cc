@@ -1,5 +1,3 @@
-#include "calib/model/configurations.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -1,8 +1,8 @@
-#include "calib/model/probability.h"
-
 #include <gtest/gtest.h>
 
 #include <vector>
+
+#include "calib/model/statistics.h"
 
 namespace cellcal::calib {
 namespace {

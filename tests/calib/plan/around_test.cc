@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calib/plan/choice/choose.h"
+#include "calib/plan/choose.h"
 #include "calib/plan/plan.h"
-#include "calib/plan/reach/pool.h"
+#include "calib/plan/pool.h"
 #include "tests/calib/simulate.h"
 
 namespace cellcal::calib {

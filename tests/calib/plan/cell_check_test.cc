@@ -9,9 +9,8 @@
 #include <filesystem>
 
 #include "calib/files/files.h"
-#include "calib/plan/cell_arm_check.h"
-#include "calib/plan/reach/axis_travel.h"
-#include "calib/plan/reach/pool.h"
+#include "calib/plan/duration.h"
+#include "calib/plan/pool.h"
 #include "tests/calib/plan/box.h"
 #include "tests/calib/simulate.h"
 #include "tests/calib/thrown.h"

@@ -8,8 +8,8 @@
 
 #include "calib/model/error.h"
 #include "calib/model/random.h"
-#include "calib/plan/choice/choose.h"
-#include "calib/plan/choice/design.h"
+#include "calib/plan/choose.h"
+#include "calib/plan/design.h"
 #include "calib/plan/plan.h"
 #include "tests/calib/plan/random_rows.h"
 #include "tests/calib/simulate.h"

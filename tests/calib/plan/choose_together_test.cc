@@ -1,13 +1,12 @@
 // Touches chosen together are worth more than the best of each moment, and only such as are possible.
 
-#include "calib/plan/choice/choose_together.h"
-
 #include <gtest/gtest.h>
 
 #include <cstdio>
 #include <set>
 
 #include "calib/model/random.h"
+#include "calib/plan/choose.h"
 #include "tests/calib/plan/random_rows.h"
 
 namespace cellcal::calib {

@@ -1,6 +1,6 @@
 // Whether postures and moves hit nothing: against plain distances, and in words.
 
-#include "calib/plan/collision/clearance.h"
+#include "calib/plan/clearance.h"
 
 #include <gtest/gtest.h>
 
@@ -9,9 +9,9 @@
 #include "calib/files/files.h"
 #include "calib/model/error.h"
 #include "calib/model/random.h"
-#include "calib/plan/collision/bodies.h"
+#include "calib/plan/bodies.h"
+#include "calib/plan/candidates.h"
 #include "calib/plan/plan.h"
-#include "calib/plan/reach/candidates.h"
 #include "tests/calib/plan/box.h"
 #include "tests/calib/plan/collisions.h"
 #include "tests/calib/thrown.h"

@@ -8,8 +8,8 @@
 #include <cmath>
 #include <map>
 
-#include "calib/model/median.h"
 #include "calib/model/random.h"
+#include "calib/model/statistics.h"
 #include "calib/plan/plan.h"
 #include "tests/calib/plan/meet.h"
 #include "tests/calib/simulate.h"

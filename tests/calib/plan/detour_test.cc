@@ -1,11 +1,10 @@
 // Ways by sampling: found where the simple ones fail, the same every time, and hitting nothing.
 
-#include "calib/plan/reach/detour.h"
-
 #include <gtest/gtest.h>
 
 #include "calib/files/files.h"
-#include "calib/plan/reach/pool.h"
+#include "calib/plan/pool.h"
+#include "calib/plan/route.h"
 #include "tests/calib/plan/box.h"
 #include "tests/calib/plan/collisions.h"
 

@@ -8,7 +8,7 @@
 #include "calib/files/files.h"
 #include "calib/model/kinematics.h"
 #include "calib/model/random.h"
-#include "calib/plan/search/finder.h"
+#include "calib/plan/finder.h"
 
 namespace cellcal::calib::testing {
 

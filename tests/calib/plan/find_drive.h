@@ -6,7 +6,7 @@
 
 #include "calib/model/robot.h"
 #include "calib/model/touch.h"
-#include "calib/plan/reach/planned_touch.h"
+#include "calib/plan/planned_touch.h"
 #include "sim/cell/truth.h"
 
 namespace cellcal::calib::testing {

@@ -1,6 +1,6 @@
 // Spheres that stand elsewhere than the cell file says, or somewhere in a box.
 
-#include "calib/plan/search/finder.h"
+#include "calib/plan/finder.h"
 
 #include <gtest/gtest.h>
 
@@ -11,7 +11,7 @@
 
 #include "calib/files/files.h"
 #include "calib/model/random.h"
-#include "calib/plan/reach/pool.h"
+#include "calib/plan/pool.h"
 #include "calib/plan/touch_sequence.h"
 #include "tests/calib/plan/find_drive.h"
 #include "tests/calib/simulate.h"

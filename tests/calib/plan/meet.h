@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "calib/model/random.h"
-#include "calib/plan/reach/planned_touch.h"
+#include "calib/plan/planned_touch.h"
 #include "sim/cell/truth.h"
 
 namespace cellcal::calib::testing {

@@ -9,9 +9,9 @@
 #include <set>
 
 #include "calib/model/random.h"
-#include "calib/plan/reach/duration.h"
-#include "calib/plan/reach/pool.h"
-#include "calib/plan/reach/visit.h"
+#include "calib/plan/duration.h"
+#include "calib/plan/pool.h"
+#include "calib/plan/visit.h"
 #include "tests/calib/plan/drive.h"
 #include "tests/calib/simulate.h"
 

@@ -1,7 +1,5 @@
 // The order of visits is a good one, and what it costs is what it says.
 
-#include "calib/plan/reach/order.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -10,7 +8,8 @@
 
 #include "calib/files/files.h"
 #include "calib/model/random.h"
-#include "calib/plan/reach/duration.h"
+#include "calib/plan/duration.h"
+#include "calib/plan/visit.h"
 
 namespace cellcal::calib {
 namespace {

@@ -8,8 +8,8 @@
 #include <map>
 
 #include "calib/files/files.h"
-#include "calib/plan/collision/clearance.h"
-#include "calib/plan/reach/candidates.h"
+#include "calib/plan/candidates.h"
+#include "calib/plan/clearance.h"
 #include "tests/calib/plan/ways.h"
 #include "tests/calib/simulate.h"
 

@@ -4,8 +4,8 @@
 
 #include "calib/files/files.h"
 #include "calib/identify/identify.h"
-#include "calib/plan/reach/candidates.h"
-#include "calib/plan/reach/pool.h"
+#include "calib/plan/candidates.h"
+#include "calib/plan/pool.h"
 #include "tests/calib/plan/collisions.h"
 #include "tests/calib/thrown.h"
 

@@ -1,10 +1,9 @@
-#include "calib/plan/reach/point_speed.h"
-
 #include <gtest/gtest.h>
 
 #include "calib/files/files.h"
 #include "calib/model/random.h"
 #include "calib/model/units.h"
+#include "calib/plan/duration.h"
 
 namespace cellcal::calib {
 namespace {

@@ -1,13 +1,12 @@
 // Which touches a qualification makes.
 
-#include "calib/plan/qualification_plan.h"
-
 #include <gtest/gtest.h>
 
 #include <set>
 
 #include "calib/model/kinematics.h"
-#include "calib/plan/reach/pool.h"
+#include "calib/plan/check_plan.h"
+#include "calib/plan/pool.h"
 #include "tests/calib/simulate.h"
 #include "tests/calib/thrown.h"
 

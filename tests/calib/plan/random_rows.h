@@ -1,8 +1,8 @@
 #pragma once
 // Rows of a design drawn at random.
 
+#include "calib/estimate/information.h"
 #include "calib/model/random.h"
-#include "calib/problem/information.h"
 
 namespace cellcal::calib::testing {
 

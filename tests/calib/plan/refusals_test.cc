@@ -2,9 +2,9 @@
 
 #include <gtest/gtest.h>
 
-#include "calib/plan/collision/clearance.h"
+#include "calib/plan/candidates.h"
+#include "calib/plan/clearance.h"
 #include "calib/plan/plan.h"
-#include "calib/plan/reach/candidates.h"
 #include "tests/calib/plan/box.h"
 #include "tests/calib/plan/ways.h"
 #include "tests/calib/simulate.h"

@@ -5,10 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calib/plan/reach/pool.h"
-#include "calib/plan/search/centre_particles.h"
-#include "calib/plan/search/search_depth.h"
-#include "calib/plan/search/search_line.h"
+#include "calib/plan/centre_particles.h"
+#include "calib/plan/pool.h"
+#include "calib/plan/search_line.h"
 #include "tests/calib/simulate.h"
 
 namespace cellcal::calib {

@@ -1,6 +1,6 @@
 // Searches that a session has left in their midst, and the way out of them.
 
-#include "calib/plan/search/search_under_way.h"
+#include "calib/plan/search_under_way.h"
 
 #include <gtest/gtest.h>
 

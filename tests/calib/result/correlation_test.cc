@@ -1,8 +1,9 @@
-#include "calib/result/correlation.h"
-
 #include <gtest/gtest.h>
 
 #include <limits>
+
+#include "calib/result/calibration.h"
+#include "calib/result/unidentifiable.h"
 
 namespace cellcal::calib {
 namespace {

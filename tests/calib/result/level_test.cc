@@ -6,6 +6,7 @@
 
 #include "calib/identify/identify.h"
 #include "calib/model/kinematics.h"
+#include "calib/result/calibration.h"
 #include "tests/calib/simulate.h"
 
 namespace cellcal::calib {

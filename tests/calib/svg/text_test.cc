@@ -1,8 +1,8 @@
-#include "calib/svg/text.h"
-
 #include <gtest/gtest.h>
 
 #include <string>
+
+#include "calib/svg/svg.h"
 
 namespace cellcal::svg {
 namespace {

@@ -6,10 +6,10 @@
 #include <cmath>
 #include <cstdio>
 
+#include "calib/estimate/predict.h"
 #include "calib/identify/identify.h"
-#include "calib/uncertainty/predict.h"
+#include "calib/verdict/change.h"
 #include "calib/verdict/found_residuals.h"
-#include "calib/verdict/tips_apart.h"
 #include "sim/cell/compare.h"
 #include "tests/calib/simulate.h"
 

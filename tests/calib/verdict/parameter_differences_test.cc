@@ -1,13 +1,12 @@
 // Two calibrations of one cell, parameter by parameter.
 
-#include "calib/verdict/parameter_differences.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <string>
 #include <vector>
 
+#include "calib/verdict/change.h"
 #include "tests/calib/simulate.h"
 
 namespace cellcal::calib {

@@ -8,7 +8,7 @@
 
 #include "calib/files/files.h"
 #include "calib/identify/identify.h"
-#include "calib/verdict/identify_as_stated.h"
+#include "calib/identify/identify_once.h"
 #include "tests/calib/findings.h"
 #include "tests/calib/simulate.h"
 

@@ -1,12 +1,11 @@
 // Over which temperatures a result was made.
 
-#include "calib/verdict/judge/temperature.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
 #include "calib/identify/identify.h"
+#include "calib/verdict/judge_touches.h"
 #include "calib/verdict/verdict.h"
 #include "tests/calib/findings.h"
 #include "tests/calib/simulate.h"

@@ -1,8 +1,6 @@
 // What comes out farther from the files than they allow is told, and withheld where chance no
 // longer does it; gross errors within reason and an arm that warms up hold nothing back.
 
-#include "calib/verdict/judge/tolerances.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -10,6 +8,7 @@
 #include <vector>
 
 #include "calib/identify/identify.h"
+#include "calib/verdict/judge_accuracy.h"
 #include "tests/calib/findings.h"
 #include "tests/calib/simulate.h"
 

@@ -6,7 +6,7 @@
 
 #include "calib/identify/identify.h"
 #include "calib/model/kinematics.h"
-#include "calib/verdict/tips_apart.h"
+#include "calib/verdict/change.h"
 #include "tests/calib/findings.h"
 #include "tests/calib/simulate.h"
 

@@ -8,9 +8,9 @@
 #include <numbers>
 #include <random>
 
-#include "calib/consistency/certified_lengths.h"
 #include "calib/identify/identify.h"
-#include "calib/verdict/identify_as_stated.h"
+#include "calib/identify/identify_once.h"
+#include "calib/verdict/artefacts.h"
 #include "tests/calib/findings.h"
 #include "tests/calib/simulate.h"
 

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "calib/drift/drift.h"
+#include "calib/check/drift.h"
 
 namespace cellcal::daemon {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "daemon/api/http/network_of.h"
+#include "daemon/api/http/same_site.h"
 #include "daemon/api/http/server_impl.h"
 
 namespace cellcal::daemon {

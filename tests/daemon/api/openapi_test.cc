@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "calib/syntax/input_file.h"
+#include "calib/files/input_file.h"
 #include "daemon/api/access/access.h"
 #include "daemon/api/handlers.h"
 #include "daemon/archive/archive.h"
@@ -16,7 +16,6 @@
 #include "daemon/readiness/examiner.h"
 #include "daemon/schedule/schedule.h"
 #include "daemon/schedule/service_door.h"
-#include "daemon/tasks/recorded/inputs.h"
 #include "daemon/tasks/recorded/options.h"
 #include "tests/daemon/api/schema.h"
 #include "tests/daemon/api/without_hardware.h"

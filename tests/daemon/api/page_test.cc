@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "daemon/api/handlers.h"
-#include "daemon/tasks/recorded/inputs.h"
+#include "daemon/tasks/recorded/options.h"
 #include "tests/daemon/api/without_hardware.h"
 
 namespace cellcal::daemon {

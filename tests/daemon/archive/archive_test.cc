@@ -11,10 +11,9 @@
 
 #include "calib/files/calibration_json.h"
 #include "calib/files/files.h"
-#include "calib/syntax/input_file.h"
+#include "calib/files/input_file.h"
 #include "daemon/journal/database/chain.h"
 #include "daemon/journal/rows.h"
-#include "daemon/tasks/recorded/inputs.h"
 #include "daemon/tasks/recorded/options.h"
 #include "tests/calib/random_calibration.h"
 #include "tests/daemon/journal/temporary_directory.h"

@@ -9,7 +9,6 @@
 
 #include "daemon/journal/store/sqlite.h"
 #include "daemon/tasks/recorded/check_against.h"
-#include "daemon/tasks/recorded/last_calibration.h"
 #include "tests/daemon/certificate/recorded.h"
 #include "tests/daemon/journal/temporary_directory.h"
 

@@ -5,8 +5,8 @@
 #include <fstream>
 
 #include "calib/files/files.h"
-#include "calib/syntax/input_file.h"
-#include "daemon/cell_form/form_json.h"
+#include "calib/files/input_file.h"
+#include "daemon/cell_form/cell_form.h"
 #include "example.h"
 #include "tests/daemon/journal/temporary_directory.h"
 

@@ -1,15 +1,13 @@
-#include "daemon/cell_form/form_json.h"
-
 #include <gtest/gtest.h>
 
 #include <limits>
 
-#include "calib/files/documents.h"
+#include "calib/files/cell_file.h"
 #include "calib/files/files.h"
+#include "calib/files/input_file.h"
 #include "calib/model/error.h"
-#include "calib/syntax/input_file.h"
+#include "daemon/cell_form/cell_form.h"
 #include "daemon/cell_form/cell_text.h"
-#include "daemon/cell_form/kept.h"
 #include "example.h"
 
 namespace cellcal::daemon::testing {

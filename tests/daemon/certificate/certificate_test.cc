@@ -12,8 +12,7 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 
-#include "calib/syntax/input_file.h"
-#include "daemon/tasks/recorded/inputs.h"
+#include "calib/files/input_file.h"
 #include "daemon/tasks/recorded/options.h"
 #include "tests/daemon/certificate/origins.h"
 #include "tests/daemon/certificate/recorded.h"

@@ -6,7 +6,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "calib/syntax/input_file.h"
+#include "calib/files/input_file.h"
 #include "daemon/certificate/signing/signed_files.h"
 #include "tests/daemon/certificate/recorded.h"
 #include "tests/daemon/cli/process.h"

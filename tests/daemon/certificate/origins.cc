@@ -9,11 +9,11 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "calib/estimate/predict.h"
 #include "calib/files/calibration_json.h"
-#include "calib/syntax/input_file.h"
-#include "calib/syntax/toml_json.h"
-#include "calib/uncertainty/predict.h"
-#include "calib/verdict/tips_apart.h"
+#include "calib/files/input_file.h"
+#include "calib/files/toml.h"
+#include "calib/verdict/change.h"
 
 namespace cellcal::daemon::testing {
 

@@ -10,11 +10,10 @@
 #include <set>
 #include <sstream>
 
-#include "calib/files/documents.h"
+#include "calib/files/cell_file.h"
 #include "calib/files/files.h"
-#include "calib/files/shipped_robots.h"
+#include "calib/files/robot_file.h"
 #include "daemon/cell_form/cell_text.h"
-#include "daemon/cli/new_cell/answers.h"
 #include "daemon/cli/new_cell/dialogue.h"
 #include "tests/daemon/cli/content.h"
 #include "tests/daemon/cli/process.h"

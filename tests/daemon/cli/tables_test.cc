@@ -5,7 +5,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 
-#include "calib/words/finding_words.h"
+#include "calib/result/finding.h"
 
 namespace cellcal::daemon {
 namespace {

@@ -1,8 +1,8 @@
-#include "daemon/cli/times.h"
-
 #include <gtest/gtest.h>
 
 #include <vector>
+
+#include "daemon/cli/progress.h"
 
 namespace cellcal::daemon {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "calib/drift/limits.h"
+#include "calib/check/charts.h"
 #include "tests/daemon/drift/checked_journal.h"
 
 namespace cellcal::daemon {

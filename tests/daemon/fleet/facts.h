@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/plant/messages/fact_json.h"
+#include "daemon/plant/messages/fact.h"
 #include "daemon/plant/messages/presence.h"
 #include "tests/daemon/fleet/servers.h"
 

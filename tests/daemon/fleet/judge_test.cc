@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "daemon/plant/messages/fact_json.h"
+#include "daemon/plant/messages/fact.h"
 
 namespace cellcal::daemon::fleet {
 namespace {

@@ -1,9 +1,8 @@
-#include "daemon/fleet/collect/reread.h"
-
 #include <gtest/gtest.h>
 
 #include <fstream>
 
+#include "daemon/fleet/collect/collector.h"
 #include "tests/daemon/cli/process.h"
 #include "tests/daemon/fleet/facts.h"
 #include "tests/daemon/journal/temporary_directory.h"

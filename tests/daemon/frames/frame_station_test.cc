@@ -5,7 +5,7 @@
 #include <cmath>
 #include <fstream>
 
-#include "calib/syntax/input_file.h"
+#include "calib/files/input_file.h"
 #include "drivers/error.h"
 #include "tests/daemon/frames/corrected_tool.h"
 #include "tests/daemon/journal/temporary_directory.h"

@@ -14,7 +14,7 @@
 #include <functional>
 
 #include "calib/files/files.h"
-#include "calib/syntax/input_file.h"
+#include "calib/files/input_file.h"
 #include "daemon/journal/store/head_file.h"
 #include "daemon/journal/store/lock_file.h"
 #include "images.h"

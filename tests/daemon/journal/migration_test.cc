@@ -7,7 +7,7 @@
 
 #include "daemon/journal/database/schema.h"
 #include "daemon/journal/store/sqlite.h"
-#include "daemon/qualification/touch_contacts.h"
+#include "daemon/qualification/contact_delay.h"
 #include "daemon/result/outcome_json.h"
 #include "images.h"
 #include "temporary_directory.h"

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "calib/files/files.h"
-#include "calib/syntax/input_file.h"
+#include "calib/files/input_file.h"
 #include "daemon/journal/store/head_file.h"
 #include "daemon/journal/store/sqlite.h"
 
@@ -80,9 +80,10 @@ class Version2 {
 inline void make_version_2(const std::filesystem::path& path) {
   Version2 old(path);
   const auto session = [&](int id, const char* state, const char* calibration) {
-    old.insert(id, "session",
-               fmt::format("{}, 't0', 't1', '{}', '/c', 'cell', '/r', 'robot', '{{}}', 'h', 2, '', '{}'",
-                           id, state, calibration));
+    old.insert(
+        id, "session",
+        fmt::format("{}, 't0', 't1', '{}', '/c', 'cell', '/r', 'robot', '{{}}', 'h', 2, '', '{}'",
+                    id, state, calibration));
   };
   const auto touch = [&](int of, int number) {
     old.insert(of, "touch",

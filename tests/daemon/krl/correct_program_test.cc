@@ -4,7 +4,7 @@
 
 #include <regex>
 
-#include "calib/uncertainty/predict.h"
+#include "calib/estimate/predict.h"
 #include "tests/daemon/krl/fixture.h"
 
 namespace cellcal::daemon::testing {

@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <numbers>
 
-#include "calib/model/configurations.h"
+#include "calib/model/inverse.h"
 #include "calib/model/units.h"
 
 namespace cellcal::daemon::testing {

@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "calib/files/shipped_robots.h"
+#include "calib/files/robot_file.h"
 #include "daemon/krl/krl_numbers.h"
 #include "daemon/krl/status_turn.h"
 #include "tests/daemon/krl/fixture.h"

@@ -1,12 +1,12 @@
 // What systemd's journal is told of a line of the log.
 
-#include "daemon/main/journald.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cstdlib>
 #include <thread>
+
+#include "daemon/main/log.h"
 
 namespace cellcal::daemon {
 namespace {

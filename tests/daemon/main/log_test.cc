@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <string>
 
-#include "daemon/files/printable.h"
+#include "daemon/files/system_words.h"
 
 namespace cellcal::daemon {
 namespace {

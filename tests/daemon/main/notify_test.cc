@@ -8,7 +8,7 @@
 
 #include <cstring>
 
-#include "daemon/main/notification.h"
+#include "daemon/main/systemd_news.h"
 #include "daemon_fixture.h"
 
 namespace cellcal::daemon::testing {

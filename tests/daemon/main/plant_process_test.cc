@@ -6,7 +6,7 @@
 #include <set>
 #include <thread>
 
-#include "daemon/plant/messages/fact_json.h"
+#include "daemon/plant/messages/fact.h"
 #include "daemon/plant/messages/proposal.h"
 #include "daemon_fixture.h"
 #include "tests/daemon/plant/publisher/hostile_broker.h"

@@ -6,9 +6,9 @@
 #include <set>
 #include <thread>
 
-#include "calib/syntax/input_file.h"
+#include "calib/files/input_file.h"
 #include "daemon/journal/journal.h"
-#include "daemon/plant/messages/fact_json.h"
+#include "daemon/plant/messages/fact.h"
 #include "daemon/plant/sparkplug/payload.h"
 #include "daemon_fixture.h"
 #include "tests/daemon/certificate/recorded.h"

@@ -1,9 +1,8 @@
-#include "daemon/notify/smtp.h"
-
 #include <gtest/gtest.h>
 
 #include <cstdlib>
 
+#include "daemon/notify/mail.h"
 #include "tests/daemon/journal/temporary_directory.h"
 #include "tests/daemon/notify/smtp_server.h"
 

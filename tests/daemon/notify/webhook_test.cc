@@ -1,12 +1,10 @@
-#include "daemon/notify/webhook.h"
-
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
 #include <cstdlib>
 #include <fstream>
 
-#include "daemon/notify/secret.h"
+#include "daemon/notify/transfer.h"
 #include "tests/daemon/journal/temporary_directory.h"
 #include "tests/daemon/notify/hook_server.h"
 

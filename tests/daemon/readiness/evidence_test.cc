@@ -10,7 +10,6 @@
 
 #include "calib/files/calibration_json.h"
 #include "daemon/result/session_result.h"
-#include "daemon/tasks/recorded/inputs.h"
 #include "daemon/tasks/recorded/options.h"
 #include "tests/calib/random_calibration.h"
 #include "tests/daemon/journal/temporary_directory.h"

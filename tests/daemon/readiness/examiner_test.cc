@@ -8,7 +8,7 @@
 #include <fstream>
 #include <stdexcept>
 
-#include "calib/syntax/input_file.h"
+#include "calib/files/input_file.h"
 #include "daemon/readiness/evidence.h"
 #include "tests/daemon/journal/temporary_directory.h"
 

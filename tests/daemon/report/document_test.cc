@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "calib/identify/identify.h"
-#include "calib/verdict/identify_as_stated.h"
+#include "calib/identify/identify_once.h"
 #include "daemon/report/report.h"
 #include "tests/daemon/report/fixture.h"
 #include "tests/daemon/report/html_checker.h"

@@ -1,11 +1,11 @@
-#include "daemon/report/drawing/text.h"
-
 #include <gtest/gtest.h>
 
 #include <clocale>
 #include <limits>
 #include <locale>
 #include <string>
+
+#include "daemon/report/drawing/scale.h"
 
 namespace cellcal::daemon::report {
 namespace {

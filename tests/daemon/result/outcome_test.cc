@@ -8,7 +8,6 @@
 #include <set>
 
 #include "daemon/result/outcome_json.h"
-#include "daemon/result/outcome_words.h"
 
 namespace cellcal::daemon {
 namespace {

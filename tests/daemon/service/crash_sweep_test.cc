@@ -12,7 +12,7 @@
 #include <set>
 #include <thread>
 
-#include "calib/syntax/input_file.h"
+#include "calib/files/input_file.h"
 #include "daemon/archive/archive.h"
 #include "daemon/backends/backends.h"
 #include "daemon/service/journal_recorder.h"

@@ -10,8 +10,6 @@
 #include "daemon/web/assets.h"
 #include "daemon/web/drift.h"
 #include "daemon/web/figures.h"
-#include "daemon/web/json.h"
-#include "daemon/web/plan.h"
 #include "daemon/web/scene.h"
 
 namespace cellcal::daemon::web {

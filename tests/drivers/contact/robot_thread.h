@@ -119,7 +119,7 @@ inline SerialContactOptions options_for(const std::string& device) {
   SerialContactOptions options;
   options.port.device = device;
   // ctest runs all of this a second time on the path of real devices, with pty_shim preloaded.
-  options.port.always_libserialport = std::getenv("CELLCAL_TEST_LIBSERIALPORT ") != nullptr;
+  options.port.always_libserialport = std::getenv("CELLCAL_TEST_LIBSERIALPORT") != nullptr;
   options.contact.max_clock_sigma_s = 0.02;  // a loaded test machine, not what is tested here
   options.reopen_first = milliseconds{20};
   options.reopen_longest = milliseconds{100};

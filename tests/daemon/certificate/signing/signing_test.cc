@@ -8,7 +8,7 @@
 #include <functional>
 #include <optional>
 
-#include "calib/syntax/input_file.h"
+#include "calib/files/input_file.h"
 #include "daemon/certificate/signing/signed_files.h"
 #include "tests/daemon/journal/temporary_directory.h"
 

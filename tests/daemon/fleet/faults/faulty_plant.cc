@@ -11,7 +11,7 @@
 #include <stdexcept>
 #include <thread>
 
-#include "daemon/plant/messages/fact_json.h"
+#include "daemon/plant/messages/fact.h"
 #include "tests/bench/plant/collector_process.h"
 #include "tests/daemon/plant/publisher/listener.h"
 

@@ -7,7 +7,7 @@
 #include <fstream>
 #include <iterator>
 
-#include "daemon/plant/messages/fact_json.h"
+#include "daemon/plant/messages/fact.h"
 #include "daemon/plant/outbox/reporter.h"
 #include "daemon/result/session_result.h"
 

@@ -11,7 +11,7 @@
 
 #include "daemon/api/http/server.h"
 #include "daemon/plant/desk/desk_client.h"
-#include "daemon/plant/messages/fact_json.h"
+#include "daemon/plant/messages/fact.h"
 #include "daemon/plant/sparkplug/cell_metrics.h"
 #include "tests/daemon/journal/temporary_directory.h"
 

@@ -1,14 +1,11 @@
-#include "daemon/plant/messages/fact_json.h"
-
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
 
 #include "calib/model/error.h"
-#include "daemon/plant/messages/certificate_fact.h"
+#include "daemon/plant/messages/fact.h"
 #include "daemon/plant/messages/presence.h"
 #include "daemon/plant/messages/proposal.h"
-#include "daemon/plant/messages/stored.h"
 #include "one_of_each.h"
 
 namespace cellcal::daemon::plant {

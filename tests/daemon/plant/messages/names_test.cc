@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "daemon/plant/messages/base64.h"
+#include "daemon/plant/messages/text_fields.h"
 
 namespace cellcal::daemon::plant {
 namespace {

@@ -5,10 +5,9 @@
 #include <gtest/gtest.h>
 
 #include "calib/model/error.h"
-#include "daemon/plant/messages/fact_json.h"
+#include "daemon/plant/messages/fact.h"
 #include "daemon/plant/messages/presence.h"
 #include "daemon/plant/messages/proposal.h"
-#include "daemon/plant/messages/stored.h"
 #include "one_of_each.h"
 
 namespace cellcal::daemon::plant {

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "daemon/plant/messages/fact_json.h"
+#include "daemon/plant/messages/fact.h"
 #include "tests/daemon/journal/disks/away_disk.h"
 #include "tests/daemon/journal/images.h"
 #include "tests/daemon/journal/temporary_directory.h"

@@ -8,7 +8,7 @@
 #include <limits>
 
 #include "calib/files/check_json.h"
-#include "daemon/plant/messages/fact_json.h"
+#include "daemon/plant/messages/fact.h"
 #include "daemon/result/outcome_json.h"
 #include "daemon/tasks/recorded/options.h"
 #include "tests/daemon/journal/images.h"

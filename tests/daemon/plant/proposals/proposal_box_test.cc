@@ -6,9 +6,8 @@
 #include <fstream>
 #include <set>
 
+#include "calib/files/input_file.h"
 #include "calib/model/error.h"
-#include "calib/syntax/input_file.h"
-#include "daemon/plant/proposals/proposals_file.h"
 #include "tests/daemon/journal/temporary_directory.h"
 
 namespace cellcal::daemon::plant {

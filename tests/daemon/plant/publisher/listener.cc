@@ -11,8 +11,8 @@
 #include <set>
 #include <stdexcept>
 
-#include "daemon/plant/messages/fact_json.h"
-#include "daemon/plant/messages/stored.h"
+#include "daemon/plant/messages/fact.h"
+#include "daemon/plant/messages/presence.h"
 
 namespace cellcal::daemon::testing {
 

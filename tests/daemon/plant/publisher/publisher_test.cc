@@ -19,10 +19,10 @@
 
 #include "black_hole.h"
 #include "broker.h"
-#include "calib/syntax/input_file.h"
+#include "calib/files/input_file.h"
 #include "cell_line.h"
 #include "daemon/journal/store/sqlite.h"
-#include "daemon/plant/messages/fact_json.h"
+#include "daemon/plant/messages/fact.h"
 #include "daemon/plant/messages/proposal.h"
 #include "daemon/plant/outbox/reporter.h"
 #include "hostile_broker.h"

@@ -1,0 +1,287 @@
+#include "calib/check/drift.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "calib/check/charts.h"
+
+namespace cellcal::calib {
+
+namespace {
+
+/// Farther from all temperatures that the chart has seen, it does not know what is usual.
+constexpr double kUnusualK = 5.0;
+
+bool beyond(const Charts::Statistics& at, const ControlLimits& limits) {
+  return !(at.ewma <= limits.ewma &&
+           at.cusum <= limits.cusum);  // what is no number is not in control
+}
+
+/// The charts, and what follows from them, check after check.
+class Watch {
+ public:
+  explicit Watch(std::optional<double> reference_c)
+      : reference_c_(reference_c), charts_(reference_c) {
+    chart_.least = kLeastChecks;
+    chart_.warns = kWarnLimits;
+    chart_.alarms = kAlarmLimits;
+  }
+
+  void take(const CheckSeen& check) {
+    DriftPoint point;
+    point.check = check;
+    const bool held = check.verdict == CheckVerdict::kHolds;
+    // What does not hold is measured against those that held, and is no part of them.
+    if (check.left_out == LeftOut::kNo && (held || charts_.centre().known())) {
+      const Charts::Statistics at = charts_.take(check);
+      point.ewma = at.ewma;
+      point.cusum = at.cusum;
+      point.share = std::max(at.ewma / kAlarmLimits.ewma, at.cusum / kAlarmLimits.cusum);
+      trend_checks_.push_back(check);
+      if (held) ++chart_.counted;
+      at_ = at;
+      if (!held || by_statistics() == DriftState::kAlarms)
+        freeze(check);
+      else
+        go_on(check);
+    }
+    look_at_newest(check);
+    point.state = chart_.state;
+    chart_.points.push_back(point);
+  }
+
+  DriftChart chart() && {
+    for (DriftPoint& point : chart_.points)
+      if (charts_.centre().known()) point.off_m = charts_.centre().against(point.check).off_m;
+    chart_.noise = charts_.scatter();
+    chart_.per_kelvin_m = charts_.centre().per_kelvin_m();
+    // After a check that did not hold and one that does, the tool was put back: neither a step nor a creep.
+    const bool put_back = failed_ && !chart_.not_held;
+    if ((chart_.alarmed_at && !put_back) || by_statistics() == DriftState::kWarns)
+      chart_.trend = trend_of(trend_checks_, charts_.scatter(), reference_c_);
+    return std::move(chart_);
+  }
+
+ private:
+  /// An alarm stands until both statistics are below their warning limits, however few checks there are.
+  DriftState by_statistics() const {
+    const bool enough = chart_.counted >= kLeastChecks;
+    if (enough && beyond(at_, kAlarmLimits)) return DriftState::kAlarms;
+    if (beyond(at_, kWarnLimits)) {
+      if (chart_.alarmed_at) return DriftState::kAlarms;
+      if (enough) return DriftState::kWarns;
+    }
+    return enough ? DriftState::kInControl : DriftState::kTooFew;
+  }
+
+  /// The state is never better than the newest check.
+  void look_at_newest(const CheckSeen& check) {
+    switch (check.verdict) {
+      case CheckVerdict::kUndecided:
+        ++chart_.undecided;
+        if (chart_.state == DriftState::kInControl) chart_.state = DriftState::kUnknown;
+        return;
+      case CheckVerdict::kDoesNotHold:
+        if (!chart_.not_held) chart_.not_held = NotHeld{check.session, check.time_s, 0};
+        ++chart_.not_held->checks;
+        chart_.state = DriftState::kAlarms;
+        break;
+      case CheckVerdict::kHolds:
+        chart_.not_held.reset();
+        chart_.state = by_statistics();
+        break;
+    }
+    chart_.undecided = 0;
+  }
+
+  /// The centre stays what it was before the arm went off.
+  void freeze(const CheckSeen& check) {
+    if (chart_.alarmed_at) return;
+    chart_.alarmed_at = check.session;
+    failed_ = check.verdict != CheckVerdict::kHolds;
+    const auto trend = trend_of(trend_checks_, charts_.scatter(), reference_c_);
+    trusted_ = trend_checks_.size() - (trend ? trend->checks : 1);
+    Centre centre(reference_c_);
+    for (std::size_t k = 0; k < trusted_; ++k) centre.learn(trend_checks_[k]);
+    charts_.refer_to(centre);
+  }
+
+  void go_on(const CheckSeen& check) {
+    if (chart_.alarmed_at) {  // it was put back, or was none
+      trend_checks_.resize(trusted_);
+      trend_checks_.push_back(check);
+      chart_.alarmed_at.reset();
+      failed_ = false;
+    }
+    charts_.learn(check);
+  }
+
+  std::optional<double> reference_c_;
+  Charts charts_;
+  DriftChart chart_;
+  Charts::Statistics at_;  ///< of the newest check in the chart
+  /// What the centre is made of, and the checks of the alarm that stands.
+  std::vector<CheckSeen> trend_checks_;
+  std::size_t trusted_ = 0;  ///< of them, before that alarm's trend
+  bool failed_ = false;      ///< a check that did not hold raised it
+};
+
+/// Of the newest check, if it is unlike the others.
+bool unusual_temperature(const DriftChart& chart) {
+  const auto& newest = chart.points.back().check.temperature_c;
+  double nearest = kUnusualK;
+  bool others = false;
+  for (std::size_t k = 0; newest && k + 1 < chart.points.size(); ++k) {
+    const CheckSeen& check = chart.points[k].check;
+    if (!check.temperature_c || check.left_out != LeftOut::kNo) continue;
+    others = true;
+    nearest = std::min(nearest, std::abs(*check.temperature_c - *newest));
+  }
+  return others && nearest >= kUnusualK;
+}
+
+DriftAdvice advice_for(const DriftChart& chart) {
+  if (chart.points.empty()) return DriftAdvice::kNone;
+  const CheckSeen& newest = chart.points.back().check;
+  if (newest.verdict != CheckVerdict::kHolds)
+    return remedy_of(newest.verdict, newest.change ? newest.change->kind : ChangeKind::kNothing);
+  if (chart.state == DriftState::kWarns || chart.state == DriftState::kUnknown)
+    return DriftAdvice::kCheckAgain;
+  if (chart.state != DriftState::kAlarms) return DriftAdvice::kNone;
+  if (!chart.trend || chart.trend->checks == 1) return DriftAdvice::kCheckAgain;
+  if (unusual_temperature(chart)) return DriftAdvice::kLetItWarmUp;
+  if (!chart.trend->causes.empty())
+    return remedy_of(CheckVerdict::kDoesNotHold, chart.trend->causes.front().kind);
+  return DriftAdvice::kRemeasureTcp;
+}
+
+}  // namespace
+
+std::optional<double> reference_temperature_c(const std::vector<CheckSeen>& checks) {
+  for (const CheckSeen& check : checks)
+    if (check.left_out == LeftOut::kNo && check.temperature_c) return check.temperature_c;
+  return std::nullopt;
+}
+
+DriftChart drift_chart(const std::vector<CheckSeen>& checks) {
+  Watch watch(reference_temperature_c(checks));
+  for (const CheckSeen& check : checks) watch.take(check);
+  DriftChart chart = std::move(watch).chart();
+  advise(chart);
+  return chart;
+}
+
+void age(DriftChart& chart, double now_s) {
+  constexpr double kDayS = 86400.0;
+  if (chart.state != DriftState::kInControl) return;
+  const CheckSeen* decided = chart.newest_decided();
+  if (decided == nullptr || now_s - decided->time_s <= kMostDays * kDayS) return;
+  chart.state = DriftState::kUnknown;
+  advise(chart);
+}
+
+void advise(DriftChart& chart) { chart.advice = advice_for(chart); }
+
+namespace {
+
+/// Beside the centre and its warmth: the trend's own three.
+using Normal = Eigen::Matrix<double, 9, 9>;
+using Right = Eigen::Matrix<double, 9, 1>;
+
+/// Time is counted in days here, so that no column is a billion times another.
+constexpr double kDayS = 86400.0;
+/// Checks of one day have no rate per month.
+constexpr double kShortestCreepS = kDayS;
+
+/// Normal equations of centre, warmth and one trend, found = centre + per_K warm + size basis.
+struct Fit {
+  Normal normal = Normal::Zero();
+  Right right = Right::Zero();
+
+  void add(const CheckSeen& check, const Eigen::Matrix3d& weight, double warm, double basis) {
+    const double by[3] = {1.0, warm, basis};
+    const Eigen::Vector3d weighted = weight * check.shift_m;
+    for (int a = 0; a < 3; ++a) {
+      right.segment<3>(3 * a) += by[a] * weighted;
+      for (int b = 0; b < 3; ++b) normal.block<3, 3>(3 * a, 3 * b) += by[a] * by[b] * weight;
+    }
+  }
+};
+
+struct Best {
+  double gain = -1.0;
+  std::size_t from = 0;
+  DriftShape shape = DriftShape::kStep;
+  Eigen::Vector3d size = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+};
+
+double basis_of(DriftShape shape, const std::vector<CheckSeen>& checks, std::size_t from,
+                std::size_t k) {
+  if (k < from) return 0.0;
+  if (shape == DriftShape::kStep) return 1.0;
+  return (checks[k].time_s - checks[from - 1].time_s) / kDayS;
+}
+
+double sigma_along(const Eigen::Matrix3d& covariance, const Eigen::Vector3d& v) {
+  const double length = v.norm();
+  const Eigen::Vector3d along =
+      length > 0.0 ? Eigen::Vector3d(v / length) : Eigen::Vector3d(Eigen::Vector3d::UnitX());
+  return std::sqrt(along.dot(covariance * along));
+}
+
+}  // namespace
+
+std::optional<DriftTrend> trend_of(const std::vector<CheckSeen>& checks, double noise,
+                                   std::optional<double> reference_c) {
+  if (checks.size() < 2) return std::nullopt;
+  std::vector<Eigen::Matrix3d> weights;
+  std::vector<double> warm;
+  Normal fixed = Normal::Zero();
+  fixed.block<3, 3>(3, 3) = Eigen::Matrix3d::Identity() / (kPerKelvinM * kPerKelvinM);
+  for (const CheckSeen& check : checks) {
+    weights.push_back((noise * noise * check.covariance_m2).inverse());
+    warm.push_back(reference_c && check.temperature_c ? *check.temperature_c - *reference_c : 0.0);
+  }
+  // Candidates thin out where there are hundreds: a creep is not known to a check anyway.
+  constexpr std::size_t kMostCandidates = 150;
+  const std::size_t stride = 1 + checks.size() / kMostCandidates;
+  Best best;
+  for (std::size_t from = checks.size() - 1; from >= 1; from -= std::min(from, stride)) {
+    const bool lasts = checks.back().time_s - checks[from - 1].time_s >= kShortestCreepS;
+    for (const DriftShape shape : {DriftShape::kStep, DriftShape::kCreep}) {
+      if (shape == DriftShape::kCreep && !lasts) continue;
+      Fit fit;
+      fit.normal = fixed;
+      for (std::size_t k = 0; k < checks.size(); ++k)
+        fit.add(checks[k], weights[k], warm[k], basis_of(shape, checks, from, k));
+      if (!(fit.normal.diagonal().tail<3>().minCoeff() > 0.0)) continue;  // times out of order
+      const Eigen::LDLT<Normal> factor(fit.normal);
+      const Right solution = factor.solve(fit.right);
+      const double gain = solution.dot(fit.right);
+      if (!(gain > best.gain)) continue;
+      const Normal inverse = factor.solve(Normal::Identity());
+      best = {gain, from, shape, solution.tail<3>(), inverse.bottomRightCorner<3, 3>()};
+    }
+  }
+  if (best.gain < 0.0) return std::nullopt;
+  DriftTrend trend;
+  trend.shape = best.shape;
+  trend.since = checks[best.from].session;
+  trend.since_s = checks[best.from].time_s;
+  trend.checks = checks.size() - best.from;
+  const double now = basis_of(best.shape, checks, best.from, checks.size() - 1);
+  trend.now_m = now * best.size;
+  trend.now_sigma_m = now * sigma_along(best.covariance, best.size);
+  if (best.shape == DriftShape::kCreep) {
+    trend.over_s = checks.back().time_s - checks[best.from - 1].time_s;
+    trend.rate_m_s = best.size / kDayS;
+    trend.rate_sigma_m_s = sigma_along(best.covariance, best.size) / kDayS;
+  }
+  return trend;
+}
+
+}  // namespace cellcal::calib

@@ -1,0 +1,417 @@
+#include "calib/estimate/observability.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <utility>
+
+#include "calib/estimate/information.h"
+#include "calib/model/linear.h"
+
+namespace cellcal::calib {
+
+namespace {
+
+/// A step of one tolerance that changes all measurements together by less than a thousandth of a
+/// sigma is not seen at all.
+constexpr double kSeen = 1e-3;
+/// Half of the digits: singular values come from their squares.
+constexpr double kRounding = 1e-7;
+/// What every nuisance is seen by, at least, so that its block has an inverse.
+constexpr double kFlatDirection = 1e-3;
+
+/// Columns of the arm that every model level has: geometry, tool and bending.
+bool is_geometry(ParameterKind kind) {
+  return !is_compliance(kind) && !is_transmission(kind) && kind != ParameterKind::kPlay;
+}
+
+/// J'J over some columns, lower part; by blocks that stay in the cache, however many rows.
+Eigen::MatrixXd gram_of(const RowMajor& jacobian, const std::vector<int>& columns) {
+  const auto width = static_cast<Eigen::Index>(columns.size());
+  Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(width, width);
+  constexpr Eigen::Index kRows = 128;
+  Eigen::MatrixXd block;
+  for (Eigen::Index first = 0; first < jacobian.rows(); first += kRows) {
+    const Eigen::Index rows = std::min(kRows, jacobian.rows() - first);
+    block.resize(width, rows);
+    for (Eigen::Index r = 0; r < rows; ++r)
+      for (Eigen::Index k = 0; k < width; ++k)
+        block(k, r) = jacobian(first + r, columns[static_cast<std::size_t>(k)]);
+    gram.selfadjointView<Eigen::Lower>().rankUpdate(block);
+  }
+  return gram;
+}
+
+}  // namespace
+
+Observability indices_of(std::span<const double> singular_values, int rows) {
+  Observability o;
+  o.rows = rows;
+  o.directions = static_cast<int>(singular_values.size());
+  o.singular_values.assign(singular_values.begin(), singular_values.end());
+  std::sort(o.singular_values.begin(), o.singular_values.end(), std::greater<>());
+  if (o.singular_values.empty() || rows == 0) return o;
+  const double largest = o.singular_values.front();
+  double log_sum = 0.0, inverse_sum = 0.0, smallest = 0.0;
+  for (const double s : o.singular_values) {
+    if (!(s > std::max(kSeen, kRounding * largest))) break;
+    ++o.rank;
+    if (s > 1.0) ++o.determined;
+    log_sum += std::log(s);
+    inverse_sum += 1.0 / s;
+    smallest = s;
+  }
+  if (o.rank == 0) return o;
+  o.o1 = std::exp(log_sum / o.rank) / std::sqrt(rows);  // (43)
+  o.o2 = smallest / largest;
+  o.o3 = smallest;
+  o.o4 = smallest * smallest / largest;
+  o.o5 = 1.0 / inverse_sum;
+  o.condition = largest / smallest;
+  return o;
+}
+
+Observability observability(const Problem& problem, const Linearisation& linear,
+                            const Eigen::MatrixXd& frame_basis_u) {
+  std::vector<int> columns;  // geometry, then nuisances: where the targets are, and radii
+  for (int i = 0; i < problem.arm_size(); ++i)
+    if (is_geometry(problem.arm().parameters()[static_cast<std::size_t>(i)].kind))
+      columns.push_back(i);
+  const auto geometry = static_cast<Eigen::Index>(columns.size());
+  for (int i = problem.arm_size(); i < problem.size(); ++i) columns.push_back(i);
+  const Eigen::Index nuisances = static_cast<Eigen::Index>(columns.size()) - geometry;
+
+  const Eigen::MatrixXd gram = gram_of(linear.jacobian, columns);
+  Eigen::MatrixXd nuisance = gram.bottomRightCorner(nuisances, nuisances);
+  for (Eigen::Index k = 0; k < nuisances; ++k) {
+    const Unknown& unknown = problem.unknowns()[static_cast<std::size_t>(problem.arm_size() + k)];
+    nuisance(k, k) += unknown.held_by_geometry
+                          ? 1.0
+                          : kFlatDirection * kFlatDirection;  // in its own prior sigmas
+  }
+  Eigen::MatrixXd coupling = gram.bottomLeftCorner(nuisances, geometry);
+  coupling = Cholesky(nuisance).whitened(coupling);
+  Eigen::MatrixXd left = gram.topLeftCorner(geometry, geometry).selfadjointView<Eigen::Lower>();
+  left.noalias() -= coupling.transpose() * coupling;  // (42)
+
+  // The frame's share of the geometry spans what is taken out.
+  if (frame_basis_u.cols() > 0 && geometry > 0) {
+    Eigen::MatrixXd frame(geometry, frame_basis_u.cols());
+    for (Eigen::Index k = 0; k < geometry; ++k)
+      frame.row(k) = frame_basis_u.row(columns[static_cast<std::size_t>(k)]);
+    left = without_span(std::move(left), frame, kRounding);
+  }
+  std::vector<double> singular;
+  if (left.rows() > 0)
+    for (const double square : eigenvalues(left))
+      singular.push_back(std::sqrt(std::max(0.0, square)));
+  // More directions than rows cannot be seen; what rounding leaves of the others is nothing.
+  std::sort(singular.begin(), singular.end(), std::greater<>());
+  const auto rows = static_cast<std::size_t>(linear.jacobian.rows());
+  for (std::size_t k = rows; k < singular.size(); ++k) singular[k] = 0.0;
+  Observability result = indices_of(singular, static_cast<int>(rows));
+  result.unknowns = problem.size();
+  return result;
+}
+
+namespace {
+
+/// A direction along which one tolerance sigma moves all touches together by less than this many
+/// touch sigmas: whatever is said about it, the tolerances say it.
+constexpr double kNoInformation = 0.3;
+/// A frame direction moves nothing that anyone could measure: less than this, rms over the
+/// workspace, were the tool stiff. (The last link's fourth combination tilts the tool and with it
+/// its bending: by a fraction of a micrometre, but by more the softer the tool is.)
+constexpr double kUnmeasurableM = 1e-6;
+/// What every direction is seen by, at least: far below the others.
+constexpr double kFlat = 1e-3;
+/// At most this many weak directions are put into words.
+constexpr std::size_t kWeakNamed = 3;
+/// Shares below this, in the metres that each moves, are not worth naming.
+constexpr double kNamed = 0.05;
+
+/// Reduced echelon form by columns with full pivoting: the same space in sparse vectors, each of
+/// which can be put into words. Arm parameters are preferred as pivots.
+Eigen::MatrixXd sparse_basis(Eigen::MatrixXd n, int arm_size) {
+  const Eigen::Index k = n.cols();
+  for (Eigen::Index c = 0; c < k; ++c) {
+    Eigen::Index pivot = 0, column = c;
+    const auto arm = n.block(0, c, arm_size, k - c);
+    const double best = arm.cwiseAbs().maxCoeff(&pivot, &column);
+    column += c;
+    if (best < 1e-6) {  // nothing of the arm left in it
+      n.rightCols(k - c).cwiseAbs().maxCoeff(&pivot, &column);
+      column += c;
+    }
+    n.col(c).swap(n.col(column));
+    n.col(c) /= n(pivot, c);
+    for (Eigen::Index other = 0; other < k; ++other)
+      if (other != c) n.col(other) -= n(pivot, other) * n.col(c);
+  }
+  for (Eigen::Index c = 0; c < k; ++c) n.col(c).normalize();
+  return n;
+}
+
+/// How far a prior sigma of each unknown alone moves the tip (rms over the workspace) or its target
+/// [m]. Sigmas do not compare: a target's counts the same on a large arm as on one that moves it
+/// half as far.
+Eigen::VectorXd reach_of(const Problem& problem, const TipMoves& stiff) {
+  const double root_of_tips = std::sqrt(static_cast<double>(stiff.tips_m.cols()));
+  const double lever_m =
+      stiff.tips_m.norm() / root_of_tips;  // of a target that turns: where the tips are
+  double fastest_m_s = 0.0;
+  for (std::size_t t = 0; t < problem.touches().size(); ++t)
+    fastest_m_s = std::max(fastest_m_s, std::abs(problem.closing_m_s(t)));
+  Eigen::VectorXd reach(problem.size());
+  for (int i = 0; i < problem.size(); ++i) {
+    const Unknown& unknown = problem.unknowns()[i];
+    reach[i] = i < problem.arm_size()  ? stiff.moves_m.col(i).norm() / root_of_tips
+               : i == problem.delay()  ? unknown.scale * fastest_m_s
+               : unknown.unit == "deg" ? unknown.scale * lever_m
+                                       : unknown.scale;
+  }
+  return reach;
+}
+
+UnidentifiableDirection described(const Problem& problem, const Eigen::VectorXd& direction) {
+  UnidentifiableDirection result;
+  for (int i = 0; i < problem.size(); ++i)
+    if (std::abs(direction[i]) > 1e-9)  // below: rounding of the elimination
+      result.direction.emplace_back(problem.unknowns()[i].key, direction[i]);
+  return result;
+}
+
+/// `moves_m`: how far each unknown's share in the direction moves tip or target.
+UnidentifiableKind kind_of_frame(const Problem& problem, const Eigen::VectorXd& moves_m) {
+  std::vector<ParameterKey> arm;
+  bool targets_move = false;
+  for (int i = 0; i < problem.size(); ++i) {
+    if (moves_m[i] < kNamed * moves_m.maxCoeff()) continue;
+    if (i < problem.arm_size())
+      arm.push_back(problem.unknowns()[i].key);
+    else
+      targets_move = true;
+  }
+  // Whether or not the targets show it: a plane across the base axis turns into itself.
+  if (arm.size() == 1 && arm.front().joint == 0) {
+    if (arm.front().kind == ParameterKind::kTheta) return UnidentifiableKind::kZeroOfFirstJoint;
+    if (arm.front().kind == ParameterKind::kD) return UnidentifiableKind::kHeightOfBase;
+  }
+  const int last = problem.arm().joint_count() - 1;
+  const bool behind_last = !targets_move && !arm.empty() &&
+                           std::all_of(arm.begin(), arm.end(), [&](const ParameterKey& key) {
+                             return key.joint == last || key.joint < 0;
+                           });
+  return behind_last ? UnidentifiableKind::kBehindLastJoint : UnidentifiableKind::kNothingMoves;
+}
+
+UnidentifiableDirection frame_direction(const Problem& problem, const Eigen::VectorXd& direction,
+                                        const Eigen::VectorXd& moves_m) {
+  UnidentifiableDirection result = described(problem, direction);
+  result.kind = kind_of_frame(problem, moves_m);
+  constexpr std::size_t kMost = 8;
+  for (int i = 0; i < problem.size(); ++i) {
+    const ParameterKey& key = problem.unknowns()[i].key;
+    if (moves_m[i] < kNamed * moves_m.maxCoeff()) continue;
+    if (result.parameters.size() < kMost)
+      result.parameters.push_back(key);
+    else
+      ++result.more_parameters;
+  }
+  return result;
+}
+
+/// Lengths that grow together: the scale of the arm.
+bool is_scale(const Problem& problem, const Eigen::VectorXd& direction) {
+  double scale = 0.0, lengths = 0.0, all = 0.0;
+  for (int i = 0; i < problem.arm_size(); ++i) {
+    const ParameterKind kind = problem.arm().parameters()[i].kind;
+    all += direction[i] * direction[i];
+    if (kind == ParameterKind::kD || kind == ParameterKind::kA) {
+      lengths += direction[i] * direction[i];
+      const Joint& joint = problem.cell().robot.joints[problem.arm().parameters()[i].joint];
+      scale += direction[i] * (kind == ParameterKind::kD ? joint.d_m : joint.a_m);
+    }
+  }
+  double arm_length = 0.0;
+  for (const Joint& joint : problem.cell().robot.joints)
+    arm_length += joint.d_m * joint.d_m + joint.a_m * joint.a_m;
+  return lengths > 0.7 * all && std::abs(scale) > 0.5 * std::sqrt(arm_length * all);
+}
+
+/// What the weak direction is made of, the largest shares first.
+UnidentifiableDirection weak_direction(const Problem& problem, const Eigen::VectorXd& direction,
+                                       const Eigen::VectorXd& reach_m) {
+  UnidentifiableDirection result = described(problem, direction);
+  std::vector<int> order(problem.arm_size());
+  for (int i = 0; i < problem.arm_size(); ++i) order[i] = i;
+  std::sort(order.begin(), order.end(),
+            [&](int a, int b) { return std::abs(direction[a]) > std::abs(direction[b]); });
+  constexpr std::size_t kMost = 5;
+  for (const int i : order)
+    if (result.parameters.size() < kMost &&
+        std::abs(direction[i]) > kNamed * std::abs(direction[order[0]]))
+      result.parameters.push_back(problem.unknowns()[i].key);
+  // As the compliance of a joint that hardly bears a load.
+  if (result.parameters.size() == 1 && reach_m[order[0]] < kUnmeasurableM)
+    result.kind = UnidentifiableKind::kNoEffect;
+  else
+    result.kind = is_scale(problem, direction) && problem.lengths().empty()
+                      ? UnidentifiableKind::kScale
+                      : UnidentifiableKind::kWeak;
+  return result;
+}
+
+/// Directions of the rows' space, orthonormal, and how far a unit step along each changes the rows;
+/// the weakest last. By the eigenvalues of the inverse information, as the covariance of a flat
+/// prior: its large ones are the small singular values of the rows, with all their digits.
+struct Weak {
+  Eigen::MatrixXd directions;
+  Eigen::VectorXd seen_by;
+};
+
+Weak weaker_than(double most, const Eigen::MatrixXd& triangle) {
+  const Eigen::Index n = triangle.cols();
+  Eigen::MatrixXd root = Eigen::MatrixXd::Identity(n, n);
+  triangle.triangularView<Eigen::Upper>().solveInPlace(root);
+  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(n, n);
+  covariance.selfadjointView<Eigen::Lower>().rankUpdate(root);
+  const Eigenpairs pairs = eigenpairs(covariance);
+  const auto seen_by = [&](Eigen::Index k) {
+    return std::sqrt(std::max(0.0, 1.0 / pairs.values[k] - kFlat * kFlat));
+  };
+  Eigen::Index count = 0;
+  while (count < n && seen_by(n - 1 - count) < most) ++count;
+  Weak weak{pairs.vectors.rightCols(count), Eigen::VectorXd(count)};
+  for (Eigen::Index k = 0; k < count; ++k) weak.seen_by[k] = seen_by(n - count + k);
+  return weak;
+}
+
+/// The unknowns among which frames are sought. They are a matter of geometry. Transmission errors are
+/// left out: over a joint's range a constant and a slow wave are much alike, which is no choice of
+/// frame. So are loads: many are moments that no joint bears.
+std::vector<int> sought_in(const Problem& problem) {
+  std::vector<int> sought;
+  for (int i = 0; i < problem.size(); ++i) {
+    const ParameterKind kind =
+        i < problem.arm_size() ? problem.arm().parameters()[i].kind : ParameterKind::kTheta;
+    if (!is_transmission(kind) && kind != ParameterKind::kLoad && kind != ParameterKind::kPlay)
+      sought.push_back(i);
+  }
+  return sought;
+}
+
+/// What the touches say of these unknowns. All directions are seen a little, so that the
+/// information has an inverse.
+Information seen_by_touches(const Problem& problem, const Linearisation& linear,
+                            const std::vector<int>& sought) {
+  const auto width = static_cast<Eigen::Index>(sought.size());
+  // Products of rows lose half the digits, which matters where they weigh so much that what every
+  // direction is seen by at least would be lost in their rounding.
+  constexpr double kLargestSquare = 1e9;
+  double square = 0.0;
+  for (const int i : sought) square = std::max(square, linear.jacobian.col(i).squaredNorm());
+  Information measured(width, square > kLargestSquare);
+  Eigen::VectorXd flat = Eigen::VectorXd::Constant(width, kFlat);
+  for (Eigen::Index k = 0; k < width; ++k)
+    if (problem.unknowns()[sought[static_cast<std::size_t>(k)]].held_by_geometry) flat[k] = 1.0;
+  measured.add_alone(flat, Eigen::VectorXd::Zero(width));
+  constexpr Eigen::Index kRows = 256;
+  for (Eigen::Index first = 0; first < linear.jacobian.rows(); first += kRows) {
+    const Eigen::Index rows = std::min(kRows, linear.jacobian.rows() - first);
+    RowMajor block = RowMajor::Zero(rows, width + 1);
+    for (Eigen::Index k = 0; k < width; ++k)
+      block.col(k) = linear.jacobian.col(sought[static_cast<std::size_t>(k)]).segment(first, rows);
+    measured.add(block);
+  }
+  return measured;
+}
+
+/// What touches do not show is a matter of frame if no tip of the workspace shows it either, as if
+/// each were measured to kUnmeasurableM.
+void add_workspace(const Problem& problem, const Eigen::MatrixXd& moves_m,
+                   const std::vector<int>& sought, Information& measured) {
+  const auto width = static_cast<Eigen::Index>(sought.size());
+  const auto tips = static_cast<double>(std::max<Eigen::Index>(1, moves_m.rows() / 3));
+  RowMajor moves = RowMajor::Zero(moves_m.rows(), width + 1);
+  for (Eigen::Index k = 0; k < width; ++k)
+    if (const int i = sought[static_cast<std::size_t>(k)]; i < moves_m.cols())
+      moves.col(k) = moves_m.col(i) / (kUnmeasurableM * std::sqrt(tips));
+  measured.add(moves);
+  // What hardly bears a load moves no tip either, however it gives. That is no frame.
+  Eigen::VectorXd gives = Eigen::VectorXd::Zero(width);
+  for (Eigen::Index k = 0; k < width; ++k) {
+    const int i = sought[static_cast<std::size_t>(k)];
+    if (i >= problem.arm_size()) continue;
+    const ParameterKind kind = problem.arm().parameters()[i].kind;
+    if (kind == ParameterKind::kCompliance || kind == ParameterKind::kDeflection) gives[k] = 1.0;
+  }
+  measured.add_alone(gives, Eigen::VectorXd::Zero(width));
+}
+
+/// The directions that the rows of the triangle see by less than a half. They lie near those that
+/// the touches see weakly: two inverse iterations from there leave nothing of the others.
+Eigen::MatrixXd seen_nowhere(const Eigen::MatrixXd& triangle, Eigen::MatrixXd nearly) {
+  constexpr double kNowhere = 0.5;
+  constexpr int kIterations = 2;
+  const auto upper = triangle.triangularView<Eigen::Upper>();
+  for (int k = 0; k < kIterations; ++k) {
+    upper.transpose().solveInPlace(nearly);
+    upper.solveInPlace(nearly);
+    nearly = orthonormal(nearly);
+  }
+  const Eigen::MatrixXd seen = upper * nearly;  // (35)
+  const Eigenpairs pairs = eigenpairs(seen.transpose() * seen);
+  Eigen::Index nowhere = 0;  // eigenvalues rise
+  while (nowhere < nearly.cols() && pairs.values[nowhere] < kNowhere * kNowhere) ++nowhere;
+  return nearly * pairs.vectors.leftCols(nowhere);
+}
+
+/// What the touches do not see, frame aside: weakest first.
+void name_weak(const Problem& problem, const Eigen::MatrixXd& directions,
+               const Eigen::VectorXd& seen_by, const Eigen::VectorXd& reach_m,
+               FrameDirections& result) {
+  std::size_t named = 0;
+  for (Eigen::Index k = directions.cols() - 1; k >= 0 && seen_by[k] < kNoInformation; --k) {
+    Eigen::VectorXd v = directions.col(k);
+    v -= result.basis_u * (result.basis_u.transpose() * v);
+    if (v.norm() < 0.5) continue;
+    if (++named > kWeakNamed) continue;
+    v.normalize();
+    result.named.push_back(weak_direction(problem, v, reach_m));
+  }
+  if (named > kWeakNamed) result.named.back().more_as_weak = named - kWeakNamed;
+}
+
+}  // namespace
+
+FrameDirections find_frame_directions(const Problem& problem, const Linearisation& linear,
+                                      const TipMoves& stiff, const Eigen::MatrixXd& moves_m) {
+  const std::vector<int> sought = sought_in(problem);
+  const auto width = static_cast<Eigen::Index>(sought.size());
+  const auto among_all = [&](const Eigen::MatrixXd& directions) {
+    Eigen::MatrixXd all = Eigen::MatrixXd::Zero(problem.size(), directions.cols());
+    for (Eigen::Index k = 0; k < width; ++k)
+      all.row(sought[static_cast<std::size_t>(k)]) = directions.row(k);
+    return all;
+  };
+  FrameDirections result;
+  result.basis_u = Eigen::MatrixXd(problem.size(), 0);
+  Information measured = seen_by_touches(problem, linear, sought);
+  const Weak weak = weaker_than(1.0, measured.triangle().topLeftCorner(width, width));
+  if (weak.seen_by.size() == 0) return result;
+  add_workspace(problem, moves_m, sought, measured);
+  result.basis_u =
+      among_all(seen_nowhere(measured.triangle().topLeftCorner(width, width), weak.directions));
+  const Eigen::VectorXd reach_m = reach_of(problem, stiff);
+  if (result.basis_u.cols() > 0) {
+    const Eigen::MatrixXd sparse = sparse_basis(result.basis_u, problem.arm_size());
+    for (Eigen::Index c = 0; c < sparse.cols(); ++c)
+      result.named.push_back(
+          frame_direction(problem, sparse.col(c), reach_m.cwiseProduct(sparse.col(c).cwiseAbs())));
+  }
+  name_weak(problem, among_all(weak.directions), weak.seen_by, reach_m, result);
+  return result;
+}
+
+}  // namespace cellcal::calib

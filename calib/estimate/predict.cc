@@ -1,0 +1,216 @@
+#include "calib/estimate/predict.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "calib/estimate/region.h"
+#include "calib/model/kinematics.h"
+#include "calib/model/linear.h"
+#include "calib/model/random.h"
+#include "calib/result/calibration.h"
+
+namespace cellcal::calib {
+
+struct Predictor::Impl {
+  ArmModel arm;
+  Eigen::VectorXd x;
+  Eigen::MatrixXd sigma;  ///< covariance of the arm's parameters, SI
+  PositionBound bound;
+
+  Impl(const Calibration& c, const Cell& levelled)
+      : arm(levelled),
+        x(arm_values(arm, c)),
+        sigma(arm_covariance(arm, c)),
+        bound(arm, x, sigma, c.level.ripple_rad, c.discrepancy.sigma_m) {}
+};
+
+Predictor::Predictor(const Calibration& calibration)
+    : impl_(std::make_unique<Impl>(calibration, at_level(calibration.cell, calibration.level))) {}
+Predictor::~Predictor() = default;
+Predictor::Predictor(Predictor&&) noexcept = default;
+
+Prediction Predictor::calibrated(std::span<const double> joint_rad) const {
+  const PreparedPose pose = impl_->arm.prepare(joint_rad);
+  Prediction result;
+  result.tcp = impl_->arm.shape(pose, impl_->x.data()).tcp;
+  Eigen::Matrix3Xd jacobian(3, impl_->arm.size());
+  const Eigen::Vector3d tip = impl_->arm.position(pose, impl_->x.data(), jacobian);
+  result.u95_m = impl_->bound.u95_m(joint_rad, tip, jacobian);
+  return result;
+}
+
+double Predictor::mean_error_m(const std::vector<JointVector>& poses) const {
+  if (impl_->sigma.size() == 0) return 0.0;
+  const Eigen::VectorXd si = Eigen::VectorXd::Ones(impl_->arm.size());
+  return predicted_mean_error_m(aligned_moves(impl_->arm, poses, impl_->x.data(), si), impl_->sigma,
+                                Eigen::VectorXd::Zero(static_cast<Eigen::Index>(poses.size())));
+}
+
+Eigen::Isometry3d Predictor::nominal(std::span<const double> joint_rad) const {
+  return impl_->arm.nominal_tcp(joint_rad);
+}
+
+namespace {
+
+constexpr int kPoses = 200;
+constexpr unsigned kRegionSeed = 20240924;
+constexpr int kArms = 400;  ///< drawn from the covariance
+constexpr double kShare = 0.95, kConfidence = 0.98;
+/// Variance of the ripple away from the touches, in that among them. What is the same at all of
+/// them, such as play that the load closes to one side, they do not tell from the geometry.
+constexpr double kElsewhere = 2.0;
+
+double quantile(std::vector<double>& values, double share) {
+  const auto k = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), values.begin() + k, values.end());
+  return values[static_cast<std::size_t>(k)];
+}
+
+/// A root F with F F' = covariance, which may be singular and of mixed units. The symmetric one of
+/// the correlations: a hair's change of the covariance changes it by a hair, so that what is drawn
+/// with it can be drawn again after the numbers went through a file.
+Eigen::MatrixXd root_of(const Eigen::MatrixXd& covariance) {
+  const Eigen::VectorXd sigma = covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
+  const Eigen::VectorXd inverse = (sigma.array() > 0.0).select(sigma.cwiseInverse(), 0.0);
+  const Eigenpairs pairs = eigenpairs(inverse.asDiagonal() * covariance * inverse.asDiagonal());
+  const Eigen::VectorXd roots = pairs.values.cwiseMax(0.0).cwiseSqrt();
+  return sigma.asDiagonal() * (pairs.vectors * roots.asDiagonal() * pairs.vectors.transpose());
+}
+
+/// Where a user may fix the base, and the motion of it that takes up each parameter there.
+struct Region {
+  std::vector<Eigen::Index> poses;
+  Eigen::MatrixXd taken_up;  ///< 6 x parameters
+};
+
+/// All poses, and of each axis the half with the smaller and that with the larger coordinates.
+std::vector<Region> regions_of(const Eigen::Matrix3Xd& tips) {
+  std::vector<Region> regions(1);
+  for (Eigen::Index k = 0; k < tips.cols(); ++k) regions[0].poses.push_back(k);
+  for (int axis = 0; axis < 3; ++axis) {
+    std::vector<Eigen::Index> order = regions[0].poses;
+    std::sort(order.begin(), order.end(),
+              [&](Eigen::Index a, Eigen::Index b) { return tips(axis, a) < tips(axis, b); });
+    const auto middle = order.begin() + static_cast<std::ptrdiff_t>(order.size() / 2);
+    regions.push_back({{order.begin(), middle}, {}});
+    regions.push_back({{middle, order.end()}, {}});
+  }
+  return regions;
+}
+
+/// Three rows of each.
+Eigen::MatrixXd rows_of(const Eigen::MatrixXd& all, const std::vector<Eigen::Index>& poses) {
+  Eigen::MatrixXd rows(3 * static_cast<Eigen::Index>(poses.size()), all.cols());
+  Eigen::Index row = 0;
+  for (const Eigen::Index k : poses) {
+    rows.middleRows<3>(row) = all.middleRows<3>(3 * k);
+    row += 3;
+  }
+  return rows;
+}
+
+}  // namespace
+
+double radius_95(const Eigen::Matrix3d& c) {
+  const double mean = c.trace();
+  if (!(mean > 0.0)) return 0.0;
+  const double variance = 2.0 * (c * c).trace();
+  const double dof = 2.0 * mean * mean / variance;  // (38)
+  constexpr double kNormal95 = 1.6448536269514722;
+  const double t = 2.0 / (9.0 * dof);
+  return std::sqrt(mean * std::pow(1.0 - t + kNormal95 * std::sqrt(t), 3));
+}
+
+PositionBound::PositionBound(const ArmModel& arm, const Eigen::VectorXd& x,
+                             Eigen::MatrixXd covariance, double ripple_rad, double field_m)
+    : arm_(arm),
+      x_(x),
+      covariance_(std::move(covariance)),
+      ripple_rad_(ripple_rad),
+      field_m_(field_m) {
+  const auto poses = workspace_poses(arm, kPoses, kRegionSeed);
+  const auto count = static_cast<Eigen::Index>(poses.size());
+  constexpr Eigen::Index kEnough = 6;  // a half still has the three points that hold a rigid body
+  taken_up_ = Eigen::MatrixXd::Zero(6, arm.size());
+  if (count < kEnough || covariance_.size() == 0) return;
+  Eigen::MatrixXd moves(3 * count, arm.size()), rigid(3 * count, 6);
+  Eigen::Matrix3Xd jacobian(3, arm.size()), tips(3, count);
+  for (Eigen::Index k = 0; k < count; ++k) {
+    tips.col(k) = arm.position(arm.prepare(poses[static_cast<std::size_t>(k)]), x.data(), jacobian);
+    moves.middleRows<3>(3 * k) = jacobian;
+    rigid.middleRows<3>(3 * k) = base_motion(tips.col(k));
+  }
+  const Eigen::MatrixXd root = root_of(covariance_);
+  const Eigen::MatrixXd spread = moves * root;
+  std::vector<Region> regions = regions_of(tips);
+  for (Region& region : regions) {
+    const Eigen::MatrixXd its_rigid = rows_of(rigid, region.poses);
+    region.taken_up = least_squares(its_rigid, rows_of(moves, region.poses));
+    taken_up_ += region.taken_up / static_cast<double>(regions.size());  // (36), A_m
+  }
+  for (const Region& region : regions) {
+    const Eigen::MatrixXd off = (region.taken_up - taken_up_) * root;
+    base_covariance_ += off * off.transpose() / static_cast<double>(regions.size());  // (36), K_B
+  }
+
+  std::vector<double> radius;
+  const Eigen::MatrixXd aligned = spread - rigid * (taken_up_ * root);
+  for (Eigen::Index k = 0; k < count; ++k) {
+    const auto rows = aligned.middleRows<3>(3 * k);
+    const auto base = rigid.middleRows<3>(3 * k);
+    radius.push_back(
+        radius_95(rows * rows.transpose() + base * base_covariance_ * base.transpose()));
+  }
+  Random random(kRegionSeed);
+  Eigen::MatrixXd draw(spread.cols(), kArms);
+  for (double& value : draw.reshaped()) value = random.normal();
+  const Eigen::MatrixXd error = spread * draw;
+  std::vector<double> needed, ratio;
+  for (Eigen::Index arm_drawn = 0; arm_drawn < kArms; ++arm_drawn) {
+    const Region& region = regions[static_cast<std::size_t>(arm_drawn) % regions.size()];
+    const Eigen::VectorXd base = region.taken_up * (root * draw.col(arm_drawn));
+    ratio.clear();
+    for (const Eigen::Index k : region.poses) {
+      const double r = radius[static_cast<std::size_t>(k)];
+      if (!(r > 0.0)) continue;  // the covariance does not move it at all
+      const Eigen::Vector3d off =
+          error.col(arm_drawn).segment<3>(3 * k) - rigid.middleRows<3>(3 * k) * base;
+      ratio.push_back(off.norm() / r);
+    }
+    if (ratio.empty()) return;
+    needed.push_back(quantile(ratio, kShare));
+  }
+  widening_ = std::max(1.0, quantile(needed, kConfidence));  // (39)
+}
+
+double PositionBound::u95_m(std::span<const double> joint_rad, const Eigen::Vector3d& tip,
+                            const Eigen::Matrix3Xd& jacobian) const {
+  if (covariance_.size() == 0) return 0.0;
+  const Eigen::Matrix<double, 3, 6> base = base_motion(tip);
+  const Eigen::Matrix3Xd j = jacobian - base * taken_up_;
+  // (36)
+  Eigen::Matrix3d c = j * covariance_ * j.transpose() + base * base_covariance_ * base.transpose();
+  if (ripple_rad_ > 0.0) {  // stays at every pose, however many touches there were
+    const Eigen::Matrix3Xd by_joint = arm_.nominal_jacobian(joint_rad).topRows<3>();
+    const double variance = kElsewhere * ripple_rad_ * ripple_rad_;  // (37)
+    c += variance * by_joint * by_joint.transpose();
+  }
+  c.diagonal().array() += field_m_ * field_m_;  // as at a place of which no touch tells
+  return widening_ * radius_95(c);
+}
+
+double PositionBound::mean_u95_m(std::span<const JointVector> postures) const {
+  Eigen::Matrix3Xd jacobian(3, arm_.size());
+  const ArmErrors errors = arm_.errors(x_.data());
+  ArmChain chain;
+  double sum = 0.0;
+  for (const JointVector& q : postures) {
+    const PreparedPose pose = arm_.prepare(q);
+    arm_.walk(pose, errors, chain);
+    arm_.derivative(pose, errors, chain, jacobian);
+    sum += u95_m(q, chain.tip, jacobian);
+  }
+  return postures.empty() ? 0.0 : sum / static_cast<double>(postures.size());
+}
+
+}  // namespace cellcal::calib

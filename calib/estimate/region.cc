@@ -1,0 +1,188 @@
+#include "calib/estimate/region.h"
+
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+
+#include "calib/model/linear.h"
+#include "calib/model/random.h"
+
+namespace cellcal::calib {
+
+std::vector<JointVector> workspace_poses(const ArmModel& arm, int count, unsigned seed) {
+  constexpr double kFloorM = 0.05;
+  constexpr double kFirstRad = 1.05, kWristRad = 2.97;
+  constexpr double kMiddle = 0.75;
+  const Eigen::Isometry3d to_foot = arm.robot().base_fixed.inverse();
+  Random random(seed);
+  std::vector<JointVector> poses, below;
+  for (int attempt = 0; attempt < 100 * count && static_cast<int>(poses.size()) < count;
+       ++attempt) {
+    JointVector q;
+    for (const Joint& joint : arm.robot().joints) {
+      const double middle = (joint.min_rad + joint.max_rad) / 2.0;
+      double half = kMiddle * (joint.max_rad - joint.min_rad) / 2.0;
+      if (q.empty()) half = std::min(half, kFirstRad);
+      const double low = std::max(middle - half, -kWristRad),
+                   high = std::min(middle + half, kWristRad);
+      q.push_back(low < high ? random.uniform(low, high) : middle);
+    }
+    const bool above = (to_foot * arm.nominal_tip_m(q)).z() > kFloorM;
+    if (above || static_cast<int>(below.size()) < count)
+      (above ? poses : below).push_back(std::move(q));
+  }
+  // An arm that hardly reaches above its own foot works below it.
+  for (std::size_t k = 0; k < below.size() && static_cast<int>(poses.size()) < count; ++k)
+    poses.push_back(std::move(below[k]));
+  return poses;
+}
+
+std::vector<JointVector> local_poses(const ArmModel& arm, const std::vector<JointVector>& around,
+                                     const std::vector<Eigen::Vector3d>& centres_m, double half_m,
+                                     int count, unsigned seed) {
+  constexpr double kSpreadRad = 0.3;
+  Random random(seed);
+  std::vector<JointVector> poses;
+  if (around.empty()) return poses;
+  for (int attempt = 0; attempt < 50 * count && static_cast<int>(poses.size()) < count; ++attempt) {
+    JointVector q = around[random.below(around.size())];
+    for (std::size_t i = 0; i < q.size(); ++i) {
+      const Joint& joint = arm.robot().joints[i];
+      q[i] =
+          std::clamp(q[i] + random.uniform(-kSpreadRad, kSpreadRad), joint.min_rad, joint.max_rad);
+    }
+    const Eigen::Vector3d tip = arm.nominal_tip_m(q);
+    for (const Eigen::Vector3d& centre : centres_m) {
+      if ((tip - centre).cwiseAbs().maxCoeff() > half_m) continue;
+      poses.push_back(std::move(q));
+      break;
+    }
+  }
+  return poses;
+}
+
+Eigen::Matrix<double, 3, 6> base_motion(const Eigen::Vector3d& p) {
+  Eigen::Matrix<double, 3, 6> motion;
+  motion.leftCols<3>().setIdentity();
+  motion.rightCols<3>() << 0, p.z(), -p.y(), -p.z(), 0, p.x(), p.y(), -p.x(), 0;
+  return motion;
+}
+
+TipMoves tip_moves(const ArmModel& arm, const std::vector<JointVector>& poses, const double* x_si,
+                   const Eigen::VectorXd& scale) {
+  const auto count = static_cast<Eigen::Index>(poses.size());
+  const int n = arm.size();
+  TipMoves at{Eigen::Matrix3Xd(3, count), Eigen::MatrixXd(3 * count, n)};
+  Eigen::Matrix3Xd jacobian(3, n);
+  const ArmErrors errors = arm.errors(x_si);
+  ArmChain chain;
+  for (Eigen::Index k = 0; k < count; ++k) {
+    const PreparedPose pose = arm.prepare(poses[static_cast<std::size_t>(k)]);
+    arm.walk(pose, errors, chain);
+    arm.derivative(pose, errors, chain, jacobian);
+    at.tips_m.col(k) = chain.tip;
+    at.moves_m.middleRows<3>(3 * k) = jacobian;
+  }
+  at.moves_m *= scale.head(n).asDiagonal();
+  return at;
+}
+
+namespace {
+
+/// Moves, three rows a tip, without what a motion of the base takes up of them.
+Eigen::MatrixXd without_base_motion(const Eigen::Matrix3Xd& all_tips_m,
+                                    const Eigen::MatrixXd& moves_m) {
+  const Eigen::Index count = all_tips_m.cols();
+  // A base turning about the middle of the tips: the same motions, and well conditioned.
+  const Eigen::Matrix3Xd tips_m = all_tips_m.colwise() - all_tips_m.rowwise().mean().eval();
+  Eigen::Matrix<double, Eigen::Dynamic, 6> rigid(3 * count, 6);
+  for (Eigen::Index k = 0; k < count; ++k) rigid.middleRows<3>(3 * k) = base_motion(tips_m.col(k));
+  const Eigen::Matrix<double, 6, 6> square = rigid.transpose() * rigid;
+  const Eigen::Matrix<double, 6, Eigen::Dynamic> pulled = rigid.transpose() * moves_m;
+  return moves_m - rigid * square.completeOrthogonalDecomposition().solve(pulled);
+}
+
+}  // namespace
+
+Eigen::MatrixXd aligned(const TipMoves& at) { return without_base_motion(at.tips_m, at.moves_m); }
+
+Eigen::MatrixXd aligned_moves(const ArmModel& arm, const std::vector<JointVector>& poses,
+                              const double* x_si, const Eigen::VectorXd& scale) {
+  return aligned(tip_moves(arm, poses, x_si, scale));
+}
+
+Eigen::Matrix3Xd apart(const ArmModel& arm, const std::vector<JointVector>& poses,
+                       const double* one_si, const double* other_si) {
+  const auto count = static_cast<Eigen::Index>(poses.size());
+  Eigen::Matrix3Xd tips_m(3, count), off_m(3, count);
+  for (Eigen::Index k = 0; k < count; ++k) {
+    const PreparedPose pose = arm.prepare(poses[static_cast<std::size_t>(k)]);
+    tips_m.col(k) = arm.position(pose, one_si);
+    off_m.col(k) = arm.position(pose, other_si) - tips_m.col(k);
+  }
+  return without_base_motion(tips_m, off_m.reshaped()).reshaped(3, count);
+}
+
+Eigen::VectorXd ripple_variance_m2(const ArmModel& arm, const std::vector<JointVector>& poses,
+                                   double ripple_rad) {
+  Eigen::VectorXd variance = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(poses.size()));
+  if (!(ripple_rad > 0.0)) return variance;
+  for (Eigen::Index k = 0; k < variance.size(); ++k)
+    variance[k] =
+        arm.nominal_jacobian(poses[static_cast<std::size_t>(k)]).topRows<3>().squaredNorm() *
+        ripple_rad * ripple_rad;
+  return variance;
+}
+
+double predicted_mean_error_m(const Eigen::MatrixXd& moves, const Eigen::MatrixXd& covariance_u,
+                              const Eigen::VectorXd& stays_m2) {
+  const Eigen::Index count = moves.rows() / 3;
+  if (count == 0) return 0.0;
+  // Variance of each coordinate, three to a tip.
+  const Eigen::MatrixXd through = moves * covariance_u;
+  Eigen::VectorXd variance = Eigen::VectorXd::Zero(moves.rows());
+  for (Eigen::Index c = 0; c < moves.cols(); ++c)
+    variance += through.col(c).cwiseProduct(moves.col(c));
+  double sum = 0.0;
+  for (Eigen::Index k = 0; k < count; ++k)
+    sum += std::sqrt(std::max(0.0, variance.segment<3>(3 * k).sum()) + stays_m2[k]);
+  return kMeanOverRms * sum / static_cast<double>(count);  // (40)
+}
+
+namespace {
+
+constexpr int kDrawnArms = 400;  // the spread is then known to 4 %
+constexpr unsigned kDrawSeed = 41;
+
+/// Columns: deviations drawn from the covariance, which may be singular.
+Eigen::MatrixXd deviations(const Eigen::MatrixXd& covariance) {
+  const Eigenpairs pairs = eigenpairs(covariance);
+  Eigen::MatrixXd all(covariance.rows(), kDrawnArms);
+  Random random(kDrawSeed);
+  for (double& one : all.reshaped()) one = random.normal();
+  return pairs.vectors * pairs.values.cwiseMax(0.0).cwiseSqrt().asDiagonal() * all;
+}
+
+double variance(const Eigen::VectorXd& values) {
+  return (values.array() - values.mean()).square().sum() / static_cast<double>(values.size() - 1);
+}
+
+}  // namespace
+
+NominalError nominal_error(const ArmModel& arm, const std::vector<JointVector>& poses,
+                           const double* x_si, const Eigen::MatrixXd& moves,
+                           const Eigen::MatrixXd& covariance, const Eigen::VectorXd& stays_m2) {
+  Eigen::MatrixXd apart_m = moves * deviations(covariance);
+  apart_m.colwise() += apart(arm, poses, x_si, nullptr).reshaped();
+  const auto count = static_cast<Eigen::Index>(poses.size());
+  Eigen::MatrixXd off_m(count, kDrawnArms);
+  for (Eigen::Index k = 0; k < kDrawnArms; ++k)
+    for (Eigen::Index i = 0; i < count; ++i)
+      off_m(i, k) = std::sqrt(apart_m.col(k).segment<3>(3 * i).squaredNorm() +
+                              kMeanOverRms * kMeanOverRms * stays_m2[i]);
+  const double of_arms_m2 = variance(off_m.colwise().mean());
+  const double of_poses_m2 = variance(off_m.rowwise().mean()) / static_cast<double>(count);
+  return {off_m.mean(), 2.0 * std::sqrt(of_arms_m2 + of_poses_m2)};
+}
+
+}  // namespace cellcal::calib

@@ -1,0 +1,138 @@
+#include "calib/estimate/repeats.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <set>
+
+#include "calib/model/statistics.h"
+#include "calib/model/units.h"
+
+namespace cellcal::calib {
+
+namespace {
+
+/// Touches whose axis angles all agree to this are of one place: half a millimetre to a millimetre
+/// at the tip. Searches along one line stop so near each other with noise of up to 0.1 mm (0.01
+/// deg, and five sigma between two); less would cut the tails off what is measured. Over it, arm
+/// errors of a milliradian change by a micrometre. Wider, touches that somebody brought there by
+/// hand would count, and a step to the side across a sphere whose centre is not known yet reads as
+/// noise.
+constexpr double kSamePostureRad = 0.05 * kRadPerDeg;
+/// What the cell file states counts as measured with so many degrees of freedom: a figure from
+/// experience, right to a third or so.
+constexpr double kStatedDegrees = 5.0;
+/// Where repeats of at least so many degrees of freedom scatter less than this share of it, it is
+/// no figure of the noise (more often it is what a fit left), and has no say.
+constexpr double kNoFigureShare = 0.25, kEnoughDegrees = 3.0;
+/// A touch further from its group's median than so many of the usual distances is a gross error;
+/// its group is left out, for which one is wrong cannot be told of two.
+constexpr double kGross = 6.0;
+
+bool same_place(const Touch& a, const Touch& b) {
+  for (std::size_t k = 0; k < a.joint_rad.size(); ++k)
+    if (std::abs(a.joint_rad[k] - b.joint_rad[k]) > kSamePostureRad) return false;
+  return a.target == b.target && a.tool == b.tool;
+}
+
+/// Groups of two and more, each around its first touch in order of the first axis.
+std::vector<std::vector<std::size_t>> groups_of(std::span<const Touch> touches) {
+  std::vector<std::size_t> order;
+  for (std::size_t i = 0; i < touches.size(); ++i)
+    if (touches[i].set == TouchSet::kFit && !touches[i].joint_rad.empty()) order.push_back(i);
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return touches[a].joint_rad[0] < touches[b].joint_rad[0];
+  });
+  std::vector<std::vector<std::size_t>> groups;
+  std::vector<bool> taken(touches.size(), false);
+  for (std::size_t a = 0; a < order.size(); ++a) {
+    if (taken[order[a]]) continue;
+    const Touch& first = touches[order[a]];
+    std::vector<std::size_t> group{order[a]};
+    for (std::size_t b = a + 1; b < order.size(); ++b) {
+      if (touches[order[b]].joint_rad[0] - first.joint_rad[0] > kSamePostureRad) break;
+      if (taken[order[b]] || !same_place(first, touches[order[b]])) continue;
+      taken[order[b]] = true;
+      group.push_back(order[b]);
+    }
+    if (group.size() > 1) groups.push_back(std::move(group));
+  }
+  return groups;
+}
+
+}  // namespace
+
+Repeats find_repeats(const Problem& problem) {
+  const auto touches = problem.touches();
+  Repeats result;
+  result.times.assign(touches.size(), 1);
+  result.used_m = problem.cell().touch_sigma_m;
+  // Residuals of a group by the nominal arm, one column of it for each row of a touch.
+  std::vector<std::vector<double>> columns;
+  const Eigen::VectorXd nominal = problem.to_si(Eigen::VectorXd::Zero(problem.size()));
+  const Problem::At at = problem.at(nominal.data());
+  for (const std::vector<std::size_t>& group : groups_of(touches)) {
+    for (const std::size_t i : group) result.times[i] = static_cast<int>(group.size());
+    result.touches += static_cast<int>(group.size());
+    std::vector<std::size_t> measured;
+    std::set<decltype(reading(touches.front()))> seen;
+    for (const std::size_t i : group)
+      if (!(touches[i].sigma_m > 0.0) && seen.insert(reading(touches[i])).second)
+        measured.push_back(i);
+    if (measured.size() < 2) continue;
+    const int rows = problem.place_rows(group.front());
+    for (int k = 0; k < rows; ++k) columns.emplace_back();
+    for (const std::size_t i : measured) {
+      double r[Problem::kMostRows];
+      problem.residual_m(i, at, r, nullptr, nullptr);
+      for (int k = 0; k < rows; ++k)
+        columns[columns.size() - static_cast<std::size_t>(rows - k)].push_back(r[k]);
+    }
+  }
+  std::vector<double> distances;
+  for (const std::vector<double>& column : columns) {
+    const double middle =
+        std::accumulate(column.begin(), column.end(), 0.0) / static_cast<double>(column.size());
+    const double shrunk =
+        std::sqrt(1.0 - 1.0 / static_cast<double>(column.size()));  // about their own mean
+    for (const double r : column) distances.push_back(std::abs(r - middle) / shrunk);
+  }
+  if (distances.empty()) return result;
+  const double usual = kMadToSigma * median(distances);
+  double sum = 0.0;
+  for (const std::vector<double>& column : columns) {
+    const double middle = median(column);
+    if (std::any_of(column.begin(), column.end(),
+                    [&](double r) { return std::abs(r - middle) > kGross * usual; }))
+      continue;
+    const auto count = static_cast<double>(column.size());
+    const double mean = std::accumulate(column.begin(), column.end(), 0.0) / count;
+    for (const double r : column) sum += (r - mean) * (r - mean);
+    result.degrees_of_freedom += count - 1.0;
+  }
+  if (result.degrees_of_freedom == 0.0) return result;
+  result.scatter_m = std::sqrt(sum / result.degrees_of_freedom);  // (23)
+  const double stated = problem.cell().touch_sigma_m;
+  if (result.degrees_of_freedom >= kEnoughDegrees && result.scatter_m < kNoFigureShare * stated) {
+    result.used_m = result.scatter_m;
+    return result;
+  }
+  result.used_m = std::sqrt((kStatedDegrees * stated * stated + sum) /  // (23)
+                            (kStatedDegrees + result.degrees_of_freedom));
+  return result;
+}
+
+Repeats weigh_repeats(Problem& problem) {
+  Repeats repeats = find_repeats(problem);
+  if (repeats.touches > 0) problem.set_repeats(repeats.times, repeats.used_m);
+  return repeats;
+}
+
+bool repeats_another(std::span<const Touch> touches) {
+  return touches.back().set == TouchSet::kFit &&
+         std::any_of(touches.begin(), touches.end() - 1, [&](const Touch& other) {
+           return other.set == TouchSet::kFit && same_place(other, touches.back());
+         });
+}
+
+}  // namespace cellcal::calib

@@ -1,0 +1,315 @@
+#include "calib/export/rigid_arm.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "calib/estimate/predict.h"
+#include "calib/estimate/region.h"
+#include "calib/model/error.h"
+#include "calib/model/kinematics.h"
+#include "calib/model/units.h"
+
+namespace cellcal::calib {
+
+namespace {
+
+/// Of what is identified as a deviation.
+double deviation(const Calibration& c, const ParameterKey& key) {
+  const ParameterResult* found = find(c, key);
+  return found == nullptr ? 0.0 : found->nominal + found->correction;
+}
+
+}  // namespace
+
+RigidArm nominal_rigid_arm(const Cell& cell) { return {cell.robot, cell.tool.tcp}; }
+
+RigidArm calibrated_rigid_arm(const Calibration& calibration) {
+  RigidArm arm = nominal_rigid_arm(calibration.cell);
+  for (std::size_t i = 0; i < arm.robot.joints.size(); ++i) {
+    Joint& joint = arm.robot.joints[i];
+    const auto off = [&](ParameterKind kind) {
+      return deviation(calibration, joint_parameter(kind, i));
+    };
+    joint.offset_rad += off(ParameterKind::kTheta);
+    joint.d_m += off(ParameterKind::kD);
+    joint.a_m += off(ParameterKind::kA);
+    joint.alpha_rad += off(ParameterKind::kAlpha);
+    joint.beta_rad += off(ParameterKind::kBeta);
+  }
+  for (int axis = 0; axis < 3; ++axis)
+    arm.tcp.translation()[axis] +=
+        deviation(calibration, tool_parameter(ParameterKind::kTcp, 0, axis));
+  return arm;
+}
+
+RigidPose pose_of(const RigidArm& arm, const std::vector<double>& joint_rad) {
+  Tool tool;
+  tool.tcp = arm.tcp;
+  const ArmModel model(arm.robot, tool);
+  const ArmShape shape = model.shape(model.prepare(joint_rad), nullptr);
+  return {shape.flange, shape.tcp};
+}
+
+LeftOut left_out(const Calibration& calibration) {
+  constexpr int kPoses = 1000;
+  constexpr unsigned kSeed = 1;
+  const RigidArm rigid = calibrated_rigid_arm(calibration);
+  Tool tool;
+  tool.tcp = rigid.tcp;
+  const ArmModel model(rigid.robot, tool);
+  const Predictor whole(calibration);
+  LeftOut result;
+  const auto poses = workspace_poses(model, kPoses, kSeed);
+  for (const JointVector& q : poses) {
+    const double off_m = (whole.calibrated(q).tcp.translation() - model.nominal_tip_m(q)).norm();
+    result.mean_m += off_m / static_cast<double>(poses.size());
+    result.max_m = std::max(result.max_m, off_m);
+  }
+  return result;
+}
+
+namespace {
+
+using Eigen::AngleAxisd;
+using Eigen::Isometry3d;
+using Eigen::Translation3d;
+using Eigen::Vector3d;
+
+/// At all angles zero: in front of each joint, and behind the last.
+std::vector<Isometry3d> frames_before(const Robot& robot) {
+  std::vector<Isometry3d> frames{robot.base_fixed};
+  for (const Joint& joint : robot.joints) frames.push_back(frames.back() * behind(joint));
+  return frames;
+}
+
+constexpr double kSameM = 1e-5;                 // by the rounding of data sheets
+constexpr double kSameRad = 5e-3 * kRadPerDeg;  // 1.5708 for a right angle is 2e-4 deg off
+
+}  // namespace
+
+Isometry3d behind(const Joint& joint) {
+  return AngleAxisd(joint.offset_rad, Vector3d::UnitZ()) *
+         Translation3d(joint.a_m, 0.0, joint.d_m) * AngleAxisd(joint.alpha_rad, Vector3d::UnitX()) *
+         AngleAxisd(joint.beta_rad, Vector3d::UnitY());
+}
+
+JointFrames joint_frames(const RigidArm& arm) {
+  JointFrames frames;
+  Isometry3d before = arm.robot.base_fixed;
+  for (const Joint& joint : arm.robot.joints) {
+    PlacedJoint& one = frames.joints.emplace_back();
+    one.name = joint.name;
+    one.origin = before;
+    one.axis = joint.sign * Vector3d::UnitZ();
+    one.min_rad = joint.min_rad;
+    one.max_rad = joint.max_rad;
+    one.max_speed_rad_s = joint.max_speed_rad_s;
+    one.mass_kg = joint.mass_kg;
+    before = behind(joint);
+    one.com_m = joint.mass_kg > 0.0 ? Vector3d(before * joint.com_m) : Vector3d::Zero();
+  }
+  frames.flange = before * arm.robot.flange_fixed;
+  frames.tcp = arm.tcp;
+  return frames;
+}
+
+JointFrames moved_frames(const JointFrames& given, const RigidArm& nominal,
+                         const RigidArm& calibrated) {
+  const std::size_t joints = nominal.robot.joints.size();
+  if (given.joints.size() != joints)
+    throw FileError(fmt::format("{} joints turn in its chain, {} in the calibrated robot",
+                                given.joints.size(), joints));
+  const std::vector<Isometry3d> before = frames_before(nominal.robot);
+  JointFrames moved = given;
+  Isometry3d link = Isometry3d::Identity();  // the given frame before the joint, all angles zero
+  Isometry3d fixed = calibrated.robot.base_fixed;  // from the moved frame before it to the joint's
+  for (std::size_t i = 0; i < joints; ++i) {
+    const PlacedJoint& one = given.joints[i];
+    const Joint& joint = nominal.robot.joints[i];
+    link = link * one.origin;
+    Isometry3d on_axis = before[i].inverse() * link;  // place_i
+    const double off_m = on_axis.translation().head<2>().norm();
+    const Vector3d axis = on_axis.linear() * one.axis * joint.sign;
+    const double off_rad = std::atan2(axis.head<2>().norm(), axis.z());
+    if (!(off_m <= kSameM) || !(off_rad <= kSameRad))
+      throw FileError(fmt::format(
+          "joint \"{}\": its axis is {:.3f} mm and {:.4f} deg off the axis of {} in the nominal "
+          "robot \"{}\" (limits {:.2f} mm, {:.3f} deg). Use the URDF of this robot type, with the controller's zero "
+          "and senses of rotation",
+          one.name, off_m * kMmPerM, off_rad * kDegPerRad, joint.name, nominal.robot.name,
+          kSameM * kMmPerM, kSameRad * kDegPerRad));
+    on_axis.translation().head<2>().setZero();  // what rounding left beside the axis
+    moved.joints[i].origin = fixed * on_axis;
+    // The joint turns about its own z in front of place_i: exactly that, not the given rounding.
+    moved.joints[i].axis = joint.sign * (on_axis.linear().transpose() * Vector3d::UnitZ());
+    fixed = on_axis.inverse() * behind(calibrated.robot.joints[i]);
+  }
+  // Where the given URDF's flange is on the nominal robot's, it stays on the calibrated one's.
+  const Isometry3d offset =
+      (before.back() * nominal.robot.flange_fixed).inverse() * (link * given.flange);
+  moved.flange = fixed * calibrated.robot.flange_fixed * offset;
+  return moved;
+}
+
+Isometry3d flange_of(const JointFrames& frames, const std::vector<double>& joint_rad) {
+  Isometry3d at = Isometry3d::Identity();
+  for (std::size_t i = 0; i < frames.joints.size(); ++i)
+    at = at * frames.joints[i].origin * AngleAxisd(joint_rad.at(i), frames.joints[i].axis);
+  return at * frames.flange;
+}
+
+Vector3d roll_pitch_yaw(const Eigen::Matrix3d& r) {
+  // One after the other, each of what the one before left: right to rounding near pitch +-90 deg, too.
+  constexpr double kGimbal = 1e-12;
+  const double yaw = std::hypot(r(0, 0), r(1, 0)) < kGimbal ? 0.0 : std::atan2(r(1, 0), r(0, 0));
+  const Eigen::Matrix3d rest = AngleAxisd(-yaw, Vector3d::UnitZ()) * r;
+  return {std::atan2(-rest(1, 2), rest(1, 1)), std::atan2(-rest(2, 0), rest(0, 0)), yaw};
+}
+
+Eigen::Matrix3d rotation_of(const Vector3d& rpy) {
+  return (AngleAxisd(rpy[2], Vector3d::UnitZ()) * AngleAxisd(rpy[1], Vector3d::UnitY()) *
+          AngleAxisd(rpy[0], Vector3d::UnitX()))
+      .toRotationMatrix();
+}
+
+namespace {
+
+using Eigen::AngleAxisd;
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+
+constexpr double kParallelRad = 1.0 * kRadPerDeg;
+constexpr double kNothingM = 1e-9;
+constexpr double kNothingRad = 1e-9;
+
+/// An axis at angle zero, base frame.
+struct Line {
+  Vector3d point, z;
+  int sign;  ///< -1: the joint turns against z
+};
+
+Line line_of(const Isometry3d& frame, const Vector3d& axis) {
+  Line line{frame.translation(), (frame.linear() * axis).normalized(), 1};
+  // A hair more for y and z: at 45 deg rounding must not decide.
+  const Vector3d weighed = line.z.cwiseAbs().cwiseProduct(Vector3d(1.0, 1.0 + 1e-6, 1.0 + 2e-6));
+  Eigen::Index largest = 0;
+  weighed.maxCoeff(&largest);
+  if (line.z[largest] < 0.0) {
+    line.z = -line.z;
+    line.sign = -1;
+  }
+  return line;
+}
+
+double tidy(double value, double nothing) { return std::abs(value) < nothing ? 0.0 : value; }
+
+/// Angle from x of `frame` about its z to the direction.
+double angle_about_z(const Isometry3d& frame, const Vector3d& direction) {
+  const Vector3d local = frame.linear().transpose() * direction;
+  return std::atan2(local.y(), local.x());
+}
+
+/// To the next axis by the common normal: theta, d, a, alpha.
+void by_normal(const Isometry3d& at, const Line& next, Joint& joint) {
+  const Vector3d z = at.linear().col(2);
+  const Vector3d between = next.point - at.translation();
+  Vector3d x = z.cross(next.z);
+  const double sine = x.norm();
+  x /= sine;
+  // Foot of the common normal along this axis, and how long it is along x.
+  joint.d_m = tidy(between.cross(next.z).dot(x) / sine, kNothingM);
+  joint.a_m = tidy(between.dot(x), kNothingM);
+  if (joint.a_m < 0.0) {  // x points to the next axis
+    x = -x;
+    joint.a_m = -joint.a_m;
+  }
+  joint.offset_rad = tidy(angle_about_z(at, x), kNothingRad);
+  joint.alpha_rad = std::atan2(z.cross(next.z).dot(x), z.dot(next.z));
+  joint.errors = {JointError::kTheta, JointError::kD, JointError::kA, JointError::kAlpha};
+}
+
+/// To a nearly parallel one: its point in the plane across this axis, so d is nothing.
+void across(const Isometry3d& at, const Line& next, Joint& joint) {
+  const Vector3d z = at.linear().col(2);
+  const Vector3d point =
+      next.point + next.z * ((at.translation() - next.point).dot(z) / next.z.dot(z));
+  const Vector3d between = point - at.translation();
+  joint.a_m = tidy(between.norm(), kNothingM);
+  joint.offset_rad = joint.a_m > 0.0 ? tidy(angle_about_z(at, between), kNothingRad) : 0.0;
+  const Vector3d v =
+      AngleAxisd(-joint.offset_rad, Vector3d::UnitZ()) * (at.linear().transpose() * next.z);
+  joint.beta_rad = tidy(std::asin(std::clamp(v.x(), -1.0, 1.0)), kNothingRad);
+  joint.alpha_rad = tidy(std::atan2(-v.y(), v.z()), kNothingRad);
+  joint.errors = {JointError::kTheta, JointError::kA, JointError::kAlpha, JointError::kBeta};
+}
+
+/// To the flange, as far as theta, d and a carry it.
+void to_flange(const Isometry3d& at, const Isometry3d& flange, Joint& joint) {
+  const Isometry3d rest = at.inverse() * flange;
+  joint.d_m = tidy(rest.translation().z(), kNothingM);
+  joint.errors = {JointError::kTheta, JointError::kD, JointError::kA, JointError::kAlpha};
+  if (rest.linear()(2, 2) > 0.0 && rest.linear().col(2).head<2>().norm() < kParallelRad)
+    joint.offset_rad = tidy(std::atan2(rest.linear()(1, 0), rest.linear()(0, 0)), kNothingRad);
+}
+
+/// On the first axis, where the base's origin is nearest to it; x as the base's, as far as it can.
+Isometry3d first_frame(const Line& line) {
+  Isometry3d frame = Isometry3d::Identity();
+  frame.translation() = line.point - line.z * line.z.dot(line.point);
+  const Vector3d along = std::abs(line.z.x()) < 0.9 ? Vector3d::UnitX() : Vector3d::UnitY();
+  const Vector3d x = (along - line.z * line.z.dot(along)).normalized();
+  frame.linear() << x, line.z.cross(x), line.z;
+  return frame;
+}
+
+/// Rounding taken out of what is nothing.
+Isometry3d tidy(Isometry3d frame) {
+  if (frame.isApprox(Isometry3d::Identity(), kNothingM)) return Isometry3d::Identity();
+  return frame;
+}
+
+}  // namespace
+
+Robot robot_of(const JointFrames& frames) {
+  std::vector<Line> lines;
+  std::vector<Isometry3d> links;  // behind each joint, angles zero
+  Isometry3d link = Isometry3d::Identity();
+  for (const PlacedJoint& one : frames.joints) {
+    link = link * one.origin;
+    links.push_back(link);
+    lines.push_back(line_of(link, one.axis));
+  }
+  Robot robot;
+  robot.base_fixed = tidy(first_frame(lines.front()));
+  Isometry3d at = robot.base_fixed;
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    const PlacedJoint& one = frames.joints[i];
+    Joint& joint = robot.joints.emplace_back();
+    joint.name = one.name;
+    joint.sign = lines[i].sign;
+    joint.min_rad = one.min_rad;
+    joint.max_rad = one.max_rad;
+    joint.max_speed_rad_s = one.max_speed_rad_s;
+    if (i + 1 == lines.size()) {
+      to_flange(at, link * frames.flange, joint);
+    } else {
+      Line& next = lines[i + 1];
+      const Vector3d z = at.linear().col(2);
+      const bool parallel = z.cross(next.z).norm() < std::sin(kParallelRad);
+      if (parallel && z.dot(next.z) < 0.0) next = {next.point, -next.z, -next.sign};
+      if (parallel)
+        across(at, next, joint);
+      else
+        by_normal(at, next, joint);
+    }
+    at = at * behind(joint);
+    joint.mass_kg = one.mass_kg;
+    if (one.mass_kg > 0.0) joint.com_m = at.inverse() * (links[i] * one.com_m);
+  }
+  robot.flange_fixed = tidy(at.inverse() * (link * frames.flange));
+  return robot;
+}
+
+}  // namespace cellcal::calib

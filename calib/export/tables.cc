@@ -1,0 +1,187 @@
+#include "calib/export/tables.h"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "calib/files/text.h"
+#include "calib/model/units.h"
+#include "calib/result/calibration.h"
+
+namespace cellcal::calib {
+
+namespace {
+
+using nlohmann::ordered_json;
+
+std::string comment_lines(const std::string& comment) {
+  std::string text = comment.empty() ? "" : "# ";
+  for (const char c : comment) {
+    text += c;
+    if (c == '\n') text += "# ";
+  }
+  return text.empty() ? text : text + '\n';
+}
+
+std::string yaml_frame(const std::string& name, const Eigen::Isometry3d& frame) {
+  const Eigen::Vector3d xyz = frame.translation(), rpy = roll_pitch_yaw(frame.linear());
+  constexpr const char* kKeys[] = {"x", "y", "z", "roll", "pitch", "yaw"};
+  std::string text = "  " + name + ":\n";
+  for (int k = 0; k < 6; ++k)
+    text += fmt::format("    {}: {}\n", kKeys[k], shortest(k < 3 ? xyz[k] : rpy[k - 3]));
+  return text;
+}
+
+std::string dh_cells(const Joint& joint) {
+  return fmt::format("{},{},{},{},{}", shortest(joint.offset_rad * kDegPerRad),
+                     shortest(joint.d_m * kMmPerM), shortest(joint.a_m * kMmPerM),
+                     shortest(joint.alpha_rad * kDegPerRad), shortest(joint.beta_rad * kDegPerRad));
+}
+
+ordered_json frame_json(const Eigen::Isometry3d& frame) {
+  const Eigen::Vector3d xyz = frame.translation(), rpy = roll_pitch_yaw(frame.linear());
+  return {{"xyz_m", {xyz[0], xyz[1], xyz[2]}}, {"rpy_rad", {rpy[0], rpy[1], rpy[2]}}};
+}
+
+/// One that was identified, with its name in this file.
+struct Field {
+  ParameterKind kind;
+  const char* name;
+  double to_unit;
+};
+constexpr Field kGeometry[] = {{ParameterKind::kTheta, "theta_offset_deg", kDegPerRad},
+                               {ParameterKind::kD, "d_mm", kMmPerM},
+                               {ParameterKind::kA, "a_mm", kMmPerM},
+                               {ParameterKind::kAlpha, "alpha_deg", kDegPerRad},
+                               {ParameterKind::kBeta, "beta_deg", kDegPerRad}};
+
+ordered_json joint_json(const Calibration& c, std::size_t i, const PlacedJoint& placed) {
+  const Joint& nominal = c.cell.robot.joints.at(i);
+  ordered_json json{{"name", nominal.name}, {"sign", nominal.sign}};
+  for (const Field& field : kGeometry) {
+    const ParameterKey key = joint_parameter(field.kind, i);
+    const ParameterResult* found = find(c, key);
+    const double stated = stated_value(c.cell, key);
+    const double off = found == nullptr ? 0.0 : found->nominal + found->correction;
+    ordered_json value{{"nominal", stated * field.to_unit},
+                       {"calibrated", (stated + off) * field.to_unit}};
+    if (found != nullptr) value["sigma"] = found->sigma * field.to_unit;
+    json[field.name] = value;
+  }
+  json["frame"] = frame_json(placed.origin);
+  json["axis"] = {placed.axis[0], placed.axis[1], placed.axis[2]};
+  if (const auto* found = find(c, joint_parameter(ParameterKind::kCompliance, i)))
+    json["compliance_rad_per_nm"] = {{"value", found->nominal + found->correction},
+                                     {"sigma", found->sigma}};
+  if (const auto* found = find(c, joint_parameter(ParameterKind::kPlay, i)))
+    json["half_play_arcsec"] = {{"value", (found->nominal + found->correction) / kRadPerArcsec},
+                                {"sigma", found->sigma / kRadPerArcsec}};
+  ordered_json gear = ordered_json::array();
+  for (const int order : nominal.harmonics) {
+    const auto* cosine = find(c, wave_parameter(ParameterKind::kCosine, i, order));
+    const auto* sine = find(c, wave_parameter(ParameterKind::kSine, i, order));
+    if (cosine != nullptr && sine != nullptr)
+      gear.push_back({{"order", order},
+                      {"cos_arcsec", cosine->correction / kRadPerArcsec},
+                      {"sin_arcsec", sine->correction / kRadPerArcsec}});
+  }
+  if (!gear.empty()) {
+    json["gear_ratio"] = nominal.gear_ratio;
+    json["gear"] = gear;
+  }
+  return json;
+}
+
+}  // namespace
+
+std::string ros_yaml(const JointFrames& frames, const std::string& comment) {
+  std::string text = comment_lines(comment) + "kinematics:\n";
+  for (const PlacedJoint& joint : frames.joints)
+    text += yaml_frame(ros_joint_name(joint.name), joint.origin);
+  return text + yaml_frame("flange", frames.flange) + yaml_frame("tcp", frames.tcp);
+}
+
+std::string dh_csv(const RigidArm& nominal, const RigidArm& calibrated) {
+  std::string text =
+      "joint,sign,nominal_theta_offset_deg,nominal_d_mm,nominal_a_mm,nominal_alpha_deg,nominal_beta_deg,"
+      "theta_offset_deg,d_mm,a_mm,alpha_deg,beta_deg\n";
+  for (std::size_t i = 0; i < nominal.robot.joints.size(); ++i) {
+    const Joint& stated = nominal.robot.joints[i];
+    text += fmt::format("{},{},{},{}\n", stated.name, stated.sign, dh_cells(stated),
+                        dh_cells(calibrated.robot.joints.at(i)));
+  }
+  return text;
+}
+
+std::string arm_json(const Calibration& calibration) {
+  const RigidArm real = calibrated_rigid_arm(calibration);
+  const JointFrames frames = joint_frames(real);
+  const LeftOut out = left_out(calibration);
+  ordered_json json{{"format", "cellcal.arm/1"}, {"robot", calibration.cell.robot.name}};
+  json["joints"] = ordered_json::array();
+  for (std::size_t i = 0; i < frames.joints.size(); ++i)
+    json["joints"].push_back(joint_json(calibration, i, frames.joints[i]));
+  json["base"] = frame_json(real.robot.base_fixed);
+  json["flange"] = frame_json(frames.flange);
+  json["tcp"] = frame_json(frames.tcp);
+  if (const auto* bending = find(calibration, tool_parameter(ParameterKind::kDeflection, 0)))
+    json["tool_bending_1_per_nm2"] = {{"value", bending->nominal + bending->correction},
+                                      {"sigma", bending->sigma}};
+  json["left_out_by_rigid_links"] = {{"mean_mm", out.mean_m * kMmPerM},
+                                     {"max_mm", out.max_m * kMmPerM}};
+  return json.dump(1, ' ', false, ordered_json::error_handler_t::replace) + '\n';
+}
+
+std::string shortest(double value) { return fmt::format("{}", value == 0.0 ? 0.0 : value); }
+
+std::string shortest(const Eigen::Vector3d& values) {
+  return shortest(values.x()) + ' ' + shortest(values.y()) + ' ' + shortest(values.z());
+}
+
+std::optional<double> number(std::string_view text) {
+  text = trimmed(text);
+  if (text.size() > 1 && text[0] == '+' && text[1] != '-')
+    text.remove_prefix(1);  // from_chars takes no plus
+  double value = 0.0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value))
+    return std::nullopt;
+  return value;
+}
+
+std::optional<Eigen::Vector3d> three_numbers(std::string_view text) {
+  Eigen::Vector3d values;
+  text = trimmed(text);
+  for (int k = 0; k < 3; ++k) {
+    const auto end = k < 2 ? text.find_first_of(kBlanks) : text.size();
+    if (end == std::string_view::npos) return std::nullopt;
+    const auto value = number(text.substr(0, end));
+    if (!value) return std::nullopt;
+    values[k] = *value;
+    text = trimmed(text.substr(end));
+  }
+  if (!text.empty()) return std::nullopt;
+  return values;
+}
+
+std::string robot_joint_name(const std::string& name) {
+  constexpr std::string_view kBefore = "joint_";
+  const bool ros = name.starts_with(kBefore) && name.size() > kBefore.size();
+  std::string result;
+  for (const char c : ros ? name.substr(kBefore.size()) : name)
+    result += c >= 'a' && c <= 'z' && ros ? static_cast<char>(c - 'a' + 'A')
+              : static_cast<unsigned char>(c) <= ' ' || c == ',' || c == '"' || c == '#' ? '_'
+                                                                                         : c;
+  return result;
+}
+
+std::string ros_joint_name(const std::string& name) {
+  std::string result = "joint_";
+  for (const char c : name) result += c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  return result;
+}
+
+}  // namespace cellcal::calib

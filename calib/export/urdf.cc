@@ -1,0 +1,339 @@
+#include "calib/export/urdf.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <pugixml.hpp>
+#include <set>
+#include <sstream>
+
+#include "calib/export/tables.h"
+#include "calib/files/text.h"
+#include "calib/model/error.h"
+
+namespace cellcal::calib {
+
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+
+constexpr std::size_t kMostJoints = 1000;
+/// Metres and radians: nothing that is drawn in a URDF is larger.
+constexpr double kLargest = 1e4;
+
+struct UrdfJoint {
+  pugi::xml_node node;
+  std::string name, type, parent, child;
+  Isometry3d origin;
+  Vector3d axis;
+  bool turns() const { return type == "revolute" || type == "continuous"; }
+};
+
+struct Document {
+  pugi::xml_document xml;
+  std::string name;  ///< the file's
+  pugi::xml_node robot;
+  std::vector<UrdfJoint> joints;
+
+  [[noreturn]] void fail(const std::string& words) const { throw FileError(name, ": " + words); }
+};
+
+Vector3d three(const Document& document, const UrdfJoint& joint, const pugi::xml_node& node,
+               const char* attribute, const Vector3d& otherwise) {
+  const pugi::xml_attribute found = node.attribute(attribute);
+  if (!found) return otherwise;
+  const auto values = three_numbers(found.value());
+  if (!values || values->cwiseAbs().maxCoeff() > kLargest)
+    document.fail(fmt::format("joint \"{}\": <{}> {}=\"{}\" is not three numbers up to {}",
+                              shown(joint.name), node.name(), attribute, shown(found.value()),
+                              kLargest));
+  return *values;
+}
+
+UrdfJoint read_joint(const Document& document, const pugi::xml_node& node) {
+  UrdfJoint joint;
+  joint.node = node;
+  joint.name = node.attribute("name").value();
+  joint.type = node.attribute("type").value();
+  joint.parent = node.child("parent").attribute("link").value();
+  joint.child = node.child("child").attribute("link").value();
+  if (joint.name.empty() || joint.parent.empty() || joint.child.empty())
+    document.fail(fmt::format("joint \"{}\" needs name, parent and child", shown(joint.name)));
+  const pugi::xml_node origin = node.child("origin");
+  joint.origin =
+      Eigen::Translation3d(three(document, joint, origin, "xyz", Vector3d::Zero())) *
+      Eigen::Quaterniond(rotation_of(three(document, joint, origin, "rpy", Vector3d::Zero())));
+  joint.axis = three(document, joint, node.child("axis"), "xyz", Vector3d::UnitX());
+  const double length = joint.axis.norm();
+  if (joint.turns() && !(length > 1e-6 && length < 1e6))
+    document.fail(fmt::format("joint \"{}\": <axis> has no direction", shown(joint.name)));
+  joint.axis /= joint.turns() ? length : 1.0;
+  return joint;
+}
+
+/// Throws unless it is a robot whose joints make a tree.
+void read(Document& document, std::string_view text) {
+  if (text.size() > kMostUrdfBytes)
+    document.fail(fmt::format("{} bytes (limit {})", text.size(), kMostUrdfBytes));
+  const pugi::xml_parse_result parsed = document.xml.load_buffer(
+      text.data(), text.size(), pugi::parse_full | pugi::parse_ws_pcdata, pugi::encoding_utf8);
+  if (!parsed)
+    document.fail(fmt::format(
+        "line {}: {}",
+        1 + std::count(text.begin(),
+                       text.begin() + std::min<std::ptrdiff_t>(parsed.offset, text.size()), '\n'),
+        parsed.description()));
+  document.robot = document.xml.child("robot");
+  if (!document.robot) document.fail("no <robot>. Is it a URDF? (xacro files: expand them first)");
+  std::set<std::string> children, names;
+  for (const pugi::xml_node& node : document.robot.children("joint")) {
+    if (document.joints.size() >= kMostJoints)
+      document.fail(fmt::format("more than {} joints", kMostJoints));
+    document.joints.push_back(read_joint(document, node));
+    const UrdfJoint& joint = document.joints.back();
+    if (!names.insert(joint.name).second)
+      document.fail(fmt::format("two joints \"{}\"", shown(joint.name)));
+    if (!children.insert(joint.child).second)
+      document.fail(fmt::format("link \"{}\" is the child of two joints", shown(joint.child)));
+  }
+  if (document.joints.empty()) document.fail("no <joint>");
+}
+
+const UrdfJoint* joint_above(const Document& document, const std::string& link) {
+  for (const UrdfJoint& joint : document.joints)
+    if (joint.child == link) return &joint;
+  return nullptr;
+}
+
+/// From the root to the link.
+std::vector<const UrdfJoint*> path_to(const Document& document, const std::string& link) {
+  std::vector<const UrdfJoint*> path;
+  for (const UrdfJoint* at = joint_above(document, link); at != nullptr;
+       at = joint_above(document, at->parent)) {
+    path.push_back(at);
+    if (path.size() > document.joints.size()) document.fail("its joints make a circle");
+  }
+  std::reverse(path.begin(), path.end());
+  return path;
+}
+
+std::ptrdiff_t turning(const std::vector<const UrdfJoint*>& path) {
+  return std::count_if(path.begin(), path.end(), [](const UrdfJoint* j) { return j->turns(); });
+}
+
+std::string chosen_tip(const Document& document, const std::string& asked) {
+  if (!asked.empty()) {
+    if (joint_above(document, asked) == nullptr)
+      document.fail(fmt::format("no link \"{}\" below a joint", shown(asked)));
+    return asked;
+  }
+  std::ptrdiff_t most = 0;
+  std::vector<std::string> tips;
+  for (const UrdfJoint& joint : document.joints) {
+    const auto count = turning(path_to(document, joint.child));
+    if (count > most) tips.clear();
+    most = std::max(most, count);
+    if (count == most) tips.push_back(joint.child);
+  }
+  const auto last_turning = [&](const std::string& link) {
+    const auto path = path_to(document, link);
+    return *std::find_if(path.rbegin(), path.rend(), [](const UrdfJoint* j) { return j->turns(); });
+  };
+  if (most == 0) document.fail("no joint that turns (revolute or continuous)");
+  for (const std::string& link : tips)
+    if (last_turning(link) != last_turning(tips.front()))
+      document.fail(
+          fmt::format("two chains of {} joints end at \"{}\" and \"{}\". Name the one: --tip LINK",
+                      most, shown(tips.front()), shown(link)));
+  for (const char* usual : {"tool0", "flange"})
+    if (std::find(tips.begin(), tips.end(), usual) != tips.end()) return usual;
+  return tips.front();
+}
+
+double attribute_or_zero(const Document& document, const UrdfJoint& joint,
+                         const pugi::xml_node& node, const char* attribute) {
+  const pugi::xml_attribute found = node.attribute(attribute);
+  if (!found) return 0.0;
+  const auto value = number(found.value());
+  if (!value)
+    document.fail(fmt::format("joint \"{}\": {}=\"{}\" is not a number", shown(joint.name),
+                              attribute, shown(found.value())));
+  return *value;
+}
+
+void read_link(const Document& document, const UrdfJoint& joint, PlacedJoint& placed) {
+  for (const pugi::xml_node& link : document.robot.children("link")) {
+    if (link.attribute("name").value() != joint.child) continue;
+    const pugi::xml_node inertial = link.child("inertial");
+    placed.mass_kg = attribute_or_zero(document, joint, inertial.child("mass"), "value");
+    placed.com_m = three(document, joint, inertial.child("origin"), "xyz", Vector3d::Zero());
+  }
+}
+
+/// A chain, and which of the file's joints its turning ones are.
+struct Chain {
+  UrdfChain chain;
+  std::vector<const UrdfJoint*> turning;
+  std::vector<Isometry3d> fixed_before;  ///< of fixed joints between one turning joint and the next
+};
+
+Chain chain_of(const Document& document, const std::string& asked) {
+  Chain found;
+  UrdfChain& chain = found.chain;
+  chain.robot_name = document.robot.attribute("name").value();
+  chain.tip_link = chosen_tip(document, asked);
+  const auto path = path_to(document, chain.tip_link);
+  chain.base_link = path.front()->parent;
+  Isometry3d fixed = Isometry3d::Identity();
+  for (const UrdfJoint* joint : path) {
+    if (joint->type == "fixed") {
+      fixed = fixed * joint->origin;
+      continue;
+    }
+    if (!joint->turns())
+      document.fail(
+          fmt::format("joint \"{}\" is {}. Only revolute, continuous and fixed joints "
+                      "can be in the chain",
+                      shown(joint->name), shown(joint->type)));
+    if (joint->node.child("mimic"))
+      document.fail(fmt::format("joint \"{}\" mimics another", shown(joint->name)));
+    PlacedJoint& placed = chain.frames.joints.emplace_back();
+    placed.name = joint->name;
+    placed.origin = fixed * joint->origin;
+    placed.axis = joint->axis;
+    const pugi::xml_node limit = joint->node.child("limit");
+    placed.min_rad = attribute_or_zero(document, *joint, limit, "lower");
+    placed.max_rad = attribute_or_zero(document, *joint, limit, "upper");
+    placed.max_speed_rad_s = attribute_or_zero(document, *joint, limit, "velocity");
+    read_link(document, *joint, placed);
+    found.turning.push_back(joint);
+    found.fixed_before.push_back(fixed);
+    fixed = Isometry3d::Identity();
+  }
+  chain.frames.flange = fixed;
+  return found;
+}
+
+void put_origin(pugi::xml_node joint, const Isometry3d& frame) {
+  pugi::xml_node origin = joint.child("origin");
+  if (!origin) origin = joint.prepend_child("origin");
+  const auto put = [&](const char* name, const Vector3d& values) {
+    pugi::xml_attribute attribute = origin.attribute(name);
+    if (!attribute) attribute = origin.append_attribute(name);
+    attribute.set_value(shortest(values).c_str());
+  };
+  put("xyz", frame.translation());
+  put("rpy", roll_pitch_yaw(frame.linear()));
+}
+
+void put_axis(pugi::xml_node joint, const Vector3d& axis) {
+  pugi::xml_node node = joint.child("axis");
+  if (!node) node = joint.append_child("axis");
+  pugi::xml_attribute attribute = node.attribute("xyz");
+  if (!attribute) attribute = node.append_attribute("xyz");
+  attribute.set_value(shortest(axis).c_str());
+}
+
+/// Two minus signs must not stand in one.
+std::string commentable(std::string text) {
+  for (std::size_t at = 0; (at = text.find("--", at)) != std::string::npos;) text[at + 1] = ' ';
+  return text;
+}
+
+}  // namespace
+
+UrdfChain read_urdf(std::string_view text, const std::string& name, const std::string& tip_link) {
+  Document document;
+  document.name = name;
+  read(document, text);
+  return chain_of(document, tip_link).chain;
+}
+
+std::string calibrated_urdf(std::string_view text, const std::string& name,
+                            const std::string& tip_link, const RigidArm& nominal,
+                            const RigidArm& calibrated, const std::string& comment) {
+  Document document;
+  document.name = name;
+  read(document, text);
+  const Chain found = chain_of(document, tip_link);
+  JointFrames moved;
+  try {
+    moved = moved_frames(found.chain.frames, nominal, calibrated);
+  } catch (const FileError& error) {
+    document.fail(error.what());
+  }
+  for (std::size_t i = 0; i < found.turning.size(); ++i) {
+    put_origin(found.turning[i]->node, found.fixed_before[i].inverse() * moved.joints[i].origin);
+    if (!moved.joints[i].axis.isApprox(found.turning[i]->axis, 1e-12))
+      put_axis(found.turning[i]->node, moved.joints[i].axis);
+  }
+  // What is off in the last link goes to all that is fixed to it.
+  const Isometry3d off = moved.flange * found.chain.frames.flange.inverse();
+  bool carried = false;
+  for (const UrdfJoint& joint : document.joints) {
+    if (joint.parent != found.turning.back()->child) continue;
+    put_origin(joint.node, off * joint.origin);
+    carried = true;
+  }
+  if (!carried)
+    document.fail(
+        fmt::format("nothing is fixed to link \"{}\", so the flange's own error has no "
+                    "place. Add a fixed joint to a link \"flange\" (xyz and rpy 0)",
+                    shown(found.turning.back()->child)));
+  document.robot.prepend_child(pugi::node_comment)
+      .set_value((" " + commentable(comment) + " ").c_str());
+  std::ostringstream out;
+  document.xml.save(out, "", pugi::format_raw | pugi::format_no_declaration, pugi::encoding_utf8);
+  return out.str();
+}
+
+std::string urdf_of(const JointFrames& frames, const std::string& robot_name,
+                    const std::string& comment) {
+  pugi::xml_document document;
+  document.append_child(pugi::node_comment).set_value((" " + commentable(comment) + " ").c_str());
+  pugi::xml_node robot = document.append_child("robot");
+  robot.append_attribute("name").set_value(robot_name.c_str());
+  const auto link = [&](const std::string& name) {
+    pugi::xml_node node = robot.append_child("link");
+    node.append_attribute("name").set_value(name.c_str());
+    return node;
+  };
+  const auto joint = [&](const std::string& name, const char* type, const std::string& parent,
+                         const std::string& child, const Isometry3d& origin) {
+    pugi::xml_node node = robot.append_child("joint");
+    node.append_attribute("name").set_value(name.c_str());
+    node.append_attribute("type").set_value(type);
+    put_origin(node, origin);
+    node.append_child("parent").append_attribute("link").set_value(parent.c_str());
+    node.append_child("child").append_attribute("link").set_value(child.c_str());
+    return node;
+  };
+  std::string last = "base_link";
+  link(last);
+  for (std::size_t i = 0; i < frames.joints.size(); ++i) {
+    const PlacedJoint& one = frames.joints[i];
+    const std::string name = fmt::format("link_{}", i + 1);
+    link(name);
+    pugi::xml_node node = joint(ros_joint_name(one.name), "revolute", last, name, one.origin);
+    put_axis(node, one.axis);
+    pugi::xml_node limit = node.append_child("limit");
+    limit.append_attribute("lower").set_value(shortest(one.min_rad).c_str());
+    limit.append_attribute("upper").set_value(shortest(one.max_rad).c_str());
+    limit.append_attribute("velocity").set_value(shortest(one.max_speed_rad_s).c_str());
+    limit.append_attribute("effort").set_value("0");
+    last = name;
+  }
+  link("flange");
+  joint("joint_flange", "fixed", last, "flange", frames.flange);
+  link("tcp");
+  joint("joint_tcp", "fixed", "flange", "tcp", frames.tcp);
+  std::ostringstream out;
+  document.save(out, "  ", pugi::format_default, pugi::encoding_utf8);
+  return out.str();
+}
+
+}  // namespace cellcal::calib

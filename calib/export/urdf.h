@@ -1,0 +1,37 @@
+#pragma once
+// The Unified Robot Description Format (ROS, wiki.ros.org/urdf/XML): metres and radians.
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "calib/export/rigid_arm.h"
+
+namespace cellcal::calib {
+
+/// Larger ones are refused.
+inline constexpr std::size_t kMostUrdfBytes = 16u << 20;
+
+/// A URDF of its own: base_link, link_1 ..., flange, tcp; no shapes. Joints are named as the robot file's,
+/// "joint_" before them and in small letters. `comment` stands at its top.
+std::string urdf_of(const JointFrames& frames, const std::string& robot_name,
+                    const std::string& comment);
+
+struct UrdfChain {
+  std::string robot_name, base_link, tip_link;
+  /// The flange is where `tip_link` is. Names of joints are the file's.
+  JointFrames frames;
+};
+
+/// The chain of turning joints from the root to `tip_link`. Where none is named it is the end of the
+/// longest chain; of those that only fixed joints tell apart "tool0", else "flange", else the first in the
+/// file. `name` stands for the file in messages. Throws FileError.
+UrdfChain read_urdf(std::string_view text, const std::string& name,
+                    const std::string& tip_link = {});
+
+/// The given URDF with its chain's joints where the calibrated arm has them. Throws FileError.
+std::string calibrated_urdf(std::string_view text, const std::string& name,
+                            const std::string& tip_link, const RigidArm& nominal,
+                            const RigidArm& calibrated, const std::string& comment);
+
+}  // namespace cellcal::calib

@@ -1,0 +1,100 @@
+#include "calib/files/json.h"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "calib/model/error.h"
+
+namespace cellcal::calib {
+
+nlohmann::json parse_json(std::string_view text) {
+  return nlohmann::json::parse(text, nullptr, false);
+}
+
+nlohmann::ordered_json parse_ordered_json(std::string_view text) {
+  return nlohmann::ordered_json::parse(text);
+}
+
+std::string write_json(const nlohmann::json& value) { return value.dump(); }
+
+std::string write_lines(const nlohmann::ordered_json& value) {
+  return value.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+}
+
+namespace {
+
+/// Our keys have no dots at all, and nothing of ours nests deeper than a handful.
+constexpr int kMostDots = 8;
+constexpr int kDeepestJson = 32;
+
+/// Skips a TOML string that begins at `at` and returns the index behind it.
+std::size_t behind_string(std::string_view text, std::size_t at) {
+  const char quote = text[at];
+  const bool lines = text.substr(at).starts_with(std::string(3, quote));
+  at += lines ? 3 : 1;
+  while (at < text.size()) {
+    if (quote == '"' && text[at] == '\\') {
+      at += 2;
+    } else if (lines && text.substr(at).starts_with(std::string(3, quote))) {
+      at += 3;
+      while (at < text.size() && text[at] == quote) ++at;  // up to two may stand before the end
+      return at;
+    } else if (!lines && (text[at] == quote || text[at] == '\n')) {
+      return at + 1;
+    } else {
+      ++at;
+    }
+  }
+  return text.size();
+}
+
+}  // namespace
+
+void refuse_deep_toml(std::string_view text, const std::string& name) {
+  int line = 1, dots = 0;
+  for (std::size_t at = 0; at < text.size();) {
+    const char c = text[at];
+    if (c == '"' || c == '\'') {
+      const std::size_t end = std::min(behind_string(text, at), text.size());
+      for (; at < end; ++at)
+        if (text[at] == '\n') ++line;
+      continue;
+    }
+    if (c == '#')
+      while (at + 1 < text.size() && text[at + 1] != '\n') ++at;
+    if (c == '\n') ++line;
+    if (c == '.')
+      ++dots;
+    else if (c == '\n' || c == ',' || c == '=' || c == '[' || c == '{')
+      dots = 0;
+    if (dots > kMostDots)
+      throw FileError(
+          name,
+          fmt::format(":{}: more than {} dots in one key; no key of cellcal is nested like that",
+                      line, kMostDots));
+    ++at;
+  }
+}
+
+void refuse_deep_json(std::string_view text, const std::string& name) {
+  int depth = 0;
+  bool inside = false;  // a string
+  for (std::size_t at = 0; at < text.size(); ++at) {
+    const char c = text[at];
+    if (inside && c == '\\')
+      ++at;
+    else if (c == '"')
+      inside = !inside;
+    else if (!inside && (c == '{' || c == '['))
+      ++depth;
+    else if (!inside && (c == '}' || c == ']'))
+      --depth;
+    if (depth > kDeepestJson)
+      throw FileError(
+          name,
+          fmt::format(": nested deeper than {} levels; this is no file of cellcal", kDeepestJson));
+  }
+}
+
+}  // namespace cellcal::calib

@@ -1,0 +1,198 @@
+#pragma once
+// A struct as a JSON object, both ways by one table: what is written under a key and what is read
+// there stand in one row, so that neither can be forgotten. Rows are written, and read, in order.
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "calib/files/json.h"
+
+namespace cellcal::calib::fields {
+
+using Json = nlohmann::ordered_json;
+
+/// How a value stands in a file.
+template <class V>
+struct Value {
+  std::function<Json(const V&)> to;
+  std::function<V(const JsonReader&)> from;  ///< throws FileError
+};
+
+template <class T>
+struct Field {
+  const char* key;
+  std::function<Json(const T&)> to;
+  std::function<void(const JsonReader&, T&)> from;  ///< null: not read back; throws FileError
+  std::function<bool(const T&)> written = {};       ///< null: always
+  /// Whether it has to be there, asked once the rows above were read; null: it has to.
+  std::function<bool(const JsonReader& object, const T&)> wanted = {};
+};
+
+template <class T>
+using Table = std::vector<Field<T>>;
+
+template <class T>
+Json to_json(const Table<T>& table, const T& value) {
+  Json out = Json::object();
+  for (const Field<T>& row : table)
+    if (!row.written || row.written(value)) out[row.key] = row.to(value);
+  return out;
+}
+
+/// Throws FileError.
+template <class T>
+void from_json(const Table<T>& table, const JsonReader& object, T& value) {
+  for (const Field<T>& row : table)
+    if (row.from && (!row.wanted || row.wanted(object, value))) row.from(object.at(row.key), value);
+}
+
+// Rows.
+
+template <class T, class V>
+Field<T> field(const char* key, V T::*member, Value<V> as) {
+  return {key, [=](const T& value) { return as.to(value.*member); },
+          [=](const JsonReader& reader, T& value) { value.*member = as.from(reader); }};
+}
+
+/// For readers of the file; not read back.
+template <class T>
+Field<T> for_readers(const char* key, std::function<Json(const T&)> to) {
+  return {key, std::move(to), {}};
+}
+
+/// Read where the object has that other key.
+template <class T>
+Field<T> beside(const char* other, Field<T> row) {
+  row.wanted = [other](const JsonReader& object, const T&) { return object.has(other); };
+  return row;
+}
+
+/// Files of earlier versions lack it.
+template <class T>
+Field<T> optional(Field<T> row) {
+  return beside(row.key, std::move(row));
+}
+
+/// Left out of the file where there is nothing to say.
+template <class T>
+Field<T> where(std::function<bool(const T&)> written, Field<T> row) {
+  row.written = std::move(written);
+  return row.wanted ? row : optional(std::move(row));
+}
+
+/// Left out where it is none.
+template <class T, class V>
+Field<T> maybe(const char* key, std::optional<V> T::*member, Value<V> as) {
+  Field<T> row{key, [=](const T& value) { return as.to(*(value.*member)); },
+               [=](const JsonReader& reader, T& value) { value.*member = as.from(reader); }};
+  row.written = [=](const T& value) { return (value.*member).has_value(); };
+  return optional(std::move(row));
+}
+
+/// A matter of some values only, which the rows above tell.
+template <class T>
+Field<T> only_of(std::function<bool(const T&)> those, Field<T> row) {
+  row.written = those;
+  row.wanted = [those](const JsonReader&, const T& value) { return those(value); };
+  return row;
+}
+
+/// Several rows of the same value in an object of their own.
+template <class T>
+Field<T> group(const char* key, Table<T> rows) {
+  return {key, [rows](const T& value) { return to_json(rows, value); },
+          [rows](const JsonReader& reader, T& value) { from_json(rows, reader, value); }};
+}
+
+/// Rows of a member, in the same object.
+template <class T, class M>
+Table<T> of_member(M T::*member, const Table<M>& rows) {
+  Table<T> all;
+  for (const Field<M>& row : rows) {
+    Field<T> one{row.key, [=](const T& value) { return row.to(value.*member); }, {}};
+    if (row.from)
+      one.from = [=](const JsonReader& reader, T& value) { row.from(reader, value.*member); };
+    if (row.written) one.written = [=](const T& value) { return row.written(value.*member); };
+    if (row.wanted)
+      one.wanted = [=](const JsonReader& object, const T& value) {
+        return row.wanted(object, value.*member);
+      };
+    all.push_back(std::move(one));
+  }
+  return all;
+}
+
+template <class T>
+Table<T> joined(Table<T> first, const Table<T>& second) {
+  first.insert(first.end(), second.begin(), second.end());
+  return first;
+}
+
+// Values.
+
+/// In another unit: times `per` in the file.
+Value<double> number(double per = 1.0);
+Value<double> not_negative(double per = 1.0);
+Value<std::string> text();
+Value<bool> flag();
+/// Three numbers.
+Value<Eigen::Vector3d> vector(double per = 1.0);
+
+/// An index or a count.
+template <class I>
+Value<I> whole() {
+  return {[](const I& v) { return v; },
+          [](const JsonReader& r) { return static_cast<I>(r.whole()); }};
+}
+
+/// One of some words.
+template <class E>
+Value<E> word(std::vector<std::pair<E, const char*>> words) {
+  const auto to = [words](const E& value) -> Json {
+    for (const auto& [one, name] : words)
+      if (one == value) return name;
+    return "";
+  };
+  return {to, [words](const JsonReader& r) {
+            const std::string text = r.text();
+            std::string expected;
+            for (std::size_t i = 0; i < words.size(); ++i) {
+              if (text == words[i].second) return words[i].first;
+              expected += (i == 0 ? "" : i + 1 == words.size() ? " or " : ", ");
+              expected += '"' + std::string(words[i].second) + '"';
+            }
+            r.fail("must be " + expected);
+          }};
+}
+
+template <class V>
+Value<V> object(Table<V> table) {
+  return {[table](const V& value) { return to_json(table, value); },
+          [table](const JsonReader& reader) {
+            V value;
+            from_json(table, reader, value);
+            return value;
+          }};
+}
+
+template <class V>
+Value<std::vector<V>> list(Value<V> one) {
+  return {[one](const std::vector<V>& values) {
+            Json out = Json::array();
+            for (const V& value : values) out.push_back(one.to(value));
+            return out;
+          },
+          [one](const JsonReader& reader) {
+            std::vector<V> values;
+            for (const JsonReader& item : reader.items()) values.push_back(one.from(item));
+            return values;
+          }};
+}
+
+}  // namespace cellcal::calib::fields

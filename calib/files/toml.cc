@@ -1,0 +1,524 @@
+#include "calib/files/toml.h"
+
+#include <fmt/format.h>
+#include <toml++/toml.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <sstream>
+
+#include "calib/files/input_file.h"
+#include "calib/files/json.h"
+#include "calib/files/text.h"
+
+namespace cellcal::calib {
+
+struct TomlTable::Node {
+  std::shared_ptr<const toml::table> document;
+  const toml::table* table = nullptr;  // inside document
+  std::string file;
+  std::string path;  // of this table, for messages
+  mutable std::set<std::string, std::less<>> asked;
+
+  const toml::node* find(std::string_view key) const {
+    asked.emplace(key);
+    return table->get(key);
+  }
+  /// "; was "diametre_mm" in line 7 meant to be it?", of what was not asked for and is like `key`;
+  /// empty where nothing is.
+  std::string meant_by(std::string_view key,
+                       bool (*is_like)(std::string_view, std::string_view)) const;
+  std::string full(std::string_view key) const {
+    return path.empty() ? std::string(key) : path + (key.empty() ? "" : ".") + std::string(key);
+  }
+};
+
+namespace {
+
+std::shared_ptr<const toml::table> empty_table() {
+  static const auto kEmpty = std::make_shared<const toml::table>();
+  return kEmpty;
+}
+
+std::string kind_of(const toml::node& node) {
+  switch (node.type()) {
+    case toml::node_type::table:
+      return "a table";
+    case toml::node_type::array:
+      return "an array";
+    case toml::node_type::string:
+      return "a string";
+    case toml::node_type::integer:
+      return "an integer";
+    case toml::node_type::floating_point:
+      return "a number";
+    case toml::node_type::boolean:
+      return "a boolean";
+    default:
+      return "a date or time";
+  }
+}
+
+std::string show(double value) { return fmt::format("{:g}", value); }
+
+/// Zero for what nothing of ours is ever as small as. Its powers would be denormal numbers, with
+/// which a processor reckons a hundred times slower.
+double without_dust(double value) {
+  constexpr double kDust = 1e-30;
+  return std::abs(value) < kDust ? 0.0 : value;
+}
+
+std::string lower_case(std::string_view text) {
+  std::string lower(text);
+  std::transform(lower.begin(), lower.end(), lower.begin(), [](char c) {
+    return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  });
+  return lower;
+}
+
+/// Without the unit that keys end in.
+std::string_view without_unit(std::string_view key) {
+  for (const std::string_view unit : {"_mm", "_cm", "_m", "_um", "_deg", "_rad", "_kg", "_g", "_s"})
+    if (key.size() > unit.size() && key.ends_with(unit))
+      return key.substr(0, key.size() - unit.size());
+  return key;
+}
+
+/// One letter wrong, missing or too many, or two exchanged.
+bool one_slip_apart(std::string_view a, std::string_view b) {
+  if (a.size() < b.size()) std::swap(a, b);
+  if (a.size() > b.size() + 1) return false;
+  const auto at =
+      static_cast<std::size_t>(std::mismatch(b.begin(), b.end(), a.begin()).first - b.begin());
+  if (a.size() > b.size()) return a.substr(at + 1) == b.substr(at);
+  if (at + 1 < a.size() && a[at] == b[at + 1] && a[at + 1] == b[at] &&
+      a.substr(at + 2) == b.substr(at + 2))
+    return true;
+  return at == a.size() || a.substr(at + 1) == b.substr(at + 1);
+}
+
+/// As one writes another key by mistake: with another unit or none, in capitals, or by a slip. Of
+/// short ones a slip makes another key.
+bool is_much_like(std::string_view key, std::string_view other) {
+  constexpr std::size_t kLongEnough = 5;
+  const std::string a = lower_case(key), b = lower_case(other);
+  return without_unit(a) == without_unit(b) ||
+         (std::min(a.size(), b.size()) >= kLongEnough && one_slip_apart(a, b));
+}
+
+/// Of the names of tables, which are short and few, a slip is a slip.
+bool is_table_much_like(std::string_view name, std::string_view other) {
+  constexpr std::size_t kLongEnough = 4;
+  return std::min(name.size(), other.size()) >= kLongEnough &&
+         one_slip_apart(lower_case(name), lower_case(other));
+}
+
+constexpr std::size_t kShownKey = 80;  // a key with the path of its tables
+constexpr std::size_t kShownDescription = 300;
+constexpr const char* kNoControl =
+    "must not hold control characters (line ends, tabs, escapes, marks of direction): tables, messages and logs name "
+    "it";
+
+/// The line of that number, from 1; empty behind the last.
+std::string_view line_of(std::string_view text, std::size_t number) {
+  for (; number > 1; --number) {
+    const std::size_t end = text.find('\n');
+    if (end == std::string_view::npos) return {};
+    text.remove_prefix(end + 1);
+  }
+  return text.substr(0, text.find('\n'));
+}
+
+/// The line without the texts in quotes, and without its comment; nothing where a quote stays open.
+std::optional<std::string> without_texts(std::string_view line) {
+  // Texts of several lines: not looked into.
+  if (line.find("\"\"\"") != std::string_view::npos || line.find("'''") != std::string_view::npos)
+    return "";
+  std::string rest;
+  char open = '\0';
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    const char c = line[i];
+    if (open == '"' && c == '\\') {
+      ++i;
+    } else if (open != '\0') {
+      if (c == open) open = '\0';
+    } else if (c == '"' || c == '\'') {
+      open = c;
+    } else if (c == '#') {
+      break;
+    } else {
+      rest += c;
+    }
+  }
+  return open == '\0' ? std::optional(rest) : std::nullopt;
+}
+
+bool is_digit(char c) { return c >= '0' && c <= '9'; }
+
+/// Digits, a comma, digits, behind "=" and outside of an array.
+bool has_decimal_comma(std::string_view line) {
+  const std::size_t value = line.find('=');
+  if (value == std::string_view::npos || line.find('[', value) != std::string_view::npos)
+    return false;
+  for (std::size_t i = value + 1; i + 2 < line.size(); ++i)
+    if (is_digit(line[i]) && line[i + 1] == ',' && is_digit(line[i + 2])) return true;
+  return false;
+}
+
+/// What is usually behind an error of the grammar; what the parser says, where it is neither.
+std::string usual_slip(std::string_view text, std::size_t line, std::string_view description) {
+  // A text that is not ended is noticed at the end of its line, or at the begin of the next.
+  for (const std::size_t number : {line, line - 1}) {
+    if (number == 0 || without_texts(line_of(text, number))) continue;
+    const std::string at = number == line ? "" : " (line " + std::to_string(number) + ")";
+    return "a quote is missing" + at + ": a text begins and ends with \" on one line";
+  }
+  if (has_decimal_comma(without_texts(line_of(text, line)).value_or("")))
+    return "a decimal comma; the decimal mark is '.': 38.1, not 38,1";
+  return "not valid TOML: " + shown(std::string(description), kShownDescription);
+}
+
+}  // namespace
+
+std::string TomlTable::Node::meant_by(std::string_view key,
+                                      bool (*is_like)(std::string_view, std::string_view)) const {
+  for (const auto& [other, value] : *table) {
+    if (asked.contains(other.str()) || !is_like(key, other.str())) continue;
+    std::string words = "; was \"" + shown(other.str()) + "\"";
+    if (const auto line = value.source().begin.line; line != 0)
+      words += " in line " + std::to_string(line);
+    return words + " meant to be it?";
+  }
+  return {};
+}
+
+TomlTable TomlTable::parse(std::string_view text, const std::string& file_name) {
+  refuse_deep_toml(text, file_name);
+  auto node = std::make_shared<Node>();
+  try {
+    node->document = std::make_shared<const toml::table>(toml::parse(text, file_name));
+  } catch (const toml::parse_error& e) {
+    const std::size_t line = e.source().begin.line;
+    throw FileError(file_name,
+                    ":" + std::to_string(line) + ": " + usual_slip(text, line, e.description()));
+  }
+  node->table = node->document.get();
+  node->file = file_name;
+  return TomlTable(std::move(node));
+}
+
+TomlTable TomlAccess::table(toml::table document, const std::string& name) {
+  auto node = std::make_shared<TomlTable::Node>();
+  node->document = std::make_shared<const toml::table>(std::move(document));
+  node->table = node->document.get();
+  node->file = name;
+  return TomlTable(std::move(node));
+}
+
+TomlTable TomlTable::load(const std::filesystem::path& path) {
+  return parse(read_file(path, kMostTomlBytes), path.string());
+}
+
+void TomlTable::fail(std::string_view key, const std::string& what) const {
+  const toml::node* at = key.empty() ? nullptr : node_->table->get(key);
+  const auto line = at ? at->source().begin.line : node_->table->source().begin.line;
+  // Line 0: the table came out of a JSON file, where only the key is known.
+  const std::string place = line == 0 ? ": " : ":" + std::to_string(line) + ": ";
+  throw FileError(node_->file, place + shown(node_->full(key), kShownKey) + ": " + what);
+}
+
+void TomlTable::missing(std::string_view key, const std::string& wanted) const {
+  fail(key, "missing; " + wanted + " is needed here" + node_->meant_by(key, is_much_like));
+}
+
+bool TomlTable::has(std::string_view key) const { return node_->find(key) != nullptr; }
+
+double TomlTable::number(std::string_view key, Range range) const {
+  const toml::node* node = node_->find(key);
+  if (!node) missing(key, "a number");
+  const auto value = node->value<double>();
+  if (!value || !node->is_number()) fail(key, "must be a number, but is " + kind_of(*node));
+  if (!std::isfinite(*value)) fail(key, "must be finite");
+  const double number = without_dust(*value);
+  if (number < range.min || number > range.max)
+    fail(key, show(*value) + " is out of range, allowed are " + show(range.min) + " to " +
+                  show(range.max));
+  return number;
+}
+
+double TomlTable::number_or(std::string_view key, double fallback, Range range) const {
+  return node_->find(key) ? number(key, range) : fallback;
+}
+
+long TomlTable::integer(std::string_view key, long min, long max) const {
+  const toml::node* node = node_->find(key);
+  if (!node) missing(key, "an integer");
+  if (!node->is_integer()) fail(key, "must be an integer, but is " + kind_of(*node));
+  const long value = static_cast<long>(*node->value<int64_t>());
+  if (value < min || value > max)
+    fail(key, std::to_string(value) + " is out of range, allowed are " + std::to_string(min) +
+                  " to " + std::to_string(max));
+  return value;
+}
+
+long TomlTable::integer_or(std::string_view key, long fallback, long min, long max) const {
+  return node_->find(key) ? integer(key, min, max) : fallback;
+}
+
+bool TomlTable::boolean_or(std::string_view key, bool fallback) const {
+  const toml::node* node = node_->find(key);
+  if (!node) return fallback;
+  if (!node->is_boolean()) fail(key, "must be true or false, but is " + kind_of(*node));
+  return *node->value<bool>();
+}
+
+std::string TomlTable::string(std::string_view key) const {
+  const toml::node* node = node_->find(key);
+  if (!node) missing(key, "a string");
+  if (!node->is_string()) fail(key, "must be a string, but is " + kind_of(*node));
+  auto value = *node->value<std::string>();
+  if (has_control(value)) fail(key, kNoControl);
+  return value;
+}
+
+std::string TomlTable::string_or(std::string_view key, std::string_view fallback) const {
+  return node_->find(key) ? string(key) : std::string(fallback);
+}
+
+std::string TomlTable::text_or(std::string_view key, std::string_view fallback) const {
+  const toml::node* node = node_->find(key);
+  if (!node) return std::string(fallback);
+  if (!node->is_string()) fail(key, "must be a string, but is " + kind_of(*node));
+  auto value = *node->value<std::string>();
+  std::string line = value;
+  std::erase_if(line, [](char c) { return c == '\n' || c == '\r' || c == '\t'; });
+  if (has_control(line))
+    fail(key, "must not hold control characters other than line ends and tabs");
+  return value;
+}
+
+std::string TomlTable::word(std::string_view key,
+                            std::initializer_list<std::string_view> allowed) const {
+  const std::string value = string(key);
+  std::string list;
+  for (std::string_view word : allowed) {
+    if (word == value) return value;
+    list += (list.empty() ? "\"" : ", \"") + std::string(word) + "\"";
+  }
+  fail(key, "\"" + shown(value) + "\" is not known here; use one of " + list);
+}
+
+std::vector<double> TomlTable::numbers(std::string_view key, std::size_t count, Range range) const {
+  const toml::node* node = node_->find(key);
+  const std::string wanted =
+      count == 0 ? "an array of numbers" : "an array of " + std::to_string(count) + " numbers";
+  if (!node) missing(key, wanted);
+  const toml::array* array = node->as_array();
+  if (!array) fail(key, "must be " + wanted + ", but is " + kind_of(*node));
+  if (count != 0 && array->size() != count)
+    fail(key, "must be " + wanted + ", but has " + std::to_string(array->size()) +
+                  (array->size() > count ? "; the decimal mark is '.', commas separate" : ""));
+  std::vector<double> values;
+  for (const toml::node& item : *array) {
+    if (!item.is_number()) fail(key, "must hold numbers only, but holds " + kind_of(item));
+    const double value = without_dust(*item.value<double>());
+    if (!std::isfinite(value)) fail(key, "must be finite");
+    if (value < range.min || value > range.max)
+      fail(key, show(value) + " is out of range, allowed are " + show(range.min) + " to " +
+                    show(range.max));
+    values.push_back(value);
+  }
+  return values;
+}
+
+std::vector<double> TomlTable::numbers_or(std::string_view key, const std::vector<double>& fallback,
+                                          Range range) const {
+  return node_->find(key) ? numbers(key, fallback.size(), range) : fallback;
+}
+
+std::vector<std::string> TomlTable::strings(std::string_view key) const {
+  const toml::node* node = node_->find(key);
+  if (!node) missing(key, "an array of strings");
+  const toml::array* array = node->as_array();
+  if (!array) fail(key, "must be an array of strings, but is " + kind_of(*node));
+  std::vector<std::string> values;
+  for (const toml::node& item : *array) {
+    if (!item.is_string()) fail(key, "must hold strings only, but holds " + kind_of(item));
+    values.push_back(*item.value<std::string>());
+    if (has_control(values.back())) fail(key, kNoControl);
+  }
+  return values;
+}
+
+TomlTable TomlTable::table(std::string_view key) const {
+  const toml::node* node = node_->find(key);
+  if (!node)
+    fail("", "the table [" + shown(node_->full(key), kShownKey) + "] is missing" +
+                 node_->meant_by(key, is_table_much_like));
+  if (!node->is_table()) fail(key, "must be a table, but is " + kind_of(*node));
+  auto child = std::make_shared<Node>();
+  child->document = node_->document;
+  child->table = node->as_table();
+  child->file = node_->file;
+  child->path = node_->full(key);
+  return TomlTable(std::move(child));
+}
+
+TomlTable TomlTable::table_or_empty(std::string_view key) const {
+  if (node_->find(key)) return table(key);
+  auto child = std::make_shared<Node>();
+  child->document = empty_table();
+  child->table = child->document.get();
+  child->file = node_->file;
+  child->path = node_->full(key);
+  return TomlTable(std::move(child));
+}
+
+bool TomlTable::is_list(std::string_view key) const {
+  const toml::node* node = node_->find(key);
+  return node != nullptr && node->is_array();
+}
+
+std::vector<TomlTable> TomlTable::tables(std::string_view key) const {
+  const toml::node* node = node_->find(key);
+  std::vector<TomlTable> result;
+  if (!node) return result;
+  const toml::array* array = node->as_array();
+  if (!array) fail(key, "must be an array of tables, [[" + std::string(key) + "]]");
+  for (std::size_t i = 0; i < array->size(); ++i) {
+    const toml::table* item = (*array)[i].as_table();
+    if (!item) fail(key, "must hold tables only, [[" + std::string(key) + "]]");
+    auto child = std::make_shared<Node>();
+    child->document = node_->document;
+    child->table = item;
+    child->file = node_->file;
+    child->path = node_->full(key) + "[" + std::to_string(i + 1) + "]";
+    result.push_back(TomlTable(std::move(child)));
+  }
+  return result;
+}
+
+void TomlTable::refuse_unknown() const {
+  for (const auto& [key, value] : *node_->table) {
+    if (node_->asked.contains(key.str())) continue;
+    std::string known, meant;
+    for (const auto& name : node_->asked) {
+      known += (known.empty() ? "" : ", ") + name;
+      const bool like = is_much_like(name, key.str()) || is_table_much_like(name, key.str());
+      if (like && meant.empty() && !has(name)) meant = " (was \"" + name + "\" meant?)";
+    }
+    fail(key.str(), "unknown key" + meant + "; known here are: " + known);
+  }
+}
+
+namespace {
+
+using nlohmann::json;
+
+json to_json(const toml::node& node) {
+  if (const auto* table = node.as_table()) {
+    json object = json::object();
+    for (const auto& [key, value] : *table) object[std::string(key.str())] = to_json(value);
+    return object;
+  }
+  if (const auto* array = node.as_array()) {
+    json list = json::array();
+    for (const toml::node& item : *array) list.push_back(to_json(item));
+    return list;
+  }
+  if (const auto* text = node.as_string()) return text->get();
+  if (const auto* number = node.as_integer()) return number->get();
+  if (const auto* number = node.as_floating_point()) return number->get();
+  if (const auto* flag = node.as_boolean()) return flag->get();
+  throw FileError("a date or time cannot stand in a robot or cell file");
+}
+
+void insert(toml::table& table, const std::string& key, const json& value, const std::string& name);
+
+toml::table to_table(const json& object, const std::string& name) {
+  toml::table table;
+  for (const auto& [key, value] : object.items()) insert(table, key, value, name);
+  return table;
+}
+
+toml::array to_array(const json& list, const std::string& key, const std::string& name) {
+  toml::array array;
+  for (const json& item : list) {
+    if (item.is_object())
+      array.push_back(to_table(item, name));
+    else if (item.is_string())
+      array.push_back(item.get<std::string>());
+    else if (item.is_number())
+      array.push_back(item.get<double>());
+    else
+      throw FileError(name, ": " + key + ": an array may hold tables, strings or numbers only");
+  }
+  return array;
+}
+
+void insert(toml::table& table, const std::string& key, const json& value,
+            const std::string& name) {
+  if (value.is_object())
+    table.insert(key, to_table(value, name));
+  else if (value.is_array())
+    table.insert(key, to_array(value, key, name));
+  else if (value.is_string())
+    table.insert(key, value.get<std::string>());
+  else if (value.is_number_integer())
+    table.insert(key, value.get<std::int64_t>());
+  else if (value.is_number())
+    table.insert(key, value.get<double>());
+  else if (value.is_boolean())
+    table.insert(key, value.get<bool>());
+  else
+    throw FileError(name, ": " + key + ": null cannot stand here");
+}
+
+}  // namespace
+
+std::string toml_number(double value) {
+  std::string text = fmt::format("{:.14g}", value == 0.0 ? 0.0 : value);
+  if (text.find_first_of(".en") == std::string::npos) text += ".0";
+  return text;
+}
+
+std::string toml_string(std::string_view text) {
+  std::string out = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') {
+      out += '\\';
+      out += c;
+    } else if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) {
+      out += fmt::format("\\u{:04X}", static_cast<unsigned>(static_cast<unsigned char>(c)));
+    } else {
+      out += c;
+    }
+  }
+  return out + '"';
+}
+
+std::string toml_to_json(std::string_view text) {
+  try {
+    return write_json(to_json(toml::parse(text)));
+  } catch (const toml::parse_error& e) {
+    throw FileError("not valid TOML: " + std::string(e.description()));
+  }
+}
+
+std::string json_to_toml(std::string_view text) {
+  refuse_deep_json(text, "JSON");
+  std::ostringstream out;
+  out << toml::toml_formatter(to_table(json::parse(text), "JSON"));
+  return out.str() + "\n";
+}
+
+TomlTable table_from_json(std::string_view text, const std::string& name) {
+  refuse_deep_json(text, name);
+  const json document = parse_json(text);
+  if (!document.is_object()) throw FileError(name, ": must be a JSON object");
+  return TomlAccess::table(to_table(document, name), name);
+}
+
+}  // namespace cellcal::calib

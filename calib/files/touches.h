@@ -1,0 +1,30 @@
+#pragma once
+// The columns of a table of touches beside those of the joints.
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "calib/files/csv.h"
+#include "calib/model/robot.h"
+#include "calib/model/units.h"
+
+namespace cellcal::calib {
+
+inline constexpr std::string_view kTouchColumns[] = {
+    "target",         "sigma_mm",      "radius_mm",  "x_mm",       "y_mm",       "z_mm",
+    "a_deg",          "b_deg",         "c_deg",      "set",        "time",       "tool",
+    "turn_sigma_deg", "temperature_c", "speed_mm_s", "approach_x", "approach_y", "approach_z"};
+
+// The joints' columns of a table, named as in the robot file.
+
+/// Any angle will do to predict, to begin or to settle from; this only catches nonsense.
+inline constexpr double kAnyAngleRad = 3600.0 * kRadPerDeg;
+
+std::vector<std::string> joint_names(const Robot& robot);
+/// Index of each joint's column. Throws FileError naming the first that is missing.
+std::vector<int> joint_columns(const CsvTable& table, const Robot& robot, const std::string& name);
+/// Of this row [rad]. Throws FileError for what can be no angle in degrees.
+std::vector<double> read_joints(const CsvTable& table, const std::vector<int>& columns);
+
+}  // namespace cellcal::calib

@@ -1,0 +1,228 @@
+#include "calib/identify/causes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+#include <variant>
+
+#include "calib/estimate/problem.h"
+#include "calib/estimate/target.h"
+#include "calib/identify/identify_once.h"
+#include "calib/identify/mistakes.h"
+#include "calib/model/kinematics.h"
+#include "calib/model/statistics.h"
+#include "calib/result/level.h"
+#include "calib/verdict/artefacts.h"
+#include "calib/verdict/session_order.h"
+
+namespace cellcal::calib {
+
+namespace {
+
+/// What a cause takes away at least, squared sigmas; chance and a few more unknowns take less.
+constexpr double kWorthNaming = 25.0;
+/// A cause has to explain all but this part of the misfit.
+constexpr double kExplained = 0.5;
+constexpr std::size_t kNamed = 3;
+constexpr double kSameMisfit = 0.02;
+/// A mistake of set-up shows in so many touches; more would only take longer.
+constexpr std::size_t kMostTouches = 1000;
+
+/// In this order are those named that explain as much.
+constexpr Mistake kMistakes[] = {mistakes::radians,      mistakes::axis_signs,
+                                 mistakes::mastering,    mistakes::exchanged_columns,
+                                 mistakes::target_names, mistakes::readings,
+                                 mistakes::moved,        mistakes::tool_unit,
+                                 mistakes::tool_tip,     mistakes::dimensions,
+                                 mistakes::other_robot,  mistakes::axis_convention,
+                                 mistakes::diameters,    mistakes::certified_lengths,
+                                 mistakes::gravity,      mistakes::stated_centres};
+
+/// Whether two are one mistake, found in two ways: nobody could tell their numbers apart.
+bool same_mistake(const Finding& a, const Finding& b) {
+  constexpr double kSame = 0.05;  // mm, deg
+  return a.cause == b.cause && a.about == b.about && a.parts == b.parts &&
+         std::equal(a.evidence.begin(), a.evidence.end(), b.evidence.begin(), b.evidence.end(),
+                    [](const Quantity& x, const Quantity& y) {
+                      return x.name == y.name && std::abs(x.value - y.value) < kSame;
+                    });
+}
+
+/// The likeliest of all that explain the touches.
+std::vector<Cause> best_of(std::vector<Cause> causes) {
+  std::ranges::stable_sort(causes, {}, &Cause::misfit);
+  std::vector<Cause> named;
+  for (const Cause& cause : causes) {
+    // Another one is worth naming where it explains the touches about as well,
+    if (named.size() == kNamed || cause.misfit > 1.2 * causes.front().misfit) break;
+    // and is not the same in other words: joints' conventions can be had in several ways.
+    if (std::ranges::none_of(causes, [&](const Cause& other) {
+          return std::abs(other.misfit - cause.misfit) < kSameMisfit &&
+                 other.changes < cause.changes;
+        }))
+      named.push_back(cause);
+  }
+  return named;
+}
+
+/// As the noise is stated. `beyond`: what the best explanation leaves, in what was stated as the
+/// noise of a touch: an arm that does what its model lacks scatters by more. None where all as it
+/// is stated scatters hardly more.
+std::vector<Cause> causes_at(const Cell& cell, const std::vector<Touch>& all,
+                             const OtherRobots& other_robots, std::optional<double>& beyond) {
+  constexpr double kDoubt = 1.5, kAsStatedScatter = 1.3, kNoBetter = 1.5;
+  const std::vector<std::size_t> share = share_of(all, kMostTouches);
+  std::vector<Touch> touches;
+  for (const std::size_t i : share) touches.push_back(all[i]);
+  const Trial stated = fit_hypothesis(cell, touches);
+  beyond.reset();
+  if (stated.makes_sense()) return {};
+  double least_scatter = stated.scatter;
+  std::vector<Cause> causes;
+  Asked asked{cell, touches, {}, share, other_robots, nominal_off_m(cell, touches)};
+  asked.ask = [&](const Hypothesis& h) {
+    if (h.no_farther && nominal_off_m(h.cell, h.touches) > kDoubt * asked.nominal_off_m) return;
+    const Trial trial = fit_hypothesis(h.cell, h.touches);
+    least_scatter = std::min(least_scatter, trial.scatter);
+    if (!trial.makes_sense() || !(trial.excess() < kExplained * stated.excess()) ||
+        !(trial.sum < stated.sum - kWorthNaming))
+      return;
+    std::optional<Finding> finding = h.cause(*trial.found);
+    if (finding && std::ranges::none_of(causes, [&](const Cause& other) {
+          return same_mistake(other.finding, *finding);
+        }))
+      causes.push_back({trial.misfit(), std::move(*finding), h.moved, h.changes});
+  };
+  for (const Mistake mistake : kMistakes) mistake(asked);
+  if (!(least_scatter < kAsStatedScatter || stated.scatter < kNoBetter * least_scatter))
+    beyond = least_scatter;
+  return best_of(std::move(causes));
+}
+
+}  // namespace
+
+std::vector<Cause> causes_of(const Cell& cell, const std::vector<Touch>& touches,
+                             const OtherRobots& other_robots) {
+  /// Of more, no arm would be left to speak of.
+  constexpr double kMostScatterM = 1e-3;
+  // Twice: a fit that is weighed by too small a noise leaves less than there is.
+  constexpr int kMostRepeats = 2;
+  std::optional<double> beyond;
+  std::vector<Cause> causes = causes_at(cell, touches, other_robots, beyond);
+  Cell noisier = cell;
+  std::vector<Touch> same = touches;
+  for (int k = 0; k < kMostRepeats && causes.empty() && beyond; ++k) {
+    // With a noise as large as what the best explanation leaves.
+    noisier.touch_sigma_m *= *beyond;
+    if (noisier.touch_sigma_m > kMostScatterM) break;
+    noisier.turn_sigma_rad *= *beyond;
+    for (Touch& touch : same) {
+      touch.sigma_m *= *beyond;
+      touch.turn_sigma_rad *= *beyond;
+    }
+    causes = causes_at(noisier, same, other_robots, beyond);
+  }
+  return causes;
+}
+
+namespace {
+
+/// Squared sigmas per row, of touches and tolerances together, below which all makes sense: 1 and
+/// at most one more for each of the unknowns, some of which the touches do not reach.
+constexpr double kSense = 2.5;
+/// Nor is a tolerance or a certified length off by more, squared sigmas: among many touches one
+/// would not show.
+constexpr double kFarStated = 36.0;
+/// A touch is wrong by no more than this, however far it is off: a tenth of all may be, as in a
+/// result that is let through, and the others make sense.
+constexpr double kMostSigmas = 3.5;
+
+/// How far the files let a parameter be off, 1 sigma; 0 where they say nothing.
+double stated_sigma(const ArmModel& arm, const Cell& cell, const ParameterKey& key) {
+  if (key.kind == ParameterKind::kEffectiveRadius) return cell.radius_offset_sigma_m;
+  if (key.kind == ParameterKind::kLatchDelay) return cell.latch_delay_sigma_s;
+  if (key.kind == ParameterKind::kRadius)
+    return cell.targets[static_cast<std::size_t>(key.target)].diameter_sigma_m / 2.0;
+  for (const ArmParameter& parameter : arm.parameters())
+    if (parameter == key) return parameter.sigma;
+  return 0.0;
+}
+
+/// By a drawing or certificate. How soft joints, gears and tool are, and how late a latch is, is
+/// only guessed beforehand.
+bool is_drawn(ParameterKind kind) {
+  return !is_compliance(kind) && !is_transmission(kind) && kind != ParameterKind::kPlay &&
+         kind != ParameterKind::kDeflection && kind != ParameterKind::kLatchDelay;
+}
+
+}  // namespace
+
+bool Trial::makes_sense() const { return misfit() < kSense && worst < kFarStated; }
+
+std::optional<Calibration> tried(const Cell& cell, const std::vector<Touch>& touches,
+                                 const IdentifyOptions& options) {
+  auto found = identified_or_why_not(cell, touches, options);
+  auto* calibration = std::get_if<Calibration>(&found);
+  return calibration ? std::optional(std::move(*calibration)) : std::nullopt;
+}
+
+Trial fit_hypothesis(const Cell& cell, const std::vector<Touch>& touches) {
+  Trial trial;
+  const Cell levelled = at_level(cell, ModelLevel{}, touches);
+  const ArmModel arm(levelled);
+  IdentifyOptions options;
+  options.level = ModelLevel{};  // the fullest without play; which one it is does not matter here
+  trial.found = tried(cell, touches, options);
+  if (!trial.found) return trial;
+  trial.sum = 0.0;
+  trial.rows = 0;
+  std::vector<double> off;
+  for (const TouchResidual& r : trial.found->residuals) {
+    const Touch& touch = touches[r.touch];
+    if (touch.set != TouchSet::kFit) continue;
+    const double sigma = touch.sigma_m > 0.0 ? touch.sigma_m : cell.touch_sigma_m;
+    const TargetKind kind = cell.targets[cell.target_index(touch.target)].kind;
+    const int rows = kind == TargetKind::kPoint || kind == TargetKind::kTracker ? 3 : 1;
+    off.push_back(std::abs(r.after_m) / sigma);
+    trial.sum += std::min(off.back() * off.back(), kMostSigmas * kMostSigmas);  // (63)
+    trial.rows += rows;
+  }
+  trial.scatter = median(std::move(off)) / kNormalMedian;
+  const auto add_stated = [&](double sigmas) {
+    trial.sum += sigmas * sigmas;
+    trial.worst = std::max(trial.worst, sigmas * sigmas);
+  };
+  for (const ParameterResult& p : trial.found->parameters) {
+    const double sigma = stated_sigma(arm, cell, p.key);
+    if (!(sigma > 0.0)) continue;
+    if (is_drawn(p.key.kind))
+      add_stated(p.correction / sigma);
+    else
+      trial.sum += std::pow(p.correction / sigma, 2);
+  }
+  for (const LengthResult& length : trial.found->lengths) add_stated(contradiction(length));
+  return trial;
+}
+
+double nominal_off_m(const Cell& cell, const std::vector<Touch>& touches) {
+  constexpr double kNowhere = std::numeric_limits<double>::infinity();
+  const ArmModel arm(cell);
+  const auto places = seen_places(cell, arm, touches);
+  if (!places || arm.size() == 0)
+    return kNowhere;  // without a tolerance nothing is to be identified
+  const Problem problem(cell, arm, touches, *places);
+  const Eigen::VectorXd x = problem.to_si(Eigen::VectorXd::Zero(problem.size()));
+  const Problem::At at = problem.at(x.data());
+  std::vector<double> off_m;
+  for (std::size_t i = 0; i < touches.size(); ++i) {
+    if (touches[i].set != TouchSet::kFit) continue;
+    double r[Problem::kMostRows] = {};
+    problem.residual_m(i, at, r, nullptr, nullptr);
+    const double off = Eigen::Map<Eigen::VectorXd>(r, problem.place_rows(i)).norm();
+    if (std::isfinite(off)) off_m.push_back(off);
+  }
+  return off_m.empty() ? kNowhere : median(std::move(off_m));
+}
+
+}  // namespace cellcal::calib

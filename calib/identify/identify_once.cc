@@ -1,0 +1,398 @@
+#include "calib/identify/identify_once.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+
+#include "calib/estimate/discrepancy.h"
+#include "calib/estimate/estimate.h"
+#include "calib/estimate/level_family.h"
+#include "calib/estimate/observability.h"
+#include "calib/estimate/problem.h"
+#include "calib/estimate/region.h"
+#include "calib/estimate/repeats.h"
+#include "calib/estimate/target.h"
+#include "calib/verdict/artefacts.h"
+#include "calib/verdict/held_out.h"
+#include "calib/verdict/leave_one_out.h"
+#include "calib/verdict/residuals.h"
+#include "calib/verdict/suspected_changes.h"
+#include "calib/verdict/verdict.h"
+
+namespace cellcal::calib {
+
+namespace {
+
+/// Enough to see which directions of the frame move the tip.
+constexpr int kFramePoses = 60;
+constexpr double kLocalHalfM = 0.150;
+/// Of fewer poses nothing is left beside a motion of the base.
+constexpr std::size_t kFewestPoses = 3;
+constexpr unsigned kRegionSeed = 20240924;
+
+/// The first of the cell's tools that touched it.
+int first_tool(const Problem& problem, const TargetBlock& block) {
+  int first = problem.arm().tool_count() - 1;
+  for (std::size_t i = 0; i < problem.touches().size() && first > 0; ++i)
+    if (problem.block_of(i) >= 0 &&
+        problem.blocks()[static_cast<std::size_t>(problem.block_of(i))].target == block.target)
+      first = std::min(first, problem.tool_of(i));
+  return first;
+}
+
+void fill_parameters(const Problem& problem, const Estimate& e, const FrameDirections& frame,
+                     double inflation, Calibration& calibration) {
+  const Eigen::VectorXd x = problem.to_si(e.u);
+  const int n = problem.size();
+  Eigen::VectorXd scale(n);
+  for (int i = 0; i < n; ++i) scale[i] = problem.unknowns()[i].scale;
+  calibration.covariance =
+      inflation * (scale.asDiagonal() * e.posterior.covariance_u * scale.asDiagonal());
+  calibration.frame_basis = scale.asDiagonal() * frame.basis_u;
+  for (int i = 0; i < n; ++i) {
+    const Unknown& unknown = problem.unknowns()[i];
+    ParameterResult p{
+        unknown.key,     unknown.unit,           unknown.to_unit,
+        unknown.nominal, x[i] - unknown.nominal, std::sqrt(calibration.covariance(i, i))};
+    // Who decided it: the frame where half of its variance is the frame's; the prior where the
+    // touches took less than half of the prior's variance away, or no level with a say has it at
+    // all.
+    const double variance_u = e.posterior.covariance_u(i, i);
+    const double of_frame = frame.basis_u.cols() > 0 ? frame.basis_u.row(i).squaredNorm() : 0.0;
+    double prior_u = unknown.prior_weight > 0.0 ? 1.0 / unknown.prior_weight : 1e9;
+    if (i < problem.arm_size()) {
+      const ParameterKind kind = problem.arm().parameters()[i].kind;
+      // Of the levels, each as far as it is believed.
+      if (is_transmission(kind)) prior_u *= e.levels.transmission;
+      if (is_compliance(kind)) prior_u *= e.levels.compliance;
+      if (kind == ParameterKind::kPlay) prior_u *= e.levels.play;
+    }
+    if (of_frame * std::min(1.0, prior_u * prior_u) > 0.5 * variance_u)
+      p.decided_by = DecidedBy::kFrame;
+    else if (variance_u > 0.5 * prior_u * prior_u || variance_u == 0.0)
+      p.decided_by = DecidedBy::kPrior;
+    calibration.parameters.push_back(p);
+  }
+  for (const TargetBlock& block : problem.blocks()) {
+    const Target& target = problem.cell().targets[block.target];
+    TargetResult result = result_at(target, problem.place(block), x.data() + block.first);
+    const int tool = first_tool(problem, block);
+    if (target.kind == TargetKind::kSphere || target.kind == TargetKind::kPlane)
+      result.effective_radius_m = problem.nominal_radius_m(target, tool) +
+                                  (problem.rho(tool) >= 0 ? x[problem.rho(tool)] : 0.0) +
+                                  (block.has_radius ? x[block.first + block.place] : 0.0);
+    calibration.targets.push_back(result);
+  }
+}
+
+std::vector<JointVector> poses_near_targets(const Problem& problem,
+                                            const std::vector<TargetResult>& targets, int count) {
+  std::vector<JointVector> around;
+  for (const Touch& touch : problem.touches()) around.push_back(touch.joint_rad);
+  std::vector<Eigen::Vector3d> centres;
+  for (const TargetResult& target : targets) {
+    if (has_a_centre(target.kind) && target.kind != TargetKind::kWire) {
+      centres.push_back(target.centre_m);
+      continue;
+    }
+    for (std::size_t i = 0; i < problem.touches().size(); ++i)  // it is where it was touched
+      if (problem.touches()[i].target == target.id)
+        centres.push_back(problem.arm().position(problem.pose(i), nullptr));
+  }
+  return local_poses(problem.arm(), around, centres, kLocalHalfM, count, kRegionSeed);
+}
+
+/// Whitened residuals of the touches, each by its own sigma, whether or not their errors go
+/// together.
+Eigen::VectorXd residuals_alone(const Posterior& posterior) {
+  const auto r = posterior.linear.residual.head(posterior.linear.length_row);
+  if (posterior.together.size() == 0) return r;
+  return posterior.together.triangularView<Eigen::Lower>() * r;
+}
+
+/// Levels are compared for given noise and unknowns; here also these count. Noise is not the same
+/// where repeats or an error beside the model have a say, and of a target that is taken as two
+/// there are more unknowns: one without a prior counts as known to its scale (10 mm, 10 mrad).
+double log_evidence(const Problem& problem, const Estimate& e, double gate) {
+  double best = -std::numeric_limits<double>::infinity(), sum = 0.0;
+  for (const LevelEvidence& l : e.levels.levels) best = std::max(best, l.log_evidence);
+  for (const LevelEvidence& l : e.levels.levels) sum += std::exp(l.log_evidence - best);
+  double log_size = 0.0;
+  for (Eigen::Index k = 0; k < e.posterior.together.rows(); ++k)
+    log_size += std::log(e.posterior.together(k, k));
+  for (std::size_t i = 0; i < e.use.size(); ++i) {
+    if (problem.touches()[i].set != TouchSet::kFit) continue;
+    const double sigma_m =
+        e.use[i] ? problem.own_sigma_m(i) : std::hypot(problem.own_sigma_m(i), problem.field_m());
+    log_size += problem.rows(i) * std::log(sigma_m) + (e.use[i] ? 0.0 : gate * gate / 2.0);
+  }
+  double log_flat = 0.0;
+  for (const Unknown& unknown : problem.unknowns())
+    if (!(unknown.prior_weight > 0.0)) log_flat += 0.5 * std::log(kFlatPrecision);
+  return best + std::log(sum) - log_flat - log_size;
+}
+
+/// Scatter of the fit, and of the touches beside it.
+void fill_fit(const Problem& problem, const Estimate& e, const Repeats& repeats, Calibration& c) {
+  double sum = 0.0, held = 0.0, noise = 0.0, of_places = 0.0;
+  const Eigen::VectorXd alone = residuals_alone(e.posterior);
+  for (const auto& [touch, row] : e.posterior.linear.touch_row)
+    for (int k = 0; k < problem.rows(touch); ++k) {
+      sum += std::pow(e.posterior.linear.residual[row + k], 2);  // (28)
+      held += 1.0 - e.posterior.leverage[row + k];
+      if (k >= problem.place_rows(touch)) continue;  // turns are no distance
+      noise += std::pow(alone[row + k] * problem.sigma_m(touch), 2);
+      of_places += 1.0 - e.posterior.leverage[row + k];
+    }
+  c.chi2 = sum;
+  c.degrees_of_freedom = std::max(held, 1.0);
+  c.chi2_per_dof = sum / c.degrees_of_freedom;
+  c.touch_noise_m = std::sqrt(noise / std::max(of_places, 1.0));
+  c.repeats = {repeats.touches, repeats.scatter_m, repeats.degrees_of_freedom, repeats.used_m};
+}
+
+/// How far the tip is off, predicted, by what was found.
+class Accuracy {
+ public:
+  Accuracy(const Problem& problem, const Estimate& e, double inflation, const Calibration& c)
+      : arm_(problem.arm()),
+        x_(problem.to_si(e.u)),
+        scale_(arm_.size()),
+        covariance_(inflation * e.posterior.covariance_u.topLeftCorner(arm_.size(), arm_.size())),
+        field_m2_(3.0 * std::pow(c.discrepancy.sigma_m, 2)),
+        ripple_rad_(c.level.ripple_rad) {
+    for (int i = 0; i < arm_.size(); ++i) scale_[i] = problem.unknowns()[i].scale;
+  }
+
+  Eigen::MatrixXd moves(const std::vector<JointVector>& poses) const {
+    return aligned_moves(arm_, poses, x_.data(), scale_);
+  }
+  /// As far as the frame goes: a tool that bends changes the moves by thousandths.
+  TipMoves stiff_moves(const std::vector<JointVector>& poses) const {
+    Eigen::VectorXd stiff = x_;
+    for (int i = 0; i < arm_.size(); ++i)
+      if (arm_.parameters()[static_cast<std::size_t>(i)].kind == ParameterKind::kDeflection)
+        stiff[i] = 0.0;
+    return tip_moves(arm_, poses, stiff.data(), scale_);
+  }
+  double predicted_m(const std::vector<JointVector>& poses, const Eigen::MatrixXd& moves) const {
+    return predicted_mean_error_m(moves, covariance_, stays_m2(poses));
+  }
+  NominalError nominal(const std::vector<JointVector>& poses, const Eigen::MatrixXd& moves) const {
+    return nominal_error(arm_, poses, x_.data(), moves, covariance_, stays_m2(poses));
+  }
+  /// Of any arm within the tolerances, before a touch.
+  double tolerated_m(const std::vector<JointVector>& poses, const Eigen::MatrixXd& moves) const {
+    return predicted_mean_error_m(moves, Eigen::MatrixXd::Identity(arm_.size(), arm_.size()),
+                                  stays_m2(poses));
+  }
+
+ private:
+  Eigen::VectorXd stays_m2(const std::vector<JointVector>& poses) const {
+    return ripple_variance_m2(arm_, poses, ripple_rad_).array() + field_m2_;
+  }
+
+  const ArmModel& arm_;
+  Eigen::VectorXd x_, scale_;
+  Eigen::MatrixXd covariance_;
+  double field_m2_, ripple_rad_;
+};
+
+/// Parameters with their covariance, what the touches do not decide, and how far the tip is off.
+void fill_accuracy(const Problem& problem, const Estimate& e, int region_poses, Calibration& c) {
+  // Scatter beyond the stated noise is not explained away: it widens every bound.
+  const double inflation = std::max(1.0, c.chi2_per_dof);
+  const Accuracy accuracy(problem, e, inflation, c);
+  auto workspace = workspace_poses(problem.arm(), kFramePoses, kRegionSeed);
+  const TipMoves stiff = accuracy.stiff_moves(workspace);
+  Eigen::MatrixXd moves = aligned(stiff);
+  const FrameDirections frame = find_frame_directions(problem, e.posterior.linear, stiff, moves);
+  c.unidentifiable = frame.named;
+  c.observability = observability(problem, e.posterior.linear, frame.basis_u);
+  fill_parameters(problem, e, frame, inflation, c);
+  if (region_poses != kFramePoses) {
+    workspace = workspace_poses(problem.arm(), region_poses, kRegionSeed);
+    moves = accuracy.moves(workspace);
+  }
+  c.predicted_workspace_m = accuracy.predicted_m(workspace, moves);
+  const NominalError over_workspace = accuracy.nominal(workspace, moves);
+  c.nominal_workspace_m = over_workspace.mean_m;
+  c.nominal_workspace_u_m = over_workspace.u_m;
+  c.tolerated_workspace_m = accuracy.tolerated_m(workspace, moves);
+  c.unchecked_workspace = least_checked_touch(problem, e, moves);
+  c.predicted_near_targets_m = c.predicted_workspace_m;
+  c.nominal_near_targets_m = c.nominal_workspace_m;
+  c.nominal_near_targets_u_m = c.nominal_workspace_u_m;
+  c.tolerated_near_targets_m = c.tolerated_workspace_m;
+  c.unchecked_near_targets = c.unchecked_workspace;
+  const auto local = poses_near_targets(problem, c.targets, region_poses);
+  if (local.size() < kFewestPoses) return;
+  const Eigen::MatrixXd local_moves = accuracy.moves(local);
+  c.predicted_near_targets_m = accuracy.predicted_m(local, local_moves);
+  const NominalError near = accuracy.nominal(local, local_moves);
+  c.nominal_near_targets_m = near.mean_m;
+  c.nominal_near_targets_u_m = near.u_m;
+  c.tolerated_near_targets_m = accuracy.tolerated_m(local, local_moves);
+  c.unchecked_near_targets = least_checked_touch(problem, e, local_moves);
+}
+
+/// What touches and files say of each other; `moves`, `jumps`: of changes in mid-session, too.
+void fill_consistency(const Problem& problem, const Estimate& e, bool moves, bool jumps,
+                      Calibration& c) {
+  const auto& touches = problem.touches();
+  std::vector<bool> outlier(touches.size(), false);
+  for (std::size_t i = 0; i < touches.size(); ++i)
+    outlier[i] = touches[i].set == TouchSet::kFit && !e.use[i];
+  for (const std::size_t i : gross_check_touches(problem, c)) outlier[i] = true;
+  fill_residuals(problem, problem.to_si(e.u), outlier, c);
+  const NormalEquations equations = normal_equations_without_lengths(problem, e);
+  c.lengths = leave_one_out_lengths(problem, e, equations, c.chi2, c.degrees_of_freedom);
+  c.artefact_biases = artefact_biases(problem, e, equations, c.chi2, c.degrees_of_freedom);
+  c.outliers = named_outliers(problem, e, c);
+  if (moves) c.moved = suspected_moves(problem, e, c.chi2_per_dof);
+  if (jumps) c.jumped = suspected_jump(problem, e, c.chi2_per_dof);
+}
+
+/// A cell taken at its word, up to a level.
+struct Stated {
+  Stated(const Cell& cell, const std::vector<Touch>& touches, const ModelLevel& fullest)
+      : level(fullest),
+        levelled(at_level(cell, fullest, touches)),
+        arm(levelled),
+        problem(levelled, arm, touches, starting_places(cell, arm, touches)),
+        repeats(weigh_repeats(problem)) {}
+
+  ModelLevel level;
+  Cell levelled;
+  ArmModel arm;
+  Problem problem;
+  Repeats repeats;
+};
+
+/// The fullest level without play first: outliers are judged by a model that can explain nearly all
+/// that an arm does, and the evidence of every simpler level follows from its linearisation.
+std::unique_ptr<Stated> likeliest(const Cell& cell, const std::vector<Touch>& touches,
+                                  const IdentifyOptions& options, Estimate& e) {
+  auto likely = std::make_unique<Stated>(cell, touches, options.level.value_or(ModelLevel{}));
+  std::vector<ModelLevel> levels = usual_levels();
+  if (options.level)
+    levels = {{1.0, 1.0, options.level->ripple_rad, options.level->play > 0.0 ? 1.0 : 0.0}};
+  e = estimate(likely->problem, options, std::move(levels));
+  if (options.with_discrepancy || options.level) return likely;
+  auto played = std::make_unique<Stated>(cell, touches, kFullestLevel);
+  if (estimate_with_play(likely->problem, played->problem, options, e)) return played;
+  return likely;
+}
+
+}  // namespace
+
+void require_sound(const Cell& cell, const std::vector<Touch>& touches) {
+  std::vector<bool> fitted(cell.targets.size(), false);
+  for (std::size_t i = 0; i < touches.size(); ++i) {
+    if (touches[i].set == TouchSet::kFit) fitted[cell.target_index(touches[i].target)] = true;
+    for (const double angle : touches[i].joint_rad)
+      if (!std::isfinite(angle)) {
+        IdentifyError error(
+            IdentifyError::Kind::kTouches, touches[i].target,
+            fmt::format("{} of {} has a joint angle that is not a number; leave it out",
+                        touch_words(i, touches[i]), touches.size()));
+        error.touch = i;
+        throw error;
+      }
+  }
+  if (std::none_of(fitted.begin(), fitted.end(), [](bool any) { return any; }))
+    throw IdentifyError(IdentifyError::Kind::kUndetermined,
+                        "there are no fit touches; nothing to identify from");
+}
+
+Calibration not_identified(const Cell& cell, const std::vector<Touch>& touches,
+                           const IdentifyOptions& options, const std::string& why) {
+  constexpr double kAnywhere = 100.0;  // of what has no prior, in its scales
+  const Cell levelled = at_level(cell, options.level.value_or(ModelLevel{}), touches);
+  const ArmModel arm(levelled);
+  const Problem problem(levelled, arm, touches, rough_places(cell, arm, touches));
+  Estimate e;
+  e.u = Eigen::VectorXd::Zero(problem.size());
+  e.posterior.covariance_u = Eigen::MatrixXd::Zero(problem.size(), problem.size());
+  for (int i = 0; i < problem.size(); ++i) {
+    const double weight = problem.unknowns()[i].prior_weight;
+    e.posterior.covariance_u(i, i) = std::pow(weight > 0.0 ? 1.0 / weight : kAnywhere, 2);
+  }
+  e.levels.transmission = e.levels.compliance = 1.0;
+
+  Calibration calibration;
+  calibration.cell = cell;
+  calibration.level = options.level.value_or(ModelLevel{});
+  calibration.level_reason = {LevelChoice::kNothingIdentified};
+  const FrameDirections no_frame{Eigen::MatrixXd(problem.size(), 0), {}};
+  fill_parameters(problem, e, no_frame, 1.0, calibration);
+  for (ParameterResult& p : calibration.parameters) p.decided_by = DecidedBy::kPrior;
+  Eigen::VectorXd scale(arm.size());
+  for (int i = 0; i < arm.size(); ++i) scale[i] = problem.unknowns()[i].scale;
+  const Eigen::VectorXd x = problem.to_si(e.u);
+  const Eigen::MatrixXd covariance = e.posterior.covariance_u.topLeftCorner(arm.size(), arm.size());
+  const auto predicted_m = [&](const std::vector<JointVector>& poses) {
+    return poses.size() < kFewestPoses
+               ? calibration.predicted_workspace_m
+               : predicted_mean_error_m(aligned_moves(arm, poses, x.data(), scale), covariance,
+                                        ripple_variance_m2(arm, poses, 0.0));
+  };
+  calibration.predicted_workspace_m =
+      predicted_m(workspace_poses(arm, options.region_poses, kRegionSeed));
+  calibration.predicted_near_targets_m =
+      predicted_m(poses_near_targets(problem, calibration.targets, options.region_poses));
+  fill_residuals(problem, x, std::vector<bool>(touches.size(), false), calibration);
+  Finding finding{FindingKind::kNotIdentified, Severity::kWithholds};
+  finding.text = why;
+  calibration.verdict.findings = {std::move(finding)};
+  return calibration;
+}
+
+Calibration identify_as_stated(const Cell& cell, const std::vector<Touch>& touches,
+                               const IdentifyOptions& options) {
+  require_sound(cell, touches);
+  Estimate e;
+  const std::unique_ptr<Stated> likely = likeliest(cell, touches, options, e);
+  Problem& problem = likely->problem;
+  const bool together = options.with_discrepancy && !options.level;
+  Calibration calibration;
+  if (together) calibration.discrepancy = estimate_together(problem, options, likely->repeats, e);
+  const LevelMean& mean = e.levels;
+
+  calibration.cell = cell;
+  calibration.level = options.level.value_or(
+      ModelLevel{1.0, mean.transmission, mean.ripple_rad, likely->level.play});
+  calibration.levels = mean.levels;
+  calibration.log_evidence = log_evidence(problem, e, options.outlier_sigma);
+  if (options.level) calibration.levels.front().level = *options.level;
+  calibration.level_reason = {options.level ? LevelChoice::kAskedFor
+                                            : LevelChoice::kMeanByEvidence};
+  fill_fit(problem, e, likely->repeats, calibration);
+  if (!together && !options.level) {
+    if (calibration.touch_noise_m > kNothingM)
+      calibration.discrepancy.alike = alike_sigmas(problem, e, calibration.chi2_per_dof);
+    calibration.discrepancy.sigma_m =
+        undetected_field_m(problem, e, likely->repeats, calibration.touch_noise_m);
+  }
+  fill_accuracy(problem, e, options.region_poses, calibration);
+  // Asked for before: what the arm does beside the model looks like moves and jumps, and so does
+  // what a level that was asked for may lack like jumps.
+  fill_consistency(problem, e, !together, !together && !options.level, calibration);
+  calibration.verdict = judge(problem, calibration);
+  return calibration;
+}
+
+std::variant<Calibration, IdentifyError> identified_or_why_not(const Cell& cell,
+                                                               const std::vector<Touch>& touches,
+                                                               const IdentifyOptions& options) {
+  try {
+    return identify_as_stated(cell, touches, options);
+  } catch (const IdentifyError& why_not) {
+    return why_not;
+  }
+}
+
+}  // namespace cellcal::calib

@@ -1,0 +1,306 @@
+#include "calib/plan/candidates.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "calib/model/inverse.h"
+#include "calib/model/long_work.h"
+#include "calib/model/random.h"
+
+namespace cellcal::calib {
+
+namespace {
+
+using Eigen::Vector3d;
+
+/// Below this elevation of the touch normal the stand is in the way.
+constexpr double kLowestElevationRad = -0.35;
+/// Tool axis against the inward normal. Wider cones tell the wrist's errors apart better, but let
+/// the tool's shaft come close to the sphere.
+constexpr double kConeRad = 0.70;
+constexpr int kOrientations = 10;  // tries per direction
+/// Orientations and configurations that one direction contributes at most.
+constexpr int kPerDirection = 2;
+
+constexpr double kGoldenRad = std::numbers::pi * 0.7639320225002102;  // pi (3 - sqrt 5)
+
+/// Point `i` of `n` of a Fibonacci lattice over the sphere, z along `up`.
+Vector3d lattice(int i, int n, double shift) {
+  const double z = 1.0 - 2.0 * (i + 0.5) / n;
+  const double r = std::sqrt(1.0 - z * z);
+  return {r * std::cos(kGoldenRad * i + shift), r * std::sin(kGoldenRad * i + shift), z};
+}
+
+/// Where a touch meets its target: the tip rests at `from` + `radius_m` `normal`.
+struct Spot {
+  Vector3d from, normal;
+  double radius_m;
+};
+
+/// Point `i` of `n` of Vogel's spiral, which fills the plane's circle evenly.
+Spot spot_on_plane(const Target& plane, const Tool& tool, int i, int n, double shift) {
+  const Vector3d across = plane.normal.unitOrthogonal();
+  const double r = plane.extent_m / 2.0 * std::sqrt((i + 0.5) / n);
+  return {plane.centre_m + r * (std::cos(kGoldenRad * i + shift) * across +
+                                std::sin(kGoldenRad * i + shift) * plane.normal.cross(across)),
+          plane.normal, tool.tip_radius_m};
+}
+
+/// The whole search line of a touch that begins in a given posture.
+std::optional<Candidate> try_touch(const ArmModel& arm, const Clearance& clearance,
+                                   const PlanOptions& options, const Spot& spot,
+                                   const Eigen::Matrix3d& orientation, const JointVector& contact) {
+  const auto pose_at = [&](double outside) {
+    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+    pose.linear() = orientation;
+    pose.translation() = spot.from + (spot.radius_m + outside) * spot.normal;
+    return pose;
+  };
+  for (std::size_t i = kFirstWristJoint; i < contact.size(); ++i)
+    if (std::abs(contact[i]) > kWristRad) return std::nullopt;
+  const auto standoff =
+      inverse(arm, pose_at(options.standoff_m), contact, options.limit_margin_rad);
+  const auto end = inverse(arm, pose_at(-options.beyond_m), contact, options.limit_margin_rad);
+  const auto away = inverse(arm, pose_at(options.clear_m), contact, options.limit_margin_rad);
+  if (!standoff || !end || !away) return std::nullopt;
+  // The line must be one smooth motion: a jump of configuration shows as a long joint step.
+  constexpr double kLargestRad = 0.2;
+  for (std::size_t i = 0; i < contact.size(); ++i)
+    if (std::abs((*end)[i] - (*away)[i]) > kLargestRad) return std::nullopt;
+  if (!clearance.clear(*standoff, kTipMarginM) || !clearance.clear(*away, kTipMarginM))
+    return std::nullopt;
+  Candidate c;
+  c.normal = spot.normal;
+  c.contact = contact;
+  c.standoff = *standoff;
+  c.end = *end;
+  c.clear = *away;
+  c.orientation = orientation;
+  return c;
+}
+
+}  // namespace
+
+std::optional<NotPlanned> why_not_planned(const Target& target) {
+  switch (target.kind) {
+    case TargetKind::kSphere:
+      break;
+    case TargetKind::kPlane:
+      if (!target.has_centre || !target.has_normal) return NotPlanned::kPlaceUnknown;
+      if (!(target.extent_m > 0.0)) return NotPlanned::kSizeUnknown;
+      break;
+    case TargetKind::kPoint:
+      return NotPlanned::kSeated;
+    case TargetKind::kWire:
+      return NotPlanned::kHooked;
+    case TargetKind::kTracker:
+      return NotPlanned::kMeasures;
+  }
+  return std::nullopt;
+}
+
+const char* words(NotPlanned why) {
+  switch (why) {
+    case NotPlanned::kPlaceUnknown:
+      return "a plane without centre_mm and normal: its place is unknown";
+    case NotPlanned::kSizeUnknown:
+      return "a plane without extent_mm: its size is unknown";
+    case NotPlanned::kSeated:
+      return "the tip has to be seated in a point by hand";
+    case NotPlanned::kHooked:
+      return "a wire is hooked to the tool by hand";
+    case NotPlanned::kMeasures:
+      return "a tracker measures by itself";
+  }
+  return "";
+}
+
+bool is_planned(const Target& target, Kinds kinds) {
+  return !target.only_in_the_way &&
+         (target.kind == TargetKind::kSphere || kinds == Kinds::kSpheresAndPlanes) &&
+         !why_not_planned(target);
+}
+
+namespace {
+
+/// Against gravity; where there is none, z.
+Vector3d upwards(const Robot& robot) {
+  const Vector3d up = -robot.gravity_m_s2.normalized();
+  return up.allFinite() ? up : Vector3d::UnitZ();
+}
+
+/// From the flange to the TCP, flange frame.
+Vector3d shaft_of(const Tool& tool) {
+  constexpr double kNoLengthM = 1e-6;
+  return tool.tcp.translation().norm() > kNoLengthM ? tool.tcp.translation().normalized()
+                                                    : Vector3d::UnitZ();
+}
+
+double contact_radius_m(const Target& target, const Tool& tool) {
+  return target.diameter_m / 2.0 + tool.tip_radius_m;
+}
+
+bool above_the_stand(const Vector3d& normal, const Vector3d& up) {
+  return std::asin(std::clamp(normal.dot(up), -1.0, 1.0)) >= kLowestElevationRad;
+}
+
+/// About an axis at random, by an angle of this rms.
+Eigen::AngleAxisd turn_of(double rms_rad, Random& random) {
+  Vector3d turn;
+  for (double& component : turn) component = rms_rad / std::sqrt(3.0) * random.normal();
+  const double angle = turn.norm();
+  return {angle, angle > 0.0 ? Vector3d(turn / angle) : Vector3d::UnitX()};
+}
+
+}  // namespace
+
+std::vector<Candidate> find_candidates(const Cell& cell, const ArmModel& arm,
+                                       const Clearance& clearance, const PlanOptions& options,
+                                       int per_target, Kinds kinds) {
+  std::vector<Candidate> result;
+  Random random(options.seed);
+  const Configurations configurations(arm, options.limit_margin_rad);
+  const Vector3d up = upwards(cell.robot);
+  const Eigen::Quaterniond to_up = Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), up);
+  const Vector3d shaft = shaft_of(cell.tool);
+  const Eigen::Matrix3d tool = cell.tool.tcp.linear();
+  for (std::size_t t = 0; t < cell.targets.size(); ++t) {
+    const Target& target = cell.targets[t];
+    if (!is_planned(target, kinds)) continue;
+    const bool plane = target.kind == TargetKind::kPlane;
+    const double radius = contact_radius_m(target, cell.tool);
+    const int directions = 2 * per_target;
+    for (int i = 0, found = 0; i < directions && found < per_target; ++i) {
+      poll_cancelled();
+      tell_done((static_cast<double>(t) + static_cast<double>(i) / directions) /
+                static_cast<double>(cell.targets.size()));
+      // Far-off lattice points first, so that a short list still surrounds the sphere.
+      const int k = (i * 7919) % directions;
+      const double shift = random.uniform(0.0, 0.1);
+      const Spot spot = plane
+                            ? spot_on_plane(target, cell.tool, k, directions, shift)
+                            : Spot{target.centre_m, to_up * lattice(k, directions, shift), radius};
+      const Vector3d& normal = spot.normal;
+      if (!plane && !above_the_stand(normal, up)) continue;
+      int own = 0;
+      for (int attempt = 0; attempt < kOrientations && own < kPerDirection; ++attempt) {
+        // Flange orientation: shaft along -normal, tilted within the cone, turned about itself.
+        const Eigen::AngleAxisd roll(random.uniform(-std::numbers::pi, std::numbers::pi), -normal);
+        const Vector3d across = normal.unitOrthogonal();
+        const Eigen::AngleAxisd heading(random.uniform(-std::numbers::pi, std::numbers::pi),
+                                        normal);
+        const Eigen::AngleAxisd tilt(kConeRad * std::sqrt(random.uniform()), heading * across);
+        const Eigen::Matrix3d flange =
+            (tilt * roll).toRotationMatrix() *
+            Eigen::Quaterniond::FromTwoVectors(shaft, -normal).toRotationMatrix();
+        Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+        pose.linear() = flange * tool;
+        pose.translation() = spot.from + spot.radius_m * normal;
+        // Any of the ways to reach it, and another one where the first is not free.
+        std::vector<JointVector> ways = configurations.reach(pose);
+        for (std::size_t left = ways.size(); left > 0; --left) {
+          std::swap(ways[random.below(left)], ways[left - 1]);
+          auto candidate = try_touch(arm, clearance, options, spot, pose.linear(), ways[left - 1]);
+          if (!candidate) continue;
+          candidate->target = t;
+          result.push_back(std::move(*candidate));
+          ++own;
+          ++found;
+          break;
+        }
+      }
+    }
+  }
+  return result;
+}
+
+std::vector<Candidate> vary(const Cell& cell, const ArmModel& arm, const Clearance& clearance,
+                            const PlanOptions& options, const Candidate& like, int count,
+                            double by_rad, Random& random) {
+  const Target& target = cell.targets[like.target];
+  const bool plane = target.kind == TargetKind::kPlane;
+  const Vector3d up = upwards(cell.robot);
+  const Vector3d shaft = cell.tool.tcp.linear().transpose() * shaft_of(cell.tool);  // TCP's frame
+  const double cone = std::cos(kConeRad);
+  std::vector<Candidate> result;
+  for (int k = 0; k < count; ++k) {
+    Spot spot{target.centre_m, like.normal, contact_radius_m(target, cell.tool)};
+    const Eigen::AngleAxisd across = turn_of(by_rad, random);
+    if (plane) {
+      spot.radius_m = cell.tool.tip_radius_m;
+      const Vector3d step = by_rad * target.extent_m / 2.0 * across.axis().cross(like.normal);
+      spot.from = arm.nominal_tip_m(like.contact) - spot.radius_m * like.normal + step;
+      if ((spot.from - target.centre_m).norm() > target.extent_m / 2.0) continue;
+    } else {
+      spot.normal = across * like.normal;
+      if (!above_the_stand(spot.normal, up)) continue;
+    }
+    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+    pose.linear() = turn_of(by_rad, random) * like.orientation;
+    pose.translation() = spot.from + spot.radius_m * spot.normal;
+    if ((pose.linear() * shaft).dot(-spot.normal) < cone) continue;
+    const auto contact = inverse(arm, pose, like.contact, options.limit_margin_rad);
+    if (!contact) continue;
+    auto candidate = try_touch(arm, clearance, options, spot, pose.linear(), *contact);
+    if (!candidate) continue;
+    candidate->target = like.target;
+    result.push_back(std::move(*candidate));
+  }
+  return result;
+}
+
+namespace {
+
+constexpr int kTriedAlone = 40;
+
+std::optional<Hit> what_is_hit(const Clearance& clearance, const Candidate& c) {
+  for (const JointVector* q : {&c.standoff, &c.clear})
+    if (auto hit = clearance.hit(*q, kTipMarginM)) return hit;
+  return clearance.hit_search(c.clear, c.end, c.target, kTipMarginM);
+}
+
+}  // namespace
+
+std::string direction_words(const Eigen::Vector3d& normal) {
+  return fmt::format("({:.2f}, {:.2f}, {:.2f})", normal.x(), normal.y(), normal.z());
+}
+
+std::optional<std::string> hindrance(const Cell& cell, const ArmModel& arm,
+                                     const Clearance& clearance, const PlanOptions& options,
+                                     std::size_t target) {
+  Cell alone = cell;  // indices stay; of the others no touches are looked for
+  for (std::size_t t = 0; t < alone.targets.size(); ++t)
+    if (t != target) alone.targets[t].kind = TargetKind::kPoint;
+  struct Reason {
+    Hit hit;
+    Eigen::Vector3d from;
+    int count = 1;
+  };
+  std::vector<Reason> reasons;  // hits of the same things are one
+  for (const Candidate& c : find_candidates(alone, arm, Clearance::blind(), options, kTriedAlone,
+                                            Kinds::kSpheresAndPlanes)) {
+    const auto hit = what_is_hit(clearance, c);
+    if (!hit) continue;
+    const auto like = std::find_if(reasons.begin(), reasons.end(),
+                                   [&](const Reason& one) { return one.hit.is_like(*hit); });
+    if (like == reasons.end())
+      reasons.push_back({*hit, c.normal});
+    else
+      ++like->count;
+  }
+  const auto most =
+      std::max_element(reasons.begin(), reasons.end(),
+                       [](const Reason& a, const Reason& b) { return a.count < b.count; });
+  if (most == reasons.end()) return std::nullopt;
+  return "from direction " + direction_words(most->from) + " " + words(most->hit);
+}
+
+bool clear_line(const Clearance& clearance, const Candidate& c) {
+  return clearance.clear_search(c.clear, c.end, c.target, kTipMarginM);
+}
+
+}  // namespace cellcal::calib

@@ -1,0 +1,467 @@
+#include "calib/plan/clearance.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <deque>
+#include <limits>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "calib/model/random.h"
+#include "calib/model/units.h"
+#include "calib/plan/bodies.h"
+#include "calib/plan/surroundings.h"
+
+namespace cellcal::calib {
+
+namespace {
+
+constexpr double kBodyMarginM = 0.02;  // for everything but the tip
+constexpr double kSearchMarginM =
+    0.005;  // of the tool from what it touches: contact holds it there
+/// Distances beyond margin and this need not be exact: they only say how far a move may be looked
+/// ahead, which their lower bounds say nearly as well.
+constexpr double kNearM = 0.05;
+/// Pieces of a move so short that no point moves further are not halved again, whatever the margin.
+constexpr double kShortM = 0.0005;
+/// A corner is tried at these shares of its legs, one after the other, each with so many postures.
+constexpr double kSmallerCorner = 0.6, kLeastCornerShare = 0.02;
+constexpr int kMostLooks = 256;
+constexpr int kPostures = 64;  // that decide which links are neighbours
+constexpr unsigned kSeed = 1;
+
+constexpr double kFar = std::numeric_limits<double>::max();
+
+struct Mode {
+  double tip_margin_m = 0.0;
+  int touched = -1;  ///< target that a search may touch
+};
+
+struct Pair {
+  std::size_t inner, outer;  ///< bodies; the outer one is moved by more joints
+};
+
+/// The worst that was found.
+struct Encounter {
+  double slack_m = kFar;  ///< distance less margin
+  double gap_m = 0.0;
+  std::size_t body = 0;
+  std::string other;
+  bool low = false;  ///< below the lowest target
+};
+
+}  // namespace
+
+struct Clearance::Impl {
+  Impl(const Cell& cell, const ArmModel& arm)
+      : bodies(arm),
+        things(cell),
+        up(up_of(cell.robot)),
+        hand(cell.robot.joints.size() - 1),
+        passable(cell.passable) {
+    if (!cell.floor_m)
+      for (const Target& target : cell.targets)
+        if (has_a_centre(target.kind) && target.has_centre)
+          lowest_m = std::min(lowest_m, target.centre_m.dot(up) - kBelowTargetsM);
+    find_pairs(cell.robot);
+  }
+
+  /// What body and thing keep from each other; none: they may meet.
+  std::optional<double> margin_m(const Body& body, std::size_t thing, const Mode& mode) const {
+    if (mode.touched < 0 || things.target(thing) != mode.touched)
+      return body.is_tip ? mode.tip_margin_m : kBodyMarginM;
+    if (body.is_tip) return std::nullopt;
+    return kSearchMarginM;
+  }
+
+  /// How far the hand is above the lowest place that it may go to; kFar of other bodies, and where a
+  /// floor is stated.
+  double height_m(std::size_t body, const Segment& axis) const {
+    if (body != hand || lowest_m == kFar) return kFar;
+    return std::min(axis.a.dot(up), axis.b.dot(up)) - lowest_m;
+  }
+
+  /// Distances less margins, the worst of the posture; kFar where nothing is hit.
+  Encounter worst_of(const JointVector& q, const Mode& mode) const {
+    thread_local std::vector<Segment> axes;
+    bodies.place(q, axes);
+    const auto& list = bodies.list();
+    Encounter worst;
+    const auto note = [&](double value, double margin, std::size_t body, const std::string& other,
+                          bool low) {
+      if (value < 0.0 && value < worst.slack_m) worst = {value, value + margin, body, other, low};
+    };
+    static const std::string kNothing;
+    for (std::size_t k = 0; k < list.size(); ++k) {
+      if (!list[k].meets_cell) continue;
+      note(height_m(k, axes[k]), 0.0, k, kNothing, true);
+      for (std::size_t i = 0; i < things.size(); ++i) {
+        const auto margin = margin_m(list[k], i, mode);
+        if (!margin) continue;
+        const double around = list[k].radius_m + *margin, near = around + kNearM;
+        double distance = things.bound_m(i, axes[k]);
+        if (distance < near) distance = things.distance_m(i, axes[k], near);
+        note(distance - around, *margin, k, things.words(i), false);
+      }
+    }
+    for (const Pair& pair : pairs)
+      note(pair_slack_m(pair, axes), kBodyMarginM, pair.outer, list[pair.inner].words, false);
+    return worst;
+  }
+
+  /// What every body, then every pair, keeps beyond its margin in one posture: within these bounds, which
+  /// are drawn together where that decides something. Beyond kNearM the lower bound stands for it.
+  struct Around {
+    std::vector<Segment> axes;
+    std::vector<double> low, high;
+  };
+
+  /// False where something is hit.
+  bool look(std::span<const double> q, const Mode& mode, Around& around) const {
+    bodies.place(q, around.axes);
+    const auto& list = bodies.list();
+    around.low.assign(list.size() + pairs.size(), kFar);
+    around.high.assign(list.size() + pairs.size(), kFar);
+    for (std::size_t k = 0; k < list.size(); ++k) {
+      if (!list[k].meets_cell) continue;
+      bound(k, mode, around);
+      if (around.low[k] < 0.0 && around.high[k] >= 0.0) settle(k, mode, around);
+      if (around.low[k] < 0.0) return false;
+    }
+    for (std::size_t p = 0; p < pairs.size(); ++p) {
+      const double value = pair_slack_m(pairs[p], around.axes);
+      if (value < 0.0) return false;
+      around.low[list.size() + p] = around.high[list.size() + p] = value;
+    }
+    return true;
+  }
+
+  bool passes(const JointVector& from, const JointVector& to) const {
+    return !passable || passable(from, to);
+  }
+
+  bool look_along(const JointVector& from, const JointVector& to, const Mode& mode,
+                  Encounter* worst) const {
+    struct Piece {
+      double begin, end;
+      std::size_t first, last;  // postures
+    };
+    thread_local std::deque<Around> postures;  // kept for the next move: what they hold is
+    thread_local std::vector<Piece> open;
+    thread_local std::vector<double> path, margin;
+    thread_local JointVector q;
+    q.resize(from.size());
+    std::size_t count = 0;
+    const auto at = [&](double share) {
+      for (std::size_t i = 0; i < q.size(); ++i) q[i] = from[i] + share * (to[i] - from[i]);
+      if (postures.size() == count) postures.emplace_back();
+      const bool is_clear = look(q, mode, postures[count++]);
+      if (!is_clear && worst != nullptr) *worst = worst_of(q, mode);
+      return is_clear;
+    };
+    if (!at(0.0) || !at(1.0)) return false;
+    set_paths_m(from, to, path);
+    set_margins_m(mode, margin);
+    open.assign(1, {0.0, 1.0, 0, 1});
+    // The middles of long pieces first: there most blocked moves are seen.
+    for (std::size_t next = 0; next < open.size(); ++next) {
+      const Piece piece = open[next];
+      if (is_passed(path, piece.end - piece.begin, margin, mode, postures[piece.first],
+                    postures[piece.last]))
+        continue;
+      const double middle = (piece.begin + piece.end) / 2.0;
+      const std::size_t there = count;
+      if (!at(middle)) return false;
+      open.push_back({piece.begin, middle, piece.first, there});
+      open.push_back({middle, piece.end, there, piece.last});
+    }
+    return true;
+  }
+
+  /// (64) of every body and pair between two postures, of which the move between them has this share.
+  bool is_passed(const std::vector<double>& path, double share, const std::vector<double>& margin,
+                 const Mode& mode, Around& first, Around& last) const {
+    const auto reaches = [&](std::size_t k, double slack) {
+      return path[k] * share <= std::max(kShortM, slack + 2.0 * (1.0 - kMarginKept) * margin[k]);
+    };
+    bool open = false;
+    for (std::size_t k = 0; k < path.size(); ++k) {
+      if (reaches(k, first.low[k] + last.low[k])) continue;
+      if (!reaches(k, first.high[k] + last.high[k])) return false;
+      open = true;
+    }
+    for (std::size_t k = 0; open && k < path.size(); ++k) {
+      if (reaches(k, first.low[k] + last.low[k])) continue;
+      settle(k, mode, first);
+      settle(k, mode, last);
+      if (!reaches(k, first.low[k] + last.low[k])) return false;
+    }
+    return true;
+  }
+
+  Corner corner(const JointVector& from, const JointVector& at, const JointVector& to,
+                const Mode& mode) const {
+    if (passable) return {};
+    const auto on_leg = [&](const JointVector& other, double share) {
+      JointVector q(at);
+      for (std::size_t i = 0; i < q.size(); ++i) q[i] += share * (other[i] - at[i]);
+      return q;
+    };
+    for (double share = kMostCornerShare; share > kLeastCornerShare; share *= kSmallerCorner) {
+      int looks = kMostLooks;
+      if (is_clear({at, on_leg(from, share), on_leg(to, share)}, mode, looks))
+        return {share, share};
+    }
+    return {};
+  }
+
+  /// All postures of a triangle: those of a piece of it are no farther from its middle than its
+  /// corners, since levers times turns are convex.
+  bool is_clear(const std::array<JointVector, 3>& triangle, const Mode& mode, int& looks) const {
+    if (--looks < 0) return false;
+    JointVector middle(triangle[0]);
+    for (std::size_t i = 0; i < middle.size(); ++i)
+      middle[i] = (triangle[0][i] + triangle[1][i] + triangle[2][i]) / 3.0;
+    thread_local Around around;
+    if (!look(middle, mode, around)) return false;
+    if (is_held(triangle, middle, mode, around)) return true;
+    const auto between = [](const JointVector& a, const JointVector& b) {
+      JointVector q(a);
+      for (std::size_t i = 0; i < q.size(); ++i) q[i] = (a[i] + b[i]) / 2.0;
+      return q;
+    };
+    const JointVector ab = between(triangle[0], triangle[1]),
+                      bc = between(triangle[1], triangle[2]),
+                      ca = between(triangle[2], triangle[0]);
+    return is_clear({ab, bc, ca}, mode, looks) && is_clear({triangle[0], ab, ca}, mode, looks) &&
+           is_clear({ab, triangle[1], bc}, mode, looks) &&
+           is_clear({ca, bc, triangle[2]}, mode, looks);
+  }
+
+  /// (72): no body is moved farther from the middle to a corner than it keeps there.
+  bool is_held(const std::array<JointVector, 3>& triangle, const JointVector& middle,
+               const Mode& mode, Around& around) const {
+    thread_local std::vector<double> path, margin, farthest;
+    set_margins_m(mode, margin);
+    farthest.assign(margin.size(), 0.0);
+    for (const JointVector& corner : triangle) {
+      set_paths_m(middle, corner, path);
+      for (std::size_t k = 0; k < path.size(); ++k) farthest[k] = std::max(farthest[k], path[k]);
+    }
+    const auto reaches = [&](std::size_t k, double slack) {
+      return farthest[k] <= std::max(kShortM / 2.0, slack + (1.0 - kMarginKept) * margin[k]);
+    };
+    for (std::size_t k = 0; k < margin.size(); ++k)
+      if (!reaches(k, around.high[k])) return false;
+    for (std::size_t k = 0; k < margin.size(); ++k) {
+      if (reaches(k, around.low[k])) continue;
+      settle(k, mode, around);
+      if (!reaches(k, around.low[k])) return false;
+    }
+    return true;
+  }
+
+  Hit of(const Encounter& worst) const {
+    return {worst.low ? Hit::Kind::kBelowTargets : Hit::Kind::kTooNear,
+            bodies.list()[worst.body].words, worst.other, worst.gap_m};
+  }
+
+  Bodies bodies;
+  Surroundings things;
+  Eigen::Vector3d up;
+  std::size_t hand;  ///< the body of the last link
+  Passable passable;
+  double lowest_m = kFar;
+  std::vector<Pair> pairs;
+
+ private:
+  /// Bounds of what a body keeps from all things together.
+  void bound(std::size_t k, const Mode& mode, Around& around) const {
+    const Body& body = bodies.list()[k];
+    const Segment& axis = around.axes[k];
+    const Eigen::Vector3d middle = (axis.a + axis.b) / 2.0;
+    const double half = (axis.b - axis.a).norm() / 2.0;
+    double &low = around.low[k], &high = around.high[k];
+    low = high = height_m(k, axis);
+    for (std::size_t i = 0; i < things.size(); ++i) {
+      const auto margin = margin_m(body, i, mode);
+      if (!margin) continue;
+      const double keeps = body.radius_m + *margin;
+      // Neither bound comes from it.
+      if (const double far_off = things.far_off_m(i, middle, half) - keeps;
+          far_off >= low && far_off >= high)
+        continue;
+      const double distance = things.bound_m(i, axis);
+      low = std::min(low, distance - keeps);
+      high = std::min(high, distance < keeps + kNearM ? distance - keeps + things.doubt_m(i)
+                                                      : distance - keeps);
+    }
+  }
+
+  /// From now on both bounds are what the body keeps.
+  void settle(std::size_t k, const Mode& mode, Around& around) const {
+    if (around.low[k] == around.high[k]) return;
+    const Body& body = bodies.list()[k];
+    const Segment& axis = around.axes[k];
+    double least = height_m(k, axis);
+    const auto each = [&](bool in_doubt) {
+      for (std::size_t i = 0; i < things.size(); ++i) {
+        const auto margin = margin_m(body, i, mode);
+        if (!margin) continue;
+        const double keeps = body.radius_m + *margin;
+        double distance = things.bound_m(i, axis);
+        const bool doubtful = things.doubt_m(i) > 0.0 && distance < keeps + kNearM;
+        if (doubtful != in_doubt || distance - keeps >= least) continue;
+        if (in_doubt) distance = things.distance_m(i, axis, keeps + kNearM);
+        least = std::min(least, distance - keeps);
+      }
+    };
+    each(false);  // the others need not be looked at where they are farther
+    each(true);
+    around.low[k] = around.high[k] = least;
+  }
+
+  double pair_slack_m(const Pair& pair, const std::vector<Segment>& axes) const {
+    const Body &inner = bodies.list()[pair.inner], &outer = bodies.list()[pair.outer];
+    return distance_m(axes[pair.inner], axes[pair.outer]) - inner.radius_m - outer.radius_m -
+           kBodyMarginM;
+  }
+
+  /// No point of the body's axis moves further; of pairs, seen from the inner body.
+  void set_paths_m(const JointVector& from, const JointVector& to,
+                   std::vector<double>& result) const {
+    const auto& list = bodies.list();
+    const auto path = [&](const Body& body, int first) {
+      double sum = 0.0;
+      for (std::size_t j = static_cast<std::size_t>(first); j < from.size(); ++j)
+        sum += std::abs(to[j] - from[j]) * body.lever[j];
+      return sum;
+    };
+    result.clear();
+    for (const Body& body : list) result.push_back(body.meets_cell ? path(body, 0) : 0.0);
+    for (const Pair& pair : pairs)
+      result.push_back(path(list[pair.outer], list[pair.inner].joint + 1));
+  }
+
+  void set_margins_m(const Mode& mode, std::vector<double>& result) const {
+    result.clear();
+    for (const Body& body : bodies.list())
+      result.push_back(body.is_tip ? mode.tip_margin_m
+                                   : (mode.touched >= 0 ? kSearchMarginM : kBodyMarginM));
+    result.resize(result.size() + pairs.size(), kBodyMarginM);
+  }
+
+  void find_pairs(const Robot& robot) {
+    const auto& list = bodies.list();
+    std::vector<Pair> all;
+    for (std::size_t inner = 0; inner < list.size(); ++inner)
+      for (std::size_t outer = inner + 1; outer < list.size(); ++outer)
+        if (list[outer].joint > list[inner].joint) all.push_back({inner, outer});
+    std::vector<int> close(all.size(), 0);
+    Random random(kSeed);
+    std::vector<Segment> axes;
+    for (int k = 0; k < kPostures; ++k) {
+      JointVector q;
+      for (const Joint& joint : robot.joints)
+        q.push_back(random.uniform(joint.min_rad, joint.max_rad));
+      bodies.place(q, axes);
+      for (std::size_t p = 0; p < all.size(); ++p) close[p] += pair_slack_m(all[p], axes) < 0.0;
+    }
+    for (std::size_t p = 0; p < all.size(); ++p)
+      if (2 * close[p] <= kPostures) pairs.push_back(all[p]);
+  }
+};
+
+Clearance::Clearance(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+Clearance::Clearance(const Cell& cell, const ArmModel& arm)
+    : impl_(std::make_unique<Impl>(cell, arm)) {}
+Clearance Clearance::blind() { return Clearance(nullptr); }
+Clearance::Clearance(Clearance&&) noexcept = default;
+Clearance::~Clearance() = default;
+
+bool Clearance::clear(const JointVector& q, double tip_margin_m) const {
+  thread_local Impl::Around around;
+  return impl_ == nullptr || (impl_->look(q, {tip_margin_m, -1}, around) && impl_->passes(q, q));
+}
+
+bool Clearance::clear(const JointVector& from, const JointVector& to, double tip_margin_m) const {
+  return impl_ == nullptr ||
+         (impl_->look_along(from, to, {tip_margin_m, -1}, nullptr) && impl_->passes(from, to));
+}
+
+bool Clearance::clear_search(const JointVector& from, const JointVector& to, std::size_t target,
+                             double tip_margin_m) const {
+  return impl_ == nullptr ||
+         (impl_->look_along(from, to, {tip_margin_m, static_cast<int>(target)}, nullptr) &&
+          impl_->passes(from, to));
+}
+
+Corner Clearance::corner(const JointVector& from, const JointVector& at, const JointVector& to,
+                         double tip_margin_m) const {
+  if (impl_ == nullptr) return {kMostCornerShare, kMostCornerShare};
+  return impl_->corner(from, at, to, {tip_margin_m, -1});
+}
+
+std::optional<Hit> Clearance::hit(const JointVector& q, double tip_margin_m) const {
+  if (impl_ == nullptr) return std::nullopt;
+  if (const Encounter worst = impl_->worst_of(q, {tip_margin_m, -1}); worst.slack_m < kFar)
+    return impl_->of(worst);
+  if (!impl_->passes(q, q)) return Hit{Hit::Kind::kImpassable};
+  return std::nullopt;
+}
+
+std::optional<Hit> Clearance::hit(const JointVector& from, const JointVector& to,
+                                  double tip_margin_m) const {
+  if (impl_ == nullptr) return std::nullopt;
+  Encounter worst;
+  const bool is_clear = impl_->look_along(from, to, {tip_margin_m, -1}, &worst);
+  if (!is_clear) return impl_->of(worst);
+  if (!impl_->passes(from, to)) return Hit{Hit::Kind::kImpassable};
+  return std::nullopt;
+}
+
+std::optional<Hit> Clearance::hit_search(const JointVector& from, const JointVector& to,
+                                         std::size_t target, double tip_margin_m) const {
+  if (impl_ == nullptr) return std::nullopt;
+  Encounter worst;
+  const bool is_clear =
+      impl_->look_along(from, to, {tip_margin_m, static_cast<int>(target)}, &worst);
+  if (!is_clear) return impl_->of(worst);
+  if (!impl_->passes(from, to)) return Hit{Hit::Kind::kImpassable};
+  return std::nullopt;
+}
+
+namespace {
+
+std::string near_words(const Hit& hit) {
+  constexpr double kTouching = 1e-6, kRoundingMm = 1e-3;
+  if (hit.gap_m < kTouching) return fmt::format("{} runs into {}", hit.body, hit.other);
+  return fmt::format("{} comes within {:.0f} mm of {}", hit.body,
+                     std::ceil(hit.gap_m * kMmPerM - kRoundingMm), hit.other);
+}
+
+}  // namespace
+
+std::string words(const Hit& hit) {
+  switch (hit.kind) {
+    case Hit::Kind::kTooNear:
+      return near_words(hit);
+    case Hit::Kind::kBelowTargets:
+      return fmt::format(
+          "{} comes more than {:.0f} mm below the lowest target (no floor_mm in the cell file)",
+          hit.body, kBelowTargetsM * kMmPerM);
+    case Hit::Kind::kImpassable:
+      return "the way leads near a singularity, or an axis beyond its correction limit";
+  }
+  return {};
+}
+
+std::string words_or(const std::optional<Hit>& hit, const char* otherwise) {
+  return hit ? words(*hit) : otherwise;
+}
+
+}  // namespace cellcal::calib

@@ -1,0 +1,219 @@
+#include "calib/plan/design.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "calib/estimate/problem.h"
+#include "calib/estimate/region.h"
+#include "calib/estimate/solve.h"
+#include "calib/model/linear.h"
+#include "calib/model/long_work.h"
+#include "calib/model/units.h"
+#include "calib/result/level.h"
+
+namespace cellcal::calib {
+
+namespace {
+
+/// Of 1 - h: a touch that alone holds something leaves nothing there when it is taken out.
+constexpr double kLeast = 1e-12;
+
+}  // namespace
+
+Design::Design(RowMajor rows, Eigen::MatrixXd covariance_u, const Eigen::MatrixXd& moves_m)
+    : rows_(std::move(rows)),
+      covariance_(std::move(covariance_u)),
+      in_(static_cast<std::size_t>(rows_.rows()), false) {
+  // Directions that move no tip that matters drop out of L.
+  constexpr double kNothing = 1e-12;
+  const Eigenpairs weight = eigenpairs(moves_m.transpose() * moves_m);
+  const Eigen::VectorXd& values = weight.values;
+  Eigen::Index none = 0;
+  while (none < values.size() && values[none] <= kNothing * values.tail<1>()[0]) ++none;
+  const Eigen::Index kept = values.size() - none;
+  const Eigen::MatrixXd root =
+      weight.vectors.rightCols(kept) * values.tail(kept).cwiseSqrt().asDiagonal();
+  const Eigen::MatrixXd through = covariance_ * rows_.transpose();
+  a_ = root.transpose() * through.topRows(moves_m.cols());
+  h_ = rows_.cwiseProduct(through.transpose()).rowwise().sum();
+  square_ = a_.colwise().squaredNorm();
+}
+
+double Design::gain(Eigen::Index candidate) const {
+  return square_[candidate] / (1.0 + h_[candidate]);  // (67)
+}
+
+double Design::loss(Eigen::Index candidate) const {
+  return square_[candidate] / std::max(kLeast, 1.0 - h_[candidate]);
+}
+
+Eigen::VectorXd Design::gains_without(Eigen::Index candidate) const {
+  // As change() would leave them, from the products alone.
+  const double by = 1.0 / std::max(kLeast, 1.0 - h_[candidate]);
+  with_ = rows_ * (covariance_ * rows_.row(candidate).transpose());
+  with_of_ = candidate;
+  const Eigen::VectorXd& with = with_;
+  const Eigen::VectorXd dot = a_.transpose() * a_.col(candidate);
+  const Eigen::ArrayXd step = by * with.array();
+  return (square_.array() + 2.0 * step * dot.array() + square_[candidate] * step.square()) /
+         (1.0 + h_.array() + step * with.array());
+}
+
+void Design::take(Eigen::Index candidate) {
+  change(candidate, 1.0);
+  in_[static_cast<std::size_t>(candidate)] = true;
+}
+
+void Design::take_all(const std::vector<std::size_t>& candidates) {
+  // First their own rows alone, then all others, few at a time: these stay in the cache.
+  constexpr Eigen::Index kTogether = 48;
+  const auto count = static_cast<Eigen::Index>(candidates.size());
+  RowMajor rows(count, rows_.cols());
+  Eigen::MatrixXd a(a_.rows(), count), s(rows_.cols(), count);
+  Eigen::VectorXd h(count), by(count);
+  for (Eigen::Index t = 0; t < count; ++t) {
+    const auto own = static_cast<Eigen::Index>(candidates[static_cast<std::size_t>(t)]);
+    rows.row(t) = rows_.row(own);
+    a.col(t) = a_.col(own);
+    h[t] = h_[own];
+    in_[candidates[static_cast<std::size_t>(t)]] = true;
+  }
+  for (Eigen::Index t = 0; t < count; ++t) {
+    poll_cancelled();
+    s.col(t) = covariance_ * rows.row(t).transpose();
+    by[t] = 1.0 / (1.0 + h[t]);
+    const Eigen::Index behind = count - t - 1;
+    covariance_.noalias() -= (by[t] * s.col(t)) * s.col(t).transpose();  // (68)
+    if (behind == 0) break;
+    const Eigen::VectorXd with = rows.bottomRows(behind + 1) * s.col(t);  // its own among them
+    for (Eigen::Index c = 1; c <= behind; ++c) a.col(t + c) -= (by[t] * with[c]) * a.col(t);
+    h.tail(behind) -= by[t] * with.tail(behind).cwiseAbs2();
+  }
+  Eigen::Index some = 0;
+  for (Eigen::Index first = 0; first < rows_.rows(); first += some) {
+    poll_cancelled();
+    // Never a single row behind the others: Eigen adds up its product in another order.
+    const Eigen::Index left = rows_.rows() - first;
+    some = left <= kTogether + 1 ? left : kTogether;
+    for (Eigen::Index t = 0; t < count; ++t) {
+      const Eigen::VectorXd with = rows_.middleRows(first, some) * s.col(t);
+      for (Eigen::Index c = 0; c < some; ++c) a_.col(first + c) -= (by[t] * with[c]) * a.col(t);
+      h_.segment(first, some) -= by[t] * with.cwiseAbs2();
+    }
+    for (Eigen::Index c = first; c < first + some; ++c) square_[c] = a_.col(c).squaredNorm();
+  }
+  with_of_ = -1;
+}
+
+void Design::drop(Eigen::Index candidate) {
+  change(candidate, -1.0);
+  in_[static_cast<std::size_t>(candidate)] = false;
+}
+
+void Design::change(Eigen::Index candidate, double sign) {
+  const Eigen::VectorXd s = covariance_ * rows_.row(candidate).transpose();
+  const double by = sign / (1.0 + sign * h_[candidate]);
+  if (with_of_ != candidate) with_ = rows_ * s;
+  with_of_ = -1;
+  const Eigen::VectorXd& with = with_;
+  const Eigen::VectorXd a = a_.col(candidate);
+  covariance_.noalias() -= (by * s) * s.transpose();  // (68)
+  for (Eigen::Index c = 0; c < a_.cols(); ++c) {
+    auto own = a_.col(c);
+    own -= (by * with[c]) * a;
+    square_[c] = own.squaredNorm();
+  }
+  h_ -= by * with.cwiseAbs2();
+}
+
+namespace {
+
+constexpr int kPoses = 200;
+constexpr double kLimitMarginRad = 0.05;
+/// Of the compliance that is assumed where the file states none: what most arms have.
+constexpr double kUsualCompliance = 0.3;
+/// What the evidence leaves possible after some tens of touches, in the mean.
+constexpr double kUsualRippleRad = 5.0 * kRadPerArcsec;
+/// Centres without a prior: a metre, in prior units, is no information.
+constexpr double kNoPriorWeight = 1e-2;
+
+bool gives(const Cell& cell) {
+  return std::any_of(cell.robot.joints.begin(), cell.robot.joints.end(),
+                     [](const Joint& joint) { return joint.compliance_sigma_rad_per_nm > 0.0; });
+}
+
+/// How the tips of the postures move.
+Eigen::MatrixXd moves(const ArmModel& arm, const std::vector<JointVector>& poses,
+                      const Eigen::VectorXd& scale, const AccuracyRegion& region) {
+  if (region.kind != AccuracyRegion::Kind::kTool) return aligned_moves(arm, poses, nullptr, scale);
+  // Of the tip against the flange: no motion of the base is in it.
+  Eigen::MatrixXd result(3 * static_cast<Eigen::Index>(poses.size()), arm.size());
+  Eigen::Matrix3Xd jacobian(3, arm.size());
+  for (std::size_t k = 0; k < poses.size(); ++k) {
+    arm.position(arm.prepare(poses[k]), nullptr, jacobian);
+    result.middleRows<3>(3 * static_cast<Eigen::Index>(k)) = jacobian * scale.asDiagonal();
+  }
+  for (int i = 0; i < arm.size(); ++i)
+    if (const int joint = arm.parameters()[static_cast<std::size_t>(i)].joint;
+        joint >= 0 && joint + 1 < arm.joint_count())
+      result.col(i).setZero();
+  return result;
+}
+
+std::vector<JointVector> postures(const Problem& problem, const std::vector<Candidate>& candidates,
+                                  const AccuracyRegion& region) {
+  std::vector<JointVector> touches;
+  std::vector<Eigen::Vector3d> centres;
+  for (const Candidate& c : candidates) touches.push_back(c.contact);
+  for (const TargetBlock& block : problem.blocks())
+    centres.push_back(problem.cell().targets[block.target].centre_m);
+  return accuracy_region_postures(region, problem.arm(), touches, centres, kLimitMarginRad, kPoses);
+}
+
+}  // namespace
+
+DesignProblem design_problem(const Cell& stated, const std::vector<Candidate>& candidates,
+                             const AccuracyRegion& region) {
+  // With what the geometry lacks: touches are chosen for the arm as it will be judged.
+  const Cell cell = at_level(stated, {gives(stated) ? 1.0 : kUsualCompliance, 1.0, 0.0},
+                             {});  // of the first tool
+  DesignProblem design;
+  design.arm = std::make_shared<const ArmModel>(cell);
+  const ArmModel& arm = *design.arm;
+  std::vector<Touch> touches;
+  for (const Candidate& c : candidates) {
+    const Target& target = cell.targets[c.target];
+    Touch touch;
+    touch.joint_rad = c.contact;
+    touch.target = target.id;
+    touches.push_back(std::move(touch));
+  }
+  std::vector<TargetPlace> places;
+  for (const Target& target : cell.targets) {
+    places.emplace_back(target.centre_m);
+    if (target.kind != TargetKind::kPlane) continue;
+    const Eigen::Vector3d across = target.normal.unitOrthogonal();
+    places.back().axes << across, target.normal.cross(across), target.normal;
+  }
+  const Problem problem(cell, arm, touches, places, kUsualRippleRad);
+  const int n = problem.size();
+  const Linearisation rows =
+      linearise(problem, Eigen::VectorXd::Zero(n), std::vector<bool>(touches.size(), true));
+  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(n, n);
+  for (int i = 0; i < n; ++i)
+    information(i, i) = std::pow(
+        std::max(problem.unknowns()[static_cast<std::size_t>(i)].prior_weight, kNoPriorWeight), 2);
+  const auto lengths = rows.jacobian.bottomRows(rows.jacobian.rows() - rows.length_row);
+  information += lengths.transpose() * lengths;
+  design.rows = rows.jacobian.topRows(rows.length_row);
+  design.covariance_u = Cholesky(information).inverse();
+  design.scale.resize(arm.size());
+  for (int i = 0; i < arm.size(); ++i)
+    design.scale[i] = problem.unknowns()[static_cast<std::size_t>(i)].scale;
+  design.ripple_rad = region.kind == AccuracyRegion::Kind::kTool ? 0.0 : kUsualRippleRad;
+  design.postures = postures(problem, candidates, region);
+  design.moves_m = moves(arm, design.postures, design.scale, region);
+  return design;
+}
+
+}  // namespace cellcal::calib

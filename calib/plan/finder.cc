@@ -1,0 +1,586 @@
+#include "calib/plan/finder.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+#include "calib/estimate/start.h"
+#include "calib/model/inverse.h"
+#include "calib/model/long_work.h"
+#include "calib/model/units.h"
+#include "calib/plan/centre_particles.h"
+#include "calib/plan/pool.h"
+#include "calib/plan/search_line.h"
+
+namespace cellcal::calib {
+
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kOffM = 0.008;
+/// Touches no farther apart, as seen from the centre, are on one side: across it they tell little.
+constexpr double kOneSideRad = 70.0 * kRadPerDeg;
+constexpr std::size_t kLeastHits = 6, kMostHits = 12;
+/// Touches that most spheres are found with (tests/experiments, finding).
+constexpr int kUsualHits = 7;
+constexpr int kMostLines = 600;
+/// A line that would hardly meet it is not worth its time; where no other can be made, it is. The
+/// wider the particles spread, the fewer of them a single line meets, and the fewer lines lead round
+/// them: with so many times the effort, doubled each time, others are looked for before a sphere is
+/// given up. Of a sphere that is small beside their spread a line meets so much less.
+constexpr double kLeastShare[] = {0.03, 0.02, 0.01, 0.005};
+constexpr int kEfforts = std::size(kLeastShare);
+
+/// What a nominal arm may be wrong by more than the particles allow for.
+constexpr double kWrongM = 0.005;
+constexpr double kStandoffM = 0.014, kClearM = 0.022;  ///< outside of all places and that
+/// Of what holds all places, in what held them before: the arm still stands clear of it.
+constexpr double kOutsideM = 0.008;
+constexpr int kPerAim = 60;
+/// Aims beside the middle, while its place across the line is open: so many per radius that it is
+/// open by (2 sigma), of which a single line rules little out.
+constexpr double kMoreAims = 8.0;
+constexpr double kOpen = 0.5;         ///< of the radius
+constexpr std::size_t kLooked = 600;  ///< places that a line is judged by
+/// While nothing was met: a shaft that leans comes near to what the tip passes.
+constexpr double kMostTiltRad = 0.35;
+constexpr double kUsualStandM = 0.030;
+/// A stand that is not stated is at most so much of its sphere's diameter where it holds it.
+constexpr double kStandShare = 0.5;
+constexpr int kShortenings = 8;
+constexpr double kShorter = 0.2;  ///< of what is left of the line, each time
+/// Of the radius: a sphere that the line comes so near to is met.
+constexpr double kMetShare = 0.9;
+
+/// The sphere, wherever it may be, lies inside of a ball: its own radius and `beyond_m`.
+struct Ball {
+  Vector3d centre_m;
+  double beyond_m;
+};
+
+double angle_rad(const Vector3d& a, const Vector3d& b) {
+  return std::atan2(a.cross(b).norm(), a.dot(b));
+}
+
+Ball stated_ball(const CentreParticles& particles) {
+  return {particles.prior_mean(), particles.bound_m() + kWrongM};
+}
+
+/// A place that is being sought.
+struct Sought {
+  std::size_t target;
+  double radius_m;  ///< of sphere and tip
+  CentreParticles particles;
+  Ball ball = stated_ball(particles);
+  std::vector<Vector3d> tips{};
+  int lines = 0;
+  bool found = false;
+  Vector3d centre_m = Vector3d::Zero();
+  double sigma_m = 0.0;  ///< the largest
+};
+
+struct Line {
+  Candidate candidate;
+  Vector3d aim;
+  SearchDepth depth;
+  double share = 0.0;  ///< of the places that it meets; at most, until the search is known
+  double tells = 1.0;  ///< once it was met: variance that is gone thereafter, over share
+  std::optional<LedSearch> led{};
+  double score() const { return share * tells; }
+};
+
+}  // namespace
+
+struct Finder::Impl {
+  Cell cell;  ///< as located
+  PlanOptions options;
+  ArmModel arm;
+  std::vector<Sought> sought;
+  std::optional<PlannedTouch> planned;
+  JointVector planned_from;       ///< from elsewhere it is offered on another way
+  std::optional<Candidate> last;  ///< the arm stands at its clear point
+  Vector3d line_from = Vector3d::Zero(), line_to = Vector3d::Zero();
+
+  Impl(const Cell& stated, const PlanOptions& how, bool all, const std::vector<Touch>& made)
+      : cell(stated), options(how), arm(planning_arm(stated)) {
+    for (std::size_t t = 0; t < cell.targets.size(); ++t) {
+      Target& target = cell.targets[t];
+      if (target.kind != TargetKind::kSphere || (target.has_centre && !all)) continue;
+      if (!target.has_centre && !target.has_box)
+        throw PlanError(
+            PlanError::Kind::kCell, target.id,
+            fmt::format("target {}: its place is unknown. Add centre_mm, or search_low_mm and "
+                        "search_high_mm, to the cell file",
+                        target.id));
+      const double radius = target.diameter_m / 2.0 + cell.tool.tip_radius_m;
+      sought.push_back({t, radius, CentreParticles(target, radius, options.seed)});
+    }
+    for (const Touch& touch : made)
+      if (Sought* one = find(touch.target)) take(*one, std::nullopt, touch);
+    locate();
+  }
+
+  Sought* find(const std::string& id) {
+    for (Sought& one : sought)
+      if (cell.targets[one.target].id == id && !one.found) return &one;
+    return nullptr;
+  }
+  Sought* current() {
+    for (Sought& one : sought)
+      if (!one.found) return &one;
+    return nullptr;
+  }
+
+  void locate() {
+    for (const Sought& one : sought) {
+      Target& target = cell.targets[one.target];
+      target.has_centre = true;
+      target.centre_m = one.found ? one.centre_m : one.particles.mean();
+      if (one.found) target.centre_sigma_m = 0.0;  // from touches that count for themselves
+    }
+  }
+
+  void take(Sought& one, const std::optional<Vector3d>& from, const Touch& touch) {
+    const Vector3d tip = arm.nominal_tcp(touch.joint_rad).translation();
+    one.tips.push_back(tip);
+    one.particles.hit(from.value_or(tip), tip);
+    draw_in(one);
+    const std::vector<double> radii(one.tips.size(), one.radius_m);
+    const Vector3d believed = one.particles.mean();
+    one.centre_m =
+        fit_centre(one.tips, radii, {&believed, one.particles.prior_sigma_m()}, kArmSigmaM)
+            .centre_m;
+    Eigen::Matrix3d information =
+        Eigen::Matrix3d::Identity() / std::pow(one.particles.prior_sigma_m(), 2);
+    double off = 0.0;
+    for (const Vector3d& p : one.tips) {
+      const Vector3d row = (one.centre_m - p).normalized() / kArmSigmaM;
+      information += row * row.transpose();
+      off = std::max(off, std::abs((one.centre_m - p).norm() - one.radius_m));
+    }
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(information,
+                                                                Eigen::EigenvaluesOnly);
+    one.sigma_m = 1.0 / std::sqrt(solver.eigenvalues()[0]);
+    one.found = one.tips.size() >= kLeastHits && !one.particles.empty() &&
+                one.sigma_m <= kFoundSigmaM && off <= kOffM;
+    if (!one.found && one.tips.size() >= kMostHits && off <= kOffM) throw too_uncertain(one);
+    if (!one.found && one.tips.size() >= kMostHits)
+      throw PlanError(
+          PlanError::Kind::kNotFound, cell.targets[one.target].id,
+          fmt::format(
+              "the touches of {} do not lie on a sphere of {:.1f} mm: one is {:.1f} mm off. Check its "
+              "diameter, and that nothing else stands where it is sought",
+              cell.targets[one.target].id, cell.targets[one.target].diameter_m * 1e3, off * 1e3));
+    locate();
+  }
+
+  /// After the last touch that it may take. Room is asked for where its touches are on one side.
+  PlanError too_uncertain(const Sought& one) const {
+    const std::string& id = cell.targets[one.target].id;
+    double widest_rad = 0.0;
+    for (const Vector3d& a : one.tips)
+      for (const Vector3d& b : one.tips)
+        widest_rad = std::max(widest_rad, angle_rad(a - one.centre_m, b - one.centre_m));
+    const char* todo = widest_rad < kOneSideRad
+                           ? "Give the arm more room around it, or measure its centre and state it "
+                             "as centre_mm"
+                           : "Measure its centre and state it as centre_mm";
+    return {PlanError::Kind::kNotFound, id,
+            fmt::format("sphere {}: centre +- {:.1f} mm (k=2) after {} touches, limit {:g} mm. All "
+                        "lie within {:.0f} deg as seen from its centre. {}",
+                        id, 2e3 * one.sigma_m, one.tips.size(), 2e3 * kFoundSigmaM,
+                        widest_rad * kDegPerRad, todo)};
+  }
+
+  /// Its ball after what is known now. Until it was met, all that it may be in, whatever was ruled
+  /// out; then smaller, and, because the arm has just left the one before, hardly outside of that.
+  void draw_in(Sought& one) {
+    if (one.tips.empty() || one.particles.empty()) return;
+    const Vector3d mean = one.particles.mean();
+    const double around_mean = one.particles.reach_m(mean) + kWrongM;
+    // What is left of wide particles lies to one side, and their mean with it.
+    const double as_before = one.particles.reach_m(one.ball.centre_m) + kWrongM;
+    const double outside = (mean - one.ball.centre_m).norm() + around_mean - one.ball.beyond_m;
+    one.ball.beyond_m = as_before;
+    if (around_mean < one.ball.beyond_m && outside <= kOutsideM) one.ball = {mean, around_mean};
+  }
+
+  static void swell(Target& target, const Ball& ball) {
+    target.centre_m = ball.centre_m;
+    const double wider = 2.0 * ball.beyond_m;
+    if (target.stand_diameter_m <= 0.0)
+      target.stand_diameter_m = std::min(kUsualStandM, target.diameter_m);
+    target.stand_diameter_m += wider;
+    target.diameter_m += wider;
+  }
+
+  /// As another Finder, which knows nothing yet, will take them to be.
+  Cell as_stated() const {
+    Cell result = cell;
+    for (const Sought& one : sought) swell(result.targets[one.target], stated_ball(one.particles));
+    result.lengths.clear();
+    return result;
+  }
+
+  /// All spheres where they are or may be, as spheres that hold all places.
+  Cell swollen(std::optional<std::size_t> without) const {
+    Cell result = cell;
+    for (const Sought& one : sought)
+      if (!one.found) swell(result.targets[one.target], one.ball);
+    if (without)
+      result.targets.erase(result.targets.begin() + static_cast<std::ptrdiff_t>(*without));
+    result.lengths.clear();
+    return result;
+  }
+
+  SearchStand stand_of(const Target& target) const {
+    const double thick = target.stand_diameter_m > 0.0
+                             ? target.stand_diameter_m
+                             : std::min(kUsualStandM, kStandShare * target.diameter_m);
+    const Vector3d up = -cell.robot.gravity_m_s2.normalized();
+    if (!target.has_stand || !up.allFinite()) return {Vector3d::UnitZ(), 0.0};
+    return {up, thick / 2.0};
+  }
+
+  /// The largest standard deviation of the places over the radius that a line meets.
+  static double openness(const Sought& one) {
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(one.particles.covariance(),
+                                                                Eigen::EigenvaluesOnly);
+    return std::sqrt(solver.eigenvalues()[2]) / one.radius_m;
+  }
+
+  static double least_share(const Sought& one, int effort) {
+    return kLeastShare[effort] / std::max(1.0, std::pow(openness(one), 2));
+  }
+
+  /// `effort`: 0, and more where the lines of less lead nowhere. Those that meet `least` of the places or more.
+  std::vector<Line> lines(Sought& one, int effort, double least) const {
+    const Vector3d middle = one.particles.mean();
+    const auto& all = one.particles.places();
+    std::vector<Vector3d> some;
+    const std::size_t step = std::max<std::size_t>(1, all.size() / kLooked);
+    for (std::size_t k = 0; k < all.size(); k += step) some.push_back(all[k]);
+    std::vector<Vector3d> aims{middle};
+    const unsigned seed = options.seed + static_cast<unsigned>(one.lines + effort * kMostLines);
+    Random random(seed);
+    const double open = 2.0 * openness(one);
+    if (open > kOpen)
+      for (int k = 0; k < static_cast<int>(kMoreAims * std::max(1.0, open)) * (1 + effort); ++k)
+        aims.push_back(some[random.below(some.size())]);
+    const Vector3d in_tool = shaft_in_tool(cell.tool);
+    const SearchStand stand = stand_of(cell.targets[one.target]);
+    std::vector<Line> result;
+    for (const Vector3d& aim : aims) {
+      poll_cancelled();
+      Cell alone = cell;
+      alone.targets = {cell.targets[one.target]};
+      Target& target = alone.targets.front();
+      target.centre_m = aim;
+      PlanOptions how = options;
+      how.standoff_m = how.beyond_m = how.clear_m = 1e-3;  // where lines begin is found by search()
+      how.seed = seed;
+      for (Candidate& c : find_candidates(alone, arm, Clearance::blind(), how, kPerAim << effort)) {
+        const Vector3d shaft = c.orientation * in_tool;
+        if (one.tips.empty() && shaft.dot(-c.normal) < std::cos(kMostTiltRad)) continue;
+        Line line;
+        line.depth = search_depth({aim, c.normal, shaft}, some,
+                                  cell.targets[one.target].diameter_m / 2.0, stand, cell.tool);
+        if (line.depth.share < least) continue;
+        line.share = line.depth.share;
+        if (!one.tips.empty()) line.tells = told_m2(line.depth, some, kArmSigmaM) / line.share;
+        line.depth.met_m.clear();
+        line.aim = aim;
+        c.target = one.target;
+        line.candidate = std::move(c);
+        result.push_back(std::move(line));
+      }
+    }
+    return result;
+  }
+
+  /// Where the line leaves a ball that the aim lies in: from the aim, along the normal.
+  static double leaves_m(const Line& line, const Vector3d& centre_m, double radius_m) {
+    const Vector3d off = line.aim - centre_m;
+    const double along = off.dot(line.candidate.normal);
+    return -along +
+           std::sqrt(std::max(0.0, radius_m * radius_m - off.squaredNorm() + along * along));
+  }
+
+  /// The share of the places that the tip meets on its way.
+  static double met_share(const Sought& one, const Vector3d& from, const Vector3d& to) {
+    const auto& places = one.particles.places();
+    const auto met = std::count_if(places.begin(), places.end(), [&](const Vector3d& place) {
+      return CentreParticles::distance_m(place, from, to) < kMetShare * one.radius_m;
+    });
+    return static_cast<double>(met) / static_cast<double>(places.size());
+  }
+
+  /// The whole search, where the arm can make it and nothing else is in its way; the line's score
+  /// is then what it meets. Where it cannot be led to the line's end it ends earlier.
+  bool search(Line& line, const Sought& one, const Clearance& clearance,
+              const Clearance& others) const {
+    Candidate& c = line.candidate;
+    const Ball& ball = one.ball;
+    const double outside = one.radius_m + ball.beyond_m;
+    const LineLeader leader(arm, cell.tool, options.limit_margin_rad);
+    const LineToLead wanted{line.aim, c.normal, c.orientation, c.contact};
+    LineEnds ends{leaves_m(line, ball.centre_m, outside + kClearM),
+                  leaves_m(line, ball.centre_m, outside + kStandoffM), line.depth.end_m};
+    std::optional<LedSearch> led;
+    for (int k = 0; k <= kShortenings; ++k) {
+      if ((led = leader.lead(wanted, ends))) break;
+      ends.end_m += kShorter * (ends.standoff_m - ends.end_m);
+    }
+    if (!led) return false;
+    if (ends.end_m > line.depth.end_m)
+      line.share = std::min(line.share, met_share(one, led->from, led->to));
+    if (!clearance.clear(led->standoff, kTipMarginM) || !clearance.clear(led->clear, kTipMarginM) ||
+        !others.clear(led->clear, led->end, kTipMarginM))
+      return false;
+    c.standoff = led->standoff;
+    c.end = led->end;
+    c.clear = led->clear;
+    led->expected_m = std::min(ends.standoff_m - ends.end_m, ends.standoff_m - one.radius_m);
+    line.led = std::move(led);
+    return true;
+  }
+
+  /// Straight out of where a sphere may be, or is in contact: the way the arm came, or in a
+  /// direction in which neither tip nor shaft comes nearer to any of its places.
+  std::optional<JointVector> way_out(const Sought& one, const JointVector& from,
+                                     const Clearance& clearance, const Clearance& others) const {
+    const Eigen::Isometry3d here = arm.nominal_tcp(from);
+    const Vector3d tip = here.translation();
+    const Vector3d shaft = here.linear() * shaft_in_tool(cell.tool);
+    const Vector3d flange = tip - cell.tool.tcp.translation().norm() * shaft;
+    // Clearly outwards of every place, for tip and flange; and not down along its stand.
+    constexpr double kOutwards = 0.2;  // cosine
+    const SearchStand stand = stand_of(cell.targets[one.target]);
+    const auto leads_away = [&](const Vector3d& direction) {
+      if (stand.radius_m > 0.0 && direction.dot(stand.up) < 0.0) return false;
+      return std::all_of(one.particles.places().begin(), one.particles.places().end(),
+                         [&](const Vector3d& place) {
+                           const Vector3d to_tip = tip - place, to_flange = flange - place;
+                           return to_tip.dot(direction) >= kOutwards * to_tip.norm() &&
+                                  to_flange.dot(direction) >= 0.0;
+                         });
+    };
+    std::vector<Vector3d> directions;
+    if (last && last->target == one.target) {  // on its line: the way it came
+      const Vector3d off = tip - arm.nominal_tcp(last->clear).translation();
+      if ((off - off.dot(last->normal) * last->normal).norm() <= 2.0 * kMostBowM)
+        directions.push_back(last->normal);
+    }
+    for (const Vector3d& direction :
+         {Vector3d((tip - one.particles.mean()).stableNormalized()), Vector3d(-shaft)})
+      if (leads_away(direction)) directions.push_back(direction);
+    const LineLeader leader(arm, cell.tool, options.limit_margin_rad);
+    constexpr double kFirstM = 0.02, kLastM = 0.2;
+    for (const Vector3d& direction : directions)
+      for (double further = kFirstM; further < kLastM; further *= 2.0) {
+        Eigen::Isometry3d pose = here;
+        pose.translation() = tip + further * direction;
+        auto q = inverse(arm, pose, from, options.limit_margin_rad);
+        if (q && leader.bow_m(from, *q).norm() <= kMostBowM && clearance.clear(*q, kTipMarginM) &&
+            others.clear(from, *q, kTipMarginM))
+          return q;
+      }
+    return std::nullopt;
+  }
+
+  PlannedTouch taken(Sought& one, Line line, std::vector<JointVector> way) {
+    const LedSearch& led = *line.led;
+    PlannedTouch touch;
+    touch.target = cell.targets[one.target].id;
+    touch.normal = line.candidate.normal;
+    touch.transit = std::move(way);
+    touch.standoff = led.standoff;
+    touch.end = led.end;
+    touch.clear = led.clear;
+    touch.search_m = (led.to - led.from).norm();
+    touch.expected_m = led.expected_m;
+    touch.may_miss = true;
+    line_from = led.from;
+    line_to = led.to;
+    ++one.lines;
+    last = std::move(line.candidate);
+    return touch;
+  }
+
+  std::optional<PlannedTouch> offer(Sought& one, const JointVector& from) {
+    const std::string& id = cell.targets[one.target].id;
+    const auto not_found = [&](const std::string& why, const std::string& advice) {
+      return PlanError(
+          PlanError::Kind::kNotFound, id,
+          fmt::format("sphere {} was not found after {} searches and {} touches: {}. {}", id,
+                      one.lines, one.tips.size(), why, advice));
+    };
+    const std::string check_place =
+        one.tips.empty()
+            ? "Check where the cell file says it is (centre_mm and centre_sigma_mm, or "
+              "search_low_mm and search_high_mm) and its diameter"
+            : "Check its diameter_mm, the tool's xyz_mm, and that nothing else stands there";
+    if (one.particles.empty())
+      throw not_found(one.tips.empty() ? "it is in none of the places searched"
+                                       : "no sphere of its diameter agrees with what was met",
+                      check_place);
+    if (one.lines >= kMostLines)
+      throw not_found(fmt::format("the limit is {} searches", kMostLines), check_place);
+    const Cell around = swollen(std::nullopt), rest = swollen(one.target);
+    const Clearance clearance(around, arm), others(rest, arm);
+    const JointVector resting = resting_posture(cell.robot, clearance);
+    Router router(around, arm, clearance, resting, options.limit_margin_rad);
+    JointVector at = from;
+    std::vector<JointVector> out;
+    if (!clearance.clear(from, kTipMarginM)) {
+      const auto outside = way_out(one, from, clearance, others);
+      if (!outside)
+        throw PlanError(
+            PlanError::Kind::kArmStands, id,
+            fmt::format("the arm stands where sphere {} may be. Jog it well away from there", id));
+      out.push_back(*outside);
+      at = *outside;
+    }
+    if (last) router.connect(*last);  // what stands in the way is known better by now
+    bool any = false;
+    for (int effort = 0; effort < kEfforts; ++effort) {
+      if (effort > 0) router.mark_hard(one.target);
+      const double least = least_share(one, effort);
+      std::vector<Line> possible = lines(one, effort, least);
+      const auto worse = [](const Line& a, const Line& b) { return a.score() < b.score(); };
+      std::make_heap(possible.begin(), possible.end(), worse);
+      while (!possible.empty()) {
+        poll_cancelled();
+        std::pop_heap(possible.begin(), possible.end(), worse);
+        Line line = std::move(possible.back());
+        possible.pop_back();
+        if (!line.led) {  // what it really meets may be less, and another line the best
+          if (!search(line, one, clearance, others) || line.share < least) continue;
+          possible.push_back(std::move(line));
+          std::push_heap(possible.begin(), possible.end(), worse);
+          continue;
+        }
+        any = true;
+        if (!router.connect(line.candidate)) continue;
+        const auto way = router.to_standoff(at, last ? &*last : nullptr, line.candidate);
+        if (!way) continue;
+        out.insert(out.end(), way->begin(), way->end());
+        return taken(one, std::move(line), std::move(out));
+      }
+    }
+    const std::string room = fmt::format(
+        "It may be anywhere within {:.0f} mm: measure its place better, or give the arm more room "
+        "around it",
+        one.particles.reach_m(one.particles.mean()) * 1e3);
+    throw not_found(
+        any ? "no clear way to another search from where the arm stands"
+            : fmt::format("no search inside the joint limits and clear of all else meets {:g} % or "
+                          "more of the places where it may be",
+                          100.0 * least_share(one, kEfforts - 1)),
+        room);
+  }
+};
+
+Finder::Finder(const Cell& cell, const PlanOptions& options, bool all,
+               const std::vector<Touch>& made)
+    : impl_(new Impl(cell, options, all, made)) {}
+Finder::~Finder() = default;
+Finder::Finder(Finder&&) noexcept = default;
+Finder& Finder::operator=(Finder&&) noexcept = default;
+
+std::optional<std::size_t> Finder::seeking() const {
+  const Sought* one = impl_->current();
+  return one == nullptr ? std::nullopt : std::optional(one->target);
+}
+
+bool Finder::done() const { return impl_->current() == nullptr; }
+
+std::optional<PlannedTouch> Finder::next(const JointVector& from) {
+  Impl& me = *impl_;
+  Sought* one = me.current();
+  if (one == nullptr) return std::nullopt;
+  if (!me.planned || me.planned_from != from) {
+    me.planned = me.offer(*one, from);
+    me.planned_from = from;
+  }
+  return me.planned;
+}
+
+void Finder::touched(const Touch& touch) {
+  impl_->planned.reset();
+  if (Sought* one = impl_->find(touch.target)) impl_->take(*one, impl_->line_from, touch);
+}
+
+void Finder::missed() {
+  impl_->planned.reset();
+  if (Sought* one = impl_->current()) {
+    one->particles.miss(impl_->line_from, impl_->line_to);
+    impl_->draw_in(*one);
+  }
+  impl_->locate();
+}
+
+void Finder::failed() { impl_->planned.reset(); }
+
+bool Finder::leads_out(const JointVector& from) const {
+  const Sought* one = impl_->current();
+  if (one == nullptr) return false;
+  const Cell around = impl_->swollen(std::nullopt), rest = impl_->swollen(one->target);
+  const Clearance clearance(around, impl_->arm), others(rest, impl_->arm);
+  if (clearance.clear(from, kTipMarginM)) return false;  // in contact with something else
+  return impl_->way_out(*one, from, clearance, others).has_value();
+}
+
+bool Finder::stands_clear(const JointVector& at) const {
+  const Cell around = impl_->swollen(std::nullopt);
+  return Clearance(around, impl_->arm).clear(at, kTipMarginM);
+}
+
+bool Finder::is_clear_but_for_sought(const JointVector& from,
+                                     const std::vector<JointVector>& way) const {
+  Cell others = impl_->cell;
+  std::erase_if(others.targets, [&](const Target& target) { return impl_->find(target.id); });
+  others.lengths.clear();
+  const Clearance clearance(others, impl_->arm);
+  const JointVector* last = &from;
+  for (const JointVector& next : way) {
+    if (!clearance.clear(*last, next, kTipMarginM)) return false;
+    last = &next;
+  }
+  return true;
+}
+
+std::vector<JointVector> Finder::way_home() const {
+  const Impl& me = *impl_;
+  if (!me.last) return {};
+  const Cell around = me.swollen(std::nullopt), stated = me.as_stated();
+  const Clearance clearance(around, me.arm);
+  const JointVector rest = resting_posture(me.cell.robot, Clearance(stated, me.arm));
+  const Router router(around, me.arm, clearance, rest, me.options.limit_margin_rad);
+  Candidate leaving = *me.last;
+  if (!router.connect(leaving)) leaving.to_rest.clear();
+  return router.away(leaving, rest).value_or(std::vector<JointVector>{});
+}
+
+int Finder::touches_left() const {
+  int left = 0;
+  for (const Sought& one : impl_->sought)
+    if (!one.found) left += std::max(1, kUsualHits - static_cast<int>(one.tips.size()));
+  return left;
+}
+
+const Cell& Finder::located() const { return impl_->cell; }
+
+std::string Finder::words() const {
+  const Sought* one = impl_->current();
+  if (one == nullptr) return {};
+  const double spread = std::sqrt(one->particles.covariance().trace());
+  return fmt::format("finding {}: {} touches, within {:.0f} mm",
+                     impl_->cell.targets[one->target].id, one->tips.size(), 2.0 * spread * 1e3);
+}
+
+}  // namespace cellcal::calib

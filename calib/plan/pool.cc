@@ -1,0 +1,224 @@
+#include "calib/plan/pool.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "calib/model/long_work.h"
+#include "calib/plan/candidates.h"
+#include "calib/plan/duration.h"
+
+namespace cellcal::calib {
+
+namespace {
+
+void check_cell(const Cell& cell) {
+  bool sphere = false;
+  for (const Target& target : cell.targets) {
+    if (target.kind != TargetKind::kSphere) continue;
+    sphere = true;
+    if (!target.has_centre)
+      throw PlanError(
+          PlanError::Kind::kCell, target.id,
+          fmt::format("target {}: a plan needs its rough place. Add centre_mm to the cell file",
+                      target.id));
+  }
+  if (!sphere)
+    throw PlanError(
+        PlanError::Kind::kCell,
+        "the cell has no sphere to touch. Touch other targets by hand, and use 'cellcal "
+        "identify' with the file");
+}
+
+std::string words_of(const Target& target) {
+  return (target.kind == TargetKind::kPlane ? "plane " : "sphere ") + target.id;
+}
+
+/// For the constructor: before anything is computed.
+const Cell& checked(const Cell& cell) {
+  check_cell(cell);
+  return cell;
+}
+
+/// Those whose whole line is clear: stand-off and clear point do not tell of what is behind.
+std::vector<Candidate> searchable(std::vector<Candidate> candidates, const Clearance& clearance) {
+  std::erase_if(candidates, [&](const Candidate& c) { return !clear_line(clearance, c); });
+  return candidates;
+}
+
+}  // namespace
+
+ArmModel planning_arm(const Cell& cell) {
+  require_speeds(cell.robot);
+  Robot robot = cell.robot;
+  for (Joint& joint : robot.joints) {
+    joint.errors.clear();
+    joint.compliance_sigma_rad_per_nm = 0.0;
+    joint.harmonics.clear();
+  }
+  const auto known = [](Tool tool) {
+    tool.deflection_sigma = 0.0;
+    tool.tcp_sigma_m.setZero();
+    return tool;
+  };
+  std::vector<Tool> others;
+  for (const Tool& tool : cell.other_tools) others.push_back(known(tool));
+  return {robot, known(cell.tool), others};
+}
+
+JointVector middle_posture(const Robot& robot) {
+  JointVector q;
+  constexpr double kInsideRad = 0.3;  // a joint whose zero is nearly a limit stands half-way
+  for (const Joint& joint : robot.joints) {
+    const bool inside = joint.min_rad < -kInsideRad && joint.max_rad > kInsideRad;
+    q.push_back(inside ? 0.0 : (joint.min_rad + joint.max_rad) / 2.0);
+  }
+  if (q.size() >= 3) {
+    q[1] = std::clamp(-1.2, robot.joints[1].min_rad, robot.joints[1].max_rad);
+    q[2] = std::clamp(1.6, robot.joints[2].min_rad, robot.joints[2].max_rad);
+  }
+  if (q.size() >= 5) q[4] = std::clamp(1.0, robot.joints[4].min_rad, robot.joints[4].max_rad);
+  return q;
+}
+
+JointVector resting_posture(const Robot& robot, const Clearance& clearance) {
+  const JointVector middle = middle_posture(robot);
+  if (clearance.clear(middle, kTipMarginM) || middle.size() < 3) return middle;
+  // Turned aside, lifted, folded: the least change first.
+  constexpr double kMarginRad = 0.1;
+  constexpr double kTurnRad[] = {0.0, 0.5, -0.5, 1.0, -1.0, 1.6, -1.6};
+  constexpr double kLiftRad[] = {0.0, -0.3, 0.3, -0.6};
+  for (const double fold : kLiftRad)
+    for (const double lift : kLiftRad)
+      for (const double turn : kTurnRad) {
+        JointVector q = middle;
+        const double change[] = {turn, lift, fold};
+        for (std::size_t i = 0; i < 3; ++i)
+          q[i] = std::clamp(
+              q[i] + change[i], robot.joints[i].min_rad + kMarginRad,
+              std::max(robot.joints[i].min_rad + kMarginRad, robot.joints[i].max_rad - kMarginRad));
+        if (clearance.clear(q, kTipMarginM)) return q;
+      }
+  return middle;  // what is in its way is said by whoever needs it
+}
+
+PlannedTouch to_planned(const Cell& cell, const Candidate& c, TouchSet set,
+                        const PlanOptions& options) {
+  PlannedTouch touch;
+  touch.target = cell.targets[c.target].id;
+  touch.set = set;
+  touch.normal = c.normal;
+  touch.standoff = c.standoff;
+  touch.end = c.end;
+  touch.clear = c.clear;
+  touch.search_m = options.standoff_m + options.beyond_m;
+  touch.expected_m = options.standoff_m;
+  return touch;
+}
+
+Pool::Pool(const Cell& cell, const PlanOptions& options, int per_target, Kinds kinds)
+    : cell_(checked(cell)),
+      arm_(planning_arm(cell)),
+      clearance_(cell, arm_),
+      middle_(resting_posture(cell.robot, clearance_)),
+      router_(cell, arm_, clearance_, middle_, options.limit_margin_rad),
+      spheres_(static_cast<int>(
+          std::count_if(cell.targets.begin(), cell.targets.end(),
+                        [](const Target& t) { return t.kind == TargetKind::kSphere; }))),
+      candidates_(searchable(find_candidates(cell, arm_, clearance_, options, per_target, kinds),
+                             clearance_)),
+      connected_(candidates_.size(), -1),
+      options_(options) {
+  // First of all: a sphere out of reach also upsets all that follows.
+  for (std::size_t t = 0; t < cell.targets.size(); ++t) {
+    const bool any = std::any_of(candidates_.begin(), candidates_.end(),
+                                 [&](const Candidate& c) { return c.target == t; });
+    if (!is_planned(cell.targets[t], kinds) || any) continue;
+    const std::optional<std::string> what = hindrance(cell, arm_, clearance_, options, t);
+    if (!what)
+      throw PlanError(
+          PlanError::Kind::kOutOfReach, cell.targets[t].id,
+          fmt::format("{} cannot be reached from any direction inside the joint limits. Check its "
+                      "centre_mm, or move it",
+                      words_of(cell.targets[t])));
+    throw PlanError(PlanError::Kind::kInTheWay, cell.targets[t].id,
+                    fmt::format("{} cannot be touched: {}. Move it or the obstacle",
+                                words_of(cell.targets[t]), *what));
+  }
+  if (const auto what = clearance_.hit(middle_, kTipMarginM))
+    throw PlanError(PlanError::Kind::kInTheWay,
+                    fmt::format("where the arm rests between touches {}. Move it", words(*what)));
+  for (std::size_t t = 0; t < cell.targets.size(); ++t) {
+    if (!is_planned(cell.targets[t], kinds)) continue;
+    if (any_connected(t)) continue;
+    try_harder(t);
+    if (any_connected(t)) continue;
+    const Candidate* first = &*std::find_if(candidates_.begin(), candidates_.end(),
+                                            [&](const Candidate& c) { return c.target == t; });
+    throw PlanError(
+        PlanError::Kind::kInTheWay, cell.targets[t].id,
+        fmt::format(
+            "{} can be reached, but not by a clear way from the resting posture and back: on the "
+            "way to its touch from direction {} {}. Move it or the obstacle",
+            words_of(cell.targets[t]), direction_words(first->normal),
+            words_or(clearance_.hit(middle_, first->standoff, kTipMarginM),
+                     "a joint is at its limit")));
+  }
+}
+
+bool Pool::any_connected(std::size_t target) {
+  for (std::size_t i = 0; i < candidates_.size(); ++i)
+    if (candidates_[i].target == target && connected(i)) return true;
+  return false;
+}
+
+bool Pool::try_harder(std::size_t target) {
+  router_.mark_hard(target);
+  bool any = false;
+  for (std::size_t i = 0; i < candidates_.size(); ++i)
+    if (candidates_[i].target == target && connected_[i] == 0) {
+      connected_[i] = -1;
+      any = true;
+    }
+  return any;
+}
+
+bool Pool::connected(std::size_t candidate) {
+  poll_cancelled();
+  signed char& known = connected_[candidate];
+  if (known < 0) known = router_.connect(candidates_[candidate]) ? 1 : 0;
+  return known == 1;
+}
+
+void Pool::vary(const std::vector<std::size_t>& like, int count, double by_rad, Random& random) {
+  const int each = count / std::max<int>(1, static_cast<int>(like.size()));
+  for (const std::size_t k : like) {
+    poll_cancelled();
+    // A copy: the candidates grow meanwhile.
+    const Candidate one = candidates_[k];
+    for (Candidate& c : searchable(
+             calib::vary(cell_, arm_, clearance_, options_, one, each, by_rad, random), clearance_))
+      candidates_.push_back(std::move(c));
+    connected_.resize(candidates_.size(), -1);
+  }
+}
+
+std::vector<std::size_t> Pool::forget(std::size_t first, std::vector<std::size_t> kept) {
+  std::vector<std::size_t> order;
+  for (const std::size_t k : kept)
+    if (k >= first) order.push_back(k);
+  std::sort(order.begin(), order.end());
+  std::size_t next = first;
+  for (const std::size_t k : order) {  // never behind where it was
+    if (k != next) {
+      candidates_[next] = std::move(candidates_[k]);
+      connected_[next] = connected_[k];
+    }
+    std::replace(kept.begin(), kept.end(), k, next++);
+  }
+  candidates_.resize(next);
+  connected_.resize(next);
+  return kept;
+}
+
+}  // namespace cellcal::calib

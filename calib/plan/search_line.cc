@@ -1,0 +1,220 @@
+#include "calib/plan/search_line.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <map>
+
+#include "calib/model/inverse.h"
+
+namespace cellcal::calib {
+
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kShaftBowM = 2.0 * kMostBowM;
+constexpr double kLargestRad = 0.35;  ///< of a joint along a line: more is a jump
+
+}  // namespace
+
+Vector3d shaft_in_tool(const Tool& tool) {
+  return tool.tcp.linear().transpose() * tool.tcp.translation().normalized();
+}
+
+std::optional<JointVector> LineLeader::posture(const LineToLead& line, double outside_m,
+                                               const Vector3d& beside,
+                                               const JointVector& near) const {
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  pose.linear() = line.orientation;
+  pose.translation() = line.aim_m + outside_m * line.normal + beside;
+  return inverse(arm_, pose, near, margin_rad_);
+}
+
+Vector3d LineLeader::on_move(const JointVector& from, const JointVector& to, double share,
+                             double behind_tip_m) const {
+  JointVector q(from.size());
+  for (std::size_t i = 0; i < q.size(); ++i) q[i] = from[i] + share * (to[i] - from[i]);
+  return arm_.nominal_tcp(q) * Vector3d(-behind_tip_m * shaft_in_tool(tool_));
+}
+
+Vector3d LineLeader::bow_m(const JointVector& from, const JointVector& to) const {
+  const Vector3d a = on_move(from, to, 0.0, 0.0), b = on_move(from, to, 1.0, 0.0);
+  const Vector3d off = on_move(from, to, 0.5, 0.0) - a, along = (b - a).normalized();
+  return off - off.dot(along) * along;
+}
+
+bool LineLeader::keeps_to(const LineToLead& line, const LedSearch& led) const {
+  for (std::size_t i = 0; i < led.end.size(); ++i)
+    if (std::abs(led.end[i] - led.clear[i]) > kLargestRad) return false;
+  const double behind_m = tool_.slim_length_m;
+  const Vector3d shaft = led.from - behind_m * (line.orientation * shaft_in_tool(tool_));
+  const auto off_m = [&](double share, double behind_tip_m, const Vector3d& begin) {
+    const Vector3d off = on_move(led.standoff, led.end, share, behind_tip_m) - begin;
+    return (off - off.dot(line.normal) * line.normal).norm();
+  };
+  for (const double share : {0.0, 0.25, 0.5, 0.75, 1.0})
+    if (off_m(share, 0.0, led.from) > kMostBowM || off_m(share, behind_m, shaft) > kShaftBowM)
+      return false;
+  return true;
+}
+
+std::optional<LedSearch> LineLeader::lead(const LineToLead& line, const LineEnds& ends) const {
+  LedSearch led;
+  led.from = line.aim_m + ends.standoff_m * line.normal;
+  led.to = line.aim_m + ends.end_m * line.normal;
+  Vector3d beside = Vector3d::Zero();
+  for (const bool corrected : {false, true}) {
+    const auto clear = posture(line, ends.clear_m, beside, line.near);
+    if (!clear) return std::nullopt;
+    const auto standoff = posture(line, ends.standoff_m, beside, *clear);
+    if (!standoff) return std::nullopt;
+    const auto end = posture(line, ends.end_m, beside, *standoff);
+    if (!end) return std::nullopt;
+    led.clear = *clear;
+    led.standoff = *standoff;
+    led.end = *end;
+    if (!corrected) beside = -bow_m(*standoff, *end) / 2.0;
+    if (beside.norm() > kMostBowM) return std::nullopt;
+  }
+  return keeps_to(line, led) ? std::optional(led) : std::nullopt;
+}
+
+namespace {
+
+constexpr double kShaftMarginM = 0.005;
+constexpr double kTipFromStandsM =
+    0.004;  ///< from stands: what is met there would count as the sphere
+/// A tip that only grazes may slide off.
+constexpr double kGrazing = 0.9;
+/// Where the nominal tip passes the middle by so much less than it needs, it meets the sphere with
+/// an arm that is off, too: only such a sphere keeps the shaft from what is behind it.
+constexpr double kSurelyM = 0.005;
+
+/// Where a point that comes along the line from far outside is first within `radius_m` of the stand
+/// of a sphere, which ends `below_m` below its centre: along the normal, from where it passes `off`
+/// beside that centre.
+double at_stand(const Eigen::Vector3d& off, const Eigen::Vector3d& normal,
+                const Eigen::Vector3d& up, double radius_m, double below_m) {
+  // off + t normal, seen from above: |h + t n| = radius.
+  const Eigen::Vector3d h = off - off.dot(up) * up, n = normal - normal.dot(up) * up;
+  const double a = n.squaredNorm(), b = h.dot(n), c = h.squaredNorm() - radius_m * radius_m;
+  constexpr double kUpright = 1e-9;
+  double first = std::numeric_limits<double>::max(), last = kNeverM;
+  if (a > kUpright) {
+    if (b * b <= a * c) return kNeverM;
+    const double root = std::sqrt(b * b - a * c);
+    first = (-b + root) / a;
+    last = (-b - root) / a;
+  } else if (c > 0.0) {
+    return kNeverM;
+  }
+  const double height = off.dot(up) + below_m, climb = normal.dot(up);
+  if (climb > kUpright) first = std::min(first, -height / climb);
+  if (height + first * climb > kUpright) return kNeverM;
+  return first > last ? first : kNeverM;
+}
+
+/// Of points, about their mean.
+struct Spread {
+  double count = 0.0, squares = 0.0;
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+
+  void add(const Eigen::Vector3d& point) {
+    count += 1.0;
+    sum += point;
+    squares += point.squaredNorm();
+  }
+  /// Sum of three components; of a single point, that of which it is one.
+  double variance(double of_one) const {
+    return count < 2.0 ? of_one : (squares - sum.squaredNorm() / count) / (count - 1.0);
+  }
+};
+
+}  // namespace
+
+SearchDepth search_depth(const SearchLine& line, const std::vector<Eigen::Vector3d>& places,
+                         double radius_m, const SearchStand& stand, const Tool& tool) {
+  const double tip_radius = radius_m + tool.tip_radius_m;
+  const double shaft_radius = radius_m + tool.radius_m + kShaftMarginM;
+  // The shaft's end moves along the same direction, behind the tip and, where the tool is tilted,
+  // beside it.
+  const Eigen::Vector3d behind = -tool.slim_length_m * line.shaft;
+  const double above = behind.dot(line.normal);
+  const Eigen::Vector3d beside = behind - above * line.normal;
+  // The stand ends where it meets the sphere. What comes along above that, by its own radius, meets
+  // the sphere; were the stand taken to reach the centre, none smaller than its margins about it could
+  // be touched from the side.
+  const double within = radius_m * radius_m - stand.radius_m * stand.radius_m;
+  const auto below_centre = [&](double body_radius_m) {
+    return std::max(0.0, std::sqrt(std::max(0.0, within)) - body_radius_m);
+  };
+  const double slim_radius = std::max(tool.slim_radius_m, tool.tip_radius_m);
+  SearchDepth depth;
+  depth.end_m = kNeverM;
+  double lowest = std::numeric_limits<double>::max();
+  depth.met_m.reserve(places.size());
+  for (const Eigen::Vector3d& place : places) {
+    const Eigen::Vector3d off = place - line.aim_m;
+    const double height = off.dot(line.normal);
+    const Eigen::Vector3d across = off - height * line.normal;
+    lowest = std::min(lowest, height);
+    const double tip = across.norm(), shaft = (across - beside).norm();
+    const double tip_at = tip < kGrazing * tip_radius
+                              ? height + std::sqrt(tip_radius * tip_radius - tip * tip)
+                              : kNeverM;
+    const double sure = tip + kSurelyM;
+    const double surely_at =
+        sure < tip_radius ? height + std::sqrt(tip_radius * tip_radius - sure * sure) : kNeverM;
+    const double shaft_at =
+        shaft < shaft_radius
+            ? height + std::sqrt(shaft_radius * shaft_radius - shaft * shaft) - above
+            : kNeverM;
+    if (shaft_at > surely_at) depth.end_m = std::max(depth.end_m, shaft_at);
+    if (stand.radius_m > 0.0) {
+      const double tip_stands =
+          at_stand(-off, line.normal, stand.up, stand.radius_m + slim_radius + kTipFromStandsM,
+                   below_centre(slim_radius));
+      const double shaft_radius_m = tool.radius_m + kShaftMarginM;
+      const double shaft_stands =
+          at_stand(behind - off, line.normal, stand.up, stand.radius_m + shaft_radius_m,
+                   below_centre(shaft_radius_m));
+      const double stands = std::max(tip_stands, shaft_stands);
+      if (stands > surely_at) depth.end_m = std::max(depth.end_m, stands);
+    }
+    depth.met_m.push_back(tip_at);
+  }
+  depth.end_m = std::max(depth.end_m, lowest);
+  for (double& at : depth.met_m) {
+    if (at > depth.end_m)
+      depth.share += 1.0;
+    else
+      at = kNeverM;
+  }
+  if (!places.empty()) depth.share /= static_cast<double>(places.size());
+  return depth;
+}
+
+double told_m2(const SearchDepth& depth, const std::vector<Eigen::Vector3d>& places,
+               double sigma_m) {
+  // Places in the order of their outcome, in groups of one sigma; those not met are one group.
+  // Depths as they will be read, with fixed errors that are spread as a normal variable's are.
+  constexpr double kErrors[] = {-1.28, 0.52, -0.25, 0.84, -0.84, 0.25, 1.28, -0.52, 0.0};
+  std::map<long, Spread> groups;
+  Spread all;
+  for (std::size_t k = 0; k < places.size(); ++k) {
+    const double met = depth.met_m[k];
+    const double read = met / sigma_m + kErrors[k % std::size(kErrors)];
+    const long group =
+        met == kNeverM ? std::numeric_limits<long>::max() : static_cast<long>(std::floor(read));
+    groups[group].add(places[k]);
+    all.add(places[k]);
+  }
+  if (places.size() < 2) return 0.0;
+  double left = 0.0;
+  for (const auto& [group, spread] : groups)
+    left += spread.count * spread.variance(all.variance(0.0));
+  return std::max(0.0, all.variance(0.0) - left / all.count);  // (71)
+}
+
+}  // namespace cellcal::calib

@@ -1,0 +1,68 @@
+#include "calib/result/calibration.h"
+
+#include <map>
+#include <vector>
+
+namespace cellcal::calib {
+
+double stated_value(const Cell& cell, const ParameterKey& parameter) {
+  if (parameter.kind == ParameterKind::kTcp) {
+    const auto index = static_cast<std::size_t>(parameter.tool);
+    const Tool& tool = index == 0 ? cell.tool : cell.other_tools.at(index - 1);
+    return tool.tcp.translation()[parameter.axis];
+  }
+  if (!is_geometric(parameter.kind)) return 0.0;
+  const Joint& joint = cell.robot.joints.at(static_cast<std::size_t>(parameter.joint));
+  switch (parameter.kind) {
+    case ParameterKind::kTheta:
+      return joint.offset_rad;
+    case ParameterKind::kD:
+      return joint.d_m;
+    case ParameterKind::kA:
+      return joint.a_m;
+    case ParameterKind::kAlpha:
+      return joint.alpha_rad;
+    default:
+      return joint.beta_rad;
+  }
+}
+
+namespace {
+
+/// Per parameter of the arm its index in the calibration, -1 where it is not.
+std::vector<Eigen::Index> places(const ArmModel& arm, const Calibration& c) {
+  std::map<ParameterKey, Eigen::Index> index;
+  for (std::size_t i = 0; i < c.parameters.size(); ++i)
+    index[c.parameters[i].key] = static_cast<Eigen::Index>(i);
+  std::vector<Eigen::Index> at;
+  for (const ArmParameter& parameter : arm.parameters()) {
+    const auto found = index.find(parameter);
+    at.push_back(found == index.end() ? -1 : found->second);
+  }
+  return at;
+}
+
+}  // namespace
+
+Eigen::VectorXd arm_values(const ArmModel& arm, const Calibration& c) {
+  const auto at = places(arm, c);
+  Eigen::VectorXd x = Eigen::VectorXd::Zero(arm.size());
+  for (int i = 0; i < arm.size(); ++i) {
+    if (at[i] < 0) continue;
+    const ParameterResult& p = c.parameters[static_cast<std::size_t>(at[i])];
+    x[i] = p.nominal + p.correction;
+  }
+  return x;
+}
+
+Eigen::MatrixXd arm_covariance(const ArmModel& arm, const Calibration& c) {
+  if (c.covariance.size() == 0) return {};
+  const auto at = places(arm, c);
+  Eigen::MatrixXd result = Eigen::MatrixXd::Zero(arm.size(), arm.size());
+  for (int i = 0; i < arm.size(); ++i)
+    for (int j = 0; j < arm.size(); ++j)
+      if (at[i] >= 0 && at[j] >= 0) result(i, j) = c.covariance(at[i], at[j]);
+  return result;
+}
+
+}  // namespace cellcal::calib

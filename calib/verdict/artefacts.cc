@@ -1,0 +1,224 @@
+#include "calib/verdict/artefacts.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "calib/model/linear.h"
+
+namespace cellcal::calib {
+
+namespace {
+/// Sigmas that contradict a stated size.
+constexpr double kContradicted = 5.0;
+/// However many touches there are, dirt and the way a target is pressed are not the same for all
+/// targets: they have this much in common, in sigmas of one touch.
+constexpr double kCommonSigma = 1.0 / 3.0;
+/// A bias that is determined no better than this is not reported.
+constexpr double kUndeterminedM = 1e-3;
+
+/// The column of a bias that the touches of a target, or of several, have in common.
+struct BiasColumn {
+  double square = 0.0, gradient = 0.0;  ///< j_b'j_b and j_b'r, j_b what a bias of one metre does
+  Eigen::VectorXd by_all;               ///< J'j_b
+  double sigma_m = 0.0;                 ///< of one touch, summed
+  int touches = 0;
+
+  Eigen::VectorXd rows;  ///< j_b, where the touches' errors go together
+
+  void add(const Problem& problem, const Posterior& posterior, std::size_t touch, int row) {
+    const Linearisation& linear = posterior.linear;
+    const double a = 1.0 / problem.sigma_m(touch);
+    if (touches++ == 0) {
+      by_all = Eigen::VectorXd::Zero(problem.size());
+      rows = Eigen::VectorXd::Zero(posterior.together.rows());
+    }
+    sigma_m += problem.own_sigma_m(touch);
+    if (rows.size() > 0) {
+      rows[row] = a;
+      return;
+    }
+    square += a * a;
+    gradient += a * linear.residual[row];
+    by_all.noalias() += a * linear.jacobian.row(row).transpose();
+  }
+
+  void finish(const Posterior& posterior) {
+    if (touches == 0 || rows.size() == 0) return;
+    posterior.together.triangularView<Eigen::Lower>().solveInPlace(rows);
+    square = rows.squaredNorm();
+    gradient = rows.dot(posterior.linear.residual.head(rows.size()));
+    by_all = posterior.linear.jacobian.topRows(rows.size()).transpose() * rows;
+  }
+};
+
+}  // namespace
+
+std::vector<ArtefactBias> artefact_biases(const Problem& problem, const Estimate& e,
+                                          const NormalEquations& touches, double chi2, double dof) {
+  std::vector<BiasColumn> columns(problem.blocks().size());
+  BiasColumn wires;
+  int count_of_wires = 0;
+  const Linearisation& linear = e.posterior.linear;
+  for (const auto& [touch, row] : linear.touch_row) {
+    const auto block = static_cast<std::size_t>(problem.block_of(touch));
+    const TargetKind kind = problem.cell().targets[problem.blocks()[block].target].kind;
+    if (kind != TargetKind::kSphere && kind != TargetKind::kWire) continue;
+    if (kind == TargetKind::kWire && columns[block].touches == 0) ++count_of_wires;
+    for (BiasColumn* own : {&columns[block], kind == TargetKind::kWire ? &wires : nullptr})
+      if (own != nullptr) own->add(problem, e.posterior, touch, row);
+  }
+  for (BiasColumn& own : columns) own.finish(e.posterior);
+  wires.finish(e.posterior);
+  NormalEquations all = touches;
+  for (Eigen::Index row = linear.length_row; row < linear.jacobian.rows(); ++row) {
+    const auto by = linear.jacobian.row(row);
+    all.information.selfadjointView<Eigen::Lower>().rankUpdate(by.transpose());
+    all.gradient += linear.residual[row] * by.transpose();
+  }
+  const Cholesky factor(all.information);
+  if (!factor.positive()) return {};
+  std::vector<ArtefactBias> biases;
+  const auto ask = [&](const BiasColumn& own, const std::string& target) {
+    const Eigen::VectorXd reached = factor.solve(own.by_all);
+    const double information = own.square - own.by_all.dot(reached);
+    if (!(information > 0.0)) return;
+    ArtefactBias bias;
+    bias.target = target;
+    bias.off_m = (own.gradient - reached.dot(all.gradient)) / information;  // (48)
+    // Scatter beyond what is stated widens, but not the scatter that this bias itself makes.
+    const double inflation =  // (45)
+        std::max(1.0, (chi2 - bias.off_m * bias.off_m * information) / std::max(1.0, dof - 1.0));
+    const double common_m =
+        kCommonSigma * std::max(problem.cell().touch_sigma_m, own.sigma_m / own.touches);
+    bias.sigma_m = std::hypot(std::sqrt(inflation / information), common_m);  // (49)
+    if (bias.sigma_m < kUndeterminedM) biases.push_back(std::move(bias));
+  };
+  for (std::size_t b = 0; b < columns.size(); ++b)
+    if (columns[b].touches > 0)
+      ask(columns[b], problem.cell().targets[problem.blocks()[b].target].id);
+  if (count_of_wires > 1) ask(wires, {});
+  return biases;
+}
+
+double contradiction(const ArtefactBias& bias) { return std::abs(bias.off_m) / bias.sigma_m; }
+
+const ArtefactBias* worst_contradicted(const std::vector<ArtefactBias>& biases) {
+  const auto worst = std::max_element(biases.begin(), biases.end(),
+                                      [](const ArtefactBias& a, const ArtefactBias& b) {
+                                        return contradiction(a) < contradiction(b);
+                                      });
+  return worst != biases.end() && contradiction(*worst) > kContradicted ? &*worst : nullptr;
+}
+
+PutRight put_right(const Cell& cell, const std::vector<Touch>& touches, const ArtefactBias& bias) {
+  PutRight right{cell, touches};
+  if (is_of_sphere(cell, bias)) {
+    right.cell.targets[cell.target_index(bias.target)].diameter_m += 2.0 * bias.off_m;
+    return right;
+  }
+  for (Touch& touch : right.touches)
+    if (bias.target.empty()
+            ? cell.targets[cell.target_index(touch.target)].kind == TargetKind::kWire
+            : touch.target == bias.target)
+      touch.radius_m += bias.off_m;
+  return right;
+}
+
+bool is_of_sphere(const Cell& cell, const ArtefactBias& bias) {
+  return !bias.target.empty() &&
+         cell.targets[cell.target_index(bias.target)].kind == TargetKind::kSphere;
+}
+
+namespace {
+
+/// Sigmas of both that contradict a length.
+constexpr double kLengthContradicted = 5.0;
+
+}  // namespace
+
+std::vector<LengthResult> leave_one_out_lengths(const Problem& problem, const Estimate& e,
+                                                const NormalEquations& touches, double chi2,
+                                                double dof) {
+  std::vector<LengthResult> results;
+  const auto& lengths = problem.lengths();
+  if (lengths.empty()) return results;
+  const Linearisation& linear = e.posterior.linear;
+  const auto row = [&](std::size_t k) { return linear.length_row + static_cast<Eigen::Index>(k); };
+  const auto same_blocks = [&](std::size_t a, std::size_t b) {
+    return std::minmax(lengths[a].block_a, lengths[a].block_b) ==
+           std::minmax(lengths[b].block_a, lengths[b].block_b);
+  };
+  for (std::size_t k = 0; k < lengths.size(); ++k) {
+    // All but what is said of these two ends. Summed up anew: taken away again, a length that is
+    // certified to next to nothing would leave rounding only.
+    Eigen::MatrixXd information = touches.information;
+    Eigen::VectorXd gradient = touches.gradient;
+    for (std::size_t l = 0; l < lengths.size(); ++l) {
+      if (same_blocks(k, l)) continue;
+      const auto by = linear.jacobian.row(row(l));
+      information.selfadjointView<Eigen::Lower>().rankUpdate(by.transpose());
+      gradient += linear.residual[row(l)] * by.transpose();
+    }
+    const Cholesky factor(information);
+    if (!factor.positive()) continue;
+    const Eigen::VectorXd by = linear.jacobian.row(row(k)).transpose();
+    const Eigen::VectorXd reached = factor.solve(by);
+    const double sigma_m = lengths[k].sigma_m, variance = by.dot(reached);  // in its own sigma^2
+    const double off = linear.residual[row(k)] - reached.dot(gradient);  // (46), in its own sigma
+    // Scatter beyond what is stated widens, but not the scatter that this length itself makes.
+    const double squared = off * off / (1.0 + variance);  // (45)
+    const double inflation = std::max(1.0, (chi2 - squared) / std::max(1.0, dof - 1.0));
+    LengthResult result;
+    result.from = problem.cell().targets[problem.blocks()[lengths[k].block_a].target].id;
+    result.to = problem.cell().targets[problem.blocks()[lengths[k].block_b].target].id;
+    result.certified_m = lengths[k].length_m;
+    result.certified_sigma_m = sigma_m;
+    result.by_others_m = lengths[k].length_m + off * sigma_m;
+    result.sigma_m = std::sqrt(inflation * variance) * sigma_m;
+    results.push_back(std::move(result));
+  }
+  return results;
+}
+
+double contradiction(const LengthResult& length) {  // (47)
+  return std::abs(length.by_others_m - length.certified_m) /
+         std::hypot(length.sigma_m, length.certified_sigma_m);
+}
+
+bool is_contradicted(const LengthResult& length) {
+  return contradiction(length) > kLengthContradicted;
+}
+
+double least_seen_error_m(const LengthResult& length) {
+  return kLengthContradicted * std::hypot(length.sigma_m, length.certified_sigma_m);
+}
+
+bool same_ends(const LengthResult& a, const LengthResult& b) {
+  return std::minmax(a.from, a.to) == std::minmax(b.from, b.to);
+}
+
+const LengthResult* worst_contradicted(const std::vector<LengthResult>& lengths) {
+  const auto worst = std::max_element(lengths.begin(), lengths.end(),
+                                      [](const LengthResult& a, const LengthResult& b) {
+                                        return contradiction(a) < contradiction(b);
+                                      });
+  return worst != lengths.end() && is_contradicted(*worst) ? &*worst : nullptr;
+}
+
+bool same_ends(const CertifiedLength& a, const CertifiedLength& b) {
+  return (a.from == b.from && a.to == b.to) || (a.from == b.to && a.to == b.from);
+}
+
+bool is_of(const LengthResult& result, const CertifiedLength& length) {
+  return result.from == length.from && result.to == length.to &&
+         result.certified_m == length.length_m;
+}
+
+Cell silenced(Cell cell, const std::function<bool(const CertifiedLength&)>& which) {
+  constexpr double kAnyLengthM = 10.0;
+  for (CertifiedLength& length : cell.lengths)
+    if (!which || which(length)) length.sigma_m = kAnyLengthM;
+  return cell;
+}
+
+}  // namespace cellcal::calib

@@ -1,0 +1,322 @@
+#include "calib/verdict/judge_accuracy.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "calib/verdict/artefacts.h"
+
+namespace cellcal::calib {
+
+namespace {
+
+/// Mean 3-D error that a result may be published with where the cell file asks for none
+/// (required_mm): what industrial arms have as they are delivered. More is no calibration.
+constexpr double kRequiredM = 2e-3;
+/// And of the nominal arm's own error, or of what its tolerances foresee where it is the better of its kind: closer
+/// to it than this, and the touches tell nothing.
+constexpr double kOfNominal = 0.8;
+
+struct Foreseen {
+  double predicted_m, nominal_m, tolerated_m, required_m;
+  std::vector<Quantity> evidence;
+};
+
+Foreseen foreseen(const Cell& cell, const Calibration& c, bool workspace) {
+  Foreseen all{workspace ? c.predicted_workspace_m : c.predicted_near_targets_m,
+               workspace ? c.nominal_workspace_m : c.nominal_near_targets_m,
+               workspace ? c.tolerated_workspace_m : c.tolerated_near_targets_m,
+               cell.required_m.value_or(kRequiredM),
+               {}};
+  all.evidence = {
+      in_mm("predicted", all.predicted_m),
+      in_mm("nominal", all.nominal_m),
+      in_mm("nominal_u", workspace ? c.nominal_workspace_u_m : c.nominal_near_targets_u_m),
+      in_mm("tolerated", all.tolerated_m),
+      {"of_nominal", 100.0 * all.predicted_m / all.nominal_m, "%"},
+      {"most_of_nominal", 100.0 * kOfNominal, "%"},
+      in_mm("required", all.required_m),
+      {"required_is_stated", cell.required_m ? 1.0 : 0.0, ""},
+      {"workspace", workspace ? 1.0 : 0.0, ""}};
+  return all;
+}
+
+}  // namespace
+
+void judge_predicted(const Cell& cell, const Calibration& c, bool workspace,
+                     std::vector<Finding>& findings) {
+  if (!(c.nominal_workspace_m > 0.0)) return;
+  const Foreseen all = foreseen(cell, c, workspace);
+  if (all.predicted_m > all.required_m)
+    findings.push_back({FindingKind::kRequired, Severity::kWithholds, {}, all.evidence});
+  if (all.predicted_m > kOfNominal * std::max(all.nominal_m, all.tolerated_m))
+    findings.push_back({FindingKind::kNoGain, Severity::kWithholds, {}, all.evidence});
+}
+
+void note_gain(const Cell& cell, const Calibration& c, bool workspace,
+               std::vector<Finding>& findings) {
+  if (!(c.nominal_workspace_m > 0.0)) return;
+  findings.push_back(
+      {FindingKind::kGain, Severity::kInforms, {}, foreseen(cell, c, workspace).evidence});
+}
+
+void note_model_error(const Problem& problem, const Calibration& c,
+                      std::vector<Finding>& findings) {
+  const Discrepancy& d = c.discrepancy;
+  if (!(d.sigma_m > 0.0)) return;
+  Finding finding{FindingKind::kModelError,
+                  Severity::kWarns,
+                  {},
+                  {in_mm("sigma", d.sigma_m),
+                   {"estimated", d.estimated ? 1.0 : 0.0, ""},
+                   in_mm("scatter", c.touch_noise_m),
+                   in_mm("noise", d.noise_m),
+                   in_mm("stated", problem.cell().touch_sigma_m)}};
+  if (c.repeats.degrees_of_freedom > 0.0)
+    finding.evidence.push_back(in_mm("repeats", c.repeats.scatter_m));
+  if (d.reach_rad > 0.0) finding.evidence.push_back(in_deg("reach", d.reach_rad));
+  findings.push_back(std::move(finding));
+}
+
+namespace {
+
+/// Certified lengths hold the scale where sigma over length of all together is no more than this.
+constexpr double kLengthScaleSigma = 5e-4;
+
+/// Each of the lengths once, the most certain of those between the same two ends; where the touches
+/// do not hold both ends a length says nothing of the arm.
+std::vector<Problem::Length> different_lengths(const Problem& problem,
+                                               const std::vector<int>& loose) {
+  const auto is_loose = [&](int block) {
+    return std::find(loose.begin(), loose.end(), block) != loose.end();
+  };
+  std::vector<Problem::Length> different;
+  for (const Problem::Length& length : problem.lengths()) {
+    if (is_loose(length.block_a) || is_loose(length.block_b)) continue;
+    const auto known =
+        std::find_if(different.begin(), different.end(), [&](const Problem::Length& other) {
+          return std::minmax(length.block_a, length.block_b) ==
+                 std::minmax(other.block_a, other.block_b);
+        });
+    if (known == different.end())
+      different.push_back(length);
+    else if (length.sigma_m < known->sigma_m)
+      *known = length;
+  }
+  return different;
+}
+
+bool hold_scale(const std::vector<Problem::Length>& lengths) {
+  double information = 0.0;
+  for (const Problem::Length& length : lengths)
+    information += std::pow(length.length_m / length.sigma_m, 2);  // (54)
+  return information * kLengthScaleSigma * kLengthScaleSigma >= 1.0;
+}
+
+/// Others than its certificate say how long it is, so well that they would hold the scale
+/// themselves; or it was measured twice. A certificate that is written down twice does not count.
+bool is_checked(const Calibration& c, const LengthResult& length) {
+  return length.sigma_m < kLengthScaleSigma * length.certified_m ||
+         std::any_of(c.lengths.begin(), c.lengths.end(), [&](const LengthResult& other) {
+           return same_ends(length, other) && other.certified_m != length.certified_m;
+         });
+}
+
+/// Where all hangs on one certificate, or the touches check none by the others.
+std::optional<Finding> unchecked_lengths(const Calibration& c, std::size_t holding) {
+  if (c.lengths.empty() || std::any_of(c.lengths.begin(), c.lengths.end(),
+                                       [&](const LengthResult& l) { return is_checked(c, l); }))
+    return std::nullopt;
+  const LengthResult& best = *std::min_element(
+      c.lengths.begin(), c.lengths.end(), [](const LengthResult& a, const LengthResult& b) {
+        return least_seen_error_m(a) < least_seen_error_m(b);
+      });
+  return Finding{holding > 1 ? FindingKind::kUncheckedLengths : FindingKind::kUncheckedLength,
+                 Severity::kWarns,
+                 about_length(best.from, best.to),
+                 {in_mm("unseen", least_seen_error_m(best)),
+                  in_mm("certified", best.certified_m, best.certified_sigma_m),
+                  {"lengths", static_cast<double>(holding), ""}}};
+}
+
+/// Why the result claims nothing away from the targets, and what would hold the scale.
+Finding near_targets(const Problem& problem, const HeldPlaces& places, const Scale& scale) {
+  const auto any = [&](const auto& is) {
+    return std::any_of(problem.blocks().begin(), problem.blocks().end(),
+                       [&](const TargetBlock& block) {
+                         return is(problem.cell().targets[block.target].kind);
+                       })
+               ? 1.0
+               : 0.0;
+  };
+  return {FindingKind::kScaleByNothing,
+          Severity::kInforms,
+          {},
+          {{"lengths", static_cast<double>(problem.lengths().size()), ""},
+           {"lengths_with_held_ends", static_cast<double>(scale.lengths.size()), ""},
+           {"loose_targets", static_cast<double>(places.loose.size()), ""},
+           {"spheres", any([](TargetKind kind) { return kind == TargetKind::kSphere; }), ""},
+           {"centres", any(has_a_centre), ""}}};
+}
+
+}  // namespace
+
+Scale scale_of(const Problem& problem, const HeldPlaces& places) {
+  Scale scale;
+  scale.lengths = different_lengths(problem, places.loose);
+  scale.by_lengths = hold_scale(scale.lengths);
+  scale.by_readings = places.rule != nullptr;
+  return scale;
+}
+
+void note_scope(const Problem& problem, const Calibration& c, const HeldPlaces& places,
+                const Scale& scale, std::vector<Finding>& findings) {
+  const ArmScale arm = arm_scale(problem, c);
+  if (scale.by_readings)
+    findings.push_back(
+        {FindingKind::kScaleByReadings, Severity::kInforms, about_target(*places.rule)});
+  // Wires are of one instrument, and have their scale in common.
+  const bool alone = scale.by_readings && !scale.by_lengths && places.trackers <= 1 &&
+                     (places.trackers == 0 || places.wires == 0);
+  if (alone && arm.sigma > 0.0)
+    findings.push_back({FindingKind::kUncheckedReadings,
+                        Severity::kWarns,
+                        {},
+                        {{"unseen", 100.0 * arm.unseen(), "%"}}});
+  if (scale.by_lengths) {
+    Finding finding{FindingKind::kScaleByLengths,
+                    Severity::kInforms,
+                    {},
+                    {{"lengths", static_cast<double>(scale.lengths.size()), ""}}};
+    // What all certificates have in common only the arm's tolerances contradict.
+    if (scale.lengths.size() > 1 && !scale.by_readings && arm.sigma > 0.0)
+      finding.evidence.push_back({"unseen", 100.0 * arm.unseen(), "%"});
+    findings.push_back(std::move(finding));
+    if (auto unchecked = unchecked_lengths(c, scale.lengths.size()))
+      findings.push_back(std::move(*unchecked));
+  }
+  if (!scale.held()) findings.push_back(near_targets(problem, places, scale));
+}
+
+namespace {
+
+/// An arm this many tolerances off nominal is another arm: real ones stay within five
+/// (real-data tests), a wrong row of the robot file makes twenty and more and can still be
+/// explained away. Before that it is told.
+constexpr double kFarFromNominal = 6.0, kBeyondTolerance = 4.0;
+/// All lengths of an arm together: chance does not take them so many sigmas off.
+constexpr double kFarScale = 4.0;
+/// The arm itself may be off the other way, sigmas.
+constexpr double kLuck = 2.0;
+/// The effective radius may be off by what its prior says: chance is warned of, and then not believed.
+constexpr double kWarnedRadius = 2.0, kFarRadius = 3.0;
+
+/// Whether it is not one length alone.
+bool is_of_all_lengths(const Problem& problem, const Calibration& c, const ArmScale& scale) {
+  constexpr double kFarWithoutOne = 2.0;
+  for (int p = 0; p < problem.arm_size(); ++p) {
+    const ArmScale others = arm_scale(problem, c, p);
+    if (!(others.off * scale.off > 0.0) || !(std::abs(others.off) > kFarWithoutOne * others.sigma))
+      return false;
+  }
+  return true;
+}
+
+/// Errors of more than `most` tolerances, the farthest first.
+std::vector<FindingPart> beyond_tolerance(const Problem& problem, const Calibration& c,
+                                          double most) {
+  std::vector<FindingPart> far;
+  for (int p = 0; p < problem.arm_size(); ++p) {
+    const ParameterKind kind = problem.arm().parameters()[p].kind;
+    if (!is_geometric(kind) && kind != ParameterKind::kTcp) continue;
+    const ParameterResult& found = c.parameters[static_cast<std::size_t>(p)];
+    const double tolerances = std::abs(found.correction) / problem.unknowns()[p].scale;
+    if (!(tolerances > most)) continue;
+    far.push_back(
+        {about_parameter(c.cell, found.key),
+         {{"off", found.correction * found.to_unit, found.unit}, {"tolerances", tolerances, ""}}});
+  }
+  std::stable_sort(far.begin(), far.end(), [](const FindingPart& a, const FindingPart& b) {
+    return value(a.evidence, "tolerances") > value(b.evidence, "tolerances");
+  });
+  return far;
+}
+
+/// Where the tip meets its targets elsewhere than the files say; none within `most` sigmas.
+std::optional<Finding> radius_off(const Problem& problem, const Calibration& c, double most,
+                                  Severity severity) {
+  int worst = -1;
+  for (int tool = 0; tool < problem.arm().tool_count(); ++tool) {
+    const int rho = problem.rho(tool);
+    if (rho >= 0 &&
+        (worst < 0 || std::abs(c.parameters[static_cast<std::size_t>(rho)].correction) >
+                          std::abs(c.parameters[static_cast<std::size_t>(worst)].correction)))
+      worst = rho;
+  }
+  if (worst < 0) return std::nullopt;
+  const ParameterResult& rho = c.parameters[static_cast<std::size_t>(worst)];
+  const double sigma_m = problem.unknowns()[static_cast<std::size_t>(worst)].scale;
+  if (!(std::abs(rho.correction) > most * sigma_m)) return std::nullopt;
+  return Finding{
+      FindingKind::kEffectiveRadius,
+      severity,
+      about_parameter(c.cell, rho.key),
+      {in_mm("off", rho.correction), {"apart", std::abs(rho.correction) / sigma_m, "sigma"}}};
+}
+
+}  // namespace
+
+double ArmScale::unseen() const { return (kFarScale + kLuck) * sigma; }
+
+ArmScale arm_scale(const Problem& problem, const Calibration& c, int but) {
+  double information = 0.0, pull = 0.0;
+  for (int p = 0; p < problem.arm_size(); ++p) {
+    const ParameterKind kind = problem.arm().parameters()[p].kind;
+    if ((kind != ParameterKind::kD && kind != ParameterKind::kA) || p == but) continue;
+    const Joint& joint =
+        problem.arm().robot().joints[static_cast<std::size_t>(problem.arm().parameters()[p].joint)];
+    const double drawn_m = kind == ParameterKind::kD ? joint.d_m : joint.a_m;
+    const double square = std::pow(problem.unknowns()[p].scale, 2);
+    information += drawn_m * drawn_m / square;
+    pull += drawn_m * c.parameters[static_cast<std::size_t>(p)].correction / square;
+  }
+  if (!(information > 0.0)) return {};
+  return {pull / information, 1.0 / std::sqrt(information)};  // (57)
+}
+
+void judge_nominal_geometry(const Problem& problem, const Calibration& c,
+                            std::vector<Finding>& findings) {
+  constexpr double kAnotherArm = 50.0;
+  const ArmScale scale = arm_scale(problem, c);
+  if (scale.sigma > 0.0 && std::abs(scale.off) > kFarScale * scale.sigma &&
+      is_of_all_lengths(problem, c, scale))
+    findings.push_back({FindingKind::kArmScale,
+                        Severity::kWithholds,
+                        {},
+                        {{"off", 100.0 * scale.off, "%", 100.0 * scale.sigma},
+                         {"apart", std::abs(scale.off) / scale.sigma, "sigma"}}});
+  std::vector<FindingPart> far = beyond_tolerance(problem, c, kFarFromNominal);
+  if (far.empty()) return;
+  const bool may_be_so = value(far.front().evidence, "tolerances") < kAnotherArm;
+  findings.push_back({FindingKind::kOffNominal,
+                      Severity::kWithholds,
+                      {},
+                      {{"may_be_so", may_be_so ? 1.0 : 0.0, ""}},
+                      std::move(far)});
+}
+
+void judge_radius(const Problem& problem, const Calibration& c, std::vector<Finding>& findings) {
+  if (auto off = radius_off(problem, c, kFarRadius, Severity::kWithholds))
+    findings.push_back(std::move(*off));
+}
+
+void note_tolerances(const Problem& problem, const Calibration& c, std::vector<Finding>& findings) {
+  if (auto off = radius_off(problem, c, kWarnedRadius, Severity::kWarns))
+    findings.push_back(std::move(*off));
+  std::vector<FindingPart> far = beyond_tolerance(problem, c, kBeyondTolerance);
+  if (!far.empty())
+    findings.push_back({FindingKind::kOffNominal, Severity::kWarns, {}, {}, std::move(far)});
+}
+
+}  // namespace cellcal::calib

@@ -1,0 +1,332 @@
+#include "calib/verdict/residuals.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <vector>
+
+#include "calib/estimate/parallel.h"
+#include "calib/estimate/solve.h"
+#include "calib/estimate/start.h"
+#include "calib/model/linear.h"
+#include "calib/model/units.h"
+#include "calib/verdict/held_out.h"
+
+namespace cellcal::calib {
+
+namespace {
+
+void add(ResidualSummary& summary, double residual_m) {
+  const double size = std::abs(residual_m);
+  ++summary.count;
+  summary.mean_m += size;
+  summary.max_m = std::max(summary.max_m, size);
+  summary.rms_m += size * size;
+}
+
+void finish(ResidualSummary& summary) {
+  if (summary.count == 0) return;
+  summary.mean_m /= summary.count;
+  summary.rms_m = std::sqrt(summary.rms_m / summary.count);
+}
+
+}  // namespace
+
+Eigen::VectorXd place_seen_by_nominal_arm(const Problem& problem, int block,
+                                          const std::vector<bool>& outlier) {
+  const TargetBlock& own = problem.blocks()[static_cast<std::size_t>(block)];
+  const Target& target = problem.cell().targets[own.target];
+  const TargetPlace& start = problem.place(own);
+  const auto touches = problem.touches();
+  std::vector<Eigen::Vector3d> points, readings;
+  std::vector<double> radii;
+  for (std::size_t i = 0; i < touches.size(); ++i) {
+    if (problem.block_of(i) != block || outlier[i] || touches[i].set != TouchSet::kFit) continue;
+    points.push_back(problem.arm().position(problem.pose(i), nullptr));
+    readings.emplace_back(touches[i].tracker_m[0], touches[i].tracker_m[1],
+                          touches[i].tracker_m[2]);
+    radii.push_back(target.kind == TargetKind::kWire
+                        ? touches[i].radius_m
+                        : problem.nominal_radius_m(target, problem.tool_of(i)));
+  }
+  TargetPlace place = start;
+  if (target.kind == TargetKind::kPlane) {
+    double tip_m = 0.0;
+    for (const double r : radii) tip_m = std::max(tip_m, r);
+    // A smaller ball's centre would have stood as much farther off, had it been as large.
+    for (std::size_t i = 0; i < points.size(); ++i)
+      if (radii[i] < tip_m) points[i] += (tip_m - radii[i]) * start.axes.col(2);
+    place = plane_through(points, tip_m, start);
+  } else if (target.kind == TargetKind::kTracker) {
+    const FrameFit fit = fit_frame(readings, points);
+    if (fit.determined) {
+      place.centre_m = fit.frame * fit.middle_m;
+      place.axes = fit.frame.linear();
+      place.middle_m = fit.middle_m;
+    }
+  } else if (target.kind == TargetKind::kPoint) {
+    place.centre_m.setZero();
+    for (const auto& p : points) place.centre_m += p / static_cast<double>(points.size());
+  } else {
+    const CentreHints hints{target.has_centre ? &target.centre_m : nullptr, target.centre_sigma_m};
+    place.centre_m = fit_centre(points, radii, hints).centre_m;
+  }
+  return unknowns_at(target.kind, start, place);
+}
+
+namespace {
+
+/// Unknowns that are none of the arm's: the tool's tip, as far as the cell file leaves it open, the
+/// radius offset, and of each target its place and radius.
+std::vector<int> beside_the_arm(const Problem& problem) {
+  std::vector<int> beside;
+  for (int i = 0; i < problem.size(); ++i)
+    if (i >= problem.arm_size() ||
+        problem.arm().parameters()[static_cast<std::size_t>(i)].kind == ParameterKind::kTcp)
+      beside.push_back(i);
+  return beside;
+}
+
+/// The nominal arm with all that is not its fault where its fit touches put it best; `x_si` has the
+/// targets there already, which is all where nothing else is open. A touch of a nominal arm is
+/// worth a millimetre; against that counts what the cell file states of the others.
+void fit_beside_the_arm(const Problem& problem, const std::vector<bool>& outlier,
+                        Eigen::VectorXd& x_si) {
+  constexpr double kWorthM = 1e-3;
+  constexpr int kRounds = 6;
+  constexpr double kSettled = 1e-6;
+  const std::vector<int> beside = beside_the_arm(problem);
+  std::size_t places = 0;
+  for (const TargetBlock& block : problem.blocks()) places += static_cast<std::size_t>(block.place);
+  if (beside.size() == places) return;
+  const auto touches = problem.touches();
+  std::vector<bool> use(touches.size());
+  for (std::size_t i = 0; i < use.size(); ++i)
+    use[i] = touches[i].set == TouchSet::kFit && !outlier[i];
+  Eigen::VectorXd u(problem.size());
+  for (int i = 0; i < problem.size(); ++i)
+    u[i] = (x_si[i] - problem.unknowns()[i].origin) / problem.unknowns()[i].scale;
+  Linearisation linear;
+  for (int round = 0; round < kRounds; ++round) {
+    linearise(problem, u, use, linear);
+    for (const auto& [touch, row] : linear.touch_row)
+      for (int k = row; k < row + problem.rows(touch); ++k) {
+        linear.jacobian.row(k) *= problem.sigma_m(touch) / kWorthM;
+        linear.residual[k] *= problem.sigma_m(touch) / kWorthM;
+      }
+    const Eigen::MatrixXd j = linear.jacobian.topRows(linear.length_row)(Eigen::all, beside);
+    Eigen::MatrixXd information = j.transpose() * j;
+    Eigen::VectorXd pull = j.transpose() * linear.residual.head(linear.length_row);
+    for (Eigen::Index k = 0; k < pull.size(); ++k) {
+      const int i = beside[static_cast<std::size_t>(k)];
+      constexpr double kFlat = 1e-8;
+      const Unknown& unknown = problem.unknowns()[i];
+      const double precision = std::pow(unknown.prior_weight, 2);
+      information(k, k) += std::max(kFlat, precision);
+      pull[k] += precision * (u[i] - unknown.prior_mean_u);
+    }
+    const Eigen::VectorXd step = pivoted_solve(information, pull);
+    if (!step.allFinite()) return;
+    for (Eigen::Index k = 0; k < step.size(); ++k)
+      u[beside[static_cast<std::size_t>(k)]] -= step[k];
+    if (step.lpNorm<Eigen::Infinity>() < kSettled) break;
+  }
+  x_si = problem.to_si(u);
+}
+
+}  // namespace
+
+void fill_residuals(const Problem& problem, const Eigen::VectorXd& x_si,
+                    const std::vector<bool>& outlier, Calibration& calibration) {
+  const auto touches = problem.touches();
+  // The nominal arm, with its own place of each target.
+  Eigen::VectorXd nominal_x = Eigen::VectorXd::Zero(problem.size());
+  for (std::size_t b = 0; b < problem.blocks().size(); ++b)
+    nominal_x.segment(problem.blocks()[b].first, problem.blocks()[b].place) =
+        place_seen_by_nominal_arm(problem, static_cast<int>(b), outlier);
+  fit_beside_the_arm(problem, outlier, nominal_x);
+  const Problem::At nominal = problem.at(nominal_x.data()), found = problem.at(x_si.data());
+  calibration.residuals.resize(touches.size());
+  by_parts(touches.size(), [&](std::size_t, std::size_t first, std::size_t behind) {
+    for (std::size_t i = first; i < behind; ++i) {
+      const int rows = problem.place_rows(i);
+      TouchResidual& entry = calibration.residuals[i];
+      entry.touch = i;
+      entry.outlier = outlier[i];
+      if (problem.block_of(i) < 0) {
+        constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+        entry.before_m = entry.after_m = entry.whitened = kUnknown;
+        continue;
+      }
+      double r[Problem::kMostRows];
+      problem.residual_m(i, nominal, r, nullptr, nullptr);
+      entry.before_m = rows == 1 ? r[0] : Eigen::Map<Eigen::Vector3d>(r).norm();
+      problem.residual_m(i, found, r, nullptr, nullptr, &entry.direction);
+      entry.after_m = rows == 1 ? r[0] : Eigen::Map<Eigen::Vector3d>(r).norm();
+      entry.whitened = entry.after_m / problem.sigma_m(i);
+    }
+  });
+  calibration.unseen = judge_unseen(problem, x_si, calibration);
+  for (const TouchResidual& entry : calibration.residuals) {
+    if (entry.outlier || std::isnan(entry.after_m)) continue;
+    const bool fit = touches[entry.touch].set == TouchSet::kFit;
+    add(fit ? calibration.before : calibration.check_before, entry.before_m);
+    add(fit ? calibration.after : calibration.check, entry.after_m);
+  }
+  for (ResidualSummary* summary :
+       {&calibration.before, &calibration.after, &calibration.check_before, &calibration.check})
+    finish(*summary);
+}
+
+namespace {
+
+/// From here on a touch is its own witness more than the others are.
+constexpr double kHoldsItself = 0.5;
+
+/// How far each touch left out would have held its own place, had it been used: with j its whitened
+/// rows and S the covariance without it, j S j' / (1 + j S j'); of three rows the mean over them.
+std::vector<double> leverages(const Problem& problem, const Estimate& e,
+                              const std::vector<TouchResidual>& residuals) {
+  std::vector<double> result(problem.touches().size(), 0.0);
+  std::vector<bool> left_out(problem.touches().size(), false);
+  bool any = false;
+  for (const TouchResidual& r : residuals)
+    if (r.outlier) any = left_out[r.touch] = true;
+  if (!any) return result;
+  const Linearisation outside = linearise(problem, e.u, left_out);
+  for (const auto& [touch, row] : outside.touch_row) {
+    const int rows = problem.rows(touch);
+    const RowMajor j = outside.jacobian.middleRows(row, rows);
+    const Eigen::MatrixXd spread = j * e.posterior.covariance_u * j.transpose();
+    const Eigen::MatrixXd held =
+        (Eigen::MatrixXd::Identity(rows, rows) + spread).partialPivLu().solve(spread);
+    result[touch] = held.trace() / rows;  // (22)
+  }
+  return result;
+}
+
+}  // namespace
+
+std::optional<std::string> lies_on(const Problem& problem, const Calibration& calibration,
+                                   const TouchResidual& residual) {
+  constexpr double kOffItsOwnM = 10e-3;
+  constexpr double kOnAnotherM = 1e-3;
+  if (std::abs(residual.after_m) < kOffItsOwnM) return std::nullopt;
+  Eigen::VectorXd x(problem.arm_size());
+  for (int i = 0; i < problem.arm_size(); ++i) {
+    const ParameterResult& p = calibration.parameters[static_cast<std::size_t>(i)];
+    x[i] = p.nominal + p.correction;
+  }
+  const Eigen::Vector3d tip_m = problem.arm().position(problem.pose(residual.touch), x.data());
+  for (const TargetResult& target : calibration.targets) {
+    if (target.id == problem.touches()[residual.touch].target) continue;
+    double off_m = 0.0;
+    switch (target.kind) {
+      case TargetKind::kSphere:
+      case TargetKind::kPoint:
+        off_m = (tip_m - target.centre_m).norm() - target.effective_radius_m;
+        break;
+      case TargetKind::kPlane:
+        off_m = (tip_m - target.centre_m).dot(target.normal) - target.effective_radius_m;
+        break;
+      case TargetKind::kWire:
+      case TargetKind::kTracker:
+        continue;  // what was read there is not known
+    }
+    if (std::abs(off_m) < kOnAnotherM) return target.id;
+  }
+  return std::nullopt;
+}
+
+FitTouches fit_touches_of(const std::string& target, std::span<const Touch> touches,
+                          const Calibration& calibration) {
+  FitTouches own;
+  for (const TouchResidual& r : calibration.residuals) {
+    if (touches[r.touch].target != target || touches[r.touch].set != TouchSet::kFit) continue;
+    ++own.all;
+    own.left_out += r.outlier ? 1 : 0;
+  }
+  return own;
+}
+
+std::vector<Outlier> named_outliers(const Problem& problem, const Estimate& estimate,
+                                    const Calibration& calibration) {
+  const std::vector<double> leverage = leverages(problem, estimate, calibration.residuals);
+  std::vector<Outlier> outliers;
+  for (const TouchResidual& r : calibration.residuals) {
+    if (!r.outlier || problem.touches()[r.touch].set != TouchSet::kFit) continue;
+    const std::string& id = problem.touches()[r.touch].target;
+    Outlier outlier{r.touch, r.after_m, leverage[r.touch], OutlierKind::kOffItsTarget, id};
+    outlier.target_kind = problem.cell().targets[problem.cell().target_index(id)].kind;
+    outlier.sigmas = std::abs(r.whitened);
+    if (const auto other = lies_on(problem, calibration, r)) {
+      outlier.kind = OutlierKind::kOnAnotherTarget;
+      outlier.lies_on = *other;
+    } else if (outlier.leverage > kHoldsItself) {
+      outlier.kind = OutlierKind::kHoldsItself;
+    }
+    outliers.push_back(std::move(outlier));
+  }
+  return outliers;
+}
+
+namespace {
+
+/// Fewer are a slip of the pen.
+constexpr std::size_t kLeast = 3;
+constexpr double kShare = 0.05;
+/// Angles of no more digits may agree by chance where a place is touched again: at a metre's reach
+/// one step of the last is 0.02 mm.
+constexpr double kStepDeg = 1e-3;
+
+bool is_rounded(const Touch& touch) {
+  constexpr double kStepsPerRad = kDegPerRad / kStepDeg;
+  return std::all_of(touch.joint_rad.begin(), touch.joint_rad.end(), [](double angle) {
+    const double steps = angle * kStepsPerRad;
+    return std::abs(steps - std::round(steps)) < 1e-4;
+  });
+}
+
+/// Of each touch the one before it that it is a copy of.
+std::vector<std::optional<std::size_t>> originals(std::span<const Touch> touches) {
+  std::vector<std::size_t> order(touches.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  const auto key = [&](std::size_t i) {
+    return std::tuple_cat(reading(touches[i]), std::tie(touches[i].target, touches[i].tool));
+  };
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return key(a) < key(b); });
+  std::vector<std::optional<std::size_t>> result(touches.size());
+  for (std::size_t k = 1; k < order.size(); ++k)
+    if (key(order[k - 1]) == key(order[k])) result[order[k]] = order[k - 1];
+  return result;
+}
+
+}  // namespace
+
+std::optional<Finding> duplicate_touches(std::span<const Touch> touches) {
+  const auto original = originals(touches);
+  // Whole stretches in the same order again, or digits that agree by no chance.
+  std::size_t all = 0, in_order = 0, fine = 0, first = touches.size();
+  for (std::size_t i = 0; i < touches.size(); ++i) {
+    if (!original[i]) continue;
+    first = std::min(first, i);
+    ++all;
+    fine += is_rounded(touches[i]) ? 0 : 1;
+    in_order += i > 0 && original[i - 1] && *original[i] == *original[i - 1] + 1 ? 1 : 0;
+  }
+  if (all < kLeast || static_cast<double>(all) <= kShare * static_cast<double>(touches.size()) ||
+      2 * std::max(in_order, fine) < all)
+    return std::nullopt;
+  return Finding{FindingKind::kDuplicateTouches,
+                 Severity::kWithholds,
+                 {},
+                 {{"duplicates", static_cast<double>(all), ""},
+                  {"touches", static_cast<double>(touches.size()), ""}},
+                 {{about_touch(first, touches[first]), {}},
+                  {about_touch(*original[first], touches[*original[first]]), {}}}};
+}
+
+}  // namespace cellcal::calib

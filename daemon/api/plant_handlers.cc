@@ -1,0 +1,284 @@
+// How the line to the plant stands, and what waits for it.
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <filesystem>
+#include <mutex>
+#include <nlohmann/json.hpp>
+
+#include "calib/files/input_file.h"
+#include "daemon/api/handlers.h"
+#include "daemon/api/http/message.h"
+#include "daemon/api/routes.h"
+#include "daemon/api/run_request.h"
+#include "daemon/archive/versions.h"
+#include "daemon/files/atomic_file.h"
+#include "daemon/files/system_words.h"
+#include "daemon/plant/line/line_status.h"
+#include "daemon/plant/messages/fact.h"
+#include "daemon/plant/outbox/reporter.h"
+#include "daemon/plant/proposals/proposal_box.h"
+#include "daemon/runner/backend.h"
+#include "daemon/schedule/schedule.h"
+#include "daemon/tasks/recorded/options.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+/// What was reported to the plant of a session's certificates, beside its results: a line each, the outbox's source and the content's SHA-256. Under
+/// another source it may be another plant.
+constexpr const char* kReportedFile = "certificates_told";
+
+std::string lines_of(const std::filesystem::path& file) {
+  std::error_code code;
+  return std::filesystem::exists(file, code) ? calib::read_file(file) : std::string();
+}
+
+/// Who says none has it known by all bytes. Throws BadRequest.
+std::string content_of(const std::string& body) {
+  const nlohmann::json whole = nlohmann::json::parse(body);
+  if (!whole.contains("content")) return calib::sha256(body);
+  const nlohmann::json& content = whole["content"];
+  const std::string text = content.is_string() ? content.get<std::string>() : "";
+  if (!calib::is_sha256(text))
+    throw BadRequest("content: must be a SHA-256, 64 hexadecimal digits");
+  return text;
+}
+
+nlohmann::json sparkplug_json(const std::optional<plant::LineStatus>& line) {
+  if (!line) return nullptr;
+  return {{"connected", line->connected},
+          {"since", line->since},
+          {"problem", to_string(line->problem)},
+          {"words", line->words},
+          {"sent", line->acknowledged}};
+}
+
+}  // namespace
+
+std::optional<Response> Api::show_plant(const Call&) {
+  const auto lines = plant_line_ ? plant_line_() : std::nullopt;
+  if (!lines) throw NotFound("no plant is named: [plant] in cellcald.toml");
+  const plant::LineStatus& line = lines->facts;
+  const OutboxCount count = journal_.outbox();
+  return Response{.body = dump({{"connected", line.connected},
+                                {"since", line.since},
+                                {"problem", to_string(line.problem)},
+                                {"words", line.words},
+                                {"acknowledged", line.acknowledged},
+                                {"source", count.source},
+                                {"newest", count.newest},
+                                {"waiting", count.rows},
+                                {"waiting_bytes", count.bytes},
+                                {"oldest", count.oldest.empty() ? nlohmann::json(nullptr)
+                                                                : nlohmann::json(count.oldest)},
+                                {"dropped", count.dropped},
+                                {"not_begun", count.not_begun},
+                                {"restarts", lines->restarts},
+                                {"sparkplug", sparkplug_json(lines->sparkplug)}})};
+}
+
+/// Said once for each content. Of this journal's calibration, with files that have the sums they come with; who signed it is those's to say who verify it.
+std::optional<Response> Api::take_certificate(const Call& call) {
+  const SessionRecord session = find(call);
+  if (!plant_line_ || !plant_line_()) throw NotFound("no plant is named: [plant] in cellcald.toml");
+  plant::FactBody body;
+  try {
+    body = plant::body_from_json("certificate", call.request.body);
+    auto& given = std::get<plant::CertificateFact>(body);
+    body = plant::certificate_fact(std::move(given.certificate), std::move(given.files));
+  } catch (const calib::FileError& wrong) {
+    throw BadRequest(wrong.what());
+  } catch (const plant::CertificateTooLarge& too_large) {
+    return Response{413, "application/json", dump({{"error", too_large.what()}})};
+  }
+  const std::string& number = std::get<plant::CertificateFact>(body).certificate;
+  if (session.state != RecordState::kDone || session.calibration.empty() ||
+      number != plant::certificate_number(session.id, session.calibration,
+                                          options_from_json(session.inputs.options).emulated))
+    throw RequestError(fmt::format("certificate {} is not of session {}'s calibration",
+                                   printable(number), session.id));
+  const std::string line = journal_.outbox().source + " " + content_of(call.request.body) + "\n";
+  const std::filesystem::path file = service_.results_dir(session.id) / kReportedFile;
+  const std::lock_guard one(certificates_);
+  const std::string reported = lines_of(file);
+  if (reported.find(line) != std::string::npos)
+    return Response{200, "application/json", dump({{"certificate", number}})};
+  journal_.report(session.id, plant::report_of(body));
+  try {
+    std::filesystem::create_directories(file.parent_path());
+    write_atomically(file, reported + line);
+  } catch (const std::exception& failed) {
+    spdlog::warn("certificate {} is sent once more where it is issued again: {}", number,
+                 failed.what());
+  }
+  spdlog::info("certificate {} waits for the plant", number);
+  return Response{201, "application/json", dump({{"certificate", number}})};
+}
+
+// What the plant proposed to this cell, and what is said to it. Nothing here begins a session.
+
+namespace {
+
+using nlohmann::json;
+using plant::KeptProposal, plant::NotDecided, plant::ProposalKind, plant::Stand;
+
+json text_or_null(const std::string& text) { return text.empty() ? json(nullptr) : json(text); }
+
+json to_json(const KeptProposal& one, const plant::ProposalBox& box) {
+  const plant::Proposal& proposal = one.proposal;
+  const bool has_file = one.stand == Stand::kAccepted && !may_be_policy(proposal.kind);
+  return {{"id", proposal.id},
+          {"kind", to_string(proposal.kind)},
+          {"session", proposal.session > 0 ? json(proposal.session) : json(nullptr)},
+          {"text", proposal.text},
+          {"by", proposal.by},
+          {"reason", proposal.reason},
+          {"received", one.received},
+          {"stand", to_string(one.stand)},
+          {"decided", text_or_null(one.decided)},
+          {"decided_by", text_or_null(one.by)},
+          {"decided_reason", text_or_null(one.reason)},
+          {"file", has_file ? json(box.file_of(proposal).string()) : json(nullptr)}};
+}
+
+/// {"reason": "why", "by": "a name"}, both of which may be missing where it is accepted.
+plant::Say say_in(const Request& request, bool needs_reason) {
+  const json body =
+      request.body.empty() ? json::object() : json::parse(request.body, nullptr, false);
+  if (!body.is_object()) throw BadRequest(R"(the body must be {"reason": "why", "by": "a name"})");
+  for (const auto& [key, value] : body.items())
+    if (key != "reason" && key != "by") throw BadRequest("\"reason\" and \"by\" are known here");
+  plant::Say say{who_asks(request, body), "", wall_clock_utc()};
+  if (needs_reason || body.contains("reason")) say.reason = line_in(body, "reason", kLongestReason);
+  return say;
+}
+
+/// What is the matter with it passes, or never does.
+template <class Act>
+auto decided(Act act) {
+  try {
+    return act();
+  } catch (const NotDecided& refused) {
+    if (refused.why == NotDecided::Why::kUnknown) throw NotFound(refused.what());
+    if (refused.why == NotDecided::Why::kUnusable) throw RequestError(refused.what());
+    throw BusyError(refused.what());
+  } catch (const NotActivated& refused) {
+    throw RequestError(std::string("not accepted: ") + refused.what());
+  }
+}
+
+}  // namespace
+
+plant::ProposalBox& Api::proposals() {
+  if (proposals_ == nullptr || (plant_line_ && !plant_line_()))
+    throw NotFound(
+        "this cell belongs to no plant. Set [plant] in cellcald.toml and restart cellcald");
+  return *proposals_;
+}
+
+/// Of a cell that belongs to no plant: none.
+std::optional<Response> Api::show_proposals(const Call&) {
+  json list = json::array();
+  if (proposals_ == nullptr || (plant_line_ && !plant_line_()))
+    return Response{
+        .body = dump({{"problem", nullptr}, {"dropped", 0}, {"proposals", std::move(list)}})};
+  for (const KeptProposal& one : proposals().all()) list.push_back(to_json(one, proposals()));
+  return Response{.body = dump({{"problem", text_or_null(proposals().problem())},
+                                {"dropped", proposals().dropped()},
+                                {"proposals", std::move(list)}})};
+}
+
+std::optional<Response> Api::accept_proposal(const Call& call) {
+  const plant::Say say = say_in(call.request, false);
+  const KeptProposal kept =
+      decided([&] { return proposals().accept(std::string(call.variable), say); });
+  spdlog::info("proposal {} of {} accepted by {}", kept.proposal.id, kept.proposal.by, say.by);
+  return Response{.body = dump(to_json(kept, proposals()))};
+}
+
+std::optional<Response> Api::refuse_proposal(const Call& call) {
+  const plant::Say say = say_in(call.request, true);
+  const KeptProposal kept =
+      decided([&] { return proposals().refuse(std::string(call.variable), say); });
+  spdlog::info("proposal {} of {} refused by {}: {}", kept.proposal.id, kept.proposal.by, say.by,
+               say.reason);
+  return Response{.body = dump(to_json(kept, proposals()))};
+}
+
+// What begins without a person, and when.
+
+namespace {
+
+using nlohmann::json;
+
+json to_json(const Decision& d) {
+  return {{"at", local_time(d.at)},    {"utc_s", d.at},
+          {"entry", d.entry},          {"night", d.night},
+          {"verb", to_string(d.verb)}, {"why", to_string(d.why)},
+          {"session", d.session},      {"words", words(d)}};
+}
+
+json to_json(const Night& night) {
+  if (!night.exists()) return nullptr;
+  return {{"begins", local_time(night.begins)},
+          {"ends", local_time(night.ends)},
+          {"begins_utc_s", night.begins},
+          {"ends_utc_s", night.ends}};
+}
+
+json to_json(const SchedulePicture::Entry& entry) {
+  return {{"name", entry.session.name},
+          {"kind", entry.session.kind},
+          {"cell", entry.session.cell.string()},
+          {"on_request", entry.session.on_request},
+          {"now", to_json(entry.now)},
+          {"next", to_json(entry.next)},
+          {"foreseen_s", entry.foreseen_s},
+          {"last", entry.last ? to_json(*entry.last) : json(nullptr)}};
+}
+
+}  // namespace
+
+Schedule& Api::schedule() {
+  if (schedule_ == nullptr) throw NotFound("this daemon has no schedule");
+  return *schedule_;
+}
+
+std::optional<Response> Api::show_schedule(const Call&) {
+  const SchedulePicture picture = schedule().picture();
+  json entries = json::array(), decisions = json::array();
+  for (const auto& entry : picture.entries) entries.push_back(to_json(entry));
+  for (const Decision& one : picture.decisions) decisions.push_back(to_json(one));
+  return Response{
+      .body = dump({{"unattended", picture.unattended},
+                    {"responsible", picture.responsible},
+                    {"resumes", picture.resumes},
+                    {"held", picture.held_words.empty() ? json(nullptr) : json(picture.held_words)},
+                    {"entries", std::move(entries)},
+                    {"decisions", std::move(decisions)}})};
+}
+
+std::optional<Response> Api::begin_scheduled(const Call& call) {
+  const json body = json::parse(call.request.body, nullptr, false);
+  const bool fits =
+      body.is_object() && body.size() == 1 && body.contains("name") && body["name"].is_string();
+  if (!fits) throw BadRequest("the body must be {\"name\": \"a session of the schedule\"}");
+  return with_clear_cell(call, [&] {
+    const Decision decision = schedule().begin(body["name"]);
+    if (decision.verb != Verb::kBegun) throw BusyError(words(decision));
+    return Response{201, "application/json", dump({{"session", decision.session}})};
+  });
+}
+
+std::optional<Response> Api::release_schedule(const Call& call) {
+  return with_clear_cell(call, [&] {
+    const Decision decision = schedule().release(call.request.caller.name);
+    if (decision.verb != Verb::kReleased) throw BusyError(words(decision));
+    return Response{.body = dump(json::object())};
+  });
+}
+
+}  // namespace cellcal::daemon

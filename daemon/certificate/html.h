@@ -1,0 +1,26 @@
+#pragma once
+// How entries stand in the certificate's HTML.
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "daemon/certificate/sources.h"
+
+namespace cellcal::daemon::certificate {
+
+/// The entry with its origin; where it is not stated, `otherwise` (the form's words).
+std::string shown(const Entry& entry, std::string_view otherwise = "not stated");
+/// Behind the number its unit.
+std::string with_unit(const Entry& entry, std::string_view otherwise = "\xE2\x80\x93");
+/// Its unit alone, as "unit(origin)".
+std::string unit(const Entry& entry);
+/// A constant of the method (README, Origins).
+std::string constant(const char* name);
+/// What it prints.
+std::string_view value_of_constant(std::string_view name);
+
+/// The style sheet, without the <style> tags.
+const char* style_sheet();
+
+}  // namespace cellcal::daemon::certificate

@@ -1,0 +1,81 @@
+// The poses that stand for the workspace follow the arm, not the frame that it is told in; and what
+// is foreseen there holds what gears leave, however much is known of the arm.
+
+#include "calib/estimate/region.h"
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+#include "calib/identify/identify.h"
+#include "calib/model/random.h"
+#include "tests/calib/simulate.h"
+
+namespace cellcal::calib {
+namespace {
+
+std::vector<JointVector> poses_with(const Eigen::Isometry3d& base) {
+  Cell cell = testing::demo_cell();
+  cell.robot.base_fixed = base;
+  return workspace_poses(ArmModel(cell.robot, cell.tool), 50, 7);
+}
+
+TEST(Region, IsTheSameWhereverAndWhicheverWayUpTheArmStands) {
+  const auto here = poses_with(Eigen::Isometry3d::Identity());
+  ASSERT_EQ(here.size(), 50u);
+  Eigen::Isometry3d base = Eigen::Isometry3d::Identity();
+  base.translation() = Eigen::Vector3d(0.4, -2.0, -3.0);
+  EXPECT_EQ(poses_with(base), here) << "its foot far below the frame's origin";
+  base.linear() = Eigen::AngleAxisd(std::numbers::pi, Eigen::Vector3d::UnitX()).matrix();
+  EXPECT_EQ(poses_with(base), here) << "hung from a ceiling";
+}
+
+TEST(Region, OfAnArmThatHardlyReachesAboveItsFootIsBelowIt) {
+  Cell cell = testing::demo_cell();
+  for (Joint& joint : cell.robot.joints) joint.min_rad = joint.max_rad = 0.0;
+  cell.robot.joints[1].min_rad = 1.1;  // upper arm down
+  cell.robot.joints[1].max_rad = 1.2;
+  const ArmModel arm(cell.robot, cell.tool);
+  const auto poses = workspace_poses(arm, 50, 7);
+  ASSERT_EQ(poses.size(), 50u);
+  for (const JointVector& q : poses) EXPECT_LT(arm.nominal_tip_m(q).z(), 0.0);
+}
+
+TEST(Region, MeanErrorOfAnArmThatIsKnownIsWhatItsJointsAreOff) {
+  const Cell& cell = testing::demo_cell();
+  const ArmModel arm(cell.robot, cell.tool);
+  const auto poses = workspace_poses(arm, 300, 7);
+  constexpr double kRippleRad = 2.4e-5;
+  const Eigen::VectorXd scale = Eigen::VectorXd::Ones(arm.size()), x = 0.0 * scale;
+  const double foreseen = predicted_mean_error_m(aligned_moves(arm, poses, x.data(), scale),
+                                                 Eigen::MatrixXd::Zero(arm.size(), arm.size()),
+                                                 ripple_variance_m2(arm, poses, kRippleRad));
+  Random random(1);
+  double sum = 0.0;
+  constexpr int kTimes = 20;
+  for (int k = 0; k < kTimes; ++k)
+    for (const JointVector& q : poses) {
+      JointVector off = q;
+      for (double& angle : off) angle += kRippleRad * random.normal();
+      sum += (arm.nominal_tip_m(off) - arm.nominal_tip_m(q)).norm();
+    }
+  const double seen = sum / static_cast<double>(kTimes * poses.size());
+  EXPECT_NEAR(foreseen, seen, 0.1 * seen);  // no direction is quite like another
+}
+
+TEST(Region, ManyPosesAndFewForeseeTheSameErrorButForTheDraw) {
+  const Cell& cell = testing::demo_cell();
+  sim::TruthOptions truth;
+  truth.gear_arcsec = 10.0;
+  const auto made = testing::make_touches(cell, sim::draw_truth(cell, truth), {.fit = 60});
+  const Calibration few = identify(cell, made.touches);
+  const Calibration many = identify(cell, made.touches, {.region_poses = kStatedPoses});
+  EXPECT_NEAR(few.predicted_workspace_m, many.predicted_workspace_m,
+              0.15 * many.predicted_workspace_m);
+  EXPECT_NEAR(few.predicted_near_targets_m, many.predicted_near_targets_m,
+              0.15 * many.predicted_near_targets_m);
+  EXPECT_NE(few.predicted_workspace_m, many.predicted_workspace_m);
+}
+
+}  // namespace
+}  // namespace cellcal::calib

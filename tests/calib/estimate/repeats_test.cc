@@ -1,0 +1,164 @@
+// Touches repeated at one place measure the noise of a touch, whatever else is wrong with the arm.
+
+#include "calib/estimate/repeats.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "calib/estimate/start.h"
+#include "calib/identify/identify.h"
+#include "calib/identify/identify_once.h"
+#include "calib/model/random.h"
+#include "sim/experiments/constraints/stage.h"
+#include "tests/calib/simulate.h"
+
+namespace cellcal::calib {
+namespace {
+
+using testing::demo_cell;
+using testing::make_touches;
+using testing::plain_truth;
+
+/// Contact seen this far before the true surface.
+void push_out(Touch& touch, const sim::Truth& truth, double off_m) {
+  const Eigen::Vector3d tip =
+      truth.arm.position(truth.arm.prepare(touch.joint_rad), truth.errors.data());
+  const Eigen::Vector3d normal =
+      (tip - truth.centre_m[demo_cell().target_index(touch.target)]).normalized();
+  const Eigen::VectorXd along =
+      truth.arm.nominal_jacobian(touch.joint_rad).topRows<3>().transpose() * normal;
+  for (std::size_t i = 0; i < touch.joint_rad.size(); ++i)
+    touch.joint_rad[i] += off_m * along[static_cast<Eigen::Index>(i)] / along.squaredNorm();
+}
+
+/// Each of `places` touches made `times` times over, with noise along the true normal.
+std::vector<Touch> repeated(int places, int times, double noise_m, unsigned seed = 1) {
+  const sim::Truth truth = plain_truth(demo_cell(), seed);
+  const auto made =
+      make_touches(demo_cell(), truth, {.fit = places, .noise_m = 0.0, .seed = seed}).touches;
+  Random random(seed + 1000);
+  std::vector<Touch> touches;
+  for (int k = 0; k < times; ++k)
+    for (const Touch& touch : made) {
+      touches.push_back(touch);
+      push_out(touches.back(), truth, noise_m * random.normal());
+    }
+  return touches;
+}
+
+Repeats of(const std::vector<Touch>& touches) {
+  const ArmModel arm(demo_cell().robot, demo_cell().tool);
+  const Problem problem(demo_cell(), arm, touches, starting_places(demo_cell(), arm, touches));
+  return find_repeats(problem);
+}
+
+TEST(Repeats, MeasureTheNoiseOfATouchThroughTheErrorsOfAnUncalibratedArm) {
+  for (const double noise : {1e-5, 5e-5}) {
+    const Repeats repeats = of(repeated(30, 3, noise));
+    EXPECT_EQ(repeats.touches, 90);
+    EXPECT_EQ(repeats.degrees_of_freedom, 60.0);
+    EXPECT_EQ(repeats.times, std::vector<int>(90, 3));
+    // 1 / sqrt(2 * 60) = 9 %; normals of the nominal arm are off by some degrees.
+    EXPECT_NEAR(repeats.scatter_m / noise, 1.0, 0.25);
+  }
+}
+
+TEST(Repeats, AreNotSeenAmongTouchesOfOtherPlacesTargetsOrSets) {
+  const Repeats none = of(repeated(60, 1, 3e-5));
+  EXPECT_EQ(none.touches, 0);
+  EXPECT_EQ(none.degrees_of_freedom, 0.0);
+  EXPECT_EQ(none.used_m, demo_cell().touch_sigma_m);
+  auto touches = repeated(30, 2, 3e-5);
+  touches[30].joint_rad[5] += 0.002;  // of the first touch; 0.11 deg
+  touches[31].target = touches[0].target;
+  touches[32].set = TouchSet::kCheck;
+  EXPECT_EQ(of(touches).touches, 54);
+}
+
+TEST(Repeats, ThatStateTheirOwnNoiseOrAreCopiesMeasureNothing) {
+  auto touches = repeated(30, 2, 5e-5);
+  for (Touch& touch : touches) touch.sigma_m = 1e-4;
+  EXPECT_EQ(of(touches).touches, 60);
+  EXPECT_EQ(of(touches).degrees_of_freedom, 0.0);
+  EXPECT_EQ(of(repeated(30, 3, 0.0)).degrees_of_freedom, 0.0);
+}
+
+TEST(Repeats, OfAParkedArmMeasureTheNoiseOfItsTracker) {
+  Cell cell = demo_cell();
+  cell.lengths.clear();
+  Target tracker;
+  tracker.id = "T";
+  tracker.kind = TargetKind::kTracker;
+  cell.targets = {tracker};
+  const sim::constraints::Stage stage = sim::constraints::set_up(cell, {.seed = 3});
+  Random random(3);
+  std::vector<Touch> touches;
+  for (const Touch& place : sim::constraints::touch(stage, {.fit = 20, .noise_m = 0.0, .seed = 3}))
+    for (int k = 0; k < 4; ++k) {
+      touches.push_back(place);
+      for (double& reading : touches.back().tracker_m) reading += 9e-5 * random.normal();
+    }
+  const ArmModel arm(cell.robot, cell.tool);
+  const auto places = starting_places(stage.cell, arm, touches);
+  const Repeats repeats = find_repeats(Problem(stage.cell, arm, touches, places));
+  EXPECT_EQ(repeats.touches, 80);
+  EXPECT_EQ(repeats.degrees_of_freedom, 180.0);
+  EXPECT_NEAR(repeats.scatter_m / 9e-5, 1.0, 0.2);
+}
+
+TEST(Repeats, GrossErrorsAmongThemDoNotCountAsNoise) {
+  auto touches = repeated(30, 3, 3e-5);
+  for (const std::size_t i : {3u, 40u})  // 0.25 mm, still the same place
+    push_out(touches[i], plain_truth(demo_cell(), 1), 2.5e-4);
+  const Repeats repeats = of(touches);
+  EXPECT_EQ(repeats.touches, 90);
+  EXPECT_NEAR(repeats.scatter_m, 3e-5, 1e-5);
+  EXPECT_EQ(repeats.degrees_of_freedom, 56.0);
+}
+
+TEST(Repeats, ThatScatterFarLessThanStatedAreBelievedAlone) {
+  Cell cell = demo_cell();
+  cell.touch_sigma_m = 0.22e-3;
+  const auto touches = repeated(5, 4, 2e-5);
+  const ArmModel arm(cell.robot, cell.tool);
+  const Repeats repeats =
+      find_repeats(Problem(cell, arm, touches, starting_places(cell, arm, touches)));
+  EXPECT_EQ(repeats.used_m, repeats.scatter_m);
+  EXPECT_LT(repeats.used_m, 4e-5);
+}
+
+TEST(Repeats, AFewHardlyMoveTheStatedNoiseManyReplaceIt) {
+  const double stated = demo_cell().touch_sigma_m;
+  const Repeats few = of(repeated(2, 2, 9e-5)), many = of(repeated(60, 3, 9e-5));
+  EXPECT_LT(few.used_m, 0.5 * (stated + few.scatter_m) + 1e-5);
+  EXPECT_NEAR(many.used_m / many.scatter_m, 1.0, 0.05);
+}
+
+TEST(Repeats, WeighTheTouchesByWhatTheyMeasured) {
+  auto touches = repeated(40, 3, 9e-5);
+  const Calibration c = identify(demo_cell(), touches);
+  EXPECT_NEAR(c.repeats.used_m, 8.8e-5, 1.5e-5) << "three times what the cell file states";
+  EXPECT_NEAR(c.chi2_per_dof, 1.0, 0.4);
+  EXPECT_TRUE(c.outliers.empty());
+  for (Touch& touch : touches) touch.sigma_m = demo_cell().touch_sigma_m;
+  IdentifyOptions all;
+  all.reject_outliers = false;
+  all.level = ModelLevel{};
+  EXPECT_GT(identify_as_stated(demo_cell(), touches, all).chi2_per_dof, 5.0)
+      << "a sigma that a touch states is its own";
+}
+
+TEST(Repeats, DoNotAverageTheRippleOfTheirPlaceAway) {
+  IdentifyOptions ripple;
+  ripple.level = ModelLevel{1.0, 1.0, 1e-4};  // 20 arcsec, some 0.1 mm at a tip
+  const auto predicted = [&](int times) {
+    auto touches = repeated(60, times, 1e-6);
+    for (Touch& touch : touches) touch.sigma_m = 1e-6;
+    return identify_as_stated(demo_cell(), touches, ripple).predicted_workspace_m;
+  };
+  EXPECT_NEAR(predicted(8) / predicted(1), 1.0, 0.02);
+}
+
+}  // namespace
+}  // namespace cellcal::calib

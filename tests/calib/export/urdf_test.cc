@@ -1,0 +1,208 @@
+#include "calib/export/urdf.h"
+
+#include <gtest/gtest.h>
+
+#include "calib/estimate/predict.h"
+#include "calib/export/rigid_arm.h"
+#include "calib/model/error.h"
+#include "tests/calib/export/arms.h"
+
+namespace cellcal::calib::testing {
+namespace {
+
+/// As kuka_experimental draws a KR 5: every frame parallel to the base's, axes along y and x.
+const std::string kDrawn = R"(<?xml version="1.0"?>
+<!-- drawn by hand -->
+<robot name="kr5">
+  <link name="world"/>
+  <link name="base_link"><visual><geometry><mesh filename="package://x/base.stl"/></geometry></visual></link>
+  <joint name="world_joint" type="fixed"><parent link="world"/><child link="base_link"/></joint>
+  <link name="link_1"/>
+  <link name="link_2"><inertial><mass value="12.5"/><origin xyz="0.3 0 0" rpy="0 0 0"/></inertial></link>
+  <link name="link_3"/> <link name="link_4"/> <link name="link_5"/> <link name="link_6"/>
+  <joint name="joint_a1" type="revolute">
+    <origin xyz="0 0 0.4" rpy="0 0 0"/><parent link="base_link"/><child link="link_1"/>
+    <axis xyz="0 0 -1"/><limit lower="-2.7" upper="2.7" velocity="2.6" effort="0"/></joint>
+  <joint name="joint_a2" type="revolute">
+    <origin xyz="0.18 0 0" rpy="0 0 0"/><parent link="link_1"/><child link="link_2"/>
+    <axis xyz="0 1 0"/><limit lower="-3.1" upper="1.1" velocity="2.6" effort="0"/></joint>
+  <joint name="joint_a3" type="revolute">
+    <origin xyz="0.6 0 0"/><parent link="link_2"/><child link="link_3"/>
+    <axis xyz="0 1 0"/><limit lower="-0.2" upper="2.7" velocity="3.9" effort="0"/></joint>
+  <joint name="joint_a4" type="revolute">
+    <origin xyz="0 0 0.04"/><parent link="link_3"/><child link="link_4"/>
+    <axis xyz="-1 0 0"/><limit lower="-6.1" upper="6.1" velocity="5.9" effort="0"/></joint>
+  <joint name="joint_a5" type="revolute">
+    <origin xyz="0.62 0 0"/><parent link="link_4"/><child link="link_5"/>
+    <axis xyz="0 1 0"/><limit lower="-2.2" upper="2.2" velocity="6.7" effort="0"/></joint>
+  <joint name="joint_a6" type="revolute">
+    <parent link="link_5"/><child link="link_6"/>
+    <axis xyz="-1 0 0"/><limit lower="-6.1" upper="6.1" velocity="12.5" effort="0"/></joint>
+  <joint name="joint_flange" type="fixed">
+    <origin xyz="0.08 0 0"/><parent link="link_6"/><child link="flange"/></joint>
+  <link name="flange"/> <link name="tool0"/> <link name="camera"/>
+  <joint name="joint_tool0" type="fixed">
+    <origin rpy="3.141592653589793 -1.5707963267948966 0"/><parent link="flange"/><child link="tool0"/></joint>
+  <joint name="joint_camera" type="fixed">
+    <origin xyz="0 0.1 0"/><parent link="link_6"/><child link="camera"/></joint>
+  <gazebo reference="link_1"><material>Orange</material></gazebo>
+</robot>
+)";
+
+std::string urdf_refusal(const std::string& text, const std::string& tip = {}) {
+  try {
+    read_urdf(text, "robot.urdf", tip);
+  } catch (const FileError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+std::string replaced(std::string text, const std::string& what, const std::string& by) {
+  const auto at = text.find(what);
+  EXPECT_NE(at, std::string::npos) << what;
+  return text.replace(at, what.size(), by);
+}
+
+TEST(AUrdfOfItsOwn, AgreesWithTheCalibratedArmAtAThousandPoses) {
+  const Calibration c = rigid_calibration(31);
+  const RigidArm arm = calibrated_rigid_arm(c);
+  const std::string text = urdf_of(joint_frames(arm), "KR 5 & \"co\"", "a -- b");
+  EXPECT_EQ(read_urdf(text, "x").robot_name, "KR 5 & \"co\"");
+  const UrdfChain flange = read_urdf(text, "x", "flange"), tcp = read_urdf(text, "x", "tcp");
+  EXPECT_EQ(flange.base_link, "base_link");
+  const Predictor predictor(c);
+  std::mt19937 random(32);
+  for (int k = 0; k < 1000; ++k) {
+    const auto q = random_joints(arm.robot, random);
+    EXPECT_LT(apart_m(flange_of(tcp.frames, q), predictor.calibrated(q).tcp), 1e-9);
+    EXPECT_LT(apart_m(flange_of(flange.frames, q), pose_of(arm, q).flange), 1e-9);
+  }
+}
+
+TEST(AGivenUrdf, HasTheNominalArmsKinematicsAndBecomesTheCalibratedOne) {
+  const Calibration c = rigid_calibration(33);
+  const RigidArm nominal = nominal_rigid_arm(c.cell), real = calibrated_rigid_arm(c);
+  const UrdfChain given = read_urdf(kDrawn, "kr5.urdf");
+  EXPECT_EQ(given.tip_link, "tool0");
+  EXPECT_EQ(given.base_link, "world");
+  const std::string text = calibrated_urdf(kDrawn, "kr5.urdf", "", nominal, real, "by cellcal");
+  const UrdfChain made = read_urdf(text, "made");
+  const UrdfChain camera_before = read_urdf(kDrawn, "x", "camera"),
+                  camera = read_urdf(text, "x", "camera");
+  std::mt19937 random(34);
+  for (int k = 0; k < 1000; ++k) {
+    const auto q = random_joints(real.robot, random);
+    const RigidPose nominally = pose_of(nominal, q), really = pose_of(real, q);
+    ASSERT_LT(apart_m(flange_of(given.frames, q), nominally.flange), 1e-12);
+    EXPECT_LT(apart_m(flange_of(made.frames, q), really.flange), 1e-9);
+    // What else is on the last link goes with the flange.
+    const Eigen::Isometry3d on_flange =
+        nominally.flange.inverse() * flange_of(camera_before.frames, q);
+    EXPECT_LT(apart_m(flange_of(camera.frames, q), really.flange * on_flange), 1e-9);
+  }
+}
+
+TEST(AGivenUrdf, KeepsAllButTheOriginsOfItsChain) {
+  const Calibration c = rigid_calibration(33);
+  const std::string text = calibrated_urdf(kDrawn, "kr5.urdf", "", nominal_rigid_arm(c.cell),
+                                           calibrated_rigid_arm(c), "by cellcal");
+  for (const char* kept : {"<!-- drawn by hand -->", "package://x/base.stl", "<axis xyz=\"0 0 -1\"",
+                           "<gazebo reference=\"link_1\">", "<mass value=\"12.5\"",
+                           "velocity=\"12.5\"", "<!-- by cellcal -->", "<?xml version=\"1.0\"?>",
+                           "rpy=\"3.141592653589793 -1.5707963267948966 0\""})
+    EXPECT_NE(text.find(kept), std::string::npos) << kept << "\n" << text;
+}
+
+TEST(AGivenUrdf, WithoutCorrectionsHasTheSameKinematicsAsBefore) {
+  const RigidArm nominal = nominal_rigid_arm(rigid_calibration(33).cell);
+  const std::string text = calibrated_urdf(kDrawn, "x", "", nominal, nominal, "");
+  const UrdfChain before = read_urdf(kDrawn, "x"), after = read_urdf(text, "x");
+  for (std::size_t i = 0; i < before.frames.joints.size(); ++i)
+    EXPECT_LT(
+        (before.frames.joints[i].origin.matrix() - after.frames.joints[i].origin.matrix()).norm(),
+        1e-12);
+}
+
+TEST(AGivenUrdf, OfAnotherRobotIsRefusedByFileAndJoint) {
+  const RigidArm nominal = nominal_rigid_arm(rigid_calibration(33).cell);
+  try {
+    calibrated_urdf(replaced(kDrawn, "0.6 0 0", "0.61 0 0"), "kr5.urdf", "", nominal, nominal, "");
+    FAIL() << "taken";
+  } catch (const FileError& error) {
+    EXPECT_EQ(std::string(error.what()).find("kr5.urdf: joint \"joint_a3\": its axis is 10.000 mm"),
+              0U)
+        << error.what();
+  }
+}
+
+TEST(AGivenUrdf, WithNothingFixedToItsLastLinkIsRefused) {
+  const RigidArm nominal = nominal_rigid_arm(rigid_calibration(33).cell);
+  std::string text = kDrawn;
+  for (const char* joint : {"joint_flange", "joint_camera"}) {
+    const auto at = text.find(std::string("<joint name=\"") + joint);
+    text.erase(at, text.find("</joint>", at) + 8 - at);
+  }
+  EXPECT_THROW(calibrated_urdf(text, "x", "", nominal, nominal, ""), FileError);
+}
+
+TEST(ARobotOfAUrdf, IsTheShippedOne) {
+  const Robot robot = robot_of(read_urdf(kDrawn, "x").frames);
+  const Robot shipped = kr5();
+  std::mt19937 random(35);
+  for (int k = 0; k < 50; ++k) {
+    const auto q = random_joints(shipped, random);
+    EXPECT_LT(apart_m(pose_of({robot, Eigen::Isometry3d::Identity()}, q).flange,
+                      pose_of({shipped, Eigen::Isometry3d::Identity()}, q).flange),
+              1e-9);
+  }
+  EXPECT_EQ(robot.joints[1].mass_kg, 12.5);
+}
+
+TEST(AUrdf, ThatCannotBeUsedIsRefusedByNameAndPlace) {
+  EXPECT_EQ(urdf_refusal(kDrawn), "");
+  const struct {
+    const char *what, *by, *words;
+  } kWrong[] = {
+      {"0 0 0.4", "0 0 nan", "joint \"joint_a1\": <origin> xyz=\"0 0 nan\""},
+      {"0 0 0.4", "0 0", "is not three numbers"},
+      {"0 0 0.4", "0 0 1e999", "is not three numbers"},
+      {"<axis xyz=\"0 0 -1\"/>", "<axis xyz=\"0 0 0\"/>", "has no direction"},
+      {"joint_a2", "joint_a1", "two joints \"joint_a1\""},
+      {"<child link=\"link_2\"/>", "<child link=\"link_1\"/>", "the child of two joints"},
+      {"<parent link=\"base_link\"/>", "<parent link=\"link_6\"/>", "circle"},
+      {"\"revolute\"", "\"prismatic\"", "is prismatic"},
+      {"<robot name", "<automat name", "line "},
+      {"velocity=\"2.6\"", "velocity=\"fast\"", "velocity=\"fast\" is not a number"},
+      {"<parent link=\"link_1\"/>", "", "needs name, parent and child"},
+      {"<limit lower=\"-2.7\"", "<mimic joint=\"joint_a2\"/><limit lower=\"-2.7\"", "mimics"},
+  };
+  for (const auto& one : kWrong)
+    EXPECT_NE(urdf_refusal(replaced(kDrawn, one.what, one.by)).find(one.words), std::string::npos)
+        << one.by << ": " << urdf_refusal(replaced(kDrawn, one.what, one.by));
+  EXPECT_NE(urdf_refusal(kDrawn, "nowhere").find("no link \"nowhere\""), std::string::npos);
+  EXPECT_NE(urdf_refusal("<robot/>").find("no <joint>"), std::string::npos);
+  EXPECT_NE(urdf_refusal("<xacro/>").find("no <robot>"), std::string::npos);
+  EXPECT_NE(urdf_refusal(""), "");
+  EXPECT_NE(urdf_refusal(std::string(kMostUrdfBytes + 1, ' ')).find("limit"), std::string::npos);
+}
+
+TEST(AUrdf, CutAnywhereIsRefusedOrReadAndNothingElse) {
+  for (std::size_t length = 0; length < kDrawn.size(); length += 7)
+    EXPECT_NE(urdf_refusal(kDrawn.substr(0, length)), "") << length;
+  std::string deep = "<robot><joint name='a' type='revolute'>";
+  for (int i = 0; i < 200000; ++i) deep += "<a>";
+  EXPECT_NE(urdf_refusal(deep), "");
+}
+
+TEST(AUrdf, WithTwoArmsAsksForTheTip) {
+  std::string text = kDrawn;
+  text.insert(
+      text.find("</robot>"),
+      "<joint name=\"b\" type=\"revolute\"><parent link=\"link_5\"/><child link=\"other\"/></joint>");
+  EXPECT_NE(urdf_refusal(text).find("--tip"), std::string::npos) << urdf_refusal(text);
+  EXPECT_EQ(urdf_refusal(text, "other"), "");
+}
+
+}  // namespace
+}  // namespace cellcal::calib::testing

@@ -1,0 +1,40 @@
+#pragma once
+// Calibrations of arms whose spreads are known, as exact posteriors of touches of an arm in the first order of its errors.
+
+#include <vector>
+
+#include "calib/model/random.h"
+#include "calib/model/robot.h"
+#include "calib/priors/learn.h"
+#include "calib/result/calibration.h"
+
+namespace cellcal::calib::testing {
+
+/// The demo's arm.
+Robot drawn_robot();
+
+/// Factors on what the robot file states, of each joint; what is not named is 1.
+struct Truth {
+  std::vector<double> length, angle;
+  double gear = 1.0;
+};
+/// The demo's arm with some joints tighter and some wider.
+Truth uneven();
+
+/// Touches of four spheres whose places nobody knows. `stated`: the arm with the priors of its file; `drawn`: whose sigmas the truth's factors
+/// are of.
+Calibration calibration_of(const Robot& drawn, const Robot& stated, const Truth& truth, int touches,
+                           Random& random);
+
+std::vector<Calibration> fleet_of(int arms, const Truth& truth, int touches = 40,
+                                  unsigned seed = 1);
+
+/// Named "arm 000.json" and so on; those that are none are left out.
+std::vector<ArmEvidence> evidence_of_all(const std::vector<Calibration>& calibrations);
+
+/// The calibration with every error times this.
+Calibration times(Calibration c, double factor);
+
+const Spread& spread(const Learned& learned, std::size_t joint, SpreadKind kind);
+
+}  // namespace cellcal::calib::testing
