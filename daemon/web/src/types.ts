@@ -395,7 +395,7 @@ export interface Readiness {
 
 /** What the doctor looks at (daemon/doctor). */
 export const CHECKS = [
-  "configuration", "cell file", "cell itself", "plan", "required accuracy", "robot geometry", "controller files", "daemon",
+  "configuration", "cell file", "cell itself", "plan", "required accuracy", "robot geometry", "controller files", "unattended start", "daemon",
   "real time", "wires", "plant", "sparkplug", "doctor", "robot link", "contact link", "contact access", "contact port",
   "contact adapter", "contact sensor", "contact configuration", "contact board", "contact delivery",
   "contact circuit", "contact self-test", "contact touch", "contact clock", "contact line", "rsi port",

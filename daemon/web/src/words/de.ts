@@ -302,6 +302,7 @@ export const de: Catalogue = {
   "check.rsi port": "RSI-Anschluss",
   "check.rsi packets": "RSI-Pakete",
   "check.rsi sender": "RSI-Absender",
+  "check.unattended start": "Start ohne Bediener",
   "check.rsi cycle": "RSI-Takt",
   "check.rsi decimals": "RSI-Nachkommastellen",
   "check.rsi elements": "RSI-Elemente",

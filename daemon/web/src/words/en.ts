@@ -297,6 +297,7 @@ export const en = {
   "check.contact access": "contact sensor: permission",
   "check.contact port": "contact sensor: port",
   "check.contact adapter": "contact sensor: USB adapter",
+  "check.unattended start": "start without a person",
   "check.contact sensor": "contact sensor: answer",
   "check.contact configuration": "contact sensor: configuration",
   "check.contact board": "contact sensor: board",
