@@ -22,9 +22,9 @@ int main(int argc, char** argv) try {
   std::ofstream(argv[3]) << calibration_to_json(result);
   std::cout << "touches   " << result.after.count << ", residual " << 1e3 * result.before.mean_m
             << " -> " << 1e3 * result.after.mean_m << " mm (mean)\n"
-            << "published " << (result.verdict.publish ? "yes" : "no") << '\n';
+            << "published " << (result.verdict.publish() ? "yes" : "no") << '\n';
   for (const auto& reason : words(result.verdict.findings)) std::cout << "  " << reason << '\n';
-  return result.verdict.publish ? 0 : 3;
+  return result.verdict.publish() ? 0 : 3;
 } catch (const std::exception& error) {
   std::cerr << error.what() << '\n';
   return 1;

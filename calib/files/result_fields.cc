@@ -20,7 +20,8 @@ namespace cellcal::calib {
 
 namespace {
 
-using fields::Json, fields::Table, fields::Value, fields::beside, fields::field, fields::flag,
+using fields::Field, fields::Json, fields::Table, fields::Value, fields::beside, fields::field,
+    fields::flag, fields::for_readers,
     fields::joined, fields::list, fields::not_negative, fields::number, fields::of_member,
     fields::only_of, fields::optional, fields::text, fields::vector, fields::where, fields::whole,
     fields::word;
@@ -146,17 +147,25 @@ Table<RepeatedTouches> repeats_fields() {
 Table<Verdict> verdict_fields(const Cell& cell) {
   using V = Verdict;
   const auto read_reasons = [](const JsonReader& r, V& verdict) {
-    verdict.findings = recorded(r, verdict.publish ? Severity::kInforms : Severity::kWithholds);
+    verdict.findings = recorded(r, verdict.judged ? Severity::kInforms : Severity::kWithholds);
   };
+  const auto read_publish = [](const JsonReader& r, V& verdict) { verdict.judged = r.flag(); };
   const Value<Finding> finding{finding_to_json,
                                [&cell](const JsonReader& r) { return finding_from_json(cell, r); }};
+  const auto all = list(finding);
+  const auto write_findings = [all](const V& verdict) { return all.to(verdict.findings); };
+  const auto read_findings = [all](const JsonReader& r, V& verdict) {
+    verdict.findings = all.from(r);
+    if (verdict.judged && !verdict.publish())
+      r.fail("contradict \"publish\": one of them withholds");
+  };
   return {
-      field("publish", &V::publish, flag()),
+      {"publish", [](const V& verdict) -> Json { return verdict.publish(); }, read_publish},
       field("scope", &V::workspace, word<bool>({{true, "workspace"}, {false, "near targets"}})),
       {"reasons", [](const V& verdict) -> Json { return words(verdict.findings); }, read_reasons},
-      optional(field("findings", &V::findings, list(finding))),
-      where<V>([](const V& verdict) { return verdict.too_few; },
-               field("too_few_touches", &V::too_few, flag()))};
+      optional(Field<V>{"findings", write_findings, read_findings}),
+      where<V>([](const V& verdict) { return verdict.too_few(); },
+               for_readers<V>("too_few_touches", [](const V&) -> Json { return true; }))};
 }
 
 Table<LengthResult> length_fields() {

@@ -74,7 +74,7 @@ bool explained_by_jump(const Cell& cell, const std::vector<Touch>& touches,
                        const IdentifyOptions& options, Calibration& calibration) {
   // A level that was asked for may lack what the arm does, and that looks like jumps.
   if (options.level) return false;
-  if (calibration.verdict.publish && calibration.jumped.empty() && calibration.moved.empty() &&
+  if (calibration.verdict.publish() && calibration.jumped.empty() && calibration.moved.empty() &&
       !many_left_out(cell, touches, calibration))
     return false;
   constexpr double kUnlikely = -5.0;  // log odds
@@ -89,7 +89,7 @@ bool explained_by_jump(const Cell& cell, const std::vector<Touch>& touches,
   calibration.jumped.clear();
   if (jumps.empty()) return false;
   // Something else is wrong, too, and is told instead; but nothing is let through for that.
-  if (!jumps.front().mends && !calibration.verdict.publish) return false;
+  if (!jumps.front().mends && !calibration.verdict.publish()) return false;
   if (jumps.size() > 1 || jumps.front().what != Jump::What::kTarget) {
     calibration.moved.clear();
     calibration.jumped = jumps;
@@ -113,10 +113,9 @@ bool likelier_than_model_error(const Cell& cell, const std::vector<Touch>& touch
          log_evidence_beside_model(cell, touches, options) + kBelievedOdds;
 }
 
-/// Before all else: what a user is to look at first.
-void put_first(const std::vector<Finding>& causes, Calibration& calibration) {
-  auto& findings = calibration.verdict.findings;
-  findings.insert(findings.begin(), causes.begin(), causes.end());
+/// Adds the causes, likeliest first, before all other findings.
+void add(const std::vector<Finding>& causes, Verdict& verdict) {
+  for (auto one = causes.rbegin(); one != causes.rend(); ++one) verdict.add(*one);
 }
 
 std::vector<Finding> findings_of(const std::vector<Cause>& causes) {
@@ -143,7 +142,7 @@ Calibration with_discrepancy(const Cell& cell, const std::vector<Touch>& touches
   std::optional<Calibration> estimated = tried(cell, touches, options);
   if (!estimated) return stated;
   estimated->discrepancy.alike = stated.discrepancy.alike;
-  if (estimated->verdict.publish || stated.verdict.publish) return std::move(*estimated);
+  if (estimated->verdict.publish() || stated.verdict.publish()) return std::move(*estimated);
   for (const Finding& one : estimated->verdict.findings) {
     if (!one.withholds()) continue;
     Finding still{FindingKind::kStillWithModelError, Severity::kWarns, one.about};
@@ -160,14 +159,14 @@ Calibration looked_at_closer(const Cell& cell, const std::vector<Touch>& touches
                              Calibration calibration) {
   if (const auto wrong = wrong_measure(cell, touches, options, calibration)) {
     calibration.moved.clear();  // a wrong length pulls spheres about
-    put_first({*wrong}, calibration);
+    calibration.verdict.add(*wrong);
     return calibration;
   }
   // Of so few, whatever was tried would explain all.
-  if (calibration.verdict.too_few) return calibration;
+  if (calibration.verdict.too_few()) return calibration;
   if (explained_by_jump(cell, touches, options, calibration)) return calibration;
   std::vector<Cause> causes;
-  if (!calibration.verdict.publish) causes = causes_of(cell, touches, other_robots);
+  if (!calibration.verdict.publish()) causes = causes_of(cell, touches, other_robots);
   std::erase_if(causes, [&](const Cause& cause) {
     return cause.moved && !likelier_than_model_error(cell, touches, options, *cause.moved);
   });
@@ -186,12 +185,12 @@ Calibration looked_at_closer(const Cell& cell, const std::vector<Touch>& touches
     if (!causes.empty() && causes.front().moved) causes.clear();
   }
   if (calibration.moved.empty() || !moved_alone(causes))
-    put_first(findings_of(causes), calibration);
+    add(findings_of(causes), calibration.verdict);
   if (calibration.moved.empty() && causes.empty())
     calibration = with_discrepancy(cell, touches, options, std::move(calibration));
-  if (!calibration.verdict.publish && calibration.moved.empty() && causes.empty())
+  if (!calibration.verdict.publish() && calibration.moved.empty() && causes.empty())
     if (const auto scattered = scattered_touches(cell, touches))
-      put_first({*scattered}, calibration);
+      calibration.verdict.add(*scattered);
   return calibration;
 }
 
@@ -211,7 +210,7 @@ Calibration identify(const Cell& cell, const std::vector<Touch>& touches,
   auto stated = identified_or_why_not(cell, touches, options);
   if (const auto* why_not = std::get_if<IdentifyError>(&stated)) {
     Calibration nominal = not_identified(cell, touches, options, why_not->what());
-    put_first(likely_causes(cell, touches, other_robots), nominal);
+    add(likely_causes(cell, touches, other_robots), nominal.verdict);
     return nominal;
   }
   Calibration calibration = looked_at_closer(cell, touches, options, other_robots,

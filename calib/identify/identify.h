@@ -21,7 +21,7 @@ namespace cellcal::calib {
 /// The shipped ones are calib/files' (shipped_robots.h).
 using OtherRobots = std::function<std::vector<NamedRobot>()>;
 
-/// A result that must not be used has verdict.publish == false, and says which of the usual
+/// A result that must not be used has verdict.publish() == false, and says which of the usual
 /// mistakes is the likely cause, where one explains it (likely_causes()). Where the touches lead to
 /// no calibration at all it is the nominal arm, withheld as 'not identified'. Throws IdentifyError
 /// where there is nothing to identify, or nothing to identify from.

@@ -438,14 +438,13 @@ void withhold_for_jumps(const Cell& cell, const std::vector<Touch>& touches,
   Finding finding = finding_of(cell, touches, jumps);
   if (!cell.lengths.empty() && !without_lengths(cell, touches, options, jumps.front()))
     finding.evidence.push_back({"or_lengths", 1.0, ""});
-  calibration.verdict.publish = false;
   auto& findings = calibration.verdict.findings;
   // Touches on the other side of it are no gross errors.
   if (jumps.front().mends) {
     erase(findings, FindingKind::kManyOutliers);
     erase(findings, FindingKind::kOutliersOfTarget);
   }
-  findings.insert(findings.begin(), std::move(finding));
+  calibration.verdict.add(std::move(finding));
 }
 
 void confirm_moves(const Cell& cell, const std::vector<Touch>& touches,
@@ -465,11 +464,9 @@ void withhold_for_move(const Cell& cell, const std::vector<Touch>& touches, cons
                        Calibration& calibration) {
   calibration.moved = {
       {move.name, move.after_touch, move.shift_m, move.sigma, move.squared_sigmas}};
-  calibration.verdict.publish = false;
-  auto& findings = calibration.verdict.findings;
-  const FindingPart part = part_of(cell, touches, move);
-  findings.insert(findings.begin(),
-                  {FindingKind::kMovedTarget, Severity::kWithholds, part.about, part.evidence});
+  FindingPart part = part_of(cell, touches, move);
+  calibration.verdict.add({FindingKind::kMovedTarget, Severity::kWithholds, std::move(part.about),
+                           std::move(part.evidence)});
 }
 
 }  // namespace cellcal::calib

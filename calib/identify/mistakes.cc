@@ -325,7 +325,7 @@ std::optional<Calibration> sensible(const Cell& cell, const std::vector<Touch>& 
   std::optional<Calibration> calibration = tried(cell, touches, options);
   if (!calibration) return {};
   confirm_moves(cell, touches, options, *calibration);
-  if (!calibration->moved.empty() || !calibration->verdict.publish) return {};
+  if (!calibration->moved.empty() || !calibration->verdict.publish()) return {};
   return calibration;
 }
 

@@ -142,8 +142,7 @@ void forget_session(Calibration& c) {
   c.unseen = {};
   c.inputs.clear();
   c.log_evidence = 0.0;
-  c.verdict.findings.clear();
-  c.verdict.publish = c.verdict.too_few = false;
+  c.verdict = {.workspace = c.verdict.workspace};
 }
 
 bool contradicted(const Sufficient& enough) {
@@ -339,9 +338,8 @@ FindingKind finding_of(UpdateOutcome outcome) {
 
 void judge_update(Calibration& c) {
   const UpdateOrigin& origin = *c.update;
-  c.verdict.publish = origin.outcome == UpdateOutcome::kUpdated;
-  Finding finding{finding_of(origin.outcome),
-                  c.verdict.publish ? Severity::kInforms : Severity::kWithholds};
+  const bool updated = origin.outcome == UpdateOutcome::kUpdated;
+  Finding finding{finding_of(origin.outcome), updated ? Severity::kInforms : Severity::kWithholds};
   finding.text = origin.stands_on;
   if (!origin.explanations.empty()) {
     finding.about = about(origin.explanations.front(), c.cell);
@@ -356,13 +354,12 @@ void judge_update(Calibration& c) {
     finding.parts.push_back({about_target(c.cell.targets[c.cell.target_index(id)]), {}});
   if (origin.outcome == UpdateOutcome::kContradicted && origin.second)
     finding.parts.push_back({about(*origin.second, c.cell), evidence_of(*origin.second)});
+  c.verdict.judged = true;
   c.verdict.findings = {std::move(finding)};
-  if (!c.verdict.publish) return;
+  if (!updated) return;
   // An update is held to what a full session is held to.
   judge_predicted(c.cell, c, c.verdict.workspace, c.verdict.findings);
-  c.verdict.publish = std::ranges::none_of(
-      c.verdict.findings, [](const Finding& one) { return one.severity == Severity::kWithholds; });
-  if (c.verdict.publish) note_gain(c.cell, c, c.verdict.workspace, c.verdict.findings);
+  if (c.verdict.publish()) note_gain(c.cell, c, c.verdict.workspace, c.verdict.findings);
 }
 
 namespace {

@@ -270,7 +270,7 @@ std::optional<SetAsideKind> divide_out(const Eigen::VectorXd& mean,
 }  // namespace
 
 std::variant<ArmEvidence, SetAsideKind> evidence_of(const Calibration& c) {
-  if (!c.verdict.publish) return SetAsideKind::kWithheld;
+  if (!c.verdict.publish()) return SetAsideKind::kWithheld;
   if (!is_whole(c)) return SetAsideKind::kInconsistent;
   const auto sigmas = prior_sigmas(c);
   ArmEvidence evidence;

@@ -1,9 +1,27 @@
 #include "calib/result/calibration.h"
 
+#include <algorithm>
 #include <map>
+#include <utility>
 #include <vector>
 
 namespace cellcal::calib {
+
+bool Verdict::publish() const {
+  return judged && std::ranges::none_of(findings, &Finding::withholds);
+}
+
+bool Verdict::too_few() const {
+  return !findings.empty() && std::ranges::all_of(findings, [](const Finding& one) {
+    return !one.withholds() || one.kind == FindingKind::kTooFewTouches;
+  }) && findings.front().withholds();
+}
+
+void Verdict::add(Finding finding) {
+  const auto place = finding.withholds() ? findings.begin()
+                                         : std::ranges::find_if_not(findings, &Finding::withholds);
+  findings.insert(place, std::move(finding));
+}
 
 double stated_value(const Cell& cell, const ParameterKey& parameter) {
   if (parameter.kind == ParameterKind::kTcp) {

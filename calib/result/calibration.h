@@ -169,13 +169,16 @@ struct Observability {
 };
 
 struct Verdict {
-  bool publish = false;
-  bool workspace = false;  ///< scope: workspace, otherwise near targets
-  /// What withholds first, then what to know besides.
-  std::vector<Finding> findings;
-  /// Withheld for want of touches alone: as after a first session of a few, which is made to see
-  /// that the cell works.
-  bool too_few = false;
+  bool judged = false;            ///< a result that was not judged is not published
+  bool workspace = false;         ///< scope: workspace, otherwise near targets
+  std::vector<Finding> findings;  ///< the withholding ones first
+
+  /// Judged, and no finding withholds.
+  bool publish() const;
+  /// Withheld only because the touches are too few, as after a first session that checks the cell.
+  bool too_few() const;
+  /// Before the findings of the same weight: withholding ones, then all others.
+  void add(Finding finding);
 };
 
 /// A held-out touch: the square of its residual over its predicted sigmas, of the touch and of what

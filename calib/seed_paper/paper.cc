@@ -288,8 +288,7 @@ Calibration identify_paper(const Cell& cell, const std::vector<Touch>& touches,
     variance[p] = result.parameters[p].sigma * result.parameters[p].sigma;
   result.covariance = variance.asDiagonal();
   result.frame_basis = MatrixXd(x.size(), 0);
-  result.verdict.publish = false;
-  result.verdict.findings.push_back({FindingKind::kReferenceMethod, Severity::kWithholds});
+  result.verdict.add({FindingKind::kReferenceMethod, Severity::kWithholds});
   return result;
 }
 

@@ -71,10 +71,9 @@ void judge_change(const Calibration& last, const std::string& which, bool accept
     findings.push_back(std::move(finding));
     return;
   }
-  now.verdict.publish = now.verdict.too_few = false;
   finding.kind = FindingKind::kChanged;
   finding.severity = Severity::kWithholds;
-  findings.insert(findings.begin(), std::move(finding));
+  now.verdict.add(std::move(finding));
 }
 
 ParameterDifferences parameter_differences(const Calibration& before, const Calibration& after) {

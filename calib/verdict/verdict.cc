@@ -39,7 +39,7 @@ bool wants_touches_alone(const std::vector<Finding>& findings) {
 }  // namespace
 
 Verdict judge(const Problem& problem, const Calibration& c) {
-  Verdict verdict;
+  Verdict verdict{.judged = true};
   std::vector<Finding>& findings = verdict.findings;
   judge_scatter(problem, c, findings);
   if (auto copies = duplicate_touches(problem.touches())) findings.push_back(std::move(*copies));
@@ -53,7 +53,6 @@ Verdict judge(const Problem& problem, const Calibration& c) {
   judge_nominal_geometry(problem, c, findings);
   judge_check_touches(problem, c, findings);
   if (wants_touches_alone(findings) && has_only_begun(problem)) {
-    verdict.too_few = true;
     findings = {first_session(problem)};
     note_untouched(problem, findings);
     return verdict;
@@ -61,31 +60,29 @@ Verdict judge(const Problem& problem, const Calibration& c) {
   const Scale scale = scale_of(problem, places);
   verdict.workspace = scale.held();
   judge_predicted(problem.cell(), c, verdict.workspace, findings);
-  verdict.publish = findings.empty();
 
   note_scope(problem, c, places, scale, findings);
-  if (verdict.publish) note_gain(problem.cell(), c, verdict.workspace, findings);
+  if (verdict.publish()) note_gain(problem.cell(), c, verdict.workspace, findings);
   note_model_error(problem, c, findings);
   note_untouched(problem, findings);
   note_centres(problem, c, findings);
-  if (verdict.publish) note_tolerances(problem, c, findings);
+  if (verdict.publish()) note_tolerances(problem, c, findings);
   note_touches(problem, c, findings);
   return verdict;
 }
 
 void warn_of_unchecked_touch(std::span<const Touch> touches, Calibration& c) {
   Verdict& verdict = c.verdict;
-  if (!verdict.publish) return;
+  if (!verdict.publish()) return;
   const UncheckedTouch& one = verdict.workspace ? c.unchecked_workspace : c.unchecked_near_targets;
   const double predicted_m =
       verdict.workspace ? c.predicted_workspace_m : c.predicted_near_targets_m;
   if (!(one.shift_m > kMostUnchecked * predicted_m)) return;
-  verdict.findings.insert(verdict.findings.begin(),
-                          {FindingKind::kUncheckedTouch,
-                           Severity::kWarns,
-                           about_touch(one.touch, touches[one.touch]),
-                           {in_mm("unseen", one.unseen_m), in_mm("shift", one.shift_m),
-                            in_mm("predicted", predicted_m)}});
+  verdict.add({FindingKind::kUncheckedTouch,
+               Severity::kWarns,
+               about_touch(one.touch, touches[one.touch]),
+               {in_mm("unseen", one.unseen_m), in_mm("shift", one.shift_m),
+                in_mm("predicted", predicted_m)}});
 }
 
 namespace {

@@ -185,7 +185,7 @@ void put_outcome(Exposition& out, const std::vector<SessionRecord>& newest_first
 
 void put_result(Exposition& out, const calib::Calibration& newest) {
   out.gauge("cellcal_calibration_published", "1 where the newest result was published.",
-            newest.verdict.publish ? 1.0 : 0.0);
+            newest.verdict.publish() ? 1.0 : 0.0);
   if (newest.check.count > 0)
     out.gauge("cellcal_calibration_check_meters", "Mean residual of its check touches.",
               newest.check.mean_m);

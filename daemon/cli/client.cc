@@ -192,7 +192,7 @@ int conclude(const Connection& daemon, const json& status) {
             "report: " + text(status, "results") + "/report.html\n",
         {});
   }
-  return result.verdict.publish ? kSuccess : kNotPublishable;
+  return result.verdict.publish() ? kSuccess : kNotPublishable;
 }
 
 /// What Ctrl-C does while nothing has moved yet.

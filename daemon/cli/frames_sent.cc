@@ -143,7 +143,7 @@ void require_yes(bool confirmed, const std::string& question) {
 int send_frames(const Connection& daemon, const FramesCommand& frames, const SendFrames& how) {
   const calib::Calibration calibration = read_calibration(frames.calibration);
   // Also with --withheld, which is to look at it.
-  if (!calibration.verdict.publish) {
+  if (!calibration.verdict.publish()) {
     fmt::print(stderr, "the calibration was withheld: its frames are not set on a controller\n");
     return kNotPublishable;
   }

@@ -61,7 +61,7 @@ void add_figures(Notice& notice, const std::string& json) {
   if (tells_of_change(result.verdict))
     notice.news = News::kDrifted;
   else if (notice.outcome.empty())  // none is recorded
-    notice.news = result.verdict.publish ? News::kDone : News::kWithheld;
+    notice.news = result.verdict.publish() ? News::kDone : News::kWithheld;
 }
 
 }  // namespace

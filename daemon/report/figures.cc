@@ -105,7 +105,7 @@ std::string tiles(const View& view) {
                         "postures all over the region in front of the robot: first axis within "
                         "60&deg; of its middle, the others in the middle three quarters",
                         result.predicted_workspace_m,
-                        result.verdict.publish && !result.verdict.workspace);
+                        result.verdict.publish() && !result.verdict.workspace);
   return out + "</div>\n";
 }
 

@@ -35,7 +35,7 @@ Reasons sorted_reasons(const calib::Verdict& verdict) {
     if (reasons.scope.empty() && is_scope(one.kind)) {
       reasons.scope = calib::sentence(one);
     } else {
-      const bool note = verdict.publish || !one.withholds();
+      const bool note = verdict.publish() || !one.withholds();
       (note ? reasons.other : reasons.against).push_back(calib::words(one));
     }
   }
@@ -49,11 +49,11 @@ std::string sentence(std::string text) {
 
 std::string scope_words(const View& view, const Reasons& reasons) {
   const calib::Verdict& verdict = view.result.verdict;
-  if (verdict.too_few) {
+  if (verdict.too_few()) {
     return "This was a first session, and the cell works. The touches are too few for a "
            "calibration: do not put the figures below into service.";
   }
-  if (!verdict.publish) {
+  if (!verdict.publish()) {
     return "Do not put this result into service. The figures below are for diagnosis only.";
   }
   const std::string why = sentence(reasons.scope);
@@ -77,8 +77,8 @@ std::string scope_words(const View& view, const Reasons& reasons) {
 }
 
 std::string_view headline(const calib::Verdict& verdict) {
-  if (verdict.too_few) return "The cell works; too few touches to calibrate";
-  if (!verdict.publish) return "Not publishable";
+  if (verdict.too_few()) return "The cell works; too few touches to calibrate";
+  if (!verdict.publish()) return "Not publishable";
   return verdict.workspace ? "Publishable for the workspace" : "Publishable near the targets";
 }
 
@@ -135,7 +135,7 @@ std::string accuracy_sentence(const View& view) {
                         mm_words(result.nominal_workspace_m),
                         mm_words(result.nominal_workspace_u_m))
           : std::string();
-  if (result.verdict.workspace || !result.verdict.publish) {
+  if (result.verdict.workspace || !result.verdict.publish()) {
     return fmt::format("{}, {} over the workspace (from the covariance).{}", near, far, nominal);
   }
   return fmt::format(
@@ -148,21 +148,21 @@ std::string accuracy_sentence(const View& view) {
 std::string verdict_banner(const View& view) {
   const calib::Verdict& verdict = view.result.verdict;
   const Reasons reasons = sorted_reasons(verdict);
-  std::string words = list(verdict.too_few ? "What it has shown" : "Why not", reasons.against);
-  if (!verdict.publish && reasons.against.empty()) {
+  std::string words = list(verdict.too_few() ? "What it has shown" : "Why not", reasons.against);
+  if (!verdict.publish() && reasons.against.empty()) {
     words = "<p class=\"because\">No reason was recorded.</p>\n";
   }
-  words += list(verdict.publish ? "Before using it" : "Other findings", reasons.other);
-  if (!verdict.publish && !reasons.scope.empty()) {
+  words += list(verdict.publish() ? "Before using it" : "Other findings", reasons.other);
+  if (!verdict.publish() && !reasons.scope.empty()) {
     words += fmt::format("<p class=\"besides\">Scale: {}.</p>\n", escape(reasons.scope));
   }
   return fmt::format(
       "<div id=\"verdict\" class=\"verdict {}\">\n<span class=\"glyph\" aria-hidden=\"true\">{}"
       "</span>\n<div>\n<p class=\"headline\">{}</p>\n<p class=\"scope\">{}</p>\n{}</div>\n</div>\n",
-      verdict.publish   ? "yes"
-      : verdict.too_few ? "few"
-                        : "no",
-      verdict.publish || verdict.too_few ? "&#10003;" : "&#10005;", headline(verdict),
+      verdict.publish()   ? "yes"
+      : verdict.too_few() ? "few"
+                          : "no",
+      verdict.publish() || verdict.too_few() ? "&#10003;" : "&#10005;", headline(verdict),
       scope_words(view, reasons), words);
 }
 
@@ -236,7 +236,7 @@ std::string observability_words(const calib::Observability& o) {
 
 std::string unidentifiable(const View& view) {
   const auto& directions = view.result.unidentifiable;
-  if (view.result.verdict.too_few) {
+  if (view.result.verdict.too_few()) {
     return section("unidentifiable", "Unobservable directions",
                    "<p>Nearly all parameters: the touches are too few to calibrate.</p>\n");
   }

@@ -41,7 +41,7 @@ std::optional<calib::Explanation> likeliest(const std::vector<calib::Explanation
 }
 
 OutcomeKind kind_of(const calib::Calibration& calibration) {
-  const bool published = calibration.verdict.publish;
+  const bool published = calibration.verdict.publish();
   if (!calibration.update) return published ? OutcomeKind::kPublished : OutcomeKind::kWithheld;
   if (published) return OutcomeKind::kUpdated;
   return calibration.update->outcome == calib::UpdateOutcome::kNothingChanged

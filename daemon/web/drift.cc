@@ -31,7 +31,7 @@ json session_to_json(const SessionRecord& record, const calib::Calibration& foun
   const bool checked = found.check.count > 0;
   return {{"session", record.id},
           {"ended", record.ended},
-          {"publish", found.verdict.publish},
+          {"publish", found.verdict.publish()},
           {"fit_mm", number(found.after.mean_m, kMmPerM)},
           {"check_mm", checked ? number(found.check.mean_m, kMmPerM) : json(nullptr)},
           {"workspace_mm", number(found.predicted_workspace_m, kMmPerM)},

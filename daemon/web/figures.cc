@@ -123,7 +123,7 @@ json findings_to_json(const std::vector<calib::Finding>& findings) {
 json result_to_json(const calib::Calibration& found) {
   // Files of an earlier version have what the tolerances foresee there, and no U.
   const bool stated = found.nominal_workspace_u_m > 0.0;
-  return {{"publish", found.verdict.publish},
+  return {{"publish", found.verdict.publish()},
           {"scope", found.verdict.workspace ? "workspace" : "near targets"},
           {"findings", findings_to_json(found.verdict.findings)},
           {"before", summary(found.before)},

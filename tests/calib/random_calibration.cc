@@ -27,7 +27,7 @@ Calibration random_calibration(const Cell& cell, Random& random, double scale,
   c.frame_basis = Eigen::MatrixXd::Zero(arm.size(), 0);
   for (const Target& target : cell.targets)
     c.targets.push_back({target.id, target.centre_m, target.diameter_m / 2.0});
-  c.verdict.publish = c.verdict.workspace = true;
+  c.verdict.judged = c.verdict.workspace = true;
   return c;
 }
 

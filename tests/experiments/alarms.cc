@@ -206,7 +206,7 @@ void judge(Row& row, const Session& session, Change change, int order, std::mute
       row.knock += jumped(calib::Jump::What::kTool, "");
       row.move += !c.moved.empty() || jumped(calib::Jump::What::kTarget, "");
       row.cause += has(c.verdict.findings, calib::FindingKind::kLikelyCause);
-      row.published += c.verdict.publish;
+      row.published += c.verdict.publish();
       break;
     case kSlip:
       row.named[change] += jumped(calib::Jump::What::kJoint, cell.robot.joints[2].name);

@@ -321,7 +321,7 @@ int main(int argc, char** argv) {
       if (!session) continue;
       const auto c =
           calib::identify(session->world.cell, session->touches, {}, calib::shipped_robots);
-      if (c.verdict.publish) all.push_back(parts_of(*session, c));
+      if (c.verdict.publish()) all.push_back(parts_of(*session, c));
     }
     if (all.size() < 3) {
       fmt::print("no three cells could be planned and published\n");

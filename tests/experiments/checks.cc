@@ -58,7 +58,7 @@ std::optional<Calibrated> calibrated(const calib::Robot& robot, const experiment
   if (!session) return std::nullopt;
   calib::Calibration c =
       calib::identify(session->world.cell, session->touches, {}, calib::shipped_robots);
-  withheld = !c.verdict.publish;
+  withheld = !c.verdict.publish();
   if (withheld) return std::nullopt;
   calib::Plan plan = calib::make_check_plan(c, {}, how);
   calib::Pace pace;

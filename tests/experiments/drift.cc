@@ -199,7 +199,7 @@ std::optional<Watched> watched(const calib::Robot& robot, const experiments::Tri
   if (!session) return std::nullopt;
   calib::Calibration c =
       calib::identify(session->world.cell, session->touches, {}, calib::shipped_robots);
-  if (!c.verdict.publish) return std::nullopt;
+  if (!c.verdict.publish()) return std::nullopt;
   calib::Plan plan = calib::make_check_plan(c, {}, {});
   Watched on{std::move(session->world), std::move(c), std::move(plan), {}, {}, {}};
   const auto touches = expected(on.plan);

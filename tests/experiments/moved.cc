@@ -111,11 +111,11 @@ void add_session(Row& row, const Planned& planned, Settings settings, std::uint6
     says = says || (one.cause == calib::LikelyCause::kMoved && one.about.name == id);
   }
   ++row.made;
-  row.published += c.verdict.publish;
+  row.published += c.verdict.publish();
   row.named += says;
   const calib::MovedTarget* moved = c.moved.empty() ? nullptr : &c.moved.front();
   row.accused += moved != nullptr && moved->target != id;
-  row.withheld += !c.verdict.publish && moved == nullptr && !says;
+  row.withheld += !c.verdict.publish() && moved == nullptr && !says;
   if (moved != nullptr && moved->target == id) {
     ++row.measured;
     row.off += (moved->shift_m - move.shift_m).norm();

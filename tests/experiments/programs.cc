@@ -125,7 +125,7 @@ Outcome run(const Level& level, std::uint64_t seed, int count) {
   o.before_aligned = distances(before, wanted, true);
   o.after_aligned = distances(after, wanted, true);
   o.shift_mm = corrected.largest()->shift_mm.norm();
-  o.published = calibration.verdict.publish;
+  o.published = calibration.verdict.publish();
   for (const auto& point : corrected.points)
     o.u95_mm += point.u95_mm / static_cast<double>(corrected.points.size());
   return o;

@@ -86,7 +86,7 @@ Outcome judged(const World& world, const std::vector<calib::Touch>& touches) {
   Outcome o;
   o.m1 = c.check.mean_m;
   o.m1_max = c.check.max_m;
-  o.published = c.verdict.publish;
+  o.published = c.verdict.publish();
   o.unchecked = calib::has(c.verdict.findings, calib::FindingKind::kUncheckedTouch);
   const std::vector<std::string> reasons = calib::words(c.verdict.findings);
   if (!o.published && !reasons.empty()) o.why_not = reasons.front();

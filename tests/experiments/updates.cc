@@ -56,7 +56,7 @@ std::optional<Calibrated> calibrated(const calib::Robot& robot, const experiment
   if (!session) return std::nullopt;
   calib::Calibration c =
       calib::identify(session->world.cell, session->touches, {}, calib::shipped_robots);
-  if (!c.verdict.publish) return std::nullopt;
+  if (!c.verdict.publish()) return std::nullopt;
   calib::PlanOptions as_many;
   as_many.fit_touches = calib::kMostUpdateTouches;
   as_many.check_touches = 0;

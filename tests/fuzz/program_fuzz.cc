@@ -31,7 +31,7 @@ const calib::Calibration& calibration() {
     one.level = {0.0, 0.0, 0.0, 0.0};
     one.parameters.push_back({calib::joint_parameter(calib::ParameterKind::kTheta, 1), "deg",
                               calib::kDegPerRad, 0.0, 1e-3, 1e-5, calib::DecidedBy::kData});
-    one.verdict.publish = one.verdict.workspace = true;
+    one.verdict.judged = one.verdict.workspace = true;
     return one;
   }();
   return c;

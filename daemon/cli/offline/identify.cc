@@ -103,7 +103,7 @@ int identify(const IdentifyCommand& command) {
   } else {
     put(result_words(calibration, touches) + "all findings, noise, correlations: --verbose\n", {});
   }
-  return calibration.verdict.publish ? kSuccess : kNotPublishable;
+  return calibration.verdict.publish() ? kSuccess : kNotPublishable;
 }
 
 namespace {
@@ -218,12 +218,12 @@ std::optional<calib::Calibration> usable_calibration(const std::string& command,
                                                      const std::filesystem::path& file,
                                                      bool withheld) {
   calib::Calibration calibration = read_calibration(file);
-  if (!calibration.verdict.publish && !withheld) {
+  if (!calibration.verdict.publish() && !withheld) {
     fmt::print(stderr, "{}", withheld_words(command, file, calibration.verdict));
     return std::nullopt;
   }
   // What withheld it may be just this; whoever asks for it has been told.
-  if (calibration.verdict.publish) refuse_far(calibration, file);
+  if (calibration.verdict.publish()) refuse_far(calibration, file);
   return calibration;
 }
 

@@ -26,10 +26,10 @@ std::string verdict_words(const calib::Calibration& calibration, Detail detail) 
   std::string text;
   if (calibration.update && calibration.update->outcome == calib::UpdateOutcome::kNothingChanged) {
     text = "verdict: nothing changed, the calibration in use holds\n";
-  } else if (verdict.too_few) {
+  } else if (verdict.too_few()) {
     text = "verdict: too few touches to calibrate; nothing else is wrong\n";
   } else {
-    text = verdict.publish ? "verdict: publishable" : "verdict: NOT publishable";
+    text = verdict.publish() ? "verdict: publishable" : "verdict: NOT publishable";
     text += verdict.workspace ? ", scope: workspace\n" : ", scope: near targets\n";
   }
   for (const calib::Finding& finding : verdict.findings) {
@@ -164,7 +164,7 @@ std::string delay_words(const calib::Calibration* fit,
 std::string result_words(const calib::Calibration& calibration,
                          std::span<const calib::Touch> touches, Detail detail,
                          const std::optional<ContactsDelay>& contacts) {
-  const bool too_few = calibration.verdict.too_few;
+  const bool too_few = calibration.verdict.too_few();
   const std::string verdict = verdict_words(calibration, detail);
   // The residuals of a fit to a touch or two of each target are next to nothing whatever is true.
   if (too_few && calibration.check.count == 0) return delay_words(nullptr, contacts) + verdict;

@@ -132,7 +132,7 @@ Report PlantReporter::calibration(const SessionRecord& session,
   CalibrationFact fact;
   fact.robot = result.cell.robot.name;
   fact.robot_serial = serial_of(session.inputs);
-  fact.published = result.verdict.publish;
+  fact.published = result.verdict.publish();
   fact.update = result.update.has_value();
   for (const calib::Finding& one : result.verdict.findings)
     fact.findings.emplace_back(to_string(one.kind));

@@ -113,7 +113,7 @@ std::optional<Published> published(Journal& journal, std::int64_t session) {
   try {
     auto calibration = calib::calibration_from_json(
         record->calibration, fmt::format("calibration of session {}", session));
-    if (!calibration.verdict.publish) return std::nullopt;
+    if (!calibration.verdict.publish()) return std::nullopt;
     return Published{std::move(*record), std::move(calibration)};
   } catch (const calib::FileError& error) {  // of another version
     if (!journal.was_published(session).value_or(true)) return std::nullopt;

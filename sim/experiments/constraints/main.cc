@@ -65,7 +65,7 @@ void add(const Options& options, const calib::Cell& cell, int touches, int robot
     f.m3_max.push_back(real.workspace.max_m * kMmPerM);
     f.predicted_m3.push_back(result.predicted_workspace_m * kMmPerM);
     f.before.push_back(real.workspace.nominal_mean_m * kMmPerM);
-    f.published += result.verdict.publish ? 1 : 0;
+    f.published += result.verdict.publish() ? 1 : 0;
   } catch (const calib::IdentifyError& error) {
     ++f.failed;
     fmt::print(stderr, "robot {}: {}\n", robot + 1, error.what());

@@ -142,7 +142,7 @@ TEST(Discrepancy, IsEstimatedInsteadOfRefusedAndItsBoundHoldsWhereNoTouchWas) {
     // With half as many touches it is told from noise in most arms, not in all.
     const Calibration c =
         identify(stating(0.03e-3), touches_of({.fit = 200, .seed = seed}, truth, field));
-    EXPECT_TRUE(c.verdict.publish) << words_of(c);
+    EXPECT_TRUE(c.verdict.publish()) << words_of(c);
     EXPECT_TRUE(c.discrepancy.estimated);
     EXPECT_NEAR(c.discrepancy.sigma_m, 0.25e-3, 0.15e-3);
     ASSERT_TRUE(found(c, FindingKind::kModelError)) << words_of(c);
@@ -160,7 +160,7 @@ TEST(Discrepancy, IsNotHiddenByATouchSigmaThatIsTheWholeMisfit) {
     SCOPED_TRACE(repeated);
     const Calibration c =
         identify(stating(0.2e-3), touches_of({.repeated = repeated, .seed = 3}, truth, field));
-    EXPECT_TRUE(c.verdict.publish) << words_of(c);
+    EXPECT_TRUE(c.verdict.publish()) << words_of(c);
     EXPECT_GT(c.discrepancy.sigma_m, 0.1e-3);
     const Judged real = judged(c, truth, field);
     EXPECT_GT(real.covered, 0.85);
@@ -177,7 +177,7 @@ TEST(Discrepancy, IsFoundThoughSomeTouchesAreGrossErrorsThatItCouldHide) {
     for (const std::size_t i : {std::size_t{2}, std::size_t{9}, std::size_t{70}})
       displace(touches[i], truth, Eigen::Vector3d::Zero(), 0.6e-3);
     const Calibration c = identify(stating(0.03e-3), touches);
-    EXPECT_TRUE(c.verdict.publish) << words_of(c);
+    EXPECT_TRUE(c.verdict.publish()) << words_of(c);
     EXPECT_TRUE(c.discrepancy.estimated);
     EXPECT_LT(c.chi2_per_dof, 2.0);
     EXPECT_TRUE(std::any_of(c.outliers.begin(), c.outliers.end(),
@@ -203,7 +203,7 @@ TEST(Discrepancy, OfAnArmThatIsAsItsModelIsNone) {
   for (const int repeated : {0, 6}) {
     const auto touches = touches_of({.repeated = repeated, .seed = 5}, truth, none);
     const Calibration c = identify(stating(0.03e-3), touches);
-    EXPECT_TRUE(c.verdict.publish) << words_of(c);
+    EXPECT_TRUE(c.verdict.publish()) << words_of(c);
     EXPECT_EQ(c.discrepancy.sigma_m, 0.0);
     EXPECT_FALSE(c.discrepancy.estimated);
     EXPECT_LT(c.discrepancy.alike, 4.0);

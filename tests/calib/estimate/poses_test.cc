@@ -97,7 +97,7 @@ const ParameterResult& parameter(const Calibration& c, const ParameterKey& key) 
 TEST(Poses, AreUsedWithTheirTurnsWhereverTheProbeSits) {
   const Poses made(40);
   const Calibration c = identify(made.cell, made.touches);
-  EXPECT_TRUE(c.verdict.publish) << words_of(c);
+  EXPECT_TRUE(c.verdict.publish()) << words_of(c);
   EXPECT_TRUE(c.outliers.empty());
   EXPECT_GT(c.chi2_per_dof, 0.5);
   EXPECT_LT(c.chi2_per_dof, 1.5);
@@ -130,7 +130,7 @@ TEST(Poses, ThatWereReadWithOtherTurnsAreWithheld) {
   Poses made(40);
   for (Touch& touch : made.touches)
     std::swap((*touch.tracker_abc_rad)[0], (*touch.tracker_abc_rad)[2]);
-  EXPECT_FALSE(identify(made.cell, made.touches).verdict.publish);
+  EXPECT_FALSE(identify(made.cell, made.touches).verdict.publish());
 }
 
 TEST(Poses, OneTurnThatIsWrongIsAnOutlier) {
@@ -145,7 +145,7 @@ TEST(Poses, MayStandBesideReadingsOfPlacesAlone) {
   Poses made(48);
   for (std::size_t i = 0; i < made.touches.size(); i += 2) made.touches[i].tracker_abc_rad.reset();
   const Calibration c = identify(made.cell, made.touches);
-  EXPECT_TRUE(c.verdict.publish) << words_of(c);
+  EXPECT_TRUE(c.verdict.publish()) << words_of(c);
 }
 
 }  // namespace

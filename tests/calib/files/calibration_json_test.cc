@@ -146,10 +146,21 @@ TEST(CalibrationJson, ShowsEachDigitThatIsAnotherByItsSum) {
   EXPECT_GT(changed, 250);
   expect_words(refusal([&] {
                  json document = json::parse(written());
-                 document["verdict"]["publish"] = !result().verdict.publish;
+                 document["verdict"]["publish"] = !result().verdict.publish();
                  (void)calibration_from_json(document.dump(), "cal.json");
                }),
                {"cal.json: sum: not that of its content", "cellcal export ID DIR"});
+}
+
+TEST(CalibrationJson, IsRefusedWhereItIsPublishedAgainstAWithholdingFinding) {
+  Calibration withheld = result();
+  withheld.verdict.add(Finding{FindingKind::kRank});
+  json document = json::parse(calibration_to_json(withheld));
+  EXPECT_EQ(document["verdict"]["publish"], false);
+  document["verdict"]["publish"] = true;
+  document.erase("sum");
+  expect_words(refusal([&] { (void)calibration_from_json(document.dump(), "cal.json"); }),
+               {"cal.json: verdict.findings: contradict \"publish\""});
 }
 
 TEST(CalibrationJson, KeepsItsSumInAnyOrderAndSpacingAndIsReadWithoutOneAsEarlier) {
@@ -239,12 +250,11 @@ TEST(CalibrationJson, KeepsTargetsResidualsOutliersVerdictAndInputs) {
     EXPECT_GT(back.outliers[i].leverage, 0.0);
     EXPECT_EQ(back.outliers[i].leverage, result().outliers[i].leverage);
   }
-  EXPECT_EQ(back.verdict.publish, result().verdict.publish);
-  EXPECT_FALSE(back.verdict.too_few);
+  EXPECT_EQ(back.verdict.publish(), result().verdict.publish());
+  EXPECT_FALSE(back.verdict.too_few());
   Calibration begun = result();
-  begun.verdict.publish = false;
-  begun.verdict.too_few = true;
-  EXPECT_TRUE(calibration_from_json(calibration_to_json(begun), "c.json").verdict.too_few);
+  begun.verdict.findings = {Finding{FindingKind::kTooFewTouches}};
+  EXPECT_TRUE(calibration_from_json(calibration_to_json(begun), "c.json").verdict.too_few());
   EXPECT_EQ(back.verdict.workspace, result().verdict.workspace);
   ASSERT_EQ(back.verdict.findings.size(), result().verdict.findings.size());
   for (std::size_t i = 0; i < back.verdict.findings.size(); ++i)

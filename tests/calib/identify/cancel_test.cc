@@ -30,7 +30,7 @@ void expect_called_off_anywhere(const Cell& cell, const std::vector<Touch>& touc
   const Calibration alone = identify(cell, touches, {}, shipped_robots);
   const Watched whole = identified(cell, touches, kNever);
   EXPECT_EQ(whole.calibration.after.mean_m, alone.after.mean_m);
-  EXPECT_EQ(whole.calibration.verdict.publish, alone.verdict.publish);
+  EXPECT_EQ(whole.calibration.verdict.publish(), alone.verdict.publish());
   ASSERT_GT(whole.polls, 20) << "it polls in its loops";
   for (const long place :
        {1L, 2L, 3L, whole.polls / 4, whole.polls / 2, whole.polls - 1, whole.polls})

@@ -66,7 +66,7 @@ TEST(Jump, OfAJointsZeroIsNamedWithSizeAndTouchAndNotToldAsATargetThatMoved) {
   for (const Case& slip :
        {Case{0, 0.05}, Case{1, 0.05}, Case{2, -0.05}, Case{3, 0.1}, Case{4, 0.07}, Case{1, 0.02}}) {
     const Calibration c = identify(demo_cell(), slipped(slip.joint, slip.slip_deg, seed++));
-    EXPECT_FALSE(c.verdict.publish);
+    EXPECT_FALSE(c.verdict.publish());
     EXPECT_TRUE(c.moved.empty());
     ASSERT_EQ(c.jumped.size(), 1u) << words_of(c);
     const Jump& jump = c.jumped[0];
@@ -85,7 +85,7 @@ TEST(Jump, OfAJointsZeroIsNamedWithSizeAndTouchAndNotToldAsATargetThatMoved) {
 }
 
 void expect_slip_of_a3(const Calibration& c, double slip_deg) {
-  EXPECT_FALSE(c.verdict.publish);
+  EXPECT_FALSE(c.verdict.publish());
   ASSERT_EQ(c.jumped.size(), 1u) << words_of(c);
   EXPECT_EQ(c.jumped[0].name, demo_cell().robot.joints[2].name) << words_of(c);
   EXPECT_NEAR(c.jumped[0].angle_rad / kRadPerDegree, slip_deg, 0.01);
@@ -132,7 +132,7 @@ TEST(Jump, OfTheToolIsNamedWithItsSideOnTheFlange) {
   for (const double times : {0.5, 1.0, 3.0}) {
     const Eigen::Vector3d shift(0.4e-3 * times, -0.5e-3 * times, 0.3e-3 * times);
     const Calibration c = identify(demo_cell(), knocked(shift, 7));
-    EXPECT_FALSE(c.verdict.publish);
+    EXPECT_FALSE(c.verdict.publish());
     ASSERT_EQ(c.jumped.size(), 1u) << words_of(c);
     EXPECT_EQ(c.jumped[0].what, Jump::What::kTool) << words_of(c);
     EXPECT_LT((c.jumped[0].shift_m - shift).norm(), 0.1e-3) << words_of(c);
@@ -164,7 +164,7 @@ TEST(Jump, IsNotSeenWhereNothingDid) {
   for (unsigned seed = 61; seed <= 80; ++seed) {
     const Calibration c = identify(demo_cell(), slipped(0, 0.0, seed));
     EXPECT_TRUE(c.jumped.empty()) << seed << words_of(c);
-    EXPECT_TRUE(c.verdict.publish) << seed << words_of(c);
+    EXPECT_TRUE(c.verdict.publish()) << seed << words_of(c);
   }
 }
 
@@ -215,7 +215,7 @@ TEST(Jump, IsNotMadeOfTheErrorThatTheTouchesOfOnePostureShare) {
       EXPECT_TRUE(c.jumped.empty()) << words_of(c);
       EXPECT_TRUE(c.moved.empty()) << words_of(c);
       EXPECT_FALSE(found(c, FindingKind::kLikelyCause)) << words_of(c);
-      EXPECT_TRUE(c.verdict.publish) << words_of(c);
+      EXPECT_TRUE(c.verdict.publish()) << words_of(c);
     }
 }
 

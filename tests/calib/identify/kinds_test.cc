@@ -145,7 +145,7 @@ TEST(Kinds, FindWhereTheyStand) {
   const double rho = 0.1 * kMm;
   const auto touches = sim::constraints::touch(stage, {.fit = 200, .rho_m = rho, .seed = 4});
   const Calibration result = identify(silent(stage.cell), touches);
-  EXPECT_TRUE(result.verdict.publish) << words_of(result);
+  EXPECT_TRUE(result.verdict.publish()) << words_of(result);
   // The base's own place is a convention: how targets lie to each other is not.
   const TargetResult &p = result.targets[0], &s = result.targets[1], &t = result.targets[4];
   const double found = p.normal.dot(s.centre_m) - p.distance_m;
@@ -188,12 +188,12 @@ TEST(Kinds, TheScaleOfATrackerIsCheckedByTheArmsTolerancesAndThatIsSaid) {
   const Stage stage = sim::constraints::set_up(tracker_alone(), {.seed = 5});
   auto touches = sim::constraints::touch(stage, {.fit = 60, .seed = 5});
   Calibration result = identify(stage.cell, touches);
-  EXPECT_TRUE(result.verdict.publish);
+  EXPECT_TRUE(result.verdict.publish());
   EXPECT_TRUE(found(result, FindingKind::kUncheckedReadings)) << words_of(result);
   for (Touch& touch : touches)
     for (double& m : touch.tracker_m) m *= 1.008;
   result = identify(stage.cell, touches);
-  EXPECT_FALSE(result.verdict.publish);
+  EXPECT_FALSE(result.verdict.publish());
   EXPECT_NEAR(the(result, FindingKind::kArmScale, "off"), 0.5, 0.5) << words_of(result);
 }
 
@@ -201,7 +201,7 @@ TEST(Kinds, HoldTheScaleWithATrackerAndNotWithPlanes) {
   Stage stage = sim::constraints::set_up(tracker_alone(), {.seed = 5});
   auto touches = sim::constraints::touch(stage, {.fit = 60, .seed = 5});
   Calibration result = identify(stage.cell, touches);
-  EXPECT_TRUE(result.verdict.publish) << words_of(result);
+  EXPECT_TRUE(result.verdict.publish()) << words_of(result);
   EXPECT_TRUE(result.verdict.workspace);
   EXPECT_EQ(result.frame_basis.cols(), 3);
   EXPECT_EQ(the(result, FindingKind::kScaleByReadings).about.name, "T");
@@ -217,7 +217,7 @@ TEST(Kinds, HoldTheScaleWithATrackerAndNotWithPlanes) {
   stage = sim::constraints::set_up(three_planes(), {.seed = 5});
   touches = sim::constraints::touch(stage, {.fit = 60, .seed = 5});
   result = identify(stage.cell, touches);
-  EXPECT_TRUE(result.verdict.publish) << words_of(result);
+  EXPECT_TRUE(result.verdict.publish()) << words_of(result);
   EXPECT_FALSE(result.verdict.workspace);
   EXPECT_EQ(result.frame_basis.cols(), 3);
 }
@@ -291,7 +291,7 @@ TEST(Kinds, OfAnyThatTellTooLittleLeaveAResultThatReadsBack) {
       EXPECT_NO_THROW((void)calibration_from_json(calibration_to_json(c), "c.json"))
           << static_cast<int>(kind);
       EXPECT_GT(c.predicted_near_targets_m, 0.0);
-      EXPECT_FALSE(identify(cell, two).verdict.publish);
+      EXPECT_FALSE(identify(cell, two).verdict.publish());
     }
 }
 
@@ -309,7 +309,7 @@ TEST(Kinds, RefuseAPlaneTouchedInALineOrStatedElsewhere) {
                  "P1");
   // With the normal stated it can be computed, and is not let through.
   const Calibration result = identify(stage.cell, touches);
-  EXPECT_FALSE(result.verdict.publish);
+  EXPECT_FALSE(result.verdict.publish());
   EXPECT_TRUE(found(result, FindingKind::kTooFewDirections)) << words_of(result);
 }
 
@@ -339,7 +339,7 @@ TEST(Kinds, NameOutliersOnPlanesAndTrackers) {
     const Calibration result = identify(stage.cell, touches);
     ASSERT_EQ(result.outliers.size(), 1u);
     EXPECT_EQ(result.outliers[0].touch, 7u);
-    EXPECT_TRUE(result.verdict.publish) << words_of(result);
+    EXPECT_TRUE(result.verdict.publish()) << words_of(result);
     EXPECT_EQ(result.outliers[0].target_kind,
               kind.targets.size() == 1 ? TargetKind::kTracker : TargetKind::kPlane);
   }

@@ -31,7 +31,7 @@ const std::vector<Touch>& good_touches() {
 /// Asserts that nothing is let through.
 Calibration withheld(const Cell& cell, const std::vector<Touch>& of) {
   const Calibration c = identify(cell, of, {}, shipped_robots);
-  EXPECT_FALSE(c.verdict.publish);
+  EXPECT_FALSE(c.verdict.publish());
   return c;
 }
 

@@ -50,7 +50,7 @@ TEST(MovedTarget, OfTwoTenthsIsNamedWithSizeSideAndTouchThoughAllElseIsWell) {
     const std::size_t target = seed % 4;
     const Eigen::Vector3d shift(0.114e-3, -0.136e-3, 0.092e-3);
     const auto touches = knocked(target, shift, seed);
-    otherwise_fine += identify_as_stated(demo_cell(), touches).verdict.publish;
+    otherwise_fine += identify_as_stated(demo_cell(), touches).verdict.publish();
     const Calibration c = identify(demo_cell(), touches);
     if (c.moved.empty()) continue;
     ++named;
@@ -61,7 +61,7 @@ TEST(MovedTarget, OfTwoTenthsIsNamedWithSizeSideAndTouchThoughAllElseIsWell) {
     EXPECT_GT(moved.squared_sigmas, 25.0) << seed;
     // To within two touches of that sphere, which is every fourth.
     EXPECT_NEAR(static_cast<double>(moved.after_touch), kMovedAt, 8.0) << seed;
-    EXPECT_FALSE(c.verdict.publish);
+    EXPECT_FALSE(c.verdict.publish());
     const Finding& finding = c.verdict.findings[0];
     EXPECT_EQ(finding.kind, FindingKind::kMovedTarget) << words_of(c);
     EXPECT_EQ(finding.about.name, moved.target);
@@ -79,7 +79,7 @@ TEST(MovedTarget, OfHalfAMillimetreIsNamedThoughSomeOfItsTouchesAreLeftOut) {
     const std::size_t target = seed % 4;
     const auto touches = knocked(target, {0.3e-3, 0.3e-3, -0.25e-3}, seed);  // 0.49 mm
     const Calibration c = identify(demo_cell(), touches);
-    EXPECT_FALSE(c.verdict.publish);
+    EXPECT_FALSE(c.verdict.publish());
     ASSERT_EQ(c.moved.size(), 1u) << words_of(c);
     EXPECT_EQ(c.moved[0].target, demo_cell().targets[target].id);
     EXPECT_NEAR(c.moved[0].shift_m.norm(), 0.49e-3, 0.08e-3);
@@ -121,7 +121,7 @@ TEST(MovedTarget, IsNotSeenWhereNothingMoved) {
     const auto touches = knocked(0, Eigen::Vector3d::Zero(), seed);
     const Calibration c = identify(demo_cell(), touches);
     EXPECT_TRUE(c.moved.empty()) << seed << "\n" << words_of(c);
-    EXPECT_TRUE(c.verdict.publish) << seed << "\n" << words_of(c);
+    EXPECT_TRUE(c.verdict.publish()) << seed << "\n" << words_of(c);
   }
 }
 
@@ -172,7 +172,7 @@ TEST(MovedTarget, IsOnlySuspectedWhereNobodyLooksCloser) {
   ASSERT_FALSE(c.moved.empty());
   EXPECT_EQ(c.moved[0].target, "S3");
   EXPECT_EQ(c.moved[0].shift_m.norm(), 0.0);
-  EXPECT_TRUE(c.verdict.publish);
+  EXPECT_TRUE(c.verdict.publish());
 }
 
 TEST(ShareOf, ManyTouchesHoldsOfEachTargetFitAndCheckTouchesAlike) {

@@ -55,7 +55,7 @@ TEST(Play, IsAnUnknownWhereTheTouchesSpeakForIt) {
   const auto touches =
       make_touches(cell, worn_truth(cell), {.fit = 150, .check = 20, .seed = 3}).touches;
   const Calibration c = identify(cell, touches);
-  EXPECT_TRUE(c.verdict.publish);
+  EXPECT_TRUE(c.verdict.publish());
   EXPECT_EQ(c.level.play, 1.0);
   ASSERT_TRUE(has_play(c));
   // What is read back knows of it, too.

@@ -131,7 +131,7 @@ TEST(Identify, TouchesThatLeadNowhereLeaveTheNominalArmAndWhatItsTolerancesLeave
   Cell cell = demo_cell();
   cell.robot.joints[1].sign *= -1;  // and the estimate does not converge
   const Calibration c = identify(cell, with_outliers());
-  EXPECT_FALSE(c.verdict.publish);
+  EXPECT_FALSE(c.verdict.publish());
   ASSERT_GE(c.verdict.findings.size(), 2u);
   EXPECT_EQ(c.verdict.findings[0].kind, FindingKind::kLikelyCause);
   EXPECT_EQ(c.verdict.findings[0].cause, LikelyCause::kAxisSign) << words_of(c);
@@ -190,7 +190,7 @@ TEST(Identify, FewTouchesOfAKnownPlaceAreUsedButNotLetThrough) {
   for (const Touch& touch : with_outliers())
     if (touch.target == "S1" && few.size() < 3) few.push_back(touch);
   const Calibration result = identify(one_sphere_cell(), few);
-  EXPECT_FALSE(result.verdict.publish);
+  EXPECT_FALSE(result.verdict.publish());
 }
 
 TEST(Identify, WithNothingToIdentifyIsAnError) {
@@ -216,7 +216,7 @@ bool is_off_nominal(const Calibration& c, const ParameterKey& parameter) {
 std::string blocked(const Cell& cell, const std::vector<Touch>& some) {
   try {
     const Calibration result = identify(cell, some);
-    if (result.verdict.publish) return {};
+    if (result.verdict.publish()) return {};
     return words_of(result);
   } catch (const IdentifyError& error) {
     return error.what();
@@ -243,7 +243,7 @@ TEST(Identify, AnArmThatWasMasteredWronglyIsFoundAndNamed) {
   std::vector<Touch> shifted = with_outliers();
   for (Touch& touch : shifted) touch.joint_rad[3] += 0.02;  // 1.1 deg: one tooth
   const Calibration c = identify(demo_cell(), shifted);
-  EXPECT_FALSE(c.verdict.publish);
+  EXPECT_FALSE(c.verdict.publish());
   EXPECT_TRUE(is_off_nominal(c, joint_parameter(ParameterKind::kTheta, 3))) << words_of(c);
 }
 

@@ -107,7 +107,7 @@ struct Reflectors {
 TEST(Tools, OfSeveralReflectorsOnOneFlangeEachIsFound) {
   const Reflectors made(90);
   const Calibration c = identify(made.cell, made.touches);
-  EXPECT_TRUE(c.verdict.publish) << words_of(c);
+  EXPECT_TRUE(c.verdict.publish()) << words_of(c);
   for (const std::size_t tool : {1, 2})
     for (const int axis : {0, 1, 2}) {
       const ParameterKey key = tool_parameter(ParameterKind::kTcp, tool, axis);
@@ -136,7 +136,7 @@ TEST(Tools, OneThatNoFitTouchIsOfStaysAsItIsStated) {
   Reflectors made(90);
   std::erase_if(made.touches, [](const Touch& touch) { return touch.tool == "P3"; });
   const Calibration c = identify(made.cell, made.touches);
-  EXPECT_TRUE(c.verdict.publish) << words_of(c);
+  EXPECT_TRUE(c.verdict.publish()) << words_of(c);
   EXPECT_TRUE(has_parameter(c, tool_parameter(ParameterKind::kTcp, 1)));
   EXPECT_FALSE(has_parameter(c, tool_parameter(ParameterKind::kTcp, 2)));
 }
@@ -193,7 +193,7 @@ TEST(Tools, EveryTipHasItsOwnEffectiveRadius) {
     touches.push_back(touch);
   }
   const Calibration c = identify(cell, touches);
-  EXPECT_TRUE(c.verdict.publish) << words_of(c);
+  EXPECT_TRUE(c.verdict.publish()) << words_of(c);
   const auto near = [&](const ParameterKey& key, double truth) {
     const ParameterResult& p = parameter(c, key);
     const std::string name = parameter_name(c.cell, key);

@@ -98,7 +98,7 @@ Off off(const Calibration& c, const sim::Truth& arm) {
 
 /// As accurate as before, but for a fifth, and honest about it.
 void expect_as_before(const Calibration& c, const sim::Truth& arm) {
-  EXPECT_TRUE(c.verdict.publish) << testing::words_of(c);
+  EXPECT_TRUE(c.verdict.publish()) << testing::words_of(c);
   EXPECT_EQ(c.update->outcome, UpdateOutcome::kUpdated);
   const Off after = off(c, arm);
   EXPECT_LT(after.mean_m, kUpdateGoal * off(calibration(), truth()).mean_m);
@@ -122,16 +122,16 @@ TEST(Update, IsWithheldAboveTheErrorThatTheCellFileRequires) {
   const Session session(knocked({1.5e-3, 1e-3, -1e-3}));
   Calibration last = calibration();
   const Calibration good = update(last, session.touches, kFacts);
-  ASSERT_TRUE(good.verdict.publish);
+  ASSERT_TRUE(good.verdict.publish());
   ASSERT_EQ(good.verdict.findings.size(), 2u);
   EXPECT_EQ(good.verdict.findings[1].kind, FindingKind::kGain);
   const double reached_m =
       good.verdict.workspace ? good.predicted_workspace_m : good.predicted_near_targets_m;
   last.cell.required_m = 1.01 * reached_m;
-  EXPECT_TRUE(update(last, session.touches, kFacts).verdict.publish);
+  EXPECT_TRUE(update(last, session.touches, kFacts).verdict.publish());
   last.cell.required_m = 0.99 * reached_m;
   const Calibration bad = update(last, session.touches, kFacts);
-  EXPECT_FALSE(bad.verdict.publish);
+  EXPECT_FALSE(bad.verdict.publish());
   EXPECT_EQ(bad.verdict.findings.back().kind, FindingKind::kRequired);
 }
 
@@ -174,7 +174,7 @@ TEST(Update, OfASlippedJointTheZeroIsFoundAnewAndOfAWarmArmItsLengths) {
 TEST(Update, WhereNothingChangedTheLastCalibrationHoldsAndNothingIsPublished) {
   const Calibration c = Session(truth(), Session::How::kFirstTouches).result();
   EXPECT_EQ(c.update->outcome, UpdateOutcome::kNothingChanged);
-  EXPECT_FALSE(c.verdict.publish);
+  EXPECT_FALSE(c.verdict.publish());
   EXPECT_TRUE(testing::found(c, FindingKind::kUpdateNotNeeded));
 }
 
@@ -183,7 +183,7 @@ TEST(Update, OfTwoChangesNoneIsMadeUp) {
   arm.centre_m[0] += Eigen::Vector3d(0.0, 0.0, 2e-3);
   const Calibration c = Session(arm, Session::How::kFirstTouches).result();
   EXPECT_EQ(c.update->outcome, UpdateOutcome::kContradicted);
-  EXPECT_FALSE(c.verdict.publish);
+  EXPECT_FALSE(c.verdict.publish());
   EXPECT_TRUE(testing::found(c, FindingKind::kUpdateContradicted));
 }
 
@@ -198,7 +198,7 @@ TEST(Update, NoTouchIsBlamedForASecondChange) {
   EXPECT_GT(c.update->by_chance, 0.01);
   EXPECT_GT(c.update->log_odds_second, std::log(10.0));
   EXPECT_EQ(c.update->outcome, UpdateOutcome::kContradicted);
-  EXPECT_FALSE(c.verdict.publish);
+  EXPECT_FALSE(c.verdict.publish());
 }
 
 TEST(Update, ATouchThatIsWrongByItselfIsSetAside) {
@@ -220,11 +220,11 @@ TEST(Update, ASphereThatWasNotFoundOrTooFewTouchesEndIt) {
   const Calibration lost = update(calibration(), session.touches, facts);
   EXPECT_EQ(lost.update->outcome, UpdateOutcome::kNotFound);
   EXPECT_TRUE(testing::found(lost, FindingKind::kUpdateNotFound));
-  EXPECT_FALSE(lost.verdict.publish);
+  EXPECT_FALSE(lost.verdict.publish());
   const std::vector<Touch> few(session.touches.begin(), session.touches.begin() + 5);
   const Calibration short_of = update(calibration(), few, kFacts);
   EXPECT_EQ(short_of.update->outcome, UpdateOutcome::kTooFewTouches);
-  EXPECT_FALSE(short_of.verdict.publish);
+  EXPECT_FALSE(short_of.verdict.publish());
 }
 
 TEST(Update, RefusesWhatNothingCanStandOnAndWhatCreptMakesItLessSure) {
@@ -247,11 +247,11 @@ TEST(Update, RefusesWhatNothingCanStandOnAndWhatCreptMakesItLessSure) {
 
 TEST(Update, StandsOnAnUpdateAsOnAnyCalibration) {
   const Calibration once = Session(knocked({1e-3, 0.0, 0.0}), Session::How::kFirstTouches).result();
-  ASSERT_TRUE(once.verdict.publish);
+  ASSERT_TRUE(once.verdict.publish());
   const sim::Truth arm = knocked({1e-3, -1e-3, 0.0});
   const Session session(arm, Session::How::kFirstTouches);
   const Calibration twice = update(once, session.touches, kFacts);
-  EXPECT_TRUE(twice.verdict.publish) << testing::words_of(twice);
+  EXPECT_TRUE(twice.verdict.publish()) << testing::words_of(twice);
   EXPECT_LT(off(twice, arm).mean_m, kUpdateGoal * off(calibration(), truth()).mean_m);
 }
 

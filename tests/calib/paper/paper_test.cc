@@ -80,7 +80,7 @@ TEST(PaperEstimator, HasTwentyEightUnknownsAndNeverPublishes) {
   EXPECT_EQ(result.parameters.size(), 28u);
   EXPECT_EQ(result.covariance.rows(), 28);
   EXPECT_EQ(result.method, "paper");
-  EXPECT_FALSE(result.verdict.publish);
+  EXPECT_FALSE(result.verdict.publish());
   ASSERT_EQ(result.verdict.findings.size(), 1u);
   EXPECT_EQ(result.verdict.findings[0].kind, FindingKind::kReferenceMethod);
 }

@@ -71,7 +71,7 @@ TEST(Evidence, IsTheSameOfTheCalibrationsFile) {
 
 TEST(Evidence, OfAWithheldCalibrationIsNone) {
   Calibration c = one_arm();
-  c.verdict.publish = false;
+  c.verdict.judged = false;
   EXPECT_EQ(refused(c), SetAsideKind::kWithheld);
 }
 

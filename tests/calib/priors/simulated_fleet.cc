@@ -78,7 +78,7 @@ Calibration calibration_of(const Robot& drawn, const Robot& stated, const Truth&
   for (const Target& target : c.cell.targets)
     c.targets.push_back({target.id, target.centre_m, target.diameter_m / 2.0});
   c.chi2_per_dof = 1.0;
-  c.verdict.publish = c.verdict.workspace = true;
+  c.verdict.judged = c.verdict.workspace = true;
   return c;
 }
 

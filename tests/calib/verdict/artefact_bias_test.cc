@@ -75,7 +75,7 @@ TEST(Sizes, ASphereThatIsAFewTenthsLargerOrSmallerThanStatedIsNamedWithItsDiamet
       Cell cell = demo_cell();
       cell.targets[t].diameter_m += off_m;
       const Calibration c = identify(cell, sphere_touches());
-      EXPECT_FALSE(c.verdict.publish);
+      EXPECT_FALSE(c.verdict.publish());
       const Finding named = cause(c, LikelyCause::kArtefactSize);
       // The touches may leave it open which of several it is.
       const auto own = std::find_if(
@@ -92,7 +92,7 @@ TEST(Sizes, ASphereAllOfWhoseTouchesWereLeftOutForItsDiameterIsNamed) {
   const auto made =
       make_touches(demo_cell(), plain_truth(demo_cell(), 5), {.fit = 240, .check = 24}).touches;
   const Calibration c = identify(cell, made);
-  EXPECT_FALSE(c.verdict.publish);
+  EXPECT_FALSE(c.verdict.publish());
   EXPECT_EQ(wrong_size(c).about.name, "S1") << words_of(c);
   EXPECT_NEAR(value(wrong_size(c).evidence, "measured"), 61.4, 0.12) << words_of(c);
 }
@@ -104,7 +104,7 @@ TEST(Sizes, AWireThatWasZeroedElsewhereIsNamedWithByHowMuch) {
   for (Touch& touch : made)
     if (touch.target == "S2") touch.radius_m += 0.6e-3;
   const Calibration c = identify(cell, made);
-  EXPECT_FALSE(c.verdict.publish);
+  EXPECT_FALSE(c.verdict.publish());
   EXPECT_EQ(wrong_size(c).about.name, "S2") << words_of(c);
   EXPECT_NEAR(value(wrong_size(c).evidence, "longer"), -0.6, 0.1) << words_of(c);
 }
@@ -120,12 +120,12 @@ TEST(Sizes, TheMoreADiameterOrAZeroIsOffTheLessItPasses) {
       cell.targets[0].diameter_m += off_m;
       const Calibration sphere =
           identify(cell, make_touches(demo_cell(), truth, {.fit = 4 * of_each}).touches);
-      EXPECT_FALSE(sphere.verdict.publish);
+      EXPECT_FALSE(sphere.verdict.publish());
       EXPECT_TRUE(about_s1(sphere)) << words_of(sphere);
       auto made = make_touches(of_wires, truth_of_wires, {.fit = 6 * of_each}).touches;
       for (Touch& touch : made)
         if (touch.target == "S2") touch.radius_m += off_m;
-      EXPECT_FALSE(identify(of_wires, made).verdict.publish);
+      EXPECT_FALSE(identify(of_wires, made).verdict.publish());
     }
 }
 
@@ -134,7 +134,7 @@ TEST(Sizes, WiresThatAreAllOffAlikeAreToldTogether) {
   auto made = make_touches(cell, plain_truth(cell, 3), {.fit = 160, .check = 16}).touches;
   for (Touch& touch : made) touch.radius_m += 0.4e-3;
   const Calibration c = identify(cell, made);
-  EXPECT_FALSE(c.verdict.publish);
+  EXPECT_FALSE(c.verdict.publish());
   EXPECT_EQ(wrong_size(c).about, Subject{}) << words_of(c);
   EXPECT_NEAR(value(wrong_size(c).evidence, "longer"), -0.4, 0.1) << words_of(c);
 }

@@ -37,9 +37,9 @@ TEST(Change, OfAnArmThatIsTheSameIsANote) {
     for (const Cell* cell : {&demo_cell(), &one_sphere_cell()}) {
       const Calibrated last = calibrated(*cell, arm, 100 + arm);
       Calibrated now = calibrated(*cell, arm, 200 + arm);
-      ASSERT_TRUE(now.calibration.verdict.publish) << words_of(now.calibration);
+      ASSERT_TRUE(now.calibration.verdict.publish()) << words_of(now.calibration);
       judge_change(last.calibration, "session 7", false, now.touches, now.calibration);
-      EXPECT_TRUE(now.calibration.verdict.publish) << words_of(now.calibration);
+      EXPECT_TRUE(now.calibration.verdict.publish()) << words_of(now.calibration);
       EXPECT_TRUE(found(now.calibration, FindingKind::kUnchanged)) << words_of(now.calibration);
     }
 }
@@ -50,11 +50,11 @@ TEST(Change, ToAnotherArmIsWithheldUnlessItIsAccepted) {
     Calibrated now = calibrated(demo_cell(), arm + 50, 200 + arm);
     Calibration accepted = now.calibration;
     judge_change(last.calibration, "session 7", false, now.touches, now.calibration);
-    EXPECT_FALSE(now.calibration.verdict.publish) << words_of(now.calibration);
+    EXPECT_FALSE(now.calibration.verdict.publish()) << words_of(now.calibration);
     EXPECT_EQ(now.calibration.verdict.findings.front().kind, FindingKind::kChanged);
     EXPECT_EQ(now.calibration.verdict.findings.front().text, "session 7");
     judge_change(last.calibration, "session 7", true, now.touches, accepted);
-    EXPECT_TRUE(accepted.verdict.publish) << words_of(accepted);
+    EXPECT_TRUE(accepted.verdict.publish()) << words_of(accepted);
     EXPECT_TRUE(found(accepted, FindingKind::kChangeAccepted));
   }
 }
@@ -81,7 +81,7 @@ TEST(Change, ThatNothingIsForeseenOfIsNotJudged) {
   now.calibration.covariance.setZero();
   EXPECT_FALSE(change_since(last.calibration, now.calibration, now.touches));
   judge_change(last.calibration, "session 7", false, now.touches, now.calibration);
-  EXPECT_TRUE(now.calibration.verdict.publish) << words_of(now.calibration);
+  EXPECT_TRUE(now.calibration.verdict.publish()) << words_of(now.calibration);
 }
 
 TEST(Change, WithAnotherToolIsNotJudged) {
@@ -91,7 +91,7 @@ TEST(Change, WithAnotherToolIsNotJudged) {
   Calibrated now = calibrated(other, 1, 201);
   EXPECT_FALSE(change_since(last.calibration, now.calibration, now.touches));
   judge_change(last.calibration, "session 7", false, now.touches, now.calibration);
-  EXPECT_TRUE(now.calibration.verdict.publish) << words_of(now.calibration);
+  EXPECT_TRUE(now.calibration.verdict.publish()) << words_of(now.calibration);
   EXPECT_TRUE(found(now.calibration, FindingKind::kNotCompared));
 }
 

@@ -106,7 +106,7 @@ TEST(Outliers, WithAnothersNameAreToldWhereTheyLieAndHarmNothing) {
     Cell cell = demo_cell();  // nobody says where the targets stand
     for (Target& target : cell.targets) target.has_centre = false;
     const Calibration result = identify(cell, made.touches);
-    EXPECT_TRUE(result.verdict.publish) << seed << ": " << words_of(result);
+    EXPECT_TRUE(result.verdict.publish()) << seed << ": " << words_of(result);
     for (const std::size_t i : wrong) {
       const auto named = std::find_if(result.outliers.begin(), result.outliers.end(),
                                       [&](const Outlier& o) { return o.touch == i; });
@@ -129,7 +129,7 @@ TEST(Outliers, AmongTheCheckTouchesWithAnothersNameAreToldWhereTheyLie) {
            mislabel(made.touches, TouchSet::kCheck, 1, static_cast<unsigned>(2 + more)))
         wrong.push_back(i);
     const Calibration result = identify(demo_cell(), made.touches);
-    EXPECT_EQ(result.verdict.publish, each == 0);
+    EXPECT_EQ(result.verdict.publish(), each == 0);
     const Finding finding =
         the(result, each == 0 ? FindingKind::kGrossCheckTouches : FindingKind::kCheckTouches);
     EXPECT_TRUE(std::any_of(
@@ -148,7 +148,7 @@ TEST(Outliers, OneCheckTouchAMillimetreOffIsNamedAndWithholdsNothingButThreeDo) 
     if (touches[i].set != TouchSet::kCheck || off == 3) continue;
     touches[i].joint_rad[1] += 1e-3;
     const Calibration result = identify(demo_cell(), touches);
-    EXPECT_EQ(result.verdict.publish, ++off == 1) << words_of(result);
+    EXPECT_EQ(result.verdict.publish(), ++off == 1) << words_of(result);
     if (off == 1) {
       EXPECT_EQ(result.check.count, 15);
       EXPECT_LT(result.check.max_m, 0.5e-3);
@@ -172,7 +172,7 @@ TEST(Outliers, AWorseCheckTouchDoesNotLetThroughWhatAMilderOneWithholds) {
     auto touches = right;
     touches[one].joint_rad[1] += turn_rad;
     const Calibration result = identify(demo_cell(), touches);
-    EXPECT_TRUE(result.verdict.publish) << turn_rad << ": " << words_of(result);
+    EXPECT_TRUE(result.verdict.publish()) << turn_rad << ": " << words_of(result);
     named += result.check.count == 7;
   }
   EXPECT_GT(named, 10);

@@ -171,7 +171,7 @@ TEST(Scope, OneSphereClaimsNothingAwayFromItself) {
 
 TEST(Scope, CertifiedLengthsTouchedAtBothEndsOpenTheWorkspace) {
   const Calibration result = of(demo_cell(), {.fit = 100, .check = 20});
-  EXPECT_TRUE(result.verdict.publish) << words_of(result);
+  EXPECT_TRUE(result.verdict.publish()) << words_of(result);
   EXPECT_TRUE(result.verdict.workspace);
   EXPECT_TRUE(found(result, FindingKind::kScaleByLengths));
 }
@@ -198,7 +198,7 @@ TEST(Scope, TheWorkspaceIsPredictedWorseWithoutALength) {
 
 TEST(Verdict, TakesTouchesThatScatterMoreThanTheCellFileSaysForWhatTheyAre) {
   const Calibration result = of(demo_cell(), {.fit = 100, .noise_m = 2e-4});
-  EXPECT_TRUE(result.verdict.publish) << words_of(result);
+  EXPECT_TRUE(result.verdict.publish()) << words_of(result);
   EXPECT_TRUE(found(result, FindingKind::kModelError)) << words_of(result);
   EXPECT_GT(result.predicted_workspace_m, 2e-4);
 }
@@ -207,19 +207,19 @@ TEST(Verdict, AsStatedBlocksTouchesThatScatterMoreAndSaysWhatToDo) {
   const auto made =
       make_touches(demo_cell(), plain_truth(demo_cell(), 1), {.fit = 100, .noise_m = 2e-4});
   const Calibration result = identify_as_stated(demo_cell(), made.touches);
-  EXPECT_FALSE(result.verdict.publish);
+  EXPECT_FALSE(result.verdict.publish());
   EXPECT_NEAR(the(result, FindingKind::kTouchScatter, "ratio"), 4.0, 1.0) << words_of(result);
 }
 
 TEST(Verdict, BlocksASphereTouchedAtOneSpotOnly) {
   const Calibration result = of(demo_cell(), {.fit = 100, .widest_rad = 0.02});
-  EXPECT_FALSE(result.verdict.publish);
+  EXPECT_FALSE(result.verdict.publish());
   EXPECT_TRUE(found(result, FindingKind::kTooFewDirections)) << words_of(result);
 }
 
 TEST(Verdict, BlocksAResultWithTooManyOutliers) {
   const Calibration result = of(demo_cell(), {.fit = 100, .outlier_share = 0.3});
-  EXPECT_FALSE(result.verdict.publish);
+  EXPECT_FALSE(result.verdict.publish());
   EXPECT_TRUE(found(result, FindingKind::kManyOutliers)) << words_of(result);
 }
 

@@ -40,7 +40,7 @@ TEST(Temperature, IsANoteOfTheVerdictAndChangesNothingElse) {
   for (std::size_t i = 0; i < touches.size(); ++i)
     touches[i].temperature_c = 20.0 + 0.1 * static_cast<double>(i);
   const Calibration with = identify(testing::demo_cell(), touches);
-  EXPECT_EQ(with.verdict.publish, without.verdict.publish);
+  EXPECT_EQ(with.verdict.publish(), without.verdict.publish());
   EXPECT_EQ(with.verdict.findings.size(), without.verdict.findings.size() + 1);
   ASSERT_TRUE(found(with, FindingKind::kTemperature));
   EXPECT_FALSE(the(with, FindingKind::kTemperature).withholds());

@@ -37,14 +37,14 @@ Calibration with_all_diameters(double off_m) {
 
 TEST(Tolerances, DiametersThatAreAllOffAreToldAndThenWithheld) {
   const Calibration little = with_all_diameters(-0.6e-3);
-  EXPECT_TRUE(little.verdict.publish);
+  EXPECT_TRUE(little.verdict.publish());
   EXPECT_FALSE(found(little, FindingKind::kEffectiveRadius));
   const Calibration more = with_all_diameters(-1.5e-3);
-  EXPECT_TRUE(more.verdict.publish);
+  EXPECT_TRUE(more.verdict.publish());
   EXPECT_EQ(the(more, FindingKind::kEffectiveRadius).severity, Severity::kWarns);
   EXPECT_GT(the(more, FindingKind::kEffectiveRadius, "off"), 0.0);
   const Calibration much = with_all_diameters(3e-3);
-  EXPECT_FALSE(much.verdict.publish);
+  EXPECT_FALSE(much.verdict.publish());
   EXPECT_TRUE(the(much, FindingKind::kEffectiveRadius).withholds());
   EXPECT_LT(the(much, FindingKind::kEffectiveRadius, "off"), 0.0);
   EXPECT_EQ(
@@ -63,7 +63,7 @@ TEST(Tolerances, AToolOfAnotherLengthIsToldAndThenWithheld) {
   };
   EXPECT_FALSE(found(with(0.5e-3), FindingKind::kOffNominal));
   const Calibration more = with(2e-3);
-  EXPECT_TRUE(more.verdict.publish) << words_of(more);
+  EXPECT_TRUE(more.verdict.publish()) << words_of(more);
   const Finding beyond = the(more, FindingKind::kOffNominal);
   EXPECT_EQ(beyond.severity, Severity::kWarns);
   ASSERT_FALSE(beyond.parts.empty());
@@ -71,7 +71,7 @@ TEST(Tolerances, AToolOfAnotherLengthIsToldAndThenWithheld) {
             about_parameter(more.cell, joint_parameter(ParameterKind::kD, 5)));
   EXPECT_LT(value(beyond.parts[0].evidence, "off"), 0.0);
   const Calibration much = with(6e-3);
-  EXPECT_FALSE(much.verdict.publish);
+  EXPECT_FALSE(much.verdict.publish());
   EXPECT_TRUE(the(much, FindingKind::kOffNominal).withholds());
 }
 
@@ -79,7 +79,7 @@ TEST(Tolerances, LengthsWrongByOneFactorAreTakenForTheScaleTheyHold) {
   Cell cell = demo_cell();
   for (CertifiedLength& length : cell.lengths) length.length_m *= 1.01;
   const Calibration c = identify(cell, touches());
-  EXPECT_FALSE(c.verdict.publish);
+  EXPECT_FALSE(c.verdict.publish());
   EXPECT_NEAR(the(c, FindingKind::kArmScale, "off"), 1.0, 0.3) << words_of(c);
   // Right ones are said to hang together.
   EXPECT_LT(the(identify(demo_cell(), touches()), FindingKind::kScaleByLengths, "unseen"), 1.0);
@@ -90,7 +90,7 @@ TEST(Tolerances, ATenthOfGrossErrorsWithholdsNothing) {
     const auto made = make_touches(demo_cell(), plain_truth(demo_cell(), seed),
                                    {.fit = 100, .check = 12, .outlier_share = 0.1, .seed = seed});
     const Calibration c = identify(demo_cell(), made.touches);
-    EXPECT_TRUE(c.verdict.publish) << seed << ": " << words_of(c);
+    EXPECT_TRUE(c.verdict.publish()) << seed << ": " << words_of(c);
   }
 }
 
@@ -106,9 +106,9 @@ TEST(Tolerances, ATargetThatCreepsByHundredthsOfAMillimetreHasNotMoved) {
     return identify(demo_cell(), made);
   };
   const Calibration creeps = session(0.04e-3);
-  EXPECT_TRUE(creeps.verdict.publish) << words_of(creeps);
+  EXPECT_TRUE(creeps.verdict.publish()) << words_of(creeps);
   const Calibration moved = session(0.25e-3);
-  EXPECT_FALSE(moved.verdict.publish);
+  EXPECT_FALSE(moved.verdict.publish());
   EXPECT_EQ(the(moved, FindingKind::kMovedTarget).about.name, "S2") << words_of(moved);
 }
 

@@ -48,7 +48,7 @@ std::vector<Touch> with_one_unseen(unsigned seed, std::size_t kept, const sim::T
 TEST(UnseenTarget, IsJudgedWithThePlaceOfItsOwnCheckTouches) {
   const auto touches = with_one_unseen(1, 12, plain_truth(demo_cell(), 1));
   const Calibration c = identify(demo_cell(), touches);
-  EXPECT_TRUE(c.verdict.publish) << words_of(c);
+  EXPECT_TRUE(c.verdict.publish()) << words_of(c);
   EXPECT_EQ(c.check.count, 12);
   EXPECT_EQ(c.check_before.count, 12);
   EXPECT_LT(c.check.rms_m, 0.1e-3);
@@ -91,7 +91,7 @@ TEST(UnseenTarget, WithholdsAResultThatIsWrongThere) {
   // The arm that goes to S4 is another: as one that gives in a way that the model has not.
   const auto touches = with_one_unseen(2, 12, plain_truth(demo_cell(), 3));
   const Calibration c = identify(demo_cell(), touches);
-  EXPECT_FALSE(c.verdict.publish);
+  EXPECT_FALSE(c.verdict.publish());
   EXPECT_TRUE(found(c, FindingKind::kCheckTouches)) << words_of(c);
 }
 
@@ -99,7 +99,7 @@ TEST(UnseenTarget, ThatIsTouchedTooLittleIsNotJudgedAndWhyIsSaid) {
   for (const std::size_t kept : {1u, 3u, 4u}) {
     const auto touches = with_one_unseen(1, kept, plain_truth(demo_cell(), 1));
     const Calibration c = identify(demo_cell(), touches);
-    EXPECT_TRUE(c.verdict.publish) << words_of(c);
+    EXPECT_TRUE(c.verdict.publish()) << words_of(c);
     EXPECT_EQ(c.check.count, 0) << kept;
     EXPECT_EQ(the(c, FindingKind::kUnseenNotJudged).about.name, "S4") << words_of(c);
     EXPECT_EQ(the(c, FindingKind::kUnseenNotJudged, "touches"), static_cast<double>(kept));

@@ -65,7 +65,7 @@ TEST(Verdict, OneTouchLeftOutWithholdsOnlyWhereHardlyAnyOthersOfItsTargetAreLeft
     }
     const Calibration c = identify(cell, touches);
     EXPECT_EQ(c.outliers.size(), 1u);
-    EXPECT_EQ(c.verdict.publish, own == 5) << words_of(c);
+    EXPECT_EQ(c.verdict.publish(), own == 5) << words_of(c);
     const Finding outliers = the(c, FindingKind::kOutliersOfTarget);
     EXPECT_EQ(outliers.about.name == id && value(outliers.evidence, "touches") == 4.0, own == 4)
         << words_of(c);
@@ -81,7 +81,7 @@ TEST(GrossErrors, AmongFewTouchesOfATargetAreNamedAndTheTargetIsAskedForAgain) {
     std::vector<std::size_t> named;
     for (const Outlier& outlier : c.outliers) named.push_back(outlier.touch);
     EXPECT_EQ(named, (std::vector<std::size_t>{few.of_it[1], few.of_it[4]})) << seed;
-    EXPECT_FALSE(c.verdict.publish);
+    EXPECT_FALSE(c.verdict.publish());
     const Finding outliers = the(c, FindingKind::kOutliersOfTarget);
     EXPECT_EQ(outliers.about.name, few.cell.targets.back().id) << words_of(c);
     EXPECT_EQ(value(outliers.evidence, "outliers"), 2.0) << words_of(c);
@@ -91,19 +91,19 @@ TEST(GrossErrors, AmongFewTouchesOfATargetAreNamedAndTheTargetIsAskedForAgain) {
 
 TEST(Verdict, OfAHandfulOfTouchesIsWithheldForRank) {
   const Calibration c = identify(one_sphere_cell(), touches_of(one_sphere_cell(), 6, 1));
-  EXPECT_FALSE(c.verdict.publish);
+  EXPECT_FALSE(c.verdict.publish());
   EXPECT_TRUE(found(c, FindingKind::kRank)) << words_of(c);
 }
 
 TEST(Verdict, NamesACertifiedLengthThatTheTouchesContradict) {
   Cell cell = demo_cell();
   const auto touches = touches_of(cell, 100, 2);
-  ASSERT_TRUE(identify(cell, touches).verdict.publish);
+  ASSERT_TRUE(identify(cell, touches).verdict.publish());
   CertifiedLength twice = cell.lengths.front();
   twice.length_m += 0.5e-3;
   cell.lengths.push_back(twice);
   const Calibration c = identify(cell, touches);
-  EXPECT_FALSE(c.verdict.publish);
+  EXPECT_FALSE(c.verdict.publish());
   const Finding wrong = the(c, FindingKind::kCertifiedLength);
   EXPECT_EQ(wrong.about, about_length(twice.from, twice.to)) << words_of(c);
   EXPECT_NEAR(value(wrong.evidence, "certified"), twice.length_m * 1e3, 1e-6)
@@ -145,7 +145,7 @@ TEST(Verdict, ALengthDoesNotConfirmItself) {
     std::swap(again.from, again.to);
     cell.lengths.push_back(again);
     const Calibration c = identify(cell, touches);
-    EXPECT_FALSE(c.verdict.publish);
+    EXPECT_FALSE(c.verdict.publish());
     EXPECT_TRUE(found(c, FindingKind::kLikelyCause)) << words_of(c);
   }
 }
@@ -158,7 +158,7 @@ TEST(Verdict, ALengthIsNotBelievedForBeingCertifiedToNothing) {
   cell.lengths[0].sigma_m = 1e-9;
   const Calibration c = identify(cell, touches);
   ASSERT_EQ(c.lengths.size(), 1u);
-  EXPECT_FALSE(c.verdict.publish) << words_of(c);
+  EXPECT_FALSE(c.verdict.publish()) << words_of(c);
 }
 
 TEST(Verdict, SaysThatNothingChecksALoneLength) {
@@ -173,7 +173,7 @@ TEST(Verdict, SaysThatNothingChecksALoneLength) {
     SCOPED_TRACE(written_twice);
     if (written_twice) cell.lengths.push_back(cell.lengths[0]);
     const Calibration c = identify(cell, touches);
-    EXPECT_TRUE(c.verdict.publish) << words_of(c);
+    EXPECT_TRUE(c.verdict.publish()) << words_of(c);
     EXPECT_EQ(the(c, FindingKind::kUncheckedLength).about,
               about_length(cell.lengths[0].from, cell.lengths[0].to))
         << words_of(c);
@@ -183,7 +183,7 @@ TEST(Verdict, SaysThatNothingChecksALoneLength) {
 
 TEST(Verdict, AFewFirstTouchesAreNotSaidToHoldTheScaleNorToHangOnOneCertificate) {
   const Calibration c = identify(demo_cell(), touches_of(demo_cell(), 8, 2));
-  EXPECT_FALSE(c.verdict.publish);
+  EXPECT_FALSE(c.verdict.publish());
   EXPECT_FALSE(c.verdict.workspace);
   EXPECT_FALSE(found(c, FindingKind::kScaleByLengths)) << words_of(c);
   EXPECT_FALSE(found(c, FindingKind::kUncheckedLength)) << words_of(c);
@@ -193,15 +193,15 @@ TEST(Verdict, WithholdsWhatIsForeseenToBeWorseThanAskedFor) {
   Cell cell = demo_cell();
   const auto touches = touches_of(cell, 60, 2);
   const Calibration usual = identify(cell, touches);
-  EXPECT_TRUE(usual.verdict.publish) << words_of(usual);
+  EXPECT_TRUE(usual.verdict.publish()) << words_of(usual);
   EXPECT_EQ(the(usual, FindingKind::kGain, "required"), 2.0) << words_of(usual);
   EXPECT_EQ(the(usual, FindingKind::kGain, "required_is_stated"), 0.0) << words_of(usual);
   cell.required_m = 0.9 * usual.predicted_workspace_m;
   const Calibration withheld = identify(cell, touches);
-  EXPECT_FALSE(withheld.verdict.publish);
+  EXPECT_FALSE(withheld.verdict.publish());
   EXPECT_TRUE(found(withheld, FindingKind::kRequired)) << words_of(withheld);
   cell.required_m = 1.1 * usual.predicted_workspace_m;
-  EXPECT_TRUE(identify(cell, touches).verdict.publish);
+  EXPECT_TRUE(identify(cell, touches).verdict.publish());
 }
 
 TEST(Verdict, WithholdsWhatIsHardlyBetterThanTheNominalArm) {
@@ -213,7 +213,7 @@ TEST(Verdict, WithholdsWhatIsHardlyBetterThanTheNominalArm) {
   }
   cell.touch_sigma_m = 10e-3;
   const Calibration c = identify(cell, touches);
-  EXPECT_FALSE(c.verdict.publish);
+  EXPECT_FALSE(c.verdict.publish());
   EXPECT_TRUE(found(c, FindingKind::kNoGain)) << words_of(c);
 }
 
@@ -248,22 +248,22 @@ TEST(Verdict, ALengthThatWasMeasuredTwiceIsChecked) {
   again.length_m += again.sigma_m;
   cell.lengths.push_back(again);
   const Calibration right = identify(cell, touches);
-  EXPECT_TRUE(right.verdict.publish) << words_of(right);
+  EXPECT_TRUE(right.verdict.publish()) << words_of(right);
   EXPECT_FALSE(found(right, FindingKind::kUncheckedLength)) << words_of(right);
   EXPECT_FALSE(found(right, FindingKind::kUncheckedLengths)) << words_of(right);
   cell.lengths[1].length_m += 0.5e-3;
   const Calibration wrong = identify(cell, touches);
-  EXPECT_FALSE(wrong.verdict.publish);
+  EXPECT_FALSE(wrong.verdict.publish());
   EXPECT_TRUE(found(wrong, FindingKind::kCertifiedTwice)) << words_of(wrong);
 }
 
 TEST(Verdict, AWrongLengthDoesNotHideInTheScatterThatItMakes) {
   Cell cell = demo_cell();
   const auto touches = touches_of(cell, 48, 2);
-  ASSERT_TRUE(identify(cell, touches).verdict.publish);
+  ASSERT_TRUE(identify(cell, touches).verdict.publish());
   cell.lengths[0].length_m += 1e-3;
   const Calibration c = identify(cell, touches);
-  EXPECT_FALSE(c.verdict.publish);
+  EXPECT_FALSE(c.verdict.publish());
   EXPECT_TRUE(found(c, FindingKind::kCertifiedLength)) << words_of(c);
 }
 
@@ -283,7 +283,7 @@ TEST(Verdict, TouchesThatAreOthersAgainToTheLastDigitAreNotCountedTwice) {
   auto twice = once;
   twice.insert(twice.end(), once.begin(), once.end());
   const Calibration c = identify(cell, twice);
-  EXPECT_FALSE(c.verdict.publish);
+  EXPECT_FALSE(c.verdict.publish());
   const Finding copies = the(c, FindingKind::kDuplicateTouches);
   EXPECT_EQ(value(copies.evidence, "duplicates"), 100.0) << words_of(c);
   ASSERT_EQ(copies.parts.size(), 2u);
@@ -292,7 +292,7 @@ TEST(Verdict, TouchesThatAreOthersAgainToTheLastDigitAreNotCountedTwice) {
   // Measured again, and by chance once to the same digits.
   auto again = once;
   again.push_back(once.front());
-  EXPECT_TRUE(identify(cell, again).verdict.publish);
+  EXPECT_TRUE(identify(cell, again).verdict.publish());
   // Nor is it a copy where places were touched again and angles rounded to hundredths.
   constexpr double kStepRad = 0.01 * std::numbers::pi / 180.0;
   auto rounded = once;
@@ -335,7 +335,7 @@ TEST(Verdict, NamesTargetsThatWereNotTouched) {
   EXPECT_FALSE(found(identify(cell, touches), FindingKind::kNotTouched));
   std::erase_if(touches, [](const Touch& touch) { return touch.target == "S4"; });
   const Calibration c = identify(cell, touches);
-  EXPECT_TRUE(c.verdict.publish) << words_of(c);
+  EXPECT_TRUE(c.verdict.publish()) << words_of(c);
   const Finding untouched = the(c, FindingKind::kNotTouched);
   ASSERT_EQ(untouched.parts.size(), 1u) << words_of(c);
   EXPECT_EQ(untouched.parts[0].about.name, "S4");
@@ -351,9 +351,9 @@ TEST(Verdict, NamesASignOfGravityThatIsWrong) {
   const Calibration c = identify(cell, touches);
   const double bending =
       std::abs(testing::true_value(truth, tool_parameter(ParameterKind::kDeflection, 0)));
-  EXPECT_TRUE(right.verdict.publish) << words_of(right);
+  EXPECT_TRUE(right.verdict.publish()) << words_of(right);
   ASSERT_GT(bending, 1e-3) << "this arm's tool hardly bends; take another";
-  EXPECT_FALSE(c.verdict.publish);
+  EXPECT_FALSE(c.verdict.publish());
   EXPECT_EQ(the(c, FindingKind::kNegativeCompliance).about,
             about_parameter(c.cell, tool_parameter(ParameterKind::kDeflection, 0)))
       << words_of(c);

@@ -86,7 +86,7 @@ std::int64_t record(Journal& journal, const Recording& what, bool against_the_la
       against_the_last ? last_calibration(journal, inputs.cell_name, id, true) : std::nullopt;
   calib::Calibration calibration = estimate(cell, inputs, touches, compared);
   if (!what.publish) {
-    calibration.verdict.publish = false;
+    calibration.verdict.judged = false;
     calibration.verdict.findings.insert(calibration.verdict.findings.begin(),
                                         calib::Finding{calib::FindingKind::kAllLeftOut});
   }
@@ -96,7 +96,7 @@ std::int64_t record(Journal& journal, const Recording& what, bool against_the_la
     calibration.update->stands_on = what.stands_on;
   }
   if (what.forged_publish) {
-    calibration.verdict.publish = true;
+    calibration.verdict.judged = true;
     std::erase_if(calibration.verdict.findings, [](const calib::Finding& one) {
       return one.severity == calib::Severity::kWithholds;
     });

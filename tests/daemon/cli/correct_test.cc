@@ -23,7 +23,7 @@ class correct : public ::testing::Test {
   }
   std::string calibration_file(bool publish = true) const {
     calib::Calibration c = calibration();
-    c.verdict.publish = publish;
+    c.verdict.judged = publish;
     return put("cal.json", calib::calibration_to_json(c));
   }
   Outcome run_correct(std::vector<std::string> more) const {
@@ -39,7 +39,7 @@ TEST_F(correct, refuses_a_file_that_was_altered_and_a_correction_that_no_arm_has
   const std::string poses =
       put("poses.csv", "x_mm,y_mm,z_mm,a_deg,b_deg,c_deg\n980.5,-120.25,700,20,75,-10\n");
   calib::Calibration c = calibration();
-  c.verdict.publish = true;
+  c.verdict.judged = true;
   std::string text = calib::calibration_to_json(c);
   put("cal.json", text);
   EXPECT_EQ(run_correct({"--poses", poses}).status, 0);

@@ -37,7 +37,7 @@ class frames_sent : public ::testing::Test {
     in_use_ = calib::calibration_to_json(found);
     std::ofstream(dir_ / "cal.json") << in_use_;
     in_use_ += "\n";
-    found.verdict.publish = false;
+    found.verdict.judged = false;
     std::ofstream(dir_ / "withheld.json") << calib::calibration_to_json(found);
     std::ofstream(dir_ / "as stated.json") << calib::calibration_to_json(calibration());
   }

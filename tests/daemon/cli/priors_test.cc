@@ -29,7 +29,7 @@ std::string calibration(unsigned seed, double scale = 0.5, bool published = true
   calib::Random random(seed);
   calib::Calibration c =
       calib::testing::random_calibration(calib::testing::demo_cell(), random, scale);
-  c.verdict.publish = published;
+  c.verdict.judged = published;
   return calib::calibration_to_json(c);
 }
 

@@ -190,7 +190,7 @@ TEST(the_latch_delay, is_one_line_with_both_estimates_of_it_in_one_unit) {
   EXPECT_EQ(delay_words(&fit, contacts),
             "latch delay (k = 2): +0.12 ± 0.06 ms by the fit, +0.14 ± 0.02 ms by fast against slow "
             "contacts of 40 touches: they agree\n");
-  fit.verdict.too_few = true;
+  fit.verdict.findings = {calib::Finding{calib::FindingKind::kTooFewTouches}};
   EXPECT_EQ(result_words(fit, {}, Detail::kAll, contacts).find(delay_words(nullptr, contacts)), 0u);
   fit.parameters[0].correction = 4e-4;
   EXPECT_NE(delay_words(&fit, contacts).find("not one delay. Measure the contact itself"),

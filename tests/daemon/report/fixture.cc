@@ -321,7 +321,7 @@ ReportInput made_up_session(const SessionShape& shape) {
                           .o5 = 0.2,
                           .condition = 100.0};
   result.touch_noise_m = 2.95e-5;
-  result.verdict.publish = true;
+  result.verdict.judged = true;
   result.verdict.workspace = shape.certified_lengths;
   result.inputs = {
       {"cell", "cell.toml", "9f86d081884c7d659a2feaa0c55ad015a3bf4f1b2b0b822cd15d6c15b0f00a08"},

@@ -37,7 +37,6 @@ TEST(Verdict, WithoutCertifiedLengthClaimsNothingBeyondTheTargets) {
 TEST(Verdict, OfAFirstSessionSaysThatTheCellWorksAndNotWhatSoFewTouchesLack) {
   ReportInput input = made_up_session();
   input.calibration.verdict = {};
-  input.calibration.verdict.too_few = true;
   calib::Finding begun{calib::FindingKind::kTooFewTouches};
   begun.evidence = {{"touches", 4.0, ""},
                     {"met", 4.0, ""},

@@ -34,7 +34,7 @@ calib::TcpCheck a_check(bool holds) {
 
 calib::Calibration a_calibration(bool publish) {
   calib::Calibration one;
-  one.verdict.publish = publish;
+  one.verdict.judged = publish;
   one.after.count = 60;
   if (publish) return one;
   calib::Finding finding;

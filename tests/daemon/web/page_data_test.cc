@@ -142,7 +142,7 @@ TEST_F(a_found_arm, has_no_residual_at_a_place_that_was_not_found) {
 }
 
 TEST_F(a_found_arm, is_told_with_touches_verdict_and_findings) {
-  found.verdict.publish = true;
+  found.verdict.judged = true;
   SessionRecord record;
   record.id = 9;
   record.state = RecordState::kDone;

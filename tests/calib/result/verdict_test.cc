@@ -1,0 +1,48 @@
+// Publication as a consequence of judgement and findings, and the order of findings.
+
+#include <gtest/gtest.h>
+
+#include "calib/result/calibration.h"
+
+namespace cellcal::calib {
+namespace {
+
+Finding of(FindingKind kind, Severity severity) { return {kind, severity}; }
+
+TEST(Verdict, PublishesOnlyWhatWasJudgedAndNoFindingWithholds) {
+  Verdict verdict;
+  EXPECT_FALSE(verdict.publish()) << "not judged";
+  verdict.judged = true;
+  EXPECT_TRUE(verdict.publish());
+  verdict.add(of(FindingKind::kGain, Severity::kInforms));
+  verdict.add(of(FindingKind::kTemperature, Severity::kWarns));
+  EXPECT_TRUE(verdict.publish());
+  verdict.add(of(FindingKind::kRank, Severity::kWithholds));
+  EXPECT_FALSE(verdict.publish());
+}
+
+TEST(Verdict, ListsWithholdingFindingsFirstAndTheNewestOfEachWeightBeforeTheOthers) {
+  Verdict verdict{.judged = true};
+  verdict.add(of(FindingKind::kGain, Severity::kInforms));
+  verdict.add(of(FindingKind::kRank, Severity::kWithholds));
+  verdict.add(of(FindingKind::kTemperature, Severity::kWarns));
+  verdict.add(of(FindingKind::kJumped, Severity::kWithholds));
+  std::vector<FindingKind> order;
+  for (const Finding& one : verdict.findings) order.push_back(one.kind);
+  EXPECT_EQ(order, (std::vector{FindingKind::kJumped, FindingKind::kRank, FindingKind::kTemperature,
+                                FindingKind::kGain}));
+}
+
+TEST(Verdict, HasTooFewTouchesOnlyWhereNothingElseWithholds) {
+  Verdict verdict{.judged = true};
+  EXPECT_FALSE(verdict.too_few());
+  verdict.add(of(FindingKind::kNotTouched, Severity::kWarns));
+  EXPECT_FALSE(verdict.too_few());
+  verdict.add(of(FindingKind::kTooFewTouches, Severity::kWithholds));
+  EXPECT_TRUE(verdict.too_few());
+  verdict.add(of(FindingKind::kChanged, Severity::kWithholds));
+  EXPECT_FALSE(verdict.too_few());
+}
+
+}  // namespace
+}  // namespace cellcal::calib
