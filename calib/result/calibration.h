@@ -171,7 +171,7 @@ struct Observability {
 struct Verdict {
   bool judged = false;            ///< a result that was not judged is not published
   bool workspace = false;         ///< scope: workspace, otherwise near targets
-  std::vector<Finding> findings;  ///< the withholding ones first
+  std::vector<Finding> findings = {};  ///< the withholding ones first
 
   /// Judged, and no finding withholds.
   bool publish() const;

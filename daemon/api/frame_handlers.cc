@@ -8,9 +8,9 @@
 #include "daemon/api/http/message.h"
 #include "daemon/api/routes.h"
 #include "daemon/api/run_request.h"
+#include "daemon/controller/frame_station.h"
+#include "daemon/controller/frame_words.h"
 #include "daemon/files/system_words.h"
-#include "daemon/frames/frame_station.h"
-#include "daemon/frames/frame_words.h"
 
 namespace cellcal::daemon {
 

@@ -4,13 +4,13 @@
 
 #include "calib/files/calibration_json.h"
 #include "calib/model/error.h"
-#include "daemon/api/access/access.h"
+#include "daemon/api/access.h"
 #include "daemon/api/http/message.h"
 #include "daemon/api/routes.h"
 #include "daemon/api/run_request.h"
 #include "daemon/cell_form/cell_shelf.h"
 #include "daemon/files/system_words.h"
-#include "daemon/tasks/recorded/active_calibration.h"
+#include "daemon/tasks/active_calibration.h"
 #include "drivers/error.h"
 
 namespace cellcal::daemon {

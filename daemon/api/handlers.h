@@ -8,12 +8,12 @@
 #include <string>
 #include <string_view>
 
-#include "daemon/advice/advice_publisher.h"
+#include "daemon/api/event_feed.h"
 #include "daemon/api/http/message.h"
-#include "daemon/api/live/event_feed.h"
-#include "daemon/api/live/status_json.h"
+#include "daemon/api/status_json.h"
+#include "daemon/archive/drift_watch.h"
 #include "daemon/archive/retention.h"
-#include "daemon/drift/drift_watch.h"
+#include "daemon/controller/advice_publisher.h"
 #include "daemon/plant/line/line_status.h"
 #include "daemon/service/service.h"
 #include "drivers/kuka/eki/eki_position.h"

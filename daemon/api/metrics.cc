@@ -13,7 +13,7 @@
 #include "calib/model/units.h"
 #include "daemon/api/handlers.h"
 #include "daemon/result/outcome_json.h"
-#include "daemon/tasks/recorded/active_calibration.h"
+#include "daemon/tasks/active_calibration.h"
 
 namespace cellcal::daemon {
 

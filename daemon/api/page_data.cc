@@ -6,11 +6,11 @@
 #include "calib/files/files.h"
 #include "calib/model/error.h"
 #include "daemon/api/handlers.h"
+#include "daemon/api/page_drift.h"
+#include "daemon/api/page_figures.h"
+#include "daemon/api/page_scene.h"
 #include "daemon/api/routes.h"
-#include "daemon/tasks/recorded/options.h"
-#include "daemon/web/drift.h"
-#include "daemon/web/figures.h"
-#include "daemon/web/scene.h"
+#include "daemon/tasks/options.h"
 
 namespace cellcal::daemon {
 

@@ -15,13 +15,13 @@
 #include "daemon/archive/versions.h"
 #include "daemon/files/atomic_file.h"
 #include "daemon/files/system_words.h"
+#include "daemon/plant/desk/proposal_box.h"
+#include "daemon/plant/desk/reporter.h"
 #include "daemon/plant/line/line_status.h"
 #include "daemon/plant/messages/fact.h"
-#include "daemon/plant/outbox/reporter.h"
-#include "daemon/plant/proposals/proposal_box.h"
 #include "daemon/runner/backend.h"
-#include "daemon/schedule/schedule.h"
-#include "daemon/tasks/recorded/options.h"
+#include "daemon/tasks/options.h"
+#include "daemon/unattended/schedule.h"
 
 namespace cellcal::daemon {
 

@@ -15,17 +15,17 @@
 #include "calib/model/units.h"
 #include "daemon/api/handlers.h"
 #include "daemon/api/http/message.h"
-#include "daemon/api/live/status_json.h"
 #include "daemon/api/routes.h"
 #include "daemon/api/run_request.h"
+#include "daemon/api/status_json.h"
 #include "daemon/archive/archive.h"
 #include "daemon/archive/retention.h"
 #include "daemon/files/system_words.h"
 #include "daemon/result/outcome_json.h"
 #include "daemon/runner/backend.h"
 #include "daemon/session/phase_times.h"
-#include "daemon/tasks/recorded/delay_watch.h"
-#include "daemon/tasks/recorded/options.h"
+#include "daemon/tasks/delay_watch.h"
+#include "daemon/tasks/options.h"
 
 namespace cellcal::daemon {
 

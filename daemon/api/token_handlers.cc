@@ -1,6 +1,6 @@
 // Logging in and out, and the tokens themselves.
 
-#include "daemon/api/access/access.h"
+#include "daemon/api/access.h"
 #include "daemon/api/handlers.h"
 #include "daemon/api/http/message.h"
 #include "daemon/api/routes.h"

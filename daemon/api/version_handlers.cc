@@ -11,9 +11,9 @@
 #include "daemon/api/routes.h"
 #include "daemon/api/run_request.h"
 #include "daemon/archive/versions.h"
+#include "daemon/doctor/evidence.h"
+#include "daemon/doctor/examiner.h"
 #include "daemon/files/system_words.h"
-#include "daemon/readiness/evidence.h"
-#include "daemon/readiness/examiner.h"
 #include "daemon/runner/backend.h"
 
 namespace cellcal::daemon {

@@ -14,9 +14,9 @@
 #include "daemon/files/atomic_file.h"
 #include "daemon/files/system_words.h"
 #include "daemon/journal/rows.h"
-#include "daemon/tasks/recorded/active_calibration.h"
-#include "daemon/tasks/recorded/check_against.h"
-#include "daemon/tasks/recorded/options.h"
+#include "daemon/tasks/active_calibration.h"
+#include "daemon/tasks/check_against.h"
+#include "daemon/tasks/options.h"
 
 namespace cellcal::daemon {
 

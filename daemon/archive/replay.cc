@@ -7,9 +7,9 @@
 
 #include "calib/files/calibration_json.h"
 #include "daemon/archive/archive.h"
-#include "daemon/tasks/recorded/check_against.h"
-#include "daemon/tasks/recorded/estimate.h"
-#include "daemon/tasks/recorded/options.h"
+#include "daemon/tasks/check_against.h"
+#include "daemon/tasks/estimate.h"
+#include "daemon/tasks/options.h"
 
 namespace cellcal::daemon {
 

@@ -9,7 +9,7 @@
 
 #include "calib/verdict/change.h"
 #include "daemon/journal/journal.h"
-#include "daemon/tasks/recorded/active_calibration.h"
+#include "daemon/tasks/active_calibration.h"
 
 namespace cellcal::daemon {
 

@@ -4,7 +4,7 @@
 
 #include "daemon/backends/virtual_cell_on.h"
 #include "drivers/kuka/eki/eki_robot.h"
-#include "sim/krc/eki/eki_controller.h"
+#include "sim/krc/eki_controller.h"
 
 namespace cellcal::daemon {
 

@@ -14,8 +14,8 @@
 #include "daemon/archive/replay.h"
 #include "daemon/certificate/sources.h"
 #include "daemon/files/system_words.h"
-#include "daemon/report/drawing/scale.h"
-#include "daemon/tasks/recorded/options.h"
+#include "daemon/report/scale.h"
+#include "daemon/tasks/options.h"
 
 namespace cellcal::daemon::certificate {
 

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "daemon/certificate/certificate.h"
-#include "daemon/report/drawing/scale.h"
+#include "daemon/report/scale.h"
 
 namespace cellcal::daemon::certificate {
 

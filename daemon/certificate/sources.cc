@@ -13,9 +13,9 @@
 #include "daemon/certificate/certificate.h"
 #include "daemon/files/system_words.h"
 #include "daemon/journal/rows.h"
-#include "daemon/report/drawing/scale.h"
-#include "daemon/tasks/recorded/check_against.h"
-#include "daemon/tasks/recorded/options.h"
+#include "daemon/report/scale.h"
+#include "daemon/tasks/check_against.h"
+#include "daemon/tasks/options.h"
 
 namespace cellcal::daemon::certificate {
 

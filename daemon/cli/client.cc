@@ -13,9 +13,9 @@
 #include "daemon/api/http/http.h"
 #include "daemon/cli/ask.h"
 #include "daemon/cli/drift.h"
-#include "daemon/cli/offline/offline.h"
-#include "daemon/cli/offline/tables.h"
+#include "daemon/cli/offline.h"
 #include "daemon/cli/progress.h"
+#include "daemon/cli/tables.h"
 #include "daemon/doctor/link_words.h"
 #include "daemon/session/interruption.h"
 

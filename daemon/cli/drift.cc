@@ -11,7 +11,7 @@
 #include "calib/result/update.h"
 #include "daemon/api/http/http.h"
 #include "daemon/cli/ask.h"
-#include "daemon/cli/offline/offline.h"
+#include "daemon/cli/offline.h"
 
 namespace cellcal::daemon {
 

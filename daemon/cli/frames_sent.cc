@@ -14,8 +14,8 @@
 #include "calib/files/input_file.h"
 #include "calib/model/units.h"
 #include "daemon/cli/ask.h"
-#include "daemon/cli/offline/frames.h"
-#include "daemon/cli/offline/offline.h"
+#include "daemon/cli/frames.h"
+#include "daemon/cli/offline.h"
 #include "daemon/files/system_words.h"
 
 namespace cellcal::daemon {

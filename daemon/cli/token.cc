@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "daemon/cli/ask.h"
-#include "daemon/cli/offline/offline.h"
+#include "daemon/cli/offline.h"
 
 namespace cellcal::daemon {
 

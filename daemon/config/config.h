@@ -17,7 +17,7 @@
 #include "drivers/contact/port/port.h"
 #include "drivers/kuka/eki/eki_config.h"
 #include "drivers/kuka/krl/krl_files.h"
-#include "drivers/kuka/rsi/link/rsi_config.h"
+#include "drivers/kuka/rsi/rsi_config.h"
 
 namespace cellcal::daemon {
 
@@ -52,7 +52,7 @@ struct MockConfig {
   double lag_s = 0.02;
   int cycle_ms = 4;
   double busy_every_s = 0.0;  ///< a busy computer: so often the sensor's bytes come late; 0: never
-  bool wall_clock = false;  ///< what is recorded bears this computer's date, not one day of 2000
+  bool wall_clock = false;    ///< what is recorded bears this computer's date, not one day of 2000
   std::vector<double> start_rad;
 };
 
@@ -64,18 +64,19 @@ struct DaemonConfig {
   std::string text_sha256;  ///< of the file that it was read from; empty: of none
   std::filesystem::path state_dir, socket;
   std::optional<HttpConfig> http;  ///< none: the Unix socket alone
-  bool log_debug = false;  ///< every step of a session
+  bool log_debug = false;          ///< every step of a session
   MotionConfig motion;
   TouchPolicy touch;
   SearchLimits search_limits;  ///< that `touch` keeps, and a resumed session has to
   Timeouts timeouts;
-  int retries = 0;         ///< harmless interruptions after which a session goes on by itself
-  BusyRepeats repeats;     ///< likewise where this computer was late
+  int retries = 0;      ///< harmless interruptions after which a session goes on by itself
+  BusyRepeats repeats;  ///< likewise where this computer was late
   ScheduleConfig schedule;
   NotifyConfig notify;
   std::optional<PlantConfig> plant;
-  std::optional<int> retain_days;          ///< raw rows of older sessions are dropped; none: kept
-  std::optional<double> retain_megabytes;  ///< likewise of the oldest, until the journal uses no more
+  std::optional<int> retain_days;  ///< raw rows of older sessions are dropped; none: kept
+  std::optional<double>
+      retain_megabytes;    ///< likewise of the oldest, until the journal uses no more
   drivers::RsiConfig rsi;  ///< without what depends on the robot file: see rsi_config_for()
   drivers::EkiConfig eki;  ///< likewise: see eki_config_for()
   drivers::EkiFilesConfig controller;  ///< what is installed on it, for EKI

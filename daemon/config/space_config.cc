@@ -5,7 +5,7 @@
 #include "calib/model/nominal_arm.h"
 #include "daemon/config/config_values.h"
 #include "drivers/error.h"
-#include "drivers/kuka/rsi/correction/rsi_space.h"
+#include "drivers/kuka/rsi/rsi_space.h"
 
 namespace cellcal::daemon {
 namespace {

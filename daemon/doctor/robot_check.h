@@ -9,7 +9,7 @@
 #include "calib/model/robot.h"
 #include "daemon/doctor/finding.h"
 #include "drivers/kuka/eki/eki_report.h"
-#include "drivers/kuka/rsi/link/rsi_report.h"
+#include "drivers/kuka/rsi/rsi_report.h"
 #include "drivers/robot.h"
 
 namespace cellcal::daemon {
@@ -46,7 +46,7 @@ struct RsiSeen {
 struct RsiExpected {
   std::string sentype;
   int late_limit = 3;
-  bool in_space = false;  ///< [rsi] correction = "space"
+  bool in_space = false;                      ///< [rsi] correction = "space"
   bool mode = true, override_percent = true;  ///< [rsi] mode_tag, override_tag: read
   int input = 0;  ///< $IN of [rsi] contact_tag; 0: there is no second stop path
 };
@@ -62,7 +62,7 @@ struct EkiSeen {
   bool connected = false, up = false, lost = false;
   double observed_s = 0.0, waited_s = 0.0;
   std::string last_words;
-  std::string peer;                                     ///< "172.31.1.147:54600"
+  std::string peer;  ///< "172.31.1.147:54600"
   InputSeen input;
 };
 

@@ -5,9 +5,9 @@
 #include <chrono>
 #include <optional>
 
-#include "daemon/drift/drift_watch.h"
+#include "daemon/archive/drift_watch.h"
 #include "daemon/journal/journal.h"
-#include "daemon/plant/sparkplug/cell_metrics.h"
+#include "daemon/plant/line/cell_metrics.h"
 #include "daemon/service/service.h"
 
 namespace cellcal::daemon {

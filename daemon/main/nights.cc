@@ -9,13 +9,13 @@
 #include <fstream>
 #include <string>
 
-#include "daemon/notify/message.h"
-#include "daemon/notify/notifier.h"
-#include "daemon/notify/session_news.h"
-#include "daemon/plant/outbox/reporter.h"
+#include "daemon/plant/desk/reporter.h"
 #include "daemon/runner/backend.h"
-#include "daemon/schedule/schedule_thread.h"
-#include "daemon/schedule/service_door.h"
+#include "daemon/unattended/message.h"
+#include "daemon/unattended/notifier.h"
+#include "daemon/unattended/schedule_thread.h"
+#include "daemon/unattended/service_door.h"
+#include "daemon/unattended/session_news.h"
 
 namespace cellcal::daemon {
 

@@ -8,8 +8,8 @@
 
 #include "daemon/archive/retention.h"
 #include "daemon/main/reload.h"
-#include "daemon/schedule/schedule.h"
 #include "daemon/service/service.h"
+#include "daemon/unattended/schedule.h"
 
 namespace cellcal::daemon {
 

@@ -8,8 +8,8 @@
 
 #include "daemon/archive/versions.h"
 #include "daemon/files/system_words.h"
-#include "daemon/plant/outbox/reporter.h"
-#include "daemon/plant/sparkplug/cell_metrics.h"
+#include "daemon/plant/desk/reporter.h"
+#include "daemon/plant/line/cell_metrics.h"
 #include "daemon/runner/backend.h"
 
 namespace cellcal::daemon {

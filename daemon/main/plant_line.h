@@ -10,8 +10,8 @@
 #include "daemon/main/network_door.h"
 #include "daemon/main/reload.h"
 #include "daemon/plant/desk/desk.h"
-#include "daemon/plant/outbox/journal_outbox.h"
-#include "daemon/plant/proposals/proposal_box.h"
+#include "daemon/plant/desk/journal_outbox.h"
+#include "daemon/plant/desk/proposal_box.h"
 #include "daemon/service/service.h"
 
 namespace cellcal::daemon {

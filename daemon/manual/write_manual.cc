@@ -7,7 +7,7 @@
 #include <filesystem>
 
 #include "calib/files/calibration_json.h"
-#include "daemon/cli/commands/commands.h"
+#include "daemon/cli/commands.h"
 #include "daemon/files/atomic_file.h"
 #include "daemon/fleet/main/fleet_options.h"
 #include "daemon/main/options.h"

@@ -8,8 +8,8 @@
 
 #include "calib/model/units.h"
 #include "calib/svg/svg.h"
-#include "daemon/report/drawing/labels.h"
-#include "daemon/report/drawing/scale.h"
+#include "daemon/report/labels.h"
+#include "daemon/report/scale.h"
 #include "daemon/report/view.h"
 
 namespace cellcal::daemon::report {

@@ -10,8 +10,8 @@
 
 #include "calib/files/files.h"
 #include "calib/plan/duration.h"
-#include "daemon/report/drawing/plan_picture.h"
-#include "daemon/report/drawing/scale.h"
+#include "daemon/report/plan_picture.h"
+#include "daemon/report/scale.h"
 #include "daemon/report/view.h"
 
 namespace cellcal::daemon::report {

@@ -4,8 +4,8 @@
 
 #include <string_view>
 
-#include "daemon/report/drawing/plan_picture.h"
-#include "daemon/report/drawing/scale.h"
+#include "daemon/report/plan_picture.h"
+#include "daemon/report/scale.h"
 #include "daemon/report/view.h"
 
 namespace cellcal::daemon {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "calib/model/units.h"
-#include "daemon/report/drawing/scale.h"
+#include "daemon/report/scale.h"
 #include "daemon/report/view.h"
 
 namespace cellcal::daemon::report {

@@ -7,7 +7,7 @@
 #include <set>
 
 #include "calib/model/units.h"
-#include "daemon/report/drawing/scale.h"
+#include "daemon/report/scale.h"
 
 namespace cellcal::daemon::report {
 namespace {

@@ -14,8 +14,8 @@
 #include "calib/plan/check_plan.h"
 #include "daemon/qualification/contact_delay.h"
 #include "daemon/session/rules.h"
-#include "daemon/tasks/recorded/check_against.h"
-#include "daemon/tasks/recorded/options.h"
+#include "daemon/tasks/check_against.h"
+#include "daemon/tasks/options.h"
 
 namespace cellcal::daemon {
 

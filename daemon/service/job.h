@@ -16,7 +16,7 @@
 #include "daemon/service/time_left.h"
 #include "daemon/service/touch_news.h"
 #include "daemon/session/state.h"
-#include "daemon/tasks/recorded/options.h"
+#include "daemon/tasks/options.h"
 
 namespace cellcal::daemon {
 
@@ -34,7 +34,7 @@ struct Job {
   std::string unattended;
   std::vector<std::string> warnings;  ///< what the cell file says against itself, not refused
   std::shared_ptr<const calib::SearchUnderWay> left;  ///< unfinished, by the session before
-  std::vector<calib::Touch> touches;  ///< made before it was resumed
+  std::vector<calib::Touch> touches;                  ///< made before it was resumed
   std::unique_ptr<Backend> backend;
   std::optional<HandSpeed> hand_speed;  ///< none: an emulated cell
   TouchNews news;

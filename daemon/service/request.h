@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "daemon/tasks/recorded/options.h"
+#include "daemon/tasks/options.h"
 
 namespace cellcal::daemon {
 

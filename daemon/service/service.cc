@@ -11,8 +11,8 @@
 #include "daemon/service/job.h"
 #include "daemon/service/journal_recorder.h"
 #include "daemon/service/status_of.h"
-#include "daemon/tasks/recorded/check_against.h"
-#include "daemon/tasks/recorded/delay_watch.h"
+#include "daemon/tasks/check_against.h"
+#include "daemon/tasks/delay_watch.h"
 #include "daemon/tasks/tasks.h"
 
 namespace cellcal::daemon {

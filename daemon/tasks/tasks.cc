@@ -20,9 +20,9 @@
 #include "calib/plan/touch_sequence.h"
 #include "daemon/files/correction_limit.h"
 #include "daemon/tasks/check_tasks.h"
+#include "daemon/tasks/estimate.h"
 #include "daemon/tasks/find_tasks.h"
 #include "daemon/tasks/qualification_tasks.h"
-#include "daemon/tasks/recorded/estimate.h"
 #include "daemon/tasks/results.h"
 #include "daemon/tasks/update_tasks.h"
 

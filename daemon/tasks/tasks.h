@@ -12,7 +12,7 @@
 
 #include "daemon/journal/journal.h"
 #include "daemon/runner/runner.h"
-#include "daemon/tasks/recorded/options.h"
+#include "daemon/tasks/options.h"
 
 namespace cellcal::daemon {
 
@@ -20,8 +20,8 @@ struct TaskInputs {
   calib::Cell cell;
   SessionInputs files;
   SessionOptions options;
-  std::vector<calib::Touch> made;    ///< before the session was interrupted
-  std::optional<Compared> compared;  ///< what the result is held against
+  std::vector<calib::Touch> made;             ///< before the session was interrupted
+  std::optional<Compared> compared;           ///< what the result is held against
   std::optional<calib::SearchUnderWay> left;  ///< unfinished, by the session before
   /// Of a check: what is checked, and the touches of those before it, oldest first.
   std::shared_ptr<const calib::Calibration> against;

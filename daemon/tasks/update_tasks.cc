@@ -11,8 +11,8 @@
 #include "calib/plan/check_plan.h"
 #include "calib/plan/duration.h"
 #include "calib/result/finding.h"
+#include "daemon/tasks/estimate.h"
 #include "daemon/tasks/planned_round.h"
-#include "daemon/tasks/recorded/estimate.h"
 #include "daemon/tasks/results.h"
 
 namespace cellcal::daemon {

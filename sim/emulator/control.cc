@@ -18,7 +18,7 @@
 #include <vector>
 
 #include "drivers/units.h"
-#include "sim/krc/eki/eki_server.h"
+#include "sim/krc/eki_server.h"
 #include "sim/krc/krc_udp.h"
 
 namespace cellcal::sim {

@@ -8,8 +8,8 @@
 #include <string>
 #include <string_view>
 
+#include "daemon/api/event_feed.h"
 #include "daemon/api/http/same_site.h"
-#include "daemon/api/live/event_feed.h"
 #include "daemon/api/routes.h"
 #include "daemon/api/run_request.h"
 

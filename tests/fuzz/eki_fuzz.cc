@@ -11,7 +11,7 @@
 #include "drivers/kuka/eki/eki_frames.h"
 #include "drivers/kuka/krl/krl_files.h"
 #include "drivers/kuka/wire/eki_codec.h"
-#include "sim/krc/eki/eki_channel.h"
+#include "sim/krc/eki_channel.h"
 
 namespace {
 

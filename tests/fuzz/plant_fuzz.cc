@@ -11,10 +11,10 @@
 #include "calib/model/error.h"
 #include "daemon/fleet/collect/judge.h"
 #include "daemon/plant/desk/desk_words.h"
+#include "daemon/plant/line/payload.h"
 #include "daemon/plant/messages/fact.h"
 #include "daemon/plant/messages/presence.h"
 #include "daemon/plant/messages/proposal.h"
-#include "daemon/plant/sparkplug/payload.h"
 
 namespace {
 

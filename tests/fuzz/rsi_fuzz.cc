@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "drivers/kuka/rsi/correction/arm_geometry.h"
+#include "drivers/kuka/rsi/arm_geometry.h"
 #include "drivers/kuka/rsi/rsi_core.h"
 #include "drivers/kuka/wire/rsi_codec.h"
 

@@ -16,8 +16,8 @@
 
 #include "calib/estimate/solve.h"
 #include "calib/files/text.h"
-#include "daemon/cli/commands/commands.h"
-#include "daemon/cli/offline/offline.h"
+#include "daemon/cli/commands.h"
+#include "daemon/cli/offline.h"
 #include "daemon/files/system_words.h"
 
 namespace {

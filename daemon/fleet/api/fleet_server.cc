@@ -9,9 +9,9 @@
 #include <sstream>
 #include <thread>
 
+#include "daemon/api/http/page.h"
 #include "daemon/api/http/same_site.h"
 #include "daemon/api/http/server.h"
-#include "daemon/api/page/page.h"
 #include "daemon/plant/messages/text_fields.h"
 
 namespace cellcal::daemon::fleet {

@@ -8,7 +8,7 @@
 
 #include "calib/model/error.h"
 #include "daemon/files/system_words.h"
-#include "daemon/plant/sparkplug/cell_metrics.h"
+#include "daemon/plant/line/cell_metrics.h"
 
 namespace cellcal::daemon::plant {
 

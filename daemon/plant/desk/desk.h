@@ -13,8 +13,8 @@
 #include "daemon/api/http/message.h"
 #include "daemon/files/seldom.h"
 #include "daemon/plant/desk/desk_words.h"
+#include "daemon/plant/messages/outbox.h"
 #include "daemon/plant/messages/proposal.h"
-#include "daemon/plant/outbox/outbox.h"
 
 namespace cellcal::daemon::plant {
 

@@ -6,8 +6,8 @@
 
 #include "daemon/api/http/http.h"
 #include "daemon/plant/desk/desk_words.h"
+#include "daemon/plant/messages/outbox.h"
 #include "daemon/plant/messages/proposal.h"
-#include "daemon/plant/outbox/outbox.h"
 
 namespace cellcal::daemon::plant {
 

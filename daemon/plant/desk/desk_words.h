@@ -9,8 +9,8 @@
 
 #include "daemon/config/plant_config.h"
 #include "daemon/plant/line/line_status.h"
-#include "daemon/plant/outbox/outbox.h"
-#include "daemon/plant/sparkplug/payload.h"
+#include "daemon/plant/line/payload.h"
+#include "daemon/plant/messages/outbox.h"
 
 namespace cellcal::daemon::plant {
 

@@ -15,10 +15,10 @@
 #include "daemon/files/system_words.h"
 #include "daemon/main/log.h"
 #include "daemon/plant/desk/desk_client.h"
+#include "daemon/plant/line/edge_node.h"
+#include "daemon/plant/line/publisher.h"
 #include "daemon/plant/process/plant_options.h"
 #include "daemon/plant/process/supervisor.h"
-#include "daemon/plant/publisher/publisher.h"
-#include "daemon/plant/sparkplug/edge_node.h"
 
 namespace cellcal::daemon::plant {
 

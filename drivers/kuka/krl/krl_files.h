@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "drivers/kuka/rsi/link/rsi_config.h"
+#include "drivers/kuka/rsi/rsi_config.h"
 
 namespace cellcal::drivers {
 
@@ -29,8 +29,8 @@ struct EkiFilesConfig {
   bool write_frames =
       false;  ///< with what reads and sets TOOL_DATA and BASE_DATA; else nothing of it
   bool write_advice = false;  ///< with CELLCAL_ADVICE, what the checks say; else nothing of it
-  bool may_run = false;  ///< CC_MAY_RUN: this computer may start CELLCAL_EKI in EXT
-  int cell_wait_s = 900;  ///< called by CELL, without a session: then it returns
+  bool may_run = false;       ///< CC_MAY_RUN: this computer may start CELLCAL_EKI in EXT
+  int cell_wait_s = 900;      ///< called by CELL, without a session: then it returns
   /// $OUT of $BRAKETEST_REQ_INT, $MASTERINGTEST_REQ_INT, and of a collision; 0: on none.
   int brake_test_output = 0, mastering_test_output = 0, collision_output = 0;
 

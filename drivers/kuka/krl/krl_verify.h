@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "drivers/kuka/krl/krl_files.h"
-#include "drivers/kuka/rsi/link/rsi_config.h"
+#include "drivers/kuka/rsi/rsi_config.h"
 
 namespace cellcal::drivers {
 

@@ -12,7 +12,7 @@
 
 #include "drivers/kuka/moves/cause.h"
 #include "drivers/kuka/moves/position_record.h"
-#include "drivers/kuka/rsi/link/rsi_config.h"
+#include "drivers/kuka/rsi/rsi_config.h"
 
 namespace cellcal::drivers {
 

@@ -7,13 +7,13 @@
 #include "drivers/kuka/moves/cause_words.h"
 #include "drivers/kuka/moves/move_queue.h"
 #include "drivers/kuka/moves/position_record.h"
-#include "drivers/kuka/rsi/correction/rsi_setpoint.h"
-#include "drivers/kuka/rsi/link/rsi_delay.h"
-#include "drivers/kuka/rsi/link/rsi_fitness.h"
-#include "drivers/kuka/rsi/link/rsi_pause.h"
-#include "drivers/kuka/rsi/link/rsi_repeats.h"
-#include "drivers/kuka/rsi/link/rsi_stream.h"
+#include "drivers/kuka/rsi/rsi_delay.h"
+#include "drivers/kuka/rsi/rsi_fitness.h"
 #include "drivers/kuka/rsi/rsi_mover.h"
+#include "drivers/kuka/rsi/rsi_pause.h"
+#include "drivers/kuka/rsi/rsi_repeats.h"
+#include "drivers/kuka/rsi/rsi_setpoint.h"
+#include "drivers/kuka/rsi/rsi_stream.h"
 #include "drivers/kuka/wire/xml_values.h"
 #include "drivers/units.h"
 
@@ -53,7 +53,8 @@ struct RsiCore::Impl {
   std::string_view on_datagram(std::string_view bytes, TimePoint t_rx) {
     note_time(t_rx);
     check_silence();
-    WireError error = parser.parse_rob(bytes, frame, {config.mode_tag, config.override_tag, config.contact_tag});
+    WireError error =
+        parser.parse_rob(bytes, frame, {config.mode_tag, config.override_tag, config.contact_tag});
     const AxisAngles actual = axes_of(frame.axes_deg, frame.external_deg, axes());
     if (error == WireError::kNone) {
       too_few_axes = actual.size() < axes();
@@ -499,9 +500,9 @@ struct RsiCore::Impl {
   std::optional<std::uint32_t> answered;  // IPOC of the last reply
   bool rereference_asked = false, too_few_axes = false;
   std::uint32_t damaged_in_a_row = 0;  // packets of a sound IPOC, and nothing else
-  bool increments_lost = false;    // relative: a reply of this move was not taken
-  bool unanswered = false;         // the newest packet
-  bool waited_unanswered = false;  // it came only after the one before had waited for an answer
+  bool increments_lost = false;        // relative: a reply of this move was not taken
+  bool unanswered = false;             // the newest packet
+  bool waited_unanswered = false;      // it came only after the one before had waited for an answer
   bool heard_time = false, ending = false, stop_low_sent = false, stop_sent = false;
 };
 

@@ -14,8 +14,8 @@
 
 #include "drivers/contact.h"
 #include "drivers/kuka/moves/core_result.h"
-#include "drivers/kuka/rsi/link/rsi_config.h"
-#include "drivers/kuka/rsi/link/rsi_report.h"
+#include "drivers/kuka/rsi/rsi_config.h"
+#include "drivers/kuka/rsi/rsi_report.h"
 #include "drivers/robot.h"
 
 namespace cellcal::drivers {

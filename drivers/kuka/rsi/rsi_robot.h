@@ -9,8 +9,8 @@
 #include <string_view>
 
 #include "drivers/contact.h"
-#include "drivers/kuka/rsi/link/reply_histogram.h"
-#include "drivers/kuka/rsi/link/rsi_config.h"
+#include "drivers/kuka/rsi/reply_histogram.h"
+#include "drivers/kuka/rsi/rsi_config.h"
 #include "drivers/kuka/rsi/rsi_core.h"
 #include "drivers/robot.h"
 

@@ -1,6 +1,6 @@
 // Who comes in over the network, without a socket.
 
-#include "daemon/api/access/access.h"
+#include "daemon/api/access.h"
 
 #include <gtest/gtest.h>
 #include <spdlog/sinks/ostream_sink.h>
@@ -13,8 +13,8 @@
 #include "daemon/api/handlers.h"
 #include "daemon/api/http/same_site.h"
 #include "daemon/cell_form/cell_shelf.h"
-#include "daemon/schedule/schedule.h"
-#include "daemon/schedule/service_door.h"
+#include "daemon/unattended/schedule.h"
+#include "daemon/unattended/service_door.h"
 #include "tests/daemon/api/without_hardware.h"
 
 namespace cellcal::daemon {

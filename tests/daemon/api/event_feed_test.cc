@@ -1,6 +1,6 @@
 // What a follower of the event stream is given, without a socket.
 
-#include "daemon/api/live/event_feed.h"
+#include "daemon/api/event_feed.h"
 
 #include <gtest/gtest.h>
 

@@ -6,20 +6,20 @@
 #include <set>
 
 #include "calib/files/input_file.h"
-#include "daemon/api/access/access.h"
+#include "daemon/api/access.h"
 #include "daemon/api/handlers.h"
 #include "daemon/archive/archive.h"
 #include "daemon/cell_form/cell_shelf.h"
-#include "daemon/frames/frame_station.h"
-#include "daemon/plant/proposals/proposal_box.h"
-#include "daemon/readiness/evidence.h"
-#include "daemon/readiness/examiner.h"
-#include "daemon/schedule/schedule.h"
-#include "daemon/schedule/service_door.h"
-#include "daemon/tasks/recorded/options.h"
+#include "daemon/controller/frame_station.h"
+#include "daemon/doctor/evidence.h"
+#include "daemon/doctor/examiner.h"
+#include "daemon/plant/desk/proposal_box.h"
+#include "daemon/tasks/options.h"
+#include "daemon/unattended/schedule.h"
+#include "daemon/unattended/service_door.h"
 #include "tests/daemon/api/schema.h"
 #include "tests/daemon/api/without_hardware.h"
-#include "tests/daemon/drift/checked_journal.h"
+#include "tests/daemon/archive/checked_journal.h"
 
 namespace cellcal::daemon {
 namespace {

@@ -1,6 +1,6 @@
 // What a browser is given, and what the page draws, as requests meet them.
 
-#include "daemon/api/page/page.h"
+#include "daemon/api/http/page.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "daemon/api/handlers.h"
-#include "daemon/tasks/recorded/options.h"
+#include "daemon/tasks/options.h"
 #include "tests/daemon/api/without_hardware.h"
 
 namespace cellcal::daemon {

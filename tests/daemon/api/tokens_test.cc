@@ -1,4 +1,4 @@
-#include "daemon/api/access/tokens.h"
+#include "daemon/api/tokens.h"
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>

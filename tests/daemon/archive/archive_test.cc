@@ -14,7 +14,7 @@
 #include "calib/files/input_file.h"
 #include "daemon/journal/database/chain.h"
 #include "daemon/journal/rows.h"
-#include "daemon/tasks/recorded/options.h"
+#include "daemon/tasks/options.h"
 #include "tests/calib/random_calibration.h"
 #include "tests/daemon/journal/temporary_directory.h"
 

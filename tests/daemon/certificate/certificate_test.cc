@@ -13,7 +13,7 @@
 #include <nlohmann/json.hpp>
 
 #include "calib/files/input_file.h"
-#include "daemon/tasks/recorded/options.h"
+#include "daemon/tasks/options.h"
 #include "tests/daemon/certificate/origins.h"
 #include "tests/daemon/certificate/recorded.h"
 #include "tests/daemon/journal/temporary_directory.h"

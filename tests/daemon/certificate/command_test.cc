@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "calib/files/input_file.h"
-#include "daemon/certificate/signing/signed_files.h"
+#include "daemon/certificate/signed_files.h"
 #include "tests/daemon/certificate/recorded.h"
 #include "tests/daemon/cli/process.h"
 #include "tests/daemon/journal/temporary_directory.h"

@@ -1,6 +1,6 @@
 // new-cell: what it writes is what the reader of cell files knows, and bad answers write nothing.
 
-#include "daemon/cli/new_cell/new_cell.h"
+#include "daemon/cli/new_cell.h"
 
 #include <gtest/gtest.h>
 
@@ -14,7 +14,7 @@
 #include "calib/files/files.h"
 #include "calib/files/robot_file.h"
 #include "daemon/cell_form/cell_text.h"
-#include "daemon/cli/new_cell/dialogue.h"
+#include "daemon/cli/dialogue.h"
 #include "tests/daemon/cli/content.h"
 #include "tests/daemon/cli/process.h"
 #include "tests/daemon/journal/temporary_directory.h"

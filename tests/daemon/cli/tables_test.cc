@@ -1,4 +1,4 @@
-#include "daemon/cli/offline/tables.h"
+#include "daemon/cli/tables.h"
 
 #include <gtest/gtest.h>
 

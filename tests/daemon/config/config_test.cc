@@ -8,7 +8,7 @@
 
 #include "daemon/config/config_values.h"
 #include "drivers/error.h"
-#include "drivers/kuka/rsi/correction/arm_geometry.h"
+#include "drivers/kuka/rsi/arm_geometry.h"
 #include "tests/daemon/config/reason.h"
 
 namespace cellcal::daemon {
@@ -115,8 +115,9 @@ TEST(a_configuration, of_the_contact_input_reaches_adapter_and_controllers_files
   const DaemonConfig usual = parse_config(kRsi, "d.toml");
   EXPECT_EQ(usual.rsi.contact_tag + usual.rsi_files.contact_tag, "");
   const DaemonConfig config =
-      parse_config(kRsi + "[rsi]\ncontact_tag = \"Contact.R\"\n[controller]\ninput = 17\n"
-                          "contact_level = \"off\"\n",
+      parse_config(kRsi +
+                       "[rsi]\ncontact_tag = \"Contact.R\"\n[controller]\ninput = 17\n"
+                       "contact_level = \"off\"\n",
                    "d.toml");
   EXPECT_EQ(config.rsi.contact_tag, "Contact.R");
   EXPECT_EQ(config.rsi_files.contact_tag, "Contact.R");

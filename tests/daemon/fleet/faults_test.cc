@@ -9,8 +9,8 @@
 #include "tests/daemon/fleet/facts.h"
 #include "tests/daemon/fleet/faults/faulty_plant.h"
 #include "tests/daemon/fleet/running.h"
-#include "tests/daemon/plant/publisher/hostile_broker.h"
-#include "tests/daemon/plant/publisher/strict_door.h"
+#include "tests/daemon/plant/line/hostile_broker.h"
+#include "tests/daemon/plant/line/strict_door.h"
 
 namespace cellcal::daemon::fleet {
 namespace {

@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "daemon/api/http/http.h"
-#include "daemon/certificate/signing/signed_files.h"
+#include "daemon/certificate/signed_files.h"
 #include "daemon/fleet/collect/judge.h"
 #include "tests/daemon/api/tcp_peer.h"
 #include "tests/daemon/cli/process.h"

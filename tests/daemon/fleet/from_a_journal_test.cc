@@ -6,7 +6,7 @@
 #include "tests/daemon/fleet/facts.h"
 #include "tests/daemon/fleet/running.h"
 #include "tests/daemon/journal/temporary_directory.h"
-#include "tests/daemon/plant/publisher/cell_line.h"
+#include "tests/daemon/plant/line/cell_line.h"
 
 namespace cellcal::daemon::fleet {
 namespace {

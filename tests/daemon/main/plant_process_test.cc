@@ -9,7 +9,7 @@
 #include "daemon/plant/messages/fact.h"
 #include "daemon/plant/messages/proposal.h"
 #include "daemon_fixture.h"
-#include "tests/daemon/plant/publisher/hostile_broker.h"
+#include "tests/daemon/plant/line/hostile_broker.h"
 
 namespace cellcal::daemon::testing {
 namespace {

@@ -8,12 +8,12 @@
 
 #include "calib/files/input_file.h"
 #include "daemon/journal/journal.h"
+#include "daemon/plant/line/payload.h"
 #include "daemon/plant/messages/fact.h"
-#include "daemon/plant/sparkplug/payload.h"
 #include "daemon_fixture.h"
 #include "tests/daemon/certificate/recorded.h"
-#include "tests/daemon/plant/publisher/broker.h"
-#include "tests/daemon/plant/publisher/listener.h"
+#include "tests/daemon/plant/line/broker.h"
+#include "tests/daemon/plant/line/listener.h"
 
 namespace cellcal::daemon::testing {
 namespace {

@@ -8,8 +8,8 @@
 
 #include "calib/files/files.h"
 #include "calib/model/kinematics.h"
-#include "daemon/report/drawing/plan_picture.h"
-#include "daemon/report/drawing/plan_scene.h"
+#include "daemon/report/plan_picture.h"
+#include "daemon/report/plan_scene.h"
 #include "tests/daemon/report/fixture.h"
 #include "tests/daemon/report/html_checker.h"
 

@@ -1,4 +1,4 @@
-#include "daemon/report/drawing/scale.h"
+#include "daemon/report/scale.h"
 
 #include <gtest/gtest.h>
 

@@ -5,7 +5,7 @@
 #include <locale>
 #include <string>
 
-#include "daemon/report/drawing/scale.h"
+#include "daemon/report/scale.h"
 
 namespace cellcal::daemon::report {
 namespace {

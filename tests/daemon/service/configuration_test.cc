@@ -6,7 +6,7 @@
 #include <thread>
 
 #include "daemon/service/service.h"
-#include "daemon/tasks/recorded/options.h"
+#include "daemon/tasks/options.h"
 #include "drivers/error.h"
 #include "tests/daemon/journal/temporary_directory.h"
 

@@ -7,7 +7,7 @@
 #include "calib/files/files.h"
 #include "calib/model/random.h"
 #include "daemon/service/job.h"
-#include "daemon/tasks/recorded/options.h"
+#include "daemon/tasks/options.h"
 #include "sim/krc/cartesian_arm.h"
 #include "tests/daemon/journal/temporary_directory.h"
 #include "tests/daemon/runner/fakes.h"

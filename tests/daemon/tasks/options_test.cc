@@ -1,6 +1,6 @@
 // What a session was asked to do, as it is stored with it.
 
-#include "daemon/tasks/recorded/options.h"
+#include "daemon/tasks/options.h"
 
 #include <gtest/gtest.h>
 

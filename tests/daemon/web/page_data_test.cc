@@ -7,10 +7,10 @@
 
 #include "calib/files/files.h"
 #include "calib/model/kinematics.h"
+#include "daemon/api/page_drift.h"
+#include "daemon/api/page_figures.h"
+#include "daemon/api/page_scene.h"
 #include "daemon/web/assets.h"
-#include "daemon/web/drift.h"
-#include "daemon/web/figures.h"
-#include "daemon/web/scene.h"
 
 namespace cellcal::daemon::web {
 namespace {

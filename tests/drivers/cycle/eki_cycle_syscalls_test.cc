@@ -9,7 +9,7 @@
 #include "drivers/contact/serial_contact.h"
 #include "drivers/io_thread.h"
 #include "drivers/kuka/eki/eki_robot.h"
-#include "sim/krc/eki/eki_server.h"
+#include "sim/krc/eki_server.h"
 #include "sim/mcu/mcu_pty.h"
 #include "tests/drivers/cycle/cycle_rules.h"
 #include "tests/drivers/cycle/syscall_trace.h"

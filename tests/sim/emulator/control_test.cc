@@ -11,7 +11,7 @@
 #include <stdexcept>
 
 #include "drivers/kuka/krl/krl_files.h"
-#include "sim/krc/eki/eki_server.h"
+#include "sim/krc/eki_server.h"
 #include "sim/krc/krc_udp.h"
 
 namespace cellcal::sim {

@@ -3,7 +3,7 @@
 #include "cells.h"
 #include "drivers/kuka/eki/eki_robot.h"
 #include "drivers/kuka/krl/krl_files.h"
-#include "sim/krc/eki/eki_controller.h"
+#include "sim/krc/eki_controller.h"
 
 namespace cellcal::faults {
 namespace {

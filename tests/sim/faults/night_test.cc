@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "cells.h"
-#include "daemon/schedule/aftermath.h"
+#include "daemon/unattended/aftermath.h"
 #include "session.h"
 #include "tests/daemon/journal/temporary_directory.h"
 

@@ -1,7 +1,7 @@
 #include "session.h"
 
 #include "daemon/service/journal_recorder.h"
-#include "daemon/tasks/recorded/options.h"
+#include "daemon/tasks/options.h"
 #include "daemon/tasks/tasks.h"
 
 namespace cellcal::faults {

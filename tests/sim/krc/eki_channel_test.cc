@@ -1,4 +1,4 @@
-#include "sim/krc/eki/eki_channel.h"
+#include "sim/krc/eki_channel.h"
 
 #include <gtest/gtest.h>
 

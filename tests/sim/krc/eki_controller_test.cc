@@ -1,6 +1,6 @@
 // The emulated controller with its EKI programs, spoken to by hand.
 
-#include "sim/krc/eki/eki_controller.h"
+#include "sim/krc/eki_controller.h"
 
 #include <gtest/gtest.h>
 

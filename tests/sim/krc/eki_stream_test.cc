@@ -1,6 +1,6 @@
 // Channel files that are not cellcal's, each with names and habits that such files have.
 
-#include "sim/krc/eki/eki_stream.h"
+#include "sim/krc/eki_stream.h"
 
 #include <gtest/gtest.h>
 

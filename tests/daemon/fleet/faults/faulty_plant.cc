@@ -13,7 +13,7 @@
 
 #include "daemon/plant/messages/fact.h"
 #include "tests/bench/plant/collector_process.h"
-#include "tests/daemon/plant/publisher/listener.h"
+#include "tests/daemon/plant/line/listener.h"
 
 namespace cellcal::daemon::fleet::testing {
 

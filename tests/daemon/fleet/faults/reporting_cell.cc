@@ -7,8 +7,8 @@
 #include <fstream>
 #include <iterator>
 
+#include "daemon/plant/desk/reporter.h"
 #include "daemon/plant/messages/fact.h"
-#include "daemon/plant/outbox/reporter.h"
 #include "daemon/result/session_result.h"
 
 namespace cellcal::daemon::fleet::testing {

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "daemon/journal/journal.h"
-#include "daemon/tasks/recorded/options.h"
-#include "tests/daemon/plant/publisher/cell_line.h"
+#include "daemon/tasks/options.h"
+#include "tests/daemon/plant/line/cell_line.h"
 
 namespace cellcal::daemon::fleet::testing {
 

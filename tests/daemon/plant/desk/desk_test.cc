@@ -11,8 +11,8 @@
 
 #include "daemon/api/http/server.h"
 #include "daemon/plant/desk/desk_client.h"
+#include "daemon/plant/line/cell_metrics.h"
 #include "daemon/plant/messages/fact.h"
-#include "daemon/plant/sparkplug/cell_metrics.h"
 #include "tests/daemon/journal/temporary_directory.h"
 
 namespace cellcal::daemon::testing {

@@ -13,7 +13,7 @@
 #include <thread>
 
 #include "drivers/kuka/krl/krl_files.h"
-#include "sim/krc/eki/eki_server.h"
+#include "sim/krc/eki_server.h"
 
 namespace cellcal::drivers {
 namespace {

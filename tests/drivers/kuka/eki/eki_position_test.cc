@@ -9,7 +9,7 @@
 
 #include "drivers/kuka/krl/krl_files.h"
 #include "drivers/units.h"
-#include "sim/krc/eki/eki_server.h"
+#include "sim/krc/eki_server.h"
 
 namespace cellcal::drivers {
 namespace {

@@ -11,7 +11,7 @@
 
 #include "drivers/kuka/eki/eki_core.h"
 #include "drivers/kuka/krl/krl_files.h"
-#include "sim/krc/eki/eki_controller.h"
+#include "sim/krc/eki_controller.h"
 #include "tests/drivers/kuka/rsi/virtual_rig.h"
 
 namespace cellcal::drivers {

@@ -12,7 +12,7 @@
 
 #include "drivers/error.h"
 #include "drivers/io_thread.h"
-#include "sim/krc/eki/eki_server.h"
+#include "sim/krc/eki_server.h"
 #include "tests/drivers/kuka/allocation_count.h"
 #include "tests/drivers/kuka/eki/eki_rig.h"
 #include "tests/drivers/kuka/eventually.h"

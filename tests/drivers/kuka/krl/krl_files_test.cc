@@ -14,7 +14,7 @@
 
 #include "drivers/error.h"
 #include "drivers/kuka/krl/krl_template.h"
-#include "sim/krc/eki/eki_channel.h"
+#include "sim/krc/eki_channel.h"
 #include "tests/drivers/kuka/krl/krl_checker.h"
 
 namespace cellcal::drivers {
@@ -338,7 +338,8 @@ TEST(EkiFiles, StartNothingUnlessPermittedInExtAndWithNothingSelected) {
   EXPECT_EQ(run.at(free + 1), "CWRITE ($CMD,STAT,MODE,\"RUN/R1/CELLCAL_EKI()\")");
   EXPECT_LT(refused, free);
   std::size_t starts = 0;
-  for (std::size_t at = sub.find("\"RUN/"); at != std::string::npos; at = sub.find("\"RUN/", at + 1))
+  for (std::size_t at = sub.find("\"RUN/"); at != std::string::npos;
+       at = sub.find("\"RUN/", at + 1))
     ++starts;
   EXPECT_EQ(starts, 1u);
 }

@@ -4,8 +4,8 @@
 #include <array>
 #include <vector>
 
-#include "drivers/kuka/rsi/correction/reply_bound.h"
 #include "drivers/kuka/rsi/path_move.h"
+#include "drivers/kuka/rsi/reply_bound.h"
 #include "tests/drivers/kuka/rsi/rig.h"
 
 namespace cellcal::drivers {

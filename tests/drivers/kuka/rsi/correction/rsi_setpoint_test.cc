@@ -1,7 +1,7 @@
 // Where the arm stands and what the controller holds, packet by packet and without a controller: what
 // each packet proves, and at which limits.
 
-#include "drivers/kuka/rsi/correction/rsi_setpoint.h"
+#include "drivers/kuka/rsi/rsi_setpoint.h"
 
 #include <gtest/gtest.h>
 

@@ -2,7 +2,7 @@
 // those of axis corrections.
 
 #include "drivers/error.h"
-#include "drivers/kuka/rsi/correction/rsi_setpoint.h"
+#include "drivers/kuka/rsi/rsi_setpoint.h"
 #include "tests/drivers/kuka/allocation_count.h"
 #include "tests/drivers/kuka/rsi/correction/space_rig.h"
 

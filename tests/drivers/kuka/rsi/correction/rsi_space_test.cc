@@ -1,7 +1,7 @@
 // Corrections in space: moves, what is refused, and what stops an arm that a controller leads
 // elsewhere.
 
-#include "drivers/kuka/rsi/correction/rsi_space.h"
+#include "drivers/kuka/rsi/rsi_space.h"
 
 #include <random>
 

@@ -1,4 +1,4 @@
-#include "drivers/kuka/rsi/link/rsi_config.h"
+#include "drivers/kuka/rsi/rsi_config.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "drivers/kuka/rsi/link/rsi_pause.h"
+#include "drivers/kuka/rsi/rsi_pause.h"
 
 #include <gtest/gtest.h>
 

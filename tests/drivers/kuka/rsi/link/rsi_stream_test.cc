@@ -1,7 +1,7 @@
 // What the packets tell of the link, packet by packet: which follow, which are old, which are another
 // session's; and what is learnt of the cycle, from how many of them.
 
-#include "drivers/kuka/rsi/link/rsi_stream.h"
+#include "drivers/kuka/rsi/rsi_stream.h"
 
 #include <gtest/gtest.h>
 

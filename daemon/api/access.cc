@@ -1,0 +1,150 @@
+#include "daemon/api/access.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <bit>
+
+#include "daemon/api/http/message.h"
+#include "daemon/api/http/same_site.h"
+#include "daemon/files/system_words.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+using nlohmann::json;
+
+constexpr std::string_view kBearer = "Bearer ";
+constexpr std::size_t kMostShown = 80;
+
+bool changes_something(const Request& request) {
+  return request.method != "GET" && request.method != "HEAD";
+}
+
+/// Words of others in a sentence of ours.
+std::string shown(const std::string& text) { return printable(text).substr(0, kMostShown); }
+
+Response who(const Token& token) {
+  return Response{.body = dump({{"role", to_string(token.role)}, {"name", token.name}})};
+}
+
+std::string token_in(const std::string& body) {
+  const json object = json::parse(body, nullptr, false);
+  const bool sound = object.is_object() && object.size() == 1 && object.contains("token") &&
+                     object["token"].is_string();
+  if (!sound) throw BadRequest("the body must be {\"token\": \"...\"}");
+  return object["token"].get<std::string>();
+}
+
+}  // namespace
+
+class Access::Admitted final : public Stream {
+ public:
+  Admitted(Access& access, const Request& request, std::shared_ptr<Stream> stream)
+      : access_(access), request_(request), stream_(std::move(stream)) {}
+  std::optional<std::string> next() override {
+    const std::optional<Token> token = access_.token_of(request_);
+    if (!token || token->name != request_.caller.name) return std::nullopt;
+    return stream_->next();
+  }
+
+ private:
+  Access& access_;
+  Request request_;
+  std::shared_ptr<Stream> stream_;
+};
+
+std::shared_ptr<Stream> Access::while_admitted(const Request& request,
+                                               std::shared_ptr<Stream> stream) {
+  return std::make_shared<Admitted>(*this, request, std::move(stream));
+}
+
+std::optional<Response> Access::admit(Request& request, Role needed) {
+  if (!host_is_ours(request, config_.host_names)) {
+    return error(403, "Host \"" + shown(request.header("host")) +
+                          "\" is not known as this computer's. Ask by its address, or add the name "
+                          "to host_names of [http] in cellcald.toml");
+  }
+  if (changes_something(request) && !origin_is_ours(request, config_.tls)) {
+    return error(403, "the request was sent by a page of " + shown(request.header("origin")) +
+                          ", not by this daemon's own. Open this daemon's page instead");
+  }
+  if (needed == Role::kNobody) return std::nullopt;
+  const bool bearer = !request.header("authorization").empty();
+  if (!bearer && cookie_of(request).empty()) {
+    Response none = error(401,
+                          "a token is needed: 'cellcal token add' on the cell's computer makes "
+                          "one. Send it as 'Authorization: Bearer TOKEN', or log in with it");
+    none.headers = {{"WWW-Authenticate", "Bearer"}};
+    return none;
+  }
+  const std::optional<Token> token = token_of(request);
+  if (!token) return wrong_token(request);
+  if (token->role < needed) {
+    return error(403, fmt::format("the role {0} is needed, and the token \"{1}\" has {2}. Make one "
+                                  "with it: 'cellcal token add --role {0} --name NAME'",
+                                  to_string(needed), token->name, to_string(token->role)));
+  }
+  request.caller = {token->role, token->name};
+  return std::nullopt;
+}
+
+std::optional<Token> Access::token_of(const Request& request) {
+  const std::string& given = request.header("authorization");
+  if (given.empty()) return sign_ins_.find(cookie_of(request));
+  if (!given.starts_with(kBearer)) return std::nullopt;
+  return tokens_.find(std::string_view(given).substr(kBearer.size()));
+}
+
+Response Access::wrong_token(const Request& request) {
+  const FailedAttempts::Count count = failed_.add(request.peer);
+  if (std::has_single_bit(static_cast<unsigned>(count.so_far))) {  // a log that is not flooded
+    spdlog::warn("a wrong token from {}, {} so far", request.peer, count.so_far);
+  }
+  Response wrong = error(401,
+                         "this token or login is not known, or has ended. 'cellcal token list' "
+                         "shows the tokens; log in again");
+  wrong.headers = {{"WWW-Authenticate", "Bearer"}};
+  // Guessing is not what an abort is for; who is told at once can log in, or press the emergency stop.
+  if (request.path != "/v1/abort") wrong.hold = count.wait;
+  return wrong;
+}
+
+Response Access::log_in(const Request& request) {
+  const std::optional<Token> token = tokens_.find(token_in(request.body));
+  if (!token) return wrong_token(request);
+  Response welcome = who(*token);
+  welcome.headers = {
+      {"Set-Cookie",
+       fmt::format("{}={}; Path=/; Max-Age={}; HttpOnly; SameSite=Strict{}", cookie_name(),
+                   sign_ins_.begin(*token), std::chrono::seconds(kLongestUnused).count(),
+                   config_.tls ? "; Secure" : "")}};
+  return welcome;
+}
+
+Response Access::log_out(const Request& request) {
+  sign_ins_.end(cookie_of(request));
+  Response gone{.body = "{}"};
+  gone.headers = {{"Set-Cookie", fmt::format("{}=; Path=/; Max-Age=0; HttpOnly; SameSite=Strict{}",
+                                             cookie_name(), config_.tls ? "; Secure" : "")}};
+  return gone;
+}
+
+/// Cookies know no ports: two daemons on one computer would take each other's away.
+std::string Access::cookie_name() const { return fmt::format("cellcal-{}", config_.port); }
+
+std::string Access::cookie_of(const Request& request) const {
+  const std::string wanted = cookie_name() + "=";
+  std::string_view rest = request.header("cookie");
+  while (!rest.empty()) {
+    const std::size_t end = std::min(rest.find(';'), rest.size());
+    std::string_view one = rest.substr(0, end);
+    rest.remove_prefix(std::min(end + 1, rest.size()));
+    while (one.starts_with(' ')) one.remove_prefix(1);
+    if (one.starts_with(wanted)) return std::string(one.substr(wanted.size()));
+  }
+  return "";
+}
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,239 @@
+#include "daemon/archive/drift_watch.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <stdexcept>
+
+#include "calib/check/drift.h"
+#include "calib/check/shift_gauge.h"
+#include "calib/model/error.h"
+#include "calib/model/iso_time.h"
+#include "daemon/result/outcome_json.h"
+#include "daemon/tasks/check_against.h"
+#include "daemon/tasks/options.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+constexpr std::size_t kMostChecks = 1500;
+/// As a check tells its touches apart (daemon/tasks/check_tasks.cc).
+constexpr double kSameLineRad = 0.08;
+
+struct Check {
+  calib::CheckSeen seen;
+  std::vector<calib::Touch> touches;
+  Eigen::VectorXd off_m;
+};
+
+double ended_s(const SessionRecord& record) {
+  const auto seconds = calib::seconds_of(record.ended);
+  if (!seconds) throw std::runtime_error("its end \"" + record.ended + "\" is no time");
+  return *seconds;
+}
+
+bool same_line(const calib::Touch& one, const calib::Touch& other) {
+  if (one.target != other.target || one.joint_rad.size() != other.joint_rad.size()) return false;
+  for (std::size_t i = 0; i < one.joint_rad.size(); ++i)
+    if (!(std::abs(one.joint_rad[i] - other.joint_rad[i]) < kSameLineRad)) return false;
+  return true;
+}
+
+bool same_touches(const Check& one, const Check& other) {
+  return std::ranges::equal(one.touches, other.touches, same_line);
+}
+
+/// What the request states; else the mean, where every touch states one.
+/// As a request may state it; of rows nobody knows who wrote what else, and one wild figure would spoil all.
+bool is_of_a_cell(double temperature_c) { return temperature_c >= -40.0 && temperature_c <= 80.0; }
+
+std::optional<double> temperature_of(const SessionOptions& options,
+                                     const std::vector<calib::Touch>& touches) {
+  if (options.temperature_c)
+    return is_of_a_cell(*options.temperature_c) ? options.temperature_c : std::nullopt;
+  if (touches.empty()) return std::nullopt;
+  double sum = 0.0;
+  for (const calib::Touch& touch : touches) {
+    if (!touch.temperature_c || !is_of_a_cell(*touch.temperature_c)) return std::nullopt;
+    sum += *touch.temperature_c;
+  }
+  return sum / static_cast<double>(touches.size());
+}
+
+/// By the outcome that the journal keeps. Without one the check is undecided: its missed touches are not known.
+void take_outcome(const std::optional<SessionOutcome>& outcome, calib::CheckSeen& seen) {
+  seen.left_out = calib::LeftOut::kUndecided;
+  if (!outcome || outcome->kind == OutcomeKind::kUndecided) return;
+  const bool held = outcome->kind == OutcomeKind::kHolds;
+  seen.verdict = held ? calib::CheckVerdict::kHolds : calib::CheckVerdict::kDoesNotHold;
+  seen.change = outcome->change;
+  if (outcome->tcp_shift) {
+    seen.tcp_shift_m = outcome->tcp_shift->shift_m.norm();
+    seen.u_tcp_shift_m = outcome->tcp_shift->u_m;
+  }
+  const bool whole = outcome->not_found.empty() && outcome->unsteady.empty();
+  const bool of_the_tool =
+      held || (outcome->change && outcome->change->kind == calib::ChangeKind::kTool);
+  seen.left_out = !whole        ? calib::LeftOut::kIncomplete
+                  : of_the_tool ? calib::LeftOut::kNo
+                                : calib::LeftOut::kNotTheTool;
+}
+
+/// Of that calibration, oldest first.
+std::vector<Check> checks_of(Journal& journal, const std::vector<SessionRecord>& newest_first,
+                             std::int64_t calibrated) {
+  std::vector<Check> checks;
+  for (const SessionRecord& record : newest_first) {
+    if (record.id <= calibrated || checks.size() == kMostChecks) break;
+    if (record.state != RecordState::kDone || record.origin) continue;
+    try {
+      const SessionOptions options = options_from_json(record.inputs.options);
+      if (options.kind != SessionKind::kCheck || options.against != calibrated) continue;
+      Check check;
+      check.touches = journal.touches(record.id);
+      check.seen.session = record.id;
+      check.seen.time_s = ended_s(record);
+      check.seen.temperature_c = temperature_of(options, check.touches);
+      take_outcome(outcome_from_json(record.outcome), check.seen);
+      checks.push_back(std::move(check));
+    } catch (const std::runtime_error& error) {
+      spdlog::warn("check {} is not in the chart: {}", record.id, error.what());
+    }
+  }
+  std::ranges::reverse(checks);
+  return checks;
+}
+
+bool complete(const Check& check) {
+  return check.seen.left_out != calib::LeftOut::kUndecided &&
+         check.seen.left_out != calib::LeftOut::kIncomplete && !check.touches.empty();
+}
+
+/// One of each group of checks by the same touches, the newest group first.
+std::vector<const Check*> groups_of(const std::vector<Check>& checks) {
+  std::vector<const Check*> groups;
+  constexpr std::size_t kMostGroups = 20;
+  for (auto check = checks.rbegin(); check != checks.rend() && groups.size() < kMostGroups; ++check)
+    if (complete(*check) && std::ranges::none_of(groups, [&](const Check* group) {
+          return same_touches(*check, *group);
+        }))
+      groups.push_back(&*check);
+  return groups;
+}
+
+/// Measures those by the same touches as this one; the others are left out.
+calib::ShiftGauge measure(const calib::Calibration& calibration, const Check& like,
+                          std::vector<Check>& checks) {
+  const std::vector<calib::Touch> touches = like.touches;
+  calib::ShiftGauge gauge(calibration, touches);
+  for (Check& check : checks) {
+    if (!complete(check)) continue;
+    if (!std::ranges::equal(check.touches, touches, same_line)) {
+      check.seen.left_out = calib::LeftOut::kOtherTouches;
+      continue;
+    }
+    const auto shift = gauge.measure(check.touches);
+    check.seen.shift_m = shift.shift_m;
+    check.seen.covariance_m2 = shift.covariance_m2;
+    check.off_m = shift.off_m;
+  }
+  return gauge;
+}
+
+/// Of the checks since the trend began, beside those before it which raised no alarm.
+void find_causes(const calib::ShiftGauge& gauge, const std::vector<Check>& checks,
+                 calib::DriftChart& chart) {
+  Eigen::VectorXd before = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(gauge.touches()));
+  Eigen::VectorXd since = before;
+  double n_before = 0.0, n_since = 0.0;
+  for (std::size_t k = 0; k < checks.size(); ++k) {
+    if (checks[k].seen.left_out != calib::LeftOut::kNo) continue;
+    if (checks[k].seen.session >= chart.trend->since) {
+      since += checks[k].off_m;
+      ++n_since;
+    } else if (chart.points[k].state != calib::DriftState::kAlarms) {
+      before += checks[k].off_m;
+      ++n_before;
+    }
+  }
+  if (!(n_before > 0.0 && n_since > 0.0)) return;
+  const double scatter = chart.noise * chart.noise * (1.0 / n_before + 1.0 / n_since);
+  chart.trend->causes = gauge.causes(since / n_since - before / n_before, scatter);
+}
+
+/// By the touches of this check; none: there is none that counts.
+calib::DriftChart chart_of(const calib::Calibration& calibration, const Check* like,
+                           std::vector<Check> checks) {
+  std::optional<calib::ShiftGauge> gauge;
+  if (like != nullptr) gauge = measure(calibration, *like, checks);
+  std::vector<calib::CheckSeen> seen;
+  for (const Check& check : checks) seen.push_back(check.seen);
+  calib::DriftChart chart = calib::drift_chart(seen);
+  if (gauge && chart.trend) {
+    find_causes(*gauge, checks, chart);
+    calib::advise(chart);
+  }
+  return chart;
+}
+
+std::shared_ptr<const Drift> worked_out(Journal& journal,
+                                        const std::vector<SessionRecord>& newest_first,
+                                        const std::filesystem::path& cell) try {
+  const SessionRecord calibrated = published_session(journal, cell, std::nullopt);
+  auto drift = std::make_shared<Drift>();
+  drift->calibrated = calibrated.id;
+  drift->cell = calibrated.inputs.cell_name;
+  drift->calibrated_at = calibrated.ended;
+  std::vector<Check> checks = checks_of(journal, newest_first, calibrated.id);
+  // By the newest touches; by those before where these alarm or warn and the newest are too few to say so.
+  const calib::Calibration calibration = calibration_of(journal, calibrated.id);
+  drift->chart = chart_of(calibration, nullptr, checks);
+  bool newest = true;
+  for (const Check* group : groups_of(checks)) {
+    calib::DriftChart chart = chart_of(calibration, group, checks);
+    const bool standing =
+        chart.state == calib::DriftState::kAlarms || chart.state == calib::DriftState::kWarns;
+    const bool says = chart.state != calib::DriftState::kTooFew;
+    if (newest || standing) drift->chart = std::move(chart);
+    if (says) break;
+    newest = false;
+  }
+  return drift;
+} catch (const NothingToCheck&) {
+  return nullptr;
+} catch (const calib::IdentifyError& error) {
+  spdlog::warn("no control chart: {}", error.what());
+  return nullptr;
+}
+
+}  // namespace
+
+double DriftWatch::wall_clock_s() {
+  return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
+}
+
+std::shared_ptr<const Drift> DriftWatch::look(const std::filesystem::path& cell) {
+  const std::vector<SessionRecord> sessions = journal_.sessions();
+  std::string of = cell.string() + '\n';
+  for (const SessionRecord& record : sessions)
+    if (record.state == RecordState::kDone) of += std::to_string(record.id) + ' ';
+  // Another calibration may be in use since.
+  for (const Activation& one : journal_.activations()) of += '@' + std::to_string(one.entry);
+  const std::lock_guard lock(mutex_);
+  if (of != of_) {
+    newest_ = worked_out(journal_, sessions, cell);
+    of_ = std::move(of);
+  }
+  if (!newest_ || newest_->chart.state != calib::DriftState::kInControl) return newest_;
+  // An emulated cell's clock counts from 2000-01-01: it tells no age.
+  constexpr double kYear2001S = 978'307'200.0;
+  if (newest_->chart.points.back().check.time_s < kYear2001S) return newest_;
+  auto now = std::make_shared<Drift>(*newest_);
+  calib::age(now->chart, now_());
+  return now;
+}
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,232 @@
+#include "daemon/certificate/signed_files.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+#include <sstream>
+
+#include "calib/files/files.h"
+#include "calib/files/input_file.h"
+#include "daemon/files/atomic_file.h"
+#include "daemon/files/system_words.h"
+
+namespace cellcal::daemon::signing {
+
+namespace {
+
+namespace fs = std::filesystem;
+using Why = NotVerified::Why;
+
+constexpr const char* kFormat = "# cellcal.signature/1";
+constexpr std::size_t kMostLines = 100;
+
+struct Names {
+  const char *sums, *signature;
+};
+Names names_of(Kind kind) {
+  return kind == Kind::kExport ? Names{kExportSums, kExportSignature} : Names{kSums, kSignature};
+}
+/// What signs is not signed.
+bool is_reserved(const std::string& name) {
+  return name == kSums || name == kSignature || name == kExportSums || name == kExportSignature;
+}
+
+struct Sums {
+  Statement statement;
+  std::vector<std::pair<std::string, std::string>> files;  ///< name, SHA-256
+};
+
+std::string text_of(const Sums& sums) {
+  std::string text =
+      fmt::format("{}\n# certificate: {}\n# signed at: {}\n# signed by: {}\n# key: {}\n", kFormat,
+                  printable(sums.statement.certificate), printable(sums.statement.utc),
+                  printable(sums.statement.by), sums.statement.key);
+  for (const auto& [name, sum] : sums.files) text += fmt::format("{}  {}\n", sum, name);
+  return text;
+}
+
+std::optional<std::string> behind(const std::string& line, const std::string& mark) {
+  if (!line.starts_with(mark)) return std::nullopt;
+  return line.substr(mark.size());
+}
+
+/// Of a file beside the sums, and that a terminal can show.
+bool is_plain_name(const std::string& name) {
+  return !name.empty() && name != "." && name != ".." && !is_reserved(name) &&
+         name.find_first_of("/\\") == std::string::npos && printable(name) == name;
+}
+
+const std::string* sum_of(const Sums& sums, const std::string& name) {
+  const auto found =
+      std::ranges::find(sums.files, name, &std::pair<std::string, std::string>::first);
+  return found == sums.files.end() ? nullptr : &found->second;
+}
+
+/// Nothing where it is none of ours.
+std::optional<Sums> sums_of(const std::string& text) {
+  Sums sums;
+  std::istringstream lines(text);
+  std::string line;
+  if (!std::getline(lines, line) || line != kFormat) return std::nullopt;
+  for (std::size_t i = 0; i < kMostLines && std::getline(lines, line); ++i) {
+    if (const auto value = behind(line, "# certificate: "))
+      sums.statement.certificate = *value;
+    else if (const auto at = behind(line, "# signed at: "))
+      sums.statement.utc = *at;
+    else if (const auto by = behind(line, "# signed by: "))
+      sums.statement.by = *by;
+    else if (const auto key = behind(line, "# key: "))
+      sums.statement.key = *key;
+    else if (line.size() > calib::kSha256Digits + 2 &&
+             calib::is_sha256(line.substr(0, calib::kSha256Digits)) &&
+             line.substr(calib::kSha256Digits, 2) == "  ") {
+      const std::string name = line.substr(calib::kSha256Digits + 2);
+      if (!is_plain_name(name) || sum_of(sums, name) != nullptr) return std::nullopt;
+      sums.files.emplace_back(name, line.substr(0, calib::kSha256Digits));
+    } else
+      return std::nullopt;
+  }
+  if (sums.files.empty() || !calib::is_sha256(sums.statement.key)) return std::nullopt;
+  return sums;
+}
+
+std::string read_or_refuse(const fs::path& path) {
+  std::error_code code;
+  if (!fs::exists(path, code))
+    throw NotVerified(
+        Why::kNoSignature,
+        path.string() +
+            ": is missing: not signed. Ask the issuer for all files of the certificate");
+  return calib::read_file(path);
+}
+
+Sums signed_sums(const fs::path& directory, Kind kind, const PublicKey& key) {
+  const Names names = names_of(kind);
+  const std::string text = read_or_refuse(directory / names.sums),
+                    signature = read_or_refuse(directory / names.signature);
+  const auto sums = sums_of(text);
+  if (!sums)
+    throw NotVerified(Why::kDamagedSignature,
+                      (directory / names.sums).string() +
+                          ": damaged. Ask the issuer for all files of the certificate");
+  if (sums->statement.key != key.fingerprint())
+    throw NotVerified(
+        Why::kOtherKey,
+        fmt::format("{}: signed by another key, {}; expected {}. Name the issuer's: --key FILE",
+                    (directory / names.sums).string(), sums->statement.key, key.fingerprint()));
+  if (!key.verifies(text, signature))
+    throw NotVerified(
+        Why::kDamagedSignature,
+        fmt::format("{}: the signature is not of {}: one of them was changed after it was signed. "
+                    "Ask the issuer for all files of the certificate",
+                    (directory / names.signature).string(), names.sums));
+  return *sums;
+}
+
+/// A file that is listed is what was signed by that name, whatever else it is the same as.
+void verify_listed(const fs::path& file, const std::string& sum) {
+  if (calib::sha256(calib::read_file(file)) != sum)
+    throw NotVerified(
+        Why::kChangedFile,
+        printable(file.string()) + ": was changed after it was signed. Ask the issuer for it");
+}
+
+/// The name that it was signed by: its own, or another where nothing was signed by its own.
+std::string verify_one(const fs::path& file, const Sums& sums) {
+  const std::string name = file.filename().string();
+  if (const std::string* sum = sum_of(sums, name)) {
+    verify_listed(file, *sum);
+    return name;
+  }
+  const std::string sum = calib::sha256(calib::read_file(file));
+  const auto same =
+      std::ranges::find(sums.files, sum, &std::pair<std::string, std::string>::second);
+  if (same == sums.files.end())
+    throw NotVerified(Why::kNotListed, printable(file.string()) + ": not one of the signed files");
+  return same->first;
+}
+
+/// Beside the signed files, their sums and the signature nothing may be there: it would pass for signed.
+void refuse_others(const fs::path& directory, Kind kind, const Sums& sums) {
+  const Names own = names_of(kind);
+  std::vector<std::string> others;
+  for (const fs::directory_entry& entry : fs::directory_iterator(directory)) {
+    const std::string name = entry.path().filename().string();
+    if (name != own.sums && name != own.signature && sum_of(sums, name) == nullptr)
+      others.push_back(name);
+  }
+  if (others.empty()) return;
+  const std::string first = *std::ranges::min_element(others);
+  throw NotVerified(Why::kNotListed,
+                    printable((directory / first).string()) +
+                        ": not signed, but in the same folder as the signed files. Remove it, or "
+                        "verify single files");
+}
+
+}  // namespace
+
+const char* to_string(Why why) {
+  switch (why) {
+    case Why::kNoSignature:
+      return "no_signature";
+    case Why::kDamagedSignature:
+      return "damaged_signature";
+    case Why::kOtherKey:
+      return "other_key";
+    case Why::kChangedFile:
+      return "changed_file";
+    case Why::kNotListed:
+      return "not_listed";
+    case Why::kMissingFile:
+      return "missing_file";
+  }
+  return "";
+}
+
+void sign_files(const fs::path& directory, const std::vector<std::string>& names,
+                Statement statement, const PrivateKey& key, Kind kind) {
+  statement.key = key.fingerprint();
+  Sums sums{std::move(statement), {}};
+  for (const std::string& name : names)
+    sums.files.emplace_back(name, calib::sha256(calib::read_file(directory / name)));
+  const std::string text = text_of(sums);
+  write_atomically(directory / names_of(kind).signature, key.sign(text));
+  write_atomically(directory / names_of(kind).sums, text);
+}
+
+bool has_signature(const fs::path& directory, Kind kind) {
+  std::error_code code;
+  return fs::exists(directory / names_of(kind).sums, code) ||
+         fs::exists(directory / names_of(kind).signature, code);
+}
+
+Verified verify_files(const fs::path& file, const PublicKey& key, std::optional<Kind> asked) {
+  std::error_code code;
+  const bool whole = fs::is_directory(file, code);
+  const fs::path directory = whole                    ? file
+                             : file.has_parent_path() ? file.parent_path()
+                                                      : fs::path(".");
+  if (!whole) (void)calib::read_file(file);  // what is not there is not unsigned
+  const bool of_export =
+      !has_signature(directory, Kind::kCertificate) && has_signature(directory, Kind::kExport);
+  const Kind kind = asked.value_or(of_export ? Kind::kExport : Kind::kCertificate);
+  const Sums sums = signed_sums(directory, kind, key);
+  Verified verified{kind, sums.statement, {}};
+  if (!whole) {
+    verified.files.push_back(verify_one(file, sums));
+    return verified;
+  }
+  for (const auto& [name, sum] : sums.files) {
+    const fs::path one = directory / name;
+    if (!fs::exists(one, code))
+      throw NotVerified(Why::kMissingFile,
+                        one.string() + ": was signed, and is missing. Ask the issuer for it");
+    verify_listed(one, sum);
+    verified.files.push_back(name);
+  }
+  refuse_others(directory, kind, sums);
+  return verified;
+}
+
+}  // namespace cellcal::daemon::signing

@@ -1,0 +1,219 @@
+#include "daemon/cli/certificate.h"
+
+#include <fmt/format.h>
+
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <vector>
+
+#include "calib/files/calibration_json.h"
+#include "calib/files/input_file.h"
+#include "daemon/api/http/http.h"
+#include "daemon/certificate/certificate.h"
+#include "daemon/certificate/signed_files.h"
+#include "daemon/cli/archive.h"
+#include "daemon/cli/ask.h"
+#include "daemon/cli/offline.h"
+#include "daemon/files/atomic_file.h"
+#include "daemon/plant/messages/fact.h"
+#include "daemon/runner/backend.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kNotNew = 200;  ///< of POST .../certificate; 201 where it is
+
+/// Nothing of an earlier certificate is written over.
+void make_directory(const fs::path& directory) {
+  std::error_code code;
+  if (fs::exists(directory / signing::kSums, code))
+    throw std::runtime_error(directory.string() +
+                             ": holds a signed certificate already. Name another: --out DIR");
+  if (fs::exists(directory, code) && !fs::is_empty(directory, code))
+    throw std::runtime_error(directory.string() +
+                             ": is there already and not empty. Name another: --out DIR");
+  fs::create_directories(directory);
+}
+
+/// $CELLCAL_KEY
+std::optional<fs::path> named_key() {
+  const char* set = std::getenv("CELLCAL_KEY");
+  if (set == nullptr || *set == '\0') return std::nullopt;
+  return set;
+}
+
+/// A signature says more than that the figures follow from the rows: that they are the rows which were recorded.
+void refuse_unless_proven(const Connection& daemon, const CertificateCommand& command,
+                          const NamedArchive& named, const SigningKey& key) {
+  const auto refuse = [&](const std::string& why) {
+    throw certificate::Refused(
+        certificate::Refused::Why::kNotProven,
+        fmt::format(
+            "{}: {}. Name the session at the daemon that recorded it, or an export signed there: "
+            "'--export-key FILE.pub'. Unsigned: --no-sign",
+            named.from, why));
+  };
+  if (named.session) {
+    const Response shown = ask(daemon, "GET", fmt::format("/v1/sessions/{}", *named.session));
+    if (!nlohmann::json::parse(shown.body).at("imported").is_null())
+      refuse("imported from another journal, and not signed there for all that this one knows");
+    return;
+  }
+  try {
+    const signing::PublicKey by(command.export_key.empty() ? signing::public_part(key.file)
+                                                           : command.export_key);
+    signing::verify_files(named.from, by, signing::Kind::kExport);
+  } catch (const signing::NotVerified& not_proven) {
+    refuse(not_proven.what());
+  }
+}
+
+/// Why there is none; then the other files are a whole certificate, and signed as such.
+std::string add_pdf(const fs::path& directory, std::vector<std::string>& names) try {
+  certificate::write_pdf(directory / "certificate.html", directory / "certificate.pdf");
+  names.emplace_back("certificate.pdf");
+  return {};
+} catch (const std::runtime_error& error) {
+  return error.what();
+}
+
+/// Of what it says and who vouches for it, whenever it is issued: SHA-256.
+std::string content_of(certificate::CertificateData data, const std::string& rows,
+                       const std::vector<std::string>& names,
+                       const std::optional<signing::PrivateKey>& key) {
+  data.issued = data.issued_local = {};
+  std::string all = certificate::to_json(data) + calib::sha256(rows);
+  for (const std::string& name : names) all += '\n' + name;
+  if (key) all += '\n' + key->fingerprint();
+  return calib::sha256(all);
+}
+
+enum class Announced {
+  kNo,   ///< the daemon belongs to no plant, or the session came from a directory
+  kNow,  ///< on its way
+  kBefore
+};
+
+/// Signed or not, with what verifies it.
+Announced send_to_plant(const Connection& daemon, const std::string& session,
+                        const std::string& number, const std::string& content,
+                        const fs::path& directory, const std::vector<std::string>& names) {
+  if (session.find_first_not_of("0123456789") != std::string::npos) return Announced::kNo;
+  if (http_request(daemon.socket, "GET", "/v1/plant").status == 404) return Announced::kNo;
+  std::vector<plant::CertificateFile> files;
+  for (const std::string& name : names) files.push_back({name, calib::read_file(directory / name)});
+  try {
+    const plant::FactBody fact = plant::certificate_fact(number, std::move(files));
+    nlohmann::json body = nlohmann::json::parse(plant::body_to_json(fact));
+    body["content"] = content;
+    const Response answer =
+        ask(daemon, "POST", "/v1/sessions/" + session + "/certificate", body.dump());
+    return answer.status == kNotNew ? Announced::kBefore : Announced::kNow;
+  } catch (const std::exception& error) {
+    throw std::runtime_error(fmt::format("certificate {} is in {}, but not sent to the plant: {}",
+                                         number, directory.string(), error.what()));
+  }
+}
+
+const char* words_of(Announced announced) {
+  switch (announced) {
+    case Announced::kNo:
+      return "";
+    case Announced::kNow:
+      return ", on its way to the plant";
+    case Announced::kBefore:
+      return ", already sent to the plant";
+  }
+  return "";
+}
+
+void print_outcome(const Connection& daemon, const certificate::CertificateData& data,
+                   const fs::path& directory, bool is_signed, Announced plant) {
+  if (daemon.json) {
+    put(nlohmann::json{{"number", data.number.text},
+                       {"directory", fs::absolute(directory).string()},
+                       {"signed", is_signed},
+                       {"plant", plant != Announced::kNo}}
+                .dump() +
+            "\n",
+        {});
+    return;
+  }
+  put(fmt::format(
+          "certificate {} in {}{}, {}\n", data.number.text, directory.string(), words_of(plant),
+          is_signed ? "signed" : "not signed. Make a key once: 'cellcal certificate --make-key'"),
+      {});
+}
+
+}  // namespace
+
+fs::path default_key() { return named_key().value_or("/etc/cellcal/certificate.key"); }
+
+std::optional<SigningKey> signing_key(const fs::path& named, bool sign) {
+  if (!sign) return std::nullopt;
+  if (!named.empty()) return SigningKey{signing::PrivateKey(named), named};
+  if (named_key()) return SigningKey{signing::PrivateKey(*named_key()), *named_key()};
+  auto usual = signing::key_if_there(default_key());
+  return usual ? std::optional(SigningKey{std::move(*usual), default_key()}) : std::nullopt;
+}
+
+int make_certificate_key(const fs::path& key, bool json) {
+  signing::make_key(key);
+  const fs::path other = signing::public_part(key);
+  const std::string fingerprint = signing::PublicKey(other).fingerprint();
+  put(json
+          ? nlohmann::json{{"key", key.string()},
+                           {"public", other.string()},
+                           {"fingerprint", fingerprint}}
+                    .dump() +
+                "\n"
+          : fmt::format(
+                "private key {}: keep it where nobody else can read it\npublic key {}, fingerprint {}: give it "
+                "to those who verify\n",
+                key.string(), other.string(), fingerprint),
+      {});
+  return kSuccess;
+}
+
+int certify(const Connection& daemon, const CertificateCommand& command) try {
+  const NamedArchive named = archive_of(daemon, command.session);
+  const certificate::CertificateData data = certificate::make_certificate(
+      named.archive, named.from, {wall_clock_utc(), command.issued_by, calib::software_version()});
+  const fs::path directory =
+      command.output.empty() ? fs::path("certificate-" + data.number.text) : command.output;
+  // A key that cannot be used stops it before anything is written.
+  const auto signer = signing_key(command.key, command.sign);
+  certificate::refuse_unless_reproduced(named.archive, named.from);
+  if (signer) refuse_unless_proven(daemon, command, named, *signer);
+  const std::optional<signing::PrivateKey> key = signer ? std::optional(signer->key) : std::nullopt;
+  make_directory(directory);
+  write_atomically(directory / "certificate.json", certificate::to_json(data));
+  write_atomically(directory / "certificate.html", certificate::to_html(data));
+  // What every number can be worked out from again.
+  write_atomically(directory / "rows.jsonl", named.archive.at("rows.jsonl"));
+  std::vector<std::string> names{"certificate.json", "certificate.html", "rows.jsonl"};
+  const std::string no_pdf = command.pdf ? add_pdf(directory, names) : "";
+  if (key)
+    signing::sign_files(directory, names,
+                        {data.number.text, data.issued_by.text, data.issued.text, ""}, *key);
+  if (key) names.insert(names.end(), {signing::kSums, signing::kSignature});
+  const std::string content = content_of(data, named.archive.at("rows.jsonl"), names, key);
+  const Announced announced =
+      send_to_plant(daemon, command.session, data.number.text, content, directory, names);
+  print_outcome(daemon, data, directory, key.has_value(), announced);
+  if (!no_pdf.empty())
+    throw std::runtime_error(
+        no_pdf + fmt::format("\nThe other files are in {}{}. For a PDF issue it again: --out DIR",
+                             directory.string(), key ? ", signed without it" : ""));
+  return kSuccess;
+} catch (const certificate::Refused& refused) {
+  if (refused.why == certificate::Refused::Why::kNoCalibration) throw;
+  std::fprintf(stderr, "cellcal certificate: %s\n", refused.what());
+  return kNotPublishable;
+}
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,44 @@
+#pragma once
+// A published calibration as a certificate, signed and verified. Each returns its exit status and throws when
+// it failed.
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "daemon/certificate/ed25519.h"
+#include "daemon/cli/client.h"
+
+namespace cellcal::daemon {
+
+struct CertificateCommand {
+  std::string session;           ///< number, or the directory of an export
+  std::filesystem::path output;  ///< directory, not there yet or empty; empty: "certificate-NUMBER"
+  std::string issued_by;
+  bool pdf = true, sign = true;
+  std::filesystem::path key;  ///< empty: default_key(), where there is one
+  /// Public part of the key that signed the export, where the session is a directory; empty: `key`'s own.
+  std::filesystem::path export_key;
+};
+/// $CELLCAL_KEY, else in /etc/cellcal.
+std::filesystem::path default_key();
+
+struct SigningKey {
+  signing::PrivateKey key;
+  std::filesystem::path file;
+};
+/// The one that is named, or default_key() where there is one; none where nothing is to be signed. Throws
+/// signing::KeyError.
+std::optional<SigningKey> signing_key(const std::filesystem::path& named, bool sign);
+
+int certify(const Connection& daemon, const CertificateCommand& command);
+int make_certificate_key(const std::filesystem::path& key, bool json);
+
+struct VerifyCommand {
+  std::filesystem::path file;  ///< or the directory of a certificate
+  std::filesystem::path key;   ///< public part; empty: that of default_key()
+  bool json = false;
+};
+int verify(const VerifyCommand& command);
+
+}  // namespace cellcal::daemon

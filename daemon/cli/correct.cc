@@ -1,0 +1,374 @@
+#include "daemon/cli/correct.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "calib/estimate/predict.h"
+#include "calib/export/corrector.h"
+#include "calib/files/input_file.h"
+#include "calib/files/poses.h"
+#include "calib/model/error.h"
+#include "calib/model/units.h"
+#include "daemon/cli/offline.h"
+#include "daemon/files/atomic_file.h"
+#include "daemon/krl/correct_program.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+namespace fs = std::filesystem;
+using krl::CorrectedPoint;
+using krl::CorrectedProgram;
+using krl::KrlFile;
+
+KrlFile read(const fs::path& path) {
+  return {path.string(), calib::read_file(path, krl::kMostBytes + 1)};
+}
+
+/// weld.dat for weld.src, WELD.DAT for WELD.SRC; empty where there is none.
+fs::path dat_beside(fs::path src) {
+  for (const char* ending : {".dat", ".DAT", ".Dat"})
+    if (fs::exists(src.replace_extension(ending))) return src;
+  return {};
+}
+
+krl::ProgramFiles read_files(const CorrectCommand& command) {
+  krl::ProgramFiles files;
+  files.src = read(command.program);
+  const fs::path dat = command.dat.empty() ? dat_beside(command.program) : command.dat;
+  if (!dat.empty()) files.dat = read(dat);
+  for (const fs::path& one : command.controller) files.controller.push_back(read(one));
+  return files;
+}
+
+void refuse_to_replace(const CorrectCommand& command, const fs::path& path) {
+  if (!command.force && fs::exists(path))
+    throw calib::FileError(path.string(),
+                           ": is there already; --force replaces it, or write to another folder");
+}
+
+/// Where the files go, the record last. All of them or an error: none may fall on a file that was read, on another one,
+/// or unasked on any.
+std::vector<fs::path> places(const CorrectCommand& command, const CorrectedProgram& result) {
+  if (command.output.empty()) return {};
+  std::vector<fs::path> all;
+  for (const KrlFile& file : result.files) {
+    all.push_back(command.output / fs::path(file.name).filename());
+    if (fs::exists(all.back()) && fs::equivalent(all.back(), file.name))
+      throw calib::FileError(all.back().string(),
+                             ": is the program itself; write to another folder with -o");
+    refuse_to_replace(command, all.back());
+  }
+  if (all.size() == 2 && all[0] == all[1])
+    throw calib::FileError(all[0].string(), ": program and points have one name");
+  all.push_back(record_beside(all.front()));
+  refuse_to_replace(command, all.back());
+  return all;
+}
+
+/// The record first: a program without it would pass for the original.
+void write(const std::vector<fs::path>& places, const CorrectedProgram& result,
+           const std::string& record) {
+  fs::create_directories(places.front().parent_path());
+  write_atomically(places.back(), record);
+  for (std::size_t i = 0; i < result.files.size(); ++i)
+    write_atomically(places[i], result.files[i].text);
+}
+
+std::string tool_words(const krl::ToolUsed& tool) {
+  const std::string name =
+      tool.number < 0 ? "tool in the text" : fmt::format("tool {}", tool.number);
+  if (tool.cells) return name + ": the cell file's, with its bending\n";
+  return fmt::format("{}: not the cell file's; taken as stated and stiff, load {}\n", name,
+                     tool.load_known ? "from LOAD_DATA" : "of the cell's tool (no LOAD_DATA)");
+}
+
+/// TOOL_DATA[n] or BASE_DATA[n]; below 0: written out in the program.
+std::string frame_words(int number) { return number < 0 ? "text" : std::to_string(number); }
+
+std::string table(const CorrectedProgram& result) {
+  std::string text =
+      fmt::format("{:<16}{:>6}{:>6}{:>6}{:>10}{:>10}{:>10}{:>10}{:>10}{:>9}\n", "point", "line",
+                  "tool", "base", "dx mm", "dy mm", "dz mm", "shift mm", "turn deg", "u95 mm");
+  for (const CorrectedPoint& p : result.points)
+    text += fmt::format(
+        "{:<16}{:>6}{:>6}{:>6}{:>10.3f}{:>10.3f}{:>10.3f}{:>10.3f}{:>10.4f}{:>9.3f}{}\n", p.name,
+        p.line, frame_words(p.tool), p.axes ? "axes" : frame_words(p.base), p.shift_mm.x(),
+        p.shift_mm.y(), p.shift_mm.z(), p.shift_mm.norm(), p.turn_deg, p.u95_mm,
+        p.status_changed ? "  S, T changed" : "");
+  return text;
+}
+
+std::string report(const CorrectedProgram& result, const std::vector<fs::path>& written) {
+  std::string text = table(result);
+  for (const krl::ToolUsed& tool : result.tools) text += tool_words(tool);
+  for (const krl::LeftPoint& one : result.left)
+    text += fmt::format("left as it is: {} ({})\n", one.name, one.why);
+  if (!result.robroot_stated)
+    text += "$ROBROOT not in the given files: the robot is taken to be at the world's origin\n";
+  const CorrectedPoint* largest = result.largest();
+  text += largest == nullptr
+              ? "no point to correct\n"
+              : fmt::format("{} points corrected; the largest shift is {:.3f} mm: {} ({}:{})\n",
+                            result.points.size(), largest->shift_mm.norm(), largest->name,
+                            largest->file, largest->line);
+  for (const fs::path& path : written) text += path.string() + " written\n";
+  if (written.empty()) text += "nothing written; -o FOLDER writes the program\n";
+  return text;
+}
+
+nlohmann::json point_json(const CorrectedPoint& p) {
+  return {{"name", p.name},
+          {"file", p.file},
+          {"line", p.line},
+          {"kind", p.axes ? "axes" : "pose"},
+          {"tool", p.tool},
+          {"base", p.base},
+          {"shift_mm", {p.shift_mm.x(), p.shift_mm.y(), p.shift_mm.z()}},
+          {"shift_norm_mm", p.shift_mm.norm()},
+          {"turn_deg", p.turn_deg},
+          {"u95_mm", p.u95_mm},
+          {"left_mm", p.left_mm},
+          {"status_changed", p.status_changed}};
+}
+
+nlohmann::json json(const CorrectedProgram& result, const std::vector<fs::path>& written,
+                    const calib::Robot& robot) {
+  nlohmann::json all = {
+      {"points", nlohmann::json::array()},  {"left", nlohmann::json::array()},
+      {"tools", nlohmann::json::array()},   {"refusals", nlohmann::json::array()},
+      {"written", nlohmann::json::array()}, {"robroot_stated", result.robroot_stated}};
+  for (const CorrectedPoint& p : result.points) all["points"].push_back(point_json(p));
+  if (const CorrectedPoint* largest = result.largest()) all["largest"] = point_json(*largest);
+  for (const krl::LeftPoint& one : result.left)
+    all["left"].push_back({{"name", one.name}, {"why", one.why}});
+  for (const krl::ToolUsed& tool : result.tools)
+    all["tools"].push_back(
+        {{"number", tool.number}, {"of_the_cell", tool.cells}, {"load_known", tool.load_known}});
+  for (const krl::Refusal& one : result.refusals)
+    all["refusals"].push_back({{"why", name_of(one.why)},
+                               {"file", one.file},
+                               {"line", one.line},
+                               {"what", one.what},
+                               {"words", words(one, robot)}});
+  for (const fs::path& path : written) all["written"].push_back(path.string());
+  return all;
+}
+
+std::string text_of(const nlohmann::json& all) {
+  // Paths are what the user typed, in any encoding.
+  return all.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+}
+
+void name_refusals(const CorrectedProgram& result, const calib::Robot& robot) {
+  constexpr std::size_t kInWords = 30;
+  for (std::size_t i = 0; i < std::min(kInWords, result.refusals.size()); ++i)
+    fmt::print(stderr, "cellcal correct: {}\n", words(result.refusals[i], robot));
+  if (result.refusals.size() > kInWords)
+    fmt::print(stderr, "cellcal correct: {} more refusals\n", result.refusals.size() - kInWords);
+  fmt::print(stderr, "cellcal correct: nothing written, since points are refused\n");
+}
+
+}  // namespace
+
+int correct_krl(const CorrectCommand& command, const calib::Calibration& calibration) {
+  krl::CorrectionOptions options;
+  options.anywhere = command.anywhere;
+  for (std::string name : command.leave) {
+    for (char& c : name) c = c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
+    options.leave.push_back(std::move(name));
+  }
+  const krl::ProgramFiles files = read_files(command);
+  refuse_corrected(files);
+  const CorrectedProgram result = correct_program(calibration, files, options);
+  const calib::Robot& robot = calibration.cell.robot;
+  if (!result.refusals.empty()) {
+    name_refusals(result, robot);
+    if (command.json) put(text_of(json(result, {}, robot)), {});
+    return kJobFailed;
+  }
+  const std::vector<fs::path> written = places(command, result);
+  const nlohmann::json all = json(result, written, robot);
+  if (!written.empty()) {
+    nlohmann::json record = corrected_record(all, files, result.files);
+    record["calibration_sha256"] = calib::sha256(calib::read_file(command.calibration));
+    write(written, result, text_of(record));
+  }
+  put(command.json ? text_of(all) : report(result, written), {});
+  return kSuccess;
+}
+
+namespace {
+
+using calib::kDegPerRad;
+using calib::NotReached;
+using calib::Reach;
+using calib::Reached;
+
+const char* name_of(calib::Unreached why) {
+  switch (why) {
+    case calib::Unreached::kNotANumber:
+      return "not_a_number";
+    case calib::Unreached::kTooFar:
+      return "too_far";
+    case calib::Unreached::kBeyondLimit:
+      return "beyond_limit";
+    case calib::Unreached::kNearSingularity:
+      return "near_singularity";
+  }
+  return "";
+}
+
+/// Rows without seed follow the row before them, the first the middle of the joints' ranges.
+std::vector<Reach> reached(const calib::Calibration& calibration,
+                           const std::vector<calib::PoseRow>& rows) {
+  const calib::Corrector corrector(calibration);
+  calib::JointVector last = corrector.middle();
+  std::vector<Reach> all;
+  for (const calib::PoseRow& row : rows) {
+    all.push_back(row.seed_rad.empty() ? corrector.nearest(row.tcp, last)
+                                       : corrector.joints(row.tcp, row.seed_rad));
+    if (const auto* at = std::get_if<Reached>(&all.back())) last = at->joint_rad;
+  }
+  return all;
+}
+
+std::string csv(const calib::Robot& robot, const std::vector<Reach>& all) {
+  std::string text;
+  for (const calib::Joint& joint : robot.joints) text += (text.empty() ? "" : ",") + joint.name;
+  text += "\n";
+  for (const Reach& reach : all) {
+    std::string row;
+    // Ten decimals of a degree are 3e-9 mm at 1.4 m.
+    for (const double q : std::get<Reached>(reach).joint_rad)
+      row += fmt::format("{}{:.10f}", row.empty() ? "" : ",", q * kDegPerRad);
+    text += row + "\n";
+  }
+  return text;
+}
+
+nlohmann::json json_of(const calib::Robot& robot, const Reach& reach,
+                       const calib::Predictor& predictor) {
+  nlohmann::json one;
+  if (const auto* reason = std::get_if<NotReached>(&reach)) {
+    one["unreached"] = {{"why", name_of(reason->why)}, {"words", calib::words(*reason, robot)}};
+    if (reason->joint >= 0) {
+      one["unreached"]["joint"] = robot.joints[static_cast<std::size_t>(reason->joint)].name;
+      one["unreached"]["deg"] = reason->joint_rad * kDegPerRad;
+    }
+    return one;
+  }
+  const auto& at = std::get<Reached>(reach);
+  for (std::size_t i = 0; i < at.joint_rad.size(); ++i)
+    one["joints_deg"][robot.joints[i].name] = at.joint_rad[i] * kDegPerRad;
+  one["off_mm"] = at.off_m * calib::kMmPerM;
+  one["u95_mm"] = predictor.calibrated(at.joint_rad).u95_m * calib::kMmPerM;
+  return one;
+}
+
+/// How many poses are not reached; the first of them are named.
+std::size_t name_unreached(const CorrectCommand& command, const calib::Robot& robot,
+                           const std::vector<calib::PoseRow>& rows, const std::vector<Reach>& all) {
+  constexpr std::size_t kInWords = 20;
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const auto* reason = std::get_if<NotReached>(&all[i]);
+    if (reason == nullptr || ++count > kInWords) continue;
+    fmt::print(stderr, "cellcal correct: {}:{}: {}\n", command.poses.string(), rows[i].line,
+               calib::words(*reason, robot));
+  }
+  if (count > kInWords)
+    fmt::print(stderr, "cellcal correct: {} more poses are not reached\n", count - kInWords);
+  return count;
+}
+
+}  // namespace
+
+int correct_poses(const CorrectCommand& command, const calib::Calibration& calibration) {
+  const calib::Robot& robot = calibration.cell.robot;
+  const auto rows = calib::load_poses(command.poses, robot);
+  const std::vector<Reach> all = reached(calibration, rows);
+  const std::size_t unreached = name_unreached(command, robot, rows, all);
+  if (command.json) {
+    const calib::Predictor predictor(calibration);
+    nlohmann::json list = nlohmann::json::array();
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      list.push_back(json_of(robot, all[i], predictor));
+      list.back()["line"] = rows[i].line;
+    }
+    put(list.dump(1) + "\n", command.output);
+  } else if (unreached == 0) {
+    put(csv(robot, all), command.output);
+  }
+  return unreached == 0 ? kSuccess : kJobFailed;
+}
+
+int correct(const CorrectCommand& command) {
+  const auto calibration = usable_calibration("correct", command.calibration, command.withheld);
+  if (!calibration) return kNotPublishable;
+  return command.poses.empty() ? correct_krl(command, *calibration)
+                               : correct_poses(command, *calibration);
+}
+
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+constexpr const char* kFormat = "cellcal.corrected/1";
+constexpr std::size_t kMostBytes = 64u << 20;
+
+Json read_record(const fs::path& path) {
+  const Json record = Json::parse(calib::read_file(path, kMostBytes), nullptr, false);
+  if (record.is_object() && record.value("format", Json()) == kFormat &&
+      record.value("files", Json()).is_array())
+    return record;
+  throw calib::FileError(
+      path.string(),
+      ": not a record of a correction. Move it away if the program in the same folder is the "
+      "original");
+}
+
+/// A file that the correction left as it was is the original still.
+bool wrote(const Json& record, const std::string& text) {
+  const std::string sum = calib::sha256(text);
+  const Json& files = record.at("files");
+  return std::any_of(files.begin(), files.end(), [&](const Json& file) {
+    return file.is_object() && file.value("sha256", Json()) == sum &&
+           file.value("sha256_before", Json()) != sum;
+  });
+}
+
+}  // namespace
+
+fs::path record_beside(fs::path src) { return src.replace_extension(".corrected.json"); }
+
+void refuse_corrected(const krl::ProgramFiles& files) {
+  const fs::path path = record_beside(files.src.name);
+  if (!fs::exists(path)) return;
+  const Json record = read_record(path);
+  for (const krl::KrlFile* file : {&files.src, files.dat ? &*files.dat : nullptr})
+    if (file != nullptr && wrote(record, file->text))
+      throw calib::FileError(file->name, ": is corrected already (" + path.string() +
+                                             "). Correct the original program instead");
+}
+
+Json corrected_record(Json report, const krl::ProgramFiles& read,
+                      const std::vector<krl::KrlFile>& written) {
+  report["format"] = kFormat;
+  report["files"] = Json::array();
+  for (const krl::KrlFile& file : written) {
+    const std::string& before = file.name == read.src.name ? read.src.text : read.dat->text;
+    report["files"].push_back({{"name", fs::path(file.name).filename().string()},
+                               {"sha256_before", calib::sha256(before)},
+                               {"sha256", calib::sha256(file.text)}});
+  }
+  return report;
+}
+
+}  // namespace cellcal::daemon

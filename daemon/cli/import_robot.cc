@@ -1,0 +1,234 @@
+// Which robots a cell file may name.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <system_error>
+
+#include "calib/export/machine_data.h"
+#include "calib/export/rigid_arm.h"
+#include "calib/export/tables.h"
+#include "calib/export/urdf.h"
+#include "calib/files/cell_file.h"
+#include "calib/files/files.h"
+#include "calib/files/input_file.h"
+#include "calib/model/units.h"
+#include "daemon/cli/offline.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+/// As most shipped robots state them.
+constexpr double kUsualLengthM = 0.7e-3;
+constexpr double kUsualAngleRad = 0.035 * calib::kRadPerDeg;
+
+calib::Robot from_urdf(const ImportRobotCommand& command) {
+  const std::string name = command.urdf.string();
+  const calib::UrdfChain chain =
+      calib::read_urdf(calib::read_file(command.urdf, calib::kMostUrdfBytes), name, command.tip);
+  calib::Robot robot = calib::robot_of(chain.frames);
+  robot.name = chain.robot_name.empty() ? "robot" : chain.robot_name;
+  robot.source = command.urdf.filename().string();
+  for (calib::Joint& joint : robot.joints) {
+    joint.name = calib::robot_joint_name(joint.name);
+    joint.tolerance_length_m = kUsualLengthM;
+    joint.tolerance_angle_rad = kUsualAngleRad;
+  }
+  fmt::print(stderr,
+             "chain \"{}\" to \"{}\", {} joints. Check joint senses and zeros against the "
+             "pendant before use\n",
+             chain.base_link, chain.tip_link, robot.joints.size());
+  return robot;
+}
+
+void print_differences(const calib::MachineData& data, const calib::Robot& robot) {
+  for (const calib::LengthDifference& one : calib::differences(data, robot))
+    fmt::print(stderr,
+               "warning: {} {:.3f} mm in the controller, {:.3f} mm in the robot file ({} of {}). "
+               "Check the robot's type and choose its file\n",
+               one.variable, one.controller_m * calib::kMmPerM, one.robot_m * calib::kMmPerM,
+               one.key, one.joint);
+}
+
+void print_tools(const calib::MachineData& data) {
+  for (const auto& [number, tool] : data.tools)
+    fmt::print(
+        stderr,
+        "TOOL_DATA[{}], for [tool] of the cell file: xyz_mm = [{}, {}, {}], abc_deg = [{}, {}, {}]\n",
+        number, tool.xyz_mm[0], tool.xyz_mm[1], tool.xyz_mm[2], tool.abc_deg[0], tool.abc_deg[1],
+        tool.abc_deg[2]);
+}
+
+}  // namespace
+
+int import_robot(const ImportRobotCommand& command) {
+  calib::Robot robot =
+      command.urdf.empty() ? calib::load_named_robot(command.robot.string()) : from_urdf(command);
+  calib::MachineData data;
+  for (const auto& file : command.machine_data)
+    calib::read_machine_data(calib::read_file(file), file.string(), data);
+  if (!command.machine_data.empty()) {
+    print_differences(data, robot);
+    robot = calib::with_machine_data(std::move(robot), data);
+    if (!data.type.empty()) robot.source += (robot.source.empty() ? "" : "; ") + data.type;
+    print_tools(data);
+  }
+  put(calib::robot_to_toml(robot), command.output);
+  return kSuccess;
+}
+
+namespace {
+
+std::string rigid_words(const calib::LeftOut& out) {
+  return fmt::format(
+      "{:.3f} mm mean, {:.3f} mm max over the workspace: effect of compliance, gears and bending, "
+      "which rigid links cannot hold",
+      out.mean_m * calib::kMmPerM, out.max_m * calib::kMmPerM);
+}
+
+std::string comment(const ExportRobotCommand& command, const calib::Calibration& calibration,
+                    const calib::LeftOut& out) {
+  return fmt::format("calibrated {}, from {}\n{}", calibration.cell.robot.name,
+                     command.calibration.filename().string(), rigid_words(out));
+}
+
+}  // namespace
+
+int export_robot(const ExportRobotCommand& command) {
+  const auto usable = usable_calibration("export-robot", command.calibration, command.withheld);
+  if (!usable) return kNotPublishable;
+  const calib::Calibration& calibration = *usable;
+  if (command.as == "json") {
+    put(calib::arm_json(calibration), command.output);
+    return kSuccess;
+  }
+  const calib::RigidArm nominal = calib::nominal_rigid_arm(calibration.cell);
+  const calib::RigidArm real = calib::calibrated_rigid_arm(calibration);
+  if (command.as == "dh") {
+    put(calib::dh_csv(nominal, real), command.output);
+    return kSuccess;
+  }
+  const calib::LeftOut out = calib::left_out(calibration);
+  const std::string words = comment(command, calibration, out);
+  std::string text;
+  if (command.urdf.empty()) {
+    const calib::JointFrames frames = calib::joint_frames(real);
+    text = command.as == "urdf" ? calib::urdf_of(frames, calibration.cell.robot.name, words)
+                                : calib::ros_yaml(frames, words);
+  } else {
+    const std::string given = calib::read_file(command.urdf, calib::kMostUrdfBytes);
+    const std::string name = command.urdf.string();
+    text =
+        command.as == "urdf"
+            ? calib::calibrated_urdf(given, name, command.tip, nominal, real, words)
+            : calib::ros_yaml(calib::moved_frames(calib::read_urdf(given, name, command.tip).frames,
+                                                  nominal, real),
+                              words);
+  }
+  put(text, command.output);
+  fmt::print(stderr, "left out: {}. Where that is too much, correct poses: cellcal correct\n",
+             rigid_words(out));
+  return kSuccess;
+}
+
+namespace {
+
+struct Listed {
+  std::filesystem::path file;
+  std::string model;
+  std::size_t joints = 0;
+  std::optional<double> reach_m;
+  std::string wrong;  ///< why it cannot be read; empty: it can
+};
+
+/// From the axis of A1 to the wrist centre, the arm stretched, as KUKA's data sheets have it; of arms of that build alone.
+std::optional<double> reach_m(const calib::Robot& robot) {
+  constexpr std::size_t kAxes = 6;
+  if (robot.joints.size() != kAxes) return std::nullopt;
+  const auto& j = robot.joints;
+  return std::abs(j[0].a_m) + std::abs(j[1].a_m) + std::hypot(j[2].a_m, j[3].d_m);
+}
+
+/// By name; of two of one name the one that is found first.
+std::map<std::string, Listed> all_robots() {
+  std::map<std::string, Listed> robots;
+  for (const std::filesystem::path& folder : calib::robots_directories()) {
+    std::error_code none;
+    for (std::filesystem::directory_iterator at(folder, none), end; !none && at != end;
+         at.increment(none)) {
+      if (at->path().extension() != ".toml") continue;
+      const auto [one, is_new] = robots.try_emplace(at->path().stem().string());
+      if (!is_new) continue;
+      one->second.file = at->path();
+      try {
+        const calib::Robot robot = calib::load_robot(at->path());
+        one->second.model = robot.name;
+        one->second.joints = robot.joints.size();
+        one->second.reach_m = reach_m(robot);
+      } catch (const calib::FileError& wrong) {
+        one->second.wrong = wrong.what();
+      }
+    }
+  }
+  return robots;
+}
+
+bool is_own(const std::filesystem::path& file) {
+  const char* set = std::getenv("CELLCAL_ROBOTS");
+  std::error_code none;
+  return set != nullptr && *set != '\0' &&
+         std::filesystem::equivalent(file.parent_path(), set, none);
+}
+
+std::string as_json(const std::map<std::string, Listed>& robots) {
+  nlohmann::json list = nlohmann::json::array(), places = nlohmann::json::array();
+  for (const auto& [name, one] : robots)
+    list.push_back(
+        {{"name", name},
+         {"model", one.model},
+         {"joints", one.joints},
+         {"reach_mm",
+          one.reach_m ? nlohmann::json(*one.reach_m * calib::kMmPerM) : nlohmann::json(nullptr)},
+         {"own", is_own(one.file)},
+         {"file", one.file.string()},
+         {"error", one.wrong.empty() ? nlohmann::json(nullptr) : nlohmann::json(one.wrong)}});
+  for (const auto& folder : calib::robots_directories()) places.push_back(folder.string());
+  return nlohmann::json{{"robots", list}, {"looked_for_in", places}}.dump(
+             1, ' ', false, nlohmann::json::error_handler_t::replace) +
+         "\n";
+}
+
+}  // namespace
+
+int robots(const RobotsCommand& command) {
+  const std::map<std::string, Listed> all = all_robots();
+  if (command.json) {
+    put(as_json(all), {});
+    return kSuccess;
+  }
+  std::string text = fmt::format("{:<24}{:<30}{:>6}{:>10}\n", "name", "model", "axes", "reach");
+  for (const auto& [name, one] : all) {
+    if (!one.wrong.empty()) {
+      text += fmt::format("{:<24}cannot be read: {}\n", name, one.wrong);
+      continue;
+    }
+    const std::string reach =
+        one.reach_m ? fmt::format("{:.0f} mm", *one.reach_m * calib::kMmPerM) : "-";
+    text += fmt::format("{:<24}{:<30}{:>6}{:>10}{}\n", name, one.model, one.joints, reach,
+                        is_own(one.file) ? "  own" : "");
+  }
+  text +=
+      "looked for in this order (a folder of your own first: environment variable CELLCAL_ROBOTS):\n";
+  for (const auto& folder : calib::robots_directories()) text += "  " + folder.string() + "\n";
+  put(text, {});
+  return kSuccess;
+}
+
+}  // namespace cellcal::daemon

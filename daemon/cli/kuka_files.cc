@@ -1,0 +1,147 @@
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "calib/files/files.h"
+#include "daemon/cli/offline.h"
+#include "daemon/config/config.h"
+#include "daemon/doctor/machine.h"
+#include "daemon/doctor/parts.h"
+#include "daemon/files/atomic_file.h"
+#include "drivers/error.h"
+#include "drivers/kuka/krl/krl_files.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+/// What an iiQWorks.Sim project calls the places of RSI 6.
+std::string place_in_project(const std::string& name) {
+  if (name.ends_with(".src")) return "Program, KRC/R1/Program";
+  return std::string("Devices, Option packages, iiQKA.RobotSensorInterface, ") +
+         (name.ends_with(".rsix") ? "Context" : "Ethernet configurations");
+}
+
+/// Where a technician puts it on a KRC4.
+std::string place_of(const std::string& name) {
+  if (name == "CellcalEki.xml") return R"(C:\KRC\ROBOTER\Config\User\Common\EthernetKRL)";
+  if (name.ends_with(".xml") || name.ends_with(".rsix") || name.ends_with(".rsi") ||
+      name.ends_with(".diagram")) {
+    return R"(C:\KRC\ROBOTER\Config\User\Common\SensorInterface)";
+  }
+  if (name.ends_with(".sub")) return R"(KRC:\R1\System)";
+  return R"(KRC:\R1\Program)";
+}
+
+/// A deployment makes the controller what the project holds.
+constexpr const char* kIntoProject =
+    "with a WorkVisual project: add the files to the project, too, its next deployment may remove "
+    "what was only copied (drivers/kuka/krl/README.md, 'WorkVisual')\n";
+
+/// RSI 6 knows no other way.
+constexpr const char* kImport =
+    "import each file into the iiQWorks.Sim project there, and deploy it "
+    "(drivers/kuka/krl/README.md, 'iiQKA.OS2')\n";
+
+/// What else of the controller they use.
+std::string resources(const DaemonConfig& config, bool eki) {
+  if (!eki) {
+    return fmt::format(
+        "check: flag {} is free, corrections of at most {} deg are wanted, this computer's "
+        "address is {}\n",
+        config.rsi_files.flag, config.rsi_files.correction_limit_deg, config.rsi_files.pc_address);
+  }
+  const drivers::EkiFilesConfig& c = config.controller;
+  return fmt::format(
+      "check that no other program uses: contact input $IN[{}], flags {} and {}, timers {} to "
+      "{}, interrupts {} to {}\n",
+      c.input, c.alive_flag, c.stop_flag, c.first_timer, c.first_timer + 2, c.first_interrupt,
+      c.first_interrupt + 2);
+}
+
+/// Exit status 1, with the first refusal as the reason, where a file must not be used.
+int verify(const KukaFilesCommand& command, const DaemonConfig& config, bool eki,
+           const std::optional<calib::Cell>& cell) {
+  const auto objections =
+      verify_folder(config, eki ? WireKind::kEki : WireKind::kRsi, command.verify, cell);
+  nlohmann::json list = nlohmann::json::array();
+  std::string words, first;
+  std::size_t refused = 0;
+  for (const drivers::FileFinding& one : objections) {
+    list.push_back(
+        {{"file", one.file}, {"line", one.line}, {"words", one.words}, {"refused", one.refused}});
+    words += fmt::format("{:<8} {}\n", one.refused ? "FAILED" : "warning", to_string(one));
+    if (one.refused && first.empty()) first = to_string(one);
+    refused += one.refused ? 1 : 0;
+  }
+  if (objections.empty()) {
+    words = fmt::format("ok       {} fits {}\n", command.verify.string(), command.config.string());
+  }
+  put(command.json ? nlohmann::json{{"fits", refused == 0}, {"objections", list}}.dump(
+                         1, ' ', false, nlohmann::json::error_handler_t::replace) +
+                         "\n"
+                   : words,
+      {});
+  if (refused == 0) return kSuccess;
+  throw std::runtime_error(refused == 1 ? first
+                                        : fmt::format("{} (and {} more)", first, refused - 1));
+}
+
+/// Says where the address belongs, with those that this computer has.
+void require_address(const DaemonConfig& config, const std::filesystem::path& file) {
+  const std::string& address = config.rsi_files.pc_address;
+  if (!address.empty() && address != "0.0.0.0") return;
+  std::string list;
+  for (const std::string& one : own_addresses()) list += (list.empty() ? "" : ", ") + one;
+  throw drivers::ConfigError(fmt::format(
+      "{}: pc_address is missing: bind = \"{}\" of [rsi] means every address, but the "
+      "controller sends to one. Below [controller] write pc_address = \"A.B.C.D\" with this "
+      "computer's address in the controller's RSI subnet (this computer has {})",
+      file.string(), config.rsi.bind_address, list));
+}
+
+}  // namespace
+
+int kuka_files(const KukaFilesCommand& command) {
+  const DaemonConfig config = load_config(command.config);
+  const bool eki = command.wire.empty() ? wire_of(config) == WireKind::kEki : command.wire == "eki";
+  std::optional<calib::Cell> cell;
+  if (!command.cell.empty()) cell = calib::load_cell(command.cell);
+  if (eki && config.rsi_files.rsi_version == 6) {
+    throw drivers::ConfigError(command.config.string() +
+                               ": rsi_version = 6 (iiQKA.OS2) has no --wire eki: EthernetKRL 6 is "
+                               "not supported. Use RSI");
+  }
+  if (!command.verify.empty()) return verify(command, config, eki, cell);
+  if (!eki) require_address(config, command.config);
+  const drivers::ControllerFiles files = eki    ? drivers::eki_files(config.controller)
+                                         : cell ? drivers::rsi_files(rsi_files_for(config, *cell))
+                                                : drivers::rsi_files(config.rsi_files);
+  const bool six = config.rsi_files.rsi_version == 6;
+  std::filesystem::create_directories(command.output);
+  nlohmann::json list = nlohmann::json::array();
+  for (const auto& [name, text] : files) {
+    write_atomically(command.output / name, text);
+    list.push_back({{"file", (command.output / name).string()},
+                    {"goes_to", six ? place_in_project(name) : place_of(name)}});
+  }
+  if (command.json) {
+    put(nlohmann::json{{"files", list}}.dump(1) + "\n", {});
+    return kSuccess;
+  }
+  std::string words;
+  for (const auto& one : list) {
+    words += fmt::format("{:<40} {}\n", one["file"].get<std::string>(),
+                         one["goes_to"].get<std::string>());
+  }
+  words += resources(config, eki) + (six ? kImport : kIntoProject);
+  if (!eki && !cell && !config.rsi_files.space.on) {
+    words +=
+        "no --cell CELL: the program keeps the axes within the software limit switches, not "
+        "within the ranges of the cell's robot\n";
+  }
+  put(words, {});
+  return kSuccess;
+}
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,445 @@
+#include <CLI/CLI.hpp>
+#include <memory>
+
+#include "daemon/cli/commands.h"
+#include "daemon/cli/correct.h"
+#include "daemon/cli/frames.h"
+#include "daemon/cli/frames_sent.h"
+#include "daemon/cli/offline.h"
+#include "daemon/cli/priors.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+void add_identify(CLI::App& app, int& status) {
+  auto given = std::make_shared<IdentifyCommand>();
+  CLI::App* command =
+      app.add_subcommand("identify", "Estimate a calibration from a file of touches, offline");
+  command->footer(
+      "Exit status 3: the result is written but must not be used; the reasons are "
+      "printed.\nExample: cellcal identify --cell cell.toml --touches touches.csv -o "
+      "calibration.json");
+  command->add_option("--cell", given->cell, "Cell file (TOML)")->required();
+  command->add_option("--touches", given->touches, "Touches (CSV)")->required();
+  command->add_option("-o,--output,--out", given->output,
+                      "Write the calibration to this file (JSON)");
+  command->add_option(
+      "--last", given->last,
+      "Earlier calibration of this arm to compare with (JSON): the new one is withheld if the "
+      "arm changed by more than 3 times what both predict");
+  command
+      ->add_flag("--accept-change", given->accept_change,
+                 "Publish although the arm changed since then: it was repaired, hit or mastered")
+      ->needs("--last");
+  command
+      ->add_option("--method", given->method,
+                   "map: maximum a posteriori (usual); paper: method of Wang et al. 2024, for "
+                   "comparison")
+      ->check(CLI::IsMember({"map", "paper"}))
+      ->capture_default_str();
+  command->add_flag("--json", given->json, "Print the calibration as JSON");
+  command->add_flag("--verbose", given->verbose, "Print all findings, not only the summary");
+  command->callback([given, &status] { status = identify(*given); });
+}
+
+void add_predict(CLI::App& app, int& status) {
+  auto given = std::make_shared<PredictCommand>();
+  CLI::App* command =
+      app.add_subcommand("predict", "Predict where the TCP is at given joint angles");
+  command->footer(
+      "u95_mm: radius that contains the position error at 95 % of the workspace, with 98 "
+      "%\nconfidence. The position of the base frame is not part of it. The nominal model has "
+      "none.\nExit status 3: the calibration was withheld; nothing is predicted without "
+      "--withheld.\nExample: cellcal predict --calibration calibration.json --joints "
+      "joints.csv -o tcp.csv");
+  command->add_option("--calibration", given->calibration, "Calibration (JSON)")->required();
+  command->add_option("--joints", given->joints, "Joint angles (CSV, deg)")->required();
+  command->add_flag("--nominal", given->nominal, "Use the nominal robot with a stiff tool");
+  command->add_flag("--withheld", given->withheld,
+                    "Accept a withheld calibration, for inspection only");
+  command->add_option("-o,--output,--out", given->output,
+                      "Write the poses to this file (CSV) [standard output]");
+  command->add_flag("--json", given->json, "Write JSON");
+  command->callback([given, &status] { status = predict(*given); });
+}
+
+void add_plan(CLI::App& app, int& status) {
+  auto given = std::make_shared<PlanCommand>();
+  CLI::App* command = app.add_subcommand("plan", "Plan the touches and their order");
+  command->footer(
+      "The file has the joint angles at the nominal contacts, in the format of touches. The "
+      "largest\naxis travel is printed: over RSI, [rsi] correction_limit_deg must be more. A "
+      "cell file that\ncontradicts itself is refused.\nExample: cellcal plan --cell cell.toml "
+      "--touches 50 --check 10 -o plan.csv --picture plan.svg\n"
+      "         cellcal plan --cell cell.toml --touches 50 --suggest-spheres");
+  command->add_option("--cell", given->cell, "Cell file (TOML)")->required();
+  command->add_option("--touches", given->touches, "Touches for the fit")
+      ->required()
+      ->check(CLI::Range(1, 2000));
+  command->add_option("--check", given->check, "Held-out touches, to check the result")
+      ->check(CLI::Range(0, 2000))
+      ->capture_default_str();
+  command
+      ->add_option("--region", given->region,
+                   "Where accuracy matters: workspace, targets (150 mm around them), tcp, or "
+                   "box:X,Y,Z,X,Y,Z (mm, two corners)")
+      ->capture_default_str();
+  command
+      ->add_option("--from", given->from_deg,
+                   "Joint angles where the session begins, A1,A2,... in deg [chosen by the plan]")
+      ->delimiter(',');
+  command->add_option("--picture", given->picture,
+                      "Draw arm, cell and touches from above and from the side (SVG)");
+  command->add_option("--seed", given->seed, "Seed of the plan: same seed, same plan")
+      ->capture_default_str();
+  command->add_option("-o,--output,--out", given->output,
+                      "Write the plan to this file (CSV) [standard output]");
+  command->add_flag("--json", given->json, "Write JSON");
+  command
+      ->add_option(
+          "--suggest-spheres", given->suggest_spheres,
+          "In place of a plan: places for so many spheres that serve the region, and the predicted "
+          "accuracy beside today's [4]")
+      ->expected(0, 1)
+      ->default_str("4")
+      ->check(CLI::Range(1, 12));
+  command->callback([given, &status] { status = plan(*given); });
+}
+
+void add_kuka_files(CLI::App& app, int& status) {
+  auto given = std::make_shared<KukaFilesCommand>();
+  CLI::App* command = app.add_subcommand(
+      "kuka-files", "Write or check the files that a KUKA controller needs for RSI or EKI");
+  command->footer(
+      "They are made from [rsi] or [eki], and [controller], of the daemon's configuration. How "
+      "to\ninstall them, and what to check before the first motion: "
+      "drivers/kuka/krl/README.md.\nExample: cellcal kuka-files --config cellcald.toml -o "
+      "krc --cell cell.toml\n         cellcal kuka-files --config cellcald.toml --verify "
+      "backup/SensorInterface");
+  command->add_option("--config", given->config, "The daemon's configuration")
+      ->capture_default_str();
+  CLI::Option* output =
+      command->add_option("-o,--output,--out", given->output, "Write the files to this folder");
+  command
+      ->add_option("--verify", given->verify,
+                   "Write nothing; compare the installed or edited files in this folder with "
+                   "the configuration and list what is wrong")
+      ->excludes(output);
+  command->add_option(
+      "--cell", given->cell,
+      "Cell file: RSI's program keeps the axes within the ranges of its robot, too");
+  command->add_option("--wire", given->wire, "rsi or eki [the configuration's backend]")
+      ->check(CLI::IsMember({"rsi", "eki"}));
+  command->add_flag("--json", given->json, "Print the written files and their places as JSON");
+  command->callback([given, &status] {
+    if (given->output.empty() && given->verify.empty()) {
+      throw CLI::RequiredError("--output (or --verify)");
+    }
+    status = kuka_files(*given);
+  });
+}
+
+void add_export_robot(CLI::App& app, int& status) {
+  auto given = std::make_shared<ExportRobotCommand>();
+  CLI::App* command = app.add_subcommand(
+      "export-robot", "Write the calibrated arm for other programs: URDF, ROS, DH table, JSON");
+  command->footer(
+      "URDF, YAML and DH table hold rigid links; what compliance, gears and bending add is printed "
+      "in mm.\nExit status 3: the calibration was withheld; nothing is written without "
+      "--withheld.\nExample: cellcal export-robot --calibration calibration.json --urdf "
+      "kr5.urdf -o kr5_calibrated.urdf\n         cellcal export-robot --calibration "
+      "calibration.json --as dh -o dh.csv");
+  command->add_option("--calibration", given->calibration, "Calibration (JSON)")->required();
+  command
+      ->add_option("--as", given->as,
+                   "urdf; yaml: frames of the joints for ROS 2 drivers; dh: Denavit-Hartenberg "
+                   "parameters (CSV); json: all parameters")
+      ->check(CLI::IsMember({"urdf", "yaml", "dh", "json"}))
+      ->capture_default_str();
+  CLI::Option* urdf = command->add_option(
+      "--urdf", given->urdf,
+      "Put the calibrated joints into this URDF: links, meshes and names stay [a new one]");
+  command->add_option("--tip", given->tip, "Its link at the flange [tool0, flange, or the last]")
+      ->needs(urdf);
+  command->add_flag("--withheld", given->withheld,
+                    "Accept a withheld calibration, for inspection only");
+  command->add_option("-o,--output,--out", given->output, "Write to this file [standard output]");
+  command->callback([given, &status] {
+    if (!given->urdf.empty() && given->as != "urdf" && given->as != "yaml")
+      throw CLI::ValidationError("--urdf", "goes with --as urdf or --as yaml");
+    status = export_robot(*given);
+  });
+}
+
+void add_import_robot(CLI::App& app, int& status) {
+  auto given = std::make_shared<ImportRobotCommand>();
+  CLI::App* command = app.add_subcommand(
+      "import-robot", "Make a robot file from a URDF and a KUKA controller's machine data");
+  command->footer(
+      "Machine data: $machine.dat and $robcor.dat of KRC:\\R1\\Mada, $config.dat of "
+      "KRC:\\R1\\System. Limits, speeds\nand type come from them; lengths are compared. Tools of "
+      "$config.dat are printed for the cell file.\nExample: cellcal import-robot --robot kr5_r1400 "
+      "--machine-data '$machine.dat' -o my_kr5.toml\n         cellcal import-robot --urdf "
+      "robot.urdf -o robot.toml");
+  CLI::Option* urdf = command->add_option("--urdf", given->urdf, "Geometry from this URDF");
+  command
+      ->add_option("--robot", given->robot,
+                   "Geometry from this robot file, or a shipped robot by its name")
+      ->excludes(urdf);
+  command->add_option("--tip", given->tip, "Link at the flange [tool0, flange, or the last]")
+      ->needs(urdf);
+  command->add_option("--machine-data", given->machine_data,
+                      "File of the controller; may be given several times");
+  command->add_option("-o,--output,--out", given->output,
+                      "Write the robot to this file [standard output]");
+  command->callback([given, &status] {
+    if (given->urdf.empty() && given->robot.empty())
+      throw CLI::RequiredError("--urdf (or --robot)");
+    status = import_robot(*given);
+  });
+}
+
+void add_doctor(CLI::App& app, int& status) {
+  auto given = std::make_shared<DoctorCommand>();
+  CLI::App* command = app.add_subcommand(
+      "doctor", "Check everything between this computer and the cell, without moving the arm");
+  command->footer(
+      "Checks configuration, files, daemon, real-time rights, contact sensor and the "
+      "controller's\nlink, in this order. Each line is ok, warning, FAILED or skipped, with "
+      "what to do. Over RSI\nall corrections are zero and Stop ends the RSI session; over EKI "
+      "nothing is commanded. While\na session runs, the daemon's own figures are shown.\nExit "
+      "status 0: nothing FAILED; there may be warnings. 1: something FAILED.\nExample: cellcal "
+      "doctor --config /etc/cellcal/cellcald.toml --cell cell.toml");
+  command->add_option("--config", given->config, "The daemon's configuration")
+      ->capture_default_str();
+  command->add_option("--cell", given->cell, "Cell file (TOML): robot, axis limits");
+  command->add_option("--files", given->files,
+                      "Check the controller's files in this folder, as 'kuka-files --verify'");
+  command->add_option("--wait", given->wait_s, "Seconds to wait for the controller's first packet")
+      ->check(CLI::Range(0.5, 600.0))
+      ->capture_default_str();
+  command->add_option("--for", given->observe_s, "Seconds to observe the links")
+      ->check(CLI::Range(1.0, 3600.0))
+      ->capture_default_str();
+  command->add_flag("--json", given->json, "Print JSON");
+  command->callback([given, &status] { status = doctor(*given); });
+}
+
+void add_robots(CLI::App& app, int& status) {
+  auto given = std::make_shared<RobotsCommand>();
+  CLI::App* command = app.add_subcommand("robots", "List the robots that a cell file may name");
+  command->footer(
+      "Reach: from the axis of A1 to the wrist centre, the arm stretched. Robot files of your own lie beside the\n"
+      "cell file, which names them by path, or in the folder that CELLCAL_ROBOTS names, which is searched before "
+      "the\nshipped ones. The places are printed behind the list.\nExample: cellcal robots");
+  command->add_flag("--json", given->json, "Print JSON");
+  command->callback([given, &status] { status = robots(*given); });
+}
+
+}  // namespace
+
+void add_offline_commands(CLI::App& app, int& status) {
+  add_identify(app, status);
+  add_predict(app, status);
+  add_correct(app, status);
+  add_frames(app, status);
+  add_plan(app, status);
+  add_kuka_files(app, status);
+  add_robots(app, status);
+  add_export_robot(app, status);
+  add_import_robot(app, status);
+  add_doctor(app, status);
+}
+
+namespace {
+
+void add_learn(CLI::App& priors, int& status) {
+  auto given = std::make_shared<LearnPriorsCommand>();
+  CLI::App* command = priors.add_subcommand(
+      "learn",
+      "Learn from published calibrations how far the arms of a model lie from their nominal geometry");
+  command->footer(
+      "Calibrations (JSON), or directories of them and of what 'cellcal export' wrote, which name the arm by its "
+      "serial\nnumber. Each arm counts once. Withheld calibrations, other models and arms that do not fit with the "
+      "others are set\naside, and each is named. Exit status 1: too few arms, or not one population.\nExample: cellcal "
+      "priors learn calibrations -o priors.toml");
+  command->add_option("FROM", given->from, "Calibrations, or directories of them")
+      ->required()
+      ->check(CLI::ExistingPath);
+  command->add_option(
+      "--robot", given->robot,
+      "The nominal geometry, with tolerances that few arms do not overrule: robot file or shipped robot [that of "
+      "most calibrations]");
+  command->add_option("--after", given->after,
+                      "Earlier priors of the model: the version counts on");
+  command->add_option("-o,--output,--out", given->output,
+                      "Write the priors to this file (TOML) [standard output]");
+  command->add_flag("--json", given->json, "Print priors and what was set aside as JSON");
+  command->callback([given, &status] { status = learn_priors(*given); });
+}
+
+void add_show_priors(CLI::App& priors, int& status) {
+  auto given = std::make_shared<ShowPriorsCommand>();
+  CLI::App* command = priors.add_subcommand("show", "Print a file of priors");
+  command->footer("Example: cellcal priors show priors.toml");
+  command->add_option("FILE", given->file, "Priors (TOML)")->required();
+  command->add_flag("--json", given->json, "Print JSON");
+  command->callback([given, &status] { status = show_priors(*given); });
+}
+
+void add_accept(CLI::App& priors, int& status) {
+  auto given = std::make_shared<AcceptPriorsCommand>();
+  CLI::App* command = priors.add_subcommand(
+      "accept",
+      "Write a robot file with the tolerances of its fleet; print each old and new value");
+  command->footer(
+      "Nothing else of the robot changes; the file that was read is left as it is. Priors of another nominal geometry are\n"
+      "refused. The new file is used where a cell file names it.\nExample: cellcal priors accept priors.toml --robot "
+      "kr5_r1400 -o my_kr5.toml");
+  command->add_option("FILE", given->file, "Priors (TOML)")->required();
+  command->add_option("--robot", given->robot, "Robot file, or a shipped robot by its name")
+      ->required();
+  command->add_option("-o,--output,--out", given->output, "Write the robot to this file")
+      ->required();
+  command->add_flag("--json", given->json, "Print the changes as JSON");
+  command->callback([given, &status] { status = accept_priors(*given); });
+}
+
+}  // namespace
+
+void add_priors_commands(CLI::App& app, int& status) {
+  CLI::App* priors = app.add_subcommand(
+      "priors", "Learn tolerances of a robot model from its arms' calibrations, and use them");
+  priors->footer(
+      "Example: cellcal priors learn calibrations -o priors.toml\n         cellcal priors show priors.toml\n         "
+      "cellcal priors accept priors.toml --robot kr5_r1400 -o my_kr5.toml");
+  priors->require_subcommand(1);
+  add_learn(*priors, status);
+  add_show_priors(*priors, status);
+  add_accept(*priors, status);
+}
+
+void add_correct(CLI::App& app, int& status) {
+  auto given = std::make_shared<CorrectCommand>();
+  CLI::App* command =
+      app.add_subcommand("correct", "Correct poses or a KRL program for the real arm");
+  command->footer(
+      "--poses: joint angles that bring the real TCP to each pose, in the configuration and turns "
+      "of the\nfile's joint columns; without joint columns: nearest to the previous row. If one "
+      "pose is not reached,\nno CSV is written.\n--program: the taught points of a KRL program, "
+      "changed so that the controller brings the real TCP\nto them; nothing else of the files "
+      "changes. For points from a drawing: what was touched up\nwith this arm is right already "
+      "(--leave). Lines that cannot be corrected are listed; then nothing\nis written. Run the "
+      "corrected program in T1 first.\nExit status 3: the calibration was withheld.\nExample: "
+      "cellcal correct --calibration calibration.json --poses poses.csv -o joints.csv\n         "
+      "cellcal correct --calibration calibration.json --program weld.src --config '$config.dat' -o "
+      "corrected");
+  command->add_option("--calibration", given->calibration, "Calibration (JSON)")->required();
+  CLI::Option* poses =
+      command->add_option("--poses", given->poses, "Poses of the TCP in the base frame (CSV)");
+  CLI::Option* program =
+      command->add_option("--program", given->program, "KRL program (.src)")->excludes(poses);
+  command->add_option("--dat", given->dat, "Its points (.dat) [same folder]")->needs(program);
+  command
+      ->add_option(
+          "--config", given->controller,
+          "The controller's $config.dat with its tools and bases; also $machine.dat; may be "
+          "repeated")
+      ->needs(program);
+  command->add_option("--leave", given->leave, "Points that stay as they are: NAME,NAME")
+      ->delimiter(',')
+      ->needs(program);
+  command
+      ->add_flag("--anywhere", given->anywhere,
+                 "Also points far from the targets, where the calibration does not hold")
+      ->needs(program);
+  command->add_flag("--force", given->force, "Replace files of the same names in the folder of -o")
+      ->needs(program);
+  command->add_flag("--withheld", given->withheld,
+                    "Accept a withheld calibration, for inspection only");
+  command->add_option("-o,--output,--out", given->output,
+                      "Poses: write to this file [standard output]; program: to this folder");
+  command->add_flag("--json", given->json, "Write JSON");
+  command->callback([given, &status] {
+    if (given->poses.empty() && given->program.empty())
+      throw CLI::RequiredError("--poses (or --program)");
+    status = correct(*given);
+  });
+}
+
+namespace {
+
+/// What frames are sent to the controller, and which old values are set again.
+void add_sending(CLI::App* command, CLI::Option* calibration, SendFrames& sending) {
+  auto* send = command->add_flag("--send", sending.send, "Set the frames on the controller");
+  auto* confirm = command->add_flag(
+      "--confirm", sending.confirm,
+      "With --send or --restore: do not ask. Every point taught in a frame moves with it");
+  auto* sent = command->add_flag("--sent", sending.list,
+                                 "List the frames sent to the controller, with the result");
+  auto* restore = command
+                      ->add_option("--restore", sending.restore,
+                                   "Set the old values that this number of --sent replaced")
+                      ->check(CLI::Range(1, 1000000000));
+  command
+      ->add_flag("--other-calibration", sending.other_calibration,
+                 "With --send: also a calibration that is not the one in use on the daemon")
+      ->needs(send);
+  send->needs(calibration)->excludes(sent)->excludes(restore);
+  sent->excludes(calibration)->excludes(confirm);
+  restore->excludes(calibration)->excludes(sent);
+}
+
+}  // namespace
+
+void add_frames(CLI::App& app, int& status) {
+  auto given = std::make_shared<FramesCommand>();
+  auto sending = std::make_shared<SendFrames>();
+  CLI::App* command = app.add_subcommand(
+      "frames", "Compute tool and base frames for a KUKA controller; propose mastering offsets");
+  command->footer(
+      "Prints the lines of $config.dat, and with -o writes a KRL program that sets them; the old "
+      "values\nare in its comments. Tool: the cell file's, as identified. Base: from "
+      "three\ntargets: origin, one on +x, one on the side of +y. Mastering offsets are printed "
+      "with a warning\nand never written.\n--send sets the frames on the controller, over EKI and "
+      "through the daemon, where [eki] write_frames = true\nallows it: old and new values are "
+      "shown, and each is confirmed; nothing moves. --restore sets old values\nagain.\nExit status "
+      "3: the calibration was withheld.\nExample: cellcal frames --calibration calibration.json "
+      "--config '$config.dat' --tool 1 --base 3=S1,S2,S3 -o cellcal_frames.src");
+  auto daemon = add_connection(command);
+  auto* calibration =
+      command->add_option("--calibration", given->calibration, "Calibration (JSON)");
+  command->add_option("--config", given->controller,
+                      "The controller's $config.dat, for the old values; also $machine.dat; may be "
+                      "repeated");
+  command->add_option("--tool", given->tool, "Number of TOOL_DATA that is the cell file's tool")
+      ->check(CLI::Range(1, 128));
+  command
+      ->add_option("--base", given->bases,
+                   "Number of BASE_DATA and its targets, as 3=S1,S2,S3; may be repeated")
+      ->check(CLI::Validator(
+          [](std::string& text) {
+            return is_base(text) ? std::string() : "\"" + text + "\" is not like 3=S1,S2,S3";
+          },
+          "N=ID,ID,ID"));
+  command->add_flag("--withheld", given->withheld,
+                    "Accept a withheld calibration, for inspection only");
+  command->add_option("-o,--output,--out", given->output,
+                      "Write the KRL program to this file (.src)");
+  add_sending(command, calibration, *sending);
+  command->callback([given, sending, daemon, calibration, &status] {
+    given->json = daemon->json;
+    if (sending->list) {
+      status = list_sent_frames(*daemon);
+    } else if (sending->restore > 0) {
+      status = restore_frame(*daemon, *sending);
+    } else if (calibration->empty()) {
+      throw CLI::RequiredError("--calibration, --sent or --restore");
+    } else {
+      status = sending->send ? send_frames(*daemon, *given, *sending) : frames(*given);
+    }
+  });
+}
+
+}  // namespace cellcal::daemon

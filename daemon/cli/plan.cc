@@ -1,0 +1,256 @@
+#include "calib/plan/plan.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "calib/files/files.h"
+#include "calib/model/long_work.h"
+#include "calib/model/units.h"
+#include "calib/plan/candidates.h"
+#include "calib/plan/cell_check.h"
+#include "calib/plan/duration.h"
+#include "calib/plan/suggest_spheres.h"
+#include "daemon/cli/offline.h"
+#include "daemon/files/correction_limit.h"
+#include "daemon/report/plan_picture.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+/// Progress of planning, on a terminal only. Ctrl-C ends the program as everywhere.
+class PercentOnTerminal {
+ public:
+  ~PercentOnTerminal() {
+    if (terminal_) std::fputs("\r\033[K", stderr);
+  }
+  void show(const calib::WorkDone& done) const {
+    if (terminal_) fmt::print(stderr, "\rplanning {:.0f} %", 100.0 * done.share);
+  }
+
+ private:
+  bool terminal_ = ::isatty(STDERR_FILENO) == 1;
+};
+
+/// The touch as it would be if arm and cell were exactly nominal.
+calib::Touch nominal_touch(const calib::PlannedTouch& planned) {
+  calib::Touch touch;
+  touch.target = planned.target;
+  touch.set = planned.set;
+  const double fraction = planned.expected_m / planned.search_m;
+  for (std::size_t i = 0; i < planned.standoff.size(); ++i) {
+    touch.joint_rad.push_back(planned.standoff[i] +
+                              fraction * (planned.end[i] - planned.standoff[i]));
+  }
+  return touch;
+}
+
+/// At the robot file's own axis speeds.
+double minutes(const calib::Plan& plan, const calib::Robot& robot) {
+  return calib::duration_s(plan, robot, {}) / 60.0;
+}
+
+/// Where the arm stands, or where the plan would have it.
+calib::JointVector begin_of(const PlanCommand& command, const calib::Robot& robot) {
+  calib::JointVector begin;
+  for (const double deg : command.from_deg) begin.push_back(deg * calib::kRadPerDeg);
+  if (!begin.empty() && begin.size() != robot.joints.size())
+    throw std::runtime_error(fmt::format("--from: {0} angles, {2} joints in {1}", begin.size(),
+                                         robot.name, robot.joints.size()));
+  for (std::size_t i = 0; i < begin.size(); ++i)
+    if (begin[i] < robot.joints[i].min_rad || begin[i] > robot.joints[i].max_rad)
+      throw std::runtime_error(fmt::format("--from: {1:g} deg for {0} is outside of its limits",
+                                           robot.joints[i].name, command.from_deg[i]));
+  return begin;
+}
+
+std::string foreseen_words(const std::string& region, const calib::Plan& plan,
+                           const calib::Robot& robot) {
+  return fmt::format(
+      "predicted mean error {1:.3f} mm, u95 {2:.3f} mm ({0}); robot time {3:.1f} min at the "
+      "robot file's axis speeds",
+      region, plan.predicted_mean_m * calib::kMmPerM, plan.predicted_u95_m * calib::kMmPerM,
+      minutes(plan, robot));
+}
+
+std::string travel_words(const LimitNeeded& needed, const calib::Plan& plan,
+                         const calib::Robot& robot) {
+  std::string begin;
+  for (std::size_t i = 0; i < robot.joints.size(); ++i)
+    begin += fmt::format("{}{:.0f}", i == 0 ? "" : ",", plan.start[i] * calib::kDegPerRad);
+  return fmt::format(
+      "largest axis travel {1:.1f} deg ({0}) from {2}. Over RSI set correction_limit_deg to at "
+      "least {3:.0f}; {4:.0f} also covers a session that begins or is resumed anywhere on its "
+      "way",
+      needed.axis, needed.turn_deg, begin, needed.limit_deg,
+      std::min(needed.anywhere_deg, kWidestLimitDeg));
+}
+
+std::string json(const calib::Plan& plan, const calib::Robot& robot, const LimitNeeded& needed) {
+  nlohmann::json list = nlohmann::json::array();
+  for (const calib::PlannedTouch& planned : plan.touches) {
+    nlohmann::json joints;
+    const calib::Touch touch = nominal_touch(planned);
+    for (std::size_t i = 0; i < robot.joints.size(); ++i) {
+      joints[robot.joints[i].name] = touch.joint_rad[i] * calib::kDegPerRad;
+    }
+    list.push_back({{"target", planned.target},
+                    {"set", to_string(planned.set)},
+                    {"joints_deg", joints},
+                    {"normal", {planned.normal.x(), planned.normal.y(), planned.normal.z()}},
+                    {"search_mm", planned.search_m * calib::kMmPerM}});
+  }
+  return nlohmann::json{{"touches", list},
+                        {"left_out", plan.left_out},
+                        {"predicted_m3_mm", plan.predicted_mean_m * calib::kMmPerM},
+                        {"predicted_u95_mm", plan.predicted_u95_m * calib::kMmPerM},
+                        {"farthest_turn_deg", needed.turn_deg},
+                        {"correction_limit_deg", needed.limit_deg},
+                        {"correction_limit_anywhere_deg", needed.anywhere_deg},
+                        {"robot_minutes", minutes(plan, robot)}}
+             .dump(1) +
+         "\n";
+}
+
+std::string left_out_comment(const calib::Plan& plan, const calib::Cell& cell) {
+  std::string lines;
+  for (const std::string& id : plan.left_out) {
+    const auto why = calib::why_not_planned(cell.targets[cell.target_index(id)]);
+    lines += "# left out: " + id + ", " + (why ? calib::words(*why) : "") + "\n";
+  }
+  return lines;
+}
+
+}  // namespace
+
+int plan(const PlanCommand& command) {
+  const calib::Cell cell = calib::load_cell(command.cell);
+  for (const std::string& warning : calib::refuse_faulty(cell))
+    fmt::print(stderr, "warning: {}\n", warning);
+  calib::PlanOptions options;
+  options.fit_touches = command.touches;
+  options.check_touches = command.check;
+  options.seed = command.seed;
+  options.region = calib::parse_accuracy_region(command.region);
+  if (command.suggest_spheres > 0) return suggest_spheres(command, cell, options);
+  const calib::Plan made = [&] {
+    const PercentOnTerminal percent;
+    const calib::Watch watch([] { return false; },
+                             [&](const calib::WorkDone& done) { percent.show(done); });
+    return calib::make_plan(cell, options, begin_of(command, cell.robot));
+  }();
+  if (const auto fault = calib::fault_of(cell, made))
+    fmt::print(stderr, "warning: {}\n", words(*fault));
+  const LimitNeeded needed = limit_needed(made, cell.robot, made.start);
+  if (!command.picture.empty()) put(plan_svg(cell, made), command.picture);
+  if (command.json) {
+    put(json(made, cell.robot, needed), command.output);
+    return kSuccess;
+  }
+  std::vector<calib::Touch> touches;
+  for (const calib::PlannedTouch& planned : made.touches) touches.push_back(nominal_touch(planned));
+  const std::string foreseen = foreseen_words(command.region, made, cell.robot);
+  const std::string travel = travel_words(needed, made, cell.robot);
+  put("# planned with nominal geometry, not measured\n" + left_out_comment(made, cell) + "# " +
+          foreseen + "\n# " + travel + "\n" + calib::format_touches(touches, cell.robot),
+      command.output);
+  if (!command.output.empty())
+    put(fmt::format("{}: {} touches written\n{}\n{}\n", command.output.string(),
+                    made.touches.size(), foreseen, travel),
+        {});
+  return kSuccess;
+}
+
+namespace {
+
+using calib::kMmPerM;
+
+/// Of the cell as its file has it; none: it cannot be planned, which is said.
+std::optional<calib::Plan> plan_of_today(const calib::Cell& cell,
+                                         const calib::PlanOptions& options) try {
+  return calib::make_plan(cell, options);
+} catch (const calib::PlanError& error) {
+  fmt::print(stderr, "warning: no plan with today's spheres to compare with: {}\n", error.what());
+  return std::nullopt;
+}
+
+std::string accuracy_words(const calib::Plan& plan) {
+  return fmt::format("predicted mean error {:.3f} mm, u95 {:.3f} mm",
+                     plan.predicted_mean_m * kMmPerM, plan.predicted_u95_m * kMmPerM);
+}
+
+std::vector<calib::Target> spheres_of(const calib::Cell& cell) {
+  std::vector<calib::Target> spheres = cell.targets;
+  std::erase_if(spheres, [](const auto& one) { return one.kind != calib::TargetKind::kSphere; });
+  return spheres;
+}
+
+/// As a cell file has them.
+std::string file_lines(const calib::Cell& cell) {
+  std::string lines;
+  for (const calib::Target& target : spheres_of(cell))
+    lines += fmt::format(
+        "\n[[target]]\nid = \"{}\"\nkind = \"sphere\"\ndiameter_mm = {:g}\n"
+        "centre_mm = [{:.0f}, {:.0f}, {:.0f}]\ncentre_sigma_mm = {:g}\n",
+        target.id, target.diameter_m * kMmPerM, target.centre_m.x() * kMmPerM,
+        target.centre_m.y() * kMmPerM, target.centre_m.z() * kMmPerM,
+        target.centre_sigma_m * kMmPerM);
+  return lines;
+}
+
+nlohmann::json accuracy_json(const calib::Plan& plan) {
+  return {{"predicted_m3_mm", plan.predicted_mean_m * kMmPerM},
+          {"predicted_u95_mm", plan.predicted_u95_m * kMmPerM}};
+}
+
+std::string json(const calib::SuggestedSpheres& suggested,
+                 const std::optional<calib::Plan>& today) {
+  nlohmann::json value = accuracy_json(suggested.plan);
+  value["today"] = today ? accuracy_json(*today) : nlohmann::json(nullptr);
+  for (const calib::Target& target : spheres_of(suggested.cell))
+    value["spheres"].push_back({{"id", target.id},
+                                {"diameter_mm", target.diameter_m * kMmPerM},
+                                {"centre_mm",
+                                 {target.centre_m.x() * kMmPerM, target.centre_m.y() * kMmPerM,
+                                  target.centre_m.z() * kMmPerM}}});
+  return value.dump(1) + "\n";
+}
+
+}  // namespace
+
+int suggest_spheres(const PlanCommand& command, const calib::Cell& cell,
+                    const calib::PlanOptions& options) {
+  const calib::SuggestedSpheres suggested =
+      calib::suggest_spheres(cell, options, command.suggest_spheres);
+  const std::optional<calib::Plan> today = plan_of_today(cell, options);
+  if (!command.picture.empty()) put(plan_svg(suggested.cell, suggested.plan), command.picture);
+  if (command.json) {
+    put(json(suggested, today), command.output);
+    return kSuccess;
+  }
+  const bool gains = !today || suggested.plan.predicted_mean_m < today->predicted_mean_m;
+  const std::string words =
+      fmt::format("# {} with {} touches, region {}: {} spheres at these places\n",
+                  accuracy_words(suggested.plan), command.touches, command.region,
+                  spheres_of(suggested.cell).size()) +
+      (today ? fmt::format("# {} today{}\n", accuracy_words(*today),
+                           gains ? "" : ": today's places are as good, leave the spheres there")
+             : "") +
+      fmt::format(
+          "# Put each sphere within {:.0f} mm of its place, base frame. Then have the distances certified and run "
+          "'cellcal find'\n",
+          suggested.cell.targets.front().centre_sigma_m * kMmPerM);
+  put(words + file_lines(suggested.cell), command.output);
+  if (!command.output.empty()) put(words, {});
+  return kSuccess;
+}
+
+}  // namespace cellcal::daemon

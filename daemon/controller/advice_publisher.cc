@@ -1,0 +1,140 @@
+#include "daemon/controller/advice_publisher.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+
+#include "daemon/controller/frame_words.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+using namespace std::chrono_literals;
+using drivers::Duration;
+using drivers::TimePoint;
+
+constexpr Duration kLook = 60s;   // 'holds' ends by the calendar, too
+constexpr Duration kAgain = 12h;  // its files may have been installed again, or its data set back
+constexpr Duration kBusy = 15s;   // a session runs: its end pokes as well
+constexpr Duration kFirstPause = 60s, kLongestPause = 1h;
+
+drivers::EkiFrameRequest request_of(const PublishedAdvice& advice) {
+  return {drivers::EkiFrameKind::kAdvice, 1,
+          drivers::EkiFrameValues{static_cast<double>(advice.until_day),
+                                  static_cast<double>(static_cast<int>(advice.advice))}};
+}
+
+/// "CELLCAL_ADVICE: 3 sent, 1 read back", and the same of its last day.
+std::string differs_words(const PublishedAdvice& sent, const drivers::EkiFrameValues& back) {
+  return fmt::format(
+      "CELLCAL_ADVICE: {} sent, {:.0f} read back; CELLCAL_ADVICE_UNTIL: {} sent, {:.0f} read back. "
+      "Another program writes it: look for it on the pendant",
+      static_cast<int>(sent.advice), back[1], sent.until_day, back[0]);
+}
+
+}  // namespace
+
+std::string AdvicePublisher::publish(const PublishedAdvice& advice, const Send& send) {
+  const drivers::EkiFrameResult result = send(request_of(advice), stop_.get_token());
+  switch (result.end) {
+    case drivers::EkiFrameEnd::kSet:
+      return {};
+    case drivers::EkiFrameEnd::kDiffers:
+      return differs_words(advice, result.new_values.value_or(drivers::EkiFrameValues{}));
+    case drivers::EkiFrameEnd::kRead:
+    case drivers::EkiFrameEnd::kRefused:
+    case drivers::EkiFrameEnd::kNotSent:
+    case drivers::EkiFrameEnd::kUnknown:
+      break;
+  }
+  if (result.refusal == drivers::EkiFrameDone::kNoSuchNumber ||
+      result.trouble == drivers::EkiFrameTrouble::kTooOld)
+    return "controller files without CELLCAL_ADVICE. Install those that 'cellcal kuka-files' "
+           "writes with [eki] write_advice = true, then cold start";
+  const std::string why = why_words(result);
+  return why.empty() ? "the controller's answer could not be read" : why;
+}
+
+Duration AdvicePublisher::look(TimePoint now) {
+  const Send send = parts_.send();
+  {
+    const std::lock_guard lock(mutex_);
+    status_.configured = static_cast<bool>(send);
+    if (!send) {
+      status_ = {};
+      confirmed_.reset();
+      failed_.reset();
+      return kLook;
+    }
+  }
+  PublishedAdvice current;
+  std::string trouble;
+  try {
+    current = parts_.current();
+    const bool due = current != confirmed_ || now - confirmed_at_ >= kAgain;
+    const bool may = current != failed_ || now >= not_before_;
+    if (!due || !may) return kLook;
+    if (!parts_.alone([&] { trouble = publish(current, send); })) return kBusy;
+  } catch (const std::exception& error) {
+    trouble = error.what();
+  }
+  if (stop_.stop_requested()) return kLook;
+  const std::lock_guard lock(mutex_);
+  if (trouble.empty()) {
+    if (current != confirmed_)
+      spdlog::info("CELLCAL_ADVICE sent: {} ({})", static_cast<int>(current.advice),
+                   to_string(current.advice));
+    confirmed_ = current;
+    confirmed_at_ = now;
+    failed_.reset();
+    pause_ = {};
+    status_.acknowledged = current.advice;
+    status_.acknowledged_at = parts_.utc_now();
+  } else {
+    if (trouble != status_.trouble) spdlog::warn("CELLCAL_ADVICE not confirmed: {}", trouble);
+    confirmed_.reset();  // whether it has the newest is not known
+    failed_ = current;
+    pause_ = std::clamp(2 * pause_, kFirstPause, kLongestPause);
+    not_before_ = now + pause_;
+  }
+  status_.trouble = trouble;
+  return kLook;
+}
+
+AdviceStatus AdvicePublisher::status() const {
+  const std::lock_guard lock(mutex_);
+  return status_;
+}
+
+void AdvicePublisher::start() {
+  thread_ = std::thread([this] { run(); });
+}
+
+void AdvicePublisher::run() {
+  for (;;) {
+    const Duration wait = look(std::chrono::steady_clock::now());
+    std::unique_lock lock(mutex_);
+    changed_.wait_for(lock, wait, [this] { return poked_ || stop_.stop_requested(); });
+    if (stop_.stop_requested()) return;
+    poked_ = false;
+  }
+}
+
+void AdvicePublisher::poke() {
+  const std::lock_guard lock(mutex_);
+  poked_ = true;
+  changed_.notify_all();
+}
+
+void AdvicePublisher::stop() {
+  {
+    const std::lock_guard lock(mutex_);
+    stop_.request_stop();
+    changed_.notify_all();
+  }
+  if (thread_.joinable()) thread_.join();
+}
+
+}  // namespace cellcal::daemon

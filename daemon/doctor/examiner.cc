@@ -1,0 +1,135 @@
+#include "daemon/doctor/examiner.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "calib/files/input_file.h"
+#include "daemon/doctor/evidence.h"
+#include "daemon/files/atomic_file.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+constexpr const char* kExaminationFormat = "cellcal.examination/1";
+
+}  // namespace
+
+std::size_t Examination::count(Outcome outcome) const {
+  return static_cast<std::size_t>(std::count_if(
+      checks.begin(), checks.end(), [&](const Finding& one) { return one.outcome == outcome; }));
+}
+
+Examiner::Examiner(Parts parts) : parts_(std::move(parts)), newest_(kept()) {}
+
+Examiner::~Examiner() { stop(); }
+
+Examination Examiner::kept() const try {
+  if (parts_.file.empty() || !std::filesystem::exists(parts_.file)) return {};
+  const auto document = nlohmann::json::parse(calib::read_file(parts_.file));
+  if (document.at("format") != kExaminationFormat) throw std::runtime_error("another format");
+  if (document.at("config_sha256") != parts_.config_sha256()) return {};
+  Examination kept;
+  kept.kept = kept.whole = true;
+  kept.cell = document.at("cell").get<std::string>();
+  kept.cell_text = document.at("cell_text").get<std::string>();
+  kept.ended = document.at("ended").get<std::string>();
+  for (const auto& one : document.at("checks")) kept.checks.push_back(finding_of(one));
+  return kept;
+} catch (const std::exception& error) {
+  spdlog::warn("{}: {}. Let the doctor look again", parts_.file.string(), error.what());
+  return {};
+}
+
+void Examiner::keep(const Examination& whole) const try {
+  if (parts_.file.empty()) return;
+  auto checks = nlohmann::json::array();
+  for (const Finding& one : whole.checks) checks.push_back(to_json(one));
+  const nlohmann::json document{
+      {"format", kExaminationFormat}, {"config_sha256", parts_.config_sha256()},
+      {"cell", whole.cell.string()},  {"cell_text", whole.cell_text},
+      {"ended", whole.ended},         {"checks", checks}};
+  // Words of devices may hold any bytes.
+  write_atomically(parts_.file,
+                   document.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+} catch (const std::exception& error) {
+  spdlog::warn("what the doctor found ends with this daemon: {}", error.what());
+}
+
+void Examiner::stop() {
+  {
+    const std::lock_guard lock(mutex_);
+    ending_ = true;
+  }
+  thread_.request_stop();
+  if (thread_.joinable()) thread_.join();
+}
+
+void Examiner::begin(const std::filesystem::path& cell) {
+  Examination begun;
+  begun.cell = cell;
+  begun.running = true;
+  begun.cell_text = text_of_cell(cell);
+  parts_.hold();  // at most one holds, and the thread before it is at its end
+  const std::lock_guard lock(mutex_);
+  if (ending_) return parts_.release();
+  newest_ = std::move(begun);
+  thread_ = std::jthread([this, cell](const std::stop_token& stop) { examine(cell, stop); });
+}
+
+std::optional<Examiner::NotTaken> Examiner::take(const std::filesystem::path& cell,
+                                                 const std::string& cell_sha256,
+                                                 const std::string& config_sha256,
+                                                 std::vector<Finding> checks) {
+  if (!parts_.config_sha256 || parts_.config_sha256() != config_sha256)
+    return NotTaken::kOtherConfig;
+  Examination taken;
+  taken.cell = cell;
+  taken.cell_text = text_of_cell(cell);
+  if (taken.cell_text.empty() || calib::sha256(taken.cell_text) != cell_sha256)
+    return NotTaken::kOtherCell;
+  taken.whole = true;
+  taken.ended = parts_.utc_now();
+  taken.checks = std::move(checks);
+  {
+    const std::lock_guard lock(mutex_);
+    if (newest_.running) return NotTaken::kLooking;
+    newest_ = taken;
+  }
+  keep(taken);
+  return std::nullopt;
+}
+
+void Examiner::examine(const std::filesystem::path& cell, const std::stop_token& stop) {
+  Findings findings([this](const Finding& one) {
+    const std::lock_guard lock(mutex_);
+    newest_.checks.push_back(one);
+  });
+  const auto hint = [this](const std::string& words) {
+    const std::lock_guard lock(mutex_);
+    newest_.hint = words;
+  };
+  try {
+    parts_.look(cell, findings, hint, stop);
+  } catch (const std::exception& error) {
+    findings.fail("doctor", error.what(), "run 'cellcal doctor' on the cell's computer");
+  }
+  {
+    const std::lock_guard lock(mutex_);
+    newest_.running = false;
+    newest_.whole = !stop.stop_requested();
+    newest_.hint.clear();
+    newest_.ended = parts_.utc_now();
+  }
+  if (const Examination now = newest(); now.whole) keep(now);
+  parts_.release();
+}
+
+Examination Examiner::newest() const {
+  const std::lock_guard lock(mutex_);
+  return newest_;
+}
+
+}  // namespace cellcal::daemon

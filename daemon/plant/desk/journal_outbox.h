@@ -1,0 +1,51 @@
+#pragma once
+// The journal's outbox as messages for the plant.
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <set>
+
+#include "daemon/config/plant_config.h"
+#include "daemon/journal/journal.h"
+#include "daemon/plant/desk/reporter.h"
+#include "daemon/plant/messages/outbox.h"
+
+namespace cellcal::daemon::plant {
+
+class JournalOutbox final : public Outbox {
+ public:
+  struct Parts {
+    Journal& journal;
+    PlantConfig config;
+    /// Where a session's check.json is.
+    std::function<std::filesystem::path(std::int64_t session)> results_dir = {};
+    /// Something new waits. With the journal's lock held: waits for nobody.
+    std::function<void()> waits = {};
+  };
+  /// The journal reports to it from now on, instead of to the one before. Throws JournalError, and then that one is reported to as
+  /// before.
+  explicit JournalOutbox(Parts parts);
+  ~JournalOutbox() override;
+  JournalOutbox(const JournalOutbox&) = delete;
+  JournalOutbox& operator=(const JournalOutbox&) = delete;
+
+  // Any thread.
+  WaitingCount count() override;
+  std::vector<WaitingFact> facts(std::int64_t after, std::size_t most) override;
+  void acknowledge(const std::vector<std::int64_t>& rows) override;
+
+  const PlantConfig& config() const { return parts_.config; }
+
+ private:
+  WaitingFact composed(const WaitingReport& row);
+  FactBody body_of(const WaitingReport& row);
+
+  Parts parts_;
+  std::shared_ptr<const PlantReporter> reporter_;
+  std::mutex mutex_;                       ///< of what follows
+  std::set<std::int64_t> logged_damaged_;  ///< rows of which the log has it
+};
+
+}  // namespace cellcal::daemon::plant

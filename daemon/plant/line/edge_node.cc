@@ -1,0 +1,234 @@
+#include "daemon/plant/line/edge_node.h"
+
+#include <spdlog/spdlog.h>
+#include <sys/resource.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <boost/asio/executor_work_guard.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <thread>
+
+#include "daemon/files/seldom.h"
+#include "daemon/plant/line/mqtt_line.h"
+#include "daemon/plant/line/payload.h"
+#include "daemon/runner/backend.h"
+
+namespace cellcal::daemon::plant::sparkplug {
+
+namespace asio = boost::asio;
+
+namespace {
+
+constexpr int kNice = 10;
+
+std::uint64_t now_ms() {
+  return static_cast<std::uint64_t>(std::chrono::duration_cast<std::chrono::milliseconds>(
+                                        std::chrono::system_clock::now().time_since_epoch())
+                                        .count());
+}
+
+}  // namespace
+
+struct EdgeNode::Impl {
+  explicit Impl(Parts given)
+      : parts(std::move(given)),
+        retry(context),
+        tick(context),
+        last(context),
+        backoff(parts.first_wait, parts.longest_wait) {}
+
+  std::string topic(const char* type) const {
+    return "spBv1.0/" + parts.config.plant + "/" + type + "/" + parts.config.cell;
+  }
+  Metric line_number() const { return {"bdSeq", DataType::kInt64, std::int64_t{line_count}}; }
+  MqttLine::Message death() const {
+    return {topic("NDEATH"), payload({line_number()}, now_ms(), std::nullopt, Types::kDeclared)};
+  }
+  void start();
+  void connect();
+  void connect_later();
+  void up();
+  void down(const LineFailure& failure);
+  void look_again();
+  void look();
+  void bear();
+  void send(const char* type, const std::vector<Metric>& metrics, Types types);
+  void stop();
+  void set(const std::function<void(LineStatus&)>& change) {
+    const std::lock_guard lock(status_mutex);
+    change(status);
+  }
+
+  Parts parts;
+  asio::io_context context;
+  asio::steady_timer retry, tick, last;
+  Backoff backoff;
+  std::unique_ptr<MqttLine> line;
+  std::uint8_t line_count = 255;  ///< bdSeq: 0 on the first line
+  std::uint8_t next_seq = 0;
+  std::vector<Metric> published;  ///< as the host has them
+  std::chrono::steady_clock::time_point up_since;
+  std::optional<int> death_said;  ///< its message
+  Seldom connections;
+  std::map<LineProblem, Seldom> warnings;
+  bool is_up = false, birth_wanted = false, stopping = false, orderly = true;
+  mutable std::mutex status_mutex;
+  LineStatus status;
+  std::thread thread;
+};
+
+void EdgeNode::Impl::start() {
+  status.since = wall_clock_utc();
+  asio::post(context, [this] { connect(); });
+  thread = std::thread([this] {
+    ::setpriority(PRIO_PROCESS, static_cast<id_t>(::syscall(SYS_gettid)), kNice);
+    const auto work = asio::make_work_guard(context);
+    context.run();
+  });
+}
+
+void EdgeNode::Impl::connect() {
+  if (stopping) return;
+  ++line_count;
+  line = std::make_unique<MqttLine>(
+      context, parts.config, death(),
+      MqttLine::Events{[this] { up(); },
+                       [this](int message, const std::optional<LineFailure>&) {
+                         if (line && message == death_said) line->close();
+                       },
+                       [this](const std::string&, const std::string& command) {
+                         if (asks_for_rebirth(command)) birth_wanted = true;
+                       },
+                       [this](const LineFailure& failure) { down(failure); }},
+      MqttLine::Times{.keepalive = parts.keepalive}, "sparkplug");
+}
+
+void EdgeNode::Impl::connect_later() {
+  retry.expires_after(backoff.next());
+  retry.async_wait([this](boost::system::error_code cancelled) {
+    if (!cancelled) connect();
+  });
+}
+
+void EdgeNode::Impl::up() {
+  is_up = true;
+  up_since = std::chrono::steady_clock::now();
+  set([&](LineStatus& now) {
+    now = {true, LineProblem::kNone, {}, wall_clock_utc(), now.acknowledged};
+  });
+  if (connections.count(up_since))
+    spdlog::info("[plant]: Sparkplug node {}/{} at {}:{}", parts.config.plant, parts.config.cell,
+                 parts.config.host, parts.config.port);
+  line->listen({topic("NCMD")});
+  birth_wanted = true;
+  look();
+}
+
+void EdgeNode::Impl::down(const LineFailure& failure) {
+  line.reset();
+  tick.cancel();
+  if (is_up && std::chrono::steady_clock::now() - up_since > parts.longest_wait) backoff.reset();
+  is_up = false;
+  bool news = false;
+  set([&](LineStatus& now) {
+    if (std::exchange(now.connected, false)) now.since = wall_clock_utc();
+    news = now.words != failure.words;
+    now.problem = failure.problem;
+    now.words = failure.words;
+  });
+  if (stopping) {
+    context.stop();
+    return;
+  }
+  if (news && failure.problem != LineProblem::kNone &&
+      warnings[failure.problem].count(std::chrono::steady_clock::now()))
+    spdlog::warn("[plant]: Sparkplug: {}", failure.words);
+  // Two that have the same name would take the line from each other without end.
+  if (failure.problem == LineProblem::kTakenOver) backoff.exhaust();
+  connect_later();
+}
+
+void EdgeNode::Impl::look_again() {
+  tick.expires_after(parts.every);
+  tick.async_wait([this](boost::system::error_code cancelled) {
+    if (!cancelled && is_up && !stopping) look();
+  });
+}
+
+/// What changed is published; all of it where a host asks, or none has been published yet.
+void EdgeNode::Impl::look() {
+  look_again();
+  std::vector<Metric> now = parts.look();
+  if (now.empty()) return;
+  std::vector<Metric> changed;
+  for (std::size_t i = 0; i < now.size(); ++i)
+    if (i >= published.size() || now[i] != published[i]) changed.push_back(now[i]);
+  published = std::move(now);
+  if (std::exchange(birth_wanted, false))
+    bear();
+  else if (!changed.empty())
+    send("NDATA", changed, Types::kKnown);
+}
+
+void EdgeNode::Impl::bear() {
+  next_seq = 0;
+  std::vector<Metric> all{line_number(), {kRebirth, DataType::kBoolean, false}};
+  all.insert(all.end(), published.begin(), published.end());
+  send("NBIRTH", all, Types::kDeclared);
+}
+
+/// A line that does not carry it is lost, and the next one begins with a birth.
+void EdgeNode::Impl::send(const char* type, const std::vector<Metric>& metrics, Types types) try {
+  line->publish({topic(type), payload(metrics, now_ms(), next_seq, types), false,
+                 MqttLine::Delivery::kAtMostOnce});
+  ++next_seq;
+  set([](LineStatus& now) { ++now.acknowledged; });
+} catch (const NotPublished& lost) {
+  spdlog::debug("[plant]: Sparkplug: {}", lost.what());
+}
+
+void EdgeNode::Impl::stop() {
+  stopping = true;
+  retry.cancel();
+  tick.cancel();
+  if (!orderly) line.reset();  // the will says so
+  if (!is_up || !orderly) {
+    context.stop();
+    return;
+  }
+  last.expires_after(parts.farewell);
+  last.async_wait([this](boost::system::error_code cancelled) {
+    if (!cancelled) context.stop();
+  });
+  try {
+    death_said = line->publish(death());
+  } catch (const NotPublished&) {  // the will says so
+    context.stop();
+  }
+}
+
+EdgeNode::EdgeNode(Parts parts) : impl_(std::make_unique<Impl>(std::move(parts))) {
+  impl_->start();
+}
+
+EdgeNode::~EdgeNode() {
+  asio::post(impl_->context, [impl = impl_.get()] { impl->stop(); });
+  impl_->thread.join();
+}
+
+void EdgeNode::leave_without_a_farewell() {
+  asio::post(impl_->context, [impl = impl_.get()] { impl->orderly = false; });
+}
+
+LineStatus EdgeNode::status() const {
+  const std::lock_guard lock(impl_->status_mutex);
+  return impl_->status;
+}
+
+}  // namespace cellcal::daemon::plant::sparkplug

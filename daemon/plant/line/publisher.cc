@@ -1,0 +1,506 @@
+#include "daemon/plant/line/publisher.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+#include <sys/resource.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <boost/asio/executor_work_guard.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <deque>
+#include <map>
+#include <mutex>
+#include <set>
+#include <thread>
+
+#include "calib/files/calibration_json.h"
+#include "daemon/files/seldom.h"
+#include "daemon/files/system_words.h"
+#include "daemon/plant/line/mqtt_line.h"
+#include "daemon/plant/messages/fact.h"
+#include "daemon/plant/messages/presence.h"
+#include "daemon/runner/backend.h"
+
+namespace cellcal::daemon::plant {
+
+namespace asio = boost::asio;
+
+namespace {
+
+constexpr std::size_t kMostUnderWay = 16, kMostBytesUnderWay = std::size_t{16} << 20;
+/// The disk is waited for once for so many.
+constexpr std::size_t kAcknowledgedAtOnce = 32;
+/// Until the log has the same warning once more.
+constexpr std::chrono::hours kWarnAgain{1};
+constexpr std::int64_t kNoRow = 0;  ///< presence, and proposals that are taken away
+constexpr int kNice = 10;
+
+}  // namespace
+
+struct Publisher::Impl {
+  explicit Impl(Parts given)
+      : parts(std::move(given)),
+        retry(context),
+        pause(context),
+        last(context),
+        unstored(context),
+        backoff(parts.first_wait, parts.longest_wait) {}
+
+  /// Who a row is, for what the plant says of it.
+  struct Sent {
+    std::int64_t row = kNoRow, number = 0;
+    std::string source;
+    Worth worth = Worth::kTelemetry;
+    std::size_t bytes = 0;  ///< of the message
+    std::int64_t session = 0;
+    std::string kind;
+  };
+
+  CellName name() const { return {parts.config.plant, parts.config.cell}; }
+  void start();
+  void connect();
+  void connect_later();
+  void up();
+  void answered(int message, const std::optional<LineFailure>& refused);
+  void heard(const std::string& topic, const std::string& payload);
+  void await_stored(const Sent& sent);
+  void hear(const Stored& news);
+  void hear(const Proposal& proposal);
+  void down(const LineFailure& failure);
+  void pump();
+  void send_waiting();
+  bool send(const WaitingFact& fact);
+  bool is_dealt_with(const WaitingFact& fact) const;
+  bool has_room() const;
+  bool broker_has_enough() const;
+  LineFailure too_large() const;
+  void warn_of(const LineFailure& too_large);
+  void say_what_waits();
+  MqttLine::Message presence(bool online, bool farewell) const;
+  void forget_acknowledged();
+  void hold(std::chrono::milliseconds time, const LineFailure& why);
+  void stop();
+  void say(const LineFailure& failure);
+  void set(const std::function<void(LineStatus&)>& change) {
+    const std::lock_guard lock(status_mutex);
+    change(status);
+  }
+
+  Parts parts;
+  asio::io_context context;
+  std::unique_ptr<MqttLine> line;
+  asio::steady_timer retry, pause, last, unstored;
+  Backoff backoff;
+  struct {
+    std::string time, source;
+    std::int64_t newest = 0;
+  } connected;
+  WaitingCount known;             ///< as the outbox said last
+  std::map<int, Sent> under_way;  ///< by message
+  std::map<std::int64_t, Sent>
+      at_the_broker;  ///< results that it has acknowledged on this line and nobody has stored, by row
+  std::map<std::int64_t, Sent> set_aside;  ///< too large for the broker of this line, by row
+  /// Bytes for which the broker ended the line before, without a word of its limit before that: not sent on the next one.
+  std::optional<std::size_t> ended_for, not_now;
+  Stored stored;  ///< as the plant has said last
+  std::deque<WaitingFact> bite;
+  std::int64_t read_to = 0;  ///< row up to which all is under way or acknowledged
+  std::vector<std::int64_t> acknowledged;
+  struct {
+    std::string words;
+    std::chrono::steady_clock::time_point at;
+  } warned;  ///< in the log, of what is too large for the broker
+  Seldom not_understood, connections;
+  std::map<LineProblem, Seldom> warnings;
+  bool is_up = false, held = false, stopping = false, orderly = true;
+  std::atomic<bool> poked{false};
+  mutable std::mutex status_mutex;
+  LineStatus status;
+  std::thread thread;
+};
+
+void Publisher::Impl::say(const LineFailure& failure) {
+  bool news = false;
+  set([&](LineStatus& now) {
+    news = now.words != failure.words;
+    now.problem = failure.problem;
+    now.words = failure.words;
+  });
+  if (news && failure.problem != LineProblem::kNone &&
+      warnings[failure.problem].count(std::chrono::steady_clock::now()))
+    spdlog::warn("[plant]: {}", failure.words);
+}
+
+void Publisher::Impl::start() {
+  status.since = wall_clock_utc();
+  asio::post(context, [this] { connect(); });
+  thread = std::thread([this] {
+    ::setpriority(PRIO_PROCESS, static_cast<id_t>(::syscall(SYS_gettid)), kNice);
+    const auto work = asio::make_work_guard(context);
+    context.run();
+  });
+}
+
+/// Will and birth of a line have the same time and number, so that whoever hears both knows the will for the later.
+MqttLine::Message Publisher::Impl::presence(bool online, bool farewell) const {
+  Presence words;
+  words.of = name();
+  words.online = online;
+  words.farewell = farewell;
+  words.journal = farewell ? known.source : connected.source;
+  words.number = farewell ? known.newest : connected.newest;
+  words.software = calib::software_version();
+  words.time = farewell ? wall_clock_utc() : connected.time;
+  words.mock = parts.mock;
+  return {to_text({name(), Subject::kPresence, {}}), to_json(words), true};
+}
+
+void Publisher::Impl::connect() try {
+  if (stopping) return;
+  known = parts.outbox.count();
+  connected = {wall_clock_utc(), known.source, known.newest};
+  line = std::make_unique<MqttLine>(
+      context, parts.config, presence(false, false),
+      MqttLine::Events{
+          [this] { up(); },
+          [this](int message, std::optional<LineFailure> refused) { answered(message, refused); },
+          [this](const std::string& topic, const std::string& payload) { heard(topic, payload); },
+          [this](const LineFailure& failure) { down(failure); }},
+      MqttLine::Times{.keepalive = parts.keepalive});
+} catch (const OutboxError& failed) {  // which numbers it has nobody can say now
+  say({LineProblem::kJournal, failed.what()});
+  connect_later();
+}
+
+void Publisher::Impl::connect_later() {
+  retry.expires_after(backoff.next());
+  retry.async_wait([this](boost::system::error_code cancelled) {
+    if (!cancelled) connect();
+  });
+}
+
+void Publisher::Impl::up() {
+  is_up = true;
+  under_way.clear();
+  at_the_broker.clear();
+  set_aside.clear();  // it may be another broker, or the same one with another limit
+  not_now = std::exchange(ended_for, std::nullopt);
+  bite.clear();
+  read_to = 0;
+  set([&](LineStatus& now) {
+    now = {true, LineProblem::kNone, {}, wall_clock_utc(), now.acknowledged};
+  });
+  if (connections.count(std::chrono::steady_clock::now()))
+    spdlog::info("[plant]: connected to {}:{} as {}/{}", parts.config.host, parts.config.port,
+                 parts.config.plant, parts.config.cell);
+  try {
+    line->listen({to_text({name(), Subject::kStored, {}}), proposals_to(name())});
+    under_way[line->publish(presence(true, false))] = {};
+  } catch (const NotPublished& lost) {
+    say({lost.problem, lost.what()});
+  }
+  held = false;
+  pump();
+}
+
+void Publisher::Impl::down(const LineFailure& failure) {
+  line.reset();
+  if (is_up && failure.problem == LineProblem::kTooLarge)
+    for (const auto& [message, sent] : under_way)
+      ended_for = std::max(ended_for.value_or(0), sent.bytes);
+  pause.cancel();
+  if (is_up || failure.problem != LineProblem::kNone) {
+    set([&](LineStatus& now) {
+      if (std::exchange(now.connected, false)) now.since = wall_clock_utc();
+    });
+  }
+  is_up = false;
+  if (stopping) {
+    context.stop();
+    return;
+  }
+  say(failure);
+  // Two that have the same name would take the line from each other without end.
+  if (failure.problem == LineProblem::kTakenOver) backoff.exhaust();
+  connect_later();
+}
+
+void Publisher::Impl::hold(std::chrono::milliseconds time, const LineFailure& why) {
+  say(why);
+  held = true;
+  pause.expires_after(time);
+  pause.async_wait([this](boost::system::error_code cancelled) {
+    if (cancelled) return;
+    held = false;
+    pump();
+  });
+}
+
+void Publisher::Impl::answered(int message, const std::optional<LineFailure>& refused) {
+  const auto found = under_way.find(message);
+  if (found == under_way.end()) return;
+  const Sent sent = found->second;
+  under_way.erase(found);
+  if (refused && refused->problem == LineProblem::kTooLarge && sent.row != kNoRow) {
+    set_aside.emplace(sent.row, sent);
+  } else if (refused && !(sent.row == kNoRow && refused->problem == LineProblem::kNobody)) {
+    hold(parts.refused_wait, *refused);
+  } else if (sent.row != kNoRow) {
+    backoff.reset();
+    if (sent.worth == Worth::kTelemetry ||
+        (stored.journal == sent.source && stored.has(sent.number)))
+      acknowledged.push_back(sent.row);
+    else
+      await_stored(sent);
+    set([](LineStatus& now) { ++now.acknowledged; });
+  }
+  if (stopping) {
+    if (under_way.empty() && line) line->close();
+    return;
+  }
+  pump();
+}
+
+LineFailure Publisher::Impl::too_large() const {
+  const Sent& oldest = set_aside.begin()->second;
+  const auto most = line->largest_packet();
+  return {
+      LineProblem::kTooLarge,
+      fmt::format(
+          "fact {}: {} bytes ({} of session {}), more than broker {}:{} accepts{}{}. Set "
+          "message_size_limit there to {}, max_packet_size to twice that or not at all, and "
+          "restart it. Until then it waits; others are sent",
+          oldest.number, oldest.bytes, oldest.kind, oldest.session, parts.config.host,
+          parts.config.port, most ? fmt::format(" (limit {})", *most) : "",
+          set_aside.size() > 1 ? fmt::format("; {} more facts likewise", set_aside.size() - 1) : "",
+          kLargestMessage)};
+}
+
+/// In the status always; in the log once an hour, however often the line is lost.
+void Publisher::Impl::warn_of(const LineFailure& too_large) {
+  const auto now = std::chrono::steady_clock::now();
+  if (warned.words == too_large.words && now - warned.at < kWarnAgain) {
+    set([&](LineStatus& status_now) {
+      status_now.problem = too_large.problem;
+      status_now.words = too_large.words;
+    });
+    return;
+  }
+  warned = {too_large.words, now};
+  say(too_large);
+}
+
+/// Anybody may have said it: what is not understood is left aside.
+void Publisher::Impl::heard(const std::string& text, const std::string& payload) try {
+  const auto topic = topic_of(text);
+  if (!topic || topic->of != name() || payload.empty()) return;
+  if (topic->subject == Subject::kStored) hear(stored_from_json(payload, *topic));
+  if (topic->subject == Subject::kProposal) hear(proposal_from_json(payload, *topic));
+} catch (const std::exception& wrong) {
+  if (const auto messages = not_understood.count(std::chrono::steady_clock::now()))
+    spdlog::warn("[plant]: {} messages not understood, the newest: {}", *messages,
+                 printable(wrong.what()));
+}
+
+/// What the broker has and nobody stores in time is sent again: somebody between here and there has lost it.
+void Publisher::Impl::await_stored(const Sent& sent) {
+  const bool first = at_the_broker.empty();
+  at_the_broker[sent.row] = sent;
+  if (!first) return;
+  unstored.expires_after(parts.stored_wait);
+  unstored.async_wait([this](boost::system::error_code cancelled) {
+    if (cancelled || at_the_broker.empty()) return;
+    at_the_broker.clear();
+    bite.clear();
+    read_to = 0;
+    pump();
+  });
+}
+
+void Publisher::Impl::hear(const Stored& news) {
+  stored = news;
+  const auto is_stored = [&](const auto& one) {
+    const bool has = one.second.source == stored.journal && stored.has(one.second.number);
+    if (has) acknowledged.push_back(one.first);
+    return has;
+  };
+  // What says nothing new costs nothing, however often it comes.
+  if (std::erase_if(at_the_broker, is_stored) + std::erase_if(set_aside, is_stored) > 0) pump();
+}
+
+void Publisher::Impl::hear(const Proposal& proposal) {
+  if (!parts.proposal || !parts.proposal(proposal) || stopping || !is_up) return;
+  try {
+    under_way[line->publish({to_text({name(), Subject::kProposal, proposal.id}), "", true})] = {};
+  } catch (const NotPublished& lost) {
+    say({lost.problem, lost.what()});
+  }
+}
+
+/// What was acknowledged goes from the disk; what cannot go is not sent again meanwhile.
+void Publisher::Impl::forget_acknowledged() {
+  if (acknowledged.empty()) return;
+  parts.outbox.acknowledge(acknowledged);
+  acknowledged.clear();
+}
+
+void Publisher::Impl::pump() try {
+  if (acknowledged.size() >= kAcknowledgedAtOnce || under_way.empty()) forget_acknowledged();
+  if (!is_up || stopping) return;
+  if (held) {  // from the oldest on, when that is over: in order
+    bite.clear();
+    read_to = 0;
+    return;
+  }
+  send_waiting();
+} catch (const OutboxError& failed) {
+  hold(parts.journal_wait, {LineProblem::kJournal, failed.what()});
+}
+
+bool Publisher::Impl::has_room() const {
+  std::size_t bytes = 0;
+  for (const auto& [message, sent] : under_way) bytes += sent.bytes;
+  return under_way.size() < kMostUnderWay && bytes < kMostBytesUnderWay;
+}
+
+/// Its queue is not for all that a plant has not stored in a week.
+bool Publisher::Impl::broker_has_enough() const {
+  std::size_t bytes = 0;
+  for (const auto& [row, sent] : at_the_broker) bytes += sent.bytes;
+  return at_the_broker.size() >= parts.most_unstored || bytes >= kMostBytesUnderWay;
+}
+
+/// Nothing is under way, and this is why.
+void Publisher::Impl::say_what_waits() {
+  known = parts.outbox.count();
+  if (broker_has_enough()) {
+    say({LineProblem::kUnstored,
+         fmt::format("broker {}:{}: {} results not stored by the plant, no more are sent. Start "
+                     "cellcal-fleet, or see its log; nothing is lost meanwhile",
+                     parts.config.host, parts.config.port, at_the_broker.size())});
+  } else if (!set_aside.empty() && known.rows > 0) {
+    warn_of(too_large());
+  } else if (known.elsewhere > 0) {
+    say({LineProblem::kRenamed,
+         fmt::format(
+             "{} unsent messages under the old name {}; [plant] is {}/{} now. Set plant and cell "
+             "back until they are sent, or add former = [\"{}\"] to send them under the new name",
+             known.elsewhere, known.elsewhere_address, parts.config.plant, parts.config.cell,
+             known.elsewhere_address)});
+  } else {
+    set([](LineStatus& now) {
+      now.problem = LineProblem::kNone;
+      now.words.clear();
+    });
+  }
+}
+
+void Publisher::Impl::send_waiting() {
+  if (read_to == 0 && !under_way.empty() && !acknowledged.empty()) forget_acknowledged();
+  while (is_up && !held && has_room() && !broker_has_enough()) {
+    if (bite.empty()) {
+      auto rows = parts.outbox.facts(read_to, kMostUnderWay);
+      std::move(rows.begin(), rows.end(), std::back_inserter(bite));
+      if (bite.empty()) break;
+    }
+    if (!is_dealt_with(bite.front()) && !send(bite.front())) return;
+    read_to = bite.front().row;
+    bite.pop_front();
+  }
+  if (under_way.empty()) {
+    forget_acknowledged();
+    if (!held) say_what_waits();
+  }
+}
+
+bool Publisher::Impl::is_dealt_with(const WaitingFact& fact) const {
+  return at_the_broker.contains(fact.row) || set_aside.contains(fact.row) ||
+         std::any_of(under_way.begin(), under_way.end(),
+                     [&](const auto& one) { return one.second.row == fact.row; });
+}
+
+bool Publisher::Impl::send(const WaitingFact& fact) {
+  if (fact.source == stored.journal && stored.has(fact.number)) {  // sent on an earlier line
+    acknowledged.push_back(fact.row);
+    return true;
+  }
+  const Sent sent{fact.row,         fact.number,  fact.source, fact.worth,
+                  fact.text.size(), fact.session, fact.kind};
+  if (not_now && sent.bytes >= *not_now) {
+    set_aside.emplace(sent.row, sent);
+    return true;
+  }
+  try {
+    under_way[line->publish({to_text({name(), Subject::kFact, fact.kind}), fact.text, false})] =
+        sent;
+    return true;
+  } catch (const NotPublished& refused) {
+    if (refused.problem != LineProblem::kTooLarge) return false;
+    set_aside.emplace(sent.row, sent);
+    return true;
+  }
+}
+
+void Publisher::Impl::stop() {
+  stopping = true;
+  retry.cancel();
+  pause.cancel();
+  unstored.cancel();
+  if (!orderly) line.reset();  // the will says so
+  if (!is_up || !orderly) {
+    context.stop();
+    return;
+  }
+  last.expires_after(parts.farewell);
+  last.async_wait([this](boost::system::error_code cancelled) {
+    if (!cancelled) context.stop();
+  });
+  try {
+    known = parts.outbox.count();
+  } catch (const OutboxError&) {  // it speaks for another name by now: what it said last
+  }
+  try {
+    under_way[line->publish(presence(false, true))] = {};
+  } catch (const NotPublished&) {  // the will says so
+    context.stop();
+  }
+}
+
+Publisher::Publisher(Parts parts) : impl_(std::make_unique<Impl>(std::move(parts))) {
+  impl_->start();
+}
+
+Publisher::~Publisher() {
+  asio::post(impl_->context, [impl = impl_.get()] { impl->stop(); });
+  impl_->thread.join();
+  try {
+    impl_->forget_acknowledged();
+  } catch (const OutboxError& kept) {
+    spdlog::warn("[plant]: {}; what the plant has is sent once more", kept.what());
+  }
+}
+
+void Publisher::poke() {
+  if (impl_->poked.exchange(true)) return;
+  asio::post(impl_->context, [impl = impl_.get()] {
+    impl->poked = false;
+    impl->pump();
+  });
+}
+
+void Publisher::leave_without_a_farewell() {
+  asio::post(impl_->context, [impl = impl_.get()] { impl->orderly = false; });
+}
+
+LineStatus Publisher::status() const {
+  const std::lock_guard lock(impl_->status_mutex);
+  return impl_->status;
+}
+
+const PlantConfig& Publisher::config() const { return impl_->parts.config; }
+
+}  // namespace cellcal::daemon::plant

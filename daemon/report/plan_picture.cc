@@ -1,0 +1,321 @@
+#include "daemon/report/plan_picture.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "calib/svg/svg.h"
+#include "daemon/report/labels.h"
+#include "daemon/report/plan_scene.h"
+#include "daemon/report/scale.h"
+
+namespace cellcal::daemon::report {
+
+namespace {
+
+using Eigen::Vector2d, Eigen::Vector3d;
+using svg::Anchor, svg::Point, svg::Svg;
+
+constexpr double kWidth = 460.0, kHeight = 430.0;
+constexpr double kLeft = 52.0, kTop = 24.0, kRight = 14.0, kBottom = 40.0;
+constexpr double kMarginMm = 120.0;
+constexpr double kApproachMm = 75.0;  // to scale they would not be seen
+constexpr double kLeastRadius = 3.5;  // px, so that a small sphere stays visible
+constexpr double kEndRadius = 1.7;    // px, where an approach begins
+constexpr std::size_t kLabelLength = 18;
+
+struct View {
+  int across, upward;
+  const char* heading;
+  char across_name, upward_name;
+};
+
+/// What is drawn of a polygon that leaves the frame (Sutherland and Hodgman).
+std::vector<Point> clipped(std::vector<Point> polygon) {
+  const std::array<std::array<double, 3>, 4> sides{{{1, 0, -kLeft},  // a x + b y + c >= 0
+                                                    {-1, 0, kWidth - kRight},
+                                                    {0, 1, -kTop},
+                                                    {0, -1, kHeight - kBottom}}};
+  for (const auto& [a, b, c] : sides) {
+    const auto inside = [&, a = a, b = b, c = c](Point p) { return a * p.x + b * p.y + c; };
+    std::vector<Point> kept;
+    for (std::size_t i = 0; i < polygon.size(); ++i) {
+      const Point from = polygon[i], to = polygon[(i + 1) % polygon.size()];
+      const double d0 = inside(from), d1 = inside(to);
+      if (d0 >= 0.0) kept.push_back(from);
+      if ((d0 < 0.0) != (d1 < 0.0)) {
+        const double s = d0 / (d0 - d1);
+        kept.push_back({from.x + s * (to.x - from.x), from.y + s * (to.y - from.y)});
+      }
+    }
+    polygon = std::move(kept);
+  }
+  if (!polygon.empty()) polygon.push_back(polygon.front());  // closed
+  return polygon;
+}
+
+/// The part of a line inside the frame; false where there is none (Liang and Barsky).
+bool clip(Point& from, Point& to) {
+  double begin = 0.0, end = 1.0;
+  const double dx = to.x - from.x, dy = to.y - from.y;
+  for (const auto& [p, q] :
+       {std::pair(-dx, from.x - kLeft), std::pair(dx, kWidth - kRight - from.x),
+        std::pair(-dy, from.y - kTop), std::pair(dy, kHeight - kBottom - from.y)}) {
+    if (p == 0.0) {
+      if (q < 0.0) return false;
+    } else if (p < 0.0) {
+      begin = std::max(begin, q / p);
+    } else {
+      end = std::min(end, q / p);
+    }
+  }
+  if (!(begin < end)) return false;
+  const Point old = from;
+  from = {old.x + begin * dx, old.y + begin * dy};
+  to = {old.x + end * dx, old.y + end * dy};
+  return true;
+}
+
+/// Everything that the views have to hold, and one scale for both.
+struct Frame {
+  Vector3d least = Vector3d::Constant(-kMarginMm), most = Vector3d::Constant(kMarginMm);
+  double px_per_mm = 1.0;
+
+  /// Of solids only what lies within the reach counts.
+  Frame(const PlanScene& scene, const std::vector<Vector2d>& from_above,
+        const std::vector<Vector2d>& from_side) {
+    Vector3d low = Vector3d::Zero(), high = Vector3d::Zero();
+    for (const Vector2d& p : from_above) {
+      low.head<2>() = low.head<2>().cwiseMin(p);
+      high.head<2>() = high.head<2>().cwiseMax(p);
+    }
+    for (const Vector2d& p : from_side) {
+      low.z() = std::min(low.z(), p.y());
+      high.z() = std::max(high.z(), p.y());
+    }
+    const auto hold = [this](const Vector3d& p, double around) {
+      if (!p.allFinite() || !std::isfinite(around)) return;
+      least = least.cwiseMin((p.array() - around).matrix());
+      most = most.cwiseMax((p.array() + around).matrix());
+    };
+    for (const PlanScene::Rod& rod : scene.arm) {
+      hold(rod.a, rod.radius);
+      hold(rod.b, rod.radius);
+    }
+    for (const PlanScene::Ball& ball : scene.balls) hold(ball.centre, ball.radius + kMarginMm);
+    for (const PlanScene::Solid& solid : scene.solids)
+      for (const Vector3d& corner : solid.corners) hold(corner.cwiseMax(low).cwiseMin(high), 0.0);
+    if (scene.floor_z && std::isfinite(*scene.floor_z))
+      least.z() = std::min(least.z(), *scene.floor_z - kMarginMm / 2.0);
+    const double width = kWidth - kLeft - kRight, height = kHeight - kTop - kBottom;
+    const Vector3d size = most - least;
+    px_per_mm = std::min({width / size.x(), height / size.y(), height / size.z()});
+  }
+};
+
+class Panel {
+ public:
+  Panel(const PlanScene& scene, const Frame& frame, const View& view,
+        const std::vector<Vector2d>& reach)
+      : scene_(scene),
+        view_(view),
+        px_per_mm_(frame.px_per_mm),
+        svg_(kWidth, kHeight, "chart plan", view.heading) {
+    const Vector3d middle = 0.5 * (frame.least + frame.most);
+    const double half_width = 0.5 * (kWidth - kLeft - kRight) / px_per_mm_;
+    const double half_height = 0.5 * (kHeight - kTop - kBottom) / px_per_mm_;
+    x_ = {middle[view.across] - half_width, middle[view.across] + half_width, kLeft,
+          kWidth - kRight};
+    y_ = {middle[view.upward] - half_height, middle[view.upward] + half_height, kHeight - kBottom,
+          kTop};
+    grid();
+    floor();
+    for (std::size_t i = 0; i < reach.size(); ++i)
+      shows_reach_ = line(at(reach[i]), at(reach[(i + 1) % reach.size()]), "reach") || shows_reach_;
+    for (const PlanScene::Solid& solid : scene.solids) outline(solid);
+    arm();
+    balls();
+    labels();
+    svg_.text({0.0, kTop - 10.0}, Anchor::kStart, "panel", view.heading);
+  }
+
+  /// Whether any of the reach lies inside the frame.
+  bool shows_reach() const { return shows_reach_; }
+  std::string finish() && { return std::move(svg_).finish(); }
+
+ private:
+  Point at(const Vector2d& mm) const { return {x_(mm.x()), y_(mm.y())}; }
+  Point at(const Vector3d& mm) const { return at(seen(mm)); }
+  Vector2d seen(const Vector3d& mm) const { return {mm[view_.across], mm[view_.upward]}; }
+
+  bool line(Point from, Point to, const char* css_class) {
+    if (!clip(from, to)) return false;
+    svg_.line(from, to, css_class);
+    return true;
+  }
+
+  void polygon(const std::vector<Vector2d>& corners, const char* css_class) {
+    std::vector<Point> points;
+    for (const Vector2d& corner : corners) points.push_back(at(corner));
+    svg_.path(clipped(std::move(points)), css_class);
+  }
+
+  void grid() {
+    const auto columns = round_ticks(x_.from, x_.to, 6), rows = round_ticks(y_.from, y_.to, 6);
+    const auto column_labels = tick_labels(columns), row_labels = tick_labels(rows);
+    for (std::size_t i = 0; i < columns.size(); ++i) {
+      const double x = x_(columns[i]);
+      svg_.line({x, kTop}, {x, kHeight - kBottom}, "grid");
+      svg_.text({x, kHeight - kBottom + 16.0}, Anchor::kMiddle, "tick", column_labels[i]);
+    }
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      const double y = y_(rows[i]);
+      svg_.line({kLeft, y}, {kWidth - kRight, y}, "grid");
+      svg_.text({kLeft - 7.0, y + 4.0}, Anchor::kEnd, "tick", row_labels[i]);
+    }
+    svg_.text({kWidth - kRight, kHeight - kBottom + 33.0}, Anchor::kEnd, "tick",
+              fmt::format("{} across, {} up, mm", view_.across_name, view_.upward_name));
+  }
+
+  void floor() {
+    if (!scene_.floor_z || view_.upward != 2 || !y_.holds(*scene_.floor_z)) return;
+    const double y = y_(*scene_.floor_z);
+    svg_.rectangle({kLeft, y}, kWidth - kLeft - kRight, kHeight - kBottom - y, "solid");
+    svg_.line({kLeft, y}, {kWidth - kRight, y}, "axis");
+    svg_.text({kWidth - kRight - 4.0, y + 13.0}, Anchor::kEnd, "tick", "floor");
+  }
+
+  void outline(const PlanScene::Solid& solid) {
+    std::vector<Vector2d> corners;
+    for (const Vector3d& corner : solid.corners) corners.push_back(seen(corner));
+    corners = outline_of(std::move(corners));
+    polygon(corners, solid.id.empty() ? "stand" : "solid");
+    if (solid.id.empty() || corners.empty()) return;
+    // Named in the middle of what is seen of it.
+    Vector2d low = corners.front(), high = corners.front();
+    for (const Vector2d& corner : corners) {
+      low = low.cwiseMin(corner);
+      high = high.cwiseMax(corner);
+    }
+    low = low.cwiseMax(Vector2d(x_.from, y_.from));
+    high = high.cwiseMin(Vector2d(x_.to, y_.to));
+    if ((low.array() < high.array()).all())
+      names_.emplace_back(at(Vector2d(0.5 * (low + high))), shorten(solid.id, kLabelLength));
+  }
+
+  void arm() {
+    constexpr int kAround = 24;
+    for (const PlanScene::Rod& rod : scene_.arm) {
+      std::vector<Vector2d> points;
+      for (int k = 0; k < kAround; ++k) {
+        const double angle = 2.0 * std::numbers::pi * k / kAround;
+        const Vector2d off = rod.radius * Vector2d(std::cos(angle), std::sin(angle));
+        points.push_back(seen(rod.a) + off);
+        points.push_back(seen(rod.b) + off);
+      }
+      polygon(outline_of(std::move(points)), rod.tool ? "tool" : "link");
+    }
+    for (const PlanScene::Rod& rod : scene_.arm) {
+      line(at(rod.a), at(rod.b), "bone");
+      if (!rod.tool) svg_.circle(at(rod.a), 2.6, "joint");
+    }
+    const Point origin = at(Vector2d::Zero().eval());
+    svg_.rectangle({origin.x - 5.0, origin.y - 5.0}, 10.0, 10.0, "base");
+    labels_.keep_free({origin.x - 8.0, origin.y - 8.0}, 16.0, 16.0);
+    if (!scene_.arm.empty()) {
+      const Point tip = at(scene_.arm.back().b);
+      labels_.keep_free({tip.x - 4.0, tip.y - 4.0}, 8.0, 8.0);
+    }
+  }
+
+  void balls() {
+    for (const PlanScene::Ball& ball : scene_.balls)
+      svg_.circle(at(ball.centre), radius(ball), "ball", words(ball));
+    for (const PlanScene::Approach& a : scene_.approaches) {
+      const Point surface = at(a.contact), begin = at((a.contact + kApproachMm * a.normal).eval());
+      svg_.line(begin, surface, a.check ? "approach check" : "approach fit");
+      svg_.circle(begin, kEndRadius, a.check ? "begin check" : "begin fit",
+                  fmt::format("touch {}{}", a.number, a.check ? ", check" : ""));
+    }
+  }
+
+  double radius(const PlanScene::Ball& ball) const {
+    return std::max(ball.radius * px_per_mm_, kLeastRadius);
+  }
+  static std::string words(const PlanScene::Ball& ball) {
+    return ball.check > 0 ? fmt::format("{}: {} + {}", ball.id, ball.fit, ball.check)
+                          : fmt::format("{}: {}", ball.id, ball.fit);
+  }
+
+  void labels() {
+    for (const PlanScene::Ball& ball : scene_.balls) {
+      const double around = radius(ball) + kApproachMm * px_per_mm_;
+      const Point centre = at(ball.centre);
+      labels_.keep_free({centre.x - around, centre.y - around}, 2.0 * around, 2.0 * around);
+    }
+    for (const PlanScene::Ball& ball : scene_.balls) {
+      const std::string text = shorten(words(ball), kLabelLength);
+      const Point place = labels_.beside(at(ball.centre), radius(ball) + kApproachMm * px_per_mm_,
+                                         std::min(text.size(), kLabelLength));
+      svg_.text(place, Anchor::kStart, "label strong", text);
+    }
+    for (const auto& [place, name] : names_) svg_.text(place, Anchor::kMiddle, "label", name);
+  }
+
+  const PlanScene& scene_;
+  View view_;
+  double px_per_mm_;
+  bool shows_reach_ = false;
+  Svg svg_;
+  Scale x_, y_;
+  Labels labels_{kLeft, kTop, kWidth};
+  std::vector<std::pair<Point, std::string>> names_;
+};
+
+}  // namespace
+
+PlanViews plan_views(const calib::Cell& cell, const calib::Plan& plan) {
+  const PlanScene scene = scene_of(cell, plan);
+  const View above{0, 1, scene.z_is_up ? "From above" : "Along z", 'x', 'y'};
+  const View side{0, 2, scene.z_is_up ? "From the side, looking along +y" : "Along +y", 'x', 'z'};
+  PlanViews views;
+  const auto from_above = reach_of(cell, 0, 1), from_side = reach_of(cell, 0, 2);
+  const Frame frame(scene, from_above, from_side);
+  Panel one(scene, frame, above, from_above), other(scene, frame, side, from_side);
+  const bool shows_reach = one.shows_reach() || other.shows_reach();
+  views.above = std::move(one).finish();
+  views.side = std::move(other).finish();
+  views.legend = fmt::format(
+      "To scale in the robot's base frame, nominal geometry. The arm as it rests between "
+      "touches, with the room that the plan keeps for links and tool. Each short line is a "
+      "touch, coming from the dot {:.0f} mm away. Filled dots: for the fit; rings: held out. "
+      "Beside a target: the number of each.",
+      kApproachMm);
+  if (shows_reach)
+    views.legend += " Dashed: beyond it the tip cannot reach.";
+  else
+    views.legend += " All that is shown lies inside what the tip could reach.";
+  return views;
+}
+
+const char* plan_style() {
+  return R"css(
+svg .solid { fill: var(--line); fill-opacity: 0.55; stroke: var(--soft); stroke-width: 1; }
+svg .stand { fill: var(--wash); stroke: var(--soft); stroke-width: 0.8; }
+svg .link { fill: var(--before); fill-opacity: 0.28; stroke: var(--before); stroke-width: 0.8; }
+svg .tool { fill: var(--soft); fill-opacity: 0.35; stroke: var(--soft); stroke-width: 0.8; }
+svg .bone { stroke: var(--ink); stroke-width: 1.8; stroke-linecap: round; }
+svg .joint { fill: var(--paper); stroke: var(--ink); stroke-width: 1.3; }
+svg .reach { stroke: var(--soft); stroke-width: 0.9; stroke-dasharray: 6 4; }
+svg .approach.fit { stroke: var(--accent); stroke-width: 1.1; }
+svg .approach.check { stroke: var(--alarm); stroke-width: 1.1; }
+svg .begin.fit { fill: var(--accent); }
+svg .begin.check { fill: var(--paper); stroke: var(--alarm); stroke-width: 1.1; }
+)css";
+}
+
+}  // namespace cellcal::daemon::report

@@ -1,0 +1,159 @@
+#include "daemon/tasks/options.h"
+
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+#include "calib/files/files.h"
+
+template <>
+struct nlohmann::adl_serializer<std::optional<double>> {
+  static void to_json(json& value, const std::optional<double>& number) {
+    value = number ? json(*number) : json(nullptr);
+  }
+  static void from_json(const json& value, std::optional<double>& number) {
+    number = value.is_null() ? std::nullopt : std::optional(value.get<double>());
+  }
+};
+
+namespace cellcal::daemon {
+
+const char* to_string(SessionKind kind) {
+  switch (kind) {
+    case SessionKind::kQualify:
+      return "qualify";
+    case SessionKind::kCheck:
+      return "check";
+    case SessionKind::kFind:
+      return "find";
+    case SessionKind::kDryRun:
+      return "dry-run";
+    case SessionKind::kCalibrate:
+      break;
+  }
+  return "calibrate";
+}
+
+std::optional<SessionKind> session_kind(std::string_view name) {
+  for (const SessionKind kind : {SessionKind::kCalibrate, SessionKind::kQualify,
+                                 SessionKind::kCheck, SessionKind::kFind, SessionKind::kDryRun})
+    if (name == to_string(kind)) return kind;
+  return std::nullopt;
+}
+
+// As the journal has it.
+void to_json(nlohmann::json& json, SessionKind kind) { json = to_string(kind); }
+void from_json(const nlohmann::json& json, SessionKind& kind) {
+  const auto known = session_kind(json.get<std::string>());
+  if (!known)
+    throw std::runtime_error("stored session options: kind " + json.dump() +
+                             " is of another version");
+  kind = *known;
+}
+
+namespace {
+
+/// One list of keys serves both directions. `Visitor` is called with each key and its member.
+template <typename Options, typename Visitor>
+void each_key(Options& options, Visitor visit) {
+  visit("fit_touches", options.plan.fit_touches);
+  visit("check_touches", options.plan.check_touches);
+  visit("seed", options.plan.seed);
+  visit("standoff_m", options.plan.standoff_m);
+  visit("beyond_m", options.plan.beyond_m);
+  visit("clear_m", options.plan.clear_m);
+  visit("limit_margin_rad", options.plan.limit_margin_rad);
+  visit("fast_m_s", options.touch.fast_m_s);
+  visit("slow_m_s", options.touch.slow_m_s);
+  visit("back_off_m", options.touch.back_off_m);
+  visit("earliest_m", options.touch.earliest_m);
+  visit("readings", options.touch.readings);
+  visit("tolerance_m", options.touch.tolerance_m);
+  visit("max_readings", options.touch.max_readings);
+  visit("max_revoked", options.touch.max_revoked);
+}
+
+/// Keys that sessions of earlier versions do not have.
+template <typename Options, typename Visitor>
+void each_later_key(Options& options, Visitor visit) {
+  visit("kind", options.kind);
+  visit("target", options.target);
+  visit("against", options.against);
+  visit("temperature_c", options.temperature_c);
+  visit("region", options.region);
+  visit("one_by_one", options.one_by_one);
+  visit("goal_u95_m", options.goal.u95_m);
+  visit("goal_most_touches", options.goal.most_touches);
+  visit("goal_worth_it", options.goal.worth_it);
+  visit("find", options.find);
+  visit("accept_change", options.accept_change);
+  visit("update", options.update);
+  visit("months", options.months);
+  visit("emulated", options.emulated);
+  visit("slow_back_off_m", options.touch.slow_back_off_m);
+  visit("beyond_first_m", options.touch.beyond_first_m);
+  visit("max_failed_in_a_row", options.touch.max_failed_in_a_row);
+  visit("max_failed", options.touch.max_failed);
+  visit("confirm_every", options.touch.confirm_every);
+  visit("surprise_sigmas", options.touch.surprise_sigmas);
+  visit("most_bounces", options.touch.most_bounces);
+  visit("most_stamp_m", options.touch.most_stamp_m);
+  visit("approach_sigmas", options.touch.approach_sigmas);
+  visit("approach_margin_m", options.touch.approach_margin_m);
+  visit("approach_least_m", options.touch.approach_least_m);
+  visit("behind_nominal_m", options.touch.behind_nominal_m);
+}
+
+}  // namespace
+
+std::string options_to_json(const SessionOptions& options) {
+  nlohmann::json json;
+  const auto put = [&](const char* key, const auto& value) { json[key] = value; };
+  each_key(options, put);
+  each_later_key(options, put);
+  return json.dump();
+}
+
+SessionOptions options_from_json(std::string_view text) {
+  SessionOptions options;
+  // As earlier versions did.
+  options.touch.confirm_every = 1;
+  options.touch.behind_nominal_m = 0.0;
+  const nlohmann::json json = nlohmann::json::parse(text, nullptr, false);
+  if (!json.is_object()) throw std::runtime_error("stored session options: no JSON object");
+  const auto read = [&](const char* key, auto& value) {
+    try {
+      json.at(key).get_to(value);
+    } catch (const nlohmann::json::exception&) {
+      throw std::runtime_error(std::string("stored session options: ") + key +
+                               ": missing, or of another type");
+    }
+  };
+  each_key(options, read);
+  each_later_key(options, [&](const char* key, auto& value) {
+    if (json.contains(key)) read(key, value);
+  });
+  options.plan.region = calib::parse_accuracy_region(options.region);
+  return options;
+}
+
+}  // namespace cellcal::daemon
+
+namespace cellcal::daemon {
+
+SessionInputs read_inputs(const std::filesystem::path& cell_file) {
+  calib::CellText text = calib::read_cell_text(cell_file);
+  calib::parse_cell(text);  // what would not be understood must not be begun with
+  SessionInputs inputs;
+  inputs.cell_name = std::move(text.cell_name);
+  inputs.cell_text = std::move(text.cell_text);
+  inputs.robot_name = std::move(text.robot_name);
+  inputs.robot_text = std::move(text.robot_text);
+  return inputs;
+}
+
+calib::Cell cell_of(const SessionInputs& inputs) {
+  return calib::parse_cell(
+      {inputs.cell_name, inputs.cell_text, inputs.robot_name, inputs.robot_text});
+}
+
+}  // namespace cellcal::daemon

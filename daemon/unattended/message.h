@@ -1,0 +1,20 @@
+#pragma once
+// A notice as text for people, and as JSON for programs (format "cellcal.notice/1").
+
+#include <string>
+
+#include "daemon/config/notify_config.h"
+#include "daemon/unattended/session_news.h"
+
+namespace cellcal::daemon {
+
+struct Message {
+  std::string subject;  ///< one line
+  std::string body;     ///< lines
+  std::string json;     ///< with both
+};
+
+/// `host`: this computer's name.
+Message compose(const Notice& notice, Language language, const std::string& host);
+
+}  // namespace cellcal::daemon

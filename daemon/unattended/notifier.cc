@@ -1,0 +1,181 @@
+#include "daemon/unattended/notifier.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+#include <sys/resource.h>
+
+#include <condition_variable>
+#include <ctime>
+#include <deque>
+#include <mutex>
+#include <random>
+#include <thread>
+
+#include "daemon/unattended/mail.h"
+#include "daemon/unattended/message.h"
+#include "daemon/unattended/transfer.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+constexpr std::size_t kMostWaiting = 64;
+constexpr std::chrono::seconds kFarewell{1};
+/// As a worker's: it takes the core from nobody who answers in time.
+constexpr int kNice = 10;
+
+std::string rfc_5322_now() {
+  const std::time_t now = std::time(nullptr);
+  std::tm utc{};
+  ::gmtime_r(&now, &utc);
+  constexpr const char* kDays[] = {"Sun", "Mon", "Tue", "Wed", "Thu", "Fri", "Sat"};
+  constexpr const char* kMonths[] = {"Jan", "Feb", "Mar", "Apr", "May", "Jun",
+                                     "Jul", "Aug", "Sep", "Oct", "Nov", "Dec"};
+  char rest[40];
+  std::strftime(rest, sizeof rest, "%Y %H:%M:%S +0000", &utc);
+  return std::string(kDays[utc.tm_wday]) + ", " + std::to_string(utc.tm_mday) + " " +
+         kMonths[utc.tm_mon] + " " + rest;
+}
+
+/// 128 bits.
+std::string random_id() {
+  std::random_device random;
+  return fmt::format("{:08x}{:08x}{:08x}{:08x}", random(), random(), random(), random());
+}
+
+Delivery send(const MailConfig& config, const std::string& mail) {
+  if (!config.server) return send_mail(config, mail);
+  try {
+    return send_by_smtp(config, *config.server, read_secret(config.server->password_file), mail);
+  } catch (const std::runtime_error& wrong) {
+    return {false, false, wrong.what()};
+  }
+}
+
+}  // namespace
+
+/// The thread's, too, which may outlive the notifier.
+struct Notifier::Shared {
+  Parts parts;
+  std::mutex mutex;
+  std::condition_variable changed;
+  std::deque<std::function<std::optional<Notice>()>> waiting;
+  bool busy = false, ending = false, ended = false;
+  bool asking = false;  ///< what belongs to others
+
+  void run();
+  void deliver(const Notice& notice, const NotifyConfig& config);
+  void with_retries(const char* way, const std::string& subject, int retries,
+                    const std::function<Delivery()>& act);
+  /// False: the daemon ends.
+  bool pause(std::chrono::milliseconds time) {
+    std::unique_lock lock(mutex);
+    return !changed.wait_for(lock, time, [this] { return ending; });
+  }
+};
+
+void Notifier::Shared::with_retries(const char* way, const std::string& subject, int retries,
+                                    const std::function<Delivery()>& act) {
+  std::chrono::milliseconds wait = parts.first_wait;
+  for (int attempt = 0;; ++attempt, wait *= 2) {
+    const Delivery result = act();
+    if (result.delivered) spdlog::info("{}: \"{}\" delivered", way, subject);
+    if (result.delivered && result.why.empty()) return;
+    const bool last = !result.again || attempt >= retries;
+    spdlog::warn("{}: \"{}\" {}{}{}", way, subject,
+                 result.delivered ? "" : "not delivered: ", result.why,
+                 last ? ". Given up: see [notify] in cellcald.toml" : "");
+    if (last || !pause(wait)) return;
+  }
+}
+
+void Notifier::Shared::deliver(const Notice& notice, const NotifyConfig& config) {
+  const Message message = compose(notice, config.language, parts.host);
+  // First: a mail server that does not answer takes minutes.
+  if (config.webhook) {
+    with_retries("webhook", message.subject, config.webhook->retries, [&]() -> Delivery {
+      try {
+        return post(*config.webhook, read_secret(config.webhook->secret_file), message.json);
+      } catch (const std::runtime_error& wrong) {
+        return {false, false, wrong.what()};
+      }
+    });
+  }
+  constexpr int kMailRetries = 3;
+  if (!config.mail) return;
+  const std::string mail = mail_text(*config.mail, message, rfc_5322_now(), random_id());
+  MailConfig to = *config.mail;
+  with_retries("mail", message.subject, kMailRetries, [&] {
+    Delivery result = send(to, mail);
+    if (!result.left.empty()) to.to = result.left;
+    return result;
+  });
+}
+
+void Notifier::Shared::run() {
+  ::setpriority(PRIO_PROCESS, 0, kNice);  // of this thread
+  std::unique_lock lock(mutex);
+  while (true) {
+    changed.wait(lock, [this] { return ending || !waiting.empty(); });
+    if (ending) break;
+    const auto next = std::move(waiting.front());
+    waiting.pop_front();
+    busy = asking = true;
+    lock.unlock();
+    std::optional<Notice> notice;
+    NotifyConfig config;
+    try {
+      config = parts.config();
+      const auto also = parts.also ? parts.also() : nullptr;
+      if (config.webhook || config.mail || also) notice = next();
+      if (notice && also) also(*notice);
+    } catch (const std::exception& failed) {
+      spdlog::error("notify: {}", failed.what());
+    }
+    lock.lock();
+    asking = false;
+    changed.notify_all();
+    if (ending) break;
+    lock.unlock();
+    if (notice) deliver(*notice, config);
+    lock.lock();
+    busy = false;
+    changed.notify_all();
+  }
+  ended = true;
+  changed.notify_all();
+}
+
+Notifier::Notifier(Parts parts) : shared_(std::make_shared<Shared>()) {
+  shared_->parts = std::move(parts);
+  std::thread([shared = shared_] { shared->run(); }).detach();
+}
+
+Notifier::~Notifier() {
+  std::unique_lock lock(shared_->mutex);
+  shared_->ending = true;
+  if (!shared_->waiting.empty())
+    spdlog::warn("notify: {} messages not sent: the daemon ends", shared_->waiting.size());
+  // What they look at may be gone when this returns.
+  shared_->waiting.clear();
+  shared_->changed.notify_all();
+  shared_->changed.wait(lock, [this] { return !shared_->asking; });
+  shared_->changed.wait_for(lock, kFarewell, [this] { return shared_->ended; });
+}
+
+void Notifier::tell(std::function<std::optional<Notice>()> notice) {
+  const std::lock_guard lock(shared_->mutex);
+  if (shared_->waiting.size() >= kMostWaiting) {
+    shared_->waiting.pop_front();
+    spdlog::warn("notify: too many messages wait; the oldest is dropped");
+  }
+  shared_->waiting.push_back(std::move(notice));
+  shared_->changed.notify_all();
+}
+
+void Notifier::drain() {
+  std::unique_lock lock(shared_->mutex);
+  shared_->changed.wait(lock, [this] { return shared_->waiting.empty() && !shared_->busy; });
+}
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,511 @@
+#include "daemon/unattended/schedule.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "daemon/files/system_words.h"
+#include "daemon/unattended/aftermath.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+/// A clock that is kept right by small steps is not one that was set.
+constexpr double kSetBy_s = 60.0;
+/// Clocks that drift apart by less than this share were not set.
+constexpr double kSlew = 1e-3;
+/// So long the wall clock is compared with where it was.
+constexpr double kMarkFor_s = 3600.0;
+/// Synchronised for so long, a wall clock that was set is believed again.
+constexpr std::chrono::minutes kAgreeFor{10};
+/// So much of what was looked at may be forgotten: it is looked at again.
+constexpr UtcSeconds kKeepEvery = 3600;
+/// Behind a long time off, older nights are not told of one by one.
+constexpr UtcSeconds kLookBack = 8 * 86400;
+
+/// Against `resumes`: the controller's own test is no failure of the session.
+bool counts(const Failure& failure) { return failure.kind != FailureKind::kControllerTest; }
+
+double since_boot_s(Schedule::Steady at) {
+  return std::chrono::duration<double>(at.time_since_epoch()).count();
+}
+
+}  // namespace
+
+Schedule::Schedule(Parts parts) : parts_(std::move(parts)), started_(parts_.clocks.utc()) {
+  try {
+    state_ = schedule_state_from(parts_.store.load());
+  } catch (const std::exception& damaged) {
+    damaged_ = damaged.what();
+    spdlog::error("schedule: {}", damaged_);
+  }
+  kept_ = state_.looked;
+  if (state_.looked == 0) state_.looked = started_;
+  state_.looked = std::max(state_.looked, started_ - kLookBack);
+  aborts_seen_ = parts_.cell.standing().aborts;
+  const Look look = see();
+  notice_clock(look);
+  show(look);
+}
+
+Schedule::Look Schedule::see() {
+  return {parts_.config(), parts_.clocks.utc(), parts_.clocks.steady(), parts_.cell.standing()};
+}
+
+void Schedule::look() {
+  const std::lock_guard lock(deciding_);
+  Look look = see();
+  notice_clock(look);
+  notice_ends(look);
+  follow(look);
+  for (const ScheduledSession& entry : look.config.sessions) {
+    if (state_.known.try_emplace(entry.name, look.now).second) dirty_ = true;
+    if (entry.on_request) continue;
+    for (const Night& night : nights(entry.window, std::min(state_.looked, look.now), look.now))
+      decide(look, entry, night);
+  }
+  state_.looked = look.now;
+  if (dirty_ || look.now - kept_ >= kKeepEvery) keep();
+  show(look);
+}
+
+void Schedule::notice_clock(const Look& look) {
+  clock_set_ = false;
+  const ClockMark now{parts_.clocks.boot, look.now, since_boot_s(look.steady)};
+  const bool same_boot = !now.boot.empty() && state_.clock.boot == now.boot;
+  if (!same_boot) {
+    state_.clock = now;
+    if (now.utc < state_.looked - static_cast<UtcSeconds>(kSetBy_s))
+      doubt_clock(look, Why::kClockStepped, static_cast<double>(now.utc - state_.looked));
+    else if (!parts_.clocks.synchronised())
+      doubt_clock(look, Why::kClockNotSynchronised, 0.0);
+  } else {
+    const double passed_s = now.since_boot_s - state_.clock.since_boot_s;
+    const double set_by_s = static_cast<double>(now.utc - state_.clock.utc) - passed_s;
+    if (std::abs(set_by_s) >= kSetBy_s + kSlew * passed_s) {
+      clock_set_ = set_by_s > 0.0;
+      state_.clock = now;
+      doubt_clock(look, Why::kClockStepped, set_by_s);
+    } else if (passed_s >= kMarkFor_s) {
+      state_.clock = now;
+    }
+  }
+  trust_clock_again(look);
+}
+
+void Schedule::doubt_clock(const Look& look, Why why, double set_by_s) {
+  state_.clock_doubt = ClockDoubt{why, set_by_s};
+  agrees_since_.reset();
+  dirty_ = true;
+  if (!look.config.unattended) return;  // nothing begins by a clock here
+  Decision decision;
+  decision.at = look.now;
+  decision.verb = Verb::kHeld;
+  decision.why = why;
+  decision.figure_s = set_by_s;
+  tell(std::move(decision));
+}
+
+void Schedule::trust_clock_again(const Look& look) {
+  if (!state_.clock_doubt) return;
+  if (!parts_.clocks.synchronised()) {
+    agrees_since_.reset();
+    return;
+  }
+  if (!agrees_since_) agrees_since_ = look.steady;
+  if (look.steady - *agrees_since_ < kAgreeFor) return;
+  state_.clock_doubt.reset();
+  dirty_ = true;
+  Decision decision;
+  decision.at = look.now;
+  decision.verb = Verb::kReleased;
+  decision.why = Why::kClockAgrees;
+  decision.figure_s = std::chrono::duration<double>(kAgreeFor).count();
+  tell(std::move(decision));
+}
+
+/// What the newest end means for what may begin behind it.
+void Schedule::notice_ends(const Look& look) {
+  const Standing& cell = look.cell;
+  if (cell.aborts != aborts_seen_) {
+    aborts_seen_ = cell.aborts;
+    state_.aborted = cell.session;
+    dirty_ = true;
+  }
+  if (cell.busy) {
+    // Its end, when it comes, is another one than what was looked at.
+    if (!state_.released.empty()) dirty_ = true;
+    state_.released.clear();
+    return;
+  }
+  const bool newer = state_.aborted && cell.session > *state_.aborted;
+  if (newer && cell.state == Standing::State::kDone) {
+    state_.aborted.reset();
+    dirty_ = true;
+  }
+  const bool failed = cell.state == Standing::State::kFailed;
+  if (failed && aftermath(cell.failure.kind, cell.failure.by).begin &&
+      state_.harmless != cell.end) {
+    state_.harmless = cell.end;
+    dirty_ = true;
+  }
+}
+
+Why Schedule::held(const Look& look, Decision& why) const {
+  const Standing& cell = look.cell;
+  if (look.config.unattended && look.config.program_start == ProgramStart::kNone)
+    return Why::kNoProgramStart;
+  if (state_.clock_doubt && look.config.unattended) {
+    why.figure_s = state_.clock_doubt->set_by_s;
+    return state_.clock_doubt->why;
+  }
+  why.session = cell.session;
+  using State = Standing::State;
+  if (!state_.released.empty() && state_.released == cell.end) return Why::kNothing;
+  if (cell.state == State::kAborted && state_.harmless != cell.end) return Why::kAbortedBefore;
+  if (state_.aborted) {
+    why.session = 0;
+    return Why::kAbortedBefore;
+  }
+  if (cell.state == State::kLeft) return Why::kLeftBefore;
+  if (cell.state != State::kFailed || state_.harmless == cell.end) return Why::kNothing;
+  why.detail = describe(cell.failure);
+  return Why::kFailedBefore;
+}
+
+Decision Schedule::of(const Look& look, const ScheduledSession& entry, const Night& night) const {
+  Decision decision;
+  decision.at = look.now;
+  decision.entry = entry.name;
+  decision.night = to_string(night.day);
+  return decision;
+}
+
+const Decision* Schedule::newest(const std::string& entry, const std::string& night) const {
+  const auto found =
+      std::find_if(state_.decisions.rbegin(), state_.decisions.rend(),
+                   [&](const Decision& d) { return d.entry == entry && d.night == night; });
+  return found != state_.decisions.rend() ? &*found : nullptr;
+}
+
+void Schedule::decide(const Look& look, const ScheduledSession& entry, const Night& night) {
+  const std::string day = to_string(night.day);
+  if (night.ends <= state_.known.at(entry.name)) return;
+  if (night.has(look.now)) state_.reopen_missed(entry.name, day);
+  if (state_.is_closed(entry.name, day)) return;
+  Decision decision = of(look, entry, night);
+  if (!night.exists() || night.ends <= look.now) {
+    decision.verb = Verb::kMissed;
+    decision.why = over(entry, night);
+    if (const Decision* last = newest(entry.name, day); last && decision.why == last->why) {
+      decision.session = last->session;
+      decision.detail = last->detail;
+      decision.figure_s = last->figure_s;
+    }
+    close(entry, night, std::move(decision));
+    return;
+  }
+  decision.why = obstacle(look, entry, night, decision);
+  if (decision.why == Why::kNoTimeLeft) {
+    decision.verb = Verb::kRefused;
+    close(entry, night, std::move(decision));
+  } else if (decision.why != Why::kNothing) {
+    decision.verb = Verb::kWaiting;
+    tell(std::move(decision));
+  } else {
+    begin(look, entry, night);
+  }
+}
+
+void Schedule::close(const ScheduledSession& entry, const Night& night, Decision decision) {
+  state_.close(entry.name, to_string(night.day), decision.verb == Verb::kMissed);
+  dirty_ = true;
+  tell(std::move(decision));
+}
+
+/// Why nothing was begun in a window that is over.
+Why Schedule::over(const ScheduledSession& entry, const Night& night) const {
+  if (!night.exists()) return Why::kNoSuchTime;
+  const Decision* last = newest(entry.name, to_string(night.day));
+  if (last != nullptr && last->verb == Verb::kWaiting) return last->why;
+  return clock_set_ || night.begins > started_ ? Why::kClockSet : Why::kNotRunning;
+}
+
+Why Schedule::obstacle(const Look& look, const ScheduledSession& entry, const Night& night,
+                       Decision& why) {
+  if (!damaged_.empty()) {
+    why.detail = damaged_;
+    return Why::kNotOnDisk;
+  }
+  if (!look.config.unattended) return Why::kUnattendedOff;
+  if (look.cell.busy || own_) return Why::kBusy;
+  if (const Why block = held(look, why); block != Why::kNothing) return block;
+  why.session = 0;
+  why.figure_s = entry.minutes ? *entry.minutes * 60.0 : parts_.cell.foreseen_s(entry);
+  const auto left = static_cast<double>(night.ends - look.now);
+  return why.figure_s > left ? Why::kNoTimeLeft : Why::kNothing;
+}
+
+std::string Schedule::by(const ScheduleConfig& config, const ScheduledSession& entry) const {
+  return printable(
+      fmt::format("without a person, by schedule '{}'; responsible for the clear cell: {}",
+                  entry.name, config.responsible));
+}
+
+/// Recorded first: killed in between, the night is lost and not doubled.
+Decision Schedule::begin(const Look& look, const ScheduledSession& entry, const Night& night) {
+  const ScheduleState before = state_;
+  Decision decision = of(look, entry, night);
+  if (!entry.on_request) state_.close(entry.name, decision.night, false);
+  if (!keep()) {
+    state_ = before;
+    decision.verb = Verb::kWaiting;
+    decision.why = Why::kNotOnDisk;
+    decision.detail = disk_;
+    tell(decision);
+    return decision;
+  }
+  try {
+    decision.session = parts_.cell.begin(entry, by(look.config, entry), look.cell.aborts);
+    decision.verb = Verb::kBegun;
+    own_ = Own{.session = decision.session,
+               .entry = entry,
+               .night = night,
+               .ends = look.steady + std::chrono::seconds(night.ends - look.now),
+               .resume_at = {}};
+  } catch (const NotNow& busy) {
+    state_.closed = before.closed;
+    decision.verb = Verb::kWaiting;
+    decision.why = Why::kBusy;
+  } catch (const std::exception& wrong) {
+    decision.verb = Verb::kRefused;
+    decision.why = Why::kCannotBegin;
+    decision.detail = wrong.what();
+  }
+  dirty_ = true;
+  tell(decision);
+  return decision;
+}
+
+void Schedule::follow(const Look& look) {
+  if (!own_) return;
+  if (look.cell.session != own_->session) {
+    own_.reset();  // somebody has begun another one
+    return;
+  }
+  if (!look.cell.busy) return follow_end(look);
+  own_->resume_at.reset();
+  const bool lasts = look.now < own_->night.ends && look.steady < own_->ends;
+  if (lasts || own_->stopped) return;
+  own_->stopped = true;
+  Decision decision = of(look, own_->entry, own_->night);
+  decision.verb = Verb::kStopped;
+  decision.why = Why::kWindowOver;
+  decision.session = own_->session;
+  tell(std::move(decision));
+  parts_.cell.stop();
+}
+
+void Schedule::follow_end(const Look& look) {
+  if (own_->resume_at) return resume(look);
+  const Standing& cell = look.cell;
+  Decision decision = of(look, own_->entry, own_->night);
+  decision.verb = Verb::kEnded;
+  decision.session = own_->session;
+  const bool failed = cell.state == Standing::State::kFailed;
+  if (failed) decision.detail = describe(cell.failure);
+  const bool may = failed && aftermath(cell.failure.kind, cell.failure.by).resume;
+  if (own_->stopped && cell.state == Standing::State::kAborted) {
+    state_.harmless = cell.end;  // the schedule's own doing
+    dirty_ = true;
+    own_.reset();
+    return;
+  }
+  if (cell.state == Standing::State::kDone) {
+    decision.why = Why::kDone;
+  } else if (!failed) {
+    decision.why = Why::kAbortedBefore;
+  } else if (!may || own_->stopped) {
+    decision.why = Why::kHarmful;
+  } else if (counts(cell.failure) && own_->resumes >= look.config.resumes) {
+    decision.why = look.config.resumes > 0 ? Why::kResumesUsed : Why::kHarmless;
+  } else {
+    const std::chrono::duration<double> wait(look.config.resume_wait_s);
+    own_->resume_at = look.steady + std::chrono::duration_cast<Steady::duration>(wait);
+    decision.verb = Verb::kWaiting;
+    decision.why = Why::kHarmless;
+    tell(std::move(decision));
+    return;
+  }
+  own_.reset();
+  tell(std::move(decision));
+}
+
+/// As an operator does it, and where a new session could begin.
+void Schedule::resume(const Look& look) {
+  Decision decision = of(look, own_->entry, own_->night);
+  decision.session = own_->session;
+  decision.verb = Verb::kEnded;
+  const ScheduledSession& entry = own_->entry;
+  const double whole_s = entry.minutes ? *entry.minutes * 60.0 : parts_.cell.foreseen_s(entry);
+  decision.figure_s = whole_s * look.cell.left_share;
+  if (!look.config.unattended) {
+    decision.why = Why::kUnattendedOff;
+  } else if (look.config.program_start == ProgramStart::kNone) {
+    decision.why = Why::kNoProgramStart;
+  } else if (counts(look.cell.failure) && own_->resumes >= look.config.resumes) {
+    decision.why = Why::kResumesUsed;
+  } else if (state_.clock_doubt) {
+    decision.why = state_.clock_doubt->why;
+  } else if (state_.aborted) {
+    decision.why = Why::kAbortedBefore;
+  } else if (static_cast<double>(look.now) + decision.figure_s >
+             static_cast<double>(own_->night.ends)) {
+    decision.why = Why::kNoTimeLeft;
+  } else if (look.steady < *own_->resume_at) {
+    return;
+  }
+  if (decision.why != Why::kNothing) {
+    own_.reset();
+    tell(std::move(decision));
+    return;
+  }
+  try {
+    parts_.cell.resume(by(look.config, entry), look.cell.aborts);
+    if (counts(look.cell.failure)) ++own_->resumes;
+    own_->resume_at.reset();
+    decision.verb = Verb::kResumed;
+  } catch (const NotNow&) {
+    return;  // at the next look
+  } catch (const std::exception& wrong) {
+    decision.why = Why::kCannotBegin;
+    decision.detail = wrong.what();
+    own_.reset();
+  }
+  tell(std::move(decision));
+}
+
+Decision Schedule::begin(const std::string& name) {
+  const std::lock_guard lock(deciding_);
+  Look look = see();
+  notice_clock(look);
+  notice_ends(look);
+  follow(look);
+  const auto entry =
+      std::find_if(look.config.sessions.begin(), look.config.sessions.end(),
+                   [&](const ScheduledSession& one) { return one.name == name && one.on_request; });
+  Decision decision;
+  decision.at = look.now;
+  decision.verb = Verb::kRefused;
+  if (entry == look.config.sessions.end()) {
+    decision.why = Why::kCannotBegin;
+    decision.detail = "no [[schedule.session]] of this name has begin = \"on request\"";
+    return decision;
+  }
+  decision.entry = entry->name;
+  decision.why = Why::kOutsideWindow;
+  for (const Night& night : nights(entry->window, look.now, look.now)) {
+    if (!night.has(look.now)) continue;
+    decision.night = to_string(night.day);
+    decision.why = obstacle(look, *entry, night, decision);
+    if (decision.why == Why::kNothing) {
+      decision = begin(look, *entry, night);
+      keep();
+      show(look);
+      return decision;
+    }
+  }
+  tell(decision);
+  keep();
+  show(look);
+  return decision;
+}
+
+Decision Schedule::release(const std::string& by) {
+  const std::lock_guard lock(deciding_);
+  const Look look = see();
+  Decision decision;
+  decision.at = look.now;
+  decision.verb = Verb::kReleased;
+  decision.detail = "by " + by;
+  if (look.cell.busy) {
+    decision.verb = Verb::kRefused;
+    decision.why = Why::kBusy;
+    return decision;
+  }
+  state_.aborted.reset();
+  state_.clock_doubt.reset();
+  state_.released = look.cell.end;
+  aborts_seen_ = look.cell.aborts;
+  tell(decision);
+  keep();
+  show(look);
+  return decision;
+}
+
+/// Each once: what is decided again in every look is no news.
+void Schedule::tell(Decision decision) {
+  const auto last = std::find_if(
+      state_.decisions.rbegin(), state_.decisions.rend(),
+      [&](const Decision& d) { return d.entry == decision.entry && d.night == decision.night; });
+  const bool again = last != state_.decisions.rend() && decision.verb == Verb::kWaiting &&
+                     last->verb == decision.verb && last->why == decision.why &&
+                     last->session == decision.session && last->detail == decision.detail;
+  if (again) return;
+  spdlog::info("schedule{}{}: {}", decision.entry.empty() ? "" : " ", decision.entry,
+               words(decision));
+  state_.add(decision);
+  dirty_ = true;
+  if (parts_.on_decision) parts_.on_decision(decision);
+}
+
+/// False: disk_ says why.
+bool Schedule::keep() {
+  if (!damaged_.empty()) return false;
+  try {
+    parts_.store.save(to_text(state_));
+    kept_ = state_.looked;
+    dirty_ = false;
+    disk_.clear();
+    return true;
+  } catch (const std::exception& failed) {
+    if (disk_ != failed.what()) spdlog::error("schedule: {}", failed.what());
+    disk_ = failed.what();
+    return false;
+  }
+}
+
+void Schedule::show(const Look& look) {
+  SchedulePicture picture;
+  picture.unattended = look.config.unattended;
+  picture.responsible = look.config.responsible;
+  picture.resumes = look.config.resumes;
+  Decision why;
+  why.verb = Verb::kHeld;
+  if (!look.cell.busy) why.why = held(look, why);
+  picture.held = why.why;
+  if (why.why != Why::kNothing) picture.held_words = words(why);
+  for (const ScheduledSession& session : look.config.sessions) {
+    SchedulePicture::Entry entry{session, {}, next_night(session.window, look.now), 0.0, {}};
+    for (const Night& night : nights(session.window, look.now, look.now))
+      if (night.has(look.now)) entry.now = night;
+    entry.foreseen_s = session.minutes ? *session.minutes * 60.0 : parts_.cell.foreseen_s(session);
+    const auto last = std::find_if(state_.decisions.rbegin(), state_.decisions.rend(),
+                                   [&](const Decision& d) { return d.entry == session.name; });
+    if (last != state_.decisions.rend()) entry.last = *last;
+    picture.entries.push_back(std::move(entry));
+  }
+  picture.decisions.assign(state_.decisions.rbegin(), state_.decisions.rend());
+  const std::lock_guard lock(showing_);
+  picture_ = std::move(picture);
+}
+
+SchedulePicture Schedule::picture() const {
+  const std::lock_guard lock(showing_);
+  return picture_;
+}
+
+}  // namespace cellcal::daemon

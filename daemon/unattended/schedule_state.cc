@@ -1,0 +1,114 @@
+#include "daemon/unattended/schedule_state.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+namespace cellcal::daemon {
+
+namespace {
+
+using nlohmann::json;
+
+constexpr const char* kFormat = "cellcal.schedule/1";
+/// Years of nights; whoever sets a clock back farther finds the newest of them.
+constexpr std::size_t kMostClosed = 4000;
+constexpr std::size_t kMostDecisions = 200;
+
+json to_json(const Decision& d) {
+  return {{"at", d.at},
+          {"entry", d.entry},
+          {"night", d.night},
+          {"verb", to_string(d.verb)},
+          {"why", to_string(d.why)},
+          {"session", d.session},
+          {"detail", d.detail},
+          {"figure_s", d.figure_s}};
+}
+
+Decision decision_from(const json& j) {
+  return {j.at("at").get<UtcSeconds>(),           j.at("entry").get<std::string>(),
+          j.at("night").get<std::string>(),       verb_of(j.at("verb").get<std::string>()),
+          why_of(j.at("why").get<std::string>()), j.at("session").get<std::int64_t>(),
+          j.at("detail").get<std::string>(),      j.at("figure_s").get<double>()};
+}
+
+ScheduleState state_from(const json& j) {
+  if (j.at("format") != kFormat) throw std::runtime_error("format is not cellcal.schedule/1");
+  ScheduleState state;
+  j.at("looked").get_to(state.looked);
+  j.at("known").get_to(state.known);
+  for (const json& one : j.at("closed"))
+    state.closed.push_back({one.at("entry").get<std::string>(), one.at("night").get<std::string>(),
+                            one.at("missed").get<bool>()});
+  if (!j.at("aborted").is_null()) state.aborted = j.at("aborted").get<std::int64_t>();
+  const json& clock = j.at("clock");
+  state.clock = {clock.at("boot").get<std::string>(), clock.at("utc").get<UtcSeconds>(),
+                 clock.at("since_boot_s").get<double>()};
+  if (const json& doubt = j.at("clock_doubt"); !doubt.is_null())
+    state.clock_doubt =
+        ClockDoubt{why_of(doubt.at("why").get<std::string>()), doubt.at("set_by_s").get<double>()};
+  j.at("released").get_to(state.released);
+  j.at("harmless").get_to(state.harmless);
+  for (const json& one : j.at("decisions")) state.decisions.push_back(decision_from(one));
+  return state;
+}
+
+}  // namespace
+
+bool ScheduleState::is_closed(const std::string& entry, const std::string& night) const {
+  return std::any_of(closed.begin(), closed.end(), [&](const ClosedNight& one) {
+    return one.night == night && one.entry == entry;
+  });
+}
+
+void ScheduleState::reopen_missed(const std::string& entry, const std::string& night) {
+  std::erase_if(closed, [&](const ClosedNight& one) {
+    return one.missed && one.night == night && one.entry == entry;
+  });
+}
+
+void ScheduleState::close(const std::string& entry, const std::string& night, bool missed) {
+  closed.push_back({entry, night, missed});
+  if (closed.size() > kMostClosed) closed.pop_front();
+}
+
+void ScheduleState::add(Decision decision) {
+  decisions.push_back(std::move(decision));
+  if (decisions.size() > kMostDecisions) decisions.pop_front();
+}
+
+ScheduleState schedule_state_from(const std::string& text) {
+  if (text.empty()) return {};
+  try {
+    return state_from(json::parse(text));
+  } catch (const json::exception&) {
+    throw std::runtime_error("the schedule's row is not what cellcald writes");
+  }
+}
+
+std::string to_text(const ScheduleState& state) {
+  json closed = json::array(), decisions = json::array();
+  for (const ClosedNight& one : state.closed)
+    closed.push_back({{"entry", one.entry}, {"night", one.night}, {"missed", one.missed}});
+  for (const Decision& one : state.decisions) decisions.push_back(to_json(one));
+  json doubt;
+  if (state.clock_doubt)
+    doubt = {{"why", to_string(state.clock_doubt->why)}, {"set_by_s", state.clock_doubt->set_by_s}};
+  const json all{{"format", kFormat},
+                 {"looked", state.looked},
+                 {"known", state.known},
+                 {"closed", std::move(closed)},
+                 {"aborted", state.aborted ? json(*state.aborted) : json(nullptr)},
+                 {"clock",
+                  {{"boot", state.clock.boot},
+                   {"utc", state.clock.utc},
+                   {"since_boot_s", state.clock.since_boot_s}}},
+                 {"clock_doubt", std::move(doubt)},
+                 {"released", state.released},
+                 {"harmless", state.harmless},
+                 {"decisions", std::move(decisions)}};
+  return all.dump(-1, ' ', false, json::error_handler_t::replace);
+}
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,172 @@
+#include "daemon/unattended/service_door.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "calib/model/iso_time.h"
+#include "calib/model/statistics.h"
+#include "daemon/tasks/options.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+using End = Standing::State;
+
+/// Where there is no session of the kind to go by.
+double guess_s(const std::string& kind) { return kind == "calibrate" ? 3600.0 : 600.0; }
+/// So many of those before are looked at.
+constexpr std::size_t kLookedAt = 3;
+/// For what one night takes longer than another.
+constexpr double kSpare = 1.25;
+
+End state_of(const SessionRecord& record) {
+  switch (record.state) {
+    case RecordState::kDone:
+      return End::kDone;
+    case RecordState::kFailed:
+      return End::kFailed;
+    case RecordState::kAborted:
+      return End::kAborted;
+    case RecordState::kRunning:
+    case RecordState::kInterrupted:
+    case RecordState::kDamaged:
+      break;
+  }
+  return End::kLeft;
+}
+
+End state_of(Phase phase) {
+  switch (phase) {
+    case Phase::kDone:
+      return End::kDone;
+    case Phase::kAborted:
+      return End::kAborted;
+    default:
+      return End::kFailed;
+  }
+}
+
+std::string end_of(std::int64_t session, std::size_t touches, const char* state,
+                   const std::string& failure) {
+  return fmt::format("{}/{}/{}/{}", session, touches, state, failure);
+}
+
+const char* word(End state) {
+  switch (state) {
+    case End::kDone:
+      return "done";
+    case End::kFailed:
+      return "failed";
+    case End::kAborted:
+      return "aborted";
+    case End::kLeft:
+    case End::kNone:
+      break;
+  }
+  return "interrupted";
+}
+
+SessionKind kind_of(const SessionRecord& record) {
+  try {
+    return options_from_json(record.inputs.options).kind;
+  } catch (const std::exception&) {  // of another version: of no use here
+    return SessionKind::kCalibrate;
+  }
+}
+
+}  // namespace
+
+const std::vector<SessionRecord>& ServiceDoor::records(const Status& status) {
+  const std::uint64_t newest = is_final(status.phase) ? status.seq : 0;
+  if (read_at_ != newest) {
+    records_ = journal_.sessions();
+    std::erase_if(records_, [](const SessionRecord& one) { return one.origin.has_value(); });
+    read_at_ = newest;
+  }
+  return records_;
+}
+
+Standing ServiceDoor::standing() {
+  const Status status = service_.status();
+  Standing standing;
+  standing.aborts = service_.aborts();
+  standing.session = status.session;
+  standing.busy = kActivePhases.has(status.phase) || status.phase == Phase::kStopping;
+  if (standing.busy) return standing;
+  std::size_t touches = status.done, planned = status.total;
+  if (status.session > 0) {
+    standing.state = state_of(status.phase);
+    if (status.failure) standing.failure = *status.failure;
+  } else if (const auto newest = journal_.newest_own()) {
+    standing.session = newest->id;
+    standing.state = state_of(*newest);
+    if (standing.state == End::kFailed) standing.failure = failure_from_journal(newest->failure);
+    touches = static_cast<std::size_t>(newest->touches);
+    planned = static_cast<std::size_t>(newest->planned);
+  } else {
+    return standing;
+  }
+  standing.end = end_of(standing.session, touches, word(standing.state),
+                        standing.state == End::kFailed ? describe(standing.failure) : "");
+  if (planned > 0)
+    standing.left_share =
+        1.0 - static_cast<double>(std::min(touches, planned)) / static_cast<double>(planned);
+  return standing;
+}
+
+std::int64_t ServiceDoor::start(const RunRequest& request) {
+  try {
+    return service_.start(request);
+  } catch (const BusyError& busy) {
+    throw NotNow(busy.what());
+  }
+}
+
+std::int64_t ServiceDoor::begin(const ScheduledSession& session, const std::string& by,
+                                std::uint64_t aborts) {
+  const auto kind = session_kind(session.kind);
+  if (!kind) throw RequestError("there is no kind of session \"" + session.kind + "\"");
+  RunRequest request;
+  request.kind = *kind;
+  request.cell = session.cell;
+  request.fit_touches = session.touches;
+  if (session.check) request.check_touches = *session.check;
+  request.goal_mm = session.goal_mm;
+  request.unattended = by;
+  request.unless_aborted = aborts;
+  return start(request);
+}
+
+std::int64_t ServiceDoor::resume(const std::string& by, std::uint64_t aborts) {
+  RunRequest request;
+  request.resume = true;
+  request.unattended = by;
+  request.unless_aborted = aborts;
+  return start(request);
+}
+
+void ServiceDoor::stop() { service_.abort(SessionService::By::kDaemon); }
+
+/// The middle one of the newest: one that was resumed on the next day says nothing.
+double ServiceDoor::foreseen_s(const ScheduledSession& session) {
+  std::vector<double> took_s;
+  for (const SessionRecord& record : records(service_.status())) {
+    if (record.state != RecordState::kDone || record.inputs.cell_name != session.cell.string())
+      continue;
+    if (session.kind != to_string(kind_of(record))) continue;
+    const auto began = calib::seconds_of(record.started), ended = calib::seconds_of(record.ended);
+    if (!began || !ended || record.touches == 0) continue;
+    double share = 1.0;
+    if (session.touches && !session.goal_mm)
+      share = static_cast<double>(*session.touches + session.check.value_or(10)) / record.touches;
+    took_s.push_back((*ended - *began) * share);
+    if (took_s.size() == kLookedAt) break;
+  }
+  if (took_s.empty()) return guess_s(session.kind);
+  return kSpare * calib::median(std::move(took_s));
+}
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,160 @@
+#include "drivers/kuka/rsi/rsi_offset.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "drivers/units.h"
+
+namespace cellcal::drivers {
+
+namespace {
+// Two corrections closer than this count as one: above servo error and AIPos noise at rest, and a
+// jump of it (0.5 mm at 1.4 m) passes as vibration.
+constexpr double kSameRad = 0.02 * kRadPerDeg;
+// At rest servos, or a controller that makes a little else of it, leave no more between the two.
+constexpr double kServosLeaveRad = 0.05 * kRadPerDeg;
+// At rest: no axis changes by more than this from packet to packet, several times over.
+constexpr double kStillRad = 0.005 * kRadPerDeg;
+constexpr int kStillPackets = 3;
+// Where it is which of several replies the controller holds, they may be nearer to each other than
+// to an arm that still comes to rest: two or three of its time constants more.
+constexpr int kSettledPackets = 12;
+// IPOC has gone on if it agrees with the host's clock this well: network jitter, two quartzes.
+constexpr double kContinuityS = 0.05, kContinuityFraction = 0.01;
+// Silence on a port of our own that no running session keeps: five of the longest cycles. No
+// program is stopped and started within it.
+constexpr double kListenedS = 0.2;
+// Delay of a running session may lag by one packet; a fresh one must stay clearly below.
+constexpr std::uint32_t kDelayLag = 1, kDelayClear = 3;
+// Packets that a peer which waits for replies may be ahead of the last one answered.
+constexpr std::int32_t kMostAhead = 4;
+
+double distance(const AxisAngles& a, const AxisAngles& b) {
+  double most = a.size() == b.size() ? 0.0 : HUGE_VAL;
+  for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i) {
+    most = std::max(most, std::abs(a[i] - b[i]));
+  }
+  return most;
+}
+
+}  // namespace
+
+void OffsetFinder::begin(const OffsetMemory& memory) {
+  *this = OffsetFinder();
+  memory_ = memory;
+}
+
+OffsetVerdict OffsetFinder::decide(const AxisAngles& offset_rad) {
+  offset_rad_ = offset_rad;
+  return OffsetVerdict::kKnown;
+}
+
+OffsetVerdict OffsetFinder::look(const OffsetEvidence& evidence) {
+  zero_.assign(evidence.actual_rad.size(), 0.0);
+  return evidence.setpoint_rad.empty() ? by_counters(evidence) : by_setpoint(evidence);
+}
+
+OffsetVerdict OffsetFinder::by_setpoint(const OffsetEvidence& evidence) {
+  AxisAngles measured = evidence.actual_rad;
+  for (std::size_t i = 0; i < measured.size(); ++i) measured[i] -= evidence.setpoint_rad[i];
+  const double from_zero = distance(measured, zero_);
+  // Where the arm was on its way the controller may hold one of the replies before, too.
+  const bool only_one = std::all_of(
+      memory_.earlier_rad.begin(), memory_.earlier_rad.end(),
+      [&](const AxisAngles& earlier) { return distance(earlier, memory_.sent_rad) <= kStillRad; });
+  if (memory_.known) {
+    const double from_sent = distance(measured, memory_.sent_rad);
+    if (only_one && from_sent <= kSameRad && from_sent <= from_zero)
+      return decide(memory_.sent_rad);
+  }
+  // Without a correction of ours before, or with hardly one, a small difference is none at all.
+  if (from_zero <= kSameRad && (!memory_.known || distance(memory_.sent_rad, zero_) <= kSameRad)) {
+    return decide(zero_);
+  }
+  // Otherwise the arm may be on its way between two corrections: only at rest does the difference
+  // say which one is in force.
+  const bool still = distance(measured, last_measured_) <= kStillRad;
+  still_packets_ = still ? still_packets_ + 1 : 0;
+  last_measured_ = measured;
+  const int enough = memory_.known && !only_one ? kSettledPackets : kStillPackets;
+  if (still_packets_ < enough && !evidence.waits) return OffsetVerdict::kWaitForRest;
+  if (memory_.known) return behind_replies(evidence, measured);
+  return decide(from_zero <= kSameRad ? zero_ : measured);
+}
+
+const AxisAngles& OffsetFinder::nearest_sent(const AxisAngles& measured) const {
+  const AxisAngles* nearest = &memory_.sent_rad;
+  for (const AxisAngles& earlier : memory_.earlier_rad) {
+    if (distance(measured, earlier) < distance(measured, *nearest)) nearest = &earlier;
+  }
+  return *nearest;
+}
+
+OffsetVerdict OffsetFinder::behind_replies(const OffsetEvidence& evidence,
+                                           const AxisAngles& measured) {
+  const AxisAngles& sent = nearest_sent(measured);
+  if (distance(measured, sent) <= kServosLeaveRad) return decide(sent);
+  if (distance(measured, zero_) > kSameRad) return OffsetVerdict::kDenied;
+  if (evidence.silence_before_s < kListenedS) return OffsetVerdict::kDenied;
+  // Whether a session without a correction is another one the counters say, where there are any.
+  if (!evidence.delay || !memory_.delay) return decide(zero_);
+  const OffsetVerdict counted = by_counters(evidence);
+  if (counted != OffsetVerdict::kKnown) return counted;
+  return distance(offset_rad_, zero_) <= kSameRad ? OffsetVerdict::kKnown : OffsetVerdict::kDenied;
+}
+
+/// No late reply at first, although nobody else can have answered for many cycles. Without the
+/// silence it may be a session that another process has answered until now; and the silence says
+/// something only of a peer that does not wait for replies: the packets behind the first one come
+/// without any, and each is counted. Where zeros are sent meanwhile (relative) that cannot be seen,
+/// and nothing jumps.
+bool OffsetFinder::just_begun(const OffsetEvidence& evidence) {
+  if (!evidence.delay || evidence.waits || evidence.silence_before_s < kListenedS) return false;
+  if (evidence.answered) return *evidence.delay == 0;
+  if (!first_delay_) {
+    first_delay_ = evidence.delay;
+    first_rx_ = evidence.t_rx;
+    return false;
+  }
+  const double since_s = std::chrono::duration<double>(evidence.t_rx - first_rx_).count();
+  return *first_delay_ == 0 && *evidence.delay > 0 && since_s < kListenedS;
+}
+
+OffsetVerdict OffsetFinder::by_counters(const OffsetEvidence& evidence) {
+  const bool may_be_another = !memory_.known || evidence.silence_before_s >= kListenedS;
+  if (evidence.session_start) return decide(zero_);
+  // A peer that counts packets from 0 waits for the answer to its first one.
+  const bool first_packet = evidence.ipoc == 0 && evidence.delay.value_or(0) == 0;
+  if (first_packet && may_be_another) return decide(zero_);
+  if (!memory_.known) {
+    return just_begun(evidence) ? decide(zero_) : OffsetVerdict::kUnknown;
+  }
+  if (distance(memory_.sent_rad, zero_) <= kSameRad) return decide(memory_.sent_rad);
+  if (memory_.step == 0 || memory_.seconds_per_ipoc <= 0.0) return OffsetVerdict::kUnknown;
+
+  const auto passed = static_cast<std::int32_t>(evidence.ipoc - memory_.ipoc);
+  // However long it took: where it stood, with the counter where it was, the session goes on.
+  if (memory_.counts_packets && passed >= 0 && passed <= kMostAhead &&
+      distance(evidence.actual_rad, memory_.actual_rad) <= kSameRad) {
+    return decide(memory_.sent_rad);
+  }
+  const double elapsed_s = std::chrono::duration<double>(evidence.t_rx - memory_.t_rx).count();
+  const double by_ipoc_s = passed * memory_.seconds_per_ipoc;
+  if (std::abs(by_ipoc_s - elapsed_s) > kContinuityS + kContinuityFraction * elapsed_s) {
+    return may_be_another ? decide(zero_) : OffsetVerdict::kUnknown;
+  }
+  if (!evidence.delay || !memory_.delay) return OffsetVerdict::kUnknown;
+  // Within a session it never counts back.
+  if (*evidence.delay < *memory_.delay)
+    return may_be_another ? decide(zero_) : OffsetVerdict::kUnknown;
+  if (!first_delay_) first_delay_ = evidence.delay;
+  const bool counts = memory_.delay_counts || *evidence.delay > *first_delay_;
+  const std::uint32_t unanswered =
+      std::max(static_cast<std::uint32_t>(passed) / memory_.step, 1U) - 1;
+  const std::uint32_t expected = *memory_.delay + unanswered;
+  if (*evidence.delay + kDelayLag >= expected) return decide(memory_.sent_rad);
+  if (counts && may_be_another && *evidence.delay + kDelayClear <= expected) return decide(zero_);
+  return OffsetVerdict::kUnknown;
+}
+
+}  // namespace cellcal::drivers

@@ -1,0 +1,128 @@
+#pragma once
+// A KUKA controller that runs cellcal's own EKI programs (drivers/kuka/krl), without sockets,
+// threads or clock: the submit program that reads telegrams and sends states, the robot program
+// that moves, interrupts on the contact input and on the stop flag with BRAKE and RESUME, operating
+// modes, drives, emergency stop, override.
+//
+// What is public about EKI is followed; what is known nowhere can be set: when $AXIS_INT is taken,
+// how fast an interrupt answers.
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "drivers/kuka/wire/eki_codec.h"
+#include "drivers/kuka/wire/eki_frame_codec.h"
+#include "drivers/time.h"
+#include "sim/krc/cartesian_arm.h"
+#include "sim/krc/eki_channel.h"
+
+namespace cellcal::sim {
+
+struct EkiControllerConfig {
+  std::string channel_xml;  ///< the file that is installed on the controller
+  std::vector<double> start_rad{0.0, -1.5707963267948966, 1.5707963267948966,
+                                0.0, 1.5707963267948966,  0.0};
+  std::vector<double> max_speed_rad_s;    ///< per axis at 100 %; empty: 3 rad/s
+  double max_acceleration_rad_s2 = 10.0;  ///< of PTP, as the program sets it ($ACC_AXIS)
+  double lin_acceleration_m_s2 = 0.5;     ///< $ACC.CP
+  /// What LIN's length is reckoned with; none: as if every axis were 1 m from the TCP.
+  std::shared_ptr<const CartesianArm> arm;
+  double lag_s = 0.02;            ///< setpoint to arm
+  int cycle_ms = 4;               ///< in which positions are interpolated
+  int interrupt_ms = 12;          ///< in which interrupts are looked at
+  int state_ms = 20;              ///< the submit program's loop
+  int idle_state_ms = 24;         ///< likewise while nobody is obeyed
+  int dead_man_ms = 250;          ///< as the program has it
+  int reopen_ms = 100;            ///< the port after a client has gone
+  int look_ms = 3000;             ///< between two looks at whether the channel is still there
+  bool contact_is_on = true;      ///< as the program has it: the input while the tool touches
+  double input_delay_s = 0.001;   ///< filter of the digital input ...
+  double input_sample_s = 0.002;  ///< ... and how often it is looked at
+  bool latches_setpoint = false;  ///< $AXIS_INT is the setpoint instead of the arm
+  int timer_ms = 12;              ///< steps of $TIMER, which stamps the states
+  /// BRAKE F against PTP's acceleration: all of it where $ACC_AXIS is 50. BRAKE: the motion's own.
+  double fast_brake_factor = 2.0;
+  double noise_sigma_deg = 0.0;  ///< of $AXIS_ACT_MEAS and $AXIS_INT alone
+  std::uint64_t seed = 1;
+  std::vector<double> soft_min_rad, soft_max_rad;  ///< software limit switches; empty: none
+  /// TOOL_DATA[1..] and BASE_DATA[1..] of $config.dat. They can be set where the channel file has frames.
+  std::vector<drivers::EkiFrameValues> tool_data = std::vector<drivers::EkiFrameValues>(16);
+  std::vector<drivers::EkiFrameValues> base_data = std::vector<drivers::EkiFrameValues>(32);
+  bool takes_frames = true, takes_advice = true;  ///< what its submit program knows of them
+  int advice = 0, advice_until = 0;               ///< CELLCAL_ADVICE, CELLCAL_ADVICE_UNTIL
+  bool may_run = false;             ///< CC_MAY_RUN: a client may have CELLCAL_EKI started in EXT
+  int cell_wait_s = 900;            ///< called by CELL, without a session: then it returns
+  bool clears_on_reconnect = true;  ///< the program's EKI_Clear; false: stale queues stay
+};
+
+class EkiController {
+ public:
+  /// Throws std::invalid_argument.
+  explicit EkiController(EkiControllerConfig config);
+  ~EkiController();
+  EkiController(const EkiController&) = delete;
+  EkiController& operator=(const EkiController&) = delete;
+
+  /// The next interpolation cycle, at `now` (the caller keeps the clock).
+  void tick(drivers::TimePoint now);
+  drivers::Duration cycle() const;
+  /// The contact input's level from t on, t within the running cycle or before.
+  void input(drivers::TimePoint t, bool closed);
+
+  // ---- network
+  bool connect();  ///< false: refused
+  void disconnect();
+  bool connected() const;
+  void receive(std::string_view bytes);
+  std::string take_output();
+
+  // ---- operator
+  void start_program();        ///< selected if it is not, and started; one that stands goes on
+  void start_other_program();  ///< CELLCAL_EKI is deselected for somebody else's
+  /// CELL.SRC, selected and started in EXT, calls CELLCAL_EKI, which returns when a session has ended.
+  void call_program();
+  bool program_runs() const;  ///< CELLCAL_EKI, whatever program is selected
+  /// $BRAKETEST_REQ_INT and its like, on outputs that the submit program reads.
+  void request(drivers::EkiRequest request);
+  void cancel_program();  ///< stopped and deselected: a ramp, and nothing goes on afterwards
+  void emergency_stop(bool pressed);
+  void drives(bool on);
+  void mode(drivers::EkiMode mode);
+  void start_key(bool held);  ///< counts in T1 and T2
+  void set_override(int percent);
+  void place(const std::vector<double>& pose_rad);  ///< jogged; only at rest
+  void reconfigure_io();  ///< Reconfigure I/Os, or out of hibernation: EKI's channel is deleted
+
+  // ---- faults
+  void mute(bool muted) { muted_ = muted; }           ///< no states go out
+  void deaf(bool deaf) { deaf_ = deaf; }              ///< the submit program reads nothing
+  void forgetful(bool on) { forgetful_ = on; }        ///< moves are taken and never confirmed
+  void halt_submit(bool on) { submit_halted_ = on; }  ///< its interpreter stands
+  /// Wire off: the input is off, which is free or contact as the program has it.
+  void input_broken(bool broken, drivers::TimePoint t);
+
+  std::vector<double> actual_rad_at(drivers::TimePoint t) const;
+  std::vector<double> setpoint_rad() const;
+  bool moving() const;
+  bool ready() const;
+  std::uint32_t session() const;
+  std::uint64_t moves() const;  ///< begun since power on
+  /// TOOL_DATA or BASE_DATA as it is now. Throws std::out_of_range.
+  drivers::EkiFrameValues frame(drivers::EkiFrameKind kind, int number) const;
+  std::uint64_t frames_set() const;  ///< since power on
+  int advice() const;                ///< CELLCAL_ADVICE
+  int advice_until() const;          ///< CELLCAL_ADVICE_UNTIL
+  const EkiChannel& channel() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+  bool muted_ = false, deaf_ = false, forgetful_ = false, input_broken_ = false,
+       input_closed_ = false;
+  bool submit_halted_ = false;
+};
+
+}  // namespace cellcal::sim

@@ -1,0 +1,131 @@
+#include "sim/krc/eki_stream_server.h"
+
+#include <atomic>
+#include <mutex>
+#include <thread>
+
+#include "sim/hard_clock.h"
+#include "sim/krc/eki_socket.h"
+
+namespace cellcal::sim {
+
+namespace {
+
+using drivers::TimePoint;
+
+/// One channel on its socket.
+struct Endpoint {
+  Endpoint(EkiStream& k, std::size_t i) : krc(k), index(i), udp(channel().config().udp) {}
+  ~Endpoint() {
+    if (datagrams.fd >= 0) ::close(datagrams.fd);
+  }
+  Endpoint(const Endpoint&) = delete;
+  Endpoint& operator=(const Endpoint&) = delete;
+
+  EkiChannel& channel() { return krc.channel(index); }
+  bool is_open() const { return udp ? datagrams.fd >= 0 : client.is_open(); }
+  std::uint16_t port() const { return udp ? datagrams.port : client.port(); }
+
+  void open(const EkiStreamServerOptions& options) {
+    const std::uint16_t wanted = options.free_ports ? 0 : channel().config().port;
+    if (udp) {
+      datagrams = bind_socket(options.address, wanted, true);
+    } else {
+      client.open(options.address, wanted);
+    }
+  }
+
+  void take() {
+    if (!udp) return client.take(channel());
+    for (;;) {
+      socklen_t size = sizeof peer;
+      const ssize_t got = ::recvfrom(datagrams.fd, buffer.data(), buffer.size(), 0,
+                                     reinterpret_cast<sockaddr*>(&peer), &size);
+      // ECONNREFUSED: what an earlier state met at a client that has gone.
+      if (got < 0 && (errno == EINTR || errno == ECONNREFUSED)) continue;
+      if (got < 0) return;
+      krc.datagram(index, {buffer.data(), static_cast<std::size_t>(got)});
+    }
+  }
+
+  void give() {
+    if (!udp) {
+      client.collect(channel());
+      return client.give(channel());
+    }
+    const std::string state = channel().take_output();
+    if (state.empty()) return;
+    (void)::sendto(datagrams.fd, state.data(), state.size(), 0, reinterpret_cast<sockaddr*>(&peer),
+                   sizeof peer);
+  }
+
+  EkiStream& krc;
+  std::size_t index;
+  bool udp;
+  OneClientPort<EkiChannel> client;
+  BoundSocket datagrams;
+  sockaddr_in peer{};
+  std::array<char, 8192> buffer{};
+};
+
+}  // namespace
+
+struct EkiStreamServer::Impl {
+  Impl(EkiStreamConfig config, EkiStreamServerOptions o, CycleHook hook)
+      : options(std::move(o)), on_cycle(std::move(hook)), krc(std::move(config)) {
+    for (std::size_t i = 0; i < krc.channels(); ++i)
+      endpoints.push_back(std::make_unique<Endpoint>(krc, i));
+  }
+
+  void run() {
+    if (options.realtime) run_as_hardware();
+    TimePoint next = std::chrono::steady_clock::now();
+    while (!stopping.load()) {
+      next += krc.cycle();
+      sleep_until(next);
+      const std::lock_guard lock(mutex);
+      for (const auto& endpoint : endpoints) endpoint->take();
+      krc.tick(next);
+      if (on_cycle) on_cycle(krc, next);
+      for (const auto& endpoint : endpoints) endpoint->give();
+    }
+  }
+
+  EkiStreamServerOptions options;
+  CycleHook on_cycle;
+  std::mutex mutex;
+  EkiStream krc;
+  std::vector<std::unique_ptr<Endpoint>> endpoints;
+  std::atomic<bool> stopping{false};
+  std::thread thread;
+};
+
+EkiStreamServer::EkiStreamServer(EkiStreamConfig config, EkiStreamServerOptions options,
+                                 CycleHook on_cycle)
+    : impl_(std::make_unique<Impl>(std::move(config), std::move(options), std::move(on_cycle))) {}
+EkiStreamServer::~EkiStreamServer() { stop(); }
+
+void EkiStreamServer::start() {
+  if (impl_->thread.joinable()) return;
+  for (const auto& endpoint : impl_->endpoints) {
+    if (!endpoint->is_open()) endpoint->open(impl_->options);
+  }
+  impl_->stopping = false;
+  impl_->thread = std::thread([impl = impl_.get()] { impl->run(); });
+}
+
+void EkiStreamServer::stop() {
+  impl_->stopping = true;
+  if (impl_->thread.joinable()) impl_->thread.join();
+}
+
+void EkiStreamServer::with(const std::function<void(EkiStream&)>& use) {
+  const std::lock_guard lock(impl_->mutex);
+  use(impl_->krc);
+}
+
+std::uint16_t EkiStreamServer::port(std::size_t channel) const {
+  return impl_->endpoints.at(channel)->port();
+}
+
+}  // namespace cellcal::sim

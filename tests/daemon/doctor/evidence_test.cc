@@ -1,0 +1,258 @@
+// Which step is done is read off what is there, and taken back when it is there no more.
+
+#include "daemon/doctor/evidence.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <regex>
+#include <sstream>
+
+#include "calib/files/calibration_json.h"
+#include "daemon/result/session_result.h"
+#include "daemon/tasks/options.h"
+#include "tests/calib/random_calibration.h"
+#include "tests/daemon/journal/temporary_directory.h"
+
+namespace cellcal::daemon {
+namespace {
+
+std::string content(const std::filesystem::path& path) {
+  std::ifstream file(path);
+  std::stringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+struct a_cell : ::testing::Test {
+  a_cell() {
+    const std::filesystem::path demo = CELLCAL_DEMO_CELL;
+    text = content(demo);
+    write(text);
+    std::filesystem::copy_file(demo.parent_path() / "kr5_worn.toml", dir / "kr5_worn.toml");
+    examination.cell = dir / "cell.toml";
+  }
+  void write(const std::string& cell) const { std::ofstream(dir / "cell.toml") << cell; }
+  std::string with(const std::string& what, const std::string& instead) const {
+    return std::regex_replace(text, std::regex(what), instead);
+  }
+  void examined(Outcome outcome) {
+    examination.whole = true;
+    examination.cell_text = text_of_cell(examination.cell);
+    examination.checks = {{"rsi packets", outcome, "found", "advice"}};
+  }
+  std::int64_t session(SessionKind kind, Ending ending, const std::string& result = "") {
+    SessionOptions options;
+    options.kind = kind;
+    SessionInputs inputs = read_inputs(dir / "cell.toml");
+    inputs.options = options_to_json(options);
+    const std::int64_t id = journal.begin(inputs, "t0");
+    RecordEnd end{ending, ""};
+    if (kind == SessionKind::kQualify && !result.empty()) {
+      Qualification q;
+      if (result == "passed") {
+        q.noise_m = Figure{};
+        q.delay = ContactDelay{};
+      }
+      end.result = std::make_shared<const SessionResult>(SessionResult{q});
+    } else if (!result.empty()) {
+      journal.store_calibration(id, result, {});
+    }
+    journal.record(id, end, "t1");
+    return id;
+  }
+  /// "cell done, robot done, spheres todo, ..."
+  std::string steps() {
+    evidence = evidence_of(examination, journal);
+    std::string all;
+    for (const StepSeen& one : steps_of(evidence))
+      all +=
+          std::string(all.empty() ? "" : ", ") + to_string(one.step) + " " + to_string(one.state);
+    return all;
+  }
+  std::string next() {
+    steps();
+    const auto step = next_of(steps_of(evidence));
+    return step ? to_string(*step) : "none";
+  }
+
+  testing::TemporaryDirectory dir;
+  Journal journal{dir / "journal.db"};
+  Examination examination;
+  Evidence evidence;
+  std::string text;
+};
+
+const std::string kNothing =
+    "cell todo, robot todo, spheres todo, doctor todo, qualify todo, dry-run todo, first todo, calibration todo";
+const std::string kPublish =
+                      [] {
+                        calib::Random random(1);
+                        return calib::calibration_to_json(calib::testing::random_calibration(
+                            cell_of(read_inputs(CELLCAL_DEMO_CELL)), random));
+                      }(),
+                  kUnreadable = R"({"verdict": {"publish": true}})",
+                  kWithhold = R"({"verdict": {"publish": false}})";
+
+TEST_F(a_cell, that_nobody_named_has_every_step_before_it) {
+  examination = {};
+  EXPECT_EQ(steps(), kNothing);
+  EXPECT_EQ(next(), "cell");
+}
+
+TEST_F(a_cell, is_known_by_the_newest_session_where_nobody_named_one) {
+  session(SessionKind::kCalibrate, Ending::kFailed);
+  examination = {};
+  EXPECT_EQ(next(), "doctor");
+  EXPECT_EQ(evidence.cell, dir / "cell.toml");
+}
+
+TEST_F(a_cell,
+       that_the_doctor_saw_in_an_earlier_daemon_is_the_guides_while_no_session_is_of_another) {
+  std::filesystem::copy_file(dir / "cell.toml", dir / "other.toml");
+  examination.cell = dir / "other.toml";
+  examined(Outcome::kOk);
+  examination.kept = true;
+  EXPECT_EQ(next(), "qualify");
+  EXPECT_EQ(evidence.cell, dir / "other.toml");
+  session(SessionKind::kQualify, Ending::kFailed);
+  EXPECT_EQ(next(), "doctor") << "of the session's cell nothing was seen";
+  EXPECT_EQ(evidence.cell, dir / "cell.toml");
+  examination.kept = false;
+  EXPECT_EQ(next(), "qualify");
+}
+
+TEST_F(a_cell, that_is_sound_needs_the_doctor_next) {
+  EXPECT_EQ(next(), "doctor");
+  EXPECT_EQ(evidence.spheres, 4u);
+  EXPECT_EQ(evidence.placed, 4u);
+  EXPECT_EQ(evidence.lengths, 6u);
+  EXPECT_NE(evidence.robot.find("KR 5"), std::string::npos);
+}
+
+TEST_F(a_cell, whose_file_is_wrong_or_gone_says_so_by_line_and_key) {
+  write(with("kind = \"sphere\"", "kind = \"cube\""));
+  EXPECT_EQ(next(), "cell");
+  EXPECT_EQ(evidence.cell_file->words.find((dir / "cell.toml").string() + ":"), 0u)
+      << evidence.cell_file->words;
+  std::filesystem::remove(dir / "cell.toml");
+  EXPECT_EQ(steps(), "cell wrong" + kNothing.substr(std::string("cell todo").size()));
+  for (const std::string& hostile : {std::string(), std::string("\xff\xfe\0x", 4),
+                                     std::string(100000, '['), text.substr(0, 700)}) {
+    write(hostile);
+    EXPECT_EQ(steps().find("cell wrong, robot todo"), 0u) << hostile.substr(0, 20);
+  }
+}
+
+TEST_F(a_cell, whose_robot_file_is_wrong_says_which_of_the_two_it_is) {
+  std::ofstream(dir / "kr5_worn.toml") << "format = \"cellcal.robot/1\"\n";
+  EXPECT_EQ(steps().find("cell done, robot wrong, spheres todo"), 0u) << steps();
+  std::filesystem::remove(dir / "kr5_worn.toml");
+  EXPECT_EQ(steps().find("cell wrong, robot todo"), 0u) << "it names a file that is not there";
+}
+
+TEST_F(a_cell, whose_mesh_is_not_there_is_wrong_itself_and_not_its_robot_file) {
+  write(text +
+        "\n[[obstacle]]\nid = \"fixture\"\nshape = \"mesh\"\nfile = \"none.stl\"\n"
+        "xyz_mm = [0.0, 0.0, 0.0]\n");
+  EXPECT_EQ(steps().find("cell wrong, robot todo"), 0u) << steps();
+  EXPECT_NE(evidence.cell_file->words.find("none.stl"), std::string::npos)
+      << evidence.cell_file->words;
+}
+
+TEST_F(a_cell, that_contradicts_itself_or_has_a_sphere_nowhere_stops_at_the_spheres) {
+  write(with("mm = 700.286", "mm = 770.286"));
+  EXPECT_EQ(next(), "spheres");
+  EXPECT_NE(evidence.targets->words.find("770"), std::string::npos) << evidence.targets->words;
+  write(with("centre_mm = \\[760[^\n]*\n", ""));
+  EXPECT_EQ(next(), "spheres");
+  EXPECT_EQ(evidence.placed, 3u);
+}
+
+TEST_F(a_cell, is_examined_when_nothing_failed_and_no_more_when_its_file_has_changed) {
+  examined(Outcome::kFailed);
+  EXPECT_EQ(next(), "doctor");
+  EXPECT_EQ(evidence.doctor->words, "rsi packets");
+  examined(Outcome::kWarning);
+  EXPECT_EQ(next(), "qualify");
+  write(with("mass_kg = 1.535", "mass_kg = 1.5"));
+  EXPECT_EQ(next(), "doctor") << "it looked at another file";
+  examined(Outcome::kOk);
+  EXPECT_EQ(next(), "qualify");
+  examination.whole = false;
+  EXPECT_EQ(next(), "doctor") << "it did not come to its end";
+}
+
+TEST_F(a_cell, is_qualified_by_its_newest_qualification) {
+  examined(Outcome::kOk);
+  session(SessionKind::kQualify, Ending::kFailed);
+  EXPECT_EQ(next(), "qualify");
+  const auto good = session(SessionKind::kQualify, Ending::kDone, "passed");
+  EXPECT_EQ(next(), "dry-run");
+  EXPECT_EQ(evidence.qualification->session, good);
+  for (const char* not_passed : {"not passed", ""}) {
+    session(SessionKind::kQualify, Ending::kDone, not_passed);
+    EXPECT_EQ(next(), "qualify") << not_passed;
+    EXPECT_FALSE(evidence.qualification->good);
+  }
+}
+
+TEST_F(a_cell, is_calibrated_when_its_newest_result_is_publishable) {
+  examined(Outcome::kOk);
+  session(SessionKind::kQualify, Ending::kDone, "passed");
+  session(SessionKind::kCalibrate, Ending::kAborted);
+  session(SessionKind::kDryRun, Ending::kFailed);
+  EXPECT_EQ(next(), "dry-run");
+  const auto dry = session(SessionKind::kDryRun, Ending::kDone);
+  EXPECT_EQ(next(), "first");
+  EXPECT_EQ(evidence.dry_run->session, dry);
+  write(with("mass_kg = 1.535", "mass_kg = 1.5"));
+  steps();
+  EXPECT_FALSE(evidence.dry_run) << "it was of another file";
+  write(with("", ""));
+  const auto first = session(SessionKind::kCalibrate, Ending::kDone,
+                             R"({"verdict": {"publish": false, "too_few_touches": true}})");
+  EXPECT_EQ(next(), "calibration");
+  EXPECT_FALSE(evidence.calibration) << "a look at whether the cell works is no calibration";
+  session(SessionKind::kCalibrate, Ending::kDone, kWithhold);
+  EXPECT_EQ(next(), "calibration");
+  ASSERT_TRUE(evidence.calibration);
+  EXPECT_FALSE(evidence.calibration->good);
+  session(SessionKind::kCalibrate, Ending::kDone, kPublish);
+  EXPECT_EQ(next(), "none");
+  EXPECT_EQ(evidence.first->session, first);
+  session(SessionKind::kCalibrate, Ending::kDone, kWithhold);
+  EXPECT_EQ(next(), "calibration");
+}
+
+TEST_F(a_cell, that_was_touched_all_around_needs_no_dry_run) {
+  examined(Outcome::kOk);
+  session(SessionKind::kQualify, Ending::kDone, "passed");
+  session(SessionKind::kCalibrate, Ending::kDone, kPublish);
+  EXPECT_EQ(next(), "none");
+}
+
+TEST_F(a_cell, whose_calibration_in_use_cannot_be_used_is_not_calibrated_though_an_older_one_can) {
+  session(SessionKind::kCalibrate, Ending::kDone, kPublish);
+  const auto newest = session(SessionKind::kCalibrate, Ending::kDone, kUnreadable);
+  steps();
+  ASSERT_TRUE(evidence.calibration);
+  EXPECT_FALSE(evidence.calibration->good);
+  EXPECT_EQ(evidence.calibration->session, newest);
+  EXPECT_NE(evidence.calibration->words.find("'cellcal activate ID"), std::string::npos)
+      << evidence.calibration->words;
+}
+
+TEST_F(a_cell, has_no_part_in_what_another_cell_file_came_to) {
+  session(SessionKind::kQualify, Ending::kDone, "passed");
+  session(SessionKind::kCalibrate, Ending::kDone, kPublish);
+  std::filesystem::copy_file(dir / "cell.toml", dir / "other.toml");
+  examination.cell = dir / "other.toml";
+  EXPECT_EQ(
+      steps(),
+      "cell done, robot done, spheres done, doctor todo, qualify todo, dry-run todo, first todo, "
+      "calibration todo");
+}
+
+}  // namespace
+}  // namespace cellcal::daemon

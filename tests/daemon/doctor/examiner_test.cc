@@ -1,0 +1,167 @@
+// One examination at a time, and none beside a session.
+
+#include "daemon/doctor/examiner.h"
+
+#include <gtest/gtest.h>
+
+#include <condition_variable>
+#include <fstream>
+#include <stdexcept>
+
+#include "calib/files/input_file.h"
+#include "daemon/doctor/evidence.h"
+#include "tests/daemon/journal/temporary_directory.h"
+
+namespace cellcal::daemon {
+namespace {
+
+struct an_examiner : ::testing::Test {
+  /// Looks until it is let go, or asked to stop.
+  void look(Findings& findings, const std::function<void(const std::string&)>& hint,
+            const std::stop_token& stop) {
+    hint("start CELLCAL_RSI");
+    findings.ok("configuration", "as it is");
+    std::unique_lock lock(mutex);
+    looking = true;
+    changed.notify_all();
+    changed.wait(lock, stop, [this] { return let_go; });
+    if (breaks) throw std::runtime_error("broke");
+    findings.warn("plan", "far", "widen");
+  }
+  void wait_until_looking() {
+    std::unique_lock lock(mutex);
+    changed.wait(lock, [this] { return looking; });
+  }
+  void release() {
+    const std::lock_guard lock(mutex);
+    let_go = true;
+    changed.notify_all();
+  }
+  void wait_until_free() {
+    std::unique_lock lock(mutex);
+    changed.wait(lock, [this] { return held == 0; });
+  }
+
+  std::mutex mutex;
+  std::condition_variable_any changed;
+  bool looking = false, let_go = false, breaks = false, session = false;
+  int held = 0;
+  testing::TemporaryDirectory dir;
+  std::string config = "c1";
+  Examiner::Parts parts{[this](const std::filesystem::path&, Findings& findings, const auto& hint,
+                               std::stop_token stop) { look(findings, hint, stop); },
+                        [this] {
+                          const std::lock_guard lock(mutex);
+                          if (session || held > 0) throw std::runtime_error("busy");
+                          ++held;
+                        },
+                        [this] {
+                          const std::lock_guard lock(mutex);
+                          --held;
+                          changed.notify_all();
+                        },
+                        [] { return "t"; },
+                        [this] { return config; },
+                        dir / "doctor.json"};
+  Examiner examiner{parts};
+};
+
+TEST_F(an_examiner, tells_of_each_finding_as_it_comes) {
+  EXPECT_FALSE(examiner.newest().running);
+  EXPECT_FALSE(examiner.newest().green()) << "nothing was looked at";
+  examiner.begin("/c.toml");
+  wait_until_looking();
+  Examination now = examiner.newest();
+  EXPECT_TRUE(now.running);
+  EXPECT_FALSE(now.green());
+  EXPECT_EQ(now.hint, "start CELLCAL_RSI");
+  EXPECT_EQ(now.checks.size(), 1u);
+  release();
+  wait_until_free();
+  now = examiner.newest();
+  EXPECT_FALSE(now.running);
+  EXPECT_TRUE(now.green()) << "warnings are allowed";
+  EXPECT_EQ(now.hint, "");
+  EXPECT_EQ(now.ended, "t");
+  EXPECT_EQ(now.checks.size(), 2u);
+}
+
+TEST_F(an_examiner, does_not_look_beside_a_session_and_keeps_what_it_found) {
+  let_go = true;
+  examiner.begin("/c.toml");
+  wait_until_free();
+  session = true;
+  EXPECT_THROW(examiner.begin("/d.toml"), std::runtime_error);
+  EXPECT_EQ(examiner.newest().cell, "/c.toml");
+  EXPECT_TRUE(examiner.newest().green());
+}
+
+TEST_F(an_examiner, looks_once_at_a_time_and_again_afterwards) {
+  examiner.begin("/c.toml");
+  wait_until_looking();
+  EXPECT_THROW(examiner.begin("/d.toml"), std::runtime_error);
+  release();
+  wait_until_free();
+  examiner.begin("/d.toml");
+  wait_until_free();
+  EXPECT_EQ(examiner.newest().cell, "/d.toml");
+}
+
+TEST_F(an_examiner, ends_when_it_is_stopped_and_then_is_not_green) {
+  examiner.begin("/c.toml");
+  wait_until_looking();
+  examiner.stop();
+  EXPECT_FALSE(examiner.newest().running);
+  EXPECT_FALSE(examiner.newest().green());
+  EXPECT_EQ(held, 0);
+  examiner.begin("/d.toml");
+  EXPECT_EQ(examiner.newest().cell, "/c.toml") << "nothing begins any more";
+  EXPECT_EQ(held, 0);
+}
+
+TEST_F(an_examiner, that_breaks_has_failed_and_lets_sessions_begin) {
+  breaks = let_go = true;
+  examiner.begin("/c.toml");
+  wait_until_free();
+  EXPECT_EQ(examiner.newest().count(Outcome::kFailed), 1u);
+}
+
+TEST_F(an_examiner, knows_after_a_restart_what_it_found_at_the_configuration_in_force) {
+  const std::filesystem::path cell = dir / "c.toml";
+  std::ofstream(cell) << "not read\n";
+  let_go = true;
+  examiner.begin(cell);
+  wait_until_free();
+  const Examination before = examiner.newest(), after = Examiner(parts).newest();
+  EXPECT_TRUE(after.green());
+  EXPECT_FALSE(after.running);
+  EXPECT_EQ(after.cell, cell);
+  EXPECT_EQ(after.cell_text, before.cell_text);
+  EXPECT_EQ(after.ended, "t");
+  ASSERT_EQ(after.checks.size(), 2u);
+  EXPECT_EQ(after.checks[1].check, "plan");
+  EXPECT_EQ(after.checks[1].outcome, Outcome::kWarning);
+  EXPECT_EQ(after.checks[1].found, "far");
+  EXPECT_EQ(after.checks[1].advice, "widen");
+  config = "c2";
+  EXPECT_EQ(Examiner(parts).newest().cell, "") << "what was found is of another configuration";
+  config = "c1";
+  std::ofstream(parts.file) << "{";
+  EXPECT_FALSE(Examiner(parts).newest().green());
+}
+
+TEST_F(an_examiner, keeps_what_was_found_before_where_it_is_stopped_and_what_is_told_beside_it) {
+  examiner.begin("/c.toml");
+  wait_until_looking();
+  examiner.stop();
+  EXPECT_EQ(Examiner(parts).newest().cell, "");
+  const std::filesystem::path cell(CELLCAL_DEMO_CELL);
+  const std::string sha256 = calib::sha256(text_of_cell(cell));
+  Examiner other(parts);
+  ASSERT_FALSE(other.take(cell, sha256, "c1", {{"daemon", Outcome::kFailed, "gone", "start it"}}));
+  EXPECT_EQ(Examiner(parts).newest().count(Outcome::kFailed), 1u);
+  EXPECT_EQ(Examiner(parts).newest().cell, cell);
+}
+
+}  // namespace
+}  // namespace cellcal::daemon

@@ -1,0 +1,145 @@
+// What waits in a journal, as messages; the line's end is tested with the publisher.
+
+#include "daemon/plant/desk/journal_outbox.h"
+
+#include <gtest/gtest.h>
+
+#include "daemon/plant/messages/fact.h"
+#include "tests/daemon/journal/disks/away_disk.h"
+#include "tests/daemon/journal/images.h"
+#include "tests/daemon/journal/temporary_directory.h"
+
+namespace cellcal::daemon::testing {
+namespace {
+
+using plant::JournalOutbox, plant::WaitingFact;
+
+PlantConfig config_of(const char* cell) {
+  PlantConfig plant;
+  plant.plant = "graz";
+  plant.cell = cell;
+  plant.touches = true;
+  return plant;
+}
+
+plant::Fact fact_of(const WaitingFact& waiting, const char* cell = "weld-3") {
+  return plant::fact_from_json(waiting.text, {{"graz", cell}, plant::Subject::kFact, waiting.kind});
+}
+
+struct journal_outbox : ::testing::Test {
+  std::int64_t report(std::size_t bytes) {
+    const std::int64_t id = fill(journal, 0);
+    journal.report(id, plant::report_of(plant::CertificateFact{
+                           "1-0123456789ab", {{"certificate.pdf", std::string(bytes, 'x')}}}));
+    return id;
+  }
+  TemporaryDirectory dir;
+  Journal journal{dir / "j.db"};
+};
+
+TEST_F(journal_outbox, hands_out_what_waits_as_messages_in_order_until_it_is_acknowledged) {
+  JournalOutbox outbox({journal, config_of("weld-3")});
+  fill(journal, 3);
+  const auto facts = outbox.facts(0, 10);
+  ASSERT_EQ(facts.size(), 4u);
+  for (std::size_t i = 0; i < facts.size(); ++i) {
+    const plant::Fact fact = fact_of(facts[i]);
+    EXPECT_EQ(fact.number, static_cast<std::int64_t>(i) + 1);
+    EXPECT_EQ(fact.number, facts[i].number);
+    EXPECT_EQ(fact.journal, facts[i].source);
+    EXPECT_EQ(facts[i].text.find('\n'), std::string::npos);
+    EXPECT_EQ(facts[i].worth, plant::worth_of(fact.body));
+  }
+  EXPECT_EQ(outbox.facts(facts[0].row, 1).front().number, 2);
+  outbox.acknowledge({facts[0].row, facts[1].row});
+  EXPECT_EQ(outbox.facts(0, 10).front().number, 3);
+  EXPECT_EQ(outbox.count().newest, 4);
+  EXPECT_EQ(outbox.count().rows, 2);
+}
+
+TEST_F(journal_outbox, hands_out_few_at_once_where_they_are_large) {
+  JournalOutbox outbox({journal, config_of("weld-3")});
+  for (int i = 0; i < 4; ++i) report(2'000'000);
+  const auto facts = outbox.facts(0, 16);
+  EXPECT_GE(facts.size(), 2u);
+  EXPECT_LE(facts.size(), 4u) << "of eight";
+}
+
+TEST_F(journal_outbox, hands_out_a_notice_of_what_no_plant_takes) {
+  JournalOutbox outbox({journal, config_of("weld-3")});
+  report(plant::kLargestMessage);
+  const auto facts = outbox.facts(1, 10);
+  ASSERT_EQ(facts.size(), 1u);
+  EXPECT_EQ(facts[0].kind, "dropped");
+  const plant::Fact notice = fact_of(facts[0]);
+  EXPECT_EQ(std::get<plant::DroppedFact>(notice.body).reason, plant::DropReason::kTooLarge);
+  EXPECT_EQ(fact_of(outbox.facts(1, 10)[0]), notice) << "it stands in its place";
+}
+
+TEST_F(journal_outbox,
+       stays_within_its_bound_whatever_a_plant_is_answered_and_tells_what_it_dropped) {
+  PlantConfig config = config_of("weld-3");
+  config.outbox_megabytes = 1.0;
+  JournalOutbox outbox({journal, config});
+  const std::string words(500, 'x');
+  for (int i = 0; i < 3000; ++i)
+    journal.report(0, plant::report_of(plant::AnswerFact{"p-1", false, "cellcald", words},
+                                       plant::Worth::kTelemetry));
+  EXPECT_LE(journal.outbox().bytes, 1'000'000);
+  EXPECT_GT(journal.outbox().rows, 1000) << "the newest are told";
+  std::int64_t dropped = 0;
+  for (const WaitingFact& waiting : outbox.facts(0, 3000)) {
+    const plant::Fact fact = fact_of(waiting);
+    if (const auto* notice = std::get_if<plant::DroppedFact>(&fact.body)) dropped += notice->count;
+  }
+  EXPECT_GT(dropped, 0);
+}
+
+TEST_F(journal_outbox, says_that_the_disk_is_away_and_drops_nothing_for_it) {
+  JournalOutbox outbox({journal, config_of("weld-3")});
+  journal.store_calibration(
+      journal.begin({"c", std::string(std::size_t{4} << 20, 'c'), "r", "r", "{}"}, "t0"),
+      "composed when it is read");
+  EXPECT_EQ(outbox.facts(0, 10).size(), 2u);
+  {
+    const AwayDisk away(dir.path());
+    EXPECT_THROW(
+        {
+          for (const WaitingFact& fact : outbox.facts(0, 10)) EXPECT_NE(fact.kind, "dropped");
+          outbox.facts(1, 10);
+        },
+        plant::OutboxError);
+  }
+  EXPECT_EQ(outbox.facts(0, 10).size(), 2u);
+}
+
+TEST_F(journal_outbox, that_takes_another_s_place_misses_no_fact_and_goes_on_under_its_own_name) {
+  auto before = std::make_unique<JournalOutbox>(JournalOutbox::Parts{journal, config_of("weld-3")});
+  fill(journal, 0);
+  PlantConfig renamed = config_of("weld-4");
+  JournalOutbox now({journal, renamed});
+  before.reset();
+  journal.activate({1, "2026-01-02T00:00:00.000Z", "anna", "warm"});
+  EXPECT_EQ(now.count().elsewhere, 1);
+  EXPECT_EQ(now.count().elsewhere_address, "graz/weld-3");
+  const auto facts = now.facts(0, 10);
+  ASSERT_EQ(facts.size(), 1u);
+  EXPECT_EQ(fact_of(facts[0], "weld-4").number, 1);
+}
+
+TEST_F(journal_outbox,
+       goes_on_where_the_journal_cannot_report_to_the_one_that_was_to_take_its_place) {
+  JournalOutbox before({journal, config_of("weld-3")});
+  const std::int64_t id =
+      journal.begin({"c", std::string(std::size_t{4} << 20, 'c'), "r", "r", "{}"}, "t0");
+  EXPECT_TRUE(journal.session(id)) << "and no name is in a cache any more";
+  {
+    const AwayDisk away(dir.path());
+    EXPECT_THROW(JournalOutbox({journal, config_of("weld-4")}), JournalError);
+  }
+  journal.activate({id, "2026-01-02T00:00:00.000Z", "anna", "warm"});
+  EXPECT_EQ(before.facts(0, 10).size(), 2u);
+}
+
+}  // namespace
+}  // namespace cellcal::daemon::testing

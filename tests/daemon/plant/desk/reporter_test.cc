@@ -1,0 +1,118 @@
+// What the plant is told of a fact.
+
+#include "daemon/plant/desk/reporter.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <limits>
+
+#include "calib/files/check_json.h"
+#include "daemon/plant/messages/fact.h"
+#include "daemon/result/outcome_json.h"
+#include "daemon/tasks/options.h"
+#include "tests/daemon/journal/images.h"
+#include "tests/daemon/journal/temporary_directory.h"
+
+namespace cellcal::daemon::testing {
+namespace {
+
+using plant::PlantReporter;
+
+plant::FactBody body_of(const Report& report) {
+  return plant::body_from_json(report.kind, report.body);
+}
+
+SessionRecord session_of(SessionKind kind, RecordState state,
+                         const std::optional<calib::TcpCheck>& check = {}) {
+  SessionRecord record;
+  record.id = 7;
+  record.state = state;
+  record.started = "2026-01-01T00:00:00.000Z";
+  SessionOptions options;
+  options.kind = kind;
+  options.against = kind == SessionKind::kCheck ? 3 : 0;
+  record.inputs.options = options_to_json(options);
+  if (check) record.outcome = outcome_to_json(outcome_of(SessionResult{*check}));
+  return record;
+}
+
+struct reporter : ::testing::Test {
+  PlantReporter telling{
+      {true, 1 << 20, {"graz", "weld-3"}, {}, [this](std::int64_t) { return dir.path(); }, {}}};
+  TemporaryDirectory dir;
+};
+
+TEST_F(reporter, tells_what_a_session_is_for_and_how_it_stands) {
+  const auto reports = telling.session(session_of(SessionKind::kCalibrate, RecordState::kAborted));
+  ASSERT_EQ(reports.size(), 1u);
+  EXPECT_EQ(reports[0].worth, daemon::Worth::kResult);
+  const auto fact = std::get<plant::SessionFact>(body_of(reports[0]));
+  EXPECT_EQ(fact.state, plant::SessionState::kAborted);
+  EXPECT_EQ(fact.purpose, "calibrate");
+}
+
+TEST_F(reporter, tells_the_result_of_a_check_with_its_end_byte_for_byte) {
+  const calib::TcpCheck check{.holds = true, .touches = 9};
+  const std::string document = calib::check_to_json(check) + "\n";
+  std::ofstream(dir / "check.json") << document;
+  EXPECT_EQ(telling.session(session_of(SessionKind::kCheck, RecordState::kRunning)).size(), 1u);
+  const auto reports = telling.session(session_of(SessionKind::kCheck, RecordState::kDone, check));
+  ASSERT_EQ(reports.size(), 2u);
+  EXPECT_EQ(std::get<plant::SessionFact>(body_of(reports[1])).outcome, "holds");
+  const auto fact = std::get<plant::CheckFact>(body_of(reports[0]));
+  EXPECT_EQ(fact.held, plant::Held::kYes);
+  EXPECT_EQ(fact.against, 3);
+  EXPECT_EQ(fact.document, document);
+}
+
+TEST_F(reporter, tells_of_the_end_of_a_check_whose_result_cannot_be_read) {
+  const auto reports = telling.session(
+      session_of(SessionKind::kCheck, RecordState::kDone, calib::TcpCheck{.holds = true}));
+  ASSERT_EQ(reports.size(), 2u);
+  EXPECT_EQ(reports[0].kind, "alarm");
+  EXPECT_EQ(reports[1].kind, "session");
+}
+
+TEST_F(reporter, tells_of_touches_only_where_it_was_asked_to) {
+  const RecordTouch touch{4, touch_at(0.5)};
+  const auto reports = telling.touch(touch);
+  ASSERT_EQ(reports.size(), 1u);
+  EXPECT_EQ(reports[0].worth, daemon::Worth::kTelemetry);
+  EXPECT_EQ(std::get<plant::TouchFact>(body_of(reports[0])).index, 4u);
+  EXPECT_TRUE(PlantReporter({}).touch(touch).empty());
+}
+
+TEST_F(reporter, tells_of_a_touch_where_its_tip_was_and_how_far_off_it_is_once_that_is_known) {
+  RecordTouch touch{4, touch_at(0.5), std::array{1.0, 0.5, 0.25}, 2e-4};
+  auto fact = std::get<plant::TouchFact>(body_of(telling.touch(touch)[0]));
+  EXPECT_NEAR((*fact.tip_m)[2], 0.25, 1e-12);
+  EXPECT_NEAR(*fact.residual_m, 2e-4, 1e-12);
+  touch.residual_m = std::numeric_limits<double>::quiet_NaN();
+  fact = std::get<plant::TouchFact>(body_of(telling.touch(touch)[0]));
+  EXPECT_FALSE(fact.residual_m);
+}
+
+TEST_F(reporter, tells_of_a_failure_by_its_name) {
+  SessionRecord failed = session_of(SessionKind::kCalibrate, RecordState::kFailed);
+  failed.failure = "no-contact: end of the search";
+  failed.failure_kind = FailureKind::kNoContact;
+  EXPECT_EQ(std::get<plant::SessionFact>(body_of(telling.session(failed)[0])).failure_kind,
+            "no-contact");
+}
+
+TEST_F(reporter, speaks_under_its_cell_s_name_and_for_those_that_it_had) {
+  EXPECT_EQ(telling.address(), "graz/weld-3");
+  EXPECT_FALSE(telling.tells_of("graz/weld-2"));
+  const PlantReporter renamed({true, 1 << 20, {"graz", "weld-3"}, {"graz/weld-2"}, {}, {}});
+  EXPECT_TRUE(renamed.tells_of("graz/weld-2"));
+}
+
+TEST_F(reporter, never_lets_word_of_what_was_dropped_be_dropped) {
+  const Report dropped_report = telling.dropped(3, 9, 5);
+  EXPECT_EQ(dropped_report.worth, daemon::Worth::kResult);
+  EXPECT_EQ(std::get<plant::DroppedFact>(body_of(dropped_report)), (plant::DroppedFact{3, 9, 5}));
+}
+
+}  // namespace
+}  // namespace cellcal::daemon::testing

@@ -1,0 +1,109 @@
+#include "daemon/unattended/notifier.h"
+
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <fstream>
+
+#include "tests/daemon/journal/temporary_directory.h"
+#include "tests/daemon/unattended/hook_server.h"
+#include "tests/daemon/unattended/smtp_server.h"
+
+namespace cellcal::daemon {
+namespace {
+
+using testing::HookServer;
+
+Notice aborted() {
+  Notice notice;
+  notice.news = News::kAborted;
+  notice.session = 7;
+  return notice;
+}
+
+NotifyConfig hook(const HookServer& server) {
+  NotifyConfig config;
+  config.webhook.emplace();
+  config.webhook->url = {false, "127.0.0.1", server.port(), "/"};
+  return config;
+}
+
+TEST(a_notifier, tries_again_behind_a_wait_until_it_is_taken) {
+  HookServer server({testing::kBroken, testing::kBroken, testing::kTaken});
+  Notifier notifier({[&] { return hook(server); }, "c", std::chrono::milliseconds(1)});
+  notifier.tell([] { return aborted(); });
+  notifier.drain();
+  EXPECT_EQ(server.requests().size(), 3u);
+  EXPECT_NE(server.requests()[2].find("\"news\":\"aborted\""), std::string::npos);
+}
+
+TEST(a_notifier, gives_up_where_all_retries_are_used_and_goes_on_with_the_next) {
+  HookServer server({testing::kBroken, testing::kBroken, testing::kTaken});
+  NotifyConfig config = hook(server);
+  config.webhook->retries = 1;
+  Notifier notifier({[&] { return config; }, "c", std::chrono::milliseconds(1)});
+  notifier.tell([] { return aborted(); });
+  notifier.tell([] { return std::nullopt; });
+  notifier.tell([]() -> std::optional<Notice> { throw std::runtime_error("unreadable"); });
+  notifier.tell([] { return aborted(); });
+  notifier.drain();
+  EXPECT_EQ(server.requests().size(), 3u);
+}
+
+TEST(a_notifier, mails_and_posts_the_same_in_the_configured_language) {
+  testing::TemporaryDirectory dir;
+  HookServer server({testing::kTaken});
+  std::ofstream(dir / "sendmail") << "#!/bin/sh\ncat > '" << (dir / "mail").string() << "'\n";
+  ::chmod((dir / "sendmail").c_str(), 0755);
+  NotifyConfig config = hook(server);
+  config.language = Language::kGerman;
+  config.mail = MailConfig{{"a@b"}, "c@d", dir / "sendmail", {}};
+  Notifier notifier({[&] { return config; }, "c", std::chrono::milliseconds(1)});
+  notifier.tell([] { return aborted(); });
+  notifier.drain();
+  std::ifstream mail(dir / "mail");
+  const std::string text((std::istreambuf_iterator<char>(mail)), {});
+  EXPECT_NE(text.find("Subject: =?utf-8?Q?Sitzung_7=3A_abgebrochen?="), std::string::npos) << text;
+  ASSERT_EQ(server.requests().size(), 1u);
+  EXPECT_NE(server.requests()[0].find("Sitzung 7: abgebrochen"), std::string::npos);
+}
+
+TEST(a_notifier, mails_again_to_those_alone_that_were_busy) {
+  testing::SmtpServer server({.first_answers = {{"RCPT TO:<a@", "451 busy"}}});
+  NotifyConfig config;
+  config.mail = MailConfig{{"a@plant.example", "b@plant.example"}, "c@d", "", {}};
+  config.mail->server.emplace();
+  config.mail->server->host = "127.0.0.1";
+  config.mail->server->port = server.port();
+  Notifier notifier({[&] { return config; }, "c", std::chrono::milliseconds(1)});
+  notifier.tell([] { return aborted(); });
+  notifier.drain();
+  const std::vector<std::string> lines = server.lines();
+  EXPECT_EQ(std::ranges::count(lines, "RCPT TO:<a@plant.example>"), 2);
+  EXPECT_EQ(std::ranges::count(lines, "RCPT TO:<b@plant.example>"), 1) << "it has it";
+  EXPECT_EQ(std::ranges::count(lines, "DATA"), 2);
+}
+
+TEST(a_notifier,
+     ends_while_it_waits_for_the_next_attempt_and_asks_for_nothing_where_nobody_is_told) {
+  HookServer server({testing::kBroken});
+  bool asked = false;
+  NotifyConfig nobody;
+  {
+    Notifier quiet({[&] { return nobody; }, "c", std::chrono::milliseconds(1)});
+    quiet.tell([&] {
+      asked = true;
+      return aborted();
+    });
+    quiet.drain();
+    Notifier waiting({[&] { return hook(server); }, "c", std::chrono::hours(1)});
+    waiting.tell([] { return aborted(); });
+    while (server.requests().empty()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  EXPECT_FALSE(asked);
+  EXPECT_EQ(server.requests().size(), 1u);
+}
+
+}  // namespace
+}  // namespace cellcal::daemon

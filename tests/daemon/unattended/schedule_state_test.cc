@@ -1,0 +1,76 @@
+#include "daemon/unattended/schedule_state.h"
+
+#include <gtest/gtest.h>
+
+namespace cellcal::daemon {
+namespace {
+
+ScheduleState filled() {
+  ScheduleState state;
+  state.looked = 1'800'000'000;
+  state.known = {{"nightly", 1'700'000'000}};
+  state.close("nightly", "2026-11-22", false);
+  state.close("nightly", "2026-11-23", true);
+  state.aborted = 7;
+  state.clock = {"first", 1'799'999'000, 12.5};
+  state.clock_doubt = ClockDoubt{Why::kClockStepped, -90.0};
+  state.released = "7/3/failed/no-contact: x";
+  state.add({1'800'000'000, "nightly", "2026-11-22", Verb::kRefused, Why::kCannotBegin, 8,
+             "\xff \"odd\"\n", 1.5});
+  return state;
+}
+
+std::string refusal(const std::string& text) {
+  try {
+    schedule_state_from(text);
+    return "";
+  } catch (const std::exception& error) {
+    return error.what();
+  }
+}
+
+TEST(the_schedules_state, is_read_back_whole_and_new_where_there_is_none) {
+  EXPECT_EQ(schedule_state_from("").looked, 0);
+  const ScheduleState read = schedule_state_from(to_text(filled()));
+  EXPECT_EQ(read.looked, 1'800'000'000);
+  EXPECT_EQ(read.known.at("nightly"), 1'700'000'000);
+  EXPECT_TRUE(read.is_closed("nightly", "2026-11-22"));
+  EXPECT_FALSE(read.is_closed("other", "2026-11-22"));
+  EXPECT_EQ(read.aborted, 7);
+  EXPECT_EQ(read.released, "7/3/failed/no-contact: x");
+  EXPECT_EQ(read.clock.boot, "first");
+  EXPECT_EQ(read.clock.since_boot_s, 12.5);
+  ASSERT_TRUE(read.clock_doubt);
+  EXPECT_EQ(read.clock_doubt->why, Why::kClockStepped);
+  EXPECT_EQ(read.clock_doubt->set_by_s, -90.0);
+  ASSERT_EQ(read.decisions.size(), 1u);
+  EXPECT_EQ(read.decisions[0].verb, Verb::kRefused);
+  EXPECT_EQ(read.decisions[0].figure_s, 1.5);
+  EXPECT_EQ(words(read.decisions[0]).find('\n'), std::string::npos);
+}
+
+TEST(the_schedules_state, that_is_damaged_is_refused_wherever_it_is_cut) {
+  const std::string whole = to_text(filled());
+  for (std::size_t cut = 1; cut < whole.size(); cut += 7)
+    EXPECT_NE(refusal(whole.substr(0, cut)), "") << cut;
+  for (const char* wrong : {"[]", "{}", R"({"format": "cellcal.schedule/2"})", "null"})
+    EXPECT_NE(refusal(wrong), "") << wrong;
+}
+
+TEST(a_missed_night, can_come_again_and_a_begun_one_cannot) {
+  ScheduleState state = filled();
+  state.reopen_missed("nightly", "2026-11-22");
+  state.reopen_missed("nightly", "2026-11-23");
+  EXPECT_TRUE(state.is_closed("nightly", "2026-11-22"));
+  EXPECT_FALSE(state.is_closed("nightly", "2026-11-23"));
+}
+
+TEST(names_of_decisions, lead_back_to_what_they_name) {
+  for (int i = 0; i <= static_cast<int>(Verb::kReleased); ++i)
+    EXPECT_EQ(verb_of(to_string(static_cast<Verb>(i))), static_cast<Verb>(i));
+  for (int i = 0; i <= static_cast<int>(Why::kWindowOver); ++i)
+    EXPECT_EQ(why_of(to_string(static_cast<Why>(i))), static_cast<Why>(i));
+}
+
+}  // namespace
+}  // namespace cellcal::daemon

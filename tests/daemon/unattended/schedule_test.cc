@@ -1,0 +1,588 @@
+// Nights in virtual time: a fake cell, clocks that are set by hand.
+
+#include "daemon/unattended/schedule.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <memory>
+
+#include "tests/daemon/journal/temporary_directory.h"
+#include "tests/daemon/unattended/zone.h"
+
+namespace cellcal::daemon {
+namespace {
+
+using testing::kBerlin;
+using testing::kHour;
+using testing::Zone;
+using namespace std::chrono_literals;
+using EndState = Standing::State;
+
+constexpr UtcSeconds kDay = 24 * kHour;
+
+struct FakeCell final : CellDoor {
+  Standing standing() override { return now; }
+  std::int64_t begin(const ScheduledSession& session, const std::string& by,
+                     std::uint64_t aborts) override {
+    if (aborts != now.aborts) throw NotNow("aborted");
+    if (!wrong.empty()) throw std::runtime_error(wrong);
+    begun.push_back(session.name);
+    said = by;
+    ++now.session;
+    now.busy = true;
+    return now.session;
+  }
+  std::int64_t resume(const std::string& by, std::uint64_t) override {
+    said = by;
+    ++resumed;
+    now.busy = true;
+    return now.session;
+  }
+  void stop() override {
+    ++stopped;
+    end(EndState::kAborted);
+  }
+  double foreseen_s(const ScheduledSession&) override { return takes_s; }
+
+  void end(EndState state, Failure failure = {}) {
+    now.busy = false;
+    now.state = state;
+    now.failure = std::move(failure);
+    now.end = std::to_string(++ends);
+  }
+  void person_runs(EndState state) {
+    ++now.session;
+    end(state);
+  }
+
+  Standing now;
+  std::vector<std::string> begun;
+  std::string said, wrong;
+  int resumed = 0, stopped = 0, ends = 0;
+  double takes_s = 1800.0;
+};
+
+/// From noon on.
+struct a_schedule : ::testing::Test {
+  a_schedule() {
+    config.unattended = true;
+    config.program_start = ProgramStart::kCell;
+    config.responsible = "A. Miller";
+    ScheduledSession nightly;
+    nightly.name = "nightly";
+    nightly.cell = "/c.toml";
+    nightly.window.from_min = 22 * 60;
+    nightly.window.to_min = 5 * 60;
+    config.sessions.push_back(nightly);
+    begin_at(2026y / 11 / 22);
+  }
+  void begin_at(std::chrono::year_month_day day) {
+    WeeklyWindow noon;
+    noon.from_min = 12 * 60;
+    noon.to_min = 13 * 60;
+    utc = night_of(noon, std::chrono::sys_days(day)).begins;
+    restart();
+  }
+  void restart() {
+    schedule = std::make_unique<Schedule>(Schedule::Parts{
+        cell,
+        {[this] { return stored; },
+         [this](const std::string& state) {
+           if (disk_full) throw std::runtime_error("no space left on the disk");
+           stored = state;
+         }},
+        [this] { return config; },
+        {[this] { return utc; }, [this] { return steady; }, boot, [this] { return synchronised; }},
+        [this](const Decision& d) { reported.push_back(d); }});
+  }
+  void pass(UtcSeconds seconds) {
+    utc += seconds;
+    steady += std::chrono::seconds(seconds);
+    schedule->look();
+  }
+  /// In steps, as a thread would.
+  void live(UtcSeconds seconds, UtcSeconds step = 600) {
+    for (UtcSeconds at = 0; at < seconds; at += step) pass(step);
+  }
+  int count(Verb verb, Why why) const {
+    int found = 0;
+    for (const Decision& d : reported) found += d.verb == verb && d.why == why ? 1 : 0;
+    return found;
+  }
+
+  const Zone zone{kBerlin};
+  std::string stored, boot = "first";
+  bool disk_full = false, synchronised = true;
+  FakeCell cell;
+  ScheduleConfig config;
+  UtcSeconds utc = 0;
+  Schedule::Steady steady{std::chrono::hours(1)};
+  std::vector<Decision> reported;
+  std::unique_ptr<Schedule> schedule;
+};
+
+TEST_F(a_schedule, begins_nothing_where_nothing_starts_the_controllers_program) {
+  config.program_start = ProgramStart::kNone;
+  live(10 * kHour);
+  EXPECT_TRUE(cell.begun.empty());
+  EXPECT_EQ(count(Verb::kWaiting, Why::kNoProgramStart), 1);
+  EXPECT_NE(words(reported.back()).find("Unattended at night"), std::string::npos)
+      << words(reported.back());
+  config.program_start = ProgramStart::kCell;
+  pass(600);
+  EXPECT_EQ(cell.begun.size(), 1u) << "set up within the window";
+}
+
+TEST_F(a_schedule, resumes_behind_the_controllers_own_test_however_few_resumes_there_are) {
+  config.resumes = 0;
+  live(10 * kHour);
+  ASSERT_EQ(cell.begun.size(), 1u);
+  for (int again = 1; again <= 3; ++again) {
+    cell.end(EndState::kFailed, {FailureKind::kControllerTest, "brake test requested"});
+    live(600, 30);
+    EXPECT_EQ(cell.resumed, again);
+  }
+  cell.end(EndState::kFailed, {FailureKind::kComputerBusy, "late"});
+  live(600, 30);
+  EXPECT_EQ(cell.resumed, 3) << "any other failure counts";
+}
+
+TEST_F(a_schedule, does_not_resume_where_the_programs_start_was_taken_out_meanwhile) {
+  live(10 * kHour);
+  cell.end(EndState::kFailed, {FailureKind::kControllerTest, "brake test requested"});
+  pass(30);
+  config.program_start = ProgramStart::kNone;
+  live(600, 30);
+  EXPECT_EQ(cell.resumed, 0);
+  EXPECT_EQ(count(Verb::kEnded, Why::kNoProgramStart), 1);
+}
+
+TEST_F(a_schedule, begins_once_in_each_window_and_names_who_is_responsible) {
+  live(10 * kHour - 600);
+  EXPECT_TRUE(cell.begun.empty());
+  pass(600);
+  ASSERT_EQ(cell.begun.size(), 1u);
+  EXPECT_NE(cell.said.find("A. Miller"), std::string::npos) << cell.said;
+  cell.end(EndState::kDone);
+  live(kDay - 600);
+  EXPECT_EQ(cell.begun.size(), 1u);
+  pass(600);
+  EXPECT_EQ(cell.begun.size(), 2u);
+  EXPECT_EQ(count(Verb::kEnded, Why::kDone), 1);
+}
+
+TEST_F(a_schedule, moves_nothing_unless_somebody_answers_for_the_cell) {
+  config.unattended = false;
+  live(kDay);
+  EXPECT_TRUE(cell.begun.empty());
+  EXPECT_EQ(count(Verb::kWaiting, Why::kUnattendedOff), 1) << "told once";
+  EXPECT_EQ(count(Verb::kMissed, Why::kUnattendedOff), 1);
+}
+
+TEST_F(a_schedule, begins_none_that_would_run_past_the_windows_end) {
+  cell.takes_s = 7.5 * kHour;
+  live(kDay);
+  EXPECT_TRUE(cell.begun.empty());
+  EXPECT_EQ(count(Verb::kRefused, Why::kNoTimeLeft), 1);
+  config.sessions[0].minutes = 60.0;
+  live(kDay);
+  EXPECT_EQ(cell.begun.size(), 1u) << "its own minutes come first";
+}
+
+TEST_F(a_schedule, stops_a_session_that_still_runs_at_the_windows_end_and_begins_the_next_night) {
+  live(18 * kHour);
+  EXPECT_EQ(cell.begun.size(), 1u);
+  EXPECT_EQ(cell.stopped, 1);
+  EXPECT_EQ(count(Verb::kStopped, Why::kWindowOver), 1);
+  live(kDay);
+  EXPECT_EQ(cell.begun.size(), 2u);
+}
+
+TEST_F(a_schedule, waits_while_a_person_runs_a_session) {
+  cell.now.busy = true;
+  live(12 * kHour);
+  EXPECT_TRUE(cell.begun.empty());
+  EXPECT_EQ(count(Verb::kWaiting, Why::kBusy), 1);
+  cell.person_runs(EndState::kDone);
+  pass(5);
+  EXPECT_EQ(cell.begun.size(), 1u);
+}
+
+TEST_F(a_schedule, begins_nothing_behind_a_harmful_failure_until_somebody_has_looked) {
+  cell.now.session = 4;
+  cell.end(EndState::kFailed, {FailureKind::kUnexpectedContact, "x"});
+  live(kDay);
+  EXPECT_TRUE(cell.begun.empty());
+  EXPECT_EQ(count(Verb::kMissed, Why::kFailedBefore), 1);
+  EXPECT_EQ(schedule->picture().held, Why::kFailedBefore);
+  EXPECT_NE(schedule->picture().held_words.find("session 4"), std::string::npos);
+  restart();
+  live(kDay);
+  EXPECT_TRUE(cell.begun.empty()) << "a restart releases nothing";
+  schedule->release("a person");
+  EXPECT_EQ(schedule->picture().held, Why::kNothing);
+  live(kDay);
+  EXPECT_EQ(cell.begun.size(), 1u);
+}
+
+TEST_F(a_schedule, is_released_by_a_session_that_a_person_brought_to_its_end) {
+  cell.now.session = 4;
+  cell.end(EndState::kFailed, {FailureKind::kNoContact, "x"});
+  live(kDay);
+  cell.person_runs(EndState::kDone);
+  live(kDay);
+  EXPECT_EQ(cell.begun.size(), 1u);
+}
+
+TEST_F(a_schedule, is_held_again_where_what_was_released_fails_again) {
+  cell.now.session = 4;
+  cell.end(EndState::kFailed, {FailureKind::kNoContact, "x"});
+  schedule->release("a person");
+  cell.now.busy = true;
+  pass(5);
+  --cell.ends;  // as it ended before, in every word
+  cell.end(EndState::kFailed, {FailureKind::kNoContact, "x"});
+  pass(5);
+  EXPECT_EQ(schedule->picture().held, Why::kFailedBefore);
+}
+
+TEST_F(a_schedule, begins_nothing_behind_an_abort_nor_behind_an_interrupted_session) {
+  cell.person_runs(EndState::kAborted);
+  live(kDay);
+  cell.person_runs(EndState::kLeft);
+  live(kDay);
+  EXPECT_TRUE(cell.begun.empty());
+  EXPECT_EQ(count(Verb::kMissed, Why::kAbortedBefore), 1);
+  EXPECT_EQ(count(Verb::kMissed, Why::kLeftBefore), 1);
+}
+
+TEST_F(a_schedule, is_held_by_an_abort_that_had_nothing_to_stop_also_behind_a_restart) {
+  cell.person_runs(EndState::kDone);
+  pass(5);
+  ++cell.now.aborts;
+  pass(5);
+  cell.now.aborts = 0;
+  restart();
+  live(kDay);
+  EXPECT_TRUE(cell.begun.empty());
+  cell.person_runs(EndState::kDone);
+  live(kDay);
+  EXPECT_EQ(cell.begun.size(), 1u);
+}
+
+TEST_F(a_schedule, begins_behind_a_failure_in_which_nothing_was_met) {
+  cell.person_runs(EndState::kFailed);
+  cell.now.failure = {FailureKind::kRobotSilent, "x", drivers::Interruption::kPacketsStopped};
+  pass(5);
+  // The journal does not have what was behind it; the schedule has kept it.
+  cell.now.failure.by = drivers::Interruption::kNone;
+  restart();
+  live(kDay);
+  EXPECT_EQ(cell.begun.size(), 1u);
+}
+
+TEST_F(a_schedule, does_not_begin_twice_where_the_clock_is_set_back) {
+  live(11 * kHour);
+  ASSERT_EQ(cell.begun.size(), 1u);
+  cell.end(EndState::kDone);
+  utc -= 3 * kHour;
+  live(4 * kHour);
+  EXPECT_EQ(cell.begun.size(), 1u);
+  EXPECT_EQ(count(Verb::kHeld, Why::kClockStepped), 1);
+  utc -= 3 * kHour;
+  restart();
+  live(4 * kHour);
+  EXPECT_EQ(cell.begun.size(), 1u) << "nor behind a restart";
+}
+
+TEST_F(a_schedule, tells_of_each_window_that_a_clock_was_set_over) {
+  pass(5);
+  utc += 3 * kDay;
+  live(kHour);
+  EXPECT_TRUE(cell.begun.empty());
+  EXPECT_EQ(count(Verb::kMissed, Why::kClockSet), 3);
+  live(10 * kHour);
+  EXPECT_EQ(cell.begun.size(), 1u);
+}
+
+TEST_F(a_schedule, begins_in_a_window_that_a_clock_set_wrong_had_made_missed) {
+  pass(5);
+  utc += kDay;
+  pass(5);
+  EXPECT_EQ(count(Verb::kMissed, Why::kClockSet), 1);
+  utc -= kDay;
+  live(11 * kHour);
+  EXPECT_EQ(cell.begun.size(), 1u);
+}
+
+TEST_F(a_schedule, begins_nothing_because_the_clock_was_set_into_a_window) {
+  live(2 * kHour);
+  synchronised = false;  // as the kernel has it behind a clock that was set by hand
+  utc += 8 * kHour + 600;
+  pass(5);
+  EXPECT_TRUE(cell.begun.empty());
+  EXPECT_EQ(count(Verb::kWaiting, Why::kClockStepped), 1);
+  EXPECT_NE(schedule->picture().held_words.find("+294"), std::string::npos)
+      << schedule->picture().held_words;
+  live(kHour);
+  EXPECT_TRUE(cell.begun.empty());
+  restart();
+  pass(5);
+  EXPECT_TRUE(cell.begun.empty()) << "nor behind a restart";
+  boot = "second";
+  restart();
+  pass(5);
+  EXPECT_TRUE(cell.begun.empty()) << "nor behind another start of the computer";
+  EXPECT_EQ(schedule->release("A. Miller").verb, Verb::kReleased);
+  pass(5);
+  EXPECT_EQ(cell.begun.size(), 1u);
+}
+
+TEST_F(a_schedule, believes_a_clock_that_was_set_once_it_has_been_synchronised_for_ten_minutes) {
+  live(9 * kHour + 1800);
+  utc += kHour;
+  pass(5);
+  synchronised = false;
+  pass(5);
+  synchronised = true;
+  live(590, 5);
+  EXPECT_TRUE(cell.begun.empty());
+  utc -= 90;  // another step on the way begins the ten minutes anew
+  pass(5);
+  live(595, 5);
+  EXPECT_TRUE(cell.begun.empty());
+  live(10, 5);
+  EXPECT_EQ(cell.begun.size(), 1u);
+  EXPECT_EQ(count(Verb::kReleased, Why::kClockAgrees), 1);
+}
+
+TEST_F(a_schedule, holds_behind_a_start_of_the_computer_without_a_time_source) {
+  synchronised = false;
+  live(kHour);
+  boot = "second";
+  restart();
+  live(10 * kHour);
+  EXPECT_TRUE(cell.begun.empty());
+  EXPECT_EQ(schedule->picture().held, Why::kClockNotSynchronised);
+  schedule->release("A. Miller");
+  restart();
+  pass(5);
+  EXPECT_EQ(cell.begun.size(), 1u) << "a release holds until the computer is started again";
+}
+
+TEST_F(a_schedule, notices_a_clock_that_was_set_while_the_daemon_was_not_running) {
+  pass(5);
+  utc += 10 * kHour + 600;
+  restart();
+  pass(5);
+  EXPECT_TRUE(cell.begun.empty());
+  EXPECT_EQ(count(Verb::kHeld, Why::kClockStepped), 1);
+}
+
+TEST_F(a_schedule, does_not_take_a_clock_that_drifts_or_is_slewed_for_one_that_was_set) {
+  for (int hour = 0; hour < 9; ++hour) {
+    utc += 1;  // 280 ppm
+    live(kHour);
+  }
+  EXPECT_EQ(count(Verb::kHeld, Why::kClockStepped), 0);
+}
+
+TEST_F(a_schedule, stops_a_session_at_its_windows_end_though_the_clock_was_set_back) {
+  live(10 * kHour);
+  ASSERT_EQ(cell.begun.size(), 1u);
+  utc -= 3 * kHour;
+  live(7 * kHour - 600);
+  EXPECT_EQ(cell.stopped, 0);
+  live(1200);
+  EXPECT_EQ(cell.stopped, 1);
+}
+
+TEST_F(a_schedule, tells_of_windows_in_which_the_daemon_was_not_running) {
+  pass(5);
+  utc += 2 * kDay;
+  reported.clear();
+  boot = "second";
+  restart();
+  pass(5);
+  EXPECT_EQ(count(Verb::kMissed, Why::kNotRunning), 2);
+  EXPECT_EQ(count(Verb::kHeld, Why::kClockStepped), 0);
+  reported.clear();
+  restart();
+  pass(5);
+  EXPECT_TRUE(reported.empty()) << "each once";
+}
+
+TEST_F(a_schedule, tells_that_a_window_does_not_exist_where_clocks_are_set_forward_over_it) {
+  config.sessions[0].window.from_min = 130;
+  config.sessions[0].window.to_min = 170;
+  begin_at(2026y / 3 / 28);
+  live(kDay);
+  EXPECT_TRUE(cell.begun.empty());
+  EXPECT_EQ(count(Verb::kMissed, Why::kNoSuchTime), 1);
+  live(kDay);
+  EXPECT_EQ(cell.begun.size(), 1u);
+}
+
+TEST_F(a_schedule, begins_once_in_a_night_whose_hour_comes_twice) {
+  config.sessions[0].window.from_min = 130;
+  config.sessions[0].window.to_min = 170;
+  begin_at(2026y / 10 / 24);
+  for (UtcSeconds at = 0; at < 20 * kHour; at += 300) {
+    pass(300);
+    if (cell.now.busy) cell.end(EndState::kDone);
+  }
+  EXPECT_EQ(cell.begun.size(), 1u);
+}
+
+TEST_F(a_schedule, does_not_count_windows_before_it_was_there) {
+  live(4 * kDay, 3600);
+  cell.end(EndState::kDone);
+  live(kHour);
+  reported.clear();
+  ScheduledSession other = config.sessions[0];
+  other.name = "other";
+  config.sessions.push_back(other);
+  live(kHour);
+  EXPECT_TRUE(reported.empty());
+}
+
+TEST_F(a_schedule, begins_nothing_that_it_could_not_record_before) {
+  disk_full = true;
+  live(11 * kHour);
+  EXPECT_TRUE(cell.begun.empty());
+  EXPECT_EQ(count(Verb::kWaiting, Why::kNotOnDisk), 1);
+  disk_full = false;
+  pass(5);
+  EXPECT_EQ(cell.begun.size(), 1u) << "as soon as the disk takes it";
+}
+
+TEST_F(a_schedule, whose_row_is_damaged_begins_nothing_and_says_so) {
+  stored = "{";
+  restart();
+  live(11 * kHour);
+  EXPECT_TRUE(cell.begun.empty());
+  EXPECT_EQ(count(Verb::kWaiting, Why::kNotOnDisk), 1);
+}
+
+TEST_F(a_schedule, refuses_a_session_whose_file_is_wrong_once_a_night_with_its_words) {
+  cell.wrong = "c.toml:3: no such robot";
+  live(kDay);
+  EXPECT_EQ(count(Verb::kRefused, Why::kCannotBegin), 1);
+  EXPECT_NE(words(reported.back()).find("c.toml:3"), std::string::npos) << words(reported.back());
+}
+
+Failure late() { return {FailureKind::kComputerBusy, "late", drivers::Interruption::kLateReplies}; }
+
+TEST_F(a_schedule, resumes_nothing_unless_it_was_told_to) {
+  live(10 * kHour);
+  cell.end(EndState::kFailed, late());
+  live(kHour);
+  EXPECT_EQ(cell.resumed, 0);
+  EXPECT_EQ(count(Verb::kEnded, Why::kHarmless), 1);
+}
+
+TEST_F(a_schedule, resumes_after_harmless_failures_so_often_and_behind_a_wait) {
+  config.resumes = 2;
+  config.resume_wait_s = 120.0;
+  live(10 * kHour);
+  cell.end(EndState::kFailed, late());
+  pass(60);
+  pass(60);
+  EXPECT_EQ(cell.resumed, 0);
+  pass(60);
+  EXPECT_EQ(cell.resumed, 1);
+  pass(60);
+  cell.end(EndState::kFailed, {FailureKind::kContactSilent, "no heartbeat"});
+  live(600, 60);
+  EXPECT_EQ(cell.resumed, 2);
+  cell.end(EndState::kFailed, late());
+  live(kHour);
+  EXPECT_EQ(cell.resumed, 2);
+  EXPECT_EQ(count(Verb::kEnded, Why::kResumesUsed), 1);
+  EXPECT_EQ(cell.begun.size(), 1u);
+}
+
+TEST_F(a_schedule, resumes_nothing_after_a_harmful_failure_or_an_abort) {
+  config.resumes = 5;
+  live(10 * kHour);
+  cell.end(EndState::kFailed, {FailureKind::kNotFollowing, "x"});
+  live(kHour);
+  EXPECT_EQ(cell.resumed, 0);
+  schedule->release("a person");
+  live(kDay - kHour);
+  ASSERT_TRUE(cell.now.busy);
+  ++cell.now.aborts;
+  cell.end(EndState::kAborted);
+  live(kHour);
+  EXPECT_EQ(cell.resumed, 0);
+}
+
+TEST_F(a_schedule, resumes_nothing_that_somebody_aborts_while_it_waits) {
+  config.resumes = 1;
+  config.resume_wait_s = 120.0;
+  live(10 * kHour);
+  cell.end(EndState::kFailed, late());
+  pass(60);
+  ++cell.now.aborts;
+  live(kHour, 60);
+  EXPECT_EQ(cell.resumed, 0);
+  EXPECT_EQ(count(Verb::kEnded, Why::kAbortedBefore), 1);
+}
+
+TEST_F(a_schedule, resumes_only_where_what_is_left_ends_before_the_window) {
+  config.resumes = 1;
+  cell.takes_s = 2.0 * kHour;
+  live(16 * kHour);
+  ASSERT_TRUE(cell.now.busy);
+  cell.end(EndState::kFailed, late());
+  cell.now.left_share = 0.75;  // 1.5 h of it; one hour is left
+  live(1800, 60);
+  EXPECT_EQ(cell.resumed, 0);
+  EXPECT_EQ(count(Verb::kEnded, Why::kNoTimeLeft), 1);
+}
+
+TEST_F(a_schedule, resumes_nothing_of_a_person_nor_what_a_restart_has_left) {
+  config.resumes = 3;
+  live(11 * kHour);
+  ASSERT_EQ(cell.begun.size(), 1u);
+  cell.end(EndState::kFailed, late());
+  restart();
+  live(kHour);
+  EXPECT_EQ(cell.resumed, 0) << "after a restart nothing goes on by itself";
+  cell.person_runs(EndState::kFailed);
+  cell.now.failure = late();
+  live(kHour);
+  EXPECT_EQ(cell.resumed, 0);
+}
+
+TEST_F(a_schedule, begins_on_request_only_what_says_so_and_by_the_same_rules) {
+  config.sessions[0].on_request = true;
+  EXPECT_EQ(schedule->begin("nightly").why, Why::kOutsideWindow);
+  EXPECT_EQ(schedule->begin("other").why, Why::kCannotBegin);
+  live(11 * kHour);
+  EXPECT_TRUE(cell.begun.empty()) << "not by itself";
+  EXPECT_EQ(schedule->begin("nightly").verb, Verb::kBegun);
+  EXPECT_EQ(schedule->begin("nightly").why, Why::kBusy);
+  cell.end(EndState::kDone);
+  EXPECT_EQ(schedule->begin("nightly").verb, Verb::kBegun) << "as often as it is asked for";
+  cell.end(EndState::kDone);
+  config.unattended = false;
+  EXPECT_EQ(schedule->begin("nightly").why, Why::kUnattendedOff);
+}
+
+TEST_F(a_schedule, shows_the_next_times_and_the_last_decision) {
+  pass(5);
+  SchedulePicture picture = schedule->picture();
+  ASSERT_EQ(picture.entries.size(), 1u);
+  EXPECT_EQ(local_time(picture.entries[0].next.begins), "2026-11-22 22:00");
+  EXPECT_FALSE(picture.entries[0].last);
+  live(11 * kHour);
+  picture = schedule->picture();
+  EXPECT_TRUE(picture.entries[0].now.exists());
+  ASSERT_TRUE(picture.entries[0].last);
+  EXPECT_EQ(words(*picture.entries[0].last), "session 1 begun");
+}
+
+}  // namespace
+}  // namespace cellcal::daemon
