@@ -7,7 +7,7 @@ namespace cellcal::daemon {
 namespace {
 
 constexpr int kMostTouches = 2000;
-constexpr double kColdestC = -40.0, kWarmestC = 80.0;  // of a cell in which a robot works
+constexpr double kColdestC = -40.0, kWarmestC = 80.0;  // plausible temperatures of a robot cell
 constexpr double kFinestGoalMm = 0.01, kCoarsestGoalMm = 10.0;
 
 }  // namespace

@@ -1,4 +1,4 @@
-// All transitions of a session. Rows are tried from the top; the first that fits is taken.
+// All transitions of a session. Rows are tried from the top; the first that matches is taken.
 
 #include <array>
 
@@ -9,7 +9,7 @@ namespace cellcal::daemon {
 
 namespace {
 
-using namespace rules;  // NOLINT: the table is a page of their names
+using namespace rules;  // NOLINT: the table consists of their names
 using enum Phase;
 using E = EventKind;
 using F = FailureKind;
@@ -106,7 +106,7 @@ Transition{kChoosing,      E::kRouted,       none_left_at_home, "none left",    
 Transition{kChoosing,      E::kRouted,       none_left, "none left, or goal reached",    kReturning,   begin_way_home, "back to the start"},
 Transition{kChoosing,      E::kRouted,       nullptr, "",                                kTransit,     begin_transit, "first waypoint to the chosen one"},
 Transition{kChoosing,      E::kWorkFailed,   nullptr, "",                                kFailed,      fail<F::kPlan>, "nothing can be chosen"},
-// behind the last touch
+// after the last touch
 Transition{kReturning,     E::kArrived,      more_way_home, "more waypoints",            kReturning,   next_waypoint_home, "next waypoint"},
 Transition{kReturning,     E::kArrived,      not_found_behind, "a sphere was not found",    kFailed,      end_not_found, "the arm is out"},
 Transition{kReturning,     E::kArrived,      nullptr, "",                                kIdentifying, close_and_identify, "close the devices; identify"},
@@ -115,7 +115,8 @@ Transition{kIdentifying,   E::kWorkFailed,   nullptr, "",                       
 Transition{kReporting,     E::kReported,     nullptr, "",                                kStay,        record_good_end, "record the end"},
 Transition{kReporting,     E::kRecorded,     nullptr, "",                                kDone,        nullptr, "the end is on disk"},
 Transition{kReporting,     E::kWorkFailed,   nullptr, "",                                kFailed,      fail<F::kReport>, "the touches stay in the journal"},
-// harmless interruptions (interruption.h): this computer was late, or the cell's owner lets sessions go on by themselves
+// harmless interruptions (interruption.h): this computer was late, or the configuration allows sessions to
+// continue
 Transition{kMovingPhases,  kInterrupting,    interrupted_behind_last, "harmless, all touches made", kIdentifying, identify_behind_interruption, "the arm stays where it is; close the devices; identify"},
 Transition{kMovingPhases,  kInterrupting,    interrupted, "harmless, and retries left",  kRecovering,  interrupt, "at rest: wait for the link"},
 Transition{kMovingPhases,  kInterrupting,    unheard, "sensor silent, not known whose silence", kRecovering, interrupt, "at rest: its stamps will tell"},
@@ -142,7 +143,7 @@ Transition{kWatching,      E::kLinks,        late_again, "late again",          
 Transition{kWatching,      E::kDeadline,     both_proven, "both proven",                 kReferencing, rereference, "take the arm's actual position as the starting point"},
 Transition{kWatching,      E::kDeadline,     may_wait_longer, "this computer is busy yet", kRecovering, wait_longer, "at rest: wait for the links"},
 Transition{kWatching,      E::kDeadline,     nullptr, "",                                kFailed,      fail_interrupted<Setback::kAgain>, "not sound"},
-// a move waits until all that was recorded before it is on disk; the arm rests meanwhile
+// a move waits until everything recorded before it is on disk; the arm rests meanwhile
 Transition{kMovingPhases,  E::kJournalSound, nullptr, "",                                kStay,        release_move, "all is on disk: begin the move"},
 Transition{kMovingPhases,  E::kAbort,        move_held, "move not begun",                kAborted,     close_and_end, "close the devices; record the end"},
 Transition{kMovingPhases,  E::kLinks,        held_and_robot_lost, "move not begun, robot lost", kFailed, fail<F::kRobotSilent>, "packets stopped"},
@@ -151,7 +152,7 @@ Transition{kMovingPhases,  E::kDeadline,     move_held, "move not begun",       
 Transition{kRecording,     E::kDeadline,     nullptr, "",                                kFailed,      fail<F::kJournal>, "the disk does not answer: hold still"},
 Transition{kMovingPhases,  E::kJournalFailed, move_held, "move not begun",               kFailed,      fail<F::kJournal>, "not on disk: hold still"},
 Transition{kMovingPhases,  E::kJournalFailed, nullptr, "",                               kStopping,    fail_and_stop<F::kJournal>, "stop; not on disk"},
-// what stops a moving arm: the driver has brought it to rest and says why
+// events that stop a moving arm: the driver has brought it to rest and gives the cause
 Transition{kMovingPhases,  E::kUnexpectedContact, nullptr, "",                           kFailed,      fail<F::kUnexpectedContact>, "contact outside a search"},
 Transition{kMovingPhases,  E::kStillInContact, nullptr, "",                              kFailed,      fail<F::kStillInContact>, "contact did not open"},
 Transition{kMovingPhases,  kInterrupting,    computer_late, "this computer was late",    kFailed,      fail<F::kComputerBusy>, "no repeat is left"},
@@ -161,7 +162,7 @@ Transition{kMovingPhases,  E::kRefused,      nullptr, "",                       
 Transition{kMovingPhases,  E::kNotFollowing, nullptr, "",                                kFailed,      fail<F::kNotFollowing>, "drives off, or clamped"},
 Transition{kMovingPhases,  E::kStopped,      nullptr, "",                                kFailed,      fail<F::kStoppedElsewhere>, "stopped by another hand"},
 Transition{kMovingPhases,  E::kDeadline,     nullptr, "",                                kStopping,    fail_and_stop<F::kTimeout>, "stop; the move takes longer than plausible"},
-// what ends a session whose arm stands still
+// events that end a session with the arm at rest
 Transition{kStandingPhases, E::kLinks,       robot_lost, "robot lost",                   kFailed,      fail<F::kRobotSilent>, "packets stopped"},
 Transition{kStandingPhases, E::kLinks,       late_at_rest, "this computer was late",     kFailed,      fail<F::kComputerBusy>, "no repeat is left"},
 Transition{kStandingPhases, E::kLinks,       contact_faulty, "sensor faulty or lost",    kFailed,      fail<F::kContactFault>, "sensor's words"},
@@ -178,7 +179,7 @@ Transition{kStopping,      E::kDeadline,     nullptr, "",                       
 Transition{kStopping,      Events(E::kRouted, E::kWorkFailed), nullptr, "",             kStay,        nullptr, "nothing is gone to any more"},
 Transition{kStopping,      E::kAbort,        nullptr, "",                                kStay,        nullptr, "already stopping"},
 Transition{kAborted,       E::kJournalFailed, nullptr, "",                               kFailed,      note_journal_failure, "the end is not on disk"},
-// what changes nothing but what is known
+// events that only update known values
 Transition{kActivePhases | Phases{kStopping}, E::kLinks, nullptr, "",                    kStay,        nullptr, "noted for messages; a moving arm's links are the driver's to judge"},
 Transition{kActivePhases | Phases{kStopping}, E::kAssessed, nullptr, "",                 kStay,        nullptr, "noted for the progress line"},
 Transition{kActivePhases | Phases{kStopping}, E::kRun, nullptr, "",                      kStay,        nullptr, "one session at a time"},
