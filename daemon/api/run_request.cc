@@ -14,7 +14,7 @@ namespace {
 
 using nlohmann::json;
 
-/// Takes a key out of the object; what remains at the end is unknown.
+/// Moves a key out of the object; keys that remain at the end are unknown.
 template <typename T>
 void take(json& object, const char* key, T& value) {
   const auto found = object.find(key);

@@ -16,7 +16,6 @@ struct SessionSettings {
   /// Of the current link: a resumed session keeps its own touch policy.
   SearchLimits search_limits{};
   BusyRepeats repeats{};        ///< after lateness of this computer; also of today's configuration
-                                ///< well
   double speed_fraction = 1.0;  ///< share of the robot file's axis speeds in transits
   double hand_speed_m_s = 0.0;  ///< HandSpeed::Bound; 0: none
 };

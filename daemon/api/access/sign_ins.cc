@@ -16,7 +16,7 @@ namespace cellcal::daemon {
 
 namespace {
 
-/// Screens and browsers of one token. Tokens are few: who may add them may do everything.
+/// Screens and browsers of one token. The number of tokens is small, since only administrators add them.
 constexpr std::ptrdiff_t kMostOfOneToken = 32;
 
 bool same(const std::string& a, const std::string& b) {
@@ -32,7 +32,7 @@ SignIns::SignIns(const TokenStore& tokens, const std::filesystem::path& file, Cl
   all_ = file_->read();
 }
 
-/// With the last use of each; a daemon that is killed leaves that of the last sign-in or logout.
+/// Writes the last use of each; a killed daemon keeps the times of the last sign-in or logout.
 SignIns::~SignIns() {
   if (file_) file_->write(all_);
 }
@@ -86,7 +86,7 @@ std::string text_of(const std::vector<SignIn>& all) {
   return json{{"format", kSignInFormat}, {"sign_ins", list}}.dump(1) + "\n";
 }
 
-/// Throws anything.
+/// Throws on any malformed content.
 std::vector<SignIn> parsed_sign_ins(const std::string& text) {
   const json document = json::parse(text);
   if (document.at("format") != kSignInFormat) throw std::runtime_error("another format");

@@ -25,7 +25,7 @@ constexpr std::size_t kMostTokens = 1000, kMostBytes = 1u << 20;
 constexpr std::size_t kLongestName = 64;
 constexpr const char* kHex = "0123456789abcdef";
 
-/// Text of the key; throws where it is missing or no text.
+/// Text of the key; throws where it is missing or not a string.
 std::string text_of(const json& object, const char* key) {
   return object.at(key).get<std::string>();
 }
@@ -41,7 +41,7 @@ Token token_of(const json& value) {
   return token;
 }
 
-/// Throws anything.
+/// Throws on any malformed content.
 std::vector<Token> parse(const std::string& text) {
   const json document = json::parse(text);
   if (document.size() != 2 || text_of(document, "format") != kFormat) {
@@ -83,7 +83,7 @@ bool is_open_to_others(const std::filesystem::path& path) {
   return ::stat(path.c_str(), &info) == 0 && (info.st_mode & (S_IRWXG | S_IRWXO)) != 0;
 }
 
-/// Looks at all, so that the time tells nothing.
+/// Compares with all tokens, so that the duration reveals nothing.
 std::optional<Token> match(const std::vector<Token>& tokens, std::string_view sha256) {
   std::optional<Token> found;
   for (const Token& token : tokens) {
@@ -165,7 +165,7 @@ bool TokenStore::remove(const std::string& name) {
   return true;
 }
 
-/// On disk first: what is accepted or refused now is so behind a restart as well.
+/// Written to disk first, so that a change is still effective after a restart.
 void TokenStore::store(Tokens next) {
   write_atomically(file_, text_of(next), Readers::kOwner);
   auto kept = std::make_shared<const Tokens>(std::move(next));
