@@ -28,27 +28,27 @@ using nlohmann::json;
 constexpr const char* kFormat = "cellcal.export/1";
 constexpr const char* kManifest = "export.json";
 constexpr const char* kRows = "rows.jsonl";
-/// No other name is read or written.
+/// Names of the files that are read and written; all others are ignored.
 constexpr const char* kNames[] = {kRows,           "cell.toml",   "robot.toml",
                                   "options.json",  "touches.csv", "calibration.json",
                                   "compared.json", "report.html"};
-/// A session of 2000 touches has some 60 MB.
+/// A session of 2000 touches takes about 60 MB.
 constexpr std::uintmax_t kLargest = std::uintmax_t{512} << 20;
 
-/// Of the manifest without its own.
+/// SHA-256 of the manifest without its own sum.
 std::string sum_of(json manifest) {
   manifest.erase("sum");
   return calib::sha256(manifest.dump());
 }
 
-/// How many entries the rows have, and their sum, as their first line has them; {} of an earlier version.
+/// Number and sum of the rows according to their first line; {} for an earlier version.
 json counted(const std::string& rows) {
   const json first = json::parse(rows.substr(0, rows.find('\n')));
   if (!first.contains("entries_sum")) return json::object();
   return {{"entries", first.at("entries")}, {"entries_sum", first.at("entries_sum")}};
 }
 
-/// Of one that was checked.
+/// Of a validated archive.
 std::size_t touches_of(const Archive& archive) {
   return json::parse(archive.at(kManifest)).at("touches").get<std::size_t>();
 }
@@ -70,7 +70,7 @@ std::string make_manifest(const Archive& archive, const SessionRecord& record) {
   return manifest.dump(2) + "\n";
 }
 
-/// Sessions of earlier versions did not keep it.
+/// Earlier versions did not store it.
 std::optional<Compared> compared_of(Journal& journal, const SessionRecord& record) {
   auto compared = journal.compared(record.id);
   if (compared || !record.software.empty() || record.origin || record.calibration.empty())
@@ -78,16 +78,16 @@ std::optional<Compared> compared_of(Journal& journal, const SessionRecord& recor
   try {
     return last_calibration(journal, record.inputs.cell_name, record.id,
                             options_from_json(record.inputs.options).accept_change);
-  } catch (const NotUsable&) {  // the rows are the evidence all the same
+  } catch (const NotUsable&) {  // the rows are sufficient evidence
     return std::nullopt;
   }
 }
 
-/// Nothing where the cell file is of a version that is not read any more; the rows have them all.
+/// None where the cell file's version is no longer supported; the rows contain all touches.
 std::optional<std::string> touches_csv(Journal& journal, const SessionRecord& record) {
   try {
     return calib::format_touches(journal.touches(record.id), cell_of(record.inputs).robot);
-  } catch (const calib::FileError&) {  // said above
+  } catch (const calib::FileError&) {  // reported above
     return std::nullopt;
   }
 }
@@ -149,7 +149,7 @@ void check_archive(const Archive& archive, const std::string& from) {
       listed.insert(file.at("name").get<std::string>());
       has_rows |= file.at("name") == kRows;
     }
-    // Names become paths where it is written, and contents count where it is read.
+    // Names become paths when written, and contents are trusted when read.
     for (const auto& [name, text] : archive)
       if (!listed.contains(name))
         refuse(from, name, "is not listed in export.json. Export the session again");
@@ -197,7 +197,7 @@ void write_archive(const Archive& archive, const fs::path& directory) {
                        "Check it, remove it, export again");
   try {
     for (const auto& [name, text] : archive) write_atomically(part / name, text);
-    fs::remove(directory, code);  // empty
+    fs::remove(directory, code);  // fails unless empty
     fs::rename(part, directory.has_filename() ? directory : directory.parent_path());
   } catch (...) {
     fs::remove_all(part, code);
@@ -219,7 +219,7 @@ bool has_tool(const calib::Cell& cell, const std::string& id) {
          std::ranges::find(cell.other_tools, id, &calib::Tool::id) != cell.other_tools.end();
 }
 
-/// The cell of a session's row, where all of it can be read as this version reads its own. Throws std::runtime_error.
+/// The cell of a session's row, where this version can read all of it. Throws std::runtime_error.
 calib::Cell read_session(const RowEntry& entry) {
   SessionInputs inputs;
   inputs.cell_name = text_in(entry, "cell_name");
@@ -232,7 +232,7 @@ calib::Cell read_session(const RowEntry& entry) {
   return cell_of(inputs);
 }
 
-/// Throws std::runtime_error where it touches what the cell has not, or by another arm.
+/// Throws std::runtime_error where the touch refers to an unknown target or tool, or to another arm.
 void look_at_touch(const RowEntry& entry, const calib::Cell& cell) {
   const std::string target = text_in(entry, "target"), tool = text_in(entry, "tool");
   if (std::ranges::find(cell.targets, target, &calib::Target::id) == cell.targets.end())
@@ -277,7 +277,7 @@ Imported import_archive(Journal& journal, const Archive& archive, const std::str
   const auto record = journal.session(session);
   const fs::path results = results_dir(session);
   const bool wanted = record && !record->calibration.empty() && record->origin;
-  // Also behind one that got no farther than the rows.
+  // Also completes an earlier import that stored the rows only.
   if (!wanted || fs::exists(results / "calibration.json")) return {session, is_new};
   try {
     fs::create_directories(results);
@@ -299,7 +299,7 @@ ScratchDirectory::ScratchDirectory() {
 }
 
 ScratchDirectory::~ScratchDirectory() {
-  std::error_code ignored;  // left behind in a directory of temporary files
+  std::error_code ignored;  // left in the directory of temporary files
   std::filesystem::remove_all(path_, ignored);
 }
 

@@ -38,7 +38,6 @@ class Clerk {
   std::deque<Waiting> acting_, looking_;
   /// Declared last, destroyed first: it uses the other members.
   ThreadWorker worker_{ThreadWorker::Priority::kNormal};
-  ///< other members
 };
 
 // Memory bound for answers that are complete but not yet read by their clients.
@@ -66,7 +65,7 @@ class AnswerBytes {
 
  private:
   std::size_t most_;
-  /// shared: a connection may outlive its server
+  /// Shared: a connection may outlive its server
   std::shared_ptr<std::atomic<std::size_t>> held_ = std::make_shared<std::atomic<std::size_t>>(0);
 };
 

@@ -171,7 +171,7 @@ void add_watch(CLI::App& app, int& status) {
       "On a terminal: progress, residuals of the touches and quality of the links; elsewhere a line\n"
       "every 10 s on standard error.\nExample: cellcal watch");
   auto daemon = add_connection(command);
-  add_progress(command, *daemon);  // as it always did; it needs no asking any more
+  add_progress(command, *daemon);  // accepted for compatibility; always active
   command->callback([=, &status] { status = watch(*daemon); });
 }
 

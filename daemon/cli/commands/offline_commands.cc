@@ -370,7 +370,7 @@ void add_correct(CLI::App& app, int& status) {
 
 namespace {
 
-/// What frames are sent to the controller, and which old values are set again.
+/// Options for sending frames to the controller and restoring old values.
 void add_sending(CLI::App* command, CLI::Option* calibration, SendFrames& sending) {
   auto* send = command->add_flag("--send", sending.send, "Set the frames on the controller");
   auto* confirm = command->add_flag(

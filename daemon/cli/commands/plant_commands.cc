@@ -75,7 +75,7 @@ void add_export(CLI::App* of, int& status) {
   });
 }
 
-/// The plant's broker and who asks there.
+/// Options of the plant's broker and its login.
 void add_broker(CLI::App* command, ProposeCommand& wanted, bool& no_tls) {
   command->add_option("--broker", wanted.broker, "The plant's MQTT broker")->required();
   command->add_option("--port", wanted.port, "Its port [8883, without TLS 1883]")
@@ -172,7 +172,7 @@ void add_fleet_commands(CLI::App& app, int& status) {
 
 namespace {
 
-/// Letters that a path of the API carries as they are; the daemon looks whether there is such a proposal.
+/// Characters that need no escaping in a path of the API; the daemon checks that the proposal exists.
 const CLI::Validator kId(
     [](std::string& text) {
       const bool sound = !text.empty() &&

@@ -30,7 +30,7 @@ std::vector<calib::NamedRobot> robots_by_name() {
   return robots;
 }
 
-/// "; there are kr5_arc, kr5_r1400", of "kr5"; empty where no name begins so.
+/// "; there are kr5_arc, kr5_r1400" for "kr5"; empty without a name of that prefix.
 std::string like(const std::string& given) {
   std::string names;
   for (const calib::NamedRobot& one : robots_by_name())
@@ -54,9 +54,9 @@ class Dialogue {
 
  private:
   using Take = std::function<void(const std::string&)>;
-  /// `take` refuses an answer by throwing why; the form is then as it was before.
+  /// `take` rejects an answer by throwing the reason; the form is then unchanged.
   void ask(const std::string& question, const Take& take);
-  /// Throws BadAnswer with what the form says against itself now.
+  /// Throws BadAnswer with the current faults of the form.
   void look() const;
   void list_robots();
   bool sphere();
@@ -171,7 +171,7 @@ void Dialogue::place(SphereForm& sphere) {
       [&](const std::string& answer) {
         sphere.centre_mm.reset();
         if (!answer.empty()) {
-          // An arm of three axes: its angles cannot be told from a place.
+          // An arm of three axes: three numbers may be angles or a position.
           std::vector<std::size_t> counts{3};
           if (joints.size() != 3) counts.push_back(joints.size());
           const std::vector<double> given = numbers(answer, counts);
@@ -254,7 +254,7 @@ void Dialogue::certificate() {
 void ask_for_rest(CellForm& form, const Given& given, const std::filesystem::path& cell_file,
                   std::istream& in, std::ostream& out) {
   if (given.enough()) return;
-  // A certificate that was given names spheres that are asked for yet.
+  // Lengths of a certificate given as an option refer to spheres that are entered later.
   const std::vector<LengthForm> certified = std::exchange(form.lengths, {});
   Dialogue dialogue(form, cell_file, in, out);
   if (!given.robot) dialogue.robot();

@@ -25,7 +25,7 @@ namespace {
 
 using nlohmann::json;
 
-/// What the options say, and which parts that are. Throws with the option's name in front.
+/// Fills the form from the options and returns the parts given. Throws with the option's name as a prefix.
 Given take_options(const NewCellCommand& command, CellForm& form) {
   Given given;
   const auto take = [](const char* option, auto what) {
@@ -56,7 +56,7 @@ Given take_options(const NewCellCommand& command, CellForm& form) {
   return given;
 }
 
-/// What the plan of a session with its usual number of touches says.
+/// Result of planning a session with the default number of touches.
 struct Planned {
   std::optional<std::string> why_not;
   std::size_t touches = 0;
@@ -85,7 +85,7 @@ Planned plan_it(const calib::Cell& cell) {
   return planned;
 }
 
-/// What belongs into cellcald.toml for this cell.
+/// Lines for cellcald.toml that this cell needs.
 std::string daemon_lines(const LimitNeeded& limit) {
   return fmt::format(
       "into cellcald.toml, over RSI:\n  [rsi]\n  correction_limit_deg = {:<12.0f} # for {}, wherever on its way a "
@@ -129,7 +129,7 @@ std::string as_json(const NewCellCommand& command, const std::vector<std::string
   return value.dump(1) + "\n";
 }
 
-/// Before the first question: nobody answers twenty of them for nothing.
+/// Checked before the first question, so that no answers are lost.
 void look_at_place(const NewCellCommand& command) {
   const std::filesystem::path folder = std::filesystem::absolute(command.output).parent_path();
   if (!std::filesystem::is_directory(folder))
@@ -161,7 +161,7 @@ int new_cell(const NewCellCommand& command, std::istream& in, std::ostream& aske
     throw std::runtime_error(wrong + " (nothing was written)");
   const calib::Cell cell = cell_of(form);
   const std::vector<std::string> warnings =
-      calib::refuse_faulty(cell);  // before a good file is replaced
+      calib::refuse_faulty(cell);  // before an existing file is replaced
   write_atomically(command.output, cell_text(form));
   const Planned planned = plan_it(cell);
   fmt::print("{}", command.json ? as_json(command, warnings, planned)

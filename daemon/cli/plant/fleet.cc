@@ -23,7 +23,7 @@ using nlohmann::json;
 
 constexpr std::size_t kDay = 10;  // YYYY-MM-DD
 
-/// The collector's words for what is wrong with its socket.
+/// Adapts socket errors to the collector.
 Response ask_fleet(const Connection& fleet, const std::string& target) {
   try {
     return ask(fleet, "GET", target);
@@ -109,7 +109,7 @@ std::string compare_words(const json& compared) {
   return words;
 }
 
-/// "KR 5" as a query has it.
+/// "KR 5" percent-encoded for a query.
 std::string escaped(const std::string& plain) {
   std::string out;
   for (const char c : plain) {
@@ -128,7 +128,7 @@ bool is_asked_for(const json& row, const FleetExport& command) {
          (command.what != Exported::kCertificate || row.at("certificate").get<bool>());
 }
 
-/// The newest of the cell's list that fits.
+/// The newest matching row of the cell's list.
 json find_row(const Connection& fleet, const FleetExport& command) {
   const json cell = parse(ask_fleet(fleet, "/v1/fleet/cells/" + command.cell));
   for (const json& row : cell.at(list_of(command.what)))

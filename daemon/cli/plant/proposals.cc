@@ -28,7 +28,7 @@ std::string text_in(const json& one, const char* key) {
   return one[key].is_string() ? printable(one[key].get<std::string>()) : "";
 }
 
-/// What the plant asks for.
+/// The requested action.
 std::string wish(const json& one) {
   const std::string kind = text_in(one, "kind");
   if (kind == "calibrate") return "calibrate this cell";
@@ -39,7 +39,7 @@ std::string wish(const json& one) {
   return kind == "schedule" ? "another schedule" : "other tolerances of the robot (priors)";
 }
 
-/// What is to be done once it is accepted.
+/// The next step after acceptance.
 std::string what_to_do_with(const json& one) {
   const std::string kind = text_in(one, "kind");
   if (kind == "calibrate") return "Now: 'cellcal run --cell CELL'";
@@ -153,7 +153,7 @@ PlantConfig plant_line_of(const ProposeCommand& command, const plant::CellName& 
   return config;
 }
 
-/// What the line says of itself is said to a cell; this is said to who proposes.
+/// The line's messages address a cell; this one addresses the proposer.
 std::string words_of(const LineFailure& failure, const ProposeCommand& command) {
   const std::string broker = "broker " + command.broker;
   switch (failure.problem) {
@@ -176,7 +176,8 @@ std::string words_of(const LineFailure& failure, const ProposeCommand& command) 
   }
 }
 
-/// Retained: a cell that is away is given it when it comes, so that nobody hears it now is no refusal.
+/// Published as retained: a disconnected cell receives it on reconnection, so a missing subscriber is not an
+/// error.
 void put_at(const PlantConfig& config, const MqttLine::Message& message,
             const ProposeCommand& command) {
   boost::asio::io_context context;
@@ -211,7 +212,7 @@ std::string send_proposal(const ProposeCommand& command) {
   if (!plant::is_name(proposal.id))
     throw calib::FileError("--id: must have 1 to 64 of A-Z a-z 0-9 _ -");
   (void)plant::proposal_from_json(text, topic);
-  if (proposal.kind == ProposalKind::kPriors)  // as 'cellcal priors accept' reads it
+  if (proposal.kind == ProposalKind::kPriors)  // in the form read by 'cellcal priors accept'
     (void)calib::parse_priors(proposal.text, command.file.string());
   if (const auto why = plant::unusable(proposal))
     throw calib::FileError(command.file.empty() ? command.cell : command.file.string(),
