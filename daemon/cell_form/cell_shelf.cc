@@ -63,7 +63,7 @@ CellShelf::Shown CellShelf::look_at(const std::filesystem::path& path) {
   try {
     shown.form = form_in(shown.text, path);
     if (shown.form) shown.kept = beyond(*shown.form, shown.text);
-  } catch (const calib::FileError&) {  // somebody's own, and no TOML: it is not replaced
+  } catch (const calib::FileError&) {  // a foreign file without valid TOML is not replaced
     shown.form.reset();
   }
   return shown;

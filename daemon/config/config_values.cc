@@ -18,7 +18,7 @@ using calib::TomlTable;
 
 std::string in_quotes(const std::string& text) { return "\"" + calib::shown(text) + "\""; }
 
-/// 224.0.0.0 and on: of groups, of nobody, of everybody.
+/// 224.0.0.0 and above: multicast, reserved, broadcast.
 bool is_of_one(in_addr address) {
   constexpr std::uint32_t kFirstGroup = 0xE0000000u;
   return ntohl(address.s_addr) < kFirstGroup;
@@ -96,7 +96,7 @@ void refuse_equal_tags(const TomlTable& rsi, const drivers::RsiConfig& config) {
                  in_quotes(*tag) + " is already an element of every telegram: choose another name");
     }
     for (std::size_t j = 0; j < i; ++j) {
-      // Corrections are of the axes or in space: of the other tag nothing is sent.
+      // Corrections are either of axes or in space: the tag of the other kind is not sent.
       const bool together = config.space.on || std::string(key) != "cart_tag";
       if (drivers::wire::same_name(*tag, *tags[j].second) && !tag->empty() && together) {
         rsi.fail(key, in_quotes(*tag) + " is " + tags[j].first +
@@ -108,7 +108,7 @@ void refuse_equal_tags(const TomlTable& rsi, const drivers::RsiConfig& config) {
 }
 
 void refuse_what_a_session_would(const TomlTable& document, const DaemonConfig& config) {
-  // Some arm of six axes: what hangs on the robot file is looked at with it.
+  // An arbitrary six-axis arm: values from the robot file are checked with the cell.
   constexpr std::size_t kAxes = 6;
   const drivers::AxisLimit any{-1.0, 1.0, config.motion.speed_fraction,
                                config.motion.acceleration_rad_s2, config.motion.jerk_rad_s3};
@@ -117,7 +117,7 @@ void refuse_what_a_session_would(const TomlTable& document, const DaemonConfig& 
     drivers::RsiConfig rsi = config.rsi;
     rsi.limits.assign(kAxes, any);
     rsi.correction_limit_deg.assign(kAxes, config.rsi.correction_limit_deg.at(0));
-    rsi.space.on = false;  // needs the arm's geometry
+    rsi.space.on = false;  // requires the arm's geometry
     rsi.validate();
     part = "eki";
     drivers::EkiConfig eki = config.eki;

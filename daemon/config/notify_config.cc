@@ -20,12 +20,12 @@ bool is_visible_ascii(const std::string& text) {
 }
 
 struct Address {
-  std::size_t scheme = 0;  ///< which of those that may be
+  std::size_t scheme = 0;  ///< index into the permitted schemes
   std::string host, port;
   std::string rest;  ///< from the first / or ? on
 };
 
-/// "https://host:8443/path?query"; a user or a fragment in it is none of ours. Nothing where it is no address.
+/// "https://host:8443/path?query"; user and fragment are rejected. None for an invalid address.
 std::optional<Address> read_address(const std::string& text,
                                     const std::vector<std::string>& schemes) {
   Address address;
@@ -113,7 +113,7 @@ MailServer read_mail_server(const TomlTable& table) {
   return server;
 }
 
-/// It stands on sendmail's command line and in the head of the mail.
+/// The address is used on sendmail's command line and in the mail header.
 std::string checked_address(const TomlTable& table, const char* key, const std::string& text) {
   const std::size_t at = text.find('@');
   const bool sound = at != std::string::npos && at > 0 && at + 1 < text.size() &&

@@ -17,7 +17,7 @@ constexpr const char* kKeys[] = {"name",  "kind",    "cell",  "days",    "from",
                                  "begin", "touches", "check", "goal_mm", "minutes"};
 constexpr int kMinutesPerHour = 60, kHoursPerDay = 24;
 
-/// "22:30"; minutes since midnight.
+/// "22:30" as minutes since midnight.
 int read_time_of_day(const TomlTable& table, const char* key) {
   const std::string text = table.string(key);
   const auto digit = [&](std::size_t at) { return '0' <= text[at] && text[at] <= '9'; };
@@ -56,7 +56,7 @@ WeeklyWindow read_window(const TomlTable& table) {
   return window;
 }
 
-/// It stands in lists, in the log and on command lines.
+/// The name is used in lists, in the log and on command lines.
 std::string read_session_name(const TomlTable& table) {
   const std::string name = table.string("name");
   const bool sound =
@@ -95,7 +95,7 @@ ScheduledSession read_session(const TomlTable& table) {
   return session;
 }
 
-/// A table whose keys are all commented out is an example, not a session.
+/// A table with all keys commented out is an example and ignored.
 bool says_something(const TomlTable& table) {
   for (const char* key : kKeys)
     if (table.has(key)) return true;
@@ -105,8 +105,7 @@ bool says_something(const TomlTable& table) {
 
 ProgramStart read_program_start(const TomlTable& table) {
   if (!table.has("program_start")) return ProgramStart::kNone;
-  const std::string word =
-      table.word("program_start", {"none", "left running", "cell", "run"});
+  const std::string word = table.word("program_start", {"none", "left running", "cell", "run"});
   return word == "cell"           ? ProgramStart::kCell
          : word == "run"          ? ProgramStart::kRun
          : word == "left running" ? ProgramStart::kLeftRunning

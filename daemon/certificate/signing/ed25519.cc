@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Far more than any key in PEM.
+/// Well above the size of any PEM key.
 constexpr std::size_t kMostKeyBytes = 16384;
 
 struct Free {
@@ -33,7 +33,7 @@ using Bio = std::unique_ptr<BIO, Free>;
 using Key = std::unique_ptr<EVP_PKEY, Free>;
 using Context = std::unique_ptr<EVP_MD_CTX, Free>;
 
-/// Nobody is asked for a passphrase.
+/// Never prompts for a passphrase.
 int no_passphrase(char*, int, int, void*) { return 0; }
 
 Bio bio_of(const std::string& pem) {
@@ -168,7 +168,7 @@ std::string PrivateKey::fingerprint() const { return fingerprint_of(private_of(p
 
 std::optional<PrivateKey> key_if_there(const fs::path& file) {
   std::error_code code;
-  // Of a link itself: one that leads nowhere is a key that cannot be read.
+  // Status of the link itself: a dangling link is an unreadable key.
   const fs::file_status status = fs::symlink_status(file, code);
   if (status.type() == fs::file_type::not_found) return std::nullopt;
   if (!fs::status_known(status))
