@@ -11,9 +11,9 @@ namespace cellcal::daemon {
 
 namespace {
 
-// A KRC4 itself is measured at 0.3 to 0.5 ms.
+// A KRC4 by itself is measured at 0.3 to 0.5 ms.
 constexpr double kGoodJitterS = 0.001;
-// Goals of the reply path; beyond half a cycle the network has no time left.
+// Targets of the reply path; above half a cycle the network has no reserve.
 constexpr double kGoodReplyS = 0.001, kPoorReplyShare = 0.5;
 constexpr double kMsTolerance = 1e-6;
 
@@ -28,7 +28,7 @@ const char* const kChecklist =
 
 bool is_refused(const RsiSeen& seen) {
   const drivers::CoreState& s = seen.newest;
-  // A controller with a short Timeout falls silent before the adapter is sure.
+  // A controller with a short Timeout stops sending before the adapter is certain.
   constexpr std::uint64_t kFew = 5, kOnTheirWay = 2;
   const bool all_late = s.replies >= kFew && s.late + kOnTheirWay >= s.replies;
   return seen.refused || (seen.lost && all_late);
@@ -179,7 +179,7 @@ void judge_second_path(const RsiSeen& seen, const RsiExpected& expected, Finding
   judge_input(check, seen.input, expected.input, false, findings);
 }
 
-/// Corrections in space go wrong by as much as controller and files see the TCP apart.
+/// A mismatch of the TCP between controller and files falsifies Cartesian corrections by the same amount.
 void judge_tcp(const RsiSeen& seen, Findings& findings) {
   const std::string check = "rsi tool";
   const drivers::TcpApart& apart = seen.newest.tcp_apart;

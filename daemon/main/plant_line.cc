@@ -20,7 +20,7 @@ std::filesystem::path plant_socket(const std::filesystem::path& socket) {
 
 namespace {
 
-/// Of the newest session's links.
+/// Of the links of the newest session.
 plant::HealthFact health_of(const Status& status) {
   plant::HealthFact fact;
   if (!status.links) return fact;
@@ -76,7 +76,7 @@ plant::ProposalBox::Parts PlantLine::proposal_parts() {
           }};
 }
 
-/// Whether it is decided, so that the broker need not keep it.
+/// True if the proposal is decided, so that the broker need not keep it.
 bool PlantLine::take(const plant::Proposal& proposal) try {
   const bool known = std::ranges::any_of(proposals_.all(), [&](const plant::KeptProposal& one) {
     return one.proposal.id == proposal.id;

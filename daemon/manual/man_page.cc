@@ -10,7 +10,7 @@ namespace cellcal::daemon {
 
 namespace {
 
-/// Words as roff takes them as they are, wherever on a line they stand.
+/// Text escaped for roff at any position of a line.
 std::string roff(const std::string& words) {
   std::string text;
   for (std::size_t i = 0; i < words.size(); ++i) {

@@ -17,10 +17,10 @@ namespace cellcal::daemon {
 
 namespace {
 
-/// An answer is of no interest but for its status.
+/// Only the status of an answer is used.
 constexpr std::size_t kMostAnswer = 64u << 10;
 
-/// libcurl ends the transfer where less is taken than it gave.
+/// libcurl aborts the transfer where fewer bytes are taken than offered.
 std::size_t leave_aside(char*, std::size_t, std::size_t bytes, void* taken) {
   auto& sum = *static_cast<std::size_t*>(taken);
   sum += bytes;
@@ -41,7 +41,7 @@ Transfer::Transfer(const std::string& url, const std::filesystem::path& ca, doub
   set(CURLOPT_SSLVERSION, static_cast<long>(CURL_SSLVERSION_TLSv1_2));
   if (ca.empty()) return;
   set(CURLOPT_CAINFO, ca.c_str());
-  // The system's folder of authorities would vouch beside it.
+  // The system's folder of authorities would be trusted in addition.
   set(CURLOPT_CAPATH, static_cast<char*>(nullptr));
 }
 

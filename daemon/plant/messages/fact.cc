@@ -49,10 +49,10 @@ using fields::Value;
 
 constexpr const char* kFactFormat = "cellcal.plant/1";
 constexpr std::size_t kMostFindings = 100, kMostFiles = 20, kMostJoints = 20;
-/// nlohmann's way with bytes that are not UTF-8 is to throw.
+/// nlohmann throws for invalid UTF-8 otherwise.
 constexpr auto kReplace = Json::error_handler_t::replace;
 
-/// Whole, byte for byte, with its sum.
+/// Unmodified, with its checksum.
 template <class T>
 fields::Field<T> document(std::string T::*member) {
   return {"document",
@@ -256,7 +256,7 @@ const Table<DroppedFact>& dropped_fields() {
   return kTable;
 }
 
-// One row for each kind of body.
+// One overload per kind of body.
 const Table<SessionFact>& table_of(const SessionFact&) { return session_fields(); }
 const Table<CalibrationFact>& table_of(const CalibrationFact&) { return calibration_fields(); }
 const Table<CheckFact>& table_of(const CheckFact&) { return check_fields(); }
@@ -273,7 +273,7 @@ Json json_of(const FactBody& body) {
   return std::visit([](const auto& one) { return fields::to_json(table_of(one), one); }, body);
 }
 
-/// The alternative of that name, read; tries them in turn.
+/// Reads the alternative of that name, by trying them in turn.
 template <std::size_t I = 0>
 FactBody read_body(std::string_view kind, const JsonReader& reader) {
   if constexpr (I == std::variant_size_v<FactBody>) {
