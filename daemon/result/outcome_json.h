@@ -1,6 +1,6 @@
 #pragma once
-// An outcome as a document: "cellcal.outcome/1", millimetres and degrees. The journal's column `outcome`, and the `outcome` of the API
-// (there with its words).
+// An outcome as JSON: "cellcal.outcome/1", millimetres and degrees. Used by the journal's column `outcome`
+// and by `outcome` of the API (there with its words).
 
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
@@ -11,10 +11,10 @@
 namespace cellcal::daemon {
 
 std::string outcome_to_json(const SessionOutcome& outcome);
-/// Nothing of an empty text, or of one that is none of this version's.
+/// None for an empty text, or one of another version.
 std::optional<SessionOutcome> outcome_from_json(const std::string& text);
-/// Of a check by its own document, "cellcal.check/1", for a check of before outcomes were recorded: of what changed the tool
-/// alone. Nothing of what is none.
+/// From a check's own document, "cellcal.check/1", for checks recorded before outcomes existed; the only
+/// identified change is the tool. None for other texts.
 std::optional<SessionOutcome> outcome_of_check(const std::string& text);
 /// With "good", "cause" and "words"; null where none is recorded.
 nlohmann::json outcome_with_words(const std::optional<SessionOutcome>& outcome);
