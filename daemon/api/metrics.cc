@@ -172,7 +172,7 @@ void put_sessions(Exposition& out, const std::vector<SessionRecord>& sessions) {
   out.counter("cellcal_touches_total", "Touches in the journal.", touches);
 }
 
-/// Of the newest completed session; all 0 without a recorded outcome.
+/// Outcome of the newest completed session; all 0 without a recorded outcome.
 void put_outcome(Exposition& out, const std::vector<SessionRecord>& newest_first) {
   const auto newest = std::ranges::find(newest_first, RecordState::kDone, &SessionRecord::state);
   const auto outcome =

@@ -50,7 +50,7 @@ std::optional<SessionOutcome> outcome_of(const SessionRecord& record) {
   return outcome_from_json(record.outcome);
 }
 
-/// Of a conclusive check: whether the calibration holds. Null otherwise.
+/// Result of a conclusive check: true if the calibration holds. Null otherwise.
 json holds(const SessionRecord& record) {
   const auto outcome = outcome_of(record);
   if (!outcome) return nullptr;
@@ -208,7 +208,7 @@ std::optional<Response> Api::check(const Call& call) {
   return result_file(call, "check.json", "application/json");
 }
 
-/// Of a completed calibration: whether its verdict published it. Null otherwise.
+/// True if the verdict of a completed calibration published it. Null for other sessions.
 json Api::published(const SessionRecord& record) const {
   if (record.state != RecordState::kDone) return nullptr;
   if (const auto outcome = outcome_of(record)) {

@@ -48,7 +48,7 @@ json counted(const std::string& rows) {
   return {{"entries", first.at("entries")}, {"entries_sum", first.at("entries_sum")}};
 }
 
-/// Of a validated archive.
+/// Number of touches in a validated archive.
 std::size_t touches_of(const Archive& archive) {
   return json::parse(archive.at(kManifest)).at("touches").get<std::size_t>();
 }

@@ -28,7 +28,7 @@ struct Version {
 
 using NotActivated = NotUsable;
 
-/// Of the cell of that session, or of the calibration in use for 0; newest first, at most `most`. Empty where
+/// Versions for the cell of that session, or for that of the calibration in use for 0; newest first, at most `most`. Empty where
 /// nothing was published. Throws JournalError.
 std::vector<Version> versions(Journal& journal, std::int64_t of_cell, std::size_t most);
 

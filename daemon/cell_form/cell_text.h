@@ -3,7 +3,6 @@
 //
 // `#key = value` shows a default and has the same effect without the '#'. Keys of another kind of target or
 // obstacle are given in whole commented tables, keys that exclude a set one in the text.
-// target or obstacle stand in whole commented tables, and those that exclude a set one in the words.
 
 #include <filesystem>
 #include <string>

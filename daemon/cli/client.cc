@@ -54,7 +54,7 @@ std::optional<double> figure(const json& value, const char* key) {
   return found->get<double>();
 }
 
-/// Of a status, or of the times of a recorded session. Earlier versions of the daemon send no causes.
+/// Interruptions by cause, from a status or the times of a recorded session. Earlier versions of the daemon send no causes.
 std::string interruption_words(const json& of) {
   const std::int64_t all = number(of, "interruptions");
   if (all == 0) return {};

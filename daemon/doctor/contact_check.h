@@ -26,7 +26,7 @@ struct ContactSeen {
 bool judge_contact(const ContactSeen& seen, Findings& findings);
 /// Quality of the line, after an observation period.
 void judge_contact_line(const ContactSeen& seen, Findings& findings);
-/// Whether a touch was observed: with both lugs off the gun and touching each other, every other check sees a
+/// Observation of a touch: with both lugs off the gun and touching each other, every other check sees a
 /// free gun.
 void judge_contact_touch(const ContactSeen& seen, Findings& findings);
 /// Worst delivery delay of the sensor's bytes during the observation.

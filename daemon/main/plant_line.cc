@@ -20,7 +20,7 @@ std::filesystem::path plant_socket(const std::filesystem::path& socket) {
 
 namespace {
 
-/// Of the links of the newest session.
+/// Link health of the newest session.
 plant::HealthFact health_of(const Status& status) {
   plant::HealthFact fact;
   if (!status.links) return fact;

@@ -46,9 +46,9 @@ struct Notice {
   std::string entry, night, why;  ///< kNotBegun: of the schedule; reason in English
 };
 
-/// Of a completed session with this outcome.
+/// Notice kind of a completed session with this outcome.
 News news_of(OutcomeKind outcome);
-/// Of a session about to be recorded as ended, without information from other sessions, so that it is
+/// Notice for a session about to be recorded as ended, without information from other sessions, so that it is
 /// available before the end is on disk. Reads the journal.
 Notice news_of_end(std::int64_t session, const RecordEnd& end, const std::string& utc,
                    Journal& journal);

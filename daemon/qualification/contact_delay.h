@@ -61,7 +61,7 @@ struct TouchContacts {
 /// By index of the touch; `readings` in order. Non-finite values are skipped.
 std::map<std::size_t, TouchContacts> contacts_of(std::span<const RecordReading> readings);
 
-/// Of the first `touches`, those with contacts at both speeds.
+/// Those of the first `touches` with contacts at both speeds.
 std::vector<FastAndSlow> fast_and_slow(std::span<const RecordReading> readings,
                                        std::size_t touches);
 

@@ -41,7 +41,7 @@ class Examiner {
     std::function<void()> hold;
     std::function<void()> release;
     std::function<std::string()> utc_now;
-    /// Of the active configuration.
+    /// Digest of the active configuration.
     std::function<std::string()> config_sha256 = {};
     /// File of the newest completed examination, for the next daemon process; empty: not stored.
     std::filesystem::path file = {};

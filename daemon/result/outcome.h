@@ -20,16 +20,16 @@ namespace cellcal::daemon {
 enum class OutcomeKind {
   kPublished,
   kWithheld,
-  // Of a check.
+  // Check.
   kHolds,
   kDoesNotHold,
   kUndecided,
-  // Of a qualification.
+  // Qualification.
   kQualified,
   kNotQualified,
   kFound,       ///< spheres located
   kNothingMet,  ///< a dry run without contact
-  // Of an update.
+  // Update.
   kUpdated,
   kNothingChanged,
   kUpdateWithheld,
@@ -46,7 +46,7 @@ std::optional<OutcomeKind> outcome_kind(const std::string& name);
 /// True if the session achieved its purpose, including an update that finds nothing changed.
 bool is_good(OutcomeKind kind);
 
-/// Of a check: displacement of the TCP in the flange frame, under the assumption that only the tool changed.
+/// Displacement of the TCP in the flange frame found by a check, under the assumption that only the tool changed.
 struct TcpShift {
   Eigen::Vector3d shift_m = Eigen::Vector3d::Zero();  ///< flange frame
   double u_m = 0.0;                                   ///< U(k=2) of its length
@@ -55,7 +55,7 @@ struct TcpShift {
 struct SessionOutcome {
   OutcomeKind kind = OutcomeKind::kPublished;
   std::size_t touches = 0;  ///< evidence of the outcome; of a dry run the stand-offs reached
-  // Of a check.
+  // Check.
   std::optional<TcpShift> tcp_shift = {};  ///< none: too few touches with contact
   /// Most likely change; of a check that does not hold, or an update.
   std::optional<calib::Explanation> change = {};
@@ -63,11 +63,11 @@ struct SessionOutcome {
   std::vector<std::string> unsteady =
       {};  ///< targets with a touch without a valid contact point, each once
   calib::DriftAdvice remedy = calib::DriftAdvice::kNone;
-  // Of a search for spheres.
+  // Search for spheres.
   std::vector<FoundSphere> spheres = {};
-  // Of a qualification.
+  // Qualification.
   std::vector<QualificationFinding> not_as_stated = {};
-  // Of a calibration or an update.
+  // Calibration or update.
   std::vector<calib::FindingKind> withheld_by = {};  ///< each once
   std::optional<calib::UpdateOutcome> update = {};
 };
@@ -76,7 +76,7 @@ SessionOutcome outcome_of(const SessionResult& result);
 /// Name of the cause: most likely change, first withholding finding, or first deviation from the stated
 /// values. Empty: none.
 std::string cause_of(const SessionOutcome& outcome);
-/// Of a calibration or an update: whether it was published; none otherwise.
+/// True if a calibration or update was published; none for other sessions.
 std::optional<bool> published(const SessionOutcome& outcome);
 
 // Sentences of an outcome; the single source of this wording: number first, then the remedy.

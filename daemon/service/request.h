@@ -26,7 +26,7 @@ inline constexpr int kPlannedTouches = 50, kMostChosen = 200;
 struct RunRequest {
   SessionKind kind = SessionKind::kCalibrate;
   std::string target;  ///< of a qualification; empty: the first sphere of the cell
-  /// Of a check: session of the calibration; none: the newest published one (of `cell` where given).
+  /// Session of the calibration to check; none: the newest published one (of `cell` where given).
   std::optional<std::int64_t> calibration;
   std::optional<double> temperature_c;  ///< of a check: cell temperature [deg C]
   std::filesystem::path cell;           ///< absolute; empty only when resuming or checking

@@ -13,7 +13,7 @@ struct SessionSettings {
   TouchPolicy touch;
   Timeouts timeouts;
   int retries = 0;  ///< automatic continuations after harmless interruptions
-  /// Of the current link: a resumed session keeps its own touch policy.
+  /// Limits of the current link: a resumed session keeps its own touch policy.
   SearchLimits search_limits{};
   BusyRepeats repeats{};        ///< after lateness of this computer; also of today's configuration
   double speed_fraction = 1.0;  ///< share of the robot file's axis speeds in transits

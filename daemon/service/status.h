@@ -69,7 +69,7 @@ struct Status {
   Phase phase = Phase::kIdle;
   std::string target;  ///< of the current touch
   std::size_t done = 0, total = 0;
-  /// Of touches chosen one by one: requested u95, and the values predicted from the touches so far, means
+  /// With touches chosen one by one: requested u95, and the values predicted from the touches so far, means
   /// over the region.
   std::optional<double> goal_m, u95_m, mean_error_m;
   bool finding = false;                     ///< the current touch serves to locate a sphere
@@ -78,7 +78,7 @@ struct Status {
   std::string why_ended;                    ///< why no further touch was chosen
   /// Non-fatal findings in cell file and plan, in words.
   std::vector<std::string> warnings;
-  /// Of the newest touch, none before the first; after identification, the mean of the fit.
+  /// Residual of the newest touch, none before the first; after identification, the mean of the fit.
   std::optional<double> residual_m;
   std::optional<double> time_left_s;  ///< touches and the way home; none before the first touch
   /// While connecting; in service.status() it may be newer than `seq`.

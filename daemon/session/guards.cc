@@ -103,7 +103,7 @@ bool test_requested_between(const State& state, const Event& event) {
   return test_requested(state, event) && !behind_last(state);
 }
 bool contact_faulty(const State& state, const Event& event) {
-  // Where late bytes are waited for, they are not a fault of the sensor.
+  // While late bytes are waited for, they are not a fault of the sensor.
   const bool waits = kAwaitingPhases.has(state.phase) && event.links.late_here();
   if (event.links.contact == drivers::ContactLink::kFault) return !waits;
   const bool was_ready = state.phase != Phase::kConnecting;

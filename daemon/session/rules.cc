@@ -99,7 +99,7 @@ void begin(State& state, const Event& event, Actions& actions, MoveKind kind,
   begin(state, event, actions, std::move(move), timeout);
 }
 
-/// Of the current transit.
+/// Joints [rad] at waypoint `k` of the current transit.
 drivers::AxisAngles waypoint(const State& state, std::size_t k) {
   const calib::PlannedTouch& planned = state.planned();
   if (k >= to_standoff(state)) return at_travel(planned, state.approach_m);
@@ -166,7 +166,7 @@ double contact_m(const State& state, const Reading& reading) {
   return std::min(reading.along_m, travel_m(state.planned(), reading.settled_rad));
 }
 
-/// Of the first search of the current touch.
+/// Speed of the first search of the current touch [m/s].
 double fast_m_s(const State& state) {
   const double own = state.planned().search_m_s;
   return own > 0.0 ? own : state.policy.fast_m_s;

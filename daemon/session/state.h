@@ -68,7 +68,7 @@ struct State {
   std::optional<double> residual_m;  ///< of the newest touch, once assessed
   std::size_t assessed = 0;  ///< number of touches at which residual_m is that of the newest
 
-  // Of touches chosen one by one.
+  // Touches chosen one by one.
   calib::Progress progress;
   std::string stage;  ///< purpose of the current touch, in words
   std::optional<calib::NotMade>

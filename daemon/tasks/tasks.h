@@ -22,7 +22,7 @@ struct TaskInputs {
   std::vector<calib::Touch> made;             ///< before the session was interrupted
   std::optional<Compared> compared;           ///< calibration that the result is compared with
   std::optional<calib::SearchUnderWay> left;  ///< unfinished search of the previous session
-  /// Of a check: the checked calibration, and the touches of earlier checks, oldest first.
+  /// Check only: the checked calibration, and the touches of earlier checks, oldest first.
   std::shared_ptr<const calib::Calibration> against;
   std::vector<std::vector<calib::Touch>> checks_before;
   std::optional<double> axis_reach_rad;  ///< as in Backend

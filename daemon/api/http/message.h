@@ -55,7 +55,7 @@ class Stream {
  public:
   virtual ~Stream() = default;
   /// New content since the last call, in whole pieces; empty: none. None: the reader has fallen too far
-  /// behind, or the stream has ended. Does not block; may be called from any one thread.
+  /// back, or the stream has ended. Does not block; may be called from any one thread.
   virtual std::optional<std::string> next() = 0;
 };
 

@@ -25,7 +25,7 @@ asio::ssl::context tls_context(const NetworkAddress& address) {
   tls.set_options(Tls::default_workarounds | Tls::no_sslv2 | Tls::no_sslv3 | Tls::no_tlsv1 |
                   Tls::no_tlsv1_1 | Tls::no_compression);
   ::SSL_CTX_set_options(tls.native_handle(), SSL_OP_NO_RENEGOTIATION);
-  // Of TLS 1.2 only cipher suites with forward secrecy; TLS 1.3 has no others.
+  // TLS 1.2 is limited to cipher suites with forward secrecy; TLS 1.3 has no others.
   ::SSL_CTX_set_cipher_list(tls.native_handle(), "ECDHE+AESGCM:ECDHE+CHACHA20");
   error_code code;
   tls.use_certificate_chain_file(address.tls_certificate.string(), code);

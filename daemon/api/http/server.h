@@ -40,7 +40,7 @@ struct ServerLimits {
   std::chrono::milliseconds follower{10'000};
   /// A network request for an action is dropped after waiting this long in the queue.
   std::chrono::milliseconds queue{10'000};
-  /// Of a request [bytes].
+  /// Size of a request body [bytes].
   std::size_t body = kMostBody;
   /// Large answers not yet read, of all clients together (AnswerBytes) [bytes].
   std::size_t answer_bytes = std::size_t{64} << 20;

@@ -33,7 +33,7 @@ std::string verdict_words(const calib::Calibration& calibration, Detail detail) 
     text += verdict.workspace ? ", scope: workspace\n" : ", scope: near targets\n";
   }
   for (const calib::Finding& finding : verdict.findings) {
-    // Whether the arm has changed is of interest in every result.
+    // A change of the arm is of interest in every result.
     if (detail == Detail::kAll || finding.severity != calib::Severity::kInforms ||
         finding.kind == calib::FindingKind::kUnchanged ||
         finding.kind == calib::FindingKind::kUpdated)

@@ -133,7 +133,7 @@ struct DroppedFact {
   std::int64_t first = 0, last = 0;  ///< range of numbers, both dropped
   std::int64_t count = 0;            ///< results between them are kept
   DropReason reason = DropReason::kNoRoom;
-  // Of a single fact; its former content, where known:
+  // Single dropped fact; its former content, where known:
   std::optional<std::string> kind{};
   std::optional<std::int64_t> bytes{};
 

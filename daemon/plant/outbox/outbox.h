@@ -29,7 +29,7 @@ struct WaitingCount {
   std::int64_t newest = 0;  ///< number under that source
   std::int64_t rows = 0;
   std::int64_t elsewhere =
-      /// Of these: recorded under another name, currently not published.
+      /// The part recorded under another name, currently not published.
       0;
   std::string elsewhere_address;  ///< oldest of these: "plant/cell"
 

@@ -89,7 +89,7 @@ void refuse_foreign(const Published& wanted, const Published& newest) {
           record.id, newest.record.id, record.inputs.cell_name));
 }
 
-/// Of the readable ones.
+/// Newest readable published calibration.
 std::optional<Published> newest_of(Journal& journal, const std::string& cell) {
   for (const std::int64_t session : done_or_damaged(journal, cell)) try {
       if (auto found = published(journal, session)) return found;
