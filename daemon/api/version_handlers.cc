@@ -237,13 +237,13 @@ std::optional<Response> Api::take_examination(const Call& call) {
   if (!refused) return Response{.body = "{}"};
   switch (*refused) {
     case Examiner::NotTaken::kOtherConfig:
-      throw BusyError("the configuration that was looked at is not the one in force here");
+      throw BusyError("the examined configuration is not the active one");
     case Examiner::NotTaken::kOtherCell:
-      throw BusyError("the cell file has changed since it was looked at, or cannot be read here");
+      throw BusyError("the cell file has changed since the examination, or cannot be read here");
     case Examiner::NotTaken::kLooking:
       break;
   }
-  throw BusyError("the doctor within the daemon is looking");
+  throw BusyError("an examination by the daemon's doctor is in progress");
 }
 
 }  // namespace cellcal::daemon

@@ -99,12 +99,13 @@ std::optional<std::string> touches_csv(Journal& journal, const SessionRecord& re
 void check_file(const Archive& archive, const std::string& from, const json& file) {
   const std::string name = file.at("name");
   if (std::find(std::begin(kNames), std::end(kNames), name) == std::end(kNames))
-    refuse(from, kManifest, "names a file that no export has: \"" + name + "\"");
+    refuse(from, kManifest, "lists an unknown file: \"" + name + "\"");
   const auto found = archive.find(name);
   if (found == archive.end()) refuse(from, name, "is missing. Export the session again");
   const std::string sum = file.at("sha256");
   if (calib::sha256(found->second) != sum)
-    refuse(from, name, "is not as it was exported: damaged or altered. Export the session again");
+    refuse(from, name,
+           "differs from the exported file: damaged or altered. Export the session again");
 }
 
 }  // namespace
@@ -131,7 +132,7 @@ void check_archive(const Archive& archive, const std::string& from) {
   const auto found = archive.find(kManifest);
   if (found == archive.end())
     refuse(from, kManifest,
-           "is missing: this is no export. Name the directory that 'cellcal export ID DIR' wrote");
+           "is missing: not an export. Give the directory that 'cellcal export ID DIR' wrote");
   try {
     const json manifest = json::parse(found->second);
     if (manifest.at("format") != kFormat) {
@@ -167,14 +168,14 @@ Archive read_archive(const fs::path& directory) {
   std::error_code code;
   if (!fs::is_directory(directory, code))
     throw ArchiveError(directory.string() +
-                       (code ? ": cannot be read (" + code.message() + ")" : ": is no directory") +
-                       ". Name the directory that 'cellcal export ID DIR' wrote");
+                       (code ? ": cannot be read (" + code.message() + ")" : ": not a directory") +
+                       ". Give the directory that 'cellcal export ID DIR' wrote");
   Archive archive;
   const auto take = [&](const char* name) {
     const fs::path file = directory / name;
     if (!fs::exists(file, code)) return;
     const std::uintmax_t size = fs::is_regular_file(file, code) ? fs::file_size(file, code) : 0;
-    if (size > kLargest) refuse(directory.string(), name, "is larger than any export's");
+    if (size > kLargest) refuse(directory.string(), name, "is too large for an export");
     archive[name] = calib::read_file(file);
   };
   take(kManifest);
@@ -187,13 +188,13 @@ void write_archive(const Archive& archive, const fs::path& directory) {
   check_archive(archive, directory.string());
   std::error_code code;
   if (fs::exists(directory, code) && !fs::is_empty(directory, code))
-    throw ArchiveError(directory.string() + ": is there already and not empty. Name another");
+    throw ArchiveError(directory.string() + ": exists and is not empty. Choose another directory");
   fs::path part = directory;
   if (!part.has_filename()) part = part.parent_path();
   part += ".part";
   if (!fs::create_directories(part))
     throw ArchiveError(part.string() +
-                       ": exists already, left by an interrupted export or put there by hand. "
+                       ": exists, left by an interrupted export or placed by hand. "
                        "Check it, remove it, export again");
   try {
     for (const auto& [name, text] : archive) write_atomically(part / name, text);
@@ -236,9 +237,9 @@ calib::Cell read_session(const RowEntry& entry) {
 void look_at_touch(const RowEntry& entry, const calib::Cell& cell) {
   const std::string target = text_in(entry, "target"), tool = text_in(entry, "tool");
   if (std::ranges::find(cell.targets, target, &calib::Target::id) == cell.targets.end())
-    throw std::runtime_error(fmt::format("target \"{}\" is none of the cell's", printable(target)));
+    throw std::runtime_error(fmt::format("target \"{}\" is not in the cell", printable(target)));
   if (!has_tool(cell, tool))
-    throw std::runtime_error(fmt::format("tool \"{}\" is none of the cell's", printable(tool)));
+    throw std::runtime_error(fmt::format("tool \"{}\" is not in the cell", printable(tool)));
   for (std::size_t i = 0; i < entry.names.size(); ++i)
     if (const auto* angles = std::get_if<Blob>(&entry.columns[i]);
         entry.names[i] == "joint_rad" && angles != nullptr &&
@@ -294,7 +295,7 @@ Imported import_archive(Journal& journal, const Archive& archive, const std::str
 ScratchDirectory::ScratchDirectory() {
   std::string name = (std::filesystem::temp_directory_path() / "cellcal-XXXXXX").string();
   if (::mkdtemp(name.data()) == nullptr)
-    throw ArchiveError(name + ": no directory can be made. Set TMPDIR to one that can be written");
+    throw ArchiveError(name + ": cannot create a directory. Set TMPDIR to a writable one");
   path_ = name;
 }
 

@@ -79,7 +79,7 @@ calib::Calibration again(const SessionRecord& record, const std::vector<calib::T
   const SessionOptions options = options_from_json(record.inputs.options);
   if (!options.update) return estimate(cell_of(record.inputs), record.inputs, touches, compared);
   if (!compared)
-    throw ArchiveError(from + ": the calibration that this update is based on is not in it");
+    throw ArchiveError(from + ": the calibration that this update is based on is missing");
   // Spheres not found are no result; the recorded session states them.
   const auto recorded = calib::calibration_from_json(record.calibration, from);
   return estimate_update(record.inputs, touches, *compared, options.months,
@@ -103,9 +103,9 @@ Replay replay(const Archive& archive, const std::string& from) {
   const auto [session, is_new] = import_archive(
       journal, archive, from, [&](std::int64_t) { return scratch.path() / "results"; });
   const auto record = journal.session(session);
-  if (!record) throw ArchiveError(from + ": holds no session");
+  if (!record) throw ArchiveError(from + ": contains no session");
   if (record->calibration.empty()) {
-    throw ArchiveError(from + ": the session came to no calibration (" + to_string(record->state) +
+    throw ArchiveError(from + ": the session produced no calibration (" + to_string(record->state) +
                        (record->failure.empty() ? "" : ": " + record->failure) +
                        "). Only sessions that were identified can be replayed");
   }

@@ -197,7 +197,7 @@ NamedRobotFile robot_named(const JsonReader& reader, const std::filesystem::path
   const auto robots = calib::shipped_robots();
   if (std::ranges::none_of(robots, [&](const auto& one) { return one.file == name; }))
     reader.fail("\"" + calib::shown(name) +
-                "\" is no robot that is shipped. 'cellcal robots' lists them");
+                "\" is not a shipped robot. 'cellcal robots' lists them");
   return find_robot(name, cell_file);
 }
 

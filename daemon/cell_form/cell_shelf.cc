@@ -88,7 +88,7 @@ std::filesystem::path CellShelf::write(const std::string& name, const CellForm& 
     const auto there = look(name);
     if (there && instead_of.empty())
       throw CellNotWritten(Why::kThere, path.string() +
-                                            " is there already. Choose another name, or "
+                                            " exists. Choose another name, or "
                                             "open it first to change it");
     if ((!there && !instead_of.empty()) || (there && there->sha256 != instead_of))
       throw CellNotWritten(Why::kChanged,

@@ -112,7 +112,7 @@ Sources read_sources(const Archive& archive, const std::string& from) {
   const auto [session, is_new] = import_archive(
       journal, archive, from, [&](std::int64_t) { return scratch.path() / "results"; });
   const auto record = journal.session(session);
-  if (!record) throw ArchiveError(from + ": holds no session");
+  if (!record) throw ArchiveError(from + ": contains no session");
   if (record->calibration.empty())
     throw Refused(
         Refused::Why::kNoCalibration,

@@ -279,9 +279,10 @@ std::string read_device(const TomlTable& table) {
   const std::string text = table.string("device");
   if (!drivers::is_datagrams(text)) return read_path(table, "device");
   if (drivers::udp_device_of(text)) return text;
-  table.fail("device", "\"" + text + "\"" +
-                           " is no address of a board: write \"udp:ADDRESS:PORT\" with an IPv4 "
-                           "address (example: \"udp:169.254.67.84:4300\")");
+  table.fail("device",
+             "\"" + text + "\"" +
+                 " is not the address of a board: write \"udp:ADDRESS:PORT\" with an IPv4 "
+                 "address (example: \"udp:169.254.67.84:4300\")");
 }
 
 void read_contact(const TomlTable& table, DaemonConfig& config) {

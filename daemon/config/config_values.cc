@@ -56,7 +56,7 @@ std::string read_address(const TomlTable& table, const char* key, const std::str
   const bool is_one = ::inet_pton(AF_INET, text.c_str(), &address) == 1 && is_of_one(address);
   const bool all = address.s_addr == INADDR_ANY;
   if (is_one && (!all || whose == Addresses::kOwn)) return text;
-  table.fail(key, in_quotes(text) + " is no usable IPv4 address (example: 10.0.0.5): write " +
+  table.fail(key, in_quotes(text) + " is not a usable IPv4 address (example: 10.0.0.5): write " +
                       meant(whose));
 }
 
@@ -67,8 +67,8 @@ void refuse_secret_of_all(const std::filesystem::path& file) {
   if (file.empty() || none || mode == perms::unknown || (mode & perms::others_read) == perms::none)
     return;
   throw std::runtime_error(file.string() +
-                           ": every user of this computer may read this secret. Close it to "
-                           "them: chmod o= " +
+                           ": readable by every user of this computer. Restrict it: "
+                           "chmod o= " +
                            file.string());
 }
 

@@ -26,7 +26,7 @@ int read_time_of_day(const TomlTable& table, const char* key) {
   const auto number = [&](std::size_t at) { return 10 * (text[at] - '0') + text[at + 1] - '0'; };
   if (!sound || number(0) >= kHoursPerDay || number(3) >= kMinutesPerHour) {
     table.fail(key, "\"" + calib::shown(text) +
-                        "\" is no time of day: write hours and minutes, \"00:00\" to \"23:59\"");
+                        "\" is not a time of day: write hours and minutes, \"00:00\" to \"23:59\"");
   }
   return number(0) * kMinutesPerHour + number(3);
 }
@@ -39,7 +39,7 @@ std::array<bool, 7> read_days(const TomlTable& table) {
     const auto day = std::find(kDays.begin(), kDays.end(), name);
     if (day == kDays.end()) {
       table.fail("days", "\"" + calib::shown(name) +
-                             "\" is no day. Known are: sun, mon, tue, wed, thu, fri, sat");
+                             "\" is not a day. Use sun, mon, tue, wed, thu, fri, sat");
     }
     days[static_cast<std::size_t>(day - kDays.begin())] = true;
   }

@@ -113,7 +113,7 @@ void judge_decimals(const RsiSeen& seen, Findings& findings) {
       return findings.warn(
           check,
           fmt::format(
-              "AIPos with {} decimals from a device that is no KUKA controller; at rest they "
+              "AIPos with {} decimals from a device that is not a KUKA controller; at rest they "
               "may be exact",
               decimals),
           "a session measures them at its first move and stops if they are too coarse; on a "
@@ -164,7 +164,7 @@ void judge_state(const RsiSeen& seen, const RsiExpected& expected, Findings& fin
     findings.warn(check, figures,
                   "install the files of 'cellcal kuka-files' anew: they send both. Until then the "
                   "speed is bounded as in T1 before the first calibration alone, and an unattended "
-                  "session does not notice that somebody works in the cell");
+                  "session does not detect a person working in the cell");
   } else {
     findings.ok(check, figures + " (which does not slow RSI down)");
   }

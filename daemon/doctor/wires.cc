@@ -265,7 +265,7 @@ bool Wires::open_rsi(drivers::RsiRobot& robot) {
   if (stated && !is_own_address(address)) {
     findings_.fail(
         check,
-        fmt::format("{}; but the controller's files send to {}, which is no address of this "
+        fmt::format("{}; but the controller's files send to {}, which is not an address of this "
                     "computer",
                     found, address),
         fmt::format("set [controller] pc_address to one of {}", list));

@@ -31,7 +31,7 @@ struct Check {
 
 double ended_s(const SessionRecord& record) {
   const auto seconds = calib::seconds_of(record.ended);
-  if (!seconds) throw std::runtime_error("its end \"" + record.ended + "\" is no time");
+  if (!seconds) throw std::runtime_error("its end \"" + record.ended + "\" is not a time");
   return *seconds;
 }
 

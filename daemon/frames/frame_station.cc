@@ -193,7 +193,7 @@ FrameRecord FrameStation::restore(int id, const std::string& by) {
           Why::kChanged,
           fmt::format(
               "{} on the controller is {}: neither what number {} sent nor what was before it, {}. "
-              "Somebody has changed it since; set it at the pendant",
+              "It was changed since; set it at the pendant",
               to_string(original->name), krl_text(now), id, krl_text(original->before)));
     FrameRecord back;
     back.by = by;

@@ -136,7 +136,7 @@ void read_again(LiveConfig& live, SessionService& service) {
     spdlog::info("SIGHUP: configuration read again; sessions that begin from now on have it");
     for (const std::string& one : kept) {
       spdlog::warn(
-          "SIGHUP: stays {}: it cannot change while cellcald runs. 'systemctl restart cellcald' "
+          "SIGHUP: keeps {}: it cannot change while cellcald runs. 'systemctl restart cellcald' "
           "when no session is running",
           one);
     }
@@ -194,9 +194,7 @@ Examiner::Parts doctor_within(const LiveConfig& live, SessionService& service,
             request.stop = std::move(stop);
             examine_from_within(request, *live.now(), findings);
           },
-          [&service] {
-            service.hold("the doctor is looking at the links. Wait for its end, half a minute");
-          },
+          [&service] { service.hold("the doctor is examining the links. Wait half a minute"); },
           [&service] { service.release(); },
           wall_clock_utc,
           [&live] { return live.now()->text_sha256; },

@@ -82,16 +82,16 @@ bool PlantLine::take(const plant::Proposal& proposal) try {
     return one.proposal.id == proposal.id;
   });
   const std::optional<plant::Stand> stand = proposals_.take(proposal, wall_clock_utc());
-  if (!stand) spdlog::warn("[plant]: proposal {} is not taken: too many are open", proposal.id);
+  if (!stand) spdlog::warn("[plant]: proposal {} not accepted: too many are open", proposal.id);
   if (stand == plant::Stand::kOpen && !known)
     spdlog::info("[plant]: proposal {} waits for an answer: 'cellcal proposals'{}", proposal.id,
                  proposals_.full() ? fmt::format(". {} earlier ones are remembered: [plant] accept "
-                                                 "puts no calibration into use any more",
+                                                 "activates no further calibrations",
                                                  plant::kMostLasting)
                                    : "");
   return stand && *stand != plant::Stand::kOpen;
 } catch (const std::exception& failed) {
-  spdlog::warn("[plant]: proposal {} is not taken: {}", proposal.id, failed.what());
+  spdlog::warn("[plant]: proposal {} not accepted: {}", proposal.id, failed.what());
   return false;
 }
 

@@ -39,7 +39,7 @@ Examination Examiner::kept() const try {
   for (const auto& one : document.at("checks")) kept.checks.push_back(finding_of(one));
   return kept;
 } catch (const std::exception& error) {
-  spdlog::warn("{}: {}. Let the doctor look again", parts_.file.string(), error.what());
+  spdlog::warn("{}: {}. Run the doctor again", parts_.file.string(), error.what());
   return {};
 }
 
@@ -55,7 +55,7 @@ void Examiner::keep(const Examination& whole) const try {
   write_atomically(parts_.file,
                    document.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
 } catch (const std::exception& error) {
-  spdlog::warn("what the doctor found ends with this daemon: {}", error.what());
+  spdlog::warn("the doctor's findings are not stored: {}", error.what());
 }
 
 void Examiner::stop() {

@@ -83,7 +83,7 @@ ScheduleState schedule_state_from(const std::string& text) {
   try {
     return state_from(json::parse(text));
   } catch (const json::exception&) {
-    throw std::runtime_error("the schedule's row is not what cellcald writes");
+    throw std::runtime_error("the schedule's row is malformed");
   }
 }
 

@@ -128,7 +128,7 @@ std::int64_t ServiceDoor::start(const RunRequest& request) {
 std::int64_t ServiceDoor::begin(const ScheduledSession& session, const std::string& by,
                                 std::uint64_t aborts) {
   const auto kind = session_kind(session.kind);
-  if (!kind) throw RequestError("there is no kind of session \"" + session.kind + "\"");
+  if (!kind) throw RequestError("unknown kind of session \"" + session.kind + "\"");
   RunRequest request;
   request.kind = *kind;
   request.cell = session.cell;

@@ -248,7 +248,7 @@ std::shared_ptr<const calib::SearchUnderWay> search_left(Journal& journal,
       return nullptr;
     return std::make_shared<const calib::SearchUnderWay>(std::move(left->search));
   } catch (const DamagedError& damaged) {
-    spdlog::warn("the search that was left is not gone back along: {}", damaged.what());
+    spdlog::warn("the path out of the previous search is not used: {}", damaged.what());
     return nullptr;
   }
 }

@@ -281,7 +281,7 @@ std::string setback_words(Setback why, const State& state) {
     case Setback::kRobotToo:
       return joined("the controller's link or program stopped meanwhile", link_words(state.links));
     case Setback::kSensorSilent:
-      return "the contact sensor itself sent nothing meanwhile, by its own stamps";
+      return "the contact sensor itself sent nothing meanwhile, according to its time stamps";
     case Setback::kMoved:
       return "the arm is not where it was left: it may have been moved";
   }

@@ -96,7 +96,7 @@ std::vector<SignIn> parsed_sign_ins(const std::string& text) {
                value.at("token_sha256").get<std::string>(),
                system_clock::time_point(seconds(value.at("last_unix_s").get<std::int64_t>()))};
     if (!calib::is_sha256(one.cookie_sha256) || !calib::is_sha256(one.token_sha256))
-      throw std::runtime_error("a sign-in is not as it was written");
+      throw std::runtime_error("a sign-in is malformed");
     all.push_back(std::move(one));
   }
   return all;
@@ -121,10 +121,10 @@ std::vector<SignIn> SignInFile::read() const {
   if (::stat(file_.c_str(), &info) != 0) return {};
   try {
     if ((info.st_mode & (S_IRWXG | S_IRWXO)) != 0)
-      throw std::runtime_error("others may read or write it");
+      throw std::runtime_error("accessible to other users");
     return parsed_sign_ins(calib::read_file(file_, kMostSignInBytes));
   } catch (const std::exception& error) {
-    spdlog::warn("{}: {}. Everybody has to sign in again", file_.string(), system_words(error));
+    spdlog::warn("{}: {}. All browsers have to sign in again", file_.string(), system_words(error));
     return {};
   }
 }

@@ -36,7 +36,7 @@ Token token_of(const json& value) {
   const auto role = parse_role(text_of(value, "role"));
   const bool sound = role && is_token_name(token.name) && calib::is_sha256(token.sha256);
   constexpr std::size_t kKeys = 4;
-  if (!sound || value.size() != kKeys) throw std::runtime_error("a token is not as it was written");
+  if (!sound || value.size() != kKeys) throw std::runtime_error("a token is malformed");
   token.role = *role;
   return token;
 }
@@ -122,7 +122,7 @@ TokenStore::TokenStore(std::filesystem::path file)
   if (!std::filesystem::exists(file_)) return;
   if (is_open_to_others(file_)) {
     problem_ = file_.string() +
-               ": others may read or write it. No token is accepted. Look who changed it, then "
+               ": accessible to other users. No token is accepted. Check who changed it, then "
                "'chmod 600' it and restart cellcald";
     return;
   }
@@ -139,17 +139,15 @@ std::string TokenStore::add(const std::string& name, Role role, const std::strin
     throw TokenError("the name must have 1 to 64 letters, digits, '.', '_' or '-'");
   }
   if (name == kLocalName)
-    throw TokenError(
-        "the name \"local\" is of those who come over the Unix socket. Choose another");
+    throw TokenError("the name \"local\" is reserved for the Unix socket. Choose another");
   const std::lock_guard lock(writing_);
   if (!problem_.empty()) throw TokenError(problem_);
   Tokens next = *tokens();
   if (std::any_of(next.begin(), next.end(), [&](const Token& one) { return one.name == name; })) {
-    throw TokenError("a token \"" + name +
-                     "\" is there already. Choose another name, or 'cellcal " + "token remove " +
-                     name + "' first");
+    throw TokenError("a token \"" + name + "\" exists. Choose another name, or 'cellcal " +
+                     "token remove " + name + "' first");
   }
-  if (next.size() >= kMostTokens) throw TokenError("1000 tokens are there. Remove some first");
+  if (next.size() >= kMostTokens) throw TokenError("1000 tokens exist. Remove some first");
   const std::string secret = random_secret();
   next.push_back({name, role, calib::sha256(secret), utc});
   store(std::move(next));

@@ -25,7 +25,7 @@ void make_way(asio::io_context& context, const std::filesystem::path& socket) {
   if (::lstat(socket.c_str(), &info) != 0) return;
   if (!S_ISSOCK(info.st_mode)) {
     throw SocketError(socket.string() +
-                      " exists and is no socket. Remove it, or set another socket");
+                      " exists and is not a socket. Remove it, or set another socket");
   }
   Local::socket probe(context);
   beast::error_code code;

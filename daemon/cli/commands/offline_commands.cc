@@ -294,7 +294,7 @@ void add_accept(CLI::App& priors, int& status) {
       "accept",
       "Write a robot file with the tolerances of its fleet; print each old and new value");
   command->footer(
-      "Nothing else of the robot changes; the file that was read is left as it is. Priors of another nominal geometry are\n"
+      "Nothing else of the robot changes; the input file is left unchanged. Priors of another nominal geometry are\n"
       "refused. The new file is used where a cell file names it.\nExample: cellcal priors accept priors.toml --robot "
       "kr5_r1400 -o my_kr5.toml");
   command->add_option("FILE", given->file, "Priors (TOML)")->required();

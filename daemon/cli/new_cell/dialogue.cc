@@ -278,7 +278,7 @@ double number(std::string_view word) {
       std::from_chars(word.data() + (word.starts_with('+') ? 1 : 0), end, value);
   if (code != std::errc() || at != end || !std::isfinite(value))
     throw BadAnswer(
-        fmt::format("\"{}\" is no number; the decimal mark is '.'", calib::shown(word)));
+        fmt::format("\"{}\" is not a number (use a decimal point)", calib::shown(word)));
   return value;
 }
 
@@ -301,7 +301,7 @@ std::vector<double> numbers(std::string_view text, const std::vector<std::size_t
     at = end;
   }
   if (std::find(counts.begin(), counts.end(), values.size()) == counts.end())
-    throw BadAnswer(fmt::format("{} {} given, {} wanted; the decimal mark is '.'", values.size(),
+    throw BadAnswer(fmt::format("{} {} given, {} expected (use a decimal point)", values.size(),
                                 values.size() == 1 ? "number" : "numbers", words_of(counts)));
   return values;
 }

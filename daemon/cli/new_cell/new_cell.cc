@@ -133,21 +133,20 @@ std::string as_json(const NewCellCommand& command, const std::vector<std::string
 void look_at_place(const NewCellCommand& command) {
   const std::filesystem::path folder = std::filesystem::absolute(command.output).parent_path();
   if (!std::filesystem::is_directory(folder))
-    throw std::runtime_error(
-        fmt::format("there is no folder {}. Make it, or name another with -o", folder.string()));
+    throw std::runtime_error(fmt::format(
+        "folder {} does not exist. Create it, or choose another with -o", folder.string()));
   if (std::filesystem::is_directory(command.output))
-    throw std::runtime_error(command.output.string() + " is a folder. Name a file in it with -o");
+    throw std::runtime_error(command.output.string() + " is a folder. Give a file in it with -o");
   if (::access(folder.c_str(), W_OK) != 0)
     throw std::runtime_error(
-        fmt::format("no permission to write into {}. Use sudo, or name another folder with -o",
+        fmt::format("no permission to write into {}. Use sudo, or choose another folder with -o",
                     folder.string()));
 }
 
 void refuse_to_replace(const NewCellCommand& command) {
   if (std::filesystem::exists(command.output) && !command.force)
-    throw std::runtime_error(
-        command.output.string() +
-        " is there already. Name another file with -o, or replace it with --force");
+    throw std::runtime_error(command.output.string() +
+                             " exists. Choose another file with -o, or replace it with --force");
 }
 
 }  // namespace
@@ -199,7 +198,7 @@ void add_new_cell_command(CLI::App& app, int& status) {
                       "centre_sigma_mm");
   command->add_option("--certificate", given->certificate,
                       "CSV of certified lengths: from,to,mm,sigma_mm");
-  command->add_flag("--force", given->force, "Replace the file where it is there already");
+  command->add_flag("--force", given->force, "Replace an existing file");
   command->add_flag("--json", given->json, "Print the result as JSON");
   command->callback([given, &status] { status = new_cell(*given, std::cin, std::cerr); });
 }

@@ -49,7 +49,7 @@ krl::ProgramFiles read_files(const CorrectCommand& command) {
 void refuse_to_replace(const CorrectCommand& command, const fs::path& path) {
   if (!command.force && fs::exists(path))
     throw calib::FileError(path.string(),
-                           ": is there already; --force replaces it, or write to another folder");
+                           ": exists. Replace it with --force, or write to another folder");
 }
 
 /// Output files, the record last. Throws unless all can be written: no input file, no duplicate, and no

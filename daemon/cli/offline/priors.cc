@@ -214,10 +214,10 @@ int accept_priors(const AcceptPriorsCommand& command) {
       fs::equivalent(command.robot, command.output))
     throw FileError(
         command.output.string(),
-        ": is the robot file itself. Name another file, so that the old values are kept");
+        ": is the robot file itself. Choose another file, so that the old values are kept");
   if (fs::exists(command.output))
     throw FileError(command.output.string(),
-                    ": is there already. Name another file, so that what it has is kept");
+                    ": exists. Choose another file, so that its content is kept");
   const calib::Robot robot = calib::load_named_robot(command.robot);
   auto result = calib::accept(robot, priors);
   if (const auto* other = std::get_if<calib::OtherNominalGeometry>(&result))

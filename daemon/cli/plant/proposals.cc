@@ -35,7 +35,7 @@ std::string wish(const json& one) {
   if (kind == "check") return "check this cell";
   if (kind == "activate")
     return "use the calibration of session " + one["session"].dump() + " again";
-  if (kind == "withdraw") return "nothing: withdrawn before it came";
+  if (kind == "withdraw") return "nothing: withdrawn before it was received";
   return kind == "schedule" ? "another schedule" : "other tolerances of the robot (priors)";
 }
 
@@ -140,7 +140,7 @@ PlantConfig plant_line_of(const ProposeCommand& command, const plant::CellName& 
       command.broker == "localhost" || command.broker == "127.0.0.1" || command.broker == "::1";
   if (!command.tls && !here)
     throw std::runtime_error(
-        "--no-tls: the password would pass the network readable. It is for a broker on this computer");
+        "--no-tls: the password would be sent in clear text. It is for a broker on this computer");
   PlantConfig config;
   config.plant = of.plant;
   config.cell = of.cell;
@@ -170,7 +170,7 @@ std::string words_of(const LineFailure& failure, const ProposeCommand& command) 
           "{}: user \"{}\" may not propose to {}. Check its rights there (cellcal.acl)", broker,
           command.user, command.cell);
     case LineProblem::kLost:
-      return broker + ": the line was lost before it was taken. Try again";
+      return broker + ": the connection was lost before it was accepted. Try again";
     default:
       return failure.words;
   }
@@ -233,7 +233,7 @@ int propose(const ProposeCommand& command) {
     put(fmt::format("{} {} {}. {}\n", id, withdrawn ? "withdrawn from" : "proposed to",
                     command.cell,
                     withdrawn ? "What was accepted before stays accepted"
-                              : "Its people answer there: 'cellcal proposals'"),
+                              : "Its operators answer there: 'cellcal proposals'"),
         {});
   return kSuccess;
 }

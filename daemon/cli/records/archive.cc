@@ -85,7 +85,7 @@ json to_json(const Signature& signature) {
 }
 
 std::string in_words(const Signature& signature) {
-  if (!signature.there) return "not signed: nobody vouches for its rows\n";
+  if (!signature.there) return "not signed: origin of its rows not verified\n";
   if (!signature.by) return "signed, not verified: " + signature.words + "\n";
   return fmt::format("signed by {} at {}, key {}\n", signature.by->by, signature.by->utc,
                      signature.by->key);

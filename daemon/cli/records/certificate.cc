@@ -31,11 +31,12 @@ constexpr int kNotNew = 200;  ///< of POST .../certificate; 201 if new
 void make_directory(const fs::path& directory) {
   std::error_code code;
   if (fs::exists(directory / signing::kSums, code))
-    throw std::runtime_error(directory.string() +
-                             ": holds a signed certificate already. Name another: --out DIR");
+    throw std::runtime_error(
+        directory.string() +
+        ": contains a signed certificate. Choose another directory with --out DIR");
   if (fs::exists(directory, code) && !fs::is_empty(directory, code))
     throw std::runtime_error(directory.string() +
-                             ": is there already and not empty. Name another: --out DIR");
+                             ": exists and is not empty. Choose another with --out DIR");
   fs::create_directories(directory);
 }
 
@@ -172,7 +173,7 @@ int make_certificate_key(const fs::path& key, bool json) {
                     .dump() +
                 "\n"
           : fmt::format(
-                "private key {}: keep it where nobody else can read it\npublic key {}, fingerprint {}: give it "
+                "private key {}: keep it readable by you only\npublic key {}, fingerprint {}: give it "
                 "to those who verify\n",
                 key.string(), other.string(), fingerprint),
       {});

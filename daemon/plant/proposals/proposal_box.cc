@@ -79,7 +79,8 @@ std::optional<std::string> unusable(const Proposal& proposal) {
     const calib::TomlTable table = calib::TomlTable::parse(proposal.text, "proposal");
     // The plant cannot declare that a cell is clear within a window.
     for (const char* key : {"unattended", "responsible"})
-      if (table.has(key)) table.fail(key, "is the word of the cell's own people, in cellcald.toml");
+      if (table.has(key))
+        table.fail(key, "can be declared only by the cell's operators, in cellcald.toml");
     (void)read_schedule(table);
   } catch (const calib::FileError& wrong) {
     return wrong.what();
@@ -97,7 +98,7 @@ ProposalBox::ProposalBox(Parts parts) : parts_(std::move(parts)) {
   } catch (const std::exception& damaged) {
     problem_ =
         std::string(damaged.what()) +
-        ". No proposal is taken. Move the file aside and restart cellcald; the plant proposes "
+        ". No proposal is accepted. Move the file aside and restart cellcald; the plant proposes "
         "again";
   }
 }
@@ -124,7 +125,7 @@ KeptProposal* ProposalBox::known(const std::string& id) {
 KeptProposal& ProposalBox::open(const std::string& id) {
   KeptProposal* found = known(id);
   if (found == nullptr)
-    throw NotDecided(NotDecided::Why::kUnknown, "there is no proposal \"" + id + "\"");
+    throw NotDecided(NotDecided::Why::kUnknown, "unknown proposal \"" + id + "\"");
   if (found->stand != Stand::kOpen)
     throw NotDecided(NotDecided::Why::kDecided, "proposal \"" + id + "\" was " +
                                                     to_string(found->stand) + " by " + found->by +

@@ -480,7 +480,7 @@ Publisher::~Publisher() {
   try {
     impl_->forget_acknowledged();
   } catch (const OutboxError& kept) {
-    spdlog::warn("[plant]: {}; what the plant has is sent once more", kept.what());
+    spdlog::warn("[plant]: {}; stored results are sent again", kept.what());
   }
 }
 

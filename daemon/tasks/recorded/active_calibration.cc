@@ -139,10 +139,9 @@ Published usable(Journal& journal, std::int64_t session) {
   if (one.record.origin)
     throw NotUsable(
         Why::kForeign,
-        fmt::format(
-            "session {} was recorded by another journal: another robot's, for all that is known. "
-            "Name one of this cell: 'cellcal versions'",
-            session));
+        fmt::format("session {} was recorded by another journal: possibly of another robot. "
+                    "Choose one of this cell: 'cellcal versions'",
+                    session));
   if (const auto newest = newest_of(journal, one.record.inputs.cell_name))
     refuse_foreign(one, *newest);
   return one;

@@ -119,7 +119,7 @@ SessionOptions options_from_json(std::string_view text) {
   options.touch.confirm_every = 1;
   options.touch.behind_nominal_m = 0.0;
   const nlohmann::json json = nlohmann::json::parse(text, nullptr, false);
-  if (!json.is_object()) throw std::runtime_error("stored session options: no JSON object");
+  if (!json.is_object()) throw std::runtime_error("stored session options: not a JSON object");
   const auto read = [&](const char* key, auto& value) {
     try {
       json.at(key).get_to(value);

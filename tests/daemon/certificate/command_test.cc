@@ -129,8 +129,9 @@ TEST_F(the_certificate_command, signs_the_other_files_where_the_pdf_fails) {
   EXPECT_EQ(nlohmann::json::parse(verified.out)["files"].size(), 3u);
   const Outcome again = issue();
   EXPECT_EQ(again.status, 1);
-  EXPECT_NE(again.err.find("holds a signed certificate already. Name another: --out DIR"),
-            std::string::npos)
+  EXPECT_NE(
+      again.err.find("contains a signed certificate. Choose another directory with --out DIR"),
+      std::string::npos)
       << again.err;
 }
 

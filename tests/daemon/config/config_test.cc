@@ -115,8 +115,9 @@ TEST(a_configuration, of_the_contact_input_reaches_adapter_and_controllers_files
   const DaemonConfig usual = parse_config(kRsi, "d.toml");
   EXPECT_EQ(usual.rsi.contact_tag + usual.rsi_files.contact_tag, "");
   const DaemonConfig config =
-      parse_config(kRsi + "[rsi]\ncontact_tag = \"Contact.R\"\n[controller]\ninput = 17\n"
-                          "contact_level = \"off\"\n",
+      parse_config(kRsi +
+                       "[rsi]\ncontact_tag = \"Contact.R\"\n[controller]\ninput = 17\n"
+                       "contact_level = \"off\"\n",
                    "d.toml");
   EXPECT_EQ(config.rsi.contact_tag, "Contact.R");
   EXPECT_EQ(config.rsi_files.contact_tag, "Contact.R");
@@ -256,7 +257,7 @@ INSTANTIATE_TEST_SUITE_P(
         Wrong{kMock + "[rsi]\naxis_tag = \"IPOC\"\n",
               "d.toml:4: rsi.axis_tag: \"IPOC\" is already an element of every telegram"},
         Wrong{kMock + "[rsi]\nbind = \"not-an-ip\"\n",
-              "d.toml:4: rsi.bind: \"not-an-ip\" is no usable IPv4 address"},
+              "d.toml:4: rsi.bind: \"not-an-ip\" is not a usable IPv4 address"},
         Wrong{kMock + "[rsi]\nbind = \"10.0.0.256\"\n", "ip -4 address"},
         Wrong{kMock + "[rsi]\nbind = \"224.0.0.1\"\n", "rsi.bind"},
         Wrong{
