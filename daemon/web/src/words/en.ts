@@ -1,5 +1,5 @@
-// Every word of the page, in English: the catalogue that the others must match key by key.
-// {name} stands for a value. Numbers come first, then the term, then what to do.
+// All texts of the page in English: the reference catalogue, which the others match key by key. {name} is a placeholder. Number
+// first, then the term, then the remedy.
 
 export const en = {
   "title": "cellcal",
@@ -25,14 +25,14 @@ export const en = {
   "login.wrong": "This token is not valid. Check it, or make a new one: cellcal token add",
   "role.look": "View only. To start a session, sign in with a token of the role 'operate'.",
 
-  // What the arm does, in a word.
+  // Motion of the arm, short form.
   "motion.moving": "Arm is moving (packet {age} old)",
   "motion.still": "Arm at rest (packet {age} old)",
   "motion.free": "Not moved by cellcal",
   "motion.unknown": "Arm: unknown since {since}, newest packet {age} old. Look at the robot.",
   "motion.never": "Arm: unknown, no packet from the controller. Look at the robot.",
 
-  // The state, in a sentence. {touch} is touch.n, or nothing.
+  // State as a sentence. {touch} is touch.n, or empty.
   "touch.n": "Touch {n} of {total} on {target}",
   "touch.find": "Finding {target}",
   "touch.some": "Touch {n}",
@@ -183,7 +183,7 @@ export const en = {
   "links.contact.closed": "closed",
   "links.contact.open": "open",
 
-  // The way to a calibrated cell.
+  // Steps to a calibrated cell.
   "guide": "Getting ready: {n} of {total} steps done",
   "guide.next": "next: {step}",
   "guide.again": "Check again",
@@ -443,7 +443,7 @@ export const en = {
   "result.predicted": "Predicted mean position error: {near} near the targets, {all} over the workspace",
   "result.nominal": "with the nominal model of this arm {all} ± {u} (k = 2)",
   "result.findings": "Findings",
-  // Findings of a verdict, by kind. The figures are shown after it, or with the daemon's own sentence in English.
+  // Findings of a verdict, by kind. Followed by the figures, or by the daemon's own sentence in English.
   "finding.touch_scatter": "Touch scatter above the stated value.",
   "finding.duplicate_touches": "Duplicate touches.",
   "finding.many_outliers": "Too many outliers.",

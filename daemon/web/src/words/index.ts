@@ -1,4 +1,4 @@
-// Keys to words, in the language that is chosen.
+// Texts of the selected language, by key.
 
 import { de } from "./de";
 import { en, type Catalogue, type Key } from "./en";
@@ -24,7 +24,7 @@ export function preferred_language(): Language {
   try {
     stored = localStorage.getItem(STORED);
   } catch {
-    // A browser that keeps nothing: its own language then.
+    // The browser stores nothing: its own language applies.
   }
   if (stored === "en" || stored === "de") return stored;
   return navigator.language.toLowerCase().startsWith("de") ? "de" : "en";
@@ -34,6 +34,6 @@ export function keep_language(language: Language): void {
   try {
     localStorage.setItem(STORED, language);
   } catch {
-    // Then it is chosen again next time.
+    // chosen again on the next visit
   }
 }
