@@ -36,7 +36,7 @@ std::string lines_of(const std::filesystem::path& file) {
   return std::filesystem::exists(file, code) ? calib::read_file(file) : std::string();
 }
 
-/// Content of the notification without its signature. Throws BadRequest.
+/// SHA-256 of the certified content: stated under "content", otherwise of the whole body. Throws BadRequest.
 std::string content_of(const std::string& body) {
   const nlohmann::json whole = nlohmann::json::parse(body);
   if (!whole.contains("content")) return calib::sha256(body);

@@ -61,7 +61,7 @@ struct Notifier::Shared {
   std::condition_variable changed;
   std::deque<std::function<std::optional<Notice>()>> waiting;
   bool busy = false, ending = false, ended = false;
-  bool asking = false;  ///< a call into external objects is in progress
+  bool asking = false;  ///< a callback into the owner's objects is in progress
 
   void run();
   void deliver(const Notice& notice, const NotifyConfig& config);

@@ -183,7 +183,7 @@ void SessionService::run(Job& job) {
     failed.failure = Failure{FailureKind::kUnexpectedEvent, error.what()};
     spdlog::critical("session {} could not start: {}", job.session, error.what());
     publish(failed, job.touches, job);
-    try {  // RecordEnd, and with it the reports, never ran
+    try {  // no RecordEnd was performed, which would have included the reports
       if (parts_.ending)
         for (const Report& report : parts_.ending(
                  job.session, {Ending::kFailed, to_journal(*failed.failure), failed.failure}))

@@ -31,8 +31,8 @@ timespec seconds_of(std::chrono::milliseconds time) {
                        const std::function<int(std::uint64_t)>& work, std::uint64_t restarts) {
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (::getppid() != supervisor) std::_Exit(1);  // the parent has already exited
-  ::unsetenv("WATCHDOG_PID");  // systemd's watchdog expects the process named there
-  const rlimit none{0, 0};     // the end is expected, and core dumps would fill the disk
+  ::unsetenv("WATCHDOG_PID");                    // lets the child notify systemd's watchdog
+  const rlimit none{0, 0};  // the end is expected, and core dumps would fill the disk
   ::setrlimit(RLIMIT_CORE, &none);
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // sanitizers need more memory
   if (limits.most_bytes > 0) {

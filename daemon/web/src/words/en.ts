@@ -219,7 +219,7 @@ export const en = {
   "cell.other": "{file} was not made here and stays unchanged. This form writes a new file.",
   "cell.title": "The cell: robot, tool, spheres",
   "cell.intro": "Separate the numbers of a field with spaces. Nothing moves. The file is written to {folder}.",
-  "cell.more": "{file} has several tools, or is no cell file. Change it in an editor.",
+  "cell.more": "{file} has several tools, or is not a cell file. Change it in an editor.",
   "cell.name": "Name of the file",
   "cell.robot": "Robot",
   "cell.robot.choose": "choose",
