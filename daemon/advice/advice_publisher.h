@@ -20,8 +20,8 @@ struct AdviceStatus {
   bool configured = false;
   std::optional<Advice> acknowledged;  ///< the newest value that the controller has read back
   std::string acknowledged_at;         ///< ISO 8601 UTC
-  std::string
-      trouble;  ///< why the newest was not acknowledged, and the remedy; empty: acknowledged or pending
+  /// Why the newest was not acknowledged, and the remedy; empty: acknowledged or pending.
+  std::string trouble;
 };
 
 class AdvicePublisher {

@@ -20,9 +20,8 @@ struct Version {
   double predicted_m = 0.0;                ///< mean error over the scope
   std::optional<calib::InScope> in_scope;  ///< u95 over the scope
   bool active = false;
-  std::string
-      /// Not empty: the record is altered, and its figures are unknown.
-      trouble{};
+  /// Not empty: the record is altered, and its figures are unknown.
+  std::string trouble{};
   std::optional<Activation> activated;  ///< most recent
 };
 

@@ -25,8 +25,8 @@ inline constexpr double kUsualTcpSigmaMm = 0.5;
 
 struct ToolForm {
   Triple xyz_mm{}, abc_deg{};
-  Triple
-      xyz_sigma_mm{};  ///< above 0: the TCP is estimated too; otherwise the calibration gives no tool frame
+  /// Above 0: the TCP is estimated too; otherwise the calibration gives no tool frame.
+  Triple xyz_sigma_mm{};
   std::optional<double> mass_kg{};  ///< none: unknown
   double tip_radius_mm = 0.0;
 };
@@ -41,8 +41,8 @@ struct SphereForm {
   double diameter_mm = 0.0, diameter_sigma_mm = 0.002;
   std::optional<Triple> centre_mm{};
   double centre_sigma_mm = 10.0;
-  std::optional<std::array<Triple, 2>>
-      box_mm{};  ///< search volume of a sphere without a centre: two opposite corners
+  /// Search volume of a sphere without a centre: two opposite corners.
+  std::optional<std::array<Triple, 2>> box_mm{};
   std::string serial{};
   CertificateForm certificate{};
 };

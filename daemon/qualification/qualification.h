@@ -60,8 +60,8 @@ std::optional<QualificationFinding> qualification_finding(const std::string& nam
 struct Qualification {
   std::string target;
   int touches = 0, places = 0;
-  std::optional<Figure>
-      noise_m;  ///< 1 sigma of one touch; none with fewer than two visits of a place
+  /// 1 sigma of one touch; none with fewer than two visits of a place.
+  std::optional<Figure> noise_m;
   int noise_dof = 0;
   std::optional<ContactDelay> delay;
   std::vector<Overtravel> overtravel;  ///< by speed, fastest first

@@ -60,8 +60,8 @@ struct SessionOutcome {
   /// Most likely change; of a check that does not hold, or an update.
   std::optional<calib::Explanation> change = {};
   std::vector<std::string> not_found = {};  ///< targets with a touch without contact, each once
-  std::vector<std::string> unsteady =
-      {};  ///< targets with a touch without a valid contact point, each once
+  /// Targets with a touch without a valid contact point, each once.
+  std::vector<std::string> unsteady = {};
   calib::DriftAdvice remedy = calib::DriftAdvice::kNone;
   // Search for spheres.
   std::vector<FoundSphere> spheres = {};

@@ -71,8 +71,8 @@ struct State {
   // Touches chosen one by one.
   calib::Progress progress;
   std::string stage;  ///< purpose of the current touch, in words
-  std::optional<calib::NotMade>
-      touch_failed;  ///< the current touch could not be made; another replaces it
+  /// The current touch could not be made; another replaces it.
+  std::optional<calib::NotMade> touch_failed;
   int failed_in_a_row = 0, failed_touches = 0;
   Ahead ahead;  ///< choice of the next touch, while the arm leaves the last one
 
@@ -115,8 +115,8 @@ struct State {
   bool unheard = false;
   std::uint32_t late_then = 0, silent_then = 0;  ///< ContactDelivery at the interruption
   std::uint32_t late_before = 0;  ///< ContactDelivery::late at the begin of watching or arming
-  std::optional<drivers::TimePoint>
-      busy_until;  ///< end of the wait for a busy spell of this computer
+  /// End of the wait for a busy spell of this computer.
+  std::optional<drivers::TimePoint> busy_until;
 
   std::optional<drivers::TimePoint> deadline;  ///< of this phase
   std::optional<Failure> failure;              ///< set in kStopping and kFailed

@@ -37,9 +37,8 @@ void sign_files(const std::filesystem::path& directory, const std::vector<std::s
 struct Verified {
   Kind kind = Kind::kCertificate;
   Statement statement;
-  std::vector<std::string>
-      /// Verified files, by their signed names.
-      files;
+  /// Verified files, by their signed names.
+  std::vector<std::string> files;
 };
 
 /// The files differ from the signed ones, or cannot be verified.

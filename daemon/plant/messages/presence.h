@@ -18,9 +18,8 @@ struct Presence {
   std::string journal;
   std::int64_t number = 0;  ///< of the newest fact at the time of connection
   std::string software;
-  std::string
-      /// Time of connection or end; of a will: time of connection. ISO 8601 UTC.
-      time;
+  /// Time of connection or end; of a will: time of connection. ISO 8601 UTC.
+  std::string time;
   bool mock = false;  ///< emulated cell
 
   bool operator==(const Presence&) const = default;

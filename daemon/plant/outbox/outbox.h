@@ -28,9 +28,8 @@ struct WaitingCount {
   std::string source;       ///< of the next fact
   std::int64_t newest = 0;  ///< number under that source
   std::int64_t rows = 0;
-  std::int64_t elsewhere =
-      /// The part recorded under another name, currently not published.
-      0;
+  /// The part recorded under another name, currently not published.
+  std::int64_t elsewhere = 0;
   std::string elsewhere_address;  ///< oldest of these: "plant/cell"
 
   bool operator==(const WaitingCount&) const = default;

@@ -20,8 +20,8 @@ class PlantReporter final : public Reporter {
     bool touches = false;
     std::int64_t most_bytes = 0;
     CellName name{};  ///< name under which facts are recorded from now on
-    std::vector<std::string>
-        former{};  ///< "plant/cell": facts recorded under these names are published under them, too
+    /// "plant/cell": facts recorded under these names are published under them, too.
+    std::vector<std::string> former{};
     /// Directory of a session's check.json.
     std::function<std::filesystem::path(std::int64_t session)> results_dir;
     std::function<void()> waits;

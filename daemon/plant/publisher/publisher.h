@@ -27,8 +27,8 @@ class Publisher {
     std::chrono::milliseconds journal_wait{5000};  ///< delay after a disk error
     std::chrono::milliseconds stored_wait{
         600000};  ///< time for the plant to store a result, after which it is sent again
-    std::size_t most_unstored =
-        256;  ///< limit of results at the broker that are not stored; no more are sent
+    /// Limit of results at the broker that are not stored; no more are sent.
+    std::size_t most_unstored = 256;
     std::chrono::milliseconds farewell{2000};
     std::chrono::seconds keepalive{30};
   };
