@@ -1,5 +1,5 @@
-// All texts of the page in English: the reference catalogue, which the others match key by key. {name} is a placeholder. Number
-// first, then the term, then the remedy.
+// Every word of the page, in English: the catalogue that the others must match key by key.
+// {name} stands for a value. Numbers come first, then the term, then what to do.
 
 export const en = {
   "title": "cellcal",
@@ -25,14 +25,14 @@ export const en = {
   "login.wrong": "This token is not valid. Check it, or make a new one: cellcal token add",
   "role.look": "View only. To start a session, sign in with a token of the role 'operate'.",
 
-  // Motion of the arm, short form.
+  // What the arm does, in a word.
   "motion.moving": "Arm is moving (packet {age} old)",
   "motion.still": "Arm at rest (packet {age} old)",
   "motion.free": "Not moved by cellcal",
   "motion.unknown": "Arm: unknown since {since}, newest packet {age} old. Look at the robot.",
   "motion.never": "Arm: unknown, no packet from the controller. Look at the robot.",
 
-  // State as a sentence. {touch} is touch.n, or empty.
+  // The state, in a sentence. {touch} is touch.n, or nothing.
   "touch.n": "Touch {n} of {total} on {target}",
   "touch.find": "Finding {target}",
   "touch.some": "Touch {n}",
@@ -183,7 +183,7 @@ export const en = {
   "links.contact.closed": "closed",
   "links.contact.open": "open",
 
-  // Steps to a calibrated cell.
+  // The way to a calibrated cell.
   "guide": "Getting ready: {n} of {total} steps done",
   "guide.next": "next: {step}",
   "guide.again": "Check again",
@@ -219,7 +219,7 @@ export const en = {
   "cell.other": "{file} was not made here and stays unchanged. This form writes a new file.",
   "cell.title": "The cell: robot, tool, spheres",
   "cell.intro": "Separate the numbers of a field with spaces. Nothing moves. The file is written to {folder}.",
-  "cell.more": "{file} has several tools, or is not a cell file. Change it in an editor.",
+  "cell.more": "{file} has several tools, or is no cell file. Change it in an editor.",
   "cell.name": "Name of the file",
   "cell.robot": "Robot",
   "cell.robot.choose": "choose",
@@ -443,7 +443,7 @@ export const en = {
   "result.predicted": "Predicted mean position error: {near} near the targets, {all} over the workspace",
   "result.nominal": "with the nominal model of this arm {all} ± {u} (k = 2)",
   "result.findings": "Findings",
-  // Findings of a verdict, by kind. Followed by the figures, or by the daemon's own sentence in English.
+  // Findings of a verdict, by kind. The figures are shown after it, or with the daemon's own sentence in English.
   "finding.touch_scatter": "Touch scatter above the stated value.",
   "finding.duplicate_touches": "Duplicate touches.",
   "finding.many_outliers": "Too many outliers.",

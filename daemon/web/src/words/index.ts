@@ -1,4 +1,4 @@
-// Texts of the selected language, by key.
+// Keys to words, in the language that is chosen.
 
 import { de } from "./de";
 import { en, type Catalogue, type Key } from "./en";
@@ -24,7 +24,7 @@ export function preferred_language(): Language {
   try {
     stored = localStorage.getItem(STORED);
   } catch {
-    // The browser stores nothing: its own language applies.
+    // A browser that keeps nothing: its own language then.
   }
   if (stored === "en" || stored === "de") return stored;
   return navigator.language.toLowerCase().startsWith("de") ? "de" : "en";
@@ -34,6 +34,6 @@ export function keep_language(language: Language): void {
   try {
     localStorage.setItem(STORED, language);
   } catch {
-    // chosen again on the next visit
+    // Then it is chosen again next time.
   }
 }
