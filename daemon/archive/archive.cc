@@ -41,7 +41,7 @@ std::string sum_of(json manifest) {
   return calib::sha256(manifest.dump());
 }
 
-/// Number and sum of the rows according to their first line; {} for an earlier version.
+/// How many entries the rows have, and their sum, as their first line has them; {} of an earlier version.
 json counted(const std::string& rows) {
   const json first = json::parse(rows.substr(0, rows.find('\n')));
   if (!first.contains("entries_sum")) return json::object();
@@ -70,7 +70,7 @@ std::string make_manifest(const Archive& archive, const SessionRecord& record) {
   return manifest.dump(2) + "\n";
 }
 
-/// Earlier versions did not store it.
+/// Sessions of earlier versions did not keep it.
 std::optional<Compared> compared_of(Journal& journal, const SessionRecord& record) {
   auto compared = journal.compared(record.id);
   if (compared || !record.software.empty() || record.origin || record.calibration.empty())
@@ -78,7 +78,7 @@ std::optional<Compared> compared_of(Journal& journal, const SessionRecord& recor
   try {
     return last_calibration(journal, record.inputs.cell_name, record.id,
                             options_from_json(record.inputs.options).accept_change);
-  } catch (const NotUsable&) {  // the rows are sufficient evidence
+  } catch (const NotUsable&) {  // the rows are the evidence all the same
     return std::nullopt;
   }
 }

@@ -49,7 +49,7 @@ constexpr std::array<Words, kTexts> kWords{{
 }};
 // clang-format on
 
-/// Value of a line  "key": "value",  in the page's catalogue.
+/// The value of a line  "key": "value",  of the page's catalogue.
 std::string in_page(Language language, const std::string& key) {
   const std::string_view page = language == Language::kGerman ? kPageGerman : kPageEnglish;
   const std::string mark = "\n  \"" + key + "\": \"";

@@ -157,7 +157,7 @@ std::optional<SessionOutcome> outcome_from_json(const std::string& text) try {
 std::optional<SessionOutcome> outcome_of_check(const std::string& text) try {
   const json check = json::parse(text);
   if (check.at("format") != "cellcal.check/1") return std::nullopt;
-  // The keys common to both documents are read as an outcome; the others follow.
+  // Of what both documents have, as an outcome is read; the rest follows.
   json value = document_of({OutcomeKind::kUndecided, check.at("touches").get<std::size_t>()});
   value["tcp_shift_mm"] = check.at("tcp_shift_mm");
   for (const char* key : {"not_found", "unsteady"}) {
