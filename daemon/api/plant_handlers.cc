@@ -175,8 +175,7 @@ auto decided(Act act) {
 
 plant::ProposalBox& Api::proposals() {
   if (proposals_ == nullptr || (plant_line_ && !plant_line_()))
-    throw NotFound(
-        "this cell belongs to no plant. Set [plant] in cellcald.toml and restart cellcald");
+    throw NotFound("no plant is configured. Set [plant] in cellcald.toml and restart cellcald");
   return *proposals_;
 }
 

@@ -113,8 +113,9 @@ void keep_within(const Request& request, const fs::path& file, const NetworkFile
     if (directly && !is_link(folder) && !is_link(file)) return;
     places += (places.empty() ? "" : " or ") + folder.string();
   }
-  throw RequestError(fmt::format("over the network {} lies directly in {}, and is no link. {}",
-                                 allowed.what, places, allowed.instead));
+  throw RequestError(
+      fmt::format("over the network {} must lie directly in {} and must not be a link. {}",
+                  allowed.what, places, allowed.instead));
 }
 
 }  // namespace cellcal::daemon

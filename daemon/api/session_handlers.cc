@@ -336,7 +336,7 @@ void refuse_links_in(const std::filesystem::path& directory) {
   for (const auto& entry : std::filesystem::directory_iterator(directory))
     if (entry.is_symlink())
       throw RequestError(entry.path().string() +
-                         ": is a link, and is not followed for a request over the network");
+                         ": is a link, which a request over the network must not follow");
 }
 
 }  // namespace
@@ -375,7 +375,7 @@ std::optional<Response> Api::back_up(const Call& call) {
   const std::filesystem::path file = path_in(call.request.body, "file");
   keep_within(call.request, file,
               {"a backup",
-               "Name a file there, or use 'cellcal backup' on the cell's computer",
+               "Choose a file there, or use 'cellcal backup' on the cell's computer",
                {service_.backups_dir()}});
   return as_request([&] {
     if (call.request.is_from_network()) std::filesystem::create_directories(service_.backups_dir());

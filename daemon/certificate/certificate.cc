@@ -29,7 +29,7 @@ constexpr const char* kCalibration = "calibration";
 void refuse_withheld(const Sources& sources, const std::string& from) {
   const calib::Verdict& verdict = sources.calibration.verdict;
   if (verdict.publish) return;
-  std::string words = from + ": the result was withheld, and gets no certificate";
+  std::string words = from + ": the result was withheld: no certificate";
   for (const calib::Finding& finding : verdict.findings)
     if (finding.severity == calib::Severity::kWithholds) words += "\n  " + calib::words(finding);
   throw Refused(Refused::Why::kWithheld, words);

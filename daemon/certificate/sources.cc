@@ -44,12 +44,11 @@ std::vector<Change> changes_in(const std::string& lines, const std::string& from
 /// Results stored by an unfinished session, e.g. in the phase reporting, are not used.
 void refuse_unless_done(const SessionRecord& record, const std::string& from) {
   if (record.state == RecordState::kDone) return;
-  throw Refused(
-      Refused::Why::kNotDone,
-      fmt::format("{}: the session was not done but is {}{}, and gets no certificate. Name a "
-                  "session that was published: 'cellcal history'",
-                  from, to_string(record.state),
-                  record.failure.empty() ? "" : " (" + printable(record.failure) + ")"));
+  throw Refused(Refused::Why::kNotDone,
+                fmt::format("{}: the session is {}{}, not done: no certificate. Choose a "
+                            "published session: 'cellcal history'",
+                            from, to_string(record.state),
+                            record.failure.empty() ? "" : " (" + printable(record.failure) + ")"));
 }
 
 /// May be of an unsupported version; the nominal arm is used instead.
@@ -114,9 +113,8 @@ Sources read_sources(const Archive& archive, const std::string& from) {
   const auto record = journal.session(session);
   if (!record) throw ArchiveError(from + ": contains no session");
   if (record->calibration.empty())
-    throw Refused(
-        Refused::Why::kNoCalibration,
-        from + ": has no calibration. Name a session that was published: 'cellcal history'");
+    throw Refused(Refused::Why::kNoCalibration,
+                  from + ": has no calibration. Choose a published session: 'cellcal history'");
   refuse_unless_done(*record, from);
   Sources all;
   all.record = *record;

@@ -122,8 +122,8 @@ ScheduleConfig read_schedule(const TomlTable& table) {
   if (schedule.unattended && schedule.responsible.empty()) {
     table.fail(
         "responsible",
-        "is missing: with unattended = true sessions begin without a person. Name who answers "
-        "for it that the cell is closed and clear within the windows, and how to reach them");
+        "is missing: with unattended = true sessions begin without a person. Name the person "
+        "responsible for a closed and clear cell within the windows, and how to reach them");
   }
   schedule.resumes = static_cast<int>(table.integer_or("resumes", 0, 0, 20));
   schedule.resume_wait_s = table.number_or("resume_wait_s", schedule.resume_wait_s, {10.0, 3600.0});

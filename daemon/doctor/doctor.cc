@@ -67,7 +67,7 @@ void examine(const DoctorRequest& request, Findings& findings) {
 void examine_from_within(const DoctorRequest& request, const DaemonConfig& config,
                          Findings& findings) {
   findings.ok("configuration",
-              fmt::format("as cellcald has it, backend {}", name_of(config.backend)));
+              fmt::format("as loaded by cellcald, backend {}", name_of(config.backend)));
   const std::optional<calib::Cell> cell = look_at_cell(request, config, findings);
   if (request.stop.stop_requested()) return;
   std::optional<ProcessRights> rights = rights_of_process(::getpid());

@@ -166,8 +166,9 @@ void look_at_schedule(const DaemonConfig& config, Findings& findings) {
         fmt::format("program_start = \"cell\", and a session waits {:.0f} s for it",
                     std::chrono::duration<double>(config.timeouts.connecting).count()),
         "set [session] connect_wait_s to 600, and have the PLC call it within that time");
-  findings.ok(check,
-              "the controller's program starts without a person, as [schedule] program_start says");
+  findings.ok(
+      check,
+      "the controller's program starts without a person, as set by [schedule] program_start");
 }
 
 void look_at_files(const DoctorRequest& request, const DaemonConfig& config,

@@ -151,8 +151,7 @@ void reload_line(PlantLine& line) {
   try {
     line.reload();
   } catch (const std::exception& error) {
-    spdlog::error("SIGHUP: [plant] stays as it was: {}. Then 'systemctl reload cellcald'",
-                  error.what());
+    spdlog::error("SIGHUP: [plant] unchanged: {}. Then 'systemctl reload cellcald'", error.what());
   }
 }
 

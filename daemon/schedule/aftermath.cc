@@ -38,7 +38,7 @@ Aftermath{F::kNotFollowing,      kAny, false, false, "emergency stop, drives off
 Aftermath{F::kStoppedElsewhere,  kAny, false, false, "stopped by another party"},
 Aftermath{F::kTimeout,           kAny, false, false, "the reason is not known"},
 Aftermath{F::kStopUnconfirmed,   kAny, false, false, "the arm may still move"},
-Aftermath{F::kPlan,              kAny, false, false, "no free path exists from where the arm stands"},
+Aftermath{F::kPlan,              kAny, false, false, "no free path exists from the arm's position"},
 Aftermath{F::kNotFound,          kAny, false, false, "a person has to measure the position of the sphere"},
 Aftermath{F::kPlanChanged,       kAny, false, false, "a person has to begin another session"},
 Aftermath{F::kJournal,           kAny, false, false, "nothing moves that cannot be recorded"},

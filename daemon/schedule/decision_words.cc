@@ -76,8 +76,8 @@ std::string why_words(const Decision& d) {
     case Why::kUnattendedOff:
       return "[schedule] unattended is not true: nothing moves without a person";
     case Why::kNoProgramStart:
-      return "nothing starts the controller's program without a person. Set it up as "
-             "drivers/kuka/krl/README.md, 'Unattended at night', says, then [schedule] program_start";
+      return "nothing starts the controller's program without a person. Set it up "
+             "(drivers/kuka/krl/README.md, 'Unattended at night'), then [schedule] program_start";
     case Why::kFailedBefore:
       return fmt::format("session {} failed: {}. {}", d.session, d.detail, kRelease);
     case Why::kAbortedBefore:

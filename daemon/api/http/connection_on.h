@@ -168,7 +168,7 @@ class ConnectionOn final : public Connection,
   }
 
   static Response no_room() {
-    return busy("other clients have not taken their answers yet. Ask again in a few seconds");
+    return busy("other clients have not read their answers yet. Ask again in a few seconds");
   }
 
   /// Delays a refusal to slow down guessing. The slot is available to others meanwhile.

@@ -113,7 +113,7 @@ Sums signed_sums(const fs::path& directory, Kind kind, const PublicKey& key) {
   if (sums->statement.key != key.fingerprint())
     throw NotVerified(
         Why::kOtherKey,
-        fmt::format("{}: signed by another key, {}; expected {}. Name the issuer's: --key FILE",
+        fmt::format("{}: signed by another key, {}; expected {}. Give the issuer's key: --key FILE",
                     (directory / names.sums).string(), sums->statement.key, key.fingerprint()));
   if (!key.verifies(text, signature))
     throw NotVerified(

@@ -54,7 +54,7 @@ void add_export(CLI::App* of, int& status) {
         const bool sound = std::count(text.begin(), text.end(), '/') == 1 && text.front() != '/' &&
                            text.back() != '/' && text.find_first_of(" ?#%") == std::string::npos;
         return sound ? std::string()
-                     : "\"" + text + "\" must be PLANT/CELL, as 'cellcal fleet status' has it";
+                     : "\"" + text + "\" must be PLANT/CELL, as listed by 'cellcal fleet status'";
       });
   auto* session =
       command->add_option("--session", given->session, "Session")->check(session_number());

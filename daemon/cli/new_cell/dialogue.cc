@@ -115,7 +115,7 @@ void Dialogue::robot() {
 }
 
 void Dialogue::tool() {
-  ask("Tool: X Y Z A B C from flange to TCP, as TOOL_DATA has it (mm, deg)",
+  ask("Tool: X Y Z A B C from flange to TCP, as in TOOL_DATA (mm, deg)",
       [this](const std::string& answer) {
         const std::vector<double> six = numbers(answer, {3, 6});
         std::copy_n(six.begin(), 3, form_.tool.xyz_mm.begin());

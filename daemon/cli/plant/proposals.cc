@@ -124,7 +124,7 @@ Proposal proposal_of(const ProposeCommand& command) {
   proposal.of.plant = command.cell.substr(0, cut);
   if (cut < command.cell.size()) proposal.of.cell = command.cell.substr(cut + 1);
   if (!plant::is_name(proposal.of.plant) || !plant::is_name(proposal.of.cell))
-    throw std::runtime_error("CELL must be PLANT/CELL, as 'cellcal fleet status' has it");
+    throw std::runtime_error("CELL must be PLANT/CELL, as listed by 'cellcal fleet status'");
   proposal.time = wall_clock_utc();
   proposal.id = command.id.empty() ? new_id(proposal.time) : command.id;
   proposal.kind = command.kind;

@@ -54,7 +54,7 @@ void refuse_unless_proven(const Connection& daemon, const CertificateCommand& co
     throw certificate::Refused(
         certificate::Refused::Why::kNotProven,
         fmt::format(
-            "{}: {}. Name the session at the daemon that recorded it, or an export signed there: "
+            "{}: {}. Use the session at the daemon that recorded it, or an export signed there: "
             "'--export-key FILE.pub'. Unsigned: --no-sign",
             named.from, why));
   };

@@ -12,7 +12,7 @@ void describe_cellcal_plant(CLI::App& app, PlantOptions& options) {
       "The cell's line to its plant: from cellcald's outbox to an MQTT broker, as configured for cellcald ([plant]).");
   app.footer("Example: cellcal-plant --socket /run/cellcal/plant/cellcald.sock");
   app.add_option("--socket", options.socket,
-                 "Where cellcald answers: folder plant beside its socket, the same name")
+                 "Socket of cellcald: folder plant next to its own, same name")
       ->capture_default_str();
   app.add_option("--longest-wait", options.longest_wait_s,
                  "Longest delay before a line or process is restarted [s]")
