@@ -22,7 +22,7 @@ bool changes_something(const Request& request) {
   return request.method != "GET" && request.method != "HEAD";
 }
 
-/// Words of others in a sentence of ours.
+/// Printable form of foreign text, for use within a message.
 std::string shown(const std::string& text) { return printable(text).substr(0, kMostShown); }
 
 Response who(const Token& token) {
@@ -99,14 +99,17 @@ std::optional<Token> Access::token_of(const Request& request) {
 
 Response Access::wrong_token(const Request& request) {
   const FailedAttempts::Count count = failed_.add(request.peer);
-  if (std::has_single_bit(static_cast<unsigned>(count.so_far))) {  // a log that is not flooded
+  // Logged at powers of two: the log is not.
+  if (std::has_single_bit(static_cast<unsigned>(count.so_far))) {
+    // flooded
     spdlog::warn("a wrong token from {}, {} so far", request.peer, count.so_far);
   }
   Response wrong = error(401,
                          "this token or login is not known, or has ended. 'cellcal token list' "
                          "shows the tokens; log in again");
   wrong.headers = {{"WWW-Authenticate", "Bearer"}};
-  // Guessing is not what an abort is for; who is told at once can log in, or press the emergency stop.
+  // An abort is of no use for guessing; an immediate answer lets its sender log in, or press the emergency
+  // stop.
   if (request.path != "/v1/abort") wrong.hold = count.wait;
   return wrong;
 }
@@ -131,7 +134,7 @@ Response Access::log_out(const Request& request) {
   return gone;
 }
 
-/// Cookies know no ports: two daemons on one computer would take each other's away.
+/// Cookies are not separated by port: two daemons on one computer would overwrite each other's.
 std::string Access::cookie_name() const { return fmt::format("cellcal-{}", config_.port); }
 
 std::string Access::cookie_of(const Request& request) const {

@@ -1,9 +1,9 @@
 #pragma once
-// Who may come in over the network, and what he has to say before anything moves.
+// Admission of network requests, and the confirmation required before motion.
 //
-// In this order: the Host must be this computer's; what changes something must not come from another
-// page; then the token, as 'Authorization: Bearer' or by the cookie that a login gave; then its role.
-// A token that is none costs its sender time, and nobody else: one that is, is never slowed.
+// Checks in this order: the Host header must name this computer; a request that changes something must not
+// come from another page; then the token, as 'Authorization: Bearer' or by the cookie of a login; then its
+// role. An invalid token delays its sender only; a valid one is never slowed.
 
 #include <cstdint>
 #include <filesystem>
@@ -21,10 +21,10 @@
 namespace cellcal::daemon {
 
 struct AccessConfig {
-  std::vector<std::string> host_names{};  ///< beside addresses and localhost
+  std::vector<std::string> host_names{};  ///< besides addresses and localhost
   std::uint16_t port = 0;
   bool tls = false;
-  std::filesystem::path sign_ins{};  ///< where they are kept; empty: they end with the daemon
+  std::filesystem::path sign_ins{};  ///< file of the sign-ins; empty: they end with the daemon
 };
 
 class Access {
@@ -32,11 +32,11 @@ class Access {
   Access(TokenStore& tokens, AccessConfig config)
       : tokens_(tokens), config_(std::move(config)), sign_ins_(tokens_, config_.sign_ins) {}
 
-  // On the network's thread.
-  /// Sets Request::caller, or refuses.
+  // On the network thread.
+  /// Sets Request::caller, or returns the refusal.
   std::optional<Response> admit(Request& request, Role needed);
   Response log_in(const Request& request);
-  /// The stream, which ends with the token or the login that it was asked for with.
+  /// Wraps the stream: it ends with the token or the login of its request.
   std::shared_ptr<Stream> while_admitted(const Request& request, std::shared_ptr<Stream> stream);
   Response log_out(const Request& request);
 

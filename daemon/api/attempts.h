@@ -1,5 +1,5 @@
 #pragma once
-// How often an address has tried a token that is none, and how long it has to wait for the answer.
+// Counts invalid tokens per address and derives the delay of the answer.
 
 #include <chrono>
 #include <functional>
@@ -8,7 +8,7 @@
 
 namespace cellcal::daemon {
 
-/// On one thread.
+/// Not thread-safe.
 class FailedAttempts {
  public:
   using Clock = std::function<std::chrono::steady_clock::time_point()>;
@@ -17,9 +17,9 @@ class FailedAttempts {
 
   struct Count {
     int so_far = 0;
-    std::chrono::milliseconds wait{0};  ///< twice as long each time, up to 5 s
+    std::chrono::milliseconds wait{0};  ///< doubles each time, up to 5 s
   };
-  /// One more. What lies ten minutes back is forgotten.
+  /// Counts one more attempt. Attempts older than ten minutes are dropped.
   Count add(const std::string& address);
 
  private:
@@ -28,7 +28,7 @@ class FailedAttempts {
     std::chrono::steady_clock::time_point last;
   };
   Clock clock_;
-  std::map<std::string, Of> of_;  ///< by address; of IPv6 by its network, which one host has all of
+  std::map<std::string, Of> of_;  ///< by address; IPv6 by network, all of which one host may use
 };
 
 }  // namespace cellcal::daemon

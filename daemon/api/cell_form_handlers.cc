@@ -1,4 +1,4 @@
-// Cell files that are made over the network. No session runs while one is written, and nothing moves by it.
+// Creation of cell files over the network. No session runs while one is written; causes no motion.
 
 #include <spdlog/spdlog.h>
 

@@ -31,7 +31,7 @@ void Clearance::forget() {
 }
 
 void Clearance::look(const Status& status) {
-  // Idle and done leave what was acknowledged as it is. Done cannot come without a session under way.
+  // kIdle and kDone leave the confirmation unchanged; kDone never occurs without a session under way.
   if (status.phase != Phase::kIdle && status.phase != Phase::kDone) forget();
 }
 

@@ -1,6 +1,6 @@
 #pragma once
-// 'The cell is clear': what somebody has said who is about to start motion from afar. It counts for his
-// next run, for five minutes, and for nothing once a session has begun, failed or been aborted.
+// Confirmation 'the cell is clear' of an operator who starts motion remotely. Valid for that operator's next
+// run, for five minutes, and void once a session has begun, failed or been aborted.
 
 #include <chrono>
 #include <functional>
@@ -14,19 +14,19 @@ namespace cellcal::daemon {
 
 inline constexpr std::chrono::seconds kClearanceLasts{300};
 
-/// From any thread.
+/// Thread-safe.
 class Clearance {
  public:
   using Clock = std::function<std::chrono::steady_clock::time_point()>;
   explicit Clearance(Clock clock = std::chrono::steady_clock::now) : clock_(std::move(clock)) {}
 
   void acknowledge(const std::string& name);
-  /// Takes it away for a run; false: this one has said nothing, or it no longer counts.
+  /// Consumes the confirmation for a run. False: not confirmed by this caller, or expired.
   bool take(const std::string& name);
-  /// The run that it was taken for was refused and nothing has happened: it counts again.
+  /// Restores the confirmation of a run that was refused before anything happened.
   void put_back(const std::string& name);
   void forget();
-  /// After each change of the status.
+  /// To be called after each change of the status.
   void look(const Status& status);
 
  private:

@@ -13,13 +13,13 @@ namespace {
 
 using std::chrono::steady_clock;
 
-/// A touch is some twenty statuses: the last fifty touches, a few megabytes.
+/// One touch takes about twenty statuses: the last fifty touches, a few megabytes.
 constexpr std::size_t kMostEntries = 1024;
-/// Of one piece, so that no follower holds much.
+/// Per piece, which bounds the memory of a follower.
 constexpr std::size_t kMostInOnePiece = 64;
 constexpr std::chrono::milliseconds kJointsPeriod{200};
 constexpr std::chrono::seconds kQuiet{5};
-/// As long the newest status may be given as it became text.
+/// Time for which the serialised newest status may be reused.
 constexpr std::chrono::milliseconds kSoon{500};
 
 std::string event(const char* name, const std::string& id, const std::string& data) {
@@ -27,7 +27,7 @@ std::string event(const char* name, const std::string& id, const std::string& da
   return fmt::format("event: {}\n{}data: {}\n\n", name, numbered, data);
 }
 
-/// The next one says the same, in newer words and figures.
+/// True if `next` only updates texts and figures of `status`.
 bool is_outdone(const Status& status, const Status& next) {
   return !status.made && status.session == next.session && status.phase == next.phase &&
          status.done == next.done && status.target == next.target;
@@ -46,7 +46,7 @@ std::optional<EventId> parse_event_id(std::string_view text) {
   return id;
 }
 
-/// Knows what one client was given.
+/// Stream of one client, with its position in the feed.
 class EventFeed::Follower final : public Stream {
  public:
   Follower(EventFeed& feed, std::optional<EventId> since)
@@ -82,7 +82,7 @@ class EventFeed::Follower final : public Stream {
     return since_ && since_->seq <= newest && oldest <= since_->seq + (since_->touch ? 1 : 0);
   }
 
-  /// The newest status outlives the packet that it was told with: later it is told anew.
+  /// The newest status outlives the link data serialised with it: later it is serialised anew.
   std::string text_of(const Entry& entry) const {
     if (entry.seq == feed_.entries_.back().seq && feed_.clock_() - entry.at > kSoon) {
       const Status now = feed_.source_.status();
@@ -93,11 +93,12 @@ class EventFeed::Follower final : public Stream {
   }
 
   void begin(std::string& piece) {
-    joints_ = feed_.joints_.number > 0 ? feed_.joints_.number - 1 : 0;  // the newest are given
+    // The newest joints are sent first.
+    joints_ = feed_.joints_.number > 0 ? feed_.joints_.number - 1 : 0;
     if (since_ && can_go_on()) return;
     const Entry& newest = feed_.entries_.back();
     piece += text_of(newest);
-    // Its touch is not new: the client has to ask for the session's touches anyway.
+    // The touch is not sent: the client has to request the session's touches anyway.
     since_ = EventId{newest.seq, true};
   }
 
@@ -118,7 +119,7 @@ class EventFeed::Follower final : public Stream {
   }
 
   EventFeed& feed_;
-  std::optional<EventId> since_;  ///< none: only what is current
+  std::optional<EventId> since_;  ///< none: current data only
   std::uint64_t joints_ = 0;
   steady_clock::time_point given_at_;
   bool begun_ = false;
@@ -128,19 +129,18 @@ std::shared_ptr<Stream> EventFeed::follow(std::optional<EventId> since) {
   return std::make_shared<Follower>(*this, since);
 }
 
-/// Takes up what has happened since the last look. Each change becomes text once, however many
-/// follow.
+/// Fetches the changes since the last call. Each is serialised once, regardless of the number of followers.
 void EventFeed::look() {
   std::vector<Status> news;
   if (entries_.empty()) {
     news = source_.since(0);
-    if (news.empty()) news.push_back(source_.status());  // nothing has happened yet
+    if (news.empty()) news.push_back(source_.status());  // no change yet
   } else {
     news = source_.since(entries_.back().seq);
   }
   const bool gap =
       !entries_.empty() && !news.empty() && news.front().seq != entries_.back().seq + 1;
-  if (gap) entries_.clear();  // what was before it can no longer be gone on with
+  if (gap) entries_.clear();  // the feed cannot be continued from before the gap
   for (std::size_t i = 0; i < news.size(); ++i) {
     if (i + 1 < news.size() && is_outdone(news[i], news[i + 1])) continue;
     const Status& status = news[i];

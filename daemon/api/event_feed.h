@@ -1,14 +1,14 @@
 #pragma once
-// What happens, as server-sent events, for all who follow.
+// Server-sent events for all followers.
 //
-//   event: status   id: N     a change of /v1/status, N its seq; where only words and figures change
-//                             many times in a row, the newest of them
-//   event: touch    id: N.1   a touch that was recorded, told of with status N
+//   event: status   id: N     a change of /v1/status, N its seq; of a series of changes in texts and
+//                             figures only, the newest
+//   event: touch    id: N.1   a recorded touch, published with status N
 //   event: robot              the newest joints while a session runs; not numbered, never repeated
-//   a comment                 when there was nothing for some seconds
+//   a comment                 after some seconds without events
 //
-// Who was given an id may go on behind it: nothing is lost or given twice. What lies too far back is
-// not there any more; then the current status comes first.
+// A client may resume after an id: nothing is lost or repeated. For an id older than the history the current
+// status is sent first.
 
 #include <chrono>
 #include <cstdint>
@@ -26,7 +26,7 @@
 
 namespace cellcal::daemon {
 
-/// Where somebody stands in what happened: behind status `seq`, and behind its touch or not.
+/// Position in the feed: after status `seq`, and after its touch or before it.
 struct EventId {
   std::uint64_t seq = 0;
   bool touch = false;
@@ -37,7 +37,7 @@ std::optional<EventId> parse_event_id(std::string_view text);
 class EventFeed {
  public:
   using Clock = std::function<std::chrono::steady_clock::time_point()>;
-  /// As SessionService has them.
+  /// Subset of SessionService.
   struct Source {
     std::function<Status()> status;
     std::function<std::vector<Status>(std::uint64_t seq)> since;
@@ -45,16 +45,16 @@ class EventFeed {
   explicit EventFeed(Source source, Clock clock = std::chrono::steady_clock::now)
       : source_(std::move(source)), clock_(std::move(clock)) {}
 
-  /// Behind `since`; without it from the current status on. Lives no longer than the feed.
+  /// Events after `since`; without it from the current status on. The stream must not outlive the feed.
   std::shared_ptr<Stream> follow(std::optional<EventId> since);
 
  private:
   class Follower;
-  /// One status, as text, with its touch where there is one.
+  /// One serialised status, with its touch if any.
   struct Entry {
     std::uint64_t seq = 0;
     std::string status, touch;
-    std::chrono::steady_clock::time_point at;  ///< when it became text
+    std::chrono::steady_clock::time_point at;  ///< time of serialisation
   };
   struct Joints {
     std::uint64_t number = 0;  ///< 0: none yet
@@ -67,9 +67,9 @@ class EventFeed {
   Source source_;
   Clock clock_;
   std::mutex mutex_;
-  std::deque<Entry> entries_;  ///< in order, nothing left out but words and figures of the past
+  std::deque<Entry> entries_;  ///< in order; complete except for outdated texts and figures
   std::shared_ptr<const LinkReport> seen_;
-  bool looked_ = false;  ///< for joints, ever
+  bool looked_ = false;  ///< joints were requested at least once
   std::chrono::steady_clock::time_point looked_at_{};
   Joints joints_;
 };

@@ -1,4 +1,4 @@
-// Frames of the controller, read, set and set back. No session runs meanwhile.
+// Reads, sets and restores frames of the controller. No session runs meanwhile.
 
 #include <spdlog/spdlog.h>
 
@@ -57,7 +57,7 @@ FrameName name_in(const json& body) {
   return *name;
 }
 
-/// {"xyz_mm": [1, 2, 3], "abc_deg": [4, 5, 6]}, and nothing else.
+/// {"xyz_mm": [1, 2, 3], "abc_deg": [4, 5, 6]}, and no other key.
 EkiFrameValues values_in(const json& body, const char* key) {
   EkiFrameValues values{};
   const json given = body.value(key, json());
@@ -104,7 +104,7 @@ auto sent(Act act) {
   }
 }
 
-/// Only a frame that was read back as it was sent is a success.
+/// Success only for a frame that was read back as it was sent.
 Response answer_of(const FrameRecord& record) {
   const bool set = record.outcome == FrameOutcome::kSet;
   spdlog::log(set ? spdlog::level::info : spdlog::level::warn, "frame {} by {}: {}", record.id,
@@ -162,7 +162,7 @@ std::optional<Response> Api::restore_frame(const Call& call) {
   return answer_of(record);
 }
 
-// Where the arm stands, for teaching: no session runs meanwhile, and nothing moves by it.
+// Current position of the arm, for teaching: no session runs meanwhile; causes no motion.
 
 std::optional<Response> Api::read_position(const Call&) {
   const ReadPosition read = position_ ? position_() : nullptr;

@@ -67,7 +67,7 @@ std::optional<Response> Api::answer(const Request& request, bool give_up) try {
     }
     return error(404, "no such resource: " + request.path);
   }
-  // Whoever let it in has looked at this already.
+  // Already checked on admission; repeated for safety.
   if (request.caller.role < found.route->role) {
     return error(403, std::string("the role ") + to_string(found.route->role) + " is needed");
   }
@@ -123,7 +123,7 @@ std::optional<Response> Api::watch(const Call& call) {
 
 std::optional<Response> Api::events(const Call& call) {
   const Request& request = call.request;
-  // What a browser sends when it connects anew is newer than the address that it was given.
+  // The id that a browser sends on reconnection is newer than the one in its address.
   std::string since = request.header("last-event-id");
   if (const auto given = request.query.find("since"); since.empty() && given != request.query.end())
     since = given->second;

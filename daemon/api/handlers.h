@@ -1,5 +1,5 @@
 #pragma once
-// From a request to its answer.
+// Request handlers of the HTTP API.
 
 #include <functional>
 #include <mutex>
@@ -31,58 +31,60 @@ class ProposalBox;
 
 class Api {
  public:
-  /// What a browser shows; for paths that are not below /v1. It holds no data of the cell.
+  /// Web page, for paths outside /v1. Contains no data of the cell.
   using Page = std::function<std::optional<Response>(const Request&)>;
-  /// Without `access` nobody has a token: over the network only what nobody may see is answered.
-  /// Without `examiner` there is no doctor within this daemon.
+  /// Without `access` there are no tokens: over the network only public resources are served. Without
+  /// `examiner` the daemon has no doctor.
   explicit Api(SessionService& service, Journal& journal, Access* access = nullptr, Page page = {},
                Examiner* examiner = nullptr);
 
-  /// Before the first request. Lives as long as this.
+  /// To be called before the first request; the argument outlives this object.
   void use(Schedule& schedule) { schedule_ = &schedule; }
   void use(plant::ProposalBox& proposals) { proposals_ = &proposals; }
   void use(FrameStation& frames) { frames_ = &frames; }
   void use(const CellShelf& shelf) { shelf_ = &shelf; }
-  /// How the line to the plant stands; none: no plant is named. Any thread.
+  /// Status of the connection to the plant; none: no plant is configured. Thread-safe.
   using PlantLineStatus = std::function<std::optional<plant::LinesStatus>()>;
   void use(PlantLineStatus line) { plant_line_ = std::move(line); }
-  /// What the checks say, as the controller has acknowledged it. Any thread.
+  /// Result of the checks, as acknowledged by the controller. Thread-safe.
   void use(std::function<AdviceStatus()> advice) { advice_ = std::move(advice); }
-  /// Where the arm stands, from a controller that says it beside a session; null: this one does not. Any thread.
+  /// Current position of the arm, from a controller that reports it outside of sessions; null: not supported.
+  /// Thread-safe.
   using ReadPosition = std::function<drivers::EkiPosition()>;
   void use(std::function<ReadPosition()> position) { position_ = std::move(position); }
-  /// What [retention] says now. Any thread.
+  /// Current [retention] settings. Thread-safe.
   void use(std::function<RetentionRule()> retention) { retention_ = std::move(retention); }
-  /// Where cell files lie that may be named over the network, beside those that are made here.
+  /// Folders of cell files that may be named over the network, besides those created here.
   void use(std::vector<std::filesystem::path> cell_folders) {
     cell_folders_ = std::move(cell_folders);
   }
 
-  /// Says who asks, or refuses. For no time.
+  /// Identifies the caller, or returns the refusal. Does not block.
   std::optional<Response> admit_local(Request& request) const;
   std::optional<Response> admit_network(Request& request) const;
 
-  /// As POST /v1/abort: the word that the cell is clear goes, too. False: nothing to abort. For no time.
+  /// As POST /v1/abort: also revokes the confirmation that the cell is clear. False: nothing to abort. Does
+  /// not block.
   bool abort_session();
 
-  /// To a request that was admitted. Nothing: there is no answer yet; ask again when the service has
-  /// changed, or say give_up.
+  /// Answers an admitted request. None: no answer yet; to be called again after a change of the service, or
+  /// with give_up.
   std::optional<Response> answer(const Request& request, bool give_up = true);
 
-  /// It may wait for the disk or for long work. Those that are not wait for nothing: status, watch
-  /// and abort are answered whatever the others do.
+  /// The request may block on the disk or compute for long. All others never block: status, watch and abort
+  /// are answered independently of slow requests.
   static bool is_slow(const Request& request);
 
   struct Call {
     const Request& request;
-    std::string_view variable;  ///< what stands for {id} or {name}
+    std::string_view variable;  ///< value of {id} or {name}
     bool give_up;
   };
-  /// All that there is: how it is asked for, who may, whether it takes time, and what answers.
+  /// Table of all routes: method, path, required role, slowness and handler.
   struct Route {
     const char* method;
-    const char* path;  ///< with at most one segment in braces
-    Role role;         ///< the least
+    const char* path;  ///< at most one segment in braces
+    Role role;         ///< minimum role
     bool slow;
     std::optional<Response> (Api::*answer)(const Call& call);
   };
@@ -101,7 +103,8 @@ class Api {
   std::optional<Response> add_token(const Call& call);
   std::optional<Response> remove_token(const Call& call);
   std::optional<Response> run(const Call& call);
-  /// What may set the arm in motion. From afar it takes the caller's word that the cell is clear, once: 412 without.
+  /// Wraps actions that may cause motion. Over the network they consume the caller's confirmation that the
+  /// cell is clear; 412 without.
   std::optional<Response> with_clear_cell(const Call& call, const std::function<Response()>& act);
   std::optional<Response> abort(const Call& call);
   std::optional<Response> sessions(const Call& call);
@@ -114,7 +117,7 @@ class Api {
   std::optional<Response> found(const Call& call);
   std::optional<Response> check(const Call& call);
   std::optional<Response> report(const Call& call);
-  // Sessions out of the journal and into it, and a copy of all of it (archive_handlers.cc).
+  // Export and import of sessions, and backup of the journal (archive_handlers.cc).
   std::optional<Response> export_session(const Call& call);
   std::optional<Response> import_session(const Call& call);
   std::optional<Response> back_up(const Call& call);
@@ -130,33 +133,34 @@ class Api {
   std::optional<Response> set_frame(const Call& call);
   std::optional<Response> restore_frame(const Call& call);
   FrameStation& frames();
-  // Where the arm was jogged to (position_handler.cc).
+  // Position reached by jogging (position_handler.cc).
   std::optional<Response> read_position(const Call& call);
-  // Cell files that are made over the network (cell_form_handlers.cc).
+  // Creation of cell files over the network (cell_form_handlers.cc).
   std::optional<Response> show_cell_form(const Call& call);
   std::optional<Response> read_cell_lists(const Call& call);
   std::optional<Response> write_cell(const Call& call);
   const CellShelf& shelf();
-  /// Throws RequestError where a request over the network names another file; empty: none is named.
+  /// Throws RequestError where a network request names a file outside the permitted folders; an empty name
+  /// passes.
   void keep_among_cells(const Request& request, const std::filesystem::path& cell) const;
-  // What begins without a person (schedule_handlers.cc).
+  // Unattended sessions (schedule_handlers.cc).
   std::optional<Response> show_schedule(const Call& call);
   std::optional<Response> begin_scheduled(const Call& call);
   std::optional<Response> release_schedule(const Call& call);
   Schedule& schedule();
-  // What the plant proposed (proposal_handlers.cc).
+  // Proposals of the plant (proposal_handlers.cc).
   std::optional<Response> show_plant(const Call& call);
   std::optional<Response> take_certificate(const Call& call);
   std::optional<Response> show_proposals(const Call& call);
   std::optional<Response> accept_proposal(const Call& call);
   std::optional<Response> refuse_proposal(const Call& call);
   plant::ProposalBox& proposals();
-  // What the page draws (page_data.cc).
+  // Data of the page's drawings (page_data.cc).
   std::optional<Response> scene(const Call& call);
   std::optional<Response> drift(const Call& call);
   std::optional<Response> plan(const Call& call);
   std::optional<Response> figures(const Call& call);
-  // Which step is next, and the doctor within the daemon (readiness_handlers.cc).
+  // Readiness steps, and the doctor within the daemon (readiness_handlers.cc).
   std::optional<Response> readiness(const Call& call);
   std::optional<Response> doctor(const Call& call);
   std::optional<Response> examine(const Call& call);
@@ -171,7 +175,7 @@ class Api {
 
   SessionService& service_;
   Journal& journal_;
-  std::mutex certificates_;  ///< one is looked up and told at a time
+  std::mutex certificates_;  ///< serialises lookup and notification of certificates
   Access* access_;
   Schedule* schedule_ = nullptr;
   FrameStation* frames_ = nullptr;
@@ -185,7 +189,7 @@ class Api {
   Page page_;
   Examiner* examiner_;
   DriftWatch drift_watch_;
-  /// One for each listener's thread: none waits for what the other does.
+  /// One per listener thread, so that neither waits for the other.
   EventFeed local_feed_, network_feed_;
 };
 

@@ -21,7 +21,7 @@ namespace {
 
 using Labels = std::vector<std::pair<const char*, std::string>>;
 
-/// Families one after the other, each with its help and type in front.
+/// Metric families, each preceded by its help and type.
 class Exposition {
  public:
   void family(const char* name, const char* type, const char* help) {
@@ -48,7 +48,7 @@ class Exposition {
     family(name, "counter", help);
     sample(value);
   }
-  /// Counts up to each bound, as Prometheus has them.
+  /// Cumulative counts up to each bound, as defined by Prometheus.
   void histogram(const char* name, const char* help, const drivers::TimeHistogram& times) {
     family(name, "histogram", help);
     double count = 0.0;
@@ -172,7 +172,7 @@ void put_sessions(Exposition& out, const std::vector<SessionRecord>& sessions) {
   out.counter("cellcal_touches_total", "Touches in the journal.", touches);
 }
 
-/// Of the newest session that is done; all 0 where none has one recorded.
+/// Outcome of the newest completed session; all 0 without a recorded outcome.
 void put_outcome(Exposition& out, const std::vector<SessionRecord>& newest_first) {
   const auto newest = std::ranges::find(newest_first, RecordState::kDone, &SessionRecord::state);
   const auto outcome =
@@ -224,7 +224,7 @@ void put_drift(Exposition& out, const calib::DriftChart& chart) {
   out.gauge("cellcal_drift_checks", "Checks in it.", static_cast<double>(chart.counted));
   out.gauge("cellcal_drift_undecided_checks", "Checks since the newest decided one.",
             static_cast<double>(chart.undecided));
-  if (chart.counted == 0) return;  // no check held: there is no centre
+  if (chart.counted == 0) return;  // no check passed: there is no centre
   for (auto point = chart.points.rbegin(); point != chart.points.rend(); ++point) {
     if (point->check.left_out != calib::LeftOut::kNo) continue;
     out.gauge("cellcal_drift_limit_ratio",
@@ -235,7 +235,7 @@ void put_drift(Exposition& out, const calib::DriftChart& chart) {
   }
 }
 
-/// Of the newest session that has one that this version can read.
+/// Newest result that this version can read.
 std::optional<calib::Calibration> newest_result(Journal& journal,
                                                 const std::vector<SessionRecord>& newest_first) {
   for (const SessionRecord& session : newest_first) {

@@ -1,5 +1,5 @@
 #pragma once
-// The daemon's figures in the text format of Prometheus, version 0.0.4.
+// Metrics of the daemon in the Prometheus text format, version 0.0.4.
 
 #include <string>
 #include <vector>
@@ -11,13 +11,13 @@
 
 namespace cellcal::daemon {
 
-/// Of the state and its links, of all sessions, of the newest result and of its checks (null: there is none). What is not known is
-/// left out.
+/// Metrics of the state and its links, of all sessions, of the newest result and of its checks (null: none).
+/// Unknown values are omitted.
 std::string metrics_text(const Status& status, const std::vector<SessionRecord>& sessions,
                          const calib::Calibration* newest,
                          const calib::DriftChart* drift = nullptr);
 
-/// Of the line to the plant, where one is named.
+/// Metrics of the connection to the plant, where one is configured.
 std::string metrics_text(const plant::LineStatus& line, const OutboxCount& outbox);
 
 }  // namespace cellcal::daemon

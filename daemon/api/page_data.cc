@@ -1,4 +1,4 @@
-// What the page draws: the cell, the touches that are to be made, what came of them.
+// Data of the page's drawings: the cell, the planned touches and their results.
 
 #include <spdlog/spdlog.h>
 
@@ -16,7 +16,7 @@ namespace cellcal::daemon {
 
 namespace {
 
-/// Which session's picture is asked for: `?session=N`, else the newest. 0: there is none.
+/// Session of the drawing: `?session=N`, otherwise the newest. 0: none.
 std::int64_t session_asked_for(const Request& request, const Status& status, Journal& journal) {
   if (const auto asked = whole_number_in(request, "session")) return *asked;
   if (status.session > 0) return status.session;
@@ -24,7 +24,7 @@ std::int64_t session_asked_for(const Request& request, const Status& status, Jou
   return all.empty() ? 0 : all.front().id;
 }
 
-/// With its meshes, where their files still stand where the cell file has them.
+/// Includes meshes whose files still exist at their place in the cell file.
 calib::Cell drawn_cell(const SessionInputs& inputs) {
   calib::Cell cell = cell_of(inputs);
   try {
@@ -54,7 +54,7 @@ std::optional<Response> Api::scene(const Call& call) {
   return Response{.body = web::scene_to_json(id, drawn_cell(record->inputs))};
 }
 
-/// Of the cell of `?session=N`, else of the newest that has a result.
+/// For the cell of `?session=N`, otherwise of the newest session with a result.
 std::optional<Response> Api::drift(const Call& call) {
   const auto id = whole_number_in(call.request, "session");
   const auto asked = id ? journal_.session(*id) : std::nullopt;
@@ -63,7 +63,7 @@ std::optional<Response> Api::drift(const Call& call) {
     return record ? calibration_of(*record) : std::nullopt;
   };
   std::vector<SessionRecord> sessions = journal_.sessions();
-  // Another cell's may have a cell file of the same path.
+  // An imported session may name the same path for another cell.
   std::erase_if(sessions, [](const SessionRecord& record) {
     return record.origin.has_value() || !record.has_calibration;
   });

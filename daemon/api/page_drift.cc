@@ -14,7 +14,7 @@ namespace {
 
 using calib::kMmPerM;
 
-/// Of each joint how far its zero is from nominal, and 1 sigma of it.
+/// Zero offset of each joint relative to nominal, with 1 sigma.
 json zeros_to_json(const calib::Calibration& found) {
   json list = json::array();
   for (const calib::ParameterResult& one : found.parameters) {
@@ -38,7 +38,7 @@ json session_to_json(const SessionRecord& record, const calib::Calibration& foun
           {"zeros", zeros_to_json(found)}};
 }
 
-/// As the mathematics writes it, and of which calibration.
+/// The chart as serialised by calib, with its calibration.
 json checks_to_json(const Drift& checks) {
   json chart = json::parse(calib::drift_to_json(checks.chart));
   chart["calibration"] = checks.calibrated;

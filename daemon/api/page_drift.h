@@ -1,5 +1,5 @@
 #pragma once
-// What the sessions of one cell file found, one beside the other: does the arm stay as it is?
+// Results of the sessions of one cell file over time: stability of the arm.
 
 #include <functional>
 #include <optional>
@@ -13,13 +13,12 @@
 
 namespace cellcal::daemon::web {
 
-/// More of the newest are not looked at.
+/// Maximum number of sessions.
 inline constexpr std::size_t kMostCompared = 30;
 
-/// `calibration` gives that of a session, nothing where it has none. Sessions of another cell file
-/// than `cell` are left out; an empty `cell` stands for that of the newest that has a result.
-/// Oldest first. `checks`: the control chart of the newest published calibration; null: there is none. `controller`: the
-/// advice that it has acknowledged.
+/// `calibration`: that of a session, none without a result. Only sessions of the cell file `cell` are
+/// included, where it is empty those of the newest with a result. Oldest first. `checks`: control chart of
+/// the newest published calibration; null: none. `controller`: advice acknowledged by the controller.
 std::string drift_to_json(
     const std::vector<SessionRecord>& newest_first, std::string cell,
     const std::function<std::optional<calib::Calibration>(std::int64_t)>& calibration,

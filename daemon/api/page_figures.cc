@@ -22,7 +22,7 @@ double value_of(const calib::Calibration& found, const calib::ParameterKey& key,
   return one == nullptr ? unknown : one->nominal + one->correction;
 }
 
-/// The arm as it was found.
+/// The calibrated arm.
 class FoundArm {
  public:
   explicit FoundArm(const calib::Calibration& found)
@@ -35,7 +35,7 @@ class FoundArm {
   std::optional<double> residual_m(const calib::Touch& touch) const {
     const auto target = std::find_if(found_.targets.begin(), found_.targets.end(),
                                      [&](const auto& one) { return one.id == touch.target; });
-    // The effective radius is that of the first tool.
+    // The effective radius belongs to the first tool.
     if (target == found_.targets.end() || !touch.tool.empty()) return std::nullopt;
     const Vector3d tip = arm_.position(arm_.prepare(touch.joint_rad), errors_.data());
     Vector3d outwards = target->normal;
@@ -77,7 +77,7 @@ json summary(const calib::ResidualSummary& of) {
           {"rms_mm", number(of.rms_m, kMmPerM)}};
 }
 
-/// What it is about as a name: "S1", "S1-S2"; and after which touch, counted from 1.
+/// Subject as a name ("S1", "S1-S2"), and the touch from which it applies, counted from 1.
 json about_to_json(const calib::Subject& about) {
   const bool length = about.of == calib::Subject::Of::kLength;
   return {{"of", calib::to_string(about.of)},
@@ -96,7 +96,7 @@ json evidence_to_json(const std::vector<calib::Quantity>& evidence) {
 }
 
 json parts_to_json(const std::vector<calib::FindingPart>& parts) {
-  constexpr std::size_t kMostParts = 8;  // a page names no more
+  constexpr std::size_t kMostParts = 8;  // the page displays at most this number
   json list = json::array();
   for (const calib::FindingPart& one : parts) {
     if (list.size() == kMostParts) break;
@@ -121,7 +121,7 @@ json findings_to_json(const std::vector<calib::Finding>& findings) {
 }
 
 json result_to_json(const calib::Calibration& found) {
-  // Files of an earlier version have what the tolerances foresee there, and no U.
+  // Files of an earlier version contain the value predicted from the tolerances there, and no U.
   const bool stated = found.nominal_workspace_u_m > 0.0;
   return {{"publish", found.verdict.publish()},
           {"scope", found.verdict.workspace ? "workspace" : "near targets"},

@@ -1,5 +1,5 @@
 #pragma once
-// A session's touches and, where it was identified, what came of it.
+// Touches of a session and, where identified, its results.
 
 #include <cstddef>
 #include <map>
@@ -13,16 +13,16 @@
 
 namespace cellcal::daemon::web {
 
-/// How far off its sphere or plane the calibrated tip is, signed, outwards [m]; nothing where the
-/// calibration does not say. The latch's delay is undone where the calibration found one.
+/// Signed outward distance [m] of the calibrated tip from its sphere or plane; none where the calibration
+/// does not contain the target. Corrected for the latch delay, if estimated.
 std::optional<double> residual_m(const calib::Calibration& calibration, const calib::Touch& touch);
 
-/// What was known of a touch when it was made, before identification [m].
+/// Values known when the touch was made, before identification [m].
 struct FigureOfTouch {
   std::optional<double> residual_m, u95_m;
 };
 
-/// `calibration`: null where there is none; then residuals are those of `made`, by number of the touch, without sign.
+/// `calibration`: null without one; the residuals are then the unsigned ones of `made`, by touch number.
 std::string figures_to_json(const SessionRecord& record, const calib::Cell& cell,
                             const std::vector<calib::Touch>& touches,
                             const calib::Calibration* calibration,

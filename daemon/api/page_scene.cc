@@ -166,7 +166,7 @@ using nlohmann::json;
 
 namespace {
 
-/// A nanometre and a ten-millionth of a degree: nobody sees less, and it travels in half the bytes.
+/// 1 nm and 1e-7 deg: invisible rounding that halves the size.
 constexpr double kDigits = 1e6;
 
 double rounded(double value) { return std::round(value * kDigits) / kDigits; }
@@ -187,7 +187,7 @@ json mm(const Eigen::Vector3d& point_m) {
 json frame(const Eigen::Isometry3d& frame) {
   json list = json::array();
   for (int row = 0; row < 3; ++row) {
-    // Directions count for metres: they stay as they are.
+    // Direction components are dimensionless and not converted.
     for (int column = 0; column < 3; ++column) list.push_back(frame.linear()(row, column));
     list.push_back(number(frame.translation()[row], calib::kMmPerM));
   }

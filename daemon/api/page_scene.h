@@ -1,9 +1,9 @@
 #pragma once
-// What a picture of the cell needs, so that the page moves the arm by its joint angles alone.
+// Data of a 3D view of the cell, which lets the page move the arm by its joint angles.
 //
 //   base . T_1 ... T_n . flange . tool,   T_i = Rz(sign_i q_i + offset_i) . behind_i
 //
-// Frames are three rows of four, row by row: the rotation, and the origin in mm. The nominal model.
+// Frames are 3x4, row-major: rotation, and origin in mm. Nominal model.
 
 #include <Eigen/Geometry>
 #include <cstdint>
@@ -16,25 +16,25 @@
 
 namespace cellcal::daemon::web {
 
-/// Meshes with more triangles than this go as the box around them.
+/// Meshes with more triangles are replaced by their bounding box.
 inline constexpr std::size_t kMostTrianglesDrawn = 20'000;
 
-/// `cell` has its meshes, as far as they could be read.
+/// `cell`: with the meshes that could be read.
 std::string scene_to_json(std::int64_t session, const calib::Cell& cell);
 
-// The touches that are to be made.
+// Planned touches.
 
-/// `first`: number of the plan's first touch in its session. The tip is where the contact is
-/// expected, the joints are those of the stand-off.
+/// `first`: number of the plan's first touch in its session. The tip is at the expected contact, the joints
+/// are those of the stand-off.
 std::string plan_to_json(std::int64_t session, std::size_t first, const calib::Plan& plan,
                          const calib::Cell& cell);
 
-// Points, frames and angles as the page takes them: millimetres and degrees, and only finite numbers.
+// Points, frames and angles for the page: millimetres and degrees, finite numbers only.
 
-/// null where it is not finite.
+/// null for a non-finite value.
 nlohmann::json number(double value, double factor = 1.0);
 nlohmann::json mm(const Eigen::Vector3d& point_m);
-/// Three rows of four: the rotation, and where the origin is [mm].
+/// 3x4, row-major: rotation, and origin [mm].
 nlohmann::json frame(const Eigen::Isometry3d& frame);
 nlohmann::json degrees(const calib::JointVector& joint_rad);
 

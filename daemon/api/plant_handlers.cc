@@ -1,4 +1,4 @@
-// How the line to the plant stands, and what waits for it.
+// Status of the connection to the plant, and its queue.
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
@@ -27,8 +27,8 @@ namespace cellcal::daemon {
 
 namespace {
 
-/// What was reported to the plant of a session's certificates, beside its results: a line each, the outbox's source and the content's SHA-256. Under
-/// another source it may be another plant.
+/// Certificates already reported to the plant, next to the session's results: one line each with the outbox's
+/// source and the SHA-256 of the content. Another source may be another plant.
 constexpr const char* kReportedFile = "certificates_told";
 
 std::string lines_of(const std::filesystem::path& file) {
@@ -36,7 +36,7 @@ std::string lines_of(const std::filesystem::path& file) {
   return std::filesystem::exists(file, code) ? calib::read_file(file) : std::string();
 }
 
-/// Who says none has it known by all bytes. Throws BadRequest.
+/// SHA-256 of the certified content: stated under "content", otherwise of the whole body. Throws BadRequest.
 std::string content_of(const std::string& body) {
   const nlohmann::json whole = nlohmann::json::parse(body);
   if (!whole.contains("content")) return calib::sha256(body);
@@ -80,7 +80,8 @@ std::optional<Response> Api::show_plant(const Call&) {
                                 {"sparkplug", sparkplug_json(lines->sparkplug)}})};
 }
 
-/// Said once for each content. Of this journal's calibration, with files that have the sums they come with; who signed it is those's to say who verify it.
+/// Reports each content once. The certificate has to match this journal's calibration and the sums of its
+/// files; the signature is checked by those who verify it.
 std::optional<Response> Api::take_certificate(const Call& call) {
   const SessionRecord session = find(call);
   if (!plant_line_ || !plant_line_()) throw NotFound("no plant is named: [plant] in cellcald.toml");
@@ -118,7 +119,7 @@ std::optional<Response> Api::take_certificate(const Call& call) {
   return Response{201, "application/json", dump({{"certificate", number}})};
 }
 
-// What the plant proposed to this cell, and what is said to it. Nothing here begins a session.
+// Proposals of the plant to this cell, and the answers. No handler here starts a session.
 
 namespace {
 
@@ -144,7 +145,7 @@ json to_json(const KeptProposal& one, const plant::ProposalBox& box) {
           {"file", has_file ? json(box.file_of(proposal).string()) : json(nullptr)}};
 }
 
-/// {"reason": "why", "by": "a name"}, both of which may be missing where it is accepted.
+/// {"reason": "why", "by": "a name"}; both optional when accepting.
 plant::Say say_in(const Request& request, bool needs_reason) {
   const json body =
       request.body.empty() ? json::object() : json::parse(request.body, nullptr, false);
@@ -156,7 +157,7 @@ plant::Say say_in(const Request& request, bool needs_reason) {
   return say;
 }
 
-/// What is the matter with it passes, or never does.
+/// Maps temporary and permanent refusals to their status codes.
 template <class Act>
 auto decided(Act act) {
   try {
@@ -174,12 +175,11 @@ auto decided(Act act) {
 
 plant::ProposalBox& Api::proposals() {
   if (proposals_ == nullptr || (plant_line_ && !plant_line_()))
-    throw NotFound(
-        "this cell belongs to no plant. Set [plant] in cellcald.toml and restart cellcald");
+    throw NotFound("no plant is configured. Set [plant] in cellcald.toml and restart cellcald");
   return *proposals_;
 }
 
-/// Of a cell that belongs to no plant: none.
+/// Empty for a cell without a plant.
 std::optional<Response> Api::show_proposals(const Call&) {
   json list = json::array();
   if (proposals_ == nullptr || (plant_line_ && !plant_line_()))
@@ -208,7 +208,7 @@ std::optional<Response> Api::refuse_proposal(const Call& call) {
   return Response{.body = dump(to_json(kept, proposals()))};
 }
 
-// What begins without a person, and when.
+// Unattended sessions and their times.
 
 namespace {
 

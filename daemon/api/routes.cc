@@ -73,7 +73,7 @@ std::span<const Api::Route> Api::routes() {
 
 namespace {
 
-/// What stands for the pattern's segment in braces; nothing where the path is another one.
+/// Value of the pattern's segment in braces; none where the path does not match.
 std::optional<std::string_view> fits(std::string_view pattern, std::string_view path) {
   const std::size_t open = pattern.find('{');
   if (open == std::string_view::npos) {

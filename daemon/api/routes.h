@@ -1,5 +1,5 @@
 #pragma once
-// Which of the handlers a request is for.
+// Selection of the handler of a request.
 
 #include <cstdint>
 #include <optional>
@@ -10,21 +10,21 @@
 
 namespace cellcal::daemon {
 
-/// There is no such thing.
+/// The resource does not exist.
 struct NotFound : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
 struct Match {
-  const Api::Route* route = nullptr;  ///< null: nothing is there for this method
-  std::string_view variable{};        ///< of the path that was matched
-  bool path_known = false;            ///< with this or another method
+  const Api::Route* route = nullptr;  ///< null: no route for this method
+  std::string_view variable{};        ///< value of the segment in braces
+  bool path_known = false;            ///< the path exists with this or another method
 };
 Match match(const Request& request);
 
-/// A parameter of the query that is a whole number; throws BadRequest where it is not one.
+/// Integer parameter of the query; throws BadRequest where it is not an integer.
 std::optional<std::int64_t> whole_number_in(const Request& request, const char* key);
-/// Not negative, digits only.
+/// Non-negative, digits only.
 std::optional<std::int64_t> whole_number(std::string_view text);
 
 }  // namespace cellcal::daemon

@@ -14,7 +14,7 @@ namespace {
 
 using nlohmann::json;
 
-/// Takes a key out of the object; what remains at the end is unknown.
+/// Moves a key out of the object; keys that remain at the end are unknown.
 template <typename T>
 void take(json& object, const char* key, T& value) {
   const auto found = object.find(key);
@@ -113,8 +113,9 @@ void keep_within(const Request& request, const fs::path& file, const NetworkFile
     if (directly && !is_link(folder) && !is_link(file)) return;
     places += (places.empty() ? "" : " or ") + folder.string();
   }
-  throw RequestError(fmt::format("over the network {} lies directly in {}, and is no link. {}",
-                                 allowed.what, places, allowed.instead));
+  throw RequestError(
+      fmt::format("over the network {} must lie directly in {} and must not be a link. {}",
+                  allowed.what, places, allowed.instead));
 }
 
 }  // namespace cellcal::daemon

@@ -1,4 +1,4 @@
-// What the journal and the results' folder hold of sessions.
+// Sessions in the journal and in the results folder.
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
@@ -35,7 +35,7 @@ using nlohmann::json;
 
 constexpr std::int64_t kUsualPage = 100, kLargestPage = 1000;
 
-/// Of a damaged row, or one of another version, nobody knows.
+/// Null for a damaged row, or one of another version.
 json kind_of(const SessionRecord& record) {
   try {
     return to_string(options_from_json(record.inputs.options).kind);
@@ -44,13 +44,13 @@ json kind_of(const SessionRecord& record) {
   }
 }
 
-/// None of one that is not done, or ended before outcomes were recorded.
+/// None for a session that is not done, or that ended before outcomes were recorded.
 std::optional<SessionOutcome> outcome_of(const SessionRecord& record) {
   if (record.state != RecordState::kDone) return std::nullopt;
   return outcome_from_json(record.outcome);
 }
 
-/// Of a check that decided something: whether the calibration held. Null of all else.
+/// Result of a conclusive check: true if the calibration holds. Null otherwise.
 json holds(const SessionRecord& record) {
   const auto outcome = outcome_of(record);
   if (!outcome) return nullptr;
@@ -77,7 +77,7 @@ json to_json(const SessionRecord& record) {
   return value;
 }
 
-/// `by_cause`: none of them where they were not recorded.
+/// `by_cause`: empty where causes were not recorded.
 json to_json(const PhaseTimes& times, const InterruptionCounts& by_cause) {
   json activities = json::array();
   for (const Activity activity : kAllActivities) {
@@ -107,7 +107,7 @@ struct Part {
   bool more = false;
 };
 
-/// Those of `count` that follow the one with the number `after`; from the first without it.
+/// Page of `count` items after the number `after`; from the first without it.
 Part part_of(const Request& request, std::size_t count) {
   const auto limit = static_cast<std::size_t>(page_size(request, kUsualPage));
   const auto after = whole_number_in(request, "after");
@@ -208,7 +208,7 @@ std::optional<Response> Api::check(const Call& call) {
   return result_file(call, "check.json", "application/json");
 }
 
-/// Of a calibration that is done: whether its verdict published it. Null of all else.
+/// True if the verdict of a completed calibration published it. Null for other sessions.
 json Api::published(const SessionRecord& record) const {
   if (record.state != RecordState::kDone) return nullptr;
   if (const auto outcome = outcome_of(record)) {
@@ -221,13 +221,13 @@ json Api::published(const SessionRecord& record) const {
 
 std::optional<Response> Api::report(const Call& call) {
   Response page = result_file(call, "report.html", "text/html; charset=utf-8");
-  // It comes from where the page comes from, and must not act as that may, whatever words are in it.
+  // The report is served from the page's origin but must not act with its rights, whatever it contains.
   page.headers = {{"Content-Security-Policy",
                    "sandbox; default-src 'none'; style-src 'unsafe-inline'; img-src data:"}};
   return page;
 }
 
-/// Nothing of a request ever becomes part of a path.
+/// No part of a request becomes part of a path.
 Response Api::result_file(const Call& call, const char* name, const char* type) {
   const std::int64_t session = find(call).id;
   const std::filesystem::path path = service_.results_dir(session) / name;
@@ -238,7 +238,7 @@ Response Api::result_file(const Call& call, const char* name, const char* type) 
   return {200, type, calib::read_file(path)};
 }
 
-// Raw rows of old sessions, dropped on request.
+// Deletion of raw rows of old sessions on request.
 
 namespace {
 
@@ -252,7 +252,7 @@ struct Wanted {
   bool dry_run = false;
 };
 
-/// {"dry_run": true, "days": 90, "megabytes": 500}, each or none.
+/// {"dry_run": true, "days": 90, "megabytes": 500}, each optional.
 Wanted wanted_in(const std::string& body) {
   const json object = json::parse(body, nullptr, false);
   if (!object.is_object()) throw BadRequest("the body must be a JSON object");
@@ -297,7 +297,7 @@ std::optional<Response> Api::retain(const Call& call) {
                                 {"bytes_in_use", journal_.bytes_in_use()}})};
 }
 
-// Sessions out of the journal and into it, and a copy of all of it.
+// Export and import of sessions, and backup of the journal.
 
 namespace {
 
@@ -317,7 +317,7 @@ std::filesystem::path path_in(const std::string& body, const char* key) {
   return path;
 }
 
-/// What is wrong with a file that was named is its sender's matter.
+/// Errors in a named file are errors of the request.
 template <class Act>
 auto as_request(Act act) {
   try {
@@ -336,7 +336,7 @@ void refuse_links_in(const std::filesystem::path& directory) {
   for (const auto& entry : std::filesystem::directory_iterator(directory))
     if (entry.is_symlink())
       throw RequestError(entry.path().string() +
-                         ": is a link, and is not followed for a request over the network");
+                         ": is a link, which a request over the network must not follow");
 }
 
 }  // namespace
@@ -375,7 +375,7 @@ std::optional<Response> Api::back_up(const Call& call) {
   const std::filesystem::path file = path_in(call.request.body, "file");
   keep_within(call.request, file,
               {"a backup",
-               "Name a file there, or use 'cellcal backup' on the cell's computer",
+               "Choose a file there, or use 'cellcal backup' on the cell's computer",
                {service_.backups_dir()}});
   return as_request([&] {
     if (call.request.is_from_network()) std::filesystem::create_directories(service_.backups_dir());

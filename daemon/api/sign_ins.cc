@@ -16,7 +16,7 @@ namespace cellcal::daemon {
 
 namespace {
 
-/// Screens and browsers of one token. Tokens are few: who may add them may do everything.
+/// Screens and browsers of one token. The number of tokens is small, since only administrators add them.
 constexpr std::ptrdiff_t kMostOfOneToken = 32;
 
 bool same(const std::string& a, const std::string& b) {
@@ -32,7 +32,7 @@ SignIns::SignIns(const TokenStore& tokens, const std::filesystem::path& file, Cl
   all_ = file_->read();
 }
 
-/// With the last use of each; a daemon that is killed leaves that of the last sign-in or logout.
+/// Writes the last use of each; a killed daemon keeps the times of the last sign-in or logout.
 SignIns::~SignIns() {
   if (file_) file_->write(all_);
 }
@@ -86,7 +86,7 @@ std::string text_of(const std::vector<SignIn>& all) {
   return json{{"format", kSignInFormat}, {"sign_ins", list}}.dump(1) + "\n";
 }
 
-/// Throws anything.
+/// Throws on any malformed content.
 std::vector<SignIn> parsed_sign_ins(const std::string& text) {
   const json document = json::parse(text);
   if (document.at("format") != kSignInFormat) throw std::runtime_error("another format");
@@ -96,7 +96,7 @@ std::vector<SignIn> parsed_sign_ins(const std::string& text) {
                value.at("token_sha256").get<std::string>(),
                system_clock::time_point(seconds(value.at("last_unix_s").get<std::int64_t>()))};
     if (!calib::is_sha256(one.cookie_sha256) || !calib::is_sha256(one.token_sha256))
-      throw std::runtime_error("a sign-in is not as it was written");
+      throw std::runtime_error("a sign-in is malformed");
     all.push_back(std::move(one));
   }
   return all;
@@ -121,10 +121,10 @@ std::vector<SignIn> SignInFile::read() const {
   if (::stat(file_.c_str(), &info) != 0) return {};
   try {
     if ((info.st_mode & (S_IRWXG | S_IRWXO)) != 0)
-      throw std::runtime_error("others may read or write it");
+      throw std::runtime_error("accessible to other users");
     return parsed_sign_ins(calib::read_file(file_, kMostSignInBytes));
   } catch (const std::exception& error) {
-    spdlog::warn("{}: {}. Everybody has to sign in again", file_.string(), system_words(error));
+    spdlog::warn("{}: {}. All browsers have to sign in again", file_.string(), system_words(error));
     return {};
   }
 }

@@ -1,6 +1,6 @@
 #pragma once
-// Browsers that logged in. Their cookie is no token: it ends with a logout, with the token, or 30 days after it was last
-// used, which following is as well. It outlives the daemon where there is a file for it.
+// Sign-ins of browsers. The cookie is not a token: it ends with a logout, with the token, or 30 days after
+// its last use, which includes following the event stream. It survives a restart where a file is given.
 
 #include <chrono>
 #include <condition_variable>
@@ -17,24 +17,24 @@
 
 namespace cellcal::daemon {
 
-// Sign-ins that outlive the daemon: a file of its own (mode 0600) in the state directory, of digests alone. Who reads it
-// gets neither a cookie nor a token from it.
+// Persistent sign-ins: a separate file (mode 0600) in the state directory with digests only, from which
+// neither a cookie nor a token can be derived.
 
 struct SignIn {
   std::string cookie_sha256, token_sha256;       ///< hexadecimal
-  std::chrono::system_clock::time_point last{};  ///< use
+  std::chrono::system_clock::time_point last{};  ///< last use
 };
 
-/// Written by a thread of its own: neither an abort nor a request waits for the disk.
+/// Written on a thread of its own: neither an abort nor a request waits for the disk.
 class SignInFile {
  public:
   explicit SignInFile(std::filesystem::path file);
-  ~SignInFile();  ///< what was given last is on disk, or its failure in the log
+  ~SignInFile();  ///< the newest content is on disk, or its failure in the log
   SignInFile(const SignInFile&) = delete;
   SignInFile& operator=(const SignInFile&) = delete;
 
-  /// Nothing, and a warning in the log, where others may read or write the file or it is not as it was written: everybody
-  /// signs in again.
+  /// Empty, with a warning in the log, where the file is accessible to others or malformed: all browsers have
+  /// to sign in again.
   std::vector<SignIn> read() const;
   void write(std::vector<SignIn> all);
 
@@ -44,29 +44,29 @@ class SignInFile {
   std::filesystem::path file_;
   std::mutex mutex_;
   std::condition_variable news_;
-  std::optional<std::vector<SignIn>> newest_;  ///< not written yet
+  std::optional<std::vector<SignIn>> newest_;  ///< pending write
   bool ending_ = false;
   std::thread thread_;
 };
 
 inline constexpr std::chrono::hours kLongestUnused{30 * 24};
 
-/// On one thread.
+/// Not thread-safe.
 class SignIns {
  public:
   using Clock = std::function<std::chrono::system_clock::time_point()>;
-  /// `file`: empty: none.
+  /// `file`: empty: not persistent.
   explicit SignIns(const TokenStore& tokens, const std::filesystem::path& file = {},
                    Clock clock = std::chrono::system_clock::now);
   ~SignIns();
   SignIns(const SignIns&) = delete;
   SignIns& operator=(const SignIns&) = delete;
 
-  /// What the cookie holds. Of too many logins with one token the one that was not used for longest ends;
-  /// those with other tokens stay.
+  /// Returns the cookie's value. Beyond the limit of one token its least recently used sign-in ends; those of
+  /// other tokens are kept.
   std::string begin(const Token& token);
   void end(const std::string& cookie);
-  /// Nothing: none of that name, or no longer.
+  /// None: unknown or expired.
   std::optional<Token> find(const std::string& cookie);
 
  private:

@@ -1,5 +1,5 @@
 #pragma once
-// What is said of a session, as JSON; each without line breaks.
+// Status of a session as JSON, without line breaks.
 
 #include <nlohmann/json_fwd.hpp>
 #include <string>
@@ -8,7 +8,7 @@
 
 namespace cellcal::daemon {
 
-/// One that was recorded, for lists.
+/// A recorded touch, for lists.
 nlohmann::json touch_json(std::size_t index, const calib::Touch& touch);
 /// Keyed by cause.
 nlohmann::json to_json(const InterruptionCounts& counts);

@@ -1,4 +1,4 @@
-// Logging in and out, and the tokens themselves.
+// Login, logout and management of tokens.
 
 #include "daemon/api/access.h"
 #include "daemon/api/handlers.h"
@@ -74,7 +74,7 @@ std::optional<Response> Api::remove_token(const Call& call) {
   if (!access().tokens().remove(std::string(call.variable))) {
     throw NotFound("no such token. See 'cellcal token list'");
   }
-  access().clearance().forget();  // it may have been this token's word
+  access().clearance().forget();  // the confirmation may have been given with this token
   return Response{.body = "{}"};
 }
 

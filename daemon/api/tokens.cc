@@ -25,7 +25,7 @@ constexpr std::size_t kMostTokens = 1000, kMostBytes = 1u << 20;
 constexpr std::size_t kLongestName = 64;
 constexpr const char* kHex = "0123456789abcdef";
 
-/// Text of the key; throws where it is missing or no text.
+/// Text of the key; throws where it is missing or not a string.
 std::string text_of(const json& object, const char* key) {
   return object.at(key).get<std::string>();
 }
@@ -36,12 +36,12 @@ Token token_of(const json& value) {
   const auto role = parse_role(text_of(value, "role"));
   const bool sound = role && is_token_name(token.name) && calib::is_sha256(token.sha256);
   constexpr std::size_t kKeys = 4;
-  if (!sound || value.size() != kKeys) throw std::runtime_error("a token is not as it was written");
+  if (!sound || value.size() != kKeys) throw std::runtime_error("a token is malformed");
   token.role = *role;
   return token;
 }
 
-/// Throws anything.
+/// Throws on any malformed content.
 std::vector<Token> parse(const std::string& text) {
   const json document = json::parse(text);
   if (document.size() != 2 || text_of(document, "format") != kFormat) {
@@ -83,7 +83,7 @@ bool is_open_to_others(const std::filesystem::path& path) {
   return ::stat(path.c_str(), &info) == 0 && (info.st_mode & (S_IRWXG | S_IRWXO)) != 0;
 }
 
-/// Looks at all, so that the time tells nothing.
+/// Compares with all tokens, so that the duration reveals nothing.
 std::optional<Token> match(const std::vector<Token>& tokens, std::string_view sha256) {
   std::optional<Token> found;
   for (const Token& token : tokens) {
@@ -122,7 +122,7 @@ TokenStore::TokenStore(std::filesystem::path file)
   if (!std::filesystem::exists(file_)) return;
   if (is_open_to_others(file_)) {
     problem_ = file_.string() +
-               ": others may read or write it. No token is accepted. Look who changed it, then "
+               ": accessible to other users. No token is accepted. Check who changed it, then "
                "'chmod 600' it and restart cellcald";
     return;
   }
@@ -139,17 +139,15 @@ std::string TokenStore::add(const std::string& name, Role role, const std::strin
     throw TokenError("the name must have 1 to 64 letters, digits, '.', '_' or '-'");
   }
   if (name == kLocalName)
-    throw TokenError(
-        "the name \"local\" is of those who come over the Unix socket. Choose another");
+    throw TokenError("the name \"local\" is reserved for the Unix socket. Choose another");
   const std::lock_guard lock(writing_);
   if (!problem_.empty()) throw TokenError(problem_);
   Tokens next = *tokens();
   if (std::any_of(next.begin(), next.end(), [&](const Token& one) { return one.name == name; })) {
-    throw TokenError("a token \"" + name +
-                     "\" is there already. Choose another name, or 'cellcal " + "token remove " +
-                     name + "' first");
+    throw TokenError("a token \"" + name + "\" exists. Choose another name, or 'cellcal " +
+                     "token remove " + name + "' first");
   }
-  if (next.size() >= kMostTokens) throw TokenError("1000 tokens are there. Remove some first");
+  if (next.size() >= kMostTokens) throw TokenError("1000 tokens exist. Remove some first");
   const std::string secret = random_secret();
   next.push_back({name, role, calib::sha256(secret), utc});
   store(std::move(next));
@@ -165,7 +163,7 @@ bool TokenStore::remove(const std::string& name) {
   return true;
 }
 
-/// On disk first: what is accepted or refused now is so behind a restart as well.
+/// Written to disk first, so that a change is still effective after a restart.
 void TokenStore::store(Tokens next) {
   write_atomically(file_, text_of(next), Readers::kOwner);
   auto kept = std::make_shared<const Tokens>(std::move(next));

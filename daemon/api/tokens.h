@@ -1,9 +1,9 @@
 #pragma once
-// Who may come in over the network: named tokens with roles, in one file that only the daemon reads.
+// Named tokens with roles for network access, in one file readable by the daemon only.
 //
-// A token is 256 bits of the system's random generator. The file holds its SHA-256: a slow hash with
-// salt helps where people choose what is short enough to be guessed; of 2^256 nobody guesses one, and
-// whoever reads the file gets no token from it.
+// A token is 256 bits from the system's random generator. The file holds its SHA-256: a slow, salted hash
+// protects secrets short enough to be guessed, which 2^256 excludes, and no token can be derived from the
+// file.
 
 #include <filesystem>
 #include <memory>
@@ -18,7 +18,7 @@
 
 namespace cellcal::daemon {
 
-/// A token cannot be added or removed: says why and what to do.
+/// A token cannot be added or removed; the text gives reason and remedy.
 struct TokenError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -32,22 +32,21 @@ struct Token {
 
 class TokenStore {
  public:
-  /// The file need not be there. One that cannot be used lets nobody in, and is kept as it is: see
-  /// problem().
+  /// The file may be missing. An unusable one admits no token and is left unchanged: see problem().
   explicit TokenStore(std::filesystem::path file);
 
-  /// Empty: there is none. Names the file and what to do.
+  /// Names the file and the remedy; empty: no problem.
   const std::string& problem() const { return problem_; }
 
-  // These wait for the disk. They throw TokenError, and std::runtime_error where it cannot be written.
-  /// The token, which is kept nowhere.
+  // These block on the disk. They throw TokenError, and std::runtime_error where the file cannot be written.
+  /// Returns the token, which is stored nowhere.
   std::string add(const std::string& name, Role role, const std::string& utc);
-  /// False: there is none of that name.
+  /// False: no token of that name.
   bool remove(const std::string& name);
 
-  // These wait for nothing.
+  // These do not block.
   std::vector<Token> list() const;
-  /// Nothing: unknown, or removed. Takes as long whichever it is.
+  /// None: unknown or removed. Constant time.
   std::optional<Token> find(std::string_view token) const;
   std::optional<Token> find_by_sha256(std::string_view sha256) const;
 
@@ -59,14 +58,14 @@ class TokenStore {
   std::filesystem::path file_;
   std::string problem_;
   std::mutex writing_;
-  mutable std::mutex mutex_;  ///< of the pointer
+  mutable std::mutex mutex_;  ///< guards the pointer
   std::shared_ptr<const Tokens> tokens_;
 };
 
-/// 256 random bits, hexadecimal. Throws std::runtime_error where the system has none.
+/// 256 random bits, hexadecimal. Throws std::runtime_error where the system provides none.
 std::string random_secret();
 
-/// Letters, digits, '.', '_' and '-', 1 to 64 of them.
+/// 1 to 64 letters, digits, '.', '_' and '-'.
 bool is_token_name(std::string_view name);
 
 }  // namespace cellcal::daemon

@@ -1,4 +1,4 @@
-// Published calibrations as versions: which is in use, another put into use, two compared.
+// Published calibrations as versions: current one, activation, comparison.
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
@@ -79,7 +79,7 @@ json to_json(const Comparison& all) {
   return value;
 }
 
-/// {"session": 7, "reason": "why", "by": "a name"}; the name may be missing, and the session where it is not
+/// {"session": 7, "reason": "why", "by": "a name"}; the name is optional, and so is the session unless
 /// `needed`.
 Activation wanted_in(const Request& request, bool needed) {
   const json body = json::parse(request.body, nullptr, false);
@@ -136,7 +136,7 @@ std::optional<Response> Api::roll_back_version(const Call& call) {
   return Response{201, "application/json", dump({{"session", session}})};
 }
 
-// Which step to a calibrated cell is next, and what the doctor within the daemon found.
+// Next step to a calibrated cell, and findings of the doctor within the daemon.
 
 namespace {
 
@@ -164,7 +164,7 @@ std::filesystem::path cell_asked_for(const std::string& body) {
   return cell;
 }
 
-/// As `cellcal doctor --json` has them.
+/// Same format as `cellcal doctor --json`.
 std::vector<Finding> findings_in(const json& list) try {
   std::vector<Finding> findings;
   for (const json& value : list) {
@@ -237,13 +237,13 @@ std::optional<Response> Api::take_examination(const Call& call) {
   if (!refused) return Response{.body = "{}"};
   switch (*refused) {
     case Examiner::NotTaken::kOtherConfig:
-      throw BusyError("the configuration that was looked at is not the one in force here");
+      throw BusyError("the examined configuration is not the active one");
     case Examiner::NotTaken::kOtherCell:
-      throw BusyError("the cell file has changed since it was looked at, or cannot be read here");
+      throw BusyError("the cell file has changed since the examination, or cannot be read here");
     case Examiner::NotTaken::kLooking:
       break;
   }
-  throw BusyError("the doctor within the daemon is looking");
+  throw BusyError("an examination by the daemon's doctor is in progress");
 }
 
 }  // namespace cellcal::daemon

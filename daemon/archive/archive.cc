@@ -28,14 +28,14 @@ using nlohmann::json;
 constexpr const char* kFormat = "cellcal.export/1";
 constexpr const char* kManifest = "export.json";
 constexpr const char* kRows = "rows.jsonl";
-/// No other name is read or written.
+/// Names of the files that are read and written; all others are ignored.
 constexpr const char* kNames[] = {kRows,           "cell.toml",   "robot.toml",
                                   "options.json",  "touches.csv", "calibration.json",
                                   "compared.json", "report.html"};
-/// A session of 2000 touches has some 60 MB.
+/// A session of 2000 touches takes about 60 MB.
 constexpr std::uintmax_t kLargest = std::uintmax_t{512} << 20;
 
-/// Of the manifest without its own.
+/// SHA-256 of the manifest without its own sum.
 std::string sum_of(json manifest) {
   manifest.erase("sum");
   return calib::sha256(manifest.dump());
@@ -48,7 +48,7 @@ json counted(const std::string& rows) {
   return {{"entries", first.at("entries")}, {"entries_sum", first.at("entries_sum")}};
 }
 
-/// Of one that was checked.
+/// Number of touches in a validated archive.
 std::size_t touches_of(const Archive& archive) {
   return json::parse(archive.at(kManifest)).at("touches").get<std::size_t>();
 }
@@ -83,11 +83,11 @@ std::optional<Compared> compared_of(Journal& journal, const SessionRecord& recor
   }
 }
 
-/// Nothing where the cell file is of a version that is not read any more; the rows have them all.
+/// None where the cell file's version is no longer supported; the rows contain all touches.
 std::optional<std::string> touches_csv(Journal& journal, const SessionRecord& record) {
   try {
     return calib::format_touches(journal.touches(record.id), cell_of(record.inputs).robot);
-  } catch (const calib::FileError&) {  // said above
+  } catch (const calib::FileError&) {  // reported above
     return std::nullopt;
   }
 }
@@ -99,12 +99,13 @@ std::optional<std::string> touches_csv(Journal& journal, const SessionRecord& re
 void check_file(const Archive& archive, const std::string& from, const json& file) {
   const std::string name = file.at("name");
   if (std::find(std::begin(kNames), std::end(kNames), name) == std::end(kNames))
-    refuse(from, kManifest, "names a file that no export has: \"" + name + "\"");
+    refuse(from, kManifest, "lists an unknown file: \"" + name + "\"");
   const auto found = archive.find(name);
   if (found == archive.end()) refuse(from, name, "is missing. Export the session again");
   const std::string sum = file.at("sha256");
   if (calib::sha256(found->second) != sum)
-    refuse(from, name, "is not as it was exported: damaged or altered. Export the session again");
+    refuse(from, name,
+           "differs from the exported file: damaged or altered. Export the session again");
 }
 
 }  // namespace
@@ -131,7 +132,7 @@ void check_archive(const Archive& archive, const std::string& from) {
   const auto found = archive.find(kManifest);
   if (found == archive.end())
     refuse(from, kManifest,
-           "is missing: this is no export. Name the directory that 'cellcal export ID DIR' wrote");
+           "is missing: not an export. Give the directory that 'cellcal export ID DIR' wrote");
   try {
     const json manifest = json::parse(found->second);
     if (manifest.at("format") != kFormat) {
@@ -149,7 +150,7 @@ void check_archive(const Archive& archive, const std::string& from) {
       listed.insert(file.at("name").get<std::string>());
       has_rows |= file.at("name") == kRows;
     }
-    // Names become paths where it is written, and contents count where it is read.
+    // Names become paths when written, and contents are trusted when read.
     for (const auto& [name, text] : archive)
       if (!listed.contains(name))
         refuse(from, name, "is not listed in export.json. Export the session again");
@@ -167,14 +168,14 @@ Archive read_archive(const fs::path& directory) {
   std::error_code code;
   if (!fs::is_directory(directory, code))
     throw ArchiveError(directory.string() +
-                       (code ? ": cannot be read (" + code.message() + ")" : ": is no directory") +
-                       ". Name the directory that 'cellcal export ID DIR' wrote");
+                       (code ? ": cannot be read (" + code.message() + ")" : ": not a directory") +
+                       ". Give the directory that 'cellcal export ID DIR' wrote");
   Archive archive;
   const auto take = [&](const char* name) {
     const fs::path file = directory / name;
     if (!fs::exists(file, code)) return;
     const std::uintmax_t size = fs::is_regular_file(file, code) ? fs::file_size(file, code) : 0;
-    if (size > kLargest) refuse(directory.string(), name, "is larger than any export's");
+    if (size > kLargest) refuse(directory.string(), name, "is too large for an export");
     archive[name] = calib::read_file(file);
   };
   take(kManifest);
@@ -187,17 +188,17 @@ void write_archive(const Archive& archive, const fs::path& directory) {
   check_archive(archive, directory.string());
   std::error_code code;
   if (fs::exists(directory, code) && !fs::is_empty(directory, code))
-    throw ArchiveError(directory.string() + ": is there already and not empty. Name another");
+    throw ArchiveError(directory.string() + ": exists and is not empty. Choose another directory");
   fs::path part = directory;
   if (!part.has_filename()) part = part.parent_path();
   part += ".part";
   if (!fs::create_directories(part))
     throw ArchiveError(part.string() +
-                       ": exists already, left by an interrupted export or put there by hand. "
+                       ": exists, left by an interrupted export or placed by hand. "
                        "Check it, remove it, export again");
   try {
     for (const auto& [name, text] : archive) write_atomically(part / name, text);
-    fs::remove(directory, code);  // empty
+    fs::remove(directory, code);  // fails unless empty
     fs::rename(part, directory.has_filename() ? directory : directory.parent_path());
   } catch (...) {
     fs::remove_all(part, code);
@@ -219,7 +220,7 @@ bool has_tool(const calib::Cell& cell, const std::string& id) {
          std::ranges::find(cell.other_tools, id, &calib::Tool::id) != cell.other_tools.end();
 }
 
-/// The cell of a session's row, where all of it can be read as this version reads its own. Throws std::runtime_error.
+/// The cell of a session's row, where this version can read all of it. Throws std::runtime_error.
 calib::Cell read_session(const RowEntry& entry) {
   SessionInputs inputs;
   inputs.cell_name = text_in(entry, "cell_name");
@@ -232,13 +233,13 @@ calib::Cell read_session(const RowEntry& entry) {
   return cell_of(inputs);
 }
 
-/// Throws std::runtime_error where it touches what the cell has not, or by another arm.
+/// Throws std::runtime_error where the touch refers to an unknown target or tool, or to another arm.
 void look_at_touch(const RowEntry& entry, const calib::Cell& cell) {
   const std::string target = text_in(entry, "target"), tool = text_in(entry, "tool");
   if (std::ranges::find(cell.targets, target, &calib::Target::id) == cell.targets.end())
-    throw std::runtime_error(fmt::format("target \"{}\" is none of the cell's", printable(target)));
+    throw std::runtime_error(fmt::format("target \"{}\" is not in the cell", printable(target)));
   if (!has_tool(cell, tool))
-    throw std::runtime_error(fmt::format("tool \"{}\" is none of the cell's", printable(tool)));
+    throw std::runtime_error(fmt::format("tool \"{}\" is not in the cell", printable(tool)));
   for (std::size_t i = 0; i < entry.names.size(); ++i)
     if (const auto* angles = std::get_if<Blob>(&entry.columns[i]);
         entry.names[i] == "joint_rad" && angles != nullptr &&
@@ -277,7 +278,7 @@ Imported import_archive(Journal& journal, const Archive& archive, const std::str
   const auto record = journal.session(session);
   const fs::path results = results_dir(session);
   const bool wanted = record && !record->calibration.empty() && record->origin;
-  // Also behind one that got no farther than the rows.
+  // Also completes an earlier import that stored the rows only.
   if (!wanted || fs::exists(results / "calibration.json")) return {session, is_new};
   try {
     fs::create_directories(results);
@@ -294,12 +295,12 @@ Imported import_archive(Journal& journal, const Archive& archive, const std::str
 ScratchDirectory::ScratchDirectory() {
   std::string name = (std::filesystem::temp_directory_path() / "cellcal-XXXXXX").string();
   if (::mkdtemp(name.data()) == nullptr)
-    throw ArchiveError(name + ": no directory can be made. Set TMPDIR to one that can be written");
+    throw ArchiveError(name + ": cannot create a directory. Set TMPDIR to a writable one");
   path_ = name;
 }
 
 ScratchDirectory::~ScratchDirectory() {
-  std::error_code ignored;  // left behind in a directory of temporary files
+  std::error_code ignored;  // left in the directory of temporary files
   std::filesystem::remove_all(path_, ignored);
 }
 

@@ -20,7 +20,7 @@ namespace cellcal::daemon {
 namespace {
 
 constexpr std::size_t kMostChecks = 1500;
-/// As a check tells its touches apart (daemon/tasks/check_tasks.cc).
+/// Criterion for equal touches, as in daemon/tasks/check_tasks.cc.
 constexpr double kSameLineRad = 0.08;
 
 struct Check {
@@ -31,7 +31,7 @@ struct Check {
 
 double ended_s(const SessionRecord& record) {
   const auto seconds = calib::seconds_of(record.ended);
-  if (!seconds) throw std::runtime_error("its end \"" + record.ended + "\" is no time");
+  if (!seconds) throw std::runtime_error("its end \"" + record.ended + "\" is not a time");
   return *seconds;
 }
 
@@ -46,8 +46,7 @@ bool same_touches(const Check& one, const Check& other) {
   return std::ranges::equal(one.touches, other.touches, same_line);
 }
 
-/// What the request states; else the mean, where every touch states one.
-/// As a request may state it; of rows nobody knows who wrote what else, and one wild figure would spoil all.
+/// Plausible temperature: rows may come from other programs, and one outlier would distort the chart.
 bool is_of_a_cell(double temperature_c) { return temperature_c >= -40.0 && temperature_c <= 80.0; }
 
 std::optional<double> temperature_of(const SessionOptions& options,
@@ -63,7 +62,7 @@ std::optional<double> temperature_of(const SessionOptions& options,
   return sum / static_cast<double>(touches.size());
 }
 
-/// By the outcome that the journal keeps. Without one the check is undecided: its missed touches are not known.
+/// From the outcome in the journal. Without one the check is undecided: its missed touches are unknown.
 void take_outcome(const std::optional<SessionOutcome>& outcome, calib::CheckSeen& seen) {
   seen.left_out = calib::LeftOut::kUndecided;
   if (!outcome || outcome->kind == OutcomeKind::kUndecided) return;
@@ -82,7 +81,7 @@ void take_outcome(const std::optional<SessionOutcome>& outcome, calib::CheckSeen
                                 : calib::LeftOut::kNotTheTool;
 }
 
-/// Of that calibration, oldest first.
+/// Checks of that calibration, oldest first.
 std::vector<Check> checks_of(Journal& journal, const std::vector<SessionRecord>& newest_first,
                              std::int64_t calibrated) {
   std::vector<Check> checks;
@@ -112,7 +111,7 @@ bool complete(const Check& check) {
          check.seen.left_out != calib::LeftOut::kIncomplete && !check.touches.empty();
 }
 
-/// One of each group of checks by the same touches, the newest group first.
+/// One check of each group with the same touches, the newest group first.
 std::vector<const Check*> groups_of(const std::vector<Check>& checks) {
   std::vector<const Check*> groups;
   constexpr std::size_t kMostGroups = 20;
@@ -124,7 +123,7 @@ std::vector<const Check*> groups_of(const std::vector<Check>& checks) {
   return groups;
 }
 
-/// Measures those by the same touches as this one; the others are left out.
+/// Measures the checks with the same touches as `like`; the others are left out.
 calib::ShiftGauge measure(const calib::Calibration& calibration, const Check& like,
                           std::vector<Check>& checks) {
   const std::vector<calib::Touch> touches = like.touches;
@@ -143,7 +142,7 @@ calib::ShiftGauge measure(const calib::Calibration& calibration, const Check& li
   return gauge;
 }
 
-/// Of the checks since the trend began, beside those before it which raised no alarm.
+/// Compares the checks since the begin of the trend with the earlier ones that raised no alarm.
 void find_causes(const calib::ShiftGauge& gauge, const std::vector<Check>& checks,
                  calib::DriftChart& chart) {
   Eigen::VectorXd before = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(gauge.touches()));
@@ -164,7 +163,7 @@ void find_causes(const calib::ShiftGauge& gauge, const std::vector<Check>& check
   chart.trend->causes = gauge.causes(since / n_since - before / n_before, scatter);
 }
 
-/// By the touches of this check; none: there is none that counts.
+/// Chart of the checks with the touches of `like`; none: no check counts.
 calib::DriftChart chart_of(const calib::Calibration& calibration, const Check* like,
                            std::vector<Check> checks) {
   std::optional<calib::ShiftGauge> gauge;
@@ -188,7 +187,7 @@ std::shared_ptr<const Drift> worked_out(Journal& journal,
   drift->cell = calibrated.inputs.cell_name;
   drift->calibrated_at = calibrated.ended;
   std::vector<Check> checks = checks_of(journal, newest_first, calibrated.id);
-  // By the newest touches; by those before where these alarm or warn and the newest are too few to say so.
+  // By the newest touches; by earlier ones where these alarm or warn and the newest are too few to decide.
   const calib::Calibration calibration = calibration_of(journal, calibrated.id);
   drift->chart = chart_of(calibration, nullptr, checks);
   bool newest = true;
@@ -220,7 +219,7 @@ std::shared_ptr<const Drift> DriftWatch::look(const std::filesystem::path& cell)
   std::string of = cell.string() + '\n';
   for (const SessionRecord& record : sessions)
     if (record.state == RecordState::kDone) of += std::to_string(record.id) + ' ';
-  // Another calibration may be in use since.
+  // Another calibration may have been activated since.
   for (const Activation& one : journal_.activations()) of += '@' + std::to_string(one.entry);
   const std::lock_guard lock(mutex_);
   if (of != of_) {
@@ -228,7 +227,7 @@ std::shared_ptr<const Drift> DriftWatch::look(const std::filesystem::path& cell)
     of_ = std::move(of);
   }
   if (!newest_ || newest_->chart.state != calib::DriftState::kInControl) return newest_;
-  // An emulated cell's clock counts from 2000-01-01: it tells no age.
+  // An emulated cell's clock starts at 2000-01-01 and gives no age.
   constexpr double kYear2001S = 978'307'200.0;
   if (newest_->chart.points.back().check.time_s < kYear2001S) return newest_;
   auto now = std::make_shared<Drift>(*newest_);

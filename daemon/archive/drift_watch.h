@@ -1,5 +1,5 @@
 #pragma once
-// The checks of the newest published calibration as a control chart, kept until another check has ended.
+// Control chart of the checks of the newest published calibration, cached until another check has ended.
 
 #include <filesystem>
 #include <functional>
@@ -13,8 +13,8 @@
 namespace cellcal::daemon {
 
 struct Drift {
-  std::int64_t calibrated = 0;      ///< the session of the calibration
-  std::string cell, calibrated_at;  ///< its cell file; when it ended, ISO 8601 UTC
+  std::int64_t calibrated = 0;      ///< session of the calibration
+  std::string cell, calibrated_at;  ///< cell file; end of its session, ISO 8601 UTC
   calib::DriftChart chart;
 };
 
@@ -25,7 +25,7 @@ class DriftWatch {
   explicit DriftWatch(Journal& journal, Now now = wall_clock_s)
       : journal_(journal), now_(std::move(now)) {}
 
-  /// Of this cell file, of any where it is empty. Null: it has no published calibration. Any thread. Throws
+  /// For this cell file, or for any where it is empty. Null: no published calibration. Thread-safe. Throws
   /// NotUsable where the one in use is damaged; JournalError.
   std::shared_ptr<const Drift> look(const std::filesystem::path& cell = {});
 
@@ -35,7 +35,7 @@ class DriftWatch {
   Journal& journal_;
   Now now_;
   std::mutex mutex_;
-  std::string of_;  ///< which sessions `newest_` was made of
+  std::string of_;  ///< key of `newest_`: its sessions and activations
   std::shared_ptr<const Drift> newest_;
 };
 

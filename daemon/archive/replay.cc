@@ -62,7 +62,7 @@ class ReplayComparison {
   Replay& result_;
 };
 
-/// Takes it out, so that it is not compared, and with it the sum that covers it.
+/// Removes the software version, which is not compared, and the checksum that covers it.
 std::string take_software(json& calibration) {
   std::string software;
   calibration.erase("sum");
@@ -73,14 +73,14 @@ std::string take_software(json& calibration) {
   return software;
 }
 
-/// By the same calculation as in the session.
+/// The same computation as in the session.
 calib::Calibration again(const SessionRecord& record, const std::vector<calib::Touch>& touches,
                          const std::optional<Compared>& compared, const std::string& from) {
   const SessionOptions options = options_from_json(record.inputs.options);
   if (!options.update) return estimate(cell_of(record.inputs), record.inputs, touches, compared);
   if (!compared)
-    throw ArchiveError(from + ": the calibration that this update is based on is not in it");
-  // What was not found is no result: the session saw it.
+    throw ArchiveError(from + ": the calibration that this update is based on is missing");
+  // Spheres not found are no result; the recorded session states them.
   const auto recorded = calib::calibration_from_json(record.calibration, from);
   return estimate_update(record.inputs, touches, *compared, options.months,
                          recorded.update ? recorded.update->not_found : std::vector<std::string>{});
@@ -103,9 +103,9 @@ Replay replay(const Archive& archive, const std::string& from) {
   const auto [session, is_new] = import_archive(
       journal, archive, from, [&](std::int64_t) { return scratch.path() / "results"; });
   const auto record = journal.session(session);
-  if (!record) throw ArchiveError(from + ": holds no session");
+  if (!record) throw ArchiveError(from + ": contains no session");
   if (record->calibration.empty()) {
-    throw ArchiveError(from + ": the session came to no calibration (" + to_string(record->state) +
+    throw ArchiveError(from + ": the session produced no calibration (" + to_string(record->state) +
                        (record->failure.empty() ? "" : ": " + record->failure) +
                        "). Only sessions that were identified can be replayed");
   }

@@ -1,5 +1,5 @@
 #pragma once
-// What may be dropped of old sessions, as an owner states it.
+// Retention rule for raw data of old sessions.
 
 #include <cstdint>
 #include <optional>
@@ -9,8 +9,8 @@
 namespace cellcal::daemon {
 
 struct RetentionRule {
-  std::optional<int> days;          ///< raw rows of sessions that ended before
-  std::optional<double> megabytes;  ///< the oldest raw rows, until the journal uses no more
+  std::optional<int> days;          ///< drops raw rows of sessions that ended earlier
+  std::optional<double> megabytes;  ///< drops the oldest raw rows until the journal is not larger
 
   bool any() const { return days || megabytes; }
   bool operator==(const RetentionRule&) const = default;

@@ -14,7 +14,7 @@ using Why = NotActivated::Why;
 
 std::optional<InUse> of_cell_or_newest(Journal& journal, std::int64_t of_cell) {
   if (of_cell == 0) return in_use(journal, "");
-  const auto all = journal.sessions();  // also one that is damaged says of which cell
+  const auto all = journal.sessions();  // a damaged session still names its cell
   const auto listed = std::ranges::find(all, of_cell, &SessionRecord::id);
   return listed == all.end() ? std::nullopt : in_use(journal, listed->inputs.cell_name);
 }

@@ -1,5 +1,5 @@
 #pragma once
-// The published calibrations of a cell as versions: which is in use, another put into use, two compared.
+// Published calibrations of a cell as versions: the one in use, activation, comparison.
 
 #include <cstdint>
 #include <optional>
@@ -16,36 +16,36 @@ namespace cellcal::daemon {
 struct Version {
   std::int64_t session = 0;
   std::string ended, cell;
-  bool workspace = false;                  ///< scope; else near the targets
+  bool workspace = false;                  ///< scope; otherwise near the targets
   double predicted_m = 0.0;                ///< mean error over the scope
-  std::optional<calib::InScope> in_scope;  ///< u95 over it
+  std::optional<calib::InScope> in_scope;  ///< u95 over the scope
   bool active = false;
-  std::string
-      trouble{};  ///< not empty: it is not as it was written, and none of its figures is known
-  std::optional<Activation> activated;  ///< the last time
+  /// Not empty: the record is altered, and its figures are unknown.
+  std::string trouble{};
+  std::optional<Activation> activated;  ///< most recent
 };
 
 using NotActivated = NotUsable;
 
-/// Of the cell of that session, or of the calibration in use where it is 0; the newest first, `most` at most. Empty
-/// where nothing was published. Throws JournalError.
+/// Versions for the cell of that session, or for that of the calibration in use for 0; newest first, at most `most`. Empty where
+/// nothing was published. Throws JournalError.
 std::vector<Version> versions(Journal& journal, std::int64_t of_cell, std::size_t most);
 
-/// The one that is in use, of whichever cell; none where it cannot be used. Throws JournalError.
+/// The one in use, of any cell; none where it is unusable. Throws JournalError.
 std::optional<Version> version_in_use(Journal& journal);
 
-/// From now on this session's calibration is in use, until the next is published or activated. Throws NotActivated,
+/// Puts this session's calibration into use, until the next is published or activated. Throws NotActivated,
 /// JournalError.
 void activate(Journal& journal, const Activation& wanted);
-/// The one that was in use before the one in use, of the cell as versions() has it (in_use_before()): not one that was given
-/// back for it. Returns its session.
+/// Reactivates the calibration that preceded the one in use, of the cell as in versions() (in_use_before());
+/// one that was rolled back is skipped. Returns its session.
 std::int64_t roll_back(Journal& journal, std::int64_t of_cell, Activation wanted);
 
 struct Comparison {
   std::int64_t before = 0, after = 0;
   bool workspace = false;
-  std::optional<calib::InScope> apart;  ///< empty: of different nominal geometry or tools
-  double expected_m = 0.0;              ///< mean, by the predicted errors of both; 0: not known
+  std::optional<calib::InScope> apart;  ///< empty: different nominal geometry or tools
+  double expected_m = 0.0;              ///< mean, from the predicted errors of both; 0: unknown
   calib::ParameterDifferences parameters;
 };
 /// Over the narrower of the two scopes. Throws NotActivated (kNoSession, kWithheld, kDamaged), JournalError.

@@ -1,5 +1,5 @@
 #pragma once
-// The backends that a daemon can be put together with.
+// Backends available to the daemon.
 
 #include <memory>
 
@@ -9,14 +9,14 @@
 
 namespace cellcal::daemon {
 
-/// A KUKA controller over RSI and a contact sensor on a serial port. Opens nothing yet. Throws
+/// KUKA controller over RSI and contact sensor on a serial port. Opens nothing yet. Throws
 /// drivers::ConfigError.
 std::unique_ptr<Backend> make_rsi_backend(const DaemonConfig& config, const calib::Cell& cell);
 
-/// A KUKA controller over EKI and a contact sensor on a serial port, likewise.
+/// KUKA controller over EKI and contact sensor on a serial port; likewise.
 std::unique_ptr<Backend> make_eki_backend(const DaemonConfig& config, const calib::Cell& cell);
 
-/// An emulated cell in this process, on virtual time, over the wire that the configuration names.
+/// Emulated cell in this process, on virtual time, over the configured wire.
 std::unique_ptr<Backend> make_mock_backend(const DaemonConfig& config, const calib::Cell& cell);
 
 }  // namespace cellcal::daemon

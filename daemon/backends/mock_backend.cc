@@ -34,7 +34,7 @@ drivers::Duration busy_every(const DaemonConfig& config) {
       std::chrono::duration<double>(config.mock.busy_every_s));
 }
 
-/// What the emulated controllers of both wires have in common.
+/// Common settings of the emulated controllers of both wires.
 template <class Controller>
 void set_arm(Controller& controller, const DaemonConfig& config, const calib::Cell& cell) {
   controller.start_rad = config.mock.start_rad;
@@ -48,7 +48,7 @@ void set_arm(Controller& controller, const DaemonConfig& config, const calib::Ce
   }
 }
 
-/// With the controller's own idea of the tool.
+/// Arm with the controller's own tool frame.
 std::shared_ptr<const sim::CartesianArm> arm_as_the_controller_has_it(const DaemonConfig& config,
                                                                       const calib::Cell& cell) {
   calib::Cell known = cell;
@@ -56,7 +56,7 @@ std::shared_ptr<const sim::CartesianArm> arm_as_the_controller_has_it(const Daem
   return sim::make_cartesian_arm(known);
 }
 
-/// POSCORR as the configuration has it, and the controller's own idea of its arm.
+/// POSCORR as configured, and the controller's own model of its arm.
 void set_space(sim::ControllerConfig& controller, const drivers::SpaceCorrection& space,
                const DaemonConfig& config, const calib::Cell& cell) {
   const bool tool = space.frame == drivers::CorrectionFrame::kTool;
@@ -98,7 +98,7 @@ VirtualEkiCellOptions eki_options(const DaemonConfig& config, const calib::Cell&
   options.busy_every = busy_every(config);
   options.truth = truth_for(config);
   set_arm(options.controller, config, cell);
-  // EKI's programs look at their interrupts every 12 ms whatever RSI's cycle would be.
+  // EKI's programs poll their interrupts every 12 ms, whatever RSI's cycle would be.
   options.controller.cycle_ms = 4;
   options.controller.dead_man_ms = config.controller.dead_man_ms;
   options.controller.max_acceleration_rad_s2 = config.motion.acceleration_rad_s2;
@@ -126,7 +126,7 @@ class MockBackend final : public Backend {
   bool emulated() const override { return true; }
   calib::Passable passable() override { return passable_; }
   std::optional<double> axis_reach_rad() override { return axis_reach_rad_; }
-  /// Counts from a fixed day, so that the same seed gives the same files; unless dates are to be true.
+  /// Counts from a fixed date, so that the same seed gives the same files, unless real dates are requested.
   std::string utc_now() override {
     if (wall_clock_) return wall_clock_utc();
     const auto ms = std::chrono::duration_cast<std::chrono::milliseconds>(cell_.elapsed()).count();

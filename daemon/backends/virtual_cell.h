@@ -1,5 +1,5 @@
 #pragma once
-// The emulated cell whose controller speaks RSI.
+// Emulated cell with an RSI controller.
 
 #include <string_view>
 
@@ -15,7 +15,7 @@ struct VirtualCellOptions {
   sim::McuOptions mcu;
   drivers::RsiConfig rsi;
   drivers::ContactOptions contact;
-  /// A computer that is busy: so often it holds the sensor's bytes back for a while. 0: never.
+  /// Busy computer: period of delayed sensor bytes. 0: never.
   drivers::Duration busy_every{0};
 };
 
@@ -24,13 +24,13 @@ struct RsiWire {
   using Controller = sim::Controller;
   using Robot = drivers::RsiRobotInline;
 
-  /// Controller to PC and back on a direct cable, and the adapter's own time: what idle machines
-  /// measure (50-100 us).
+  /// Controller to PC and back on a direct cable, plus processing time of the adapter: 50-100 us on idle
+  /// machines.
   static constexpr drivers::Duration kNetworkTime = std::chrono::microseconds(80);
 
   static drivers::RsiConfig robot_config(Options options) { return std::move(options.rsi); }
   static void power_on(Controller& controller) { controller.rsi_on(); }
-  /// The opto output's transistor conducts while the gun is free: the input is on.
+  /// The opto output's transistor conducts while the gun is free: the input is then on.
   static void edge(Controller& controller, drivers::TimePoint t, bool closed) {
     controller.input(t, !closed);
   }

@@ -1,9 +1,9 @@
 #pragma once
-// The emulated cell in this process, in virtual time: the unchanged adapter's core, the emulated
-// controller, the emulated microcontroller and the physical cell in one thread. Time passes only in
-// sleep_until(), so the same seed gives the same bits. Only daemon/main may know both sides.
+// Emulated cell in this process, in virtual time: the unchanged core of the adapter, the emulated controller,
+// the emulated microcontroller and the physical cell in one thread. Time passes only in sleep_until(), so the
+// same seed gives the same bits. Only daemon/main depends on both sides.
 //
-// `Wire` is how controller and adapter speak: virtual_cell.h (RSI), virtual_eki_cell.h (EKI).
+// `Wire`: protocol between controller and adapter: virtual_cell.h (RSI), virtual_eki_cell.h (EKI).
 
 #include <chrono>
 #include <utility>
@@ -54,14 +54,14 @@ class VirtualCellOn final : public drivers::Clock {
   sim::Microcontroller& mcu() { return mcu_; }
   const sim::ContactWatch& watch() const { return watch_; }
   const sim::Truth& truth() const { return physical_.truth(); }
-  /// Since power on.
+  /// Time since power on.
   drivers::Duration elapsed() const { return now_ - kPowerOn; }
 
  private:
-  /// Any fixed instant; late enough that nothing computes a time before the epoch.
+  /// A fixed instant, late enough that no time before the epoch is computed.
   static constexpr drivers::TimePoint kPowerOn{std::chrono::hours(1)};
 
-  /// Twice what stops a search.
+  /// Twice the delay that stops a search.
   static constexpr std::chrono::milliseconds kBusySpell{60};
 
   void cycle() {

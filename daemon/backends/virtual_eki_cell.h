@@ -1,6 +1,6 @@
 #pragma once
-// The emulated cell whose controller runs the EKI programs, with the generated channel file. The
-// sensor's output drives the controller's input, as it is wired on a real cell.
+// Emulated cell whose controller runs the EKI programs with the generated channel file. The sensor's output
+// drives the controller's input, as wired on a real cell.
 
 #include "daemon/backends/virtual_cell_on.h"
 #include "drivers/kuka/eki/eki_robot.h"
@@ -14,7 +14,7 @@ struct VirtualEkiCellOptions {
   sim::McuOptions mcu;
   drivers::EkiConfig eki;
   drivers::ContactOptions contact;
-  /// A computer that is busy: so often it holds the sensor's bytes back for a while. 0: never.
+  /// Busy computer: period of delayed sensor bytes. 0: never.
   drivers::Duration busy_every{0};
 };
 
@@ -24,7 +24,7 @@ struct EkiWire {
   using Robot = drivers::EkiRobotInline;
   struct Nothing {};
 
-  /// Controller to PC over a switch, TCP and the adapter's own time.
+  /// Controller to PC over a switch, TCP, plus processing time of the adapter.
   static constexpr drivers::Duration kNetworkTime = std::chrono::microseconds(300);
 
   static drivers::EkiConfig robot_config(Options options) { return std::move(options.eki); }
@@ -32,7 +32,7 @@ struct EkiWire {
   static void edge(Controller& controller, drivers::TimePoint t, bool closed) {
     controller.input(t, closed);
   }
-  /// Its bytes wait in the controller.
+  /// Its bytes are buffered in the controller.
   static Nothing tick(Controller& controller, drivers::TimePoint t) {
     controller.tick(t);
     return {};

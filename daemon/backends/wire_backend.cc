@@ -18,8 +18,8 @@ namespace cellcal::daemon {
 
 namespace {
 
-/// close() of both robots goes on talking to the controller, so that it ends its session instead of
-/// finding out by itself: for at most 2 s over RSI, 3 s over EKI.
+/// close() of both robots keeps talking to the controller until it ends its session: at most 2 s over RSI, 3
+/// s over EKI.
 constexpr std::chrono::milliseconds kLongestFarewell{3500};
 
 drivers::SerialContactOptions contact_options(const DaemonConfig& config) {
@@ -30,7 +30,7 @@ drivers::SerialContactOptions contact_options(const DaemonConfig& config) {
   return options;
 }
 
-/// What a link has to say of itself when it ends.
+/// Final statistics of a link.
 void log_end(const drivers::RsiRobot& robot) {
   if (robot.foreign_packets() > 0) {
     spdlog::warn(
@@ -46,7 +46,7 @@ void log_end(const drivers::RsiRobot& robot) {
 }
 void log_end(const drivers::EkiRobot&) {}
 
-/// A KUKA controller over one of its wires, and a contact sensor on a serial port.
+/// KUKA controller over one of its wires, and contact sensor on a serial port.
 template <typename Robot>
 class WireBackend final : public Backend {
  public:
@@ -81,7 +81,7 @@ class WireBackend final : public Backend {
   std::string how_to_start() const override { return what_to_start(wire_); }
   calib::Passable passable() override { return passable_; }
   std::optional<double> axis_reach_rad() override { return axis_reach_rad_; }
-  /// The devices' thread has run handlers since the call before.
+  /// True if the devices' thread has run handlers since the last call.
   bool devices_alive() override {
     const std::uint64_t now = io_.beats();
     return std::exchange(beats_seen_, now) != now;
@@ -92,7 +92,7 @@ class WireBackend final : public Backend {
   calib::Passable passable_;
   std::optional<double> axis_reach_rad_;
   std::uint64_t beats_seen_ = ~std::uint64_t{0};
-  // In this order: what lives on the context goes before it.
+  // Declaration order: objects on the context are destroyed before it.
   drivers::IoThread io_;
   drivers::SerialContact contact_;
   Robot robot_;

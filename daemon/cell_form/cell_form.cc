@@ -20,14 +20,14 @@ namespace cellcal::daemon {
 
 namespace {
 
-/// Stands in while there is no sphere yet: a cell has one at least. It contradicts nothing.
+/// Placeholder while there is no sphere: a cell needs at least one. It causes no finding.
 const SphereForm kAnySphere{.id = "sphere", .diameter_mm = 50.0};
 
 }  // namespace
 
 NamedRobotFile find_robot(const std::string& given, const std::filesystem::path& cell_file) {
   NamedRobotFile found;
-  // A name is looked for where robots are shipped, a path from where the user is.
+  // A name is searched for among the shipped robots, a path relative to the working directory.
   const bool is_path = given.find('/') != std::string::npos || given.ends_with(".toml");
   std::filesystem::path file;
   if (is_path && std::filesystem::is_regular_file(given)) {
@@ -106,7 +106,7 @@ using fields::Table;
 using fields::Value;
 
 constexpr std::size_t kMostSpheres = 100, kMostLengths = 1000, kLongestWord = 100;
-/// Axes of an arm and its external ones.
+/// Axes of the arm and external axes.
 constexpr std::size_t kMostAxes = 20;
 
 Value<std::string> word() {
@@ -189,7 +189,7 @@ const Table<ToolForm>& tool_fields() {
   return kTable;
 }
 
-/// Nothing is read from a folder that somebody names over the network.
+/// No file is read from a folder named over the network.
 NamedRobotFile robot_named(const JsonReader& reader, const std::filesystem::path& cell_file,
                            const CellForm* before) {
   const std::string name = reader.text();
@@ -197,11 +197,12 @@ NamedRobotFile robot_named(const JsonReader& reader, const std::filesystem::path
   const auto robots = calib::shipped_robots();
   if (std::ranges::none_of(robots, [&](const auto& one) { return one.file == name; }))
     reader.fail("\"" + calib::shown(name) +
-                "\" is no robot that is shipped. 'cellcal robots' lists them");
+                "\" is not a shipped robot. 'cellcal robots' lists them");
   return find_robot(name, cell_file);
 }
 
-/// A shipped one by its name, one beside the cell file by its whole path: the form may write to another folder.
+/// A shipped robot by its name, a file in the cell's folder by its absolute path: the form may be written to
+/// another folder.
 NamedRobotFile robot_of(const std::string& reference, const std::filesystem::path& cell_file) {
   const std::filesystem::path folder = std::filesystem::absolute(cell_file).parent_path();
   const std::filesystem::path file = calib::find_robot_file(reference, folder);
@@ -283,7 +284,7 @@ std::optional<CellForm> form_in(const std::string& text, const std::filesystem::
     nlohmann::json spheres = nlohmann::json::array(), lengths = nlohmann::json::array();
     for (nlohmann::json target : file.value("target", nlohmann::json::array())) {
       if (target.value("kind", "") != "sphere") continue;  // kept.h
-      // The reader's defaults, which are not those of a new form.
+      // Defaults of the file reader, which differ from those of a new form.
       target.emplace("diameter_sigma_mm", 0.0);
       if (target.contains("centre_mm")) target.emplace("centre_sigma_mm", 0.0);
       if (target.contains("search_low_mm"))
@@ -300,7 +301,7 @@ std::optional<CellForm> form_in(const std::string& text, const std::filesystem::
     fields::from_json(tool_fields(), JsonReader(file.at("tool"), name), form.tool);
     form.spheres = few(fields::object(sphere_fields()), kMostSpheres).from({spheres, name});
     form.lengths = few(fields::object(length_fields()), kMostLengths).from({lengths, name});
-  } catch (const std::exception&) {  // a file of another making
+  } catch (const std::exception&) {  // not written by a form
     return std::nullopt;
   }
   return form;

@@ -1,5 +1,5 @@
 #pragma once
-// What a new cell file is made of. Millimetres and degrees, as they were typed.
+// Content of a new cell file, in millimetres and degrees as typed.
 
 #include <array>
 #include <filesystem>
@@ -14,24 +14,24 @@ namespace cellcal::daemon {
 
 using Triple = std::array<double, 3>;
 
-/// A robot file, as the cell file names it and as it was read.
+/// Robot file: its name within the cell file, and its content.
 struct NamedRobotFile {
   std::string reference;  ///< of the key `robot`
   std::string name, text;
 };
 
-/// Of a TCP that was measured with four points on the controller: 1 sigma of each of X, Y, Z [mm].
+/// For a TCP measured by the controller's four-point method: 1 sigma of each of X, Y, Z [mm].
 inline constexpr double kUsualTcpSigmaMm = 0.5;
 
 struct ToolForm {
   Triple xyz_mm{}, abc_deg{};
-  Triple
-      xyz_sigma_mm{};  ///< above 0: the TCP is estimated, too; without it no tool frame is made of a calibration
-  std::optional<double> mass_kg{};  ///< none: not known
+  /// Above 0: the TCP is estimated too; otherwise the calibration gives no tool frame.
+  Triple xyz_sigma_mm{};
+  std::optional<double> mass_kg{};  ///< none: unknown
   double tip_radius_mm = 0.0;
 };
 
-/// What vouches for a figure; empty: not stated.
+/// Certificate of a value; empty: not stated.
 struct CertificateForm {
   std::string number{}, date{};  ///< "2026-04-01"
 };
@@ -41,8 +41,8 @@ struct SphereForm {
   double diameter_mm = 0.0, diameter_sigma_mm = 0.002;
   std::optional<Triple> centre_mm{};
   double centre_sigma_mm = 10.0;
-  std::optional<std::array<Triple, 2>>
-      box_mm{};  ///< where it is looked for without a centre: two opposite corners
+  /// Search volume of a sphere without a centre: two opposite corners.
+  std::optional<std::array<Triple, 2>> box_mm{};
   std::string serial{};
   CertificateForm certificate{};
 };
@@ -60,34 +60,36 @@ struct CellForm {
   std::vector<LengthForm> lengths;
 };
 
-/// By the name of a shipped robot, or by path. Throws calib::UnknownRobot where there is none,
+/// By name of a shipped robot, or by path. Throws calib::UnknownRobot where it does not exist,
 /// calib::FileError where it cannot be read.
 NamedRobotFile find_robot(const std::string& given, const std::filesystem::path& cell_file);
 
-/// As the reader of cell files has it. Throws calib::FileError with key and reason.
+/// The cell as read from the form's file. Throws calib::FileError with key and reason.
 calib::Cell cell_of(const CellForm& form);
-/// What is wrong with it as far as it goes, and what to do; empty: nothing. Spheres may be missing yet.
+/// First fault of the incomplete form and its remedy; empty: none. Spheres may still be missing.
 std::string objection(const CellForm& form);
 
-/// Where the tip is, on the nominal arm with this tool. Throws calib::FileError where that is no posture of it.
+/// Tip position of the nominal arm with this tool. Throws calib::FileError for an invalid posture.
 Triple tip_mm(const CellForm& form, const std::vector<double>& joint_deg);
-/// The centre of a sphere that the tip touches from above there.
+/// Centre of a sphere whose top the tip touches at these angles.
 Triple centre_below(const CellForm& form, const std::vector<double>& joint_deg, double diameter_mm);
 
-// A form as JSON: what a page sends and shows. Millimetres and degrees, as typed.
+// JSON representation of a form, as exchanged with the page. Millimetres and degrees, as typed.
 
 nlohmann::json to_json(const CellForm& form);
 nlohmann::json to_json(const std::vector<SphereForm>& spheres);
 nlohmann::json to_json(const std::vector<LengthForm>& lengths);
 
-/// The robot by the name of a shipped one. A sphere may have "joints_deg", the axis angles with the tip on its top, in the place of
-/// "centre_mm": the nominal arm says where its centre is then. `cell_file`: where the form will be written. Throws
-/// calib::FileError with the key. `before`: the form that it changes, whose robot may be no shipped one; null: none.
+/// The robot is given by the name of a shipped one. A sphere may have "joints_deg", the axis angles with the
+/// tip on its top, instead of "centre_mm"; the centre follows from the nominal arm. `cell_file`: destination
+/// of the form. `before`: form being changed, whose robot need not be a shipped one; null: none. Throws
+/// calib::FileError with the key.
 CellForm form_from_json(const nlohmann::json& json, const std::filesystem::path& cell_file,
                         const CellForm* before = nullptr);
 
-/// Robot, tool, spheres and lengths of any cell file; what else it has is beyond() the form (kept.h). Nothing: several tools, or what
-/// else no form can show as it is. Throws calib::FileError where it is no TOML.
+/// Robot, tool, spheres and lengths of any cell file; its remaining content is beyond() the form (kept.h).
+/// None: several tools, or other content that no form can represent. Throws calib::FileError for invalid
+/// TOML.
 std::optional<CellForm> form_in(const std::string& cell_text,
                                 const std::filesystem::path& cell_file);
 

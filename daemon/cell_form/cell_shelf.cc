@@ -63,7 +63,7 @@ CellShelf::Shown CellShelf::look_at(const std::filesystem::path& path) {
   try {
     shown.form = form_in(shown.text, path);
     if (shown.form) shown.kept = beyond(*shown.form, shown.text);
-  } catch (const calib::FileError&) {  // somebody's own, and no TOML: it is not replaced
+  } catch (const calib::FileError&) {  // a foreign file without valid TOML is not replaced
     shown.form.reset();
   }
   return shown;
@@ -88,7 +88,7 @@ std::filesystem::path CellShelf::write(const std::string& name, const CellForm& 
     const auto there = look(name);
     if (there && instead_of.empty())
       throw CellNotWritten(Why::kThere, path.string() +
-                                            " is there already. Choose another name, or "
+                                            " exists. Choose another name, or "
                                             "open it first to change it");
     if ((!there && !instead_of.empty()) || (there && there->sha256 != instead_of))
       throw CellNotWritten(Why::kChanged,

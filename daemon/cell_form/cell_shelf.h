@@ -1,5 +1,5 @@
 #pragma once
-// Cell files that are made over the network: one folder, each by its name.
+// Folder of cell files created over the network, by name.
 
 #include <cstdint>
 #include <filesystem>
@@ -12,14 +12,14 @@
 
 namespace cellcal::daemon {
 
-/// Nothing was written, and why.
+/// Nothing was written; the reason.
 struct CellNotWritten : std::runtime_error {
   enum class Why {
     kName,      ///< 1 to 64 of A-Z a-z 0-9 _ -
-    kUnusable,  ///< what it says contradicts itself or cannot be read
-    kThere,     ///< there is such a file, and nobody said that it is to be replaced
-    kChanged,   ///< it is another one than was shown
-    kMore,  ///< no form shows it as it is (several tools): replaced by a form it would lose something
+    kUnusable,  ///< contradictory or unreadable content
+    kThere,     ///< the file exists, and replacing it was not confirmed
+    kChanged,   ///< the file has changed since it was displayed
+    kMore,      ///< not representable by a form (several tools): replacing it would lose content
     kStorage,
   };
   CellNotWritten(Why reason, const std::string& words) : std::runtime_error(words), why(reason) {}
@@ -37,19 +37,19 @@ class CellShelf {
 
   struct Shown {
     std::string text{}, sha256{};     ///< of the file
-    std::optional<CellForm> form{};   ///< none: several tools, or no cell file
-    std::vector<std::string> kept{};  ///< what it has beyond the form
+    std::optional<CellForm> form{};   ///< none: several tools, or not a cell file
+    std::vector<std::string> kept{};  ///< content beyond the form
   };
   /// Any cell file. Throws calib::FileError where it cannot be read.
   static Shown look_at(const std::filesystem::path& file);
-  /// None: there is no such file. Throws CellNotWritten (kName), calib::FileError where it cannot be read.
+  /// None: the file does not exist. Throws CellNotWritten (kName), calib::FileError where it cannot be read.
   std::optional<Shown> look(const std::string& name) const;
 
-  /// What contradicts nothing but deserves a look. Throws CellNotWritten (kUnusable).
+  /// Non-fatal findings. Throws CellNotWritten (kUnusable).
   static std::vector<std::string> look_through(const CellForm& form);
-  /// Whole or not at all. `instead_of`: SHA-256 of the file that it replaces, which is kept beside it as NAME.toml.before; empty: there
-  /// is none yet. Throws CellNotWritten.
-  /// What the file has beyond the form stays; `from`: of this file instead, which stays as it is.
+  /// Writes atomically. `instead_of`: SHA-256 of the file to replace, which is kept as NAME.toml.before;
+  /// empty: a new file. Content beyond the form is kept, from the replaced file or from `from`, which is left
+  /// unchanged. Throws CellNotWritten.
   std::filesystem::path write(const std::string& name, const CellForm& form,
                               const std::string& instead_of,
                               const std::filesystem::path& from = {}) const;

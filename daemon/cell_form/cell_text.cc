@@ -22,7 +22,7 @@ std::string triple(const Triple& of) {
   return fmt::format("[{}, {}, {}]", toml_number(of[0]), toml_number(of[1]), toml_number(of[2]));
 }
 
-/// To a thousandth: for comments, which a person reads.
+/// Rounded to 0.001 for comments.
 double rounded(double value) { return std::round(value * 1e3) / 1e3; }
 
 std::string line(const std::string& setting, const std::string& words) {
@@ -73,7 +73,7 @@ std::string tool_text(const ToolForm& tool) {
   return text;
 }
 
-/// As set, or named in a comment.
+/// As keys, or named in a comment.
 std::string certificate_text(const CertificateForm& of, const std::string& serial,
                              const char* comment) {
   std::string text;
@@ -130,7 +130,7 @@ std::string length_text(const LengthForm& length) {
           "# certificate = \"\", certificate_date = \"2026-04-01\": as printed by 'cellcal certificate'.\n"));
 }
 
-/// Where there is none yet. The scale of the arm rests on them.
+/// Example for a cell without certified lengths, which determine the scale of the arm.
 constexpr const char* kNoLengths = R"(
 # Certified distances of two centres, from a coordinate measuring machine. Without one the scale of
 # the arm is not determined, and a calibration holds near the targets only.
@@ -239,7 +239,7 @@ bool has(const std::array<std::string_view, N>& keys, const std::string& key) {
 
 bool is_sphere(const json& target) { return target.value("kind", "") == "sphere"; }
 
-/// Sets what the form does not state itself, and names it.
+/// Sets the keys that the form does not state itself, and lists them.
 template <std::size_t N>
 void keep(json& now, const json& before, const std::array<std::string_view, N>& of_the_form,
           const std::string& where, std::vector<std::string>& kept) {
@@ -250,7 +250,7 @@ void keep(json& now, const json& before, const std::array<std::string_view, N>& 
   }
 }
 
-/// What a new file states beside the form and this one leaves to the reader's default.
+/// Removes keys that a new file states but that this one leaves at the reader's default.
 template <std::size_t N>
 void leave_out(json& now, const json& before, const std::array<std::string_view, N>& of_the_form,
                const std::string& where, std::vector<std::string>& kept) {
@@ -274,7 +274,7 @@ void keep_targets(json& now, const json& before, std::vector<std::string>& kept)
   }
 }
 
-/// A list of tables by the names of its entries.
+/// Lists the entries of an array of tables by name.
 void name_list(const std::string& key, const json& list, std::vector<std::string>& kept) {
   for (const json& one : list)
     kept.push_back(one.is_object() && one.contains("id") ? key + " " + one.value("id", "") : key);

@@ -53,12 +53,12 @@ std::optional<Triple> centre(const calib::CsvTable& table, const std::string& na
   return xyz;
 }
 
-/// The word, likewise.
+/// Text of the column, if present.
 void take(const calib::CsvTable& table, const char* column, std::string& value) {
   if (const int found = table.find(column); found >= 0) value = table.text(found);
 }
 
-/// The number, where the column is there and the field is not empty.
+/// Number of the column, if the column is present and the field is not empty.
 void take(const calib::CsvTable& table, const char* column, double& value) {
   if (const int found = table.find(column); found >= 0 && !table.text(found).empty())
     value = table.number(found);

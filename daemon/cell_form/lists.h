@@ -1,5 +1,6 @@
 #pragma once
-// Spheres and their certificate from CSV files. All throw calib::FileError with file, line and column.
+// Spheres and their certificate from CSV files. All functions throw calib::FileError with file, line and
+// column.
 
 #include <filesystem>
 #include <string>
@@ -10,7 +11,7 @@
 
 namespace cellcal::daemon {
 
-/// `name`: of the text, for the errors.
+/// `name`: of the text, for error messages.
 std::vector<SphereForm> spheres_in(std::string_view csv, const std::string& name);
 std::vector<LengthForm> certificate_in(std::string_view csv, const std::string& name);
 std::vector<SphereForm> load_spheres(const std::filesystem::path& csv);

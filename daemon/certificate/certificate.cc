@@ -29,13 +29,13 @@ constexpr const char* kCalibration = "calibration";
 void refuse_withheld(const Sources& sources, const std::string& from) {
   const calib::Verdict& verdict = sources.calibration.verdict;
   if (verdict.publish()) return;
-  std::string words = from + ": the result was withheld, and gets no certificate";
+  std::string words = from + ": the result was withheld: no certificate";
   for (const calib::Finding& finding : verdict.findings)
     if (finding.severity == calib::Severity::kWithholds) words += "\n  " + calib::words(finding);
   throw Refused(Refused::Why::kWithheld, words);
 }
 
-/// Its lengths, check touches and input files are those of another session.
+/// Lengths, check touches and input files of an update belong to another session.
 void refuse_update(const Sources& sources, const std::string& from) {
   if (!sources.calibration.update) return;
   throw Refused(
@@ -78,7 +78,7 @@ void add_identity(const Sources& s, const Issue& issue, CertificateData& data) {
   data.method = s.text(kCalibration, "/model/reason");
 }
 
-/// Both of its ends were touched and found: the others of the cell file say nothing of this arm.
+/// True if both ends were touched and located; unused lengths of the cell file do not concern this arm.
 bool is_used(const Sources& s, std::size_t length) {
   for (const int end : {0, 1}) {
     const Entry id = s.text("cell", fmt::format("/length/{}/between/{}", length, end));
@@ -113,7 +113,7 @@ Entry mm(double metres, const std::string& from) {
   return figure(metres * kMmPerM, "mm", kMmDecimals, from);
 }
 
-/// Left out of the fit, or of what the check touches say.
+/// Touches rejected by the fit or among the check touches.
 std::vector<bool> outliers_of(const Sources& s) {
   std::vector<bool> outlier(s.touches.size());
   const auto leave_out = [&](std::size_t touch) {
@@ -122,7 +122,7 @@ std::vector<bool> outliers_of(const Sources& s) {
   for (const calib::Outlier& one : s.calibration.outliers) leave_out(one.touch);
   for (const calib::TouchResidual& one : s.calibration.residuals)
     if (one.outlier) leave_out(one.touch);
-  // A file has no residuals of single touches; the check touches among them stand in a finding.
+  // A file contains no residuals of single touches; outliers among the check touches are listed in a finding.
   for (const calib::Finding& finding : s.calibration.verdict.findings) {
     if (finding.kind != calib::FindingKind::kGrossCheckTouches) continue;
     for (const calib::FindingPart& part : finding.parts)
@@ -135,12 +135,12 @@ struct SummaryWords {
   const char *mean, *largest, *rms;
 };
 
-/// As found by the earlier calibration, or, without one, by the nominal geometry (`before`); nothing where no touch is
-/// behind the figure.
+/// Residuals by the earlier calibration or, without one, by the nominal geometry (`before`); not stated
+/// without touches.
 void add_summary(const Sources& s, const SummaryWords& words, const char* part,
                  const calib::ResidualSummary* found, const std::string& before,
                  const std::string& after, CertificateData& data) {
-  // A file of an earlier version states no count.
+  // a file of an earlier version states no count
   const double count = found != nullptr
                            ? found->count
                            : s.number(kCalibration, before + "count", "", 0).value.value_or(1.0);
@@ -159,7 +159,7 @@ void add_summary(const Sources& s, const SummaryWords& words, const char* part,
   line(words.rms, "rms_mm", of.rms_m);
 }
 
-/// The arm as it was described before: which, and what the touches say of it.
+/// The previous model of the arm, and its residuals in the touches.
 std::optional<calib::FoundResiduals> add_found_by(const Sources& s, CertificateData& data) {
   if (!s.compared) return std::nullopt;
   std::optional<calib::FoundResiduals> found;
@@ -196,7 +196,7 @@ void add_figures(const Sources& s, CertificateData& data) {
   }
   data.poses = {std::to_string(scope->poses), "scope#poses", scope->poses};
   const std::string nominal = data.workspace ? "/predicted/nominal_m3" : "/predicted/nominal_m2";
-  // Of the nominal arm the calibration states it; one of an earlier version has another figure there.
+  // For the nominal arm the calibration states it; an earlier version has another value there.
   const bool stated = !data.found_by && s.calibration.nominal_workspace_u_m > 0.0;
   const Entry found_mean = stated ? s.number(kCalibration, nominal + "_mm", "mm", kMmDecimals)
                                   : mm(scope->mean_apart_m, "scope#mean_mm");
@@ -257,7 +257,7 @@ void add_parameters(const Sources& s, CertificateData& data) {
   for (std::size_t i = 0; i < s.size(kCalibration, "/parameters"); ++i) {
     const std::string at = fmt::format("/parameters/{}/", i);
     const std::string unit = s.text(kCalibration, at + "unit").text;
-    // Compliances and bendings are small in their units.
+    // Compliances and deflections are small in their units.
     const auto digits = [&](Entry entry) {
       if (entry.value && *entry.value != 0.0 && std::abs(*entry.value) < 1e-2)
         entry.text = report::significant(*entry.value, kSmallDigits);

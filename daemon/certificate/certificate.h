@@ -1,6 +1,6 @@
 #pragma once
-// A published calibration as a certificate: what is printed, each number with its origin (README.md), and the
-// files that are made of it.
+// Certificate of a published calibration: the printed values, each with its origin (README.md), and the files
+// made from it.
 
 #include <chrono>
 #include <filesystem>
@@ -15,21 +15,21 @@
 
 namespace cellcal::daemon::certificate {
 
-/// There is no certificate of it, and why.
+/// A certificate is refused; the reason.
 struct Refused : std::runtime_error {
   enum class Why {
     kNoCalibration,
     kNotDone,
     kWithheld,
     kUpdate,
-    kNotReproduced,  ///< computed again it is another
-    kNotProven,      ///< nobody who is known here vouches for the rows
+    kNotReproduced,  ///< the recomputed result differs
+    kNotProven,      ///< no known key vouches for the rows
   };
   Refused(Why reason, const std::string& words) : std::runtime_error(words), why(reason) {}
   Why why;
 };
 
-/// Who issues it, when, with what.
+/// Issuer, time and software.
 struct Issue {
   std::string utc;  ///< ISO 8601
   std::string by;   ///< empty: not stated
@@ -42,13 +42,13 @@ struct Artefact {
 struct Length {
   Entry from, to, length, expanded, certificate, date;
 };
-/// One line of 'as found, as left'; what does not apply is not stated.
+/// One row of 'as found, as left'; inapplicable values are not stated.
 struct Figure {
-  std::string what;  ///< the form's words
+  std::string what;  ///< wording of the form
   Entry found, left;
 };
 struct Break {
-  bool resumed = false;  ///< else interrupted
+  bool resumed = false;  ///< otherwise interrupted
   Entry utc, local, phase, event;
 };
 struct Parameter {
@@ -62,37 +62,39 @@ struct TouchRow {
   std::vector<Entry> joints;
 };
 
-/// The verdict's rule, and the numbers that it decided by.
+/// Decision rule of the verdict, and its values.
 struct Decision {
-  bool stated = false;        ///< its numbers were recorded
-  bool by_cell_file = false;  ///< required_mm is the cell file's
+  bool stated = false;        ///< its values were recorded
+  bool by_cell_file = false;  ///< required_mm comes from the cell file
   Entry predicted, required, nominal, of_nominal, most_of_nominal;
 };
 
-/// What a certificate's number begins with where no real arm was touched: who has the number alone sees it, as those do who
-/// verify a signature.
+/// Prefix of a certificate's number where no real arm was touched: visible even to a reader of the number
+/// alone, or to a verifier of the signature.
 inline constexpr std::string_view kEmulatedNumber = "emulated-";
 
 struct CertificateData {
-  Entry emulated;  ///< stated where the session was of the daemon's own emulated cell
+  Entry emulated;  ///< stated where the session ran on the daemon's emulated cell
   Entry number, session, cell, site, operator_name, issued, issued_local, issued_by,
       issuing_software;
   Entry robot, robot_serial, controller_serial, sensor, sensor_serial, tool, tip_radius;
   Entry began, began_local, ended, ended_local, software, method;
   Entry touches, lowest_c, highest_c;
-  bool workspace = false;               ///< scope; else near the targets
-  std::optional<Entry> found_by;        ///< earlier calibration in words; none: the nominal arm
-  bool earlier_not_comparable = false;  ///< there was one, of another nominal arm, tool or version
+  bool workspace = false;         ///< scope; otherwise near the targets
+  std::optional<Entry> found_by;  ///< the earlier calibration; none: the nominal arm
+  /// An earlier one exists, with another nominal arm, tool or version.
+  bool earlier_not_comparable = false;
   std::vector<Figure> figures;
-  Entry poses;  ///< over which the scope's figures are
+  Entry poses;  ///< poses of the scope's figures
   Decision decision;
   std::vector<Artefact> artefacts;
-  std::vector<Length> lengths;    ///< of which both ends were touched
-  std::vector<Entry> directions;  ///< that are not identifiable
-  std::vector<Entry> remarks;     ///< the verdict's reasons
+  std::vector<Length> lengths;    ///< with both ends touched
+  std::vector<Entry> directions;  ///< not identifiable
+  std::vector<Entry> remarks;     ///< reasons of the verdict
   std::vector<Break> breaks;
-  bool changes_recorded = false;  ///< of phase; else breaks are not known
-  Entry dropped;                  ///< when raw rows were dropped: then breaks are not known
+  /// Phase changes were recorded; otherwise interruptions are unknown.
+  bool changes_recorded = false;
+  Entry dropped;  ///< time of deletion of raw rows: interruptions are unknown then
   std::vector<Parameter> parameters;
   std::vector<File> files;
   Entry rows_sha256, calibration_sha256;
@@ -104,21 +106,21 @@ struct CertificateData {
 CertificateData make_certificate(const Archive& archive, const std::string& from,
                                  const Issue& issue);
 
-/// Computes the result again out of the rows: a certificate is made of what comes out the same to the bit, and of nothing
-/// else. Throws Refused where it does not; as replay().
+/// Recomputes the result from the rows: a certificate is issued only for a result identical to the bit.
+/// Throws Refused where it differs, and as replay() does.
 void refuse_unless_reproduced(const Archive& archive, const std::string& from);
 
-/// The whole document. No script, nothing from elsewhere; A4 where it is printed.
+/// Complete document without scripts and external content; A4 in print.
 std::string to_html(const CertificateData& data);
 /// "cellcal.certificate/1": every entry with its text, value, unit and origin.
 std::string to_json(const CertificateData& data);
 inline constexpr std::chrono::seconds kPdfLimit{120};
-/// PDF of that HTML, by WeasyPrint, which is ended after the limit. Throws std::runtime_error, which names the package
-/// where it is missing.
+/// PDF of that HTML by WeasyPrint, terminated after the limit. Throws std::runtime_error, which names the
+/// package where it is missing.
 void write_pdf(const std::filesystem::path& html, const std::filesystem::path& pdf,
                std::chrono::milliseconds limit = kPdfLimit);
 
-// The rule by which the verdict let the calibration through, as it stands among its findings.
+// Decision rule under which the verdict published the calibration, from its findings.
 
 Decision decision_of(const Sources& sources);
 

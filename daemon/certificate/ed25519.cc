@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Far more than any key in PEM.
+/// Well above the size of any PEM key.
 constexpr std::size_t kMostKeyBytes = 16384;
 
 struct Free {
@@ -33,7 +33,7 @@ using Bio = std::unique_ptr<BIO, Free>;
 using Key = std::unique_ptr<EVP_PKEY, Free>;
 using Context = std::unique_ptr<EVP_MD_CTX, Free>;
 
-/// Nobody is asked for a passphrase.
+/// Never prompts for a passphrase.
 int no_passphrase(char*, int, int, void*) { return 0; }
 
 Bio bio_of(const std::string& pem) {
@@ -130,7 +130,7 @@ void make_key(const fs::path& key) {
   for (const fs::path& one : {key, public_part(key)})
     if (fs::exists(fs::symlink_status(one, code)))
       throw KeyError(one.string() +
-                     ": is there already. A key is never written over: name another, --key FILE");
+                     ": exists. Keys are never overwritten: choose another file with --key FILE");
   const Key made(EVP_PKEY_Q_keygen(nullptr, nullptr, "ED25519"));
   if (!made) throw KeyError(key.string() + ": OpenSSL made no key");
   write_new(key, private_pem(made), S_IRUSR | S_IWUSR);
@@ -141,7 +141,7 @@ PrivateKey::PrivateKey(const fs::path& path) {
   const File file(path, O_RDONLY | O_NONBLOCK);
   struct stat status {};
   if (::fstat(file.get(), &status) != 0 || !S_ISREG(status.st_mode))
-    throw KeyError(path.string() + ": is no plain file");
+    throw KeyError(path.string() + ": not a regular file");
   if ((status.st_mode & (S_IRWXG | S_IRWXO)) != 0)
     throw KeyError(fmt::format(
         "{}: mode {:04o}, accessible to others than its owner. Set 0600, or make a new key if it may "
@@ -168,13 +168,13 @@ std::string PrivateKey::fingerprint() const { return fingerprint_of(private_of(p
 
 std::optional<PrivateKey> key_if_there(const fs::path& file) {
   std::error_code code;
-  // Of a link itself: one that leads nowhere is a key that cannot be read.
+  // Status of the link itself: a dangling link is an unreadable key.
   const fs::file_status status = fs::symlink_status(file, code);
   if (status.type() == fs::file_type::not_found) return std::nullopt;
   if (!fs::status_known(status))
-    throw KeyError(
-        fmt::format("{}: cannot be looked at: {}. Name another key: --key FILE, or give --no-sign",
-                    file.string(), code.message()));
+    throw KeyError(fmt::format(
+        "{}: cannot be accessed: {}. Choose another key with --key FILE, or give --no-sign",
+        file.string(), code.message()));
   return PrivateKey(file);
 }
 

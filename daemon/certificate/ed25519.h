@@ -1,5 +1,6 @@
 #pragma once
-// Keys and signatures by Ed25519 (RFC 8032). Files are PEM, as 'openssl genpkey -algorithm ed25519' writes them.
+// Keys and signatures by Ed25519 (RFC 8032). Files are PEM, as written by 'openssl genpkey -algorithm
+// ed25519'.
 
 #include <filesystem>
 #include <optional>
@@ -9,20 +10,20 @@
 
 namespace cellcal::daemon::signing {
 
-/// Names the file, and says what to do.
+/// The text names the file and the remedy.
 struct KeyError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// "FILE.pub", beside the private one.
+/// "FILE.pub", in the private key's directory.
 std::filesystem::path public_part(const std::filesystem::path& key);
-/// Both parts of a new key; the private one for its owner alone (mode 0600). Throws KeyError, also where one of
-/// them is there already: no key is ever written over.
+/// Creates both parts of a new key; the private one is readable by its owner only (mode 0600). Throws
+/// KeyError, also where either file exists: keys are never overwritten.
 void make_key(const std::filesystem::path& key);
 
 class PrivateKey {
  public:
-  /// Throws KeyError where it cannot be read, others than its owner may read it, or it is another kind of key.
+  /// Throws KeyError where the file is unreadable, accessible to others or of another key type.
   explicit PrivateKey(const std::filesystem::path& file);
   /// 64 bytes.
   std::string sign(std::string_view text) const;
@@ -33,7 +34,7 @@ class PrivateKey {
   std::string pem_;
 };
 
-/// None where there is no such file; a key that is there, or cannot be looked at, throws KeyError if it cannot be used.
+/// None where the file does not exist; an existing but unusable or inaccessible key throws KeyError.
 std::optional<PrivateKey> key_if_there(const std::filesystem::path& file);
 
 class PublicKey {

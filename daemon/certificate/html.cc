@@ -1,4 +1,4 @@
-// The certificate's sections, in the order in which they stand.
+// Sections of the certificate, in their order.
 
 #include "daemon/certificate/html.h"
 
@@ -16,7 +16,7 @@ namespace {
 
 using report::escape;
 
-// No script and nothing from elsewhere, even if something should slip through the escaping.
+// No scripts and no external content, even if an escaping fault remained.
 constexpr std::string_view kContentPolicy =
     "default-src 'none'; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'";
 constexpr std::string_view kNone = "\xE2\x80\x93";
@@ -41,7 +41,7 @@ std::string pairs(const std::string& rows) {
   return "<table class=\"pairs\">\n" + rows + "</table>\n";
 }
 
-/// Local time, and UTC behind it.
+/// Local time, followed by UTC.
 std::string moment(const Entry& local, const Entry& utc) {
   return utc.stated() ? fmt::format("{} &middot; {}", shown(local), shown(utc)) : shown(utc);
 }
@@ -286,7 +286,7 @@ std::string to_html(const CertificateData& d) {
   return html + "</main>\n</body>\n</html>\n";
 }
 
-// One style for the screen and for A4, black on white: a certificate is printed.
+// One style for screen and print (A4, black on white).
 
 const char* style_sheet() {
   return R"css(

@@ -1,5 +1,5 @@
 #pragma once
-// How entries stand in the certificate's HTML.
+// Rendering of entries in the certificate's HTML.
 
 #include <string>
 #include <string_view>
@@ -9,15 +9,15 @@
 
 namespace cellcal::daemon::certificate {
 
-/// The entry with its origin; where it is not stated, `otherwise` (the form's words).
+/// The entry with its origin; `otherwise` (wording of the form) where it is not stated.
 std::string shown(const Entry& entry, std::string_view otherwise = "not stated");
-/// Behind the number its unit.
+/// The number followed by its unit.
 std::string with_unit(const Entry& entry, std::string_view otherwise = "\xE2\x80\x93");
-/// Its unit alone, as "unit(origin)".
+/// The unit only, as "unit(origin)".
 std::string unit(const Entry& entry);
 /// A constant of the method (README, Origins).
 std::string constant(const char* name);
-/// What it prints.
+/// Printed value of the constant.
 std::string_view value_of_constant(std::string_view name);
 
 /// The style sheet, without the <style> tags.

@@ -54,7 +54,7 @@ Json of_break(const Break& one) {
           {"event", to_value(one.event)}};
 }
 
-/// An empty list: there were none.
+/// An empty list means no interruptions.
 Json of_breaks(const CertificateData& d) {
   if (d.dropped.stated()) return "not known";
   if (!d.changes_recorded) return "not recorded";

@@ -1,4 +1,4 @@
-// The certificate on paper, set by another program.
+// PDF of the certificate, by an external program.
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -21,7 +21,7 @@ namespace {
 
 constexpr const char* kProgram = "weasyprint";
 
-/// What it may say goes nowhere: warnings about fonts, on the standard error of ours.
+/// Discards the child's output, such as font warnings on our standard error.
 class Silence {
  public:
   Silence() {
@@ -38,7 +38,7 @@ class Silence {
   posix_spawn_file_actions_t actions_;
 };
 
-/// Its status; none: it took longer than the limit, and was ended.
+/// Exit status; none: terminated after the limit.
 std::optional<int> end_of(pid_t child, std::chrono::milliseconds limit) {
   constexpr std::chrono::milliseconds kPause{20};
   const auto until = std::chrono::steady_clock::now() + limit;

@@ -27,7 +27,7 @@ struct Names {
 Names names_of(Kind kind) {
   return kind == Kind::kExport ? Names{kExportSums, kExportSignature} : Names{kSums, kSignature};
 }
-/// What signs is not signed.
+/// Names of the signature files, which are not signed themselves.
 bool is_reserved(const std::string& name) {
   return name == kSums || name == kSignature || name == kExportSums || name == kExportSignature;
 }
@@ -51,7 +51,7 @@ std::optional<std::string> behind(const std::string& line, const std::string& ma
   return line.substr(mark.size());
 }
 
-/// Of a file beside the sums, and that a terminal can show.
+/// A file name within the directory of the sums, printable on a terminal.
 bool is_plain_name(const std::string& name) {
   return !name.empty() && name != "." && name != ".." && !is_reserved(name) &&
          name.find_first_of("/\\") == std::string::npos && printable(name) == name;
@@ -63,7 +63,7 @@ const std::string* sum_of(const Sums& sums, const std::string& name) {
   return found == sums.files.end() ? nullptr : &found->second;
 }
 
-/// Nothing where it is none of ours.
+/// None for any other format.
 std::optional<Sums> sums_of(const std::string& text) {
   Sums sums;
   std::istringstream lines(text);
@@ -113,7 +113,7 @@ Sums signed_sums(const fs::path& directory, Kind kind, const PublicKey& key) {
   if (sums->statement.key != key.fingerprint())
     throw NotVerified(
         Why::kOtherKey,
-        fmt::format("{}: signed by another key, {}; expected {}. Name the issuer's: --key FILE",
+        fmt::format("{}: signed by another key, {}; expected {}. Give the issuer's key: --key FILE",
                     (directory / names.sums).string(), sums->statement.key, key.fingerprint()));
   if (!key.verifies(text, signature))
     throw NotVerified(
@@ -124,7 +124,7 @@ Sums signed_sums(const fs::path& directory, Kind kind, const PublicKey& key) {
   return *sums;
 }
 
-/// A file that is listed is what was signed by that name, whatever else it is the same as.
+/// A listed name has to match its own sum, whichever other file it equals.
 void verify_listed(const fs::path& file, const std::string& sum) {
   if (calib::sha256(calib::read_file(file)) != sum)
     throw NotVerified(
@@ -132,7 +132,7 @@ void verify_listed(const fs::path& file, const std::string& sum) {
         printable(file.string()) + ": was changed after it was signed. Ask the issuer for it");
 }
 
-/// The name that it was signed by: its own, or another where nothing was signed by its own.
+/// Signed name of the file: its own, or another one where its own is not listed.
 std::string verify_one(const fs::path& file, const Sums& sums) {
   const std::string name = file.filename().string();
   if (const std::string* sum = sum_of(sums, name)) {
@@ -147,7 +147,7 @@ std::string verify_one(const fs::path& file, const Sums& sums) {
   return same->first;
 }
 
-/// Beside the signed files, their sums and the signature nothing may be there: it would pass for signed.
+/// Rejects unlisted files in the directory, which would pass for signed.
 void refuse_others(const fs::path& directory, Kind kind, const Sums& sums) {
   const Names own = names_of(kind);
   std::vector<std::string> others;
@@ -207,7 +207,7 @@ Verified verify_files(const fs::path& file, const PublicKey& key, std::optional<
   const fs::path directory = whole                    ? file
                              : file.has_parent_path() ? file.parent_path()
                                                       : fs::path(".");
-  if (!whole) (void)calib::read_file(file);  // what is not there is not unsigned
+  if (!whole) (void)calib::read_file(file);  // reports a missing file
   const bool of_export =
       !has_signature(directory, Kind::kCertificate) && has_signature(directory, Kind::kExport);
   const Kind kind = asked.value_or(of_export ? Kind::kExport : Kind::kCertificate);

@@ -1,6 +1,7 @@
 #pragma once
-// Files of one directory with who signed them, and when: `certificate.sums` (of an export `export.sums`), which
-// 'sha256sum -c' reads, and its detached signature `certificate.sums.sig`, which 'openssl pkeyutl -verify' reads.
+// Signature of the files of one directory, with signer and time: `certificate.sums` (of an export
+// `export.sums`) in the format of 'sha256sum -c', and its detached signature `certificate.sums.sig` in that
+// of 'openssl pkeyutl -verify'.
 
 #include <filesystem>
 #include <optional>
@@ -12,9 +13,9 @@
 
 namespace cellcal::daemon::signing {
 
-/// What is signed beside the files themselves.
+/// Signed statement accompanying the files.
 struct Statement {
-  std::string certificate;  ///< its number; of an export whose it is
+  std::string certificate;  ///< its number; of an export its description
   std::string by;           ///< empty: not stated
   std::string utc;
   std::string key;  ///< fingerprint
@@ -25,30 +26,30 @@ inline constexpr const char* kSignature = "certificate.sums.sig";
 inline constexpr const char* kExportSums = "export.sums";
 inline constexpr const char* kExportSignature = "export.sums.sig";
 
-/// What a directory holds: its sums and signature have the names of it.
+/// Kind of the signed directory, which determines the names of its sums and signature.
 enum class Kind { kCertificate, kExport };
 
-/// Signs these files of the directory; `statement.key` is the key's own. Throws KeyError, calib::FileError,
-/// std::runtime_error.
+/// Signs the listed files of the directory; `statement.key` is set to the key's fingerprint. Throws KeyError,
+/// calib::FileError, std::runtime_error.
 void sign_files(const std::filesystem::path& directory, const std::vector<std::string>& names,
                 Statement statement, const PrivateKey& key, Kind kind = Kind::kCertificate);
 
 struct Verified {
   Kind kind = Kind::kCertificate;
   Statement statement;
-  std::vector<std::string>
-      files;  ///< that are as they were signed, by the names that they were signed by
+  /// Verified files, by their signed names.
+  std::vector<std::string> files;
 };
 
-/// They are not what was signed, or nobody can say so.
+/// The files differ from the signed ones, or cannot be verified.
 struct NotVerified : std::runtime_error {
   enum class Why {
-    kNoSignature,       ///< there is none beside the file
-    kDamagedSignature,  ///< it does not belong to what it is beside
-    kOtherKey,          ///< of somebody else than expected
+    kNoSignature,       ///< no signature in the directory
+    kDamagedSignature,  ///< the signature does not match the sums
+    kOtherKey,          ///< signed by another key
     kChangedFile,
-    kNotListed,    ///< another file than was signed, or one more beside them
-    kMissingFile,  ///< of the directory's
+    kNotListed,    ///< not among the signed files
+    kMissingFile,  ///< of the directory
   };
   NotVerified(Why reason, const std::string& words) : std::runtime_error(words), why(reason) {}
   Why why;
@@ -56,13 +57,12 @@ struct NotVerified : std::runtime_error {
 /// "changed_file"
 const char* to_string(NotVerified::Why why);
 
-/// Whether a directory has any signature of that kind, whatever it is worth.
+/// True if the directory contains a signature of that kind, valid or not.
 bool has_signature(const std::filesystem::path& directory, Kind kind);
 
-/// Of one file, whatever it is called by now unless something else was signed by that name; or of all that were signed,
-/// where it is their directory, in which nothing else may be. Of a directory that holds sums of both kinds those of a
-/// certificate count, unless a kind is asked for. Throws NotVerified; calib::FileError, std::runtime_error
-/// where it cannot be read.
+/// Verifies one file, renamed or not, unless its name belongs to another signed file; or a whole directory,
+/// which must contain nothing else. In a directory with both kinds the certificate is verified, unless `kind`
+/// is given. Throws NotVerified; calib::FileError, std::runtime_error where a file cannot be read.
 Verified verify_files(const std::filesystem::path& file, const PublicKey& key,
                       std::optional<Kind> kind = {});
 

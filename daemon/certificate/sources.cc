@@ -41,18 +41,17 @@ std::vector<Change> changes_in(const std::string& lines, const std::string& from
   return changes;
 }
 
-/// What was stored of one that ended otherwise, as in the phase reporting, is no result.
+/// Results stored by an unfinished session, e.g. in the phase reporting, are not used.
 void refuse_unless_done(const SessionRecord& record, const std::string& from) {
   if (record.state == RecordState::kDone) return;
-  throw Refused(
-      Refused::Why::kNotDone,
-      fmt::format("{}: the session was not done but is {}{}, and gets no certificate. Name a "
-                  "session that was published: 'cellcal history'",
-                  from, to_string(record.state),
-                  record.failure.empty() ? "" : " (" + printable(record.failure) + ")"));
+  throw Refused(Refused::Why::kNotDone,
+                fmt::format("{}: the session is {}{}, not done: no certificate. Choose a "
+                            "published session: 'cellcal history'",
+                            from, to_string(record.state),
+                            record.failure.empty() ? "" : " (" + printable(record.failure) + ")"));
 }
 
-/// It may be of a version that is not read any more; then the nominal arm stands for it.
+/// May be of an unsupported version; the nominal arm is used instead.
 std::optional<calib::Calibration> earlier_of(const std::optional<Compared>& compared) {
   if (!compared) return std::nullopt;
   try {
@@ -112,11 +111,10 @@ Sources read_sources(const Archive& archive, const std::string& from) {
   const auto [session, is_new] = import_archive(
       journal, archive, from, [&](std::int64_t) { return scratch.path() / "results"; });
   const auto record = journal.session(session);
-  if (!record) throw ArchiveError(from + ": holds no session");
+  if (!record) throw ArchiveError(from + ": contains no session");
   if (record->calibration.empty())
-    throw Refused(
-        Refused::Why::kNoCalibration,
-        from + ": has no calibration. Name a session that was published: 'cellcal history'");
+    throw Refused(Refused::Why::kNoCalibration,
+                  from + ": has no calibration. Choose a published session: 'cellcal history'");
   refuse_unless_done(*record, from);
   Sources all;
   all.record = *record;
@@ -128,11 +126,11 @@ Sources read_sources(const Archive& archive, const std::string& from) {
   all.rows_sha256 = calib::sha256(archive.at("rows.jsonl"));
   all.calibration = calib::calibration_from_json(record->calibration, from + ": calibration");
   all.earlier = earlier_of(all.compared);
-  (void)cell_of(record->inputs);  // what would not be understood is not printed
+  (void)cell_of(record->inputs);  // content that cannot be interpreted is not printed
   all.calibration_json = json::parse(record->calibration);
   all.cell_json = json::parse(calib::toml_to_json(record->inputs.cell_text));
   all.robot_json = json::parse(calib::toml_to_json(record->inputs.robot_text));
-  // Its number where it was recorded, not in the journal that it was read into.
+  // number in the recording journal, not in the one that imported it
   all.record.id = record->origin ? record->origin->session : session;
   return all;
 }

@@ -1,5 +1,5 @@
 #pragma once
-// The rows of one session, and what is taken out of them: each entry with its origin.
+// Rows of one session and the entries derived from them, each with its origin.
 
 #include <cstdint>
 #include <nlohmann/json.hpp>
@@ -15,30 +15,30 @@
 
 namespace cellcal::daemon::certificate {
 
-// What stands on a certificate beside the form's own words, and where it was taken from (README, Origins).
+// Entry of a certificate with its origin (README, Origins).
 
 struct Entry {
   std::string text;               ///< as printed, not escaped; empty: not stated
   std::string from;               ///< origin
-  std::optional<double> value{};  ///< of a number, in `unit`, all its digits
+  std::optional<double> value{};  ///< of a number, in `unit`, with full precision
   std::string unit{};
 
   bool stated() const { return !text.empty(); }
 };
 
-/// Fixed decimals, a real minus sign.
+/// Fixed number of decimals, with a typographic minus sign.
 Entry figure(double value, const std::string& unit, int decimals, const std::string& from);
-/// The same with the ASCII minus, for what people copy into files.
+/// With an ASCII minus, for values copied into files.
 Entry raw_figure(double value, const std::string& unit, int decimals, const std::string& from);
-/// A time as the journal has it, by the clock on the wall of this computer, with its zone.
+/// A time of the journal in this computer's local time, with its zone.
 Entry local(const Entry& utc);
-/// "2026-11-22 19:05:00 CET (UTC+0100)"; empty where it is no time. Not escaped.
+/// "2026-11-22 19:05:00 CET (UTC+0100)"; empty for an invalid time. Not escaped.
 std::string local_words(const std::string& iso);
 
 /// The coverage factor.
 inline constexpr double kCoverage = 2.0;
 
-/// A change of phase, of which a certificate names the breaks.
+/// A change of phase, from which interruptions are listed.
 struct Change {
   std::int64_t row = 0;
   std::string time, from_phase, event;
@@ -52,15 +52,14 @@ struct Sources {
   std::vector<Change> changes;
   std::string rows_sha256;
   calib::Calibration calibration;
-  std::optional<calib::Calibration> earlier;  ///< of `compared`, where it can be read
+  std::optional<calib::Calibration> earlier;  ///< from `compared`, if readable
   nlohmann::json calibration_json, cell_json, robot_json;
 
-  /// A string, or a whole number, as it stands at the pointer into "calibration", "cell" or "robot"; not
-  /// stated where there is none.
+  /// String or integer at the pointer into "calibration", "cell" or "robot"; not stated where it is missing.
   Entry text(const std::string& source, const std::string& pointer) const;
   Entry number(const std::string& source, const std::string& pointer, const std::string& unit,
                int decimals) const;
-  /// Twice that: expanded uncertainty of a sigma.
+  /// Twice that value: expanded uncertainty of a sigma.
   Entry expanded(const std::string& source, const std::string& pointer, const std::string& unit,
                  int decimals) const;
   /// Column of the session's row.
@@ -72,7 +71,7 @@ struct Sources {
 };
 
 /// Throws ArchiveError, JournalError, calib::FileError where the export or its session cannot be read;
-/// Refused where it has no calibration, or was not done.
+/// Refused where it has no calibration or was not completed.
 Sources read_sources(const Archive& archive, const std::string& from);
 
 }  // namespace cellcal::daemon::certificate

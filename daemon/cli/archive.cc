@@ -49,14 +49,14 @@ json to_json(const Replay& result) {
   return value;
 }
 
-/// Who vouches for an export.
+/// Signer of an export.
 struct Signature {
   bool there = false;
   std::optional<signing::Statement> by;  ///< verified
-  std::string words;                     ///< why it is not
+  std::string words;                     ///< why it is not verified
 };
 
-/// Throws NotVerified where the files are not what was signed.
+/// Throws NotVerified where the files differ from the signed ones.
 Signature signature_of(const fs::path& directory, const fs::path& key) {
   Signature result{signing::has_signature(directory, signing::Kind::kExport), {}, {}};
   if (!result.there) return result;
@@ -85,7 +85,7 @@ json to_json(const Signature& signature) {
 }
 
 std::string in_words(const Signature& signature) {
-  if (!signature.there) return "not signed: nobody vouches for its rows\n";
+  if (!signature.there) return "not signed: origin of its rows not verified\n";
   if (!signature.by) return "signed, not verified: " + signature.words + "\n";
   return fmt::format("signed by {} at {}, key {}\n", signature.by->by, signature.by->utc,
                      signature.by->key);

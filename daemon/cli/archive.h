@@ -1,6 +1,5 @@
 #pragma once
-// Sessions as files, and copies of the journal. Each returns its exit status and throws when it
-// failed.
+// Sessions as files, and backups of the journal. Each function returns its exit status and throws on failure.
 
 #include <cstdint>
 #include <filesystem>
@@ -17,21 +16,21 @@ struct NamedArchive {
   Archive archive;
   std::optional<std::int64_t> session;  ///< none: from a directory
 };
-/// Checked. `which`: a session's number, or the directory of an export, which needs no daemon.
+/// Validated. `which`: a session number, or the directory of an export, which needs no daemon.
 NamedArchive archive_of(const Connection& daemon, const std::string& which);
 
 struct ExportCommand {
   std::int64_t session = 0;
   std::filesystem::path directory;
-  std::filesystem::path key;  ///< empty: default_key(), where there is one
+  std::filesystem::path key;  ///< empty: default_key(), if it exists
   bool sign = true;
 };
 int export_session(const Connection& daemon, const ExportCommand& command);
-/// Refuses what was changed after it was signed, and says whose it is. `key`: public part of the one that signed it; empty:
+/// Refuses files changed after signing, and reports the signer. `key`: public part of the signing key; empty:
 /// that of default_key().
 int import_session(const Connection& daemon, const std::filesystem::path& directory,
                    const std::filesystem::path& key);
-/// `which` as archive_of() takes it.
+/// `which`: as for archive_of().
 int replay_session(const Connection& daemon, const std::string& which);
 int back_up(const Connection& daemon, const std::filesystem::path& file);
 

@@ -17,7 +17,7 @@ json parse(const Response& response) {
   json value = json::parse(response.body, nullptr, false);
   if (value.is_discarded())
     throw SocketError(
-        "the daemon's answer is no JSON. Check that cellcal and cellcald are of the same version");
+        "the daemon's answer is not JSON. Check that cellcal and cellcald are of the same version");
   return value;
 }
 

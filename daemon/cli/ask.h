@@ -1,5 +1,5 @@
 #pragma once
-// Questions to the daemon, and its errors as exceptions.
+// Requests to the daemon; its errors are thrown as exceptions.
 
 #include <nlohmann/json_fwd.hpp>
 #include <stdexcept>
@@ -10,7 +10,7 @@
 
 namespace cellcal::daemon {
 
-/// The daemon's own words, and all of its answer.
+/// Error message of the daemon, with its whole answer.
 struct DaemonRefusal : std::runtime_error {
   DaemonRefusal(const std::string& words, Response answer)
       : std::runtime_error(words), response(std::move(answer)) {}
@@ -20,10 +20,10 @@ struct DaemonRefusal : std::runtime_error {
 /// Throws SocketError, DaemonRefusal.
 Response ask(const Connection& daemon, const char* method, const std::string& target,
              const std::string& body = "");
-/// Throws SocketError where it is no JSON.
+/// Throws SocketError where the body is not JSON.
 nlohmann::json parse(const Response& response);
 
-/// Who is logged in, also behind sudo; printable.
+/// Login name, also under sudo; printable.
 std::string user_name();
 
 }  // namespace cellcal::daemon

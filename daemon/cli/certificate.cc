@@ -25,17 +25,18 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kNotNew = 200;  ///< of POST .../certificate; 201 where it is
+constexpr int kNotNew = 200;  ///< of POST .../certificate; 201 if new
 
-/// Nothing of an earlier certificate is written over.
+/// Never overwrites an earlier certificate.
 void make_directory(const fs::path& directory) {
   std::error_code code;
   if (fs::exists(directory / signing::kSums, code))
-    throw std::runtime_error(directory.string() +
-                             ": holds a signed certificate already. Name another: --out DIR");
+    throw std::runtime_error(
+        directory.string() +
+        ": contains a signed certificate. Choose another directory with --out DIR");
   if (fs::exists(directory, code) && !fs::is_empty(directory, code))
     throw std::runtime_error(directory.string() +
-                             ": is there already and not empty. Name another: --out DIR");
+                             ": exists and is not empty. Choose another with --out DIR");
   fs::create_directories(directory);
 }
 
@@ -46,14 +47,14 @@ std::optional<fs::path> named_key() {
   return set;
 }
 
-/// A signature says more than that the figures follow from the rows: that they are the rows which were recorded.
+/// Signing requires that the rows are the recorded ones, not only that the figures follow from them.
 void refuse_unless_proven(const Connection& daemon, const CertificateCommand& command,
                           const NamedArchive& named, const SigningKey& key) {
   const auto refuse = [&](const std::string& why) {
     throw certificate::Refused(
         certificate::Refused::Why::kNotProven,
         fmt::format(
-            "{}: {}. Name the session at the daemon that recorded it, or an export signed there: "
+            "{}: {}. Use the session at the daemon that recorded it, or an export signed there: "
             "'--export-key FILE.pub'. Unsigned: --no-sign",
             named.from, why));
   };
@@ -72,7 +73,7 @@ void refuse_unless_proven(const Connection& daemon, const CertificateCommand& co
   }
 }
 
-/// Why there is none; then the other files are a whole certificate, and signed as such.
+/// Returns why there is no PDF; the certificate is then complete without it, and signed so.
 std::string add_pdf(const fs::path& directory, std::vector<std::string>& names) try {
   certificate::write_pdf(directory / "certificate.html", directory / "certificate.pdf");
   names.emplace_back("certificate.pdf");
@@ -81,7 +82,7 @@ std::string add_pdf(const fs::path& directory, std::vector<std::string>& names) 
   return error.what();
 }
 
-/// Of what it says and who vouches for it, whenever it is issued: SHA-256.
+/// SHA-256 of content and signer, independent of the date of issue.
 std::string content_of(certificate::CertificateData data, const std::string& rows,
                        const std::vector<std::string>& names,
                        const std::optional<signing::PrivateKey>& key) {
@@ -94,11 +95,11 @@ std::string content_of(certificate::CertificateData data, const std::string& row
 
 enum class Announced {
   kNo,   ///< the daemon belongs to no plant, or the session came from a directory
-  kNow,  ///< on its way
+  kNow,  ///< queued
   kBefore
 };
 
-/// Signed or not, with what verifies it.
+/// Notifies the plant of a signed or unsigned certificate.
 Announced send_to_plant(const Connection& daemon, const std::string& session,
                         const std::string& number, const std::string& content,
                         const fs::path& directory, const std::vector<std::string>& names) {
@@ -172,7 +173,7 @@ int make_certificate_key(const fs::path& key, bool json) {
                     .dump() +
                 "\n"
           : fmt::format(
-                "private key {}: keep it where nobody else can read it\npublic key {}, fingerprint {}: give it "
+                "private key {}: keep it readable by you only\npublic key {}, fingerprint {}: give it "
                 "to those who verify\n",
                 key.string(), other.string(), fingerprint),
       {});
@@ -185,7 +186,7 @@ int certify(const Connection& daemon, const CertificateCommand& command) try {
       named.archive, named.from, {wall_clock_utc(), command.issued_by, calib::software_version()});
   const fs::path directory =
       command.output.empty() ? fs::path("certificate-" + data.number.text) : command.output;
-  // A key that cannot be used stops it before anything is written.
+  // An unusable key is reported before anything is written.
   const auto signer = signing_key(command.key, command.sign);
   certificate::refuse_unless_reproduced(named.archive, named.from);
   if (signer) refuse_unless_proven(daemon, command, named, *signer);
@@ -193,7 +194,7 @@ int certify(const Connection& daemon, const CertificateCommand& command) try {
   make_directory(directory);
   write_atomically(directory / "certificate.json", certificate::to_json(data));
   write_atomically(directory / "certificate.html", certificate::to_html(data));
-  // What every number can be worked out from again.
+  // Raw data from which every figure can be recomputed.
   write_atomically(directory / "rows.jsonl", named.archive.at("rows.jsonl"));
   std::vector<std::string> names{"certificate.json", "certificate.html", "rows.jsonl"};
   const std::string no_pdf = command.pdf ? add_pdf(directory, names) : "";

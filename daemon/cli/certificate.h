@@ -1,6 +1,6 @@
 #pragma once
-// A published calibration as a certificate, signed and verified. Each returns its exit status and throws when
-// it failed.
+// Certificate of a published calibration: issue, signature and verification. Each function returns its exit
+// status and throws on failure.
 
 #include <filesystem>
 #include <optional>
@@ -13,21 +13,21 @@ namespace cellcal::daemon {
 
 struct CertificateCommand {
   std::string session;           ///< number, or the directory of an export
-  std::filesystem::path output;  ///< directory, not there yet or empty; empty: "certificate-NUMBER"
+  std::filesystem::path output;  ///< directory, new or empty; empty: "certificate-NUMBER"
   std::string issued_by;
   bool pdf = true, sign = true;
-  std::filesystem::path key;  ///< empty: default_key(), where there is one
-  /// Public part of the key that signed the export, where the session is a directory; empty: `key`'s own.
+  std::filesystem::path key;  ///< empty: default_key(), if it exists
+  /// Public part of the key that signed the export, where the session is a directory; empty: that of `key`.
   std::filesystem::path export_key;
 };
-/// $CELLCAL_KEY, else in /etc/cellcal.
+/// $CELLCAL_KEY, otherwise in /etc/cellcal.
 std::filesystem::path default_key();
 
 struct SigningKey {
   signing::PrivateKey key;
   std::filesystem::path file;
 };
-/// The one that is named, or default_key() where there is one; none where nothing is to be signed. Throws
+/// The named key, or default_key() if it exists; none where nothing is to be signed. Throws
 /// signing::KeyError.
 std::optional<SigningKey> signing_key(const std::filesystem::path& named, bool sign);
 

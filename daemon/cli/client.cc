@@ -25,7 +25,7 @@ namespace {
 
 using nlohmann::json;
 
-/// Smooth to the eye, nothing to the daemon.
+/// Smooth to the eye at negligible load of the daemon.
 constexpr std::chrono::milliseconds kLook{200};
 
 volatile std::sig_atomic_t g_detached = 0;
@@ -54,7 +54,7 @@ std::optional<double> figure(const json& value, const char* key) {
   return found->get<double>();
 }
 
-/// Of a status, or of a recorded session's times. A daemon of an earlier version sends no causes.
+/// Interruptions by cause, from a status or the times of a recorded session. Earlier versions of the daemon send no causes.
 std::string interruption_words(const json& of) {
   const std::int64_t all = number(of, "interruptions");
   if (all == 0) return {};
@@ -67,7 +67,7 @@ std::string interruption_words(const json& of) {
                      by_cause.empty() ? "" : ": " + by_cause);
 }
 
-/// "the robot controller", "the contact sensor", both; "" where nothing is waited for.
+/// Missing links: "the robot controller", "the contact sensor" or both; "" without any.
 std::string waited_for(const json& status) {
   const json waiting = status.value("waiting", json());
   if (!waiting.is_object()) return "";
@@ -76,7 +76,7 @@ std::string waited_for(const json& status) {
   return robot ? "the robot controller" : contact ? "the contact sensor" : "";
 }
 
-/// What the operator has to do, where the controller is waited for; else what the sensor says.
+/// Operator action while the controller is missing; otherwise the sensor's message.
 std::string what_to_do(const json& status) {
   const json waiting = status.value("waiting", json());
   if (!waiting.is_object()) return "";
@@ -116,7 +116,7 @@ std::string failure_words(const json& status) {
   return text(failure, "kind") + ": " + text(failure, "detail");
 }
 
-/// What a qualification came to. The sentences are the daemon's.
+/// Reports the result of a qualification. The sentences come from the daemon.
 int conclude_qualification(const Connection& daemon, const json& status) {
   const json result = get(daemon, session_path(number(status, "session")) + "/qualification.json");
   if (daemon.json) {
@@ -130,7 +130,7 @@ int conclude_qualification(const Connection& daemon, const json& status) {
   return result.value("passed", false) ? kSuccess : kNotPublishable;
 }
 
-/// What a check came to. The sentences are the daemon's.
+/// Reports the result of a check. The sentences come from the daemon.
 int conclude_check(const Connection& daemon, const json& status) {
   const json result = get(daemon, session_path(number(status, "session")) + "/check.json");
   std::string words;
@@ -154,7 +154,7 @@ int conclude_find(const Connection& daemon, const json& status) {
   return kSuccess;
 }
 
-/// It went the whole way, or it would have failed.
+/// A dry run that did not fail has covered the whole path.
 int conclude_dry_run(const Connection& daemon, const json& status) {
   put(daemon.json
           ? status.dump() + "\n"
@@ -166,7 +166,7 @@ int conclude_dry_run(const Connection& daemon, const json& status) {
   return kSuccess;
 }
 
-/// Prints what a session came to; the exit status follows.
+/// Prints the result of a session; the exit status follows from it.
 int conclude(const Connection& daemon, const json& status) {
   const std::int64_t session = number(status, "session");
   const std::string phase = text(status, "phase");
@@ -195,18 +195,18 @@ int conclude(const Connection& daemon, const json& status) {
   return result.verdict.publish() ? kSuccess : kNotPublishable;
 }
 
-/// What Ctrl-C does while nothing has moved yet.
+/// Effect of Ctrl-C before the first motion.
 enum class BeforeMotion { kCtrlCEnds, kCtrlCDetaches };
 
-/// Nothing has moved, nor can move before both links are up.
+/// True before any motion: nothing moves before both links are up.
 bool before_motion(const json& status) {
   const std::string phase = text(status, "phase");
   return phase == "planning" || phase == "connecting";
 }
 
-/// Ends a session of which nothing has moved; what moves meanwhile is stopped.
+/// Ends a session before its first motion; a motion begun meanwhile is stopped.
 int end_session(const Connection& daemon, std::int64_t session) {
-  http_request(daemon.socket, "POST", "/v1/abort");  // 409: it has ended by itself
+  http_request(daemon.socket, "POST", "/v1/abort");  // 409: the session has already ended
   json status = get(daemon, "/v1/status");
   while (is_running(status) && number(status, "session") == session) {
     std::this_thread::sleep_for(kLook);
@@ -218,7 +218,7 @@ int end_session(const Connection& daemon, std::int64_t session) {
   return kJobFailed;
 }
 
-/// What cell file and plan say against themselves.
+/// Warnings about cell file and plan.
 std::vector<std::string> warnings_of(const json& status) {
   std::vector<std::string> all;
   for (const json& one : status.value("warnings", json::array()))
@@ -226,11 +226,11 @@ std::vector<std::string> warnings_of(const json& status) {
   return all;
 }
 
-/// Until the session ends, or Ctrl-C.
+/// Follows a session to its end, or to Ctrl-C.
 int follow(const Connection& daemon, std::int64_t session, BeforeMotion ctrl_c, Shows shows) {
   struct sigaction interrupt {};
   interrupt.sa_handler = on_interrupt;
-  interrupt.sa_flags = SA_RESTART;  // a question to the daemon that it falls into is still answered
+  interrupt.sa_flags = SA_RESTART;  // a pending request to the daemon is completed
   ::sigaction(SIGINT, &interrupt, nullptr);
   ProgressDisplay display(shows);
   json status;
@@ -271,7 +271,7 @@ int follow(const Connection& daemon, std::int64_t session, BeforeMotion ctrl_c, 
     std::this_thread::sleep_for(kLook);
   }
   display.clear();
-  // Before the first look nobody was told yet that it moves.
+  // Before the first status the user has not been informed of any motion.
   if (ctrl_c == BeforeMotion::kCtrlCEnds && (status.is_null() || before_motion(status))) {
     return end_session(daemon, session);
   }
@@ -282,7 +282,7 @@ int follow(const Connection& daemon, std::int64_t session, BeforeMotion ctrl_c, 
   return kSuccess;
 }
 
-/// Sentences of an outcome, a line each; empty where none is recorded.
+/// Sentences of an outcome, one per line; empty where none is recorded.
 std::string outcome_words(const json& of) {
   std::string words;
   const json outcome = of.value("outcome", json());
@@ -335,7 +335,7 @@ std::string times_of(const json& times) {
   return times_words(number(times, "touches"), rows);
 }
 
-/// Of a calibration nothing: that is what sessions are for.
+/// Kind of a session; empty for a calibration, the default.
 std::string kind_words(const json& session) {
   const std::string kind = text(session, "kind");
   return kind == "qualify"   ? "qualification: "
@@ -345,8 +345,8 @@ std::string kind_words(const json& session) {
                              : "";
 }
 
-/// Its outcome: 'done' alone would be read as good. Of a session before outcomes were recorded: of a calibration whether it was
-/// published.
+/// State with the outcome, since 'done' alone would read as a success. Without a recorded outcome: whether a
+/// calibration was published.
 std::string state_word(const json& session) {
   const json outcome = session.value("outcome", json()),
              published = session.value("published", json());
@@ -372,13 +372,13 @@ std::string session_line(const json& session) {
 
 namespace {
 
-/// What a full session is asked to do, not an update with one behind it.
+/// True for options of a full session, as opposed to an update that falls back to one.
 bool has_own_touches(const RunCommand& command) {
   return !command.resume && !(command.update && command.or_full);
 }
 
-/// The update was withheld, and a full session helps: not where nothing changed, nor where a sphere is not at its place, so that
-/// nobody knows what stands where.
+/// True where the update was withheld and a full session can resolve it: not where nothing changed, nor where
+/// a sphere is displaced, so that positions are unknown.
 bool takes_a_full_session(const Connection& daemon, std::int64_t session) {
   const json calibration = get(daemon, session_path(session) + "/calibration.json");
   const json update = calibration.value("update", json());
@@ -476,7 +476,7 @@ int watch(const Connection& daemon) {
   if (!is_running(status) && number(status, "session") == 0) return show_status(daemon);
   if (!daemon.json)
     return follow(daemon, number(status, "session"), BeforeMotion::kCtrlCDetaches, Shows::kView);
-  // A stream for machines: every change, one object per line.
+  // Machine-readable stream: every change, one object per line.
   std::int64_t since = number(status, "seq") - 1;
   while (true) {
     const Response lines =

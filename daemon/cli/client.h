@@ -1,5 +1,5 @@
 #pragma once
-// The commands that talk to the daemon. Each returns its exit status and throws when it failed.
+// Commands that talk to the daemon. Each returns its exit status and throws on failure.
 
 #include <cstdint>
 #include <filesystem>
@@ -11,7 +11,7 @@ namespace cellcal::daemon {
 struct Connection {
   std::filesystem::path socket;
   bool json = false;
-  bool progress = false;  ///< a line every ten seconds, also where no terminal is attached
+  bool progress = false;  ///< a line every ten seconds, also without a terminal
 };
 
 struct RunCommand {
@@ -22,7 +22,7 @@ struct RunCommand {
   std::string region = "workspace";
   bool find = false;
   bool update = false;
-  bool or_full = false;  ///< where the update is withheld, unless nothing changed
+  bool or_full = false;  ///< full session after a withheld update, unless nothing changed
   bool accept_change = false;
   unsigned seed = 1;
   bool resume = false;
@@ -46,8 +46,8 @@ struct QualifyCommand {
 };
 
 struct CheckCommand {
-  std::filesystem::path cell;      ///< empty: whichever was calibrated last
-  std::optional<int> calibration;  ///< none: the one in use
+  std::filesystem::path cell;      ///< empty: the one calibrated last
+  std::optional<int> calibration;  ///< none: the calibration in use
   std::optional<double> temperature_c;
 };
 
@@ -60,7 +60,7 @@ int abort(const Connection& daemon);
 int history(const Connection& daemon);
 enum class Shown { kEventsAndResult, kTimes };
 int show(const Connection& daemon, std::int64_t session, Shown shown);
-/// The newest finished session where none is named.
+/// `session`: none: the newest finished one.
 int report(const Connection& daemon, std::optional<std::int64_t> session,
            const std::filesystem::path& output);
 

@@ -108,7 +108,7 @@ void add_qualify(CLI::App& app, int& status) {
 void add_dry_run(CLI::App& app, int& status) {
   auto given = std::make_shared<DryRunCommand>();
   CLI::App* command = app.add_subcommand(
-      "dry-run", "Go the whole way of a calibration slowly, without touching anything");
+      "dry-run", "Follow the path of a calibration slowly, without touching anything");
   command->footer(
       "Before the first calibration, and after anything was moved in the cell. From stand-off to stand-off at a tenth of "
       "the\naxis speeds or less; nothing is searched. What the tip meets stops the arm and ends it. 'cellcal run' with "
@@ -171,7 +171,7 @@ void add_watch(CLI::App& app, int& status) {
       "On a terminal: progress, residuals of the touches and quality of the links; elsewhere a line\n"
       "every 10 s on standard error.\nExample: cellcal watch");
   auto daemon = add_connection(command);
-  add_progress(command, *daemon);  // as it always did; it needs no asking any more
+  add_progress(command, *daemon);  // accepted for compatibility; always active
   command->callback([=, &status] { status = watch(*daemon); });
 }
 
@@ -187,7 +187,7 @@ void add_show(CLI::App& app, int& status) {
   command->add_option("ID", given->session, "Number of the session")
       ->required()
       ->check(session_number());
-  command->add_flag("--times", given->times, "Only where its time went, per touch and activity");
+  command->add_flag("--times", given->times, "Only the time spent, per touch and activity");
   command->callback([=, &status] {
     status = show(*daemon, given->session, given->times ? Shown::kTimes : Shown::kEventsAndResult);
   });
@@ -199,7 +199,8 @@ void add_report(CLI::App& app, int& status) {
     std::filesystem::path output;
   };
   auto given = std::make_shared<Given>();
-  CLI::App* command = app.add_subcommand("report", "Print where a session's report is, or copy it");
+  CLI::App* command =
+      app.add_subcommand("report", "Print the path of a session's report, or copy it");
   command->footer("Example: cellcal report 7 -o report.html");
   auto daemon = add_connection(command);
   command
@@ -261,7 +262,7 @@ void add_token_commands(CLI::App& app, int& status) {
   add->add_option("--role", given->role, "look, operate or administer")
       ->required()
       ->check(CLI::IsMember({"look", "operate", "administer"}));
-  add->add_option("--name", given->name, "What it is called in lists and logs")->required();
+  add->add_option("--name", given->name, "Name in lists and logs")->required();
   add->callback([=, &status] { status = add_token(*daemon, given->name, given->role); });
 
   CLI::App* list = token->add_subcommand("list", "List the tokens: names and roles");

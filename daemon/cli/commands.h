@@ -1,5 +1,5 @@
 #pragma once
-// Each function declares its commands; the one that was named sets `status` and may throw.
+// Each function declares its commands; the selected one sets `status` and may throw.
 
 #include <CLI/CLI.hpp>
 #include <charconv>
@@ -12,26 +12,26 @@
 namespace cellcal::daemon {
 
 void add_offline_commands(CLI::App& app, int& status);
-/// Of the offline commands.
+/// Offline commands.
 void add_correct(CLI::App& app, int& status);
 void add_frames(CLI::App& app, int& status);
 void add_client_commands(CLI::App& app, int& status);
 void add_schedule_commands(CLI::App& app, int& status);
 void add_archive_commands(CLI::App& app, int& status);
 void add_certificate_commands(CLI::App& app, int& status);
-/// Of the plant's collector.
+/// Commands of the plant's collector.
 void add_fleet_commands(CLI::App& app, int& status);
 void add_versions_commands(CLI::App& app, int& status);
 void add_proposal_commands(CLI::App& app, int& status);
 void add_priors_commands(CLI::App& app, int& status);
 
-/// All commands of cellcal with their help; the one that is named sets `status` and may throw.
+/// Declares all commands of cellcal with their help; the selected one sets `status` and may throw.
 void describe_cellcal(CLI::App& app, int& status);
 
-/// --socket and --json.
+/// Adds --socket and --json.
 std::shared_ptr<Connection> add_connection(CLI::App* command);
 
-/// Of an option or argument that is a session's number.
+/// Validator of session numbers.
 inline CLI::Validator session_number() {
   return CLI::Validator(
       [](const std::string& text) {

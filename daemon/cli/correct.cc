@@ -30,7 +30,7 @@ KrlFile read(const fs::path& path) {
   return {path.string(), calib::read_file(path, krl::kMostBytes + 1)};
 }
 
-/// weld.dat for weld.src, WELD.DAT for WELD.SRC; empty where there is none.
+/// weld.dat for weld.src, WELD.DAT for WELD.SRC; empty where it does not exist.
 fs::path dat_beside(fs::path src) {
   for (const char* ending : {".dat", ".DAT", ".Dat"})
     if (fs::exists(src.replace_extension(ending))) return src;
@@ -49,11 +49,11 @@ krl::ProgramFiles read_files(const CorrectCommand& command) {
 void refuse_to_replace(const CorrectCommand& command, const fs::path& path) {
   if (!command.force && fs::exists(path))
     throw calib::FileError(path.string(),
-                           ": is there already; --force replaces it, or write to another folder");
+                           ": exists. Replace it with --force, or write to another folder");
 }
 
-/// Where the files go, the record last. All of them or an error: none may fall on a file that was read, on another one,
-/// or unasked on any.
+/// Output files, the record last. Throws unless all can be written: no input file, no duplicate, and no
+/// existing file without --force.
 std::vector<fs::path> places(const CorrectCommand& command, const CorrectedProgram& result) {
   if (command.output.empty()) return {};
   std::vector<fs::path> all;
@@ -71,7 +71,7 @@ std::vector<fs::path> places(const CorrectCommand& command, const CorrectedProgr
   return all;
 }
 
-/// The record first: a program without it would pass for the original.
+/// Writes the record first: a corrected program without it would pass for the original.
 void write(const std::vector<fs::path>& places, const CorrectedProgram& result,
            const std::string& record) {
   fs::create_directories(places.front().parent_path());
@@ -88,7 +88,7 @@ std::string tool_words(const krl::ToolUsed& tool) {
                      tool.load_known ? "from LOAD_DATA" : "of the cell's tool (no LOAD_DATA)");
 }
 
-/// TOOL_DATA[n] or BASE_DATA[n]; below 0: written out in the program.
+/// TOOL_DATA[n] or BASE_DATA[n]; negative: written out in the program.
 std::string frame_words(int number) { return number < 0 ? "text" : std::to_string(number); }
 
 std::string table(const CorrectedProgram& result) {
@@ -161,7 +161,7 @@ nlohmann::json json(const CorrectedProgram& result, const std::vector<fs::path>&
 }
 
 std::string text_of(const nlohmann::json& all) {
-  // Paths are what the user typed, in any encoding.
+  // Paths as typed by the user, in any encoding.
   return all.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
 
@@ -224,7 +224,7 @@ const char* name_of(calib::Unreached why) {
   return "";
 }
 
-/// Rows without seed follow the row before them, the first the middle of the joints' ranges.
+/// A row without seed continues from the previous one, the first from the middle of the joint ranges.
 std::vector<Reach> reached(const calib::Calibration& calibration,
                            const std::vector<calib::PoseRow>& rows) {
   const calib::Corrector corrector(calibration);
@@ -271,7 +271,7 @@ nlohmann::json json_of(const calib::Robot& robot, const Reach& reach,
   return one;
 }
 
-/// How many poses are not reached; the first of them are named.
+/// Returns the number of unreachable poses and prints the first of them.
 std::size_t name_unreached(const CorrectCommand& command, const calib::Robot& robot,
                            const std::vector<calib::PoseRow>& rows, const std::vector<Reach>& all) {
   constexpr std::size_t kInWords = 20;
@@ -334,7 +334,7 @@ Json read_record(const fs::path& path) {
       "original");
 }
 
-/// A file that the correction left as it was is the original still.
+/// A file that the correction left unchanged is still the original.
 bool wrote(const Json& record, const std::string& text) {
   const std::string sum = calib::sha256(text);
   const Json& files = record.at("files");

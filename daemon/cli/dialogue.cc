@@ -30,7 +30,7 @@ std::vector<calib::NamedRobot> robots_by_name() {
   return robots;
 }
 
-/// "; there are kr5_arc, kr5_r1400", of "kr5"; empty where no name begins so.
+/// "; there are kr5_arc, kr5_r1400" for "kr5"; empty without a name of that prefix.
 std::string like(const std::string& given) {
   std::string names;
   for (const calib::NamedRobot& one : robots_by_name())
@@ -54,9 +54,9 @@ class Dialogue {
 
  private:
   using Take = std::function<void(const std::string&)>;
-  /// `take` refuses an answer by throwing why; the form is then as it was before.
+  /// `take` rejects an answer by throwing the reason; the form is then unchanged.
   void ask(const std::string& question, const Take& take);
-  /// Throws BadAnswer with what the form says against itself now.
+  /// Throws BadAnswer with the current faults of the form.
   void look() const;
   void list_robots();
   bool sphere();
@@ -115,7 +115,7 @@ void Dialogue::robot() {
 }
 
 void Dialogue::tool() {
-  ask("Tool: X Y Z A B C from flange to TCP, as TOOL_DATA has it (mm, deg)",
+  ask("Tool: X Y Z A B C from flange to TCP, as in TOOL_DATA (mm, deg)",
       [this](const std::string& answer) {
         const std::vector<double> six = numbers(answer, {3, 6});
         std::copy_n(six.begin(), 3, form_.tool.xyz_mm.begin());
@@ -171,7 +171,7 @@ void Dialogue::place(SphereForm& sphere) {
       [&](const std::string& answer) {
         sphere.centre_mm.reset();
         if (!answer.empty()) {
-          // An arm of three axes: its angles cannot be told from a place.
+          // An arm of three axes: three numbers may be angles or a position.
           std::vector<std::size_t> counts{3};
           if (joints.size() != 3) counts.push_back(joints.size());
           const std::vector<double> given = numbers(answer, counts);
@@ -254,7 +254,7 @@ void Dialogue::certificate() {
 void ask_for_rest(CellForm& form, const Given& given, const std::filesystem::path& cell_file,
                   std::istream& in, std::ostream& out) {
   if (given.enough()) return;
-  // A certificate that was given names spheres that are asked for yet.
+  // Lengths of a certificate given as an option refer to spheres that are entered later.
   const std::vector<LengthForm> certified = std::exchange(form.lengths, {});
   Dialogue dialogue(form, cell_file, in, out);
   if (!given.robot) dialogue.robot();
@@ -278,7 +278,7 @@ double number(std::string_view word) {
       std::from_chars(word.data() + (word.starts_with('+') ? 1 : 0), end, value);
   if (code != std::errc() || at != end || !std::isfinite(value))
     throw BadAnswer(
-        fmt::format("\"{}\" is no number; the decimal mark is '.'", calib::shown(word)));
+        fmt::format("\"{}\" is not a number (use a decimal point)", calib::shown(word)));
   return value;
 }
 
@@ -301,7 +301,7 @@ std::vector<double> numbers(std::string_view text, const std::vector<std::size_t
     at = end;
   }
   if (std::find(counts.begin(), counts.end(), values.size()) == counts.end())
-    throw BadAnswer(fmt::format("{} {} given, {} wanted; the decimal mark is '.'", values.size(),
+    throw BadAnswer(fmt::format("{} {} given, {} expected (use a decimal point)", values.size(),
                                 values.size() == 1 ? "number" : "numbers", words_of(counts)));
   return values;
 }

@@ -1,5 +1,5 @@
 #pragma once
-// Questions, each asked again until its answer is good.
+// Interactive questions, each repeated until its answer is valid.
 
 #include <filesystem>
 #include <iosfwd>
@@ -17,27 +17,27 @@ struct EndOfInput : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Which parts of the form stand already.
+/// Parts of the form given as options.
 struct Given {
   bool robot = false, tool = false, tool_sigma = false, mass = false, tip_radius = false,
        spheres = false, certificate = false;
-  /// With these nothing is asked.
+  /// Sufficient without questions.
   bool enough() const { return robot && tool && spheres; }
 };
 
-/// Asks for what is not given. `cell_file`: beside it robots are looked for. Throws EndOfInput.
+/// Asks for the missing parts. `cell_file`: robot files are searched for in its directory. Throws EndOfInput.
 void ask_for_rest(CellForm& form, const Given& given, const std::filesystem::path& cell_file,
                   std::istream& in, std::ostream& out);
 
-// From what was typed, on a command line or as an answer, to values.
+// Conversion of typed text (options or answers) to values.
 
-/// It cannot be used; the words say why, and what is wanted.
+/// An unusable answer; the text gives the reason and the expected form.
 struct BadAnswer : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Numbers with '.' as the decimal mark, spaces or commas between them; as many as one of `counts`.
-/// Throws BadAnswer.
+/// Numbers with a decimal point, separated by spaces or commas; their number must be one of `counts`. Throws
+/// BadAnswer.
 std::vector<double> numbers(std::string_view text, const std::vector<std::size_t>& counts);
 
 }  // namespace cellcal::daemon

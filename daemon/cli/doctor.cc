@@ -30,7 +30,7 @@ nlohmann::json checks_of(const Findings& findings) {
 }
 
 std::string json_of(const Findings& findings) {
-  // Words of devices may hold any bytes.
+  // Text from devices may hold any bytes.
   return nlohmann::json{{"green", findings.green()},
                         {"ok", findings.count(Outcome::kOk)},
                         {"warnings", findings.count(Outcome::kWarning)},
@@ -41,8 +41,8 @@ std::string json_of(const Findings& findings) {
          "\n";
 }
 
-/// The page's guide goes by what the daemon knows. A daemon that does not run, has another configuration or lets this user
-/// not in goes on without.
+/// Sends the findings to the daemon for the page's guide. Ignored where the daemon does not run, has another
+/// configuration or refuses this user.
 void tell_daemon(const DoctorCommand& command, const Findings& findings) {
   if (command.cell.empty()) return;
   try {

@@ -44,7 +44,8 @@ std::string component(const json& point, const char* key, std::size_t axis) {
   return fmt::format("{:+.3f}", (*found)[axis].get<double>());
 }
 
-/// The statistic by its alarm limit over time: a column is an equal share of it, its mark the highest of its checks.
+/// Statistic relative to its alarm limit over time: each column covers an equal interval and marks the
+/// highest check in it.
 std::string plot(const std::vector<json>& points) {
   std::vector<double> highest(kColumns, -1.0);
   const double from = number_or_zero(points.front(), "time_s"),
@@ -76,7 +77,7 @@ std::string plot(const std::vector<json>& points) {
                             calib::date_words(from), kColumns - 10, calib::date_words(to));
 }
 
-/// Of a point's state, as a reader says it.
+/// State of a point, for display.
 std::string state_words(const std::string& state) {
   return state == "too_few"      ? "too few to judge"
          : state == "in_control" ? "in control"
@@ -85,7 +86,7 @@ std::string state_words(const std::string& state) {
                                  : state;
 }
 
-/// Why a point is not counted.
+/// Reason why a point is not counted.
 std::string left_out_words(const std::string& why) {
   return why == "not_the_tool" ? "not the tool" : why == "other_touches" ? "other touches" : why;
 }

@@ -1,5 +1,5 @@
 #pragma once
-// The checks of the newest calibration as a control chart, for a person at a terminal.
+// Control chart of the checks of the newest calibration, for terminals.
 
 #include <nlohmann/json_fwd.hpp>
 #include <string>
@@ -8,14 +8,15 @@
 
 namespace cellcal::daemon {
 
-/// Of a calibration's "update": "updated from session 12 of 2026-11-20, by 9 touches: S2 moved", or why it was not; a line. Empty
-/// where it is none.
+/// From a calibration's "update", one line: "updated from session 12 of 2026-11-20, by 9 touches: S2 moved",
+/// or why it was not; empty for other calibrations.
 std::string update_line(const nlohmann::json& update);
 
-/// Of "checks" of GET /v1/drift: sentences, a plot over time, the newest checks. Ends with a line break.
+/// From "checks" of GET /v1/drift: sentences, a plot over time, the newest checks. Ends with a line break.
 std::string drift_text(const nlohmann::json& checks);
 
-/// Of its "controller": what CELLCAL_ADVICE is, or why it is not; empty where nothing is published.
+/// From its "controller": value of CELLCAL_ADVICE, or why it was not acknowledged; empty where nothing is
+/// published.
 std::string acknowledged_text(const nlohmann::json& controller);
 
 /// 3 where the chart alarms.

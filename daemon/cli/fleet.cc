@@ -23,7 +23,7 @@ using nlohmann::json;
 
 constexpr std::size_t kDay = 10;  // YYYY-MM-DD
 
-/// The collector's words for what is wrong with its socket.
+/// Adapts socket errors to the collector.
 Response ask_fleet(const Connection& fleet, const std::string& target) {
   try {
     return ask(fleet, "GET", target);
@@ -109,7 +109,7 @@ std::string compare_words(const json& compared) {
   return words;
 }
 
-/// "KR 5" as a query has it.
+/// "KR 5" percent-encoded for a query.
 std::string escaped(const std::string& plain) {
   std::string out;
   for (const char c : plain) {
@@ -128,19 +128,19 @@ bool is_asked_for(const json& row, const FleetExport& command) {
          (command.what != Exported::kCertificate || row.at("certificate").get<bool>());
 }
 
-/// The newest of the cell's list that fits.
+/// The newest matching row of the cell's list.
 json find_row(const Connection& fleet, const FleetExport& command) {
   const json cell = parse(ask_fleet(fleet, "/v1/fleet/cells/" + command.cell));
   for (const json& row : cell.at(list_of(command.what)))
     if (is_asked_for(row, command)) return row;
   throw std::runtime_error(command.cell +
-                           ": there is none such. 'cellcal fleet status --json' and the cell's own "
-                           "history name what there is");
+                           ": not found. See 'cellcal fleet status --json' and the cell's own "
+                           "history");
 }
 
 void require_sum(const std::string& bytes, const std::string& sum, const std::string& name) {
   if (calib::sha256(bytes) != sum)
-    throw std::runtime_error(printable(name) + ": damaged, its SHA-256 is another. Ask again");
+    throw std::runtime_error(printable(name) + ": damaged, SHA-256 does not match. Try again");
 }
 
 std::string from_base64(const std::string& text) {
@@ -234,7 +234,7 @@ std::string in_words(Need need, const std::string& detail) {
       return detail == "farewell" ? "offline: shut down"
                                   : "offline: connection lost. Check network and power";
     case Need::kGap:
-      return detail + " messages missing. Ask the cell's journal: cellcal history";
+      return detail + " messages missing. At the cell: cellcal history";
     case Need::kWithheld:
       return "newest calibration withheld" + (detail.empty() ? "" : ": " + detail);
     case Need::kOverdue:

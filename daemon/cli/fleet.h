@@ -1,5 +1,5 @@
 #pragma once
-// What the plant's collector (cellcal-fleet) knows of its cells.
+// Data of the plant's collector (cellcal-fleet) on its cells.
 
 #include <cstdint>
 #include <filesystem>
@@ -12,7 +12,7 @@
 namespace cellcal::daemon {
 
 int fleet_status(const Connection& fleet);
-/// kNotPublishable where something is overdue.
+/// kNotPublishable where a calibration or check is overdue.
 int fleet_overdue(const Connection& fleet);
 int fleet_compare(const Connection& fleet, const std::string& robot, const std::string& joint);
 
@@ -20,15 +20,16 @@ enum class Exported { kCalibration, kCheck, kCertificate };
 struct FleetExport {
   std::string cell;                     ///< PLANT/CELL
   std::optional<std::int64_t> session;  ///< none: the newest
-  std::string journal;                  ///< empty: the newest that has it
+  std::string journal;                  ///< empty: the newest that contains it
   Exported what = Exported::kCalibration;
-  std::filesystem::path output;  ///< a file; of a certificate a directory; empty: standard output
+  /// A file, or a directory for a certificate; empty: standard output.
+  std::filesystem::path output;
 };
 int fleet_export(const Connection& fleet, const FleetExport& command);
 
-// Why a cell needs attention, in words.
+// Reason why a cell needs attention.
 
-/// Of one entry of `needs` (daemon/fleet/api): what it is, since when, what to do. One line.
+/// From one entry of `needs` (daemon/fleet/api), one line: the need, its begin, the action.
 std::string need_words(const nlohmann::json& need);
 
 }  // namespace cellcal::daemon

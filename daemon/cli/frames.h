@@ -1,5 +1,5 @@
 #pragma once
-// cellcal frames: what a calibration says for a controller's $config.dat.
+// Command cellcal frames: frames of a calibration for a controller's $config.dat.
 
 #include <filesystem>
 #include <string>
@@ -12,15 +12,15 @@ namespace cellcal::daemon {
 struct FramesCommand {
   std::filesystem::path calibration, output;
   std::vector<std::filesystem::path> controller;  ///< $config.dat, $machine.dat
-  int tool = 0;                                   ///< of TOOL_DATA; 0: none
+  int tool = 0;                                   ///< number in TOOL_DATA; 0: none
   std::vector<std::string> bases;                 ///< "3=S1,S2,S3"
   bool withheld = false, json = false;
 };
 int frames(const FramesCommand& command);
-/// What is proposed, for whoever goes on with it. Throws FileError.
+/// Proposed frames, also for sending. Throws FileError.
 krl::ProposedFrames frames_of(const FramesCommand& command, const calib::Calibration& calibration);
 
-/// "3=S1,S2,S3" is one.
+/// True for the form "3=S1,S2,S3".
 bool is_base(const std::string& text);
 
 }  // namespace cellcal::daemon

@@ -38,9 +38,9 @@ std::string frame_line(const json& values) {
   return text;
 }
 
-/// The controller's frame and that of $config.dat are not the same: which of them is it?
+/// True if the controller's frame differs from that of $config.dat, which makes the reference ambiguous.
 bool apart(const json& values, const calib::FrameMmDeg& stated) {
-  constexpr double kMm = 1e-3, kDeg = 1e-4;  // more than files and pendants round to
+  constexpr double kMm = 1e-3, kDeg = 1e-4;  // above the rounding of files and pendants
   for (std::size_t i = 0; i < 3; ++i)
     if (std::abs(values.at("xyz_mm").at(i).get<double>() - stated.xyz_mm[i]) > kMm ||
         std::abs(values.at("abc_deg").at(i).get<double>() - stated.abc_deg[i]) > kDeg)
@@ -57,7 +57,7 @@ double shift_mm(const json& from, const json& to) {
   return std::sqrt(sum);
 }
 
-/// What was measured, and where it lies, has to be known of all that is set.
+/// Requires measured values and known positions for every frame to be set.
 void require_known(const krl::ProposedFrame& one, const krl::ProposedFrames& proposed) {
   if (is_tool(one) && one.sigma_mm == std::array<double, 3>{})
     throw std::runtime_error(
@@ -78,7 +78,7 @@ double turn_deg(const json& from, const json& to) {
   return Eigen::AngleAxisd(rotation(from).transpose() * rotation(to)).angle() * calib::kDegPerRad;
 }
 
-/// How far it moves from what the controller has, and how well that is known.
+/// Displacement from the controller's value, with its uncertainty.
 std::string move_words(const krl::ProposedFrame& one, const json& was, const json& then) {
   const double mm = shift_mm(was, then);
   if (!is_tool(one))
@@ -89,7 +89,7 @@ std::string move_words(const krl::ProposedFrame& one, const json& was, const jso
       mm, 2 * one.sigma_mm[0], 2 * one.sigma_mm[1], 2 * one.sigma_mm[2]);
 }
 
-/// A frame was sent, and it is not certain that it was set: what is known of it.
+/// Record of a frame that was sent without confirmation that it was set.
 std::optional<json> record_in(const std::exception& failure) {
   const auto* refusal = dynamic_cast<const DaemonRefusal*>(&failure);
   if (refusal == nullptr) return std::nullopt;
@@ -106,7 +106,7 @@ void name_done(const json& all, std::size_t wanted) {
                printable(done.value("frame", "")), done.value("id", 0));
 }
 
-/// A tip, and where targets lie, are of one cell: the file has to be what this daemon has in use.
+/// Tip and target positions belong to one cell: the file has to be the calibration in use on the daemon.
 void require_in_use(const Connection& daemon, const std::filesystem::path& file) {
   const std::string given = printable(file.filename().string());
   const json list = parse(ask(daemon, "GET", "/v1/versions?limit=100"));
@@ -142,7 +142,7 @@ void require_yes(bool confirmed, const std::string& question) {
 
 int send_frames(const Connection& daemon, const FramesCommand& frames, const SendFrames& how) {
   const calib::Calibration calibration = read_calibration(frames.calibration);
-  // Also with --withheld, which is to look at it.
+  // Also with --withheld, which only permits inspection.
   if (!calibration.verdict.publish()) {
     fmt::print(stderr, "the calibration was withheld: its frames are not set on a controller\n");
     return kNotPublishable;
@@ -152,7 +152,7 @@ int send_frames(const Connection& daemon, const FramesCommand& frames, const Sen
   if (proposed.frames.empty())
     throw std::runtime_error("nothing to set: name a frame with --tool or --base");
   if (!how.other_calibration) require_in_use(daemon, frames.calibration);
-  // All are read, held against the files and shown before the first is set.
+  // All frames are read, compared with the files and shown before the first is set.
   std::vector<json> orders;
   for (const krl::ProposedFrame& one : proposed.frames) {
     require_known(one, proposed);
@@ -164,7 +164,7 @@ int send_frames(const Connection& daemon, const FramesCommand& frames, const Sen
           "$config.dat, or none",
           one.name, frame_line(was), frame_line(values_of(*one.old))));
     json then = values_of(one.frame);
-    // Touches tell where the tip is, and nothing of how the tool is turned.
+    // Touches determine the position of the tip but not the orientation of the tool.
     if (is_tool(one)) then["abc_deg"] = was.at("abc_deg");
     fmt::print(stderr, "{} now  {}\n{} then {}\n{}\n", one.name, frame_line(was), one.name,
                frame_line(then), move_words(one, was, then));

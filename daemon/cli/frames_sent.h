@@ -1,5 +1,6 @@
 #pragma once
-// Frames set on the controller through the daemon. Each returns its exit status and throws when it failed.
+// Frames set on the controller through the daemon. Each function returns its exit status and throws on
+// failure.
 
 #include "daemon/cli/client.h"
 
@@ -9,18 +10,19 @@ struct FramesCommand;
 
 struct SendFrames {
   bool send = false, confirm = false, list = false;
-  bool other_calibration = false;  ///< also one that is not in use on the daemon
+  bool other_calibration = false;  ///< also a calibration that is not in use on the daemon
   int restore = 0;                 ///< number of --sent; 0: none
 };
 
-/// Reads all frames, shows old and new, asks, sets them. Ends with the first that was not set, and says which were.
+/// Reads all frames, shows old and new values, asks for confirmation and sets them. Stops at the first
+/// failure and lists the frames set before.
 int send_frames(const Connection& daemon, const FramesCommand& frames, const SendFrames& how);
 int list_sent_frames(const Connection& daemon);
 int restore_frame(const Connection& daemon, const SendFrames& how);
 
-// Where the arm stands, from the controller through the daemon.
+// Position of the arm, from the controller through the daemon.
 
-/// Prints the axis angles as the field of a taught sphere takes them. Throws what ask() throws.
+/// Prints the axis angles in the format of a taught sphere. Throws as ask() does.
 int show_position(const Connection& daemon);
 
 }  // namespace cellcal::daemon

@@ -31,7 +31,7 @@ calib::InputFile input(const char* role, const std::string& name, const std::str
   return {role, name, calib::sha256(text)};
 }
 
-/// A link stays one, and a pipe or device is written to.
+/// Keeps symbolic links, and writes through pipes and devices.
 void write_output(const std::filesystem::path& output, const std::string& text) {
   namespace fs = std::filesystem;
   const std::string& name = output.native();
@@ -50,12 +50,12 @@ void write_output(const std::filesystem::path& output, const std::string& text) 
   write_atomically(file, text);
 }
 
-/// The touches are there: what the cell file says against itself is a warning now.
+/// The touches are already made: faults of the cell file are only warnings.
 void warn_of_cell(const calib::Cell& cell) {
   try {
     for (const calib::CellFault& fault : calib::faults_of(cell))
       fmt::print(stderr, "warning: {}\n", words(fault));
-  } catch (const calib::PlanError&) {  // of no robot that sessions move
+  } catch (const calib::PlanError&) {  // of a robot that sessions cannot move
   }
 }
 
@@ -67,7 +67,7 @@ void put(const std::string& text, const std::filesystem::path& output) {
     return;
   }
   if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0) {
-    if (errno == EPIPE) return;  // the reader has what it wanted: `| head`
+    if (errno == EPIPE) return;  // the reader has closed the pipe: `| head`
     throw std::runtime_error("standard output cannot be written");
   }
 }
@@ -113,7 +113,7 @@ struct Row {
   double u95_mm = 0.0;
 };
 
-/// No touch was made there, and no arm gets there; what is predicted is right all the same.
+/// No touch was made there and the arm cannot reach it; the prediction itself is valid.
 void warn_beyond_limits(const calib::JointRows& asked) {
   for (const std::string& row : asked.beyond_limits_words)
     fmt::print(stderr, "warning: {}; predicted nevertheless\n", row);
@@ -170,7 +170,7 @@ std::string json(const std::vector<Row>& rows, bool nominal) {
 }  // namespace
 
 int predict(const PredictCommand& command) {
-  // The nominal arm is no result; it stands in a withheld file as in any other.
+  // The nominal arm is not a result; a withheld file contains it as well.
   const auto calibration =
       usable_calibration("predict", command.calibration, command.withheld || command.nominal);
   if (!calibration) return kNotPublishable;
@@ -222,7 +222,7 @@ std::optional<calib::Calibration> usable_calibration(const std::string& command,
     fmt::print(stderr, "{}", withheld_words(command, file, calibration.verdict));
     return std::nullopt;
   }
-  // What withheld it may be just this; whoever asks for it has been told.
+  // A large correction may be the reason for withholding, which the user has accepted.
   if (calibration.verdict.publish()) refuse_far(calibration, file);
   return calibration;
 }

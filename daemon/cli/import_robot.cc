@@ -1,4 +1,4 @@
-// Which robots a cell file may name.
+// Robots that a cell file may name.
 
 #include <fmt/format.h>
 
@@ -25,7 +25,7 @@ namespace cellcal::daemon {
 
 namespace {
 
-/// As most shipped robots state them.
+/// Typical values of the shipped robots.
 constexpr double kUsualLengthM = 0.7e-3;
 constexpr double kUsualAngleRad = 0.035 * calib::kRadPerDeg;
 
@@ -145,10 +145,11 @@ struct Listed {
   std::string model;
   std::size_t joints = 0;
   std::optional<double> reach_m;
-  std::string wrong;  ///< why it cannot be read; empty: it can
+  std::string wrong;  ///< why the file cannot be read; empty: readable
 };
 
-/// From the axis of A1 to the wrist centre, the arm stretched, as KUKA's data sheets have it; of arms of that build alone.
+/// From the axis of A1 to the wrist centre of the stretched arm, as in KUKA's data sheets; for arms of that
+/// structure only.
 std::optional<double> reach_m(const calib::Robot& robot) {
   constexpr std::size_t kAxes = 6;
   if (robot.joints.size() != kAxes) return std::nullopt;
@@ -156,7 +157,7 @@ std::optional<double> reach_m(const calib::Robot& robot) {
   return std::abs(j[0].a_m) + std::abs(j[1].a_m) + std::hypot(j[2].a_m, j[3].d_m);
 }
 
-/// By name; of two of one name the one that is found first.
+/// By name; of duplicates the one found first.
 std::map<std::string, Listed> all_robots() {
   std::map<std::string, Listed> robots;
   for (const std::filesystem::path& folder : calib::robots_directories()) {

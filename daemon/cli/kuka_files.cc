@@ -15,14 +15,14 @@ namespace cellcal::daemon {
 
 namespace {
 
-/// What an iiQWorks.Sim project calls the places of RSI 6.
+/// Folder within an iiQWorks.Sim project (RSI 6).
 std::string place_in_project(const std::string& name) {
   if (name.ends_with(".src")) return "Program, KRC/R1/Program";
   return std::string("Devices, Option packages, iiQKA.RobotSensorInterface, ") +
          (name.ends_with(".rsix") ? "Context" : "Ethernet configurations");
 }
 
-/// Where a technician puts it on a KRC4.
+/// Folder on a KRC4.
 std::string place_of(const std::string& name) {
   if (name == "CellcalEki.xml") return R"(C:\KRC\ROBOTER\Config\User\Common\EthernetKRL)";
   if (name.ends_with(".xml") || name.ends_with(".rsix") || name.ends_with(".rsi") ||
@@ -33,17 +33,17 @@ std::string place_of(const std::string& name) {
   return R"(KRC:\R1\Program)";
 }
 
-/// A deployment makes the controller what the project holds.
+/// A deployment replaces the controller's files by those of the project.
 constexpr const char* kIntoProject =
     "with a WorkVisual project: add the files to the project, too, its next deployment may remove "
     "what was only copied (drivers/kuka/krl/README.md, 'WorkVisual')\n";
 
-/// RSI 6 knows no other way.
+/// RSI 6 supports no other way.
 constexpr const char* kImport =
     "import each file into the iiQWorks.Sim project there, and deploy it "
     "(drivers/kuka/krl/README.md, 'iiQKA.OS2')\n";
 
-/// What else of the controller they use.
+/// Other resources of the controller in use.
 std::string resources(const DaemonConfig& config, bool eki) {
   if (!eki) {
     return fmt::format(
@@ -59,7 +59,7 @@ std::string resources(const DaemonConfig& config, bool eki) {
       c.first_interrupt + 2);
 }
 
-/// Exit status 1, with the first refusal as the reason, where a file must not be used.
+/// Exit status 1 with the first rejection as the reason, where a file must not be used.
 int verify(const KukaFilesCommand& command, const DaemonConfig& config, bool eki,
            const std::optional<calib::Cell>& cell) {
   const auto objections =
@@ -87,7 +87,7 @@ int verify(const KukaFilesCommand& command, const DaemonConfig& config, bool eki
                                         : fmt::format("{} (and {} more)", first, refused - 1));
 }
 
-/// Says where the address belongs, with those that this computer has.
+/// Requires a configured address; the error lists the addresses of this computer.
 void require_address(const DaemonConfig& config, const std::filesystem::path& file) {
   const std::string& address = config.rsi_files.pc_address;
   if (!address.empty() && address != "0.0.0.0") return;

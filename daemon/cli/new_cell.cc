@@ -25,7 +25,7 @@ namespace {
 
 using nlohmann::json;
 
-/// What the options say, and which parts that are. Throws with the option's name in front.
+/// Fills the form from the options and returns the parts given. Throws with the option's name as a prefix.
 Given take_options(const NewCellCommand& command, CellForm& form) {
   Given given;
   const auto take = [](const char* option, auto what) {
@@ -56,7 +56,7 @@ Given take_options(const NewCellCommand& command, CellForm& form) {
   return given;
 }
 
-/// What the plan of a session with its usual number of touches says.
+/// Result of planning a session with the default number of touches.
 struct Planned {
   std::optional<std::string> why_not;
   std::size_t touches = 0;
@@ -85,7 +85,7 @@ Planned plan_it(const calib::Cell& cell) {
   return planned;
 }
 
-/// What belongs into cellcald.toml for this cell.
+/// Lines for cellcald.toml that this cell needs.
 std::string daemon_lines(const LimitNeeded& limit) {
   return fmt::format(
       "into cellcald.toml, over RSI:\n  [rsi]\n  correction_limit_deg = {:<12.0f} # for {}, wherever on its way a "
@@ -129,25 +129,24 @@ std::string as_json(const NewCellCommand& command, const std::vector<std::string
   return value.dump(1) + "\n";
 }
 
-/// Before the first question: nobody answers twenty of them for nothing.
+/// Checked before the first question, so that no answers are lost.
 void look_at_place(const NewCellCommand& command) {
   const std::filesystem::path folder = std::filesystem::absolute(command.output).parent_path();
   if (!std::filesystem::is_directory(folder))
-    throw std::runtime_error(
-        fmt::format("there is no folder {}. Make it, or name another with -o", folder.string()));
+    throw std::runtime_error(fmt::format(
+        "folder {} does not exist. Create it, or choose another with -o", folder.string()));
   if (std::filesystem::is_directory(command.output))
-    throw std::runtime_error(command.output.string() + " is a folder. Name a file in it with -o");
+    throw std::runtime_error(command.output.string() + " is a folder. Give a file in it with -o");
   if (::access(folder.c_str(), W_OK) != 0)
     throw std::runtime_error(
-        fmt::format("no permission to write into {}. Use sudo, or name another folder with -o",
+        fmt::format("no permission to write into {}. Use sudo, or choose another folder with -o",
                     folder.string()));
 }
 
 void refuse_to_replace(const NewCellCommand& command) {
   if (std::filesystem::exists(command.output) && !command.force)
-    throw std::runtime_error(
-        command.output.string() +
-        " is there already. Name another file with -o, or replace it with --force");
+    throw std::runtime_error(command.output.string() +
+                             " exists. Choose another file with -o, or replace it with --force");
 }
 
 }  // namespace
@@ -161,7 +160,7 @@ int new_cell(const NewCellCommand& command, std::istream& in, std::ostream& aske
     throw std::runtime_error(wrong + " (nothing was written)");
   const calib::Cell cell = cell_of(form);
   const std::vector<std::string> warnings =
-      calib::refuse_faulty(cell);  // before a good file is replaced
+      calib::refuse_faulty(cell);  // before an existing file is replaced
   write_atomically(command.output, cell_text(form));
   const Planned planned = plan_it(cell);
   fmt::print("{}", command.json ? as_json(command, warnings, planned)
@@ -199,7 +198,7 @@ void add_new_cell_command(CLI::App& app, int& status) {
                       "centre_sigma_mm");
   command->add_option("--certificate", given->certificate,
                       "CSV of certified lengths: from,to,mm,sigma_mm");
-  command->add_flag("--force", given->force, "Replace the file where it is there already");
+  command->add_flag("--force", given->force, "Replace an existing file");
   command->add_flag("--json", given->json, "Print the result as JSON");
   command->callback([given, &status] { status = new_cell(*given, std::cin, std::cerr); });
 }

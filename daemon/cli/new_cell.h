@@ -1,5 +1,5 @@
 #pragma once
-// cellcal new-cell.
+// Command cellcal new-cell.
 
 #include <filesystem>
 #include <iosfwd>
@@ -16,8 +16,8 @@ struct NewCellCommand {
   bool force = false, json = false;
 };
 
-/// Questions go to `asked`, answers come from `in`, what came of it goes to standard output. Returns the exit
-/// status; throws what kept the file from being written.
+/// Writes questions to `asked`, reads answers from `in`, prints the result to standard output. Returns the
+/// exit status; throws where the file cannot be written.
 int new_cell(const NewCellCommand& command, std::istream& in, std::ostream& asked);
 
 }  // namespace cellcal::daemon
@@ -28,7 +28,7 @@ class App;
 
 namespace cellcal::daemon {
 
-/// Declares the command; where it was named it sets `status` and may throw.
+/// Declares the command; when selected it sets `status` and may throw.
 void add_new_cell_command(CLI::App& app, int& status);
 
 }  // namespace cellcal::daemon

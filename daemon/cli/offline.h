@@ -1,5 +1,5 @@
 #pragma once
-// The commands that need no daemon. Each returns its exit status and throws when the job failed.
+// Commands without a daemon. Each returns its exit status and throws on failure.
 
 #include <filesystem>
 #include <optional>
@@ -16,7 +16,7 @@ namespace cellcal::daemon {
 
 struct IdentifyCommand {
   std::filesystem::path cell, touches, output;
-  std::filesystem::path last;  ///< calibration to compare with; empty: none
+  std::filesystem::path last;  ///< calibration for comparison; empty: none
   bool accept_change = false;
   std::string method = "map";
   bool json = false, verbose = false;
@@ -26,7 +26,7 @@ int identify(const IdentifyCommand& command);
 struct PredictCommand {
   std::filesystem::path calibration, joints, output;
   bool nominal = false, json = false;
-  bool withheld = false;  ///< also where the verdict withholds the calibration
+  bool withheld = false;  ///< also a calibration withheld by its verdict
 };
 int predict(const PredictCommand& command);
 
@@ -34,42 +34,42 @@ struct PlanCommand {
   std::filesystem::path cell, output, picture;
   int touches = 50, check = 0;
   std::string region = "workspace";
-  std::vector<double> from_deg;  ///< where the arm stands; empty: not known
+  std::vector<double> from_deg;  ///< current position of the arm; empty: unknown
   unsigned seed = 1;
-  int suggest_spheres = 0;  ///< so many places for spheres in place of a plan; 0: a plan
+  int suggest_spheres = 0;  ///< number of sphere positions to suggest instead of a plan; 0: a plan
   bool json = false;
 };
 int plan(const PlanCommand& command);
-/// Places for spheres that serve the region, with the predicted accuracy beside today's.
+/// Suggests sphere positions for the region, with the predicted accuracy and that of today's cell.
 int suggest_spheres(const PlanCommand& command, const calib::Cell& cell,
                     const calib::PlanOptions& options);
 
-/// The robots that a cell file may name, and where their files are looked for.
+/// Lists the robots that a cell file may name, and the search path of their files.
 struct RobotsCommand {
   bool json = false;
 };
 int robots(const RobotsCommand& command);
 
-/// What an integrator copies onto the controller, from the daemon's configuration.
+/// Writes the files to copy onto the controller, from the daemon's configuration.
 struct KukaFilesCommand {
   std::filesystem::path config = "/etc/cellcal/cellcald.toml", output;
-  std::filesystem::path verify;  ///< folder to look at in place of writing
-  std::filesystem::path cell;    ///< whose axis ranges RSI's program keeps; empty: none
-  std::string wire;              ///< "rsi", "eki", or empty: the configuration's
+  std::filesystem::path verify;  ///< folder to verify instead of writing
+  std::filesystem::path cell;    ///< cell whose axis ranges limit the RSI program; empty: none
+  std::string wire;              ///< "rsi", "eki"; empty: as configured
   bool json = false;
 };
 int kuka_files(const KukaFilesCommand& command);
 
-/// The calibrated arm for other programs.
+/// Exports the calibrated arm for other programs.
 struct ExportRobotCommand {
   std::filesystem::path calibration, urdf, output;
   std::string as = "urdf";  ///< urdf, yaml, dh, json
-  std::string tip;          ///< link of the given URDF; empty: chosen
-  bool withheld = false;    ///< also where the verdict withholds the calibration
+  std::string tip;          ///< link of the given URDF; empty: determined automatically
+  bool withheld = false;    ///< also a calibration withheld by its verdict
 };
 int export_robot(const ExportRobotCommand& command);
 
-/// A robot file out of what other programs hold.
+/// Creates a robot file from data of other programs.
 struct ImportRobotCommand {
   std::filesystem::path urdf, robot, output;
   std::string tip;
@@ -77,7 +77,7 @@ struct ImportRobotCommand {
 };
 int import_robot(const ImportRobotCommand& command);
 
-/// What is in the way of the first motion, without moving.
+/// Checks the prerequisites of the first motion, without moving.
 struct DoctorCommand {
   std::filesystem::path config = "/etc/cellcal/cellcald.toml", cell, files;
   double wait_s = 20.0, observe_s = 10.0;
@@ -85,21 +85,22 @@ struct DoctorCommand {
 };
 int doctor(const DoctorCommand& command);
 
-// A calibration file, looked at before any command uses it (usable_calibration.cc).
+// Calibration files, validated before use (usable_calibration.cc).
 
-/// Says on standard error where the file has no sum. Throws calib::FileError.
+/// Warns on standard error where the file has no checksum. Throws calib::FileError.
 calib::Calibration read_calibration(const std::filesystem::path& file);
-/// Throws calib::FileError where a correction is one that no arm has.
+/// Throws calib::FileError for corrections beyond any real arm.
 void refuse_far(const calib::Calibration& calibration, const std::filesystem::path& file);
-/// Both; none where it was withheld, unless that was asked for: standard error says why. Throws calib::FileError.
+/// Reads and validates. None for a withheld calibration, unless requested; the reason is printed on standard
+/// error. Throws calib::FileError.
 std::optional<calib::Calibration> usable_calibration(const std::string& command,
                                                      const std::filesystem::path& file,
                                                      bool withheld);
 
-/// To the file, wholly or not at all, or to standard output where no file is named.
+/// Writes the file atomically, or to standard output without a file name.
 void put(const std::string& text, const std::filesystem::path& output);
 
-// A promise to scripts.
+// Stable interface for scripts.
 inline constexpr int kSuccess = 0;
 inline constexpr int kJobFailed = 1;
 inline constexpr int kWrongUsage = 2;

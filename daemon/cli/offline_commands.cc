@@ -294,7 +294,7 @@ void add_accept(CLI::App& priors, int& status) {
       "accept",
       "Write a robot file with the tolerances of its fleet; print each old and new value");
   command->footer(
-      "Nothing else of the robot changes; the file that was read is left as it is. Priors of another nominal geometry are\n"
+      "Nothing else of the robot changes; the input file is left unchanged. Priors of another nominal geometry are\n"
       "refused. The new file is used where a cell file names it.\nExample: cellcal priors accept priors.toml --robot "
       "kr5_r1400 -o my_kr5.toml");
   command->add_option("FILE", given->file, "Priors (TOML)")->required();
@@ -370,7 +370,7 @@ void add_correct(CLI::App& app, int& status) {
 
 namespace {
 
-/// What frames are sent to the controller, and which old values are set again.
+/// Options for sending frames to the controller and restoring old values.
 void add_sending(CLI::App* command, CLI::Option* calibration, SendFrames& sending) {
   auto* send = command->add_flag("--send", sending.send, "Set the frames on the controller");
   auto* confirm = command->add_flag(

@@ -26,7 +26,7 @@ namespace cellcal::daemon {
 
 namespace {
 
-/// Progress of planning, on a terminal only. Ctrl-C ends the program as everywhere.
+/// Progress of planning, on a terminal only. Ctrl-C ends the program as usual.
 class PercentOnTerminal {
  public:
   ~PercentOnTerminal() {
@@ -40,7 +40,7 @@ class PercentOnTerminal {
   bool terminal_ = ::isatty(STDERR_FILENO) == 1;
 };
 
-/// The touch as it would be if arm and cell were exactly nominal.
+/// The touch of an exactly nominal arm and cell.
 calib::Touch nominal_touch(const calib::PlannedTouch& planned) {
   calib::Touch touch;
   touch.target = planned.target;
@@ -53,12 +53,12 @@ calib::Touch nominal_touch(const calib::PlannedTouch& planned) {
   return touch;
 }
 
-/// At the robot file's own axis speeds.
+/// At the axis speeds of the robot file.
 double minutes(const calib::Plan& plan, const calib::Robot& robot) {
   return calib::duration_s(plan, robot, {}) / 60.0;
 }
 
-/// Where the arm stands, or where the plan would have it.
+/// Current position of the arm, or the plan's preferred start.
 calib::JointVector begin_of(const PlanCommand& command, const calib::Robot& robot) {
   calib::JointVector begin;
   for (const double deg : command.from_deg) begin.push_back(deg * calib::kRadPerDeg);
@@ -173,7 +173,7 @@ namespace {
 
 using calib::kMmPerM;
 
-/// Of the cell as its file has it; none: it cannot be planned, which is said.
+/// Plan of the cell as its file states it; none where it cannot be planned, which is reported.
 std::optional<calib::Plan> plan_of_today(const calib::Cell& cell,
                                          const calib::PlanOptions& options) try {
   return calib::make_plan(cell, options);
@@ -193,7 +193,7 @@ std::vector<calib::Target> spheres_of(const calib::Cell& cell) {
   return spheres;
 }
 
-/// As a cell file has them.
+/// As lines of a cell file.
 std::string file_lines(const calib::Cell& cell) {
   std::string lines;
   for (const calib::Target& target : spheres_of(cell))

@@ -27,7 +27,7 @@ void add_compare(CLI::App* of, int& status) {
   auto given = std::make_shared<Given>();
   CLI::App* command = of->add_subcommand("compare", "Compare one joint over all robots of a model");
   command->footer(
-      "Of the calibrations in use.\nExample: cellcal fleet compare --robot \"KR 5 R1400\" --joint A3");
+      "Compares the calibrations in use.\nExample: cellcal fleet compare --robot \"KR 5 R1400\" --joint A3");
   auto fleet = add_fleet(command);
   command->add_option("--robot", given->robot, "Model, as the robot file names it")->required();
   command->add_option("--joint", given->joint, "Joint, such as A3")->required();
@@ -54,14 +54,14 @@ void add_export(CLI::App* of, int& status) {
         const bool sound = std::count(text.begin(), text.end(), '/') == 1 && text.front() != '/' &&
                            text.back() != '/' && text.find_first_of(" ?#%") == std::string::npos;
         return sound ? std::string()
-                     : "\"" + text + "\" must be PLANT/CELL, as 'cellcal fleet status' has it";
+                     : "\"" + text + "\" must be PLANT/CELL, as listed by 'cellcal fleet status'";
       });
   auto* session =
       command->add_option("--session", given->session, "Session")->check(session_number());
   command->add_option("--journal", given->command.journal, "Journal, where the cell had several");
   auto* check = command->add_flag("--check", given->check, "The check");
   auto* output = command->add_option("-o,--output,--out", given->command.output,
-                                     "File; of a certificate the directory [standard output]");
+                                     "File, or directory of a certificate [standard output]");
   command->add_flag("--certificate", given->certificate, "The certificate's files")
       ->excludes(check)
       ->needs(output);
@@ -75,14 +75,15 @@ void add_export(CLI::App* of, int& status) {
   });
 }
 
-/// The plant's broker and who asks there.
+/// Options of the plant's broker and its login.
 void add_broker(CLI::App* command, ProposeCommand& wanted, bool& no_tls) {
   command->add_option("--broker", wanted.broker, "The plant's MQTT broker")->required();
   command->add_option("--port", wanted.port, "Its port [8883, without TLS 1883]")
       ->check(CLI::Range(1, 65535));
   command->add_option("--ca", wanted.ca, "CA certificate of the broker (PEM) [the system's]")
       ->check(CLI::ExistingFile);
-  command->add_option("--user", wanted.user, "User there who may propose")->capture_default_str();
+  command->add_option("--user", wanted.user, "User with the right to propose")
+      ->capture_default_str();
   command
       ->add_option("--password-file", wanted.password_file, "File whose first line is the password")
       ->check(CLI::ExistingFile);
@@ -99,9 +100,9 @@ void add_propose(CLI::App* of, int& status) {
   given->command.user = "plant-operator";
   ProposeCommand& wanted = given->command;
   CLI::App* command = of->add_subcommand(
-      "propose", "Propose something to a cell, for its people to accept or refuse");
+      "propose", "Send a proposal to a cell, for its operators to accept or refuse");
   command->footer(
-      "Nothing moves by it, neither when it comes nor when it is accepted. The file is read as the cell reads it "
+      "A proposal causes no motion, neither on receipt nor on acceptance. The file is validated as by the cell "
       "before it is\nsent. The cell's answer comes as a fact: fleet.answers.\n"
       "Example: cellcal fleet propose graz/weld-3 --check --reason \"A3 drifts\" --broker broker.plant.example "
       "--password-file pw\n"
@@ -109,23 +110,23 @@ void add_propose(CLI::App* of, int& status) {
       "--password-file pw");
   command->add_option("CELL", wanted.cell, "PLANT/CELL")->required();
   CLI::Option_group* what = command->add_option_group("what", "What is proposed");
-  what->add_flag("--calibrate", given->calibrate, "Somebody should calibrate it");
-  what->add_flag("--check", given->check, "Somebody should check it");
+  what->add_flag("--calibrate", given->calibrate, "Request a calibration");
+  what->add_flag("--check", given->check, "Request a check");
   auto* activate = what->add_option("--activate", wanted.session,
-                                    "That session's calibration should be used again")
+                                    "Request to use that session's calibration again")
                        ->check(session_number());
   auto* schedule = what->add_option("--schedule", given->schedule,
-                                    "Its schedule should be this one (TOML, keys of [schedule])")
+                                    "Propose this schedule (TOML, keys of [schedule])")
                        ->check(CLI::ExistingFile);
   auto* priors = what->add_option("--priors", given->priors,
-                                  "Its robot file should take these tolerances (TOML)")
+                                  "Propose these tolerances for its robot file (TOML)")
                      ->check(CLI::ExistingFile);
   auto* withdraw =
       what->add_option("--withdraw", given->withdraw, "Withdraw the proposal of this id");
   what->require_option(1);
-  command->add_option("--reason", wanted.reason, "Why, for those who answer")->required();
-  command->add_option("--by", wanted.by, "Who proposes it [the user]");
-  command->add_option("--id", wanted.id, "Its id [one is made]")->excludes(withdraw);
+  command->add_option("--reason", wanted.reason, "Reason, shown to the operators")->required();
+  command->add_option("--by", wanted.by, "Author [the user]");
+  command->add_option("--id", wanted.id, "Id [generated]")->excludes(withdraw);
   add_broker(command, wanted, given->no_tls);
   command->add_flag("--json", wanted.json, "Print JSON");
   command->callback([=, &status] {
@@ -172,7 +173,7 @@ void add_fleet_commands(CLI::App& app, int& status) {
 
 namespace {
 
-/// Letters that a path of the API carries as they are; the daemon looks whether there is such a proposal.
+/// Characters that need no escaping in a path of the API; the daemon checks that the proposal exists.
 const CLI::Validator kId(
     [](std::string& text) {
       const bool sound = !text.empty() &&
@@ -189,7 +190,7 @@ void add_proposal_commands(CLI::App& app, int& status) {
   CLI::App* command = app.add_subcommand(
       "proposals", "List what the plant proposed to this cell; accept or refuse it");
   command->footer(
-      "A proposal moves nothing, neither when it comes nor when it is accepted.\n"
+      "A proposal causes no motion, neither on receipt nor on acceptance.\n"
       "Example: cellcal proposals\n         cellcal proposals accept p-17\n"
       "         cellcal proposals refuse p-17 --reason \"the torch is changed tomorrow\"");
   command->require_subcommand(0, 1);
@@ -205,10 +206,10 @@ void add_proposal_commands(CLI::App& app, int& status) {
   refuse->footer(
       "Example: cellcal proposals refuse p-17 --reason \"the torch is changed tomorrow\"");
   for (CLI::App* one : {accept, refuse}) {
-    one->add_option("ID", given->id, "Of the proposal, as 'cellcal proposals' has it")
+    one->add_option("ID", given->id, "Id of the proposal, as 'cellcal proposals' lists it")
         ->required()
         ->check(kId);
-    auto* reason = one->add_option("--reason", given->reason, "Why, for those who proposed it");
+    auto* reason = one->add_option("--reason", given->reason, "Reason, sent to the proposer");
     if (one == refuse) reason->required();
   }
   command->callback([=, &status] {
@@ -228,7 +229,7 @@ void add_schedule_commands(CLI::App& app, int& status) {
   };
   auto given = std::make_shared<Given>();
   CLI::App* command = app.add_subcommand(
-      "schedule", "Show what begins without a person: next times, last decisions and why");
+      "schedule", "Show unattended sessions: next times, last decisions and reasons");
   command->footer(
       "Its sessions are [[schedule.session]] in cellcald.toml.\nExample: cellcal schedule\n"
       "         cellcal schedule --release\n         cellcal schedule --begin check");

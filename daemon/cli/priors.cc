@@ -30,10 +30,10 @@ using calib::FileError, nlohmann::ordered_json;
 constexpr std::size_t kMostFiles = 20'000, kMostPriorsBytes = std::size_t{64} << 20;
 constexpr const char* kExport = "export.json";
 
-/// JSON files below a directory; of the export of a session its calibration alone.
+/// JSON files below a directory; of the export of a session its calibration only.
 void files_below(const fs::path& directory, std::set<fs::path>& files) {
   std::set<fs::path> found;
-  // What cannot be looked at is none of them: a link that leads nowhere, another's folder.
+  // Inaccessible entries (dangling links, foreign folders) are skipped.
   std::error_code none;
   fs::recursive_directory_iterator at(directory, fs::directory_options::skip_permission_denied,
                                       none);
@@ -51,7 +51,7 @@ void files_below(const fs::path& directory, std::set<fs::path>& files) {
       files.insert(file);
 }
 
-/// Each once, whatever names it.
+/// Each file once, however often it is named.
 std::set<fs::path> calibrations_of(const std::vector<fs::path>& from) {
   std::set<fs::path> files, once;
   for (const fs::path& path : from)
@@ -65,7 +65,7 @@ std::set<fs::path> calibrations_of(const std::vector<fs::path>& from) {
   return once;
 }
 
-/// What the export that it lies in says of arm and time; nothing where it lies in none.
+/// Arm and time stated by the surrounding export; unchanged outside of an export.
 void name_arm(const fs::path& file, calib::ArmEvidence& evidence) {
   const fs::path folder = file.parent_path();
   if (file.filename() != "calibration.json" || !fs::exists(folder / kExport)) return;
@@ -77,7 +77,7 @@ void name_arm(const fs::path& file, calib::ArmEvidence& evidence) {
     evidence.arm = calib::TomlTable::load(folder / "cell.toml")
                        .table_or_empty("identity")
                        .string_or("robot_serial", "");
-  } catch (const FileError&) {  // then touches have to tell whose they are
+  } catch (const FileError&) {  // then the touches have to identify the arm
   }
 }
 
@@ -109,7 +109,7 @@ std::string now() {
   return calib::utc_text(std::chrono::floor<seconds>(system_clock::now()));
 }
 
-/// The version that counts on.
+/// The next version number.
 long next_version(const fs::path& after, const std::string& nominal_geometry) {
   if (after.empty()) return 1;
   const calib::FleetPriors earlier = calib::load_priors(after);
@@ -160,7 +160,7 @@ ordered_json as_json(const std::vector<calib::PriorChange>& changes) {
   return list;
 }
 
-/// To standard output where it holds no document.
+/// To standard output where no document is written to it.
 void print_report(bool document_there, const std::string& text) {
   fmt::print(document_there ? stderr : stdout, "{}", text);
 }
@@ -214,10 +214,10 @@ int accept_priors(const AcceptPriorsCommand& command) {
       fs::equivalent(command.robot, command.output))
     throw FileError(
         command.output.string(),
-        ": is the robot file itself. Name another file, so that the old values are kept");
+        ": is the robot file itself. Choose another file, so that the old values are kept");
   if (fs::exists(command.output))
     throw FileError(command.output.string(),
-                    ": is there already. Name another file, so that what it has is kept");
+                    ": exists. Choose another file, so that its content is kept");
   const calib::Robot robot = calib::load_named_robot(command.robot);
   auto result = calib::accept(robot, priors);
   if (const auto* other = std::get_if<calib::OtherNominalGeometry>(&result))
@@ -242,7 +242,7 @@ int accept_priors(const AcceptPriorsCommand& command) {
 
 namespace {
 
-/// "a joint's lengths" of a table.
+/// "a joint's lengths" for a table.
 std::string quantity(calib::SpreadKind kind) {
   const calib::SpreadUnit unit = calib::unit_of(kind);
   return fmt::format("{} {}", unit.name, unit.unit);
@@ -286,7 +286,7 @@ std::string changes_words(const std::vector<calib::PriorChange>& changes) {
 }
 
 std::string set_aside_words(const calib::SetAside& one) {
-  constexpr std::size_t kWhole = 400;  // a path, a reader's message
+  constexpr std::size_t kWhole = 400;  // a path and an error text
   const std::string name = calib::shown(one.name, kWhole), other = calib::shown(one.other, kWhole);
   using calib::SetAsideKind;
   switch (one.kind) {

@@ -1,5 +1,5 @@
 #pragma once
-// 'cellcal priors': what a fleet's calibrations say of its robot model, and a robot file with it.
+// Command cellcal priors: parameter spreads of a fleet's calibrations, and the robot file with them.
 
 #include <filesystem>
 #include <string>
@@ -10,11 +10,11 @@
 
 namespace cellcal::daemon {
 
-/// Offline, from files and directories of calibrations.
+/// From files and directories of calibrations, without a daemon.
 struct LearnPriorsCommand {
   std::vector<std::filesystem::path> from;
-  std::string robot;  ///< file or shipped robot; empty: what most of the calibrations have
-  std::filesystem::path after;   ///< earlier priors, whose version counts on; empty: none
+  std::string robot;             ///< file or shipped robot; empty: that of most calibrations
+  std::filesystem::path after;   ///< earlier priors, whose version is incremented; empty: none
   std::filesystem::path output;  ///< empty: standard output
   bool json = false;
 };
@@ -33,7 +33,7 @@ struct AcceptPriorsCommand {
 };
 int accept_priors(const AcceptPriorsCommand& command);
 
-// What a person reads of it.
+// For display.
 std::string spreads_words(const calib::FleetPriors& priors);
 std::string changes_words(const std::vector<calib::PriorChange>& changes);
 std::string set_aside_words(const calib::SetAside& one);

@@ -32,7 +32,7 @@ std::size_t terminal_width() {
   return known ? size.ws_col : kUsualWidth;
 }
 
-/// The first of the three that is set decides, as in setlocale(3).
+/// The first of the three that is set takes precedence, as in setlocale(3).
 bool terminal_has_utf8() {
   for (const char* name : {"LC_ALL", "LC_CTYPE", "LANG"}) {
     const char* set = std::getenv(name);

@@ -1,5 +1,5 @@
 #pragma once
-// The line that a person watches.
+// Progress display on a terminal.
 
 #include <chrono>
 #include <cstddef>
@@ -16,29 +16,29 @@ struct Progress {
   std::size_t done = 0, total = 0;
   std::optional<double> residual_mm, time_left_s;
   std::optional<double> u95_mm{}, goal_mm{};  ///< of touches chosen one by one
-  std::string links{};                        ///< how good they are, a line each
-  std::optional<double> share{};              ///< of what is done instead of touches, 0 to 1
+  std::string links{};                        ///< link quality, one line each
+  std::optional<double> share{};              ///< of an activity without touches, 0 to 1
 };
 
-/// "[######....] 12/50 S2 slow search  residual 0.034 mm  3 min 20 s left", at most `width` wide.
-/// With a goal "u95 0.231 to 0.150 mm" stands before the residual.
+/// "[######....] 12/50 S2 slow search  residual 0.034 mm  3 min 20 s left", at most `width` columns. With a
+/// goal "u95 0.231 to 0.150 mm" precedes the residual.
 std::string progress_line(const Progress& progress, std::size_t width);
 
-/// A letter per value, the newest at most `width`, of eight heights from 0 to the largest of them: of
-/// block elements where the terminal has UTF-8, else of "_.-=+*#@".
+/// One character per value, the newest at most `width`, in eight heights from 0 to the maximum: block
+/// elements on UTF-8 terminals, otherwise "_.-=+*#@".
 std::string sparkline(std::span<const double> values, std::size_t width, bool utf8);
 
-/// The progress line, the residuals of the touches so far, and the links: what 'cellcal watch' shows.
+/// Progress line, residuals of the touches so far, and links, as shown by 'cellcal watch'.
 std::vector<std::string> view_lines(const Progress& progress, std::span<const double> residuals_mm,
                                     std::size_t width, bool utf8);
 
 enum class Shows {
-  kLine,            ///< one line on a terminal, elsewhere nothing
-  kLinesElsewhere,  ///< one line on a terminal, elsewhere a line now and every ten seconds
-  kView             ///< the view on a terminal, elsewhere likewise
+  kLine,            ///< one line on a terminal, otherwise nothing
+  kLinesElsewhere,  ///< one line on a terminal, otherwise a line at once and every ten seconds
+  kView             ///< the view on a terminal, otherwise as kLinesElsewhere
 };
 
-/// Rewrites what it shows on standard error while it lives.
+/// Display on standard error that is rewritten during its lifetime.
 class ProgressDisplay {
  public:
   explicit ProgressDisplay(Shows shows = Shows::kLine);
@@ -47,7 +47,7 @@ class ProgressDisplay {
   ProgressDisplay& operator=(const ProgressDisplay&) = delete;
 
   void show(const Progress& progress);
-  /// One line that stays, above what is rewritten; the same again is not repeated.
+  /// Prints a permanent line above the display; repetitions are suppressed.
   void say(const std::string& line);
   void clear();
 
@@ -55,14 +55,14 @@ class ProgressDisplay {
   void rewrite(const std::vector<std::string>& lines);
 
   bool terminal_, lines_, view_;
-  std::size_t shown_ = 0;  ///< lines on the terminal
+  std::size_t shown_ = 0;  ///< number of lines on the terminal
   std::vector<double> residuals_mm_;
   std::size_t last_done_ = 0;
   std::chrono::steady_clock::time_point next_line_{};
   std::string said_;
 };
 
-// Where a session's time went, as a person reads it.
+// Table of the time spent per activity.
 
 struct ActivityRow {
   std::string activity, driver;
@@ -70,8 +70,8 @@ struct ActivityRow {
   double total_s = 0.0, worst_s = 0.0;
 };
 
-/// A row per activity that took place, the largest first: seconds per touch, how often, each and at
-/// worst, in all, share, and what it hangs on. Ends with a line break.
+/// One row per activity, the largest first: seconds per touch, count, mean and maximum, total, share, and the
+/// dominant parameter. Ends with a line break.
 std::string times_words(std::int64_t touches, std::span<const ActivityRow> rows);
 
 }  // namespace cellcal::daemon

@@ -28,18 +28,18 @@ std::string text_in(const json& one, const char* key) {
   return one[key].is_string() ? printable(one[key].get<std::string>()) : "";
 }
 
-/// What the plant asks for.
+/// The requested action.
 std::string wish(const json& one) {
   const std::string kind = text_in(one, "kind");
   if (kind == "calibrate") return "calibrate this cell";
   if (kind == "check") return "check this cell";
   if (kind == "activate")
     return "use the calibration of session " + one["session"].dump() + " again";
-  if (kind == "withdraw") return "nothing: withdrawn before it came";
+  if (kind == "withdraw") return "nothing: withdrawn before it was received";
   return kind == "schedule" ? "another schedule" : "other tolerances of the robot (priors)";
 }
 
-/// What is to be done once it is accepted.
+/// The next step after acceptance.
 std::string what_to_do_with(const json& one) {
   const std::string kind = text_in(one, "kind");
   if (kind == "calibrate") return "Now: 'cellcal run --cell CELL'";
@@ -124,7 +124,7 @@ Proposal proposal_of(const ProposeCommand& command) {
   proposal.of.plant = command.cell.substr(0, cut);
   if (cut < command.cell.size()) proposal.of.cell = command.cell.substr(cut + 1);
   if (!plant::is_name(proposal.of.plant) || !plant::is_name(proposal.of.cell))
-    throw std::runtime_error("CELL must be PLANT/CELL, as 'cellcal fleet status' has it");
+    throw std::runtime_error("CELL must be PLANT/CELL, as listed by 'cellcal fleet status'");
   proposal.time = wall_clock_utc();
   proposal.id = command.id.empty() ? new_id(proposal.time) : command.id;
   proposal.kind = command.kind;
@@ -140,7 +140,7 @@ PlantConfig plant_line_of(const ProposeCommand& command, const plant::CellName& 
       command.broker == "localhost" || command.broker == "127.0.0.1" || command.broker == "::1";
   if (!command.tls && !here)
     throw std::runtime_error(
-        "--no-tls: the password would pass the network readable. It is for a broker on this computer");
+        "--no-tls: the password would be sent in clear text. It is for a broker on this computer");
   PlantConfig config;
   config.plant = of.plant;
   config.cell = of.cell;
@@ -153,7 +153,7 @@ PlantConfig plant_line_of(const ProposeCommand& command, const plant::CellName& 
   return config;
 }
 
-/// What the line says of itself is said to a cell; this is said to who proposes.
+/// The line's messages address a cell; this one addresses the proposer.
 std::string words_of(const LineFailure& failure, const ProposeCommand& command) {
   const std::string broker = "broker " + command.broker;
   switch (failure.problem) {
@@ -170,13 +170,14 @@ std::string words_of(const LineFailure& failure, const ProposeCommand& command) 
           "{}: user \"{}\" may not propose to {}. Check its rights there (cellcal.acl)", broker,
           command.user, command.cell);
     case LineProblem::kLost:
-      return broker + ": the line was lost before it was taken. Try again";
+      return broker + ": the connection was lost before it was accepted. Try again";
     default:
       return failure.words;
   }
 }
 
-/// Retained: a cell that is away is given it when it comes, so that nobody hears it now is no refusal.
+/// Published as retained: a disconnected cell receives it on reconnection, so a missing subscriber is not an
+/// error.
 void put_at(const PlantConfig& config, const MqttLine::Message& message,
             const ProposeCommand& command) {
   boost::asio::io_context context;
@@ -211,7 +212,7 @@ std::string send_proposal(const ProposeCommand& command) {
   if (!plant::is_name(proposal.id))
     throw calib::FileError("--id: must have 1 to 64 of A-Z a-z 0-9 _ -");
   (void)plant::proposal_from_json(text, topic);
-  if (proposal.kind == ProposalKind::kPriors)  // as 'cellcal priors accept' reads it
+  if (proposal.kind == ProposalKind::kPriors)  // in the form read by 'cellcal priors accept'
     (void)calib::parse_priors(proposal.text, command.file.string());
   if (const auto why = plant::unusable(proposal))
     throw calib::FileError(command.file.empty() ? command.cell : command.file.string(),
@@ -232,7 +233,7 @@ int propose(const ProposeCommand& command) {
     put(fmt::format("{} {} {}. {}\n", id, withdrawn ? "withdrawn from" : "proposed to",
                     command.cell,
                     withdrawn ? "What was accepted before stays accepted"
-                              : "Its people answer there: 'cellcal proposals'"),
+                              : "Its operators answer there: 'cellcal proposals'"),
         {});
   return kSuccess;
 }

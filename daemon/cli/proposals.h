@@ -1,5 +1,5 @@
 #pragma once
-// What the plant proposed to this cell. Each returns its exit status and throws when it failed.
+// Proposals of the plant to this cell. Each function returns its exit status and throws on failure.
 
 #include <cstdint>
 #include <filesystem>
@@ -14,26 +14,27 @@ int list_proposals(const Connection& daemon);
 int accept_proposal(const Connection& daemon, const std::string& id, const std::string& reason);
 int refuse_proposal(const Connection& daemon, const std::string& id, const std::string& reason);
 
-// From the plant to a cell: what its people may accept. Sent to the broker as whoever may propose there; nothing moves by it.
+// Proposal from the plant to a cell, to be accepted by its operators. Published with the broker account of
+// the proposer; causes no motion.
 
 struct ProposeCommand {
   std::string cell;  ///< PLANT/CELL
   plant::ProposalKind kind = plant::ProposalKind::kCheck;
-  std::string id;              ///< empty: one is made
+  std::string id;              ///< empty: generated
   std::int64_t session = 0;    ///< kActivate
   std::filesystem::path file;  ///< kSchedule, kPriors
   std::string by, reason;
   // The broker.
   std::string broker;
-  std::uint16_t port = 0;  ///< 0: as usual
+  std::uint16_t port = 0;  ///< 0: default
   bool tls = true;
   std::filesystem::path ca, password_file;
   std::string user;
   bool json = false;
 };
 
-/// The id. Read as the cell reads it before it is sent; throws calib::FileError where the cell would refuse it,
-/// std::runtime_error where the broker did not take it.
+/// Returns the id. Parsed before sending as the cell parses it; throws calib::FileError where the cell would
+/// reject it, std::runtime_error where the broker did not accept it.
 std::string send_proposal(const ProposeCommand& command);
 int propose(const ProposeCommand& command);
 

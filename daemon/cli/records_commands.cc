@@ -16,13 +16,13 @@ void add_export(CLI::App& app, int& status) {
   CLI::App* command =
       app.add_subcommand("export", "Write a session's rows and files to a directory");
   command->footer(
-      "Signed where there is a key (export.sums, export.sums.sig), as certificates are; 'cellcal verify' checks it.\n"
+      "Signed if a key exists (export.sums, export.sums.sig), as certificates are; 'cellcal verify' checks it.\n"
       "Example: cellcal export 7 session-7");
   auto daemon = add_connection(command);
   command->add_option("ID", given->session, "Number of the session")
       ->required()
       ->check(session_number());
-  command->add_option("DIR", given->directory, "Directory; not there yet, or empty")->required();
+  command->add_option("DIR", given->directory, "Directory, new or empty")->required();
   command->add_option(
       "--key", given->key,
       "Private key (Ed25519, PEM, mode 0600); $CELLCAL_KEY or /etc/cellcal/certificate.key where it is "
@@ -42,13 +42,13 @@ void add_import(CLI::App& app, int& status) {
   CLI::App* command = app.add_subcommand("import", "Import an exported session into this journal");
   command->footer(
       "The daemon reads the directory: put it where its user may, not below /tmp or a home.\n"
-      "Says who signed it; what was changed after it was signed is refused.\n"
+      "Reports the signer; files changed after signing are refused.\n"
       "Example: cellcal import /var/lib/cellcal/session-7");
   auto daemon = add_connection(command);
   command->add_option("DIR", given->directory, "Directory that 'cellcal export' wrote")->required();
   command->add_option(
       "--key", given->key,
-      "Public key of who signed it (PEM); by default $CELLCAL_KEY.pub or /etc/cellcal/certificate.key.pub");
+      "Public key of the signer (PEM); by default $CELLCAL_KEY.pub or /etc/cellcal/certificate.key.pub");
   command->callback(
       [=, &status] { status = import_session(*daemon, given->directory, given->key); });
 }
@@ -73,7 +73,7 @@ void add_backup(CLI::App& app, int& status) {
       "The daemon writes the file: name a directory where its user may.\n"
       "Example: cellcal backup /var/lib/cellcal/journal-2026-11-20.db");
   auto daemon = add_connection(command);
-  command->add_option("FILE", *given, "File; must not be there yet")->required();
+  command->add_option("FILE", *given, "File, must not exist")->required();
   command->callback([=, &status] { status = back_up(*daemon, *given); });
 }
 
@@ -130,27 +130,25 @@ void add_certificate(CLI::App& app, int& status) {
       "Writes certificate.html, certificate.pdf (needs the package 'weasyprint'), certificate.json and rows.jsonl, the\n"
       "session's rows. "
       "Serial numbers, operator and the artefacts' certificates come from the cell file. A directory needs no "
-      "daemon.\nSigned where there is a key (certificate.sums, certificate.sums.sig); 'cellcal verify' checks it.\nThe result is computed again first. A directory is signed for where its export is signed.\n"
-      "Status 3 where the result was withheld, is an update, does not come out the same to the bit, nobody vouches for\n"
-      "its rows, or the session was not done.\nExample: cellcal certificate 7 --issued-by \"A. Name\"\n"
+      "daemon.\nSigned if a key exists (certificate.sums, certificate.sums.sig); 'cellcal verify' checks it.\nThe result is computed again first. A directory is signed for where its export is signed.\n"
+      "Status 3 where the result was withheld, is an update or is not reproduced to the bit, where its rows are not\n"
+      "verified, or where the session was not completed.\nExample: cellcal certificate 7 --issued-by \"A. Name\"\n"
       "         cellcal certificate session-7 --out certificate-7\n         cellcal certificate --make-key --key quality.key");
   auto daemon = add_connection(command);
   auto* session = command->add_option("SESSION", given->session,
                                       "Number of the session, or directory of its export");
-  command->add_option("-o,--output,--out", given->output, "Directory; not there yet, or empty");
-  command->add_option("--issued-by", given->issued_by, "Who issues it");
+  command->add_option("-o,--output,--out", given->output, "Directory, new or empty");
+  command->add_option("--issued-by", given->issued_by, "Issuer");
   command->add_flag("--no-pdf", flags->no_pdf, "Write no PDF");
   command->add_option(
       "--key", given->key,
       "Private key (Ed25519, PEM, mode 0600); $CELLCAL_KEY or /etc/cellcal/certificate.key where it is "
       "there");
-  command->add_option(
-      "--export-key", given->export_key,
-      "Of a directory: public key that its export is signed with (PEM); by default that of "
-      "--key");
+  command->add_option("--export-key", given->export_key,
+                      "Public key that signed the export of a directory (PEM); by default that of "
+                      "--key");
   command->add_flag("--no-sign", flags->no_sign, "Do not sign");
-  auto* make_key =
-      command->add_flag("--make-key", flags->make_key, "Make a new key, and nothing else");
+  auto* make_key = command->add_flag("--make-key", flags->make_key, "Only create a new key");
   make_key->excludes(session);
   command->callback([=, &status] {
     if (flags->make_key) {
@@ -195,10 +193,9 @@ void add_versions(CLI::App& app, int& status) {
       "versions", "List the published calibrations of a cell, and which is in use");
   command->footer("Example: cellcal versions");
   auto daemon = add_connection(command);
-  auto* of = command
-                 ->add_option("--of", *given,
-                              "Of the cell of this session; of the calibration in use without")
-                 ->check(session_number());
+  auto* of =
+      command->add_option("--of", *given, "Session of the cell [that of the calibration in use]")
+          ->check(session_number());
   command->callback([=, &status] {
     status = list_versions(*daemon, of->count() > 0 ? std::optional(*given) : std::nullopt);
   });
@@ -214,13 +211,13 @@ void add_activate(CLI::App& app, int& status) {
   CLI::App* command = app.add_subcommand("activate", "Put an earlier calibration into use again");
   command->footer(
       "It is what 'cellcal check' checks and what the next result is compared with, until the next one is published\n"
-      "or activated. Kept in the journal with who and why. Corrected programs and frames stay unchanged.\n"
+      "or activated. Recorded in the journal with author and reason. Corrected programs and frames stay unchanged.\n"
       "Example: cellcal activate 7 --reason \"session 9 was made with a loose torch\"\n"
       "         cellcal activate --back --reason \"loose torch\"");
   auto daemon = add_connection(command);
   auto* session = command->add_option("ID", given->session, "Session of the calibration")
                       ->check(session_number());
-  auto* back = command->add_flag("--back", given->back, "The one that was in use before this one");
+  auto* back = command->add_flag("--back", given->back, "The calibration used before this one");
   back->excludes(session);
   command->add_option("--reason", given->reason, "Why")->required();
   command->callback([=, &status] {
@@ -237,15 +234,11 @@ void add_compare(CLI::App& app, int& status) {
   auto given = std::make_shared<Given>();
   CLI::App* command = app.add_subcommand("compare", "Compare two published calibrations of a cell");
   command->footer(
-      "How far the tips lie apart over the workspace (or near the targets), and which parameters moved by more than\n"
+      "Prints the distance of the tips over the workspace (or near the targets), and the parameters that moved by more than\n"
       "U (k=2).\nExample: cellcal compare 7 9");
   auto daemon = add_connection(command);
-  command->add_option("A", given->before, "Session of the one")
-      ->required()
-      ->check(session_number());
-  command->add_option("B", given->after, "Session of the other")
-      ->required()
-      ->check(session_number());
+  command->add_option("A", given->before, "First session")->required()->check(session_number());
+  command->add_option("B", given->after, "Second session")->required()->check(session_number());
   command->callback(
       [=, &status] { status = compare_versions(*daemon, given->before, given->after); });
 }

@@ -1,5 +1,5 @@
 #pragma once
-// What begins without a person, and when.
+// Unattended sessions and their times.
 
 #include <string>
 
@@ -8,9 +8,9 @@
 namespace cellcal::daemon {
 
 int show_schedule(const Connection& daemon);
-/// Begins a session that the schedule has on request; 1 where it may not, with the reason.
+/// Begins a scheduled session on request; 1 with the reason where it may not begin.
 int begin_scheduled(const Connection& daemon, const std::string& name);
-/// Somebody has looked at the cell and the arm.
+/// Confirms that cell and arm were inspected.
 int release_schedule(const Connection& daemon);
 
 }  // namespace cellcal::daemon

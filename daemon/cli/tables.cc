@@ -33,7 +33,7 @@ std::string verdict_words(const calib::Calibration& calibration, Detail detail) 
     text += verdict.workspace ? ", scope: workspace\n" : ", scope: near targets\n";
   }
   for (const calib::Finding& finding : verdict.findings) {
-    // Whether the arm is as it was is what a user asks every time.
+    // A change of the arm is of interest in every result.
     if (detail == Detail::kAll || finding.severity != calib::Severity::kInforms ||
         finding.kind == calib::FindingKind::kUnchanged ||
         finding.kind == calib::FindingKind::kUpdated)
@@ -51,7 +51,7 @@ std::string observability_words(const calib::Observability& o) {
       o.determined, o.directions, o.rank, o.o1, o.o2, o.o3, o.o4, o.o5, o.condition);
 }
 
-/// The few most correlated pairs of parameters.
+/// The most correlated pairs of parameters.
 std::string correlation_words(const calib::Calibration& calibration) {
   constexpr std::size_t kShown = 3;
   const auto pairs = calib::strong_correlations(calibration).pairs;
@@ -69,7 +69,7 @@ std::string correlation_words(const calib::Calibration& calibration) {
   return text + "\n";
 }
 
-/// Which touches were left out, by number and line: a line of the summary.
+/// Numbers and lines of the rejected touches, as one line of the summary.
 std::string outlier_list(const calib::Calibration& calibration,
                          std::span<const calib::Touch> touches) {
   constexpr std::size_t kShown = 6;
@@ -113,7 +113,7 @@ std::string fit_words(const calib::Calibration& c) {
   return text;
 }
 
-/// What stands behind the summary: for whoever asks why.
+/// Details of the summary.
 std::string evidence_words(const calib::Calibration& c, std::span<const calib::Touch> touches,
                            const std::optional<ContactsDelay>& contacts) {
   std::string text = fit_words(c) + delay_words(&c, contacts) +
@@ -123,7 +123,7 @@ std::string evidence_words(const calib::Calibration& c, std::span<const calib::T
   const calib::Touch unknown;
   for (const calib::Outlier& one : c.outliers) {
     const calib::Touch& touch = one.touch < touches.size() ? touches[one.touch] : unknown;
-    // The words have the residual.
+    // The text includes the residual.
     text +=
         fmt::format("outlier: {}: {}\n", calib::touch_words(one.touch, touch), calib::words(one));
   }
@@ -136,7 +136,7 @@ std::string delay_words(const calib::Calibration* fit,
                         const std::optional<ContactsDelay>& contacts) {
   const calib::ParameterResult* found =
       fit == nullptr ? nullptr : calib::find(*fit, calib::latch_delay_parameter());
-  // What only the prior says is no finding of the fit.
+  // A value determined by the prior alone is not a finding of the fit.
   if (found != nullptr && found->decided_by != calib::DecidedBy::kData) found = nullptr;
   if (found == nullptr && !contacts) return {};
   const auto in_ms = [](double delay_s, double sigma_s) {
@@ -166,7 +166,7 @@ std::string result_words(const calib::Calibration& calibration,
                          const std::optional<ContactsDelay>& contacts) {
   const bool too_few = calibration.verdict.too_few();
   const std::string verdict = verdict_words(calibration, detail);
-  // The residuals of a fit to a touch or two of each target are next to nothing whatever is true.
+  // With one or two touches per target the fit's residuals are negligible in any case.
   if (too_few && calibration.check.count == 0) return delay_words(nullptr, contacts) + verdict;
   std::string text = fmt::format("{:<14} {:>7} {:>9} {:>9} {:>9}\n", "residual", "touches",
                                  "mean mm", "max mm", "rms mm");

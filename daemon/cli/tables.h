@@ -1,5 +1,5 @@
 #pragma once
-// What a person reads of a result.
+// Human-readable results.
 
 #include <optional>
 #include <span>
@@ -12,23 +12,22 @@ namespace cellcal::daemon {
 
 enum class Detail {
   kSummary,  ///< about ten lines
-  kAll       ///< chi^2, noise, observability, correlations, each outlier, what was found besides
+  kAll       ///< chi^2, noise, observability, correlations, outliers and other findings
 };
 
-/// How late the latched angles are, by fast against slow contacts alone.
+/// Delay of the latched angles, from fast and slow contacts only.
 struct ContactsDelay {
   double delay_s = 0.0, sigma_s = 0.0;
   int touches = 0;
 };
 
-/// The latch's delay in one line, U with k = 2: by the fit where its touches tell it, by the contacts where they were
-/// compared, and whether both are one. Empty where neither says anything.
+/// Latch delay in one line, U with k = 2: from the fit where its touches determine it, from the contacts
+/// where they were compared, and the agreement of both. Empty without either.
 std::string delay_words(const calib::Calibration* fit,
                         const std::optional<ContactsDelay>& contacts);
 
-/// Residuals before and after, predicted accuracy, outliers, and the verdict with what withholds the
-/// result or has to be looked at. Ends with a line break. `touches`: those of the calibration, where
-/// they are known, so that outliers can be found in their file.
+/// Residuals before and after, predicted accuracy, outliers, and the verdict with its reasons. Ends with a
+/// line break. `touches`: those of the calibration, if known, to locate outliers in their file.
 std::string result_words(const calib::Calibration& calibration,
                          std::span<const calib::Touch> touches = {},
                          Detail detail = Detail::kSummary,

@@ -1,5 +1,5 @@
 #pragma once
-// 'cellcal token': who may come in over the network.
+// Command cellcal token: tokens for network access.
 
 #include <string>
 
@@ -7,7 +7,7 @@
 
 namespace cellcal::daemon {
 
-/// Prints the token, which nobody can show again.
+/// Prints the token, which cannot be shown again.
 int add_token(const Connection& daemon, const std::string& name, const std::string& role);
 int list_tokens(const Connection& daemon);
 int remove_token(const Connection& daemon, const std::string& name);

@@ -149,7 +149,7 @@ namespace {
 using nlohmann::json;
 using signing::NotVerified;
 
-/// Nobody can say whether they are; else they are not.
+/// True where verification is impossible, as opposed to failed.
 bool is_open(NotVerified::Why why) {
   return why == NotVerified::Why::kNoSignature || why == NotVerified::Why::kMissingFile;
 }

@@ -1,5 +1,5 @@
 #pragma once
-// Published calibrations as versions. Each returns its exit status and throws when it failed.
+// Published calibrations as versions. Each function returns its exit status and throws on failure.
 
 #include <cstdint>
 #include <optional>
@@ -9,14 +9,14 @@
 
 namespace cellcal::daemon {
 
-/// Of the cell of that session; of the calibration in use where there is none.
+/// For the cell of that session; without one, of the calibration in use.
 int list_versions(const Connection& daemon, std::optional<std::int64_t> of_cell);
-/// No session: the published one before the one in use.
+/// Without a session: the calibration published before the one in use.
 int activate_version(const Connection& daemon, std::optional<std::int64_t> session,
                      const std::string& reason);
 int compare_versions(const Connection& daemon, std::int64_t before, std::int64_t after);
 
-// Raw events and readings of old sessions, dropped.
+// Deletion of raw events and readings of old sessions.
 
 int retain(const Connection& daemon, bool dry_run, std::optional<int> days,
            std::optional<double> megabytes);

@@ -21,22 +21,22 @@ using calib::TomlTable;
 
 constexpr double kMm = 1e-3;
 constexpr const char* kFormat = "cellcal.daemon/1";
-/// Degrees. What installations give AXISCORR; the emulated controller is given what is asked for.
+/// Degrees: usual AXISCORR limits of installations, and the maximum for the emulated controller.
 constexpr double kUsualCorrection = 90.0, kAnyCorrection = 360.0;
 constexpr double kMs = 1e-3;
-/// Without a contact input on the controller 50 to 70 ms pass from contact to the brake, which at
-/// 2.5 mm/s is 0.2 mm on: as far as a search at 10 mm/s goes on over RSI.
+/// Without a contact input on the controller, 50 to 70 ms pass between contact and braking: 0.2 mm at 2.5
+/// mm/s, as far as a search at 10 mm/s overtravels over RSI.
 const SearchLimits kFlagLimits{2.5e-3, 1, "with eki stop = \"flag\" (the stop takes 50 to 70 ms)"};
 constexpr double kFlagFastMmS = 2.5, kFlagSlowMmS = 1.0;
-/// KUKA's own inputs, not wired to anything.
+/// KUKA's constant inputs, without wiring.
 constexpr int kAlwaysTrue = 1025, kAlwaysFalse = 1026;
-/// So many states fit into the silence that means a lost link.
+/// Number of robot states within the silence that counts as a lost link.
 constexpr int kStatesOfSilence = 4;
 constexpr const char* kDefaultState = "/var/lib/cellcal";
 constexpr const char* kDefaultSocket = "/run/cellcal/cellcald.sock";
 
 void read_motion(const TomlTable& table, DaemonConfig& config) {
-  // 3 to 100 %: below, waypoints take longer than the session waits.
+  // 3 to 100 %: below, waypoints take longer than the session's timeout.
   config.motion.speed_fraction = table.number_or("speed_percent", 20.0, {3.0, 100.0}) / 100.0;
   config.motion.acceleration_rad_s2 =
       table.number_or("acceleration_deg_s2", 120.0, {1.0, 2000.0}) * calib::kRadPerDeg;
@@ -58,7 +58,7 @@ void read_motion(const TomlTable& table, DaemonConfig& config) {
     table.fail("fast_search_mm_s",
                "must be at most 2.5 with eki stop = \"flag\": the stop takes 50 to 70 ms");
   }
-  // The stop by a flag has the place from a record of states, good at the slow speed only.
+  // The flag stop takes the contact from a record of states, which is accurate at the slow speed only.
   config.touch.confirm_every = static_cast<int>(table.integer_or(
       "confirm_every", by_flag ? 1 : policy.confirm_every, 1, SearchLimits{}.most_confirm_every));
   if (config.touch.confirm_every > config.search_limits.most_confirm_every)
@@ -71,7 +71,7 @@ void read_motion(const TomlTable& table, DaemonConfig& config) {
   table.refuse_unknown();
 }
 
-/// 0 is off, so that the sample can state the default.
+/// 0: off, so that the sample file can state the default.
 void read_retention(const TomlTable& table, DaemonConfig& config) {
   if (const long days = table.integer_or("days", 0, 0, 36500); days > 0)
     config.retain_days = static_cast<int>(days);
@@ -139,7 +139,7 @@ void read_rsi(const TomlTable& table, DaemonConfig& config) {
                                          std::to_string(most) +
                                          ": the controller would end RSI first");
   }
-  // One figure for all axes here; rsi_config_for() gives each its own.
+  // A common value for all axes; rsi_config_for() sets each axis.
   const double usual = config.backend == BackendKind::kMock ? kAnyCorrection : kUsualCorrection;
   rsi.correction_limit_deg = {table.number_or("correction_limit_deg", usual, {0.1, 360.0})};
   const bool realtime = table.boolean_or("realtime", true);
@@ -172,7 +172,7 @@ void read_eki(const TomlTable& table, DaemonConfig& config) {
   table.refuse_unknown();
 }
 
-/// What is installed on the controller. Address and port are [eki]'s.
+/// Settings of the programs on the controller. Address and port come from [eki].
 void read_controller(const TomlTable& table, DaemonConfig& config) {
   drivers::EkiFilesConfig& files = config.controller;
   files.address = config.eki.address;
@@ -236,26 +236,28 @@ void read_controller(const TomlTable& table, DaemonConfig& config) {
   table.refuse_unknown();
 }
 
-/// Whether the program can come to run as it is said. An emulated one always does.
+/// Checks that the configured program start can work. The emulated controller always starts.
 void check_program_start(const TomlTable& table, DaemonConfig& config) {
   ProgramStart& start = config.schedule.program_start;
   const bool rsi = wire_of(config) == WireKind::kRsi;
   if (rsi && (start == ProgramStart::kLeftRunning || start == ProgramStart::kRun)) {
-    table.fail("program_start",
-               "must be \"cell\" over RSI: each session ends CELLCAL_RSI, and only CELL.SRC calls it "
-               "again (drivers/kuka/krl/README.md, 'Unattended at night')");
+    table.fail(
+        "program_start",
+        "must be \"cell\" over RSI: each session ends CELLCAL_RSI, and only CELL.SRC calls it "
+        "again (drivers/kuka/krl/README.md, 'Unattended at night')");
   }
   if (start == ProgramStart::kRun && !config.controller.may_run) {
-    table.fail("program_start",
-               "is \"run\", and [controller] run_programs is not true: the controller would refuse. "
-               "Set it, make the controller's files again and install them");
+    table.fail(
+        "program_start",
+        "is \"run\", and [controller] run_programs is not true: the controller would refuse. "
+        "Set it, make the controller's files again and install them");
   }
   if (config.backend == BackendKind::kMock && start == ProgramStart::kNone)
     start = ProgramStart::kCell;
   config.eki.run_program = start == ProgramStart::kRun;
 }
 
-/// What both sides of RSI have to agree on.
+/// Settings that both ends of RSI share.
 void share_with_rsi_files(DaemonConfig& config) {
   drivers::RsiFilesConfig& files = config.rsi_files;
   files.port = config.rsi.port;
@@ -277,9 +279,10 @@ std::string read_device(const TomlTable& table) {
   const std::string text = table.string("device");
   if (!drivers::is_datagrams(text)) return read_path(table, "device");
   if (drivers::udp_device_of(text)) return text;
-  table.fail("device", "\"" + text + "\"" +
-                           " is no address of a board: write \"udp:ADDRESS:PORT\" with an IPv4 "
-                           "address (example: \"udp:169.254.67.84:4300\")");
+  table.fail("device",
+             "\"" + text + "\"" +
+                 " is not the address of a board: write \"udp:ADDRESS:PORT\" with an IPv4 "
+                 "address (example: \"udp:169.254.67.84:4300\")");
 }
 
 void read_contact(const TomlTable& table, DaemonConfig& config) {
@@ -292,9 +295,10 @@ void read_contact(const TomlTable& table, DaemonConfig& config) {
                                          : Isolation::kNone;
   }
   if (config.isolation == Isolation::kPlug && config.schedule.unattended) {
-    table.fail("isolation",
-               "must not be \"plug\" with [schedule] unattended = true: plug X1 is put in by hand "
-               "before a session and pulled before welding. A relay does both (isolation = \"relay\")");
+    table.fail(
+        "isolation",
+        "must not be \"plug\" with [schedule] unattended = true: plug X1 is put in by hand "
+        "before a session and pulled before welding. A relay does both (isolation = \"relay\")");
   }
   config.contact.baud = static_cast<int>(table.integer_or("baud", 1'000'000, 9600, 4'000'000));
   for (int allowed : {1'000'000, 250'000, 115'200}) {

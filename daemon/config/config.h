@@ -22,18 +22,19 @@
 namespace cellcal::daemon {
 
 enum class BackendKind { kRsi, kEki, kMock };
-/// How the controller is spoken to.
+/// Protocol of the controller.
 enum class WireKind { kRsi, kEki };
 
 struct MotionConfig {
   double speed_fraction = 0.2;  ///< of the robot file's axis speeds
   double acceleration_rad_s2 = 0.0;
   double jerk_rad_s3 = 0.0;
-  /// Speed limit of TCP, flange and elbow in T1, and with an unknown mode until a first calibration has ended; 0: none.
+  /// Speed limit of TCP, flange and elbow in T1, and with an unknown mode until the first calibration has
+  /// completed; 0: none.
   double hand_speed_m_s = 0.225;
 };
 
-/// The emulated cell: what it is really like, and how its controller behaves.
+/// Emulated cell: its true geometry, and the behaviour of its controller.
 struct MockConfig {
   WireKind wire = WireKind::kRsi;
   std::uint64_t seed = 1;
@@ -43,7 +44,7 @@ struct MockConfig {
   double compliance_rad_per_nm = 0.0;
   double play_arcsec = 0.0;
   double tip_offset_m = 0.0;
-  /// Of the tip on the flange since everything was set up: a knock; x, y, z.
+  /// Displacement of the tip on the flange since setup, by a collision; x, y, z.
   std::vector<double> tool_shift_m{0.0, 0.0, 0.0};
   double growth = 0.0, warm_up_s = 60.0;
   double contact_noise_m = 0.0, bad_contact_share = 0.0;
@@ -51,61 +52,61 @@ struct MockConfig {
   double joint_noise_deg = 0.0005;
   double lag_s = 0.02;
   int cycle_ms = 4;
-  double busy_every_s = 0.0;  ///< a busy computer: so often the sensor's bytes come late; 0: never
-  bool wall_clock = false;    ///< what is recorded bears this computer's date, not one day of 2000
+  double busy_every_s = 0.0;  ///< busy computer: period of delayed sensor bytes; 0: never
+  bool wall_clock = false;    ///< records carry the real date instead of a fixed day in 2000
   std::vector<double> start_rad;
 };
 
-/// What is between the touch circuit's wires and a welding gun while it welds.
+/// Isolation of the touch circuit's wires from the welding gun while it welds.
 enum class Isolation { kNone, kPlug, kRelay };
 
 struct DaemonConfig {
   BackendKind backend = BackendKind::kRsi;
-  std::string text_sha256;  ///< of the file that it was read from; empty: of none
+  std::string text_sha256;  ///< of the parsed file; empty: not from a file
   std::filesystem::path state_dir, socket;
-  std::optional<HttpConfig> http;  ///< none: the Unix socket alone
-  bool log_debug = false;          ///< every step of a session
+  std::optional<HttpConfig> http;  ///< none: Unix socket only
+  bool log_debug = false;          ///< logs every step of a session
   MotionConfig motion;
   TouchPolicy touch;
-  SearchLimits search_limits;  ///< that `touch` keeps, and a resumed session has to
+  SearchLimits search_limits;  ///< limits of `touch`, also enforced on a resumed session
   Timeouts timeouts;
-  int retries = 0;      ///< harmless interruptions after which a session goes on by itself
-  BusyRepeats repeats;  ///< likewise where this computer was late
+  int retries = 0;      ///< automatic continuations after harmless interruptions
+  BusyRepeats repeats;  ///< likewise after lateness of this computer
   ScheduleConfig schedule;
   NotifyConfig notify;
   std::optional<PlantConfig> plant;
-  std::optional<int> retain_days;  ///< raw rows of older sessions are dropped; none: kept
-  std::optional<double>
-      retain_megabytes;    ///< likewise of the oldest, until the journal uses no more
-  drivers::RsiConfig rsi;  ///< without what depends on the robot file: see rsi_config_for()
+  std::optional<int> retain_days;  ///< raw rows of older sessions are deleted; none: kept
+  /// Deletes the oldest until the journal is not larger; none: kept.
+  std::optional<double> retain_megabytes;
+  drivers::RsiConfig rsi;  ///< without the values from the robot file: see rsi_config_for()
   drivers::EkiConfig eki;  ///< likewise: see eki_config_for()
-  drivers::EkiFilesConfig controller;  ///< what is installed on it, for EKI
-  drivers::RsiFilesConfig rsi_files;   ///< likewise for RSI; its address may be empty
+  drivers::EkiFilesConfig controller;  ///< programs installed for EKI
+  drivers::RsiFilesConfig rsi_files;   ///< for RSI; the address may be empty
   bool realtime = true;
   drivers::PortOptions contact;
   Isolation isolation = Isolation::kNone;
   MockConfig mock;
 };
 
-/// The backend's wire, or the one that is emulated.
+/// Wire of the backend, or the emulated one.
 WireKind wire_of(const DaemonConfig& config);
 
-/// Throws calib::FileError naming file, line and key; drivers::ConfigError.
+/// Throw calib::FileError naming file, line and key; drivers::ConfigError.
 DaemonConfig load_config(const std::filesystem::path& path);
 DaemonConfig parse_config(std::string_view text, const std::string& name);
 
-/// Why no session of [schedule] would begin without a person, with what to do; empty: nothing against it.
+/// Reason, with remedy, why no session of [schedule] can begin unattended; empty: none.
 std::string unattended_obstacle(const DaemonConfig& config);
 
-/// How far any axis may go from where it stands at RSI_ON.
+/// Limit of each axis relative to its position at RSI_ON.
 double correction_limit_rad(const DaemonConfig& config);
 
-/// The link's configuration with the axis limits of this cell's robot at the configured speed.
-/// Throws drivers::ConfigError where the robot file lacks a limit.
+/// Link configuration with the axis limits of this cell's robot at the configured speed. Throws
+/// drivers::ConfigError where the robot file lacks a limit.
 drivers::RsiConfig rsi_config_for(const DaemonConfig& config, const calib::Cell& cell);
 drivers::EkiConfig eki_config_for(const DaemonConfig& config, const calib::Cell& cell);
-/// RSI's controller files with the ranges of this cell's first six axes. Throws
-/// drivers::ConfigError where it has fewer.
+/// RSI files for the controller, with the ranges of this cell's first six axes. Throws drivers::ConfigError
+/// where it has fewer.
 drivers::RsiFilesConfig rsi_files_for(const DaemonConfig& config, const calib::Cell& cell);
 
 }  // namespace cellcal::daemon

@@ -18,7 +18,7 @@ using calib::TomlTable;
 
 std::string in_quotes(const std::string& text) { return "\"" + calib::shown(text) + "\""; }
 
-/// 224.0.0.0 and on: of groups, of nobody, of everybody.
+/// 224.0.0.0 and above: multicast, reserved, broadcast.
 bool is_of_one(in_addr address) {
   constexpr std::uint32_t kFirstGroup = 0xE0000000u;
   return ntohl(address.s_addr) < kFirstGroup;
@@ -56,7 +56,7 @@ std::string read_address(const TomlTable& table, const char* key, const std::str
   const bool is_one = ::inet_pton(AF_INET, text.c_str(), &address) == 1 && is_of_one(address);
   const bool all = address.s_addr == INADDR_ANY;
   if (is_one && (!all || whose == Addresses::kOwn)) return text;
-  table.fail(key, in_quotes(text) + " is no usable IPv4 address (example: 10.0.0.5): write " +
+  table.fail(key, in_quotes(text) + " is not a usable IPv4 address (example: 10.0.0.5): write " +
                       meant(whose));
 }
 
@@ -67,8 +67,8 @@ void refuse_secret_of_all(const std::filesystem::path& file) {
   if (file.empty() || none || mode == perms::unknown || (mode & perms::others_read) == perms::none)
     return;
   throw std::runtime_error(file.string() +
-                           ": every user of this computer may read this secret. Close it to "
-                           "them: chmod o= " +
+                           ": readable by every user of this computer. Restrict it: "
+                           "chmod o= " +
                            file.string());
 }
 
@@ -96,7 +96,7 @@ void refuse_equal_tags(const TomlTable& rsi, const drivers::RsiConfig& config) {
                  in_quotes(*tag) + " is already an element of every telegram: choose another name");
     }
     for (std::size_t j = 0; j < i; ++j) {
-      // Corrections are of the axes or in space: of the other tag nothing is sent.
+      // Corrections are either of axes or in space: the tag of the other kind is not sent.
       const bool together = config.space.on || std::string(key) != "cart_tag";
       if (drivers::wire::same_name(*tag, *tags[j].second) && !tag->empty() && together) {
         rsi.fail(key, in_quotes(*tag) + " is " + tags[j].first +
@@ -108,7 +108,7 @@ void refuse_equal_tags(const TomlTable& rsi, const drivers::RsiConfig& config) {
 }
 
 void refuse_what_a_session_would(const TomlTable& document, const DaemonConfig& config) {
-  // Some arm of six axes: what hangs on the robot file is looked at with it.
+  // An arbitrary six-axis arm: values from the robot file are checked with the cell.
   constexpr std::size_t kAxes = 6;
   const drivers::AxisLimit any{-1.0, 1.0, config.motion.speed_fraction,
                                config.motion.acceleration_rad_s2, config.motion.jerk_rad_s3};
@@ -117,7 +117,7 @@ void refuse_what_a_session_would(const TomlTable& document, const DaemonConfig& 
     drivers::RsiConfig rsi = config.rsi;
     rsi.limits.assign(kAxes, any);
     rsi.correction_limit_deg.assign(kAxes, config.rsi.correction_limit_deg.at(0));
-    rsi.space.on = false;  // needs the arm's geometry
+    rsi.space.on = false;  // requires the arm's geometry
     rsi.validate();
     part = "eki";
     drivers::EkiConfig eki = config.eki;

@@ -20,7 +20,7 @@ std::string shown_in_quotes(const std::string& text) { return "\"" + calib::show
 
 [[noreturn]] void no_address(const TomlTable& table, const std::string& text) {
   table.fail("listen", shown_in_quotes(text) +
-                           " is no address with a port. Examples: \"127.0.0.1:8080\", "
+                           " is not an address with a port. Examples: \"127.0.0.1:8080\", "
                            "\"10.0.0.5:8443\", \"[::1]:8080\"");
 }
 
@@ -71,7 +71,7 @@ std::string read_host_name(const TomlTable& table, std::string name) {
       name.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789.-") == std::string::npos;
   if (!sound) {
     table.fail("host_names", shown_in_quotes(name) +
-                                 " is no name of a computer: write it without port, as in "
+                                 " is not a host name: write it without port, as in "
                                  "\"cell7.plant.example\"");
   }
   return name;
@@ -82,7 +82,7 @@ std::vector<std::filesystem::path> read_folders(const TomlTable& table, const ch
   for (const std::string& name : table.strings(key)) {
     folders.emplace_back(name);
     if (!folders.back().is_absolute())
-      table.fail(key, shown_in_quotes(name) + " is no absolute path");
+      table.fail(key, shown_in_quotes(name) + " is not an absolute path");
   }
   return folders;
 }
@@ -102,7 +102,7 @@ std::optional<HttpConfig> read_http(const TomlTable& table) {
     for (const char* key :
          {"tls_certificate", "tls_key", "allow_plain", "host_names", "cell_folders"}) {
       if (table.has(key)) {
-        table.fail(key, "means nothing without listen. Set listen, such as \"127.0.0.1:8080\"");
+        table.fail(key, "has no effect without listen. Set listen, such as \"127.0.0.1:8080\"");
       }
     }
     table.refuse_unknown();
@@ -113,9 +113,10 @@ std::optional<HttpConfig> read_http(const TomlTable& table) {
   read_tls(table, http);
   const bool plain = table.boolean_or("allow_plain", false);
   if (!at.is_loopback() && !http.tls() && !plain) {
-    table.fail("listen", shown_in_quotes(http.address) +
-                             " is reached from the network, and tokens would pass it readable. "
-                             "Give tls_certificate and tls_key, or set allow_plain = true");
+    table.fail("listen",
+               shown_in_quotes(http.address) +
+                   " is reachable from the network, and tokens would be sent in clear text. "
+                   "Give tls_certificate and tls_key, or set allow_plain = true");
   }
   http.host_names = read_host_names(table);
   if (table.has("cell_folders")) http.cell_folders = read_folders(table, "cell_folders");

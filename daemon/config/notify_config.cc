@@ -20,12 +20,12 @@ bool is_visible_ascii(const std::string& text) {
 }
 
 struct Address {
-  std::size_t scheme = 0;  ///< which of those that may be
+  std::size_t scheme = 0;  ///< index into the permitted schemes
   std::string host, port;
   std::string rest;  ///< from the first / or ? on
 };
 
-/// "https://host:8443/path?query"; a user or a fragment in it is none of ours. Nothing where it is no address.
+/// "https://host:8443/path?query"; user and fragment are rejected. None for an invalid address.
 std::optional<Address> read_address(const std::string& text,
                                     const std::vector<std::string>& schemes) {
   Address address;
@@ -65,7 +65,7 @@ WebhookUrl read_url(const TomlTable& table) {
   if (!address)
     table.fail("webhook",
                "\"" + calib::shown(text) +
-                   "\" is no address for POST. Examples: \"https://hooks.plant.example/cellcal\", "
+                   "\" is not a URL for POST. Examples: \"https://hooks.plant.example/cellcal\", "
                    "\"http://10.0.0.7:8080/in\"");
   const bool tls = address->scheme == 1;
   return {tls, address->host,
@@ -79,9 +79,10 @@ MailServer read_mail_server(const TomlTable& table) {
   const std::string text = table.string("mail_server");
   const auto address = read_address(text, {"smtp", "smtps"});
   if (!address || (!address->rest.empty() && address->rest != "/"))
-    table.fail("mail_server", "\"" + calib::shown(text) +
-                                  "\" is no mail server. Examples: \"smtps://mail.plant.example\", "
-                                  "\"smtp://10.0.0.7:587\"");
+    table.fail("mail_server",
+               "\"" + calib::shown(text) +
+                   "\" is not a mail server. Examples: \"smtps://mail.plant.example\", "
+                   "\"smtp://10.0.0.7:587\"");
   MailServer server;
   server.tls = address->scheme == 1;
   server.host = address->host;
@@ -93,10 +94,10 @@ MailServer read_mail_server(const TomlTable& table) {
     if (!table.has("mail_password_file")) table.fail("mail_user", "needs mail_password_file");
     server.password_file = read_path(table, "mail_password_file");
   } else if (table.has("mail_password_file")) {
-    table.fail("mail_password_file", "means nothing without mail_user");
+    table.fail("mail_password_file", "has no effect without mail_user");
   }
   if (server.tls && table.has("mail_starttls"))
-    table.fail("mail_starttls", "means nothing with smtps://");
+    table.fail("mail_starttls", "has no effect with smtps://");
   server.starttls = table.boolean_or("mail_starttls", !server.tls && !server.user.empty());
   if (!server.tls && !server.starttls && !server.user.empty())
     table.fail("mail_starttls",
@@ -107,13 +108,13 @@ MailServer read_mail_server(const TomlTable& table) {
                                        : "587";
   if (table.has("mail_ca")) {
     if (!server.tls && !server.starttls)
-      table.fail("mail_ca", "means nothing without TLS: smtps:// or mail_starttls = true");
+      table.fail("mail_ca", "has no effect without TLS: smtps:// or mail_starttls = true");
     server.ca = read_path(table, "mail_ca");
   }
   return server;
 }
 
-/// It stands on sendmail's command line and in the head of the mail.
+/// The address is used on sendmail's command line and in the mail header.
 std::string checked_address(const TomlTable& table, const char* key, const std::string& text) {
   const std::size_t at = text.find('@');
   const bool sound = at != std::string::npos && at > 0 && at + 1 < text.size() &&
@@ -123,7 +124,7 @@ std::string checked_address(const TomlTable& table, const char* key, const std::
   if (!sound) {
     table.fail(key,
                "\"" + calib::shown(text) +
-                   "\" is no mail address: write it bare, as in \"maintenance@plant.example\"");
+                   "\" is not a mail address: write it bare, as in \"maintenance@plant.example\"");
   }
   return text;
 }
@@ -131,7 +132,7 @@ std::string checked_address(const TomlTable& table, const char* key, const std::
 void refuse_without(const TomlTable& table, const char* needed,
                     std::initializer_list<const char*> keys) {
   for (const char* key : keys) {
-    if (table.has(key)) table.fail(key, std::string("means nothing without ") + needed);
+    if (table.has(key)) table.fail(key, std::string("has no effect without ") + needed);
   }
 }
 
@@ -141,7 +142,7 @@ WebhookConfig read_webhook(const TomlTable& table) {
   if (table.has("webhook_secret_file"))
     webhook.secret_file = read_path(table, "webhook_secret_file");
   if (table.has("webhook_ca")) {
-    if (!webhook.url.tls) table.fail("webhook_ca", "means nothing with http://");
+    if (!webhook.url.tls) table.fail("webhook_ca", "has no effect with http://");
     webhook.ca = read_path(table, "webhook_ca");
   }
   webhook.timeout_s = table.number_or("webhook_timeout_s", webhook.timeout_s, {1.0, 60.0});

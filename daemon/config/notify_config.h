@@ -1,5 +1,5 @@
 #pragma once
-// [notify]: who is told how a session ended.
+// Section [notify]: notification of the end of a session.
 
 #include <cstdint>
 #include <filesystem>
@@ -13,7 +13,7 @@ namespace cellcal::daemon {
 
 enum class Language { kEnglish, kGerman };
 
-/// An address for POST, taken apart.
+/// Components of a webhook address.
 struct WebhookUrl {
   bool tls = false;
   std::string host;  ///< IPv6 without brackets
@@ -26,22 +26,22 @@ struct WebhookUrl {
 struct WebhookConfig {
   WebhookUrl url;
   std::filesystem::path secret_file;  ///< its first line is sent as X-Cellcal-Secret; empty: none
-  std::filesystem::path ca;           ///< PEM; empty: the system's
+  std::filesystem::path ca;           ///< PEM; empty: system store
   double timeout_s = 10.0;            ///< of one attempt
   int retries = 5;
 
   bool operator==(const WebhookConfig&) const = default;
 };
 
-/// Of the plant, which takes mail over the network.
+/// SMTP server of the plant.
 struct MailServer {
-  bool tls = false;       ///< from the first byte (smtps)
-  bool starttls = false;  ///< asked for before anything is said, and insisted on
+  bool tls = false;       ///< implicit TLS (smtps)
+  bool starttls = false;  ///< STARTTLS required before any other command
   std::string host;       ///< IPv6 without brackets
   std::string port;
-  std::string user;                     ///< empty: none is asked for; else over TLS alone
-  std::filesystem::path password_file;  ///< its first line
-  std::filesystem::path ca;             ///< PEM; empty: the system's
+  std::string user;                     ///< empty: no login; otherwise over TLS only
+  std::filesystem::path password_file;  ///< first line is the password
+  std::filesystem::path ca;             ///< PEM; empty: system store
   double timeout_s = 30.0;              ///< of one attempt
 
   bool operator==(const MailServer&) const = default;
@@ -50,7 +50,7 @@ struct MailServer {
 struct MailConfig {
   std::vector<std::string> to;
   std::string from;
-  std::filesystem::path program = "/usr/sbin/sendmail";  ///< where there is no server
+  std::filesystem::path program = "/usr/sbin/sendmail";  ///< used without a server
   std::optional<MailServer> server = {};
 
   bool operator==(const MailConfig&) const = default;

@@ -1,5 +1,5 @@
 #pragma once
-// What the operator does at the pendant for a session: the one place that has these words.
+// Operator actions at the pendant; the single source of this wording.
 
 #include "daemon/config/config.h"
 

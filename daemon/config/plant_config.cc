@@ -33,7 +33,7 @@ std::string read_host(const TomlTable& table) {
   if (!sound)
     table.fail("broker",
                "\"" + calib::shown(host) +
-                   "\" is no host: write it without port, as in \"broker.plant.example\"");
+                   "\" is not a host: write it without port, as in \"broker.plant.example\"");
   return host;
 }
 
@@ -46,7 +46,7 @@ bool is_this_computer(const std::string& host) {
 void read_tls(const TomlTable& table, PlantConfig& plant) {
   plant.tls = table.boolean_or("tls", true);
   for (const char* key : {"ca", "certificate", "key"})
-    if (table.has(key) && !plant.tls) table.fail(key, "means nothing with tls = false");
+    if (table.has(key) && !plant.tls) table.fail(key, "has no effect with tls = false");
   if (table.has("ca")) plant.ca = read_path(table, "ca");
   const bool certificate = table.has("certificate");
   if (certificate != table.has("key"))
@@ -67,7 +67,7 @@ void read_login(const TomlTable& table, PlantConfig& plant) {
     if (!sound) table.fail("user", "must have 1 to 64 visible ASCII characters");
   }
   if (!table.has("password_file")) return;
-  if (plant.user.empty()) table.fail("password_file", "means nothing without user");
+  if (plant.user.empty()) table.fail("password_file", "has no effect without user");
   plant.password_file = read_path(table, "password_file");
 }
 
@@ -79,7 +79,7 @@ std::optional<PlantConfig> read_plant(const TomlTable& table) {
                             "password_file", "allow_plain", "former", "accept", "touches",
                             "health_minutes", "outbox_megabytes", "sparkplug"})
       if (table.has(key))
-        table.fail(key, "means nothing without plant. Set plant, cell and broker");
+        table.fail(key, "has no effect without plant. Set plant, cell and broker");
     table.refuse_unknown();
     return std::nullopt;
   }
@@ -95,7 +95,7 @@ std::optional<PlantConfig> read_plant(const TomlTable& table) {
   if (!plant.tls && !plain && !is_this_computer(plant.host))
     table.fail(
         "tls",
-        "without TLS facts and password pass the network readable. Set tls = true, or allow_plain = true");
+        "without TLS facts and password are sent in clear text. Set tls = true, or allow_plain = true");
   if (table.has("former")) plant.former = table.strings("former");
   for (const std::string& name : plant.former) {
     const std::size_t cut = std::min(name.find('/'), name.size());
@@ -110,8 +110,8 @@ std::optional<PlantConfig> read_plant(const TomlTable& table) {
       table.fail(
           "accept",
           "\"" + calib::shown(kind) +
-              "\" must be \"calibrate\", \"check\" or \"activate\": a schedule and priors are "
-              "accepted by people alone");
+              "\" must be \"calibrate\", \"check\" or \"activate\": schedules and priors require an "
+              "operator");
   plant.touches = table.boolean_or("touches", plant.touches);
   plant.health_minutes = table.number_or("health_minutes", plant.health_minutes, {1.0, 1440.0});
   plant.outbox_megabytes =

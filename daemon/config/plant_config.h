@@ -1,5 +1,5 @@
 #pragma once
-// [plant]: where the plant's MQTT broker is, and under which name this cell speaks there.
+// Section [plant]: MQTT broker of the plant, and the cell's name there.
 
 #include <cstdint>
 #include <filesystem>
@@ -16,21 +16,21 @@ struct PlantConfig {
   std::string host;
   std::uint16_t port = 8883;
   bool tls = true;
-  std::filesystem::path ca;                ///< PEM; empty: whom the system trusts
-  std::filesystem::path certificate, key;  ///< this cell's; empty: none
+  std::filesystem::path ca;                ///< PEM; empty: system store
+  std::filesystem::path certificate, key;  ///< client certificate of this cell; empty: none
   std::string user;                        ///< empty: none
-  std::filesystem::path password_file;     ///< its first line; empty: none
-  std::vector<std::string> former;         ///< "plant/cell": names that this cell had
-  std::vector<std::string> accept;  ///< kinds of proposals that are accepted without a person
-  bool touches = false;             ///< each is told of
+  std::filesystem::path password_file;     ///< first line is the password; empty: none
+  std::vector<std::string> former;         ///< "plant/cell": former names of this cell
+  std::vector<std::string> accept;         ///< kinds of proposals accepted automatically
+  bool touches = false;                    ///< publishes each touch
   double health_minutes = 10.0;
   double outbox_megabytes = 64.0;
-  bool sparkplug = false;  ///< the cell is an edge node of Sparkplug B, too
+  bool sparkplug = false;  ///< also publishes as a Sparkplug B edge node
 
   bool operator==(const PlantConfig&) const = default;
 };
 
-/// None: no plant is named. Throws calib::FileError.
+/// None: no plant configured. Throws calib::FileError.
 std::optional<PlantConfig> read_plant(const calib::TomlTable& table);
 
 }  // namespace cellcal::daemon

@@ -17,7 +17,7 @@ constexpr const char* kKeys[] = {"name",  "kind",    "cell",  "days",    "from",
                                  "begin", "touches", "check", "goal_mm", "minutes"};
 constexpr int kMinutesPerHour = 60, kHoursPerDay = 24;
 
-/// "22:30"; minutes since midnight.
+/// "22:30" as minutes since midnight.
 int read_time_of_day(const TomlTable& table, const char* key) {
   const std::string text = table.string(key);
   const auto digit = [&](std::size_t at) { return '0' <= text[at] && text[at] <= '9'; };
@@ -26,7 +26,7 @@ int read_time_of_day(const TomlTable& table, const char* key) {
   const auto number = [&](std::size_t at) { return 10 * (text[at] - '0') + text[at + 1] - '0'; };
   if (!sound || number(0) >= kHoursPerDay || number(3) >= kMinutesPerHour) {
     table.fail(key, "\"" + calib::shown(text) +
-                        "\" is no time of day: write hours and minutes, \"00:00\" to \"23:59\"");
+                        "\" is not a time of day: write hours and minutes, \"00:00\" to \"23:59\"");
   }
   return number(0) * kMinutesPerHour + number(3);
 }
@@ -39,7 +39,7 @@ std::array<bool, 7> read_days(const TomlTable& table) {
     const auto day = std::find(kDays.begin(), kDays.end(), name);
     if (day == kDays.end()) {
       table.fail("days", "\"" + calib::shown(name) +
-                             "\" is no day. Known are: sun, mon, tue, wed, thu, fri, sat");
+                             "\" is not a day. Use sun, mon, tue, wed, thu, fri, sat");
     }
     days[static_cast<std::size_t>(day - kDays.begin())] = true;
   }
@@ -56,7 +56,7 @@ WeeklyWindow read_window(const TomlTable& table) {
   return window;
 }
 
-/// It stands in lists, in the log and on command lines.
+/// The name is used in lists, in the log and on command lines.
 std::string read_session_name(const TomlTable& table) {
   const std::string name = table.string("name");
   const bool sound =
@@ -95,7 +95,7 @@ ScheduledSession read_session(const TomlTable& table) {
   return session;
 }
 
-/// A table whose keys are all commented out is an example, not a session.
+/// A table with all keys commented out is an example and ignored.
 bool says_something(const TomlTable& table) {
   for (const char* key : kKeys)
     if (table.has(key)) return true;
@@ -105,8 +105,7 @@ bool says_something(const TomlTable& table) {
 
 ProgramStart read_program_start(const TomlTable& table) {
   if (!table.has("program_start")) return ProgramStart::kNone;
-  const std::string word =
-      table.word("program_start", {"none", "left running", "cell", "run"});
+  const std::string word = table.word("program_start", {"none", "left running", "cell", "run"});
   return word == "cell"           ? ProgramStart::kCell
          : word == "run"          ? ProgramStart::kRun
          : word == "left running" ? ProgramStart::kLeftRunning
@@ -123,8 +122,8 @@ ScheduleConfig read_schedule(const TomlTable& table) {
   if (schedule.unattended && schedule.responsible.empty()) {
     table.fail(
         "responsible",
-        "is missing: with unattended = true sessions begin without a person. Name who answers "
-        "for it that the cell is closed and clear within the windows, and how to reach them");
+        "is missing: with unattended = true sessions begin without a person. Name the person "
+        "responsible for a closed and clear cell within the windows, and how to reach them");
   }
   schedule.resumes = static_cast<int>(table.integer_or("resumes", 0, 0, 20));
   schedule.resume_wait_s = table.number_or("resume_wait_s", schedule.resume_wait_s, {10.0, 3600.0});

@@ -12,8 +12,8 @@ namespace {
 
 using drivers::CorrectionFrame;
 
-/// What an arm of 1.4 m can be asked for, and turns clear of half a revolution. The emulated
-/// controller is given what is asked for.
+/// Range of an arm of 1.4 m, with rotations well below half a turn. The emulated controller accepts the
+/// maximum.
 constexpr double kUsualMm = 500.0, kUsualTurnDeg = 90.0, kAnyMm = 5000.0, kAnyTurnDeg = 180.0;
 
 class NominalGeometry final : public drivers::ArmGeometry {

@@ -1,5 +1,5 @@
 #pragma once
-// Corrections in space as [rsi] has them, and the arm that they are reckoned on.
+// Cartesian corrections of [rsi], and the arm model they are computed with.
 
 #include <Eigen/Geometry>
 #include <memory>
@@ -11,20 +11,19 @@
 
 namespace cellcal::daemon {
 
-/// correction, cart_tag, correction_frame, correction_limit_mm, correction_turn_limit_deg; after
-/// mode and [controller]. Throws calib::FileError.
+/// correction, cart_tag, correction_frame, correction_limit_mm, correction_turn_limit_deg; to be called after
+/// mode and [controller] are read. Throws calib::FileError.
 void read_space(const calib::TomlTable& rsi, DaemonConfig& config);
 
-/// Flange to the TCP that is active at the controller: that of the cell file where [controller]
-/// tool names a TOOL_DATA, the flange where it is 0.
+/// Flange to the active TCP of the controller: that of the cell file where [controller] tool names a
+/// TOOL_DATA, the flange for 0.
 Eigen::Isometry3d controller_tcp(const DaemonConfig& config, const calib::Cell& cell);
 
-/// The nominal arm of the robot file with that TCP. Throws drivers::ConfigError unless it has six
-/// joints.
+/// Nominal arm of the robot file with that TCP. Throws drivers::ConfigError unless it has six joints.
 std::shared_ptr<const drivers::ArmGeometry> controller_arm(const DaemonConfig& config,
                                                            const calib::Cell& cell);
 
-/// What corrections in space cannot lead the arm through; null where corrections are of axes.
+/// Postures that Cartesian corrections can pass; null for corrections of axes.
 calib::Passable passable_in_space(const drivers::SpaceCorrection& space);
 
 }  // namespace cellcal::daemon

@@ -15,9 +15,10 @@ using namespace std::chrono_literals;
 using drivers::Duration;
 using drivers::TimePoint;
 
-constexpr Duration kLook = 60s;   // 'holds' ends by the calendar, too
-constexpr Duration kAgain = 12h;  // its files may have been installed again, or its data set back
-constexpr Duration kBusy = 15s;   // a session runs: its end pokes as well
+constexpr Duration kLook = 60s;  // kHolds also expires by the calendar
+// The controller's files may have been reinstalled, or its data reset.
+constexpr Duration kAgain = 12h;
+constexpr Duration kBusy = 15s;  // a session runs; its end calls poke() as well
 constexpr Duration kFirstPause = 60s, kLongestPause = 1h;
 
 drivers::EkiFrameRequest request_of(const PublishedAdvice& advice) {
@@ -26,7 +27,7 @@ drivers::EkiFrameRequest request_of(const PublishedAdvice& advice) {
                                   static_cast<double>(static_cast<int>(advice.advice))}};
 }
 
-/// "CELLCAL_ADVICE: 3 sent, 1 read back", and the same of its last day.
+/// "CELLCAL_ADVICE: 3 sent, 1 read back", and the same for its last day.
 std::string differs_words(const PublishedAdvice& sent, const drivers::EkiFrameValues& back) {
   return fmt::format(
       "CELLCAL_ADVICE: {} sent, {:.0f} read back; CELLCAL_ADVICE_UNTIL: {} sent, {:.0f} read back. "
@@ -94,7 +95,7 @@ Duration AdvicePublisher::look(TimePoint now) {
     status_.acknowledged_at = parts_.utc_now();
   } else {
     if (trouble != status_.trouble) spdlog::warn("CELLCAL_ADVICE not confirmed: {}", trouble);
-    confirmed_.reset();  // whether it has the newest is not known
+    confirmed_.reset();  // the controller's current value is unknown
     failed_ = current;
     pause_ = std::clamp(2 * pause_, kFirstPause, kLongestPause);
     not_before_ = now + pause_;

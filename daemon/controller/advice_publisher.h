@@ -1,6 +1,7 @@
 #pragma once
-// Publishes to the controller what the checks say, and again: once more where it did not acknowledge it, behind each
-// session, and twice a day. On a thread of its own; nothing moves by it, and no session waits for it longer than for the doctor.
+// Publishes the result of the checks to the controller, and repeats it: where it was not acknowledged, after
+// each session, and twice a day. Runs on a thread of its own; causes no motion, and delays a session no
+// longer than the doctor does.
 
 #include <condition_variable>
 #include <functional>
@@ -17,22 +18,22 @@ namespace cellcal::daemon {
 
 struct AdviceStatus {
   bool configured = false;
-  std::optional<Advice> acknowledged;  ///< the newest that the controller has read back
+  std::optional<Advice> acknowledged;  ///< the newest value that the controller has read back
   std::string acknowledged_at;         ///< ISO 8601 UTC
-  std::string
-      trouble;  ///< why the newest was not acknowledged, and what to do; empty: it was, or waits for its turn
+  /// Why the newest was not acknowledged, and the remedy; empty: acknowledged or pending.
+  std::string trouble;
 };
 
 class AdvicePublisher {
  public:
-  /// One telegram to the controller and its answer; some ten seconds at most.
+  /// One telegram to the controller and its answer; about ten seconds at most.
   using Send = std::function<drivers::EkiFrameResult(const drivers::EkiFrameRequest&,
                                                      const std::stop_token& stop)>;
   struct Parts {
     std::function<PublishedAdvice()> current;
-    /// As the configuration says now; null: nothing is published.
+    /// By the current configuration; null: nothing is published.
     std::function<Send()> send;
-    /// Does it while no session runs. False: one does, and nothing was done.
+    /// Runs the function while no session runs. Returns false without calling it where one does.
     std::function<bool(const std::function<void()>&)> alone;
     std::function<std::string()> utc_now;
   };
@@ -42,18 +43,18 @@ class AdvicePublisher {
   AdvicePublisher& operator=(const AdvicePublisher&) = delete;
 
   void start();
-  /// A session has ended, another calibration is in use, the configuration is another. Waits for nothing.
+  /// Signals the end of a session, another calibration in use or another configuration. Does not block.
   void poke();
-  /// At once, also in the midst of a telegram.
+  /// Immediate, also during a telegram.
   void stop();
   AdviceStatus status() const;
 
-  /// One look, as the thread takes it: sends what is due. Returns how long to wait for the next.
+  /// One pass of the thread: sends what is due. Returns the wait until the next.
   drivers::Duration look(drivers::TimePoint now);
 
  private:
   void run();
-  /// Empty: the controller has it.
+  /// Empty: acknowledged by the controller.
   std::string publish(const PublishedAdvice& advice, const Send& send);
 
   Parts parts_;
@@ -62,8 +63,8 @@ class AdvicePublisher {
   bool poked_ = false;
   std::stop_source stop_;
   AdviceStatus status_;
-  std::optional<PublishedAdvice> confirmed_;  ///< of the controller, by what it read back
-  std::optional<PublishedAdvice> failed_;     ///< what the newest failure was about
+  std::optional<PublishedAdvice> confirmed_;  ///< value in the controller, as read back
+  std::optional<PublishedAdvice> failed_;     ///< value of the newest failure
   drivers::TimePoint confirmed_at_{}, not_before_{};
   drivers::Duration pause_{};
   std::thread thread_;

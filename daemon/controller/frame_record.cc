@@ -52,7 +52,7 @@ FrameRecord record_from(const json& one) {
     record.outcome = known;
     return record;
   }
-  throw std::runtime_error("outcome is none that is known here");
+  throw std::runtime_error("unknown outcome");
 }
 
 }  // namespace

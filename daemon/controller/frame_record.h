@@ -1,5 +1,5 @@
 #pragma once
-// A frame that was sent to the controller: what was there before, what was sent, what came of it.
+// Record of a frame sent to the controller: old value, sent value and result.
 
 #include <optional>
 #include <string>
@@ -12,9 +12,9 @@ namespace cellcal::daemon {
 
 enum class FrameOutcome {
   kSet,
-  kDiffers,  ///< set, and read back otherwise
-  kRefused,  ///< by the controller: as it was before
-  kNotSent,  ///< likewise
+  kDiffers,  ///< set, but read back differently
+  kRefused,  ///< by the controller: unchanged
+  kNotSent,  ///< unchanged
   kUnknown,
 };
 const char* to_string(FrameOutcome outcome);
@@ -29,21 +29,21 @@ std::string to_string(const FrameName& name);
 std::optional<FrameName> frame_name(std::string_view text);
 
 struct FrameRecord {
-  int id = 0;  ///< from 1, never used again
+  int id = 0;  ///< from 1, never reused
   std::string time, by, reason;
   FrameName name;
   drivers::EkiFrameValues before{}, sent{};  ///< mm, deg
   std::optional<drivers::EkiFrameValues> read_back;
   FrameOutcome outcome = FrameOutcome::kUnknown;
-  std::string words;            ///< what came of it, and what to do
-  std::optional<int> restores;  ///< id of the record whose old values these are
+  std::string words;            ///< result and remedy
+  std::optional<int> restores;  ///< id of the record whose old values were restored
 };
 
-/// "{X 60.1234,Y ...}" as $config.dat has it.
+/// "{X 60.1234,Y ...}" as in $config.dat.
 std::string krl_text(const drivers::EkiFrameValues& values);
 
 std::string frames_to_json(const std::vector<FrameRecord>& records);
-/// Throws std::runtime_error naming `file`, the record and what is wrong with it.
+/// Throws std::runtime_error naming `file`, the record and the fault.
 std::vector<FrameRecord> frames_from_json(const std::string& text, const std::string& file);
 
 }  // namespace cellcal::daemon

@@ -23,11 +23,11 @@ using drivers::kRadPerDeg;
 using drivers::same_frame;
 using Why = FrameNotSent::Why;
 
-// Beyond any robot's reach, and any angle that a controller shows.
+// Beyond the reach of any robot, and any angle shown by a controller.
 constexpr double kFarthestMm = 30000.0, kLargestDeg = 360.0;
 constexpr std::size_t kMostBytes = 4 << 20;
 
-/// The component that is no number, or beyond any robot.
+/// First component that is not finite or out of range.
 std::optional<std::string> unsound(const EkiFrameValues& values) {
   for (std::size_t i = 0; i < values.size(); ++i) {
     const double limit = i < 3 ? kFarthestMm : kLargestDeg;
@@ -42,7 +42,7 @@ void require_sound(const FrameName& name, const EkiFrameValues& values) {
     throw FrameNotSent(Why::kUnusable, fmt::format("{}: {}", to_string(name), *wrong));
 }
 
-/// What could not be set back.
+/// Rejects values that could not be restored.
 void require_sound_on_controller(const FrameName& name, const EkiFrameValues& now) {
   if (const auto wrong = unsound(now))
     throw FrameNotSent(
@@ -57,7 +57,7 @@ double apart_mm(const EkiFrameValues& a, const EkiFrameValues& b) {
 
 using Rotation = std::array<double, 9>;
 
-/// Rz(A) Ry(B) Rx(C), by rows.
+/// Rz(A) Ry(B) Rx(C), row-major.
 Rotation rotation_of(const EkiFrameValues& frame) {
   const double a = frame[3] * kRadPerDeg, b = frame[4] * kRadPerDeg, c = frame[5] * kRadPerDeg;
   const double sa = std::sin(a), ca = std::cos(a), sb = std::sin(b), cb = std::cos(b),
@@ -73,7 +73,8 @@ Rotation rotation_of(const EkiFrameValues& frame) {
           cb * cc};
 }
 
-/// Two rotations by an angle t from each other differ by 2 sqrt(2) sin(t / 2) in Frobenius' norm.
+/// Angle between two rotations: for an angle t the Frobenius norm of their difference is 2 sqrt(2) sin(t /
+/// 2).
 double turned_deg(const EkiFrameValues& from, const EkiFrameValues& to) {
   const Rotation one = rotation_of(from), other = rotation_of(to);
   double sum = 0.0;
@@ -192,7 +193,7 @@ FrameRecord FrameStation::restore(int id, const std::string& by) {
           Why::kChanged,
           fmt::format(
               "{} on the controller is {}: neither what number {} sent nor what was before it, {}. "
-              "Somebody has changed it since; set it at the pendant",
+              "It was changed since; set it at the pendant",
               to_string(original->name), krl_text(now), id, krl_text(original->before)));
     FrameRecord back;
     back.by = by;
@@ -226,7 +227,7 @@ FrameRecord FrameStation::replace(
     });
   } catch (const FrameNotSent& error) {
     if (!record) throw;
-    // It broke off behind the record: where in between is not known.
+    // Failed after the record was written: the progress is unknown.
     result.end = EkiFrameEnd::kUnknown;
     result.detail = error.what();
   }
@@ -241,7 +242,7 @@ FrameRecord FrameStation::replace(
   return *record;
 }
 
-/// On disk as 'unknown' before anything is sent: whoever kills this daemon now leaves the old values.
+/// Written to disk as 'unknown' before anything is sent, so that the old values survive a killed daemon.
 void FrameStation::note_before(FrameRecord& record) {
   const std::lock_guard lock(mutex_);
   record.id = records_.empty() ? 1 : records_.back().id + 1;
@@ -261,7 +262,7 @@ void FrameStation::note_after(FrameRecord& record) {
   try {
     store(records_);
   } catch (const FrameNotSent& error) {
-    // The disk has 'unknown' and the old values; what came of it is said all the same.
+    // The disk holds 'unknown' and the old values; the result is reported nevertheless.
     record.words += fmt::format(". Not on disk: {}", error.what());
     records_.back() = record;
   }

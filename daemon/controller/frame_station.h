@@ -1,6 +1,6 @@
 #pragma once
-// Frames of the controller, read, set and set back, with the old values on disk before anything is sent. Nothing
-// here moves an arm. The caller sees to it that no session runs (SessionService::alone).
+// Reads, sets and restores frames of the controller, with the old values on disk before anything is sent.
+// Causes no motion. The caller ensures that no session runs (SessionService::alone).
 
 #include <filesystem>
 #include <functional>
@@ -12,14 +12,14 @@
 
 namespace cellcal::daemon {
 
-/// Nothing was sent, and why.
+/// Nothing was sent; the reason.
 struct FrameNotSent : std::runtime_error {
   enum class Why {
     kNotConfigured,
     kNoSuchRecord,
-    kUnusable,    ///< what is asked for must not be set
-    kChanged,     ///< the controller has another value than was confirmed
-    kController,  ///< it cannot be reached, or refuses
+    kUnusable,    ///< the requested value must not be set
+    kChanged,     ///< the controller's value differs from the confirmed one
+    kController,  ///< unreachable, or it refuses
     kStorage,
   };
   FrameNotSent(Why reason, const std::string& words) : std::runtime_error(words), why(reason) {}
@@ -29,7 +29,7 @@ struct FrameNotSent : std::runtime_error {
 struct FrameOrder {
   FrameName name;
   drivers::EkiFrameValues values{};  ///< mm, deg
-  drivers::EkiFrameValues was{};     ///< what was read before it was confirmed
+  drivers::EkiFrameValues was{};     ///< value read before the confirmation
   std::string by, reason;
 };
 
@@ -37,34 +37,34 @@ inline constexpr std::size_t kMostFrameRecords = 1000;
 
 class FrameStation {
  public:
-  /// drivers::exchange_frame to a controller: reads, and sets what the choice gives on the same connection.
+  /// drivers::exchange_frame to a controller: reads, and sets the chosen value on the same connection.
   using Exchange = std::function<drivers::EkiFrameResult(const drivers::EkiFrameRequest&,
                                                          const drivers::EkiFrameChoice&)>;
   struct Parts {
     std::filesystem::path file;
-    /// To the controller, as the configuration says now; null: it does not allow it.
+    /// To the controller, by the current configuration; null: not permitted.
     std::function<Exchange()> exchange;
     std::function<std::string()> utc_now;
-    /// A tool further away from what is to be set, or turned more, is another one.
+    /// Limits of the change beyond which the tool is taken for another one.
     double another_tool_mm = 10.0, another_tool_deg = 1.0;
   };
   explicit FrameStation(Parts parts);
 
   bool configured() const { return static_cast<bool>(parts_.exchange()); }
-  /// Empty, or which file cannot be used and what to do.
+  /// Unusable file and remedy; empty: none.
   const std::string& problem() const { return problem_; }
   /// Oldest first.
   std::vector<FrameRecord> records() const;
 
-  /// These throw FrameNotSent. Each takes some twenty seconds at most.
+  /// These throw FrameNotSent. Each takes at most about twenty seconds.
   drivers::EkiFrameValues read(const FrameName& name);
-  /// What came of it: kSet, kDiffers or kUnknown; a refusal is thrown.
+  /// Result kSet, kDiffers or kUnknown; a refusal is thrown.
   FrameRecord set(const FrameOrder& order);
   FrameRecord restore(int id, const std::string& by);
 
  private:
   drivers::EkiFrameResult ask(const FrameName& name, const drivers::EkiFrameChoice& choice) const;
-  /// `order` makes the record of what is to be set from what the controller has now, or throws FrameNotSent.
+  /// `order` derives the record from the controller's current value, or throws FrameNotSent.
   FrameRecord replace(const FrameName& name,
                       const std::function<FrameRecord(const drivers::EkiFrameValues& now)>& order);
   void require_same_tool(const FrameOrder& order, const drivers::EkiFrameValues& now) const;
@@ -75,8 +75,8 @@ class FrameStation {
 
   Parts parts_;
   std::string problem_;
-  std::mutex one_at_a_time_;  ///< who replaces a frame
-  mutable std::mutex mutex_;  ///< of the records
+  std::mutex one_at_a_time_;  ///< serialises replacements
+  mutable std::mutex mutex_;  ///< guards the records
   std::vector<FrameRecord> records_;
 };
 

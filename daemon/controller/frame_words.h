@@ -1,5 +1,5 @@
 #pragma once
-// The words of what came of a frame; the only place that makes them.
+// Text of the results of frame transfers; the single source of this wording.
 
 #include <string>
 
@@ -9,12 +9,12 @@
 namespace cellcal::daemon {
 
 std::string not_configured_words();
-/// Why a frame was not read or set, or nobody knows whether it was; and what to do.
+/// Reason why a frame was not read or set, or why its state is unknown; with the remedy.
 std::string why_words(const drivers::EkiFrameResult& result);
-/// Nothing was sent, or it was refused.
+/// Nothing was sent, or the controller refused.
 std::string not_sent_words(const FrameName& name, const drivers::EkiFrameResult& result);
 std::string unknown_words(const FrameRecord& record, const std::string& why);
-/// Why where the arm stands was not read, and what to do; and where it cannot be.
+/// Reason why the arm's position was not read, with the remedy; and the text where it is not supported.
 std::string position_words(const drivers::EkiPosition& position);
 std::string no_position_words();
 std::string outcome_words(const FrameRecord& record, const drivers::EkiFrameResult& result);

@@ -14,7 +14,7 @@ void judge_adapter(const std::string& device, const std::optional<drivers::Adapt
   using drivers::AdapterFit;
   const std::string check = "contact adapter";
   if (!adapter) {
-    findings.skip(check, fmt::format("{} is no USB adapter of this computer", device));
+    findings.skip(check, fmt::format("{} is not a USB adapter of this computer", device));
     return;
   }
   const std::string who =
@@ -70,10 +70,11 @@ void judge_interface(const std::optional<drivers::BoardInterface>& way, Findings
   const std::string check = "contact adapter";
   if (!way) {
     findings.fail(check, "0 network interfaces lead to the board",
-                  "set an address of the board's network on the network card that it is plugged into "
+                  "set an address of the board's network on its network card "
                   "(drivers/contact/firmware/README.md, Ethernet)");
   } else if (!way->carrier) {
-    findings.fail(check, way->name + ": no link", "plug the cable in; both lamps at the sockets light");
+    findings.fail(check, way->name + ": no link",
+                  "plug the cable in; both lamps at the sockets light");
   } else if (way->wireless) {
     findings.warn(check, way->name + " is wireless: datagrams come late or not at all",
                   "use a cable from the board to this computer");

@@ -1,5 +1,5 @@
 #pragma once
-// What is in front of the contact sensor, judged: a USB adapter, or the network interface.
+// Judges the path to the contact sensor: USB adapter or network interface.
 
 #include <optional>
 #include <string>
@@ -12,7 +12,7 @@ namespace cellcal::daemon {
 void judge_adapter(const std::string& device, const std::optional<drivers::Adapter>& adapter,
                    int baud, Findings& findings);
 
-/// For a board on Ethernet; same row.
+/// For a board on Ethernet; reported under the same check.
 void judge_interface(const std::optional<drivers::BoardInterface>& way, Findings& findings);
 
 }  // namespace cellcal::daemon

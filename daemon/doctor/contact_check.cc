@@ -11,16 +11,16 @@ namespace cellcal::daemon {
 
 namespace {
 
-// A latch that is known to 0.1 ms is 0.2 um at 2 mm/s; beyond, the line is worth a look.
+// A latch known to 0.1 ms gives 0.2 um at 2 mm/s; above, the line needs inspection.
 constexpr double kGoodClockS = 100e-6;
-// One frame in fifty damaged: repeats no longer hide it.
+// One damaged frame in fifty: repeats no longer hide it.
 constexpr double kBadLine = 0.02;
 constexpr double kSlowRoundTripS = 0.008;
 constexpr double kLateLimitS = std::chrono::duration<double>(drivers::kHeartbeatLimit).count();
-// Two and a half times as much stops a search; an idle computer stays below a hundredth of it.
+// 2.5 times as much stops a search; an idle computer stays below a hundredth of it.
 constexpr double kLateS = 0.4 * kLateLimitS;
-// A search, and the two seconds of Timeouts::watching behind a late heartbeat: where they are late more often, no
-// touch comes to its end.
+// Duration of a search plus the two seconds of Timeouts::watching after a late heartbeat: more frequent
+// lateness prevents every touch.
 constexpr double kLeastQuietS = 3.0;
 constexpr const char* kReadme = "drivers/contact/README.md";
 
@@ -130,10 +130,9 @@ bool judge_contact(const ContactSeen& seen, Findings& findings) {
     if (s.fault == drivers::ContactFault::kBaud) {
       judge_baud(seen, findings);
     } else {
-      findings.fail(
-          "contact sensor", s.words.empty() ? "no answer" : s.words,
-          fmt::format("check in this order: supply, cable, firmware, {} (wiring: {})",
-                      seen.datagrams ? "address" : "baud rate", kReadme));
+      findings.fail("contact sensor", s.words.empty() ? "no answer" : s.words,
+                    fmt::format("check in this order: supply, cable, firmware, {} (wiring: {})",
+                                seen.datagrams ? "address" : "baud rate", kReadme));
     }
     for (const char* check : {"contact board", "contact configuration", "contact circuit",
                               "contact self-test", "contact clock"}) {
@@ -172,8 +171,9 @@ void judge_contact_line(const ContactSeen& seen, Findings& findings) {
   const std::string figures = fmt::format(
       "{} frames in {:.0f} s, {} damaged, {} missing{}; round trip {:.2f} ms, p99 {:.2f}; heartbeat "
       "jitter {:.2f} ms",
-      q.frames, seen.observed_s, q.crc_errors, q.gaps, overtaken, q.round_trip_p50_s * calib::kMsPerS,
-      q.round_trip_p99_s * calib::kMsPerS, q.heartbeat_jitter_s * calib::kMsPerS);
+      q.frames, seen.observed_s, q.crc_errors, q.gaps, overtaken,
+      q.round_trip_p50_s * calib::kMsPerS, q.round_trip_p99_s * calib::kMsPerS,
+      q.heartbeat_jitter_s * calib::kMsPerS);
   if (q.frames == 0) {
     findings.fail(check, "0 valid frames",
                   seen.newest.fault == drivers::ContactFault::kBaud
@@ -181,12 +181,13 @@ void judge_contact_line(const ContactSeen& seen, Findings& findings) {
                   : seen.datagrams ? "check cable, supply and [contact] device"
                                    : "check baud rate, cable and supply");
   } else if (rate > kBadLine) {
-    findings.fail(check, figures,
-                  seen.datagrams
-                      ? "use a cable from the board to a network card of its own, away from the motor "
-                        "cables, without a switch"
-                      : "use a shorter or screened cable away from the motor cables, or a lower baud "
-                        "rate on both sides");
+    findings.fail(
+        check, figures,
+        seen.datagrams
+            ? "use a cable from the board to a network card of its own, away from the motor "
+              "cables, without a switch"
+            : "use a shorter or screened cable away from the motor cables, or a lower baud "
+              "rate on both sides");
   } else if (bad > 0) {
     findings.warn(
         check, figures,
@@ -225,20 +226,21 @@ void judge_contact_delivery(const ContactSeen& seen, Findings& findings) {
       "exceeded {} times in {:.0f} s)",
       q.late_p50_s * calib::kMsPerS, q.late_worst_s * calib::kMsPerS, kLateLimitS * calib::kMsPerS,
       seen.newest.delivery.late, seen.observed_s);
-  const std::string advice =
-      fmt::format("stop other programs on this computer, reserve a core, or read a CDC-ACM or FTDI "
-                  "adapter past the terminal: device = \"/dev/cellcal-contact-usb\" ({})",
-                  kReadme);
+  const std::string advice = fmt::format(
+      "stop other programs on this computer, reserve a core, or read a CDC-ACM or FTDI "
+      "adapter past the terminal: device = \"/dev/cellcal-contact-usb\" ({})",
+      kReadme);
   const std::uint32_t times = seen.newest.delivery.late;
   if (q.late_worst_s > kLateLimitS && !seen.repeats) {
-    findings.fail(check,
-                  figures + "; this computer was busy: that ends a session ([session] busy_repeats)",
-                  advice + ", or allow repeats");
+    findings.fail(
+        check, figures + "; this computer was busy: that ends a session ([session] busy_repeats)",
+        advice + ", or allow repeats");
   } else if (times > 1 && times * kLeastQuietS > seen.observed_s) {
-    findings.fail(check,
-                  figures + fmt::format("; this computer is too busy: a touch needs {:.0f} s without",
-                                        kLeastQuietS),
-                  advice);
+    findings.fail(
+        check,
+        figures + fmt::format("; this computer is too busy: a touch needs {:.0f} s without",
+                              kLeastQuietS),
+        advice);
   } else if (q.late_worst_s > kLateLimitS) {
     findings.warn(check,
                   figures + "; this computer was busy: a session repeats the touch and goes on",

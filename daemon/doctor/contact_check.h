@@ -1,5 +1,5 @@
 #pragma once
-// What can be said of the contact sensor from what was seen of it. Pure: no port, no time.
+// Findings about the contact sensor from observed values. Pure: no port, no time.
 
 #include <optional>
 #include <string>
@@ -13,22 +13,23 @@ struct ContactSeen {
   drivers::ContactStatus newest;
   std::uint16_t wanted_config_crc = 0;
   double observed_s = 0.0;
-  int baud = 0;                   ///< of this side
-  bool datagrams = false;         ///< a board on Ethernet
-  bool touched = false;           ///< closed, and open again, at least once while it was looked at
-  bool repeats = true;  ///< a touch in which this computer was late is repeated ([session] busy_repeats)
-  std::optional<int> answers_at;  ///< the baud rate that the sensor was found at, if looked for
+  int baud = 0;            ///< of this side
+  bool datagrams = false;  ///< a board on Ethernet
+  bool touched = false;    ///< closed and reopened at least once during the observation
+  /// Touches are repeated after lateness of this computer ([session] busy_repeats).
+  bool repeats = true;
+  std::optional<int> answers_at;  ///< baud rate at which the sensor answered, if searched for
 };
 
-/// Who it is, its configuration, circuit, self-test and clock: once it is ready, or has had its
-/// time. True: it can be relied on.
+/// Identity, configuration, circuit, self-test and clock, once the sensor is ready or has timed out. Returns
+/// true if it is usable.
 bool judge_contact(const ContactSeen& seen, Findings& findings);
-/// The line, after it was observed for a while.
+/// Quality of the line, after an observation period.
 void judge_contact_line(const ContactSeen& seen, Findings& findings);
-/// Whether a touch was seen. Both lugs off the gun and touching each other look like a free gun to
-/// every other check.
+/// Observation of a touch: with both lugs off the gun and touching each other, every other check sees a
+/// free gun.
 void judge_contact_touch(const ContactSeen& seen, Findings& findings);
-/// How late this computer delivered the sensor's bytes meanwhile.
+/// Worst delivery delay of the sensor's bytes during the observation.
 void judge_contact_delivery(const ContactSeen& seen, Findings& findings);
 
 }  // namespace cellcal::daemon

@@ -1,4 +1,4 @@
-// The daemon, its rights, and the links of a session that it runs.
+// The daemon, its rights, and the links of its current session.
 
 #include <fmt/format.h>
 
@@ -31,7 +31,7 @@ std::string trimmed(std::string words) {
   return words;
 }
 
-/// `words`: what the device itself complains of. `losses`: how many of its messages went wrong.
+/// `words`: complaint of the device itself. `losses`: share of faulty messages.
 void judge_link(const std::string& check, const std::string& words, const std::string& figures,
                 double losses, Findings& findings) {
   if (!words.empty()) {

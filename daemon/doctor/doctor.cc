@@ -56,7 +56,7 @@ void examine(const DoctorRequest& request, Findings& findings) {
   if (daemon) look_at_plant(*config, findings);
   const std::optional<ProcessRights> rights = daemon ? daemon->rights : std::nullopt;
   if (daemon && daemon->running) {
-    // Its session holds port and device. Taking them away would stop it.
+    // The daemon's session holds port and device; taking them would stop it.
     judge_realtime(*config, rights, {}, findings);
     judge_links_of(daemon->status, findings);
   } else {
@@ -67,11 +67,11 @@ void examine(const DoctorRequest& request, Findings& findings) {
 void examine_from_within(const DoctorRequest& request, const DaemonConfig& config,
                          Findings& findings) {
   findings.ok("configuration",
-              fmt::format("as cellcald has it, backend {}", name_of(config.backend)));
+              fmt::format("as loaded by cellcald, backend {}", name_of(config.backend)));
   const std::optional<calib::Cell> cell = look_at_cell(request, config, findings);
   if (request.stop.stop_requested()) return;
   std::optional<ProcessRights> rights = rights_of_process(::getpid());
-  // Its groups are nobody's in the service's sandbox: whether a device may be used is seen by opening it.
+  // Its groups are not visible in the service's sandbox: access to a device is checked by opening it.
   if (rights) rights->uid.reset();
   look_at_links(request, config, cell, rights, findings);
 }

@@ -10,7 +10,7 @@ namespace {
 
 // The programs send every 20 ms, or every loop of a busy submit interpreter.
 constexpr double kSlowStatesS = 0.060;
-// A pass every 20 ms is what the stops' figures hold for; $TIMER counts in steps of 12 ms.
+// The overtravel figures hold for a pass every 20 ms; $TIMER counts in steps of 12 ms.
 constexpr std::uint32_t kSlowPassMs = 36;
 constexpr int kFewestDecimals = 3;
 
@@ -124,7 +124,6 @@ void judge_readiness(const EkiSeen& seen, Findings& findings) {
     findings.ok(check, figures + ", program runs");
   }
 }
-
 
 }  // namespace
 

@@ -27,7 +27,7 @@ std::optional<SessionKind> kind_of(const SessionRecord& record) {
   }
 }
 
-/// Its own file first, and what is wrong with it; of what it names only where it loads.
+/// The file itself first, with its faults; files that it names only where it loads.
 void look_at_files(Evidence& evidence) {
   calib::Cell cell;
   try {
@@ -36,7 +36,7 @@ void look_at_files(Evidence& evidence) {
     evidence.cell_file = Looked{false, error.what()};
     return;
   }
-  bool both = false;  // cell and robot file are read: what is wrong behind that is a mesh
+  bool both = false;  // cell and robot file are read: a later fault concerns a mesh
   try {
     cell = calib::parse_cell(calib::read_cell_text(evidence.cell));
     both = true;
@@ -77,7 +77,7 @@ std::optional<Looked> seen_by_doctor(const Examination& examination, const std::
   return looked;
 }
 
-/// A boolean of a JSON text; nothing where it has none.
+/// A boolean of a JSON text; none where it is missing.
 std::optional<bool> flag_of(const std::string& text, const json::json_pointer& where) {
   const json value = json::parse(text, nullptr, false);
   if (value.is_discarded() || !value.contains(where) || !value[where].is_boolean())
@@ -91,7 +91,7 @@ Looked qualified(const SessionRecord& record) {
   return {is_good(outcome->kind), {}, record.id};
 }
 
-/// Nothing of a look at whether the cell works, which is no calibration.
+/// None for a test of the cell with too few touches, which is not a calibration.
 std::optional<Looked> calibrated(const std::string& result, std::int64_t session) {
   if (flag_of(result, json::json_pointer("/verdict/too_few_touches")).value_or(false))
     return std::nullopt;
@@ -112,7 +112,7 @@ std::string text_of_cell(const std::filesystem::path& cell) {
 
 namespace {
 
-/// Whether its cell and robot file were what they are now: what has moved since may stand in the way.
+/// True if cell and robot file are unchanged since that session: later changes may be an obstacle.
 bool is_of(Journal& journal, std::int64_t session, const std::string& text) {
   const auto record = journal.session(session);
   return record && record->inputs.cell_text + '\0' + record->inputs.robot_text == text;
@@ -140,15 +140,16 @@ Evidence evidence_of(const Examination& examination, Journal& journal) {
       evidence.dry_run = Looked{true, {}, record.id};
     if (kind != SessionKind::kCalibrate) continue;
     const std::optional<SessionOutcome> outcome = outcome_from_json(record.outcome);
-    if (outcome && outcome->kind == OutcomeKind::kNothingChanged) continue;  // the one before holds
-    evidence.first = Looked{true, {}, record.id};                            // the oldest stays
+    // The previous calibration holds.
+    if (outcome && outcome->kind == OutcomeKind::kNothingChanged) continue;
+    evidence.first = Looked{true, {}, record.id};  // keeps the oldest
     if (evidence.calibration) continue;
     const auto whole = journal.session(record.id);
     evidence.calibration = calibrated(whole ? whole->calibration : "", record.id);
   }
   if (const auto used = in_use(journal, evidence.cell); used && !used->calibration)
     evidence.calibration = Looked{false, used->trouble, used->session};
-  // What was touched all around was reached; what has to be found first has no way yet.
+  // A complete calibration proves that all targets are reachable; spheres to be located have no paths yet.
   if (!evidence.dry_run) evidence.dry_run = evidence.first;
   if (!evidence.dry_run && evidence.centred < evidence.spheres) evidence.dry_run = Looked{true};
   return evidence;

@@ -1,5 +1,5 @@
 #pragma once
-// What there is of a cell on this computer: its file, its sessions, what the doctor found.
+// Evidence for a cell on this computer: its file, its sessions, the doctor's findings.
 
 #include <filesystem>
 
@@ -9,10 +9,10 @@
 
 namespace cellcal::daemon {
 
-/// Cell and robot file as they are read now, in one piece; empty where they cannot be read.
+/// Current content of cell and robot file, concatenated; empty where unreadable.
 std::string text_of_cell(const std::filesystem::path& cell);
 
-/// Of the cell that was examined last, else of the newest session's.
+/// For the cell examined last, otherwise that of the newest session.
 Evidence evidence_of(const Examination& examination, Journal& journal);
 
 }  // namespace cellcal::daemon

@@ -39,7 +39,7 @@ Examination Examiner::kept() const try {
   for (const auto& one : document.at("checks")) kept.checks.push_back(finding_of(one));
   return kept;
 } catch (const std::exception& error) {
-  spdlog::warn("{}: {}. Let the doctor look again", parts_.file.string(), error.what());
+  spdlog::warn("{}: {}. Run the doctor again", parts_.file.string(), error.what());
   return {};
 }
 
@@ -51,11 +51,11 @@ void Examiner::keep(const Examination& whole) const try {
       {"format", kExaminationFormat}, {"config_sha256", parts_.config_sha256()},
       {"cell", whole.cell.string()},  {"cell_text", whole.cell_text},
       {"ended", whole.ended},         {"checks", checks}};
-  // Words of devices may hold any bytes.
+  // Text from devices may hold any bytes.
   write_atomically(parts_.file,
                    document.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
 } catch (const std::exception& error) {
-  spdlog::warn("what the doctor found ends with this daemon: {}", error.what());
+  spdlog::warn("the doctor's findings are not stored: {}", error.what());
 }
 
 void Examiner::stop() {
@@ -72,7 +72,7 @@ void Examiner::begin(const std::filesystem::path& cell) {
   begun.cell = cell;
   begun.running = true;
   begun.cell_text = text_of_cell(cell);
-  parts_.hold();  // at most one holds, and the thread before it is at its end
+  parts_.hold();  // at most one holds, and the previous thread has ended
   const std::lock_guard lock(mutex_);
   if (ending_) return parts_.release();
   newest_ = std::move(begun);

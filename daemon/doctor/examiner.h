@@ -1,5 +1,5 @@
 #pragma once
-// The doctor within the daemon: one examination at a time, in a thread of its own.
+// The doctor within the daemon: one examination at a time, on a thread of its own.
 
 #include <filesystem>
 #include <functional>
@@ -15,53 +15,53 @@
 namespace cellcal::daemon {
 
 struct Examination {
-  std::filesystem::path cell;  ///< empty: none was asked for, nor kept
-  bool kept = false;           ///< by a daemon before this one
+  std::filesystem::path cell;  ///< empty: none requested or stored
+  bool kept = false;           ///< by an earlier daemon process
   bool running = false;
-  bool whole = false;           ///< it came to its end
-  std::string hint;             ///< what the person has to do now, while it runs
-  std::string cell_text;        ///< of the cell file when it began; empty: not readable
+  bool whole = false;           ///< completed
+  std::string hint;             ///< required operator action while it runs
+  std::string cell_text;        ///< content of the cell file at the begin; empty: unreadable
   std::string ended;            ///< UTC
   std::vector<Finding> checks;  ///< so far
 
   std::size_t count(Outcome outcome) const;
-  /// It came to its end and nothing FAILED.
+  /// Completed without failures.
   bool green() const { return whole && count(Outcome::kFailed) == 0; }
 };
 
 class Examiner {
  public:
   struct Parts {
-    /// Looks at everything; tells of each finding, and of what has to be done, as it goes. Ends soon once asked to
-    /// stop.
+    /// Runs all checks; reports each finding and required operator action as it arises. Ends soon after a
+    /// stop request.
     std::function<void(const std::filesystem::path& cell, Findings& findings,
                        const std::function<void(const std::string&)>& hint, std::stop_token)>
         look;
-    /// Keeps sessions from beginning until `release`; throws where one is under way.
+    /// Prevents sessions from beginning until `release`; throws where one is under way.
     std::function<void()> hold;
     std::function<void()> release;
     std::function<std::string()> utc_now;
-    /// Of the configuration in force.
+    /// Digest of the active configuration.
     std::function<std::string()> config_sha256 = {};
-    /// Where the newest whole one is kept, for the daemon after this one; empty: nowhere.
+    /// File of the newest completed examination, for the next daemon process; empty: not stored.
     std::filesystem::path file = {};
   };
-  /// With the kept one, where it was made at the configuration in force now.
+  /// Loads the stored examination if it was made with the active configuration.
   explicit Examiner(Parts parts);
   ~Examiner();
   Examiner(const Examiner&) = delete;
   Examiner& operator=(const Examiner&) = delete;
 
-  /// Begins one. Throws what `hold` throws.
+  /// Starts an examination. Throws as `hold` does.
   void begin(const std::filesystem::path& cell);
-  /// What `cellcal doctor` found beside the daemon, at a configuration and a cell file of these digests. Not taken, with
-  /// why, where they are not what is in force here now, or one is looking.
+  /// Adopts the findings of `cellcal doctor`, with the digests of its configuration and cell file. Rejected,
+  /// with the reason, where they differ from the active ones, or while an examination runs.
   enum class NotTaken { kOtherConfig, kOtherCell, kLooking };
   std::optional<NotTaken> take(const std::filesystem::path& cell, const std::string& cell_sha256,
                                const std::string& config_sha256, std::vector<Finding> checks);
-  /// The newest, or what of it there is.
+  /// The newest, possibly incomplete.
   Examination newest() const;
-  /// Waits for its end, which is asked for; nothing begins any more.
+  /// Stops the current examination and waits for its end; none begins afterwards.
   void stop();
 
  private:

@@ -1,5 +1,5 @@
 #pragma once
-// What a check found, and what to do about it.
+// Result of a check, with its remedy.
 
 #include <array>
 #include <functional>
@@ -11,9 +11,9 @@ namespace cellcal::daemon {
 
 enum class Outcome {
   kOk,
-  kWarning,  ///< works, and could be better or safer
-  kFailed,   ///< must be mended before the arm moves
-  kSkipped,  ///< could not be looked at, because something else failed or was not given
+  kWarning,  ///< works, but could be better or safer
+  kFailed,   ///< must be resolved before the arm moves
+  kSkipped,  ///< not checked, because of another failure or missing input
 };
 
 inline constexpr std::array kDoctorOutcomes{Outcome::kOk, Outcome::kWarning, Outcome::kFailed,
@@ -22,17 +22,17 @@ inline constexpr std::array kDoctorOutcomes{Outcome::kOk, Outcome::kWarning, Out
 const char* to_string(Outcome outcome);
 
 struct Finding {
-  std::string check;  ///< what was looked at: "rsi packets"
+  std::string check;  ///< name of the check: "rsi packets"
   Outcome outcome = Outcome::kOk;
   std::string found;
-  std::string advice;  ///< what to do; empty where all is well
+  std::string advice;  ///< remedy; empty for kOk
 };
-/// With "check", "outcome" (lower case), "found", "advice", as `cellcal doctor --json` and the API have it.
+/// With "check", "outcome" (lower case), "found", "advice", as in `cellcal doctor --json` and the API.
 nlohmann::json to_json(const Finding& finding);
-/// Throws nlohmann::json::exception; std::invalid_argument of an outcome that is none.
+/// Throws nlohmann::json::exception; std::invalid_argument for an unknown outcome.
 Finding finding_of(const nlohmann::json& value);
 
-/// All findings of one examination, told to a listener as they come.
+/// Findings of one examination, passed to a listener as they arise.
 class Findings {
  public:
   using Listener = std::function<void(const Finding&)>;
@@ -46,7 +46,7 @@ class Findings {
 
   const std::vector<Finding>& all() const { return all_; }
   std::size_t count(Outcome outcome) const;
-  /// Nothing failed. Warnings are allowed.
+  /// No failure. Warnings are allowed.
   bool green() const { return count(Outcome::kFailed) == 0; }
 
  private:

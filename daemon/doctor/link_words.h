@@ -1,16 +1,16 @@
 #pragma once
-// Link quality as the daemon publishes it, in words.
+// Text of the link quality published by the daemon.
 
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
 namespace cellcal::daemon {
 
-/// Of the status' "links"; "" where it is null. One line per link, each with its line end. What a
-/// daemon of another version does not send is left out.
+/// From "links" of the status; "" for null. One line per link, each terminated. Keys missing in another
+/// version are omitted.
 std::string link_words(const nlohmann::json& links);
 
-/// Of the status' "arm", a line: what the newest packet shows of the arm, with its age. "" where the daemon sends none.
+/// From "arm" of the status, one line: motion and packet age. "" where the daemon sends none.
 std::string arm_words(const nlohmann::json& arm);
 
 }  // namespace cellcal::daemon

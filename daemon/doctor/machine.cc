@@ -62,7 +62,7 @@ std::optional<Listed> listed_udp(std::uint16_t port) {
   for (const char* table : {"/proc/net/udp", "/proc/net/udp6"}) {
     std::istringstream lines(content(table));
     std::string line;
-    std::getline(lines, line);  // its heading
+    std::getline(lines, line);  // header
     while (std::getline(lines, line)) {
       // sl local rem st tx:rx tr:when retrnsmt uid timeout inode
       std::istringstream words(line);
@@ -96,7 +96,7 @@ bool holds(const std::filesystem::path& process, const std::string& socket) {
   return false;
 }
 
-/// Text behind `key`, up to the end of its line.
+/// Text after `key`, up to the end of the line.
 std::string value_of(const std::string& text, const std::string& key) {
   std::istringstream lines(text);
   for (std::string line; std::getline(lines, line);) {
@@ -192,7 +192,7 @@ std::optional<pid_t> process_behind(const std::filesystem::path& socket) {
 
 namespace {
 
-/// Of a user, by the group database, `first` among them.
+/// Groups of a user by the group database, including `first`.
 std::vector<gid_t> groups_of(const std::string& user, gid_t first) {
   std::vector<gid_t> groups(16);
   int count = static_cast<int>(groups.size());
@@ -232,7 +232,7 @@ ProcessRights rights_in_unit(const std::string& text) {
       ::getpwnam_r(user.c_str(), &entry, buffer.data(), buffer.size(), &found) == 0 &&
       found != nullptr) {
     rights.uid = found->pw_uid;
-    const std::vector<gid_t> own = groups_of(user, found->pw_gid);  // systemd gives it these, too
+    const std::vector<gid_t> own = groups_of(user, found->pw_gid);  // systemd grants these as well
     rights.groups.insert(rights.groups.end(), own.begin(), own.end());
   }
   return rights;

@@ -1,4 +1,4 @@
-// What needs no wire: cell, robot, the controller's files.
+// Checks without devices: cell, robot, controller files.
 
 #include <fmt/format.h>
 
@@ -18,20 +18,20 @@ namespace cellcal::daemon {
 
 namespace {
 
-/// KUKA's usual home, as everyone can reach it: A1..A6 in degrees.
+/// KUKA's usual home position: A1..A6 [deg].
 constexpr double kHomeDeg[] = {0, -90, 90, 0, 90, 0};
 
-/// Two drawings of what the name plate calls KR 5 R1400 are public, and their reach does not tell
-/// them apart (calib/robots/kr5_arc.toml): whether the flange is there where one of them has it.
+/// Two public drawings exist for the name plate KR 5 R1400, with the same reach (calib/robots/kr5_arc.toml):
+/// true if the flange is at its position in one of them.
 bool is_of_either_kr5(const Eigen::Vector3d& flange_mm) {
   const Eigen::Vector3d arc_mm{800.0, 0.0, 1005.0}, r1400_mm{800.0, 0.0, 960.0};
-  // A single arm differs from its drawing by less; the next model, KR 10 R1420, by 11 mm.
+  // An individual arm differs from its drawing by less; the next model, KR 10 R1420, by 11 mm.
   constexpr double kOfOneDrawingMm = 5.0;
   return (flange_mm - arc_mm).norm() < kOfOneDrawingMm ||
          (flange_mm - r1400_mm).norm() < kOfOneDrawingMm;
 }
 
-/// Where the robot file puts the flange there, to be compared with the pendant.
+/// Flange position of the robot file at home, to be compared with the pendant.
 void look_at_geometry(const calib::Robot& robot, Findings& findings) {
   const std::string check = "robot geometry";
   if (robot.joints.size() != std::size(kHomeDeg)) return;
@@ -53,7 +53,7 @@ void look_at_geometry(const calib::Robot& robot, Findings& findings) {
   }
 }
 
-/// What the file says against itself, before anything is touched.
+/// Contradictions within the file.
 void look_at_contradictions(const calib::Cell& cell, Findings& findings) {
   const std::string check = "cell itself";
   const std::vector<calib::CellFault> faults = calib::faults_of(cell);
@@ -73,7 +73,7 @@ bool any_to_be_found(const calib::Cell& cell) {
   });
 }
 
-/// The plan that a session would make, and how far it takes the axes.
+/// Plan of a session, and the axis travel that it requires.
 void look_at_plan(const DaemonConfig& config, const calib::Cell& cell, Findings& findings) {
   const std::string check = "plan";
   if (any_to_be_found(cell))
@@ -96,7 +96,7 @@ void look_at_plan(const DaemonConfig& config, const calib::Cell& cell, Findings&
     const std::string found =
         fmt::format("{}; {} needs {:.0f} deg of travel, correction_limit_deg is {:g}", foreseen,
                     needed.widest_axis, needed.range_deg, limit);
-    // From the middle of its range an axis goes half of it.
+    // From the middle of its range an axis travels half of it.
     if (limit < needed.range_deg / 2.0 || (known && limit < needed.turn_deg)) {
       findings.fail(check, found, widen_words(needed));
     } else if (limit < std::min(needed.range_deg, kWidestLimitDeg)) {
@@ -135,7 +135,7 @@ std::optional<calib::Cell> look_at_cell(const DoctorRequest& request, const Daem
     look_at_plan(config, cell, findings);
     return cell;
   } catch (const calib::Cancelled&) {
-    return std::nullopt;  // as asked for; what was found is read by nobody
+    return std::nullopt;  // cancelled on request; the findings are discarded
   } catch (const std::exception& error) {
     findings.fail("cell file", error.what(),
                   "correct the file (keys of cell and robot files: calib/files/README.md)");
@@ -158,14 +158,17 @@ void look_at_schedule(const DaemonConfig& config, Findings& findings) {
   if (!schedule.unattended || schedule.sessions.empty()) return;
   if (const std::string obstacle = unattended_obstacle(config); !obstacle.empty())
     return findings.fail(check, obstacle, "begin sessions by hand until then: unattended = false");
-  // The PLC calls the program within this time; a program that is called later finds nobody listening.
+  // The PLC calls the program within this time; after a shorter timeout a late program finds no listener.
   constexpr std::chrono::minutes kEnough{5};
   if (schedule.program_start == ProgramStart::kCell && config.timeouts.connecting < kEnough)
-    return findings.warn(check,
-                         fmt::format("program_start = \"cell\", and a session waits {:.0f} s for it",
-                                     std::chrono::duration<double>(config.timeouts.connecting).count()),
-                         "set [session] connect_wait_s to 600, and have the PLC call it within that time");
-  findings.ok(check, "the controller's program starts without a person, as [schedule] program_start says");
+    return findings.warn(
+        check,
+        fmt::format("program_start = \"cell\", and a session waits {:.0f} s for it",
+                    std::chrono::duration<double>(config.timeouts.connecting).count()),
+        "set [session] connect_wait_s to 600, and have the PLC call it within that time");
+  findings.ok(
+      check,
+      "the controller's program starts without a person, as set by [schedule] program_start");
 }
 
 void look_at_files(const DoctorRequest& request, const DaemonConfig& config,
@@ -173,10 +176,12 @@ void look_at_files(const DoctorRequest& request, const DaemonConfig& config,
   const std::string check = "controller files";
   if (request.files.empty()) {
     if (wire_of(config) == WireKind::kRsi)
-      findings.skip(check, fmt::format("limits of AXISCORR and AXISCORRMON on the controller not compared with "
-                                       "correction_limit_deg = {:g}: a lower one clamps in silence. Give its files: "
-                                       "--files DIR",
-                                       config.rsi.correction_limit_deg.at(0)));
+      findings.skip(
+          check,
+          fmt::format("limits of AXISCORR and AXISCORRMON on the controller not compared with "
+                      "correction_limit_deg = {:g}: a lower one clamps in silence. Give its files: "
+                      "--files DIR",
+                      config.rsi.correction_limit_deg.at(0)));
     return;
   }
   try {

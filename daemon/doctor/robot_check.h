@@ -1,5 +1,5 @@
 #pragma once
-// What can be said of the robot's link from what was seen of it. Pure: no socket, no time.
+// Findings about the robot's link from observed values. Pure: no socket, no time.
 
 #include <optional>
 #include <string>
@@ -14,32 +14,32 @@
 
 namespace cellcal::daemon {
 
-/// The controller's contact input beside the sensor, while both were looked at.
+/// The controller's contact input compared with the sensor during the observation.
 struct InputSeen {
   bool changed = false, contact_changed = false;
-  /// While the contact circuit was open and nothing changed: the input as it should not be.
+  /// Active while the contact circuit was open and nothing changed: wrong level.
   bool on_while_open = false;
   bool on = false;  ///< newest: at its contact level
 };
 void judge_input(const std::string& check, const InputSeen& seen, int input, bool contact_is_on,
                  Findings& findings);
 
-/// Of a link over RSI that was only listened to and held still.
+/// An RSI link that was only observed and held still.
 struct RsiSeen {
-  drivers::CoreState newest;        ///< of the link while it was up, if it ever was
-  drivers::RobotState state;        ///< likewise: quality and words
-  bool up = false;                  ///< packets came
+  drivers::CoreState newest;        ///< newest state of the link while it was up, if ever
+  drivers::RobotState state;        ///< likewise: quality and messages
+  bool up = false;                  ///< packets arrived
   bool lost = false;                ///< and stopped
-  bool refused = false;             ///< replies were not accepted at some time
+  bool refused = false;             ///< replies were rejected at some time
   bool answered = false;            ///< the adapter knew the correction and replied
-  std::uint64_t late_at_start = 0;  ///< late replies counted before ours can have arrived
+  std::uint64_t late_at_start = 0;  ///< late replies before ours can have arrived
   double first_packet_s = 0.0, observed_s = 0.0, waited_s = 0.0;
   std::string sender;
   std::uint64_t foreign = 0;
-  /// How many replies took at most so many milliseconds: the histogram, coarsely.
+  /// Number of replies within each limit [ms]: the coarse histogram.
   std::vector<std::pair<double, std::uint64_t>> replies_within;
   InputSeen input;
-  std::string last_words;  ///< newest words of the adapter
+  std::string last_words;  ///< newest message of the adapter
   std::string listening;   ///< "UDP 10.0.0.5:49152"
 };
 
@@ -47,17 +47,17 @@ struct RsiExpected {
   std::string sentype;
   int late_limit = 3;
   bool in_space = false;                      ///< [rsi] correction = "space"
-  bool mode = true, override_percent = true;  ///< [rsi] mode_tag, override_tag: read
-  int input = 0;  ///< $IN of [rsi] contact_tag; 0: there is no second stop path
+  bool mode = true, override_percent = true;  ///< [rsi] mode_tag, override_tag are configured
+  int input = 0;                              ///< $IN of [rsi] contact_tag; 0: no second stop path
 };
 
 void judge_rsi(const RsiSeen& seen, const RsiExpected& expected, Findings& findings);
-/// Whether the controller ended RSI_MOVECORR at Stop; nothing: no Stop was sent.
+/// Time from Stop to the end of RSI_MOVECORR; none: no Stop was sent.
 void judge_rsi_end(std::optional<double> ended_after_s, Findings& findings);
 
-/// Of a link over EKI that asked for no motion.
+/// An EKI link without motion requests.
 struct EkiSeen {
-  drivers::EkiCoreState newest;  ///< of the link while it was up, if it ever was
+  drivers::EkiCoreState newest;  ///< newest state of the link while it was up, if ever
   drivers::RobotState state;
   bool connected = false, up = false, lost = false;
   double observed_s = 0.0, waited_s = 0.0;
@@ -74,7 +74,7 @@ struct EkiExpected {
 
 void judge_eki(const EkiSeen& seen, const EkiExpected& expected, Findings& findings);
 
-/// Joint angles [rad] against the robot file's limits; nothing known of the robot: skipped.
+/// Joint angles [rad] compared with the robot file's limits; skipped without a robot file.
 void judge_angles(const std::string& check, const drivers::AxisAngles& actual_rad,
                   const calib::Robot* robot, Findings& findings);
 

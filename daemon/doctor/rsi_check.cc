@@ -11,9 +11,9 @@ namespace cellcal::daemon {
 
 namespace {
 
-// A KRC4 itself is measured at 0.3 to 0.5 ms.
+// A KRC4 by itself is measured at 0.3 to 0.5 ms.
 constexpr double kGoodJitterS = 0.001;
-// Goals of the reply path; beyond half a cycle the network has no time left.
+// Targets of the reply path; above half a cycle the network has no reserve.
 constexpr double kGoodReplyS = 0.001, kPoorReplyShare = 0.5;
 constexpr double kMsTolerance = 1e-6;
 
@@ -28,7 +28,7 @@ const char* const kChecklist =
 
 bool is_refused(const RsiSeen& seen) {
   const drivers::CoreState& s = seen.newest;
-  // A controller with a short Timeout falls silent before the adapter is sure.
+  // A controller with a short Timeout stops sending before the adapter is certain.
   constexpr std::uint64_t kFew = 5, kOnTheirWay = 2;
   const bool all_late = s.replies >= kFew && s.late + kOnTheirWay >= s.replies;
   return seen.refused || (seen.lost && all_late);
@@ -113,7 +113,7 @@ void judge_decimals(const RsiSeen& seen, Findings& findings) {
       return findings.warn(
           check,
           fmt::format(
-              "AIPos with {} decimals from a device that is no KUKA controller; at rest they "
+              "AIPos with {} decimals from a device that is not a KUKA controller; at rest they "
               "may be exact",
               decimals),
           "a session measures them at its first move and stops if they are too coarse; on a "
@@ -164,7 +164,7 @@ void judge_state(const RsiSeen& seen, const RsiExpected& expected, Findings& fin
     findings.warn(check, figures,
                   "install the files of 'cellcal kuka-files' anew: they send both. Until then the "
                   "speed is bounded as in T1 before the first calibration alone, and an unattended "
-                  "session does not notice that somebody works in the cell");
+                  "session does not detect a person working in the cell");
   } else {
     findings.ok(check, figures + " (which does not slow RSI down)");
   }
@@ -179,7 +179,7 @@ void judge_second_path(const RsiSeen& seen, const RsiExpected& expected, Finding
   judge_input(check, seen.input, expected.input, false, findings);
 }
 
-/// Corrections in space go wrong by as much as controller and files see the TCP apart.
+/// A mismatch of the TCP between controller and files falsifies Cartesian corrections by the same amount.
 void judge_tcp(const RsiSeen& seen, Findings& findings) {
   const std::string check = "rsi tool";
   const drivers::TcpApart& apart = seen.newest.tcp_apart;

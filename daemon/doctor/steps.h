@@ -1,5 +1,5 @@
 #pragma once
-// The way from nothing to a calibrated cell.
+// Steps of the setup from nothing to a calibrated cell.
 
 #include <cstdint>
 #include <optional>
@@ -18,22 +18,22 @@ const char* to_string(SetUpStep step);
 enum class StepState {
   kTodo,
   kDone,
-  kWrong,  ///< tried, and not as it has to be
+  kWrong,  ///< attempted, and failed
 };
 /// "todo", "done", "wrong".
 const char* to_string(StepState state);
 
-/// What one look at something came to; nothing: not looked at yet.
+/// Result of one inspection; none: not made yet.
 struct Looked {
   bool good = false;
-  std::string words{};       ///< why not
-  std::int64_t session = 0;  ///< that it is of; 0: of none
+  std::string words{};       ///< reason of a failure
+  std::int64_t session = 0;  ///< its session; 0: none
 };
 
-/// What there is of a cell.
+/// Evidence for a cell.
 struct Evidence {
-  std::string cell;   ///< path of its file; empty: none is known
-  std::string robot;  ///< name in the robot file, where that loads
+  std::string cell;   ///< path of its file; empty: unknown
+  std::string robot;  ///< name in the robot file, where it loads
   std::size_t spheres = 0, placed = 0, centred = 0, lengths = 0;
   std::optional<Looked> cell_file, robot_file, targets, doctor, qualification, dry_run, first,
       calibration;
@@ -46,9 +46,9 @@ struct StepSeen {
   std::int64_t session = 0;
 };
 
-/// All steps in their order.
+/// All steps in order.
 std::vector<StepSeen> steps_of(const Evidence& evidence);
-/// The first that is not done; nothing: all are.
+/// First step that is not done; none: all done.
 std::optional<SetUpStep> next_of(const std::vector<StepSeen>& steps);
 
 }  // namespace cellcal::daemon

@@ -1,4 +1,4 @@
-// Sensor and controller on their wires, through the adapters that sessions use.
+// Sensor and controller on their wires, through the adapters used by sessions.
 
 #include <fmt/format.h>
 
@@ -27,17 +27,17 @@ using Steady = std::chrono::steady_clock;
 using namespace std::chrono_literals;
 
 constexpr std::chrono::milliseconds kLook{5};
-/// A board's bootloader takes 2 s, the driver's clock map and self-test another.
+/// 2 s for the board's bootloader, and as long for the driver's clock map and self-test.
 constexpr double kContactTimeoutS = 8.0;
-/// A fault that stands this long is no passing state.
+/// A fault of this duration is permanent.
 constexpr double kFaultTimeoutS = 2.0;
-/// A HELLO is sent five times in this, and a sensor of that rate answers the first.
+/// HELLO is sent five times in this time; a sensor at that rate answers the first.
 constexpr double kBaudTimeoutS = 1.0;
-/// What the firmware can be set to (drivers/contact/firmware/README.md).
+/// Rates supported by the firmware (drivers/contact/firmware/README.md).
 constexpr std::array kSensorRates{1'000'000, 250'000, 115'200};
-/// What is refused or lost is known by then; nothing new comes.
+/// Refusals and losses are known by then; no further findings follow.
 constexpr double kEnoughS = 1.0;
-/// Replies behind which late ones are ours, and no longer those of before we answered.
+/// Number of replies after which late ones are ours, not those before the first answer.
 constexpr std::uint64_t kSettled = 10;
 constexpr double kRsiFarewellS = 2.0, kEkiFarewellS = 3.5;
 
@@ -45,7 +45,7 @@ double since(Steady::time_point t) {
   return std::chrono::duration<double>(Steady::now() - t).count();
 }
 
-/// Six axes without limits, where no robot file is given: nothing is moved, nothing to be limited.
+/// Six axes without limits, where no robot file is given: nothing moves, so no limit is needed.
 calib::Cell any_arm(const DaemonConfig& config) {
   const int external = wire_of(config) == WireKind::kEki ? config.controller.external_axes : 0;
   calib::Cell cell;
@@ -107,7 +107,7 @@ class Wires {
   const calib::Robot* robot_;
   calib::Cell arm_;
   Findings& findings_;
-  // In this order: what lives on the context goes before it.
+  // Declaration order: objects on the context are destroyed before it.
   drivers::IoThread io_;
   drivers::SerialContact contact_;
   ContactSeen contact_seen_;
@@ -117,7 +117,7 @@ class Wires {
 
 // ---- contact sensor ----------------------------------------------------------------------------
 
-/// Who belongs to group root may do everything: it is never advised.
+/// Membership in group root grants all rights and is never recommended.
 std::string access_advice(const std::string& group) {
   if (group == "root")
     return "install the udev rule systemd/70-cellcal.rules (group 'dialout'), unplug and plug the sensor";
@@ -127,7 +127,7 @@ std::string access_advice(const std::string& group) {
       group);
 }
 
-/// Doctor may be allowed what the daemon is not.
+/// The doctor may have rights that the daemon lacks.
 void Wires::judge_access(const std::optional<ProcessRights>& daemon) {
   const std::optional<ProcessRights> rights = daemon ? daemon : rights_of_unit();
   if (drivers::is_datagrams(config_.contact.device)) return;
@@ -171,7 +171,7 @@ void Wires::contact(const std::optional<ProcessRights>& daemon) {
   judge_access(daemon);
   contact_open_ = open_contact();
   contact_opened_ = Steady::now();
-  // Behind the opening, which asks for low latency: what is read back then is what sessions get.
+  // After opening, which requests low latency: the value read back applies to sessions, too.
   if (drivers::is_datagrams(config_.contact.device)) {
     judge_interface(drivers::interface_to(config_.contact.device), findings_);
   } else {
@@ -201,7 +201,7 @@ void Wires::contact(const std::optional<ProcessRights>& daemon) {
   contact_good_ = judge_contact(contact_seen_, findings_);
 }
 
-/// Bytes came, and no frame: asks at the other rates that the firmware knows.
+/// Bytes but no frames: probes the other rates of the firmware.
 void Wires::look_for_baud() {
   contact_seen_.baud = config_.contact.baud;
   for (const int baud : kSensorRates) {
@@ -213,7 +213,7 @@ void Wires::look_for_baud() {
     try {
       other.open();
     } catch (const drivers::DriverError&) {
-      continue;  // a rate that this adapter does not have is not the sensor's
+      continue;  // a rate not supported by this adapter cannot be the sensor's
     }
     const Steady::time_point begun = Steady::now();
     while (since(begun) < kBaudTimeoutS && !contact_seen_.answers_at &&
@@ -265,7 +265,7 @@ bool Wires::open_rsi(drivers::RsiRobot& robot) {
   if (stated && !is_own_address(address)) {
     findings_.fail(
         check,
-        fmt::format("{}; but the controller's files send to {}, which is no address of this "
+        fmt::format("{}; but the controller's files send to {}, which is not an address of this "
                     "computer",
                     found, address),
         fmt::format("set [controller] pc_address to one of {}", list));
@@ -275,7 +275,7 @@ bool Wires::open_rsi(drivers::RsiRobot& robot) {
   return true;
 }
 
-/// What input and sensor say beside each other.
+/// Compares the controller's input with the sensor.
 class InputWatch {
  public:
   void look(bool input, bool closed, bool circuit_good) {

@@ -21,7 +21,7 @@ namespace {
 
 class File {
  public:
-  /// `named`: the file that the user gave, whatever this one is called meanwhile.
+  /// `named`: the user's file name, for error messages.
   File(const std::filesystem::path& path, std::filesystem::path named, int flags)
       : named_(std::move(named)), fd_(::open(path.c_str(), flags | O_CLOEXEC, 0644)) {
     if (fd_ < 0) fail(named_, "cannot be opened", errno);
@@ -40,7 +40,7 @@ class File {
       text.remove_prefix(static_cast<std::size_t>(written));
     }
   }
-  /// Before anything is written. What a dead one left may have another mode.
+  /// Before any content is written. A file left by a killed process may have another mode.
   void close_to_others() {
     if (::fchmod(fd_, S_IRUSR | S_IWUSR) != 0) fail(named_, "cannot be kept from others", errno);
   }
@@ -53,12 +53,12 @@ class File {
   int fd_;
 };
 
-/// Takes away what was begun, unless it became the file.
+/// Removes the temporary file unless it was renamed.
 class Unfinished {
  public:
   explicit Unfinished(std::filesystem::path path) : path_(std::move(path)) {}
   ~Unfinished() {
-    std::error_code ignored;  // what went wrong before is what is told
+    std::error_code ignored;  // the original error is reported
     if (!finished_) std::filesystem::remove(path_, ignored);
   }
   Unfinished(const Unfinished&) = delete;
@@ -82,12 +82,12 @@ void write_atomically(const std::filesystem::path& path, std::string_view text, 
   std::filesystem::path temporary = path;
   temporary += ".part";
   {
-    // What a dead one left goes; a link that others have put there is not written through.
-    std::error_code ignored;  // opening it says what is wrong
+    // A file left by a killed process is removed; a foreign link is not written through.
+    std::error_code ignored;  // opening it reports the error
     if (!std::filesystem::is_directory(temporary, ignored))
       std::filesystem::remove(temporary, ignored);
     File file(temporary, path, O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW);
-    Unfinished begun(temporary);  // from here on it is ours
+    Unfinished begun(temporary);  // owned from here on
     if (readers == Readers::kOwner) file.close_to_others();
     file.write_all(text);
     file.sync();

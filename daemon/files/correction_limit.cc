@@ -12,7 +12,7 @@ namespace cellcal::daemon {
 namespace {
 
 using calib::kDegPerRad;
-/// The arm never stands quite where a plan begins, and ways found on the spot are others.
+/// Margin for a start that differs from the plan's, and for paths found during the session.
 constexpr double kMarginDeg = 5.0;
 constexpr double kRoundDeg = 10.0;
 

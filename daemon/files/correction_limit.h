@@ -1,8 +1,7 @@
 #pragma once
-// How far a session's plan takes the axes from where it begins, beside [rsi] correction_limit_deg:
-// an RSI controller adds corrections to where the arm stood when its program began, and the limit
-// bounds each axis' own. What is too far is refused before anything moves, with the limit that is
-// needed; plan and doctor foresee it.
+// Travel of the axes in a session's plan, compared with [rsi] correction_limit_deg: an RSI controller adds
+// corrections to the position at the start of its program, and the limit bounds those of each axis. A plan
+// beyond the limit is refused before any motion, with the limit that it needs; plan and doctor predict it.
 
 #include <string>
 
@@ -10,27 +9,27 @@
 
 namespace cellcal::daemon {
 
-/// No configuration allows more.
+/// Largest configurable value.
 inline constexpr double kWidestLimitDeg = 360.0;
 
 struct LimitNeeded {
-  std::string axis;         ///< that goes farthest from where the session begins
-  double turn_deg = 0.0;    ///< by so much
-  double limit_deg = 0.0;   ///< a round limit that holds that
-  std::string widest_axis;  ///< that has the widest range on the whole way
+  std::string axis;         ///< the axis with the largest travel from the start
+  double turn_deg = 0.0;    ///< its travel
+  double limit_deg = 0.0;   ///< rounded limit that permits this travel
+  std::string widest_axis;  ///< the axis with the widest range over the whole path
   double range_deg = 0.0;
-  double anywhere_deg = 0.0;  ///< a round limit wherever on the way a session begins or is resumed
+  double anywhere_deg = 0.0;  ///< rounded limit that permits a start or resume anywhere on the path
 };
 
-/// Of the plan from touch `next` on, with the arm at `begin`.
+/// For the plan from touch `next` on, with the arm at `begin`.
 LimitNeeded limit_needed(const calib::Plan& plan, const calib::Robot& robot,
                          const calib::JointVector& begin, std::size_t next = 0);
 
-/// What is advised, everywhere: wherever on its way a session may be resumed, as far as a configuration allows.
+/// Recommended limit: sufficient for a resume anywhere on the path, bounded by the configurable maximum.
 double advised_limit_deg(const LimitNeeded& needed);
-/// "set correction_limit_deg = 240 ..., cold start"; where none is wide enough, another begin.
+/// "set correction_limit_deg = 240 ..., cold start"; where no limit is sufficient, another start position.
 std::string widen_words(const LimitNeeded& needed);
-/// What is refused, and what to do.
+/// The refusal, with its remedy.
 std::string beyond_limit_words(const LimitNeeded& needed, double limit_deg);
 
 }  // namespace cellcal::daemon

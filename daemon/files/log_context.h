@@ -1,6 +1,6 @@
 #pragma once
-// What a line of the log belongs to, for a log that keeps fields beside its words. A thread that knows better
-// than the daemon as a whole says so while it lives in a LogScope.
+// Context fields of a log line, for logs that store fields besides the text. A thread sets a more specific
+// context than the daemon's by a LogScope.
 
 #include <cstdint>
 #include <optional>
@@ -8,7 +8,7 @@
 
 namespace cellcal::daemon {
 
-/// Kinds of lines that a program may wait for, each with a MESSAGE_ID of its own (systemd/README.md).
+/// Log events that programs may wait for, each with a MESSAGE_ID of its own (systemd/README.md).
 enum class LogEvent {
   kNone,
   kSessionBegins,
@@ -27,10 +27,10 @@ struct LogContext {
   LogEvent event = LogEvent::kNone;
 };
 
-/// The daemon's own, for all lines that nobody knows better about. Any thread.
+/// Default context of all lines. Thread-safe.
 void set_log_context(const LogContext& context);
 
-/// While it lives, lines of this thread belong to `context`; what it leaves open is the daemon's.
+/// Sets the context of this thread's lines during its lifetime; fields left empty are taken from the default.
 class LogScope {
  public:
   explicit LogScope(LogContext context);
@@ -43,7 +43,7 @@ class LogScope {
   const LogContext* outer_;
 };
 
-/// Of a line that this thread writes now.
+/// Effective context of this thread.
 LogContext log_context();
 
 }  // namespace cellcal::daemon

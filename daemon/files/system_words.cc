@@ -11,7 +11,7 @@
 namespace cellcal::daemon {
 
 std::string system_words(const std::exception& error) {
-  // The library names its classes and its own numbers of errors.
+  // The library's text contains its class names and error numbers.
   if (const auto* no_json = dynamic_cast<const nlohmann::json::parse_error*>(&error))
     return fmt::format("no JSON from byte {} on", no_json->byte);
   if (dynamic_cast<const nlohmann::json::exception*>(&error) != nullptr)

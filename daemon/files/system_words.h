@@ -1,5 +1,5 @@
 #pragma once
-// An error of the system in a person's words.
+// User-readable text of system errors.
 
 #include <exception>
 #include <string>
@@ -7,13 +7,14 @@
 
 namespace cellcal::daemon {
 
-/// Of a file: its path, what is wrong and what to check, where the library's own text names its function first
-/// ("filesystem error: cannot create directories: ..."). Of JSON what is wrong with it, in place of "[json.exception...".
-/// Of anything else its text.
+/// For a file: path, fault and remedy, where the library's text starts with a function name ("filesystem
+/// error: cannot create directories: ..."). For JSON: the fault instead of "[json.exception...". Otherwise
+/// the exception's own text.
 std::string system_words(const std::exception& error);
 
-/// Foreign text as it may stand in one line of a log or on a terminal: control characters, which
-/// could forge a line, steer the terminal or turn the direction of reading, are spaces (calib/files/text.h names them).
+/// Foreign text made safe for one line of a log or terminal: control characters, which could forge lines,
+/// control the terminal or change the reading direction, are replaced by spaces (listed in
+/// calib/files/text.h).
 std::string printable(std::string_view text);
 
 }  // namespace cellcal::daemon

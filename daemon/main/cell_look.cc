@@ -59,7 +59,7 @@ void CellLook::read_results() {
       read.drift_advice = to_string(drift->chart.advice);
       if (!drift->chart.points.empty()) read.check = check_of(drift->chart.points.back().check);
     }
-  } catch (const NotUsable&) {  // then no calibration is told either
+  } catch (const NotUsable&) {  // then no calibration is published either
   }
   results_ = std::move(read);
 }

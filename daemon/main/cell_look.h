@@ -1,5 +1,5 @@
 #pragma once
-// How the cell stands, for a Sparkplug host: status at once, what the journal knows every so often.
+// State of the cell for a Sparkplug host: status at once, results of the journal periodically.
 
 #include <atomic>
 #include <chrono>
@@ -17,8 +17,8 @@ class CellLook {
   CellLook(SessionService& service, Journal& journal);
 
   void emulated(bool yes) { emulated_ = yes; }
-  /// One thread at a time. The journal is read where a session has begun or ended since, and every half minute: an activation
-  /// is seen by then. Throws JournalError.
+  /// From one thread at a time. The journal is read after a session has begun or ended, and every half minute
+  /// to detect activations. Throws JournalError.
   plant::sparkplug::CellNow now();
 
  private:

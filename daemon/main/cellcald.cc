@@ -1,5 +1,5 @@
-// cellcald: the daemon. Exit status 0 ended by a signal, 1 could not start, 2 wrong usage or
-// configuration: what does not get better by trying again.
+// cellcald: the daemon. Exit status 0 terminated by a signal, 1 start failed, 2 wrong usage or configuration,
+// where a restart does not help.
 
 #include <spdlog/spdlog.h>
 

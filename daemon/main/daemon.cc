@@ -40,8 +40,9 @@ namespace {
 
 namespace asio = boost::asio;
 
-/// Tells systemd, twice as often as it asks for, that the threads are alive that hold the arm: this
-/// one, which takes an abort, the session's and the devices'. One that hangs is not told of.
+/// Notifies systemd's watchdog at twice the required rate while the threads that hold the arm are alive: this
+/// one, which takes an abort, and those of the session and the devices. A hanging thread stops the
+/// notifications.
 class Watchdog {
  public:
   Watchdog(asio::io_context& context, SessionService& service, SystemdNews& systemd)
@@ -72,7 +73,7 @@ class Watchdog {
   std::chrono::microseconds period_{0};
 };
 
-/// SIGUSR1 is 'cellcal abort' without a connection.
+/// SIGUSR1 has the effect of 'cellcal abort', without a connection.
 void abort_at_signal(asio::signal_set& signal, Api& api) {
   signal.async_wait([&](boost::system::error_code cancelled, int) {
     if (cancelled) return;
@@ -82,7 +83,7 @@ void abort_at_signal(asio::signal_set& signal, Api& api) {
   });
 }
 
-/// What lines of the log belong to from now on.
+/// Sets the context of the log from the status.
 void tell_log(const Status& status) {
   LogContext context{status.session, {}, to_string(status.phase), {}, LogEvent::kNone};
   const bool at_a_touch = (kMovingPhases | kStandingPhases).has(status.phase) && status.total > 0;
@@ -103,7 +104,7 @@ std::unique_ptr<Backend> make_backend(const DaemonConfig& config, const calib::C
   return make_mock_backend(config, cell);
 }
 
-/// Of this configuration, whatever is read later.
+/// Bound to this configuration, whatever is loaded later.
 MakeBackend backend_of(std::shared_ptr<const DaemonConfig> config) {
   return [config = std::move(config)](const calib::Cell& cell, double most_speed) {
     DaemonConfig slowed = *config;
@@ -112,7 +113,7 @@ MakeBackend backend_of(std::shared_ptr<const DaemonConfig> config) {
   };
 }
 
-/// A certificate with its rows, on its way to the plant. Who may connect to this socket may do everything.
+/// A certificate with its rows, to be sent to the plant. Users with access to this socket have all rights.
 constexpr std::size_t kMostLocalBody = plant::kLargestMessage;
 
 SessionSettings settings_of(const DaemonConfig& config) {
@@ -125,7 +126,7 @@ SessionSettings settings_of(const DaemonConfig& config) {
           config.motion.hand_speed_m_s};
 }
 
-/// The file again: what of it comes into force is in the log, and what does not.
+/// Reloads the configuration file; the log lists which changes take effect and which do not.
 void read_again(LiveConfig& live, SessionService& service) {
   try {
     const std::vector<std::string> kept = live.reload();
@@ -135,7 +136,7 @@ void read_again(LiveConfig& live, SessionService& service) {
     spdlog::info("SIGHUP: configuration read again; sessions that begin from now on have it");
     for (const std::string& one : kept) {
       spdlog::warn(
-          "SIGHUP: stays {}: it cannot change while cellcald runs. 'systemctl restart cellcald' "
+          "SIGHUP: keeps {}: it cannot change while cellcald runs. 'systemctl restart cellcald' "
           "when no session is running",
           one);
     }
@@ -150,12 +151,11 @@ void reload_line(PlantLine& line) {
   try {
     line.reload();
   } catch (const std::exception& error) {
-    spdlog::error("SIGHUP: [plant] stays as it was: {}. Then 'systemctl reload cellcald'",
-                  error.what());
+    spdlog::error("SIGHUP: [plant] unchanged: {}. Then 'systemctl reload cellcald'", error.what());
   }
 }
 
-/// A terminal that is closed sends it, too: no reason to leave an arm where it is.
+/// Closing a terminal sends SIGHUP as well, which must not interrupt a session.
 void reload_at_hang_up(asio::signal_set& hang_ups, OnRequest& reload) {
   hang_ups.async_wait([&](boost::system::error_code cancelled, int) {
     if (cancelled) return;
@@ -182,7 +182,7 @@ AccessConfig access_config(const std::optional<HttpConfig>& http,
   return {http->host_names, http->port, http->tls(), state_dir / "sign-ins.json"};
 }
 
-/// The doctor with this daemon's rights. While it looks no session begins.
+/// The doctor with this daemon's rights. No session begins meanwhile.
 Examiner::Parts doctor_within(const LiveConfig& live, SessionService& service,
                               const std::filesystem::path& state_dir) {
   return {[&live](const std::filesystem::path& cell, Findings& findings,
@@ -193,16 +193,14 @@ Examiner::Parts doctor_within(const LiveConfig& live, SessionService& service,
             request.stop = std::move(stop);
             examine_from_within(request, *live.now(), findings);
           },
-          [&service] {
-            service.hold("the doctor is looking at the links. Wait for its end, half a minute");
-          },
+          [&service] { service.hold("the doctor is examining the links. Wait half a minute"); },
           [&service] { service.release(); },
           wall_clock_utc,
           [&live] { return live.now()->text_sha256; },
           state_dir / "doctor.json"};
 }
 
-/// To a controller over EKI whose configuration allows it; an emulated cell in this process has none.
+/// To an EKI controller whose configuration permits it; not available with an emulated cell.
 FrameStation::Exchange to_controller(const LiveConfig& live) {
   const auto config = live.now();
   if (config->backend != BackendKind::kEki || !config->controller.write_frames) return {};
@@ -211,14 +209,14 @@ FrameStation::Exchange to_controller(const LiveConfig& live) {
   };
 }
 
-/// What the checks say, published to the controller where the configuration wants it.
+/// Result of the checks, published to the controller where configured.
 AdvicePublisher::Parts advice_parts(const LiveConfig& live, DriftWatch& watch,
                                     SessionService& service) {
   const auto send = [&live]() -> AdvicePublisher::Send {
     const auto config = live.now();
     if (config->backend != BackendKind::kEki || !config->controller.write_advice) return {};
     return [config](const drivers::EkiFrameRequest& request, const std::stop_token& stop) {
-      // A session that is begun meanwhile waits for it.
+      // A session started meanwhile waits for it.
       constexpr drivers::Duration kReopens = std::chrono::seconds(4);
       return drivers::exchange_frame(config->eki.address, config->eki.port, request, {},
                                      {kReopens, stop});
@@ -228,7 +226,7 @@ AdvicePublisher::Parts advice_parts(const LiveConfig& live, DriftWatch& watch,
             std::shared_ptr<const Drift> drift;
             try {
               drift = watch.look();
-            } catch (const NotUsable&) {  // 'holds' must not stay on the controller: unknown
+            } catch (const NotUsable&) {  // kHolds must not remain on the controller: unknown
             }
             const double now_s =
                 std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch())
@@ -242,7 +240,7 @@ AdvicePublisher::Parts advice_parts(const LiveConfig& live, DriftWatch& watch,
           wall_clock_utc};
 }
 
-/// Where the arm stands, from a controller that says it beside a session.
+/// Position of the arm, from a controller that reports it outside of sessions.
 Api::ReadPosition position_reader(const LiveConfig& live) {
   const auto config = live.now();
   if (config->backend != BackendKind::kEki) return {};
@@ -270,7 +268,7 @@ void check_files_of(const DaemonConfig& config) {
 }
 
 void run_daemon(const DaemonConfig& config, const std::function<DaemonConfig()>& read_config) {
-  // A client that went away, and a file that may not grow, are error codes, not ends.
+  // A disconnected client and the file size limit are handled as error codes.
   std::signal(SIGPIPE, SIG_IGN);
   std::signal(SIGXFSZ, SIG_IGN);
   asio::io_context context;
@@ -327,7 +325,8 @@ void run_daemon(const DaemonConfig& config, const std::function<DaemonConfig()>&
   });
   signals.async_wait([&](boost::system::error_code, int signal) {
     spdlog::info("signal {}: stopping", signal);
-    service.abort(SessionService::By::kDaemon);  // the arm first: what follows may wait for a disk
+    // The arm first: the following steps may wait for a disk.
+    service.abort(SessionService::By::kDaemon);
     systemd.stopping();
     examiner.stop();
     advice.stop();

@@ -6,12 +6,11 @@
 
 namespace cellcal::daemon {
 
-/// Reads the files that the configuration names and that a start needs. Throws SocketError.
+/// Checks the files named by the configuration that a start requires. Throws SocketError.
 void check_files_of(const DaemonConfig& config);
 
-/// Runs until SIGTERM or SIGINT. Throws what keeps it from starting: JournalError, SocketError,
-/// std::filesystem::filesystem_error.
-/// `read_config` reads the file again when SIGHUP asks for it, from another thread.
+/// Runs until SIGTERM or SIGINT. Throws where it cannot start: JournalError, SocketError,
+/// std::filesystem::filesystem_error. `read_config` reloads the file on SIGHUP, from another thread.
 void run_daemon(const DaemonConfig& config, const std::function<DaemonConfig()>& read_config);
 
 }  // namespace cellcal::daemon

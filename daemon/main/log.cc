@@ -15,7 +15,7 @@ namespace cellcal::daemon {
 
 namespace {
 
-/// sd-daemon(3): "<3>" in front of a line is its priority.
+/// sd-daemon(3): the prefix "<3>" of a line is its priority.
 class JournalPriority final : public spdlog::custom_flag_formatter {
  public:
   void format(const spdlog::details::log_msg& message, const std::tm&,
@@ -31,7 +31,7 @@ class JournalPriority final : public spdlog::custom_flag_formatter {
   }
 };
 
-/// The message in one line, whatever of others' words is in it.
+/// The message on one line, whatever foreign text it contains.
 class OneLine final : public spdlog::custom_flag_formatter {
  public:
   void format(const spdlog::details::log_msg& message, const std::tm&,
@@ -75,7 +75,7 @@ void set_log_level(bool verbose) {
 
 }  // namespace cellcal::daemon
 
-// Every line would name this file as its source, with the path of whoever built it.
+// Every line would otherwise name this file as its source, with the builder's path.
 #define SD_JOURNAL_SUPPRESS_LOCATION
 #include <systemd/sd-journal.h>
 #include <unistd.h>
@@ -88,7 +88,7 @@ namespace cellcal::daemon {
 
 namespace {
 
-/// syslog(3).
+/// Priorities of syslog(3).
 int priority_of(spdlog::level::level_enum level) {
   constexpr int kDebug = 7, kInfo = 6, kWarning = 4, kError = 3, kCritical = 2;
   if (level >= spdlog::level::critical) return kCritical;
@@ -97,7 +97,7 @@ int priority_of(spdlog::level::level_enum level) {
   return level >= spdlog::level::info ? kInfo : kDebug;
 }
 
-/// A promise to whoever waits for them: systemd/README.md has the list.
+/// Stable identifiers, listed in systemd/README.md.
 const char* message_id(LogEvent event) {
   switch (event) {
     case LogEvent::kSessionBegins:

@@ -35,7 +35,7 @@ struct NetworkDoor::Impl {
              [&api](const Request& request, bool give_up) { return api.answer(request, give_up); },
              Api::is_slow}),
         thread([this] { context.run(); }) {}
-  /// Its thread asks the journal and composes messages: behind all others.
+  /// Its thread queries the journal and composes messages, at the lowest priority.
   Impl(const std::filesystem::path& socket, std::function<Response(const Request&)> answer)
       : server(
             context, socket,

@@ -1,6 +1,6 @@
 #pragma once
-// A door for strangers, on a thread of its own: whatever they send there, the thread that takes
-// an abort from the Unix socket and from signals, and feeds the watchdog, has nothing to do with it.
+// Listener for external clients, on a thread of its own: its load does not affect the thread that takes
+// aborts from the Unix socket and signals and feeds the watchdog.
 
 #include <filesystem>
 #include <functional>
@@ -16,17 +16,17 @@ NetworkAddress address_of(const HttpConfig& config);
 
 class NetworkDoor {
  public:
-  /// The API over the network. Throws SocketError.
+  /// Network API. Throws SocketError.
   NetworkDoor(const HttpConfig& config, Api& api);
-  /// Of the line to the plant: a socket on which nothing but these answers is to be had. Throws SocketError.
+  /// Socket for the process with the line to the plant, limited to these answers. Throws SocketError.
   NetworkDoor(const std::filesystem::path& socket, std::function<Response(const Request&)> answer);
   ~NetworkDoor();
   NetworkDoor(const NetworkDoor&) = delete;
   NetworkDoor& operator=(const NetworkDoor&) = delete;
 
-  /// As HttpServer; from any thread.
+  /// As HttpServer::poke(); thread-safe.
   void poke();
-  /// Closes all connections and waits for the request in hand.
+  /// Closes all connections and waits for the current request.
   void stop();
 
  private:

@@ -27,14 +27,15 @@ UtcSeconds wall_clock() {
       .count();
 }
 
-/// Of this start of the computer; empty where the kernel does not say it.
+/// Id of this boot; empty where the kernel does not provide it.
 std::string boot_id() {
   std::string id;
   std::ifstream("/proc/sys/kernel/random/boot_id") >> id;
   return id;
 }
 
-/// As systemd's timedated judges it (NTPSynchronized): a time source has bounded the kernel's error below 16 s.
+/// Criterion of systemd's timedated (NTPSynchronized): a time source has bounded the kernel's error below 16
+/// s.
 bool clock_synchronised() {
   constexpr long kUnbounded_us = 16'000'000;
   timex kernel{};
@@ -45,7 +46,7 @@ RetentionRule rule_of(const DaemonConfig& config) {
   return {config.retain_days, config.retain_megabytes};
 }
 
-/// Between sessions: none waits for it.
+/// Runs between sessions, which do not wait for it.
 void drop_old(SessionService& service, Journal& journal, const DaemonConfig& config) {
   const RetentionRule rule = rule_of(config);
   if (!rule.any()) return;
@@ -64,7 +65,7 @@ Report alarm_of(const Notice& notice, const std::string& host) {
   return plant::report_of(plant::AlarmFact{to_string(notice.news), words.subject, words.body});
 }
 
-/// What is reported to a person and was not reported to the plant with a session's end (alarms_with_end()).
+/// Alarms not already reported to the plant with a session's end (alarms_with_end()).
 std::function<void(const Notice&)> alarm_to_plant(Journal& journal, const std::string& host) {
   return [&journal, host](const Notice& notice) {
     const bool with_its_end = notice.session != 0 && !notice.by_chart;
@@ -127,8 +128,8 @@ struct Nights::Impl {
   ServiceDoor door;
   Schedule schedule;
   ScheduleThread thread;
-  OnRequest housekeeping;             ///< drops what is old
-  std::atomic<bool> reported{false};  ///< the end of the newest session
+  OnRequest housekeeping;             ///< applies the retention rule
+  std::atomic<bool> reported{false};  ///< end of the newest session
 };
 
 Nights::Nights(SessionService& service, Journal& journal, LiveConfig& live)
@@ -136,7 +137,7 @@ Nights::Nights(SessionService& service, Journal& journal, LiveConfig& live)
 Nights::~Nights() { stop(); }
 
 Schedule& Nights::schedule() { return impl_->schedule; }
-/// Each end once: statuses of an end come again.
+/// Each end once: the status of an end is repeated.
 void Nights::look(const Status& status) {
   if (!is_final(status.phase)) {
     impl_->reported = false;

@@ -1,6 +1,5 @@
 #pragma once
-// What the daemon does when nobody is there: the schedule, telling those who are elsewhere, dropping what is old; on threads of
-// their own.
+// Unattended functions of the daemon, on threads of their own: schedule, notification, retention.
 
 #include <functional>
 #include <memory>
@@ -13,7 +12,8 @@
 
 namespace cellcal::daemon {
 
-/// With the session's end, where a person would be told of it and [plant] says whom.
+/// Alarms in the transaction of a session's end, where an operator would be notified and [plant] is
+/// configured.
 std::function<std::vector<Report>(std::int64_t session, const RecordEnd& end)> alarms_with_end(
     Journal& journal, LiveConfig& live);
 
@@ -25,12 +25,12 @@ class Nights {
   Nights& operator=(const Nights&) = delete;
 
   Schedule& schedule();
-  /// What the configuration says now.
+  /// By the current configuration.
   RetentionRule retention() const;
-  /// After each change of the status, and of the configuration. Wait for nothing.
+  /// To be called after each change of the status and of the configuration. Do not block.
   void look(const Status& status);
   void poke();
-  /// Nothing begins any more.
+  /// No session begins afterwards.
   void stop();
 
  private:

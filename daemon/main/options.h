@@ -1,5 +1,5 @@
 #pragma once
-// What cellcald's command line holds.
+// Command line of cellcald.
 
 #include <string>
 

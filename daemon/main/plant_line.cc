@@ -20,7 +20,7 @@ std::filesystem::path plant_socket(const std::filesystem::path& socket) {
 
 namespace {
 
-/// Of the newest session's links.
+/// Link health of the newest session.
 plant::HealthFact health_of(const Status& status) {
   plant::HealthFact fact;
   if (!status.links) return fact;
@@ -76,22 +76,22 @@ plant::ProposalBox::Parts PlantLine::proposal_parts() {
           }};
 }
 
-/// Whether it is decided, so that the broker need not keep it.
+/// True if the proposal is decided, so that the broker need not keep it.
 bool PlantLine::take(const plant::Proposal& proposal) try {
   const bool known = std::ranges::any_of(proposals_.all(), [&](const plant::KeptProposal& one) {
     return one.proposal.id == proposal.id;
   });
   const std::optional<plant::Stand> stand = proposals_.take(proposal, wall_clock_utc());
-  if (!stand) spdlog::warn("[plant]: proposal {} is not taken: too many are open", proposal.id);
+  if (!stand) spdlog::warn("[plant]: proposal {} not accepted: too many are open", proposal.id);
   if (stand == plant::Stand::kOpen && !known)
     spdlog::info("[plant]: proposal {} waits for an answer: 'cellcal proposals'{}", proposal.id,
                  proposals_.full() ? fmt::format(". {} earlier ones are remembered: [plant] accept "
-                                                 "puts no calibration into use any more",
+                                                 "activates no further calibrations",
                                                  plant::kMostLasting)
                                    : "");
   return stand && *stand != plant::Stand::kOpen;
 } catch (const std::exception& failed) {
-  spdlog::warn("[plant]: proposal {} is not taken: {}", proposal.id, failed.what());
+  spdlog::warn("[plant]: proposal {} not accepted: {}", proposal.id, failed.what());
   return false;
 }
 

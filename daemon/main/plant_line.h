@@ -1,5 +1,6 @@
 #pragma once
-// What the process that has the line to the plant is given, as [plant] says now. Nothing of that line is in this process.
+// Interface to the process with the line to the plant, by the current [plant]. No network code of that line
+// runs in this process.
 
 #include <filesystem>
 #include <memory>
@@ -16,7 +17,7 @@
 
 namespace cellcal::daemon {
 
-/// Where the line's process asks: a folder of its own, so that it need not see the daemon's socket.
+/// Socket for that process: in a folder of its own, so that it needs no access to the daemon's socket.
 std::filesystem::path plant_socket(const std::filesystem::path& socket);
 
 class PlantLine {
@@ -26,15 +27,15 @@ class PlantLine {
   PlantLine(const PlantLine&) = delete;
   PlantLine& operator=(const PlantLine&) = delete;
 
-  /// From now on the line's process is answered. Where that cannot be, the log says why, and no line comes of it.
+  /// Starts answering that process. On failure the reason is logged and no line is established.
   void open(const std::filesystem::path& socket);
   void stop();
 
-  /// What the configuration says now. Throws JournalError, and then it is as before.
+  /// Applies the current configuration. Throws JournalError; the previous state is then kept.
   void reload();
-  /// What the plant has proposed; also where none is named any more.
+  /// Proposals of the plant; available without a configured plant, too.
   plant::ProposalBox& proposals() { return proposals_; }
-  /// None: no plant is named.
+  /// None: no plant configured.
   std::optional<plant::LinesStatus> status() const { return desk_.status(); }
 
  private:
@@ -51,7 +52,8 @@ class PlantLine {
   plant::Desk desk_;
   std::mutex reload_;
   std::shared_ptr<plant::JournalOutbox> outbox_;
-  std::unique_ptr<NetworkDoor> door_;  ///< goes first: it uses the others
+  /// Declared last, destroyed first: it uses the other members.
+  std::unique_ptr<NetworkDoor> door_;
 };
 
 }  // namespace cellcal::daemon

@@ -6,7 +6,7 @@ namespace cellcal::daemon {
 
 namespace {
 
-/// Keeps `was` where the file has another one, and notes that.
+/// Keeps `was` where the file has another value, and records that.
 void keep(const char* key, const std::filesystem::path& was, std::filesystem::path& now,
           std::vector<std::string>& kept) {
   if (now == was) return;

@@ -1,5 +1,5 @@
 #pragma once
-// The configuration while the daemon runs: what of a changed file comes into force, and when.
+// Configuration of the running daemon, and the changes of the file that take effect.
 
 #include <condition_variable>
 #include <functional>
@@ -19,11 +19,11 @@ class LiveConfig {
   LiveConfig(DaemonConfig first, std::function<DaemonConfig()> read)
       : now_(std::make_shared<const DaemonConfig>(std::move(first))), read_(std::move(read)) {}
 
-  /// What a session that begins now begins with. Any thread.
+  /// Configuration for sessions that begin now. Thread-safe.
   std::shared_ptr<const DaemonConfig> now() const;
 
-  /// Reads again. What cannot change under a running daemon stays as it is, and is returned, as
-  /// `socket = "/run/..."`, or "[http] as it was". Throws what the reading throws, and then nothing has changed.
+  /// Reloads the file. Settings that cannot change at run time are kept and returned, as `socket =
+  /// "/run/..."`, or "[http] as it was". Throws the errors of loading; nothing has changed then.
   std::vector<std::string> reload();
 
  private:
@@ -32,7 +32,7 @@ class LiveConfig {
   std::function<DaemonConfig()> read_;
 };
 
-/// A thread that acts each time it is asked: whoever asks waits for no disk.
+/// Thread that runs an action on each request, so that the requester never waits for a disk.
 class OnRequest {
  public:
   explicit OnRequest(std::function<void()> act);

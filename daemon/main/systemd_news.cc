@@ -20,7 +20,7 @@ namespace {
 
 constexpr std::chrono::milliseconds kAgain{100};
 
-/// As sd_notify(3) has it, but for no time. False: the reader's queue is full.
+/// As sd_notify(3), but non-blocking. False: the receiver's queue is full.
 bool notify(std::string_view words) {
   const char* path = std::getenv("NOTIFY_SOCKET");
   sockaddr_un address{};

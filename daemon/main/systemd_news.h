@@ -1,6 +1,6 @@
 #pragma once
-// What systemd is told: where it does not read, nobody waits for it, least of all who stops the arm. What did not go is tried
-// again every so often, the newest of each kind, by a thread of its own that does nothing else.
+// Notifications to systemd that never block, in particular not the thread that stops the arm. Undelivered
+// ones are repeated periodically, the newest of each kind, by a thread of their own.
 
 #include <condition_variable>
 #include <mutex>
@@ -16,10 +16,10 @@ class SystemdNews {
  public:
   SystemdNews();
 
-  // Any thread; for no time.
-  /// "STATUS=touching, touch 3 of 8"; of several that wait the newest.
+  // Thread-safe; do not block.
+  /// "STATUS=touching, touch 3 of 8"; replaces a pending one.
   void tell(std::string status);
-  /// The threads that hold the arm are alive.
+  /// Watchdog: the threads that hold the arm are alive.
   void alive();
   void stopping();
 
@@ -28,12 +28,12 @@ class SystemdNews {
 
   std::mutex mutex_;
   std::condition_variable_any news_;
-  std::string status_;  ///< empty: told
+  std::string status_;  ///< empty: delivered
   bool alive_ = false, stopping_ = false;
   std::jthread thread_;
 };
 
-/// What systemd shows of a session: one assignment on one line, whatever a device's words hold.
+/// Status of a session for systemd: one assignment on one line, whatever text a device supplies.
 std::string notification_of(const Status& status);
 
 }  // namespace cellcal::daemon

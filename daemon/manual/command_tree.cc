@@ -7,7 +7,7 @@ namespace cellcal::daemon {
 
 namespace {
 
-/// What stands between the first `open` and the `close` behind it; empty where nothing does.
+/// Text between the first `open` and the following `close`; may be empty.
 std::string between(const std::string& text, char open, char close) {
   const std::size_t from = text.find(open);
   const std::size_t to = text.find(close, from);
@@ -22,7 +22,7 @@ std::vector<std::string> split(const std::string& text, char at) {
   return parts;
 }
 
-/// CLI11 writes a value's type and its checks as "TEXT:{rsi,eki}" and "INT:INT in [4 - 2000]".
+/// CLI11 formats a value's type and validators as "TEXT:{rsi,eki}" and "INT:INT in [4 - 2000]".
 OptionHelp option_help(const CLI::Option& option) {
   OptionHelp help;
   for (const std::string& name : option.get_snames()) help.flags.push_back("-" + name);
@@ -38,7 +38,7 @@ OptionHelp option_help(const CLI::Option& option) {
   return help;
 }
 
-/// A footer: remarks, wrapped for a terminal, then "Example: " and a command line on each line.
+/// Footer: remarks, wrapped for a terminal, then "Example: " with one command line per line.
 void take_footer(const std::string& footer, CommandHelp& help) {
   const std::string mark = "Example: ";
   bool in_examples = false;

@@ -1,5 +1,5 @@
 #pragma once
-// What a program's --help says, as plain values: commands, options, their values, words.
+// Content of a program's --help as plain values: commands, options, values, texts.
 
 #include <string>
 #include <vector>
@@ -11,11 +11,11 @@ class App;
 namespace cellcal::daemon {
 
 struct OptionHelp {
-  std::vector<std::string> flags;    ///< "-o", "--output"; empty: it stands by its place
-  std::string place;                 ///< name of one that stands by its place, "ID"
-  std::string value;                 ///< "TEXT", "INT", ...; empty: it takes none
-  std::vector<std::string> choices;  ///< the only values that it takes; empty: any
-  std::string range, usual;          ///< "4 - 2000"; its default
+  std::vector<std::string> flags;    ///< "-o", "--output"; empty: a positional argument
+  std::string place;                 ///< name of a positional argument, "ID"
+  std::string value;                 ///< "TEXT", "INT", ...; empty: a flag
+  std::vector<std::string> choices;  ///< the only permitted values; empty: any
+  std::string range, usual;          ///< "4 - 2000"; default value
   std::string words;
   bool required = false;
 };
@@ -28,7 +28,7 @@ struct CommandHelp {
   std::vector<CommandHelp> commands;
 };
 
-/// The whole tree below `app`, in the order of --help.
+/// The whole command tree of `app`, in the order of --help.
 CommandHelp command_tree(const CLI::App& app);
 
 }  // namespace cellcal::daemon

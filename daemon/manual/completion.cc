@@ -14,7 +14,7 @@ std::string flags_of(const CommandHelp& command) {
   return text;
 }
 
-/// A line for each option with a value: its choices, or nothing, which the shell fills with files.
+/// One line per option with a value: its choices, or none, in which case the shell completes files.
 std::string values_of(const CommandHelp& command, const std::string& name) {
   std::string text;
   for (const OptionHelp& option : command.options) {
@@ -117,7 +117,7 @@ std::string fish_completion(const CommandHelp& program) {
 
 namespace {
 
-/// Within single quotes, and within the brackets of _arguments.
+/// Quoted for single quotes and for the brackets of _arguments.
 std::string quoted(const std::string& words, const std::string& special) {
   std::string text;
   for (const char c : words) {
@@ -137,7 +137,7 @@ std::string value_of(const OptionHelp& option) {
   return fmt::format(":{}:({})", option.value, fmt::join(option.choices, " "));
 }
 
-/// _arguments' word for each flag: '--cell=[Cell file]:TEXT:_files'.
+/// Specification of _arguments for each flag: '--cell=[Cell file]:TEXT:_files'.
 std::string arguments_of(const CommandHelp& command, const std::string& indent) {
   std::string text;
   for (const OptionHelp& option : command.options) {

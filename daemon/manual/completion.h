@@ -1,6 +1,6 @@
 #pragma once
-// Completion of a program's commands and options by the three shells. Values that are not of a list
-// complete as files.
+// Completion of a program's commands and options for three shells. Values without a list of choices complete
+// as files.
 
 #include <string>
 

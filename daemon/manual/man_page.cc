@@ -10,7 +10,7 @@ namespace cellcal::daemon {
 
 namespace {
 
-/// Words as roff takes them as they are, wherever on a line they stand.
+/// Text escaped for roff at any position of a line.
 std::string roff(const std::string& words) {
   std::string text;
   for (std::size_t i = 0; i < words.size(); ++i) {
@@ -141,7 +141,7 @@ std::vector<ManSection> cellcald_sections() {
       {"EXIT STATUS",
        {{"0", "Ended by SIGTERM or SIGINT."},
         {"1", "Could not start: another cellcald, a damaged journal."},
-        {"2", "Wrong usage or configuration. It does not get better by trying again."}}},
+        {"2", "Wrong usage or configuration. A restart does not help."}}},
       {"SIGNALS",
        {{"SIGTERM, SIGINT", "Stop the arm, record the end of the session, end."},
         {"SIGUSR1", "'cellcal abort' without a connection: stop the arm, end the session."},
@@ -158,8 +158,8 @@ std::vector<ManSection> cellcald_sections() {
 std::vector<ManSection> cellcal_fleet_sections() {
   return {{"EXIT STATUS",
            {{"0", "Ended by SIGTERM or SIGINT."},
-            {"1", "Could not go on: a database of a newer version, a socket that is taken."},
-            {"2", "Wrong usage or configuration. It does not get better by trying again."}}},
+            {"1", "Failed: a database of a newer version, a socket in use."},
+            {"2", "Wrong usage or configuration. A restart does not help."}}},
           {"FILES",
            {{"/etc/cellcal/fleet.toml", "The configuration."},
             {"/run/cellcal-fleet/fleet.sock", "Where 'cellcal fleet' connects."},
@@ -169,11 +169,10 @@ std::vector<ManSection> cellcal_fleet_sections() {
 std::vector<ManSection> cellcal_plant_sections() {
   return {{"EXIT STATUS",
            {{"0", "Ended by SIGTERM or SIGINT."},
-            {"1", "Could not go on."},
-            {"2", "Wrong usage. It does not get better by trying again."}}},
+            {"1", "Failed."},
+            {"2", "Wrong usage. A restart does not help."}}},
           {"FILES",
-           {{"/run/cellcal/plant/cellcald.sock",
-             "Where cellcald says which broker, and hands out what waits for it."},
+           {{"/run/cellcal/plant/cellcald.sock", "Orders and pending messages of cellcald."},
             {"/etc/cellcal/cellcald.toml", "[plant] is cellcald's, and read by that alone."},
             {"/usr/share/doc/cellcal/daemon/plant", "What it promises; settings of the broker."}}}};
 }

@@ -1,5 +1,5 @@
 #pragma once
-// A manual page of a program's help, in the man macros of roff.
+// Manual page of a program's help, in roff's man macros.
 
 #include <string>
 #include <vector>
@@ -8,7 +8,7 @@
 
 namespace cellcal::daemon {
 
-/// What no option says: exit statuses, files, signals.
+/// Content beyond the options: exit statuses, files, signals.
 struct ManSection {
   struct Entry {
     std::string term, words;
@@ -27,7 +27,7 @@ struct ManPage {
 
 std::string man_page(const ManPage& page);
 
-// What the manual pages say besides options.
+// Manual page sections besides options.
 
 std::vector<ManSection> cellcal_sections();
 std::vector<ManSection> cellcald_sections();

@@ -1,5 +1,5 @@
-// cellcal-manual FOLDER: writes manual pages and completions of cellcal, cellcald, cellcal-fleet and cellcal-plant. Runs when cellcal is
-// built; it is not installed.
+// cellcal-manual FOLDER: writes manual pages and completions of cellcal, cellcald, cellcal-fleet and
+// cellcal-plant. Run during the build; not installed.
 
 #include <CLI/CLI.hpp>
 #include <cstdio>

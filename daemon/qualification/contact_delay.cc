@@ -16,7 +16,7 @@ namespace cellcal::daemon {
 namespace {
 
 constexpr std::size_t kFewest = 5;
-/// 40 um of depth at the speed that counts (2 mm/s).
+/// 40 um of depth at the slow speed (2 mm/s).
 constexpr double kSuspiciousS = 0.020;
 /// 4 um of effective radius.
 constexpr double kChangeS = 0.002;
@@ -35,7 +35,7 @@ std::optional<ContactDelay> contact_delay(std::span<const FastAndSlow> touches, 
   result.touches = static_cast<int>(delays.size());
   result.delay_s = calib::median(delays);
   for (double& delay : delays) delay = std::abs(delay - result.delay_s);
-  // Of a normal distribution: sigma from the middle deviation, and of the middle of n values.
+  // For a normal distribution: sigma from the median absolute deviation, and that of the median of n values.
   result.sigma_s = calib::kMadToSigma * calib::median(delays) *
                    std::sqrt(std::numbers::pi / 2.0 / result.touches);
   return result;

@@ -1,14 +1,14 @@
 #pragma once
-// How late the latched angles are behind the contact, from touches of one point at two speeds.
+// Delay of the latched angles after the contact, from touches of one point at two speeds.
 //
-// A latch that is late by t reads a contact v t too deep. Every touch is searched for fast first
-// and then slowly, along one line, so each says
+// A latch delayed by t reads a contact v t too deep. Every touch is searched fast first and then slowly along
+// one line, so each gives
 //
 //   t = (depth of the fast contact - mean depth of the slow ones) / (v_fast - v_slow)
 //
-// A constant delay makes all touches of one speed too deep alike, as a smaller effective radius
-// would: by 10 um for each millisecond at 10 mm/s. The estimate tells the two apart as far as its
-// touches do (calib/estimate, (74)). What is watched here is that it stays.
+// A constant delay makes all touches of one speed too deep by the same amount, as a smaller effective radius
+// would: 10 um per millisecond at 10 mm/s. The estimate separates the two as far as its touches permit
+// (calib/estimate, (74)). This module monitors that the delay stays constant.
 
 #include <cstddef>
 #include <map>
@@ -27,41 +27,41 @@ struct FastAndSlow {
   double slow_m = 0.0;  ///< mean of the readings
 };
 
-/// Below this difference of speeds the noise of a touch (0.03 mm) says more than the delay.
+/// Below this difference of speeds the noise of a touch (0.03 mm) dominates the delay.
 inline constexpr double kLeastSpeedDifferenceMS = 0.001;
 
 struct ContactDelay {
-  double delay_s = 0.0;  ///< positive: angles of an instant behind the contact
-  double sigma_s = 0.0;  ///< 1 sigma of it
+  double delay_s = 0.0;  ///< positive: angles of an instant after the contact
+  double sigma_s = 0.0;  ///< 1 sigma
   int touches = 0;
 };
 
-/// The middle of the touches, with its uncertainty from their scatter; so one touch that slipped
-/// changes nothing. Empty with fewer than five touches, or where the speeds hardly differ.
+/// Median over the touches, with its uncertainty from their scatter; robust against a touch that slipped.
+/// None with fewer than five touches, or where the speeds hardly differ.
 std::optional<ContactDelay> contact_delay(std::span<const FastAndSlow> touches, double fast_m_s,
                                           double slow_m_s);
 
 /// "0.14 +- 0.02 ms (40 touches)".
 std::string in_words(const ContactDelay& delay);
 
-/// What is wrong with `now`, by itself and after `before` (an earlier session); empty: nothing.
+/// Fault of `now`, by itself and compared with `before` (an earlier session); empty: none.
 std::string complaint(const ContactDelay& now, const std::optional<ContactDelay>& before);
 
-// The contacts of each touch, out of a session's readings.
+// Contacts of each touch from a session's readings.
 
-/// Tip travel from the stand-off [m]. A touch that was begun anew (after a retry, by a resumed session)
-/// counts from its last fast contact on.
+/// Tip travel from the stand-off [m]. A restarted touch (after a retry, or in a resumed session) counts from
+/// its last fast contact on.
 struct TouchContacts {
   std::optional<double> fast_m;
   std::vector<double> slow_m;
 
-  double slow_mean_m() const;  ///< there is one
+  double slow_mean_m() const;  ///< requires at least one
 };
 
-/// By index of the touch; `readings` as they were made. What is no number is left aside.
+/// By index of the touch; `readings` in order. Non-finite values are skipped.
 std::map<std::size_t, TouchContacts> contacts_of(std::span<const RecordReading> readings);
 
-/// Of the first `touches`, those that have contacts at both speeds.
+/// Those of the first `touches` with contacts at both speeds.
 std::vector<FastAndSlow> fast_and_slow(std::span<const RecordReading> readings,
                                        std::size_t touches);
 

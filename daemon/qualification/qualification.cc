@@ -16,9 +16,9 @@ namespace cellcal::daemon {
 
 namespace {
 
-/// A chance of one in a hundred and fifty, one side.
+/// Probability 1/150, one-sided.
 constexpr double kSigmas = 2.5;
-/// Of the delay, whose sigma is read off the same few touches: a chance of one in a hundred, both sides.
+/// For the delay, whose sigma comes from the same few touches: probability 1/100, two-sided.
 constexpr double kDelaySigmas = 3.5;
 
 double mean(const std::vector<double>& values) {
@@ -48,8 +48,8 @@ std::vector<Visit> visits_of(const calib::Plan& plan, std::span<const RecordRead
   return visits;
 }
 
-/// Ratios of one speed difference each; those of half the difference scatter twice as much, which the
-/// median does not mind.
+/// Ratios with a common speed difference; those of half the difference scatter twice as much, which the
+/// median tolerates.
 std::optional<ContactDelay> delay_of(const std::vector<Visit>& visits, double slow_m_s) {
   std::vector<FastAndSlow> touches;
   constexpr double kUnit = 1.0;  // [m/s]: contact_delay() divides by it
@@ -62,8 +62,8 @@ std::optional<ContactDelay> delay_of(const std::vector<Visit>& visits, double sl
   return contact_delay(touches, kUnit, 0.0);
 }
 
-/// One depth of each touch about the mean of its place: of its fast contact, the delay taken out; or of
-/// its slow ones, whose speed is always the same.
+/// Deviation of one depth per touch from the mean of its place: of its fast contact, corrected for the delay,
+/// or of its slow ones, whose speed is constant.
 std::optional<Figure> noise_of(const std::vector<Visit>& visits, double delay_s, bool slow,
                                int& dof) {
   std::map<std::size_t, std::vector<double>> places;
@@ -104,7 +104,7 @@ std::vector<Overtravel> overtravel_of(const calib::Plan& plan,
 
 std::vector<QualificationFinding> findings_of(const Qualification& q) {
   std::vector<QualificationFinding> findings;
-  // Were the noise as stated, it would come out so much larger once in a hundred and fifty times.
+  // With the stated noise this ratio would be exceeded with probability 1/150.
   const double by_chance = 1.0 + kSigmas / std::sqrt(2.0 * std::max(1, q.noise_dof));
   if (q.noise_m && q.noise_m->value > by_chance * q.stated.touch_sigma_m)
     findings.push_back(QualificationFinding::kNoiseAboveStated);
@@ -162,7 +162,7 @@ Qualification qualify(const calib::Plan& plan, std::span<const RecordReading> re
     q.reaction_worst_s = std::max(q.reaction_worst_s, one.reading.reaction_s);
     q.bounces_worst = std::max(q.bounces_worst, one.reading.bounces);
   }
-  constexpr double kResolved = 0.5;  // of the prior: else it is the prior that is read
+  constexpr double kResolved = 0.5;  // fraction of the prior: above, the result reflects the prior
   if (radius_offset_m && radius_offset_m->sigma < kResolved * stated.radius_offset_sigma_m)
     q.radius_offset_m = radius_offset_m;
   q.stated = stated;

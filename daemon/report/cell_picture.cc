@@ -1,4 +1,4 @@
-// The cell to scale, from above and from the side: base and targets, certified lengths dashed.
+// The cell to scale, in top and side view: base and targets, certified lengths dashed.
 
 #include <fmt/format.h>
 
@@ -33,7 +33,7 @@ struct Ball {
   double radius_mm = 0.0;
 };
 
-// It looks on from outside the cell.
+// A tracker is outside the cell.
 bool is_tracker(const View& view, const calib::TargetResult& target) {
   const calib::Target* in_cell = view.cell_target(target.id);
   return in_cell && in_cell->kind == calib::TargetKind::kTracker;
@@ -58,7 +58,7 @@ struct Axis {
   char name;
 };
 
-// One view: `across` and `upward` choose two of x, y, z.
+// One view; `across` and `upward` select two of x, y, z.
 class PanelDrawing {
  public:
   PanelDrawing(const std::vector<Ball>& balls, Axis across, Axis upward, std::string_view heading)

@@ -1,4 +1,4 @@
-// Before, after, check; and what these numbers mean and do not mean.
+// Residuals before and after, check touches, and their interpretation.
 
 #include <fmt/format.h>
 
@@ -16,7 +16,7 @@ namespace cellcal::daemon::report {
 
 namespace {
 
-constexpr double kFewDegrees = 10.0;  // fewer leave a scatter uncertain by more than a fifth
+constexpr double kFewDegrees = 10.0;  // with fewer, a scatter is uncertain by more than a fifth
 
 std::string row(std::string_view what, const calib::ResidualSummary& summary, bool strong) {
   const std::string open =
@@ -114,7 +114,7 @@ bool any_of_kind(const View& view, calib::TargetKind kind) {
                      [&](const calib::TargetResult& target) { return target.kind == kind; });
 }
 
-/// What the residual of each kind of target is that there is.
+/// Meaning of the residual for each kind of target present.
 std::string residual_words(const View& view) {
   using calib::TargetKind;
   std::vector<std::string_view> parts;
@@ -225,7 +225,7 @@ std::string meaning(const View& view) {
   return section("meaning", "What the numbers mean, and what they do not", body);
 }
 
-// Whitened residuals against the normal curve: is the scatter of a touch what it was taken to be?
+// Whitened residuals compared with the normal distribution, to verify the assumed scatter of a touch.
 
 namespace {
 
@@ -244,12 +244,12 @@ double normal_density(double x) {
   return std::exp(-0.5 * x * x) / std::sqrt(2.0 * std::numbers::pi);
 }
 
-// Of the length of three normal errors: chi with three degrees of freedom.
+// Length of three normal errors: chi distribution with three degrees of freedom.
 double length_density(double x) { return 2.0 * x * x * normal_density(x); }
 
-// What honest residuals look like: along one line, or in space where every target is a point.
+// Expected distribution of residuals: along one line, or in space where every target is a point.
 struct Shape {
-  double from, to;  // sigma; beyond them lie a few of 100 000 touches
+  double from, to;  // sigma; only a few of 100 000 touches lie outside
   double peak;
   double (*density)(double);
   std::string_view curve, expected, expected_fitted;
@@ -277,7 +277,7 @@ Counts count(const View& view, const Shape& shape) {
   Counts counts(shape);
   for (const Mark& mark : view.marks) {
     if (mark.kind == MarkKind::kOutlier) continue;
-    // Lengths beside signed residuals follow another curve.
+    // Distances follow another distribution than signed residuals.
     if (mark.in_3d && !view.points_only()) {
       ++counts.on_points;
       continue;

@@ -1,5 +1,5 @@
 #pragma once
-// Places for words in a drawing where they cover nothing that matters.
+// Placement of labels in a drawing without covering marks.
 
 #include <string>
 #include <vector>
@@ -10,12 +10,12 @@ namespace cellcal::daemon::report {
 
 class Labels {
  public:
-  /// The panel that labels stay in.
+  /// Bounds of the panel.
   Labels(double left, double top, double right) : left_(left), top_(top), right_(right) {}
 
   void keep_free(svg::Point corner, double width, double height);
-  /// Where text of `letters` beside a mark of this radius begins, on its base line: the first of
-  /// four places beside it that covers nothing; else the first. It is kept free from then on.
+  /// Start of the base line for a text of `letters` next to a mark of this radius: the first of four
+  /// positions that covers nothing, otherwise the first. The area is reserved afterwards.
   svg::Point beside(svg::Point centre, double radius, std::size_t letters);
 
  private:

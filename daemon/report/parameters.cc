@@ -1,4 +1,4 @@
-// Every identified parameter, grouped by joint, with a bar of its correction against its sigma.
+// Identified parameters, grouped by joint, with a bar of each correction relative to its sigma.
 
 #include <fmt/format.h>
 
@@ -60,7 +60,7 @@ std::pair<std::string, bool> owner_of(const View& view, const calib::ParameterKe
 std::vector<Group> group_by_owner(const View& view, bool waves) {
   std::vector<Group> groups;
   for (const ParameterResult& parameter : view.result.parameters) {
-    // Amplitudes of transmission error: four and more per joint, and most of them undecided.
+    // Amplitudes of transmission error: four or more per joint, most of them undetermined.
     if (is_transmission(parameter.key.kind) != waves) continue;
     const auto [heading, joint] = owner_of(view, parameter.key);
     auto found = std::find_if(groups.begin(), groups.end(), [&heading = heading](const Group& g) {
@@ -136,9 +136,9 @@ std::string in_unit(double value, const ParameterResult& parameter, bool with_si
   return with_sign ? signed_fixed(shown, decimals) : fixed(shown, decimals);
 }
 
-// Bars are comparable within one unit over all joints, and within each other group.
+// Bars share a scale within one unit over all joints, and within each other group.
 struct RangeKey {
-  std::string group;  ///< its heading; empty: all joints
+  std::string group;  ///< heading; empty: all joints
   std::string unit;
   auto operator<=>(const RangeKey&) const = default;
 };
@@ -175,7 +175,7 @@ std::string bar(const ParameterResult& parameter, double range) {
   return std::move(svg).finish();
 }
 
-// "1/(N m^2)" with a real exponent; units are plain ASCII in files.
+// "1/(N m^2)" with a superscript; units are plain ASCII in files.
 std::string unit_html(std::string_view unit) {
   std::string html = escape(unit);
   for (std::size_t at = html.find("^2"); at != std::string::npos; at = html.find("^2")) {
@@ -238,7 +238,7 @@ std::string table(const View& view, const std::vector<Group>& groups, const Rang
       rows);
 }
 
-// Folded away: a table of what is mostly undecided would bury what was found.
+// Collapsed: mostly undetermined parameters would hide the determined ones.
 std::string waves_table(const View& view, const std::vector<Group>& groups) {
   std::size_t count = 0;
   std::size_t decided = 0;
@@ -282,11 +282,11 @@ std::string parameters_table(const View& view) {
   return section("parameters", "Parameters", body + waves_table(view, waves));
 }
 
-// Which model was fitted, by which method, and how well the touches tell it from the others.
+// Selected model, method, and how clearly the touches favour it over the others.
 
 namespace {
 
-constexpr int kEvidenceDecimals = 1;  // a tenth is odds of eleven to ten: nothing
+constexpr int kEvidenceDecimals = 1;  // 0.1 is odds of eleven to ten: insignificant
 constexpr std::size_t kMostLevels = 6;
 constexpr double kLeastShareOfModel = 0.005;
 
@@ -307,7 +307,7 @@ std::string_view method_sentence(std::string_view method) {
   return {};
 }
 
-// The level itself stands above it.
+// The level itself is displayed above.
 std::string reason_of(const calib::Calibration& result) {
   const std::string reason = calib::reason_words(result);
   if (reason.empty()) return {};
@@ -329,7 +329,7 @@ std::string_view parts() {
          "touch to touch; counted as noise of each joint (1&sigma;)</td></tr>\n</table>\n";
 }
 
-// "53 %"; what is less than half a percent is still more than nothing.
+// "53 %"; a non-zero share below 0.5 % is not shown as zero.
 std::string percent(double share) {
   if (!std::isfinite(share)) return fixed(share, 0);
   return share < kLeastShareOfModel ? "&lt;&nbsp;1&nbsp;%" : fixed(100.0 * share, 0) + "&nbsp;%";
@@ -385,7 +385,7 @@ std::string method_words(std::string_view method) {
 
 std::string level_words(const View& view) {
   const calib::Calibration& result = view.result;
-  // Methods that know no levels leave all three empty; the default level is not theirs.
+  // Methods without levels leave all three empty; the default level does not apply.
   if (result.level_reason.choice == calib::LevelChoice::kNone && result.levels.empty()) return {};
   return escape(calib::words(result.cell, result.level));
 }

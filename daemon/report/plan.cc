@@ -1,4 +1,4 @@
-// What was planned before the first touch, beside what was made of it.
+// The plan before the first touch, compared with the executed touches.
 
 #include <fmt/format.h>
 
@@ -88,19 +88,19 @@ std::string plan(const View& view) {
 
 namespace cellcal::daemon {
 
-// The picture of a plan as a document of its own: the rules of the page's style sheet for drawings,
-// with its light colours put in, because not every viewer of SVG knows CSS variables.
+// Drawing of a plan as a separate document: the drawing rules of the page's style sheet with its light
+// colours inserted, since not every SVG viewer supports CSS variables.
 
 namespace {
 
 using report::escape;
 
-constexpr double kViewWidth = 600.0, kViewHeight = 561.0;  // as wide to high as the views are
+constexpr double kViewWidth = 600.0, kViewHeight = 561.0;  // aspect ratio of the views
 constexpr double kTop = 44.0, kGap = 20.0, kEdge = 14.0;
-constexpr double kLine = 17.0;         // from line to line of the legend
-constexpr std::size_t kLetters = 170;  // on a line of it
+constexpr double kLine = 17.0;         // line pitch of the legend
+constexpr std::size_t kLetters = 170;  // per line of the legend
 
-/// The names and values of the first block, which is the light one.
+/// Variables of the first block (light theme) by name.
 std::map<std::string, std::string, std::less<>> light_colours(std::string_view style) {
   std::map<std::string, std::string, std::less<>> colours;
   std::string_view block = style.substr(0, style.find('}'));
@@ -115,7 +115,7 @@ std::map<std::string, std::string, std::less<>> light_colours(std::string_view s
   return colours;
 }
 
-/// Its rules that begin with "svg ", variables replaced.
+/// Its rules that begin with "svg ", with variables replaced.
 std::string rules_of(std::string_view style,
                      const std::map<std::string, std::string, std::less<>>& colours) {
   std::string rules;

@@ -23,9 +23,9 @@ using svg::Anchor, svg::Point, svg::Svg;
 constexpr double kWidth = 460.0, kHeight = 430.0;
 constexpr double kLeft = 52.0, kTop = 24.0, kRight = 14.0, kBottom = 40.0;
 constexpr double kMarginMm = 120.0;
-constexpr double kApproachMm = 75.0;  // to scale they would not be seen
+constexpr double kApproachMm = 75.0;  // invisible if drawn to scale
 constexpr double kLeastRadius = 3.5;  // px, so that a small sphere stays visible
-constexpr double kEndRadius = 1.7;    // px, where an approach begins
+constexpr double kEndRadius = 1.7;    // px, at the start of an approach
 constexpr std::size_t kLabelLength = 18;
 
 struct View {
@@ -34,7 +34,7 @@ struct View {
   char across_name, upward_name;
 };
 
-/// What is drawn of a polygon that leaves the frame (Sutherland and Hodgman).
+/// Polygon clipped to the frame (Sutherland and Hodgman).
 std::vector<Point> clipped(std::vector<Point> polygon) {
   const std::array<std::array<double, 3>, 4> sides{{{1, 0, -kLeft},  // a x + b y + c >= 0
                                                     {-1, 0, kWidth - kRight},
@@ -58,7 +58,7 @@ std::vector<Point> clipped(std::vector<Point> polygon) {
   return polygon;
 }
 
-/// The part of a line inside the frame; false where there is none (Liang and Barsky).
+/// Line clipped to the frame; false where it is outside (Liang and Barsky).
 bool clip(Point& from, Point& to) {
   double begin = 0.0, end = 1.0;
   const double dx = to.x - from.x, dy = to.y - from.y;
@@ -80,12 +80,12 @@ bool clip(Point& from, Point& to) {
   return true;
 }
 
-/// Everything that the views have to hold, and one scale for both.
+/// Common bounds and scale of both views.
 struct Frame {
   Vector3d least = Vector3d::Constant(-kMarginMm), most = Vector3d::Constant(kMarginMm);
   double px_per_mm = 1.0;
 
-  /// Of solids only what lies within the reach counts.
+  /// Solids count only as far as they lie within the reach.
   Frame(const PlanScene& scene, const std::vector<Vector2d>& from_above,
         const std::vector<Vector2d>& from_side) {
     Vector3d low = Vector3d::Zero(), high = Vector3d::Zero();
@@ -143,7 +143,7 @@ class Panel {
     svg_.text({0.0, kTop - 10.0}, Anchor::kStart, "panel", view.heading);
   }
 
-  /// Whether any of the reach lies inside the frame.
+  /// True if part of the reach lies inside the frame.
   bool shows_reach() const { return shows_reach_; }
   std::string finish() && { return std::move(svg_).finish(); }
 
@@ -195,7 +195,7 @@ class Panel {
     corners = outline_of(std::move(corners));
     polygon(corners, solid.id.empty() ? "stand" : "solid");
     if (solid.id.empty() || corners.empty()) return;
-    // Named in the middle of what is seen of it.
+    // Labelled in the middle of its visible part.
     Vector2d low = corners.front(), high = corners.front();
     for (const Vector2d& corner : corners) {
       low = low.cwiseMin(corner);

@@ -1,6 +1,5 @@
 #pragma once
-// The plan in its cell, from above and from the side, to scale: what the robot is about to do, for
-// someone who stands before it and has to let it.
+// Drawing of a plan in its cell, in top and side view, to scale, for the person who authorises the motion.
 
 #include <string>
 
@@ -9,20 +8,20 @@
 
 namespace cellcal::daemon {
 
-/// One SVG document with its own style. Throws std::exception where the robot cannot be drawn or
-/// the plan is of another one.
+/// One SVG document with its own style. Throws std::exception where the robot cannot be drawn or the plan
+/// belongs to another one.
 std::string plan_svg(const calib::Cell& cell, const calib::Plan& plan);
 
 namespace report {
 
-/// The two views for the page, and what stands below them. Throws as plan_svg() does.
+/// The two views for the page, with their legend. Throws as plan_svg() does.
 struct PlanViews {
   std::string above, side;  ///< <svg> elements
   std::string legend;       ///< text
 };
 PlanViews plan_views(const calib::Cell& cell, const calib::Plan& plan);
 
-/// CSS of what only this picture has; colours are the page's variables.
+/// CSS specific to this picture; colours are variables of the page.
 const char* plan_style();
 
 }  // namespace report

@@ -18,7 +18,7 @@ namespace {
 using calib::kMmPerM;
 using Eigen::Vector2d, Eigen::Vector3d;
 
-constexpr int kCorners = 24;  // of a circle
+constexpr int kCorners = 24;  // per circle
 
 std::vector<Vector3d> rim_of(const Eigen::Isometry3d& frame, double radius_m, double z_m) {
   std::vector<Vector3d> rim;
@@ -60,7 +60,7 @@ calib::ArmModel arm_of(const calib::Cell& cell) {
   return {cell.robot, cell.tool};
 }
 
-/// The posture of the limits in which `worth` is largest, near enough.
+/// Approximate posture within the limits that maximises `worth`.
 template <typename Worth>
 calib::JointVector furthest(const calib::Robot& robot, calib::JointVector q, const Worth& worth) {
   constexpr double kFirstRad = 0.3, kLastRad = 0.003;
@@ -120,7 +120,7 @@ PlanScene scene_of(const calib::Cell& cell, const calib::Plan& plan) {
     if (touch.standoff.size() != cell.robot.joints.size())
       throw std::invalid_argument("the plan is of another robot");
     const bool check = touch.set == calib::TouchSet::kCheck;
-    // The tip's middle at the stand-off, and from there to the surface.
+    // Centre of the tip at the stand-off, and the direction to the surface.
     const Vector3d standoff = arm.nominal_tip_m(touch.standoff);
     scene.approaches.push_back(
         {kMmPerM * (standoff - touch.expected_m * touch.normal), touch.normal, check, k + 1});
@@ -173,7 +173,7 @@ std::vector<Vector2d> outline_of(std::vector<Vector2d> points) {
   const auto turns_left = [](const Vector2d& a, const Vector2d& b, const Vector2d& c) {
     return (b - a).x() * (c - a).y() - (b - a).y() * (c - a).x() > 0.0;
   };
-  for (const int pass : {0, 1}) {  // below, then above
+  for (const int pass : {0, 1}) {  // lower hull, then upper
     const std::size_t first = outline.size();
     for (const Vector2d& p : points) {
       while (outline.size() >= first + 2 &&
@@ -181,7 +181,7 @@ std::vector<Vector2d> outline_of(std::vector<Vector2d> points) {
         outline.pop_back();
       outline.push_back(p);
     }
-    outline.pop_back();  // the next pass begins with it
+    outline.pop_back();  // repeated as the first point of the next pass
     if (pass == 0) std::reverse(points.begin(), points.end());
   }
   return outline;

@@ -1,6 +1,6 @@
 #pragma once
-// What a picture of a plan shows, as points in space [mm, base frame]. Computed on the nominal
-// geometry, as the plan is.
+// Content of a plan's drawing as points in space [mm, base frame]. Computed with the nominal geometry, as the
+// plan is.
 
 #include <Eigen/Core>
 #include <optional>
@@ -13,13 +13,13 @@
 namespace cellcal::daemon::report {
 
 struct PlanScene {
-  /// A link or part of the tool: everything within the radius of a straight line.
+  /// Link or part of the tool: all points within a radius of a line segment.
   struct Rod {
     Eigen::Vector3d a, b;
     double radius;
     bool tool;
   };
-  /// Drawn as the outline of its corners: for what is convex the very outline, else around it.
+  /// Drawn as the convex hull of its corners.
   struct Solid {
     std::string id;  ///< empty: a stand
     std::vector<Eigen::Vector3d> corners;
@@ -30,28 +30,28 @@ struct PlanScene {
     double radius;
     std::size_t fit = 0, check = 0;
   };
-  /// The tip comes from `contact` + any length of `normal`.
+  /// Approach of the tip to `contact` along `normal`.
   struct Approach {
     Eigen::Vector3d contact, normal;
     bool check;
     std::size_t number;  ///< of the touch, from 1
   };
-  std::vector<Rod> arm;  ///< in the posture that the plan begins in
+  std::vector<Rod> arm;  ///< in the plan's start posture
   std::vector<Solid> solids;
   std::vector<Ball> balls;
   std::vector<Approach> approaches;
-  std::optional<double> floor_z;  ///< where z points up
+  std::optional<double> floor_z;  ///< horizontal floor, where z points up
   bool z_is_up = true;
 };
 
-/// Throws std::exception where the robot has no arm to draw or the plan is of another robot.
+/// Throws std::exception where the robot has no drawable arm or the plan belongs to another robot.
 PlanScene scene_of(const calib::Cell& cell, const calib::Plan& plan);
 
-/// How far the tip can reach, seen in a view: the outline around all of its places inside the joint
-/// limits, as corners [mm] in order. `across`, `upward`: which of x, y, z the view shows.
+/// Reach of the tip in a view: outline of its positions within the joint limits, as ordered corners [mm].
+/// `across`, `upward`: axes of the view, from x, y, z.
 std::vector<Eigen::Vector2d> reach_of(const calib::Cell& cell, int across, int upward);
 
-/// The outline around points, counter-clockwise (Andrew's monotone chain).
+/// Convex hull of points, counter-clockwise (Andrew's monotone chain).
 std::vector<Eigen::Vector2d> outline_of(std::vector<Eigen::Vector2d> points);
 
 }  // namespace cellcal::daemon::report

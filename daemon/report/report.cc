@@ -12,7 +12,7 @@ namespace cellcal::daemon {
 
 namespace {
 
-// No script and nothing from elsewhere, even if something should slip through the escaping.
+// No scripts and no external content, even if an escaping fault remained.
 constexpr std::string_view kContentPolicy =
     "default-src 'none'; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'";
 

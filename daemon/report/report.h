@@ -1,6 +1,6 @@
 #pragma once
-// The calibration report: one self-contained HTML file for the people who have to trust, use or
-// refuse a calibration. No script, no external resource; it reads the same in ten years.
+// Calibration report: one self-contained HTML file for those who rely on, use or reject a calibration. No
+// script and no external resource, so that it remains readable for years.
 
 #include <optional>
 #include <string>
@@ -14,8 +14,8 @@
 
 namespace cellcal::daemon {
 
-/// Everything that the report shows. All strings are UTF-8 and may come from users' files; they
-/// are escaped. Empty strings and sets are left out or named as missing, never an error.
+/// Content of the report. All strings are UTF-8, may come from users' files, and are escaped. Empty strings
+/// and sets are omitted or reported as missing, never an error.
 struct ReportInput {
   calib::Calibration calibration;
   /// As measured, in order; Calibration::residuals and ::outliers index into it.
@@ -25,15 +25,15 @@ struct ReportInput {
   std::string finished;  ///< ISO 8601
   std::string cell_name;
   std::string software;             ///< e.g. calib::software_version()
-  std::vector<std::string> notes;   ///< conditions in the operator's words, one line each
+  std::vector<std::string> notes;   ///< remarks of the operator on the conditions, one line each
   std::optional<calib::Plan> plan;  ///< where the touches were planned
-  double planned_s = 0.0;           ///< robot time that it foresaw; 0: not known
-  /// Simulated cells only: figure and value against the hidden truth, shown as such.
+  double planned_s = 0.0;           ///< predicted robot time [s]; 0: unknown
+  /// Simulated cells only: name and deviation from the hidden truth, labelled as such.
   std::vector<std::pair<std::string, std::string>> truth;
 };
 
-/// The whole document, UTF-8, from "<!doctype html>" to the last newline. Never throws for what
-/// the input says: a number that is not finite is shown as a dash and counted in words.
+/// The complete document, UTF-8. Never throws for invalid input: a non-finite number is shown as a dash and
+/// counted in the text.
 std::string html_report(const ReportInput& input);
 
 }  // namespace cellcal::daemon

@@ -1,6 +1,6 @@
-// Residual of every touch, signed. Two panels with one touch axis: the nominal robot on the scale
-// of its errors (millimetres), the calibrated one on the scale of its own (hundredths), because one
-// linear axis would show only one of the two and a logarithmic one would lose the sign.
+// Signed residual of every touch. Two panels with a common touch axis: the nominal robot on a scale of
+// millimetres, the calibrated one on a scale of hundredths, since one linear axis would show only one of them
+// and a logarithmic one would lose the sign.
 
 #include <fmt/format.h>
 
@@ -33,17 +33,17 @@ constexpr double kChartHeight = 462.0;
 constexpr int kTicksPerPanel = 5;
 constexpr int kTouchTicks = 12;
 constexpr double kBandSigmas = 2.0;
-constexpr double kBand3dSigmas = 2.795;  // of three squares 95 % stay below its square
+constexpr double kBand3dSigmas = 2.795;  // of three squares 95 % are below its square
 constexpr double kFallbackRangeMm = 0.1;
-constexpr std::size_t kManyMarks = 150;  // from here on smaller marks keep neighbours apart
-constexpr double kFlagWidth = 118.0;     // px, of "100: +0.62 off scale"
+constexpr std::size_t kManyMarks = 150;  // from this number on smaller marks keep neighbours apart
+constexpr double kFlagWidth = 118.0;     // px, width of "100: +0.62 off scale"
 constexpr double kFlagGap = 9.0;
 
 struct Panel {
   Scale across, up;
 };
 
-// Outliers do not set the scale; they are drawn at its edge.
+// Outliers do not determine the scale; they are drawn at its edge.
 double range_of(const std::vector<Mark>& marks, double Mark::*value, double at_least) {
   double most = at_least;
   bool any = false;
@@ -91,7 +91,7 @@ void draw_mark(Svg& svg, const Mark& mark, Point at, double size, std::string_vi
 
 void draw_touch_axis(Svg& svg, const Scale& across, const std::vector<Mark>& marks, double y) {
   for (const double tick : round_ticks(across.from, across.to, kTouchTicks)) {
-    // Ticks stand at the order of the residuals; the label is the touch's own number.
+    // Ticks are at the index of the residual; the label is the number of the touch.
     if (tick < 1.0 || tick > static_cast<double>(marks.size()) || tick != std::floor(tick)) {
       continue;
     }
@@ -118,7 +118,7 @@ void draw_before(Svg& svg, const Panel& panel, const std::vector<Mark>& marks, d
   }
 }
 
-// Where the next outlier, or else the panel, ends the room for a label.
+// End of the space for a label: the next outlier, or the panel's edge.
 double next_outlier(const std::vector<Mark>& marks, std::size_t after, const Scale& across) {
   for (std::size_t i = after + 1; i < marks.size(); ++i) {
     if (marks[i].kind == MarkKind::kOutlier) return across(static_cast<double>(i + 1));
@@ -140,7 +140,7 @@ void draw_after(Svg& svg, const Panel& panel, const std::vector<Mark>& marks, do
     const Point at{panel.across(static_cast<double>(i + 1)), panel.up.clamped(mark.after_mm)};
     draw_mark(svg, mark, at, size, "after");
     if (mark.kind != MarkKind::kOutlier) continue;
-    // Every outlier stands in the table; here only those are labelled that have room.
+    // Every outlier is listed in the table; labels are drawn only where space permits.
     const double next = next_outlier(marks, i, panel.across);
     const bool to_the_right = at.x + kFlagWidth < next && at.x > label_end;
     const bool to_the_left = !to_the_right && at.x - kFlagWidth > label_end;

@@ -11,7 +11,7 @@ namespace cellcal::daemon::report {
 
 namespace {
 
-// A range narrower than this part of its own magnitude has no ticks that doubles can tell apart.
+// A narrower relative range has no ticks distinguishable in double precision.
 constexpr double kLeastRelativeRange = 1e-9;
 constexpr int kMostDecimals = 9;
 
@@ -135,7 +135,7 @@ std::string readable_time(std::string_view iso) {
     const bool digit = iso[i] >= '0' && iso[i] <= '9';
     matches = kPattern[i] == 'd' ? digit : iso[i] == kPattern[i];
   }
-  // Between the seconds and the Z at most a fraction, which nobody reads.
+  // Between seconds and Z only a fraction is permitted; it is dropped.
   const std::string_view rest = matches ? iso.substr(kPattern.size()) : std::string_view();
   matches =
       matches && (rest.size() == 1 || rest[0] == '.') &&

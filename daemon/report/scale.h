@@ -1,5 +1,5 @@
 #pragma once
-// From values to pixels, and the round numbers that an axis shows.
+// Mapping of values to pixels, and round axis ticks.
 
 #include <cstddef>
 #include <string>
@@ -16,49 +16,49 @@ struct Scale {
   double at_from = 0.0, at_to = 1.0;
 
   double operator()(double value) const;
-  /// Same, with the value first brought into [from, to].
+  /// The same, with the value clamped to [from, to].
   double clamped(double value) const;
   bool holds(double value) const;
 };
 
-/// Multiples of 1, 2 or 5 times a power of ten inside [from, to], about `wanted` of them and never
-/// more than twice that. Empty where the range is empty or not finite.
+/// Multiples of 1, 2 or 5 times a power of ten inside [from, to], about `wanted` and at most twice that.
+/// Empty where the range is empty or not finite.
 std::vector<double> round_ticks(double from, double to, int wanted);
 
-/// Tick labels with just the decimals that tell neighbours apart.
+/// Tick labels with the fewest decimals that distinguish neighbours.
 std::vector<std::string> tick_labels(const std::vector<double>& ticks);
 
-/// The least of 1, 1.5, 2, 3, 4, 5, 6, 8 times a power of ten that is not below `value`; `fallback`
-/// where the value is not finite or not positive.
+/// The smallest of 1, 1.5, 2, 3, 4, 5, 6, 8 times a power of ten that is not below `value`; `fallback` where
+/// the value is not finite or not positive.
 double round_up(double value, double fallback);
 
-// Text and numbers on their way into HTML. A number looks the same whatever the locale.
+// Formatting of texts and numbers for HTML, independent of the locale.
 
 using svg::escape, svg::shorten;
 
-/// Fixed decimals, real minus sign, never "-0.000"; an en dash where the value is not finite;
-/// scientific from 1e9 on.
+/// Fixed decimals, typographic minus sign, never "-0.000"; an en dash for non-finite values; scientific from
+/// 1e9 on.
 std::string fixed(double value, int decimals);
-/// Same with an explicit plus sign.
+/// The same with an explicit plus sign.
 std::string signed_fixed(double value, int decimals);
-/// Same as fixed() with the ASCII minus, for what people copy into files.
+/// As fixed(), with an ASCII minus, for values copied into files.
 std::string ascii_fixed(double value, int decimals);
 /// Shortest text with this many significant digits, e.g. "0.00036", "2.1e-06".
 std::string significant(double value, int digits);
 
-/// Metres as millimetres; three decimals show a micrometre, a thirtieth of one touch's noise.
+/// Metres as millimetres; three decimals resolve 1 um, a thirtieth of the noise of one touch.
 inline constexpr int kMmDecimals = 3;
 std::string mm(double metres, int decimals = kMmDecimals);
 std::string signed_mm(double metres, int decimals = kMmDecimals);
 
-/// For figures that are positive wherever they are known: an en dash for zero, negative and not
-/// finite values, so that "not computed" never reads as a perfect 0.000.
+/// For values that are positive when known: an en dash for zero, negative and non-finite values, so that "not
+/// computed" never reads as a perfect 0.000.
 std::string positive_mm(double metres, int decimals = kMmDecimals);
 
-/// "0.031 mm" with a space that never breaks; as text, to be escaped like any other.
+/// "0.031 mm" with a non-breaking space; unescaped text.
 std::string mm_words(double metres);
 
-/// "2025-03-14 02:10:00 UTC" for ISO 8601 in UTC; anything else as it is. Not escaped.
+/// "2025-03-14 02:10:00 UTC" for ISO 8601 in UTC; other texts unchanged. Not escaped.
 std::string readable_time(std::string_view iso);
 
 /// "1 touch", "12 touches".

@@ -1,5 +1,6 @@
-// One style sheet for light, dark and paper. Colours after Okabe and Ito, told apart by every eye;
-// kinds of touches differ in shape as well. One accent (blue), one alarm (vermilion).
+// One style sheet for light and dark themes and print. Colours after Okabe and Ito, distinguishable with
+// colour vision deficiency; kinds of touches differ in shape as well. One accent (blue), one alarm
+// (vermilion).
 
 #include "daemon/report/view.h"
 

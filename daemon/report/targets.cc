@@ -1,5 +1,4 @@
-// Where the targets are, how large they act, how well each one is met, and what became of the
-// certified lengths.
+// Positions, effective sizes and residuals of the targets, and the results of the certified lengths.
 
 #include <fmt/format.h>
 
@@ -20,15 +19,15 @@ namespace cellcal::daemon::report {
 namespace {
 
 constexpr std::string_view kNoValue = "\xE2\x80\x93";
-constexpr int kCoarseDecimals = 2;  // of a residual in sigma
-constexpr double kSameM = 1e-9;     // what a file's digits leave of a length
+constexpr int kCoarseDecimals = 2;  // for a residual in sigma
+constexpr double kSameM = 1e-9;     // rounding of a length in a file
 
 struct PerTarget {
   int count = 0;
   double sum_mm = 0.0, squares_mm2 = 0.0;
 };
 
-// Of all touches that are not outliers: a target that moved shows as a mean away from zero.
+// Over all touches except outliers: a displaced target has a non-zero mean.
 PerTarget residuals_of(const View& view, std::string_view id) {
   PerTarget sums;
   for (const Mark& mark : view.marks) {
@@ -72,7 +71,7 @@ std::string target_row(const View& view, const calib::TargetResult& target) {
       mean, rms);
 }
 
-// How planes and trackers stand; the middle of what was touched says little of them.
+// Orientation of planes and trackers, for which the mean position is of little use.
 std::string stands_note(const View& view) {
   constexpr int kNormalDecimals = 5, kDegreeDecimals = 4;
   std::string items;
@@ -168,8 +167,8 @@ std::string targets_table(const View& view) {
   return section("targets", "Targets", body);
 }
 
-// Where each sphere was touched: one Lambert equal-area disc per target, seen from above. Equal
-// areas, so that an empty part of the disc is an empty part of the sphere of the same size.
+// Contact directions of each sphere: one Lambert equal-area disc per target, in top view. With equal areas,
+// an empty part of the disc is an equally large untouched part of the sphere.
 
 namespace {
 
@@ -177,8 +176,8 @@ using svg::Anchor, svg::Point, svg::Svg;
 
 constexpr double kSide = 232.0;
 constexpr double kMiddle = 0.5 * kSide;
-constexpr double kRadius = 96.0;         // px, of the disc: straight below the sphere's centre
-constexpr double kLeastDirection = 0.5;  // of a unit vector; shorter is no direction
+constexpr double kRadius = 96.0;         // px, of the disc: nadir of the sphere
+constexpr double kLeastDirection = 0.5;  // of a unit vector; shorter ones have no valid direction
 constexpr std::size_t kLabelLength = 24;
 
 // Lambert azimuthal equal-area about the zenith: r = sin(polar angle / 2), 1 at the nadir.
@@ -254,8 +253,8 @@ std::string sphere_maps(const View& view) {
   std::string discs;
   std::vector<std::string> without;
   for (const calib::TargetResult& target : view.result.targets) {
-    // A point is touched from nowhere: what direction its residual has is that of the error. A
-    // plane is always touched along its normal.
+    // A point has no contact direction: that of its residual is the direction of the error. A plane is always
+    // touched along its normal.
     if (!view.is_round(target.id)) continue;
     const std::string one = disc(view, target.id);
     if (one.empty()) without.push_back(target.id);

@@ -1,5 +1,4 @@
-// Under which conditions, with what, and from which files: what somebody needs to repeat or doubt
-// this calibration.
+// Conditions, equipment and files of the calibration, as needed to repeat or challenge it.
 
 #include <fmt/format.h>
 
@@ -21,7 +20,7 @@ constexpr int kMassDecimals = 3;
 constexpr int kGravityDecimals = 3;
 constexpr int kSpeedDecimals = 2;
 
-// `html` is already escaped; empty values are named, not hidden.
+// `html` is already escaped; empty values are named as missing.
 std::string pair(std::string_view name, const std::string& html) {
   return fmt::format("<tr><th scope=\"row\">{}</th><td>{}</td></tr>\n", name,
                      html.empty() ? std::string("<em>not stated</em>") : html);
@@ -124,7 +123,7 @@ std::string notes_list(const View& view) {
   return items.empty() ? items : fmt::format("<h3>Notes</h3>\n<ul>\n{}</ul>\n", items);
 }
 
-/// What few sessions have, and then a column of its own.
+/// Values that few sessions have; they get a column where present.
 struct Extra {
   const char* head;
   bool (*has)(const calib::Touch&);
@@ -136,7 +135,7 @@ constexpr Extra kExtras[] = {
     {"&deg;C", [](const calib::Touch& t) { return t.temperature_c.has_value(); },
      [](const calib::Touch& t) { return ascii_fixed(*t.temperature_c, 1); }}};
 
-/// Those that any touch has.
+/// Columns present in any touch.
 std::vector<const Extra*> extras_of(const std::vector<calib::Touch>& touches) {
   std::vector<const Extra*> used;
   for (const Extra& extra : kExtras)

@@ -1,4 +1,4 @@
-// The first thing on the page: may the result be used, where, and why.
+// Heading of the page: whether, where and why the result may be used.
 
 #include <fmt/format.h>
 
@@ -19,7 +19,7 @@ namespace cellcal::daemon::report {
 namespace {
 
 struct Reasons {
-  std::string scope;  // without its opening; the first of them
+  std::string scope;  // without its introduction; the first of them
   std::vector<std::string> against, other;
 };
 
@@ -171,13 +171,13 @@ std::string summary(const View& view) {
                      escape(residual_sentence(view)), escape(accuracy_sentence(view)));
 }
 
-// What the touches do not determine, which of them were left out, and which parameters go together.
+// Directions that the touches do not determine, rejected touches, and correlated parameters.
 
 namespace {
 
 constexpr std::string_view kNothing = "\xE2\x80\x93";
 constexpr std::size_t kMostPairs = 20;
-constexpr std::size_t kMostShares = 6;  // of one direction; the rest is small
+constexpr std::size_t kMostShares = 6;  // of one direction; the remaining ones are small
 constexpr double kLeastShare = 0.05;
 constexpr int kShareDecimals = 2;
 constexpr int kCorrelationDecimals = 3;
@@ -215,7 +215,7 @@ std::string outlier_row(const View& view, const calib::Outlier& outlier) {
       reason.empty() ? std::string("reason not recorded") : escape(reason));
 }
 
-// For comparing one plan of touches with another.
+// For the comparison of two plans of touches.
 std::string observability_words(const calib::Observability& o) {
   if (o.rows <= 0) return {};
   const auto number = [](double value) {

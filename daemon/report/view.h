@@ -1,6 +1,5 @@
 #pragma once
-// What every section needs to know, looked up once: each touch with its kind, target and residuals
-// in millimetres.
+// Shared data of all sections: each touch with its kind, target and residuals in millimetres.
 
 #include <Eigen/Core>
 #include <cstddef>
@@ -15,26 +14,26 @@ namespace cellcal::daemon::report {
 
 enum class MarkKind { kFit, kCheck, kOutlier };
 
-/// What is not finite or lies a kilometre away is no measurement, and would ruin every scale.
+/// Larger or non-finite values are not measurements, and would distort every scale.
 inline constexpr double kUsableMm = 1e6;
 bool is_usable_mm(double value);
 
-/// A predicted error of zero is one that was not predicted.
+/// A predicted error of zero means that it was not predicted.
 bool is_known(double predicted_m);
 
-/// One residual as the drawings show it.
+/// One residual as drawn.
 struct Mark {
-  std::size_t number = 0;  ///< of the touch, from 1, as shown to people
+  std::size_t number = 0;  ///< of the touch, from 1, as displayed
   MarkKind kind = MarkKind::kFit;
   bool held_out = false;  ///< a check touch, outlier or not
   std::string target;     ///< empty where the touch is unknown
   double before_mm = 0.0, after_mm = 0.0;
   double whitened = 0.0;
-  bool in_3d = false;  ///< on a point or by a tracker: residuals are distances, never negative
-  Eigen::Vector3d direction = Eigen::Vector3d::Zero();  ///< base frame; zero where there is none
+  bool in_3d = false;  ///< on a point or by a tracker: residuals are non-negative distances
+  Eigen::Vector3d direction = Eigen::Vector3d::Zero();  ///< base frame; zero: none
 };
 
-/// References the input, which must live longer.
+/// References the input, which must outlive this.
 struct View {
   explicit View(const ReportInput& report_input);
 
@@ -42,25 +41,26 @@ struct View {
   const calib::Calibration& result;
   std::vector<Mark> marks;  ///< usable ones only, in the order of the residuals
   std::size_t fit = 0, check = 0, outliers = 0;  ///< touches by kind
-  std::size_t unusable = 0;  ///< residuals left out of every drawing: not finite or too large
-  std::size_t unknown = 0;   ///< residuals of touches that were not given
+  std::size_t unusable = 0;  ///< residuals omitted from every drawing: not finite or too large
+  std::size_t unknown = 0;   ///< residuals of unknown touches
 
   /// nullptr where the cell has no such target.
   const calib::Target* cell_target(std::string_view id) const;
   const calib::TargetResult* target_result(std::string_view id) const;
-  bool is_point(std::string_view id) const;  ///< or a tracker: seen in all three directions
-  bool is_round(std::string_view id) const;  ///< touched from directions: a sphere or a wire
-  bool points_only() const;                  ///< every mark is on a point, and there is one
+  bool is_point(std::string_view id) const;  ///< or a tracker: measured in all three directions
+  /// Touched from several directions: a sphere or a wire.
+  bool is_round(std::string_view id) const;
+  bool points_only() const;  ///< all marks, at least one, are on points
   bool any_point() const;
-  /// Certified lengths of which both ends were touched; those alone hold the scale.
+  /// Certified lengths with both ends touched; only these determine the scale.
   std::size_t touched_lengths() const;
 };
 
-/// As tables show it: "A2.theta".
+/// As in tables: "A2.theta".
 std::string name_of(const View& view, const calib::ParameterResult& parameter);
 
 std::string_view kind_word(calib::TargetKind kind);
-/// "4 spheres", "2 points"; "3 targets" where they are of several kinds.
+/// "4 spheres", "2 points"; "3 targets" for mixed kinds.
 std::string target_words(const View& view);
 std::string_view css_class(MarkKind kind);
 /// "touch 12 on S1, held out: 2.310 mm before, 0.021 mm after".
@@ -69,8 +69,8 @@ std::string mark_title(const Mark& mark);
 /// "<section ...><h2>heading</h2>" ... "</section>" around the body.
 std::string section(std::string_view id, std::string_view heading, std::string_view body);
 
-// The sections of the report, in the order of the page. Each returns HTML and computes nothing that
-// the calibration does not already say.
+// Sections of the report, in page order. Each returns HTML and computes nothing beyond the calibration's own
+// values.
 
 std::string verdict_banner(const View& view);
 std::string summary(const View& view);
@@ -90,7 +90,7 @@ std::string correlations(const View& view);
 std::string traceability(const View& view);
 std::string raw_touches(const View& view);
 
-/// What was fitted and how, in words, escaped; empty where the method knows no levels.
+/// Selected model and method, escaped; empty for methods without levels.
 std::string level_words(const View& view);
 std::string method_words(std::string_view method);
 

@@ -33,7 +33,7 @@ void add_once(std::vector<T>& list, const T& one) {
   if (std::ranges::find(list, one) == list.end()) list.push_back(one);
 }
 
-/// The likeliest that is a change; none where nothing changed.
+/// The most likely change; none where nothing changed.
 std::optional<calib::Explanation> likeliest(const std::vector<calib::Explanation>& explanations) {
   for (const calib::Explanation& one : explanations)
     if (one.kind != calib::ChangeKind::kNothing) return one;
@@ -226,7 +226,7 @@ std::string opening(const SessionOutcome& outcome) {
   return "";
 }
 
-/// What to do where no change is named.
+/// Remedy where no change is identified.
 std::string remedy(const SessionOutcome& outcome) {
   switch (outcome.kind) {
     case OutcomeKind::kDoesNotHold:

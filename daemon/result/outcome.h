@@ -1,6 +1,6 @@
 #pragma once
-// The outcome of a session that came to its end: what status, journal, page, commands, metrics, plant, webhook and
-// readiness show. Sentences: outcome_words.h; as a document: outcome_json.h.
+// Outcome of a completed session, as shown by status, journal, page, commands, metrics, plant, webhook and
+// readiness. Sentences: outcome_words.h; JSON: outcome_json.h.
 
 #include <Eigen/Core>
 #include <array>
@@ -20,16 +20,16 @@ namespace cellcal::daemon {
 enum class OutcomeKind {
   kPublished,
   kWithheld,
-  // Of a check.
+  // Check.
   kHolds,
   kDoesNotHold,
   kUndecided,
-  // Of a qualification.
+  // Qualification.
   kQualified,
   kNotQualified,
-  kFound,       ///< the spheres
-  kNothingMet,  ///< a dry run
-  // Of an update.
+  kFound,       ///< spheres located
+  kNothingMet,  ///< a dry run without contact
+  // Update.
   kUpdated,
   kNothingChanged,
   kUpdateWithheld,
@@ -40,13 +40,13 @@ inline constexpr std::array kOutcomeKinds{
     OutcomeKind::kNotQualified, OutcomeKind::kFound,          OutcomeKind::kNothingMet,
     OutcomeKind::kUpdated,      OutcomeKind::kNothingChanged, OutcomeKind::kUpdateWithheld};
 
-/// "does_not_hold". Of a name that is none, nothing.
+/// "does_not_hold". None for an unknown name.
 const char* to_string(OutcomeKind kind);
 std::optional<OutcomeKind> outcome_kind(const std::string& name);
-/// The session brought what it was made for. An update that finds nothing changed did.
+/// True if the session achieved its purpose, including an update that finds nothing changed.
 bool is_good(OutcomeKind kind);
 
-/// Of a check: the tool's tip against the flange, were that what changed.
+/// Displacement of the TCP in the flange frame found by a check, under the assumption that only the tool changed.
 struct TcpShift {
   Eigen::Vector3d shift_m = Eigen::Vector3d::Zero();  ///< flange frame
   double u_m = 0.0;                                   ///< U(k=2) of its length
@@ -54,35 +54,36 @@ struct TcpShift {
 
 struct SessionOutcome {
   OutcomeKind kind = OutcomeKind::kPublished;
-  std::size_t touches = 0;  ///< that it rests on; of a dry run the stand-offs reached
-  // Of a check.
-  std::optional<TcpShift> tcp_shift = {};  ///< none: too few touches met anything
-  /// What changed, likeliest; of a check that does not hold, or an update.
+  std::size_t touches = 0;  ///< evidence of the outcome; of a dry run the stand-offs reached
+  // Check.
+  std::optional<TcpShift> tcp_shift = {};  ///< none: too few touches with contact
+  /// Most likely change; of a check that does not hold, or an update.
   std::optional<calib::Explanation> change = {};
-  std::vector<std::string> not_found = {};  ///< targets of which a touch met nothing, each once
-  std::vector<std::string> unsteady =
-      {};  ///< targets of which a touch gave no contact point, each once
+  std::vector<std::string> not_found = {};  ///< targets with a touch without contact, each once
+  /// Targets with a touch without a valid contact point, each once.
+  std::vector<std::string> unsteady = {};
   calib::DriftAdvice remedy = calib::DriftAdvice::kNone;
-  // Of a find.
+  // Search for spheres.
   std::vector<FoundSphere> spheres = {};
-  // Of a qualification.
+  // Qualification.
   std::vector<QualificationFinding> not_as_stated = {};
-  // Of a calibration or an update.
+  // Calibration or update.
   std::vector<calib::FindingKind> withheld_by = {};  ///< each once
   std::optional<calib::UpdateOutcome> update = {};
 };
 
 SessionOutcome outcome_of(const SessionResult& result);
-/// Name of the cause: of the likeliest change, the first finding that withholds, or what is not as stated first. Empty: none.
+/// Name of the cause: most likely change, first withholding finding, or first deviation from the stated
+/// values. Empty: none.
 std::string cause_of(const SessionOutcome& outcome);
-/// Of a calibration or an update: whether it was published; none of all else.
+/// True if a calibration or update was published; none for other sessions.
 std::optional<bool> published(const SessionOutcome& outcome);
 
-// The sentences of an outcome, made here and nowhere else: number first, then what to do.
+// Sentences of an outcome; the single source of this wording: number first, then the remedy.
 
-/// The first line is the outcome, those after it its evidence and what to do.
+/// The first line is the outcome, followed by its evidence and the remedy.
 std::vector<std::string> words(const SessionOutcome& outcome);
-/// "S1: centre_mm = [1200.00, 0.00, 300.00]  # +- 5 mm (k=2), 9 touches", as the cell file has it.
+/// "S1: centre_mm = [1200.00, 0.00, 300.00]  # +- 5 mm (k=2), 9 touches", in the cell file's syntax.
 std::string words(const FoundSphere& sphere);
 
 }  // namespace cellcal::daemon

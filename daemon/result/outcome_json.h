@@ -1,6 +1,6 @@
 #pragma once
-// An outcome as a document: "cellcal.outcome/1", millimetres and degrees. The journal's column `outcome`, and the `outcome` of the API
-// (there with its words).
+// An outcome as JSON: "cellcal.outcome/1", millimetres and degrees. Used by the journal's column `outcome`
+// and by `outcome` of the API (there with its words).
 
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
@@ -11,7 +11,7 @@
 namespace cellcal::daemon {
 
 std::string outcome_to_json(const SessionOutcome& outcome);
-/// Nothing of an empty text, or of one that is none of this version's.
+/// None for an empty text, or one of another version.
 std::optional<SessionOutcome> outcome_from_json(const std::string& text);
 /// Of a check by its own document, "cellcal.check/1", for a check of before outcomes were recorded: of what changed the tool
 /// alone. Nothing of what is none.

@@ -1,6 +1,6 @@
 #pragma once
-// What comes of a session: one value per kind. The session carries it unread; tasks make it and write its files, the
-// journal keeps its outcome (outcome.h).
+// Result of a session: one value per kind. The session passes it through unread; tasks create it and write
+// its files, the journal stores its outcome (outcome.h).
 
 #include <Eigen/Core>
 #include <cstddef>
@@ -20,23 +20,24 @@ struct FoundSphere {
   Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();  ///< base frame of the nominal arm
   double u_m = 0.0;                                    ///< U(k=2) of each component
   int touches = 0;
-  std::optional<double> moved_m;  ///< from the cell file's centre; none there
+  /// From the centre in the cell file; none where the file has none.
+  std::optional<double> moved_m;
 };
 struct FoundSpheres {
   std::vector<FoundSphere> spheres;
 };
 
-/// Went from stand-off to stand-off and met nothing.
+/// Completed from stand-off to stand-off without contact.
 struct DryRun {
   std::size_t standoffs = 0;
 };
 
-/// A struct, so that a session's state can hold one that it does not know. An update is a calibration with
+/// A struct, so that a session's state can hold it as an incomplete type. An update is a calibration with
 /// `calibration.update`.
 struct SessionResult {
   std::variant<calib::Calibration, calib::TcpCheck, Qualification, FoundSpheres, DryRun> of;
 
-  /// Null: of another kind.
+  /// Null: another kind.
   const calib::Calibration* calibration() const { return std::get_if<calib::Calibration>(&of); }
 };
 

@@ -12,7 +12,7 @@ namespace cellcal::daemon {
 namespace {
 
 constexpr std::chrono::milliseconds kPollPeriod{1};
-/// Of link quality: what a person or a page looks at.
+/// Reporting period of the link quality, for display.
 constexpr std::chrono::milliseconds kReportPeriod{200};
 
 bool same(const Links& a, const Links& b) {
@@ -23,8 +23,8 @@ bool same(const Links& a, const Links& b) {
          a.interruption == b.interruption && a.interruptions == b.interruptions &&
          a.robot_session == b.robot_session && a.late == b.late &&
          a.needs_operator == b.needs_operator && a.unsettled == b.unsettled && a.mode == b.mode &&
-         a.override_percent == b.override_percent && a.request == b.request && a.robot_words == b.robot_words &&
-         a.contact_words == b.contact_words;
+         a.override_percent == b.override_percent && a.request == b.request &&
+         a.robot_words == b.robot_words && a.contact_words == b.contact_words;
 }
 
 }  // namespace
@@ -33,11 +33,11 @@ bool same(const Links& a, const Links& b) {
 struct Runner::Inbox {
   std::mutex mutex;
   std::deque<Event> events;
-  int commits = 0;  ///< under way
-  /// Nothing that is computed is wanted any more: somebody aborts, or the session has ended.
+  int commits = 0;  ///< in progress
+  /// Results of computations are no longer needed: aborted or ended.
   std::atomic<bool> called_off{false};
 
-  std::optional<calib::WorkDone> done;  ///< news of it
+  std::optional<calib::WorkDone> done;  ///< unreported progress
 
   void tell(const calib::WorkDone& now) {
     const std::lock_guard lock(mutex);
@@ -128,13 +128,13 @@ void Runner::run_to_end() {
   }
 }
 
-/// Jobs of the disk's worker use the recorder, which goes with the session.
+/// Jobs of the disk's worker use the recorder, which is destroyed with the session.
 void Runner::await_disk() {
   drivers::Clock& clock = parts_.backend.clock();
   for (; inbox_->committing(); ++turns_) clock.sleep_until(clock.now() + kPollPeriod);
 }
 
-/// Feeds at most one event, so that an abort never waits behind another; true when there was one.
+/// Feeds at most one event, so that an abort never waits for another event; returns whether there was one.
 bool Runner::gather() {
   std::optional<Event> next = happened();
   if (!next) return false;
@@ -148,7 +148,7 @@ std::optional<Event> Runner::happened() {
   if (open_) {
     if (auto result = device_result()) return result;
   }
-  // Before the links: words that change all the time must not keep a deadline away.
+  // Before the links: frequently changing texts must not delay a deadline.
   if (state_.deadline && parts_.backend.clock().now() >= *state_.deadline) {
     state_.deadline.reset();
     return event(EventKind::kDeadline);
@@ -156,7 +156,7 @@ std::optional<Event> Runner::happened() {
   return open_ ? links_changed() : std::nullopt;
 }
 
-/// Before the step on a result, so that they are on disk with the touch that it records.
+/// Before the step on a result, so that the contacts are on disk with the touch that they belong to.
 void Runner::note_contacts() {
   while (auto contact = parts_.backend.contact().take_record()) {
     commit([record = RecordContact{state_.done, parts_.backend.utc_now(), *contact}](
@@ -166,7 +166,7 @@ void Runner::note_contacts() {
 
 std::optional<Event> Runner::device_result() {
   auto result = parts_.backend.robot().poll();
-  note_contacts();  // behind it: what it comes of has been told by then
+  note_contacts();  // after the event: its contacts are reported by then
   if (result) {
     Event one = event(event_of(result->outcome), result->detail);
     one.move_id = result->id;
@@ -192,16 +192,25 @@ std::optional<Event> Runner::links_changed() {
     next_report_ = now + kReportPeriod;
     if (parts_.on_look) parts_.on_look(robot, contact);
   }
-  const Links links{robot.link,           robot.actual_rad,
-                    robot.interruption,   robot.interruptions,
-                    robot.session,        robot.late,
-                    robot.needs_operator, robot.unsettled,
-                    robot.mode,           robot.override_percent,
-                    robot.request,        robot.words,
-                    contact.link,         contact.in_contact,
+  const Links links{robot.link,
+                    robot.actual_rad,
+                    robot.interruption,
+                    robot.interruptions,
+                    robot.session,
+                    robot.late,
+                    robot.needs_operator,
+                    robot.unsettled,
+                    robot.mode,
+                    robot.override_percent,
+                    robot.request,
+                    robot.words,
+                    contact.link,
+                    contact.in_contact,
                     contact.can_guard_retreat,
-                    contact.self_test_ok, contact.clock_ok,
-                    contact.fault,        contact.delivery,
+                    contact.self_test_ok,
+                    contact.clock_ok,
+                    contact.fault,
+                    contact.delivery,
                     contact.words};
   if (seen_ && same(*seen_, links)) return std::nullopt;
   seen_ = links;
@@ -222,7 +231,8 @@ void Runner::feed(Event event) {
   state_ = std::move(next.state);
   if (before != state_.phase) {
     note_step(before, event);
-    if (kAwaitingPhases.has(state_.phase)) seen_.reset();  // what waits for links looks at once
+    // Re-evaluated immediately in waiting phases.
+    if (kAwaitingPhases.has(state_.phase)) seen_.reset();
   }
   perform_all(next.actions);
   if (parts_.on_change) parts_.on_change(state_, touches_);
@@ -265,7 +275,7 @@ void Runner::work(std::function<Event()> job, std::uint32_t route_id, Kind kind)
   std::function<bool()> called_off = [inbox = inbox_, kind] {
     return kind == Kind::kComputes && inbox->called_off;
   };
-  // A job that is done on this thread holds up the loop that would tell of it.
+  // A job run on this thread blocks the loop that would report its progress.
   auto tell = [inbox = inbox_, this,
                loop = std::this_thread::get_id()](const calib::WorkDone& done) {
     if (std::this_thread::get_id() != loop) return inbox->tell(done);
@@ -276,10 +286,10 @@ void Runner::work(std::function<Event()> job, std::uint32_t route_id, Kind kind)
     Event answer;
     try {
       const calib::Watch watch(called_off, tell);
-      calib::poll_cancelled();  // one that has waited behind another
+      calib::poll_cancelled();  // a job that has waited in the queue
       answer = job();
     } catch (const calib::Cancelled&) {
-      return;  // the session ends: the answer is not awaited
+      return;  // the session ends: the answer is not needed
     } catch (const std::exception& error) {
       answer = Event{};
       answer.kind = EventKind::kWorkFailed;
@@ -290,7 +300,7 @@ void Runner::work(std::function<Event()> job, std::uint32_t route_id, Kind kind)
   });
 }
 
-/// Performs one action. Errors of devices are thrown.
+/// Performs one action. Throws errors of devices.
 struct Runner::Perform {
   Runner& runner;
   State& state = runner.state_;
@@ -398,8 +408,7 @@ struct Runner::Perform {
   void operator()(const CloseDevices&) const {
     if (!runner.open_) return;
     runner.open_ = false;
-    // Nothing is left that could be done about a device that will not close, but to say so; the
-    // others are closed all the same.
+    // A device that cannot be closed can only be reported; the others are closed nevertheless.
     try_and_note("disarming the contact sensor", [&] { backend.contact().disarm(); });
     try_and_note("closing the robot's link", [&] { backend.robot().close(); });
     try_and_note("closing the contact sensor", [&] { backend.contact().close(); });
@@ -469,7 +478,7 @@ void Runner::perform_all(const Actions& actions) {
     try {
       std::visit(Perform{*this}, action);
     } catch (const std::exception& error) {
-      // What follows in this step rests on what failed: drop it.
+      // The remaining actions of this step depend on the failed one: they are dropped.
       feed(event(EventKind::kDeviceFailed, std::string(name_of(action)) + ": " + error.what()));
       return;
     }

@@ -10,8 +10,8 @@ namespace cellcal::daemon {
 namespace {
 
 void stand_back() {
-  // A third of a usual thread's share. With SCHED_IDLE three busy loops beside the daemon made a plan
-  // of two seconds take minutes. Linux refuses this to nobody, and counts it per thread.
+  // A third of a usual thread's share. With SCHED_IDLE, three busy loops on the computer extended a plan of
+  // two seconds to minutes. Linux permits this to every process, per thread.
   constexpr int kNice = 5;
   ::setpriority(PRIO_PROCESS, static_cast<id_t>(::gettid()), kNice);
 }

@@ -1,6 +1,6 @@
 #pragma once
-// Where the thinking is done: planning, identification, report; and where the disk is waited for.
-// Both take up to seconds, and the session's thread must go on watching the arm meanwhile.
+// Threads for computations (planning, identification, report) and for disk access. Both take up to seconds,
+// while the session's thread has to monitor the arm.
 
 #include <condition_variable>
 #include <deque>
@@ -13,20 +13,20 @@ namespace cellcal::daemon {
 class Worker {
  public:
   virtual ~Worker() = default;
-  /// Jobs are done one after the other, in order. A job must not throw.
+  /// Runs jobs one after the other, in order. A job must not throw.
   virtual void post(std::function<void()> job) = 0;
 };
 
-/// On virtual time: the job is done before post() returns.
+/// On virtual time: the job is completed before post() returns.
 class InlineWorker final : public Worker {
  public:
   void post(std::function<void()> job) override { job(); }
 };
 
-/// On the machine's clock: one thread. Destruction waits for the job in hand and drops the others.
+/// On the machine's clock: one thread. Destruction waits for the current job and drops the others.
 class ThreadWorker final : public Worker {
  public:
-  /// Of low priority, solving takes the core from nobody who answers in time, and gets on beside others.
+  /// At low priority, computations yield to threads with deadlines but still progress under load.
   enum class Priority { kLow, kNormal };
   explicit ThreadWorker(Priority priority = Priority::kLow);
   ~ThreadWorker() override;

@@ -10,9 +10,9 @@ namespace cellcal::daemon {
 
 namespace {
 
-/// Five looks of an open link. A link that calls its packets lost earlier counts at once.
+/// Five status samples of an open link. A link that declares its packets lost sooner takes precedence.
 constexpr std::chrono::milliseconds kFresh{1000};
-/// Between two postures that are compared: the last decimals of AIPos at rest are no motion then.
+/// Minimum time between two compared postures: noise in the last decimals of AIPos at rest is no motion then.
 constexpr std::chrono::milliseconds kBetweenPostures{150};
 constexpr double kRestSpeedRadS = 0.1 / calib::kDegPerRad;
 
@@ -28,7 +28,7 @@ double farthest_rad(const drivers::AxisAngles& a, const drivers::AxisAngles& b) 
 void ArmWatch::look(const drivers::RobotState& robot, drivers::TimePoint now) {
   const bool up =
       robot.link == drivers::RobotLink::kNotReferenced || robot.link == drivers::RobotLink::kReady;
-  if (!up) {  // closed, or lost by the link's own limit; the age goes on
+  if (!up) {  // closed, or lost by the link's own limit; the packet age keeps growing
     posture_.clear();
     moving_.reset();
     return;
@@ -39,7 +39,7 @@ void ArmWatch::look(const drivers::RobotState& robot, drivers::TimePoint now) {
   if (robot.moving || posture_.size() != robot.actual_rad.size()) {
     if (robot.moving) moving_ = true;
   } else if (driven_) {
-    moving_ = false;  // the driver has seen it come to rest
+    moving_ = false;  // the driver has confirmed rest
   } else if (now - posture_at_ < kBetweenPostures) {
     return;
   } else {

@@ -1,5 +1,5 @@
 #pragma once
-// The arm's motion as the newest packet of the controller shows it, and nothing beyond that packet.
+// Motion of the arm as reported by the newest controller packet; nothing is extrapolated beyond that packet.
 
 #include <optional>
 
@@ -9,19 +9,20 @@
 
 namespace cellcal::daemon {
 
-/// Made of one look at the robot's state after the other. Not thread-safe.
+/// Accumulates successive samples of the robot state. Not thread-safe.
 class ArmWatch {
  public:
   void look(const drivers::RobotState& robot, drivers::TimePoint now);
   ArmSeen seen(drivers::TimePoint now) const;
 
  private:
-  drivers::AxisAngles posture_;  ///< what the next look is compared with
+  drivers::AxisAngles posture_;  ///< reference for the next sample
   drivers::TimePoint posture_at_{};
-  std::optional<drivers::TimePoint> packet_at_;  ///< the look that brought the newest packet
+  /// Time of the sample that brought the newest packet.
+  std::optional<drivers::TimePoint> packet_at_;
   std::uint64_t packets_ = 0;
-  bool driven_ = false;         ///< by a move, at the look before
-  std::optional<bool> moving_;  ///< none: the link is lost, or one packet alone shows no motion
+  bool driven_ = false;         ///< moved by a command, at the previous sample
+  std::optional<bool> moving_;  ///< none: link lost, or a single packet, which shows no motion
 };
 
 }  // namespace cellcal::daemon

@@ -10,7 +10,8 @@ namespace cellcal::daemon {
 
 namespace {
 
-/// Of a way whose speed is not known, and at least of every other: a slower one outlasts its deadline.
+/// Lower bound of the share, also used where the speed of a path is unknown: a slower move outlasts its
+/// deadline.
 constexpr double kLeastShare = 1e-3;
 
 std::vector<double> angles(const drivers::AxisAngles& from) { return {from.begin(), from.end()}; }
@@ -41,7 +42,7 @@ double HandSpeed::share(const drivers::Move& move, const drivers::RobotState& ro
 
 double HandSpeed::share_of_leg(const std::vector<double>& from,
                                const std::vector<double>& to) const {
-  double shortest_s = 0.0;  // at the axes' limits
+  double shortest_s = 0.0;  // at the axis limits
   for (std::size_t i = 0; i < to.size(); ++i) {
     const double limit_rad_s = arm_->robot().joints[i].max_speed_rad_s * speed_fraction_;
     if (limit_rad_s > 0.0)

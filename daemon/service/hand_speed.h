@@ -1,6 +1,6 @@
 #pragma once
-// The bound of the arm's speed while a person stands beside it: T1 stops an arm over RSI above 250 mm/s
-// at the TCP or the flange, and no override slows RSI down.
+// Speed bound for operation with a person inside the cell: in T1 the controller stops an arm under RSI above
+// 250 mm/s at the TCP or the flange, and the override does not scale RSI corrections.
 
 #include <memory>
 #include <vector>
@@ -13,14 +13,14 @@ namespace cellcal::daemon {
 class HandSpeed {
  public:
   struct Bound {
-    double speed_m_s = 0.0;     ///< of TCPs, flange and joints' origins; 0: none
-    bool mode_unknown = false;  ///< applies also where the link does not tell the mode, beside T1
+    double speed_m_s = 0.0;     ///< of TCPs, flange and joint origins; 0: unbounded
+    bool mode_unknown = false;  ///< applies in T1, and also where the link does not report the mode
   };
-  /// `speed_fraction`: of the robot file's axis speeds, as the link is configured.
+  /// `speed_fraction`: share of the robot file's axis speeds, as configured for the link.
   HandSpeed(std::shared_ptr<const calib::ArmModel> arm, double speed_fraction, Bound bound);
 
-  /// Of each axis' speed limit, for this move from where the arm is commanded to (Move::speed_share).
-  /// 1 for what goes at a speed of its own: searches, and straight lines with a duration.
+  /// Share of each axis' speed limit for this move from the commanded position (Move::speed_share). 1 for
+  /// moves with a speed of their own: searches, and straight lines with a duration.
   double share(const drivers::Move& move, const drivers::RobotState& robot) const;
 
  private:

@@ -27,7 +27,7 @@ bool must_find(const calib::Cell& cell) {
   });
 }
 
-/// Before anything is opened, planned or moved.
+/// Cell checks made before anything is opened, planned or moved.
 std::vector<std::string> look_at_cell(const calib::Cell& cell) {
   try {
     std::vector<std::string> warnings = calib::refuse_faulty(cell);
@@ -38,7 +38,7 @@ std::vector<std::string> look_at_cell(const calib::Cell& cell) {
   }
 }
 
-/// The delay is read off two speeds. (So the slowest search is fast enough for one arming, too.)
+/// The delay is estimated from two speeds. (The slowest search also has to be fast enough to fit one arming.)
 void look_at_speeds(const TouchPolicy& touch) {
   if (touch.fast_m_s - touch.slow_m_s >= kLeastSpeedDifferenceMS) return;
   throw RequestError(fmt::format(
@@ -48,7 +48,7 @@ void look_at_speeds(const TouchPolicy& touch) {
       calib::kMmPerM * kLeastSpeedDifferenceMS));
 }
 
-/// A session is gone on with as it began. What permits its searches is today's link.
+/// A resumed session keeps its original parameters; its search limits are those of the current link.
 void look_at_limits(std::int64_t session, const TouchPolicy& touch, const SearchLimits& limits) {
   const auto refuse = [&](const char* key, double value, double most, const char* unit) {
     throw RequestError(fmt::format(
@@ -56,7 +56,7 @@ void look_at_limits(std::int64_t session, const TouchPolicy& touch, const Search
         "began with, or start a new session",
         session, key, value, unit, most, unit, limits.because.empty() ? "" : " " + limits.because));
   };
-  // Half a nanometre per second: both may have been computed from millimetres.
+  // 0.5 nm/s: both values may have been converted from millimetres.
   constexpr double kRounding = 5e-10;
   for (const auto& [key, speed] : {std::pair("fast_search_mm_s", touch.fast_m_s),
                                    std::pair("slow_search_mm_s", touch.slow_m_s)})
@@ -89,7 +89,7 @@ void prepare_check(const calib::Cell& cell, State& state) {
   for (const calib::Target& target : cell.targets) state.met.push_back(target.id);
 }
 
-/// The session of a calibration, whose cell file has to be what it was.
+/// Session record of a calibration. Throws RequestError where its cell file has changed since.
 SessionRecord unchanged(SessionRecord record) {
   const SessionInputs now = read_inputs(record.inputs.cell_name);
   if (now.cell_text != record.inputs.cell_text || now.robot_text != record.inputs.robot_text)
@@ -100,7 +100,7 @@ SessionRecord unchanged(SessionRecord record) {
   return record;
 }
 
-/// The calibration that is to be checked.
+/// Session record of the calibration to check.
 SessionRecord look_at_calibration(Journal& journal, const RunRequest& request) {
   try {
     return unchanged(published_session(journal, request.cell, request.calibration));
@@ -109,7 +109,7 @@ SessionRecord look_at_calibration(Journal& journal, const RunRequest& request) {
   }
 }
 
-/// The newest published calibration of the cell file, which an update stands on.
+/// Newest published calibration of the cell file, as the base of an update.
 SessionRecord look_at_last(Journal& journal, const RunRequest& request) {
   try {
     return unchanged(published_session(journal, request.cell, std::nullopt));
@@ -120,14 +120,14 @@ SessionRecord look_at_last(Journal& journal, const RunRequest& request) {
   }
 }
 
-/// Since a session ended.
+/// Months since a session ended.
 double months_since(const std::string& ended, const std::string& now) {
   constexpr double kMonthS = 30.44 * 86400.0;
   const auto from = calib::seconds_of(ended), to = calib::seconds_of(now);
   return from && to ? std::max(0.0, (*to - *from) / kMonthS) : 0.0;
 }
 
-/// As it began.
+/// Restores the job of a resumed session.
 void take_up(Journal& journal, const RunRequest& request, Job& job) {
   const std::optional<SessionRecord> record = journal.newest_resumable();
   if (!record) {
@@ -161,7 +161,7 @@ void take_up(Journal& journal, const RunRequest& request, Job& job) {
   }
 }
 
-/// What was asked for, beside what this daemon does without being asked.
+/// Options of the request, as opposed to those of the configuration.
 void take_options(const RunRequest& request, Job& job) {
   job.options.plan.fit_touches = request.fit_touches.value_or(kPlannedTouches);
   job.options.find = request.find || request.kind == SessionKind::kFind;
@@ -170,7 +170,9 @@ void take_options(const RunRequest& request, Job& job) {
   job.options.goal.u95_m = request.goal_mm.value_or(0.0) / calib::kMmPerM;
   job.options.goal.most_touches =
       request.fit_touches.value_or(request.goal_mm ? kMostChosen : kPlannedTouches);
-  if (!request.goal_mm) job.options.goal.worth_it = 0.0;  // so many, whatever they bring
+  // A fixed number of touches, whatever they.
+  if (!request.goal_mm) job.options.goal.worth_it = 0.0;
+  // contribute
   job.options.region = request.region;
   try {
     job.options.plan.region = calib::parse_accuracy_region(request.region);
@@ -201,7 +203,7 @@ void begin_anew(Journal& journal, const RunRequest& request, Job& job) {
   take_options(request, job);
 }
 
-/// Before a touch is made: what its result could not be held against.
+/// Checks before the first touch that the result can be compared with the previous calibration.
 void look_at_compared(Journal& journal, const Job& job) {
   if (job.options.kind == SessionKind::kCalibrate)
     (void)last_calibration(journal, job.inputs.cell_name, job.session, job.options.accept_change);
@@ -221,7 +223,7 @@ void look_at_goal(const RunRequest& request, const Job& job) {
   }
 }
 
-/// Of a new session, before anything is opened, planned or moved.
+/// Checks of a new session, before anything is opened, planned or moved.
 void look_at_new(const RunRequest& request, Job& job) {
   job.warnings = look_at_cell(job.cell);
   if (request.goal_mm)
@@ -233,7 +235,8 @@ void look_at_new(const RunRequest& request, Job& job) {
   look_at_speeds(job.options.touch);
 }
 
-/// Its way out was clear of what that session's files state, so it holds for the same files alone.
+/// Its way out was planned clear of the obstacles in that session's files, so it holds for the same files
+/// only.
 std::shared_ptr<const calib::SearchUnderWay> search_left(Journal& journal,
                                                          const SessionInputs& inputs) {
   try {
@@ -245,7 +248,7 @@ std::shared_ptr<const calib::SearchUnderWay> search_left(Journal& journal,
       return nullptr;
     return std::make_shared<const calib::SearchUnderWay>(std::move(left->search));
   } catch (const DamagedError& damaged) {
-    spdlog::warn("the search that was left is not gone back along: {}", damaged.what());
+    spdlog::warn("the path out of the previous search is not used: {}", damaged.what());
     return nullptr;
   }
 }
@@ -257,7 +260,7 @@ void look_at_axes(const Job& job) {
   }
 }
 
-/// Whether a calibration of this cell by the real arm, made here, has come to its end.
+/// True where a calibration of this cell on the real arm, run by this installation, has completed.
 bool calibrated_before(Journal& journal, const std::string& cell) {
   const auto is_one = [&](const SessionRecord& record) {
     if (record.state != RecordState::kDone || record.inputs.cell_name != cell || record.origin)
@@ -269,7 +272,7 @@ bool calibrated_before(Journal& journal, const std::string& cell) {
       return false;  // a damaged row, or one of another version
     }
   };
-  // The newest first: as a rule one of the last few sessions is a calibration.
+  // Newest first: one of the last few sessions usually is a calibration.
   constexpr std::size_t kPage = 50;
   std::vector<SessionRecord> page =
       journal.sessions(std::numeric_limits<std::int64_t>::max(), kPage);
@@ -306,7 +309,7 @@ std::unique_ptr<Job> prepare(Journal& journal, const RunRequest& request, Sessio
   if (!request.resume &&
       (request.kind == SessionKind::kCheck || request.kind == SessionKind::kFind || request.update))
     job->options.one_by_one = true;
-  // Not in the journal: what stands in the cell now is what must not be hit now.
+  // Meshes are not stored in the journal: collisions are checked against the cell as it is now.
   calib::load_meshes(job->cell, std::filesystem::path(job->inputs.cell_name).parent_path());
   if (!request.resume) look_at_new(request, *job);
   look_at_axes(*job);
@@ -326,7 +329,7 @@ State first_state(const Job& job) {
   state.policy = job.options.touch;
   if (job.options.kind == SessionKind::kQualify) state.policy.confirm_every = 1;
   if (job.options.kind == SessionKind::kCheck || job.options.update) prepare_check(job.cell, state);
-  // Something has moved, so contacts surprise; one that is wrong by itself is set aside by the others.
+  // The arm has changed, so contacts surprise; an outlier is rejected against the other touches.
   if (job.options.update) state.policy.surprise_sigmas = std::numeric_limits<double>::max();
   state.timeouts = job.settings.timeouts;
   state.dry = job.options.kind == SessionKind::kDryRun;

@@ -1,5 +1,5 @@
 #pragma once
-// A session that can begin: its files read and looked at, its arm and sensor made. Nothing is opened or moved yet.
+// A session ready to begin: inputs read and checked, backend created. Nothing is opened or moved yet.
 
 #include <cstdint>
 #include <memory>
@@ -20,7 +20,7 @@
 
 namespace cellcal::daemon {
 
-/// All that one session needs, until it has ended.
+/// Everything that one session owns until it has ended.
 struct Job {
   std::int64_t session = 0;  ///< 0: not in the journal yet
   calib::Cell cell;
@@ -28,13 +28,13 @@ struct Job {
   SessionOptions options;
   SessionSettings settings;
   std::string started;
-  std::string last_ended;     ///< of an update: when the session that it stands on ended
+  std::string last_ended;     ///< of an update: end of the session that it is based on
   std::string expected_hash;  ///< of a resumed session's plan
   bool resumed = false;
   std::string unattended;
-  std::vector<std::string> warnings;  ///< what the cell file says against itself, not refused
-  std::shared_ptr<const calib::SearchUnderWay> left;  ///< unfinished, by the session before
-  std::vector<calib::Touch> touches;                  ///< made before it was resumed
+  std::vector<std::string> warnings;                  ///< non-fatal findings in the cell file
+  std::shared_ptr<const calib::SearchUnderWay> left;  ///< unfinished search of the previous session
+  std::vector<calib::Touch> touches;                  ///< made before the session was resumed
   std::unique_ptr<Backend> backend;
   std::optional<HandSpeed> hand_speed;  ///< none: an emulated cell
   TouchNews news;
@@ -45,7 +45,7 @@ struct Job {
 std::unique_ptr<Job> prepare(Journal& journal, const RunRequest& request, SessionSettings settings,
                              const MakeBackend& make_backend);
 
-/// Where the sequence begins.
+/// Initial state of the sequence.
 State first_state(const Job& job);
 
 }  // namespace cellcal::daemon

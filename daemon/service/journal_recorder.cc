@@ -45,7 +45,7 @@ void JournalRecorder::record(const RecordEnd& end) {
   std::vector<Report> also;
   try {
     if (tell_end_) also = tell_end_(session_, end);
-  } catch (const std::exception& error) {  // the end is what counts
+  } catch (const std::exception& error) {  // recording the end takes precedence
     spdlog::warn("session {}: its end is reported without an alarm: {}", session_, error.what());
   }
   journal_.record(session_, end, backend_.utc_now(), also);

@@ -1,5 +1,5 @@
 #pragma once
-// A session's evidence goes to the journal.
+// Writes a session's evidence to the journal.
 
 #include <functional>
 #include <memory>
@@ -15,9 +15,9 @@ namespace cellcal::daemon {
 
 class JournalRecorder final : public Recorder {
  public:
-  /// What others are told with the session's end, in its transaction; none: nothing. On the recorder's thread.
+  /// Reports stored in the transaction of the session's end; may be empty. Called on the recorder's thread.
   using TellEnd = std::function<std::vector<Report>(std::int64_t session, const RecordEnd& end)>;
-  /// `arm`: for those who are told of touches; none: without their tips.
+  /// `arm`: nominal model for the tips of published touches; null: published without tips.
   JournalRecorder(Journal& journal, std::int64_t session, Backend& backend,
                   std::shared_ptr<const calib::ArmModel> arm = {}, TellEnd tell_end = {})
       : journal_(journal),

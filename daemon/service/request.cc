@@ -7,7 +7,7 @@ namespace cellcal::daemon {
 namespace {
 
 constexpr int kMostTouches = 2000;
-constexpr double kColdestC = -40.0, kWarmestC = 80.0;  // of a cell in which a robot works
+constexpr double kColdestC = -40.0, kWarmestC = 80.0;  // plausible temperatures of a robot cell
 constexpr double kFinestGoalMm = 0.01, kCoarsestGoalMm = 10.0;
 
 }  // namespace
@@ -15,7 +15,7 @@ constexpr double kFinestGoalMm = 0.01, kCoarsestGoalMm = 10.0;
 void check(const RunRequest& request) {
   const bool checks = request.kind == SessionKind::kCheck;
   if (request.resume && request.kind != SessionKind::kCalibrate)
-    throw RequestError("a session is resumed as what it was begun as: leave kind out");
+    throw RequestError("a session is resumed with its own kind: leave kind out");
   if (!request.resume && !(checks && request.cell.empty()) && !request.cell.is_absolute()) {
     throw RequestError("give the cell file as an absolute path, not \"" + request.cell.string() +
                        "\"");
@@ -40,24 +40,26 @@ void check(const RunRequest& request) {
     throw RequestError("finding ends when all spheres are found: leave goal_mm and touches out");
   if (request.kind == SessionKind::kDryRun && (request.goal_mm || request.find))
     throw RequestError(
-        "a dry run goes a way that is planned beforehand: leave goal_mm and find out, and give "
+        "a dry run follows a planned path: leave goal_mm and find out, and give "
         "touches");
   if (request.update && request.kind != SessionKind::kCalibrate)
-    throw RequestError("\"update\" is of a calibration: leave it out of a check or qualification");
+    throw RequestError(
+        "\"update\" applies to a calibration: leave it out of a check or qualification");
   if (request.update && request.resume)
     throw RequestError("an update is not resumed: start a new one, without \"resume\"");
   if (request.update && (request.goal_mm || request.find || request.fit_touches))
     throw RequestError("an update has its own touches: leave goal_mm, find and touches out");
   if (!checks && request.calibration)
-    throw RequestError("\"calibration\" is of a check: a calibration begins from the files alone");
+    throw RequestError(
+        "\"calibration\" applies to a check: a calibration begins from the files alone");
   if (!checks && request.temperature_c)
-    throw RequestError("\"temperature_c\" is of a check: leave it out");
+    throw RequestError("\"temperature_c\" applies to a check: leave it out");
   if (request.temperature_c &&
       !(*request.temperature_c >= kColdestC && *request.temperature_c <= kWarmestC))
     throw RequestError(fmt::format("temperature_c must be {} to {} degrees Celsius, not {}",
                                    kColdestC, kWarmestC, *request.temperature_c));
   if (request.kind != SessionKind::kQualify && !request.target.empty())
-    throw RequestError("\"target\" is of a qualification: a calibration touches all targets");
+    throw RequestError("\"target\" applies to a qualification: a calibration touches all targets");
   if (request.check_touches < 0 || request.check_touches > kMostTouches) {
     throw RequestError("check touches must be 0 to 2000, not " +
                        std::to_string(request.check_touches));

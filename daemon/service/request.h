@@ -1,5 +1,5 @@
 #pragma once
-// What a session is asked for, and whether that can be asked at all: looked at before anything is read.
+// Request for a session, and its validation before any file is read.
 
 #include <cstdint>
 #include <filesystem>
@@ -16,7 +16,7 @@ struct BusyError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// The request cannot be carried out as it stands: wrong file, nothing to resume.
+/// The request cannot be carried out: wrong file, or nothing to resume.
 struct RequestError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -25,24 +25,25 @@ inline constexpr int kPlannedTouches = 50, kMostChosen = 200;
 
 struct RunRequest {
   SessionKind kind = SessionKind::kCalibrate;
-  std::string target;  ///< of a qualification; empty: the cell's first sphere
-  /// Of a check: the session of the calibration; none: the newest that is published, of `cell` where that is given.
+  std::string target;  ///< of a qualification; empty: the first sphere of the cell
+  /// Session of the calibration to check; none: the newest published one (of `cell` where given).
   std::optional<std::int64_t> calibration;
-  std::optional<double> temperature_c;  ///< of a check: of the cell, degrees Celsius
+  std::optional<double> temperature_c;  ///< of a check: cell temperature [deg C]
   std::filesystem::path cell;           ///< absolute; empty only when resuming or checking
-  std::optional<int> fit_touches;       ///< none: kPlannedTouches, or at most kMostChosen of a goal
+  std::optional<int> fit_touches;  ///< none: kPlannedTouches, or at most kMostChosen with a goal
   int check_touches = 10;
-  /// u95 in mm, mean over the region: touches are chosen one by one until it is reached.
+  /// Target u95 [mm], mean over the region: touches are chosen one by one until it is reached.
   std::optional<double> goal_mm;
   std::string region = "workspace";
-  bool find = false;    ///< spheres are found by touching first; those without a centre always are
-  bool update = false;  ///< few touches on top of the last calibration of that cell file
-  bool accept_change = false;  ///< publish though the arm changed since its last calibration
+  /// Locate the spheres by touching first; implied for spheres without a centre.
+  bool find = false;
+  bool update = false;         ///< a few touches on top of the last calibration of that cell file
+  bool accept_change = false;  ///< publish although the arm has changed since its last calibration
   unsigned seed = 1;
   bool resume = false;
-  /// Who begins it where nobody is there; stands in its events. Empty: a person.
+  /// Originator of an unattended session, recorded in its events. Empty: a person.
   std::string unattended;
-  /// Only if nobody has aborted since SessionService::aborts() said this.
+  /// Starts only if SessionService::aborts() still returns this value.
   std::optional<std::uint64_t> unless_aborted;
 };
 

@@ -19,14 +19,14 @@ namespace cellcal::daemon {
 
 namespace {
 
-/// Enough for a watcher that looks once in a while; one touch is some twenty statuses.
+/// History for a slow poller; one touch produces some twenty statuses.
 constexpr std::size_t kHistory = 512;
-/// A robot's link is closed within 2 s; a session asked for meanwhile waits for it.
+/// A robot's link is closed within 2 s; a session requested meanwhile waits for it.
 constexpr std::chrono::seconds kClosing{4};
-/// What holds sessions back for some seconds and is waited for.
+/// Longest wait for a short exclusive operation (briefly_alone()).
 constexpr std::chrono::seconds kBrief{20};
 
-/// The newest, where the daemon that ran it went away in its midst.
+/// The newest session, where the daemon that ran it was killed or powered off.
 std::optional<InterruptedSession> interrupted_session(Journal& journal) {
   try {
     const auto record = journal.newest_resumable();
@@ -84,7 +84,7 @@ std::int64_t SessionService::start(const RunRequest& request) {
   {
     std::unique_lock lock(mutex_);
     const bool closing = is_final(history_.back().phase);
-    // Either ends as well where another start has taken the place meanwhile.
+    // Either wait also ends when another session has started meanwhile.
     if (busy_ && closing)
       wait_for_room(lock, kClosing,
                     [&] { return !busy_ || starting_ || !is_final(history_.back().phase); });
@@ -117,7 +117,7 @@ std::int64_t SessionService::start(const RunRequest& request) {
   }
 }
 
-/// From the files to the thread that runs it.
+/// Reads the inputs, prepares the job and starts the session's thread.
 std::int64_t SessionService::begin(const RunRequest& request) {
   SessionSettings settings;
   MakeBackend make_backend;
@@ -177,13 +177,13 @@ void SessionService::run(Job& job) {
   try {
     carry_out(job);
   } catch (const std::exception& error) {
-    // Before the runner had it: no device was opened.
+    // The runner has not started: no device was opened.
     State failed;
     failed.phase = Phase::kFailed;
     failed.failure = Failure{FailureKind::kUnexpectedEvent, error.what()};
     spdlog::critical("session {} could not start: {}", job.session, error.what());
     publish(failed, job.touches, job);
-    try {  // no end of it is recorded that this could go with
+    try {  // no RecordEnd was performed, which would have included the reports
       if (parts_.ending)
         for (const Report& report : parts_.ending(
                  job.session, {Ending::kFailed, to_journal(*failed.failure), failed.failure}))
@@ -241,7 +241,7 @@ void SessionService::carry_out(Job& job) {
   JournalRecorder recorder(parts_.journal, job.session, *job.backend,
                            std::make_shared<const calib::ArmModel>(job.cell.robot, job.cell.tool),
                            parts_.ending);
-  // The workers go first: their jobs use what stands above.
+  // The workers are destroyed first: their jobs use the objects declared above.
   std::unique_ptr<Worker> worker, disk;
   if (job.backend->virtual_time()) {
     worker = std::make_unique<InlineWorker>();
@@ -286,7 +286,7 @@ void SessionService::publish(const State& state, const std::vector<calib::Touch>
   status.time_left_s =
       job.time_left.look(state.phase, status.done, status.total, job.backend->clock().now());
 
-  // What the driver says at this instant: the newest look is up to a fifth of a second older.
+  // State of the driver at this instant: the newest sample is up to 0.2 s older.
   std::optional<drivers::RobotState> robot;
   if (job.backend) robot = job.backend->robot().state();
   std::function<void()> notify;
@@ -308,14 +308,14 @@ void SessionService::publish(const State& state, const std::vector<calib::Touch>
   if (notify) notify();
 }
 
-/// As a change of its own; once the session does something else, it is too late.
+/// Publishes planning progress as a change of its own; dropped once the session has left that phase.
 void SessionService::tell_work(const calib::WorkDone& done) {
   std::function<void()> notify;
   {
     const std::lock_guard lock(mutex_);
     if (history_.back().phase != Phase::kPlanning) return;
     Status status = history_.back();
-    status.made.reset();  // told of already
+    status.made.reset();  // already published
     ++status.seq;
     status.planning = done;
     history_.push_back(std::move(status));
@@ -340,7 +340,7 @@ std::uint64_t SessionService::aborts() const {
 bool SessionService::abort(By by) {
   const std::lock_guard lock(mutex_);
   if (by == By::kPerson) ++aborts_;
-  ++stops_;  // for the starts that wait
+  ++stops_;  // wakes the starts that wait
   idle_.notify_all();
   if (!starting_ && (!busy_ || is_final(history_.back().phase))) return waiting_ > 0;
   if (!starting_ && runner_ != nullptr)

@@ -1,5 +1,5 @@
 #pragma once
-// One session at a time: its thread, its journal entry, its files, and what others see of it.
+// Runs one session at a time: its thread, journal entry, result files and published status.
 
 #include <chrono>
 #include <condition_variable>
@@ -23,10 +23,10 @@
 
 namespace cellcal::daemon {
 
-/// The plan that a session follows; of touches chosen one by one the one in hand. Null: none yet.
+/// Plan that a session follows; with touches chosen one by one, the current touch only. Null: none yet.
 struct PlanInHand {
   std::int64_t session = 0;
-  std::size_t first = 0;  ///< number of its first touch in the session
+  std::size_t first = 0;  ///< number of its first touch within the session
   std::shared_ptr<const calib::Plan> plan;
 };
 
@@ -38,7 +38,7 @@ struct ServiceParts {
   std::filesystem::path state_dir;
   MakeBackend make_backend;
   SessionSettings settings;
-  /// What others are told with a session's end; any thread.
+  /// Reports to send at the end of a session; called on any thread.
   std::function<std::vector<Report>(std::int64_t session, const RecordEnd& end)> ending = {};
 };
 
@@ -49,51 +49,55 @@ class SessionService {
   SessionService(const SessionService&) = delete;
   SessionService& operator=(const SessionService&) = delete;
 
-  /// Begins a session; returns its number. Throws BusyError, RequestError, JournalError,
-  /// calib::FileError, drivers::ConfigError, drivers::DriverError.
+  /// Begins a session; returns its number. Throws BusyError, RequestError, JournalError, calib::FileError,
+  /// drivers::ConfigError, drivers::DriverError.
   std::int64_t start(const RunRequest& request);
-  /// Keeps sessions from beginning while something else has their devices or the journal; `words` say what, and what
-  /// to do. Waits for what is done briefly_alone(). Throws BusyError where a session is under way, or something else has
-  /// them already.
+  /// Blocks new sessions while another operation uses the devices or the journal; `words` describe it and the
+  /// remedy. Waits for a briefly_alone() in progress. Throws BusyError where a session or another operation
+  /// holds them.
   void hold(const std::string& words);
   void release();
-  /// Does it held: it may hold the journal for longer than an arm should wait. Throws BusyError, and what `act` throws.
+  /// Runs `act` under hold(), for operations longer than a session start may wait. Throws BusyError, and
+  /// whatever `act` throws.
   void alone(const char* what, const std::function<void()>& act);
-  /// Does it held for some seconds: a session that is begun meanwhile waits for it instead of being refused. False: a
-  /// session is under way, or something else is; nothing was done.
+  /// Runs `act` under a short hold: a session started meanwhile waits instead of being refused. Returns false
+  /// without calling `act` where a session or another operation is under way.
   bool briefly_alone(const char* what, const std::function<void()>& act);
-  // These six wait for nothing: neither for the disk nor for a session that is being prepared.
-  /// False: nothing to abort. A session that is being prepared ends when it has begun.
+  // The next six never block, neither on the disk nor on a session being prepared.
+  /// Returns false where there is nothing to abort. A session being prepared is aborted as soon as it has
+  /// begun.
   enum class By { kPerson, kDaemon };
   bool abort(By by = By::kPerson);
-  /// How often a person has aborted, or tried to, since the daemon started.
+  /// Number of aborts requested by a person since the daemon started.
   std::uint64_t aborts() const;
   Status status() const;
-  /// Of the newest session since the daemon started.
+  /// Plan of the newest session since the daemon started.
   PlanInHand plan() const;
-  /// Touches of `session` that it has published since the daemon started, in order; of the newest session alone.
+  /// Touches that `session` has published since the daemon started, in order; kept for the newest session
+  /// only.
   std::vector<std::shared_ptr<const MadeTouch>> made(std::int64_t session) const;
-  /// Statuses newer than `seq`, oldest first; the oldest are dropped after a while.
+  /// Statuses newer than `seq`, oldest first; the history is bounded.
   std::vector<Status> since(std::uint64_t seq) const;
-  /// Whether the session's thread and those of its devices have gone on since the last call.
+  /// True if the threads of the session and of its devices have progressed since the last call.
   bool alive();
 
-  /// Both of one configuration, for sessions that begin from now on: each takes both at once, and keeps
-  /// those that it began with.
+  /// Settings and backend of one configuration for sessions started from now on. Both are taken atomically; a
+  /// running session keeps its own.
   void use(SessionSettings settings, MakeBackend make_backend);
-  /// Stops the arm, ends the session, waits for it.
+  /// Stops the arm, ends the session and waits for it.
   void shutdown();
-  /// Called from the session's thread after each change.
+  /// Callback after each change, on the session's thread.
   void on_change(std::function<void()> notify);
 
   std::filesystem::path results_dir(std::int64_t session) const;
-  /// Where backups go that are asked for over the network.
+  /// Directory of backups requested over the network.
   std::filesystem::path backups_dir() const;
-  /// Where exports lie that may be imported over the network.
+  /// Directory of exports that may be imported over the network.
   std::filesystem::path imports_dir() const;
 
  private:
-  /// Until there is room for a session that is to begin, or `limit`. Throws BusyError where somebody aborts meanwhile.
+  /// Waits until a new session may begin, at most `limit`. Throws BusyError where an abort is requested
+  /// meanwhile.
   void wait_for_room(std::unique_lock<std::mutex>& lock, std::chrono::seconds limit,
                      const std::function<bool()>& room);
   std::int64_t begin(const RunRequest& request);
@@ -105,23 +109,23 @@ class SessionService {
   void keep_links(LinkReport report);
 
   ServiceParts parts_;
-  std::deque<calib::Withheld> no_inputs_;  ///< the journal's files
+  std::deque<calib::Withheld> no_inputs_;  ///< for the journal's files
   mutable std::mutex mutex_;
   std::condition_variable idle_;
   std::deque<Status> history_;                         ///< newest last; never empty
-  std::chrono::steady_clock::time_point published_{};  ///< the newest
+  std::chrono::steady_clock::time_point published_{};  ///< time of the newest status
   std::function<void()> notify_;
-  std::shared_ptr<const LinkReport> links_;  ///< newest
+  std::shared_ptr<const LinkReport> links_;
   ArmWatch arm_;
   std::vector<std::shared_ptr<const MadeTouch>> made_;  ///< of the newest session
   PlanInHand plan_;
   Runner* runner_ = nullptr;
   bool busy_ = false, starting_ = false, ending_ = false, abort_early_ = false;
   std::string held_;      ///< why no session may begin; empty: one may
-  bool briefly_ = false;  ///< it is let go within seconds
+  bool briefly_ = false;  ///< released within seconds
   std::uint64_t aborts_ = 0;
-  std::uint64_t stops_ = 0;  ///< aborts of anybody
-  int waiting_ = 0;          ///< starts that wait until the session before has let its devices go
+  std::uint64_t stops_ = 0;  ///< aborts of any origin
+  int waiting_ = 0;  ///< starts that wait until the previous session has released its devices
   std::thread thread_;
 };
 

@@ -22,7 +22,7 @@ double seconds_to(drivers::TimePoint then, const Job& job) {
   return std::max(0.0, std::chrono::duration<double>(then - job.backend->clock().now()).count());
 }
 
-/// Of touches chosen one by one.
+/// Fields of touches chosen one by one.
 void tell_progress(const State& state, const Job& job, Status& status) {
   if (job.options.goal.u95_m > 0.0) status.goal_m = job.options.goal.u95_m;
   status.finding = state.progress.finding;

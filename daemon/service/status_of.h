@@ -1,5 +1,5 @@
 #pragma once
-// What others see of a session: from where its sequence stands.
+// Derives the published status from a session's state.
 
 #include <cstddef>
 
@@ -9,8 +9,8 @@
 
 namespace cellcal::daemon {
 
-/// Without what comes from elsewhere: `seq`, `links`, `made`, `results_dir`, `time_left_s`. `done`: touches made, those
-/// before it was resumed among them.
+/// Leaves `seq`, `links`, `made`, `results_dir` and `time_left_s` to the caller. `done`: number of touches
+/// made, including those before a resume.
 Status status_of(const State& state, const Job& job, std::size_t done);
 
 }  // namespace cellcal::daemon

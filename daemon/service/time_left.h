@@ -1,5 +1,5 @@
 #pragma once
-// How long a session still takes, from the pace of its touches so far.
+// Remaining time of a session, estimated from the pace of its touches so far.
 
 #include <cstddef>
 #include <optional>
@@ -11,7 +11,7 @@ namespace cellcal::daemon {
 
 class TimeLeft {
  public:
-  /// Seconds; nothing before the first touch. Call it after every step. `done` and `total` count touches.
+  /// Seconds; none before the first touch. To be called after every step. `done` and `total` count touches.
   std::optional<double> look(Phase phase, std::size_t done, std::size_t total,
                              drivers::TimePoint now);
 

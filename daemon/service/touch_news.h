@@ -1,6 +1,6 @@
 #pragma once
-// When a touch is published: once, when it is on disk and its residual is known. It does not wait
-// for that longer than until the next touch is made, or the session ends.
+// Publication of touches: each once, when it is on disk and its residual is known, at the latest when the
+// next touch is made or the session ends.
 
 #include <array>
 #include <memory>
@@ -17,17 +17,17 @@ class ArmModel;
 
 namespace cellcal::daemon {
 
-/// TCP of the touch by the nominal model [m, base frame]; none where it has other joints than the arm.
+/// TCP of the touch by the nominal model [m, base frame]; none where its joint count differs from the arm's.
 std::optional<std::array<double, 3>> nominal_tip(const calib::ArmModel& arm,
                                                  const calib::Touch& touch);
 
 class TouchNews {
  public:
   TouchNews() = default;
-  /// `known`: touches of the session that were published before.
+  /// `known`: number of touches of the session published before.
   TouchNews(std::int64_t session, const calib::Cell& cell, std::size_t known);
 
-  /// The touch that is to be published now, or null. At most one: call it after every step.
+  /// The touch to publish now, or null. At most one per call: to be called after every step.
   std::shared_ptr<const MadeTouch> look(const State& state,
                                         const std::vector<calib::Touch>& touches);
 

@@ -1,6 +1,6 @@
 #pragma once
-// What a session wants done. The runner performs actions in order; when one fails, the rest of that
-// step is dropped and the failure comes back as an event.
+// Actions of a session. The runner performs them in order; when one fails, the rest of that step is dropped
+// and the failure comes back as an event.
 
 #include <array>
 #include <chrono>
@@ -18,7 +18,7 @@
 namespace cellcal::daemon {
 
 struct Event;
-struct SessionResult;  // daemon/result: the sequence carries it unread
+struct SessionResult;  // daemon/result: passed through unread
 
 /// One slow or fast search that ended in contact.
 struct Reading {
@@ -32,17 +32,17 @@ struct Reading {
   std::string utc;
 };
 
-// For the worker; answered by kPlanned, kRouted, kAssessed, kIdentified, kReported or kWorkFailed.
+// Requests to the worker, answered by kPlanned, kRouted, kAssessed, kIdentified, kReported or kWorkFailed.
 struct MakePlan {};
 struct FindRoute {
   std::size_t next = 0;  ///< index of the first touch still to be made
   std::uint32_t route_id = 0;
 };
-/// In a session that chooses as it goes. Answered by kRouted, too.
+/// In a session with touches chosen one by one. Answered by kRouted.
 struct ChooseTouch {
   std::optional<calib::NotMade> failed;  ///< the touch offered last could not be made
-  bool in_contact = false;               ///< the way begins at a sphere
-  drivers::AxisAngles from_rad;          ///< where the arm will stand; empty: where it stands
+  bool in_contact = false;               ///< the path begins in contact with a sphere
+  drivers::AxisAngles from_rad;  ///< future position of the arm; empty: its current position
   std::uint32_t route_id = 0;
 };
 struct Assess {};
@@ -51,12 +51,12 @@ struct WriteReport {
   std::shared_ptr<const SessionResult> result;
 };
 
-/// Not for the worker: it answered already, ahead of its time. Comes back as the same event.
+/// Delivers an answer that the worker gave ahead of time, as the same event.
 struct TakeAnswer {
   std::shared_ptr<const Event> answer;
 };
 
-// For the devices.
+// Requests to the devices.
 struct OpenDevices {};
 struct Rereference {};
 struct ArmSensor {
@@ -69,10 +69,10 @@ struct BeginMove {
   drivers::Move move;
 };
 struct StopArm {};
-struct CloseDevices {};  ///< disarms too; where nothing is open it does nothing
+struct CloseDevices {};  ///< disarms too; no effect where nothing is open
 
-// For the journal, in order, while the session goes on. RecordTouch and RecordEnd are answered by
-// kRecorded, all by kJournalFailed where they fail.
+// Requests to the journal, in order, while the session continues. RecordTouch and RecordEnd are answered by
+// kRecorded, all of them by kJournalFailed on failure.
 struct RecordPlan {
   std::string hash;
   std::size_t touches = 0;
@@ -85,25 +85,26 @@ struct RecordReading {
 struct RecordTouch {
   std::size_t index = 0;
   calib::Touch touch;
-  // For those who are told of it; no row has these.
-  std::optional<std::array<double, 3>> tip_m{};  ///< nominal model, base frame
-  std::optional<double> residual_m{};            ///< once it is assessed
+  // For status publication only; not part of any row.
+  std::optional<std::array<double, 3>> tip_m{};  ///< nominal model [m, base frame]
+  std::optional<double> residual_m{};            ///< after assessment
 };
-/// While spheres are found: on disk before the arm goes there.
+/// While spheres are located: on disk before the arm enters the search.
 struct RecordSearch {
   std::shared_ptr<const calib::SearchUnderWay> search;
 };
-/// Answered by kJournalSound once all that was asked for before is on disk, and the journal is
-/// still the file that it was written to.
+/// Answered by kJournalSound once every earlier request is on disk and the journal is still the file that it
+/// was written to.
 struct CheckJournal {
-  std::uint32_t move_id = 0;  ///< that waits for it
+  std::uint32_t move_id = 0;  ///< the move that waits for it
 };
-/// A line of the session's log; its loss is no failure.
+/// A line of the session's log; losing it is not a failure.
 struct RecordInterruption {
   int number = 0, most = 0;
-  /// This computer was late: number and most are those of such repeats, these of one touch. 0: another.
+  /// Repeats caused by lateness of this computer: number and most are those of the session, these of one
+  /// touch. 0: another cause.
   int of_touch = 0, most_of_touch = 0;
-  std::string failure;  ///< describe(Failure): what it would have ended with
+  std::string failure;  ///< describe(Failure): the failure that would have ended the session
   drivers::Interruption by = drivers::Interruption::kNone;
 };
 enum class Ending { kDone, kAborted, kFailed };

@@ -1,6 +1,6 @@
 #pragma once
-// What can happen to a session. One plain struct: the kind selects the row of the table, the rest
-// is the evidence.
+// Events of a session. One plain struct: the kind selects the row of the table, the remaining fields are the
+// evidence.
 
 #include <array>
 #include <concepts>
@@ -15,25 +15,25 @@
 
 namespace cellcal::daemon {
 
-struct SessionResult;  // daemon/result: the sequence carries it unread
+struct SessionResult;  // daemon/result: passed through unread
 
 enum class EventKind : std::uint8_t {
-  // Asked for from outside.
+  // Requests from outside.
   kRun,
   kAbort,
-  // From the worker.
+  // Answers of the worker.
   kPlanned,
   kRouted,
-  kAssessed,  ///< residual of the newest touch, and where the next ones are expected
+  kAssessed,  ///< residual of the newest touch, and the expected contacts of the next ones
   kIdentified,
   kReported,
   kWorkFailed,
-  // From the devices.
-  kLinks,  ///< robot's or sensor's status changed
+  // Reports of the devices.
+  kLinks,  ///< status of robot or sensor changed
   kDeviceFailed,
   kArmed,
   kArmRefused,
-  // Results of a move, as drivers::MoveOutcome. All mean that the arm is at rest.
+  // Results of a move, as drivers::MoveOutcome. The arm is at rest in all of them.
   kArrived,
   kContact,
   kRevoked,
@@ -44,9 +44,9 @@ enum class EventKind : std::uint8_t {
   kRobotSilent,
   kRefused,
   kNotFollowing,
-  // From the disk and the clock.
+  // Reports of journal and clock.
   kRecorded,
-  kJournalSound,  ///< all that was recorded before this move is on disk
+  kJournalSound,  ///< everything recorded before this move is on disk
   kJournalFailed,
   kDeadline,
 };
@@ -81,7 +81,7 @@ inline constexpr std::array kAllEvents{EventKind::kRun,
 const char* to_string(EventKind kind);
 EventKind event_of(drivers::MoveOutcome outcome);
 
-/// A set of events, as one row of the table names it.
+/// Set of events, as named by one row of the table.
 class Events {
  public:
   template <typename... K>
@@ -105,35 +105,35 @@ inline constexpr Events kMoveResults{EventKind::kArrived,           EventKind::k
                                      EventKind::kContactSilent,     EventKind::kRobotSilent,
                                      EventKind::kRefused,           EventKind::kNotFollowing};
 
-/// What the session sees of its devices.
+/// State of the devices as seen by the session.
 struct Links {
   drivers::RobotLink robot = drivers::RobotLink::kDown;
   drivers::AxisAngles actual_rad;
   drivers::Interruption interruption = drivers::Interruption::kNone;  ///< of the robot's link
-  std::uint32_t interruptions = 0;                                    ///< how often so far
-  std::uint32_t robot_session = 0;                                    ///< the controller's
-  std::uint64_t late = 0;  ///< late replies, as the controller counts them
+  std::uint32_t interruptions = 0;                                    ///< count so far
+  std::uint32_t robot_session = 0;  ///< session number of the controller
+  std::uint64_t late = 0;           ///< late replies, as counted by the controller
   bool needs_operator = false, unsettled = false;
   drivers::OperatingMode mode = drivers::OperatingMode::kUnknown;
-  std::optional<int> override_percent;  ///< none: not told
+  std::optional<int> override_percent;  ///< none: not reported
   drivers::ControllerRequest request = drivers::ControllerRequest::kNone;
   std::string robot_words;
   drivers::ContactLink contact = drivers::ContactLink::kDown;
   bool in_contact = false;
   bool can_guard_retreat = false;
   bool self_test_ok = false;
-  bool clock_ok = false;  ///< the sensor's clock map
+  bool clock_ok = false;  ///< the sensor's clock map is valid
   drivers::ContactFault fault = drivers::ContactFault::kNone;
   drivers::ContactDelivery delivery;
   std::string contact_words;
 
   bool ready() const { return robot_up() && contact == drivers::ContactLink::kReady; }
-  /// The sensor's data come late, or not at all and nothing says yet that the sensor is to blame.
+  /// The sensor's data are late, or missing without evidence of a sensor fault.
   bool late_here() const {
     return fault == drivers::ContactFault::kDeliveredLate ||
            (fault == drivers::ContactFault::kSilent && delivery.open);
   }
-  /// Packets come, and the controller is ready to be moved.
+  /// Packets arrive, and the controller is ready to be moved.
   bool robot_up() const {
     return robot != drivers::RobotLink::kDown && robot != drivers::RobotLink::kLost &&
            !needs_operator;
@@ -142,30 +142,31 @@ struct Links {
 
 struct Event {
   EventKind kind = EventKind::kRun;
-  drivers::TimePoint at{};  ///< session's clock
+  drivers::TimePoint at{};  ///< session clock
   std::string utc;          ///< wall time, ISO 8601
-  std::string words;        ///< the driver's, worker's or journal's reason
+  std::string words;        ///< reason given by driver, worker or journal
 
   std::uint32_t move_id = 0;  ///< results of a move, kJournalSound
   drivers::AxisAngles at_rad;
   drivers::Interruption interruption = drivers::Interruption::kNone;
   std::optional<drivers::Latch> latch;
-  std::uint16_t arm_id = 0;                 ///< kArmed, kArmRefused
+  std::uint16_t arm_id = 0;                                  ///< kArmed, kArmRefused
   drivers::ArmRefusal refusal = drivers::ArmRefusal::kNone;  ///< kArmRefused
-  std::uint32_t route_id = 0;               ///< kRouted, kWorkFailed: of the question; 0: of none
+  std::uint32_t route_id = 0;               ///< kRouted, kWorkFailed: id of the request; 0: none
   Links links;                              ///< kLinks
   std::shared_ptr<const calib::Plan> plan;  ///< kPlanned, kRouted
-  std::string stage;                        ///< kRouted: what the touch is for, in words
-  /// kRouted, while spheres are found: the way that is offered, and the way out of it.
+  std::string stage;                        ///< kRouted: purpose of the touch, in words
+  /// kRouted, while spheres are located: the offered path, and the way out of it.
   std::shared_ptr<const calib::SearchUnderWay> search;
-  /// kRouted: a sphere cannot be found, `words` says why; the plan leads home.
+  /// kRouted: a sphere cannot be located, for the reason in `words`; the plan leads home.
   bool not_found = false;
-  std::string plan_hash;                    ///< kPlanned
-  calib::Progress progress;  ///< kPlanned, kRouted, of a session that chooses as it goes
-  std::shared_ptr<const SessionResult> result;            ///< kIdentified
-  std::optional<double> residual_m;                       ///< kAssessed
-  std::size_t assessed = 0;  ///< kAssessed: of so many touches the residual is the newest's
-  /// kAssessed: per touch of the plan; null: nothing is known yet.
+  std::string plan_hash;     ///< kPlanned
+  calib::Progress progress;  ///< kPlanned, kRouted, with touches chosen one by one
+  std::shared_ptr<const SessionResult> result;  ///< kIdentified
+  std::optional<double> residual_m;             ///< kAssessed
+  /// KAssessed: number of touches at which the residual is that of the newest.
+  std::size_t assessed = 0;
+  /// kAssessed: per touch of the plan; null: not known yet.
   std::shared_ptr<const std::vector<calib::ExpectedContact>> expected;
 };
 

@@ -1,6 +1,6 @@
 #pragma once
-// What is kept of a session beside its touches: every change of phase, and every event of the
-// contact sensor as it gave it. Nothing is decided by them.
+// Evidence recorded with a session besides its touches: every change of phase, and every event of the contact
+// sensor as received. No decision depends on it.
 
 #include <cstddef>
 #include <cstdint>
@@ -16,20 +16,20 @@ struct RecordChange {
   PhaseChange change;
   EventKind on = EventKind::kRun;
   std::string utc;
-  double clock_s = 0.0;  ///< session's clock
-  /// Late replies as the controller counted them by then, and how late this computer delivered the
-  /// sensor's bytes at worst.
+  double clock_s = 0.0;  ///< session clock
+  /// Late replies counted by the controller so far, and the worst delivery delay of sensor bytes on this
+  /// computer.
   std::uint64_t late_replies = 0;
   double sensor_late_s = 0.0;
 };
 
 struct RecordContact {
-  std::size_t touch = 0;  ///< in hand
-  std::string utc;        ///< when it was taken
+  std::size_t touch = 0;  ///< current touch
+  std::string utc;        ///< time of the event
   drivers::ContactRecord contact;
 };
 
-/// A harmless interruption, by what was behind it.
+/// A harmless interruption, by its cause.
 struct RecordCause {
   std::string utc;
   drivers::Interruption by = drivers::Interruption::kNone;

@@ -1,4 +1,4 @@
-// What each failure says: what happened, where, and what to do next.
+// Text of each failure: what happened, where, and what to do next.
 
 #include <fmt/format.h>
 
@@ -15,7 +15,7 @@ namespace {
 
 using calib::kMmPerM;
 
-/// Two sentences: "no packet for 48 ms" and "check the cable".
+/// Joins two sentences: "no packet for 48 ms" and "check the cable".
 std::string joined(std::string words, std::string more) {
   if (words.empty()) return more;
   if (more.empty()) return words;
@@ -23,10 +23,10 @@ std::string joined(std::string words, std::string more) {
   return std::move(words) + ". " + more;
 }
 
-/// "touch 12 of 40 (S2): ", or nothing outside of one.
+/// "touch 12 of 40 (S2): ", or empty outside of a touch.
 std::string where(const State& state) {
   const bool touching = kMovingPhases.has(state.phase) || kStandingPhases.has(state.phase);
-  // Once it is on disk a touch counts as done, while the arm still leaves it.
+  // A touch on disk counts as done while the arm still retreats from it.
   const bool leaving = state.phase == Phase::kRetreat && state.done > 0;
   const std::size_t touch = leaving && !state.touch_failed ? state.done - 1 : state.done;
   const std::size_t row = state.one_by_one ? 0 : touch;
@@ -68,7 +68,7 @@ std::string readings_words(const State& state, const Event& event) {
 
 double seconds(std::chrono::milliseconds t) { return std::chrono::duration<double>(t).count(); }
 
-/// What was waited for and did not come, with what the operator starts.
+/// The link that did not come up, and what the operator starts.
 std::string not_ready_words(const State& state) {
   if (state.phase != Phase::kConnecting) return link_words(state.links);
   const Missing which = missing(state);
@@ -83,7 +83,7 @@ std::string not_ready_words(const State& state) {
                                   seconds(state.timeouts.connecting)));
 }
 
-/// What stops packets, or an arm, without a message of the controller: most likely first.
+/// Causes of missing packets or a stopped arm without a message of the controller, most likely first.
 constexpr const char* kWhatStopsPackets =
     "check in this order: emergency stop, enabling switch and start key (T1), over RSI in T1 more "
     "than 250 mm/s at the TCP or flange ([motion] hand_speed_mm_s, speed_percent), the program and its "
@@ -92,7 +92,7 @@ constexpr const char* kWhatStopsAnArm =
     "check in this order: emergency stop, enabling switch (T1), drives, obstacles in the arm's "
     "way, the correction limits on the controller";
 
-/// The evidence is the driver's.
+/// Evidence reported by the driver.
 std::string silent_words(const State& state, const Event& event) {
   using drivers::Interruption;
   const bool at_rest = event.kind == EventKind::kLinks;
@@ -116,7 +116,7 @@ std::string silent_words(const State& state, const Event& event) {
   return text;
 }
 
-/// The evidence is the driver's: of the move, or at rest of the sensor's link.
+/// Evidence reported by the driver: of the move, or at rest of the sensor's link.
 std::string busy_words(const State& state, const Event& event) {
   const bool of_a_move = kMoveResults.has(event.kind);
   const bool replies = interruption_by(state, event) == drivers::Interruption::kLateReplies;
@@ -250,9 +250,10 @@ std::string what(FailureKind kind, const State& state, const Event& event) {
     case FailureKind::kAttended:
       return attended_words(event.links);
     case FailureKind::kControllerTest:
-      return fmt::format("{} requested by the controller: unattended session ended before the next "
-                         "touch. Run the test",
-                         to_string(state.links.request));
+      return fmt::format(
+          "{} requested by the controller: unattended session ended before the next "
+          "touch. Run the test",
+          to_string(state.links.request));
     case FailureKind::kUnexpectedEvent:
       return joined(fmt::format("internal error: event '{}' in phase '{}'", to_string(event.kind),
                                 to_string(state.phase)),
@@ -280,7 +281,7 @@ std::string setback_words(Setback why, const State& state) {
     case Setback::kRobotToo:
       return joined("the controller's link or program stopped meanwhile", link_words(state.links));
     case Setback::kSensorSilent:
-      return "the contact sensor itself sent nothing meanwhile, by its own stamps";
+      return "the contact sensor itself sent nothing meanwhile, according to its time stamps";
     case Setback::kMoved:
       return "the arm is not where it was left: it may have been moved";
   }
@@ -292,12 +293,12 @@ const char* next_step(FailureKind kind) {
     case FailureKind::kPlan:
     case FailureKind::kNoContact:
     case FailureKind::kContactTooEarly:
-      // A resumed session works with the cell file as it was stored.
+      // a resumed session uses the stored cell file
       return ". Then: 'cellcal run --resume', or a new session if the cell file was changed";
-    case FailureKind::kNotFound:  // the stored cell file would be searched in again
+    case FailureKind::kNotFound:  // a resumed session would search by the stored cell file again
       return ". Then start a new session";
-    case FailureKind::kIdentify:         // the same touches give the same answer
-    case FailureKind::kPlanChanged:      // needs a new session, as its words say
+    case FailureKind::kIdentify:         // the same touches give the same result
+    case FailureKind::kPlanChanged:      // needs a new session, as its text states
     case FailureKind::kUnexpectedEvent:  // a defect
       return "";
     default:

@@ -1,4 +1,4 @@
-// What the rows of the table ask before they are taken.
+// Guards of the rows of the table.
 
 #include <algorithm>
 #include <cmath>
@@ -11,27 +11,28 @@ namespace cellcal::daemon::rules {
 
 namespace {
 
-/// Its first move may lead out of a contact: the tip may be at a sphere that a session has left.
+/// The first move may lead out of a contact: the tip may still touch a sphere that an earlier session has
+/// left.
 bool may_leave_contact(const State& state, const Links& links) {
   return state.resumed ||
          (state.left && calib::way_out_of(*state.left, joint_vector(links.actual_rad)));
 }
 
-/// A sensor in contact cannot pass its self-test before the arm has left; it is alive all the same.
+/// A sensor in contact cannot pass its self-test before the arm has left, but it is operational.
 bool contact_up(const State& state, const Links& links) {
   const bool touching =
       may_leave_contact(state, links) && links.in_contact && links.can_guard_retreat;
   return links.contact == drivers::ContactLink::kReady || touching;
 }
 
-/// All touches are made, and nothing is left to move for but the way home.
+/// All touches are made; only the way home remains.
 bool behind_last(const State& state) {
   if (state.phase == Phase::kReturning) return true;
-  // Of touches chosen one by one a plan without any is the way home.
+  // With touches chosen one by one, a plan without touches is the way home.
   return state.one_by_one ? state.plan->touches.empty() : state.done >= state.plan->touches.size();
 }
 
-/// This computer was late, or may have been; not another interruption.
+/// This computer was late, or may have been; no other interruption.
 bool is_lateness(const State& state) { return state.unheard || state.busy_until.has_value(); }
 
 }  // namespace
@@ -80,7 +81,7 @@ bool nothing_left(const State& state, const Event& event) {
 }
 bool fresh_and_closed(const State& state, const Event& event) {
   if (!event.links.in_contact || may_leave_contact(state, event.links)) return false;
-  return !state.left || event.links.robot_up();  // where the arm stands is not known before
+  return !state.left || event.links.robot_up();  // the arm's position is unknown before
 }
 bool by_hand(drivers::OperatingMode mode) {
   return mode == drivers::OperatingMode::kT1 || mode == drivers::OperatingMode::kT2;
@@ -91,19 +92,18 @@ bool somebody_there(const State& state, const Event& event) {
   return state.unattended && known &&
          (by_hand(event.links.mode) || event.links.override_percent.value_or(kFull) != kFull);
 }
-/// While nobody is there to run it behind the session: the cell's own program does.
+/// In unattended sessions only: the cell's own program runs the test after the session.
 bool test_requested(const State& state, const Event& event) {
   using drivers::ControllerRequest;
-  const auto request =
-      event.kind == EventKind::kLinks ? event.links.request : state.links.request;
-  return state.unattended && (request == ControllerRequest::kBrakeTest ||
-                              request == ControllerRequest::kMasteringTest);
+  const auto request = event.kind == EventKind::kLinks ? event.links.request : state.links.request;
+  return state.unattended &&
+         (request == ControllerRequest::kBrakeTest || request == ControllerRequest::kMasteringTest);
 }
 bool test_requested_between(const State& state, const Event& event) {
   return test_requested(state, event) && !behind_last(state);
 }
 bool contact_faulty(const State& state, const Event& event) {
-  // Where it is waited for, late bytes are no fault of the sensor.
+  // While late bytes are waited for, they are not a fault of the sensor.
   const bool waits = kAwaitingPhases.has(state.phase) && event.links.late_here();
   if (event.links.contact == drivers::ContactLink::kFault) return !waits;
   const bool was_ready = state.phase != Phase::kConnecting;
@@ -148,7 +148,7 @@ bool held_and_late(const State& state, const Event& event) {
 bool held_and_late_behind_last(const State& state, const Event& event) {
   return held_and_late(state, event) && late_at_rest(state, event) && behind_last(state);
 }
-/// Each of these refusals can come of an answer that was late, and of nothing at the tip.
+/// Each of these refusals can result from a late answer alone, with no contact at the tip.
 bool unanswered_for_lateness(const State& state, const Event& event) {
   using drivers::ArmRefusal;
   const bool by_the_line =
@@ -174,9 +174,9 @@ bool computer_blamed_behind_last(const State& state, const Event& event) {
 bool robot_doubtful(const State& state, const Event& event) {
   return robot_lost(state, event) || event.links.needs_operator;
 }
-/// While only the sensor's data or replies were late, the robot's link has no reason to be.
+/// While only sensor data or replies were late, the robot's link has no reason to be doubtful.
 bool robot_doubtful_meanwhile(const State& state, const Event& event) {
-  // A thread that did not run has lost its link by that alone; so long it has to be back soon.
+  // A thread that did not run loses its link by that alone; the link has to recover within the limit.
   const bool by_itself = event.links.interruption == drivers::Interruption::kLateReplies &&
                          !event.links.needs_operator;
   return is_lateness(state) && robot_doubtful(state, event) && !by_itself && !paused(state, event);
@@ -271,7 +271,8 @@ bool self_test_passed(const State& state, const Event& event) {
   return !state.arm_pending && event.links.self_test_ok && event.links.ready();
 }
 bool too_early(const State& state, const Event& event) {
-  return !(reading_of(state, event, false).along_m >= state.policy.earliest_m);  // also: no number
+  // True also for NaN.
+  return !(reading_of(state, event, false).along_m >= state.policy.earliest_m);
 }
 bool contact_suffices(const State& state, const Event& event) {
   const int every = state.policy.confirm_every;

@@ -1,14 +1,14 @@
 #pragma once
-// Which failures are harmless: those after which a session may go on by itself. One table, with the
-// reason of each; what is not harmless in it is never retried, however often it may pass.
+// Classification of failures into harmless ones, after which a session may continue by itself, and all
+// others, which are never retried, however rare. One table, with the reason of each row.
 //
-// Harmless is only what leaves the controller at work and the arm where it was commanded to rest.
-// Where this computer was late, and neither robot nor sensor, it goes on by default, a bounded number
-// of times (BusyRepeats); behind anything else only where its owner allows it ([session] retries).
-// Whether it was harmless is proven each time before anything moves: the same session of the controller
-// is back, no further gap, late reply or late heartbeat within Timeouts::watching, the sensor's clock map
-// is good, its self-test has passed (or the arm stands in a contact that it was making), the position is
-// taken over anew, and the arm is where it was left.
+// A failure is harmless only where the controller keeps running and the arm rests where it was commanded.
+// After lateness of this computer, with robot and sensor sound, the session continues by default, a bounded
+// number of times (BusyRepeats); after anything else only where the configuration allows it ([session]
+// retries). Before anything moves it is verified each time: same session of the controller, no further gap,
+// late reply or late heartbeat within Timeouts::watching, a valid clock map of the sensor, a passed self-test
+// (or the arm in the contact that it was making), the position referenced anew, and the arm where it was
+// left.
 
 #include <array>
 #include <optional>
@@ -23,31 +23,31 @@ namespace cellcal::daemon {
 
 enum class GoesOn {
   kNever,
-  kRetries,  ///< where the owner allows it, so often as [session] retries says
+  kRetries,  ///< up to [session] retries times, where configured
   kRepeats,  ///< by default: this computer was late
 };
 
 struct Harm {
   FailureKind failure;
-  /// Behind it; none: whatever it is.
+  /// Cause of the failure; none: any.
   std::optional<drivers::Interruption> by;
   GoesOn goes_on;
   const char* reason;
 };
 
-/// Every kind of failure, with what can be behind it.
+/// Every kind of failure with its possible causes.
 std::span<const Harm> harm_table();
 
 GoesOn goes_on(FailureKind failure, drivers::Interruption by);
 
-/// How a session names what made a move silent, or a link lose its reference.
+/// Failure kind of a session for the cause of a silent move or a lost link reference.
 FailureKind failure_by(drivers::Interruption by, FailureKind otherwise);
 
-/// A cause of harmless interruptions: after these a session goes on by itself.
+/// Cause of harmless interruptions, after which a session continues by itself.
 struct CountedCause {
   drivers::Interruption by;
   const char* name;   ///< in journal, API and metrics
-  const char* words;  ///< for people, after a number
+  const char* words;  ///< for messages, after a number
   bool of_computer;   ///< this computer was late
 };
 inline constexpr std::array kCountedCauses{
@@ -58,7 +58,7 @@ inline constexpr std::array kCountedCauses{
     CountedCause{drivers::Interruption::kPacketsStopped, "packets-stopped",
                  "controller packets stopped", false}};
 
-/// Interruptions by their cause, in the order of kCountedCauses.
+/// Number of interruptions by cause, in the order of kCountedCauses.
 struct InterruptionCounts {
   std::array<int, kCountedCauses.size()> of{};
 
@@ -74,8 +74,8 @@ std::optional<drivers::Interruption> cause_of(std::string_view name);
 /// "5 sensor data late (this computer was busy), 1 controller packets stopped"; empty without any.
 std::string words(const InterruptionCounts& counts);
 
-/// The arm was left where it is, when no axis is farther from there: at 40 deg/s three cycles whose
-/// replies were lost leave 0.5 deg, and by hand it is not moved while RSI runs.
+/// Tolerance per axis within which the arm counts as not moved: at 40 deg/s, three cycles whose replies were
+/// lost leave 0.5 deg, and the arm cannot be jogged while RSI runs.
 inline constexpr double kLeftThereRad = 0.0175;  // 1 deg
 
 }  // namespace cellcal::daemon

@@ -1,4 +1,4 @@
-// What is done at an interruption, and behind it until the links have proven themselves.
+// Effects at an interruption and during recovery, until the links are verified.
 
 #include "daemon/session/interruption.h"
 #include "daemon/session/rules.h"
@@ -16,7 +16,7 @@ void count_interruption(State& state, FailureKind kind, std::string detail,
   state.busy_touch = touch_number(state);
 }
 
-/// A silence that nothing explains yet is not counted before it is.
+/// An unexplained silence is counted once its cause is known.
 void take_interruption(State& state, const Event& event) {
   const drivers::Interruption by = interruption_by(state, event);
   state.unheard = by == drivers::Interruption::kUnheard;
@@ -31,11 +31,11 @@ void take_interruption(State& state, const Event& event) {
     count_interruption(state, kind, std::move(detail), by);
 }
 
-/// From where it stands now.
+/// From the current position.
 WayBack way_back(const State& state) {
   if (!state.one_by_one || state.plan->touches.empty()) return WayBack::kNone;
   switch (state.phase) {
-    case Phase::kArmingFast:  // behind noise it stands near the surface
+    case Phase::kArmingFast:  // after noise it is near the surface
       return state.search_from_m > state.approach_m ? WayBack::kToSearch : WayBack::kNone;
     case Phase::kFastSearch:
     case Phase::kBackingOff:
@@ -48,7 +48,7 @@ WayBack way_back(const State& state) {
     case Phase::kReferencing:
     case Phase::kWatching:
       return state.way_back;
-    case Phase::kFreeing:  // out of a contact, by the line alone or as a resumed session
+    case Phase::kFreeing:  // out of a contact, by the path alone or as a resumed session
       return state.way_back;
     default:
       return WayBack::kNone;
@@ -81,11 +81,11 @@ void await_links(State& state, const Event& event) {
 }  // namespace
 
 void interrupt(State& state, const Event& event, Actions& actions) {
-  // Where the tip may have met what it was searching, its contact is no surprise; elsewhere it is.
+  // At the sphere being searched a contact is expected on the first move; elsewhere it is not.
   constexpr Phases kAtTheSphere{Phase::kFreeing,    Phase::kFastSearch, Phase::kBackingOff,
                                 Phase::kSlowSearch, Phase::kRecording,  Phase::kRetreat};
   constexpr Phases kBeforeTheFirstMove{Phase::kReferencing, Phase::kRouting, Phase::kWatching};
-  // A retreat that leads on to the next touch is at the sphere as long as it is in contact.
+  // A retreat that leads on to the next touch counts as at the sphere while in contact.
   const bool gone = state.leads_on && state.phase == Phase::kRetreat && !state.links.in_contact;
   if (!kBeforeTheFirstMove.has(state.phase)) state.resumed = kAtTheSphere.has(state.phase) && !gone;
   state.ahead = {};
@@ -93,7 +93,7 @@ void interrupt(State& state, const Event& event, Actions& actions) {
   if (!state.pause_noted) note_pause(state, event, actions);
   if (kMoveResults.has(event.kind)) state.left_rad = event.at_rad;
   state.pause_noted = false;
-  // What was asked for before is answered no more, and begins no more.
+  // Invalidates outstanding answers and held moves.
   state.held.reset();
   ++state.move_id;
   if (++state.arm_id == 0) state.arm_id = 1;
@@ -103,7 +103,7 @@ void interrupt(State& state, const Event& event, Actions& actions) {
   await_links(state, event);
 }
 
-/// With a touch on its way to the disk: it is counted first.
+/// A touch being written to the disk is counted first.
 void note_pause(State& state, const Event& event, Actions&) {
   take_interruption(state, event);
   state.pause_noted = true;
@@ -125,7 +125,7 @@ void watch_links(State& state, const Event& event, Actions& actions) {
   state.deadline = event.at + state.timeouts.watching;
 }
 
-/// Whose silence it was is known now: it was sent in time.
+/// The cause of the silence is known: the data were sent in time.
 void blame_computer(State& state, const Event& event, Actions& actions) {
   state.unheard = false;
   count_interruption(state, FailureKind::kComputerBusy, event.links.contact_words,

@@ -1,4 +1,4 @@
-// The words of phases, events, actions and failures.
+// Names of phases, events, actions and failures.
 
 #include <algorithm>
 
@@ -166,7 +166,7 @@ EventKind event_of(drivers::MoveOutcome outcome) {
     case MoveOutcome::kNotFollowing:
       return EventKind::kNotFollowing;
   }
-  return EventKind::kRefused;  // every outcome is named above
+  return EventKind::kRefused;  // every outcome is handled above
 }
 
 const char* name_of(const Action& action) {
@@ -259,7 +259,7 @@ const char* to_string(FailureKind kind) {
   return "unknown-failure";
 }
 
-/// Between a failure's kind and its detail.
+/// Separates a failure's kind from its detail.
 constexpr std::string_view kBehindKind = ": ";
 
 std::string describe(const Failure& failure) {

@@ -1,5 +1,5 @@
 #pragma once
-// Where a session stands, and sets of such phases for the rows of the table.
+// Phases of a session, and sets of them for the rows of the table.
 
 #include <array>
 #include <concepts>
@@ -10,28 +10,28 @@
 namespace cellcal::daemon {
 
 enum class Phase : std::uint8_t {
-  kIdle,         ///< nothing asked for yet
+  kIdle,         ///< nothing requested yet
   kPlanning,     ///< worker computes the touches; devices still closed
   kConnecting,   ///< robot and contact sensor opened; waiting until both are ready
   kReferencing,  ///< the arm's actual position becomes the starting point
-  kRouting,      ///< worker looks for a clear way from where the arm stands
+  kRouting,      ///< worker searches for a clear path from the arm's position
   kFreeing,      ///< resumed in contact: the first waypoint leads out of it
-  kProving,      ///< out of contact again: the sensor proves itself before anything else moves
+  kProving,      ///< out of contact again: self-test of the sensor before any other move
   kTransit,      ///< waypoint by waypoint to the stand-off
   kArmingFast,
   kFastSearch,
   kBackingOff,
   kArmingSlow,
-  kSlowSearch,  ///< the one that counts
-  kRecording,   ///< touch on its way to the disk, arm at rest at the contact
+  kSlowSearch,  ///< its reading is used
+  kRecording,   ///< touch being written to disk, arm at rest at the contact
   kRetreat,     ///< to the clear point
-  kChoosing,    ///< worker chooses the next touch by what is known now
+  kChoosing,    ///< worker chooses the next touch from the results so far
   kReturning,   ///< from the last clear point back to the plan's start
   kIdentifying,
   kReporting,
-  kRecovering,  ///< harmlessly interrupted, arm at rest: waits until both links are back
-  kWatching,    ///< they are: watched for a while, the sensor proves itself; nothing moves yet
-  kStopping,    ///< stop commanded, waiting for the arm's rest
+  kRecovering,  ///< harmlessly interrupted, arm at rest: waits for both links
+  kWatching,    ///< links are up: observed for a while, self-test of the sensor; no motion yet
+  kStopping,    ///< stop commanded, waiting for rest
   kDone,
   kAborted,
   kFailed,
@@ -48,10 +48,10 @@ inline constexpr std::array kAllPhases{
 
 /// Lower-case identifier, e.g. "fast search".
 const char* to_string(Phase phase);
-/// The one that such a word names; nothing where there is none.
+/// Inverse of to_string(); none for an unknown name.
 std::optional<Phase> phase_of(std::string_view name);
 
-/// A set of phases, as one row of the table names it.
+/// Set of phases, as named by one row of the table.
 class Phases {
  public:
   template <typename... P>
@@ -69,15 +69,15 @@ class Phases {
   std::uint32_t bits_ = 0;
 };
 
-/// A move is under way, or was asked for.
+/// A move is under way or requested.
 inline constexpr Phases kMovingPhases{Phase::kFreeing,    Phase::kTransit,    Phase::kFastSearch,
                                       Phase::kBackingOff, Phase::kSlowSearch, Phase::kRetreat,
                                       Phase::kReturning};
-/// Devices are open and the arm stands still.
+/// Devices are open and the arm is at rest.
 inline constexpr Phases kStandingPhases{Phase::kReferencing, Phase::kRouting,    Phase::kProving,
                                         Phase::kArmingFast,  Phase::kArmingSlow, Phase::kRecording,
                                         Phase::kChoosing};
-/// Devices are open, the arm stands still, and a link may be down.
+/// Devices are open, the arm is at rest, and a link may be down.
 inline constexpr Phases kAwaitingPhases{Phase::kConnecting, Phase::kRecovering, Phase::kWatching};
 /// No device is open.
 inline constexpr Phases kThinkingPhases{Phase::kPlanning, Phase::kIdentifying, Phase::kReporting};

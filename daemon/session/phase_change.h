@@ -1,5 +1,5 @@
 #pragma once
-// A change of phase as the journal's log has it: "fast search -> backing off on contact".
+// A change of phase in the journal's log: "fast search -> backing off on contact".
 
 #include <optional>
 #include <string>
@@ -16,7 +16,7 @@ struct PhaseChange {
 };
 
 std::string words(const PhaseChange& change, EventKind on);
-/// The change that such words begin with, whatever follows; nothing where they are others.
+/// The change at the beginning of `words`, ignoring the rest; none for other text.
 std::optional<PhaseChange> phase_change_in(std::string_view words);
 
 }  // namespace cellcal::daemon

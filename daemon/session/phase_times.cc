@@ -24,7 +24,7 @@ std::optional<Timed> timed(std::string_view event) {
   return Timed{*at_s, *change};
 }
 
-/// Phases of one activity that follow each other.
+/// Consecutive phases of one activity.
 class Stay {
  public:
   void go_on(PhaseTimes& times, Activity activity, double took_s) {
@@ -131,8 +131,8 @@ PhaseTimes phase_times(std::span<const std::string> events) {
     const Phase phase = now->change.from;
     if (last && under_way(phase) && last->change.to == phase) {
       stay.go_on(times, activity_of(phase),
-                 std::max(0.0, now->at_s - last->at_s));  // clocks are set
-      // From the watch it goes back to the same wait.
+                 std::max(0.0, now->at_s - last->at_s));  // the wall clock may have been set
+      // After watching it returns to the same wait.
       times.interruptions +=
           now->change.to == Phase::kRecovering && phase != Phase::kWatching ? 1 : 0;
       times.touches += phase == Phase::kRecording && !is_final(now->change.to) ? 1 : 0;

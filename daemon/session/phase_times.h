@@ -1,5 +1,5 @@
 #pragma once
-// Where the time of a session went, from the changes of phase that its log holds.
+// Time spent by a session per activity, from the phase changes in its log.
 
 #include <array>
 #include <span>
@@ -10,7 +10,7 @@
 
 namespace cellcal::daemon {
 
-/// What a session spends time on. One of these for every phase in which it is under way.
+/// Activity of a session; every phase under way belongs to one.
 enum class Activity {
   kMoving,      ///< transits, retreats, the way back
   kFastSearch,  ///< to the contact
@@ -19,7 +19,7 @@ enum class Activity {
   kRecording,
   kChoosing,
   kProving,
-  kOther,  ///< once a session: connecting, planning, identifying
+  kOther,  ///< once per session: connecting, planning, identifying
 };
 
 inline constexpr std::array kAllActivities{
@@ -27,26 +27,25 @@ inline constexpr std::array kAllActivities{
     Activity::kRecording, Activity::kChoosing,   Activity::kProving,    Activity::kOther};
 
 const char* to_string(Activity activity);
-/// What its duration hangs on.
+/// The parameter that dominates the duration.
 const char* driver_of(Activity activity);
 Activity activity_of(Phase phase);
 
 struct ActivityTime {
-  int count = 0;  ///< phases that follow each other in one activity count once
+  int count = 0;  ///< consecutive phases of one activity count once
   double total_s = 0.0, worst_s = 0.0;
 };
 
 struct PhaseTimes {
-  std::array<ActivityTime, kAllActivities.size()> of{};  ///< by Activity
+  std::array<ActivityTime, kAllActivities.size()> of{};  ///< indexed by Activity
   int touches = 0;                                       ///< recorded
-  int interruptions = 0;  ///< harmless ones, behind which it waited for the links
+  int interruptions = 0;  ///< harmless interruptions followed by a wait for the links
   double total_s = 0.0;
   const ActivityTime& operator[](Activity a) const { return of[static_cast<std::size_t>(a)]; }
 };
 
-/// `events`: "TIME WORDS" as Journal::events() has them. What lies between an end, or a daemon that
-/// was killed, and the resuming is no part of a session. Events that are no change of phase, or
-/// have no time, say nothing.
+/// `events`: "TIME WORDS" as returned by Journal::events(). The gap between an end (or a killed daemon) and
+/// the resume is not counted. Events without a phase change or a time are ignored.
 PhaseTimes phase_times(std::span<const std::string> events);
 
 }  // namespace cellcal::daemon

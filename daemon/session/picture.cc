@@ -1,4 +1,4 @@
-// The table as pictures.
+// Diagrams of the transition table.
 
 #include <map>
 
@@ -32,7 +32,8 @@ std::string label(const Transition& row) {
   return text;
 }
 
-/// What most phases share would hide the way through: failing, stopping, aborting.
+/// Omits failing, stopping and aborting, which most phases share and which would obscure the regular
+/// sequence.
 bool is_way_through(const Transition& row) {
   if (!row.to) return false;
   return *row.to != Phase::kFailed && *row.to != Phase::kAborted && *row.to != Phase::kStopping;
@@ -45,7 +46,7 @@ struct Edge {
   }
 };
 
-/// All labels of one arrow, in the table's order.
+/// All labels of one edge, in the table's order.
 std::map<Edge, std::vector<std::string>> way_through() {
   std::map<Edge, std::vector<std::string>> edges;
   for (const Transition& row : transition_table()) {

@@ -52,7 +52,7 @@ namespace {
 
 using drivers::MoveKind;
 
-/// What made the robot silent: told of a move, or at rest by the link. Or this computer late.
+/// Cause of a silent robot, as reported by the move or, at rest, by the link; or lateness of this computer.
 drivers::Interruption behind(FailureKind kind, const State& state, const Event& event) {
   if (kind == FailureKind::kComputerBusy) return interruption_by(state, event);
   if (kind != FailureKind::kRobotSilent) return drivers::Interruption::kNone;
@@ -63,7 +63,7 @@ std::chrono::milliseconds milliseconds(double seconds) {
   return std::chrono::milliseconds(static_cast<std::int64_t>(std::ceil(seconds * calib::kMsPerS)));
 }
 
-/// A search behind a first contact ends soon after it: what was met once is not driven through.
+/// A search after a first contact ends shortly beyond it, so that a known obstacle is not driven through.
 double search_end_m(const State& state) {
   const double end_m = state.planned().search_m;
   return state.first ? std::min(end_m, state.first->along_m + state.policy.beyond_first_m) : end_m;
@@ -77,7 +77,7 @@ std::chrono::milliseconds search_timeout(const State& state, double duration_s) 
   return milliseconds(duration_s * state.timeouts.search_factor) + state.timeouts.search_slack;
 }
 
-/// Every move waits for the disk, whatever was recorded before it: no exception can be forgotten.
+/// Every move waits for the disk, whatever was recorded before it, so that no case can be omitted.
 void begin(State& state, const Event& event, Actions& actions, drivers::Move move,
            std::chrono::milliseconds timeout) {
   HeldMove& held = state.held.emplace();
@@ -89,7 +89,7 @@ void begin(State& state, const Event& event, Actions& actions, drivers::Move mov
   state.deadline = event.at + state.timeouts.recording;
 }
 
-/// Straight there.
+/// Direct move.
 void begin(State& state, const Event& event, Actions& actions, MoveKind kind,
            drivers::AxisAngles target, double cruise_s, std::chrono::milliseconds timeout) {
   drivers::Move move;
@@ -99,7 +99,7 @@ void begin(State& state, const Event& event, Actions& actions, MoveKind kind,
   begin(state, event, actions, std::move(move), timeout);
 }
 
-/// Of the transit in hand.
+/// Joints [rad] at waypoint `k` of the current transit.
 drivers::AxisAngles waypoint(const State& state, std::size_t k) {
   const calib::PlannedTouch& planned = state.planned();
   if (k >= to_standoff(state)) return at_travel(planned, state.approach_m);
@@ -110,8 +110,8 @@ drivers::Via via(const drivers::AxisAngles& at_rad, const calib::Corner& corner)
   return {at_rad, corner.in_share, corner.out_share};
 }
 
-/// On from way-point `state.waypoint`, which is the first on `move`'s way behind those that it has,
-/// without a stop to the stand-off, or as far as a move can be told.
+/// Appends the waypoints from `state.waypoint` on to `move`, up to the stand-off or the capacity of one move,
+/// without a stop.
 void go_on(State& state, const Event& event, Actions& actions, drivers::Move move) {
   const std::vector<calib::Corner>& corners = state.planned().corners;
   std::size_t& k = state.waypoint;
@@ -126,16 +126,16 @@ void go_on_to_standoff(State& state, const Event& event, Actions& actions) {
   go_on(state, event, actions, {});
 }
 
-/// From where the search for the touch in hand begins on.
+/// Start of the search for the current touch.
 void decide_approach(State& state) {
   state.approach_m = approach_m(state.planned(), expected_contact(state), state.policy);
   state.search_from_m = state.approach_m;
 }
 
 void arm(State& state, const Event& event, Actions& actions, double speed_m_s) {
-  // One-shot arming must outlive the search it guards; 0 is no arming's id.
+  // One-shot arming must outlive the search that it guards; 0 is not a valid arming id.
   if (++state.arm_id == 0) state.arm_id = 1;
-  constexpr std::int64_t kLongestLifetimeMs = 60'000;  // the wire has 16 bits
+  constexpr std::int64_t kLongestLifetimeMs = 60'000;  // the field has 16 bits
   constexpr std::chrono::milliseconds kSettling{2000};
   const auto lifetime = milliseconds(1.5 * search_duration_s(state, speed_m_s)) + kSettling;
   actions.emplace_back(ArmSensor{
@@ -159,14 +159,14 @@ void back_off_from(State& state, const Event& event, Actions& actions, double al
         duration_s, search_timeout(state, duration_s));
 }
 
-/// Where the way back begins: at the contact, and never ahead of where the arm came to rest,
-/// whatever the latch says. A wrong number must not lead farther in.
+/// Start of the way back: at the contact, and never beyond the position where the arm came to rest, whatever
+/// the latch reports. A wrong value must not lead farther in.
 double contact_m(const State& state, const Reading& reading) {
   if (reading.settled_rad.empty()) return reading.along_m;
   return std::min(reading.along_m, travel_m(state.planned(), reading.settled_rad));
 }
 
-/// Of its first search.
+/// Speed of the first search of the current touch [m/s].
 double fast_m_s(const State& state) {
   const double own = state.planned().search_m_s;
   return own > 0.0 ? own : state.policy.fast_m_s;
@@ -200,7 +200,7 @@ void record_search(const Event& event, Actions& actions) {
   if (event.search) actions.emplace_back(RecordSearch{event.search});
 }
 
-/// No touch, and how the session ends.
+/// The final choice: no further touch, and the reason.
 void take_last_choice(State& state, const Event& event, Actions& actions) {
   state.plan = event.plan;
   state.progress = event.progress;
@@ -282,7 +282,7 @@ void prove_sensor(State& state, const Event& event, Actions& actions) {
   state.deadline = event.at + state.timeouts.proving;
 }
 
-/// A sensor that sees nothing any more says the same as one that has nothing to see.
+/// A defective sensor and one without contact report the same: the sensor is tested.
 void doubt_sensor(State& state, const Event& event, Actions& actions) {
   state.missed = true;
   prove_sensor(state, event, actions);
@@ -369,7 +369,7 @@ void record_first_contact(State& state, const Event& event, Actions& actions) {
 }
 
 void leave(State& state, const Event& event, Actions& actions) {
-  // What is to be thought is thought while the arm is on its way out.
+  // Computed while the arm retreats.
   actions.emplace_back(Assess{});
   const drivers::AxisAngles clear = axis_angles(state.planned().clear);
   if (state.one_by_one) {
@@ -395,7 +395,7 @@ void leave_for_next(State& state, const Event& event, Actions& actions) {
   go_on(state, event, actions, std::move(move));
 }
 
-/// As behind a touch that was made, but there was none: whatever the tip meets on this way ends the session.
+/// Retreat without a touch (dry run): any contact on this path ends the session.
 void pass_by(State& state, const Event& event, Actions& actions) {
   const drivers::AxisAngles clear = axis_angles(state.planned().clear);
   const drivers::Via leaving = via(clear, state.planned().leaving);
@@ -410,7 +410,7 @@ void pass_by(State& state, const Event& event, Actions& actions) {
   go_on(state, event, actions, std::move(move));
 }
 
-/// Out along the search line, as behind any touch. Where the sphere was sought, it is not.
+/// Retreats along the search line, as after any touch. The sphere is not at the searched position.
 void leave_empty_place(State& state, const Event& event, Actions& actions) {
   begin(state, event, actions, MoveKind::kRetreat, axis_angles(state.planned().clear), 0.0,
         state.timeouts.waypoint);
@@ -420,7 +420,7 @@ void leave_empty_place(State& state, const Event& event, Actions& actions) {
 
 void give_touch_up(State& state, const Event& event, Actions& actions) {
   leave_empty_place(state, event, actions);
-  // Behind a first contact no contact does not say that there is nothing.
+  // After a first contact, a search without contact does not prove that nothing is there.
   if (event.kind != EventKind::kArrived || state.first)
     state.touch_failed = calib::NotMade::kFailed;
   ++state.failed_in_a_row;

@@ -1,54 +1,54 @@
 #pragma once
-// Guards and effects that the rows of the table name. Effects see the old phase; step() sets the
-// new one behind them.
+// Guards and effects named by the rows of the table. Effects see the old phase; step() sets the new one
+// afterwards.
 
 #include "daemon/session/session.h"
 
 namespace cellcal::daemon::rules {
 
-/// Which link is not up.
+/// Links that are not up.
 struct Missing {
   bool robot = false, contact = false;
 };
 Missing missing(const State&);
 
-// Of the touch in hand, for guards and effects.
+// Current touch, for guards and effects.
 
 Reading reading_of(const State&, const Event&, bool slow);
-/// The slow readings of it, and this one.
+/// Its slow readings, including the one of this event.
 std::vector<Reading> with_new(const State&, const Event&);
 calib::ExpectedContact expected_contact(const State&);
-/// The transit ends at the stand-off, or on the search line nearer to what is expected; one without
-/// waypoints leads there directly.
+/// Number of waypoints to the end of the transit: the stand-off, or a point on the search line nearer to the
+/// expected contact. 0 for a transit without waypoints, which leads there directly.
 std::size_t to_standoff(const State&);
 std::size_t waypoint_count(const State&);
-/// Whether its target was met before.
+/// True if its target was touched before.
 bool was_met(const State&);
 
-/// Why a session does not go on by itself after a harmless interruption.
+/// Reason why a session does not continue by itself after a harmless interruption.
 enum class Setback {
   kNotBack,       ///< a link has not come back in time
-  kOtherSession,  ///< another session of the controller
-  kAgain,         ///< links not sound for as long as they were watched
-  kMoved,         ///< the arm is elsewhere
+  kOtherSession,  ///< the controller started another session
+  kAgain,         ///< links not sound for the whole watching time
+  kMoved,         ///< the arm is at another position
   kRobotToo,  ///< this computer was late, and the controller's link or program has stopped as well
-  kSensorSilent,  ///< it was the sensor that sent nothing, not this computer that was late
+  kSensorSilent,  ///< the sensor sent nothing: this computer was not late
 };
 
-/// What interrupted the session, as this event tells, whether or not it may go on behind it.
+/// Cause of the interruption according to this event, whether or not the session may continue.
 drivers::Interruption interruption_by(const State&, const Event&);
-/// Another one for each touch that is made or given up.
+/// Changes with each touch that is made or given up.
 std::size_t touch_number(const State&);
-/// Repeats of the touch in hand because this computer was late.
+/// Repeats of the current touch caused by lateness of this computer.
 int repeats_of_touch(const State&);
-/// May it go on by itself behind it?
+/// True if the session may continue by itself.
 bool may_go_on(const State&, FailureKind, drivers::Interruption by);
 
 // Guards (guards.cc).
 bool plan_differs(const State&, const Event&);
 bool nothing_left(const State&, const Event&);
 bool fresh_and_closed(const State&, const Event&);
-/// A mode in which somebody holds the enabling switch.
+/// A mode that requires a held enabling switch.
 bool by_hand(drivers::OperatingMode mode);
 bool somebody_there(const State&, const Event&);
 bool test_requested(const State&, const Event&);
@@ -181,32 +181,32 @@ void release_move(State&, const Event&, Actions&);
 void stop(State&, const Event&, Actions&);
 void close_and_end(State&, const Event&, Actions&);
 
-/// Names the failure, closes the devices and ends the session. The arm is at rest.
+/// Sets the failure, closes the devices and ends the session. The arm is at rest.
 void fail(FailureKind kind, State&, const Event&, Actions&);
 template <FailureKind kind>
 void fail(State& state, const Event& event, Actions& actions) {
   fail(kind, state, event, actions);
 }
-/// Names the failure and stops the arm; the session ends when the arm rests.
+/// Sets the failure and stops the arm; the session ends when the arm rests.
 void fail_and_stop(FailureKind kind, State&, const Event&, Actions&);
 template <FailureKind kind>
 void fail_and_stop(State& state, const Event& event, Actions& actions) {
   fail_and_stop(kind, state, event, actions);
 }
-/// Ends a session that was interrupted and cannot go on by itself.
+/// Ends an interrupted session that cannot continue by itself.
 void fail_interrupted(Setback why, State&, const Event&, Actions&);
 template <Setback why>
 void fail_interrupted(State& state, const Event& event, Actions& actions) {
   fail_interrupted(why, state, event, actions);
 }
-/// Ends a session whose failure is already named.
+/// Ends a session whose failure is already set.
 void end_failed(State&, const Event&, Actions&);
-/// The end could not be put on disk; nothing is left to be done but to say so.
+/// The end could not be written to disk; only reported.
 void note_journal_failure(State&, const Event&, Actions&);
 
-/// What failed, where, and what to check, in words.
+/// Text of a failure: what failed, where, and what to check.
 std::string failure_detail(FailureKind kind, const State& state, const Event& event);
-/// How the session goes on when that was done: the end of a failure's words; "" where it does not.
+/// How to continue after the remedy: end of the failure's text; "" where it does not continue.
 const char* next_step(FailureKind kind);
 std::string setback_words(Setback why, const State& state);
 

@@ -7,7 +7,7 @@ namespace cellcal::daemon {
 
 namespace {
 
-/// A shorter way to a nearer stand-off is not worth a move.
+/// A nearer stand-off that saves less is not worth a move.
 constexpr double kShortestApproachM = 0.0005;
 
 calib::JointVector mean(const drivers::AxisAngles& a, const drivers::AxisAngles& b) {
@@ -55,7 +55,7 @@ double approach_m(const calib::PlannedTouch& planned, const calib::ExpectedConta
                policy.approach_sigmas * expected.sigma_m + policy.approach_margin_m);
   const double begin =
       std::min(expected.travel_m, planned.expected_m + policy.behind_nominal_m) - before;
-  return begin >= kShortestApproachM ? begin : 0.0;  // also: no number
+  return begin >= kShortestApproachM ? begin : 0.0;  // 0 also for NaN
 }
 
 bool is_surprising(const Reading& reading, const calib::ExpectedContact& expected,

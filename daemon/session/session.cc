@@ -15,8 +15,8 @@ void note(State& state, const Event& event) {
   }
 }
 
-/// An event that nobody thought of: the arm is stopped where it can be moving, and the session
-/// fails with the pair's name.
+/// Unlisted event: the arm is stopped where it can be moving, and the session fails with the name of the
+/// pair.
 void fail_safe(State& state, const Event& event, Actions& actions) {
   const bool may_move = kMovingPhases.has(state.phase) && !kMoveResults.has(event.kind);
   if (may_move) {

@@ -1,5 +1,5 @@
 #pragma once
-// The numbers of one touch and of a session's timeouts, each with its reason.
+// Parameters of one touch and timeouts of a session, each with its reason.
 
 #include <chrono>
 #include <string>
@@ -7,95 +7,93 @@
 namespace cellcal::daemon {
 
 struct TouchPolicy {
-  /// 10 mm/s and 20 ms of reaction are 0.2 mm of overtravel: harmless to the tip. The latch is then
-  /// wrong by 2 um, where one touch scatters by 30 and gears by 100.
+  /// 10 mm/s and 20 ms of reaction give 0.2 mm of overtravel, harmless to the tip. The latch error is then 2
+  /// um, against a scatter of 30 um of one touch and 100 um of gears.
   double fast_m_s = 0.010;
-  /// Of the searches that confirm a contact. At 4 mm/s a stamp that is 1 ms wrong moves it by 4 um, and
-  /// the delay of the contacts, seen between this speed and the fast one, is known to 0.4 ms.
+  /// Speed of the confirming searches. At 4 mm/s a stamp error of 1 ms gives 4 um, and the contact delay,
+  /// seen between this speed and the fast one, is known to 0.4 ms.
   double slow_m_s = 0.004;
-  /// One fast contact makes a touch. Every so many touches it is confirmed by slow searches all the
-  /// same, so that noise and delay of the contacts stay measured: with 8, a hundred touches have
-  /// twelve. 1: every touch.
+  /// One fast contact makes a touch. Every n-th touch is confirmed by slow searches, so that noise and delay
+  /// of the contacts stay measured: with 8, a hundred touches give twelve. 1: every touch.
   int confirm_every = 8;
-  /// So is a contact that surprises: by more than this from where the touches so far expect it, ...
+  /// A surprising contact is confirmed as well: one this many sigmas from the expected position, ...
   double surprise_sigmas = 5.0;
-  /// ... after noise in the same search, by more bounces than a sound contact of metal makes, ...
+  /// ... or after more bounces in the same search than a sound metal contact makes, ...
   int most_bounces = 10;
-  /// ... or by a time stamp that leaves more of the place open than this, a third of the noise of
-  /// one touch. And the first contact of each target, which nothing foretells.
+  /// ... or with a time stamp that leaves the position uncertain by more than this, a third of the noise of
+  /// one touch. The first contact of each target, which has no expectation, is confirmed too.
   double most_stamp_m = 0.00001;
-  /// From the contact of the fast search: out of contact again (0.2 mm of overtravel, bending), and
-  /// at constant speed by the time of the next.
+  /// Back-off from the contact of the fast search: leaves the contact (0.2 mm of overtravel, bending) and
+  /// reaches constant speed before the next.
   double back_off_m = 0.0010;
-  /// From that of a slow search, whose overtravel is below 0.15 mm. At 4 mm/s every millimetre costs a
-  /// quarter of a second.
+  /// Back-off from a slow search, whose overtravel is below 0.15 mm. At 4 mm/s every millimetre costs 0.25 s.
   double slow_back_off_m = 0.0006;
-  /// A slow search ends so far behind the first contact.
+  /// End of a slow search beyond the first contact.
   double beyond_first_m = 0.003;
-  /// A search begins nearer than at the stand-off where the touches so far tell where the contact
-  /// will be: by so many sigmas and a margin before it, and no nearer than at the least.
+  /// With an expected contact a search begins nearer than the stand-off: before the expected position by this
+  /// many sigmas plus a margin, and by at least the minimum.
   double approach_sigmas = 6.0, approach_margin_m = 0.001, approach_least_m = 0.002;
-  /// It begins no further behind where the nominal arm would be in contact: an arm is 3 mm off as it
-  /// is delivered, and a forecast that says much more says that something else is wrong.
+  /// Limit beyond the nominal contact for the start of a search: an arm is off by 3 mm as delivered, and a
+  /// larger expectation indicates another error.
   double behind_nominal_m = 0.005;
-  /// Contact within this much travel from the stand-off is not the sphere: the tip would have been
-  /// 11 mm early at the default stand-off of 12 mm. Jogged spheres, cables and chips are. One that
-  /// is early for what was expected only is a surprise, and is confirmed.
+  /// A contact within this travel from the stand-off is not the sphere: the tip would be 11 mm early at the
+  /// default stand-off of 12 mm. Causes are displaced spheres, cables and chips. A contact that is early only
+  /// against its expectation is a surprise, and is confirmed.
   double earliest_m = 0.001;
-  /// Slow readings that must agree where a touch is confirmed ...
+  /// Slow readings that must agree in a confirmed touch ...
   int readings = 2;
   /// ... within this distance along the search line: twice the 0.03 mm of a single touch.
   double tolerance_m = 0.00006;
   /// Slow searches before the touch is given up.
   int max_readings = 5;
-  /// Trips that turned out to be noise, per touch, before the touch is given up.
+  /// Trips caused by noise, per touch, before the touch is given up.
   int max_revoked = 5;
-  /// Touches chosen one by one that could not be made (no contact, readings that disagree, noise)
-  /// are replaced by others. So many one after the other are no accident any more ...
+  /// Touches chosen one by one that fail (no contact, disagreeing readings, noise) are replaced by others.
+  /// Limit of consecutive failures ...
   int max_failed_in_a_row = 2;
-  /// ... nor are so many in all.
+  /// ... and of failures in total.
   int max_failed = 8;
 };
 
-/// What the way in which the arm is stopped permits of it.
+/// Limits of a search imposed by the way in which the arm is stopped.
 struct SearchLimits {
   double fastest_m_s = 0.050;
   int most_confirm_every = 1000;
-  std::string because{};  ///< for messages; empty: the usual ones
+  std::string because{};  ///< for messages; empty: the usual reasons
 };
 
-/// How often a session goes on by itself where this computer was late (interruption.h): by default, since
-/// robot and sensor were sound and prove it again each time. Each repeat is as safe as the first; what the
-/// bounds are for is a computer that is never quiet. Beside four busy loops, compilers and a syncing disk
-/// some two touches in five are stopped.
+/// Automatic repeats of a session after lateness of this computer (interruption.h). They are on by default,
+/// since robot and sensor were sound and are verified each time; a repeat is as safe as the first attempt.
+/// The limits serve computers that are never quiet: under four busy loops, compilers and a syncing disk about
+/// two touches in five are stopped.
 struct BusyRepeats {
-  int of_touch = 30;     ///< two minutes of one touch; behind as many stops in a row all would be stopped
+  int of_touch = 30;     ///< two minutes of one touch; further repeats would be stopped as well
   int of_session = 400;  ///< four for each of a hundred touches
 };
 
-/// How long a phase may take before silence counts as failure.
+/// Longest duration of each phase.
 struct Timeouts {
   std::chrono::milliseconds planning{std::chrono::minutes(5)};
-  /// Until both links are up: somebody walks to the pendant, selects the program and starts it.
+  /// Until both links are up: the operator walks to the pendant, selects the program and starts it.
   std::chrono::milliseconds connecting{std::chrono::minutes(5)};
-  /// Sensor self-tested, and identified anew where it has to be.
+  /// Self-test of the sensor, and identification where needed.
   std::chrono::milliseconds proving{std::chrono::seconds(15)};
-  /// Peers that wait for replies repeat themselves once in a second, then the cycle is learnt.
+  /// Peers that wait for replies repeat once per second, then the cycle is learnt.
   std::chrono::milliseconds referencing{std::chrono::seconds(5)};
   /// One exchange over the serial line takes milliseconds.
   std::chrono::milliseconds arming{std::chrono::seconds(2)};
   /// One waypoint at the speed limits, also at 3 % override.
   std::chrono::milliseconds waypoint{std::chrono::minutes(3)};
-  /// A search or back-off may take this many times its duration at constant speed, plus slack.
+  /// Limit of a search or back-off: this multiple of its duration at constant speed, plus slack.
   double search_factor = 3.0;
   std::chrono::milliseconds search_slack{std::chrono::seconds(10)};
   std::chrono::milliseconds recording{std::chrono::seconds(10)};
-  /// Until both links are back after a harmless interruption. A controller whose session goes on is
-  /// back within half a second; the sensor's circuit settles meanwhile.
+  /// Until both links are back after a harmless interruption. A controller whose session continues is back
+  /// within 0.5 s; the sensor's circuit settles meanwhile.
   std::chrono::milliseconds recovering{std::chrono::seconds(3)};
-  /// Likewise where this computer was late: a busy spell ends by itself, and nothing moves meanwhile.
+  /// Likewise after lateness of this computer: a busy spell ends by itself, and nothing moves meanwhile.
   std::chrono::milliseconds busy{std::chrono::minutes(1)};
-  /// So long both are then watched: 500 cycles of 4 ms without another gap or late reply.
+  /// Time for which both links are then observed: 500 cycles of 4 ms without another gap or late reply.
   std::chrono::milliseconds watching{std::chrono::seconds(2)};
   std::chrono::milliseconds stopping{std::chrono::seconds(5)};
   std::chrono::milliseconds identifying{std::chrono::minutes(5)};

@@ -19,7 +19,7 @@ namespace {
 
 using Why = NotUsable::Why;
 
-/// It may have been published, and nobody may use it.
+/// Possibly published, but unusable.
 NotUsable damaged(const std::string& why) {
   return {Why::kDamaged,
           why +
@@ -27,13 +27,13 @@ NotUsable damaged(const std::string& why) {
               "again: 'cellcal run --cell CELL --accept-change'"};
 }
 
-/// Whether it may have published, as far as a list tells: what is damaged is not known to have not.
+/// True if the session may have published, as far as the list shows: a damaged one is not excluded.
 bool may_count(const SessionRecord& listed) {
   return !listed.origin && (listed.state == RecordState::kDamaged ||
                             (listed.state == RecordState::kDone && listed.has_calibration));
 }
 
-/// Places among all that was ever written, with their sessions; the latest first.
+/// Positions in the journal's order of writing, with their sessions; latest first.
 std::vector<std::pair<std::int64_t, SessionRecord>> candidates(Journal& journal,
                                                                const std::string& cell_name,
                                                                std::int64_t before) {
@@ -43,7 +43,7 @@ std::vector<std::pair<std::int64_t, SessionRecord>> candidates(Journal& journal,
   std::vector<SessionRecord> own;
   for (SessionRecord& record : journal.sessions()) {
     if (before > 0 && record.id >= before) continue;
-    // Whose the session was is not known either where its own row is missing.
+    // Without its own row, the cell of a session is unknown.
     if (!cell_name.empty() && !record.inputs.cell_name.empty() &&
         record.inputs.cell_name != cell_name)
       continue;
@@ -58,7 +58,7 @@ std::vector<std::pair<std::int64_t, SessionRecord>> candidates(Journal& journal,
   return all;
 }
 
-/// Of the robot, where the cell file states it.
+/// Serial number of the robot, where the cell file states it.
 std::string serial_of(const SessionRecord& record) {
   const auto cell = nlohmann::json::parse(calib::toml_to_json(record.inputs.cell_text));
   const nlohmann::json::json_pointer where("/identity/robot_serial");
@@ -74,11 +74,11 @@ bool same_tools(const calib::Cell& a, const calib::Cell& b) {
   return same(a.tool, b.tool) && std::ranges::equal(a.other_tools, b.other_tools, same);
 }
 
-/// Of a cell that has since got another arm or tool an old calibration says nothing.
+/// An old calibration does not apply to a cell whose arm or tool was replaced.
 void refuse_foreign(const Published& wanted, const Published& newest) {
   const SessionRecord& record = wanted.record;
   const std::string was = serial_of(record), is = serial_of(newest.record);
-  const bool same_arm = was == is;  // where one states none, nobody knows
+  const bool same_arm = was == is;  // unknown where either is not stated
   const calib::Cell &then = wanted.calibration.cell, &now = newest.calibration.cell;
   if (same_arm && calib::same_nominal(then, now) && same_tools(then, now)) return;
   throw NotUsable(
@@ -89,11 +89,11 @@ void refuse_foreign(const Published& wanted, const Published& newest) {
           record.id, newest.record.id, record.inputs.cell_name));
 }
 
-/// Of those that can be read.
+/// Newest readable published calibration.
 std::optional<Published> newest_of(Journal& journal, const std::string& cell) {
   for (const std::int64_t session : done_or_damaged(journal, cell)) try {
       if (auto found = published(journal, session)) return found;
-    } catch (const NotUsable&) {  // by what is left it cannot be told
+    } catch (const NotUsable&) {  // not comparable with the remaining one
     }
   return std::nullopt;
 }
@@ -115,7 +115,7 @@ std::optional<Published> published(Journal& journal, std::int64_t session) {
         record->calibration, fmt::format("calibration of session {}", session));
     if (!calibration.verdict.publish()) return std::nullopt;
     return Published{std::move(*record), std::move(calibration)};
-  } catch (const calib::FileError& error) {  // of another version
+  } catch (const calib::FileError& error) {  // another version
     if (!journal.was_published(session).value_or(true)) return std::nullopt;
     throw damaged(error.what());
   }
@@ -139,10 +139,9 @@ Published usable(Journal& journal, std::int64_t session) {
   if (one.record.origin)
     throw NotUsable(
         Why::kForeign,
-        fmt::format(
-            "session {} was recorded by another journal: another robot's, for all that is known. "
-            "Name one of this cell: 'cellcal versions'",
-            session));
+        fmt::format("session {} was recorded by another journal: possibly of another robot. "
+                    "Choose one of this cell: 'cellcal versions'",
+                    session));
   if (const auto newest = newest_of(journal, one.record.inputs.cell_name))
     refuse_foreign(one, *newest);
   return one;
@@ -189,7 +188,7 @@ std::optional<std::int64_t> in_use_before(Journal& journal, const std::string& c
     const auto [known, is_new] = used.try_emplace(session, true);
     if (is_new) try {
         known->second = published(journal, session).has_value();
-      } catch (const NotUsable&) {  // it was in use all the same
+      } catch (const NotUsable&) {  // it was in use nevertheless
       }
     if (!known->second) continue;
     const auto again = std::ranges::find(stack, session);

@@ -1,9 +1,9 @@
 #pragma once
-// Which calibration of a cell is in use: the newest published one, unless somebody activated another since.
+// Calibration of a cell in use: the newest published one, unless another was activated since.
 //
-// Publications and activations are told apart by where they stand among all that was ever written, not by clocks:
-// the last of them counts. One that is in use and not as it was written is not as if it were not there: whoever needs
-// it is refused (NotUsable), until another is activated or published.
+// Publications and activations are ordered by their position in the journal, not by clocks: the last one
+// takes precedence. A damaged calibration in use is not skipped: its use is refused (NotUsable) until another
+// is activated or published.
 
 #include <cstdint>
 #include <optional>
@@ -17,51 +17,51 @@
 namespace cellcal::daemon {
 
 struct Published {
-  SessionRecord record;  ///< with its texts
+  SessionRecord record;  ///< including its texts
   calib::Calibration calibration;
 };
 
-/// A session's calibration is not used, and why: in words, with what to do.
+/// A session's calibration is not used; the text gives reason and remedy.
 struct NotUsable : std::runtime_error {
   enum class Why {
     kNoSession,
     kWithheld,       ///< it has no published calibration
-    kDamaged,        ///< it is not as it was written, or cannot be read
+    kDamaged,        ///< altered or unreadable
     kForeign,        ///< of another journal, or of another robot than the cell's newest
-    kActive,         ///< it is to be activated, and is in use
-    kNothingBefore,  ///< nothing older to go back to
+    kActive,         ///< already in use
+    kNothingBefore,  ///< no earlier one to return to
   };
   NotUsable(Why reason, const std::string& words) : std::runtime_error(words), why(reason) {}
   Why why;
 };
 
-/// None: it has none that is published. Throws NotUsable (kDamaged), JournalError.
+/// None: no published calibration. Throws NotUsable (kDamaged), JournalError.
 std::optional<Published> published(Journal& journal, std::int64_t session);
-/// Likewise, of whichever journal. Throws NotUsable, JournalError.
+/// Likewise, from any journal. Throws NotUsable, JournalError.
 Published published_or_refused(Journal& journal, std::int64_t session);
-/// What may be put into use and checked against: published by this journal, for the robot and tool of the cell's newest.
-/// Throws NotUsable, JournalError.
+/// A calibration that may be activated and checked against: published by this journal, for the robot and tool
+/// of the cell's newest. Throws NotUsable, JournalError.
 Published usable(Journal& journal, std::int64_t session);
 
-/// Sessions of this journal and cell that are done, and those that are damaged; the newest first. Throws JournalError.
+/// Completed and damaged sessions of this journal and cell, newest first. Throws JournalError.
 std::vector<std::int64_t> done_or_damaged(Journal& journal, const std::string& cell_name);
 
 struct InUse {
   std::int64_t session = 0;
-  std::string cell;  ///< file
+  std::string cell;  ///< its file
   std::optional<Published> calibration;
-  std::string trouble;  ///< where there is none: why it cannot be used, and what to do
+  std::string trouble;  ///< without a usable calibration: reason and remedy
 };
-/// Of this cell file, or of whichever where none is given; of sessions of this journal's own. `before`: as it was
-/// when that session was last written, without itself and those behind it; 0: as it is now. Throws JournalError.
+/// For this cell file, or for any where none is given; sessions of this journal only. `before`: state at the
+/// last write of that session, excluding itself and later ones; 0: current state. Throws JournalError.
 std::optional<InUse> in_use(Journal& journal, const std::string& cell_name,
                             std::int64_t before = 0);
-/// The same. Throws NotUsable where it cannot be used.
+/// The same. Throws NotUsable where it is unusable.
 std::optional<Published> active_calibration(Journal& journal, const std::string& cell_name,
                                             std::int64_t before = 0);
 
-/// The session whose calibration is in use once the one in use now is given back: what was published or activated
-/// comes on a stack, and what is activated again takes all above it away. None: nothing was in use before.
+/// Session whose calibration is in use after rolling back the current one: publications and activations are
+/// pushed on a stack, and a reactivation removes all entries above it. None: nothing was in use before.
 std::optional<std::int64_t> in_use_before(Journal& journal, const std::string& cell_name);
 
 }  // namespace cellcal::daemon

@@ -1,5 +1,5 @@
 #pragma once
-// Which calibration a check is held against, and what earlier checks of it touched.
+// Reference calibration of a check, and the touches of earlier checks of it.
 
 #include <cstdint>
 #include <filesystem>
@@ -13,31 +13,31 @@
 
 namespace cellcal::daemon {
 
-/// Why there is none: in words, with what to do.
+/// No calibration to check; the text gives reason and remedy.
 struct NothingToCheck : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// The session of the calibration: that one, or the one that is in use (active_calibration.h), of this cell file where
-/// one is given. Throws NothingToCheck; NotUsable where there is one, and it must not be used; JournalError.
+/// Session of the calibration: the given one, or the one in use (active_calibration.h), of this cell file
+/// where given. Throws NothingToCheck; NotUsable where it exists but must not be used; JournalError.
 SessionRecord published_session(Journal& journal, const std::filesystem::path& cell,
                                 std::optional<std::int64_t> session);
 
-/// The calibration of what published_session() gave. Throws NotUsable, JournalError.
+/// Calibration of the session from published_session(). Throws NotUsable, JournalError.
 calib::Calibration calibration_of(Journal& journal, std::int64_t session);
 
-/// Touches of the checks of that calibration which came to their end before this session, oldest first.
+/// Touches of the checks of that calibration completed before this session, oldest first.
 std::vector<std::vector<calib::Touch>> checks_before(Journal& journal, std::int64_t calibrated,
                                                      std::int64_t before);
 
-// What a session's result is held against.
+// Earlier calibration that a session's result is compared with.
 
-/// The one of the same cell file that was in use before that session (active_calibration.h); `accepted` as the
-/// session has it: then one that cannot be used is left out, which the log says. Throws NotUsable, JournalError.
+/// Calibration of the same cell file in use before that session (active_calibration.h); `accepted`: option of
+/// the session, with which an unusable one is skipped and logged. Throws NotUsable, JournalError.
 std::optional<Compared> last_calibration(Journal& journal, const std::string& cell_name,
                                          std::int64_t before, bool accepted);
 
-// compared.json of an export.
+// File compared.json of an export.
 
 std::string compared_to_json(const Compared& compared);
 /// Throws std::runtime_error.

@@ -16,7 +16,7 @@ namespace cellcal::daemon {
 
 namespace {
 
-/// The plan of a check, and what its touches say. Used by the worker alone, job after job.
+/// Plan of a check, and the results of its touches. Used by the worker only, job after job.
 class Round {
  public:
   explicit Round(std::shared_ptr<const TaskInputs> inputs)
@@ -63,7 +63,7 @@ class Round {
   std::size_t references_taken() const { return references_taken_; }
 
  private:
-  /// One for each planned touch; null where none was made.
+  /// One per planned touch; null where none was made.
   std::vector<const calib::Touch*> in_order(const std::vector<calib::Touch>& touches) const {
     std::vector<const calib::Touch*> ordered(round_.plan().touches.size(), nullptr);
     for (const calib::Touch& touch : touches)
@@ -71,7 +71,7 @@ class Round {
     return ordered;
   }
 
-  /// Of earlier checks that held by themselves, with the touches that were made now.
+  /// Touches of earlier checks that hold by themselves, restricted to the touches made now.
   std::vector<std::vector<calib::Touch>> references(const std::vector<std::size_t>& planned) const {
     std::vector<std::vector<calib::Touch>> all;
     if (planned.size() < calib::kLeastCheckTouches) return all;

@@ -1,12 +1,12 @@
 #pragma once
-// What the worker does for a check (calib/check) instead of a calibration.
+// Worker tasks of a check (calib/check).
 
 #include "daemon/tasks/tasks.h"
 
 namespace cellcal::daemon {
 
-/// Planning, one touch after the other, and what comes of it: touches.csv and check.json, no calibration. A touch
-/// that meets nothing is an answer, and the next one is made.
+/// Planning, touches one by one, and results: touches.csv and check.json, no calibration. A touch without
+/// contact is a result, and the next one follows.
 Tasks check_tasks(std::shared_ptr<const TaskInputs> inputs);
 
 }  // namespace cellcal::daemon

@@ -16,11 +16,11 @@ std::optional<ContactDelay> delay_of(Journal& journal, std::int64_t session) {
   TouchPolicy policy;
   try {
     const SessionOptions options = options_from_json(record->inputs.options);
-    // Its searches have speeds of their own; it says itself how late the latch is.
+    // Its searches have speeds of their own, and it reports the delay itself.
     if (options.kind == SessionKind::kQualify) return std::nullopt;
     policy = options.touch;
   } catch (const std::runtime_error&) {
-    return std::nullopt;  // of another version: its speeds are not known
+    return std::nullopt;  // another version: its speeds are unknown
   }
   return contact_delay(fast_and_slow(journal.readings(session), journal.touches(session).size()),
                        policy.fast_m_s, policy.slow_m_s);

@@ -1,5 +1,5 @@
 #pragma once
-// The latch's delay of each session, by its journalled readings, beside that of the one before.
+// Latch delay of each session from its recorded readings, compared with the previous one.
 
 #include <cstdint>
 #include <optional>
@@ -12,10 +12,9 @@ namespace cellcal::daemon {
 
 /// Throws JournalError.
 std::optional<ContactDelay> delay_of(Journal& journal, std::int64_t session);
-/// Of the newest earlier session with the same robot file that has one. Throws JournalError.
+/// From the newest earlier session with the same robot file that has one. Throws JournalError.
 std::optional<ContactDelay> delay_before(Journal& journal, std::int64_t session);
-/// Notes the delay in the session's events and in the log, and what is wrong with it. Throws
-/// nothing.
+/// Records the delay, and its faults, in the session's events and in the log. Never throws.
 void watch_delay(Journal& journal, std::int64_t session, const std::string& utc);
 
 }  // namespace cellcal::daemon

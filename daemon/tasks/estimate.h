@@ -1,6 +1,5 @@
 #pragma once
-// From what a session recorded to its result: the same bits whenever it is done again by the same
-// version.
+// Computes a session's result from its records: identical to the bit with the same version.
 
 #include <optional>
 #include <string>
@@ -12,14 +11,14 @@
 
 namespace cellcal::daemon {
 
-/// Identifies, judges the result against the earlier one, and states what it rests on. Throws
-/// calib::IdentifyError, calib::FileError (an earlier one that cannot be read).
+/// Identifies, judges the result against the earlier one, and records its basis. Throws calib::IdentifyError,
+/// calib::FileError (an unreadable earlier one).
 calib::Calibration estimate(const calib::Cell& cell, const SessionInputs& inputs,
                             const std::vector<calib::Touch>& touches,
                             const std::optional<Compared>& compared);
 
-/// The same of an update: out of the calibration that it stands on. `not_found`: targets of which a touch met
-/// nothing.
+/// The same for an update, based on the calibration `last`. `not_found`: targets with a touch without
+/// contact.
 calib::Calibration estimate_update(const SessionInputs& inputs,
                                    const std::vector<calib::Touch>& touches, const Compared& last,
                                    double months, const std::vector<std::string>& not_found);

@@ -21,7 +21,7 @@ FoundSpheres found_spheres(const calib::Cell& cell, const std::vector<calib::Tou
     FoundSphere& sphere = all.spheres.emplace_back();
     sphere.target = stated.id;
     sphere.centre_m = finder.located().targets[t].centre_m;
-    sphere.u_m = 2.0 * calib::kFoundSigmaM;  // k = 2; what the finder means by found (finder.h)
+    sphere.u_m = 2.0 * calib::kFoundSigmaM;  // k = 2; criterion of the finder (finder.h)
     sphere.touches = static_cast<int>(std::ranges::count(made, stated.id, &calib::Touch::target));
     if (stated.has_centre) sphere.moved_m = (sphere.centre_m - stated.centre_m).norm();
   }

@@ -1,5 +1,5 @@
 #pragma once
-// What comes of a session that only finds the spheres: their centres, as lines for the cell file.
+// Worker tasks of a session that locates spheres: their centres as lines for the cell file.
 
 #include <string>
 #include <vector>
@@ -16,10 +16,10 @@ FoundSpheres found_spheres(const calib::Cell& cell, const std::vector<calib::Tou
 /// cellcal.found/1, millimetres.
 std::string found_to_json(const FoundSpheres& found);
 
-/// `tasks`: planning, choice and route of touches that find.
+/// `tasks`: planning, choice and path of the locating touches.
 Tasks find_tasks(Tasks tasks, std::shared_ptr<const TaskInputs> inputs);
 
-// What the worker does for a dry run: the plan that a calibration of the same options has, and no result.
+// Worker tasks of a dry run: the plan of a calibration with the same options, without a result.
 
 Tasks dry_run_tasks(std::shared_ptr<const TaskInputs> inputs);
 

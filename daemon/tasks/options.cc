@@ -40,7 +40,7 @@ std::optional<SessionKind> session_kind(std::string_view name) {
   return std::nullopt;
 }
 
-// As the journal has it.
+// Form used by the journal.
 void to_json(nlohmann::json& json, SessionKind kind) { json = to_string(kind); }
 void from_json(const nlohmann::json& json, SessionKind& kind) {
   const auto known = session_kind(json.get<std::string>());
@@ -52,7 +52,7 @@ void from_json(const nlohmann::json& json, SessionKind& kind) {
 
 namespace {
 
-/// One list of keys serves both directions. `Visitor` is called with each key and its member.
+/// One list of keys for both directions. `visit` is called with each key and its member.
 template <typename Options, typename Visitor>
 void each_key(Options& options, Visitor visit) {
   visit("fit_touches", options.plan.fit_touches);
@@ -72,7 +72,7 @@ void each_key(Options& options, Visitor visit) {
   visit("max_revoked", options.touch.max_revoked);
 }
 
-/// Keys that sessions of earlier versions do not have.
+/// Keys missing in sessions of earlier versions.
 template <typename Options, typename Visitor>
 void each_later_key(Options& options, Visitor visit) {
   visit("kind", options.kind);
@@ -115,11 +115,11 @@ std::string options_to_json(const SessionOptions& options) {
 
 SessionOptions options_from_json(std::string_view text) {
   SessionOptions options;
-  // As earlier versions did.
+  // Behaviour of earlier versions.
   options.touch.confirm_every = 1;
   options.touch.behind_nominal_m = 0.0;
   const nlohmann::json json = nlohmann::json::parse(text, nullptr, false);
-  if (!json.is_object()) throw std::runtime_error("stored session options: no JSON object");
+  if (!json.is_object()) throw std::runtime_error("stored session options: not a JSON object");
   const auto read = [&](const char* key, auto& value) {
     try {
       json.at(key).get_to(value);
@@ -142,7 +142,7 @@ namespace cellcal::daemon {
 
 SessionInputs read_inputs(const std::filesystem::path& cell_file) {
   calib::CellText text = calib::read_cell_text(cell_file);
-  calib::parse_cell(text);  // what would not be understood must not be begun with
+  calib::parse_cell(text);  // an invalid cell must not be used to begin
   SessionInputs inputs;
   inputs.cell_name = std::move(text.cell_name);
   inputs.cell_text = std::move(text.cell_text);

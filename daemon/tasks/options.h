@@ -1,5 +1,5 @@
 #pragma once
-// What a session was asked to do. Stored with it as JSON, so that it can be planned again.
+// Options of a session. Stored with it as JSON, so that it can be planned again.
 
 #include <cstdint>
 #include <filesystem>
@@ -14,35 +14,35 @@
 
 namespace cellcal::daemon {
 
-/// What a session is for.
+/// Purpose of a session.
 enum class SessionKind {
-  kCalibrate,  ///< touches all around, an estimate, a verdict
-  kQualify,    ///< few places of one sphere, at several speeds: how good the contacts are
-  kCheck,      ///< few touches that tell whether a calibration still holds
-  kFind,       ///< touches that tell where the spheres are
-  kDryRun      ///< the whole way of a calibration, slowly, without one contact
+  kCalibrate,  ///< touches of all targets, an estimate, a verdict
+  kQualify,    ///< a few places of one sphere at several speeds: quality of the contacts
+  kCheck,      ///< a few touches that test whether a calibration still holds
+  kFind,       ///< touches that locate the spheres
+  kDryRun      ///< the complete path of a calibration, slowly, without contact
 };
 const char* to_string(SessionKind kind);
-/// Of the robot file's axis speeds; slower where the configuration says so.
+/// Share of the robot file's axis speeds; further reduced by the configuration.
 inline constexpr double kDryRunSpeed = 0.1;
-/// None: no such kind.
+/// None: unknown kind.
 std::optional<SessionKind> session_kind(std::string_view name);
 
 struct SessionOptions {
   SessionKind kind = SessionKind::kCalibrate;
-  std::string target;                   ///< kQualify: which sphere; empty: the first
-  std::int64_t against = 0;             ///< kCheck: the session whose calibration is checked
-  std::optional<double> temperature_c;  ///< kCheck: of the cell, as stated
+  std::string target;                   ///< kQualify: the sphere; empty: the first
+  std::int64_t against = 0;             ///< kCheck: session of the checked calibration
+  std::optional<double> temperature_c;  ///< kCheck: stated temperature of the cell
   calib::PlanOptions plan;
-  std::string region = "workspace";  ///< as `cellcal plan --region` takes it
-  /// Touches are chosen one by one until the goal is reached; else `plan` is made beforehand.
+  std::string region = "workspace";  ///< as in `cellcal plan --region`
+  /// Touches are chosen one by one until the goal is reached; otherwise planned beforehand.
   bool one_by_one = false;
   calib::Goal goal;
-  bool find = false;  ///< all spheres are found by touching first
-  /// Few touches on top of the last calibration; one thing may have changed since.
+  bool find = false;  ///< all spheres are located by touching first
+  /// A few touches on top of the last calibration, assuming a single change since.
   bool update = false;
-  double months = 0.0;         ///< update: since that calibration
-  bool accept_change = false;  ///< the arm may be another since its last calibration
+  double months = 0.0;         ///< update: age of that calibration
+  bool accept_change = false;  ///< the arm may have been exchanged since its last calibration
   bool emulated = false;       ///< the daemon's own emulated cell: no real arm was touched
   TouchPolicy touch;
 };
@@ -51,10 +51,10 @@ std::string options_to_json(const SessionOptions& options);
 /// Throws std::runtime_error naming the key.
 SessionOptions options_from_json(std::string_view json);
 
-// The files of a session: read once at its start, kept as text in the journal, and read from that
-// text ever after, so that a session means the same when the files have changed.
+// Input files of a session: read once at its start, stored as text in the journal, and read from that text
+// afterwards, so that later changes of the files have no effect on the session.
 
-/// Reads the cell file and the robot file that it names. Throws calib::FileError.
+/// Reads the cell file and its robot file. Throws calib::FileError.
 SessionInputs read_inputs(const std::filesystem::path& cell_file);
 
 /// The cell from stored text. Throws calib::FileError.

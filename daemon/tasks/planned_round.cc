@@ -10,9 +10,9 @@ namespace cellcal::daemon {
 
 namespace {
 
-/// A touch is of the planned one whose line's end no axis is farther from than this: some centimetres.
+/// A touch matches a planned one if no axis is farther from the end of its line: a few centimetres.
 constexpr double kOfItsLineRad = 0.08;
-/// A bad contact now and then is no change: once more.
+/// Occasional bad contacts are no change: retried once.
 constexpr int kTries = 2;
 
 double off_rad(const calib::JointVector& one, const calib::JointVector& other) {
@@ -42,12 +42,12 @@ bool PlannedRound::all_done() const {
 
 void PlannedRound::add(calib::Plan plan) {
   const std::size_t first = plan_.touches.size();
-  // Before anything is taken: what is refused is not offered.
+  // Checked first: a plan that is refused is not offered.
   if (!begin_.empty()) refuse_beyond_reach(*inputs_, plan, 0, begin_);
   if (first == 0) {
     plan_ = std::move(plan);
   } else {
-    // Back the way that both came, where it leads to the end of those before; else the arm stays where it is.
+    // Returns along the paths of both plans, where they join; otherwise the arm stays in place.
     const bool joins = !plan.home.empty() && plan.home.back() == plan_.touches.back().clear;
     if (joins) plan.home.insert(plan.home.end(), plan_.home.begin(), plan_.home.end());
     plan_.home = std::move(plan.home);
@@ -85,7 +85,7 @@ Tasks::Chosen PlannedRound::offer(const calib::JointVector& from) {
     in_hand_ = static_cast<std::size_t>(next - became_.begin());
     chosen.plan.touches.push_back(calib::check_touch_from(calibration_, plan_, *in_hand_, from));
     refuse_beyond_reach(*inputs_, chosen.plan, 0,
-                        begin_);  // its way may be another than the planned one
+                        begin_);  // its path may differ from the planned one
   } else if (!plan_.touches.empty() && from == plan_.touches.back().clear) {
     chosen.plan.home = plan_.home;
   }

@@ -27,7 +27,7 @@ calib::Plan plan_of(const TaskInputs& inputs) {
                                         kQualificationPlaces, speeds_m_s);
 }
 
-/// The one sphere alone: other targets have no touches.
+/// The cell reduced to the touched sphere.
 calib::Cell one_sphere(const calib::Cell& cell, const std::string& target) {
   calib::Cell part = cell;
   std::erase_if(part.targets, [&](const calib::Target& t) { return t.id != target; });
@@ -35,7 +35,7 @@ calib::Cell one_sphere(const calib::Cell& cell, const std::string& target) {
   return part;
 }
 
-/// None: the few touches of one sphere do not give it.
+/// None: not determined by the few touches of one sphere.
 std::optional<Figure> radius_offset(const TaskInputs& inputs,
                                     const std::vector<calib::Touch>& touches) try {
   if (touches.empty()) return std::nullopt;

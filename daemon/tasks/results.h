@@ -1,5 +1,5 @@
 #pragma once
-// The files of a calibration's session: touches, calibration, report; and the calibration in the journal.
+// Files of a calibration session (touches, calibration, report), and the calibration in the journal.
 
 #include <optional>
 #include <vector>
@@ -8,7 +8,7 @@
 
 namespace cellcal::daemon {
 
-/// `plan`: as it was made, for the report. Throws where they cannot be written.
+/// `plan`: the executed plan, for the report. Throws where they cannot be written.
 void write_results(const TaskInputs& inputs, const calib::Calibration& calibration,
                    const std::vector<calib::Touch>& touches,
                    const std::optional<calib::Plan>& plan);

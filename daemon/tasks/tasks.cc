@@ -30,7 +30,7 @@ namespace cellcal::daemon {
 
 namespace {
 
-/// Fewer touches do not even determine one sphere with its offset.
+/// Minimum to determine one sphere with its offset.
 constexpr std::size_t kFewestForProvisional = 6;
 
 void append(std::string& bytes, const calib::JointVector& joints) {
@@ -39,7 +39,7 @@ void append(std::string& bytes, const calib::JointVector& joints) {
   if (!joints.empty()) std::memcpy(&bytes[old], joints.data(), joints.size() * sizeof(double));
 }
 
-/// The session does arithmetic on these; a plan that breaks them is a defect, not a touch.
+/// Invariants used in the session's arithmetic; a violation is a defect of the planner.
 void check(const calib::Plan& plan, std::size_t joints) {
   for (const calib::PlannedTouch& touch : plan.touches) {
     const bool lengths_fit = touch.standoff.size() == joints && touch.end.size() == joints &&
@@ -53,7 +53,7 @@ void check(const calib::Plan& plan, std::size_t joints) {
   }
 }
 
-/// Only what was touched so far.
+/// The cell reduced to the targets touched so far.
 calib::Cell part_of(const calib::Cell& cell, const std::vector<calib::Touch>& touches) {
   std::set<std::string> touched;
   for (const calib::Touch& touch : touches) touched.insert(touch.target);
@@ -78,7 +78,7 @@ std::optional<double> newest_residual(const calib::Cell& cell,
   if (touches.empty()) return std::nullopt;
   if (touches.size() < kFewestForProvisional) return nominal_residual(cell, touches.back());
   try {
-    // How well the others predict it: a fit that holds the newest touch bends towards it.
+    // Prediction from the other touches: a fit that includes the newest one is biased towards it.
     std::vector<calib::Touch> held_out = touches;
     held_out.back().set = calib::TouchSet::kCheck;
     const calib::Calibration provisional =
@@ -87,7 +87,7 @@ std::optional<double> newest_residual(const calib::Cell& cell,
       if (residual.touch + 1 == touches.size()) return std::abs(residual.after_m);
     }
   } catch (const calib::IdentifyError&) {
-    // Too early to tell; the nominal figure is still one.
+    // Too few touches; the nominal residual is used.
     return nominal_residual(cell, touches.back());
   }
   return std::nullopt;
@@ -117,10 +117,10 @@ std::string plan_hash(const calib::Plan& plan) {
 
 namespace {
 
-/// Touches chosen one by one. Used by the worker alone, job after job.
+/// Touches chosen one by one. Used by the worker only, job after job.
 class Chooser {
  public:
-  /// `chosen`: gets every touch as it is chosen.
+  /// `chosen`: receives every chosen touch.
   Chooser(std::shared_ptr<const TaskInputs> inputs,
           std::shared_ptr<std::optional<calib::Plan>> chosen)
       : inputs_(std::move(inputs)), all_(std::move(chosen)) {}
@@ -138,7 +138,7 @@ class Chooser {
     try {
       if (begin_->empty()) {
         *begin_ = from;
-        // The ways that it has found already may lead farther than the controller allows.
+        // Paths found before may exceed the controller's limit.
         if (is_bounded()) open_sequence();
       }
       return choose_from(how, touches, from);
@@ -171,8 +171,7 @@ class Chooser {
     learnt_ = inputs_->made.size();
   }
 
-  /// No posture farther from where the session began, once that is known, than the controller
-  /// allows.
+  /// Restricts postures to the controller's limit around the session's start, once known.
   calib::Passable within_reach(calib::Passable also) const {
     return [begin = begin_, reach = *inputs_->axis_reach_rad - kInsideRad, also = std::move(also)](
                const calib::JointVector& from, const calib::JointVector& to) {
@@ -202,7 +201,7 @@ class Chooser {
     }
     chosen.search = sequence_->under_way(from, touch);
     if (touch) {
-      auto& all = (*all_)->touches;  // one that was offered before is on another way now
+      auto& all = (*all_)->touches;  // a touch offered before now has another path
       if (!all.empty() && all.back().clear == touch->clear) all.pop_back();
       if (!touch->may_miss) all.push_back(*touch);
       chosen.plan.touches.push_back(std::move(*touch));
@@ -216,16 +215,18 @@ class Chooser {
   }
 
   std::shared_ptr<const TaskInputs> inputs_;
-  /// Where the arm stood when the first touch was asked for; empty before.
+  /// Position of the arm at the first request; empty before.
   std::shared_ptr<calib::JointVector> begin_ = std::make_shared<calib::JointVector>();
   std::shared_ptr<std::optional<calib::Plan>> all_;
   std::optional<calib::TouchSequence> sequence_;
   std::size_t learnt_ = 0;
 };
 
-/// The way to a plan's next touch from wherever the arm stands.
+/// Adds the path from the arm's current position to the plan's next touch.
 Tasks with_route(Tasks tasks, const std::shared_ptr<const TaskInputs>& inputs) {
-  const auto begin = std::make_shared<calib::JointVector>();  // of the controller's session
+  // Position at the begin of the controller's.
+  const auto begin = std::make_shared<calib::JointVector>();
+  // session
   tasks.route = [inputs, begin](const calib::Plan& plan, std::size_t next,
                                 const calib::JointVector& from) {
     calib::Plan routed = calib::resume_plan(inputs->cell, plan, next, from);

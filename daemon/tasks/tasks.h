@@ -1,6 +1,5 @@
 #pragma once
-// What the worker does for a real session: calib's planning and identification, and the files of
-// the result.
+// Worker tasks of a session: planning and identification by calib, and the result files.
 
 #include <filesystem>
 #include <functional>
@@ -21,38 +20,38 @@ struct TaskInputs {
   SessionInputs files;
   SessionOptions options;
   std::vector<calib::Touch> made;             ///< before the session was interrupted
-  std::optional<Compared> compared;           ///< what the result is held against
-  std::optional<calib::SearchUnderWay> left;  ///< unfinished, by the session before
-  /// Of a check: what is checked, and the touches of those before it, oldest first.
+  std::optional<Compared> compared;           ///< calibration that the result is compared with
+  std::optional<calib::SearchUnderWay> left;  ///< unfinished search of the previous session
+  /// Check only: the checked calibration, and the touches of earlier checks, oldest first.
   std::shared_ptr<const calib::Calibration> against;
   std::vector<std::vector<calib::Touch>> checks_before;
-  std::optional<double> axis_reach_rad;  ///< as the backend's
+  std::optional<double> axis_reach_rad;  ///< as in Backend
   std::int64_t session = 0;
   std::string started;
   std::filesystem::path results_dir;
   std::function<std::string()> utc_now;
-  /// Of this session, as they were made; from the journal.
+  /// Readings of this session in order, from the journal.
   std::function<std::vector<RecordReading>()> readings;
   /// One line of the session's log.
   std::function<void(const std::string& words)> note;
-  /// Puts the calibration into the journal.
+  /// Stores the calibration in the journal.
   std::function<void(const std::string& json)> store;
-  /// Harmless ones after which the session went on by itself; null: none.
+  /// Harmless interruptions after which the session continued; null: none.
   std::function<InterruptionCounts()> interruptions;
   std::function<std::vector<std::pair<std::string, std::string>>(const calib::Calibration&)> truth;
 };
 
 Tasks make_tasks(TaskInputs inputs);
 
-/// All touches of a session that does not choose them one by one. Throws calib::PlanError.
+/// All touches of a session with a planned sequence. Throws calib::PlanError.
 Tasks::Planned plan_beforehand(const TaskInputs& inputs);
 
-/// Throws calib::PlanError where touches from `next` on lie farther from `begin`, where the controller's session began,
-/// than it allows: the driver would refuse in mid-session.
+/// Throws calib::PlanError where touches from `next` on exceed the controller's limit around `begin`, the
+/// start of its session: the driver would reject them during the session.
 void refuse_beyond_reach(const TaskInputs& inputs, const calib::Plan& plan, std::size_t next,
                          const calib::JointVector& begin);
 
-/// Hexadecimal digest of everything in a plan that the arm will do.
+/// Hexadecimal digest of all motion-relevant content of a plan.
 std::string plan_hash(const calib::Plan& plan);
 
 }  // namespace cellcal::daemon

@@ -28,7 +28,7 @@ calib::Calibration last_of(const TaskInputs& inputs) {
   return calib::calibration_from_json(inputs.compared->calibration, inputs.compared->words);
 }
 
-/// Used by the worker alone, job after job.
+/// Used by the worker only, job after job.
 class Update {
  public:
   explicit Update(std::shared_ptr<const TaskInputs> inputs)
@@ -83,13 +83,13 @@ class Update {
     try {
       round_.know(so_far);
       round_.add(calib::make_update_plan(round_.calibration(), inputs_->options.plan, how, from));
-    } catch (const calib::PlanError& error) {  // then those there are have to do
+    } catch (const calib::PlanError& error) {  // continues with the existing touches
       round_.know(known);
       inputs_->note(fmt::format("no further touches: {}", error.what()));
     }
   }
 
-  static constexpr int kPoses = 60;  ///< as in planning everywhere
+  static constexpr int kPoses = 60;  ///< as elsewhere in planning
   std::shared_ptr<const TaskInputs> inputs_;
   calib::Calibration last_;
   PlannedRound round_;

@@ -1,12 +1,12 @@
 #pragma once
-// What the worker does for an update: a check's touches, further ones by what these leave open, and a calibration
-// out of the last one.
+// Worker tasks of an update: the touches of a check, further ones depending on their result, and a
+// calibration based on the last one.
 
 #include "daemon/tasks/tasks.h"
 
 namespace cellcal::daemon {
 
-/// `inputs->compared` is the calibration that it stands on. Throws calib::IdentifyError where there is none.
+/// `inputs->compared`: the calibration that it is based on. Throws calib::IdentifyError without one.
 Tasks update_tasks(std::shared_ptr<const TaskInputs> inputs);
 
 }  // namespace cellcal::daemon

@@ -1,11 +1,11 @@
 #pragma once
-// What may happen without a person behind a session that failed. One table, with the reason of each kind of
-// failure; what is not allowed in it waits for somebody, however often it may pass.
+// Permitted unattended actions after a failed session. One table, with the reason for each kind of failure;
+// everything else requires an operator, however rare.
 //
-// `resume`: gone on with, the same way as an operator does it: devices opened anew, identified and self-tested, the
-// arm's position taken anew, the way looked for from where it stands. Allowed only where the arm was told to rest,
-// nothing was met, and the fault was in a link or before the first motion.
-// `begin`: another night's session may begin. Allowed as well where nothing in the cell had to do with it.
+// `resume`: continues as an operator would: devices reopened, identified and self-tested, the arm referenced
+// anew, the path planned from its current position. Permitted only where the arm was commanded to rest,
+// without contact, and the fault was in a link or before the first motion. `begin`: a session of a later
+// window may begin. Also permitted where the cell was not involved.
 
 #include <optional>
 #include <span>
@@ -16,15 +16,15 @@ namespace cellcal::daemon {
 
 struct Aftermath {
   FailureKind failure;
-  /// Of the robot's link; none: whatever it is.
+  /// Cause in the robot's link; none: any.
   std::optional<drivers::Interruption> by;
   bool resume, begin;
   const char* reason;
 };
 
-/// Every kind of failure, with what can be behind it.
+/// Every kind of failure with its possible causes.
 std::span<const Aftermath> aftermath_table();
-/// The row of this failure.
+/// Row of this failure.
 const Aftermath& aftermath(FailureKind failure, drivers::Interruption by);
 
 }  // namespace cellcal::daemon

@@ -10,7 +10,7 @@ namespace cellcal::daemon {
 namespace {
 
 constexpr std::int64_t kDay = 86400, kMinute = 60;
-/// No zone is farther from UTC; and clocks are not set twice within so long.
+/// Above the largest offset from UTC; clock changes are farther apart.
 constexpr std::int64_t kFar = kDay;
 constexpr int kWeeksAhead = 5;
 
@@ -21,10 +21,10 @@ std::tm local(UtcSeconds at) {
   return fields;
 }
 
-/// What local clocks are ahead of UTC.
+/// Offset of local time from UTC.
 std::int64_t offset_at(UtcSeconds at) { return local(at).tm_gmtoff; }
 
-/// When clocks on the wall show a time, given as if they were UTC's.
+/// Instants at which local clocks show a given time, which is passed as if in UTC.
 struct Showing {
   UtcSeconds first = 0, last = 0;
 };
@@ -35,7 +35,7 @@ Showing showing(std::int64_t wall) {
   if (by_early && by_late) return {std::min(early, late), std::max(early, late)};
   if (by_early) return {early, early};
   if (by_late) return {late, late};
-  // Left out: the moment at which clocks are set forward, between wall - after and wall - before.
+  // Skipped local time: finds the instant of the change, between wall - after and wall - before.
   UtcSeconds old = late, set = early;
   while (set - old > 1) {
     const UtcSeconds middle = old + (set - old) / 2;
@@ -61,7 +61,7 @@ bool begins_on(const WeeklyWindow& window, std::chrono::sys_days day) {
 }  // namespace
 
 Night night_of(const WeeklyWindow& window, std::chrono::sys_days day) {
-  ::tzset();  // somebody may have set another zone
+  ::tzset();  // the zone may have been changed
   const bool over_midnight = window.to_min <= window.from_min;
   const std::chrono::sys_days last = day + std::chrono::days(over_midnight ? 1 : 0);
   const UtcSeconds begins = showing(wall_of(day, window.from_min)).last;

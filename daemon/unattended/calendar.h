@@ -1,11 +1,10 @@
 #pragma once
-// When a weekly window is, in time that goes on whatever the clocks on the wall are set to. The time zone is
-// the system's (TZ, /etc/localtime).
+// Instants of a weekly window in UTC. The time zone is the system's (TZ, /etc/localtime).
 //
-// Every moment of a night lies inside the window by the clock on the wall as well. So where clocks are set
-// back, and a time of day comes twice, a window begins at the second `from` and ends at the first `to` behind it;
-// where they are set forward, a time that is left out is the moment at which they are. A window that lies wholly
-// in what is left out does not exist that night: its night is empty.
+// Every instant of a night lies within the window by local time as well. Where clocks are set back and a time
+// of day occurs twice, a window begins at the second `from` and ends at the first `to` after it; where they
+// are set forward, a skipped time is the instant of the change. A window that is skipped entirely does not
+// exist: its night is empty.
 
 #include <chrono>
 #include <cstdint>
@@ -19,9 +18,9 @@ namespace cellcal::daemon {
 /// Seconds since 1970, UTC.
 using UtcSeconds = std::int64_t;
 
-/// One window, by the day on which it begins. From `begins` on, until before `ends`.
+/// One window, identified by the day on which it begins: [begins, ends).
 struct Night {
-  std::chrono::sys_days day{};  ///< of the local calendar
+  std::chrono::sys_days day{};  ///< local calendar day
   UtcSeconds begins = 0, ends = 0;
 
   bool exists() const { return begins < ends; }
@@ -30,14 +29,15 @@ struct Night {
 };
 
 Night night_of(const WeeklyWindow& window, std::chrono::sys_days day);
-/// Those that end behind `after` and begin at `until` or before; empty ones by the moment at which they would be.
+/// Windows that end after `after` and begin at `until` or before; empty ones at the instant at which they
+/// would be.
 std::vector<Night> nights(const WeeklyWindow& window, UtcSeconds after, UtcSeconds until);
-/// The first that exists and begins behind this moment; within the next weeks.
+/// First existing window that begins after this instant, within the next weeks.
 Night next_night(const WeeklyWindow& window, UtcSeconds after);
 
-/// "2026-11-22", of a night.
+/// "2026-11-22", day of a night.
 std::string to_string(std::chrono::sys_days day);
-/// "2026-11-22 22:00", as the clock on the wall shows it.
+/// "2026-11-22 22:00", local time.
 std::string local_time(UtcSeconds at);
 
 }  // namespace cellcal::daemon

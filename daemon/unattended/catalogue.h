@@ -1,6 +1,6 @@
 #pragma once
-// The sentences of messages, in each language. What a failure is and what to do about it stands in the page's
-// catalogue (daemon/web/src/words) and is taken from there.
+// Sentences of messages, in each language. Descriptions and remedies of failures are taken from the page's
+// catalogue (daemon/web/src/words).
 
 #include <string>
 
@@ -36,9 +36,9 @@ enum class Text {
 };
 inline constexpr int kTexts = static_cast<int>(Text::kSender) + 1;
 
-/// With {} where something is put in.
+/// With {} as placeholders.
 const char* text(Language language, Text which);
-/// One sentence each; empty where the page's catalogue lacks it, which a test forbids.
+/// One sentence each; empty where the page's catalogue lacks it, which a test excludes.
 std::string what_happened(Language language, FailureKind kind);
 std::string what_to_do(Language language, FailureKind kind);
 

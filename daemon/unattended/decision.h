@@ -1,5 +1,6 @@
 #pragma once
-// What the schedule has decided, and why. Typed until the edge: decision_words.cc makes the sentences.
+// Decisions of the schedule with their reasons. Typed until the edge: decision_words.cc formats the
+// sentences.
 
 #include <cstdint>
 #include <string>
@@ -10,59 +11,59 @@ namespace cellcal::daemon {
 
 enum class Verb {
   kBegun,    ///< a session began
-  kResumed,  ///< one goes on after a harmless failure
-  kWaiting,  ///< not yet, and the window still lasts
+  kResumed,  ///< a session resumed after a harmless failure
+  kWaiting,  ///< not yet, while the window lasts
   kRefused,  ///< not in this window, or not on this request
-  kMissed,   ///< the window is over, and nothing was begun in it
-  kStopped,  ///< the window is over: the session was stopped
-  kEnded,    ///< the session that it had begun has ended
-  kHeld,     ///< no session begins until it is released
-  kReleased  ///< by an operator, or since the clock is synchronised again
+  kMissed,   ///< the window has passed without a session
+  kStopped,  ///< the window has passed: the session was stopped
+  kEnded,    ///< the session begun by the schedule has ended
+  kHeld,     ///< no session begins until released
+  kReleased  ///< by an operator, or after renewed clock synchronisation
 };
 enum class Why {
   kNothing,
   kUnattendedOff,         ///< [schedule] unattended is not true
-  kNoProgramStart,        ///< nothing starts the controller's program: [schedule] program_start
-  kFailedBefore,          ///< a session failed, harmfully
-  kAbortedBefore,         ///< somebody stopped a session, or what was about to begin
-  kLeftBefore,            ///< a session was interrupted: daemon killed, power off
+  kNoProgramStart,        ///< [schedule] program_start is none
+  kFailedBefore,          ///< a session failed, not harmlessly
+  kAbortedBefore,         ///< a person stopped a session, or its start
+  kLeftBefore,            ///< a session was interrupted: daemon killed, power failure
   kBusy,                  ///< a session is under way
-  kNoTimeLeft,            ///< it would run past the end of the window
-  kOutsideWindow,         ///< asked for outside of it
-  kNoSuchTime,            ///< clocks are set forward over all of it
-  kNotRunning,            ///< the daemon was not
-  kClockSet,              ///< the wall clock was set over it
-  kClockStepped,          ///< the wall clock was set, and nobody has looked at it since
-  kClockNotSynchronised,  ///< not since this computer's start, and nobody has looked at it
-  kClockAgrees,           ///< it has agreed with its time source for long enough
+  kNoTimeLeft,            ///< would exceed the end of the window
+  kOutsideWindow,         ///< requested outside of it
+  kNoSuchTime,            ///< skipped by a clock change
+  kNotRunning,            ///< the daemon was not running
+  kClockSet,              ///< the wall clock was set across it
+  kClockStepped,          ///< the wall clock was set, and not confirmed since
+  kClockNotSynchronised,  ///< not since boot, and not confirmed
+  kClockAgrees,           ///< synchronised for the required time
   kCannotBegin,           ///< file or configuration; see detail
   kNotOnDisk,             ///< the decision could not be recorded
   kDone,
   kHarmless,     ///< failed, and may be resumed
-  kHarmful,      ///< failed, and waits for somebody
-  kResumesUsed,  ///< failed harmlessly, once too often
+  kHarmful,      ///< failed, and requires an operator
+  kResumesUsed,  ///< failed harmlessly, resumes used up
   kWindowOver
 };
 const char* to_string(Verb verb);
 const char* to_string(Why why);
-/// Throws std::runtime_error where there is none of that name.
+/// Throw std::runtime_error for an unknown name.
 Verb verb_of(const std::string& name);
 Why why_of(const std::string& name);
 
 struct Decision {
   UtcSeconds at = 0;
-  std::string entry;  ///< empty: of the schedule as a whole
-  std::string night;  ///< day on which its window begins; empty: of none
+  std::string entry;  ///< empty: the whole schedule
+  std::string night;  ///< day on which its window begins; empty: none
   Verb verb = Verb::kWaiting;
   Why why = Why::kNothing;
-  std::int64_t session = 0;  ///< 0: of none
+  std::int64_t session = 0;  ///< 0: none
   std::string detail;        ///< evidence: a failure, a file's error, a name
-  double figure_s = 0.0;     ///< time that it would take, or by which a clock was set
+  double figure_s = 0.0;     ///< expected duration, or step of the clock
 
   bool operator==(const Decision&) const = default;
 };
 
-/// One line, with what to do.
+/// One line, with the remedy.
 std::string words(const Decision& decision);
 
 }  // namespace cellcal::daemon

@@ -57,13 +57,13 @@ template <class Value, std::size_t N>
 Value value_in(const std::array<Named<Value>, N>& names, const std::string& name) {
   for (const auto& one : names)
     if (name == one.name) return one.value;
-  throw std::runtime_error("\"" + printable(name) + "\" is no decision");
+  throw std::runtime_error("\"" + printable(name) + "\" is not a decision");
 }
 
 std::string minutes(double seconds) { return fmt::format("{:.1f} min", seconds / 60.0); }
 
 constexpr const char* kRelease =
-    "Look at the cell and the arm, then: 'cellcal schedule --release', or run a session to its end";
+    "Inspect cell and arm, then: 'cellcal schedule --release', or run a session to its end";
 
 constexpr const char* kCheckClock =
     "Check date and time, then: 'cellcal schedule --release'; or connect a time source (NTP): 10 min of "
@@ -76,8 +76,8 @@ std::string why_words(const Decision& d) {
     case Why::kUnattendedOff:
       return "[schedule] unattended is not true: nothing moves without a person";
     case Why::kNoProgramStart:
-      return "nothing starts the controller's program without a person. Set it up as "
-             "drivers/kuka/krl/README.md, 'Unattended at night', says, then [schedule] program_start";
+      return "nothing starts the controller's program without a person. Set it up "
+             "(drivers/kuka/krl/README.md, 'Unattended at night'), then [schedule] program_start";
     case Why::kFailedBefore:
       return fmt::format("session {} failed: {}. {}", d.session, d.detail, kRelease);
     case Why::kAbortedBefore:
@@ -94,11 +94,11 @@ std::string why_words(const Decision& d) {
     case Why::kOutsideWindow:
       return "not within its window";
     case Why::kNoSuchTime:
-      return "window skipped: the clock change goes over all of it";
+      return "window skipped: the clock change covers it entirely";
     case Why::kNotRunning:
       return "cellcald was not running within the window";
     case Why::kClockSet:
-      return "this computer's clock was set over the window. Check its time source";
+      return "this computer's clock was set across the window. Check its time source";
     case Why::kClockStepped:
       return fmt::format("this computer's clock was set by {:+.0f} s. {}", d.figure_s, kCheckClock);
     case Why::kClockNotSynchronised:

@@ -26,7 +26,7 @@ namespace {
 
 using Steady = std::chrono::steady_clock;
 
-/// RFC 2045: lines of at most 76 characters.
+/// RFC 2045: at most 76 characters per line.
 constexpr std::size_t kLongestLine = 72;
 constexpr int kTryLater = 75;  // EX_TEMPFAIL
 constexpr std::chrono::milliseconds kLook{10};
@@ -44,7 +44,7 @@ std::string quoted_printable(const std::string& text) {
       continue;
     }
     const bool ends_line = i + 1 == text.size() || text[i + 1] == '\n';
-    // A line of a single full stop would end the mail for programs of old.
+    // A line with a single full stop ends the mail in old programs.
     const bool as_is = plain(c) && !(c == ' ' && ends_line) && !(c == '.' && column == 0);
     const std::string one =
         as_is ? std::string(1, static_cast<char>(c)) : fmt::format("={:02X}", c);
@@ -58,7 +58,7 @@ std::string quoted_printable(const std::string& text) {
   return out;
 }
 
-/// RFC 2047, word by word: "=?utf-8?Q?...?=". Words of whole characters.
+/// RFC 2047 encoded words, "=?utf-8?Q?...?=", without split characters.
 std::string header_words(const std::string& text) {
   constexpr std::size_t kLongestWord = 60;
   std::string out, word;
@@ -78,7 +78,7 @@ std::string header_words(const std::string& text) {
   return out;
 }
 
-/// Ends what is still open.
+/// Closes the descriptor unless closed before.
 class Descriptor {
  public:
   explicit Descriptor(int fd = -1) : fd_(fd) {}
@@ -95,7 +95,7 @@ class Descriptor {
   int fd_;
 };
 
-/// Its standard input is `input`, and there is nothing else.
+/// The child's standard input is `input`; no other descriptor is inherited.
 pid_t spawn(const MailConfig& config, int input, int& error) {
   posix_spawn_file_actions_t files;
   ::posix_spawn_file_actions_init(&files);
@@ -127,7 +127,7 @@ pid_t spawn(const MailConfig& config, int input, int& error) {
   return error == 0 ? pid : -1;
 }
 
-/// Until all of it is taken, nobody takes it any more, or time is up.
+/// Writes until everything is taken, the reader has closed, or the time limit.
 void feed(int fd, const std::string& mail, Steady::time_point end) {
   std::size_t sent = 0;
   while (sent < mail.size() && Steady::now() < end) {
@@ -204,11 +204,11 @@ std::string with_crlf(const std::string& text) {
   return lines;
 }
 
-/// What the server answered to each "RCPT TO", in the order of the addresses.
+/// Answers of the server to each "RCPT TO", in the order of the addresses.
 struct Dialogue {
   std::vector<int> answers;  ///< 0: none yet
-  std::string last_refusal;  ///< of these
-  bool asked = false;        ///< the newest has no answer yet
+  std::string last_refusal;  ///< the newest refusal among them
+  bool asked = false;        ///< the newest is unanswered
 };
 
 bool is_later(int answer) { return answer >= 400 && answer < 500; }
@@ -223,7 +223,7 @@ int hear_ours(::CURL*, ::curl_infotype what, char* text, std::size_t size, void*
   return 0;
 }
 
-/// A line with a number and a space is an answer's last one (RFC 5321, 4.2.1).
+/// A line with a number and a space is the last one of an answer (RFC 5321, 4.2.1).
 std::size_t hear_its(char* line, std::size_t one, std::size_t count, void* dialogue) {
   const std::string_view text(line, one * count);
   auto& kept = *static_cast<Dialogue*>(dialogue);
@@ -245,7 +245,7 @@ std::size_t read_on(char* into, std::size_t one, std::size_t count, void* left) 
   return taken;
 }
 
-/// Those whose answer is such; who was not asked has answer 0.
+/// Addresses whose answer satisfies the predicate; an address without an answer has 0.
 template <class Is>
 std::vector<std::string> those(const std::vector<std::string>& to, const Dialogue& dialogue,
                                Is is) {
@@ -255,7 +255,7 @@ std::vector<std::string> those(const std::vector<std::string>& to, const Dialogu
   return found;
 }
 
-/// RFC 5321, 4.2.1: 4yz may succeed later, 5yz not. Where the line was lost before an answer it may, too.
+/// RFC 5321, 4.2.1: 4yz may succeed later, 5yz not. A lost connection before an answer may succeed, too.
 Delivery judge(const Transfer::End& end, const std::vector<std::string>& to,
                const Dialogue& dialogue) {
   const std::vector<std::string> later = those(to, dialogue, is_later),
@@ -270,7 +270,7 @@ Delivery judge(const Transfer::End& end, const std::vector<std::string>& to,
   }
   if (end.code == CURLE_LOGIN_DENIED)
     return {false, false, fmt::format("user or password refused ({})", end.status)};
-  // Where nobody was taken curl ends with the last answer, and the others may be busy only.
+  // With all addresses refused curl returns the last answer only; others may be temporary.
   if (later.size() + never.size() == to.size() && !later.empty())
     return {false, true, "refused: " + dialogue.last_refusal, later};
   const bool refused = is_never(end.status);
@@ -300,7 +300,7 @@ Delivery send_by_smtp(const MailConfig& config, const MailServer& server,
     }
     transfer.set(CURLOPT_MAIL_FROM, from.c_str());
     transfer.set(CURLOPT_MAIL_RCPT, list.get());
-    // Who may not be written to, left or mistyped, keeps the mail from nobody else.
+    // A refused address (left the company, mistyped) must not withhold the mail from the others.
     transfer.set(CURLOPT_MAIL_RCPT_ALLLOWFAILS, 1L);
     Dialogue dialogue;
     transfer.set(CURLOPT_HEADERFUNCTION, &hear_its);

@@ -1,8 +1,9 @@
 #pragma once
-// The text of a mail, and its way through the system's own program (sendmail's command line, which postfix, exim, msmtp and others have).
+// Text of a mail, and its delivery through the system's mail program (sendmail's command line, as provided by
+// postfix, exim, msmtp and others).
 //
-// Nothing of the daemon is handed down to the program but an empty environment's PATH: no socket, no serial port, no
-// blocked signal. It is waited for, and ended where it does not end by itself.
+// The program inherits only PATH in an empty environment: no socket, no serial port, no blocked signal. It is
+// waited for, and terminated after the time limit.
 
 #include <chrono>
 #include <string>
@@ -13,17 +14,19 @@
 
 namespace cellcal::daemon {
 
-/// The whole mail, lines ended by \n as sendmail takes them. `date`: RFC 5322. `id`: of letters and digits, another for each mail.
+/// The complete mail with lines ended by
+/// , as sendmail expects. `date`: RFC 5322. `id`: letters and digits, unique per mail.
 std::string mail_text(const MailConfig& config, const Message& message, const std::string& date,
                       const std::string& id);
 
 Delivery send_mail(const MailConfig& config, const std::string& mail,
                    std::chrono::milliseconds longest = std::chrono::seconds(30));
 
-// One mail handed to a mail server (SMTP, RFC 5321).
+// Delivery of one mail to a mail server (SMTP, RFC 5321).
 
-/// `mail` is the whole text with lines that end in \n. `password` goes over TLS alone: with a user the server has to offer it.
-/// Where some of the addresses were answered with 4yz it is to be tried again for those (`left`) alone: the others have it.
+/// `mail`: complete text with lines ended by
+/// . `password` is sent over TLS only, which the server has to offer if a user is configured. After a 4yz
+/// answer to some addresses the delivery is to be repeated for those (`left`) only.
 Delivery send_by_smtp(const MailConfig& config, const MailServer& server,
                       const std::string& password, const std::string& mail);
 

@@ -95,7 +95,7 @@ void add_session(Lines& lines, const Notice& notice) {
   const bool ended = notice.news == News::kDone || notice.news == News::kWithheld ||
                      notice.news == News::kDrifted || notice.news == News::kUndecided ||
                      notice.news == News::kRecovered;
-  // Sessions of other kinds have none.
+  // Sessions of other kinds have no report.
   if (ended && notice.kind == to_string(SessionKind::kCalibrate))
     lines.add(Text::kReport, notice.session);
 }

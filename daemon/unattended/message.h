@@ -1,5 +1,5 @@
 #pragma once
-// A notice as text for people, and as JSON for programs (format "cellcal.notice/1").
+// A notice as text for operators, and as JSON for programs (format "cellcal.notice/1").
 
 #include <string>
 
@@ -11,10 +11,10 @@ namespace cellcal::daemon {
 struct Message {
   std::string subject;  ///< one line
   std::string body;     ///< lines
-  std::string json;     ///< with both
+  std::string json;     ///< with subject and body
 };
 
-/// `host`: this computer's name.
+/// `host`: name of this computer.
 Message compose(const Notice& notice, Language language, const std::string& host);
 
 }  // namespace cellcal::daemon

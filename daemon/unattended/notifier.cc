@@ -21,7 +21,7 @@ namespace {
 
 constexpr std::size_t kMostWaiting = 64;
 constexpr std::chrono::seconds kFarewell{1};
-/// As a worker's: it takes the core from nobody who answers in time.
+/// Niceness of a worker: yields to threads with deadlines.
 constexpr int kNice = 10;
 
 std::string rfc_5322_now() {
@@ -54,20 +54,20 @@ Delivery send(const MailConfig& config, const std::string& mail) {
 
 }  // namespace
 
-/// The thread's, too, which may outlive the notifier.
+/// Shared with the thread, which may outlive the notifier.
 struct Notifier::Shared {
   Parts parts;
   std::mutex mutex;
   std::condition_variable changed;
   std::deque<std::function<std::optional<Notice>()>> waiting;
   bool busy = false, ending = false, ended = false;
-  bool asking = false;  ///< what belongs to others
+  bool asking = false;  ///< a callback into the owner's objects is in progress
 
   void run();
   void deliver(const Notice& notice, const NotifyConfig& config);
   void with_retries(const char* way, const std::string& subject, int retries,
                     const std::function<Delivery()>& act);
-  /// False: the daemon ends.
+  /// False: the daemon is shutting down.
   bool pause(std::chrono::milliseconds time) {
     std::unique_lock lock(mutex);
     return !changed.wait_for(lock, time, [this] { return ending; });
@@ -91,7 +91,7 @@ void Notifier::Shared::with_retries(const char* way, const std::string& subject,
 
 void Notifier::Shared::deliver(const Notice& notice, const NotifyConfig& config) {
   const Message message = compose(notice, config.language, parts.host);
-  // First: a mail server that does not answer takes minutes.
+  // First, since an unresponsive mail server takes minutes.
   if (config.webhook) {
     with_retries("webhook", message.subject, config.webhook->retries, [&]() -> Delivery {
       try {
@@ -113,7 +113,7 @@ void Notifier::Shared::deliver(const Notice& notice, const NotifyConfig& config)
 }
 
 void Notifier::Shared::run() {
-  ::setpriority(PRIO_PROCESS, 0, kNice);  // of this thread
+  ::setpriority(PRIO_PROCESS, 0, kNice);  // of this thread only
   std::unique_lock lock(mutex);
   while (true) {
     changed.wait(lock, [this] { return ending || !waiting.empty(); });
@@ -156,7 +156,7 @@ Notifier::~Notifier() {
   shared_->ending = true;
   if (!shared_->waiting.empty())
     spdlog::warn("notify: {} messages not sent: the daemon ends", shared_->waiting.size());
-  // What they look at may be gone when this returns.
+  // The objects used by pending notices may be destroyed after this returns.
   shared_->waiting.clear();
   shared_->changed.notify_all();
   shared_->changed.wait(lock, [this] { return !shared_->asking; });

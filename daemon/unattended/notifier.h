@@ -1,9 +1,9 @@
 #pragma once
-// Tells who is not there, on a thread of its own: whoever has news waits for nothing.
+// Notification of absent operators, on a thread of its own: callers never block.
 //
-// Each way (webhook, mail) is tried anew where it may succeed later, so often as configured, each time behind twice
-// the wait. What is not delivered then is in the log. News beyond a bounded number that wait are dropped, the
-// oldest first, and so are those that wait when the daemon ends.
+// Each channel (webhook, mail) is retried where it may succeed later, up to the configured number, each time
+// after twice the wait. Failed deliveries are logged. Notices beyond a bounded queue are dropped, the oldest
+// first, as are those pending when the daemon ends.
 
 #include <chrono>
 #include <functional>
@@ -18,21 +18,21 @@ namespace cellcal::daemon {
 class Notifier {
  public:
   struct Parts {
-    std::function<NotifyConfig()> config;  ///< the newest
-    std::string host;                      ///< this computer's name
+    std::function<NotifyConfig()> config;  ///< current configuration
+    std::string host;                      ///< name of this computer
     std::chrono::milliseconds first_wait{5000};
-    /// What else is done with each notice, on the notifier's thread; nothing returned: nothing now.
+    /// Additional handling of each notice, on the notifier's thread; empty result: none.
     std::function<std::function<void(const Notice&)>()> also = {};
   };
   explicit Notifier(Parts parts);
-  /// A resolver that does not come back is not waited for longer than a second.
+  /// Waits at most one second for a hanging resolver.
   ~Notifier();
   Notifier(const Notifier&) = delete;
   Notifier& operator=(const Notifier&) = delete;
 
-  /// `notice` is called on the notifier's thread, and may wait there; nothing: no news after all.
+  /// `notice` is called on the notifier's thread, where it may block; none: nothing to report.
   void tell(std::function<std::optional<Notice>()> notice);
-  /// Until all that was told is delivered or given up; for tests.
+  /// Waits until all notices are delivered or given up; for tests.
   void drain();
 
  private:

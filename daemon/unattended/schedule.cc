@@ -13,20 +13,20 @@ namespace cellcal::daemon {
 
 namespace {
 
-/// A clock that is kept right by small steps is not one that was set.
+/// Smaller steps are clock adjustments by synchronisation.
 constexpr double kSetBy_s = 60.0;
-/// Clocks that drift apart by less than this share were not set.
+/// A relative drift below this is not a step.
 constexpr double kSlew = 1e-3;
-/// So long the wall clock is compared with where it was.
+/// Comparison interval of the wall clock.
 constexpr double kMarkFor_s = 3600.0;
-/// Synchronised for so long, a wall clock that was set is believed again.
+/// Synchronisation time after which a stepped wall clock is trusted again.
 constexpr std::chrono::minutes kAgreeFor{10};
-/// So much of what was looked at may be forgotten: it is looked at again.
+/// Storage interval of the time already evaluated, which is re-evaluated after a restart.
 constexpr UtcSeconds kKeepEvery = 3600;
-/// Behind a long time off, older nights are not told of one by one.
+/// After a long shutdown, older windows are not reported individually.
 constexpr UtcSeconds kLookBack = 8 * 86400;
 
-/// Against `resumes`: the controller's own test is no failure of the session.
+/// True for failures that count against `resumes`: the controller's own test does not.
 bool counts(const Failure& failure) { return failure.kind != FailureKind::kControllerTest; }
 
 double since_boot_s(Schedule::Steady at) {
@@ -100,7 +100,7 @@ void Schedule::doubt_clock(const Look& look, Why why, double set_by_s) {
   state_.clock_doubt = ClockDoubt{why, set_by_s};
   agrees_since_.reset();
   dirty_ = true;
-  if (!look.config.unattended) return;  // nothing begins by a clock here
+  if (!look.config.unattended) return;  // time-based sessions are disabled
   Decision decision;
   decision.at = look.now;
   decision.verb = Verb::kHeld;
@@ -127,7 +127,7 @@ void Schedule::trust_clock_again(const Look& look) {
   tell(std::move(decision));
 }
 
-/// What the newest end means for what may begin behind it.
+/// Evaluates the newest end for the sessions that may follow.
 void Schedule::notice_ends(const Look& look) {
   const Standing& cell = look.cell;
   if (cell.aborts != aborts_seen_) {
@@ -136,7 +136,7 @@ void Schedule::notice_ends(const Look& look) {
     dirty_ = true;
   }
   if (cell.busy) {
-    // Its end, when it comes, is another one than what was looked at.
+    // Its future end differs from the inspected one.
     if (!state_.released.empty()) dirty_ = true;
     state_.released.clear();
     return;
@@ -226,7 +226,7 @@ void Schedule::close(const ScheduledSession& entry, const Night& night, Decision
   tell(std::move(decision));
 }
 
-/// Why nothing was begun in a window that is over.
+/// Reason why nothing began in a past window.
 Why Schedule::over(const ScheduledSession& entry, const Night& night) const {
   if (!night.exists()) return Why::kNoSuchTime;
   const Decision* last = newest(entry.name, to_string(night.day));
@@ -255,7 +255,7 @@ std::string Schedule::by(const ScheduleConfig& config, const ScheduledSession& e
                   entry.name, config.responsible));
 }
 
-/// Recorded first: killed in between, the night is lost and not doubled.
+/// Recorded first: killed in between, the window is lost instead of repeated.
 Decision Schedule::begin(const Look& look, const ScheduledSession& entry, const Night& night) {
   const ScheduleState before = state_;
   Decision decision = of(look, entry, night);
@@ -293,7 +293,7 @@ Decision Schedule::begin(const Look& look, const ScheduledSession& entry, const 
 void Schedule::follow(const Look& look) {
   if (!own_) return;
   if (look.cell.session != own_->session) {
-    own_.reset();  // somebody has begun another one
+    own_.reset();  // another session was begun by a person
     return;
   }
   if (!look.cell.busy) return follow_end(look);
@@ -319,7 +319,7 @@ void Schedule::follow_end(const Look& look) {
   if (failed) decision.detail = describe(cell.failure);
   const bool may = failed && aftermath(cell.failure.kind, cell.failure.by).resume;
   if (own_->stopped && cell.state == Standing::State::kAborted) {
-    state_.harmless = cell.end;  // the schedule's own doing
+    state_.harmless = cell.end;  // caused by the schedule itself
     dirty_ = true;
     own_.reset();
     return;
@@ -344,7 +344,7 @@ void Schedule::follow_end(const Look& look) {
   tell(std::move(decision));
 }
 
-/// As an operator does it, and where a new session could begin.
+/// Resumes as an operator would, where a new session could begin.
 void Schedule::resume(const Look& look) {
   Decision decision = of(look, own_->entry, own_->night);
   decision.session = own_->session;
@@ -379,7 +379,7 @@ void Schedule::resume(const Look& look) {
     own_->resume_at.reset();
     decision.verb = Verb::kResumed;
   } catch (const NotNow&) {
-    return;  // at the next look
+    return;  // retried in the next pass
   } catch (const std::exception& wrong) {
     decision.why = Why::kCannotBegin;
     decision.detail = wrong.what();
@@ -446,7 +446,7 @@ Decision Schedule::release(const std::string& by) {
   return decision;
 }
 
-/// Each once: what is decided again in every look is no news.
+/// Reports each decision once, not in every pass.
 void Schedule::tell(Decision decision) {
   const auto last = std::find_if(
       state_.decisions.rbegin(), state_.decisions.rend(),
@@ -462,7 +462,7 @@ void Schedule::tell(Decision decision) {
   if (parts_.on_decision) parts_.on_decision(decision);
 }
 
-/// False: disk_ says why.
+/// False: disk_ contains the reason.
 bool Schedule::keep() {
   if (!damaged_.empty()) return false;
   try {

@@ -1,14 +1,14 @@
 #pragma once
-// Decides which session begins when nobody is there, and keeps what it has decided. One look after the other, by
-// whoever has a thread for it (schedule_thread.h); clocks and cell are given to it.
+// Decides which unattended session begins, and records its decisions. Evaluated in passes by
+// schedule_thread.h; clocks and cell are injected.
 //
-// A session begins in a look where all of this holds: its window lasts, nothing was decided for this night yet,
-// the configuration says that somebody answers for the cell, nothing is held, no session is under way, and its
-// foreseen time ends before the window. That it begins is on disk before it does.
+// A session begins in a pass where all conditions hold: its window lasts, this night is undecided, the
+// configuration names a responsible person, nothing is held, no session is under way, and its expected end
+// lies within the window. The decision is on disk before the session begins.
 //
-// The wall clock says which window lasts. Where it was set (by a minute or more against the clock since the computer's
-// start), and behind a start without synchronisation, it decides nothing until somebody releases it or it has been
-// synchronised, without another step, for ten minutes.
+// The wall clock determines the window. After a step (a minute or more relative to the clock since boot), and
+// after a boot without synchronisation, it is not used until an operator releases it or it has been
+// synchronised for ten minutes without another step.
 
 #include <chrono>
 #include <functional>
@@ -21,11 +21,11 @@
 
 namespace cellcal::daemon {
 
-/// What others see of the schedule.
+/// Public state of the schedule.
 struct SchedulePicture {
   struct Entry {
     ScheduledSession session;
-    Night now;  ///< empty: not within its window
+    Night now;  ///< empty: outside its window
     Night next;
     double foreseen_s = 0.0;
     std::optional<Decision> last;
@@ -33,8 +33,8 @@ struct SchedulePicture {
   bool unattended = false;
   std::string responsible;
   int resumes = 0;
-  Why held = Why::kNothing;  ///< why nothing begins by itself
-  std::string held_words;    ///< empty: it is not
+  Why held = Why::kNothing;  ///< why no session begins automatically
+  std::string held_words;    ///< empty: not held
   std::vector<Entry> entries;
   std::vector<Decision> decisions;  ///< newest first
 };
@@ -44,43 +44,43 @@ class Schedule {
   using Steady = std::chrono::steady_clock::time_point;
   struct Clocks {
     std::function<UtcSeconds()> utc;
-    std::function<Steady()> steady;      ///< since the computer's start
-    std::string boot;                    ///< tells this start from others; empty: not known
+    std::function<Steady()> steady;      ///< since boot
+    std::string boot;                    ///< id of this boot; empty: unknown
     std::function<bool()> synchronised;  ///< the wall clock, with its time source
   };
-  /// Where the state is kept. Both throw std::exception.
+  /// Storage of the state. Both throw std::exception.
   struct Store {
-    std::function<std::string()> load;             ///< as it was stored last; empty: never
-    std::function<void(const std::string&)> save;  ///< on disk when it returns
+    std::function<std::string()> load;             ///< newest stored text; empty: none
+    std::function<void(const std::string&)> save;  ///< on disk on return
   };
   struct Parts {
     CellDoor& cell;
     Store store;
-    std::function<ScheduleConfig()> config;  ///< the newest
+    std::function<ScheduleConfig()> config;  ///< current configuration
     Clocks clocks;
-    /// Each decision as it is made; from the thread that looks. May be null.
+    /// Called with each decision, from the evaluating thread. May be null.
     std::function<void(const Decision&)> on_decision;
   };
   explicit Schedule(Parts parts);
 
   void look();
-  /// A session that begins on request, if it may; what was decided.
+  /// Begins a session on request, if permitted; returns the decision.
   Decision begin(const std::string& entry);
-  /// Somebody has looked at the cell and the arm: what is held is not any more.
+  /// Confirms that cell and arm were inspected: releases a hold.
   Decision release(const std::string& by);
   SchedulePicture picture() const;
 
  private:
-  struct Own {  ///< the session that the schedule has begun
+  struct Own {  ///< the session begun by the schedule
     std::int64_t session = 0;
     ScheduledSession entry;
     Night night;
     int resumes = 0;
-    Steady ends{};  ///< the night, whatever the wall clock is set to
+    Steady ends{};  ///< end of the window, independent of wall clock steps
     bool stopped = false;
     std::optional<Steady> resume_at;
   };
-  struct Look {  ///< what one look sees
+  struct Look {  ///< inputs of one pass
     ScheduleConfig config;
     UtcSeconds now = 0;
     Steady steady{};
@@ -109,14 +109,14 @@ class Schedule {
   std::string by(const ScheduleConfig& config, const ScheduledSession& entry) const;
 
   Parts parts_;
-  std::mutex deciding_;  ///< one look or request at a time
+  std::mutex deciding_;  ///< serialises passes and requests
   ScheduleState state_;
-  std::string damaged_;  ///< what was stored is: nothing begins
-  std::string disk_;     ///< why it could not be written the last time
+  std::string damaged_;  ///< fault of the stored state: nothing begins
+  std::string disk_;     ///< error of the last write
   bool dirty_ = false;
   UtcSeconds kept_ = 0, started_ = 0;
-  bool clock_set_ = false;              ///< forward, in this look
-  std::optional<Steady> agrees_since_;  ///< wall clock and time source, without a step
+  bool clock_set_ = false;              ///< forward, in this pass
+  std::optional<Steady> agrees_since_;  ///< begin of synchronisation without a step
   std::uint64_t aborts_seen_ = 0;
   std::optional<Own> own_;
 

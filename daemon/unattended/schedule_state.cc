@@ -11,7 +11,7 @@ namespace {
 using nlohmann::json;
 
 constexpr const char* kFormat = "cellcal.schedule/1";
-/// Years of nights; whoever sets a clock back farther finds the newest of them.
+/// Years of nights; a clock set back farther finds the newest of them.
 constexpr std::size_t kMostClosed = 4000;
 constexpr std::size_t kMostDecisions = 200;
 
@@ -83,7 +83,7 @@ ScheduleState schedule_state_from(const std::string& text) {
   try {
     return state_from(json::parse(text));
   } catch (const json::exception&) {
-    throw std::runtime_error("the schedule's row is not what cellcald writes");
+    throw std::runtime_error("the schedule's row is malformed");
   }
 }
 

@@ -1,6 +1,6 @@
 #pragma once
-// What the schedule must not forget when the daemon ends: in the journal before anything begins, so that nothing
-// begins twice and nothing releases what is held. Format "cellcal.schedule/1".
+// Persistent state of the schedule: written to the journal before a session begins, so that a restart neither
+// repeats a session nor releases a hold. Format "cellcal.schedule/1".
 
 #include <deque>
 #include <map>
@@ -12,34 +12,34 @@
 
 namespace cellcal::daemon {
 
-/// That is decided for good: begun, refused or missed.
+/// A night decided finally: begun, refused or missed.
 struct ClosedNight {
   std::string entry, night;
-  bool missed = false;  ///< nothing was begun: a clock that is set back may bring it again
+  bool missed = false;  ///< nothing was begun: a clock set back may repeat it
 };
 
-/// Wall clock and the clock since the computer's start, as they agreed.
+/// Simultaneous values of the wall clock and the clock since boot.
 struct ClockMark {
-  std::string boot;  ///< tells this start of the computer from others; empty: none
+  std::string boot;  ///< id of this boot; empty: none
   UtcSeconds utc = 0;
   double since_boot_s = 0.0;
 };
 
-/// The wall clock decides nothing.
+/// The wall clock is not used.
 struct ClockDoubt {
   Why why = Why::kClockStepped;
   double set_by_s = 0.0;
 };
 
 struct ScheduleState {
-  UtcSeconds looked = 0;                    ///< everything before this has been looked at
-  std::map<std::string, UtcSeconds> known;  ///< since when an entry is
+  UtcSeconds looked = 0;                    ///< evaluated up to this time
+  std::map<std::string, UtcSeconds> known;  ///< time at which an entry was added
   std::deque<ClosedNight> closed;           ///< newest last
-  std::optional<std::int64_t> aborted;      ///< 'abort' was given when this was the newest session
+  std::optional<std::int64_t> aborted;      ///< newest session at the time of an abort
   ClockMark clock;
   std::optional<ClockDoubt> clock_doubt;
-  std::string released;            ///< the end behind which somebody has looked (Standing::end)
-  std::string harmless;            ///< the end behind which another may begin
+  std::string released;            ///< inspected end (Standing::end)
+  std::string harmless;            ///< end after which another may begin
   std::deque<Decision> decisions;  ///< newest last
 
   bool is_closed(const std::string& entry, const std::string& night) const;
@@ -49,7 +49,7 @@ struct ScheduleState {
 };
 
 std::string to_text(const ScheduleState& state);
-/// What to_text() wrote; a new one of empty text. Throws std::runtime_error where it is damaged.
+/// Inverse of to_text(); an initial state for an empty text. Throws std::runtime_error where it is damaged.
 ScheduleState schedule_state_from(const std::string& text);
 
 }  // namespace cellcal::daemon

@@ -1,5 +1,5 @@
 #pragma once
-// A thread that looks every few seconds, and at once where something has happened.
+// Thread that evaluates the schedule every few seconds, and immediately after events.
 
 #include <condition_variable>
 #include <mutex>
@@ -13,9 +13,9 @@ namespace cellcal::daemon {
 class ScheduleThread {
  public:
   explicit ScheduleThread(Schedule& schedule);
-  /// Something has happened. Waits for nothing.
+  /// Signals an event. Does not block.
   void poke();
-  /// Returns when no look is under way and none will be.
+  /// Returns when no pass is in progress and none will follow.
   void stop();
 
  private:

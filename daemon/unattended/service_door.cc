@@ -15,11 +15,11 @@ namespace {
 
 using End = Standing::State;
 
-/// Where there is no session of the kind to go by.
+/// Default without earlier sessions of the kind.
 double guess_s(const std::string& kind) { return kind == "calibrate" ? 3600.0 : 600.0; }
-/// So many of those before are looked at.
+/// Number of earlier sessions considered.
 constexpr std::size_t kLookedAt = 3;
-/// For what one night takes longer than another.
+/// Reserve for the variation between nights.
 constexpr double kSpare = 1.25;
 
 End state_of(const SessionRecord& record) {
@@ -72,7 +72,7 @@ const char* word(End state) {
 SessionKind kind_of(const SessionRecord& record) {
   try {
     return options_from_json(record.inputs.options).kind;
-  } catch (const std::exception&) {  // of another version: of no use here
+  } catch (const std::exception&) {  // another version: not usable
     return SessionKind::kCalibrate;
   }
 }
@@ -128,7 +128,7 @@ std::int64_t ServiceDoor::start(const RunRequest& request) {
 std::int64_t ServiceDoor::begin(const ScheduledSession& session, const std::string& by,
                                 std::uint64_t aborts) {
   const auto kind = session_kind(session.kind);
-  if (!kind) throw RequestError("there is no kind of session \"" + session.kind + "\"");
+  if (!kind) throw RequestError("unknown kind of session \"" + session.kind + "\"");
   RunRequest request;
   request.kind = *kind;
   request.cell = session.cell;
@@ -150,7 +150,7 @@ std::int64_t ServiceDoor::resume(const std::string& by, std::uint64_t aborts) {
 
 void ServiceDoor::stop() { service_.abort(SessionService::By::kDaemon); }
 
-/// The middle one of the newest: one that was resumed on the next day says nothing.
+/// Median of the newest, which excludes sessions resumed on a later day.
 double ServiceDoor::foreseen_s(const ScheduledSession& session) {
   std::vector<double> took_s;
   for (const SessionRecord& record : records(service_.status())) {

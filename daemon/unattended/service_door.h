@@ -1,5 +1,5 @@
 #pragma once
-// The daemon's own sessions as the schedule sees them.
+// The daemon's sessions as seen by the schedule.
 
 #include <vector>
 
@@ -21,12 +21,12 @@ class ServiceDoor final : public CellDoor {
 
  private:
   std::int64_t start(const RunRequest& request);
-  /// Read anew where the newest session is another one, or has ended.
+  /// Reread after a new session or an end.
   const std::vector<SessionRecord>& records(const Status& status);
 
   SessionService& service_;
   Journal& journal_;
-  std::optional<std::uint64_t> read_at_;  ///< status whose records these are
+  std::optional<std::uint64_t> read_at_;  ///< status of the records read
   std::vector<SessionRecord> records_;
 };
 

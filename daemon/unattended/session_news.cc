@@ -22,21 +22,21 @@ bool tells_of_change(const calib::Verdict& verdict) {
       [](const calib::Finding& one) { return one.kind == calib::FindingKind::kChanged; });
 }
 
-/// What cannot be read is told beside the rest.
+/// Reports an unreadable part as a finding and continues.
 void try_to(Notice& notice, const std::function<void()>& add) try {
   add();
 } catch (const std::exception& unreadable) {
   notice.findings.emplace_back(unreadable.what());
 }
 
-/// With its newest check.
+/// True if the newest check ended an alarm.
 bool ended_an_alarm(const calib::DriftChart& chart) {
   const std::size_t n = chart.points.size();
   return n > 1 && chart.state != calib::DriftState::kAlarms &&
          chart.points[n - 2].state == calib::DriftState::kAlarms;
 }
 
-/// What the control chart says, where it alarms or no longer does.
+/// Adds the state of the control chart, where it alarms or has just ceased to.
 void add_drift(Notice& notice, Journal& journal) {
   const auto drift = DriftWatch(journal).look(notice.cell);
   if (!drift) return;
@@ -50,7 +50,8 @@ void add_drift(Notice& notice, Journal& journal) {
 void add_outcome(Notice& notice, const SessionOutcome& outcome) {
   notice.outcome = to_string(outcome.kind);
   notice.news = news_of(outcome.kind);
-  if (!published(outcome)) notice.findings = words(outcome);  // a calibration has its own
+  // A calibration has findings of its own.
+  if (!published(outcome)) notice.findings = words(outcome);
 }
 
 void add_figures(Notice& notice, const std::string& json) {
@@ -60,7 +61,7 @@ void add_figures(Notice& notice, const std::string& json) {
   notice.findings = calib::words(result.verdict.findings);
   if (tells_of_change(result.verdict))
     notice.news = News::kDrifted;
-  else if (notice.outcome.empty())  // none is recorded
+  else if (notice.outcome.empty())  // no outcome recorded
     notice.news = result.verdict.publish() ? News::kDone : News::kWithheld;
 }
 
@@ -81,7 +82,7 @@ Notice news_of_end(std::int64_t session, const RecordEnd& end, const std::string
   notice.news = end.ending == Ending::kDone      ? News::kDone
                 : end.ending == Ending::kAborted ? News::kAborted
                                                  : News::kFailed;
-  // A session that is damaged has its end told of all the same, and what cannot be read may not be used.
+  // The end of a damaged session is reported nevertheless, with its result as unusable.
   const News ended = notice.news;
   const News unread = ended == News::kDone ? News::kWithheld : ended;
   std::optional<SessionRecord> record;
@@ -130,7 +131,7 @@ Notice news_of(const Status& status, Journal& journal) {
     if (!record->calibration.empty()) add_figures(notice, record->calibration);
     if (status.kind == to_string(SessionKind::kCheck)) add_drift(notice, journal);
   } catch (const std::exception& unreadable) {
-    notice.findings.emplace_back(unreadable.what());  // the rest is told all the same
+    notice.findings.emplace_back(unreadable.what());  // the remainder is reported nevertheless
   }
   return notice;
 }

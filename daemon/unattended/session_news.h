@@ -1,5 +1,5 @@
 #pragma once
-// From a session that has ended, or a decision of the schedule, to what somebody is told.
+// Derives notices from the end of a session or a decision of the schedule.
 
 #include <cstdint>
 #include <optional>
@@ -14,13 +14,13 @@
 
 namespace cellcal::daemon {
 
-// What somebody is told who is not there. A value; message.h makes the sentences.
+// Notification to an absent operator. A value; message.h formats the sentences.
 
 enum class News {
-  kDone,       ///< a session ended as it should
+  kDone,       ///< a session ended successfully
   kWithheld,   ///< it ended, and its result must not be used
-  kDrifted,    ///< it ended, and the cell is another than in the calibration before
-  kUndecided,  ///< a check ended, and touches gave no contact point
+  kDrifted,    ///< it ended, and the cell has changed since the previous calibration
+  kUndecided,  ///< a check ended, with touches that gave no contact point
   kRecovered,  ///< a check ended, and with it an alarm of the control chart
   kFailed,
   kAborted,
@@ -29,32 +29,32 @@ enum class News {
 inline constexpr News kAllNews[] = {News::kDone,      News::kWithheld,  News::kDrifted,
                                     News::kUndecided, News::kRecovered, News::kFailed,
                                     News::kAborted,   News::kNotBegun};
-/// Hyphenated; stands in what is posted.
+/// Hyphenated; used in the posted JSON.
 const char* to_string(News news);
 
 struct Notice {
   News news = News::kDone;
-  std::int64_t session = 0;  ///< 0: of none
+  std::int64_t session = 0;  ///< 0: none
   std::string kind, cell, started, ended;
   std::size_t touches = 0;
   std::optional<Failure> failure;
-  std::string outcome;                ///< to_string(OutcomeKind); empty: it has none
+  std::string outcome;                ///< to_string(OutcomeKind); empty: none
   std::vector<std::string> findings;  ///< of the verdict, in English
   std::optional<double> near_m,
-      over_m;                     ///< predicted mean error near the targets, over the workspace
-  bool by_chart = false;          ///< kDrifted or kRecovered, and only all checks together say so
-  std::string entry, night, why;  ///< kNotBegun: of the schedule; why in English
+      over_m;                     ///< predicted mean error: near the targets, over the workspace
+  bool by_chart = false;          ///< kDrifted or kRecovered by the control chart alone
+  std::string entry, night, why;  ///< kNotBegun: of the schedule; reason in English
 };
 
-/// Of a session that came to its end with this outcome.
+/// Notice kind of a completed session with this outcome.
 News news_of(OutcomeKind outcome);
-/// Of a session that is about to be recorded as ended so, without what other sessions say of it: known before its end is
-/// on disk. Reads the journal.
+/// Notice for a session about to be recorded as ended, without information from other sessions, so that it is
+/// available before the end is on disk. Reads the journal.
 Notice news_of_end(std::int64_t session, const RecordEnd& end, const std::string& utc,
                    Journal& journal);
-/// Reads the journal. `status`: its final one.
+/// `status`: final one of the session. Reads the journal.
 Notice news_of(const Status& status, Journal& journal);
-/// Nothing where nobody has to know.
+/// None where no notification is needed.
 std::optional<Notice> news_of(const Decision& decision);
 
 }  // namespace cellcal::daemon

@@ -17,10 +17,10 @@ namespace cellcal::daemon {
 
 namespace {
 
-/// An answer is of no interest but for its status.
+/// Only the status of an answer is used.
 constexpr std::size_t kMostAnswer = 64u << 10;
 
-/// libcurl ends the transfer where less is taken than it gave.
+/// libcurl aborts the transfer where fewer bytes are taken than offered.
 std::size_t leave_aside(char*, std::size_t, std::size_t bytes, void* taken) {
   auto& sum = *static_cast<std::size_t*>(taken);
   sum += bytes;
@@ -31,7 +31,7 @@ std::size_t leave_aside(char*, std::size_t, std::size_t bytes, void* taken) {
 
 Transfer::Transfer(const std::string& url, const std::filesystem::path& ca, double timeout_s)
     : easy_(::curl_easy_init()), timeout_s_(timeout_s) {
-  if (easy_ == nullptr) throw std::runtime_error("libcurl could not be set up");
+  if (easy_ == nullptr) throw std::runtime_error("libcurl could not be initialised");
   set(CURLOPT_ERRORBUFFER, words_);
   set(CURLOPT_URL, url.c_str());
   set(CURLOPT_NOSIGNAL, 1L);
@@ -41,7 +41,7 @@ Transfer::Transfer(const std::string& url, const std::filesystem::path& ca, doub
   set(CURLOPT_SSLVERSION, static_cast<long>(CURL_SSLVERSION_TLSv1_2));
   if (ca.empty()) return;
   set(CURLOPT_CAINFO, ca.c_str());
-  // The system's folder of authorities would vouch beside it.
+  // The system's folder of authorities would be trusted in addition.
   set(CURLOPT_CAPATH, static_cast<char*>(nullptr));
 }
 
@@ -100,9 +100,10 @@ std::string read_secret(const std::filesystem::path& file) {
   if (file.empty()) return "";
   struct ::stat status {};
   if (::stat(file.c_str(), &status) != 0)
-    throw std::runtime_error(file.string() + ": there is no such file, or it cannot be read");
+    throw std::runtime_error(file.string() + ": missing or unreadable");
   if ((status.st_mode & S_IROTH) != 0)
-    throw std::runtime_error(file.string() + ": everybody may read it. chmod o-r " + file.string());
+    throw std::runtime_error(file.string() + ": readable by every user. Restrict it: chmod o-r " +
+                             file.string());
   std::ifstream in(file);
   std::string line;
   std::getline(in, line);

@@ -1,8 +1,8 @@
 #pragma once
-// One transfer by libcurl, which knows HTTP, SMTP and TLS: its options that are the same for all, and what came of it.
+// One transfer by libcurl (HTTP, SMTP, TLS): common options and the result.
 //
-// TLS 1.2 and newer, the server's certificate verified against its name; nothing of the environment (proxies, .netrc) is
-// asked; redirects are not followed. Waits on the thread that calls, for its time-out at the longest.
+// TLS 1.2 or newer, with the server's certificate verified against its name; the environment (proxies,
+// .netrc) is ignored; redirects are not followed. Blocks the calling thread, at most for its time-out.
 
 #include <curl/curl.h>
 
@@ -17,31 +17,31 @@ namespace cellcal::daemon {
 
 struct Delivery {
   bool delivered = false;
-  bool again = false;  ///< it may succeed later; also where it was delivered, to others
-  std::string why;     ///< not delivered, or not to everybody; empty: delivered
-  /// Who may take it later: the addresses to try again, and no others; empty: all.
+  bool again = false;  ///< may succeed later; after a partial delivery, too
+  std::string why;     ///< why it was not delivered, or not to all; empty: delivered
+  /// Addresses to retry; empty: all.
   std::vector<std::string> left = {};
 };
 
 class Transfer {
  public:
-  /// `ca`: PEM of who vouches for the server; empty: those whom the system trusts. Throws std::runtime_error: no memory.
+  /// `ca`: PEM of the trusted authorities; empty: system store. Throws std::runtime_error: out of memory.
   Transfer(const std::string& url, const std::filesystem::path& ca, double timeout_s);
   ~Transfer();
   Transfer(const Transfer&) = delete;
   Transfer& operator=(const Transfer&) = delete;
 
-  /// As curl_easy_setopt. Throws std::runtime_error where this libcurl does not know the option.
+  /// As curl_easy_setopt. Throws std::runtime_error where libcurl does not support the option.
   template <class Value>
   void set(::CURLoption option, Value value) {
     checked(::curl_easy_setopt(easy_, option, value));
   }
 
-  /// Of a transfer as a whole, with the status that the server answered last (0: none).
+  /// End of a transfer, with the last status of the server (0: none).
   struct End {
     ::CURLcode code = CURLE_OK;
     int status = 0;
-    std::string why;  ///< of a transfer that failed
+    std::string why;  ///< reason of a failure
   };
   End run();
 
@@ -53,18 +53,18 @@ class Transfer {
   char words_[CURL_ERROR_SIZE] = "";
 };
 
-/// A curl list that is freed with it.
+/// A curl list with automatic release.
 using CurlList = std::unique_ptr<::curl_slist, decltype(&::curl_slist_free_all)>;
 /// Throws std::bad_alloc.
 CurlList curl_list(const std::vector<std::string>& lines);
 
-/// The file's first line; empty where none is configured. Throws std::runtime_error: missing, empty, readable by
-/// everybody, or no line that a header can hold.
+/// First line of the file; empty where none is configured. Throws std::runtime_error: missing, empty,
+/// readable by everybody, or not usable in a header.
 std::string read_secret(const std::filesystem::path& file);
 
-// One POST of JSON over HTTP or TLS.
+// One POST of JSON over HTTP or HTTPS.
 
-/// `secret` is sent as X-Cellcal-Secret unless it is empty.
+/// `secret` is sent as X-Cellcal-Secret unless empty.
 Delivery post(const WebhookConfig& config, const std::string& secret, const std::string& json);
 
 }  // namespace cellcal::daemon

@@ -1,5 +1,5 @@
-// Builds the page: node build.mjs OUT.cc. Bundles src/ with the packages beside this file, gives each
-// file a name made of its content, compresses it, and writes all as C++. Prints what a browser loads.
+// Builds the page: node build.mjs OUT.cc. Bundles src/ with the packages of this directory, names each file by a hash of its
+// content, compresses it, and writes all as C++. Prints the sizes loaded by a browser.
 
 import { build } from "esbuild";
 import { createHash } from "node:crypto";
@@ -51,7 +51,7 @@ const files = bundled.outputFiles.map((file) => ({
   path: "/page/" + file.path.slice(file.path.lastIndexOf("/") + 1),
   body: Buffer.from(file.contents),
 }));
-// What is in the bundle is others' work; their licences ask to be handed on with it.
+// The bundle contains third-party packages, whose licences have to be distributed with it.
 const { dependencies } = JSON.parse(readFileSync("package.json", "utf8"));
 const licences = Object.entries(dependencies)
   .map(([name, version]) => `${name} ${version}\n\n${readFileSync(`node_modules/${name}/LICENSE`, "utf8")}`)
@@ -66,7 +66,7 @@ const named = (name) => {
   if (!found) throw new Error(`no ${name} among ${files.map(({ path }) => path)}`);
   return found.path;
 };
-// "/": a cell's page; "/fleet": the plant's, which its collector shows at its own "/".
+// "/": page of a cell; "/fleet": page of the plant, which its collector serves at its own "/".
 const html = (name) => Buffer.from(readFileSync(`src/${name}.html`, "utf8").replace(/\{\{(.*?)\}\}/g, (_, file) => named(file)));
 files.unshift({ path: "/", body: html("index") }, { path: "/fleet", body: html("fleet") });
 

@@ -1,8 +1,8 @@
 #pragma once
-// The thread for requests that take time: one after the other, and nobody fills it for the others.
+// Thread for slow requests: one after the other, with bounded queues per caller.
 //
-// What does something (starting a session) goes before what only looks, and has places of its own. Of
-// those places nobody has all: not those who look, and not one token.
+// Acting requests (such as starting a session) precede reading ones and have slots of their own, which
+// neither readers nor a single token can exhaust.
 
 #include <atomic>
 #include <cstddef>
@@ -17,14 +17,14 @@
 
 namespace cellcal::daemon {
 
-/// Any thread. Destruction waits for the job in hand and drops the others.
+/// Thread-safe. Destruction waits for the current job and drops the others.
 class Clerk {
  public:
-  // Of those that wait.
+  // Limits of the waiting requests.
   static constexpr std::size_t kMostLooking = 48, kMostLookingOfOne = 24;
   static constexpr std::size_t kMostActing = 16, kMostActingOfOne = 8;
 
-  /// False: no place.
+  /// False: queue full.
   bool post(const Request& request, std::function<void()> job);
 
  private:
@@ -36,23 +36,24 @@ class Clerk {
 
   std::mutex mutex_;
   std::deque<Waiting> acting_, looking_;
-  ThreadWorker worker_{ThreadWorker::Priority::kNormal};  ///< goes first: it uses the others
+  /// Declared last, destroyed first: it uses the other members.
+  ThreadWorker worker_{ThreadWorker::Priority::kNormal};
 };
 
-// How much memory answers may take that are made and not yet taken by their readers.
+// Memory bound for answers that are complete but not yet read by their clients.
 //
-// Sixty slow readers of the largest export would hold it sixty times. Small answers are always given:
-// connections are few, and so what these hold together is bounded too.
+// Sixty slow readers of the largest export would hold it sixty times. Small answers are always permitted: the
+// number of connections is limited, which bounds them too.
 
-/// From any thread.
+/// Thread-safe.
 class AnswerBytes {
  public:
   static constexpr std::size_t kSmall = std::size_t{1} << 20;
 
   explicit AnswerBytes(std::size_t most) : most_(most) {}
 
-  /// What an answer of so many bytes holds, until it is let go of. Null: there is no room for it. One
-  /// that is larger than all there is room for is given alone.
+  /// Reserves that many bytes until the result is released. Null: no memory left. An answer larger than the
+  /// whole budget is permitted alone.
   std::shared_ptr<void> hold(std::size_t bytes) {
     const std::size_t counted = bytes <= kSmall ? 0 : bytes;
     std::size_t before = *held_;
@@ -64,7 +65,7 @@ class AnswerBytes {
 
  private:
   std::size_t most_;
-  /// A connection may outlive its server.
+  /// Shared: a connection may outlive its server
   std::shared_ptr<std::atomic<std::size_t>> held_ = std::make_shared<std::atomic<std::size_t>>(0);
 };
 

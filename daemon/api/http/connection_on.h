@@ -1,6 +1,6 @@
 #pragma once
-// One client on a socket of any kind: reads a request, waits for its answer, writes it, and so on.
-// Beast and Asio compile for long: each kind of socket stands in a file of its own.
+// Connection of one client, for any socket type: reads a request, waits for its answer, writes it, and
+// repeats. Instantiated in one file per socket type, since Beast and Asio compile slowly.
 
 #include <boost/asio/error.hpp>
 #include <boost/asio/post.hpp>
@@ -23,9 +23,9 @@ namespace beast = boost::beast;
 namespace http = boost::beast::http;
 
 inline constexpr std::uint32_t kMostHeader = 8 * 1024;
-/// A waiting answer is given by then, so that a client can tell a quiet daemon from a dead one.
+/// Deadline of a pending answer, so that a client can distinguish a quiet daemon from a dead one.
 inline constexpr std::chrono::seconds kLongestWait{20};
-/// For a client whose request was refused half-way, to read why.
+/// Time for a client whose request was refused midway to read the reason.
 inline constexpr std::chrono::seconds kLongestFarewell{2};
 
 template <class Stream>
@@ -70,7 +70,7 @@ class ConnectionOn final : public Connection,
   void close() override {
     const auto self = this->shared_from_this();
     timer_.cancel();
-    beast::error_code ignored;  // the peer may be gone already
+    beast::error_code ignored;  // the peer may have disconnected
     lowest().socket().shutdown(asio::socket_base::shutdown_both, ignored);
     lowest().close();
     events_.reset();
@@ -116,8 +116,8 @@ class ConnectionOn final : public Connection,
     ask(false);
   }
 
-  /// Returns a header that is there twice though it decides who asks for what of whom: a proxy in front may have looked at
-  /// the other one.
+  /// Returns the name of a duplicated header that affects authentication or routing, since a proxy in front
+  /// may have evaluated the other copy.
   std::string take_request() {
     std::string twice;
     auto message = parser_->release();
@@ -155,9 +155,9 @@ class ConnectionOn final : public Connection,
   }
 
   Response make_slowly(const HttpServer::Impl& server) const {
-    // Who asked for something to be done has given up by then, and may have gone to the cell.
+    // The sender of an acting request has given up by then, and may have entered the cell.
     if (is_stale()) return busy("request waited too long for others: nothing was done. Try again");
-    // What only looks is called off where the server stops; what acts comes to its end.
+    // Reading requests are cancelled when the server stops; acting ones are completed.
     const bool looks = request_.method == "GET";
     const calib::Watch watch([&server, looks] { return looks && server.stopped; });
     try {
@@ -168,10 +168,10 @@ class ConnectionOn final : public Connection,
   }
 
   static Response no_room() {
-    return busy("other clients have not taken their answers yet. Ask again in a few seconds");
+    return busy("other clients have not read their answers yet. Ask again in a few seconds");
   }
 
-  /// A refusal that is meant to cost its reader time. Whoever else needs the place has it.
+  /// Delays a refusal to slow down guessing. The slot is available to others meanwhile.
   void hold_back(Response refusal) {
     if (refusal.hold.count() == 0) return write(std::move(refusal), keep_);
     waits_ = Waits::kForRequest;
@@ -189,7 +189,7 @@ class ConnectionOn final : public Connection,
 
   void refuse(int status, const std::string& words) { write(error(status, words), false); }
 
-  /// `held`: its bytes are counted already.
+  /// `held`: its bytes are already reserved.
   void write(std::optional<Response> given, bool keep, std::shared_ptr<void> held = {}) {
     waits_ = Waits::kForReader;
     Response response = given ? std::move(*given) : error(500, "no answer");
@@ -203,17 +203,16 @@ class ConnectionOn final : public Connection,
     answer_.keep_alive(keep);
     answer_.prepare_payload();
     lowest().expires_after(limits_.answer);
-    http::async_write(
-        stream_, answer_,
-        [self = this->shared_from_this(), keep](beast::error_code code, std::size_t) {
-          self->answer_ = {};  // nothing of it stays while the next request is awaited
-          self->held_.reset();
-          if (code) return self->close();
-          keep ? self->read() : self->say_goodbye();
-        });
+    http::async_write(stream_, answer_,
+                      [self = this->shared_from_this(), keep](beast::error_code code, std::size_t) {
+                        self->answer_ = {};  // released before the next request is awaited
+                        self->held_.reset();
+                        if (code) return self->close();
+                        keep ? self->read() : self->say_goodbye();
+                      });
   }
 
-  /// Null: no room.
+  /// Null: no memory left.
   std::shared_ptr<void> hold(const Response& response) const {
     const auto server = server_.lock();
     return server ? server->answers.hold(response.body.size()) : nullptr;
@@ -224,7 +223,7 @@ class ConnectionOn final : public Connection,
     message.set(http::field::server, "cellcald");
     message.set(http::field::content_type, response.type);
     message.set("X-Content-Type-Options", "nosniff");
-    message.set(http::field::cache_control, "no-store");  // unless it says another
+    message.set(http::field::cache_control, "no-store");  // unless overridden
     if constexpr (IsTls<SocketStream>::value)
       message.set(http::field::strict_transport_security, "max-age=2592000");  // 30 days
     for (const auto& [name, value] : response.headers) message.set(name, value);
@@ -242,7 +241,7 @@ class ConnectionOn final : public Connection,
     events_ = std::move(response.stream);
     http::response<http::empty_body> head(static_cast<http::status>(response.status), 11);
     set_headers(head, response);
-    head.keep_alive(false);  // its end is the connection's
+    head.keep_alive(false);  // the body ends with the connection
     std::ostringstream text;
     text << head;
     chunk_ = text.str();
@@ -252,7 +251,7 @@ class ConnectionOn final : public Connection,
     server->keep_looking();
   }
 
-  /// One piece at a time is on its way: what a slow reader misses is nowhere kept for it.
+  /// One piece at a time is in flight; nothing is buffered for a slow reader.
   void give() {
     if (sending_ || !events_) return;
     std::optional<std::string> news = events_->next();
@@ -274,7 +273,7 @@ class ConnectionOn final : public Connection,
                       });
   }
 
-  /// Of a follower nothing more is expected but that it goes away.
+  /// A follower sends nothing more; any input closes the connection.
   void close_when_it_speaks() {
     lowest().socket().async_wait(asio::socket_base::wait_read,
                                  [weak = this->weak_from_this()](beast::error_code code) {
@@ -283,7 +282,7 @@ class ConnectionOn final : public Connection,
                                  });
   }
 
-  /// A close with bytes unread would take the answer away from a client that is still sending.
+  /// Closing with unread bytes would discard the answer of a client that is still sending.
   void say_goodbye() {
     waits_ = Waits::kForRequest;
     lowest().expires_after(kLongestFarewell);
@@ -291,7 +290,7 @@ class ConnectionOn final : public Connection,
       stream_.async_shutdown(
           [self = this->shared_from_this()](beast::error_code) { self->close(); });
     } else {
-      beast::error_code ignored;  // the peer may be gone already
+      beast::error_code ignored;  // the peer may have disconnected
       lowest().socket().shutdown(asio::socket_base::shutdown_send, ignored);
       drain();
     }
@@ -313,9 +312,9 @@ class ConnectionOn final : public Connection,
   beast::flat_buffer buffer_{kMostBody + kMostHeader};
   std::optional<http::request_parser<http::string_body>> parser_;
   http::response<http::string_body> answer_;
-  std::shared_ptr<void> held_;  ///< its bytes, of those that all answers may take
+  std::shared_ptr<void> held_;  ///< reserved bytes of the answer
   Request request_;
-  std::chrono::steady_clock::time_point taken_{};  ///< when it was whole
+  std::chrono::steady_clock::time_point taken_{};  ///< time of complete reception
   std::shared_ptr<daemon::Stream> events_;
   std::string chunk_;
   bool keep_ = false, sending_ = false;

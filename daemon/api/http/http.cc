@@ -17,7 +17,7 @@ using Local = asio::local::stream_protocol;
 
 /// Reports and calibrations of hundreds of touches are a few megabytes.
 constexpr std::uint64_t kMostAnswer = 256u << 20;
-/// sun_path holds 108 bytes with its zero.
+/// sun_path holds 108 bytes including the terminator.
 constexpr std::size_t kLongestPath = 107;
 
 }  // namespace

@@ -1,5 +1,5 @@
 #pragma once
-// HTTP/1.1 over a Unix-domain socket: the client, and what can be wrong with a socket.
+// HTTP/1.1 client over a Unix-domain socket, and errors of sockets.
 
 #include <chrono>
 #include <filesystem>
@@ -10,18 +10,18 @@
 
 namespace cellcal::daemon {
 
-/// The socket cannot be used: says which, why, and what to do.
+/// The socket cannot be used; the text gives path, reason and remedy.
 struct SocketError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// It belongs to a group that this user is not in.
+/// The socket belongs to a group that this user is not a member of.
 struct SocketPermissionError : SocketError {
   using SocketError::SocketError;
 };
 
-/// One request, one answer. `most`: how long it may take; 0: as long as it takes. Throws SocketError (no daemon, no permission, no
-/// answer).
+/// Sends one request and returns its answer. `most`: time limit; 0: unlimited. Throws SocketError (no daemon,
+/// no permission, no answer).
 Response http_request(const std::filesystem::path& socket, const std::string& method,
                       const std::string& target, const std::string& body = "",
                       std::chrono::milliseconds most = {});

@@ -20,7 +20,7 @@ int hex_digit(char c) {
   return -1;
 }
 
-/// %XX as the byte that it stands for (RFC 3986, 2.1); any other % as it is.
+/// Decodes %XX (RFC 3986, 2.1); any other % is kept.
 std::string decoded(const std::string& text) {
   std::string bytes;
   for (std::size_t at = 0; at < text.size(); ++at) {
@@ -54,7 +54,7 @@ Request parse_target(const std::string& method, const std::string& target, std::
 }
 
 Response error(int status, const std::string& words) {
-  // Words of others may hold any bytes; what is not UTF-8 is shown as such, never thrown over.
+  // Foreign text may hold any bytes: invalid UTF-8 is replaced instead of throwing.
   return {status, "application/json",
           nlohmann::json{{"error", words}}.dump(-1, ' ', false,
                                                 nlohmann::json::error_handler_t::replace)};

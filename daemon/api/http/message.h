@@ -1,5 +1,5 @@
 #pragma once
-// A request and its answer, as far as cellcal needs HTTP.
+// HTTP request and answer, reduced to what cellcal needs.
 
 #include <chrono>
 #include <map>
@@ -14,24 +14,24 @@
 
 namespace cellcal::daemon {
 
-// Who asks, and what he may do.
+// Caller and role.
 
-/// Each may do what those before it may.
+/// Each role includes the permissions of those before it.
 enum class Role { kNobody, kLook, kOperate, kAdminister };
 
 const char* to_string(Role role);
-/// "look", "operate", "administer"; nothing for any other word.
+/// "look", "operate", "administer"; none for any other word.
 std::optional<Role> parse_role(std::string_view word);
 
-/// Of who comes over the Unix socket.
+/// Name of callers over the Unix socket.
 inline constexpr const char* kLocalName = "local";
 
 struct Caller {
   Role role = Role::kNobody;
-  std::string name{};  ///< the token's; "local" over the Unix socket
+  std::string name{};  ///< of the token; "local" over the Unix socket
 };
 
-/// A request that is wrong in itself.
+/// A malformed request.
 struct BadRequest : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -41,21 +41,21 @@ struct Request {
   std::string path;                          ///< without the query
   std::map<std::string, std::string> query;  ///< first value of each key, %XX decoded
   std::string body;
-  std::map<std::string, std::string> headers{};  ///< names in lower case; the first of each
-  std::string peer{};                            ///< the client's address; empty over a Unix socket
-  Caller caller{};                               ///< nobody, until it is admitted
+  std::map<std::string, std::string> headers{};  ///< names in lower case; first value of each
+  std::string peer{};  ///< address of the client; empty over a Unix socket
+  Caller caller{};     ///< kNobody until admitted
 
-  /// Empty where there is none.
+  /// Empty where the header is missing.
   const std::string& header(const std::string& name) const;
   bool is_from_network() const { return !peer.empty(); }
 };
 
-/// A body that grows while its reader looks on.
+/// A body that grows while it is read.
 class Stream {
  public:
   virtual ~Stream() = default;
-  /// What is new since the last call, whole pieces; empty: nothing. None: its reader has fallen too
-  /// far behind, or there will never be more. Waits for nothing; from one thread, any.
+  /// New content since the last call, in whole pieces; empty: none. None: the reader has fallen too far
+  /// back, or the stream has ended. Does not block; may be called from any one thread.
   virtual std::optional<std::string> next() = 0;
 };
 
@@ -64,8 +64,8 @@ struct Response {
   std::string type = "application/json";
   std::string body{};
   std::vector<std::pair<std::string, std::string>> headers{};
-  std::shared_ptr<Stream> stream{};   ///< instead of a body
-  std::chrono::milliseconds hold{0};  ///< it is kept back so long: of one who tries tokens
+  std::shared_ptr<Stream> stream{};   ///< replaces the body
+  std::chrono::milliseconds hold{0};  ///< delay of the answer, against token guessing
 };
 
 /// Splits "/v1/watch?since=3" into path and query.
@@ -73,12 +73,12 @@ Request parse_target(const std::string& method, const std::string& target, std::
 
 /// {"error": "words"}
 Response error(int status, const std::string& words);
-/// The same of 503, and when to ask again.
+/// Answer 503 with a Retry-After header.
 Response busy(const std::string& words);
 
-// JSON as it is sent.
+// Serialisation of JSON.
 
-/// Words of devices may hold any bytes; what is not UTF-8 is shown as such, never thrown over.
+/// Foreign text may hold any bytes: invalid UTF-8 is replaced instead of throwing.
 inline std::string dump(const nlohmann::json& value) {
   return value.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }

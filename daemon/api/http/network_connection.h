@@ -1,5 +1,5 @@
 #pragma once
-// Connections over TCP, made each in a file of its own.
+// Connections over TCP; one file per type.
 
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/ssl/context.hpp>

@@ -1,4 +1,4 @@
-// A server on the network.
+// Listener on a TCP address.
 
 #include <netinet/tcp.h>
 
@@ -16,7 +16,7 @@ namespace asio = boost::asio;
 using asio::ip::tcp;
 using boost::system::error_code;
 
-/// What a peer that went away without a word has not taken by then ends its connection.
+/// A silently lost peer ends its connection after this time without an acknowledgement.
 constexpr int kLongestUnheardMs = 15'000;
 
 asio::ssl::context tls_context(const NetworkAddress& address) {
@@ -25,7 +25,7 @@ asio::ssl::context tls_context(const NetworkAddress& address) {
   tls.set_options(Tls::default_workarounds | Tls::no_sslv2 | Tls::no_sslv3 | Tls::no_tlsv1 |
                   Tls::no_tlsv1_1 | Tls::no_compression);
   ::SSL_CTX_set_options(tls.native_handle(), SSL_OP_NO_RENEGOTIATION);
-  // Of TLS 1.2 only what keeps a recorded connection secret when the key gets lost later; 1.3 has nothing else.
+  // TLS 1.2 is limited to cipher suites with forward secrecy; TLS 1.3 has no others.
   ::SSL_CTX_set_cipher_list(tls.native_handle(), "ECDHE+AESGCM:ECDHE+CHACHA20");
   error_code code;
   tls.use_certificate_chain_file(address.tls_certificate.string(), code);
@@ -69,11 +69,11 @@ class NetworkListener final : public HttpServer::Impl {
     });
   }
   void stop_listening() override {
-    error_code ignored;  // it is going away either way
+    error_code ignored;  // the connection is closed in any case
     acceptor_.close(ignored);
   }
   std::uint16_t port() const override {
-    error_code ignored;  // closed: none
+    error_code ignored;  // closed: no port
     return acceptor_.local_endpoint(ignored).port();
   }
 

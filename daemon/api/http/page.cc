@@ -8,11 +8,11 @@ namespace cellcal::daemon {
 
 namespace {
 
-/// Nothing from elsewhere, nothing inline, nobody's frame.
+/// No foreign content, no inline content, no embedding in frames.
 constexpr const char* kPolicy =
     "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' "
     "data: blob:; form-action 'self'; base-uri 'none'; frame-ancestors 'none'";
-/// Its name is made of its content: it never changes.
+/// The name is a hash of the content, so the asset never changes.
 constexpr const char* kForEver = "public, max-age=31536000, immutable";
 constexpr const char* kAskAgain = "no-cache";
 

@@ -1,6 +1,5 @@
 #pragma once
-// The page: what a browser is given at "/" and under "/page/". Everybody may have these; they say
-// nothing of the cell.
+// Static files of the web page, at "/" and under "/page/". Public: they contain no data of the cell.
 
 #include <optional>
 #include <string_view>
@@ -9,13 +8,13 @@
 
 namespace cellcal::daemon {
 
-/// The page itself, by its asset's path: of a cell, or of a plant.
+/// The page by the path of its asset: of a cell, or of a plant.
 inline constexpr const char* kCellPage = "/";
 inline constexpr const char* kFleetPage = "/fleet";
 
-/// Nothing where the request is for none of them. Waits for nothing.
+/// None for other paths. Does not block.
 std::optional<Response> page_answer(const Request& request);
-/// With that page at "/", and no other.
+/// Serves that page, and no other, at "/".
 std::optional<Response> page_answer_at(const Request& request, std::string_view home);
 
 }  // namespace cellcal::daemon

@@ -1,5 +1,5 @@
 #pragma once
-// Whether a browser was led here by a page that is not ours.
+// Detection of requests initiated by a foreign page.
 
 #include <string>
 #include <vector>
@@ -8,18 +8,18 @@
 
 namespace cellcal::daemon {
 
-/// The Host header is one of this computer's: an address, "localhost" or one of the names (in lower
-/// case). A page that has its own name resolved to this computer's address (DNS rebinding) is found by
-/// it; nobody can do that with an address.
+/// True if the Host header names this computer: an address, "localhost" or one of `names` (lower case). This
+/// detects DNS rebinding, in which a foreign name resolves to this computer's address; a literal address
+/// cannot be rebound.
 bool host_is_ours(const Request& request, const std::vector<std::string>& names);
 
-/// Without an Origin header, which browsers send with every POST, or with that of the page that was
-/// got from the same host and port; `tls`: over TLS alone, since anybody
-/// on the way can send a page without it. (Without, a proxy before this daemon may speak it.)
+/// True without an Origin header (browsers send it with every POST), or with the origin of this host and
+/// port. With `tls` only https is accepted, since a page sent in clear text can be forged; without, a proxy
+/// in front of the daemon may terminate TLS.
 bool origin_is_ours(const Request& request, bool tls);
 
-/// What one host may have many addresses of: of IPv6 its /64 (with the interface, where the address names
-/// one), else the address itself. To count by; not for people to read.
+/// Network that one host may use entirely: the /64 of an IPv6 address (with its interface, if any), otherwise
+/// the address itself. A key for counting, not for display.
 std::string network_of(const std::string& address);
 
 }  // namespace cellcal::daemon

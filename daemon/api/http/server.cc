@@ -14,11 +14,11 @@ namespace asio = boost::asio;
 
 namespace {
 
-/// Of an arm's joints on a page.
+/// Update period of the arm's joints on a page.
 constexpr std::chrono::milliseconds kLookPeriod{200};
-/// Words of a link that is failing change a thousand times a second.
+/// A failing link changes its text up to a thousand times a second.
 constexpr std::chrono::milliseconds kPokePeriod{50};
-/// Out of descriptors, most likely: trying at once would only burn the processor.
+/// Probably out of file descriptors: an immediate retry would only use processor time.
 constexpr std::chrono::seconds kAcceptPause{1};
 
 }  // namespace
@@ -29,8 +29,8 @@ void HttpServer::Impl::add(const std::shared_ptr<Connection>& connection) {
   connection->start();
 }
 
-/// There is always room for one more, who may want to stop the arm. Who waits for what is least to
-/// be missed has to go; of those the oldest of the network that holds most of them.
+/// Keeps one slot free, since the next client may have to stop the arm. The least important connection is
+/// closed; among equals the oldest of the network that holds most of them.
 void HttpServer::Impl::make_room() {
   if (connections.size() < kMostConnections) return;
   const auto rank = [this](const std::shared_ptr<Connection>& one) {
@@ -49,7 +49,7 @@ void HttpServer::Impl::make_room() {
 
 bool HttpServer::Impl::make_room_for_a_stream(const std::string& caller) {
   std::map<std::string, std::vector<std::shared_ptr<Connection>>>
-      followers;  // of each caller, the oldest first
+      followers;  // by caller, oldest first
   std::size_t all = 0;
   for (const auto& one : connections) {
     if (one->waits() != Connection::Waits::kForEvents) continue;
@@ -68,7 +68,7 @@ void HttpServer::Impl::keep_looking() { ask_followers_at(followers_asked_ + kLoo
 
 void HttpServer::Impl::ask_followers_at(std::chrono::steady_clock::time_point when) {
   if (stopped) return;
-  beat.expires_at(when);  // instead of what was waited for before
+  beat.expires_at(when);  // replaces the previous wait
   beat.async_wait([weak = weak_from_this()](boost::system::error_code cancelled) {
     const auto self = weak.lock();
     if (self && !cancelled) self->ask_followers();
@@ -78,7 +78,7 @@ void HttpServer::Impl::ask_followers_at(std::chrono::steady_clock::time_point wh
 void HttpServer::Impl::ask_followers() {
   followers_asked_ = std::chrono::steady_clock::now();
   bool any = false;
-  const auto now = connections;  // one that has to go is taken out
+  const auto now = connections;  // a copy: closed connections are removed meanwhile
   for (const auto& one : now) {
     if (one->waits() != Connection::Waits::kForEvents) continue;
     any = true;
@@ -89,7 +89,7 @@ void HttpServer::Impl::ask_followers() {
 
 void HttpServer::Impl::ask_all() {
   bool any = false;
-  const auto now = connections;  // an answer may end its connection
+  const auto now = connections;  // a copy: an answer may end its connection
   for (const auto& one : now) {
     const bool follows = one->waits() == Connection::Waits::kForEvents;
     any |= follows;
@@ -135,7 +135,7 @@ void HttpServer::stop() {
   impl_->stop_listening();
   const auto connections = impl_->connections;
   for (const auto& connection : connections) connection->close();
-  impl_->clerk.reset();  // waits for the job in hand
+  impl_->clerk.reset();  // waits for the current job
 }
 
 std::uint16_t HttpServer::port() const { return impl_->port(); }

@@ -1,5 +1,5 @@
 #pragma once
-// The HTTP/1.1 server, on a Unix-domain socket or on the network, there with TLS or without.
+// HTTP/1.1 server on a Unix-domain socket or on the network, there with or without TLS.
 
 #include <chrono>
 #include <cstddef>
@@ -19,40 +19,39 @@ class io_context;
 
 namespace cellcal::daemon {
 
-/// An address of this computer, and what TLS needs. Without both files there is none.
+/// Listening address and TLS files. Without both files, no TLS.
 struct NetworkAddress {
   std::string address;                                 ///< IPv4 or IPv6
-  std::uint16_t port = 0;                              ///< 0: any that is free
-  std::filesystem::path tls_certificate{}, tls_key{};  ///< PEM; the certificate with its chain
+  std::uint16_t port = 0;                              ///< 0: any free port
+  std::filesystem::path tls_certificate{}, tls_key{};  ///< PEM; the certificate includes its chain
 };
 
-/// Reads certificate and key, where there are any. Throws SocketError as a server would.
+/// Loads certificate and key, if any. Throws SocketError as the server does.
 void check_tls(const NetworkAddress& address);
 
 inline constexpr std::size_t kMostBody = std::size_t{64} << 10;
-/// How long a client may take, and how much it and its answers.
+/// Limits of time and memory per client.
 struct ServerLimits {
-  /// From the connection, or the answer before, until the request is there as a whole; for the
-  /// handshake of TLS as much again.
+  /// From the connection or the previous answer to the complete request; the TLS handshake has the same limit
+  /// in addition.
   std::chrono::milliseconds request{5'000};
   std::chrono::milliseconds answer{30'000};
-  /// One who follows, until he has taken what he was last given.
+  /// A follower, until it has read the last piece.
   std::chrono::milliseconds follower{10'000};
-  /// What asks over the network for something to be done is not done once it has waited longer behind others.
+  /// A network request for an action is dropped after waiting this long in the queue.
   std::chrono::milliseconds queue{10'000};
-  /// Of a request.
+  /// Size of a request body [bytes].
   std::size_t body = kMostBody;
-  /// Large answers that are made and not yet taken, of all clients together (AnswerBytes).
+  /// Large answers not yet read, of all clients together (AnswerBytes) [bytes].
   std::size_t answer_bytes = std::size_t{64} << 20;
 };
 
 struct ServerParts {
-  /// Says who asks (Request::caller), or refuses. On the context's thread, for no time.
+  /// Sets Request::caller, or returns the refusal. Called on the context's thread; must not block.
   std::function<std::optional<Response>(Request&)> admit;
-  /// `give_up`: an answer is due now. Otherwise none may be given; it is then asked again after
-  /// poke(), and at the latest when the wait is over. On the context's thread, for no time; for
-  /// requests that are `slow` on a thread of the server's own, one after the other. It is called by
-  /// both at once.
+  /// `give_up`: an answer is due now. Otherwise none may be returned; the handler is then called again after
+  /// poke(), at the latest at the end of the wait. Called on the context's thread, where it must not block;
+  /// for `slow` requests on a thread of the server's own, one after the other. Both may call it concurrently.
   std::function<std::optional<Response>(const Request&, bool give_up)> handler;
   std::function<bool(const Request&)> slow{};
   ServerLimits limits{};
@@ -60,21 +59,21 @@ struct ServerParts {
 
 class HttpServer {
  public:
-  /// Throws SocketError. Replaces a socket file that nobody listens on.
+  /// Throws SocketError. Replaces a stale socket file.
   HttpServer(boost::asio::io_context& context, const std::filesystem::path& socket,
              ServerParts parts);
-  /// Throws SocketError, also for a certificate and a key that cannot be used.
+  /// Throws SocketError, also for an unusable certificate or key.
   HttpServer(boost::asio::io_context& context, const NetworkAddress& address, ServerParts parts);
   ~HttpServer();
   HttpServer(const HttpServer&) = delete;
   HttpServer& operator=(const HttpServer&) = delete;
 
-  /// Asks again for all answers that wait, and streams for what is new. From any thread.
+  /// Re-evaluates pending answers and streams. Thread-safe.
   void poke();
-  /// Connections are closed, the slow request in hand is waited for, a socket file removed. On the
-  /// context's thread.
+  /// Closes all connections, waits for the current slow request and removes the socket file. To be called on
+  /// the context's thread.
   void stop();
-  /// Where it listens; 0 on a Unix socket.
+  /// Port of the listener; 0 for a Unix socket.
   std::uint16_t port() const;
 
   struct Impl;

@@ -1,5 +1,5 @@
 #pragma once
-// What servers on all kinds of sockets have in common: who is connected, who has to go, what waits.
+// Common part of the servers of all socket types: connections, eviction and waiting requests.
 
 #include <atomic>
 #include <boost/asio/io_context.hpp>
@@ -16,24 +16,24 @@
 namespace cellcal::daemon {
 
 inline constexpr std::size_t kMostConnections = 64;
-/// The others are for requests: of those one can always go.
+/// The remainder is reserved for requests, of which one can always be evicted.
 inline constexpr std::size_t kMostStreams = 56;
 
-/// One client. On the context's thread.
+/// Connection of one client. On the context's thread.
 class Connection {
  public:
   virtual ~Connection() = default;
 
-  /// What it waits for, the least to be missed first.
+  /// Reason for waiting, ordered from least to most important.
   enum class Waits { kForRequest, kForChange, kForClerk, kForReader, kForEvents };
   Waits waits() const { return waits_; }
-  /// Where it comes from, to count by; empty: over the Unix socket.
+  /// Key of the peer's network, for counting; empty: over the Unix socket.
   const std::string& network() const { return network_; }
-  /// Name of the token that a stream was opened with; empty without one.
+  /// Token name of a stream; empty without one.
   const std::string& caller() const { return caller_; }
 
   virtual void start() = 0;
-  /// Gives the answer if there is one by now.
+  /// Sends the answer if it is available by now.
   virtual void ask(bool give_up) = 0;
   virtual void close() = 0;
 
@@ -58,24 +58,24 @@ struct HttpServer::Impl : std::enable_shared_from_this<HttpServer::Impl> {
 
   void add(const std::shared_ptr<Connection>& connection);
   void remove(const std::shared_ptr<Connection>& connection) { connections.remove(connection); }
-  /// Whether one more of this caller may follow what happens. Where all places are taken, a caller with at least two fewer
-  /// than another gets the newest of that one's: no token keeps the others out.
+  /// Returns true if this caller may open one more stream. Where all slots are taken, a caller that holds at
+  /// least two more than this one loses its newest, so that no token can lock out the others.
   bool make_room_for_a_stream(const std::string& caller);
-  /// Those who follow are asked for what is new a few times a second, as no change announces all of
-  /// it; when poked sooner, but not as often as that may be.
+  /// Polls the streams a few times a second, since not every change is announced; earlier after poke(), at a
+  /// limited rate.
   void keep_looking();
   void ask_all();
-  /// Behind an accept that failed.
+  /// After a failed accept.
   void accept_later();
 
   boost::asio::io_context& context;
   ServerParts parts;
   AnswerBytes answers;
-  std::list<std::shared_ptr<Connection>> connections;  ///< the oldest first
+  std::list<std::shared_ptr<Connection>> connections;  ///< oldest first
   boost::asio::steady_timer beat;
   std::atomic<bool> stopped{false};
   std::atomic<bool> poked{false};
-  std::unique_ptr<Clerk> clerk = std::make_unique<Clerk>();  ///< none once it has stopped
+  std::unique_ptr<Clerk> clerk = std::make_unique<Clerk>();  ///< null after stop()
 
  private:
   void make_room();
@@ -85,7 +85,7 @@ struct HttpServer::Impl : std::enable_shared_from_this<HttpServer::Impl> {
   std::chrono::steady_clock::time_point followers_asked_{};
 };
 
-/// Throw SocketError. They listen, and accept nothing yet.
+/// Throw SocketError. The result listens but does not accept yet.
 std::shared_ptr<HttpServer::Impl> listen_on(boost::asio::io_context& context,
                                             const std::filesystem::path& socket, ServerParts parts);
 std::shared_ptr<HttpServer::Impl> listen_on(boost::asio::io_context& context,

@@ -1,4 +1,4 @@
-// A server on a Unix socket: who may connect is the file system's to say.
+// Listener on a Unix socket; access is controlled by the file system.
 
 #include "daemon/api/http/unix_listener.h"
 
@@ -19,13 +19,13 @@ using LocalStream = beast::basic_stream<Local, asio::any_io_executor>;
 
 constexpr mode_t kSocketMode = 0660;
 
-/// A socket file may be a dead daemon's, a living one's, or no socket at all.
+/// An existing socket file may belong to a dead or a running daemon, or be no socket at all.
 void make_way(asio::io_context& context, const std::filesystem::path& socket) {
   struct stat info {};
   if (::lstat(socket.c_str(), &info) != 0) return;
   if (!S_ISSOCK(info.st_mode)) {
     throw SocketError(socket.string() +
-                      " exists and is no socket. Remove it, or set another socket");
+                      " exists and is not a socket. Remove it, or set another socket");
   }
   Local::socket probe(context);
   beast::error_code code;
@@ -47,7 +47,7 @@ class UnixListener final : public HttpServer::Impl {
     make_way(io, socket_);
     beast::error_code code;
     acceptor_.open(Local());
-    // Created with the final mode: between bind and chmod nobody else may slip in.
+    // Created with its final mode: no window between bind and chmod.
     const mode_t before = ::umask(static_cast<mode_t>(~kSocketMode & 0777));
     acceptor_.bind(endpoint_of(socket_), code);
     ::umask(before);
@@ -70,9 +70,9 @@ class UnixListener final : public HttpServer::Impl {
   }
 
   void stop_listening() override {
-    beast::error_code ignored;  // it is going away either way
+    beast::error_code ignored;  // the connection is closed in any case
     acceptor_.close(ignored);
-    std::error_code gone;  // removed by someone else: what was wanted
+    std::error_code gone;  // already removed by another process
     std::filesystem::remove(socket_, gone);
   }
 

@@ -1,12 +1,12 @@
 #pragma once
-// Where a Unix socket is.
+// Endpoint of a Unix socket.
 
 #include <boost/asio/local/stream_protocol.hpp>
 #include <filesystem>
 
 namespace cellcal::daemon {
 
-/// Throws SocketError where the path is too long for one.
+/// Throws SocketError where the path exceeds the limit.
 boost::asio::local::stream_protocol::endpoint endpoint_of(const std::filesystem::path& socket);
 
 }  // namespace cellcal::daemon

@@ -1,4 +1,4 @@
-// cellcal: the offline tool and the daemon's client.
+// cellcal: offline tool and client of the daemon.
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -22,13 +22,13 @@
 
 namespace {
 
-/// The command that was named, for the front of an error.
+/// The selected command, as a prefix of errors.
 std::string command_of(const CLI::App& app) {
   const auto named = app.get_subcommands();
   return named.empty() ? "cellcal" : "cellcal " + named.front()->get_name();
 }
 
-/// How many letters have to be put in, left out or changed to make `b` of `a` (Levenshtein 1966).
+/// Edit distance of `a` and `b` (Levenshtein 1966).
 std::size_t distance(const std::string& a, const std::string& b) {
   std::vector<std::size_t> row(b.size() + 1);
   std::iota(row.begin(), row.end(), std::size_t{0});
@@ -43,7 +43,7 @@ std::size_t distance(const std::string& a, const std::string& b) {
   return row.back();
 }
 
-/// ` Did you mean "identify"?`, for "identfy"; empty where no name is near.
+/// ` Did you mean "identify"?` for "identfy"; empty without a similar name.
 std::string nearest(const std::string& given, const std::vector<std::string>& names) {
   const auto near =
       std::min_element(names.begin(), names.end(), [&](const std::string& a, const std::string& b) {
@@ -60,17 +60,17 @@ std::vector<std::string> commands_of(const CLI::App& app) {
   return names;
 }
 
-/// A command that is missing, or looks like one and is none, and whose help says more.
+/// A missing or unknown command, with the command whose help is shown.
 struct WrongCommand {
   std::string words, help;
 };
 
-/// Looks at the first argument, and at those after it as long as the command that they name needs another
-/// one: CLI11 would only say that a subcommand is required.
+/// Checks the first argument, and the following ones as long as the command requires a subcommand, since
+/// CLI11 only reports that a subcommand is required.
 std::optional<WrongCommand> wrong_command(const CLI::App& app,
                                           const std::vector<std::string>& arguments) {
   const CLI::App* named = &app;
-  std::string before;  // the commands that were named, each with a blank behind it
+  std::string before;  // the commands so far, each followed by a blank
   for (std::size_t i = 0; named->get_require_subcommand_min() > 0; ++i) {
     const std::vector<std::string> names = commands_of(*named);
     const std::string all = fmt::format("commands: {}", fmt::join(names, ", "));
@@ -92,8 +92,9 @@ std::optional<WrongCommand> wrong_command(const CLI::App& app,
   return std::nullopt;
 }
 
-/// `cellcal --socket X token list` as `cellcal token list --socket X`: what many commands have may stand before them. It
-/// goes behind the last command named that has it, and behind the first where none does, so that it is refused there.
+/// Rewrites `cellcal --socket X token list` to `cellcal token list --socket X`: common options may precede
+/// the command. Each is moved after the last command that accepts it, or after the first where none does, so
+/// that it is rejected there.
 std::vector<std::string> options_behind_command(const CLI::App& app,
                                                 std::vector<std::string> arguments) {
   std::vector<std::vector<std::string>> options;  // each with its value
@@ -125,7 +126,7 @@ std::vector<std::string> options_behind_command(const CLI::App& app,
   return left;
 }
 
-/// The first argument that no option of the command takes; CLI11 would list them all, last first.
+/// The first argument that no option of the command accepts; CLI11 would list all of them, last first.
 std::optional<std::string> wrong_option(const CLI::App& app) {
   const auto named = app.get_subcommands();
   if (named.empty()) return std::nullopt;
@@ -146,7 +147,7 @@ std::optional<std::string> wrong_option(const CLI::App& app) {
 
 int main(int argc, char** argv) {
   using namespace cellcal::daemon;
-  std::signal(SIGPIPE, SIG_IGN);  // a reader that went away is an error of writing
+  std::signal(SIGPIPE, SIG_IGN);  // a closed pipe is reported as a write error
   cellcal::calib::quiet_solver();
   int status = kSuccess;
   CLI::App app;
@@ -157,7 +158,7 @@ int main(int argc, char** argv) {
     return kWrongUsage;
   }
   try {
-    std::reverse(arguments.begin(), arguments.end());  // as CLI11 takes them
+    std::reverse(arguments.begin(), arguments.end());  // the order expected by CLI11
     app.parse(std::move(arguments));
     return status;
   } catch (const CLI::ParseError& error) {

@@ -27,7 +27,7 @@ std::size_t number_in(const Request& request, const char* key) {
 
 std::string address_of(const PlantConfig& plant) { return plant.plant + "/" + plant.cell; }
 
-/// What is said of one without a process.
+/// Status while the process does not run.
 LineStatus silent(const std::string& since) {
   return {false, LineProblem::kNotRunning,
           fmt::format("plant line: process not running since {}. Start it: sudo systemctl start "
@@ -85,7 +85,7 @@ Response Desk::answer(const Request& request) try {
         200, "application/x-ndjson",
         to_lines(now.outbox->facts(static_cast<std::int64_t>(number_in(request, "after")),
                                    std::min(number_in(request, "most"), kMostFacts)))};
-    sign_of_life();  // what was composed meanwhile kept others from being heard
+    sign_of_life();  // composing took time in which no report was received
     return facts;
   }
   now.outbox->acknowledge(rows_from_json(request.body));

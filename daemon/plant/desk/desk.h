@@ -1,6 +1,7 @@
 #pragma once
-// The cell's daemon towards the process that has its line to the plant: what that may ask, and what it is given. It may be wrong, or
-// in a stranger's hands: nothing it says moves, begins or changes more than what README.md of this room says.
+// The daemon's side of the connection to the plant process: permitted requests and their answers. That
+// process is not trusted: beyond the effects listed in this module's README.md its requests move, begin and
+// change nothing.
 
 #include <chrono>
 #include <functional>
@@ -18,9 +19,9 @@
 
 namespace cellcal::daemon::plant {
 
-/// The process says each second how its line stands; beyond that it is not running.
+/// The process reports its status every second; after this silence it counts as stopped.
 inline constexpr std::chrono::seconds kDeskSilence{10};
-/// Of proposals, each minute: beyond that they are left at the broker, until the line is opened anew.
+/// Limit per minute; further proposals remain at the broker until the line is reopened.
 inline constexpr int kMostProposals = 60;
 
 class Desk {
@@ -29,22 +30,22 @@ class Desk {
   struct Parts {
     std::function<Time()> now = [] { return std::chrono::steady_clock::now(); };
     std::function<std::string()> utc;
-    /// What the plant proposes; true: it is answered.
+    /// Handles a proposal of the plant; true: answered.
     std::function<bool(const Proposal&)> proposal;
-    /// How the cell stands, where the plant is told of that as metrics.
+    /// State of the cell as metrics, where enabled.
     std::function<std::vector<sparkplug::Metric>()> metrics;
-    /// Asked for every so often, while there is a process.
+    /// Called periodically while the process is running.
     std::function<void()> tell_health;
   };
   explicit Desk(Parts parts);
 
-  /// From now on; null: no plant is named.
+  /// Applies from now on; null: no plant configured.
   void use(std::shared_ptr<Outbox> outbox, std::optional<PlantConfig> plant, bool mock);
 
-  /// One thread.
+  /// From one thread.
   Response answer(const Request& request);
 
-  /// Any thread. None: no plant is named.
+  /// Thread-safe. None: no plant configured.
   std::optional<LinesStatus> status() const;
 
  private:
@@ -61,11 +62,11 @@ class Desk {
   Parts parts_;
   std::string born_;
   Seldom refused_, unread_;
-  std::vector<sparkplug::Metric> metrics_;  ///< as they could be read last
+  std::vector<sparkplug::Metric> metrics_;  ///< newest readable state
   Time proposals_since_{}, health_at_{};
   int proposals_ = 0;
 
-  mutable std::mutex mutex_;  ///< of what follows; held for no time
+  mutable std::mutex mutex_;  ///< guards the members below; held briefly
   Now now_;
   std::optional<LinesStatus> heard_;
   Time heard_at_;

@@ -10,10 +10,10 @@ namespace cellcal::daemon::plant {
 
 namespace {
 
-/// Less than a broker waits for a sign of life; more than a large calibration takes to compose on a slow computer.
+/// Below the keep-alive limit of a broker, above the time to compose a large calibration on a slow computer.
 constexpr std::chrono::seconds kMost{30};
 
-/// Its body. Throws SocketError.
+/// Body of the answer. Throws SocketError.
 std::string asked(const std::filesystem::path& socket, const char* method,
                   const std::string& target, const std::string& body = "") {
   Response answer = http_request(socket, method, target, body, kMost);

@@ -1,5 +1,5 @@
 #pragma once
-// The cell's daemon as the process sees it that has its line to the plant.
+// Client of the daemon in the process with the line to the plant.
 
 #include <filesystem>
 #include <string>
@@ -11,11 +11,11 @@
 
 namespace cellcal::daemon::plant {
 
-/// Says how the lines stand, and is told which there are to be. Throws SocketError where no daemon answers, OutboxError where it
-/// answers something else.
+/// Reports the status of the lines and returns the current orders. Throws SocketError where no daemon
+/// answers, OutboxError for an unexpected answer.
 Orders report_to_desk(const std::filesystem::path& socket, const LinesStatus& lines);
 
-/// The outbox of a cell of this name. One thread.
+/// Outbox of a cell of this name. From one thread.
 class DeskClient final : public Outbox {
  public:
   DeskClient(std::filesystem::path socket, const PlantConfig& as);
@@ -23,12 +23,12 @@ class DeskClient final : public Outbox {
   WaitingCount count() override;
   std::vector<WaitingFact> facts(std::int64_t after, std::size_t most) override;
   void acknowledge(const std::vector<std::int64_t>& rows) override;
-  /// Whether it is answered. Throws OutboxError.
+  /// True if the proposal is answered. Throws OutboxError.
   bool propose(const Proposal& proposal);
 
  private:
   std::filesystem::path socket_;
-  std::string as_;  ///< of a query
+  std::string as_;  ///< as a query parameter
 };
 
 }  // namespace cellcal::daemon::plant

@@ -12,7 +12,7 @@ namespace fields = calib::fields;
 using fields::field, fields::Json;
 using sparkplug::DataType, sparkplug::Metric;
 
-/// Of what a line says of itself.
+/// Text of a line's status.
 constexpr std::size_t kLongestWords = 4096;
 constexpr std::size_t kLargest = std::size_t{1} << 20;
 
@@ -39,7 +39,7 @@ const fields::Table<PlantConfig>& plant_fields() {
   return kTable;
 }
 
-/// The type says which value it is; null: not known.
+/// The type selects the value; null: unknown.
 fields::Value<Metric> metric() {
   return {[](const Metric& one) {
             Json json{{"name", one.name}, {"type", static_cast<std::uint32_t>(one.type)}};
@@ -143,7 +143,7 @@ T read(const fields::Table<T>& table, std::string_view json, const char* name) {
   return value;
 }
 
-/// The next, which is taken from what is left.
+/// Removes and returns the next line.
 std::string_view line_of(std::string_view& left) {
   const std::size_t end = left.find('\n');
   if (end == std::string_view::npos) throw calib::FileError("facts", "a line is not whole");
@@ -164,7 +164,7 @@ std::string to_json(const LinesStatus& lines) {
   LinesStatus cut = lines;
   const auto shorten = [](LineStatus& line) {
     constexpr std::size_t kReadable =
-        kLongestWords / 4;  // what is cut off in a letter's midst grows
+        kLongestWords / 4;  // truncation within a character enlarges the text
     line.words = printable(line.words).substr(0, kReadable);
   };
   shorten(cut.facts);

@@ -1,6 +1,6 @@
 #pragma once
-// What the cell's daemon and the process that has its line say to each other, as JSON. Each reads what the other writes as strictly
-// as what comes from anybody: all throw calib::FileError.
+// Messages between the daemon and the plant process, as JSON. Both validate the other's messages like foreign
+// input: all functions throw calib::FileError.
 
 #include <optional>
 #include <string>
@@ -14,15 +14,15 @@
 
 namespace cellcal::daemon::plant {
 
-/// From the daemon, once a second: which line there is to be, and how the cell stands.
+/// From the daemon, every second: the configured line, and the state of the cell.
 struct Orders {
-  std::string daemon{};  ///< which one answers: another one has perhaps another journal
-  std::optional<PlantConfig> plant{};        ///< as far as a line needs it; none: no plant is named
-  bool mock = false;                         ///< the cell is emulated
-  std::vector<sparkplug::Metric> metrics{};  ///< empty: not asked for
+  std::string daemon{};  ///< id of the answering daemon: another one may have another journal
+  std::optional<PlantConfig> plant{};  ///< the part that a line needs; none: no plant configured
+  bool mock = false;                   ///< emulated cell
+  std::vector<sparkplug::Metric> metrics{};  ///< empty: disabled
 };
 
-/// What a request may hold at most, and rows that are acknowledged by one.
+/// Maximum size of a request, and of the rows that it acknowledges.
 inline constexpr std::size_t kMostDeskBody = std::size_t{1} << 19, kMostDeskRows = 1000;
 
 std::string to_json(const Orders& orders);
@@ -34,7 +34,7 @@ LinesStatus lines_from_json(std::string_view json);
 std::string to_json(const WaitingCount& count);
 WaitingCount count_from_json(std::string_view json);
 
-/// Two lines each: what it is, and the message as it is.
+/// Two lines each: description, and the unmodified message.
 std::string to_lines(const std::vector<WaitingFact>& facts);
 std::vector<WaitingFact> facts_from_lines(std::string_view lines);
 

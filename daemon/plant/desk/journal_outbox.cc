@@ -11,12 +11,12 @@ namespace cellcal::daemon::plant {
 namespace {
 
 constexpr double kBytesPerMegabyte = 1e6;
-/// Of facts that are handed out at once, beyond the first.
+/// Limit of facts returned at once, beyond the first.
 constexpr std::size_t kMostBytes = std::size_t{4} << 20;
 
 CellName name_of(const PlantConfig& config) { return {config.plant, config.cell}; }
 
-/// The journal's failures as the line knows them.
+/// Maps the journal's failures to OutboxError.
 template <class F>
 auto asked(F of_the_journal) try {
   return of_the_journal();
@@ -64,7 +64,7 @@ std::vector<WaitingFact> JournalOutbox::facts(std::int64_t after, std::size_t mo
   return all;
 }
 
-/// Throws JournalError where it may be composed later.
+/// Throws JournalError where composing may succeed later.
 WaitingFact JournalOutbox::composed(const WaitingReport& row) {
   const auto as_message = [&](const FactBody& body) {
     return WaitingFact{
@@ -82,7 +82,7 @@ WaitingFact JournalOutbox::composed(const WaitingReport& row) {
     bytes = fact.text.size();
     if (bytes <= kLargestMessage) return fact;
   }
-  // No plant takes it, and what is behind it does not wait for it.
+  // No plant accepts it, and later facts must not wait for it.
   const DroppedFact dropped{row.number,
                             row.number,
                             1,
@@ -97,7 +97,8 @@ WaitingFact JournalOutbox::composed(const WaitingReport& row) {
   return as_message(dropped);
 }
 
-/// What cannot be composed is reported: its number is used. Throws JournalError where it may be composed later.
+/// A fact that cannot be composed is reported as dropped: its number is used. Throws JournalError where
+/// composing may succeed later.
 FactBody JournalOutbox::body_of(const WaitingReport& row) try {
   std::string body = row.report.body;
   if (body.empty()) {
@@ -115,7 +116,7 @@ FactBody JournalOutbox::body_of(const WaitingReport& row) try {
   return DroppedFact{row.number,           row.number,      1,
                      DropReason::kDamaged, row.report.kind, std::nullopt};
 } catch (const JournalError&) {
-  throw;  // the disk may give it later: a result is not dropped for that
+  throw;  // possibly a temporary disk error: the result is not dropped
 } catch (const std::exception& failed) {
   return AlarmFact{
       "failed",

@@ -19,19 +19,19 @@ class JournalOutbox final : public Outbox {
   struct Parts {
     Journal& journal;
     PlantConfig config;
-    /// Where a session's check.json is.
+    /// Directory of a session's check.json.
     std::function<std::filesystem::path(std::int64_t session)> results_dir = {};
-    /// Something new waits. With the journal's lock held: waits for nobody.
+    /// Called when a fact was added, with the journal's lock held: must not block.
     std::function<void()> waits = {};
   };
-  /// The journal reports to it from now on, instead of to the one before. Throws JournalError, and then that one is reported to as
-  /// before.
+  /// Becomes the journal's reporter, replacing the previous one. Throws JournalError; the previous one is
+  /// then kept.
   explicit JournalOutbox(Parts parts);
   ~JournalOutbox() override;
   JournalOutbox(const JournalOutbox&) = delete;
   JournalOutbox& operator=(const JournalOutbox&) = delete;
 
-  // Any thread.
+  // Thread-safe.
   WaitingCount count() override;
   std::vector<WaitingFact> facts(std::int64_t after, std::size_t most) override;
   void acknowledge(const std::vector<std::int64_t>& rows) override;
@@ -44,8 +44,8 @@ class JournalOutbox final : public Outbox {
 
   Parts parts_;
   std::shared_ptr<const PlantReporter> reporter_;
-  std::mutex mutex_;                       ///< of what follows
-  std::set<std::int64_t> logged_damaged_;  ///< rows of which the log has it
+  std::mutex mutex_;                       ///< guards the members below
+  std::set<std::int64_t> logged_damaged_;  ///< rows already logged as damaged
 };
 
 }  // namespace cellcal::daemon::plant

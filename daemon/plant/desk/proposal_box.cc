@@ -39,12 +39,12 @@ std::size_t count_of(const std::vector<KeptProposal>& all, Hold hold) {
   return static_cast<std::size_t>(std::ranges::count(all, hold, hold_of));
 }
 
-/// As anybody's text it may have any length.
+/// Foreign texts may have any length.
 std::size_t bytes_of(const KeptProposal& one) {
   return one.proposal.text.size() + one.proposal.reason.size() + one.reason.size();
 }
 
-/// One line, whole letters.
+/// One line, truncated at a character boundary.
 std::string own_reason(const std::string& words) {
   std::string line = printable(words);
   if (line.size() <= kLongestOwnReason) return line;
@@ -77,9 +77,10 @@ std::optional<std::string> unusable(const Proposal& proposal) {
   if (proposal.kind != ProposalKind::kSchedule) return std::nullopt;
   try {
     const calib::TomlTable table = calib::TomlTable::parse(proposal.text, "proposal");
-    // That the cell is clear within a window is not the plant's to say.
+    // The plant cannot declare that a cell is clear within a window.
     for (const char* key : {"unattended", "responsible"})
-      if (table.has(key)) table.fail(key, "is the word of the cell's own people, in cellcald.toml");
+      if (table.has(key))
+        table.fail(key, "can be declared only by the cell's operators, in cellcald.toml");
     (void)read_schedule(table);
   } catch (const calib::FileError& wrong) {
     return wrong.what();
@@ -97,7 +98,7 @@ ProposalBox::ProposalBox(Parts parts) : parts_(std::move(parts)) {
   } catch (const std::exception& damaged) {
     problem_ =
         std::string(damaged.what()) +
-        ". No proposal is taken. Move the file aside and restart cellcald; the plant proposes "
+        ". No proposal is accepted. Move the file aside and restart cellcald; the plant proposes "
         "again";
   }
 }
@@ -124,7 +125,7 @@ KeptProposal* ProposalBox::known(const std::string& id) {
 KeptProposal& ProposalBox::open(const std::string& id) {
   KeptProposal* found = known(id);
   if (found == nullptr)
-    throw NotDecided(NotDecided::Why::kUnknown, "there is no proposal \"" + id + "\"");
+    throw NotDecided(NotDecided::Why::kUnknown, "unknown proposal \"" + id + "\"");
   if (found->stand != Stand::kOpen)
     throw NotDecided(NotDecided::Why::kDecided, "proposal \"" + id + "\" was " +
                                                     to_string(found->stand) + " by " + found->by +
@@ -132,7 +133,7 @@ KeptProposal& ProposalBox::open(const std::string& id) {
   return *found;
 }
 
-/// On disk, or not decided. Whether it could be reported to the plant changes nothing of it.
+/// Stored on disk, or not decided. A failed report to the plant does not revert it.
 KeptProposal ProposalBox::decide(KeptProposal& kept, Stand stand, const Say& say) {
   const KeptProposal before = kept;
   kept.stand = stand;
@@ -159,7 +160,7 @@ void ProposalBox::report(KeptProposal& kept) {
     kept.reported = true;
     store();
   } catch (const std::exception&) {
-    // Asked again when the proposal comes again: the plant hears it twice at worst.
+    // Repeated when the proposal is received again: the plant gets the answer twice at worst.
   }
 }
 
@@ -215,7 +216,7 @@ std::optional<Stand> ProposalBox::take(const Proposal& proposal, const std::stri
     make_room();
     kept = &kept_.all.back();
     try {
-      if (withdrawn)  // before it ever came
+      if (withdrawn)  // withdrawn before it was received
         return decide(*kept, Stand::kWithdrawn, withdrawal).stand;
       if (const auto why = unusable(proposal))
         return decide(*kept, Stand::kRefused, {kCell, own_reason(*why), utc}).stand;
@@ -230,7 +231,7 @@ std::optional<Stand> ProposalBox::take(const Proposal& proposal, const std::stri
   return kept->stand;
 }
 
-/// What stands in the way leaves it to somebody, or to the next time that it comes.
+/// On failure the decision is left to an operator, or to the next reception.
 void ProposalBox::by_policy(KeptProposal& kept, const std::string& utc) {
   if (!may_be_policy(kept.proposal.kind) || !parts_.policy(kept.proposal.kind)) return;
   if (has_effect(kept.proposal.kind) && count_of(kept_.all, Hold::kLasting) >= kMostLasting) return;
@@ -280,7 +281,7 @@ using fields::field;
 constexpr const char* kFormat = "cellcal.proposals/1";
 constexpr std::size_t kLargest = kMostKept * (std::size_t{1} << 18);
 
-/// As the message has it, in an object of its own.
+/// The message as an object of its own.
 fields::Value<Proposal> proposal() {
   return {[](const Proposal& p) { return calib::parse_ordered_json(to_json(p)); },
           [](const calib::JsonReader& reader) {

@@ -1,5 +1,5 @@
 #pragma once
-// Proposals of the plant, from their arrival to what was said to them. Nothing here moves an arm.
+// Proposals of the plant, from reception to answer. Causes no motion.
 
 #include <filesystem>
 #include <functional>
@@ -20,20 +20,20 @@ const char* to_string(Stand stand);
 
 struct KeptProposal {
   Proposal proposal;
-  std::string received;  ///< ISO 8601 UTC, this computer's clock
+  std::string received;  ///< ISO 8601 UTC, clock of this computer
   Stand stand = Stand::kOpen;
-  std::string decided, by, reason;  ///< when, who, why; empty while it is open
+  std::string decided, by, reason;  ///< time, author, reason; empty while open
   bool reported = false;            ///< to the plant
 
   bool operator==(const KeptProposal&) const = default;
 };
 
-/// Who says so, why, and when.
+/// Author, reason and time of a decision.
 struct Say {
   std::string by, reason, utc;
 };
 
-/// It is not decided now, and why.
+/// Not decided; the reason.
 struct NotDecided : std::runtime_error {
   enum class Why { kUnknown, kDecided, kUnusable, kStorage };
   NotDecided(Why reason, const std::string& words) : std::runtime_error(words), why(reason) {}
@@ -41,18 +41,19 @@ struct NotDecided : std::runtime_error {
 };
 
 inline constexpr std::size_t kMostOpen = 20, kMostKept = 100;
-/// Beyond kMostKept: ids of proposals that changed the cell, or that a person refused to let change it. They are remembered, because
-/// the same proposal may come again at any time; where so many are, no policy accepts another one of these kinds.
+/// In addition to kMostKept: ids of proposals that changed the cell, or whose change an operator rejected.
+/// They are kept because the same proposal may be received again at any time; at the limit no policy accepts
+/// further ones of these kinds.
 inline constexpr std::size_t kMostLasting = 1000;
-/// Of all texts that are kept.
+/// All stored texts.
 inline constexpr std::size_t kMostKeptBytes = std::size_t{4} << 20;
-/// Of the reason for an answer that no person gave.
+/// Reason of an automatic answer.
 inline constexpr std::size_t kLongestOwnReason = 500;
 
-/// What is on disk.
+/// Content of the file.
 struct KeptProposals {
   std::vector<KeptProposal> all{};  ///< oldest first
-  std::int64_t dropped = 0;         ///< decided ones that are no longer listed
+  std::int64_t dropped = 0;         ///< decided ones no longer listed
 
   bool operator==(const KeptProposals&) const = default;
 };
@@ -61,21 +62,24 @@ class ProposalBox {
  public:
   struct Parts {
     std::filesystem::path state_dir;
-    /// Puts that session's calibration into use, if it is not; throws where that cannot be, and the proposal stays open.
+    /// Activates that session's calibration, unless active; throws where it cannot, and the proposal stays
+    /// open.
     std::function<void(const Proposal&, const Say&)> activate;
-    /// What is said, for the plant; on disk when it returns. Where it throws it is asked again when the proposal comes again. What a
-    /// plant can cause as often as it likes, without a person and without an effect here, is worth no more than telemetry.
+    /// Records the answer for the plant on disk. After an exception it is called again when the proposal is
+    /// received again. Answers that a plant can cause without limit, without an operator and without effect
+    /// here, have the priority of telemetry.
     std::function<void(const AnswerFact&, Worth)> answer;
-    /// Whether the configuration accepts proposals of that kind by itself; asked for kinds that it may (may_be_policy()).
+    /// True if the configuration accepts proposals of that kind automatically; called only for kinds
+    /// permitted by may_be_policy().
     std::function<bool(ProposalKind)> policy;
   };
   explicit ProposalBox(Parts parts);
 
-  /// Empty, or which file cannot be used and what to do.
+  /// Unusable file and remedy; empty: none.
   const std::string& problem() const { return problem_; }
 
-  /// From the plant, any text in it, as often as it comes. What it stands at now; none: there is no room for more. Throws
-  /// NotDecided (kStorage).
+  /// Handles a received proposal with arbitrary texts, also repeatedly. Returns its state; none: the box is
+  /// full. Throws NotDecided (kStorage).
   std::optional<Stand> take(const Proposal& proposal, const std::string& utc);
 
   /// Newest first.
@@ -84,11 +88,11 @@ class ProposalBox {
   std::int64_t dropped() const;
   /// kMostLasting are stored: proposals with an effect require an operator's decision, whatever the policy.
   bool full() const;
-  /// What it came to. Throw NotDecided, and accept() what activating throws.
+  /// Return the decided proposal. Throw NotDecided; accept() also the exceptions of activation.
   KeptProposal accept(const std::string& id, const Say& say);
   KeptProposal refuse(const std::string& id, const Say& say);
 
-  /// Where an accepted schedule or priors stand.
+  /// File of an accepted schedule or priors.
   std::filesystem::path file_of(const Proposal& proposal) const;
 
  private:
@@ -107,12 +111,12 @@ class ProposalBox {
   KeptProposals kept_;
 };
 
-/// Why it can never be used, by the readers that the cell has; none: it may be.
+/// Reason why it can never be used, by the cell's own parsers; none: usable.
 std::optional<std::string> unusable(const Proposal& proposal);
-/// A schedule and priors are accepted by people alone.
+/// Schedules and priors require an operator.
 bool may_be_policy(ProposalKind kind);
 
-// What was proposed and said, as the file `proposals.json` ("cellcal.proposals/1").
+// File `proposals.json` ("cellcal.proposals/1").
 
 std::string proposals_to_json(const KeptProposals& kept);
 /// Throws calib::FileError.

@@ -33,7 +33,7 @@ SessionState state_of(RecordState state) {
   return SessionState::kRunning;
 }
 
-/// None: of another version, or none of ours. Its end is told of all the same.
+/// None: another version, or an imported session. Its end is reported nevertheless.
 std::optional<SessionOptions> options_of(const SessionInputs& inputs) {
   try {
     return options_from_json(inputs.options);
@@ -47,7 +47,7 @@ std::string purpose_of(const std::optional<SessionOptions>& options) {
   return options->update ? "update" : to_string(options->kind);
 }
 
-/// [identity] of the cell file; it was sound when the session began.
+/// [identity] of the cell file, which was valid when the session began.
 std::string serial_of(const SessionInputs& inputs) {
   const calib::TomlTable cell = calib::TomlTable::parse(inputs.cell_text, inputs.cell_name);
   return cell.table_or_empty("identity").string_or("robot_serial", "");
@@ -62,7 +62,7 @@ std::optional<double> u95_of(const calib::Calibration& result,
                              const std::vector<calib::Touch>& touches, bool workspace) try {
   const auto scope = calib::apart_in_scope(nullptr, result, touches, workspace);
   return scope ? std::optional(scope->mean_u95_m) : std::nullopt;
-} catch (const std::exception&) {  // the calibration is told without
+} catch (const std::exception&) {  // the calibration is reported without it
   return std::nullopt;
 }
 
@@ -152,7 +152,7 @@ std::vector<Report> PlantReporter::touch(const RecordTouch& touch) const {
   fact.check = touch.touch.set == calib::TouchSet::kCheck;
   fact.joint_rad = touch.touch.joint_rad;
   fact.tip_m = touch.tip_m;
-  // Of one that is held out of the fit there may be none.
+  // May be missing for a touch excluded from the fit.
   if (touch.residual_m && std::isfinite(*touch.residual_m)) fact.residual_m = touch.residual_m;
   return {report_of(fact)};
 }

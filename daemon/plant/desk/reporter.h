@@ -1,5 +1,5 @@
 #pragma once
-// From the journal's facts to the bodies that the plant is told.
+// Conversion of the journal's facts to bodies for the plant.
 
 #include <filesystem>
 #include <functional>
@@ -9,9 +9,9 @@
 
 namespace cellcal::daemon::plant {
 
-/// The row of a fact that comes from elsewhere, for Journal::report().
+/// Row of a fact from elsewhere, for Journal::report().
 Report report_of(const FactBody& body);
-/// Of one that is worth less here than as a rule: `worth` says whether the outbox may drop it.
+/// With another priority than usual: `worth` determines whether the outbox may drop it.
 Report report_of(const FactBody& body, Worth worth);
 
 class PlantReporter final : public Reporter {
@@ -19,17 +19,17 @@ class PlantReporter final : public Reporter {
   struct Parts {
     bool touches = false;
     std::int64_t most_bytes = 0;
-    CellName name{};  ///< under which facts are written from now on
-    std::vector<std::string>
-        former{};  ///< "plant/cell": what was written under these is told under that name, too
-    /// Where a session's check.json is.
+    CellName name{};  ///< name under which facts are recorded from now on
+    /// "plant/cell": facts recorded under these names are published under them, too.
+    std::vector<std::string> former{};
+    /// Directory of a session's check.json.
     std::function<std::filesystem::path(std::int64_t session)> results_dir;
     std::function<void()> waits;
   };
   explicit PlantReporter(Parts parts) : parts_(std::move(parts)) {}
 
   std::vector<Report> session(const SessionRecord& session) const override;
-  /// u95 as the calibration foresees it, near its touches and over the workspace.
+  /// Predicted u95 near its touches and over the workspace.
   Report calibration(const SessionRecord& session,
                      const std::vector<calib::Touch>& touches) const override;
   std::vector<Report> touch(const RecordTouch& touch) const override;

@@ -11,7 +11,7 @@ namespace {
 
 using calib::kMmPerM, calib::kMsPerS;
 
-/// Of a part of the cell's state that may not be there: then each of its metrics is null.
+/// Optional part of the cell's state: when missing, each of its metrics is null.
 template <class Part>
 class Group {
  public:

@@ -1,5 +1,5 @@
 #pragma once
-// Which metrics a cell tells of as a Sparkplug node.
+// Metrics of a cell as a Sparkplug node.
 
 #include <cstdint>
 #include <optional>
@@ -10,13 +10,13 @@
 
 namespace cellcal::daemon::plant::sparkplug {
 
-/// How the cell stands. SI; times in seconds since 1970, UTC; what is not known is nothing.
+/// State of the cell. SI units; times in seconds since 1970, UTC; unknown values are none.
 struct CellNow {
   std::string software;
   bool emulated = false;
 
   std::string phase;     ///< to_string(Phase)
-  bool running = false;  ///< the arm may move
+  bool running = false;  ///< motion possible
   struct Session {
     std::int64_t number = 0;
     std::string kind;  ///< to_string(SessionKind)
@@ -28,7 +28,7 @@ struct CellNow {
   struct InUse {
     std::int64_t session = 0;
     std::optional<double> time_s;
-    bool workspace = false;  ///< its scope; else near the targets
+    bool workspace = false;  ///< scope; otherwise near the targets
     double predicted_m = 0.0;
     std::optional<double> u95_m;
   };
@@ -45,8 +45,8 @@ struct CellNow {
 
   struct Link {
     bool open = false;
-    std::int64_t late = 0, missing = 0;  ///< of the robot's packets
-    std::int64_t damaged = 0;            ///< of the sensor's frames
+    std::int64_t late = 0, missing = 0;  ///< packets of the robot
+    std::int64_t damaged = 0;            ///< frames of the sensor
   };
   std::optional<Link> link;
 };

@@ -72,7 +72,7 @@ struct EdgeNode::Impl {
   std::unique_ptr<MqttLine> line;
   std::uint8_t line_count = 255;  ///< bdSeq: 0 on the first line
   std::uint8_t next_seq = 0;
-  std::vector<Metric> published;  ///< as the host has them
+  std::vector<Metric> published;  ///< as known to the host
   std::chrono::steady_clock::time_point up_since;
   std::optional<int> death_said;  ///< its message
   Seldom connections;
@@ -149,7 +149,7 @@ void EdgeNode::Impl::down(const LineFailure& failure) {
   if (news && failure.problem != LineProblem::kNone &&
       warnings[failure.problem].count(std::chrono::steady_clock::now()))
     spdlog::warn("[plant]: Sparkplug: {}", failure.words);
-  // Two that have the same name would take the line from each other without end.
+  // Two cells of the same name would disconnect each other endlessly.
   if (failure.problem == LineProblem::kTakenOver) backoff.exhaust();
   connect_later();
 }
@@ -161,7 +161,7 @@ void EdgeNode::Impl::look_again() {
   });
 }
 
-/// What changed is published; all of it where a host asks, or none has been published yet.
+/// Publishes changes; everything on request of a host, or for the first time.
 void EdgeNode::Impl::look() {
   look_again();
   std::vector<Metric> now = parts.look();
@@ -183,7 +183,7 @@ void EdgeNode::Impl::bear() {
   send("NBIRTH", all, Types::kDeclared);
 }
 
-/// A line that does not carry it is lost, and the next one begins with a birth.
+/// A line that cannot carry it is closed, and the next one begins with a birth.
 void EdgeNode::Impl::send(const char* type, const std::vector<Metric>& metrics, Types types) try {
   line->publish({topic(type), payload(metrics, now_ms(), next_seq, types), false,
                  MqttLine::Delivery::kAtMostOnce});
@@ -197,7 +197,7 @@ void EdgeNode::Impl::stop() {
   stopping = true;
   retry.cancel();
   tick.cancel();
-  if (!orderly) line.reset();  // the will says so
+  if (!orderly) line.reset();  // the will is sent instead
   if (!is_up || !orderly) {
     context.stop();
     return;
@@ -208,7 +208,7 @@ void EdgeNode::Impl::stop() {
   });
   try {
     death_said = line->publish(death());
-  } catch (const NotPublished&) {  // the will says so
+  } catch (const NotPublished&) {  // the will is sent instead
     context.stop();
   }
 }

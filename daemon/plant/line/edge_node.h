@@ -1,5 +1,5 @@
 #pragma once
-// The cell as a Sparkplug B edge node on the plant's broker. Its thread; nobody waits for it.
+// The cell as a Sparkplug B edge node on the plant's broker, on its own thread; callers never block.
 
 #include <chrono>
 #include <functional>
@@ -16,23 +16,25 @@ class EdgeNode {
  public:
   struct Parts {
     PlantConfig config;
-    /// How the cell stands: always the same names in the same order; empty: not known yet. On this thread.
+    /// State of the cell: always the same names in the same order; empty: not known yet. Called on this
+    /// object's thread.
     std::function<std::vector<Metric>()> look;
-    std::chrono::milliseconds every{1000};  ///< it is looked, and births are asked for at most
+    /// Polling period, and minimum interval of births on request.
+    std::chrono::milliseconds every{1000};
     std::chrono::milliseconds first_wait{1000},
-        longest_wait{60000};  ///< until a line is opened again
+        longest_wait{60000};  ///< delay before a line is reopened
     std::chrono::milliseconds farewell{2000};
     std::chrono::seconds keepalive{30};
   };
   explicit EdgeNode(Parts parts);
-  /// In order, as far as the broker is there.
+  /// Orderly, as far as the broker answers.
   ~EdgeNode();
   EdgeNode(const EdgeNode&) = delete;
   EdgeNode& operator=(const EdgeNode&) = delete;
 
-  /// Its end is that of a line that is lost: the broker says so to the host.
+  /// Ends as a lost line: the broker publishes the will to the host.
   void leave_without_a_farewell();
-  /// `acknowledged`: births and data that went out.
+  /// `acknowledged`: number of births and data messages sent.
   LineStatus status() const;
 
  private:

@@ -1,5 +1,5 @@
 #pragma once
-// How the line to the plant stands.
+// Status of the line to the plant.
 
 #include <cstdint>
 #include <optional>
@@ -11,18 +11,18 @@ namespace cellcal::daemon::plant {
 
 enum class LineProblem {
   kNone,
-  kNotRunning,   ///< the process that has the line is not heard
-  kFiles,        ///< of the configuration: they cannot be read
-  kNoName,       ///< the broker's is not known
-  kUnreachable,  ///< nobody answers there
-  kCertificate,  ///< one of the two does not take the other's, or it is no TLS
+  kNotRunning,   ///< the process with the line is not running
+  kFiles,        ///< unreadable files of the configuration
+  kNoName,       ///< the broker's name is unknown
+  kUnreachable,  ///< no answer from the broker
+  kCertificate,  ///< a certificate was rejected by either side, or no TLS
   kLogin,        ///< user, password or client refused
-  kRefused,      ///< a fact was: no right, quota
-  kTooLarge,     ///< a fact is, for this broker, and waits
-  kNobody,       ///< nobody collects at this broker
-  kTakenOver,    ///< another cell has the same name
-  kUnstored,     ///< the broker has as many results as it is given that nobody has stored
-  kRenamed,      ///< what waits was written under another name
+  kRefused,      ///< a fact was refused: no permission, quota
+  kTooLarge,     ///< a fact exceeds the broker's limit and waits
+  kNobody,       ///< no collector at this broker
+  kTakenOver,    ///< another cell uses the same name
+  kUnstored,     ///< the broker's limit of results not yet stored is reached
+  kRenamed,      ///< pending facts were recorded under another name
   kLost,
   kJournal  ///< cannot be read or written
 };
@@ -33,16 +33,16 @@ const std::vector<std::pair<LineProblem, const char*>>& line_problems();
 struct LineStatus {
   bool connected = false;
   LineProblem problem = LineProblem::kNone;
-  std::string words;               ///< of the problem, with what to do; empty: none
-  std::string since;               ///< connected or not, ISO 8601 UTC
+  std::string words;               ///< text of the problem with its remedy; empty: none
+  std::string since;               ///< time of the last connect or disconnect, ISO 8601 UTC
   std::uint64_t acknowledged = 0;  ///< facts since the process started
 };
 
-/// Of both of a cell's lines.
+/// Status of both lines of a cell.
 struct LinesStatus {
   LineStatus facts;
-  std::optional<LineStatus> sparkplug{};  ///< none: not asked for
-  std::uint64_t restarts = 0;  ///< of the process that has them, since it was first started
+  std::optional<LineStatus> sparkplug{};  ///< none: disabled
+  std::uint64_t restarts = 0;             ///< of the process with the lines, since its first start
 };
 
 }  // namespace cellcal::daemon::plant

@@ -23,14 +23,14 @@ namespace asio = boost::asio;
 
 namespace {
 
-constexpr int kQos = 1;  ///< of what is listened to
+constexpr int kQos = 1;  ///< of subscriptions
 constexpr int kFirstRefusal = 0x80;
 constexpr std::chrono::seconds kMisc{1};
 constexpr std::size_t kLargestHeard = std::size_t{1} << 18;
-/// Said to the broker, which then keeps larger ones to itself: none of the plant's words is larger.
+/// Announced to the broker, which withholds larger packets: no message of the plant is larger.
 constexpr std::uint32_t kLargestPacket = 2 * kLargestHeard;
 
-/// Once for the process, and never undone: a thread that waits for the resolver may outlive the last line.
+/// Once per process and never undone: a thread waiting for the resolver may outlive the last line.
 bool library_is_there() {
   static const bool made = mosquitto_lib_init() == MOSQ_ERR_SUCCESS;
   return made;
@@ -49,7 +49,7 @@ const char* or_null(const std::string& text) { return text.empty() ? nullptr : t
 
 }  // namespace
 
-/// libmosquitto's, and what its callbacks know. Shared with the thread that opens it.
+/// Handle of libmosquitto with the state of its callbacks. Shared with the thread that opens it.
 struct MqttLine::Handle {
   Handle() = default;
   ~Handle() { mosquitto_destroy(raw); }
@@ -57,11 +57,11 @@ struct MqttLine::Handle {
   Handle& operator=(const Handle&) = delete;
 
   mosquitto* raw = nullptr;
-  Impl* line = nullptr;  ///< for what is called from within its loop; never while it is opened
+  Impl* line = nullptr;  ///< for callbacks within its loop; never set while opening
   std::string tls_words;
 };
 
-/// From the thread that opens a line to the line's own, while there is one.
+/// Result of the opening thread for the line's own thread, if that still exists.
 struct MqttLine::Door {
   std::mutex mutex;
   bool closed = false;
@@ -82,7 +82,7 @@ struct MqttLine::Impl : std::enable_shared_from_this<MqttLine::Impl> {
   void open(const std::optional<Message>& will);
   void set_up(const std::optional<Message>& will);
   void connect();
-  /// While it is opened these are another thread's.
+  /// While opening these belong to another thread.
   std::string tls_words() const {
     return handle != nullptr ? opening_handle->tls_words : std::string();
   }
@@ -94,7 +94,7 @@ struct MqttLine::Impl : std::enable_shared_from_this<MqttLine::Impl> {
   void tick();
   void end(LineFailure failure);
 
-  // From libmosquitto, within its calls.
+  // Callbacks of libmosquitto, within its calls.
   void on_connect(int reason, const mosquitto_property* properties) {
     std::uint32_t bytes = 0;
     if (mosquitto_property_read_int32(properties, MQTT_PROP_MAXIMUM_PACKET_SIZE, &bytes, false) !=
@@ -122,7 +122,7 @@ struct MqttLine::Impl : std::enable_shared_from_this<MqttLine::Impl> {
     post([this, message, refused = std::move(refused)] { events.answered(message, refused); });
   }
   void on_message(const mosquitto_message& message) {
-    // Retained or not, what is larger than any of the plant's words is not read.
+    // Retained or not: larger messages than any of the plant's are not parsed.
     if (message.payloadlen < 0 || static_cast<std::size_t>(message.payloadlen) > kLargestHeard)
       return;
     const auto* bytes = static_cast<const char*>(message.payload);
@@ -151,10 +151,10 @@ struct MqttLine::Impl : std::enable_shared_from_this<MqttLine::Impl> {
   asio::posix::stream_descriptor socket;
   asio::steady_timer misc, opening;
   std::shared_ptr<Handle> opening_handle = std::make_shared<Handle>();
-  mosquitto* handle = nullptr;  ///< of it, once nobody else has it
+  mosquitto* handle = nullptr;  ///< the handle, once no other thread uses it
   std::shared_ptr<Door> door = std::make_shared<Door>();
   std::optional<std::uint32_t> largest_packet;
-  std::optional<LineFailure> refusal;  ///< what was said before the line went
+  std::optional<LineFailure> refusal;  ///< the broker's reason before the line ended
   bool is_up = false, gone = false, ended = false, closing = false, reading = false,
        writing = false;
 };
@@ -229,7 +229,7 @@ void MqttLine::Impl::set_up(const std::optional<Message>& will) {
       "cellcal-" + config.plant + "-" + config.cell + (role.empty() ? "" : "-" + role);
   Handle& own = *opening_handle;
   own.line = this;
-  // Who has no will speaks for nobody, and takes the line from nobody.
+  // A client without a will has no identity and takes over no session.
   mosquitto* const raw = own.raw = mosquitto_new(will ? id.c_str() : nullptr, true, &own);
   if (raw == nullptr) throw std::bad_alloc();
   check(mosquitto_int_option(raw, MOSQ_OPT_PROTOCOL_VERSION, MQTT_PROTOCOL_V5), "MQTT 5");
@@ -256,7 +256,7 @@ void MqttLine::Impl::set_up(const std::optional<Message>& will) {
     const std::string ca = config.ca.string(), certificate = config.certificate.string(),
                       key = config.key.string();
     for (const std::string& file : {ca, certificate, key})
-      if (!file.empty()) calib::read_file(file);  // names it where it cannot be read
+      if (!file.empty()) calib::read_file(file);  // names the file that cannot be read
     check(mosquitto_tls_set(raw, or_null(ca), ca.empty() ? "/etc/ssl/certs" : nullptr,
                             or_null(certificate), or_null(key), nullptr),
           "TLS cannot be used with ca, certificate and key under [plant]");
@@ -288,7 +288,7 @@ void MqttLine::Impl::open(const std::optional<Message>& will) {
   connect();
 }
 
-/// The resolver waits as long as it likes; on a thread of its own, which nobody waits for.
+/// The resolver may block indefinitely; it runs on a thread that is never joined.
 void MqttLine::Impl::connect() {
   try {
     std::thread([own = opening_handle, door = door, weak = weak_from_this(), &context = context,
@@ -318,7 +318,7 @@ void MqttLine::Impl::opened(int code, int error_number) {
   if (!ended) tick();
 }
 
-/// Each second: pings, and a broker that does not answer them.
+/// Every second: pings, and detection of missing answers.
 void MqttLine::Impl::tick() {
   misc.expires_after(kMisc);
   misc.async_wait([self = shared_from_this()](boost::system::error_code cancelled) {
@@ -328,7 +328,7 @@ void MqttLine::Impl::tick() {
   });
 }
 
-/// After each call of the library that may have met the line's end.
+/// After each library call that may have met the end of the line.
 void MqttLine::Impl::settle(int code) {
   if (ended) return;
   if (gone || (code != MOSQ_ERR_SUCCESS && code != MOSQ_ERR_CONN_PENDING)) {
@@ -359,7 +359,7 @@ void MqttLine::Impl::watch() {
                     });
 }
 
-/// The descriptor is libmosquitto's to close.
+/// The descriptor is closed by libmosquitto.
 void MqttLine::Impl::end(LineFailure failure) {
   if (std::exchange(ended, true)) return;
   {

@@ -1,6 +1,6 @@
 #pragma once
-// One connection to a broker, from its opening to its loss; libmosquitto on an io_context of one thread. Nothing blocks; the resolver is
-// waited for on a thread that nobody waits for.
+// One connection to a broker, from opening to loss: libmosquitto on an io_context of one thread. Never
+// blocks; the resolver runs on a detached thread.
 
 #include <algorithm>
 #include <boost/asio/io_context.hpp>
@@ -24,7 +24,7 @@ struct LineFailure {
   std::string words;
 };
 
-/// A message that this line will not carry.
+/// The message cannot be carried by this line.
 struct NotPublished : std::runtime_error {
   NotPublished(LineProblem why, const std::string& words)
       : std::runtime_error(words), problem(why) {}
@@ -37,25 +37,25 @@ class MqttLine {
   struct Message {
     std::string topic, payload;
     bool retained = false;
-    Delivery delivery = Delivery::kAtLeastOnce;  ///< kAtMostOnce: answered once it is on its way
+    Delivery delivery = Delivery::kAtLeastOnce;  ///< kAtMostOnce: acknowledged once sent
   };
-  /// Called from the io_context, never from within a call of this.
+  /// Called from the io_context, never from within a call of this object.
   struct Events {
     std::function<void()> up;
-    /// None: taken.
+    /// None: accepted.
     std::function<void(int message, std::optional<LineFailure> refused)> answered;
-    /// Of what listen() asked for. Anybody may have said it.
+    /// Message of a subscription. The sender is unverified.
     std::function<void(const std::string& topic, const std::string& payload)> heard;
-    /// Once; nothing comes after it.
+    /// Once, as the last event.
     std::function<void(const LineFailure&)> down;
   };
   struct Times {
-    std::chrono::seconds keepalive{30};  ///< lost when nothing is heard for one and a half
+    std::chrono::seconds keepalive{30};  ///< lost after silence of one and a half times this
     std::chrono::seconds opening{30};
   };
 
-  /// Opens it; what comes of that is told by the events. Without a will it is nobody's line: the broker gives it a name. `role`: which
-  /// of the cell's lines this is, for its client id.
+  /// Opens the connection; the result is reported by the events. Without a will it is anonymous: the broker
+  /// assigns the client id. `role`: which of the cell's lines this is, for the client id.
   MqttLine(boost::asio::io_context& context, const PlantConfig& config,
            const std::optional<Message>& will, Events events, Times times,
            const std::string& role = {});
@@ -63,13 +63,13 @@ class MqttLine {
   MqttLine(const MqttLine&) = delete;
   MqttLine& operator=(const MqttLine&) = delete;
 
-  /// Its number. Throws NotPublished.
+  /// Returns the message's number. Throws NotPublished.
   int publish(const Message& message);
-  /// Once it is up. What is not allowed is not heard, and nobody says so.
+  /// Once connected. The broker silently ignores forbidden filters.
   void listen(const std::vector<std::string>& filters);
-  /// Bytes of the largest packet that the broker takes, as it said when the line was opened; none: it said nothing.
+  /// Size limit of packets [bytes] announced by the broker; none: not announced.
   std::optional<std::uint32_t> largest_packet() const;
-  /// In order: the will is not sent. down() comes.
+  /// Orderly: the will is not sent. down() follows.
   void close();
 
  private:
@@ -79,10 +79,10 @@ class MqttLine {
   std::shared_ptr<Impl> impl_;
 };
 
-// How long it is waited until a line that was lost is opened again.
+// Delay before a lost line is reopened.
 
-/// Twice as long each time, up to the longest, and each between half and one and a half of that: a broker that starts again is not met
-/// by all cells at once.
+/// Doubles each time up to a limit, randomised between 0.5 and 1.5 times, so that a restarted broker is not
+/// contacted by all cells at once.
 class Backoff {
  public:
   Backoff(std::chrono::milliseconds first, std::chrono::milliseconds longest)
@@ -93,9 +93,9 @@ class Backoff {
     const double share = std::uniform_real_distribution<double>(0.5, 1.5)(chance_);
     return std::chrono::duration_cast<std::chrono::milliseconds>(wait_ * share);
   }
-  /// The line was good for something.
+  /// After a successful connection.
   void reset() { wait_ = {}; }
-  /// Trying at once is of no use.
+  /// An immediate retry cannot succeed.
   void exhaust() { wait_ = longest_; }
 
  private:

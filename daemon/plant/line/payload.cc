@@ -15,7 +15,7 @@ constexpr std::size_t kLargestCommand = std::size_t{1} << 16;
 struct PutValue {
   wire::Metric& to;
   void operator()(std::monostate) const { to.set_is_null(true); }
-  /// As the standard has it: two's complement.
+  /// Two's complement, as defined by the standard.
   void operator()(std::int64_t value) const {
     to.set_long_value(static_cast<std::uint64_t>(value));
   }

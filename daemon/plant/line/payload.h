@@ -1,5 +1,5 @@
 #pragma once
-// Sparkplug B's payloads as bytes. Protobuf stays behind it.
+// Serialisation of Sparkplug B payloads; encapsulates Protobuf.
 
 #include <cstdint>
 #include <optional>
@@ -10,9 +10,9 @@
 
 namespace cellcal::daemon::plant::sparkplug {
 
-// One value that a Sparkplug node tells of.
+// One value of a Sparkplug node.
 
-/// By the standard's numbers.
+/// Numbers of the standard.
 enum class DataType : std::uint32_t {
   kInt64 = 4,
   kDouble = 10,
@@ -24,20 +24,20 @@ enum class DataType : std::uint32_t {
 struct Metric {
   std::string name;
   DataType type = DataType::kInt64;
-  /// Nothing: not known. DateTime is ms since 1970, UTC, as std::int64_t.
+  /// monostate: unknown. DateTime is ms since 1970, UTC, as std::int64_t.
   std::variant<std::monostate, std::int64_t, double, bool, std::string> value{};
 
   bool operator==(const Metric&) const = default;
 };
 
-/// Metrics of a birth have their types, those of data do not: a host knows them.
+/// Metrics of a birth include their types, those of data messages do not: the host knows them.
 enum class Types { kDeclared, kKnown };
 /// `time_ms`: since 1970, UTC. `seq`: none in an NDEATH.
 std::string payload(const std::vector<Metric>& metrics, std::uint64_t time_ms,
                     std::optional<std::uint8_t> seq, Types types);
 
 inline constexpr const char* kRebirth = "Node Control/Rebirth";
-/// Whether a command asks for a new birth. Anybody may have sent it: what is no payload asks for nothing.
+/// True if a command requests a new birth. The sender is unverified: an invalid payload requests nothing.
 bool asks_for_rebirth(std::string_view command);
 
 }  // namespace cellcal::daemon::plant::sparkplug

@@ -32,11 +32,11 @@ namespace asio = boost::asio;
 namespace {
 
 constexpr std::size_t kMostUnderWay = 16, kMostBytesUnderWay = std::size_t{16} << 20;
-/// The disk is waited for once for so many.
+/// One disk access for up to this many.
 constexpr std::size_t kAcknowledgedAtOnce = 32;
-/// Until the log has the same warning once more.
+/// Interval of repeated warnings in the log.
 constexpr std::chrono::hours kWarnAgain{1};
-constexpr std::int64_t kNoRow = 0;  ///< presence, and proposals that are taken away
+constexpr std::int64_t kNoRow = 0;  ///< presence, and removal of proposals
 constexpr int kNice = 10;
 
 }  // namespace
@@ -50,12 +50,12 @@ struct Publisher::Impl {
         unstored(context),
         backoff(parts.first_wait, parts.longest_wait) {}
 
-  /// Who a row is, for what the plant says of it.
+  /// Row and number of a sent message, to match the plant's confirmations.
   struct Sent {
     std::int64_t row = kNoRow, number = 0;
     std::string source;
     Worth worth = Worth::kTelemetry;
-    std::size_t bytes = 0;  ///< of the message
+    std::size_t bytes = 0;  ///< size of the message
     std::int64_t session = 0;
     std::string kind;
   };
@@ -99,21 +99,21 @@ struct Publisher::Impl {
     std::string time, source;
     std::int64_t newest = 0;
   } connected;
-  WaitingCount known;             ///< as the outbox said last
+  WaitingCount known;             ///< newest answer of the outbox
   std::map<int, Sent> under_way;  ///< by message
   std::map<std::int64_t, Sent>
-      at_the_broker;  ///< results that it has acknowledged on this line and nobody has stored, by row
+      at_the_broker;  ///< results acknowledged by the broker on this line but not stored yet, by row
   std::map<std::int64_t, Sent> set_aside;  ///< too large for the broker of this line, by row
-  /// Bytes for which the broker ended the line before, without a word of its limit before that: not sent on the next one.
+  /// Size for which the broker ended the previous line without announcing a limit: not sent on the next one.
   std::optional<std::size_t> ended_for, not_now;
-  Stored stored;  ///< as the plant has said last
+  Stored stored;  ///< newest confirmation of the plant
   std::deque<WaitingFact> bite;
-  std::int64_t read_to = 0;  ///< row up to which all is under way or acknowledged
+  std::int64_t read_to = 0;  ///< all rows up to this one are in flight or acknowledged
   std::vector<std::int64_t> acknowledged;
   struct {
     std::string words;
     std::chrono::steady_clock::time_point at;
-  } warned;  ///< in the log, of what is too large for the broker
+  } warned;  ///< already logged, of facts too large for the broker
   Seldom not_understood, connections;
   std::map<LineProblem, Seldom> warnings;
   bool is_up = false, held = false, stopping = false, orderly = true;
@@ -145,7 +145,7 @@ void Publisher::Impl::start() {
   });
 }
 
-/// Will and birth of a line have the same time and number, so that whoever hears both knows the will for the later.
+/// Will and birth of a line have the same time and number, so that a receiver of both orders the will later.
 MqttLine::Message Publisher::Impl::presence(bool online, bool farewell) const {
   Presence words;
   words.of = name();
@@ -171,7 +171,7 @@ void Publisher::Impl::connect() try {
           [this](const std::string& topic, const std::string& payload) { heard(topic, payload); },
           [this](const LineFailure& failure) { down(failure); }},
       MqttLine::Times{.keepalive = parts.keepalive});
-} catch (const OutboxError& failed) {  // which numbers it has nobody can say now
+} catch (const OutboxError& failed) {  // the available numbers are unknown
   say({LineProblem::kJournal, failed.what()});
   connect_later();
 }
@@ -187,7 +187,7 @@ void Publisher::Impl::up() {
   is_up = true;
   under_way.clear();
   at_the_broker.clear();
-  set_aside.clear();  // it may be another broker, or the same one with another limit
+  set_aside.clear();  // possibly another broker, or another limit
   not_now = std::exchange(ended_for, std::nullopt);
   bite.clear();
   read_to = 0;
@@ -224,7 +224,7 @@ void Publisher::Impl::down(const LineFailure& failure) {
     return;
   }
   say(failure);
-  // Two that have the same name would take the line from each other without end.
+  // Two cells of the same name would disconnect each other endlessly.
   if (failure.problem == LineProblem::kTakenOver) backoff.exhaust();
   connect_later();
 }
@@ -280,7 +280,7 @@ LineFailure Publisher::Impl::too_large() const {
           kLargestMessage)};
 }
 
-/// In the status always; in the log once an hour, however often the line is lost.
+/// Always in the status; in the log once an hour, however often the line is lost.
 void Publisher::Impl::warn_of(const LineFailure& too_large) {
   const auto now = std::chrono::steady_clock::now();
   if (warned.words == too_large.words && now - warned.at < kWarnAgain) {
@@ -294,7 +294,7 @@ void Publisher::Impl::warn_of(const LineFailure& too_large) {
   say(too_large);
 }
 
-/// Anybody may have said it: what is not understood is left aside.
+/// The sender is unverified: malformed messages are ignored.
 void Publisher::Impl::heard(const std::string& text, const std::string& payload) try {
   const auto topic = topic_of(text);
   if (!topic || topic->of != name() || payload.empty()) return;
@@ -306,7 +306,7 @@ void Publisher::Impl::heard(const std::string& text, const std::string& payload)
                  printable(wrong.what()));
 }
 
-/// What the broker has and nobody stores in time is sent again: somebody between here and there has lost it.
+/// Results that the broker has but that are not stored in time are sent again: they were lost on the way.
 void Publisher::Impl::await_stored(const Sent& sent) {
   const bool first = at_the_broker.empty();
   at_the_broker[sent.row] = sent;
@@ -328,7 +328,7 @@ void Publisher::Impl::hear(const Stored& news) {
     if (has) acknowledged.push_back(one.first);
     return has;
   };
-  // What says nothing new costs nothing, however often it comes.
+  // Repeated confirmations without news have no effect.
   if (std::erase_if(at_the_broker, is_stored) + std::erase_if(set_aside, is_stored) > 0) pump();
 }
 
@@ -341,7 +341,7 @@ void Publisher::Impl::hear(const Proposal& proposal) {
   }
 }
 
-/// What was acknowledged goes from the disk; what cannot go is not sent again meanwhile.
+/// Acknowledged facts are removed from the disk; while that fails they are not sent again.
 void Publisher::Impl::forget_acknowledged() {
   if (acknowledged.empty()) return;
   parts.outbox.acknowledge(acknowledged);
@@ -351,7 +351,7 @@ void Publisher::Impl::forget_acknowledged() {
 void Publisher::Impl::pump() try {
   if (acknowledged.size() >= kAcknowledgedAtOnce || under_way.empty()) forget_acknowledged();
   if (!is_up || stopping) return;
-  if (held) {  // from the oldest on, when that is over: in order
+  if (held) {  // restarts from the oldest afterwards, to keep the order
     bite.clear();
     read_to = 0;
     return;
@@ -367,14 +367,14 @@ bool Publisher::Impl::has_room() const {
   return under_way.size() < kMostUnderWay && bytes < kMostBytesUnderWay;
 }
 
-/// Its queue is not for all that a plant has not stored in a week.
+/// The broker's queue is not intended for a week of unstored results.
 bool Publisher::Impl::broker_has_enough() const {
   std::size_t bytes = 0;
   for (const auto& [row, sent] : at_the_broker) bytes += sent.bytes;
   return at_the_broker.size() >= parts.most_unstored || bytes >= kMostBytesUnderWay;
 }
 
-/// Nothing is under way, and this is why.
+/// Nothing is in flight; sets the reason in the status.
 void Publisher::Impl::say_what_waits() {
   known = parts.outbox.count();
   if (broker_has_enough()) {
@@ -450,7 +450,7 @@ void Publisher::Impl::stop() {
   retry.cancel();
   pause.cancel();
   unstored.cancel();
-  if (!orderly) line.reset();  // the will says so
+  if (!orderly) line.reset();  // the will is sent instead
   if (!is_up || !orderly) {
     context.stop();
     return;
@@ -461,11 +461,11 @@ void Publisher::Impl::stop() {
   });
   try {
     known = parts.outbox.count();
-  } catch (const OutboxError&) {  // it speaks for another name by now: what it said last
+  } catch (const OutboxError&) {  // another name is configured by now: the last presence is kept
   }
   try {
     under_way[line->publish(presence(false, true))] = {};
-  } catch (const NotPublished&) {  // the will says so
+  } catch (const NotPublished&) {  // the will is sent instead
     context.stop();
   }
 }
@@ -480,7 +480,7 @@ Publisher::~Publisher() {
   try {
     impl_->forget_acknowledged();
   } catch (const OutboxError& kept) {
-    spdlog::warn("[plant]: {}; what the plant has is sent once more", kept.what());
+    spdlog::warn("[plant]: {}; stored results are sent again", kept.what());
   }
 }
 

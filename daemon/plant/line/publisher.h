@@ -1,5 +1,5 @@
 #pragma once
-// What waits for the plant, to its broker. Its thread; nobody waits for it.
+// Publishes pending facts to the plant's broker, on its own thread; callers never block.
 
 #include <chrono>
 #include <functional>
@@ -15,31 +15,32 @@ namespace cellcal::daemon::plant {
 class Publisher {
  public:
   struct Parts {
-    Outbox& outbox;  ///< asked on this thread
+    Outbox& outbox;  ///< called on this object's thread
     PlantConfig config;
-    bool mock = false;  ///< the cell is emulated
-    /// What the plant proposes; true: it is answered, and may be taken away from the broker. On this thread.
+    bool mock = false;  ///< emulated cell
+    /// Handles a proposal of the plant; true: answered, to be removed from the broker. Called on this
+    /// object's thread.
     std::function<bool(const Proposal&)> proposal = {};
     std::chrono::milliseconds first_wait{1000},
-        longest_wait{60000};  ///< until a line is opened again
+        longest_wait{60000};  ///< delay before a line is reopened
     std::chrono::milliseconds refused_wait{60000};
-    std::chrono::milliseconds journal_wait{5000};  ///< for the disk
+    std::chrono::milliseconds journal_wait{5000};  ///< delay after a disk error
     std::chrono::milliseconds stored_wait{
-        600000};  ///< for the plant to have stored a result; then it is sent again
-    std::size_t most_unstored =
-        256;  ///< results that the broker has and nobody has stored; no more are sent
+        600000};  ///< time for the plant to store a result, after which it is sent again
+    /// Limit of results at the broker that are not stored; no more are sent.
+    std::size_t most_unstored = 256;
     std::chrono::milliseconds farewell{2000};
     std::chrono::seconds keepalive{30};
   };
   explicit Publisher(Parts parts);
-  /// In order, as far as the broker is there.
+  /// Orderly, as far as the broker answers.
   ~Publisher();
   Publisher(const Publisher&) = delete;
   Publisher& operator=(const Publisher&) = delete;
 
-  /// There may be something new in the outbox. Any thread.
+  /// The outbox may contain new facts. Thread-safe.
   void poke();
-  /// Its end is that of a line that is lost: the broker says so to the plant.
+  /// Ends as a lost line: the broker publishes the will to the plant.
   void leave_without_a_farewell();
   LineStatus status() const;
   const PlantConfig& config() const;

@@ -49,10 +49,10 @@ using fields::Value;
 
 constexpr const char* kFactFormat = "cellcal.plant/1";
 constexpr std::size_t kMostFindings = 100, kMostFiles = 20, kMostJoints = 20;
-/// nlohmann's way with bytes that are not UTF-8 is to throw.
+/// nlohmann throws for invalid UTF-8 otherwise.
 constexpr auto kReplace = Json::error_handler_t::replace;
 
-/// Whole, byte for byte, with its sum.
+/// Unmodified, with its checksum.
 template <class T>
 fields::Field<T> document(std::string T::*member) {
   return {"document",
@@ -63,7 +63,7 @@ fields::Field<T> document(std::string T::*member) {
             std::string text = reader.at("text").text();
             if (text.size() > kLongestDocument) reader.at("text").fail("is too long");
             if (calib::sha256(text) != reader.at("sha256").text())
-              reader.at("sha256").fail("is not that of the text");
+              reader.at("sha256").fail("does not match the text");
             value.*member = std::move(text);
           }};
 }
@@ -161,10 +161,10 @@ Value<CertificateFile> certificate_file() {
                 file.name.find('/') != std::string::npos)
               reader.at("name").fail("must be a file's name without a directory");
             std::optional<std::string> bytes = from_base64(reader.at("base64").text());
-            if (!bytes) reader.at("base64").fail("is no base64");
+            if (!bytes) reader.at("base64").fail("is not base64");
             file.bytes = std::move(*bytes);
             if (calib::sha256(file.bytes) != reader.at("sha256").text())
-              reader.at("sha256").fail("is not that of the file");
+              reader.at("sha256").fail("does not match the file");
             return file;
           }};
 }
@@ -256,7 +256,7 @@ const Table<DroppedFact>& dropped_fields() {
   return kTable;
 }
 
-// One row for each kind of body.
+// One overload per kind of body.
 const Table<SessionFact>& table_of(const SessionFact&) { return session_fields(); }
 const Table<CalibrationFact>& table_of(const CalibrationFact&) { return calibration_fields(); }
 const Table<CheckFact>& table_of(const CheckFact&) { return check_fields(); }
@@ -273,7 +273,7 @@ Json json_of(const FactBody& body) {
   return std::visit([](const auto& one) { return fields::to_json(table_of(one), one); }, body);
 }
 
-/// The alternative of that name, read; tries them in turn.
+/// Reads the alternative of that name, by trying them in turn.
 template <std::size_t I = 0>
 FactBody read_body(std::string_view kind, const JsonReader& reader) {
   if constexpr (I == std::variant_size_v<FactBody>) {
@@ -317,17 +317,17 @@ Fact fact_from_json(std::string_view json, const Topic& topic) {
     reader.at("format").fail(std::string("must be \"") + kFactFormat + '"');
   Fact fact;
   fact.of = {name().from(reader.at("plant")), name().from(reader.at("cell"))};
-  if (fact.of != topic.of) reader.at("cell").fail("is not the topic's");
+  if (fact.of != topic.of) reader.at("cell").fail("differs from the topic");
   fact.journal = name().from(reader.at("journal"));
   fact.number = count<std::int64_t>().from(reader.at("number"));
   if (fact.number == 0) reader.at("number").fail("must be 1 or more");
   if (reader.at("id").text() != id_of(fact))
-    reader.at("id").fail("is not that of journal and number");
+    reader.at("id").fail("does not match journal and number");
   fact.time = line().from(reader.at("time"));
   fact.session = count<std::int64_t>().from(reader.at("session"));
   const std::string kind = name().from(reader.at("kind"));
   if (topic.subject != Subject::kFact || kind != topic.kind)
-    reader.at("kind").fail("is not the topic's");
+    reader.at("kind").fail("differs from the topic");
   fact.body = read_body(kind, reader.at("body"));
   return fact;
 }

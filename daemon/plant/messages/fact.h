@@ -1,5 +1,5 @@
 #pragma once
-// What a cell says to its plant: one fact each, typed. SI units and radians.
+// Facts sent from a cell to its plant, typed. SI units and radians.
 
 #include <array>
 #include <cstdint>
@@ -14,32 +14,32 @@
 
 namespace cellcal::daemon::plant {
 
-/// What may be dropped where there is no room for all.
+/// Priority when space is limited.
 enum class Worth { kResult, kTelemetry };
 
 enum class SessionState { kRunning, kInterrupted, kAborted, kFailed, kDone };
 struct SessionFact {
   SessionState state = SessionState::kRunning;
   std::string purpose;     ///< to_string(SessionKind); "update"
-  std::string cell_file;   ///< its path as given
+  std::string cell_file;   ///< path as given
   std::string robot_file;  ///< likewise
   std::string started;     ///< ISO 8601 UTC
   std::size_t touches = 0, planned = 0;
-  std::string failure_kind, failure;  ///< hyphenated name, and words; empty: none
+  std::string failure_kind, failure;  ///< hyphenated name, and text; empty: none
   std::string software;
-  /// to_string(OutcomeKind), of one that is done; none: it is not, or of an earlier cell.
+  /// to_string(OutcomeKind) of a completed session; none: not completed, or from an earlier version.
   std::optional<std::string> outcome = {};
 
   bool operator==(const SessionFact&) const = default;
 };
 
 struct CalibrationFact {
-  std::string robot;         ///< model, of the robot file
+  std::string robot;         ///< model of the robot file
   std::string robot_serial;  ///< of the cell file; empty: not stated
   bool published = false, update = false;
-  std::vector<std::string> findings;  ///< hyphenated names of the verdict's
+  std::vector<std::string> findings;  ///< hyphenated names of the verdict's findings
   std::optional<double> near_m,
-      over_m;  ///< predicted mean error near the targets, over the workspace
+      over_m;  ///< predicted mean error: near the targets, over the workspace
   std::optional<double> u95_near_m, u95_over_m;  ///< mean
   std::string document;                          ///< cellcal.calibration/1
 
@@ -48,17 +48,17 @@ struct CalibrationFact {
 
 enum class Held { kYes, kNo, kUndecided };
 struct CheckFact {
-  std::int64_t against = 0;  ///< session of the calibration that was checked
+  std::int64_t against = 0;  ///< session of the checked calibration
   Held held = Held::kUndecided;
   std::optional<double> shift_m, u_m;  ///< of the TCP, U (k=2)
-  std::string cause;                   ///< hyphenated name of the likeliest; empty: none
+  std::string cause;                   ///< hyphenated name of the most likely one; empty: none
   std::optional<double> temperature_c;
   std::string document;  ///< cellcal.check/1
 
   bool operator==(const CheckFact&) const = default;
 };
 
-/// Of the header's session is the calibration in use from now on.
+/// The calibration of the header's session is in use from now on.
 struct ActivationFact {
   std::string by, reason;
 
@@ -66,7 +66,7 @@ struct ActivationFact {
 };
 
 struct CertificateFile {
-  std::string name;  ///< no directory in it
+  std::string name;  ///< without a directory
   std::string bytes;
 
   bool operator==(const CertificateFile&) const = default;
@@ -80,7 +80,7 @@ struct CertificateFact {
 
 struct AlarmFact {
   std::string news;           ///< to_string(News)
-  std::string subject, text;  ///< as a person is told
+  std::string subject, text;  ///< as in the notification
 
   bool operator==(const AlarmFact&) const = default;
 };
@@ -94,8 +94,8 @@ struct AnswerFact {
 };
 
 struct PhaseFact {
-  std::string from, to, on;  ///< to_string(Phase), the event's name
-  double clock_s = 0.0;      ///< session's clock
+  std::string from, to, on;  ///< to_string(Phase), name of the event
+  double clock_s = 0.0;      ///< session clock
 
   bool operator==(const PhaseFact&) const = default;
 };
@@ -103,7 +103,7 @@ struct PhaseFact {
 struct TouchFact {
   std::size_t index = 0;  ///< from 0
   std::string target;
-  bool check = false;  ///< held out of the fit
+  bool check = false;  ///< excluded from the fit
   std::vector<double> joint_rad;
   std::optional<std::array<double, 3>> tip_m;  ///< nominal model, base frame
   std::optional<double> residual_m;
@@ -116,8 +116,8 @@ struct HealthFact {
                 replies = 0;  ///< since the robot's link was opened
   double reply_p99_s = 0.0, reply_max_s = 0.0;
   std::uint64_t frames = 0, crc_errors = 0;  ///< since the sensor's port was opened
-  double sensor_late_s = 0.0;                ///< worst delivery of the sensor's bytes
-  std::int64_t waiting = 0;                  ///< facts that are not acknowledged
+  double sensor_late_s = 0.0;                ///< worst delivery delay of the sensor's bytes
+  std::int64_t waiting = 0;                  ///< unacknowledged facts
   std::int64_t journal_bytes = 0;
 
   bool operator==(const HealthFact&) const = default;
@@ -125,15 +125,15 @@ struct HealthFact {
 
 enum class DropReason {
   kNoRoom,    ///< telemetry, in the cell's outbox
-  kTooLarge,  ///< one fact, for any plant (kLargestMessage); told under its own number
-  kDamaged    ///< one fact, whose session the journal does not give as it was written; likewise
+  kTooLarge,  ///< one fact exceeds kLargestMessage; reported under its own number
+  kDamaged    ///< one fact of a damaged session; likewise
 };
-/// Facts that the plant will not have.
+/// Facts that the plant will not receive.
 struct DroppedFact {
-  std::int64_t first = 0, last = 0;  ///< numbers, both gone
-  std::int64_t count = 0;            ///< results between them are there
+  std::int64_t first = 0, last = 0;  ///< range of numbers, both dropped
+  std::int64_t count = 0;            ///< results between them are kept
   DropReason reason = DropReason::kNoRoom;
-  // Of one fact; what it would have had, where that is known:
+  // Single dropped fact; its former content, where known:
   std::optional<std::string> kind{};
   std::optional<std::int64_t> bytes{};
 
@@ -146,40 +146,40 @@ using FactBody =
 
 struct Fact {
   CellName of;
-  std::string journal;       ///< what tells this journal from all others
+  std::string journal;       ///< id of the journal
   std::int64_t number = 0;   ///< 1, 2, 3, ... within the journal
-  std::string time;          ///< ISO 8601 UTC, the cell's clock
-  std::int64_t session = 0;  ///< 0: of none
+  std::string time;          ///< ISO 8601 UTC, clock of the cell
+  std::int64_t session = 0;  ///< 0: none
   FactBody body;
 
   bool operator==(const Fact&) const = default;
 };
 
-/// Hyphenated; stands in the topic.
+/// Hyphenated; part of the topic.
 const char* kind_of(const FactBody& body);
 Worth worth_of(const FactBody& body);
 
-// A fact as JSON, "cellcal.plant/1", both ways by one table.
+// JSON representation of facts, "cellcal.plant/1", both directions from one table.
 
-/// Larger messages are refused unread; a certificate with its raw rows has some 2 MB.
+/// Larger messages are rejected unread; a certificate with its raw rows has about 2 MB.
 inline constexpr std::size_t kLargestMessage = std::size_t{8} << 20;
 
-/// The body alone, as it waits in an outbox until the rest is known.
+/// The body only, as stored in an outbox until the header is known.
 std::string body_to_json(const FactBody& body);
-/// `kind` as kind_of() gave it. Throws calib::FileError.
+/// `kind`: as returned by kind_of(). Throws calib::FileError.
 FactBody body_from_json(std::string_view kind, std::string_view json);
 
-/// One line. Bytes that are not UTF-8 are replaced, but in certificates' files.
+/// One line. Invalid UTF-8 is replaced, except in certificate files.
 std::string to_json(const Fact& fact);
-/// Throws calib::FileError, which names the key; also where the topic is another's than the message says.
+/// Throws calib::FileError, which names the key; also where topic and message disagree.
 Fact fact_from_json(std::string_view json, const Topic& topic);
 
-// A certificate on its way to the plant: whole, or not at all.
+// A certificate for the plant: complete, or not at all.
 
-/// As base64 in JSON it is less than kLargestMessage and what the shipped broker takes.
+/// As base64 in JSON it stays below kLargestMessage and the limit of the shipped broker.
 inline constexpr std::size_t kMostCertificateBytes = 5'500'000;
 
-/// The plant is not told of it. The certificate itself stands.
+/// The plant is not notified. The certificate itself is valid.
 struct CertificateTooLarge : std::runtime_error {
   explicit CertificateTooLarge(std::size_t all);
   std::size_t bytes;
@@ -188,8 +188,8 @@ struct CertificateTooLarge : std::runtime_error {
 /// Throws CertificateTooLarge.
 CertificateFact certificate_fact(std::string number, std::vector<CertificateFile> files);
 
-/// As daemon/certificate numbers it: "emulated-" where no real arm was touched, the session, and the first 12 digits of
-/// its calibration's SHA-256.
+/// Numbering of daemon/certificate: "emulated-" where no real arm was touched, the session, and the first 12
+/// digits of its calibration's SHA-256.
 std::string certificate_number(std::int64_t session, const std::string& calibration, bool emulated);
 
 }  // namespace cellcal::daemon::plant

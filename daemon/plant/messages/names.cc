@@ -17,7 +17,7 @@ bool is_letter(char c) {
 }
 
 std::vector<std::string_view> levels_of(std::string_view text) {
-  constexpr std::size_t kMost = 6;  // one more than any topic of these has
+  constexpr std::size_t kMost = 6;  // one more than any of these topics
   std::vector<std::string_view> levels;
   while (levels.size() < kMost) {
     const std::size_t end = text.find('/');

@@ -43,7 +43,7 @@ Presence presence_from_json(std::string_view json, const Topic& topic) {
     reader.at("format").fail(std::string("must be \"") + kPresenceFormat + '"');
   Presence presence;
   presence.of = {name().from(reader.at("plant")), name().from(reader.at("cell"))};
-  if (presence.of != topic.of) reader.at("cell").fail("is not the topic's");
+  if (presence.of != topic.of) reader.at("cell").fail("differs from the topic");
   fields::from_json(presence_fields(), reader, presence);
   return presence;
 }
@@ -91,7 +91,7 @@ Stored stored_from_json(std::string_view json, const Topic& topic) {
     reader.at("format").fail(std::string("must be \"") + kStoredFormat + '"');
   Stored stored;
   stored.of = {name().from(reader.at("plant")), name().from(reader.at("cell"))};
-  if (stored.of != topic.of) reader.at("cell").fail("is not the topic's");
+  if (stored.of != topic.of) reader.at("cell").fail("differs from the topic");
   stored.journal = name().from(reader.at("journal"));
   const auto ranges = reader.at("numbers").items();
   if (ranges.size() > kMostStoredRanges) reader.at("numbers").fail("has too many ranges");

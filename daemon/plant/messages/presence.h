@@ -1,5 +1,5 @@
 #pragma once
-// Whether a cell is there: retained by the broker, "cellcal.presence/1".
+// Presence of a cell, retained by the broker, "cellcal.presence/1".
 
 #include <cstdint>
 #include <string>
@@ -14,13 +14,13 @@ namespace cellcal::daemon::plant {
 struct Presence {
   CellName of;
   bool online = false;
-  bool farewell = false;  ///< an orderly end, not a line that was lost
+  bool farewell = false;  ///< an orderly end, as opposed to a lost line
   std::string journal;
-  std::int64_t number = 0;  ///< of the newest fact when it connected
+  std::int64_t number = 0;  ///< of the newest fact at the time of connection
   std::string software;
-  std::string
-      time;  ///< when it connected, or ended; of a will: when it had connected. ISO 8601 UTC
-  bool mock = false;  ///< the cell is emulated
+  /// Time of connection or end; of a will: time of connection. ISO 8601 UTC.
+  std::string time;
+  bool mock = false;  ///< emulated cell
 
   bool operator==(const Presence&) const = default;
 };
@@ -29,13 +29,14 @@ std::string to_json(const Presence& presence);
 /// Throws calib::FileError.
 Presence presence_from_json(std::string_view json, const Topic& topic);
 
-// Which facts of a journal are in the plant's database, "cellcal.stored/1": only then a result leaves its cell. A broker's
-// acknowledgement is not enough, as one that is killed has lost what it had acknowledged and not saved.
+// Facts of a journal that are stored in the plant's database, "cellcal.stored/1": only then is a result
+// removed from its cell. A broker's acknowledgement is not sufficient, since a killed broker loses messages
+// that it had acknowledged but not saved.
 
 struct Stored {
   CellName of;
   std::string journal;
-  /// From and to, both stored; ascending. The newest only where there are many: older ones were told before.
+  /// First and last, both stored; ascending. Limited to the newest: older ones were announced before.
   std::vector<std::pair<std::int64_t, std::int64_t>> numbers;
 
   bool has(std::int64_t number) const;

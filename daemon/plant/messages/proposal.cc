@@ -55,9 +55,9 @@ Proposal proposal_from_json(std::string_view json, const Topic& topic) {
     reader.at("format").fail(std::string("must be \"") + kProposalFormat + '"');
   Proposal proposal;
   proposal.of = {name().from(reader.at("plant")), name().from(reader.at("cell"))};
-  if (proposal.of != topic.of) reader.at("cell").fail("is not the topic's");
+  if (proposal.of != topic.of) reader.at("cell").fail("differs from the topic");
   fields::from_json(proposal_fields(), reader, proposal);
-  if (proposal.id != topic.kind) reader.at("id").fail("is not the topic's");
+  if (proposal.id != topic.kind) reader.at("id").fail("differs from the topic");
   return proposal;
 }
 

@@ -1,6 +1,6 @@
 #pragma once
-// What a plant proposes to a cell, "cellcal.proposal/1". Nothing happens by it: the cell's operator, or a policy in
-// its configuration, accepts it or not, and no arm moves because of either.
+// Proposals of a plant to a cell, "cellcal.proposal/1". A proposal has no effect by itself: an operator of
+// the cell, or a policy in its configuration, accepts or rejects it, and neither causes motion.
 
 #include <string>
 #include <string_view>
@@ -10,18 +10,18 @@
 namespace cellcal::daemon::plant {
 
 enum class ProposalKind {
-  kCalibrate,  ///< somebody at the cell should calibrate it
-  kCheck,      ///< likewise check it
-  kActivate,   ///< a calibration of this cell's journal should be used again
-  kSchedule,   ///< [schedule] of its configuration should be this one
-  kPriors,     ///< its robot file should take these tolerances
-  kWithdraw    ///< the proposal of this id need not be answered any more
+  kCalibrate,  ///< the cell should be calibrated
+  kCheck,      ///< the cell should be checked
+  kActivate,   ///< a calibration of this cell's journal should be reactivated
+  kSchedule,   ///< replacement for [schedule] of its configuration
+  kPriors,     ///< tolerances for its robot file
+  kWithdraw    ///< the proposal of this id is obsolete
 };
 const char* to_string(ProposalKind kind);
 
 struct Proposal {
   CellName of;
-  std::string id;  ///< a name; the same one twice is the same proposal
+  std::string id;  ///< a name; identifies repeated messages
   ProposalKind kind = ProposalKind::kCalibrate;
   std::int64_t session = 0;  ///< kActivate
   std::string text;          ///< kSchedule, kPriors: TOML

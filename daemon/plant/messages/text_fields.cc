@@ -65,7 +65,7 @@ nlohmann::json json_of(std::string_view text, std::size_t largest, const std::st
 
 namespace {
 
-constexpr std::size_t kMost = std::size_t{1} << 28;  // OpenSSL counts in int
+constexpr std::size_t kMost = std::size_t{1} << 28;  // OpenSSL uses int sizes
 static_assert(kMost < std::numeric_limits<int>::max() / 2);
 
 const unsigned char* bytes_of(std::string_view text) {
@@ -85,7 +85,7 @@ std::string to_base64(std::string_view bytes) {
 
 std::optional<std::string> from_base64(std::string_view text) {
   if (text.empty()) return std::string();
-  // EVP_DecodeBlock forgives blanks around it and padding in the middle.
+  // EVP_DecodeBlock accepts surrounding blanks and padding in the middle.
   const std::size_t end = text.find_last_not_of('=');
   const std::size_t padding = end == std::string_view::npos ? text.size() : text.size() - end - 1;
   if (text.size() % 4 != 0 || text.size() > kMost || padding > 2 ||
@@ -99,7 +99,7 @@ std::optional<std::string> from_base64(std::string_view text) {
                                    static_cast<int>(text.size()));
   if (size < 0) return std::nullopt;
   bytes.resize(static_cast<std::size_t>(size) - padding);
-  if (to_base64(bytes) != text) return std::nullopt;  // bits behind the last byte
+  if (to_base64(bytes) != text) return std::nullopt;  // trailing bits after the last byte
   return bytes;
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-// How texts, names and numbers of these messages stand in JSON: bounded, as they come from anybody.
+// JSON fields of these messages: texts, names and numbers, with bounds since their origin is untrusted.
 
 #include <cstdint>
 #include <optional>
@@ -15,13 +15,13 @@ inline constexpr std::size_t kLongestWord = 200;
 inline constexpr std::size_t kLongestText = std::size_t{1} << 16;
 inline constexpr std::size_t kLongestDocument = std::size_t{4} << 20;
 
-/// UTF-8 without control characters but tab and line feed, up to so many bytes.
+/// UTF-8 without control characters except tab and line feed, up to this many bytes.
 calib::fields::Value<std::string> bounded(std::size_t longest);
-/// Without line feeds.
+/// The same without line feeds.
 calib::fields::Value<std::string> line(std::size_t longest = kLongestWord);
-/// Of is_name().
+/// Satisfies is_name().
 calib::fields::Value<std::string> name();
-/// Up to 2^53, as every reader of JSON holds exactly.
+/// Up to 2^53, exactly representable by every JSON reader.
 template <class I>
 calib::fields::Value<I> count() {
   return {[](const I& v) { return v; },
@@ -36,13 +36,13 @@ calib::fields::Value<I> count() {
 
 using calib::fields::maybe;
 
-/// The text as JSON: refused where it is none, too large or nested without end.
+/// Parses JSON; throws where it is invalid, too large or too deeply nested.
 nlohmann::json json_of(std::string_view text, std::size_t largest, const std::string& name);
 
-// Bytes as text (RFC 4648, section 4), by OpenSSL.
+// Base64 (RFC 4648, section 4), by OpenSSL.
 
 std::string to_base64(std::string_view bytes);
-/// None: it is no base64 in one line with its padding.
+/// None: not base64 in one line with padding.
 std::optional<std::string> from_base64(std::string_view text);
 
 }  // namespace cellcal::daemon::plant

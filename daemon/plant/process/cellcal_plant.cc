@@ -1,5 +1,5 @@
-// cellcal-plant: the line to the plant, in a process that may die of what comes over it. Exit status 0 ended by a signal, 1 could not go
-// on, 2 wrong usage: what does not get better by trying again.
+// cellcal-plant: the line to the plant, in a separate process that hostile input may terminate. Exit status 0
+// terminated by a signal, 1 failed, 2 wrong usage, where a restart does not help.
 
 #include <spdlog/spdlog.h>
 
@@ -24,11 +24,12 @@ namespace cellcal::daemon::plant {
 
 namespace {
 
-/// Of data. Facts that are under way have 16 MB, what a broker may send 1 MB; a packet that claims to be larger gets no memory.
+/// Data limit. Facts in flight take 16 MB, messages of a broker 1 MB; a packet claiming a larger size gets no
+/// memory.
 constexpr std::size_t kMostBytes = std::size_t{160} << 20;
 constexpr timespec kLook{1, 0};
 
-/// The lines that the daemon wants, as long as it answers.
+/// The lines requested by the daemon, as long as it answers.
 class Lines {
  public:
   Lines(std::filesystem::path socket, std::chrono::milliseconds longest_wait)
@@ -51,12 +52,12 @@ class Lines {
       if (publisher_) publisher_->poke();
       return;
     }
-    end();  // says its farewell before the next one is born
+    end();  // sends its end of presence before the next one connects
     plant_ = std::move(orders.plant);
     if (plant_) begin(orders.mock);
   }
 
-  /// The daemon is gone, and the plant hears that from the broker.
+  /// The daemon is gone; the broker publishes the will.
   void lose() {
     if (publisher_) publisher_->leave_without_a_farewell();
     if (node_) node_->leave_without_a_farewell();
@@ -70,7 +71,7 @@ class Lines {
     parts.proposal = [this](const Proposal& proposal) {
       try {
         return desk_->propose(proposal);
-      } catch (const OutboxError& later) {  // it comes again with the next line
+      } catch (const OutboxError& later) {  // repeated with the next line
         if (const auto times = not_taken_.count(std::chrono::steady_clock::now()))
           spdlog::warn("[plant]: {} proposals not taken, the newest: {}", *times,
                        printable(later.what()));
@@ -113,7 +114,7 @@ int run(const PlantOptions& options, std::uint64_t restarts) {
   sigset_t ends;
   ::sigemptyset(&ends);
   for (const int one : {SIGTERM, SIGINT}) ::sigaddset(&ends, one);
-  ::pthread_sigmask(SIG_BLOCK, &ends, nullptr);  // of all threads that follow
+  ::pthread_sigmask(SIG_BLOCK, &ends, nullptr);  // inherited by all following threads
   Lines lines(options.socket, std::chrono::milliseconds(
                                   static_cast<std::int64_t>(options.longest_wait_s * 1000.0)));
   std::string problem;

@@ -1,5 +1,5 @@
 #pragma once
-// What cellcal-plant's command line holds.
+// Command line of cellcal-plant.
 
 #include <string>
 

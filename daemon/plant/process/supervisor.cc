@@ -26,15 +26,15 @@ timespec seconds_of(std::chrono::milliseconds time) {
   return {time.count() / 1000, (time.count() % 1000) * 1'000'000};
 }
 
-/// In the child.
+/// Runs in the child process.
 [[noreturn]] void live(const Supervision& limits, const sigset_t& before, pid_t supervisor,
                        const std::function<int(std::uint64_t)>& work, std::uint64_t restarts) {
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
-  if (::getppid() != supervisor) std::_Exit(1);  // it was gone already
-  ::unsetenv("WATCHDOG_PID");                    // systemd asks whoever works for a sign of life
-  const rlimit none{0, 0};  // its death is foreseen, and a core dump of each fills a disk
+  if (::getppid() != supervisor) std::_Exit(1);  // the parent has already exited
+  ::unsetenv("WATCHDOG_PID");                    // lets the child notify systemd's watchdog
+  const rlimit none{0, 0};  // the end is expected, and core dumps would fill the disk
   ::setrlimit(RLIMIT_CORE, &none);
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // their own books are larger
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // sanitizers need more memory
   if (limits.most_bytes > 0) {
     const rlimit most{limits.most_bytes, limits.most_bytes};
     ::setrlimit(RLIMIT_DATA, &most);
@@ -43,10 +43,10 @@ timespec seconds_of(std::chrono::milliseconds time) {
   ::sigprocmask(SIG_SETMASK, &before, nullptr);
   const int status = work(restarts);
   std::fflush(nullptr);
-  std::_Exit(status);  // a thread that waits for a resolver is not waited for
+  std::_Exit(status);  // a thread blocked in a resolver is not joined
 }
 
-/// Waits for the child's end, handing on what is to end it. Its status as waitpid() has it.
+/// Waits for the end of the child, forwarding terminating signals. Returns the status of waitpid().
 int end_of(pid_t child, const sigset_t& signals, bool& last) {
   for (;;) {
     int status = 0;

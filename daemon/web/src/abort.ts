@@ -1,11 +1,11 @@
-// The button that stops the arm. A program of its own, without a library and without the rest of the
-// page, so that it works when that does not. Where no script runs at all the form itself is sent.
+// Button that stops the arm. A separate program without libraries, independent of the rest of the page, so that it works when the
+// page does not. Without scripts the form itself is sent.
 
 import { keep_language, preferred_language, speaker, type Key } from "./words";
 
 const LONGEST_MS = 4000;
 const TRIES = 3;
-/** An answer is about the moment. What went wrong stays until no session runs any more. */
+/** Successes are shown briefly, errors until no session runs any more. */
 const SHOWN_MS = 8000;
 
 const form = document.getElementById("abort") as HTMLFormElement;
@@ -70,7 +70,7 @@ addEventListener("cellcal-language", (event) => {
   document.documentElement.lang = language;
   write();
 });
-// The page has seen whether a session runs: what was answered before is past.
+// Earlier answers are obsolete once the page knows whether a session runs.
 addEventListener("cellcal-running", (event) => {
   const runs = (event as CustomEvent<boolean>).detail;
   if (runs ? said === "abort.nothing" : form.dataset.alarm === "true") forget();

@@ -1,9 +1,9 @@
-// A cell as it is typed, and as the daemon is sent it; pure. U is for k = 2, as certificates have it; the daemon takes 1 sigma.
+// Cell form as typed and as sent to the daemon; pure. U is for k = 2, as in certificates; the daemon uses 1 sigma.
 
 import { fields, known, list, number, truth, words } from "./decode";
 
 export type Place = "centre" | "taught" | "box";
-/** What vouches for a figure, as its row states it; empty: nothing is stated. */
+/** Certificate of a value, as stated by its row; empty: not stated. */
 interface Vouched {
   certificate: string;
   date: string;
@@ -23,7 +23,7 @@ export interface LengthDraft extends Vouched {
   mm: string;
   u: string;
 }
-/** Its own certificate and date are those that most rows share: see `vouch`. */
+/** Its own certificate and date are those shared by most rows: see `vouch`. */
 export interface CellDraft extends Vouched {
   name: string;
   robot: string;
@@ -47,15 +47,16 @@ export const EMPTY: CellDraft = {
   spheres: [1, 2, 3, 4].map((n) => new_sphere(n)), lengths: [], ...NOTHING,
 };
 
-/** The shared certificate, typed: rows that stated the same follow, one with another of its own, or with none, stays as it is. `before`:
- *  when the typing began; a field that is emptied on the way is not taken for rows that state nothing. */
+/** Applies an edit of the shared certificate to the rows that stated the same; rows with another certificate or none are
+ *  unchanged. `before`: state at the begin of the edit, so that a temporarily empty field does not match rows without a
+ *  certificate. */
 export function vouch(draft: CellDraft, change: Partial<Vouched>, before: CellDraft = draft): CellDraft {
   const follow = <R extends Vouched>(rows: R[], were: Vouched[]): R[] => rows.map((row, i) =>
     were[i]?.certificate === before.certificate && were[i]?.date === before.date ? { ...row, ...change } : row);
   return { ...draft, ...change, spheres: follow(draft.spheres, before.spheres), lengths: follow(draft.lengths, before.lengths) };
 }
 
-/** Rows from CSV in the place of those that were there. Where no row states a certificate, that of the form was typed for them. */
+/** Replaces rows by those of a CSV file. Where none states a certificate, that of the form applies. */
 export function imported(draft: CellDraft, rows: { spheres: SphereDraft[] } | { lengths: LengthDraft[] }): CellDraft {
   const read: Vouched[] = "spheres" in rows ? rows.spheres : rows.lengths;
   const stated = read.find((one) => one.certificate !== "" || one.date !== "");
@@ -65,16 +66,16 @@ export function imported(draft: CellDraft, rows: { spheres: SphereDraft[] } | { 
   return stated ? { ...now, certificate: stated.certificate, date: stated.date } : now;
 }
 
-/** What stands in a field that is not as it has to be. */
+/** Invalid content of a field. */
 export interface Wrong {
   field: "robot" | "xyz" | "abc" | "tool_u" | "mass" | "tip" | "diameter" | "u" | "where" | "rough" | "mm";
-  /** The sphere or distance. */
+  /** Id of the sphere or distance. */
   of: string;
-  /** How many numbers it must hold, one of these. */
+  /** Permitted counts of numbers. */
   counts: readonly number[];
 }
 
-/** Numbers with a space, or a semicolon, between them; '.' or ',' as the decimal mark. Null: not all are numbers. */
+/** Numbers separated by spaces or semicolons, with '.' or ',' as decimal mark. Null: not all are numbers. */
 export function numbers_in(text: string): number[] | null {
   const parts = text.trim().split(/[\s;]+/).filter((one) => one !== "");
   const values = parts.map((one) => (/^[+-]?\d+([.,]\d+)?$/.test(one) ? Number(one.replace(",", ".")) : NaN));
@@ -111,7 +112,7 @@ const vouched = ({ certificate, date }: Vouched): Record<string, string> => ({
   ...(date.trim() === "" ? {} : { certificate_date: date.trim() }),
 });
 
-/** What the daemon is sent as `form`, or what is wrong first. */
+/** The `form` to send to the daemon, or the first error. */
 export function form_of(draft: CellDraft): { form: unknown } | { wrong: Wrong } {
   const read = new Reader();
   if (draft.robot === "") return { wrong: { field: "robot", of: "", counts: [] } };
@@ -144,7 +145,7 @@ export function form_of(draft: CellDraft): { form: unknown } | { wrong: Wrong } 
 const spaced = (value: unknown): string =>
   list(value).flat().map(number).filter((one): one is number => one !== null).join(" ");
 
-/** One number where all three are the same. */
+/** A single number where all three are equal. */
 function doubled(sigmas: unknown): string {
   const us = list(sigmas).map(number).filter((one): one is number => one !== null).map(twice);
   return us.length !== 3 ? "0" : us.every((one) => one === us[0]) ? us[0] ?? "0" : us.join(" ");
@@ -174,7 +175,7 @@ function length_draft(value: unknown): LengthDraft | null {
 export const sphere_drafts = (value: unknown): SphereDraft[] => known(list(value).map(sphere_draft));
 export const length_drafts = (value: unknown): LengthDraft[] => known(list(value).map(length_draft));
 
-/** Of the first row that states one. */
+/** Certificate of the first row that states one. */
 const shared_by = (rows: Vouched[]): Vouched => {
   const { certificate, date } = rows.find((one) => one.certificate !== "" || one.date !== "") ?? NOTHING;
   return { certificate, date };
@@ -194,7 +195,7 @@ export function draft_of(name: string, value: unknown): CellDraft | null {
 
 export interface CellForms {
   folder: string;
-  /** Whether the controller says where the arm stands beside a session. */
+  /** The controller reports the arm's position outside of sessions. */
   readsPosition: boolean;
   robots: { name: string; model: string }[];
   shown: { file: string; sha256: string; kept: string[]; draft: CellDraft | null } | null;
@@ -213,14 +214,14 @@ export function cell_forms(value: unknown): CellForms | null {
   };
 }
 
-/** Axis angles as the field of a taught sphere takes them; null: none were read. */
+/** Axis angles in the format of a taught sphere; null: none were read. */
 export function taught_angles(value: unknown): string | null {
   const axes = list(fields(value)?.axes_deg).map((one) => number(one)).slice(0, Math.max(...AXES));
   const whole = axes.length >= Math.min(...AXES) && axes.every((one) => one !== null);
   return whole ? axes.map((one) => (one as number).toFixed(4).replace(/\.?0+$/, "")).join(" ") : null;
 }
 
-/** Its name, where this file is one that was made here; else nothing. */
+/** Name of a file created here; empty for any other file. */
 export function name_within(folder: string, file: string): string {
   const rest = folder !== "" && file.startsWith(`${folder}/`) ? file.slice(folder.length + 1) : "";
   return /^[A-Za-z0-9_-]+\.toml$/.test(rest) ? rest.slice(0, -".toml".length) : "";

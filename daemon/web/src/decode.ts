@@ -1,6 +1,5 @@
-// From whatever arrives to values of types.ts. Nothing here throws, and nothing of what arrives is
-// believed: wrong types become null or defaults, lists and words are cut to what a page can bear.
-// Null where the thing as a whole cannot be used.
+// Validation of received values against types.ts. Never throws and trusts nothing: wrong types become null or defaults, lists and
+// texts are truncated to bounded sizes. Null where the whole object is unusable.
 
 import {
   ARM_MOTIONS, ADVICE, CAUSES, CHANGES, CHECKS, DRIFT_STATES, EVIDENCE, FAILURES, FINDINGS, KINDS, MODES, NOT_AS_STATED, OUTCOMES, PHASES, PROPOSALS, STATES, STEPS,
@@ -244,7 +243,7 @@ function summary(value: unknown): Summary {
   return { touches: count(all.touches), meanMm: number(all.mean_mm), maxMm: number(all.max_mm) };
 }
 
-/** Of those that a table names, what is a number; a flag is none. */
+/** A numeric value of a known key; flags are ignored. */
 function quantity(value: unknown): Quantity | null {
   const all = fields(value);
   const name = EVIDENCE.find((one) => one === all?.name), of = number(all?.value);
@@ -297,7 +296,7 @@ function session_row(value: unknown): SessionRow | null {
     outcome: outcome(all.outcome), published: truth(all.published),
   };
 }
-/** Newest first; a list, or pages whose list stands under "sessions". */
+/** Newest first; a list, or pages with the list under "sessions". */
 export const sessions = (value: unknown): SessionRow[] =>
   known(list(fields(value)?.sessions ?? value).map(session_row));
 
@@ -350,7 +349,7 @@ function not_held(value: unknown): DriftNotHeld | null {
     probability: number(cause?.probability) ?? 0,
   };
 }
-/** A limit that is none would make every share infinite. */
+/** A limit of zero would make every share infinite. */
 function control_limits(value: unknown): ControlLimits | null {
   const all = fields(value);
   const ewma = number(all?.ewma) ?? 0, cusum = number(all?.cusum) ?? 0;
@@ -448,7 +447,7 @@ export function doctor(value: unknown): Doctor | null {
   };
 }
 
-/** Without a role nothing is said of the cell. */
+/** Without a role the daemon reports nothing about the cell. */
 export function role(value: unknown): Role | null {
   const given = fields(value)?.role;
   return given === "look" || given === "operate" || given === "administer" ? given : null;

@@ -1,4 +1,4 @@
-// Numbers with their units, in the language's own decimal mark.
+// Numbers with their units, in the format of the language.
 
 import type { Language } from "./words";
 
@@ -7,11 +7,11 @@ export interface Formats {
   ms: (value: number | null) => string;
   us: (value: number | null) => string;
   degrees: (value: number, digits?: number) => string;
-  /** With U = 2 sigma where one is stated. */
+  /** With U = 2 sigma where stated. */
   quantity: (value: number, unit: string, sigma: number) => string;
   whole: (value: number | null) => string;
   duration: (seconds: number | null) => string;
-  /** One decimal: what is younger than some seconds. */
+  /** With one decimal below a few seconds. */
   seconds: (seconds: number) => string;
   /** Local time of day of an instant [ms since 1970]. */
   clock: (ms: number) => string;
@@ -20,7 +20,7 @@ export interface Formats {
 
 export const NONE = "–";
 const SPACE = "\u00a0";
-/** As people write those that differ from how the daemon does. */
+/** Typographic forms of the daemon's units. */
 const UNITS: Record<string, string> = { deg: "°", sigma: "σ" };
 
 export function formats(language: Language): Formats {
@@ -45,7 +45,7 @@ export function formats(language: Language): Formats {
     clock: (ms) => new Date(ms).toLocaleTimeString("sv-SE"),
     time: (iso) => {
       const when = new Date(iso);
-      // Year, month, day: the one order that nobody reads differently.
+      // Year, month, day: the unambiguous order.
       return Number.isNaN(when.getTime())
         ? NONE
         : when.toLocaleString("sv-SE", { dateStyle: "short", timeStyle: "short" });

@@ -1,4 +1,4 @@
-// The nominal arm: where everything is at these joint angles. Frames are three rows of four, mm.
+// Nominal arm: frames of all bodies at given joint angles. Frames are 3x4, row-major, mm.
 
 import type { Frame, Point, Scene } from "./types";
 
@@ -31,13 +31,13 @@ export function place(frame: Frame, [x, y, z]: Point): Point {
 }
 
 export interface Posture {
-  /** Before and behind each joint's fixed part; the last is behind the last joint. */
+  /** Frames before and after each joint's fixed part; the last is after the last joint. */
   joints: { turned: Frame; behind: Frame }[];
   flange: Frame;
   tip: Frame;
 }
 
-/** Null where the number of angles is not the robot's. */
+/** Null where the number of angles differs from the robot's. */
 export function posture(scene: Scene, joints_deg: number[]): Posture | null {
   if (joints_deg.length !== scene.joints.length) return null;
   let frame = times(IDENTITY, scene.base);

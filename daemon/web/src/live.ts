@@ -1,6 +1,5 @@
-// The running cell: events as they come, and beside them the status asked for again and again. The
-// events make the page quick; the question makes it honest: without an answer what is shown is old,
-// however silent a broken connection is.
+// State of the running cell: events, and the status polled in addition. Events keep the page current; polling detects a lost
+// connection, after which the displayed data are marked as old.
 
 import * as decode from "./decode";
 import { EMPTY, answered, silent, with_posture, with_status, with_touches, without_token, lacks_touches,
@@ -21,7 +20,7 @@ export class Live {
   private newest_id = "";
   private filling = false;
 
-  /** `changed` is called behind each change. */
+  /** `changed` is called after each change. */
   constructor(private readonly changed: () => void) {}
 
   begin(): void {
@@ -29,7 +28,7 @@ export class Live {
     void this.listen_forever();
   }
 
-  /** Now: after a request that changed something, or a sign-in. */
+  /** Immediately: after a request that changed something, or a login. */
   async ask(): Promise<void> {
     const asked_at = this.model.status?.seq ?? 0;
     const answer = await get("/v1/status", LONGEST_ANSWER_MS);
@@ -53,7 +52,7 @@ export class Live {
     }
   }
 
-  /** Touches that were made before this page was opened. */
+  /** Touches made before this page was opened. */
   private async fill(): Promise<void> {
     const session = this.model.status?.session ?? 0;
     if (this.filling || session === 0 || !lacks_touches(this.model)) return;
@@ -70,7 +69,7 @@ export class Live {
 
   private async listen_forever(): Promise<void> {
     for (;;) {
-      await this.listen().catch(() => undefined); // broken: begun again, from where it broke
+      await this.listen().catch(() => undefined); // interrupted: resumed after the last event
       await pause(AGAIN_MS);
     }
   }
@@ -79,7 +78,7 @@ export class Live {
     this.reading = new AbortController();
     const headers: Record<string, string> = { Accept: "text/event-stream" };
     if (this.newest_id !== "") headers["Last-Event-ID"] = this.newest_id;
-    // From the beginning at first, as far as the daemon has it; fill() brings what it has not.
+    // Initially from the oldest event available; fill() fetches the rest.
     const answer = await fetch(this.newest_id === "" ? "/v1/events?since=0" : "/v1/events", {
       headers, signal: this.reading.signal, cache: "no-store",
     });
@@ -99,7 +98,7 @@ export class Live {
     const value = decode.parse(event.data);
     if (event.name === "status") {
       const status = decode.status(value);
-      // Those of the past come again where a page is opened late; the newest stands already.
+      // Past events are repeated where a page is opened late; the newest status is kept.
       if (status && status.seq >= (this.model.status?.seq ?? 0))
         this.become(with_status(this.model, status, performance.now()));
     } else if (event.name === "touch") {

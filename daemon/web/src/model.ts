@@ -1,17 +1,17 @@
-// What the page knows, and how it becomes another by what arrives. Pure.
+// State of the page and its transitions. Pure.
 
 import type { RobotPosture, Status, Touch } from "./types";
 
 export interface Model {
-  /** login: the daemon answers, and says nothing without a token. */
+  /** login: the daemon answers, but requires a token. */
   link: "connecting" | "answering" | "silent" | "login";
-  /** When the newest status arrived [ms, the browser's own steady clock]. */
+  /** Arrival of the newest status [ms, monotonic clock of the browser]. */
   seen: number | null;
   status: Status | null;
   /** Of the status' session, by number. */
   touches: Touch[];
   posture: RobotPosture | null;
-  /** Why the daemon refuses to answer, in its words. */
+  /** Reason of a refusal, as text of the daemon. */
   refusal: string;
 }
 
@@ -19,10 +19,10 @@ export const EMPTY: Model = {
   link: "connecting", seen: null, status: null, touches: [], posture: null, refusal: "",
 };
 
-/** A status is asked for every 1.5 s. Older than this it must not be taken for what is. */
+/** The status is polled every 1.5 s. Older values are not displayed as current. */
 export const OLD_AFTER_MS = 4000;
 
-/** How old what is shown is; 0 as long as it may be taken for what is. */
+/** Age of the displayed status; 0 while it counts as current. */
 export function age_ms(model: Model, now: number): number {
   if (model.seen === null) return 0;
   const age = now - model.seen;
@@ -37,8 +37,8 @@ export function with_status(model: Model, status: Status, now: number): Model {
   };
 }
 
-/** An answer to what was asked when `asked_at` was the newest. Events may have overtaken it; but one
- *  that is older than that is of a daemon that was started anew, and counts from 1 again. */
+/** Applies the answer to a poll sent when `asked_at` was the newest. Events may have overtaken it; but an older answer comes from
+ *  a restarted daemon, which counts from 1 again. */
 export function answered(model: Model, status: Status, asked_at: number, now: number): Model {
   const newest = model.status?.seq ?? 0;
   const overtaken = status.seq >= asked_at && status.seq < newest;
@@ -51,7 +51,7 @@ export function with_touches(model: Model, touches: Touch[]): Model {
   for (const touch of touches) {
     if (touch.session !== session) continue;
     const before = kept.get(touch.index);
-    // What came as it was made says more than what is read again later, before identification.
+    // The values published with the touch are more accurate than those reread before identification.
     kept.set(touch.index, {
       ...touch,
       residualMm: touch.residualMm ?? before?.residualMm ?? null,
@@ -61,7 +61,7 @@ export function with_touches(model: Model, touches: Touch[]): Model {
   return { ...model, touches: [...kept.values()].sort((a, b) => a.index - b.index) };
 }
 
-/** Only while its session runs: later nobody knows where the arm is. */
+/** Only during its session: afterwards the arm's position is unknown. */
 export function with_posture(model: Model, posture: RobotPosture): Model {
   const { status } = model;
   if (!status?.running || status.session !== posture.session) return model;
@@ -74,6 +74,6 @@ export const silent = (model: Model, refusal = ""): Model =>
     : { ...model, refusal, link: model.seen === null ? "connecting" : "silent" };
 export const without_token = (): Model => ({ ...EMPTY, link: "login" });
 
-/** Touches of the running session that did not come as events. */
+/** Touches of the running session that were not received as events. */
 export const lacks_touches = (model: Model): boolean =>
   model.status !== null && model.touches.length < model.status.touches;

@@ -1,4 +1,4 @@
-// Requests to the daemon. None of them throws; none of them lasts.
+// Requests to the daemon. They never throw and have a time limit.
 
 import { error_words, parse } from "./decode";
 
@@ -6,7 +6,7 @@ export interface Answer {
   /** 0: no answer. */
   status: number;
   value: unknown;
-  /** The daemon's, where it refused. */
+  /** Error message of the daemon. */
   words: string;
 }
 

@@ -1,10 +1,10 @@
-// A status as a sentence: keys of the catalogue with their values. Typed values in, no words read.
+// A status as a sentence: keys of the catalogue with values. Uses typed values only, no texts.
 
 import type { Formats } from "./format";
 import type { Key, Say } from "./words";
 import type { Phase, Status } from "./types";
 
-/** What the arm does; `free`: cellcal holds no link to it, and nothing failed. */
+/** Motion of the arm; `free`: cellcal holds no link to it, without a failure. */
 export type Motion = "moving" | "still" | "free" | "unknown";
 export type Mood = "calm" | "busy" | "wait" | "good" | "bad" | "unknown";
 
@@ -16,7 +16,7 @@ const OF_A_TOUCH: readonly Phase[] = [
 
 const unconfirmed = (status: Status) => status.failure?.kind === "stop-unconfirmed";
 
-/** By the newest packet alone: a phase says what was asked of the arm, not what it does. */
+/** From the newest packet only: a phase describes the commanded, not the actual motion. */
 export function motion(status: Status): Motion {
   if (unconfirmed(status)) return "unknown";
   switch (status.arm.motion) {
@@ -26,7 +26,7 @@ export function motion(status: Status): Motion {
   }
 }
 
-/** With the age of that packet. `seen_s`: how long ago the status came. */
+/** With the age of that packet. `seen_s`: age of the status. */
 export function motion_words(status: Status, seen_s: number, say: Say, fmt: Formats): string {
   const moves = motion(status);
   const { packetAgeS } = status.arm;
@@ -50,7 +50,7 @@ export function mood(status: Status): Mood {
   }
 }
 
-/** Number of the touch in hand, from 1. */
+/** Number of the current touch, from 1. */
 export function touch_in_hand(status: Status): number | null {
   if (!OF_A_TOUCH.includes(status.phase)) return null;
   return status.phase === "retreat" ? Math.max(1, status.touches) : status.touches + 1;
@@ -74,7 +74,7 @@ export function sentence(status: Status, say: Say): string {
   });
 }
 
-/** Idle with a session that a killed daemon left, failed or aborted: it can be gone on with. */
+/** Idle with a session left by a killed daemon, failed or aborted, which can be resumed. */
 export function resumable(status: Status): { session: number; n: number; total: number } | null {
   if (status.interrupted) {
     const { session, touches, planned } = status.interrupted;

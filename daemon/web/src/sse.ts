@@ -1,4 +1,4 @@
-// Server-sent events out of a stream of text (WHATWG HTML, 9.2.6), which may be cut anywhere.
+// Parser of server-sent events (WHATWG HTML, 9.2.6) from a text stream split at arbitrary positions.
 
 export interface ServerEvent {
   name: string;
@@ -7,7 +7,7 @@ export interface ServerEvent {
   id: string;
 }
 
-/** A line or an event that is longer than this is dropped: nothing that is meant for this page is. */
+/** Longer lines and events are dropped: none of this page's events is as long. */
 const MOST_LETTERS = 1_000_000;
 
 export class EventReader {
@@ -18,7 +18,7 @@ export class EventReader {
   private overlong = false;
   private id = "";
 
-  /** The events that this text completes. */
+  /** Events completed by this text. */
   take(text: string): ServerEvent[] {
     const events: ServerEvent[] = [];
     const lines = (this.rest + text).split(/\r\n|\n|\r(?!$)/);
@@ -45,7 +45,7 @@ export class EventReader {
 
   private field(line: string): void {
     const colon = line.indexOf(":");
-    if (colon === 0) return; // a comment: a sign of life
+    if (colon === 0) return; // comment: keep-alive
     const key = colon < 0 ? line : line.slice(0, colon);
     const value = colon < 0 ? "" : line.slice(colon + 1).replace(/^ /, "");
     if (key === "event") this.name = value;

@@ -1,4 +1,4 @@
-// What the daemon says, as far as the page uses it. decode.ts makes these of whatever arrives.
+// Data of the daemon used by the page, as validated by decode.ts.
 
 export const PHASES = [
   "idle", "planning", "connecting", "referencing", "routing", "freeing", "proving", "transit",
@@ -6,7 +6,7 @@ export const PHASES = [
   "choosing", "returning", "identifying", "reporting", "recovering", "watching the links",
   "stopping", "done", "aborted", "failed",
 ] as const;
-/** One that this page does not know is "unknown". */
+/** A phase unknown to this page is "unknown". */
 export type Phase = (typeof PHASES)[number] | "unknown";
 
 export const FAILURES = [
@@ -51,7 +51,7 @@ export interface ContactLink {
   lateLimitMs: number | null;
 }
 
-/** What the newest packet of the controller shows of the arm. */
+/** Motion of the arm according to the newest packet of the controller. */
 export const ARM_MOTIONS = ["moving", "at rest", "unknown"] as const;
 export type ArmMotion = (typeof ARM_MOTIONS)[number];
 
@@ -67,7 +67,7 @@ export interface Status {
   goalMm: number | null;
   u95Mm: number | null;
   finding: boolean;
-  /** Share of the plan that is made, 0 to 1; null: none is being made, or nothing of it is known. */
+  /** Progress of planning, 0 to 1; null: no planning, or unknown. */
   plannedShare: number | null;
   timeLeftS: number | null;
   arm: { motion: ArmMotion; packetAgeS: number | null };
@@ -78,7 +78,7 @@ export interface Status {
   busyRepeats: number;
   busyLeftS: number | null;
   failure: { kind: FailureKind; detail: string } | null;
-  /** Once identified. */
+  /** After identification. */
   outcome: Outcome | null;
   reasons: string[];
   links: { open: boolean; robot: RobotLink; contact: ContactLink } | null;
@@ -86,7 +86,7 @@ export interface Status {
   version: string;
 }
 
-/** What came of a session (daemon/result/outcome.h). */
+/** Outcome of a session (daemon/result/outcome.h). */
 export const OUTCOMES = [
   "published", "withheld", "holds", "does_not_hold", "undecided", "qualified", "not_qualified", "found",
   "nothing_met", "updated", "nothing_changed", "update_withheld",
@@ -115,7 +115,7 @@ export interface Outcome {
   kind: OutcomeKind;
   good: boolean;
   touches: number;
-  /** Of a check: TCP shift with its U (k = 2). */
+  /** Result of a check: TCP shift with its U (k = 2). */
   shiftMm: number | null;
   uShiftMm: number | null;
   change: OutcomeChange | null;
@@ -145,7 +145,7 @@ export interface RobotPosture {
   joints: number[];
 }
 
-/** Three rows of four. */
+/** 3x4, row-major. */
 export type Frame = number[];
 
 export interface Joint {
@@ -197,7 +197,7 @@ export interface Summary {
   maxMm: number | null;
 }
 
-/** What a verdict can say (calib/result/finding.h). */
+/** Findings of a verdict (calib/result/finding.h). */
 export const FINDINGS = [
   "touch_scatter", "duplicate_touches", "many_outliers", "outliers_of_target", "check_touches",
   "gross_check_touches", "no_check_touches", "unseen_place", "unseen_not_judged", "temperature",
@@ -212,14 +212,14 @@ export const FINDINGS = [
 ] as const;
 export type FindingKind = (typeof FINDINGS)[number] | "unknown";
 
-/** Mistakes that explain what is withheld (calib/result/likely_cause.h). */
+/** Mistakes that explain a withheld result (calib/result/likely_cause.h). */
 export const CAUSES = [
   "radians", "axis_sign", "mastering", "exchanged_columns", "target_names", "scattered_touches", "readings_unit",
   "readings_handedness", "moved", "tool_unit", "tool_tip", "dimension", "other_robot", "axis_convention", "gravity",
   "all_diameters", "diameter", "artefact_size", "certified_length", "exchanged_lengths", "lengths_of_target", "all_lengths",
   "stated_centre", "all_centres",
 ] as const;
-/** Numbers of a finding that a table names; others are in its sentence alone. */
+/** Known numeric values of findings; others appear in the sentence only. */
 export const EVIDENCE = [
   "scatter", "stated", "off", "apart", "certified", "certified_again", "measured", "longer", "predicted", "nominal", "nominal_u", "tolerated", "of_nominal",
   "required", "unseen", "rms", "sigma", "noise", "reach", "value", "below_zero", "expected", "coldest", "hottest", "shift", "turn",
@@ -284,9 +284,9 @@ export interface SessionRow {
   touches: number;
   planned: number;
   failure: string;
-  /** Of one that is done; null: not recorded. */
+  /** Of a completed session; null: not recorded. */
   outcome: Outcome | null;
-  /** Of a calibration that is done; null of all else. */
+  /** Of a completed calibration; null otherwise. */
   published: boolean | null;
 }
 
@@ -300,7 +300,7 @@ export interface DriftRow {
   zeros: { joint: string; deg: number; sigmaDeg: number | null }[];
 }
 
-// The checks of a calibration as a control chart.
+// Control chart of the checks of a calibration.
 export const DRIFT_STATES = ["too_few", "in_control", "warns", "alarms", "unknown"] as const;
 export type DriftState = (typeof DRIFT_STATES)[number];
 export const ADVICE = ["none", "check_again", "let_it_warm_up", "re_measure_tcp", "recalibrate"] as const;
@@ -310,13 +310,13 @@ export type Change = (typeof CHANGES)[number];
 export interface DriftPoint {
   session: number;
   timeS: number;
-  /** Why it does not count. */
+  /** Reason for the exclusion. */
   leftOut: string | null;
-  /** Of the chart's centre, flange frame. */
+  /** Relative to the chart's centre, flange frame. */
   offMm: Point | null;
   ewma: number;
   cusum: number;
-  /** Of the nearer alarm limit. */
+  /** Relative to the nearer alarm limit. */
   share: number;
   state: DriftState;
 }
@@ -332,7 +332,7 @@ export interface DriftTrend {
   causeName: string;
   probability: number;
 }
-/** The newest decided check, where it does not hold; `since`: the first without one between that holds. */
+/** The newest decided check, where it does not hold; `since`: the first one of the uninterrupted series. */
 export interface DriftNotHeld {
   session: number;
   timeS: number;
@@ -355,7 +355,7 @@ export interface DriftChart {
   advice: Advice;
   counted: number;
   least: number;
-  /** Checks behind the newest that decided something, and when that was; 0: none has. */
+  /** Checks after the newest decided one, and the time of that one; 0: none. */
   undecided: number;
   decidedS: number;
   warns: ControlLimits;
@@ -364,7 +364,7 @@ export interface DriftChart {
   notHeld: DriftNotHeld | null;
   points: DriftPoint[];
 }
-/** What CELLCAL_ADVICE on the controller is; `trouble`: why it is not the newest, in the daemon's words. */
+/** CELLCAL_ADVICE on the controller; `trouble`: why it is not the newest value, as text of the daemon. */
 export interface AdviceStatus {
   value: number | null;
   acknowledgedAt: string;
@@ -393,7 +393,7 @@ export interface Readiness {
   steps: StepSeen[];
 }
 
-/** What the doctor looks at (daemon/doctor). */
+/** Checks of the doctor (daemon/doctor). */
 export const CHECKS = [
   "configuration", "cell file", "cell itself", "plan", "required accuracy", "robot geometry", "controller files", "unattended start", "daemon",
   "real time", "wires", "plant", "sparkplug", "doctor", "robot link", "contact link", "contact access", "contact port",
@@ -429,7 +429,7 @@ export interface Version {
   predictedMm: number | null;
   u95Mm: number | null;
   active: boolean;
-  /** Not empty: damaged; why, and what to do. */
+  /** Not empty: damaged; reason and remedy. */
   trouble: string;
   activated: { time: string; who: string; reason: string } | null;
 }
@@ -439,7 +439,7 @@ export interface Comparison {
   maxMm: number | null;
   expectedMm: number | null;
   moved: string[];
-  /** Parameters that only one of them has. */
+  /** Parameters present in one of the two only. */
   onlyBefore: string[];
   onlyAfter: string[];
 }

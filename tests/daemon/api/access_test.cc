@@ -393,7 +393,8 @@ TEST_F(an_api_on_the_network, names_no_files_of_the_computer_but_cell_files_and_
     return all;
   };
   const std::string refused = answers("/etc/passwd");
-  EXPECT_EQ(refused.find("422 over the network a cell file lies directly in " + cells.string()), 0u)
+  EXPECT_EQ(refused.find("422 over the network a cell file must lie directly in " + cells.string()),
+            0u)
       << refused;
   for (const std::filesystem::path& file :
        {std::filesystem::path("/nonexistent.toml"), other, linked, as_link / "cell.toml",

@@ -100,7 +100,7 @@ TEST(a_form, that_is_wrong_is_refused_with_the_key_and_what_it_must_be) {
     return refusal_of_form(form);
   };
   EXPECT_EQ(refusal_of_form(example()), "");
-  EXPECT_NE(with("/robot", "kr9").find("form.robot: \"kr9\" is no robot that is shipped"),
+  EXPECT_NE(with("/robot", "kr9").find("form.robot: \"kr9\" is not a shipped robot"),
             std::string::npos);
   for (const char* path : {"/etc/passwd", "../kr5_r1400", "kr5_r1400.toml", ""})
     EXPECT_NE(with("/robot", path), "") << "no file is read for somebody on the network: " << path;

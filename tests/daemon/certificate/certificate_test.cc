@@ -181,8 +181,8 @@ TEST(a_certificate_is_refused,
       ADD_FAILURE() << word;
     } catch (const Refused& refused) {
       EXPECT_EQ(refused.why, Refused::Why::kNotDone);
-      EXPECT_TRUE(says(refused.what(),
-                       fmt::format("the session was not done but is {} (stopped by hand)", word)))
+      EXPECT_TRUE(
+          says(refused.what(), fmt::format("the session is {} (stopped by hand), not done", word)))
           << refused.what();
     }
   }

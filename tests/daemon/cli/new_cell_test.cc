@@ -279,7 +279,7 @@ TEST(the_dialogue, asks_again_for_a_bad_answer_with_the_reason) {
       {8, {"1080 -320 331", "S2"}},
       {10, {"700.286", "1 number given, 2 numbers wanted"}},
       {10, {"770.286 0.005", "S1"}},
-      {10, {std::string(70000, '7'), "is no number"}}};
+      {10, {std::string(70000, '7'), "is not a number"}}};
   for (const auto& [at, words] : bad) {
     std::vector<std::string> answers = kAnswers;
     answers.insert(answers.begin() + static_cast<std::ptrdiff_t>(at), words.first);
@@ -378,7 +378,7 @@ TEST_F(the_command, makes_of_options_alone_a_file_that_loads_and_plans) {
   write(dir_ / "spheres.csv", std::string(kSpheres) + "S5,50,900,0,300\n");
   const Outcome again = run_program(arguments());
   EXPECT_EQ(again.status, 1);
-  EXPECT_NE(again.err.find("is there already"), std::string::npos) << again.err;
+  EXPECT_NE(again.err.find("exists"), std::string::npos) << again.err;
   EXPECT_EQ(content(cell_), before);
 }
 

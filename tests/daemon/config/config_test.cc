@@ -257,7 +257,7 @@ INSTANTIATE_TEST_SUITE_P(
         Wrong{kMock + "[rsi]\naxis_tag = \"IPOC\"\n",
               "d.toml:4: rsi.axis_tag: \"IPOC\" is already an element of every telegram"},
         Wrong{kMock + "[rsi]\nbind = \"not-an-ip\"\n",
-              "d.toml:4: rsi.bind: \"not-an-ip\" is no usable IPv4 address"},
+              "d.toml:4: rsi.bind: \"not-an-ip\" is not a usable IPv4 address"},
         Wrong{kMock + "[rsi]\nbind = \"10.0.0.256\"\n", "ip -4 address"},
         Wrong{kMock + "[rsi]\nbind = \"224.0.0.1\"\n", "rsi.bind"},
         Wrong{

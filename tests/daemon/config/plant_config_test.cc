@@ -20,7 +20,7 @@ const std::string kNamed =
 TEST(plant, is_none_unless_one_is_named) {
   EXPECT_FALSE(parsed("").plant);
   EXPECT_EQ(refusal_of_plant("touches = true\n"),
-            "d.toml:4: plant.touches: means nothing without plant. Set plant, cell and broker");
+            "d.toml:4: plant.touches: has no effect without plant. Set plant, cell and broker");
 }
 
 TEST(plant, is_reached_over_tls_unless_the_owner_says_otherwise) {
@@ -49,7 +49,7 @@ TEST(plant, has_names_that_can_stand_in_a_topic_and_keys_that_belong_together) {
   EXPECT_NE(refusal_of_plant(kNamed + "certificate = \"/c\"\n").find("needs key as well"),
             std::string::npos);
   EXPECT_NE(
-      refusal_of_plant(kNamed + "password_file = \"/p\"\n").find("means nothing without user"),
+      refusal_of_plant(kNamed + "password_file = \"/p\"\n").find("has no effect without user"),
       std::string::npos);
   EXPECT_EQ(parsed(kNamed + "former = [\"graz/weld-2\"]\n").plant->former,
             std::vector<std::string>{"graz/weld-2"});
@@ -66,7 +66,7 @@ TEST(plant, has_a_sparkplug_node_only_where_that_is_asked_for) {
   EXPECT_FALSE(parsed(kNamed).plant->sparkplug);
   EXPECT_TRUE(parsed(kNamed + "sparkplug = true\n").plant->sparkplug);
   EXPECT_NE(
-      refusal_of_plant("sparkplug = true\n").find("plant.sparkplug: means nothing without plant"),
+      refusal_of_plant("sparkplug = true\n").find("plant.sparkplug: has no effect without plant"),
       std::string::npos);
   EXPECT_NE(refusal_of_plant(kNamed + "sparkplug = 1\n").find("plant.sparkplug"),
             std::string::npos);

@@ -157,8 +157,8 @@ TEST_F(ACheck, is_refused_where_there_is_nothing_to_check) {
   refused({{"kind", "check"}, {"calibration", "one"}}, 400, "wrong type");
   refused({{"kind", "check"}, {"temperature_c", "warm"}}, 400, "wrong type");
   refused({{"kind", "check"}, {"temperature_c", 300}}, 422, "temperature_c must be -40 to 80");
-  refused({{"cell", CELLCAL_DEMO_CELL}, {"temperature_c", 20}}, 422, "is of a check");
-  refused({{"cell", CELLCAL_DEMO_CELL}, {"calibration", 1}}, 422, "is of a check");
+  refused({{"cell", CELLCAL_DEMO_CELL}, {"temperature_c", 20}}, 422, "applies to a check");
+  refused({{"cell", CELLCAL_DEMO_CELL}, {"calibration", 1}}, 422, "applies to a check");
   EXPECT_EQ(fixture.status()["session"], 0);
 }
 

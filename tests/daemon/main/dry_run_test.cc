@@ -60,10 +60,10 @@ TEST(a_dry_run, is_refused_where_it_cannot_be_one) {
     EXPECT_EQ(answer.status, status) << answer.body;
     EXPECT_NE(answer.body.find(words), std::string::npos) << answer.body;
   };
-  refused({{"goal_mm", 0.2}}, 422, "planned beforehand");
-  refused({{"find", true}}, 422, "planned beforehand");
-  refused({{"target", "S1"}}, 422, "of a qualification");
-  refused({{"calibration", 1}}, 422, "of a check");
+  refused({{"goal_mm", 0.2}}, 422, "planned path");
+  refused({{"find", true}}, 422, "planned path");
+  refused({{"target", "S1"}}, 422, "applies to a qualification");
+  refused({{"calibration", 1}}, 422, "applies to a check");
 
   const std::filesystem::path demo(CELLCAL_DEMO_CELL);
   std::filesystem::copy_file(demo.parent_path() / "kr5_worn.toml", fixture.dir / "kr5_worn.toml");

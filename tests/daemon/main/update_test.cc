@@ -95,7 +95,7 @@ TEST_F(AnUpdate, is_refused_where_there_is_nothing_to_stand_on_or_more_is_asked_
           "an update has its own touches");
   refused({{"cell", cell}, {"update", true}, {"find", true}}, 422, "an update has its own touches");
   refused({{"resume", true}, {"update", true}}, 422, "an update is not resumed");
-  refused({{"kind", "check"}, {"update", true}}, 422, "is of a calibration");
+  refused({{"kind", "check"}, {"update", true}}, 422, "applies to a calibration");
   refused({{"cell", cell}, {"update", "yes"}}, 400, "wrong type");
   EXPECT_EQ(fixture.status()["session"], 0);
 }

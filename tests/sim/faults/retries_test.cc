@@ -299,7 +299,7 @@ TEST_F(sessions_that_may_go_on, never_go_on_from_what_somebody_has_to_look_at) {
        [](FaultyCell& cell) {
          cell.serial().to_host().add({sim::TroubleKind::kCut, cell.now(), TimePoint::max()});
        }},
-      {"stopped by another hand", Silent::kHand, 0, [](FaultyCell& cell) { cell.robot().stop(); }},
+      {"stopped by another party", Silent::kHand, 0, [](FaultyCell& cell) { cell.robot().stop(); }},
   };
   Matrix one = matrix(100);
   for (const Case& what : cases) {

@@ -1,4 +1,4 @@
-// The picture of the cell: three.js, drawn only when something has changed.
+// 3D view of the cell: three.js, rendered only after changes.
 
 import {
   AmbientLight, BoxGeometry, BufferGeometry, CanvasTexture, CapsuleGeometry, Color, CylinderGeometry,
@@ -34,7 +34,7 @@ function matrix(frame: Frame): Matrix4 {
     a[0]!, a[1]!, a[2]!, a[3]!, b[0]!, b[1]!, b[2]!, b[3]!, c[0]!, c[1]!, c[2]!, c[3]!, 0, 0, 0, 1);
 }
 
-/** A rod with round ends between two points [m]. */
+/** Capsule between two points [m]. */
 function rod(from: Vector3, to: Vector3, radius: number, material: Material): Mesh {
   const along = to.clone().sub(from);
   const length = along.length();
@@ -112,11 +112,11 @@ export class CellView {
     this.draw_soon();
   }
 
-  /** Goes there quickly, but not in a jump, unless the user wants none of it. */
+  /** Animates to the posture, unless the user prefers reduced motion. */
   move_to(joints: number[]): void {
     if (!this.scene || joints.length !== this.scene.joints.length) {
       this.aim = joints;
-      this.arm.visible = false; // nobody knows where it is
+      this.arm.visible = false; // unknown posture
       this.draw_soon();
       return;
     }
@@ -128,7 +128,7 @@ export class CellView {
     this.draw_soon();
   }
 
-  /** `next`: number of the touch in hand; -1: none. */
+  /** `next`: number of the current touch; -1: none. */
   show_touches(plan: PlannedTouch[], made: Touch[], next: number): void {
     free(this.touches);
     const done = new Set(made.map((touch) => touch.index));
@@ -184,7 +184,7 @@ export class CellView {
     this.still.add(mesh);
   }
 
-  /** One group for each joint, which is placed as a whole; and one for the flange. */
+  /** One group per joint, positioned as a whole, and one for the flange. */
   private add_arm(scene: Scene): void {
     const light = this.paint("arm"), dark = this.paint("arm-joint"), tool = this.paint("tool");
     this.parts = scene.joints.map((joint) => {
@@ -216,7 +216,7 @@ export class CellView {
     base.add(foot);
     for (const part of this.parts) part.matrixAutoUpdate = false;
     this.arm.add(base, ...this.parts);
-    this.arm.visible = false; // until somebody knows where it is
+    this.arm.visible = false; // until a posture is known
   }
 
   private frame_scene(scene: Scene): void {
@@ -244,7 +244,7 @@ export class CellView {
     const stem = new Line(line, stroke);
     if (kind === "planned") stem.computeLineDistances();
     const size = mark_mm * M_PER_MM;
-    // Ball and octahedron: told apart without colour.
+    // Sphere and octahedron are distinguishable without colour.
     const head = new Mesh(kind === "check" ? new OctahedronGeometry(size * 1.35) : new SphereGeometry(size, 12, 8),
                           this.paint(kind));
     head.position.copy(end);
@@ -267,7 +267,7 @@ export class CellView {
     map.colorSpace = SRGBColorSpace;
     const sprite = new Sprite(new SpriteMaterial({ map, depthTest: false }));
     sprite.scale.set(0.17, 0.085, 1);
-    sprite.center.set(-0.1, 0.95); // below and beside, clear of the pins above
+    sprite.center.set(-0.1, 0.95); // below and to the right, clear of the pins above
     sprite.position.copy(beside).addScaledVector(UP, -radius);
     return sprite;
   }
@@ -277,7 +277,7 @@ export class CellView {
     if (width === 0 || height === 0) return;
     this.renderer.setSize(width, height);
     this.camera.aspect = width / height;
-    // As much of the cell across on an upright screen as on a wide one.
+    // The same horizontal extent on an upright screen as on a wide one.
     const narrow = Math.max(1, WIDE / this.camera.aspect);
     this.camera.fov = (360 / Math.PI) * Math.atan(Math.tan((FOV_DEG * Math.PI) / 360) * narrow);
     this.camera.updateProjectionMatrix();
@@ -323,7 +323,7 @@ function shape_of(solid: Solid): BufferGeometry {
   return mesh;
 }
 
-/** Where a floor is drawn that the cell file does not state: below the lowest stand, or the base. */
+/** Height of the drawn floor where the cell file states none: below the lowest stand, or the base. */
 function lowest_mm(scene: Scene): number {
   const stands = scene.stands.map((one) =>
     one.shape === "cylinder" ? (one.frame[11] ?? 0) - one.heightMm / 2 : (one.frame[11] ?? 0));

@@ -1,4 +1,4 @@
-// All cells of the plants: those first that need attention. Only looks.
+// All cells of the plants, those that need attention first. Read-only.
 
 import { useEffect, useMemo, useReducer, useState } from "preact/hooks";
 import { get } from "../request";

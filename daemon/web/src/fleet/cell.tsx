@@ -1,4 +1,4 @@
-// One cell: what is the matter, its calibrations with their documents and certificates, checks, sessions.
+// One cell: its problems, calibrations with documents and certificates, checks, sessions.
 
 import { useEffect, useState } from "preact/hooks";
 import { get } from "../request";
@@ -11,7 +11,8 @@ const FEW = 10;
 
 interface Download { name: string; href: string }
 
-/** Browsers refuse an address that holds more than 2 MB itself. Of no type, so that none opens what a cell wrote as a page of the plant's. */
+/** Browsers refuse data addresses above 2 MB. Without a type, so that content written by a cell is never opened as a page of the
+ *  plant. */
 const download = (file: CertificateFile): Download => {
   const bytes = Uint8Array.from(atob(file.base64), (one) => one.charCodeAt(0));
   return { name: file.name, href: URL.createObjectURL(new Blob([bytes], { type: "application/octet-stream" })) };

@@ -1,4 +1,4 @@
-// A row per cell; those that need attention stand first, as the collector sorts them.
+// One row per cell; those that need attention first, in the collector's order.
 
 import { useState } from "preact/hooks";
 import { NONE } from "../format";

@@ -1,4 +1,4 @@
-// The same joint over all robots of a model: who lies apart from the others.
+// Comparison of one joint over all robots of a model, to find deviating ones.
 
 import { useEffect, useState } from "preact/hooks";
 import { useFetched, useVoice } from "../ui/context";

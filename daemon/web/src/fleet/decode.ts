@@ -1,4 +1,4 @@
-// From what the collector answers to values of types.ts; as ../decode.ts, nothing of it is believed.
+// Validation of the collector's answers against types.ts; as in ../decode.ts, nothing is trusted.
 
 import { count, fields, known, list, number, one_of, words } from "../decode";
 import {

@@ -1,4 +1,4 @@
-// What the plant's collector says of its cells (daemon/fleet/api).
+// Data of the plant's collector on its cells (daemon/fleet/api).
 
 /** Worst first, as the collector sorts. */
 export const NEEDS = ["interrupted", "failed", "drifted", "check-not-held", "offline", "gap", "withheld", "overdue"] as const;

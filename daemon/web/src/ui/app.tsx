@@ -1,4 +1,4 @@
-// The page as a whole.
+// The complete page.
 
 import { useEffect, useMemo, useReducer, useState } from "preact/hooks";
 import * as decode from "../decode";
@@ -51,9 +51,9 @@ export function App() {
   const session = status?.session ?? 0;
   const with_login = model.link === "login";
   const asked = with_login || !status ? null : "";
-  // Not with each phase of a touch: what ended sessions left is asked for when one has ended.
+  // Not on each phase of a touch: data of ended sessions are fetched when one has ended.
   const ended = `${session} ${status?.running} ${status?.running ? "" : status?.phase}`;
-  // Of touches chosen one by one the plan is but the one in hand.
+  // With touches chosen one by one, the plan contains the current touch only.
   const chosen_as_it_goes = status?.goalMm !== null || status?.finding ? status?.touches : 0;
   const planned = status?.running ? `${session} ${status.planned} ${chosen_as_it_goes}` : ended;
   const me = useFetched(asked === null ? null : "/v1/me", with_login, decode.role);

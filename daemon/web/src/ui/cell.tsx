@@ -1,4 +1,4 @@
-// The cell in three dimensions. Its library is loaded beside the rest: nothing else waits for it.
+// 3D view of the cell. Its library is loaded separately: nothing else waits for it.
 
 import { useEffect, useRef, useState } from "preact/hooks";
 import type { CellView, Side } from "../cell/view";
@@ -9,7 +9,7 @@ import type { Key } from "../words";
 
 const SIDES: Side[] = ["fit", "front", "side", "top"];
 
-/** Where the arm is drawn, and how that is known. */
+/** Drawn posture of the arm, and its source. */
 export function drawn_joints(model: Model, plan: PlannedTouch[]): { joints: number[]; key: Key } | null {
   if (model.posture) return { joints: model.posture.joints, key: "view.pose.live" };
   const newest = model.touches.at(-1);
@@ -18,13 +18,13 @@ export function drawn_joints(model: Model, plan: PlannedTouch[]): { joints: numb
   return first ? { joints: first.joints, key: "view.pose.start" } : null;
 }
 
-/** What was rendered is on the screen; in a hidden tab, too. */
+/** Resolves when the rendering is on the screen; in a hidden tab, too. */
 const painted = () => new Promise<void>((resolve) => {
   const timer = setTimeout(resolve, 500);
   requestAnimationFrame(() => setTimeout(() => { clearTimeout(timer); resolve(); }));
 });
 
-/** `nothing`: there is no session, so no cell. */
+/** `nothing`: no session, hence no cell. */
 export function CellPanel({ model, scene, plan, now, nothing }: {
   model: Model; scene: Scene | null; plan: PlannedTouch[]; now: number; nothing: boolean;
 }) {
@@ -35,7 +35,7 @@ export function CellPanel({ model, scene, plan, now, nothing }: {
   const old = age_ms(model, now) > 0;
   const drawn = drawn_joints(model, plan);
 
-  // Behind the first sentence on the screen: reading the library keeps a slow computer busy for a tenth of a second.
+  // After the first sentence is displayed: parsing the library occupies a slow computer for 0.1 s.
   const answered = model.status !== null;
   useEffect(() => {
     if (!answered) return undefined;
@@ -46,7 +46,7 @@ export function CellPanel({ model, scene, plan, now, nothing }: {
         made = new View(box.current);
         set_view(made);
       })
-      .catch(() => set_cannot(true)); // no WebGL, or the file did not come
+      .catch(() => set_cannot(true)); // no WebGL, or the file was not loaded
     return () => {
       wanted = false;
       made?.close();

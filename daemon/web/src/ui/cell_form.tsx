@@ -1,4 +1,5 @@
-// The cell's file: robot, tool, spheres and their certificate, typed or from CSV. The daemon reads and writes it; nothing moves.
+// Form for the cell's file: robot, tool, spheres and their certificate, typed or from CSV. The daemon reads and writes it; causes
+// no motion.
 
 import { useEffect, useLayoutEffect, useRef, useState } from "preact/hooks";
 import {
@@ -17,7 +18,7 @@ const LARGEST_CSV = 1 << 20;
 const refusal = (answer: Answer, say: Say): string =>
   answer.status === 0 ? say("request.no-answer") : answer.words || say("request.refused", { status: answer.status });
 
-/** What is made here so far; the form of `cell`, where that was made here. */
+/** Forms created here, and the form of `cell` if it was created here. */
 function useForms(cell: string): { forms: CellForms | null; refused: Answer | null } {
   const [seen, become] = useState<{ forms: CellForms | null; refused: Answer | null }>({ forms: null, refused: null });
   useEffect(() => {
@@ -42,7 +43,7 @@ export function CellDialog({ cell, done, close }: { cell: string; done: () => vo
   const { say } = useVoice();
   const { forms, refused } = useForms(cell);
   const dialog = useRef<HTMLDialogElement>(null);
-  // Not modal: the button that stops the arm must stay in reach.
+  // Not modal: the abort button must stay accessible.
   useLayoutEffect(() => {
     dialog.current?.show();
     const leave = (event: KeyboardEvent) => event.key === "Escape" && close();
@@ -71,7 +72,7 @@ export function CellDialog({ cell, done, close }: { cell: string; done: () => vo
 function CellFields({ cell, forms, done, close }: { cell: string; forms: CellForms; done: () => void; close: () => void }) {
   const { say } = useVoice();
   const [draft, become] = useState<CellDraft>(forms.shown?.draft ?? EMPTY);
-  // Made here: it is replaced. Any other stays as it is, and a new file is written.
+  // Created here: replaced. Any other file is left unchanged, and a new one is written.
   const own = forms.shown !== null && name_within(forms.folder, forms.shown.file) !== "";
   const [busy, set_busy] = useState(false);
   const [said, set_said] = useState("");
@@ -103,7 +104,7 @@ function CellFields({ cell, forms, done, close }: { cell: string; forms: CellFor
     const answer = await post("/v1/cell-form", {
       name: draft.name.trim(), form: made.form, ...(!forms.shown ? {} : own ? { instead_of: forms.shown.sha256 } : { from: forms.shown.file }),
     });
-    // The doctor reads it, and the guide goes by what the doctor was asked to look at.
+    // The doctor examines it, and the guide refers to the cell examined last.
     const words_ = is_good(answer) ? await examine(words(fields(answer.value)?.file), say) : refusal(answer, say);
     set_busy(false);
     set_said(words_);
@@ -199,7 +200,7 @@ function Csv({ name, label, take }: { name: string; label: string; take: (file: 
       <input name={`csv-${name}`} type="file" accept=".csv,text/csv"
              onChange={(event) => {
                take(event.currentTarget.files?.[0]);
-               event.currentTarget.value = ""; // the same file may be read again
+               event.currentTarget.value = ""; // permits reading the same file again
              }} />
     </label>
   );

@@ -1,5 +1,4 @@
-// One chart: numbers over numbers. What it shows is also said in words, and stands as a table where
-// the caller gives one.
+// One chart of numbers over numbers. Its content is also stated as text, and as a table where the caller provides one.
 
 import { useEffect, useRef } from "preact/hooks";
 import uPlot from "uplot";
@@ -10,7 +9,7 @@ export interface Line {
   /** Name of a CSS colour variable of style.css. */
   colour: string;
   values: (number | null)[];
-  /** Points alone, each a mark of this shape; a line without. */
+  /** Points only, each a mark of this shape; without: a line. */
   marks?: "circle" | "square" | "triangle";
   dashed?: boolean;
 }
@@ -21,7 +20,7 @@ const MARK = 4; // half a mark's width
 const colour_of = (name: string) =>
   getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
 
-/** Shapes differ, so that no colour has to be told from another. */
+/** Shapes differ, so that marks are distinguishable without colour. */
 function draw_marks(shape: NonNullable<Line["marks"]>, colour: string): uPlot.Series.Points.Show {
   return (chart, series, from, to) => {
     const { ctx } = chart;
@@ -54,7 +53,7 @@ export interface ChartProps {
   y_label: string;
   lines: Line[];
   time?: boolean;
-  /** Where y begins; null: where the values do. */
+  /** Lower end of y; null: minimum of the values. */
   from?: number | null;
 }
 
@@ -86,7 +85,7 @@ function options({ x_label, lines, time, from = 0 }: ChartProps, width: number, 
   const axis = { stroke: ink, grid: { stroke: grid, width: 1 }, ticks: { stroke: grid, width: 1 },
                  font: "13px system-ui, sans-serif", labelFont: "13px system-ui, sans-serif" };
   const number = new Intl.NumberFormat(language, { maximumSignificantDigits: 4 });
-  // The month in letters: 01/05/26 is another day on each side of the Atlantic.
+  // The month in letters: 01/05/26 is ambiguous.
   const day = new Intl.DateTimeFormat(language, { day: "numeric", month: "short", year: "2-digit" });
   const numbers = (_: uPlot, values: number[]) => values.map((value) => number.format(value));
   const days = (_: uPlot, values: number[]) => values.map((value) => day.format(value * 1000));

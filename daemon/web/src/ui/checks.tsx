@@ -1,13 +1,13 @@
-// All checks of a calibration as a control chart: does the cell creep, since when, what to do.
+// Control chart of all checks of a calibration: drift, its begin, and the remedy.
 
 import { useMemo } from "preact/hooks";
 import type { AdviceStatus, DriftChart, DriftNotHeld, DriftPoint } from "../types";
 import { Chart, type Line } from "./chart";
 import { useVoice } from "./context";
 
-const LONGEST_S = 1e11; // beyond it a date is none
+const LONGEST_S = 1e11; // later dates are invalid
 
-/** What counts and was measured, in the order of time. */
+/** Points that count and were measured, in order of time. */
 export const plotted = (points: DriftPoint[]): DriftPoint[] =>
   points.filter((point) => point.leftOut === null && point.offMm !== null && point.timeS < LONGEST_S)
     .sort((one, other) => one.timeS - other.timeS);

@@ -1,4 +1,4 @@
-// What every part of the page speaks with.
+// Context shared by all parts of the page.
 
 import { createContext } from "preact";
 import { useContext, useEffect, useState } from "preact/hooks";
@@ -10,7 +10,7 @@ export interface Voice {
   say: Say;
   fmt: Formats;
   language: Language;
-  /** The colours that are shown; charts draw themselves anew with it. */
+  /** Active colours; charts redraw on changes. */
   theme: "light" | "dark";
 }
 
@@ -23,7 +23,7 @@ export const useVoice = (): Voice => useContext(VoiceContext);
 
 const TRIES = 5, AGAIN_MS = 2000, BUSY = 503;
 
-/** What stands at a path; asked for again when `key` changes, and where the daemon had no time. Null until then, and where nothing is. */
+/** Content of a path; fetched again when `key` changes, or when the daemon was busy. Null until then, and where it does not exist. */
 export function useFetched<T>(path: string | null, key: unknown, decode: (value: unknown) => T | null): T | null {
   const [value, become] = useState<T | null>(null);
   useEffect(() => {

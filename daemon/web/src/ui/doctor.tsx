@@ -1,4 +1,4 @@
-// What the doctor found between this computer and the first motion, and what to do about it.
+// Findings of the doctor on the prerequisites of the first motion, with their remedies.
 
 import { useEffect, useState } from "preact/hooks";
 import * as decode from "../decode";
@@ -10,7 +10,7 @@ import { useVoice } from "./context";
 const ASK_EVERY_MS = 1000;
 const MARKS: Record<Finding["outcome"], string> = { ok: "✔", warning: "▲", failed: "✖", skipped: "–" };
 
-/** What it found last; asked for again and again while it looks, and when `key` changes. */
+/** The newest findings; polled while an examination runs, and fetched when `key` changes. */
 export function useDoctor(wanted: boolean, key: unknown): Doctor | null {
   const [doctor, become] = useState<Doctor | null>(null);
   useEffect(() => {
@@ -32,7 +32,7 @@ export function useDoctor(wanted: boolean, key: unknown): Doctor | null {
   return doctor;
 }
 
-/** Lets it look at this cell; the refusal in words, else nothing. */
+/** Starts an examination of this cell; returns the refusal as text, otherwise empty. */
 export async function examine(cell: string, say: Say): Promise<string> {
   const answer = await post("/v1/doctor", { cell });
   if (is_good(answer)) return "";

@@ -1,14 +1,14 @@
-// Does the arm stay as it is? What each session of one cell found, beside the others.
+// Stability of the arm: results of the sessions of one cell over time.
 
 import { useMemo } from "preact/hooks";
 import type { DriftRow } from "../types";
 import { Chart, type Line } from "./chart";
 import { useVoice } from "./context";
 
-/** Told apart by colour, and by their order in the legend. */
+/** Distinguished by colour, and by their order in the legend. */
 const AXIS_COLOURS = ["axis1", "axis2", "axis3", "axis4", "axis5", "axis6"];
 
-/** Each joint's zero against that of the oldest session that has it. */
+/** Zero of each joint relative to the oldest session that has it. */
 export function zero_changes(rows: DriftRow[]): { joint: string; values: (number | null)[] }[] {
   const names = [...new Set(rows.flatMap((row) => row.zeros.map((zero) => zero.joint)))];
   return names.map((joint) => {

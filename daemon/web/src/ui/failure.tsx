@@ -1,4 +1,4 @@
-// Why a session failed, and what is to be done about it.
+// Failure of a session and its remedy.
 
 import type { Status } from "../types";
 import { useVoice } from "./context";

@@ -1,4 +1,5 @@
-// From nothing to a calibrated cell: what is done, what is next, and how. Which step is done is the daemon's to say.
+// Steps from nothing to a calibrated cell: completed ones, the next one and its instructions. The daemon determines which steps
+// are done.
 
 import { useEffect, useState } from "preact/hooks";
 import type { Readiness, StepName, StepSeen } from "../types";
@@ -8,12 +9,12 @@ import { examine } from "./doctor";
 import { StartDialog, type Wish } from "./start";
 
 const MARKS: Record<StepSeen["state"], string> = { done: "✔", wrong: "✖", todo: "○" };
-/** So few are a look at whether the cell works. */
+/** A few touches that test whether the cell works. */
 const FIRST: Partial<Wish> = { kind: "calibrate", touches: "8", check: "0" };
 const WHOLE: Partial<Wish> = { kind: "calibrate", touches: "100", check: "10" };
-/** The way of WHOLE, nothing touched. */
+/** The path of WHOLE, without touching. */
 const DRY: Partial<Wish> = { ...WHOLE, kind: "dry-run" };
-/** Those that are a session. */
+/** Steps that are a session. */
 const WISHES = { qualify: { kind: "qualify" } as Partial<Wish>, "dry-run": DRY, first: FIRST, calibration: WHOLE };
 const is_session = (step: StepName): step is keyof typeof WISHES => step in WISHES;
 
@@ -30,7 +31,7 @@ export function command_of(step: StepName, cell: string): string {
   }
 }
 
-/** `quiet`: something else is to be read first. */
+/** `quiet`: another panel has priority. */
 export function GuidePanel({ readiness, may, looking, quiet, begun, started, again }: {
   readiness: Readiness; may: boolean; looking: boolean; quiet: boolean;
   begun: () => void; started: () => void; again: () => void;
@@ -69,7 +70,7 @@ export function GuidePanel({ readiness, may, looking, quiet, begun, started, aga
   );
 }
 
-/** The cell's file, on this page. */
+/** Entry of the cell's file on this page. */
 function Enter({ cell, step, begun }: { cell: string; step: StepName; begun: () => void }) {
   const { say } = useVoice();
   const [open, set_open] = useState(false);
@@ -115,7 +116,7 @@ function Next({ step, cell, may, looking, begun, started }: {
   );
 }
 
-/** Which cell, and the doctor for it. */
+/** Selection of the cell, and its examination by the doctor. */
 function Look({ cell, looking, begun }: { cell: string; looking: boolean; begun: () => void }) {
   const { say } = useVoice();
   const [path, become] = useState(cell);

@@ -1,4 +1,4 @@
-// Title, how alive the connection is, language and colours.
+// Title, state of the connection, language and colours.
 
 import { age_ms, type Model } from "../model";
 import type { Language } from "../words";

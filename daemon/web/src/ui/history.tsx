@@ -9,7 +9,7 @@ const MARKS: Record<SessionRow["state"], string> = {
   running: "▶", interrupted: "‖", aborted: "■", failed: "✖", done: "✔", damaged: "▲", unknown: "?",
 };
 
-/** What came of a session that is done: 'done' alone would be read as good. */
+/** Outcome of a completed session, since 'done' alone would read as a success. */
 function outcome(row: SessionRow) {
   if (row.outcome) return { good: row.outcome.good, word: row.outcome.kind };
   if (row.published !== null) return { good: row.published, word: row.published ? "published" : "withheld" } as const;

@@ -1,11 +1,11 @@
-// How good the links to robot and sensor are.
+// Quality of the links to robot and sensor.
 
 import type { ContactLink, RobotLink, Status } from "../types";
 import { useVoice } from "./context";
 import { Figure } from "./progress";
 
 const some = (count: number | null) => (count ?? 0) > 0;
-/** More than half of what stops the arm. */
+/** More than half of the delay that stops the arm. */
 const heartbeat_is_late = (link: ContactLink) =>
   link.lateWorstMs !== null && link.lateLimitMs !== null && link.lateWorstMs > link.lateLimitMs / 2;
 const robot_is_good = (link: RobotLink) => !some(link.late) && !some(link.gaps) && !some(link.badPackets);

@@ -1,4 +1,4 @@
-// Without a token the daemon says nothing of the cell.
+// Login: without a token the daemon reports nothing about the cell.
 
 import { useState } from "preact/hooks";
 import { is_good, post } from "../request";

@@ -1,4 +1,4 @@
-// The outcome of a session: a line that is seen at once, then its cause, what to do, and what was found.
+// Outcome of a session: headline, cause, remedy and evidence.
 
 import type { ComponentChildren } from "preact";
 import type { Outcome } from "../types";

@@ -1,4 +1,4 @@
-// How far it is, how long it takes, what comes next.
+// Progress, remaining time, and the next steps.
 
 import { age_ms, type Model } from "../model";
 import { touch_in_hand } from "../sentence";

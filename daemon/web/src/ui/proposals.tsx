@@ -1,4 +1,4 @@
-// What the plant proposed, until somebody has said something to it. Nothing moves by either.
+// Open proposals of the plant, to be accepted or refused. Neither causes motion.
 
 import { useState } from "preact/hooks";
 import type { Proposal, ProposalsSeen } from "../types";

@@ -1,11 +1,11 @@
-// The residuals as they come, fit and check apart; and u95 on its way to the goal.
+// Residuals as they arrive, fit and check separately; and u95 relative to the goal.
 
 import { useMemo } from "preact/hooks";
 import type { Status, Touch } from "../types";
 import { Chart, type Line } from "./chart";
 import { useVoice } from "./context";
 
-/** `found`: of an identification, signed. Otherwise as each touch was made, without sign. */
+/** `found`: of an identification, signed. Otherwise as measured with each touch, unsigned. */
 export function Residuals({ touches, found, old = false }: { touches: Touch[]; found: boolean; old?: boolean }) {
   const { say, fmt } = useVoice();
   const known = touches.filter((touch) => touch.residualMm !== null);

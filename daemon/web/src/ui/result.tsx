@@ -1,4 +1,4 @@
-// What came of a session: verdict, figures, findings, files.
+// Result of a session: verdict, figures, findings, files.
 
 import type { Figures, FindingPart, Result, Summary, VerdictFinding } from "../types";
 import { useVoice } from "./context";
@@ -44,7 +44,7 @@ function Findings({ result }: { result: Result }) {
           {result.findings.map((finding, i) => (
             <li key={i} data-severity={finding.severity}>
               <span class="badge" data-good={finding.severity === "informs"}>{say(`severity.${finding.severity}`)}</span>{" "}
-              {/* In English the daemon's own sentence says it all. */}
+              {/* In English the daemon's own sentence is complete. */}
               {language === "en" ? finding.words : <Told finding={finding} />}
             </li>
           ))}
@@ -54,7 +54,7 @@ function Findings({ result }: { result: Result }) {
   );
 }
 
-/** A finding of which only the values are taken: for languages that the daemon has no sentences in. */
+/** A finding shown by its values only: for languages without sentences from the daemon. */
 function Told({ finding }: { finding: VerdictFinding }) {
   const { say } = useVoice();
   return (

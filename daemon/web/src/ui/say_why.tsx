@@ -1,11 +1,11 @@
-// A dialog that asks for the reason. Nothing moves by what it sends.
+// Dialog that asks for a reason. Its request causes no motion.
 
 import type { ComponentChildren } from "preact";
 import { useLayoutEffect, useRef, useState } from "preact/hooks";
 import { is_good, post } from "../request";
 import { useVoice } from "./context";
 
-const LONGEST_REASON = 500; // bytes, as the daemon has it: two for each letter
+const LONGEST_REASON = 500; // bytes, limit of the daemon: two per letter
 
 export function SayWhy({ title, go, needed, path, body, done, close, children }: {
   title: string; go: string; needed: boolean; path: string; body: Record<string, unknown>;
@@ -15,9 +15,9 @@ export function SayWhy({ title, go, needed, path, body, done, close, children }:
   const dialog = useRef<HTMLDialogElement>(null);
   const [reason, set_reason] = useState("");
   const [busy, set_busy] = useState(false);
-  const sending = useRef(false); // what is sent is not taken back by leaving
+  const sending = useRef(false); // a sent request is not cancelled by leaving
   const [refused, set_refused] = useState("");
-  // Not modal: the button that stops the arm must stay in reach.
+  // Not modal: the abort button must stay accessible.
   useLayoutEffect(() => {
     dialog.current?.show();
     const leave = (event: KeyboardEvent) => event.key === "Escape" && !sending.current && close();

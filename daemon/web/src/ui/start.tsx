@@ -1,4 +1,4 @@
-// Starting and resuming. Both move the arm: neither goes without the word that the cell is clear.
+// Starting and resuming sessions. Both move the arm and require the confirmation that the cell is clear.
 
 import type { ComponentChildren } from "preact";
 import { useLayoutEffect, useRef, useState } from "preact/hooks";
@@ -34,7 +34,7 @@ const refusal = (answer: Answer, say: Say): string =>
   answer.status === 0 ? say("request.no-answer")
     : answer.words || say("request.refused", { status: answer.status });
 
-/** The acknowledgement first, then the request; the refusal of either in words, else nothing. */
+/** Sends the confirmation, then the request; returns the refusal of either as text, otherwise empty. */
 async function begin(body: unknown, say: Say): Promise<string> {
   const clear = await post("/v1/clear");
   if (!is_good(clear)) return refusal(clear, say);
@@ -128,8 +128,8 @@ function ClearDialog({ title, go, body, done, close, children }: {
   const [clear, set_clear] = useState(false);
   const [busy, set_busy] = useState(false);
   const [refused, set_refused] = useState("");
-  // Not modal: the button that stops the arm must stay in reach. Before the next paint: Escape works as soon as
-  // there is something to leave.
+  // Not modal: the abort button must stay accessible. Before the next paint, so that Escape works as soon as the dialog is
+  // visible.
   useLayoutEffect(() => {
     dialog.current?.show();
     const leave = (event: KeyboardEvent) => event.key === "Escape" && close();

@@ -1,4 +1,4 @@
-// What the cell is doing, in one sentence: the first thing that is seen and read aloud.
+// State of the cell in one sentence: the first element seen and read aloud.
 
 import { useEffect, useRef, useState } from "preact/hooks";
 import { age_ms, type Model } from "../model";
@@ -6,12 +6,12 @@ import { mood, motion, motion_words, sentence, type Mood, type Motion } from "..
 import { useVoice } from "./context";
 import { OutcomeDetails, OutcomeLine } from "./outcome";
 
-/** Shapes beside the words, so that no colour has to be told from another. */
+/** Shapes in addition to the words, so that colour is not needed. */
 const MARKS: Record<Motion, string> = { moving: "▶", still: "■", free: "○", unknown: "?" };
 
 const SPOKEN_EVERY_MS = 6000;
 
-/** The words as they are read aloud: a touch has ten phases, and nobody listens to all of them. */
+/** Text for screen readers, rate-limited: a touch has ten phases. */
 function useCalm(words: string, at_once: boolean): string {
   const [spoken, speak] = useState(words);
   const last = useRef(0);

@@ -1,4 +1,4 @@
-// Light or dark: as the system has it, or as it is chosen here.
+// Light or dark theme: system setting, or chosen here.
 
 import { useEffect, useState } from "preact/hooks";
 
@@ -12,7 +12,7 @@ function stored(): Choice {
   try {
     return CHOICES.find((one) => one === localStorage.getItem(STORED)) ?? "auto";
   } catch {
-    return "auto"; // a browser that keeps nothing
+    return "auto"; // the browser stores nothing
   }
 }
 
@@ -26,14 +26,14 @@ export function useTheme(): { choice: Choice; theme: "light" | "dark"; choose: (
     return () => media.removeEventListener("change", look);
   }, []);
   const theme = choice === "auto" ? (system_is_dark ? "dark" : "light") : choice;
-  // Before the children draw themselves in these colours.
+  // Before the children render in these colours.
   document.documentElement.dataset.theme = theme;
   const choose = (wanted: Choice) => {
     become(wanted);
     try {
       localStorage.setItem(STORED, wanted);
     } catch {
-      // Then it is chosen again next time.
+      // chosen again on the next visit
     }
   };
   return { choice, theme, choose };

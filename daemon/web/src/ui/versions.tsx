@@ -1,4 +1,4 @@
-// The published calibrations of the cell: which is in use, how far two lie apart, another put into use again.
+// Published calibrations of the cell: the one in use, comparison of two, reactivation of another.
 
 import { useEffect, useState } from "preact/hooks";
 import * as decode from "../decode";
@@ -16,7 +16,7 @@ export function Versions({ versions, may, changed }: { versions: Version[]; may:
   const [beside, set_beside] = useState<number | null>(null);
   const [compared, become] = useState<Comparison | "none" | null>(null);
   const in_use = versions.find((one) => one.active);
-  const apart = beside !== in_use?.session ? beside : null; // none lies apart from itself
+  const apart = beside !== in_use?.session ? beside : null; // no comparison with itself
   useEffect(() => {
     become(null);
     if (apart === null || !in_use) return undefined;
