@@ -81,7 +81,7 @@ Bodies::Bodies(const ArmModel& arm) : arm_(arm), nominal_(arm.errors(nullptr)) {
   list_.push_back({"the tool's slim end", last, tool.slim_radius_m, true, true, {}});
   has_ball_ = tool.tip_radius_m > tool.slim_radius_m;
   if (has_ball_) list_.push_back({"the ball of the tip", last, tool.tip_radius_m, true, true, {}});
-  // Parts beside the column have no contact and are always clear.
+  // Further tools make no contact and keep clear of everything.
   for (int k = 1; k < arm.tool_count(); ++k) {
     const Tool& other = arm.tool(k);
     list_.push_back({"the shaft of " + other.id, last, other.radius_m, false, true, {}});

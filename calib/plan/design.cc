@@ -146,7 +146,7 @@ bool gives(const Cell& cell) {
 Eigen::MatrixXd moves(const ArmModel& arm, const std::vector<JointVector>& poses,
                       const Eigen::VectorXd& scale, const AccuracyRegion& region) {
   if (region.kind != AccuracyRegion::Kind::kTool) return aligned_moves(arm, poses, nullptr, scale);
-  // Of the tip relative to the flange: independent of the base.
+  // Tip relative to the flange: independent of the base.
   Eigen::MatrixXd result(3 * static_cast<Eigen::Index>(poses.size()), arm.size());
   Eigen::Matrix3Xd jacobian(3, arm.size());
   for (std::size_t k = 0; k < poses.size(); ++k) {

@@ -56,7 +56,7 @@ constexpr double kUsualStandM = 0.030;
 constexpr double kStandShare = 0.5;
 constexpr int kShortenings = 8;
 constexpr double kShorter = 0.2;  ///< of the remaining line, per step
-/// Of the radius: a sphere at this distance from the line is met.
+/// Share of the radius: a sphere at this distance from the line is met.
 constexpr double kMetShare = 0.9;
 
 /// Ball that contains the sphere at any possible place: its own radius plus `beyond_m`.

@@ -18,7 +18,7 @@
 
 namespace cellcal::calib {
 
-/// Of each sphere and plane, before the first estimate.
+/// Touches of each sphere and plane before the first estimate.
 inline constexpr int kFirstTouches = 5;
 
 /// Ratio of u95, after the touches have determined the model errors of the arm, to the reducible

@@ -115,7 +115,7 @@ double at_stand(const Eigen::Vector3d& off, const Eigen::Vector3d& normal,
   return first > last ? first : kNeverM;
 }
 
-/// Of points, about their mean.
+/// Spread of points about their mean.
 struct Spread {
   double count = 0.0, squares = 0.0;
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
@@ -137,7 +137,7 @@ SearchDepth search_depth(const SearchLine& line, const std::vector<Eigen::Vector
                          double radius_m, const SearchStand& stand, const Tool& tool) {
   const double tip_radius = radius_m + tool.tip_radius_m;
   const double shaft_radius = radius_m + tool.radius_m + kShaftMarginM;
-  // The shaft's end moves in the same direction, behind the tip and, for an inclined tool,
+  // The shaft's end moves in the same direction, after the tip and, for an inclined tool,
   // laterally offset.
   const Eigen::Vector3d behind = -tool.slim_length_m * line.shaft;
   const double above = behind.dot(line.normal);

@@ -65,7 +65,7 @@ struct TcpCheck {
   /// loose part.
   bool holds = false;
   std::size_t touches = 0;  ///< number made
-  /// Of the tool's tip relative to the flange, flange frame, assuming that the tool changed.
+  /// Shift of the tool's tip relative to the flange, flange frame, assuming that the tool changed.
   Eigen::Vector3d shift_m = Eigen::Vector3d::Zero();
   Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Zero();
   double rms_m = 0.0;         ///< of the residuals

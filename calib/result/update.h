@@ -32,7 +32,7 @@ struct UpdateOrigin {
   std::vector<std::size_t> set_aside = {};     ///< indices of touches that are wrong individually
   std::vector<std::string> not_found = {};     ///< targets with a touch without contact
   std::vector<Explanation> explanations = {};  ///< most likely first
-  /// Of the touches under the most likely explanation, and the probability of exceeding it by
+  /// Fit of the touches under the most likely explanation, and the probability of exceeding it by
   /// chance.
   double chi2 = 0.0, degrees_of_freedom = 0.0, by_chance = 1.0;
   /// Log odds of two changes against one change and individually wrong touches, natural logarithm.
