@@ -196,7 +196,7 @@ krl::Places frame_places_of(const EkiFilesConfig& c) {
                          per_component("      <ELEMENT Tag=\"RobotState/FrameNew/@{0}\"/>");
   places["FRAME_CALL"] = c.write_advice ? "  CC_FRAME ( )\n  CC_ADVICE ( )" : "  CC_FRAME ( )";
   places["FRAME_FORGET"] =
-      "      ;what the client that is gone asked for is not done behind its back\n      CC_FRAME_WAIT=FALSE\n      CC_FRAME_ASK=0\n      CC_FRAME_DONE=0";
+      "      ;requests of the disconnected client are discarded\n      CC_FRAME_WAIT=FALSE\n      CC_FRAME_ASK=0\n      CC_FRAME_DONE=0";
   places["FRAME_START"] = "  CC_FRAME_WAIT=FALSE\n  CC_FRAME_ASK=0\n  CC_FRAME_DONE=0";
   places["FRAME_ANSWER"] = set_int("Ask", "CC_FRAME_ASK") + set_int("Do", "CC_FRAME_DO") +
                            set_int("Kind", "CC_FRAME_KIND") + set_int("Number", "CC_FRAME_NO") +

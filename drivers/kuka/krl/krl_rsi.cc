@@ -79,7 +79,7 @@ std::string part(const std::string& name, const krl::Places& places) {
 constexpr const char* kFenceCall =
     R"(  ;narrower limits than the context's, which are the same for all axes and on both sides
   IF CC_FENCE({})==FALSE THEN
-    ;the arm stands beyond one of them, or RSI has refused it
+    ;the arm is beyond one of the limits, or RSI has refused one
     LOOP
       HALT
     ENDLOOP
@@ -114,7 +114,7 @@ void add_release(const RsiFilesConfig& c, krl::Places& places) {
       {"RSI_ON", six ? "RSI_PROCESS_ON(" + mode + ")" : "RSI_ON(" + mode + ",#IPO_FAST)"},
       {"RSI_OFF", six ? "RSI_PROCESS_OFF()" : "RSI_OFF()"},
       {"CONTEXT_NUMBER", six ? "" : "DECL INT CONTID"},
-      {"RSI_RESET", six ? "" : "  ;contexts that an earlier run left\n  RET=RSI_RESET()"},
+      {"RSI_RESET", six ? "" : "  ;contexts left by an earlier run\n  RET=RSI_RESET()"},
       {"RSI_LOAD",
        fmt::format(fmt::runtime(six ? "RSI_LOAD(\"{}\")" : "RSI_CREATE(\"{}\",CONTID,TRUE)"),
                    context)},
