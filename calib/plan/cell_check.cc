@@ -292,7 +292,7 @@ using Eigen::Vector3d;
 constexpr double kOverloaded = 1.5;
 /// Above the payload of any articulated robot (KR 1000 titan, FANUC M-2000: 2300 kg).
 constexpr double kAnyPayloadKg = 2500.0;
-/// Shares of the column's radius and height; objects inside intersect the column.
+/// Shares of the column's radius and height within which an object is inside the column.
 constexpr double kInColumn = 0.5, kAboveBase = 0.3;
 /// Clearance of the tool from its sphere during a touch (clearance.h).
 constexpr double kTouchMarginM = 0.005;
