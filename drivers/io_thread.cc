@@ -70,7 +70,7 @@ struct IoThread::Impl {
   std::thread thread;
   std::vector<std::string> warnings;
 
-  /// From the thread itself, so that the memory of one wait serves the next.
+  /// Runs on the thread itself, so that the memory of one wait is reused by the next.
   void keep_beating() {
     beat.expires_after(kBeat);
     beat.async_wait([this](const boost::system::error_code& error) {
@@ -96,8 +96,8 @@ void IoThread::start() {
       impl->keep_beating();
       impl->context.run();
     } catch (const std::exception& e) {
-      // A handler threw: the owner of the robot cannot go on half-alive. Ending the process is
-      // safe, since without replies the controller's own time-out keeps the arm still.
+      // A handler threw: the owner of the robot must not continue in a partial state. Ending the
+      // process is safe, since without replies the controller's own time-out keeps the arm at rest.
       spdlog::critical("robot I/O thread failed: {}", e.what());
       std::terminate();
     }

@@ -1,11 +1,10 @@
 #pragma once
-// One io_context on one thread: it owns the robot's socket and all of the contact sensor's
-// protocol. The sensor's bytes come to it by a queue (contact/port_pump.h): reading a port can
-// sleep.
+// One io_context on one thread: it owns the robot's socket and the contact sensor's protocol. The
+// sensor's bytes arrive through a queue (contact/port_pump.h), since reading a port can block.
 //
-// Real time where the machine permits it: SCHED_FIFO keeps the reply below 1 ms while other
-// processes burn the processors, locked memory keeps page faults off the cycle. Where it is not
-// permitted the thread runs all the same and says so once, by name.
+// Real time if the machine permits it: SCHED_FIFO keeps the reply below 1 ms under CPU load, locked
+// memory avoids page faults on the cycle. If not permitted the thread runs without it and reports
+// each missing permission once.
 
 #include <cstdint>
 #include <memory>
@@ -19,14 +18,14 @@ class io_context;
 namespace cellcal::drivers {
 
 struct IoThreadOptions {
-  bool realtime = true;           ///< ask for SCHED_FIFO and locked memory
+  bool realtime = true;           ///< requests SCHED_FIFO and locked memory
   int priority = 59;              ///< SCHED_FIFO 1..99; above the kernel's threaded interrupts (50)
-  bool quiet = false;             ///< warnings() alone tell what was not had; nothing is logged
-  std::string name = "robot-io";  ///< at most 15 characters, as top and ps show it
+  bool quiet = false;             ///< no logging; warnings() reports missing permissions
+  std::string name = "robot-io";  ///< at most 15 characters, as shown by top and ps
 };
 
-/// Of the threads that carry the contact sensor's bytes (contact/port_pump.h): just above the
-/// robot's. The highest that is asked for, and what the service's unit grants (LimitRTPRIO).
+/// Priority of the threads that transfer the contact sensor's bytes (contact/port_pump.h): just
+/// above the robot's. The highest requested, and granted by the service's unit (LimitRTPRIO).
 inline constexpr int kPortPriority = IoThreadOptions{}.priority + 1;
 
 class IoThread {
@@ -38,15 +37,15 @@ class IoThread {
 
   /// Starts the thread. Returns when its scheduling is settled; warnings() is then complete.
   void start();
-  /// Lets no further handler run and joins the thread. Whatever lives on the context must be closed
-  /// before, or destroyed after. Idempotent.
+  /// Stops running handlers and joins the thread. Objects on the context must be closed before, or
+  /// destroyed after. Idempotent.
   void stop();
 
   boost::asio::io_context& context();
-  /// Goes on ten times a second while handlers are run. Whoever watches the thread compares two of
-  /// them and asks nothing of it.
+  /// Incremented ten times a second while handlers run. A watchdog compares two values without
+  /// interacting with the thread.
   std::uint64_t beats() const;
-  /// What real time could not be had, each with what to do. Also logged, once, by start().
+  /// Missing real-time permissions, each with its remedy. Also logged, once, by start().
   const std::vector<std::string>& warnings() const;
 
  private:

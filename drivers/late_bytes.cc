@@ -8,7 +8,7 @@ namespace cellcal::drivers {
 
 std::string late_bytes_words(double late_s, double limit_s) {
   constexpr double kMs = 1e3;
-  // Up: what is beyond its limit reads so.
+  // Rounded up, so that a value beyond its limit reads so.
   return fmt::format(
       "this computer was busy: sensor data {:.0f} ms late, limit {:.0f} ms; the sensor sent them in "
       "time. Stop other programs on this computer, or reserve a core (drivers/contact/README.md)",

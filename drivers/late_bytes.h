@@ -1,12 +1,12 @@
 #pragma once
-// The words for bytes of the contact sensor that this computer delivered late, by which the serial
-// link ends as well as a move.
+// Sentence for bytes of the contact sensor that this computer processed late, used for both the
+// serial link and moves.
 
 #include <string>
 
 namespace cellcal::drivers {
 
-/// `late_s`: how old the newest data had become [s]; `limit_s`: how old they may become.
+/// `late_s`: age of the newest data [s]; `limit_s`: its limit.
 std::string late_bytes_words(double late_s, double limit_s);
 
 }  // namespace cellcal::drivers

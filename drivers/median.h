@@ -6,7 +6,8 @@
 
 namespace cellcal::drivers {
 
-/// The middle one; of an even number the upper of the two. There must be one. Changes their order.
+/// Median; the upper of the two middle values for an even count. Requires at least one value.
+/// Changes their order.
 template <class T>
 T median_of(std::span<T> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);

@@ -1,5 +1,6 @@
 #pragma once
-// One clock for everything: steady, injected, so that the emulated cell can run on virtual time.
+// The single clock of all components: steady and injected, so that the emulated cell can run in
+// virtual time.
 
 #include <chrono>
 
@@ -14,7 +15,7 @@ class Clock {
  public:
   virtual ~Clock() = default;
   virtual TimePoint now() const = 0;
-  /// Returns when now() >= t. On a virtual clock this is what makes the emulated cell go on.
+  /// Returns when now() >= t. On a virtual clock it advances the emulated cell.
   virtual void sleep_until(TimePoint t) = 0;
 };
 

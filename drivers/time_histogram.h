@@ -1,6 +1,6 @@
 #pragma once
-// How often times fell between fixed bounds, and their sum: what can be added up over sessions and computers, which
-// quantiles cannot. Plain values without allocation, for the cycle.
+// Histogram of times with fixed bounds, and their sum: unlike quantiles it can be aggregated over sessions and
+// computers. Plain values without allocation, for the cycle.
 
 #include <algorithm>
 #include <array>
@@ -10,10 +10,10 @@
 namespace cellcal::drivers {
 
 struct TimeHistogram {
-  /// Replies of a sound computer lie in the first ones, cycles are 4 and 12 ms, 25 ms of silence stop an arm.
+  /// Replies are typically within the first ones, cycles are 4 and 12 ms, 25 ms of silence stop an arm.
   static constexpr std::array<double, 13> kBounds_s{50e-6, 100e-6, 200e-6, 300e-6, 500e-6, 1e-3, 2e-3,
                                                     4e-3,  8e-3,   12e-3,  25e-3,  50e-3,  100e-3};
-  /// Not above this bound, and above the one before; the last one: above all.
+  /// Counts up to this bound and above the preceding one; the last one: above all.
   std::array<std::uint64_t, kBounds_s.size() + 1> counts{};
   double sum_s = 0.0;
 

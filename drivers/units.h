@@ -1,5 +1,5 @@
 #pragma once
-// Radians and metres inside, degrees and millimetres on KUKA's wires.
+// Radians and metres inside, degrees and millimetres in KUKA's interfaces.
 
 #include <numbers>
 

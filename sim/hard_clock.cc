@@ -15,7 +15,7 @@ bool run_as_hardware() {
   return pthread_setschedparam(pthread_self(), SCHED_FIFO, &param) == 0;
 }
 
-// std::chrono::steady_clock is CLOCK_MONOTONIC here, so its time points serve as they are.
+// std::chrono::steady_clock is CLOCK_MONOTONIC here, so that its time points are used directly.
 void sleep_until(drivers::TimePoint t) {
   const auto ns =
       std::chrono::duration_cast<std::chrono::nanoseconds>(t.time_since_epoch()).count();

@@ -11,18 +11,18 @@ namespace cellcal::calib {
 
 namespace {
 
-/// From what the touches hardly show to what ends a search.
+/// Sizes from barely visible in the touches to large enough to end a search.
 const std::vector<double> kLengthsM{0.1e-3, 0.3e-3, 1e-3, 4e-3, 15e-3};
-/// The same at a metre.
+/// The same sizes at a lever of 1 m.
 const std::vector<double> kAnglesRad = kLengthsM;
-/// 2 to 20 K of aluminium and steel.
+/// Thermal growth by 2 to 20 K of aluminium and steel.
 const std::vector<double> kGrowths{25e-6, 80e-6, 250e-6};
 
-/// Arm and sphere once something has changed.
+/// Arm and sphere after a change.
 struct Place {
   Eigen::Vector3d tip_m, centre_m;
   Eigen::Matrix3d flange;
-  double outside_m = 0.0;  ///< beside all geometry
+  double outside_m = 0.0;  ///< offset along the normal, independent of the geometry
 };
 
 Place place_of(const PossibleChange& change, const double* size, const ForeseenContact& at,
@@ -87,8 +87,8 @@ std::vector<PossibleChange> possible_changes(const Calibration& c,
   for (const ForeseenContact& contact : contacts)
     if (std::ranges::find(spheres, contact.target) == spheres.end())
       spheres.push_back(contact.target);
-  // What is knocked is the tool, mostly; next a stand. A zero that slips, and a touch that is wrong though
-  // it was confirmed, are rare.
+  // Tools are knocked most often, then stands; a joint's zero rarely slips, and a confirmed touch is
+  // rarely wrong.
   constexpr double kTool = 0.4, kSphere = 0.25, kJoint = 0.15, kGrowth = 0.15, kTouch = 0.05;
   std::vector<PossibleChange> changes{
       {ChangeKind::kTool, c.cell.tool.name(), 0, 3, kTool, kLengthsM}};
@@ -128,10 +128,10 @@ Eigen::MatrixXd columns_of(const PossibleChange& change,
 
 namespace {
 
-/// Of them 200 lie above the threshold, which leaves it wrong by a fourteenth of the false alarms.
+/// About 200 draws exceed the threshold: a relative error of 1/14 in the false alarm rate.
 constexpr Eigen::Index kDraws = 200'000;
 constexpr Eigen::Index kFindDraws = 4000;
-constexpr Eigen::Index kBlock = 1000;  ///< drawn at once
+constexpr Eigen::Index kBlock = 1000;  ///< draws per block
 constexpr unsigned kSeed = 20251122;
 
 Eigen::MatrixXd drawn(Eigen::Index rows, Eigen::Index columns, Random& random) {
@@ -189,7 +189,7 @@ Eigen::VectorXd Alarm::log_odds_of(const Eigen::MatrixXd& whitened) const {
               .transpose()
               .array() -
           volume;
-      constexpr double kMost = 600.0;  // beyond any threshold, and a number yet
+      constexpr double kMost = 600.0;  // above any threshold, finite
       sum += part.weight / static_cast<double>(part.usual.size()) * exponent.min(kMost).exp();
     }
   return sum.log();

@@ -1,7 +1,7 @@
 #pragma once
-// When a check is an alarm. Residuals of a cell in which nothing changed are Gaussian with the covariance
-// that the calibration foresees; so how often any number that is made of them exceeds a threshold by chance
-// can be drawn, and the threshold for one false alarm in a thousand read off.
+// Alarm threshold of a check. The residuals of an unchanged cell are Gaussian with the covariance foreseen
+// by the calibration, so the distribution of any statistic of them can be sampled, and the threshold set
+// for one false alarm in a thousand.
 
 #include <Eigen/Core>
 #include <string>
@@ -13,48 +13,48 @@
 
 namespace cellcal::calib {
 
-// What may have changed since a calibration, one thing at a time, and what it does to a touch.
+// Possible changes since a calibration, one at a time, and their effect on a touch.
 
 struct PossibleChange {
   ChangeKind kind = ChangeKind::kTool;
-  std::string name;       ///< as Explanation's
+  std::string name;       ///< as in Explanation
   std::size_t index = 0;  ///< of the joint, of the touch
   int size = 3;           ///< components
-  double weight = 1.0;    ///< probability beforehand, among all changes
-  /// Sizes that are looked for, each as likely as the others: 1 sigma of each component, SI.
+  double weight = 1.0;    ///< prior probability, among all changes
+  /// Sizes considered, equally likely: 1 sigma of each component, SI.
   std::vector<double> usual = {};
 };
 
-/// All that these touches could show. The last joint is none of them: its zero moves the tip on the flange
-/// as a shift of the tool does, so the tool stands for both.
+/// All changes that these touches can show. The last joint is omitted: its zero moves the tip on the
+/// flange as a shift of the tool does, so the tool represents both.
 std::vector<PossibleChange> possible_changes(const Calibration& calibration,
                                              const std::vector<ForeseenContact>& contacts);
 
-/// What the touches would be off by had that changed by `size`, and the derivatives by its components.
+/// Residuals of the touches after a change by `size`, and their derivatives by its components.
 struct Changed {
   Eigen::VectorXd off_m;
   Eigen::MatrixXd by_size;
 };
 Changed changed(const PossibleChange& change, const Eigen::VectorXd& size,
                 const std::vector<ForeseenContact>& contacts);
-/// The derivatives where nothing has changed yet.
+/// Derivatives at size zero.
 Eigen::MatrixXd columns_of(const PossibleChange& change,
                            const std::vector<ForeseenContact>& contacts);
 
-/// Share of checks with nothing changed that are told not to hold.
+/// Share of checks of an unchanged cell that report 'does not hold'.
 inline constexpr double kFalseAlarms = 1e-3;
 
 class Alarm {
  public:
-  /// `covariance_m2`: of the contacts' residuals, nothing changed.
+  /// `covariance_m2`: covariance of the contacts' residuals in an unchanged cell.
   Alarm(const std::vector<PossibleChange>& changes, const std::vector<ForeseenContact>& contacts,
         const Eigen::MatrixXd& covariance_m2);
 
   const Cholesky& covariance() const { return covariance_; }
-  /// That anything changed over that nothing did, natural logarithm; of whitened residuals of small changes.
+  /// Natural logarithm of the odds of any change against none, for whitened residuals of small changes.
   double log_odds(const Eigen::VectorXd& whitened) const;
   double threshold() const { return threshold_; }
-  /// Share of shifts of the tool by so much, in any direction, that raise the alarm.
+  /// Share of tool shifts of this size, in uniformly random directions, that raise the alarm.
   double found(double shift_m) const;
 
  private:
@@ -67,9 +67,9 @@ class Alarm {
 
   Cholesky covariance_;
   Eigen::MatrixXd directions_;  ///< orthonormal within each change, one column each
-  Eigen::VectorXd square_;      ///< of what one SI unit along each moves the whitened residuals
+  Eigen::VectorXd square_;      ///< squared norm of the whitened residuals per SI unit
   std::vector<Part> parts_;
-  Eigen::MatrixXd by_tool_;  ///< whitened residuals by its shift
+  Eigen::MatrixXd by_tool_;  ///< derivative of the whitened residuals by the tool's shift
   double threshold_ = 0.0;
 };
 

@@ -8,11 +8,11 @@ namespace cellcal::calib {
 
 namespace {
 
-constexpr double kLambda = 0.1;  ///< weight of the newest in the EWMA
-/// Of each check, taken off the CUSUM: finds steps of 2 sigma best.
+constexpr double kLambda = 0.1;  ///< weight of the newest check in the EWMA
+/// Allowance subtracted from the CUSUM per check; optimal for steps of 2 sigma.
 constexpr double kAllowed = 1.0;
 
-/// Beyond all limits. No knock, however large, is remembered for longer than some ten checks.
+/// Above all limits. Bounds the memory of any shift, however large, to about ten checks.
 constexpr double kMost = 8.0;
 
 void keep_below(Eigen::Vector3d& v, double most) {
@@ -49,9 +49,9 @@ Charts::Statistics Charts::take(const CheckSeen& check) {
 
 namespace {
 
-/// What is stated counts as much as so many degrees of freedom.
+/// Degrees of freedom by which the stated covariance counts.
 constexpr double kStated = 30.0;
-/// Of three components one in a thousand is beyond; it is no scatter.
+/// 99.9 % quantile of chi^2 with three degrees of freedom; larger squares are not scatter.
 constexpr double kMostSquare = 16.3;
 
 using Gain = Eigen::Matrix<double, 3, 6>;
@@ -72,7 +72,7 @@ Centre::Innovation Centre::against(const CheckSeen& check) const {
   const Gain h = row_of(warmer(check));
   const Eigen::Vector3d off = check.shift_m - h * state_;
   const Eigen::Matrix3d s = h * covariance_ * h.transpose() + check.covariance_m2;
-  return {off, s.llt().matrixL().solve(off)};  // (96), f_s beside
+  return {off, s.llt().matrixL().solve(off)};  // (96), except f_s
 }
 
 void Centre::learn(const CheckSeen& check) {

@@ -1,5 +1,5 @@
 #pragma once
-// The two control charts, check after check.
+// EWMA and CUSUM control charts over the checks.
 
 #include <Eigen/Core>
 
@@ -7,19 +7,19 @@
 
 namespace cellcal::calib {
 
-// Where the TCP has been, and how far off the next check is of that: innovations that are standard normal and
-// independent while nothing changes.
+// Estimate of the TCP's centre, and the innovation of the next check: standard normal and independent while
+// nothing changes.
 
-/// What a kelvin may do beforehand, 1 sigma: 12 to 24 um per metre, of an arm of a metre or two.
+/// Prior 1 sigma of the TCP's shift per kelvin: 12 to 24 um per metre, for an arm of 1 to 2 m.
 inline constexpr double kPerKelvinM = 0.03e-3;
 
-/// As long as temperatures are not known, a centre alone.
+/// Estimates the centre, and its temperature coefficient once temperatures are known.
 class Centre {
  public:
   struct Innovation {
     Eigen::Vector3d off_m, standard;
   };
-  /// Of no check before the first. `reference_c`: temp_0, where temperatures are known.
+  /// State before the first check. `reference_c`: temp_0, if temperatures are known.
   explicit Centre(std::optional<double> reference_c) : reference_c_(reference_c) {}
 
   bool known() const { return known_; }
@@ -38,11 +38,12 @@ class Centre {
   Eigen::Matrix<double, 6, 6> covariance_ = Eigen::Matrix<double, 6, 6>::Zero();
 };
 
-/// How much checks scatter beyond what is stated, by neighbours: a creep does not move it.
+/// Scatter of the checks relative to the stated one, from differences of neighbours, so that a
+/// creep does not change it.
 class Scatter {
  public:
   void learn(const CheckSeen& before, const CheckSeen& check, const Eigen::Vector3d& by_warmth_m);
-  double factor() const;  ///< of a sigma
+  double factor() const;  ///< factor on sigma
 
  private:
   double squares_ = 0.0, freedom_ = 0.0;
@@ -55,11 +56,11 @@ class Charts {
   struct Statistics {
     double ewma = 0.0, cusum = 0.0;
   };
-  /// Of the next check, against all that were learnt.
+  /// Statistics of the next check relative to all checks learned so far.
   Statistics take(const CheckSeen& check);
-  /// It becomes part of the centre.
+  /// Includes the check in the centre.
   void learn(const CheckSeen& check) { centre_.learn(check); }
-  /// The centre is another from now on; the statistics go on.
+  /// Replaces the centre; the statistics continue.
   void refer_to(const Centre& centre) { centre_ = centre; }
 
   const Centre& centre() const { return centre_; }
@@ -73,17 +74,18 @@ class Charts {
   double forgotten_ = 1.0;  ///< 0.9^(2 n_chart)
 };
 
-// The control limits. Worked out by 'tests/experiments/drift --limits': the charts over checks in which nothing but
-// their scatter is another, 20 000 times; both charts alarm as often as each other.
+// Control limits, computed by 'tests/experiments/drift --limits': the charts over 20 000 series of checks with
+// scatter only, at equal alarm rates of both charts.
 
 inline constexpr ControlLimits kWarnLimits{.ewma = 3.456, .cusum = 4.059, .run_length = 200.0};
 inline constexpr ControlLimits kAlarmLimits{.ewma = 3.984, .cusum = 5.091, .run_length = 1000.0};
 
-/// Checks before anything is said: five share their centre's error by four.
+/// Minimum number of checks for a statement; five checks reduce the variance of the centre to a
+/// fifth.
 inline constexpr std::size_t kLeastChecks = 5;
 
-/// Days without a check that decided something, behind which 'in control' says nothing of now: in two weeks a creep of
-/// 0.1 mm/month is what a check sees.
+/// Days without a decided check after which 'in control' no longer applies: in two weeks a creep of 0.1 mm/month
+/// reaches the resolution of a check.
 inline constexpr double kMostDays = 14.0;
 
 }  // namespace cellcal::calib

@@ -12,15 +12,14 @@ namespace cellcal::calib {
 
 namespace {
 
-/// Farther from all temperatures that the chart has seen, it does not know what is usual.
+/// Distance from all temperatures in the chart beyond which a temperature is unusual.
 constexpr double kUnusualK = 5.0;
 
 bool beyond(const Charts::Statistics& at, const ControlLimits& limits) {
-  return !(at.ewma <= limits.ewma &&
-           at.cusum <= limits.cusum);  // what is no number is not in control
+  return !(at.ewma <= limits.ewma && at.cusum <= limits.cusum);  // NaN is not in control
 }
 
-/// The charts, and what follows from them, check after check.
+/// Evaluates the charts check by check.
 class Watch {
  public:
   explicit Watch(std::optional<double> reference_c)
@@ -34,7 +33,7 @@ class Watch {
     DriftPoint point;
     point.check = check;
     const bool held = check.verdict == CheckVerdict::kHolds;
-    // What does not hold is measured against those that held, and is no part of them.
+    // Checks that do not hold are compared with the centre but not included in it.
     if (check.left_out == LeftOut::kNo && (held || charts_.centre().known())) {
       const Charts::Statistics at = charts_.take(check);
       point.ewma = at.ewma;
@@ -58,7 +57,8 @@ class Watch {
       if (charts_.centre().known()) point.off_m = charts_.centre().against(point.check).off_m;
     chart_.noise = charts_.scatter();
     chart_.per_kelvin_m = charts_.centre().per_kelvin_m();
-    // After a check that did not hold and one that does, the tool was put back: neither a step nor a creep.
+    // A check that holds after one that did not: the tool was put back, which is neither a step nor a
+    // creep.
     const bool put_back = failed_ && !chart_.not_held;
     if ((chart_.alarmed_at && !put_back) || by_statistics() == DriftState::kWarns)
       chart_.trend = trend_of(trend_checks_, charts_.scatter(), reference_c_);
@@ -66,7 +66,8 @@ class Watch {
   }
 
  private:
-  /// An alarm stands until both statistics are below their warning limits, however few checks there are.
+  /// An alarm persists until both statistics are below their warning limits, regardless of the number of
+  /// checks.
   DriftState by_statistics() const {
     const bool enough = chart_.counted >= kLeastChecks;
     if (enough && beyond(at_, kAlarmLimits)) return DriftState::kAlarms;
@@ -77,7 +78,7 @@ class Watch {
     return enough ? DriftState::kInControl : DriftState::kTooFew;
   }
 
-  /// The state is never better than the newest check.
+  /// The state is never better than that of the newest check.
   void look_at_newest(const CheckSeen& check) {
     switch (check.verdict) {
       case CheckVerdict::kUndecided:
@@ -97,7 +98,7 @@ class Watch {
     chart_.undecided = 0;
   }
 
-  /// The centre stays what it was before the arm went off.
+  /// The centre keeps its value from before the alarm.
   void freeze(const CheckSeen& check) {
     if (chart_.alarmed_at) return;
     chart_.alarmed_at = check.session;
@@ -110,7 +111,7 @@ class Watch {
   }
 
   void go_on(const CheckSeen& check) {
-    if (chart_.alarmed_at) {  // it was put back, or was none
+    if (chart_.alarmed_at) {  // cleared, or false alarm
       trend_checks_.resize(trusted_);
       trend_checks_.push_back(check);
       chart_.alarmed_at.reset();
@@ -123,13 +124,13 @@ class Watch {
   Charts charts_;
   DriftChart chart_;
   Charts::Statistics at_;  ///< of the newest check in the chart
-  /// What the centre is made of, and the checks of the alarm that stands.
+  /// Checks that the centre is estimated from, and those since the current alarm.
   std::vector<CheckSeen> trend_checks_;
-  std::size_t trusted_ = 0;  ///< of them, before that alarm's trend
-  bool failed_ = false;      ///< a check that did not hold raised it
+  std::size_t trusted_ = 0;  ///< number of them before the current alarm's trend
+  bool failed_ = false;      ///< the alarm was raised by a check that did not hold
 };
 
-/// Of the newest check, if it is unlike the others.
+/// True if the newest check's temperature is outside the range of the others.
 bool unusual_temperature(const DriftChart& chart) {
   const auto& newest = chart.points.back().check.temperature_c;
   double nearest = kUnusualK;
@@ -187,16 +188,17 @@ void advise(DriftChart& chart) { chart.advice = advice_for(chart); }
 
 namespace {
 
-/// Beside the centre and its warmth: the trend's own three.
+/// Centre, temperature coefficient, and the trend's three components.
 using Normal = Eigen::Matrix<double, 9, 9>;
 using Right = Eigen::Matrix<double, 9, 1>;
 
-/// Time is counted in days here, so that no column is a billion times another.
+/// Time in days, for the conditioning of the normal equations.
 constexpr double kDayS = 86400.0;
-/// Checks of one day have no rate per month.
+/// Minimum duration of a creep: checks of one day give no rate per month.
 constexpr double kShortestCreepS = kDayS;
 
-/// Normal equations of centre, warmth and one trend, found = centre + per_K warm + size basis.
+/// Normal equations of centre, temperature coefficient and one trend: found = centre + per_K warm +
+/// size basis.
 struct Fit {
   Normal normal = Normal::Zero();
   Right right = Right::Zero();
@@ -246,7 +248,8 @@ std::optional<DriftTrend> trend_of(const std::vector<CheckSeen>& checks, double 
     weights.push_back((noise * noise * check.covariance_m2).inverse());
     warm.push_back(reference_c && check.temperature_c ? *check.temperature_c - *reference_c : 0.0);
   }
-  // Candidates thin out where there are hundreds: a creep is not known to a check anyway.
+  // Candidate onsets are thinned out if there are hundreds: the onset of a creep is not known to a
+  // single check.
   constexpr std::size_t kMostCandidates = 150;
   const std::size_t stride = 1 + checks.size() / kMostCandidates;
   Best best;

@@ -1,5 +1,5 @@
 #pragma once
-// All checks of one calibration as a control chart.
+// Control chart of all checks of one calibration.
 
 #include <optional>
 #include <vector>
@@ -8,26 +8,27 @@
 
 namespace cellcal::calib {
 
-/// The only judgement of all checks: what a cell, its metrics, its page, its controller and its plant show. It is never better
-/// than the newest check: an alarm where that does not hold, unknown instead of in control where it is undecided.
-/// `checks`: in their order, of the same touches where they are not left out. Causes of its trend and the advice that needs
-/// them are not in it yet: advise().
+/// The single evaluation of all checks, used by session, metrics, page, controller and plant. Never better than the
+/// newest check: an alarm if that does not hold, unknown instead of in control if it is undecided. `checks`: in
+/// chronological order, of the same touches unless left out. Causes of the trend and the advice that depends on them
+/// are set by advise().
 DriftChart drift_chart(const std::vector<CheckSeen>& checks);
 
-/// 'In control' is said of now: with `now_s` (since 1970, UTC) far behind the newest check that decided something the state
-/// becomes kUnknown and the advice to check again. What warns or alarms stays.
+/// Downgrades a state that is out of date: if `now_s` (since 1970, UTC) is long after the newest decided check, 'in
+/// control' becomes kUnknown with the advice to check again. Warnings and alarms remain.
 void age(DriftChart& chart, double now_s);
 
-/// Sets the advice by state, trend, causes and newest check.
+/// Sets the advice from state, trend, causes and newest check.
 void advise(DriftChart& chart);
 
-/// temp_0: the first temperature that is known of checks which count.
+/// temp_0: the first known temperature of the checks that count.
 std::optional<double> reference_temperature_c(const std::vector<CheckSeen>& checks);
 
-// Since when and how fast the TCP went off: the step or the linear creep, from any check on, that leaves least.
+// Onset and rate of the TCP's shift: the step or linear creep, from any check on, with the smallest remaining
+// residuals.
 
-/// Of checks in their order, the first of which is never off. None: fewer than two. `noise`: how much they scatter beyond what
-/// is stated. `reference_c`: as of the charts.
+/// `checks`: chronological; the first is never part of the trend. Empty for fewer than two checks. `noise`: scatter of
+/// the checks relative to the stated one. `reference_c`: as for the charts.
 std::optional<DriftTrend> trend_of(const std::vector<CheckSeen>& checks, double noise,
                                    std::optional<double> reference_c);
 

@@ -13,12 +13,13 @@ namespace cellcal::calib {
 
 namespace {
 
-/// A sensor that sees nothing though there is a contact, of those that proved themselves behind it.
+/// Probability that a sensor that has proved to work misses a contact.
 constexpr double kBlind = 1e-6;
 
-/// That the search ends outside of the surface.
+/// Log probability that the search ends outside the surface.
 double log_unmet_under(const Unmet& unmet, const PossibleChange& change, const Fitted& fitted) {
-  if (change.kind == ChangeKind::kTouch) return std::log(kBlind);  // that of another touch
+  if (change.kind == ChangeKind::kTouch)
+    return std::log(kBlind);  // a touch alone has no effect on others
   const Changed at = changed(change, fitted.size, {unmet.at_end});
   const double gap = at.off_m[0];
   const double variance = unmet.sigma_m * unmet.sigma_m +
@@ -42,16 +43,17 @@ Fitted fit(const PossibleChange& change, double usual, const std::vector<Foresee
   };
   const double nothing = look(fitted.size);
   double least = nothing;
-  // Gauss-Newton: of a shift of millimetres against a sphere of some ten, each leaves a tenth or less.
+  // Gauss-Newton iterations: for a shift of millimetres against a sphere of some ten millimetres, each
+  // leaves a tenth or less.
   constexpr int kSteps = 12, kHalvings = 6;
-  // Of a sum of squares whose differences are judged by whole numbers.
+  // Convergence threshold of a sum of squares whose differences are judged in integers.
   constexpr double kSettled = 1e-6;
   for (int k = 0; k < kSteps; ++k) {
     information = by.transpose() * by;
     information.diagonal().array() += prior;
     const Eigen::VectorXd pull = -(by.transpose() * off + prior * fitted.size);
     Eigen::VectorXd step = pivoted_solve(information, pull);
-    if (pull.dot(step) < kSettled) break;  // what it would bring
+    if (pull.dot(step) < kSettled) break;  // predicted decrease
     double reached = look(fitted.size + step);
     for (int h = 0; h < kHalvings && !(reached < least); ++h) {
       step /= 2.0;
@@ -105,10 +107,11 @@ double log_unmet(const std::vector<Unmet>& unmet) {
 
 namespace {
 
-/// Ripple counts twice where no touch of the calibration was, as in its bounds (calib/estimate, (37)).
+/// Ripple counts twice at postures without a touch of the calibration, as in its bounds
+/// (calib/estimate, (37)).
 constexpr double kRippleElsewhere = 2.0;
 
-/// The arm with every error that a calibration may have found.
+/// The arm with every error that a calibration may have identified.
 Cell levelled(const Calibration& c) { return at_level(c.cell, {1.0, 1.0, 0.0, c.level.play}); }
 
 std::vector<Touch> all_fit(std::vector<Touch> touches) {

@@ -1,5 +1,5 @@
 #pragma once
-// How well each change explains touches, whatever its size: centimetres as well as microns.
+// Likelihood of each change given the touches, for sizes from microns to centimetres.
 
 #include <vector>
 
@@ -12,50 +12,51 @@
 
 namespace cellcal::calib {
 
-/// A change's size by the touches, and how likely they are.
+/// Estimated size of a change, and the likelihood of the touches under it.
 struct Fitted {
   Eigen::VectorXd size;
   Eigen::MatrixXd covariance;
-  double log_likelihood = 0.0;  ///< over that of nothing
+  double log_likelihood = 0.0;  ///< relative to no change
 };
 
-/// `usual`: 1 sigma of each component beforehand. `covariance`: of the residuals, nothing changed.
+/// `usual`: prior 1 sigma of each component. `covariance`: of the residuals in an unchanged cell.
 Fitted fit(const PossibleChange& change, double usual, const std::vector<ForeseenContact>& contacts,
            const Cholesky& covariance);
 
-/// A touch that met nothing: where its search ended, and the sigma of how far that is from the surface.
+/// A touch without contact: end of its search, and the sigma of the distance from there to the surface.
 struct Unmet {
   std::size_t planned = 0;
   ForeseenContact at_end;
   double sigma_m = 0.0;
 };
 
-/// Over all sizes that are looked for; of what met nothing, that it would.
+/// Marginalised over all sizes considered, including the probability of the missed contacts.
 Explanation explain(const PossibleChange& change, const std::vector<ForeseenContact>& contacts,
                     const Cholesky& covariance, const std::vector<Unmet>& unmet);
-/// Of nothing: how likely it is that a search that should have met its sphere did not.
+/// Log probability of the missed contacts in an unchanged cell.
 double log_unmet(const std::vector<Unmet>& unmet);
 
-// The estimator's own equations of touches of spheres, at the values of a calibration and near them.
+// The estimator's own equations for touches of spheres, at and near the values of a calibration.
 
 class KnownTouches {
  public:
   using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-  /// Throws IdentifyError of a touch of what is no sphere, or of a sphere that the calibration has no place of.
+  /// Throws IdentifyError for a touch of a target that is not a sphere, or of a sphere whose centre the
+  /// calibration lacks.
   KnownTouches(const Calibration& calibration, const std::vector<Touch>& touches);
-  KnownTouches(const KnownTouches&) = delete;  // parts refer to each other
+  KnownTouches(const KnownTouches&) = delete;  // members refer to each other
 
   const std::vector<Unknown>& unknowns() const { return problem_.unknowns(); }
   const Problem& problem() const { return problem_; }
-  /// By the calibration, SI.
+  /// Values of the calibration, SI.
   const Eigen::VectorXd& x() const { return x_; }
 
-  /// How far outside of its surface each tip is [m].
+  /// Distance of each tip outside its surface [m].
   Eigen::VectorXd off_m(const Eigen::VectorXd& x) const;
-  /// Derivatives of that by all unknowns, SI.
+  /// Derivatives of off_m() by all unknowns, SI.
   RowMajor rows(const Eigen::VectorXd& x) const;
-  /// By the calibration.
+  /// Contact foreseen by the calibration.
   ForeseenContact contact(std::size_t touch) const;
 
  private:

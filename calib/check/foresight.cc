@@ -11,11 +11,11 @@ namespace cellcal::calib {
 
 namespace {
 
-/// A cell's temperature is another by a kelvin from shift to shift, and nobody calls that a change.
+/// Temperature varies by a kelvin from shift to shift, which is not a change of the cell.
 constexpr double kUsualGrowth = 12e-6;
 
-/// Of the unknowns; what the calibration does not have but the touches ask for (the latch's delay) keeps
-/// its prior.
+/// Covariance of the unknowns; one that the touches need but the calibration lacks (the latch delay)
+/// keeps its prior.
 Eigen::MatrixXd covariance_of(const Calibration& c, const std::vector<Unknown>& unknowns) {
   const auto n = static_cast<Eigen::Index>(unknowns.size());
   std::vector<Eigen::Index> place(unknowns.size(), -1);
@@ -35,7 +35,7 @@ Eigen::MatrixXd covariance_of(const Calibration& c, const std::vector<Unknown>& 
   return s;
 }
 
-/// As calib/estimate has it: where the calibration found an error that no model level has; how it is shared by touches.
+/// As in calib/estimate: correlation between touches of the model error that the calibration found.
 double alike(const ForeseenContact& a, const ForeseenContact& b, const Touch& at_a,
              const Touch& at_b, double reach_rad) {
   const Eigen::Vector3d n_a = (a.tip_m - a.centre_m).normalized();
@@ -98,7 +98,7 @@ Foresight foresee(const Calibration& c, const std::vector<Touch>& touches) {
 
 void refer_to(Foresight& foresight, const Eigen::MatrixXd& off_m) {
   if (off_m.cols() == 0) return;
-  // (94): of the mean of the earlier ones, and what it says of what lasts
+  // (94): mean of the earlier checks, and its information on the lasting part
   const Eigen::MatrixXd lasting = foresight.lasting_m2;
   const Cholesky mean(lasting + foresight.passing_m2 / static_cast<double>(off_m.cols()));
   const Eigen::VectorXd foreseen = lasting * mean.solve(Eigen::VectorXd(off_m.rowwise().mean()));

@@ -10,7 +10,7 @@ namespace cellcal::calib {
 
 namespace {
 
-/// A shift that nothing is known of beforehand.
+/// Prior sigma of a shift without prior knowledge.
 
 void share_out(std::vector<Explanation>& all, const std::vector<PossibleChange>& changes) {
   double most = -1e300, sum = 0.0;

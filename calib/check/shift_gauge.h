@@ -1,7 +1,7 @@
 #pragma once
-// A check as a measurement of the TCP that repeats. What the calibration leaves open is the same in every check by the
-// same touches: it stays in the figure as a constant, and its covariance is that of what is another each time.
-// Assumption: the tool is what shifted. Failure case: anything else did; it shows as a shift that it would look like.
+// A check as a repeatable measurement of the TCP. Errors of the calibration are common to all checks by the same
+// touches: they remain in the shift as a constant, and its covariance covers the independent part only. Assumption:
+// the tool shifted. Failure case: any other change appears as the tool shift that resembles it.
 
 #include <vector>
 
@@ -13,7 +13,7 @@ namespace cellcal::calib {
 
 class ShiftGauge {
  public:
-  /// `expected`: touches about where all checks will make them. Throws IdentifyError as foresee() does.
+  /// `expected`: touches near those of all checks. Throws IdentifyError as foresee() does.
   ShiftGauge(const Calibration& calibration, const std::vector<Touch>& expected);
 
   struct Shift {
@@ -21,11 +21,11 @@ class ShiftGauge {
     Eigen::Matrix3d covariance_m2;
     Eigen::VectorXd off_m;  ///< of each touch
   };
-  /// One for each that was expected, in their order.
+  /// `made`: one touch for each expected one, in the same order.
   Shift measure(const std::vector<Touch>& made) const;
 
-  /// What explains that touches came to be off by so much on the mean of some checks and not of others.
-  /// `scatter`: variance of that difference by the variance of one check. Likeliest first.
+  /// Explanations of a difference `off_m` between the mean residuals of two groups of checks.
+  /// `scatter`: variance of that difference over the variance of one check. Most likely first.
   std::vector<Explanation> causes(const Eigen::VectorXd& off_m, double scatter) const;
 
   std::size_t touches() const { return foresight_.contacts.size(); }

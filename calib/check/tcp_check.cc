@@ -15,9 +15,9 @@ namespace cellcal::calib {
 
 namespace {
 
-/// What §9 of the method asks a check to find.
+/// Shift that a check is required to find (method, section 9).
 constexpr double kFindsM = 0.15e-3;
-/// Beforehand, in odds: one check in a hundred finds something. It moves no threshold.
+/// Prior odds of a change: one check in a hundred. Does not affect the threshold.
 constexpr double kChangedBefore = 0.01;
 
 Foresight foreseen(const Calibration& calibration, const std::vector<Touch>& expected,
@@ -40,7 +40,7 @@ Foresight foreseen(const Calibration& calibration, const std::vector<Touch>& exp
   return foresight;
 }
 
-/// Of all explanations; the weights are those from beforehand.
+/// Normalises the probabilities of all explanations; `weight`: their prior weights.
 void share_out(std::vector<Explanation>& explanations, const std::vector<double>& weight) {
   double most = -std::numeric_limits<double>::infinity(), sum = 0.0;
   for (std::size_t k = 0; k < explanations.size(); ++k)
@@ -55,7 +55,7 @@ void share_out(std::vector<Explanation>& explanations, const std::vector<double>
                    [](const auto& a, const auto& b) { return a.probability > b.probability; });
 }
 
-/// Spheres of which nothing was met may have moved as well as the others.
+/// Adds the spheres without any contact, which may have moved as well as the others.
 std::vector<PossibleChange> with_spheres_of(const std::vector<MissedTouch>& missed,
                                             std::vector<PossibleChange> changes) {
   const auto of = [&](const std::string& id) {
@@ -77,7 +77,7 @@ NotFound not_found(const Calibration& calibration, const MissedTouch& missed) {
   return {missed.planned, missed.at_end.target, -gap_m};
 }
 
-/// Sigma of how far the end of a search is from its surface, by the calibration.
+/// End of each search relative to its surface, with sigma by the calibration.
 std::vector<Unmet> unmet_of(const Calibration& calibration,
                             const std::vector<MissedTouch>& missed) {
   if (missed.empty()) return {};
@@ -164,7 +164,7 @@ TcpCheck check_tcp(const Calibration& calibration, const std::vector<Touch>& mad
                    const std::vector<std::vector<Touch>>& references) {
   if (made.size() >= kLeastCheckTouches || missed.empty())
     return TcpChecker(calibration, made, references).judge(made, planned, missed);
-  TcpCheck check;  // so few were met that nothing can be said of what is left
+  TcpCheck check;  // too few contacts for any explanation
   check.touches = made.size();
   for (const MissedTouch& one : missed) check.not_found.push_back(not_found(calibration, one));
   return check;

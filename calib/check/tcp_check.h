@@ -1,11 +1,11 @@
 #pragma once
-// Does a calibration still hold, and if not, what changed? Answered by six to eight touches.
+// Check of a calibration by six to eight touches: does it still hold, and if not, what changed?
 //
-// With res how far the touches are off, V what they may be off by were nothing changed (foresight.h), and G
-// what one thing that changed does to them (alarm.h), each explanation has the likelihood of res under
-// V + size^2 G G', size the one that is looked for. What changed is the likeliest; whether anything did is decided
-// by the sum of all (alarm.h).
-// Assumption: one thing changed. Failure case: two did; then the likeliest single one is named, and is wrong.
+// With res the residuals of the touches, V their covariance in an unchanged cell (foresight.h), and G the effect
+// of a single change on them (alarm.h), each explanation has the likelihood of res under V + size^2 G G', over the
+// sizes considered. The change reported is the most likely one; whether anything changed is decided by the sum
+// over all (alarm.h). Assumption: a single change. Failure case: with two changes the most likely single one is
+// reported, which is wrong.
 
 #include <Eigen/Core>
 #include <string>
@@ -17,39 +17,40 @@
 
 namespace cellcal::calib {
 
-/// More references than this are not taken: the first behind a calibration, so that what creeps is not taken
-/// for what always was.
+/// Maximum number of reference checks: the first ones after a calibration, so that a creep does not become
+/// part of the reference.
 inline constexpr std::size_t kMostReferences = 4;
 
-/// Fewer say nothing of a shift in any direction.
+/// Fewer touches cannot detect a shift in every direction.
 inline constexpr std::size_t kLeastCheckTouches = 4;
 
-/// A shift that nothing is known of beforehand.
+/// Prior sigma of a shift without prior knowledge.
 inline constexpr double kAnyShiftM = 0.05;
 
-/// A touch that met nothing: planned, with the axis angles of the end of its search.
+/// A planned touch without contact, with the axis angles at the end of its search.
 struct MissedTouch {
   std::size_t planned = 0;
   Touch at_end;
 };
 
-/// What can be worked out before the touches are made: serves every check of the same touches.
+/// Precomputes what does not depend on the measured touches; serves every check by the same planned
+/// touches.
 class TcpChecker {
  public:
-  /// `expected`: touches about where they will be made (some millimetres off do not matter). `references`:
-  /// checks by the same touches in their order, behind the calibration, which held; what was off in them is
-  /// expected again. Throws IdentifyError as foresee() does, and of fewer than kLeastCheckTouches.
+  /// `expected`: touches near those to be made (within some millimetres). `references`: checks by the same
+  /// touches that held, chronological, after the calibration; their residuals are expected again. Throws
+  /// IdentifyError as foresee() does, and for fewer than kLeastCheckTouches.
   TcpChecker(const Calibration& calibration, const std::vector<Touch>& expected,
              const std::vector<std::vector<Touch>>& references = {});
 
-  /// `made`: one for each that was expected, in their order. Throws IdentifyError of others.
+  /// `made`: one touch for each expected one, in the same order; throws IdentifyError otherwise.
   TcpCheck judge(const std::vector<Touch>& made) const;
-  /// The same with what met nothing; `planned`: which of the planned touches each of the made ones is.
+  /// As above with missed touches; `planned`: index of the planned touch for each made one.
   TcpCheck judge(const std::vector<Touch>& made, const std::vector<std::size_t>& planned,
                  const std::vector<MissedTouch>& missed) const;
 
   const Alarm& alarm() const { return alarm_; }
-  /// Of a tool's shift worked out of such touches [m^2], flange frame.
+  /// Covariance of a tool shift estimated from such touches [m^2], flange frame.
   Eigen::Matrix3d shift_covariance_m2() const;
 
  private:
@@ -57,10 +58,10 @@ class TcpChecker {
   Foresight foresight_;
   std::vector<PossibleChange> changes_;
   Alarm alarm_;
-  double found_;  ///< share of usual shifts
+  double found_;  ///< share of usual shifts that are found
 };
 
-/// The same at once. `planned`: as of judge().
+/// Constructs a checker and judges. `planned`: as for judge().
 TcpCheck check_tcp(const Calibration& calibration, const std::vector<Touch>& made,
                    const std::vector<std::size_t>& planned, const std::vector<MissedTouch>& missed,
                    const std::vector<std::vector<Touch>>& references = {});

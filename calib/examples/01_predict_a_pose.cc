@@ -1,4 +1,4 @@
-// Where the TCP really is: nominal and calibrated position of one pose.
+// True TCP position: nominal and calibrated position of one pose.
 //   01_predict_a_pose calibration.json 0 -90 90 0 30 0        axis angles in degrees
 #include <cstdlib>
 #include <exception>

@@ -17,7 +17,7 @@ int main(int argc, char** argv) try {
     return 2;
   }
   const Cell cell = load_cell(argv[1]);
-  // The shipped robots let a withheld result say that another robot's file would fit.
+  // With the shipped robots a withheld result can name a robot file that would fit.
   const Calibration result = identify(cell, load_touches(argv[2], cell), {}, shipped_robots);
   std::ofstream(argv[3]) << calibration_to_json(result);
   std::cout << "touches   " << result.after.count << ", residual " << 1e3 * result.before.mean_m

@@ -1,5 +1,5 @@
-// How far a calibration can be trusted: its foreseen error, what decided each parameter, and the
-// correlation of the two that hang together most.
+// Accuracy of a calibration: its predicted error, what determined each parameter, and the pair of
+// parameters with the largest correlation.
 //   03_read_the_bound calibration.json
 #include <cmath>
 #include <exception>
@@ -22,7 +22,7 @@ int main(int argc, char** argv) try {
     std::cout << parameter_name(c.cell, p.key) << "  " << p.correction * p.to_unit << " +- "
               << 2.0 * p.sigma * p.to_unit << ' ' << p.unit << " (k=2)\n";
   }
-  // c.covariance is of c.parameters, in the same order, in SI units and radians.
+  // c.covariance refers to c.parameters, in the same order, in SI units and radians.
   Eigen::Index a = 0, b = 0;
   double largest = 0.0;
   for (Eigen::Index i = 0; i < c.covariance.rows(); ++i) {

@@ -1,4 +1,4 @@
-// Which touches to make, and what accuracy they promise.
+// Plans touches and predicts the accuracy that they give.
 //   05_plan_touches cell.toml 30
 #include <cstdlib>
 #include <exception>

@@ -1,5 +1,5 @@
-// An arm that no file describes, built in code: two links of 0.4 m in a plane on a turning base. It
-// touches one sphere with a second joint that is 0.2 degrees off, and the touches find it.
+// An arm built in code instead of a file: two links of 0.4 m in a plane on a turning base. It
+// touches one sphere with joint 2 off by 0.2 degrees, and the error is identified from the touches.
 #include <cmath>
 #include <exception>
 #include <iostream>
@@ -45,7 +45,7 @@ int main() try {
   sphere.centre_sigma_m = 1e-4;
   cell.targets = {sphere};
 
-  // The real arm: joint 2 is 0.2 degrees off. Where it meets the sphere is found by bisection.
+  // The real arm: joint 2 is off by 0.2 degrees. Contacts with the sphere are found by bisection.
   Robot real = cell.robot;
   real.joints[1].offset_rad += 0.2 * kDeg;
   const ArmModel arm(real, cell.tool);
@@ -57,7 +57,7 @@ int main() try {
       const std::vector<double> q = {a1, a2, a3};
       return (arm.nominal_tcp(q).translation() - sphere.centre_m).norm() - 0.025;
     };
-    // From above: the tip comes down until it touches.
+    // The tip descends from above until it touches.
     while (depth_m(high) > 0.0 && high > low) high -= 0.2 * kDeg;
     if (high <= low) continue;
     low = high, high = high + 0.2 * kDeg;

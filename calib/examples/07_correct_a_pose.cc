@@ -1,5 +1,5 @@
-// Joint angles that bring the real TCP to a pose: not those that the nominal arm would take.
-//   07_correct_a_pose calibration.json 0 -90 90 0 30 0     where the nominal arm stands, axis angles in degrees
+// Joint angles that bring the real TCP to a pose, instead of those of the nominal arm.
+//   07_correct_a_pose calibration.json 0 -90 90 0 30 0     pose of the nominal arm, axis angles in degrees
 #include <cstdlib>
 #include <exception>
 #include <iostream>

@@ -21,10 +21,11 @@ using Eigen::Isometry3d;
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 
 constexpr std::size_t kClosedJoints = 6;
-/// Each step gains some three digits (the Jacobian leaves out how the loads change), so four steps
-/// are usual.
+/// Each step gains about three digits (the Jacobian omits the change of the loads), so four steps
+/// are typical.
 constexpr int kSteps = 20;
-/// Newton goes on until here; between it and the promise lies what rounding leaves by a singularity.
+/// Newton's convergence threshold and the guaranteed accuracy; the margin covers rounding near
+/// singularities.
 constexpr double kThere = 1e-10, kPromised = 1e-9;  // m and rad
 
 double distance2(const JointVector& a, const JointVector& b) {
@@ -33,9 +34,10 @@ double distance2(const JointVector& a, const JointVector& b) {
   return sum;
 }
 
-/// In tolerances. A verdict withholds geometry at six (calib/verdict), and nothing of what gears and loads do.
+/// In tolerances. The verdict withholds geometry at six (calib/verdict), but does not limit gear and load
+/// parameters.
 constexpr double kMostOfGeometry = 10.0, kMostOfOthers = 20.0;
-/// What an update finds of one joint's mastering or of the tip is no matter of manufacture.
+/// Mastering errors and tip shifts found by an update are not bounded by manufacturing tolerances.
 constexpr double kMostMasteredRad = 5.0 * kRadPerDeg, kMostKnockedM = 50e-3;
 
 double most_correction(const ArmParameter& parameter, bool of_update) {
@@ -127,8 +129,8 @@ struct Corrector::Impl {
     return at;
   }
 
-  /// Of a rotation by less than half a turn; exact to rounding also where it is nearly none, which
-  /// its angle by an arc cosine would not be.
+  /// Rotation vector of a rotation by less than half a turn; accurate to rounding near the
+  /// identity, unlike the arc cosine.
   static Eigen::Vector3d turn_vector_of_small(const Eigen::Matrix3d& r) {
     const Eigen::Vector3d twice_sine(r(2, 1) - r(1, 2), r(0, 2) - r(2, 0), r(1, 0) - r(0, 1));
     constexpr double kSmall = 1e-4;
@@ -170,7 +172,7 @@ Reach Corrector::nearest(const Isometry3d& tcp, const JointVector& near) const {
   if (!finite(tcp, near)) return NotReached{Unreached::kNotANumber};
   if (!impl_->ways.closed_form()) return joints(tcp, near);
   std::vector<JointVector> all = impl_->ways.reach(tcp);
-  if (all.empty()) return joints(tcp, near);  // which says why
+  if (all.empty()) return joints(tcp, near);  // reports the reason
   const auto best =
       std::min_element(all.begin(), all.end(), [&](const JointVector& a, const JointVector& b) {
         return distance2(a, near) < distance2(b, near);

@@ -1,12 +1,13 @@
 #pragma once
 // Joint angles that bring the real TCP to a pose, by a calibration.
 //
-// The nominal arm's angles in closed form, in the seed's posture and turns; from there Newton on the
-// calibrated arm, with compliance, transmission and the bent tool in it. What is returned was put
-// into the calibrated arm once more: the TCP is there to 1e-6 mm and 1e-7 deg, or it is said why not.
+// Starts from the nominal arm's closed-form solution in the seed's posture and turns, followed by
+// Newton's method on the calibrated arm with compliance, transmission and the bent tool. The result
+// is verified by the calibrated forward kinematics to 1e-6 mm and 1e-7 deg; otherwise the reason is
+// returned.
 //
-// Assumes that the calibrated arm is near the nominal one: no joint is turned by more than
-// kMostTurn, and the posture stays. Where it is not, the pose lies by a singularity.
+// Assumes that the calibrated arm is near the nominal one: no joint changes by more than kMostTurn,
+// and the posture is the same. Poses near a singularity violate this.
 
 #include <Eigen/Geometry>
 #include <memory>
@@ -20,23 +21,23 @@
 
 namespace cellcal::calib {
 
-/// Why a pose is not reached.
+/// Reason why a pose is not reached.
 enum class Unreached {
   kNotANumber,
-  kTooFar,           ///< no joint angles whatever their limits, in this posture
-  kBeyondLimit,      ///< the joint that is named had to turn beyond its limit
+  kTooFar,           ///< no joint angles in this posture, regardless of limits
+  kBeyondLimit,      ///< the named joint would exceed its limit
   kNearSingularity,  ///< the correction would turn a joint far, or change the posture
 };
 
 struct NotReached {
   Unreached why = Unreached::kTooFar;
-  int joint = -1;          ///< kBeyondLimit, kNearSingularity: which
-  double joint_rad = 0.0;  ///< how far it had to turn to; kNearSingularity: by how much
+  int joint = -1;          ///< kBeyondLimit, kNearSingularity: index of the joint
+  double joint_rad = 0.0;  ///< required angle; kNearSingularity: required change
 };
 
 struct Reached {
   JointVector joint_rad;
-  double off_m = 0.0, off_rad = 0.0;  ///< of the real TCP from the pose, forward
+  double off_m = 0.0, off_rad = 0.0;  ///< deviation of the real TCP from the pose
 };
 
 using Reach = std::variant<Reached, NotReached>;
@@ -44,40 +45,40 @@ using Reach = std::variant<Reached, NotReached>;
 /// "A3 would have to turn to 158.20 deg, beyond its limit of 158.00 deg"
 std::string words(const NotReached& reason, const Robot& robot);
 
-/// A correction that the tolerances of robot and cell do not let one expect of any arm: of an altered file, or of
-/// another arm.
+/// A correction beyond what the tolerances of robot and cell allow for any arm: the file was altered or belongs
+/// to another arm.
 struct FarCorrection {
-  std::string parameter;  ///< as parameter_name() has it
+  std::string parameter;  ///< as parameter_name() returns it
   std::string unit;
   double correction = 0.0, most = 0.0, sigma = 0.0;  ///< in `unit`; sigma: the tolerance
 };
-/// The farthest of them. Of an update joints may have been mastered and the tip been knocked since the tolerances were
-/// stated.
+/// The largest of them, relative to its tolerance. In an update, joints may have been remastered and the tip knocked
+/// since the tolerances were stated.
 std::optional<FarCorrection> far_correction(const Calibration& calibration);
 /// "29.412 mm correction of A3.d, at most 7 mm with its tolerance of 0.7 mm"
 std::string words(const FarCorrection& far);
 
-/// The calibration with another tool in place of the cell's first, which is taken as stiff and as
-/// exact as it is stated; what the joints bear is its.
+/// The calibration with another tool in place of the cell's first. The tool is taken as stiff and
+/// exact as stated; the joints bear its load.
 Calibration with_tool(Calibration calibration, const Tool& tool);
 
-/// Holds its own copies. Safe to share among threads.
+/// Owns its data. Thread-safe.
 class Corrector {
  public:
-  /// Newton does not turn a joint further than this from the nominal angles [rad].
+  /// Maximum change of a joint from the nominal angles in Newton's method [rad].
   static constexpr double kMostTurn = 0.18;
 
   explicit Corrector(const Calibration& calibration);
   ~Corrector();
   Corrector(Corrector&&) noexcept;
 
-  /// `tcp`: in the base frame. The joints that are nearest to `seed` in whole turns, in its posture;
-  /// of an arm without closed form those that Newton finds from it.
+  /// `tcp`: in the base frame. Returns the joint angles nearest to `seed` in whole turns, in its
+  /// posture; for an arm without closed form the solution of Newton's method from the seed.
   Reach joints(const Eigen::Isometry3d& tcp, const JointVector& seed) const;
-  /// Without a seed: of all postures inside the limits the one that is nearest to `near` in the sum
-  /// of squares.
+  /// Without a seed posture: the solution within the limits, over all postures, nearest to `near`
+  /// in the sum of squares.
   Reach nearest(const Eigen::Isometry3d& tcp, const JointVector& near) const;
-  /// The middle of all joints' ranges.
+  /// Middle of the joint ranges.
   JointVector middle() const;
 
  private:

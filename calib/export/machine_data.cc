@@ -17,9 +17,9 @@ namespace {
 constexpr std::size_t kMostBytes = 16u << 20;
 constexpr double kSame = 1e-5;  // m
 
-/// NAME[index]=value of one line; index -1: none.
+/// NAME[index]=value of one line; index -1 if absent.
 struct Assignment {
-  std::string name;  ///< in capitals: KRL does not tell them apart
+  std::string name;  ///< upper case: KRL is case-insensitive
   int index = -1;
   std::string_view value;
 };
@@ -36,7 +36,7 @@ std::string_view bare(std::string_view text) {
   return text.substr(begin, text.find_last_not_of(kBlanks) - begin + 1);
 }
 
-/// Without what stands behind a semicolon outside of a text.
+/// Removes a trailing comment: a semicolon outside a string and what follows.
 std::string_view uncommented(std::string_view line) {
   bool text = false;
   for (std::size_t i = 0; i < line.size(); ++i) {
@@ -71,7 +71,7 @@ std::optional<Assignment> assignment(std::string_view line) {
   return found;
 }
 
-/// One file, for messages.
+/// Location in a file, for messages.
 struct Place {
   const std::string& file;
   std::size_t line;
@@ -89,7 +89,7 @@ double real(const Assignment& a, const Place& place, double largest) {
   return *value;
 }
 
-/// A member of {X 0.0,Y 0.0,...}, with or without a type in front: {FRAME: X 0.0}.
+/// A member of {X 0.0,Y 0.0,...}, with or without a type prefix: {FRAME: X 0.0}.
 double member(const Assignment& a, const Place& place, std::string_view key) {
   std::string_view rest = a.value;
   if (!rest.starts_with('{') || !rest.ends_with('}')) place.fail(a, "a structure {...}");
@@ -121,7 +121,7 @@ std::string text_of(std::string_view value) {
   return shown(bare(value), 80);
 }
 
-/// Motor turns per minute and gear, in the order in which a file has them.
+/// Motor speed and gear ratio, in the file's order.
 struct Drives {
   std::array<double, 6> rpm{}, ratio{};
 };

@@ -1,5 +1,5 @@
 #pragma once
-// What a KUKA controller's machine data say of its arm: $machine.dat and $robcor.dat (KRC:\R1\Mada),
+// Arm data in a KUKA controller's machine data: $machine.dat and $robcor.dat (KRC:\R1\Mada),
 // TOOL_DATA of $config.dat. KR C2 machine data, "2 The file $MACHINE.DAT".
 
 #include <array>
@@ -25,22 +25,23 @@ struct MachineData {
   std::optional<double> length_a_m, length_b_m;  ///< $LENGTH_A, $LENGTH_B
   std::optional<double> wrist_m;                 ///< $TX3P3: from axis 3 to the wrist's centre
   std::optional<double> flange_m;                ///< $TFLWP: wrist point to flange
-  std::map<int, FrameMmDeg> tools;               ///< TOOL_DATA[n], other than zero
+  std::map<int, FrameMmDeg> tools;               ///< TOOL_DATA[n], nonzero entries
 };
 
-/// Adds what one file states; what it does not state stays. Other lines are passed over. Throws
-/// FileError naming file, line and variable where a value cannot be.
+/// Merges the values stated in one file into `data`; other lines are ignored. Throws FileError
+/// naming file, line and variable for an invalid value.
 void read_machine_data(std::string_view text, const std::string& name, MachineData& data);
 
-/// A length in which robot file and controller differ.
+/// A length that differs between robot file and controller.
 struct LengthDifference {
   std::string variable, joint, key;  ///< "$LENGTH_A", "A1", "a_mm"
   double controller_m = 0.0, robot_m = 0.0;
 };
-/// By more than 0.01 mm. The robot is a six-axis arm with the axes of KUKA's standard kinematics.
+/// Differences above 0.01 mm. The robot is a six-axis arm with the axes of KUKA's standard
+/// kinematics.
 std::vector<LengthDifference> differences(const MachineData& data, const Robot& robot);
 
-/// The robot with the controller's limits and speeds, where it states them.
+/// The robot with the controller's limits and speeds, if stated.
 Robot with_machine_data(Robot robot, const MachineData& data);
 
 }  // namespace cellcal::calib

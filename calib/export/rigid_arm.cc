@@ -15,7 +15,7 @@ namespace cellcal::calib {
 
 namespace {
 
-/// Of what is identified as a deviation.
+/// Correction of a parameter that is identified as a deviation.
 double deviation(const Calibration& c, const ParameterKey& key) {
   const ParameterResult* found = find(c, key);
   return found == nullptr ? 0.0 : found->nominal + found->correction;
@@ -77,14 +77,14 @@ using Eigen::Isometry3d;
 using Eigen::Translation3d;
 using Eigen::Vector3d;
 
-/// At all angles zero: in front of each joint, and behind the last.
+/// Frames at zero angles: before each joint, and after the last.
 std::vector<Isometry3d> frames_before(const Robot& robot) {
   std::vector<Isometry3d> frames{robot.base_fixed};
   for (const Joint& joint : robot.joints) frames.push_back(frames.back() * behind(joint));
   return frames;
 }
 
-constexpr double kSameM = 1e-5;                 // by the rounding of data sheets
+constexpr double kSameM = 1e-5;                 // rounding of data sheets
 constexpr double kSameRad = 5e-3 * kRadPerDeg;  // 1.5708 for a right angle is 2e-4 deg off
 
 }  // namespace
@@ -123,8 +123,8 @@ JointFrames moved_frames(const JointFrames& given, const RigidArm& nominal,
                                 given.joints.size(), joints));
   const std::vector<Isometry3d> before = frames_before(nominal.robot);
   JointFrames moved = given;
-  Isometry3d link = Isometry3d::Identity();  // the given frame before the joint, all angles zero
-  Isometry3d fixed = calibrated.robot.base_fixed;  // from the moved frame before it to the joint's
+  Isometry3d link = Isometry3d::Identity();  // the given frame before the joint, at zero angles
+  Isometry3d fixed = calibrated.robot.base_fixed;  // from the preceding moved frame to the joint's
   for (std::size_t i = 0; i < joints; ++i) {
     const PlacedJoint& one = given.joints[i];
     const Joint& joint = nominal.robot.joints[i];
@@ -140,13 +140,15 @@ JointFrames moved_frames(const JointFrames& given, const RigidArm& nominal,
           "and senses of rotation",
           one.name, off_m * kMmPerM, off_rad * kDegPerRad, joint.name, nominal.robot.name,
           kSameM * kMmPerM, kSameRad * kDegPerRad));
-    on_axis.translation().head<2>().setZero();  // what rounding left beside the axis
+    on_axis.translation().head<2>().setZero();  // removes rounding off the axis
     moved.joints[i].origin = fixed * on_axis;
-    // The joint turns about its own z in front of place_i: exactly that, not the given rounding.
+    // The joint turns about its own z before place_i: set exactly, without the rounding of the
+    // given axis.
     moved.joints[i].axis = joint.sign * (on_axis.linear().transpose() * Vector3d::UnitZ());
     fixed = on_axis.inverse() * behind(calibrated.robot.joints[i]);
   }
-  // Where the given URDF's flange is on the nominal robot's, it stays on the calibrated one's.
+  // A flange of the given URDF that coincides with the nominal robot's stays on the calibrated
+  // one's.
   const Isometry3d offset =
       (before.back() * nominal.robot.flange_fixed).inverse() * (link * given.flange);
   moved.flange = fixed * calibrated.robot.flange_fixed * offset;
@@ -161,7 +163,8 @@ Isometry3d flange_of(const JointFrames& frames, const std::vector<double>& joint
 }
 
 Vector3d roll_pitch_yaw(const Eigen::Matrix3d& r) {
-  // One after the other, each of what the one before left: right to rounding near pitch +-90 deg, too.
+  // Sequential, each on the remainder of the one before: accurate to rounding also near pitch +-90
+  // deg.
   constexpr double kGimbal = 1e-12;
   const double yaw = std::hypot(r(0, 0), r(1, 0)) < kGimbal ? 0.0 : std::atan2(r(1, 0), r(0, 0));
   const Eigen::Matrix3d rest = AngleAxisd(-yaw, Vector3d::UnitZ()) * r;
@@ -184,15 +187,15 @@ constexpr double kParallelRad = 1.0 * kRadPerDeg;
 constexpr double kNothingM = 1e-9;
 constexpr double kNothingRad = 1e-9;
 
-/// An axis at angle zero, base frame.
+/// A joint axis at zero angle, base frame.
 struct Line {
   Vector3d point, z;
-  int sign;  ///< -1: the joint turns against z
+  int sign;  ///< -1: the joint turns about -z
 };
 
 Line line_of(const Isometry3d& frame, const Vector3d& axis) {
   Line line{frame.translation(), (frame.linear() * axis).normalized(), 1};
-  // A hair more for y and z: at 45 deg rounding must not decide.
+  // Slightly larger weights of y and z break ties at 45 deg independently of rounding.
   const Vector3d weighed = line.z.cwiseAbs().cwiseProduct(Vector3d(1.0, 1.0 + 1e-6, 1.0 + 2e-6));
   Eigen::Index largest = 0;
   weighed.maxCoeff(&largest);
@@ -205,20 +208,20 @@ Line line_of(const Isometry3d& frame, const Vector3d& axis) {
 
 double tidy(double value, double nothing) { return std::abs(value) < nothing ? 0.0 : value; }
 
-/// Angle from x of `frame` about its z to the direction.
+/// Angle from x of `frame` to the direction, about its z.
 double angle_about_z(const Isometry3d& frame, const Vector3d& direction) {
   const Vector3d local = frame.linear().transpose() * direction;
   return std::atan2(local.y(), local.x());
 }
 
-/// To the next axis by the common normal: theta, d, a, alpha.
+/// DH parameters to the next axis by the common normal: theta, d, a, alpha.
 void by_normal(const Isometry3d& at, const Line& next, Joint& joint) {
   const Vector3d z = at.linear().col(2);
   const Vector3d between = next.point - at.translation();
   Vector3d x = z.cross(next.z);
   const double sine = x.norm();
   x /= sine;
-  // Foot of the common normal along this axis, and how long it is along x.
+  // Foot of the common normal along this axis, and its length along x.
   joint.d_m = tidy(between.cross(next.z).dot(x) / sine, kNothingM);
   joint.a_m = tidy(between.dot(x), kNothingM);
   if (joint.a_m < 0.0) {  // x points to the next axis
@@ -230,7 +233,7 @@ void by_normal(const Isometry3d& at, const Line& next, Joint& joint) {
   joint.errors = {JointError::kTheta, JointError::kD, JointError::kA, JointError::kAlpha};
 }
 
-/// To a nearly parallel one: its point in the plane across this axis, so d is nothing.
+/// To a nearly parallel axis: its point in the plane across this axis, so that d is zero.
 void across(const Isometry3d& at, const Line& next, Joint& joint) {
   const Vector3d z = at.linear().col(2);
   const Vector3d point =
@@ -245,7 +248,7 @@ void across(const Isometry3d& at, const Line& next, Joint& joint) {
   joint.errors = {JointError::kTheta, JointError::kA, JointError::kAlpha, JointError::kBeta};
 }
 
-/// To the flange, as far as theta, d and a carry it.
+/// To the flange, within the freedom of theta, d and a.
 void to_flange(const Isometry3d& at, const Isometry3d& flange, Joint& joint) {
   const Isometry3d rest = at.inverse() * flange;
   joint.d_m = tidy(rest.translation().z(), kNothingM);
@@ -254,7 +257,8 @@ void to_flange(const Isometry3d& at, const Isometry3d& flange, Joint& joint) {
     joint.offset_rad = tidy(std::atan2(rest.linear()(1, 0), rest.linear()(0, 0)), kNothingRad);
 }
 
-/// On the first axis, where the base's origin is nearest to it; x as the base's, as far as it can.
+/// First frame: origin at the point of the first axis nearest to the base's origin; x as close to
+/// the base's as possible.
 Isometry3d first_frame(const Line& line) {
   Isometry3d frame = Isometry3d::Identity();
   frame.translation() = line.point - line.z * line.z.dot(line.point);
@@ -264,7 +268,7 @@ Isometry3d first_frame(const Line& line) {
   return frame;
 }
 
-/// Rounding taken out of what is nothing.
+/// Sets entries at rounding level to zero.
 Isometry3d tidy(Isometry3d frame) {
   if (frame.isApprox(Isometry3d::Identity(), kNothingM)) return Isometry3d::Identity();
   return frame;
@@ -274,7 +278,7 @@ Isometry3d tidy(Isometry3d frame) {
 
 Robot robot_of(const JointFrames& frames) {
   std::vector<Line> lines;
-  std::vector<Isometry3d> links;  // behind each joint, angles zero
+  std::vector<Isometry3d> links;  // after each joint, at zero angles
   Isometry3d link = Isometry3d::Identity();
   for (const PlacedJoint& one : frames.joints) {
     link = link * one.origin;

@@ -46,7 +46,7 @@ ordered_json frame_json(const Eigen::Isometry3d& frame) {
   return {{"xyz_m", {xyz[0], xyz[1], xyz[2]}}, {"rpy_rad", {rpy[0], rpy[1], rpy[2]}}};
 }
 
-/// One that was identified, with its name in this file.
+/// An identified parameter with its name in this file.
 struct Field {
   ParameterKind kind;
   const char* name;
@@ -144,7 +144,7 @@ std::string shortest(const Eigen::Vector3d& values) {
 std::optional<double> number(std::string_view text) {
   text = trimmed(text);
   if (text.size() > 1 && text[0] == '+' && text[1] != '-')
-    text.remove_prefix(1);  // from_chars takes no plus
+    text.remove_prefix(1);  // from_chars rejects a plus sign
   double value = 0.0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value))

@@ -1,5 +1,5 @@
 #pragma once
-// A calibrated arm as tables that other programs read.
+// A calibrated arm as tables for other programs.
 
 #include <Eigen/Core>
 #include <optional>
@@ -11,31 +11,33 @@
 
 namespace cellcal::calib {
 
-/// As ROS 2 drivers load a robot's own kinematics: kinematics: {joint_a1: {x, y, z, roll, pitch, yaw}, ...}
-/// in m and rad, flange and tcp behind them. Lines of `comment` stand at its top.
+/// Kinematics file of ROS 2 drivers: kinematics: {joint_a1: {x, y, z, roll, pitch, yaw}, ...} in m and rad,
+/// then flange and tcp. The lines of `comment` form the header.
 std::string ros_yaml(const JointFrames& frames, const std::string& comment);
 
-/// One row a joint: nominal and calibrated theta offset, d, a, alpha, beta in deg and mm, and the sense.
+/// One row per joint: nominal and calibrated theta offset, d, a, alpha, beta in deg and mm, and the
+/// sense of rotation.
 std::string dh_csv(const RigidArm& nominal, const RigidArm& calibrated);
 
 /// "cellcal.arm/1": per joint its Denavit-Hartenberg parameters and frame with sigmas, compliance, play and gear
-/// amplitudes; the tool; how far the rigid part is from the whole. Units in the keys' names.
+/// amplitudes; the tool; the deviation of the rigid part from the full model. Keys include the units.
 std::string arm_json(const Calibration& calibration);
 
-// Numbers and names in the texts of other programs, whatever the locale.
+// Numbers and names in other programs' text formats, independent of the locale.
 
-/// Comes back bit for bit.
+/// Shortest text that is read back bit for bit.
 std::string shortest(double value);
-/// Three, with blanks between them.
+/// Three numbers, separated by spaces.
 std::string shortest(const Eigen::Vector3d& values);
 
-/// The whole text, blanks about it aside; nothing where it is none, or not finite.
+/// Parses the whole text, surrounding whitespace ignored; empty if it is not a finite number.
 std::optional<double> number(std::string_view text);
 std::optional<Eigen::Vector3d> three_numbers(std::string_view text);
 
 /// "A1": "joint_a1".
 std::string ros_joint_name(const std::string& name);
-/// "joint_a1": "A1"; other names as they are, but for characters that no column of a CSV may be named with.
+/// "joint_a1": "A1"; other names are unchanged except for characters that a CSV column name may not
+/// contain.
 std::string robot_joint_name(const std::string& name);
 
 }  // namespace cellcal::calib

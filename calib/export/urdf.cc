@@ -22,7 +22,7 @@ using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
 constexpr std::size_t kMostJoints = 1000;
-/// Metres and radians: nothing that is drawn in a URDF is larger.
+/// Metres and radians: larger values do not occur in a URDF.
 constexpr double kLargest = 1e4;
 
 struct UrdfJoint {
@@ -35,7 +35,7 @@ struct UrdfJoint {
 
 struct Document {
   pugi::xml_document xml;
-  std::string name;  ///< the file's
+  std::string name;  ///< of the file
   pugi::xml_node robot;
   std::vector<UrdfJoint> joints;
 
@@ -75,7 +75,7 @@ UrdfJoint read_joint(const Document& document, const pugi::xml_node& node) {
   return joint;
 }
 
-/// Throws unless it is a robot whose joints make a tree.
+/// Throws unless the document is a robot whose joints form a tree.
 void read(Document& document, std::string_view text) {
   if (text.size() > kMostUrdfBytes)
     document.fail(fmt::format("{} bytes (limit {})", text.size(), kMostUrdfBytes));
@@ -109,7 +109,7 @@ const UrdfJoint* joint_above(const Document& document, const std::string& link) 
   return nullptr;
 }
 
-/// From the root to the link.
+/// Joints from the root to the link.
 std::vector<const UrdfJoint*> path_to(const Document& document, const std::string& link) {
   std::vector<const UrdfJoint*> path;
   for (const UrdfJoint* at = joint_above(document, link); at != nullptr;
@@ -174,11 +174,11 @@ void read_link(const Document& document, const UrdfJoint& joint, PlacedJoint& pl
   }
 }
 
-/// A chain, and which of the file's joints its turning ones are.
+/// A chain, and the file's joints that are its turning ones.
 struct Chain {
   UrdfChain chain;
   std::vector<const UrdfJoint*> turning;
-  std::vector<Isometry3d> fixed_before;  ///< of fixed joints between one turning joint and the next
+  std::vector<Isometry3d> fixed_before;  ///< fixed transforms before each turning joint
 };
 
 Chain chain_of(const Document& document, const std::string& asked) {
@@ -238,7 +238,7 @@ void put_axis(pugi::xml_node joint, const Vector3d& axis) {
   attribute.set_value(shortest(axis).c_str());
 }
 
-/// Two minus signs must not stand in one.
+/// "--" is not allowed within an XML comment.
 std::string commentable(std::string text) {
   for (std::size_t at = 0; (at = text.find("--", at)) != std::string::npos;) text[at + 1] = ' ';
   return text;
@@ -271,7 +271,7 @@ std::string calibrated_urdf(std::string_view text, const std::string& name,
     if (!moved.joints[i].axis.isApprox(found.turning[i]->axis, 1e-12))
       put_axis(found.turning[i]->node, moved.joints[i].axis);
   }
-  // What is off in the last link goes to all that is fixed to it.
+  // The correction of the last link applies to everything fixed to it.
   const Isometry3d off = moved.flange * found.chain.frames.flange.inverse();
   bool carried = false;
   for (const UrdfJoint& joint : document.joints) {

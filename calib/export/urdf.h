@@ -9,27 +9,27 @@
 
 namespace cellcal::calib {
 
-/// Larger ones are refused.
+/// Larger documents are refused.
 inline constexpr std::size_t kMostUrdfBytes = 16u << 20;
 
-/// A URDF of its own: base_link, link_1 ..., flange, tcp; no shapes. Joints are named as the robot file's,
-/// "joint_" before them and in small letters. `comment` stands at its top.
+/// A generated URDF: base_link, link_1 ..., flange, tcp; no shapes. Joints are named as in the robot file,
+/// in lower case with the prefix "joint_". `comment` forms the header.
 std::string urdf_of(const JointFrames& frames, const std::string& robot_name,
                     const std::string& comment);
 
 struct UrdfChain {
   std::string robot_name, base_link, tip_link;
-  /// The flange is where `tip_link` is. Names of joints are the file's.
+  /// The flange is the frame of `tip_link`. Joint names are the file's.
   JointFrames frames;
 };
 
-/// The chain of turning joints from the root to `tip_link`. Where none is named it is the end of the
-/// longest chain; of those that only fixed joints tell apart "tool0", else "flange", else the first in the
-/// file. `name` stands for the file in messages. Throws FileError.
+/// The chain of turning joints from the root to `tip_link`. The default is the end of the longest chain;
+/// among those that differ by fixed joints only "tool0", then "flange", then the first in the file. `name`
+/// denotes the file in messages. Throws FileError.
 UrdfChain read_urdf(std::string_view text, const std::string& name,
                     const std::string& tip_link = {});
 
-/// The given URDF with its chain's joints where the calibrated arm has them. Throws FileError.
+/// The given URDF with its chain's joints at their calibrated places. Throws FileError.
 std::string calibrated_urdf(std::string_view text, const std::string& name,
                             const std::string& tip_link, const RigidArm& nominal,
                             const RigidArm& calibrated, const std::string& comment);

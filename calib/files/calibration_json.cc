@@ -26,7 +26,7 @@ using fields::Field, fields::Json, fields::Table, fields::Value, fields::field, 
     fields::list, fields::not_negative, fields::number, fields::object, fields::only_of,
     fields::text, fields::vector, fields::where, fields::whole;
 
-/// A kind by its name; what is not known is refused.
+/// An enumerator by its name; unknown names are refused.
 template <class E, class Name, class Named>
 Value<E> named(Name name, Named named) {
   return {[=](const E& value) -> Json { return name(value); },
@@ -41,7 +41,7 @@ bool is_shift(const Explanation& one) {
   return one.kind == ChangeKind::kTool || one.kind == ChangeKind::kSphere;
 }
 
-/// One row of the kind whose amount is in that unit.
+/// One row of the kind whose amount has this unit.
 Field<Explanation> amount(const char* key, ChangeKind kind, double per) {
   return only_of<Explanation>([=](const Explanation& one) { return one.kind == kind; },
                               field(key, &Explanation::amount, number(per)));
@@ -83,7 +83,7 @@ Field<UpdateOrigin> second_field() {
                    [=](const JsonReader& r, U& u) { u.second = one.from(r); }});
 }
 
-/// What an updated calibration stands on.
+/// Origin of an updated calibration.
 Table<UpdateOrigin> update_fields() {
   using U = UpdateOrigin;
   const auto outcome =
@@ -159,11 +159,11 @@ Field<C> unidentifiable_field() {
           [=](const JsonReader& r, C& c) { c.unidentifiable = directions(c.cell).from(r); }};
 }
 
-/// Worked out from covariance and frame_basis, for readers without linear algebra.
+/// Derived from covariance and frame_basis, for readers without linear algebra.
 Json correlations_json(const C& c) {
   Json out = Json::array();
   for (const CorrelatedPair& pair : strong_correlations(c).pairs) {
-    constexpr double kDigits = 1e4;  // more would change with the last bit of the covariance
+    constexpr double kDigits = 1e4;  // the covariance's last bit would change more digits
     out.push_back({{"a", parameter_name(c.cell, c.parameters[pair.first].key)},
                    {"b", parameter_name(c.cell, c.parameters[pair.second].key)},
                    {"value", std::round(pair.correlation * kDigits) / kDigits}});
@@ -171,7 +171,7 @@ Json correlations_json(const C& c) {
   return out;
 }
 
-/// Of files that hold no more: their words alone.
+/// Files without typed reasons hold text only.
 Field<C> reason_field() {
   return {"reason", [](const C& c) -> Json { return level_and_reason_words(c); },
           [](const JsonReader& r, C& c) {
@@ -180,7 +180,7 @@ Field<C> reason_field() {
           }};
 }
 
-/// How the level was taken; what is known is said anew.
+/// Choice of the level; known kinds are worded anew.
 Field<C> chosen_field() {
   constexpr std::pair<LevelChoice, const char*> kChoices[] = {
       {LevelChoice::kAskedFor, "asked_for"},
@@ -238,7 +238,7 @@ Field<C> touch_noise_field() {
                          of_member(&C::repeats, repeats_fields())));
 }
 
-/// Of a calibration that a few touches made out of the one before it.
+/// Present in a calibration that was updated from the one before it by a few touches.
 Field<C> update_field() {
   const auto origin = object(update_fields());
   return where<C>([](const C& c) { return c.update.has_value(); },
@@ -252,7 +252,7 @@ Field<C> inputs_field() {
                    field("files", &C::inputs, list(object(input_fields())))});
 }
 
-/// The file from top to bottom.
+/// All rows of the file, in order.
 Table<C> calibration_fields() {
   const auto with_observability = [](const C& c) { return c.observability.rows > 0; };
   const auto with_discrepancy = [](const C& c) {
@@ -293,7 +293,7 @@ Table<C> calibration_fields() {
 
 constexpr const char* kSum = "sum";
 
-/// Canonical form: the sum does not depend on key order, spaces, or 1 for 1.0.
+/// Canonical form: the sum does not depend on key order, whitespace, or 1 for 1.0.
 nlohmann::json as_read(nlohmann::json value) {
   if (value.is_number()) value = value.get<double>() + 0.0;  // -0.0 becomes 0.0
   if (value.is_structured())
@@ -301,14 +301,14 @@ nlohmann::json as_read(nlohmann::json value) {
   return value;
 }
 
-/// SHA-256 of all that the file says but this.
+/// SHA-256 of the whole document except the sum itself.
 std::string sum_of(const nlohmann::json& document) { return sha256(write_json(as_read(document))); }
 
-/// Taken out once it is found right.
+/// Removed after successful verification.
 void take_sum(nlohmann::json& document, const std::string& name) {
   if (!document.is_object() || document.value("format", nlohmann::json()) != kFormat) return;
   const auto found = document.find(kSum);
-  if (found == document.end()) return;  // of an earlier version
+  if (found == document.end()) return;  // file of an earlier version
   const nlohmann::json stated = *found;
   document.erase(found);
   if (stated != sum_of(document))

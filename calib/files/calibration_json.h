@@ -1,5 +1,5 @@
 #pragma once
-// "cellcal.calibration/1": everything that predict needs is inside.
+// "cellcal.calibration/1": self-contained for prediction.
 
 #include <filesystem>
 #include <string>
@@ -10,10 +10,10 @@
 namespace cellcal::calib {
 
 std::string calibration_to_json(const Calibration& calibration);
-/// Throws FileError, also where the content is not that of its `sum`; files of earlier versions have none.
+/// Throws FileError, also if the content does not match its `sum`; files of earlier versions have none.
 Calibration calibration_from_json(std::string_view text, const std::string& name);
 Calibration load_calibration(const std::filesystem::path& path);
-/// Whether a changed value in it would show. Of text that is no JSON: no.
+/// True if the document carries a checksum. False for text that is not JSON.
 bool states_sum(std::string_view calibration);
 
 /// "0.1.0 (abc1234)".

@@ -77,7 +77,7 @@ void read_extent(const TomlTable& t, Target& target) {
     t.fail("extent_mm", "is of a place that is not stated. Add centre_mm and normal");
 }
 
-/// Where to look for a sphere whose centre is not stated.
+/// Search box of a sphere whose centre is not stated.
 void read_box(const TomlTable& t, Target& target) {
   target.has_box = t.has("search_low_mm") || t.has("search_high_mm");
   if (!target.has_box) return;
@@ -92,7 +92,7 @@ void read_box(const TomlTable& t, Target& target) {
            "must be search_low_mm or above it in every axis, and less than 1 m from it");
 }
 
-/// What a row of touches can name.
+/// Identifier that rows of touches refer to.
 std::string read_id(const TomlTable& t) {
   const std::string id = t.string("id");
   if (id.empty() || id.find_first_of(",\"\r\n#") != std::string::npos || id.front() == ' ' ||
@@ -102,7 +102,7 @@ std::string read_id(const TomlTable& t) {
   return id;
 }
 
-/// [tool], or as many [[tool]] as are on the flange, each with an id.
+/// [tool], or one [[tool]] per tool on the flange, each with an id.
 void read_tools(const TomlTable& document, Cell& cell) {
   if (!document.is_list("tool")) {
     cell.tool = read_tool(document.table("tool"));
@@ -139,7 +139,7 @@ Target read_target(const TomlTable& t) {
     target.diameter_sigma_m = t.number_or("diameter_sigma_mm", 0.0, kSigmaMm) / kMmPerM;
   }
   if (target.kind == TargetKind::kPlane) read_normal(t, target);
-  if (target.kind == TargetKind::kTracker) {  // its frame is anywhere: the touches tell
+  if (target.kind == TargetKind::kTracker) {  // the touches determine its frame
     t.refuse_unknown();
     return target;
   }
@@ -160,7 +160,7 @@ std::string vec_mm(const Eigen::Vector3d& v) {
                      toml_number(v.z() * kMmPerM));
 }
 
-/// The keys of a tool's body that are not the usual ones.
+/// Keys of a tool's body that differ from the defaults.
 std::string body_of(const Tool& tool) {
   const Tool usual;
   std::string out;
@@ -188,7 +188,7 @@ std::string tool_to_toml(const Tool& tool) {
       toml_number(tool.deflection_sigma), body_of(tool));
 }
 
-/// Of [touch]. Any latch that is a second late is none.
+/// Latch delay of [touch]; limited to one second.
 void read_delay(const TomlTable& touch, Cell& cell) {
   constexpr Range kDelayMs{-1e3, 1e3}, kDelaySigmaMs{0.0, 1e3};
   if (touch.has("delay_ms")) cell.latch_delay_s = touch.number("delay_ms", kDelayMs) / kMsPerS;
@@ -196,7 +196,7 @@ void read_delay(const TomlTable& touch, Cell& cell) {
     cell.latch_delay_sigma_s = touch.number("delay_sigma_ms", kDelaySigmaMs) / kMsPerS;
 }
 
-/// The keys of it that are not the usual ones.
+/// Keys of the latch delay that differ from the defaults.
 std::string delay_to_toml(const Cell& cell) {
   const Cell usual;
   std::string out;
@@ -344,7 +344,7 @@ std::string cell_to_toml(const Cell& cell, const std::string& robot_reference) {
 
 namespace {
 
-/// More is no name, and would fill a certificate's page.
+/// Longer texts would fill a certificate's page.
 constexpr std::size_t kLongest = 200;
 
 void check_name(const TomlTable& table, const char* key) {

@@ -108,7 +108,7 @@ ordered_json limits_to_json(const ControlLimits& limits) {
   return {{"ewma", limits.ewma}, {"cusum", limits.cusum}, {"run_length", limits.run_length}};
 }
 
-/// Null where it is undecided.
+/// Null if undecided.
 ordered_json holds(const CheckSeen& check) {
   if (check.verdict == CheckVerdict::kUndecided) return nullptr;
   return check.verdict == CheckVerdict::kHolds;
@@ -133,7 +133,7 @@ ordered_json point_to_json(const DriftPoint& point, const DriftChart& chart) {
       {"cusum", point.cusum},
       {"share", point.share},
       {"state", to_string(point.state)}};
-  if (!measured(check) || chart.counted == 0) return json;  // there is nothing to measure it from
+  if (!measured(check) || chart.counted == 0) return json;  // no reference yet
   const Eigen::Vector3d sigma_m = chart.noise * check.covariance_m2.diagonal().cwiseSqrt();
   json["off_mm"] = xyz_mm(point.off_m);
   json["u_mm"] = xyz_mm(kDriftCoverage * sigma_m);
@@ -166,7 +166,7 @@ ordered_json trend_to_json(const DriftTrend& trend) {
   return json;
 }
 
-/// Null where the newest decided check holds, or there is none.
+/// Null if the newest decided check holds, or if there is none.
 ordered_json not_held_to_json(const DriftChart& chart) {
   const CheckSeen* newest = chart.newest_decided();
   if (!chart.not_held || newest == nullptr) return nullptr;

@@ -1,5 +1,5 @@
 #pragma once
-// A check as a document: "cellcal.check/1", millimetres and degrees, with its words.
+// A check as a document: "cellcal.check/1", millimetres and degrees, with its sentences.
 
 #include <string>
 
@@ -10,7 +10,7 @@ namespace cellcal::calib {
 
 std::string check_to_json(const TcpCheck& check);
 
-// A control chart as a document: "cellcal.drift/1", millimetres, with its words.
+// A control chart as a document: "cellcal.drift/1", millimetres, with its sentences.
 
 std::string drift_to_json(const DriftChart& chart);
 

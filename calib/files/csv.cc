@@ -40,11 +40,11 @@ bool is_digits(std::string_view text) {
   return !text.empty() && text.find_first_not_of("0123456789") == std::string_view::npos;
 }
 
-/// Why a row has not as many fields as there are columns.
+/// Guesses why the number of fields in a row differs from the number of columns.
 std::string guess_why(const std::vector<std::string_view>& fields, std::size_t columns) {
   if (fields.size() < columns)
     return "is the file cut off, or something other than commas between the fields?";
-  std::size_t fractions = 0;  // digits behind a whole number
+  std::size_t fractions = 0;  // fields that may be the decimals of the field before
   for (std::size_t i = 1; i < fields.size(); ++i) {
     std::string_view whole = fields[i - 1];
     if (whole.starts_with('-') || whole.starts_with('+')) whole.remove_prefix(1);
@@ -115,7 +115,7 @@ bool CsvTable::next_line(std::string_view& line) {
     if (line.ends_with('\r')) line.remove_suffix(1);
     if (line.size() > kMaxLine)
       throw FileError(name_, ":" + std::to_string(line_) + ": line longer than 65536 bytes");
-    // A carriage return or an escape inside a field would not survive being written again.
+    // A carriage return or an escape inside a field would not survive rewriting.
     if (std::any_of(line.begin(), line.end(), [](char c) {
           return c == '"' || c == 0x7f || (static_cast<unsigned char>(c) < 0x20 && c != '\t');
         }))
@@ -141,7 +141,7 @@ bool CsvTable::next() {
 
 double CsvTable::number(int column) const {
   std::string_view field = text(column);
-  // from_chars takes no plus; "+-1" must not become -1.
+  // from_chars rejects a plus sign; "+-1" must not become -1.
   if (field.starts_with('+') && !field.starts_with("+-")) field.remove_prefix(1);
   double value = 0.0;
   const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value);

@@ -1,6 +1,6 @@
 #pragma once
-// The plain comma-separated tables of cellcal: a header row, numbers and words, '#' comments, no
-// quoting. Messages read "FILE:LINE: COLUMN: what is wrong".
+// Plain comma-separated tables: a header row, numbers and words, '#' comments, no quoting. Messages
+// read "FILE:LINE: COLUMN: what is wrong".
 
 #include <functional>
 #include <string>
@@ -19,17 +19,17 @@ class CsvTable {
   const std::vector<std::string>& columns() const { return columns_; }
   /// Index of the column or -1.
   int find(std::string_view column) const;
-  /// Throws naming the first column that is not in `known` and what is known.
+  /// Throws naming the first column not in `known`, and the known ones.
   void refuse_unknown(const std::vector<std::string>& known) const;
 
-  /// Goes to the next row; false at the end. Refuses rows with too few or too many fields.
+  /// Advances to the next row; false at the end. Refuses rows with too few or too many fields.
   bool next();
   int line() const { return line_; }
   int header_line() const { return header_line_; }
   std::string_view text(int column) const { return fields_[static_cast<std::size_t>(column)]; }
-  /// Finite number; whole field.
+  /// Finite number; the whole field.
   double number(int column) const;
-  /// What is wrong with this row's column.
+  /// Error in this row's column.
   FileError error(int column, const std::string& what) const;
   [[noreturn]] void fail(int column, const std::string& what) const;
 

@@ -65,15 +65,14 @@ std::vector<Quantity> evidence_from_json(const JsonReader& item) {
   return evidence;
 }
 
-/// As files had it before they had causes, what is still found and why a target is not judged as
-/// values.
+/// Text as in files of versions without causes, remaining findings and reasons as values.
 std::string passed_on(const Finding& finding) {
   if (finding.cause) return cause_words(finding);
   if (finding.kind == FindingKind::kUnseenNotJudged) return sentences::why_not_judged(finding);
   return finding.still.empty() ? finding.text : words(finding.still.front());
 }
 
-/// Its text is made of values, and said anew.
+/// The sentence is generated from values instead of read.
 bool is_known(const Finding& finding) {
   return finding.cause || !finding.still.empty() ||
          (finding.kind == FindingKind::kUnseenNotJudged && !finding.evidence.empty());

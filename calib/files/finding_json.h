@@ -1,5 +1,5 @@
 #pragma once
-// Findings as calibration files hold them: kind, severity, subject, evidence and words.
+// Findings in calibration files: kind, severity, subject, evidence and sentence.
 
 #include <nlohmann/json.hpp>
 
@@ -12,27 +12,24 @@
 namespace cellcal::calib {
 
 nlohmann::ordered_json finding_to_json(const Finding& finding);
-/// Of a kind or cause that this version does not know its words are kept (FindingKind::kRecorded;
-/// `text`). `cell`: that its parameters are of. Throws FileError.
+/// An unknown kind or cause keeps its text (FindingKind::kRecorded; `text`). `cell`: the cell that
+/// its parameters belong to. Throws FileError.
 Finding finding_from_json(const Cell& cell, const JsonReader& item);
 
-// Touches that were left out as calibration files hold them: how far they are off, kind, evidence
-// and words.
+// Touches left out, in calibration files: deviation, kind, evidence and sentence.
 
 nlohmann::ordered_json outlier_to_json(const Outlier& outlier);
-/// Of a file without kinds, and of a kind that this version does not know, the words are kept
-/// (OutlierKind::kRecorded). Throws FileError.
+/// A missing or unknown kind keeps its text (OutlierKind::kRecorded). Throws FileError.
 Outlier outlier_from_json(const JsonReader& item);
 
-// What touches do not decide as calibration files hold it, and parameters by their names.
+// Undetermined directions in calibration files, with parameters by name.
 
-/// The parameter that a name in a file stands for. Throws FileError where the cell has none.
+/// The parameter named in a file. Throws FileError if the cell does not have it.
 ParameterKey parameter_from_json(const Cell& cell, const JsonReader& item);
 
 nlohmann::ordered_json unidentifiable_to_json(const Cell& cell,
                                               const UnidentifiableDirection& direction);
-/// Of a file without kinds, and of a kind that this version does not know, the words are kept
-/// (UnidentifiableKind::kRecorded). Throws FileError.
+/// A missing or unknown kind keeps its text (UnidentifiableKind::kRecorded). Throws FileError.
 UnidentifiableDirection unidentifiable_from_json(const Cell& cell, const JsonReader& item);
 
 }  // namespace cellcal::calib

@@ -97,8 +97,8 @@ std::string read_file(const std::filesystem::path& path, std::size_t max_bytes) 
                               ? ": no such file; check the path"
                               : ": cannot be looked at (" + std::string(std::strerror(errno)) +
                                     "); check the path and its permissions");
-  // Looked at before it is opened (opening a pipe waits, opening a device may do something) and
-  // behind it (it may be another by then).
+  // Checked before opening (opening a pipe blocks, opening a device may have side effects) and
+  // again afterwards (the path may have been replaced).
   refuse_other_than_files(name, info, max_bytes);
   const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY));
   if (file.number() < 0 || ::fstat(file.number(), &info) != 0)

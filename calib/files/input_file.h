@@ -1,5 +1,5 @@
 #pragma once
-// The bytes of a file that is named as input, and files that are none whatever names them.
+// Reading of input files; refuses paths that are not regular files.
 
 #include <sys/types.h>
 
@@ -11,20 +11,20 @@
 namespace cellcal::calib {
 
 /// Whole file as text. Throws FileError (calib/model/error.h) for directories, devices, missing files
-/// and more than `max_bytes`.
+/// and files larger than `max_bytes`.
 std::string read_file(const std::filesystem::path& path, std::size_t max_bytes = 256u << 20);
 
 /// Lower-case hexadecimal SHA-256.
 std::string sha256(std::string_view bytes);
 inline constexpr std::size_t kSha256Digits = 64;
-/// Whether the text is one.
+/// True if the text is a SHA-256 in this form.
 bool is_sha256(std::string_view text);
 
-/// As long as this lives, read_file() refuses the file without opening it, under any name. For
-/// files that the process holds POSIX locks on: closing any descriptor of such a file drops them.
+/// During its lifetime read_file() refuses the file without opening it, under any name. For files
+/// on which the process holds POSIX locks: closing any descriptor of such a file drops them.
 class Withheld {
  public:
-  /// The file must exist; one that does not is not withheld.
+  /// The file must exist; otherwise nothing is withheld.
   explicit Withheld(const std::filesystem::path& path);
   ~Withheld();
   Withheld(const Withheld&) = delete;

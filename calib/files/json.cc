@@ -24,11 +24,11 @@ std::string write_lines(const nlohmann::ordered_json& value) {
 
 namespace {
 
-/// Our keys have no dots at all, and nothing of ours nests deeper than a handful.
+/// Keys of the formats have no dots, and nesting is at most a few levels.
 constexpr int kMostDots = 8;
 constexpr int kDeepestJson = 32;
 
-/// Skips a TOML string that begins at `at` and returns the index behind it.
+/// Index after the TOML string that begins at `at`.
 std::size_t behind_string(std::string_view text, std::size_t at) {
   const char quote = text[at];
   const bool lines = text.substr(at).starts_with(std::string(3, quote));
@@ -38,7 +38,7 @@ std::size_t behind_string(std::string_view text, std::size_t at) {
       at += 2;
     } else if (lines && text.substr(at).starts_with(std::string(3, quote))) {
       at += 3;
-      while (at < text.size() && text[at] == quote) ++at;  // up to two may stand before the end
+      while (at < text.size() && text[at] == quote) ++at;  // up to two quotes precede the end
       return at;
     } else if (!lines && (text[at] == quote || text[at] == '\n')) {
       return at + 1;
@@ -79,7 +79,7 @@ void refuse_deep_toml(std::string_view text, const std::string& name) {
 
 void refuse_deep_json(std::string_view text, const std::string& name) {
   int depth = 0;
-  bool inside = false;  // a string
+  bool inside = false;  // inside a string
   for (std::size_t at = 0; at < text.size(); ++at) {
     const char c = text[at];
     if (inside && c == '\\')

@@ -1,5 +1,5 @@
 #pragma once
-// Reading JSON that others may have written.
+// Reading of JSON from untrusted sources.
 
 #include <cmath>
 #include <cstddef>
@@ -13,11 +13,11 @@
 
 namespace cellcal::calib {
 
-/// Access by key with an error that names file and key. Non-finite numbers cannot come in: JSON
-/// has none, and nlohmann writes null for them.
+/// Access by key with errors that name file and key. Numbers are always finite: JSON has no
+/// non-finite ones, and nlohmann writes null for them.
 class JsonReader {
  public:
-  /// `file`: what messages call the text that the value was read from.
+  /// `file`: name of the source text in messages.
   JsonReader(const nlohmann::json& value, std::string file)
       : value_(value), where_(std::move(file)), file_letters_(where_.size()) {}
 
@@ -37,9 +37,9 @@ class JsonReader {
     if (v < 0.0) fail("must not be negative");
     return v;
   }
-  /// A count or an index.
+  /// A nonnegative integer.
   std::size_t whole() const {
-    constexpr double kMost = 1e9;  // beyond any file of touches, inside any integer
+    constexpr double kMost = 1e9;  // above any file of touches, within any integer type
     const double v = number();
     if (v < 0.0 || v > kMost || v != std::floor(v)) fail("must be a whole number, 0 to 1e9");
     return static_cast<std::size_t>(v);
@@ -75,26 +75,26 @@ class JsonReader {
       : value_(value), where_(std::move(where)), file_letters_(file_letters) {}
 
   const nlohmann::json& value_;
-  std::string where_;         ///< begins with the file
-  std::size_t file_letters_;  ///< of `where_`
+  std::string where_;         ///< starts with the file
+  std::size_t file_letters_;  ///< length of the file name in `where_`
 };
 
-// JSON as text, both ways: the parser and the writer take the compiler long, so they stand once.
+// JSON as text, both ways: parser and writer are slow to compile and instantiated only once.
 
-/// Discarded (`is_discarded()`) where the text is not JSON.
+/// Discarded (`is_discarded()`) if the text is not JSON.
 nlohmann::json parse_json(std::string_view text);
 
-/// Of JSON that is known to be valid; keys keep their order.
+/// For JSON known to be valid; preserves the order of keys.
 nlohmann::ordered_json parse_ordered_json(std::string_view text);
 
-/// In one line. Throws what nlohmann throws at bytes that are not UTF-8.
+/// On one line. Throws nlohmann's error for bytes that are not UTF-8.
 std::string write_json(const nlohmann::json& value);
 
-/// A value a line, as files have it; bytes that are not UTF-8 are replaced.
+/// One value per line, as in files; bytes that are not UTF-8 are replaced.
 std::string write_lines(const nlohmann::ordered_json& value);
 
-/// Throws FileError when a dotted key (TOML) or a value (JSON) is nested deeper than any of our
-/// documents: their libraries walk such trees by recursion, which hostile text could let overflow.
+/// Throws FileError if a dotted key (TOML) or a value (JSON) is nested deeper than any known
+/// document: the libraries traverse trees recursively, and hostile text could overflow the stack.
 void refuse_deep_toml(std::string_view text, const std::string& name);
 void refuse_deep_json(std::string_view text, const std::string& name);
 

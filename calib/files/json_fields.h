@@ -1,6 +1,6 @@
 #pragma once
-// A struct as a JSON object, both ways by one table: what is written under a key and what is read
-// there stand in one row, so that neither can be forgotten. Rows are written, and read, in order.
+// A struct as a JSON object, both ways by one table: the writer and the reader of a key share one
+// row. Rows are written and read in order.
 
 #include <Eigen/Core>
 #include <cstddef>
@@ -17,7 +17,7 @@ namespace cellcal::calib::fields {
 
 using Json = nlohmann::ordered_json;
 
-/// How a value stands in a file.
+/// JSON representation of a value type.
 template <class V>
 struct Value {
   std::function<Json(const V&)> to;
@@ -29,8 +29,8 @@ struct Field {
   const char* key;
   std::function<Json(const T&)> to;
   std::function<void(const JsonReader&, T&)> from;  ///< null: not read back; throws FileError
-  std::function<bool(const T&)> written = {};       ///< null: always
-  /// Whether it has to be there, asked once the rows above were read; null: it has to.
+  std::function<bool(const T&)> written = {};       ///< null: always written
+  /// True if the key is required; evaluated after the rows above were read. Null: required.
   std::function<bool(const JsonReader& object, const T&)> wanted = {};
 };
 
@@ -66,27 +66,27 @@ Field<T> for_readers(const char* key, std::function<Json(const T&)> to) {
   return {key, std::move(to), {}};
 }
 
-/// Read where the object has that other key.
+/// Read only if the object has the other key.
 template <class T>
 Field<T> beside(const char* other, Field<T> row) {
   row.wanted = [other](const JsonReader& object, const T&) { return object.has(other); };
   return row;
 }
 
-/// Files of earlier versions lack it.
+/// Optional: absent in files of earlier versions.
 template <class T>
 Field<T> optional(Field<T> row) {
   return beside(row.key, std::move(row));
 }
 
-/// Left out of the file where there is nothing to say.
+/// Omitted from the file if empty.
 template <class T>
 Field<T> where(std::function<bool(const T&)> written, Field<T> row) {
   row.written = std::move(written);
   return row.wanted ? row : optional(std::move(row));
 }
 
-/// Left out where it is none.
+/// Omitted if there is no value.
 template <class T, class V>
 Field<T> maybe(const char* key, std::optional<V> T::*member, Value<V> as) {
   Field<T> row{key, [=](const T& value) { return as.to(*(value.*member)); },
@@ -95,7 +95,7 @@ Field<T> maybe(const char* key, std::optional<V> T::*member, Value<V> as) {
   return optional(std::move(row));
 }
 
-/// A matter of some values only, which the rows above tell.
+/// Present for some values only, as determined by the rows above.
 template <class T>
 Field<T> only_of(std::function<bool(const T&)> those, Field<T> row) {
   row.written = those;
@@ -103,7 +103,7 @@ Field<T> only_of(std::function<bool(const T&)> those, Field<T> row) {
   return row;
 }
 
-/// Several rows of the same value in an object of their own.
+/// Several rows of the same value in a nested object.
 template <class T>
 Field<T> group(const char* key, Table<T> rows) {
   return {key, [rows](const T& value) { return to_json(rows, value); },
@@ -136,7 +136,7 @@ Table<T> joined(Table<T> first, const Table<T>& second) {
 
 // Values.
 
-/// In another unit: times `per` in the file.
+/// Scaled by `per` in the file.
 Value<double> number(double per = 1.0);
 Value<double> not_negative(double per = 1.0);
 Value<std::string> text();
@@ -151,7 +151,7 @@ Value<I> whole() {
           [](const JsonReader& r) { return static_cast<I>(r.whole()); }};
 }
 
-/// One of some words.
+/// An enumerator by its name.
 template <class E>
 Value<E> word(std::vector<std::pair<E, const char*>> words) {
   const auto to = [words](const E& value) -> Json {

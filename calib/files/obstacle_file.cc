@@ -153,12 +153,12 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr std::size_t kMostBytes = 128u << 20;  // of ASCII, some 270 bytes per triangle
+constexpr std::size_t kMostBytes = 128u << 20;  // ASCII: about 270 bytes per triangle
 constexpr std::size_t kHeader = 84, kRecord = 50, kNormal = 12;
 constexpr double kFurthestMm = 1e5;
 constexpr double kLeastAreaMm2 = 1e-9;
 
-/// Puts a mesh together; corners that triangles have in common are kept once.
+/// Builds a mesh; shared corners are stored once.
 class Builder {
  public:
   void add(const std::array<Vector3d, 3>& mm) {
@@ -193,7 +193,7 @@ bool in_range(double mm) { return std::isfinite(mm) && std::abs(mm) <= kFurthest
 
 std::uint32_t number_at(std::string_view bytes, std::size_t at) {
   std::uint32_t value = 0;
-  for (std::size_t k = 0; k < 4; ++k)  // little endian, whatever the machine
+  for (std::size_t k = 0; k < 4; ++k)  // little endian on every machine
     value |= static_cast<std::uint32_t>(static_cast<unsigned char>(bytes[at + k])) << (8 * k);
   return value;
 }
@@ -218,7 +218,7 @@ Mesh read_binary(std::string_view bytes, const std::string& name) {
   return mesh.take();
 }
 
-/// Words of a text, with the line that each stands in.
+/// Words of a text, each with its line number.
 class Words {
  public:
   Words(std::string_view text, const std::string& name) : text_(text), name_(name) {}
@@ -286,7 +286,7 @@ Mesh read_ascii(std::string_view text, const std::string& name) {
   std::size_t count = 0;
   while (!words.ended()) {
     words.expect("solid");
-    words.skip_line();  // its name
+    words.skip_line();  // the solid's name
     for (;;) {
       const std::string_view word = words.next();
       if (Words::same(word, "endsolid")) {
@@ -299,7 +299,7 @@ Mesh read_ascii(std::string_view text, const std::string& name) {
       if (++count > kMostTriangles)
         words.fail(fmt::format("more than {} triangles; export it coarser", kMostTriangles));
       words.expect("normal");
-      for (int k = 0; k < 3; ++k) (void)words.next();  // some write nan where there is no area
+      for (int k = 0; k < 3; ++k) (void)words.next();  // normals, possibly nan
       words.expect("outer");
       words.expect("loop");
       std::array<Vector3d, 3> mm;
@@ -321,7 +321,7 @@ Mesh parse_stl(std::string_view bytes, const std::string& name) {
   Mesh mesh;
   const std::size_t count = bytes.size() >= kHeader ? number_at(bytes, kHeader - 4) : 0;
   if (bytes.size() >= kHeader && bytes.size() == kHeader + kRecord * count) {
-    // Told by its size: binary files that begin with "solid" are common.
+    // Binary files are recognised by their size: many begin with "solid".
     if (count > kMostTriangles)
       throw FileError(name, fmt::format(": byte {}: {} triangles, more than {}; export it coarser",
                                         kHeader - 4, count, kMostTriangles));

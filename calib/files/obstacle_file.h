@@ -1,5 +1,5 @@
 #pragma once
-// The part of a cell file that says what stands in the way: [[obstacle]], the stands of targets.
+// Obstacles of a cell file: [[obstacle]], and the stands of targets.
 
 #include <filesystem>
 #include <string>
@@ -18,13 +18,13 @@ std::string obstacles_to_toml(const std::vector<Obstacle>& obstacles);
 void read_stand(const TomlTable& table, Target& target);
 std::string stand_to_toml(const Target& target);
 
-// Surfaces of triangles as CAD writes them: STL, ASCII and binary, in millimetres.
+// Triangle meshes from CAD: STL, ASCII and binary, in millimetres.
 
-/// More triangles than this are refused: a cell's furniture needs hundreds.
+/// Maximum number of triangles: the furniture of a cell needs hundreds.
 inline constexpr std::size_t kMostTriangles = 400'000;
 
-/// The triangles of all solids; normals are not read, triangles without an area are left out.
-/// Throws FileError that names the line (ASCII) or the byte (binary). `name` stands for the file.
+/// Triangles of all solids; normals are ignored, triangles without an area are omitted. Throws
+/// FileError naming the line (ASCII) or the byte (binary). `name` denotes the file.
 Mesh parse_stl(std::string_view bytes, const std::string& name);
 Mesh load_stl(const std::filesystem::path& path);
 

@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::array<const char*, 6> kPose = {"x_mm", "y_mm", "z_mm", "a_deg", "b_deg", "c_deg"};
 constexpr std::size_t kMaxPoses = 2'000'000;
-/// No arm reaches further, and nobody writes more turns: this catches other units.
+/// Beyond the reach and the turns of any arm: detects other units.
 constexpr double kFarthestMm = 1e5, kMostDeg = 3600.0;
 
 std::array<int, 6> pose_columns(const CsvTable& table, const std::string& name) {

@@ -18,7 +18,7 @@ constexpr const char* kPriorsFormat = "cellcal.priors/1";
 constexpr std::size_t kMostPriorsBytes = 1u << 20, kMostJoints = 32;
 constexpr long kMostArms = 1'000'000, kMostVersions = 1'000'000'000;
 
-/// As keys end.
+/// Unit suffix of the keys.
 const char* ending(SpreadKind kind) {
   switch (kind) {
     case SpreadKind::kLength:
@@ -33,7 +33,7 @@ const char* ending(SpreadKind kind) {
   return "";
 }
 
-/// What no robot file may state is none either.
+/// Same range as in a robot file.
 Range allowed(SpreadKind kind) {
   switch (kind) {
     case SpreadKind::kLength:
@@ -67,7 +67,7 @@ std::optional<Spread> read_spread(const TomlTable& table, SpreadKind kind, int a
   Spread spread;
   const double found = table.number(keys.found, range);
   spread.found = found / per_si;
-  // Wider than three times itself is no figure, and what is offered of it is anything.
+  // An uncertainty above three times the value carries no information.
   constexpr double kMostOfFound = 3.0;
   spread.found_sigma = table.number(keys.sigma, {0.0, kMostOfFound * found}) / per_si;
   spread.drawn = table.number(keys.drawn, range) / per_si;

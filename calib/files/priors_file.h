@@ -1,5 +1,6 @@
 #pragma once
-// "cellcal.priors/1": how far the arms of one robot model lie from their nominal geometry. Throws FileError.
+// "cellcal.priors/1": deviation of the arms of one robot model from their nominal geometry. Throws
+// FileError.
 
 #include <filesystem>
 #include <string>
@@ -13,9 +14,9 @@ FleetPriors load_priors(const std::filesystem::path& path);
 FleetPriors parse_priors(std::string_view text, const std::string& name);
 std::string priors_to_toml(const FleetPriors& priors);
 
-/// Of a kind, as users see it: "mm" with 1000.
+/// Display unit of a kind: "mm" with 1000.
 struct SpreadUnit {
-  const char* name;  ///< of the kind: "length"
+  const char* name;  ///< name of the kind: "length"
   const char* unit;
   double per_si;
 };

@@ -56,7 +56,7 @@ Value<Eigen::Vector3d> direction() {
           }};
 }
 
-/// Of files without findings: their words alone.
+/// From files without findings: text only.
 std::vector<Finding> recorded(const JsonReader& reasons, Severity severity) {
   std::vector<Finding> findings;
   for (const JsonReader& reason : reasons.items()) {
@@ -240,7 +240,7 @@ double per_si(const JsonReader& r) {
   r.fail("\"" + shown(unit) + "\" is not known");
 }
 
-/// Unit by unit: the rows behind "unit" are in that one.
+/// The rows after "unit" are in that unit.
 Table<ParameterResult> parameter_fields(const Cell& cell) {
   using P = ParameterResult;
   const auto name = [&cell](const P& p) -> Json { return parameter_name(cell, p.key); };
@@ -260,7 +260,7 @@ Table<ParameterResult> parameter_fields(const Cell& cell) {
       p.nominal = value;
       return;
     }
-    // It is in the cell already; earlier versions wrote 0 here.
+    // Defined by the cell; earlier versions wrote 0.
     const double stated = stated_value(cell, p.key);
     constexpr double kRounding = 1e-9;
     if (value != 0.0 && !(std::abs(value - stated) <= kRounding * std::abs(stated)))
@@ -298,7 +298,7 @@ void read_parameters(const JsonReader& reader, Calibration& c) {
   }
 }
 
-/// Rows are in the parameters' units; columns as well, or are single steps.
+/// Rows are in the parameters' units; columns as well, or single steps.
 enum class Columns { kParameters, kSteps };
 
 double column_unit(const Calibration& c, Columns columns, std::size_t k) {
@@ -320,12 +320,12 @@ Json matrix_json(const Calibration& c, const Eigen::MatrixXd& m, Columns columns
 Eigen::MatrixXd read_matrix(const JsonReader& reader, const Calibration& c, Columns columns) {
   const auto n = static_cast<Eigen::Index>(c.parameters.size());
   const auto rows = reader.items();
-  // An empty covariance would read as perfect knowledge.
+  // An empty covariance would be read as perfect knowledge.
   if (static_cast<Eigen::Index>(rows.size()) != n) reader.fail("must have one row per parameter");
   const Eigen::Index wanted = columns == Columns::kParameters ? n
                               : rows.empty()                  ? 0
                                              : static_cast<Eigen::Index>(rows[0].items().size());
-  // All rows are looked at before there is a matrix: what is short in the file is no reason for a large one.
+  // All rows are validated before the matrix is allocated: a short file must not cause a large allocation.
   for (const JsonReader& row : rows)
     if (static_cast<Eigen::Index>(row.items().size()) != wanted)
       row.fail("has " + std::to_string(row.items().size()) + " entries, " + std::to_string(wanted) +
@@ -340,10 +340,10 @@ Eigen::MatrixXd read_matrix(const JsonReader& reader, const Calibration& c, Colu
   return m;
 }
 
-/// Whether the bounds that come of it will be real numbers.
+/// True if the bounds derived from it are real numbers.
 bool is_covariance(const Eigen::MatrixXd& m) {
-  if (m.size() == 0) return true;     // of no parameters
-  constexpr double kRounding = 1e-9;  // of correlations
+  if (m.size() == 0) return true;     // no parameters
+  constexpr double kRounding = 1e-9;  // tolerance of correlations
   const Eigen::VectorXd sigma = m.diagonal().cwiseMax(0.0).cwiseSqrt();
   const Eigen::VectorXd scale = (sigma.array() > 0.0).select(sigma, 1.0).cwiseInverse();
   Eigen::MatrixXd correlation = scale.asDiagonal() * m * scale.asDiagonal();

@@ -26,7 +26,7 @@ namespace {
 
 constexpr std::string_view kRobotFormat = "cellcal.robot/1";
 constexpr std::size_t kMostJointsInFile = 32;
-constexpr Range kRobotLengthMm{-1e5, 1e5};  // 100 m: nothing that touches is larger
+constexpr Range kRobotLengthMm{-1e5, 1e5};  // 100 m: above any arm
 constexpr Range kAngleDeg{-3600.0, 3600.0};
 constexpr Range kMassKg{0.0, 1e4};
 constexpr Range kToleranceMm{0.0, 1e3};
@@ -122,7 +122,7 @@ Robot read_robot(const TomlTable& document) {
   robot.source = document.text_or("source", "");
   const auto gravity = document.numbers("gravity", 3, {-100.0, 100.0});
   robot.gravity_m_s2 = Eigen::Vector3d(gravity[0], gravity[1], gravity[2]);
-  constexpr double kLeastGravity = 0.1;  // less is on no planet, and points nowhere
+  constexpr double kLeastGravity = 0.1;  // a smaller vector has no defined direction
   if (const double size = robot.gravity_m_s2.norm(); size > 0.0 && size < kLeastGravity)
     document.fail("gravity", fmt::format("is {:g} m/s^2 long; state it as [0.0, 0.0, -9.81], or as "
                                          "[0.0, 0.0, 0.0] where there is none",
@@ -159,7 +159,7 @@ Robot read_robot(const TomlTable& document) {
 
 std::string robot_to_toml(const Robot& robot) {
   const auto& g = robot.gravity_m_s2;
-  // [tolerance] is only the default of the joints'; the first joint's serves.
+  // [tolerance] is only the joints' default; the first joint's value is written.
   std::string out = fmt::format(
       "format = \"{}\"\nname = {}\nsource = {}\ngravity = [{}, {}, {}]\n\n"
       "[tolerance]\nlength_mm = {}\nangle_deg = {}\n",
@@ -210,13 +210,13 @@ Robot load_robot(const std::filesystem::path& path) { return read_robot(TomlTabl
 
 namespace {
 
-/// The file that this code is in: the shared library, else the program.
+/// Path of the binary that contains this code: the shared library, otherwise the program.
 std::filesystem::path own_file() {
   std::error_code none;
   Dl_info info{};
   static const int here = 0;
   if (dladdr(&here, &info) != 0 && info.dli_fname != nullptr) {
-    // Of the program itself this is what it was called by, which leads nowhere from another folder.
+    // For the program itself this is argv[0], which is not valid from another directory.
     const std::filesystem::path file = info.dli_fname;
     if (file.is_absolute() && file.string().find(".so") != std::string::npos) return file;
   }
@@ -276,7 +276,7 @@ std::filesystem::path find_robot_file(const std::string& name,
     if (given.extension() != ".toml") tried.push_back(directory / (name + ".toml"));
   }
   for (const auto& path : tried) {
-    std::error_code ignored;  // "cannot look" counts as "not there"; the message lists the place
+    std::error_code ignored;  // an unreadable path counts as missing; the message lists it
     if (std::filesystem::is_regular_file(path, ignored)) return path;
   }
   throw UnknownRobot(name, std::move(tried));
@@ -296,14 +296,14 @@ std::vector<NamedRobot> shipped_robots() {
         continue;
       }
     }
-    if (!robots.empty()) break;  // the others are the same again
+    if (!robots.empty()) break;  // further directories hold the same files
   }
   return robots;
 }
 
 namespace {
 
-/// Without a minus before what rounds to nothing.
+/// Omits the minus sign of values that round to zero.
 std::string fixed(double value, int decimals) {
   std::string text = fmt::format("{:.{}f}", value, decimals);
   if (text.find_first_not_of("-0.") == std::string::npos && text.front() == '-') text.erase(0, 1);

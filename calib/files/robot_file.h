@@ -1,5 +1,5 @@
 #pragma once
-// The robots that come with cellcal.
+// Robots shipped with cellcal.
 
 #include <string>
 #include <vector>
@@ -8,13 +8,13 @@
 
 namespace cellcal::calib {
 
-/// Of the first of robots_directories() that has any; a file that cannot be read is left out.
+/// From the first of robots_directories() that contains any; unreadable files are skipped.
 std::vector<NamedRobot> shipped_robots();
 
-// Which nominal geometry a robot file states, whatever it says of tolerances, masses, gears, limits and names.
+// Identifies the nominal geometry of a robot file, independent of tolerances, masses, gears, limits and names.
 
-/// SHA-256 of the kinematics: joints in order with their names, signs, offsets, lengths, angles and which errors
-/// may be identified; the frames before and behind them. To 1 nm and 1e-9 deg.
+/// SHA-256 of the kinematics: joints in order with names, signs, offsets, lengths, angles and identifiable
+/// errors; the frames before and after them. Rounded to 1 nm and 1e-9 deg.
 std::string nominal_geometry_sha256(const Robot& robot);
 
 }  // namespace cellcal::calib

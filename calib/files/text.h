@@ -5,8 +5,8 @@
 
 namespace cellcal::calib {
 
-/// Length in bytes of the control character at `i`, 0 if there is none: ASCII, U+0080 to U+009F, and Unicode's direction marks and
-/// line separators (UTF-8), which make one name look like another.
+/// Length in bytes of the control character at `i`, 0 if there is none: ASCII, U+0080 to U+009F, and Unicode's
+/// direction marks and line separators (UTF-8), which can make one name look like another.
 inline std::size_t control_at(std::string_view text, std::size_t i) {
   const auto byte = [&](std::size_t k) {
     return i + k < text.size() ? static_cast<unsigned char>(text[i + k]) : 0u;
@@ -27,7 +27,7 @@ inline bool has_control(std::string_view text) {
   return false;
 }
 
-/// Its first `most` bytes, or up to three fewer: no character of UTF-8 is cut in two. What is no UTF-8 is cut where it must.
+/// The first `most` bytes, or up to three fewer so that no UTF-8 character is split. Invalid UTF-8 is cut at `most`.
 inline std::string_view beginning(std::string_view text, std::size_t most) {
   if (text.size() <= most) return text;
   constexpr std::size_t kLongestCharacter = 4;
@@ -39,8 +39,8 @@ inline std::string_view beginning(std::string_view text, std::size_t most) {
   return text.substr(0, goes_on(end) ? most : end);
 }
 
-/// Foreign text as it may stand in a message: bounded, and without control characters, which could
-/// steer the terminal or forge a line of a log.
+/// Untrusted text for a message: bounded, and without control characters, which could steer the
+/// terminal or forge a line of a log.
 inline std::string shown(std::string_view text, std::size_t most = 40) {
   std::string out;
   const std::string_view part = beginning(text, most);
@@ -54,7 +54,7 @@ inline std::string shown(std::string_view text, std::size_t most = 40) {
 
 inline constexpr std::string_view kBlanks = " \t\r\n";
 
-/// Without the blanks around it.
+/// Without leading and trailing whitespace.
 inline std::string_view trimmed(std::string_view text) {
   const std::size_t first = text.find_first_not_of(kBlanks);
   if (first == std::string_view::npos) return {};

@@ -26,8 +26,8 @@ struct TomlTable::Node {
     asked.emplace(key);
     return table->get(key);
   }
-  /// "; was "diametre_mm" in line 7 meant to be it?", of what was not asked for and is like `key`;
-  /// empty where nothing is.
+  /// Suggests an unused key similar to `key`: "; was "diametre_mm" in line 7 meant to be it?";
+  /// empty if there is none.
   std::string meant_by(std::string_view key,
                        bool (*is_like)(std::string_view, std::string_view)) const;
   std::string full(std::string_view key) const {
@@ -63,8 +63,8 @@ std::string kind_of(const toml::node& node) {
 
 std::string show(double value) { return fmt::format("{:g}", value); }
 
-/// Zero for what nothing of ours is ever as small as. Its powers would be denormal numbers, with
-/// which a processor reckons a hundred times slower.
+/// Flushes to zero below any value of the formats. Powers of such values would be denormal, which
+/// are about a hundred times slower.
 double without_dust(double value) {
   constexpr double kDust = 1e-30;
   return std::abs(value) < kDust ? 0.0 : value;
@@ -78,7 +78,7 @@ std::string lower_case(std::string_view text) {
   return lower;
 }
 
-/// Without the unit that keys end in.
+/// Without the unit suffix.
 std::string_view without_unit(std::string_view key) {
   for (const std::string_view unit : {"_mm", "_cm", "_m", "_um", "_deg", "_rad", "_kg", "_g", "_s"})
     if (key.size() > unit.size() && key.ends_with(unit))
@@ -86,7 +86,7 @@ std::string_view without_unit(std::string_view key) {
   return key;
 }
 
-/// One letter wrong, missing or too many, or two exchanged.
+/// One letter wrong, missing or extra, or two exchanged.
 bool one_slip_apart(std::string_view a, std::string_view b) {
   if (a.size() < b.size()) std::swap(a, b);
   if (a.size() > b.size() + 1) return false;
@@ -99,8 +99,8 @@ bool one_slip_apart(std::string_view a, std::string_view b) {
   return at == a.size() || a.substr(at + 1) == b.substr(at + 1);
 }
 
-/// As one writes another key by mistake: with another unit or none, in capitals, or by a slip. Of
-/// short ones a slip makes another key.
+/// Likely misspellings of another key: another unit or none, upper case, or a typo. A typo in a
+/// short key makes another key.
 bool is_much_like(std::string_view key, std::string_view other) {
   constexpr std::size_t kLongEnough = 5;
   const std::string a = lower_case(key), b = lower_case(other);
@@ -108,7 +108,7 @@ bool is_much_like(std::string_view key, std::string_view other) {
          (std::min(a.size(), b.size()) >= kLongEnough && one_slip_apart(a, b));
 }
 
-/// Of the names of tables, which are short and few, a slip is a slip.
+/// Table names are short and few, so a typo is accepted at any length.
 bool is_table_much_like(std::string_view name, std::string_view other) {
   constexpr std::size_t kLongEnough = 4;
   return std::min(name.size(), other.size()) >= kLongEnough &&
@@ -121,7 +121,7 @@ constexpr const char* kNoControl =
     "must not hold control characters (line ends, tabs, escapes, marks of direction): tables, messages and logs name "
     "it";
 
-/// The line of that number, from 1; empty behind the last.
+/// Line by its number, counted from 1; empty past the end.
 std::string_view line_of(std::string_view text, std::size_t number) {
   for (; number > 1; --number) {
     const std::size_t end = text.find('\n');
@@ -131,9 +131,9 @@ std::string_view line_of(std::string_view text, std::size_t number) {
   return text.substr(0, text.find('\n'));
 }
 
-/// The line without the texts in quotes, and without its comment; nothing where a quote stays open.
+/// The line without quoted strings and comment; empty if a quote is not closed.
 std::optional<std::string> without_texts(std::string_view line) {
-  // Texts of several lines: not looked into.
+  // Multi-line strings are not examined.
   if (line.find("\"\"\"") != std::string_view::npos || line.find("'''") != std::string_view::npos)
     return "";
   std::string rest;
@@ -157,7 +157,7 @@ std::optional<std::string> without_texts(std::string_view line) {
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
-/// Digits, a comma, digits, behind "=" and outside of an array.
+/// Digits, a comma, digits, after "=" and outside an array.
 bool has_decimal_comma(std::string_view line) {
   const std::size_t value = line.find('=');
   if (value == std::string_view::npos || line.find('[', value) != std::string_view::npos)
@@ -167,9 +167,9 @@ bool has_decimal_comma(std::string_view line) {
   return false;
 }
 
-/// What is usually behind an error of the grammar; what the parser says, where it is neither.
+/// Common cause of a syntax error; the parser's description if there is none.
 std::string usual_slip(std::string_view text, std::size_t line, std::string_view description) {
-  // A text that is not ended is noticed at the end of its line, or at the begin of the next.
+  // The parser reports an unterminated string at the end of its line, or at the start of the next.
   for (const std::size_t number : {line, line - 1}) {
     if (number == 0 || without_texts(line_of(text, number))) continue;
     const std::string at = number == line ? "" : " (line " + std::to_string(number) + ")";
@@ -224,7 +224,7 @@ TomlTable TomlTable::load(const std::filesystem::path& path) {
 void TomlTable::fail(std::string_view key, const std::string& what) const {
   const toml::node* at = key.empty() ? nullptr : node_->table->get(key);
   const auto line = at ? at->source().begin.line : node_->table->source().begin.line;
-  // Line 0: the table came out of a JSON file, where only the key is known.
+  // Line 0: the table comes from a JSON file, where only the key is known.
   const std::string place = line == 0 ? ": " : ":" + std::to_string(line) + ": ";
   throw FileError(node_->file, place + shown(node_->full(key), kShownKey) + ": " + what);
 }

@@ -1,7 +1,7 @@
 #pragma once
-// Strict reading of TOML: every key is asked for by name, in its range, and what was not asked for
-// is an error. Messages read "FILE:LINE: KEY: what is wrong; what to do". Throws FileError.
-// Numbers smaller than 1e-30 are read as 0.
+// Strict reading of TOML: every key is requested by name and range, and any other key is an error.
+// Messages read "FILE:LINE: KEY: what is wrong; what to do". Throws FileError. Numbers smaller than
+// 1e-30 are read as 0.
 
 #include <toml++/toml.h>
 
@@ -25,7 +25,7 @@ inline constexpr Range kAnyNumber{-1e12, 1e12};
 inline constexpr Range kNotNegative{0.0, 1e12};
 inline constexpr Range kPositive{1e-12, 1e12};
 
-/// Far beyond any of our files: refuses a mistaken one.
+/// Far above the size of any valid file.
 inline constexpr std::size_t kMostTomlBytes = 4u << 20;
 
 /// One table of a document. Copies share the document.
@@ -40,10 +40,10 @@ class TomlTable {
   long integer(std::string_view key, long min, long max) const;
   long integer_or(std::string_view key, long fallback, long min, long max) const;
   bool boolean_or(std::string_view key, bool fallback) const;
-  /// Without control characters: ids and paths stand in tables, messages and logs.
+  /// Rejects control characters: ids and paths appear in tables, messages and logs.
   std::string string(std::string_view key) const;
   std::string string_or(std::string_view key, std::string_view fallback) const;
-  /// Free text, which may have lines and tabs.
+  /// Free text, which may contain line breaks and tabs.
   std::string text_or(std::string_view key, std::string_view fallback) const;
   /// One of the given words.
   std::string word(std::string_view key, std::initializer_list<std::string_view> allowed) const;
@@ -53,24 +53,24 @@ class TomlTable {
                                  Range range) const;
   std::vector<std::string> strings(std::string_view key) const;
 
-  /// Sub-table; table_or_empty gives one without keys where it is absent.
+  /// Sub-table; table_or_empty returns an empty one if it is absent.
   TomlTable table(std::string_view key) const;
   TomlTable table_or_empty(std::string_view key) const;
-  /// Whether it is written as [[key]].
+  /// True if it is written as [[key]].
   bool is_list(std::string_view key) const;
-  /// [[key]]; empty where absent.
+  /// [[key]]; empty if absent.
   std::vector<TomlTable> tables(std::string_view key) const;
 
-  /// Throws for the first key that was never asked for. Call it last, on every table.
+  /// Throws for the first key that was never requested. Must be called last, on every table.
   void refuse_unknown() const;
-  /// Throws with this table's place (or the key's) in front.
+  /// Throws, with this table's (or the key's) location as prefix.
   [[noreturn]] void fail(std::string_view key, const std::string& what) const;
 
  private:
-  /// Fails for a key that is not there, and names one that may have been meant to be it.
+  /// Fails for a missing key, and suggests a similar one that was not requested.
   [[noreturn]] void missing(std::string_view key, const std::string& wanted) const;
 
-  friend struct TomlAccess;  // makes tables from documents that did not come from a file
+  friend struct TomlAccess;  // builds tables from documents that do not come from a file
   struct Node;
   explicit TomlTable(std::shared_ptr<Node> node) : node_(std::move(node)) {}
   std::shared_ptr<Node> node_;
@@ -78,8 +78,8 @@ class TomlTable {
 
 // TOML documents as JSON and back, so that one strict reader serves both.
 
-/// 14 digits: predictions survive to 1e-12 m, and what the conversion of units left in the last two
-/// does not show (38.84 deg stays 38.84).
+/// 14 digits: preserves predictions to 1e-12 m and hides the rounding of unit conversion in the
+/// last two (38.84 deg stays 38.84).
 std::string toml_number(double value);
 /// Quoted and escaped as a TOML basic string.
 std::string toml_string(std::string_view text);
@@ -91,7 +91,7 @@ std::string json_to_toml(std::string_view json);
 /// JSON object text as a table for the strict reader. Throws FileError.
 TomlTable table_from_json(std::string_view json, const std::string& name);
 
-// Between the two files that see toml++; not for others.
+// Shared by the two files that include toml++.
 
 struct TomlAccess {
   static TomlTable table(toml::table document, const std::string& name);

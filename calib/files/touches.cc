@@ -19,10 +19,10 @@ namespace cellcal::calib {
 
 namespace {
 
-/// The robot file's limits are the catalogue's; a controller's own may be set wider. Beyond this it
-/// is another joint, another unit or another robot.
+/// The robot file states catalogue limits; a controller's own may be wider. Angles beyond this
+/// slack indicate another joint, unit or robot.
 constexpr double kLimitSlackRad = 10.0 * kRadPerDeg;
-/// The first angle that is outside its joint's limits, put into words as an error of its column.
+/// Error for the first angle outside its joint's limits, at its column.
 std::optional<FileError> beyond_limits(const CsvTable& table, const Robot& robot,
                                        const std::vector<int>& columns,
                                        const std::vector<double>& angles) {
@@ -39,12 +39,12 @@ std::optional<FileError> beyond_limits(const CsvTable& table, const Robot& robot
   return std::nullopt;
 }
 
-/// A tracker looks across a hall, not farther.
+/// Maximum range of a tracker.
 constexpr double kFarthestReadingM = 1e3;
 constexpr const char* kReading[] = {"x_mm", "y_mm", "z_mm"};
 constexpr const char* kTurns[] = {"a_deg", "b_deg", "c_deg"};
 constexpr const char* kApproach[] = {"approach_x", "approach_y", "approach_z"};
-/// Six decimals make a unit vector that long; one of fewer is still a direction.
+/// A unit vector of six decimals has this norm; coarser values are still directions.
 constexpr double kUnitSlack = 0.01;
 
 bool has_reading(const Touch& touch) {
@@ -53,7 +53,7 @@ bool has_reading(const Touch& touch) {
 
 constexpr std::size_t kMaxRows = 2'000'000;
 
-/// The columns beside the joints', and how a row of them is read.
+/// Columns other than the joints', and how they are read.
 class TouchColumns {
  public:
   TouchColumns(const CsvTable& table, const std::string& name)
@@ -133,7 +133,7 @@ class TouchColumns {
   void read_tool(const Cell& cell, Touch& touch) const {
     if (!stated(tool_)) return;
     const std::string_view id = table_.text(tool_);
-    if (id == cell.tool.name()) return;  // the first is named by nothing
+    if (id == cell.tool.name()) return;  // the first tool has no column
     for (const Tool& tool : cell.other_tools)
       if (tool.id == id) {
         touch.tool = id;
@@ -154,7 +154,7 @@ class TouchColumns {
     }
   }
 
-  /// All three, or none.
+  /// All three or none.
   void read_turns(const Cell& cell, TargetKind kind, Touch& touch) const {
     if (stated(turn_sigma_))
       touch.turn_sigma_rad = within(turn_sigma_, 1e-6, 90.0, "1e-6 and 90 deg") * kRadPerDeg;
@@ -176,7 +176,7 @@ class TouchColumns {
     touch.tracker_abc_rad = abc;
   }
 
-  /// All three, or none.
+  /// All three or none.
   void read_approach(Touch& touch) const {
     if (stated(speed_))
       touch.speed_m_s = within(speed_, 1e-3, 1e3, "0.001 and 1000 mm/s") / kMmPerM;
@@ -231,7 +231,7 @@ std::vector<Touch> load_touches(const std::filesystem::path& path, const Cell& c
 
 namespace {
 
-/// A column that is written where any touch has something in it.
+/// A column written if any touch has a value for it.
 struct Written {
   const char* head;
   std::function<bool(const Touch&)> has;
@@ -273,7 +273,8 @@ const std::vector<Written>& written_columns() {
   return kColumns;
 }
 
-/// Commas where a touch has nothing; of a reading zeros: a tracker's own origin is one.
+/// Empty fields for a touch without the value; zeros for a reading, since a tracker's own origin is
+/// a valid one.
 std::string empty_fields(const Written& column) {
   const std::string_view head(column.head);
   if (head.starts_with("x_mm")) return "0,0,0";
@@ -292,7 +293,7 @@ std::string format_touches(const std::vector<Touch>& touches, const Robot& robot
   for (const Written* column : columns) out += std::string(",") + column->head;
   out += "\n";
   for (const Touch& touch : touches) {
-    // Nine decimals of a degree are 2e-8 mm at 1.4 m: nothing is lost.
+    // Nine decimals of a degree are 2e-8 mm at 1.4 m: lossless.
     for (const double angle : touch.joint_rad) out += fmt::format("{:.9f},", angle * kDegPerRad);
     out += touch.target + "," + to_string(touch.set);
     for (const Written* column : columns)

@@ -1,5 +1,5 @@
 #pragma once
-// The columns of a table of touches beside those of the joints.
+// Columns of a table of touches other than the joints'.
 
 #include <string>
 #include <string_view>
@@ -16,15 +16,15 @@ inline constexpr std::string_view kTouchColumns[] = {
     "a_deg",          "b_deg",         "c_deg",      "set",        "time",       "tool",
     "turn_sigma_deg", "temperature_c", "speed_mm_s", "approach_x", "approach_y", "approach_z"};
 
-// The joints' columns of a table, named as in the robot file.
+// Joint columns of a table, named as in the robot file.
 
-/// Any angle will do to predict, to begin or to settle from; this only catches nonsense.
+/// Plausibility limit: prediction, starting and settled poses accept any angle.
 inline constexpr double kAnyAngleRad = 3600.0 * kRadPerDeg;
 
 std::vector<std::string> joint_names(const Robot& robot);
 /// Index of each joint's column. Throws FileError naming the first that is missing.
 std::vector<int> joint_columns(const CsvTable& table, const Robot& robot, const std::string& name);
-/// Of this row [rad]. Throws FileError for what can be no angle in degrees.
+/// Angles of the current row [rad]. Throws FileError for values that cannot be degrees.
 std::vector<double> read_joints(const CsvTable& table, const std::vector<int>& columns);
 
 }  // namespace cellcal::calib

@@ -1,5 +1,5 @@
 #pragma once
-// What calib throws.
+// Exceptions thrown by calib.
 
 #include <cstddef>
 #include <optional>
@@ -9,51 +9,51 @@
 
 namespace cellcal::calib {
 
-/// A file that cannot be used. The message names the file and, where they exist, line and key or
-/// column, and says what to do.
+/// An unusable file. The message names the file and, if known, line and key or column, and states
+/// the remedy.
 struct FileError : std::runtime_error {
-  /// The message is the file's name and, right behind it, `rest`: ":12: a_mm: must be a number".
+  /// The message is the file name directly followed by `rest`: ":12: a_mm: must be a number".
   FileError(std::string about, const std::string& rest)
       : std::runtime_error(about + rest), file(std::move(about)) {}
-  /// About a value that stands in no file, or in one that is not known here.
+  /// Error of a value without a known file.
   explicit FileError(const std::string& words) : std::runtime_error(words) {}
 
-  std::string file;  ///< as messages name it; empty: none is known
+  std::string file;  ///< name in messages; empty if unknown
 };
 
-/// Touches and cell are well formed but do not determine a calibration (no touches of a target,
-/// no touches at all, a solver that did not converge).
+/// Touches and cell are well formed but do not determine a calibration (no touches of a target, no
+/// touches at all, no convergence).
 struct IdentifyError : std::runtime_error {
-  /// By what can be done about it.
+  /// Classified by remedy.
   enum class Kind {
-    kUndetermined,  ///< the touches and what is stated leave it open: touch more, or state more
-    kTouches,       ///< some cannot be used for this: leave them out, or make others
+    kUndetermined,  ///< touches and stated values leave it open: touch more, or state more
+    kTouches,       ///< some are unusable for this: leave them out, or make others
     kCell,          ///< cell or robot file contradicts touches or itself: correct it
-    kCalibration,   ///< the one that it stands on does not carry it: take another
-    kOptions,       ///< ask otherwise
-    kNotSolved      ///< the computation led nowhere: are these files and touches of one arm?
+    kCalibration,   ///< the underlying calibration is not sufficient: choose another
+    kOptions,       ///< change the options
+    kNotSolved      ///< did not converge: check that files and touches belong to one arm
   };
   IdentifyError(Kind of, const std::string& words) : std::runtime_error(words), kind(of) {}
   IdentifyError(Kind of, std::string about, const std::string& words)
       : std::runtime_error(words), kind(of), target(std::move(about)) {}
 
   Kind kind;
-  std::string target;                ///< id; empty: it is about none
-  std::optional<std::size_t> touch;  ///< index among those given, where it is about one
+  std::string target;                ///< id; empty if not specific to one
+  std::optional<std::size_t> touch;  ///< index of the given touches, if specific to one
 };
 
 /// No plan can be made; the message names target, direction and limit.
 struct PlanError : std::runtime_error {
-  /// By what can be done about it.
+  /// Classified by remedy.
   enum class Kind {
-    kRequest,      ///< no plan is what was asked for: ask otherwise
-    kCell,         ///< cell or robot file states too little or what cannot be: correct it
-    kCalibration,  ///< the one to plan with knows too little: calibrate
+    kRequest,      ///< the request has no plan: change it
+    kCell,         ///< cell or robot file is incomplete or contradictory: correct it
+    kCalibration,  ///< the calibration used for planning is too uncertain: calibrate
     kOutOfReach,   ///< beyond the limits of joints or controller: move the target, or widen them
-    kInTheWay,     ///< no clear way: move the target or what is in the way
-    kTooFew,       ///< touches that can be made: plan fewer, or move the targets
-    kArmStands,    ///< where no way begins: jog it free
-    kNotFound,     ///< a sphere is not where it was sought: correct its place or diameter
+    kInTheWay,     ///< no clear path: move the target or the obstacle
+    kTooFew,       ///< too few feasible touches: plan fewer, or move the targets
+    kArmStands,    ///< no clear path from the current position: jog the arm free
+    kNotFound,     ///< a sphere was not found: correct its centre or diameter
     kDefect        ///< of the planner: report it
   };
   PlanError(Kind of, const std::string& words) : std::runtime_error(words), kind(of) {}
@@ -61,8 +61,8 @@ struct PlanError : std::runtime_error {
       : std::runtime_error(words), kind(of), target(std::move(about)) {}
 
   Kind kind;
-  std::string target;  ///< id; empty: it is about none
-  std::string joint;   ///< name, where it is about one
+  std::string target;  ///< id; empty if not specific to one
+  std::string joint;   ///< name, if specific to one
 };
 
 }  // namespace cellcal::calib

@@ -14,8 +14,8 @@ namespace {
 
 constexpr int kIterations = 60;
 constexpr double kReached = 1e-9;        // m and rad
-constexpr double kLargestStepRad = 0.3;  // Newton is trusted about this far
-/// Metres that weigh as much as a radian: the lever of a middling arm's wrist.
+constexpr double kLargestStepRad = 0.3;  // trust region of Newton's method
+/// Length that weighs as much as a radian: the wrist lever of a medium-sized arm.
 constexpr double kLeverM = 0.5;
 constexpr double kDamping = 1e-6;
 
@@ -41,7 +41,8 @@ std::optional<JointVector> inverse(const ArmModel& arm, const Eigen::Isometry3d&
     j.bottomRows<3>() *= kLeverM;
     error.tail<3>() *= kLeverM;
     Eigen::Matrix<double, 6, 6> jjt = j * j.transpose();
-    // Far off a step along a lost direction must stay small; close by Newton must be exact.
+    // Far from the solution a step along a singular direction must stay small; near it Newton's
+    // method must be exact.
     const double damping = kDamping * std::min(1.0, error.squaredNorm()) + 1e-15;
     jjt.diagonal().array() += damping;
     Eigen::VectorXd step = j.transpose() * jjt.ldlt().solve(error);  // (8)
@@ -63,18 +64,18 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 constexpr std::size_t kWristJoints = 6;
-/// Nominal geometry is exact; this is rounding.
+/// Tolerance for rounding; nominal geometry is exact.
 constexpr double kMeetM = 1e-9, kParallel = 1e-9;
-/// An angle is not determined where what it turns lies this near its axis.
+/// An angle is undetermined if the point that it moves is this close to its axis.
 constexpr double kOnAxis = 1e-9;
-/// Two solutions this near each other are one.
+/// Solutions closer than this are identical.
 constexpr double kSameRad = 1e-5;
 constexpr int kSeeds = 24;
 constexpr unsigned kSeed = 11;
 
 Vector3d across(const Vector3d& v, const Vector3d& axis) { return v - axis.dot(v) * axis; }
 
-/// Up to two angles; the first is the one at which the left side falls.
+/// Up to two angles; the first is the one at which the left side decreases.
 struct Angles {
   std::array<double, 2> angle{};
   int count = 0;
@@ -82,7 +83,8 @@ struct Angles {
   const double* end() const { return angle.data() + count; }
 };
 
-/// a cos x + b sin x = c. `falling`: only the one at which the left side falls, or rises.
+/// a cos x + b sin x = c. `falling`: returns only the solution at which the left side decreases
+/// (true) or increases (false).
 Angles angles(double a, double b, double c, std::optional<bool> falling) {
   const double size = std::hypot(a, b);
   if (!(size >= kOnAxis) || !(std::abs(c) <= size * (1.0 + 1e-12))) return {};
@@ -92,14 +94,14 @@ Angles angles(double a, double b, double c, std::optional<bool> falling) {
   return {{middle + half, middle - half}, 2};
 }
 
-/// The turn about `axis` that takes `from` to `to`; 0 where both lie on it.
+/// Rotation about `axis` that maps `from` to `to`; 0 if both are on the axis.
 double turn(const Vector3d& axis, const Vector3d& from, const Vector3d& to) {
   const Vector3d a = across(from, axis), b = across(to, axis);
   if (a.norm() < kOnAxis || b.norm() < kOnAxis) return 0.0;
   return std::atan2(axis.dot(a.cross(b)), a.dot(b));
 }
 
-/// Of whole turns the one nearest to 0 that the limits allow.
+/// The equivalent angle nearest to 0 within the limits.
 std::optional<double> within(double angle, const Joint& joint, double margin) {
   angle = std::remainder(angle, kRadPerTurn);
   for (const double candidate : {angle, angle > 0.0 ? angle - kRadPerTurn : angle + kRadPerTurn,
@@ -137,7 +139,7 @@ std::optional<Configurations::Wrist> Configurations::find_wrist(const ArmModel& 
     w.point[i] = chain.link[i].z_origin;
   }
   if (w.axis[1].cross(w.axis[2]).norm() > kParallel) return std::nullopt;
-  // The point nearest to the last three axes.
+  // Least-squares intersection of the last three axes.
   Matrix3d square = Matrix3d::Zero();
   Vector3d right = Vector3d::Zero();
   for (std::size_t i = 3; i < kWristJoints; ++i) {
@@ -165,10 +167,10 @@ void Configurations::by_subproblems(const Isometry3d& tcp, const Posture* wanted
   const auto side = [&](bool Posture::*which) {
     return wanted == nullptr ? std::nullopt : std::optional(wanted->*which);
   };
-  // exp(1) ... exp(6) = g. The last three leave the wrist's centre where it is.
+  // exp(1) ... exp(6) = g. The last three leave the wrist centre fixed.
   const Isometry3d g = tcp * home.inverse();
   const Vector3d reached = g * centre;
-  // Axis 1 turns the centre back to its distance along axis 2, which axes 2 and 3 cannot change.
+  // Axis 1 returns the centre to its distance along axis 2, which axes 2 and 3 cannot change.
   const Vector3d v = reached - point[0];
   const Vector3d level = axis[0].dot(v) * axis[0];
   for (const double t1 : angles(
@@ -239,7 +241,7 @@ std::optional<JointVector> Configurations::in_posture(const Isometry3d& tcp,
 }
 
 std::vector<JointVector> Configurations::from_seeds(const Isometry3d& tcp) const {
-  Random random(kSeed);  // the same for the same pose
+  Random random(kSeed);  // deterministic for a pose
   std::vector<JointVector> found;
   for (int k = 0; k < kSeeds; ++k) {
     JointVector seed;

@@ -1,5 +1,5 @@
 #pragma once
-// Joint angles for a TCP pose, on nominal geometry, for any arm of six or more joints.
+// Joint angles for a TCP pose, on nominal geometry, for arms of six or more joints.
 
 #include <Eigen/Geometry>
 #include <array>
@@ -11,21 +11,22 @@
 
 namespace cellcal::calib {
 
-/// Damped Newton from `seed`; the solution nearest to it as a rule. Empty where it does not reach
-/// the pose (1e-9 m, 1e-9 rad) inside the joint limits less `margin_rad`.
+/// Damped Newton's method from `seed`; usually converges to the nearest solution. Empty if it does
+/// not reach the pose (1e-9 m, 1e-9 rad) inside the joint limits reduced by `margin_rad`.
 std::optional<JointVector> inverse(const ArmModel& arm, const Eigen::Isometry3d& tcp,
                                    const JointVector& seed, double margin_rad);
 
-// All the ways in which an arm reaches a TCP pose, on nominal geometry.
+// All configurations of an arm for a TCP pose, on nominal geometry.
 //
-// Where axes 4, 5 and 6 meet in a point and axes 2 and 3 are parallel (every KUKA arm with a
-// spherical wrist), in closed form, up to eight: product of exponentials, solved by Paden and
-// Kahan's subproblems (Murray, Li, Sastry: A Mathematical Introduction to Robotic Manipulation,
-// 3.2), so that no convention of frames comes in. Other arms by Newton from many seeds: most of the
-// ways, not surely all.
+// If axes 4, 5 and 6 intersect and axes 2 and 3 are parallel (every KUKA arm with a spherical
+// wrist), in closed form, up to eight: product of exponentials, solved by the Paden-Kahan
+// subproblems (Murray, Li, Sastry: A Mathematical Introduction to Robotic Manipulation, 3.2),
+// independent of frame conventions. Other arms by Newton's method from many seeds: most
+// configurations, without guarantee of completeness.
 
-/// Which of the up to eight: on which side of its singularities the arm is. The signs of the three
-/// factors of the Jacobian's determinant, so no two configurations of a pose share them.
+/// Identifies one of the up to eight configurations by the side of each singularity that the arm is
+/// on: the signs of the three factors of the Jacobian's determinant. No two configurations of a
+/// pose share them.
 struct Posture {
   bool shoulder = false, elbow = false, wrist = false;
   bool operator==(const Posture&) const = default;
@@ -33,31 +34,31 @@ struct Posture {
 
 class Configurations {
  public:
-  /// Refers to `arm`. Joint limits less `margin_rad` hold for every solution.
+  /// Refers to `arm`. Every solution respects the joint limits reduced by `margin_rad`.
   Configurations(const ArmModel& arm, double margin_rad);
 
   bool closed_form() const { return wrist_.has_value(); }
-  /// Joint angles that reach the pose (1e-9 m, 1e-9 rad), each another configuration. Of angles
-  /// that differ by whole turns the one nearest to 0. Empty where it is out of reach.
+  /// Joint angles that reach the pose (1e-9 m, 1e-9 rad), one entry per configuration. Among angles
+  /// that differ by whole turns the one nearest to 0. Empty if out of reach.
   std::vector<JointVector> reach(const Eigen::Isometry3d& tcp) const;
 
-  /// Of an arm in closed form.
+  /// Requires the closed form.
   Posture posture_of(const JointVector& joint_rad) const;
-  /// Of an arm in closed form, whatever the limits: the one in that posture, each angle within half
-  /// a turn of 0, as exact as a few roundings leave it. Empty where it is out of reach. Where the
-  /// wrist is stretched axis 6 alone turns.
+  /// Requires the closed form; ignores limits. The configuration in that posture, each angle within
+  /// half a turn of 0, accurate to rounding. Empty if out of reach. At the wrist singularity only
+  /// axis 6 turns.
   std::optional<JointVector> in_posture(const Eigen::Isometry3d& tcp, const Posture& posture) const;
 
  private:
-  /// Of the six-axis arm with a spherical wrist, all joint angles 0: unit axes, a point on each,
-  /// the point where the last three meet, and the TCP.
+  /// Six-axis arm with a spherical wrist, all joint angles 0: unit axes, a point on each, the wrist
+  /// centre, and the TCP.
   struct Wrist {
     std::array<Eigen::Vector3d, 6> axis, point;
     Eigen::Vector3d centre;
     Eigen::Isometry3d home;
   };
   static std::optional<Wrist> find_wrist(const ArmModel& arm);
-  /// Calls finish(six angles) for each that is wanted; null: for all.
+  /// Calls finish(six angles) for each requested posture; null: for all.
   template <typename Finish>
   void by_subproblems(const Eigen::Isometry3d& tcp, const Posture* wanted,
                       const Finish& finish) const;

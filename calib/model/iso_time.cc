@@ -8,7 +8,7 @@ namespace cellcal::calib {
 
 namespace {
 
-/// Reads from the front of a text; `ok` is false from the first thing on that was not there.
+/// Parses from the front of a text; `ok` becomes false at the first mismatch.
 struct Scan {
   std::string_view rest;
   bool ok = true;
@@ -47,7 +47,7 @@ struct Scan {
   }
 };
 
-/// Of the day; a minute has 61 seconds where a leap second is in it.
+/// Time of day; a minute with a leap second has 61 seconds.
 double time_of_day_s(Scan& scan) {
   double seconds = 3600.0 * scan.up_to(2, 24);
   const bool colons = scan.take(':');
@@ -59,7 +59,7 @@ double time_of_day_s(Scan& scan) {
   return seconds;
 }
 
-/// What is to be taken away to get to UTC.
+/// Offset to subtract for UTC.
 double zone_s(Scan& scan) {
   if (scan.rest.empty() || scan.take('Z')) return 0.0;
   const bool west = scan.take('-');

@@ -1,4 +1,4 @@
-// What the arm does under its errors: the chain, and its derivatives.
+// Kinematic chain of the arm under its errors, and its derivatives.
 
 #include "calib/model/kinematics.h"
 
@@ -38,7 +38,7 @@ ParameterKind kind_of(JointError error) {
   return ParameterKind::kTheta;
 }
 
-/// The link frame's axis is the one that the joint turns about.
+/// True if the link frame's axis coincides with the joint axis.
 bool along_own_axis(const Joint& joint, int axis) {
   const Matrix3d turn = (Eigen::AngleAxisd(joint.alpha_rad, Vector3d::UnitX()) *
                          Eigen::AngleAxisd(joint.beta_rad, Vector3d::UnitY()))
@@ -135,7 +135,7 @@ int ArmModel::tool_index(std::string_view id) const {
   throw std::out_of_range("no tool \"" + std::string(id) + "\" on the flange");
 }
 
-/// Without what depends on the pose in other ways than by its directions.
+/// Only the terms that depend on the pose through the directions.
 PreparedPose ArmModel::turned(std::span<const double> joint_rad, int tool) const {
   if (joint_rad.size() != robot_.joints.size())
     throw std::invalid_argument("ArmModel::prepare: " + std::to_string(joint_rad.size()) +
@@ -145,7 +145,7 @@ PreparedPose ArmModel::turned(std::span<const double> joint_rad, int tool) const
   pose.tool = tool;
   pose.direction.resize(2, joint_count());
   for (int i = 0; i < joint_count(); ++i) {
-    // (2), nominal; prepare() has what its other terms multiply
+    // (2), nominal; prepare() adds the factors of the other terms
     const double theta = robot_.joints[i].sign * joint_rad[i] + robot_.joints[i].offset_rad;
     pose.direction.col(i) << std::cos(theta), std::sin(theta);
   }
@@ -164,7 +164,7 @@ PreparedPose ArmModel::prepare(std::span<const double> joint_rad, int tool) cons
     }
     return torque[joint];
   };
-  Turned first{1.0, 0.0}, wave{1.0, 0.0};  // of the gear, of its harmonic
+  Turned first{1.0, 0.0}, wave{1.0, 0.0};  // of the gear and of its harmonic
   int joint = -1, harmonic = 0;
   for (int p = first_by_pose_; p < last_by_pose_; ++p) {
     const ArmParameter& parameter = parameters_[p];
@@ -176,11 +176,11 @@ PreparedPose ArmModel::prepare(std::span<const double> joint_rad, int tool) cons
         pose.factor[p] =
             std::tanh(torque_nm(parameter.joint) / robot_.joints[parameter.joint].play_closes_nm);
         break;
-      case ParameterKind::kLoad:  // behind kCompliance: chain is walked
+      case ParameterKind::kLoad:  // after kCompliance: the chain is available
         pose.factor[p] = chain.link[parameter.joint].z.dot(
             chain.link[parameter.link].rotation.col(parameter.axis).cross(robot_.gravity_m_s2));
         break;
-      case ParameterKind::kCosine: {  // a joint's follow one another, sine behind cosine
+      case ParameterKind::kCosine: {  // a joint's harmonics are consecutive, sine after cosine
         if (joint != parameter.joint || parameter.harmonic < harmonic) {
           joint = parameter.joint;
           harmonic = 0;
@@ -188,7 +188,7 @@ PreparedPose ArmModel::prepare(std::span<const double> joint_rad, int tool) cons
           first = {std::cos(phase), std::sin(phase)};
           wave = {1.0, 0.0};
         }
-        constexpr int kSteps = 4;  // beyond: by the angle, before rounding adds up
+        constexpr int kSteps = 4;  // beyond: from the angle, before rounding accumulates
         if (parameter.harmonic - harmonic > kSteps) {
           const double phase =
               parameter.harmonic * joint_rad[joint] * robot_.joints[joint].gear_ratio;
@@ -209,7 +209,7 @@ PreparedPose ArmModel::prepare(std::span<const double> joint_rad, int tool) cons
 }
 
 Eigen::VectorXd ArmModel::gravity_torque_nm(const ArmChain& chain) const {
-  // From the flange inwards: the mass that hangs on joint i is its link's and all further ones'.
+  // From the flange inwards: joint i carries the mass of its link and of all further ones.
   Vector3d moment_sum = Vector3d::Zero();
   double mass_sum = 0.0;
   for (const Tool& tool : tools_) {
@@ -318,7 +318,7 @@ void turn_y(Matrix3d& r, double c, double s) {
 struct Direction {
   double c, s;
 };
-/// Of an error, which is small nearly always: the series to 5e-20 there.
+/// Cosine and sine of an error angle, which is usually small: series accurate to 5e-20.
 Direction direction(double angle) {
   constexpr double kSmall = 0.02;
   if (std::abs(angle) > kSmall) return {std::cos(angle), std::sin(angle)};
@@ -327,7 +327,7 @@ Direction direction(double angle) {
           angle * (1.0 - q / 6.0 * (1.0 - q / 20.0 * (1.0 - q / 42.0)))};
 }
 
-/// How a tool gives way by c_t; `stiff`: its m l^3/3.
+/// Tool deflection by c_t; `stiff`: m l^3/3 of the tool.
 void set_deflection(double c, const Tool& tool, double stiff, ArmErrors::OfTool& its) {
   its.bend_m_per_accel = c * stiff;
   its.turn_rad_per_accel = c * tool.mass_kg * tool.length_m * tool.length_m / 2.0;
@@ -386,9 +386,9 @@ ArmErrors ArmModel::errors(const double* x) const {
       case ParameterKind::kCosine:
       case ParameterKind::kSine:
       case ParameterKind::kPlay:
-        break;  // by the pose
+        break;  // depends on the pose
       default:
-        break;  // not the arm's
+        break;  // not of the arm
     }
   }
   for (int i = 0; i < joint_count(); ++i) set_twist(alpha[i], beta[i], e.joint[i]);
@@ -440,9 +440,9 @@ void ArmModel::derivative_along(const Vector3d& n, const PreparedPose& pose,
   const Vector3d z = chain.flange.col(2);
   const Vector3d& g = robot_.gravity_m_s2;
   const double bend = errors.tool[pose.tool].bend_m_per_accel;
-  // A turn about x_a through o carries the rigid tip p_0 along and swings the flange's z_t, and with
-  // it the direction in which the tool bends, s_t (g - (g.z_t) z_t):
-  // (7)  dp = x_a x (p_0 - o) - s_t [ g.(x_a x z_t) z_t + (g.z_t) (x_a x z_t) ]
+  // A rotation about x_a through o moves the rigid tip p_0 and turns the flange's z_t, and with it
+  // the direction of the tool's bending, s_t (g - (g.z_t) z_t):
+  //   (7)  dp = x_a x (p_0 - o) - s_t [ g.(x_a x z_t) z_t + (g.z_t) (x_a x z_t) ]
   // Along n that is x_a.[ p_0 x n - s_t ((z_t.n) z_t x g + (g.z_t) z_t x n) - o x n ].
   const Vector3d swing =
       chain.rigid_tip.cross(n) - bend * (z.dot(n) * z.cross(g) + g.dot(z) * z.cross(n));
@@ -469,7 +469,7 @@ void ArmModel::derivative_along(const Vector3d& n, const PreparedPose& pose,
       case ParameterKind::kAlpha:
         out = turn(link.x, link.end);
         break;
-      default:  // beta is the last of a joint's own
+      default:  // beta is a joint's last geometric error
         out = turn(link.y, link.end);
         break;
     }
@@ -509,7 +509,7 @@ void ArmModel::turn_derivative(const PreparedPose& pose, const ArmErrors& errors
   const double per_accel = errors.tool[pose.tool].turn_rad_per_accel;
   const Vector3d bend = per_accel * z.cross(g);
   const Matrix3d bent = turn(bend), by_bend = calib::turn_derivative(bend);
-  // A turn w of the flange is carried on by the bent tool, and changes how it hangs.
+  // The bent tool transmits a rotation w of the flange, which also changes its load direction.
   const auto carried = [&](const Vector3d& w) {
     return Vector3d(bent * w + per_accel * (by_bend * w.cross(z).cross(g)));
   };
@@ -542,7 +542,7 @@ void ArmModel::turn_derivative(const PreparedPose& pose, const ArmErrors& errors
       case ParameterKind::kD:
       case ParameterKind::kA:
       case ParameterKind::kTcp:
-      default:  // what else there is is not the arm's
+      default:  // not of the arm
         jacobian.col(p).setZero();
         break;
     }

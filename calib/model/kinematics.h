@@ -1,16 +1,16 @@
 #pragma once
-// The real arm as a function of its errors: forward kinematics with analytic derivatives.
+// Kinematics of the real arm as a function of its errors, with analytic derivatives.
 //
 // Model (calib/model/README.md, (1) to (7)). With the errors x put into the exact chain:
-//   theta_i = sgn_i q_i + offset_i + dtheta_i + k_i tau_i(q) + play_i tanh(tau_i(q) / tau_0i) + sum_h [wc_ih cos(h gear_i q_i) + ws_ih sin(h gear_i q_i)]
+//   theta_i = sgn_i q_i + offset_i + dtheta_i + k_i tau_i(q) + play_i tanh(tau_i(q) / tau_0i)
+//             + sum_h [wc_ih cos(h gear_i q_i) + ws_ih sin(h gear_i q_i)]
 //   T_i     = Rz(theta_i) Tz(d_i + dd_i) Tx(a_i + da_i) Rx(alpha_i + dalpha_i) Ry(beta_i + dbeta_i)
 //   TCP     = flange * tool, then displaced by c_t m_t l_t^3/3 g_perp and turned by c_t m_t l_t^2/2 (z_t cross g)
-// Where a link's mass moment m_j com_j is not known, each of its components adds k_i times its torque
-// about joint i, one unknown per joint and component. tau_i is taken on the nominal geometry:
-// errors of 1 mm and 1 mrad change it by parts in a thousand, which moves the tip by less than
-// 10 um on an arm that gives 5 mm.
+// If a link's mass moment m_j com_j is not known, each of its components adds k_i times its torque about joint i, one
+// unknown per joint and component. tau_i is evaluated on the nominal geometry: errors of 1 mm and 1 mrad change it by a
+// few parts in a thousand, which moves the tip by less than 10 um on an arm that deflects by 5 mm.
 //
-// All parameters are SI and radians. Nothing here assumes six joints.
+// All parameters are in SI units and radians. The number of joints is arbitrary.
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -32,21 +32,21 @@ struct ArmParameter : ParameterKey {
   double to_unit = 1.0;
 };
 
-/// A robot of more joints is refused; bounds the stack.
+/// Maximum number of joints; bounds the stack.
 constexpr int kMaxJoints = 32;
-/// More tips and reflectors on one flange are refused.
+/// Maximum number of tips and reflectors on one flange.
 constexpr int kMaxTools = 8;
 
-/// What depends on the axis angles alone and not on the errors; computed once per touch.
+/// The part of the model that depends on the axis angles only; computed once per touch.
 struct PreparedPose {
   Eigen::Matrix2Xd direction;  ///< per joint: cosine and sine of the nominal theta
   /// Per parameter: dtheta/dx for compliance, load, play, harmonics; else 0.
   Eigen::VectorXd factor;
-  int tool = 0;  ///< whose tip it is about
+  int tool = 0;  ///< index of the tool
 };
 
-/// What depends on the errors alone and not on the axis angles; computed once for many poses.
-/// Refers to the x that it was made from.
+/// The part of the model that depends on the errors only; computed once for many poses. Refers to
+/// the x that it was computed from.
 struct ArmErrors {
   struct OfJoint {
     double theta_rad, d_m, a_m;  ///< theta: the error; d and a: nominal and error
@@ -55,8 +55,8 @@ struct ArmErrors {
   };
   struct OfTool {
     Eigen::Vector3d tcp_m;            ///< in the flange's frame, before it bends
-    double bend_m_per_accel = 0.0;    ///< c_t m_t l_t^3/3: tip's shift over acceleration across
-    double turn_rad_per_accel = 0.0;  ///< c_t m_t l_t^2/2: tip's rotation over it
+    double bend_m_per_accel = 0.0;    ///< tip shift per acceleration across the tool
+    double turn_rad_per_accel = 0.0;  ///< tip rotation per acceleration across the tool
   };
   std::array<OfJoint, kMaxJoints> joint;
   std::array<OfTool, kMaxTools> tool;
@@ -69,13 +69,13 @@ struct ArmChain {
     Eigen::Vector3d z, z_origin;  ///< theta and d act about and along z through z_origin
     Eigen::Vector3d x;            ///< a acts along x; alpha about x through end
     Eigen::Vector3d y;            ///< beta about y through end
-    Eigen::Vector3d end;          ///< origin behind the joint
-    Eigen::Matrix3d rotation;     ///< behind the joint
+    Eigen::Vector3d end;          ///< origin after the joint
+    Eigen::Matrix3d rotation;     ///< after the joint
   };
   std::array<Link, kMaxJoints> link;
   Eigen::Matrix3d flange;
   Eigen::Vector3d flange_origin;
-  Eigen::Vector3d rigid_tip, tip;  ///< before the tool bends, and bent
+  Eigen::Vector3d rigid_tip, tip;  ///< without and with bending of the tool
 };
 
 /// Geometry of one pose under errors, for drawing and collision checks.
@@ -85,9 +85,8 @@ struct ArmShape {
   Eigen::Isometry3d tcp;
 };
 
-/// Robot with what is on its flange, and the list of its possible errors. Several tools hang there
-/// at once: the joints bear them all, and each bends by itself. Immutable; safe to share among
-/// threads.
+/// Robot with its tools, and the list of its possible errors. Several tools may be mounted: the
+/// joints carry all of them, and each bends independently. Immutable; thread-safe.
 class ArmModel {
  public:
   ArmModel(const Robot& robot, const Tool& tool, const std::vector<Tool>& others = {});
@@ -99,12 +98,12 @@ class ArmModel {
   const Robot& robot() const { return robot_; }
   int tool_count() const { return static_cast<int>(tools_.size()); }
   const Tool& tool(int index = 0) const { return tools_[static_cast<std::size_t>(index)]; }
-  /// One with this id, empty for the first, is on the flange.
+  /// True if a tool with this id is on the flange; an empty id denotes the first.
   bool has_tool(std::string_view id) const;
-  /// Of the tool with this id, empty for the first; throws std::out_of_range naming it.
+  /// Index of the tool with this id (empty: the first); throws std::out_of_range naming it.
   int tool_index(std::string_view id) const;
 
-  /// Throws std::invalid_argument when the number of angles is not the robot's.
+  /// Throws std::invalid_argument if the number of angles differs from the robot's.
   PreparedPose prepare(std::span<const double> joint_rad, int tool = 0) const;
 
   /// x: size() values, SI; null: all zero.
@@ -118,23 +117,23 @@ class ArmModel {
   void derivative(const PreparedPose& pose, const ArmErrors& errors, const ArmChain& chain,
                   Eigen::Ref<Eigen::Matrix3Xd> jacobian) const;
 
-  /// The TCP's frame in the base's.
+  /// Rotation of the TCP frame in the base frame.
   Eigen::Matrix3d rotation(const PreparedPose& pose, const ArmErrors& errors,
                            const ArmChain& chain) const;
-  /// How that turns on, in the base frame: 3 x size() [rad per parameter].
+  /// Rotation derivative in the base frame: 3 x size() [rad per parameter].
   void turn_derivative(const PreparedPose& pose, const ArmErrors& errors, const ArmChain& chain,
                        Eigen::Ref<Eigen::Matrix3Xd> jacobian) const;
 
   /// TCP position [m, base frame] at errors x (size() values; null: all zero).
   Eigen::Vector3d position(const PreparedPose& pose, const double* x) const;
-  /// Same with its derivative.
+  /// As above, with the derivative.
   Eigen::Vector3d position(const PreparedPose& pose, const double* x,
                            Eigen::Ref<Eigen::Matrix3Xd> jacobian) const;
   ArmShape shape(const PreparedPose& pose, const double* x) const;
 
-  /// TCP pose of the nominal arm with a stiff tool.
+  /// TCP pose of the nominal arm with a rigid tool.
   Eigen::Isometry3d nominal_tcp(std::span<const double> joint_rad, int tool = 0) const;
-  /// Its position alone.
+  /// Position of nominal_tcp().
   Eigen::Vector3d nominal_tip_m(std::span<const double> joint_rad, int tool = 0) const;
   /// Geometric Jacobian of the first tool's nominal TCP, 6 x joints (linear above angular), per
   /// controller axis angle, base frame.
@@ -150,7 +149,7 @@ class ArmModel {
   Robot robot_;
   std::vector<Tool> tools_;
   std::vector<ArmParameter> parameters_;
-  /// Parameters that turn a joint by what the pose says.
+  /// Range of parameters with pose-dependent rotation of a joint.
   int first_by_pose_ = 0, last_by_pose_ = 0;
   std::vector<double> stiff_;  ///< m l^3/3 of each tool
   ArmErrors none_;             ///< of the nominal arm

@@ -28,7 +28,7 @@ Eigen::VectorXd Cholesky::whitened(const Eigen::VectorXd& b) const {
 }
 
 Eigen::MatrixXd Cholesky::whitened(const Eigen::MatrixXd& b) const {
-  if (b.size() == 0) return b;  // Eigen refers to the first element, be there one or not
+  if (b.size() == 0) return b;  // Eigen dereferences the first element even of an empty vector
   return factor_.matrixL().solve(b);
 }
 

@@ -5,17 +5,17 @@
 
 namespace cellcal::calib {
 
-/// A = L L' of a symmetric matrix, of which the lower part is read.
+/// A = L L' of a symmetric matrix; only the lower triangle is read.
 class Cholesky {
  public:
   Cholesky() = default;
   explicit Cholesky(const Eigen::MatrixXd& symmetric);
 
-  /// Whether A is positive definite. Nothing else may be asked where it is not.
+  /// True if A is positive definite; a precondition of all other members.
   bool positive() const { return factor_.info() == Eigen::Success; }
 
   Eigen::MatrixXd lower() const;  ///< L
-  /// L below and on the diagonal, what was there above it.
+  /// L in the lower triangle including the diagonal; the upper one is unchanged.
   const Eigen::MatrixXd& packed() const { return factor_.matrixLLT(); }
   double log_det() const;  ///< of A
 
@@ -30,10 +30,10 @@ class Cholesky {
   Eigen::LLT<Eigen::MatrixXd> factor_;
 };
 
-/// A^-1 b of a matrix that may be singular, by L D L' with pivots.
+/// A^-1 b of a possibly singular matrix, by pivoted L D L'.
 Eigen::VectorXd pivoted_solve(const Eigen::MatrixXd& symmetric, const Eigen::VectorXd& b);
 
-/// b' A^-1 b, likewise; 0 where a pivot is negative.
+/// b' A^-1 b, likewise; 0 if a pivot is negative.
 template <int N>
 double inverse_square(const Eigen::Matrix<double, N, N>& symmetric,
                       const Eigen::Matrix<double, N, 1>& b) {
@@ -42,35 +42,35 @@ double inverse_square(const Eigen::Matrix<double, N, N>& symmetric,
 }
 
 struct Eigenpairs {
-  Eigen::VectorXd values;   ///< rising
-  Eigen::MatrixXd vectors;  ///< orthonormal, a column for each value
+  Eigen::VectorXd values;   ///< ascending
+  Eigen::MatrixXd vectors;  ///< orthonormal, one column per value
 };
 
-/// Of a symmetric matrix, of which the lower part is read.
+/// Eigenpairs of a symmetric matrix; only the lower triangle is read.
 Eigenpairs eigenpairs(const Eigen::MatrixXd& symmetric);
 
-/// Alone, and sooner than with the vectors.
+/// Eigenvalues only; faster than eigenpairs().
 Eigen::VectorXd eigenvalues(const Eigen::MatrixXd& symmetric);
 
 using SixColumns = Eigen::Matrix<double, Eigen::Dynamic, 6>;
 
-/// The x that brings A x nearest to b, by QR with pivots; the directions that A does not tell are 0.
+/// Least-squares solution of A x = b by pivoted QR; 0 along undetermined directions.
 Eigen::VectorXd least_squares(const Eigen::MatrixXd& a, const Eigen::VectorXd& b);
 Eigen::MatrixXd least_squares(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b);
 Eigen::VectorXd least_squares(const SixColumns& a, const Eigen::VectorXd& b);
 Eigen::Vector4d least_squares(const Eigen::MatrixX4d& a, const Eigen::VectorXd& b);
 
-/// An orthonormal basis of what the columns span.
+/// Orthonormal basis of the column span.
 Eigen::MatrixXd orthonormal(const Eigen::MatrixXd& columns);
 
-/// R of `rows` = Q R, as wide as they are.
+/// R of `rows` = Q R, with as many columns.
 Eigen::MatrixXd triangle_of(Eigen::MatrixXd rows);
 
-/// Q' A Q without what `columns` span, of a symmetric A: Q turns their span into the first axes, which are
-/// dropped. What of them is smaller than `rounding` beside the largest counts for nothing.
+/// Q' A Q without the span of `columns`, for a symmetric A: Q maps their span to the first axes, which are
+/// dropped. Directions smaller than `rounding` relative to the largest are ignored.
 Eigen::MatrixXd without_span(Eigen::MatrixXd a, const Eigen::MatrixXd& columns, double rounding);
 
-/// Of a 3 x n matrix: singular values, the largest first, and their directions in space.
+/// Singular values of a 3 x n matrix in descending order, and their directions in space.
 struct PointSpread {
   Eigen::VectorXd values;
   Eigen::MatrixXd directions;

@@ -7,13 +7,13 @@ namespace cellcal::calib {
 
 namespace {
 
-/// Step of reported progress, a share.
+/// Step of reported progress, as a share.
 constexpr double kPercent = 0.01;
 
-/// Of one thread.
+/// State of one thread.
 struct Work {
   const Watch* watch = nullptr;
-  double from = 0.0, to = 1.0;  ///< of the whole: the part in hand
+  double from = 0.0, to = 1.0;  ///< current part, as shares of the whole
   PlanStep step = PlanStep::kReach;
   double told = -1.0;
 };

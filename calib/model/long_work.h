@@ -1,46 +1,47 @@
 #pragma once
-// A computation of seconds as its caller sees it: called off in its midst, and how far it is.
+// Cancellation and progress of computations that take seconds.
 //
-// The caller keeps a Watch while it calls; the computation, on the same thread, polls in its loops. Where the caller
-// wants no more of it, the poll throws Cancelled: nothing is returned, and an object that was computing is of no
-// further use. Without a Watch a poll does nothing. No result depends on a poll.
+// The caller keeps a Watch during the call; the computation, on the same thread, polls in its loops. After
+// cancellation the poll throws Cancelled: nothing is returned, and an object in the middle of a computation must not
+// be used further. Without a Watch a poll has no effect. Results never depend on polls.
 
 #include <exception>
 #include <functional>
 
 namespace cellcal::calib {
 
-/// Out of a computation that its caller has called off. Says nothing of what was computed: no failure.
+/// Thrown by a cancelled computation. Carries no result and is not a failure.
 struct Cancelled : std::exception {
   const char* what() const noexcept override { return "called off"; }
 };
 
-/// What a plan is at.
+/// Phase of a plan.
 enum class PlanStep {
-  kReach,   ///< which touches the arm reaches
-  kChoose,  ///< which of them say most
-  kWays     ///< clear ways between them, and their order
+  kReach,   ///< touches within reach
+  kChoose,  ///< most informative touches
+  kWays     ///< clear paths between them, and their order
 };
 
-/// How far a computation is.
+/// Progress of a computation.
 struct WorkDone {
   PlanStep step = PlanStep::kReach;
-  double share = 0.0;  ///< of the whole, 0 to 1; never falls
+  double share = 0.0;  ///< of the whole, 0 to 1; never decreases
 
   bool operator==(const WorkDone&) const = default;
 };
 
-/// Of the computations that the thread which made it calls, until it goes. The innermost counts.
+/// Watches the computations called by the constructing thread during its lifetime. The innermost
+/// one applies.
 class Watch {
  public:
-  /// `cancelled` is asked on any thread that computes, often; once true it stays so. `tell`: on the caller's, at each
-  /// percent.
+  /// `cancelled` is called often and on any computing thread; once true it stays true. `tell` is called on the
+  /// caller's thread, at each percent.
   explicit Watch(std::function<bool()> cancelled, std::function<void(const WorkDone&)> tell = {});
   ~Watch();
   Watch(const Watch&) = delete;
   Watch& operator=(const Watch&) = delete;
 
-  /// Of the calling thread; null: none.
+  /// Watch of the calling thread; null if there is none.
   static const Watch* in_charge();
   bool cancelled() const { return cancelled_(); }
 
@@ -54,7 +55,7 @@ class Watch {
   const Watch* outer_;
 };
 
-/// On a thread that helps another: that one's watch is its own.
+/// Makes a helping thread use the watch of the thread that it helps.
 class Helped {
  public:
   explicit Helped(const Watch* in_charge);
@@ -63,12 +64,12 @@ class Helped {
   Helped& operator=(const Helped&) = delete;
 };
 
-/// Throws Cancelled where the caller wants no more.
+/// Throws Cancelled if the caller cancelled.
 void poll_cancelled();
-/// Whether it would: for callbacks of libraries that nothing may be thrown through.
+/// Non-throwing variant, for callbacks of libraries that do not allow exceptions.
 bool is_cancelled();
 
-/// A part of the computation, from this share of the part that it is in to that one.
+/// A part of the computation: a range of shares of the enclosing part.
 class Part {
  public:
   Part(PlanStep step, double from, double to);
@@ -81,7 +82,7 @@ class Part {
   PlanStep step_;
 };
 
-/// This share of the part in hand is done.
+/// Reports progress within the current part.
 void tell_done(double share);
 
 }  // namespace cellcal::calib

@@ -1,7 +1,7 @@
 #pragma once
-// The nominal arm with a stiff tool, without allocation: for cycles of milliseconds.
+// The nominal arm with a rigid tool, without allocation, for cycles of milliseconds.
 //
-// The same chain as ArmModel::nominal_tcp, with all that does not turn multiplied out beforehand.
+// Same chain as ArmModel::nominal_tcp, with the constant transforms multiplied out beforehand.
 
 #include <Eigen/Geometry>
 #include <span>
@@ -17,13 +17,13 @@ class NominalArm {
   NominalArm(const Robot& robot, const Eigen::Isometry3d& tcp);
 
   std::size_t joint_count() const { return joints_.size(); }
-  /// Flange to TCP, seen from the base; `joint_rad` has joint_count() values.
+  /// TCP in the base frame; `joint_rad` has joint_count() values.
   Eigen::Isometry3d tcp(std::span<const double> joint_rad) const noexcept;
 
  private:
   struct Turn {
     double sign, offset_rad;
-    Eigen::Isometry3d behind;  ///< up to the next joint; behind the last up to the TCP
+    Eigen::Isometry3d behind;  ///< to the next joint; after the last one to the TCP
   };
   Eigen::Isometry3d base_;
   std::vector<Turn> joints_;

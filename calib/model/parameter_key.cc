@@ -24,16 +24,16 @@ const char* axis_of(const ParameterKey& key) {
   return kAxis.at(static_cast<std::size_t>(key.axis));
 }
 
-/// Whose it is.
+/// Name of the part that the parameter belongs to.
 std::string owner(const Cell& cell, const ParameterKey& key) {
   if (key.joint >= 0) return part(cell.robot.joints, key.joint).name;
   if (key.target >= 0) return part(cell.targets, key.target).id;
-  // The only tip of a cell needs no name, and its radius is one of all touches.
+  // The only tip of a cell needs no name, and its radius is common to all touches.
   if (key.kind == ParameterKind::kEffectiveRadius && cell.tool.id.empty()) return "touch";
   return tool_of(cell, key.tool).name();
 }
 
-/// What of it.
+/// Name of the quantity within the part.
 std::string what(const Cell& cell, const ParameterKey& key) {
   switch (key.kind) {
     case ParameterKind::kTheta:
@@ -79,7 +79,7 @@ std::string what(const Cell& cell, const ParameterKey& key) {
   return {};
 }
 
-/// The order of "cos3"; 0 of what is none.
+/// Order of "cos3"; 0 if invalid.
 int order_of(std::string_view digits) {
   int order = 0;
   const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), order);
@@ -87,7 +87,7 @@ int order_of(std::string_view digits) {
   return whole && order > 0 ? order : 0;
 }
 
-/// Looks for a name among the parameters that a cell can have.
+/// Finds a parameter of a cell by name.
 class Search {
  public:
   Search(const Cell& cell, std::string_view name) : cell_(cell), name_(name) {}
@@ -101,7 +101,7 @@ class Search {
   }
 
  private:
-  /// A name may hold dots itself.
+  /// Names may contain dots themselves.
   bool is_of(const std::string& owner) const {
     return name_.size() > owner.size() && name_.starts_with(owner) && name_[owner.size()] == '.';
   }
@@ -177,7 +177,7 @@ ParameterKey target_parameter(ParameterKind kind, std::size_t target, int axis) 
 }
 
 std::string parameter_name(const Cell& cell, const ParameterKey& key) {
-  if (key.kind == ParameterKind::kLatchDelay) return what(cell, key);  // nothing's in particular
+  if (key.kind == ParameterKind::kLatchDelay) return what(cell, key);  // not specific to a part
   return owner(cell, key) + "." + what(cell, key);
 }
 

@@ -1,7 +1,6 @@
 #pragma once
-// A parameter's address: what kind of error it is, and of which part of the cell. Code finds
-// parameters by it. Files, screens and reports print its name, and files are read by it; both are
-// made here and nowhere else.
+// Address of a parameter: the kind of error, and the part of the cell. Code identifies parameters
+// by it; files, screens and reports use its name. Name and key are converted here only.
 
 #include <compare>
 #include <cstddef>
@@ -14,7 +13,7 @@
 namespace cellcal::calib {
 
 enum class ParameterKind {
-  // Of the arm.
+  // Arm.
   kTheta,
   kD,
   kA,
@@ -27,31 +26,31 @@ enum class ParameterKind {
   kPlay,        // play_i
   kDeflection,  // c_t
   kTcp,         // one component of the tool's offset
-  // Beside it.
+  // Touches and targets.
   kEffectiveRadius,  // rho of a tool
   kLatchDelay,       // t_l, one for the cell
   kCentre,           // one component of a target's centre
   kTilt,
-  kShift,     // a plane's
+  kShift,     // of a plane
   kTurn,      // of a tracker's frame
-  kRadius,    // deviation of a sphere's
-  kProbeTurn  // how a tracker's probe sits on the tool
+  kRadius,    // deviation of a sphere's radius
+  kProbeTurn  // rotation of a tracker's probe on the tool
 };
 
-/// Indices are those of the cell that the parameter is of.
+/// Indices refer to the cell that the parameter belongs to.
 struct ParameterKey {
   ParameterKind kind = ParameterKind::kTheta;
-  int joint = -1;    ///< -1 where it is of none
+  int joint = -1;    ///< -1: not of a joint
   int harmonic = 0;  ///< kCosine, kSine: order h
   int axis = 0;      ///< kTcp, kLoad, kCentre, kTurn, kProbeTurn: 0 x, 1 y, 2 z; kTilt: 0, 1
   int link = -1;     ///< kLoad: the joint whose link it is
-  int tool = 0;      ///< kDeflection, kTcp, kEffectiveRadius: whose; 0 the first
-  int target = -1;   ///< of the target's own
+  int tool = 0;      ///< kDeflection, kTcp, kEffectiveRadius: tool index; 0 the first
+  int target = -1;   ///< target index, kCentre and following
 
   auto operator<=>(const ParameterKey&) const = default;
 };
 
-/// Of a joint: kTheta to kBeta, kCompliance, kPlay.
+/// For kTheta to kBeta, kCompliance, kPlay.
 ParameterKey joint_parameter(ParameterKind kind, std::size_t joint);
 ParameterKey load_parameter(std::size_t joint, std::size_t link, int axis);
 /// kCosine, kSine.
@@ -59,25 +58,24 @@ ParameterKey wave_parameter(ParameterKind kind, std::size_t joint, int harmonic)
 /// kDeflection, kTcp, kEffectiveRadius.
 ParameterKey tool_parameter(ParameterKind kind, std::size_t tool, int axis = 0);
 ParameterKey latch_delay_parameter();
-/// kCentre and what follows it.
+/// For kCentre and following.
 ParameterKey target_parameter(ParameterKind kind, std::size_t target, int axis = 0);
 
-/// What a joint gives in proportion to its load.
+/// True for deflection of a joint in proportion to its load.
 constexpr bool is_compliance(ParameterKind kind) {
   return kind == ParameterKind::kCompliance || kind == ParameterKind::kLoad;
 }
-/// What its gear adds to its angle once per revolution and faster.
+/// True for errors periodic in the motor angle, once per revolution and faster.
 constexpr bool is_transmission(ParameterKind kind) {
   return kind == ParameterKind::kCosine || kind == ParameterKind::kSine;
 }
-/// Of the arm's geometry.
+/// True for errors of the arm's geometry.
 constexpr bool is_geometric(ParameterKind kind) { return kind <= ParameterKind::kBeta; }
 
 /// "A1.theta", "A2.compliance", "A2.load_A4_x", "A3.cos2", "tool.c_t", "touch.rho", "latch_delay",
-/// "S1.x", ...
-/// Throws std::out_of_range where the cell has no such part.
+/// "S1.x", ... Throws std::out_of_range if the cell has no such part.
 std::string parameter_name(const Cell& cell, const ParameterKey& key);
-/// The parameter of that name; where the cell has no part that it could be of, nothing.
+/// Inverse of parameter_name(); empty if the cell has no such part.
 std::optional<ParameterKey> parameter_key(const Cell& cell, std::string_view name);
 
 }  // namespace cellcal::calib

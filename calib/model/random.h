@@ -1,6 +1,6 @@
 #pragma once
-// Random numbers that are the same on every machine: the standard fixes the generator but not its
-// distributions.
+// Random numbers that are identical on every platform: the standard specifies the generator but not
+// its distributions.
 
 #include <cmath>
 #include <cstdint>
@@ -15,7 +15,7 @@ class Random {
   /// In [0, 1).
   double uniform() { return static_cast<double>(engine_() >> 11) * 0x1.0p-53; }
   double uniform(double low, double high) { return low + (high - low) * uniform(); }
-  /// Standard normal (Box and Muller; one of the pair is dropped to keep no state).
+  /// Standard normal (Box-Muller; the second of the pair is discarded to keep no state).
   double normal() {
     const double u = 1.0 - uniform();  // never 0
     return std::sqrt(-2.0 * std::log(u)) * std::cos(2.0 * std::numbers::pi * uniform());

@@ -1,11 +1,11 @@
 #pragma once
-// The arm, the tool and what is touched, as the files describe them. Plain data, SI units and
-// radians; the files hold millimetres and degrees (calib/files reads and writes them).
+// Arm, tool and targets as described by the files. Plain data, SI units and radians; the files use
+// millimetres and degrees (calib/files reads and writes them).
 //
-// Frames. base: the robot's root. Each joint carries the frame behind it:
+// Frames. base: the robot's root. Each joint defines the frame after it:
 //   T_i = Rz(theta_i) Tz(d_i) Tx(a_i) Rx(alpha_i) Ry(beta_i),   theta_i = sgn_i q_i + offset_i
 // with q_i the controller's axis angle (Denavit-Hartenberg with Hayati's beta for parallel axes).
-// flange = base_fixed * T_1 ... T_last * flange_fixed; the tool sits on the flange.
+// flange = base_fixed * T_1 ... T_last * flange_fixed; the tool is mounted on the flange.
 
 #include <Eigen/Geometry>
 #include <array>
@@ -34,20 +34,20 @@ struct Joint {
   std::vector<JointError> errors;
   double min_rad = 0.0;
   double max_rad = 0.0;
-  double max_speed_rad_s = 0.0;      ///< 0: not stated; motion needs it, an estimate does not
+  double max_speed_rad_s = 0.0;      ///< 0: not stated; required for motion, not for an estimate
   double tolerance_length_m = 0.0;   ///< prior 1 sigma of d and a errors
   double tolerance_angle_rad = 0.0;  ///< prior 1 sigma of theta, alpha and beta errors
   double mass_kg = 0.0;              ///< of the link that this joint moves
-  Eigen::Vector3d com_m = Eigen::Vector3d::Zero();  ///< in the joint's frame, behind T_i
+  Eigen::Vector3d com_m = Eigen::Vector3d::Zero();  ///< in the joint's frame, after T_i
   double moment_sigma_kg_m = 0.0;  ///< prior of each component of mass_kg * com_m; 0: known
-  double compliance_sigma_rad_per_nm = 0.0;  ///< prior of k_i; 0: joint taken as stiff
+  double compliance_sigma_rad_per_nm = 0.0;  ///< prior of k_i; 0: rigid joint
   double gear_ratio = 1.0;
   std::vector<int> harmonics;       ///< orders h of cos/sin(h gear_i q_i)
   double harmonic_sigma_rad = 0.0;  ///< prior of each amplitude, of order 1
-  /// Prior of play_i, half of the play; 0: the joint has none (at_level).
+  /// Prior of play_i, half of the play; 0: no play (at_level).
   double play_sigma_rad = 0.0;
-  double play_closes_nm = 1.0;    ///< tau_0 that closes it, > 0
-  double harmonic_falloff = 0.0;  ///< that of order h is less by h to the power of this
+  double play_closes_nm = 1.0;    ///< tau_0, at which the play is closed, > 0
+  double harmonic_falloff = 0.0;  ///< amplitude of order h scales with h to minus this
   double radius_m = 0.0;          ///< of the capsule about this joint's link; 0: assumed (plan)
 };
 
@@ -60,15 +60,15 @@ struct Robot {
   Eigen::Isometry3d flange_fixed = Eigen::Isometry3d::Identity();
 };
 
-/// A robot and its file, as a cell file names it.
+/// A robot and its file, as named by a cell file.
 struct NamedRobot {
   std::string file;
   Robot robot;
 };
 
 struct Tool {
-  std::string id;  ///< empty: the cell has one, which needs none
-  /// As its parameters and messages name it.
+  std::string id;  ///< empty: the cell's only tool
+  /// Name in parameters and messages.
   std::string name() const { return id.empty() ? "tool" : id; }
   Eigen::Isometry3d tcp = Eigen::Isometry3d::Identity();  ///< flange to TCP
   Eigen::Vector3d tcp_sigma_m = Eigen::Vector3d::Zero();  ///< 0: known, > 0: estimated
@@ -76,8 +76,8 @@ struct Tool {
   Eigen::Vector3d com_m = Eigen::Vector3d::Zero();  ///< in the flange frame
   double length_m = 0.0;                            ///< cantilever length l_t
   double tip_radius_m = 0.0;
-  double deflection_sigma = 0.0;  ///< prior of c_t [1/(N m^2)]; 0: tool taken as stiff
-  // What keeps clear of things: a shaft from the flange, and a slim end up to the TCP.
+  double deflection_sigma = 0.0;  ///< prior of c_t [1/(N m^2)]; 0: rigid tool
+  // Collision shape: a shaft from the flange, and a slim end up to the TCP.
   double radius_m = 0.03;       ///< of the shaft: a torch's neck
   double slim_length_m = 0.06;  ///< contact tip and wire
   double slim_radius_m = 0.004;
@@ -85,7 +85,7 @@ struct Tool {
 
 enum class TargetKind { kSphere, kWire, kPlane, kPoint, kTracker };
 
-/// Whether certified lengths can begin or end at it.
+/// True if certified lengths can begin or end at targets of this kind.
 constexpr bool has_a_centre(TargetKind kind) {
   return kind == TargetKind::kSphere || kind == TargetKind::kWire || kind == TargetKind::kPoint;
 }
@@ -95,24 +95,24 @@ struct Target {
   TargetKind kind = TargetKind::kSphere;
   double diameter_m = 0.0;  ///< spheres
   double diameter_sigma_m = 0.0;
-  bool only_in_the_way = false;  ///< no touch of it is planned; no file says so
+  bool only_in_the_way = false;  ///< an obstacle without planned touches; not in any file
   bool has_centre = false;       ///< centre_m is stated
   Eigen::Vector3d centre_m =
       Eigen::Vector3d::Zero();  ///< base frame, nominal; plane: a point on it
-  bool has_box = false;         ///< without a centre: it is somewhere between the two corners
+  bool has_box = false;         ///< without a centre: it lies between the two corners
   Eigen::Vector3d low_m = Eigen::Vector3d::Zero(), high_m = Eigen::Vector3d::Zero();
-  double centre_sigma_m = 0.0;  ///< 0: no prior, the touches decide; plane: along its normal
-  bool has_normal = false;      ///< planes: normal is stated
-  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< unit, base frame, to the side of the tips
-  double normal_sigma_rad = 0.0;                      ///< 0: no prior, the touches decide
-  /// Planes: it may be touched inside a circle of this diameter about centre_m; 0: not stated.
+  double centre_sigma_m = 0.0;                        ///< 0: no prior; plane: along its normal
+  bool has_normal = false;                            ///< planes: normal is stated
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< unit, base frame, towards the tips
+  double normal_sigma_rad = 0.0;                      ///< 0: no prior
+  /// Planes: touches lie inside a circle of this diameter about centre_m; 0: not stated.
   double extent_m = 0.0;
-  bool has_stand = true;          ///< a vertical post below it; of what has a centre
+  bool has_stand = true;          ///< a vertical post below; targets with a centre only
   double stand_diameter_m = 0.0;  ///< 0: assumed (plan)
   double stand_height_m = 0.0;    ///< from its lowest point down; 0: assumed (plan)
 };
 
-/// Surface of triangles, in its own frame.
+/// Triangle mesh in its own frame.
 struct Mesh {
   std::vector<Eigen::Vector3d> vertices_m;
   std::vector<std::array<int, 3>> triangles;  ///< indices of vertices
@@ -120,14 +120,14 @@ struct Mesh {
 
 enum class ObstacleShape { kBox, kCylinder, kMesh };
 
-/// Something of the cell that stands still and must not be hit.
+/// A static object of the cell to be avoided.
 struct Obstacle {
   std::string id;
   ObstacleShape shape = ObstacleShape::kBox;
   Eigen::Isometry3d frame = Eigen::Isometry3d::Identity();  ///< in the base frame
-  Eigen::Vector3d size_m = Eigen::Vector3d::Zero();         ///< boxes, frame in the middle
-  double diameter_m = 0.0, height_m = 0.0;  ///< cylinders about z, frame in the middle
-  std::string mesh_file;                    ///< as the cell file names it
+  Eigen::Vector3d size_m = Eigen::Vector3d::Zero();         ///< boxes, frame in the centre
+  double diameter_m = 0.0, height_m = 0.0;  ///< cylinders about z, frame in the centre
+  std::string mesh_file;                    ///< as named by the cell file
   std::shared_ptr<const Mesh> mesh;         ///< null until load_meshes() (calib/files)
 };
 
@@ -138,40 +138,40 @@ struct CertifiedLength {
   double sigma_m = 0.0;
 };
 
-/// Whether the arm can be led from one posture to another.
+/// True if the arm can be moved from one posture to the other.
 using Passable = std::function<bool(const JointVector& from, const JointVector& to)>;
 
 struct Cell {
   Robot robot;
-  Tool tool;                      ///< the first, which sessions touch with and figures are about
-  std::vector<Tool> other_tools;  ///< tips and reflectors that are on the flange beside it
+  Tool tool;                      ///< the first, used for sessions and accuracy figures
+  std::vector<Tool> other_tools;  ///< other tips and reflectors mounted on the flange
   std::vector<Target> targets;
   std::vector<CertifiedLength> lengths;
   std::vector<Obstacle> obstacles;
-  std::optional<double> floor_m;  ///< height against gravity that nothing goes below
-  /// Mean 3-D error that a calibration may be published with; without it the verdict's usual one.
+  std::optional<double> floor_m;  ///< lower bound of all heights, against gravity
+  /// Largest mean 3-D error of a calibration that may be published; empty: the verdict's default.
   std::optional<double> required_m;
   double touch_sigma_m = 0.0;          ///< 1 sigma of one touch
-  double turn_sigma_rad = 0.0;         ///< of a tracker's turns, about each axis; 0: not stated
+  double turn_sigma_rad = 0.0;         ///< of a tracker's rotations, each axis; 0: not stated
   double radius_offset_sigma_m = 0.0;  ///< prior of rho, one for the cell; 0: known to be zero
-  double latch_delay_s = 0.0;  ///< how long after the contact its angles are latched, as expected
-  /// 1 sigma of it; 0: known. Where nothing is stated: over RSI the latch is late by 0.1 to 0.2 ms
+  double latch_delay_s = 0.0;          ///< from contact to the latched angles, as expected
+  /// 1 sigma of latch_delay_s; 0: known. Default: over RSI the latch is late by 0.1 to 0.2 ms
   /// (tests/experiments, latch).
   double latch_delay_sigma_s = 2e-4;
 
-  /// Whether the arm can be led from one posture straight in joint space to the other, were there
-  /// nothing to hit; null: always. No file says it: whoever drives the arm knows what its wire
-  /// cannot carry. Any thread.
+  /// True if the arm can move between the postures in a straight line in joint space, obstacles
+  /// aside; null: always. Not in any file: set by the driver, which knows the limits of its
+  /// interface. Callable from any thread.
   Passable passable;
 
   /// Index of the target with this id; throws std::out_of_range naming the id.
   std::size_t target_index(const std::string& id) const;
 };
 
-// Kinds of targets, as files name them.
+// Kinds of targets by name.
 
 const char* to_string(TargetKind kind);
-/// Of a name that is none, nothing.
+/// Empty for an unknown name.
 std::optional<TargetKind> target_kind(std::string_view name);
 
 }  // namespace cellcal::calib

@@ -1,5 +1,5 @@
 #pragma once
-// Of normal numbers, and of likelihoods that are kept as logarithms.
+// Statistics of normal variables, and of likelihoods kept as logarithms.
 
 #include <algorithm>
 #include <cmath>
@@ -11,10 +11,10 @@
 
 namespace cellcal::calib {
 
-/// The probability that a normal number is above z sigma.
+/// Probability that a standard normal variable exceeds z.
 inline double normal_above(double z) { return 0.5 * std::erfc(z / std::numbers::sqrt2); }
 
-/// The logarithm of the sum of what these are the logarithms of; minus infinity of none.
+/// Logarithm of the sum of exponentials; minus infinity for an empty span.
 inline double log_sum(std::span<const double> logs) {
   if (logs.empty()) return -std::numeric_limits<double>::infinity();
   const double most = *std::max_element(logs.begin(), logs.end());
@@ -23,20 +23,19 @@ inline double log_sum(std::span<const double> logs) {
   return most + std::log(sum);
 }
 
-/// Of normal numbers with a sigma of 1 half are nearer to zero than this.
+/// Median of the absolute value of a standard normal variable.
 inline constexpr double kNormalMedian = 0.6745;
-/// One over it: sigma of normal numbers from the median of their distances from the middle.
+/// Its inverse: sigma of normal variables per median absolute deviation.
 inline constexpr double kMadToSigma = 1.4826;
 
-/// The middle one; of an even number the upper of the two. There must be one.
+/// Median; the upper of the two middle values for an even count. Requires at least one value.
 inline double median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
   return *middle;
 }
 
-/// Of an even number the mean of the two in the middle, as tables of results have it; of none not a
-/// number.
+/// Median as in result tables: mean of the two middle values for an even count, NaN for none.
 inline double median_between(std::vector<double> values) {
   if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
   const double upper = median(values);

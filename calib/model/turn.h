@@ -1,5 +1,5 @@
 #pragma once
-// Rotation vectors [rad]: their rotations, and how these turn on with them.
+// Rotation vectors [rad]: rotations and their derivatives.
 
 #include <Eigen/Geometry>
 #include <cmath>
@@ -18,17 +18,17 @@ inline Eigen::Matrix3d turn(const Eigen::Vector3d& w) {
                      : Eigen::Matrix3d::Identity().eval();
 }
 
-/// Inverse of turn, no longer than half a turn.
+/// Inverse of turn; at most half a turn.
 inline Eigen::Vector3d turn_vector(const Eigen::Matrix3d& rotation) {
   const Eigen::AngleAxisd turned(rotation);
   return turned.angle() * turned.axis();
 }
 
-/// How the rotation turn(w) turns on, in the frame that it turns in, with w: its left Jacobian.
+/// Left Jacobian of turn(w): derivative of the rotation by w, in the fixed frame.
 inline Eigen::Matrix3d turn_derivative(const Eigen::Vector3d& w) {
   const double angle2 = w.squaredNorm(), angle = std::sqrt(angle2);
   const Eigen::Matrix3d k = cross_matrix(w);
-  // Below this the series' next terms are under rounding.
+  // Below this the next terms of the series are below rounding.
   constexpr double kSmall = 1e-4;
   const double a = angle < kSmall ? 0.5 - angle2 / 24.0 : (1.0 - std::cos(angle)) / angle2;
   const double b =
@@ -36,7 +36,7 @@ inline Eigen::Matrix3d turn_derivative(const Eigen::Vector3d& w) {
   return Eigen::Matrix3d::Identity() + a * k + b * k * k;
 }
 
-/// How w changes where turn(w) turns on: the inverse of it; up to half a turn.
+/// Inverse of the left Jacobian; up to half a turn.
 inline Eigen::Matrix3d turn_vector_derivative(const Eigen::Vector3d& w) {
   const double angle = w.norm(), half = angle / 2.0;
   const Eigen::Matrix3d k = cross_matrix(w);

@@ -38,7 +38,7 @@ Eigen::Vector3d parse_corner(std::string_view& text, bool last) {
   return corner;
 }
 
-/// Tips anywhere in the box, held as in some posture of the workspace.
+/// Tips uniformly in the box, with orientations of postures of the workspace.
 std::vector<JointVector> in_box(const AccuracyRegion& region, const ArmModel& arm, double margin,
                                 int count) {
   constexpr int kAttempts = 20, kLeast = 10;

@@ -1,5 +1,5 @@
 #pragma once
-// Where accuracy matters: what touches are chosen for.
+// Region of interest: where accuracy is optimised by the choice of touches.
 
 #include <Eigen/Core>
 #include <string_view>
@@ -14,19 +14,19 @@ struct AccuracyRegion {
   enum class Kind {
     kWorkspace,  ///< the whole workspace (region.h)
     kBox,        ///< tips inside a box along the base's axes
-    kTargets,    ///< tips within 150 mm of a target, in postures like the touches'
-    kTool        ///< the tip against the flange, wherever the arm is
+    kTargets,    ///< tips within 150 mm of a target, in postures similar to the touches'
+    kTool        ///< the tip relative to the flange, anywhere
   };
   Kind kind = Kind::kWorkspace;
   Eigen::Vector3d low_m = Eigen::Vector3d::Zero(), high_m = Eigen::Vector3d::Zero();  ///< box
 };
 
 /// "workspace", "targets", "tcp", or "box:X,Y,Z,X,Y,Z" with two opposite corners in mm. Throws
-/// PlanError saying what is wrong.
+/// PlanError with the reason.
 AccuracyRegion parse_accuracy_region(std::string_view text);
 
-/// About `count` postures of the region; `touches`: those that the arm can make. Throws PlanError
-/// where the arm reaches next to nothing of it.
+/// About `count` postures of the region; `touches`: feasible touches. Throws PlanError if the arm
+/// reaches almost none of the region.
 std::vector<JointVector> accuracy_region_postures(const AccuracyRegion& region, const ArmModel& arm,
                                                   const std::vector<JointVector>& touches,
                                                   const std::vector<Eigen::Vector3d>& centres_m,

@@ -9,8 +9,8 @@ namespace cellcal::calib {
 
 namespace {
 
-/// The search begins this many sigmas and a millimetre before the surface is expected: contact in
-/// its first millimetre counts as something else.
+/// Distance from the start of the search to the expected surface, in sigmas plus a millimetre:
+/// contact within the first millimetre is not accepted as a touch.
 constexpr double kStandoffSigmas = 6.0, kStandoffLeastM = 0.003, kStandoffExtraM = 0.001;
 
 }  // namespace
@@ -33,7 +33,7 @@ void aim(const Known& known, const Candidate& candidate, PlannedTouch& touch) {
   const TargetResult known_place =
       result_at(target, problem.place(*block), x.data() + block->first);
   Eigen::Vector3d centre = known_place.centre_m, normal = candidate.normal;
-  if (target.kind == TargetKind::kPlane) {  // the place on it that the candidate goes to
+  if (target.kind == TargetKind::kPlane) {  // place of the candidate on the plane
     normal = known_place.normal;
     const Eigen::Vector3d there = pool.arm().nominal_tip_m(candidate.contact);
     centre = there - (normal.dot(there) - known_place.distance_m) * normal;
@@ -70,8 +70,8 @@ bool aim_at(const Pool& pool, const PlanOptions& options, const Surface& surface
   if (!standoff || !end) return false;
   if (!pool.clearance().clear_search(candidate.clear, *end, candidate.target, kTipMarginM))
     return false;
-  // First to the stand-off that an arm needs that is not known, then straight on: a way from far
-  // off that ends so near the surface would keep less from it than the nominal arm is wrong by.
+  // Via the stand-off for an unknown arm, then straight on: a transit from far away that ends so
+  // near the surface would have less clearance than the error of the nominal arm.
   if (!pool.clearance().clear_search(touch.standoff, *standoff, candidate.target, kTipMarginM))
     return false;
   touch.transit.push_back(*standoff);

@@ -38,7 +38,7 @@ double assumed_radius_m(const Robot& robot) {
 
 double distance_m(const Segment& one, const Segment& other) {
   // Ericson, Real-Time Collision Detection, 5.1.9.
-  constexpr double kPoint = 1e-18;     // squared length of what is a point
+  constexpr double kPoint = 1e-18;     // squared length below which a segment is a point
   constexpr double kParallel = 1e-12;  // squared sine
   const Vector3d d1 = one.b - one.a, d2 = other.b - other.a, r = one.a - other.a;
   const double a = d1.squaredNorm(), e = d2.squaredNorm(), c = d1.dot(r), f = d2.dot(r);
@@ -81,7 +81,7 @@ Bodies::Bodies(const ArmModel& arm) : arm_(arm), nominal_(arm.errors(nullptr)) {
   list_.push_back({"the tool's slim end", last, tool.slim_radius_m, true, true, {}});
   has_ball_ = tool.tip_radius_m > tool.slim_radius_m;
   if (has_ball_) list_.push_back({"the ball of the tip", last, tool.tip_radius_m, true, true, {}});
-  // What sits beside it touches nothing and keeps clear of all.
+  // Further tools make no contact and keep clear of everything.
   for (int k = 1; k < arm.tool_count(); ++k) {
     const Tool& other = arm.tool(k);
     list_.push_back({"the shaft of " + other.id, last, other.radius_m, false, true, {}});
@@ -93,8 +93,8 @@ Bodies::Bodies(const ArmModel& arm) : arm_(arm), nominal_(arm.errors(nullptr)) {
                      {}});
   }
 
-  // How far the axis' points are from each joint's axis at most: the links in between stretched
-  // out. What sits on the last link keeps its place there.
+  // Upper bound of the distance of the axis' points from each joint's axis: the links in between
+  // stretched out. Bodies on the last link are fixed in its frame.
   ArmChain chain;
   arm.walk(arm.prepare(JointVector(n, 0.0)), nominal_, chain);
   std::vector<Segment> axes;

@@ -1,7 +1,7 @@
 #pragma once
-// The arm and its tool as capsules on the nominal geometry. A body's axis is the straight line from
-// its joint to the next one; the tool's shaft goes straight from the flange to where its slim end
-// begins, and the slim end to the TCP. Other tools on the flange are two bodies each.
+// Arm and tool as capsules on the nominal geometry. A body's axis is the straight line from its
+// joint to the next one; the tool's shaft extends straight from the flange to the slim end, and the
+// slim end to the TCP. Further tools on the flange are two bodies each.
 
 #include <Eigen/Core>
 #include <span>
@@ -19,25 +19,25 @@ struct Segment {
 
 struct Body {
   std::string words;          ///< "the forearm (A4)"
-  int joint = 0;              ///< the last joint that moves it
+  int joint = 0;              ///< last joint that moves it
   double radius_m = 0.0;      ///< about its axis
   bool is_tip = false;        ///< the slim end, or the ball at its end
-  bool meets_cell = true;     ///< the column stands where it stands, whatever is beside it
-  std::vector<double> lever;  ///< per joint: no point of the axis moves further per radian [m]
+  bool meets_cell = true;     ///< the column is fixed, regardless of what is next to it
+  std::vector<double> lever;  ///< per joint: bound of the axis' motion per radian [m]
 };
 
-/// What the links' radii are taken to be where the robot file states none: 0.10 m for an arm of
-/// 1.34 m from shoulder to flange (the castings of a KR 5), in proportion for others, because
-/// castings grow with the arm; at least 0.06 m, because the gears of the smallest do not shrink.
+/// Assumed radius of links without a stated one: 0.10 m for an arm of 1.34 m from shoulder to
+/// flange (the castings of a KR 5), in proportion for others, because castings grow with the arm;
+/// at least 0.06 m, because the gears of the smallest do not shrink.
 double assumed_radius_m(const Robot& robot);
 
 class Bodies {
  public:
-  /// `arm` is referred to.
+  /// Refers to `arm`.
   explicit Bodies(const ArmModel& arm);
 
   const std::vector<Body>& list() const { return list_; }
-  /// Axes of all bodies at this posture, in the order of list().
+  /// Axes of all bodies in this posture, in the order of list().
   void place(std::span<const double> q, std::vector<Segment>& axes) const;
 
  private:
@@ -45,10 +45,10 @@ class Bodies {
   ArmErrors nominal_;
   std::vector<Body> list_;
   bool has_shaft_ = false, has_ball_ = false;
-  double back_m_ = 0.0;  ///< the slim end's axis ends this far behind the TCP: its nose is round
+  double back_m_ = 0.0;  ///< from the TCP to the end of the slim end's axis: round tip
 };
 
-/// Distance of two segments [m]; either may be a point.
+/// Distance between two segments [m]; either may be a point.
 double distance_m(const Segment& one, const Segment& other);
 
 }  // namespace cellcal::calib

@@ -17,31 +17,31 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// Below this elevation of the touch normal the stand is in the way.
+/// Minimum elevation of the touch normal; the stand is below.
 constexpr double kLowestElevationRad = -0.35;
-/// Tool axis against the inward normal. Wider cones tell the wrist's errors apart better, but let
-/// the tool's shaft come close to the sphere.
+/// Maximum angle of the tool axis to the inward normal. Wider cones separate the wrist's errors
+/// better, but bring the tool's shaft close to the sphere.
 constexpr double kConeRad = 0.70;
 constexpr int kOrientations = 10;  // tries per direction
-/// Orientations and configurations that one direction contributes at most.
+/// Maximum number of orientations and configurations per direction.
 constexpr int kPerDirection = 2;
 
 constexpr double kGoldenRad = std::numbers::pi * 0.7639320225002102;  // pi (3 - sqrt 5)
 
-/// Point `i` of `n` of a Fibonacci lattice over the sphere, z along `up`.
+/// Point `i` of `n` of a Fibonacci lattice on the sphere, z along `up`.
 Vector3d lattice(int i, int n, double shift) {
   const double z = 1.0 - 2.0 * (i + 0.5) / n;
   const double r = std::sqrt(1.0 - z * z);
   return {r * std::cos(kGoldenRad * i + shift), r * std::sin(kGoldenRad * i + shift), z};
 }
 
-/// Where a touch meets its target: the tip rests at `from` + `radius_m` `normal`.
+/// Contact of a touch with its target: the tip is at `from` + `radius_m` `normal`.
 struct Spot {
   Vector3d from, normal;
   double radius_m;
 };
 
-/// Point `i` of `n` of Vogel's spiral, which fills the plane's circle evenly.
+/// Point `i` of `n` of Vogel's spiral, which covers the plane's circle uniformly.
 Spot spot_on_plane(const Target& plane, const Tool& tool, int i, int n, double shift) {
   const Vector3d across = plane.normal.unitOrthogonal();
   const double r = plane.extent_m / 2.0 * std::sqrt((i + 0.5) / n);
@@ -50,7 +50,7 @@ Spot spot_on_plane(const Target& plane, const Tool& tool, int i, int n, double s
           plane.normal, tool.tip_radius_m};
 }
 
-/// The whole search line of a touch that begins in a given posture.
+/// The complete search line of a touch that starts in the given posture.
 std::optional<Candidate> try_touch(const ArmModel& arm, const Clearance& clearance,
                                    const PlanOptions& options, const Spot& spot,
                                    const Eigen::Matrix3d& orientation, const JointVector& contact) {
@@ -67,7 +67,7 @@ std::optional<Candidate> try_touch(const ArmModel& arm, const Clearance& clearan
   const auto end = inverse(arm, pose_at(-options.beyond_m), contact, options.limit_margin_rad);
   const auto away = inverse(arm, pose_at(options.clear_m), contact, options.limit_margin_rad);
   if (!standoff || !end || !away) return std::nullopt;
-  // The line must be one smooth motion: a jump of configuration shows as a long joint step.
+  // The line must be one smooth motion: a change of configuration appears as a large joint step.
   constexpr double kLargestRad = 0.2;
   for (std::size_t i = 0; i < contact.size(); ++i)
     if (std::abs((*end)[i] - (*away)[i]) > kLargestRad) return std::nullopt;
@@ -127,7 +127,7 @@ bool is_planned(const Target& target, Kinds kinds) {
 
 namespace {
 
-/// Against gravity; where there is none, z.
+/// Opposite to gravity; z without gravity.
 Vector3d upwards(const Robot& robot) {
   const Vector3d up = -robot.gravity_m_s2.normalized();
   return up.allFinite() ? up : Vector3d::UnitZ();
@@ -148,7 +148,7 @@ bool above_the_stand(const Vector3d& normal, const Vector3d& up) {
   return std::asin(std::clamp(normal.dot(up), -1.0, 1.0)) >= kLowestElevationRad;
 }
 
-/// About an axis at random, by an angle of this rms.
+/// Rotation about a random axis by an angle of this rms.
 Eigen::AngleAxisd turn_of(double rms_rad, Random& random) {
   Vector3d turn;
   for (double& component : turn) component = rms_rad / std::sqrt(3.0) * random.normal();
@@ -178,7 +178,7 @@ std::vector<Candidate> find_candidates(const Cell& cell, const ArmModel& arm,
       poll_cancelled();
       tell_done((static_cast<double>(t) + static_cast<double>(i) / directions) /
                 static_cast<double>(cell.targets.size()));
-      // Far-off lattice points first, so that a short list still surrounds the sphere.
+      // Widely spaced lattice points first, so that a short list still surrounds the sphere.
       const int k = (i * 7919) % directions;
       const double shift = random.uniform(0.0, 0.1);
       const Spot spot = plane
@@ -188,7 +188,7 @@ std::vector<Candidate> find_candidates(const Cell& cell, const ArmModel& arm,
       if (!plane && !above_the_stand(normal, up)) continue;
       int own = 0;
       for (int attempt = 0; attempt < kOrientations && own < kPerDirection; ++attempt) {
-        // Flange orientation: shaft along -normal, tilted within the cone, turned about itself.
+        // Flange orientation: shaft along -normal, tilted within the cone, rotated about itself.
         const Eigen::AngleAxisd roll(random.uniform(-std::numbers::pi, std::numbers::pi), -normal);
         const Vector3d across = normal.unitOrthogonal();
         const Eigen::AngleAxisd heading(random.uniform(-std::numbers::pi, std::numbers::pi),
@@ -200,7 +200,7 @@ std::vector<Candidate> find_candidates(const Cell& cell, const ArmModel& arm,
         Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
         pose.linear() = flange * tool;
         pose.translation() = spot.from + spot.radius_m * normal;
-        // Any of the ways to reach it, and another one where the first is not free.
+        // A random configuration, and another one if the first is not clear.
         std::vector<JointVector> ways = configurations.reach(pose);
         for (std::size_t left = ways.size(); left > 0; --left) {
           std::swap(ways[random.below(left)], ways[left - 1]);
@@ -272,7 +272,7 @@ std::string direction_words(const Eigen::Vector3d& normal) {
 std::optional<std::string> hindrance(const Cell& cell, const ArmModel& arm,
                                      const Clearance& clearance, const PlanOptions& options,
                                      std::size_t target) {
-  Cell alone = cell;  // indices stay; of the others no touches are looked for
+  Cell alone = cell;  // keeps the indices; no touches of other targets are generated
   for (std::size_t t = 0; t < alone.targets.size(); ++t)
     if (t != target) alone.targets[t].kind = TargetKind::kPoint;
   struct Reason {
@@ -280,7 +280,7 @@ std::optional<std::string> hindrance(const Cell& cell, const ArmModel& arm,
     Eigen::Vector3d from;
     int count = 1;
   };
-  std::vector<Reason> reasons;  // hits of the same things are one
+  std::vector<Reason> reasons;  // hits of the same objects are merged
   for (const Candidate& c : find_candidates(alone, arm, Clearance::blind(), options, kTriedAlone,
                                             Kinds::kSpheresAndPlanes)) {
     const auto hit = what_is_hit(clearance, c);

@@ -19,25 +19,26 @@ namespace {
 
 using Kind = CellFaultKind;
 
-/// So many sigmas are a mistake, not bad luck.
+/// Deviations above this many sigmas are mistakes, not chance.
 constexpr double kMistake = 4.0;
-/// 1 sigma of a centre whose file states none: as a tape measure gives it.
+/// 1 sigma of a centre without a stated one: measured with a tape.
 constexpr double kUsualCentreM = 0.010;
-/// A centre that is off by less is no finding: searches still meet the sphere, touches correct it.
+/// Smaller errors of a centre are not reported: searches still meet the sphere, and touches correct
+/// it.
 constexpr double kTouchedAllTheSameM = 0.010;
 constexpr double kOverlapM = 1e-3;
-/// What is shorter was meant in metres.
+/// Smaller values were probably stated in metres.
 constexpr double kShortestToolM = 0.005, kNearestCentreM = 0.020, kThinnestSphereM = 0.001;
 constexpr double kFinestTouchM = 0.5e-6, kCoarsestTouchM = 2e-3;
-/// A power of ten, or both radii, explain what is off within this share.
+/// Relative tolerance within which a power of ten, or the two radii, explain a deviation.
 constexpr double kExplained = 0.05;
-constexpr int kReachTried = 60;  // touches looked for; far fewer are planned from
+constexpr int kReachTried = 60;  // candidates tried; plans need far fewer
 
 double sigma_of(const Target& target) {
   return target.centre_sigma_m > 0.0 ? target.centre_sigma_m : kUsualCentreM;
 }
 
-/// A certified length beside its centres.
+/// A certified length and the distance of its stated centres.
 struct Compared {
   const CertifiedLength* length;
   std::size_t from, to;
@@ -64,7 +65,7 @@ bool all_fit(const std::vector<Compared>& all) {
   return std::all_of(all.begin(), all.end(), [](const Compared& one) { return one.fits(); });
 }
 
-/// Two targets whose centres, exchanged, make all lengths fit.
+/// Two targets whose exchanged centres make all lengths fit.
 std::optional<std::pair<std::size_t, std::size_t>> exchanged(const Cell& cell) {
   Cell other = cell;
   for (std::size_t i = 0; i < cell.targets.size(); ++i)
@@ -77,8 +78,8 @@ std::optional<std::pair<std::size_t, std::size_t>> exchanged(const Cell& cell) {
   return std::nullopt;
 }
 
-/// The one target that all lengths that do not fit have in common: two or more. (A length across
-/// the way that its centre is off by may fit all the same.)
+/// The one target common to all lengths that do not fit, if there are two or more. (A length
+/// perpendicular to the error of its centre may still fit.)
 std::optional<std::size_t> only_end(const std::vector<Compared>& all, std::size_t targets) {
   for (std::size_t t = 0; t < targets; ++t) {
     int here = 0;
@@ -138,7 +139,7 @@ void compare_lengths(const Cell& cell, std::vector<CellFault>& faults) {
     if (!one.fits()) faults.push_back(length_fault(cell, one));
 }
 
-/// Also where no centres are stated.
+/// Also applies without stated centres.
 void compare_lengths_with_each_other(const Cell& cell, std::vector<CellFault>& faults) {
   const auto between = [&](const std::string& a, const std::string& b) -> const CertifiedLength* {
     for (const CertifiedLength& length : cell.lengths)
@@ -162,7 +163,7 @@ void compare_lengths_with_each_other(const Cell& cell, std::vector<CellFault>& f
       if (length.length_m <= both + kMistake * sigma) continue;
       faults.push_back(
           {Kind::kTriangle, true, {length.from, length.to, third.id}, length.length_m, both});
-      return;  // one wrong length makes many triangles wrong
+      return;  // one wrong length affects many triangles
     }
   }
 }
@@ -203,7 +204,7 @@ void look_inside(const Cell& cell, std::vector<CellFault>& faults) {
   }
 }
 
-/// Postures that the joint limits allow, whatever stands in the way: the plan looks at that.
+/// Reach within the joint limits, ignoring obstacles, which the plan checks.
 void look_at_reach(const Cell& cell, std::vector<CellFault>& faults) {
   const ArmModel arm = planning_arm(cell);
   for (std::size_t t = 0; t < cell.targets.size(); ++t) {
@@ -223,7 +224,7 @@ void look_at_reach(const Cell& cell, std::vector<CellFault>& faults) {
   }
 }
 
-/// True where the tool is as long as tools are; otherwise nothing can be said of the reach.
+/// True if the tool has a plausible length; otherwise the reach cannot be judged.
 bool look_at_units(const Cell& cell, std::vector<CellFault>& faults) {
   const double tool = cell.tool.tcp.translation().norm();
   const bool sound = tool <= 0.0 || tool >= kShortestToolM;
@@ -287,21 +288,21 @@ namespace {
 using Kind = CellFaultKind;
 using Eigen::Vector3d;
 
-/// Arms do carry somewhat more than they are rated for, close to the flange.
+/// Arms may carry more than their rated payload close to the flange.
 constexpr double kOverloaded = 1.5;
-/// More than any articulated robot carries (KR 1000 titan, FANUC M-2000: 2300 kg).
+/// Above the payload of any articulated robot (KR 1000 titan, FANUC M-2000: 2300 kg).
 constexpr double kAnyPayloadKg = 2500.0;
-/// Of the column's radius and height: what is there is not beside or under it.
+/// Shares of the column's radius and height within which an object is inside the column.
 constexpr double kInColumn = 0.5, kAboveBase = 0.3;
-/// A touch brings the tool as near to its sphere (clearance.h).
+/// Clearance of the tool from its sphere during a touch (clearance.h).
 constexpr double kTouchMarginM = 0.005;
-/// A tip that lies less than this share of its distance along the flange's axis points across it.
+/// A tip at less than this share of its distance along the flange's axis points across it.
 constexpr double kAcross = 0.1;
 constexpr double kShortToolM = 0.05;
 constexpr int kTried = 20;
 constexpr std::size_t kMostMistakes = 3;
 
-/// The arm alone, with the floor.
+/// The arm without obstacles except the floor.
 Cell alone(const Cell& cell) {
   Cell bare = cell;
   bare.targets.clear();
@@ -317,7 +318,7 @@ std::optional<Hit> hit_at_rest(const Cell& cell) {
   return clearance.hit(resting_posture(bare.robot, clearance), kTipMarginM);
 }
 
-/// Each target whose place is stated can be touched, whatever stands beside it.
+/// True if each target with a stated place can be touched, ignoring obstacles.
 bool reaches_all(const Cell& cell) {
   const Cell bare = alone(cell);
   const ArmModel arm = planning_arm(bare);
@@ -334,7 +335,8 @@ bool reaches_all(const Cell& cell) {
 
 bool explains(const Cell& cell) { return !hit_at_rest(cell) && reaches_all(cell); }
 
-/// Each single change with which the arm rests clear and reaches all targets: signs, the tool along Z, offsets.
+/// Each single change of the description that makes the arm rest clear and reach all targets: signs, tool along
+/// Z, offsets.
 std::vector<DescriptionMistake> explain(const Cell& cell) {
   using What = DescriptionMistake::Kind;
   std::vector<DescriptionMistake> all;
@@ -413,7 +415,7 @@ void look_at_tool(const Cell& cell, std::vector<CellFault>& faults) {
   const double clear_m = PlanOptions{}.clear_m;
   if (tool.tip_radius_m > clear_m)
     faults.push_back({Kind::kLargeBall, false, {}, tool.tip_radius_m, clear_m});
-  // The usual slim end is assumed where none is stated.
+  // The default slim end is used if none is stated.
   const bool stated = tool.slim_radius_m != Tool{}.slim_radius_m;
   if (stated && tool.tip_radius_m > 0.0 && tool.tip_radius_m < tool.slim_radius_m)
     faults.push_back({Kind::kShankTouchesFirst, false, {}, tool.tip_radius_m, tool.slim_radius_m});

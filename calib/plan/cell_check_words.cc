@@ -1,4 +1,4 @@
-// What each fault of a cell file says: the number first, then what to do.
+// Sentences of cell file faults: the number first, then the remedy.
 
 #include <fmt/format.h>
 

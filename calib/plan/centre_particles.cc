@@ -14,11 +14,11 @@ using Eigen::Vector3d;
 constexpr int kPlaces = 4000;
 constexpr double kUsualSigmaM = 0.010;
 constexpr double kCut = 3.0;  ///< sigmas
-/// Places that were drawn more than once are put apart by this: less than what the arm is wrong by.
+/// Jitter of particles drawn more than once: less than the error of the arm.
 constexpr double kApartM = 0.3 * kArmSigmaM;
-/// Inside the radius by more than this is not believed to have been missed.
+/// A miss deeper inside the radius than this is impossible.
 constexpr double kSureM = 2.0 * kArmSigmaM;
-/// Where the nominal arm sees the sphere may lie outside of where it was said to be by this.
+/// Tolerance of the stated region: the nominal arm may see the sphere this far outside.
 constexpr double kSeenElsewhereM = 3.0 * kArmSigmaM;
 
 }  // namespace
@@ -57,7 +57,7 @@ CentreParticles::CentreParticles(const Target& target, double radius_m, unsigned
 }
 
 void CentreParticles::hit(const Vector3d& from, const Vector3d& tip) {
-  // What would have been met before the last sigmas of the line.
+  // Places that would have been met before the last sigmas of the line.
   const double length = (tip - from).norm();
   const double clear_m = std::max(0.0, length - kSureM);
   const Vector3d last = length > 0.0 ? Vector3d(from + clear_m / length * (tip - from)) : from;
@@ -95,7 +95,7 @@ bool CentreParticles::is_possible(const Vector3d& place) const {
   return off.norm() <= kCut * prior_sigma_m_ + kSeenElsewhereM;
 }
 
-/// As many as in the beginning, by weight, evenly along the sum of weights.
+/// Systematic resampling by weight, with the initial number of particles.
 void CentreParticles::draw_again(const std::vector<double>& weight) {
   double sum = 0.0;
   for (const double w : weight) sum += w;
@@ -110,7 +110,7 @@ void CentreParticles::draw_again(const std::vector<double>& weight) {
     for (passed += weight[k]; at < passed && drawn.size() < kPlaces; at += sum / kPlaces) {
       Vector3d apart;
       for (double& component : apart) component = kApartM * random_.normal();
-      // Put apart again and again, they would wander to where it cannot be.
+      // Repeated jitter must not move particles to impossible places.
       drawn.push_back(is_possible(places_[k] + apart) ? Vector3d(places_[k] + apart) : places_[k]);
     }
   }

@@ -1,9 +1,9 @@
 #pragma once
-// Where a sphere may be, from lines along which the tip looked for it: a cloud of possible centres.
+// Particle filter for the centre of a sphere, from search lines of the tip.
 //
-// A search that met it says that the centre is one radius from the tip, and that nothing was met
-// before; one that met nothing says that no centre is within a radius of the line. The arm is
-// nominal here, and wrong by about kArmSigmaM; distances are believed no better than that.
+// A search with contact places the centre at one radius from the tip, and excludes earlier contact;
+// a search without contact excludes centres within a radius of the line. The arm is nominal, with
+// an error of about kArmSigmaM, which limits the accuracy of all distances.
 
 #include <Eigen/Core>
 #include <utility>
@@ -14,40 +14,40 @@
 
 namespace cellcal::calib {
 
-/// Of a nominal tip against another near by, in another posture.
+/// Error of the nominal tip relative to another nearby, in another posture.
 inline constexpr double kArmSigmaM = 0.002;
 
 class CentreParticles {
  public:
-  /// From the target's stated centre (1 sigma as stated, 10 mm where none is; cut at three sigma)
-  /// or from its box, where all places are as likely. `radius_m`: of sphere and tip together.
+  /// Initialised from the target's stated centre (1 sigma as stated, default 10 mm; truncated at
+  /// three sigma), or uniformly in its box. `radius_m`: sum of sphere and tip.
   CentreParticles(const Target& target, double radius_m, unsigned seed);
 
-  /// The tip came from `from` and met the sphere at `tip`, base frame [m].
+  /// The tip moved from `from` and met the sphere at `tip`, base frame [m].
   void hit(const Eigen::Vector3d& from, const Eigen::Vector3d& tip);
-  /// It came to `to` and met nothing.
+  /// The tip moved from `from` to `to` without contact.
   void miss(const Eigen::Vector3d& from, const Eigen::Vector3d& to);
 
-  /// Of a point from the line between two others.
+  /// Distance of a point from the segment between two others.
   static double distance_m(const Eigen::Vector3d& point, const Eigen::Vector3d& from,
                            const Eigen::Vector3d& to);
 
-  /// No place is left that agrees with all lines.
+  /// True if no place is consistent with all lines.
   bool empty() const { return places_.empty(); }
-  /// Possible centres, all as likely. Some thousand.
+  /// Equally likely centres, some thousand.
   const std::vector<Eigen::Vector3d>& places() const { return places_; }
   Eigen::Vector3d mean() const;
   Eigen::Matrix3d covariance() const;
   /// Distance of the farthest possible centre.
   double reach_m(const Eigen::Vector3d& from) const;
   const Eigen::Vector3d& prior_mean() const { return prior_mean_; }
-  /// From there, of the farthest that any lines could ever leave possible.
+  /// Distance of the farthest centre possible under any lines.
   double bound_m() const;
   double prior_sigma_m() const { return prior_sigma_m_; }
 
  private:
   void draw_again(const std::vector<double>& weight);
-  /// Where it was said to be, and on no line that met nothing.
+  /// True if inside the stated region and not excluded by a line.
   bool is_possible(const Eigen::Vector3d& place) const;
 
   double radius_m_;

@@ -19,15 +19,15 @@ namespace cellcal::calib {
 
 namespace {
 
-/// What everything but the tool may have changed by, at the tip.
+/// Effect at the tip of all other possible changes.
 constexpr double kElseM = 0.1e-3;
-/// Of a shift of the tool beforehand: it keeps the first touches' information from being singular.
+/// Prior of a shift of the tool; avoids a singular information matrix for the first touches.
 constexpr double kToolM = 1e-3;
-/// A shift that looks like another change's is found all the same, but named wrongly.
+/// A shift similar to another change is still detected, but attributed wrongly.
 constexpr double kDistinctionWeight = 0.3;
 constexpr int kRounds = 3;  ///< of exchange
 
-/// Rows of all candidates, from which those of any set are taken.
+/// Rows of all candidates, from which those of any set are selected.
 class CheckDesign {
  public:
   CheckDesign(const Calibration& calibration, const std::vector<Candidate>& candidates) {
@@ -39,7 +39,7 @@ class CheckDesign {
     }
     const Foresight foresight = foresee(calibration, touches);
     alone_ = foresight.covariance_m2();
-    beside_ = foresight.passing_m2;  // as checks are once others have gone before
+    beside_ = foresight.passing_m2;  // as in checks after earlier ones
     for (const PossibleChange& change : possible_changes(calibration, foresight.contacts)) {
       if (change.kind == ChangeKind::kTouch) continue;
       const Eigen::MatrixXd by = columns_of(change, foresight.contacts);
@@ -52,7 +52,7 @@ class CheckDesign {
     }
   }
 
-  /// What the set leaves unknown of the tool [m^2].
+  /// Remaining covariance of the tool under the set [m^2].
   double unknown(const std::vector<std::size_t>& set) const {
     return left(set, alone_) + kDistinctionWeight * left(set, beside_);
   }
@@ -82,8 +82,8 @@ class Picker {
          const std::function<bool(std::size_t)>& possible)
       : candidates_(candidates), design_(design), possible_(possible) {}
 
-  /// The possible one that beside the others leaves least unknown; of a target that they leave untouched, where
-  /// they do.
+  /// The feasible candidate that, with the others, leaves the smallest uncertainty; of a target without touches
+  /// among them, if there is one.
   std::optional<std::size_t> best_beside(const std::vector<std::size_t>& others) const {
     std::set<std::size_t> touched, all;
     for (const Candidate& one : candidates_) all.insert(one.target);
@@ -153,8 +153,8 @@ Eigen::Index place_of(const Calibration& c, const ParameterKey& key) {
   return found == c.parameters.end() ? -1 : found - c.parameters.begin();
 }
 
-/// What is wanted of the parameters: the tip over the workspace, base motion out, and every sphere's centre;
-/// each in the mean of squares.
+/// Objective: the tip over the workspace, without base motion, and every sphere's centre; each as mean
+/// square.
 Eigen::MatrixXd wanted(const Calibration& c) {
   const ArmModel arm(at_level(c.cell, c.level));
   const Eigen::VectorXd x = arm_values(arm, c);
@@ -177,7 +177,7 @@ Eigen::MatrixXd wanted(const Calibration& c) {
   return rows;
 }
 
-/// Covariance of the calibration's parameters with what touches would be off by.
+/// Covariance between the calibration's parameters and the residuals of the touches.
 Eigen::MatrixXd across_m(const Calibration& c, const std::vector<Touch>& touches) {
   const KnownTouches known(c, touches);
   const KnownTouches::RowMajor by_unknowns = known.rows(known.x());

@@ -1,6 +1,6 @@
 #pragma once
-// Which candidates a check touches: those that leave a shift of the tool least unknown, were nothing else
-// changed and were everything else a little.
+// Choice of a check's touches: minimises the uncertainty of a shift of the tool, both with everything
+// else unchanged and with small changes of everything else.
 
 #include <functional>
 #include <vector>
@@ -10,17 +10,17 @@
 
 namespace cellcal::calib {
 
-/// `count` indices into the candidates, every target among them once where there are enough. `possible`: asked
-/// of a candidate before it is picked. Fewer where no more are possible.
+/// `count` indices of candidates, with every target at least once if possible. `possible`: called for a
+/// candidate before it is picked. Fewer if no more are feasible.
 std::vector<std::size_t> choose_check(const Calibration& calibration,
                                       const std::vector<Candidate>& candidates, int count,
                                       const std::function<bool(std::size_t)>& possible);
 
-// Which candidates an update touches: those that take most from what it leaves open of the arm over the
-// workspace, and of where the spheres stand.
+// Choice of an update's touches: minimises the remaining uncertainty of the arm over the workspace, and
+// of the spheres' centres.
 
-/// `believed`: the mean over all explanations so far, with what it leaves open as its covariance. Up to `count`
-/// indices into the candidates; `possible` is asked of one before it is picked.
+/// `believed`: mean over all current explanations, with their spread in its covariance. Up to `count` indices
+/// of candidates; `possible` is called for each before it is picked.
 std::vector<std::size_t> choose_update(const Calibration& believed,
                                        const std::vector<Candidate>& candidates, int count,
                                        const std::function<bool(std::size_t)>& possible);

@@ -26,7 +26,7 @@ PlannedTouch check_touch_from(const Calibration& calibration, const Plan& plan, 
   const PlannedTouch& planned = plan.touches.at(next);
   const JointVector& before = next == 0 ? plan.start : plan.touches[next - 1].clear;
   if (from == before) return planned;
-  // To the stand-off that keeps clear of the sphere, and straight on from there as planned.
+  // To the stand-off clear of the sphere, then straight on as planned.
   Plan far = plan;
   const bool aimed = planned.transit.size() > 1 && planned.transit.back() == planned.standoff;
   if (aimed) far.touches[next].standoff = planned.transit[planned.transit.size() - 2];
@@ -71,7 +71,7 @@ bool can_be_touched(const Target& target) {
          is_planned(target, Kinds::kSpheresAndPlanes);
 }
 
-/// To the same touch again, from where the arm left it.
+/// The same touch again, from its clear point.
 PlannedTouch again(PlannedTouch touch) {
   touch.transit = {touch.standoff};
   touch.corners.clear();

@@ -1,6 +1,6 @@
 #pragma once
-// The few touches that tell soonest and most surely whether a calibration still holds, and what changed if
-// it does not.
+// The few touches that decide fastest and most reliably whether a calibration still holds, and what
+// changed otherwise.
 
 #include <span>
 #include <string_view>
@@ -12,44 +12,45 @@ namespace cellcal::calib {
 
 struct CheckPlanOptions {
   int most_touches = 8, least_touches = 6;
-  double most_s =
-      20.0;  ///< robot time, from the start and back; fewer touches where more would take longer
-  /// Search lines, by the calibrated arm: so far before the contact and behind it.
+  double most_s = 20.0;  ///< robot time, from the start and back; limits the number of touches
+  /// Search lines with the calibrated arm: distance before and after the contact.
   double before_m = 0.004, behind_m = 0.012;
-  TouchSet set = TouchSet::kCheck;  ///< what they are made for
+  TouchSet set = TouchSet::kCheck;  ///< purpose of the touches
 };
 
-/// Touches of the spheres of the calibration, around where it has them. Of PlanOptions the margins count, not
-/// the numbers. `from`: where the arm is; empty: the resting posture. Throws PlanError.
+/// Touches of the calibration's spheres, at their calibrated places. Only the margins of PlanOptions are
+/// used, not the numbers. `from`: current position; empty: the resting posture. Throws PlanError.
 Plan make_check_plan(const Calibration& calibration, const PlanOptions& options,
                      const CheckPlanOptions& how = {}, const JointVector& from = {});
 
-/// The plan's touch `next`, spheres where that calibration has them, with a way from wherever the arm stands; as resume_plan(). Throws PlanError.
+/// The plan's touch `next`, with spheres at their calibrated places, and a path from any position; as resume_plan().
+/// Throws PlanError.
 PlannedTouch check_touch_from(const Calibration& calibration, const Plan& plan, std::size_t next,
                               const JointVector& from);
 
-// The touches of an update: first those of a check, then those that resolve what these have shown.
+// Touches of an update: first those of a check, then those that resolve the ambiguities found.
 
 /// Longer search lines than a check's: a sphere may have moved by 5 mm.
 CheckPlanOptions first_update_touches();
-/// So many touches and so much robot time later; none left where `most_touches` is below 1.
+/// Options after so many touches and so much robot time; no touches are left if `most_touches` is
+/// below 1.
 CheckPlanOptions further_update_touches(int touches_made, double seconds);
 
-/// Further touches around where the calibration so far has spheres and tip, chosen by what it leaves open.
-/// `from`: where the arm is. Throws PlanError.
+/// Further touches around the currently estimated spheres and tip, chosen by the remaining uncertainty.
+/// `from`: current position. Throws PlanError.
 Plan make_update_plan(const Calibration& believed, const PlanOptions& options,
                       const CheckPlanOptions& how, const JointVector& from);
 
-// Touches of one sphere that tell how good a contact is: few places all around it, each visited
-// several times, at several speeds. Nothing of the arm's geometry is asked for.
+// Touches of one sphere that assess the quality of contacts: few places around it, each visited
+// several times, at several speeds. Independent of the arm's geometry.
 
-/// `places` touches, far apart in direction and posture, each once per speed [m/s] in turn; the arm
-/// leaves to the place's clear point in between and comes back on the same line. Other targets are
-/// in the way and not touched. `target`: an id; empty: the first that can be planned. Throws PlanError.
+/// `places` touches, far apart in direction and posture, each once per speed [m/s] in turn; in between,
+/// the arm retreats to the place's clear point and returns on the same line. Other targets are
+/// obstacles. `target`: an id; empty: the first that can be planned. Throws PlanError.
 Plan make_qualification_plan(const Cell& cell, const PlanOptions& options, std::string_view target,
                              int places, std::span<const double> speeds_m_s);
 
-/// The target that it touches.
+/// The target that is touched.
 std::string qualification_target(const Cell& cell, std::string_view target);
 
 }  // namespace cellcal::calib

@@ -18,26 +18,26 @@ namespace cellcal::calib {
 namespace {
 
 /// Smallest eigenvalue of a target's sum of d d' over its touches, d the unit direction of a touch
-/// of a sphere, for its place to be held from all sides (the verdict withholds results only far
-/// below that).
+/// of a sphere, for its place to be well constrained (the verdict withholds results only far below
+/// that).
 constexpr double kSpread = 0.5;
-/// The last touches owed to a sphere go where it is held worst.
+/// The last touches reserved for a sphere are placed where it is constrained least.
 constexpr int kForSpread = 2;
-/// Exchanges that bring less than this share are not worth looking for more.
+/// Minimum relative gain of a round of exchanges for another round.
 constexpr double kWorthIt = 1e-3;
-/// In an even choice a radian of posture counts as much as this of touch direction.
+/// Weight of a radian of posture relative to touch direction in an even choice.
 constexpr double kPostureWeight = 0.3;
-/// Of the time that a choice takes; the rest are exchanges.
+/// Share of picking in the time of a choice; the rest are exchanges.
 constexpr double kPickingShare = 0.3;
 
-/// The directions in which a target was touched so far; of a plane (x, y, 1) of the place in its
-/// circle, which together hold tilts and shift.
+/// Directions in which a target was touched so far; for a plane (x, y, 1) of the place in its
+/// circle, which together constrain tilts and shift.
 class Held {
  public:
   void add(const Eigen::Vector3d& direction) { change(direction, 1); }
   void remove(const Eigen::Vector3d& direction) { change(direction, -1); }
   int count() const { return count_; }
-  /// Touches still to be made for a sphere that is to have `least`.
+  /// Touches remaining for a sphere that requires `least`.
   int owed(int least) const {
     return count_ < least ? least - count_ : least > 0 && least_ < kSpread ? 1 : 0;
   }
@@ -60,7 +60,7 @@ class Held {
   int count_ = 0;
 };
 
-/// Candidates, the sets they belong to, and which of them may be picked.
+/// Candidates, their target sets, and the feasible ones.
 class Choosing {
  public:
   Choosing(const Cell& cell, const std::vector<Candidate>& candidates, const ChooseOptions& options)
@@ -79,7 +79,7 @@ class Choosing {
       const Target& target = cell.targets[c.target];
       tells_.push_back(c.normal);
       if (target.kind != TargetKind::kPlane) continue;
-      // Where on the circle, and 1 for the shift along the normal.
+      // Position in the circle, and 1 for the shift along the normal.
       const Eigen::Vector3d across = target.normal.unitOrthogonal();
       const Eigen::Vector3d place =
           (problem_.arm->nominal_tip_m(c.contact) - target.centre_m) / (target.extent_m / 2.0);
@@ -137,8 +137,8 @@ class Choosing {
     picked_.push_back(c);
   }
 
-  /// The next one to pick with `left` still to be picked: the best by the criterion among those
-  /// that what is owed to the spheres leaves open.
+  /// The next pick with `left` remaining: the best by the criterion that satisfies the requirements
+  /// of the spheres.
   std::optional<std::size_t> next(int left) {
     while (true) {
       int owed = 0, few = 0;
@@ -162,7 +162,7 @@ class Choosing {
           pick = c;
         }
       }
-      if (!pick && (only_few || only_owed)) {  // a sphere that gives no more is owed no more
+      if (!pick && (only_few || only_owed)) {  // an exhausted sphere has no further requirement
         if (options_.least_per_target == 0) return std::nullopt;
         options_.least_per_target = 0;
         continue;
@@ -186,7 +186,7 @@ class Choosing {
     return random_.uniform();
   }
 
-  /// Targets in turn; on a target how far from the nearest touch that it has.
+  /// Targets in turn; within a target the distance from its nearest touch.
   double evenness(std::size_t c) const {
     double nearest = 10.0;
     for (const std::size_t other : picked_) {
@@ -202,8 +202,8 @@ class Choosing {
     return nearest + kTurn * (options_.count - held_[candidates_[c].target].count());
   }
 
-  /// Puts every pick back and takes the best instead, which may be the same. Returns the share of
-  /// the variance that this took away.
+  /// Replaces every pick by the best candidate, possibly itself. Returns the relative reduction of
+  /// the variance.
   double exchange(int round) {
     const auto variance = [&] {
       const Eigen::Index arm = problem_.moves_m.cols();
@@ -232,7 +232,7 @@ class Choosing {
         if (best == pick || possible(best)) break;
       }
       if (best == pick) continue;
-      if (bound) {  // its sphere must stay held from all sides
+      if (bound) {  // its sphere must stay constrained from all sides
         Held with = rest;
         with.add(tells_[best]);
         if (with.owed(options_.least_per_target) > 0) continue;
@@ -248,13 +248,13 @@ class Choosing {
 
   ChooseOptions options_;
   const std::vector<Candidate>& candidates_;
-  std::vector<std::size_t> targets_;  ///< that there are candidates of
-  /// What a touch says about where its target is: of a sphere the direction in which it is touched.
+  std::vector<std::size_t> targets_;  ///< that have candidates
+  /// Direction that a touch constrains its target in: for a sphere the touch direction.
   std::vector<Eigen::Vector3d> tells_;
   std::vector<Held> held_;
   std::vector<std::optional<bool>> possible_;
   Random random_;
-  DesignProblem problem_;  ///< rows and covariance are the design's
+  DesignProblem problem_;  ///< rows and covariance are moved into the design
   std::optional<Design> design_;
   std::vector<std::size_t> picked_;
 };
@@ -271,7 +271,7 @@ namespace {
 
 constexpr int kExchanges = 2;
 
-/// The one worth most that is not in the design yet.
+/// The candidate with the largest value that is not in the design.
 template <typename Worth>
 std::optional<Eigen::Index> best(const Design& design, std::vector<bool>& refused,
                                  const std::function<bool(std::size_t)>& possible,
@@ -316,13 +316,13 @@ std::vector<std::size_t> choose_together(Design design, int count,
 
 namespace {
 
-/// So many candidates like those picked are added, by these turns one after the other, and
-/// exchanged for, until that brings too little. At 30 touches of four spheres it takes a fifth off
-/// the error that is foreseen, at 50 an eighth.
+/// Angles of successive refinements: that many variations of the picks are added and exchanged,
+/// until the gain is too small. For 30 touches of four spheres it reduces the predicted error by a
+/// fifth, for 50 by an eighth.
 constexpr double kByRad[] = {0.5, 0.35, 0.25, 0.17, 0.1, 0.05};
 constexpr int kAroundEach = 60;
 constexpr int kMostAround = 2000;
-constexpr double kIsWorth = 0.01;  // share of the error
+constexpr double kIsWorth = 0.01;  // minimum share of the error
 
 }  // namespace
 

@@ -1,5 +1,5 @@
 #pragma once
-// Which candidates to touch.
+// Choice of touches among candidates.
 
 #include <cstddef>
 #include <functional>
@@ -14,45 +14,45 @@ namespace cellcal::calib {
 
 struct ChooseOptions {
   int count = 40;
-  int least_per_target = 5;  ///< every sphere gets at least this many
+  int least_per_target = 5;  ///< minimum number of touches per sphere
   Criterion criterion = Criterion::kI;
-  AccuracyRegion region;  ///< where accuracy matters
-  int exchanges = 2;      ///< rounds at most in which each touch may be exchanged for a better one
-  unsigned seed = 1;      ///< of a random choice
-  std::vector<std::size_t> start;  ///< picked already, possible; may be exchanged
-  /// Asked of a candidate before it is picked, at most once: whether it can be made. Null: all can.
+  AccuracyRegion region;           ///< region of interest
+  int exchanges = 2;               ///< maximum rounds of exchange
+  unsigned seed = 1;               ///< of a random choice
+  std::vector<std::size_t> start;  ///< initial picks, feasible; may be exchanged
+  /// Called at most once for a candidate before it is picked; false: infeasible. Null: all are
+  /// feasible.
   std::function<bool(std::size_t)> possible;
 };
 
 struct Choice {
-  std::vector<std::size_t> picked;  ///< indices into the candidates
+  std::vector<std::size_t> picked;  ///< indices of candidates
   double predicted_mean_m = 0.0;    ///< mean 3-D error over the region after these touches
-  double reducible_m = 0.0;         ///< of it, what further touches could take away
-  /// Mean over the region of the radius that holds it at 95 % (bound.h); 0 of the tool's region.
+  double reducible_m = 0.0;         ///< part of it that further touches could remove
+  /// Mean over the region of the 95 % radius (bound.h); 0 for the tool's region.
   double predicted_u95_m = 0.0;
 };
 
-/// Fewer than `count` where no more are possible.
+/// Fewer than `count` if no more are feasible.
 Choice choose(const Cell& cell, const std::vector<Candidate>& candidates,
               const ChooseOptions& options);
 
-// Which touches together take most from what an estimate leaves unknown.
+// Joint choice of the touches that reduce the uncertainty of an estimate most.
 
-/// `count` candidates of the design, one after the other by (67) and then exchanged for better ones;
-/// fewer where no more are possible. `possible`: asked of a candidate only before it is picked, and
-/// not again where it said no.
+/// `count` candidates of the design, picked greedily by (67) and then exchanged; fewer if no more
+/// are feasible. `possible`: called for a candidate only before it is picked, and not again after
+/// returning false.
 std::vector<std::size_t> choose_together(Design design, int count,
                                          const std::function<bool(std::size_t)>& possible);
 
-// A choice made better by candidates beside those that it picked.
+// Refinement of a choice by variations of its picks.
 
-/// Of the time that a plan takes, so much is gone when it is known what the arm reaches, when touches are chosen,
-/// and when they are exchanged for better ones; the ways are the rest.
+/// Progress of a plan, as shares of its time, after reach, choice and refinement; the rest is for paths.
 inline constexpr double kReachShare = 0.05, kChosenShare = 0.15, kRefinedShare = 0.6;
 
-/// Exchanges the picked for others like them, turned by ever smaller angles, as long as that brings
-/// enough. `choice`: of the pool's candidates, by `how`. Those from `spread` on are forgotten, but
-/// the picked.
+/// Exchanges the picks for variations by decreasing angles, as long as the gain is sufficient.
+/// `choice`: among the pool's candidates, by `how`. Removes candidates from `spread` on, except the
+/// picks.
 void look_around(const Cell& cell, Pool& pool, std::size_t spread, ChooseOptions how,
                  Choice& choice);
 

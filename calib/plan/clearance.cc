@@ -20,18 +20,19 @@ namespace cellcal::calib {
 
 namespace {
 
-constexpr double kBodyMarginM = 0.02;  // for everything but the tip
-constexpr double kSearchMarginM =
-    0.005;  // of the tool from what it touches: contact holds it there
-/// Distances beyond margin and this need not be exact: they only say how far a move may be looked
-/// ahead, which their lower bounds say nearly as well.
+constexpr double kBodyMarginM = 0.02;     // for everything except the tip
+constexpr double kSearchMarginM = 0.005;  // of the tool from its target, at contact
+/// Distances beyond margin plus this need not be exact: they only determine the look-ahead of a
+/// move, for which lower bounds are nearly as good.
 constexpr double kNearM = 0.05;
-/// Pieces of a move so short that no point moves further are not halved again, whatever the margin.
+/// Pieces of a move with less motion of any point than this are not halved further, regardless of
+/// the margin.
 constexpr double kShortM = 0.0005;
-/// A corner is tried at these shares of its legs, one after the other, each with so many postures.
+/// Shares of the legs at which a corner is tried, in decreasing order, each with a limited number
+/// of postures.
 constexpr double kSmallerCorner = 0.6, kLeastCornerShare = 0.02;
 constexpr int kMostLooks = 256;
-constexpr int kPostures = 64;  // that decide which links are neighbours
+constexpr int kPostures = 64;  // samples that decide which links are neighbours
 constexpr unsigned kSeed = 1;
 
 constexpr double kFar = std::numeric_limits<double>::max();
@@ -45,9 +46,9 @@ struct Pair {
   std::size_t inner, outer;  ///< bodies; the outer one is moved by more joints
 };
 
-/// The worst that was found.
+/// The worst violation.
 struct Encounter {
-  double slack_m = kFar;  ///< distance less margin
+  double slack_m = kFar;  ///< distance minus margin
   double gap_m = 0.0;
   std::size_t body = 0;
   std::string other;
@@ -70,7 +71,7 @@ struct Clearance::Impl {
     find_pairs(cell.robot);
   }
 
-  /// What body and thing keep from each other; none: they may meet.
+  /// Margin between body and object; empty if contact is allowed.
   std::optional<double> margin_m(const Body& body, std::size_t thing, const Mode& mode) const {
     if (mode.touched < 0 || things.target(thing) != mode.touched)
       return body.is_tip ? mode.tip_margin_m : kBodyMarginM;
@@ -78,14 +79,13 @@ struct Clearance::Impl {
     return kSearchMarginM;
   }
 
-  /// How far the hand is above the lowest place that it may go to; kFar of other bodies, and where a
-  /// floor is stated.
+  /// Height of the hand above its lower limit; kFar for other bodies, and if a floor is stated.
   double height_m(std::size_t body, const Segment& axis) const {
     if (body != hand || lowest_m == kFar) return kFar;
     return std::min(axis.a.dot(up), axis.b.dot(up)) - lowest_m;
   }
 
-  /// Distances less margins, the worst of the posture; kFar where nothing is hit.
+  /// Smallest slack of the posture; kFar if nothing is hit.
   Encounter worst_of(const JointVector& q, const Mode& mode) const {
     thread_local std::vector<Segment> axes;
     bodies.place(q, axes);
@@ -113,14 +113,14 @@ struct Clearance::Impl {
     return worst;
   }
 
-  /// What every body, then every pair, keeps beyond its margin in one posture: within these bounds, which
-  /// are drawn together where that decides something. Beyond kNearM the lower bound stands for it.
+  /// Bounds of the slack of each body and pair in one posture, refined together when a decision depends
+  /// on them. Beyond kNearM the lower bound is used.
   struct Around {
     std::vector<Segment> axes;
     std::vector<double> low, high;
   };
 
-  /// False where something is hit.
+  /// False if something is hit.
   bool look(std::span<const double> q, const Mode& mode, Around& around) const {
     bodies.place(q, around.axes);
     const auto& list = bodies.list();
@@ -150,7 +150,7 @@ struct Clearance::Impl {
       double begin, end;
       std::size_t first, last;  // postures
     };
-    thread_local std::deque<Around> postures;  // kept for the next move: what they hold is
+    thread_local std::deque<Around> postures;  // reused by the next move, for its allocations
     thread_local std::vector<Piece> open;
     thread_local std::vector<double> path, margin;
     thread_local JointVector q;
@@ -167,7 +167,7 @@ struct Clearance::Impl {
     set_paths_m(from, to, path);
     set_margins_m(mode, margin);
     open.assign(1, {0.0, 1.0, 0, 1});
-    // The middles of long pieces first: there most blocked moves are seen.
+    // Midpoints of long pieces first: most blocked moves are detected there.
     for (std::size_t next = 0; next < open.size(); ++next) {
       const Piece piece = open[next];
       if (is_passed(path, piece.end - piece.begin, margin, mode, postures[piece.first],
@@ -182,7 +182,7 @@ struct Clearance::Impl {
     return true;
   }
 
-  /// (64) of every body and pair between two postures, of which the move between them has this share.
+  /// (64) for every body and pair between two postures that span this share of the move.
   bool is_passed(const std::vector<double>& path, double share, const std::vector<double>& margin,
                  const Mode& mode, Around& first, Around& last) const {
     const auto reaches = [&](std::size_t k, double slack) {
@@ -219,8 +219,8 @@ struct Clearance::Impl {
     return {};
   }
 
-  /// All postures of a triangle: those of a piece of it are no farther from its middle than its
-  /// corners, since levers times turns are convex.
+  /// All postures of a triangle: none is farther from its centre than the corners, since levers
+  /// times turns are convex.
   bool is_clear(const std::array<JointVector, 3>& triangle, const Mode& mode, int& looks) const {
     if (--looks < 0) return false;
     JointVector middle(triangle[0]);
@@ -242,7 +242,7 @@ struct Clearance::Impl {
            is_clear({ca, bc, triangle[2]}, mode, looks);
   }
 
-  /// (72): no body is moved farther from the middle to a corner than it keeps there.
+  /// (72): no body moves farther from the centre to a corner than its slack there.
   bool is_held(const std::array<JointVector, 3>& triangle, const JointVector& middle,
                const Mode& mode, Around& around) const {
     thread_local std::vector<double> path, margin, farthest;
@@ -279,7 +279,7 @@ struct Clearance::Impl {
   std::vector<Pair> pairs;
 
  private:
-  /// Bounds of what a body keeps from all things together.
+  /// Bounds of a body's slack over all objects.
   void bound(std::size_t k, const Mode& mode, Around& around) const {
     const Body& body = bodies.list()[k];
     const Segment& axis = around.axes[k];
@@ -291,7 +291,7 @@ struct Clearance::Impl {
       const auto margin = margin_m(body, i, mode);
       if (!margin) continue;
       const double keeps = body.radius_m + *margin;
-      // Neither bound comes from it.
+      // The object determines neither bound.
       if (const double far_off = things.far_off_m(i, middle, half) - keeps;
           far_off >= low && far_off >= high)
         continue;
@@ -302,7 +302,7 @@ struct Clearance::Impl {
     }
   }
 
-  /// From now on both bounds are what the body keeps.
+  /// Sets both bounds to the body's exact slack.
   void settle(std::size_t k, const Mode& mode, Around& around) const {
     if (around.low[k] == around.high[k]) return;
     const Body& body = bodies.list()[k];
@@ -320,7 +320,7 @@ struct Clearance::Impl {
         least = std::min(least, distance - keeps);
       }
     };
-    each(false);  // the others need not be looked at where they are farther
+    each(false);  // other objects can be skipped if they are farther
     each(true);
     around.low[k] = around.high[k] = least;
   }
@@ -331,7 +331,7 @@ struct Clearance::Impl {
            kBodyMarginM;
   }
 
-  /// No point of the body's axis moves further; of pairs, seen from the inner body.
+  /// Upper bounds of the motion of the body's axis; for pairs relative to the inner body.
   void set_paths_m(const JointVector& from, const JointVector& to,
                    std::vector<double>& result) const {
     const auto& list = bodies.list();

@@ -9,14 +9,15 @@ namespace cellcal::calib {
 
 namespace {
 
-/// Of a target, before the next one there is expected anywhere. Fewer do not hold its place: with
-/// certified lengths they may hold another one as well, and the estimate knows of one only.
+/// Minimum touches of a target before its next contact is predicted. Fewer do not determine its
+/// place: with certified lengths they may be consistent with another, and the estimate returns only
+/// one.
 constexpr std::ptrdiff_t kFewest = 4;
-/// One gross touch shall not blind the forecast for all that follow.
+/// Bounds the influence of a single gross touch on later predictions.
 constexpr double kMostOff = 10.0;
-constexpr double kStepM = 0.001;  ///< between two postures on a search line
+constexpr double kStepM = 0.001;  ///< step between postures on a search line
 
-/// `speed_m_s`: what is predicted is where the latch will say that it was.
+/// `speed_m_s`: includes the latch delay in the prediction.
 Touch on_line(const PlannedTouch& planned, double travel_m, double speed_m_s) {
   Touch touch;
   touch.target = planned.target;
@@ -27,7 +28,7 @@ Touch on_line(const PlannedTouch& planned, double travel_m, double speed_m_s) {
   return touch;
 }
 
-/// Gaps between tip and surface at postures of search lines, as an estimate sees them.
+/// Gaps between tip and surface along search lines, under an estimate.
 struct Gaps {
   Eigen::VectorXd gap_m, sigma_m;
 };
@@ -36,7 +37,7 @@ Gaps gaps_at(const IncrementalEstimate& running, const std::vector<Touch>& postu
   const Problem& known = running.problem();
   std::vector<TargetPlace> places(known.cell().targets.size());
   for (const TargetBlock& block : known.blocks()) places[block.target] = known.place(block);
-  // Behind those that were made, so that the unknowns are the same ones in the same order.
+  // Appended to the measured touches, so that the unknowns and their order are the same.
   std::vector<Touch> rows = running.touches();
   std::vector<bool> use(rows.size(), false);
   const auto first = static_cast<Eigen::Index>(rows.size());
@@ -80,11 +81,11 @@ void ContactForecast::take(const Touch& touch) {
   const double off = std::min(std::abs(taken.off_sigma), kMostOff);
   off_squares_ += off * off;
   ++off_count_;
-  // The touch is wrong, or what was known before it: from the beginning, nothing of that stays.
+  // Either this touch or the earlier ones are wrong: the estimate is restarted.
   if (taken.outlier) begin();
 }
 
-/// By the touches of those targets that have enough.
+/// Starts from the touches of those targets that have enough.
 void ContactForecast::begin() {
   std::vector<Touch> enough;
   for (const Touch& touch : fit_)
@@ -97,7 +98,7 @@ std::ptrdiff_t ContactForecast::made(const std::string& target) const {
   return std::ranges::count(fit_, target, &Touch::target);
 }
 
-/// How much more touches scatter than the estimate expects; never less than 1.
+/// Scatter of the touches relative to the estimate's expectation; at least 1.
 double ContactForecast::misfit() const {
   return off_count_ > 0 ? std::max(1.0, std::sqrt(off_squares_ / off_count_)) : 1.0;
 }
@@ -117,7 +118,7 @@ std::vector<ExpectedContact> ContactForecast::of(const Plan& plan, std::size_t n
   }
   if (which.empty()) return expected;
   const Gaps nominal = gaps_at(*running_, postures);
-  // A sphere curves away from the line: once more from where the first step led.
+  // A sphere is curved: one more step from the first result.
   postures.clear();
   std::vector<double> slope;
   for (std::size_t n = 0; n < which.size(); ++n) {
@@ -132,7 +133,8 @@ std::vector<ExpectedContact> ContactForecast::of(const Plan& plan, std::size_t n
     const auto k = static_cast<Eigen::Index>(n);
     ExpectedContact& one = expected[which[n]];
     one.travel_m -= gaps.gap_m[k] / slope[n];  // (73)
-    // A gap across the line takes more of it the less it goes towards the surface.
+    // A lateral gap has a larger effect along the line the less the line points towards the
+    // surface.
     one.sigma_m = misfit() * gaps.sigma_m[k] / std::abs(slope[n]);
     const bool sound = std::isfinite(one.travel_m) && std::isfinite(one.sigma_m);
     if (!sound) one = {};

@@ -1,6 +1,6 @@
 #pragma once
-// Where the touches so far expect a planned touch to be met: for a search that begins near the
-// surface, and for judging whether one contact is enough.
+// Predicts the contacts of planned touches from those made so far: for starting a search near the
+// surface, and for deciding whether one contact is sufficient.
 
 #include <optional>
 #include <span>
@@ -17,11 +17,11 @@ class ContactForecast {
  public:
   explicit ContactForecast(Cell cell) : cell_(std::move(cell)) {}
 
-  /// Takes those of `touches` that it has not taken yet, fit touches only. Where they determine
-  /// nothing yet, nothing is expected, and the next touches are taken with them.
+  /// Includes those of `touches` not yet included, fit touches only. While they do not determine an
+  /// estimate, nothing is predicted, and they are retried with the next touches.
   void learn(std::span<const Touch> touches);
-  /// One for each touch of the plan. Of a touch before `next`, and of a target that was not touched
-  /// four times yet, nothing is known.
+  /// One entry per touch of the plan. Unknown for touches before `next`, and for a target with
+  /// fewer than four touches.
   std::vector<ExpectedContact> of(const Plan& plan, std::size_t next) const;
 
  private:
@@ -34,7 +34,7 @@ class ContactForecast {
   std::size_t learnt_ = 0;
   std::vector<Touch> fit_;
   std::optional<IncrementalEstimate> running_;
-  double off_squares_ = 0.0;  ///< of touches before they were taken, in sigmas
+  double off_squares_ = 0.0;  ///< of touches before their inclusion, in sigmas
   int off_count_ = 0;
 };
 

@@ -15,7 +15,7 @@ namespace cellcal::calib {
 
 namespace {
 
-/// Of 1 - h: a touch that alone holds something leaves nothing there when it is taken out.
+/// Lower bound of 1 - h: 0 for a touch that alone constrains a direction.
 constexpr double kLeast = 1e-12;
 
 }  // namespace
@@ -24,7 +24,7 @@ Design::Design(RowMajor rows, Eigen::MatrixXd covariance_u, const Eigen::MatrixX
     : rows_(std::move(rows)),
       covariance_(std::move(covariance_u)),
       in_(static_cast<std::size_t>(rows_.rows()), false) {
-  // Directions that move no tip that matters drop out of L.
+  // Directions without effect on the relevant tips drop out of L.
   constexpr double kNothing = 1e-12;
   const Eigenpairs weight = eigenpairs(moves_m.transpose() * moves_m);
   const Eigen::VectorXd& values = weight.values;
@@ -48,7 +48,7 @@ double Design::loss(Eigen::Index candidate) const {
 }
 
 Eigen::VectorXd Design::gains_without(Eigen::Index candidate) const {
-  // As change() would leave them, from the products alone.
+  // Values after change(), from the products only.
   const double by = 1.0 / std::max(kLeast, 1.0 - h_[candidate]);
   with_ = rows_ * (covariance_ * rows_.row(candidate).transpose());
   with_of_ = candidate;
@@ -65,7 +65,7 @@ void Design::take(Eigen::Index candidate) {
 }
 
 void Design::take_all(const std::vector<std::size_t>& candidates) {
-  // First their own rows alone, then all others, few at a time: these stay in the cache.
+  // First their own rows, then all others in small groups that fit the cache.
   constexpr Eigen::Index kTogether = 48;
   const auto count = static_cast<Eigen::Index>(candidates.size());
   RowMajor rows(count, rows_.cols());
@@ -85,14 +85,14 @@ void Design::take_all(const std::vector<std::size_t>& candidates) {
     const Eigen::Index behind = count - t - 1;
     covariance_.noalias() -= (by[t] * s.col(t)) * s.col(t).transpose();  // (68)
     if (behind == 0) break;
-    const Eigen::VectorXd with = rows.bottomRows(behind + 1) * s.col(t);  // its own among them
+    const Eigen::VectorXd with = rows.bottomRows(behind + 1) * s.col(t);  // includes its own
     for (Eigen::Index c = 1; c <= behind; ++c) a.col(t + c) -= (by[t] * with[c]) * a.col(t);
     h.tail(behind) -= by[t] * with.tail(behind).cwiseAbs2();
   }
   Eigen::Index some = 0;
   for (Eigen::Index first = 0; first < rows_.rows(); first += some) {
     poll_cancelled();
-    // Never a single row behind the others: Eigen adds up its product in another order.
+    // Never leaves a single last row: Eigen sums its product in another order.
     const Eigen::Index left = rows_.rows() - first;
     some = left <= kTogether + 1 ? left : kTogether;
     for (Eigen::Index t = 0; t < count; ++t) {
@@ -130,11 +130,11 @@ namespace {
 
 constexpr int kPoses = 200;
 constexpr double kLimitMarginRad = 0.05;
-/// Of the compliance that is assumed where the file states none: what most arms have.
+/// Typical share of the compliance assumed if the file states none.
 constexpr double kUsualCompliance = 0.3;
-/// What the evidence leaves possible after some tens of touches, in the mean.
+/// Mean ripple left possible by the evidence after some tens of touches.
 constexpr double kUsualRippleRad = 5.0 * kRadPerArcsec;
-/// Centres without a prior: a metre, in prior units, is no information.
+/// Prior of centres without one: a metre, in prior units, carries no information.
 constexpr double kNoPriorWeight = 1e-2;
 
 bool gives(const Cell& cell) {
@@ -142,11 +142,11 @@ bool gives(const Cell& cell) {
                      [](const Joint& joint) { return joint.compliance_sigma_rad_per_nm > 0.0; });
 }
 
-/// How the tips of the postures move.
+/// Derivatives of the tips of the postures.
 Eigen::MatrixXd moves(const ArmModel& arm, const std::vector<JointVector>& poses,
                       const Eigen::VectorXd& scale, const AccuracyRegion& region) {
   if (region.kind != AccuracyRegion::Kind::kTool) return aligned_moves(arm, poses, nullptr, scale);
-  // Of the tip against the flange: no motion of the base is in it.
+  // Tip relative to the flange: independent of the base.
   Eigen::MatrixXd result(3 * static_cast<Eigen::Index>(poses.size()), arm.size());
   Eigen::Matrix3Xd jacobian(3, arm.size());
   for (std::size_t k = 0; k < poses.size(); ++k) {
@@ -174,7 +174,7 @@ std::vector<JointVector> postures(const Problem& problem, const std::vector<Cand
 
 DesignProblem design_problem(const Cell& stated, const std::vector<Candidate>& candidates,
                              const AccuracyRegion& region) {
-  // With what the geometry lacks: touches are chosen for the arm as it will be judged.
+  // Includes non-geometric errors: touches are chosen with the model of the verdict.
   const Cell cell = at_level(stated, {gives(stated) ? 1.0 : kUsualCompliance, 1.0, 0.0},
                              {});  // of the first tool
   DesignProblem design;

@@ -1,13 +1,13 @@
 #pragma once
-// What a set of touches would leave unknown, kept up while touches are put in and taken out again.
+// Remaining uncertainty under a set of touches, updated as touches are added and removed.
 //
 // With S the covariance after the touches in the set, j a candidate's whitened derivatives by all
-// unknowns (one row), and W_p the sum of J_p'J_p over the poses that matter (base motion out of it),
-// taking the candidate in changes
+// unknowns (one row), and W_p the sum of J_p'J_p over the relevant poses (without base motion),
+// adding the candidate changes
 //   S by -S j' j S / (1 + j S j'),   trace(W_p S) by -j S W_p S j' / (1 + j S j')
-// and taking it out again by the same with 1 - j S j'. The vectors chol(W_p)' S j' and the numbers
-// j S j' of all candidates are kept: a change of the set is one product of all rows with a vector
-// and one multiple of a vector added to each of those.
+// and removing it by the same with 1 - j S j'. The vectors chol(W_p)' S j' and the numbers j S j' of
+// all candidates are maintained: a change of the set costs one product of all rows with a vector,
+// and one rank-one update of those.
 
 #include <Eigen/Core>
 #include <memory>
@@ -23,24 +23,24 @@ namespace cellcal::calib {
 class Design {
  public:
   /// `rows`: candidates x unknowns; `covariance_u`: before any touch; `moves_m`: 3 poses x arm's
-  /// unknowns (region.h), the first ones of all.
+  /// unknowns (region.h), which precede all others.
   Design(RowMajor rows, Eigen::MatrixXd covariance_u, const Eigen::MatrixXd& moves_m);
 
   Eigen::Index size() const { return rows_.rows(); }
   bool has(Eigen::Index candidate) const { return in_[static_cast<std::size_t>(candidate)]; }
-  /// What taking a candidate in would take from the sum of position variances [m^2].
+  /// Reduction of the sum of position variances by adding a candidate [m^2].
   double gain(Eigen::Index candidate) const;
-  /// What taking one out would add to it.
+  /// Increase by removing one.
   double loss(Eigen::Index candidate) const;
-  /// gain() of every candidate if this one, which is in the set, were taken out; its own is what it
-  /// is worth now. The set stays as it is.
+  /// gain() of every candidate after removing this one, which is in the set; its own entry is its
+  /// current value. The set is unchanged.
   Eigen::VectorXd gains_without(Eigen::Index candidate) const;
-  /// How much of what the candidate measures is unknown: j S j', 1 is the touch's own sigma.
+  /// Prior variance of the candidate's measurement: j S j', in units of the touch's own variance.
   double unknown(Eigen::Index candidate) const { return h_[candidate]; }
 
   void take(Eigen::Index candidate);
   void drop(Eigen::Index candidate);
-  /// take() of each in turn, rounding aside; together they go through the memory once.
+  /// Equivalent to take() of each in turn, up to rounding; more cache-efficient.
   void take_all(const std::vector<std::size_t>& candidates);
 
   const Eigen::MatrixXd& covariance_u() const { return covariance_; }
@@ -50,32 +50,32 @@ class Design {
 
   RowMajor rows_;
   Eigen::MatrixXd covariance_;
-  Eigen::MatrixXd a_;       ///< chol(W_p)' S j', a column per candidate
+  Eigen::MatrixXd a_;       ///< chol(W_p)' S j', one column per candidate
   Eigen::VectorXd h_;       ///< j S j'
   Eigen::VectorXd square_;  ///< |a_'s columns|^2
   std::vector<bool> in_;
-  /// rows_ S j' of the candidate that gains_without() was asked for: what drop() of it needs next.
+  /// rows_ S j' of the last candidate of gains_without(), reused by its drop().
   mutable Eigen::VectorXd with_;
   mutable Eigen::Index with_of_ = -1;
 };
 
-// What a choice of touches is judged by: what each candidate would tell, what is known before any
-// touch, and how the tips that matter move with what is unknown. With the estimator's own model and
-// priors, so that touches are chosen for the arm as it will be judged.
+// Data for choosing touches: information of each candidate, prior knowledge, and the motion of the
+// relevant tips. Uses the estimator's own model and priors, so that touches are chosen with the
+// model of the verdict.
 
-/// Everything in prior units (problem.h).
+/// All in prior units (problem.h).
 struct DesignProblem {
   RowMajor rows;                 ///< whitened derivatives, candidates x unknowns
   Eigen::MatrixXd covariance_u;  ///< priors and certified lengths
-  Eigen::MatrixXd moves_m;       ///< 3 poses x arm's unknowns (region.h), the first ones of all
+  Eigen::MatrixXd moves_m;       ///< 3 poses x arm's unknowns (region.h), which precede all others
   std::vector<JointVector> postures;    ///< those poses
-  double ripple_rad;                    ///< of every joint, foreseen; 0 where only a tool matters
-  Eigen::VectorXd scale;                ///< SI value of each of the arm's unknowns' 1
-  std::shared_ptr<const ArmModel> arm;  ///< with all that is unknown of it
+  double ripple_rad;                    ///< predicted, of every joint; 0 if only a tool matters
+  Eigen::VectorXd scale;                ///< SI value of one prior unit, per unknown of the arm
+  std::shared_ptr<const ArmModel> arm;  ///< with all its unknowns
 };
 
-/// `candidates`: not empty, of targets that state their centres. Throws PlanError where the region
-/// of interest is out of reach.
+/// `candidates`: not empty, of targets with stated centres. Throws PlanError if the region of
+/// interest is out of reach.
 DesignProblem design_problem(const Cell& cell, const std::vector<Candidate>& candidates,
                              const AccuracyRegion& region);
 

@@ -28,7 +28,7 @@ double move_s(const Robot& robot, const JointVector& from, const JointVector& to
   for (std::size_t i = 0; i < from.size(); ++i) {
     const double way = std::abs(to[i] - from[i]);
     const double speed = pace.speed_fraction * robot.joints[i].max_speed_rad_s;
-    // A slower cruise is reached as much sooner.
+    // A slower cruise speed is reached proportionally sooner.
     const double ramp_s = pace.speed_fraction * pace.ramp_s;
     slowest = std::max(slowest, way > speed * ramp_s ? way / speed + ramp_s  // (65)
                                                      : 2.0 * std::sqrt(way * ramp_s / speed));
@@ -49,7 +49,7 @@ double way_s(const Robot& robot, const JointVector& from, std::span<const JointV
 
 namespace {
 
-/// Over all way-points; corners that may be cut are passed.
+/// Over all way-points; corners are passed without stopping.
 double transit_s(const Robot& robot, const JointVector& from, const PlannedTouch& touch,
                  const Pace& pace) {
   double sum = 0.0;
@@ -96,7 +96,7 @@ double duration_s(const Plan& plan, const Robot& robot, const Pace& pace) {
 
 namespace {
 
-/// Chords of a turn by so much are 0.01 % shorter than the arc.
+/// Chords of this angle are 0.01 % shorter than the arc.
 constexpr double kChordRad = 2.0 * kRadPerDeg;
 
 std::vector<Eigen::Vector3d> points_m(const ArmModel& arm, std::span<const double> q) {

@@ -19,10 +19,10 @@ namespace cellcal::calib {
 namespace {
 
 constexpr int kCandidatesForFew = 300;
-/// Then some like those picked are looked at: what tells most of a shift across the tool is at the edge of what is
-/// allowed.
+/// Angles of variations added around the picks: the touches most sensitive to a shift across the tool are at the
+/// boundary of the feasible set.
 constexpr double kLookAroundFewRad[] = {0.25, 0.1};
-constexpr int kAroundFew = 60;  ///< of each
+constexpr int kAroundFew = 60;  ///< per angle
 
 const TargetResult* known_sphere(const Calibration& calibration, const Target& target) {
   if (target.kind != TargetKind::kSphere) return nullptr;
@@ -30,7 +30,7 @@ const TargetResult* known_sphere(const Calibration& calibration, const Target& t
   return found == calibration.targets.end() ? nullptr : &*found;
 }
 
-/// How well each contact is predicted.
+/// Sets the predicted sigma of each contact.
 void tell_sigmas(const Calibration& calibration, Plan& plan) {
   std::vector<Touch> contacts;
   for (const PlannedTouch& planned : plan.touches) {

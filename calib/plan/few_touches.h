@@ -1,6 +1,6 @@
 #pragma once
-// A few touches by a calibration that knows where spheres and tip are: candidates, a choice among them, ways,
-// short search lines, and no more of them than the time allows.
+// Plans a few touches by a calibration that has the spheres and the tip: candidates, choice, paths, short
+// search lines, within a time limit.
 
 #include <functional>
 #include <vector>
@@ -10,13 +10,13 @@
 
 namespace cellcal::calib {
 
-/// Picks so many of the candidates, by index; `possible` is asked of one before it is picked.
+/// Picks this many candidates by index; `possible` is called for each before it is picked.
 using ChoiceOfFew =
     std::function<std::vector<std::size_t>(const std::vector<Candidate>& candidates, int count,
                                            const std::function<bool(std::size_t)>& possible)>;
 
-/// The cell with the spheres where the calibration has them; what it has no place of is in the way. Throws PlanError
-/// where there is none.
+/// The cell with spheres at their calibrated places; targets without one are obstacles. Throws PlanError if there is
+/// no sphere.
 Cell as_known(const Calibration& calibration);
 
 /// As make_check_plan(). Throws PlanError.

@@ -22,41 +22,44 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kOffM = 0.008;
-/// Touches no farther apart, as seen from the centre, are on one side: across it they tell little.
+/// Touches within this angle, seen from the centre, are on one side and constrain the lateral
+/// position poorly.
 constexpr double kOneSideRad = 70.0 * kRadPerDeg;
 constexpr std::size_t kLeastHits = 6, kMostHits = 12;
-/// Touches that most spheres are found with (tests/experiments, finding).
+/// Typical number of touches to find a sphere (tests/experiments, finding).
 constexpr int kUsualHits = 7;
 constexpr int kMostLines = 600;
-/// A line that would hardly meet it is not worth its time; where no other can be made, it is. The
-/// wider the particles spread, the fewer of them a single line meets, and the fewer lines lead round
-/// them: with so many times the effort, doubled each time, others are looked for before a sphere is
-/// given up. Of a sphere that is small beside their spread a line meets so much less.
+/// Minimum hit probability of a line, in increasing effort: a line below it is used only if no other
+/// is feasible. The wider the particles spread, the fewer of them a single line meets, and the fewer
+/// lines avoid them: lines with lower thresholds are tried before a sphere is given up, with the
+/// effort doubled each time. For a sphere that is small relative to the spread, thresholds scale
+/// accordingly.
 constexpr double kLeastShare[] = {0.03, 0.02, 0.01, 0.005};
 constexpr int kEfforts = std::size(kLeastShare);
 
-/// What a nominal arm may be wrong by more than the particles allow for.
+/// Error of a nominal arm beyond that in the particles.
 constexpr double kWrongM = 0.005;
-constexpr double kStandoffM = 0.014, kClearM = 0.022;  ///< outside of all places and that
-/// Of what holds all places, in what held them before: the arm still stands clear of it.
+constexpr double kStandoffM = 0.014, kClearM = 0.022;  ///< outside of all particles and kWrongM
+/// Margin to the ball that encloses all particles, within the previous one: the arm at the previous
+/// clear point stays clear of it.
 constexpr double kOutsideM = 0.008;
 constexpr int kPerAim = 60;
-/// Aims beside the middle, while its place across the line is open: so many per radius that it is
-/// open by (2 sigma), of which a single line rules little out.
+/// Lateral aims around the mean, while the lateral position is uncertain: this many per radius of
+/// the spread (2 sigma), of which a single line excludes little.
 constexpr double kMoreAims = 8.0;
 constexpr double kOpen = 0.5;         ///< of the radius
-constexpr std::size_t kLooked = 600;  ///< places that a line is judged by
-/// While nothing was met: a shaft that leans comes near to what the tip passes.
+constexpr std::size_t kLooked = 600;  ///< particles that a line is evaluated on
+/// Before the first contact: an inclined shaft comes close to what the tip passes.
 constexpr double kMostTiltRad = 0.35;
 constexpr double kUsualStandM = 0.030;
-/// A stand that is not stated is at most so much of its sphere's diameter where it holds it.
+/// Diameter of an unstated stand at the sphere, relative to the sphere's diameter.
 constexpr double kStandShare = 0.5;
 constexpr int kShortenings = 8;
-constexpr double kShorter = 0.2;  ///< of what is left of the line, each time
-/// Of the radius: a sphere that the line comes so near to is met.
+constexpr double kShorter = 0.2;  ///< of the remaining line, per step
+/// Share of the radius: a sphere at this distance from the line is met.
 constexpr double kMetShare = 0.9;
 
-/// The sphere, wherever it may be, lies inside of a ball: its own radius and `beyond_m`.
+/// Ball that contains the sphere at any possible place: its own radius plus `beyond_m`.
 struct Ball {
   Vector3d centre_m;
   double beyond_m;
@@ -70,10 +73,10 @@ Ball stated_ball(const CentreParticles& particles) {
   return {particles.prior_mean(), particles.bound_m() + kWrongM};
 }
 
-/// A place that is being sought.
+/// A sphere being searched for.
 struct Sought {
   std::size_t target;
-  double radius_m;  ///< of sphere and tip
+  double radius_m;  ///< sum of sphere and tip
   CentreParticles particles;
   Ball ball = stated_ball(particles);
   std::vector<Vector3d> tips{};
@@ -87,8 +90,8 @@ struct Line {
   Candidate candidate;
   Vector3d aim;
   SearchDepth depth;
-  double share = 0.0;  ///< of the places that it meets; at most, until the search is known
-  double tells = 1.0;  ///< once it was met: variance that is gone thereafter, over share
+  double share = 0.0;  ///< share of particles met; an upper bound until the search is known
+  double tells = 1.0;  ///< once it was met: expected variance reduction over share
   std::optional<LedSearch> led{};
   double score() const { return share * tells; }
 };
@@ -101,8 +104,8 @@ struct Finder::Impl {
   ArmModel arm;
   std::vector<Sought> sought;
   std::optional<PlannedTouch> planned;
-  JointVector planned_from;       ///< from elsewhere it is offered on another way
-  std::optional<Candidate> last;  ///< the arm stands at its clear point
+  JointVector planned_from;       ///< a different start needs a different path
+  std::optional<Candidate> last;  ///< the arm is at its clear point
   Vector3d line_from = Vector3d::Zero(), line_to = Vector3d::Zero();
 
   Impl(const Cell& stated, const PlanOptions& how, bool all, const std::vector<Touch>& made)
@@ -140,7 +143,7 @@ struct Finder::Impl {
       Target& target = cell.targets[one.target];
       target.has_centre = true;
       target.centre_m = one.found ? one.centre_m : one.particles.mean();
-      if (one.found) target.centre_sigma_m = 0.0;  // from touches that count for themselves
+      if (one.found) target.centre_sigma_m = 0.0;  // determined by touches that count themselves
     }
   }
 
@@ -178,7 +181,7 @@ struct Finder::Impl {
     locate();
   }
 
-  /// After the last touch that it may take. Room is asked for where its touches are on one side.
+  /// After the maximum number of touches. Suggests more room if its touches are on one side.
   PlanError too_uncertain(const Sought& one) const {
     const std::string& id = cell.targets[one.target].id;
     double widest_rad = 0.0;
@@ -196,13 +199,14 @@ struct Finder::Impl {
                         widest_rad * kDegPerRad, todo)};
   }
 
-  /// Its ball after what is known now. Until it was met, all that it may be in, whatever was ruled
-  /// out; then smaller, and, because the arm has just left the one before, hardly outside of that.
+  /// Its ball under the current knowledge. Before the first contact it contains the whole initial
+  /// region, including excluded places; afterwards it shrinks, barely exceeding the previous one,
+  /// whose boundary the arm has just left.
   void draw_in(Sought& one) {
     if (one.tips.empty() || one.particles.empty()) return;
     const Vector3d mean = one.particles.mean();
     const double around_mean = one.particles.reach_m(mean) + kWrongM;
-    // What is left of wide particles lies to one side, and their mean with it.
+    // After exclusions, wide particles lie to one side, and so does their mean.
     const double as_before = one.particles.reach_m(one.ball.centre_m) + kWrongM;
     const double outside = (mean - one.ball.centre_m).norm() + around_mean - one.ball.beyond_m;
     one.ball.beyond_m = as_before;
@@ -218,7 +222,7 @@ struct Finder::Impl {
     target.diameter_m += wider;
   }
 
-  /// As another Finder, which knows nothing yet, will take them to be.
+  /// The spheres as another Finder without this knowledge assumes them.
   Cell as_stated() const {
     Cell result = cell;
     for (const Sought& one : sought) swell(result.targets[one.target], stated_ball(one.particles));
@@ -226,7 +230,7 @@ struct Finder::Impl {
     return result;
   }
 
-  /// All spheres where they are or may be, as spheres that hold all places.
+  /// All spheres enlarged to contain all their possible places.
   Cell swollen(std::optional<std::size_t> without) const {
     Cell result = cell;
     for (const Sought& one : sought)
@@ -246,7 +250,7 @@ struct Finder::Impl {
     return {up, thick / 2.0};
   }
 
-  /// The largest standard deviation of the places over the radius that a line meets.
+  /// Largest standard deviation of the particles relative to the radius that a line meets.
   static double openness(const Sought& one) {
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(one.particles.covariance(),
                                                                 Eigen::EigenvaluesOnly);
@@ -257,7 +261,8 @@ struct Finder::Impl {
     return kLeastShare[effort] / std::max(1.0, std::pow(openness(one), 2));
   }
 
-  /// `effort`: 0, and more where the lines of less lead nowhere. Those that meet `least` of the places or more.
+  /// `effort`: 0, increased if the lines of less effort fail. Lines that meet at least the share `least` of the
+  /// particles.
   std::vector<Line> lines(Sought& one, int effort, double least) const {
     const Vector3d middle = one.particles.mean();
     const auto& all = one.particles.places();
@@ -281,7 +286,7 @@ struct Finder::Impl {
       Target& target = alone.targets.front();
       target.centre_m = aim;
       PlanOptions how = options;
-      how.standoff_m = how.beyond_m = how.clear_m = 1e-3;  // where lines begin is found by search()
+      how.standoff_m = how.beyond_m = how.clear_m = 1e-3;  // search() determines where lines begin
       how.seed = seed;
       for (Candidate& c : find_candidates(alone, arm, Clearance::blind(), how, kPerAim << effort)) {
         const Vector3d shaft = c.orientation * in_tool;
@@ -302,7 +307,8 @@ struct Finder::Impl {
     return result;
   }
 
-  /// Where the line leaves a ball that the aim lies in: from the aim, along the normal.
+  /// Distance from the aim, along the normal, at which the line leaves a ball that contains the
+  /// aim.
   static double leaves_m(const Line& line, const Vector3d& centre_m, double radius_m) {
     const Vector3d off = line.aim - centre_m;
     const double along = off.dot(line.candidate.normal);
@@ -310,7 +316,7 @@ struct Finder::Impl {
            std::sqrt(std::max(0.0, radius_m * radius_m - off.squaredNorm() + along * along));
   }
 
-  /// The share of the places that the tip meets on its way.
+  /// Share of the particles that the tip meets on its way.
   static double met_share(const Sought& one, const Vector3d& from, const Vector3d& to) {
     const auto& places = one.particles.places();
     const auto met = std::count_if(places.begin(), places.end(), [&](const Vector3d& place) {
@@ -319,8 +325,8 @@ struct Finder::Impl {
     return static_cast<double>(met) / static_cast<double>(places.size());
   }
 
-  /// The whole search, where the arm can make it and nothing else is in its way; the line's score
-  /// is then what it meets. Where it cannot be led to the line's end it ends earlier.
+  /// Completes the search if it is feasible and clear; the line's score is then what it meets. Ends
+  /// earlier if the arm cannot reach the line's end.
   bool search(Line& line, const Sought& one, const Clearance& clearance,
               const Clearance& others) const {
     Candidate& c = line.candidate;
@@ -349,15 +355,15 @@ struct Finder::Impl {
     return true;
   }
 
-  /// Straight out of where a sphere may be, or is in contact: the way the arm came, or in a
-  /// direction in which neither tip nor shaft comes nearer to any of its places.
+  /// Straight away from the sphere's possible places, or from contact: back along the approach, or
+  /// in a direction in which neither tip nor shaft comes closer to any of its places.
   std::optional<JointVector> way_out(const Sought& one, const JointVector& from,
                                      const Clearance& clearance, const Clearance& others) const {
     const Eigen::Isometry3d here = arm.nominal_tcp(from);
     const Vector3d tip = here.translation();
     const Vector3d shaft = here.linear() * shaft_in_tool(cell.tool);
     const Vector3d flange = tip - cell.tool.tcp.translation().norm() * shaft;
-    // Clearly outwards of every place, for tip and flange; and not down along its stand.
+    // Clearly outwards from every place, for tip and flange; and not down along its stand.
     constexpr double kOutwards = 0.2;  // cosine
     const SearchStand stand = stand_of(cell.targets[one.target]);
     const auto leads_away = [&](const Vector3d& direction) {
@@ -370,7 +376,7 @@ struct Finder::Impl {
                          });
     };
     std::vector<Vector3d> directions;
-    if (last && last->target == one.target) {  // on its line: the way it came
+    if (last && last->target == one.target) {  // on its line: reverse of the approach
       const Vector3d off = tip - arm.nominal_tcp(last->clear).translation();
       if ((off - off.dot(last->normal) * last->normal).norm() <= 2.0 * kMostBowM)
         directions.push_back(last->normal);
@@ -445,7 +451,7 @@ struct Finder::Impl {
       out.push_back(*outside);
       at = *outside;
     }
-    if (last) router.connect(*last);  // what stands in the way is known better by now
+    if (last) router.connect(*last);  // the obstacles are known better by now
     bool any = false;
     for (int effort = 0; effort < kEfforts; ++effort) {
       if (effort > 0) router.mark_hard(one.target);
@@ -458,7 +464,7 @@ struct Finder::Impl {
         std::pop_heap(possible.begin(), possible.end(), worse);
         Line line = std::move(possible.back());
         possible.pop_back();
-        if (!line.led) {  // what it really meets may be less, and another line the best
+        if (!line.led) {  // the actual share may be lower, and another line better
           if (!search(line, one, clearance, others) || line.share < least) continue;
           possible.push_back(std::move(line));
           std::push_heap(possible.begin(), possible.end(), worse);
@@ -531,7 +537,7 @@ bool Finder::leads_out(const JointVector& from) const {
   if (one == nullptr) return false;
   const Cell around = impl_->swollen(std::nullopt), rest = impl_->swollen(one->target);
   const Clearance clearance(around, impl_->arm), others(rest, impl_->arm);
-  if (clearance.clear(from, kTipMarginM)) return false;  // in contact with something else
+  if (clearance.clear(from, kTipMarginM)) return false;  // in contact with another object
   return impl_->way_out(*one, from, clearance, others).has_value();
 }
 

@@ -1,16 +1,16 @@
 #pragma once
-// Finding spheres whose places are only roughly known, by touching: from a rough centre, or from a
-// box to search, to a centre that touches can be planned on.
+// Locates spheres with roughly known places by touching: from a rough centre, or from a search box,
+// to a centre that is accurate enough for planning touches.
 //
-// A sphere is approached along straight lines. Each line begins outside of every place where the
-// sphere may be, is clear of everything else, and ends where the tool's shaft might come near a
-// sphere that the tip has passed. The next line is the one that, as far as the arm can be led along
-// it, most likely meets the sphere, and, once it was met, that tells most about its centre. What is
-// met is measured as any touch, and counts as one; a line that meets nothing rules places out.
+// A sphere is approached along straight lines. Each line begins outside of all its possible places,
+// is clear of everything else, and ends where the tool's shaft could come close to a sphere that
+// the tip has passed. The next line is the feasible one with the highest probability of contact,
+// and, after the first contact, the one with the highest information on the centre. Contacts are
+// measured like any touch and count as such; a line without contact excludes places.
 //
-// Found: at least six touches (the estimate begins with five of each sphere), the centre within
-// kFoundSigmaM (1 sigma, any direction) if the nominal arm is wrong by kArmSigmaM, and no touch off
-// the fitted sphere by more than kOffM.
+// Found: at least six touches (the estimate starts with five of each sphere), the centre within
+// kFoundSigmaM (1 sigma, any direction) for a nominal arm with an error of kArmSigmaM, and no touch
+// off the fitted sphere by more than kOffM.
 
 #include <memory>
 #include <optional>
@@ -26,40 +26,41 @@ inline constexpr double kFoundSigmaM = 0.0025;
 
 class Finder {
  public:
-  /// Finds spheres without a centre, or `all`. `made`: touches of the same session so far. Throws
-  /// PlanError where a sphere has neither centre nor box.
+  /// Locates spheres without a centre, or `all`. `made`: earlier touches of the same session.
+  /// Throws PlanError if a sphere has neither centre nor box.
   Finder(const Cell& cell, const PlanOptions& options, bool all, const std::vector<Touch>& made);
   ~Finder();
   Finder(Finder&&) noexcept;
   Finder& operator=(Finder&&) noexcept;
 
   bool done() const;
-  /// The next line with its way from `from`; empty once all are found. Offered again until
-  /// touched(), missed() or failed() is called. Throws PlanError where a sphere is not found, with
-  /// what was tried.
+  /// The next line with its path from `from`; empty once all are found. Repeated until touched(),
+  /// missed() or failed() is called. Throws PlanError if a sphere is not found, listing the
+  /// attempts.
   std::optional<PlannedTouch> next(const JointVector& from);
   void touched(const Touch& touch);
-  /// The line met nothing.
+  /// The line made no contact.
   void missed();
-  /// The line could not be searched; it says nothing.
+  /// The line could not be searched; no information.
   void failed();
 
-  /// Whether next() leads straight out of where the sphere that is sought may be, or is in contact.
+  /// True if next() moves straight away from the possible places of the sphere being searched for,
+  /// or from contact.
   bool leads_out(const JointVector& from) const;
 
-  /// Whether `at` is clear of all, and of wherever a sphere may be.
+  /// True if `at` is clear of everything, including all possible places of spheres.
   bool stands_clear(const JointVector& at) const;
-  /// Whether these moves from `from` are clear of all but the spheres that are still to be found.
+  /// True if these moves from `from` are clear of everything except the spheres still to be found.
   bool is_clear_but_for_sought(const JointVector& from, const std::vector<JointVector>& way) const;
 
-  /// The cell with its spheres where they were found, or are believed to be.
+  /// The cell with its spheres at their found or estimated places.
   const Cell& located() const;
-  /// The sphere that is being found, index into the cell.
+  /// The sphere being searched for, index into the cell.
   std::optional<std::size_t> seeking() const;
-  /// From where the last search ended to a posture from which another Finder can begin, whatever it
-  /// knows; empty where none was made, or no clear way leads there.
+  /// From the end of the last search to a posture from which another Finder can begin without this
+  /// knowledge; empty without a search or a clear path.
   std::vector<JointVector> way_home() const;
-  /// Touches still to be made, as usual; none once all are found, else at least one.
+  /// Typical number of touches remaining; 0 once all are found, otherwise at least 1.
   int touches_left() const;
   /// "finding S2: 2 touches, within 8 mm"; empty once all are found.
   std::string words() const;

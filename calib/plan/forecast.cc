@@ -27,7 +27,7 @@ RemainingUncertainty remaining_uncertainty(const Cell& cell, const Pool& pool,
     places[block.target] = known.place(block);
     centres.push_back(cell.targets[block.target].centre_m);
   }
-  std::vector<Touch> rows;  // one for each candidate
+  std::vector<Touch> rows;  // one per candidate
   std::vector<JointVector> contacts;
   for (const Candidate& candidate : pool.candidates()) {
     contacts.push_back(candidate.contact);

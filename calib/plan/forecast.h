@@ -1,5 +1,5 @@
 #pragma once
-// What an estimate still leaves unknown, and what each candidate would take from it.
+// Remaining uncertainty of an estimate, and the reduction by each candidate.
 
 #include <utility>
 #include <vector>
@@ -11,22 +11,22 @@
 namespace cellcal::calib {
 
 struct RemainingUncertainty {
-  Design design;          ///< candidates as the estimate sees them; none of them taken
+  Design design;          ///< candidates under the estimate; none taken
   Eigen::MatrixXd moves;  ///< of the region, at the estimate (region.h)
-  double mean_m;          ///< mean error over the region that is foreseen
-  double u95_m;           ///< mean over it of the radius that holds the error at 95 %
+  double mean_m;          ///< predicted mean error over the region
+  double u95_m;           ///< mean of the 95 % radius over the region
 };
 
-/// Of `pool`, for the region of `options`.
+/// For the candidates of `pool` and the region of `options`.
 RemainingUncertainty remaining_uncertainty(const Cell& cell, const Pool& pool,
                                            const PlanOptions& options,
                                            const IncrementalEstimate& estimate);
 
-// How many more touches a goal takes, by how the last ones brought the bound down.
+// Predicts the number of touches to a goal from the trend of the bound.
 
-/// The model's own foresight holds all its levels to be as likely as now. Touches tell them apart,
-/// and the bound then falls faster: as a power of their number, fitted to the last sixteen.
-/// `bounds`: u95 [m] after so many touches. At least 1; `most` where there is nothing to go by.
+/// The model's own prediction keeps the current probabilities of its levels. Further touches
+/// discriminate between them, so that the bound falls faster: as a power of their number, fitted to
+/// the last sixteen. `bounds`: u95 [m] after so many touches. At least 1; `most` without a trend.
 int touches_by_trend(const std::vector<std::pair<int, double>>& bounds, double goal_m, int most);
 
 }  // namespace cellcal::calib

@@ -1,4 +1,4 @@
-// Why no further touch is chosen: the number first, then what to do.
+// Reason for the end of the touches: the number first, then the remedy.
 
 #include "calib/plan/online.h"
 
@@ -26,19 +26,19 @@ namespace cellcal::calib {
 namespace {
 
 constexpr int kCandidatesPerTarget = 400;
-/// The error falls as this power of the number of touches.
+/// Exponent of the decrease of the error with the number of touches.
 constexpr double kErrorPower = 0.55;
 constexpr Kinds kKinds = Kinds::kSpheresAndPlanes;
-/// Rounds of exchange at most, of the plan.
+/// Maximum rounds of exchange, of the plan.
 constexpr int kExchangesAhead = 6;
-constexpr int kAhead = 10;  ///< touches that have to be worth it together
-/// Chosen together once the plan is done, and again after so many of them.
+constexpr int kAhead = 10;  ///< touches whose joint gain is evaluated
+/// Touches chosen together after the plan; chosen again after this many.
 constexpr int kMostTogether = 100;
 constexpr int kUntilChosenAgain = 12;
-/// Orders that are looked at of the touches behind the first ones, and of those chosen again: the arm
-/// may be waiting. More bring nothing to be seen.
+/// Orders evaluated for the touches after the first ones, and for those chosen again while the arm
+/// may be waiting. More have no visible effect.
 constexpr int kOrdersBehind = 8, kOrdersAgain = 4;
-/// Around those chosen, so many candidates for each are added, by these turns one after the other.
+/// Angles of variations added around each choice.
 constexpr double kAroundRad[] = {0.3, 0.12};
 constexpr int kAroundEach = 12;
 
@@ -53,24 +53,24 @@ struct Online::Impl {
   JointVector start;
   Pace pace;
   Pool pool;
-  std::size_t spread;               ///< candidates in the beginning, all over the targets
-  std::vector<bool> gone;           ///< per candidate: touched, failed, or without a way
-  int least = kFirstTouches;        ///< touches of each sphere before there is an estimate
-  std::vector<std::size_t> seeds;   ///< for that, in order
-  std::vector<std::size_t> agenda;  ///< chosen together, in order behind them
+  std::size_t spread;               ///< initial candidates, distributed over the targets
+  std::vector<bool> gone;           ///< per candidate: touched, failed, or unreachable
+  int least = kFirstTouches;        ///< touches of each sphere before the first estimate
+  std::vector<std::size_t> seeds;   ///< for the first estimate, in order
+  std::vector<std::size_t> agenda;  ///< chosen together, in order after the seeds
   int until_chosen_again = 0;       ///< touches
-  int unsettled = 0;                ///< times that there was none
+  int unsettled = 0;                ///< number of failed estimates
   Random random;
-  std::vector<std::size_t> failed;  ///< candidates that could not be touched
-  std::vector<std::size_t> checks;  ///< still to be made, once the fit touches are
+  std::vector<std::size_t> failed;  ///< failed candidates
+  std::vector<std::size_t> checks;  ///< remaining, made after the fit touches
   std::vector<Touch> touches;
   std::optional<IncrementalEstimate> estimate;
   Eigen::MatrixXd moves;  ///< of the region, at the estimate
   std::optional<Design> design;
   std::optional<std::size_t> offered;
-  std::optional<PlannedTouch> planned;  ///< the touch offered, on its way from
-  JointVector planned_from;             ///< here: from elsewhere it is another way
-  std::optional<std::size_t> last;      ///< candidate that the arm stands at
+  std::optional<PlannedTouch> planned;  ///< the touch offered, with its path from
+  JointVector planned_from;             ///< this position; a different start needs a different path
+  std::optional<std::size_t> last;      ///< candidate at whose clear point the arm is
   Progress progress;
   std::vector<std::pair<int, double>> bounds;  ///< u95 [m] after so many touches
 
@@ -107,8 +107,8 @@ struct Online::Impl {
       plan_ahead();
   }
 
-  /// As many touches as the goal is going to take by (92), on nominal geometry: those that an estimate
-  /// needs first, then the others.
+  /// The touches predicted for the goal by (92), on nominal geometry: first those needed for an
+  /// estimate, then the others.
   void plan_ahead() {
     const auto targets =
         static_cast<int>(std::count_if(cell.targets.begin(), cell.targets.end(),
@@ -121,7 +121,7 @@ struct Online::Impl {
       return (c >= gone.size() || !gone[c]) && pool.connected(c);
     };
     how.exchanges = kExchangesAhead;
-    // Half of them shared out evenly, as in every plan.
+    // Half of them are distributed evenly, as in every plan.
     const auto choose_some = [&](int count) {
       how.count = count;
       how.least_per_target = std::max(kFirstTouches, count / (2 * targets));
@@ -154,7 +154,7 @@ struct Online::Impl {
     progress.touches_left = static_cast<int>(choice.picked.size());
   }
 
-  /// Candidates of the target with no axis further from this contact are not offered again.
+  /// Withdraws candidates of the target within this angle of the contact in every axis.
   void forget_like(std::size_t target, const JointVector& contact, double within_rad) {
     for (std::size_t c = 0; c < gone.size(); ++c) {
       const Candidate& candidate = pool.candidates()[c];
@@ -165,7 +165,7 @@ struct Online::Impl {
     }
   }
 
-  /// What was in the way of one touch is in the way of those beside it, too.
+  /// The obstacle of a failed touch also affects its neighbours.
   void forget_failed() {
     constexpr double kBesideRad = 0.15;
     for (const std::size_t c : failed)
@@ -178,7 +178,7 @@ struct Online::Impl {
     }));
   }
 
-  /// In an order that costs little time from there, where another candidate was left.
+  /// In an order of short duration from here; `which` without withdrawn candidates.
   std::vector<std::size_t> in_short_order(const std::vector<std::size_t>& which,
                                           const JointVector& from,
                                           const std::optional<std::size_t>& leaving,
@@ -193,20 +193,20 @@ struct Online::Impl {
     return ordered;
   }
 
-  /// Target by target; one that lost a seed to a failure gets another.
+  /// Target by target; a seed lost to a failure is replaced.
   bool seeded() const {
     for (std::size_t t = 0; t < cell.targets.size(); ++t)
       if (is_planned(cell.targets[t], kKinds) && made(t) < least) return false;
     return true;
   }
 
-  /// Every target has its first touches: from here on the estimate says where to go.
+  /// Every target has its first touches: from here on touches are chosen by the estimate.
   void begin() {
     seeds.clear();
     settle([this] { estimate.emplace(cell, touches); });
   }
 
-  /// Few touches of an arm far off may not lead to an estimate; with some more they do.
+  /// Few touches of an inaccurate arm may not converge; retried with more.
   void settle(const std::function<void()>& fit) {
     try {
       fit();
@@ -222,7 +222,7 @@ struct Online::Impl {
     }
   }
 
-  /// Takes a touch into the estimate, and says where that leads.
+  /// Includes a touch in the estimate, and updates the prediction.
   void learn(const Touch& touch) {
     if (touch.set == TouchSet::kCheck) {
       --progress.checks_left;
@@ -238,14 +238,14 @@ struct Online::Impl {
     }
   }
 
-  /// The arm as it is known, and how far that is from the goal.
+  /// Updates the arm's estimate and its distance from the goal.
   void look() {
     see();
     bounds.emplace_back(progress.touches, progress.u95_m);
     judge();
   }
 
-  /// Candidates and region as the estimate sees them.
+  /// Updates candidates and region under the estimate.
   void see() {
     RemainingUncertainty seen = remaining_uncertainty(cell, pool, options, *estimate);
     design = std::move(seen.design);
@@ -254,7 +254,7 @@ struct Online::Impl {
     progress.u95_m = seen.u95_m;
   }
 
-  /// What is still to be touched by what is known by now, in order.
+  /// Chooses the remaining touches under the current estimate, in order.
   void choose_ahead(const JointVector& from) {
     const int count = std::clamp(progress.touches_left, 1, kMostTogether);
     const auto possible = [this](std::size_t c) { return !gone[c] && pool.connected(c); };
@@ -272,7 +272,7 @@ struct Online::Impl {
     until_chosen_again = kUntilChosenAgain;
   }
 
-  /// Forgets what was added around earlier choices, but what is still spoken of.
+  /// Removes variations of earlier choices, except those still in use.
   void forget_around() {
     std::vector<std::size_t> kept = failed;
     kept.insert(kept.end(), agenda.begin(), agenda.end());
@@ -308,7 +308,7 @@ struct Online::Impl {
     progress.done = checks.empty();
   }
 
-  /// One more check touch, of the target whose turn it is, or of the next that has one left.
+  /// One more check touch, of the target whose turn it is, or the next with a candidate left.
   void draw_check(std::size_t turn) {
     const std::size_t targets = cell.targets.size();
     for (std::size_t k = 0; k < targets; ++k) {
@@ -319,7 +319,7 @@ struct Online::Impl {
         std::swap(free[random.below(free.size())], free.back());
         const std::size_t c = free.back();
         free.pop_back();
-        gone[c] = true;  // for the fit, and for another draw
+        gone[c] = true;  // for the fit and for further draws
         if (!pool.connected(c)) continue;
         checks.push_back(c);
         return;
@@ -327,7 +327,7 @@ struct Online::Impl {
     }
   }
 
-  /// The check that is reached soonest.
+  /// The check with the shortest path.
   std::optional<std::size_t> pick_check(const JointVector& from) {
     if (checks.empty()) return std::nullopt;
     const auto to = [&](std::size_t c) {
@@ -340,8 +340,8 @@ struct Online::Impl {
     return c;
   }
 
-  /// Whether to go on, and how long still: the best touches are taken one after the other as if
-  /// each were made.
+  /// Decides whether to continue, and predicts the remaining touches by taking the best ones in
+  /// turn as if they were made.
   void judge() {
     if (progress.u95_m <= goal.u95_m) return finish(Ended::kGoal);
     const int most = goal.most_touches - progress.touches;
@@ -371,7 +371,7 @@ struct Online::Impl {
     return pool.router().to_standoff(from, leaving, pool.candidates()[c]);
   }
 
-  /// For a first estimate: of a target that has too few, those planned before any others.
+  /// For the first estimate: targets with too few touches, planned ones first.
   std::optional<std::size_t> next_first() {
     const auto wanted = [this](std::size_t c) {
       return !gone[c] && made(pool.candidates()[c].target) < least && pool.connected(c);
@@ -385,7 +385,7 @@ struct Online::Impl {
     return std::nullopt;
   }
 
-  /// On the agenda, the first that a way leads to from here; without a way, who plans it says so.
+  /// The first on the agenda with a path from here; reports the reason if there is none.
   std::optional<std::size_t> next_ahead(const JointVector& from) {
     std::erase_if(agenda, [this](std::size_t c) { return gone[c]; });
     if (agenda.empty() || until_chosen_again <= 0) choose_ahead(from);
@@ -410,13 +410,13 @@ struct Online::Impl {
     return first;
   }
 
-  /// The touch with its way from where the arm is.
+  /// The touch with its path from the current position.
   PlannedTouch planned_to(std::size_t c, TouchSet set, const JointVector& from) const {
     const Candidate& to = pool.candidates()[c];
     PlannedTouch touch = to_planned(cell, to, set, options);
     const Candidate* leaving = last ? &pool.candidates()[*last] : nullptr;
     Way way = way_to(c, from);
-    if (!way)  // not for want of a way to this touch: it is connected
+    if (!way)  // not specific to this touch: it is connected
       throw PlanError(
           PlanError::Kind::kArmStands,
           fmt::format(
@@ -467,7 +467,7 @@ std::optional<PlannedTouch> Online::next(const JointVector& where) {
 }
 
 void Online::touched(const Touch& touch) {
-  impl_->put_away();  // is not offered again either
+  impl_->put_away();  // is not offered again
   impl_->learn(touch);
 }
 

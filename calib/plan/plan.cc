@@ -19,19 +19,19 @@ namespace cellcal::calib {
 
 namespace {
 
-/// What the choice can choose from. With three times as many, 50 touches of four spheres leave 4 %
-/// less error; with a third of them 7 % more.
+/// Candidates per touch. Three times as many reduce the error of 50 touches of four spheres by 4 %;
+/// a third of them increases it by 7 %.
 constexpr int kCandidatesPerTouch = 36;
-constexpr int kMostCandidates = 500;  // of a sphere
-/// Where an arm's configurations have to be searched for, each costs a hundred times as much.
+constexpr int kMostCandidates = 500;  // per sphere
+/// Arms without closed-form inverse kinematics: each candidate costs a hundred times as much.
 constexpr int kCandidatesPerTouchBySearch = 12;
-/// Rounds of exchange; they end where another would bring next to nothing.
+/// Maximum rounds of exchange; they end early if another brings almost nothing.
 constexpr int kExchanges = 6;
-/// Fewer directions do not span a sphere safely; and half of all touches are shared out evenly,
-/// since the choice knows only the errors that the model has.
+/// Fewer directions do not constrain a sphere reliably; and half of all touches are distributed
+/// evenly, since the choice covers only the errors in the model.
 constexpr int kLeastPerSphere = 5;
 
-/// Distance of q from the segment a-b in joint space, largest joint.
+/// Distance of q from the segment a-b in joint space, maximum norm.
 double off_segment(const JointVector& q, const JointVector& a, const JointVector& b) {
   double dot = 0.0, length = 0.0;
   for (std::size_t i = 0; i < q.size(); ++i) {
@@ -45,12 +45,12 @@ double off_segment(const JointVector& q, const JointVector& a, const JointVector
   return worst;
 }
 
-/// Those wanted for the fit; throws where too few can be reached.
+/// The fit touches; throws if too few are reachable.
 Choice choose_connected(const Cell& cell, const PlanOptions& options, ChooseOptions& how,
                         Pool& pool) {
   const std::vector<Candidate>& candidates = pool.candidates();
   Choice choice = choose(cell, candidates, how);
-  // Where simple ways lead to too few touches, others are looked for.
+  // If simple paths reach too few touches, paths are sampled.
   std::vector<int> made(cell.targets.size(), 0);
   for (const std::size_t i : choice.picked) ++made[candidates[i].target];
   bool harder = false;
@@ -66,8 +66,8 @@ Choice choose_connected(const Cell& cell, const PlanOptions& options, ChooseOpti
   return choice;
 }
 
-/// The picked, and behind them check touches out of the first `spread` candidates, drawn at random:
-/// they stand for all that the fit has not seen.
+/// The picks, followed by check touches drawn at random from the first `spread` candidates, so that
+/// they represent postures not used by the fit.
 std::vector<ToVisit> with_check_touches(const Cell& cell, const std::vector<std::size_t>& picked,
                                         std::size_t spread, int targets, const PlanOptions& options,
                                         Pool& pool) {
@@ -81,7 +81,7 @@ std::vector<ToVisit> with_check_touches(const Cell& cell, const std::vector<std:
   }
   Random random(options.seed + 1);
   for (int k = 0; k < options.check_touches; ++k) {
-    std::vector<std::size_t> free;  // target by target, and only where a fit touch is
+    std::vector<std::size_t> free;  // by target, only for those with fit touches
     for (int turn = 0; turn < targets && free.empty(); ++turn)
       for (std::size_t i = 0; i < spread; ++i)
         if (!taken[i] && fitted[candidates[i].target] &&
@@ -137,7 +137,7 @@ Plan make_plan(const Cell& cell, const PlanOptions& options, const JointVector& 
   how.possible = [&](std::size_t i) { return pool.connected(i); };
   part.emplace(PlanStep::kChoose, kReachShare, kChosenShare);
   Choice choice = choose_connected(cell, options, how, pool);
-  const std::size_t spread = candidates.size();  // those that are spread out over all targets
+  const std::size_t spread = candidates.size();  // those distributed over all targets
   part.emplace(PlanStep::kChoose, kChosenShare, kRefinedShare);
   if (options.criterion == Criterion::kI) look_around(cell, pool, spread, how, choice);
   part.emplace(PlanStep::kWays, kRefinedShare, 1.0);
@@ -166,7 +166,7 @@ Plan resume_plan(const Cell& cell, const Plan& plan, std::size_t next, const Joi
   JointVector at = from;
   std::vector<JointVector> way;
   if (!clearance.clear(at, kTipMarginM)) {
-    // Inside a search: back out along its own line.
+    // Inside a search: back along its line.
     constexpr double kOnLineRad = 0.02;
     for (const std::size_t k : {next, next > 0 ? next - 1 : next}) {
       const PlannedTouch& near = plan.touches[k];
@@ -199,7 +199,7 @@ Plan resume_plan(const Cell& cell, const Plan& plan, std::size_t next, const Joi
                 clearance.hit(resting_posture(cell.robot, clearance), touch.standoff, kTipMarginM),
                 kBlockedAround)));
   const PlannedTouch& before = plan.touches[next > 0 ? next - 1 : next];
-  Candidate leaving;  // its way to the resting posture is not known: not the one of `to`
+  Candidate leaving;  // its path to the resting posture is unknown, unlike that of `to`
   leaving.target = cell.target_index(before.target);
   leaving.clear = before.clear;
   leaving.orientation = arm.nominal_tcp(leaving.clear).linear();

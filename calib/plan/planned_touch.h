@@ -1,5 +1,5 @@
 #pragma once
-// A touch as the arm makes it, a plan of them, and what every planner is told.
+// A planned touch, a plan of touches, and the options of all planners.
 
 #include <Eigen/Core>
 #include <string>
@@ -13,20 +13,20 @@
 
 namespace cellcal::calib {
 
-// A way-point that need not be visited.
+// A way-point that need not be visited exactly.
 
-/// Shares of the leg that leads to a way-point and of the one that leads on. Between the points on
-/// the legs that are this far from it and the way-point itself (their triangle, in joint space) the
-/// arm may go as it likes. 0: it has to go to the way-point.
+/// Shares of the legs before and after a way-point. Within the triangle, in joint space, of the
+/// way-point and the points on the legs at these shares, the arm may take any path. 0: it must
+/// reach the way-point.
 struct Corner {
   double in_share = 0.0, out_share = 0.0;
 };
 inline constexpr double kMostCornerShare = 0.5;
 
-/// Tip path [m] from its stand-off, along its search, to the contact.
+/// Tip path [m] from the stand-off, along the search, to the contact.
 struct ExpectedContact {
   double travel_m = 0.0;
-  double sigma_m = 0.0;  ///< 1 sigma; 0: not known better than by nominal geometry
+  double sigma_m = 0.0;  ///< 1 sigma; 0: nominal geometry only
 };
 
 struct PlannedTouch {
@@ -34,42 +34,42 @@ struct PlannedTouch {
   TouchSet set = TouchSet::kFit;
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< outward at the contact, base frame
   std::vector<JointVector> transit;  ///< waypoints from the previous clear point; ends at standoff
-  /// One for each waypoint; the last is the stand-off's, on the way on along the search line. Empty:
-  /// the arm stops at each.
+  /// One per waypoint; the last is at the stand-off, towards the search line. Empty: the arm stops
+  /// at each.
   std::vector<Corner> corners;
-  Corner leaving;  ///< where the transit begins, for an arm that comes along the last search line
+  Corner leaving;  ///< at the start of the transit, for an arm arriving along the last search line
   JointVector standoff;
-  JointVector end;                ///< end of the search: no contact by here is a failure
-  JointVector clear;              ///< where the arm goes after the touch
+  JointVector end;                ///< end of the search: no contact up to here is a failure
+  JointVector clear;              ///< destination after the touch
   double search_m = 0.0;          ///< tip path from standoff to end
-  double expected_m = 0.0;        ///< tip path from standoff to where the surface is expected
-  double expected_sigma_m = 0.0;  ///< as ExpectedContact's
-  double search_m_s = 0.0;  ///< speed of its first search; 0: as the session's touches have it
-  bool may_miss = false;    ///< looks for a sphere: no contact by the end is an answer
+  double expected_m = 0.0;        ///< tip path from standoff to the expected surface
+  double expected_sigma_m = 0.0;  ///< as in ExpectedContact
+  double search_m_s = 0.0;        ///< speed of its first search; 0: the session's default
+  bool may_miss = false;          ///< searches for a sphere: no contact is a valid result
 };
 
 struct Plan {
-  JointVector start;  ///< where the arm must be (or is first moved to) before the first transit
+  JointVector start;  ///< required position before the first transit
   std::vector<PlannedTouch> touches;
   std::vector<JointVector> home;      ///< waypoints from the last clear point back to start
-  std::vector<std::string> left_out;  ///< ids of targets of which no touches are planned
-  double predicted_mean_m = 0.0;      ///< mean 3-D error over the region that the plan should reach
-  double predicted_u95_m = 0.0;  ///< mean over it of the radius that holds it; 0: not predicted
+  std::vector<std::string> left_out;  ///< ids of targets without planned touches
+  double predicted_mean_m = 0.0;      ///< predicted mean 3-D error over the region
+  double predicted_u95_m = 0.0;       ///< mean of its 95 % radius; 0: not predicted
 };
 
-/// How touches are chosen.
+/// Criterion for the choice of touches.
 enum class Criterion {
-  kI,      ///< the least mean variance of position over the region that matters
-  kD,      ///< the most information on all unknowns together
+  kI,      ///< smallest mean position variance over the region of interest
+  kD,      ///< largest joint information on all unknowns
   kEven,   ///< targets in turn, directions and postures far apart
-  kRandom  ///< any
+  kRandom  ///< random
 };
 
 struct PlanOptions {
   int fit_touches = 40;
   int check_touches = 10;
   unsigned seed = 1;
-  double standoff_m = 0.012;  ///< an uncalibrated arm is wrong by up to 10 mm
+  double standoff_m = 0.012;  ///< an uncalibrated arm is off by up to 10 mm
   double beyond_m = 0.012;    ///< search continues this far past the nominal surface
   double clear_m = 0.020;     ///< retreat distance from the surface
   double limit_margin_rad = 0.05;

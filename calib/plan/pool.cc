@@ -34,13 +34,13 @@ std::string words_of(const Target& target) {
   return (target.kind == TargetKind::kPlane ? "plane " : "sphere ") + target.id;
 }
 
-/// For the constructor: before anything is computed.
+/// Validates in the initialiser list, before any computation.
 const Cell& checked(const Cell& cell) {
   check_cell(cell);
   return cell;
 }
 
-/// Those whose whole line is clear: stand-off and clear point do not tell of what is behind.
+/// Those with a clear line: stand-off and clear point do not imply it.
 std::vector<Candidate> searchable(std::vector<Candidate> candidates, const Clearance& clearance) {
   std::erase_if(candidates, [&](const Candidate& c) { return !clear_line(clearance, c); });
   return candidates;
@@ -68,7 +68,7 @@ ArmModel planning_arm(const Cell& cell) {
 
 JointVector middle_posture(const Robot& robot) {
   JointVector q;
-  constexpr double kInsideRad = 0.3;  // a joint whose zero is nearly a limit stands half-way
+  constexpr double kInsideRad = 0.3;  // a joint with its zero near a limit is centred
   for (const Joint& joint : robot.joints) {
     const bool inside = joint.min_rad < -kInsideRad && joint.max_rad > kInsideRad;
     q.push_back(inside ? 0.0 : (joint.min_rad + joint.max_rad) / 2.0);
@@ -84,7 +84,7 @@ JointVector middle_posture(const Robot& robot) {
 JointVector resting_posture(const Robot& robot, const Clearance& clearance) {
   const JointVector middle = middle_posture(robot);
   if (clearance.clear(middle, kTipMarginM) || middle.size() < 3) return middle;
-  // Turned aside, lifted, folded: the least change first.
+  // Turned aside, lifted, folded: the smallest change first.
   constexpr double kMarginRad = 0.1;
   constexpr double kTurnRad[] = {0.0, 0.5, -0.5, 1.0, -1.0, 1.6, -1.6};
   constexpr double kLiftRad[] = {0.0, -0.3, 0.3, -0.6};
@@ -99,7 +99,7 @@ JointVector resting_posture(const Robot& robot, const Clearance& clearance) {
               std::max(robot.joints[i].min_rad + kMarginRad, robot.joints[i].max_rad - kMarginRad));
         if (clearance.clear(q, kTipMarginM)) return q;
       }
-  return middle;  // what is in its way is said by whoever needs it
+  return middle;  // the caller reports the obstacle
 }
 
 PlannedTouch to_planned(const Cell& cell, const Candidate& c, TouchSet set,
@@ -129,7 +129,7 @@ Pool::Pool(const Cell& cell, const PlanOptions& options, int per_target, Kinds k
                              clearance_)),
       connected_(candidates_.size(), -1),
       options_(options) {
-  // First of all: a sphere out of reach also upsets all that follows.
+  // Checked first: a sphere out of reach also affects all further steps.
   for (std::size_t t = 0; t < cell.targets.size(); ++t) {
     const bool any = std::any_of(candidates_.begin(), candidates_.end(),
                                  [&](const Candidate& c) { return c.target == t; });
@@ -209,7 +209,7 @@ std::vector<std::size_t> Pool::forget(std::size_t first, std::vector<std::size_t
     if (k >= first) order.push_back(k);
   std::sort(order.begin(), order.end());
   std::size_t next = first;
-  for (const std::size_t k : order) {  // never behind where it was
+  for (const std::size_t k : order) {  // never moves to a later position
     if (k != next) {
       candidates_[next] = std::move(candidates_[k]);
       connected_[next] = connected_[k];

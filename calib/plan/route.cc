@@ -25,21 +25,21 @@ namespace cellcal::calib {
 
 namespace {
 
-constexpr double kHeightsM[] = {0.035, 0.06, 0.12, 0.25};  // above the sphere's top
-/// Round a sphere, half-way between two touches of it, the tip this many times as far from the
-/// middle as at the clear points.
+constexpr double kHeightsM[] = {0.035, 0.06, 0.12, 0.25};  // above the top of the sphere
+/// Around a sphere, halfway between two of its touches: distance of the tip from the centre,
+/// relative to the clear points.
 constexpr double kRound[] = {1.1, 1.35, 1.7};
-/// How often all way-points of a way are pulled towards the straight one, each in so many halvings.
+/// Passes over all way-points of a path that pull them towards the straight one, and bisections of
+/// each.
 constexpr int kPulls = 2, kHalvings = 5;
-/// Where a way-point is pulled to is looked for in so many steps.
+/// Number of destinations tried for a pulled way-point.
 constexpr int kPlaces = 16;
-/// Effort of sampling: steps for one way, and ways to one target that may fail in a row before it
-/// is given up.
+/// Effort of sampling: steps per path, and consecutive failures before a target is given up.
 constexpr int kSteps = 3000;
 constexpr int kMostFailed = 4;
-/// Of what was found for a target's other touches; more would only repeat each other.
+/// Paths kept per target; more would be similar.
 constexpr std::size_t kMostKept = 6;
-constexpr std::size_t kLastStops = 2;  ///< of such a way, from which other touches are tried
+constexpr std::size_t kLastStops = 2;  ///< of such a path, from which other touches are tried
 
 JointVector between(const JointVector& a, const JointVector& b, double share) {
   JointVector q(a);
@@ -69,7 +69,7 @@ std::optional<JointVector> Router::around(const Candidate& leaving, const Candid
                                           double times) const {
   const Target& target = cell_.targets[to.target];
   const Eigen::Vector3d between = leaving.normal + to.normal;
-  constexpr double kOpposite = 0.35;  // beyond 160 deg there is no half-way
+  constexpr double kOpposite = 0.35;  // beyond 160 deg halfway is undefined
   if (between.norm() < kOpposite) return std::nullopt;
   const double clear_m = (arm_.nominal_tip_m(to.clear) - target.centre_m).norm();
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
@@ -137,7 +137,7 @@ bool Router::clear_chain(const JointVector& from, const std::vector<JointVector>
 std::optional<std::vector<JointVector>> Router::simple_way(const JointVector& from,
                                                            const Candidate* leaving,
                                                            const Candidate& to) const {
-  // Ways out of the neighbourhood of one sphere and into that of the next.
+  // Paths away from one sphere and towards the next.
   std::vector<std::vector<JointVector>> out = {{}}, in = {{to.standoff}};
   for (const double height : kHeightsM) {
     if (leaving != nullptr)
@@ -159,7 +159,7 @@ std::optional<std::vector<JointVector>> Router::simple_way(const JointVector& fr
   std::vector<std::pair<double, std::size_t>> fastest;
   for (std::size_t k = 0; k < ways.size(); ++k) fastest.emplace_back(seconds(from, ways[k]), k);
   std::sort(fastest.begin(), fastest.end());
-  Known known;  // ways share most of their moves
+  Known known;  // paths share most of their moves
   for (const auto& [_, k] : fastest)
     if (clear_chain(from, ways[k], &known)) return ways[k];
   return std::nullopt;
@@ -178,8 +178,8 @@ std::optional<std::vector<JointVector>> Router::any_way(const JointVector& from,
                                                         const Candidate& to) const {
   if (auto way = simple_way(from, leaving, to)) return way;
   if (to.from_rest.empty()) return std::nullopt;
-  // Over the resting posture: long, but known to be clear.
-  // Its first move is known to be clear from the clear point alone; the arm may stand beside that.
+  // Via the resting posture: long, but known to be clear. Its first move is known to be clear from
+  // the clear point only; the arm may be next to it.
   if (leaving != nullptr && !leaving->to_rest.empty() &&
       clearance_.clear(from, leaving->to_rest.front(), kTipMarginM))
     return joined(leaving->to_rest, to.from_rest);
@@ -202,7 +202,7 @@ std::vector<JointVector> Router::detour(const JointVector& from, const JointVect
 std::optional<std::vector<JointVector>> Router::sampled_way(const Candidate& to) const {
   Hard& hard = hard_[to.target];
   if (!hard.allowed) return std::nullopt;
-  // Along a way to another touch of the same target, nearly to its end: what is left is short.
+  // Along a path to another touch of the same target, almost to its end: the remainder is short.
   for (const auto& known : hard.found)
     for (std::size_t stop = known.size(), tried = 0; stop-- > 0 && tried < kLastStops; ++tried) {
       const auto rest_of_way = simple_way(known[stop], nullptr, to);
@@ -227,7 +227,7 @@ bool Router::connect(Candidate& candidate) const {
   if (!in) return false;
   auto out = away(candidate, rest_);
   if (!out && clearance_.clear(candidate.clear, candidate.standoff, kTipMarginM)) {
-    // As it came.
+    // Reverse of the approach.
     out = std::vector<JointVector>(in->rbegin(), in->rend());
     out->push_back(rest_);
   }
@@ -259,7 +259,7 @@ namespace ob = ompl::base;
 namespace og = ompl::geometric;
 using Values = ob::RealVectorStateSpace::StateType;
 
-// What Eigen allocates here OMPL frees, and the other way round.
+// Memory allocated by Eigen here is freed by OMPL, and vice versa.
 static_assert(
     EIGEN_MALLOC_ALREADY_ALIGNED == 1,
     "Eigen would align memory otherwise than the OMPL of the distribution was built with; "
@@ -267,7 +267,7 @@ static_assert(
 
 /// Longest step of a tree in joint space: a sixth of a turn of one joint.
 constexpr double kStepRad = 1.0;
-constexpr double kLeastRangeRad = 1e-9;  // of a joint that is held: OMPL wants some
+constexpr double kLeastRangeRad = 1e-9;  // of a fixed joint: OMPL requires a positive range
 /// Attempts to cut a corner, per waypoint.
 constexpr int kCuts = 40;
 
@@ -276,7 +276,7 @@ JointVector joints_of(const ob::State* state, unsigned count) {
   return {values, values + count};
 }
 
-/// Draws by this project's own generator: OMPL's can be seeded only once in a process.
+/// Uses this project's own generator: OMPL's can be seeded only once per process.
 class Sampler final : public ob::StateSampler {
  public:
   Sampler(const ob::StateSpace* space, Random& random) : ob::StateSampler(space), random_(random) {}
@@ -286,7 +286,7 @@ class Sampler final : public ob::StateSampler {
     for (unsigned i = 0; i < space->getDimension(); ++i)
       state->as<Values>()->values[i] = random_.uniform(bounds.low[i], bounds.high[i]);
   }
-  // Of planners that sample about a state; this one does not.
+  // Required by planners that sample near a state; not used by this one.
   void sampleUniformNear(ob::State* state, const ob::State*, double) override {
     sampleUniform(state);
   }
@@ -323,8 +323,8 @@ JointVector on_the_way(const JointVector& a, const JointVector& b, double share)
   return q;
 }
 
-/// Cuts corners: a clear move between two places on the way, drawn at random, replaces what lies
-/// between them. `way` begins with where it starts.
+/// Cuts corners: a clear move between two random points of the path replaces what lies between
+/// them. `way` begins with its start.
 void shorten(std::vector<JointVector>& way, const Clearance& clearance, double margin_m,
              Random& random) {
   const std::size_t cuts = kCuts * way.size();
@@ -334,7 +334,7 @@ void shorten(std::vector<JointVector>& way, const Clearance& clearance, double m
     double a = random.uniform(0.0, last), b = random.uniform(0.0, last);
     if (a > b) std::swap(a, b);
     const auto i = static_cast<std::size_t>(a), j = static_cast<std::size_t>(b);
-    if (i == j) continue;  // on one move already
+    if (i == j) continue;  // on the same move
     const JointVector from = on_the_way(way[i], way[i + 1], a - static_cast<double>(i));
     const JointVector to =
         j + 1 < way.size() ? on_the_way(way[j], way[j + 1], b - static_cast<double>(j)) : way[j];
@@ -347,7 +347,7 @@ void shorten(std::vector<JointVector>& way, const Clearance& clearance, double m
     shorter.insert(shorter.end(), way.begin() + static_cast<std::ptrdiff_t>(j) + 1, way.end());
     way = std::move(shorter);
   }
-  // Waypoints that a straight move leaves out.
+  // Removes waypoints that a straight move can skip.
   for (std::size_t i = 1; i + 1 < way.size();) {
     if (clearance.clear(way[i - 1], way[i + 1], margin_m))
       way.erase(way.begin() + static_cast<std::ptrdiff_t>(i));
@@ -394,12 +394,12 @@ Detour find_detour(const Robot& robot, const Clearance& clearance, const JointVe
   og::RRTConnect planner(information);
   planner.setProblemDefinition(problem);
   planner.setRange(kStepRad);
-  // Others choose their pivots with OMPL's own generator.
+  // Other structures choose their pivots with OMPL's own generator.
   planner.setNearestNeighbors<ompl::NearestNeighborsLinear>();
   planner.setup();
   Detour detour;
   planner.solve(ob::PlannerTerminationCondition(
-      // By count: no clock comes in. Nothing is thrown through OMPL.
+      // Terminates by count, independent of any clock. Exceptions must not pass through OMPL.
       [&] { return ++detour.steps > options.most_steps || is_cancelled(); }));
   poll_cancelled();
   if (!problem->hasExactSolution()) return detour;
@@ -407,7 +407,7 @@ Detour find_detour(const Robot& robot, const Clearance& clearance, const JointVe
   for (const ob::State* state : problem->getSolutionPath()->as<og::PathGeometric>()->getStates())
     way.push_back(joints_of(state, n));
   shorten(way, clearance, options.tip_margin_m, random);
-  // Each move once more, whoever made it.
+  // Verifies each move again, independent of its origin.
   for (std::size_t i = 1; i < way.size(); ++i)
     if (!clearance.clear(way[i - 1], way[i], options.tip_margin_m)) return detour;
   way.erase(way.begin());

@@ -1,9 +1,9 @@
 #pragma once
-// The way from one place to a stand-off: the fastest that is clear of the straight one in joint
-// space, those half-way round the sphere and those over points above the spheres, otherwise over
-// the resting posture; then pulled towards the straight one as far as it stays clear. Where a target is
-// marked as hard to reach, ways between it and the resting posture are sampled as a last resort
-// (detour.h). One that was found serves the target's other touches, too.
+// Paths to a stand-off: the fastest clear one of the straight line in joint space, those halfway around
+// the sphere and those via points above the spheres, otherwise via the resting posture; then pulled
+// towards the straight line while it stays clear. For a target marked as hard to reach, paths between
+// it and the resting posture are sampled as a last resort (detour.h), and reused for the target's other
+// touches.
 
 #include <optional>
 #include <vector>
@@ -16,7 +16,7 @@ namespace cellcal::calib {
 
 class Router {
  public:
-  /// `rest`: a free posture that long ways may lead over.
+  /// `rest`: a clear posture for long paths.
   Router(const Cell& cell, const ArmModel& arm, const Clearance& clearance, JointVector rest,
          double limit_margin_rad)
       : cell_(cell),
@@ -26,32 +26,33 @@ class Router {
         margin_rad_(limit_margin_rad),
         hard_(cell.targets.size()) {}
 
-  /// From now on ways to this target may be sampled.
+  /// Allows sampling of paths to this target.
   void mark_hard(std::size_t target) { hard_[target].allowed = true; }
 
-  /// Finds the candidate's ways from and to the resting posture; false where there is none. With
-  /// them a way between any two candidates exists.
+  /// Finds the candidate's paths from and to the resting posture; false if there are none. They
+  /// guarantee a path between any two connected candidates.
   bool connect(Candidate& candidate) const;
-  /// Waypoints from `from` (not among them) to `to.standoff` (the last). `leaving`: the sphere that
-  /// the arm leaves, if any. Empty where no way was found: to a candidate that is connected only
-  /// where none leads from `from` to the resting posture.
+  /// Waypoints from `from` (excluded) to `to.standoff` (the last). `leaving`: the sphere that the
+  /// arm leaves, if any. Empty if no path was found: for a connected candidate only if none leads
+  /// from `from` to the resting posture.
   std::optional<std::vector<JointVector>> to_standoff(const JointVector& from,
                                                       const Candidate* leaving,
                                                       const Candidate& to) const;
-  /// Waypoints from a clear point to a free posture.
+  /// Waypoints from a clear point to a clear posture.
   std::optional<std::vector<JointVector>> away(const Candidate& leaving,
                                                const JointVector& to) const;
 
  private:
-  /// The tip lifted to `height_m` above the candidate's sphere, tool held as for the touch.
+  /// The tip raised to `height_m` above the candidate's sphere, with the tool orientation of the
+  /// touch.
   std::optional<JointVector> above(const Candidate& candidate, double height_m,
                                    const JointVector& seed) const;
-  /// Half-way round the sphere that both touch.
+  /// Halfway around the sphere of both touches.
   std::optional<JointVector> around(const Candidate& leaving, const Candidate& to,
                                     double times) const;
-  /// About, with a robot whose speeds are stated.
+  /// Approximate duration; requires stated speeds.
   double seconds(const JointVector& from, const std::vector<JointVector>& chain) const;
-  /// The clear way with its way-points nearer to the straight one, or without them. Clear as well.
+  /// The clear path with its way-points pulled towards the straight line or removed. Clear as well.
   std::vector<JointVector> shortened(const JointVector& from, std::vector<JointVector> way) const;
   std::optional<std::vector<JointVector>> any_way(const JointVector& from, const Candidate* leaving,
                                                   const Candidate& to) const;
@@ -60,7 +61,7 @@ class Router {
     bool clear;
   };
   using Known = std::vector<KnownMove>;
-  /// `known`: moves that were looked at; those of this chain are added.
+  /// `known`: moves already checked; those of this chain are added.
   bool clear_chain(const JointVector& from, const std::vector<JointVector>& chain,
                    Known* known = nullptr) const;
   std::optional<std::vector<JointVector>> simple_way(const JointVector& from,
@@ -77,44 +78,43 @@ class Router {
   double margin_rad_;
   struct Hard {
     bool allowed = false;
-    int failed = 0;                               ///< in a row
+    int failed = 0;                               ///< consecutive failures
     std::vector<std::vector<JointVector>> found;  ///< from the resting posture to stand-offs
   };
   struct Back {
     JointVector from;
-    std::vector<JointVector> way;  ///< to the resting posture; empty: none was found
+    std::vector<JointVector> way;  ///< to the resting posture; empty: none
   };
-  /// The last that was sampled: whoever asks for many candidates asks from one place.
+  /// The last one sampled: queries for many candidates usually start from one place.
   mutable std::optional<Back> back_;
-  mutable std::vector<Hard> hard_;  ///< per target; what was sampled is kept for the next
+  mutable std::vector<Hard> hard_;  ///< per target; sampled paths are kept for the next ones
 };
 
-// A way by sampling, for where the simple ones fail (route.h): two trees of straight joint-space
-// moves grow from both ends until they meet (RRT-Connect, by OMPL). Slow, bounded in effort, and
-// not sure to find what there is.
+// A sampled path, used if simple ones fail (route.h): two trees of straight joint-space moves grow
+// from both ends until they meet (RRT-Connect, by OMPL). Slow, with bounded effort, and incomplete.
 
 struct DetourOptions {
   double tip_margin_m = 0.0;
-  double limit_margin_rad = 0.0;  ///< an end that lies beyond it stays where it is
-  int most_steps = 4000;          ///< of the trees; each costs a look at a move or two
+  double limit_margin_rad = 0.0;  ///< an end beyond it is not moved
+  int most_steps = 4000;          ///< of the trees; each costs one or two move checks
   unsigned seed = 1;
 };
 
 struct Detour {
-  std::vector<JointVector> way;  ///< waypoints from `from` (not among them) to `to`; empty: none
-  int steps = 0;                 ///< that it took
+  std::vector<JointVector> way;  ///< waypoints from `from` (excluded) to `to`; empty: none
+  int steps = 0;                 ///< steps used
 };
 
-/// Both ends must be clear. Every move of the way was found clear by `clearance`, and corners that
-/// are not needed are cut. The same for the same input.
+/// Both ends must be clear. Every move of the path is clear by `clearance`, and unnecessary corners
+/// are cut. Deterministic.
 Detour find_detour(const Robot& robot, const Clearance& clearance, const JointVector& from,
                    const JointVector& to, const DetourOptions& options);
 
-// How far before and behind a way-point the arm may leave the legs that were found clear, so that it
-// need not stop there.
+// Blending of way-points: how far before and after them the arm may leave the checked legs instead
+// of stopping.
 
-/// Fills the touch's corners. `from`: where its transit begins; `before`: the farthest that the arm
-/// may come from to there, on a straight line; empty: it begins at rest.
+/// Fills the touch's corners. `from`: start of its transit; `before`: the farthest point from which
+/// the arm may arrive there, in a straight line; empty: it starts at rest.
 void round_corners(const Clearance& clearance, const JointVector& before, const JointVector& from,
                    PlannedTouch& touch);
 

@@ -14,7 +14,7 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kShaftBowM = 2.0 * kMostBowM;
-constexpr double kLargestRad = 0.35;  ///< of a joint along a line: more is a jump
+constexpr double kLargestRad = 0.35;  ///< of a joint along a line; larger: another configuration
 
 }  // namespace
 
@@ -84,19 +84,19 @@ namespace {
 
 constexpr double kShaftMarginM = 0.005;
 constexpr double kTipFromStandsM =
-    0.004;  ///< from stands: what is met there would count as the sphere
-/// A tip that only grazes may slide off.
+    0.004;  ///< distance from stands, where contact would be attributed to the sphere
+/// A tip that only grazes the sphere may slip off.
 constexpr double kGrazing = 0.9;
-/// Where the nominal tip passes the middle by so much less than it needs, it meets the sphere with
-/// an arm that is off, too: only such a sphere keeps the shaft from what is behind it.
+/// Depth by which the nominal tip must hit the sphere so that an inaccurate arm hits it too: only
+/// then does the sphere protect the shaft from objects farther along the line.
 constexpr double kSurelyM = 0.005;
 
-/// Where a point that comes along the line from far outside is first within `radius_m` of the stand
-/// of a sphere, which ends `below_m` below its centre: along the normal, from where it passes `off`
-/// beside that centre.
+/// Position at which a point moving along the line from far outside first comes within `radius_m`
+/// of the stand of a sphere, which ends `below_m` below its centre; measured along the normal from
+/// the point closest to the centre, at offset `off`.
 double at_stand(const Eigen::Vector3d& off, const Eigen::Vector3d& normal,
                 const Eigen::Vector3d& up, double radius_m, double below_m) {
-  // off + t normal, seen from above: |h + t n| = radius.
+  // off + t normal, in top view: |h + t n| = radius.
   const Eigen::Vector3d h = off - off.dot(up) * up, n = normal - normal.dot(up) * up;
   const double a = n.squaredNorm(), b = h.dot(n), c = h.squaredNorm() - radius_m * radius_m;
   constexpr double kUpright = 1e-9;
@@ -115,7 +115,7 @@ double at_stand(const Eigen::Vector3d& off, const Eigen::Vector3d& normal,
   return first > last ? first : kNeverM;
 }
 
-/// Of points, about their mean.
+/// Spread of points about their mean.
 struct Spread {
   double count = 0.0, squares = 0.0;
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
@@ -125,7 +125,7 @@ struct Spread {
     sum += point;
     squares += point.squaredNorm();
   }
-  /// Sum of three components; of a single point, that of which it is one.
+  /// Sum over three components; `of_one` for a single point.
   double variance(double of_one) const {
     return count < 2.0 ? of_one : (squares - sum.squaredNorm() / count) / (count - 1.0);
   }
@@ -137,14 +137,13 @@ SearchDepth search_depth(const SearchLine& line, const std::vector<Eigen::Vector
                          double radius_m, const SearchStand& stand, const Tool& tool) {
   const double tip_radius = radius_m + tool.tip_radius_m;
   const double shaft_radius = radius_m + tool.radius_m + kShaftMarginM;
-  // The shaft's end moves along the same direction, behind the tip and, where the tool is tilted,
-  // beside it.
+  // The shaft's end moves in the same direction, after the tip and, for an inclined tool,
+  // laterally offset.
   const Eigen::Vector3d behind = -tool.slim_length_m * line.shaft;
   const double above = behind.dot(line.normal);
   const Eigen::Vector3d beside = behind - above * line.normal;
-  // The stand ends where it meets the sphere. What comes along above that, by its own radius, meets
-  // the sphere; were the stand taken to reach the centre, none smaller than its margins about it could
-  // be touched from the side.
+  // The stand ends at the sphere's surface. Anything above that meets the sphere first; a stand up to
+  // the centre would exclude all lateral touches of spheres smaller than its margins.
   const double within = radius_m * radius_m - stand.radius_m * stand.radius_m;
   const auto below_centre = [&](double body_radius_m) {
     return std::max(0.0, std::sqrt(std::max(0.0, within)) - body_radius_m);
@@ -197,8 +196,8 @@ SearchDepth search_depth(const SearchLine& line, const std::vector<Eigen::Vector
 
 double told_m2(const SearchDepth& depth, const std::vector<Eigen::Vector3d>& places,
                double sigma_m) {
-  // Places in the order of their outcome, in groups of one sigma; those not met are one group.
-  // Depths as they will be read, with fixed errors that are spread as a normal variable's are.
+  // Places sorted by outcome, in groups of one sigma; those not met are one group. Depths as
+  // measured, with fixed errors distributed like a normal variable.
   constexpr double kErrors[] = {-1.28, 0.52, -0.25, 0.84, -0.84, 0.25, 1.28, -0.52, 0.0};
   std::map<long, Spread> groups;
   Spread all;

@@ -1,8 +1,8 @@
 #pragma once
-// A search for a sphere as the arm is led along it: straight in joint space, and so never straight
-// in space. An arm of 1.1 m bows by 1.5 mm on 9 cm, and where a sphere may be is 20 cm across: the
-// ends are put beside the line by half of the bow, to the side away from it, so that the tip passes
-// the line on both sides, and the search may be longer by 1.4.
+// A search for a sphere as executed: straight in joint space, and therefore curved in space. An arm
+// of 1.1 m bows by 1.5 mm over 9 cm, and the region of a sphere may be 20 cm wide: the ends are
+// offset from the line by half of the bow, to the opposite side, so that the tip deviates to both
+// sides, and the search may be longer by a factor of 1.4.
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -15,16 +15,16 @@
 
 namespace cellcal::calib {
 
-/// The tip may leave its line by so much.
+/// Maximum deviation of the tip from its line.
 inline constexpr double kMostBowM = 0.0015;
 
 struct LineToLead {
-  Eigen::Vector3d aim_m, normal;  ///< as of a SearchLine, base frame
+  Eigen::Vector3d aim_m, normal;  ///< as in SearchLine, base frame
   Eigen::Matrix3d orientation;    ///< of the TCP
-  JointVector near;               ///< a posture about there
+  JointVector near;               ///< initial posture for the inverse kinematics
 };
 
-/// From the aim along the normal, the farthest first.
+/// Along the normal from the aim, the farthest first.
 struct LineEnds {
   double clear_m, standoff_m, end_m;
 };
@@ -32,7 +32,7 @@ struct LineEnds {
 struct LedSearch {
   Eigen::Vector3d from, to;  ///< the line, from the stand-off to the end
   JointVector clear, standoff, end;
-  double expected_m = 0.0;  ///< on the way, where it is met at about; set by who knows
+  double expected_m = 0.0;  ///< expected distance to contact; set by the caller
 };
 
 /// Unit, from the flange to the tip, in the TCP's frame.
@@ -40,14 +40,14 @@ Eigen::Vector3d shaft_in_tool(const Tool& tool);
 
 class LineLeader {
  public:
-  /// Both are referred to.
+  /// Refers to both.
   LineLeader(const ArmModel& arm, const Tool& tool, double limit_margin_rad)
       : arm_(arm), tool_(tool), margin_rad_(limit_margin_rad) {}
 
-  /// Empty where the arm does not reach it, or does not keep to the line: its tip within kMostBowM,
-  /// the end of its shaft within twice that, no joint far from where it began.
+  /// Empty if the line is out of reach or not followed: tip within kMostBowM, end of the shaft
+  /// within twice that, no joint far from its start.
   std::optional<LedSearch> lead(const LineToLead& line, const LineEnds& ends) const;
-  /// Of the tip half way of a move, across the straight line between its ends.
+  /// Deviation of the tip at the middle of a move from the straight line between its ends.
   Eigen::Vector3d bow_m(const JointVector& from, const JointVector& to) const;
 
  private:
@@ -62,38 +62,38 @@ class LineLeader {
   double margin_rad_;
 };
 
-// How deep a search for a sphere may go, and how likely it meets it.
+// Allowed depth of a search for a sphere, and its probability of contact.
 
 struct SearchLine {
-  Eigen::Vector3d aim_m;   ///< a point that the line goes through, base frame
-  Eigen::Vector3d normal;  ///< unit, against the direction of search
+  Eigen::Vector3d aim_m;   ///< a point on the line, base frame
+  Eigen::Vector3d normal;  ///< unit, opposite to the search direction
   Eigen::Vector3d shaft;   ///< unit, from the shaft's end to the tip
 };
 
-/// What the sphere stands on: a post straight below its centre, however long.
+/// Stand of the sphere: a post straight below its centre, of any length.
 struct SearchStand {
   Eigen::Vector3d up;     ///< unit
   double radius_m = 0.0;  ///< 0: none
 };
 
 struct SearchDepth {
-  double end_m = 0.0;  ///< of the tip, from the aim along the normal; negative: behind it
-  double share = 0.0;  ///< of the places whose sphere the tip meets before
-  /// Of each place, where the tip meets it, from the aim along the normal; kNeverM: not before the
-  /// end.
+  double end_m = 0.0;  ///< of the tip, from the aim along the normal; negative: beyond the aim
+  double share = 0.0;  ///< of the places whose sphere the tip meets before the end
+  /// Per place, the contact position of the tip from the aim along the normal; kNeverM: not before
+  /// the end.
   std::vector<double> met_m{};
 };
 
 inline constexpr double kNeverM = -std::numeric_limits<double>::max();
 
-/// The tip may go as far as the shaft stays clear of every sphere that the tip does not surely meet
-/// first (by 5 mm: arms are off), as tip and shaft stay clear of every stand of such a sphere, and
-/// no farther than there is anything to be met. `radius_m`: of the sphere.
+/// The tip may advance while the shaft is clear of every sphere that the tip does not certainly
+/// meet first (by 5 mm, for inaccurate arms), tip and shaft are clear of the stands of such
+/// spheres, and contact is still possible. `radius_m`: of the sphere.
 SearchDepth search_depth(const SearchLine& line, const std::vector<Eigen::Vector3d>& places,
                          double radius_m, const SearchStand& stand, const Tool& tool);
 
-/// How much of the variance of the centre [m^2, sum of three components] the outcome of the search
-/// is expected to take away, contact and its depth or none, where depths are off by `sigma_m`.
+/// Expected reduction of the variance of the centre [m^2, sum of three components] by the outcome
+/// of the search, contact with depth or none, with an error `sigma_m` of the depth.
 double told_m2(const SearchDepth& depth, const std::vector<Eigen::Vector3d>& places,
                double sigma_m);
 

@@ -13,7 +13,7 @@ JointVector interpolated(const JointVector& from, const JointVector& to, double 
   return q;
 }
 
-/// Where the straight move from `from` to `to` comes nearest to `at`, as a share of it.
+/// Point of the straight move from `from` to `to` nearest to `at`, as a share.
 double nearest_share(const JointVector& from, const JointVector& to, const JointVector& at) {
   double along = 0.0, length = 0.0;
   for (std::size_t i = 0; i < at.size(); ++i) {
@@ -31,7 +31,7 @@ bool is_on(const JointVector& from, const JointVector& to, const JointVector& at
   return true;
 }
 
-/// On the search, or on the way back from anywhere on it to the clear point.
+/// True on the search, or on the return from any of its points to the clear point.
 bool is_on_search(const SearchUnderWay& left, const JointVector& at) {
   const JointVector& standoff = left.way.back();
   if (is_on(standoff, left.end, at)) return true;

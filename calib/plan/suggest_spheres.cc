@@ -23,18 +23,18 @@ using Eigen::Vector3d;
 
 constexpr int kPostures = 600;
 constexpr std::size_t kMostPlaces = 32;
-constexpr double kApartM = 0.15;        ///< nearer places carry the same information
-constexpr double kGridM = 0.01;         ///< finer than a stand can be placed
-constexpr double kCentreSigmaM = 0.01;  ///< as where the file states none
-/// Above the floor, or the base where no floor is stated: a higher stand sways.
+constexpr double kApartM = 0.15;        ///< closer places carry the same information
+constexpr double kGridM = 0.01;         ///< resolution of placing a stand
+constexpr double kCentreSigmaM = 0.01;  ///< as for files without one
+/// Above the floor, or the base without a stated floor: higher stands sway.
 constexpr double kHighestM = 1.0;
-constexpr double kAroundBoxM = 0.2;  ///< of a box, spheres may stand beside it
-constexpr std::size_t kSides = 12;   ///< touches by which a place is judged
-/// Of the directions of touches, the least variance along any axis: on half a sphere it is a twelfth.
+constexpr double kAroundBoxM = 0.2;  ///< margin around a box for places of spheres
+constexpr std::size_t kSides = 12;   ///< touches by which a place is evaluated
+/// Minimum variance of the touch directions along any axis; a twelfth for half a sphere.
 constexpr double kLeastSpread = 0.05;
 constexpr double kLengthSigmaM = 5e-6;
 constexpr int kExchangeRounds = 4;
-constexpr double kPaysShare = 1e-3;  ///< of what the set is worth, for an exchange
+constexpr double kPaysShare = 1e-3;  ///< minimum relative gain of an exchange
 
 struct Place {
   Vector3d centre_m;
@@ -61,7 +61,7 @@ Target sphere_at(const Target& like, const Vector3d& centre_m, std::string id) {
   return target;
 }
 
-/// Today's spheres' ids; then S1, S2, ... that nothing has.
+/// Ids of the current spheres, followed by unused ones of S1, S2, ...
 std::vector<std::string> ids_of(const Cell& cell, std::size_t count) {
   std::vector<std::string> ids;
   for (const Target& target : cell.targets)
@@ -75,7 +75,8 @@ std::vector<std::string> ids_of(const Cell& cell, std::size_t count) {
   return ids;
 }
 
-/// Spheres at these places before the cell's other targets, all certified lengths between them where the cell has one.
+/// Spheres at these places before the cell's other targets, with certified lengths between all of them if the cell has
+/// one.
 Cell with_spheres(const Cell& cell, const std::vector<Vector3d>& centres_m) {
   Cell result = cell;
   result.targets.clear();
@@ -108,17 +109,17 @@ bool from_many_sides(const std::vector<Candidate>& touches) {
   return solver.eigenvalues()[0] >= kLeastSpread;
 }
 
-/// None where it cannot be touched from many sides.
+/// Empty if it cannot be touched from many sides.
 std::optional<Place> place_at(const Cell& cell, const ArmModel& arm, const PlanOptions& options,
                               const Vector3d& centre_m) {
   const Cell alone = with_spheres(cell, {centre_m});
   const Clearance clearance(alone, arm);
-  // Where a sphere stands in the way of the resting arm, no way begins.
+  // A sphere that obstructs the resting arm blocks all paths.
   if (!clearance.clear(resting_posture(cell.robot, clearance), kTipMarginM)) return std::nullopt;
   Place place{centre_m,
               find_candidates(alone, arm, clearance, options, 3 * static_cast<int>(kSides))};
   if (!from_many_sides(place.touches) || !faults_of(alone).empty()) return std::nullopt;
-  // Every n-th: the candidates are in the order of their directions.
+  // Every n-th: the candidates are ordered by direction.
   std::vector<Candidate> some;
   for (std::size_t k = 0; k < kSides; ++k)
     some.push_back(place.touches[k * place.touches.size() / kSides]);
@@ -152,7 +153,7 @@ std::vector<Place> possible_places(const Cell& cell, const ArmModel& arm,
   return places;
 }
 
-/// Which places together take most from what is unknown over the region.
+/// Choice of the set of places that reduces the uncertainty over the region most.
 class PlaceChoice {
  public:
   PlaceChoice(const Cell& cell, const std::vector<Place>& places, const AccuracyRegion& region)
@@ -189,7 +190,7 @@ class PlaceChoice {
     return {std::move(problem.rows), std::move(problem.covariance_u), problem.moves_m};
   }
 
-  /// Variance over the region that touches of these places take away [m^2].
+  /// Variance reduction over the region by touches of these places [m^2].
   double worth(const std::vector<std::size_t>& places) const {
     Design design = design_;
     double sum = 0.0;
@@ -201,7 +202,7 @@ class PlaceChoice {
     return sum;
   }
 
-  /// The best place instead of the n-th, where the set is then worth more than that.
+  /// Replaces the n-th place by the best one if the set's value then exceeds `more_than`.
   bool replace(std::vector<std::size_t>& chosen, std::size_t n, double more_than) const {
     std::vector<std::size_t> trial = chosen;
     bool better = false;
@@ -243,7 +244,7 @@ SuggestedSpheres suggest_spheres(const Cell& cell, const PlanOptions& options, i
       Plan plan = make_plan(suggested, options);
       return {std::move(suggested), std::move(plan)};
     } catch (const PlanError& error) {
-      // A place to which no clear way leads beside the others is none.
+      // Excludes a place without a clear path with the other spheres present.
       if (error.kind == PlanError::Kind::kRequest) throw;
       poll_cancelled();
       const auto blamed = std::ranges::find(suggested.targets, error.target, &Target::id);

@@ -1,12 +1,12 @@
 #pragma once
-// Places for spheres that serve a region: where touches would leave least unknown of the arm.
+// Suggests places of spheres for a region: those with the smallest remaining uncertainty of the arm.
 //
 // Possible places are tips of postures of the region that can be touched from many sides, clear of obstacles, floor
-// and each other. All of them are put into one design (design.h), with certified lengths between them where the cell
-// has any; a set of places is worth what a few touches of each take from the sum of position variances over the
-// region. The set is chosen one place after the other and then by exchange. The touches of the set are planned as
-// those of any cell, so that the figures are comparable with today's. Failure case: a region that the arm reaches, but
-// around which no stand can be put, because of something that the cell file does not name.
+// and each other. All of them form one design (design.h), with certified lengths between them if the cell has any; the
+// value of a set of places is the reduction of the sum of position variances over the region by a few touches of each.
+// The set is chosen greedily and then by exchange. Its touches are planned as for any cell, so that the figures are
+// comparable with the current ones. Failure case: a reachable region without room for stands, because of objects
+// missing from the cell file.
 
 #include <Eigen/Core>
 #include <vector>
@@ -16,12 +16,12 @@
 namespace cellcal::calib {
 
 struct SuggestedSpheres {
-  Cell cell;  ///< today's, its spheres replaced; centres in the base frame [m], multiples of 10 mm
+  Cell cell;  ///< current cell, spheres replaced; centres in the base frame [m], multiples of 10 mm
   Plan plan;  ///< of that cell
 };
 
-/// `count` spheres like the cell's first. `options.region` is the workspace or a box. Throws PlanError: the cell has no
-/// sphere, the region is another (kRequest), or fewer places can be touched (kTooFew).
+/// `count` spheres like the cell's first. `options.region` is the workspace or a box. Throws PlanError: no sphere in
+/// the cell, another region (kRequest), or too few touchable places (kTooFew).
 SuggestedSpheres suggest_spheres(const Cell& cell, const PlanOptions& options, int count);
 
 }  // namespace cellcal::calib

@@ -22,9 +22,9 @@ using Eigen::Vector3d;
 
 constexpr double kStandDiameterM = 0.03;
 constexpr double kStandHeightM = 0.25;
-constexpr double kPlateM = 0.01;  // thickness of what a plane is the face of
-/// Of GJK on cylinders; at FCL's own 1e-6 their distances come out up to 1.4 mm too large, at this
-/// 0.1 um.
+constexpr double kPlateM = 0.01;  // thickness of the plate that represents a plane
+/// Tolerance of GJK on cylinders: with FCL's default of 1e-6 distances are up to 1.4 mm too large,
+/// with this 0.1 um.
 constexpr double kGjkTolerance = 1e-10;
 
 enum class Form { kSphere, kCylinder, kBox, kMesh, kFloor };
@@ -40,8 +40,7 @@ Eigen::Isometry3d frame_along(const Vector3d& axis, const Vector3d& middle) {
   return frame;
 }
 
-/// A tracker stands outside, a plane is the face of a plate, and what has no place keeps nothing
-/// clear.
+/// Trackers are outside, planes are faces of plates, and targets without a place are not obstacles.
 bool stands_here(const Target& target) { return has_a_centre(target.kind) && target.has_centre; }
 
 using Hierarchy = std::shared_ptr<const fcl::CollisionGeometryd>;
@@ -59,8 +58,8 @@ Hierarchy build(const Mesh& mesh) {
   return model;
 }
 
-/// One for all who have this mesh, as long as any of them is there: obstacles of one file, and the
-/// surroundings that a session makes anew again and again.
+/// One hierarchy per mesh, shared while in use: obstacles of one file, and the surroundings that a
+/// session rebuilds repeatedly.
 Hierarchy hierarchy(const std::shared_ptr<const Mesh>& mesh) {
   static std::mutex mutex;
   static std::map<std::weak_ptr<const Mesh>, std::weak_ptr<const fcl::CollisionGeometryd>,
@@ -80,7 +79,7 @@ struct Surroundings::Thing {
   Form form = Form::kSphere;
   std::string words;
   int target = -1;
-  Segment axis{Vector3d::Zero(), Vector3d::Zero()};  // spheres: both ends the centre; cylinders
+  Segment axis{Vector3d::Zero(), Vector3d::Zero()};  // spheres: both ends are the centre; cylinders
   double radius_m = 0.0;                             // spheres and cylinders
   Eigen::Isometry3d frame = Eigen::Isometry3d::Identity();
   Eigen::Isometry3d into = Eigen::Isometry3d::Identity();    // inverse of frame
@@ -88,15 +87,15 @@ struct Surroundings::Thing {
   Vector3d up = Vector3d::UnitZ();                           // floor
   double height_m = 0.0;
   Hierarchy geometry;
-  Vector3d middle = Vector3d::Zero();  // of a ball about all of it; the floor has none
-  double about_m = 0.0;                // its radius
+  Vector3d middle = Vector3d::Zero();  // centre of the bounding ball; not for the floor
+  double about_m = 0.0;                // radius of the bounding ball
   double doubt_m = 0.0;
 
-  /// Once the form is known.
+  /// Requires the form.
   void set_ball() {
-    // Rounding, which must not make a bound of what is no bound.
+    // Allowance for rounding, so that bounds stay valid.
     constexpr double kRoundingM = 1e-9;
-    // GJK on round bodies comes near only, see kGjkTolerance.
+    // GJK on round bodies is approximate, see kGjkTolerance.
     constexpr double kGjkM = 1e-5;
     switch (form) {
       case Form::kSphere:
@@ -173,8 +172,8 @@ std::vector<Post> posts_of(const Cell& cell) {
   for (std::size_t t = 0; t < cell.targets.size(); ++t) {
     const Target& target = cell.targets[t];
     if (!stands_here(target) || !target.has_stand) continue;
-    // From the centre down; no thicker than the sphere, or nothing of it could be touched. It
-    // stands on the floor where that is known.
+    // From the centre down; at most as thick as the sphere, which would otherwise be untouchable.
+    // It ends at the floor if that is known.
     const double radius = target.diameter_m / 2.0;
     double height = target.stand_height_m > 0.0 ? target.stand_height_m : kStandHeightM;
     const double over_floor = target.centre_m.dot(up) - radius - cell.floor_m.value_or(0.0);
@@ -195,7 +194,7 @@ Surroundings::Surroundings(const Cell& cell) {
     const Target& target = cell.targets[t];
     if (target.kind == TargetKind::kPlane && target.has_centre && target.has_normal &&
         target.extent_m > 0.0) {
-      Thing plate;  // what is known of it: it is solid just behind its face
+      Thing plate;  // only the face is known: solid directly below it
       plate.words = "plane " + target.id;
       plate.target = static_cast<int>(t);
       plate.set_cylinder(
@@ -249,10 +248,10 @@ double Surroundings::bound_m(std::size_t i, const Segment& axis) const {
   const Thing& thing = things_[i];
   switch (thing.form) {
     case Form::kSphere:
-    case Form::kCylinder:  // the capsule about it
+    case Form::kCylinder:  // the enclosing capsule
       return std::max(0.0, calib::distance_m(axis, thing.axis) - thing.radius_m);
     case Form::kBox:
-    case Form::kMesh: {  // between the boxes about both
+    case Form::kMesh: {  // between the bounding boxes
       const Vector3d a = thing.into * axis.a, b = thing.into * axis.b;
       return (a.cwiseMin(b) - thing.high).cwiseMax(thing.low - a.cwiseMax(b)).cwiseMax(0.0).norm();
     }
@@ -266,8 +265,8 @@ double Surroundings::distance_m(std::size_t i, const Segment& axis, double most_
   const Thing& thing = things_[i];
   const double bound = bound_m(i, axis);
   if (!thing.geometry || bound > most_m) return bound;  // spheres and floor: exact
-  // An axis is a capsule without thickness: GJK ends on it after a few steps, where on a round body
-  // it only comes near.
+  // An axis is a capsule without thickness: GJK terminates on it after a few steps, and only
+  // approximates round bodies.
   constexpr double kPoint = 1e-9;
   const Vector3d along = axis.b - axis.a;
   const double length = along.norm();
@@ -275,13 +274,13 @@ double Surroundings::distance_m(std::size_t i, const Segment& axis, double most_
   const Eigen::Isometry3d at = frame_along(
       length > kPoint ? Vector3d(along / length) : Vector3d::UnitZ(), (axis.a + axis.b) / 2.0);
   const fcl::DistanceRequestd request(false, false, 0.0, 0.0, kGjkTolerance);
-  fcl::DistanceResultd result(most_m + kPoint);  // nothing further is looked for in a mesh
+  fcl::DistanceResultd result(most_m + kPoint);  // farther parts of a mesh are skipped
   try {
     const double found =
         fcl::distance(thing.geometry.get(), thing.frame, &line, at, request, result);
-    return std::max(bound, found);  // negative where they meet
+    return std::max(bound, found);  // negative at intersection
   } catch (const std::exception&) {
-    return bound;  // what FCL cannot decide is taken as near as it can be
+    return bound;  // on failure of FCL the lower bound is used
   }
 }
 

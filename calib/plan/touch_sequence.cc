@@ -13,7 +13,7 @@ namespace cellcal::calib {
 
 namespace {
 
-/// A tip further from every nominal surface touches something else.
+/// A tip farther from every nominal surface is in contact with something else.
 constexpr double kNearM = 0.03;
 
 }  // namespace
@@ -37,7 +37,7 @@ struct TouchSequence::Impl {
     progress.touches_left = std::max(most, finder.touches_left());
   }
 
-  /// All spheres are found.
+  /// Called once all spheres are found.
   void begin() {
     online.emplace(finder.located(), options.plan, options.goal, JointVector{}, Pace{}, made);
   }
@@ -51,7 +51,7 @@ struct TouchSequence::Impl {
     return online->next(from);
   }
 
-  /// How far the tip is off the target's surface, and the surface's outward normal there.
+  /// Signed distance of the tip from the target's surface, and the surface's outward normal there.
   static std::pair<double, Eigen::Vector3d> surface(const Cell& cell, const Target& target,
                                                     const Eigen::Vector3d& tip) {
     const Eigen::Vector3d from_centre = tip - target.centre_m;
@@ -65,8 +65,8 @@ struct TouchSequence::Impl {
     return {aside > 0.0 ? std::hypot(off, aside) : off, target.normal};
   }
 
-  /// Out of a search that the session before has left, by its own moves; empty where the arm is not on
-  /// them, and where it need not.
+  /// Retreat from a search left by the preceding session, by its recorded moves; empty if the arm is
+  /// not on them, or need not retreat.
   std::optional<std::vector<JointVector>> way_it_came(const JointVector& from,
                                                       bool in_contact) const {
     if (!options.left || finder.done()) return std::nullopt;
@@ -76,7 +76,7 @@ struct TouchSequence::Impl {
     return way;
   }
 
-  /// Straight away from the sphere or plane that the tip is at.
+  /// Straight away from the sphere or plane at the tip.
   JointVector way_out(const JointVector& from) const {
     const Cell& cell = finder.located();
     const Clearance clearance(cell, arm);
@@ -122,7 +122,7 @@ struct TouchSequence::Impl {
   Finder finder;
   std::vector<Touch> made;
   std::optional<Online> online;
-  Progress progress;  ///< before there is one of online
+  Progress progress;  ///< before online touches begin
 };
 
 TouchSequence::TouchSequence(const Cell& cell, const TouchSequenceOptions& options,

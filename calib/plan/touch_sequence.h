@@ -1,7 +1,6 @@
 #pragma once
-// The touches of a session that chooses as it goes: where each goes follows from what those before
-// it have shown. First the spheres are found whose places are not known (finder.h), then all are
-// touched until the goal is reached (online.h).
+// Touches of an adaptive session: each is chosen by the results of those before. First spheres with
+// unknown places are located (finder.h), then all are touched until the goal is reached (online.h).
 
 #include <memory>
 #include <optional>
@@ -16,45 +15,45 @@ namespace cellcal::calib {
 struct TouchSequenceOptions {
   PlanOptions plan;
   Goal goal;
-  bool find = false;  ///< all spheres are found by touching first, not only those without a centre
-  bool only_find = false;  ///< nothing behind that
-  /// Of the session before: where the arm stands on its moves, it leaves by them.
+  bool find = false;       ///< locates all spheres first, not only those without a centre
+  bool only_find = false;  ///< ends after locating
+  /// Search of the preceding session: an arm on its moves retreats by them.
   std::optional<SearchUnderWay> left{};
 };
 
-/// What became of a touch that was offered and not made.
+/// Outcome of a touch that was offered and not made.
 enum class NotMade {
   kMissed,  ///< no contact by the end of the search
-  kFailed   ///< it says nothing: noise, readings that disagree
+  kFailed   ///< no information: noise, contradictory readings
 };
 
 class TouchSequence {
  public:
-  /// `made`: touches of the same session before it was interrupted. Throws as Online's constructor.
+  /// `made`: touches of the same session before its interruption. Throws as Online's constructor.
   TouchSequence(const Cell& cell, const TouchSequenceOptions& options,
                 const std::vector<Touch>& made);
   ~TouchSequence();
   TouchSequence(TouchSequence&&) noexcept;
   TouchSequence& operator=(TouchSequence&&) noexcept;
 
-  /// The next touch with its way from where the arm is; empty once done. Offered again until
+  /// The next touch with its path from the current position; empty once done. Repeated until
   /// touched() or failed() is called. `in_contact`: the tip touches a sphere; the first waypoint
-  /// then leads straight away from it. Throws PlanError where the arm stands so that no clear way
-  /// leads out: the operator has to jog it.
+  /// then leads straight away from it. Throws PlanError if no clear path leads out; the operator
+  /// has to jog the arm.
   std::optional<PlannedTouch> next(const JointVector& from, bool in_contact);
-  /// Throws IdentifyError where all touches together determine nothing.
+  /// Throws IdentifyError if all touches together determine no estimate.
   void touched(const Touch& touch);
   void failed(NotMade how);
   std::vector<JointVector> way_home() const;
-  /// What next() offered from there, and the way out of it; of no touch the way home. Empty once all
+  /// The touch offered by next() and its retreat; the return path if there is none. Empty once all
   /// spheres are found.
   std::optional<SearchUnderWay> under_way(const JointVector& from,
                                           const std::optional<PlannedTouch>& touch) const;
 
   const Progress& progress() const;
-  /// The cell with its spheres where they were found, or are believed to be.
+  /// The cell with its spheres at their found or estimated places.
   const Cell& located() const;
-  /// What is being done: "finding S2: 1 touch, within 20 mm", "touching", "checking".
+  /// Current activity: "finding S2: 1 touch, within 20 mm", "touching", "checking".
   std::string stage() const;
 
  private:

@@ -17,19 +17,19 @@ namespace cellcal::calib {
 
 namespace {
 
-/// What changing over is taken to cost beyond the direct move as long as nobody has looked: the tip
-/// has to rise above a sphere to get round it, and another sphere is farther.
+/// Estimated extra cost of a change beyond the direct move before its path is planned: the tip has
+/// to rise above a sphere, and another sphere is farther.
 constexpr double kSameSphereS = 0.2, kOtherSphereS = 0.5;
-/// Where no way leads.
+/// Cost without a path.
 constexpr double kNoWayS = 1e3;
-/// Fewer orders are looked at of many visits: each takes the square of their number.
+/// Limits the number of orders for many visits: each costs the square of their number.
 constexpr int kMostVisitsTimesOrders = 4000;
-/// Of the time that visits take to plan; the rest are the corners of their ways.
+/// Share of ordering in the planning time of visits; the rest is for corners.
 constexpr double kOrderingShare = 0.7;
 
 using Way = std::optional<std::vector<JointVector>>;
 
-/// The ways between the visits, looked for when an order has need of them.
+/// Paths between the visits, planned when an order needs them.
 class Ways {
  public:
   Ways(const Robot& robot, const Router& router, const std::vector<ToVisit>& todo,
@@ -51,7 +51,7 @@ class Ways {
 
   static constexpr std::size_t kStart = std::numeric_limits<std::size_t>::max();
 
-  /// From behind the visit `from`, or from the start, to the stand-off of `to`.
+  /// From the end of the visit `from`, or from the start, to the stand-off of `to`.
   const Way& way(std::size_t from, std::size_t to) {
     const auto [found, is_new] = known_.try_emplace({from, to});
     Way& way = found->second;
@@ -63,9 +63,9 @@ class Ways {
     return way;
   }
 
-  /// The order that takes the least time of those that were looked at. An order stands on times
-  /// that are guessed where no order before it went; its own ways are looked for, and the next
-  /// order stands on their times. `share`: of the part in hand that this is.
+  /// The fastest of the orders evaluated. An order is based on estimated times for paths not used
+  /// before; its own paths are planned, and the next order uses their times. `share`: of the
+  /// current part of the computation.
   std::vector<std::size_t> shortest_order(int most, double share) {
     const auto visits = static_cast<int>(todo_.size());
     const int orders = std::clamp(kMostVisitsTimesOrders / std::max(1, visits), 1, most);
@@ -80,7 +80,7 @@ class Ways {
       std::size_t led = 0;
       for (const std::size_t to : order) {
         way(from, to);
-        // The first order has most ways to look for, each further one about half of those before it.
+        // The first order plans most paths, each further one about half as many.
         tell_done(share * (1.0 - std::pow(0.5, k + static_cast<double>(++led) / visits)));
         sum_s += seconds(from, to);
         from = to;
@@ -156,7 +156,7 @@ Plan visit(const Cell& cell, const PlanOptions& options, const Clearance& cleara
   }
   if (leaving != nullptr) {
     const auto back = router.away(*leaving, start);
-    if (back) plan.home = *back;  // else the arm stays at the clear point, which is free
+    if (back) plan.home = *back;  // otherwise the arm stays at the clear point, which is free
   }
   return plan;
 }
@@ -164,7 +164,7 @@ Plan visit(const Cell& cell, const PlanOptions& options, const Clearance& cleara
 namespace {
 
 constexpr double kWorthIt = 1e-9;
-constexpr int kRounds = 50;  // each goes over all pairs; ten are the rule
+constexpr int kRounds = 50;  // over all pairs; typically ten are used
 constexpr std::size_t kLongestRun = 3;
 
 /// The path with its costs; place 0 is the first after the start.
@@ -183,8 +183,8 @@ class Path {
     }
   }
 
-  /// Turns a stretch of the path round where that is shorter. Costs may differ with the direction,
-  /// so that the stretch's own count both ways.
+  /// Reverses a section of the path if that is shorter. Costs may depend on the direction, so the
+  /// section's own costs are included both ways.
   bool turn_stretches() {
     bool better = false;
     const std::size_t n = order_.size();
@@ -205,7 +205,7 @@ class Path {
     return better;
   }
 
-  /// Moves a few visits that follow one another to another place.
+  /// Moves a few consecutive visits to another place.
   bool move_runs() {
     bool better = false;
     for (std::size_t length = 1; length <= kLongestRun; ++length)
@@ -246,7 +246,7 @@ class Path {
   double out_of(std::size_t place, std::size_t visit) const {
     return place + 1 == order_.size() ? 0.0 : between(visit, order_[place + 1]);
   }
-  /// What putting `run` before `place` of `rest` adds.
+  /// Cost added by inserting `run` before `place` of `rest`.
   double gap(const std::vector<std::size_t>& rest, std::size_t place,
              const std::vector<std::size_t>& run) const {
     const double in = place == 0 ? from_start_[static_cast<Eigen::Index>(run.front())]

@@ -1,5 +1,5 @@
 #pragma once
-// Touches in an order that costs the robot little time, with clear ways from one to the next.
+// Touches in an order of short duration, with clear paths between them.
 
 #include <Eigen/Core>
 #include <functional>
@@ -10,7 +10,7 @@
 
 namespace cellcal::calib {
 
-/// Where the direct move is clear, but every chain that was tried is not.
+/// The direct move is clear, but every chain tried is not.
 inline constexpr const char* kBlockedAround = "the ways around it are blocked";
 
 struct ToVisit {
@@ -18,28 +18,28 @@ struct ToVisit {
   TouchSet set;
 };
 
-/// Shortens the search line of a touch whose way is known, where it can.
+/// Shortens the search line of a touch with a known path, if possible.
 using Aim = std::function<void(const Candidate&, PlannedTouch&)>;
 
-/// Orders that are looked at at most.
+/// Maximum number of orders evaluated.
 inline constexpr int kMostOrders = 24;
 
-/// The order of `todo` that takes the least time of those looked at, by the ways that are found:
-/// from `start`, where `leaving` was touched last (null: nothing was).
+/// The fastest evaluated order of `todo`, by planned paths: from `start`, where `leaving` was
+/// touched last (null: none).
 std::vector<std::size_t> order_by_ways(const Robot& robot, const Router& router,
                                        const std::vector<ToVisit>& todo, const JointVector& start,
                                        const Candidate* leaving, int most_orders = kMostOrders);
 
-/// Visits all of `todo`, from `start` and back. Null `aim`: search lines as they are. Throws PlanError where no
-/// clear way leads to one.
+/// Visits all of `todo`, from `start` and back. Null `aim`: search lines unchanged. Throws PlanError if no
+/// clear path leads to one.
 Plan visit(const Cell& cell, const PlanOptions& options, const Clearance& clearance,
            const Router& router, std::vector<ToVisit> todo, const JointVector& start,
            const Aim& aim = {});
 
-// The order of visits that costs the robot the least time, near enough: an open path from a start.
+// Near-optimal order of visits by duration: an open path from a start.
 
 /// `cost(i, j)`: from i to j, any non-negative times; `from_start[i]`: to i first. Nearest
-/// neighbour, then 2-opt and or-opt moves until none helps. The same for the same costs.
+/// neighbour, then 2-opt and or-opt moves until none improves. Deterministic.
 std::vector<std::size_t> short_order(const Eigen::MatrixXd& cost,
                                      const Eigen::VectorXd& from_start);
 

@@ -9,7 +9,7 @@ namespace cellcal::calib {
 
 namespace {
 
-/// Where the joint keeps its prior of that kind.
+/// The joint's field for a prior of this kind.
 double Joint::*place_of(SpreadKind kind) {
   switch (kind) {
     case SpreadKind::kLength:
@@ -24,7 +24,7 @@ double Joint::*place_of(SpreadKind kind) {
   return nullptr;
 }
 
-/// The gears that an estimate assumes where the file names none.
+/// Sets the gear orders assumed by an estimate if the file names none.
 void name_usual_orders(Robot& robot) {
   Cell cell;
   cell.robot = robot;

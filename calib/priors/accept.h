@@ -1,5 +1,5 @@
 #pragma once
-// A robot file's priors replaced by its fleet's, each old and new value named.
+// Replaces the priors of a robot file by those of its fleet, and lists old and new values.
 
 #include <string>
 #include <variant>
@@ -15,7 +15,7 @@ struct PriorChange {
   std::string joint;
   SpreadKind kind = SpreadKind::kLength;
   double before = 0.0,
-         after = 0.0;  ///< SI, radians; before 0: the file states none, and it was assumed
+         after = 0.0;  ///< SI, radians; before 0: assumed, not in the file
 };
 
 struct Accepted {
@@ -23,14 +23,14 @@ struct Accepted {
   std::vector<PriorChange> changes;
 };
 
-/// The priors are of another nominal geometry.
+/// The priors are of a different nominal geometry.
 struct OtherNominalGeometry {
   std::string priors, robot;  ///< SHA-256
 };
 
-/// The robot with what is offered: tolerances where it allows that error at all; compliance where the file states it; the
-/// amplitude of gears where it names their orders, or of all joints where it names none (orders 1 to 4, each the smaller the
-/// higher, as an estimate assumes them).
+/// The robot with the priors offered: tolerances for errors that it allows; compliance if the file states it; gear
+/// amplitudes for the orders that it names, or for orders 1 to 4 of all joints if it names none, decreasing with the
+/// order as an estimate assumes.
 std::variant<Accepted, OtherNominalGeometry> accept(const Robot& robot, const FleetPriors& priors);
 
 }  // namespace cellcal::calib

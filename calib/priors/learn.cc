@@ -40,7 +40,7 @@ std::optional<SpreadKind> kind_of(const ParameterKey& key) {
   }
 }
 
-/// The errors that a nominal geometry has, each with its stated sigma, in groups of one spread.
+/// The errors of a nominal geometry with their stated sigmas, in groups of one spread.
 struct Drawn {
   explicit Drawn(const Robot& robot) : name(robot.name) {
     Cell cell;
@@ -56,7 +56,7 @@ struct Drawn {
       if (is_new) {
         groups.kind.push_back(static_cast<int>(*kind));
         joint.push_back(static_cast<std::size_t>(p.joint));
-        // Of gears that of order 1.
+        // Gears: amplitude of order 1.
         stated.push_back(*kind == SpreadKind::kGear
                              ? arm.robot().joints[joint.back()].harmonic_sigma_rad
                              : p.sigma);
@@ -67,7 +67,7 @@ struct Drawn {
     }
   }
 
-  /// In these sigmas; errors that have none here the others leave open.
+  /// In units of these sigmas; errors without one here are marginalised.
   ArmRows rows_of(const ArmEvidence& arm) const {
     ArmRows result{Eigen::MatrixXd::Zero(arm.rows.rows(), groups.errors()), arm.values};
     for (std::size_t k = 0; k < arm.keys.size(); ++k)
@@ -79,13 +79,13 @@ struct Drawn {
 
   std::string name;
   Groups groups;
-  std::vector<std::size_t> joint;  ///< of each group
-  std::vector<double> stated;      ///< likewise
-  std::vector<double> sigma;       ///< of each error
+  std::vector<std::size_t> joint;  ///< per group
+  std::vector<double> stated;      ///< per group
+  std::vector<double> sigma;       ///< per error
   std::map<ParameterKey, Eigen::Index> column;
 };
 
-/// That order in which the outcome does not hang on how they came; of one arm the best first.
+/// Makes the result independent of the input order; calibrations of one arm are sorted best first.
 void put_in_order(std::vector<ArmEvidence>& arms) {
   std::ranges::sort(arms, [](const ArmEvidence& a, const ArmEvidence& b) {
     return std::tie(a.arm, a.update, b.time, a.name, a.values[0]) <
@@ -93,7 +93,7 @@ void put_in_order(std::vector<ArmEvidence>& arms) {
   });
 }
 
-/// The first of each arm that is known by name.
+/// Keeps the first calibration of each arm known by name.
 void keep_one_each(std::vector<ArmEvidence>& arms, std::vector<SetAside>& set_aside) {
   std::vector<ArmEvidence> kept;
   for (ArmEvidence& arm : arms) {
@@ -114,7 +114,7 @@ void keep_nominal_geometry(const std::string& wanted, std::vector<ArmEvidence>& 
   });
 }
 
-/// Returns how many are too far or too near.
+/// Returns the number of arms that are too far or too near.
 int tell_set_aside(const std::vector<ArmEvidence>& arms, const Population& p,
                    std::vector<SetAside>& set_aside) {
   int outliers = 0;
@@ -199,15 +199,16 @@ Learned learn(const Robot& nominal, std::vector<ArmEvidence> arms) {
 
 namespace {
 
-/// A direction of which the touches took less than a fiftieth of the prior's variance away tells next to nothing,
-/// and what moments of a mean over levels got wrong would count by the root of fifty.
+/// A direction in which the touches reduce the prior variance by less than a fiftieth carries almost no
+/// information, and the error of the moments of a mean over levels would be amplified by the root of fifty.
 constexpr double kDecidedByPrior = 0.98;
-/// More than beforehand nobody can be unsure; some is what the moments of a mean over levels leave.
+/// Posterior variance above the prior's is an artefact of the moments of a mean over levels;
+/// tolerated up to this factor.
 constexpr double kMostOfPrior = 2.0;
-/// Finer than a hundred-thousandth of a tolerance is beyond all touching.
+/// Variance ratios below a hundred-thousandth of a tolerance are not plausible.
 constexpr double kLeastOfPrior = 1e-10;
 
-/// rms over the levels that the touches left, of those that were considered.
+/// rms over the levels considered, weighted by probability.
 double rms_size(const Calibration& c, double ModelLevel::*size) {
   double sum = 0.0, weight = 0.0;
   for (const LevelEvidence& one : c.levels) {
@@ -218,7 +219,7 @@ double rms_size(const Calibration& c, double ModelLevel::*size) {
   return weight > 0.0 ? std::sqrt(sum / weight) : c.level.*size;
 }
 
-/// Prior sigmas of what is learned.
+/// Prior sigmas of the parameters that are learned.
 std::map<ParameterKey, double> prior_sigmas(const Calibration& c) {
   const double compliance = rms_size(c, &ModelLevel::compliance),
                transmission = rms_size(c, &ModelLevel::transmission);
@@ -290,7 +291,7 @@ std::variant<ArmEvidence, SetAsideKind> evidence_of(const Calibration& c) {
     mean.push_back(p.correction);
   }
   if (at.empty()) return SetAsideKind::kTellsNothing;
-  // Of an update the last calibration's covariance is in it as that stated it.
+  // In an update the last calibration's covariance enters as it was stated.
   const double widened = evidence.update ? 1.0 : std::max(1.0, c.chi2_per_dof);
   const auto n = static_cast<Eigen::Index>(at.size());
   const auto as_vector = [n](const std::vector<double>& v) -> Eigen::VectorXd {

@@ -1,5 +1,5 @@
 #pragma once
-// From what the touches of many arms say to priors for arms of their model.
+// Learns priors for a robot model from the calibrations of many arms.
 
 #include <Eigen/Core>
 #include <optional>
@@ -12,13 +12,13 @@
 
 namespace cellcal::calib {
 
-// What the touches of one arm say of its errors, the priors that its calibration stood on divided out.
+// Evidence of one arm's touches on its errors, with the priors of its calibration divided out.
 
 /// rows * (errors [SI]) + N(0, 1) = values.
 struct ArmEvidence {
   std::string name;  ///< of the calibration: its file
-  std::string arm;   ///< which arm it is, as far as known; empty: not known
-  std::string time;  ///< ISO 8601 UTC; empty: not known
+  std::string arm;   ///< identity of the arm; empty: unknown
+  std::string time;  ///< ISO 8601 UTC; empty: unknown
   bool update = false;
   Robot robot;
   std::string nominal_geometry;    ///< nominal_geometry_sha256()
@@ -27,26 +27,26 @@ struct ArmEvidence {
   Eigen::VectorXd values;
 };
 
-/// Or why it has no part.
+/// Or the reason for setting the calibration aside.
 std::variant<ArmEvidence, SetAsideKind> evidence_of(const Calibration& calibration);
 
-/// Fewer arms are no fleet.
+/// Minimum number of arms.
 inline constexpr int kFewestArms = 3;
 
 enum class NoPriors {
   kTooFewArms,
-  kNotOnePopulation  ///< more than a fifth of the arms do not fit with the others
+  kNotOnePopulation  ///< more than a fifth of the arms are outliers
 };
 
 struct Learned {
-  /// Without version and date, which are the caller's; joints in the robot file's order.
+  /// Without version and date, which the caller sets; joints in the robot file's order.
   FleetPriors priors;
-  std::optional<NoPriors> none;     ///< why the priors are not to be used: they have no joints then
+  std::optional<NoPriors> none;     ///< set if the priors are unusable; they have no joints then
   std::vector<SetAside> set_aside;  ///< by name
 };
 
-/// The nominal geometry that most of these arms have, of the robot file whose tolerances are in the middle of theirs: no few
-/// have a say in it. Throws std::invalid_argument where there are none.
+/// The most frequent nominal geometry of these arms, from the robot file with the median tolerances, so that few files
+/// cannot influence it. Throws std::invalid_argument if there are none.
 Robot commonest_nominal_geometry(const std::vector<ArmEvidence>& arms);
 
 /// Arms of another nominal geometry are set aside.

@@ -13,9 +13,11 @@ namespace cellcal::calib {
 
 namespace {
 
-/// How alike the joints are, as 1 sigma of the logarithm: all of a kind together, and each joint's beside that.
+/// Prior similarity of the joints, as 1 sigma of the logarithm: common to a kind, and independent for each
+/// joint.
 constexpr double kCommonSigma = 0.2, kOwnSigma = 0.3;
-/// A thirtieth to thirty times of what is drawn: beyond it no arm is of that nominal geometry.
+/// Range of the spreads, a thirtieth to thirty times the stated one: beyond it the nominal geometry
+/// does not apply.
 constexpr double kFarthest = 3.4;
 constexpr double kLongestStep = 0.5;
 constexpr double kSettled = 1e-6;
@@ -35,10 +37,10 @@ Cholesky predicted(const ArmRows& arm, const Eigen::VectorXd& t) {
   return Cholesky(v);
 }
 
-/// Of the logarithms of the spreads, beforehand.
+/// Prior of the logarithms of the spreads.
 struct HyperPrior {
   Eigen::MatrixXd alike;      ///< inverse covariance
-  Eigen::ArrayXd drawn_arms;  ///< errors of each group that the robot file counts for
+  Eigen::ArrayXd drawn_arms;  ///< weight of the robot file, in errors per group
 
   double log_density(const LogSpreads& at) const {
     return -0.5 * at.dot(alike * at) -
@@ -52,7 +54,7 @@ struct HyperPrior {
     c.diagonal().array() += 2.0 * drawn_arms * (-2.0 * at.array()).exp();
     return c;
   }
-  /// As (90) of so many arms: their errors as far off as the spreads say, not as the robot file does.
+  /// (90) for the robot file's weight: errors as large as the spreads, not as stated.
   Eigen::MatrixXd information() const { return curvature(LogSpreads::Zero(drawn_arms.size())); }
 };
 
@@ -109,7 +111,7 @@ Derivatives derivatives(const std::vector<ArmRows>& arms, const std::vector<bool
 
 ArmFit fit_of(const ArmRows& arm, const Groups& groups, const LogSpreads& spreads) {
   const Cholesky v = predicted(arm, variances(groups, spreads));
-  // Rows of which one is 1e15 times another: nobody's touches.
+  // Rows with a ratio of 1e15 do not come from touches.
   if (!v.positive()) return {kNever, -kNever};
   const double chi2 = v.whitened(arm.values).squaredNorm();
   return {chi2, -0.5 * (v.log_det() + chi2)};
@@ -138,7 +140,7 @@ SpreadFit fit_spreads(const std::vector<ArmRows>& arms, const std::vector<bool>&
     double length = std::min(1.0, kLongestStep / std::max(kSettled, way.lpNorm<Eigen::Infinity>()));
     const double before = d.log_evidence + prior.log_density(fit.mode);
     LogSpreads next = fit.mode;
-    // Scoring nearly always goes up; where it does not, half of the way does.
+    // Scoring steps usually increase the likelihood; otherwise the step is halved.
     for (int half = 0; half < 10; ++half, length /= 2.0) {
       next = (fit.mode + length * way).cwiseMax(-kFarthest).cwiseMin(kFarthest);
       d = derivatives(arms, use, groups, next);
@@ -160,10 +162,10 @@ SpreadFit fit_spreads(const std::vector<ArmRows>& arms, const std::vector<bool>&
 
 namespace {
 
-/// Of chi^2: honest arms are beyond it once in 16 000 times.
+/// In sigmas of chi^2: exceeded by one in 16 000 consistent arms.
 constexpr double kGate = 4.0;
 constexpr int kRounds = 20;
-/// Log odds, beside the number of pairs that it might have been.
+/// Log odds, in addition to the number of candidate pairs.
 constexpr double kSameArm = 10.0;
 
 std::vector<double> chi2_of(const std::vector<ArmRows>& arms, const Groups& groups,
@@ -187,8 +189,8 @@ double median_of(const std::vector<double>& values, const std::vector<bool>& amo
   return median(std::move(some));
 }
 
-/// All spreads times one factor, so that half of the arms are farther than expected. What the robot file counts for
-/// would have few arms, all nearer to it than it states, look too near.
+/// Scales all spreads so that half of the arms lie beyond the expected distance. Otherwise the robot file's weight
+/// would make few arms, all nearer than stated, look too near.
 LogSpreads scaled_to_median(const std::vector<ArmRows>& arms, const std::vector<bool>& among,
                             const Groups& groups, const LogSpreads& spreads) {
   double low = -3.0, high = 3.0;
@@ -202,14 +204,14 @@ LogSpreads scaled_to_median(const std::vector<ArmRows>& arms, const std::vector<
   return with((low + high) / 2.0);
 }
 
-/// Under the spreads of most.
+/// Distances under the spreads of the majority.
 void measure(const std::vector<ArmRows>& arms, const std::vector<bool>& among, const Groups& groups,
              const LogSpreads& spreads, Population& p) {
   p.chi2 = chi2_of(arms, groups, scaled_to_median(arms, among, groups, spreads));
   p.far = deviates(arms, p.chi2);
 }
 
-/// The half of them that is least far off.
+/// The half of the arms with the smallest distances.
 std::vector<bool> nearest_half(const std::vector<double>& far, const std::vector<bool>& among) {
   const double middle = median_of(far, among);
   std::vector<bool> half(far.size());
@@ -217,7 +219,7 @@ std::vector<bool> nearest_half(const std::vector<double>& far, const std::vector
   return half;
 }
 
-/// Wider where most arms scatter more than normal ones.
+/// Widened if most arms scatter more than normal.
 std::vector<bool> within_gate(const std::vector<double>& far, const std::vector<bool>& among) {
   std::vector<double> scatter;
   for (const double u : far) scatter.push_back(std::abs(u) / kNormalMedian);
@@ -227,7 +229,7 @@ std::vector<bool> within_gate(const std::vector<double>& far, const std::vector<
   return near;
 }
 
-/// Spreads and arms in turn.
+/// Alternates between estimating the spreads and selecting the arms.
 void settle(const std::vector<ArmRows>& arms, const std::vector<bool>& among, const Groups& groups,
             Population& p) {
   for (int round = 0; round < kRounds; ++round) {
@@ -248,12 +250,12 @@ ArmRows together(const ArmRows& a, const ArmRows& b) {
   return both;
 }
 
-/// What the other arm's touches foresee of this one's, roughly: whether asking is worth it.
+/// Rough prediction of this arm's touches from the other's: a cheap pretest.
 bool may_be(const ArmRows& arm, const Eigen::VectorXd& errors_of_other) {
   return (arm.values - arm.rows * errors_of_other).squaredNorm() < 0.5 * arm.values.squaredNorm();
 }
 
-/// Most likely errors of each arm, in drawn sigmas.
+/// Most likely errors of each arm, in stated sigmas.
 std::vector<Eigen::VectorXd> errors(const std::vector<ArmRows>& arms, const Groups& groups,
                                     const LogSpreads& spreads) {
   std::vector<Eigen::VectorXd> all;

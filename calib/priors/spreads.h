@@ -1,5 +1,5 @@
 #pragma once
-// The spreads of a model's errors, by the marginal likelihood of what its arms' touches say.
+// Spreads of a model's errors by the marginal likelihood of its arms' touches.
 
 #include <Eigen/Core>
 #include <cstddef>
@@ -13,46 +13,46 @@ struct ArmRows {
   Eigen::VectorXd values;
 };
 
-/// Errors fall into groups of one spread each, groups into kinds.
+/// Errors are grouped by common spread, groups by kind.
 struct Groups {
   std::vector<Eigen::Index> of_error;  ///< group of each error
-  std::vector<int> kind;               ///< of each group
+  std::vector<int> kind;               ///< kind of each group
 
   Eigen::Index errors() const { return static_cast<Eigen::Index>(of_error.size()); }
   Eigen::Index size() const { return static_cast<Eigen::Index>(kind.size()); }
 };
 
-/// Logarithm of each group's spread over the drawn one.
+/// Logarithm of each group's spread relative to the stated one.
 using LogSpreads = Eigen::VectorXd;
 
-/// How one arm fits into these spreads.
+/// Consistency of one arm with the spreads.
 struct ArmFit {
-  double chi2 = 0.0;          ///< of as many degrees of freedom as rows
+  double chi2 = 0.0;          ///< degrees of freedom: number of rows
   double log_evidence = 0.0;  ///< (88)
 };
 ArmFit fit_of(const ArmRows& arm, const Groups& groups, const LogSpreads& spreads);
 
-/// Likeliest errors of an arm, in drawn sigmas.
+/// Most likely errors of an arm, in stated sigmas.
 Eigen::VectorXd likely_errors(const ArmRows& arm, const Groups& groups, const LogSpreads& spreads);
 
-/// By how many standard deviations that chi^2 is more than expected; normal, by Wilson and Hilferty.
+/// Deviation of chi^2 from its expectation as a standard normal variable, by Wilson and Hilferty.
 double deviate(double chi2, Eigen::Index degrees_of_freedom);
 
 struct SpreadFit {
   LogSpreads mode, sigma;
-  Eigen::VectorXd arms;  ///< of each group: that tell as much, were their errors seen perfectly
+  Eigen::VectorXd arms;  ///< per group: equivalent number of perfectly known arms
 };
-/// Mode of the spreads and its uncertainty, of those of the arms that are in use.
+/// Mode of the spreads and its uncertainty, from the arms in use.
 SpreadFit fit_spreads(const std::vector<ArmRows>& arms, const std::vector<bool>& use,
                       const Groups& groups, const LogSpreads& start);
 
-// Which arms are one population: each once, without those that are too far off, or too near the nominal geometry.
+// Selects the arms of one population: each once, without those too far from or too near to the nominal geometry.
 
 struct Population {
   SpreadFit spreads;
   std::vector<bool> use;
-  std::vector<double> chi2, far;  ///< of all arms by the spreads of most, and as a normal deviate
-  std::vector<std::size_t> same_as;  ///< the arm that it is; its own index: it counts itself
+  std::vector<double> chi2, far;     ///< per arm under the majority's spreads; far: normal deviate
+  std::vector<std::size_t> same_as;  ///< index of the same arm's calibration that counts
 };
 
 Population population_of(const std::vector<ArmRows>& arms, const Groups& groups);

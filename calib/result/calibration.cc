@@ -47,7 +47,7 @@ double stated_value(const Cell& cell, const ParameterKey& parameter) {
 
 namespace {
 
-/// Per parameter of the arm its index in the calibration, -1 where it is not.
+/// Index of each of the arm's parameters in the calibration, -1 if absent.
 std::vector<Eigen::Index> places(const ArmModel& arm, const Calibration& c) {
   std::map<ParameterKey, Eigen::Index> index;
   for (std::size_t i = 0; i < c.parameters.size(); ++i)

@@ -37,7 +37,7 @@ DriftAdvice remedy_of(CheckVerdict verdict, ChangeKind change) {
       return DriftAdvice::kLetItWarmUp;
     case ChangeKind::kTool:
       return DriftAdvice::kRemeasureTcp;
-    case ChangeKind::kNothing:  // too few touches met anything
+    case ChangeKind::kNothing:  // too few touches made contact
     case ChangeKind::kSphere:
     case ChangeKind::kJoint:
       break;
@@ -112,7 +112,7 @@ const DriftPoint* newest_counted(const DriftChart& chart) {
   return nullptr;
 }
 
-/// Of its length, along it.
+/// Sigma of the shift along itself.
 double sigma_m(const DriftPoint& point, double noise) {
   const double length = point.off_m.norm();
   if (!(length > 0.0)) return noise * std::sqrt(point.check.covariance_m2.trace() / 3.0);

@@ -183,8 +183,7 @@ std::string still_with_model_error(const Finding& f) {
 
 std::string reference_method(const Finding&) { return "reference method, for comparison only"; }
 
-/// How a kind is worded. `opening`: what the sentence is about; null where that depends on more than
-/// the kind.
+/// Wording of a kind. `opening`: subject of the sentence; null if it depends on more than the kind.
 struct Phrase {
   FindingKind kind;
   const char* opening;
@@ -252,7 +251,7 @@ const Phrase* phrase_of(FindingKind kind) {
   return nullptr;
 }
 
-/// Of kinds whose opening depends on more.
+/// Opening of kinds where it depends on more.
 std::string own_opening(const Finding& f) {
   switch (f.kind) {
     case FindingKind::kCertifiedLength:

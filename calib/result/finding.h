@@ -1,7 +1,7 @@
 #pragma once
-// What an identification found out that a user has to know: a value, not a sentence. What it is,
-// how much it weighs, what it is about, and the numbers that it rests on. Sentences are made where
-// they are read, and nowhere else (calib/result); code asks for kinds.
+// A finding of an identification that concerns the user: a value, not a sentence. Kind, severity,
+// subject, and evidence. Sentences are generated on display only (calib/result); code compares
+// kinds.
 
 #include <Eigen/Core>
 #include <cstddef>
@@ -18,93 +18,94 @@ namespace cellcal::calib {
 
 enum class FindingKind {
   // Touches and their noise.
-  kTouchScatter,       ///< chi^2: more than stated
+  kTouchScatter,       ///< chi^2: above the stated scatter
   kDuplicateTouches,   ///< copies of other touches
   kManyOutliers,       ///< of all touches
   kOutliersOfTarget,   ///< of one target's
-  kCheckTouches,       ///< held-out touches are farther off than predicted
-  kGrossCheckTouches,  ///< a few of them are, and were left aside
+  kCheckTouches,       ///< residuals of held-out touches exceed the prediction
+  kGrossCheckTouches,  ///< gross errors among them, excluded
   kNoCheckTouches,
   kUnseenPlace,      ///< check touches of a target without fit touches
-  kUnseenNotJudged,  ///< these say too little
+  kUnseenNotJudged,  ///< too few of these to judge
   kTemperature,
-  kModelError,  ///< an error of the arm that no model level explains
+  kModelError,  ///< an error of the arm beyond every model level
   // Geometry of the touches.
   kTooFewTouches,  ///< a first session
   kRank,
   kTooFewDirections,  ///< of a target
   kAllLeftOut,        ///< of a target
   kNotTouched,        ///< targets of the cell file
-  // What the files state.
+  // Statements of the files.
   kCertifiedLength,     ///< contradicted
-  kCertifiedTwice,      ///< two certificates of one length that differ
+  kCertifiedTwice,      ///< two contradictory certificates of one length
   kArtefactSize,        ///< a sphere's diameter, a wire's zero
-  kStatedCentre,        ///< targets far from where the cell file has them
-  kExchangedCentres,    ///< two of them, each where the other should be
+  kStatedCentre,        ///< targets far from their stated places
+  kExchangedCentres,    ///< two targets at each other's place
   kNegativeCompliance,  ///< against gravity
-  kArmScale,            ///< all lengths of the arm together
+  kArmScale,            ///< of all the arm's lengths together
   kOffNominal,          ///< parameters beyond their tolerances
   kEffectiveRadius,     ///< beyond its prior
-  // What the result is good for.
+  // Use of the result.
   kScaleByLengths,     ///< scope: certified lengths hold the scale
   kScaleByReadings,    ///< scope: a tracker's or wire's readings do
-  kScaleByNothing,     ///< scope: near the targets, and why
-  kUncheckedReadings,  ///< nothing else says how long everything is
-  kUncheckedTouch,     ///< a wrong contact that is not detected shifts the tip beyond every bound
-  kUncheckedLengths,   ///< the touches are too few to check one by the others
-  kUncheckedLength,    ///< there is one, and nothing checks it
-  kRequired,           ///< predicted error above what is required
+  kScaleByNothing,     ///< scope: near the targets, and the reason
+  kUncheckedReadings,  ///< nothing else determines the scale
+  kUncheckedTouch,     ///< an undetected wrong contact would shift the tip beyond every bound
+  kUncheckedLengths,   ///< too few touches to check one by the others
+  kUncheckedLength,    ///< one length, not checked by others
+  kRequired,           ///< predicted error above the required one
   kNoGain,             ///< no better than the nominal arm
   kGain,
-  // Against the last calibration.
+  // Comparison with the last calibration.
   kChanged,
   kChangeAccepted,
   kUnchanged,
   kNotCompared,
-  // Out of the last calibration by a few touches.
+  // Update of the last calibration by a few touches.
   kUpdated,
   kUpdateNotNeeded,     ///< nothing changed
-  kUpdateContradicted,  ///< more than one thing did
-  kUpdateNotResolved,   ///< what changed is not known as well as the arm was before
-  kUpdateNotFound,      ///< spheres were not met
-  kUpdateTooFew,        ///< touches
-  // What went wrong.
+  kUpdateContradicted,  ///< more than one change
+  kUpdateNotResolved,   ///< the change is less certain than the arm was before
+  kUpdateNotFound,      ///< spheres were missed
+  kUpdateTooFew,        ///< too few touches
+  // Causes and failures.
   kNotIdentified,
-  kLikelyCause,  ///< which one: LikelyCause
+  kLikelyCause,  ///< see LikelyCause
   kMovedTarget,
-  kJumped,  ///< a joint's zero, the tool or a target; several where it is not clear which
-  kStillWithModelError,  ///< found with the model's own error estimated, too
-  kReferenceMethod,      ///< another's estimator, for comparison only
-  kRecorded              ///< in the words of a file that holds no more
+  kJumped,               ///< a joint's zero, the tool or a target; several if indistinguishable
+  kStillWithModelError,  ///< found with the model error estimated, too
+  kReferenceMethod,      ///< another estimator, for comparison only
+  kRecorded              ///< text of a file without kinds
 };
 
-/// As files name it: "touch_scatter". Of a name that is none, nothing.
+/// Name in files: "touch_scatter". Empty for an unknown name.
 const char* to_string(FindingKind kind);
 std::optional<FindingKind> finding_kind(const std::string& name);
 
 enum class Severity {
   kWithholds,  ///< the result must not be used for this
-  kWarns,      ///< look at it before using the result
+  kWarns,      ///< to be reviewed before using the result
   kInforms
 };
 const char* to_string(Severity severity);
 std::optional<Severity> severity(const std::string& name);
 
-/// What a finding is about.
+/// Subject of a finding.
 struct Subject {
   enum class Of { kSession, kTouch, kTarget, kJoint, kTool, kLength, kParameter, kRobot };
   Of of = Of::kSession;
-  /// As files and sentences have it, which of target, joint and tool is the key, too. Of a touch its
-  /// target; of a length the one end; of a robot its file, or, of the stated one, its name.
+  /// Name in files and sentences; identifies target, joint or tool. For a touch its target; for a
+  /// length one end; for a robot its file, or the stated robot's name.
   std::string name;
-  /// Of a length; of a touch or target under another's name that one; of another robot its name.
+  /// For a length the other end; for a touch or target with a wrong name the correct one; for
+  /// another robot its name.
   std::string other_end;
-  /// What a parameter is found by; none of one that the cell does not have.
+  /// Key of a parameter; empty if the cell does not have it.
   std::optional<ParameterKey> parameter;
   std::optional<TargetKind> target_kind;  ///< of a target
-  /// Counted from 0: the touch itself, or that after which something changed.
+  /// Counted from 0: the touch itself, or the one after which something changed.
   std::optional<std::size_t> touch;
-  int line = 0;  ///< of the file that the touch was read from; 0: none
+  int line = 0;  ///< line of the touch's source file; 0: none
 
   bool operator==(const Subject&) const = default;
 };
@@ -118,26 +119,26 @@ Subject about_tool(std::string name);
 Subject about_length(std::string from, std::string to);
 Subject about_parameter(const Cell& cell, const ParameterKey& key);
 Subject about_robot(std::string file, std::string name);
-/// The same, after a touch.
+/// The subject, changed after this touch.
 Subject after(Subject subject, std::size_t index, const Touch& touch);
 
-/// One number, in the unit that it is read in.
+/// A number in its display unit.
 struct Quantity {
   std::string name;
   double value = 0.0;
   std::string unit;    ///< "mm", "deg", "%", "sigma"; empty: a count or a ratio
-  double sigma = 0.0;  ///< 0: none is stated
+  double sigma = 0.0;  ///< 0: not stated
 
   bool operator==(const Quantity&) const = default;
 };
 
-/// Of lengths [m] and angles [rad], with their sigmas.
+/// From lengths [m] and angles [rad], with their sigmas.
 Quantity in_mm(std::string name, double m, double sigma_m = 0.0);
 Quantity in_deg(std::string name, double rad, double sigma_rad = 0.0);
-/// "shift", with its sigma along it, and its "x", "y", "z".
+/// "shift" with its sigma along it, and its components "x", "y", "z".
 std::vector<Quantity> shift_in_mm(const Eigen::Vector3d& shift_m, double sigma_m);
 
-/// One of several that a finding is about together.
+/// One of several subjects of a finding.
 struct FindingPart {
   Subject about;
   std::vector<Quantity> evidence;
@@ -150,40 +151,40 @@ struct Finding {
   Severity severity = Severity::kWithholds;
   Subject about = {};
   std::vector<Quantity> evidence = {};
-  std::vector<FindingPart> parts = {};  ///< weightiest first
-  /// What others said, and is passed on: an error's message, a file's own words.
+  std::vector<FindingPart> parts = {};  ///< most significant first
+  /// Quoted text: an error message, or a file's own words.
   std::string text = {};
-  /// Of kLikelyCause; none where a file holds its words alone. Where the result would be let through
-  /// with it put right, the evidence has "mends".
+  /// For kLikelyCause; empty if a file holds text only. If correcting it would let the result pass,
+  /// the evidence contains "mends".
   std::optional<LikelyCause> cause = {};
-  std::vector<Finding> still = {};  ///< kStillWithModelError: what was found then, too
+  std::vector<Finding> still = {};  ///< kStillWithModelError: findings that remain
 
   bool withholds() const { return severity == Severity::kWithholds; }
   bool operator==(const Finding&) const = default;
 };
 
-/// That a mistake explains what is withheld.
+/// A mistake that explains a withheld result.
 Finding likely(LikelyCause cause, Subject about = {}, std::vector<Quantity> evidence = {},
                std::vector<FindingPart> parts = {});
 
-/// The quantity of that name; null where there is none.
+/// The quantity of this name; null if absent.
 const Quantity* find(const std::vector<Quantity>& evidence, const std::string& name);
-/// Its value; not a number where there is none.
+/// Its value; NaN if absent.
 double value(const std::vector<Quantity>& evidence, const std::string& name);
 
 bool has(const std::vector<Finding>& findings, FindingKind kind);
-/// The first of that kind; null where there is none.
+/// The first finding of this kind; null if absent.
 const Finding* first(const std::vector<Finding>& findings, FindingKind kind);
 void erase(std::vector<Finding>& findings, FindingKind kind);
 
-// The sentence of each finding, made here and nowhere else: the number first, with its unit and
-// uncertainty, then what to do.
+// Sentences of findings, generated here only: the number first, with unit and uncertainty, then the
+// remedy.
 
 /// "certified length S1-S2: 400.000 mm stated, 400.100 +- 0.010 mm measured (7 sigma). Measure ..."
 std::string words(const Finding& finding);
-/// One for each, in their order.
+/// One for each finding, in order.
 std::vector<std::string> words(const std::vector<Finding>& findings);
-/// Without the opening ("scope: "), for where a heading says it.
+/// Without the opening ("scope: "), for display under a heading.
 std::string sentence(const Finding& finding);
 
 }  // namespace cellcal::calib

@@ -14,22 +14,22 @@
 namespace cellcal::calib {
 
 namespace {
-/// Gears of industrial arms are published with 10 to 60 arcsec per revolution; the low end, since
-/// the evidence may raise it.
+/// Published transmission errors of industrial arms are 10 to 60 arcsec per revolution; the lower
+/// end, since the evidence may raise it.
 constexpr double kUsualTransmissionRad = 10.0 * kRadPerArcsec;
-/// Falling off as 1/h, the spectrum of a walk at random: the least that is assumed of a function of
-/// which nothing is known but its size. What is faster goes into the ripple.
+/// Amplitudes fall off as 1/h, the spectrum of a random walk: the weakest assumption for a function
+/// of known size only. Higher frequencies are covered by the ripple.
 const std::vector<int> kUsualOrders = {1, 2, 3, 4};
 
-/// Sag at a joint whose compliance is not stated, 1 sigma at its largest load, and the least load
-/// that this counts for.
+/// Sag of a joint without stated compliance, 1 sigma at its largest load, and the smallest load
+/// considered.
 constexpr double kUsualSagRad = 3e-3;
 constexpr double kLeastLoadNm = 100.0;
-/// Half the lost motion of a worn gear, 1 sigma, and the share of its largest load that closes it: an
-/// elastic backlash closes over some of it.
+/// Half the lost motion of a worn gear, 1 sigma, and the share of the largest load that closes it:
+/// elastic backlash closes gradually.
 constexpr double kUsualPlayRad = 30.0 * kRadPerArcsec;
 constexpr double kClosesOfLargest = 0.1;
-/// Links whose masses are not stated: by length, as of arms for some ten kilograms.
+/// Unstated link masses by length, as for arms with about ten kilograms of payload.
 constexpr double kUsualMassKgPerM = 40.0;
 constexpr double kGravity = 9.81;
 
@@ -38,7 +38,7 @@ bool stated(const Robot& robot, double Joint::*field) {
                      [&](const Joint& j) { return j.*field > 0.0; });
 }
 
-/// Masses in proportion to the links' lengths, each somewhere between its joints.
+/// Masses in proportion to the links' lengths, each centred between its joints.
 void assume_masses(Robot& robot) {
   double heaviest = 0.0;
   for (std::size_t i = 1; i < robot.joints.size(); ++i) {
@@ -48,17 +48,17 @@ void assume_masses(Robot& robot) {
                                   Eigen::AngleAxisd(joint.beta_rad, Eigen::Vector3d::UnitY()))
                                      .toRotationMatrix();
     joint.com_m = turn.transpose() * Eigen::Vector3d(-joint.a_m, 0.0, -joint.d_m) / 2.0;
-    // The centre may lie anywhere between its joints: uniform, sigma 1/sqrt(12) of the link.
+    // The centre may lie anywhere between the joints: uniform, sigma 1/sqrt(12) of the link.
     joint.moment_sigma_kg_m = joint.mass_kg * joint.com_m.norm() * std::numbers::inv_sqrt3;  // (10)
     heaviest = std::max(heaviest, joint.moment_sigma_kg_m);
   }
-  constexpr double kOfTheHeaviest = 0.1;  // less does not show
+  constexpr double kOfTheHeaviest = 0.1;  // smaller loads are not visible
   for (Joint& joint : robot.joints)
     if (joint.moment_sigma_kg_m < kOfTheHeaviest * heaviest) joint.moment_sigma_kg_m = 0.0;
 }
 
-/// Largest load of each joint [N m], the arm stretched out: everything that hangs on it. 0: it turns about
-/// the vertical and bears none.
+/// Largest load of each joint [N m], with the arm stretched out and everything on it. 0: the axis is
+/// vertical and carries no load.
 std::vector<double> largest_load_nm(const Robot& robot, const Cell& cell) {
   const Eigen::Vector3d axis = robot.base_fixed.linear().col(2);
   const bool upright = axis.cross(robot.gravity_m_s2).norm() < 0.01 * robot.gravity_m_s2.norm();
@@ -146,7 +146,7 @@ namespace {
 std::string mean_words(const Calibration& c) {
   if (c.levels.empty()) return "mean over levels, weighted by evidence";
   double play = 0.0;
-  std::map<double, double> share;  // by the size of the compliance
+  std::map<double, double> share;  // by size of the compliance
   for (const LevelEvidence& l : c.levels) {
     share[l.level.compliance] += l.probability;
     play += l.level.play > 0.0 ? l.probability : 0.0;

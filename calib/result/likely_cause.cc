@@ -57,7 +57,7 @@ std::string names_of(const Finding& f, const char* between) {
   return fmt::format("{}", fmt::join(names, between));
 }
 
-/// A field of the robot file as it should be.
+/// Corrected value of a field of the robot file.
 Quantity field_of(const FindingPart& part) {
   for (const Quantity& one : part.evidence)
     if (one.name != "stated") return one;
@@ -89,7 +89,7 @@ std::string mastering(const Finding& f) {
                      f.about.name, of(f, "add"));
 }
 
-/// Two that were exchanged; of more that went round, each with the one that its touches are of.
+/// Two exchanged targets; for more, each with the one that its touches belong to.
 std::string target_names(const Finding& f) {
   if (f.parts.size() == 2)
     return fmt::format("touches of {} are exchanged. Correct their target names",

@@ -1,7 +1,6 @@
 #pragma once
-// Which of the usual mistakes explains a result that is withheld: a value. What a finding of kind
-// kLikelyCause is about, its evidence and its parts are as said here; its sentence is made in
-// likely_cause.cc.
+// The common mistake that explains a withheld result. Subject, evidence and parts of a finding of
+// kind kLikelyCause are documented per enumerator; likely_cause.cc words them.
 
 #include <optional>
 #include <string>
@@ -11,43 +10,42 @@ namespace cellcal::calib {
 
 struct Finding;
 enum class LikelyCause {
-  // Touches that were read or written otherwise than they were made.
+  // Touches recorded differently from how they were made.
   kRadians,             ///< "largest" deg of all joint angles
   kAxisSign,            ///< of a joint
   kMastering,           ///< of a joint: "add" deg to all its angles
   kExchangedColumns,    ///< parts: two joints
-  kTargetNames,         ///< parts: targets, each with the one that its touches are of
-  kScatteredTouches,    ///< of a target: "together" of "touches", "others" alike
-  kReadingsUnit,        ///< parts: targets; "unit" mm that one of it is
+  kTargetNames,         ///< parts: targets, each with the one that its touches belong to
+  kScatteredTouches,    ///< of a target: "together" of "touches"; "others" alike
+  kReadingsUnit,        ///< parts: targets; "unit" mm per unit of reading
   kReadingsHandedness,  ///< parts: targets
-  kMoved,               ///< of a target: "shift" mm, from that touch on
-  // What the files state, and is not so.
+  kMoved,               ///< of a target: "shift" mm, from this touch on
+  // Wrong statements of the files.
   kToolUnit,          ///< "reach" mm
-  kToolTip,           ///< "x", "y", "z" mm that it is off; "turn": as if the last axis were
-  kDimension,         ///< part: joint, a field as below; "last": it is the last one
-  kOtherRobot,        ///< of a robot; parts: the stated one, then as below if few "differences"
-  kAxisConvention,    ///< parts: joints, each with a field as it should be, and "stated"
+  kToolTip,           ///< "x", "y", "z" mm deviation; "turn": equivalent to a last axis turn
+  kDimension,         ///< part: joint, a field as below; "last": last joint
+  kOtherRobot,        ///< of a robot; parts: the stated one, then as below for few "differences"
+  kAxisConvention,    ///< parts: joints, each with the corrected field and "stated"
   kGravity,           ///< "x", "y", "z" m/s^2
   kAllDiameters,      ///< "off" mm
   kDiameter,          ///< of a sphere: "off" mm
-  kArtefactSize,      ///< parts: one of these, a sphere "measured" and "stated" mm, or a wire, or
-                      ///< all, "longer" mm; "lengths": certified ones may be wrong instead
-  kCertifiedLength,   ///< of a length: "stated" mm, and "measured" mm where anything tells of it
+  kArtefactSize,      ///< parts: one of a sphere "measured" and "stated" mm, a wire, or
+                      ///< all, "longer" mm; "lengths": or certified lengths are wrong
+  kCertifiedLength,   ///< of a length: "stated" mm, and "measured" mm if known
   kExchangedLengths,  ///< parts: two lengths
   kLengthsOfTarget,   ///< all "lengths" of a target
   kAllLengths,
-  kStatedCentre,  ///< of a target: "off" mm where it was measured
-  kAllCentres     ///< that are held
+  kStatedCentre,  ///< of a target: "off" mm if measured
+  kAllCentres     ///< all stated centres
 };
 
-/// As files name it: "axis_sign". Of a name that is none, nothing.
+/// Name in files: "axis_sign". Empty for an unknown name.
 const char* to_string(LikelyCause cause);
 std::optional<LikelyCause> likely_cause(const std::string& name);
 
-// The sentence of each likely cause, made here and nowhere else: what is wrong and by how much, then
-// what to check.
+// Sentences of likely causes, generated here only: deviation first, then what to check.
 
-/// Of a finding that names its likely cause (`cause`).
+/// For a finding with a likely cause (`cause`).
 std::string cause_words(const Finding& finding);
 
 }  // namespace cellcal::calib

@@ -1,5 +1,5 @@
 #pragma once
-// Values and the names that files give them, both ways by one table.
+// Enumerators and their names in files, both ways by one table.
 
 #include <array>
 #include <cstddef>
@@ -14,7 +14,7 @@ struct Named {
   const char* name;
 };
 template <class T>
-Named(T, const char*) -> Named<T>;  // clang 14, which builds the fuzzers, deduces none for aggregates
+Named(T, const char*) -> Named<T>;  // clang 14, used for the fuzzers, has no CTAD for aggregates
 
 template <class T, std::size_t N>
 const char* name_of(const std::array<Named<T>, N>& all, T value) {

@@ -19,7 +19,7 @@ constexpr std::array kNames = {
     std::pair{OutlierKind::kRecorded, "recorded"},
 };
 
-/// How the touch may have been made.
+/// Hint on how the touch may have been made.
 const char* hint(TargetKind kind, double residual_m) {
   if (!std::isfinite(residual_m)) return "";
   const bool outside = residual_m > 0.0;
@@ -38,7 +38,7 @@ const char* hint(TargetKind kind, double residual_m) {
   return "";
 }
 
-/// "+0.123 mm off S1 (4 sigma)"; a distance of three components is to no side.
+/// "+0.123 mm off S1 (4 sigma)"; a distance of three components has no sign.
 std::string off_words(const Outlier& o) {
   const bool sideless =
       o.target_kind == TargetKind::kPoint || o.target_kind == TargetKind::kTracker;

@@ -9,29 +9,29 @@
 
 namespace cellcal::calib {
 
-/// What is known of it beside how far it is off.
+/// Classification of an outlier beyond its residual.
 enum class OutlierKind {
-  kOffItsTarget,     ///< nothing more
+  kOffItsTarget,     ///< no further information
   kOnAnotherTarget,  ///< it carries the wrong name
   kHoldsItself,      ///< hardly any other touch determines its place
-  kRecorded          ///< in the words of a file that holds no more
+  kRecorded          ///< text of a file without kinds
 };
 
-/// As files name it: "on_another_target". Of a name that is none, nothing.
+/// Name in files: "on_another_target". Empty for an unknown name.
 const char* to_string(OutlierKind kind);
 std::optional<OutlierKind> outlier_kind(const std::string& name);
 
 struct Outlier {
   std::size_t touch = 0;
   double residual_m = 0.0;
-  /// How far it would have held its own place, 0 to 1: near 1 nothing else determines it, and that
-  /// it was left out says as much about the others as about it.
+  /// Leverage of the touch on its own place, 0 to 1: near 1 nothing else determines it, and its
+  /// residual may be caused by the others as well.
   double leverage = 0.0;
   OutlierKind kind = OutlierKind::kRecorded;
-  std::string target = {};  ///< that it is said to be of
+  std::string target = {};  ///< as named by the touch
   TargetKind target_kind = TargetKind::kSphere;
-  double sigmas = 0.0;       ///< residual over the sigma that it was weighed by
-  std::string lies_on = {};  ///< kOnAnotherTarget: that one
+  double sigmas = 0.0;       ///< residual over its sigma
+  std::string lies_on = {};  ///< kOnAnotherTarget: the actual target
   std::string text = {};     ///< kRecorded
 
   bool operator==(const Outlier&) const = default;

@@ -1,4 +1,4 @@
-// What findings say of what moved or jumped in mid-session.
+// Sentences of changes during a session.
 
 #include "calib/result/sentences.h"
 
@@ -11,7 +11,7 @@ namespace cellcal::calib::sentences {
 
 namespace {
 
-/// So many of several are named; of the others how many they are.
+/// Number of items named; the rest is counted.
 constexpr std::size_t kInWords = 3;
 
 }  // namespace
@@ -100,7 +100,7 @@ std::string one_jump(const Finding& f, const FindingPart& one) {
   const double touches = of(f, "touches");
   if (one.about.of == Subject::Of::kTool)
     return fmt::format("{} of {:.0f}. Check its fastening and calibrate again", jump(one), touches);
-  // The same to all touches as that joint.
+  // Joint with the same effect on all touches.
   const char* or_else = "";
   if (is_set(f, "first_joint"))
     or_else = " (or the arm's foot, or all targets together, turned by as much)";
@@ -111,7 +111,7 @@ std::string one_jump(const Finding& f, const FindingPart& one) {
       jump(one), touches, or_else);
 }
 
-/// Where the change is significant with the certified lengths only.
+/// Added if the change is significant only with the certified lengths.
 const char* or_lengths(const Finding& f) {
   return is_set(f, "or_lengths")
              ? ". Or correct the certified lengths: without them the change is not significant"
@@ -134,14 +134,14 @@ std::string jumped(const Finding& f) {
       of(f, "touches"), causes, or_lengths(f));
 }
 
-// What findings say of an update: what changed since the last calibration, or why it takes a full session.
+// Sentences of an update: the change since the last calibration, or the reason for a full session.
 
 namespace {
 
 constexpr double kUpdateCoverage = 2.0;
 constexpr const char* kFullSession = "Run a full session: 'cellcal run --cell CELL'";
 
-/// What was found to have changed, with its size.
+/// The change found, with its size.
 std::string change(const Subject& about, const std::vector<Quantity>& evidence) {
   const auto quantity = [&](const char* name, const char* form) -> std::string {
     const Quantity* q = find(evidence, name);
@@ -162,7 +162,7 @@ std::string change(const Subject& about, const std::vector<Quantity>& evidence) 
   return "nothing changed";
 }
 
-/// What has to be done as well as the update.
+/// Further actions required besides the update.
 const char* besides(const Finding& f) {
   switch (f.about.of) {
     case Subject::Of::kTool:
@@ -227,17 +227,17 @@ std::string update_too_few(const Finding& f) {
                      of(f, "touches"));
 }
 
-// What findings say of what the result is good for, and of what it was before.
+// Sentences on the use of the result, and on the previous state.
 
 namespace {
 
-/// From the last calibration, which `text` names, to this one.
+/// From the last calibration, named by `text`, to this one.
 std::string tcp_change(const Finding& f) {
   return fmt::format("{:.3f} mm mean TCP change since {}, {} (expected {:.3f} mm, ratio {:.1f})",
                      of(f, "apart"), f.text, where(f), of(f, "expected"), of(f, "ratio"));
 }
 
-/// "3.48 ± 0.09 mm"; of an earlier version, without.
+/// "3.48 ± 0.09 mm"; without uncertainty from earlier versions.
 std::string nominal_words(const Finding& f) {
   const double u = of(f, "nominal_u");
   return u > 0.0 ? fmt::format("{:.2f} ± {:.2f} mm", of(f, "nominal"), u)

@@ -1,6 +1,6 @@
 #pragma once
-// The sentences of findings, without their openings, by what they are about; finding_words.h puts them
-// together. First what reads evidence. (evidence.cc)
+// Sentences of findings, without their openings, by subject; finding_words.h combines them. First the
+// accessors of evidence. (evidence.cc)
 
 #include <functional>
 #include <string>
@@ -9,11 +9,11 @@
 
 namespace cellcal::calib::sentences {
 
-/// Of that name, in its own unit; not a number where there is none.
+/// Value by name, in its own unit; NaN if absent.
 double of(const Finding& f, const char* name);
 double sigma_of(const Finding& f, const char* name);
 bool has(const Finding& f, const char* name);
-/// It is there, and not 0.
+/// True if present and not 0.
 bool is_set(const Finding& f, const char* name);
 bool is_one(const Finding& f, const char* name);
 
@@ -23,14 +23,14 @@ std::string touch_of(const Subject& subject);
 std::string length_of(const Finding& f);
 /// "over the workspace"
 const char* where(const Finding& f);
-/// The first few parts; of the others how many they are.
+/// The first few parts; the rest is counted.
 std::string list(const Finding& f, const std::function<std::string(const FindingPart&)>& one);
-/// What to do about a target whose touches do not fit.
+/// Remedy for a target whose touches do not fit.
 const char* again(const Finding& f);
-/// "0.40 +- 0.05 mm too long", of how much longer all readings had to be.
+/// "0.40 +- 0.05 mm too long", from the required change of all readings.
 std::string reading_off(const Quantity& longer);
 
-// What findings say of the touches, their noise and where they are. (sentences_of_touches.cc)
+// Touches, their noise and their distribution. (sentences_of_touches.cc)
 
 std::string touch_scatter(const Finding& f);
 std::string duplicate_touches(const Finding& f);
@@ -40,7 +40,7 @@ std::string check_touches(const Finding& f);
 std::string gross_check_touches(const Finding& f);
 std::string no_check_touches(const Finding& f);
 std::string unseen_not_judged(const Finding& f);
-/// Its reason alone.
+/// The reason alone.
 std::string why_not_judged(const Finding& f);
 std::string all_left_out(const Finding& f);
 std::string unseen_place(const Finding& f);
@@ -51,7 +51,7 @@ std::string rank(const Finding& f);
 std::string too_few_directions(const Finding& f);
 std::string not_touched(const Finding& f);
 
-// What findings say of what robot and cell file state. (sentences_of_files.cc)
+// Statements of robot and cell file. (sentences_of_files.cc)
 
 std::string certified_length(const Finding& f);
 std::string certified_twice(const Finding& f);
@@ -63,7 +63,7 @@ std::string arm_scale(const Finding& f);
 std::string off_nominal(const Finding& f);
 std::string effective_radius(const Finding& f);
 
-// What findings say of what the result is good for, and of what it was before. (sentences_of_use.cc)
+// Use of the result, and the previous state. (sentences_of_use.cc)
 
 std::string scale_by_lengths(const Finding& f);
 std::string scale_by_readings(const Finding& f);
@@ -80,12 +80,12 @@ std::string change_accepted(const Finding& f);
 std::string unchanged(const Finding& f);
 std::string not_compared(const Finding& f);
 
-// What findings say of what moved or jumped in mid-session. (sentences_of_changes.cc)
+// Changes during a session. (sentences_of_changes.cc)
 
 std::string moved_target(const Finding& f);
 std::string jumped(const Finding& f);
 
-// What findings say of an update: what changed since the last calibration, or why it takes a full session.
+// Updates: the change since the last calibration, or the reason for a full session.
 // (sentences_of_updates.cc)
 
 std::string updated(const Finding& f);

@@ -1,4 +1,4 @@
-// What findings say of the touches, their noise and where they are.
+// Sentences on the touches, their noise and their distribution.
 
 #include <fmt/format.h>
 
@@ -16,7 +16,7 @@ std::string lies_on(const Subject& touch) {
                                                touch_of(touch), touch.name, touch.other_end);
 }
 
-/// Of a target whose place its check touches do not give.
+/// For a target whose place its check touches do not determine.
 const char* how_to_give_a_place(TargetKind kind) {
   switch (kind) {
     case TargetKind::kPlane:
@@ -35,7 +35,7 @@ const char* how_to_give_a_place(TargetKind kind) {
 }  // namespace
 
 std::string why_not_judged(const Finding& f) {
-  if (!has(f, "touches")) return f.text;  // of a file that holds the words alone
+  if (!has(f, "touches")) return f.text;  // from a file with text only
   const bool one = is_one(f, "touches");
   if (is_set(f, "no_place"))
     return fmt::format("{:.0f} check {} not determine its place. {}", of(f, "touches"),
@@ -212,7 +212,7 @@ std::string not_touched(const Finding& f) {
                      : "");
 }
 
-// What findings say of what robot and cell file state.
+// Sentences on the statements of robot and cell file.
 
 std::string certified_length(const Finding& f) {
   const double others = of(f, "others");

@@ -174,7 +174,7 @@ std::string change_words(const TcpCheck& check) {
   return fmt::format("{}. {}", words(*change), remedy_words(*change));
 }
 
-/// A probability: of some twenty explanations most have none to speak of.
+/// Minimum probability for display: most of some twenty explanations are negligible.
 constexpr double kWorthALine = 0.01;
 
 std::vector<std::string> words(const TcpCheck& check) {

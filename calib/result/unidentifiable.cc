@@ -96,15 +96,15 @@ std::string words(const Cell& cell, const UnidentifiableDirection& d) {
 
 namespace {
 
-// A parameter whose variance shrinks to this part of itself with the frame held was all frame, such
-// as the height of the base: what remains is a trace of the targets' heights, weighted by the ratio
-// of the tolerances squared (0.7 mm against 10 mm leave 2e-6), and would correlate with them while
-// meaning nothing. A target known to 0.003 mm beside a frame known to 0.7 mm keeps 2e-5.
+// Threshold on the variance ratio with the frame held fixed. A parameter below it was determined by
+// the frame only, such as the height of the base: the remainder is a trace of the targets' heights,
+// weighted by the squared ratio of the tolerances (0.7 mm against 10 mm leave 2e-6), with
+// meaningless correlations. A target known to 0.003 mm in a frame known to 0.7 mm keeps 2e-5.
 constexpr double kNothingLeft = 1e-5;
 
 // Correlation matrix conditional on the frame coordinates:
 //   S_g = S_1 - F (F' S_1^-1 F)^-1 F',  S_1 the covariance scaled to unit diagonal.
-// Returns false where S_1 is not positive definite in double precision.
+// Returns false if S_1 is not positive definite in double precision.
 bool remove_frame(Eigen::MatrixXd& scaled, const Eigen::MatrixXd& basis) {
   const Cholesky factor(scaled);
   if (!factor.positive()) return false;
@@ -130,7 +130,7 @@ Correlations strong_correlations(const Calibration& calibration, double least) {
   }
   result.available = true;
 
-  // Parameters without variance are fixed and correlate with nothing.
+  // Parameters without variance are fixed and have no correlations.
   std::vector<Eigen::Index> free;
   for (Eigen::Index i = 0; i < count; ++i) {
     if (covariance(i, i) > 0.0) free.push_back(i);

@@ -1,5 +1,5 @@
 #pragma once
-// A combination of parameters that the touches do not decide, and its sentence.
+// A combination of parameters not determined by the touches, and its sentence.
 
 #include <cstddef>
 #include <optional>
@@ -14,32 +14,32 @@ namespace cellcal::calib {
 
 struct Calibration;
 enum class UnidentifiableKind {
-  // Frame directions (gauge): no touch anywhere could determine them.
+  // Frame directions (gauge): not determined by any touches.
   kZeroOfFirstJoint,  ///< turning all targets about the base axis
   kHeightOfBase,      ///< lowering all targets
-  kBehindLastJoint,   ///< what moves the tip behind the last axis is one too many
+  kBehindLastJoint,   ///< redundant displacement of the tip relative to the last axis
   kNothingMoves,      ///< any other
   // Weak directions: other touches would determine them.
-  kNoEffect,  ///< one parameter that hardly moves any tip
-  kScale,     ///< all lengths together, and no certified one
+  kNoEffect,  ///< one parameter with hardly any effect on the tips
+  kScale,     ///< all lengths together, without a certified one
   kWeak,      ///< any other
-  kRecorded   ///< in the words of a file that holds no more
+  kRecorded   ///< text of a file without kinds
 };
 
-/// As files name it: "zero_of_first_joint". Of a name that is none, nothing.
+/// Name in files: "zero_of_first_joint". Empty for an unknown name.
 const char* to_string(UnidentifiableKind kind);
 std::optional<UnidentifiableKind> unidentifiable_kind(const std::string& name);
-/// A choice of frame, not an error.
+/// True for a choice of frame, which is not an error.
 constexpr bool is_of_frame(UnidentifiableKind kind) {
   return kind <= UnidentifiableKind::kNothingMoves;
 }
 
 struct UnidentifiableDirection {
   UnidentifiableKind kind = UnidentifiableKind::kRecorded;
-  std::vector<ParameterKey> parameters = {};  ///< that it is made of, the more telling ones
-  std::size_t more_parameters = 0;            ///< that are not among them
-  std::size_t more_as_weak = 0;               ///< further directions, of which nothing else is said
-  std::vector<std::pair<ParameterKey, double>> direction = {};  ///< share of its prior sigma
+  std::vector<ParameterKey> parameters = {};                    ///< the largest components
+  std::size_t more_parameters = 0;                              ///< number of smaller components
+  std::size_t more_as_weak = 0;                                 ///< further directions, not listed
+  std::vector<std::pair<ParameterKey, double>> direction = {};  ///< in prior sigmas
   std::string text = {};                                        ///< kRecorded
 
   bool operator==(const UnidentifiableDirection&) const = default;
@@ -48,14 +48,14 @@ struct UnidentifiableDirection {
 /// "A2.a and A3.a cannot be separated by these touches; their tolerances decide. Touch in ..."
 std::string words(const Cell& cell, const UnidentifiableDirection& direction);
 
-// Parameters that go together: of such a pair the touches know a combination much better than
-// either value. Correlations with the frame directions held; left in, they would make every target
-// coordinate correlate with the first axis and hide the pairs that matter.
+// Correlated parameters: the touches determine a combination of such a pair much better than either
+// value. Correlations are conditional on the frame directions; otherwise every target coordinate
+// would correlate with the first axis and hide the relevant pairs.
 //
-// Worked out from what the calibration holds, wherever it is needed: files, screens and reports
-// name the same pairs, whether the calibration comes from identify() or from a file.
+// Derived from the calibration on demand, so that files, screens and reports name the same pairs,
+// whether the calibration comes from identify() or from a file.
 
-/// |correlation| from which on a pair is worth naming.
+/// Minimum |correlation| of a reported pair.
 constexpr double kStrongCorrelation = 0.9;
 
 struct CorrelatedPair {
@@ -64,15 +64,15 @@ struct CorrelatedPair {
 };
 
 struct Correlations {
-  bool available = false;             ///< a covariance of the right size with finite entries
-  bool frame_removed = false;         ///< the frame directions were taken out
+  bool available = false;             ///< the covariance has the right size and finite entries
+  bool frame_removed = false;         ///< conditional on the frame directions
   std::vector<CorrelatedPair> pairs;  ///< of arm, tool and touch, strongest first
-  /// Further pairs, with a coordinate of a target or with a value that is a matter of the frame:
-  /// targets move together with the arm that found them. They say nothing about the robot.
+  /// Further pairs, with a coordinate of a target or with a frame-dependent value: targets move
+  /// together with the arm that located them. Not informative about the robot.
   std::size_t of_targets_or_frame = 0;
 };
 
-/// Pairs with |correlation| >= least. Never throws; where nothing can be said it says so.
+/// Pairs with |correlation| >= least. Never throws; see `available`.
 Correlations strong_correlations(const Calibration& calibration, double least = kStrongCorrelation);
 
 }  // namespace cellcal::calib

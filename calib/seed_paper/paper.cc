@@ -50,7 +50,7 @@ Vector6 transmission_g(const Joint& joint, double theta, ParameterKind kind) {
       g << a * sa * st - d * ca * ct, -a * sa * ct - d * ca * st, a * ca, -ca * st, ca * ct, sa;
       break;
     default:
-      break;  // not in the paper's model: does not move the tip
+      break;  // not in the paper's model: no effect on the tip
   }
   return g;
 }
@@ -71,8 +71,8 @@ Eigen::Isometry3d nominal_link(const Joint& joint, double theta) {
          Eigen::AngleAxisd(joint.beta_rad, Vector3d::UnitY());
 }
 
-/// Eqs. 11-20 at the flange: what c_t = 1 does to the tip, in the flange's axes. The paper's lost
-/// signs are those of a tip that sags: along gravity's component across the flange's z axis.
+/// Eqs. 11-20 at the flange: effect of c_t = 1 on the tip, in the flange's axes. Signs missing in
+/// the paper are chosen for a sagging tip: along gravity's component across the flange's z axis.
 Vector6 bending_g(const Tool& tool, const Vector3d& gravity_in_flange) {
   const Vector3d load = tool.mass_kg * Vector3d(gravity_in_flange.x(), gravity_in_flange.y(), 0.0);
   Vector6 g;
@@ -99,7 +99,7 @@ LinearTouch linearise(const ArmModel& model, const std::vector<double>& joint_ra
   }
   const Eigen::Isometry3d flange = frame * robot.flange_fixed;
   LinearTouch touch{flange * model.tool().tcp.translation(), MatrixXd(3, model.size())};
-  // The beam's formulas give displacement and slope at its end, so K_t stands at the tip.
+  // The beam formulas give displacement and slope at the beam's end, so K_t refers to the tip.
   Eigen::Isometry3d tip = flange;
   tip.translation() = touch.nominal;
 
@@ -215,7 +215,8 @@ std::vector<ParameterResult> parameters_of(const ArmModel& model, const Target& 
     const ArmParameter& parameter = model.parameters()[p];
     const bool in_paper =
         is_geometric(parameter.kind) || parameter.kind == ParameterKind::kDeflection;
-    // No sigma of its own: the tolerance stands in, so that a bound made of it is not too small.
+    // Without a sigma of its own; the tolerance is used so that a bound derived from it is not too
+    // small.
     results.push_back({parameter, parameter.unit, parameter.to_unit, 0.0, x[p], parameter.sigma,
                        in_paper ? DecidedBy::kData : DecidedBy::kPrior});
   }

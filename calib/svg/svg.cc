@@ -12,7 +12,7 @@ namespace cellcal::svg {
 
 namespace {
 
-// Far beyond any page; such a coordinate would be hundreds of digits of nothing.
+// Far outside any page; larger coordinates are not meaningful.
 constexpr double kFarOff = 1e5;
 
 bool drawable(double value) { return std::isfinite(value) && std::abs(value) < kFarOff; }
@@ -147,7 +147,7 @@ constexpr std::string_view kEllipsis = "\xE2\x80\xA6";     // U+2026
 
 struct CodePoint {
   std::uint32_t value = 0;
-  std::size_t length = 1;  // bytes used
+  std::size_t length = 1;  // number of bytes used
   bool valid = false;
 };
 

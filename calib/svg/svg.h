@@ -1,7 +1,7 @@
 #pragma once
-// A small writer of SVG, inline in a page or a document of its own. An element with a coordinate
-// that is not finite, or far off any page, is not written; callers count such values and say so in
-// words.
+// A small SVG writer, for inline elements and standalone documents. An element with a coordinate
+// that is not finite, or far off any page, is not written; callers count such values and report
+// them.
 
 #include <cstddef>
 #include <string>
@@ -18,7 +18,7 @@ struct Point {
 
 enum class Anchor { kStart, kMiddle, kEnd };
 
-/// What an element looks like without a style sheet.
+/// Presentation attributes without a style sheet.
 struct Paint {
   std::string_view fill = "none", stroke = "none";
   double stroke_width = 1.0, opacity = 1.0;
@@ -26,25 +26,25 @@ struct Paint {
   bool bold = false;
 };
 
-/// Classes of a style sheet, so that one drawing serves light, dark and paper; or a paint.
+/// Classes of a style sheet, so that one drawing serves light, dark and print; or explicit
+/// attributes.
 using Style = std::variant<std::string_view, Paint>;
 
 class Svg {
  public:
-  /// Inline in a page. `description` is read out by screen readers. Pixels at 1:1; CSS scales the
-  /// whole.
+  /// Inline in a page. `description` is for screen readers. Pixels at 1:1; CSS scales the whole.
   Svg(double width, double height, std::string_view css_class, std::string_view description);
-  /// A document, white.
+  /// A standalone document with a white background.
   Svg(double width, double height);
 
   void line(Point from, Point to, const Style& style);
   void rectangle(Point corner, double width, double height, const Style& style);
   void path(const std::vector<Point>& points, const Style& style);
   void text(Point at, Anchor anchor, const Style& style, std::string_view content);
-  /// Read from below to above, centred.
+  /// Rotated to read upwards, centred.
   void vertical_text(Point at, const Style& style, std::string_view content);
 
-  // `title`, where given, shows when a pointer rests on the mark.
+  // `title`, if given, is a tooltip.
   void circle(Point centre, double radius, const Style& style, std::string_view title = {});
   void diamond(Point centre, double radius, const Style& style, std::string_view title = {});
   void cross(Point centre, double radius, const Style& style, std::string_view title = {});
@@ -57,14 +57,14 @@ class Svg {
   std::string out_;
 };
 
-// Text on its way into XML or HTML: nothing that a user's file holds may become markup.
+// Escaping for XML and HTML: user text never becomes markup.
 
-/// For text and quoted attributes. Escapes & < > " ', and replaces what has no place in a document
-/// by U+FFFD: control characters, broken UTF-8, bidirectional overrides (which can make one id look
-/// like another).
+/// For text and quoted attributes. Escapes & < > " ', and replaces invalid characters by U+FFFD:
+/// control characters, broken UTF-8, bidirectional overrides (which can make one id look like
+/// another).
 std::string escape(std::string_view text);
 
-/// At most `code_points` characters, the last one an ellipsis where something was cut. Not escaped.
+/// At most `code_points` characters; the last one is an ellipsis if the text was cut. Not escaped.
 std::string shorten(std::string_view text, std::size_t code_points);
 
 }  // namespace cellcal::svg

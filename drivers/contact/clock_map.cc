@@ -13,19 +13,20 @@ namespace {
 constexpr double kTickS = 1.0 / CTP_TICKS_PER_S;
 /// Stamp jitter of the sensor (0.4 us measured) and of reading the host's clock.
 constexpr double kStampSigmaS = 1e-6;
-/// Samples with this much more round trip than the best one always take part.
+/// Samples within this excess of the shortest round trip are always used.
 constexpr double kRoundTripSlackS = 20e-6;
-/// Residuals beyond this many robust sigmas are outliers, but never those below the floor.
+/// Residuals beyond this many robust sigmas are outliers, except those below the floor.
 constexpr double kOutlierSigmas = 4.0;
 constexpr double kOutlierFloorS = 4e-6;
 constexpr double kMadToSigma = 1.4826;
-/// A sample further from the map than its own round trip and this explain contradicts it.
+/// A sample whose distance from the map exceeds its own round trip by more than this contradicts
+/// it.
 constexpr double kJumpSlackS = 2e-3;
 constexpr double kJumpSigmas = 6.0;
 constexpr int kContradictionsAreJump = 3;
-/// No sensor holds a PING back for this long.
+/// Maximum plausible delay of a PING in the sensor.
 constexpr double kMaxTurnaroundS = 1.0;
-/// No two crystals differ by more.
+/// Maximum plausible rate difference of two crystals.
 constexpr double kMaxDrift = 1e-3;
 constexpr std::size_t kMinForFit = 3;
 
@@ -43,7 +44,7 @@ ClockMap::Sample ClockMap::add(TimePoint sent, TimePoint received, std::uint32_t
   const double turnaround_s = static_cast<double>(t_tx - t_rx) * kTickS;
   const double round_trip_s = seconds(received - sent);
   if (turnaround_s > kMaxTurnaroundS || received < sent) return Sample::kOutlier;
-  // Nothing is answered before it was asked, whatever the clocks' drift.
+  // An answer cannot precede its request, for any drift of the clocks.
   if (turnaround_s * (1.0 - kMaxDrift) > round_trip_s) return Sample::kOutlier;
   if (count_ == 0) {
     base_host_ = sent;
@@ -99,7 +100,7 @@ void ClockMap::fit() {
   std::array<bool, kWindow> use{};
   for (std::size_t i = 0; i < count_; ++i) use[i] = points_[i].excess_s <= limit;
 
-  // Twice: the second time without what the first one shows to be outliers.
+  // Two passes: the second one without the outliers of the first.
   for (int pass = 0; pass < 2; ++pass) {
     double w_sum = 0.0, x_sum = 0.0, y_sum = 0.0;
     std::array<double, kWindow> weight{};
@@ -133,7 +134,7 @@ void ClockMap::fit() {
       chi2 += weight[i] * r * r;
       scratch[k++] = std::abs(r);
     }
-    // Scatter larger than the weights say widens the uncertainty; smaller does not narrow it.
+    // Scatter above the expected one widens the uncertainty; smaller scatter does not narrow it.
     const double scale = std::max(1.0, chi2 / static_cast<double>(n - 2));
     offset_var_s2_ = scale / w_sum;
     slope_var_ = scale / sxx;
@@ -143,8 +144,8 @@ void ClockMap::fit() {
       use[i] = use[i] && std::abs(points_[i].y_s - deviation_s(points_[i].x_s)) <= bound;
     }
   }
-  // An unknown split of the remaining excess: uniform within half of it on either side. Below zero
-  // it is a line that is faster than its baud rate, in one of the two directions.
+  // Unknown division of the remaining excess: uniform within half of it on either side. A negative
+  // excess is a line faster than its baud rate, in one of the two directions.
   systematic_s_ = std::abs(least) / (2.0 * std::sqrt(3.0));
   valid_ = true;
 }

@@ -1,16 +1,16 @@
 #pragma once
-// Microcontroller ticks to host time.
+// Conversion of microcontroller ticks to host time.
 //
 // Model: within the window the two clocks differ by an offset and a constant drift. Each PING/PONG
-// gives one sample: the middle of the host's interval belongs to the middle of the sensor's.
-// Assumption: both directions take equally long (PING and PONG have the same length, so the wire
-// itself cancels). What the round trip takes beyond wire and turnaround may lie on either side; a
-// sample is off by at most half that excess. Samples with a small excess are used and weighted, the
-// stated uncertainty contains the smallest excess as a systematic part.
-// A sensor whose rate is only nearly the nominal one (115 200 baud from 16 MHz is 2 % fast) makes
-// the excess negative; it is stated in the same way. Failure case: a constant one-sided delay (an
-// adapter's latency timer) shifts the map by half of it. It is within the stated uncertainty, and
-// constant: the search speeds' slope absorbs it.
+// gives one sample: the midpoint of the host's interval corresponds to the midpoint of the
+// sensor's. Assumption: both directions take equally long (PING and PONG have the same length, so
+// that the transmission time cancels). The excess of the round trip over transmission and
+// turnaround may be on either side; the error of a sample is at most half of it. Samples with a
+// small excess are used and weighted; the stated uncertainty contains the smallest excess as a
+// systematic part. A sensor whose rate is only approximately nominal (115 200 baud from 16 MHz is 2
+// % fast) makes the excess negative; it is treated in the same way. Failure case: a constant
+// one-sided delay (an adapter's latency timer) shifts the map by half of it. It is within the
+// stated uncertainty, and constant: it is absorbed by the slope over search speeds.
 
 #include <array>
 #include <cstddef>
@@ -23,27 +23,27 @@ namespace cellcal::drivers {
 
 class ClockMap {
  public:
-  static constexpr std::size_t kWindow = 64;     ///< samples that take part
-  static constexpr std::size_t kMinSamples = 8;  ///< fewer give no map
+  static constexpr std::size_t kWindow = 64;     ///< number of samples used
+  static constexpr std::size_t kMinSamples = 8;  ///< minimum number for a map
 
   enum class Sample { kTaken, kOutlier, kJumped };
 
-  /// wire_s: one direction's time on the wire for a PING, from its first to its last bit.
+  /// wire_s: one-way transmission time of a PING, from its first to its last bit.
   explicit ClockMap(double wire_s) : wire_s_(wire_s) {}
 
   void reset();
-  /// kOutlier: contradicts the map; kJumped: so did the last few, the map was reset.
+  /// kOutlier: contradicts the map; kJumped: as did the last few, the map was reset.
   Sample add(TimePoint sent, TimePoint received, std::uint32_t t_rx, std::uint32_t t_tx);
 
   bool valid() const { return valid_; }
   std::size_t samples() const { return count_; }
-  /// The host time of a tick stamp within +-17 minutes of the last sample. Needs valid().
+  /// Host time of a tick stamp within +-17 minutes of the last sample. Requires valid().
   TimePoint to_host(std::uint32_t ticks) const;
-  /// 1 sigma of to_host(), growing away from the samples [s].
+  /// 1 sigma of to_host() [s], increasing with the distance from the samples.
   double sigma_s(std::uint32_t ticks) const;
   /// 1 sigma at the newest sample [s].
   double sigma_s() const;
-  /// How much faster than nominal the sensor's clock runs [1e-6].
+  /// Rate of the sensor's clock relative to nominal [1e-6].
   double drift_ppm() const;
 
   double round_trip_min_s() const { return rtt_min_s_; }
@@ -54,7 +54,7 @@ class ClockMap {
   struct Point {
     double x_s = 0.0;       ///< sensor time since the base
     double y_s = 0.0;       ///< host time since the base, minus x_s
-    double excess_s = 0.0;  ///< round trip beyond wire and turnaround; below zero: a faster line
+    double excess_s = 0.0;  ///< round trip minus wire and turnaround; negative: a faster line
     double round_trip_s = 0.0;
   };
 
@@ -71,7 +71,7 @@ class ClockMap {
 
   TimePoint base_host_{};
   std::uint32_t last_ticks_ = 0;   ///< of the newest sample
-  std::int64_t last_elapsed_ = 0;  ///< the same since the base, unwrapped
+  std::int64_t last_elapsed_ = 0;  ///< since the base, unwrapped
 
   bool valid_ = false;
   double mean_x_s_ = 0.0, offset_s_ = 0.0, slope_ = 0.0;

@@ -11,16 +11,16 @@ namespace {
 using std::chrono::milliseconds;
 
 constexpr milliseconds kHelloPeriod{200};
-/// A sensor that was refused, or refuses, is asked again only to notice that it was flashed.
+/// Polling period of a refused or refusing sensor, to detect new firmware.
 constexpr milliseconds kRefusedPeriod{2000};
 constexpr milliseconds kConfigPeriod{100};
-/// Uncertainty of an event that came before there was a clock map: nothing is known.
+/// Uncertainty of an event before the clock map is valid.
 constexpr double kNoClockSigmaS = 1.0;
-/// A first edge cannot lie in the future by more than this and what the map's sigma explains.
+/// Tolerance, in addition to the map's sigma, for a first edge in the future.
 constexpr double kFutureSlackS = 1e-3;
 constexpr double kFutureSigmas = 5.0;
-/// An edge shows in the heartbeats at once, and its level once it is confirmed; within this either
-/// may be of before.
+/// An edge is visible in the heartbeats immediately, its level once confirmed; within this time
+/// both may be outdated.
 constexpr double kDeniedSlackS = 1e-3;
 /// Weight of the newest heartbeat in the jitter.
 constexpr double kJitterGain = 0.02;
@@ -29,13 +29,13 @@ constexpr int kLongestFrame = CTP_MAX_WIRE;
 constexpr int kPingFrame = int{CTP_PING_SIZE} + int{CTP_OVERHEAD};
 constexpr int kStatusFrame = int{CTP_STATUS_SIZE} + int{CTP_OVERHEAD};
 constexpr milliseconds kAnswerFloor{20};
-/// No computer holds bytes back for longer; a stamp so far behind is of another clock.
+/// Maximum plausible delay in this computer; an older stamp belongs to another clock.
 constexpr double kLatestPlausibleS = 10.0;
-/// A lateness counts as one by what the clock map's uncertainty does not explain,
+/// A delay counts as late if it exceeds the clock map's uncertainty by this factor,
 constexpr double kLateSigmas = 3.0;
-/// and explains a silence only if it makes up this part of it: a sensor may be late as well.
+/// and explains a silence only if it is this share of it: a sensor may be late as well.
 constexpr double kLateShare = 1.0 / 3.0;
-/// A sensor of the same baud rate is understood long before: it speaks ten times a second.
+/// A sensor with the same baud rate is recognised long before: it sends ten times a second.
 constexpr milliseconds kGarbageTimeout{1500};
 constexpr std::uint64_t kGarbageBytes = 12;
 
@@ -48,7 +48,7 @@ Duration from_seconds(double s) {
 }
 
 BoardFlaws flaws_of(const ctp::Board& board) {
-  // Fuses of the ATmega328P; a bit that is 0 is programmed.
+  // Fuses of the ATmega328P; programmed bits are 0.
   constexpr unsigned kStartsLoader = 0x01, kBrownOut = 0x07, kBrownOut4V3 = 0x04;
   constexpr int kFirstOptiboot = 4, kLastOptiboot = 9;  // major version, the upper byte
   const int major = board.loader >> 8;
@@ -74,7 +74,7 @@ ContactCore::ContactCore(const ContactOptions& options, ByteSink sink)
       clock_before_(clock_),
       status_wire_s_(wire_seconds(options.baud, kStatusFrame)) {}
 
-std::uint32_t ContactCore::random() {  // xorshift32 (Marsaglia 2003): only has to be irregular
+std::uint32_t ContactCore::random() {  // xorshift32 (Marsaglia 2003): only needs to be irregular
   random_ ^= random_ << 13;
   random_ ^= random_ >> 17;
   random_ ^= random_ << 5;
@@ -94,7 +94,7 @@ void ContactCore::connect(TimePoint now) {
   clock_before_.reset();
   last_frame_ = now;
   random_ = static_cast<std::uint32_t>(now.time_since_epoch().count()) | 1u;
-  // Whatever half frame the sensor has from before ends here.
+  // Terminates a partial frame left in the sensor's buffer.
   const std::uint8_t delimiter = 0;
   sink_({&delimiter, 1});
   enter(ContactStep::kHello, now);
@@ -141,7 +141,7 @@ void ContactCore::identify_again(ContactFault fault, TimePoint now) {
 }
 
 void ContactCore::lose_state(TimePoint now) {
-  // Before anything was ready nothing was lost: opening the port resets some boards.
+  // Before the first ready state nothing is lost: opening the port resets some boards.
   identify_again(was_ready_ ? ContactFault::kLostState : ContactFault::kNone, now);
   reader_.resync();
 }
@@ -185,7 +185,7 @@ void ContactCore::on_frame(const ctp::Frame& frame, TimePoint t_rx, TimePoint ar
     case CTP_RELAY_STATE:
       on_relay(ctp::read<ctp::RelayState>(frame), t_rx);
       break;
-    default:  // LOG: text for a person at the sensor; it proves only that the sensor lives
+    default:  // LOG: diagnostic text; shows only that the sensor is alive
       break;
   }
 }
@@ -220,14 +220,14 @@ void ContactCore::on_ident(const ctp::Ident& ident, TimePoint now) {
   enter(ContactStep::kConfig, now);
 }
 
-/// Whose silence it was is not known yet: late bytes still come, and bear the time of their
-/// sending.
+/// The origin of the silence is not yet known: late bytes may still arrive, with their time of
+/// transmission.
 void ContactCore::give_up_waiting(Duration limit, TimePoint now) {
   if (given_up_at_) return;
   given_up_at_ = now;
   silent_since_ = last_frame_;
   given_up_limit_ = limit;
-  delivered_late_s_ = 0.0;  // of an earlier one
+  delivered_late_s_ = 0.0;  // of an earlier silence
   clock_before_ = clock_;
 }
 
@@ -261,7 +261,7 @@ void ContactCore::note_delivery(std::uint32_t ticks, TimePoint now) {
              sure > seconds(kHeartbeatLimit)) {
     ++deliveries_late_;
     if (arming_ != Arming::kArmed || sure <= seconds(silence_limit_)) return;
-    // What is heard is old, however regularly it comes: a trip would be as late.
+    // Received data is old, however regularly it arrives: a trip would be equally late.
     delivered_late_s_ = late;
     late_limit_s_ = seconds(silence_limit_);
     end_arming(ArmEnd::kDeliveredLate, now);
@@ -275,7 +275,7 @@ void ContactCore::on_status(const ctp::Status& status, TimePoint now) {
     enter(ContactStep::kClock, now);
   }
   if (step_ <= ContactStep::kConfig) return;
-  if (status.config_crc != config_crc_) {  // restarted or reconfigured: IDENT will tell
+  if (status.config_crc != config_crc_) {  // restarted or reconfigured: IDENT will show
     identify_again(ContactFault::kNone, now);
     return;
   }
@@ -314,7 +314,7 @@ void ContactCore::on_trip(const ctp::Trip& trip, std::uint8_t sequence, TimePoin
 
 void ContactCore::on_event(const ctp::Frame& frame, TimePoint now) {
   const ctp::Event event = ctp::read<ctp::Event>(frame);
-  send(ctp::Ack{event.event});  // also for one that is known: the first ACK may be lost
+  send(ctp::Ack{event.event});  // also for a known event: the first ACK may be lost
   if (seen_.contains(event.event)) return;
   seen_.push(event.event);
   bounces_ += event.bounces;
@@ -420,7 +420,7 @@ void ContactCore::on_nak(const ctp::Nak& nak, TimePoint now) {
 
 void ContactCore::on_tick(TimePoint now) {
   if (step_ == ContactStep::kClosed) return;
-  tick_ping(now);  // first, so that nothing is on the wire before it
+  tick_ping(now);  // first, so that nothing precedes it on the wire
   on_tick_but_ping(now);
 }
 
@@ -547,7 +547,7 @@ ContactSnapshot ContactCore::snapshot(TimePoint now) {
   s.said = said_;
   s.said_late_s = said_late_s_;
   const Duration limit = s.armed ? silence_limit_ : idle_limit();
-  // In contact no self-test can pass; the level of an examined loop still guards the way out.
+  // In contact no self-test can pass; with a tested loop the level still guards the retreat.
   const bool leaving =
       step_ == ContactStep::kSelfTest && touching_ && fault_ == ContactFault::kNone;
   s.alive = (step_ == ContactStep::kReady || leaving) && now - last_frame_ <= limit;

@@ -1,6 +1,6 @@
 #pragma once
-// The host side of CTP/1: bytes and time in, bytes and events out. Owns no port, clock or thread;
-// after construction nothing allocates, locks, logs or throws.
+// Host side of CTP/1: inputs are bytes and time, outputs are bytes and events. Owns no port, clock
+// or thread; after construction it never allocates, locks, logs or throws.
 
 #include <algorithm>
 #include <array>
@@ -17,48 +17,48 @@
 
 namespace cellcal::drivers {
 
-/// Silence longer than this outside an arming: three idle STATUS frames missed.
+/// Maximum silence outside an arming: three missed idle STATUS frames.
 inline constexpr std::chrono::milliseconds kIdleLimit{3 * CTP_IDLE_STATUS_MS};
 
 struct ContactOptions {
   int baud = CTP_DEFAULT_BAUD;
-  /// Of Ethernet: frames may be doubled and overtaken, and `baud` is the wire's bit rate.
+  /// Ethernet: frames may be duplicated and reordered, and `baud` is the bit rate.
   bool datagrams = false;
-  /// A relay in the place of plug X1 is closed while the port is open, and has to be there.
+  /// A relay in place of plug X1 is required, and closed while the port is open.
   bool relay = false;
   ctp::Config wire;  ///< sent as CONFIG
-  /// An arming is refused above this: at 2 mm/s 0.5 ms is 1 um.
+  /// Largest clock uncertainty at which arming is allowed: at 2 mm/s 0.5 ms is 1 um.
   double max_clock_sigma_s = 500e-6;
   std::chrono::seconds self_test_max_age{CTP_SELF_TEST_MAX_AGE_S};
-  /// The self-test is renewed on its own, unarmed and open, when it is older than this.
+  /// Age after which the self-test is repeated automatically, while unarmed and open.
   std::chrono::seconds self_test_renew{CTP_SELF_TEST_MAX_AGE_S / 2};
 };
 
 class ContactCore : public ContactGuard {
  public:
-  /// Takes the bytes of one frame to the line; must not block.
+  /// Passes the bytes of one frame to the line; must not block.
   using ByteSink = std::function<void(std::span<const std::uint8_t>)>;
 
   ContactCore(const ContactOptions& options, ByteSink sink);
 
-  /// The port is open: identify from the start.
+  /// The port is open: identification starts.
   void connect(TimePoint now);
-  /// The port is lost or closed: everything is forgotten.
+  /// The port is lost or closed: all state is discarded.
   void disconnect(TimePoint now);
-  /// `t_rx`: when they were read, which is what silence is judged by; `arrived`: when they came into
-  /// this computer, where that is known better.
+  /// `t_rx`: time of reading, by which silence is judged; `arrived`: time of arrival in this
+  /// computer, if known more precisely.
   void on_bytes(std::span<const std::uint8_t> bytes, TimePoint t_rx) {
     on_bytes(bytes, t_rx, t_rx);
   }
   void on_bytes(std::span<const std::uint8_t> bytes, TimePoint t_rx, TimePoint arrived);
-  /// Does what is due. Call at or soon after next_wake().
+  /// Performs due actions. To be called at or shortly after next_wake().
   void on_tick(TimePoint now);
   TimePoint next_wake() const;
 
   void arm(std::uint16_t arm_id, std::chrono::milliseconds lifetime, TimePoint now);
   std::optional<ArmAnswer> poll_arm() { return answers_.pop(); }
   void disarm(TimePoint now);
-  /// Also acknowledges kLostState: the identification begins again.
+  /// Also acknowledges kLostState: the identification restarts.
   void self_test(TimePoint now);
 
   ContactFacts facts(TimePoint now) const;
@@ -106,10 +106,10 @@ class ContactCore : public ContactGuard {
   void identify_again(ContactFault fault, TimePoint now);
   void lose_state(TimePoint now);
   void forget_session();
-  /// For the cycle and for the record, which lacks but the times on the host's clock.
+  /// Event for the cycle and for the record, whose host times are filled in.
   void push_event(ContactRecord record, TimePoint now);
   void note_level(std::uint32_t ticks, TimePoint now);
-  /// By how much what the sensor said later denies the stamp of a contact [s].
+  /// Time by which a later message of the sensor contradicts the stamp of a contact [s].
   double denied_s(const ContactRecord& contact) const;
   std::uint64_t damaged_frames() const;
 
@@ -121,7 +121,7 @@ class ContactCore : public ContactGuard {
   void end_arming(ArmEnd end, TimePoint now);
   void begin_disarm(TimePoint now);
   void use_up_arming(std::uint16_t arm_id, TimePoint now);
-  bool keeps_alive() const;  ///< for the sensor, not to let the arming lapse
+  bool keeps_alive() const;  ///< prevents the arming from expiring in the sensor
   void tick_arming(TimePoint now);
 
   void begin_test(TimePoint now);
@@ -138,7 +138,7 @@ class ContactCore : public ContactGuard {
   ContactOptions options_;
   ByteSink sink_;
   std::uint16_t config_crc_;
-  Duration answer_time_;  ///< after which an unanswered request is repeated
+  Duration answer_time_;  ///< until an unanswered request is repeated
   ctp::FrameReader reader_;
   std::uint8_t seq_ = 0;
   std::uint32_t random_ = 1;
@@ -152,23 +152,25 @@ class ContactCore : public ContactGuard {
   BoardFlaws board_;
   bool was_ready_ = false;  ///< since the port was opened
 
-  // what was heard
+  // reception
   bool heard_ = false;
   std::uint64_t bytes_ = 0;
   TimePoint last_frame_{};
-  Duration silence_limit_{kHeartbeatLimit};  ///< under arm
+  Duration silence_limit_{kHeartbeatLimit};  ///< under an arming
   Duration idle_limit() const { return std::max<Duration>(kIdleLimit, silence_limit_); }
   std::optional<ctp::Status> status_;
   TimePoint contact_since_{};
   bool in_contact_ = false;
-  TimePoint said_{};  ///< the level, by the sensor's stamp
+  TimePoint said_{};  ///< time of the level, by the sensor's stamp
   double said_late_s_ = 0.0;
-  /// Ticks of the newest heartbeat that said 'open', and of the newest one of an arming in force.
+  /// Ticks of the newest heartbeat with an open circuit, and of the newest one with an active
+  /// arming.
   std::optional<std::uint32_t> open_ticks_, armed_ticks_;
 
   // clock
   ClockMap clock_;
-  /// As it was when the sensor fell silent: it tells whether what comes after was sent in time.
+  /// Clock map at the beginning of the sensor's silence: determines whether later data was sent in
+  /// time.
   ClockMap clock_before_;
   TimePoint next_ping_{}, ping_sent_{}, last_pong_{};
   std::uint32_t ping_nonce_ = 0;
@@ -180,7 +182,7 @@ class ContactCore : public ContactGuard {
   TimePoint test_sent_{}, test_passed_at_{}, next_test_{};
   int test_tries_ = 0;
   std::uint64_t damaged_before_test_ = 0;
-  bool heard_since_test_ = false;  ///< a heartbeat that the sensor sent when it must have been over
+  bool heard_since_test_ = false;  ///< a heartbeat sent after the expected end of the test
 
   // relay
   std::optional<ctp::RelayState> relay_;
@@ -188,8 +190,8 @@ class ContactCore : public ContactGuard {
 
   // arming
   Arming arming_ = Arming::kNone;
-  Request request_;                 ///< in force, or asked for
-  std::optional<Request> waiting_;  ///< until the arming before it is known to be over
+  Request request_;                 ///< active or pending
+  std::optional<Request> waiting_;  ///< until the preceding arming has ended
   TimePoint asked_at_{}, next_try_{}, next_keepalive_{}, expires_{};
   ArmEnd last_end_ = ArmEnd::kNone;
 
@@ -202,16 +204,16 @@ class ContactCore : public ContactGuard {
   FixedRing<ArmAnswer, kAnswers> answers_;
   std::uint64_t lost_events_ = 0, lost_records_ = 0, bounces_ = 0;
   double contact_v_ = 0.0;
-  double delay_mean_s_ = 0.0, delay_var_s2_ = 0.0;  ///< of heartbeats against their stamps
+  double delay_mean_s_ = 0.0, delay_var_s2_ = 0.0;  ///< of heartbeats relative to their stamps
 
-  // this computer's share of the heartbeats' way
+  // this computer's share of the heartbeats' delay
   static constexpr std::size_t kLateKept = 256;
   double status_wire_s_;
   std::array<float, kLateKept> late_s_{};
   std::size_t late_count_ = 0;  ///< since the port was opened
   double late_worst_s_ = 0.0;
   TimeHistogram late_times_;
-  std::optional<TimePoint> given_up_at_;  ///< behind a silence, until a stamp tells whose it was
+  std::optional<TimePoint> given_up_at_;  ///< end of a silence, until a stamp shows its origin
   TimePoint silent_since_{};
   Duration given_up_limit_{0};
   double delivered_late_s_ = 0.0, late_limit_s_ = 0.0;

@@ -1,4 +1,4 @@
-// ContactCore: arming, the clock's pings and the self-test.
+// ContactCore: arming, clock synchronisation and self-test.
 
 #include <algorithm>
 #include <array>
@@ -12,32 +12,32 @@ namespace {
 using std::chrono::milliseconds;
 
 constexpr milliseconds kKeepAlivePeriod{CTP_KEEPALIVE_MS};
-/// An arming that is not answered by then is given up, unless answers may be later than that: before a
-/// sensor of firmware 1.1, which waits 100 ms for a keep-alive, would let it lapse.
+/// Time limit for the answer to an arming, unless answers may take longer: below the 100 ms after
+/// which a sensor with firmware 1.1 without a keep-alive ends it.
 constexpr milliseconds kArmTimeout{80};
 constexpr milliseconds kMaxLifetime{0xFFFF};
-/// The sensor ends an arming itself; the host steps in only this much later.
+/// The sensor ends an arming itself; the host does so only after this additional time.
 constexpr milliseconds kLifetimeGrace{100};
 
 constexpr milliseconds kRelayPeriod{100}, kRelayTimeout{1000}, kRelaySettle{CTP_RELAY_MS / 2};
 constexpr milliseconds kTestTimeout{60};
 constexpr milliseconds kTestRetry{1000};
 constexpr int kTestTries = 3;
-/// A status stamped this long after the request shows what the self-test found.
+/// A status stamped this long after the request contains the result of the self-test.
 constexpr milliseconds kTestSettle{CTP_SELF_TEST_MS};
-/// Contact that lasts this long outside an arming is examined: a touch, or a broken wire?
+/// Contact of this duration outside an arming triggers a test: touch or broken wire.
 constexpr milliseconds kContactSuspicious{1000};
 
-/// The first firmware that looks at wire E.
+/// First firmware version that monitors wire E.
 constexpr std::array<std::uint8_t, 3> kWatchesEarth{1, 1, 0};
 
-/// Irregular, so that nothing periodic hides in the samples; fast until the map is good.
+/// Irregular intervals, so that nothing periodic is aliased; short until the map is good.
 constexpr std::size_t kFastPings = 24;
 constexpr unsigned kFastPingMs = 10, kFastPingSpreadMs = 10;
 constexpr unsigned kPingMs = 150, kPingSpreadMs = 200;
-/// Without a sample for this long the map's drift is not watched any more.
+/// Without a sample for this time the map's drift is no longer monitored.
 constexpr milliseconds kClockStale{3000};
-/// Two pings at their longest intervals without an answer.
+/// Two unanswered pings at their longest intervals.
 constexpr milliseconds kDeafAfter{2 * (kPingMs + kPingSpreadMs)};
 
 }  // namespace
@@ -72,7 +72,7 @@ void ContactCore::arm(std::uint16_t arm_id, milliseconds lifetime, TimePoint now
     return;
   }
   waiting_ = request;
-  // 2 ms, so that what broke on the way here is found before the arm relies on it.
+  // 2 ms, so that a break on the way here is detected before the arm relies on the loop.
   if (test_ == Test::kNone) test_wanted_ = true;
   if (arming_ == Arming::kArmed) {
     end_arming(ArmEnd::kDisarmed, now);
@@ -136,10 +136,10 @@ void ContactCore::use_up_arming(std::uint16_t arm_id, TimePoint now) {
 void ContactCore::on_status_arming(bool armed_flag, bool latched, TimePoint now) {
   switch (arming_) {
     case Arming::kNone:
-      if (armed_flag) begin_disarm(now);  // nobody asked for it: make it let go
+      if (armed_flag) begin_disarm(now);  // unexpected arming: disarm
       break;
     case Arming::kAsking:
-      if (!armed_flag) break;  // was under way before the sensor heard of it
+      if (!armed_flag) break;  // sent before the sensor received the request
       arming_ = Arming::kArmed;
       next_keepalive_ = now;
       expires_ = now + request_.lifetime + kLifetimeGrace;
@@ -233,7 +233,7 @@ bool ContactCore::clock_good(TimePoint now) const {
 
 void ContactCore::self_test(TimePoint now) {
   if (step_ == ContactStep::kClosed) return;
-  if (fault_ == ContactFault::kLostState) {  // acknowledged: from the start
+  if (fault_ == ContactFault::kLostState) {  // acknowledged: restart
     fault_ = ContactFault::kNone;
     was_ready_ = false;
     enter(ContactStep::kHello, now);
@@ -246,7 +246,8 @@ void ContactCore::self_test(TimePoint now) {
 
 LoopFlaw ContactCore::loop_flaw(const ctp::Status& status) const {
   const auto is_set = [&](int flag) { return (status.flags & flag) != 0; };
-  // 'Earth whole' alone is no proof: an older firmware cannot say it, and means the gun's wires.
+  // EARTH_OK alone is not sufficient: older firmware does not support it, and means the gun's
+  // wires.
   if (is_set(CTP_FLAG_EARTH_OK)) {
     if (is_set(CTP_FLAG_LOOP_OK)) return LoopFlaw::kNone;
     return is_set(CTP_FLAG_SHORTED) ? LoopFlaw::kGunShort : LoopFlaw::kGunBreak;
@@ -265,14 +266,14 @@ void ContactCore::begin_test(TimePoint now) {
   test_ = Test::kRunning;
   test_sent_ = now;
   heard_since_test_ = false;
-  // Only a pass that was seen to begin counts: the flag may be left from the test before.
+  // A pass counts only after the flag was seen cleared: it may be left from the preceding test.
   test_saw_clear_ = !status_ || (status_->flags & CTP_FLAG_SELF_TEST_OK) == 0;
   send(ctp::SelfTest{});
 }
 
 bool ContactCore::relay_to_ask() const {
   if (!options_.relay || step_ < ContactStep::kClock) return false;
-  // Welded: nothing is closed on it.
+  // Welded: it is not closed again.
   return !relay_ || (relay_->flags & (CTP_RELAY_WANTED | CTP_RELAY_FAULT)) == 0;
 }
 
@@ -280,7 +281,8 @@ bool ContactCore::relay_closed() const {
   return relay_ && relay_->flags == (CTP_RELAY_WANTED | CTP_RELAY_CLOSED);
 }
 
-/// Asks until the sensor says that it is driven; what has no relay does not say.
+/// Repeats the request until the sensor reports the coil driven; boards without a relay do not
+/// report it.
 void ContactCore::tick_relay(TimePoint now) {
   const ContactFault found = relay_fault();
   if (found != ContactFault::kNone && found != fault_) fail_test(found, now);
@@ -299,7 +301,7 @@ void ContactCore::on_relay(const ctp::RelayState& state, TimePoint now) {
   relay_ = state;
 }
 
-/// What its mirror contact says against its coil.
+/// Compares its mirror contact with its coil.
 ContactFault ContactCore::relay_fault() const {
   if (!options_.relay || !relay_ || step_ < ContactStep::kSelfTest) return ContactFault::kNone;
   const bool closed = (relay_->flags & CTP_RELAY_CLOSED) != 0;
@@ -309,7 +311,7 @@ ContactFault ContactCore::relay_fault() const {
   return lost ? ContactFault::kRelayStaysOpen : ContactFault::kNone;
 }
 
-/// Closed for so long that no pole bounces any more.
+/// Closed for long enough that no pole bounces.
 bool ContactCore::relay_ready(TimePoint now) const {
   return !options_.relay || (relay_closed() && now - relay_since_ >= kRelaySettle);
 }
@@ -324,14 +326,14 @@ bool ContactCore::test_due(TimePoint now) const {
   return !test_passed_ || now - test_passed_at_ > options_.self_test_renew;
 }
 
-/// Neither did it begin the test, which clears its flag, nor does it answer a ping.
+/// It neither started the test, which clears its flag, nor answered a ping.
 bool ContactCore::deaf(TimePoint now) const {
   return !test_saw_clear_ || (ping_out_ && now - last_pong_ > kDeafAfter);
 }
 
 void ContactCore::tick_test(TimePoint now) {
-  // What has not come is missing only beside heartbeats that have; until then it may be under way,
-  // and a sensor that is not heard at all is silent.
+  // An answer is missing only if later heartbeats have arrived; before that it may be in transit,
+  // and a sensor without any data is silent.
   if (test_ == Test::kRunning && heard_since_test_ &&
       now - test_sent_ > kTestTimeout + answer_time_) {
     if (++test_tries_ < kTestTries) {
@@ -369,7 +371,7 @@ void ContactCore::on_status_test(const ctp::Status& status, TimePoint now) {
   if (after) heard_since_test_ = true;
   const bool loop_ok = loop_flaw(status) == LoopFlaw::kNone;
   if (test_ == Test::kNone) {
-    // What the sensor has proved can be lost again; it says so in every heartbeat.
+    // A passed test can be invalidated later; every heartbeat reports it.
     if (!ok) test_passed_ = false;
     if (!loop_ok && step_ == ContactStep::kReady) fail_test(ContactFault::kLoopBroken, now);
     return;
@@ -388,7 +390,7 @@ void ContactCore::on_status_test(const ctp::Status& status, TimePoint now) {
     }
     return;
   }
-  // In contact there is no edge to be seen, only the loop to be examined.
+  // In contact no edge can be observed, only the loop tested.
   if (in_contact_ && after) {
     if (!loop_ok) {
       fail_test(ContactFault::kLoopBroken, now);
@@ -401,13 +403,13 @@ void ContactCore::on_status_test(const ctp::Status& status, TimePoint now) {
   }
 }
 
-// When to look again ------------------------------------------------------------------------------
+// Next wake-up ------------------------------------------------------------------------------------
 
 TimePoint ContactCore::next_wake() const {
   if (step_ == ContactStep::kClosed) return TimePoint::max();
   TimePoint t = last_frame_ + idle_limit() + milliseconds{1};
   if (step_ == ContactStep::kHello) {
-    // Silence is what one waits for here; a held fault waits for a person.
+    // Waits for silence here; a persistent fault waits for the operator.
     t = fault_ == ContactFault::kLostState ? TimePoint::max() : next_send_;
   }
   if (step_ == ContactStep::kConfig) t = std::min(t, next_send_);
@@ -417,7 +419,7 @@ TimePoint ContactCore::next_wake() const {
     if (heard_since_test_)
       t = std::min(t, test_sent_ + kTestTimeout + answer_time_ + milliseconds{1});
   } else if (step_ >= ContactStep::kSelfTest && arming_ == Arming::kNone) {
-    // Without a closed relay nothing is tested, and its state wakes by itself.
+    // Without a closed relay there is no test, and its state has its own wake-up.
     const TimePoint test = std::max(next_test_, relay_since_ + kRelaySettle);
     if (step_ != ContactStep::kSelfTest) t = std::min(t, next_ping_);
     else if (!options_.relay) t = std::min(t, next_test_);

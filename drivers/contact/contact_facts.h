@@ -1,6 +1,6 @@
 #pragma once
-// What the core knows, as plain values that cross threads without allocation. People read them
-// through contact_words.h.
+// State of the core as plain values that cross threads without allocation. contact_words.h
+// generates their sentences.
 
 #include <array>
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 namespace cellcal::drivers {
 
-/// How far the identification has come. In this order, from the start after every loss.
+/// Step of the identification, in order; restarted after every loss.
 enum class ContactStep { kClosed, kHello, kConfig, kClock, kSelfTest, kReady };
 
 struct ContactFacts {
@@ -28,24 +28,24 @@ struct ContactFacts {
   std::uint16_t config_crc = 0;
   BoardFlaws board;
   ContactRelay relay = ContactRelay::kNone;
-  double waiting_s = 0.0;  ///< in this step
+  double waiting_s = 0.0;  ///< in the current step
   double silent_s = 0.0;   ///< since the last valid frame
   double sense_v = 0.0;
   double clock_limit_s = 0.0;
   double unanswered_s = 0.0;  ///< since the last answer to a PING
   double delivered_late_s = 0.0;    ///< as in ContactSnapshot
-  double late_limit_s = 0.0;        ///< what it is measured by
+  double late_limit_s = 0.0;        ///< limit for it
   bool clock_ok = false;            ///< as in ContactStatus
   ContactDelivery delivery;
-  int baud = 0;                     ///< of this side
-  bool datagrams = false;           ///< it comes over Ethernet
+  int baud = 0;                     ///< of the host
+  bool datagrams = false;           ///< over Ethernet
   std::uint64_t bytes = 0;          ///< received since the port was opened
-  std::uint64_t lost_events = 0;    ///< nobody took them in time
-  std::uint64_t sensor_errors = 0;  ///< damaged frames that the sensor counted
+  std::uint64_t lost_events = 0;    ///< not read in time
+  std::uint64_t sensor_errors = 0;  ///< damaged frames counted by the sensor
   ContactQuality quality;
 };
 
-/// The answer to an arming with the figures its words need.
+/// Answer to an arming with the figures for its sentence.
 struct ArmAnswer {
   std::uint16_t arm_id = 0;
   ArmRefusal refusal = ArmRefusal::kNone;

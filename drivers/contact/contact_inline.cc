@@ -22,7 +22,7 @@ void ContactInline::open() {
   open_ = true;
   now_ = write_time_ = clock_.now();
   line_.advance(write_time_);
-  // What was said before the port was open is not heard.
+  // Discards what was sent before the port was open.
   std::array<std::uint8_t, kChunk> unheard{};
   for (TimePoint t; line_.read(unheard, t) > 0;) continue;
   core_.connect(write_time_);
@@ -61,7 +61,7 @@ void ContactInline::self_test() {
 void ContactInline::run_until(TimePoint t) {
   std::array<std::uint8_t, kChunk> bytes{};
   for (;;) {
-    // Never back: what is overdue happens now.
+    // Never decreases: overdue actions happen now.
     const TimePoint due = std::max(now_, std::min({core_.next_wake(), line_.next(), t}));
     now_ = due;
     line_.advance(due);

@@ -1,5 +1,5 @@
 #pragma once
-// A contact sensor in one thread and in virtual time: the unchanged core on a ByteLine.
+// A contact sensor in one thread and in virtual time: the unmodified core on a ByteLine.
 
 #include <cstdint>
 #include <optional>
@@ -12,7 +12,7 @@ namespace cellcal::drivers {
 
 class ContactInline : public ContactSensor {
  public:
-  /// Both must outlive this.
+  /// Both must outlive this object.
   ContactInline(const ContactOptions& options, const Clock& clock, ByteLine& line);
 
   void open() override;
@@ -24,8 +24,8 @@ class ContactInline : public ContactSensor {
   std::optional<ContactRecord> take_record() override { return core_.take_record(); }
   void close() override;
 
-  /// Lets line and core live until t, in the order of their times. Whoever moves the virtual clock
-  /// calls this with its new time, before the robot's cycle looks at guard().
+  /// Runs line and core until t, in chronological order. The owner of the virtual clock calls this
+  /// with its new time, before the robot's cycle uses guard().
   void run_until(TimePoint t);
   ContactGuard& guard() { return core_; }
 
@@ -33,8 +33,8 @@ class ContactInline : public ContactSensor {
   const Clock& clock_;
   ByteLine& line_;
   ContactCore core_;
-  TimePoint now_{};         ///< how far everything has lived
-  TimePoint write_time_{};  ///< when the core's output of the moment goes out
+  TimePoint now_{};         ///< time up to which everything has run
+  TimePoint write_time_{};  ///< transmission time of the core's current output
   bool open_ = false;
 };
 

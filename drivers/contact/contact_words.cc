@@ -11,14 +11,14 @@ namespace cellcal::drivers {
 
 namespace {
 
-/// A port that stays mute this long is not 'just starting' (a bootloader takes up to 2 s).
+/// A port silent for longer than this is not starting up (a bootloader takes up to 2 s).
 constexpr double kMuteS = 3.0;
 
 std::string firmware_of(const ContactFacts& f) {
   return fmt::format("{}.{}.{}", f.firmware[0], f.firmware[1], f.firmware[2]);
 }
 
-/// What the firmware can be told (drivers/contact/firmware/README.md).
+/// Baud rates supported by the firmware (drivers/contact/firmware/README.md).
 constexpr const char* kSensorRates =
     "1000000; 250000 with D4, 115200 with D5 connected to ground at its reset";
 
@@ -30,7 +30,7 @@ std::string loop_words(const ContactFacts& f) {
   if (f.relay == ContactRelay::kOpen)
     return "isolation relay open: the touch circuit is connected when a session begins";
   switch (f.loop_flaw) {
-    case LoopFlaw::kNone:  // whole again; the self-test has not looked yet
+    case LoopFlaw::kNone:  // repaired; not yet confirmed by the self-test
     case LoopFlaw::kGunBreak:
       return fmt::format(
           "touch circuit open ({:.2f} V): a wire between sensor and tool is broken or "

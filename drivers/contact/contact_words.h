@@ -1,5 +1,5 @@
 #pragma once
-// What a person reads: each fault and refusal with what to do about it. Off the cycle.
+// Sentences of faults and refusals, with the remedy. Not for the cycle.
 
 #include <string>
 

@@ -1,5 +1,5 @@
 #pragma once
-// A queue of fixed size for one thread. When it is full the oldest goes: what nobody took in time
+// Single-threaded queue of fixed size. When it is full the oldest element is dropped: unread data
 // is stale.
 
 #include <array>
@@ -11,7 +11,7 @@ namespace cellcal::drivers {
 template <class T, std::size_t kCapacity>
 class FixedRing {
  public:
-  /// False: the oldest had to go.
+  /// False: the oldest element was dropped.
   bool push(const T& value) {
     const bool room = size_ < kCapacity;
     if (!room) {

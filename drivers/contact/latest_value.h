@@ -1,6 +1,6 @@
 #pragma once
-// The newest value of one writer, for others: a triple buffer. Writing never waits, whatever the
-// readers do; readers take turns among themselves.
+// Newest value of one writer for several readers: a triple buffer. Writing never waits for readers;
+// readers are serialised.
 
 #include <array>
 #include <atomic>
@@ -20,7 +20,7 @@ class LatestValue {
         kIndex;
   }
 
-  /// Any thread but the writer's.
+  /// Any thread except the writer's.
   T read() const {
     const std::lock_guard lock(readers_);
     if ((middle_.load(std::memory_order_relaxed) & kFresh) != 0) {

@@ -29,15 +29,15 @@ namespace asio = boost::asio;
 using Steady = std::chrono::steady_clock;
 using std::chrono::milliseconds;
 
-/// The published state is never older than this while the io thread runs.
+/// Maximum age of the published state while the io thread runs.
 constexpr milliseconds kPublishPeriod{200};
-/// Published longer ago: the io thread does not run.
+/// Age of the published state that shows that the io thread does not run.
 constexpr milliseconds kIoThreadStuck{2000};
 constexpr milliseconds kCloseTimeout{1000};
 constexpr milliseconds kClosePoll{1};
 constexpr std::size_t kCommands = 64;
 constexpr std::size_t kAnswers = 16;
-/// The session takes them every millisecond; a second of the fastest sensor.
+/// The session reads them every millisecond; a second of the fastest sensor.
 constexpr std::size_t kRecords = 256;
 
 enum class PortState { kClosed, kOpen, kLost };
@@ -51,13 +51,13 @@ struct Command {
 struct Published {
   ContactFacts facts;
   PortState port = PortState::kClosed;
-  int error = 0;  ///< errno that the port was lost with; 0: end of file
+  int error = 0;  ///< errno of the loss of the port; 0: end of file
   std::uint64_t unsent = 0;
-  std::uint64_t tests_begun = 0;  ///< orders to prove itself that were passed on
+  std::uint64_t tests_begun = 0;  ///< number of self-tests passed on to the core
   TimePoint at{};
 };
 
-/// 100BASE-TX, all that a W5500 speaks.
+/// 100BASE-TX, the maximum of a W5500.
 constexpr int kEthernetRate = 100'000'000;
 
 ContactOptions over(ContactOptions contact, const PortOptions& port) {
@@ -86,14 +86,14 @@ class SerialContact::Impl : public ContactGuard, public std::enable_shared_from_
 
   // Session's thread --------------------------------------------------------------------------
 
-  /// After construction, when shared_from_this() works.
+  /// Called after construction, when shared_from_this() is valid.
   void start() {
     asio::post(io_, [self = shared_from_this()] { self->wait_for_calls(); });
   }
 
   void open() {
     if (opened_) return;
-    // Until the io thread has taken the port over.
+    // Until the io thread has taken over the port.
     opened_at_ = Steady::now();
     wanted_from_ = keeper_.next_opening();
     try {
@@ -119,16 +119,16 @@ class SerialContact::Impl : public ContactGuard, public std::enable_shared_from_
         std::this_thread::sleep_for(kClosePoll);
       }
     }
-    // The disarming is queued by now and goes out before the port closes, on this thread, so that
-    // it can be opened again at once.
+    // The disarming is already queued and is sent before the port closes, on this thread, so that
+    // it can be reopened immediately.
     keeper_.close();
   }
 
-  /// Nothing of this runs on the io_context afterwards, if that runs at all.
+  /// No handlers run on the io_context afterwards.
   void finish() {
     close();
     on_io_thread([self = shared_from_this()] {
-      boost::system::error_code ignored;  // closing what is closed already
+      boost::system::error_code ignored;  // already closed
       self->calls_.close(ignored);
       self->timer_.cancel();
     });
@@ -137,7 +137,7 @@ class SerialContact::Impl : public ContactGuard, public std::enable_shared_from_
   void command(const Command& c) {
     const bool queued = opened_ && commands_.push(c);
     if (queued) {
-      // Until the io thread has taken the order, the pass of an earlier test is no answer to it.
+      // Until the io thread has processed the request, a pass of an earlier test does not count.
       if (c.kind == Command::Kind::kSelfTest) ++tests_asked_;
       queues_.news_call.make();
     } else if (c.kind == Command::Kind::kArm) {
@@ -199,7 +199,7 @@ class SerialContact::Impl : public ContactGuard, public std::enable_shared_from_
   // io thread, within the robot's cycle ---------------------------------------------------------
 
   ContactSnapshot snapshot(TimePoint now) override {
-    // What has arrived by now counts in this cycle, also if its handler has not had its turn.
+    // Received data counts in this cycle, even before its handler has run.
     take_in();
     return core_.snapshot(now);
   }
@@ -212,7 +212,7 @@ class SerialContact::Impl : public ContactGuard, public std::enable_shared_from_
   }
 
  private:
-  static constexpr std::uint32_t kNone = 0;  ///< no opening has this number
+  static constexpr std::uint32_t kNone = 0;  ///< not a valid opening
 
   std::string lost_words(const Published& p) const {
     const std::string why = p.error == 0 ? std::string("end of file") : std::strerror(p.error);
@@ -236,7 +236,7 @@ class SerialContact::Impl : public ContactGuard, public std::enable_shared_from_
 
   // io thread ---------------------------------------------------------------------------------
 
-  /// Everything that waits for this thread: an end, orders, what the port has to tell.
+  /// Processes pending input of this thread: shutdown, commands, messages of the port.
   void take_in() {
     bool any = false;
     if (closes_done_ < closes_asked_) {
@@ -296,10 +296,10 @@ class SerialContact::Impl : public ContactGuard, public std::enable_shared_from_
 
   void after(TimePoint now) {
     while (const auto answer = core_.poll_arm()) {
-      // Its size exceeds what one session can have asked for.
+      // Its capacity exceeds the number of requests of a session.
       [[maybe_unused]] const bool pushed = answers_.push(*answer);
     }
-    // What does not fit any more waits in the core, which counts those that it has to drop.
+    // Excess records wait in the core, which counts dropped ones.
     while (records_.write_available() > 0) {
       const auto record = core_.take_record();
       if (!record) break;
@@ -322,9 +322,9 @@ class SerialContact::Impl : public ContactGuard, public std::enable_shared_from_
     timer_.expires_at(next);
     timer_pending_ = true;
     timer_.async_wait([self = shared_from_this()](boost::system::error_code error) {
-      if (error) return;  // set anew, or finished
+      if (error) return;  // reset or finished
       self->timer_pending_ = false;
-      self->take_in();  // what has arrived is no silence
+      self->take_in();  // received data is not silence
       const TimePoint t = Steady::now();
       self->core_.on_tick(t);
       self->after(t);
@@ -360,14 +360,14 @@ class SerialContact::Impl : public ContactGuard, public std::enable_shared_from_
   asio::io_context& io_;
   const SerialContactOptions options_;
 
-  // session's
+  // session thread
   bool opened_ = false;
   TimePoint opened_at_{};
   std::optional<ArmAnswer> unsent_answer_;
 
   // between threads
   std::atomic<std::uint64_t> tests_asked_{0};
-  /// The port's first opening that counts; what is older is not heard. kNone: closed.
+  /// First valid opening of the port; data of earlier ones is discarded. kNone: closed.
   std::atomic<std::uint32_t> wanted_from_{kNone};
   std::atomic<std::uint64_t> closes_asked_{0}, closes_done_{0};
   boost::lockfree::spsc_queue<Command, boost::lockfree::capacity<kCommands>> commands_;
@@ -376,7 +376,7 @@ class SerialContact::Impl : public ContactGuard, public std::enable_shared_from_
   LatestValue<Published> published_;
   PortQueues queues_;
 
-  // io thread's
+  // io thread
   ContactCore core_;
   asio::steady_timer timer_;
   asio::posix::stream_descriptor calls_;

@@ -1,11 +1,11 @@
 #pragma once
-// The contact sensor on a real port. All of the protocol runs on the robot's io_context; the port
-// itself is read and written elsewhere.
+// The contact sensor on a real port. The protocol runs on the robot's io_context; the port is read
+// and written on other threads.
 //
-// Threads: the ContactSensor calls are the session's. guard() is for that io_context's thread only.
-// Two threads carry bytes between the port and lock-free queues (port_pump), a third, sleeping
-// unless the port was lost, opens and closes devices (port_keeper). Nothing that the io_context's
-// thread does here can make it wait: it never touches the port.
+// Threads: the ContactSensor functions are for the session. guard() is for that io_context's thread
+// only. Two threads transfer bytes between the port and lock-free queues (port_pump), a third, idle
+// unless the port was lost, opens and closes devices (port_keeper). The io_context's thread never
+// accesses the port and cannot be blocked by it.
 
 #include <boost/asio/io_context.hpp>
 #include <memory>
@@ -19,14 +19,14 @@ namespace cellcal::drivers {
 
 struct SerialContactOptions {
   PortOptions port;
-  ContactOptions contact;  ///< its baud is taken from port
+  ContactOptions contact;  ///< its baud is taken from `port`
   std::chrono::milliseconds reopen_first{100}, reopen_longest{2000};
 };
 
 class SerialContact : public ContactSensor {
  public:
   SerialContact(boost::asio::io_context& io, const SerialContactOptions& options);
-  /// The io_context must be running, or have been stopped for good.
+  /// The io_context must be running, or have been stopped permanently.
   ~SerialContact() override;
 
   void open() override;
@@ -38,9 +38,9 @@ class SerialContact : public ContactSensor {
   std::optional<ContactRecord> take_record() override;
   void close() override;
 
-  /// For the robot's cycle, on the io_context's thread; lives as long as this object. Takes what
-  /// the port's reader has queued, so that what has arrived counts in this cycle. A trip uses its
-  /// arming up: take the events before judging snapshot().armed.
+  /// For the robot's cycle, on the io_context's thread; valid for the lifetime of this object.
+  /// Processes data queued by the port's reader, so that it counts in this cycle. A trip ends its
+  /// arming: read the events before evaluating snapshot().armed.
   ContactGuard& guard();
 
  private:

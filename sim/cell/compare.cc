@@ -17,9 +17,9 @@ constexpr int kWorkspacePoses = 1000;
 constexpr int kLocalPoses = 300;
 constexpr double kLocalHalfM = 0.150;
 constexpr double kWarmedUp = 1.0;
-constexpr unsigned kSeed = 4711;  // not the estimator's: other poses than it predicted for
+constexpr unsigned kSeed = 4711;  // differs from the estimator's: other poses than it predicted for
 
-/// Norms of what is left after the best rigid motion of `points` onto `truth`.
+/// Norms of the residuals after the best rigid motion of `points` onto `truth`.
 Eigen::VectorXd aligned_errors(const Eigen::Matrix3Xd& points, const Eigen::Matrix3Xd& truth) {
   const Eigen::Matrix4d motion = Eigen::umeyama(points, truth, false);
   return ((motion.topLeftCorner<3, 3>() * points).colwise() + motion.topRightCorner<3, 1>() - truth)
@@ -93,7 +93,7 @@ TruthFigures truth_figures(const Truth& truth, const calib::Calibration& calibra
       centres.push_back(target.centre_m);
       continue;
     }
-    for (const calib::JointVector& q : around)  // it is where it was touched
+    for (const calib::JointVector& q : around)  // each is where it was touched
       centres.push_back(nominal.nominal_tcp(q).translation());
   }
   const auto near = [&](int count) {

@@ -1,6 +1,6 @@
 #pragma once
-// A calibration against the hidden truth, in the figures of the method (section 5). True is the arm
-// warmed up, as it is at the end of a session and afterwards.
+// A calibration compared with the hidden truth, in the figures of the method (section 5). The true
+// arm is warmed up, as at the end of a session and afterwards.
 
 #include "calib/model/joint_vector.h"
 #include "calib/model/touch.h"
@@ -9,13 +9,13 @@
 
 namespace cellcal::sim {
 
-/// Over which the nominal model is judged: so many that their draw says nothing.
+/// Number of poses for the nominal model: large enough for the sampling error to be negligible.
 inline constexpr int kNominalPoses = 5000;
 
 struct RegionFigures {
   int poses = 0;
   double mean_m = 0.0, max_m = 0.0, rms_m = 0.0;  ///< 3-D, after a 6-DoF alignment
-  /// The nominal model, aligned likewise, over more poses of the same region.
+  /// Nominal model, aligned likewise, over more poses of the same region.
   double nominal_mean_m = 0.0, nominal_max_m = 0.0;
   double covered = 0.0;  ///< share of true errors within the stated u95: M4
 };
@@ -25,18 +25,18 @@ struct TruthFigures {
   RegionFigures workspace;  ///< random poses of the whole workspace: M3
 };
 
-/// How far the latched contacts are from the true surfaces.
+/// Distances of the latched contacts from the true surfaces.
 struct SurfaceFigures {
   double mean_m = 0.0, max_m = 0.0;
-  int bad = 0;  ///< by more than kBadM: no noise makes that
+  int bad = 0;  ///< above kBadM: not explained by noise
 };
 inline constexpr double kBadM = 0.2e-3;
 
-/// Of the arm as warm as it was: it began to warm up with the first touch, since a file of touches
-/// does not say when power came on.
+/// With the arm's warm-up starting at the first touch, since a file of touches does not contain the
+/// power-on time.
 SurfaceFigures surface_figures(const Truth& truth, const std::vector<calib::Touch>& touches);
 
-/// `around`: joint angles near which local poses are taken, the touches'.
+/// `around`: the touches' joint angles, near which local poses are sampled.
 TruthFigures truth_figures(const Truth& truth, const calib::Calibration& calibration,
                            const std::vector<calib::JointVector>& around);
 

@@ -10,7 +10,7 @@ void ContactWatch::look(drivers::TimePoint from, drivers::TimePoint to, const An
       cell_.truth().warm_at(std::chrono::duration<double>(from - *power_on_).count());
   const std::vector<double> end = angles(to);
   const double gap = cell_.gap_m(end, warm);
-  // Only where the tip is near can the shaft be; saves the second look on transits.
+  // The shaft can only be close if the tip is; saves the second check in transits.
   constexpr double kNearM = 0.2;
   if (gap < kNearM) {
     const bool inside = cell_.shaft_depth_m(end, warm) > 0.0;

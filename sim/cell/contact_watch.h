@@ -1,5 +1,5 @@
 #pragma once
-// The instants at which the touch circuit closes and opens within one cycle of the controller.
+// Instants at which the touch circuit closes and opens within one cycle of the controller.
 
 #include <functional>
 #include <optional>
@@ -21,14 +21,14 @@ class ContactWatch {
         on_edge_(std::move(on_edge)),
         early_(cell.truth().contacts, cell.truth().contact_seed) {}
 
-  /// The arm moves from `from` to `to` as `angles` says: reports every change of the circuit, found
-  /// to a hundred nanoseconds. Motion within a cycle is taken as monotonic towards or away. The arm
-  /// warms up from the first call on.
+  /// The arm moves from `from` to `to` according to `angles`: reports every change of the circuit,
+  /// located to a hundred nanoseconds. Motion within a cycle is assumed to be monotonic towards or
+  /// away from the surface. The warm-up of the arm starts with the first call.
   void look(drivers::TimePoint from, drivers::TimePoint to, const AnglesAt& angles);
 
   bool closed() const { return closed_; }
-  double deepest_m() const { return deepest_m_; }  ///< the tip inside a sphere, ever
-  int crashes() const { return crashes_; }         ///< times the shaft went into a sphere
+  double deepest_m() const { return deepest_m_; }  ///< maximum depth of the tip in a sphere
+  int crashes() const { return crashes_; }         ///< times the shaft entered a sphere
 
  private:
   const PhysicalCell& cell_;

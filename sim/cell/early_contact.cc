@@ -6,13 +6,13 @@ namespace cellcal::sim {
 
 namespace {
 
-/// No back-off goes so far from the surface, and every way to another touch does.
+/// Above the distance of any back-off, and below that of every path to another touch.
 constexpr double kAwayM = 0.005;
-/// Out of contact so far a new closing is drawn; more than the noise can reach.
+/// Distance at which a new closing is drawn; above the range of the noise.
 constexpr double kOpenM = 0.0003;
 constexpr double kLargestSigma = 2.5;
 constexpr double kLeastChipM = 0.0003, kMostChipM = 0.001;
-/// None of the draws of the arm.
+/// Independent of the draws of the arm.
 constexpr std::uint64_t kOwnDraws = 104729;
 
 }  // namespace
@@ -42,7 +42,7 @@ void EarlyContact::look(double gap_m, bool closed) {
     if (falls_off_) chip_m_ = 0.0;
   }
   const bool near = gap_m < kAwayM;
-  if (near_ && !near) begin_visit();  // the next one's
+  if (near_ && !near) begin_visit();  // for the next visit
   near_ = near;
 }
 

@@ -1,10 +1,10 @@
 #pragma once
-// How far before the surface the circuit closes. Real contacts scatter (film, roughness, spatter),
-// and now and then one is bad: a chip lies between tip and sphere.
+// Distance before the surface at which the circuit closes. Real contacts scatter (film, roughness,
+// spatter), and occasionally a chip lies between tip and sphere.
 //
-// The scatter is drawn anew for every closing. A chip is there for one visit of the tip: from when
-// it comes near until it has gone away. Half of the chips stay through all contacts of the visit,
-// half fall off with the first one.
+// The scatter is drawn for every closing. A chip exists for one visit of the tip, from its approach
+// until it has left. Half of the chips stay for all contacts of the visit, half fall off at the
+// first one.
 
 #include <cstdint>
 
@@ -17,16 +17,16 @@ struct ContactScatter {
   double bad_share = 0.0;  ///< of the visits, with a chip of 0.3 to 1 mm
 };
 
-/// More noise would reach from one closing into the next: searches back off by 0.6 mm.
+/// Larger noise would extend from one closing into the next: searches back off by 0.6 mm.
 inline constexpr double kMostContactNoiseM = 1e-4;
 
 class EarlyContact {
  public:
   EarlyContact(const ContactScatter& scatter, std::uint64_t seed);
 
-  /// The circuit is closed where the gap is at most this [m]. Negative: late.
+  /// The circuit is closed at gaps up to this [m]. Negative: late.
   double closes_at_m() const { return noise_m_ + chip_m_; }
-  /// Where the tip is now, and whether the circuit is closed there.
+  /// Current gap of the tip, and state of the circuit.
   void look(double gap_m, bool closed);
 
  private:
@@ -37,7 +37,7 @@ class EarlyContact {
   calib::Random random_;
   double noise_m_ = 0.0, chip_m_ = 0.0;
   bool falls_off_ = false;
-  bool near_ = true;      ///< this visit's chip is drawn when it has been away
+  bool near_ = true;      ///< this visit's chip is drawn after the tip was away
   bool touched_ = false;  ///< closed since the last draw of the noise
 };
 

@@ -8,7 +8,7 @@ namespace cellcal::sim {
 
 namespace {
 
-/// The slim end of a torch may enter between tip and here only as contact; beyond it is the neck.
+/// A torch's slim end between the tip and here may only be in contact; beyond it is the neck.
 constexpr double kTipLengthM = 0.06;
 constexpr double kNeckRadiusM = 0.012;
 
@@ -18,10 +18,10 @@ double distance(const Eigen::Vector3d& p, const Eigen::Vector3d& a, const Eigen:
   return (p - a - t * ab).norm();
 }
 
-/// Solid this far behind its face; a tip that is deeper comes from the other side.
+/// Thickness of the plate; a deeper tip comes from the other side.
 constexpr double kPlateM = 0.03;
 
-/// Distance of a point from the plate, negative inside it.
+/// Distance of a point from the plate, negative inside.
 double outside_m(const TrueFace& face, const Eigen::Vector3d& p) {
   const double above = face.normal.dot(p - face.middle_m);
   const double aside =
@@ -39,7 +39,7 @@ Eigen::Vector3d PhysicalCell::tip_m(std::span<const double> joint_rad, double wa
   return chain.tip + grown_m(chain.flange_origin, warm);
 }
 
-/// Where all lengths of the arm grow alike, its flange moves away from the base and does not turn.
+/// With uniform growth of all lengths the flange moves away from the base without rotation.
 Eigen::Vector3d PhysicalCell::grown_m(const Eigen::Vector3d& flange, double warm) const {
   return truth_.growth * warm * flange;
 }
@@ -69,7 +69,7 @@ double PhysicalCell::shaft_depth_m(std::span<const double> joint_rad, double war
     if (truth_.radius_m[i] > 0.0)
       depth = std::max(
           depth, truth_.radius_m[i] + kNeckRadiusM - distance(truth_.centre_m[i], neck, flange));
-  // A straight shaft is nearest to a plate that it does not pass through at one of its ends.
+  // The point of a straight shaft nearest to a plate outside of it is one of its ends.
   for (const TrueFace& face : truth_.faces)
     for (const Eigen::Vector3d& end : {neck, flange})
       depth = std::max(depth, kNeckRadiusM - outside_m(face, end));

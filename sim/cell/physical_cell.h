@@ -1,5 +1,5 @@
 #pragma once
-// Where the real tip is, and what it touches.
+// Position of the real tip, and its contacts.
 
 #include <Eigen/Core>
 #include <span>
@@ -15,10 +15,10 @@ class PhysicalCell {
   /// True TCP [m, true base frame] for the arm's true axis angles [rad]. `warm`: 0 at power on, 1
   /// warmed up (Truth::warm_at).
   Eigen::Vector3d tip_m(std::span<const double> joint_rad, double warm = 0.0) const;
-  /// Distance of the tip from the nearest sphere's or plate's surface [m]; the circuit is closed
-  /// at <= 0.
+  /// Distance of the tip from the nearest sphere's or plate's surface [m]; the circuit is closed at
+  /// <= 0.
   double gap_m(std::span<const double> joint_rad, double warm = 0.0) const;
-  /// Depth of the tool's shaft inside a sphere or plate [m], 0 when clear: a crash.
+  /// Depth of the tool's shaft inside a sphere or plate [m], 0 if clear: a crash.
   double shaft_depth_m(std::span<const double> joint_rad, double warm = 0.0) const;
   const Truth& truth() const { return truth_; }
 

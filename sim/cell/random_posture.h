@@ -1,5 +1,5 @@
 #pragma once
-// Random ways to hold the tool against a surface, for simulated touches.
+// Random tool orientations at a surface, for simulated touches.
 
 #include <Eigen/Core>
 
@@ -9,13 +9,13 @@
 
 namespace cellcal::sim {
 
-/// TCP orientation (base frame) with the tool's shaft within `cone_rad` about -normal; the roll
-/// about it is anything.
+/// TCP orientation (base frame) with the tool's shaft within `cone_rad` of -normal; the roll about
+/// it is uniform.
 Eigen::Matrix3d random_orientation(const calib::Tool& tool, calib::Random& random,
                                    const Eigen::Vector3d& normal, double cone_rad);
 
-/// A start for the inverse: the first axis towards `at` (m, base), elbow bent, the rest at random
-/// inside the limits.
+/// Start of the inverse kinematics: the first axis towards `at` (m, base), elbow bent, the rest
+/// random inside the limits.
 calib::JointVector random_posture(const calib::Robot& robot, calib::Random& random,
                                   const Eigen::Vector3d& at);
 

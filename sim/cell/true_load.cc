@@ -19,7 +19,7 @@ void hang_masses(calib::Robot& robot, calib::Random& random) {
   for (std::size_t i = 1; i < robot.joints.size(); ++i) {
     calib::Joint& joint = robot.joints[i];
     joint.mass_kg = std::hypot(joint.a_m, joint.d_m) * random.uniform(kLeastKgPerM, kMostKgPerM);
-    // From the frame behind the link back to the joint before it.
+    // From the frame after the link back to the preceding joint.
     const Eigen::Matrix3d turn = (Eigen::AngleAxisd(joint.alpha_rad, Eigen::Vector3d::UnitX()) *
                                   Eigen::AngleAxisd(joint.beta_rad, Eigen::Vector3d::UnitY()))
                                      .toRotationMatrix();

@@ -14,12 +14,12 @@ namespace cellcal::sim {
 
 namespace {
 
-/// Tolerances are drawn within this: nobody ships an arm that is five sigma off nominal.
+/// Bound on drawn errors: no arm is delivered five sigma off nominal.
 constexpr double kLargestTruthSigma = 2.5;
 
-/// So that they are none of the arm's errors.
+/// Independent of the arm's errors.
 constexpr std::uint64_t kDrawsOfWhatNoFileSays = 15485863;
-/// An elastic backlash: this much load closes most of it.
+/// Load that closes most of an elastic backlash.
 constexpr double kPlayClosesNm = 20.0;
 
 double bounded_normal(calib::Random& random) {
@@ -50,7 +50,7 @@ calib::ArmModel true_arm(const calib::Cell& cell, const TruthOptions& options) {
   return {robot, tool};
 }
 
-/// Those that stand somewhere in the cell: a tracker looks on from anywhere.
+/// Targets with a place in the cell; a tracker may be anywhere.
 std::vector<const calib::Target*> placed_targets(const calib::Cell& cell) {
   std::vector<const calib::Target*> placed;
   for (const calib::Target& target : cell.targets)
@@ -58,8 +58,8 @@ std::vector<const calib::Target*> placed_targets(const calib::Cell& cell) {
   return placed;
 }
 
-/// Where the real arm's tip is when the nominal arm would be at the centres; the mean over a few
-/// ways of holding the tool, as someone who teaches takes more than one look.
+/// Position of the real arm's tip with the nominal arm at the centres; mean over several tool
+/// orientations, as in teaching.
 Eigen::Matrix3Xd taught_places(const Truth& truth, const calib::Cell& cell) {
   const calib::ArmModel nominal(cell.robot, cell.tool);
   const calib::JointVector home = [&] {
@@ -99,9 +99,9 @@ Eigen::Matrix3Xd taught_places(const Truth& truth, const calib::Cell& cell) {
   return places;
 }
 
-/// Spheres that are only known to be in a box stand somewhere in it.
+/// Places spheres randomly in their boxes if only those are known.
 calib::Cell with_all_places(calib::Cell cell, std::uint64_t seed) {
-  calib::Random random(seed + 7919);  // none of the draws of the arm
+  calib::Random random(seed + 7919);  // independent of the draws of the arm
   for (calib::Target& target : cell.targets) {
     if (target.has_centre || !target.has_box) continue;
     for (int k = 0; k < 3; ++k)
@@ -122,7 +122,7 @@ Eigen::VectorXd drawn_errors(const calib::ArmModel& arm, const TruthOptions& opt
             options.deflection >= 0.0 ? options.deflection : parameter.sigma * std::abs(draw);
         break;
       case calib::ParameterKind::kCompliance:
-      case calib::ParameterKind::kPlay:  // both to the side of the load
+      case calib::ParameterKind::kPlay:  // half, in the direction of the load
         errors[i] = parameter.sigma * std::abs(draw);
         break;
       case calib::ParameterKind::kCosine:
@@ -137,8 +137,8 @@ Eigen::VectorXd drawn_errors(const calib::ArmModel& arm, const TruthOptions& opt
   return errors;
 }
 
-/// From the cell file's frame to the true base frame: where the places are taught, and off that by
-/// the placement's sigmas.
+/// From the cell file's frame to the true base frame: at the taught places, with an error of the
+/// placement's sigmas.
 Eigen::Isometry3d artefact_place(const Truth& truth, const calib::Cell& cell,
                                  const TruthOptions& options, calib::Random& random) {
   const Eigen::Matrix3Xd taught = taught_places(truth, cell);
@@ -148,7 +148,7 @@ Eigen::Isometry3d artefact_place(const Truth& truth, const calib::Cell& cell,
   const Eigen::Vector3d middle =
       taught.cols() > 0 ? taught.rowwise().mean() : Eigen::Vector3d::Zero().eval();
   Eigen::Isometry3d place = Eigen::Isometry3d::Identity();
-  if (nominal.cols() >= 3)  // three points hold a rigid body
+  if (nominal.cols() >= 3)  // three points determine a rigid body
     place = Eigen::Isometry3d(Eigen::umeyama(nominal, taught, false));
   else if (nominal.cols() > 0)
     place.translation() = middle - nominal.rowwise().mean();

@@ -52,7 +52,7 @@ bool set_override(Server& krc, std::string_view text) {
   return true;
 }
 
-/// What both kinds of controller understand alike. `use` gives it between two cycles.
+/// Commands common to both kinds of controller. `use` provides access between two cycles.
 template <typename Server, typename Machine, typename Mode>
 bool common(Server& krc, const std::vector<std::string_view>& words, const Mode& mode_of) {
   const std::string_view verb = words[0];
@@ -192,7 +192,7 @@ struct Control::Impl {
     } else {
       if (::mkfifo(path.c_str(), 0600) != 0 && errno != EEXIST)
         throw std::runtime_error("--control " + path + ": " + std::strerror(errno));
-      // Open for writing as well: writers may come and go without ending it.
+      // Also open for writing, so that the end of a writer is not the end of the file.
       input = ::open(path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
     }
     if (input < 0 || stop < 0)

@@ -1,5 +1,6 @@
 #pragma once
-// The operator of an emulated controller: one command per line, from a FIFO or standard input.
+// Operator interface of an emulated controller: one command per line, from a FIFO or standard
+// input.
 
 #include <functional>
 #include <memory>
@@ -11,16 +12,17 @@ namespace cellcal::sim {
 class KrcUdp;
 class EkiServer;
 
-/// What a command comes to, as a line for people. Unknown ones get the list of those known.
+/// Executes a command and returns its result as a line of text. For unknown ones the list of
+/// commands.
 std::string obey(KrcUdp& krc, std::string_view line);
 std::string obey(EkiServer& krc, std::string_view line);
 /// The commands, for --help.
 const char* control_help();
 
-/// Reads lines in a thread of its own and prints what came of each.
+/// Reads lines in a separate thread and prints the results.
 class Control {
  public:
-  /// `path`: a FIFO, made if it is not there, or "-". Throws std::runtime_error.
+  /// `path`: a FIFO, created if absent, or "-". Throws std::runtime_error.
   Control(const std::string& path, std::function<std::string(std::string_view line)> obey);
   ~Control();
   Control(const Control&) = delete;

@@ -1,4 +1,5 @@
-// The emulated cell on real wires: KRC over UDP, contact sensor on a pseudo-terminal or over UDP.
+// The emulated cell on real interfaces: KRC over UDP, contact sensor on a pseudo-terminal or over
+// UDP.
 
 #include <fmt/format.h>
 
@@ -33,7 +34,7 @@ using namespace cellcal;
 
 using drivers::kRadPerDeg;
 
-/// Returns when the process is asked to end.
+/// Returns on SIGINT or SIGTERM.
 void wait_for_signal() {
   sigset_t signals;
   sigemptyset(&signals);
@@ -43,7 +44,7 @@ void wait_for_signal() {
   sigwait(&signals, &caught);
 }
 
-/// Until then the operator is obeyed.
+/// Executes the operator's commands until then.
 template <typename Krc>
 void wait_for_operator(const sim::EmulatorOptions& options, Krc& krc) {
   std::optional<sim::Control> control;
@@ -52,7 +53,8 @@ void wait_for_operator(const sim::EmulatorOptions& options, Krc& krc) {
   wait_for_signal();
 }
 
-/// What both wires share: the physical cell, the contact sensor, and what has been seen at the end.
+/// Common to both controllers: the physical cell, the contact sensor, and the statistics at the
+/// end.
 struct Cell {
   explicit Cell(const sim::EmulatorOptions& o, const calib::Cell& cell)
       : options(o), physical(sim::draw_truth(cell, o.truth)), sensor(sensor_of(o)) {
@@ -86,7 +88,7 @@ std::vector<double> start_of(const sim::EmulatorOptions& options, const calib::C
 }
 
 int run_rsi(const sim::EmulatorOptions& options, const calib::Cell& cell) {
-  std::atomic<bool> free{false};  // the opto output, wired to the controller's input
+  std::atomic<bool> free{false};  // the opto output, connected to the controller's input
   Cell emulated(options, cell);
   sim::ControllerConfig controller = options.controller;
   for (const calib::Joint& joint : cell.robot.joints) {
@@ -144,7 +146,7 @@ int run_rsi(const sim::EmulatorOptions& options, const calib::Cell& cell) {
   return watch.crashes() == 0 ? 0 : 1;
 }
 
-/// Somebody else's channel files and clients.
+/// Channel files and clients of other software.
 int run_eki_stream(const sim::EmulatorOptions& options, const calib::Cell& cell) {
   if (!options.control.empty())
     throw std::invalid_argument("--control has no effect on channel files of others: leave it out");
@@ -207,7 +209,7 @@ int run_eki(const sim::EmulatorOptions& options, const calib::Cell& cell) {
   controller.lag_s = options.controller.lag_s;
   controller.noise_sigma_deg = options.controller.noise_sigma_deg;
   controller.seed = options.controller.seed;
-  // What a commissioned controller has: the cell file's tool, measured roughly.
+  // A commissioned controller has the cell file's tool, measured approximately.
   const calib::FrameMmDeg tool = calib::to_frame(cell.tool.tcp);
   std::copy(tool.xyz_mm.begin(), tool.xyz_mm.end(), controller.tool_data[0].begin());
   std::copy(tool.abc_deg.begin(), tool.abc_deg.end(), controller.tool_data[0].begin() + 3);
@@ -255,7 +257,7 @@ int run(const sim::EmulatorOptions& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  // Blocked before any thread exists, so that sigwait is the only one to see them.
+  // Blocked before any thread exists, so that only sigwait receives them.
   sigset_t signals;
   sigemptyset(&signals);
   sigaddset(&signals, SIGTERM);

@@ -10,7 +10,7 @@ namespace cellcal::sim {
 
 namespace {
 
-/// CLI::Range takes what is no number for one within.
+/// CLI::Range accepts text that is not a number.
 CLI::Validator within(double low, double high) {
   const std::string range = fmt::format("{} to {}", low, high);
   return {[=](std::string& text) -> std::string {
@@ -86,7 +86,7 @@ std::pair<std::string, std::uint16_t> address_of(const char* option, const std::
 
 namespace {
 
-/// What the controller speaks, and with whom.
+/// Protocol of the controller and its peer.
 void add_wire_options(CLI::App& app, EmulatorOptions& options) {
   app.add_option_function<std::string>(
          "--pc",

@@ -1,5 +1,5 @@
 #pragma once
-// What an emulated cell is asked to be, from the command line.
+// Options of an emulated cell, from the command line.
 
 #include <cstdint>
 #include <filesystem>
@@ -25,28 +25,28 @@ struct EmulatorOptions {
   ControllerConfig controller;
   std::vector<std::string> eki_xml;  ///< channel files of the emulated controller
   std::string listen;                ///< address for EKI; empty: 127.0.0.1
-  std::string rsi_xml;               ///< RSI's ethernet file; empty: the options say it all
+  std::string rsi_xml;               ///< RSI's ethernet file; empty: defined by the options
   std::string rsi_context;           ///< its context (.rsi.xml, .rsix); empty: likewise
   int rsi_version = 0;               ///< of the controller; 0: the context's
   std::string pc_address = "127.0.0.1";
   std::uint16_t pc_port = 49152;
   bool pc_port_given = false;
-  double max_acceleration_deg_s2 = 0.0;  ///< of any axis within a cycle; 0: not watched
+  double max_acceleration_deg_s2 = 0.0;  ///< of any axis within a cycle; 0: not checked
   std::string control;                   ///< FIFO of the operator's commands; "-": standard input
   std::string device_link;
-  std::string udp;  ///< the sensor on Ethernet listens there, ADDRESS:PORT; empty: a pseudo-terminal
+  std::string udp;  ///< ADDRESS:PORT of the sensor on Ethernet; empty: a pseudo-terminal
   int baud = 1'000'000;
   double mcu_drift_ppm = 30.0;
   std::optional<double> restart_after_s;
   McuFaults sensor_faults;  ///< from the start
-  bool no_spheres = false;  ///< taken away: the tip never touches anything
+  bool no_spheres = false;  ///< removed: the tip never touches anything
 };
 
-/// ADDRESS:PORT taken apart. Throws CLI::ValidationError.
+/// Parses ADDRESS:PORT. Throws CLI::ValidationError.
 std::pair<std::string, std::uint16_t> address_of(const char* option, const std::string& text);
 void add_truth_options(CLI::App& app, EmulatorOptions& options);
 void add_options(CLI::App& app, EmulatorOptions& options);
-/// How the controller's RSI is configured, and its operator. Part of add_options.
+/// Configuration of the controller's RSI, and its operator. Part of add_options.
 void add_rsi_options(CLI::App& app, EmulatorOptions& options);
 
 }  // namespace cellcal::sim

@@ -23,7 +23,7 @@ using drivers::RsiElement;
 using drivers::RsiObject;
 
 constexpr std::size_t kAxes = 6;
-// What the objects take where their parameters do not stand in the context.
+// Defaults of the objects for parameters absent from the context.
 constexpr double kUsualPrecision = 1, kUsualTimeout = 10, kUsualClampDeg = 5, kUsualMonitorDeg = 6;
 constexpr double kUsualClampMm = 5;
 
@@ -34,13 +34,13 @@ std::string content(const std::filesystem::path& path) {
   return text;
 }
 
-/// What AXISCORR or POSCORR takes, in order.
+/// Inputs of AXISCORR or POSCORR, in order.
 std::string value_name(bool space, std::size_t i) {
   return space ? "." + std::string(drivers::wire::kFrameNames.substr(i, 1))
                : ".A" + std::to_string(i + 1);
 }
 
-/// The channels of the axes A1 to A6, or of X to C, in order.
+/// Channels of the axes A1 to A6, or of X to C, in order.
 std::vector<int> value_channels(const RsiChannelFile& file, bool space) {
   std::vector<int> channels;
   for (const RsiElement& one : file.receive) {
@@ -73,12 +73,12 @@ double number(const RsiObject& object, const std::string& name, double usual) {
   return value;
 }
 
-/// What the program calls to load the context.
+/// The program's call that loads the context.
 const char* load_call(const RsiContextFile& context) {
   return context.rsi_version == 6 ? "RSI_LOAD" : "RSI_CREATE";
 }
 
-/// As the pendant says it.
+/// In the pendant's wording.
 void check_index(const RsiChannelFile& channel, const RsiContextFile& context,
                  const drivers::RsiInput& input) {
   const bool known = std::any_of(channel.receive.begin(), channel.receive.end(),

@@ -1,4 +1,4 @@
-// A calibration against the truth that a seed stands for.
+// Compares a calibration with the truth of a seed.
 
 #include <fmt/format.h>
 

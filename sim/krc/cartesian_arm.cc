@@ -28,7 +28,7 @@ Eigen::Isometry3d to_pose(const KukaFrame& f) {
 KukaFrame to_frame(const Eigen::Isometry3d& pose) {
   const Eigen::Matrix3d r = pose.linear();
   const double across = std::hypot(r(0, 0), r(1, 0));
-  // Where B is 90 deg only the sum of A and C is known.
+  // At B = 90 deg only the sum of A and C is determined.
   const bool lost = across < 1e-9;
   const double a = lost ? 0.0 : std::atan2(r(1, 0), r(0, 0));
   const double b = std::atan2(-r(2, 0), across);

@@ -1,5 +1,5 @@
 #pragma once
-// What a controller knows of its arm's geometry: where the TCP is, and how to put it elsewhere.
+// Kinematics of the arm as known to a controller: forward and inverse for the TCP.
 
 #include <memory>
 #include <optional>
@@ -14,7 +14,7 @@ struct Cell;
 
 namespace cellcal::sim {
 
-/// POSCORR's RefCorrSys: what X Y Z A B C of a correction refer to.
+/// POSCORR's RefCorrSys: the frame that X Y Z A B C of a correction refer to.
 enum class CorrectionFrame { kBase, kTool };
 
 class CartesianArm {
@@ -22,12 +22,10 @@ class CartesianArm {
   virtual ~CartesianArm() = default;
   /// TCP in the base, axis angles in radians.
   virtual KukaFrame frame(std::span<const double> axis_rad) const = 0;
-  /// Axis angles near `near_rad` that put the TCP there; none: out of reach or outside the axes'
-  /// limits.
+  /// Axis angles near `near_rad` for this TCP; empty: out of reach or outside the axes' limits.
   virtual std::optional<std::vector<double>> axes(const KukaFrame& tcp,
                                                   const std::vector<double>& near_rad) const = 0;
-  /// Likewise, where `correction` takes it from its pose at
-  /// `start_rad`.
+  /// As above, for the pose at `start_rad` displaced by `correction`.
   virtual std::optional<std::vector<double>> corrected(
       std::span<const double> start_rad, const KukaFrame& correction, CorrectionFrame system,
       const std::vector<double>& near_rad) const = 0;

@@ -1,6 +1,6 @@
 #pragma once
-// CELL.SRC in EXT, as its PLC sees it: asks for a program number (PGNO_REQ), calls the program of the number that it
-// is given, and asks again when that has returned. Without sockets, threads or clock.
+// CELL.SRC in EXT, from the PLC's point of view: requests a program number (PGNO_REQ), calls the program of the
+// number received, and requests again after its return. Without sockets, threads or clock.
 
 #include <functional>
 
@@ -13,22 +13,22 @@ class CellSrc {
   static constexpr int kCellcal = 90, kBrakeTest = 91;
 
   struct Programs {
-    std::function<void()> call;      ///< cellcal's own begins
-    std::function<bool()> returned;  ///< it is not under way
-    /// It stands with a message: CELL stands with it, until it is started again.
+    std::function<void()> call;      ///< starts cellcal's program
+    std::function<bool()> returned;  ///< true if it is not active
+    /// True if it is stopped with a message: CELL is stopped with it, until restarted.
     std::function<bool()> stands;
     std::function<void(bool)> request;  ///< $BRAKETEST_REQ_INT changes
-    std::function<void()> test_arm;     ///< what a brake test does with the arm
+    std::function<void()> test_arm;     ///< motion of a brake test
   };
   CellSrc(Programs programs, drivers::Duration brake_test);
 
-  /// Selected, BCO done, $EXT_START; behind a message: acknowledged, reset and started again.
+  /// Selected, BCO done, $EXT_START; after a message: acknowledged, reset and restarted.
   void start();
-  /// Stopped and reset by the PLC, whatever it runs.
+  /// Stopped and reset by the PLC in any state.
   void leave();
   void tick(drivers::TimePoint now);
   bool asks() const { return runs_ == Runs::kAsks; }
-  /// PGNO with PGNO_VALID. False: it does not ask, or has no such CASE (PGNO_FAULT).
+  /// PGNO with PGNO_VALID. False: no request, or no such CASE (PGNO_FAULT).
   bool number(int pgno, drivers::TimePoint now);
 
   void request_brake_test();

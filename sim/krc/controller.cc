@@ -18,7 +18,7 @@ constexpr double kT1MmS = 250.0;
 // 250 mm/s at the flange, as a share of an axis' full speed on an arm of 1.4 m.
 constexpr double kT1Share = 0.06;
 
-// As the program widens the cell's ranges by it.
+// Margin added by the program to the cell's ranges.
 constexpr double kRangeSlackDeg = 0.1;
 
 using drivers::kMaxAxes;
@@ -33,7 +33,7 @@ void check_size(const std::vector<double>& values, std::size_t axes, const char*
                               " needs one value per axis");
 }
 
-/// The one angle that A, B and C come to: that of Rz(A) Ry(B) Rx(C), by its quaternion.
+/// Total rotation angle of A, B and C: that of Rz(A) Ry(B) Rx(C), by its quaternion.
 double turn_deg(const KukaFrame& frame) {
   const auto half = [&](std::size_t i) { return frame[i] * kRadPerDeg / 2.0; };
   const double w = std::cos(half(3)) * std::cos(half(4)) * std::cos(half(5)) +
@@ -119,7 +119,7 @@ struct Controller::Impl {
     set_fence();
   }
 
-  // CC_FENCE: where the arm stands beyond a limit the program halts before RSI_ON.
+  // CC_FENCE: with the arm beyond a limit the program halts before RSI_ON.
   void set_fence() {
     low_deg.assign(axes, -config.clamp_deg);
     high_deg.assign(axes, config.clamp_deg);
@@ -140,7 +140,7 @@ struct Controller::Impl {
     if (phase == RsiPhase::kRunning) end(RsiPhase::kFaulted, why);
   }
 
-  // Where the arm is at `t`, from `actual` at `tick_at` towards the setpoint in force.
+  // Position at `t`, from `actual` at `tick_at` towards the current setpoint.
   std::vector<double> at(drivers::TimePoint t) const {
     const double dt = std::max(0.0, std::chrono::duration<double>(t - tick_at).count());
     const double moved = blocked ? 0.0 : -std::expm1(-dt / config.lag_s);
@@ -155,7 +155,7 @@ struct Controller::Impl {
     setpoint = actual;
   }
 
-  // The reply to the last packet: in time, late, or the last straw.
+  // Evaluates the reply to the last packet: in time, late, or the time-out.
   void close_cycle() {
     if (!awaiting) return;
     awaiting = false;
@@ -180,7 +180,7 @@ struct Controller::Impl {
     }
   }
 
-  // What the ETHERNET object puts out, through AXISCORR and POSCORR, which clamp in silence.
+  // Outputs of the ETHERNET object, through AXISCORR and POSCORR, which clamp without a message.
   void correct() {
     const bool relative = config.mode == RsiMode::kRelative;
     KukaFrame wanted = frame;
@@ -197,7 +197,7 @@ struct Controller::Impl {
         wanted[from.index] = std::clamp(whole, -limit, limit);
       }
     }
-    // MaxRotAngle is of the whole turn: what is beyond it stays where it was.
+    // MaxRotAngle applies to the total rotation: a value beyond it is ignored.
     const bool beyond = turn_deg(wanted) > config.clamp_turn_deg;
     std::copy_n(wanted.begin(), beyond ? 3 : wanted.size(), frame.begin());
   }
@@ -224,7 +224,7 @@ struct Controller::Impl {
     return next;
   }
 
-  // What the motion system refuses to do with the next setpoint; empty: nothing.
+  // Fault of the motion system for the next setpoint; empty: none.
   std::string objection(const std::vector<double>& next, const std::vector<double>& speed) const {
     const double dt = 1e-3 * config.cycle_ms;
     for (std::size_t i = 0; i < axes; ++i) {
@@ -248,7 +248,7 @@ struct Controller::Impl {
     return {};
   }
 
-  // The correction in force becomes the setpoint of this cycle.
+  // The current correction becomes the setpoint of this cycle.
   void apply() {
     correct();
     if (halted) return;
@@ -310,7 +310,7 @@ struct Controller::Impl {
     if (ticked) actual = at(now);
     ticked = true;
     tick_at = now;
-    // The counter is the controller's, not the session's: it goes on whatever RSI does.
+    // The counter belongs to the controller, not the session: it is independent of RSI's state.
     ipoc += static_cast<std::uint64_t>(config.ipoc_step);
     take_input(now);
     if (phase != RsiPhase::kRunning) return {};
@@ -333,7 +333,7 @@ struct Controller::Impl {
   void receive(std::string_view bytes) {
     if (phase != RsiPhase::kRunning || !awaiting) return;
     const std::optional<RsiReply> reply = parse_reply(channel, bytes);
-    // A wrong SENTYPE or IPOC is discarded without a word, as the real one does.
+    // A wrong SENTYPE or IPOC is discarded without a message, as by the real controller.
     if (!reply || reply->type != channel.sentype || reply->ipoc != std::to_string(ipoc)) return;
     answered = true;
     for (std::size_t i = 0; i < inputs.size(); ++i) {
@@ -358,12 +358,12 @@ struct Controller::Impl {
   int override_percent = 100;
   std::string message;
   std::vector<double> base, setpoint, actual, speed_rad_s;
-  std::vector<double> inputs;    // what the ETHERNET object puts out, one per received value
-  std::vector<double> axis_deg;  // corrections in force
+  std::vector<double> inputs;             // outputs of the ETHERNET object, one per received value
+  std::vector<double> axis_deg;           // current corrections
   std::vector<double> low_deg, high_deg;  // their limits
   KukaFrame frame{};
   drivers::TimePoint tick_at{};
-  std::deque<std::pair<drivers::TimePoint, bool>> edges;  // of the contact input, to come
+  std::deque<std::pair<drivers::TimePoint, bool>> edges;  // future edges of the contact input
   bool input_on = false;
   bool ticked = false, blocked = false, halted = false;
   bool awaiting = false, answered = false, stop_seen = false, stop_level = false;

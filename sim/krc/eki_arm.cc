@@ -43,7 +43,7 @@ void EkiArm::tick(drivers::TimePoint now, double dt_s) {
   const double step = acceleration_ * dt_s;
   speed_ = std::clamp(wanted, speed_ - step, speed_ + step);
   const double left = 1.0 - fraction_;
-  // In steps the ramp to the target has to begin one step early.
+  // With discrete steps the ramp to the target has to begin one step early.
   const double still_stops = std::sqrt(std::max(0.0, 2.0 * acceleration_ * left)) - 0.5 * step;
   if (!braking_) speed_ = std::min(speed_, std::max(still_stops, step));
   if (speed_ * dt_s >= left) {

@@ -1,10 +1,10 @@
 #pragma once
-// An arm that the controller moves by itself: straight lines in joint space with a trapezoidal
-// speed, brake ramps, and a lag between setpoint and arm.
+// An arm moved by the controller: straight lines in joint space with a trapezoidal speed, brake
+// ramps, and a lag between setpoint and arm.
 //
-// Model: LIN is a straight line in joint space, too. Over a search of 25 mm the real path leaves it
-// by micrometres, and what counts is where it is latched. After a stop the arm rests where its ramp
-// ended.
+// Model: LIN is a straight line in joint space, too. Over a search of 25 mm the real path deviates
+// from it by micrometres, and only the latched position is used. After a stop the arm rests where
+// its ramp ended.
 
 #include <vector>
 
@@ -18,14 +18,14 @@ class EkiArm {
 
   /// Speed and acceleration of the line's fraction [1/s, 1/s^2]. Only at rest.
   void go(const std::vector<double>& target_rad, double speed, double acceleration);
-  /// Ramp to rest on the same line [1/s^2]. A ramp that has begun is steepened at most.
+  /// Ramp to rest on the same line [1/s^2]. An active ramp can only be steepened.
   void brake(double deceleration);
-  /// 0 to 1 of the line's speed; 0 holds it, and it goes on when raised again.
+  /// 0 to 1 of the line's speed; 0 holds it, a later increase continues it.
   void scale(double factor) { scale_ = factor; }
   bool at_rest() const { return !moving_; }
   bool arrived() const { return !moving_ && fraction_ >= 1.0; }
 
-  /// The next setpoint, in force from `now` for `dt_s`.
+  /// The next setpoint, effective from `now` for `dt_s`.
   void tick(drivers::TimePoint now, double dt_s);
   /// From the last tick up to the next.
   std::vector<double> actual_at(drivers::TimePoint t) const;

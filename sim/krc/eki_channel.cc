@@ -15,7 +15,7 @@ namespace {
 namespace wire = drivers::wire;
 
 constexpr std::size_t kMostMessages = 100;
-constexpr unsigned kLargestLimit = 512, kLargestBytes = 65534;  // of EKI 2.2
+constexpr unsigned kLargestLimit = 512, kLargestBytes = 65534;  // EKI 2.2
 
 [[noreturn]] void refuse(const std::string& why) {
   throw std::invalid_argument("EKI channel file: " + why);
@@ -38,7 +38,7 @@ std::size_t limit_of(const pugi::xml_node& node, std::size_t usual, unsigned mos
   return value;
 }
 
-/// The node that a path without its attribute names, below `root` whose own name is the first part.
+/// The node of a path without its attribute, below `root` whose own name is the first part.
 pugi::xml_node find(pugi::xml_node node, std::string_view path) {
   std::size_t from = 0;
   for (bool first = true; from <= path.size(); first = false) {
@@ -208,7 +208,7 @@ void EkiChannel::overflow(const std::string& what) {
   if (messages_.size() < kMostMessages) {
     messages_.push_back("EKI: " + what + ", connection closed");
   }
-  // What was received stays readable; the port has to be opened again.
+  // Received values stay readable; the port has to be reopened.
   close();
 }
 

@@ -1,10 +1,10 @@
 #pragma once
-// KUKA's EthernetKRL option as KRL sees it: one channel, described by the same XML file that is
-// installed on the controller. TCP server, one client, a queue per element, and the habits that
-// surprise: an overflow closes the connection, and queues keep what an earlier client left.
+// KUKA's EthernetKRL option from KRL's point of view: one channel, described by the same XML file
+// that is installed on the controller. TCP server, one client, a queue per element, and its
+// pitfalls: an overflow closes the connection, and queues keep data of an earlier client.
 //
-// Names are matched in any case and elements may come in any order, more than a real controller
-// forgives. Sans I/O: connections and bytes come from outside.
+// Names are case-insensitive and elements may come in any order, more tolerant than a real
+// controller. Sans I/O: connections and bytes come from outside.
 
 #include <cstdint>
 #include <deque>
@@ -22,7 +22,7 @@ enum class EkiElementType { kBool, kInt, kReal, kString };
 
 struct EkiChannelConfig {
   std::uint16_t port = 54600;
-  std::size_t limit = 16;         ///< BUFFERING/@Limit: values that wait per element
+  std::size_t limit = 16;         ///< BUFFERING/@Limit: queued values per element
   std::size_t bytes = 16384;      ///< BUFFSIZE/@Limit: of one telegram
   bool udp = false;               ///< PROTOCOL: a datagram is a telegram
   bool survives_reset = false;    ///< ENVIRONMENT is Submit or System
@@ -30,7 +30,7 @@ struct EkiChannelConfig {
   std::vector<std::pair<std::string, EkiElementType>> receive;  ///< "RobotCommand/Axis/@A1"
   std::vector<std::string> send;                                ///< in the file's order
 
-  /// Throws std::invalid_argument naming what is missing or unknown in the file.
+  /// Throws std::invalid_argument naming a missing or unknown item of the file.
   static EkiChannelConfig parse(std::string_view xml);
 };
 
@@ -38,29 +38,29 @@ class EkiChannel {
  public:
   explicit EkiChannel(EkiChannelConfig config);
 
-  // ---- KRL's side
-  /// EKI_Init: the channel is there, empty and closed, unless it was there before.
+  // ---- KRL interface
+  /// EKI_Init: creates the channel, empty and closed, unless it exists.
   void init() { exists_ = true; }
   /// Without EKI_Init nothing is opened.
   void open() { open_ = exists_; }
   void close();
   /// EKI_Clear: empties all queues and closes.
   void clear();
-  /// Whether EKI_CheckBuffer returns without a message.
+  /// True if EKI_CheckBuffer returns without a message.
   bool exists() const { return exists_; }
   std::size_t waiting(std::string_view path) const;
-  /// EKI_GetReal, EKI_GetInt: oldest value, taken out.
+  /// EKI_GetReal, EKI_GetInt: removes and returns the oldest value.
   std::optional<double> get(std::string_view path);
   void set(std::string_view path, std::string text);
-  /// EKI_Send(channel, root): all elements of that root that the file names.
+  /// EKI_Send(channel, root): all elements of that root in the file.
   void send(std::string_view root);
 
-  // ---- controller's side
-  /// Reconfigure I/Os, hibernating: the channel is deleted with all that waits in it.
+  // ---- controller
+  /// Reconfigure I/Os, hibernating: the channel is deleted with all queued data.
   void remove();
 
-  // ---- network's side
-  /// A client asks. False: refused, because nobody listens or somebody is there already.
+  // ---- network
+  /// A client connects. False: refused, since the port is closed or another client is connected.
   bool connect();
   void disconnect();
   bool connected() const { return connected_; }

@@ -35,7 +35,7 @@ void EkiController::input_broken(bool broken, TimePoint t) {
 void EkiController::input(TimePoint t, bool closed) {
   input_closed_ = closed;
   if (input_broken_) return;
-  // Through the filter, and then to the next look at it.
+  // Delay of the filter, and until the next sample.
   const double since_epoch = std::chrono::duration<double>(t.time_since_epoch()).count();
   const double filtered = since_epoch + impl_->config.input_delay_s;
   const double sample = impl_->config.input_sample_s;
@@ -83,7 +83,7 @@ void EkiController::drives(bool on) {
 }
 
 void EkiController::mode(drivers::EkiMode mode) {
-  // Turning the key switch stops and cancels whatever runs.
+  // Turning the key switch stops and cancels any program.
   if (mode != impl_->mode) cancel_program();
   impl_->mode = mode;
 }

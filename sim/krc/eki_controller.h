@@ -4,8 +4,8 @@
 // that moves, interrupts on the contact input and on the stop flag with BRAKE and RESUME, operating
 // modes, drives, emergency stop, override.
 //
-// What is public about EKI is followed; what is known nowhere can be set: when $AXIS_INT is taken,
-// how fast an interrupt answers.
+// Follows the public documentation of EKI; undocumented behaviour is configurable: the time at
+// which $AXIS_INT is taken, the latency of an interrupt.
 
 #include <cstdint>
 #include <memory>
@@ -22,40 +22,41 @@
 namespace cellcal::sim {
 
 struct EkiControllerConfig {
-  std::string channel_xml;  ///< the file that is installed on the controller
+  std::string channel_xml;  ///< the file installed on the controller
   std::vector<double> start_rad{0.0, -1.5707963267948966, 1.5707963267948966,
                                 0.0, 1.5707963267948966,  0.0};
   std::vector<double> max_speed_rad_s;    ///< per axis at 100 %; empty: 3 rad/s
-  double max_acceleration_rad_s2 = 10.0;  ///< of PTP, as the program sets it ($ACC_AXIS)
+  double max_acceleration_rad_s2 = 10.0;  ///< of PTP, as set by the program ($ACC_AXIS)
   double lin_acceleration_m_s2 = 0.5;     ///< $ACC.CP
-  /// What LIN's length is reckoned with; none: as if every axis were 1 m from the TCP.
+  /// Geometry for LIN's length; null: every axis at 1 m from the TCP.
   std::shared_ptr<const CartesianArm> arm;
-  double lag_s = 0.02;            ///< setpoint to arm
-  int cycle_ms = 4;               ///< in which positions are interpolated
-  int interrupt_ms = 12;          ///< in which interrupts are looked at
-  int state_ms = 20;              ///< the submit program's loop
-  int idle_state_ms = 24;         ///< likewise while nobody is obeyed
-  int dead_man_ms = 250;          ///< as the program has it
-  int reopen_ms = 100;            ///< the port after a client has gone
-  int look_ms = 3000;             ///< between two looks at whether the channel is still there
-  bool contact_is_on = true;      ///< as the program has it: the input while the tool touches
+  double lag_s = 0.02;                    ///< setpoint to arm
+  int cycle_ms = 4;                       ///< interpolation cycle
+  int interrupt_ms = 12;                  ///< interrupt cycle
+  int state_ms = 20;                      ///< loop of the submit program
+  int idle_state_ms = 24;                 ///< likewise without a session
+  int dead_man_ms = 250;                  ///< as in the program
+  int reopen_ms = 100;                    ///< until the port reopens after a disconnection
+  int look_ms = 3000;             ///< interval between checks of the channel
+  bool contact_is_on = true;      ///< as in the program: the input during contact
   double input_delay_s = 0.001;   ///< filter of the digital input ...
-  double input_sample_s = 0.002;  ///< ... and how often it is looked at
-  bool latches_setpoint = false;  ///< $AXIS_INT is the setpoint instead of the arm
-  int timer_ms = 12;              ///< steps of $TIMER, which stamps the states
-  /// BRAKE F against PTP's acceleration: all of it where $ACC_AXIS is 50. BRAKE: the motion's own.
+  double input_sample_s = 0.002;  ///< ... and its sampling period
+  bool latches_setpoint = false;  ///< $AXIS_INT is the setpoint instead of the actual position
+  int timer_ms = 12;              ///< resolution of $TIMER, which stamps the states
+  /// BRAKE F relative to PTP's acceleration: the maximum with $ACC_AXIS at 50. BRAKE: the motion's
+  /// own.
   double fast_brake_factor = 2.0;
-  double noise_sigma_deg = 0.0;  ///< of $AXIS_ACT_MEAS and $AXIS_INT alone
+  double noise_sigma_deg = 0.0;  ///< of $AXIS_ACT_MEAS and $AXIS_INT only
   std::uint64_t seed = 1;
   std::vector<double> soft_min_rad, soft_max_rad;  ///< software limit switches; empty: none
-  /// TOOL_DATA[1..] and BASE_DATA[1..] of $config.dat. They can be set where the channel file has frames.
+  /// TOOL_DATA[1..] and BASE_DATA[1..] of $config.dat. Can be set if the channel file has frames.
   std::vector<drivers::EkiFrameValues> tool_data = std::vector<drivers::EkiFrameValues>(16);
   std::vector<drivers::EkiFrameValues> base_data = std::vector<drivers::EkiFrameValues>(32);
-  bool takes_frames = true, takes_advice = true;  ///< what its submit program knows of them
+  bool takes_frames = true, takes_advice = true;  ///< features of its submit program
   int advice = 0, advice_until = 0;               ///< CELLCAL_ADVICE, CELLCAL_ADVICE_UNTIL
-  bool may_run = false;             ///< CC_MAY_RUN: a client may have CELLCAL_EKI started in EXT
-  int cell_wait_s = 900;            ///< called by CELL, without a session: then it returns
-  bool clears_on_reconnect = true;  ///< the program's EKI_Clear; false: stale queues stay
+  bool may_run = false;  ///< CC_MAY_RUN: a client may start CELLCAL_EKI in EXT
+  int cell_wait_s = 900;  ///< maximum wait for a session when called by CELL
+  bool clears_on_reconnect = true;  ///< the program's EKI_Clear; false: queues keep stale data
 };
 
 class EkiController {
@@ -69,7 +70,7 @@ class EkiController {
   /// The next interpolation cycle, at `now` (the caller keeps the clock).
   void tick(drivers::TimePoint now);
   drivers::Duration cycle() const;
-  /// The contact input's level from t on, t within the running cycle or before.
+  /// The contact input's level from t on, t within the current cycle or before.
   void input(drivers::TimePoint t, bool closed);
 
   // ---- network
@@ -80,28 +81,28 @@ class EkiController {
   std::string take_output();
 
   // ---- operator
-  void start_program();        ///< selected if it is not, and started; one that stands goes on
-  void start_other_program();  ///< CELLCAL_EKI is deselected for somebody else's
-  /// CELL.SRC, selected and started in EXT, calls CELLCAL_EKI, which returns when a session has ended.
+  void start_program();        ///< selects it if necessary, and starts or continues it
+  void start_other_program();  ///< CELLCAL_EKI is deselected for another program
+  /// CELL.SRC, selected and started in EXT, calls CELLCAL_EKI, which returns at the end of a session.
   void call_program();
-  bool program_runs() const;  ///< CELLCAL_EKI, whatever program is selected
-  /// $BRAKETEST_REQ_INT and its like, on outputs that the submit program reads.
+  bool program_runs() const;   ///< CELLCAL_EKI, for any selected program
+  /// $BRAKETEST_REQ_INT and similar, on outputs read by the submit program.
   void request(drivers::EkiRequest request);
-  void cancel_program();  ///< stopped and deselected: a ramp, and nothing goes on afterwards
+  void cancel_program();       ///< stopped by a ramp and deselected; nothing continues afterwards
   void emergency_stop(bool pressed);
   void drives(bool on);
   void mode(drivers::EkiMode mode);
-  void start_key(bool held);  ///< counts in T1 and T2
+  void start_key(bool held);  ///< effective in T1 and T2
   void set_override(int percent);
   void place(const std::vector<double>& pose_rad);  ///< jogged; only at rest
-  void reconfigure_io();  ///< Reconfigure I/Os, or out of hibernation: EKI's channel is deleted
+  void reconfigure_io();  ///< Reconfigure I/Os, or end of hibernation: EKI's channel is deleted
 
   // ---- faults
-  void mute(bool muted) { muted_ = muted; }           ///< no states go out
+  void mute(bool muted) { muted_ = muted; }           ///< no states are sent
   void deaf(bool deaf) { deaf_ = deaf; }              ///< the submit program reads nothing
-  void forgetful(bool on) { forgetful_ = on; }        ///< moves are taken and never confirmed
-  void halt_submit(bool on) { submit_halted_ = on; }  ///< its interpreter stands
-  /// Wire off: the input is off, which is free or contact as the program has it.
+  void forgetful(bool on) { forgetful_ = on; }        ///< moves are accepted and never confirmed
+  void halt_submit(bool on) { submit_halted_ = on; }  ///< its interpreter is stopped
+  /// Wire broken: the input is off, i.e. free or contact depending on the program.
   void input_broken(bool broken, drivers::TimePoint t);
 
   std::vector<double> actual_rad_at(drivers::TimePoint t) const;
@@ -109,8 +110,8 @@ class EkiController {
   bool moving() const;
   bool ready() const;
   std::uint32_t session() const;
-  std::uint64_t moves() const;  ///< begun since power on
-  /// TOOL_DATA or BASE_DATA as it is now. Throws std::out_of_range.
+  std::uint64_t moves() const;  ///< started since power on
+  /// Current TOOL_DATA or BASE_DATA. Throws std::out_of_range.
   drivers::EkiFrameValues frame(drivers::EkiFrameKind kind, int number) const;
   std::uint64_t frames_set() const;  ///< since power on
   int advice() const;                ///< CELLCAL_ADVICE

@@ -1,4 +1,4 @@
-// What the submit program does about TOOL_DATA and BASE_DATA (CC_FRAME of cellcal_sub.sub).
+// Handling of TOOL_DATA and BASE_DATA by the submit program (CC_FRAME of cellcal_sub.sub).
 
 #include <algorithm>
 #include <cmath>
@@ -88,7 +88,7 @@ void EkiPrograms::attend_frame(TimePoint now) {
                             static_cast<double>(config.advice)};
     };
     frame_answer.old_values = values();
-    if (frame_order.set) {  // KRL rounds a REAL that goes into an INT
+    if (frame_order.set) {  // KRL rounds a REAL assigned to an INT
       config.advice_until = static_cast<int>(std::lround(frame_order.values[0]));
       config.advice = static_cast<int>(std::lround(frame_order.values[1]));
     }

@@ -1,4 +1,4 @@
-// The robot interpreter's program under cellcal's: selected, running, standing, cancelled.
+// State of the robot interpreter's program: selected, running, stopped, cancelled.
 
 #include "sim/krc/eki_programs.h"
 
@@ -6,7 +6,7 @@ namespace cellcal::sim {
 
 namespace {
 
-// A stop by safety is harder than BRAKE F: against PTP's acceleration.
+// Deceleration of a safety stop, harder than BRAKE F: relative to PTP's acceleration.
 constexpr double kSafetyFactor = 4.0;
 
 }  // namespace
@@ -34,7 +34,7 @@ void EkiPrograms::start(bool cellcal) {
     if (phase == Phase::kHeld) go();
     return;
   }
-  // From the top: what CELLCAL_EKI sets before its loop.
+  // From the start: values set by CELLCAL_EKI before its loop.
   program = ProgramState::kActive;
   ours = cellcal;
   stopping = cancelling = under_cell = at_end = false;

@@ -1,6 +1,6 @@
 #pragma once
-// cellcal's two programs on the emulated controller, statement by statement what the KRL in
-// drivers/kuka/krl says, and what they share. Internal to EkiController.
+// cellcal's two programs on the emulated controller, statement by statement equivalent to the KRL
+// in drivers/kuka/krl, and their shared state. Internal to EkiController.
 
 #include <deque>
 #include <optional>
@@ -14,7 +14,7 @@
 
 namespace cellcal::sim {
 
-/// As EKI writes a REAL.
+/// In EKI's format of a REAL.
 std::string krl_real(double value);
 
 struct EkiPrograms {
@@ -33,23 +33,23 @@ struct EkiPrograms {
     std::vector<double> target_rad;
   };
 
-  /// One value of each element, or none: then the queues are out of step and are emptied.
+  /// One value of each element, or empty: the queues are then inconsistent and are emptied.
   std::optional<Telegram> take_telegram();
   void read_telegrams(TimePoint now, bool forgetful);
   void obey(const Telegram& t, TimePoint now, bool forgetful);
   void take_move(const Telegram& t);
   void stop_motion();
-  /// Dead man, drives, stop, start key, program: what ends a move from outside.
+  /// Dead man, drives, stop, start key, program: external ends of a move.
   void watch(TimePoint now);
-  /// One step towards a robot program that is cancelled; until it is, the move counts as under way.
+  /// One step towards a cancelled robot program; the move counts as active until then.
   void end_program();
   void watch_connection(TimePoint now);
   void open_channel();
-  /// CC_LOOK: a channel that the controller has deleted is made and opened anew.
+  /// CC_LOOK: recreates and reopens a channel deleted by the controller.
   void look_at_channel();
   /// CC_TIME.
   void time_pass(TimePoint now);
-  /// CC_FRAME: one frame of $config.dat, read or set, once the arm has stood for a while.
+  /// CC_FRAME: reads or sets one frame of $config.dat, after a period of rest.
   void attend_frame(TimePoint now);
   void take_frame_telegram(TimePoint now);
   drivers::EkiFrameDone frame_objection(TimePoint now) const;
@@ -65,47 +65,47 @@ struct EkiPrograms {
   void finish(EkiOutcome how);
   bool outside_soft_limits() const;
   void begin_move();
-  /// Of the TCP to the ordered target.
+  /// Path length of the TCP to the target.
   double path_m(double travel_rad) const;
   void go();
   /// BRAKE, or BRAKE F.
   void brake(EkiOutcome how, bool fast);
   void interrupts(TimePoint now);
   void scale_speed();
-  /// What goes wrong at the controller, as EkiController has it.
+  /// Faults of the controller, as in EkiController.
   struct Faults {
     bool muted = false, deaf = false, forgetful = false, submit_halted = false;
   };
   void tick(TimePoint now, const Faults& faults);
   void run_submit(TimePoint now, const Faults& faults);
 
-  /// Levels up to now, while the arm's path in the cycle that ends is still known.
+  /// Processes levels up to now, while the arm's path in the ending cycle is known.
   void take_edges(TimePoint now);
 
-  // ---- the controller under both ---------------------------------------------------------------
+  // ---- the controller --------------------------------------------------------------------------
 
-  /// $PRO_STATE1. A program that stands in the middle of a motion (kStop) goes on with it when it is
-  /// started; CANCEL is taken of one that stands, and of no other.
+  /// $PRO_STATE1. A program stopped in the middle of a motion (kStop) continues it when started;
+  /// CANCEL is accepted only for a stopped program.
   enum class ProgramState { kFree, kActive, kStop };
 
   bool manual() const { return mode == EkiMode::kT1 || mode == EkiMode::kT2; }
   ProgramState program_state() const;
-  /// Selected is CELLCAL_EKI, whatever its state.
+  /// CELLCAL_EKI is selected, in any state.
   bool gone() const { return !ours || program == ProgramState::kFree; }
   bool is_ready() const;
   bool timer_ran_out(TimePoint now) const;
 
   void start(bool cellcal);
-  /// CC_PART: the session has ended, and with it what CELL has called.
+  /// CC_PART: the session has ended, and with it the program called by CELL.
   void part();
   /// CC_RUN.
   void run_program();
-  /// CELLCAL_EKI at its end: back in CELL, or nothing is selected any more.
+  /// End of CELLCAL_EKI: returns to CELL, or is deselected.
   void leave_program();
   void wait_for_session(TimePoint now);
-  void stop_program();  ///< STOP, drives off, emergency stop: a ramp, and the program stands
+  void stop_program();  ///< STOP, drives off, emergency stop: a ramp, and the program is stopped
   bool cancel();        ///< CANCEL; false: refused
-  void settle();        ///< what becomes of program and motion once the arm is at rest
+  void settle();        ///< final state of program and motion once the arm is at rest
 
   /// kHeld: the program was stopped in the middle of a motion. kDropped: that motion was cancelled.
   enum class Phase { kIdle, kMoving, kBraking, kHeld, kDropped };
@@ -117,7 +117,7 @@ struct EkiPrograms {
   std::mt19937_64 random;
   std::uint64_t cycles = 0, moves = 0;
 
-  // what the submit program knows
+  // state of the submit program
   std::uint32_t session = 0, heard = 0, last_id = 0, reported_id = 0, bad = 0;
   TimePoint heard_at{};
   std::optional<TimePoint> reopen_at;
@@ -127,7 +127,7 @@ struct EkiPrograms {
   bool was_connected = false, fresh_session = false, ending = false;
   EkiOutcome outcome = EkiOutcome::kNone;
 
-  // what it knows of frames: CC_FRAME_...
+  // its state of frames: CC_FRAME_...
   bool has_frames = false, frame_waits = false;
   drivers::EkiFrameCommand frame_order;
   drivers::EkiFrameAnswer frame_answer;
@@ -135,7 +135,7 @@ struct EkiPrograms {
   TimePoint frame_at{};
   std::uint64_t frames_set = 0;
 
-  // what the robot program does
+  // state of the robot program
   Phase phase = Phase::kIdle;
   Telegram order;
   /// CC_READY, CC_NEW and CC_BUSY.
@@ -143,11 +143,11 @@ struct EkiPrograms {
   bool guarded = false, stop_flag = false;
   EkiOutcome stop_reason = EkiOutcome::kStop, braking_for = EkiOutcome::kStop;
   double line_speed = 0.0, line_travel = 0.0, line_acceleration = 0.0;
-  double axes_acceleration = 0.0;  ///< what PTP would have on this line
+  double axes_acceleration = 0.0;  ///< of a PTP on this line
   std::vector<double> latch;
   std::uint32_t latch_id = 0;
 
-  // inputs and the operator
+  // inputs and operator
   std::deque<std::pair<TimePoint, bool>> edges;
   bool input_level = false;
   std::optional<std::vector<double>> input_edge;

@@ -1,4 +1,4 @@
-// What runs in the robot interpreter: moves, interrupts, brake ramps.
+// The robot interpreter: moves, interrupts, brake ramps.
 
 #include <algorithm>
 #include <cmath>
@@ -45,7 +45,7 @@ double EkiPrograms::path_m(double travel_rad) const {
 void EkiPrograms::begin_move() {
   ordered = false;
   if (stop_flag) return finish(stop_reason);
-  // Interrupts are edge triggered: an input that is on already would never fire.
+  // Interrupts are edge triggered: an input that is already on would never fire.
   guarded = order.guard == static_cast<int>(EkiGuard::kInput);
   if (guarded && input_level) return finish(EkiOutcome::kInputAtStart);
   if (outside_soft_limits()) return finish(EkiOutcome::kSoftLimit);
@@ -125,7 +125,7 @@ void EkiPrograms::tick(TimePoint now, const Faults& faults) {
 
 void EkiPrograms::run_submit(TimePoint now, const Faults& faults) {
   watch_connection(now);
-  // Where nobody is obeyed a pass waits for 12 ms, and a state goes out with every second one.
+  // Without a session a pass waits for 12 ms, and every second one sends a state.
   const int every_ms = session == 0 ? config.idle_state_ms : config.state_ms;
   if (cycles % (every_ms / config.cycle_ms) != 0) return;
   time_pass(now);

@@ -13,15 +13,15 @@ namespace cellcal::sim {
 
 struct EkiServerOptions {
   std::string address = "127.0.0.1";
-  /// 0: a free one. None: the channel file's.
+  /// 0: a free one. Empty: from the channel file.
   std::optional<std::uint16_t> port;
   bool realtime = false;  ///< SCHED_FIFO for the clock, if permitted
 };
 
 class EkiServer {
  public:
-  /// Called after each cycle on the controller's thread: a physical cell looks for contacts between
-  /// `now` and the next cycle.
+  /// Called after each cycle on the controller's thread: a physical cell computes the contacts
+  /// between `now` and the next cycle.
   using CycleHook = std::function<void(EkiController&, drivers::TimePoint now)>;
 
   EkiServer(EkiControllerConfig config, EkiServerOptions options, CycleHook on_cycle = {});
@@ -33,12 +33,12 @@ class EkiServer {
   void start();
   void stop();  ///< Idempotent; joins the thread.
 
-  /// Runs `use` between two cycles, with the controller to itself. Keep it short.
+  /// Runs `use` between two cycles, with exclusive access to the controller. Must be short.
   void with(const std::function<void(EkiController&)>& use);
-  /// Cable out: nothing passes in either direction while true, and nobody is told.
+  /// Cable disconnected: no data in either direction while true, without notification.
   void unplug(bool unplugged);
   std::uint16_t port() const;
-  std::uint64_t refused_clients() const;  ///< came while another one was there
+  std::uint64_t refused_clients() const;  ///< while another one was connected
 
  private:
   struct Impl;

@@ -1,5 +1,5 @@
 #pragma once
-// A port of the emulated EKI: its socket, and over TCP the one client that it serves.
+// A port of the emulated EKI: its socket, and over TCP its single client.
 
 #include <netinet/in.h>
 #include <netinet/tcp.h>
@@ -21,7 +21,7 @@ struct BoundSocket {
 /// Non-blocking; TCP listens. Port 0 takes a free one. Throws DriverError naming address and port.
 BoundSocket bind_socket(const std::string& address, std::uint16_t port, bool udp);
 
-/// `Peer` says who is served: connect() (false: refused), connected(), receive(bytes),
+/// `Peer` handles the client: connect() (false: refused), connected(), receive(bytes),
 /// disconnect(), take_output().
 template <class Peer>
 class OneClientPort {
@@ -42,7 +42,7 @@ class OneClientPort {
   std::uint16_t port() const { return port_.load(); }
   std::uint64_t refused() const { return refused_.load(); }
 
-  /// Clients that come, and what the one that is served has sent.
+  /// Accepts clients, and reads data of the connected one.
   void take(Peer& peer) {
     accept_clients(peer);
     while (client_ >= 0) {
@@ -54,7 +54,7 @@ class OneClientPort {
       if (!peer.connected()) return drop(peer);
     }
   }
-  /// What the controller has to say waits here; a client that does not read it is dropped.
+  /// Buffers the controller's output; a client that does not read it is disconnected.
   void collect(Peer& peer) {
     unsent_ += peer.take_output();
     if (client_ >= 0 && (!peer.connected() || unsent_.size() > kMostUnsent)) drop(peer);

@@ -24,7 +24,7 @@ constexpr double kBlendRad = 2.0 * kRadPerDeg;
 constexpr std::string_view kFrameNames = "XYZABC";
 constexpr std::chrono::milliseconds kReopen{100};
 
-/// "RobotState/Pos/@A1": "A1" behind "RobotState/Pos".
+/// "RobotState/Pos/@A1": "A1" of "RobotState/Pos".
 struct Place {
   std::string parent, name;
 };
@@ -35,7 +35,7 @@ Place place_of(const std::string& path) {
   return place;
 }
 
-/// A1 is 0, E1 is 6; none for everything else.
+/// A1 is 0, E1 is 6; empty otherwise.
 std::optional<std::size_t> axis_of(const std::string& name) {
   const bool numbered = name.size() == 2 && name[1] >= '1' && name[1] <= '6';
   if (!numbered || (name[0] != 'A' && name[0] != 'E')) return std::nullopt;
@@ -59,7 +59,7 @@ std::string real(double value) {
 }  // namespace
 
 bool is_cellcal_channel(const EkiChannelConfig& channel) {
-  // All of them: others number their commands as well, and their Type="2" is no beat of ours.
+  // All of them: other software numbers its commands as well, and its Type="2" is not our beat.
   constexpr std::string_view kOurs[] = {
       "RobotCommand/@Session",      "RobotCommand/@Seq",          "RobotCommand/@Type",
       "RobotCommand/@Id",           "RobotCommand/Move/@Guard",   "RobotCommand/Move/@Path",
@@ -89,16 +89,16 @@ struct EkiStream::Impl {
       channel.open();
     }
     EkiChannel channel;
-    std::string lead;       ///< a value of it waits: a command waits; empty: takes none
-    std::string type_path;  ///< empty: every command is of the usual type
+    std::string lead;       ///< a queued value of it means a queued command; empty: accepts none
+    std::string type_path;  ///< empty: every command is of the default type
     bool known_axis = false, known_cart = false;
-    /// The codes 1 to 5 are those of one program, known by the names of its elements. Anybody
-    /// else's Type may mean anything.
+    /// The codes 1 to 5 belong to one program, identified by the names of its elements. Other
+    /// programs' Type may have any meaning.
     bool knows_types() const {
       return type_path.empty() ||
              (known_axis && known_cart && wire::same_name(type_path, "RobotCommand/Type"));
     }
-    int usual_type = 2;  ///< PTP to angles where the file has any, else to the TCP
+    int usual_type = 2;  ///< PTP to angles if the file has any, otherwise to the TCP
     std::vector<std::string> roots;
     bool was_connected = false;
     TimePoint reopen_at{};
@@ -202,7 +202,7 @@ struct EkiStream::Impl {
     const double step = config.max_acceleration_rad_s2 * dt;
     for (std::size_t i = 0; i < axes; ++i) {
       const double left = target[i] - setpoint[i];
-      // In steps the ramp to the target has to begin one step early.
+      // With discrete steps the ramp to the target has to begin one step early.
       const double stops =
           std::max(std::sqrt(2.0 * config.max_acceleration_rad_s2 * std::abs(left)) - step, step);
       const double most = std::min(config.max_speed_rad_s[i] * scale, stops);

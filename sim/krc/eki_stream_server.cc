@@ -41,7 +41,7 @@ struct Endpoint {
       socklen_t size = sizeof peer;
       const ssize_t got = ::recvfrom(datagrams.fd, buffer.data(), buffer.size(), 0,
                                      reinterpret_cast<sockaddr*>(&peer), &size);
-      // ECONNREFUSED: what an earlier state met at a client that has gone.
+      // ECONNREFUSED: result of an earlier state sent to a disconnected client.
       if (got < 0 && (errno == EINTR || errno == ECONNREFUSED)) continue;
       if (got < 0) return;
       krc.datagram(index, {buffer.data(), static_cast<std::size_t>(got)});

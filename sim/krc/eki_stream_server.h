@@ -13,7 +13,7 @@ namespace cellcal::sim {
 
 struct EkiStreamServerOptions {
   std::string address = "127.0.0.1";
-  bool free_ports = false;  ///< any free ones instead of the files'
+  bool free_ports = false;  ///< any free ports instead of the files'
   bool realtime = false;    ///< SCHED_FIFO for the clock, if permitted
 };
 
@@ -29,7 +29,7 @@ class EkiStreamServer {
   /// Opens the ports and starts the clock. Throws drivers::DriverError.
   void start();
   void stop();  ///< Idempotent; joins the thread.
-  /// Runs `use` between two cycles, with the controller to itself. Keep it short.
+  /// Runs `use` between two cycles, with exclusive access to the controller. Must be short.
   void with(const std::function<void(EkiStream&)>& use);
   std::uint16_t port(std::size_t channel) const;
 

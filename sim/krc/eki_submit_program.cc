@@ -1,4 +1,4 @@
-// What runs in the submit interpreter: telegrams in, states out, dead man, connection.
+// The submit interpreter: receives telegrams, sends states, dead man, connection.
 
 #include <algorithm>
 #include <array>
@@ -155,7 +155,7 @@ void EkiPrograms::take_move(const Telegram& t) {
   if (!is_ready()) return finish(EkiOutcome::kAborted);
   stop_flag = false;
   stop_reason = EkiOutcome::kStop;
-  busy = ordered = true;  // the robot program takes it in its next cycle
+  busy = ordered = true;  // accepted by the robot program in its next cycle
 }
 
 void EkiPrograms::stop_motion() {
@@ -167,7 +167,7 @@ void EkiPrograms::watch(TimePoint now) {
     stop_flag = true;
     stop_reason = EkiOutcome::kDeadMan;
   }
-  // No interrupt is looked at before the motion goes on: the program is cancelled instead.
+  // Interrupts are processed only once the motion continues: the program is cancelled instead.
   const bool held = stop_flag && program_state() == ProgramState::kStop;
   if (busy && (!drives_on || e_stop || stop_message || held)) ending = true;
   end_program();

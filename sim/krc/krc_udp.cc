@@ -57,7 +57,7 @@ struct KrcUdp::Impl {
     take_replies();
     const std::string_view packet = controller.tick(now);
     if (!packet.empty() && !unplugged.load()) {
-      // A PC that does not listen makes this fail; the controller does not care, and counts.
+      // Fails if the PC does not listen; ignored, as by the controller, and counted.
       replies.sent(packet);
       (void)::send(socket, packet.data(), packet.size(), 0);
     }
@@ -75,7 +75,7 @@ struct KrcUdp::Impl {
     }
   }
 
-  // The operator resets the program and starts it again.
+  // The operator resets the program and restarts it.
   void operate(TimePoint now) {
     const bool stopped =
         controller.phase() == RsiPhase::kFaulted || controller.phase() == RsiPhase::kEnded;

@@ -15,16 +15,16 @@ namespace cellcal::sim {
 struct KrcUdpOptions {
   std::string pc_address = "127.0.0.1";
   std::uint16_t pc_port = 49152;
-  /// The operator: seconds after RSI has stopped, by a fault or by STOP, until the program is
-  /// started again; none: never.
+  /// Operator: seconds after RSI has stopped, by a fault or by STOP, until the program is
+  /// restarted; empty: never.
   std::optional<double> restart_after_s;
   bool realtime = false;  ///< SCHED_FIFO for the clock, if permitted
 };
 
 class KrcUdp {
  public:
-  /// Called after each tick on the controller's thread: a physical cell looks for contacts between
-  /// `now` and the next tick (Controller::actual_rad_at).
+  /// Called after each tick on the controller's thread: a physical cell computes the contacts
+  /// between `now` and the next tick (Controller::actual_rad_at).
   using CycleHook = std::function<void(Controller&, drivers::TimePoint now)>;
 
   KrcUdp(ControllerConfig config, KrcUdpOptions options, CycleHook on_cycle = {});
@@ -36,14 +36,14 @@ class KrcUdp {
   void start();
   void stop();  ///< Idempotent; joins the thread.
 
-  /// Runs `use` between two cycles, with the controller to itself. Keep it short.
+  /// Runs `use` between two cycles, with exclusive access to the controller. Must be short.
   void with(const std::function<void(Controller&)>& use);
-  /// Cable out: neither packets nor replies pass while true; the clock goes on.
+  /// Cable disconnected: neither packets nor replies pass while true; the clock continues.
   void unplug(bool unplugged);
-  /// Packet to reply, over all sessions. After stop().
+  /// From packet to reply, over all sessions. After stop().
   ReplyClock::Figures reply_times() const;
-  bool realtime_granted() const;   ///< asked for and permitted
-  std::uint64_t overruns() const;  ///< ticks that came more than half a cycle late
+  bool realtime_granted() const;   ///< requested and permitted
+  std::uint64_t overruns() const;  ///< ticks more than half a cycle late
 
  private:
   struct Impl;

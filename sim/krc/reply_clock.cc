@@ -16,7 +16,7 @@ constexpr std::string_view kTag = "<IPOC>";
 
 std::int64_t to_ns(const timespec& t) { return std::int64_t{t.tv_sec} * 1'000'000'000 + t.tv_nsec; }
 
-/// 0: there is none.
+/// 0: absent.
 std::uint64_t ipoc_of(std::string_view telegram) {
   const std::size_t at = telegram.find(kTag);
   std::uint64_t ipoc = 0;
@@ -29,7 +29,7 @@ std::uint64_t ipoc_of(std::string_view telegram) {
 
 void ReplyClock::watch(int socket) {
   const int on = 1;
-  // Where the kernel has none, no figures are given.
+  // Without kernel support no figures are available.
   ::setsockopt(socket, SOL_SOCKET, SO_TIMESTAMPNS, &on, sizeof on);
   if (ms_.capacity() == 0) ms_.reserve(kMost);
 }

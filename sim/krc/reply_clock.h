@@ -1,6 +1,6 @@
 #pragma once
-// From a packet's way out of the emulated controller to its reply's way in, by the kernel's own
-// time stamps: what a real controller would see, whatever this process was doing meanwhile.
+// Time from sending a packet to receiving its reply, by the kernel's time stamps: as seen by a real
+// controller, independent of this process' load.
 
 #include <sys/types.h>
 
@@ -15,11 +15,11 @@ namespace cellcal::sim {
 
 class ReplyClock {
  public:
-  /// Asks for time stamps of what the socket receives.
+  /// Requests time stamps for received data.
   void watch(int socket);
-  /// Just before the packet is sent.
+  /// To be called just before the packet is sent.
   void sent(std::string_view packet);
-  /// recv() on that socket, with the reply's time noted.
+  /// recv() on that socket, recording the reply's time.
   ssize_t receive(int socket, std::span<char> into);
 
   struct Figures {
@@ -33,7 +33,7 @@ class ReplyClock {
     std::uint64_t ipoc = 0;
     std::int64_t ns = 0;
   };
-  static constexpr std::size_t kKept = 256;  ///< replies later than this many packets are not seen
+  static constexpr std::size_t kKept = 256;  ///< later replies are not matched
   static constexpr std::size_t kMost = 1'000'000;
 
   std::array<Sent, kKept> sent_{};

@@ -37,7 +37,7 @@ std::string constant_of(std::string_view tag, std::string_view type) {
          "\" is not BOOL, LONG, DOUBLE or STRING");
 }
 
-/// DEF_Tech.C1 stands for C11 to C110.
+/// DEF_Tech.C1 represents C11 to C110.
 void add_tech(const std::string& set, RsiSent& element, const std::string& value) {
   for (int i = 1; i <= kTechParameters; ++i)
     element.values.push_back({set + std::to_string(i), value});
@@ -117,7 +117,7 @@ void add_received(const std::string& tag, const std::string& type, bool hold_on,
       value.index = kFrameNames.find(name[0]);
     }
   }
-  // DEF_EStr and DEF_Tech have no effect here and need not be there.
+  // DEF_EStr and DEF_Tech have no effect here and are optional.
   if (!tag.starts_with("DEF_") && tag != "FREE") config.receive.push_back(value);
 }
 
@@ -132,7 +132,7 @@ class Text {
     const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value,
                                    std::chars_format::fixed, decimals);
     const std::string_view digits(buffer.data(), static_cast<std::size_t>(end.ptr - buffer.data()));
-    // No "-0.0000".
+    // Avoids "-0.0000".
     const bool zero = digits.find_first_of("123456789") == std::string_view::npos;
     return put(zero && digits.starts_with('-') ? digits.substr(1) : digits);
   }
@@ -150,7 +150,7 @@ void put_frame(Text& out, const KukaFrame& frame, int decimals) {
     out.attribute(kFrameNames.substr(i, 1), frame[i], decimals);
 }
 
-/// A controller has six of them, whatever the arm has.
+/// A controller always has six of them.
 void put_axes(Text& out, char letter, std::span<const double> deg, std::size_t from, int decimals) {
   for (std::size_t i = 0; i < 6; ++i) {
     const double value = from + i < deg.size() ? deg[from + i] : 0.0;
@@ -272,7 +272,7 @@ std::string format_first_packet(std::uint64_t ipoc) {
 
 std::optional<RsiReply> parse_reply(const RsiChannelConfig& channel, std::string_view bytes) {
   if (bytes.empty() || bytes.size() > kMostReply) return std::nullopt;
-  // Some senders close their text with a zero byte.
+  // Some senders terminate their text with a zero byte.
   while (!bytes.empty() && bytes.back() == '\0') bytes.remove_suffix(1);
   pugi::xml_document document;
   if (!document.load_buffer(bytes.data(), bytes.size(), pugi::parse_default, pugi::encoding_utf8))

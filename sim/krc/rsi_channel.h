@@ -1,13 +1,14 @@
 #pragma once
-// RSI's ETHERNET object as its configuration file describes it: what a packet holds, in which
-// order, and which elements of a reply mean what. The same file that is installed on the
-// controller, cellcal's own or anybody's.
+// RSI's ETHERNET object as described by its configuration file: content and order of a packet, and
+// meaning of a reply's elements. The same file that is installed on the controller, cellcal's own
+// or any other.
 //
-// The file does not say what its channels are wired to: that is in the RSI context. So elements are
-// known by name: A1.. are axis corrections, E1.. external ones, X Y Z A B C Cartesian ones, and a
-// BOOL whose name holds "stop" is the STOP object. Everything else is accepted and has no effect.
-// Of what is sent the element Mode is STATUS of type Mode_Op, a name that holds "ovpro" is OV_PRO,
-// and one that holds "contact" the contact input (DIGIN); ProgStatus holds 3, everything else 0.
+// The file does not define the wiring of its channels, which is in the RSI context. Elements are
+// therefore identified by name: A1.. are axis corrections, E1.. external ones, X Y Z A B C
+// Cartesian ones, and a BOOL whose name contains "stop" is the STOP object. All others are accepted
+// without effect. Of the elements sent, Mode is STATUS of type Mode_Op, a name that contains
+// "ovpro" is OV_PRO, and one that contains "contact" the contact input (DIGIN); ProgStatus is 3,
+// all others 0.
 
 #include <array>
 #include <cstdint>
@@ -24,9 +25,9 @@ using KukaFrame = std::array<double, 6>;
 
 enum class RsiSource {
   kActualFrame,    ///< RIst
-  kSetpointFrame,  ///< RSol: without the correction
+  kSetpointFrame,  ///< RSol: excluding the correction
   kActualAxes,     ///< AIPos
-  kSetpointAxes,   ///< ASPos: without the correction
+  kSetpointAxes,   ///< ASPos: excluding the correction
   kActualExternal,
   kSetpointExternal,
   kDelay,
@@ -44,7 +45,7 @@ struct RsiSentValue {
 struct RsiSent {
   std::string name;
   RsiSource source = RsiSource::kConstant;
-  std::vector<RsiSentValue> values;  ///< of kConstant: all that comes over channels
+  std::vector<RsiSentValue> values;  ///< kConstant: all values sent over channels
 };
 
 enum class RsiRole { kAxis, kExternal, kCartesian, kStop, kOther };
@@ -54,27 +55,27 @@ struct RsiReceived {
   std::string element, attribute;  ///< attribute empty: the element's text
   RsiRole role = RsiRole::kOther;
   std::size_t index = 0;  ///< of the axis, or of X Y Z A B C
-  bool hold_on = true;    ///< a late reply leaves the value; false: it falls to 0
+  bool hold_on = true;    ///< a late reply keeps the value; false: it is reset to 0
   bool number = true;     ///< not a STRING
 };
 
 struct RsiChannelConfig {
   std::uint16_t port = 49152;
   std::string sentype = "ImFree";
-  bool only_send = false;  ///< replies are neither expected nor taken
+  bool only_send = false;  ///< replies are neither expected nor accepted
   std::vector<RsiSent> send;
   std::vector<RsiReceived> receive;
 
-  /// Throws std::invalid_argument naming what is missing or unknown in the file.
+  /// Throws std::invalid_argument naming a missing or unknown item of the file.
   static RsiChannelConfig parse(std::string_view xml);
 };
 
-/// The element of a tag: "Element.Attribute", or "Element" for its text. An element that is there
-/// already gets the attribute as well.
+/// The element of a tag: "Element.Attribute", or "Element" for its text. The attribute is added to
+/// an existing element.
 void add_sent_value(const std::string& tag, const std::string& constant, RsiSentValue::Of of,
                     std::vector<RsiSent>& send);
 
-/// What a packet may tell.
+/// Values available for a packet.
 struct RsiValues {
   int mode = 3;  ///< $MODE_OP: 1 T1, 2 T2, 3 AUT, 4 EX
   double override_percent = 100.0;
@@ -84,9 +85,9 @@ struct RsiValues {
   std::uint64_t delay = 0, ipoc = 0;
 };
 
-/// Text of a packet as a KRC writes it: no blanks, six axes per element, all with `decimals`.
+/// Text of a packet in a KRC's format: no blanks, six axes per element, all with `decimals`.
 std::string format_packet(const RsiChannelConfig& channel, const RsiValues& values, int decimals);
-/// RSI 2 begins a session with this.
+/// First packet of a session in RSI 2.
 std::string format_first_packet(std::uint64_t ipoc);
 
 struct RsiReply {
@@ -94,8 +95,8 @@ struct RsiReply {
   std::vector<std::optional<double>> values;  ///< one per RsiReceived
 };
 
-/// Names are case-sensitive, unknown elements are ignored. Empty if it is no reply at all, or a
-/// value is no finite number.
+/// Names are case-sensitive, unknown elements are ignored. Empty if it is not a reply, or a value
+/// is not a finite number.
 std::optional<RsiReply> parse_reply(const RsiChannelConfig& channel, std::string_view bytes);
 
 }  // namespace cellcal::sim

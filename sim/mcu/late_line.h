@@ -1,5 +1,5 @@
 #pragma once
-// A line whose bytes a busy computer delivers later than they came, in order and in one go.
+// A line whose bytes a busy computer processes late, in order and in bursts.
 
 #include <algorithm>
 #include <array>
@@ -16,17 +16,17 @@
 
 namespace cellcal::sim {
 
-/// The line behind it must outlive this.
+/// The wrapped line must outlive this object.
 class LateLine final : public drivers::ByteLine {
  public:
   explicit LateLine(drivers::ByteLine& line) : line_(line) {}
 
-  /// All that comes before `until` is delivered then.
+  /// Delays delivery until `until`.
   void hold(drivers::TimePoint until) { until_ = until; }
-  /// All that comes from now on is this late.
+  /// Delays all bytes from now on by this.
   void delay(drivers::Duration late) { late_ = late; }
-  /// Once in each `every` behind `from`, at another instant of it each time, nothing is delivered for
-  /// `spell`. every 0: never. The first `every` is quiet.
+  /// Suspends delivery for `spell` once per period `every` after `from`, at a varying phase. every 0:
+  /// never. The first period is undisturbed.
   void stall(drivers::TimePoint from, drivers::Duration every, drivers::Duration spell) {
     from_ = from;
     every_ = every;
@@ -66,7 +66,7 @@ class LateLine final : public drivers::ByteLine {
     const drivers::TimePoint held = std::max(came + late_, until_);
     if (every_ <= drivers::Duration{0} || came < from_ + every_) return held;
     const auto number = static_cast<std::uint64_t>((came - from_) / every_);
-    // An even share of the golden ratio's multiples: never in step with anything.
+    // Low-discrepancy sequence by the golden ratio: not synchronous with any period.
     const double share = std::fmod(0.6180339887 * static_cast<double>(number), 1.0);
     const drivers::TimePoint begins =
         from_ + static_cast<std::int64_t>(number) * every_ +

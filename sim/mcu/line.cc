@@ -21,7 +21,7 @@ void Line::put(TimePoint t, std::string bytes, bool in_order) {
 void Line::damage(std::string& bytes) {
   if (bytes.empty()) return;
   char& byte = bytes[std::uniform_int_distribution<std::size_t>(0, bytes.size() - 1)(random_)];
-  // Any other value: adding 1..255 never gives the old one.
+  // A different value: adding 1..255 never gives the old one.
   byte = static_cast<char>(static_cast<unsigned char>(byte) +
                            std::uniform_int_distribution<unsigned>(1, 255)(random_));
 }

@@ -1,9 +1,10 @@
 #pragma once
-// One direction of a wire with faults, in virtual time: what is put in at one end comes out at the
-// other, later, twice, damaged or never. Without troubles a line only takes its transit time.
+// One direction of a link with faults, in virtual time: messages sent at one end arrive at the
+// other, delayed, duplicated, damaged or not at all. Without faults a line only adds its transit
+// time.
 //
-// A trouble belongs to a stretch of time and touches what is *sent* in it. What a trouble means
-// depends on the wire: a datagram that is dropped is gone, a segment of a stream is sent again.
+// A fault applies to messages *sent* in its time interval. Its effect depends on the kind of link:
+// a dropped datagram is lost, a segment of a stream is retransmitted.
 
 #include <cstdint>
 #include <deque>
@@ -19,41 +20,41 @@
 namespace cellcal::sim {
 
 enum class LineKind {
-  kDatagrams,  ///< each on its own: lost, doubled, overtaken
-  kFrames,     ///< a serial cable: in order, and what is lost is lost
-  kStream,     ///< TCP: in order and whole, or not at all
+  kDatagrams,  ///< independent: lost, duplicated, reordered
+  kFrames,     ///< a serial cable: in order, losses are final
+  kStream,     ///< TCP: in order and complete, or not at all
 };
 
 enum class TroubleKind {
-  kDrop,       ///< datagram, frame: lost. Stream: sent again, kRepeatTime later
-  kDelay,      ///< by `delay`; what comes behind waits, and arrives in a burst
-  kDuplicate,  ///< again, `delay` later. Not on a stream
-  kReorder,    ///< late by `delay`, and overtaken meanwhile. Datagrams alone
-  kCorrupt,    ///< one byte is another one
-  kTruncate,   ///< the end is missing. Stream: and the connection ends there, see ended()
-  kCut,        ///< unplugged: lost. Stream: kept back, and sent again when the cable is back
-  kRewrite,    ///< as `rewrite` says
+  kDrop,       ///< datagram, frame: lost. Stream: retransmitted after kRepeatTime
+  kDelay,      ///< by `delay`; subsequent messages wait, and arrive in a burst
+  kDuplicate,  ///< repeated `delay` later. Not for streams
+  kReorder,    ///< delayed by `delay`, and overtaken meanwhile. Datagrams only
+  kCorrupt,    ///< one byte is changed
+  kTruncate,   ///< truncated. Stream: and the connection ends there, see ended()
+  kCut,        ///< unplugged: lost. Stream: held, and retransmitted when the cable is back
+  kRewrite,    ///< as defined by `rewrite`
 };
 
 struct Trouble {
   TroubleKind kind = TroubleKind::kDrop;
-  drivers::TimePoint from{}, until{};  ///< until is not part of it
-  double share = 1.0;                  ///< of what is sent in it, drawn by the line's seed
-  int most = -1;                       ///< so many at most; negative: all
+  drivers::TimePoint from{}, until{};  ///< half-open interval
+  double share = 1.0;                  ///< of the messages sent in it, drawn by the line's seed
+  int most = -1;                       ///< maximum number; negative: all
   drivers::Duration delay{};
   std::function<void(std::string&)> rewrite{};
 };
 
 class Line {
  public:
-  /// A segment that got lost is sent again after this; common TCP stacks begin with 200 ms.
+  /// Retransmission timeout of a lost segment; common TCP stacks start with 200 ms.
   static constexpr std::chrono::milliseconds kRepeatTime{200};
 
   Line(LineKind kind, drivers::Duration transit, std::uint64_t seed);
 
-  /// May lie ahead. Troubles add up.
+  /// May start in the future. Faults are cumulative.
   void add(Trouble trouble);
-  /// No troubles any more, also none that were booked.
+  /// Clears all active and scheduled faults.
   void mend() { troubles_.clear(); }
   void send(std::string_view bytes, drivers::TimePoint t);
 
@@ -61,17 +62,17 @@ class Line {
     drivers::TimePoint t{};  ///< of arrival
     std::string bytes;
   };
-  /// When the next one arrives; TimePoint::max(): nothing is under way.
+  /// Arrival of the next message; TimePoint::max(): none in transit.
   drivers::TimePoint next() const;
-  /// The oldest that has arrived by `now`.
+  /// The oldest message that has arrived by `now`.
   std::optional<Message> take(drivers::TimePoint now);
 
   bool is_cut(drivers::TimePoint t) const;
-  /// Stream: when the connection was torn by kTruncate.
+  /// Stream: time at which kTruncate ended the connection.
   std::optional<drivers::TimePoint> ended() const { return ended_; }
-  /// Stream: a new connection; nothing of the old one arrives any more.
+  /// Stream: a new connection; messages of the old one are discarded.
   void restart();
-  /// Messages that a trouble has touched.
+  /// Number of messages affected by faults.
   std::uint64_t touched() const { return touched_; }
 
  private:

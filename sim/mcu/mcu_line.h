@@ -1,15 +1,15 @@
 #pragma once
-// The emulated sensor as the line that drivers::ContactInline runs on.
+// The emulated sensor as a line for drivers::ContactInline.
 
 #include "drivers/contact/wire/byte_line.h"
 #include "sim/mcu/microcontroller.h"
 
 namespace cellcal::sim {
 
-/// Where the line's host is for a board on Ethernet.
+/// Address of the host for a board on Ethernet.
 inline constexpr host_address kThisComputer{0x0100007F, 49'000};
 
-/// The microcontroller must outlive this.
+/// The microcontroller must outlive this object.
 class McuLine : public drivers::ByteLine {
  public:
   explicit McuLine(Microcontroller& mcu) : mcu_(mcu) {}

@@ -20,7 +20,7 @@ namespace {
 
 using drivers::line_rate;
 
-/// Of a pseudo-terminal whose rate nobody has set.
+/// Rate of a pseudo-terminal without a configured one.
 constexpr int kUnsetRate = 38400;
 
 }  // namespace
@@ -34,7 +34,7 @@ McuPty::McuPty(const McuPtyOptions& options)
 
 McuPty::~McuPty() {
   stop();
-  std::error_code ignored;  // somebody may have replaced or removed it: nothing to undo then
+  std::error_code ignored;  // it may have been replaced or removed: nothing to undo then
   if (!symlink_.empty() && std::filesystem::read_symlink(symlink_, ignored) == path_) {
     std::filesystem::remove(symlink_, ignored);
   }
@@ -72,7 +72,7 @@ void McuPty::read_host() {
   std::array<std::uint8_t, 512> bytes{};
   while (true) {
     const ssize_t n = ::read(master_.get(), bytes.data(), bytes.size());
-    if (n <= 0) break;  // nothing there, or nobody has it open
+    if (n <= 0) break;  // no data, or the terminal is not open
     const std::span<const std::uint8_t> sent(bytes.data(), static_cast<std::size_t>(n));
     act([&](Microcontroller& mcu) {
       const TimePoint now = std::chrono::steady_clock::now();
@@ -85,7 +85,7 @@ void McuPty::read_host() {
   }
 }
 
-/// Nobody reading means that it is lost, as on a real line.
+/// Without a reader the data is lost, as on a real line.
 bool McuPty::write_host(const Microcontroller::Output& output) {
   std::span<const std::uint8_t> bytes = output.frame.bytes();
   std::vector<std::uint8_t> garbled;
@@ -97,7 +97,7 @@ bool McuPty::write_host(const Microcontroller::Output& output) {
          ::write(master_.get(), bytes.data(), bytes.size()) == static_cast<ssize_t>(bytes.size());
 }
 
-/// While nobody has the terminal open, poll() returns at once with a hang-up.
+/// While the terminal is not open, poll() returns immediately with a hang-up.
 bool McuPty::can_wait() {
   pollfd look{master_.get(), POLLIN, 0};
   ::poll(&look, 1, 0);

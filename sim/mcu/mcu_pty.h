@@ -9,13 +9,12 @@ namespace cellcal::sim {
 
 struct McuPtyOptions {
   McuOptions mcu;
-  std::string
-      symlink;  ///< a second name for the terminal, replaced if it is a symlink; may be empty
+  std::string symlink;  ///< second name of the terminal, replaced if it is a symlink; may be empty
   bool realtime = false;  ///< SCHED_FIFO, if permitted
 };
 
 /// Construction opens the terminal and starts the thread; throws std::system_error. Destruction
-/// closes the master's end: to the driver, the sensor is unplugged.
+/// closes the master's end: for the driver, the sensor is unplugged.
 class McuPty final : public McuThread {
  public:
   explicit McuPty(const McuPtyOptions& options);

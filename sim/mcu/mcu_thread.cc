@@ -19,10 +19,10 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// While nobody has the line open, it cannot be waited for; look this often.
+/// Polling interval while the line is not open and cannot be waited for.
 constexpr std::chrono::milliseconds kNobodyThere{2};
 constexpr std::chrono::milliseconds kLongestWait{100};
-/// The kernel would otherwise delay a timed wait by 50 us to save wake-ups.
+/// The kernel would otherwise delay a timed wait by 50 us to coalesce wake-ups.
 constexpr unsigned long kTimerSlackNs = 1;
 
 timespec to_timespec(Duration d) {
@@ -89,7 +89,7 @@ void McuThread::inspect(const std::function<void(const Microcontroller&)>& look)
 
 void McuThread::wake() {
   const std::uint64_t one = 1;
-  // Fails only when the counter is full, and then the thread is awake anyway.
+  // Fails only if the counter is full, in which case the thread is awake anyway.
   [[maybe_unused]] const auto written = ::write(wake_.get(), &one, sizeof(one));
 }
 
@@ -119,7 +119,7 @@ void McuThread::wait(TimePoint next) {
   const timespec timeout = to_timespec(longest);
   ::ppoll(fds, with_line ? 2 : 1, &timeout, nullptr);
   std::uint64_t drained = 0;
-  // Empty is as good as read: it only says that somebody called.
+  // An empty read is equivalent: the value is not used.
   [[maybe_unused]] const auto got = ::read(wake_.get(), &drained, sizeof(drained));
 }
 

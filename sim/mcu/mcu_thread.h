@@ -1,5 +1,5 @@
 #pragma once
-// The emulated sensor in real time, on a thread of its own; on which line, its kinds say.
+// The emulated sensor in real time, on its own thread; derived classes provide the line.
 
 #include <atomic>
 #include <functional>
@@ -11,7 +11,7 @@
 
 namespace cellcal::sim {
 
-/// A descriptor that this closes.
+/// RAII file descriptor.
 class Fd {
  public:
   Fd() = default;
@@ -26,39 +26,40 @@ class Fd {
   int fd_ = -1;
 };
 
-/// All public calls are thread-safe.
+/// All public functions are thread-safe.
 class McuThread {
  public:
   virtual ~McuThread() = default;
   McuThread(const McuThread&) = delete;
   McuThread& operator=(const McuThread&) = delete;
 
-  /// What a driver opens: a terminal's slave end, or "udp:ADDRESS:PORT".
+  /// Device name for a driver: a terminal's slave end, or "udp:ADDRESS:PORT".
   const std::string& path() const { return path_; }
-  /// Steady-clock time of the edge, which may lie ahead.
+  /// Steady-clock time of the edge, possibly in the future.
   void edge(TimePoint t, bool closed);
   void set_faults(const McuFaults& faults);
   /// As Microcontroller::on_output, on the emulation's thread or that of edge().
   void on_output(Microcontroller::OnOutput callback);
   void reset(std::uint8_t cause = CTP_RESET_PIN);
-  /// Runs on the calling thread with the emulation held still.
+  /// Runs on the calling thread with the emulation suspended.
   void inspect(const std::function<void(const Microcontroller&)>& look) const;
-  /// Frames that were thrown away because nobody read the line.
+  /// Frames dropped because the line was not read.
   std::uint64_t dropped() const { return dropped_; }
 
  protected:
-  /// `realtime`: SCHED_FIFO, if permitted: a microcontroller has its own processor.
+  /// `realtime`: SCHED_FIFO, if permitted, since a microcontroller has its own processor.
   McuThread(const McuOptions& options, bool realtime);
-  /// At the end of the constructor, and at the beginning of the destructor, of each kind.
+  /// To be called at the end of the constructor, and at the beginning of the destructor, of each
+  /// derived class.
   void start();
   void stop();
 
-  // On the thread.
+  // Called on the emulation's thread.
   virtual int fd() const = 0;
   virtual void read_host() = 0;
-  /// Whole or not at all; false: nobody was there to take it.
+  /// Atomic; false: no reader.
   virtual bool write_host(const Microcontroller::Output& output) = 0;
-  /// False: nobody has the line open, and waiting for it would return at once.
+  /// False: the line is not open, and waiting for it would return immediately.
   virtual bool can_wait() { return true; }
 
   void act(const std::function<void(Microcontroller&)>& action);

@@ -48,7 +48,7 @@ void McuUdp::read_host() {
     socklen_t size = sizeof from;
     const ssize_t n =
         ::recvfrom(socket_.get(), bytes.data(), bytes.size(), 0, as_sockaddr(from), &size);
-    if (n < 0 && errno == ECONNREFUSED) continue;  // of what was sent to a host that has left
+    if (n < 0 && errno == ECONNREFUSED) continue;  // from an earlier send to a closed socket
     if (n < 0) break;
     act([&](Microcontroller& mcu) {
       mcu.receive({bytes.data(), static_cast<std::size_t>(n)}, std::chrono::steady_clock::now(),

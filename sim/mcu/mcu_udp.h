@@ -9,15 +9,15 @@ namespace cellcal::sim {
 struct McuUdpOptions {
   McuOptions mcu;
   std::string address = "127.0.0.1";
-  std::uint16_t port = 0;  ///< 0: one that is free
+  std::uint16_t port = 0;  ///< 0: a free one
   bool realtime = false;   ///< SCHED_FIFO, if permitted
 };
 
-/// As the board on Ethernet is: 100 Mbit/s, datagrams.
+/// Options of the board on Ethernet: 100 Mbit/s, datagrams.
 McuOptions on_ethernet(McuOptions options);
 
 /// Construction opens the socket and starts the thread; throws std::system_error. Destruction closes
-/// it: the board is without supply.
+/// it: the board has no supply.
 class McuUdp final : public McuThread {
  public:
   explicit McuUdp(const McuUdpOptions& options);

@@ -13,14 +13,14 @@ namespace {
 constexpr std::uint32_t kClockHz = 16'000'000;
 /// One round of the board's converter (avr/analog.c), rounded up.
 constexpr std::chrono::microseconds kConversion{160};
-/// After a change: the present round may be half over, and the sensor wants two.
+/// After a change: the current round may be half complete, and the sensor requires two.
 constexpr int kConversions = 3;
-/// The gun's capacitor is looked at so often, until it is so near to its rest.
+/// Step of the gun's capacitor, until it has settled to within the tolerance.
 constexpr std::chrono::microseconds kGunStep{10};
 constexpr double kAtRestV = 1e-3;
-/// Of the relay's armature.
+/// Switching time of the relay's armature.
 constexpr std::chrono::milliseconds kRelayTime{10};
-/// Of a datagram; what is longer the board refuses by its length.
+/// Maximum size of a datagram; longer ones are refused by the board.
 constexpr std::size_t kMostBytes = HOST_MAX_DATAGRAM + 1;
 
 TestPin pin_of(sensor_pull pull) {
@@ -36,7 +36,7 @@ TestPin pin_of(sensor_pull pull) {
   }
 }
 
-/// As the board says it: in units of its supply, taken as 5000 mV.
+/// As converted by the board: in units of its supply, taken as 5000 mV.
 std::uint16_t millivolts(double v, double supply_v) {
   return static_cast<std::uint16_t>(std::lround(std::clamp(v / supply_v, 0.0, 1.0) * 5e3));
 }
@@ -73,7 +73,7 @@ void Microcontroller::boot(std::uint8_t cause) {
   identity.pong_lead = static_cast<std::uint16_t>(options_.turnaround.count() * CTP_TICKS_PER_US);
   sensor_init(&sensor_, &identity, ticks(now_));
   host_link_init(&link_, &sensor_);
-  pin_high_ = seen_high_ = true;  // as the core begins
+  pin_high_ = seen_high_ = true;  // initial state of the core
   last_test_ = TEST_NONE;
   last_armed_ = false;
   circuit_.test_pin = TestPin::kReleased;
@@ -92,12 +92,12 @@ std::uint32_t Microcontroller::ticks(TimePoint t) const {
   return first_ticks_ + static_cast<std::uint32_t>(static_cast<std::int64_t>(count));
 }
 
-/// The first instant at which its clock shows so many ticks more than now.
+/// The first instant at which its clock has advanced by `wait` ticks.
 TimePoint Microcontroller::when(std::uint32_t wait) const {
   if (wait == 0) return now_;
   const std::uint32_t target = ticks(now_) + wait;
   const double tick_ns = int{CTP_TICK_NS} / (1.0 + options_.drift_ppm * 1e-6);
-  // The present tick has begun before now_: by how much, the count of whole ticks does not say.
+  // The current tick began before now_, by an amount not contained in the count of whole ticks.
   const double since_ns = static_cast<double>(nanoseconds(now_ - clock_from_).count());
   const double begun_ns = since_ns - std::floor(since_ns / tick_ns) * tick_ns;
   constexpr int kRoundingNs = 2;
@@ -117,7 +117,7 @@ void Microcontroller::look_at_circuit(TimePoint t) {
   pin_high_ = circuit_.pin_high(pin_high_, gun_v_);
   gun_moves_ = holds && std::abs(*gun_v_ - circuit_.gun_at_rest_v()) > kAtRestV;
   gun_at_ = t;
-  if (!silent_) conversions_left_ = kConversions;  // whoever hangs sees it when it goes on
+  if (!silent_) conversions_left_ = kConversions;  // a hung board samples it after it resumes
 }
 
 void Microcontroller::tell_edge(TimePoint t) {
@@ -127,14 +127,14 @@ void Microcontroller::tell_edge(TimePoint t) {
   follow_output(t);
 }
 
-/// The circuit has changed: the pin follows at once, the converter in its turn.
+/// The circuit has changed: the pin follows immediately, the converter in its turn.
 void Microcontroller::settle(TimePoint t) {
   look_at_circuit(t);
   if (!silent_) convert(now_);
   tell_edge(t);
 }
 
-/// The gun's capacitor on its way, as it is at t.
+/// Updates the gun's capacitor to t.
 void Microcontroller::move_gun(TimePoint t) {
   if (!gun_moves_ || t < gun_at_ + kGunStep) return;
   gun_v_ = circuit_.gun_after_v(*gun_v_, std::chrono::duration<double>(t - gun_at_).count());
@@ -148,7 +148,7 @@ void Microcontroller::drive_relay(TimePoint t) {
   relay_at_ = t + kRelayTime;
 }
 
-/// The armature has arrived: four poles, and the mirror contact that their welding holds open.
+/// End of the armature's motion: four poles, and the mirror contact, which welded poles hold open.
 void Microcontroller::move_relay(TimePoint t) {
   if (!options_.relay) return;
   relay_at_ = TimePoint::max();
@@ -179,7 +179,7 @@ void Microcontroller::convert(TimePoint t) {
   sensor_on_voltages(&sensor_, ticks(t), &mv);
 }
 
-/// What the firmware does to the circuit, and when it looks at it anew.
+/// Applies the firmware's outputs to the circuit, and schedules the next sampling.
 void Microcontroller::follow_test() {
   const TestPin pin = pin_of(sensor_drive(&sensor_));
   const bool looks = sensor_.test != last_test_ || armed() != last_armed_;
@@ -223,7 +223,7 @@ void Microcontroller::reset(TimePoint t, std::uint8_t cause) {
   first_ticks_ = 0;
   ++boot_id_;
   repeats_ += sensor_.repeats;
-  // What already was on the wire has left; the half frame of this moment is lost with the reset.
+  // Transmitted bytes have left; the current partial frame is lost with the reset.
   std::erase_if(output_, [t](const Output& o) { return o.t > t; });
   boot(cause);
   follow_output(t);
@@ -305,7 +305,7 @@ void Microcontroller::process(TimePoint t) {
     move_relay(t);
     settle(t);
   }
-  run(t);  // a sample that is due sees the level from before the edge
+  run(t);  // a due sample uses the level before the edge
   while (!edges_.empty() && edges_.begin()->first <= t) {
     const auto [at, closed] = *edges_.begin();
     edges_.erase(edges_.begin());
@@ -328,7 +328,7 @@ void Microcontroller::transmit(TimePoint t) {
              byte_time() * static_cast<std::int64_t>(output.frame.size);
   output.t = tx_free_;
   output.to = link_.host;
-  // Before somebody has said HELLO there is no address to send to.
+  // Without a HELLO there is no destination address.
   if (!options_.datagrams || link_.there) output_.push_back(output);
 }
 

@@ -1,8 +1,8 @@
 #pragma once
 // The contact sensor in virtual time: the firmware's own core (drivers/contact/firmware/core) on an
-// emulated board. Board means a touch circuit of resistors, a converter that looks at its voltages
-// in turn, a clock that may drift, and a wire on which every byte takes ten bit times in both
-// directions. It has no clock and no thread of its own: the same calls give the same bytes.
+// emulated board. The board consists of a touch circuit of resistors, a converter that samples its
+// voltages in turn, a clock with drift, and a line on which every byte takes ten bit times in both
+// directions. It has no clock and no thread of its own: it is deterministic.
 
 #include <array>
 #include <cstdint>
@@ -26,26 +26,26 @@ using drivers::TimePoint;
 
 struct McuOptions {
   int baud = CTP_DEFAULT_BAUD;
-  bool relay = false;  ///< fitted in the place of plug X1
-  TouchBoard circuit = kUno;  ///< as the board's own parts make it
-  bool datagrams = false;  ///< the board on Ethernet; its `baud` is then the wire's bit rate
-  double drift_ppm = 0.0;         ///< how much faster than nominal its clock runs
-  std::uint32_t first_ticks = 0;  ///< of its clock at power on
+  bool relay = false;  ///< fitted in place of plug X1
+  TouchBoard circuit = kUno;  ///< the board's components
+  bool datagrams = false;  ///< the board on Ethernet; its `baud` is then the bit rate
+  double drift_ppm = 0.0;         ///< rate of its clock relative to nominal
+  std::uint32_t first_ticks = 0;  ///< clock at power on
   std::uint32_t uid = 0x4D435531;
-  std::uint32_t boot_id = 1;  ///< the first; every reset takes the next
+  std::uint32_t boot_id = 1;  ///< the first; incremented at every reset
   std::uint8_t version = CTP_VERSION;
   std::array<std::uint8_t, 3> firmware{1, 1, 0};
-  drivers::ctp::Board board{0xFF, 0xD7, 0xFC, 0xFFFF};  ///< as firmware/README.md flashes it
-  std::chrono::microseconds turnaround{40};             ///< line free for a PONG to its first bit
+  drivers::ctp::Board board{0xFF, 0xD7, 0xFC, 0xFFFF};  ///< as flashed by firmware/README.md
+  std::chrono::microseconds turnaround{40};             ///< from a free line to a PONG's first bit
 };
 
-/// What is wrong with it. All settable at any time.
+/// Faults, settable at any time.
 struct McuFaults {
-  /// Whether the tip touches is the edges' affair, what the test pin does the firmware's: neither
-  /// is taken from here.
+  /// The tip's contact is set by edges, the test pin by the firmware: both members are ignored
+  /// here.
   TouchCircuit circuit = {};
-  bool silent = false;  ///< hangs: neither hears nor speaks
-  bool relay_welded = false;  ///< one of its poles does not open any more
+  bool silent = false;  ///< hung: neither receives nor sends
+  bool relay_welded = false;  ///< one of its poles stays closed
   bool relay_dead = false;    ///< its coil is open
 };
 
@@ -53,39 +53,39 @@ class Microcontroller {
  public:
   Microcontroller(const McuOptions& options, TimePoint power_on);
 
-  /// The tip touches or leaves at t, which may lie ahead or slightly behind; edges are processed in
-  /// the order of their times, and the stamp is that of t in any case.
+  /// Contact or release of the tip at t, which may be in the future or slightly in the past; edges
+  /// are processed in chronological order, and the stamp is always that of t.
   void edge(TimePoint t, bool closed);
-  /// The host begins to send these bytes at t (or when the wire is free).
+  /// The host starts sending these bytes at t (or when the line is free).
   void receive(std::span<const std::uint8_t> bytes, TimePoint t);
-  /// The same as a datagram from there.
+  /// As a datagram from this address.
   void receive(std::span<const std::uint8_t> bytes, TimePoint t, const host_address& from);
-  /// Lives until t.
+  /// Runs until t.
   void advance(TimePoint t);
-  /// When it next does something by itself; call advance() then.
+  /// Time of its next action, for the next advance().
   TimePoint next_event() const;
 
   struct Output {
-    TimePoint t{};  ///< when the last bit is on the wire
+    TimePoint t{};  ///< time of the last bit
     drivers::ctp::WireBytes frame;
-    host_address to{};  ///< datagrams alone
+    host_address to{};  ///< datagrams only
   };
-  /// The next frame that was complete on the wire by the last advance().
+  /// The next frame completely sent by the last advance().
   std::optional<Output> next_output();
 
-  /// The output for a controller's input: reported at once as it is, and at each change from then on.
-  /// The board drops it with the edge, not in its program's next turn: within 11 us, taken as none.
+  /// Output for a controller's input: reported immediately, and at each change from then on. The
+  /// board clears it with the edge, not in its program's next turn: within 11 us, taken as 0.
   using OnOutput = std::function<void(TimePoint t, bool free)>;
   void on_output(OnOutput callback);
 
   void set_faults(const McuFaults& faults, TimePoint t);
   McuFaults faults() const { return {circuit_, silent_, relay_welded_, relay_dead_}; }
-  /// Its clock runs so much faster than nominal from t on, without a jump.
+  /// Sets the clock's rate relative to nominal from t on, without a jump.
   void set_drift(double ppm, TimePoint t);
   /// Restarts at t: new boot id, clock from zero, no configuration, not armed.
   void reset(TimePoint t, std::uint8_t cause = CTP_RESET_PIN);
 
-  // What a test may look at.
+  // State for tests.
   bool relay_closed() const { return options_.relay && relay_pulled_; }
   bool armed() const { return sensor_.arm_id != 0; }
   std::uint32_t boot_id() const { return boot_id_; }
@@ -126,32 +126,33 @@ class Microcontroller {
   Duration byte_time() const;
 
   McuOptions options_;
-  TimePoint now_, clock_from_;  ///< of the clock: boot, or its last change of speed
+  TimePoint now_, clock_from_;  ///< of the clock: boot, or its last change of rate
   std::uint32_t first_ticks_, boot_id_;
   std::uint64_t repeats_ = 0;  ///< before the last reset
   sensor sensor_{};
   host_link link_{};
   bool silent_ = false;
   bool relay_welded_ = false, relay_dead_ = false, relay_pulled_ = false;
-  TimePoint relay_at_ = TimePoint::max();  ///< its armature is under way until then
+  TimePoint relay_at_ = TimePoint::max();  ///< end of the armature's motion
 
   OnOutput on_output_;
-  bool free_ = false;  ///< as the output was reported last
+  bool free_ = false;  ///< last reported state of the output
 
   TouchCircuit circuit_;
   CircuitVoltages volts_;
-  std::optional<double> gun_v_;  ///< of its capacitor, where it has one
+  std::optional<double> gun_v_;  ///< of its capacitor, if it has one
   bool gun_moves_ = false;
   TimePoint gun_at_{};
   bool pin_high_ = true;
-  bool seen_high_ = true;  ///< that was reported to the core last
-  /// The converter runs for ever; what it would say again and again is not worth the time.
+  bool seen_high_ = true;  ///< last level reported to the core
+  /// Remaining conversions: the converter runs continuously, but repetitions of the same values are
+  /// not simulated.
   int conversions_left_ = 0;
   TimePoint next_conversion_{};
   sensor_test last_test_ = TEST_NONE;
   bool last_armed_ = false;
 
-  std::multimap<TimePoint, bool> edges_;  ///< equal times keep the order they came in
+  std::multimap<TimePoint, bool> edges_;  ///< stable for equal times
   std::deque<Arrival> arrivals_;
   std::deque<Datagram> datagrams_;
   TimePoint rx_free_, tx_free_;

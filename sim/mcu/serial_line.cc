@@ -15,7 +15,7 @@ SerialLine::SerialLine(drivers::ByteLine& device, std::uint64_t seed, LineKind k
 void SerialLine::write(std::span<const std::uint8_t> bytes, TimePoint t) {
   const std::string text(bytes.begin(), bytes.end());
   to_device_.send(text, t);
-  // What takes no time goes on at once, as without this line.
+  // Messages without transit time are delivered immediately, as without this line.
   advance(std::max(now_, t));
 }
 
@@ -51,11 +51,11 @@ std::size_t SerialLine::read(std::span<std::uint8_t> into, TimePoint& t) {
   if (!message) return 0;
   std::size_t size = std::min(message->bytes.size(), into.size());
   std::copy_n(message->bytes.begin(), size, into.begin());
-  // As the socket's reader does: a cut frame ends with its datagram.
+  // As in the socket's reader: a truncated frame ends with its datagram.
   const bool cut = kind_ == LineKind::kDatagrams && size > 0 && into[size - 1] != 0;
   if (cut && size < into.size()) into[size++] = 0;
   t = message->t;
-  // An empty one (truncated to nothing) must not read as 'none waits'.
+  // An empty datagram (truncated completely) must not be read as 'none pending'.
   return size > 0 ? size : read(into, t);
 }
 

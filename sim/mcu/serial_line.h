@@ -1,16 +1,15 @@
 #pragma once
-// The sensor's line with faults in both directions, in front of any other one.
+// The sensor's line with faults in both directions, wrapping any other line.
 
 #include "drivers/contact/wire/byte_line.h"
 #include "sim/mcu/line.h"
 
 namespace cellcal::sim {
 
-/// What the device sends in one piece (a frame) and what the host writes in one piece is one
-/// message of the lines.
+/// Each frame sent by the device, and each write of the host, is one message of the lines.
 class SerialLine final : public drivers::ByteLine {
  public:
-  /// The device's own line must outlive this.
+  /// The device's own line must outlive this object.
   SerialLine(drivers::ByteLine& device, std::uint64_t seed, LineKind kind = LineKind::kFrames);
 
   Line& to_device() { return to_device_; }

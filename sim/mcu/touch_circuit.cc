@@ -14,9 +14,9 @@ namespace {
 constexpr double kFeedOhm = 1e3;         // R1
 constexpr double kPullDownOhm = 47e3;    // R2
 constexpr double kEarthPullUpOhm = 1e3;  // R9
-/// Air and board leak so much that no node floats.
+/// Leakage of air and board, so that no node floats.
 constexpr double kAirOhm = 1e10;
-/// In front of the gun's capacitor: next to nothing.
+/// In series with the gun's capacitor: negligible.
 constexpr double kCapacitorOhm = 1e-3;
 constexpr double kStepS = 1e-6;
 
@@ -40,7 +40,8 @@ class Network {
   }
   void drain(Node a, double ampere) { ampere_[a] -= ampere; }
 
-  /// By Gauss: the matrix is symmetric and diagonally dominant, no pivot is needed.
+  /// Gaussian elimination: the matrix is symmetric and diagonally dominant, so that no pivoting is
+  /// needed.
   std::array<double, kNodes> solve() {
     for (std::size_t k = 0; k < kNodes; ++k) {
       for (std::size_t row = k + 1; row < kNodes; ++row) {
@@ -120,7 +121,7 @@ double TouchCircuit::gun_after_v(double from_v, double seconds) const {
   Network net = network_of(*this);
   const double rest_v = net.solve()[kGun];
   Network pulled = network_of(*this);
-  pulled.drain(kGun, -1.0);  // an ampere in: the resistance that the capacitor sees
+  pulled.drain(kGun, -1.0);  // one ampere: yields the resistance seen by the capacitor
   const double ohm = pulled.solve()[kGun] - rest_v;
   return rest_v + (from_v - rest_v) * std::exp(-seconds / (ohm * gun_farad));
 }

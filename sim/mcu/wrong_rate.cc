@@ -8,7 +8,7 @@ namespace {
 
 constexpr int kFrameBits = 10, kDataBits = 8;
 
-/// The line, one sender's bit after the other; idle (high) before and behind.
+/// Level of the line over one sender's bits; idle (high) before and after.
 class Wire {
  public:
   explicit Wire(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
@@ -31,12 +31,11 @@ std::vector<std::uint8_t> as_heard(std::span<const std::uint8_t> bytes, int sent
                                    int heard_baud) {
   const Wire wire(bytes);
   const double own =
-      static_cast<double>(sent_baud) / heard_baud;  // a listener's bit in the sender's
+      static_cast<double>(sent_baud) / heard_baud;  // listener's bit in units of the sender's
   std::vector<std::uint8_t> heard;
   double t = 0.0;
   while (t < wire.bits()) {
-    // A start is a falling edge: the line was high, and is low from the next of the sender's bits
-    // on.
+    // A start bit is a falling edge: the line was high, and is low from the sender's next bit on.
     if (wire.high(t)) {
       t = std::floor(t) + 1.0;
       continue;

@@ -1,5 +1,5 @@
 #pragma once
-// What a serial port hears of bytes that were sent at another rate than it listens at.
+// Bytes received by a serial port at a baud rate other than the sender's.
 
 #include <cstdint>
 #include <span>
@@ -7,8 +7,8 @@
 
 namespace cellcal::sim {
 
-/// Bytes sent back to back, 8N1, sampled in the middle of the listener's bits. A stop bit that is
-/// not there makes the byte a 0, as a terminal in raw mode passes it on.
+/// Bytes sent back to back, 8N1, sampled in the middle of the listener's bits. A missing stop bit
+/// yields a 0 byte, as from a terminal in raw mode.
 std::vector<std::uint8_t> as_heard(std::span<const std::uint8_t> bytes, int sent_baud,
                                    int heard_baud);
 

@@ -26,13 +26,13 @@ enum Vendor : std::uint16_t {
   kArduino = 0x2341,
   kArduinoOrg = 0x2A03,
 };
-/// The Uno's ATmega16U2, by either maker; other boards of theirs have another processor.
+/// The Uno's ATmega16U2, by either manufacturer; their other boards have other processors.
 constexpr std::uint16_t kUno = 0x0043, kUnoFirst = 0x0001, kUnoLater = 0x0243;
 
-/// A heartbeat may be lost, and the next be held back, within the host's timeout.
+/// Allows for one lost heartbeat and a delay of the next within the host's timeout.
 constexpr int kLongestLatencyMs =
     static_cast<int>(kHeartbeatLimit.count()) - 2 * int{CTP_KEEPALIVE_MS} - 1;
-/// The highest rate that the older CP210x have exactly (AN205, table 1: then 256 000 ... 921 600).
+/// Highest exact rate of older CP210x (AN205, table 1: then 256 000 ... 921 600).
 constexpr int kOldSilabsBaud = 250'000;
 
 std::string line_of(const fs::path& file) {
@@ -50,7 +50,7 @@ std::optional<std::uint16_t> hex_of(const fs::path& file) {
   return value;
 }
 
-/// The node behind its links.
+/// The device node after resolving links.
 fs::path node_of(const std::string& device) {
   std::error_code error;
   const fs::path real = fs::weakly_canonical(device, error);
@@ -61,7 +61,7 @@ fs::path tty_of(const std::string& device, const fs::path& sysfs) {
   return sysfs / "class/tty" / node_of(device).filename() / "device";
 }
 
-/// Folder of the USB device at /dev/bus/usb/BBB/DDD. Empty: none.
+/// Directory of the USB device at /dev/bus/usb/BBB/DDD. Empty: none.
 fs::path usb_of(const fs::path& node, const fs::path& sysfs) {
   if (node.string().rfind("/dev/bus/usb/", 0) != 0) return {};
   const auto number = [](const std::string& text) { return std::atoi(text.c_str()); };
@@ -80,7 +80,7 @@ fs::path device_of(const std::string& device, const fs::path& sysfs) {
   return usb.empty() ? tty_of(device, sysfs) : usb;
 }
 
-/// They calculate any rate from 48 MHz; the older ones look it up in a table.
+/// These derive any rate from 48 MHz; older ones use a table.
 bool calculates_rates(const std::string& name) {
   for (const char* one : {"CP2102N", "CP2104", "CP2105", "CP2108"}) {
     if (name.find(one) != std::string::npos) return true;
@@ -102,7 +102,7 @@ BoardInterface look_at(const std::string& name, const fs::path& sysfs) {
   return found;
 }
 
-/// Of this computer, on the way to the board.
+/// This computer's address on the route to the board.
 std::optional<in_addr> own_address(const sockaddr_in& board) {
   const int fd = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
   if (fd < 0) return std::nullopt;

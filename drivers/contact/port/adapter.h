@@ -1,6 +1,6 @@
 #pragma once
-// What is behind a device, as the kernel's tree in /sys has it: a USB adapter, and whether it fits, or
-// the network interface on the way to a board on Ethernet.
+// Hardware of a device, according to /sys: a USB adapter and its suitability, or the network interface
+// on the route to a board on Ethernet.
 
 #include <cstdint>
 #include <filesystem>
@@ -11,15 +11,15 @@ namespace cellcal::drivers {
 
 struct Adapter {
   std::uint16_t vendor = 0, product = 0;
-  std::string name;               ///< as it calls itself
-  std::optional<int> latency_ms;  ///< it holds bytes back for so long at most; FTDI alone has this
+  std::string name;               ///< its product string
+  std::optional<int> latency_ms;  ///< maximum buffering time; FTDI only
 };
 
-/// How long the adapter holds bytes back, as it says now. Nothing: it has no such timer.
+/// Current buffering time of the adapter; empty if it has no such timer.
 std::optional<int> latency_ms_of(const std::string& device,
                                  const std::filesystem::path& sysfs = "/sys");
 
-/// Nothing: the device is not behind USB, or is not there. `sysfs` is /sys but in tests.
+/// Empty: not a USB device, or absent. `sysfs` is /sys except in tests.
 std::optional<Adapter> adapter_of(const std::string& device,
                                   const std::filesystem::path& sysfs = "/sys");
 
@@ -27,22 +27,22 @@ inline constexpr int kBestLatencyMs = 1;
 
 enum class AdapterFit {
   kFits,
-  kUntried,      ///< no reason known against it, and none for it
-  kRateUntried,  ///< it has the rate by its data sheet
+  kUntried,      ///< no evidence for or against it
+  kRateUntried,  ///< the rate is in its data sheet
   kNoSuchRate,
-  kHoldsBack,  ///< longer than 1 ms: in every contact's way
-  kTooLate,    ///< so long that one lost heartbeat stops the arm
+  kHoldsBack,  ///< above 1 ms: delays every contact
+  kTooLate,    ///< one lost heartbeat stops the arm
 };
 
-/// At this baud rate. No adapter is found unfit for what is not known of it.
+/// For this baud rate. Unknown adapters are not rejected.
 AdapterFit fit_of(const Adapter& adapter, int baud);
 
-/// The network interface that this computer reaches the board by.
+/// Network interface used to reach the board.
 struct BoardInterface {
   std::string name;
   bool wireless = false;
-  bool carrier = true;            ///< false: nothing is plugged in
-  std::optional<int> speed_mbit;  ///< of a wire that has one
+  bool carrier = true;            ///< false: no cable connected
+  std::optional<int> speed_mbit;  ///< for wired links
 };
 std::optional<BoardInterface> interface_to(const std::string& device,
                                            const std::filesystem::path& sysfs = "/sys");

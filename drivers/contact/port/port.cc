@@ -49,7 +49,7 @@ std::unique_ptr<Port> open_port(const PortOptions& options) {
     throw ConfigError(fmt::format("baud rate {} of {} is outside {} to {}", options.baud,
                                   options.device, kMinBaud, kMaxBaud));
   }
-  // libserialport looks devices up by name and knows no symlinks, such as those of udev.
+  // libserialport looks up devices by name and does not resolve symlinks, such as those of udev.
   std::error_code error;
   const std::filesystem::path real = std::filesystem::canonical(options.device, error);
   if (error) throw DriverError(cannot_open(options.device, error.value()));

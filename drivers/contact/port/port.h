@@ -1,6 +1,6 @@
 #pragma once
-// A line to the sensor that nobody else has: one interface for every kind, and one place that opens
-// them, with errors that say what to do.
+// Exclusive connection to the sensor: one interface for all kinds, and one function that opens
+// them, with errors that state the remedy.
 
 #include <cstddef>
 #include <cstdint>
@@ -15,45 +15,47 @@
 namespace cellcal::drivers {
 
 struct PortOptions {
-  /// A path, whose symlinks are followed, or "udp:ADDRESS:PORT" (IPv4) for a board on Ethernet.
+  /// A path, with symlinks resolved, or "udp:ADDRESS:PORT" (IPv4) for a board on Ethernet.
   std::string device;
-  int baud = 1'000'000;  ///< serial alone
-  /// Also a pseudo-terminal, which it then needs help with: for tests of the path of real devices.
+  int baud = 1'000'000;  ///< serial only
+  /// Uses libserialport also for a pseudo-terminal, with the necessary workarounds: tests the code
+  /// path of real devices.
   bool always_libserialport = false;
-  /// SCHED_FIFO of the threads that carry its bytes, where permitted; 0: none.
+  /// SCHED_FIFO priority of the I/O threads, if permitted; 0: none.
   int priority = kPortPriority;
 };
 
-/// The line carries datagrams: they may be lost, doubled and overtaken, and know no baud rate.
+/// True if the connection uses datagrams, which may be lost, duplicated and reordered, and have no
+/// baud rate.
 bool is_datagrams(const std::string& device);
 
-/// What one read() has brought.
+/// Result of one read().
 struct PortReading {
-  std::size_t size = 0;  ///< 0 without loss: nothing there, or nothing that counts
-  bool lost = false;     ///< the port is gone; nothing comes any more
-  int error = 0;         ///< lost: errno, 0: end of file
-  TimePoint arrived{};   ///< when the bytes came into this computer, as well as it is known
+  std::size_t size = 0;  ///< 0 without loss: no data
+  bool lost = false;     ///< the port is gone; no more data
+  int error = 0;         ///< if lost: errno, 0: end of file
+  TimePoint arrived{};   ///< arrival of the bytes in this computer, as precisely as known
 };
 
-/// An open, exclusive, non-blocking port. Closing discards what was not sent.
+/// An open, exclusive, non-blocking port. Closing discards unsent data.
 class Port {
  public:
   virtual ~Port() = default;
-  /// Valid while this lives; to be waited for: readable when read() has something.
+  /// Valid during the lifetime, for polling: readable when read() has data.
   virtual int fd() const = 0;
-  /// What waits. Does not block for longer than the kernel makes it.
+  /// Reads pending data. Does not block beyond the kernel's own delays.
   virtual PortReading read(std::span<std::uint8_t> into);
-  /// A whole frame. False: the port did not take it, or not all of it.
+  /// Writes a whole frame. False: not or not completely accepted.
   virtual bool write(std::span<const std::uint8_t> frame);
-  /// The device after its symlinks.
+  /// Device path after resolving symlinks.
   virtual const std::string& path() const = 0;
-  /// What is not as good as it should be, and the fix; empty if all is well.
+  /// Deficiency of the port and its remedy; empty if there is none.
   virtual const std::string& warning() const = 0;
 };
 
-/// By the device's name: a board on Ethernet, a pseudo-terminal (termios), a USB node (/dev/bus/usb,
-/// libusb), or else libserialport.
-/// Throws DriverError: no such device, no permission, in use, not a serial port; ConfigError.
+/// Selected by the device name: a board on Ethernet, a pseudo-terminal (termios), a USB node
+/// (/dev/bus/usb, libusb), otherwise libserialport. Throws DriverError: no such device, no
+/// permission, in use, not a serial port; ConfigError.
 std::unique_ptr<Port> open_port(const PortOptions& options);
 
 }  // namespace cellcal::drivers

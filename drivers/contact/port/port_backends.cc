@@ -23,8 +23,8 @@ namespace cellcal::drivers {
 
 namespace {
 
-/// Asks for every byte as it comes. FTDI adapters otherwise collect for 16 ms; USB CDC has no timer
-/// and no such flag. What counts is what the adapter then says. Returns the warning to give.
+/// Disables buffering. FTDI adapters otherwise buffer for 16 ms; USB CDC has neither timer nor
+/// flag. The result is verified from the adapter's reported value. Returns the warning, if any.
 std::string lower_latency(int fd, const std::string& path) {
   serial_struct serial{};
   int why = 0;
@@ -115,7 +115,7 @@ class PseudoTerminal : public Port {
     if (fd_ < 0) throw DriverError(cannot_open(path, errno));
     try {
       make_exclusive_and_raw(fd_, path_);
-      // It has no line; but its other end may be an emulated sensor, which has.
+      // A pseudo-terminal has no line, but an emulated sensor at its other end uses the rate.
       set_line_rate(fd_, baud);
     } catch (...) {
       ::close(fd_);
@@ -153,7 +153,7 @@ void make_exclusive_and_raw(int fd, const std::string& path) {
   tio.c_cflag |= CLOCAL | CREAD;
   // Closing must not drop DTR, which resets many boards: the sensor keeps its clock and boot id.
   tio.c_cflag &= ~static_cast<tcflag_t>(HUPCL);
-  // libserialport leaves VMIN at 0, and Asio takes a read of nothing for the end of the file.
+  // libserialport leaves VMIN at 0, and Asio takes an empty read for the end of the file.
   tio.c_cc[VMIN] = 1;
   tio.c_cc[VTIME] = 0;
   if (::tcsetattr(fd, TCSANOW, &tio) != 0) fail("tcsetattr");
@@ -161,7 +161,7 @@ void make_exclusive_and_raw(int fd, const std::string& path) {
 }
 
 void let_go(int fd) {
-  // Both fail on an unplugged device, and then there is nothing to discard and nobody to let in.
+  // Both fail on an unplugged device, with nothing to discard or release.
   [[maybe_unused]] const int flushed = ::tcflush(fd, TCIOFLUSH);
   [[maybe_unused]] const int shared = ::ioctl(fd, TIOCNXCL);
 }

@@ -54,7 +54,7 @@ std::string cannot_open(const std::string& device, int error) {
       return no_such_device(device);
     case EACCES:
     case EPERM:
-      if (group_of(device) == "root")  // membership in it would give this program everything
+      if (group_of(device) == "root")  // membership in root would grant this program everything
         return fmt::format(
             "{}: no permission: no group but root may open the device. Install systemd/70-cellcal.rules "
             "(group 'dialout'), unplug and plug the sensor",

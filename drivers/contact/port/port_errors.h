@@ -1,5 +1,5 @@
 #pragma once
-// Why a serial device could not be opened, in words that say what to do.
+// Sentences for failures to open a serial device, with the remedy.
 
 #include <string>
 
@@ -7,8 +7,7 @@ namespace cellcal::drivers {
 
 /// "/dev/ttyACM0: no such device; is the sensor plugged in? ports here: ..."
 std::string no_such_device(const std::string& device);
-/// From errno of open(): permission (with the group that would help), busy, or what the system
-/// says.
+/// From errno of open(): permission (with the required group), busy, or the system's error message.
 std::string cannot_open(const std::string& device, int error);
 
 }  // namespace cellcal::drivers

@@ -33,7 +33,7 @@ std::string PortKeeper::warning() const {
   return warning_;
 }
 
-/// Without the mutex: it takes its time.
+/// Without holding the mutex, since it may take long.
 std::unique_ptr<PortPump> PortKeeper::open_now() {
   std::unique_ptr<Port> port = open_port(options_.port);
   PortPumpOptions options{0, options_.port.priority};
@@ -73,7 +73,8 @@ void PortKeeper::close() {
     changed_.wait(lock, [this] { return !busy_; });
     closing = std::move(pump_);
   }
-  // Without the mutex: its end waits for a thread that may just be telling that the port is lost.
+  // Without holding the mutex: its destructor waits for a thread that may be reporting the loss of
+  // the port.
   closing.reset();
 }
 
@@ -87,7 +88,7 @@ void PortKeeper::run() {
     lock.unlock();
     closing.reset();
     lock.lock();
-    // A device that has just gone is not back at once, and may come back half.
+    // A device that disconnected needs time to reappear, and may reappear incompletely.
     for (auto pause = options_.first;
          !changed_.wait_for(lock, pause, [this] { return stop_ || !wanted_; });
          pause = std::min(pause * 2, options_.longest)) {
@@ -96,7 +97,7 @@ void PortKeeper::run() {
       std::string error;
       try {
         pump = open_now();
-      } catch (const std::runtime_error& e) {  // goes to the operator through last_error()
+      } catch (const std::runtime_error& e) {  // reported to the operator by last_error()
         error = e.what();
       }
       lock.lock();

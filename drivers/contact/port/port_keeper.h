@@ -1,7 +1,7 @@
 #pragma once
-// Owns the port: opens it, has its bytes carried to and from the queues, and when it is lost closes
-// it and opens it again with back-off. Opening and closing a device can take longer than the
-// robot's cycle lasts; all of it happens on other threads than the robot's.
+// Owns the port: opens it, has its bytes transferred to and from the queues, and after a loss
+// closes and reopens it with back-off. Opening and closing a device can take longer than the
+// robot's cycle; both happen on threads other than the robot's.
 
 #include <chrono>
 #include <condition_variable>
@@ -19,26 +19,26 @@ namespace cellcal::drivers {
 
 struct PortKeeperOptions {
   PortOptions port;
-  std::chrono::milliseconds first, longest;  ///< pauses before it is tried again
+  std::chrono::milliseconds first, longest;  ///< pauses between attempts
 };
 
 class PortKeeper {
  public:
-  /// The queues must outlive this.
+  /// The queues must outlive this object.
   PortKeeper(PortKeeperOptions options, PortQueues& queues);
   ~PortKeeper();
   PortKeeper(const PortKeeper&) = delete;
   PortKeeper& operator=(const PortKeeper&) = delete;
 
-  /// The number of the next opening: PortNews of it, and of all that follow, bear this or more.
+  /// Number of the next opening: PortNews of it and of later ones have at least this number.
   std::uint32_t next_opening() const;
   /// Opens the port, which must be closed, on this thread. Throws DriverError.
   void open();
-  /// What is queued goes out, the port is closed, and nothing is tried again.
+  /// Sends queued frames, closes the port, and stops reopening.
   void close();
-  /// Why the last attempt failed; empty when there was none since the port was lost.
+  /// Error of the last attempt; empty if there was none since the loss of the port.
   std::string last_error() const;
-  /// Of the port as it was last opened.
+  /// Warning of the port as last opened.
   std::string warning() const;
 
  private:

@@ -16,9 +16,9 @@ namespace cellcal::drivers {
 
 namespace {
 
-/// The first that may be written. /tmp is what is left for users outside the lock group.
+/// The first writable one is used. /tmp is for users outside the lock group.
 constexpr std::array kFolders = {"/run/lock", "/tmp"};
-constexpr mode_t kMode = 0666;  // whoever opens the device next must be able to lock it
+constexpr mode_t kMode = 0666;  // other users must be able to lock the device later
 
 std::string holder_of(int fd) {
   std::array<char, 32> text{};
@@ -45,7 +45,7 @@ PortLock::PortLock(const std::string& device) {
   std::string tried;
   for (const char* folder : kFolders) {
     const std::string path = fmt::format("{}/{}", folder, lock_name(device));
-    // Not through symlinks: /tmp is everybody's.
+    // Symlinks are not followed, since /tmp is world-writable.
     const int fd = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, kMode);
     if (fd < 0) {
       tried += fmt::format("{}{}: {}", tried.empty() ? "" : "; ", path, std::strerror(errno));
@@ -58,11 +58,11 @@ PortLock::PortLock(const std::string& device) {
           fmt::format("{}: in use by {} (lock file {}). Stop it first", device, holder, path));
     }
     fd_ = fd;
-    // Ours alone now; the umask may have cut the mode. If the file is somebody else's this fails,
-    // and then its mode already let us in.
+    // The lock is held; the umask may have restricted the mode. For a file of another user this
+    // fails, but then its mode was sufficient.
     [[maybe_unused]] const int mode_set = ::fchmod(fd, kMode);
     const std::string pid = fmt::format("{:10}\n", ::getpid());
-    // The pid is for people; the lock is the flock.
+    // The pid is informative; the lock is the flock.
     [[maybe_unused]] const bool written =
         ::ftruncate(fd, 0) == 0 &&
         ::pwrite(fd, pid.data(), pid.size(), 0) == static_cast<ssize_t>(pid.size());
@@ -72,7 +72,7 @@ PortLock::PortLock(const std::string& device) {
 }
 
 PortLock::~PortLock() {
-  // The file stays: removing it would let two openers lock two files of one name.
+  // The file is kept: removing it would allow two processes to lock two files of one name.
   if (fd_ >= 0) ::close(fd_);
 }
 

@@ -1,5 +1,6 @@
 #pragma once
-// One process per serial device: a lock file, held by flock so that a crash releases it.
+// Exclusive use of a serial device per process: a lock file, held by flock so that a crash releases
+// it.
 
 #include <string>
 
@@ -7,8 +8,8 @@ namespace cellcal::drivers {
 
 class PortLock {
  public:
-  /// Locks the device of this path (symlinks already followed). Throws DriverError if another
-  /// process, or another port of this one, holds it.
+  /// Locks the device of this path (symlinks resolved). Throws DriverError if another process, or
+  /// another port of this one, holds it.
   explicit PortLock(const std::string& device);
   ~PortLock();
   PortLock(const PortLock&) = delete;
@@ -18,7 +19,7 @@ class PortLock {
   int fd_ = -1;
 };
 
-/// Lock file's name for a device: LCK..ttyUSB0, LCK..pts-3 (the names that minicom and others use).
+/// Name of the lock file of a device: LCK..ttyUSB0, LCK..pts-3 (as used by minicom and others).
 std::string lock_name(const std::string& device);
 
 }  // namespace cellcal::drivers

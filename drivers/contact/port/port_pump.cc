@@ -18,9 +18,9 @@ using std::chrono::milliseconds;
 
 constexpr milliseconds kPause{1};
 
-/// What a reader above the robot's thread may take: ten times what a line of 1 Mbaud carries, and
-/// all that a terminal can hold at once after a stall. Whoever floods the port waits, not the
-/// robot.
+/// Rate limit of a reader with higher priority than the robot's thread: ten times the rate of a
+/// line of 1 Mbaud, plus the maximum content of a terminal after a stall. A flood delays the port,
+/// not the robot.
 class Budget {
  public:
   void spend(std::size_t bytes) {
@@ -37,7 +37,7 @@ class Budget {
   TimePoint last_ = Steady::now();
 };
 
-/// The bytes that wait, as news. Nothing: none; of kind kLost: none ever again.
+/// Pending bytes as news. Empty: none; kind kLost: none from now on.
 std::optional<PortNews> read_some(Port& port) {
   PortNews news;
   const PortReading reading = port.read(news.bytes);
@@ -69,7 +69,7 @@ PortPump::~PortPump() {
   writer_.join();
 }
 
-/// Waits where the robot's thread does not run; the bytes then wait in the terminal.
+/// Waits while the robot's thread does not run; the bytes then stay in the terminal.
 void PortPump::tell(const PortNews& news) {
   while (!queues_.news.push(news)) {
     if (stop_) return;
@@ -113,8 +113,8 @@ void PortPump::send_queued() {
   PortFrame frame;
   while (queues_.frames.pop(frame)) {
     if (frame.opening != options_.opening) continue;
-    // A frame that does not fit is lost, as on a bad line: the protocol repeats what matters, and
-    // the sensor's reader goes on at the next delimiter. A dead port shows in read().
+    // A frame that does not fit is lost, as on a bad line: the protocol repeats important data, and
+    // the sensor's reader resynchronises at the next delimiter. A dead port is detected by read().
     if (!port_->write({frame.bytes.data(), frame.size})) ++queues_.unsent;
   }
 }

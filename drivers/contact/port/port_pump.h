@@ -1,11 +1,11 @@
 #pragma once
-// Carries bytes between an open port and the queues, on two threads of its own: the only code that
-// reads, writes or polls a port.
+// Transfers bytes between an open port and the queues, on two threads of its own: the only code
+// that reads, writes or polls a port.
 //
-// Why not on the robot's thread: reading and polling a terminal wait for the kernel's worker that
-// fills it (n_tty_read, n_tty_poll: __flush_work), and that worker has normal priority. Why two:
-// the reader may wait there for as long as the computer is busy, and the keep-alive must go out
-// meanwhile.
+// Separate from the robot's thread, because reading and polling a terminal wait for the kernel's
+// worker that fills it (n_tty_read, n_tty_poll: __flush_work), which has normal priority. Two
+// threads, because the reader may wait there while the computer is busy, and the keep-alive must be
+// sent meanwhile.
 
 #include <atomic>
 #include <cstdint>
@@ -19,20 +19,20 @@
 namespace cellcal::drivers {
 
 struct PortPumpOptions {
-  std::uint32_t opening = 0;  ///< number under which the robot's thread knows this opening
-  /// SCHED_FIFO for both threads; 0: none. Above the robot's thread, so that bytes are there before
-  /// the packet that comes at the same time is answered. They wait nearly always, and what they
-  /// do is bounded: see the budget in the .cc.
+  std::uint32_t opening = 0;  ///< number of this opening for the robot's thread
+  /// SCHED_FIFO priority of both threads; 0: none. Above the robot's thread, so that bytes are
+  /// available before a simultaneous packet is answered. They are mostly idle, and their load is
+  /// bounded: see the budget in the .cc.
   int priority = 0;
 };
 
 class PortPump {
  public:
   /// `lost` is called once, on the reader's thread, when the port is lost; nothing is read or sent
-  /// from then on. The queues must outlive this.
+  /// from then on. The queues must outlive this object.
   PortPump(std::unique_ptr<Port> port, const PortPumpOptions& options, PortQueues& queues,
            std::function<void()> lost);
-  /// What is queued goes out, both threads end, the port is closed.
+  /// Sends queued frames, joins both threads, closes the port.
   ~PortPump();
   PortPump(const PortPump&) = delete;
   PortPump& operator=(const PortPump&) = delete;

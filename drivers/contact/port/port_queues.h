@@ -1,6 +1,7 @@
 #pragma once
-// What crosses between the robot's thread and the threads of an open port: bytes with the time that
-// they came, frames to be sent, and a call for each side. Neither side ever waits for the other.
+// Communication between the robot's thread and the threads of an open port: bytes with their
+// arrival time, frames to be sent, and a notification for each side. Neither side waits for the
+// other.
 
 #include <sys/eventfd.h>
 #include <unistd.h>
@@ -19,7 +20,7 @@
 
 namespace cellcal::drivers {
 
-/// A call to a thread that waits in poll() or in its io_context. Calling never blocks.
+/// Notification of a thread that waits in poll() or in its io_context. Never blocks.
 class Call {
  public:
   Call() : fd_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
@@ -32,12 +33,12 @@ class Call {
   int fd() const { return fd_; }
   void make() {
     const std::uint64_t one = 1;
-    // Fails only when the counter is full, and then the other side is called already.
+    // Fails only if the counter is full, in which case the other side is already notified.
     [[maybe_unused]] const auto written = ::write(fd_, &one, sizeof(one));
   }
   void take() {
     std::uint64_t calls = 0;
-    // Nothing to read means that it was taken the last time.
+    // An empty read means that it was consumed before.
     [[maybe_unused]] const auto n = ::read(fd_, &calls, sizeof(calls));
   }
 
@@ -45,19 +46,19 @@ class Call {
   int fd_ = -1;
 };
 
-/// What the port has to tell the robot's thread, in order.
+/// Messages from the port to the robot's thread, in order.
 struct PortNews {
   enum class Kind { kOpened, kBytes, kLost } kind = Kind::kBytes;
-  std::uint32_t opening = 0;  ///< which of the port's openings it belongs to
+  std::uint32_t opening = 0;  ///< number of the port's opening
   int error = 0;              ///< kLost: errno, 0: end of file
-  TimePoint t{};              ///< when it was read
-  TimePoint arrived{};        ///< when the bytes came into this computer
+  TimePoint t{};              ///< time of reading
+  TimePoint arrived{};        ///< arrival of the bytes in this computer
   std::uint16_t size = 0;
-  static constexpr std::size_t kMost = 224;  ///< a piece is 256 bytes in all
+  static constexpr std::size_t kMost = 224;  ///< for a total size of 256 bytes
   std::array<std::uint8_t, kMost> bytes{};
 };
 
-/// What the robot's thread sends. A frame of another opening is thrown away.
+/// A frame to be sent by the robot's thread. Frames of another opening are discarded.
 struct PortFrame {
   std::uint32_t opening = 0;
   std::uint16_t size = 0;
@@ -65,11 +66,11 @@ struct PortFrame {
 };
 
 struct PortQueues {
-  /// 58 KiB: what a tty itself holds back while nobody reads.
+  /// 58 KiB: the size that a tty buffers without a reader.
   boost::lockfree::spsc_queue<PortNews, boost::lockfree::capacity<256>> news;
   boost::lockfree::spsc_queue<PortFrame, boost::lockfree::capacity<64>> frames;
   Call news_call, frames_call;
-  std::atomic<std::uint64_t> unsent{0};  ///< frames that the port did not take
+  std::atomic<std::uint64_t> unsent{0};  ///< frames rejected by the port
 };
 
 }  // namespace cellcal::drivers

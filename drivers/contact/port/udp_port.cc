@@ -24,16 +24,16 @@ namespace {
 using Steady = std::chrono::steady_clock;
 
 constexpr std::string_view kPrefix = "udp:";
-/// A stamp that is older, or of the future: somebody has set the clock meanwhile.
+/// Maximum age of a stamp; older ones, or future ones, result from a change of the clock.
 constexpr std::chrono::seconds kOldestStamp{1};
-/// Expedited forwarding, for switches that know it.
+/// Expedited forwarding, for switches that support it.
 constexpr int kTypeOfService = 0xB8;
 
 std::chrono::nanoseconds to_duration(const timespec& t) {
   return std::chrono::seconds{t.tv_sec} + std::chrono::nanoseconds{t.tv_nsec};
 }
 
-/// The kernel's stamp of a datagram, which is of the wall clock, on the steady one.
+/// Converts the kernel's wall-clock stamp of a datagram to the steady clock.
 TimePoint arrival_of(msghdr& message) {
   timespec wall{};
   ::clock_gettime(CLOCK_REALTIME, &wall);
@@ -54,7 +54,7 @@ class UdpPort final : public Port {
     fd_ = ::socket(AF_INET, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
     if (fd_ < 0) throw DriverError(fmt::format("{}: socket: {}", device, std::strerror(errno)));
     const int on = 1;
-    // Without either it is as good as without the kernel's help.
+    // Optional: without them the kernel's defaults apply.
     ::setsockopt(fd_, SOL_SOCKET, SO_TIMESTAMPNS, &on, sizeof on);
     ::setsockopt(fd_, IPPROTO_IP, IP_TOS, &kTypeOfService, sizeof kTypeOfService);
     if (::connect(fd_, reinterpret_cast<const sockaddr*>(&to), sizeof to) != 0) {
@@ -74,9 +74,9 @@ class UdpPort final : public Port {
   const std::string& path() const override { return path_; }
   const std::string& warning() const override { return warning_; }
 
-  /// Never lost: what ICMP says of a board that is not there is silence.
+  /// Never lost: an ICMP error for an absent board counts as silence.
   PortReading read(std::span<std::uint8_t> into) override {
-    // Room for the delimiter that a datagram may lack.
+    // Room for a missing delimiter of the datagram.
     iovec part{into.data(), into.size() - 1};
     alignas(cmsghdr) std::array<char, 128> control{};
     msghdr message{};
@@ -89,14 +89,14 @@ class UdpPort final : public Port {
     if (n <= 0) return reading;
     reading.arrived = arrival_of(message);
     reading.size = static_cast<std::size_t>(n);
-    // A cut frame ends with its datagram and spoils nothing of the next.
+    // A truncated frame ends with its datagram and does not affect the next.
     if (into[reading.size - 1] != 0) into[reading.size++] = 0;
     return reading;
   }
 
   bool write(std::span<const std::uint8_t> frame) override {
     ssize_t n = ::send(fd_, frame.data(), frame.size(), MSG_NOSIGNAL);
-    // What an earlier datagram met is told at the next one, which is not sent then.
+    // An error of an earlier datagram is reported at the next one, which is then not sent.
     if (n < 0 && errno == ECONNREFUSED) n = ::send(fd_, frame.data(), frame.size(), MSG_NOSIGNAL);
     return n == static_cast<ssize_t>(frame.size());
   }

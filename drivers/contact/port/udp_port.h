@@ -1,10 +1,11 @@
 #pragma once
-// A board on Ethernet as a port: one datagram holds whole frames of CTP/1.
+// A board on Ethernet as a port: one datagram contains whole frames of CTP/1.
 //
-// Only the board's own address and port are heard: the kernel drops all else on a connected socket.
-// It is no protection against a computer that forges them, so the wire belongs to the cell alone. A
-// cable that is pulled, or a board without supply, is silence and no lost port: the protocol's dead
-// men notice it, and the same socket hears the board again.
+// Only the board's own address and port are received: the kernel drops all other datagrams on a
+// connected socket. This does not protect against a computer that forges them, so the network must
+// be dedicated to the cell. A disconnected cable, or a board without supply, appears as silence and
+// not as a lost port: the protocol's dead men detect it, and the same socket receives the board
+// again.
 
 #include <netinet/in.h>
 
@@ -16,10 +17,10 @@
 
 namespace cellcal::drivers {
 
-/// "udp:ADDRESS:PORT" taken apart. Nothing: it is not of that form, or no address of a board.
+/// Parses "udp:ADDRESS:PORT". Empty: another form, or not the address of a board.
 std::optional<sockaddr_in> udp_device_of(const std::string& device);
 
-/// Throws ConfigError: not of that form. DriverError: in use, no way to that address.
+/// Throws ConfigError: not of that form. DriverError: in use, no route to that address.
 std::unique_ptr<Port> open_udp_port(const std::string& device);
 
 }  // namespace cellcal::drivers

@@ -1,4 +1,4 @@
-// A USB adapter through libusb, past the kernel's terminal. usbfs completes a transfer in the
+// A USB adapter through libusb, bypassing the kernel's terminal. usbfs completes a transfer in the
 // interrupt of the host controller: no kernel worker of normal priority is between a byte and its
 // reader (see "When the computer delivers late" in ../README.md).
 
@@ -38,7 +38,7 @@ constexpr std::size_t kReads = 4;
                                 libusb_strerror(error)));
 }
 
-/// A device that is open, claimed and configured. Closing gives it back to the kernel's driver.
+/// An open, claimed and configured device. Closing returns it to the kernel's driver.
 class UsbDevice {
  public:
   UsbDevice(const std::string& path, int baud) : path_(path) {
@@ -63,7 +63,8 @@ class UsbDevice {
   void open() {
     fd_ = ::open(path_.c_str(), O_RDWR | O_CLOEXEC);
     if (fd_ < 0) throw DriverError(cannot_open(path_, errno));
-    // The device is named by its node: no enumeration, and no netlink, which the unit forbids.
+    // The device is identified by its node: requires neither enumeration nor netlink, which the
+    // systemd unit forbids.
     libusb_set_option(nullptr, LIBUSB_OPTION_NO_DEVICE_DISCOVERY);
     if (const int error = libusb_init(&context_)) fail(path_, "libusb", error);
     const int error = libusb_wrap_sys_device(context_, fd_, &handle_);
@@ -127,7 +128,7 @@ class UsbDevice {
   std::vector<int> claimed_;
 };
 
-/// Carries bytes between a device and a socket until either ends, on the thread that runs it.
+/// Transfers bytes between a device and a socket until either ends, on the calling thread.
 class UsbBridge {
  public:
   explicit UsbBridge(UsbDevice& device) : device_(device) {
@@ -160,7 +161,7 @@ class UsbBridge {
       wait();
       handle_events();
     }
-    // What the port's reader then sees is the end of the file: a lost port.
+    // The port's reader then sees the end of the file: a lost port.
     ::shutdown(socket_, SHUT_RDWR);
   }
 
@@ -192,7 +193,7 @@ class UsbBridge {
     if (transfer.flying) libusb_cancel_transfer(transfer.usb);
   }
 
-  /// Until libusb has something to do, or the port's writer has.
+  /// Waits until libusb or the port's writer needs service.
   void wait() {
     ends_.clear();
     const libusb_pollfd** usb = libusb_get_pollfds(device_.context());
@@ -233,7 +234,7 @@ class UsbBridge {
     }
     const auto size = static_cast<std::size_t>(usb->actual_length);
     const std::size_t header = bridge.device_.header();
-    // A full socket loses bytes as an overrun line does; the frames' CRC finds it.
+    // A full socket loses bytes like an overrun line; the frames' CRC detects it.
     if (size > header) {
       [[maybe_unused]] const ssize_t sent = ::send(bridge.socket_, read.bytes.data() + header,
                                                    size - header, MSG_DONTWAIT | MSG_NOSIGNAL);
@@ -241,8 +242,8 @@ class UsbBridge {
     if (!bridge.over_) bridge.submit(read);
   }
 
-  /// A frame that the device did not take in time is lost, as on a bad line: the protocol repeats
-  /// what matters. A device that is gone shows in the reads.
+  /// A frame not accepted by the device in time is lost, as on a bad line: the protocol repeats
+  /// important data. A disconnected device is detected by the reads.
   static void was_written(libusb_transfer* usb) {
     static_cast<Transfer*>(usb->user_data)->flying = false;
   }

@@ -11,7 +11,7 @@ namespace {
 constexpr std::uint16_t kFtdiVendor = 0x0403;
 constexpr unsigned kTimeoutMs = 500;
 
-/// The bulk endpoints of one interface. Nothing: it lacks one of them.
+/// The bulk endpoints of one interface. Empty if one is missing.
 std::optional<UsbEndpoints> bulk_endpoints(const libusb_interface_descriptor& interface) {
   UsbEndpoints found{interface.bInterfaceNumber, interface.bInterfaceNumber, 0, 0, 0};
   for (const libusb_endpoint_descriptor& end :
@@ -112,7 +112,7 @@ class Ftdi : public UsbProtocol {
   std::size_t header() const override { return 2; }
 
  private:
-  /// Whole divisors of 3 MHz: exact for 1 000 000 and 250 000 baud, 0.2 % off for 115 200.
+  /// Integer divisors of 3 MHz: exact for 1 000 000 and 250 000 baud, 0.2 % off for 115 200.
   static std::uint16_t divisor(int baud) {
     return static_cast<std::uint16_t>((3'000'000 + baud / 2) / baud);
   }

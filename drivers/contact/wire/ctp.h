@@ -1,5 +1,6 @@
-/* CTP/1, the line between the contact sensor's microcontroller and the host. This one header is
- * compiled as C99 by the firmware and as C++20 by the driver and the emulator, hence its C style.
+/* CTP/1, the protocol between the contact sensor's microcontroller and the host. This header is
+ * compiled as C99 by the firmware and as C++20 by the driver and the emulator, hence its C
+ * style.
  *
  *   frame = COBS( type:u8  seq:u8  payload[0..48]  crc:u16 ) 0x00
  *
@@ -27,7 +28,7 @@ enum {
 /* Not enumerators: an int has 16 bits on an AVR. */
 #define CTP_DEFAULT_BAUD 1000000L /* exact on an AVR at 8 and 16 MHz */
 #define CTP_TICKS_PER_S 2000000L
-/* Configuration CRC of a sensor that has none: the CRC of no bytes. */
+/* Configuration CRC of an unconfigured sensor: the CRC of no bytes. */
 #define CTP_CONFIG_NONE ((uint16_t)0xFFFFu)
 
 /* Host to microcontroller: below 0x80. */
@@ -54,8 +55,8 @@ enum {
   CTP_LOG = 0x87,
   CTP_REVOKED = 0x88,
   CTP_RELEASE = 0x89,
-  CTP_BOARD = 0x8A, /* since firmware 1.1, behind the IDENT that answers a HELLO */
-  CTP_RELAY_STATE = 0x8B /* since firmware 1.3, where a relay is fitted: likewise, and at each change */
+  CTP_BOARD = 0x8A,      /* since firmware 1.1, after the IDENT that answers a HELLO */
+  CTP_RELAY_STATE = 0x8B /* since firmware 1.3, with a relay: likewise, and at each change */
 };
 
 /* Offsets of the fields within each payload, and the payload's size. */
@@ -81,7 +82,7 @@ enum {
   CTP_IDENT_BOOT_ID = 8,
   CTP_IDENT_CLOCK_HZ = 12,
   CTP_IDENT_RESET_CAUSE = 16,
-  CTP_IDENT_NONCE = 17, /* of the HELLO that is answered; 0: announced after a reset */
+  CTP_IDENT_NONCE = 17, /* of the HELLO being answered; 0: announced after a reset */
   CTP_IDENT_CONFIG_CRC = 21,
   CTP_IDENT_SIZE = 23
 };
@@ -89,7 +90,7 @@ enum {
   CTP_STATUS_T = 0,
   CTP_STATUS_FLAGS = 4,
   CTP_STATUS_LAST_EVENT = 5,
-  CTP_STATUS_ERRORS = 7, /* received frames that were damaged, modulo 256 */
+  CTP_STATUS_ERRORS = 7, /* damaged frames received, modulo 256 */
   CTP_STATUS_SENSE_MV = 8,
   CTP_STATUS_CONFIG_CRC = 10,
   CTP_STATUS_SIZE = 12
@@ -98,7 +99,7 @@ enum { CTP_TRIP_ARM_ID = 0, CTP_TRIP_T = 2, CTP_TRIP_SIZE = 6 };
 /* CONTACT, REVOKED and RELEASE share one payload. */
 enum {
   CTP_EVENT_ID = 0,
-  CTP_EVENT_ARM_ID = 2, /* 0: outside any arming */
+  CTP_EVENT_ARM_ID = 2, /* 0: no arming */
   CTP_EVENT_T_FIRST = 4,
   CTP_EVENT_DT_CONFIRM_US = 8,
   CTP_EVENT_BOUNCES = 10,
@@ -115,7 +116,7 @@ enum {
   CTP_BOARD_FUSES_LOW = 0,
   CTP_BOARD_FUSES_HIGH = 1,
   CTP_BOARD_FUSES_EXTENDED = 2,
-  CTP_BOARD_LOADER = 3, /* last word of the flash: optiboot's version; 0xFFFF: none there */
+  CTP_BOARD_LOADER = 3, /* last word of the flash: optiboot's version; 0xFFFF: none */
   CTP_BOARD_SIZE = 5
 };
 
@@ -123,19 +124,19 @@ enum {
 enum {
   CTP_FLAG_CONTACT = 0x01,
   CTP_FLAG_ARMED = 0x02,
-  CTP_FLAG_LATCHED = 0x04, /* the last arming was used up by an edge */
+  CTP_FLAG_LATCHED = 0x04, /* the last arming was ended by an edge */
   CTP_FLAG_LOOP_OK = 0x08,
   CTP_FLAG_SELF_TEST_OK = 0x10,
-  /* Since firmware 1.1; older ones leave them 0. LOOP_OK is set only with EARTH_OK. */
-  CTP_FLAG_EARTH_OK = 0x20,     /* the stands' wire is whole, out and back */
-  CTP_FLAG_VOLTAGE_TRIP = 0x40, /* the last arming was used up by a voltage, not by an edge */
-  CTP_FLAG_SHORTED = 0x80       /* not LOOP_OK by a short before an end resistor, not by a break */
+  /* Since firmware 1.1; 0 in older ones. LOOP_OK is set only with EARTH_OK. */
+  CTP_FLAG_EARTH_OK = 0x20,     /* the stands' wire is intact, out and back */
+  CTP_FLAG_VOLTAGE_TRIP = 0x40, /* the last arming was ended by a voltage, not by an edge */
+  CTP_FLAG_SHORTED = 0x80       /* no LOOP_OK by a short before an end resistor, not a break */
 };
 
 /* Flags of RELAY_STATE. */
 enum {
   CTP_RELAY_WANTED = 0x01, /* the coil is driven */
-  CTP_RELAY_CLOSED = 0x02, /* the mirror contact is open: some pole is closed, or all are */
+  CTP_RELAY_CLOSED = 0x02, /* the mirror contact is open: at least one pole is closed */
   CTP_RELAY_FAULT = 0x04   /* the mirror contact has contradicted the coil for CTP_RELAY_MS */
 };
 
@@ -158,17 +159,17 @@ enum { CTP_RESET_POWER = 1, CTP_RESET_PIN = 2, CTP_RESET_BROWN_OUT = 4, CTP_RESE
 /* Times that both sides must agree on. */
 enum {
   CTP_IDLE_STATUS_MS = 100,
-  CTP_KEEPALIVE_MS = 10,        /* how often the host says that it lives, while armed */
+  CTP_KEEPALIVE_MS = 10,        /* period of the host's keep-alive while armed */
   CTP_KEEPALIVE_LIMIT_MS = 700, /* silence after which the microcontroller disarms: the host's own
-                                   dead man (25 ms; 600 with a second stop path) must act first, and
-                                   serial delays of some 100 ms are seen under load */
-  CTP_REPEAT_MIN_MS = 4,        /* events are repeated no faster than this */
-  CTP_SELF_TEST_MS = 2,         /* from the request to its outcome */
-  CTP_SELF_TEST_PULL_US = 1500, /* of it the sense line is pulled; then it settles */
+                                      dead man (25 ms; 600 with a second stop path) must act first, and
+                                      serial delays of about 100 ms occur under load */
+  CTP_REPEAT_MIN_MS = 4,        /* minimum interval of repeated events */
+  CTP_SELF_TEST_MS = 2,         /* from the request to its result */
+  CTP_SELF_TEST_PULL_US = 1500, /* part of it with the sense line pulled; then it settles */
   CTP_SELF_TEST_MAX_AGE_S = 600,
-  CTP_RELAY_MS = 100,          /* a relay has followed its coil, and no pole bounces any more */
-  CTP_RELAY_SILENCE_MS = 2000, /* without a frame of the host the sensor opens the relay */
-  CTP_CONFIRM_MAX_MS = 50 /* an edge that is neither confirmed nor dismissed by then is noise */
+  CTP_RELAY_MS = 100,          /* for a relay to follow its coil, without bounces */
+  CTP_RELAY_SILENCE_MS = 2000, /* silence of the host after which the sensor opens the relay */
+  CTP_CONFIRM_MAX_MS = 50      /* edges neither confirmed nor dismissed after this are noise */
 };
 
 /* CRC-16/CCITT-FALSE (polynomial 0x1021, start 0xFFFF); check value of "123456789" is 0x29B1. */

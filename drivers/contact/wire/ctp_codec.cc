@@ -261,7 +261,7 @@ const Frame* FrameReader::finish() {
     ++counters_.crc_errors;
     return nullptr;
   }
-  // From here on the frame is what the peer sent, so its sequence number counts in any case.
+  // The CRC is valid, so that the sequence number counts in any case.
   const std::uint8_t type = raw[0], seq = raw[1];
   if (!in_order(type, seq)) return nullptr;
   if (!belongs(type, direction_)) {

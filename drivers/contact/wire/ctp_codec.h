@@ -1,5 +1,5 @@
 #pragma once
-// CTP/1 frames: bytes to typed structs and back. Nothing here allocates, blocks or throws.
+// Codec of CTP/1 frames: bytes to typed structs and back. Never allocates, blocks or throws.
 
 #include <array>
 #include <cstddef>
@@ -11,7 +11,7 @@
 
 namespace cellcal::drivers::ctp {
 
-/// A frame with its CRC checked and its payload of the size that its type asks for.
+/// A frame with verified CRC and the payload size of its type.
 struct Frame {
   std::uint8_t type = 0;
   std::uint8_t seq = 0;
@@ -19,14 +19,14 @@ struct Frame {
   std::array<std::uint8_t, CTP_MAX_PAYLOAD> payload{};
 };
 
-/// An encoded frame with its delimiter, ready for the wire.
+/// An encoded frame with its delimiter.
 struct WireBytes {
   std::array<std::uint8_t, CTP_MAX_WIRE> data{};
   std::size_t size = 0;
   std::span<const std::uint8_t> bytes() const { return {data.data(), size}; }
 };
 
-// Payloads. Each knows its type, writes itself to kSize bytes and reads itself from as many.
+// Payloads. Each defines its type, and its serialisation to and from kSize bytes.
 struct Hello {
   static constexpr std::uint8_t kType = CTP_HELLO;
   static constexpr std::size_t kSize = CTP_HELLO_SIZE;
@@ -50,7 +50,7 @@ struct Config {
   bool operator==(const Config&) const = default;
 };
 
-/// What STATUS and IDENT echo of a configuration.
+/// Configuration checksum in STATUS and IDENT.
 std::uint16_t config_crc(const Config& config);
 
 struct Arm {
@@ -99,7 +99,7 @@ struct KeepAlive {
   static KeepAlive read(const std::uint8_t*) { return {}; }
 };
 
-/// The relay in the place of plug X1.
+/// The relay in place of plug X1.
 struct Relay {
   static constexpr std::uint8_t kType = CTP_RELAY;
   static constexpr std::size_t kSize = CTP_RELAY_SIZE;
@@ -129,7 +129,7 @@ struct Ident {
   static Ident read(const std::uint8_t* p);
 };
 
-/// How the chip is set up, as an ATmega328P has it.
+/// Chip settings of an ATmega328P.
 struct Board {
   static constexpr std::uint8_t kType = CTP_BOARD;
   static constexpr std::size_t kSize = CTP_BOARD_SIZE;
@@ -161,7 +161,7 @@ struct Trip {
   static Trip read(const std::uint8_t* p);
 };
 
-/// CONTACT, REVOKED and RELEASE; which of them is the frame's type.
+/// CONTACT, REVOKED and RELEASE, distinguished by the frame's type.
 struct Event {
   static constexpr std::size_t kSize = CTP_EVENT_SIZE;
   std::uint16_t event = 0, arm_id = 0;
@@ -209,44 +209,44 @@ WireBytes build(const Payload& payload, std::uint8_t seq) {
   return build(payload, seq, Payload::kType);
 }
 
-/// The payload of a frame that FrameReader returned, whose size is therefore right.
+/// The payload of a frame returned by FrameReader, which has verified its size.
 template <class Payload>
 Payload read(const Frame& frame) {
   return Payload::read(frame.payload.data());
 }
 
-/// What went by on one direction of the line.
+/// Counters of one direction of the line.
 struct WireCounters {
   std::uint64_t frames = 0;
   std::uint64_t crc_errors = 0;
-  std::uint64_t malformed = 0;  ///< not COBS, too short, or not the size that its type asks for
+  std::uint64_t malformed = 0;  ///< not COBS, too short, or not the size of its type
   std::uint64_t oversize = 0;
   std::uint64_t unknown_types = 0;
-  std::uint64_t gaps = 0;       ///< frames missing by their sequence number
-  std::uint64_t overtaken = 0;  ///< came twice, or behind a later one, and were not taken
+  std::uint64_t gaps = 0;       ///< missing frames by sequence number
+  std::uint64_t overtaken = 0;  ///< duplicated or reordered, and dropped
 };
 
-/// Which end of the line a reader stands at: a type of the other direction is unknown to it.
+/// End of the line that a reader is at: types of the other direction are unknown to it.
 enum class Direction { kFromHost, kFromSensor };
 
-/// What a line may do to the order of its frames.
+/// Ordering guarantees of a line.
 enum class Order {
-  kKept,  ///< a wire: bytes come as they were sent, or not at all
-  /// Datagrams: a frame that is not newer than the one before it, by its sequence number, is not
-  /// taken. HELLO and IDENT begin a conversation, and the count, anew.
+  kKept,  ///< a wire: bytes arrive in order, or not at all
+  /// Datagrams: a frame that is not newer than the preceding one, by its sequence number, is
+  /// dropped. HELLO and IDENT restart the conversation and the count.
   kAnyhow,
 };
 
-/// Bytes to frames, one byte at a time. After anything odd it goes on at the next 0x00.
+/// Assembles frames byte by byte. After an error it resynchronises at the next 0x00.
 class FrameReader {
  public:
   explicit FrameReader(Direction direction, Order order = Order::kKept)
       : direction_(direction), order_(order) {}
 
-  /// The frame that this byte completed, valid until the next call; otherwise nullptr.
+  /// The frame completed by this byte, valid until the next call; otherwise nullptr.
   const Frame* feed(std::uint8_t byte);
   const WireCounters& counters() const { return counters_; }
-  /// Forgets a half-received frame and the sequence, keeps the counters: a new peer speaks.
+  /// Discards a partial frame and the sequence, keeps the counters: for a new peer.
   void resync();
 
  private:

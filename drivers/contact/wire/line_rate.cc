@@ -1,6 +1,6 @@
 #include "drivers/contact/wire/line_rate.h"
 
-// In a file of its own: it does not go together with <termios.h>.
+// In a separate file, since its header conflicts with <termios.h>.
 #include <asm/termbits.h>
 #include <sys/ioctl.h>
 

@@ -1,11 +1,11 @@
 #pragma once
-// The rate of a terminal's line as the kernel holds it, also one without a B constant (250000).
+// Rate of a terminal's line as stored by the kernel, including rates without a B constant (250000).
 
 namespace cellcal::drivers {
 
-/// False: this terminal does not take it.
+/// False: not supported by this terminal.
 bool set_line_rate(int fd, int baud);
-/// 0: not known. Of a pseudo-terminal's other end, too.
+/// 0: unknown. Also works at the other end of a pseudo-terminal.
 int line_rate(int fd);
 
 }  // namespace cellcal::drivers

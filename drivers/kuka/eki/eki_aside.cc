@@ -43,7 +43,7 @@ struct EkiAsideLine::Impl {
   Impl(asio::ip::address host, std::uint16_t port, std::stop_token given)
       : peer(host, port), stop(std::move(given)) {}
 
-  /// Runs what was begun until it has ended, or cancels it at `until`.
+  /// Runs the operation until it has ended, or cancels it at `until`.
   error_code finish(const std::optional<error_code>& done, TimePoint until) {
     context.restart();
     while (!done && clock_now() < until && !stop.stop_requested())

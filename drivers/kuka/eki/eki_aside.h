@@ -1,7 +1,7 @@
 #pragma once
-// What is asked of the controller beside a session, over a connection of its own that says no hello: nobody is
-// obeyed by it and nothing moves. The channel takes one client: while a session holds it there is no such
-// connection, and while this one stands no session can begin.
+// Requests to the controller outside a session, over a separate connection without a hello: the controller
+// obeys no client, and nothing moves. The channel takes one client: no such connection is possible during a
+// session, and no session can begin during such a connection.
 
 #include <cstdint>
 #include <memory>
@@ -21,12 +21,12 @@ class EkiAside {
   virtual void on_bytes(std::string_view bytes, TimePoint now) = 0;
   virtual void on_tick(TimePoint now) = 0;
   virtual void on_closed() = 0;
-  /// To be sent, all of it, once.
+  /// Output to be sent completely, once.
   virtual std::string take_output() = 0;
   virtual bool ended() const = 0;
 };
 
-/// Whether the arm stands: within 0.01 deg for 0.3 s, as the controller looks at it itself.
+/// Detects rest of the arm: within 0.01 deg for 0.3 s, the controller's own criterion.
 class EkiRest {
  public:
   bool look(const EkiState& state, TimePoint now);
@@ -39,15 +39,17 @@ class EkiRest {
 /// The connection, in the caller's thread.
 class EkiAsideLine {
  public:
-  /// Throws DriverError where `address` is no IP address. `stop`: connecting and running end within 20 ms, as closed.
+  /// Throws DriverError if `address` is not an IP address. `stop`: connecting and running end within 20 ms, as if
+  /// closed.
   EkiAsideLine(const std::string& address, std::uint16_t port, std::stop_token stop = {});
   ~EkiAsideLine();
   EkiAsideLine(const EkiAsideLine&) = delete;
   EkiAsideLine& operator=(const EkiAsideLine&) = delete;
 
-  /// Anew, within 3 s. Empty, or why not in the system's words. Reaches nothing but this address.
+  /// Reconnects within 3 s. Returns an empty string, or the system's error message. Connects to
+  /// this address only.
   std::string connect();
-  /// Until it has ended; its own limits see to that.
+  /// Runs until `aside` has ended; its own time limits ensure that.
   void run(EkiAside& aside);
   /// "172.31.1.147:54600"
   std::string peer() const;
@@ -60,8 +62,8 @@ class EkiAsideLine {
 inline constexpr Duration kEkiReopenPause = std::chrono::milliseconds(100);
 
 struct EkiReconnectLimits {
-  /// The controller opens its port again a moment after a client has gone, and may take a connection and close it at
-  /// once until then; of a client whose cable was pulled it knows after its own 10 s. So long a new client tries.
+  /// Retry period of a new client: the controller reopens its port shortly after a client has disconnected, and may
+  /// accept and close a connection once until then; it detects a disconnected cable after 10 s.
   Duration reopens_within = std::chrono::seconds(12);
   std::stop_token stop = {};
 };

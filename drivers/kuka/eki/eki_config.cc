@@ -12,9 +12,10 @@ namespace cellcal::drivers {
 namespace {
 
 constexpr int kMostUnconfirmed = 8;
-// Below, a beat that TCP repeats would count as lost; above, a dead controller is noticed too late.
+// Below the minimum, a beat retransmitted by TCP would count as lost; above the maximum, a dead
+// controller is detected too late.
 constexpr double kShortestSilence = 0.1, kLongestSilence = 2.0;
-// The controller's dead man must hear three of them.
+// The controller's dead man must receive at least three beats per period.
 constexpr double kShortestBeat = 0.01, kLongestBeat = 0.08;
 constexpr double kLongestDelay = 0.2;
 
@@ -53,7 +54,7 @@ int EkiConfig::transit_percent() const {
   for (std::size_t i = 0; i < limits.size(); ++i) {
     share = std::min(share, limits[i].max_speed_rad_s / full_speed_rad_s[i]);
   }
-  // A share of 0.2 must not become 19 percent by rounding.
+  // Prevents rounding of a share of 0.2 down to 19 percent.
   constexpr double kRounding = 1e-9;
   return std::clamp(static_cast<int>(std::floor(share * 100.0 + kRounding)), 1, 100);
 }

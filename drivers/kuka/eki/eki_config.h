@@ -1,5 +1,5 @@
 #pragma once
-// What a cell sets about its EKI link.
+// Configuration of a cell's EKI link.
 
 #include <cstdint>
 #include <string>
@@ -9,46 +9,47 @@
 
 namespace cellcal::drivers {
 
-/// What stops a search.
+/// Stop mechanism of a search.
 enum class EkiStop {
   kInput,  ///< contact on a digital input of the controller: its interrupt latches $AXIS_INT
-  kFlag,   ///< contact known to this computer alone: a telegram sets a flag on the controller
+  kFlag,   ///< contact known to this computer only: a telegram sets a flag on the controller
 };
 
 struct EkiConfig {
-  std::string address = "172.31.1.147";  ///< the controller's, in its KLI network
+  std::string address = "172.31.1.147";  ///< controller's address in the KLI network
   std::uint16_t port = 54600;            ///< 54600..54615 pass the controller's firewall
   EkiStop stop = EkiStop::kInput;
-  /// No state for this long means 'lost'. Ten states of 20 ms, and more than one repeat of TCP.
+  /// The link is lost after this time without a state: ten states of 20 ms, and more than one TCP
+  /// retransmission.
   double silence_s = 0.25;
-  /// How often the controller hears that this computer is alive; its dead man waits for 0.25 s.
+  /// Period of the alive telegrams; the controller's dead man expires after 0.25 s.
   double beat_s = 0.04;
-  /// Telegrams that the controller has not confirmed. Three more are kept for stops; the sum stays
-  /// below the channel's BUFFERING limit, beyond which the controller closes the connection.
+  /// Maximum number of unconfirmed telegrams. Three more are reserved for stops; the sum is below
+  /// the channel's BUFFERING limit, beyond which the controller closes the connection.
   int window = 4;
 
-  /// From contact to the position that $AXIS_INT holds, taken off along the search: the input's
-  /// filter, and the servo lag if the release latches the setpoint. The slope of touches of one
-  /// point at two speeds. May be negative.
+  /// Time from contact to the position in $AXIS_INT, compensated along the search: the input's
+  /// filter, and the servo lag if the release latches the setpoint. Determined as the slope of
+  /// touches of one point at two speeds. May be negative.
   double latch_delay_s = 0.0;
-  double latch_jitter_s = 0.004;  ///< 1 sigma of it: how evenly the controller samples its input
-  /// 1 sigma of the instants of the states between which a contact is interpolated (kFlag).
+  double latch_jitter_s = 0.004;  ///< 1 sigma, from the sampling of the controller's input
+  /// 1 sigma of the time stamps of the states between which a contact is interpolated (kFlag).
   double flag_sigma_s = 0.010;
-  /// Searches faster than this at their fastest axis are refused (kFlag): 50 to 70 ms pass from
-  /// contact to BRAKE, so at 1 deg/s and 1 m of reach the tip goes on for a millimetre.
+  /// Searches with a faster axis are refused (kFlag): 50 to 70 ms pass from contact to BRAKE, so at
+  /// 1 deg/s and 1 m of reach the tip travels a further millimetre.
   double flag_search_limit_deg_s = 1.0;
 
-  /// In EXT, where CELLCAL_EKI does not run, the controller is asked to start it. It does so where its
-  /// files permit it (CC_MAY_RUN) and no program is selected.
+  /// In EXT, requests the controller to start CELLCAL_EKI if it does not run. The controller complies
+  /// if its files permit it (CC_MAY_RUN) and no program is selected.
   bool run_program = false;
 
-  std::vector<AxisLimit> limits;  ///< one per axis; acceleration and jerk are the controller's
+  std::vector<AxisLimit> limits;  ///< one per axis; acceleration and jerk are set on the controller
   std::vector<double> full_speed_rad_s;  ///< of each axis at 100 percent
-  double follow_tolerance_deg = 0.05;    ///< a move that ends farther from its target has failed
+  double follow_tolerance_deg = 0.05;    ///< largest deviation from the target at the end of a move
 
-  /// Percent of the axis speeds at which no axis exceeds its limit, 1..100.
+  /// Percentage of the axis speeds at which no axis exceeds its limit, 1..100.
   int transit_percent() const;
-  /// Throws ConfigError naming the key, the value and what to do.
+  /// Throws ConfigError naming key, value and remedy.
   void validate() const;
 };
 

@@ -17,15 +17,15 @@
 namespace cellcal::drivers {
 namespace {
 
-// A hello is repeated until it is obeyed, and the connection given up where it never is.
+// The hello is repeated until it is obeyed; the connection is closed after this time.
 constexpr std::chrono::seconds kHelloLimit{5};
-// Angles with fewer decimals are a hundredth of a degree or worse: 0.2 mm at 1.4 m. A float that
-// happens to be round has few; ten states in a row do not.
+// Angles with fewer decimals have a resolution of a hundredth of a degree or worse: 0.2 mm at 1.4
+// m. A single round value may have few decimals; ten states in a row do not.
 constexpr int kFewestDecimals = 3;
 constexpr std::uint64_t kStatesToJudge = 10;
-// The reference is where the arm rests: the means of two windows agree.
+// The reference is taken at rest: the means of two windows agree.
 constexpr std::size_t kReferenceWindow = 5;
-// Between two requests that the controller start its program: selecting takes it a while.
+// Interval between requests to start the program: selecting it takes the controller some time.
 constexpr std::chrono::seconds kRunEvery{2};
 
 }  // namespace
@@ -67,7 +67,7 @@ struct EkiCore::Impl {
     close = false;
   }
 
-  /// The controller's dead man and its own view of the connection stop the arm.
+  /// The arm is stopped by the controller's dead man and its own detection of the lost connection.
   void lose(EkiLoss loss, const Cause& cause) {
     if (mover.busy()) finish(mover.abandon(cause));
     if (const auto move = queue.take_waiting()) refuse(*move, cause);
@@ -153,7 +153,7 @@ struct EkiCore::Impl {
     last_rx = t_rx;
     spread.add(t_rx);
     if (frame.session != state.session) return on_other_session();
-    // A count that this connection has not reached is another connection's, left in a buffer.
+    // A count above those sent on this connection belongs to an earlier one, left in a buffer.
     if (!sender.confirm(frame.heard, t_rx)) return note_bad(EkiError::kBadNumber, document);
     state.other_session = 0;
     ++states_here;
@@ -172,7 +172,7 @@ struct EkiCore::Impl {
 
   void on_other_session() {
     state.other_session = frame.session;
-    // Until the hello is taken the controller shows whom it obeyed before.
+    // Until the hello is accepted the controller reports the preceding session.
     if (greeted) {
       lose(EkiLoss::kSessionTaken, cause::SessionTaken{frame.session});
     }
@@ -192,7 +192,7 @@ struct EkiCore::Impl {
     state.decimals_seen = std::max(state.decimals_seen, frame.decimals);
   }
 
-  /// $TIMER is KRL's INT: it counts 31 bits and begins again, after 25 days. The record has 32.
+  /// $TIMER is a KRL INT of 31 bits, which wraps after 25 days. The record uses 32 bits.
   std::uint32_t unwrapped(std::uint32_t time_ms) {
     constexpr std::uint32_t kTurn = 0x80000000u, kHalf = 0x40000000u;
     if (time_ms < kTurn && last_time_ms > time_ms && last_time_ms - time_ms > kHalf) {
@@ -205,7 +205,7 @@ struct EkiCore::Impl {
   void record_position(TimePoint t_rx) {
     AxisAngles actual;
     for (std::size_t i = 0; i < axes(); ++i) actual.push_back(frame.axes_deg[i] * kRadPerDeg);
-    // Without the controller's clock the arrival has to do.
+    // Falls back to the arrival time without the controller's clock.
     const auto arrival = static_cast<std::uint32_t>(
         std::chrono::duration_cast<std::chrono::milliseconds>(t_rx - connected_at).count());
     record.push(t_rx, frame.time_ms ? unwrapped(*frame.time_ms) : arrival, actual, actual);
@@ -259,9 +259,10 @@ struct EkiCore::Impl {
   }
 
   void finish(CoreResult result) {
-    // The dead man has stopped the controller's program by then: no pause is harmless.
+    // The dead man has stopped the controller's program by then, so that the move cannot be
+    // resumed.
     if (result.outcome == MoveOutcome::kRobotSilent) result.interruption = Interruption::kOther;
-    // Where the arm is, or who moves it, is no longer known for sure: somebody has to look.
+    // The arm's position, or the source of its motion, is uncertain: requires inspection.
     const bool doubtful =
         result.outcome == MoveOutcome::kNotFollowing || result.outcome == MoveOutcome::kRobotSilent;
     if (doubtful && state.link == RobotLink::kReady) state.link = RobotLink::kNotReferenced;
@@ -291,7 +292,7 @@ struct EkiCore::Impl {
     if (const auto done = mover.on_tick(now)) {
       const bool cut = is<cause::CommandNotTaken>(done->cause);
       finish(*done);
-      // It could still begin later: without the connection it cannot.
+      // The move could still begin later; closing the connection prevents it.
       if (cut) lose(EkiLoss::kNotTaken, done->cause);
     }
     take_up_waiting(now);

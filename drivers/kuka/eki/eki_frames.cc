@@ -8,11 +8,11 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// A session that has just gone is obeyed until the controller has noticed.
+// The controller obeys a disconnected session until it detects the disconnection.
 constexpr Duration kSendLimit = 3s;
-// States come every 12 to 100 ms.
+// States arrive every 12 to 100 ms.
 constexpr Duration kStatesCease = 1s;
-// 0.3 s of rest, a pass of the submit program and a state; a slow submit interpreter has ten times as long.
+// 0.3 s of rest, a pass of the submit program and a state; ten times as long for a slow submit interpreter.
 constexpr Duration kAnswerLimit = 4s;
 
 }  // namespace
@@ -45,7 +45,7 @@ void EkiFrameExchange::on_bytes(std::string_view bytes, TimePoint now) {
   }
 }
 
-/// Every state repeats the answer: one that is damaged is as if it had not come.
+/// Every state repeats the answer: a damaged one is ignored.
 void EkiFrameExchange::on_document(std::string_view document, TimePoint now) {
   if (parser_.parse_state(document, state_) != EkiError::kNone) return;
   heard_at_ = now;
@@ -59,9 +59,9 @@ void EkiFrameExchange::on_document(std::string_view document, TimePoint now) {
   look(now);
 }
 
-/// May it be sent now?
+/// Sends the request once the conditions are met.
 void EkiFrameExchange::look(TimePoint now) {
-  // So that a moving arm is named before anything is sent; the controller looks itself.
+  // Reports a moving arm before anything is sent; the controller checks it again.
   const bool stands = rest_.look(state_, now) || request_.kind == EkiFrameKind::kAdvice;
   if (state_.session != 0) {
     in_the_way_ = EkiFrameTrouble::kInSession;
@@ -98,7 +98,7 @@ void EkiFrameExchange::judge(const EkiFrameAnswer& answer) {
   result_ = std::move(result);
 }
 
-/// A question whose answer is lost has changed nothing.
+/// Losing the answer to a read has no consequences.
 void EkiFrameExchange::end(EkiFrameTrouble why) {
   if (result_) return;
   result_.emplace();

@@ -1,11 +1,11 @@
 #pragma once
-// One frame of the controller, read or set, beside any session (eki_aside.h).
+// Reads or sets one frame of the controller outside a session (eki_aside.h).
 //
-// Model: the controller's submit program takes the telegram, waits until the arm has stood for 0.3 s, sets
-// TOOL_DATA[n] or BASE_DATA[n], reads it again, and repeats old and new values in every state. Where the
-// connection is lost before that it does nothing any more. What the checks say (kAdvice) is for the cell's own
-// programs and is taken while the arm moves, too. Where it is lost behind the telegram and before
-// the answer, nobody here knows whether it was set: that is `kUnknown`, and never counts as done.
+// Model: the controller's submit program receives the telegram, waits until the arm has been at rest for 0.3
+// s, sets TOOL_DATA[n] or BASE_DATA[n], reads it back, and repeats old and new values in every state. If the
+// connection is lost before that, nothing is set. The advice of the checks (kAdvice) is for the cell's own
+// programs and is accepted during motion, too. If the connection is lost after the telegram and before the
+// answer, the outcome is unknown: `kUnknown`, which never counts as done.
 
 #include <functional>
 #include <memory>
@@ -22,31 +22,31 @@ namespace cellcal::drivers {
 struct EkiFrameRequest {
   EkiFrameKind kind = EkiFrameKind::kTool;
   int number = 0;
-  std::optional<EkiFrameValues> values;  ///< none: read
+  std::optional<EkiFrameValues> values;  ///< empty: read
 };
 
 enum class EkiFrameEnd {
   kRead,
-  kSet,      ///< and read back as it was sent
-  kDiffers,  ///< the controller says that it was set, and reads something else back
+  kSet,      ///< and the value read back is the value sent
+  kDiffers,  ///< the controller reports success, but the value read back differs
   kRefused,  ///< by the controller; nothing was set
-  kNotSent,  ///< nothing was asked of it; likewise
-  kUnknown,  ///< sent, and no answer that could be believed
+  kNotSent,  ///< no request was sent; nothing was set
+  kUnknown,  ///< sent, without a reliable answer
 };
 
-/// Why kNotSent, or why kUnknown.
+/// Reason for kNotSent or kUnknown.
 enum class EkiFrameTrouble {
   kNone,
-  kNoConnection,  ///< not to be had
-  kNoState,       ///< connected, and no state that could be read, or none any more
-  kTooOld,        ///< the controller's program knows no frames
-  kInSession,     ///< it obeys somebody
-  kMoves,         ///< the arm does not stand
+  kNoConnection,  ///< refused or unreachable
+  kNoState,       ///< connected, but no readable state, or states have ceased
+  kTooOld,        ///< the controller's program does not support frames
+  kInSession,     ///< the controller obeys a session
+  kMoves,         ///< the arm is not at rest
   kClosed,        ///< connection closed or broken
-  kNoAnswer,      ///< in time
-  kOtherFrame,    ///< the answer is about another frame than was asked
+  kNoAnswer,      ///< timeout
+  kOtherFrame,    ///< the answer refers to another frame
   kNotAStream,    ///< no end of a document
-  kNoTelegram,    ///< the values do not fit into one
+  kNoTelegram,    ///< the values exceed the size of a telegram
 };
 
 struct EkiFrameResult {
@@ -55,14 +55,15 @@ struct EkiFrameResult {
   EkiFrameDone refusal = EkiFrameDone::kNotYet;          ///< kRefused
   std::optional<EkiFrameValues> old_values, new_values;  ///< kRead, kSet, kDiffers
   std::string peer;                                      ///< "172.31.1.147:54600"
-  std::string detail;                                    ///< kNoConnection: the system's words
+  std::string detail;                                    ///< kNoConnection: system error message
 };
 
-/// What a frame is to be, from what it is now; none: as it is. What it throws ends the connection, and nothing was
-/// sent then.
+/// Chooses the new value of a frame from the current one; empty: no change. An exception ends the connection,
+/// without anything sent.
 using EkiFrameChoice = std::function<std::optional<EkiFrameValues>(const EkiFrameValues& now)>;
 
-/// What was sent, and what came back: equal within the last decimal of the text, and what a 32-bit REAL holds.
+/// Compares the values sent and read back: equal within the last decimal of the text and the resolution of a
+/// 32-bit REAL.
 bool same_frame(const EkiFrameValues& sent, const EkiFrameValues& read);
 
 /// `ask`: 1..2^31-1, hard to guess.
@@ -74,9 +75,10 @@ class EkiFrameExchange : public EkiAside {
   void on_tick(TimePoint now) override;
   void on_closed() override;
   bool ended() const override { return result_.has_value(); }
-  /// Behind a read, on the same connection: sets these values. `ask`: another one than before.
+  /// After a read, on the same connection: sets these values. `ask`: different from the preceding
+  /// one.
   void set(const EkiFrameValues& values, std::uint32_t ask, TimePoint now);
-  /// From then on its outcome can be unknown.
+  /// From this call on the outcome may be unknown.
   std::string take_output() override;
   const std::optional<EkiFrameResult>& result() const { return result_; }
 
@@ -99,10 +101,11 @@ class EkiFrameExchange : public EkiAside {
   std::optional<EkiFrameResult> result_;
 };
 
-/// Over TCP, in this thread. With a `choice` the frame is read, and where the choice gives values they are set on
-/// the same connection: nobody else is served in between. A connection that the controller takes and closes again,
-/// or says nothing on, is tried again as `limits` has it while the choice was not asked. At most some ten seconds
-/// behind that. Reaches nothing but this address. Throws DriverError where it is no IP address, and what the choice throws.
+/// Over TCP, in the calling thread. With a `choice` the frame is read, and any values chosen are set on the same
+/// connection, so that no other client is served in between. A connection that the controller closes again, or on which
+/// no state arrives, is retried according to `limits` unless the choice was called. Takes at most about ten more
+/// seconds. Connects to this address only. Throws DriverError if it is not an IP address, and any exception of the
+/// choice.
 EkiFrameResult exchange_frame(const std::string& address, std::uint16_t port,
                               const EkiFrameRequest& request, const EkiFrameChoice& choice = {},
                               const EkiReconnectLimits& limits = {});

@@ -13,7 +13,7 @@ std::uint32_t draw_ask() {
   return std::uniform_int_distribution<std::uint32_t>(1, 0x7FFFFFFE)(device);
 }
 
-/// On a connection, to the end of the exchange. `chosen`: the choice was asked.
+/// Runs the exchange on a connection. `chosen`: set once the choice was called.
 EkiFrameResult exchange_on(EkiAsideLine& line, const EkiFrameRequest& request,
                            const EkiFrameChoice& choice, bool& chosen) {
   EkiFrameExchange exchange(request, draw_ask(), std::chrono::steady_clock::now());
@@ -28,7 +28,7 @@ EkiFrameResult exchange_on(EkiAsideLine& line, const EkiFrameRequest& request,
   }
 }
 
-/// The controller had no time for this client, and nothing was asked for that could change anything.
+/// True if the controller did not serve this client, and no modifying request was sent.
 bool may_be_tried_again(const EkiFrameResult& result) {
   return result.end == EkiFrameEnd::kNotSent && (result.trouble == EkiFrameTrouble::kClosed ||
                                                  result.trouble == EkiFrameTrouble::kNoState);

@@ -7,11 +7,11 @@
 namespace cellcal::drivers {
 namespace {
 
-// A latch is believed within this of the measured path at the sensor's time stamp: states are
+// Plausibility window of a latch around the sensor's time stamp on the measured path: states are
 // interpolated over 20 ms of motion and of braking, and stamps are up to 12 ms old.
 constexpr double kLatchWindowS = 0.06;
 constexpr double kLatchSlackRad = 0.02 * kRadPerDeg;
-// Over which the search's speed is taken from the record.
+// Interval over which the search speed is taken from the record.
 constexpr double kSpeedSpanS = 0.1;
 constexpr double kSecondsPerMs = 1e-3;
 
@@ -21,7 +21,7 @@ EkiLatchResult latch_of(const EkiTouch& touch, const EkiConfig& config,
                         const PositionRecord& record, TimePoint now) {
   const TimePoint edge = touch.contact.first_edge;
   const auto path = record.actual_at(edge, kSecondsPerMs);
-  // A time stamp outside of what was recorded cannot be this contact's.
+  // A time stamp outside the record cannot belong to this contact.
   if (!path) return {std::nullopt, cause::StampOutside{seconds(now - edge)}};
   Latch latch;
   latch.contact_rad = *path;

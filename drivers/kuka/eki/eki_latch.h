@@ -1,6 +1,6 @@
 #pragma once
-// The joint angles of a contact over EKI: taken from the controller's own latch, or interpolated in
-// the recorded path, and held against each other.
+// Joint angles of a contact over EKI: from the controller's own latch, or interpolated in the
+// recorded path, and cross-checked.
 
 #include <optional>
 
@@ -13,18 +13,18 @@ namespace cellcal::drivers {
 
 struct EkiLatchResult {
   std::optional<Latch> latch;
-  Cause cause;  ///< why there is none
+  Cause cause;  ///< reason if there are no angles
 };
 
 struct EkiTouch {
-  ContactEvent contact;                   ///< the sensor's
-  std::optional<AxisAngles> latched_rad;  ///< $AXIS_INT of this very move
+  ContactEvent contact;                   ///< from the sensor
+  std::optional<AxisAngles> latched_rad;  ///< $AXIS_INT of this move
   AxisAngles settled_rad;
-  TimePoint stopped_at{};  ///< when the state that said so arrived
+  TimePoint stopped_at{};  ///< arrival of the state that reported the stop
 };
 
-/// `now` dates what is wrong. A latch must fit the measured path at the sensor's time stamp; its
-/// delay is taken off at the speed that the arm had before the contact.
+/// `now` is the time reference of errors. A latch must match the measured path at the sensor's time
+/// stamp; its delay is compensated with the speed before the contact.
 EkiLatchResult latch_of(const EkiTouch& touch, const EkiConfig& config,
                         const PositionRecord& record, TimePoint now);
 

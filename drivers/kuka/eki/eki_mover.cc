@@ -10,11 +10,11 @@
 namespace cellcal::drivers {
 namespace {
 
-// A telegram and the state that confirms it take two of the controller's loops, 40 ms.
+// A telegram and its confirming state take two of the controller's loops, 40 ms.
 constexpr std::chrono::milliseconds kAckLimit{500};
 // From the stop telegram to the end of the BRAKE ramp; a KR 5 at full speed takes 0.5 s.
 constexpr std::chrono::milliseconds kStopLimit{2000};
-// Longer retreats are PTP: LIN leaves the straight line in joint space that was checked.
+// Longer retreats use PTP: LIN deviates from the straight line in joint space that was checked.
 constexpr double kLongestLinRad = 10.0 * kRadPerDeg;
 
 // Rest: the means of two successive windows of states agree; 0.1 s each at 50 Hz.
@@ -75,7 +75,7 @@ void EkiMover::ask(std::size_t leg, const AxisAngles& from_rad, TimePoint now) {
   choose_path(from_rad);
 }
 
-/// Never faster than asked for or than the limits allow.
+/// Never exceeds the requested speed or the limits.
 void EkiMover::choose_path(const AxisAngles& at_rad) {
   command_ = EkiCommand{};
   command_.type = EkiType::kMove;
@@ -85,7 +85,7 @@ void EkiMover::choose_path(const AxisAngles& at_rad) {
   }
   const bool at_input = config_.stop == EkiStop::kInput && move_.kind != MoveKind::kRetreat;
   command_.guard = at_input ? EkiGuard::kInput : EkiGuard::kNone;
-  // Rounded down, but for a share that is a whole percent up to the last bit.
+  // Rounds down, except for a share that is a whole percentage up to the last bit.
   constexpr double kLastBit = 1e-9;
   command_.percent = std::max(
       1, static_cast<int>(std::floor(config_.transit_percent() * move_.speed_share + kLastBit)));
@@ -111,10 +111,11 @@ void EkiMover::fail(MoveOutcome outcome, const Cause& cause) {
 }
 
 std::optional<CoreResult> EkiMover::cancel(TimePoint now) {
-  // A touch asks for the stop without a word on the outcome: that is the verdict's, had it begun.
+  // A touch requests the stop without setting the outcome, which the verdict would set after the
+  // start.
   if (ends_well()) fail(MoveOutcome::kRefused, cause::TrippedAtStart{});
   if (leg_ == 0) return result(record_.newest().actual_rad);
-  stop_wanted_ = false;  // nothing moves
+  stop_wanted_ = false;  // nothing is moving
   begin_settling(now);
   return std::nullopt;
 }
@@ -137,7 +138,7 @@ CoreResult EkiMover::result(const AxisAngles& at_rad) {
   return done;
 }
 
-// ---- while it moves ----------------------------------------------------------------------------
+// ---- during motion -----------------------------------------------------------------------------
 
 std::optional<CoreResult> EkiMover::on_tick(TimePoint now) {
   if (!busy()) return std::nullopt;
@@ -167,7 +168,7 @@ std::optional<CoreResult> EkiMover::on_state(const EkiState& state, TimePoint no
     if (state.progress == EkiProgress::kDone && ours) {
       take_done(state, now);
     } else if (!ours || state.progress == EkiProgress::kIdle) {
-      // The program has forgotten the move: it was reset.
+      // The program no longer knows the move: it was reset.
       fail(MoveOutcome::kNotFollowing, cause::ProgramAborted{state.fault});
       begin_settling(now);
     } else {
@@ -181,7 +182,7 @@ std::optional<CoreResult> EkiMover::on_state(const EkiState& state, TimePoint no
   return std::nullopt;
 }
 
-// ---- the controller is done --------------------------------------------------------------------
+// ---- end of motion -----------------------------------------------------------------------------
 
 void EkiMover::take_done(const EkiState& state, TimePoint now) {
   done_at_ = now;
@@ -220,10 +221,11 @@ void EkiMover::take_done(const EkiState& state, TimePoint now) {
   }
 }
 
-/// At a way-point: on at once, unless a retreat has not opened its contact on its first leg.
+/// At a way-point: continues immediately, unless a retreat has not opened its contact on its first
+/// leg.
 void EkiMover::take_leg_done(TimePoint now) {
   if (leg_ == 0 && move_.kind == MoveKind::kRetreat && sensor_.present() && !sensor_.opened()) {
-    open_due_ = now;  // whether it is closed, the sensor's next words say
+    open_due_ = now;  // the sensor's next messages decide whether it is closed
     return fail(MoveOutcome::kContactSilent, cause::OpeningUnheard{});
   }
   ask(leg_ + 1, leg_target(move_, leg_), now);
@@ -239,7 +241,7 @@ void EkiMover::take_search_done(EkiOutcome outcome, TimePoint now) {
   }
 }
 
-/// The arm is stopped; the sensor has the last word on why.
+/// The arm is stopped; the sensor determines the reason.
 void EkiMover::await_verdict(TimePoint now) {
   if (verdict_ == Verdict::kContact && contact_->denied_s > 0.0) {
     fail(MoveOutcome::kContactSilent, cause::StampDenied{contact_->denied_s});

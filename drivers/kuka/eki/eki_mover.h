@@ -1,17 +1,17 @@
 #pragma once
-// One move that the controller carries out, from the telegram to the result.
+// One move executed by the controller, from the telegram to the result.
 //
 //   asked --taken--> moving --done--> verdict (search with contact) --> settling --rest--> result
 //     ^---- next leg -----+
 //
-// A move through way-points is a command for each leg, one after the other: the controller comes
-// to rest at every way-point, and goes on with the telegram that its arrival asks for.
+// A move through way-points is a sequence of commands, one per leg: the controller comes to rest at
+// every way-point, and continues with the next telegram, sent on arrival.
 //
-// The controller moves by itself and stops by itself: at the target, at its contact input, at the
-// flag that a stop telegram sets, or because it hears nothing. Here it is watched, the contact
-// sensor is heard, and what both say is put together. A search counts as a contact only when the
-// sensor has confirmed it; the joint angles come from the controller's latch (kInput) or from the
-// recorded path at the sensor's time stamp (kFlag).
+// The controller moves and stops autonomously: at the target, at its contact input, at the flag set
+// by a stop telegram, or on loss of communication. This class monitors it and the contact sensor,
+// and combines both. A search counts as a contact only if the sensor has confirmed it; the joint
+// angles come from the controller's latch (kInput) or from the recorded path at the sensor's time
+// stamp (kFlag).
 
 #include <cstdint>
 #include <optional>
@@ -28,34 +28,34 @@ namespace cellcal::drivers {
 
 class EkiMover {
  public:
-  /// All must outlive the mover; `guard` may be null: then searches are refused.
+  /// All must outlive the mover; `guard` may be null: searches are then refused.
   EkiMover(const EkiConfig& config, ContactGuard* guard, const PositionRecord& record);
 
   bool busy() const { return phase_ != Phase::kIdle; }
-  /// Takes the sensor's events and level. Once per tick, busy or not.
+  /// Reads the sensor's events and level. To be called once per tick, also when idle.
   void listen(TimePoint now);
-  /// After listen(), arm at rest at `at_rad`. Empty: begun, command() is to be sent.
+  /// After listen(), with the arm at rest at `at_rad`. Empty: started, command() is to be sent.
   std::optional<CoreResult> start(const Move& move, const AxisAngles& at_rad, TimePoint now);
-  /// Target, path, speed and guard; session, seq and id are the core's.
+  /// Target, path, speed and guard; session, seq and id are set by the core.
   const EkiCommand& command() const { return command_; }
-  /// The command is due.
+  /// True if the command is due.
   bool wants_sending() const { return phase_ == Phase::kAsked && command_.id == 0; }
   void sent(std::uint32_t id) { command_.id = id; }
 
-  /// A stop telegram for this move is due.
+  /// True if a stop telegram for this move is due.
   bool wants_stop() const { return busy() && stop_wanted_ && !stop_sent_; }
   void stop_sent(TimePoint now);
 
-  /// A state of the controller, after it was recorded.
+  /// Processes a state of the controller, after it was recorded.
   std::optional<CoreResult> on_state(const EkiState& state, TimePoint now);
-  /// After listen(). A result of CommandNotTaken means that the link must be cut.
+  /// After listen(). A result of CommandNotTaken requires closing the connection.
   std::optional<CoreResult> on_tick(TimePoint now);
-  /// To rest, with this outcome. Without effect on a move that is being stopped already.
+  /// Stops with this outcome. No effect on a move that is already being stopped.
   void halt(MoveOutcome outcome, const Cause& cause);
-  /// The move was halted before its command was sent: over at once, or after the arm, which stands
-  /// at a way-point, has come to rest.
+  /// The move was halted before its command was sent: ends immediately, or, at a way-point, once
+  /// the arm is at rest.
   std::optional<CoreResult> cancel(TimePoint now);
-  /// The move is over here; the controller stops it by itself.
+  /// Ends the move on this side; the controller stops it autonomously.
   CoreResult abandon(const Cause& cause);
 
  private:
@@ -90,7 +90,7 @@ class EkiMover {
   Phase phase_ = Phase::kIdle;
   Move move_;
   std::size_t leg_ = 0;
-  EkiCommand command_;  ///< of that leg
+  EkiCommand command_;  ///< of the current leg
   MoveOutcome outcome_ = MoveOutcome::kArrived;
   Cause cause_;
   TimePoint asked_at_{}, stop_sent_at_{}, done_at_{};
@@ -98,9 +98,10 @@ class EkiMover {
   std::optional<TimePoint> touched_at_;
   Verdict verdict_ = Verdict::kNone;
   std::optional<ContactEvent> contact_;
-  std::optional<TimePoint> open_due_;  ///< retreat: its contact was not heard to be open here
+  std::optional<TimePoint>
+      open_due_;  ///< retreat: when the contact was due, and not heard, to be open
   std::optional<AxisAngles> latched_rad_;
-  AxisAngles still_rad_;  ///< where the arm was when it last moved
+  AxisAngles still_rad_;  ///< position at the last motion
   TimePoint still_since_{};
   TimePoint settling_since_{};
   std::size_t settling_states_ = 0;

@@ -1,6 +1,6 @@
 #pragma once
-// Telegrams on their way: numbered, within the window that the controller's buffers allow, and kept
-// until the socket has taken them.
+// Telegrams in transit: numbered, within the window that the controller's buffers allow, and kept
+// until the socket has accepted them.
 
 #include <array>
 #include <cstdint>
@@ -12,15 +12,16 @@ namespace cellcal::drivers {
 
 class EkiOutbox {
  public:
-  /// A new connection: telegrams count from 1 again.
+  /// New connection: telegrams count from 1 again.
   void begin(std::uint32_t session);
-  /// The connection is gone, and what was not sent with it.
+  /// Connection lost: discards unsent telegrams.
   void drop() { size_ = 0; }
 
-  /// False: the window is full, or the bytes wait for the socket. `urgent`: stops may go beyond the
-  /// window by three.
+  /// False: the window is full, or earlier bytes still wait for the socket. `urgent`: stops may
+  /// exceed the window by three.
   bool send(EkiCommand command, std::size_t axes, int window, bool urgent);
-  /// The controller's newest number. False: one that this connection has not reached, or has left.
+  /// Newest number received by the controller. False: not sent on this connection, or older than a
+  /// confirmed one.
   bool confirm(std::uint32_t seq);
   std::uint32_t unconfirmed() const { return seq_ - confirmed_; }
 

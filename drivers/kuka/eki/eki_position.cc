@@ -5,7 +5,8 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// A session that has just gone is obeyed until the controller has noticed; states come every 12 to 100 ms.
+// The controller obeys a disconnected session until it detects the disconnection; states arrive every 12
+// to 100 ms.
 constexpr Duration kPositionLimit = 3s, kPositionStatesCease = 1s;
 
 bool may_come_again(EkiPositionTrouble trouble) {

@@ -1,6 +1,6 @@
 #pragma once
-// Where the arm stands, as the controller's submit program tells every client of EKI: for teaching by the pendant,
-// in T1, whichever robot program is selected. Nothing is sent, nobody is obeyed, nothing moves.
+// Position of the arm, as sent by the controller's submit program to every EKI client: for teaching by the
+// pendant, in T1, with any robot program selected. Nothing is sent, no session is started, nothing moves.
 
 #include <optional>
 
@@ -12,9 +12,9 @@ namespace cellcal::drivers {
 enum class EkiPositionTrouble {
   kNone,
   kNoConnection,
-  kNoState,    ///< connected, and no state that could be read
-  kInSession,  ///< the controller obeys somebody
-  kMoves,      ///< the arm does not stand
+  kNoState,    ///< connected, but no readable state
+  kInSession,  ///< the controller obeys a session
+  kMoves,      ///< the arm is not at rest
   kClosed,
   kNotAStream,
 };
@@ -23,7 +23,7 @@ struct EkiPosition {
   EkiPositionTrouble trouble = EkiPositionTrouble::kNone;
   AxisAngles axes_deg;  ///< measured, A1 to A6 and external axes; kNone
   std::string peer;     ///< "172.31.1.147:54600"
-  std::string detail;   ///< kNoConnection: the system's words
+  std::string detail;   ///< kNoConnection: the system's error message
 };
 
 class EkiPositionReading : public EkiAside {
@@ -49,8 +49,8 @@ class EkiPositionReading : public EkiAside {
   std::optional<EkiPosition> result_;
 };
 
-/// Over TCP, in this thread; tried again as `limits` has it where the controller takes no client. Throws DriverError where `address`
-/// is no IP address.
+/// Over TCP, in the calling thread; retried according to `limits` if the controller accepts no client. Throws
+/// DriverError if `address` is not an IP address.
 EkiPosition read_position(const std::string& address, std::uint16_t port,
                           const EkiReconnectLimits& limits = {});
 

@@ -35,7 +35,7 @@ ControllerRequest request_of(EkiRequest request) {
   return ControllerRequest::kNone;
 }
 
-/// What a person does about it; empty: nothing is asked for.
+/// Remedy for the operator; empty without a request.
 const char* request_words(EkiRequest request) {
   switch (request) {
     case EkiRequest::kBrakeTest:

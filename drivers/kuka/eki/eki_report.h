@@ -1,5 +1,5 @@
 #pragma once
-// What the EKI core reports as plain values without words, and the words that people read.
+// Plain values reported by the EKI core, and their sentences.
 
 #include <cstdint>
 #include <string>
@@ -9,30 +9,30 @@
 
 namespace cellcal::drivers {
 
-/// Why the link is not as it should be.
+/// Current fault of the link.
 enum class EkiTrouble : std::uint8_t {
   kNone,
   kNotConnected,  ///< no TCP connection
-  kNoState,       ///< connected, and no state came
-  kNotHeard,      ///< states come, the hello was not obeyed
-  kOtherSession,  ///< the controller obeys somebody else
+  kNoState,       ///< connected, but no state received
+  kNotHeard,      ///< states arrive, but the hello is not obeyed
+  kOtherSession,  ///< the controller obeys another session
   kTooFewAxes,
   kCoarse,    ///< fewer than 3 decimals in all angles
   kNotReady,  ///< program, drives, stop or operating mode: see the status
-  kUnread,    ///< telegrams are not taken
+  kUnread,    ///< telegrams are not confirmed
 };
 
-/// Why the link was lost last.
+/// Cause of the last loss of the link.
 enum class EkiLoss : std::uint8_t {
   kNone,
   kSilence,
-  kClosed,        ///< by the controller, or the cable
-  kSessionTaken,  ///< another session is obeyed
-  kNotAStream,    ///< bytes that are no EKI
+  kClosed,        ///< by the controller, or cable disconnected
+  kSessionTaken,  ///< the controller obeys another session
+  kNotAStream,    ///< not EKI documents
   kNotTaken,      ///< a move or stop was not confirmed
 };
 
-/// Plain values, so that a snapshot can be copied word by word.
+/// Trivially copyable, so that a snapshot can be copied word by word.
 struct EkiCoreState {
   RobotLink link = RobotLink::kDown;
   EkiTrouble trouble = EkiTrouble::kNotConnected;
@@ -46,17 +46,17 @@ struct EkiCoreState {
   EkiRequest request = EkiRequest::kNone;
   EkiError last_error = EkiError::kNone;
   std::int32_t override_percent = 100, fault = 0;
-  std::int32_t decimals_seen = 0;              ///< most of any angle on this connection
+  std::int32_t decimals_seen = 0;              ///< maximum over the angles on this connection
   double jitter_s = 0.0, longest_gap_s = 0.0;  ///< of this connection's states
   double actual_rad[kMaxAxes] = {};
   double commanded_rad[kMaxAxes] = {};
   double cycle_s = 0.0;
-  double waited_s = 0.0;  ///< since the last state, or since the link was opened
+  double waited_s = 0.0;  ///< since the last state, or since opening the link
   std::uint32_t session = 0, other_session = 0;
   std::uint32_t unread_by_controller = 0;
-  std::uint32_t longest_pass_ms = 0;  ///< of the submit program on this connection; 0: not told
+  std::uint32_t longest_pass_ms = 0;  ///< of the submit program on this connection; 0: unknown
   std::uint64_t states = 0, bad_documents = 0;
-  char last_bad[48] = {};  ///< how the last bad document began, printable characters only
+  char last_bad[48] = {};  ///< beginning of the last bad document, printable characters only
 };
 
 RobotState to_robot_state(const EkiCoreState& state, const std::string& peer);

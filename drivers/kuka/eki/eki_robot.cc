@@ -25,7 +25,7 @@ constexpr std::chrono::milliseconds kRetry{500};
 constexpr std::chrono::seconds kConnectLimit{3}, kCloseLimit{3};
 constexpr std::size_t kRead = 4096;
 
-// Another one for each connection, so that a telegram of an old one means nothing.
+// A new number for each connection, so that telegrams of an old one are void.
 std::uint32_t draw_session() {
   std::random_device device;
   return std::uniform_int_distribution<std::uint32_t>(1, 0x7FFFFFFE)(device);
@@ -101,9 +101,9 @@ struct EkiRobot::Impl : std::enable_shared_from_this<EkiRobot::Impl> {
       self->connecting = false;
       const TimePoint at = std::chrono::steady_clock::now();
       if (failure) return self->drop(failure.message(), at);
-      error_code ignored_on_purpose;  // without it telegrams wait a little longer
+      error_code ignored_on_purpose;  // otherwise telegrams are only delayed
       self->socket.set_option(tcp::no_delay(true), ignored_on_purpose);
-      error_code refused;  // otherwise a full buffer would hold this thread up
+      error_code refused;  // otherwise a full buffer would block this thread
       self->socket.non_blocking(true, refused);
       if (refused) return self->drop(refused.message(), at);
       self->core->on_connected(draw_session(), at);
@@ -126,8 +126,8 @@ struct EkiRobot::Impl : std::enable_shared_from_this<EkiRobot::Impl> {
     });
   }
 
-  /// Hands over what the core has to say. What the socket does not take at once waits in the core
-  /// for the next tick: no buffer in between, and nothing to allocate.
+  /// Sends the core's output. Bytes that the socket does not accept immediately stay in the core
+  /// until the next tick, without another buffer or allocation.
   void flush() {
     if (connecting || !socket.is_open()) return;
     while (!core->output().empty()) {
@@ -140,11 +140,11 @@ struct EkiRobot::Impl : std::enable_shared_from_this<EkiRobot::Impl> {
     }
   }
 
-  /// Whoever ended it: this connection is over. The next one is tried a little later.
+  /// Ends the connection, regardless of the cause. Reconnects after a delay.
   void drop(const std::string& why, TimePoint now) {
     ++connection;
     connecting = false;
-    error_code ignored_on_purpose;  // it is over either way
+    error_code ignored_on_purpose;  // closed in any case
     socket.close(ignored_on_purpose);
     core->on_closed(now);
     next_try = now + kRetry;
@@ -164,7 +164,7 @@ struct EkiRobot::Impl : std::enable_shared_from_this<EkiRobot::Impl> {
 
   void shut() {
     ++connection;
-    error_code ignored_on_purpose;  // the bye is out, or nobody takes it
+    error_code ignored_on_purpose;  // the bye is sent, or nothing receives it
     socket.shutdown(tcp::socket::shutdown_both, ignored_on_purpose);
     socket.close(ignored_on_purpose);
     timer.cancel(ignored_on_purpose);
@@ -186,7 +186,7 @@ struct EkiRobot::Impl : std::enable_shared_from_this<EkiRobot::Impl> {
   std::array<char, kRead> received{};
 
   RobotShell<EkiCore> shell;
-  mutable std::mutex why_mutex;  // only when a connection ends, never on the cycle
+  mutable std::mutex why_mutex;  // locked only at the end of a connection, never on the cycle
   std::string last_why;
 };
 

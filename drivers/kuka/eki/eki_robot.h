@@ -1,6 +1,6 @@
 #pragma once
 // The EKI adapter as a drivers::Robot: a TCP client on the robot's I/O thread, and, for virtual
-// time, in the caller's own thread.
+// time, in the caller's thread.
 
 #include <cstdint>
 #include <memory>
@@ -18,12 +18,12 @@ class io_context;
 
 namespace cellcal::drivers {
 
-/// Threads: the socket and the core live on the io_context's thread; the calls of Robot come from
-/// one other thread and cross through lock-free queues. The guard is asked on the io_context's
-/// thread, so it has to live there too.
+/// Threads: the socket and the core live on the io_context's thread; the functions of Robot are
+/// called from one other thread and communicate through lock-free queues. The guard is polled on
+/// the io_context's thread and has to live there.
 ///
-/// A connection that breaks, or that cannot be had, is tried again every half second. Nothing moves
-/// on a new connection before rereference().
+/// A broken or failed connection is retried every half second. Nothing moves on a new connection
+/// before rereference().
 class EkiRobot final : public Robot {
  public:
   /// Throws ConfigError. Context and guard must outlive the robot, and the context must run until
@@ -31,18 +31,19 @@ class EkiRobot final : public Robot {
   EkiRobot(boost::asio::io_context& context, EkiConfig config, ContactGuard* guard);
   ~EkiRobot() override;
 
-  /// Begins to connect. Throws DriverError where the address is none. Again after close(): allowed.
+  /// Starts connecting. Throws DriverError for an invalid address. May be called again after
+  /// close().
   void open() override;
   RobotState state() const override;
   void rereference() override;
   void begin(const Move& move) override;
   void stop() override;
   std::optional<MoveResult> poll() override;
-  /// Rest and a bye (at most 3 s), then the connection is closed; returns at once.
+  /// Rest and a bye (at most 3 s), then the connection is closed; returns immediately.
   void close() override;
 
-  bool is_open() const;  ///< until the close has ended
-  /// What state() is made of: for figures that only EKI has.
+  bool is_open() const;  ///< until the close has completed
+  /// Source of state(), for EKI-specific figures.
   EkiCoreState core_state() const;
 
  private:
@@ -50,12 +51,12 @@ class EkiRobot final : public Robot {
   std::shared_ptr<Impl> impl_;
 };
 
-/// The same in one thread: whoever owns the emulated controller passes connections and bytes.
+/// Single-threaded variant: the owner of the emulated controller passes connections and bytes.
 class EkiRobotInline final : public Robot {
  public:
   EkiRobotInline(EkiConfig config, ContactGuard* guard) : core_(std::move(config), guard) {}
 
-  /// Open, and not connected: connect, then on_connected().
+  /// Open but not connected: the caller has to connect and call on_connected().
   bool wants_connection() const { return open_ && !core_.core_state().connected; }
   bool wants_close() const { return core_.wants_close() || (!open_ && core_.ended()); }
   void on_connected(TimePoint now) { core_.on_connected(++session_, now); }

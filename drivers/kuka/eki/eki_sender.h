@@ -1,6 +1,6 @@
 #pragma once
-// What is said to the controller on one connection, and when: a hello until it is obeyed, beats so
-// that its dead man hears them, telegrams within the window.
+// Scheduling of telegrams on one connection: a hello until it is obeyed, beats for the dead man,
+// telegrams within the window.
 
 #include <cstdint>
 #include <string_view>
@@ -15,19 +15,20 @@ class EkiSender {
   /// `config` must outlive this.
   explicit EkiSender(const EkiConfig& config) : config_(config) {}
 
-  /// Another connection: nothing is unconfirmed, and the hello goes out.
+  /// New connection: clears unconfirmed telegrams, and sends the hello.
   void begin(std::uint32_t session, TimePoint now);
   void drop() { outbox_.drop(); }
 
-  /// False: the window is full; ask again later. `urgent`: a stop or a bye, which has room of its
+  /// False: the window is full; retry later. `urgent`: a stop or a bye, which has a reserve of its
   /// own.
   bool send(const EkiCommand& command, TimePoint now, bool urgent = false);
   void repeat_hello(TimePoint now);
   void beat(TimePoint now);
 
-  /// The controller has read telegrams up to this one. False: it cannot have, on this connection.
+  /// The controller has read telegrams up to this one. False: impossible on this connection.
   bool confirm(std::uint32_t seq, TimePoint now);
-  /// Telegrams wait for so long that the controller does not seem to read them.
+  /// True if telegrams have been unconfirmed for so long that the controller apparently does not
+  /// read them.
   bool unread(TimePoint now) const;
 
   std::string_view output() const { return outbox_.output(); }

@@ -1,5 +1,5 @@
-// What stops a move over EKI before it has arrived: the controller's input or flag by itself, or the telegram
-// that EkiCore sends as soon as one is due (wants_stop()).
+// Stops of a move over EKI before its arrival: by the controller's own input or flag, or by the telegram that
+// EkiCore sends as soon as one is due (wants_stop()).
 
 #include "drivers/kuka/eki/eki_mover.h"
 #include "drivers/units.h"
@@ -7,10 +7,10 @@
 namespace cellcal::drivers {
 namespace {
 
-// The controller's input gets three of its 12 ms cycles before the network stops the search, so
-// that the accurate latch is not lost to a race.
+// Grace period of three 12 ms cycles of the controller's input before the search is stopped over
+// the network, so that the accurate latch is not lost to a race.
 constexpr std::chrono::milliseconds kInputGrace{40};
-// A start key that is released, override 0, drives that dropped without a word.
+// Covers a released start key, override 0, and drives switched off without a message.
 constexpr std::chrono::milliseconds kStallLimit{2000};
 constexpr double kStallRad = 0.002 * kRadPerDeg;
 
@@ -32,7 +32,7 @@ void EkiMover::watch_search(TimePoint now) {
   if (!heard.snapshot.alive) {
     halt(MoveOutcome::kContactSilent, cause::SensorDead{});
   } else if (touched_at_) {
-    // Over the network at once where nothing else stops the arm, and where noise was the reason.
+    // Immediately over the network if nothing else stops the arm, or if the trip was noise.
     const bool at_once = config_.stop == EkiStop::kFlag || verdict_ == Verdict::kRevoked;
     if (at_once || now - *touched_at_ > kInputGrace) stop_wanted_ = true;
   } else if (!heard.snapshot.armed || heard.snapshot.arm_id != move_.arm_id) {
@@ -40,7 +40,7 @@ void EkiMover::watch_search(TimePoint now) {
   }
 }
 
-/// The controller has arrived, and the sensor's word may be behind it.
+/// The controller has arrived; the sensor's message may arrive later.
 void EkiMover::watch_arrived(TimePoint now) {
   const ContactSnapshot& sensor = sensor_.heard().snapshot;
   if (touched_at_) {

@@ -17,14 +17,14 @@ namespace cellcal::drivers {
 namespace {
 
 constexpr int kAxes = 6;
-// Values that wait per element before EKI closes the connection: the adapter's window of at most 8
-// and its three stops, with room.
+// Values queued per element before EKI closes the connection: the adapter's window of at most 8 and
+// its three stops, with margin.
 constexpr int kBufferLimit = 16;
-// Between two looks at whether the channel is still there.
+// Interval between checks of the channel.
 constexpr int kLookMs = 3000;
-// Between two proofs that CELLCAL_EKI waits: more than the robot interpreter is ever late.
+// Interval between proofs that CELLCAL_EKI waits: above the largest delay of the robot interpreter.
 constexpr int kEchoMs = 300;
-// m/s. LIN is for searches and for backing off; T1's limit is the highest that makes sense.
+// m/s. LIN is used for searches and for backing off; T1's limit is the reasonable maximum.
 constexpr const char* kLinLimit = "0.25";
 // m/s^2. At 10 mm/s the ramp is 0.1 mm long.
 constexpr const char* kAccCp = "0.5";
@@ -49,7 +49,7 @@ std::string per_axis(std::string_view form, int external_axes, std::string_view 
   return text;
 }
 
-/// External axes have arrays of their own, which $VEL_AXIS and $ACC_AXIS do not touch.
+/// External axes have separate arrays, not affected by $VEL_AXIS and $ACC_AXIS.
 std::string external_speeds(const EkiFilesConfig& c) {
   if (c.external_axes == 0) return "";
   return fmt::format(R"(  FOR I=1 TO {}
@@ -59,7 +59,7 @@ std::string external_speeds(const EkiFilesConfig& c) {
                      c.external_axes, c.acceleration_percent);
 }
 
-/// What the controller asks for, in the order in which one hides the other.
+/// Requests of the controller, in order of precedence.
 std::string requests(const EkiFilesConfig& c) {
   std::string text;
   for (const auto& [output, request] :
@@ -79,7 +79,8 @@ std::string number_or(const char* array, int number, const char* otherwise) {
 
 // Sizes of TOOL_DATA and BASE_DATA in $config.dat, of every release.
 constexpr int kTools = 16, kBases = 32;
-// At rest for so long, by steps of less than a hundredth of a degree, is no pause of a motion.
+// Rest for this time, in steps of less than a hundredth of a degree, is not a pause within a
+// motion.
 constexpr int kFrameRestMs = 300;
 
 /// One line for each component of a frame; {0} is "X".
@@ -128,7 +129,7 @@ constexpr const char* kAdviceCase = R"(    CASE 3
       CC_FRAME_NEW.X=CELLCAL_ADVICE_UNTIL
       CC_FRAME_NEW.Y=CELLCAL_ADVICE)";
 
-// Production runs meanwhile: neither rest nor an idle robot interpreter is asked for.
+// During production: requires neither rest nor an idle robot interpreter.
 constexpr const char* kAdviceWhy = R"(  IF CC_FRAME_KIND==3 THEN
     IF (CC_FRAME_NO==1) AND (CC_FRAME_AIM.Y>=0.0) AND (CC_FRAME_AIM.Y<=5.0) THEN
       RETURN (0)
@@ -154,7 +155,7 @@ DECL GLOBAL INT CELLCAL_ADVICE=0
 DECL GLOBAL INT CELLCAL_ADVICE_UNTIL=0
 ;ENDFOLD)";
 
-/// What reads and sets frames and the advice; nothing of either where the configuration does not ask for it.
+/// Reading and setting of frames and the advice; empty parts if not configured.
 krl::Places frame_places_of(const EkiFilesConfig& c) {
   const char* const kPlaces[] = {"FRAME_DATA",   "FRAME_RECEIVE", "FRAME_SEND",    "FRAME_CALL",
                                  "FRAME_FORGET", "FRAME_ANSWER",  "FRAME_PROGRAM", "FRAME_START"};
@@ -195,7 +196,7 @@ krl::Places frame_places_of(const EkiFilesConfig& c) {
                          per_component("      <ELEMENT Tag=\"RobotState/FrameNew/@{0}\"/>");
   places["FRAME_CALL"] = c.write_advice ? "  CC_FRAME ( )\n  CC_ADVICE ( )" : "  CC_FRAME ( )";
   places["FRAME_FORGET"] =
-      "      ;what the client that is gone asked for is not done behind its back\n      CC_FRAME_WAIT=FALSE\n      CC_FRAME_ASK=0\n      CC_FRAME_DONE=0";
+      "      ;requests of the disconnected client are discarded\n      CC_FRAME_WAIT=FALSE\n      CC_FRAME_ASK=0\n      CC_FRAME_DONE=0";
   places["FRAME_START"] = "  CC_FRAME_WAIT=FALSE\n  CC_FRAME_ASK=0\n  CC_FRAME_DONE=0";
   places["FRAME_ANSWER"] = set_int("Ask", "CC_FRAME_ASK") + set_int("Do", "CC_FRAME_DO") +
                            set_int("Kind", "CC_FRAME_KIND") + set_int("Number", "CC_FRAME_NO") +
@@ -297,7 +298,7 @@ void EkiFilesConfig::validate() const {
   check("alive_flag", alive_flag, 1, 1024);
   check("stop_flag", stop_flag, 1, 1024);
   check("first_timer", first_timer, 1, 62);
-  // Three priorities one after the other; 3 and 40..80 are the controller's own.
+  // Three consecutive priorities; 3 and 40..80 are reserved by the controller.
   const bool low = first_interrupt >= 4 && first_interrupt + 2 <= 39;
   const bool high = first_interrupt >= 81 && first_interrupt + 2 <= 128;
   if (!low && !high) {

@@ -1,6 +1,6 @@
 #pragma once
-// The files that an integrator copies onto a KUKA controller, made from one configuration. krl/ has
-// their templates and says where each of them goes.
+// The files to be copied onto a KUKA controller, generated from one configuration. krl/ contains
+// their templates and documents their destinations.
 
 #include <cstdint>
 #include <map>
@@ -11,65 +11,64 @@
 
 namespace cellcal::drivers {
 
-/// What EKI's files need to know. Numbers are those of the controller.
+/// Configuration of the EKI files. Numbers are the controller's.
 struct EkiFilesConfig {
-  std::string address = "172.31.1.147";  ///< the controller's, in its KLI network
+  std::string address = "172.31.1.147";  ///< controller's address in the KLI network
   std::uint16_t port = 54600;            ///< 54600..54615 pass the controller's firewall
-  int external_axes = 0;                 ///< 0..6, driven beside A1..A6
+  int external_axes = 0;                 ///< 0..6, driven together with A1..A6
   int input = 1;                         ///< $IN that the contact sensor's output is wired to
-  bool contact_is_on = true;      ///< $IN while the tool touches; off: a cut wire is contact, too
+  bool contact_is_on = true;      ///< $IN during contact; off: a broken wire reads as contact, too
   int tool = 0, base = 0;         ///< TOOL_DATA, BASE_DATA; 0: $NULLFRAME
-  int load = 0;                   ///< LOAD_DATA; 0: as the machine data have it
+  int load = 0;                   ///< LOAD_DATA; 0: from the machine data
   int acceleration_percent = 50;  ///< $ACC_AXIS of all motions
-  int alive_flag = 901, stop_flag = 902;  ///< $FLAG, used by nobody else
-  int first_timer = 10;                   ///< $TIMER: this and the two behind it
-  int first_interrupt = 20;  ///< priority of the input; flag and timer have the next two
-  int state_ms = 20;         ///< between two states; the submit loop may be slower
-  int dead_man_ms = 250;     ///< silence of the computer that stops the arm
-  bool write_frames =
-      false;  ///< with what reads and sets TOOL_DATA and BASE_DATA; else nothing of it
-  bool write_advice = false;  ///< with CELLCAL_ADVICE, what the checks say; else nothing of it
+  int alive_flag = 901, stop_flag = 902;  ///< $FLAG, used by no other program
+  int first_timer = 10;                   ///< $TIMER: this and the next two
+  int first_interrupt = 20;   ///< priority of the input; flag and timer have the next two
+  int state_ms = 20;          ///< between two states; the submit loop may be slower
+  int dead_man_ms = 250;      ///< silence of the computer after which the arm is stopped
+  bool write_frames = false;  ///< includes reading and setting of TOOL_DATA and BASE_DATA
+  bool write_advice = false;  ///< includes CELLCAL_ADVICE, the advice of the checks
   bool may_run = false;       ///< CC_MAY_RUN: this computer may start CELLCAL_EKI in EXT
-  int cell_wait_s = 900;      ///< called by CELL, without a session: then it returns
-  /// $OUT of $BRAKETEST_REQ_INT, $MASTERINGTEST_REQ_INT, and of a collision; 0: on none.
+  int cell_wait_s = 900;      ///< maximum wait for a session when called by CELL
+  /// $OUT of $BRAKETEST_REQ_INT, $MASTERINGTEST_REQ_INT, and of a collision; 0: none.
   int brake_test_output = 0, mastering_test_output = 0, collision_output = 0;
 
-  /// Throws ConfigError naming the key, the value and what to do.
+  /// Throws ConfigError naming key, value and remedy.
   void validate() const;
 };
 
-/// Of one axis, by the robot file.
+/// Range of one axis, from the robot file.
 struct AxisRange {
   double low_deg = -360.0, high_deg = 360.0;
 };
 
-/// For people: the releases of RSI, by their first number.
+/// Display text: the releases of RSI, by major version.
 inline constexpr const char* kRsiVersions =
     "3 (KSS 8.2 to 8.4), 4 (KSS 8.5 and 8.6), 5 (KSS 8.7) or 6 (iiQKA.OS2)";
 constexpr bool is_rsi_version(int version) { return version >= 3 && version <= 6; }
-/// 5 has 4's files; the others have their own.
+/// 5 uses the files of 4; the others have their own.
 constexpr int rsi_format(int version) { return version == 5 ? 4 : version; }
 
-/// What RSI's files need to know. Tags and limits have to be those of RsiConfig.
+/// Configuration of the RSI files. Tags and limits have to match RsiConfig.
 struct RsiFilesConfig {
   std::string pc_address;  ///< this computer's, in the controller's RSI subnet (not 192.168.0.x)
   std::uint16_t port = 49152;
   int rsi_version = 4;  ///< one of kRsiVersions
   std::string sentype = "ImFree", axis_tag = "AK", stop_tag = "Stop";
   std::string mode_tag = "Mode.R", override_tag = "OvPro.R";  ///< empty: not sent
-  std::string contact_tag;  ///< likewise $IN[input], to which the contact sensor's output is wired
+  std::string contact_tag;  ///< likewise $IN[input], the contact sensor's output
   int input = 1;
-  CorrectionMode mode = CorrectionMode::kAbsolute;  ///< of RSI_ON; HOLDON of the axes follows it
-  double correction_limit_deg = 90.0;  ///< of AXISCORR, which clamps in silence, and its monitor
-  /// Of A1 to A6, beyond which the controller corrects no axis; empty: its software limit switches
-  /// alone. Corrections in space have no such limits.
+  CorrectionMode mode = CorrectionMode::kAbsolute;  ///< of RSI_ON; determines HOLDON of the axes
+  double correction_limit_deg = 90.0;  ///< of AXISCORR (clamps silently) and its monitor
+  /// Ranges of A1 to A6 beyond which the controller does not correct; empty: only the software
+  /// limit switches. Corrections in space have no such limits.
   std::vector<AxisRange> ranges_deg;
-  SpaceCorrection space;             ///< on: POSCORR instead, with its tag, frame and limits
-  int timeout_cycles = 100;          ///< late replies until KSS29002
-  int flag = 901;                    ///< $FLAG, TRUE while the connection is interrupted
-  int tool = 0, base = 0, load = 0;  ///< as EkiFilesConfig
+  SpaceCorrection space;             ///< if on, POSCORR instead, with its tag, frame and limits
+  int timeout_cycles = 100;          ///< late replies before KSS29002
+  int flag = 901;                    ///< $FLAG, TRUE during an interruption of the connection
+  int tool = 0, base = 0, load = 0;  ///< as in EkiFilesConfig
 
-  /// Throws ConfigError naming the key, the value and what to do.
+  /// Throws ConfigError naming key, value and remedy.
   void validate() const;
 };
 

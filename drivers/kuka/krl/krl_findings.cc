@@ -52,7 +52,7 @@ std::vector<Candidate> of_kind(const ControllerFiles& files, ControllerFileKind 
     try {
       if (kind_of(text, name) == kind) found.push_back({name, &text});
     } catch (const ConfigError&) {
-      // report_unreadable() has said so.
+      // Reported by report_unreadable().
     }
   }
   return found;
@@ -88,7 +88,7 @@ void compare_program(const ControllerFiles& files, const std::string& name,
   for (std::size_t i = 0; i < std::max(have.size(), want.size()); ++i) {
     const std::string left = i < have.size() ? have[i] : "", right = i < want.size() ? want[i] : "";
     if (left == right) continue;
-    // The release's number stands in comments; a pendant rewrites the head's lines.
+    // Comments contain the release number; a pendant rewrites the lines of the head.
     const bool aside = left.starts_with(';') && right.starts_with(';');
     if (aside || (left.starts_with('&') && right.starts_with('&'))) continue;
     findings.warn(found->first, static_cast<int>(i) + 1,

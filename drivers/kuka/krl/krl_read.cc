@@ -1,4 +1,4 @@
-// EKI's channel file, read; which file is which.
+// Reader of EKI's channel file; classification of files.
 
 #include "drivers/kuka/krl/krl_read.h"
 
@@ -39,7 +39,7 @@ std::vector<EkiElement> elements(const XmlText& xml, const char* direction, bool
   const pugi::xml_node list = xml.only(xml.only(xml.root(), direction), "XML");
   for (const pugi::xml_node& node : list.children("ELEMENT")) {
     const bool structure = typed && !node.attribute("Type") && node.attribute("Set_Flag");
-    if (structure) continue;  // an event flag on a structure: no value of its own
+    if (structure) continue;  // an event flag on a structure has no value of its own
     result.push_back({xml.attribute(node, "Tag"),
                       typed ? xml.attribute(node, "Type") : std::string(), xml.line_of(node)});
     if (result.size() > kMostElements) xml.fail(node, "too many elements for such a file");

@@ -1,4 +1,4 @@
-// RSI's files, read.
+// Reader of RSI's files.
 
 #include <fmt/format.h>
 
@@ -58,7 +58,7 @@ std::vector<RsiElement> rsi_elements(const XmlText& xml, const char* direction, 
   return result;
 }
 
-/// The root's name and spelling tell the release.
+/// The root's name and spelling identify the release.
 struct Spelling {
   int version;
   const char *object, *type, *id, *out_id;
@@ -90,7 +90,7 @@ RsiObject object(const XmlText& xml, const pugi::xml_node& node, const Spelling&
   return result;
 }
 
-/// RSI 6 is RSI 4 but for its monitors: their limits are fixed once the context is loaded.
+/// RSI 6 is RSI 4 except for its monitors: their limits are fixed once the context is loaded.
 bool has_fixed_monitor(const RsiContextFile& file) {
   return std::any_of(file.objects.begin(), file.objects.end(), [](const RsiObject& one) {
     const RsiParameter* limit = one.parameter(one.type == "AxisCorrMon" ? "MaxA1" : "MaxTrans");
@@ -98,8 +98,8 @@ bool has_fixed_monitor(const RsiContextFile& file) {
   });
 }
 
-/// "//ETHERNET1/Out7" taken apart. Stat is the first output where there is one; a port by another
-/// name than that or OutN has the number 0: RSI-Visual lets them be renamed.
+/// Parses "//ETHERNET1/Out7". Stat is the first output if there is one; other port names than that
+/// or OutN have the number 0, since RSI-Visual allows renaming.
 RsiInput from_moniker(const XmlText& xml, const pugi::xml_node& node, int index) {
   const std::string path = xml.attribute(node, "name");
   const std::size_t slash = path.rfind('/');

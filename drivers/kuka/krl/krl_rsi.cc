@@ -1,4 +1,4 @@
-// RSI's set of controller files.
+// Generator of RSI's controller files.
 
 #include <fmt/format.h>
 
@@ -26,7 +26,7 @@ std::string name_of(const RsiFilesConfig& c, int i) {
                     : fmt::format("A{}", i + 1);
 }
 
-/// One line per value, {0} from 1 to 6, {1} its place in a list that begins at `first`, {2} its
+/// One line per value: {0} from 1 to 6, {1} its index in a list that starts at `first`, {2} its
 /// name.
 std::string per_value(const RsiFilesConfig& c, std::string_view form, int first) {
   std::string text;
@@ -37,8 +37,8 @@ std::string per_value(const RsiFilesConfig& c, std::string_view form, int first)
   return text;
 }
 
-/// RSI 3 numbers from 1 and leaves six numbers to the external axes, RSI 4 counts on from 0. Only
-/// the shift has limits of its own in space.
+/// RSI 3 numbers from 1 and reserves six numbers for the external axes; RSI 4 continues from 0. In
+/// space only the shift has limits of its own.
 std::string limits(const RsiFilesConfig& c, const std::string& form, int from) {
   const double limit = c.space.on ? c.space.limit_mm : c.correction_limit_deg;
   const int count = c.space.on ? 3 : kRsiAxes;
@@ -60,14 +60,14 @@ std::string monitor(const std::string& form, double limit_deg, int from) {
     if (i > 0) text += '\n';
     text += fmt::format(fmt::runtime(form), "MaxA", i + 1, from + i, decimal(limit_deg));
   }
-  // External axes are not driven: what the object has by itself.
+  // External axes are not driven: the object's defaults.
   for (int i = 0; i < kRsiAxes; ++i) {
     text += '\n' + fmt::format(fmt::runtime(form), "MaxE", i + 1, from + kRsiAxes + i, "6.0");
   }
   return text;
 }
 
-/// The template of a part, ready to stand in a whole one.
+/// The template of a part, to be inserted into a whole file.
 std::string part(const std::string& name, const krl::Places& places) {
   std::string text = krl::fill(krl::template_text(name), places);
   std::erase(text, '\r');
@@ -75,17 +75,17 @@ std::string part(const std::string& name, const krl::Places& places) {
   return text;
 }
 
-/// The narrower limits that the program sets at each start, and the program's end where it cannot.
+/// The narrower limits set by the program at each start; the program ends if that fails.
 constexpr const char* kFenceCall =
     R"(  ;narrower limits than the context's, which are the same for all axes and on both sides
   IF CC_FENCE({})==FALSE THEN
-    ;the arm stands beyond one of them, or RSI has refused it
+    ;the arm is beyond one of the limits, or RSI has refused one
     LOOP
       HALT
     ENDLOOP
   ENDIF)";
 
-/// RSI 6 activates what it has loaded.
+/// RSI 6 requires activation of a loaded context.
 constexpr const char* kActivate =
     R"(  RET=RSI_ACTIVATE("cellcal_rsi")
   IF RET<>RSIOK THEN
@@ -104,7 +104,7 @@ void add_fence(const RsiFilesConfig& c, krl::Places& places) {
   places["FENCE"] = c.space.on ? "" : part("fence.src.in", places);
 }
 
-/// What RSI's calls are named, and where its files go.
+/// Names of RSI's calls, and destination of its files.
 void add_release(const RsiFilesConfig& c, krl::Places& places) {
   const bool six = c.rsi_version == 6;
   const std::string mode = c.mode == CorrectionMode::kAbsolute ? "#ABSOLUTE" : "#RELATIVE";
@@ -114,7 +114,7 @@ void add_release(const RsiFilesConfig& c, krl::Places& places) {
       {"RSI_ON", six ? "RSI_PROCESS_ON(" + mode + ")" : "RSI_ON(" + mode + ",#IPO_FAST)"},
       {"RSI_OFF", six ? "RSI_PROCESS_OFF()" : "RSI_OFF()"},
       {"CONTEXT_NUMBER", six ? "" : "DECL INT CONTID"},
-      {"RSI_RESET", six ? "" : "  ;contexts that an earlier run left\n  RET=RSI_RESET()"},
+      {"RSI_RESET", six ? "" : "  ;contexts left by an earlier run\n  RET=RSI_RESET()"},
       {"RSI_LOAD",
        fmt::format(fmt::runtime(six ? "RSI_LOAD(\"{}\")" : "RSI_CREATE(\"{}\",CONTID,TRUE)"),
                    context)},
@@ -141,7 +141,7 @@ void add_correction(const RsiFilesConfig& c, krl::Places& places) {
   places["MODEL_CORRECTION"] = part(kind + ".rsi.in", places);
 }
 
-/// Of limits, {0}{1} their name, {2} their number, {3} their value.
+/// For limits: {0}{1} their name, {2} their number, {3} their value.
 std::string context_parameter(bool three, const char* attributes) {
   return fmt::format("{}<Parameter {}Name=\"{{}}{{}}\" {}=\"{{}}\" ParamValue=\"{{}}\"/>",
                      three ? "      " : "        ", attributes, three ? "ParamID" : "ParamId");
@@ -153,7 +153,7 @@ std::string model_parameter(const char* least, const char* attributes) {
       least, attributes);
 }
 
-/// The fence sets those of the axes by the program: what is not public it cannot.
+/// The fence sets the limits of the axes from the program, which requires them to be public.
 void add_limits(const RsiFilesConfig& c, krl::Places& places) {
   const char* const open = c.space.on ? "" : "IsPublic=\"true\" ";
   const char* const open_model = c.space.on ? "" : "isPublic=\"true\" ";

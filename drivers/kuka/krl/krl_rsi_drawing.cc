@@ -12,10 +12,10 @@
 namespace cellcal::drivers::krl {
 namespace {
 
-// Inches, as the editor lays its own drawings out.
+// In inches, following the editor's own layout.
 constexpr double kTop = 2.25, kWide = 1.5, kFirstPort = 0.25, kPortStep = 0.4, kPortLong = 0.4,
                  kPortThick = 0.075, kPad = 0.3, kColumn = 3.125, kLeft = 1.0;
-// The editor's name of 'is connected to'.
+// The editor's name for 'is connected to'.
 constexpr const char* kConnector = "e3f2b7da-330d-4daf-bd29-4d4ed734c0af";
 
 struct Shape {
@@ -29,7 +29,7 @@ std::vector<std::string> names(const char* front, int count) {
   return result;
 }
 
-/// Of a frame.
+/// Component names of a frame.
 std::vector<std::string> frame_names(const std::string& front) {
   std::vector<std::string> result;
   for (const char letter : wire::kFrameNames) result.push_back(front + letter);
@@ -85,10 +85,10 @@ class Drawing {
  private:
   struct Port {
     std::string id;
-    double x = 0.0, y = 0.0;  ///< of the end that a line goes to
+    double x = 0.0, y = 0.0;  ///< of the end of a connecting line
   };
 
-  /// Any will do that no other shape has; the same in every set, so that sets can be compared.
+  /// Unique within the drawing; deterministic, so that sets can be compared.
   std::string next_id() { return fmt::format("ce11ca10-0000-4000-8000-{:012x}", ++ids_); }
 
   std::string port(const char* kind, const std::string& path, double x, double y, double end) {

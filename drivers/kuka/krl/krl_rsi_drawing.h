@@ -1,6 +1,6 @@
 #pragma once
-// RSI 3's third file: where RSI-Visual draws the objects of the model. Means nothing to the
-// controller, but belongs to the unit.
+// RSI 3's third file: the layout of the model in RSI-Visual. Ignored by the controller, but part of
+// the unit.
 
 #include <string>
 
@@ -8,7 +8,7 @@
 
 namespace cellcal::drivers::krl {
 
-/// cellcal_rsi.rsi.diagram, lines ended by '\n'.
+/// cellcal_rsi.rsi.diagram, lines terminated by '\n'.
 std::string rsi3_diagram(const RsiFilesConfig& config);
 
 }  // namespace cellcal::drivers::krl

@@ -11,8 +11,8 @@ namespace {
 
 constexpr std::size_t kFencedAxes = 6;
 constexpr std::string_view kLimit = "LIMIT=";
-/// Measured angles, from which the limits are reckoned, differ by less from commanded ones: targets
-/// at the end of a range are still reached.
+/// Difference between measured angles, which the limits are computed from, and commanded ones:
+/// targets at the end of a range stay reachable.
 constexpr double kRangeSlackDeg = 0.1;
 
 const char* corrector(const RsiFilesConfig& config) {
@@ -65,7 +65,7 @@ std::string fence_axes(const RsiFilesConfig& config) {
 void check_public(const ControllerFiles& files, const RsiContextFile& context,
                   const RsiFilesConfig& config, Findings& findings) {
   const RsiObject* object = context.only("AXISCORR");
-  if (object == nullptr || config.space.on) return;  // said already
+  if (object == nullptr || config.space.on) return;  // reported already
   for (const auto& [name, text] : files) {
     if (!(name.ends_with(".src") || name.ends_with(".SRC")) || !sets_limits(text, config)) continue;
     for (const FenceLimit& one : fence_limits(config)) {
@@ -111,7 +111,7 @@ void check_fence(const std::string& name, const std::string& text, const RsiFile
   switches_alone.ranges_deg.clear();
   const std::vector<FenceLimit> wide = fence_limits(switches_alone), wanted = fence_limits(config);
   for (std::size_t i = 0; i < wanted.size(); ++i) {
-    // Without a cell file the ranges are not known: what stands there is not compared.
+    // Ranges are unknown without a cell file, and then not compared.
     const std::string value = config.ranges_deg.empty()
                                   ? wide[i].value.substr(0, wide[i].value.find(',') + 1)
                                   : wanted[i].value;

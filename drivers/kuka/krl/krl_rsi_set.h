@@ -1,5 +1,5 @@
 #pragma once
-// For krl_verify_rsi.cc and krl_verify_context.cc: one set of RSI's files under judgement.
+// For krl_verify_rsi.cc and krl_verify_context.cc: a set of RSI files being verified.
 
 #include <string>
 
@@ -8,7 +8,7 @@
 
 namespace cellcal::drivers::krl {
 
-/// Calls of a program that its release has and the other has not.
+/// Calls that exist in one release and not in the other.
 struct RsiCalls {
   const char *load, *on, *set;
 };
@@ -18,7 +18,7 @@ constexpr const RsiCalls& calls_of(const RsiFilesConfig& config) {
   return config.rsi_version == 6 ? kCallsOfRsi6 : kCallsToRsi5;
 }
 
-/// Where a statement calls it; npos: nowhere.
+/// Position of the call in a statement; npos: none.
 inline std::size_t find_call(const std::string& line, const char* call) {
   return line.find(std::string(call) + '(');
 }
@@ -43,25 +43,26 @@ struct RsiSet {
   }
 };
 
-/// A number of the context and where it stands.
+/// A number of the context and its location.
 struct ParameterValue {
   double value = 0.0;
-  int line = 0;  ///< the object's where the parameter is not there
+  int line = 0;  ///< the object's line if the parameter is absent
 };
-/// `usual`: what the object takes where the parameter is not there.
+/// `usual`: the object's default for an absent parameter.
 ParameterValue value_of(const RsiSet& set, const RsiContextFile& file, const RsiObject& object,
                         const std::string& name, double usual);
-/// The object's input has to come from the channel that the ethernet XML gives the element.
+/// The object's input has to be connected to the channel that the ethernet XML assigns to the
+/// element.
 void check_wire(const RsiSet& set, const RsiContextFile& file, const RsiObject& object, int input,
                 const std::string& ethernet, const std::string& tag);
 
 /// POSCORR's limits, frame and monitor.
 void check_space(const RsiSet& set, const RsiContextFile& file, const RsiObject& corrector);
-/// $TOOL and $BASE in the program, which corrections in space depend on.
+/// Checks $TOOL and $BASE in the program, which corrections in space depend on.
 void check_frames(const std::string& name, const std::string& text, const RsiFilesConfig& config,
                   Findings& findings);
 
-/// The context's objects, their wiring against the channel's numbers, and their limits.
+/// Checks the context's objects, their wiring against the channel's numbers, and their limits.
 void check_context(const RsiSet& set, const RsiContextFile& file);
 
 }  // namespace cellcal::drivers::krl

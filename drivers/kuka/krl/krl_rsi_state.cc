@@ -8,7 +8,7 @@
 namespace cellcal::drivers::krl {
 namespace {
 
-/// Mode_Op in the list of STATUS, counted from 0 as published contexts have ProState_R = 2.
+/// Index of Mode_Op in the list of STATUS, from 0 as in published contexts with ProState_R = 2.
 constexpr int kModeOp = 5;
 
 const RsiObject* by_id(const RsiContextFile& file, const std::string& id) {
@@ -17,11 +17,12 @@ const RsiObject* by_id(const RsiContextFile& file, const std::string& id) {
   return found == file.objects.end() ? nullptr : &*found;
 }
 
-/// Another object, or another type of STATUS, would be taken for a mode: 2 of ProState_R is no T2.
+/// Another object, or another type of STATUS, would be misread as a mode: 2 of ProState_R is not
+/// T2.
 void check_source(const RsiSet& set, const RsiContextFile& file, const RsiStateSource& source,
                   const RsiElement& sent) {
   const RsiObject* ethernet = file.only("ETHERNET");
-  if (ethernet == nullptr) return;  // said already
+  if (ethernet == nullptr) return;  // reported already
   const RsiInput* input = ethernet->input(sent.index);
   const RsiObject* from = input == nullptr ? nullptr : by_id(file, input->from);
   if (from == nullptr || !wire::same_name(from->type, source.rsi3) || input->from_index != 1) {
@@ -48,7 +49,7 @@ void check_source(const RsiSet& set, const RsiContextFile& file, const RsiStateS
                       source.word ? fmt::format(" ({})", source.word) : "", source.tag, source.says);
 }
 
-/// The object's parameter as a list of its own, or the end of an object without.
+/// The object's parameter as a list, or the end tag of an object without one.
 std::string parameters(const RsiStateSource& one, const char* indent, const char* id, int number,
                        const char* object) {
   if (one.parameter == nullptr) return "/>";
@@ -123,7 +124,7 @@ void add_state(const RsiFilesConfig& config, Places& places) {
   places["RSI4_STATE_INPUTS"] = list(inputs4, "      ");
   places["RSI3_STATE"] = objects3;
   places["RSI4_STATE"] = objects4;
-  // The editor draws one port that is free.
+  // The editor draws one unconnected port.
   places["MODEL_STATE_PORTS"] =
       ports + fmt::format("        <rSIInPort name=\"In{}\" mandatory=\"false\" />", channel + 1);
   places["MODEL_STATE"] = model;

@@ -10,7 +10,7 @@ namespace {
 
 bool names_a_place(char c) { return (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_'; }
 
-/// Length of the place at the start of the text, with both signs; 0: there is none.
+/// Length of the placeholder at the start of the text, including both signs; 0: none.
 std::size_t place_size(std::string_view text) {
   if (text.size() < 3 || text[0] != '@') return 0;
   std::size_t end = 1;

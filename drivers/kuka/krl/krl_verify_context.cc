@@ -1,4 +1,4 @@
-// RSI's context, judged: objects, wiring against the ethernet XML's channels, limits.
+// Verification of RSI's context: objects, wiring against the ethernet XML's channels, limits.
 
 #include "drivers/kuka/krl/krl_rsi_set.h"
 #include "drivers/kuka/wire/xml_values.h"
@@ -8,7 +8,7 @@ namespace {
 
 constexpr int kContextAxes = 6;
 constexpr int kFewestDecimals = 4;  // 1e-4 deg: 2.5 um at 1.4 m
-// What the objects take where their parameters do not stand in the context.
+// Defaults of the objects for parameters absent from the context.
 constexpr double kUsualPrecision = 1, kUsualTimeout = 10, kUsualClampDeg = 5, kUsualMonitorDeg = 6;
 constexpr int kExitMoveCorr = 4;
 constexpr double kRounding = 1e-9;
@@ -92,7 +92,8 @@ void check_stop(const RsiSet& set, const RsiContextFile& file, const RsiObject* 
   }
   const RsiParameter* channel = stop->parameter("Channel");
   if (channel != nullptr && file.rsi_version == 3) {
-    // Published contexts of RSI 3 differ in it, and one controller was seen to ignore corrections.
+    // Published contexts of RSI 3 differ here, and one controller is known to have ignored
+    // corrections.
     set.findings.warn(file.name, channel->line,
                       "{} has a Channel: some RSI 3 controllers then silently ignore all "
                       "corrections. Remove it if the arm does not move",
@@ -131,7 +132,7 @@ ParameterValue value_of(const RsiSet& set, const RsiContextFile& file, const Rsi
 void check_wire(const RsiSet& set, const RsiContextFile& file, const RsiObject& object, int input,
                 const std::string& ethernet, const std::string& tag) {
   const RsiElement* element = set.received(tag);
-  if (element == nullptr || element->index == 0) return;  // said already
+  if (element == nullptr || element->index == 0) return;  // reported already
   const RsiInput* found = object.input(input);
   if (found == nullptr) {
     set.findings.refuse(file.name, object.line, "{}: input {} is not connected. Connect {}",

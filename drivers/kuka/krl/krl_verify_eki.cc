@@ -1,4 +1,4 @@
-// EKI's set, judged: the channel file against the one that the configuration makes.
+// Verification of EKI's set: the channel file against the one generated from the configuration.
 
 #include <algorithm>
 

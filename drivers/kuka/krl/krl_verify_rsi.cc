@@ -1,4 +1,5 @@
-// RSI's set, judged: channel against configuration, context against channel, program against both.
+// Verification of RSI's set: channel against configuration, context against channel, program
+// against both.
 
 #include <algorithm>
 #include <cstdlib>
@@ -117,7 +118,7 @@ void check_received(const RsiSet& set) {
   }
 }
 
-// ---- RSI 3's model beside the context ----------------------------------------------------------
+// ---- RSI 3's model of the context --------------------------------------------------------------
 
 void compare_model(const RsiContextFile& context, const RsiContextFile& model,
                    krl::Findings& findings) {
@@ -173,7 +174,7 @@ void check_unit(const ControllerFiles& files, const RsiContextFile& context,
 
 // ---- program -----------------------------------------------------------------------------------
 
-/// HALT stops until the next start, which goes on in the line behind it.
+/// HALT stops until the next start, which continues with the following line.
 void check_ends(const std::string& name, const std::string& text, krl::Findings& findings) {
   std::string before;
   for (const auto& [line, number] : krl::statements(text)) {
@@ -186,7 +187,7 @@ void check_ends(const std::string& name, const std::string& text, krl::Findings&
   }
 }
 
-/// A call that the release does not know keeps the program from being selected.
+/// A call unknown to the release prevents the selection of the program.
 void check_calls(const std::string& name, const std::string& text, const RsiFilesConfig& config,
                  krl::Findings& findings) {
   const bool six = config.rsi_version == 6;
@@ -260,7 +261,7 @@ std::optional<RsiContextFile> find_context(const ControllerFiles& files,
   return file;
 }
 
-/// The ethernet XML that the context names.
+/// The ethernet XML named by the context.
 const krl::Candidate* find_channel(const std::vector<krl::Candidate>& channels,
                                    const std::optional<RsiContextFile>& context,
                                    krl::Findings& findings) {

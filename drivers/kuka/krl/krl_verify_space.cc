@@ -1,5 +1,5 @@
-// Corrections in space, judged: POSCORR and its monitor in the context, $TOOL and $BASE in the
-// program.
+// Verification of corrections in space: POSCORR and its monitor in the context, $TOOL and $BASE in
+// the program.
 
 #include "drivers/kuka/krl/krl_rsi_set.h"
 #include "drivers/kuka/wire/xml_values.h"
@@ -7,13 +7,13 @@
 namespace cellcal::drivers::krl {
 namespace {
 
-// What the objects take where their parameters do not stand in the context.
+// Defaults of the objects for parameters absent from the context.
 constexpr double kUsualLimitMm = 5, kUsualTurnDeg = 5, kUsualMonitor = 6;
 constexpr double kSpaceRounding = 1e-9;
-// TrafoCosysType of RSI: as a number, or by name where RSI-Visual's model has it.
+// TrafoCosysType of RSI: as a number, or by name in RSI-Visual's model.
 constexpr std::string_view kFrames[] = {"World", "Base", "RobRoot", "Tool", "TTS"};
 
-/// Number of the frame; -1: none of them.
+/// Number of the frame; -1: unknown.
 int frame_number(const std::string& text) {
   double value = 0.0;
   if (wire::parse_number(text, value)) {
@@ -47,7 +47,7 @@ void check_frame(const RsiSet& set, const RsiContextFile& file, const RsiObject&
     return;
   }
   const int have = frame_number(found->value);
-  // $BASE is $NULLFRAME there, so Base is World.
+  // With $BASE = $NULLFRAME, Base equals World.
   const bool world = set.config.space.frame == CorrectionFrame::kBase && have == 0;
   if (have == wanted.number || world) return;
   set.findings.refuse(file.name, found->line,

@@ -12,7 +12,7 @@
 namespace cellcal::drivers::krl {
 namespace {
 
-/// Of a file's own words in a message: enough to recognise them.
+/// Length of quoted file content in a message.
 constexpr std::size_t kShown = 60;
 
 std::string shown(std::string_view text) {

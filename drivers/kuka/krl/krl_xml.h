@@ -1,6 +1,6 @@
 #pragma once
-// A controller's XML file, whoever wrote or cut it, with errors that name file, line and element.
-// For the readers of such files alone: pugixml stays behind them.
+// A controller's XML file from any source, possibly truncated, with errors that name file, line and
+// element. Only for the readers of such files, so that pugixml is confined to them.
 
 #include <pugixml.hpp>
 #include <string>
@@ -10,7 +10,7 @@ namespace cellcal::drivers::krl {
 
 class XmlText {
  public:
-  /// Throws ConfigError: larger than kMostFile, no UTF-8, not well-formed, no element.
+  /// Throws ConfigError: larger than kMostFile, not UTF-8, not well-formed, no element.
   XmlText(std::string_view text, std::string name);
 
   pugi::xml_node root() const { return document_.document_element(); }
@@ -19,13 +19,13 @@ class XmlText {
 
   /// Throws ConfigError "FILE:LINE: <ELEMENT>: words".
   [[noreturn]] void fail(const pugi::xml_node& node, const std::string& words) const;
-  /// The child of that name. Throws where there is none, or more than one.
+  /// The child of that name. Throws if there is none, or more than one.
   pugi::xml_node only(const pugi::xml_node& parent, const char* child) const;
-  /// Throws where it is missing or empty.
+  /// Throws if it is missing or empty.
   std::string attribute(const pugi::xml_node& node, const char* key) const;
   /// Trimmed text of the only child of that name.
   std::string text_of(const pugi::xml_node& parent, const char* child) const;
-  /// A whole number within the limits.
+  /// An integer within the limits.
   int integer(const pugi::xml_node& node, const char* what, const std::string& text, int low,
               int high) const;
 

@@ -1,6 +1,6 @@
 #pragma once
-// How evenly messages arrive: spread and longest of the times between them, over one session of the
-// controller. A figure for people; nothing is decided by it on the cycle.
+// Jitter of message arrivals: standard deviation and maximum of the intervals, over one session of
+// the controller. For display only; no decision on the cycle uses it.
 
 #include <algorithm>
 #include <cmath>
@@ -18,7 +18,7 @@ class ArrivalSpread {
     if (seen_) {
       const double between_s = std::chrono::duration<double>(t - last_).count();
       longest_s_ = std::max(longest_s_, between_s);
-      // Welford's recurrence: no sums that lose their digits over days.
+      // Welford's recurrence: no loss of precision over days.
       ++count_;
       const double off_s = between_s - mean_s_;
       mean_s_ += off_s / static_cast<double>(count_);

@@ -15,8 +15,8 @@ std::string name(std::uint8_t axis) {
   return axis < 6 ? fmt::format("A{}", axis + 1) : fmt::format("E{}", axis - 5);
 }
 
-// What the drives and an obstacle do not explain (those the session names): the controller limits
-// corrections without a message.
+// Causes other than drives and obstacles (named by the session): the controller limits corrections
+// without a message.
 const char* const kAxisChecks =
     ". Check that the limits of AXISCORR are those of correction_limit_deg or more: it clamps "
     "silently";
@@ -26,18 +26,18 @@ const char* const kSpaceChecks =
     "POSCORR are those of correction_limit_mm and correction_turn_limit_deg or more: it clamps "
     "silently";
 
-/// Which point of a move it is said of; the target needs no name.
+/// The point of a move concerned; empty for the target.
 std::string point(std::uint8_t via) {
   return via == 0 ? std::string() : fmt::format("way-point {}, ", via);
 }
 
-/// One for each kind of cause: the compiler names a kind that has none.
+/// One overload per kind of cause: a missing one is a compile error.
 struct Words {
-  const CoreResult& result;  ///< of the link and the kind of correction, where the words need them
+  const CoreResult& result;  ///< link and type of correction, if needed
 
   std::string operator()(const cause::None&) const { return {}; }
 
-  // ---- before it begins ------------------------------------------------------------------------
+  // ---- before the move begins ------------------------------------------------------------------
 
   std::string operator()(const cause::NotReferenced&) const {
     return "not referenced: the arm's position has to be read first (rereference)";
@@ -174,7 +174,7 @@ struct Words {
     return "still in contact at the end of the retreat. Look for a stuck tip or a short circuit";
   }
 
-  // ---- how the arm moved -----------------------------------------------------------------------
+  // ---- motion of the arm -----------------------------------------------------------------------
 
   std::string operator()(const cause::AxisNotFollowing& c) const {
     return fmt::format("{}: following error {:.4f} deg, set-point {:.4f} deg, actual {:.4f} deg{}",
@@ -193,7 +193,7 @@ struct Words {
                        c.waited_s);
   }
 
-  // ---- the link over RSI -----------------------------------------------------------------------
+  // ---- RSI link --------------------------------------------------------------------------------
 
   std::string operator()(const cause::NoPackets& c) const {
     return fmt::format("no packet from the controller for {:.2f} s. Start RSI on the pendant",
@@ -273,7 +273,7 @@ struct Words {
         c.decimals);
   }
 
-  // ---- over EKI --------------------------------------------------------------------------------
+  // ---- EKI link --------------------------------------------------------------------------------
 
   std::string operator()(const cause::NotConnected& c) const {
     return fmt::format(

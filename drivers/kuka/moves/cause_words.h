@@ -1,5 +1,5 @@
 #pragma once
-// The words of a cause, made here and nowhere else, off the cycle: making them allocates.
+// Sentences of causes, generated here only and off the cycle, since they allocate.
 
 #include <string>
 
@@ -7,7 +7,7 @@
 
 namespace cellcal::drivers {
 
-/// What happened, where, and what to do next; empty where nothing is to be said.
+/// Event, location, and remedy; empty if there is nothing to report.
 std::string words(const CoreResult& result);
 MoveResult to_move_result(const CoreResult& result);
 

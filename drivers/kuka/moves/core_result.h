@@ -1,5 +1,5 @@
 #pragma once
-// How a move on a KUKA ended, as a plain value that the cycle passes on.
+// Result of a move on a KUKA, as a plain value created on the cycle.
 
 #include <cstdint>
 #include <optional>
@@ -14,8 +14,8 @@ struct CoreResult {
   MoveOutcome outcome = MoveOutcome::kRefused;
   Cause cause;
   std::uint32_t ipoc = 0;                           ///< of the last packet
-  Interruption interruption = Interruption::kNone;  ///< of the link, where it is why
-  bool in_space = false;                            ///< by corrections in space
+  Interruption interruption = Interruption::kNone;  ///< of the link, if it is the cause
+  bool in_space = false;                            ///< corrections in space
   AxisAngles at_rad;
   std::optional<Latch> latch;
 };

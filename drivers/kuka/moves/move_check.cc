@@ -56,7 +56,7 @@ Cause of_leg(Cause cause, const Move& move, std::size_t leg) {
 }
 
 std::optional<Cause> object_to(const Move& move, std::span<const AxisLimit> limits) {
-  // The target first: it is there in every move.
+  // The target first, since every move has one.
   if (move.target_rad.size() != limits.size()) return object_to(move.target_rad, limits);
   if (const auto objection = object_to_kind(move)) return objection;
   for (std::size_t leg = 0; leg < leg_count(move); ++leg) {

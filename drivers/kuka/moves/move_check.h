@@ -1,5 +1,5 @@
 #pragma once
-// What can be said against a move before anything moves.
+// Validation of a move before any motion.
 
 #include <cstddef>
 #include <optional>
@@ -10,23 +10,23 @@
 
 namespace cellcal::drivers {
 
-/// Number of axes, finite values, axis limits, of each way-point and of the target. A straight
+/// Number of axes, finite values, axis limits, for each way-point and the target. A straight
 /// joint-space line between two points within the limits stays within them, and so does a corner
-/// within its triangle, so these points alone decide.
+/// within its triangle, so these points are sufficient.
 std::optional<Cause> object_to(const Move& move, std::span<const AxisLimit> limits);
 
-/// Those, and the limits of an axis correction, one per axis [deg]. `base_rad`: pose at correction
-/// 0.
+/// Additionally the limits of an axis correction, one per axis [deg]. `base_rad`: pose at
+/// correction 0.
 std::optional<Cause> object_to(const Move& move, std::span<const AxisLimit> limits,
                                std::span<const double> correction_limit_deg,
                                const AxisAngles& base_rad);
 
-/// The legs of a move: way-points, and the target last.
+/// Legs of a move: way-points, and the target last.
 inline std::size_t leg_count(const Move& move) { return move.via.size() + 1; }
 inline const AxisAngles& leg_target(const Move& move, std::size_t leg) {
   return leg < move.via.size() ? move.via[leg].at_rad : move.target_rad;
 }
-/// The same cause, said of the end of that leg.
+/// The cause, attributed to the end of that leg.
 Cause of_leg(Cause cause, const Move& move, std::size_t leg);
 
 }  // namespace cellcal::drivers

@@ -1,6 +1,6 @@
 #pragma once
-// The move that waits to begin and the results that wait to be taken, for the cores of both
-// adapters. Nothing here allocates, locks or throws.
+// The pending move and the pending results, for the cores of both adapters. Never allocates, locks
+// or throws.
 
 #include <boost/container/static_vector.hpp>
 #include <optional>
@@ -10,7 +10,7 @@
 
 namespace cellcal::drivers {
 
-/// What a move comes to that does not begin.
+/// Result of a move that does not begin.
 CoreResult refusal_of(const Move& move, const Cause& why, const AxisAngles& at_rad,
                       MoveOutcome outcome = MoveOutcome::kRefused);
 
@@ -18,10 +18,10 @@ class MoveQueue {
  public:
   bool waiting() const { return pending_.has_value(); }
   void wait(const Move& move) { pending_ = move; }
-  /// The move that waits, which then waits no longer.
+  /// Removes and returns the pending move.
   std::optional<Move> take_waiting();
 
-  /// The oldest results give way to the newest where nobody takes them.
+  /// If results are not read, the oldest are overwritten.
   void add(const CoreResult& result);
   std::optional<CoreResult> take_result();
 

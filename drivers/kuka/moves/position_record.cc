@@ -8,7 +8,7 @@
 namespace cellcal::drivers {
 namespace {
 
-// Below what an arm at rest shows of its encoders, above what a moving one does not.
+// Above the encoder noise of an arm at rest, below the motion of a moving one.
 constexpr double kRestRad = 0.002 * kRadPerDeg;
 
 }  // namespace
@@ -71,12 +71,12 @@ PositionRecord::Range PositionRecord::commanded_range_rad(std::size_t axis,
 std::optional<AxisAngles> PositionRecord::actual_at(TimePoint t, double seconds_per_ipoc) const {
   if (size_ < 2) return std::nullopt;
   const Sample& last = newest();
-  // IPOC wraps: differences count, not values.
+  // IPOC wraps: only differences are meaningful.
   const auto since_last_s = [&](const Sample& sample) {
     return static_cast<double>(static_cast<std::int32_t>(sample.ipoc - last.ipoc)) *
            seconds_per_ipoc;
   };
-  double least_delay_s = 0.0;  // relative to that of the newest packet
+  double least_delay_s = 0.0;  // relative to the newest packet's
   for (std::size_t i = 1; i < size_; ++i) {
     const Sample& sample = newest(i);
     least_delay_s =

@@ -1,9 +1,9 @@
 #pragma once
-// What a Robot on an I/O thread needs whatever its wire: moves, stops and results across threads, a
-// snapshot of the state, the tick, and an end that waits for the I/O thread.
+// Infrastructure of a Robot on an I/O thread, independent of the protocol: moves, stops and results
+// across threads, a snapshot of the state, the tick, and a shutdown that waits for the I/O thread.
 //
-// Threads: what is marked 'caller' is called by the session's thread, the rest on the I/O thread.
-// Nothing on the I/O thread's side locks or allocates.
+// Threads: functions marked 'caller' are called by the session's thread, the others on the I/O
+// thread. The I/O thread neither locks nor allocates.
 
 #include <atomic>
 #include <boost/asio/io_context.hpp>
@@ -23,11 +23,11 @@
 
 namespace cellcal::drivers {
 
-/// Silence has to be seen within a cycle of 4 ms, commands be heard without packets, and the
-/// contact sensor be asked.
+/// Short enough to detect silence within a cycle of 4 ms, to process commands without packets, and
+/// to poll the contact sensor.
 inline constexpr std::chrono::milliseconds kShellTick{2};
 
-/// `Core` as RsiCore and EkiCore are.
+/// `Core`: RsiCore or EkiCore.
 template <typename Core>
 class RobotShell {
  public:
@@ -35,8 +35,8 @@ class RobotShell {
 
   bool is_open() const { return open_.load(); }
 
-  /// Caller: from now on the link is open, with this state. Number of this opening: what was asked
-  /// in an earlier one must not reach it.
+  /// Caller. Opens the link with this state. Returns the number of this opening, so that commands
+  /// of an earlier one are discarded.
   std::uint32_t open(const State& state) {
     snapshot_.store(state);
     open_ = true;
@@ -73,7 +73,7 @@ class RobotShell {
   std::uint32_t opening() const { return opening_; }
   void closed() { open_ = false; }
 
-  /// Hands what was asked for on to the core.
+  /// Passes pending commands to the core.
   void obey(Core& core) {
     commands_.consume_all([&](const Command& command) {
       if (command.opening != opening_) return;
@@ -111,7 +111,7 @@ class RobotShell {
 
   void send(typename Command::Kind kind) {
     if (!is_open()) return;
-    if (!commands_.push({kind, asked_, {}})) stop_anyway_ = true;  // never lose a stop
+    if (!commands_.push({kind, asked_, {}})) stop_anyway_ = true;  // a stop is never lost
   }
   void refuse(const Move& move, const char* why) {
     MoveResult result;
@@ -124,13 +124,13 @@ class RobotShell {
   boost::lockfree::spsc_queue<CoreResult, boost::lockfree::capacity<kDepth>> results_;
   std::atomic<bool> stop_anyway_{false}, open_{false};
   Seqlock<State> snapshot_;
-  std::uint32_t opening_ = 0;  // I/O thread's
-  std::uint32_t asked_ = 0;    // caller's
+  std::uint32_t opening_ = 0;  // I/O thread only
+  std::uint32_t asked_ = 0;    // caller only
   std::deque<MoveResult> refusals_;
 };
 
 /// Runs `tick` now and then every `kShellTick` until it returns false or the timer is cancelled.
-/// From tick to tick: ticks that were missed are not made up for.
+/// Missed ticks are not made up for.
 template <typename Tick>
 void keep_ticking(boost::asio::steady_timer& timer, Tick tick) {
   timer.async_wait(
@@ -141,7 +141,7 @@ void keep_ticking(boost::asio::steady_timer& timer, Tick tick) {
       });
 }
 
-/// Shuts `impl` down on the context's thread and waits until that is done.
+/// Shuts `impl` down on the context's thread and waits for completion.
 template <typename Impl>
 void shut_and_wait(boost::asio::io_context& context, const std::shared_ptr<Impl>& impl) {
   const auto done = std::make_shared<std::promise<void>>();
@@ -150,7 +150,7 @@ void shut_and_wait(boost::asio::io_context& context, const std::shared_ptr<Impl>
     impl->shut();
     done->set_value();
   });
-  // A stopped context runs no handler any more: then nothing else uses the robot either.
+  // A stopped context runs no more handlers: then nothing else uses the robot either.
   constexpr std::chrono::milliseconds kLook{5};
   while (shut.wait_for(kLook) != std::future_status::ready) {
     if (!context.stopped()) continue;

@@ -3,12 +3,12 @@
 namespace cellcal::drivers {
 namespace {
 
-// A contact that breaks chatters; only one that comes back after this is a new one.
+// A contact that opens chatters; only a contact after this time is a new one.
 constexpr std::chrono::milliseconds kChatter{50};
-// An edge is confirmed or dismissed within it, or its arming's configuration was refused.
+// Time within which an edge is confirmed or dismissed, or its arming's configuration refused.
 constexpr std::chrono::milliseconds kLongestConfirmation{50};
-// The input opens with the contact; behind a board that restarted in contact with the self-test that it
-// can pass only then, which is asked for every second.
+// The input opens with the contact; after a restart of the board in contact, with the self-test that
+// passes only after opening and is requested every second.
 constexpr std::chrono::milliseconds kInputOpens{2500};
 
 }  // namespace
@@ -29,19 +29,19 @@ void SensorMonitor::listen(TimePoint now, std::optional<std::uint16_t> arm_id,
       case ContactEventKind::kContact:
         tripped_arm_ = event->arm_id;
         if (ours) heard_.contact = event;
-        if (!ours) heard_.foreign_trip = true;  // a touch too short for the level to show
+        if (!ours) heard_.foreign_trip = true;  // a touch too short to be visible in the level
         break;
       case ContactEventKind::kRevoked:
         if (ours) heard_.revoked = true;
         break;
       case ContactEventKind::kRelease:
-        break;  // the level in the snapshot says it
+        break;  // covered by the level in the snapshot
     }
   }
   heard_.snapshot = guard_->snapshot(now);
   heard_.trip_lost =
       arm_id && !heard_.snapshot.armed && heard_.snapshot.last_end == ArmEnd::kTripped;
-  // The arming that tripped is over; its number may be used again.
+  // The arming that tripped has ended; its number may be reused.
   if (!heard_.snapshot.armed) tripped_arm_.reset();
 }
 
@@ -132,7 +132,7 @@ bool SensorMonitor::touched(MoveKind kind, TimePoint now) {
     was_open_ = true;
     opened_at_ = now;
   }
-  // The input is ahead of the sensor's bytes where these come late.
+  // The input is ahead of the sensor's delayed bytes.
   const bool old_word = heard_.input.follows && !heard_.input.contact && !heard_.foreign_trip &&
                         sensor.said <= opened_at_ + kChatter;
   return touching && was_open_ && !old_word && now - opened_at_ > kChatter;

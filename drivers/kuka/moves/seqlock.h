@@ -1,6 +1,6 @@
 #pragma once
-// One writer's newest value for any number of readers; neither side waits for a lock. The value is
-// kept in atomic words, so that a torn read is no data race, only a reason to read again.
+// Newest value of one writer for any number of readers, without locks. The value is stored in
+// atomic words, so that a torn read is not a data race, only a reason to retry.
 
 #include <array>
 #include <atomic>
@@ -22,7 +22,7 @@ class Seqlock {
     std::memcpy(words.data(), &value, sizeof value);
     const std::uint64_t turn = turn_.load(std::memory_order_relaxed);
     turn_.store(turn + 1, std::memory_order_relaxed);
-    // Release on each word keeps the odd turn before it, in place of a fence.
+    // Release on each word orders it after the odd sequence number, in place of a fence.
     for (std::size_t i = 0; i < kWords; ++i) words_[i].store(words[i], std::memory_order_release);
     turn_.store(turn + 2, std::memory_order_release);
   }

@@ -1,10 +1,10 @@
 #pragma once
-// The second stop path: the digital input that the sensor's opto output is wired to, as each packet
-// has it. Off is contact: a touch, a wire that is cut, a board without supply or one that hangs.
+// Second stop path: the digital input connected to the sensor's opto output, as reported in each
+// packet. Off means contact: a touch, a broken wire, a board without supply or a hung one.
 //
-// Off stops the arm, always. On is believed to be 'free' only of an input that has followed a touch
-// and its opening lately: that it went off beside the sensor's own stamp, and on again. Until then,
-// and once it has missed a touch, the sensor's bytes alone say that nothing is touched.
+// Off always stops the arm. On is trusted as 'free' only if the input has recently followed a touch
+// and its opening: it switched off together with the sensor's own stamp, and on again. Until then,
+// and after it has missed a touch, only the sensor's bytes can report that nothing is touched.
 
 #include <cstdint>
 #include <optional>
@@ -14,22 +14,22 @@
 
 namespace cellcal::drivers {
 
-/// From the sensor's stamp of a contact to a packet that has it: optocoupler, the controller's filter,
-/// its cycle, and packets that this computer took late.
+/// Time from the sensor's stamp of a contact to a packet that shows it: optocoupler, the controller's
+/// filter, its cycle, and late processing on this computer.
 inline constexpr std::chrono::milliseconds kInputFollows{60};
-/// A touch that the input followed proves it for so long.
+/// Validity of the proof by a touch that the input followed.
 inline constexpr std::chrono::minutes kInputProofLasts{5};
-/// While it follows, so long may the sensor's words be missing or late: half a second, and one of the
-/// idle heartbeats. The record of positions holds it and the longest rest behind it (2 s at 4 ms).
+/// Maximum silence or delay of the sensor's messages while the input follows: half a second, plus one
+/// idle heartbeat. The record of positions covers it and the longest rest after it (2 s at 4 ms).
 inline constexpr std::chrono::milliseconds kInputWatchLimit{600};
 
 class ContactInput {
  public:
   explicit ContactInput(bool configured) : configured_(configured) {}
 
-  /// Another session of the controller: nothing of it is known any more.
+  /// Another session of the controller: discards all knowledge.
   void reset() { *this = ContactInput(configured_); }
-  /// Of one packet; nothing: it does not have it, or is damaged.
+  /// State in one packet; empty: absent, or a damaged packet.
   void note(std::optional<bool> on, TimePoint now) {
     const bool was = contact();
     on_ = configured_ ? on : std::nullopt;
@@ -57,14 +57,14 @@ class ContactInput {
       missed_ = missed_ || on_.has_value();
     }
   }
-  /// The contact has opened, by the sensor's words and by the input.
+  /// The contact has opened, by the sensor's messages and by the input.
   void judge_opening() {
     if (went_off_ && !missed_) proven_at_ = now_;
     went_off_ = false;
   }
 
  private:
-  /// By so much the clock map may have the edge behind the packet that shows it.
+  /// Tolerance by which the clock map may place the edge after the packet that shows it.
   static constexpr std::chrono::milliseconds kAhead{4};
 
   bool configured_;

@@ -8,12 +8,12 @@
 namespace cellcal::drivers {
 namespace {
 
-// The shortest window in which the command moves far enough to be told from encoder noise (0.001
-// deg, 1 sigma: six sigmas of the difference of two means of four) and from the wire's coarsest
-// rounding (0.001 deg) is taken; slow axes need a longer one.
+// Windows of increasing length; the shortest one is used in which the command exceeds encoder noise
+// (0.001 deg, 1 sigma: six sigmas of the difference of two means of four) and the coarsest
+// transmitted rounding (0.001 deg); slow axes need a longer one.
 constexpr double kWindowsS[] = {0.06, 0.12, 0.24};
 constexpr double kLeastTravelRad = 0.006 * kRadPerDeg;
-// So many packets make a mean that quiet; fewer of a longer cycle need more travel.
+// Number of packets for a mean with that noise; fewer packets of a longer cycle need more travel.
 constexpr double kQuietPackets = 3.0;
 constexpr double kStandsShare = 0.25;
 
@@ -30,8 +30,8 @@ bool far_off(const PositionRecord& record, const RsiConfig& config, std::size_t 
   return actual < range.min - tolerance_rad || actual > range.max + tolerance_rad;
 }
 
-// The least that one axis was commanded to move within `window` packets, over windows that end up
-// to `lag` packets ago; 0 where they are not all in one direction.
+// Smallest commanded travel of one axis within `window` packets, over windows that end up to `lag`
+// packets ago; 0 if not in one direction.
 double least_commanded(const PositionRecord& record, std::size_t axis, std::size_t window,
                        std::size_t lag) {
   const auto travel = [&](std::size_t back) {
@@ -59,7 +59,7 @@ bool stands(const PositionRecord& record, const RsiConfig& config, std::size_t a
   for (const double window_s : kWindowsS) {
     const std::size_t window = packets(window_s, cycle_s);
     const std::size_t count = std::max<std::size_t>(1, window / 4);
-    // The means reach back by `count` packets more.
+    // The means extend back by `count` more packets.
     if (record.size() <= window + lag + count) return false;
     const double commanded = least_commanded(record, axis, window, lag + count);
     const double louder = std::sqrt(std::max(1.0, kQuietPackets / static_cast<double>(count)));

@@ -1,12 +1,13 @@
 #pragma once
-// Following-error monitor. It answers two questions, the second the quicker one:
+// Following-error monitor with two criteria, the second of which reacts faster:
 //
-// 1. Following error: is an axis farther than follow_tolerance_deg from everything that was
-//    commanded within follow_window_s?
-// 2. Standstill: does an axis stand although its command goes on? Let `lag` be at most
-//    longest_lag_s. Within any window an arm that follows moves at least as far as the least that
-//    its command moved within a window as long, now or up to `lag` ago. An axis that does less than
-//    a quarter of it stands: at a limit that clamps in silence, at a closed brake, at a wall.
+//   1. Following error: an axis is farther than follow_tolerance_deg from everything that was
+//      commanded within follow_window_s.
+//   2. Standstill: an axis does not move although its command advances. Let `lag` be at most
+//      longest_lag_s. Within any window an arm that follows moves at least as far as the smallest
+//      travel commanded within a window of equal length, now or up to `lag` ago. An axis that moves
+//      less than a quarter of it is at standstill: at a limit that clamps without a message, at a
+//      closed brake, at an obstacle.
 
 #include <optional>
 
@@ -16,7 +17,8 @@
 
 namespace cellcal::drivers {
 
-/// AxisNotFollowing or AxisStands. After each packet of a moving arm; `cycle_s` from packet to packet.
+/// AxisNotFollowing or AxisStands. To be called after each packet of a moving arm; `cycle_s` from
+/// packet to packet.
 std::optional<Cause> following_fault(const PositionRecord& record, const RsiConfig& config,
                                      double cycle_s);
 

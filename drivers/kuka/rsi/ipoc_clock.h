@@ -1,18 +1,17 @@
 #pragma once
-// Where the arm was at an instant of this computer's clock, by packets that are stamped with IPOC,
-// and how well that is known.
+// Position of the arm at an instant of this computer's clock, from packets stamped with IPOC, and
+// its uncertainty.
 //
-// Two models, and where IPOC is said to be milliseconds the record itself says which one holds:
-// a clock that keeps time (every real controller): a packet comes with a delay that is never
-//   negative and small at least once in half a second, so the earliest arrivals fix the map, and
-//   late ones do not move it. By how much the earliest of each quarter of the record differ is the
-//   map's uncertainty. A network that became slower is one step between two quarters.
-// by arrival: whoever counts packets, or counts milliseconds that are none (a program that sleeps
-//   from packet to packet falls behind in every quarter). Packet n is of the instant when it came,
-//   and nothing is extrapolated. Between two packets such an arm goes evenly or in one jump, nobody
-//   knows: the uncertainty is the longest of the intervals around the instant, over the root of
-//   three.
-// Either way a later packet is of a later instant, and no packet farther away than the record.
+// Two models; if IPOC counts milliseconds, the record itself determines which one holds: a clock
+// that keeps time (every real controller): a packet arrives with a delay that is never negative and
+// small at least once in half a second, so that the earliest arrivals determine the map, unaffected
+// by late ones. The spread of the earliest arrivals of the quarters of the record is the map's
+// uncertainty. A network that becomes slower is one step between two quarters. by arrival: peers
+// that count packets, or whose milliseconds are not real time (a program that sleeps from packet to
+// packet lags in every quarter). Packet n belongs to the instant of its arrival, without
+// extrapolation. Motion between two packets may be uniform or a single jump: the uncertainty is the
+// longest of the intervals around the instant, over the root of three. In both models a later
+// packet belongs to a later instant, and no packet is outside the record.
 
 #include <optional>
 
@@ -22,7 +21,7 @@ namespace cellcal::drivers {
 
 struct IpocClock {
   double seconds_per_count = 0.0;
-  bool milliseconds = false;  ///< that is what the peer's counter is said to be
+  bool milliseconds = false;  ///< the peer's counter is declared to be milliseconds
 };
 
 struct AnglesAt {
@@ -30,7 +29,7 @@ struct AnglesAt {
   double time_sigma_s = 0.0;  ///< of the map from IPOC to this computer's clock, 1 sigma
 };
 
-/// None if t lies outside of the record. Neither allocates nor throws.
+/// Empty if t is outside the record. Neither allocates nor throws.
 std::optional<AnglesAt> angles_at(const PositionRecord& record, TimePoint t,
                                   const IpocClock& clock);
 

@@ -13,7 +13,7 @@ ScalarState after(const ScalarState& start, double jerk, double t) {
           start.speed + t * (start.acceleration + t * jerk / 2), start.acceleration + t * jerk};
 }
 
-/// Between two speeds over a distance that is long enough: the highest speed on the way.
+/// Highest speed between two speeds over a sufficiently long distance.
 double peak_speed(double from, double to, double distance, const ScalarLimits& limits) {
   const auto fits = [&](double peak) {
     return ramp_distance(from, peak, limits) + ramp_distance(peak, to, limits) <= distance;
@@ -114,14 +114,14 @@ void ScalarProfile::slow(double end_speed, const ScalarLimits& limits) {
   const double a = limits.acceleration, j = limits.jerk;
   const double v0 = end_speed > 0.0 ? end_.speed - end_speed : std::max(0.0, end_.speed);
   const double a0 = end_.acceleration;
-  // Deceleration rises to `peak` and falls back to zero just as the speed is there.
+  // Deceleration increases to `peak` and returns to zero exactly at the final speed.
   double peak = std::sqrt(std::max(0.0, j * v0 + a0 * a0 / 2));
   double hold_s = 0.0;
   if (peak > a) {
     peak = a;
     hold_s = (v0 + a0 * a0 / (2 * j) - peak * peak / j) / peak;
   }
-  // Within a stop already, the first phase is over, and only rounding could ask for some of it.
+  // During a stop the first phase has elapsed, except for rounding.
   append(std::max(0.0, a0 + peak) / j, -j);
   append(hold_s, 0.0);
   append(peak / j, j);

@@ -1,6 +1,6 @@
 #pragma once
-// Jerk-limited travel (double-S) in closed form on one scalar: from speed to speed, and from any
-// state to a lower speed or to rest.
+// Jerk-limited motion (double-S) of one scalar in closed form: between speeds, and from any state
+// to a lower speed or to rest.
 //
 // Source of the double-S: Biagiotti, Melchiorri, Trajectory Planning for Automatic Machines and
 // Robots, 3.4.
@@ -19,38 +19,39 @@ struct ScalarState {
   double position = 0.0, speed = 0.0, acceleration = 0.0;
 };
 
-/// From one speed to another without acceleration at either end, as fast as the limits allow.
+/// Time-optimal change between two speeds within the limits, without acceleration at either end.
 double ramp_duration_s(double from_speed, double to_speed, const ScalarLimits& limits);
 double ramp_distance(double from_speed, double to_speed, const ScalarLimits& limits);
-/// The highest speed up to `cap` that can be reached so within `distance` from `from_speed`; or
-/// from which that can be reached, which is the same.
+/// Highest speed up to `cap` that can be reached in this way within `distance` from `from_speed`,
+/// or, equivalently, from which that can be reached.
 double reachable_speed(double from_speed, double distance, double cap, const ScalarLimits& limits);
 
 /// Pieces of constant jerk.
 class ScalarProfile {
  public:
-  /// Stands at 0.
+  /// At rest at 0.
   ScalarProfile() = default;
-  /// From rest at 0 to rest at `distance` >= 0, as fast as the limits allow.
+  /// Time-optimal within the limits from rest at 0 to rest at `distance` >= 0.
   static ScalarProfile travel(double distance, const ScalarLimits& limits);
   /// From `state` (speed >= 0) to rest, as soon as acceleration and jerk limits allow.
   static ScalarProfile brake(const ScalarState& state, const ScalarLimits& limits);
-  /// In `state`; what follows is appended.
+  /// Starts in `state`; pieces are appended.
   explicit ScalarProfile(const ScalarState& state) : end_(state) {}
 
-  /// On to `position`, not behind the end, and `end_speed` there, no acceleration at either end.
-  /// `end_speed` has to be within reach (reachable_speed).
+  /// Appends motion to `position`, ahead of the end, with `end_speed` there and no acceleration at
+  /// either end. `end_speed` has to be reachable (reachable_speed).
   void travel_to(double position, double end_speed, const ScalarLimits& limits);
-  /// On at the speed that it has, to `position`.
+  /// Appends motion at constant speed to `position`.
   void cruise_to(double position);
-  /// On to `end_speed`, at most what it comes to when the acceleration is taken back at once.
+  /// Appends a change to `end_speed`, at most the speed after reducing the acceleration to zero
+  /// immediately.
   void slow(double end_speed, const ScalarLimits& limits);
-  /// The end is exactly here: what the sums are but for rounding.
+  /// Sets the exact end position, removing rounding of the sums.
   void end_at(double position) { end_.position = position; }
 
   double duration_s() const { return duration_s_; }
   const ScalarState& end() const { return end_; }
-  /// Before 0 the state at 0; at and after the duration the exact end.
+  /// Before 0 the state at 0; from the duration on the exact end.
   ScalarState at(double t_s) const;
   double jerk_at(double t_s) const;
 
@@ -59,8 +60,8 @@ class ScalarProfile {
     double duration_s, jerk;
     ScalarState start;
   };
-  // For each leg of a path and the corner behind it: at most seven and one, or in a brake three and
-  // three for each of its stages.
+  // Per leg of a path and the corner after it: at most seven and one, or in a brake three and three
+  // per stage.
   static constexpr std::size_t kMostPieces = 15 * (kMaxVias + 1);
 
   void append(double duration_s, double jerk);

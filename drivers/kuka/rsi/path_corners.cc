@@ -7,22 +7,23 @@
 namespace cellcal::drivers {
 namespace {
 
-// More of it makes corners slower, less of it stops longer.
+// Shares reserved for braking in a corner: larger ones make corners slower, smaller ones stops
+// longer.
 constexpr double kBrake = 0.15, kBrakeJerk = 0.25;
-// Where a corner is passed more slowly than it could be, a brake gets more than that. So much of
-// the jerk is left for its own changes.
+// A corner passed more slowly than possible leaves more for a brake. Share of the jerk reserved for
+// the brake's own changes.
 constexpr double kJerkLeft = 0.3;
-// Half lengths that are tried, as shares of the longest; 0 is a rest. A wide corner is passed
-// faster but at one speed, a narrow one leaves more of the legs to run up on.
+// Half lengths tried, as shares of the longest; 0 is a rest. A wide corner is passed faster but at
+// one speed, a narrow one leaves more of the legs for acceleration.
 constexpr std::array kTried = {1.0, 0.7, 0.45, 0.25, 0.12, 0.04, 0.0};
 constexpr int kSweeps = 2;
-// Ramps that are tried: short ones ask for less acceleration, long ones for less jerk.
+// Ramps tried: short ones need less acceleration, long ones less jerk.
 constexpr std::array kRamps = {0.12, 0.2, 0.33, 0.5};
 // Speeds from which a brake may be harder, as shares of the corner's.
 constexpr std::array<double, kBrakeStages> kStages = {1.0, 0.85, 0.65, 0.4};
-// A corner of less is a rest.
+// Narrower corners are rests.
 constexpr double kNarrowestRad = 1e-9;
-// What rounding may add.
+// Rounding tolerance.
 constexpr double kRounding = 1e-9;
 
 double level(double ramp) { return 1.0 / (1.0 - ramp); }
@@ -37,7 +38,8 @@ struct Bend {
   }
 };
 
-/// About the highest speed on a leg, from above: Newton's steps from what it is without jerk limits.
+/// Approximate highest speed on a leg, from above: Newton's steps from its value without jerk
+/// limits.
 double about_peak(double from, double to, double distance, const ScalarLimits& limits) {
   constexpr int kSteps = 3;
   const double least = std::max(from, to);
@@ -54,7 +56,7 @@ double about_peak(double from, double to, double distance, const ScalarLimits& l
   return peak;
 }
 
-/// About how long a leg takes.
+/// Approximate duration of a leg.
 double about_s(double from, double to, double distance, const ScalarLimits& limits) {
   const double peak = about_peak(from, to, distance, limits);
   const double ramps_s = ramp_duration_s(from, peak, limits) + ramp_duration_s(peak, to, limits);
@@ -96,8 +98,8 @@ class Chooser {
     return std::max(0.0, path_.straight_end(leg) - path_.straight_begin(leg));
   }
 
-  /// Calls `use(change, most, limit)` for each axis that is seen to move on one of the legs:
-  /// |d' - d|, and the larger of |d| and |d'|.
+  /// Calls `use(change, most, limit)` for each axis with detectable motion on one of the legs: |d'
+  /// - d|, and the larger of |d| and |d'|.
   template <typename Use>
   void each_axis(std::size_t corner, Use use) const {
     const PathLeg &in = path_.leg(corner), &out = path_.leg(corner + 1);
@@ -130,8 +132,9 @@ class Chooser {
     if (v <= 0.0) return {};
     const double ramp = path_.corner(corner).ramp, h = level(ramp);
     const double jerk_of_bend = h * v * v * v / (4.0 * ramp * e * e);
-    const double jerk_of_brake = 1.5 * h * v / e;  // for each A
-    // What the bend leaves of the axes' accelerations, and what leaves enough of their jerk.
+    const double jerk_of_brake = 1.5 * h * v / e;  // per unit of A
+    // Remainder of the axes' accelerations after the bend, and a value that leaves enough of their
+    // jerk.
     double acceleration = HUGE_VAL, quiet = HUGE_VAL, jerk = HUGE_VAL;
     each_axis(corner, [&](double change, double most, const AxisLimit& limit) {
       const double left = limit.max_acceleration_rad_s2 - change * h * v * v / (2.0 * e);
@@ -161,7 +164,7 @@ class Chooser {
     }
   }
 
-  /// From the corner before to the one behind.
+  /// From the preceding corner to the next one.
   double about_s_around(std::size_t i) const {
     const double before = straight(i), behind = straight(i + 1);
     const double from = speed_before(i), to = speed_behind(i);
@@ -198,7 +201,7 @@ class Chooser {
 
   PathShape& path_;
   std::span<const AxisLimit> limits_;
-  std::array<std::array<Bend, kRamps.size()>, kMaxVias> bends_;  // one for each ramp
+  std::array<std::array<Bend, kRamps.size()>, kMaxVias> bends_;  // one per ramp
 };
 
 }  // namespace

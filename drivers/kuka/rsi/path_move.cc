@@ -17,7 +17,7 @@ PathMove::PathMove(const AxisAngles& from_rad, const AxisAngles& to_rad,
   }
   choose_corners(shape_, limits);
   run();
-  // What the choice goes by are estimates: passing is never slower than stopping.
+  // The choice is based on estimates; ensures that passing is never slower than stopping.
   if (duration_s() <= duration_with_rests_s()) return;
   rest_in_corners(shape_);
   run();
@@ -57,7 +57,7 @@ double PathMove::fastest_axis_rad_s(double t_s) const {
   return std::abs(state.speed) * shape_.fastest_rad(state.position);
 }
 
-/// How hard it may brake here, and to which speed: from there it may be harder.
+/// Braking limits at this place, and the speed down to which they apply.
 PathMove::Stage PathMove::stage_at(PathShape::Place place, double speed) const {
   if (!place.in_corner) return {0.0, shape_.leg(place.leg).limits};
   const auto& brakes = shape_.corner(place.leg).brakes;
@@ -93,7 +93,7 @@ ScalarProfile PathMove::stop_from(const ScalarState& state, PathShape::Place pla
       if (wanted == 0.0) return stop;
       continue;
     }
-    // What it comes to when the acceleration is taken back at once.
+    // Speed after reducing the acceleration to zero immediately.
     const double a = here.acceleration, coasting = here.speed + a * std::abs(a) / (2 * limits.jerk);
     stop.slow(last_where(std::min(coasting, most), 0.0,
                          [&](double speed) { return slowed_to(speed) <= end; }),

@@ -1,12 +1,12 @@
 #pragma once
-// A move through way-points without stops, and the special case of one straight line: the way of a
-// PathShape, run on jerk-limited profiles. No allocation.
+// A move through way-points without stops, including the special case of one straight line: a
+// PathShape travelled with jerk-limited profiles. No allocation.
 //
 // Legs are double-S from one corner's speed to the next one's, corners are passed at constant
-// speed, so every axis keeps its limits. A brake keeps them as well, wherever it begins, and each
-// leg and corner by itself: either it ends there, or it comes to the end of it without acceleration
-// and at the lowest speed that can be had so. That is never faster than the move would have been.
-// In a corner it goes in stages where that is sooner: from lower speeds it may be harder.
+// speed, so that every axis keeps its limits. A brake keeps them as well, at any time, separately
+// on each leg and corner: it either ends there, or reaches its end without acceleration at the
+// lowest possible speed, which is never above the speed of the move. In a corner it proceeds in
+// stages if that is faster: braking may be harder at lower speeds.
 
 #include <span>
 
@@ -18,21 +18,21 @@ namespace cellcal::drivers {
 class PathMove {
  public:
   PathMove() = default;
-  /// `cruise_s`: duration at constant speed as if there were no ramps (0: none asked for); only
-  /// without way-points.
+  /// `cruise_s`: duration at constant speed, ramps excluded (0: unspecified); only without
+  /// way-points.
   PathMove(const AxisAngles& from_rad, const AxisAngles& to_rad, std::span<const AxisLimit> limits,
            double cruise_s, const Vias& vias = {});
 
   double duration_s() const { return profile_.duration_s(); }
-  /// At and after the duration the exact target, unless braked.
+  /// From the duration on the exact target, unless braked.
   AxisAngles at(double t_s) const;
   /// Speed of the fastest axis [rad/s].
   double fastest_axis_rad_s(double t_s) const;
-  /// From t on: stop on the same path as soon as the limits allow. Time starts at 0 again.
+  /// From t on: stops on the same path as soon as the limits allow. Time restarts at 0.
   void brake_at(double t_s);
-  /// Likewise within `longest_s`, beyond the limits if it must be.
+  /// As brake_at(), within `longest_s`, exceeding the limits if necessary.
   void brake_within(double t_s, double longest_s);
-  /// When it leaves the first leg, or rests at its end.
+  /// Time at which it leaves the first leg, or rests at its end.
   double first_leg_s() const { return shape_.first_leg_moves() ? ends_s_.front() : 0.0; }
 
   const PathShape& shape() const { return shape_; }
@@ -53,8 +53,8 @@ class PathMove {
   AxisAngles from_rad_, to_rad_;
   PathShape shape_;
   ScalarProfile profile_;
-  /// When each leg ends, and each corner behind it. Not by s: that may round into the next one,
-  /// whose limits are others.
+  /// End of each leg, and of each corner after it. Not derived from s, which may round into the
+  /// next one with different limits.
   boost::container::static_vector<double, 2 * kMaxLegs> ends_s_;
   bool braked_ = false;
 };

@@ -6,7 +6,7 @@
 namespace cellcal::drivers {
 namespace {
 
-/// sigma's integral, sigma, its slope and the slope of that.
+/// Integral of sigma (order -1), sigma, and its first and second derivative.
 double sigma(int order, double u, double ramp) {
   const double level = 1.0 / (1.0 - ramp);
   if (u > 0.5) {
@@ -22,7 +22,7 @@ double sigma(int order, double u, double ramp) {
   return level * (up * up * up / (6.0 * ramp) + on * (ramp / 2.0 + on / 2.0));
 }
 
-/// How long the leg takes at the axes' speed limits; 0: no axis moves.
+/// Duration of the leg at the axes' speed limits; 0: no motion.
 double least_duration_s(const AxisAngles& from_rad, const AxisAngles& to_rad,
                         std::span<const AxisLimit> limits) {
   double longest_s = 0.0;
@@ -56,7 +56,7 @@ PathShape::PathShape(const AxisAngles& from_rad, const Vias& vias, const AxisAng
                      std::span<const AxisLimit> limits) {
   AxisAngles from = from_rad;
   double first_s = 0.0, start = 0.0;
-  double left_behind = 0.0;  // share of the next leg that the corner before it may have
+  double left_behind = 0.0;  // share of the next leg available to the corner before it
   for (std::size_t i = 0; i <= vias.size(); ++i) {
     const AxisAngles& to = i < vias.size() ? vias[i].at_rad : to_rad;
     const double least_s = least_duration_s(from, to, limits);
@@ -79,7 +79,7 @@ PathShape::PathShape(const AxisAngles& from_rad, const Vias& vias, const AxisAng
     left_behind = vias[i].out_share;
     corners_.push_back({vias[i].in_share * length, 0.0, 0.5, 0.0, {}});
   }
-  // Behind the last leg is the end.
+  // The last leg has no corner.
   if (!legs_.empty()) corners_.resize(legs_.size() - 1);
 }
 
@@ -102,7 +102,7 @@ double PathShape::corner_share(std::size_t corner, double s) const {
   return (s - straight_end(corner)) / (2.0 * corners_[corner].half);
 }
 
-/// The share of d' - d in the way, or in its derivatives by s.
+/// Share of d' - d in the path, or in its derivatives by s.
 double PathShape::bent(int order, std::size_t corner, double s) const {
   const double width = 2.0 * corners_[corner].half;
   const double per_s[] = {width, 1.0, 1.0 / width, 1.0 / (width * width)};

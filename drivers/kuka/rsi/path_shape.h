@@ -1,20 +1,20 @@
 #pragma once
-// The way of a move in joint space: straight legs between way-points, and round corners between
-// legs.
+// Path of a move in joint space: straight legs between way-points, and rounded corners between legs.
 //
-// It runs on one scalar s. On a leg q = from + (s - start) * along; a leg is as long in s as the
-// slowest of its axes takes at its speed limit, in units of the first leg's time, so a path of one
-// leg has s from 0 to 1. Each axis' limits divided by its share of the leg become limits of s.
+// It is parametrised by one scalar s. On a leg q = from + (s - start) * along; the length of a leg
+// in s is the time of its slowest axis at its speed limit, in units of the first leg's time, so a
+// path of one leg has s from 0 to 1. Each axis' limits divided by its share of the leg become limits
+// of s.
 //
 // A corner of half length e between legs with directions d and d' begins at s = e before the
-// way-point, ends at e behind it, and has dq/ds = d + (d' - d) * sigma(u), u from 0 to 1 over it.
-// sigma grows from 0 to 1, its slope up from zero within a share `ramp` of u, level, and down again,
-// and it is its own mirror image. So
+// way-point, ends at e after it, and has dq/ds = d + (d' - d) * sigma(u), u from 0 to 1 over it.
+// sigma increases from 0 to 1; its slope rises from zero within a share `ramp` of u, is constant,
+// and falls again, point-symmetrically. Therefore
 //   - it leaves one leg and joins the next exactly, dq/ds and d2q/ds2 are continuous;
 //   - it stays within the triangle of those two points and the way-point: with S the integral of
-//     sigma, convex from 0 to 1/2, the shares of d and d' in the way are a = 2u - 2S(u) and
+//     sigma, convex from 0 to 1/2, the shares of d and d' in the path are a = 2u - 2S(u) and
 //     b = 2S(u), and 0 <= b <= a <= 1;
-//   - no axis is faster than on one of the two legs, and no speed limit is passed while ds/dt
+//   - no axis is faster than on one of the two legs, and no speed limit is exceeded while ds/dt
 //     keeps those of both.
 
 #include <array>
@@ -28,24 +28,25 @@ namespace cellcal::drivers {
 
 inline constexpr std::size_t kMaxLegs = kMaxVias + 1;
 inline constexpr std::size_t kBrakeStages = 4;
-/// Shorter than this no axis moves: a thousandth of what six decimals of a degree can say.
+/// Travel below which an axis does not move: a thousandth of the resolution of six decimals of a
+/// degree.
 inline constexpr double kNoTravelRad = 1e-11;
 
 struct PathLeg {
-  AxisAngles from_rad, along_rad;    ///< along: way per unit of s
+  AxisAngles from_rad, along_rad;    ///< along: dq/ds
   double start = 0.0, length = 0.0;  ///< in s, from way-point to way-point
-  double fastest_rad = 0.0;          ///< of `along`, its largest
+  double fastest_rad = 0.0;          ///< largest component of `along`
   ScalarLimits limits;
 };
 
 /// Between legs i and i + 1.
 struct PathCorner {
-  double longest = 0.0;  ///< that half length may be
+  double longest = 0.0;  ///< largest half length
   double half = 0.0;     ///< 0: rest
   double ramp = 0.5;     ///< of sigma's slope, up to 0.5
   double speed = 0.0;    ///< ds/dt, constant in the corner
-  /// Limits of s for a brake from these speeds, falling from `speed`; their speed is no limit. The
-  /// slower, the less the bend asks for, and the harder it may be.
+  /// Limits of s for a brake from these speeds, decreasing from `speed`; the speed in them is not a
+  /// limit. The lower the speed, the less the bend requires, and the harder the brake may be.
   struct Brake {
     double from_speed = 0.0;
     ScalarLimits limits;
@@ -55,9 +56,9 @@ struct PathCorner {
 
 class PathShape {
  public:
-  /// No way at all.
+  /// Empty path.
   PathShape() = default;
-  /// A leg on which no axis moves is none, and what is passed there is a rest.
+  /// Legs without motion are dropped, and a way-point passed there is a rest.
   PathShape(const AxisAngles& from_rad, const Vias& vias, const AxisAngles& to_rad,
             std::span<const AxisLimit> limits);
 
@@ -66,20 +67,20 @@ class PathShape {
   PathLeg& leg(std::size_t i) { return legs_[i]; }
   const PathCorner& corner(std::size_t i) const { return corners_[i]; }
   PathCorner& corner(std::size_t i) { return corners_[i]; }
-  /// Where the straight part of a leg begins and ends.
+  /// Beginning and end of the straight part of a leg.
   double straight_begin(std::size_t leg) const;
   double straight_end(std::size_t leg) const;
-  /// On the first leg that was asked for; otherwise leg(0) is a later one, or there is none.
+  /// True if the requested first leg has motion; otherwise leg(0) is a later one, or there is none.
   bool first_leg_moves() const { return first_leg_moves_; }
 
   struct Place {
     std::size_t leg = 0;
-    bool in_corner = false;  ///< in the one behind that leg
+    bool in_corner = false;  ///< in the corner after that leg
   };
   Place place(double s) const;
 
   AxisAngles at(double s) const;
-  /// Largest |dq/ds| of an axis.
+  /// Largest |dq/ds| of any axis.
   double fastest_rad(double s) const;
   /// First, second or third derivative by s.
   AxisAngles derivative(int order, double s) const;

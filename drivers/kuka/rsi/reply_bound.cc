@@ -9,7 +9,7 @@ namespace cellcal::drivers {
 
 namespace {
 
-// What sums of doubles and the choice of corners leave over of a path within its limits.
+// Tolerance for rounding of sums and the choice of corners on a path within its limits.
 constexpr double kMargin = 1.01;
 constexpr double kRoundingRad = 1e-9;
 
@@ -34,7 +34,7 @@ std::optional<cause::ReplyBeyondLimit> ReplyBound::admit(const AxisAngles& next_
       return cause::ReplyBeyondLimit{of, static_cast<std::uint8_t>(i), value * kDegPerRad,
                                      most * kDegPerRad};
     };
-    // Nothing moves before the cycle is known.
+    // No motion before the cycle is known.
     if (!(cycle_s > 0.0)) return beyond(Of::kSpeed, HUGE_VAL, limit.max_speed_rad_s);
     const double was = of(last_.speed, i);
     const double speed = next.speed[i] = step / cycle_s;

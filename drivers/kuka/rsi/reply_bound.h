@@ -1,10 +1,10 @@
 #pragma once
-// The last look at a correction before it is written: whatever led to it, no reply asks an axis for
-// more speed, acceleration or jerk than its limits. It knows nothing of sessions, moves or packets,
-// only what was said last: what is wrong before it ends here, as a value, and the arm holds.
+// Final check of a correction before it is sent: independent of its origin, no reply demands more
+// speed, acceleration or jerk of an axis than its limits. It uses only the preceding replies,
+// without sessions, moves or packets: any upstream error ends here, as a value, and the arm holds.
 //
-// Divided differences of replies stand for the derivatives: those of a path within the limits are
-// within them, however the cycle changes. A stop may always be harder: speed may fall at once.
+// Derivatives are approximated by divided differences of replies: those of a path within the limits
+// are within them for any cycle. Stops may be harder: speed may drop immediately.
 
 #include <optional>
 #include <span>
@@ -19,19 +19,19 @@ class ReplyBound {
   /// `limits` must outlive this.
   explicit ReplyBound(std::span<const AxisLimit> limits) : limits_(limits) {}
 
-  /// The controller holds this correction [rad], and nothing moves.
+  /// The controller holds this correction [rad], at rest.
   void rest_at(const AxisAngles& held_rad) { last_ = before_ = Said{held_rad}; }
-  /// May the next reply lead to this correction [rad]? Then it is what was said last. `stops`: no
-  /// move is on its way, or it is being brought to rest.
+  /// Checks the next correction [rad]; if admitted, it becomes the last reply. `stops`: no move is
+  /// active, or it is being stopped.
   std::optional<cause::ReplyBeyondLimit> admit(const AxisAngles& next_rad, double cycle_s,
                                                bool stops);
-  /// The controller did not take what was said last.
+  /// The controller did not accept the last reply.
   void not_taken() { last_ = before_; }
 
  private:
   struct Said {
-    AxisAngles at_rad{}, speed{}, acceleration{};  // those two empty: at rest
-    double cycle_s = 0.0, before_s = 0.0;          // to this reply, and to the one before
+    AxisAngles at_rad{}, speed{}, acceleration{};  // speed and acceleration empty: at rest
+    double cycle_s = 0.0, before_s = 0.0;          // to this reply, and to the preceding one
   };
   std::span<const AxisLimit> limits_;
   Said last_, before_;

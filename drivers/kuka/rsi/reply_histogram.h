@@ -1,5 +1,6 @@
 #pragma once
-// How long replies take, counted in buckets of one microsecond. One writer, any readers, no lock.
+// Histogram of reply times in buckets of one microsecond. One writer, any number of readers,
+// lock-free.
 
 #include <algorithm>
 #include <array>
@@ -13,7 +14,7 @@ namespace cellcal::drivers {
 
 class ReplyHistogram {
  public:
-  static constexpr std::size_t kBuckets = 20'000;  // 20 ms: five cycles of 4 ms; longer is 'over'
+  static constexpr std::size_t kBuckets = 20'000;  // 20 ms: five cycles of 4 ms; longer: 'over'
 
   void add(std::chrono::nanoseconds reply_time) {
     const auto us =
@@ -29,7 +30,7 @@ class ReplyHistogram {
   }
 
   std::uint64_t count() const { return total_.load(std::memory_order_relaxed); }
-  /// Largest time seen [s].
+  /// Largest time [s].
   double max_s() const {
     return 1e-6 * static_cast<double>(max_us_.load(std::memory_order_relaxed));
   }
@@ -42,7 +43,7 @@ class ReplyHistogram {
     return times;
   }
 
-  /// Replies that took at most so long.
+  /// Number of replies within this time.
   std::uint64_t within(std::chrono::microseconds time) const {
     const auto last =
         std::min(static_cast<std::size_t>(std::max<std::int64_t>(time.count(), 0)), kBuckets);
@@ -51,7 +52,7 @@ class ReplyHistogram {
     return seen;
   }
 
-  /// Time that the fraction p (0..1) of all replies does not exceed [s]; 0 without replies.
+  /// Quantile p (0..1) of all reply times [s]; 0 without replies.
   double quantile_s(double p) const {
     const auto wanted = static_cast<double>(count()) * p;
     std::uint64_t seen = 0;

@@ -15,13 +15,12 @@ namespace cellcal::drivers {
 namespace {
 
 constexpr int kMinDecimals = 4, kMaxDecimals = 9;
-// The record of positions holds 2 s at 4 ms; windows and lag have to fit in, at 2 ms as well.
+// The record of positions covers 2 s at 4 ms; windows and lag have to fit, at 2 ms as well.
 constexpr double kLongestWindowS = 0.5;
 
-// Peers have cycles of 2 ms and more.
+// Peers have cycles of at least 2 ms.
 constexpr double kShortestCycleS = 0.002;
-// An axis makes up to fifteen times as much of a unit of the TCP's frame (kMostGain), of six
-// numbers.
+// An axis amplifies a unit of the TCP's frame by up to fifteen (kMostGain), over six numbers.
 constexpr double kUnitsInSpace = 100.0;
 
 void check_name(const char* key, std::string_view name, bool may_be_empty) {
@@ -171,7 +170,8 @@ void RsiConfig::validate() const {
 }
 
 std::vector<AxisLimit> limits_within_wire(const RsiConfig& config) {
-  // Both set-points of a step are rounded, by half a unit each, and one more is left for doubles.
+  // Both set-points of a step are rounded, by half a unit each; one more unit allows for double
+  // rounding.
   const double units = config.space.on ? kUnitsInSpace : 2.0;
   const double add_rad_s = units * std::pow(10.0, -config.decimals) * kRadPerDeg / kShortestCycleS;
   std::vector<AxisLimit> limits = config.limits;

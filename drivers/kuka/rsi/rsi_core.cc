@@ -20,17 +20,17 @@
 namespace cellcal::drivers {
 namespace {
 
-// If all of this many replies and more count as late, they are refused, not late. Controllers give
-// up after ten as they come: what was refused until then is still said when the link is lost.
+// If all of at least this many replies count as late, they are refused, not late. Controllers give
+// up after ten consecutive ones: a refusal detected until then is reported when the link is lost.
 constexpr std::uint64_t kRefusedReplies = 10, kRefusedWhenLost = 4;
-// The reference is the mean of AIPos over two windows that agree: the arm rests.
+// The reference is the mean of AIPos over two windows that agree: the arm is at rest.
 constexpr std::size_t kReferenceWindow = 12;
-// The same packet for longer than this is no copy that the network made.
+// An identical packet after longer than this is not a network duplicate.
 constexpr double kPeerWaitsS = 0.2;
-// Until it is answered a peer that waits for replies may repeat itself only so often: its silence
-// is ours. Simulators take a second.
+// Time limit of repetitions by a peer that waits for replies before the first answer: its silence
+// is caused by this adapter. Simulators take a second.
 constexpr double kPeerTimeoutS = 2.5;
-// Ticks and packets farther apart than this: it was this thread that heard nothing.
+// A larger interval between ticks and packets shows that this thread was delayed.
 constexpr double kHeldUpS = 0.02;
 
 RsiConfig checked(RsiConfig config) {
@@ -77,7 +77,7 @@ struct RsiCore::Impl {
     if (arrival == Arrival::kStale) return {};
     ++state.packets;
     damaged_in_a_row = 0;
-    // Nothing of a controller comes so late within a session.
+    // No packet of a controller is this late within a session.
     waited_unanswered = unanswered && state.waited_s >= kPeerWaitsS;
     last_rx = t_rx;
     held_up_s = slept_s = 0.0;
@@ -93,7 +93,7 @@ struct RsiCore::Impl {
     state.decimals_unproven = stream.decimals_unproven();
     state.cycle_s = stream.cycle_s();
     mover.listen(t_rx, frame.input_on);
-    // The same packet twice is answered twice, but is one cycle.
+    // A duplicate packet is answered again, but is one cycle.
     if (arrival == Arrival::kRepeat && setpoint.known()) return hold_again(t_rx);
     if (arrival == Arrival::kRepeat && !peer_waits(t_rx)) return unknown_offset_reply();
 
@@ -114,14 +114,14 @@ struct RsiCore::Impl {
     return next_reply();
   }
 
-  /// What shows that it is not the session that it was, if anything does.
+  /// Evidence that the session is not the preceding one, if any.
   std::optional<cause::SessionRestarted> restart_seen(Arrival arrival, const AxisAngles& actual) {
     using Sign = cause::SessionRestarted::Sign;
     if (arrival == Arrival::kNext) {
       const auto moved = setpoint.start_pose_moved(frame, actual, mover.busy());
       if (!moved || !mover.moves()) return moved;
-      // RSI_ON takes the pose of the arm, but for its lag. No session begins elsewhere: the one that
-      // runs brings the arm to rest first.
+      // RSI_ON takes the pose of the arm, except for its lag. No session begins elsewhere: a running
+      // one brings the arm to rest first.
       const double lag_rad = config.longest_lag_s * mover.fastest_axis_rad_s() +
                              config.follow_tolerance_deg * kRadPerDeg;
       if (setpoint.start_distance_rad(frame, actual) <= lag_rad) return moved;
@@ -134,7 +134,7 @@ struct RsiCore::Impl {
                                    static_cast<double>(frame.delay.value_or(0))};
   }
 
-  /// The correction that leads to what is commanded; within the limits, or the arm holds.
+  /// The correction for the commanded pose; if it exceeds the limits, the arm holds.
   std::string_view next_reply() {
     const auto values = setpoint.next(stream.cycle_s(), mover.stops());
     record.set_commanded(setpoint.commanded_rad());
@@ -151,7 +151,7 @@ struct RsiCore::Impl {
     wire::show(bytes, state.last_bad);
     if (!frame.has_ipoc) return {};
     if (frame.only_ipoc && !linked()) {
-      // RSI 2 opens a session so; its correction is 0, and it wants an answer.
+      // RSI 2 opens a session with this frame; its correction is 0, and it requires an answer.
       if (!setpoint.session_starts(state.waited_s)) return {};
       const std::array<double, kMaxAxes> zeros{};
       return written(std::span(zeros).first(axes()));
@@ -160,11 +160,12 @@ struct RsiCore::Impl {
     if (!setpoint.known()) return unknown_offset_reply();
     const Arrival arrival = stream.push_damaged(frame.ipoc.value, t_rx);
     if (arrival != Arrival::kNext && arrival != Arrival::kRepeat) return {};
-    // The sensor is heard, whatever the packet was like.
+    // The sensor is polled regardless of the packet.
     mover.listen(t_rx);
     if (arrival == Arrival::kRepeat) return hold(t_rx);
-    // A cycle of the controller's all the same: the move goes on by it, since to stand still for one
-    // and go on at full speed is what no drive can do. Blind for long it is brought to rest.
+    // Counts as a cycle of the controller: the move advances, since stopping for one cycle and
+    // continuing at full speed exceeds any drive. After several consecutive ones it is brought to
+    // rest.
     if (++damaged_in_a_row >= static_cast<std::uint32_t>(config.silence_cycles))
       mover.halt(MoveOutcome::kRobotSilent, cause::DamagedPackets{damaged_in_a_row});
     if (mover.moves()) last_rx = t_rx;
@@ -181,7 +182,7 @@ struct RsiCore::Impl {
     return reply(answered && *answered == frame.ipoc.value ? setpoint.again() : setpoint.hold());
   }
 
-  /// Nobody knows where the arm is while the same packet comes over and over.
+  /// The position of the arm is unknown while the same packet is repeated.
   std::string_view hold_again(TimePoint t_rx) {
     const std::string_view text = hold(t_rx);
     const bool over = repeats.same_s(t_rx) > std::max(kPeerWaitsS, stream.silence_limit_s());
@@ -189,9 +190,9 @@ struct RsiCore::Impl {
     return text;
   }
 
-  /// A wrong correction is a jump of the arm; no increment never is.
+  /// A wrong correction is a jump of the arm; a zero increment never is.
   std::string_view unknown_offset_reply() {
-    take_up_waiting();  // to be refused: whoever asked for a move learns of it
+    take_up_waiting();  // refuses it, so that the caller gets a result
     unanswered = true;
     return setpoint.may_hold_unknown() ? reply(setpoint.hold()) : std::string_view{};
   }
@@ -225,7 +226,7 @@ struct RsiCore::Impl {
     state.link = RobotLink::kNotReferenced;
   }
 
-  /// The controller's, not proven to be the one before.
+  /// The controller's session is not proven to be the preceding one.
   void begin_other_session() {
     mover.forget_input();
     ++state.session;
@@ -237,7 +238,7 @@ struct RsiCore::Impl {
     ++state.interruptions;
   }
 
-  /// Packets have stopped, or are another session's.
+  /// Packets have stopped, or belong to another session.
   void lose(const Cause& cause) {
     const bool held_up = is<cause::HeldUp>(cause);
     const bool silent = is<cause::Silence, cause::DamagedPackets>(cause) || held_up;
@@ -268,7 +269,7 @@ struct RsiCore::Impl {
   bool peer_waits(TimePoint t_rx) const {
     return waited_unanswered || repeats.same_s(t_rx) >= kPeerWaitsS;
   }
-  /// Nothing says yet that this peer sends whether it is answered or not.
+  /// The peer may send packets only when answered; not yet disproven.
   bool may_wait_for_us() const { return !setpoint.known() && !stream.counts_milliseconds(); }
 
   void try_reference() {
@@ -290,15 +291,15 @@ struct RsiCore::Impl {
   }
   bool relative() const { return config.mode == CorrectionMode::kRelative; }
 
-  /// What the packets say has become too little to move by.
+  /// The packets no longer carry enough information for motion.
   void doubt() {
     if (coarse()) mover.halt(MoveOutcome::kNotFollowing, cause::TooCoarse{stream.decimals()});
     if (lacks_delay()) mover.halt(MoveOutcome::kRobotSilent, cause::DelayGone{});
-    increments_lost = mover.busy();  // or may be: referenced anew either way
+    increments_lost = mover.busy();  // or possibly: referenced anew in both cases
     if (!mover.busy()) state.link = RobotLink::kNotReferenced;
   }
 
-  /// How many more replies came late. Before the first one there was none that could.
+  /// Number of further late replies. Before the first reply none can be late.
   std::uint32_t note_delay() {
     const std::uint32_t more = delay.note(frame.delay);
     if (delay.replies() == 0) return 0;
@@ -307,7 +308,7 @@ struct RsiCore::Impl {
     if (more == 0 || !mover.busy()) return more;
     state.late_while_moving += more;
     if (relative()) {
-      // The arm is not where the accumulator has it, and never gets there by itself.
+      // The arm differs from the accumulator, and does not converge to it.
       increments_lost = true;
       mover.halt(MoveOutcome::kRobotSilent, cause::IncrementLost{state.late_while_moving});
     } else if (state.late_while_moving >= static_cast<std::uint32_t>(config.late_replies_limit)) {
@@ -326,7 +327,7 @@ struct RsiCore::Impl {
     }
   }
 
-  /// The input may be behind the sensor that has just proven itself free: nothing moves meanwhile.
+  /// The input may lag behind the sensor that has just reported free: the arm waits.
   bool waits_for_input() {
     if (!linked() || !queue.waiting() || !mover.input_alone()) {
       input_due.reset();
@@ -359,7 +360,7 @@ struct RsiCore::Impl {
     const bool of_the_sensor = result.interruption != Interruption::kNone;
     if (result.outcome != MoveOutcome::kArrived && !of_the_sensor)
       result.interruption = interruption_by(result.cause);
-    // The pose is not what was commanded: somebody has to look before it moves again.
+    // The pose differs from the commanded one: requires inspection before further motion.
     const bool lost_increments = increments_lost && !mover.busy();
     if ((result.outcome == MoveOutcome::kNotFollowing || lost_increments) &&
         state.link == RobotLink::kReady) {
@@ -369,7 +370,8 @@ struct RsiCore::Impl {
     queue.add(result);
   }
 
-  /// What has to do with the link; a move that is not referenced is so since the link was lost.
+  /// Interruption of the link; a move refused for a missing reference is caused by the loss of the
+  /// link.
   Interruption interruption_by(const Cause& cause) {
     if (is<cause::LateReplies, cause::IncrementLost>(cause)) {
       interrupt(Interruption::kLateReplies);
@@ -390,7 +392,7 @@ struct RsiCore::Impl {
     mover.halt(MoveOutcome::kStopped, cause::StopAsked{});
   }
 
-  // ---- small things ----------------------------------------------------------------------------
+  // ---- helpers ---------------------------------------------------------------------------------
 
   std::size_t axes() const { return config.limits.size(); }
   bool linked() const {
@@ -427,12 +429,12 @@ struct RsiCore::Impl {
 
   void check_silence() {
     if (!linked()) return;
-    // An arm whose peer counts packets has waited as well while this thread was held up.
+    // The arm of a peer that counts packets waited as well while this thread was delayed.
     const double own_s = stream.counts_packets() ? std::min(held_up_s, kPeerTimeoutS) : 0.0;
     const double limit_s =
         std::max(stream.silence_limit_s(), may_wait_for_us() ? kPeerTimeoutS : 0.0);
     if (state.waited_s - own_s <= limit_s) return;
-    // Who was awake for less than a cycle of it has missed no packet that is known of.
+    // This thread ran for less than a cycle of the wait: no packet is known to be missing.
     if (stream.learnt() && state.waited_s - slept_s <= stream.cycle_s())
       return lose(cause::HeldUp{state.waited_s, limit_s, slept_s});
     if (damaged_in_a_row > 1) return lose(cause::DamagedPackets{damaged_in_a_row});
@@ -495,14 +497,14 @@ struct RsiCore::Impl {
   CoreState state;
   TimePoint last_rx{}, looked{};
   double held_up_s = 0.0;                 // since the last packet
-  double slept_s = 0.0;                   // longest that this thread did not look since then
+  double slept_s = 0.0;                   // longest delay of this thread since then
   std::optional<TimePoint> input_due;     // a move waits for the contact input until then
   std::optional<std::uint32_t> answered;  // IPOC of the last reply
   bool rereference_asked = false, too_few_axes = false;
-  std::uint32_t damaged_in_a_row = 0;  // packets of a sound IPOC, and nothing else
-  bool increments_lost = false;        // relative: a reply of this move was not taken
-  bool unanswered = false;             // the newest packet
-  bool waited_unanswered = false;      // it came only after the one before had waited for an answer
+  std::uint32_t damaged_in_a_row = 0;  // with a valid IPOC only
+  bool increments_lost = false;    // relative: a reply of this move was not accepted
+  bool unanswered = false;         // the newest packet was not answered
+  bool waited_unanswered = false;  // it arrived after a pause, with the preceding one unanswered
   bool heard_time = false, ending = false, stop_low_sent = false, stop_sent = false;
 };
 

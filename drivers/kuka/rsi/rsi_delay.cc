@@ -4,7 +4,7 @@ namespace cellcal::drivers {
 
 namespace {
 
-// Replies that the newest packet cannot have counted yet.
+// Replies not yet counted by the newest packet.
 constexpr std::uint64_t kUnderWay = 2;
 
 }  // namespace

@@ -9,13 +9,13 @@
 namespace cellcal::drivers {
 namespace {
 
-// Rest: the means of two successive windows of AIPos agree. Means, so that encoder noise of
-// 0.0005 deg does not keep it from ever being seen; 48 ms, longer than the lag of a KRC4.
+// Rest: the means of two successive windows of AIPos agree. Means, so that encoder noise of 0.0005
+// deg does not prevent detection; 48 ms, longer than the lag of a KRC4.
 constexpr double kSettleWindowS = 0.048;
 constexpr int kSettleFewest = 4;
 constexpr double kSettledRad = 0.0005 * kRadPerDeg;
 constexpr double kSettleLimitS = 1.0;
-// After so many replies in a row that came late the arm stands, and no ramp is left to run.
+// After this many consecutive late replies the arm is stopped, and no ramp remains.
 constexpr int kStandsUnheard = 3;
 
 void rest_at_way_points(Move& move) {
@@ -83,7 +83,7 @@ std::optional<CoreResult> Mover::start(const Move& move, const AxisAngles& comma
 }
 
 CoreResult Mover::abandon(const Cause& cause, MoveOutcome outcome) {
-  if (outcome_ != MoveOutcome::kRobotSilent) {  // else it was brought to rest for a like reason
+  if (outcome_ != MoveOutcome::kRobotSilent) {  // otherwise already stopped for a similar reason
     outcome_ = outcome;
     cause_ = cause;
   }
@@ -149,7 +149,7 @@ std::optional<CoreResult> Mover::settle(const MoverCycle& cycle, const AxisAngle
   const bool at_rest = !needs_rest() || moved.rad <= kSettledRad;
   const bool followed = astray.rad <= config_.follow_tolerance_deg * kRadPerDeg;
   const bool time_is_up = settling_s_ >= kSettleLimitS;
-  // What arrived must be where it was commanded to; for what was stopped rest is enough.
+  // After an arrival the position must match the command; after a stop rest is sufficient.
   if (!time_is_up && !(at_rest && (followed || !ends_well()))) return std::nullopt;
   if (ends_well() && !followed) {
     outcome_ = MoveOutcome::kNotFollowing;
@@ -174,7 +174,7 @@ bool Mover::opening_known(const MoverCycle& cycle) {
       ends_well() && move_.kind == MoveKind::kRetreat && sensor_.heard().touching();
   if (!open_due_ && !closed) return true;
   if (!open_due_) open_due_ = cycle.now;
-  if (ends_well() && !closed) return true;  // its word came behind the arm
+  if (ends_well() && !closed) return true;  // the sensor's message arrived after the arm
   const auto found = sensor_.opening(*open_due_, cycle.now);
   if (!found) return false;
   outcome_ = found->outcome;
@@ -185,13 +185,13 @@ bool Mover::opening_known(const MoverCycle& cycle) {
 void Mover::fill_latch(const MoverCycle& cycle, const AxisAngles& settled_rad) {
   const auto at_contact = angles_at(record_, contact_->first_edge, cycle.clock);
   if (!at_contact) {
-    // A time stamp outside of what was recorded cannot be this contact's.
+    // A time stamp outside the record cannot belong to this contact.
     outcome_ = MoveOutcome::kContactSilent;
     cause_ = cause::StampOutside{seconds(cycle.now - contact_->first_edge)};
     return;
   }
-  // A number beside everything that was commanded around the contact is a wrong one, and the way
-  // back would be reckoned from it.
+  // Angles far from everything commanded around the contact are wrong, and the retreat would be
+  // computed from them.
   const double span_s = config_.follow_window_s + seconds(cycle.now - contact_->first_edge);
   const auto window = static_cast<std::size_t>(std::ceil(span_s / cycle.cycle_s)) + 1;
   const double tolerance_rad = config_.follow_tolerance_deg * kRadPerDeg;

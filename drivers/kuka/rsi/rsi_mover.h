@@ -1,17 +1,17 @@
 #pragma once
-// One move from its beginning to its result: travel, the contact sensor's say, stop, rest, latch.
+// One move from start to result: travel, contact sensor, stop, rest, latch.
 //
 //   travelling --end--> settling --rest, or near enough on the way--> result
 //       |  trip (search)
 //       +--> verdict (stopped) --contact, revoked, silence of the sensor--> settling
 //       +--> settling (other stops)
 //
-// Every stop takes effect in the reply that is being made. Up to probing speed it is a freeze.
-// Above it the arm brakes on the same path: a search within a few cycles, whatever the limits;
-// other moves as soon as their jerk limit allows.
+// Every stop takes effect in the current reply. Up to probing speed it is a freeze. Above it the
+// arm brakes on the same path: a search within a few cycles, regardless of the limits; other moves
+// as soon as their jerk limit allows.
 //
-// Way-points are passed without stops. Where corrections are in space it comes to rest at each of
-// them: limits and singularities are looked at along straight lines.
+// Way-points are passed without stops. With corrections in space the arm comes to rest at each of
+// them: limits and singularities are checked along straight lines.
 
 #include <cstdint>
 #include <optional>
@@ -28,21 +28,21 @@
 namespace cellcal::drivers {
 
 /// Up to this speed of the fastest axis a stop is a freeze: 40 mm/s at 1.2 m of reach, a step in
-/// velocity that the servos take without a word (0.008 deg per cycle of 4 ms).
+/// velocity that the servos accept without a message (0.008 deg per cycle of 4 ms).
 inline constexpr double kProbingSpeedRadS = 0.035;
-/// A search that is faster than that comes to rest within this time or three cycles, whichever is
-/// longer: half a degree per second of speed presses 0.005 deg further than a freeze.
+/// A faster search comes to rest within this time or three cycles, whichever is longer: each half
+/// degree per second of speed adds 0.005 deg of travel compared with a freeze.
 inline constexpr double kSearchRampS = 0.020;
 
 struct MoverCycle {
   TimePoint now{};
   double cycle_s = 0.0;
   IpocClock clock;
-  bool advance = true;  ///< false: this packet was answered before, hold what was sent
-  /// False (ABSOLUTE): the controller counted a reply as late. The arm stands at the one before,
-  /// and all that is commanded meanwhile it would do in one cycle.
+  bool advance = true;  ///< false: this packet was answered before, the reply is repeated
+  /// False (ABSOLUTE): the controller counted a reply as late. The arm is at the preceding one, and
+  /// would execute everything commanded meanwhile in one cycle.
   bool heard = true;
-  bool sound = true;  ///< false: this packet was damaged, and says nothing of the arm
+  bool sound = true;  ///< false: damaged packet, no information on the arm
 };
 
 class Mover {
@@ -51,29 +51,27 @@ class Mover {
   Mover(const RsiConfig& config, ContactGuard* guard, const PositionRecord& record);
 
   bool busy() const { return phase_ != Phase::kIdle; }
-  bool moves() const { return busy() && in_motion_; }  ///< its command goes on
+  bool moves() const { return busy() && in_motion_; }  ///< its command advances
   double fastest_axis_rad_s() const { return moves() ? path_.fastest_axis_rad_s(t_s_) : 0.0; }
-  /// Not on its way, or being brought to rest.
+  /// No move active, or it is being stopped.
   bool stops() const { return !moves() || braking_; }
-  /// Takes the sensor's events and level, and that of the controller's contact input: nothing where
-  /// the packet does not have it. Once per packet, busy or not.
+  /// Reads the sensor's events and level, and the controller's contact input: empty if absent from
+  /// the packet. To be called once per packet, also when idle.
   void listen(TimePoint now, std::optional<bool> input_on = std::nullopt);
-  /// The input says contact, and the sensor does not.
-  bool input_alone() const {
-    return sensor_.heard().input.contact && !sensor_.heard().snapshot.in_contact;
-  }
+  /// The input reports contact, and the sensor does not.
+  bool input_alone() const { return sensor_.heard().input.contact && !sensor_.heard().snapshot.in_contact; }
   bool input_contact() const { return input_.contact(); }
   InputPath input_path() const { return input_.path(); }
   std::uint32_t stops_by_input() const { return stops_by_input_; }
   /// Another session of the controller.
   void forget_input() { input_.reset(); }
-  /// Begins at rest at `commanded_rad`, after listen(). Empty result: begun.
+  /// Starts at rest at `commanded_rad`, after listen(). Empty result: started.
   std::optional<CoreResult> start(const Move& move, const AxisAngles& commanded_rad);
-  /// One cycle, after listen(): what to command next, and the result when the move is over.
+  /// One cycle, after listen(): the next command, and the result at the end of the move.
   std::optional<CoreResult> step(const MoverCycle& cycle, AxisAngles& commanded_rad);
-  /// To rest, with this outcome. Without effect on a move that is being stopped already.
+  /// Stops with this outcome. No effect on a move that is already being stopped.
   void halt(MoveOutcome outcome, const Cause& cause);
-  /// The move is over now: packets no longer come, or nothing more can be commanded.
+  /// Ends the move immediately: packets have ceased, or nothing more can be commanded.
   CoreResult abandon(const Cause& cause, MoveOutcome outcome = MoveOutcome::kRobotSilent);
 
  private:
@@ -87,14 +85,14 @@ class Mover {
   void watch_other(const MoverCycle& cycle);
   void await_verdict(TimePoint now);
   void watch_following(const MoverCycle& cycle);
-  /// Whether its end is rest, not only where it was commanded to within the tolerance: of what was
-  /// stopped, of searches, and of a retreat until the contact is open. The next move of an arm on its way
-  /// begins where the last was commanded to.
+  /// True if the move ends at rest, not only within the tolerance of the commanded position: after a
+  /// stop, for searches, and for a retreat until the contact is open. The next move of a moving arm
+  /// begins at the last commanded position.
   bool needs_rest() const;
   std::optional<CoreResult> settle(const MoverCycle& cycle, const AxisAngles& commanded_rad);
-  /// A retreat at rest: whether its contact opened, once that is known.
+  /// A retreat at rest: true once it is known whether its contact opened.
   bool opening_known(const MoverCycle& cycle);
-  /// What the sensor has just told of contact or opening is what the input has to have shown.
+  /// Compares the sensor's message on contact or opening with the input.
   void judge_input();
   CoreResult result(const AxisAngles& commanded_rad);
   void fill_latch(const MoverCycle& cycle, const AxisAngles& settled_rad);
@@ -104,21 +102,21 @@ class Mover {
   ContactGuard* guard_;
   SensorMonitor sensor_;
   ContactInput input_;
-  std::uint32_t stops_by_input_ = 0;  ///< before the sensor's word
+  std::uint32_t stops_by_input_ = 0;  ///< before the sensor's message
 
   Phase phase_ = Phase::kIdle;
   Move move_;
   PathMove path_;
   double t_s_ = 0.0;
   bool in_motion_ = false, braking_ = false;  ///< on the path
-  double open_by_s_ = 0.0;                    ///< retreat: so long its contact may be closed
-  std::optional<TimePoint> open_due_;         ///< when it was over, and it was not heard to be open
-  int unheard_cycles_ = 0;                    ///< in a row
+  double open_by_s_ = 0.0;                    ///< retreat: time by which its contact must open
+  std::optional<TimePoint> open_due_;         ///< retreat: end of that time, contact not yet open
+  int unheard_cycles_ = 0;                    ///< consecutive
   double cycle_s_ = 0.0;
   MoveOutcome outcome_ = MoveOutcome::kArrived;
   Cause cause_;
   TimePoint stopped_at_{};
-  bool by_input_ = false;  ///< the search was stopped by it, before the sensor's word
+  bool by_input_ = false;  ///< the search was stopped by the input, before the sensor's message
   double settling_s_ = 0.0;
   int settling_cycles_ = 0;
   std::optional<ContactEvent> contact_;

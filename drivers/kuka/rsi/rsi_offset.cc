@@ -8,25 +8,26 @@
 namespace cellcal::drivers {
 
 namespace {
-// Two corrections closer than this count as one: above servo error and AIPos noise at rest, and a
-// jump of it (0.5 mm at 1.4 m) passes as vibration.
+// Tolerance for equal corrections: above servo error and AIPos noise at rest; a jump of this size
+// (0.5 mm at 1.4 m) is within vibration.
 constexpr double kSameRad = 0.02 * kRadPerDeg;
-// At rest servos, or a controller that makes a little else of it, leave no more between the two.
+// Largest difference at rest, from servos or a controller that applies the correction inexactly.
 constexpr double kServosLeaveRad = 0.05 * kRadPerDeg;
-// At rest: no axis changes by more than this from packet to packet, several times over.
+// Rest: no axis changes by more than this from packet to packet, several times in a row.
 constexpr double kStillRad = 0.005 * kRadPerDeg;
 constexpr int kStillPackets = 3;
-// Where it is which of several replies the controller holds, they may be nearer to each other than
-// to an arm that still comes to rest: two or three of its time constants more.
+// If several replies could be held by the controller, their distance may be less than the motion of
+// an arm that is still settling: two or three more of its time constants.
 constexpr int kSettledPackets = 12;
-// IPOC has gone on if it agrees with the host's clock this well: network jitter, two quartzes.
+// Tolerance between IPOC and the host's clock for a continuing session: network jitter, two
+// quartzes.
 constexpr double kContinuityS = 0.05, kContinuityFraction = 0.01;
-// Silence on a port of our own that no running session keeps: five of the longest cycles. No
+// Minimum silence on an own port that excludes a running session: five of the longest cycles. No
 // program is stopped and started within it.
 constexpr double kListenedS = 0.2;
-// Delay of a running session may lag by one packet; a fresh one must stay clearly below.
+// Delay of a running session may lag by one packet; that of a new one must be clearly below.
 constexpr std::uint32_t kDelayLag = 1, kDelayClear = 3;
-// Packets that a peer which waits for replies may be ahead of the last one answered.
+// Maximum lead, in packets, of a peer that waits for replies.
 constexpr std::int32_t kMostAhead = 4;
 
 double distance(const AxisAngles& a, const AxisAngles& b) {
@@ -58,7 +59,7 @@ OffsetVerdict OffsetFinder::by_setpoint(const OffsetEvidence& evidence) {
   AxisAngles measured = evidence.actual_rad;
   for (std::size_t i = 0; i < measured.size(); ++i) measured[i] -= evidence.setpoint_rad[i];
   const double from_zero = distance(measured, zero_);
-  // Where the arm was on its way the controller may hold one of the replies before, too.
+  // For a moving arm the controller may hold one of the preceding replies, too.
   const bool only_one = std::all_of(
       memory_.earlier_rad.begin(), memory_.earlier_rad.end(),
       [&](const AxisAngles& earlier) { return distance(earlier, memory_.sent_rad) <= kStillRad; });
@@ -67,12 +68,12 @@ OffsetVerdict OffsetFinder::by_setpoint(const OffsetEvidence& evidence) {
     if (only_one && from_sent <= kSameRad && from_sent <= from_zero)
       return decide(memory_.sent_rad);
   }
-  // Without a correction of ours before, or with hardly one, a small difference is none at all.
+  // Without a previous correction, or with a negligible one, a small difference is zero.
   if (from_zero <= kSameRad && (!memory_.known || distance(memory_.sent_rad, zero_) <= kSameRad)) {
     return decide(zero_);
   }
-  // Otherwise the arm may be on its way between two corrections: only at rest does the difference
-  // say which one is in force.
+  // Otherwise the arm may be moving between two corrections: the difference identifies the active
+  // one only at rest.
   const bool still = distance(measured, last_measured_) <= kStillRad;
   still_packets_ = still ? still_packets_ + 1 : 0;
   last_measured_ = measured;
@@ -96,18 +97,18 @@ OffsetVerdict OffsetFinder::behind_replies(const OffsetEvidence& evidence,
   if (distance(measured, sent) <= kServosLeaveRad) return decide(sent);
   if (distance(measured, zero_) > kSameRad) return OffsetVerdict::kDenied;
   if (evidence.silence_before_s < kListenedS) return OffsetVerdict::kDenied;
-  // Whether a session without a correction is another one the counters say, where there are any.
+  // For a session without a correction only the counters, if present, tell whether it is a new one.
   if (!evidence.delay || !memory_.delay) return decide(zero_);
   const OffsetVerdict counted = by_counters(evidence);
   if (counted != OffsetVerdict::kKnown) return counted;
   return distance(offset_rad_, zero_) <= kSameRad ? OffsetVerdict::kKnown : OffsetVerdict::kDenied;
 }
 
-/// No late reply at first, although nobody else can have answered for many cycles. Without the
-/// silence it may be a session that another process has answered until now; and the silence says
-/// something only of a peer that does not wait for replies: the packets behind the first one come
-/// without any, and each is counted. Where zeros are sent meanwhile (relative) that cannot be seen,
-/// and nothing jumps.
+/// No late replies yet, although no other process can have answered for many cycles. Without the
+/// silence it may be a session that another process has answered until now; and the silence is
+/// significant only for a peer that does not wait for replies: the packets after the first one
+/// arrive unanswered, and each is counted. While zeros are sent (relative) this is not observable,
+/// and no jump is possible.
 bool OffsetFinder::just_begun(const OffsetEvidence& evidence) {
   if (!evidence.delay || evidence.waits || evidence.silence_before_s < kListenedS) return false;
   if (evidence.answered) return *evidence.delay == 0;
@@ -133,7 +134,7 @@ OffsetVerdict OffsetFinder::by_counters(const OffsetEvidence& evidence) {
   if (memory_.step == 0 || memory_.seconds_per_ipoc <= 0.0) return OffsetVerdict::kUnknown;
 
   const auto passed = static_cast<std::int32_t>(evidence.ipoc - memory_.ipoc);
-  // However long it took: where it stood, with the counter where it was, the session goes on.
+  // After any time: if position and counter are unchanged, the session continues.
   if (memory_.counts_packets && passed >= 0 && passed <= kMostAhead &&
       distance(evidence.actual_rad, memory_.actual_rad) <= kSameRad) {
     return decide(memory_.sent_rad);
@@ -144,7 +145,7 @@ OffsetVerdict OffsetFinder::by_counters(const OffsetEvidence& evidence) {
     return may_be_another ? decide(zero_) : OffsetVerdict::kUnknown;
   }
   if (!evidence.delay || !memory_.delay) return OffsetVerdict::kUnknown;
-  // Within a session it never counts back.
+  // It never decreases within a session.
   if (*evidence.delay < *memory_.delay)
     return may_be_another ? decide(zero_) : OffsetVerdict::kUnknown;
   if (!first_delay_) first_delay_ = evidence.delay;

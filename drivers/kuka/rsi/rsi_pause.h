@@ -1,6 +1,6 @@
 #pragma once
-// Is it the same session of the controller that goes on behind a silence? Only a short one can hide
-// no other: a program that ended is not started again within half a second, by nobody's hand.
+// Determines whether the controller's session continues after a silence. Only a short one excludes
+// another session: a program that ended cannot be restarted manually within half a second.
 
 #include <cmath>
 #include <cstdint>
@@ -12,14 +12,15 @@ namespace cellcal::drivers {
 
 class PauseWatch {
  public:
-  /// Packets stopped behind this one.
+  /// Packets stopped after this one.
   void begin(std::uint32_t ipoc, double seconds_per_ipoc, std::optional<std::uint32_t> delay,
              TimePoint t_rx) {
     left_ = Left{ipoc, seconds_per_ipoc, delay, t_rx};
   }
   void forget() { left_.reset(); }
 
-  /// The first packet behind it: IPOC has gone on with the clock, and Delay has not begun anew.
+  /// First packet after the silence: true if IPOC is consistent with the clock, and Delay has not
+  /// restarted.
   bool is_over(std::uint32_t ipoc, std::optional<std::uint32_t> delay, TimePoint t_rx) const {
     if (!left_ || left_->seconds_per_ipoc <= 0.0) return false;
     const double elapsed_s = std::chrono::duration<double>(t_rx - left_->t_rx).count();
@@ -32,7 +33,7 @@ class PauseWatch {
 
  private:
   static constexpr double kLongestS = 0.5;
-  /// Packets that waited in a queue, and two quartzes.
+  /// Tolerance for queued packets, and two quartzes.
   static constexpr double kContinuityS = 0.05;
 
   struct Left {

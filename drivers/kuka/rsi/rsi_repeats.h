@@ -1,6 +1,6 @@
 #pragma once
-// Since when it has been the same packet, over and over. Some peers repeat a packet until it is
-// answered: their arm rests. Whoever repeats one that was answered takes no replies any more.
+// Start of a sequence of identical packets. Some peers repeat a packet until it is answered, with
+// the arm at rest. Repetition of an answered packet shows that replies are no longer accepted.
 
 #include <cstdint>
 

@@ -19,7 +19,7 @@ namespace asio = boost::asio;
 using asio::ip::udp;
 using boost::system::error_code;
 
-// Datagrams looked at in one go; a flood must not keep the tick from running.
+// Maximum datagrams processed at once, so that a flood does not delay the tick.
 constexpr int kDrainLimit = 64;
 constexpr std::chrono::seconds kCloseLimit{2};
 
@@ -102,15 +102,15 @@ struct RsiRobot::Impl : std::enable_shared_from_this<RsiRobot::Impl> {
     return link == RobotLink::kNotReferenced || link == RobotLink::kReady;
   }
 
-  /// Two controllers on one port must never be mixed up: the first address stays the only one; its
-  /// port may change when RSI starts again, after the link was lost.
+  /// Two controllers on one port must never be mixed up: only the first address is accepted; its
+  /// port may change when RSI restarts, after the link was lost.
   bool is_foreign(const udp::endpoint& from) const {
     if (!locked) return false;
     return from.address() != peer.address() || (linked() && from.port() != peer.port());
   }
 
-  /// Takes everything that waits, and answers the newest packet alone: replies to older ones would
-  /// come late, and a burst of steps could be taken for motion.
+  /// Reads all pending datagrams, and answers only the newest packet: replies to older ones would
+  /// be late, and a burst of steps could be taken for motion.
   void drain() {
     std::size_t size = 0;
     TimePoint t_rx;
@@ -120,7 +120,7 @@ struct RsiRobot::Impl : std::enable_shared_from_this<RsiRobot::Impl> {
       const std::size_t got =
           socket.receive_from(asio::buffer(spare.data(), spare.size()), from, 0, error);
       if (error == asio::error::would_block || error == asio::error::try_again) break;
-      if (error) continue;  // an ICMP answer to a reply that nobody listened to; silence tells
+      if (error) continue;  // an ICMP answer to an undelivered reply; silence shows it
       const TimePoint now = std::chrono::steady_clock::now();
       if (is_foreign(from)) {
         foreign.fetch_add(1, std::memory_order_relaxed);
@@ -145,7 +145,7 @@ struct RsiRobot::Impl : std::enable_shared_from_this<RsiRobot::Impl> {
         times.add(std::chrono::steady_clock::now() - t_rx);
       }
     }
-    // Only what the core took for a controller's packet decides whom to listen to.
+    // Only a packet accepted by the core as a controller's determines the peer.
     if (linked() && (!locked || peer != newest_from)) {
       peer = newest_from;
       locked = true;
@@ -192,7 +192,7 @@ struct RsiRobot::Impl : std::enable_shared_from_this<RsiRobot::Impl> {
   bool locked = false;
   bool ending = false;
   TimePoint close_by{};
-  // One byte more than the largest: longer datagrams are seen to be too long.
+  // One byte more than the largest: detects datagrams that are too long.
   using Datagram = std::array<char, kMaxRsiDatagram + 1>;
   struct Buffer {
     std::unique_ptr<Datagram> memory = std::make_unique<Datagram>();
@@ -207,7 +207,7 @@ struct RsiRobot::Impl : std::enable_shared_from_this<RsiRobot::Impl> {
   std::atomic<std::uint32_t> foreign_from{0}, peer_v4{0};
   std::atomic<std::uint16_t> bound_port{0};
 
-  std::string listening;  // session's thread alone
+  std::string listening;  // session's thread only
 };
 
 RsiRobot::RsiRobot(asio::io_context& context, RsiConfig config, ContactGuard* guard)

@@ -1,6 +1,6 @@
 #pragma once
 // The RSI adapter as a drivers::Robot: on a UDP socket of the robot's I/O thread, and, for virtual
-// time, in the caller's own thread.
+// time, in the caller's thread.
 
 #include <cstdint>
 #include <memory>
@@ -20,9 +20,9 @@ class io_context;
 
 namespace cellcal::drivers {
 
-/// Threads: the socket and the core live on the io_context's thread; the calls of Robot come from
-/// one other thread and cross through lock-free queues. The guard is asked on the io_context's
-/// thread, so it has to live there too (the contact sensor on the same context does).
+/// Threads: the socket and the core live on the io_context's thread; the functions of Robot are
+/// called from one other thread and communicate through lock-free queues. The guard is polled on
+/// the io_context's thread and has to live there (the contact sensor on the same context does).
 class RsiRobot final : public Robot {
  public:
   /// Throws ConfigError. Context and guard must outlive the robot, and the context must run until
@@ -30,24 +30,25 @@ class RsiRobot final : public Robot {
   RsiRobot(boost::asio::io_context& context, RsiConfig config, ContactGuard* guard);
   ~RsiRobot() override;
 
-  /// Binds exclusively. Throws DriverError naming address and port. Again after close(): allowed.
+  /// Binds exclusively. Throws DriverError naming address and port. May be called again after
+  /// close().
   void open() override;
   RobotState state() const override;
   void rereference() override;
   void begin(const Move& move) override;
   void stop() override;
   std::optional<MoveResult> poll() override;
-  /// Rest, Stop, then replies until the controller is silent (at most 2 s); returns at once.
+  /// Rest, Stop, then replies until the controller is silent (at most 2 s); returns immediately.
   void close() override;
 
-  bool is_open() const;        ///< until the close has ended
+  bool is_open() const;        ///< until the close has completed
   std::uint16_t port() const;  ///< bound port, 0 while closed
-  /// Datagram taken from the socket to reply handed back to it. Any thread.
+  /// Time from reading a datagram from the socket to writing the reply. Any thread.
   const ReplyHistogram& reply_times() const;
-  std::uint64_t foreign_packets() const;  ///< from other addresses than the first: ignored
-  /// What state() is made of: for figures that only RSI has.
+  std::uint64_t foreign_packets() const;  ///< from addresses other than the first: ignored
+  /// Source of state(), for RSI-specific figures.
   CoreState core_state() const;
-  /// Address of the controller that is listened to; empty before its first packet.
+  /// Address of the controller; empty before its first packet.
   std::string sender() const;
 
  private:
@@ -55,7 +56,7 @@ class RsiRobot final : public Robot {
   std::shared_ptr<Impl> impl_;
 };
 
-/// The same in one thread: whoever owns the emulated controller passes its datagrams in.
+/// Single-threaded variant: the owner of the emulated controller passes its datagrams.
 class RsiRobotInline final : public Robot {
  public:
   RsiRobotInline(RsiConfig config, ContactGuard* guard) : core_(std::move(config), guard) {}

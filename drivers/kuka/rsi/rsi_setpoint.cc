@@ -9,14 +9,14 @@ namespace cellcal::drivers {
 
 namespace {
 
-// ASPos repeats itself to the last digit; this allows for one decimal less than is accepted.
+// ASPos repeats exactly; allows for one decimal less than is accepted.
 constexpr double kSamePoseRad = 0.01 * kRadPerDeg;
-// A correction of less is none, as in rsi_offset.
+// A smaller correction is zero, as in rsi_offset.
 constexpr double kNoCorrectionRad = 0.02 * kRadPerDeg;
-// Where the arm stands so near to what was sent last, that is what the controller holds: servos, or
-// a controller that makes a little else of it.
+// If the arm is this close to the last correction sent, the controller holds it; the difference is
+// due to servos or an inexact correction.
 constexpr double kSameFrameRad = 0.05 * kRadPerDeg;
-// A program that ended is not started again within it.
+// Minimum time before a program that ended is started again.
 constexpr double kRestartTakesS = 0.5;
 
 double most_difference(const AxisAngles& a, const AxisAngles& b) {
@@ -81,8 +81,8 @@ std::optional<cause::SessionRestarted> RsiSetpoint::start_pose_moved(const RobFr
   if (start_pose_.empty()) start_pose_ = setpoint;
   if (setpoint_follows_) return std::nullopt;
   if (most_difference(setpoint, start_pose_) <= kSamePoseRad) {
-    // The arm has left it and it stays: it holds no correction, and where it jumps after the arm a
-    // new session began there.
+    // The arm has left ASPos while that stayed: it does not include the correction, and if it jumps
+    // to the arm's position a new session began there.
     const double apart = most_difference(setpoint, actual_rad);
     setpoint_apart_ = setpoint_apart_ || apart > kNoCorrectionRad;
     return std::nullopt;
@@ -120,8 +120,8 @@ bool RsiSetpoint::find(const RobFrame& frame, const AxisAngles& actual_rad, Time
   verdict_ = finder_.look(evidence);
   if (verdict_ != OffsetVerdict::kKnown) return false;
   if (config_.mode == CorrectionMode::kRelative && evidence.setpoint_rad.empty()) {
-    // What a running session holds is the sum of what it took, and some of it may have been lost:
-    // only ASPos tells. A session that has just begun holds nothing.
+    // A running session holds the sum of the accepted increments, some of which may have been lost:
+    // only ASPos reveals it. A new session holds nothing.
     for (const double offset : finder_.offset_rad()) {
       if (std::abs(offset) > kNoCorrectionRad) verdict_ = OffsetVerdict::kUnknown;
     }
@@ -161,19 +161,20 @@ void RsiSetpoint::find_start(const AxisAngles& actual_rad) {
     start_ = start_pose_;
   } else if (start_.empty() || most_difference(base_, actual_rad) <= kNoCorrectionRad) {
     start_ = base_;
-  }  // else a session that goes on, and ASPos does not tell: it has the start that it had
+  }  // otherwise a continuing session without information from ASPos: the start is unchanged
   space_.begin(start_);
 }
 
 void RsiSetpoint::stand_at(const AxisAngles& at_rad) {
   commanded_ = at_rad;
   if (config_.mode == CorrectionMode::kAbsolute) {
-    // What was sent last is what is held; where the arm rests with it shifts the zero.
+    // The correction sent last is held; the rest position shifts the zero.
     base_ = at_rad;
     for (std::size_t i = 0; i < axes(); ++i) base_[i] -= accumulator_.held_rad()[i];
     return;
   }
-  // An increment may have been lost: what is held is what the arm shows, from a zero that stays.
+  // An increment may have been lost: the correction is derived from the measured position, with the
+  // zero unchanged.
   accumulator_.set(correction_rad(at_rad));
   bound_.rest_at(correction_rad(at_rad));
 }

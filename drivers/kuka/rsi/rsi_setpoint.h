@@ -1,6 +1,6 @@
 #pragma once
-// Where the arm stands and what the controller holds: which correction is in force when a session
-// is met, which pose is its zero, what is commanded, and what the next reply has to say.
+// Position of the arm and correction held by the controller: the active correction at the start of
+// a session, the pose at its zero, the commanded pose, and the next reply.
 
 #include <optional>
 #include <span>
@@ -23,65 +23,64 @@ class RsiSetpoint {
   /// `config` must outlive this.
   explicit RsiSetpoint(const RsiConfig& config);
 
-  /// Another session, or the same after a silence of so long. Everything is in doubt.
+  /// Another session, or the same after a silence of this duration. The correction is unknown
+  /// again.
   void begin_session(double silence_before_s);
-  /// RSI 2's first frame, behind a silence of so long: this session's correction is 0. False: a
-  /// damaged packet of a session that goes on looks the same.
+  /// RSI 2's first frame, after a silence of this duration: this session's correction is 0. False:
+  /// a damaged packet of a continuing session looks the same.
   bool session_starts(double silence_before_s);
-  /// The link was lost: what is known of it, for when it comes back. Without effect on a session
-  /// that was never understood.
+  /// The link was lost: stores its state for when it resumes. No effect if the correction was never
+  /// known.
   void remember(const OffsetMemory& link);
 
-  /// ASPos is the pose at RSI_ON: where it changes, a new session began, or the KRL program moves
-  /// the arm itself. Either way the correction means something else now. Some simulators add the
-  /// correction to ASPos too: then it is where the last replies have commanded a `moving` arm to
-  /// be.
+  /// ASPos is the pose at RSI_ON: if it changes, a new session began, or the KRL program moved the
+  /// arm. In both cases the meaning of the correction has changed. Some simulators include the
+  /// correction in ASPos: it then equals the pose commanded by the last replies to a `moving` arm.
   std::optional<cause::SessionRestarted> start_pose_moved(const RobFrame& frame,
                                                           const AxisAngles& actual_rad,
                                                           bool moving);
-  /// How far AIPos is from a packet's ASPos, which has to be there.
+  /// Distance of AIPos from the packet's ASPos, which must be present.
   double start_distance_rad(const RobFrame& frame, const AxisAngles& actual_rad) const;
-  /// Looks at a packet until known(). True once the controller's correction is known. `waits`: the
-  /// peer repeats this packet, nothing moves before it is answered.
+  /// Processes a packet until known(). True once the controller's correction is known. `waits`: the
+  /// peer repeats this packet, no motion before it is answered.
   bool find(const RobFrame& frame, const AxisAngles& actual_rad, TimePoint t_rx, bool waits);
   bool known() const { return known_; }
   bool waits_for_rest() const { return verdict_ == OffsetVerdict::kWaitForRest; }
   bool denied() const { return verdict_ == OffsetVerdict::kDenied; }
 
-  /// The arm stands here: this is what is commanded from now on, and the correction stays what it
-  /// is.
+  /// Sets the current pose as the commanded one; the correction is unchanged.
   void stand_at(const AxisAngles& at_rad);
 
   AxisAngles& commanded_rad() { return commanded_; }
   const AxisAngles& commanded_rad() const { return commanded_; }
   const AxisAngles& base_rad() const { return base_; }  ///< pose at correction 0
 
-  /// What can be said against a move from here. Where corrections are in space, each of its lines is
-  /// looked at as a whole.
+  /// Validates a move from here. For corrections in space each line is checked as a whole.
   std::optional<Cause> object_to(const Move& move) const;
-  /// In space: how far RIst is from where the geometry has the TCP.
+  /// In space: distance of RIst from the TCP of the geometry.
   TcpApart tcp_apart(const RobFrame& frame, const AxisAngles& actual_rad) const {
     return space_.apart(frame, actual_rad);
   }
 
-  /// What the reply has to say: per axis [deg], or in space X Y Z [mm] and A B C [deg]. Bounded by
-  /// the axes' limits (ReplyBound): beyond them it is what is held, and beyond() says so. `stops`:
-  /// no move is on its way, or it is being brought to rest. Empty: nothing that could be said.
+  /// Content of the reply: per axis [deg], or in space X Y Z [mm] and A B C [deg]. Bounded by the
+  /// axes' limits (ReplyBound): if exceeded, the current correction is returned, and beyond()
+  /// reports it. `stops`: no move is active, or it is being stopped. Empty: no valid reply.
   std::span<const double> next(double cycle_s, bool stops);
   std::span<const double> again() { return on_wire(accumulator_.again_deg()); }
   std::span<const double> hold() { return on_wire(accumulator_.hold_deg()); }
   const std::optional<cause::ReplyBeyondLimit>& beyond() const { return beyond_; }
-  /// The controller did not take the last reply.
+  /// The controller did not accept the last reply.
   void not_taken() { bound_.not_taken(); }
-  /// Increments of zero move nothing, whatever the controller holds.
+  /// True if zero increments are safe without knowing the correction.
   bool may_hold_unknown() const { return config_.mode == CorrectionMode::kRelative; }
 
  private:
   std::size_t axes() const { return config_.limits.size(); }
   void find_start(const AxisAngles& actual_rad);
-  /// In space the angles that a running session shows do not say which frame it was sent: another
-  /// geometry than the controller's makes another frame of them, and a reply with that one moves
-  /// the arm. True where nothing is held, or what this adapter sent last, which `held_rad` then is.
+  /// In space the angles of a running session do not determine the frame that was sent: a geometry
+  /// other than the controller's yields another frame, and replying with it would move the arm.
+  /// True if nothing is held, or if the last correction sent by this adapter is, returned in
+  /// `held_rad`.
   bool hold_in_space(AxisAngles& held_rad) const;
   AxisAngles correction_rad(const AxisAngles& axes_rad) const;
   std::span<const double> on_wire(std::span<const double> axes_deg);
@@ -95,13 +94,13 @@ class RsiSetpoint {
   OffsetMemory memory_;
   OffsetVerdict verdict_ = OffsetVerdict::kUnknown;
   bool known_ = false, session_start_ = false;
-  bool setpoint_follows_ = false;  ///< ASPos holds the correction, as with some simulators
-  bool setpoint_apart_ = false;    ///< it was seen not to
+  bool setpoint_follows_ = false;  ///< ASPos includes the correction, as with some simulators
+  bool setpoint_apart_ = false;    ///< ASPos was seen without the correction
   double silence_before_s_ = 0.0;
-  AxisAngles start_pose_;        // ASPos of this session; empty if it is not sent
-  AxisAngles base_, commanded_;  // pose at correction 0, and with the correction wanted
-  // The axes at RSI_ON. Unlike base_ they do not take up what servos leave over: corrections in
-  // space depend on them by more than their difference.
+  AxisAngles start_pose_;        // ASPos of this session; empty if not sent
+  AxisAngles base_, commanded_;  // pose at correction 0, and with the desired correction
+  // The axes at RSI_ON. Unlike base_ they exclude the servo error: the effect on corrections in
+  // space exceeds the error itself.
   AxisAngles start_;
   SpaceCorrector space_;
   KukaFrame rkorr_{};

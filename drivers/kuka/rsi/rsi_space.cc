@@ -18,12 +18,12 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 constexpr std::size_t kAxes = 6;
 
-// A line is looked at so densely; the stretch beside a singularity that kMostGain closes is wider.
+// Sampling step along a line; the region near a singularity excluded by kMostGain is wider.
 constexpr double kStepRad = 1.0 * kRadPerDeg;
-// Differences for the inverse: 1e-6 of them is lost, and a tenth would do.
+// Finite difference for the inverse; its relative error of 1e-6 is negligible.
 constexpr double kDifferenceRad = 1e-6;
 
-// Where cos B is less, only the sum or difference of A and C is known: all of it is C's.
+// For smaller cos B only the sum or difference of A and C is determined: assigned to C.
 constexpr double kLost = 1e-7;
 
 KukaFrame to_frame(const Vector3d& shift_m, const Matrix3d& turn) {
@@ -47,7 +47,7 @@ Isometry3d tcp_at(const ArmGeometry& arm, const AxisAngles& axis_rad) {
   return arm.tcp({axis_rad.data(), axis_rad.size()});
 }
 
-// The axis that has to turn most for a little of the TCP's way, and how much [rad per m or rad].
+// The axis with the largest rotation per small motion of the TCP, and the ratio [rad per m or rad].
 cause::NearSingular gain_at(const ArmGeometry& arm, const AxisAngles& axis_rad) {
   const Isometry3d here = tcp_at(arm, axis_rad);
   Eigen::Matrix<double, 6, 6> jacobian;
@@ -65,7 +65,7 @@ cause::NearSingular gain_at(const ArmGeometry& arm, const AxisAngles& axis_rad) 
   cause::NearSingular most{0, 0.0, kMostGain};
   for (std::size_t i = 0; i < kAxes; ++i) {
     const double gain = inverse.row(static_cast<Eigen::Index>(i)).norm();
-    if (gain <= most.gain) continue;  // not a number where the arm is exactly singular
+    if (gain <= most.gain) continue;  // NaN if the arm is exactly singular
     most.axis = static_cast<std::uint8_t>(i);
     most.gain = std::isfinite(gain) ? gain : HUGE_VAL;
   }
@@ -73,12 +73,12 @@ cause::NearSingular gain_at(const ArmGeometry& arm, const AxisAngles& axis_rad) 
 }
 
 int steps_of(const AxisAngles& from_rad, const AxisAngles& to_rad) {
-  constexpr double kMostSteps = 720.0;  // two revolutions: angles of a damaged packet may be any
+  constexpr double kMostSteps = 720.0;  // two revolutions: angles of a damaged packet are arbitrary
   const double steps = std::ceil(farthest_axis(from_rad, to_rad).rad / kStepRad);
   return static_cast<int>(std::clamp(steps, 1.0, kMostSteps));
 }
 
-/// `zero` and the share of the way from `from` to `to`.
+/// `zero` plus the interpolation from `from` to `to`.
 AxisAngles between(const AxisAngles& zero_rad, const AxisAngles& from_rad, const AxisAngles& to_rad,
                    double share) {
   AxisAngles axes = zero_rad;
@@ -155,7 +155,7 @@ bool clear_of_singularities(const ArmGeometry& arm, const AxisAngles& from_rad,
 TcpApart SpaceCorrector::apart(const RobFrame& frame, const AxisAngles& actual_rad) const {
   if (!config_.on || !config_.compare_tcp || !frame.tcp || actual_rad.size() != kAxes) return {};
   const KukaFrame& said = *frame.tcp;
-  // Peers that have no geometry send zeros.
+  // Peers without a geometry send zeros.
   if (std::all_of(said.begin(), said.end(), [](double v) { return v == 0.0; })) return {};
   const Isometry3d here = tcp_at(*config_.geometry, actual_rad);
   const Vector3d there = Vector3d(said[0], said[1], said[2]) / kMmPerM;

@@ -1,19 +1,19 @@
 #pragma once
-// Corrections in space (POSCORR, tag RKorr): the last step between the axis angles that are
-// commanded and the wire, and what can be said against a move for its sake.
+// Corrections in space (POSCORR, tag RKorr): conversion of commanded axis angles to the transmitted
+// frame, and the resulting validation of moves.
 //
 // Model: the controller takes its nominal TCP at RSI_ON (start axes), shifts it by X, Y, Z and
 // turns it by Rz(A) Ry(B) Rx(C), all in the frame of RefCorrSys, and solves for the axes. Base and
 // RobRoot: shift along the root's axes, turn about the TCP, about axes parallel to the root's.
-// Tool: the frame of the TCP at RSI_ON. Fails safe where that does not hold: the arm then leaves
-// what is commanded, and the follow watch stops it.
+// Tool: the frame of the TCP at RSI_ON. Fails safe if that does not hold: the arm then deviates
+// from the command, and the following-error monitor stops it.
 //
-// No turn of less than 90 deg comes near to where A or C go from 180 to -180 deg, or B to 90 deg,
-// beside which A and C race. Beyond 90 deg they may; to a controller that composes them it is one
-// turn.
+// Rotations below 90 deg stay away from the transition of A or C from 180 to -180 deg, and from B =
+// 90 deg, where A and C change rapidly. Above 90 deg this may occur; for a controller that composes
+// them it is one rotation.
 //
 // Near a singularity a small step in space is a large one of axes, so a move may only pass where
-// the arm's inverse stays small (kMostGain).
+// the gain of the arm's inverse is small (kMostGain).
 
 #include <array>
 #include <optional>
@@ -25,29 +25,29 @@
 
 namespace cellcal::drivers {
 
-/// At most so many radians of any axis for a metre or a radian of the TCP. A wrist reaches it 3.8
-/// deg beside A5 = 0, where the wire's last decimal (1e-6 deg) is 1.5e-5 deg of an axis.
+/// Maximum rotation of any axis in radians per metre or radian of the TCP. A wrist reaches it 3.8
+/// deg from A5 = 0, where the last transmitted decimal (1e-6 deg) is 1.5e-5 deg of an axis.
 inline constexpr double kMostGain = 15.0;
-/// What object_to() says of singularities, for those who plan moves before there is a session.
+/// The singularity check of object_to(), for planning moves without a session.
 bool clear_of_singularities(const ArmGeometry& arm, const AxisAngles& from_rad,
                             const AxisAngles& to_rad);
 
 class SpaceCorrector {
  public:
-  /// `config` must outlive this. Without effect unless config.on.
+  /// `config` must outlive this object. No effect unless config.on.
   explicit SpaceCorrector(const SpaceCorrection& config) : config_(config) {}
 
-  /// Corrections count from these axes: where the arm stood at RSI_ON.
+  /// Sets the axes that corrections refer to: the pose at RSI_ON.
   void begin(const AxisAngles& start_rad);
-  /// What brings the TCP to where the start axes plus `correction_deg` put it: X Y Z [mm], A B C
-  /// [deg]. Empty: no finite numbers.
+  /// Frame that moves the TCP to that of the start axes plus `correction_deg`: X Y Z [mm], A B C
+  /// [deg]. Empty: not finite.
   std::optional<KukaFrame> rkorr(std::span<const double> correction_deg) const;
 
-  /// Along the line from one axis correction to another [rad]: limits of shift and turn,
-  /// singularities. The beginning is where the arm stands and is not objected to.
+  /// Checks the line from one axis correction to another [rad]: limits of shift and rotation,
+  /// singularities. The start is the current position and is not checked.
   std::optional<Cause> object_to(const AxisAngles& from_rad, const AxisAngles& to_rad) const;
 
-  /// RIst against the geometry at the axes that came with it. Zero: nothing to compare.
+  /// RIst compared with the geometry at the axes of the same packet. Zero: nothing to compare.
   TcpApart apart(const RobFrame& frame, const AxisAngles& actual_rad) const;
 
  private:
@@ -55,7 +55,7 @@ class SpaceCorrector {
 
   const SpaceCorrection& config_;
   AxisAngles start_rad_;
-  std::array<double, 12> start_{};  // its TCP: rotation's columns and place, no Eigen in headers
+  std::array<double, 12> start_{};  // its TCP: rotation columns, position; no Eigen in headers
 };
 
 }  // namespace cellcal::drivers

@@ -1,4 +1,4 @@
-// What stops a move over RSI before it has arrived. The brake begins with the very next reply.
+// Stops of a move over RSI before its arrival. The brake begins with the next reply.
 
 #include <algorithm>
 
@@ -10,7 +10,7 @@ namespace cellcal::drivers {
 
 void Mover::watch_search(TimePoint now) {
   const ContactSnapshot& sensor = sensor_.heard().snapshot;
-  // A trip whose one message was lost: the contact follows, and is repeated.
+  // Covers a trip whose single message was lost: the contact follows, and is repeated.
   const bool said = sensor_.heard().trip || sensor_.heard().trip_lost || sensor_.heard().contact ||
                     sensor_.heard().revoked || sensor.in_contact;
   if (said || sensor_.heard().input.contact) {
@@ -58,22 +58,22 @@ void Mover::watch_other(const MoverCycle& cycle) {
     if (is<cause::InputTouched>(sensor_.touch()) && ends_well()) ++stops_by_input_;
     halt(MoveOutcome::kUnexpectedContact, sensor_.touch());
   } else if (!sensor_.opened() && t_s_ + cycle.cycle_s > open_by_s_) {
-    // Whether it is, the next words of the sensor say.
+    // The sensor's next messages decide whether it is open.
     halt(MoveOutcome::kContactSilent, cause::OpeningUnheard{});
     open_due_ = cycle.now;
   }
 }
 
 void Mover::watch_following(const MoverCycle& cycle) {
-  // After a contact there is something in the way, and not following is no news.
+  // After a contact the arm is obstructed, and not following is expected.
   if (phase_ == Phase::kVerdict || outcome_ == MoveOutcome::kContact ||
       outcome_ == MoveOutcome::kNotFollowing) {
     return;
   }
   if (const auto fault = following_fault(record_, config_, cycle.cycle_s)) {
-    // Replies that are not heard any more look the same; what stopped it first is the cause.
+    // Late replies look the same; the original cause of the stop is kept.
     if (!ends_well()) return end_travel(Phase::kSettling, outcome_, cause_);
-    // Whatever the arm does, more of the same command does not help.
+    // Advancing the same command does not help.
     end_travel(Phase::kSettling, MoveOutcome::kNotFollowing, *fault);
   }
 }
@@ -98,8 +98,8 @@ void Mover::brake() {
     in_motion_ = false;
     return;
   }
-  // What leads the arm astray in space is a controller that composes otherwise: each degree that is
-  // still commanded leads it further.
+  // In space the cause is a controller that composes rotations differently: each further commanded
+  // degree increases the deviation.
   const bool astray = config_.space.on && outcome_ == MoveOutcome::kNotFollowing;
   if (searching() || astray) {
     path_.brake_within(t_s_, std::max(kSearchRampS, 3 * cycle_s_));

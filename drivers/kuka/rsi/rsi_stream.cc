@@ -10,27 +10,27 @@ namespace cellcal::drivers {
 
 namespace {
 
-// From packet to packet more than this many times the middle one is a pause, and counts as so much.
+// An interval above this multiple of the median is a pause, and is truncated to it.
 constexpr double kPause = 2.0;
-// By so much of itself the cycle follows with each packet: half as fast again takes 40 of them.
+// Adaptation rate of the cycle per packet: a change by half takes 40 packets.
 constexpr double kFollow = 0.01;
-// Of IPOC per packet, in milliseconds: #IPO_FAST.
+// IPOC increment per packet in milliseconds: #IPO_FAST.
 constexpr std::uint32_t kSmallestControllerStep = 4;
-// Packets over which the cycle is learnt: 0.1 s at 4 ms, long against a jitter of 0.5 ms.
+// Packets for learning the cycle: 0.1 s at 4 ms, long compared with a jitter of 0.5 ms.
 constexpr std::size_t kLearnPackets = 25;
-// Arrivals within this fraction of IPOC's milliseconds: IPOC counts milliseconds.
+// IPOC counts milliseconds if the arrivals agree within this fraction.
 constexpr double kMillisecondTolerance = 0.15;
-// 2..40 ms, and what a timer on a loaded machine makes of it.
+// 2..40 ms, with the timer tolerance of a loaded machine.
 constexpr double kShortestSeenCycleS = 0.0016, kLongestCycleS = 0.048;
 constexpr double kSecondsPerMillisecond = 0.001;
-// Peers that count packets are programs on a computer of many: they pause for longer than a
-// controller may, and their arms wait meanwhile.
+// Peers that count packets are programs on a general-purpose computer: they pause longer than a
+// controller may, with their arms waiting.
 constexpr double kSilenceOfCountersS = 0.2;
 // Before the cycle is known: five times the longest.
 constexpr double kSilenceWhileLearningS = 0.2;
-// Largest first step of IPOC that can be one cycle; later ones are compared with the step.
+// Largest initial IPOC increment of one cycle; later ones are compared with the learned step.
 constexpr std::int32_t kLargestStep = 100;
-// Packets in a row that one which was faster can have overtaken.
+// Maximum consecutive packets overtaken by a faster one.
 constexpr int kMostOvertaken = 2;
 
 }  // namespace
@@ -39,7 +39,7 @@ double RsiStream::seconds_per_ipoc() const {
   return step_ > 0 ? cycle_s_ / static_cast<double>(step_) : 0.0;
 }
 
-/// In silence_limit_s(); the configured ones until the cycle is known.
+/// In silence_limit_s(); the configured number until the cycle is known.
 int RsiStream::silent_cycles() const {
   if (!counts_packets()) return silence_cycles_;
   return static_cast<int>(std::ceil(silence_limit_s() / cycle_s_));
@@ -64,7 +64,7 @@ Arrival RsiStream::place(std::uint32_t ipoc) const {
 void RsiStream::step_to(std::uint32_t ipoc, TimePoint t_rx) {
   const std::uint32_t step = ipoc - last_ipoc_;
   if (step_ == 0 || step < step_) {
-    // Until now every other packet was lost, and two cycles were taken for one.
+    // Every other packet was lost so far, and two cycles were taken for one.
     if (learnt()) cycle_s_ *= static_cast<double>(step) / step_;
     step_ = step;
   }
@@ -76,7 +76,7 @@ void RsiStream::step_to(std::uint32_t ipoc, TimePoint t_rx) {
 
 Arrival RsiStream::push_damaged(std::uint32_t ipoc, TimePoint t_rx) {
   const Arrival arrival = place(ipoc);
-  // Of whole cycles alone: a smaller step that only this one shows is no sound IPOC.
+  // Multiples of the cycle only: a smaller increment in a single packet is an invalid IPOC.
   if (arrival == Arrival::kNext && (step_ == 0 || (ipoc - last_ipoc_) % step_ != 0))
     return Arrival::kRestart;
   if (arrival == Arrival::kNext) step_to(ipoc, t_rx);
@@ -88,12 +88,12 @@ Arrival RsiStream::push(const RobFrame& frame, TimePoint t_rx) {
   const Arrival arrival = place(ipoc);
   delay_fell_ = false;
   if (arrival == Arrival::kStale) {
-    // Overtaken ones come one at a time; a counter that went back goes on from there.
+    // Overtaken packets are isolated; a counter that was set back continues from there.
     return ++stale_in_a_row_ > kMostOvertaken ? Arrival::kRestart : Arrival::kStale;
   }
   if (arrival == Arrival::kRepeat || arrival == Arrival::kRestart) return arrival;
   if (arrival == Arrival::kNext) {
-    // It counts within a session and never back.
+    // It never decreases within a session.
     delay_fell_ = frame.delay && *frame.delay < last_delay_;
     if (delay_fell_) return Arrival::kRestart;
     step_to(ipoc, t_rx);
@@ -121,7 +121,7 @@ void RsiStream::note_pace(TimePoint t_rx, std::uint32_t counts) {
   pace_count_ = std::min(pace_count_ + 1, kPaces);
 }
 
-/// Mean time per count, with pauses cut short.
+/// Mean time per count, with pauses truncated.
 double RsiStream::pace_s() const {
   std::array<double, kPaces> sorted = paces_;
   const std::span<double> seen = std::span(sorted).first(pace_count_);
@@ -136,7 +136,7 @@ void RsiStream::learn() {
   const double measured_s = pace_s() * step_;
   const double by_ipoc_s = step_ * kSecondsPerMillisecond;
   exact_ = std::abs(measured_s - by_ipoc_s) <= kMillisecondTolerance * by_ipoc_s;
-  // A controller is never taken for a counter, however badly its packets arrive.
+  // A controller is never classified as a packet counter, regardless of the jitter of its packets.
   counts_milliseconds_ = exact_ || step_ >= kSmallestControllerStep;
   const double cycle_s = exact_ ? by_ipoc_s : measured_s;
   odd_cycle_ = cycle_s < kShortestSeenCycleS || cycle_s > kLongestCycleS;
@@ -150,7 +150,7 @@ void RsiStream::learn() {
 void RsiStream::follow() {
   const double measured_s = pace_s() * step_;
   const double by_ipoc_s = step_ * kSecondsPerMillisecond;
-  // Learnt from packets that a busy computer took late, and not needed any longer.
+  // Learned from packets processed late by a busy computer, and no longer needed.
   exact_ =
       counts_milliseconds_ && std::abs(measured_s - by_ipoc_s) <= kMillisecondTolerance * by_ipoc_s;
   if (exact_) {

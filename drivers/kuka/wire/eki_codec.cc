@@ -15,17 +15,17 @@ namespace {
 using wire::kAxesPerElement;
 using wire::same_name;
 
-constexpr std::size_t kEkiArenaBytes = kMaxEkiDocument * 48;  // as RSI's parser has it
+constexpr std::size_t kEkiArenaBytes = kMaxEkiDocument * 48;  // as in RSI's parser
 constexpr int kDecimals = 6;  // 1e-6 deg, below REAL's own resolution
 constexpr int kDurationDecimals = 4;
 
-/// Looks things up in one document and remembers the first thing that is wrong with it.
+/// Looks up values in one document and keeps the first error.
 class Reader {
  public:
   explicit Reader(const pugi::xml_node& root) : root_(root) {}
   EkiError error() const { return error_; }
 
-  /// An element of the root by name; null if it is not there.
+  /// An element of the root by name; null if absent.
   pugi::xml_node element(std::string_view name) {
     pugi::xml_node found;
     for (const pugi::xml_node& child : root_.children()) {
@@ -36,7 +36,7 @@ class Reader {
     return found;
   }
 
-  /// The text of an attribute or, failing that, of a child element; null if there is neither.
+  /// The text of an attribute or, failing that, of a child element; null if both are absent.
   const char* text(const pugi::xml_node& node, std::string_view name) {
     const char* found = nullptr;
     for (const pugi::xml_attribute& attribute : node.attributes()) {
@@ -77,13 +77,13 @@ class Reader {
     return value.value_or(0);
   }
 
-  /// A number of a small set, 0..last.
+  /// An enumerator 0..last.
   int choice(std::uint32_t value, int last) {
     if (value > static_cast<std::uint32_t>(last)) note(EkiError::kBadNumber);
     return static_cast<int>(value);
   }
 
-  /// A1.. of one element, E1.. of another, as far as they go without a gap.
+  /// A1.. of one element, E1.. of another, up to the first gap.
   AxisAngles axes(std::string_view first, std::string_view external, int& decimals) {
     AxisAngles values;
     append(element(first), 'A', values, decimals);
@@ -183,7 +183,7 @@ EkiError EkiParser::parse_state(std::string_view document, EkiState& state) {
   const XmlArena::Scope scope(memory_->arena);
   pugi::xml_document parsed;
   std::memcpy(memory_->text.data(), document.data(), document.size());
-  // The encoding is fixed: guessing it could make pugixml convert, that is, allocate.
+  // The encoding is fixed: detection could make pugixml convert, and allocate.
   if (!parsed.load_buffer_inplace(memory_->text.data(), document.size(), pugi::parse_default,
                                   pugi::encoding_utf8)) {
     return EkiError::kNotXml;
@@ -203,7 +203,7 @@ std::string_view format_command(const EkiCommand& command, std::span<char> buffe
       const char attribute[] = {' ', letter, static_cast<char>('1' + i), '=', '"'};
       out.put({attribute, sizeof attribute}).put(values[i], kDecimals).put("\"");
     }
-    // Opening and closing tag: some releases of EKI are said to read nothing else.
+    // Opening and closing tag: some releases of EKI reportedly do not read empty-element tags.
     out.put("></").put(name).put(">");
   };
   wire::Writer out(buffer);

@@ -1,8 +1,9 @@
 #pragma once
-// EKI's telegrams: the adapter writes <RobotCommand> and reads <RobotState>. krl/README.md has the
-// protocol, krl/cellcal_eki.xml the elements. Degrees, seconds and percent, as on the wire.
+// EKI's telegrams: the adapter writes <RobotCommand> and reads <RobotState>. krl/README.md
+// documents the protocol, krl/cellcal_eki.xml the elements. Degrees, seconds and percent, as
+// transmitted.
 //
-// Hostile or damaged input gives an error value; nothing here throws or allocates once a parser has
+// Hostile or damaged input yields an error value; nothing throws or allocates after a parser has
 // been constructed.
 
 #include <cstdint>
@@ -18,21 +19,21 @@ namespace cellcal::drivers {
 
 /// RobotCommand/@Type.
 enum class EkiType : int {
-  kHello = 1,  ///< this connection's session; whatever was commanded in another one is void
+  kHello = 1,  ///< this connection's session; commands of any other session are void
   kBeat = 2,   ///< this computer is alive
   kMove = 3,
-  kStop = 4,  ///< the move with this Id and all before it, begun or not
-  kBye = 5,   ///< stop, and obey nobody until the next hello
-  kRun = 6,   ///< start CELLCAL_EKI, where the controller permits it
+  kStop = 4,  ///< the move with this Id and all preceding ones, started or not
+  kBye = 5,   ///< stop, and obey no session until the next hello
+  kRun = 6,   ///< start CELLCAL_EKI, if the controller permits it
 };
 
-/// RobotCommand/Move/@Guard: what stops the move on the controller itself.
+/// RobotCommand/Move/@Guard: stop condition of the move on the controller itself.
 enum class EkiGuard : int { kNone = 0, kInput = 1 };
 
 /// RobotCommand/Move/@Path.
 enum class EkiPath : int {
   kPtp = 1,  ///< synchronous PTP at Percent of the axis speeds
-  kLin = 2,  ///< straight to the target's place in Duration seconds
+  kLin = 2,  ///< straight to the target position in Duration seconds
 };
 
 /// RobotState/Move/@State.
@@ -44,9 +45,9 @@ enum class EkiOutcome : int {
   kArrived = 1,
   kInput = 2,         ///< stopped by the contact input; Latch holds $AXIS_INT
   kStop = 3,          ///< stopped by EkiType::kStop, or a new session
-  kInputAtStart = 4,  ///< not begun: the input was on
-  kSoftLimit = 5,     ///< not begun: outside of the software limit switches
-  kNotFeasible = 6,   ///< not begun: target or speed could not be computed
+  kInputAtStart = 4,  ///< not started: the input was on
+  kSoftLimit = 5,     ///< not started: outside the software limit switches
+  kNotFeasible = 6,   ///< not started: target or speed could not be computed
   kDeadMan = 7,       ///< stopped: no telegram for too long
   kAborted = 8,       ///< drives off, stop, emergency stop or program cancelled
 };
@@ -54,7 +55,7 @@ enum class EkiOutcome : int {
 /// RobotState/Status/@Mode.
 enum class EkiMode : int { kUnknown = 0, kT1 = 1, kT2 = 2, kAut = 3, kExt = 4 };
 
-/// RobotState/Status/@Request: what the controller asks for.
+/// RobotState/Status/@Request: request of the controller.
 enum class EkiRequest : int { kNone = 0, kBrakeTest = 1, kMasteringTest = 2, kCollision = 3 };
 
 enum class EkiError : std::uint8_t {
@@ -62,10 +63,10 @@ enum class EkiError : std::uint8_t {
   kOversized,
   kNotXml,
   kWrongRoot,
-  kMissing,    ///< an element that the adapter needs
+  kMissing,    ///< a required element
   kNoAxes,     ///< no Axis with A1
-  kBadNumber,  ///< not a number, not finite, or not an integer where one belongs
-  kDuplicate,  ///< an element twice: which one counts is not knowable
+  kBadNumber,  ///< not a number, not finite, or not an integer if required
+  kDuplicate,  ///< an element occurs twice: ambiguous
 };
 const char* to_string(EkiError error);
 
@@ -82,28 +83,28 @@ struct EkiCommand {
 };
 
 struct EkiState {
-  std::uint32_t session = 0;  ///< that the controller obeys; 0: none
+  std::uint32_t session = 0;  ///< obeyed by the controller; 0: none
   std::uint32_t heard = 0;    ///< newest Seq of that session
   std::optional<std::uint32_t> time_ms;
   AxisAngles axes_deg;  ///< $AXIS_ACT_MEAS
-  int decimals = 0;     ///< most decimals of any of them
+  int decimals = 0;     ///< maximum over the angles
   std::uint32_t move_id = 0;
   EkiProgress progress = EkiProgress::kIdle;
   EkiOutcome outcome = EkiOutcome::kNone;
   std::optional<std::uint32_t> latch_id;  ///< move that the latch belongs to
   AxisAngles latch_deg;                   ///< $AXIS_INT
-  bool ready = false;                     ///< program runs, drives on, nothing stops it
+  bool ready = false;                     ///< program running, drives on, no stop
   EkiMode mode = EkiMode::kUnknown;
   bool drives = true, stopped = false, input = false;
   int override_percent = 100;
-  int fault = 0;          ///< of the controller's own program; krl/README.md lists them
-  std::uint32_t bad = 0;  ///< telegrams that the controller could not read
+  int fault = 0;          ///< of the controller's own program; listed in krl/README.md
+  std::uint32_t bad = 0;  ///< telegrams unreadable for the controller
   std::uint32_t pass_ms =
-      0;  ///< the submit program's longest pass since the last state; 0: not told
-  EkiRequest request = EkiRequest::kNone;  ///< also where it is not told
+      0;  ///< the submit program's longest pass since the last state; 0: unknown
+  EkiRequest request = EkiRequest::kNone;  ///< also if not sent
 };
 
-/// Reads documents in memory of its own. One per thread of use.
+/// Parses documents in its own memory. One per thread.
 class EkiParser {
  public:
   EkiParser();
@@ -119,11 +120,12 @@ class EkiParser {
   std::unique_ptr<Memory> memory_;
 };
 
-/// Room for any telegram.
+/// Size sufficient for any telegram.
 inline constexpr std::size_t kEkiTelegram = 1024;
 
-/// Telegram into `buffer`. All elements are in every telegram: the controller keeps a queue per
-/// element, and a missing one would shift its queue against the others. Empty: does not fit.
+/// Formats a telegram into `buffer`. Every telegram contains all elements: the controller keeps a
+/// queue per element, and a missing one would shift its queue relative to the others. Empty: does
+/// not fit.
 std::string_view format_command(const EkiCommand& command, std::span<char> buffer);
 
 }  // namespace cellcal::drivers

@@ -15,7 +15,7 @@ using wire::same_name;
 constexpr std::size_t kPlace = 3;  // X, Y, Z; the others are angles
 constexpr double kLargestInt = 2147483647.0;
 
-/// One element of the state, whose values are attributes or elements, names in any case.
+/// One element of the state, with values as attributes or elements, names in any case.
 class Element {
  public:
   Element(const pugi::xml_node& root, std::string_view name) {
@@ -88,7 +88,7 @@ std::optional<std::string> format_frame_command(const EkiFrameCommand& command) 
     out.put(" ").put(kFrameNames.substr(i, 1)).put("=\"");
     out.put(command.values[i], i < kPlace ? kFrameMmDecimals : kFrameDegDecimals).put("\"");
   }
-  // Opening and closing tag: some releases of EKI are said to read nothing else.
+  // Opening and closing tag: some releases of EKI reportedly do not read empty-element tags.
   out.put("></Frame></RobotCommand>");
   if (out.text().empty()) return std::nullopt;
   return std::string(out.text());

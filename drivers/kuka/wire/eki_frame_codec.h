@@ -1,9 +1,9 @@
 #pragma once
-// EKI's telegrams about TOOL_DATA[n] and BASE_DATA[n]: <RobotCommand><Frame .../></RobotCommand> asks, and
-// every <RobotState> repeats the newest answer. krl/README.md has the protocol. Millimetres and degrees, as
-// the controller has them. What the checks of the calibration say goes the same way.
+// EKI's telegrams for TOOL_DATA[n] and BASE_DATA[n]: <RobotCommand><Frame .../></RobotCommand> is the
+// request, and every <RobotState> repeats the newest answer. krl/README.md documents the protocol.
+// Millimetres and degrees, as on the controller. The advice of the checks uses the same telegrams.
 //
-// Hostile or damaged input gives an error value. Not for the cycle: it allocates.
+// Hostile or damaged input yields an error value. Not for the cycle: it allocates.
 
 #include <array>
 #include <cstdint>
@@ -26,8 +26,8 @@ enum class EkiFrameKind : int {
 enum class EkiFrameDone : int {
   kNotYet = 0,
   kDone = 1,
-  kInSession = 2,     ///< refused: somebody is obeyed, or a move is under way
-  kMoves = 3,         ///< refused: the arm does not stand
+  kInSession = 2,     ///< refused: a session is obeyed, or a move is active
+  kMoves = 3,         ///< refused: the arm is not at rest
   kNoSuchNumber = 4,  ///< refused: $config.dat has no frame of this number
   kOtherProgram = 5,  ///< refused: another robot program runs
   kIncomplete = 6,    ///< refused: elements of the telegram were missing
@@ -37,34 +37,34 @@ enum class EkiFrameDone : int {
 using EkiFrameValues = std::array<double, 6>;
 
 struct EkiFrameCommand {
-  std::uint32_t ask = 0;  ///< 1..2^31-1, another one for each telegram
-  bool set = false;       ///< false: only what it is now
+  std::uint32_t ask = 0;  ///< 1..2^31-1, unique per telegram
+  bool set = false;       ///< false: read only
   EkiFrameKind kind = EkiFrameKind::kTool;
   int number = 0;
-  EkiFrameValues values{};  ///< `set`
+  EkiFrameValues values{};  ///< for `set`
 };
 
 struct EkiFrameAnswer {
   std::uint32_t ask = 0;  ///< of the newest telegram; 0: none on this connection
-  bool set = false;       ///< of kIncomplete this and what follows beside `done` mean nothing
+  bool set = false;       ///< for kIncomplete this and the members other than `done` are undefined
   EkiFrameKind kind = EkiFrameKind::kTool;
   int number = 0;
   EkiFrameDone done = EkiFrameDone::kNotYet;
-  EkiFrameValues old_values{};  ///< before it
-  EkiFrameValues new_values{};  ///< read again behind it
+  EkiFrameValues old_values{};  ///< before setting
+  EkiFrameValues new_values{};  ///< read back after setting
 };
 
-/// Decimals of the text that is sent.
+/// Decimals of the transmitted text.
 inline constexpr int kFrameMmDecimals = 4, kFrameDegDecimals = 5;
 
-/// None where it does not fit into a telegram: a number that is none, or beyond all measure.
+/// Empty if it does not fit into a telegram: a value that is not finite or too large.
 std::optional<std::string> format_frame_command(const EkiFrameCommand& command);
 
-/// Of a state that EkiParser takes. `answer` is none where the controller's program knows no frames, and
-/// where nothing was asked (ask is 0: what stands beside it means nothing). A state that holds a part of the
-/// elements, or one twice, or a number that is none, is an error.
+/// From a state that EkiParser accepts. `answer` is empty if the controller's program does not support
+/// frames, or if there was no request (ask is 0, the other values are undefined). A state with a part of the
+/// elements, a duplicate, or an invalid number is an error.
 EkiError parse_frame_answer(std::string_view document, std::optional<EkiFrameAnswer>& answer);
-/// The state has the elements of an answer at all.
+/// True if the state has the elements of an answer.
 bool knows_frames(std::string_view document);
 
 }  // namespace cellcal::drivers

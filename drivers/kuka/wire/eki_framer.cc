@@ -29,7 +29,7 @@ EkiFramer::Event EkiFramer::push(char c) {
       state_ = State::kOpened;
       return keep(c);
     }
-    // Some peers pad their messages with NUL up to a fixed size.
+    // Some peers pad their messages with NUL to a fixed size.
     if (!is_space(c) && c != '\0') ++garbage_;
     return ++skipped_ > kMaxEkiDocument ? Event::kOversized : Event::kNone;
   }

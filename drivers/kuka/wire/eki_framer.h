@@ -1,10 +1,10 @@
 #pragma once
-// Cuts a TCP stream of EKI into XML documents: from the '<' of a root element to its closing tag.
-// TCP knows no messages; they arrive split anywhere and several at once.
+// Splits a TCP stream of EKI into XML documents: from the '<' of a root element to its closing tag.
+// TCP has no message boundaries; documents arrive in fragments and several at once.
 //
-// Assumption: KUKA's documents hold neither comments nor CDATA, so the first closing tag with the
-// root's name is the root's. Where that fails the piece is no well-formed document, and the parser
-// says so. Hostile input gives a value; nothing here allocates or throws.
+// Assumption: KUKA's documents contain neither comments nor CDATA, so the first closing tag with
+// the root's name is the root's. If that fails the piece is not well-formed, which the parser
+// reports. Hostile input yields a value; nothing allocates or throws.
 
 #include <array>
 #include <cstddef>
@@ -13,7 +13,7 @@
 
 namespace cellcal::drivers {
 
-/// Largest document that is taken. Genuine ones have 0.3 to 1 kB.
+/// Largest document accepted. Actual ones have 0.3 to 1 kB.
 inline constexpr std::size_t kMaxEkiDocument = 8192;
 
 class EkiFramer {
@@ -21,7 +21,7 @@ class EkiFramer {
   enum class Event {
     kNone,
     kDocument,   ///< document() is complete
-    kOversized,  ///< no end in kMaxEkiDocument bytes: where the next one begins is not knowable
+    kOversized,  ///< no end within kMaxEkiDocument bytes: synchronisation is lost
   };
 
   Event push(char c);
@@ -29,7 +29,7 @@ class EkiFramer {
   std::string_view document() const { return {bytes_.data(), size_}; }
   /// A new connection.
   void reset();
-  /// Bytes outside of documents that were no white space, prolog or padding with NUL.
+  /// Bytes outside documents other than white space, prolog or NUL padding.
   std::uint64_t garbage() const { return garbage_; }
 
  private:

@@ -1,9 +1,9 @@
 #pragma once
-// RSI's XML in both directions: the adapter reads <Rob> and writes <Sen>, the emulator the other
-// way round. Degrees, as on the wire. Locale-free numbers.
+// RSI's XML in both directions: the adapter reads <Rob> and writes <Sen>, the emulator vice versa.
+// Degrees, as transmitted. Locale-independent numbers.
 //
-// Assumption: one datagram is one document. Hostile or damaged input gives an error value; nothing
-// here throws or allocates once a parser has been constructed.
+// Assumption: one datagram is one document. Hostile or damaged input yields an error value; nothing
+// throws or allocates after a parser has been constructed.
 
 #include <array>
 #include <cstdint>
@@ -16,9 +16,10 @@
 
 namespace cellcal::drivers {
 
-/// Largest datagram that is looked at. Genuine ones have 0.3 to 3 kB, all 64 channels included.
+/// Largest datagram accepted. Actual ones have 0.3 to 3 kB, with all 64 channels.
 inline constexpr std::size_t kMaxRsiDatagram = 8192;
-/// Room for any formatted reply or packet: 24 numbers of at most 24 characters, and tags.
+/// Size sufficient for any formatted reply or packet: 24 numbers of at most 24 characters, and
+/// tags.
 inline constexpr std::size_t kRsiBuffer = 2048;
 
 enum class WireError : std::uint8_t {
@@ -28,14 +29,14 @@ enum class WireError : std::uint8_t {
   kNotXml,     ///< truncated or not well-formed
   kWrongRoot,  ///< neither <Rob> nor <Sen> where it is expected
   kNoIpoc,
-  kBadIpoc,    ///< not decimal digits
+  kBadIpoc,    ///< neither <Rob> nor <Sen> as expected
   kNoAxes,     ///< no AIPos (RSI 2's first frame has only IPOC)
-  kBadNumber,  ///< not a number, not finite, or beyond all that is measured
-  kDuplicate,  ///< an element twice: which one counts is not knowable
+  kBadNumber,  ///< not a number, not finite, or above any measured value
+  kDuplicate,  ///< an element occurs twice: ambiguous
 };
 const char* to_string(WireError error);
 
-/// A short text kept by value.
+/// A short text stored by value.
 template <std::size_t N>
 class FixedText {
  public:
@@ -53,8 +54,8 @@ class FixedText {
   std::uint8_t size_ = 0;
 };
 
-/// The controller's millisecond counter. The controller compares text, so the text is what counts;
-/// the value is modulo 2^32 (it wraps after 49.7 days).
+/// The controller's millisecond counter. The controller compares the text, which is therefore
+/// authoritative; the value is modulo 2^32 (wraps after 49.7 days).
 struct Ipoc {
   FixedText<24> text;
   std::uint32_t value = 0;
@@ -65,22 +66,21 @@ using KukaFrame = std::array<double, 6>;
 
 /// <Rob>, controller to PC.
 struct RobFrame {
-  bool has_ipoc = false;   ///< also after an error: then ipoc can still be answered
+  bool has_ipoc = false;   ///< also after an error: ipoc can then still be answered
   bool only_ipoc = false;  ///< RSI 2 begins a session with such a frame
   Ipoc ipoc;
-  AxisAngles axes_deg;               ///< AIPos A1.., with the correction
+  AxisAngles axes_deg;               ///< AIPos A1.., including the correction
   AxisAngles external_deg;           ///< EIPos E1..
-  AxisAngles setpoint_axes_deg;      ///< ASPos, without the correction; empty if not sent
+  AxisAngles setpoint_axes_deg;      ///< ASPos, excluding the correction; empty if not sent
   AxisAngles setpoint_external_deg;  ///< ESPos
-  int decimals = 0;                  ///< most decimals of any AIPos value
-  /// Not a controller's text: that writes Type=, and no blank before "/>".
+  int decimals = 0;                  ///< maximum decimals of the AIPos values
+  /// Not a controller's formatting: controllers write Type=, and no blank before "/>".
   bool foreign_hand = false;
   std::optional<std::uint32_t> delay;  ///< late replies so far
-  std::optional<KukaFrame> tcp;        ///< RIst, with the correction; none unless all six are there
-  OperatingMode mode =
-      OperatingMode::kUnknown;          ///< unknown also where the value is none of the four
-  std::optional<int> override_percent;  ///< $OV_PRO, 0..100; none also where the value is no such
-  std::optional<bool> input_on;         ///< the contact input; none also where the value is neither
+  std::optional<KukaFrame> tcp;        ///< RIst, including the correction; empty unless complete
+  OperatingMode mode = OperatingMode::kUnknown;  ///< also unknown for any other value
+  std::optional<int> override_percent;           ///< $OV_PRO, 0..100; empty for any other value
+  std::optional<bool> input_on;                  ///< the contact input; empty for any other value
 };
 
 /// <Sen>, PC to controller.
@@ -93,16 +93,16 @@ struct SenFrame {
   Ipoc ipoc;
 };
 
-/// Names that the controller's configuration chooses freely.
+/// Names chosen in the controller's configuration.
 struct SenNames {
   std::string_view type = "ImFree";
   std::string_view axis_tag = "AK";
   std::string_view external_axis_tag = "EK";
   std::string_view stop_tag = "Stop";  ///< empty: none
-  std::string_view space_tag = {};     ///< of X Y Z A B C; empty: corrections are those of axes
+  std::string_view space_tag = {};     ///< of X Y Z A B C; empty: axis corrections
 };
 
-/// Of the state that the controller's context sends on channels of its own: "Element.Attribute", or
+/// Tags of the state sent by the controller's context on separate channels: "Element.Attribute", or
 /// "Element" for its text. Empty: not read.
 struct RobNames {
   std::string_view mode_tag = "Mode.R";
@@ -110,7 +110,7 @@ struct RobNames {
   std::string_view contact_tag = {};
 };
 
-/// Reads datagrams in memory of its own. One per thread of use.
+/// Parses datagrams in its own memory. One per thread.
 class RsiParser {
  public:
   RsiParser();
@@ -127,8 +127,8 @@ class RsiParser {
   std::unique_ptr<Memory> memory_;
 };
 
-/// Reply into `buffer`. Empty if it does not fit. `correction`: six axes, then external ones
-/// [deg]; with a space_tag X Y Z [mm] and A B C [deg] instead.
+/// Formats a reply into `buffer`. Empty if it does not fit. `correction`: six axes, then external
+/// ones [deg]; with a space_tag X Y Z [mm] and A B C [deg] instead.
 std::string_view format_sen(const SenNames& names, std::span<const double> correction, int decimals,
                             std::optional<int> stop, std::string_view ipoc, std::span<char> buffer);
 
@@ -136,11 +136,11 @@ struct RobFields {
   std::span<const double> axes_deg;
   std::span<const double> setpoint_axes_deg;  ///< empty: no ASPos
   std::optional<std::uint32_t> delay;
-  bool with_cartesian = true;  ///< RIst, all zero: some peers send it so
+  bool with_cartesian = true;  ///< RIst, all zero: sent by some peers
   int decimals = 4;            ///< ETHERNET parameter 'Precision'
   std::uint64_t ipoc = 0;
 };
-/// Packet of the controller into `buffer`. Empty if it does not fit.
+/// Formats a packet of the controller into `buffer`. Empty if it does not fit.
 std::string_view format_rob(const RobFields& fields, std::span<char> buffer);
 
 }  // namespace cellcal::drivers

@@ -18,8 +18,8 @@ using wire::parse_number;
 using wire::same_name;
 using wire::trim;
 
-// "<a>b" costs pugixml two nodes of 64 bytes for four bytes of text, and nothing costs more: 32
-// bytes of memory per byte of datagram, and half of that again for page remainders.
+// "<a>b" is the worst case for pugixml, with two nodes of 64 bytes for four bytes of text: 32 bytes
+// of memory per byte of datagram, plus half of that for page remainders.
 constexpr std::size_t kArenaBytes = kMaxRsiDatagram * 48;
 WireError parse_ipoc(std::string_view text, Ipoc& ipoc) {
   const std::string_view digits = trim(text);
@@ -33,7 +33,7 @@ WireError parse_ipoc(std::string_view text, Ipoc& ipoc) {
   return WireError::kNone;
 }
 
-// Attributes A1..A6 (or E1..E6), as far as they go without a gap.
+// Attributes A1..A6 (or E1..E6), up to the first gap.
 WireError parse_axes(const pugi::xml_node& element, char letter, AxisAngles& values,
                      int* decimals = nullptr) {
   std::array<const char*, kAxesPerElement> texts{};
@@ -57,7 +57,7 @@ WireError parse_axes(const pugi::xml_node& element, char letter, AxisAngles& val
   return WireError::kNone;
 }
 
-// All six of X Y Z A B C, or nothing.
+// All six of X Y Z A B C, or none.
 WireError parse_frame(const pugi::xml_node& element, std::optional<KukaFrame>& frame) {
   KukaFrame values{};
   for (std::size_t i = 0; i < values.size(); ++i) {
@@ -74,7 +74,8 @@ WireError parse_frame(const pugi::xml_node& element, std::optional<KukaFrame>& f
   return WireError::kNone;
 }
 
-// The only value of "Element.Attribute", or of "Element"; nothing: not there, twice, no number.
+// The only value of "Element.Attribute", or of "Element"; empty: absent, duplicate, or not a
+// number.
 std::optional<double> sent_value(const pugi::xml_node& root, std::string_view tag) {
   const std::size_t dot = tag.find('.');
   const char* text = nullptr;
@@ -118,7 +119,7 @@ std::optional<bool> level_of(std::optional<double> value) {
   return std::nullopt;
 }
 
-// One element that may occur once.
+// An element that may occur once.
 struct Seen {
   pugi::xml_node node;
   bool twice = false;
@@ -128,14 +129,15 @@ struct Seen {
   }
 };
 
-// The counter of a datagram that is no XML: with it the held correction can still be sent.
+// Extracts the counter of a datagram that is not XML, so that the held correction can still be
+// sent.
 bool find_ipoc(std::string_view bytes, Ipoc& ipoc) {
   constexpr std::string_view kOpen = "<IPOC>";
   const auto at = bytes.find(kOpen);
   if (at == std::string_view::npos) return false;
   const std::string_view rest = bytes.substr(at + kOpen.size());
   const auto close = rest.find('<');
-  // Without the closing tag the number may be cut off, and would be another one.
+  // Without the closing tag the number may be truncated.
   return close != std::string_view::npos &&
          parse_ipoc(rest.substr(0, close), ipoc) == WireError::kNone;
 }
@@ -150,7 +152,7 @@ struct RsiParser::Memory {
     if (bytes.empty()) return WireError::kEmpty;
     if (bytes.size() > text.size()) return WireError::kOversized;
     std::memcpy(text.data(), bytes.data(), bytes.size());
-    // The encoding is fixed: guessing it could make pugixml convert, that is, allocate.
+    // The encoding is fixed: detection could make pugixml convert, and allocate.
     const pugi::xml_parse_result result = document.load_buffer_inplace(
         text.data(), bytes.size(), pugi::parse_default, pugi::encoding_utf8);
     return result ? WireError::kNone : WireError::kNotXml;
@@ -207,8 +209,8 @@ WireError RsiParser::parse_rob(std::string_view bytes, RobFrame& frame, const Ro
       parse_axes(setpoint.node, 'A', frame.setpoint_axes_deg),
       parse_axes(setpoint_external.node, 'E', frame.setpoint_external_deg),
   };
-  // Nobody moves by the mode, the override, the contact input or RIst: what is odd of them counts as
-  // not sent, and the packet as sound.
+  // Mode, override, contact input and RIst are optional: invalid values count as not sent, and the
+  // packet as valid.
   frame.mode = mode_of(sent_value(root, names.mode_tag));
   frame.override_percent = percent_of(sent_value(root, names.override_tag));
   frame.input_on = level_of(sent_value(root, names.contact_tag));
@@ -243,7 +245,7 @@ WireError RsiParser::parse_sen(std::string_view bytes, const SenNames& names, Se
   Seen ipoc, axes, external, space, stop;
   for (const pugi::xml_node& child : root.children()) {
     const std::string_view name = child.name();
-    // Exact names here: the controller's configuration is case-sensitive.
+    // Exact names: the controller's configuration is case-sensitive.
     if (name == "IPOC") ipoc.note(child);
     if (name == names.axis_tag) axes.note(child);
     if (name == names.external_axis_tag) external.note(child);

@@ -14,7 +14,7 @@ void* allocate_for_pugi(std::size_t bytes) {
 }
 
 void release_for_pugi(void* memory) {
-  // Within a scope every block comes from the arena, which is emptied as a whole.
+  // Within a scope every block belongs to the arena, which is cleared as a whole.
   if (active == nullptr) std::free(memory);
 }
 

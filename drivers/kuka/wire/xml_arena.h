@@ -1,9 +1,9 @@
 #pragma once
-// Memory for pugixml on the robot's cycle: a bump allocator that is put in place for one parse.
+// Memory for pugixml on the robot's cycle: a bump allocator, installed for one parse.
 //
-// pugixml takes its memory from process-wide functions. Those installed here serve from the arena
-// that is active on the calling thread, and from malloc on all other threads and at other times.
-// When an arena is exhausted the parse fails as 'out of memory'; it never falls back to malloc.
+// pugixml uses process-wide allocation functions. Those installed here use the arena that is active
+// on the calling thread, and malloc on all other threads and at other times. If an arena is
+// exhausted the parse fails as 'out of memory'; it never falls back to malloc.
 
 #include <cstddef>
 #include <memory>
@@ -12,10 +12,11 @@ namespace cellcal::drivers {
 
 class XmlArena {
  public:
-  /// Installs the process-wide functions once. Construct before other threads use pugixml.
+  /// Installs the process-wide functions once. To be constructed before other threads use pugixml.
   explicit XmlArena(std::size_t bytes);
 
-  /// While this lives, pugixml on this thread uses the arena. Documents must be gone before it.
+  /// During its lifetime pugixml uses the arena on this thread. Documents must be destroyed before
+  /// it.
   class Scope {
    public:
     explicit Scope(XmlArena& arena);

@@ -1,5 +1,6 @@
 #pragma once
-// Numbers and names of KUKA's XML, both ways: locale-free, finite, in any case; values without allocation.
+// Numbers and names of KUKA's XML, both ways: locale-independent, finite, case-insensitive; values without
+// allocation.
 
 #include <algorithm>
 #include <charconv>
@@ -12,7 +13,7 @@
 namespace cellcal::drivers::wire {
 
 inline constexpr std::size_t kAxesPerElement = 6;
-/// Attributes of a place and its orientation.
+/// Attributes of a position and its orientation.
 inline constexpr std::string_view kFrameNames = "XYZABC";
 
 inline char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
@@ -31,7 +32,7 @@ inline bool same_name(std::string_view a, std::string_view b) {
   return true;
 }
 
-/// How damaged input begins, for people: printable characters, the others as dots.
+/// Beginning of damaged input for display: printable characters, others as dots.
 template <std::size_t N>
 void show(std::string_view bytes, char (&text)[N]) {
   const std::size_t shown = std::min(bytes.size(), N - 1);
@@ -55,13 +56,13 @@ inline bool parse_number(std::string_view text, double& value) {
   return error == std::errc() && end == text.data() + text.size() && std::isfinite(value);
 }
 
-/// An angle [deg] or a way [mm]. Nothing that is measured on a robot comes near to the limit.
+/// An angle [deg] or a length [mm]. The limit is far above any measured value of a robot.
 inline bool parse_measure(std::string_view text, double& value) {
   constexpr double kMost = 1e6;
   return parse_number(text, value) && std::abs(value) <= kMost;
 }
 
-// Digits behind the point that carry a resolution: 1.25E-3 has five.
+// Significant digits after the decimal point: 1.25E-3 has five.
 inline int count_decimals(std::string_view text) {
   text = trim(text);
   const auto exponent_at = text.find_first_of("eE");
@@ -79,7 +80,7 @@ inline int count_decimals(std::string_view text) {
   return std::max(0, behind - std::clamp(exponent, -kLargestExponent, kLargestExponent));
 }
 
-// Appends to a fixed buffer; once something does not fit, the whole text counts as not made.
+// Appends to a fixed buffer; on overflow the whole text is discarded.
 class Writer {
  public:
   explicit Writer(std::span<char> buffer)
@@ -96,7 +97,7 @@ class Writer {
   }
 
   Writer& put(double value, int decimals) {
-    // No "-0.0000": some readers take the sign for a movement.
+    // Avoids "-0.0000", whose sign some readers take for a movement.
     if (std::abs(value) < 0.5 * std::pow(10.0, -decimals)) value = 0.0;
     return number(std::to_chars(at_, end_, value, std::chars_format::fixed, decimals));
   }

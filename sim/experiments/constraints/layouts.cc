@@ -7,7 +7,7 @@ namespace {
 using calib::TargetKind;
 using Eigen::Vector3d;
 
-/// Where four spheres or points stand: the demo's places.
+/// Places of four spheres or points: those of the demo.
 const Vector3d kPlaces[] = {
     {1.08, -0.32, 0.33}, {1.06, 0.38, 0.33}, {0.64, -0.62, 0.64}, {0.76, 0.56, 0.78}};
 constexpr double kDiameterM = 0.0614, kDiameterSigmaM = 2e-6;
@@ -41,7 +41,7 @@ calib::Cell with(const calib::Cell& base, TargetKind kind, std::size_t count, bo
   return cell;
 }
 
-/// Three plates that face the arm from different sides.
+/// Three plates facing the arm from different sides.
 calib::Cell planes(const calib::Cell& base) {
   calib::Cell cell = with(base, TargetKind::kPlane, 3, false);
   const Vector3d places[] = {{1.0, 0.0, 0.35}, {0.8, 0.5, 0.5}, {0.9, -0.5, 0.6}};

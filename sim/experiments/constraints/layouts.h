@@ -1,5 +1,5 @@
 #pragma once
-// The cells that are compared: the same arm and tool, another kind of target in each.
+// Cells to be compared: the same arm and tool, with a different kind of target in each.
 
 #include <string>
 #include <vector>
@@ -11,7 +11,7 @@ namespace cellcal::sim::constraints {
 struct Layout {
   std::string name;
   calib::Cell cell;
-  bool measures_length = false;  ///< beyond a sphere's own size: certified distances, wire, tracker
+  bool measures_length = false;  ///< certified distances, wire, tracker; not a sphere's size
 };
 
 /// `base`: robot, tool and noise; its targets are replaced.

@@ -1,4 +1,4 @@
-// Which kind of target calibrates an arm best at the same number of touches; see README.md.
+// Compares kinds of targets at the same number of touches; see README.md.
 
 #include <fmt/format.h>
 
@@ -24,9 +24,9 @@ namespace constraints = sim::constraints;
 
 using drivers::kMmPerM;
 constexpr int kTouches[] = {30, 50, 100};
-/// True offset of the contact, 1 sigma: half of the prior that the cell states.
+/// True offset of the contact, 1 sigma: half of the prior in the cell.
 constexpr double kRhoSigmaM = 0.15e-3;
-/// Medians within this factor of each other could change places with other robots.
+/// Medians within this factor may change order with other robots.
 constexpr double kSame = 1.25;
 
 struct Options {
@@ -36,7 +36,7 @@ struct Options {
   unsigned seed = 1;
 };
 
-/// In millimetres, one entry per robot that could be identified.
+/// In millimetres, one entry per identified robot.
 struct Figures {
   std::vector<double> m2, m2_max, m3, m3_max, predicted_m3, before;
   int published = 0, failed = 0;
@@ -72,7 +72,7 @@ void add(const Options& options, const calib::Cell& cell, int touches, int robot
   }
 }
 
-/// What the table says about the claim that spheres beat planes, points and distances.
+/// Evaluates the claim that spheres are better than planes, points and distances.
 void conclude(const std::vector<constraints::Layout>& all, const std::vector<double>& m3) {
   const auto of = [&](std::string_view name) {
     for (std::size_t i = 0; i < all.size(); ++i)

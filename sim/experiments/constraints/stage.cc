@@ -21,7 +21,7 @@ using calib::Random;
 using calib::TargetKind;
 using Eigen::Vector3d;
 
-/// Touches from further below would come through the stand.
+/// Touches from further below would collide with the stand.
 constexpr double kLowestElevationRad = -0.35;
 constexpr double kLimitMarginRad = 0.01;
 constexpr double kPlaneTiltRad = 0.005;
@@ -39,8 +39,8 @@ Vector3d random_normal(Random& random) {
   }
 }
 
-/// Joint angles with the true tip at `point` and the tool near the normal's cone; empty where
-/// that leads out of the limits.
+/// Joint angles with the true tip at `point` and the tool within the normal's cone; empty if
+/// outside the limits.
 JointVector reach(const Stage& stage, Random& random, const Vector3d& point, const Vector3d& normal,
                   double cone_rad) {
   const auto& joints = stage.cell.robot.joints;
@@ -51,7 +51,7 @@ JointVector reach(const Stage& stage, Random& random, const Vector3d& point, con
       stage.truth.arm, pose, sim::random_posture(stage.cell.robot, random, point), kLimitMarginRad);
   if (!found) return {};
   JointVector q = *found;
-  // Newton with the nominal derivatives, which are right to parts in a thousand.
+  // Newton's method with nominal derivatives, which are accurate to parts in a thousand.
   constexpr double kThere = 1e-13;
   constexpr int kSteps = 12;
   for (int k = 0; k < kSteps; ++k) {
@@ -69,7 +69,7 @@ JointVector reach(const Stage& stage, Random& random, const Vector3d& point, con
   return {};
 }
 
-/// One try; no joint angles where it is out of reach.
+/// One attempt; without joint angles if out of reach.
 calib::Touch attempt(const Stage& stage, std::size_t t, const TouchOptions& options,
                      Random& random) {
   const calib::Target& target = stage.cell.targets[t];
@@ -120,7 +120,7 @@ calib::Touch attempt(const Stage& stage, std::size_t t, const TouchOptions& opti
 
 Stage set_up(const calib::Cell& cell, const TruthOptions& options) {
   Stage stage{cell, draw_truth(cell, options), {}, {}};
-  Random random(options.seed + 7919);  // not the arm's numbers again
+  Random random(options.seed + 7919);  // independent of the arm's draws
   for (const calib::Target& target : cell.targets) {
     const Vector3d w = kPlaneTiltRad * Vector3d(random.normal(), random.normal(), random.normal());
     stage.normal.push_back(Eigen::AngleAxisd(w.norm(), w.normalized()) * target.normal);

@@ -1,6 +1,5 @@
 #pragma once
-// A cell with targets of any kind whose truth is known, and touches of it in random reachable
-// poses.
+// A cell with targets of any kind and known truth, and its touches in random reachable poses.
 
 #include <cstdint>
 #include <vector>
@@ -12,28 +11,27 @@
 namespace cellcal::sim::constraints {
 
 struct Stage {
-  calib::Cell cell;                      ///< with the certified lengths as they really are
-  Truth truth;                           ///< of a plane: centre_m lies on it; of a tracker: unused
-  std::vector<Eigen::Vector3d> normal;   ///< true, per target; of planes only
-  std::vector<Eigen::Isometry3d> frame;  ///< true, per target; of trackers only
+  calib::Cell cell;                      ///< with the true certified lengths
+  Truth truth;                           ///< plane: centre_m lies on it; tracker: unused
+  std::vector<Eigen::Vector3d> normal;   ///< true, per target; planes only
+  std::vector<Eigen::Isometry3d> frame;  ///< true, per target; trackers only
 };
 
-/// `cell` states the centre of every target but trackers, and the normal of every plane; planes
-/// stand a little tilted against it, trackers anywhere. Throws std::runtime_error when the arm
-/// does not reach a target.
+/// `cell` states the centre of every target except trackers, and the normal of every plane; planes
+/// are slightly tilted, trackers anywhere. Throws std::runtime_error if a target is out of reach.
 Stage set_up(const calib::Cell& cell, const TruthOptions& options);
 
 struct TouchOptions {
-  int fit = 50, check = 0;     ///< in turn on the targets; the check touches last
-  double noise_m = 3e-5;       ///< 1 sigma along the constraint; per component of points, trackers
-  double rho_m = 0.0;          ///< the circuit closes this far outside a sphere or plane
-  double plane_half_m = 0.15;  ///< planes are touched within this of their centre, along and across
+  int fit = 50, check = 0;     ///< distributed over the targets in turn; check touches last
+  double noise_m = 3e-5;       ///< 1 sigma along the constraint; per component for points, trackers
+  double rho_m = 0.0;          ///< distance outside a sphere or plane at which the circuit closes
+  double plane_half_m = 0.15;  ///< planes are touched within this of their centre, both ways
   double wire_least_m = 0.15, wire_most_m = 0.7;
-  double cone_rad = 1.0;  ///< the tool is at most this far from the inward normal
+  double cone_rad = 1.0;  ///< largest angle of the tool to the inward normal
   std::uint64_t seed = 1;
 };
 
-/// Random touches; a tracker's over the whole workspace, wherever the arm happens to be.
+/// Random touches; for a tracker over the whole workspace.
 std::vector<calib::Touch> touch(const Stage& stage, const TouchOptions& options);
 
 }  // namespace cellcal::sim::constraints

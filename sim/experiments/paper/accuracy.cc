@@ -11,7 +11,7 @@ namespace cellcal::sim::paper {
 
 namespace {
 
-constexpr unsigned kWorkspaceSeed = 20241028;  // any; the same poses for every result
+constexpr unsigned kWorkspaceSeed = 20241028;  // arbitrary; the same poses for every result
 
 void add(Spread& spread, double error, int& count) {
   spread.mean_m += error;

@@ -1,5 +1,5 @@
 #pragma once
-// What touches on the sphere cannot show: how far a calibrated arm is from the real one elsewhere.
+// Error of a calibrated arm away from the sphere, which touches on it cannot show.
 
 #include <Eigen/Core>
 
@@ -12,13 +12,13 @@ struct Spread {
   double mean_m = 0.0, max_m = 0.0;
 };
 
-/// Eq. 39 on the held-out touches, with the result's errors put into the exact chain.
+/// Eq. 39 on the held-out touches, with the result's errors in the exact chain.
 Spread check_on_exact_chain(const Task& task, const calib::Calibration& result);
 /// Eq. 39 with the nominal arm and the true centre, over one set of touches: "before".
 Spread nominal_error(const Task& task, calib::TouchSet set);
 
 /// 3-D tip error over `poses` random poses of the whole workspace, after the rigid alignment that
-/// removes what only moves the base frame.
+/// removes the motion of the base frame.
 Spread workspace_error(const Task& task, const calib::Calibration& result, int poses = 1000);
 
 /// Errors of a result in the order of ArmModel::parameters(), matched by name.

@@ -26,7 +26,7 @@ struct Axis {
   std::vector<double> ticks;
 };
 
-/// 1, 2 or 5 times a power of ten, so that some six ticks fit.
+/// 1, 2 or 5 times a power of ten, for about six ticks.
 double nice_step(double span) {
   const double raw = span / 6.0;
   const double power = std::pow(10.0, std::floor(std::log10(raw)));
@@ -113,7 +113,7 @@ void draw_frame(Svg& svg, const Chart& chart, const Frame& frame) {
 }
 
 void draw_legend(Svg& svg, const Chart& chart) {
-  constexpr double kPerLetter = 6.6;  // of 12 px sans-serif, a little generous
+  constexpr double kPerLetter = 6.6;  // 12 px sans-serif, upper estimate
   double x = kLeft;
   for (const Series& series : chart.series) {
     if (series.mark == Mark::kLine)

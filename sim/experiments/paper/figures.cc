@@ -21,7 +21,7 @@ using svg::Point;
 constexpr const char* kBefore = "#2b6cb0";  // the paper's blue: without compensation
 constexpr const char* kPaper = "#dd8a1f";
 constexpr const char* kOurs = "#c53030";  // the paper's red: compensated
-// A noise-free fit ends at the last bit of a double; below this there is nothing to see.
+// A noise-free fit ends at the last bit of a double; smaller values are not meaningful.
 constexpr double kFloorMm = 1e-12;
 
 std::vector<Point> curve_mm(const std::vector<double>& mean_m) {
@@ -60,7 +60,7 @@ Figure on_the_sphere(const Solved& simulation) {
   const calib::ArmModel model(task.cell.robot, task.cell.tool);
   const auto nominal = around(task, model, Eigen::VectorXd::Zero(model.size()), task.centre_m);
   const auto view = [&](const std::string& title, const calib::Calibration& result) {
-    // Each result has its own idea of where the sphere is: the frame is not identifiable.
+    // Each result has its own sphere centre: the frame is not identifiable.
     return SphereView{
         title,
         task.radius_m,

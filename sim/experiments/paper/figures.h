@@ -10,7 +10,7 @@
 
 namespace cellcal::sim::paper {
 
-/// One task and what both estimators made of it.
+/// One task and the results of both estimators.
 struct Solved {
   Task task;
   calib::Calibration paper, ours;
@@ -26,8 +26,8 @@ struct Figure {
 
 std::vector<Figure> make_figures(const Solved& simulation, const Solved& experiment);
 
-/// Writes each figure and figures.html, which shows them all above `table`, a plain text.
-/// Throws std::runtime_error naming the file that cannot be written.
+/// Writes each figure, and figures.html with all of them and the plain text `table`. Throws
+/// std::runtime_error naming a file that cannot be written.
 void write_figures(const std::vector<Figure>& figures, const std::string& table,
                    const std::filesystem::path& folder);
 

@@ -1,4 +1,4 @@
-// Reruns the seed paper's simulation and its experiment's conditions; see README.md beside it.
+// Reruns the seed paper's simulation and the conditions of its experiment; see README.md.
 
 #include <fmt/format.h>
 
@@ -17,9 +17,9 @@ namespace {
 
 namespace paper = cellcal::sim::paper;
 
-/// What the noise-free check residual of cellcal's estimator has to stay below [m].
+/// Upper bound of the noise-free check residual of cellcal's estimator [m].
 constexpr double kGoalM = 1e-9;
-/// Enough for a median that another set of seeds moves by some ten per cent.
+/// Sufficient for a median that varies by about ten per cent between seeds.
 constexpr int kPlacings = 20;
 
 void write_touches(const paper::Task& task, const std::filesystem::path& path) {
@@ -65,7 +65,7 @@ int main(int argc, char** argv) {
   unsigned seed = 1;
   app.add_option("-o,--output", folder, "folder for figures and touches")
       ->capture_default_str()
-      ->take_last();  // sim/paper states a default before the user's own
+      ->take_last();  // sim/paper passes a default before the user's own
   app.add_option("--seed", seed, "of the touches and their noise")->capture_default_str();
   CLI11_PARSE(app, argc, argv);
   try {

@@ -9,14 +9,14 @@ namespace {
 
 constexpr int kStarts = 12;
 constexpr int kSteps = 40;
-constexpr double kLargestStep = 0.4;      // rad; keeps Newton inside the branch it started in
-constexpr double kNominalAgrees = 1e-7;   // m and rad: reach_exactly does the rest
-constexpr double kExactlyAgrees = 1e-13;  // m; double arithmetic at 2 m leaves some 4e-16
+constexpr double kLargestStep = 0.4;      // rad; keeps Newton's method on its initial branch
+constexpr double kNominalAgrees = 1e-7;   // m and rad: reach_exactly refines it
+constexpr double kExactlyAgrees = 1e-13;  // m; rounding of doubles at 2 m is about 4e-16
 constexpr double kLimitMargin = 0.02;     // rad, so that small errors stay inside
 
 using Angles = std::vector<double>;
 
-/// Into (-pi, pi], where every revolute axis of the arms used here has its range.
+/// Into (-pi, pi], the range of every revolute axis of the arms used here.
 double wrapped(double angle) { return std::remainder(angle, 2.0 * std::numbers::pi); }
 
 bool inside_limits(const calib::Robot& robot, const Angles& joint_rad, double margin) {

@@ -16,8 +16,8 @@ namespace cellcal::sim::paper {
 
 namespace {
 
-constexpr int kMostIterations = 50;  // as many as the paper's figure shows
-constexpr double kSame = 1e-16;      // m; nothing moves any more
+constexpr int kMostIterations = 50;  // as in the paper's figure
+constexpr double kSame = 1e-16;      // m; converged
 
 double mean_residual_m(const calib::Problem& problem, const Eigen::VectorXd& u,
                        const std::vector<bool>& use) {
@@ -35,8 +35,8 @@ double mean_residual_m(const calib::Problem& problem, const Eigen::VectorXd& u,
   return sum / count;
 }
 
-/// Mean residual of the fit with the solver stopped after 0, 1, 2... iterations. The estimator
-/// keeps no record of its steps, and a fit takes milliseconds, so it is run anew for each.
+/// Mean residual of the fit with the solver stopped after 0, 1, 2... iterations. The estimator does
+/// not record its steps, and a fit takes milliseconds, so it is rerun for each.
 std::vector<double> convergence(const Task& task) {
   const calib::ArmModel arm(task.cell.robot, task.cell.tool);
   std::vector<bool> use;

@@ -1,5 +1,5 @@
 #pragma once
-// Runs both estimators on a task and records how they converge.
+// Runs both estimators on a task and records their convergence.
 
 #include "sim/experiments/paper/figures.h"
 #include "sim/experiments/paper/table.h"
@@ -9,7 +9,7 @@ namespace cellcal::sim::paper {
 /// Throws calib::IdentifyError.
 Solved solve(const Task& task);
 
-/// Both tasks with seeds 1 to `count`: what the figures are apart from one lucky placing.
+/// Both tasks with seeds 1 to `count`: figures independent of a single lucky placement.
 Placings solve_placings(int count);
 
 }  // namespace cellcal::sim::paper

@@ -16,16 +16,16 @@ using Eigen::Vector3d;
 using svg::Anchor, svg::Paint, svg::Point, svg::Svg;
 
 constexpr double kPanel = 380.0, kViewTop = 62.0, kViewBottom = 8.0;
-constexpr double kShare = 0.42;  // radius of the drawn sphere, of the panel's width
+constexpr double kShare = 0.42;  // radius of the drawn sphere relative to the panel's width
 constexpr int kArcPoints = 60;
-constexpr double kAzimuth = 3.7, kElevation = 0.5;  // rad; the eye, on the side of the arm
-constexpr double kBehind = 0.3;                     // opacity of what the sphere hides
+constexpr double kAzimuth = 3.7, kElevation = 0.5;  // rad; the viewpoint, on the side of the arm
+constexpr double kBehind = 0.3;                     // opacity of parts hidden by the sphere
 constexpr Paint kBall{.fill = "#f3f4f6", .stroke = "#9aa0a6"}, kArc{.stroke = "#d5d8dc"};
 constexpr Paint kHeading{.fill = "#111", .font_size = 15.0, .bold = true};
 constexpr Paint kViewTitle{.fill = "#111", .font_size = 13.0, .bold = true};
 constexpr Paint kCloudName{.fill = "#333", .font_size = 12.0};
 
-/// Right and up on the page and towards the eye, for a point seen from the base frame.
+/// Right and up on the page and towards the viewer, for a point in the base frame.
 Vector3d seen(const Vector3d& p) {
   const double ca = std::cos(kAzimuth), sa = std::sin(kAzimuth);
   const double ce = std::cos(kElevation), se = std::sin(kElevation);

@@ -1,5 +1,5 @@
 #pragma once
-// Points around a sphere, seen in orthographic projection from one side.
+// Points around a sphere in orthographic projection.
 
 #include <Eigen/Core>
 #include <string>
@@ -13,14 +13,14 @@ struct Cloud {
   std::vector<Eigen::Vector3d> points_m;  ///< relative to the sphere's centre
 };
 
-/// One view of the sphere; clouds are drawn from back to front, points behind the sphere faint.
+/// One view of the sphere; clouds are drawn from back to front, hidden points faintly.
 struct SphereView {
   std::string title;
   double radius_m = 0.0;
   std::vector<Cloud> clouds;
 };
 
-/// Draws views side by side under one heading.
+/// Draws views next to each other under one heading.
 std::string draw(const std::string& heading, const std::vector<SphereView>& views);
 
 }  // namespace cellcal::sim::paper

@@ -17,9 +17,10 @@ using calib::ResidualSummary;
 using calib::TouchSet;
 
 constexpr const char* kNone = "-";
-// Another placing of touches moves the figures by this factor or so; more is a disagreement.
+// Typical variation of the figures between placements of touches; a larger factor is a
+// disagreement.
 constexpr double kSameFigure = 1.5;
-constexpr double kGoalM = 1e-9;  // what noise-free touches have to be explained to
+constexpr double kGoalM = 1e-9;  // required residual of noise-free touches
 
 std::string mm(double metres) {
   const double value = metres * 1e3;
@@ -125,7 +126,7 @@ std::string lambda_rows(const Solved& simulation, const Solved& experiment) {
   return out;
 }
 
-/// A line of plain words about one published mean.
+/// Sentence on one published mean.
 std::string judged(const std::string& what, double published_mm, double found_m) {
   const double found_mm = found_m * 1e3;
   if (found_mm < kSameFigure * published_mm && found_mm > published_mm / kSameFigure)

@@ -19,10 +19,10 @@ using Eigen::Vector3d;
 constexpr double kDeg = calib::kRadPerDeg;
 constexpr double kMm = 1e-3;
 
-// The tool comes from outside the sphere: its shaft leans away from the surface's normal by no
-// more than this, so that neither it nor the arm behind it runs through the sphere.
+// The tool comes from outside the sphere: maximum angle of its shaft to the surface normal, so that
+// neither tool nor arm intersects the sphere.
 constexpr double kLargestLean = 60.0 * kDeg;
-// Tries per touch; most directions that fail lie on the far side, where the arm ends.
+// Attempts per touch; most directions that fail are on the far side, out of reach.
 constexpr int kTries = 2000;
 
 double error_of(const JointErrors& errors, calib::ParameterKind kind) {
@@ -66,7 +66,7 @@ Vector3d random_direction(std::mt19937_64& random) {
   return v.normalized();
 }
 
-/// A flange orientation whose z axis points down the shaft towards the sphere.
+/// A flange orientation with the z axis along the shaft towards the sphere.
 Eigen::Matrix3d random_flange(const Vector3d& normal, std::mt19937_64& random) {
   Vector3d shaft;
   do shaft = random_direction(random);

@@ -1,7 +1,7 @@
 #pragma once
-// The seed paper's task with a known truth: an arm whose errors are set, touching one sphere.
-// Touches are made on the exact chain (not the paper's linearised one): the contact is where the
-// real tip, bent by its weight, meets the sphere.
+// The seed paper's task with a known truth: an arm with given errors, touching one sphere. Touches
+// are made on the exact chain (not the paper's linearised one): contact is where the real tip, bent
+// by its weight, meets the sphere.
 
 #include <Eigen/Core>
 #include <filesystem>
@@ -14,13 +14,13 @@
 
 namespace cellcal::sim::paper {
 
-/// Errors of one joint as the paper's tables give them; a missing d or beta is zero.
+/// Errors of one joint from the paper's tables; a missing d or beta is zero.
 struct JointErrors {
   double theta_rad = 0.0, d_m = 0.0, a_m = 0.0, alpha_rad = 0.0, beta_rad = 0.0;
 };
 
 struct Conditions {
-  std::string cell;                 ///< file name of the cell, beside this file
+  std::string cell;                 ///< file name of the cell, in this file's directory
   std::vector<JointErrors> errors;  ///< per joint, true
   double deflection = 0.0;          ///< c_t, true, 1/(N m^2)
   int fit_touches = 50;
@@ -31,10 +31,11 @@ struct Conditions {
 
 /// Section 4: the errors of Table 2 (metres and radians, in spite of its heading), no noise.
 Conditions simulation_conditions();
-/// Section 5: the errors that Table 3 reports for the real robot stand in for its unknown ones.
+/// Section 5: the errors reported in Table 3 for the real robot are used in place of its unknown
+/// ones.
 Conditions experiment_conditions();
 
-/// Where the paper puts the sphere, base frame [m].
+/// Sphere centre in the paper, base frame [m].
 Eigen::Vector3d sphere_centre();
 
 struct Task {
@@ -43,11 +44,11 @@ struct Task {
   Eigen::Vector3d centre_m;            ///< true
   double radius_m = 0.0;               ///< true
   std::vector<calib::Touch> touches;   ///< fit touches, then check touches
-  std::vector<Eigen::Vector3d> tip_m;  ///< where the real tip was, per touch, base frame
+  std::vector<Eigen::Vector3d> tip_m;  ///< position of the real tip, per touch, base frame
 };
 
-/// Throws std::runtime_error when the sphere cannot be reached often enough, calib::FileError for
-/// a bad cell file.
+/// Throws std::runtime_error if too few places on the sphere are reachable, calib::FileError for an
+/// invalid cell file.
 Task make_task(const Conditions& conditions);
 
 }  // namespace cellcal::sim::paper

@@ -1,5 +1,5 @@
-/* The converter measures the voltages in turn, 52 us each, by interrupt: the main loop may sleep.
- * At 250 kHz it keeps some nine of its ten bits, and the bands want six. */
+/* The converter measures the voltages in turn, 52 us each, by interrupt: the main loop may
+ * sleep. At 250 kHz it keeps about nine of its ten bits; the bands require six. */
 
 #include <avr/interrupt.h>
 #include <util/atomic.h>
@@ -8,13 +8,13 @@
 
 enum { SENSE_CHANNEL = 0, FEED_CHANNEL = 1, EARTH_CHANNEL = 2, CHANNELS = 3, FULL_SCALE_BITS = 10 };
 
-static volatile uint16_t counts[CHANNELS]; /* of the round that is under way */
-static volatile uint16_t whole[CHANNELS];  /* of the last one */
+static volatile uint16_t counts[CHANNELS]; /* current round */
+static volatile uint16_t whole[CHANNELS];  /* last complete round */
 static volatile uint8_t channel;
 static volatile bool fresh;
 
 static void convert(void) {
-  ADMUX = (uint8_t)((1 << REFS0) | channel); /* refers to the supply */
+  ADMUX = (uint8_t)((1 << REFS0) | channel); /* reference: the supply */
   ADCSRA = (1 << ADEN) | (1 << ADSC) | (1 << ADIE) | (1 << ADPS2) | (1 << ADPS1); /* 250 kHz */
 }
 
@@ -25,7 +25,7 @@ ISR(ADC_vect) {
     whole[SENSE_CHANNEL] = counts[SENSE_CHANNEL];
     whole[FEED_CHANNEL] = counts[FEED_CHANNEL];
     whole[EARTH_CHANNEL] = counts[EARTH_CHANNEL];
-    fresh = true; /* the main loop looks in often enough by itself */
+    fresh = true; /* the main loop polls often enough */
   }
   convert();
 }

@@ -29,8 +29,8 @@ enum { SENSE_BIT = 0, RELAY_BIT = 1, MIRROR_BIT = 2, LAMP_BIT = 5 };         /* 
 enum { FITTED_BIT = 3 };                                                     /* of port D */
 enum { BAUD_250K_BIT = 4, BAUD_115K_BIT = 5, OUTPUT_BIT = 6, TEST_BIT = 7 }; /* of port D */
 
-/* What the loop is fed with and the converter refers to, in mV. Both follow the same supply, so a
- * supply that is off shifts no band. */
+/* Supply of the loop and reference of the converter, in mV. Both follow the same supply, so that
+ * its deviation does not shift the bands. */
 #ifndef SUPPLY_MV
 #define SUPPLY_MV 5000
 #endif
@@ -41,43 +41,43 @@ enum { BAUD_250K_BIT = 4, BAUD_115K_BIT = 5, OUTPUT_BIT = 6, TEST_BIT = 7 }; /* 
 void clock_start(void);
 /* Ticks of 0.5 us, from the main loop. */
 uint32_t clock_now(void);
-/* The same in an interrupt. */
+/* As clock_now(), in an interrupt. */
 uint32_t clock_now_in_interrupt(void);
-/* The oldest edge that was not taken yet. */
+/* The oldest unread edge. */
 bool clock_take_edge(uint32_t* t, bool* pin_high);
-/* There is one. */
+/* True if there is an unread edge. */
 bool clock_has_edge(void);
-/* Once per turn of the main loop: catches up after an edge that the capture could not follow. */
+/* To be called once per turn of the main loop: resynchronises after edges that the capture
+   missed. */
 void clock_watch_pin(void);
-/* The output for a controller's input goes with the edge itself, and does not wait for the main
- * loop: from a falling edge on it says 'contact', whatever is asked here, until that edge was
- * taken and `free` still holds. `by_edge` false: edges leave it alone (the self-test makes them).
- */
+/* Output for a controller's input. It follows the edge itself, without waiting for the main
+ * loop: from a falling edge on it reports 'contact', regardless of `free`, until that edge was
+ * read and `free` still holds. `by_edge` false: edges do not affect it (during the self-test). */
 void clock_output(bool free, bool by_edge);
-/* Sleeps until an interrupt calls wake_up(), at most for so many ticks; not at all if one has since
- * stay_up(). What has happened is never slept over: every interrupt that leaves something to do
- * calls it. */
+/* Sleeps until an interrupt calls wake_up(), at most for this many ticks; not at all if one has
+ * done so since stay_up(). Every interrupt that requires processing calls it, so that no event
+ * is missed. */
 void clock_sleep(uint16_t ticks);
 static inline void stay_up(void) { GPIOR0 = 0; }
-static inline void wake_up(void) { GPIOR0 = 1; } /* in interrupts */
+static inline void wake_up(void) { GPIOR0 = 1; } /* from interrupts */
 
 static inline bool sense_pin(void) { return (PINB & (1u << SENSE_BIT)) != 0; }
 
 /* uart.c: the serial line ---------------------------------------------------------------------- */
 
-/* The rate that the straps ask for. */
+/* Returns the baud rate selected by the straps. */
 uint32_t uart_start(void);
-/* The oldest byte that was not taken yet; *t holds for a 0x00 only: when it ended. */
+/* The oldest unread byte; *t is valid for a 0x00 only: its end. */
 bool uart_take(uint8_t* byte, uint32_t* t);
 /* True: uart_send() may be called. */
 bool uart_free(void);
-/* Sends bytes that stay where they are until uart_free(). */
+/* Sends bytes, which must stay valid until uart_free(). */
 void uart_send(const uint8_t* bytes, uint8_t size);
-/* The same, with the first bit at `begin`: true if it is that time, to 2 us. */
+/* As uart_send(), with the first bit at `begin`: true if it is that time, within 2 us. */
 bool uart_send_at(const uint8_t* bytes, uint8_t size, uint32_t begin);
 
 /* analog.c: voltages --------------------------------------------------------------------------- */
 
 void analog_start(void);
-/* All voltages were measured anew. Call once per turn of the main loop. */
+/* True if all voltages were measured anew. To be called once per turn of the main loop. */
 bool analog_take(sensor_voltages* mv);

@@ -1,6 +1,6 @@
-/* Timer 1 counts ticks of 0.5 us and copies its count at every edge of the sense line by itself:
- * the stamp does not depend on when the program looks. Its noise canceller wants four equal samples
- * of the pin, 0.25 us, and delays the stamp by as much. */
+/* Timer 1 counts ticks of 0.5 us and captures its count at every edge of the sense line in
+ * hardware: the stamp does not depend on the program's timing. Its noise canceller requires four
+ * equal samples of the pin, 0.25 us, and delays the stamp by that. */
 
 #include <avr/interrupt.h>
 #include <avr/sleep.h>
@@ -18,7 +18,7 @@ typedef struct {
   bool pin_high;
 } edge;
 
-static volatile uint16_t turns; /* of the 16-bit counter */
+static volatile uint16_t turns; /* overflows of the 16-bit counter */
 static edge edges[EDGES];
 static volatile uint8_t edges_in, edges_out;
 static volatile bool last_high; /* the level after the last edge */
@@ -35,7 +35,7 @@ void clock_start(void) {
 
 ISR(TIMER1_OVF_vect) { ++turns; }
 
-/* A count, with the overflow that may be waiting. The counter turns every 32 ms. */
+/* Extends a count by a possibly pending overflow. The counter overflows every 32 ms. */
 static uint32_t extend(uint16_t count) {
   uint16_t high = turns;
   if ((TIFR1 & (1 << TOV1)) != 0 && count < HALF_TURN) ++high;
@@ -62,7 +62,7 @@ static bool note(uint32_t t, bool high) {
   return true;
 }
 
-/* Waits for the edge away from this level. */
+/* Arms the capture for the edge away from this level. */
 static void wait_for_other(bool high) {
   if (high) {
     TCCR1B &= (uint8_t) ~(1 << ICES1);
@@ -79,13 +79,13 @@ ISR(TIMER1_CAPT_vect) {
   if (output_by_edge && !high) PORTD &= (uint8_t) ~(1 << OUTPUT_BIT);
   do {
     if (!note(t, high)) {
-      /* A line that chatters faster than the main loop can follow must not stop the main loop. */
+      /* A line that chatters faster than the main loop can process must not block the main loop. */
       TIMSK1 &= (uint8_t) ~(1 << ICIE1);
       return;
     }
     wait_for_other(high);
     if (sense_pin() == high) return;
-    high = !high; /* it has already gone back, unseen */
+    high = !high; /* it has already returned, unnoticed */
     t = clock_now_in_interrupt();
   } while (--tries != 0);
 }
@@ -106,7 +106,7 @@ void clock_watch_pin(void) {
     const bool stopped = (TIMSK1 & (1 << ICIE1)) == 0;
     if (stopped || sense_pin() != last_high) {
       bool high;
-      _delay_us(CANCELLER_US); /* which is a little behind the pin */
+      _delay_us(CANCELLER_US); /* which lags slightly behind the pin */
       high = sense_pin();
       if (stopped || (high != last_high && (TIFR1 & (1 << ICF1)) == 0)) {
         if (high != last_high) note(clock_now_in_interrupt(), high);
@@ -137,9 +137,9 @@ void clock_sleep(uint16_t ticks) {
   OCR1A = (uint16_t)(TCNT1 + ticks);
   TIFR1 = (1 << OCF1A);
   TIMSK1 |= (1 << OCIE1A);
-  while (GPIOR0 == 0) { /* most interrupts leave nothing to do */
+  while (GPIOR0 == 0) { /* most interrupts require no processing */
     sleep_enable();
-    sei(); /* the next instruction is executed before any interrupt: none can slip between */
+    sei(); /* the next instruction is executed before any interrupt: no race */
     sleep_cpu();
     sleep_disable();
     cli();

@@ -1,4 +1,4 @@
-/* Puts the portable sensor onto the board. */
+/* Connects the portable sensor to the board. */
 
 #include <avr/boot.h>
 #include <avr/eeprom.h>
@@ -14,22 +14,22 @@
 
 enum { FIRMWARE_MAJOR = 1, FIRMWARE_MINOR = 3, FIRMWARE_PATCH = 0 };
 
-/* From the choice of a PONG to its first bit: what it takes to build it, and the two bytes of the
- * frame before that may still be in the transmitter. */
+/* From the choice of a PONG to its first bit: time to build it, and two bytes of the preceding
+ * frame possibly still in the transmitter. */
 enum { BUILD_TICKS = 400, BYTES_IN_TRANSMITTER = 2 };
-/* A rattle of a few us at a time is over by then. */
+/* Longer than a bounce of a few us. */
 enum { PING_GUARD_TICKS = 400 };
-/* Taken in one turn of the main loop, so that no flood delays a trip. */
+/* Limits per turn of the main loop, so that a flood does not delay a trip. */
 enum { BYTES_PER_TURN = 8, EDGES_PER_TURN = 32 };
-/* Not worth falling asleep for less; the voltages want a look at least so often. */
+/* Shorter sleeps are not worthwhile; longer ones would poll the voltages too rarely. */
 enum { SHORTEST_SLEEP = 60, LONGEST_SLEEP = 400 };
 
 static sensor touch_sensor;
 static uint8_t wire[CTP_MAX_WIRE];
-static bool flooded; /* bytes were left for the next turn */
+static bool flooded; /* unread bytes remain for the next turn */
 
-/* Kept from before the C runtime clears memory: the cause of the reset, and what a boot loader that
- * cleared it has left in r2 (optiboot does). */
+/* Saved before the C runtime clears memory: the cause of the reset, and the copy in r2 by a boot
+ * loader that cleared it (optiboot does). */
 static uint8_t reset_flags __attribute__((section(".noinit")));
 
 void remember_reset(void) __attribute__((naked, used, section(".init3")));
@@ -37,7 +37,7 @@ void remember_reset(void) {
   uint8_t from_loader;
   __asm__ volatile("mov %0, r2" : "=r"(from_loader));
   reset_flags = MCUSR != 0 ? MCUSR : from_loader;
-  MCUSR = 0; /* or the watchdog could not be switched off */
+  MCUSR = 0; /* otherwise the watchdog cannot be switched off */
   wdt_disable();
 }
 
@@ -53,7 +53,7 @@ static void write_byte(void* context, uint16_t at, uint8_t value) {
   wdt_reset();
 }
 
-/* The chip's serial number, ten bytes of its signature row, folded (FNV-1a). */
+/* The chip's serial number, ten bytes of its signature row, hashed (FNV-1a). */
 static uint32_t chip_id(void) {
   enum { FIRST = 0x0E, LAST = 0x17 };
   uint32_t id = 2166136261u;
@@ -86,7 +86,7 @@ static void apply(sensor_pull pull) {
   }
 }
 
-/* Behind uart_start(), whose pull-ups have had their time. */
+/* After uart_start(), once the pull-ups have settled. */
 static bool relay_fitted(void) {
   PORTD |= (1 << FITTED_BIT);
   PORTB |= (1 << MIRROR_BIT);
@@ -113,7 +113,7 @@ static void start(void) {
       reset_flags & (CTP_RESET_POWER | CTP_RESET_PIN | CTP_RESET_BROWN_OUT | CTP_RESET_WATCHDOG);
   identity.has_fuses = true;
   identity.datagrams = false;
-  /* Interrupts are off yet, as reading these wants it. */
+  /* Interrupts are still off, as required here. */
   identity.fuses_low = boot_lock_fuse_bits_get(GET_LOW_FUSE_BITS);
   identity.fuses_high = boot_lock_fuse_bits_get(GET_HIGH_FUSE_BITS);
   identity.fuses_extended = boot_lock_fuse_bits_get(GET_EXTENDED_FUSE_BITS);
@@ -131,7 +131,7 @@ static void start(void) {
   if (!stored) sensor_log(&touch_sensor, "EEPROM worn out: the boot id may come again");
 }
 
-/* What the hardware has noted meanwhile. */
+/* Reads the events recorded by the hardware. */
 static void listen(void) {
   uint32_t t = 0;
   bool pin_high;
@@ -141,7 +141,7 @@ static void listen(void) {
   clock_watch_pin();
   for (taken = 0; taken < EDGES_PER_TURN && clock_take_edge(&t, &pin_high); ++taken) {
     sensor_on_edge(&touch_sensor, t, pin_high);
-    if (touch_sensor.trip_due) return; /* first things first: the bounces can wait */
+    if (touch_sensor.trip_due) return; /* the trip has priority over bounces */
     clock_watch_pin();
   }
   for (taken = 0; taken < BYTES_PER_TURN && uart_take(&byte, &t); ++taken) {
@@ -160,7 +160,8 @@ static void speak(void) {
   const uint32_t now = clock_now();
   uint32_t begin;
   uint8_t size;
-  /* Nothing overtakes a trip: it is built while the frame before it is still being sent. */
+  /* A trip is sent before everything else: it is built while the preceding frame is still being
+     sent. */
   if (touch_sensor.trip_due && trip_size == 0) {
     trip_size = sensor_next_frame(&touch_sensor, now, trip, &begin);
   }
@@ -177,8 +178,8 @@ static void speak(void) {
     uart_send(wire, size);
     return;
   }
-  /* A PONG that is not sent at the time that it states is worse than none, and one that is waited
-   * for is not worth a trip's time. */
+  /* A PONG that is not sent at its stated time is harmful, and waiting for it must not delay a
+   * trip. */
   while (!clock_has_edge() && !uart_send_at(wire, size, begin)) {
     if ((int32_t)(begin - clock_now()) < 0) return;
   }
@@ -196,7 +197,7 @@ static void rest(void) {
 static void drive(void) {
   const bool testing = touch_sensor.test != TEST_NONE;
   const bool low = touch_sensor.config[CTP_CONFIG_POLARITY] == CTP_CONTACT_IS_LOW;
-  /* Before the line is pulled, so that the test's own edge finds the output held. */
+  /* Before the line is pulled, so that the output is held during the test's own edge. */
   clock_output(sensor_free(&touch_sensor), low && !testing);
   apply(sensor_drive(&touch_sensor));
   if (sensor_relay(&touch_sensor)) {
@@ -217,9 +218,9 @@ int main(void) {
   for (;;) {
     wdt_reset();
     stay_up();
-    now = clock_now(); /* before the edges are taken: those up to now are there */
+    now = clock_now(); /* before reading the edges: all edges up to now are included */
     listen();
-    if (!touch_sensor.trip_due) { /* which goes before all else; the output went with the edge */
+    if (!touch_sensor.trip_due) { /* which has priority; the output has followed the edge */
       sensor_run(&touch_sensor, now);
       drive();
     }

@@ -1,4 +1,4 @@
-/* The serial line: bytes are taken and given in interrupts, frames in the main loop. */
+/* Serial line: bytes are transferred in interrupts, frames in the main loop. */
 
 #include <avr/cpufunc.h>
 #include <avr/interrupt.h>
@@ -9,9 +9,9 @@
 enum {
   BYTES = 128, /* more than two of the longest frames */
   BYTES_MASK = BYTES - 1,
-  STAMPS = 16, /* ends of frames that wait */
+  STAMPS = 16, /* pending ends of frames */
   STAMPS_MASK = STAMPS - 1,
-  NEARLY_TICKS = 40, /* waited for with interrupts off: the receiver holds two bytes, 20 us */
+  NEARLY_TICKS = 40, /* waited for with interrupts off: the receiver buffers two bytes, 20 us */
   LATEST_TICKS = 4
 };
 
@@ -28,13 +28,13 @@ uint32_t uart_start(void) {
   uint16_t divider = 1; /* of clock / 8; exact */
   PORTD |= (1 << BAUD_250K_BIT) | (1 << BAUD_115K_BIT);
   _NOP();
-  _NOP(); /* a pin is read a clock after it was set */
+  _NOP(); /* a pin is read one clock after it was set */
   if ((PIND & (1 << BAUD_250K_BIT)) == 0) {
     baud = 250000;
     divider = 7; /* exact */
   } else if ((PIND & (1 << BAUD_115K_BIT)) == 0) {
     baud = 115200;
-    divider = 16; /* 117 647: 2.1 % fast, which 8N1 bears */
+    divider = 16; /* 117 647: 2.1 % fast, within the tolerance of 8N1 */
   }
   UCSR0A = (1 << U2X0); /* before the divider */
   UBRR0 = divider;
@@ -46,7 +46,7 @@ uint32_t uart_start(void) {
 ISR(USART_RX_vect) {
   const uint8_t byte = UDR0;
   const uint8_t next = (uint8_t)((bytes_in + 1) & BYTES_MASK);
-  if (next == bytes_out) return; /* lost: the frame's CRC will tell */
+  if (next == bytes_out) return; /* lost: detected by the frame's CRC */
   if (byte == 0) {
     const uint8_t stamp = (uint8_t)((stamps_in + 1) & STAMPS_MASK);
     if (stamp == stamps_out) return;
@@ -55,7 +55,7 @@ ISR(USART_RX_vect) {
   }
   bytes[bytes_in] = byte;
   bytes_in = next;
-  if (byte == 0) wake_up(); /* before it there is no frame */
+  if (byte == 0) wake_up(); /* a frame ends with it */
 }
 
 bool uart_take(uint8_t* byte, uint32_t* t) {
@@ -91,7 +91,7 @@ void uart_send(const uint8_t* frame, uint8_t size) {
 
 bool uart_send_at(const uint8_t* frame, uint8_t size, uint32_t begin) {
   bool sent = false;
-  ATOMIC_BLOCK(ATOMIC_RESTORESTATE) { /* or other interrupts would come between time and byte */
+  ATOMIC_BLOCK(ATOMIC_RESTORESTATE) { /* otherwise other interrupts could separate time and byte */
     const int32_t early = (int32_t)(begin - clock_now_in_interrupt());
     if (early <= NEARLY_TICKS && early >= -LATEST_TICKS) {
       while ((int16_t)((uint16_t)begin - TCNT1) > 0) continue;

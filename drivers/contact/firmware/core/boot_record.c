@@ -5,11 +5,11 @@
 enum { kIdSize = 4 };
 
 static uint16_t crc_of(const uint8_t* record) {
-  /* Erased memory, all ones, must not check out. */
+  /* Erased memory, all ones, must be invalid. */
   return (uint16_t)~ctp_crc16(record, kIdSize);
 }
 
-/* The id of a slot, 0: none. */
+/* The id in a slot, 0: none. */
 static uint32_t stored(const boot_memory* memory, uint8_t slot) {
   uint8_t record[BOOT_RECORD_SIZE];
   uint8_t i;

@@ -1,6 +1,6 @@
-/* The boot id: a number that is never the same after a reset, kept in EEPROM. Records take turns in
- * a ring, so that no cell wears out early (64 records, 100 000 writes each), and carry a CRC, so
- * that one that was cut off by a power failure is not read. */
+/* The boot id: a number unique to each reset, kept in EEPROM. Records form a ring, so that cells
+ * wear evenly (64 records, 100 000 writes each), and carry a CRC, so that one truncated by a
+ * power failure is ignored. */
 #pragma once
 
 #include <stdbool.h>
@@ -19,8 +19,8 @@ typedef struct {
   void* context;
 } boot_memory;
 
-/* Takes the next boot id, 1 or more, and stores it. False: it could not be stored, the memory is
- * worn out, and the same id may come again. */
+/* Increments the boot id, 1 or more, and stores it. False: it could not be stored, the memory is
+ * worn out, and the same id may recur. */
 bool boot_record_next(const boot_memory* memory, uint32_t* boot_id);
 
 #ifdef __cplusplus

@@ -9,7 +9,7 @@ void host_link_init(host_link* link, sensor* s) {
   link->s = s;
 }
 
-/* The first frame of the datagram is a HELLO; nothing of the conversation is touched. */
+/* True if the first frame of the datagram is a HELLO; does not affect the conversation. */
 static bool greets(const uint8_t* bytes, uint16_t size) {
   link_reader reader;
   uint16_t i;
@@ -45,7 +45,7 @@ void host_link_take(host_link* link, const host_address* from, const uint8_t* by
   sound = link->s->reader.frames;
   link_reader_begin(&link->s->reader);
   for (i = 0; i < size; ++i) sensor_on_byte(link->s, bytes[i], t);
-  if (bytes[size - 1] != 0) sensor_on_byte(link->s, 0, t); /* a cut frame ends with its datagram */
+  if (bytes[size - 1] != 0) sensor_on_byte(link->s, 0, t); /* truncated: ends with its datagram */
   if (link->s->reader.frames != sound) link->heard_at = t;
 }
 

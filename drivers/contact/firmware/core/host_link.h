@@ -1,8 +1,8 @@
-/* One host at a time over datagrams: which of them are heard, and where answers go.
+/* Selection of one host over datagrams: which host is accepted, and the destination of answers.
  *
- * A datagram holds whole frames. The first host that says HELLO is the host, and stays it until it
- * has been silent for HOST_SILENCE_MS; what others say is counted and not heard. Nothing is sent to
- * an address that has not said HELLO. */
+ * A datagram contains whole frames. The first host that sends HELLO is accepted until it has
+ * been silent for HOST_SILENCE_MS; datagrams of others are counted and ignored. Nothing is sent
+ * to an address that has not sent HELLO. */
 #pragma once
 
 #include <stdbool.h>
@@ -15,12 +15,12 @@ extern "C" {
 #include "drivers/contact/firmware/core/sensor.h"
 
 enum {
-  HOST_SILENCE_MS = 1000, /* above any pause of a host that is ready or asks for an answer */
+  HOST_SILENCE_MS = 1000, /* above any pause of a host that is ready or waits for an answer */
   HOST_MAX_DATAGRAM = 256
 };
 
 typedef struct {
-  uint32_t address; /* IPv4 and port in whatever order the board has them: they are compared */
+  uint32_t address; /* IPv4 and port in the board's byte order: only compared */
   uint16_t port;
 } host_address;
 
@@ -29,16 +29,16 @@ typedef struct {
   bool there;
   host_address host;
   uint32_t heard_at;
-  uint16_t foreign;  /* datagrams of others */
+  uint16_t foreign;  /* datagrams of other hosts */
   uint16_t unfit;    /* empty or too long */
-  uint8_t greetings; /* of hosts, modulo 256: another one, and the way to it may be another */
+  uint8_t greetings; /* of hosts, modulo 256: a change may mean another route */
 } host_link;
 
 void host_link_init(host_link* link, sensor* s);
-/* A datagram that arrived at `t`. */
+/* Processes a datagram that arrived at `t`. */
 void host_link_take(host_link* link, const host_address* from, const uint8_t* bytes, uint16_t size,
                     uint32_t t);
-/* Call at least every 15 minutes: forgets a host that is silent. */
+/* To be called at least every 15 minutes: releases a silent host. */
 void host_link_run(host_link* link, uint32_t now);
 
 #ifdef __cplusplus

@@ -6,7 +6,7 @@ enum { kFromSensorBit = 0x80 };
 
 void link_reader_init(link_reader* reader) { memset(reader, 0, sizeof(*reader)); }
 
-/* COBS in place: what is read is always ahead of what is written. Returns the size, 0: not COBS. */
+/* Decodes COBS in place: reading is always ahead of writing. Returns the size, 0: not COBS. */
 static uint8_t unstuff(uint8_t* bytes, uint8_t size) {
   uint8_t out = 0;
   uint8_t at = 0;
@@ -48,7 +48,7 @@ static bool finish(link_reader* reader) {
     ++reader->damaged;
     return false;
   }
-  /* From here on this is what the host sent, so its sequence number counts in any case. */
+  /* The CRC is valid, so that the sequence number counts in any case. */
   if (!in_order(reader, raw[0], raw[1])) return false;
   expected = ctp_payload_size(raw[0]);
   if (expected < 0 || (raw[0] & kFromSensorBit) != 0) {
@@ -81,7 +81,7 @@ bool link_feed(link_reader* reader, uint8_t byte) {
   return false;
 }
 
-/* Where COBS has got to. */
+/* State of the COBS encoder. */
 typedef struct {
   uint8_t* wire;
   uint8_t size, code_at;

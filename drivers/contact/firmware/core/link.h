@@ -1,5 +1,5 @@
-/* CTP/1 frames, the sensor's side: bytes to checked frames and back. No allocation, no input or
- * output; the host's side is ../../wire/ctp_codec, both read ../../wire/ctp.h. */
+/* CTP/1 frames, sensor side: bytes to verified frames and back. No allocation, no input or
+ * output; the host side is ../../wire/ctp_codec, both use ../../wire/ctp.h. */
 #pragma once
 
 #include <stdbool.h>
@@ -12,29 +12,29 @@ extern "C" {
 
 #include "drivers/contact/wire/ctp.h"
 
-/* Bytes to frames, one at a time. After anything odd it goes on at the next 0x00. */
+/* Assembles frames byte by byte. After an error it resynchronises at the next 0x00. */
 typedef struct {
-  uint8_t bytes[CTP_MAX_WIRE]; /* encoded while it fills, type to payload when a frame is there */
+  uint8_t bytes[CTP_MAX_WIRE]; /* encoded while receiving, type to payload once complete */
   uint8_t size;
   bool skipping;
-  bool heard; /* last_seq holds */
-  /* The line is Ethernet: a frame that is not newer than the one before it is not taken. HELLO
-   * begins the count anew. */
+  bool heard; /* last_seq is valid */
+  /* The line is Ethernet: a frame that is not newer than the preceding one is dropped. HELLO
+   * restarts the count. */
   bool datagrams;
   uint8_t last_seq;
-  /* What went by. `damaged`: wrong CRC, not COBS, too short, too long, of the wrong size. */
+  /* Counters. `damaged`: wrong CRC, not COBS, too short, too long, of the wrong size. */
   uint16_t frames, damaged, gaps, unknown_types, overtaken;
 } link_reader;
 
 void link_reader_init(link_reader* reader);
-/* Forgets a half-received frame: a new datagram begins. */
+/* Discards a partial frame at the start of a new datagram. */
 static inline void link_reader_begin(link_reader* reader) {
   reader->size = 0;
   reader->skipping = false;
 }
 
-/* True: this byte completed a frame that belongs to this direction. Its type and payload hold until
- * the next byte; the payload has the size that its type asks for. */
+/* True: this byte completed a frame of this direction. Type and payload are valid until the next
+ * byte; the payload has the size of its type. */
 bool link_feed(link_reader* reader, uint8_t byte);
 
 static inline uint8_t link_type(const link_reader* reader) { return reader->bytes[0]; }
@@ -42,8 +42,8 @@ static inline const uint8_t* link_payload(const link_reader* reader) {
   return reader->bytes + CTP_HEADER;
 }
 
-/* Writes a frame with its delimiter and returns its size. The payload, of at most CTP_MAX_PAYLOAD
- * bytes, may not overlap `wire`, which holds CTP_MAX_WIRE. */
+/* Writes a frame with its delimiter and returns its size. The payload, of at most
+ * CTP_MAX_PAYLOAD bytes, must not overlap `wire`, which holds CTP_MAX_WIRE. */
 uint8_t link_build(uint8_t type, uint8_t seq, const uint8_t* payload, uint8_t size, uint8_t* wire);
 
 #ifdef __cplusplus

@@ -1,4 +1,4 @@
-/* The sensor: its beginning, its time, and the touch circuit. */
+/* The sensor: initialisation, timing, and the touch circuit. */
 
 #include <string.h>
 
@@ -11,7 +11,7 @@ enum {
 
 enum { DEFAULT_OPEN_MV = 3500, DEFAULT_CONTACT_MV = 1000 };
 
-/* One conversion may be a spark's; two in a row are none. */
+/* A single conversion may be a spark; two consecutive ones are not. */
 enum { ODD_ENOUGH = 2 };
 
 static uint32_t bit_ticks(uint32_t bits, uint32_t baud) {
@@ -22,7 +22,7 @@ void sensor_init(sensor* s, const sensor_identity* identity, uint32_t now) {
   uint32_t repeat;
   memset(s, 0, sizeof(*s));
   s->identity = *identity;
-  /* Three frames and a round trip: an ACK that is under way is waited for. */
+  /* Three frames and a round trip: allows for an ACK in transit. */
   repeat =
       bit_ticks(3u * kBitsPerEvent + kBitsPerEventAndAck, identity->baud) + identity->pong_lead;
   s->repeat = repeat > CTP_REPEAT_MIN_MS * TICKS_PER_MS ? repeat : CTP_REPEAT_MIN_MS * TICKS_PER_MS;
@@ -30,7 +30,7 @@ void sensor_init(sensor* s, const sensor_identity* identity, uint32_t now) {
   s->reader.datagrams = identity->datagrams;
   s->config_crc = CTP_CONFIG_NONE;
   s->pin_high = true;
-  /* Until CONFIG comes, contact is what most hosts want it to be. */
+  /* Default contact level until CONFIG arrives. */
   s->config[CTP_CONFIG_POLARITY] = CTP_CONTACT_IS_LOW;
   ctp_put_u16(s->config + CTP_CONFIG_OPEN_MV, DEFAULT_OPEN_MV);
   ctp_put_u16(s->config + CTP_CONFIG_CONTACT_MV, DEFAULT_CONTACT_MV);
@@ -70,7 +70,7 @@ void sensor_disarm(sensor* s) {
 /* The touch circuit ------------------------------------------------------------------------------
  */
 
-/* The change that begins is the arming's, if there is one, and uses it up. */
+/* The change belongs to the active arming, if any, and ends it. */
 static void trip(sensor* s, uint32_t t) {
   s->touch_arm_id = s->arm_id;
   if (s->arm_id == 0) return;
@@ -82,7 +82,7 @@ static void trip(sensor* s, uint32_t t) {
 }
 
 void sensor_level(sensor* s, uint32_t t, bool closed) {
-  if (s->test != TEST_NONE) { /* its own edge, or one that is looked at when the test is over */
+  if (s->test != TEST_NONE) { /* the test's own edge, or evaluated after the test */
     if (closed != s->touch.level) s->test_edge = true;
     s->touch.level = closed;
     return;
@@ -107,7 +107,7 @@ static void look(sensor* s) {
     return;
   }
   if (s->touch.target && s->touch_arm_id != 0) sensor_raise(s, CTP_REVOKED, s->touch_arm_id, t);
-  /* Dismissed after a long rattle the input may stand at the other level: begin anew. */
+  /* After a dismissed bounce the input may be at the other level: restart. */
   level = s->touch.level;
   s->touch.level = s->touch.contact;
   sensor_level(s, t, level);
@@ -118,14 +118,14 @@ static void look_until(sensor* s, uint32_t t) {
 }
 
 void sensor_on_edge(sensor* s, uint32_t t, bool pin_high) {
-  look_until(s, t); /* samples that were due before it */
+  look_until(s, t); /* earlier samples that are due */
   s->last_edge = t;
   s->edge_seen = true;
   s->pin_high = pin_high;
   sensor_level(s, t, sensor_closed(s, pin_high));
 }
 
-/* Whole or not from two conversions on that agree. */
+/* Requires two consecutive conversions that agree. */
 static void watch_earth(sensor* s) {
   const bool ok = sensor_between(s, s->mv.earth);
   if (ok == s->earth_was_ok && ok != s->earth_ok) {
@@ -135,12 +135,12 @@ static void watch_earth(sensor* s) {
   s->earth_was_ok = ok;
 }
 
-/* An edge at the pin is the first to tell of a touch, and not the only one: through an oxide film
- * (above 430 ohms), or behind a broken joint, the voltages move and the pin does not. */
+/* The edge at the pin is the fastest indication of a touch, but not the only one: through an
+ * oxide film (above 430 ohms), or with a broken joint, the voltages change without an edge. */
 static void watch_gun(sensor* s, uint32_t t) {
   if (sensor_near_open(s, s->mv.sense) && sensor_near_open(s, s->mv.feed) &&
       sensor_between(s, s->mv.earth)) {
-    if (s->odd >= ODD_ENOUGH && s->greeted) s->status_due = true; /* armed again, perhaps */
+    if (s->odd >= ODD_ENOUGH && s->greeted) s->status_due = true; /* possibly armed again */
     s->odd = 0;
     return;
   }
@@ -155,7 +155,7 @@ static void watch_gun(sensor* s, uint32_t t) {
 void sensor_on_voltages(sensor* s, uint32_t t, const sensor_voltages* mv) {
   s->mv.feed = mv->feed;
   s->mv.earth = mv->earth;
-  if (s->test != TEST_LIFT) s->mv.sense = mv->sense; /* lifted it says nothing about contact */
+  if (s->test != TEST_LIFT) s->mv.sense = mv->sense; /* while lifted it is independent of contact */
   watch_earth(s);
   if (s->test != TEST_NONE) {
     sensor_measure_test(s, mv);

@@ -1,4 +1,4 @@
-/* What the parts of the sensor share; for nobody else. */
+/* Internal interface between the parts of the sensor. */
 #pragma once
 
 #include "drivers/contact/firmware/core/sensor.h"
@@ -7,22 +7,22 @@
 #define TICKS_PER_US ((uint32_t)CTP_TICKS_PER_US)
 #define TICKS_PER_MS ((uint32_t)(1000 * CTP_TICKS_PER_US))
 
-/* True: `deadline` has come. */
+/* True if `deadline` has passed. */
 static inline bool due(uint32_t deadline, uint32_t now) { return (int32_t)(deadline - now) <= 0; }
 
 void sensor_disarm(sensor* s);
 void sensor_nak_frame(sensor* s, uint8_t of_type, uint8_t reason);
-/* CONTACT, REVOKED or RELEASE of the change in s->touch. */
+/* Queues CONTACT, REVOKED or RELEASE for the change in s->touch. */
 void sensor_raise(sensor* s, uint8_t type, uint16_t arm_id, uint32_t now);
 
-/* Voltages beyond the bands, seen from either side. */
+/* True in the contact band, for either polarity. */
 bool sensor_near_contact(const sensor* s, uint16_t mv);
 bool sensor_near_open(const sensor* s, uint16_t mv);
-/* Neither: through an end resistor. */
+/* True between the bands: through an end resistor. */
 bool sensor_between(const sensor* s, uint16_t mv);
-/* The pin in the configuration's sense. */
+/* State of the pin under the configured polarity. */
 bool sensor_closed(const sensor* s, bool pin_high);
-/* An edge or a level that has to be taken for one. */
+/* An edge, or a level that is treated as one. */
 void sensor_level(sensor* s, uint32_t t, bool closed);
 
 void sensor_begin_test(sensor* s, uint32_t now);

@@ -1,4 +1,4 @@
-/* The relay in the place of plug X1: driven, and believed only by its mirror contact. */
+/* The relay in place of plug X1: its state is determined only by its mirror contact. */
 
 #include "drivers/contact/firmware/core/sensor_parts.h"
 
@@ -8,7 +8,7 @@ static void changed(sensor* s, uint32_t t) {
 }
 
 void sensor_want_relay(sensor* s, uint32_t t, bool on) {
-  s->relay_due = true; /* the answer, also where nothing changes */
+  s->relay_due = true; /* the answer, also without a change */
   if (on == s->relay_wanted) return;
   s->relay_wanted = on;
   if (!on) sensor_disarm(s);
@@ -24,7 +24,7 @@ void sensor_on_mirror(sensor* s, uint32_t t, bool open) {
 void sensor_run_relay(sensor* s, uint32_t now) {
   bool fault = s->relay_wanted != s->relay_closed;
   if (s->relay_wanted && due(s->relay_until, now)) sensor_want_relay(s, now, false);
-  if (fault && now - s->relay_since < CTP_RELAY_MS * TICKS_PER_MS) return; /* it takes its time */
+  if (fault && now - s->relay_since < CTP_RELAY_MS * TICKS_PER_MS) return; /* switching time */
   if (fault != s->relay_fault) s->relay_due = true;
   s->relay_fault = fault;
 }

@@ -1,4 +1,4 @@
-/* What the sensor says, and in which order. */
+/* Transmission of the sensor's frames, and their order. */
 
 #include <string.h>
 
@@ -43,7 +43,7 @@ static uint8_t flags(const sensor* s) {
   if (s->loop_ok && s->earth_ok) f |= CTP_FLAG_LOOP_OK;
   if (s->earth_ok) f |= CTP_FLAG_EARTH_OK;
   if (s->voltage_trip) f |= CTP_FLAG_VOLTAGE_TRIP;
-  /* Between the bands the way back is whole, in the contact band it ends too early. */
+  /* Between the bands the return is intact, in the contact band it is shorted. */
   if (s->earth_ok ? s->shorted : sensor_near_contact(s, s->mv.earth)) f |= CTP_FLAG_SHORTED;
   if (s->self_test_ok) f |= CTP_FLAG_SELF_TEST_OK;
   return f;
@@ -164,8 +164,8 @@ uint8_t sensor_next_frame(sensor* s, uint32_t now, uint8_t* wire, uint32_t* star
   return 0;
 }
 
-/* When to look again -----------------------------------------------------------------------------
- */
+/* Next wake-up
+   ----------------------------------------------------------------------------------- */
 
 static void sooner(uint32_t* wait, uint32_t deadline, uint32_t now) {
   const uint32_t left = due(deadline, now) ? 0 : deadline - now;

@@ -1,4 +1,4 @@
-/* What the host says, and whether it is done or refused. */
+/* Processing of the host's frames. */
 
 #include <string.h>
 
@@ -7,7 +7,7 @@
 #define ALIVE_TICKS (CTP_KEEPALIVE_LIMIT_MS * TICKS_PER_MS)
 
 static void on_hello(sensor* s, const uint8_t* p) {
-  /* A new conversation: what the last one left is nobody's. */
+  /* A new conversation: the state of the preceding one is discarded. */
   sensor_disarm(s);
   s->used_arm_id = 0;
   s->latched = false;
@@ -24,7 +24,7 @@ static bool sensible(const uint8_t* p) {
   const uint8_t samples = p[CTP_CONFIG_CONFIRM_SAMPLES];
   const uint16_t sample_us = ctp_get_u16(p + CTP_CONFIG_SAMPLE_US);
   return p[CTP_CONFIG_POLARITY] <= CTP_CONTACT_IS_HIGH && samples > 0 && sample_us > 0 &&
-         /* or nothing would ever be confirmed */
+         /* otherwise nothing would ever be confirmed */
          (uint32_t)samples * sample_us <= CTP_CONFIRM_MAX_MS * (uint32_t)1000 &&
          p[CTP_CONFIG_HEARTBEAT_MS] > 0 &&
          ctp_get_u16(p + CTP_CONFIG_OPEN_MV) > ctp_get_u16(p + CTP_CONFIG_CONTACT_MV);
@@ -41,11 +41,11 @@ static void on_config(sensor* s, const uint8_t* p, uint32_t t) {
   s->rule.confirm_samples = p[CTP_CONFIG_CONFIRM_SAMPLES];
   s->rule.period = ctp_get_u16(p + CTP_CONFIG_SAMPLE_US) * TICKS_PER_US;
   s->heartbeat = p[CTP_CONFIG_HEARTBEAT_MS] * TICKS_PER_MS;
-  sensor_level(s, t, sensor_closed(s, s->pin_high)); /* the polarity may be another */
+  sensor_level(s, t, sensor_closed(s, s->pin_high)); /* the polarity may have changed */
   s->status_due = true;
 }
 
-/* The reason to refuse an arming, 0: none. */
+/* Reason for refusing an arming, 0: none. */
 static uint8_t objection(const sensor* s, uint16_t arm_id, uint16_t lifetime_ms) {
   const bool contact_voltage = sensor_near_contact(s, s->mv.sense);
   if (!s->greeted) return CTP_NAK_BAD_VERSION;
@@ -64,7 +64,7 @@ static uint8_t objection(const sensor* s, uint16_t arm_id, uint16_t lifetime_ms)
 static void on_arm(sensor* s, const uint8_t* p, uint32_t t) {
   const uint16_t arm_id = ctp_get_u16(p + CTP_ARM_ID);
   const uint16_t lifetime_ms = ctp_get_u16(p + CTP_ARM_LIFETIME_MS);
-  if (s->arm_id == 0 || arm_id != s->arm_id) { /* else it is asked for again: answered again */
+  if (s->arm_id == 0 || arm_id != s->arm_id) { /* otherwise a repeated request: answered again */
     const uint8_t reason = objection(s, arm_id, lifetime_ms);
     if (reason != 0) {
       sensor_nak_frame(s, CTP_ARM, reason);

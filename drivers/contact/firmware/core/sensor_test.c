@@ -1,15 +1,16 @@
-/* The self-test: the sensor makes an edge and must see it, and looks whether the loop carries
- * current. What it takes:
+/* The self-test: the sensor generates an edge, which it must detect, and tests the loop's
+ * current. Sequence:
  *
- *   open:       0 .. 1.5 ms pulled to the contact's side. The edge must be seen, the sense voltage
- *               must go, and the feed must go with it: it does only through both wires, and part
- *               of the way only, because the end resistor at the gun is between them. All the way:
- *               the wires touch before the gun, which is then nowhere in the circuit.
- *   in contact: 0 .. 0.75 ms released: the touch must hold the feed down (else the feed wire is
- *               broken), then lifted weakly: it must hold the sense line, too (else the sense wire
- *               is broken). There is no edge to be seen: 'self-test ok' stays what it was.
- *   both:       from 1.5 ms on released, and the outcome at 2 ms. A sense line that is open without
- *               having been lifted is fed through both wires: a touch that has ended, no break. */
+ *   open:       0 .. 1.5 ms pulled to the contact level. The edge must be detected, the sense
+ *               voltage must drop, and the feed must drop with it: this requires both wires. It
+ *               drops partially, because the end resistor at the gun is between them. Completely:
+ *               the wires are shorted before the gun, which is then not in the circuit.
+ *   in contact: 0 .. 0.75 ms released: the touch must hold the feed down (otherwise the feed wire
+ *               is broken), then lifted weakly: it must hold the sense line, too (otherwise the
+ *               sense wire is broken). There is no edge: 'self-test ok' is unchanged.
+ *   both:       released from 1.5 ms on, with the result at 2 ms. A sense line that is open
+ *               without having been lifted is fed through both wires: a touch that has ended, not
+ *               a break. */
 
 #include "drivers/contact/firmware/core/sensor_parts.h"
 
@@ -23,7 +24,7 @@ sensor_pull sensor_drive(const sensor* s) {
   switch (s->test) {
     case TEST_PULL:
       return low ? SENSOR_PULLED_LOW : SENSOR_PULLED_HIGH;
-    case TEST_LIFT: /* the mirrored circuit would need a weak pull downwards, which no pin has */
+    case TEST_LIFT: /* the mirrored circuit would need a weak pull-down, which no pin has */
       return low ? SENSOR_LIFTED : SENSOR_RELEASED;
     default:
       return SENSOR_RELEASED;
@@ -50,7 +51,7 @@ void sensor_begin_test(sensor* s, uint32_t now) {
   }
 }
 
-/* Each part begins with voltages that may have been measured before it; the last ones count. */
+/* Each part may begin with voltages measured before it; the last ones count. */
 void sensor_measure_test(sensor* s, const sensor_voltages* mv) {
   const bool fed = sensor_near_open(s, mv->sense);
   const bool drained = sensor_near_contact(s, mv->feed);
@@ -64,7 +65,7 @@ void sensor_measure_test(sensor* s, const sensor_voltages* mv) {
       s->test_measured = drained || fed;
       break;
     case TEST_LIFT:
-      /* Without a touch at this moment nothing can be told that the part before has not. */
+      /* Without a touch at this moment this part adds no information to the preceding one. */
       s->test_measured = !drained || sensor_near_contact(s, mv->sense);
       break;
     default:
@@ -75,7 +76,7 @@ void sensor_measure_test(sensor* s, const sensor_voltages* mv) {
 
 static void finish(sensor* s, uint32_t now) {
   const bool level = s->touch.level;
-  /* A touch that came meanwhile drains the feed, too, and stays when the pull is over. */
+  /* A touch that began meanwhile drains the feed, too, and persists after the pull. */
   const bool touched = s->test_drained && level;
   s->test = TEST_NONE;
   s->tested_at = now;
@@ -86,7 +87,7 @@ static void finish(sensor* s, uint32_t now) {
   if (!s->touch.contact) s->self_test_ok = s->loop_ok && s->test_edge && !touched && !s->test_stuck;
   if (!s->loop_ok) s->self_test_ok = false;
   s->status_due = true;
-  /* What happened meanwhile is taken as an edge of this moment. */
+  /* Changes meanwhile are treated as an edge at this moment. */
   s->touch.level = s->touch.contact;
   sensor_level(s, now, level);
 }
@@ -110,7 +111,7 @@ void sensor_run_test(sensor* s, uint32_t now) {
 }
 
 void sensor_age_test(sensor* s, uint32_t now) {
-  /* Noted here, because the age itself would wrap. */
+  /* Recorded here, because the age itself would wrap. */
   if (s->ever_tested && now - s->tested_at > CTP_SELF_TEST_MAX_AGE_S * (uint32_t)CTP_TICKS_PER_S) {
     s->self_test_old = true;
   }

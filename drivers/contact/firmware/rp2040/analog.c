@@ -1,5 +1,5 @@
-/* The converter measures the voltages in turn, 8 us each (96 cycles of the crystal's 12 MHz); the
- * main loop looks whether one is done. */
+/* The converter measures the voltages in turn, 8 us each (96 cycles of the crystal's 12 MHz);
+ * the main loop polls for completion. */
 
 #include "board.h"
 #include "registers.h"
@@ -16,7 +16,7 @@ static void convert(void) {
 void analog_start(void) {
   unsigned pin;
   for (pin = SENSE_VOLTAGE_PIN; pin < SENSE_VOLTAGE_PIN + CHANNELS; ++pin) {
-    REGISTER(PADS_GPIO(pin)) = PAD_OFF; /* neither driven nor read as a level */
+    REGISTER(PADS_GPIO(pin)) = PAD_OFF; /* neither driven nor read digitally */
     REGISTER(GPIO_CTRL(pin)) = FUNCTION_NONE;
   }
   REGISTER(ADC_CS) = ADC_ENABLE;

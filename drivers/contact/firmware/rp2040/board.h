@@ -37,10 +37,10 @@ enum {
   SENSE_VOLTAGE_PIN = 26
 };
 
-/* What the loop is fed with and the converter refers to, in the bands' units: see ../README.md. */
+/* Supply of the loop and reference of the converter, in the bands' units: see ../README.md. */
 #define SUPPLY_MV 5000
 
-/* Written into the image by image.py, behind its magic word. */
+/* Written into the image by image.py, after its magic word. */
 typedef struct {
   char magic[8];
   uint8_t address[4], mask[4], mac[6];
@@ -63,27 +63,28 @@ bool pin_is_high(unsigned pin);
 /* clock.c: time and edges ---------------------------------------------------------------------- */
 
 void clock_start(void);
-/* Ticks of 0.5 us; the timer behind them counts whole microseconds. */
+/* Ticks of 0.5 us; the underlying timer counts whole microseconds. */
 uint32_t clock_now(void);
 bool clock_has_edge(void);
 bool clock_take_edge(uint32_t* t, bool* pin_high);
-/* Once per turn of the main loop: catches up after edges that the interrupt could not follow. */
+/* To be called once per turn of the main loop: resynchronises after edges that the interrupt
+   missed. */
 void clock_watch_pin(void);
-/* As on the AVR: with the falling edge itself the output says 'contact'. */
+/* As on the AVR: the output reports 'contact' with the falling edge itself. */
 void clock_output(bool free, bool by_edge);
-/* True once for each call of the W5500; *t: when. */
+/* True once for each interrupt of the W5500; *t: its time. */
 bool clock_take_call(uint32_t* t);
 
 /* analog.c: voltages --------------------------------------------------------------------------- */
 
 void analog_start(void);
-/* All voltages were measured anew. Call once per turn of the main loop. */
+/* True if all voltages were measured anew. To be called once per turn of the main loop. */
 bool analog_take(sensor_voltages* mv);
 
 /* ethernet.c: datagrams ------------------------------------------------------------------------ */
 
 void ethernet_start(void);
-/* Hands what has come to the link. */
+/* Passes received datagrams to the link. */
 void ethernet_listen(host_link* link);
 /* True: ethernet_load() may be called. */
 bool ethernet_free(void);

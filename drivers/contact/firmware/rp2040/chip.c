@@ -1,4 +1,4 @@
-/* The chip's start, its pins, and its watchdog. */
+/* Start-up, pins, and watchdog of the chip. */
 
 #include "board.h"
 #include "drivers/contact/wire/ctp.h"
@@ -37,7 +37,7 @@ static void start_clocks(void) {
   while (REGISTER(CLK_SYS_SELECTED) != 1u << CLK_SYS_SRC_AUX) continue;
   REGISTER(CLK_PERI_CTRL) = CLK_ENABLE;
   REGISTER(CLK_ADC_CTRL) = CLK_AUX_XOSC | CLK_ENABLE;
-  REGISTER(WATCHDOG_TICK) = WATCHDOG_TICK_ENABLE | CYCLES_PER_US; /* the timer's, too */
+  REGISTER(WATCHDOG_TICK) = WATCHDOG_TICK_ENABLE | CYCLES_PER_US; /* also for the timer */
 }
 
 static void release(uint32_t blocks) {
@@ -63,8 +63,8 @@ uint8_t chip_reset_cause(void) {
                    (why & CHIP_RESET_BY_PIN ? CTP_RESET_PIN : 0));
 }
 
-/* Of the ring oscillator, which nothing else runs by: two bits for one, so that its preference for
- * a level drops out (von Neumann), mixed with the time that this takes. */
+/* From the ring oscillator, which drives nothing else: two bits for one, which removes its bias
+ * (von Neumann), mixed with the time needed. */
 uint32_t chip_random(void) {
   uint32_t value = 2166136261u;
   uint8_t bits;

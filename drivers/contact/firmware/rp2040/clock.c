@@ -1,6 +1,6 @@
-/* The timer counts microseconds; the sense pin's interrupt, which nothing holds up for longer than
- * itself, reads it at every edge. The chip has no input capture: the stamp is late by the interrupt's
- * way in, some 0.2 us, and cut to a whole microsecond. */
+/* The timer counts microseconds; the sense pin's interrupt, which has the highest priority,
+ * reads it at every edge. The chip has no input capture: the stamp is late by the interrupt
+ * latency, about 0.2 us, and truncated to a whole microsecond. */
 
 #include "board.h"
 #include "drivers/contact/wire/ctp.h"
@@ -32,7 +32,7 @@ static inline void interrupts(bool on) {
 
 static bool sense_high(void) { return (REGISTER(SIO_IN) & (1u << SENSE_PIN)) != 0; }
 
-/* False: no room. Interrupts are off, or this is one. */
+/* False: no room. Interrupts are off, or called from one. */
 static bool note(uint32_t t, bool high) {
   const uint8_t next = (uint8_t)((edges_in + 1) & EDGES_MASK);
   if (next == edges_out) return false;
@@ -47,9 +47,9 @@ static bool note(uint32_t t, bool high) {
 static void on_edges(uint32_t t) {
   const bool high = sense_high();
   bool fits = true;
-  /* It has gone there and back before it was looked at. */
+  /* It changed back before it was read. */
   if (high == last_high) fits = note(t, !high);
-  /* A line that chatters faster than the main loop can follow must not stop the main loop. */
+  /* A line that chatters faster than the main loop can process must not block the main loop. */
   if (!fits || !note(t, high)) {
     CLEAR(GPIO_INTE(SENSE_PIN)) = GPIO_FALLS(SENSE_PIN) | GPIO_RISES(SENSE_PIN);
   }
@@ -60,7 +60,7 @@ void io_bank0_interrupt(void) {
   const uint32_t both = GPIO_FALLS(SENSE_PIN) | GPIO_RISES(SENSE_PIN);
   const uint32_t edge_bits = REGISTER(GPIO_INTS(SENSE_PIN)) & both;
   if (edge_bits != 0) {
-    REGISTER(GPIO_INTR(SENSE_PIN)) = edge_bits; /* before the look at the level */
+    REGISTER(GPIO_INTR(SENSE_PIN)) = edge_bits; /* before reading the level */
     on_edges(t);
   }
   if ((REGISTER(GPIO_INTS(CHIP_CALL_PIN)) & GPIO_FALLS(CHIP_CALL_PIN)) != 0) {
@@ -74,7 +74,7 @@ void clock_start(void) {
   pin_input(SENSE_PIN);
   pin_input(CHIP_CALL_PIN);
   pin_pull_up(CHIP_CALL_PIN, true);
-  last_high = true; /* as the core begins: clock_watch_pin() finds what it is */
+  last_high = true; /* at start-up: clock_watch_pin() determines the actual level */
   REGISTER(GPIO_INTR(SENSE_PIN)) = GPIO_FALLS(SENSE_PIN) | GPIO_RISES(SENSE_PIN);
   REGISTER(GPIO_INTR(CHIP_CALL_PIN)) = GPIO_FALLS(CHIP_CALL_PIN);
   SET(GPIO_INTE(SENSE_PIN)) = GPIO_FALLS(SENSE_PIN) | GPIO_RISES(SENSE_PIN);

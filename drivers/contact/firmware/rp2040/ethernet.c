@@ -5,17 +5,17 @@
 #include "registers.h"
 
 enum { DIVISOR = 6 };
-/* Held in reset, and until its clock is locked behind it (data sheet, 5.5.1). */
+/* Duration of the reset, and until its clock has locked afterwards (data sheet, 5.5.1). */
 #define RESET_TICKS ((uint32_t)1000 * CTP_TICKS_PER_US)
 #define LOCK_TICKS ((uint32_t)50000 * CTP_TICKS_PER_US)
-/* How often the chip is asked whether it still has its socket; and until one that does not answer
- * is started again. */
+/* Interval of checks that the chip still has its socket, and of restarts of a chip that does not
+ * answer. */
 #define LOOK_TICKS ((uint32_t)100000 * CTP_TICKS_PER_US)
 
 static w5500 chip;
 static bool up;
 static uint32_t looked_at, sent_at;
-static uint8_t greetings; /* heard when something was last sent */
+static uint8_t greetings; /* value at the last transmission */
 
 static void select_chip(void* context, bool on) {
   (void)context;
@@ -63,8 +63,8 @@ void ethernet_start(void) {
   start_chip();
 }
 
-/* A chip that a spike has emptied is started again; the host hears nothing meanwhile, which is
- * silence. An arming does not outlive it: the keep-alive is missing for as long. */
+/* A chip that lost its state by a spike is restarted; meanwhile the host receives silence. An
+ * arming does not outlive it, since the keep-alive is missing for as long. */
 static void look_after_chip(void) {
   const uint32_t now = clock_now();
   if (up && chip.sending && now - sent_at > LOOK_TICKS) up = false;
@@ -84,8 +84,8 @@ void ethernet_listen(host_link* link) {
   look_after_chip();
   if (!up) return;
   called = clock_take_call(&t);
-  /* One per turn, so that no flood delays a trip. Behind one there may be another, which has made no
-   * call of its own. */
+  /* One per turn, so that a flood does not delay a trip. Further ones may be pending, without an
+   * interrupt of their own. */
   if (!called && !more) return;
   if (!called) t = clock_now();
   size = w5500_receive(&chip, &from, bytes, sizeof(bytes));

@@ -1,4 +1,4 @@
-/* Puts the portable sensor onto the board on Ethernet. */
+/* Connects the portable sensor to the board on Ethernet. */
 
 #include "board.h"
 #include "drivers/contact/firmware/core/host_link.h"
@@ -7,9 +7,9 @@
 enum { FIRMWARE_MAJOR = 1, FIRMWARE_MINOR = 3, FIRMWARE_PATCH = 0 };
 enum { CLOCK_HZ = 120000000, WIRE_RATE = 100000000 };
 
-/* From the choice of a PONG to the order to send it: what it takes to build and to load it. */
+/* From the choice of a PONG to its send command: time to build and to load it. */
 enum { PONG_LEAD_TICKS = 300 };
-/* A rattle of a few us at a time is over by then. */
+/* Longer than a bounce of a few us. */
 enum { PING_GUARD_TICKS = 400, EDGES_PER_TURN = 32 };
 
 static sensor touch_sensor;
@@ -51,14 +51,14 @@ static void start(void) {
   identity.ping_guard = PING_GUARD_TICKS;
   identity.pong_lead = PONG_LEAD_TICKS;
   analog_start();
-  ethernet_start(); /* takes 50 ms: the strap's pull-up has long risen */
+  ethernet_start(); /* takes 50 ms: the strap's pull-up has settled */
   identity.has_relay = !pin_is_high(FITTED_PIN);
   clock_start();
   sensor_init(&touch_sensor, &identity, clock_now());
   host_link_init(&link, &touch_sensor);
 }
 
-/* What the hardware has noted meanwhile. */
+/* Reads the events recorded by the hardware. */
 static void listen(void) {
   uint32_t t = 0;
   bool pin_high;
@@ -67,7 +67,7 @@ static void listen(void) {
   clock_watch_pin();
   for (taken = 0; taken < EDGES_PER_TURN && clock_take_edge(&t, &pin_high); ++taken) {
     sensor_on_edge(&touch_sensor, t, pin_high);
-    if (touch_sensor.trip_due) return; /* first things first: the bounces can wait */
+    if (touch_sensor.trip_due) return; /* the trip has priority over bounces */
     clock_watch_pin();
   }
   ethernet_listen(&link);
@@ -85,11 +85,11 @@ static void speak(void) {
   if (!ethernet_free()) return;
   now = clock_now();
   size = sensor_next_frame(&touch_sensor, now, wire, &begin);
-  /* Before a host has greeted there is nobody to send to. */
+  /* Without a host there is no destination. */
   if (size == 0 || !link.there) return;
   ethernet_load(&link, wire, size);
-  /* A PONG that is not sent at the time that it states is worse than none, and one that is waited
-   * for is not worth a trip's time. */
+  /* A PONG that is not sent at its stated time is harmful, and waiting for it must not delay a
+   * trip. */
   if (begin != now && (int32_t)(begin - clock_now()) < 0) return;
   while (begin != now && (int32_t)(begin - clock_now()) > 0) {
     if (clock_has_edge()) return;
@@ -100,7 +100,7 @@ static void speak(void) {
 static void drive(void) {
   const bool testing = touch_sensor.test != TEST_NONE;
   const bool low = touch_sensor.config[CTP_CONFIG_POLARITY] == CTP_CONTACT_IS_LOW;
-  /* Before the line is pulled, so that the test's own edge finds the output held. */
+  /* Before the line is pulled, so that the output is held during the test's own edge. */
   clock_output(sensor_free(&touch_sensor), low && !testing);
   apply(sensor_drive(&touch_sensor));
   pin_output(RELAY_PIN, sensor_relay(&touch_sensor));
@@ -112,9 +112,9 @@ int main(void) {
   start();
   for (;;) {
     chip_feed();
-    now = clock_now(); /* before the edges are taken: those up to now are there */
+    now = clock_now(); /* before reading the edges: all edges up to now are included */
     listen();
-    if (!touch_sensor.trip_due) { /* which goes before all else; the output went with the edge */
+    if (!touch_sensor.trip_due) { /* which has priority; the output has followed the edge */
       host_link_run(&link, now);
       sensor_run(&touch_sensor, now);
       drive();

@@ -1,10 +1,10 @@
-/* The RP2040's registers, as far as they are used (data sheet, build 2024-10). */
+/* The RP2040's registers used here (data sheet, build 2024-10). */
 #pragma once
 
 #include <stdint.h>
 
 #define REGISTER(at) (*(volatile uint32_t*)(at))
-/* The same register, where what is written sets or clears bits. */
+/* Alias of a register in which written bits are set or cleared. */
 #define SET(at) REGISTER((at) + 0x2000u)
 #define CLEAR(at) REGISTER((at) + 0x3000u)
 

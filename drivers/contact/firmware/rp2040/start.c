@@ -1,5 +1,5 @@
-/* What the chip starts with: its vectors, at the beginning of memory, and the way to main(). The
- * second stage (boot2.S) has copied all of the program there. */
+/* Start-up of the chip: vectors, at the beginning of memory, and the call of main(). The second
+ * stage (boot2.S) has copied the whole program there. */
 
 #include <stdint.h>
 
@@ -13,12 +13,12 @@ static void reset(void) {
   main();
 }
 
-/* Any fault, and whatever interrupt nobody asked for: the watchdog makes a restart of it. */
+/* Faults and unexpected interrupts: the watchdog resets the chip. */
 static void hang(void) {
   for (;;) continue;
 }
 
-enum { RESET = 0, IO_BANK0 = 15 + 13, VECTORS = 15 + 26 }; /* behind the stack */
+enum { RESET = 0, IO_BANK0 = 15 + 13, VECTORS = 15 + 26 }; /* after the stack */
 typedef void (*vector)(void);
 
 __attribute__((section(".vectors"), used)) static const struct {

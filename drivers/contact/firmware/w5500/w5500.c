@@ -39,10 +39,10 @@ enum { IR_RECV = 0x04, IR_TIMEOUT = 0x08, IR_SEND_OK = 0x10 };
 enum { SR_UDP = 0x22 };
 
 enum {
-  UDP_HEADER = 8,       /* peer's address, port, size: before each datagram in the buffer */
-  BUFFER = 2048,        /* of one direction, as after a reset */
-  CHIP_TRIES = 10000,   /* a command is taken within some microseconds */
-  RETRY_100US = 100,    /* of an ARP that is not answered */
+  UDP_HEADER = 8,     /* peer's address, port, size: before each datagram in the buffer */
+  BUFFER = 2048,      /* of one direction, as after a reset */
+  CHIP_TRIES = 10000, /* a command is taken within some microseconds */
+  RETRY_100US = 100,  /* of an unanswered ARP */
   RETRIES = 1
 };
 
@@ -131,7 +131,7 @@ bool w5500_alive(const w5500* chip) {
          address[2] == own->address[2] && address[3] == own->address[3];
 }
 
-/* The chip counts while one reads: what two readings agree on. */
+/* The chip updates the value while it is read: repeated until two readings agree. */
 static uint16_t received(const w5500_bus* bus) {
   uint16_t last = get16(bus, SOCKET, SN_RX_RSR);
   uint8_t tries;
@@ -153,14 +153,14 @@ uint16_t w5500_receive(const w5500* chip, w5500_peer* from, uint8_t* into, uint1
   uint8_t header[UDP_HEADER];
   uint16_t waiting, read, size;
   uint8_t i;
-  put8(bus, SOCKET, SN_IR, IR_RECV); /* before the look: what comes behind it calls again */
+  put8(bus, SOCKET, SN_IR, IR_RECV); /* before reading: later data causes another interrupt */
   waiting = received(bus);
   if (waiting == 0) return 0;
   read = get16(bus, SOCKET, SN_RX_RD);
   get(bus, RX_BUFFER, read, header, UDP_HEADER);
   size = big16(header + 6);
   if (waiting < UDP_HEADER || waiting > BUFFER || size > waiting - UDP_HEADER) {
-    take_until(bus, (uint16_t)(read + waiting)); /* no datagram begins here: all of it goes */
+    take_until(bus, (uint16_t)(read + waiting)); /* no datagram begins here: discard all */
     return 0;
   }
   for (i = 0; i < 4; ++i) from->address[i] = header[i];

@@ -1,6 +1,6 @@
-/* WIZnet's W5500 as one UDP socket, by its registers over SPI (data sheet 1.1.0). No allocation, no
- * clock: the board selects the chip and exchanges bytes. Nothing waits for the network; a reset and
- * a command wait for the chip, bounded. */
+/* WIZnet's W5500 as one UDP socket, by its registers over SPI (data sheet 1.1.0). No allocation,
+ * no clock: the board selects the chip and exchanges bytes. Nothing waits for the network; a
+ * reset and a command wait for the chip, bounded. */
 #pragma once
 
 #include <stdbool.h>
@@ -29,25 +29,26 @@ typedef struct {
 typedef struct {
   w5500_bus bus;
   w5500_own own;
-  w5500_peer to; /* of what was loaded last */
-  bool known;    /* the chip has that peer's hardware address: it answered the last time */
-  bool sending;  /* w5500_go(), and the chip has not said how it went */
+  w5500_peer to; /* of the last datagram loaded */
+  bool known;    /* the chip has that peer's hardware address: its last ARP was answered */
+  bool sending;  /* w5500_go() was called, without a result from the chip yet */
 } w5500;
 
 /* Resets the chip and opens the socket. False: no W5500 answers. */
 bool w5500_start(w5500* chip);
-/* The socket is as w5500_start() left it. False: the chip has lost it (a spike, a dip): start again. */
+/* True if the socket is as w5500_start() left it. False: the chip lost it (a spike, a dip) and
+   must be restarted. */
 bool w5500_alive(const w5500* chip);
-/* The oldest datagram's size, 0: none. One that is longer than `room` is thrown away, and its size
- * is told all the same. */
+/* Size of the oldest datagram, 0: none. One longer than `room` is discarded, but its size is
+ * returned. */
 uint16_t w5500_receive(const w5500* chip, w5500_peer* from, uint8_t* into, uint16_t room);
-/* Nothing is being sent: w5500_load() may be called. */
+/* True if nothing is being sent: w5500_load() may be called. */
 bool w5500_free(w5500* chip);
-/* Puts a datagram into the chip, in the place of one that was loaded and not sent. */
+/* Loads a datagram into the chip, replacing one that was loaded and not sent. */
 void w5500_load(w5500* chip, const w5500_peer* to, const uint8_t* bytes, uint8_t size);
-/* Sends it. The network is asked for the peer's hardware address once, and again behind a failure. */
+/* Sends it. The peer's hardware address is requested once, and again after a failure. */
 void w5500_go(w5500* chip);
-/* The peer may have another network card since. */
+/* The peer's network card may have changed. */
 static inline void w5500_ask_again(w5500* chip) { chip->known = false; }
 
 #ifdef __cplusplus
