@@ -168,8 +168,8 @@ struct Observability {
 };
 
 struct Verdict {
-  bool judged = false;            ///< a result that was not judged is not published
-  bool workspace = false;         ///< scope: workspace, otherwise near targets
+  bool judged = false;                 ///< a result that was not judged is not published
+  bool workspace = false;              ///< scope: workspace, otherwise near targets
   std::vector<Finding> findings = {};  ///< the withholding ones first
 
   /// Judged, and no finding withholds.

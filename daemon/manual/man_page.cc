@@ -83,7 +83,10 @@ std::string command_part(const std::string& program, const CommandHelp& command)
   for (const OptionHelp& option : command.options)
     if (option.flags != std::vector<std::string>{"-h", "--help"}) text += option_entry(option);
   if (!command.remarks.empty()) text += ".PP\n" + roff(command.remarks) + "\n";
-  return text + example_block(command.examples);
+  text += example_block(command.examples);
+  for (const CommandHelp& inner : command.commands)
+    text += command_part(program + " " + command.name, inner);
+  return text;
 }
 
 std::string without_full_stop(std::string words) {
@@ -125,7 +128,9 @@ std::vector<ManSection> cellcal_sections() {
        {{"0", "Success."},
         {"1", "Failed. The reason is the first line on standard error."},
         {"2", "Wrong usage."},
-        {"3", "The result must not be published. It is still written."}}},
+        {"3",
+         "Done, and the answer is no: the result must not be published (it is still written), a "
+         "check does not hold, drift alarms, files differ."}}},
       {"ENVIRONMENT",
        {{"CELLCAL_SOCKET", "The daemon's socket, where --socket is not given."},
         {"CELLCAL_ROBOTS", "A folder of robot files that is searched before the shipped ones."}}},

@@ -184,7 +184,7 @@ std::string plan_svg(const calib::Cell& cell, const calib::Plan& plan) {
       "viewBox=\"0 0 {0:.0f} {1:.0f}\" font-family=\"Noto Sans, Liberation Sans, Arial, "
       "sans-serif\">\n<title>{2}</title>\n<style>\n{3}</style>\n"
       "<rect width=\"{0:.0f}\" height=\"{1:.0f}\" fill=\"white\"/>\n"
-      "<text class=\"panel\" x=\"{4:.0f}\" y=\"26\">{2}</text>\n{5}{6}{7}</svg>\n",
+      "<text class=\"tick\" x=\"{4:.0f}\" y=\"26\">{2}</text>\n{5}{6}{7}</svg>\n",
       width, height, escape(heading(cell, plan)),
       rules_of(sheet, colours) + rules_of(report::plan_style(), colours), kEdge,
       placed(views.above, kEdge), placed(views.side, kEdge + kViewWidth + kGap), legend);

@@ -58,6 +58,17 @@ TEST_F(manual, shows_what_roff_would_take_for_its_own) {
   EXPECT_NE(page.find("\\efI"), std::string::npos) << page;
 }
 
+TEST_F(manual, has_a_part_for_each_command_within_a_command) {
+  CommandHelp help = tree();
+  CommandHelp inner = help.commands[0];
+  inner.name = "again";
+  help.commands[0].commands.push_back(inner);
+  const std::string page = man_page({help, 1, "1.0", {}, {}});
+  const std::size_t part = page.find(".SS tool do again\n");
+  ASSERT_NE(part, std::string::npos) << page;
+  EXPECT_NE(page.find("\\-\\-share", part), std::string::npos) << page;
+}
+
 TEST_F(manual, lets_no_word_of_help_run_in_a_shell) {
   CommandHelp help = tree();
   help.commands[0].words = "it's $(reboot) `reboot` [x]: \\";

@@ -1,5 +1,5 @@
 #!/bin/bash
-# pages.sh CASE CELLCAL PAGES: the manual pages and completions that were made, as man and the shells take them.
+# pages.sh CASE CELLCAL PAGES DAEMONS...: the manual pages and completions that were made, as man and the shells take them.
 set -uo pipefail
 case=$1 cellcal=$2 pages=$3
 fail() { echo "$case: $1" >&2; exit 1; }
@@ -28,13 +28,32 @@ case $case in
     done ;;
   every_command_is_in_the_page)
     needs man
-    text=$(MANWIDTH=200 man -E UTF-8 -l -P cat "$pages/cellcal.1" | sed 's/.\x08//g')
-    commands=$("$cellcal" --help | sed -n '/^Subcommands:/,/^$/s/^  \([a-z][a-z-]*\) .*/\1/p')
+    # options WORDS...: the long options of that command's help, but --help.
+    options() { "$@" --help | grep -oE '^  (-[a-z],)?--[a-z-]+' | grep -oE -e '--[a-z-]+' | grep -vx -e --help || true; }
+    commands_of() { "$@" --help | sed -n '/^Subcommands:/,/^$/s/^  \([a-z][a-z-]*\) .*/\1/p'; }
+    page_of() { MANWIDTH=200 man -E UTF-8 -l -P cat "$1" | sed 's/.\x08//g'; }
+    # part COMMAND: what follows its heading, up to the next one.
+    part() { awk -v want="$1" '/^   [^ ]/ { inside = $0 ~ "^ +" want "$"; if (inside) found = 1 } inside; END { exit !found }' <<<"$text"; }
+    text=$(page_of "$pages/cellcal.1")
+    commands=$(commands_of "$cellcal")
     [ "$(wc -w <<<"$commands")" -ge 12 ] || fail "only these commands: $commands"
     for command in $commands; do
-      grep -qE "^ +cellcal $command$" <<<"$text" || fail "no part for $command"
-      for option in $("$cellcal" "$command" --help | grep -oE '^  (-[a-z],)?--[a-z-]+' | grep -oE -e '--[a-z-]+'); do
-        [ "$option" = --help ] || grep -qF -e "$option" <<<"$text" || fail "$command $option is not in it"
+      own=$(part "cellcal $command") || fail "no part for $command"
+      for option in $(options "$cellcal" "$command"); do
+        grep -qF -e "$option" <<<"$own" || fail "$command $option is not in its part"
+      done
+      for inner in $(commands_of "$cellcal" "$command"); do
+        own=$(part "cellcal $command $inner") || fail "no part for $command $inner"
+        for option in $(options "$cellcal" "$command" "$inner"); do
+          grep -qF -e "$option" <<<"$own" || fail "$command $inner $option is not in its part"
+        done
+      done
+    done
+    shift 3
+    for program; do
+      text=$(page_of "$pages/$(basename "$program").8")
+      for option in $(options "$program"); do
+        grep -qF -e "$option" <<<"$text" || fail "$(basename "$program") $option is not in its page"
       done
     done ;;
   bash_completes)
