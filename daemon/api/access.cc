@@ -99,9 +99,8 @@ std::optional<Token> Access::token_of(const Request& request) {
 
 Response Access::wrong_token(const Request& request) {
   const FailedAttempts::Count count = failed_.add(request.peer);
-  // Logged at powers of two: the log is not.
+  // Logged at powers of two, so that the log is not flooded.
   if (std::has_single_bit(static_cast<unsigned>(count.so_far))) {
-    // flooded
     spdlog::warn("a wrong token from {}, {} so far", request.peer, count.so_far);
   }
   Response wrong = error(401,

@@ -170,9 +170,8 @@ void take_options(const RunRequest& request, Job& job) {
   job.options.goal.u95_m = request.goal_mm.value_or(0.0) / calib::kMmPerM;
   job.options.goal.most_touches =
       request.fit_touches.value_or(request.goal_mm ? kMostChosen : kPlannedTouches);
-  // A fixed number of touches, whatever they.
+  // A fixed number of touches, whatever they contribute.
   if (!request.goal_mm) job.options.goal.worth_it = 0.0;
-  // contribute
   job.options.region = request.region;
   try {
     job.options.plan.region = calib::parse_accuracy_region(request.region);

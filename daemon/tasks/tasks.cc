@@ -224,9 +224,8 @@ class Chooser {
 
 /// Adds the path from the arm's current position to the plan's next touch.
 Tasks with_route(Tasks tasks, const std::shared_ptr<const TaskInputs>& inputs) {
-  // Position at the begin of the controller's.
+  // Position at the begin of the controller's session.
   const auto begin = std::make_shared<calib::JointVector>();
-  // session
   tasks.route = [inputs, begin](const calib::Plan& plan, std::size_t next,
                                 const calib::JointVector& from) {
     calib::Plan routed = calib::resume_plan(inputs->cell, plan, next, from);
