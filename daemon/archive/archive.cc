@@ -14,7 +14,6 @@
 #include "daemon/files/atomic_file.h"
 #include "daemon/files/system_words.h"
 #include "daemon/journal/rows.h"
-#include "daemon/tasks/active_calibration.h"
 #include "daemon/tasks/check_against.h"
 #include "daemon/tasks/options.h"
 
@@ -41,10 +40,9 @@ std::string sum_of(json manifest) {
   return calib::sha256(manifest.dump());
 }
 
-/// How many entries the rows have, and their sum, as their first line has them; {} of an earlier version.
+/// Number and sum of the entries, from the first line of the rows.
 json counted(const std::string& rows) {
   const json first = json::parse(rows.substr(0, rows.find('\n')));
-  if (!first.contains("entries_sum")) return json::object();
   return {{"entries", first.at("entries")}, {"entries_sum", first.at("entries_sum")}};
 }
 
@@ -70,20 +68,7 @@ std::string make_manifest(const Archive& archive, const SessionRecord& record) {
   return manifest.dump(2) + "\n";
 }
 
-/// Sessions of earlier versions did not keep it.
-std::optional<Compared> compared_of(Journal& journal, const SessionRecord& record) {
-  auto compared = journal.compared(record.id);
-  if (compared || !record.software.empty() || record.origin || record.calibration.empty())
-    return compared;
-  try {
-    return last_calibration(journal, record.inputs.cell_name, record.id,
-                            options_from_json(record.inputs.options).accept_change);
-  } catch (const NotUsable&) {  // the rows are the evidence all the same
-    return std::nullopt;
-  }
-}
-
-/// None where the cell file's version is no longer supported; the rows contain all touches.
+/// Nothing where the cell file is of a version that is not read any more; the rows have them all.
 std::optional<std::string> touches_csv(Journal& journal, const SessionRecord& record) {
   try {
     return calib::format_touches(journal.touches(record.id), cell_of(record.inputs).robot);
@@ -120,7 +105,7 @@ Archive make_archive(Journal& journal, std::int64_t session, const fs::path& res
                   {"options.json", record->inputs.options + "\n"}};
   if (const auto csv = touches_csv(journal, *record)) archive["touches.csv"] = *csv;
   if (!record->calibration.empty()) archive["calibration.json"] = record->calibration;
-  if (const auto compared = compared_of(journal, *record))
+  if (const auto compared = journal.compared(session))
     archive["compared.json"] = compared_to_json(*compared);
   if (fs::exists(results_dir / "report.html"))
     archive["report.html"] = calib::read_file(results_dir / "report.html");
@@ -155,7 +140,7 @@ void check_archive(const Archive& archive, const std::string& from) {
       if (!listed.contains(name))
         refuse(from, name, "is not listed in export.json. Export the session again");
     if (!has_rows) refuse(from, kManifest, "lists no rows. Export the session again");
-    if (manifest.value("rows", json::object()) != counted(archive.at(kRows)))
+    if (manifest.at("rows") != counted(archive.at(kRows)))
       refuse(
           from, kRows,
           "holds other entries than export.json states: damaged or altered. Export the session again");

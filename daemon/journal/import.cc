@@ -58,13 +58,8 @@ class Import {
       refuse("there is no table '" + entry.table + "'");
     const std::vector<std::string> known = columns_of(database_, entry.table);
     std::string names, places;
-    for (const std::string& name : entry.names)
-      if (std::find(known.begin(), known.end(), name) == known.end())
-        refuse("table '" + entry.table + "' has no column '" + name + "'");
-    // The digest is of the values in their order; versions only append columns.
-    if (entry.names.size() > known.size() ||
-        !std::equal(entry.names.begin(), entry.names.end(), known.begin()))
-      refuse("the columns of table '" + entry.table + "' are not those of any version");
+    if (entry.names != known)
+      refuse("the columns of table '" + entry.table + "' are not those of this version");
     for (const std::string& name : entry.names) {
       names += (names.empty() ? "" : ", ") + name;
       places += places.empty() ? "?" : ",?";
@@ -132,11 +127,10 @@ std::pair<std::int64_t, bool> Journal::import(const std::string& lines, const st
         "the session again",
         from, touches_in(rows), *stated_touches));
   refuse_impossible(rows, from);
-  const std::string sum = calib::sha256(lines), earlier = calib::sha256(to_lines_without_sum(rows));
+  const std::string sum = calib::sha256(lines);
   const std::vector<SessionRecord> all = sessions();
   for (const SessionRecord& there : all)
-    if (there.origin && (there.origin->sum == sum || there.origin->sum == earlier))
-      return {there.id, false};
+    if (there.origin && there.origin->sum == sum) return {there.id, false};
   // Its own, and nothing has happened to it since.
   if (rows.journal == name() && session(rows.session) && this->rows(rows.session) == to_lines(rows))
     return {rows.session, false};
@@ -198,8 +192,7 @@ void hold_against_imported(Database& database, const SessionRows& rows, const st
   while (imported.step()) {
     const Origin known = origin_of(imported.text(1));
     if (known.journal != rows.journal || known.session != rows.session) continue;
-    // Of an earlier version nothing is known; of an earlier export there is too little to hold against.
-    if (known.entries == 0 || known.entries > rows.entries.size()) continue;
+    if (known.entries > rows.entries.size()) continue;  // an earlier export
     if (sum_of_entries(rows, known.entries) == known.entries_sum) continue;
     throw JournalError(fmt::format(
         "{}: session {} was imported from the same session of the same journal, and its rows are not "

@@ -39,8 +39,8 @@ struct LeftSearch {
 
 class Journal {
  public:
-  /// Opens or creates the file; takes one of an earlier version over. Throws JournalError where
-  /// another process has it, and where it is no journal or a damaged one.
+  /// Opens or creates the file. Throws JournalError where another process has it, and where it is damaged, no journal or
+  /// of another schema version.
   explicit Journal(const std::filesystem::path& path);
   ~Journal();
   Journal(const Journal&) = delete;
@@ -96,7 +96,7 @@ class Journal {
   std::vector<calib::Touch> touches(std::int64_t session);
   std::vector<std::string> events(std::int64_t session);
   int reading_count(std::int64_t session);
-  /// By their cause; none recorded before schema 10, and none once retention has dropped them.
+  /// By their cause; none once retention has dropped them.
   InterruptionCounts interruptions(std::int64_t session);
   /// In the order in which they were made.
   std::vector<RecordReading> readings(std::int64_t session);

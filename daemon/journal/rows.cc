@@ -168,19 +168,6 @@ std::optional<std::string> complaint(const SessionRows& rows, const RowEntry& en
       fmt::format("{}:{}: {}: damaged or altered. Export the session again", from, line, why));
 }
 
-Json first_line(const SessionRows& rows) {
-  return {{"format", kFormat},
-          {"journal", rows.journal},
-          {"session", rows.session},
-          {"entries", rows.entries.size()}};
-}
-
-std::string to_lines(const Json& first, const SessionRows& rows) {
-  std::string lines = first.dump() + "\n";
-  for (const RowEntry& entry : rows.entries) lines += to_json(entry).dump() + "\n";
-  return lines;
-}
-
 /// Touches are numbered 0, 1, 2, ... as they are made.
 void refuse_gaps(const SessionRows& rows, const std::string& from) {
   std::int64_t next = 0;
@@ -224,13 +211,14 @@ bool is_utf8(const std::string& text) {
 }
 
 std::string to_lines(const SessionRows& rows) {
-  Json first = first_line(rows);
-  first["entries_sum"] = sum_of_entries(rows, rows.entries.size());
-  return to_lines(first, rows);
-}
-
-std::string to_lines_without_sum(const SessionRows& rows) {
-  return to_lines(first_line(rows), rows);
+  const Json first{{"format", kFormat},
+                   {"journal", rows.journal},
+                   {"session", rows.session},
+                   {"entries", rows.entries.size()},
+                   {"entries_sum", sum_of_entries(rows, rows.entries.size())}};
+  std::string lines = first.dump() + "\n";
+  for (const RowEntry& entry : rows.entries) lines += to_json(entry).dump() + "\n";
+  return lines;
 }
 
 std::string sum_of_entries(const SessionRows& rows, std::size_t count) {
@@ -249,7 +237,7 @@ std::size_t touches_in(const SessionRows& rows) {
 SessionRows parse_lines(const std::string& lines, const std::string& from) {
   SessionRows rows;
   std::size_t expected = 0, line = 0;
-  std::optional<std::string> sum;  // none: of an earlier version
+  std::string sum;
   for (std::size_t at = 0; at < lines.size();) {
     const std::size_t end = std::min(lines.find('\n', at), lines.size());
     ++line;
@@ -262,7 +250,7 @@ SessionRows parse_lines(const std::string& lines, const std::string& from) {
         json.at("journal").get_to(rows.journal);
         json.at("session").get_to(rows.session);
         json.at("entries").get_to(expected);
-        if (json.contains("entries_sum")) sum = json.at("entries_sum").get<std::string>();
+        json.at("entries_sum").get_to(sum);
       } else {
         RowEntry entry = entry_of(json);
         const RowEntry* before = rows.entries.empty() ? nullptr : &rows.entries.back();
@@ -278,7 +266,7 @@ SessionRows parse_lines(const std::string& lines, const std::string& from) {
   }
   if (line == 0 || rows.entries.size() != expected)
     refuse(from, line, fmt::format("it holds {} of {} rows", rows.entries.size(), expected));
-  if (sum && *sum != sum_of_entries(rows, rows.entries.size()))
+  if (sum != sum_of_entries(rows, rows.entries.size()))
     refuse(from, 1,
            "the entries are not those that it counts: one was left out, put in or altered");
   refuse_missing(rows, from);
@@ -323,7 +311,7 @@ constexpr Column kColumns[] = {
     {"session", "planned", Holds::kCount},
     {"session", "failure", Holds::kText},
     {"session", "calibration", Holds::kText},
-    {"session", "software", Holds::kText, true},
+    {"session", "software", Holds::kText},
     {"session", "origin", Holds::kText, true},
     {"session", "outcome", Holds::kText, true},
     {"touch", "number", Holds::kCount},
@@ -338,8 +326,8 @@ constexpr Column kColumns[] = {
     {"touch", "readings", Holds::kCount},
     {"touch", "spread_m", Holds::kNotNegative},
     {"touch", "speed_m_s", Holds::kNotNegative},
-    {"touch", "tool", Holds::kText, true},
-    {"touch", "turn_sigma_rad", Holds::kNotNegative, true},
+    {"touch", "tool", Holds::kText},
+    {"touch", "turn_sigma_rad", Holds::kNotNegative},
     {"touch", "tracker_abc_rad", Holds::kThree, true},
     {"touch", "approach", Holds::kThree, true},
     {"touch", "temperature_c", Holds::kFinite, true},

@@ -32,8 +32,6 @@ struct SessionRows {
 SessionRows read_rows(Database& database, const std::string& journal, std::int64_t session);
 
 std::string to_lines(const SessionRows& rows);
-/// The same as versions before the entries' sum wrote them.
-std::string to_lines_without_sum(const SessionRows& rows);
 /// SHA-256 of the sums of the first `count` entries in their order: one left out, put in or altered makes it
 /// another.
 std::string sum_of_entries(const SessionRows& rows, std::size_t count);

@@ -1,7 +1,6 @@
 #include "daemon/result/outcome_json.h"
 
 #include <nlohmann/json.hpp>
-#include <set>
 
 #include "calib/model/units.h"
 #include "daemon/result/outcome.h"
@@ -151,34 +150,6 @@ std::optional<SessionOutcome> outcome_from_json(const std::string& text) try {
 } catch (const json::exception&) {
   return std::nullopt;
 } catch (const std::bad_optional_access&) {  // a name of a later version
-  return std::nullopt;
-}
-
-std::optional<SessionOutcome> outcome_of_check(const std::string& text) try {
-  const json check = json::parse(text);
-  if (check.at("format") != "cellcal.check/1") return std::nullopt;
-  // Of what both documents have, as an outcome is read; the rest follows.
-  json value = document_of({OutcomeKind::kUndecided, check.at("touches").get<std::size_t>()});
-  value["tcp_shift_mm"] = check.at("tcp_shift_mm");
-  for (const char* key : {"not_found", "unsteady"}) {
-    std::set<std::string> targets;
-    for (const json& one : check.at(key)) targets.insert(one.at("target").get<std::string>());
-    value[key] = targets;
-  }
-  SessionOutcome outcome = outcome_in(value);
-  const bool changed = check.at("changed").is_string();
-  const bool alarms = changed && check.at("log_odds") > check.at("log_odds_alarm");
-  if (check.at("holds").get<bool>())
-    outcome.kind = OutcomeKind::kHolds;
-  else if (alarms || !outcome.not_found.empty())
-    outcome.kind = OutcomeKind::kDoesNotHold;
-  if (outcome.kind == OutcomeKind::kDoesNotHold && changed && check["changed"] == "tool")
-    outcome.change = calib::Explanation{.kind = calib::ChangeKind::kTool,
-                                        .name = "tool",
-                                        .shift_m = outcome.tcp_shift.value().shift_m,
-                                        .sigma = outcome.tcp_shift->u_m / kCoverage};
-  return outcome;
-} catch (const std::exception&) {
   return std::nullopt;
 }
 

@@ -13,9 +13,6 @@ namespace cellcal::daemon {
 std::string outcome_to_json(const SessionOutcome& outcome);
 /// None for an empty text, or one of another version.
 std::optional<SessionOutcome> outcome_from_json(const std::string& text);
-/// Of a check by its own document, "cellcal.check/1", for a check of before outcomes were recorded: of what changed the tool
-/// alone. Nothing of what is none.
-std::optional<SessionOutcome> outcome_of_check(const std::string& text);
 /// With "good", "cause" and "words"; null where none is recorded.
 nlohmann::json outcome_with_words(const std::optional<SessionOutcome>& outcome);
 

@@ -1,7 +1,7 @@
 #include "daemon/unattended/catalogue.h"
 
 #include <array>
-#include <string_view>
+#include <nlohmann/json.hpp>
 
 #include "page_words.h"
 
@@ -49,18 +49,10 @@ constexpr std::array<Words, kTexts> kWords{{
 }};
 // clang-format on
 
-/// The value of a line  "key": "value",  of the page's catalogue.
 std::string in_page(Language language, const std::string& key) {
-  const std::string_view page = language == Language::kGerman ? kPageGerman : kPageEnglish;
-  const std::string mark = "\n  \"" + key + "\": \"";
-  const std::size_t at = page.find(mark);
-  if (at == std::string_view::npos) return "";
-  std::string words;
-  for (std::size_t i = at + mark.size(); i < page.size() && page[i] != '"'; ++i) {
-    if (page[i] == '\\') ++i;
-    if (i < page.size()) words += page[i];
-  }
-  return words;
+  static const auto kEnglish = nlohmann::json::parse(kPageEnglish),
+                    kGerman = nlohmann::json::parse(kPageGerman);
+  return (language == Language::kGerman ? kGerman : kEnglish).value(key, "");
 }
 
 }  // namespace

@@ -33,7 +33,7 @@ class Collector {
   explicit Collector(CollectorConfig config);
 
   /// Returns when `stop` is true. `alive` is called at least every second, but while the database is at work. Throws
-  /// StoreTooNew.
+  /// OtherVersion.
   void run(
       const std::atomic<bool>& stop, const std::function<void()>& alive = [] {});
   const Counters& counters() const { return counters_; }

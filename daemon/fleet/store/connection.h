@@ -35,9 +35,10 @@ std::unique_ptr<pqxx::connection> connect(const std::string& connection);
 /// Throws StoreAway (Locked) or BadData (NoMonth) for what libpqxx throws.
 void guarded(const std::function<void()>& work);
 
-void migrate(pqxx::connection& connection, int version);
-/// Of the whole plant: one collector at a time does it.
-inline constexpr long kMigrationLock = 0x63656c6c63616c;  // "cellcal"
+/// Creates tables and views in an empty database. Throws OtherVersion.
+void make_tables(pqxx::connection& connection);
+/// Serializes collectors that create or drop tables.
+inline constexpr long kTablesLock = 0x63656c6c63616c;  // "cellcal"
 /// This month's tables of telemetry and those of the next two. What was put off because others hold it, in words.
 std::vector<std::string> make_months(pqxx::connection& connection);
 /// Drops what is older than so many months, where as many newer months hold telemetry: a clock that stands years ahead takes little with it.

@@ -1,86 +1,13 @@
-#include "daemon/fleet/store/schema.h"
-
-#include <array>
-
 #include "daemon/fleet/store/connection.h"
 
 namespace cellcal::daemon::fleet {
 
-// A message that comes again and again is kept once. Those of before have no sum.
-const char* const kKept = R"sql(
-ALTER TABLE quarantine ADD COLUMN sum text, ADD COLUMN times bigint NOT NULL DEFAULT 1;
-CREATE UNIQUE INDEX ON quarantine (plant, cell, sum);
-)sql";
+namespace {
 
-// The same views, by the newest row of each cell in its index instead of all rows: a plant of a thousand cells and a million
-// facts answers in tens of milliseconds instead of seconds (tests/bench, plant_bench).
-const char* const kNewest = R"sql(
-CREATE INDEX ON journals (cell_id, id);
-CREATE INDEX ON calibrations (journal_id, number) WHERE published;
-CREATE INDEX ON alarms (journal_id, number) WHERE news = 'drifted';
+/// Of the tables and views below; no other version is opened. Versions up to 5 were never released.
+constexpr int kVersion = 6;
 
-CREATE OR REPLACE VIEW in_use AS
-SELECT c.id AS cell_id, e.journal_id, e.session, e.number FROM cells c CROSS JOIN LATERAL (
-  SELECT n.* FROM journals j CROSS JOIN LATERAL (
-    (SELECT k.journal_id, k.session, k.number FROM calibrations k
-     WHERE k.journal_id = j.id AND k.published ORDER BY k.number DESC LIMIT 1)
-    UNION ALL
-    (SELECT a.journal_id, a.session, a.number FROM activations a WHERE a.journal_id = j.id ORDER BY a.number DESC LIMIT 1)
-    ORDER BY number DESC LIMIT 1) n
-  WHERE j.cell_id = c.id ORDER BY j.id DESC LIMIT 1) e;
-
-CREATE OR REPLACE VIEW calibrations_in_use AS
-SELECT u.cell_id, u.number AS since_number, k.*, least(k.at, k.received) AS dated
-FROM in_use u CROSS JOIN LATERAL (
-  SELECT * FROM calibrations k WHERE k.journal_id = u.journal_id AND k.session = u.session AND k.published
-  ORDER BY k.number DESC LIMIT 1) k;
-
-CREATE OR REPLACE VIEW newest_sessions AS
-SELECT c.id AS cell_id, s.* FROM cells c CROSS JOIN LATERAL (
-  SELECT n.* FROM journals j CROSS JOIN LATERAL (
-    SELECT * FROM session_facts s WHERE s.journal_id = j.id ORDER BY s.number DESC LIMIT 1) n
-  WHERE j.cell_id = c.id ORDER BY j.id DESC LIMIT 1) s;
-
-CREATE OR REPLACE VIEW newest_checks AS
-SELECT c.id AS cell_id, s.* FROM cells c CROSS JOIN LATERAL (
-  SELECT n.* FROM journals j CROSS JOIN LATERAL (
-    SELECT * FROM checks s WHERE s.journal_id = j.id ORDER BY s.number DESC LIMIT 1) n
-  WHERE j.cell_id = c.id ORDER BY j.id DESC LIMIT 1) s;
-
-CREATE OR REPLACE VIEW newest_calibrations AS
-SELECT c.id AS cell_id, s.* FROM cells c CROSS JOIN LATERAL (
-  SELECT n.* FROM journals j CROSS JOIN LATERAL (
-    SELECT * FROM calibrations s WHERE s.journal_id = j.id ORDER BY s.number DESC LIMIT 1) n
-  WHERE j.cell_id = c.id ORDER BY j.id DESC LIMIT 1) s;
-
-CREATE OR REPLACE VIEW newest_drift_alarms AS
-SELECT c.id AS cell_id, s.* FROM cells c CROSS JOIN LATERAL (
-  SELECT n.* FROM journals j CROSS JOIN LATERAL (
-    SELECT * FROM alarms s WHERE s.journal_id = j.id AND s.news = 'drifted' ORDER BY s.number DESC LIMIT 1) n
-  WHERE j.cell_id = c.id ORDER BY j.id DESC LIMIT 1) s;
-)sql";
-
-// A plant alarms as long as the cell's own control chart does; an update that found nothing changed withholds no calibration.
-const char* const kOutcomes = R"sql(
-CREATE INDEX ON alarms (journal_id, number) WHERE news IN ('drifted', 'recovered');
-
-CREATE OR REPLACE VIEW newest_drift_alarms AS
-SELECT c.id AS cell_id, s.* FROM cells c CROSS JOIN LATERAL (
-  SELECT n.* FROM journals j CROSS JOIN LATERAL (
-    SELECT * FROM alarms s WHERE s.journal_id = j.id AND s.news IN ('drifted', 'recovered')
-    ORDER BY s.number DESC LIMIT 1) n
-  WHERE j.cell_id = c.id ORDER BY j.id DESC LIMIT 1) s
-WHERE s.news = 'drifted';
-
-CREATE OR REPLACE VIEW newest_calibrations AS
-SELECT c.id AS cell_id, s.* FROM cells c CROSS JOIN LATERAL (
-  SELECT n.* FROM journals j CROSS JOIN LATERAL (
-    SELECT * FROM calibrations s WHERE s.journal_id = j.id AND NOT 'update_not_needed' = ANY (s.findings)
-    ORDER BY s.number DESC LIMIT 1) n
-  WHERE j.cell_id = c.id ORDER BY j.id DESC LIMIT 1) s;
-)sql";
-
-const char* const kTables = R"sql(
+constexpr const char* kTables = R"sql(
 CREATE TYPE refusal AS ENUM ('topic', 'size', 'rate', 'message', 'bound', 'database');
 
 CREATE TABLE cells (
@@ -109,6 +36,7 @@ CREATE TABLE journals (
   settled bigint NOT NULL DEFAULT 0,
   mark bigint NOT NULL DEFAULT 0, marked timestamptz NOT NULL DEFAULT now(),
   UNIQUE (cell_id, name));
+CREATE INDEX ON journals (cell_id, id);
 
 CREATE TABLE session_facts (
   journal_id bigint NOT NULL REFERENCES journals, number bigint NOT NULL, session bigint NOT NULL,
@@ -128,6 +56,7 @@ CREATE TABLE calibrations (
   PRIMARY KEY (journal_id, number));
 CREATE INDEX ON calibrations (journal_id, session);
 CREATE INDEX ON calibrations (robot);
+CREATE INDEX ON calibrations (journal_id, number) WHERE published;
 
 -- Of the arm, out of the document: correction of the nominal value and its 1 sigma.
 CREATE TABLE corrections (
@@ -166,6 +95,7 @@ CREATE TABLE alarms (
   at timestamptz NOT NULL, received timestamptz NOT NULL DEFAULT now(),
   news text NOT NULL, subject text NOT NULL, text text NOT NULL,
   PRIMARY KEY (journal_id, number));
+CREATE INDEX ON alarms (journal_id, number) WHERE news IN ('drifted', 'recovered');
 
 CREATE TABLE answers (
   journal_id bigint NOT NULL REFERENCES journals, number bigint NOT NULL, session bigint NOT NULL,
@@ -208,15 +138,17 @@ CREATE TABLE quarantine (
   received timestamptz NOT NULL DEFAULT now(),
   plant text NOT NULL, cell text NOT NULL,
   topic text NOT NULL, why refusal NOT NULL, words text NOT NULL,
-  payload bytea NOT NULL, bytes bigint NOT NULL);
+  payload bytea NOT NULL, bytes bigint NOT NULL,
+  sum text, times bigint NOT NULL DEFAULT 1);
 CREATE INDEX ON quarantine (plant, cell, id);
+CREATE UNIQUE INDEX ON quarantine (plant, cell, sum);
 CREATE TABLE quarantine_counts (
   plant text NOT NULL, cell text NOT NULL, why refusal NOT NULL,
   count bigint NOT NULL, newest timestamptz NOT NULL,
   PRIMARY KEY (plant, cell, why));
 )sql";
 
-const char* const kViews = R"sql(
+constexpr const char* kViews = R"sql(
 CREATE TYPE need AS ENUM
   ('interrupted', 'failed', 'drifted', 'check-not-held', 'offline', 'gap', 'withheld', 'overdue');
 
@@ -225,35 +157,51 @@ CREATE TABLE settings (
   calibration_days int NOT NULL DEFAULT 365, check_days int NOT NULL DEFAULT 0);
 INSERT INTO settings DEFAULT VALUES;
 
+-- The newest row of each cell is found by its index: a thousand cells and a million facts take tens of milliseconds.
 -- A calibration is in use from when it is published until another is, or is put into use. Newest is what has the
 -- highest number in the newest journal; no clock is asked.
 CREATE VIEW in_use AS
-SELECT DISTINCT ON (j.cell_id) j.cell_id, e.journal_id, e.session, e.number
-FROM (SELECT journal_id, session, number FROM calibrations WHERE published
-      UNION ALL SELECT journal_id, session, number FROM activations) e
-JOIN journals j ON j.id = e.journal_id
-ORDER BY j.cell_id, e.journal_id DESC, e.number DESC;
+SELECT c.id AS cell_id, e.journal_id, e.session, e.number FROM cells c CROSS JOIN LATERAL (
+  SELECT n.* FROM journals j CROSS JOIN LATERAL (
+    (SELECT k.journal_id, k.session, k.number FROM calibrations k
+     WHERE k.journal_id = j.id AND k.published ORDER BY k.number DESC LIMIT 1)
+    UNION ALL
+    (SELECT a.journal_id, a.session, a.number FROM activations a WHERE a.journal_id = j.id ORDER BY a.number DESC LIMIT 1)
+    ORDER BY number DESC LIMIT 1) n
+  WHERE j.cell_id = c.id ORDER BY j.id DESC LIMIT 1) e;
 
 CREATE VIEW calibrations_in_use AS
-SELECT DISTINCT ON (u.cell_id) u.cell_id, u.number AS since_number, c.*, least(c.at, c.received) AS dated
-FROM in_use u JOIN calibrations c ON c.journal_id = u.journal_id AND c.session = u.session AND c.published
-ORDER BY u.cell_id, c.number DESC;
+SELECT u.cell_id, u.number AS since_number, k.*, least(k.at, k.received) AS dated
+FROM in_use u CROSS JOIN LATERAL (
+  SELECT * FROM calibrations k WHERE k.journal_id = u.journal_id AND k.session = u.session AND k.published
+  ORDER BY k.number DESC LIMIT 1) k;
 
 CREATE VIEW newest_sessions AS
-SELECT DISTINCT ON (j.cell_id) j.cell_id, s.* FROM session_facts s JOIN journals j ON j.id = s.journal_id
-ORDER BY j.cell_id, s.journal_id DESC, s.number DESC;
+SELECT c.id AS cell_id, s.* FROM cells c CROSS JOIN LATERAL (
+  SELECT n.* FROM journals j CROSS JOIN LATERAL (
+    SELECT * FROM session_facts s WHERE s.journal_id = j.id ORDER BY s.number DESC LIMIT 1) n
+  WHERE j.cell_id = c.id ORDER BY j.id DESC LIMIT 1) s;
 
 CREATE VIEW newest_checks AS
-SELECT DISTINCT ON (j.cell_id) j.cell_id, k.* FROM checks k JOIN journals j ON j.id = k.journal_id
-ORDER BY j.cell_id, k.journal_id DESC, k.number DESC;
+SELECT c.id AS cell_id, s.* FROM cells c CROSS JOIN LATERAL (
+  SELECT n.* FROM journals j CROSS JOIN LATERAL (
+    SELECT * FROM checks s WHERE s.journal_id = j.id ORDER BY s.number DESC LIMIT 1) n
+  WHERE j.cell_id = c.id ORDER BY j.id DESC LIMIT 1) s;
 
 CREATE VIEW newest_calibrations AS
-SELECT DISTINCT ON (j.cell_id) j.cell_id, c.* FROM calibrations c JOIN journals j ON j.id = c.journal_id
-ORDER BY j.cell_id, c.journal_id DESC, c.number DESC;
+SELECT c.id AS cell_id, s.* FROM cells c CROSS JOIN LATERAL (
+  SELECT n.* FROM journals j CROSS JOIN LATERAL (
+    SELECT * FROM calibrations s WHERE s.journal_id = j.id AND NOT 'update_not_needed' = ANY (s.findings)
+    ORDER BY s.number DESC LIMIT 1) n
+  WHERE j.cell_id = c.id ORDER BY j.id DESC LIMIT 1) s;
 
 CREATE VIEW newest_drift_alarms AS
-SELECT DISTINCT ON (j.cell_id) j.cell_id, a.* FROM alarms a JOIN journals j ON j.id = a.journal_id
-WHERE a.news = 'drifted' ORDER BY j.cell_id, a.journal_id DESC, a.number DESC;
+SELECT c.id AS cell_id, s.* FROM cells c CROSS JOIN LATERAL (
+  SELECT n.* FROM journals j CROSS JOIN LATERAL (
+    SELECT * FROM alarms s WHERE s.journal_id = j.id AND s.news IN ('drifted', 'recovered')
+    ORDER BY s.number DESC LIMIT 1) n
+  WHERE j.cell_id = c.id ORDER BY j.id DESC LIMIT 1) s
+WHERE s.news = 'drifted';
 
 CREATE VIEW gaps AS
 SELECT c.id AS cell_id, c.plant, c.cell, j.name AS journal, lower(g) AS first, upper(g) - 1 AS last,
@@ -322,36 +270,26 @@ LEFT JOIN newest_checks k ON k.cell_id = c.id;
 CREATE VIEW refusals AS SELECT plant, cell, why, count, newest FROM quarantine_counts;
 )sql";
 
-namespace {
-
-std::array<const char*, 5> migrations() { return {kTables, kViews, kKept, kNewest, kOutcomes}; }
-
-void apply(pqxx::work& work, int version) {
-  work.exec(migrations().at(static_cast<std::size_t>(version) - 1));
-  work.exec_params0("INSERT INTO versions (version) VALUES ($1)", version);
-}
-
 }  // namespace
 
-int newest_version() { return static_cast<int>(migrations().size()); }
-
-void migrate(pqxx::connection& connection, int version) {
+void make_tables(pqxx::connection& connection) {
   guarded([&] {
     pqxx::work work(connection);
-    work.exec_params("SELECT pg_advisory_xact_lock($1)", kMigrationLock);
+    work.exec_params("SELECT pg_advisory_xact_lock($1)", kTablesLock);
     work.exec(
         "CREATE SCHEMA IF NOT EXISTS fleet;"
         "CREATE TABLE IF NOT EXISTS versions (version int PRIMARY KEY, at timestamptz NOT NULL DEFAULT now())");
     const int at = work.exec1("SELECT coalesce(max(version), 0) FROM versions")[0].as<int>();
-    if (at > newest_version())
-      throw StoreTooNew("database: tables of version " + std::to_string(at) +
-                        ", this program knows " + std::to_string(newest_version()) +
-                        ". Update cellcal-fleet");
-    for (int next = at + 1; next <= version; ++next) apply(work, next);
+    if (at != 0 && at != kVersion)
+      throw OtherVersion("database: tables of version " + std::to_string(at) + ", supported is " +
+                         std::to_string(kVersion) +
+                         ". Install the cellcal-fleet that made them, or name an empty database");
+    if (at == kVersion) return;
+    work.exec(kTables);
+    work.exec(kViews);
+    work.exec_params0("INSERT INTO versions (version) VALUES ($1)", kVersion);
     work.commit();
   });
 }
-
-void migrate(const std::string& connection, int version) { migrate(*connect(connection), version); }
 
 }  // namespace cellcal::daemon::fleet

@@ -97,7 +97,7 @@ Written write_one_by_one(pqxx::connection& connection, const Batch& batch) {
 
 Store::Store(const StoreConfig& config)
     : impl_(std::make_unique<Impl>(Impl{config, connect(config.connection)})) {
-  migrate(*impl_->connection, newest_version());
+  make_tables(*impl_->connection);
   state_settings(*impl_->connection, config);
 }
 
@@ -215,7 +215,7 @@ std::vector<std::string> for_each_table(pqxx::connection& connection, const char
       guarded([&] {
         pqxx::work work(connection);
         work.exec(waits);
-        work.exec_params("SELECT pg_advisory_xact_lock($1)", kMigrationLock);
+        work.exec_params("SELECT pg_advisory_xact_lock($1)", kTablesLock);
         act(work, table);
         work.commit();
       });

@@ -15,8 +15,8 @@ namespace cellcal::daemon::fleet {
 struct StoreAway : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
-/// It is of a newer program: does not get better by trying again.
-struct StoreTooNew : std::runtime_error {
+/// The tables are those of another version of the program; retrying does not help.
+struct OtherVersion : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
@@ -39,7 +39,7 @@ struct Kept {
 /// One thread.
 class Store {
  public:
-  /// Connects, migrates. Throws StoreAway, StoreTooNew.
+  /// Connects; creates the tables in an empty database. Throws StoreAway, OtherVersion.
   explicit Store(const StoreConfig& config);
   ~Store();
   Store(const Store&) = delete;
@@ -61,10 +61,5 @@ class Store {
  private:
   std::unique_ptr<Impl> impl_;
 };
-
-/// Version of the tables that this program writes.
-int newest_version();
-/// Brings an empty or older database to `version`: what Store does, up to the newest. Throws as it.
-void migrate(const std::string& connection, int version);
 
 }  // namespace cellcal::daemon::fleet

@@ -328,7 +328,7 @@ void quarantine(pqxx::work& work, const Batch& batch, const std::vector<Refused>
   if (refused.empty()) return;
   const std::string all = dumped(refused_records(refused));
   // In turn, because what follows counts rows.
-  work.exec_params("SELECT pg_advisory_xact_lock($1)", kMigrationLock + 1);
+  work.exec_params("SELECT pg_advisory_xact_lock($1)", kTablesLock + 1);
   work.exec_params(
       "INSERT INTO quarantine AS q (plant, cell, topic, why, words, payload, bytes, sum, times) SELECT plant, cell, "
       "topic, why::refusal, words, decode(payload, 'base64'), bytes, sum, times FROM jsonb_to_recordset($1) AS r("

@@ -28,11 +28,6 @@ std::string random_name() {
   throw JournalError("journal " + database.name() + ": " + words);
 }
 
-bool has_table(Database& database, const std::string& table) {
-  Statement find(database, "SELECT 1 FROM sqlite_schema WHERE type='table' AND name=?");
-  return find.bind(1, std::string_view(table)).step();
-}
-
 }  // namespace
 
 std::string sum_of(const std::string& before, std::int64_t number, std::int64_t session,
@@ -69,19 +64,6 @@ void Chain::append(std::int64_t session, const std::string& table, std::int64_t 
 }
 
 void Chain::begin() { append(0, kJournal, 0, random_name()); }
-
-std::int64_t Chain::take_all() {
-  begin();
-  const std::int64_t first = newest_.entries;
-  for (const std::string table : kChainedTables) {
-    if (!has_table(database_, table)) continue;  // a later version's
-    Statement rows(database_, ("SELECT " + std::string(session_column(table)) + ", rowid FROM " +
-                               table + " ORDER BY rowid")
-                                  .c_str());
-    while (rows.step()) add(rows.integer(0), table.c_str(), rows.integer(1));
-  }
-  return newest_.entries - first;
-}
 
 void Chain::add(std::int64_t session, const char* table, std::int64_t row) {
   Statement written(database_, rows_of(table, "rowid").c_str());
@@ -174,7 +156,6 @@ void verify_rows(Database& database, std::int64_t session) {
         database.name(), session, what));
   };
   for (const std::string table : kChainedTables) {
-    if (!has_table(database, table)) continue;  // a later version's
     Statement rows(database, rows_of(table, session_column(table)).c_str());
     rows.bind(1, session);
     while (rows.step()) {
@@ -194,7 +175,6 @@ void verify_rows(Database& database, std::int64_t session) {
 
 std::vector<std::int64_t> damaged_sessions(Database& database) {
   std::vector<std::int64_t> damaged;
-  if (!has_table(database, "chain")) return damaged;
   Statement sessions(database, "SELECT DISTINCT session FROM chain WHERE session>0");
   while (sessions.step()) {
     try {

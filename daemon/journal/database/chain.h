@@ -17,7 +17,7 @@
 
 namespace cellcal::daemon {
 
-/// Whose rows have entries; the name is the table's. Those of version 1 stand first.
+/// Tables whose rows have entries.
 inline constexpr const char* kChainedTables[] = {"session",    "touch",   "reading",  "event",
                                                  "change",     "contact", "compared", "dropped",
                                                  "activation", "search",   "interruption"};
@@ -54,8 +54,6 @@ class Chain {
 
   /// Of a journal that was just made. Within its transaction.
   void begin();
-  /// Takes all rows that are there as they are; how many. Within the migration's transaction.
-  std::int64_t take_all();
   /// Walks all entries and compares their end with the head; goes on behind them. Returns what is
   /// to be said without refusing the journal. Throws JournalError where entries were changed or
   /// lost.

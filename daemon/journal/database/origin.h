@@ -10,7 +10,7 @@ struct Origin {
   std::string journal;  ///< its name
   std::int64_t session = 0;
   std::string sum;  ///< SHA-256 of the rows that were imported
-  /// Of its chain, and their sum (sum_of_entries); 0: imported by an earlier version.
+  /// Of its chain, and their sum (sum_of_entries).
   std::size_t entries = 0;
   std::string entries_sum{};
 };

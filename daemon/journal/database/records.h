@@ -64,9 +64,9 @@ struct SessionRecord {
       failure_kind{};            ///< of one that fails now, for those who are told; no row has it
   std::string calibration;       ///< JSON; empty before identification
   bool has_calibration = false;  ///< whether or not it was read with the record
-  /// JSON, daemon/result/outcome_json.h; empty: it is not done, or ended before version 8 of the journal.
+  /// JSON, daemon/result/outcome_json.h; empty: it is not done.
   std::string outcome;
-  std::string software;          ///< version that began it; empty: before version 3 of the journal
+  std::string software;          ///< version that began it
   std::optional<Origin> origin;  ///< imported
   std::string
       dropped;  ///< when its raw events and readings were dropped (retention); empty: they are there

@@ -1,18 +1,16 @@
 #pragma once
-// The journal's tables, version by version. What stands here is on disks and is never changed: a new
-// version adds its own text, and the migration that runs it.
+// The journal's tables.
 //
-// A later version adds tables, or columns at the end that are empty (NULL) in the rows before it:
-// then these rows' checksums hold as they are.
+// A later version appends columns that are NULL in earlier rows, or adds tables: the checksums of earlier rows stay valid.
 
 namespace cellcal::daemon {
 
-/// PRAGMA user_version of what this program writes; migrations.h has the way here.
-inline constexpr int kSchemaVersion = 10;
-/// PRAGMA application_id, "ccal": tells a journal from any other SQLite file.
+/// PRAGMA user_version. No other version is opened; versions up to 10 were never released.
+inline constexpr int kSchemaVersion = 11;
+/// PRAGMA application_id, "ccal": distinguishes a journal from other SQLite files.
 inline constexpr int kApplicationId = 0x6363616c;
 
-inline constexpr const char* kSchema1 = R"sql(
+inline constexpr const char* kSchema = R"sql(
 CREATE TABLE session (
   id          INTEGER PRIMARY KEY AUTOINCREMENT,
   started     TEXT NOT NULL,
@@ -26,7 +24,10 @@ CREATE TABLE session (
   plan_hash   TEXT NOT NULL DEFAULT '',
   planned     INTEGER NOT NULL DEFAULT 0,
   failure     TEXT NOT NULL DEFAULT '',
-  calibration TEXT NOT NULL DEFAULT ''
+  calibration TEXT NOT NULL DEFAULT '',
+  software    TEXT NOT NULL,       -- that began it
+  origin      TEXT,                -- JSON, of an imported one
+  outcome     TEXT                 -- JSON, cellcal.outcome/1
 ) STRICT;
 CREATE TABLE touch (
   session       INTEGER NOT NULL REFERENCES session(id),
@@ -42,6 +43,11 @@ CREATE TABLE touch (
   readings      INTEGER NOT NULL,
   spread_m      REAL NOT NULL,
   speed_m_s     REAL NOT NULL,
+  tool          TEXT NOT NULL,
+  turn_sigma_rad  REAL NOT NULL,
+  tracker_abc_rad BLOB,
+  approach        BLOB,
+  temperature_c   REAL,
   UNIQUE (session, number)
 ) STRICT;
 CREATE TABLE reading (
@@ -64,10 +70,7 @@ CREATE TABLE event (
 ) STRICT;
 CREATE INDEX event_of_session ON event (session);
 CREATE INDEX reading_of_session ON reading (session);
-)sql";
-
-/// Checksums of all rows, chained.
-inline constexpr const char* kSchema2 = R"sql(
+-- Checksums of all rows.
 CREATE TABLE chain (
   number  INTEGER PRIMARY KEY,   -- 1, 2, 3, without a gap
   session INTEGER NOT NULL,
@@ -77,18 +80,6 @@ CREATE TABLE chain (
   sum     TEXT NOT NULL          -- SHA-256 of the entry before and of this one
 ) STRICT;
 CREATE INDEX chain_of_session ON chain (session, kind);
-)sql";
-
-/// All that a touch has; what was seen beside the touches; what a result was compared with; where an
-/// imported session comes from.
-inline constexpr const char* kSchema3 = R"sql(
-ALTER TABLE session ADD COLUMN software TEXT;       -- that began it
-ALTER TABLE session ADD COLUMN origin TEXT;         -- JSON, of an imported one
-ALTER TABLE touch ADD COLUMN tool TEXT;
-ALTER TABLE touch ADD COLUMN turn_sigma_rad REAL;
-ALTER TABLE touch ADD COLUMN tracker_abc_rad BLOB;  -- doubles, little endian, as joint_rad
-ALTER TABLE touch ADD COLUMN approach BLOB;
-ALTER TABLE touch ADD COLUMN temperature_c REAL;
 CREATE TABLE change (
   session       INTEGER NOT NULL REFERENCES session(id),
   time          TEXT NOT NULL,
@@ -125,20 +116,14 @@ CREATE TABLE compared (
 CREATE INDEX change_of_session ON change (session);
 CREATE INDEX contact_of_session ON contact (session);
 CREATE INDEX compared_of_session ON compared (session);
-)sql";
-
-/// Of which sessions the raw rows were dropped.
-inline constexpr const char* kSchema4 = R"sql(
+-- Sessions whose raw rows were dropped.
 CREATE TABLE dropped (
   session INTEGER NOT NULL REFERENCES session(id),
   time    TEXT NOT NULL,
   rows    INTEGER NOT NULL   -- of event, change, contact and reading
 ) STRICT;
 CREATE INDEX dropped_of_session ON dropped (session);
-)sql";
-
-/// Which calibration is to be used from then on, though a newer one was published.
-inline constexpr const char* kSchema5 = R"sql(
+-- Calibrations that were put into use although a newer one was published.
 CREATE TABLE activation (
   session INTEGER NOT NULL REFERENCES session(id),  -- whose calibration
   time    TEXT NOT NULL,
@@ -146,10 +131,7 @@ CREATE TABLE activation (
   reason  TEXT NOT NULL
 ) STRICT;
 CREATE INDEX activation_of_session ON activation (session);
-)sql";
-
-/// What others are to be told and have not acknowledged. No part of the chain: what it reports is.
-inline constexpr const char* kSchema6 = R"sql(
+-- Reports that are not acknowledged yet. Not part of the chain: the rows that they report are.
 CREATE TABLE outbox (
   number  INTEGER PRIMARY KEY AUTOINCREMENT,  -- never used twice
   session INTEGER NOT NULL,                   -- 0: of none
@@ -162,32 +144,16 @@ CREATE INDEX outbox_telemetry ON outbox (number) WHERE worth='telemetry';
 CREATE TABLE outbox_source (
   first       INTEGER PRIMARY KEY,            -- number in outbox that is the first under this name
   name        TEXT NOT NULL,
-  interrupted INTEGER NOT NULL DEFAULT 0      -- entry of the chain whose interruption was told
+  interrupted INTEGER NOT NULL DEFAULT 0,     -- entry of the chain whose interruption was reported
+  address     TEXT NOT NULL DEFAULT ''        -- under which its numbers are reported; '': not known
 ) STRICT;
-)sql";
-
-/// Under which name the numbers of a source are told.
-inline constexpr const char* kSchema7 = R"sql(
-ALTER TABLE outbox_source ADD COLUMN address TEXT NOT NULL DEFAULT '';  -- '': not known
-)sql";
-
-/// What came of a session that is done.
-inline constexpr const char* kSchema8 = R"sql(
-ALTER TABLE session ADD COLUMN outcome TEXT;        -- JSON, cellcal.outcome/1
-)sql";
-
-/// What the schedule has decided and holds; one row, which is replaced. Of no session, so with a sum of its own.
-inline constexpr const char* kSchema9 = R"sql(
+-- State of the schedule; one row, which is replaced. Belongs to no session, hence its own sum.
 CREATE TABLE schedule (
   id    INTEGER PRIMARY KEY CHECK (id = 1),
   state TEXT NOT NULL,                        -- JSON, cellcal.schedule/1
   sum   TEXT NOT NULL                         -- SHA-256 of state
 ) STRICT;
-)sql";
-
-/// Searches for spheres, each with the way out of it, as they were before the arm went there; harmless interruptions by
-/// their cause.
-inline constexpr const char* kSchema10 = R"sql(
+-- Searches for spheres, written before the motion; harmless interruptions.
 CREATE TABLE search (
   session INTEGER NOT NULL REFERENCES session(id),
   time    TEXT NOT NULL,

@@ -200,7 +200,7 @@ std::string Database::create() {
 std::string Database::emptied() {
   if (emptied_.empty()) {
     emptied_ = create();
-    migrate(emptied_, newest_version());
+    const Store store({emptied_});
   }
   std::string sql =
       "SET search_path = fleet; DELETE FROM settings; INSERT INTO settings DEFAULT VALUES";

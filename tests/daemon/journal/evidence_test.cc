@@ -6,6 +6,7 @@
 
 #include "calib/files/calibration_json.h"
 #include "daemon/journal/store/sqlite.h"
+#include "daemon/result/outcome_json.h"
 #include "images.h"
 #include "temporary_directory.h"
 
@@ -126,13 +127,36 @@ TEST(events_of_the_sensor_and_changes_of_phase, are_rows_with_their_own_columns_
   EXPECT_EQ(change.values(), changed);
 }
 
+TEST(an_outcome, is_written_with_the_end_of_a_session_and_is_part_of_the_evidence) {
+  const TemporaryDirectory dir;
+  std::int64_t id = 0;
+  {
+    Journal journal(dir / "j.db");
+    id = fill(journal, 2);
+    RecordEnd end{Ending::kDone, ""};
+    end.result =
+        std::make_shared<const SessionResult>(SessionResult{calib::TcpCheck{.holds = true}});
+    journal.record(id, end, "t2");
+  }
+  {
+    Journal journal(dir / "j.db");
+    const auto outcome = outcome_from_json(journal.session(id)->outcome);
+    ASSERT_TRUE(outcome);
+    EXPECT_EQ(outcome->kind, OutcomeKind::kHolds);
+    EXPECT_EQ(journal.sessions().front().outcome, journal.session(id)->outcome);
+  }
+  Database(dir / "j.db").execute("UPDATE session SET outcome = ''");
+  Journal journal(dir / "j.db");
+  EXPECT_EQ(journal.sessions().front().state, RecordState::kDamaged);
+}
+
 struct Forged {
   const char* name;
   const char* sql;
 };
-struct evidence_of_version_3 : ::testing::TestWithParam<Forged> {};
+struct recorded_evidence : ::testing::TestWithParam<Forged> {};
 
-TEST_P(evidence_of_version_3, that_another_program_changed_is_told) {
+TEST_P(recorded_evidence, that_another_program_changed_is_told) {
   const TemporaryDirectory dir;
   {
     Journal journal(dir / "j.db");
@@ -147,15 +171,15 @@ TEST_P(evidence_of_version_3, that_another_program_changed_is_told) {
   EXPECT_NE(refusal(dir / "j.db").find("damaged"), std::string::npos);
 }
 INSTANTIATE_TEST_SUITE_P(
-    journal, evidence_of_version_3,
+    journal, recorded_evidence,
     ::testing::Values(Forged{"voltage", "UPDATE contact SET sense_v=0.2"},
                       Forged{"contact_gone", "DELETE FROM contact"},
                       Forged{"phase", "UPDATE change SET to_phase='done'"},
                       Forged{"change_added", "INSERT INTO change SELECT * FROM change"},
                       Forged{"compared", "UPDATE compared SET accepted=1"},
                       Forged{"temperature", "UPDATE touch SET temperature_c=20"},
-                      Forged{"tool", "UPDATE touch SET tool=NULL"},
-                      Forged{"software", "UPDATE session SET software=NULL"},
+                      Forged{"tool", "UPDATE touch SET tool='x'"},
+                      Forged{"software", "UPDATE session SET software='x'"},
                       Forged{"origin", "UPDATE session SET origin='{}'"}),
     [](const auto& forged) { return forged.param.name; });
 

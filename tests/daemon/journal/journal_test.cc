@@ -204,11 +204,18 @@ TEST(a_journal, refuses_the_database_of_another_program) {
   EXPECT_NE(reason(dir / "j.db").find("another program"), std::string::npos);
 }
 
-TEST(a_journal, refuses_one_of_a_newer_version) {
+TEST(a_journal, refuses_one_of_another_schema_version_and_leaves_it_unchanged) {
   const TemporaryDirectory dir;
   { Journal journal(dir / "j.db"); }
-  { Database(dir / "j.db").execute("PRAGMA user_version = 99"); }
-  EXPECT_NE(reason(dir / "j.db").find("newer cellcald"), std::string::npos);
+  for (const int version : {99, 10, 1, 0, -1}) {
+    Database(dir / "j.db").execute(("PRAGMA user_version = " + std::to_string(version)).c_str());
+    const std::string why = reason(dir / "j.db");
+    EXPECT_NE(why.find("j.db"), std::string::npos) << why;
+    EXPECT_NE(why.find("schema version " + std::to_string(version) + ", supported is 11. Install"),
+              std::string::npos)
+        << why;
+    EXPECT_EQ(Database(dir / "j.db").integer("PRAGMA user_version"), version);
+  }
 }
 
 TEST(a_journal, refuses_a_damaged_one) {

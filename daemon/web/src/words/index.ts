@@ -1,9 +1,11 @@
-// Keys to words, in the language that is chosen.
+// Keys to words, in the language that is chosen: one JSON catalogue per language, which daemon/notify reads as well.
+// {name} stands for a value.
 
-import { de } from "./de";
-import { en, type Catalogue, type Key } from "./en";
+import de from "./de.json";
+import en from "./en.json";
 
-export type { Key } from "./en";
+export type Key = keyof typeof en;
+export type Catalogue = Record<Key, string>;
 export type Language = "en" | "de";
 export type Values = Record<string, string | number>;
 export type Say = (key: Key, values?: Values) => string;
