@@ -11,7 +11,6 @@
 #include <string>
 
 #include "drivers/time.h"
-#include "drivers/time_histogram.h"
 
 namespace cellcal::drivers {
 

@@ -15,7 +15,6 @@
 #include <vector>
 
 #include "drivers/time.h"
-#include "drivers/time_histogram.h"
 
 namespace cellcal::drivers {
 

@@ -14,7 +14,6 @@
 #include "drivers/time.h"
 #include "sim/cell/contact_watch.h"
 #include "sim/cell/truth.h"
-#include "sim/mcu/late_line.h"
 #include "sim/mcu/mcu_line.h"
 
 namespace cellcal::daemon {

@@ -5,7 +5,7 @@
 
 #include "calib/model/units.h"
 #include "daemon/doctor/robot_check.h"
-#include "drivers/kuka/rsi/rsi_fitness.h"
+#include "drivers/kuka/rsi/rsi_report.h"
 
 namespace cellcal::daemon {
 

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "drivers/contact/wire/ctp.h"
-#include "drivers/late_bytes.h"
+#include "drivers/time.h"
 
 namespace cellcal::drivers {
 

@@ -8,7 +8,7 @@
 #include "calib/model/inverse.h"
 #include "calib/model/random.h"
 #include "calib/model/units.h"
-#include "sim/cell/true_load.h"
+#include "sim/cell/physical_cell.h"
 
 namespace cellcal::sim {
 

@@ -23,7 +23,6 @@
 #include "sim/emulator/rsi_context.h"
 #include "sim/krc/cartesian_arm.h"
 #include "sim/krc/eki_server.h"
-#include "sim/krc/eki_stream_server.h"
 #include "sim/krc/krc_udp.h"
 #include "sim/mcu/mcu_pty.h"
 #include "sim/mcu/mcu_udp.h"

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "sim/krc/eki_programs.h"
+#include "sim/krc/eki_robot_program.h"
 
 namespace cellcal::sim {
 

@@ -7,7 +7,7 @@
 #include <stdexcept>
 
 #include "drivers/units.h"
-#include "sim/krc/eki_programs.h"
+#include "sim/krc/eki_robot_program.h"
 
 namespace cellcal::sim {
 

@@ -11,8 +11,8 @@
 #include <system_error>
 #include <vector>
 
-#include "drivers/contact/wire/line_rate.h"
-#include "sim/mcu/wrong_rate.h"
+#include "drivers/contact/wire/ctp.h"
+#include "sim/mcu/mcu_line.h"
 
 namespace cellcal::sim {
 

@@ -58,4 +58,11 @@ class Port {
 /// permission, in use, not a serial port; ConfigError.
 std::unique_ptr<Port> open_port(const PortOptions& options);
 
+// Sentences for failures to open a serial device, with the remedy.
+
+/// "/dev/ttyACM0: no such device; is the sensor plugged in? ports here: ..."
+std::string no_such_device(const std::string& device);
+/// From errno of open(): permission (with the required group), busy, or the system's error message.
+std::string cannot_open(const std::string& device, int error);
+
 }  // namespace cellcal::drivers

@@ -15,9 +15,9 @@
 #include <utility>
 
 #include "drivers/contact/port/adapter.h"
-#include "drivers/contact/port/port_errors.h"
+#include "drivers/contact/port/port.h"
 #include "drivers/contact/port/port_lock.h"
-#include "drivers/contact/wire/line_rate.h"
+#include "drivers/contact/wire/ctp.h"
 
 namespace cellcal::drivers {
 

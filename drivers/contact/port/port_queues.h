@@ -3,6 +3,8 @@
 // arrival time, frames to be sent, and a notification for each side. Neither side waits for the
 // other.
 
+#include <pthread.h>
+#include <sched.h>
 #include <sys/eventfd.h>
 #include <unistd.h>
 
@@ -72,5 +74,18 @@ struct PortQueues {
   Call news_call, frames_call;
   std::atomic<std::uint64_t> unsent{0};  ///< frames rejected by the port
 };
+
+// Name and priority of the I/O threads of a port.
+
+/// Sets the calling thread's name (at most 15 characters) and SCHED_FIFO priority; 0: none.
+inline void become_port_thread(const char* name, int priority) {
+  ::pthread_setname_np(::pthread_self(), name);
+  if (priority == 0) return;
+  sched_param param{};
+  param.sched_priority = priority;
+  // If not permitted: the robot's thread, which requests the same, reports the warning.
+  [[maybe_unused]] const int refused =
+      ::pthread_setschedparam(::pthread_self(), SCHED_FIFO, &param);
+}
 
 }  // namespace cellcal::drivers

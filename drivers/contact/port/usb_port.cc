@@ -18,10 +18,10 @@
 #include <thread>
 #include <vector>
 
+#include "drivers/contact/port/port.h"
 #include "drivers/contact/port/port_backends.h"
-#include "drivers/contact/port/port_errors.h"
 #include "drivers/contact/port/port_lock.h"
-#include "drivers/contact/port/port_thread.h"
+#include "drivers/contact/port/port_queues.h"
 #include "drivers/contact/port/usb_protocol.h"
 
 namespace cellcal::drivers {

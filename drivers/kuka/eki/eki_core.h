@@ -17,7 +17,9 @@
 #include "drivers/contact.h"
 #include "drivers/kuka/eki/eki_config.h"
 #include "drivers/kuka/eki/eki_report.h"
-#include "drivers/kuka/moves/core_result.h"
+#include "drivers/kuka/moves/cause.h"
+#include "drivers/kuka/moves/move_queue.h"
+#include "drivers/kuka/moves/position_record.h"
 #include "drivers/robot.h"
 
 namespace cellcal::drivers {
@@ -60,5 +62,25 @@ class EkiCore {
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
+
+// Joint angles of a contact over EKI: from the controller's own latch, or interpolated in the
+// recorded path, and cross-checked.
+
+struct EkiLatchResult {
+  std::optional<Latch> latch;
+  Cause cause;  ///< reason if there are no angles
+};
+
+struct EkiTouch {
+  ContactEvent contact;                   ///< from the sensor
+  std::optional<AxisAngles> latched_rad;  ///< $AXIS_INT of this move
+  AxisAngles settled_rad;
+  TimePoint stopped_at{};  ///< arrival of the state that reported the stop
+};
+
+/// `now` is the time reference of errors. A latch must match the measured path at the sensor's time
+/// stamp; its delay is compensated with the speed before the contact.
+EkiLatchResult latch_of(const EkiTouch& touch, const EkiConfig& config,
+                        const PositionRecord& record, TimePoint now);
 
 }  // namespace cellcal::drivers

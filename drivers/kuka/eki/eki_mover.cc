@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "drivers/kuka/eki/eki_latch.h"
+#include "drivers/kuka/eki/eki_core.h"
 #include "drivers/kuka/moves/move_queue.h"
 #include "drivers/units.h"
 

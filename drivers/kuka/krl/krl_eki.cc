@@ -9,7 +9,6 @@
 
 #include "drivers/error.h"
 #include "drivers/kuka/krl/krl_files.h"
-#include "drivers/kuka/krl/krl_template.h"
 #include "drivers/kuka/wire/eki_codec.h"
 #include "drivers/kuka/wire/xml_values.h"
 

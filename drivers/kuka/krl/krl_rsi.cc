@@ -1,5 +1,7 @@
 // Generator of RSI's controller files.
 
+#include "drivers/kuka/krl/krl_rsi.h"
+
 #include <fmt/format.h>
 
 #include <string_view>
@@ -10,10 +12,10 @@
 #include "drivers/kuka/krl/krl_rsi_drawing.h"
 #include "drivers/kuka/krl/krl_rsi_fence.h"
 #include "drivers/kuka/krl/krl_rsi_state.h"
-#include "drivers/kuka/krl/krl_template.h"
 #include "drivers/kuka/wire/xml_values.h"
 
 namespace cellcal::drivers {
+
 namespace {
 
 using krl::decimal;

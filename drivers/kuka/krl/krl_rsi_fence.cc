@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "drivers/kuka/krl/krl_rsi_set.h"
+#include "drivers/kuka/krl/krl_rsi.h"
 #include "drivers/kuka/wire/xml_values.h"
 
 namespace cellcal::drivers::krl {

@@ -5,23 +5,23 @@
 #include <string>
 #include <vector>
 
-#include "drivers/kuka/krl/krl_rsi_set.h"
-#include "drivers/kuka/krl/krl_template.h"
+#include "drivers/kuka/krl/krl_files.h"
+#include "drivers/kuka/krl/krl_rsi.h"
 
 namespace cellcal::drivers::krl {
 
 struct RsiStateSource {
-  std::string tag;         ///< SEND tag
-  const char* key;         ///< key of [rsi] with the tag
-  const char* type;        ///< of the SEND element
-  const char *rsi3, *rsi4; ///< ObjType in either release
-  int type_id;             ///< ObjTypeID
-  const char* output;      ///< name of its only output
-  const char* says;        ///< display text
-  const char* signal = "Int";        ///< of the output, in RSI 3's model
-  const char* parameter = nullptr;   ///< name of the object's only parameter, number 1; null: none
-  int value = 0;                     ///< its value
-  const char* word = nullptr;        ///< its value as text, for enumerations
+  std::string tag;                  ///< SEND tag
+  const char* key;                  ///< key of [rsi] with the tag
+  const char* type;                 ///< of the SEND element
+  const char *rsi3, *rsi4;          ///< ObjType in either release
+  int type_id;                      ///< ObjTypeID
+  const char* output;               ///< name of its only output
+  const char* says;                 ///< display text
+  const char* signal = "Int";       ///< of the output, in RSI 3's model
+  const char* parameter = nullptr;  ///< name of the object's only parameter, number 1; null: none
+  int value = 0;                    ///< its value
+  const char* word = nullptr;       ///< its value as text, for enumerations
 };
 
 /// Sources with a tag; the first one has channel 1.

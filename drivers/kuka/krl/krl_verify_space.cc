@@ -1,7 +1,7 @@
 // Verification of corrections in space: POSCORR and its monitor in the context, $TOOL and $BASE in
 // the program.
 
-#include "drivers/kuka/krl/krl_rsi_set.h"
+#include "drivers/kuka/krl/krl_rsi.h"
 #include "drivers/kuka/wire/xml_values.h"
 
 namespace cellcal::drivers::krl {

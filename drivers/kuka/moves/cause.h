@@ -5,8 +5,11 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <string>
 #include <type_traits>
 #include <variant>
+
+#include "drivers/kuka/moves/move_queue.h"
 
 namespace cellcal::drivers {
 
@@ -229,5 +232,11 @@ template <class... Kinds>
 constexpr bool is(const Cause& cause) {
   return (std::holds_alternative<Kinds>(cause) || ...);
 }
+
+// Sentences of causes, generated here only and off the cycle, since they allocate.
+
+/// Event, location, and remedy; empty if there is nothing to report.
+std::string words(const CoreResult& result);
+MoveResult to_move_result(const CoreResult& result);
 
 }  // namespace cellcal::drivers

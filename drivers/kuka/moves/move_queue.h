@@ -2,13 +2,30 @@
 // The pending move and the pending results, for the cores of both adapters. Never allocates, locks
 // or throws.
 
+#include <algorithm>
 #include <boost/container/static_vector.hpp>
+#include <cmath>
+#include <cstdint>
 #include <optional>
 
-#include "drivers/kuka/moves/core_result.h"
+#include "drivers/kuka/moves/cause.h"
 #include "drivers/robot.h"
+#include "drivers/time.h"
 
 namespace cellcal::drivers {
+
+// Result of a move on a KUKA, as a plain value created on the cycle.
+
+struct CoreResult {
+  std::uint32_t id = 0;
+  MoveOutcome outcome = MoveOutcome::kRefused;
+  Cause cause;
+  std::uint32_t ipoc = 0;                           ///< of the last packet
+  Interruption interruption = Interruption::kNone;  ///< of the link, if it is the cause
+  bool in_space = false;                            ///< corrections in space
+  AxisAngles at_rad;
+  std::optional<Latch> latch;
+};
 
 /// Result of a move that does not begin.
 CoreResult refusal_of(const Move& move, const Cause& why, const AxisAngles& at_rad,
@@ -30,6 +47,40 @@ class MoveQueue {
 
   std::optional<Move> pending_;
   boost::container::static_vector<CoreResult, kDepth> results_;
+};
+
+// Jitter of message arrivals: standard deviation and maximum of the intervals, over one session of
+// the controller. For display only; no decision on the cycle uses it.
+
+class ArrivalSpread {
+ public:
+  void reset() { *this = ArrivalSpread(); }
+
+  void add(TimePoint t) {
+    if (seen_) {
+      const double between_s = std::chrono::duration<double>(t - last_).count();
+      longest_s_ = std::max(longest_s_, between_s);
+      // Welford's recurrence: no loss of precision over days.
+      ++count_;
+      const double off_s = between_s - mean_s_;
+      mean_s_ += off_s / static_cast<double>(count_);
+      squares_s2_ += off_s * (between_s - mean_s_);
+    }
+    seen_ = true;
+    last_ = t;
+  }
+
+  /// 1 sigma [s]; 0 before the third message.
+  double sigma_s() const {
+    return count_ > 1 ? std::sqrt(squares_s2_ / static_cast<double>(count_ - 1)) : 0.0;
+  }
+  double longest_s() const { return longest_s_; }
+
+ private:
+  bool seen_ = false;
+  TimePoint last_{};
+  std::uint64_t count_ = 0;
+  double mean_s_ = 0.0, squares_s2_ = 0.0, longest_s_ = 0.0;
 };
 
 }  // namespace cellcal::drivers

@@ -17,7 +17,7 @@
 #include <type_traits>
 #include <utility>
 
-#include "drivers/kuka/moves/cause_words.h"
+#include "drivers/kuka/moves/cause.h"
 #include "drivers/kuka/moves/seqlock.h"
 #include "drivers/robot.h"
 

@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "drivers/contact.h"
-#include "drivers/kuka/moves/core_result.h"
+#include "drivers/kuka/moves/move_queue.h"
 #include "drivers/robot.h"
 
 namespace cellcal::drivers {

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "drivers/kuka/rsi/halving.h"
-#include "drivers/kuka/rsi/path_corners.h"
+#include "drivers/kuka/rsi/path_shape.h"
 
 namespace cellcal::drivers {
 

@@ -3,15 +3,11 @@
 #include <algorithm>
 #include <array>
 
-#include "drivers/kuka/moves/arrival_spread.h"
-#include "drivers/kuka/moves/cause_words.h"
+#include "drivers/kuka/moves/cause.h"
 #include "drivers/kuka/moves/move_queue.h"
 #include "drivers/kuka/moves/position_record.h"
-#include "drivers/kuka/rsi/rsi_delay.h"
-#include "drivers/kuka/rsi/rsi_fitness.h"
 #include "drivers/kuka/rsi/rsi_mover.h"
-#include "drivers/kuka/rsi/rsi_pause.h"
-#include "drivers/kuka/rsi/rsi_repeats.h"
+#include "drivers/kuka/rsi/rsi_report.h"
 #include "drivers/kuka/rsi/rsi_setpoint.h"
 #include "drivers/kuka/rsi/rsi_stream.h"
 #include "drivers/kuka/wire/xml_values.h"
@@ -502,8 +498,8 @@ struct RsiCore::Impl {
   std::optional<std::uint32_t> answered;  // IPOC of the last reply
   bool rereference_asked = false, too_few_axes = false;
   std::uint32_t damaged_in_a_row = 0;  // with a valid IPOC only
-  bool increments_lost = false;    // relative: a reply of this move was not accepted
-  bool unanswered = false;         // the newest packet was not answered
+  bool increments_lost = false;        // relative: a reply of this move was not accepted
+  bool unanswered = false;             // the newest packet was not answered
   bool waited_unanswered = false;  // it arrived after a pause, with the preceding one unanswered
   bool heard_time = false, ending = false, stop_low_sent = false, stop_sent = false;
 };

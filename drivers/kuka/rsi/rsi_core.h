@@ -14,7 +14,7 @@
 #include <string_view>
 
 #include "drivers/contact.h"
-#include "drivers/kuka/moves/core_result.h"
+#include "drivers/kuka/moves/move_queue.h"
 #include "drivers/kuka/rsi/rsi_config.h"
 #include "drivers/kuka/rsi/rsi_report.h"
 #include "drivers/robot.h"

@@ -19,11 +19,11 @@
 #include "drivers/contact.h"
 #include "drivers/kuka/moves/position_record.h"
 #include "drivers/kuka/moves/sensor_monitor.h"
-#include "drivers/kuka/rsi/contact_input.h"
 #include "drivers/kuka/rsi/ipoc_clock.h"
 #include "drivers/kuka/rsi/path_move.h"
 #include "drivers/kuka/rsi/rsi_config.h"
 #include "drivers/kuka/rsi/rsi_report.h"
+#include "drivers/kuka/rsi/rsi_stops.h"
 
 namespace cellcal::drivers {
 
@@ -59,7 +59,9 @@ class Mover {
   /// the packet. To be called once per packet, also when idle.
   void listen(TimePoint now, std::optional<bool> input_on = std::nullopt);
   /// The input reports contact, and the sensor does not.
-  bool input_alone() const { return sensor_.heard().input.contact && !sensor_.heard().snapshot.in_contact; }
+  bool input_alone() const {
+    return sensor_.heard().input.contact && !sensor_.heard().snapshot.in_contact;
+  }
   bool input_contact() const { return input_.contact(); }
   InputPath input_path() const { return input_.path(); }
   std::uint32_t stops_by_input() const { return stops_by_input_; }

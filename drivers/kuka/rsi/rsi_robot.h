@@ -9,9 +9,9 @@
 #include <string_view>
 
 #include "drivers/contact.h"
-#include "drivers/kuka/rsi/reply_histogram.h"
 #include "drivers/kuka/rsi/rsi_config.h"
 #include "drivers/kuka/rsi/rsi_core.h"
+#include "drivers/kuka/rsi/rsi_report.h"
 #include "drivers/robot.h"
 
 namespace boost::asio {

@@ -1,5 +1,7 @@
 // Stops of a move over RSI before its arrival. The brake begins with the next reply.
 
+#include "drivers/kuka/rsi/rsi_stops.h"
+
 #include <algorithm>
 
 #include "drivers/kuka/rsi/following_error.h"

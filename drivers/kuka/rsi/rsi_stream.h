@@ -12,9 +12,13 @@
 // exact -90: the resolution of its angles shows only once they change.
 
 #include <array>
+#include <cmath>
 #include <cstdint>
+#include <optional>
 
 #include "drivers/kuka/wire/rsi_codec.h"
+#include "drivers/robot.h"
+#include "drivers/time.h"
 
 namespace cellcal::drivers {
 
@@ -83,6 +87,92 @@ class RsiStream {
   std::size_t pace_count_ = 0, next_pace_ = 0;
   double cycle_s_ = 0.0;
   bool odd_cycle_ = false;
+};
+
+// Start of a sequence of identical packets. Some peers repeat a packet until it is answered, with
+// the arm at rest. Repetition of an answered packet shows that replies are no longer accepted.
+
+class RepeatWatch {
+ public:
+  void note(std::uint32_t ipoc, const AxisAngles& actual_rad, TimePoint t_rx) {
+    if (ipoc_ == ipoc && actual_rad_ == actual_rad) return;
+    ipoc_ = ipoc;
+    actual_rad_ = actual_rad;
+    since_ = t_rx;
+  }
+  double same_s(TimePoint t_rx) const {
+    return std::chrono::duration<double>(t_rx - since_).count();
+  }
+
+ private:
+  std::uint32_t ipoc_ = 0;
+  AxisAngles actual_rad_;
+  TimePoint since_{};
+};
+
+// Determines whether the controller's session continues after a silence. Only a short one excludes
+// another session: a program that ended cannot be restarted manually within half a second.
+
+class PauseWatch {
+ public:
+  /// Packets stopped after this one.
+  void begin(std::uint32_t ipoc, double seconds_per_ipoc, std::optional<std::uint32_t> delay,
+             TimePoint t_rx) {
+    left_ = Left{ipoc, seconds_per_ipoc, delay, t_rx};
+  }
+  void forget() { left_.reset(); }
+
+  /// First packet after the silence: true if IPOC is consistent with the clock, and Delay has not
+  /// restarted.
+  bool is_over(std::uint32_t ipoc, std::optional<std::uint32_t> delay, TimePoint t_rx) const {
+    if (!left_ || left_->seconds_per_ipoc <= 0.0) return false;
+    const double elapsed_s = std::chrono::duration<double>(t_rx - left_->t_rx).count();
+    const double by_ipoc_s =
+        static_cast<std::int32_t>(ipoc - left_->ipoc) * left_->seconds_per_ipoc;
+    const bool goes_on = elapsed_s <= kLongestS && std::abs(by_ipoc_s - elapsed_s) <= kContinuityS;
+    return goes_on && delay.has_value() == left_->delay.has_value() &&
+           delay.value_or(0) >= left_->delay.value_or(0);
+  }
+
+ private:
+  static constexpr double kLongestS = 0.5;
+  /// Tolerance for queued packets, and two quartzes.
+  static constexpr double kContinuityS = 0.05;
+
+  struct Left {
+    std::uint32_t ipoc = 0;
+    double seconds_per_ipoc = 0.0;
+    std::optional<std::uint32_t> delay;
+    TimePoint t_rx{};
+  };
+  std::optional<Left> left_;
+};
+
+// Evaluates the controller's count of late replies (Delay): the number of late ones, and whether
+// any reply is accepted. A wrong SENTYPE or IPOC is discarded without a message: only Delay shows
+// it.
+
+class DelayWatch {
+ public:
+  /// Another session: its first packet becomes the reference.
+  void begin_session();
+  /// The first packet of a session that is answered; Delay, if sent.
+  void begin_answers(std::optional<std::uint32_t> delay) { first_ = delay; }
+  /// Delay of a packet. Returns the number of late replies since the last one.
+  std::uint32_t note(std::optional<std::uint32_t> delay);
+  void replied() { ++replies_; }
+
+  std::optional<std::uint32_t> last() const { return last_; }
+  bool counts() const { return counts_; }  ///< it has increased: the controller sends it
+  std::uint64_t replies() const { return replies_; }
+  /// True if every reply of this session, of at least `replies`, counts as late, except those in
+  /// transit.
+  bool refused(std::uint64_t replies) const;
+
+ private:
+  std::optional<std::uint32_t> first_, last_;
+  std::uint64_t replies_ = 0;
+  bool counts_ = false;
 };
 
 }  // namespace cellcal::drivers

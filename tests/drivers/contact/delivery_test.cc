@@ -1,6 +1,6 @@
 // Whose fault a silence was: the sensor's, or of the computer that delivered its bytes late.
 
-#include "sim/mcu/late_line.h"
+#include "sim/mcu/mcu_line.h"
 #include "tests/drivers/contact/rig.h"
 
 namespace cellcal::drivers {

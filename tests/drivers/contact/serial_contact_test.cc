@@ -14,7 +14,7 @@
 #include <memory>
 #include <optional>
 
-#include "drivers/contact/port/port_errors.h"
+#include "drivers/contact/port/port.h"
 #include "drivers/contact/port/port_lock.h"
 #include "sim/mcu/mcu_pty.h"
 #include "tests/drivers/contact/rig.h"

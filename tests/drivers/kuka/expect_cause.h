@@ -8,7 +8,7 @@
 #include <variant>
 #include <vector>
 
-#include "drivers/kuka/moves/cause_words.h"
+#include "drivers/kuka/moves/cause.h"
 
 namespace cellcal::drivers {
 

@@ -10,7 +10,7 @@
 #include <thread>
 
 #include "drivers/error.h"
-#include "sim/krc/eki_stream_server.h"
+#include "sim/krc/eki_server.h"
 
 namespace cellcal::sim {
 namespace {

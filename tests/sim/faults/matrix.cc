@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "drivers/kuka/rsi/contact_input.h"
+#include "drivers/kuka/rsi/rsi_stops.h"
 
 namespace cellcal::faults {
 namespace {

@@ -1,8 +1,8 @@
-#include "sim/mcu/wrong_rate.h"
-
 #include <gtest/gtest.h>
 
 #include <numeric>
+
+#include "sim/mcu/mcu_line.h"
 
 namespace cellcal::sim {
 namespace {

@@ -13,7 +13,6 @@
 #include <set>
 
 #include "drivers/error.h"
-#include "drivers/kuka/krl/krl_template.h"
 #include "sim/krc/eki_channel.h"
 #include "tests/drivers/kuka/krl/krl_checker.h"
 

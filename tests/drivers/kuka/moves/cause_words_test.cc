@@ -1,14 +1,14 @@
 // The words of every cause: what happened with number and unit, where, and what to do next. All
 // other tests ask for kinds.
 
-#include "drivers/kuka/moves/cause_words.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <set>
 #include <string>
 #include <utility>
+
+#include "drivers/kuka/moves/cause.h"
 
 namespace cellcal::drivers {
 namespace {
@@ -54,8 +54,7 @@ TEST(CauseWords, WayPointsAreNamedByTheirNumber) {
   EXPECT_EQ(said(cause::AxisCount{2, 6, 1}), "2 axes in way-point 1, 6 in the robot");
   EXPECT_TRUE(has(said(cause::CorrectionLimit{0, 31, 30, 2}), "way-point 2, A1: correction"));
   EXPECT_TRUE(has(said(cause::NearSingular{3, 20.0, 15.0, 2}), "way-point 2, near a singularity"));
-  EXPECT_EQ(said(cause::BadShare{0.7, 0.5, 2}),
-            "way-point 2, share 0.7 is not within 0 and 0.5");
+  EXPECT_EQ(said(cause::BadShare{0.7, 0.5, 2}), "way-point 2, share 0.7 is not within 0 and 0.5");
   EXPECT_TRUE(has(said(cause::SearchByWayPoints{2}), "2 way-points in a search"));
   EXPECT_TRUE(has(said(cause::CruiseByWayPoints{1.5}), "cruise time 1.5 s"));
 }

@@ -1,6 +1,6 @@
 // The second stop path: the contact sensor's output at an input of the controller's, in each packet.
 
-#include "drivers/kuka/rsi/contact_input.h"
+#include "drivers/kuka/rsi/rsi_stops.h"
 #include "tests/drivers/kuka/rsi/rig.h"
 
 namespace cellcal::drivers {

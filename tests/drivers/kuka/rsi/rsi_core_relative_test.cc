@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "drivers/kuka/rsi/rsi_accumulator.h"
+#include "drivers/kuka/rsi/rsi_offset.h"
 #include "tests/drivers/kuka/rsi/rig.h"
 
 namespace cellcal::drivers {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "drivers/kuka/rsi/path_move.h"
-#include "drivers/kuka/rsi/reply_bound.h"
+#include "drivers/kuka/rsi/rsi_setpoint.h"
 #include "tests/drivers/kuka/rsi/rig.h"
 
 namespace cellcal::drivers {

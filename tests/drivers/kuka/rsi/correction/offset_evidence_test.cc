@@ -5,10 +5,8 @@
 
 #include <cmath>
 
-#include "drivers/kuka/rsi/rsi_accumulator.h"
-#include "drivers/kuka/rsi/rsi_delay.h"
 #include "drivers/kuka/rsi/rsi_offset.h"
-#include "drivers/kuka/rsi/rsi_repeats.h"
+#include "drivers/kuka/rsi/rsi_stream.h"
 #include "drivers/units.h"
 
 namespace cellcal::drivers {

@@ -1,6 +1,6 @@
-#include "drivers/kuka/rsi/rsi_pause.h"
-
 #include <gtest/gtest.h>
+
+#include "drivers/kuka/rsi/rsi_stream.h"
 
 namespace cellcal::drivers {
 namespace {

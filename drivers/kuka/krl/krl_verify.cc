@@ -1,9 +1,12 @@
 // Verification of RSI's context: objects, wiring against the ethernet XML's channels, limits.
 
-#include "drivers/kuka/krl/krl_rsi_set.h"
+#include "drivers/kuka/krl/krl_verify.h"
+
+#include "drivers/kuka/krl/krl_rsi.h"
 #include "drivers/kuka/wire/xml_values.h"
 
 namespace cellcal::drivers::krl {
+
 namespace {
 
 constexpr int kContextAxes = 6;

@@ -1,4 +1,4 @@
-#include "drivers/kuka/krl/krl_template.h"
+#include "drivers/kuka/krl/krl_files.h"
 
 #include <fmt/format.h>
 
@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 namespace cellcal::drivers::krl {
+
 namespace {
 
 bool names_a_place(char c) { return (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_'; }

@@ -1,13 +1,14 @@
-#include "drivers/kuka/moves/cause_words.h"
+#include "drivers/kuka/moves/cause.h"
 
 #include <fmt/format.h>
 
 #include <cmath>
 #include <string>
 
-#include "drivers/late_bytes.h"
+#include "drivers/time.h"
 
 namespace cellcal::drivers {
+
 namespace {
 
 // Controllers number six axes A1..A6, then external ones E1..
