@@ -52,7 +52,7 @@ RigidPose pose_of(const RigidArm& arm, const std::vector<double>& joint_rad) {
   return {shape.flange, shape.tcp};
 }
 
-LeftOut left_out(const Calibration& calibration) {
+OmittedEffects left_out(const Calibration& calibration) {
   constexpr int kPoses = 1000;
   constexpr unsigned kSeed = 1;
   const RigidArm rigid = calibrated_rigid_arm(calibration);
@@ -60,7 +60,7 @@ LeftOut left_out(const Calibration& calibration) {
   tool.tcp = rigid.tcp;
   const ArmModel model(rigid.robot, tool);
   const Predictor whole(calibration);
-  LeftOut result;
+  OmittedEffects result;
   const auto poses = workspace_poses(model, kPoses, kSeed);
   for (const JointVector& q : poses) {
     const double off_m = (whole.calibrated(q).tcp.translation() - model.nominal_tip_m(q)).norm();

@@ -29,10 +29,10 @@ RigidPose pose_of(const RigidArm& arm, const std::vector<double>& joint_rad);
 
 /// Distance between the TCP of the full calibrated model and that of its rigid arm [m], over 1000
 /// poses of the workspace.
-struct LeftOut {
+struct OmittedEffects {
   double mean_m = 0.0, max_m = 0.0;
 };
-LeftOut left_out(const Calibration& calibration);
+OmittedEffects left_out(const Calibration& calibration);
 
 // An arm as represented in ROS and URDF: each joint is a fixed frame relative to the preceding
 // joint, then a rotation.

@@ -119,7 +119,7 @@ std::string dh_csv(const RigidArm& nominal, const RigidArm& calibrated) {
 std::string arm_json(const Calibration& calibration) {
   const RigidArm real = calibrated_rigid_arm(calibration);
   const JointFrames frames = joint_frames(real);
-  const LeftOut out = left_out(calibration);
+  const OmittedEffects out = left_out(calibration);
   ordered_json json{{"format", "cellcal.arm/1"}, {"robot", calibration.cell.robot.name}};
   json["joints"] = ordered_json::array();
   for (std::size_t i = 0; i < frames.joints.size(); ++i)

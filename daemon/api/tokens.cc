@@ -22,18 +22,18 @@ using nlohmann::json;
 
 constexpr const char* kFormat = "cellcal.tokens/1";
 constexpr std::size_t kMostTokens = 1000, kMostBytes = 1u << 20;
-constexpr std::size_t kLongestName = 64;
+constexpr std::size_t kLongestTokenName = 64;
 constexpr const char* kHex = "0123456789abcdef";
 
 /// Text of the key; throws where it is missing or not a string.
-std::string text_of(const json& object, const char* key) {
+std::string token_field(const json& object, const char* key) {
   return object.at(key).get<std::string>();
 }
 
 Token token_of(const json& value) {
-  Token token{text_of(value, "name"), Role::kNobody, text_of(value, "sha256"),
-              text_of(value, "created")};
-  const auto role = parse_role(text_of(value, "role"));
+  Token token{token_field(value, "name"), Role::kNobody, token_field(value, "sha256"),
+              token_field(value, "created")};
+  const auto role = parse_role(token_field(value, "role"));
   const bool sound = role && is_token_name(token.name) && calib::is_sha256(token.sha256);
   constexpr std::size_t kKeys = 4;
   if (!sound || value.size() != kKeys) throw std::runtime_error("a token is malformed");
@@ -44,7 +44,7 @@ Token token_of(const json& value) {
 /// Throws on any malformed content.
 std::vector<Token> parse(const std::string& text) {
   const json document = json::parse(text);
-  if (document.size() != 2 || text_of(document, "format") != kFormat) {
+  if (document.size() != 2 || token_field(document, "format") != kFormat) {
     throw std::runtime_error(std::string("format must be \"") + kFormat + "\"");
   }
   const json& list = document.at("tokens");
@@ -58,7 +58,7 @@ std::vector<Token> parse(const std::string& text) {
   return tokens;
 }
 
-std::string text_of(const std::vector<Token>& tokens) {
+std::string token_field(const std::vector<Token>& tokens) {
   json list = json::array();
   for (const Token& token : tokens) {
     list.push_back({{"name", token.name},
@@ -113,7 +113,7 @@ std::string random_secret() {
 bool is_token_name(std::string_view name) {
   constexpr const char* kLetters =
       "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789._-";
-  return !name.empty() && name.size() <= kLongestName &&
+  return !name.empty() && name.size() <= kLongestTokenName &&
          name.find_first_not_of(kLetters) == std::string_view::npos;
 }
 
@@ -165,7 +165,7 @@ bool TokenStore::remove(const std::string& name) {
 
 /// Written to disk first, so that a change is still effective after a restart.
 void TokenStore::store(Tokens next) {
-  write_atomically(file_, text_of(next), Readers::kOwner);
+  write_atomically(file_, token_field(next), Readers::kOwner);
   auto kept = std::make_shared<const Tokens>(std::move(next));
   const std::lock_guard lock(mutex_);
   tokens_ = std::move(kept);

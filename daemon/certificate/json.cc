@@ -8,7 +8,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr const char* kFormat = "cellcal.certificate/1";
+constexpr const char* kCertificateFormat = "cellcal.certificate/1";
 
 Json to_value(const Entry& entry) {
   Json value{{"text", entry.text}, {"from", entry.from}};
@@ -99,7 +99,7 @@ Json of_decision(const Decision& rule) {
 }  // namespace
 
 std::string to_json(const CertificateData& d) {
-  Json whole{{"format", kFormat}};
+  Json whole{{"format", kCertificateFormat}};
   whole["emulated"] = d.emulated.stated() ? to_value(d.emulated) : Json();
   const std::pair<const char*, const Entry*> entries[] = {
       {"number", &d.number},

@@ -569,7 +569,7 @@ int show(const Connection& daemon, std::int64_t session, Shown shown) {
   return kSuccess;
 }
 
-int report(const Connection& daemon, std::optional<std::int64_t> session,
+int fetch_report(const Connection& daemon, std::optional<std::int64_t> session,
            const std::filesystem::path& output) {
   if (!session) {
     for (const json& one : get(daemon, "/v1/sessions")) {

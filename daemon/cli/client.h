@@ -61,7 +61,7 @@ int history(const Connection& daemon);
 enum class Shown { kEventsAndResult, kTimes };
 int show(const Connection& daemon, std::int64_t session, Shown shown);
 /// `session`: none: the newest finished one.
-int report(const Connection& daemon, std::optional<std::int64_t> session,
+int fetch_report(const Connection& daemon, std::optional<std::int64_t> session,
            const std::filesystem::path& output);
 
 }  // namespace cellcal::daemon

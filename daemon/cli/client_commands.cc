@@ -209,7 +209,7 @@ void add_report(CLI::App& app, int& status) {
       ->check(session_number());
   command->add_option("-o,--output,--out", given->output, "Copy the report to this file (HTML)");
   command->callback([=, &status] {
-    status = report(*daemon, given->session > 0 ? std::optional(given->session) : std::nullopt,
+    status = fetch_report(*daemon, given->session > 0 ? std::optional(given->session) : std::nullopt,
                     given->output);
   });
 }

@@ -137,7 +137,7 @@ nlohmann::json point_json(const CorrectedPoint& p) {
           {"status_changed", p.status_changed}};
 }
 
-nlohmann::json json(const CorrectedProgram& result, const std::vector<fs::path>& written,
+nlohmann::json json_of(const CorrectedProgram& result, const std::vector<fs::path>& written,
                     const calib::Robot& robot) {
   nlohmann::json all = {
       {"points", nlohmann::json::array()},  {"left", nlohmann::json::array()},
@@ -189,11 +189,11 @@ int correct_krl(const CorrectCommand& command, const calib::Calibration& calibra
   const calib::Robot& robot = calibration.cell.robot;
   if (!result.refusals.empty()) {
     name_refusals(result, robot);
-    if (command.json) put(text_of(json(result, {}, robot)), {});
+    if (command.json) put(text_of(json_of(result, {}, robot)), {});
     return kJobFailed;
   }
   const std::vector<fs::path> written = places(command, result);
-  const nlohmann::json all = json(result, written, robot);
+  const nlohmann::json all = json_of(result, written, robot);
   if (!written.empty()) {
     nlohmann::json record = corrected_record(all, files, result.files);
     record["calibration_sha256"] = calib::sha256(calib::read_file(command.calibration));

@@ -79,7 +79,7 @@ nlohmann::json frame_json(const calib::FrameMmDeg& f) {
   return {{"xyz_mm", f.xyz_mm}, {"abc_deg", f.abc_deg}};
 }
 
-std::string json(const krl::ProposedFrames& result) {
+std::string json_of(const krl::ProposedFrames& result) {
   nlohmann::json all = {{"frames", nlohmann::json::array()},
                         {"mastering_proposal", nlohmann::json::array()},
                         {"robroot_stated", result.robroot_stated},
@@ -124,7 +124,7 @@ int frames(const FramesCommand& command) {
   if (!calibration) return kNotPublishable;
   const krl::ProposedFrames result = frames_of(command, *calibration);
   if (!command.output.empty()) put(result.snippet, command.output);
-  put(command.json ? json(result) : report(result), {});
+  put(command.json ? json_of(result) : report(result), {});
   return kSuccess;
 }
 

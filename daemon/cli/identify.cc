@@ -151,7 +151,7 @@ std::string csv(const std::vector<Row>& rows, bool nominal) {
   return text;
 }
 
-std::string json(const std::vector<Row>& rows, bool nominal) {
+std::string json_of(const std::vector<Row>& rows, bool nominal) {
   nlohmann::json list = nlohmann::json::array();
   for (const Row& row : rows) {
     const auto& xyz = row.frame.xyz_mm;
@@ -175,7 +175,7 @@ int predict(const PredictCommand& command) {
       usable_calibration("predict", command.calibration, command.withheld || command.nominal);
   if (!calibration) return kNotPublishable;
   const std::vector<Row> rows = rows_of(command, *calibration);
-  put(command.json ? json(rows, command.nominal) : csv(rows, command.nominal), command.output);
+  put(command.json ? json_of(rows, command.nominal) : csv(rows, command.nominal), command.output);
   return kSuccess;
 }
 

@@ -86,7 +86,7 @@ int import_robot(const ImportRobotCommand& command) {
 
 namespace {
 
-std::string rigid_words(const calib::LeftOut& out) {
+std::string rigid_words(const calib::OmittedEffects& out) {
   return fmt::format(
       "{:.3f} mm mean, {:.3f} mm max over the workspace: effect of compliance, gears and bending, "
       "which rigid links cannot hold",
@@ -94,7 +94,7 @@ std::string rigid_words(const calib::LeftOut& out) {
 }
 
 std::string comment(const ExportRobotCommand& command, const calib::Calibration& calibration,
-                    const calib::LeftOut& out) {
+                    const calib::OmittedEffects& out) {
   return fmt::format("calibrated {}, from {}\n{}", calibration.cell.robot.name,
                      command.calibration.filename().string(), rigid_words(out));
 }
@@ -115,7 +115,7 @@ int export_robot(const ExportRobotCommand& command) {
     put(calib::dh_csv(nominal, real), command.output);
     return kSuccess;
   }
-  const calib::LeftOut out = calib::left_out(calibration);
+  const calib::OmittedEffects out = calib::left_out(calibration);
   const std::string words = comment(command, calibration, out);
   std::string text;
   if (command.urdf.empty()) {

@@ -94,7 +94,7 @@ std::string travel_words(const LimitNeeded& needed, const calib::Plan& plan,
       std::min(needed.anywhere_deg, kWidestLimitDeg));
 }
 
-std::string json(const calib::Plan& plan, const calib::Robot& robot, const LimitNeeded& needed) {
+std::string json_of(const calib::Plan& plan, const calib::Robot& robot, const LimitNeeded& needed) {
   nlohmann::json list = nlohmann::json::array();
   for (const calib::PlannedTouch& planned : plan.touches) {
     nlohmann::json joints;
@@ -152,7 +152,7 @@ int plan(const PlanCommand& command) {
   const LimitNeeded needed = limit_needed(made, cell.robot, made.start);
   if (!command.picture.empty()) put(plan_svg(cell, made), command.picture);
   if (command.json) {
-    put(json(made, cell.robot, needed), command.output);
+    put(json_of(made, cell.robot, needed), command.output);
     return kSuccess;
   }
   std::vector<calib::Touch> touches;
@@ -211,7 +211,7 @@ nlohmann::json accuracy_json(const calib::Plan& plan) {
           {"predicted_u95_mm", plan.predicted_u95_m * kMmPerM}};
 }
 
-std::string json(const calib::SuggestedSpheres& suggested,
+std::string json_of(const calib::SuggestedSpheres& suggested,
                  const std::optional<calib::Plan>& today) {
   nlohmann::json value = accuracy_json(suggested.plan);
   value["today"] = today ? accuracy_json(*today) : nlohmann::json(nullptr);
@@ -233,7 +233,7 @@ int suggest_spheres(const PlanCommand& command, const calib::Cell& cell,
   const std::optional<calib::Plan> today = plan_of_today(cell, options);
   if (!command.picture.empty()) put(plan_svg(suggested.cell, suggested.plan), command.picture);
   if (command.json) {
-    put(json(suggested, today), command.output);
+    put(json_of(suggested, today), command.output);
     return kSuccess;
   }
   const bool gains = !today || suggested.plan.predicted_mean_m < today->predicted_mean_m;

@@ -22,13 +22,13 @@ using svg::Anchor, svg::Point, svg::Svg;
 
 constexpr double kWidth = 460.0, kHeight = 430.0;
 constexpr double kLeft = 52.0, kTop = 24.0, kRight = 14.0, kBottom = 40.0;
-constexpr double kMarginMm = 120.0;
-constexpr double kApproachMm = 75.0;  // invisible if drawn to scale
-constexpr double kLeastRadius = 3.5;  // px, so that a small sphere stays visible
-constexpr double kEndRadius = 1.7;    // px, at the start of an approach
-constexpr std::size_t kLabelLength = 18;
+constexpr double kPlanMarginMm = 120.0;
+constexpr double kApproachMm = 75.0;      // invisible if drawn to scale
+constexpr double kPlanLeastRadius = 3.5;  // px, so that a small sphere stays visible
+constexpr double kEndRadius = 1.7;        // px, at the start of an approach
+constexpr std::size_t kPlanLabelLength = 18;
 
-struct View {
+struct Projection {
   int across, upward;
   const char* heading;
   char across_name, upward_name;
@@ -82,7 +82,7 @@ bool clip(Point& from, Point& to) {
 
 /// Common bounds and scale of both views.
 struct Frame {
-  Vector3d least = Vector3d::Constant(-kMarginMm), most = Vector3d::Constant(kMarginMm);
+  Vector3d least = Vector3d::Constant(-kPlanMarginMm), most = Vector3d::Constant(kPlanMarginMm);
   double px_per_mm = 1.0;
 
   /// Solids count only as far as they lie within the reach.
@@ -106,21 +106,21 @@ struct Frame {
       hold(rod.a, rod.radius);
       hold(rod.b, rod.radius);
     }
-    for (const PlanScene::Ball& ball : scene.balls) hold(ball.centre, ball.radius + kMarginMm);
+    for (const PlanScene::Ball& ball : scene.balls) hold(ball.centre, ball.radius + kPlanMarginMm);
     for (const PlanScene::Solid& solid : scene.solids)
       for (const Vector3d& corner : solid.corners) hold(corner.cwiseMax(low).cwiseMin(high), 0.0);
     if (scene.floor_z && std::isfinite(*scene.floor_z))
-      least.z() = std::min(least.z(), *scene.floor_z - kMarginMm / 2.0);
+      least.z() = std::min(least.z(), *scene.floor_z - kPlanMarginMm / 2.0);
     const double width = kWidth - kLeft - kRight, height = kHeight - kTop - kBottom;
     const Vector3d size = most - least;
     px_per_mm = std::min({width / size.x(), height / size.y(), height / size.z()});
   }
 };
 
-class Panel {
+class PlanPanel {
  public:
-  Panel(const PlanScene& scene, const Frame& frame, const View& view,
-        const std::vector<Vector2d>& reach)
+  PlanPanel(const PlanScene& scene, const Frame& frame, const Projection& view,
+            const std::vector<Vector2d>& reach)
       : scene_(scene),
         view_(view),
         px_per_mm_(frame.px_per_mm),
@@ -204,7 +204,7 @@ class Panel {
     low = low.cwiseMax(Vector2d(x_.from, y_.from));
     high = high.cwiseMin(Vector2d(x_.to, y_.to));
     if ((low.array() < high.array()).all())
-      names_.emplace_back(at(Vector2d(0.5 * (low + high))), shorten(solid.id, kLabelLength));
+      names_.emplace_back(at(Vector2d(0.5 * (low + high))), shorten(solid.id, kPlanLabelLength));
   }
 
   void arm() {
@@ -244,7 +244,7 @@ class Panel {
   }
 
   double radius(const PlanScene::Ball& ball) const {
-    return std::max(ball.radius * px_per_mm_, kLeastRadius);
+    return std::max(ball.radius * px_per_mm_, kPlanLeastRadius);
   }
   static std::string words(const PlanScene::Ball& ball) {
     return ball.check > 0 ? fmt::format("{}: {} + {}", ball.id, ball.fit, ball.check)
@@ -258,16 +258,16 @@ class Panel {
       labels_.keep_free({centre.x - around, centre.y - around}, 2.0 * around, 2.0 * around);
     }
     for (const PlanScene::Ball& ball : scene_.balls) {
-      const std::string text = shorten(words(ball), kLabelLength);
+      const std::string text = shorten(words(ball), kPlanLabelLength);
       const Point place = labels_.beside(at(ball.centre), radius(ball) + kApproachMm * px_per_mm_,
-                                         std::min(text.size(), kLabelLength));
+                                         std::min(text.size(), kPlanLabelLength));
       svg_.text(place, Anchor::kStart, "label strong", text);
     }
     for (const auto& [place, name] : names_) svg_.text(place, Anchor::kMiddle, "label", name);
   }
 
   const PlanScene& scene_;
-  View view_;
+  Projection view_;
   double px_per_mm_;
   bool shows_reach_ = false;
   Svg svg_;
@@ -280,12 +280,13 @@ class Panel {
 
 PlanViews plan_views(const calib::Cell& cell, const calib::Plan& plan) {
   const PlanScene scene = scene_of(cell, plan);
-  const View above{0, 1, scene.z_is_up ? "From above" : "Along z", 'x', 'y'};
-  const View side{0, 2, scene.z_is_up ? "From the side, looking along +y" : "Along +y", 'x', 'z'};
+  const Projection above{0, 1, scene.z_is_up ? "From above" : "Along z", 'x', 'y'};
+  const Projection side{0, 2, scene.z_is_up ? "From the side, looking along +y" : "Along +y", 'x',
+                        'z'};
   PlanViews views;
   const auto from_above = reach_of(cell, 0, 1), from_side = reach_of(cell, 0, 2);
   const Frame frame(scene, from_above, from_side);
-  Panel one(scene, frame, above, from_above), other(scene, frame, side, from_side);
+  PlanPanel one(scene, frame, above, from_above), other(scene, frame, side, from_side);
   const bool shows_reach = one.shows_reach() || other.shows_reach();
   views.above = std::move(one).finish();
   views.side = std::move(other).finish();

@@ -6,7 +6,7 @@
 
 #include "drivers/contact.h"
 #include "drivers/contact/contact_core.h"
-#include "drivers/contact/wire/ctp.h"
+#include "drivers/contact/wire/byte_line.h"
 
 namespace cellcal::drivers {
 

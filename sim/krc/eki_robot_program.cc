@@ -17,7 +17,7 @@ using drivers::EkiGuard;
 using drivers::EkiPath;
 
 // 250 mm/s at the flange, as a share of an axis' full speed on an arm of 1.4 m.
-constexpr double kT1Share = 0.06;
+constexpr double kT1PtpShare = 0.06;
 
 }  // namespace
 
@@ -105,8 +105,8 @@ void EkiPrograms::interrupts(TimePoint now) {
 void EkiPrograms::scale_speed() {
   double scale = override_percent / 100.0;
   if (mode == EkiMode::kT1 && line_travel > 0.0) {
-    const double limit =
-        kT1Share * *std::min_element(config.max_speed_rad_s.begin(), config.max_speed_rad_s.end());
+    const double limit = kT1PtpShare * *std::min_element(config.max_speed_rad_s.begin(),
+                                                         config.max_speed_rad_s.end());
     scale = std::min(scale, limit / (line_speed * line_travel));
   }
   arm.scale(manual() && !start_held ? 0.0 : scale);

@@ -14,10 +14,10 @@ namespace {
 namespace wire = drivers::wire;
 
 constexpr std::size_t kMostReply = 8192;
-constexpr std::string_view kFrameNames = "XYZABC";
+constexpr std::string_view kFrameLetters = "XYZABC";
 constexpr int kTechParameters = 10;
 
-[[noreturn]] void refuse(const std::string& why) {
+[[noreturn]] void refuse_context(const std::string& why) {
   throw std::invalid_argument("RSI ethernet file: " + why);
 }
 
@@ -33,8 +33,8 @@ std::string constant_of(std::string_view tag, std::string_view type) {
   if (wire::lower(tag).find("progstatus") != std::string::npos) return "3";
   if (type == "DOUBLE") return "0.0";
   if (type == "LONG" || type == "BOOL") return "0";
-  refuse("element " + std::string(tag) + ": TYPE \"" + std::string(type) +
-         "\" is not BOOL, LONG, DOUBLE or STRING");
+  refuse_context("element " + std::string(tag) + ": TYPE \"" + std::string(type) +
+                 "\" is not BOOL, LONG, DOUBLE or STRING");
 }
 
 /// DEF_Tech.C1 represents C11 to C110.
@@ -112,9 +112,9 @@ void add_received(const std::string& tag, const std::string& type, bool hold_on,
     if (numbered && (name[0] == 'A' || name[0] == 'E') && type == "DOUBLE") {
       value.role = name[0] == 'A' ? RsiRole::kAxis : RsiRole::kExternal;
       value.index = static_cast<std::size_t>(name[1] - '1');
-    } else if (name.size() == 1 && kFrameNames.find(name[0]) != std::string_view::npos) {
+    } else if (name.size() == 1 && kFrameLetters.find(name[0]) != std::string_view::npos) {
       value.role = RsiRole::kCartesian;
-      value.index = kFrameNames.find(name[0]);
+      value.index = kFrameLetters.find(name[0]);
     }
   }
   // DEF_EStr and DEF_Tech have no effect here and are optional.
@@ -147,7 +147,7 @@ class Text {
 
 void put_frame(Text& out, const KukaFrame& frame, int decimals) {
   for (std::size_t i = 0; i < frame.size(); ++i)
-    out.attribute(kFrameNames.substr(i, 1), frame[i], decimals);
+    out.attribute(kFrameLetters.substr(i, 1), frame[i], decimals);
 }
 
 /// A controller always has six of them.
@@ -207,15 +207,15 @@ void add_sent_value(const std::string& tag, const std::string& constant, RsiSent
 RsiChannelConfig RsiChannelConfig::parse(std::string_view xml) {
   pugi::xml_document document;
   const pugi::xml_parse_result result = document.load_buffer(xml.data(), xml.size());
-  if (!result) refuse(std::string("no XML: ") + result.description());
+  if (!result) refuse_context(std::string("no XML: ") + result.description());
   const pugi::xml_node root = document.child("ROOT");
   const pugi::xml_node config = root.child("CONFIG");
-  if (!config) refuse("ROOT/CONFIG is missing");
+  if (!config) refuse_context("ROOT/CONFIG is missing");
   RsiChannelConfig channel;
   channel.port = static_cast<std::uint16_t>(config.child("PORT").text().as_uint());
-  if (channel.port == 0) refuse("CONFIG/PORT is missing");
+  if (channel.port == 0) refuse_context("CONFIG/PORT is missing");
   channel.sentype = wire::trim(config.child_value("SENTYPE"));
-  if (channel.sentype.empty()) refuse("CONFIG/SENTYPE is missing");
+  if (channel.sentype.empty()) refuse_context("CONFIG/SENTYPE is missing");
   channel.only_send = wire::lower(wire::trim(config.child_value("ONLYSEND"))) == "true";
   for (const auto& element : root.child("SEND").child("ELEMENTS").children("ELEMENT"))
     add_sent(attribute_of(element, "TAG"), attribute_of(element, "TYPE"), channel);
@@ -223,7 +223,7 @@ RsiChannelConfig RsiChannelConfig::parse(std::string_view xml) {
     add_received(attribute_of(element, "TAG"), attribute_of(element, "TYPE"),
                  attribute_of(element, "HOLDON") == "1", channel);
   }
-  if (channel.send.empty()) refuse("SEND/ELEMENTS holds no ELEMENT");
+  if (channel.send.empty()) refuse_context("SEND/ELEMENTS holds no ELEMENT");
   return channel;
 }
 

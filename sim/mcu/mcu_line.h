@@ -10,6 +10,7 @@
 #include <span>
 #include <vector>
 
+#include "drivers/contact/wire/byte_line.h"
 #include "drivers/contact/wire/ctp.h"
 #include "drivers/time.h"
 #include "sim/mcu/microcontroller.h"

@@ -11,7 +11,7 @@
 #include <system_error>
 #include <vector>
 
-#include "drivers/contact/wire/ctp.h"
+#include "drivers/contact/wire/line_rate.h"
 #include "sim/mcu/mcu_line.h"
 
 namespace cellcal::sim {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "drivers/contact/wire/byte_line.h"
 #include "drivers/contact/wire/ctp.h"
 
 namespace cellcal::sim {

@@ -1,7 +1,7 @@
 #pragma once
 // The sensor's line with faults in both directions, wrapping any other line.
 
-#include "drivers/contact/wire/ctp.h"
+#include "drivers/contact/wire/byte_line.h"
 #include "sim/mcu/line.h"
 
 namespace cellcal::sim {

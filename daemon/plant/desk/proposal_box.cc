@@ -279,7 +279,7 @@ namespace fields = calib::fields;
 using fields::field;
 
 constexpr const char* kFormat = "cellcal.proposals/1";
-constexpr std::size_t kLargest = kMostKept * (std::size_t{1} << 18);
+constexpr std::size_t kLargestFile = kMostKept * (std::size_t{1} << 18);
 
 /// The message as an object of its own.
 fields::Value<Proposal> proposal() {
@@ -318,7 +318,7 @@ std::string proposals_to_json(const KeptProposals& kept) {
 }
 
 KeptProposals proposals_from_json(std::string_view json, const std::string& name) {
-  const nlohmann::json parsed = json_of(json, kLargest, name);
+  const nlohmann::json parsed = json_of(json, kLargestFile, name);
   const calib::JsonReader reader(parsed, name);
   if (reader.at("format").text() != kFormat)
     reader.at("format").fail(std::string("must be \"") + kFormat + '"');

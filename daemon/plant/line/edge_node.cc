@@ -25,7 +25,7 @@ namespace asio = boost::asio;
 
 namespace {
 
-constexpr int kNice = 10;
+constexpr int kEdgeNice = 10;
 
 std::uint64_t now_ms() {
   return static_cast<std::uint64_t>(std::chrono::duration_cast<std::chrono::milliseconds>(
@@ -87,7 +87,7 @@ void EdgeNode::Impl::start() {
   status.since = wall_clock_utc();
   asio::post(context, [this] { connect(); });
   thread = std::thread([this] {
-    ::setpriority(PRIO_PROCESS, static_cast<id_t>(::syscall(SYS_gettid)), kNice);
+    ::setpriority(PRIO_PROCESS, static_cast<id_t>(::syscall(SYS_gettid)), kEdgeNice);
     const auto work = asio::make_work_guard(context);
     context.run();
   });

@@ -17,7 +17,7 @@
 #include "drivers/contact/port/adapter.h"
 #include "drivers/contact/port/port.h"
 #include "drivers/contact/port/port_lock.h"
-#include "drivers/contact/wire/ctp.h"
+#include "drivers/contact/wire/line_rate.h"
 
 namespace cellcal::drivers {
 

@@ -5,11 +5,12 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <type_traits>
 #include <variant>
 
-#include "drivers/kuka/moves/move_queue.h"
+#include "drivers/robot.h"
 
 namespace cellcal::drivers {
 
@@ -232,6 +233,22 @@ template <class... Kinds>
 constexpr bool is(const Cause& cause) {
   return (std::holds_alternative<Kinds>(cause) || ...);
 }
+
+/// Result of a move on a KUKA, as a plain value created on the cycle.
+struct CoreResult {
+  std::uint32_t id = 0;
+  MoveOutcome outcome = MoveOutcome::kRefused;
+  Cause cause;
+  std::uint32_t ipoc = 0;                           ///< of the last packet
+  Interruption interruption = Interruption::kNone;  ///< of the link, if it is the cause
+  bool in_space = false;                            ///< corrections in space
+  AxisAngles at_rad;
+  std::optional<Latch> latch;
+};
+
+/// Result of a move that does not begin.
+CoreResult refusal_of(const Move& move, const Cause& why, const AxisAngles& at_rad,
+                      MoveOutcome outcome = MoveOutcome::kRefused);
 
 // Sentences of causes, generated here only and off the cycle, since they allocate.
 

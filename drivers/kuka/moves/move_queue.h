@@ -14,23 +14,6 @@
 
 namespace cellcal::drivers {
 
-// Result of a move on a KUKA, as a plain value created on the cycle.
-
-struct CoreResult {
-  std::uint32_t id = 0;
-  MoveOutcome outcome = MoveOutcome::kRefused;
-  Cause cause;
-  std::uint32_t ipoc = 0;                           ///< of the last packet
-  Interruption interruption = Interruption::kNone;  ///< of the link, if it is the cause
-  bool in_space = false;                            ///< corrections in space
-  AxisAngles at_rad;
-  std::optional<Latch> latch;
-};
-
-/// Result of a move that does not begin.
-CoreResult refusal_of(const Move& move, const Cause& why, const AxisAngles& at_rad,
-                      MoveOutcome outcome = MoveOutcome::kRefused);
-
 class MoveQueue {
  public:
   bool waiting() const { return pending_.has_value(); }

@@ -13,7 +13,7 @@ namespace {
 
 TEST(TheRigidArm, OfACalibrationWithoutElasticErrorsIsTheWholeModel) {
   const Calibration c = rigid_calibration(1);
-  const LeftOut out = left_out(c);
+  const OmittedEffects out = left_out(c);
   EXPECT_LT(out.max_m, 1e-12);
   const Predictor predictor(c);
   const RigidArm arm = calibrated_rigid_arm(c);
@@ -35,7 +35,7 @@ TEST(WhatIsLeftOut, IsWhatTheToolsBendingMovesTheTipBy) {
   bending.correction = 0.003;
   c.parameters.push_back(bending);
   const double most_m = 0.003 * 2.0 * 0.4 * 0.4 * 0.4 / 3.0 * 9.81;  // tool across gravity
-  const LeftOut out = left_out(c);
+  const OmittedEffects out = left_out(c);
   EXPECT_LE(out.max_m, most_m * (1.0 + 1e-9));
   EXPECT_GT(out.max_m, 0.98 * most_m);
   EXPECT_GT(out.mean_m, 0.3 * most_m);

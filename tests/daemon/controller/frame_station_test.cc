@@ -27,7 +27,7 @@ using testing::kTool3;
 using Why = FrameNotSent::Why;
 
 /// A controller that has one frame, and says of the next set what the test wants.
-struct Rig {
+struct StationRig {
   testing::TemporaryDirectory dir;
   EkiFrameValues now = kOld;
   int sets = 0, connections = 0;
@@ -86,7 +86,7 @@ std::optional<Why> refusal(Act act) {
 }
 
 TEST(FrameStation, HasTheOldValuesOnDiskBeforeAnythingIsSent) {
-  Rig rig;
+  StationRig rig;
   rig.before_set = [&] {
     const auto records = rig.on_disk();
     ASSERT_EQ(records.size(), 1U);
@@ -106,7 +106,7 @@ TEST(FrameStation, HasTheOldValuesOnDiskBeforeAnythingIsSent) {
 }
 
 TEST(FrameStation, SetsTheOldValuesAgainAlsoBehindARestart) {
-  Rig rig;
+  StationRig rig;
   const int id = rig.station.set(rig.order()).id;
   FrameStation later(rig.parts());
   const FrameRecord back = later.restore(id, "bert");
@@ -118,7 +118,7 @@ TEST(FrameStation, SetsTheOldValuesAgainAlsoBehindARestart) {
 
 TEST(FrameStation, ALostAnswerIsKeptAsUnknownAndCanBeSetBack) {
   for (const bool obeys : {true, false}) {
-    Rig rig;
+    StationRig rig;
     rig.obeys = obeys;
     rig.next = EkiFrameEnd::kUnknown;
     const FrameRecord record = rig.station.set(rig.order());
@@ -134,13 +134,13 @@ TEST(FrameStation, ALostAnswerIsKeptAsUnknownAndCanBeSetBack) {
 }
 
 TEST(FrameStation, WhatTheControllerReadsBackOtherwiseIsNoSuccess) {
-  Rig rig;
+  StationRig rig;
   rig.next = EkiFrameEnd::kDiffers;
   EXPECT_EQ(rig.station.set(rig.order()).outcome, FrameOutcome::kDiffers);
 }
 
 TEST(FrameStation, ARefusalByTheControllerIsThrownAndKept) {
-  Rig rig;
+  StationRig rig;
   rig.obeys = false;
   rig.next = EkiFrameEnd::kRefused;
   EXPECT_EQ(refusal([&] { rig.station.set(rig.order()); }), Why::kController);
@@ -148,14 +148,14 @@ TEST(FrameStation, ARefusalByTheControllerIsThrownAndKept) {
 }
 
 TEST(FrameStation, SendsNothingWhereTheControllerHasAnotherFrameThanWasConfirmed) {
-  Rig rig;
+  StationRig rig;
   rig.now[1] += 0.01;
   EXPECT_EQ(refusal([&] { rig.station.set(rig.order()); }), Why::kChanged);
   EXPECT_EQ(rig.sets, 0);
 }
 
 TEST(FrameStation, TakesAToolFarAwayForAnotherNumber) {
-  Rig rig;
+  StationRig rig;
   FrameOrder order = rig.order();
   order.values[2] += 10.5;
   EXPECT_EQ(refusal([&] { rig.station.set(order); }), Why::kUnusable);
@@ -165,7 +165,7 @@ TEST(FrameStation, TakesAToolFarAwayForAnotherNumber) {
 }
 
 TEST(FrameStation, TakesAToolThatIsTurnedForAnotherNumber) {
-  Rig rig;
+  StationRig rig;
   FrameOrder order = rig.order();
   order.values[5] += 1.5;
   EXPECT_EQ(refusal([&] { rig.station.set(order); }), Why::kUnusable);
@@ -176,7 +176,7 @@ TEST(FrameStation, TakesAToolThatIsTurnedForAnotherNumber) {
 }
 
 TEST(FrameStation, ReadsAndReplacesNothingThatCouldNotBeSetBack) {
-  Rig rig;
+  StationRig rig;
   const int id = rig.station.set(rig.order()).id;
   rig.now[0] = 1e30;
   EXPECT_EQ(refusal([&] { rig.station.read(kTool3); }), Why::kController);
@@ -186,7 +186,7 @@ TEST(FrameStation, ReadsAndReplacesNothingThatCouldNotBeSetBack) {
 
 /// A file that was written by hand.
 TEST(FrameStation, RestoresNoNumberThatIsNone) {
-  Rig rig;
+  StationRig rig;
   FrameRecord record;
   record.id = 7;
   record.name = kTool3;
@@ -200,7 +200,7 @@ TEST(FrameStation, RestoresNoNumberThatIsNone) {
 
 TEST(FrameStation, SendsNoNumberThatIsNone) {
   for (const double wrong : {std::nan(""), HUGE_VAL, 30001.0, -1e9}) {
-    Rig rig;
+    StationRig rig;
     FrameOrder order = rig.order();
     order.values[4] = wrong;
     EXPECT_EQ(refusal([&] { rig.station.set(order); }), Why::kUnusable) << wrong;
@@ -209,7 +209,7 @@ TEST(FrameStation, SendsNoNumberThatIsNone) {
 }
 
 TEST(FrameStation, RestoresNothingThatSomebodyHasChangedSince) {
-  Rig rig;
+  StationRig rig;
   const int id = rig.station.set(rig.order()).id;
   rig.now[0] += 1.0;
   EXPECT_EQ(refusal([&] { rig.station.restore(id, "anna"); }), Why::kChanged);
@@ -218,7 +218,7 @@ TEST(FrameStation, RestoresNothingThatSomebodyHasChangedSince) {
 }
 
 TEST(FrameStation, AsksNothingOfAControllerThatTheConfigurationDoesNotAllow) {
-  Rig rig;
+  StationRig rig;
   rig.configured = false;
   EXPECT_FALSE(rig.station.configured());
   EXPECT_EQ(refusal([&] { rig.station.read(kTool3); }), Why::kNotConfigured);
@@ -226,7 +226,7 @@ TEST(FrameStation, AsksNothingOfAControllerThatTheConfigurationDoesNotAllow) {
 }
 
 TEST(FrameStation, SendsNothingWhereTheOldValuesCannotBeKept) {
-  Rig rig;
+  StationRig rig;
   std::filesystem::create_directories(rig.dir / "frames.json" / "in the way");
   EXPECT_EQ(refusal([&] { rig.station.set(rig.order()); }), Why::kStorage);
   EXPECT_EQ(rig.sets, 0);
@@ -237,7 +237,7 @@ TEST(FrameStation, KeepsADamagedFileAndSetsNothing) {
                            "{\"format\": \"cellcal.frames/2\", \"frames\": []}",
                            "{\"format\": \"cellcal.frames/1\", \"frames\": [{\"id\": 1}]}",
                            "{\"format\": \"cellcal.frames/1\", \"frames\": [7]}"}) {
-    Rig rig;
+    StationRig rig;
     std::ofstream(rig.dir / "frames.json") << text;
     FrameStation station(rig.parts());
     EXPECT_NE(station.problem().find("frames.json"), std::string::npos) << text;

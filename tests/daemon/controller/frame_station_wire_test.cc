@@ -23,7 +23,7 @@ using testing::kNew;
 using testing::kOld;
 using testing::kTool3;
 
-struct Wire {
+struct StationWire {
   testing::TemporaryDirectory dir;
   sim::EkiServer krc{controller(), {.address = "127.0.0.1", .port = 0}};
   FrameStation station{{dir / "frames.json",
@@ -35,7 +35,7 @@ struct Wire {
                         },
                         [] { return std::string("2026-11-20T10:00:00.000Z"); }}};
 
-  Wire() { krc.start(); }
+  StationWire() { krc.start(); }
   static sim::EkiControllerConfig controller() {
     drivers::EkiFilesConfig files;
     files.write_frames = true;
@@ -53,7 +53,7 @@ struct Wire {
 
 /// One behind the other, as fast as they go: the controller opens its port again 0.1 s after each.
 TEST(FrameStationWire, SetsAndSetsBackAtOnceThoughThePortNeedsAMomentAfterEachClient) {
-  Wire wire;
+  StationWire wire;
   EXPECT_TRUE(same_frame(kOld, wire.station.read(kTool3)));
   const FrameRecord record = wire.station.set({kTool3, kNew, kOld, "anna", "calibration"});
   EXPECT_EQ(record.outcome, FrameOutcome::kSet) << record.words;
@@ -64,7 +64,7 @@ TEST(FrameStationWire, SetsAndSetsBackAtOnceThoughThePortNeedsAMomentAfterEachCl
 }
 
 TEST(FrameStationWire, AFrameThatIsNotWhatWasConfirmedIsLeftAsItIs) {
-  Wire wire;
+  StationWire wire;
   EXPECT_THROW(wire.station.set({kTool3, kNew, kNew, "anna", "calibration"}), FrameNotSent);
   wire.krc.with([](sim::EkiController& c) { EXPECT_EQ(c.frames_set(), 0U); });
   EXPECT_TRUE(wire.station.records().empty());
@@ -72,7 +72,7 @@ TEST(FrameStationWire, AFrameThatIsNotWhatWasConfirmedIsLeftAsItIs) {
 
 /// The cable is out for longer than a state is waited for; the kernel takes the connection all the same.
 TEST(FrameStationWire, WaitsForAControllerThatSaysNothingForAWhile) {
-  Wire wire;
+  StationWire wire;
   wire.krc.unplug(true);
   std::thread plug([&] {
     std::this_thread::sleep_for(4s);

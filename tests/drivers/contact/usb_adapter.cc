@@ -16,7 +16,7 @@
 #include <set>
 #include <stdexcept>
 
-#include "drivers/contact/wire/ctp.h"
+#include "drivers/contact/wire/line_rate.h"
 
 namespace cellcal::drivers {
 

@@ -1,4 +1,4 @@
-#include "drivers/contact/wire/ctp.h"
+#include "drivers/contact/wire/line_rate.h"
 
 // In a separate file, since its header conflicts with <termios.h>.
 #include <asm/termbits.h>
