@@ -139,7 +139,7 @@ TEST(FleetCollector, BadMessagesAreQuarantinedWithTheReasonAndTheNextGoodOneIsSt
             "||topic|1\ngraz|weld-3|size|1\ngraz|weld-3|message|6");
   EXPECT_EQ(
       ask(database,
-          "SELECT count(*) FROM fleet.quarantine WHERE words LIKE '%cell: is not the topic''s%'"),
+          "SELECT count(*) FROM fleet.quarantine WHERE words LIKE '%cell: differs from the topic%'"),
       "1");
   EXPECT_EQ(
       ask(database,
