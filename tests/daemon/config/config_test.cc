@@ -281,7 +281,7 @@ INSTANTIATE_TEST_SUITE_P(
                       "[contact]\nisolation = \"plug\"\n",
               "plug X1 is put in by hand"},
         Wrong{kMock + "[contact]\ndevice = \"udp:board:4300\"\n",
-              "d.toml:4: contact.device: \"udp:board:4300\" is no address of a board"},
+              "d.toml:4: contact.device: \"udp:board:4300\" is not the address of a board"},
         Wrong{kMock + "[contact]\ndevice = \"/dev/a\\nb\"\n", "control characters"},
         Wrong{kMock + "socket = \"/" + std::string(200, 's') + "\"\n",
               "d.toml:3: socket: must have at most 107 characters, not 201"},

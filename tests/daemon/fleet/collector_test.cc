@@ -139,11 +139,11 @@ TEST(FleetCollector, BadMessagesAreQuarantinedWithTheReasonAndTheNextGoodOneIsSt
             "||topic|1\ngraz|weld-3|size|1\ngraz|weld-3|message|6");
   EXPECT_EQ(
       ask(database,
-          "SELECT count(*) FROM fleet.quarantine WHERE words LIKE '%cell: is not the topic''s%'"),
+          "SELECT count(*) FROM fleet.quarantine WHERE words LIKE '%cell: differs from the topic%'"),
       "1");
   EXPECT_EQ(
       ask(database,
-          "SELECT count(*) FROM fleet.quarantine WHERE words LIKE '%sha256: is not that of the text%'"),
+          "SELECT count(*) FROM fleet.quarantine WHERE words LIKE '%sha256: does not match the text%'"),
       "1");
   EXPECT_EQ(ask(database, "SELECT why, count(*) FROM fleet.quarantine GROUP BY 1 ORDER BY 1"),
             "topic|1\nsize|1\nmessage|6");

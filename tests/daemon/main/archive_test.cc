@@ -79,7 +79,7 @@ TEST(a_session_that_was_recorded, is_exported_replayed_to_the_bit_imported_and_b
   for (const char* command : {"import", "replay"}) {
     const Outcome refused = second.cellcal({command, directory});
     EXPECT_EQ(refused.status, 1);
-    EXPECT_NE(refused.err.find("touches.csv: is not as it was exported"), std::string::npos)
+    EXPECT_NE(refused.err.find("touches.csv: differs from the exported file"), std::string::npos)
         << refused.err;
   }
 }
