@@ -55,7 +55,7 @@ struct PositionInPriorUnits {
 };
 
 TEST(Jacobian, OfThePositionAgreesWithCeresAdaptiveDifferences) {
-  // What ceres::GradientChecker does (Ridders' extrapolated differences, relative error), without
+  // As ceres::GradientChecker (Ridders' extrapolated differences, relative error), without
   // passing Eigen's vectors into the shared library: their allocators differ under sanitizers.
   using Numeric = ceres::DynamicNumericDiffCostFunction<PositionInPriorUnits, ceres::RIDDERS>;
   constexpr double kRelative = 1e-7;

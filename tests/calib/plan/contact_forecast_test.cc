@@ -72,7 +72,7 @@ Followed follow(std::uint64_t arm, int touches, Spoil spoil, double late_s = 0.0
   return followed;
 }
 
-/// Of the last ten touches.
+/// Sigmas of the last ten touches.
 std::vector<double> late_sigmas_m(const Followed& followed) {
   return {followed.sigma_m.end() - 10, followed.sigma_m.end()};
 }

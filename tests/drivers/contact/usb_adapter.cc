@@ -223,7 +223,7 @@ class UsbAdapter::Impl {
     return true;
   }
 
-  /// Of the serial line, as received by the sensor's end of the terminal.
+  /// Rate of the serial line, as received by the sensor's end of the terminal.
   void set_rate(const UsbRequest& request) {
     if (kind_ == UsbAdapterKind::kFtdi && request.number == 3 && request.value != 0) {
       set_line_rate(line_, 3'000'000 / request.value);

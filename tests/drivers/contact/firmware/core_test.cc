@@ -245,7 +245,7 @@ TEST(FirmwareSensor, SpeaksOnlyToHostsOfItsVersion) {
   EXPECT_EQ(ctp::read<ctp::Nak>(b.of(CTP_NAK)[1]).reason, CTP_NAK_BAD_VERSION);
 }
 
-// What it says ------------------------------------------------------------------------------------
+// Transmission ------------------------------------------------------------------------------------
 
 TEST(FirmwareSensor, TellsOfAnEventThatNobodyAcknowledgedAndKeepsTheNewest) {
   Bench b;

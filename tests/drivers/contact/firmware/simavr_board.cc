@@ -138,7 +138,7 @@ std::uint64_t SimavrBoard::cycle_of(TimePoint t) const {
   return static_cast<std::uint64_t>(std::ceil(std::max(0.0, s) * static_cast<double>(kHz)));
 }
 
-// What the board feels
+// Inputs of the board
 // -----------------------------------------------------------------------------
 
 void SimavrBoard::settle() {
@@ -260,7 +260,7 @@ void SimavrBoard::on_reset(avr_t* avr) {
   if (board.core_reset_ != nullptr) board.core_reset_(avr);
 }
 
-// What the board says
+// Outputs of the board
 // -------------------------------------------------------------------------------
 
 void SimavrBoard::on_byte(avr_irq_t*, std::uint32_t value, void* context) {
