@@ -4,8 +4,10 @@
 // With res the residuals of the touches, V their covariance in an unchanged cell (foresight.h), and G the effect
 // of a single change on them (alarm.h), each explanation has the likelihood of res under V + size^2 G G', over the
 // sizes considered. The change reported is the most likely one; whether anything changed is decided by the sum
-// over all (alarm.h). Assumption: a single change. Failure case: with two changes the most likely single one is
-// reported, which is wrong.
+// over all (alarm.h).
+//
+// Assumption: a single change. Failure case: with two changes the most likely single one is reported, which is
+// wrong.
 
 #include <Eigen/Core>
 #include <string>

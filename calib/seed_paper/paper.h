@@ -5,9 +5,11 @@
 // Model (Eqs. 7-27): the errors X of the joints and of the tool's bending move the nominal tip
 // linearly, p = p_N + A X, with A from the joint transmission matrices G_i and K_i at nominal
 // geometry. Second-order terms are dropped; they are about 0.01 mm for errors of 1 mm and 1 mrad.
-// Residual (Eq. 33): |A X + p_N - c|^2 - R^2, squared distances in m^2. Solution (Eq. 38): X +=
-// -(J^T J + lambda I)^-1 J^T f with constant lambda, from zero errors and the linear sphere fit of
-// the nominal positions.
+//
+// Residual (Eq. 33): |A X + p_N - c|^2 - R^2, squared distances in m^2.
+//
+// Solution (Eq. 38): X += -(J^T J + lambda I)^-1 J^T f with constant lambda, from zero errors and
+// the linear sphere fit of the nominal positions.
 //
 // Assumption: one sphere, its radius known, no outliers, no priors. Failure case: its 28 unknowns
 // have rank 25 on one sphere; the values in the three frame directions, and along the nearly

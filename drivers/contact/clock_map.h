@@ -3,14 +3,18 @@
 //
 // Model: within the window the two clocks differ by an offset and a constant drift. Each PING/PONG
 // gives one sample: the midpoint of the host's interval corresponds to the midpoint of the
-// sensor's. Assumption: both directions take equally long (PING and PONG have the same length, so
-// that the transmission time cancels). The excess of the round trip over transmission and
-// turnaround may be on either side; the error of a sample is at most half of it. Samples with a
-// small excess are used and weighted; the stated uncertainty contains the smallest excess as a
-// systematic part. A sensor whose rate is only approximately nominal (115 200 baud from 16 MHz is 2
-// % fast) makes the excess negative; it is treated in the same way. Failure case: a constant
-// one-sided delay (an adapter's latency timer) shifts the map by half of it. It is within the
-// stated uncertainty, and constant: it is absorbed by the slope over search speeds.
+// sensor's.
+//
+// Assumption: both directions take equally long (PING and PONG have the same length, so that the
+// transmission time cancels). The excess of the round trip over transmission and turnaround may be
+// on either side; the error of a sample is at most half of it. Samples with a small excess are used
+// and weighted; the stated uncertainty contains the smallest excess as a systematic part. A sensor
+// whose rate is only approximately nominal (115 200 baud from 16 MHz is fast by 2 %) makes the
+// excess negative; it is treated in the same way.
+//
+// Failure case: a constant one-sided delay (an adapter's latency timer) shifts the map by half of
+// it. It is within the stated uncertainty, and constant: it is absorbed by the slope over search
+// speeds.
 
 #include <array>
 #include <cstddef>

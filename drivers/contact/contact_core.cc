@@ -31,9 +31,9 @@ constexpr int kStatusFrame = int{CTP_STATUS_SIZE} + int{CTP_OVERHEAD};
 constexpr milliseconds kAnswerFloor{20};
 /// Maximum plausible delay in this computer; an older stamp belongs to another clock.
 constexpr double kLatestPlausibleS = 10.0;
-/// A delay counts as late if it exceeds the clock map's uncertainty by this factor,
+/// Sigmas of the clock map that are subtracted from a delay before it counts as late.
 constexpr double kLateSigmas = 3.0;
-/// and explains a silence only if it is this share of it: a sensor may be late as well.
+/// A delay explains a silence only if it is this share of it: a sensor may be late as well.
 constexpr double kLateShare = 1.0 / 3.0;
 /// A sensor with the same baud rate is recognised long before: it sends ten times a second.
 constexpr milliseconds kGarbageTimeout{1500};

@@ -246,8 +246,8 @@ void ContactCore::self_test(TimePoint now) {
 
 LoopFlaw ContactCore::loop_flaw(const ctp::Status& status) const {
   const auto is_set = [&](int flag) { return (status.flags & flag) != 0; };
-  // EARTH_OK alone is not sufficient: older firmware does not support it, and means the gun's
-  // wires.
+  // LOOP_OK alone is not sufficient: older firmware does not report EARTH_OK, and its LOOP_OK covers
+  // the gun's wires only.
   if (is_set(CTP_FLAG_EARTH_OK)) {
     if (is_set(CTP_FLAG_LOOP_OK)) return LoopFlaw::kNone;
     return is_set(CTP_FLAG_SHORTED) ? LoopFlaw::kGunShort : LoopFlaw::kGunBreak;

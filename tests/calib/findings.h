@@ -1,5 +1,5 @@
 #pragma once
-// What a calibration found, for tests: by kind; the words stand only in messages.
+// Findings of a calibration for tests: by kind; sentences appear in failure messages only.
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -17,13 +17,13 @@ inline std::string words_of(const Calibration& c) {
 
 inline bool found(const Calibration& c, FindingKind kind) { return has(c.verdict.findings, kind); }
 
-/// The first of that kind; an empty one where there is none.
+/// The first finding of that kind; empty if there is none.
 inline Finding the(const Calibration& c, FindingKind kind) {
   const Finding* one = first(c.verdict.findings, kind);
   return one == nullptr ? Finding{} : *one;
 }
 
-/// That likely cause, if it is named; an empty finding where it is not.
+/// The finding with that likely cause; empty if there is none.
 inline Finding cause(const Calibration& c, LikelyCause which) {
   for (const Finding& one : c.verdict.findings)
     if (one.cause == which) return one;

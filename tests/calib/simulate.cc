@@ -17,11 +17,11 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// Touches from further below would come through the stand.
+/// Touches from further below would collide with the stand.
 constexpr double kLowestElevationRad = -0.35;
 constexpr double kLimitMarginRad = 0.01;
 
-/// Of the i-th touch of so many targets.
+/// Speed of the i-th touch with this many targets.
 double speed_of(const Making& making, int i, std::size_t targets) {
   constexpr int kSlowEvery = 8;
   const bool slow =
@@ -39,9 +39,8 @@ Vector3d random_normal(Random& random, double widest_rad) {
   }
 }
 
-/// Brings the true tip to `point`: Newton with the nominal Jacobian, which is right to parts in a
-/// thousand, so that each step gains three digits.
-/// Empty where that leads out of the limits or nowhere.
+/// Moves the true tip to `point`: Newton's method with the nominal Jacobian, accurate to parts in a
+/// thousand, so that each step gains three digits. Empty if outside the limits or not convergent.
 JointVector bring_true_tip(const Cell& cell, const sim::Truth& truth, JointVector q,
                            const Vector3d& point) {
   constexpr double kThere = 1e-13;  // far below any noise, above the rounding of metres
@@ -107,7 +106,7 @@ Made make_touches(const Cell& cell, const sim::Truth& truth, const Making& makin
     const Target& target = cell.targets[t];
     Touch touch;
     touch.target = target.id;
-    // Check touches spread evenly among each target's.
+    // Check touches are distributed evenly among each target's.
     const auto checks_before = [&](std::size_t k) {
       return static_cast<int>(k) * making.check / total;
     };

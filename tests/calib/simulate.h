@@ -11,21 +11,21 @@ namespace cellcal::calib::testing {
 
 /// The demo cell: a KR 5 and four spheres with certified lengths.
 const Cell& demo_cell();
-/// Its first sphere alone.
+/// The demo cell with its first sphere only.
 const Cell& one_sphere_cell();
 
 struct Making {
   int fit = 60;
-  int check = 0;               ///< about as many, spread evenly over the targets
+  int check = 0;               ///< approximate number, distributed evenly over the targets
   double noise_m = 3e-5;       ///< 1 sigma along the normal (per component for points)
-  double rho_m = 0.0;          ///< the circuit closes this far outside the surface
-  double outlier_share = 0.0;  ///< of the fit touches, off by 0.5 to 20 mm either way
-  double widest_rad = 3.2;     ///< touch normals are at most this far from straight up
-  double cone_rad = 0.7;       ///< the tool's shaft is at most this far from the inward normal
-  /// The latch is late by this, which a touch of a sphere reads too deep by its speed times it.
+  double rho_m = 0.0;          ///< distance outside the surface at which the circuit closes
+  double outlier_share = 0.0;  ///< of the fit touches, off by 0.5 to 20 mm in either direction
+  double widest_rad = 3.2;     ///< largest angle of touch normals to vertical
+  double cone_rad = 0.7;       ///< largest angle of the tool's shaft to the inward normal
+  /// Latch delay, by which a touch of a sphere reads too deep, times its speed.
   double delay_s = 0.0;
   double speed_m_s = 0.0;       ///< stated with each touch; 0: not
-  double slow_speed_m_s = 0.0;  ///< of every eighth, of each target in turn; 0: none
+  double slow_speed_m_s = 0.0;  ///< of every eighth touch, for each target in turn; 0: none
   unsigned seed = 1;
 };
 
@@ -37,7 +37,7 @@ struct Made {
 /// Throws std::runtime_error when a target is out of reach.
 Made make_touches(const Cell& cell, const sim::Truth& truth, const Making& making);
 
-/// The truth of a cell whose file is right in everything but what it estimates.
+/// Truth of a cell whose file is exact except for the estimated values.
 sim::Truth plain_truth(const Cell& cell, std::uint64_t seed);
 
 /// Value of the true arm's parameter, 0 where it has none.

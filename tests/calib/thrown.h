@@ -1,5 +1,5 @@
 #pragma once
-// What was thrown, as a value: tests ask for its kind and what it is about.
+// Thrown errors as values: tests check kind and subject.
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 
 namespace cellcal::calib::testing {
 
-/// The Error that `act` throws. Where it throws none the test has failed and ends.
+/// The Error thrown by `act`. The test fails and ends if nothing is thrown.
 template <class Error, class Act>
 Error thrown(const Act& act) {
   try {

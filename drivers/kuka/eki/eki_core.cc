@@ -259,8 +259,7 @@ struct EkiCore::Impl {
   }
 
   void finish(CoreResult result) {
-    // The dead man has stopped the controller's program by then, so that the move cannot be
-    // resumed.
+    // The dead man has stopped the controller's program by then: no silence is a harmless pause.
     if (result.outcome == MoveOutcome::kRobotSilent) result.interruption = Interruption::kOther;
     // The arm's position, or the source of its motion, is uncertain: requires inspection.
     const bool doubtful =

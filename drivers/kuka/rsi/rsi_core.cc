@@ -323,7 +323,7 @@ struct RsiCore::Impl {
     }
   }
 
-  /// The input may lag behind the sensor that has just reported free: the arm waits.
+  /// The input may lag the sensor that has just reported free: the arm waits.
   bool waits_for_input() {
     if (!linked() || !queue.waiting() || !mover.input_alone()) {
       input_due.reset();

@@ -97,7 +97,7 @@ OffsetVerdict OffsetFinder::behind_replies(const OffsetEvidence& evidence,
   if (distance(measured, sent) <= kServosLeaveRad) return decide(sent);
   if (distance(measured, zero_) > kSameRad) return OffsetVerdict::kDenied;
   if (evidence.silence_before_s < kListenedS) return OffsetVerdict::kDenied;
-  // For a session without a correction only the counters, if present, tell whether it is a new one.
+  // For a session without a correction only the counters, if present, show whether it is a new one.
   if (!evidence.delay || !memory_.delay) return decide(zero_);
   const OffsetVerdict counted = by_counters(evidence);
   if (counted != OffsetVerdict::kKnown) return counted;

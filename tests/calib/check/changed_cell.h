@@ -1,5 +1,5 @@
 #pragma once
-// The demo cell with an arm that was calibrated by 100 touches, and what may happen to it then.
+// The demo cell with an arm calibrated by 100 touches, and possible changes afterwards.
 
 #include <functional>
 #include <string>

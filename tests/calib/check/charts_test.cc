@@ -1,5 +1,5 @@
-// The charts over drawn checks: silent while nothing changes, however large what all checks share; loud when
-// something creeps or jumps, with when it began, how fast it goes, and what to do.
+// Control charts over simulated checks: no alarm while nothing changes, for any common offset; an alarm with
+// onset, rate and advice for a creep or a step.
 
 #include "calib/check/charts.h"
 
@@ -20,13 +20,13 @@ namespace {
 
 constexpr double kSigmaM = 0.025e-3;
 constexpr double kDayS = 86400.0;
-const Eigen::Vector3d kShared(0.4e-3, -0.3e-3, 0.2e-3);  // what the calibration leaves open
+const Eigen::Vector3d kShared(0.4e-3, -0.3e-3, 0.2e-3);  // common offset left by the calibration
 
 using Trend = std::function<Eigen::Vector3d(double days)>;
 
 Eigen::Vector3d still(double) { return Eigen::Vector3d::Zero(); }
 
-/// Three a day.
+/// Three checks a day.
 std::vector<CheckSeen> checks_of(int count, const Trend& trend, std::uint64_t seed = 1) {
   Random random(seed);
   std::vector<CheckSeen> checks;
@@ -52,7 +52,7 @@ Trend step(double mm, double from_day) {
   return [=](double day) { return Eigen::Vector3d(day >= from_day ? mm * 1e-3 : 0.0, 0, 0); };
 }
 
-/// An undecided check behind the others.
+/// Appends an undecided check.
 void give_up(std::vector<CheckSeen>& checks) {
   CheckSeen next = checks.back();
   next.session += 1;
@@ -201,7 +201,7 @@ TEST(a_chart, says_how_many_checks_it_lacks) {
   EXPECT_EQ(drift_chart(checks_of(5, still)).state, DriftState::kInControl);
 }
 
-/// Mean number of checks until a limit is exceeded, by runs that are cut off at twelve times what is wanted.
+/// Mean number of checks until a limit is exceeded, from runs truncated at twelve times the target.
 double run_length(const ControlLimits& limits, int runs) {
   double sum = 0.0;
   Random random(7);
@@ -220,7 +220,7 @@ double run_length(const ControlLimits& limits, int runs) {
 }
 
 TEST(a_chart, has_limits_of_the_run_length_that_is_stated) {
-  // Of 600 runs that are nearly exponential: 4 % 1 sigma.
+  // 600 nearly exponential runs: 4 % 1 sigma.
   EXPECT_NEAR(run_length(kWarnLimits, 600) / kWarnLimits.run_length, 1.0, 0.15);
   EXPECT_NEAR(run_length(kAlarmLimits, 300) / kAlarmLimits.run_length, 1.0, 0.2);
 }
@@ -235,7 +235,7 @@ TEST(a_chart, finds_a_creep_long_before_a_single_check_does_and_says_since_when_
   const double rate = chart.trend->rate_m_s.norm() * month_s * 1e3;
   EXPECT_NEAR(rate, 0.1, 3 * chart.trend->rate_sigma_m_s * month_s * 1e3 + 0.01);
   ASSERT_TRUE(chart.alarmed_at);
-  // Found at less than 0.09 mm.
+  // Detected below 0.09 mm.
   EXPECT_LT(*chart.alarmed_at, 70 + 81);
   EXPECT_EQ(chart.advice, DriftAdvice::kRemeasureTcp);
 }
@@ -253,7 +253,7 @@ TEST(a_chart, states_no_rate_of_a_creep_that_was_watched_for_two_days) {
 }
 
 TEST(a_chart, does_not_take_a_creep_for_the_new_normal) {
-  // Three months of nothing, then a step that stays: it is told as long as it stays.
+  // Three months without change, then a persistent step: reported while it persists.
   const DriftChart chart = drift_chart(checks_of(400, step(0.08, 90.0)));
   EXPECT_EQ(chart.state, DriftState::kAlarms);
   EXPECT_EQ(chart.trend->shape, DriftShape::kStep);

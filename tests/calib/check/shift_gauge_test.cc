@@ -1,5 +1,5 @@
-// Checks of a simulated arm as measurements of the TCP: the same however often nothing changes, and the shift where
-// the tool was knocked. What many of them say of the cause, no single one does.
+// Checks of a simulated arm as measurements of the TCP: repeatable while nothing changes, and equal to the shift of
+// a knocked tool. Many checks identify a cause that a single one cannot.
 
 #include "calib/check/shift_gauge.h"
 
@@ -54,7 +54,7 @@ struct a_gauge : ::testing::Test {
     after.arm = ArmModel(robot, after.arm.tool());
     return after;
   }
-  /// Mean of so many checks.
+  /// Mean residuals over the checks.
   Eigen::VectorXd mean_off(const sim::Truth& arm, int checks, std::uint64_t seed) const {
     Eigen::VectorXd sum = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(gauge.touches()));
     for (int k = 0; k < checks; ++k)

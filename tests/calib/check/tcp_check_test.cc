@@ -1,5 +1,5 @@
-// A few touches say whether a calibration still holds, and what changed if it does not: a tool that was knocked,
-// a stand that moved, a joint that slipped, an arm that warmed up. What is not met at all is told, too.
+// A few touches decide whether a calibration still holds, and what changed otherwise: a knocked tool, a moved
+// stand, a slipped joint, a warm arm. Missed touches are included.
 
 #include "calib/check/tcp_check.h"
 
@@ -29,7 +29,7 @@ const Plan& plan() {
   return made;
 }
 
-/// What a session hands over: touches, which of the planned ones they are, and those that met nothing.
+/// Data of a session: touches, their indices in the plan, and the missed ones.
 struct Made {
   std::vector<Touch> touches;
   std::vector<std::size_t> planned;
@@ -75,7 +75,7 @@ TEST(CheckPlan, TouchesEverySphereByClearShortSearchesWithinTwentySeconds) {
     EXPECT_TRUE(touch.may_miss);
     const auto met = testing::meet(demo_cell(), truth(), touch, random);
     ASSERT_TRUE(met.has_value());
-    // The line was made for the arm as it is, not as the robot file has it.
+    // The line was planned for the calibrated arm, not for the robot file.
     EXPECT_NEAR(met->travel_m, touch.expected_m, 0.3e-3);
     EXPECT_GT(touch.expected_sigma_m, 0.0);
   }
@@ -133,7 +133,7 @@ TEST(TcpCheck, FindsTheJointThatSlipped) {
   EXPECT_FALSE(check.holds);
   EXPECT_EQ(check.change()->kind, ChangeKind::kJoint);
   EXPECT_EQ(check.change()->name, demo_cell().robot.joints[kJoint].name);
-  // As its controller counts.
+  // In the controller's sense.
   EXPECT_NEAR(check.change()->amount * demo_cell().robot.joints[kJoint].sign, 1e-3, 0.2e-3);
 }
 
@@ -206,7 +206,7 @@ TEST(TcpCheck, ChecksThatHeldBeforeMakeTheNextOneSharper) {
 }
 
 TEST(TcpCheck, WhatIsWrongInAReferenceIsExpectedAgain) {
-  // A calibration that was never right in this: what does not change is no change.
+  // A constant error of the calibration is not a change.
   const sim::Truth always = knocked({0.12e-3, 0.0, 0.0});
   std::vector<std::vector<Touch>> before;
   for (const std::uint64_t seed : {11, 12, 13}) before.push_back(made_by(always, seed).touches);

@@ -1,5 +1,5 @@
 #pragma once
-// Calibrations and poses that the rooms' other programs are held to.
+// Calibrations and poses for the tests of the export formats.
 
 #include <random>
 
@@ -20,7 +20,7 @@ inline std::vector<double> random_joints(const Robot& robot, std::mt19937& rando
   return joint_rad;
 }
 
-/// A KR 5 whose every geometric error is known, of the size that real arms have; nothing elastic.
+/// A KR 5 with all geometric errors known, of realistic size; nothing elastic.
 inline Calibration rigid_calibration(unsigned seed) {
   Calibration c;
   c.cell.robot = kr5();

@@ -26,13 +26,13 @@ JointVector inside(const Robot& robot, Random& random, double margin = 0.1) {
   return q;
 }
 
-/// Away from the three singularities by some degrees.
+/// At some degrees from the three singularities.
 bool regular(const ArmModel& arm, const JointVector& q) {
   const auto j = arm.nominal_jacobian(q);
   return std::abs((j * j.transpose()).determinant()) > 1e-5;
 }
 
-/// Of the joints [rad], the largest.
+/// Largest difference of the joints [rad].
 double apart(const JointVector& a, const JointVector& b) {
   double worst = 0.0;
   for (std::size_t i = 0; i < a.size(); ++i) worst = std::max(worst, std::abs(a[i] - b[i]));
@@ -140,7 +140,7 @@ TEST(Corrector, SaysWhatLiesTooFarAwayAtASingularityOrIsNoNumber) {
   EXPECT_EQ(refused(corrector.joints(far, seed)).why, Unreached::kTooFar);
   EXPECT_EQ(refused(corrector.nearest(far, seed)).why, Unreached::kTooFar);
   JointVector stretched = seed;
-  stretched[4] = 1e-4;  // the wrist: axes 4 and 6 in one line but for 0.006 deg
+  stretched[4] = 1e-4;  // the wrist: axes 4 and 6 aligned within 0.006 deg
   EXPECT_EQ(refused(corrector.joints(ArmModel(cell).nominal_tcp(stretched), stretched)).why,
             Unreached::kNearSingularity);
   far.translation().x() = std::numeric_limits<double>::quiet_NaN();

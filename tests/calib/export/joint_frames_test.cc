@@ -53,7 +53,7 @@ TEST(JointFrames, AgreeWithTheCalibratedArmAtAThousandPoses) {
   }
 }
 
-/// Frames elsewhere on the axes and turned about them, as another convention has them.
+/// Frames displaced along the axes and rotated about them, as in another convention.
 JointFrames redrawn(JointFrames frames, unsigned seed) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> part(-1.0, 1.0);

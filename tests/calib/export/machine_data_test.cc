@@ -8,7 +8,7 @@
 namespace cellcal::calib::testing {
 namespace {
 
-/// A KR 5's, in the words of a controller; CRLF as there.
+/// A KR 5's, in a controller's format; CRLF as there.
 const std::string kMachine =
     "DEFDAT  $MACHINE PUBLIC\r\n"
     "CHAR $V_R1MADA[32]\r\n"
@@ -95,7 +95,7 @@ TEST(MachineData, ThatCannotBeAreRefusedByFileLineAndVariable) {
   EXPECT_NE(machine_data_refusal(std::string((16u << 20) + 1, ' ')).find("limit"),
             std::string::npos);
   for (std::size_t length = 0; length < kMachine.size(); ++length)
-    machine_data_refusal(kMachine.substr(0, length));  // ends, with a value or a refusal
+    machine_data_refusal(kMachine.substr(0, length));  // terminates, with a value or a refusal
 }
 
 TEST(MachineData, OfAnArmWithSevenAxesAreNotCompared) {

@@ -10,7 +10,7 @@
 namespace cellcal::calib::testing {
 namespace {
 
-/// As kuka_experimental draws a KR 5: every frame parallel to the base's, axes along y and x.
+/// As in kuka_experimental's KR 5: every frame parallel to the base's, axes along y and x.
 const std::string kDrawn = R"(<?xml version="1.0"?>
 <!-- drawn by hand -->
 <robot name="kr5">
@@ -96,7 +96,7 @@ TEST(AGivenUrdf, HasTheNominalArmsKinematicsAndBecomesTheCalibratedOne) {
     const RigidPose nominally = pose_of(nominal, q), really = pose_of(real, q);
     ASSERT_LT(apart_m(flange_of(given.frames, q), nominally.flange), 1e-12);
     EXPECT_LT(apart_m(flange_of(made.frames, q), really.flange), 1e-9);
-    // What else is on the last link goes with the flange.
+    // Other parts of the last link move with the flange.
     const Eigen::Isometry3d on_flange =
         nominally.flange.inverse() * flange_of(camera_before.frames, q);
     EXPECT_LT(apart_m(flange_of(camera.frames, q), really.flange * on_flange), 1e-9);

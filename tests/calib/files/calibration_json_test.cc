@@ -1,4 +1,4 @@
-// "cellcal.calibration/1": everything that predict needs is inside, and comes back.
+// "cellcal.calibration/1": complete for prediction, and read back unchanged.
 
 #include "calib/files/calibration_json.h"
 
@@ -27,7 +27,7 @@ using testing::expect_words;
 using testing::refusal;
 using testing::without_sum;
 
-/// A calibration with everything in it: compliance, gears, an unknown TCP, an outlier.
+/// A calibration with all features: compliance, gears, an unknown TCP, an outlier.
 const Calibration& result() {
   static const Calibration calibration = [] {
     Cell cell = testing::demo_cell();
@@ -54,7 +54,7 @@ const std::string& written() {
 
 Calibration read_back() { return calibration_from_json(written(), "cal.json"); }
 
-/// Files hold a finding's numbers by name, in no order.
+/// Files hold a finding's numbers by name, unordered.
 Finding sorted(Finding finding) {
   const auto by_name = [](const Quantity& a, const Quantity& b) { return a.name < b.name; };
   std::sort(finding.evidence.begin(), finding.evidence.end(), by_name);
@@ -82,7 +82,7 @@ TEST(CalibrationJson, KeepsLikelyCausesAsValuesBesideTheirWords) {
   EXPECT_EQ(file["verdict"]["reasons"][0], words(cause));
   EXPECT_EQ(calibration_from_json(file.dump(), "c.json").verdict.findings, c.verdict.findings);
 
-  // Of a later version, or of one that held the words alone.
+  // From a later version, or from one with text only.
   for (const bool later : {true, false}) {
     json other = file;
     if (later)
@@ -110,7 +110,7 @@ TEST(CalibrationJson, KeepsWhyATargetIsNotJudgedAsValuesBesideItsWords) {
   EXPECT_FALSE(why.empty());
   EXPECT_TRUE(words(not_judged).ends_with(why));
   EXPECT_EQ(calibration_from_json(file.dump(), "c.json").verdict.findings, c.verdict.findings);
-  // Of an earlier version, which held the words alone.
+  // From an earlier version with text only.
   finding["evidence"] = json::object();
   const Finding earlier = calibration_from_json(file.dump(), "c.json").verdict.findings.front();
   EXPECT_EQ(earlier.text, why);
@@ -303,7 +303,7 @@ TEST(CalibrationJson, SaysWhatTheFilesStateOfEachParameter) {
   EXPECT_NEAR(nominal("A3.alpha"), joints[2].alpha_rad * 180.0 / M_PI, 1e-9);
   EXPECT_NEAR(nominal("A3.theta"), joints[2].offset_rad * 180.0 / M_PI, 1e-9);
   EXPECT_NEAR(nominal("tool.z"), result().cell.tool.tcp.translation().z() * 1e3, 1e-9);
-  // Calibrations of earlier versions have 0 there, and mean the same.
+  // Calibrations of earlier versions contain 0 there, with the same meaning.
   for (auto& p : document["parameters"])
     if (!p["name"].get<std::string>().starts_with("S")) p["nominal"] = 0.0;
   const JointVector q = {0.1, -1.2, 1.3, 0.4, 0.5, 0.6};
@@ -367,7 +367,7 @@ TEST(CalibrationJson, KeepsWhatAllElseSaysOfCertifiedLengths) {
   expect_words(refusal([&] { (void)calibration_from_json(document.dump(), "cal.json"); }),
                {"lengths[0].between", "two targets"});
   document = json::parse(without_sum(written()));
-  document.erase("lengths");  // written before there were any
+  document.erase("lengths");  // written by earlier versions without it
   EXPECT_TRUE(calibration_from_json(document.dump(), "cal.json").lengths.empty());
 }
 
@@ -429,7 +429,7 @@ TEST(CalibrationJson, KeepsTheObservability) {
 }
 
 TEST(CalibrationJson, SettlesAfterOnce) {
-  // Unit conversion rounds in the last digit; a second round trip must not wander on.
+  // Unit conversion rounds the last digit; a second round trip must be stable.
   const std::string once = calibration_to_json(read_back());
   const Calibration twice = calibration_from_json(once, "cal.json");
   for (std::size_t i = 0; i < twice.parameters.size(); ++i)
@@ -612,7 +612,7 @@ TEST(CalibrationJson, RefusesACovarianceThatIsNone) {
     document[json::json_pointer(pointer)] = value;
     expect_words(refused(document), {"cal.json.covariance", "is not a covariance"});
   }
-  // Symmetric, but more than correlated.
+  // Symmetric, but with a correlation above 1.
   json document = json::parse(without_sum(written()));
   const double x = document["covariance"][0][0], y = document["covariance"][1][1];
   document["covariance"][0][1] = document["covariance"][1][0] = 1.1 * std::sqrt(x * y);

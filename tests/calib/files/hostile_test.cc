@@ -1,4 +1,4 @@
-// TOML and JSON that want to do harm.
+// Hostile TOML and JSON.
 
 #include <gtest/gtest.h>
 
@@ -82,7 +82,7 @@ TEST(HostileToml, ControlCharactersInIdsAndPathsAreRefusedWithTheirKey) {
 }
 
 TEST(HostileToml, AnIdThatACellFileTakesComesBackFromATableOfTouches) {
-  // Every byte that an id may hold, one at a time, in front, behind and between.
+  // Every byte allowed in an id, one at a time, at the start, the end and in the middle.
   for (int byte = 1; byte < 0x80; ++byte)
     for (const std::string& id : {"S"s + static_cast<char>(byte), static_cast<char>(byte) + "S"s,
                                   "S"s + static_cast<char>(byte) + "1"}) {

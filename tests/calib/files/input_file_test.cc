@@ -1,4 +1,4 @@
-// What is no file is refused before it is opened: nothing waits, nothing is set off.
+// Paths other than regular files are refused before opening, without blocking or side effects.
 
 #include "calib/files/input_file.h"
 
@@ -63,7 +63,7 @@ TEST_F(a_file_to_read, that_is_a_device_or_a_socket_is_refused) {
 
 TEST_F(a_file_to_read, that_is_too_large_is_refused_by_its_size_alone) {
   std::ofstream(dir_ / "large") << "x";
-  fs::resize_file(dir_ / "large", std::uintmax_t{1} << 40);  // a hole: none of it is on disk
+  fs::resize_file(dir_ / "large", std::uintmax_t{1} << 40);  // sparse: occupies no disk space
   EXPECT_NE(refusal(dir_ / "large").find("larger than 1000 bytes"), std::string::npos);
 }
 
@@ -81,7 +81,7 @@ TEST_F(a_file_to_read, that_is_withheld_is_refused_under_any_name_and_its_lock_s
       EXPECT_NE(refusal(dir_ / name).find("is the journal of this daemon"), std::string::npos)
           << name;
     }
-    // An open file description sees the process's own POSIX lock as another's.
+    // An open file description treats the process's own POSIX lock as another's.
     const int other = ::open((dir_ / "journal.db").c_str(), O_RDWR);
     struct flock seen {};
     seen.l_type = F_WRLCK;

@@ -1,4 +1,4 @@
-// A struct and a JSON object by one table: what is written comes back, and what is wrong is named.
+// A struct and a JSON object by one table: values are read back, and errors name the field.
 
 #include "calib/files/json_fields.h"
 

@@ -1,4 +1,4 @@
-// '.' is the decimal mark whatever the locale.
+// '.' is the decimal point in every locale.
 
 #include <gtest/gtest.h>
 
@@ -17,7 +17,7 @@ struct Texts {
   bool operator==(const Texts&) const = default;
 };
 
-/// Everything that reads and writes numbers.
+/// All readers and writers of numbers.
 Texts all_texts() {
   const Cell cell = testing::cell();
   return {robot_to_toml(testing::robot()), cell_to_toml(cell, "two.toml"),
@@ -25,7 +25,7 @@ Texts all_texts() {
           testing::cell_refusal(testing::with(testing::kCell, "mm = 500.012", "mm = -0.5"))};
 }
 
-/// The C++ standard library's own locale, as a program around cellcal may have set it.
+/// The C++ standard library's own locale, as an embedding program may have set it.
 class CommaPunctuation : public std::numpunct<char> {
   char do_decimal_point() const override { return ','; }
   char do_thousands_sep() const override { return '.'; }
@@ -41,7 +41,7 @@ TEST(Locale, OfStreamsDoesNotMatter) {
   EXPECT_EQ(there, expected);
 }
 
-/// Sets a German locale, compiling one where the machine has the sources but not the locale.
+/// Sets a German locale, compiled if the machine has only its sources.
 bool set_german() {
   for (const char* name : {"de_DE.UTF-8", "de_DE.utf8", "de_DE"})
     if (std::setlocale(LC_ALL, name) != nullptr) return true;

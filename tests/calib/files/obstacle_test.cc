@@ -1,4 +1,4 @@
-// What stands in the way, as a cell file says it: obstacles, stands, the floor, the tool's body.
+// Obstacles in a cell file: obstacles, stands, the floor, the tool's body.
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -56,7 +56,7 @@ endfacet
 endsolid t
 )";
 
-/// The sound cell with `text` in front of its touch table.
+/// The valid cell with `text` inserted before its touch table.
 std::string cell_with(const std::string& text) { return with(kCell, "[touch]", text + "[touch]"); }
 
 TEST(ObstacleFile, ReadsBoxesCylindersAndMeshesIntoMetres) {
@@ -73,7 +73,7 @@ TEST(ObstacleFile, ReadsBoxesCylindersAndMeshesIntoMetres) {
   EXPECT_DOUBLE_EQ(post.height_m, 2.0);
   EXPECT_EQ(mesh.shape, ObstacleShape::kMesh);
   EXPECT_EQ(mesh.mesh_file, "fixture.stl");
-  EXPECT_EQ(mesh.mesh, nullptr);  // text alone has no folder to look in
+  EXPECT_EQ(mesh.mesh, nullptr);  // text alone has no directory for files
 }
 
 TEST(ObstacleFile, ReadsStandsFloorAndTheToolsBody) {
@@ -230,7 +230,7 @@ TEST_F(MeshOnDisk, IsReadBesideTheCellFile) {
   EXPECT_LT((cell.obstacles[0].mesh->vertices_m[1] - Eigen::Vector3d(0.1, 0, 0)).norm(), 1e-15);
 }
 
-/// Obstacle `id` of the mesh `file`.
+/// Obstacle `id` with the mesh `file`.
 std::string fixture(const std::string& id, const std::string& file) {
   return with(with(kMesh, "\"fixture\"", "\"" + id + "\""), "\"fixture.stl\"", "\"" + file + "\"");
 }

@@ -1,4 +1,4 @@
-// What is written can be read back, to the digits that the formats promise.
+// Written files are read back, to the digits specified by the formats.
 
 #include <gtest/gtest.h>
 
@@ -205,7 +205,7 @@ TEST(TouchesRoundTrip, KeepsAnglesToABillionthOfADegreeAndEverythingElse) {
     if (random.uniform() < 0.3) touch.set = TouchSet::kCheck;
     if (random.uniform() < 0.5) touch.sigma_m = random.uniform(1e-6, 1e-4);
     if (target.kind == TargetKind::kWire) touch.radius_m = random.uniform(0.1, 2.0);
-    if (target.kind == TargetKind::kTracker && random.uniform() < 0.9)  // others: its origin
+    if (target.kind == TargetKind::kTracker && random.uniform() < 0.9)  // otherwise its origin
       for (double& m : touch.tracker_m) m = random.uniform(-20.0, 20.0);
     if (random.uniform() < 0.5) touch.speed_m_s = random.uniform(1e-3, 2e-2);
     if (random.uniform() < 0.5) touch.approach = {0.48, -0.6, 0.64};

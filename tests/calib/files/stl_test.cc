@@ -1,4 +1,4 @@
-// STL files, sound and hostile.
+// STL files, valid and hostile.
 
 #include <gtest/gtest.h>
 
@@ -105,7 +105,7 @@ TEST(Stl, RefusesMoreTrianglesThanAnyCellNeeds) {
   put(bytes, 400'001u);
   bytes.resize(84 + 50 * std::size_t{400'001}, '\0');
   expect_words(stl_refusal(bytes), {"f.stl: byte 80", "400001 triangles"});
-  // A count that the file does not hold is not believed, and nothing is set aside for it.
+  // A wrong triangle count is detected, without allocating memory for it.
   std::string lie(80, ' ');
   put(lie, 0xffffffffu);
   expect_words(stl_refusal(lie), {"f.stl: byte 80", "4294967295"});

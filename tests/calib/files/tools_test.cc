@@ -1,4 +1,4 @@
-// Several tools in a cell file, and what rows of touches may say beside angles and target.
+// Several tools in a cell file, and optional columns of touches.
 
 #include <gtest/gtest.h>
 
@@ -64,7 +64,7 @@ TEST(Tools, SurviveBeingWrittenAlsoThroughJson) {
 
 TEST(Tools, ThatCannotBeToldApartOrAreTooManyAreRefusedWithTheirLine) {
   struct Broken {
-    const char* now;  ///< in place of id = "P2"
+    const char* now;  ///< replaces id = "P2"
     const char* key;
   };
   for (const Broken& broken :

@@ -1,4 +1,4 @@
-// The CSV of touches and of joints: what it means, and every way to get it wrong.
+// CSV of touches and of joints: semantics, and refusal of every kind of error.
 
 #include <gtest/gtest.h>
 
@@ -74,7 +74,7 @@ TEST(Touches, NamesTheLineAndColumnOfAFieldThatIsNotANumber) {
 }
 
 TEST(Touches, NamesTheLineAndColumnOfAnAngleThatTheJointCannotHave) {
-  EXPECT_EQ(parse("A1,A2,target\n160,0,S1\n").size(), 1u);  // limits may be set a little wider
+  EXPECT_EQ(parse("A1,A2,target\n160,0,S1\n").size(), 1u);  // limits may be slightly wider
   expect_words(touches_refusal("A1,A2,target\n1,2,S1\n166,0,S1\n"),
                {"touches.csv:3: A1", "166", "-155 to 155"});
   expect_words(touches_refusal("A1,A2,target\n0,1e7,S1\n"), {"touches.csv:2: A2", "range"});
@@ -199,7 +199,7 @@ TEST(Touches, EveryTruncationIsReadOrRefusedAndNeverGuessed) {
   for (std::size_t length = 0; length < whole.size(); ++length) {
     try {
       const auto read = parse(whole.substr(0, length));
-      // A row is there when its last separator is: its time field may then be cut, nothing else.
+      // A row is complete with its last separator: only its time field may then be truncated.
       ASSERT_LE(read.size(), rows.size());
       for (std::size_t i = 0; i < read.size(); ++i) {
         EXPECT_EQ(read[i].joint_rad, rows[i].joint_rad) << length;

@@ -40,7 +40,7 @@ double apart(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
   return (a.matrix() - b.matrix()).norm();
 }
 
-/// Largest difference, whole turns aside.
+/// Largest difference, modulo whole turns.
 double apart(const JointVector& a, const JointVector& b) {
   double worst = 0.0;
   for (std::size_t i = 0; i < a.size(); ++i)

@@ -1,4 +1,4 @@
-// What weight does: joint torques against the potential energy, and a tool that bends down.
+// Effects of weight: joint torques compared with the potential energy, and a tool that bends down.
 
 #include <gtest/gtest.h>
 
@@ -101,7 +101,7 @@ TEST(Compliance, MovesTheTipOfTheLeverDownByItsAngle) {
   }
 }
 
-/// A straight tool of `length` on a flange that looks along `z`, with c_t as its only parameter.
+/// A straight tool of `length` on a flange along `z`, with c_t as its only parameter.
 ArmModel cantilever(const Vector3d& z, double length) {
   Robot robot;
   robot.joints.resize(1);
@@ -123,7 +123,7 @@ TEST(Bending, OfALevelToolIsTheCantileversFormula) {
   const double force = 2.0 * 9.81;
   EXPECT_NEAR(shape.tcp.translation().z(), -kCt * force * std::pow(kLength, 3) / 3.0, 1e-15);
   EXPECT_NEAR(shape.tcp.translation().x(), kLength, 1e-15);
-  // The tip looks down by the slope of the beam's end.
+  // The tip is inclined by the slope of the beam's end.
   const Vector3d z = shape.tcp.linear().col(2);
   EXPECT_NEAR(std::atan2(-z.z(), z.x()), kCt * force * kLength * kLength / 2.0, 1e-12);
 }

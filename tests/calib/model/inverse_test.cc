@@ -1,4 +1,4 @@
-// Joint angles for a pose, inside the limits, and what a move costs.
+// Joint angles for a pose, inside the limits, and the duration of a move.
 
 #include "calib/model/inverse.h"
 
@@ -23,7 +23,7 @@ JointVector within_limits(const Robot& robot, Random& random, double margin) {
   return q;
 }
 
-/// Share of poses found from a start `off_rad` from a posture that has them; checks each.
+/// Share of poses found from a start at `off_rad` from a valid posture; checks each.
 double found_share(const ArmModel& arm, Random& random, int poses, double off_rad) {
   int found = 0;
   for (int k = 0; k < poses; ++k) {
@@ -60,8 +60,7 @@ TEST(Inverse, ReachesRandomPosesOfShippedArmsFromNearby) {
 
 TEST(Inverse, ReachesRandomPosesOfSevenJointArms) {
   Random random(2);
-  // Of the many postures that have a pose it finds one near the start, which may be outside a
-  // limit.
+  // It finds one of many postures near the start, which may be outside a limit.
   for (const char* name : {"iiwa14.toml", "panda.toml"})
     EXPECT_GE(found_share(shipped(name), random, 300, 0.2), 0.9) << name;
 }

@@ -1,4 +1,4 @@
-// Every derivative against differences, two ways.
+// Every derivative compared with finite differences, by two methods.
 
 #include <ceres/dynamic_numeric_diff_cost_function.h>
 #include <gtest/gtest.h>
@@ -30,9 +30,9 @@ TEST(Jacobian, OfThePositionAgreesWithDifferencesForAnyArm) {
     Eigen::Matrix3Xd jacobian(3, arm.size());
     arm.position(pose, x.data(), jacobian);
     for (int p = 0; p < arm.size(); ++p) {
-      // A milliradian or a millimetre: truncation h^4 f'''''/30 is 1e-12 of the reach, rounding
-      // of 10 m over 2e-3 is 1e-12. Where a factor (torque) stands between parameter and angle the
-      // step shrinks with it and the derivative grows.
+      // A milliradian or a millimetre: truncation h^4 f'''''/30 is 1e-12 of the reach, rounding of
+      // 10 m over 2e-3 is 1e-12. For a factor (torque) between parameter and angle the step
+      // decreases and the derivative increases with it.
       const double factor = std::max(1.0, std::abs(pose.factor[p]));
       const Eigen::Vector3d expected = difference(arm, pose, x, p, 1e-3 / factor);
       EXPECT_LT((jacobian.col(p) - expected).norm(), 1e-10 * factor)
@@ -41,7 +41,7 @@ TEST(Jacobian, OfThePositionAgreesWithDifferencesForAnyArm) {
   }
 }
 
-/// The position in prior units, as the estimator sees it, in millimetres: what a sigma moves.
+/// The position in prior units, as in the estimator, in millimetres: effect of one sigma.
 struct PositionInPriorUnits {
   const ArmModel& arm;
   const PreparedPose& pose;
@@ -55,7 +55,7 @@ struct PositionInPriorUnits {
 };
 
 TEST(Jacobian, OfThePositionAgreesWithCeresAdaptiveDifferences) {
-  // What ceres::GradientChecker does (Ridders' extrapolated differences, relative error), without
+  // As ceres::GradientChecker (Ridders' extrapolated differences, relative error), without
   // passing Eigen's vectors into the shared library: their allocators differ under sanitizers.
   using Numeric = ceres::DynamicNumericDiffCostFunction<PositionInPriorUnits, ceres::RIDDERS>;
   constexpr double kRelative = 1e-7;
@@ -64,7 +64,7 @@ TEST(Jacobian, OfThePositionAgreesWithCeresAdaptiveDifferences) {
     const auto drawn = testing::random_arm(random);
     const ArmModel arm(drawn.robot, drawn.tool);
     const PreparedPose pose = arm.prepare(testing::random_joints(drawn.robot, random));
-    // Sixty sigma off, so that the second order would show.
+    // Sixty sigma, so that second-order terms would be visible.
     Eigen::VectorXd u(arm.size()), x(arm.size());
     for (int p = 0; p < arm.size(); ++p) {
       u[p] = 60.0 * random.normal();

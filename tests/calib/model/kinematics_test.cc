@@ -1,4 +1,4 @@
-// Where the arm is: against poses worked out by hand and against the slow and obvious chain.
+// Forward kinematics compared with hand-computed poses and with a naive chain.
 
 #include "calib/model/kinematics.h"
 
@@ -57,7 +57,7 @@ TEST(Kr5, APositiveA5BendsTheHandDown) {
 }
 
 TEST(Kr5, APositiveA4RollsTheBentHandAgainstTheForearmsOwnDirection) {
-  // About -x by 90 deg: a hand that hangs down comes to point to -y.
+  // About -x by 90 deg: a hand pointing down then points to -y.
   expect_flange(deg({0, -90, 90, 90, 90, 0}), {800, -80, 1040}, -Vector3d::UnitY());
 }
 

@@ -89,8 +89,7 @@ Eigen::Isometry3d naive_tcp(const ArmModel& arm, const JointVector& q, const Eig
       case ParameterKind::kCompliance:
         links[joint].theta += x[p] * torque[parameter.joint];
         break;
-      case ParameterKind::kLoad: {  // a moment alone, as of a heavy link whose weight is lifted
-                                    // off
+      case ParameterKind::kLoad: {  // moment only, as of a weight-compensated heavy link
         Robot moved = robot;
         Joint& link = moved.joints[static_cast<std::size_t>(parameter.link)];
         constexpr double kMassKg = 1.0;
@@ -119,7 +118,7 @@ Eigen::Isometry3d naive_tcp(const ArmModel& arm, const JointVector& q, const Eig
         tool.tcp.translation()[parameter.axis] += x[p];
         break;
       default:
-        break;  // not the arm's
+        break;  // not of the arm
     }
   }
   Isometry3d flange = robot.base_fixed;

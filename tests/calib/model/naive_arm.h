@@ -1,6 +1,6 @@
 #pragma once
-// The same arm the slow and obvious way: transforms multiplied out, torques from the potential
-// energy by differences. Shares no code with ArmModel; takes only its list of parameters.
+// Naive implementation of the same arm: transforms multiplied out, torques by differences of the
+// potential energy. Shares no code with ArmModel; uses only its list of parameters.
 
 #include <Eigen/Geometry>
 
@@ -18,8 +18,8 @@ double potential_j(const Robot& robot, const Tool& tool, const Eigen::VectorXd& 
 /// Nominal DH angles.
 Eigen::VectorXd nominal_theta(const Robot& robot, const JointVector& q);
 
-/// Torque of gravity about each joint in the sense of theta: what a virtual turn d(theta) gains,
-/// -dV/d(theta), by central differences.
+/// Torque of gravity about each joint in the sense of theta: -dV/d(theta) for a virtual rotation,
+/// by central differences.
 Eigen::VectorXd torque_by_energy_nm(const Robot& robot, const Tool& tool,
                                     const Eigen::VectorXd& theta);
 

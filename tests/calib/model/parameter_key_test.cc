@@ -1,4 +1,4 @@
-// Parameters by key and by name: every name leads back to its key, and no other string to any.
+// Parameters by key and by name: every name maps back to its key, and no other string to any.
 
 #include "calib/model/parameter_key.h"
 

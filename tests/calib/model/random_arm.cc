@@ -87,7 +87,7 @@ RandomArm random_arm(Random& random) {
 RandomArm random_six_axis_arm(Random& random) {
   RandomArm arm = random_arm(random);
   arm.robot.joints.resize(6, random_joint(random, 0));
-  // Upper arm and forearm of like length, wrist axes through one point: the usual build.
+  // Upper arm and forearm of similar length, intersecting wrist axes: the usual design.
   constexpr double kAlpha[] = {-kPi / 2, 0.0, -kPi / 2, kPi / 2, -kPi / 2, 0.0};
   const double a[] = {
       random.uniform(0.0, 0.3), random.uniform(0.4, 0.8), random.uniform(0.0, 0.1), 0.0, 0.0, 0.0};

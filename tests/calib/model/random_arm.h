@@ -1,5 +1,5 @@
 #pragma once
-// Arms that nobody builds, with everything that the model knows.
+// Random arms with every feature of the model.
 
 #include <Eigen/Core>
 
@@ -9,16 +9,16 @@
 
 namespace cellcal::calib::testing {
 
-inline constexpr int kArms = 200;  ///< that a law for any arm is tried on
+inline constexpr int kArms = 200;  ///< sample size for properties of any arm
 
 struct RandomArm {
   Robot robot;
   Tool tool;
 };
 
-/// 3 to 9 joints; every second joint or so with compliance, gears and errors of all five kinds.
+/// 3 to 9 joints; about every second joint with compliance, gears and errors of all five kinds.
 RandomArm random_arm(Random& random);
-/// Six joints whose frames turn as an industrial arm's do: reaches all orientations.
+/// Six joints with the frame rotations of an industrial arm: reaches all orientations.
 RandomArm random_six_axis_arm(Random& random);
 
 JointVector random_joints(const Robot& robot, Random& random);

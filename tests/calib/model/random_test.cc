@@ -1,4 +1,4 @@
-// Numbers that must be the same on every machine.
+// Numbers that must be identical on every platform.
 
 #include "calib/model/random.h"
 

@@ -1,4 +1,4 @@
-// The rerun of the seed paper: that its task is what it says, and what cellcal makes of it.
+// The rerun of the seed paper: its task meets its conditions, and the results of cellcal.
 
 #include <gtest/gtest.h>
 

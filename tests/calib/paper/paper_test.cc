@@ -1,4 +1,4 @@
-// The seed paper's estimator, on its own task and on what it cannot do.
+// The seed paper's estimator, on its own task and beyond its assumptions.
 
 #include "calib/seed_paper/paper.h"
 
@@ -25,7 +25,7 @@ const Task& experiment() {
   return task;
 }
 
-/// A task whose errors are `share` of the paper's: what is left must fall with its square.
+/// A task with errors scaled by `share` of the paper's: the residual must decrease with its square.
 double unseen_residual(double share) {
   sim::paper::Conditions conditions = sim::paper::simulation_conditions();
   for (sim::paper::JointErrors& e : conditions.errors)
@@ -34,7 +34,7 @@ double unseen_residual(double share) {
   conditions.deflection *= share;
   const Task task = make_task(conditions);
   PaperOptions options;
-  options.lambda = 1e-9;  // small: what is left is the linearisation's
+  options.lambda = 1e-9;  // small: the residual is due to the linearisation
   return identify_paper(task.cell, task.touches, options).check.mean_m;
 }
 

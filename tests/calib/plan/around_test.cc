@@ -1,4 +1,4 @@
-// Candidates like one that there is: near it, and touches that the arm can make as well.
+// Variations of a candidate: near it, and feasible as well.
 
 #include <gtest/gtest.h>
 
@@ -43,7 +43,7 @@ TEST(Around, ACandidateAreOthersOfItsTargetWithinTheConeAndTheLimits) {
         like = &pool.candidates()[i];
     ASSERT_NE(like, nullptr);
     of_both[like == &pool.candidates()[3] ? 0 : 1] = true;
-    // rms in three directions; one in ten thousand is further than five.
+    // rms in three directions; one in ten thousand is beyond five.
     EXPECT_LT(std::acos(c.normal.dot(like->normal)), 5.0 * kByRad);
     EXPECT_LT(angle_rad(c.orientation, like->orientation), 5.0 * kByRad);
     EXPECT_GT((c.orientation * shaft).dot(-c.normal), std::cos(0.7001));

@@ -1,5 +1,5 @@
 #pragma once
-// A box in the way.
+// A box as an obstacle.
 
 #include "calib/model/robot.h"
 

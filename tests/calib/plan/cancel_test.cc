@@ -1,4 +1,4 @@
-// A plan that is called off ends at the next poll, with nothing but that it was; one that is not is the same as ever.
+// A cancelled plan ends at the next poll with Cancelled only; an uncancelled one is unchanged.
 
 #include <gtest/gtest.h>
 
@@ -30,7 +30,7 @@ std::vector<JointVector> postures(const Plan& plan) {
   return all;
 }
 
-/// Polls of the computation; called off at the n-th, where it has as many.
+/// Number of polls of the computation; cancelled at the n-th, if it has as many.
 template <typename Work>
 long polls(const Work& work, long called_off_at) {
   long count = 0;

@@ -1,4 +1,4 @@
-// The bookkeeping of a choice is right, and a choice is better than none.
+// The updates of a choice are correct, and a choice is better than a random one.
 
 #include <gtest/gtest.h>
 
@@ -21,7 +21,7 @@ namespace {
 using testing::demo_cell;
 using testing::random_rows;
 
-/// trace(W S) of a set, from nothing.
+/// trace(W S) of a set, computed from scratch.
 double left_unknown(const RowMajor& rows, const std::vector<Eigen::Index>& set,
                     const Eigen::MatrixXd& moves) {
   const Eigen::Index n = rows.cols();
@@ -74,17 +74,17 @@ TEST(Choice, OfTheLeastVarianceBeatsAllOthers) {
   const double best = predicted(Criterion::kI);
   for (const Criterion other : {Criterion::kD, Criterion::kEven, Criterion::kRandom})
     EXPECT_LT(best, predicted(other));
-  // As good as many more touches at random.
+  // Equivalent to many more random touches.
   EXPECT_LT(best, predicted(Criterion::kRandom, {}, 60));
 }
 
 TEST(Choice, IsBetterForTheRegionThatItWasMadeFor) {
   const AccuracyRegion near{AccuracyRegion::Kind::kBox, {0.8, -0.3, 0.2}, {1.2, 0.3, 0.6}};
   EXPECT_LT(predicted(Criterion::kI, near), predicted(Criterion::kD, near));
-  EXPECT_LT(predicted(Criterion::kI, near), predicted(Criterion::kI));  // and less to know there
+  EXPECT_LT(predicted(Criterion::kI, near), predicted(Criterion::kI));  // and less uncertainty
 }
 
-/// Candidates around one sphere, without an arm in the way.
+/// Candidates around one sphere, without collision checks.
 std::vector<Candidate> some_candidates() {
   PlanOptions options;
   options.fit_touches = 60;

@@ -1,4 +1,4 @@
-// Touches chosen together are worth more than the best of each moment, and only such as are possible.
+// Touches chosen jointly are better than greedy ones, and all are feasible.
 
 #include <gtest/gtest.h>
 
@@ -24,7 +24,7 @@ Design some_design(std::uint64_t seed, Eigen::Index candidates = 40) {
 
 bool any(std::size_t) { return true; }
 
-/// What these take from the sum of position variances.
+/// Reduction of the sum of position variances by these.
 double taken(Design design, const std::vector<std::size_t>& picked) {
   double sum = 0.0;
   for (const std::size_t c : picked) {

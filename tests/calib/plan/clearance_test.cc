@@ -1,4 +1,4 @@
-// Whether postures and moves hit nothing: against plain distances, and in words.
+// Collision check of postures and moves: compared with brute-force distances, and in words.
 
 #include "calib/plan/clearance.h"
 
@@ -197,7 +197,7 @@ TEST(Clearance, OfAMoveSeesASheetThatIsPassedInTheMiddle) {
   EXPECT_EQ(clearance.hit(left, right, kTipMarginM)->other, "obstacle sheet");
 }
 
-/// What is hit with `obstacle` alone in the way of a posture in the middle of the cell.
+/// The hit with only `obstacle` in the way of a posture in the middle of the cell.
 std::string words_of(const Obstacle& obstacle) {
   Cell cell = demo();
   cell.targets.resize(1);
@@ -215,7 +215,7 @@ TEST(Clearance, SaysWhichPartOfTheArmComesHowNearToWhat) {
       arm.shape(arm.prepare(JointVector{0.0, -1.2, 1.6, 0.0, 1.0, 0.0}), nullptr);
   const Eigen::Vector3d elbow = shape.joint_origin_m[3], wrist = shape.joint_origin_m[4],
                         tip = shape.tcp.translation();
-  // Above the forearm's middle: 100 mm of casting, then 12 mm of air.
+  // Above the forearm's middle: 100 mm of casting, then 12 mm of clearance.
   const Eigen::Vector3d middle = (elbow + wrist) / 2.0;
   const Eigen::Vector3d across =
       (wrist - elbow).cross(Eigen::Vector3d::UnitY()).normalized() * -0.162;
@@ -251,7 +251,7 @@ TEST(Clearance, OfASearchLetsTheTipMeetItsOwnSphereAndStandAlone) {
   const JointVector q = {0.0, -0.9, 1.6, 0.0, 0.6, 0.0};
   const Eigen::Isometry3d tcp = arm.nominal_tcp(q);
   cell.targets.resize(2);
-  // The tip 12 mm inside, as at the end of a search that met nothing.
+  // The tip 12 mm inside, as at the end of a search without contact.
   const Eigen::Vector3d flange = arm.shape(arm.prepare(q), nullptr).flange.translation();
   cell.targets[0].centre_m = tcp.translation() + 0.0187 * (tcp.translation() - flange).normalized();
   cell.targets[1].centre_m = Eigen::Vector3d(-1.5, 0.0, 0.2);
@@ -406,7 +406,7 @@ TEST(ACorner, MayBeCutAsFarAsWhatStandsAroundItAllows) {
     most = std::max({most, corner.in_share, corner.out_share});
     EXPECT_LE(most, kMostCornerShare);
     cut += corner.in_share > 0.0 && corner.out_share > 0.0;
-    // Something small at the clear point's own tip, just beyond the margin there, leaves less.
+    // A small object at the clear point's own tip, just beyond the margin there, leaves less.
     Cell tight = cell;
     const Eigen::Vector3d tip = arm.nominal_tip_m(at);
     const Eigen::Vector3d beside = touch.normal.unitOrthogonal();

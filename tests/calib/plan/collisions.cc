@@ -33,7 +33,7 @@ double off_line(const Vector3d& p, const Vector3d& a, const Vector3d& b) {
   return (p - (a + share * ab)).norm();
 }
 
-/// The foot of the perpendicular where it lies inside, an edge otherwise.
+/// The foot of the perpendicular if it lies inside, otherwise an edge.
 double off_triangle(const Vector3d& p, const Vector3d& a, const Vector3d& b, const Vector3d& c) {
   const Vector3d n = (b - a).cross(c - a).normalized();
   const double height = n.dot(p - a);
@@ -71,7 +71,7 @@ Collisions::Collisions(const Cell& cell) : cell_(cell), arm_(cell.robot, cell.to
                        Vector3d(radius, 0, 0),
                        {}});
     if (!target.has_stand) continue;
-    double below = 0.25;  // what the documents say
+    double below = 0.25;  // as documented
     if (cell.floor_m) below = std::max(1e-3, target.centre_m.dot(up) - radius - *cell.floor_m);
     if (target.stand_height_m > 0.0) below = target.stand_height_m;
     const double thick =
@@ -146,7 +146,7 @@ std::vector<Collisions::Rod> Collisions::rods(const JointVector& q) const {
   const double slim = std::min(length, tool.slim_length_m);
   if (length > tool.slim_length_m)
     result.push_back({"shaft", tool.radius_m, false, true, last, flange, tcp + slim * back});
-  // The nose is round and ends where the ball does.
+  // The nose is round and ends with the ball.
   const double nose = std::min(slim, std::max(0.0, tool.slim_radius_m - tool.tip_radius_m));
   result.push_back(
       {"slim end", tool.slim_radius_m, true, true, last, tcp + slim * back, tcp + nose * back});
@@ -162,7 +162,7 @@ Approach Collisions::at(const JointVector& q, int touched) const {
     if (!rod.moves) continue;
     const double length = (rod.b - rod.a).norm();
     const bool far_out = rod.tip || rod.joint == static_cast<int>(q.size()) - 1;
-    // From point to point as far as nothing can be.
+    // Steps by the distance within which nothing can be.
     for (double s = 0.0, step = 0.0;; s = std::min(length, s + step)) {
       const Vector3d p = length > 0.0 ? Vector3d(rod.a + (s / length) * (rod.b - rod.a)) : rod.a;
       step = std::numeric_limits<double>::max();

@@ -1,7 +1,7 @@
 #pragma once
-// Whether a plan hits anything, by plain means of its own: points along the axes of links and tool,
-// and their distances from spheres, posts, boxes and triangles. Shares nothing with the planner's
-// clearance but the arm's forward kinematics and what the documents say of radii.
+// Independent collision check of a plan: points along the axes of links and tool, and their
+// distances from spheres, posts, boxes and triangles. Shares nothing with the planner's clearance
+// except the arm's forward kinematics and the documented radii.
 
 #include <limits>
 #include <string>
@@ -12,7 +12,7 @@
 
 namespace cellcal::calib::testing {
 
-/// How near something came [m]: below zero it hit. What and where, in words.
+/// Smallest distance [m]; negative: collision. With a description.
 struct Nearest {
   double gap_m = std::numeric_limits<double>::max();
   std::string words;
@@ -26,14 +26,14 @@ struct Approach {
   void take(const Approach& other);
 };
 
-/// What is promised on the way, half the planner's margins; points on an axis are 2 mm apart.
+/// Guaranteed within a move, half the planner's margins; points on an axis are 2 mm apart.
 inline constexpr double kPromisedTipM = 0.0034, kPromisedBodyM = 0.0098;
 
 class Collisions {
  public:
   explicit Collisions(const Cell& cell);
 
-  /// `touched`: target that the tip may meet, and its stand; -1: none.
+  /// `touched`: target that the tip may meet, with its stand; -1: none.
   Approach at(const JointVector& q, int touched = -1) const;
   /// Every 0.2 deg of the joint that turns most, or `step_rad`.
   Approach along(const JointVector& from, const JointVector& to, int touched = -1,
@@ -41,7 +41,7 @@ class Collisions {
   /// Three lines across the triangle in which the arm may pass the way-point `at`.
   Approach across(const JointVector& from, const JointVector& at, const JointVector& to,
                   const Corner& corner) const;
-  /// All that may be driven: ways, corners, search lines, retreats, the way home.
+  /// Everything that may be executed: paths, corners, search lines, retreats, the return path.
   Approach of(const Plan& plan) const;
 
  private:

@@ -1,5 +1,5 @@
-// Whole plans for random cells hit nothing, seen by other means than the planner's. A small share
-// of tests/experiments/collisions.
+// Whole plans for random cells are collision-free, by an independent check. A small share of
+// tests/experiments/collisions.
 
 #include "tests/calib/plan/collisions.h"
 
@@ -16,7 +16,7 @@ using testing::Collisions;
 using testing::kPromisedBodyM;
 using testing::kPromisedTipM;
 
-/// On a search line the shaft may come this near to the stand and sphere that are touched.
+/// Clearance of the shaft from the touched stand and sphere on a search line.
 constexpr double kShaftM = 0.0024;
 
 TEST(PlansOfRandomCells, HitNothing) {
@@ -32,7 +32,7 @@ TEST(PlansOfRandomCells, HitNothing) {
     try {
       plan = make_plan(made.cell, options);
     } catch (const PlanError&) {
-      continue;  // what cannot be planned hits nothing
+      continue;  // nothing to check without a plan
     }
     ++planned;
     const Approach approach = Collisions(made.cell).of(plan);
@@ -60,7 +60,7 @@ TEST(PlansOfRandomCells, WouldBeSeenToHitABoxOnTheWay) {
   const Approach approach = Collisions(with_box).of(plan);
   EXPECT_LT(approach.tip.gap_m, 0.0);
   EXPECT_NE(approach.tip.words.find("box"), std::string::npos);
-  // Half-way to a touch, too, where no stop is.
+  // Also halfway to a touch, without a stop there.
   Plan bare;
   bare.start = {1.2, -1.2, 1.6, 0.0, 1.0, 0.0};
   bare.home = {{-1.2, -1.2, 1.6, 0.0, 1.0, 0.0}};

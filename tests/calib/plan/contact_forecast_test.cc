@@ -1,4 +1,4 @@
-// Where touches of a plan are expected, against where the true arm meets the true spheres.
+// Predicted contacts of planned touches compared with those of the true arm and spheres.
 
 #include "calib/plan/contact_forecast.h"
 
@@ -20,13 +20,13 @@ namespace {
 using testing::demo_cell;
 
 struct Followed {
-  std::vector<double> off_sigmas, sigma_m;  ///< of touches that were expected
+  std::vector<double> off_sigmas, sigma_m;  ///< of predicted touches
   int unexpected = 0;
   std::map<std::string, int> unexpected_of;
 };
 
-/// A plan's touches one after the other. `spoil`: what is measured instead, k-th touch. `late_s`:
-/// the latch is, at 10 mm/s.
+/// Executes a plan's touches in order. `spoil`: replaces the k-th measurement. `late_s`: latch
+/// delay, at 10 mm/s.
 template <typename Spoil>
 Followed follow(std::uint64_t arm, int touches, Spoil spoil, double late_s = 0.0) {
   Cell cell = demo_cell();
@@ -72,7 +72,7 @@ Followed follow(std::uint64_t arm, int touches, Spoil spoil, double late_s = 0.0
   return followed;
 }
 
-/// Of the last ten touches.
+/// Sigmas of the last ten touches.
 std::vector<double> late_sigmas_m(const Followed& followed) {
   return {followed.sigma_m.end() - 10, followed.sigma_m.end()};
 }
@@ -90,7 +90,7 @@ TEST(AForecastOfContacts, IsWithinFiveSigmasAndSoonWithinATenthOfAMillimetre) {
     ASSERT_GE(followed.sigma_m.size(), 40U);
     EXPECT_LT(median(late_sigmas_m(followed)), 1e-4);
     EXPECT_LT(largest(late_sigmas_m(followed)), 2.5e-4);
-    // And says no more than it does: the squares of honest sigmas are 1 in the mean.
+    // And is not overconfident: the squares of correct sigmas have a mean of 1.
     double squares = 0.0;
     for (const double off : followed.off_sigmas) squares += off * off;
     EXPECT_GT(squares / static_cast<double>(followed.off_sigmas.size()), 0.05);

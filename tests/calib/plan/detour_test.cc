@@ -1,4 +1,4 @@
-// Ways by sampling: found where the simple ones fail, the same every time, and hitting nothing.
+// Sampled paths: found if simple ones fail, deterministic, and collision-free.
 
 #include <gtest/gtest.h>
 
@@ -16,8 +16,8 @@ using testing::kPromisedTipM;
 
 constexpr double kMarginRad = 0.05;
 
-/// The demo cell with a fence between the resting posture and S4, which no single corner leads
-/// round: the arm has to fold before it turns.
+/// The demo cell with a fence between the resting posture and S4, without a path over a single
+/// corner: the arm has to fold before it turns.
 Cell fenced() {
   Cell cell = load_cell(CELLCAL_DEMO_CELL);
   cell.targets[1].centre_m = {1.06, -0.05, 0.33};
@@ -47,7 +47,7 @@ TEST(Detour, FindsAWayWhereTheSimpleOnesFail) {
   ASSERT_FALSE(clearance.clear(rest, beyond, kTipMarginM));
   const Detour detour = find_detour(cell.robot, clearance, rest, beyond,
                                     {.tip_margin_m = kTipMarginM, .limit_margin_rad = kMarginRad});
-  ASSERT_GE(detour.way.size(), 2U);  // straight is not clear
+  ASSERT_GE(detour.way.size(), 2U);  // the straight move is not clear
   EXPECT_EQ(detour.way.back(), beyond);
   Plan plan;
   plan.start = rest;
@@ -102,8 +102,8 @@ TEST(Plan, GoesRoundAFenceThatOnlySamplingFindsAWayRound) {
   const testing::Approach approach = testing::Collisions(cell).of(plan);
   EXPECT_GT(approach.tip.gap_m, kPromisedTipM) << approach.tip.words;
   EXPECT_GT(approach.self.gap_m, kPromisedBodyM) << approach.self.words;
-  EXPECT_GT(approach.body.gap_m, 0.0024) << approach.body.words;  // shafts near what is touched
-  // The same for the same seed: sampling is no chance.
+  EXPECT_GT(approach.body.gap_m, 0.0024) << approach.body.words;  // shafts near the touched sphere
+  // Deterministic for a seed.
   const Plan again = make_plan(cell, options);
   ASSERT_EQ(again.touches.size(), plan.touches.size());
   for (std::size_t k = 0; k < plan.touches.size(); ++k)

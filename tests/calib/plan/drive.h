@@ -1,5 +1,5 @@
 #pragma once
-// Touches to a goal, driven to their end with a true arm that meets true spheres.
+// Executes touches to a goal with a true arm and true spheres.
 
 #include <functional>
 #include <vector>
@@ -18,8 +18,8 @@ struct Driven {
   std::vector<Touch> measured;
 };
 
-/// `fails(k)`: whether the k-th offer cannot be made. `speed_m_s`: what the touches state. `before`:
-/// touches of a session that goes on.
+/// `fails(k)`: whether the k-th offer fails. `speed_m_s`: stated by the touches. `before`: touches
+/// of a resumed session.
 Driven drive(const Cell& cell, const Goal& goal, const std::function<bool(int)>& fails = nullptr,
              double speed_m_s = 0.0, const std::vector<Touch>& before = {});
 

@@ -1,5 +1,5 @@
 #pragma once
-// Spheres found by a true arm: the searches of a Finder, made.
+// Executes the searches of a Finder with a true arm.
 
 #include <optional>
 #include <vector>
@@ -15,33 +15,34 @@ namespace cellcal::calib::testing {
 /// in front.
 Cell table_cell(double diameter_m, double tip_radius_m, std::size_t first);
 
-/// The cell file wrong by as much as its sigma says, in every direction; what lies beyond its
-/// 2.7-fold, one in 15, is drawn again.
+/// Errors of the cell file as large as its sigma states, in every direction; values beyond 2.7
+/// sigma, one in 15, are redrawn.
 Cell honestly_rough(Cell cell, double sigma_m, unsigned seed);
 
-/// Along the search line, what the true arm meets first, if anything: in steps, then halved.
+/// First contact of the true arm along the search line, if any: in steps, then bisected.
 std::optional<Touch> search(const Cell& cell, const sim::Truth& truth, const PlannedTouch& line);
 
-/// How near tip and shaft come to the true spheres [m]; the tip not to the one that it searches.
+/// Distances of tip and shaft from the true spheres [m]; the tip's excludes the sphere searched
+/// for.
 struct SphereGaps {
   double tip_m = 1.0, shaft_m = 1.0;
 };
 
-/// On a straight move; the sphere `meant` may be touched by the tip.
+/// During a straight move; the sphere `meant` may be touched by the tip.
 void look(const Cell& cell, const sim::Truth& truth, const JointVector& from, const JointVector& to,
           std::optional<std::size_t> meant, SphereGaps& nearest);
 
 struct Found {
   SphereGaps nearest;
   int touches = 0, misses = 0;
-  bool done = false;          ///< all that were to be found are
+  bool done = false;          ///< all requested spheres are found
   bool began_inside = false;  ///< a search began inside its sphere
-  /// At each search: made so far, and foreseen in all.
+  /// At each search: number made, and predicted total.
   std::vector<std::pair<int, int>> progress{};
   Cell cell{};  ///< as located
 };
 
-/// Until the first `spheres` of the cell are found. Throws PlanError where one is not.
+/// Until the first `spheres` of the cell are found. Throws PlanError if one is not.
 Found drive(const Cell& cell, const sim::Truth& truth, bool all, std::size_t spheres);
 
 }  // namespace cellcal::calib::testing

@@ -1,4 +1,4 @@
-// Spheres that stand elsewhere than the cell file says, or somewhere in a box.
+// Spheres away from their stated places, or anywhere in a box.
 
 #include "calib/plan/finder.h"
 
@@ -33,9 +33,8 @@ Found drive(const Cell& cell, const sim::Truth& truth, bool all) {
   return found;
 }
 
-/// Touches planned on the places found meet the spheres, none of them in the first millimetre. (How
-/// far the places are from the true ones says less: what counts is where the nominal arm sees
-/// them.)
+/// Touches planned on the places found meet the spheres, none of them in the first millimetre. (The
+/// distance from the true places is less relevant: the place as seen by the nominal arm counts.)
 void expect_planned_touches_meet(const Found& found, const sim::Truth& truth) {
   PlanOptions options;
   options.fit_touches = 32;
@@ -51,7 +50,7 @@ void expect_planned_touches_meet(const Found& found, const sim::Truth& truth) {
   }
 }
 
-/// The cell file wrong by up to 10 mm.
+/// Errors of the cell file of up to 10 mm.
 Cell rough(unsigned seed) {
   Cell cell = demo_cell();
   Random random(seed);
@@ -110,7 +109,7 @@ class finding : public ::testing::TestWithParam<int> {};
 
 TEST_P(finding, needs_no_better_centres_than_their_sigma_says) {
   const double sigma_m = GetParam() * 1e-3;
-  // Where the particles spread no wider than a sphere there is little that differs.
+  // Particles within a sphere's size differ little.
   const unsigned most = GetParam() <= 10 ? 1 : GetParam() <= 15 ? 2 : 3;
   for (const Cell* cell : {&demo_cell(), &small_cell()})
     for (unsigned seed = 1; seed <= most; ++seed) {
@@ -315,7 +314,7 @@ TEST(TouchSequence, LeadsOutOfThePlateThatTheTipTouches) {
     return (arm.nominal_tip_m(q) - plate.centre_m).dot(plate.normal) - cell.tool.tip_radius_m;
   };
   TouchSequence sequence(cell, options, {});
-  // Inside the nominal plate by a little, as an arm that is off may be.
+  // Slightly inside the nominal plate, as possible for an inaccurate arm.
   JointVector at = touch->standoff;
   const double share = 0.52;
   for (std::size_t i = 0; i < at.size(); ++i) at[i] += share * (touch->end[i] - touch->standoff[i]);
@@ -347,7 +346,7 @@ TEST(TouchSequence, ThatWasInterruptedInContactWhileItFindsLeadsOutByItself) {
       continue;
     }
     ++contacts;
-    // Before the touch was on record, and after.
+    // Before the touch was recorded, and after.
     for (const bool known : {false, true}) {
       std::vector<Touch> before = made;
       if (known) before.push_back(*touch);
@@ -382,7 +381,7 @@ TEST(TouchSequence, ThatWasInterruptedInContactWhileItFindsLeadsOutByItself) {
   }
   std::printf("%d of %d left by themselves\n", led_out, 2 * contacts);
   EXPECT_GE(contacts, 8);
-  EXPECT_GE(led_out, 3 * contacts / 2);  // the others ask to be jogged
+  EXPECT_GE(led_out, 3 * contacts / 2);  // the others require jogging
 }
 
 TEST(TouchSequence, ThatWasInterruptedInContactElsewhereWhileItFindsHasToBeJogged) {
@@ -390,7 +389,7 @@ TEST(TouchSequence, ThatWasInterruptedInContactElsewhereWhileItFindsHasToBeJogge
   options.find = true;
   TouchSequence sequence(rough(3), options, {});
   JointVector at(6, 0.0);
-  at[1] = -1.2, at[2] = 1.6, at[4] = 1.0;  // where nothing is known to stand
+  at[1] = -1.2, at[2] = 1.6, at[4] = 1.0;  // no known object there
   EXPECT_EQ(testing::thrown<PlanError>([&] { (void)sequence.next(at, true); }).kind,
             PlanError::Kind::kArmStands);
   EXPECT_TRUE(sequence.next(at, false));

@@ -1,5 +1,5 @@
 #pragma once
-// Where on its search line a true arm meets a true sphere.
+// Contact of a true arm with a true sphere on its search line.
 
 #include <optional>
 
@@ -14,7 +14,7 @@ struct Met {
   double travel_m = 0.0;  ///< from the stand-off
 };
 
-/// With 0.03 mm of noise; empty where it meets it nowhere.
+/// With 0.03 mm of noise; empty without contact.
 inline std::optional<Met> meet(const Cell& cell, const sim::Truth& truth,
                                const PlannedTouch& planned, Random& random) {
   const std::size_t target = cell.target_index(planned.target);

@@ -1,5 +1,5 @@
-// Touches to a goal are planned ahead: about as many as it takes, in an order that costs little time,
-// and what was planned is gone on with whatever comes between.
+// Touches to a goal are planned ahead: about the required number, in an order of short duration, and
+// the plan is continued after any interruption.
 
 #include <gtest/gtest.h>
 
@@ -23,7 +23,7 @@ using testing::drive;
 using testing::Driven;
 using testing::without_checks;
 
-/// Seconds of the straight moves from each of these to the next.
+/// Duration of the straight moves between consecutive touches.
 double straight_s(const std::vector<PlannedTouch>& touches) {
   double sum_s = 0.0;
   for (std::size_t k = 1; k < touches.size(); ++k)
@@ -63,7 +63,7 @@ TEST(OnlineAhead, ForeseesNoMoreThanIsAllowedAndNoFewerThanAnEstimateNeeds) {
 TEST(OnlineAhead, ASessionThatGoesOnMakesOnlyWhatIsMissing) {
   const Goal goal{.u95_m = 0.35e-3};
   const Driven whole = drive(demo_cell(), goal);
-  // Amid the first touches, and behind them.
+  // During the first touches, and after them.
   for (const std::size_t made : {std::size_t{9}, whole.measured.size() * 2 / 3}) {
     const std::vector<Touch> before(whole.measured.begin(),
                                     whole.measured.begin() + static_cast<std::ptrdiff_t>(made));
@@ -125,7 +125,7 @@ TEST(OrderByWays, VisitsEachOnceAndSoonerThanInTheOrderGiven) {
 TEST(OrderByWays, BeginsBesideWhereTheArmIs) {
   PlanOptions options;
   Pool pool(demo_cell(), options, 60);
-  // One of each target; the arm stands behind a touch of one of them, beside it another.
+  // One of each target; the arm is after a touch of one of them, with another next to it.
   std::vector<ToVisit> todo;
   std::map<std::size_t, std::size_t> of_target;
   for (std::size_t c = 0; c < pool.candidates().size(); ++c)

@@ -1,4 +1,4 @@
-// Touches to a goal: until it is reached, round failures, and no further than it pays.
+// Touches to a goal: until it is reached, around failures, and no longer than worthwhile.
 
 #include "calib/plan/online.h"
 
@@ -48,7 +48,7 @@ TEST(Online, TouchesThatStateTheirSpeedLeadToTheGoalLikeOthers) {
 
 TEST(Online, MakesShortSearchesOnceTheArmIsKnownAndStillMeetsTheSpheres) {
   const Driven driven = drive(demo_cell(), {.u95_m = 0.3e-3});
-  EXPECT_LE(driven.failed, 2);  // of the first ones, an arm far off may miss
+  EXPECT_LE(driven.failed, 2);  // the first ones of an inaccurate arm may miss
   int known = 0;
   for (const PlannedTouch& touch : driven.touches)
     if (touch.expected_m < 0.005) ++known;
@@ -66,7 +66,7 @@ TEST(Online, DoesNotOfferAgainWhatFailed) {
 }
 
 TEST(Online, DoesNotOfferWhatIsMuchLikeATouchThatFailed) {
-  // What was in the way of the one is in the way of the other.
+  // The obstacle of one touch affects the other.
   const auto fails = [](int k) { return k > 20 && k % 2 == 0; };
   const Driven driven = drive(demo_cell(), {.u95_m = 0.25e-3}, fails);
   constexpr double kBesideRad = 0.14;  // at the stand-off instead of the contact
@@ -146,7 +146,7 @@ TEST(Online, OffersTheSameTouchAgainOnAWayThatIsClearFromWhereTheArmIsThen) {
   for (int k = 0; k < 30; ++k) {
     const auto planned = online.next(at).value();
     EXPECT_EQ(online.next(at).value().transit, planned.transit);
-    // From half-way of each leg, and from where earlier touches ended.
+    // From the middle of each leg, and from the ends of earlier touches.
     std::vector<JointVector> places = been;
     JointVector last = at.empty() ? planned.transit.front() : at;
     for (const JointVector& next : planned.transit) {
@@ -192,7 +192,7 @@ TEST(Online, SaysHowManyTouchesAreLeft) {
   }
   ASSERT_GT(left.size(), 10U);
   EXPECT_EQ(left.back(), 0);
-  // Half-way it is a foresight: model levels that lose their say shorten the rest.
+  // In the middle it is a prediction: excluded model levels shorten the rest.
   const auto half = left.size() / 2;
   const auto rest = static_cast<int>(left.size() - half);
   EXPECT_GT(left[half], rest / 3);
@@ -209,7 +209,7 @@ TEST(Online, IsCalledOff) {
 }
 
 TEST(Online, SaysThatTheArmIsEnclosedInsteadOfTryingEveryTouch) {
-  // A wall beside the arm, which cannot fold to turn past its edge.
+  // A wall next to the arm, which cannot fold to turn past its edge.
   Cell cell = testing::one_sphere_cell();
   cell.robot.joints[1].min_rad = -1.6;
   cell.robot.joints[2].max_rad = 2.3;

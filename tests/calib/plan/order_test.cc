@@ -1,4 +1,4 @@
-// The order of visits is a good one, and what it costs is what it says.
+// The order of visits is near-optimal, and its cost is as stated.
 
 #include <gtest/gtest.h>
 
@@ -27,7 +27,7 @@ struct Places {
   Eigen::VectorXd from_start;
 };
 
-/// Points in a square, going uphill costs more.
+/// Points in a square; uphill costs more.
 Places places(int count, Random& random) {
   std::vector<Eigen::Vector2d> at;
   for (int i = 0; i <= count; ++i) at.emplace_back(random.uniform(), random.uniform());
@@ -88,7 +88,7 @@ TEST(Duration, OfAMoveIsThatOfItsSlowestAxisWithItsRamps) {
   const double speed = robot.joints[0].max_speed_rad_s;
   const double expected = 6.0 / speed + pace.ramp_s + pace.build_up_s;
   EXPECT_NEAR(move_s(robot, zero, to, pace), expected, 1e-12);
-  to[5] = 0.01;  // a short turn beside it costs nothing
+  to[5] = 0.01;  // a short turn of another axis costs nothing
   EXPECT_NEAR(move_s(robot, zero, to, pace), expected, 1e-12);
   pace.speed_fraction = 0.1;
   EXPECT_GT(move_s(robot, zero, to, pace), 5.0 * 6.0 / speed);

@@ -1,4 +1,4 @@
-// A plan can be driven: limits, search lines, ways between them, counts.
+// A plan is executable: limits, search lines, paths between them, counts.
 
 #include "calib/plan/plan.h"
 
@@ -22,7 +22,7 @@ using testing::gap_m;
 using testing::nominal_arm;
 using testing::smallest_gap_m;
 
-/// What the tip may come near to on a way.
+/// Minimum clearance of the tip on a path.
 constexpr double kNearestM = kMarginKept * kTipMarginM - 1e-9;
 
 PlanOptions small() {
@@ -69,7 +69,7 @@ TEST(Plan, HasTheTouchesThatWereAskedForOnEverySphere) {
     ++(touch.set == TouchSet::kFit ? fit : check)[touch.target];
   int fits = 0, checks = 0;
   for (const auto& [id, count] : fit) {
-    EXPECT_GE(count, 5) << id;  // fewer do not span a sphere
+    EXPECT_GE(count, 5) << id;  // fewer do not constrain a sphere
     fits += count;
   }
   for (const auto& [id, count] : check) checks += count;
@@ -100,7 +100,7 @@ TEST(Plan, StartsClearSearchesInwardAlongTheNormalAndEndsBeyondTheSurface) {
     EXPECT_LT((tip(touch.standoff) - (radius + options.standoff_m) * touch.normal).norm(), 1e-8);
     EXPECT_NEAR(touch.search_m, options.standoff_m + options.beyond_m, 1e-12);
     EXPECT_NEAR(touch.expected_m, options.standoff_m, 1e-12);
-    // Inward all the way, and on the line: a joint-space move of a few degrees bends little.
+    // Inward throughout, and on the line: a joint-space move of a few degrees bends little.
     double last = options.standoff_m + 1e-9, off = 0.0;
     along(arm, touch.standoff, touch.end, [&](const JointVector& q) {
       const double gap = gap_m(demo_cell(), arm, q);
@@ -200,7 +200,7 @@ TEST(Plan, HangsFromTheCeilingToo) {
   Cell cell = demo_cell();
   cell.robot.gravity_m_s2 = -cell.robot.gravity_m_s2;
   for (const PlannedTouch& touch : make_plan(cell, small()).touches)
-    EXPECT_LT(touch.normal.z(), 0.35);  // the stands come from what is now below
+    EXPECT_LT(touch.normal.z(), 0.35);  // the stands are then above
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
-// Touches of planes: on the face, inside its extent, along its normal, and nothing else near it.
+// Touches of planes: on the face, inside its extent, along its normal, and clear of everything
+// else.
 
 #include <gtest/gtest.h>
 
@@ -12,7 +13,7 @@
 namespace cellcal::calib {
 namespace {
 
-/// The demo cell with a plate before the arm, tilted towards it.
+/// The demo cell with a plate in front of the arm, tilted towards it.
 Cell with_plate() {
   Cell cell = load_cell(CELLCAL_DEMO_CELL);
   Target plate;
@@ -67,11 +68,11 @@ TEST(PlannedPlane, IsTouchedOnItsFaceInsideItsExtentAlongItsNormal) {
     EXPECT_LE(off, plate.extent_m / 2.0 + 1e-8);
     furthest = std::max(furthest, off);
   }
-  EXPECT_GT(furthest, 0.05);  // apart, or its tilt is not known
+  EXPECT_GT(furthest, 0.05);  // spread out, for its tilt
 }
 
-/// Where the nominal tip meets the target on the way of a search: moves are straight in joint
-/// space, the tip's way is not quite.
+/// Contact of the nominal tip with the target during a search: moves are straight in joint space,
+/// the tip's path is not exactly.
 JointVector met(const Cell& cell, const ArmModel& arm, const PlannedTouch& planned) {
   const Target& target = cell.targets[cell.target_index(planned.target)];
   const auto outside_m = [&](const JointVector& q) {
@@ -92,7 +93,7 @@ JointVector met(const Cell& cell, const ArmModel& arm, const PlannedTouch& plann
 }
 
 TEST(PlannedPlane, IsIdentifiedFromWhatWasPlanned) {
-  // Nominal touches of a nominal arm: all that can be wrong is where they are.
+  // Nominal touches of a nominal arm: only their places can be wrong.
   const Cell cell = with_plate();
   const ArmModel arm = planning_arm(cell);
   std::vector<Touch> touches;
@@ -114,7 +115,7 @@ TEST(PlannedPlane, IsNotRunIntoOnTheWayToOtherTouches) {
   const Cell cell = with_plate();
   const ArmModel arm = planning_arm(cell);
   const Target& plate = cell.targets.back();
-  // By the independent check, with a thin cylinder in the plane's place.
+  // By the independent check, with a thin cylinder in place of the plane.
   Cell seen = cell;
   Obstacle disc;
   disc.id = "plate";
@@ -127,7 +128,7 @@ TEST(PlannedPlane, IsNotRunIntoOnTheWayToOtherTouches) {
   seen.obstacles = {disc};
   Plan others = plate_plan();
   for (std::size_t k = 0; k < others.touches.size(); ++k)
-    if (others.touches[k].target == "P")  // its own search lines meet it: leave them out
+    if (others.touches[k].target == "P")  // excluded: its own search lines meet it
       others.touches[k].standoff = others.touches[k].end = others.touches[k].clear;
   const testing::Approach approach = testing::Collisions(seen).of(others);
   EXPECT_GT(approach.tip.gap_m, 0.0034) << approach.tip.words;

@@ -25,7 +25,7 @@ TEST_F(point_speed, of_a_turn_about_the_column_is_that_of_the_point_farthest_fro
 
 TEST_F(point_speed, of_the_elbow_counts_where_the_tip_stands_still) {
   const std::vector<double> from{0.0, -90 * kRadPerDeg, 90 * kRadPerDeg, 0.0, 30 * kRadPerDeg, 0.0};
-  // A2, A3 and A5 turn in one plane: the direction that leaves the tip where it is.
+  // A2, A3 and A5 rotate in one plane: the direction that leaves the tip in place.
   const auto jacobian = arm.nominal_jacobian(from);
   const auto row = [&](int k) {
     return Eigen::Vector3d(jacobian(k, 1), jacobian(k, 2), jacobian(k, 4));

@@ -1,4 +1,4 @@
-// Which touches a qualification makes.
+// Touches of a qualification.
 
 #include <gtest/gtest.h>
 

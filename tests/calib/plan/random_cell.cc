@@ -66,7 +66,7 @@ RandomCell random_cell(const std::string& robots, unsigned seed) {
   const double reach = reach_m(cell.robot);
   const double shoulder = std::abs(cell.robot.joints[0].d_m);
 
-  // A tool that reaches beyond the hand's casting.
+  // A tool that extends beyond the hand's casting.
   const double length = random.uniform(0.2, 0.35) * std::max(1.0, reach);
   cell.tool.tcp.translation() =
       Vector3d(random.uniform(-0.2, 0.2) * length, random.uniform(-0.2, 0.2) * length, length);
@@ -76,7 +76,7 @@ RandomCell random_cell(const std::string& robots, unsigned seed) {
   cell.touch_sigma_m = 3e-5;
   cell.radius_offset_sigma_m = 3e-4;
 
-  // Where spheres are set up: before the arm, in a sector of their own.
+  // Places of spheres: in front of the arm, in a sector of their own.
   const double heading = random.uniform(-1.2, 1.2);
   const std::size_t spheres = 2 + random.below(3);
   for (std::size_t k = 0; k < spheres; ++k) {

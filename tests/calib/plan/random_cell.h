@@ -1,6 +1,6 @@
 #pragma once
-// A cell drawn at random: a shipped robot, a tool in proportion, spheres on stands within reach,
-// and furniture wherever it falls.
+// A random cell: a shipped robot, a tool in proportion, spheres on stands within reach, and random
+// furniture.
 
 #include <string>
 
@@ -13,7 +13,7 @@ struct RandomCell {
   std::string robot;  ///< file name
 };
 
-/// The same for the same seed. `robots`: the folder of robot files.
+/// Deterministic for a seed. `robots`: the directory of robot files.
 RandomCell random_cell(const std::string& robots, unsigned seed);
 
 }  // namespace cellcal::calib::testing

@@ -1,4 +1,4 @@
-// No plan can be made, and why; a plan taken up again in the middle.
+// Refused plans with their reasons; resumed plans.
 
 #include <gtest/gtest.h>
 
@@ -112,7 +112,7 @@ TEST(PlanRefusal, NeedsAFitTouchAndNoNegativeChecks) {
 
 TEST(PlanRefusal, NamesSphereDirectionAndTheObstacleThatIsInTheWay) {
   Cell cell = demo_cell();
-  // A hood over S3: within reach from everywhere, free from nowhere.
+  // A hood over S3: reachable from all directions, clear from none.
   cell.obstacles = {box("hood", cell.targets[2].centre_m, {0.2, 0.2, 0.1})};
   const PlanError error = refusal(cell);
   EXPECT_EQ(error.kind, PlanError::Kind::kInTheWay);
@@ -144,8 +144,8 @@ TEST(PlanRefusal, NamesWhatStandsWhereverTheArmCouldRest) {
 
 TEST(PlanRefusal, NamesWhatStandsBetweenTheArmAndASphere) {
   Cell cell = demo_cell();
-  // A wall between the resting posture and S4, which leaves room for the arm behind it, and an arm
-  // that cannot fold to turn past its edge.
+  // A wall between the resting posture and S4, with room for the arm after it, and an arm that
+  // cannot fold to turn past its edge.
   cell.targets[1].centre_m = {1.06, -0.05, 0.33};
   cell.obstacles = {box("fence", {1.15, 0.20, 0.5}, {1.4, 0.01, 4.0})};
   cell.robot.joints[1].min_rad = -1.6;
@@ -172,7 +172,7 @@ TEST(Resume, FromTheClearPointOfTheLastTouchGoesOnAsPlanned) {
     EXPECT_EQ(resumed.touches[next].transit.back(), sound_plan().touches[next].standoff);
     EXPECT_GT(smallest_gap_m(demo_cell(), arm, from, resumed.touches[next].transit),
               kNearestResumedM);
-    // Nothing else changes.
+    // Everything else is unchanged.
     EXPECT_EQ(resumed.touches.size(), sound_plan().touches.size());
     for (std::size_t k = 0; k < sound_plan().touches.size(); ++k) {
       EXPECT_EQ(resumed.touches[k].end, sound_plan().touches[k].end);
@@ -187,14 +187,14 @@ TEST(Resume, FromTheSearchLineOfTheNextTouchFirstBacksOutOfIt) {
   const ArmModel arm = nominal_arm(demo_cell());
   for (const std::size_t next : {0u, 7u, 15u}) {
     const PlannedTouch& touch = sound_plan().touches[next];
-    const JointVector from = between(touch.standoff, touch.end, 0.6);  // in contact, nearly
+    const JointVector from = between(touch.standoff, touch.end, 0.6);  // almost in contact
     ASSERT_LT(gap_m(demo_cell(), arm, from), 0.002);
     const Plan resumed = resume_plan(demo_cell(), sound_plan(), next, from);
     const auto& way = resumed.touches[next].transit;
     ASSERT_GE(way.size(), 2u);
     EXPECT_EQ(way.front(), touch.clear);
     EXPECT_EQ(way.back(), touch.standoff);
-    // Out of the sphere's neighbourhood it may only get further away.
+    // Near the sphere the distance may only increase.
     double last = gap_m(demo_cell(), arm, from);
     testing::along(arm, from, way.front(), [&](const JointVector& q) {
       EXPECT_GE(gap_m(demo_cell(), arm, q), last - 1e-6);
@@ -216,7 +216,7 @@ TEST(Resume, FromTheSearchLineOfTheTouchJustMadeFirstBacksOutOfIt) {
 }
 
 TEST(Resume, FromAForeignPostureNearASphereIsRefused) {
-  // On the search line of a touch long ago: not the line of this one or the last.
+  // On the search line of an earlier touch, neither this one nor the last.
   const PlannedTouch& foreign = sound_plan().touches[10];
   const JointVector from = between(foreign.standoff, foreign.end, 0.5);
   const PlanError error =

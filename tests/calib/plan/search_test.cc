@@ -1,4 +1,4 @@
-// What a search for a sphere may touch, and what it says of where the sphere may be.
+// Allowed contacts of a search for a sphere, and its information on the sphere's place.
 
 #include <gtest/gtest.h>
 
@@ -66,19 +66,20 @@ TEST(SearchDepth, EndsBeforeTheShaftMeetsWhatTheTipHasPassed) {
   tool.slim_length_m = 0.05;
   const SearchLine down{Vector3d::Zero(), Vector3d::UnitZ(), -Vector3d::UnitZ()};
   // A sphere of 30 mm straight below is met; one 40 mm aside is passed, and the shaft, 20 mm wide,
-  // would meet it when the tip is 50 mm below that place.
+  // would meet it with the tip 50 mm below that place.
   const double radius = 0.03;
   const auto depth =
       search_depth(down, {Vector3d(0, 0, -0.02), Vector3d(0.04, 0, 0)}, radius, kNoStand, tool);
   const double shaft = 0.02 + radius + 0.005;
   EXPECT_NEAR(depth.end_m, std::sqrt(shaft * shaft - 0.04 * 0.04) - 0.05, 1e-12);
   EXPECT_NEAR(depth.share, 0.5, 1e-12);
-  // Alone, the one straight below may be searched down to its middle.
+  // The one straight below alone may be searched down to its centre.
   EXPECT_NEAR(search_depth(down, {Vector3d::Zero()}, radius, kNoStand, tool).end_m, 0.0, 1e-12);
 }
 
 TEST(SearchDepth, LearnsNothingFromALineThatWasSearchedBefore) {
-  // What a touch at the origin from above leaves of a sphere of 40 mm: centres 20 mm from there.
+  // Remaining uncertainty after a touch at the origin from above of a sphere of 40 mm: centres at
+  // 20 mm.
   constexpr double kRadiusM = 0.02;
   Random random(1);
   std::vector<Vector3d> places;
@@ -101,7 +102,7 @@ TEST(SearchDepth, KeepsTheShaftFromASphereThatAnArmThatIsOffWouldMiss) {
   tool.radius_m = 0.02;
   tool.slim_length_m = 0.05;
   const SearchLine down{Vector3d::Zero(), Vector3d::UnitZ(), -Vector3d::UnitZ()};
-  // The nominal tip meets the sphere 26 mm aside, of 30 mm: by less than arms are off.
+  // The nominal tip meets the sphere 26 mm aside, of 30 mm: by less than an arm's error.
   const double radius = 0.03, aside = 0.026;
   const std::vector<Vector3d> places{Vector3d(0, 0, -0.08), Vector3d(aside, 0, 0)};
   const double shaft = 0.02 + radius + 0.005;
@@ -149,19 +150,19 @@ TEST(SearchDepth, EndsBeforeTipOrShaftMeetTheStandOfASphereThatIsPassed) {
   const std::vector<Vector3d> place{Vector3d::Zero()};
   EXPECT_NEAR(search_depth(level, place, radius, stand, tool).end_m, 0.012 + 0.004 + 0.004, 1e-12);
   EXPECT_NEAR(search_depth(level, place, radius, kNoStand, tool).end_m, 0.0, 1e-12);
-  // Beside the post by 25 mm, for another place further on: the tip passes, the shaft, 50 mm behind
-  // it, would not.
+  // At 25 mm from the post, for a place further on: the tip passes, the shaft, 50 mm after it,
+  // would not.
   const SearchLine beside{{0, 0.025, -0.08}, Vector3d::UnitX(), -Vector3d::UnitX()};
   const std::vector<Vector3d> two{Vector3d::Zero(), Vector3d(-0.1, 0.3, 0.0)};
   const double shaft = 0.012 + 0.02 + 0.005;
   EXPECT_NEAR(search_depth(beside, two, radius, stand, tool).end_m,
               std::sqrt(shaft * shaft - 0.025 * 0.025) - 0.05, 1e-12);
   EXPECT_NEAR(search_depth(beside, two, radius, kNoStand, tool).end_m, -0.1, 1e-12);
-  // The sphere itself is met before its stand: nothing changes.
+  // The sphere itself is met before its stand: unchanged.
   const SearchLine middle{Vector3d::Zero(), Vector3d::UnitX(), -Vector3d::UnitX()};
   EXPECT_EQ(search_depth(middle, place, radius, stand, tool).end_m,
             search_depth(middle, place, radius, kNoStand, tool).end_m);
-  // Coming down beside the sphere it stays out of what is below.
+  // When descending next to the sphere it stays clear of what is below.
   const SearchLine aslant{{0.034, 0, 0}, Vector3d(1, 0, 3).normalized(), -Vector3d::UnitZ()};
   const SearchDepth depth = search_depth(aslant, place, radius, stand, tool);
   const Vector3d tip = aslant.aim_m + depth.end_m * aslant.normal;

@@ -1,4 +1,4 @@
-// Searches that a session has left in their midst, and the way out of them.
+// Interrupted searches, and the retreat from them.
 
 #include "calib/plan/search_under_way.h"
 
@@ -50,7 +50,7 @@ TEST(a_way_out_of_a_search, is_none_where_the_arm_is_elsewhere_or_no_way_is_know
   EXPECT_FALSE(way_out_of({}, {1.0, 0.3}));
 }
 
-/// Another session with the same cell file: the moves to its first search; empty where it is refused.
+/// Another session with the same cell file: the moves to its first search; empty if refused.
 std::vector<JointVector> begun_anew(const Cell& cell, std::optional<SearchUnderWay> left,
                                     const JointVector& from) {
   TouchSequenceOptions options;

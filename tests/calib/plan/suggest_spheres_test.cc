@@ -1,4 +1,4 @@
-// Places for spheres that serve a region.
+// Suggested places of spheres for a region.
 
 #include "calib/plan/suggest_spheres.h"
 

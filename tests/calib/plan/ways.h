@@ -1,5 +1,5 @@
 #pragma once
-// A plan looked at from outside.
+// External view of a plan.
 
 #include <functional>
 #include <vector>
@@ -9,22 +9,22 @@
 
 namespace cellcal::calib::testing {
 
-/// The nominal arm; only tips of it are asked for.
+/// The nominal arm; used for tips only.
 ArmModel nominal_arm(const Cell& cell);
 
 /// Smallest distance of the tip from any sphere's surface [m].
 double gap_m(const Cell& cell, const ArmModel& arm, const JointVector& q);
 
-/// Calls `look` at every pose of the straight joint-space way, so finely that the tip moves less
-/// than half a millimetre in between.
+/// Calls `look` at every pose of the straight joint-space move, in steps of less than half a
+/// millimetre of the tip.
 void along(const ArmModel& arm, const JointVector& from, const JointVector& to,
            const std::function<void(const JointVector&)>& look);
 
-/// The smallest gap on the way over all waypoints.
+/// The smallest gap on the path over all waypoints.
 double smallest_gap_m(const Cell& cell, const ArmModel& arm, const JointVector& from,
                       const std::vector<JointVector>& waypoints);
 
-/// Posture in the middle of the limits between `a` and `b`.
+/// Posture between `a` and `b` at this share.
 JointVector between(const JointVector& a, const JointVector& b, double share);
 
 }  // namespace cellcal::calib::testing

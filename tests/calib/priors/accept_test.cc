@@ -76,7 +76,7 @@ TEST(TheNominalGeometry, IsTheSameWhateverTolerancesMassesGearsLimitsAndNamesSay
     joint.harmonics = {1};
     joint.max_rad *= 0.9;
     std::reverse(joint.errors.begin(), joint.errors.end());
-    joint.d_m += 1e-14;  // what a conversion of units leaves
+    joint.d_m += 1e-14;  // rounding of a unit conversion
   }
   EXPECT_EQ(nominal_geometry_sha256(other), nominal_geometry_sha256(drawn_robot()));
   other.joints[3].sign = -other.joints[3].sign;

@@ -30,7 +30,7 @@ TEST(Evidence, WithThePriorsPutBackIsTheCalibration) {
   for (Eigen::Index i = 0; i < n; ++i)
     for (const ArmParameter& p : arm.parameters())
       if (p == e.keys[static_cast<std::size_t>(i)]) sigma[i] = p.sigma;
-  // In sigmas: what is left out of the directions that the prior decided is less than a fiftieth.
+  // In sigmas: what is omitted for directions decided by the prior is below a fiftieth.
   const Eigen::MatrixXd rows = e.rows * sigma.asDiagonal();
   const Cholesky posterior(rows.transpose() * rows + Eigen::MatrixXd::Identity(n, n));
   const Eigen::VectorXd mean = posterior.solve(Eigen::VectorXd(rows.transpose() * e.values));
@@ -61,7 +61,7 @@ TEST(Evidence, IsTheSameOfTheCalibrationsFile) {
       evidence_of(calibration_from_json(calibration_to_json(c), "calibration.json")));
   EXPECT_EQ(of_file.nominal_geometry, e.nominal_geometry);
   ASSERT_EQ(of_file.keys, e.keys);
-  // Of eigenvectors the signs are anybody's.
+  // Eigenvectors have arbitrary signs.
   const Eigen::MatrixXd information = e.rows.transpose() * e.rows;
   const Eigen::VectorXd scale = information.diagonal().cwiseSqrt().cwiseInverse();
   const Eigen::MatrixXd off = of_file.rows.transpose() * of_file.rows - information;

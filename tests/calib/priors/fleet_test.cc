@@ -79,8 +79,9 @@ TEST(FewArms, AreNoFleet) {
 }
 
 TEST(WhatPriorsDecided, LeavesTheNominalGeometryWhereItIs) {
-  // Thirteen touches of four spheres whose twelve coordinates nobody knows: nearly all in these calibrations is their
-  // priors'. Read as they stand, two hundred posteriors near nothing would narrow every tolerance to nothing.
+  // Thirteen touches of four spheres with twelve unknown coordinates: these calibrations are determined almost
+  // entirely by their priors. Taken at face value, two hundred posteriors near zero would narrow every tolerance to
+  // zero.
   const Learned learned = learn(drawn_robot(), evidence_of_all(fleet_of(200, uneven(), 13)));
   ASSERT_FALSE(learned.none);
   int undetermined = 0;
@@ -99,8 +100,8 @@ TEST(WhatPriorsDecided, LeavesTheNominalGeometryWhereItIs) {
 }
 
 TEST(WhatPriorsDecided, IsNotReadBackHoweverOftenTheyAreTaken) {
-  // Ten generations, each calibrated with the priors of the one before by touches that tell half of it: reading
-  // the posterior's own spread would have it shrink each time.
+  // Ten generations, each calibrated with the priors of the preceding one by touches that carry half of the
+  // information: using the posterior's own spread would shrink it each time.
   const Truth truth = uneven();
   Robot stated = drawn_robot();
   Random random(5);
@@ -132,7 +133,7 @@ TEST(PoisonedArms, DoNotMoveTheSpreads) {
   poison(2, 1e6);
   poison(3, 0.0);
   poisoned.push_back(times(honest[4], 5.0));
-  poisoned.back().covariance *= 1e-6;  // and is sure of it
+  poisoned.back().covariance *= 1e-6;  // and is overconfident
   poisoned.push_back(honest[5]);
   poisoned.back().parameters[2].correction = 1e300;
   const Learned clean = learn(drawn_robot(), evidence_of_all(honest));
@@ -179,7 +180,7 @@ TEST(OneArm, CountsOnceByItsName) {
   arms[2].time = "2026-01-01T00:00:00Z";
   arms[3].time = "2026-03-01T00:00:00Z";
   arms[4].time = "2026-04-01T00:00:00Z";
-  arms[4].update = true;  // stands on another
+  arms[4].update = true;  // updated from another
   const Learned learned = learn(drawn_robot(), arms);
   EXPECT_EQ(learned.priors.arms, 8);
   EXPECT_EQ(kind_of(learned, "arm 002.json"), SetAsideKind::kSameArm);

@@ -1,5 +1,5 @@
 #pragma once
-// Calibrations of arms whose spreads are known, as exact posteriors of touches of an arm in the first order of its errors.
+// Calibrations of arms with known spreads, as exact posteriors of touches to first order in the errors.
 
 #include <vector>
 
@@ -13,7 +13,7 @@ namespace cellcal::calib::testing {
 /// The demo's arm.
 Robot drawn_robot();
 
-/// Factors on what the robot file states, of each joint; what is not named is 1.
+/// Factors on the robot file's values, per joint; 1 if not listed.
 struct Truth {
   std::vector<double> length, angle;
   double gear = 1.0;
@@ -21,15 +21,15 @@ struct Truth {
 /// The demo's arm with some joints tighter and some wider.
 Truth uneven();
 
-/// Touches of four spheres whose places nobody knows. `stated`: the arm with the priors of its file; `drawn`: whose sigmas the truth's factors
-/// are of.
+/// Touches of four spheres with unknown places. `stated`: the arm with the priors of its file; `drawn`: the arm whose
+/// sigmas the truth's factors refer to.
 Calibration calibration_of(const Robot& drawn, const Robot& stated, const Truth& truth, int touches,
                            Random& random);
 
 std::vector<Calibration> fleet_of(int arms, const Truth& truth, int touches = 40,
                                   unsigned seed = 1);
 
-/// Named "arm 000.json" and so on; those that are none are left out.
+/// Named "arm 000.json" and so on; those without evidence are omitted.
 std::vector<ArmEvidence> evidence_of_all(const std::vector<Calibration>& calibrations);
 
 /// The calibration with every error times this.

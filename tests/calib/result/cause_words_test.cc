@@ -1,4 +1,4 @@
-// The sentences of likely causes: what is wrong and by how much, what to check.
+// Sentences of likely causes: deviation and what to check.
 
 #include <gtest/gtest.h>
 
@@ -27,7 +27,7 @@ FindingPart field(const char* joint, const char* name, double should_be, double 
   return {about_joint(joint), {{name, should_be, unit}, {"stated", stated, unit}}};
 }
 
-/// As where the result would be let through with it put right.
+/// As if correcting it would let the result pass.
 Finding mending(Finding finding) {
   finding.evidence.push_back({"mends", 1.0, ""});
   return finding;

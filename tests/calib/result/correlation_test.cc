@@ -30,7 +30,7 @@ TEST(StrongCorrelations, FindsPairsOnBothSidesOfZeroStrongestFirst) {
   EXPECT_NEAR(strong.pairs[1].correlation, 0.92, 1e-12);
 }
 
-// The height of the base against the heights of two spheres, in mm: the touches tell only each
+// The height of the base and the heights of two spheres, in mm: the touches determine only each
 // sphere's height above the base. Tolerances 0.7 mm for the base, 20 mm for the spheres.
 Calibration heights(double touch_sigma) {
   Calibration calibration = with_parameters(3);
@@ -61,7 +61,7 @@ TEST(StrongCorrelations, TakeTheFrameOut) {
 
 TEST(StrongCorrelations, SurviveTheRemovalOfTheFrameWhereTheyAreReal) {
   Calibration calibration = heights(0.05);
-  // Both heights lean on the same badly known touch: 0.3 mm that they share.
+  // Both heights depend on the same uncertain touch: a common error of 0.3 mm.
   calibration.covariance(1, 1) += 0.09;
   calibration.covariance(2, 2) += 0.09;
   calibration.covariance(1, 2) += 0.09;

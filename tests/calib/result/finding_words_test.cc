@@ -1,4 +1,4 @@
-// The sentences that a user reads, all in one place; no other test looks into them.
+// Sentences of findings; tested here only.
 
 #include <gtest/gtest.h>
 

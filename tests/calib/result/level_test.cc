@@ -1,4 +1,4 @@
-// Which imperfections a result explains the touches with, and how that was decided.
+// Imperfections that a result uses to explain the touches, and their selection.
 
 #include "calib/result/level.h"
 
@@ -81,7 +81,7 @@ TEST(Level, TheFilesOwnComplianceIsTakenAndNoOther) {
 TEST(Level, AnArmWhoseFileIsSilentGivesAtEveryJointThatBearsALoad) {
   const Cell cell = at_level(demo_cell(), ModelLevel{});
   EXPECT_EQ(count(demo_cell(), ParameterKind::kCompliance), 0);
-  EXPECT_EQ(count(cell, ParameterKind::kCompliance), 5);  // all but the upright first one
+  EXPECT_EQ(count(cell, ParameterKind::kCompliance), 5);  // all but the vertical first one
   EXPECT_EQ(cell.robot.joints[0].compliance_sigma_rad_per_nm, 0.0);
   Cell on_the_wall = demo_cell();
   on_the_wall.robot.gravity_m_s2 = {9.81, 0.0, 0.0};
@@ -132,7 +132,7 @@ TEST(Level, SoftJointsAreSeenByTheirEvidence) {
 }
 
 TEST(Level, SagOfAnArmWhoseFileStatesNoMassesIsFoundInItsTrueShape) {
-  // The forearm's weight hangs to one side, which no guess from the links' lengths would say.
+  // The forearm's weight is off-centre, which cannot be derived from the links' lengths.
   Cell heavy = soft_cell();
   heavy.robot.joints[3].com_m = {0.0, 0.0, -0.3};
   for (Joint& joint : heavy.robot.joints) joint.compliance_sigma_rad_per_nm *= 3.0;
@@ -147,7 +147,7 @@ TEST(Level, SagOfAnArmWhoseFileStatesNoMassesIsFoundInItsTrueShape) {
     left_out += identify(demo_cell(), made.touches, stiff).check.rms_m / kRuns;
   }
   std::printf("sag: unseen touches %.3f mm rms, stiff %.3f mm\n", 1e3 * taken, 1e3 * left_out);
-  EXPECT_LT(taken, 0.25 * left_out);  // an eighth, when this was written
+  EXPECT_LT(taken, 0.25 * left_out);  // an eighth at the time of writing
 }
 
 TEST(Level, LargeGearErrorsAreTakenAsLargerThanSmallOnes) {

@@ -1,4 +1,4 @@
-// Why a model level was taken, in words.
+// Sentences on the selection of a model level.
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// The sentences of touches that were left out; no other test looks into them.
+// Sentences of outliers; tested here only.
 
 #include "calib/result/outlier.h"
 

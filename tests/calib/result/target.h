@@ -6,7 +6,7 @@
 
 namespace cellcal::calib::testing {
 
-/// One that words are about.
+/// A target for sentences.
 inline Target target(const std::string& id, TargetKind kind = TargetKind::kSphere) {
   Target one;
   one.id = id;

@@ -1,4 +1,4 @@
-// The sentences of directions that touches do not decide; no other test looks into them.
+// Sentences of undetermined directions; tested here only.
 
 #include "calib/result/unidentifiable.h"
 

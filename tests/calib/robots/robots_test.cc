@@ -1,4 +1,4 @@
-// Every shipped robot loads, and stands where its source says.
+// Every shipped robot loads, with the geometry of its source.
 
 #include <gtest/gtest.h>
 

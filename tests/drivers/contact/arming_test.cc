@@ -1,4 +1,4 @@
-// Armed searches: what is refused and why, what trips, what is noise, and how an arming ends.
+// Armed searches: refusals with their reasons, trips, noise, and the end of an arming.
 
 #include <algorithm>
 
@@ -161,7 +161,7 @@ INSTANTIATE_TEST_SUITE_P(
                               rig.run(milliseconds{20});
                             },
                             "already in contact"},
-                    Refusal{"InContactSinceThisMoment",  // only the sensor knows yet
+                    Refusal{"InContactSinceThisMoment",  // not yet known to the host
                             [](Rig& rig) { rig.mcu.edge(rig.now() + microseconds{20}, true); },
                             "already in contact"},
                     Refusal{"LoopBroken",
@@ -280,7 +280,7 @@ TEST(ContactArming, GivesUpAnArmingThatIsNeverAnsweredAndLeavesNothingArmed) {
   ASSERT_TRUE(rig.get_ready());
   bool blocked = true;
   rig.line.to_host = [&](std::vector<std::uint8_t> wire) {
-    // Heartbeats that say 'armed' are lost; the line otherwise lives.
+    // Heartbeats with 'armed' are lost; everything else arrives.
     const bool lose = blocked && type_of(wire) == CTP_STATUS && rig.mcu.armed();
     return lose ? std::vector<std::uint8_t>{} : wire;
   };
@@ -327,7 +327,7 @@ TEST(ContactArming, SilenceOf25MillisecondsIsNotAliveWithoutAnyHandlerHavingRun)
     rig.run(milliseconds{1});
     ASSERT_TRUE(rig.snapshot().alive);
   }
-  // Time passes and nobody runs the core: snapshot() alone has to notice.
+  // Time passes without the core running: snapshot() alone has to detect it.
   const TimePoint last = rig.now();
   EXPECT_FALSE(rig.contact.guard().snapshot(last + milliseconds{26}).alive);
 }

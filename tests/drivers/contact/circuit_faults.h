@@ -1,6 +1,6 @@
 #pragma once
-// The single faults of the touch circuit, as the FMEA table of drivers/contact/firmware/README.md
-// has them. Each is put on the emulated board (fmea_test.cc) and on the simulated one
+// Single faults of the touch circuit, as in the FMEA table of drivers/contact/firmware/README.md.
+// Each is applied to the emulated board (fmea_test.cc) and to the simulated one
 // (firmware/simavr_fmea_test.cc).
 
 #include <iosfwd>
@@ -14,14 +14,14 @@ namespace cellcal::test {
 struct CircuitFault {
   const char* name;
   sim::TouchCircuit circuit;
-  // How it shows at rest, 2 s after it came; an arming is refused if any of these is.
+  // Visible at rest, 2 s after its onset; an arming is refused if any of these is set.
   drivers::LoopFlaw flaw = drivers::LoopFlaw::kNone;
   bool in_contact = false;
   bool self_test_fails = false;  ///< at the next arming, which is then refused
   bool undefined = false;        ///< a voltage between the bands: likewise
   // While armed.
-  bool trips = false;          ///< by itself, in the moment that it comes
-  bool by_voltage = false;     ///< that trip, or the one of the touch, is no edge
+  bool trips = false;          ///< spontaneously, at its onset
+  bool by_voltage = false;     ///< that trip, or the one of the touch, is not an edge
   bool touch_is_lost = false;  ///< it is armed, and a touch does not trip it
 
   bool refused() const {
@@ -31,7 +31,7 @@ struct CircuitFault {
 
 inline void PrintTo(const CircuitFault& fault, std::ostream* out) { *out << fault.name; }
 
-/// The same at a board of another supply: what is in volts and amperes goes with it.
+/// For a board with another supply: voltages and currents are scaled with it.
 inline std::vector<CircuitFault> circuit_faults(const sim::TouchBoard& board = sim::kUno) {
   using drivers::LoopFlaw;
   constexpr double kOpen = sim::TouchCircuit::kOpen, kShort = sim::TouchCircuit::kShort;

@@ -1,4 +1,4 @@
-// Which samples the clock map takes, how sure it says it is, and what it says of round trips.
+// Limits of the clock map: accepted samples, stated uncertainty, and treatment of round trips.
 
 #include <gtest/gtest.h>
 
@@ -19,7 +19,7 @@ std::uint32_t ticks(double s) {
   return 77'000u + static_cast<std::uint32_t>(std::llround(s * CTP_TICKS_PER_S));
 }
 
-/// Asked at `s`; the sensor's stamps are `stamp_s` late, the answer is held up by `held_s`.
+/// Sent at `s`; the sensor's stamps are `stamp_s` late, the answer is delayed by `held_s`.
 ClockMap::Sample ping(ClockMap& map, double s, double stamp_s = 0.0, double held_s = 0.0) {
   constexpr double kTurnaroundS = 40e-6;
   const double rx = s + kWireS + stamp_s, tx = rx + kTurnaroundS;
@@ -51,7 +51,7 @@ TEST(ClockMapLimits, AnAnswerIsOlderThanItsQuestionByNoMoreThanTwoCrystalsDiffer
   };
   EXPECT_EQ(answered_in(0.10005, 0.1), ClockMap::Sample::kTaken);
   EXPECT_EQ(answered_in(0.10015, 0.1), ClockMap::Sample::kOutlier);
-  // Nor is a PING held back for a second.
+  // A PING is not delayed by a second.
   EXPECT_EQ(answered_in(0.99, 1.2), ClockMap::Sample::kTaken);
   EXPECT_EQ(answered_in(1.01, 1.2), ClockMap::Sample::kOutlier);
 }
@@ -62,7 +62,7 @@ TEST(ClockMapLimits, WhatItsOwnRoundTripExplainsIsNoContradiction) {
     EXPECT_EQ(ping(map, 5.0, 0.0, held_s), ClockMap::Sample::kTaken);
     EXPECT_NEAR(error_us(map, 5.0), 0.0, 0.1) << "and it moves nothing";
   }
-  // Beyond it 2 ms are left to the map's own faults.
+  // Above it 2 ms are allowed for errors of the map.
   for (const double side : {1.0, -1.0}) {
     ClockMap map = map_of(20);
     EXPECT_EQ(ping(map, 5.0, side * 1.9e-3), ClockMap::Sample::kTaken);
@@ -84,7 +84,7 @@ TEST(ClockMapLimits, OnlyContradictionsInARowAreAJump) {
   EXPECT_EQ(ping(map, 10.4, 0.5), ClockMap::Sample::kJumped);
   EXPECT_EQ(map.samples(), 0u);
   EXPECT_FALSE(map.valid());
-  // From there on it learns anew, and counts contradictions from none.
+  // From there on it learns again, and counts contradictions from zero.
   for (int i = 0; i < 10; ++i) EXPECT_EQ(ping(map, 11.0 + i, 0.5), ClockMap::Sample::kTaken);
   EXPECT_TRUE(map.valid());
   EXPECT_EQ(ping(map, 22.0), ClockMap::Sample::kOutlier);
@@ -139,7 +139,7 @@ TEST(ClockMapLimits, EachOfAFewSamplesCountsFromTheFirstToTheLast) {
 }
 
 TEST(ClockMapLimits, ThreeGoodSamplesAreEnoughForAMap) {
-  // Of eight three are held up for long and two are stamped 30 us off.
+  // Of eight samples three are delayed for long and two are stamped 30 us off.
   ClockMap map(kWireS);
   const double held_s[] = {0, 5e-3, 0, 0, 5e-3, 0, 5e-3, 0};
   const double stamp_s[] = {0, 0, 30e-6, -30e-6, 0, 0, 0, 0};
@@ -156,13 +156,13 @@ TEST(ClockMapLimits, TheFirstSampleIsLeftOutAsAnyOther) {
 }
 
 TEST(ClockMapLimits, WhatAContradictionIsGrowsWithTheMapsOwnDoubt) {
-  // Every answer is held up by 10 ms: 2.9 ms of doubt. Six of them and 2 ms are 19.3 ms.
+  // Every answer is delayed by 10 ms: an uncertainty of 2.9 ms. Six of them and 2 ms are 19.3 ms.
   const auto taken = [](double stamp_s, double held_s) {
     ClockMap map(kWireS);
     for (int i = 0; i < 20; ++i) {
       EXPECT_EQ(ping(map, kEveryS * i, 0.0, 10e-3), ClockMap::Sample::kTaken) << i;
     }
-    // The map is 5 ms beside the stamps of a sample that is not held up.
+    // The map is 5 ms off the stamps of an undelayed sample.
     return ping(map, 5.0, stamp_s, held_s) == ClockMap::Sample::kTaken;
   };
   EXPECT_TRUE(taken(13e-3, 0.0));
@@ -181,7 +181,7 @@ TEST(ClockMapLimits, AnExcessThatIsNeverMissingIsUniformOverItsHalf) {
 
 TEST(ClockMapLimits, TheWindowIsTheNewest64) {
   ClockMap map(kWireS);
-  // What is wrong for the first ten is forgotten 64 later.
+  // Errors of the first ten are forgotten 64 samples later.
   for (int i = 0; i < 10; ++i) ping(map, kEveryS * i, 0.0, 1e-3);
   for (int i = 10; i < 74; ++i) {
     ping(map, kEveryS * i, 0.0, 2e-3);
@@ -201,7 +201,7 @@ TEST(ClockMapLimits, TellsTheLeastTheMiddleAndTheWorstRoundTrips) {
 }
 
 TEST(ClockMapLimits, HeldUpSamplesCountForLess) {
-  // Of every other sample the answer is held up by 18 us: 9 us off, and 1/82 of the weight.
+  // The answer of every other sample is delayed by 18 us: 9 us off, and 1/82 of the weight.
   ClockMap map(kWireS);
   for (int i = 0; i < 40; ++i) ping(map, kEveryS * i, 0.0, i % 2 == 0 ? 0.0 : 18e-6);
   EXPECT_NEAR(error_us(map, 5.0), 9.0 / 82 / (1 + 1.0 / 82), 0.02);

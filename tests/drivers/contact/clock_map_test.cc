@@ -1,4 +1,4 @@
-// Ticks to host time: against a clock whose truth is known, and through the whole stack.
+// Ticks to host time: compared with a known clock, and through the whole stack.
 
 #include "drivers/contact/clock_map.h"
 
@@ -12,7 +12,7 @@
 namespace cellcal::drivers {
 namespace {
 
-/// A sensor clock of known offset and drift, and a link whose delays the test chooses.
+/// A sensor clock of known offset and drift, and a link with delays set by the test.
 struct Truth {
   double drift_ppm = 0.0;
   std::uint32_t first = 0;

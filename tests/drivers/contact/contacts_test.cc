@@ -1,5 +1,5 @@
 // Many contacts in virtual time, with bounces, drift and the wrap of the sensor's clock. A hundred
-// thousand by CELLCAL_CONTACTS=100000.
+// thousand with CELLCAL_CONTACTS=100000.
 
 #include <algorithm>
 #include <cstdlib>
@@ -11,14 +11,15 @@ namespace cellcal::drivers {
 namespace {
 
 constexpr int kContacts = 3000;
-/// A stated sigma is one of many that may be wrong: none may be by more than so many.
+/// Maximum error in stated sigmas, over many contacts.
 constexpr double kSigmas = 4.0;
 
 class Contacts : public testing::TestWithParam<double> {
  protected:
   int draw(int from, int to) { return std::uniform_int_distribution<int>(from, to)(random_); }
 
-  /// Settles at `closed` after up to eight bounces, none of them five samples long. Returns when.
+  /// Settles at `closed` after up to eight bounces, none of them five samples long. Returns the
+  /// time.
   TimePoint bounce(Rig& rig, TimePoint t, bool closed) {
     rig.mcu.edge(t, closed);
     for (int n = draw(0, 8); n > 0; --n) {

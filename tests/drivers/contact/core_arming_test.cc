@@ -1,4 +1,4 @@
-// An arming from its request to its end, against a sensor that answers as the test says.
+// An arming from its request to its end, with a scripted sensor.
 
 #include "scripted_sensor.h"
 
@@ -38,7 +38,7 @@ TEST_F(CoreArming, WhatTheSensorSaysAgainstItIsTheAnswer) {
   }
   s.nak_arm = 0;
   EXPECT_TRUE(s.arm(++id, 1s));
-  // Once armed nothing of it is a refusal.
+  // Once armed, later NAKs are not refusals.
   s.say(ctp::Nak{CTP_ARM, CTP_NAK_IN_CONTACT});
   EXPECT_FALSE(s.core.poll_arm());
   EXPECT_TRUE(s.facts().armed);
@@ -119,7 +119,7 @@ TEST_F(CoreArming, AsksAgainWhileThereIsNoAnswerAndGivesUpBeforeTheSensorLapses)
     EXPECT_EQ(ctp::read<ctp::Arm>(sent.frame).arm_id, 5);
     EXPECT_EQ(ctp::read<ctp::Arm>(sent.frame).lifetime_ms, 1000);
   }
-  // And makes it let go, until it says that it has.
+  // And disarms it, until it reports being disarmed.
   s.sent.clear();
   s.set(CTP_FLAG_ARMED, true);
   s.run(200ms);
@@ -230,7 +230,7 @@ TEST_F(CoreArming, WithdrawnBeforeItsAnswerItIsAnsweredSo) {
   EXPECT_EQ(answer->arm_id, 5);
   EXPECT_EQ(s.count(CTP_DISARM), 1u);
   s.run(50ms);
-  // One that waits for the self-test is withdrawn without having been asked for.
+  // One that waits for the self-test is withdrawn without having been sent.
   s.arms = true;
   s.sent.clear();
   s.core.self_test(s.now);
@@ -290,7 +290,7 @@ TEST_F(CoreArming, ATripBeforeItsAnswerIsTheAnswer) {
   EXPECT_EQ(answer->refusal, ArmRefusal::kTrippedAtOnce);
   EXPECT_EQ(s.facts().last_arm_end, ArmEnd::kTripped);
   EXPECT_FALSE(s.facts().armed);
-  // And that was all: it is not asked for again.
+  // It is not requested again.
   s.run(200ms);
   EXPECT_EQ(s.count(CTP_ARM), 1u);
   EXPECT_FALSE(s.core.poll_arm());
@@ -451,7 +451,7 @@ TEST_F(CoreArming, DamageOnTheWayFromTheSensorIsNotTakenForASensorThatHearsNothi
     std::vector<std::uint8_t> bytes(damaged.bytes().begin(), damaged.bytes().end());
     bytes[4] ^= 0x55;
     s.core.on_bytes(bytes, s.now);
-    if (i % 5 == 4) s.say_status();  // one of them gets through
+    if (i % 5 == 4) s.say_status();  // one of them arrives
   }
   EXPECT_EQ(s.facts().fault, ContactFault::kDamaged);
 }
@@ -471,7 +471,7 @@ TEST_F(CoreArming, AContactIsHeldAgainstTheHeartbeatsBehindItsStamp) {
 }
 
 TEST_F(CoreArming, WhyASelfTestFailsIsToldApart) {
-  s.tests = false;  // it does not even begin: the flag of the one before stands
+  s.tests = false;  // it does not even start: the preceding flag remains
   s.core.self_test(s.now);
   ASSERT_TRUE(s.run_until([&] { return s.facts().fault != ContactFault::kNone; }));
   EXPECT_EQ(s.facts().fault, ContactFault::kDeaf);
@@ -495,7 +495,7 @@ TEST_F(CoreArming, ALoopThatBreaksOutsideOfATestIsAFaultAtOnce) {
 }
 
 TEST_F(CoreArming, AContactThatLastsASecondIsExaminedAndItsLoopGuardsTheWayOut) {
-  s.passes = false;  // in contact there is no edge to be seen
+  s.passes = false;  // in contact there is no edge
   touch(true);
   const TimePoint touched = s.now;
   s.sent.clear();
@@ -507,7 +507,7 @@ TEST_F(CoreArming, AContactThatLastsASecondIsExaminedAndItsLoopGuardsTheWayOut) 
   EXPECT_TRUE(s.facts().touching_at_self_test);
   EXPECT_EQ(s.facts().fault, ContactFault::kNone);
   EXPECT_EQ(s.facts().step, ContactStep::kReady);
-  // Examined again every second as long as it lasts.
+  // Tested again every second while it lasts.
   s.sent.clear();
   s.run(3100ms);
   EXPECT_NEAR(static_cast<double>(s.count(CTP_SELFTEST)), 3.0, 1.0);

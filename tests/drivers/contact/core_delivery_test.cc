@@ -1,5 +1,5 @@
-// How late the sensor's bytes come, judged by its own stamps at each limit; what an opening forgets; bytes
-// that are no frames; what is said of the line's quality, figure by figure.
+// Delay of the sensor's bytes, judged by its own stamps at each limit; state discarded by an opening;
+// bytes that are not frames; figures of the line's quality.
 
 #include <cmath>
 
@@ -17,14 +17,14 @@ Duration of_seconds(double s) {
 struct CoreDelivery : testing::Test {
   void SetUp() override { ASSERT_TRUE(s.get_ready()); }
 
-  /// A heartbeat whose last bit was on the wire so long ago.
+  /// A heartbeat whose last bit was sent this long ago.
   void heartbeat(double late_s) {
     const double wire_s = (int{CTP_STATUS_SIZE} + int{CTP_OVERHEAD}) * int{CTP_BITS_PER_BYTE} /
                           static_cast<double>(s.options.baud);
     s.status.t = s.ticks(s.now - of_seconds(late_s + wire_s));
     s.say(s.status);
   }
-  /// Nothing comes until the core has given up waiting.
+  /// No data until the core has given up waiting.
   void fall_silent(bool armed) {
     s.beats = s.pongs = s.identifies = false;
     ASSERT_TRUE(s.run_until([&] { return armed ? !s.facts().armed : !s.snapshot().alive; }));
@@ -113,7 +113,7 @@ TEST_F(CoreDelivery, ExplainsASilenceUnderArmWhereItIsAThirdOfTheLimitAndWasSent
     double sent_before_s, late_s;
     bool explains;
   };
-  // The heartbeat comes late_s after it was sent; sent_before_s before the core gave up.
+  // The heartbeat arrives late_s after it was sent; sent_before_s before the core gave up.
   for (const Case& one :
        {Case{0.003, 0.0080, false}, Case{0.003, 0.0087, true}, Case{-0.003, 0.0180, false}}) {
     s.core.disconnect(s.now);
@@ -133,10 +133,10 @@ TEST_F(CoreDelivery, ExplainsASilenceUnderArmWhereItIsAThirdOfTheLimitAndWasSent
     EXPECT_EQ(s.facts().delivery.silent, before.silent + (one.explains ? 0 : 1));
     EXPECT_EQ(s.facts().last_arm_end, one.explains ? ArmEnd::kDeliveredLate : ArmEnd::kSilence)
         << one.late_s;
-    // One figure and its own limit: so long nothing came.
+    // A single figure with its own limit: duration without data.
     EXPECT_NEAR(s.facts().delivered_late_s, one.explains ? silent_s : 0.0, 1e-5);
     EXPECT_TRUE(!one.explains || s.facts().delivered_late_s > s.facts().late_limit_s);
-    // The first one that comes decides.
+    // The first one to arrive decides.
     heartbeat(0.020);
     EXPECT_EQ(s.facts().last_arm_end, one.explains ? ArmEnd::kDeliveredLate : ArmEnd::kSilence);
   }
@@ -152,7 +152,7 @@ TEST_F(CoreDelivery, ExplainsAnIdleSilenceByItsOwnName) {
   EXPECT_NEAR(s.facts().delivered_late_s, silent_s, 1e-5);
   EXPECT_EQ(s.facts().late_limit_s, 0.3);
   EXPECT_EQ(s.facts().step, ContactStep::kHello) << "it is identified anew all the same";
-  // Of a sensor whose clock has jumped nothing is known.
+  // After a jump of its clock nothing is known of the sensor.
   s.identifies = s.beats = s.pongs = true;
   ASSERT_TRUE(s.run_until([&] { return s.facts().step == ContactStep::kReady; }));
   s.clock_off = 10s;
@@ -230,7 +230,7 @@ TEST(CoreQuality, JitterIsWhatChangesAndAFiftiethOfTheNewest) {
   ScriptedSensor s;
   ASSERT_TRUE(s.get_ready());
   EXPECT_LT(s.facts().quality.heartbeat_jitter_s, 1e-6);
-  // From another opening on all of them are 10 ms old, evenly.
+  // From another opening on all of them are 10 ms old, uniformly.
   s.core.disconnect(s.now);
   s.beats = false;
   s.core.connect(s.now);
@@ -280,7 +280,7 @@ TEST_F(CoreDelivery, AnOpeningForgetsTheOneBefore) {
   s.say_status();
   EXPECT_TRUE(s.facts().heard);
   EXPECT_EQ(s.facts().bytes, 18u) << "twelve and the frame around them";
-  // That it was ready before does not make a loss of a restart now.
+  // An earlier ready state does not make a restart now a loss.
   s.identifies = s.beats = true;
   ASSERT_TRUE(s.run_until([&] { return s.facts().step == ContactStep::kClock; }));
   s.ident.boot_id = 99;
@@ -295,7 +295,7 @@ TEST_F(CoreDelivery, OneThatComesWithoutAClosingForgetsAsMuch) {
   s.core.connect(s.now);
   EXPECT_FALSE(s.facts().armed);
   EXPECT_EQ(s.facts().step, ContactStep::kHello);
-  // Nor does a fault of the one before stay.
+  // A fault of the preceding opening does not persist.
   ScriptedSensor other;
   other.identifies = false;
   other.nak_hello = CTP_NAK_BAD_VERSION;
@@ -352,7 +352,7 @@ TEST(CoreOpening, AsksEachTimeByAnotherNumber) {
       << "an answer to an earlier opening is no answer to this one";
 }
 
-// ---- bytes that are no frames -----------------------------------------------------------------------
+// ---- bytes that are not frames ----------------------------------------------------------------------
 
 struct CoreGarbage : testing::Test {
   void SetUp() override {

@@ -1,4 +1,4 @@
-// What the host asks of a sensor until it is ready, how often, and what each answer leads to.
+// Requests of the host to a sensor until it is ready, their period, and the effect of each answer.
 
 #include "scripted_sensor.h"
 
@@ -30,7 +30,7 @@ TEST(CoreIdentify, AnAnswerToAnotherQuestionIsNone) {
   s.run(100ms);
   EXPECT_EQ(s.facts().step, ContactStep::kHello);
   EXPECT_EQ(s.count(CTP_HELLO), 1u);
-  // One that has just started is asked at once.
+  // A sensor that has just started is queried immediately.
   s.ident.nonce = 0;
   s.say(s.ident);
   EXPECT_EQ(s.count(CTP_HELLO), 2u);
@@ -83,7 +83,7 @@ TEST(CoreIdentify, AnotherVersionIsAskedAgainEveryTwoSeconds) {
     EXPECT_EQ(s.facts().step, ContactStep::kHello);
     EXPECT_EQ(s.facts().version, by_ident ? CTP_VERSION + 1 : 0);
     expect_every(s.times(CTP_HELLO), 2000, 4);
-    // Once it is flashed it is taken.
+    // Accepted after flashing.
     s.ident.version = CTP_VERSION;
     s.identifies = true;
     s.nak_hello = 0;
@@ -274,7 +274,7 @@ TEST(CoreIdentify, AnOldOrForeignPongIsNone) {
   EXPECT_LE(s.facts().quality.round_trip_min_s, least);
 }
 
-// Called only when it asks to be, the core does what it does when it is called all the time.
+// Called only at its own wake-up times, the core behaves as if it were called continuously.
 TEST(CoreIdentify, SaysWhenItWantsToBeCalled) {
   const auto life = [](bool always, auto&& script) {
     ScriptedSensor s;

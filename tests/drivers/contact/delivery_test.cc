@@ -1,4 +1,4 @@
-// Whose fault a silence was: the sensor's, or of the computer that delivered its bytes late.
+// Origin of a silence: the sensor, or a computer that processed its bytes late.
 
 #include "sim/mcu/mcu_line.h"
 #include "tests/drivers/contact/rig.h"
@@ -84,7 +84,7 @@ TEST_F(Delivery, ALongSilenceIsNamedLateToo) {
 TEST_F(Delivery, RegularHeartbeatsThatAreAllOldEndTheArming) {
   get_ready();
   arm(1);
-  // Grows without ever leaving a gap of 25 ms.
+  // Increases without a gap of 25 ms.
   for (int late = 1; late <= 40 && snapshot().armed; ++late) {
     line.delay(milliseconds{late});
     run(milliseconds{10});
@@ -108,7 +108,7 @@ TEST_F(Delivery, LatenessIsMeasuredByTheSensorsOwnStamps) {
   EXPECT_EQ(contact.status().quality.late_worst_s, 0.0) << "of this opening";
 }
 
-/// Bytes that make no frame, as a wrong baud rate gives them.
+/// Bytes without frames, as with a wrong baud rate.
 class Garbage : public ByteLine {
  public:
   void write(std::span<const std::uint8_t>, TimePoint) override {}

@@ -1,5 +1,5 @@
-// The board on Ethernet in virtual time: frames in datagrams that are lost, doubled, overtaken, or
-// of another computer.
+// The board on Ethernet in virtual time: frames in datagrams that are lost, duplicated, reordered,
+// or sent by another computer.
 
 #include "rig.h"
 

@@ -1,6 +1,6 @@
-// Every single fault of the touch circuit, before and in the middle of a search: it is found by
-// name before the arm relies on the sensor, or it stops the arm, or a touch is still felt. The
-// table in drivers/contact/firmware/README.md has the same rows.
+// Every single fault of the touch circuit, before and during a search: it is identified by name
+// before the arm relies on the sensor, or it stops the arm, or touches are still detected. Same
+// rows as the table in drivers/contact/firmware/README.md.
 
 #include "circuit_faults.h"
 #include "rig.h"
@@ -58,7 +58,7 @@ TEST_P(Fmea, InMidSearchItStopsTheArmOrATouchStillDoes) {
   }
   rig.run(milliseconds{20});
   EXPECT_EQ(rig.contact.status().voltage_trip, fault.by_voltage);
-  // What no edge has confirmed is not measured with.
+  // A trip not confirmed by an edge is not used for measurement.
   EXPECT_EQ(rig.of_kind(ContactEventKind::kRevoked).empty(), !fault.by_voltage);
   EXPECT_EQ(rig.of_kind(ContactEventKind::kContact).empty(),
             fault.by_voltage || fault.touch_is_lost);
@@ -84,7 +84,7 @@ INSTANTIATE_TEST_SUITE_P(EthernetBoard, Fmea,
                          testing::ValuesIn(test::circuit_faults(sim::kEthernetBoard)),
                          [](const auto& row) { return std::string(row.param.name); });
 
-/// Between the gun and earth: hoses and long cables have nanofarads, a filter has more.
+/// Between gun and earth: hoses and long cables have nanofarads, a filter has more.
 class GunCapacitor : public testing::TestWithParam<bool> {
  protected:
   GunCapacitor()
@@ -101,11 +101,11 @@ TEST_P(GunCapacitor, OfMicrofaradsIsRefusedAndASmallerOneIsNot) {
   rig.run(milliseconds{100});
   EXPECT_TRUE(rig.arm(1).armed) << rig.contact.status().words;
   rig.contact.disarm();
-  // Not charged again when the self-test is over: neither open nor in contact.
+  // Not recharged at the end of the self-test: neither open nor in contact.
   put(2.2e-6);
   rig.run(milliseconds{100});
   EXPECT_EQ(rig.arm(2).refusal, ArmRefusal::kVoltageUndefined);
-  // The test's pull does not bring the feed down to the band of a whole loop.
+  // The test's pull does not lower the feed to the band of an intact loop.
   put(8.2e-6);
   rig.run(milliseconds{100});
   EXPECT_FALSE(rig.arm(3).armed);
@@ -139,7 +139,7 @@ TEST(Earth, OfAFirmwareThatDoesNotWatchItIsNotBelieved) {
   sim::McuOptions old;
   old.firmware = {1, 0, 0};
   Rig rig(old);
-  rig.mcu.set_faults({.circuit = {.earth_reads_v = 0.0}}, rig.now());  // it never set the flag
+  rig.mcu.set_faults({.circuit = {.earth_reads_v = 0.0}}, rig.now());  // the flag was never set
   EXPECT_FALSE(rig.get_ready());
   EXPECT_FALSE(rig.arm(1).armed);
   EXPECT_NE(rig.contact.status().loop_flaw, LoopFlaw::kNone);

@@ -1,5 +1,5 @@
-// Bytes that no sensor of ours would send. The core must stay sane: nothing armed that was not
-// asked for, no event time from nowhere, and it must find back to the real sensor.
+// Bytes that no genuine sensor sends. The core must remain consistent: no unrequested arming, no
+// invalid event time, and it must recover with the genuine sensor.
 
 #include <cmath>
 #include <random>
@@ -60,7 +60,7 @@ TEST(ContactHostile, ValidFramesOfNonsenseLeaveItFiniteAndUnarmed) {
 }
 
 TEST(ContactHostile, NonsenseBetweenTheRealFramesDoesNotArmOrStayAlive) {
-  // The real sensor speaks, and a second source mixes valid frames of nonsense in.
+  // The genuine sensor sends, mixed with valid frames of random content from a second source.
   std::mt19937 random(5);
   Rig rig;
   ASSERT_TRUE(rig.get_ready());
@@ -71,7 +71,7 @@ TEST(ContactHostile, NonsenseBetweenTheRealFramesDoesNotArmOrStayAlive) {
   rig.run(std::chrono::seconds{20});
   EXPECT_FALSE(rig.snapshot().armed);
   rig.line.to_host = nullptr;
-  rig.contact.self_test();  // should it have been told of a restart
+  rig.contact.self_test();  // in case a restart was reported
   EXPECT_TRUE(rig.run_until([&] { return rig.contact.status().link == ContactLink::kReady; },
                             std::chrono::seconds{10}))
       << rig.contact.status().words;

@@ -1,4 +1,4 @@
-// From the open port to 'ready', and every way in which that is refused.
+// From the open port to 'ready', and every refusal.
 
 #include "rig.h"
 

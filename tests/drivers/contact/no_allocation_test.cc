@@ -1,4 +1,4 @@
-// What runs on the robot's cycle does not allocate, in any state that a session passes through.
+// The functions on the robot's cycle do not allocate in any state of a session.
 
 #include <gtest/gtest.h>
 

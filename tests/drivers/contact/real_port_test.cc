@@ -1,5 +1,5 @@
-// The path of real devices, through the unmodified libserialport, on a pseudo-terminal. Needs
-// pty_shim preloaded (ctest does that), which answers the two calls a pseudo-terminal refuses.
+// The code path of real devices, through the unmodified libserialport, on a pseudo-terminal. Needs
+// pty_shim preloaded (by ctest), which answers the two calls that a pseudo-terminal refuses.
 
 #include <dlfcn.h>
 #include <fcntl.h>
@@ -29,7 +29,7 @@
 namespace cellcal::drivers {
 namespace {
 
-/// A function of pty_shim, which is there only when it is preloaded.
+/// A function of pty_shim, available only if it is preloaded.
 template <class Function>
 Function shim(const char* name) {
   return reinterpret_cast<Function>(::dlsym(RTLD_DEFAULT, name));

@@ -1,4 +1,4 @@
-// The relay in the place of plug X1: closed while the port is open, believed by its mirror contact.
+// The relay in place of plug X1: closed while the port is open, verified by its mirror contact.
 
 #include "rig.h"
 

@@ -1,5 +1,5 @@
 #pragma once
-// Driver core and emulated sensor in virtual time, with a line between them that tests can damage.
+// Driver core and emulated sensor in virtual time, with a line that tests can damage.
 
 #include <gtest/gtest.h>
 
@@ -20,7 +20,7 @@ using std::chrono::milliseconds;
 /// Virtual time starts far from zero, as the machine's does.
 inline constexpr TimePoint kStart{std::chrono::hours{30}};
 
-/// A message takes as long on its way.
+/// Transit time of a message.
 inline constexpr double kWireS = 180e-6;
 
 inline bool contains(const std::string& text, const std::string& part) {
@@ -43,7 +43,7 @@ class VirtualClock : public Clock {
   TimePoint now_ = kStart;
 };
 
-/// Passes everything on, or what the test makes of it. An empty result: lost.
+/// Forwards everything, or as modified by the test. An empty result: lost.
 class DamagedLine : public ByteLine {
  public:
   using Damage = std::function<std::vector<std::uint8_t>(std::vector<std::uint8_t>)>;
@@ -94,7 +94,7 @@ class Rig {
 
   TimePoint now() const { return clock.now(); }
 
-  /// Lets time pass in the robot's cycles and collects events, as the robot's cycle would.
+  /// Advances time in cycles of the robot and collects events.
   void run(Duration d) {
     const TimePoint end = now() + d;
     while (now() < end) {

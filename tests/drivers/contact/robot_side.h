@@ -36,7 +36,7 @@ class RobotSide {
   bool ready() {
     return wait_for([&] { return status().link == ContactLink::kReady; });
   }
-  /// For some heartbeats; a failed read is repeated at once.
+  /// For some heartbeats; a failed read would be repeated immediately.
   bool stays_ready() {
     for (int i = 0; i < 100; ++i) {
       if (status().link != ContactLink::kReady) return false;
@@ -58,7 +58,7 @@ class RobotSide {
   static SerialContactOptions options_for(const PortOptions& port) {
     SerialContactOptions options;
     options.port = port;
-    options.contact.max_clock_sigma_s = 0.02;  // a loaded test machine, not what is tested here
+    options.contact.max_clock_sigma_s = 0.02;  // tolerates a loaded test machine
     options.reopen_first = std::chrono::milliseconds{20};
     options.reopen_longest = std::chrono::milliseconds{100};
     return options;

@@ -1,5 +1,5 @@
 #pragma once
-// SerialContact with a thread that asks its guard, as a robot's would. Waits have generous limits.
+// SerialContact with a thread that polls its guard, as a robot's would. Waits have generous limits.
 
 #include <gtest/gtest.h>
 
@@ -34,7 +34,7 @@ inline bool wait_for(const std::function<bool()>& done,
   return true;
 }
 
-/// The robot's thread: an io_context that asks the guard every millisecond.
+/// The robot's thread: an io_context that polls the guard every millisecond.
 class RobotThread {
  public:
   explicit RobotThread(SerialContactOptions options)
@@ -68,7 +68,7 @@ class RobotThread {
   bool ready() {
     return wait_for([this] { return contact.status().link == ContactLink::kReady; });
   }
-  /// The I/O thread does nothing until the returned promise is kept.
+  /// Blocks the I/O thread until the returned promise is fulfilled.
   std::promise<void> hold() {
     std::promise<void> go, held;
     auto until = std::make_shared<std::future<void>>(go.get_future());
@@ -118,9 +118,9 @@ class RobotThread {
 inline SerialContactOptions options_for(const std::string& device) {
   SerialContactOptions options;
   options.port.device = device;
-  // ctest runs all of this a second time on the path of real devices, with pty_shim preloaded.
+  // ctest runs all tests a second time on the code path of real devices, with pty_shim preloaded.
   options.port.always_libserialport = std::getenv("CELLCAL_TEST_LIBSERIALPORT") != nullptr;
-  options.contact.max_clock_sigma_s = 0.02;  // a loaded test machine, not what is tested here
+  options.contact.max_clock_sigma_s = 0.02;  // tolerates a loaded test machine
   options.reopen_first = milliseconds{20};
   options.reopen_longest = milliseconds{100};
   return options;

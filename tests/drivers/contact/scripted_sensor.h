@@ -1,6 +1,6 @@
 #pragma once
-// The core of the contact driver before a sensor that does what the test says, frame by frame, in
-// steps of a quarter of a millisecond.
+// The core of the contact driver with a scripted sensor, frame by frame, in steps of a quarter of a
+// millisecond.
 
 #include <gtest/gtest.h>
 
@@ -28,7 +28,7 @@ class ScriptedSensor {
     status.sense_mv = 5000;
   }
 
-  /// Lets time pass; the core is called as its owner would: when it wants to be, and for bytes.
+  /// Advances time; the core is called as by its owner: at its wake-up times, and for bytes.
   void run(Duration d) {
     for (const TimePoint end = now + d; now < end;) {
       now += kStep;
@@ -64,7 +64,7 @@ class ScriptedSensor {
     if (answer->refusal == ArmRefusal::kNone) return ::testing::AssertionSuccess();
     return ::testing::AssertionFailure() << "refused: " << static_cast<int>(answer->refusal);
   }
-  /// The answer to an arming that is asked for now.
+  /// The answer to an arming requested now.
   std::optional<ArmRefusal> refusal(std::uint16_t id, std::chrono::milliseconds lifetime) {
     core.arm(id, lifetime, now);
     std::optional<ArmAnswer> answer;
@@ -76,7 +76,7 @@ class ScriptedSensor {
 
   ContactFacts facts() const { return core.facts(now); }
   ContactSnapshot snapshot() { return core.snapshot(now); }
-  /// When frames of this type were sent.
+  /// Transmission times of frames of this type.
   std::vector<TimePoint> times(std::uint8_t type) const {
     std::vector<TimePoint> found;
     for (const Sent& s : sent) {
@@ -115,7 +115,7 @@ class ScriptedSensor {
   int wakes = 0;
   bool tick_always = false;
 
-  // What it does of itself.
+  // Autonomous behaviour.
   bool identifies = true, beats = true, pongs = true, tests = true, passes = true, arms = true,
        disarms = true;
   std::uint8_t nak_hello = 0, nak_config = 0, nak_arm = 0;

@@ -97,7 +97,7 @@ TEST(SerialContact, IdentifiesArmsAndReportsATouchWithItsTime) {
   std::optional<ContactEvent> contact;
   TimePoint touch;
   std::uint16_t id = 0;
-  // A busy machine may starve the heartbeat, which rightly ends the arming: then once more.
+  // A busy machine may delay the heartbeat, which correctly ends the arming: retried.
   for (int attempt = 0; attempt < 10 && !contact; ++attempt) {
     ASSERT_TRUE(robot.ready()) << robot.contact.status().words;
     if (!robot.arm(++id).armed) continue;
@@ -168,7 +168,7 @@ TEST(SerialContact, UnpluggingIsNoticedAndTheSensorIdentifiedAfreshWhenItIsBack)
   EXPECT_FALSE(robot.arm(++id).armed);
 
   sim::McuPtyOptions back{{}, link};
-  back.mcu.boot_id = 77;  // it had no supply: another boot is to be expected
+  back.mcu.boot_id = 77;  // it had no supply: another boot is expected
   pty = std::make_unique<sim::McuPty>(back);
   ASSERT_TRUE(robot.ready()) << robot.contact.status().words;
   EXPECT_FALSE(robot.snapshot().armed);
@@ -195,7 +195,7 @@ TEST(SerialContact, SilenceOnAnOpenPortIsAFault) {
   sim::McuFaults mute;
   mute.silent = true;
   pty.set_faults(mute);
-  // Both: on a busy machine a sensor that is heard may be late, too, and recover.
+  // Both: on a busy machine an active sensor may be late, too, and recover.
   ASSERT_TRUE(wait_for([&] {
     return robot.contact.status().link == ContactLink::kFault && !robot.snapshot().alive;
   }));
@@ -249,7 +249,7 @@ TEST(SerialContact, AFloodDoesNotKeepTheRobotsThreadFromItsCycle) {
       if (n > 0) sent += static_cast<std::size_t>(n);
     }
     open = robot.contact.status().link != ContactLink::kDown;
-    // 64 KiB at once and 1 MB/s: the rest waits in the terminal, or is not taken by it.
+    // 64 KiB at once and 1 MB/s: the rest waits in the terminal, or is rejected by it.
     EXPECT_LT(sent, std::size_t{3} << 20);
     EXPECT_TRUE(wait_for([&] { return robot.contact.status().quality.crc_errors > 0; }));
   }

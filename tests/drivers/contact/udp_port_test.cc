@@ -1,4 +1,4 @@
-// SerialContact on a real UDP socket, against the emulated board on another. Nothing is timed.
+// SerialContact on a real UDP socket, with the emulated board on another. Nothing is timed.
 
 #include "drivers/contact/port/udp_port.h"
 
@@ -14,7 +14,7 @@
 namespace cellcal::drivers {
 namespace {
 
-/// A socket of somebody on loopback.
+/// Another socket on loopback.
 class Peer {
  public:
   Peer() : fd_(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {
@@ -31,7 +31,7 @@ class Peer {
   Peer& operator=(const Peer&) = delete;
 
   std::string device() const { return "udp:127.0.0.1:" + std::to_string(port_); }
-  /// Sent back to whoever said something.
+  /// Replies are sent to the last sender.
   void learn() {
     char some[64];
     socklen_t size = sizeof from_;
@@ -114,7 +114,7 @@ TEST(UdpPort, GivesTheKernelsTimeOfArrivalHoweverLateItIsRead) {
   std::array<std::uint8_t, 224> into{};
   const PortReading reading = port->read(into);
   ASSERT_EQ(reading.size, 2u);
-  // On loopback it has arrived when it is sent; the two clocks are read one behind the other.
+  // On loopback it arrives immediately; the two clocks are read one after the other.
   EXPECT_GE(reading.arrived, before - milliseconds{5});
   EXPECT_LE(reading.arrived, sent + milliseconds{25});
 }
@@ -168,7 +168,7 @@ TEST(ContactOverUdp, ABoardThatWasOffIsIdentifiedAfreshAndSaysWhatToCheck) {
   back.port = ntohs(device->sin_port);
   back.mcu.boot_id = 77;
   board = std::make_unique<sim::McuUdp>(back);
-  // It has restarted in use: a person acknowledges that.
+  // It has restarted during use: the operator acknowledges that.
   ASSERT_TRUE(wait_for([&] { return robot.contact.status().fault == ContactFault::kLostState; }))
       << robot.contact.status().words;
   robot.contact.self_test();

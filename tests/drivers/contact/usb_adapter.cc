@@ -115,7 +115,7 @@ class UsbAdapter::Impl {
   static gboolean on_ioctl(UMockdevIoctlBase*, UMockdevIoctlClient* client, Impl* self) {
     const std::lock_guard lock(self->mutex_);
     const gulong request = umockdev_ioctl_client_get_request(client);
-    // As the kernel does: transfers of a lost device end, and can still be reaped.
+    // As in the kernel: transfers of a lost device end, and can still be reaped.
     const bool gone = self->unplugged_ && request != USBDEVFS_REAPURBNDELAY;
     const int error = gone ? ENODEV : self->answer(request, client);
     umockdev_ioctl_client_complete(client, error == 0 ? 0 : -1, error);
@@ -182,7 +182,7 @@ class UsbAdapter::Impl {
     return 0;
   }
 
-  /// The first transfer that is done, or that can be.
+  /// The first transfer that is complete, or can be completed.
   int reap(UMockdevIoctlData* arg) {
     for (auto one = flying_.begin(); one != flying_.end(); ++one) {
       if (!finish(*one)) continue;
@@ -223,7 +223,7 @@ class UsbAdapter::Impl {
     return true;
   }
 
-  /// Of the serial line, which the sensor's end of the terminal hears.
+  /// Rate of the serial line, as received by the sensor's end of the terminal.
   void set_rate(const UsbRequest& request) {
     if (kind_ == UsbAdapterKind::kFtdi && request.number == 3 && request.value != 0) {
       set_line_rate(line_, 3'000'000 / request.value);

@@ -34,9 +34,9 @@ class UsbAdapter {
   /// Control transfers other than standard requests, in order.
   std::vector<UsbRequest> requests() const;
   std::size_t claimed() const;     ///< interfaces held by the program
-  std::size_t given_back() const;  ///< times that the kernel's driver was attached again
+  std::size_t given_back() const;  ///< number of times the kernel's driver was reattached
   void plug(bool plugged);
-  /// Packets out are no longer taken; a transfer waits until it is cancelled.
+  /// OUT packets are not accepted; a transfer waits until it is cancelled.
   void stall_output(bool stalled);
 
  private:

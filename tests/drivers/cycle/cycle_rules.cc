@@ -22,7 +22,7 @@ namespace {
 
 enum class Kind { kTerminal, kSocket, kEvent, kTimer, kPoll, kOther };
 
-/// What a descriptor of this process is, and whether it can make a call wait.
+/// Kind of a descriptor of this process, and whether it can make a call wait.
 struct Descriptor {
   Kind kind = Kind::kOther;
   bool waits = true;
@@ -55,7 +55,7 @@ std::vector<int> watched_by(int epoll) {
   return found;
 }
 
-/// Empty: it cannot sleep, but for the wait that the thread lives in. Otherwise its name.
+/// Empty: it cannot sleep, except for the thread's main wait. Otherwise its name.
 std::string objection(const Syscall& call) {
   const Descriptor on = descriptor(static_cast<int>(call.arguments[0]));
   const auto unless = [&](bool fine, const char* name) {
@@ -88,7 +88,7 @@ std::string objection(const Syscall& call) {
       const auto what = static_cast<int>(call.arguments[1]) & FUTEX_CMD_MASK;
       return what == FUTEX_WAKE ? "" : fmt::format("futex operation {}", what);
     }
-    case SYS_clock_gettime:  // where the machine's clock cannot be read without a call
+    case SYS_clock_gettime:  // if the machine's clock cannot be read without a call
     case SYS_restart_syscall:
     case SYS_rt_sigreturn:
       return {};
@@ -117,10 +117,10 @@ void expect_no_sleep(const std::vector<Syscall>& calls, int least_sent) {
     }
   }
   for (const auto& [what, count] : objections) ADD_FAILURE() << what << ", " << count << " times";
-  // The trace saw the cycle at work.
+  // The trace covers an active cycle.
   EXPECT_GT(kinds[SYS_epoll_wait] + kinds[SYS_epoll_pwait], 100);
   EXPECT_GT(kinds[SYS_sendto] + kinds[SYS_sendmsg], least_sent);
-  // An epoll wait polls all that it watches.
+  // An epoll wait polls all its descriptors.
   for (const int poll : polls) {
     for (const int fd : watched_by(poll)) {
       const Descriptor on = descriptor(fd);

@@ -1,6 +1,5 @@
 #pragma once
-// What the robot's thread may ask of the kernel: nothing that can make it sleep, but for the wait that it
-// lives in.
+// System calls allowed on the robot's thread: none that can sleep, except for its main wait.
 
 #include <sys/types.h>
 
@@ -11,11 +10,11 @@
 
 namespace cellcal::test {
 
-/// The kernel's number of the thread that runs it.
+/// The kernel's id of the thread that runs it.
 pid_t thread_of(boost::asio::io_context& context);
 
-/// Fails the test for each kind of call that could sleep, and where the trace has seen no cycle at work, which sends
-/// more than so often. The descriptors must still be open.
+/// Fails the test for each kind of call that could sleep, and if the trace contains no active cycle, i.e. at most
+/// `least_sent` sends. The descriptors must still be open.
 void expect_no_sleep(const std::vector<Syscall>& calls, int least_sent);
 
 }  // namespace cellcal::test

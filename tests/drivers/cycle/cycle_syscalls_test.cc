@@ -1,5 +1,5 @@
-// The robot's thread does not sleep but in its own epoll wait: every system call that it makes
-// during searches over real wires (UDP, a pseudo-terminal) is looked at.
+// The robot's thread sleeps only in its own epoll wait: checks every system call during searches
+// over real interfaces (UDP, a pseudo-terminal).
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr int kSearches = 3;
-/// A loaded machine may spoil some of them: late packets, late heartbeats.
+/// A loaded machine may fail some of them: late packets, late heartbeats.
 constexpr int kTries = 30;
 
 TEST(TheRobotsThread, SleepsInNoSystemCallButItsOwnWaitDuringASearch) {

@@ -1,4 +1,4 @@
-// The same over EKI: the robot's thread with a TCP connection and the contact sensor's queues.
+// As above over EKI: the robot's thread with a TCP connection and the contact sensor's queues.
 
 #include <gtest/gtest.h>
 
@@ -23,7 +23,7 @@ using namespace drivers;  // NOLINT: a test's own file
 using std::chrono::milliseconds;
 
 constexpr int kEkiSearches = 3;
-/// A loaded machine may spoil some of them: late heartbeats.
+/// A loaded machine may fail some of them: late heartbeats.
 constexpr std::uint16_t kEkiTries = 30;
 
 EkiConfig loopback(std::uint16_t port) {
@@ -31,7 +31,7 @@ EkiConfig loopback(std::uint16_t port) {
   config.address = "127.0.0.1";
   config.port = port;
   config.stop = EkiStop::kFlag;  // a contact is a telegram as well
-  config.silence_s = 2.0;        // a loaded machine is not what this is about
+  config.silence_s = 2.0;        // tolerates a loaded machine
   return config;
 }
 
@@ -80,7 +80,7 @@ struct EkiCell {
     eventually([&] { return (one = robot.poll()).has_value(); });
     return one;
   }
-  /// Whether the arm is on its way by so much; not where the move has ended before, as on a machine that stalls.
+  /// True if the arm has moved by this; not if the move has ended before, as on a machine that stalls.
   bool has_left(const AxisAngles& from, double by_rad) {
     bool left = false;
     eventually([&] {
@@ -89,7 +89,7 @@ struct EkiCell {
     });
     return left;
   }
-  /// A search that a contact ends.
+  /// A search ended by a contact.
   bool search(std::uint16_t id) {
     if (!ready()) return false;
     contact.arm(id, milliseconds{20'000});
@@ -106,7 +106,7 @@ struct EkiCell {
     sensor.edge(std::chrono::steady_clock::now(), false);
     return ended && ended->outcome == MoveOutcome::kContact;
   }
-  /// A transit that is stopped on its way.
+  /// A transit stopped on its way.
   bool stop_a_transit(std::uint32_t id) {
     if (!ready()) return false;
     const AxisAngles from = robot.state().actual_rad;

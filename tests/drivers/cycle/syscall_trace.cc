@@ -24,7 +24,7 @@ constexpr int kSyscallStop = SIGTRAP | 0x80;  // with PTRACE_O_TRACESYSGOOD
 }  // namespace
 
 struct SyscallTrace::Shared {
-  std::atomic<int> begun{0};  ///< 1: the thread is traced; negative: -errno, it may not be
+  std::atomic<int> begun{0};  ///< 1: the thread is traced; negative: -errno, not permitted
   std::atomic<bool> enough{false};
   std::atomic<std::size_t> count{0};
   std::array<Syscall, kMost> calls;
@@ -32,7 +32,7 @@ struct SyscallTrace::Shared {
 
 namespace {
 
-/// The tracer's own process: calls nothing that could need a lock of the process it came from.
+/// The tracer's own process: calls nothing that could need a lock of its parent process.
 template <typename Shared>
 [[noreturn]] void trace(pid_t thread, Shared& shared) {
   int status = 0;
@@ -50,7 +50,7 @@ template <typename Shared>
     if (::waitpid(thread, &status, __WALL) < 0 || !WIFSTOPPED(status)) break;
     signal = 0;
     if (WSTOPSIG(status) != kSyscallStop) {
-      // A stop of the tracer's own making has an event; any other signal is the thread's.
+      // A stop caused by the tracer has an event; any other signal belongs to the thread.
       if (status >> 16 == 0) signal = WSTOPSIG(status);
       continue;
     }
@@ -84,7 +84,7 @@ SyscallTrace::SyscallTrace(pid_t thread) {
     why_not_ = std::string("fork: ") + std::strerror(errno);
     return;
   }
-  ::prctl(PR_SET_PTRACER, tracer_, 0, 0, 0);  // fails where nothing has to be allowed
+  ::prctl(PR_SET_PTRACER, tracer_, 0, 0, 0);  // fails if no permission is needed
   while (shared_->begun == 0) std::this_thread::sleep_for(std::chrono::milliseconds{1});
   if (shared_->begun < 0) {
     why_not_ = std::string("ptrace: ") + std::strerror(-shared_->begun);

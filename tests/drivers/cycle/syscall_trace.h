@@ -1,6 +1,6 @@
 #pragma once
-// Every system call that one thread of this process makes, seen by a child process that traces it
-// (ptrace). Nothing of the traced code has to cooperate.
+// Records every system call of one thread of this process, by a child process that traces it
+// (ptrace). The traced code does not have to cooperate.
 
 #include <sys/types.h>
 
@@ -18,15 +18,15 @@ struct Syscall {
 
 class SyscallTrace {
  public:
-  /// From here on; the thread has to make a call now and then, or stop() waits for it.
+  /// Starts here; the thread has to make calls from time to time, otherwise stop() waits.
   explicit SyscallTrace(pid_t thread);
   ~SyscallTrace();
   SyscallTrace(const SyscallTrace&) = delete;
   SyscallTrace& operator=(const SyscallTrace&) = delete;
 
-  /// Empty, or why this machine does not let a thread be traced.
+  /// Empty, or the reason why this machine does not permit tracing.
   const std::string& why_not() const { return why_not_; }
-  /// Ends the trace, and gives all of it in the order of the calls.
+  /// Ends the trace, and returns the calls in order.
   std::vector<Syscall> stop();
 
  private:

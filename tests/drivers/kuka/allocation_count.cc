@@ -1,5 +1,4 @@
-// In a file of its own: where the compiler sees both sides of new and delete, it takes the pair for
-// a mismatch.
+// In a separate file: if the compiler sees both new and delete, it reports a mismatch.
 
 #include "tests/drivers/kuka/allocation_count.h"
 

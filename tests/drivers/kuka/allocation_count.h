@@ -4,7 +4,7 @@ namespace cellcal::drivers {
 
 /// Calls of operator new in this program so far.
 long allocation_count();
-/// Those of the thread that asks.
+/// Calls by the current thread.
 long allocations_of_this_thread();
 
 }  // namespace cellcal::drivers

@@ -1,5 +1,5 @@
 #pragma once
-// Waiting for what must come, on a machine that other programs may load.
+// Waiting for an expected event on a possibly loaded machine.
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/post.hpp>
@@ -9,7 +9,7 @@
 
 namespace cellcal::drivers {
 
-/// Long enough for any machine; a failure alone waits for it.
+/// Sufficient for any machine; reached only on failure.
 inline constexpr std::chrono::seconds kTimeout{20};
 
 template <typename Condition>
@@ -22,7 +22,7 @@ bool eventually(Condition condition) {
   return true;
 }
 
-/// What `ask` says on the context's thread.
+/// Result of `ask` on the context's thread.
 template <typename Ask>
 auto asked_on(boost::asio::io_context& context, Ask ask) {
   std::promise<decltype(ask())> answer;

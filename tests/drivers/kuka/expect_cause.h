@@ -1,5 +1,5 @@
 #pragma once
-// Causes compared: the kind first, then each number of its evidence.
+// Comparison of causes: the kind first, then each number of its evidence.
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
-// A lever of 1 m that swings about the vertical at constant speed, and a ball on its circle: the
-// instants of contact can be written down.
+// A lever of 1 m that rotates about the vertical at constant speed, and a ball on its circle: the
+// instants of contact are known analytically.
 
 #include <gtest/gtest.h>
 
@@ -33,7 +33,7 @@ PhysicalCell lever() {
   return PhysicalCell(std::move(truth));
 }
 
-/// Half the angle of the ball's shadow on the circle: the chord 2 sin(x/2) is its radius.
+/// Half the angle covered by the ball on the circle: the chord 2 sin(x/2) is its radius.
 double half_angle() { return 2.0 * std::asin(kRadius / 2.0); }
 
 TimePoint when(double angle) { return kStart + nanoseconds(std::llround(angle / kSpeed * 1e9)); }
@@ -62,7 +62,7 @@ TEST(PhysicalCell, TakesTheNearestOfSeveralSpheresAndNoOtherTargets) {
   Truth truth = lever().truth();
   truth.centre_m.push_back({1.0, 0.1, 0.0});
   truth.radius_m.push_back(0.02);
-  truth.centre_m.push_back({1.0, 0.0, 0.0});  // a socket: nothing that closes a circuit
+  truth.centre_m.push_back({1.0, 0.0, 0.0});  // a socket: does not close the circuit
   truth.radius_m.push_back(0.0);
   EXPECT_NEAR(PhysicalCell(truth).gap_m(std::vector{0.0}), 0.08, 1e-14);
 }
@@ -70,14 +70,14 @@ TEST(PhysicalCell, TakesTheNearestOfSeveralSpheresAndNoOtherTargets) {
 TEST(PhysicalCell, FeelsAPlateOnItsFaceAndBesideItsRim) {
   Truth truth = lever().truth();  // the tip swings from (1, 0, 0) to +y
   truth.radius_m.assign(1, 0.0);
-  // Its face looks to -y at y = 0.5, and its tips are balls of 2 mm.
+  // Its face points to -y at y = 0.5, and its tips are balls of 2 mm.
   truth.faces.push_back({{1.0, 0.5, 0.0}, {0.0, -1.0, 0.0}, 0.2, 0.002});
   const PhysicalCell cell(truth);
   EXPECT_NEAR(cell.gap_m(std::vector{0.0}), 0.498, 1e-12);
   const double at = std::asin(0.498);
   EXPECT_NEAR(cell.gap_m(std::vector{at}), 0.0, 1e-12);
   EXPECT_LT(cell.gap_m(std::vector{at + 0.01}), 0.0);
-  // A smaller one, of which the swing passes the rim at 34 mm.
+  // A smaller one, whose rim is passed at 34 mm.
   truth.faces[0].reach_m = 0.1;
   EXPECT_NEAR(PhysicalCell(truth).gap_m(std::vector{std::asin(0.5)}),
               1.0 - std::cos(std::asin(0.5)) - 0.1 - 0.002, 1e-12);
@@ -152,11 +152,11 @@ TEST(PhysicalCell, MeasuresTheShaftInsideASphereAsACylinderAboveTheTip) {
   const PhysicalCell high = lever_with_shaft(0.15);
   EXPECT_NEAR(high.shaft_depth_m(std::vector{kBallAt}), kRadius + kNeckRadius, 1e-12);
   EXPECT_EQ(high.shaft_depth_m(std::vector{kBallAt - 0.1}), 0.0);
-  // The slim end may be where the sphere is.
+  // The slim end may be inside the sphere.
   EXPECT_EQ(lever_with_shaft(-0.01).shaft_depth_m(std::vector{kBallAt}), 0.0);
   EXPECT_NEAR(lever_with_shaft(0.0).shaft_depth_m(std::vector{kBallAt}),
               std::max(0.0, kRadius + kNeckRadius - kTipLength), 1e-12);
-  EXPECT_EQ(lever().shaft_depth_m(std::vector{kBallAt}), 0.0);  // no shaft at all
+  EXPECT_EQ(lever().shaft_depth_m(std::vector{kBallAt}), 0.0);  // without a shaft
 }
 
 TEST(ContactWatch, CountsACrashOnceAndNotWhenItGoesOn) {
@@ -165,7 +165,7 @@ TEST(ContactWatch, CountsACrashOnceAndNotWhenItGoesOn) {
   ContactWatch watch(cell, [&](TimePoint, bool) { ++edges; });
   for (TimePoint t = kStart; t < when(1.0); t += kCycle) watch.look(t, t + kCycle, swinging);
   EXPECT_EQ(watch.crashes(), 1);
-  EXPECT_EQ(edges, 0);  // the tip itself never was there
+  EXPECT_EQ(edges, 0);  // the tip itself never entered
 }
 
 TEST(PhysicalCell, GrowsWithWarmthInAllLengthsOfTheArmAndNotOfTheTool) {
@@ -179,7 +179,7 @@ TEST(PhysicalCell, GrowsWithWarmthInAllLengthsOfTheArmAndNotOfTheTool) {
   EXPECT_NEAR((cell.tip_m(q, 0.5) - Eigen::Vector3d(1.0005, 0.0, 0.00015)).norm(), 0.0, 1e-12);
 }
 
-/// One swing to the ball and back, as a search goes: where each closing began, as the true gap.
+/// One motion to the ball and back, as in a search: true gap at the start of each closing.
 struct Swings {
   explicit Swings(const Truth& truth)
       : cell(truth), watch(cell, [this](TimePoint, bool closed) {
@@ -224,12 +224,12 @@ TEST(Contacts, ScatterAnewWithEveryClosing) {
   double sum = 0.0, squares = 0.0;
   constexpr int kTouches = 200;
   for (int i = 0; i < kTouches; ++i) {
-    const double gap = swings.touch(0.001, 0.001);  // never far away: closing after closing
+    const double gap = swings.touch(0.001, 0.001);  // never far away: repeated closings
     sum += gap;
     squares += gap * gap;
   }
   const double mean = sum / kTouches;
-  EXPECT_NEAR(mean, -0.005e-3, 0.008e-3);  // the step of the swing
+  EXPECT_NEAR(mean, -0.005e-3, 0.008e-3);  // the step of the motion
   EXPECT_NEAR(std::sqrt(squares / kTouches - mean * mean), 0.03e-3, 0.005e-3);
 }
 
@@ -237,7 +237,7 @@ TEST(Contacts, OfOneVisitHaveOneChipOrLoseIt) {
   Truth truth = lever().truth();
   truth.contacts.bad_share = 1.0;
   Swings swings(truth);
-  swings.touch(0.01, 0.01);  // chips are drawn for visits from away
+  swings.touch(0.01, 0.01);  // chips are drawn for visits from a distance
   int stayed = 0, fell = 0;
   for (int i = 0; i < 60; ++i) {
     const double first = swings.touch(0.01, 0.001);

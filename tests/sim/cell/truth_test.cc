@@ -1,4 +1,4 @@
-// The hidden truth: the same for the same seed, rigid, and as large as the files say.
+// The hidden truth: deterministic for a seed, rigid, and as large as the files state.
 
 #include "sim/cell/truth.h"
 
@@ -48,7 +48,7 @@ TEST(Truth, KeepsTheCertifiedLengths) {
 }
 
 TEST(Truth, PutsTheArtefactWhereTheRealArmWasTaughtToFindIt) {
-  // Within what placement and the looks' scatter leave: a few millimetres.
+  // Within the scatter of placement and teaching: a few millimetres.
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     const Truth truth = drawn(seed);
     for (std::size_t t = 0; t < truth.centre_m.size(); ++t)
@@ -75,8 +75,8 @@ TEST(Truth, DrawsErrorsFromTheTolerancesOfTheRobotFile) {
       ++count;
     }
   }
-  // Nobody ships an arm five sigma off: 2.5 is the end. That takes 2 % of the variance; 5000 draws
-  // leave 2 % of scatter.
+  // No arm is delivered five sigma off: truncated at 2.5. That removes 2 % of the variance; 5000
+  // draws have 2 % of scatter.
   EXPECT_LE(worst, 2.5);
   EXPECT_NEAR(squares / count, 0.978, 0.06);
 }
@@ -166,7 +166,7 @@ TEST(Truth, HasWhatRealArmsHaveOnlyWhereItIsAskedFor) {
   EXPECT_EQ(sag_of(plain, Kind::kCompliance, stretched), 0.0);
   EXPECT_EQ(sag_of(plain, Kind::kPlay, stretched), 0.0);
   EXPECT_EQ(plain.growth, 0.0);
-  // Links of some 25 kg at arm's length: a few hundred N m, which joints give under by a mrad.
+  // Links of about 25 kg at arm's length: a few hundred N m, a deflection of joints by a mrad.
   const double sag = sag_of(real, Kind::kCompliance, stretched);
   EXPECT_GT(sag, 1e-4);
   EXPECT_LT(sag, 1e-2);
@@ -194,7 +194,7 @@ TEST(Truth, PutsTheTipWhereTheCellFileDoesNotHaveIt) {
         truth.arm.tool().tcp.translation() - demo_cell().tool.tcp.translation();
     EXPECT_LE(off.cwiseAbs().maxCoeff(), 0.5e-3);
     most = std::max(most, off.norm());
-    // The controller that taught the places knows the file's tip: they are still found near them.
+    // The controller that taught the places uses the file's tip: they are still found near them.
     for (std::size_t t = 0; t < truth.centre_m.size(); ++t)
       EXPECT_LT((truth.centre_m[t] - demo_cell().targets[t].centre_m).norm(), 0.03) << seed;
   }

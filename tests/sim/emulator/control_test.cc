@@ -1,4 +1,4 @@
-// The operator's commands, from words to what the controllers do. Nothing depends on when.
+// Operator commands and their effect on the controllers. Independent of timing.
 
 #include "sim/emulator/control.h"
 
@@ -21,7 +21,7 @@ bool has(const std::string& text, const std::string& words) {
   return text.find(words) != std::string::npos;
 }
 
-/// Nobody answers it: what it says is about the operator alone.
+/// Without a peer: its messages concern the operator only.
 KrcUdp lonely() {
   ControllerConfig config;
   config.timeout_cycles = 1'000'000'000;

@@ -1,4 +1,4 @@
-// The emulated controller takes from cellcal's own files what a real one would.
+// The emulated controller reads the same settings from cellcal's files as a real one.
 
 #include "sim/emulator/rsi_context.h"
 

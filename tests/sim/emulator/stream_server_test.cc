@@ -1,4 +1,4 @@
-// Channel files of others, on real sockets. Nothing depends on when something happens.
+// Channel files of other software, on real sockets. Independent of timing.
 
 #include <arpa/inet.h>
 #include <gtest/gtest.h>
@@ -32,7 +32,7 @@ class Client {
     there.sin_family = AF_INET;
     there.sin_port = htons(port);
     there.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    // As long as any machine needs; only a failure waits for it.
+    // Sufficient for any machine; reached only on failure.
     const timeval timeout{20, 0};
     ::setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &timeout, sizeof timeout);
     EXPECT_EQ(::connect(socket_, reinterpret_cast<sockaddr*>(&there), sizeof there), 0);
@@ -42,7 +42,7 @@ class Client {
     EXPECT_EQ(::send(socket_, text.data(), text.size(), MSG_NOSIGNAL),
               static_cast<ssize_t>(text.size()));
   }
-  /// What comes next; empty at the end of the connection.
+  /// Next data; empty at the end of the connection.
   std::string receive() {
     std::array<char, 4096> buffer{};
     const ssize_t got = ::recv(socket_, buffer.data(), buffer.size(), 0);

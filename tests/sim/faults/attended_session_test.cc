@@ -1,4 +1,4 @@
-// Sessions over RSI that nobody is there to watch, where the controller tells its mode and override.
+// Unattended sessions over RSI, with a controller that reports its mode and override.
 
 #include <gtest/gtest.h>
 

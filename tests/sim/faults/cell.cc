@@ -12,9 +12,9 @@
 namespace cellcal::faults {
 namespace {
 
-// The adapters' shells look at time this often.
+// Polling period of the adapters' shells.
 constexpr std::chrono::milliseconds kPcTick{2};
-// Slower than this the arm stands: 0.3 mm/s at 1.4 m.
+// Speed below which the arm is at rest: 0.3 mm/s at 1.4 m.
 constexpr double kStillRadS = 0.012 * std::numbers::pi / 180.0;
 
 sim::TruthOptions truth_options(std::uint64_t seed) {

@@ -1,11 +1,11 @@
 #pragma once
-// The emulated cell with a faulty line on each of its wires: the unchanged adapters' cores, the
+// The emulated cell with a faulty line on each interface: the unmodified adapters' cores, the
 // emulated controller, microcontroller and physical cell, in one thread and in virtual time. Time
-// passes only in sleep_until(); the same seed gives the same bits.
+// passes only in sleep_until(); deterministic for a seed.
 //
-// Beyond daemon/main's virtual cells: messages arrive when the lines say so, actions can be booked
-// for an instant, the adapters can be made anew on the living cell, and the truth is written down:
-// where the arm really was at each edge of the contact, and when it last moved.
+// In addition to daemon/main's virtual cells: messages arrive according to the lines, actions can
+// be scheduled for an instant, the adapters can be recreated on the running cell, and the truth is
+// recorded: the true position of the arm at each edge of the contact, and its last motion.
 
 #include <functional>
 #include <map>
@@ -27,28 +27,28 @@ using drivers::Duration;
 using drivers::TimePoint;
 
 /// Between cellcal's computer and the controller. ..Input: with a wire from the sensor; kRsi6: the controller
-/// is what the generated files of RSI 6 make of it; kEthernet is RSI with the sensor on Ethernet.
+/// as configured by the generated files of RSI 6; kEthernet is RSI with the sensor on Ethernet.
 enum class Wire { kRsi, kRsiInput, kRsi6, kEkiInput, kEkiFlag, kEthernet };
 constexpr bool over_rsi(Wire wire) { return wire != Wire::kEkiInput && wire != Wire::kEkiFlag; }
 const char* to_string(Wire wire);
 
-/// What differs from cell to cell before power on.
+/// Options of a cell before power on.
 struct CellOptions {
   Wire wire = Wire::kRsi;
   std::uint64_t seed = 1;
   std::uint64_t ipoc_start = 1'000'000;  ///< RSI's counter
   bool t1 = false;                       ///< RSI: mode selector; false: AUT
   int override_percent = 100;            ///< RSI: $OV_PRO
-  /// The clock's at power on. EKI's $TIMER counts its milliseconds, and has 31 bits.
+  /// The clock at power on. EKI's $TIMER counts its milliseconds, and has 31 bits.
   TimePoint power_on{std::chrono::hours(1)};
   std::uint32_t mcu_ticks = 0;  ///< of the microcontroller's clock at power on
   double mcu_drift_ppm = 0.0;
-  double krc_drift_ppm = 0.0;  ///< the controller's clock against this computer's
-  /// EXT: CELL.SRC calls cellcal's program, as a PLC tells it. false: a person starts it.
+  double krc_drift_ppm = 0.0;  ///< the controller's clock relative to this computer's
+  /// EXT: CELL.SRC calls cellcal's program, controlled by a PLC. false: started by an operator.
   bool cell_src = false;
 };
 
-/// A change of the touch circuit, as it truly was.
+/// True change of the touch circuit.
 struct Edge {
   TimePoint t{};
   bool closed = false;
@@ -62,58 +62,58 @@ class FaultyCell : public drivers::Clock {
   TimePoint now() const override { return now_; }
   TimePoint power_on() const { return options_.power_on; }
   Wire wire() const { return options_.wire; }
-  /// Throws std::runtime_error behind the last instant that a run may reach.
+  /// Throws std::runtime_error after the last instant allowed for a run.
   void sleep_until(TimePoint t) override;
   void live(Duration d) { sleep_until(now_ + d); }
   void end_by(TimePoint t) { end_by_ = t; }
 
   virtual drivers::Robot& robot() = 0;
   drivers::ContactSensor& contact() { return *contact_; }
-  /// Adapters as a daemon makes them for its next session; the cell lives on.
+  /// New adapters, as for a daemon's next session; the cell continues.
   void new_adapters();
 
   // ---- faults
-  /// At t, or at once when t is over.
+  /// At t, or immediately if t has passed.
   void at(TimePoint t, std::function<void()> act) { actions_.emplace(t, std::move(act)); }
   virtual sim::Line& to_pc() = 0;   ///< controller to PC
   virtual sim::Line& to_krc() = 0;  ///< PC to controller
   sim::SerialLine& serial() { return serial_; }
   sim::Microcontroller& mcu() { return mcu_; }
-  /// Each change of the circuit from now on: `count` times there and back, `apart` from each other.
+  /// Each change of the circuit from now on: `count` bounces, `apart` from each other.
   void bounce(int count, Duration apart);
-  /// What the sensor and the input see comes so much later than it truly is (for tests of the
-  /// judgement: nothing that a driver could notice).
+  /// Delays edges for sensor and input relative to the truth (tests of the judgement: not
+  /// detectable by a driver).
   void delay_edges(Duration late) { edges_late_ = late; }
-  /// The arm is moved by another hand than the adapter's (likewise).
+  /// The arm is moved independently of the adapter (likewise).
   void shake() { shaken_ = true; }
   /// Noise: pulses against the true level, from now on.
   void chatter(int count, Duration pulse, Duration apart);
-  /// A short circuit: closed whatever the tip does.
+  /// A short circuit: closed independently of the tip.
   void short_circuit(bool on);
-  /// The controller's clock runs so much faster than this computer's from now on.
+  /// Relative rate of the controller's clock from now on.
   void krc_drift(double ppm) { krc_drift_ppm_ = ppm; }
-  /// The controller is without power for as long as this holds; the brakes close.
+  /// The controller is without power while true; the brakes close.
   virtual void power_off(bool off) = 0;
   virtual void block_drives(bool blocked) = 0;
   virtual void operator_stops() = 0;  ///< at the pendant
   virtual void robot_fault() = 0;     ///< the program ends with a message
-  virtual void cancel_program() = 0;  ///< stopped and reset, as a PLC does it
-  /// A second machine where only one may be, from now on.
+  virtual void cancel_program() = 0;  ///< stopped and reset, as by a PLC
+  /// A second machine on an exclusive port, from now on.
   virtual void second_on_port(bool on) = 0;
   virtual void input_wire(bool broken) = 0;
   virtual void input_stuck_on(bool) {
-  }  ///< RSI: 24 V at the controller's input, whatever the sensor says
-  virtual void input_late(Duration) {}  ///< RSI: what the input shows it shows so much later
+  }  ///< RSI: 24 V at the controller's input, independently of the sensor
+  virtual void input_late(Duration) {}  ///< RSI: delay of the input
   /// Options::cell_src: the controller's own program.
   sim::CellSrc& cell_src() { return *cell_src_; }
-  /// All lines and devices as an operator leaves them who has read the message.
+  /// Restores all lines and devices, like an operator after a fault.
   void repair();
 
   // ---- truth
   const sim::PhysicalCell& physical() const { return physical_; }
   const std::vector<Edge>& edges() const { return edges_; }
   virtual std::vector<double> position_rad() const = 0;
-  /// What the adapter has commanded beyond the axes' limits, in words; empty: nothing.
+  /// Commands of the adapter beyond the axes' limits, as text; empty: none.
   virtual std::string command_beyond() const { return {}; }
   TimePoint last_motion() const { return last_motion_; }
   double deepest_m() const { return watch_.deepest_m(); }
@@ -133,7 +133,8 @@ class FaultyCell : public drivers::Clock {
   void run_contact() { contact_->run_until(now_); }
   /// A brake test takes 10 s and leaves the arm a fifth of a degree off.
   void put_under_cell_src(sim::CellSrc::Programs programs);
-  /// CELL, and the PLC that gives it numbers. `listens`: cellcal's program would find this computer.
+  /// CELL, and the PLC that sends it numbers. `listens`: cellcal's program would reach this
+  /// computer.
   void run_cell_src(TimePoint t, bool listens);
 
   const CellOptions options_;
@@ -166,10 +167,10 @@ class FaultyCell : public drivers::Clock {
   Duration bounce_apart_{};
 };
 
-/// Where a brake test leaves the arm.
+/// Position of the arm after a brake test.
 std::vector<double> off_by_a_brake_test(std::vector<double> at_rad);
 
-/// As the daemon's mock backend would configure it, with the demo's cell.
+/// As configured by the daemon's mock backend, with the demo's cell.
 std::unique_ptr<FaultyCell> make_cell(const calib::Cell& cell, const CellOptions& options);
 
 /// The cell as a session's backend.

@@ -1,4 +1,4 @@
-// Faults of the touch circuit, the sensor, the robot, and the operator's hand.
+// Faults of the touch circuit, the sensor, the robot, and operator actions.
 
 #include <fmt/format.h>
 
@@ -23,7 +23,7 @@ Fault& add(std::vector<Fault>& all, const char* name, std::string variant, const
   return all.back();
 }
 
-/// On at the fault's instant, off `ms` later; 0: for good.
+/// On at the fault's instant, off after `ms`; 0: permanent.
 Fault& add_switch(std::vector<Fault>& all, const char* name, const char* what, int ms,
                   const char* where, std::function<void(FaultyCell&, bool)> turn) {
   const std::string lasts = ms ? fmt::format("{}, for {} ms", what, ms) : std::string(what);
@@ -49,7 +49,7 @@ void add_circuit(std::vector<Fault>& all) {
     Fault fault{"bounce", fmt::format("{} times, {} us", count, apart.count()), "touch circuit"};
     fault.book = [count = count, apart = apart](const Victim& victim) {
       FaultyCell& cell = victim.cell;
-      // In force before the edge that it is about.
+      // Active before the edge concerned.
       cell.at(victim.at - milliseconds(20), [&cell, count, apart] { cell.bounce(count, apart); });
     };
     fault.why_not = [](TouchPhase phase) -> const char* {
@@ -170,7 +170,7 @@ void add_operator(std::vector<Fault>& all) {
 void add_device_faults(std::vector<Fault>& all, Wire wire) {
   add_circuit(all);
   add_boot(all);
-  if (wire == Wire::kEthernet) return;  // the rest has nothing to do with the sensor's line
+  if (wire == Wire::kEthernet) return;  // the remainder does not concern the sensor's line
   add_robot(all, wire);
   add_operator(all);
 }

@@ -10,7 +10,7 @@ namespace {
 
 // One way over a switch and TCP.
 constexpr std::chrono::microseconds kSwitch{150};
-// Between two attempts to connect, as the adapter's shell makes them.
+// Between two connection attempts, as in the adapter's shell.
 constexpr std::chrono::milliseconds kRetry{500};
 
 sim::EkiControllerConfig eki_controller(const daemon::DaemonConfig& config, const calib::Cell& cell,
@@ -58,13 +58,14 @@ class EkiCell final : public FaultyCell {
   void operator_stops() override { controller_.emergency_stop(true); }
   void robot_fault() override { controller_.cancel_program(); }
   void cancel_program() override { controller_.cancel_program(); }
-  /// The drives' brakes stop the arm, the programs forget, the connection dies without a word.
+  /// The drives' brakes stop the arm, the programs lose their state, the connection ends without
+  /// notification.
   void power_off(bool off) override {
     if (off) controller_.drives(false);
     if (!off && off_) controller_.disconnect();
     off_ = off;
   }
-  /// Another client: the controller's port takes one alone.
+  /// Another client: the controller's port accepts only one.
   void second_on_port(bool on) override {
     if (on) {
       other_holds_ = controller_.connect();
@@ -107,7 +108,7 @@ class EkiCell final : public FaultyCell {
   void pc_tick() override {
     const bool torn = (to_pc_.ended() && now_ >= *to_pc_.ended()) ||
                       (to_krc_.ended() && now_ >= *to_krc_.ended());
-    if (half_open_ && !cut()) {  // it learns now that the client has gone
+    if (half_open_ && !cut()) {  // the disconnection of the client becomes known
       half_open_ = false;
       controller_.disconnect();
     }
@@ -122,7 +123,7 @@ class EkiCell final : public FaultyCell {
       controller_.disconnect();
       drop_link();
     } else if (linked_ && !controller_.connected() && !cut() && !off_) {
-      drop_link();  // the controller closed it
+      drop_link();  // closed by the controller
     } else if (!linked_ && robot_->wants_connection() && !cut() && !off_ && now_ >= next_try_) {
       next_try_ = now_ + kRetry;
       if (controller_.connect()) {
@@ -134,7 +135,7 @@ class EkiCell final : public FaultyCell {
     if (linked_) to_krc_.send(robot_->output(), now_);
     robot_->sent(robot_->output().size());
   }
-  /// The process that held the connection is gone, and the connection with it.
+  /// The process that held the connection has ended, and the connection with it.
   void make_robot() override {
     if (linked_) controller_.disconnect();
     linked_ = false;

@@ -1,5 +1,5 @@
 #pragma once
-// The faults of the matrix: what is done to the cell, when, and where that makes no sense.
+// Faults of the matrix: effect on the cell, timing, and inapplicable combinations.
 
 #include <array>
 #include <functional>
@@ -19,36 +19,36 @@ inline constexpr std::array kTouchPhases{
     TouchPhase::kContact, TouchPhase::kLatch,   TouchPhase::kRetreat};
 const char* to_string(TouchPhase phase);
 
-/// What a fault may reach. `runner` is null before the session begins.
+/// Access for a fault. `runner` is null before the session begins.
 struct Victim {
   FaultyCell& cell;
   TimePoint at;  ///< of the fault
   daemon::Runner* runner = nullptr;
 };
 
-/// Whose dead man it is that stops the arm.
+/// The dead man that stops the arm.
 enum class Silent { kRobot, kSensor, kHand };
 
 struct Fault {
   std::string name;     ///< the row of the matrix
-  std::string variant;  ///< in words, with its figures
+  std::string variant;  ///< description with figures
   std::string where;    ///< line and direction, or device
-  /// What has to be different at power on.
+  /// Changes of the options at power on.
   std::function<void(CellOptions&, TimePoint at)> before{};
-  /// Books the fault. Called once, before anything happens.
+  /// Schedules the fault. Called once, before the run.
   std::function<void(const Victim&)> book{};
-  /// From this instant on this one is not heard or does not move any more, for longer than any
-  /// dead man waits: the arm must rest within the dead-man time of it, not of the error alone.
+  /// From this instant on this device is silent or stationary, for longer than any dead-man time:
+  /// the arm must rest within the dead-man time of it, not only of the error.
   std::optional<Silent> silences{};
-  /// Replies reach the controller as they are said: what it commands is what the adapter said.
+  /// Replies arrive unmodified: the controller's command equals the adapter's.
   bool replies_arrive = false;
-  /// The session is ended on request: that is its name.
+  /// The session is ended on request, which is its failure.
   bool asks_for_end = false;
-  /// Not null: why the combination makes no sense.
+  /// Not null: why the combination is not applicable.
   std::function<const char*(TouchPhase)> why_not{};
 };
 
-/// All faults that a cell over this wire can have, those that make no sense on it included.
+/// All faults of a cell with this interface, including inapplicable ones.
 std::vector<Fault> faults_of(Wire wire);
 /// The rows of the matrix, in order.
 std::vector<std::string> fault_names();

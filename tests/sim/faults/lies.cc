@@ -1,4 +1,4 @@
-// Faults of what is said: one part of a message lies, and all others deny it.
+// Faults of content: one part of a message is false, and contradicted by all others.
 
 #include <fmt/format.h>
 
@@ -27,8 +27,8 @@ struct Lie {
   std::string variant;
   const char* where;
   std::function<void(std::string&)> tell;
-  int most = -1;       ///< so many messages; negative: all
-  Duration lasts{};    ///< 0: for good
+  int most = -1;       ///< maximum number of messages; negative: all
+  Duration lasts{};    ///< 0: permanent
   double share = 1.0;  ///< of them
 };
 
@@ -81,7 +81,7 @@ void add_packets(std::vector<Fault>& all, Wire wire) {
     add(all, lie, reason, [](FaultyCell& cell) -> sim::Line& { return cell.to_pc(); });
 }
 
-/// Frames of these types are stamped so much earlier, with a CRC that is right.
+/// Frames of these types are stamped earlier by this, with a valid CRC.
 void rewrite_event(std::string& wire, const std::function<bool(std::uint8_t)>& which,
                    double early_s) {
   drivers::ctp::FrameReader reader(Direction::kFromSensor);

@@ -1,4 +1,4 @@
-// Faults of the lines: dropped, late, twice, overtaken, damaged, cut.
+// Faults of the lines: loss, delay, duplication, reordering, damage, disconnection.
 
 #include <fmt/format.h>
 
@@ -53,7 +53,7 @@ struct Shape {
   const char* name;
   std::string variant;
   TroubleKind kind;
-  Duration lasts;  ///< Duration::max(): for good
+  Duration lasts;  ///< Duration::max(): permanent
   double share = 1.0;
   int most = -1;
   Duration delay{};
@@ -70,7 +70,7 @@ Fault line_fault(const LineOf& line, const Shape& shape) {
   return fault;
 }
 
-/// A digit of the telegram is another one: still XML, and another number.
+/// A digit of the telegram is changed: valid XML with another number.
 void change_a_digit(std::string& text, bool of_axes, std::uint64_t& state) {
   std::vector<std::size_t> digits;
   std::string name;  // of the attribute whose value this is
@@ -115,7 +115,7 @@ void add_digits(std::vector<Fault>& all, const LineOf& line) {
   }
 }
 
-/// A sensor that does not hear is still heard: its silence stops nothing.
+/// A sensor that does not receive still sends: its deafness stops nothing.
 std::optional<Silent> silences(const LineOf& line) {
   if (!line.sensor) return Silent::kRobot;
   if (line.hears_sensor) return Silent::kSensor;

@@ -37,7 +37,7 @@ struct Count {
   }
 };
 
-/// Journals of the runs: how long a disk takes is not what is looked at.
+/// Journals of the runs: the speed of a disk is not tested.
 class Folder {
  public:
   Folder() {
@@ -86,7 +86,7 @@ class Table {
   std::map<std::string, std::map<TouchPhase, Count>> cells_;
   std::map<std::string, int> reasons_, names_;
   double worst_m_ = 0.0, worst_rest_s_ = 0.0;
-  int by_itself_ = 0;  ///< sessions that came to their end behind interruptions
+  int by_itself_ = 0;  ///< sessions completed after interruptions
 };
 
 void Table::one(Wire wire, const Fault& fault, const Stretch& stretch, std::uint64_t number) {
@@ -145,7 +145,7 @@ Count Table::run(Wire wire) {
   std::uint64_t number = 0;
   for (const Fault& fault : faults_of(wire)) {
     for (const Stretch& stretch : matrix_.reference(wire).stretches) {
-      ++number;  // also of what is left out, so that a part is run as in the whole
+      ++number;  // also for omitted ones, so that a partial run is identical to the whole
       if (!options_.fault.empty() && fault.name != options_.fault) continue;
       if (!options_.phase.empty() && to_string(stretch.phase) != options_.phase) continue;
       one(wire, fault, stretch, number);

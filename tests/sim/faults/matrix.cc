@@ -17,9 +17,9 @@ using std::chrono::milliseconds;
 
 double seconds(Duration d) { return std::chrono::duration<double>(d).count(); }
 
-/// No session of two touches lasts so long, its timeouts of every phase included.
+/// Above the duration of any session of two touches, including the timeouts of every phase.
 constexpr std::chrono::minutes kLongestRun{10};
-/// Longer than every fault that passes: what comes back is back by then.
+/// Above the duration of every temporary fault.
 constexpr milliseconds kAfterwards{3000};
 
 std::uint64_t mixed(std::uint64_t x) {  // splitmix64
@@ -30,7 +30,7 @@ std::uint64_t mixed(std::uint64_t x) {  // splitmix64
 }
 double unit(std::uint64_t x) { return static_cast<double>(mixed(x) >> 11) * 0x1p-53; }
 
-/// Names that say nothing of what happened.
+/// Names without a cause.
 bool names_a_cause(FailureKind kind) {
   switch (kind) {
     case FailureKind::kTimeout:
@@ -46,7 +46,7 @@ bool names_a_cause(FailureKind kind) {
   }
 }
 
-/// The stretches of the second touch, out of what the session said of itself.
+/// Intervals of the second touch, from the session's own record.
 std::vector<Stretch> stretches_of(const Ending& ending, const FaultyCell& cell) {
   const auto since = [&](TimePoint t) { return t - cell.power_on(); };
   struct Span {
@@ -82,7 +82,7 @@ std::vector<Stretch> stretches_of(const Ending& ending, const FaultyCell& cell) 
     };
     return std::pair{at(from), at(until)};
   };
-  // The retreat from the first touch leads on to the second.
+  // The retreat from the first touch leads to the second.
   const Span transit = nth(Phase::kRetreat, 1, 0), arming = nth(Phase::kArmingFast, 1, 0);
   const Span fast = nth(Phase::kFastSearch, 1, 0), slow = nth(Phase::kSlowSearch, 1, 0);
   const Span last = nth(Phase::kSlowSearch, 1, 1);
@@ -107,7 +107,7 @@ std::vector<Stretch> stretches_of(const Ending& ending, const FaultyCell& cell) 
           {TouchPhase::kRetreat, "to the clear point", leave_from, leave_until}};
 }
 
-/// What the session was doing at t must be what the column says.
+/// The session's phase at t must match the column.
 bool fits(TouchPhase phase, Phase was) {
   switch (phase) {
     case TouchPhase::kConnect:
@@ -127,7 +127,7 @@ bool fits(TouchPhase phase, Phase was) {
   return false;
 }
 
-/// The journal of the run before, with all that stands beside it.
+/// Removes the journal of the preceding run, with its auxiliary files.
 void forget(const std::filesystem::path& journal) {
   for (const char* ending : {"", ".head", ".lock", "-wal", "-shm"})
     std::filesystem::remove(journal.string() + ending);
@@ -144,7 +144,7 @@ struct Matrix::Run {
   TimePoint at;  ///< of the fault
   std::int64_t session = 0;
   Ending ending{};
-  std::vector<calib::Touch> touches{};  ///< on disk when the session had ended
+  std::vector<calib::Touch> touches{};  ///< on disk at the end of the session
   Verdict verdict{};
 
   void broke(std::string what) { verdict.violations.push_back(std::move(what)); }
@@ -189,7 +189,7 @@ double Matrix::distance_from_truth_m(const FaultyCell& cell, const calib::Touch&
       nearest = std::min(nearest, (cell.physical().tip_m(edge.joint_rad) - tip).norm());
     }
   }
-  // An edge alone might be of a touch on something else: the surface has to be there, too.
+  // An edge alone might belong to another contact: the surface has to be there, too.
   return std::max(nearest, std::abs(cell.physical().gap_m(touch.joint_rad)));
 }
 
@@ -219,7 +219,7 @@ void Matrix::judge_ending(Run& run) {
   if (run.touches.size() > job_.plan.touches.size()) run.broke("more touches than were planned");
   const std::size_t whole = run.stretch.phase == TouchPhase::kConnect ? 0 : 1;
   const auto& first = reference(run.wire).touches.front();
-  // Whatever a fault does to the clocks' counts, what was measured before it is as without it.
+  // For any effect of a fault on the clocks, measurements before it must be unchanged.
   const bool same_before = !run.fault.before;
   if (run.touches.size() < whole ||
       (whole > 0 && same_before && run.touches.front().joint_rad != first.joint_rad)) {
@@ -250,8 +250,8 @@ void Matrix::judge_ending(Run& run) {
 double Matrix::longest_to_rest_s(const Run& run) const {
   const bool searching = run.stretch.phase == TouchPhase::kSearch;
   const double ramp_s = searching ? expectation_.search_ramp_s : expectation_.ramp_s;
-  // Until the controller stops by itself: EKI's dead man, the loops of its two programs and of the
-  // network. RSI holds what it has been sent last.
+  // Time until the controller stops autonomously: EKI's dead man, the loops of its two programs and
+  // of the network. RSI holds the last correction.
   constexpr double kEkiDeadManS = 0.25, kEkiLoopsS = 0.05;
   const double wire_s = over_rsi(run.wire) ? 0.0 : kEkiLoopsS;
   if (!run.fault.silences) return ramp_s + (over_rsi(run.wire) ? 0.0 : kEkiDeadManS + wire_s);

@@ -1,4 +1,4 @@
-// Does the matrix notice? A right run passes; the same run held to something wrong does not.
+// Sensitivity of the matrix: a correct run passes; the same run fails against false requirements.
 
 #include "matrix.h"
 
@@ -71,7 +71,8 @@ TEST_P(the_matrix, notices_touches_that_are_not_where_the_truth_is) {
 }
 
 TEST_P(the_matrix, notices_a_touch_that_the_truth_left_behind) {
-  // The sphere is felt late: the sensor's edges are hidden for 20 ms, and no error is named.
+  // The contact is detected late: the sensor's edges are hidden for 20 ms, and no error is
+  // reported.
   Matrix one = matrix();
   const Fault late = book("edges 20 ms late", [](const Victim& victim) {
     victim.cell.at(victim.cell.power_on(),
@@ -93,7 +94,7 @@ TEST_P(the_matrix, notices_an_arm_that_does_not_rest) {
 }
 
 TEST_P(the_matrix, notices_an_arm_that_somebody_else_moves_behind_the_error) {
-  // The fault is over, the session has failed, and something moves the arm all the same.
+  // The fault is over, the session has failed, and the arm is moved nevertheless.
   Matrix one = matrix();
   const Fault driven = book("stopped, and moved again", [](const Victim& victim) {
     FaultyCell& cell = victim.cell;

@@ -1,5 +1,5 @@
-// Sessions that nobody is there to watch, with CELL.SRC in EXT and its PLC: the program is called, returns with the
-// session's end, is left for a brake test and called again.
+// Unattended sessions, with CELL.SRC in EXT and its PLC: the program is called, returns at the end of the session,
+// is left for a brake test and called again.
 
 #include <gtest/gtest.h>
 
@@ -31,7 +31,7 @@ struct a_night : ::testing::TestWithParam<Wire> {
     if (!resumed) session = journal.begin(job.inputs, "t0");
     return run_session(*cell, job, journal, session, resumed, {}, 0, {}, unattended);
   }
-  /// While the first of two touches is searched for slowly.
+  /// During the slow search of the first of two touches.
   void in_first_search(const std::function<void()>& act) {
     CellOptions options;
     options.wire = GetParam();
@@ -88,7 +88,7 @@ TEST_P(a_night, begins_one_session_after_the_other_without_a_person) {
 TEST_P(a_night, leaves_the_controller_to_its_brake_test_and_goes_on_behind_it) {
   in_first_search([this] {
     cell->cell_src().request_brake_test();
-    // RSI's packets do not tell: the PLC stops CELL for the test.
+    // RSI's packets do not report it: the PLC stops CELL for the test.
     if (!eki()) {
       cell->cancel_program();
       cell->at(cell->now() + 1s, [this] { cell->cell_src().start(); });
@@ -133,7 +133,7 @@ INSTANTIATE_TEST_SUITE_P(wires, a_night,
                            return name;
                          });
 
-/// The request lasts: nothing moves, and the session says so.
+/// The request persists: nothing moves, and the session reports it.
 TEST(a_controller_whose_test_is_not_run, is_waited_for_and_nothing_moves) {
   const Job job = make_job(CELLCAL_DEMO_CELL);
   CellOptions options;

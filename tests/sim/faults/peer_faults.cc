@@ -1,4 +1,4 @@
-// Faults of who speaks, and of counters and clocks: wrong IPOC, two on one port, drift, wraps.
+// Faults of peers, counters and clocks: wrong IPOC, two on one port, drift, wraps.
 
 #include <fmt/format.h>
 
@@ -51,7 +51,7 @@ void add_wrong_ipoc(std::vector<Fault>& all, Wire wire) {
                               shape.most,
                               [add = shape.add](std::uint64_t v) { return (v + add) % kWrap; }));
       };
-      // Replies that are all refused are no replies.
+      // If all replies are refused, there is no reply.
       if (!packets && shape.lasts == Duration::max()) fault.silences = Silent::kRobot;
       if (reason) fault.why_not = [reason](TouchPhase) { return reason; };
       all.push_back(std::move(fault));
@@ -60,8 +60,8 @@ void add_wrong_ipoc(std::vector<Fault>& all, Wire wire) {
 }
 
 void add_second_robot(std::vector<Fault>& all, Wire wire) {
-  // The adapter's socket listens to the first address alone (its own tests). Here both packets come
-  // through, as from behind one gateway.
+  // The adapter's socket accepts only the first address (tested separately). Here both packets
+  // arrive, as from behind one gateway.
   const char* where = over_rsi(wire) ? "RSI port, same address" : "EKI port, another client";
   for (const int ms : {100, 0}) {
     Fault fault{"second robot", ms ? fmt::format("for {} ms", ms) : "for good", where};
@@ -83,7 +83,7 @@ void add_second_robot(std::vector<Fault>& all, Wire wire) {
   all.push_back(std::move(first));
 }
 
-/// Another computer that says HELLO to the board, as a second daemon would, ten times a second.
+/// Another computer that sends HELLO to the board, like a second daemon, ten times a second.
 void add_second_host(std::vector<Fault>& all) {
   constexpr host_address kStranger{0x0200007F, 777};
   for (const int times : {1, 30}) {
@@ -136,7 +136,7 @@ void add_drift(std::vector<Fault>& all) {
   }
 }
 
-/// Counts back from the instant at which it wraps.
+/// Initial count such that it wraps at this instant.
 std::uint64_t counts(const CellOptions& options, TimePoint at, Duration each) {
   return static_cast<std::uint64_t>((at - options.power_on) / each);
 }
@@ -161,7 +161,8 @@ void add_wraps(std::vector<Fault>& all, Wire wire) {
       FaultyCell& cell = victim.cell;
       cell.to_pc().add(ipoc_trouble(TimePoint{}, TimePoint::max(), -1,
                                     [](std::uint64_t v) { return v % kWrap; }));
-      // The emulated controller itself counts on: its replies get back what was taken away.
+      // The emulated controller itself continues counting: the difference is added back to its
+      // replies.
       cell.to_krc().add(ipoc_trouble(TimePoint{}, TimePoint::max(), -1,
                                      [](std::uint64_t v) { return v < kHalf ? v + kWrap : v; }));
     };

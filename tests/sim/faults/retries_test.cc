@@ -1,5 +1,5 @@
-// Sessions that may go on by themselves, on the emulated cell: from what is harmless, and from
-// nothing else. The matrix judges each touch by the truth, and the arm by when it last moved.
+// Sessions that may continue by themselves, on the emulated cell: after harmless interruptions
+// only. The matrix compares each touch with the truth, and checks the last motion of the arm.
 
 #include <gtest/gtest.h>
 
@@ -39,7 +39,7 @@ class sessions_that_may_go_on : public ::testing::Test {
     fault.book = std::move(act);
     return fault;
   }
-  /// So many pauses of 20 ms without a packet, far enough apart to be met one by one.
+  /// Pauses of 20 ms without a packet, far enough apart to occur individually.
   static Fault pauses(int count) {
     return book([count](const Victim& victim) {
       for (int i = 0; i < count; ++i) {
@@ -48,7 +48,7 @@ class sessions_that_may_go_on : public ::testing::Test {
       }
     });
   }
-  /// So often this computer holds the sensor's bytes back, for 60 ms each, and then delivers them.
+  /// Intervals of 60 ms in which this computer delays the sensor's bytes.
   static Fault late_bytes(int count, milliseconds apart = milliseconds(4500)) {
     return book([=](const Victim& victim) {
       for (int i = 0; i < count; ++i) {
@@ -58,7 +58,7 @@ class sessions_that_may_go_on : public ::testing::Test {
       }
     });
   }
-  /// Every second and a bit its bytes come 100 to 300 ms late, for 0.2 s: 100, 200, 300, 100, ...
+  /// Every second its bytes are 100 to 300 ms late, for 0.2 s: 100, 200, 300, 100, ...
   static Fault later_and_later(int count) {
     return book([=](const Victim& victim) {
       for (int i = 0; i < count; ++i) {
@@ -122,7 +122,7 @@ INSTANTIATE_TEST_SUITE_P(over, where_this_computer_was_late,
 
 TEST_P(where_this_computer_was_late, sessions_finish_in_one_go_by_default) {
   Matrix one = matrix(0);
-  // Idle heartbeats come every 100 ms, so that 60 ms more stop a search alone.
+  // Idle heartbeats arrive every 100 ms, so that 60 ms more stop only a search.
   for (const TouchPhase phase : {TouchPhase::kSearch, TouchPhase::kApproach}) {
     const Verdict verdict =
         one.run(GetParam(), late_bytes(1), stretch(one.reference(GetParam()), phase), 1);
@@ -135,7 +135,7 @@ TEST_P(where_this_computer_was_late, sessions_finish_in_one_go_by_default) {
 
 TEST_P(where_this_computer_was_late, again_and_again_they_finish_all_the_same) {
   Matrix one = matrix(0);
-  // A touch over EKI takes some seconds; the instants are never in step with what repeats.
+  // A touch over EKI takes some seconds; the instants are never synchronous with periodic events.
   const milliseconds apart{GetParam() == Wire::kRsi ? 3700 : 17000};
   const Verdict verdict = one.run(GetParam(), late_bytes(40, apart),
                                   stretch(one.reference(GetParam()), TouchPhase::kSearch), 1);
@@ -241,7 +241,7 @@ TEST_F(sessions_that_may_go_on, end_by_the_computers_name_where_no_repeat_is_all
     const Verdict verdict =
         one.run(Wire::kRsi, fault, stretch(one.reference(Wire::kRsi), TouchPhase::kSearch), 1);
     EXPECT_EQ(verdict.outcome, Outcome::kNamed) << shown(verdict);
-    // Bytes that have not come by then tell nothing: the sensor's silence is what is known.
+    // Bytes that have not arrived by then give no information: only the sensor's silence is known.
     EXPECT_TRUE(verdict.name == "computer-busy") << shown(verdict);
     EXPECT_EQ(verdict.interruptions, 0);
   }
@@ -272,7 +272,7 @@ TEST_F(sessions_that_may_go_on, never_go_on_from_what_somebody_has_to_look_at) {
   struct Case {
     const char* what;
     Silent by;
-    int tries;  ///< at most: what looks like a pause is waited for, and nothing comes of it
+    int tries;  ///< maximum: an apparent pause is waited for without result
     std::function<void(FaultyCell&)> act;
   };
   const Case cases[] = {

@@ -11,7 +11,7 @@ daemon::Tasks tasks_of(const Job& job) {
   daemon::Tasks tasks;
   tasks.plan = [&job] { return daemon::Tasks::Planned{job.plan, job.plan_hash, {}}; };
   tasks.route = [&job](const calib::Plan& plan, std::size_t next, const calib::JointVector& from) {
-    // Planned from where the emulated arm stands at power on: then the way is the plan's own.
+    // Planned from the emulated arm's position at power on: the path is the plan's own.
     if (next == 0 && from == plan.start) return plan;
     return calib::resume_plan(job.cell, plan, next, from);
   };
@@ -42,12 +42,13 @@ Ending run_session(FaultyCell& cell, const Job& job, daemon::Journal& journal, s
   daemon::JournalRecorder recorder(journal, session, backend);
   daemon::InlineWorker worker;
   daemon::State state;
-  state.timeouts.connecting = std::chrono::seconds(15);  // nobody walks to this pendant
+  state.timeouts.connecting = std::chrono::seconds(15);  // no operator comes to this pendant
   state.retries = retries;
   state.repeats = repeats;
   state.unattended = unattended;
-  state.policy.confirm_every = 1;  // all that a touch can be made of
-  // Where the network stops the arm a session searches at 1 mm/s; twice that holds the same promises.
+  state.policy.confirm_every = 1;  // all elements of a touch
+  // If the network stops the arm a session searches at 1 mm/s; twice that meets the same
+  // requirements.
   if (cell.wire() == Wire::kEkiFlag) state.policy.slow_m_s = 0.002;
   std::vector<calib::Touch> touches;
   if (resumed) {

@@ -1,6 +1,6 @@
 #pragma once
 // A session of two touches with the daemon's own rules, runner and journal, on the faulty cell.
-// Identification and report are left out: what is judged here ends with the touches on disk.
+// Without identification and report: the judgement ends with the touches on disk.
 
 #include <filesystem>
 #include <optional>
@@ -23,7 +23,7 @@ struct Job {
 };
 Job make_job(const std::filesystem::path& cell_file);
 
-/// What the session did when, as it said itself.
+/// Phases of the session with their times, from its own record.
 struct Mark {
   TimePoint t{};
   daemon::Phase phase = daemon::Phase::kIdle;
@@ -33,13 +33,13 @@ struct Mark {
 
 struct Ending {
   daemon::State state;
-  std::string hung;  ///< not empty: the session did not come to an end
+  std::string hung;  ///< not empty: the session did not end
   TimePoint t{};
   std::vector<Mark> marks;
 };
 
-/// Runs a session in the journal to its end: a new one, or what `state` says of one begun before.
-/// `on_begin` gets the runner before anything happens; `retries` and `repeats` as under [session].
+/// Runs a session in the journal to its end: a new one, or one resumed from `state`. `on_begin`
+/// gets the runner before the start; `retries` and `repeats` as under [session].
 Ending run_session(FaultyCell& cell, const Job& job, daemon::Journal& journal, std::int64_t session,
                    bool resumed, const std::function<void(daemon::Runner&)>& on_begin = {},
                    int retries = 0, daemon::BusyRepeats repeats = {}, bool unattended = false);

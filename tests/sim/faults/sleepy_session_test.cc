@@ -1,7 +1,7 @@
-// Whole sessions with a controller that is none: a program as integrators try first, which paces by
-// sleeping, counts packets in IPOC, waits for replies, repeats itself after a second and holds the
-// correction that it took last (sleepy_peer.h). In virtual time; nothing of the peer is started
-// anew between sessions.
+// Whole sessions with a peer other than a controller: a typical first program of integrators, which
+// is paced by sleeping, counts packets in IPOC, waits for replies, repeats packets after a second
+// and holds the last accepted correction (sleepy_peer.h). In virtual time; the peer is not
+// restarted between sessions.
 
 #include <gtest/gtest.h>
 
@@ -21,9 +21,9 @@ namespace {
 using namespace std::chrono_literals;
 using drivers::SleepyHabits;
 
-// One way over the loopback and through the adapter.
+// One-way delay of loopback and adapter.
 constexpr std::chrono::microseconds kOneWay{40};
-// In which its computer's clock and the arm are looked at.
+// Polling period of its computer's clock and the arm.
 constexpr std::chrono::microseconds kStep{500};
 constexpr int kTouches = 4;
 
@@ -46,7 +46,7 @@ class SleepyCell final : public FaultyCell {
   }
 
   drivers::Robot& robot() override { return *robot_; }
-  /// As a daemon between two sessions: nobody listens.
+  /// As between two sessions of a daemon: no adapter listens.
   void leave(Duration duration) {
     robot_.reset();
     live(duration);
@@ -56,7 +56,7 @@ class SleepyCell final : public FaultyCell {
   sim::Line& to_pc() override { return to_pc_; }
   sim::Line& to_krc() override { return to_krc_; }
   std::vector<double> position_rad() const override { return true_rad_at(now()); }
-  // None of its faults are asked for here.
+  // Its faults are not used here.
   void power_off(bool) override {}
   void block_drives(bool) override {}
   void operator_stops() override {}
@@ -98,7 +98,7 @@ class SleepyCell final : public FaultyCell {
   std::unique_ptr<drivers::RsiRobotInline> robot_;
 };
 
-/// From where the tip truly met the sphere.
+/// From the true contact of the tip with the sphere.
 double distance_m(const FaultyCell& cell, const calib::Touch& touch) {
   double nearest_m = std::numeric_limits<double>::infinity();
   for (const Edge& edge : cell.edges()) {
@@ -149,8 +149,8 @@ TEST_P(a_session_with_a_peer, ends_with_all_touches_right_three_times_running) {
   EXPECT_EQ(cell.crashes(), 0);
 }
 
-// Within 0.03 mm, the cell file's 1 sigma of a touch. Where packets are far apart the arm does not
-// go straight between them, and the latch says that it is worth less.
+// Within 0.03 mm, the cell file's 1 sigma of a touch. With widely spaced packets the arm does not
+// move straight between them, and the latch states a larger uncertainty.
 INSTANTIATE_TEST_SUITE_P(
     that, a_session_with_a_peer,
     ::testing::Values(

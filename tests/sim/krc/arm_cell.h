@@ -1,5 +1,5 @@
 #pragma once
-// The KR 5 arc's nominal geometry, for controllers that correct in space.
+// The KR 5 arc's nominal geometry, for controllers with corrections in space.
 
 #include <numbers>
 #include <string>
@@ -8,7 +8,7 @@
 
 namespace cellcal::sim {
 
-/// Without any of its errors; the flange is the TCP.
+/// Without errors; the flange is the TCP.
 inline calib::Cell arm_cell() {
   constexpr double kRadPerDeg = std::numbers::pi / 180.0;
   calib::Cell cell;

@@ -1,4 +1,4 @@
-// CELL.SRC under a PLC: what it asks for, what it runs, and when it asks again.
+// CELL.SRC under a PLC: requests, programs, and repetition of requests.
 
 #include "sim/krc/cell_src.h"
 

@@ -1,4 +1,4 @@
-// Corrections of all kinds, what the motion system refuses, and the operator.
+// Corrections of all kinds, faults of the motion system, and the operator.
 
 #include <gtest/gtest.h>
 

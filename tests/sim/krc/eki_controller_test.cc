@@ -1,4 +1,4 @@
-// The emulated controller with its EKI programs, spoken to by hand.
+// The emulated controller with its EKI programs, with manual commands.
 
 #include "sim/krc/eki_controller.h"
 
@@ -133,7 +133,7 @@ TEST_F(EkiKrc, MovesAtThePercentItIsToldAndRampsAtBothEnds) {
   go(90);
   run_to_rest();
   EXPECT_EQ(state.outcome, EkiOutcome::kArrived);
-  run(200ms);  // the arm behind its setpoint
+  run(200ms);  // the arm after its setpoint
   EXPECT_NEAR(a1_deg(), 90.0, 0.02);
   EXPECT_NEAR(fastest, 100.0, 0.1);
   EXPECT_LE(steepest, 401.0 * 2) << "the last step may be shorter than a cycle";
@@ -288,7 +288,7 @@ TEST_F(EkiKrc, AnEmergencyStopEndsTheProgramForGood) {
   EXPECT_NEAR(a1_deg(), rest, 1e-3);
 }
 
-// What the controller does of itself, without a word of the submit program.
+// Actions of the controller itself, without the submit program.
 
 TEST_F(EkiKrc, AProgramThatStandsGoesOnWithItsMotionWhenItIsStarted) {
   make();

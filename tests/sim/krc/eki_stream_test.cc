@@ -1,4 +1,4 @@
-// Channel files that are not cellcal's, each with names and habits that such files have.
+// Channel files other than cellcal's, each with typical names and conventions.
 
 #include "sim/krc/eki_stream.h"
 
@@ -34,7 +34,7 @@ std::string elements(const std::string& parent, const std::string& names, const 
 const std::string kAxes = "A1 A2 A3 A4 A5 A6";
 const std::string kFrame = "X  Y  Z  A  B  C ";
 
-/// Positions streamed over UDP, with the number of those that wait.
+/// Positions streamed over UDP, with the number of queued ones.
 std::string streaming() {
   return file("UDP", elements("RobotCommand/Pos/@", kAxes, "REAL"),
               elements("RobotState/Pos/@", kAxes, nullptr) +
@@ -120,7 +120,7 @@ TEST_F(Stream, UdpClientIsKnownByItsFirstDatagramAndGetsFiftyStatesASecond) {
   make({streaming()});
   run(1s);
   EXPECT_EQ(krc->channel(0).take_output(), "");
-  krc->datagram(0, "0");  // any byte will do
+  krc->datagram(0, "0");  // any byte
   run(1s);
   const std::string states = krc->channel(0).take_output();
   std::size_t count = 0;
@@ -187,7 +187,7 @@ TEST_F(Stream, FrameWithoutATypeIsATargetOfTheTcp) {
                          "<ELEMENT Tag=\"Sensor\" Set_Flag=\"4\"/>",
                          elements("Robot/Data/ActPos/@", kFrame, nullptr));
   const std::string protocol = "<PROTOCOL>TCP</PROTOCOL>";
-  xml.erase(xml.find(protocol), protocol.size());  // TCP is what is usual
+  xml.erase(xml.find(protocol), protocol.size());  // TCP is the default
   make({xml});
   ASSERT_TRUE(krc->channel(0).connect());
   krc->channel(0).receive(

@@ -14,7 +14,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-/// An ethernet file with everything in it that such files are seen with.
+/// An ethernet file with all elements that occur in practice.
 std::string file(const std::string& send, const std::string& receive,
                  const std::string& only_send = "FALSE") {
   return "<ROOT><CONFIG><IP_NUMBER>ip.of.the.pc</IP_NUMBER><PORT>59152</PORT>"
@@ -128,7 +128,7 @@ TEST(RsiReplies, AreReadByNameWhateverElseTheyHold) {
       "<Sen Type=\"Somebody\">\n  <EStr>hello</EStr>\n"
       "<AKorr A6=\"-1.5\" A2=\"+2e-05\" A1=\"1\" /> <Tech T21=\"1.09\"/><DiO>125</DiO>"
       "<RKorr X=\"9\" Z=\" 0.25 \"/><MoveStop>TRUE</MoveStop><IPOC> 17 </IPOC>\n</Sen>\n";
-  text.push_back('\0');  // as some senders close theirs
+  text.push_back('\0');  // as some senders terminate theirs
   const auto reply = parse_reply(channel, text);
   ASSERT_TRUE(reply);
   EXPECT_EQ(reply->type, "Somebody");

@@ -1,4 +1,4 @@
-// What a line with faults does to what is sent over it.
+// Effects of a line with faults on its messages.
 
 #include "sim/mcu/line.h"
 
@@ -12,7 +12,7 @@ using drivers::TimePoint;
 
 constexpr TimePoint kLineStart{std::chrono::hours(1)};
 
-/// Ten messages "0".."9", 4 ms apart; what arrives, as "0@1 1@5": text and milliseconds.
+/// Ten messages "0".."9", 4 ms apart; arrivals as "0@1 1@5": text and milliseconds.
 std::string over(Line& line) {
   for (int i = 0; i < 10; ++i) line.send(std::to_string(i), kLineStart + i * 4ms);
   std::string result;

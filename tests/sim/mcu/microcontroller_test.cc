@@ -1,4 +1,4 @@
-// The emulated sensor, which is the firmware's core, by itself: driven with frames built by hand.
+// The emulated sensor, which is the firmware's core, by itself: with manually built frames.
 
 #include <gtest/gtest.h>
 
@@ -58,7 +58,7 @@ class Bench {
     ASSERT_TRUE(mcu.armed());
     heard.clear();
   }
-  /// Runs for d, keeping the sensor's dead man content.
+  /// Runs for d, keeping the sensor's dead man alive.
   void run_alive(Duration d) {
     for (const TimePoint end = now + d; now < end;) {
       say(ctp::KeepAlive{});

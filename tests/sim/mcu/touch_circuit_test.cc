@@ -39,7 +39,7 @@ TEST(TouchSupply, IsNotHeldByASuppressorOf5VoltsWhichBeginsAt6V4) {
 TEST(TouchSupply, OfTheEthernetBoardUsesMoreThanASlipFeeds) {
   Rail rail{.supply_v = 3.3, .load_a = 0.1, .farad = 100e-6};
   EXPECT_LT(rail.highest_v(kEthernetClampV, kEthernetBoard.surge_ohm, kFuseS), kRp2040MostV);
-  rail.load_a = 0.0;  // and lifted where the board is without supply
+  rail.load_a = 0.0;  // raised while the board is without supply
   EXPECT_GT(rail.highest_v(kEthernetClampV, kEthernetBoard.surge_ohm, kFuseS), kRp2040MostV);
 }
 
@@ -48,7 +48,7 @@ TEST(GunsCapacitor, IsChargedThroughR1AlongAnExponential) {
   c.gun_farad = 1e-6;
   const double rest_v = c.gun_at_rest_v();
   EXPECT_NEAR(rest_v, c.voltages().feed_v, 0.05);
-  // 1 k of R1 and 5 ohms of wire, beside the pull-down.
+  // 1 k of R1 and 5 ohms of wire, in parallel with the pull-down.
   const double tau_s = 1e-6 / (1.0 / 1005.1 + 1.0 / (47e3 + 522.0));
   for (const double t : {0.0, 0.2e-3, 1e-3, 5e-3}) {
     EXPECT_NEAR(c.gun_after_v(0.0, t), rest_v * (1.0 - std::exp(-t / tau_s)), 0.01) << t;

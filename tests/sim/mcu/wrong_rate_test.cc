@@ -25,7 +25,7 @@ TEST(WrongRate, TheSameRateAndOneThatIsNearlyTheSameAreHeardAsSent) {
 TEST(WrongRate, AFasterListenerHearsEveryBitSeveralTimes) {
   // 0xFF is low for one of the sender's bits: the listener's start and three of its zeros.
   EXPECT_EQ(as_heard(Bytes{0xFF}, 250'000, 1'000'000), Bytes{0xF8});
-  // 0xF0 is low for five, where the listener wants its stop bit: an error, which reads as 0.
+  // 0xF0 is low for five, at the listener's stop bit: an error, which reads as 0.
   EXPECT_EQ(as_heard(Bytes{0xF0}, 250'000, 1'000'000), Bytes{0x00});
 }
 

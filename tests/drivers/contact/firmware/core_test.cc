@@ -1,4 +1,4 @@
-// The firmware's core on the emulated board: what a host hardly sees of it.
+// The firmware's core on the emulated board: behaviour that is hardly visible to a host.
 
 #include <gtest/gtest.h>
 
@@ -168,7 +168,7 @@ TEST(FirmwareSensor, TheTripDoesNotWaitForTheConfirmation) {
 TEST(FirmwareSensor, SamplesAreOfTheEdgesHistoryHoweverLateTheyAreLookedAt) {
   touch_rule rule{5, 200, 100'000};
   touch_state touch{};
-  // Closed but for the second 100 us: the samples see what was, not what is.
+  // Closed except for the second 100 us: samples are taken from the history.
   EXPECT_TRUE(touch_edge(&touch, &rule, 1000, true));
   std::vector<touch_outcome> outcomes;
   const std::vector<std::pair<std::uint32_t, bool>> edges = {{1250, false}, {1450, true}};
@@ -204,7 +204,7 @@ TEST(FirmwareSensor, DeadlinesHoldAcrossTheWrapOfItsClock) {
 TEST(FirmwareSensor, ASelfTestStaysOldWhenItsAgeHasWrapped) {
   Bench b;
   b.get_ready();
-  // Its clock wraps after 36 minutes; with the age taken modulo that it would be young again.
+  // Its clock wraps after 36 minutes; an age modulo that would be small again.
   for (int minute = 0; minute < 37; ++minute) b.run(std::chrono::minutes{1});
   b.heard.clear();
   b.say(ctp::Arm{1, 100});
@@ -245,7 +245,7 @@ TEST(FirmwareSensor, SpeaksOnlyToHostsOfItsVersion) {
   EXPECT_EQ(ctp::read<ctp::Nak>(b.of(CTP_NAK)[1]).reason, CTP_NAK_BAD_VERSION);
 }
 
-// What it says ------------------------------------------------------------------------------------
+// Transmission ------------------------------------------------------------------------------------
 
 TEST(FirmwareSensor, TellsOfAnEventThatNobodyAcknowledgedAndKeepsTheNewest) {
   Bench b;

@@ -20,7 +20,7 @@ class SimavrBench {
 
   TimePoint now() const { return clock_.now(); }
 
-  /// Lets time pass in cycles of the robot and collects events, as the robot's cycle would.
+  /// Advances time in cycles of the robot and collects events.
   void run(Duration d) {
     for (const TimePoint end = now() + d; now() < end;) {
       clock_.sleep_until(std::min(end, now() + kCycle));

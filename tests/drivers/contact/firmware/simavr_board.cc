@@ -14,7 +14,7 @@
 #include <stdexcept>
 #include <utility>
 
-/// The simulator frees little of what it allocates.
+/// The simulator frees little of its allocations.
 extern "C" const char* __lsan_default_suppressions();
 extern "C" const char* __lsan_default_suppressions() { return "leak:libsimavr\n"; }
 
@@ -35,7 +35,7 @@ std::uint64_t cycles_per_byte(int baud) {
   return SimavrBoard::kHz * CTP_BITS_PER_BYTE / static_cast<std::uint64_t>(baud);
 }
 
-/// Its UART, which has no other way in.
+/// Its UART has no other interface.
 avr_uart_t* uart_of(avr_t* avr) {
   for (avr_io_t* io = avr->io_port; io != nullptr; io = io->next) {
     if (std::strcmp(io->kind, "uart") == 0) return reinterpret_cast<avr_uart_t*>(io);
@@ -102,7 +102,7 @@ SimavrBoard::SimavrBoard(const std::string& elf, int baud, TimePoint power_on)
 SimavrBoard::~SimavrBoard() { avr_terminate(avr_); }
 
 void SimavrBoard::set_straps() {
-  // Wires to ground, which are stronger than the pins' pull-ups.
+  // Connections to ground, stronger than the pins' pull-ups.
   avr_ioport_external_t straps{};
   straps.name = 'D';
   straps.mask = (1u << kStrap250k) | (1u << kStrap115k);
@@ -138,7 +138,7 @@ std::uint64_t SimavrBoard::cycle_of(TimePoint t) const {
   return static_cast<std::uint64_t>(std::ceil(std::max(0.0, s) * static_cast<double>(kHz)));
 }
 
-// What the board feels
+// Inputs of the board
 // -----------------------------------------------------------------------------
 
 void SimavrBoard::settle() {
@@ -158,7 +158,7 @@ void SimavrBoard::settle() {
 }
 
 void SimavrBoard::on_test_pin(avr_irq_t*, std::uint32_t, void* board) {
-  // The register itself follows this notice: looked at when the instruction is over.
+  // The register itself changes after this notification: read at the end of the instruction.
   static_cast<SimavrBoard*>(board)->disturbed_ = true;
 }
 
@@ -260,7 +260,7 @@ void SimavrBoard::on_reset(avr_t* avr) {
   if (board.core_reset_ != nullptr) board.core_reset_(avr);
 }
 
-// What the board says
+// Outputs of the board
 // -------------------------------------------------------------------------------
 
 void SimavrBoard::on_byte(avr_irq_t*, std::uint32_t value, void* context) {

@@ -1,5 +1,5 @@
 #pragma once
-// The firmware's real image on a simulated ATmega328P, with the touch circuit around it, in virtual
+// The actual firmware image on a simulated ATmega328P, with the touch circuit around it, in virtual
 // time. The simulator (libsimavr, GPL-3) is linked into these tests only.
 
 #include <cstdint>
@@ -36,46 +36,46 @@ class SimavrBoard {
   SimavrBoard(const SimavrBoard&) = delete;
   SimavrBoard& operator=(const SimavrBoard&) = delete;
 
-  /// The tip touches, or leaves, at t.
+  /// Contact or release of the tip at t.
   void touch(TimePoint t, bool touching);
-  /// Anything else about the circuit, now.
+  /// Any other change of the circuit, now.
   void change(const TouchCircuit& circuit);
   const TouchCircuit& circuit() const { return circuit_; }
-  /// The host begins to send these bytes at t, or when the line is free.
+  /// The host starts sending these bytes at t, or when the line is free.
   void receive(std::span<const std::uint8_t> bytes, TimePoint t);
   void advance(TimePoint t);
   TimePoint now() const { return time_of(cycle()); }
   /// Presses the reset button.
   void reset();
-  /// The program stops dead, with interrupts off: the watchdog must notice.
+  /// Halts the program with interrupts off: the watchdog must react.
   void hang();
 
   struct Bytes {
     TimePoint t{};  ///< when the last bit was on the wire
     std::vector<std::uint8_t> bytes;
   };
-  /// The next stretch up to a 0x00 that is complete.
+  /// The next complete block up to a 0x00.
   std::optional<Bytes> next_output();
 
-  /// A frame that it sent, for whoever measures.
+  /// A frame sent by the board, for measurements.
   struct Sent {
     TimePoint t{};
     drivers::ctp::Frame frame;
   };
   std::vector<Sent> take_sent();
-  /// When the pin really changed, to the cycle, since the last call.
+  /// Changes of the pin, to the cycle, since the last call.
   struct PinEdge {
     std::uint64_t cycle = 0;
     bool high = false;
   };
   std::vector<PinEdge> take_pin_edges();
-  /// The same of D6, the output for a controller's input.
+  /// Likewise for D6, the output for a controller's input.
   std::vector<PinEdge> take_output_edges();
   bool output_high() const { return output_high_; }
 
   TimePoint time_of(std::uint64_t cycle) const;
   std::uint64_t cycle() const;
-  /// Bytes of memory, between the program's variables and the deepest stack, that were never used.
+  /// Bytes of memory between the program's variables and the deepest stack that were never used.
   std::size_t untouched_memory() const;
 
   static constexpr std::uint64_t kHz = 16'000'000;
@@ -90,10 +90,10 @@ class SimavrBoard {
   void set_straps();
   void fill_memory();
   void run_action();
-  /// Where the simulator must not jump over, asleep or awake.
+  /// Upper bound of the simulator's next step, asleep or awake.
   std::uint64_t next_stop() const;
   static std::uint64_t on_stop(avr_t*, std::uint64_t when, void* board);
-  /// What the program has set its UART to, which is nearly the baud rate.
+  /// The program's setting of its UART, close to the baud rate.
   std::uint64_t own_byte_cycles() const;
 
   static constexpr std::uint64_t kNever = ~std::uint64_t{0};
@@ -130,7 +130,7 @@ class SimavrLine : public drivers::ByteLine {
   void write(std::span<const std::uint8_t> bytes, TimePoint t) override {
     board_.receive(bytes, t);
   }
-  /// Nobody knows what a program will do: look often.
+  /// The program's behaviour is unknown: polls often.
   TimePoint next() const override { return next_look_; }
   void advance(TimePoint t) override {
     board_.advance(t);

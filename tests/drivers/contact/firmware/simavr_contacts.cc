@@ -55,8 +55,8 @@ class Series {
 
   int draw(int from, int to) { return std::uniform_int_distribution<int>(from, to)(random_); }
 
-  /// Settles at `closed` from t on, after some bounces: a rattle of some us each, or up to 2.5 ms
-  /// of slower ones. Returns when. (What stays away for five samples in a row is no bounce.)
+  /// Settles at `closed` from t on, after some bounces: of some us each, or up to 2.5 ms of slower
+  /// ones. Returns the time. (Levels lasting five consecutive samples are not bounces.)
   TimePoint bounce(TimePoint t, bool closed) {
     bench_.board.touch(t, closed);
     const bool rattle = draw(0, 1) == 0;
@@ -74,7 +74,7 @@ class Series {
     if (!armed.armed) {
       if (refused_++ == 0) std::printf("arming %d refused: %s\n", id, armed.why_not.c_str());
     }
-    // Any phase against heartbeats and pings; nothing may trip meanwhile.
+    // Any phase relative to heartbeats and pings; no trip may occur meanwhile.
     bench_.run(microseconds{draw(0, 13'000)});
     if (!bench_.events.empty()) ++false_trips_;
     bench_.events.clear();
@@ -100,7 +100,7 @@ class Series {
       if (missed_++ == 0) std::printf("contact %d gave %zu events\n", id, events.size());
       return;
     }
-    // The clock map moves on between the two frames, the stamp does not.
+    // The clock map changes between the two frames, the stamp does not.
     const double off = std::abs(micro(events[1].first_edge - touch));
     host_off_us_.push_back(off);
     if (off * 1e-6 > kUsual * events[1].time_sigma_s) ++beyond_;
@@ -112,8 +112,8 @@ class Series {
       if (sent.frame.type != CTP_TRIP) continue;
       stamp_ = ctp::read<ctp::Trip>(sent.frame).t;
       latency_ms_.push_back(micro(sent.t - bench_.board.time_of(edge_cycle)) * 1e-3);
-      // Clock cycles between the pin's change and the tick that was stamped: the same every time,
-      // but for what the stamp loses.
+      // Clock cycles between the pin's change and the stamped tick: constant, except for the
+      // stamp's resolution.
       const std::uint64_t stamp = std::uint64_t{stamp_} * kCyclesPerTick;
       const double behind_us = static_cast<double>(static_cast<std::int64_t>(
                                    (edge_cycle - stamp) % (kCyclesPerTick << 32))) /
@@ -150,7 +150,7 @@ class Series {
   }
 
   static constexpr int kFrames = 4;
-  /// As many beyond three sigma as a normal error has, none beyond the four of the README.
+  /// Share beyond three sigma as for a normal error, none beyond the four of the README.
   static constexpr double kUsual = 3.0, kBeyondShare = 0.0027, kMost = 4.0;
   static constexpr std::uint64_t kCyclesPerTick = 8;
   static constexpr double kCyclesPerUs = 16.0;

@@ -1,4 +1,4 @@
-// The single faults of the touch circuit on the real image: its converter, its interrupts, its main
+// Single faults of the touch circuit with the actual image: its converter, its interrupts, its main
 // loop. And the output for a controller's input, whose timing is the program's.
 
 #include <gtest/gtest.h>

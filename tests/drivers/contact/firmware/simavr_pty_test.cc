@@ -1,7 +1,7 @@
-// The firmware's image on a simulated ATmega328P in real time, on a pseudo-terminal, against the
-// unmodified SerialContact. Waits have generous limits, nothing is timed. A microcontroller has a processor of
-// its own: where it is permitted the simulated one goes before whatever else the machine does, for one that gets
-// less than it needs falls ever farther behind the machine's clock, and no driver finds a sensor in it.
+// The firmware's image on a simulated ATmega328P in real time, on a pseudo-terminal, with the unmodified
+// SerialContact. Waits have generous limits, nothing is timed. A microcontroller has its own processor: if
+// permitted the simulated one has priority over all other load, since one that is too slow lags increasingly
+// behind the machine's clock, and is not detected as a sensor.
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
@@ -34,8 +34,7 @@ using namespace drivers;  // NOLINT: a test's own file
 using std::chrono::milliseconds;
 using Steady = std::chrono::steady_clock;
 
-/// Runs the board at the pace of the machine's clock. Bytes that nobody reads are lost, as on a
-/// wire.
+/// Runs the board at the pace of the machine's clock. Unread bytes are lost, as on a wire.
 class RealTimeBoard {
  public:
   RealTimeBoard() : board_(CELLCAL_SENSOR_ELF, CTP_DEFAULT_BAUD, Steady::now()) {
@@ -61,7 +60,7 @@ class RealTimeBoard {
     const std::lock_guard lock(mutex_);
     board_.touch(Steady::now(), touching);
   }
-  /// Whether the machine gave it what it needs, for whoever reads a failure.
+  /// Diagnostics for a failure: whether the machine was fast enough.
   std::string pace() const {
     return "; the simulated board was " + std::to_string(behind_ms_.load()) +
            " ms behind the machine's clock at worst" +
@@ -112,7 +111,7 @@ bool wait_for(const std::function<bool()>& done) {
   return true;
 }
 
-/// The robot's thread, which the sensor's guard is looked at on.
+/// The robot's thread, on which the sensor's guard is polled.
 class RobotThread {
  public:
   explicit RobotThread(const SerialContactOptions& options) : contact(io_.context(), options) {
@@ -134,7 +133,7 @@ class RobotThread {
   }
 
  private:
-  IoThread io_{IoThreadOptions{.quiet = true}};  // what lives on the context goes before it
+  IoThread io_{IoThreadOptions{.quiet = true}};  // destroyed after objects on its context
 
  public:
   SerialContact contact;
@@ -144,12 +143,13 @@ TEST(SimavrPty, IsIdentifiedArmedAndTouchedThroughTheRealSerialDriver) {
   RealTimeBoard board;
   SerialContactOptions options;
   options.port.device = board.path();
-  options.contact.max_clock_sigma_s = 0.02;  // a loaded test machine, not what is tested here
+  options.contact.max_clock_sigma_s = 0.02;  // tolerates a loaded test machine
   RobotThread robot(options);
   robot.contact.open();
   ASSERT_TRUE(wait_for([&] { return robot.contact.status().link == ContactLink::kReady; }))
       << robot.contact.status().words << board.pace();
-  // A machine that stops for more than 25 ms ends an arming: that is the dead man, not this.
+  // A machine that stalls for more than 25 ms ends an arming by the dead man, which is not tested
+  // here.
   constexpr std::uint16_t kTries = 10;
   int touched = 0;
   for (std::uint16_t id = 1; id <= kTries && touched < 2; ++id) {

@@ -1,5 +1,5 @@
-// The firmware's real image on a simulated ATmega328P, in virtual time, against the unmodified core
-// of the driver.
+// The actual firmware image on a simulated ATmega328P, in virtual time, with the unmodified core of
+// the driver.
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 #pragma once
-// A W5500 by its data sheet, as far as one UDP socket needs it: registers and buffers behind an SPI
-// frame, commands, the network behind them.
+// A W5500 by its data sheet, limited to one UDP socket: registers and buffers accessed by SPI
+// frames, commands, and the network.
 
 #include <array>
 #include <cstdint>
@@ -24,7 +24,7 @@ class W5500Model {
         this};
   }
 
-  /// A datagram comes; false: no room for it, it is lost.
+  /// A datagram arrives; false: no room, it is lost.
   bool arrive(const w5500_peer& from, const std::vector<std::uint8_t>& bytes) {
     if (at(kSocket, 0x03) != 0x22) return false;
     if (kBuffer - waiting() < bytes.size() + 8) return false;
@@ -41,21 +41,21 @@ class W5500Model {
   bool calls() const {
     return at(kCommon, 0x18) == 1 && (at(kSocket, 0x02) & at(kSocket, 0x2C)) != 0;
   }
-  /// All that it knows is gone, as behind a spike.
+  /// Resets all state, as after a spike.
   void forget() {
     for (auto& block : registers_) block.fill(0);
     at(kCommon, 0x39) = 4;
     rx_write_ = taken_ = 0;
   }
   void be_another_chip() { other_ = true; }
-  /// The two pointers begin there, as they do after a day.
+  /// Initial value of both pointers, as after a day.
   void begin_at(std::uint16_t pointer) {
     rx_write_ = taken_ = pointer;
     set16(kSocket, 0x28, pointer);
     set16(kSocket, 0x22, pointer);
     set16(kSocket, 0x24, pointer);
   }
-  /// Of the datagram size in the buffer that is waiting: the chip went mad.
+  /// Corrupts the size of the pending datagram in the buffer.
   void spoil_size(std::uint16_t size) {
     const std::uint16_t read = get16(kSocket, 0x28);
     rx_[(read + 6u) % kBuffer] = static_cast<std::uint8_t>(size >> 8);
@@ -65,7 +65,7 @@ class W5500Model {
   std::vector<Datagram> sent;
   int arps = 0;
   bool nobody_answers = false, slow = false;
-  /// A slow one is done now.
+  /// Completes a slow transmission.
   void finish() { raise(nobody_answers ? 0x08 : 0x10); }
   const std::uint8_t* common() const { return registers_[kCommon].data(); }
   const std::uint8_t* socket() const { return registers_[kSocket].data(); }

@@ -1,4 +1,4 @@
-// The Ethernet chip's driver against a W5500 by its data sheet.
+// The Ethernet chip's driver with a model of the W5500.
 
 #include <gtest/gtest.h>
 
@@ -162,7 +162,7 @@ TEST(EthernetChip, WhatWasLoadedAndNotSentIsReplaced) {
   EXPECT_EQ(b.model.sent[0].second, counting(5));
 }
 
-/// As the board's program goes about it: a HELLO in by the chip, the IDENT out by it.
+/// As in the board's program: a HELLO received through the chip, the IDENT sent through it.
 TEST(EthernetChip, CarriesAConversation) {
   namespace ctp = drivers::ctp;
   Board b;

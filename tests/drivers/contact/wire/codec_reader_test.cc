@@ -1,4 +1,4 @@
-// What a reader keeps from one frame to the next: nothing.
+// A reader keeps no state between frames.
 
 #include <gtest/gtest.h>
 
@@ -43,7 +43,7 @@ TEST(CtpReaderMemory, ANewPeerIsReadFromItsFirstByte) {
   EXPECT_EQ(reader.counters().gaps, 255u)
       << "only the frame that came twice counts, not the new peer's";
   EXPECT_EQ(reader.counters().frames, 3u);
-  // Nor is it in the middle of what was too long.
+  // Neither after a frame that is too long.
   for (int i = 0; i < 1000; ++i) reader.feed(1);
   reader.resync();
   EXPECT_NE(last_frame_of(reader, wire.bytes()), nullptr);

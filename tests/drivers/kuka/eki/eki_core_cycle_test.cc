@@ -1,4 +1,4 @@
-// What runs every two milliseconds must not wait for memory.
+// Functions called every two milliseconds must not wait for memory.
 
 #include "tests/drivers/kuka/allocation_count.h"
 #include "tests/drivers/kuka/eki/eki_rig.h"
@@ -13,7 +13,7 @@ class CountedRig : public EkiRig {
     now += krc.cycle();
     krc.tick(now);
     std::string bytes = krc.take_output();
-    // Every third state holds no number, and garbage stands before it.
+    // Every third state contains no number, and is preceded by garbage.
     if (damage && !bytes.empty() && ++states % 3 == 0) {
       bytes.replace(bytes.find("A1=\""), 4, "A1=\"x");
       bytes = "?>\"" + bytes;
@@ -51,7 +51,7 @@ class CountedRig : public EkiRig {
 TEST(EkiCycle, DoesNotAllocate) {
   CountedRig rig;
   rig.make_ready();
-  // A search that the input stops.
+  // A search stopped by the input.
   rig.guard.arm(1);
   rig.begin(MoveKind::kSearch, rig.moved_by(0, 2), 5.0, 1);
   for (int i = 0; i < 200; ++i) rig.counted_cycle();
@@ -62,7 +62,7 @@ TEST(EkiCycle, DoesNotAllocate) {
   ASSERT_TRUE(rig.counted_until([&] { return rig.result.has_value(); }));
   EXPECT_EQ(rig.result->outcome, MoveOutcome::kContact) << to_move_result(*rig.result).detail;
 
-  // A transit that is stopped, with states that come damaged.
+  // A transit that is stopped, with damaged states.
   rig.krc.input(rig.now, false);
   rig.result.reset();
   rig.begin(MoveKind::kTransit, rig.moved_by(0, -40));

@@ -1,5 +1,5 @@
-// What the EKI core says of itself, value by value: why a move was refused, why a link was lost,
-// what it waits for. The words are made of these.
+// Values reported by the EKI core: reason of a refused move, cause of a lost link, current wait.
+// The sentences are generated from them.
 
 #include "tests/drivers/kuka/eki/eki_rig.h"
 
@@ -60,7 +60,7 @@ TEST_F(EkiFacts, AReferenceIsPendingFromTheAskingToTheRest) {
   EXPECT_TRUE(facts().rereference_pending);
   rig.run(100ms);
   EXPECT_EQ(facts().link, RobotLink::kReady);
-  // What was asked of a link that was lost is forgotten with it.
+  // Requests on a lost link are discarded.
   rig.core.rereference();
   rig.close_connection();
   rig.cycle();
@@ -142,7 +142,7 @@ TEST_F(EkiFacts, ACommandThatIsNotTakenCostsTheLink) {
   rig.make_ready();
   rig.begin(MoveKind::kTransit, rig.moved_by(0, 30));
   std::optional<CoreResult> end;
-  // States keep coming; what was sent never arrives.
+  // States keep arriving; sent data never does.
   for (int i = 0; i < 500 && !end; ++i) {
     rig.now += rig.krc.cycle();
     rig.krc.tick(rig.now);
@@ -187,7 +187,7 @@ TEST_F(EkiFacts, AControllerThatObeysSomebodyElseIsNotOneThatDoesNotHear) {
     EXPECT_EQ(fresh.core.core_state().trouble,
               other ? EkiTrouble::kOtherSession : EkiTrouble::kNotHeard);
     EXPECT_EQ(fresh.core.core_state().other_session, other ? 777u : 0u);
-    // And is left after five seconds.
+    // And is closed after five seconds.
     EXPECT_FALSE(fresh.core.wants_close());
     EXPECT_TRUE(fresh.run_until([&] { return !fresh.connected; }, 5s));
   }

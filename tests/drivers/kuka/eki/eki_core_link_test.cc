@@ -1,4 +1,4 @@
-// The link: who is obeyed, what is believed, what happens when it breaks.
+// The link: sessions, plausibility of data, and loss.
 
 #include "tests/drivers/kuka/eki/eki_rig.h"
 
@@ -42,7 +42,7 @@ TEST(EkiLink, TakesBytesHoweverTcpCutsThem) {
   EkiRig rig;
   std::string held;
   int turn = 0;
-  // Nothing for a while, then some of it: pieces of one state, several states at once.
+  // Nothing for a while, then fragments: pieces of one state, several states at once.
   rig.mangle = [&](const std::string& bytes) {
     held += bytes;
     const std::size_t size = ++turn % 7 == 0 ? held.size() : std::min<std::size_t>(held.size(), 37);
@@ -102,7 +102,7 @@ TEST(EkiLink, ACableThatIsPulledStopsTheArmWithinTheDeadMansTime) {
   rig.begin(MoveKind::kTransit, rig.moved_by(0, 150));
   rig.run(600ms);
   ASSERT_TRUE(rig.krc.moving());
-  rig.cable = false;  // nobody is told
+  rig.cable = false;  // without notification
   EXPECT_EQ(rig.finish(1s).outcome, MoveOutcome::kRobotSilent);
   // 250 ms of dead man, and the ramp.
   EXPECT_TRUE(rig.run_until([&] { return !rig.krc.moving(); }, 600ms));
@@ -115,7 +115,7 @@ TEST(EkiLink, WhatAnEarlierClientLeftInTheBuffersMovesNothing) {
   rig.make_ready();
   rig.krc.deaf(true);
   rig.begin(MoveKind::kTransit, rig.moved_by(0, 45));
-  rig.run(100ms);  // the move lies in the controller's queues
+  rig.run(100ms);  // the move is in the controller's queues
   rig.close_connection();
   EXPECT_EQ(rig.finish().outcome, MoveOutcome::kRobotSilent);
   rig.run(300ms);
@@ -140,7 +140,7 @@ TEST(EkiLink, StatesOfAnotherSessionAreNotBelieved) {
   rig.run(1s);
   EXPECT_EQ(rig.link(), RobotLink::kDown);
   EXPECT_NE(rig.words().find("obeys session 55"), std::string::npos) << rig.words();
-  // And where the controller begins to obey somebody else in the middle, it is no longer ours.
+  // If the controller begins to obey another session during a move, the session is lost.
   rig.mangle = [](std::string bytes) { return bytes; };
   rig.run(1s);
   rig.reference();

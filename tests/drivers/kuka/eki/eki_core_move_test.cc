@@ -1,4 +1,4 @@
-// Moves that are no searches.
+// Moves other than searches.
 
 #include <algorithm>
 #include <cmath>
@@ -56,7 +56,7 @@ TEST(EkiMove, IsCheckedBeforeAnythingIsSent) {
   EXPECT_EQ(rig.written.find("Type=\"3\""), std::string::npos);
 }
 
-/// By way of 20 deg of A1, and of 20 deg of A3, to 10 deg of A1 less.
+/// Via 20 deg of A1, and 20 deg of A3, to 10 deg of A1 less.
 Move by_way_points(EkiRig& rig, MoveKind kind = MoveKind::kTransit) {
   Move move{++rig.last_id, kind, rig.actual(), 0.0, 0};
   AxisAngles via = rig.actual();
@@ -218,7 +218,7 @@ TEST(EkiMove, SurvivesStatesThatAreLostInBetween) {
   EkiRig rig;
   rig.make_ready();
   int count = 0;
-  // Every state repeats what is known: nine in ten may be missing.
+  // Every state repeats all information: nine in ten may be missing.
   rig.mangle = [&](const std::string& bytes) {
     return bytes.empty() || ++count % 10 == 0 ? bytes : std::string();
   };
@@ -323,7 +323,7 @@ TEST(EkiMove, IsStoppedByContactInATransitByTheControllerItself) {
   EkiRig rig;
   rig.make_ready();
   rig.wall_rad = 20 * kEkiDeg;
-  rig.seen_by_sensor = false;  // the input alone
+  rig.seen_by_sensor = false;  // only the input
   const CoreResult result = rig.move(MoveKind::kTransit, rig.moved_by(0, 90));
   EXPECT_EQ(result.outcome, MoveOutcome::kUnexpectedContact);
   EXPECT_LT(rig.true_deg(), 35.0);

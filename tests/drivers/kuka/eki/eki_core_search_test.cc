@@ -1,5 +1,4 @@
-// Guarded moves: who stops the arm, whose angles are believed, and what must never count as a
-// touch.
+// Guarded moves: stop path, source of the angles, and cases that must never count as a touch.
 
 #include "tests/drivers/kuka/eki/eki_rig.h"
 
@@ -42,7 +41,7 @@ TEST(EkiSearch, TakesTheLatchsDelayOffAtTheSpeedOfTheSearch) {
     prepare(rig);
     const CoreResult result = rig.search(3.0, cruise_s);
     ASSERT_EQ(result.outcome, MoveOutcome::kContact) << words(result);
-    // What is left is the setpoint's step of 4 ms.
+    // The remainder is the setpoint's step of 4 ms.
     EXPECT_NEAR(result.latch->contact_rad[0] / kEkiDeg, rig.touched_deg, 0.004 * 3.0 / cruise_s);
   }
 }
@@ -57,12 +56,12 @@ TEST(EkiSearch, ByFlagInterpolatesTheRecordedPathAndSaysHowSureItIs) {
   EXPECT_GE(result.latch->time_sigma_s, 0.010);
   EXPECT_NEAR(result.latch->contact_rad[0] / kEkiDeg, rig.touched_deg,
               3 * result.latch->time_sigma_s * speed_deg_s);
-  // Trip, telegram, loop, interrupt, ramp: 60 ms or so.
+  // Trip, telegram, loop, interrupt, ramp: about 60 ms.
   EXPECT_LT(rig.true_deg() - rig.touched_deg, 0.1 * speed_deg_s);
 }
 
 TEST(EkiSearch, GoesOnWhereTheControllersTimerBeginsAnew) {
-  for (const auto before_search : {500ms, 1500ms, 2500ms}) {  // before, at and behind the contact
+  for (const auto before_search : {500ms, 1500ms, 2500ms}) {  // before, at and after the contact
     EkiRig rig(eki_controller(), by_flag());
     const TimePoint anew{std::chrono::milliseconds(std::int64_t{1} << 31)};
     rig.now = anew - 5s;
@@ -216,7 +215,7 @@ TEST(EkiSearch, ALatchOfAnEarlierMoveIsNotTaken) {
   rig.guard.arm(++rig.arm_id);
   rig.begin(MoveKind::kSearch, rig.moved_by(0, 1), 2.0, rig.arm_id);
   rig.run(500ms);
-  // The sensor confirms a contact that the controller's input has not seen.
+  // The sensor confirms a contact not seen by the controller's input.
   rig.guard.trip(rig.arm_id, rig.now);
   rig.guard.push(ContactEventKind::kContact, rig.arm_id, rig.now);
   const CoreResult result = rig.finish();
@@ -258,7 +257,7 @@ TEST(EkiSearch, ATripThatIsHeardAfterTheArmHasArrivedIsStillHeard) {
     rig.begin(MoveKind::kSearch, rig.moved_by(0, 1), 2.0, rig.arm_id);
     ASSERT_TRUE(rig.run_until([&] { return rig.krc.moving(); }, 1s));
     ASSERT_TRUE(rig.run_until([&] { return !rig.krc.moving(); }, 5s));
-    rig.run(40ms);  // its state has come, and the adapter looks for rest
+    rig.run(40ms);  // its state has arrived, and the adapter waits for rest
     rig.guard.trip(rig.arm_id, rig.now - 60ms);
     rig.run(8ms);
     rig.guard.push(ContactEventKind::kContact, rig.arm_id, rig.now - 68ms);

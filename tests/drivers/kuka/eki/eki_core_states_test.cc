@@ -1,5 +1,5 @@
-// The EKI core before states that the test writes, one at a time: what each of them changes, what is
-// said in answer, and what another connection forgets.
+// The EKI core with scripted states, one at a time: effect of each, the reply, and state discarded
+// by another connection.
 
 #include <fmt/format.h>
 
@@ -8,7 +8,7 @@
 namespace cellcal::drivers {
 namespace {
 
-/// A controller of the test's own hand. It reads what it is told to read.
+/// A scripted controller.
 struct EkiStates : testing::Test {
   explicit EkiStates(const EkiConfig& config = eki_config()) : core(config, &guard) {}
 
@@ -34,7 +34,7 @@ struct EkiStates : testing::Test {
         obeyed.value_or(session), heard, more, a1_deg, decimals, 0, decimals, move, ready ? 1 : 0,
         mode, drives ? 1 : 0, stopped ? 1 : 0, override_percent, input ? 1 : 0, fault, bad);
   }
-  /// The next state, and the tick behind it.
+  /// The next state, and the following tick.
   void say(Duration after = 20ms) {
     now += after;
     core.on_bytes(state(), now);
@@ -74,7 +74,7 @@ struct EkiStates : testing::Test {
     target[0] = a1_to_deg * kEkiDeg;
     core.begin({++last_id, MoveKind::kTransit, target, 0.0, 0});
   }
-  /// On its way: taken by the controller.
+  /// Started: accepted by the controller.
   void begin_and_take(double a1_to_deg) {
     begin(a1_to_deg);
     say();
@@ -117,7 +117,7 @@ struct EkiStates : testing::Test {
   std::vector<Command> commands;
 };
 
-// ---- before and behind a connection -----------------------------------------------------------------
+// ---- before and after a connection ------------------------------------------------------------------
 
 TEST_F(EkiStates, WithoutAConnectionNothingIsSaidAndNothingIsLost) {
   for (int i = 0; i < 300; ++i) tick();
@@ -217,7 +217,7 @@ TEST_F(EkiStates, AReferenceTakesTenStatesOfThisConnection) {
 TEST_F(EkiStates, AReferenceIsAnArmThatRestedForTenStates) {
   connect();
   say_times(15);
-  a1_deg = 1.0;  // somebody jogs it
+  a1_deg = 1.0;  // the arm is jogged
   core.rereference();
   for (int i = 1; i < 10; ++i) {
     say();
@@ -280,7 +280,7 @@ TEST_F(EkiStates, AControllerThatIsNotReadyAnyMoreLosesItAtRestAndNothingBegins)
   say_times(15);
   EXPECT_EQ(facts().link, RobotLink::kNotReferenced) << "it has to be asked for";
   reference();
-  // In a move the mover knows better what that means.
+  // During a move this is evaluated by the mover.
   begin_and_take(5.0);
   ready = false;
   say();
@@ -288,7 +288,7 @@ TEST_F(EkiStates, AControllerThatIsNotReadyAnyMoreLosesItAtRestAndNothingBegins)
   EXPECT_TRUE(facts().moving);
 }
 
-// ---- what a state says ------------------------------------------------------------------------------
+// ---- content of a state -----------------------------------------------------------------------------
 
 TEST_F(EkiStates, AreTakenOverWordByWord) {
   ready = false, mode = 2, drives = false, stopped = true, override_percent = 30, input = true;

@@ -1,5 +1,5 @@
-// A frame read or set over EKI: against the emulated controller in virtual time, and on real sockets against it
-// and against peers that answer wrongly.
+// A frame read or set over EKI: with the emulated controller in virtual time, on real sockets with it, and with
+// faulty peers.
 
 #include "drivers/kuka/eki/eki_frames.h"
 
@@ -167,7 +167,7 @@ TEST(EkiFrames, WhileAnotherProgramRunsTheControllerRefuses) {
   EXPECT_EQ(rig.krc.frames_set(), 0U);
 }
 
-/// Somebody who reaches the port and says hello in between.
+/// Another client connects and sends hello in between.
 TEST(EkiFrames, WhileSomebodyIsObeyedTheControllerRefuses) {
   Rig rig(set_tool());
   EkiCommand hello;
@@ -258,7 +258,7 @@ TEST(EkiFrames, AControllerWithoutFramesIsAskedNothing) {
 
 TEST(EkiFrames, ALostAnswerIsUnknownAndNoSuccess) {
   Rig rig(set_tool());
-  // Set, and nobody hears of it.
+  // Set, but the answer is lost.
   rig.mangle = [&](std::string text) { return rig.krc.frames_set() > 0 ? std::string() : text; };
   const EkiFrameResult result = rig.run();
   EXPECT_EQ(rig.krc.frames_set(), 1U);
@@ -289,7 +289,7 @@ TEST(EkiFrames, AConnectionThatEndsBeforeTheFrameWasSetLeavesItAsItWas) {
   EXPECT_TRUE(same_frame(kOld, rig.krc.frame(EkiFrameKind::kTool, 3)));
 }
 
-/// Do of a state before any telegram is 0, which a whole answer must not have.
+/// Do of a state before any telegram is 0, which a complete answer must not have.
 TEST(EkiFrames, ATelegramThatLacksAnElementIsRefusedByTheController) {
   for (const char* lost : {" C=\"-0.00050\"", " X=\"60.1234\"", " Do=\"2\"", " Kind=\"1\""}) {
     Rig rig(set_tool());
@@ -298,7 +298,7 @@ TEST(EkiFrames, ATelegramThatLacksAnElementIsRefusedByTheController) {
     EXPECT_EQ(result.end, EkiFrameEnd::kRefused) << lost;
     EXPECT_EQ(result.refusal, EkiFrameDone::kIncomplete) << lost;
     EXPECT_EQ(rig.krc.frames_set(), 0U) << lost;
-    // What is left of it is gone: the next one is whole.
+    // Its remainder is discarded: the next one is complete.
     rig.mangle_telegram = [](std::string text) { return text; };
     rig.exchange->set(kNew, 4712, rig.now);
     EXPECT_EQ(rig.run().end, EkiFrameEnd::kSet) << lost;
@@ -306,7 +306,7 @@ TEST(EkiFrames, ATelegramThatLacksAnElementIsRefusedByTheController) {
   }
 }
 
-/// What is believed of an answer, one damage after the other.
+/// Plausibility checks of an answer, one damage at a time.
 TEST(EkiFrames, AnAnswerThatCannotBeBelievedIsUnknown) {
   const struct {
     const char *from, *to;
@@ -399,7 +399,7 @@ TEST(EkiFrameSockets, AnswerOneExchangeRightBehindAnother) {
   });
 }
 
-/// A peer on a real socket that sends states, and `behind` once it was asked something; then it hangs up.
+/// A peer on a real socket that sends states, and `behind` after a request; then it disconnects.
 class Peer {
  public:
   explicit Peer(std::string behind)

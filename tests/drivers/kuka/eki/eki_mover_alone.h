@@ -1,5 +1,5 @@
 #pragma once
-// The EKI adapter's mover, with a controller that says what a test has it say.
+// The EKI adapter's mover with a scripted controller.
 
 #include <gtest/gtest.h>
 
@@ -26,7 +26,7 @@ struct EkiMoverAlone : testing::Test {
   }
 
   AxisAngles at_rad() const { return {at_deg[0] * kDeg, at_deg[1] * kDeg}; }
-  /// Of A2, by so much.
+  /// A move of A2 by this.
   std::optional<CoreResult> begin(MoveKind kind, double by_deg, double cruise_s = 0.0,
                                   std::uint16_t arm_id = 0) {
     target_deg = {at_deg[0], at_deg[1] + by_deg};
@@ -38,7 +38,7 @@ struct EkiMoverAlone : testing::Test {
     return refused;
   }
   void search() {
-    guard.disarm();  // the arming before is over, and its number may be used again
+    guard.disarm();  // the preceding arming has ended, and its number may be reused
     mover.listen(now);
     guard.arm(5);
     ASSERT_FALSE(begin(MoveKind::kSearch, 5.0, 10.0, 5));
@@ -69,7 +69,7 @@ struct EkiMoverAlone : testing::Test {
       ASSERT_FALSE(state(EkiProgress::kMoving));
     }
   }
-  /// Says that it is done until the mover says so, too.
+  /// Repeats 'done' until the mover has finished.
   CoreResult done(EkiOutcome outcome, int limit = 300) {
     for (states = 1; states <= limit; ++states) {
       if (const auto result = state(EkiProgress::kDone, outcome)) {

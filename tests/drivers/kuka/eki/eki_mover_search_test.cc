@@ -1,5 +1,4 @@
-// The EKI adapter's mover by itself, in a search: where it latches, what stops it, and what it calls
-// each end.
+// The EKI adapter's mover by itself, in a search: latch, stops, and the outcome of each end.
 
 #include <gtest/gtest.h>
 
@@ -13,7 +12,7 @@ namespace {
 using namespace std::chrono_literals;
 
 struct EkiMoverSearch : EkiMoverAlone {
-  /// The controller's interrupt has latched where the arm was then.
+  /// The controller's interrupt has latched the position of the arm.
   void latched(double a2_deg) {
     frame.latch_id = command;
     frame.latch_deg = {at_deg[0], a2_deg};
@@ -37,7 +36,7 @@ TEST_F(EkiMoverSearch, LatchesWhereTheControllersInterruptSawIt) {
   EXPECT_EQ(result.latch->time_sigma_s, config.latch_jitter_s);
   EXPECT_EQ(result.latch->bounces, 4);
   EXPECT_NEAR(result.latch->reaction_s, 0.028, 1e-9);
-  // The next search has none of it.
+  // The next search is unaffected.
   guard.arm(5);
   ASSERT_FALSE(begin(MoveKind::kSearch, 5.0, 10.0, 5));
   moving(3);
@@ -71,7 +70,7 @@ TEST_F(EkiMoverSearch, NoiseStopsItAtOnceAndIsRevoked) {
   EXPECT_TRUE(mover.wants_stop());
   mover.stop_sent(now);
   expect(done(EkiOutcome::kStop), MoveOutcome::kRevoked, cause::None{});
-  search();  // of which the sensor says nothing
+  search();  // without a message of the sensor
   moving(3);
   expect(done(EkiOutcome::kInput), MoveOutcome::kContactSilent, cause::InputAlone{0.104});
 }
@@ -150,7 +149,7 @@ TEST_F(EkiMoverSearch, AnInputOrATripWithoutTheSensorsWordIsSilenceAfterATenth) 
   moving(3);
   guard.push(ContactEventKind::kTrip, 5, now);
   EXPECT_FALSE(tick());
-  // Counted from the end of the motion, and told from the trip.
+  // Counted from the end of the motion, and reported from the trip.
   expect(done(EkiOutcome::kInput), MoveOutcome::kContactSilent, cause::TripUnconfirmed{0.124},
          1e-6);
   search();

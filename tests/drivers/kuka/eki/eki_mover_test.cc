@@ -1,5 +1,5 @@
-// The EKI adapter's mover by itself, state by state: what it asks of the controller, what each end
-// is called, and with which figures.
+// The EKI adapter's mover by itself, state by state: its commands, and the outcome and figures of
+// each end.
 
 #include <gtest/gtest.h>
 
@@ -12,7 +12,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// ---- what is asked -----------------------------------------------------------------------------
+// ---- commands ----------------------------------------------------------------------------------
 
 TEST_F(EkiMoverAlone, ATransitIsPtpAtTheLimitsUnderTheInput) {
   ASSERT_FALSE(begin(MoveKind::kTransit, 30.0));
@@ -84,7 +84,7 @@ TEST_F(EkiMoverAlone, WhatTheSensorIsInTheWayOfIsNoAxissFault) {
   expect(*refused, MoveOutcome::kRefused, cause::ArmedOtherwise{5, 6});
 }
 
-// ---- how it ends -------------------------------------------------------------------------------
+// ---- ends --------------------------------------------------------------------------------------
 
 TEST_F(EkiMoverAlone, EachMoveArrivesAtRestAfterTwoWindowsOfStates) {
   for (int move = 0; move < 2; ++move) {
@@ -148,7 +148,7 @@ TEST_F(EkiMoverAlone, AnArmThatEndsElsewhereIsNamedWithBothAngles) {
       expect(result, MoveOutcome::kNotFollowing, cause::NotAtTarget{1, target_deg[1], at_deg[1]});
     }
   }
-  // And nothing of it is said of the next.
+  // The next move is unaffected.
   ASSERT_FALSE(begin(MoveKind::kTransit, 5.0));
   moving();
   arrive();

@@ -1,5 +1,5 @@
-// Where the arm stands, read over EKI beside any session: against the emulated controller in virtual time and on
-// real sockets, and against streams that are none.
+// Position of the arm read over EKI outside a session: with the emulated controller in virtual time and on real
+// sockets, and with streams that are not EKI.
 
 #include "drivers/kuka/eki/eki_position.h"
 

@@ -1,4 +1,4 @@
-// Who starts CELLCAL_EKI, what it answers to under CELL, and what the controller asks for.
+// Starting of CELLCAL_EKI, its behaviour under CELL, and requests of the controller.
 
 #include "tests/drivers/kuka/eki/eki_rig.h"
 
@@ -16,7 +16,7 @@ EkiConfig asking(bool asks) {
   return config;
 }
 
-/// In the evening: nothing is selected, and the mode is EXT, or another one.
+/// In the evening: no program is selected, and the mode is EXT, or another one.
 struct Evening : EkiRig {
   explicit Evening(bool may_run = true, bool asks = true, EkiMode mode = EkiMode::kExt)
       : EkiRig(permitting(may_run), asking(asks)) {
@@ -87,7 +87,7 @@ TEST(CellcalEki, ReturnsWithItsSessionAndIsStartedAgainForTheNext) {
   EXPECT_TRUE(rig.starts());
 }
 
-/// CELL.SRC has called it.
+/// Called by CELL.SRC.
 struct UnderCell : EkiRig {
   explicit UnderCell(sim::EkiControllerConfig config = eki_controller())
       : EkiRig(std::move(config)) {
@@ -124,7 +124,7 @@ TEST(CellcalEki, BrakesAndReturnsToCellWhereTheConnectionIsLostInMidMove) {
   rig.cable = false;
   rig.krc.disconnect();
   EXPECT_TRUE(rig.run_until([&] { return !rig.krc.moving(); }, 2s));
-  rig.run(300ms);  // the arm comes to rest behind its setpoint
+  rig.run(300ms);  // the arm comes to rest after its setpoint
   const double at = rig.true_deg();
   EXPECT_LT(at, 59.0);
   rig.run(1s);

@@ -1,6 +1,6 @@
 #pragma once
-// The EKI adapter's core against the emulated controller in virtual time, with a scripted contact
-// sensor, and a wall that A1 runs into.
+// The EKI adapter's core with the emulated controller in virtual time, a scripted contact sensor,
+// and a wall in the path of A1.
 
 #include <gtest/gtest.h>
 
@@ -99,14 +99,14 @@ class EkiRig : public VirtualRig<EkiRig> {
 
   sim::EkiController krc;
   EkiCore core;
-  std::string written;  ///< everything that the adapter sent
+  std::string written;  ///< all output of the adapter
   bool cable = true, connected = false;
   std::function<std::string(std::string)> mangle = [](std::string bytes) { return bytes; };
   std::function<void()> before_tick;
   std::uint32_t session = 100;
   std::uint16_t arm_id = 0;
 
-  // The wall, what of it reaches whom, and what the sensor makes of it.
+  // The wall, its visibility to each stop path, and the sensor's reaction.
   std::optional<double> wall_rad;
   bool wired_to_input = true, seen_by_sensor = true, revokes = false;
   TimePoint touched_at{};  ///< the instant of the last contact

@@ -1,5 +1,5 @@
-// The adapter on real sockets. Other programs may load the machine: nothing here depends on when
-// something happens, only on whether and in which order.
+// The adapter on real sockets. The machine may be loaded: results depend only on whether and in
+// which order events happen, not on their time.
 
 #include "drivers/kuka/eki/eki_robot.h"
 
@@ -27,7 +27,7 @@ EkiConfig loopback(std::uint16_t port) {
   EkiConfig config = eki_config();
   config.address = "127.0.0.1";
   config.port = port;
-  // A loaded machine is not what these tests are about.
+  // Tolerates a loaded machine.
   config.silence_s = 2.0;
   return config;
 }
@@ -90,7 +90,7 @@ TEST_F(EkiSockets, MovesTheEmulatedController) {
 
 TEST_F(EkiSockets, TheCycleOnItsSocketDoesNotAllocate) {
   make_ready();
-  // Handlers and buffers have found their sizes with the first move.
+  // Handlers and buffers reach their final sizes in the first move.
   robot->begin({1, MoveKind::kTransit, moved_by(2), 0.0, 0});
   EXPECT_EQ(await_result().outcome, MoveOutcome::kArrived);
   const std::uint64_t first = robot->state().packets;
@@ -116,7 +116,7 @@ TEST_F(EkiSockets, ASecondClientIsRefusedAndTheFirstIsNotDisturbed) {
   second.open();
   EXPECT_TRUE(eventually([&] { return krc.refused_clients() >= 2; })) << "it tries again";
   EXPECT_NE(second.state().link, RobotLink::kReady);
-  // Said once the try has ended, which may be after the controller counted it.
+  // Reported once the attempt has ended, possibly after the controller counted it.
   EXPECT_TRUE(eventually([&] {
     return second.state().words.find("accepts one") != std::string::npos;
   })) << second.state().words;

@@ -10,7 +10,7 @@
 namespace cellcal::drivers::krl {
 namespace {
 
-/// Names with a value, "AIM" or "AIM.A1"; none: this place is never reached.
+/// Names with a value, "AIM" or "AIM.A1"; empty: unreachable.
 using State = std::optional<std::set<std::string>>;
 
 State joined(const State& one, const State& other) {
@@ -22,10 +22,10 @@ State joined(const State& one, const State& other) {
   return both;
 }
 
-/// A construct that is not closed yet.
+/// An open construct.
 struct Block {
   std::string opener;
-  State before;             ///< behind its head
+  State before;             ///< after its head
   State left{};             ///< by EXIT, or at the end of a branch
   bool exhaustive = false;  ///< it has ELSE or DEFAULT
 };
@@ -64,7 +64,7 @@ class Program {
     locals_.clear();
     blocks_.clear();
     state_.emplace();
-    // Parameters have what the caller gives them.
+    // Parameters are set by the caller.
     for (const std::string& name : names(head)) state_->insert(name);
   }
 
@@ -100,7 +100,7 @@ class Program {
       read(code);
     }
     blocks_.push_back({first, state_});
-    if (first == "SWITCH") state_.reset();  // nothing stands before the first CASE
+    if (first == "SWITCH") state_.reset();  // nothing may precede the first CASE
   }
 
   void branch(const std::string& first) {
@@ -125,9 +125,9 @@ class Program {
     if (first == "UNTIL") read(code);
     const Block block = blocks_.back();
     blocks_.pop_back();
-    if (first == "ENDLOOP") state_.reset();  // left by EXIT alone
+    if (first == "ENDLOOP") state_.reset();  // left by EXIT only
     state_ = joined(state_, block.left);
-    // A body that is not run, or a branch that is not there, leaves all as it was before.
+    // A body that may be skipped, or a missing branch, leaves the preceding state.
     const bool always = first == "ENDLOOP" || first == "UNTIL" || block.exhaustive;
     if (!always) state_ = joined(state_, block.before);
   }
@@ -153,7 +153,7 @@ class Program {
       if (locals_.count(whole) == 0 || state_->count(whole) != 0 || state_->count(name) != 0)
         continue;
       complaints_.push_back("line " + std::to_string(number_) + ": " + name + " has no value");
-      state_->insert(name);  // said once
+      state_->insert(name);  // reported once
     }
   }
 

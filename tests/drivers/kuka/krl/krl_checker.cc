@@ -20,7 +20,7 @@ std::vector<std::string> words(const std::string& code) {
   for (std::size_t i = 0; i < code.size();) {
     if (code[i] == '"') quoted = !quoted;
     if (quoted || !in_name(code[i]) || std::isdigit(static_cast<unsigned char>(code[i])) != 0) {
-      // A number, also one with an exponent, is no name.
+      // A number, including one with an exponent, is not a name.
       if (!quoted && std::isdigit(static_cast<unsigned char>(code[i])) != 0) {
         while (i < code.size() && (in_name(code[i]) || code[i] == '.')) ++i;
         continue;

@@ -1,5 +1,5 @@
 #pragma once
-// What can be said about a KRL file without a controller: line ends, characters, names, nesting,
+// Static checks of a KRL file without a controller: line ends, characters, names, nesting,
 // declarations first, a value for every local (krl_assignment.h). Not a compiler.
 
 #include <string>
@@ -8,7 +8,7 @@
 
 namespace cellcal::drivers::krl {
 
-/// Complaints, each with its line; empty: none.
+/// Errors, each with its line; empty: none.
 std::vector<std::string> check_krl(std::string_view text);
 
 /// Lines without comments, blanks at both ends and line ends; strings are kept.
@@ -17,7 +17,8 @@ std::vector<std::string> code_lines(std::string_view text);
 /// Identifiers outside of strings and comments, in upper case.
 std::vector<std::string> identifiers(std::string_view text);
 
-/// Index of the first line at or behind `from` that begins so; lines.size() and a test failure without one.
+/// Index of the first line at or after `from` that begins so; lines.size() and a test failure if there is
+/// none.
 std::size_t line_of(const std::vector<std::string>& lines, const std::string& begin,
                     std::size_t from = 0);
 /// Code lines of one subprogram, from its head to before its end.

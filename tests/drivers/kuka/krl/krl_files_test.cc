@@ -1,4 +1,4 @@
-// The controller files: no controller reads them here, so everything that can be looked at is.
+// The controller files: checked statically, since no controller reads them here.
 
 #include "drivers/kuka/krl/krl_files.h"
 

@@ -1,5 +1,5 @@
 #pragma once
-// Lines of KRL, for what looks at them.
+// Lines of KRL for static checks.
 
 #include <string>
 #include <string_view>
@@ -8,11 +8,11 @@
 namespace cellcal::drivers::krl {
 
 std::string upper(std::string text);
-/// Without blanks and carriage returns at both ends.
+/// Without leading and trailing spaces and carriage returns.
 std::string trimmed(const std::string& text);
-/// A ';' within a string begins no comment.
+/// A ';' within a string does not begin a comment.
 std::string without_comment(const std::string& line);
-/// As they stand, carriage returns included.
+/// Unchanged, carriage returns included.
 std::vector<std::string> lines_of(std::string_view text);
 
 }  // namespace cellcal::drivers::krl

@@ -1,4 +1,4 @@
-// RSI's controller files: no controller reads them here, so everything that can be looked at is.
+// RSI's controller files: checked statically, since no controller reads them here.
 
 #include <gtest/gtest.h>
 
@@ -98,7 +98,7 @@ TEST(RsiFiles, DeleteContextsThatWereLeftBeforeTheyMakeTheirs) {
   EXPECT_LT(line_of(main, "RET=RSI_RESET()"), line_of(main, "RET=RSI_CREATE("));
 }
 
-/// A1 from -155 to 120 deg, the others as far as any.
+/// A1 from -155 to 120 deg, the others unrestricted.
 RsiFilesConfig with_ranges(int version) {
   RsiFilesConfig config = some_pc(version);
   config.ranges_deg.assign(6, {});

@@ -1,5 +1,5 @@
 #pragma once
-// Sets of controller files, spoiled by text, and what is said of them.
+// Sets of controller files, modified by text replacement, and the resulting findings.
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// Sets with POSCORR, sound and spoiled.
+// Sets with POSCORR, valid and invalid.
 
 #include "drivers/error.h"
 #include "drivers/kuka/krl/krl_read.h"

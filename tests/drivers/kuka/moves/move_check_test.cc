@@ -1,4 +1,4 @@
-// What is said against a move before anything moves: the value and the limit with it.
+// Validation of moves before any motion: the value and its limit.
 
 #include "drivers/kuka/moves/move_check.h"
 

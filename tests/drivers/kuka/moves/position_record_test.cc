@@ -1,5 +1,4 @@
-// The record of packets by itself: what it keeps, its means, its ranges, and where the arm was
-// when.
+// The record of packets by itself: content, means, ranges, and position at an instant.
 
 #include "drivers/kuka/moves/position_record.h"
 

@@ -1,4 +1,4 @@
-// When exactly the watch over following speaks, on records that are made up sample by sample.
+// Exact thresholds of the following-error monitor, on synthetic records.
 
 #include <gtest/gtest.h>
 
@@ -19,7 +19,8 @@ struct NamedAtSample {
   Cause fault;
 };
 
-/// Both axes' angles [deg] by sample; the first stands, the second is commanded and goes as told.
+/// Both axes' angles [deg] by sample; the first is constant, the second is commanded and moves as
+/// given.
 NamedAtSample watch(const std::function<double(int)>& commanded,
                     const std::function<double(int)>& actual, double cycle_s = 0.004,
                     int samples = 200, const RsiConfig& config = {}) {
@@ -40,8 +41,8 @@ std::function<double(int)> goes(double deg_s, double cycle_s = 0.004) {
 }
 
 TEST(FollowLimits, WhatWasCommandedWithinTheWindowMayStillBeWhereTheArmIs) {
-  // A step of a degree at sample 0, of which the arm does half: what was commanded before it is
-  // older than 0.2 s from sample 50 on.
+  // A step of a degree at sample 0, of which the arm follows half: commands before it are older
+  // than 0.2 s from sample 50 on.
   const auto step = [](double deg) { return [=](int i) { return i < 0 ? 0.0 : deg; }; };
   const NamedAtSample named = watch(step(1.0), step(0.5));
   EXPECT_EQ(named.sample, 50);
@@ -77,7 +78,7 @@ TEST(FollowLimits, StandingIsNamedAsSoonAsTheCommandIsToldFromNoise) {
   EXPECT_EQ(watch(goes(0.55), stands).sample, 33 + 3);
   // Too slow for the window of 0.06 s (15 samples): the one of 0.12, whose means are 7 long.
   EXPECT_EQ(watch(goes(0.076), stands).sample, 30 + 7 + 20);
-  // And that of 0.24, 15 long; slower than 0.006 deg in it nothing is said.
+  // And that of 0.24, 15 long; nothing is reported below 0.006 deg in it.
   EXPECT_EQ(watch(goes(0.038), stands).sample, 30 + 15 + 40);
   EXPECT_EQ(watch(goes(0.024), stands, 0.004, 400).sample, -1);
 }
@@ -100,7 +101,7 @@ TEST(FollowLimits, ARecordThatIsTooShortSaysNothing) {
   EXPECT_EQ(named, 15 + 30 + 3);
 }
 
-// As above: at 0.12 deg/s an arm that stands is named with sample 46, and with none before.
+// As above: at 0.12 deg/s an arm at standstill is reported with sample 46, and not before.
 TEST(FollowLimits, WhatTheNewestPacketShowsCounts) {
   const auto ahead = goes(0.12);
   const auto up_to = [](const std::function<double(int)>& commanded,

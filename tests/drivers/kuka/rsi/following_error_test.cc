@@ -1,4 +1,4 @@
-// The watch over following alone: arms that are made up sample by sample, with pure dead time.
+// The following-error monitor by itself: synthetic arms, with pure dead time.
 
 #include "drivers/kuka/rsi/following_error.h"
 
@@ -15,11 +15,11 @@ namespace {
 struct Arm {
   double dead_time_s = 0.02, lag_s = 0.0, cycle_s = 0.004, noise_deg = 0.0005;
   double resolution_deg = 0.0001;
-  std::optional<double> stands_at_s;  ///< after the beginning of the move
+  std::optional<double> stands_at_s;  ///< after the start of the move
   unsigned seed = 7;
 };
 
-/// One move of A1 by `travel_deg` in `cruise_s`; when it is named, and as what.
+/// One move of A1 by `travel_deg` in `cruise_s`; time and kind of the report.
 struct Named {
   double at_s = 0.0;
   Cause fault;
@@ -44,7 +44,7 @@ std::optional<Named> watch(const Arm& arm, double travel_deg, double cruise_s) {
         arm.resolution_deg;
     record.push(TimePoint{} + std::chrono::microseconds(std::llround(1e6 * (t + 1.0))), 0,
                 {seen_deg * kRadPerDeg}, {commanded});
-    if (t >= line.duration_s()) break;  // the mover watches while the command goes on
+    if (t >= line.duration_s()) break;  // monitored while the command advances
     if (const auto fault = following_fault(record, config, arm.cycle_s)) return Named{t, *fault};
   }
   return std::nullopt;
@@ -54,7 +54,7 @@ TEST(FollowingError, AnArmThatLagsIsNeverTakenForOneThatStands) {
   for (const double cycle_s : {0.002, 0.004, 0.012, 0.04}) {
     for (const double dead_time_s : {0.0, 0.01, 0.04, 0.08, 0.12}) {
       for (const double lag_s : {0.0, 0.02, 0.04}) {
-        if (dead_time_s + 3 * lag_s > 0.121) continue;  // slower than longest_lag_s allows
+        if (dead_time_s + 3 * lag_s > 0.121) continue;  // slower than longest_lag_s
         for (const double resolution_deg : {0.0001, 0.001}) {
           const Arm arm{dead_time_s, lag_s, cycle_s, 0.0005, resolution_deg, {}};
           for (const auto& [travel_deg, cruise_s] :
@@ -69,7 +69,7 @@ TEST(FollowingError, AnArmThatLagsIsNeverTakenForOneThatStands) {
 }
 
 TEST(FollowingError, NoiseOfManySlowSearchesAccusesNoArm) {
-  // Speeds at which the command is just far enough for one of the windows.
+  // Speeds at which the command is just sufficient for one of the windows.
   for (const auto& [cycle_s, speed_deg_s] :
        {std::pair{0.004, 0.068}, {0.012, 0.068}, {0.012, 0.075}, {0.04, 0.018}, {0.04, 0.035}}) {
     const unsigned searches = cycle_s < 0.01 ? 200 : 1500;

@@ -1,5 +1,5 @@
 #pragma once
-// A packet as simulators of other people write it.
+// A packet in the format of other simulators.
 
 #include <array>
 #include <charconv>
@@ -18,7 +18,7 @@ struct ForeignPacket {
   unsigned ipoc = 0;
   bool capitals = true;     ///< TYPE=, and blanks before "/>"
   int fixed_decimals = -1;  ///< < 0: as few as the value needs, at least one, maybe "4e-06"
-  std::string_view more{};  ///< elements that nobody asked for
+  std::string_view more{};  ///< unknown elements
 };
 
 inline std::string foreign_number(double value, int fixed_decimals) {

@@ -1,4 +1,4 @@
-// What motion promises exactly: ends, the least travel, how hard a brake is.
+// Exact properties of motion: ends, shortest travel, hardness of a brake.
 
 #include <gtest/gtest.h>
 
@@ -26,7 +26,7 @@ TEST(Travel, EndsAtRestAtTheVeryDistance) {
   }
 }
 
-// Whichever limits bind: full speed with and without constant acceleration, and neither reached.
+// For any active limits: full speed with and without constant acceleration, and neither reached.
 TEST(Travel, IsNoSlowerThanItsLimitsAskFor) {
   const auto duration = [](double distance, const ScalarLimits& limits) {
     return ScalarProfile::travel(distance, limits).duration_s();
@@ -49,7 +49,7 @@ TEST(PathMove, LessThanAThousandthOfTheLastDecimalOnTheWireIsNoTravel) {
   EXPECT_EQ(PathMove({0.0}, {0.9e-11}, kOneAxis, 0.0).duration_s(), 0.0);
   EXPECT_EQ(PathMove({0.0}, {0.9e-11}, kOneAxis, 0.0).at(0.0), (AxisAngles{0.9e-11}));
   EXPECT_GT(PathMove({0.0}, {1.1e-11}, kOneAxis, 0.0).duration_s(), 0.0);
-  // Nor does an axis that stands bind those that move.
+  // An axis at rest does not limit moving ones.
   const std::vector<AxisLimit> limits{{-9, 9, 1.0, 5.0, 50.0}, {-9, 9, 1e-14, 1e-14, 1e-14}};
   EXPECT_EQ(PathMove({0.0, 0.0}, {1.0, 0.9e-11}, limits, 0.0).duration_s(),
             PathMove({0.0}, {1.0}, kOneAxis, 0.0).duration_s());
@@ -80,7 +80,7 @@ TEST(PathMove, ABrakeInTimeIsNoHarderThanItMustBe) {
     EXPECT_EQ(move.at(1e9), move.at(move.duration_s()));
     EXPECT_EQ(move.fastest_axis_rad_s(1e9), 0.0);
   }
-  // Where the limits are enough they are kept.
+  // Limits are kept if they are sufficient.
   PathMove gentle({0.0}, {3.0}, kOneAxis, 0.0), limited({0.0}, {3.0}, kOneAxis, 0.0);
   gentle.brake_within(1.0, 10.0);
   limited.brake_at(1.0);
@@ -105,7 +105,8 @@ TEST(Brake, InsideOfAnotherBrakeGoesOnWithIt) {
     EXPECT_NEAR(second.duration_s(), 0.3 - at_s, 1e-9);
     EXPECT_NEAR(second.at(1.0).position, 0.15, 1e-9);
   }
-  // While it still accelerates, that is taken back first: a + a^2 / 2j of speed more.
+  // While accelerating, the acceleration is first reduced to zero: a + a^2 / 2j of additional
+  // speed.
   const ScalarProfile rising = ScalarProfile::brake({0.0, 0.5, 3.0}, limits);
   EXPECT_NEAR(rising.at(0.06).acceleration, 0.0, 1e-12);
   EXPECT_NEAR(rising.at(0.06).speed, 0.5 + 9.0 / 100.0, 1e-12);

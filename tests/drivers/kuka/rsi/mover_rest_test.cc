@@ -1,4 +1,4 @@
-// How a move comes to rest and what its result says, whatever ended it.
+// The rest at the end of a move and its result, for every cause of the end.
 
 #include "drivers/units.h"
 #include "tests/drivers/kuka/rsi/mover_rig.h"
@@ -8,7 +8,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-/// Drifts on A3 from now on, too slowly to be taken for an arm that goes elsewhere.
+/// Drifts on A3 from now on, too slowly for a following error.
 void let_drift(MoverRig& rig, double deg_s) {
   rig.arm = [&rig, deg_s, from = rig.now](const AxisAngles& commanded) {
     AxisAngles actual = commanded;
@@ -17,7 +17,7 @@ void let_drift(MoverRig& rig, double deg_s) {
   };
 }
 
-/// A degree on A2 that meets nothing.
+/// A degree on A2 without contact.
 std::optional<CoreResult> begin_search(MoverRig& rig) {
   rig.guard.arm(5);
   return rig.start(MoveKind::kSearch, 1.0, 1.0, 5);
@@ -141,7 +141,7 @@ TEST(MoverRest, ForWhatWasStoppedRestIsEnoughWhereverTheArmIs) {
 
 TEST(MoverRest, NothingOfAnEarlierEndIsSaidOfTheNextMove) {
   MoverRig rig;
-  // One that ends with all there is to say, after a second of settling.
+  // One with a complete result, after a second of settling.
   ASSERT_FALSE(rig.start(MoveKind::kTransit, 0.5));
   while (rig.commanded[1] < 0.5 * kRadPerDeg) rig.run(1);
   rig.arm = [](AxisAngles actual) {
@@ -176,7 +176,7 @@ TEST(MoverRest, ASecondStopChangesNothingAboutTheFirst) {
   EXPECT_NE(rig.commanded, braking) << "still on its ramp";
   const auto end = rig.end();
   expect_end(end.result, MoveOutcome::kStopped, cause::StopAsked{});
-  // And at rest a stop is nothing at all.
+  // At rest a stop has no effect.
   rig.mover.halt(MoveOutcome::kStopped, cause::StopAsked{});
   EXPECT_FALSE(rig.mover.busy());
   EXPECT_FALSE(rig.cycle());

@@ -1,5 +1,5 @@
 #pragma once
-// The RSI adapter's mover by itself, cycle by cycle, before an arm that does what the test says.
+// The RSI adapter's mover by itself, cycle by cycle, with a scripted arm.
 
 #include <gtest/gtest.h>
 
@@ -19,7 +19,7 @@ class MoverRig {
       : cycle_s(packet_s), mover(config, with_guard ? &guard : nullptr, record) {
     config.limits.assign(3, {-9, 9, 100 * kRadPerDeg, 400 * kRadPerDeg, 4000 * kRadPerDeg});
     commanded.assign(3, 0.0);
-    for (int i = 0; i < 120; ++i) cycle();  // at rest since long
+    for (int i = 0; i < 120; ++i) cycle();  // at rest for long
   }
 
   /// One packet; its result, if the move is over.
@@ -47,7 +47,7 @@ class MoverRig {
   struct End {
     CoreResult result;
     int cycles = 0;      ///< until the result
-    int motionless = 0;  ///< of them after the last change of what is commanded
+    int motionless = 0;  ///< of them after the last change of the command
   };
   /// Until the move is over.
   End end(int limit = 3000) {

@@ -1,4 +1,4 @@
-// What stops the mover, how fast, and what it latches.
+// Stops of the mover, their hardness, and the latch.
 
 #include "drivers/units.h"
 #include "tests/drivers/kuka/rsi/mover_rig.h"
@@ -31,7 +31,7 @@ TEST_F(Searching, LatchesWhereTheArmWasAtTheFirstEdge) {
   begin();
   const double speed = step_deg(rig);
   const TimePoint edge = rig.now - 3ms;
-  // AIPos is the command of the packet before; between packets on the line.
+  // AIPos is the command of the preceding packet; linear between packets.
   const double at_packet = rig.commanded[1] - speed * kRadPerDeg;
   const double at_edge = at_packet - speed * kRadPerDeg * 3.0 / 4.0;
   rig.guard.trip(5, edge);
@@ -66,7 +66,7 @@ TEST_F(Searching, ATripWithoutAVerdictIsSilenceAfterATenthOfASecond) {
   rig.guard.trip(5, rig.now);
   EXPECT_EQ(step_deg(rig), 0.0);
   const TimePoint frozen = rig.now;
-  // At 100 ms to the instant the verdict still counts.
+  // At exactly 100 ms the verdict still counts.
   while (rig.now - frozen < 100ms) rig.run(1);
   rig.guard.push(ContactEventKind::kRevoked, 5, rig.now);
   expect_end(rig.end().result, MoveOutcome::kRevoked, cause::None{});
@@ -133,7 +133,7 @@ TEST_F(Searching, AContactThatIsOlderThanTheRecordIsNone) {
   expect_end(result, MoveOutcome::kContactSilent, cause::StampOutside{5.0 + 24 * 0.004}, 1e-6);
 }
 
-// Beside everything that was commanded from 0.2 s before the contact until now.
+// Far from everything commanded from 0.2 s before the contact until now.
 TEST_F(Searching, AContactWhoseStampItsHeartbeatsDenyIsRefusedAndNotLatched) {
   begin();
   rig.guard.trip(5, rig.now - 100ms);
@@ -165,7 +165,7 @@ TEST_F(Searching, AVerdictThatIsNotThereIsMissingOnlyBesideHeartbeatsThatAre) {
   begin();
   rig.guard.trip(5, rig.now - 1ms);
   rig.guard.set_heard(false);
-  rig.run(50);  // 0.2 s: late, or silent, nobody knows
+  rig.run(50);  // 0.2 s: late or silent, undecided
   confirm(201ms);
   rig.guard.set_heard(true);
   expect_end(rig.end().result, MoveOutcome::kContact, cause::None{});
@@ -182,7 +182,7 @@ TEST_F(Searching, AnAngleBesideTheCommandsAroundTheContactIsNamedOnEitherSide) {
         return actual;
       };
       rig.run(2);
-      confirm(1ms);  // between two packets that saw the arm there
+      confirm(1ms);  // between two packets with the arm there
       const auto result = rig.end().result;
       rig.arm = [](const AxisAngles& commanded) { return commanded; };
       if (off_deg < 0.05) {
@@ -273,7 +273,7 @@ TEST(MoverStop, ThatARetreatsContactIsClosedIsSaidOnlyByWordsOfTheSensorFromBehi
     ASSERT_FALSE(rig.start(MoveKind::kRetreat, -1.0));
     rig.run(5);
     rig.guard.set_heard(false);
-    rig.run(250);  // at rest since long, and nothing heard
+    rig.run(250);  // at rest for long, without data
     if (ending == kOpens) rig.guard.touch(false);
     if (ending == kDies) rig.guard.set_alive(false);
     if (ending != kDies) rig.guard.set_heard(true);
@@ -317,7 +317,7 @@ TEST(MoverStop, ContactOutsideOfASearchAndASensorThatDies) {
   rig.run(60);
   rig.guard.touch(true);
   expect_end(rig.end().result, MoveOutcome::kUnexpectedContact, cause::TouchedOutsideSearch{});
-  // It begins in contact and has not left it at its end.
+  // It begins in contact and is still in contact at its end.
   ASSERT_FALSE(rig.start(MoveKind::kRetreat, -1.0));
   expect_end(rig.end().result, MoveOutcome::kStillInContact, cause::ContactNotOpen{});
   ASSERT_FALSE(rig.start(MoveKind::kRetreat, -1.0));

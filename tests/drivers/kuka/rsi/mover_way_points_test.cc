@@ -1,4 +1,4 @@
-// Moves through way-points: what stops them, where the arm then rests, what they are refused for.
+// Moves through way-points: stops, rest positions, refusals.
 
 #include "drivers/units.h"
 #include "tests/drivers/kuka/rsi/mover_rig.h"
@@ -8,7 +8,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-/// By way of 10 deg of A1 to 10 deg of A2 more: a right angle.
+/// Via 10 deg of A1 to 10 deg of A2 more: a right angle.
 struct ByWayPoint : testing::Test {
   std::optional<CoreResult> begin(MoveKind kind, double in_share = 0.5, double out_share = 0.5) {
     AxisAngles via = rig.commanded, target = rig.commanded;
@@ -21,7 +21,7 @@ struct ByWayPoint : testing::Test {
   }
   double a1() const { return rig.commanded[0] / kRadPerDeg; }
   double a2() const { return rig.commanded[1] / kRadPerDeg; }
-  /// On the first leg, on the second, or in the triangle between the halves of them.
+  /// On the first leg, on the second, or in the triangle between their halves.
   bool on_path() const {
     constexpr double kNear = 1e-9;
     const bool first = std::abs(a2()) < kNear && a1() > -kNear && a1() < 10 + kNear;
@@ -166,7 +166,7 @@ TEST_F(ByWayPoint, ARetreatWithoutASensorAsksForNoContact) {
   expect_end(blind.end().result, MoveOutcome::kArrived, cause::None{});
 }
 
-// Shift, turn and singularities were looked at along straight lines.
+// Shift, rotation and singularities are checked along straight lines.
 TEST_F(ByWayPoint, CorrectionsInSpaceRestAtEachWayPoint) {
   rig.config.space.on = true;
   ASSERT_FALSE(begin(MoveKind::kTransit));

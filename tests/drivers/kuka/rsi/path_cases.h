@@ -1,5 +1,5 @@
 #pragma once
-// Paths made at random, the odd ones among them, and how near to its limits a motion on one comes.
+// Random paths, including degenerate ones, and the margin of a motion on them to its limits.
 
 #include <algorithm>
 #include <cmath>
@@ -40,8 +40,8 @@ class PathCases {
   }
   bool chance(double share) { return uniform(0.0, 1.0) < share; }
 
-  /// One to twelve axes, none to twelve way-points. Legs of 1e-6 to 3 rad, repeated points, turns
-  /// back, single axes, points in line, limits that lie apart by decades.
+  /// One to twelve axes, zero to twelve way-points. Legs of 1e-6 to 3 rad, repeated points,
+  /// reversals, single axes, collinear points, limits that differ by decades.
   PathCase odd() {
     PathCase one;
     const std::size_t axes = chance(0.7) ? 6 : static_cast<std::size_t>(uniform(1.0, 12.999));
@@ -64,7 +64,7 @@ class PathCases {
     return one;
   }
 
-  /// As plans have them: six axes of an arm, legs of a tenth to some radians.
+  /// As in plans: six axes of an arm, legs of a tenth to some radians.
   PathCase usual(int points) {
     PathCase one;
     constexpr double kDeg = 3.14159265358979 / 180.0;
@@ -73,7 +73,7 @@ class PathCases {
       one.from.push_back(uniform(-1.0, 1.0));
     }
     one.to = one.from;
-    // Each leg goes on about where the one before went.
+    // Each leg continues roughly in the direction of the preceding one.
     std::vector<double> onward(6, 0.0);
     for (int i = 0; i <= points; ++i) {
       const double size = spread(0.1, 1.0);
@@ -95,10 +95,10 @@ class PathCases {
 
   AxisAngles odd_step(const AxisAngles& before, const AxisAngles& at) {
     AxisAngles next = at;
-    if (chance(0.05)) return next;  // the same once more
+    if (chance(0.05)) return next;  // repeated point
     const double size = chance(0.2) ? spread(1e-6, 1.0) : spread(0.01, 1.0);
-    if (chance(0.05)) return before;  // the very way back
-    if (chance(0.15)) {               // in line, or all but
+    if (chance(0.05)) return before;  // exact reversal
+    if (chance(0.15)) {               // collinear, or almost
       const double off = chance(0.5) ? 0.0 : spread(1e-12, 1e-2);
       const double on = chance(0.3) ? -size : size;
       for (std::size_t k = 0; k < at.size(); ++k) {
@@ -129,7 +129,7 @@ struct Peaks {
   }
 };
 
-/// By the chain rule, at one instant, the arm taken to be at s.
+/// By the chain rule, at one instant, with the arm at s.
 inline Peaks peaks_at(const PathMove& move, const std::vector<AxisLimit>& limits, double t_s,
                       double at_s) {
   Peaks most;
@@ -145,7 +145,7 @@ inline Peaks peaks_at(const PathMove& move, const std::vector<AxisLimit>& limits
   };
   for (std::size_t k = 0; k < limits.size(); ++k) {
     const AxisLimit& limit = limits[k];
-    // An axis that is not seen to move has no limits.
+    // An axis without detectable motion has no limits.
     if (way_rad(i, k) < kNoTravelRad && !(in_corner && way_rad(i + 1, k) >= kNoTravelRad)) continue;
     most.take({std::abs(first[k] * v) / limit.max_speed_rad_s,
                std::abs(second[k] * v * v + first[k] * a) / limit.max_acceleration_rad_s2,
@@ -155,7 +155,7 @@ inline Peaks peaks_at(const PathMove& move, const std::vector<AxisLimit>& limits
   return most;
 }
 
-/// Where s lies within its rounding of the end of a leg or corner it belongs to the one before.
+/// If s is within rounding of the end of a leg or corner it belongs to the preceding one.
 inline Peaks peaks_at(const PathMove& move, const std::vector<AxisLimit>& limits, double t_s) {
   if (move.shape().legs() == 0) return {};
   const double s = move.profile().at(t_s).position, before = s - 1e-13 * (1.0 + std::abs(s));
@@ -171,7 +171,7 @@ inline Peaks peaks(const PathMove& move, const std::vector<AxisLimit>& limits, i
   return most;
 }
 
-/// Difference quotients of the positions alone: never above the true peak derivative.
+/// Difference quotients of the positions only: never above the true peak derivative.
 inline Peaks differences(const PathCase& path, int samples) {
   const PathMove move = path.move();
   const std::vector<AxisLimit>& limits = path.limits;
@@ -198,7 +198,7 @@ inline Peaks differences(const PathCase& path, int samples) {
   return most;
 }
 
-/// How far `q` is from the legs and the triangles that the shares promise [rad]; 0 in one of them.
+/// Distance of `q` from the legs and the triangles of the shares [rad]; 0 inside one of them.
 inline double astray_rad(const PathCase& path, const AxisAngles& q) {
   const std::size_t axes = q.size();
   const auto minus = [&](const AxisAngles& a, const AxisAngles& b) {
@@ -233,7 +233,7 @@ inline double astray_rad(const PathCase& path, const AxisAngles& q) {
     const AxisAngles to = minus(q, via.at_rad);
     const double bb = dot(back, back), oo = dot(on, on), bo = dot(back, on);
     const double determinant = bb * oo - bo * bo;
-    if (determinant <= 1e-12 * bb * oo) continue;  // in line: the segments have it all
+    if (determinant <= 1e-12 * bb * oo) continue;  // collinear: covered by the segments
     const double a = (dot(back, to) * oo - dot(on, to) * bo) / determinant;
     const double b = (dot(on, to) * bb - dot(back, to) * bo) / determinant;
     constexpr double kEdge = 1e-6;

@@ -1,4 +1,4 @@
-// Moves through way-points: where they pass, what the axes are asked for, how they are braked.
+// Moves through way-points: paths, axis limits, brakes.
 
 #include "drivers/kuka/rsi/path_move.h"
 
@@ -66,7 +66,7 @@ TEST(PathOverWayPoints, ABrakeFromAnyInstantKeepsTheLimitsAndThePath) {
       ASSERT_LE(distance(braked.at(0.0), whole.at(at_s)), 1e-9) << c;
       ASSERT_LE(astray_rad(one, braked.at(braked.duration_s())), 1e-6) << c;
       ASSERT_EQ(braked.fastest_axis_rad_s(braked.duration_s()), 0.0) << c;
-      // One motion: state and jerk go on from where it was.
+      // One motion: state and jerk are continuous.
       if (whole.shape().legs() == 0) continue;
       const ScalarState before = whole.profile().at(at_s), behind = braked.profile().at(0.0);
       ASSERT_EQ(before.position, behind.position) << c;

@@ -1,6 +1,5 @@
 #pragma once
-// The adapter's core against the emulated controller in virtual time, with a scripted contact
-// sensor.
+// The adapter's core with the emulated controller in virtual time, and a scripted contact sensor.
 
 #include <gtest/gtest.h>
 
@@ -16,14 +15,14 @@
 namespace cellcal::drivers {
 
 inline constexpr double kDeg = std::numbers::pi / 180.0;
-/// The attempt that searches are armed with.
+/// The arming number of searches.
 inline constexpr std::uint16_t kArm = 7;
 
 inline bool has(const std::string& text, const std::string& words) {
   return text.find(words) != std::string::npos;
 }
 
-/// KR 5 arc's limits, roughly; jerk such that ramps last some 0.1 s.
+/// KR 5 arc's limits, approximately; jerk such that ramps last about 0.1 s.
 inline RsiConfig rig_config() {
   RsiConfig config;
   config.limits.assign(6, {-185 * kDeg, 185 * kDeg, 100 * kDeg, 400 * kDeg, 4000 * kDeg});
@@ -62,7 +61,7 @@ class Rig : public VirtualRig<Rig> {
     make_referenced();
   }
 
-  /// A reference in the session that runs.
+  /// A reference in the current session.
   void make_referenced() {
     core.rereference();
     ASSERT_TRUE(run_until([&] { return core.state().link == RobotLink::kReady; }, 2s))
@@ -81,7 +80,7 @@ class Rig : public VirtualRig<Rig> {
   std::string packet, reply;
   bool to_pc = true, to_krc = true;
   std::function<void()> before_core, after_cycle;
-  /// What the controller's wire makes of a reply.
+  /// Modification of a reply on its way to the controller.
   std::function<std::string(const std::string&)> to_krc_as = [](const std::string& r) { return r; };
   std::function<Duration()> network_delay = [] { return Duration(100us); };
 };

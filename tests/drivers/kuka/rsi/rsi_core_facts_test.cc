@@ -1,5 +1,5 @@
-// What the RSI core says of itself, value by value: why a move was refused, what it waits for, what
-// the link is like. The words are made of these.
+// Values reported by the RSI core: reason of a refused move, current wait, state of the link. The
+// sentences are generated from them.
 
 #include "tests/drivers/kuka/rsi/rig.h"
 
@@ -54,7 +54,7 @@ TEST_F(RsiFacts, AReferenceIsPendingFromTheAskingToTheRest) {
   rig.cycle();
   EXPECT_EQ(facts().link, RobotLink::kReady) << "the record shows that it rests";
   EXPECT_FALSE(facts().rereference_pending);
-  // One that cannot be taken is pending, and forgotten when the link is lost.
+  // One that cannot be taken is pending, and discarded when the link is lost.
   rig.krc.rsi_on();
   rig.run(40ms);
   rig.core.rereference();

@@ -1,4 +1,4 @@
-// The second stop path: the contact sensor's output at an input of the controller's, in each packet.
+// The second stop path: the contact sensor's output at an input of the controller, in each packet.
 
 #include "drivers/kuka/rsi/rsi_stops.h"
 #include "tests/drivers/kuka/rsi/rig.h"
@@ -32,7 +32,7 @@ class InputOfTheController : public ::testing::Test {
     rig.run(into);
     ASSERT_TRUE(rig.core.state().moving);
   }
-  /// A search that ends in contact, which the input shows so much later than the sensor's stamp.
+  /// A search that ends in contact, shown by the input this much later than the sensor's stamp.
   CoreResult touch(std::optional<Duration> input_after = 3ms) {
     begin_search();
     const TimePoint edge = rig.now + 1ms;
@@ -43,7 +43,7 @@ class InputOfTheController : public ::testing::Test {
     rig.guard.touch(true);
     return rig.finish();
   }
-  /// Back out of it.
+  /// Retreat from it.
   CoreResult leave(bool input_opens = true) {
     rig.begin(MoveKind::kRetreat, rig.moved_by(0, -1.0));
     rig.run(60ms);
@@ -218,7 +218,7 @@ TEST_F(InputOfTheController, ThatStaysOffAfterARetreatIsNamed) {
 TEST_F(InputOfTheController, OpensARetreatWhoseSensorIsHeardLate) {
   prove();
   ASSERT_EQ(touch().outcome, MoveOutcome::kContact);
-  // Its last word is that of the touch, until the arm has long left.
+  // Its last message is that of the touch, until the arm has long retreated.
   rig.guard.set_said(rig.now);
   const AxisAngles clear = rig.moved_by(0, -0.5);
   AxisAngles target = clear;

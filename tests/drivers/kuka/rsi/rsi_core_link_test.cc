@@ -191,13 +191,13 @@ TEST(RsiLink, SilenceIsNoticedByThePacketThatEndsIt) {
   Rig rig;
   rig.make_ready();
   const std::string late(rig.krc.tick(rig.now + 4ms));
-  rig.core.on_datagram(late, rig.now + 17ms);  // no tick in between: this thread was held up
+  rig.core.on_datagram(late, rig.now + 17ms);  // no tick in between: this thread was delayed
   EXPECT_EQ(rig.core.state().link, RobotLink::kNotReferenced);
 }
 
 TEST(RsiLink, StopOfTheControllerInAMoveIsSilence) {
   sim::ControllerConfig krc;
-  krc.max_speed_rad_s.assign(6, 20 * kDeg);  // below what the adapter was told
+  krc.max_speed_rad_s.assign(6, 20 * kDeg);  // below the adapter's configuration
   Rig rig(krc);
   rig.make_ready();
   EXPECT_EQ(rig.move(MoveKind::kTransit, rig.moved_by(0, 40)).outcome, MoveOutcome::kRobotSilent);
@@ -210,7 +210,7 @@ TEST(RsiLink, ADamagedPacketIsACycleAllTheSameAndTheMoveGoesOnByIt) {
   rig.begin(MoveKind::kTransit, rig.moved_by(0, 40));
   rig.run(300ms);
   const std::string before = rig.reply;
-  rig.before_core = [&] {  // AIPos is lost, IPOC is legible
+  rig.before_core = [&] {  // AIPos is lost, IPOC is readable
     rig.packet.replace(rig.packet.find("<AIPos"), 6, "<<<<<<");
   };
   rig.cycle();

@@ -7,7 +7,7 @@
 namespace cellcal::drivers {
 namespace {
 
-// The wire's six decimals of a degree.
+// The six transmitted decimals of a degree.
 constexpr double kWire = 1e-6 * kDeg;
 
 TEST(RsiMove, ArrivesWhereItWasCommandedToBeforeTheArmsLastThousandths) {
@@ -57,7 +57,7 @@ TEST(RsiMove, EachCyclesStepKeepsTheAxisSpeed) {
   EXPECT_GE(fastest, 99.99 * kDeg);
 }
 
-// The controller's own limits are the axis limits: what rounding on the wire adds must not pass them.
+// The controller's own limits are the axis limits: transmission rounding must not exceed them.
 TEST(RsiMove, AtFullSpeedTheControllerFindsNoAxisTooFast) {
   for (const CorrectionMode mode : {CorrectionMode::kAbsolute, CorrectionMode::kRelative}) {
     for (const int decimals : {4, 6}) {
@@ -353,7 +353,7 @@ TEST(RsiMove, SilentClampOfTheControllerIsNoticedWithinATenthOfASecond) {
       EXPECT_EQ(result.outcome, MoveOutcome::kNotFollowing) << speed_deg_s;
       ASSERT_TRUE(is<cause::AxisStands>(result.cause)) << words(result);
       EXPECT_EQ(std::get<cause::AxisStands>(result.cause).axis, 0);
-      // Above probing speed the brake takes its time on top.
+      // Above probing speed the brake adds its time.
       if (speed_deg_s < 2.0) {
         EXPECT_LE(last_step - clamped, 100ms) << lag_s << " " << speed_deg_s;
       }
@@ -455,7 +455,7 @@ TEST(RsiMove, MissedPacketsAreNeverCaughtUp) {
   };
   rig.begin(MoveKind::kTransit, rig.moved_by(0, 30));
   const CoreResult result = rig.finish();
-  // Two late replies at a time end the move before long; until then no step is a double one.
+  // Two late replies at a time soon end the move; until then no step is doubled.
   EXPECT_EQ(result.outcome, MoveOutcome::kRobotSilent) << words(result);
   EXPECT_TRUE(is<cause::LateReplies>(result.cause)) << words(result);
   EXPECT_LE(largest, 100 * kDeg * 0.004 + 2 * kWire);

@@ -1,4 +1,4 @@
-// What the controller holds when the adapter meets a session that it did not see begin.
+// The correction held by the controller when the adapter joins a running session.
 
 #include <memory>
 
@@ -150,7 +150,7 @@ TEST(RsiOffset, AfterSilenceAFreshSessionBeginsAtZero) {
 TEST(RsiOffset, WithoutAsposAndDelayASilenceCannotBeJudged) {
   sim::ControllerConfig config;
   config.send_setpoint = config.send_delay = false;
-  config.first_frame_only_ipoc = true;  // only so does such a session tell that it begins
+  config.first_frame_only_ipoc = true;  // the only sign of the start of such a session
   Takeover takeover(config);
   takeover.watch();
   takeover.run(100ms, false);
@@ -162,7 +162,7 @@ TEST(RsiOffset, WithoutAsposAndDelayASilenceCannotBeJudged) {
 
 TEST(RsiOffset, RestartWithinTheSilenceLimitIsNoticedByIpoc) {
   Takeover takeover;
-  // The same packet, as a controller would send it whose counter began anew.
+  // The same packet, as from a controller whose counter restarted.
   const std::string other =
       "<Rob Type=\"KUKA\"><AIPos A1=\"12.0000\" A2=\"-90.0000\" A3=\"90.0000\" A4=\"0.0000\" "
       "A5=\"90.0000\" A6=\"0.0000\"/><ASPos A1=\"12.0000\" A2=\"-90.0000\" A3=\"90.0000\" "
@@ -196,8 +196,8 @@ TEST(RsiOffset, RestartThatOnlyDelayOrAsposBetraysIsNoticed) {
 }
 
 TEST(RsiOffset, RestartWhileAMoveSettlesIsNotTakenForASetpointThatFollows) {
-  // A new session where the arm stands: its ASPos is where the last replies have commanded the arm
-  // to be, and its correction is 0.
+  // A new session at the arm's position: its ASPos is the pose commanded by the last replies, and
+  // its correction is 0.
   Takeover takeover;
   AxisAngles target = takeover.core->state().commanded_rad;
   target[0] += 5 * kDeg;

@@ -8,7 +8,7 @@
 namespace cellcal::drivers {
 namespace {
 
-constexpr double kUnitDeg = 1e-6;  // last decimal of the wire
+constexpr double kUnitDeg = 1e-6;  // last transmitted decimal
 
 RsiConfig relative_config() {
   RsiConfig config = rig_config();
@@ -17,7 +17,7 @@ RsiConfig relative_config() {
   return config;
 }
 
-/// The emulated controller as RSI_ON(#RELATIVE) has it.
+/// The emulated controller with RSI_ON(#RELATIVE).
 sim::ControllerConfig relative(sim::ControllerConfig config) {
   config.mode = sim::RsiMode::kRelative;
   config.hold_on = false;
@@ -30,7 +30,7 @@ class RelativeRig : public Rig {
       : Rig(relative(std::move(krc_config)), std::move(config)) {
     to_krc_as = [this](const std::string& text) { return heard(text); };
   }
-  /// Notes the increments of a reply on its way.
+  /// Records the increments of a reply in transit.
   const std::string& heard(const std::string& text) {
     if (parser_.parse_sen(text, {}, frame_) != WireError::kNone) return text;
     increments_deg.assign(frame_.axes_deg.begin(), frame_.axes_deg.end());
@@ -100,7 +100,7 @@ TEST(RsiRelative, AReplyThatIsLostEndsTheMoveByNameAndIsNeverCaughtUp) {
     EXPECT_EQ(rig.core.state().link, RobotLink::kNotReferenced);
     EXPECT_EQ(rig.move(MoveKind::kTransit, rig.moved_by(0, 1)).outcome, MoveOutcome::kRefused);
 
-    // The reference comes from where the arm is seen, not from what was sent.
+    // The reference comes from the measured position, not from the sent correction.
     const std::vector<double> held = rig.krc.correction_deg();
     rig.core.rereference();
     ASSERT_TRUE(rig.run_until([&] { return rig.core.state().link == RobotLink::kReady; }, 2s));
@@ -215,7 +215,7 @@ TEST(RsiRelative, TheSamePacketTwiceIsAnsweredAlikeAndCountedOnce) {
   const std::string answer = rig.reply;
   EXPECT_FALSE(rig.still());
   EXPECT_EQ(rig.core.on_datagram(rig.packet, rig.now + 200us), answer);
-  // Damaged on its second way, and legible but for the angles.
+  // Damaged on its second transmission, and readable except for the angles.
   std::string damaged = rig.packet;
   damaged.replace(damaged.find("<AIPos"), 6, "<<<<<<");
   EXPECT_EQ(rig.core.on_datagram(damaged, rig.now + 300us), answer);

@@ -54,7 +54,7 @@ TEST_F(Search, TripFreezesTheVeryReplyAndContactLatches) {
   EXPECT_NEAR(result.latch->time_sigma_s, 54e-6, 2e-6);
   EXPECT_NEAR(result.latch->reaction_s, 2.55e-3, 1e-6);
   for (std::size_t i = 0; i < 6; ++i) {
-    // Four decimals on the wire, and 0.2 deg/s times the least delay of 50 us.
+    // Four transmitted decimals, and 0.2 deg/s times the smallest delay of 50 us.
     EXPECT_NEAR(result.latch->contact_rad[i], truth[i], 1.2e-4 * kDeg) << i;
     EXPECT_NEAR(result.latch->settled_rad[i], before[i], 3e-4 * kDeg) << i;
   }
@@ -83,7 +83,7 @@ TEST_F(Search, LatchDoesNotMindNetworkJitter) {
 TEST_F(Search, AnAngleBesideEverythingCommandedIsNoContactPosition) {
   search();
   const TimePoint edge = rig.now + 1500us;
-  // The packet behind the contact comes with one digit changed: A1 is a degree beside.
+  // The packet after the contact has one digit changed: A1 is a degree off.
   rig.before_core = [&] {
     const std::size_t a1 = rig.packet.find("<AIPos A1=\"");
     ASSERT_NE(a1, std::string::npos);
@@ -215,7 +215,7 @@ TEST_F(Search, EndOfTravelWithoutContactHasArrived) {
 TEST_F(Search, ContactWhileTheArmCatchesUpAtTheEndCounts) {
   search(1s);
   const auto target = rig.moved_by(0, 0);
-  // Run to the last commanded step; the lagging arm is still on its way.
+  // Run to the last commanded step; the lagging arm is still moving.
   AxisAngles previous = target;
   rig.run_until([&] {
     const bool done = rig.commanded() == previous;
@@ -273,7 +273,7 @@ TEST_F(Search, AboveItTheRampBeginsInTheVeryReplyAndEndsWithinAFewCycles) {
     if (stop == 2) fast.core.stop();
     CoreResult result;
     const std::vector<double> at = follow_a1(fast, result);
-    // The command in force when the trip comes was the last full step.
+    // The active command at the trip was the last full step.
     const double full = 10 * kDeg * 0.004;
     std::size_t steps = 0;
     double last = full + 2e-6 * kDeg;
@@ -339,7 +339,7 @@ TEST_F(Search, IsRefusedUnlessTheSensorGuardsIt) {
   rig.guard.set_alive(false);
   expect_cause(attempt(), cause::SensorDead{});
   rig.guard.set_alive(true);
-  rig.guard.push(ContactEventKind::kTrip, kArm, rig.now);  // and the level still says armed
+  rig.guard.push(ContactEventKind::kTrip, kArm, rig.now);  // with the level still armed
   rig.run(20ms);
   expect_cause(attempt(), cause::TrippedAtStart{});
 }

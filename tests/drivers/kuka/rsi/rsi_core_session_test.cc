@@ -1,5 +1,5 @@
-// Sessions of the controller, as the core tells them apart and answers them: their number, what
-// interrupted one, whose silence it was, and that nothing is answered twice over.
+// Sessions of the controller: detection, replies, numbering, interruptions, origin of a silence,
+// and that nothing is answered twice.
 
 #include "tests/drivers/kuka/rsi/foreign_packet.h"
 #include "tests/drivers/kuka/rsi/rig.h"
@@ -97,7 +97,7 @@ TEST_F(RsiSession, ThatBeganWithoutASilenceIsAnotherOneAndReadFromItsVeryFirstPa
 TEST_F(RsiSession, ThatSeemsToBeginWithoutASilenceBehindACorrectionIsNotAnswered) {
   rig.make_ready();
   arrive(5.0);
-  rig.krc.rsi_on();  // as if ASPos alone had gone to where the arm is
+  rig.krc.rsi_on();  // as if only ASPos had moved to the arm's position
   int answers = 0;
   rig.after_cycle = [&] { answers += !rig.reply.empty(); };
   rig.run(300ms);
@@ -106,7 +106,7 @@ TEST_F(RsiSession, ThatSeemsToBeginWithoutASilenceBehindACorrectionIsNotAnswered
   EXPECT_EQ(facts().link, RobotLink::kNotReferenced);
   EXPECT_TRUE(has(rig.core.state().words, "check what sends ASPos")) << rig.core.state().words;
   pause(300ms);
-  rig.krc.rsi_on();  // the operator's
+  rig.krc.rsi_on();  // by the operator
   rig.run(200ms);
   rig.make_referenced();
   arrive(-5.0);
@@ -202,7 +202,7 @@ TEST_F(RsiSession, AThreadThatDidNotRunIsThisComputersLatenessAndNoSilenceOfTheC
     int awake_ms;
     bool held_up;
   };
-  // It looks each millisecond up to awake_ms behind the last packet, and then not before 20 ms.
+  // It polls each millisecond up to awake_ms after the last packet, and then not before 20 ms.
   for (const Case& one : {Case{0, true}, Case{3, true}, Case{6, false}, Case{11, false}}) {
     Rig fresh;
     fresh.make_ready();
@@ -221,7 +221,7 @@ TEST_F(RsiSession, AThreadThatDidNotRunIsThisComputersLatenessAndNoSilenceOfTheC
     if (!one.held_up) continue;
     EXPECT_TRUE(has(words(*result), "this computer was busy: no packet read for"))
         << words(*result);
-    // Its session goes on, and by its own count it is the same one.
+    // Its session continues, and by its own count it is the same one.
     const std::uint32_t session = fresh.core.state().session;
     fresh.run(100ms);
     EXPECT_EQ(fresh.core.state().link, RobotLink::kNotReferenced);
@@ -234,7 +234,7 @@ TEST_F(RsiSession, AThreadThatDidNotRunIsThisComputersLatenessAndNoSilenceOfTheC
 
 TEST_F(RsiSession, AReferenceIsTheMeanOfTwelvePacketsBehindTwelveThatAreAlike) {
   rig.make_ready();
-  // Somebody pushes the arm aside by a degree; its encoders flicker.
+  // The arm is pushed aside by a degree; its encoders flicker.
   std::vector<double> seen;
   int n = 0;
   rig.before_core = [&] {
@@ -278,7 +278,7 @@ TEST_F(RsiSession, OneThatWasAskedForIsPendingUntilTheLinkIsLostAndNotAfter) {
   rig.make_referenced();
 }
 
-// ---- whose silence it was --------------------------------------------------------------------------
+// ---- origin of a silence ---------------------------------------------------------------------------
 
 TEST_F(RsiSession, APacketThatIsRepeatedForMoreThanAFifthOfASecondEndsTheMoveAsSilence) {
   rig.make_ready();
@@ -330,7 +330,7 @@ TEST_F(RsiSession, TheSamePacketOverAgainDoesNotShowThatAMovingArmRests) {
   EXPECT_EQ(other.core_state().trouble, Trouble::kWaitingForRest);
 }
 
-/// Packets of one's own making, to a core of one's own.
+/// Synthetic packets for a separate core.
 struct Packets {
   explicit Packets(RsiConfig config = rig_config()) : core(std::move(config), nullptr) {
     text.actual_deg = {0, -90, 90, 0, 90, 0};
@@ -340,7 +340,7 @@ struct Packets {
     text.capitals = false;
     text.fixed_decimals = 4;
   }
-  /// The next packet, so long after the one before.
+  /// The next packet, this long after the preceding one.
   bool answered(Duration after = 4ms) {
     now += after;
     text.ipoc += 4;
@@ -352,7 +352,7 @@ struct Packets {
 };
 
 TEST(RsiSilence, WhoWasAnsweredDidNotWaitForUs) {
-  // Relative: zeros are sent while the arm, moved by somebody else's increments, still goes.
+  // Relative: zeros are sent while the arm, moved by another process' increments, is still moving.
   RsiConfig config = rig_config();
   config.mode = CorrectionMode::kRelative;
   config.hold_on = false;
@@ -379,7 +379,8 @@ TEST(RsiSilence, WhoWasNotAnsweredForAFifthOfASecondWaitsAndItsArmRests) {
   EXPECT_TRUE(other.answered(1s));
 }
 
-// ---- what is answered, and how ---------------------------------------------------------------------
+// ---- replies
+// -----------------------------------------------------------------------------------------
 
 TEST(RsiAnswers, BeforeThereIsASessionADamagedPacketIsNotAnsweredAndTheFirstFrameOfRsi2Is) {
   RsiCore core(rig_config(), nullptr);
@@ -443,7 +444,8 @@ TEST_F(RsiSession, EachSessionSeesStopLowBeforeItRises) {
   EXPECT_TRUE(has(first, "<Stop>0</Stop>")) << first;
 }
 
-// ---- replies that are not taken --------------------------------------------------------------------
+// ---- replies that are not accepted
+// ---------------------------------------------------------------------
 
 TEST(RsiNotTaken, FourRepliesAreEnoughToSayItWhenTheLinkIsLostAndTheNextSessionIsJudgedAnew) {
   for (const int answered : {3, 4}) {
@@ -476,12 +478,12 @@ TEST(RsiNotTaken, IsJudgedByDelaySinceTheFirstPacketThatWasAnswered) {
 }
 
 TEST(RsiSilence, ThatDelayWasSeenToCountIsRememberedBehindIt) {
-  // Without ASPos: Delay that has not grown in a second of silence is another session's where it is
-  // known to count. Then the correction is 0, and the packet is answered at once.
+  // Without ASPos: a Delay that has not increased in a second of silence belongs to another session
+  // if it is known to count. Then the correction is 0, and the packet is answered immediately.
   for (const bool counted : {true, false}) {
     Packets peer;
     peer.text.setpoint_deg.reset();
-    peer.text.ipoc = 0u - 4u;  // its first packet of all
+    peer.text.ipoc = 0u - 4u;  // its very first packet
     const auto follow = [&](int cycles) {
       for (int i = 0; i < cycles; ++i) {
         ASSERT_TRUE(peer.answered()) << i;
@@ -510,8 +512,8 @@ TEST(RsiSilence, ThatDelayWasSeenToCountIsRememberedBehindIt) {
   }
 }
 
-/// Where RSI outlives an emergency stop, the correction that was sent last is held while the arm stands,
-/// and Start lets the arm go where it leads: as far as it was behind.
+/// If RSI outlives an emergency stop, the last correction is held while the arm is stopped, and Start
+/// moves the arm to it: by its lag.
 TEST(RsiSessionOfAnotherHabit, ThatOutlivesAnEmergencyStopMovesTheArmAtStartByWhatItWasBehindAndNoMore) {
   sim::ControllerConfig krc;
   krc.rsi_outlives_stop = true;

@@ -1,5 +1,5 @@
-// Simulators of other people, as far as their habits differ from a controller's: each peer here is
-// written for this test and does one thing as they do.
+// Other simulators, as far as they differ from a controller: each peer is written for this test and
+// reproduces one difference.
 
 #include <gtest/gtest.h>
 
@@ -13,19 +13,19 @@
 namespace cellcal::drivers {
 namespace {
 
-/// What a peer does otherwise than a KUKA controller.
+/// Differences of a peer from a KUKA controller.
 struct Habits {
   double cycle_s = 0.004;
   unsigned first_ipoc = 0, ipoc_step = 1;
-  double retry_s = 0.04;          ///< until it sends an unanswered packet again
-  bool waits_for_reply = true;    ///< the same packet again until it is answered
+  double retry_s = 0.04;          ///< until it repeats an unanswered packet
+  bool waits_for_reply = true;    ///< repeats the packet until it is answered
   bool capitals = true;           ///< TYPE=, and blanks before "/>"
   int fixed_decimals = -1;        ///< < 0: as few as the value needs, at least one, maybe "4e-06"
   bool setpoint = true;           ///< ASPos is sent ...
-  bool setpoint_follows = false;  ///< ... and holds the correction
+  bool setpoint_follows = false;  ///< ... and includes the correction
   bool delay = true;
   bool adds_up = false;     ///< takes corrections as increments
-  std::string_view more{};  ///< elements that nobody asked for
+  std::string_view more{};  ///< unknown elements
 };
 
 class ForeignPeer {
@@ -33,12 +33,12 @@ class ForeignPeer {
   explicit ForeignPeer(Habits habits) : h(habits), ipoc(h.first_ipoc) { restart_adapter(); }
 
   void restart_adapter() { adapter = std::make_unique<RsiCore>(rig_config(), &guard); }
-  /// Its program is started anew, with the arm where it always begins.
+  /// Its program is restarted, with the arm at its fixed start.
   void restart() {
     ipoc = h.first_ipoc;
     actual_deg = start_deg;
   }
-  /// Nothing happens for a while.
+  /// Idle for a while.
   void pause(Duration duration) {
     for (const TimePoint end = now + duration; now < end; now += 1ms) core().on_tick(now);
   }
@@ -108,7 +108,7 @@ class ForeignPeer {
   std::uint32_t last_id = 0;
 };
 
-/// Everything a session needs: a transit, a search that meets nothing, and the way back.
+/// The elements of a session: a transit, a search without contact, and the return.
 void expect_moves(ForeignPeer& peer) {
   ASSERT_TRUE(peer.make_ready()) << peer.words();
   const CoreResult there = peer.move(MoveKind::kTransit, 2.0);
@@ -128,7 +128,7 @@ TEST(RsiForeignPeer, CountsPacketsFromZeroWaitsForRepliesAndPrintsAsFewDecimalsA
 }
 
 TEST(RsiForeignPeer, WithoutSetpointItsFirstPacketIsAnsweredAtOnce) {
-  // It repeats its first packet until somebody answers; nobody else can have.
+  // It repeats its first packet until it is answered; no other process can have answered.
   ForeignPeer peer({.cycle_s = 0.040, .setpoint = false});
   expect_moves(peer);
   EXPECT_EQ(peer.unanswered, 0);
@@ -143,7 +143,7 @@ TEST(RsiForeignPeer, WithoutSetpointMetInMidSessionIsNotAnsweredAndMovesAreRefus
 }
 
 TEST(RsiForeignPeer, StartedAnewAfterItsArmHasMovedIsAnsweredAgain) {
-  // Nothing can be seen to rest where each packet waits for the answer to the one before.
+  // Rest is not observable if each packet waits for the answer to the preceding one.
   for (const double retry_s : {0.04, 1.0}) {
     ForeignPeer peer({.retry_s = retry_s});
     expect_moves(peer);

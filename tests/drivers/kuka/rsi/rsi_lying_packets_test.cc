@@ -1,5 +1,5 @@
-// Packets of which one part lies: no reply leads the arm beyond its limits, whatever they say, and
-// the cause is that of the part that lied.
+// Packets with one false part: no reply moves the arm beyond its limits, and the cause is that of
+// the false part.
 
 #include <array>
 #include <vector>
@@ -12,7 +12,7 @@ namespace cellcal::drivers {
 namespace {
 
 constexpr double kRsiCycleS = 0.004;
-/// The wire's six decimals, in each of three replies.
+/// The six transmitted decimals, in each of three replies.
 constexpr double kWireDeg = 4e-6;
 
 sim::ControllerConfig waiting_krc() {
@@ -21,7 +21,7 @@ sim::ControllerConfig waiting_krc() {
   return krc;
 }
 
-/// What the replies ask of the axes, from one to the next.
+/// Motion demanded of the axes between replies.
 class Replies {
  public:
   void look(const std::string& reply) {
@@ -64,7 +64,7 @@ struct Lying : testing::Test {
     rig->cycle();
     rig->cycle();
   }
-  /// The number behind `name` in `element` is greater by so much.
+  /// Increases the number after `name` in `element` by this.
   void shift(const std::string& element, const std::string& name, double by, int decimals) {
     std::string& text = rig->packet;
     const auto at = text.find(name + "=\"", text.find("<" + element)) + name.size() + 2;
@@ -101,7 +101,7 @@ TEST_F(Lying, AStartPoseThatIsShiftedAtRestIsNoCorrection) {
     EXPECT_EQ(facts().trouble, Trouble::kCorrectionDenied);
     EXPECT_EQ(facts().link, RobotLink::kNotReferenced);
     EXPECT_TRUE(rig->core.state().unsettled);
-    // As soon as it is what it was, the session is what it was.
+    // Once it is correct again, the session is unchanged.
     rig->before_core = {};
     rig->run(100ms);
     EXPECT_EQ(rig->krc.correction_deg(), held);
@@ -162,7 +162,7 @@ TEST_F(Lying, WithoutAStartPoseNoCounterThatLiesForAPacketSendsTheArmBackToZero)
     sim::ControllerConfig krc = waiting_krc();
     krc.send_setpoint = false;
     Rig other(krc);
-    other.run(300ms);  // nobody answers: it begins behind this
+    other.run(300ms);  // nobody answers, so that it starts after this
     other.make_ready();
     ASSERT_EQ(other.move(MoveKind::kTransit, other.moved_by(1, -12)).outcome,
               MoveOutcome::kArrived);
@@ -289,7 +289,7 @@ TEST_F(Lying, ALinkThatIsLostNeverSaysThatNothingCameForNoTime) {
   rig->to_pc = false;
   while (facts().link != RobotLink::kLost) rig->cycle();
   EXPECT_TRUE(has(rig->core.state().words, "no packet for 16 ms")) << rig->core.state().words;
-  // The same packet over and over: no new one.
+  // The same packet repeatedly: not a new one.
   rig->to_pc = true;
   rig->run(100ms);
   rig->make_referenced();

@@ -1,5 +1,5 @@
-// The adapter on real sockets. Other programs may load the machine: nothing here depends on when
-// something happens, only on whether and in which order.
+// The adapter on real sockets. The machine may be loaded: results depend only on whether and in
+// which order events happen, not on their time.
 
 #include "drivers/kuka/rsi/rsi_robot.h"
 
@@ -28,7 +28,7 @@ RsiConfig loopback() {
   RsiConfig config = rig_config();
   config.bind_address = "127.0.0.1";
   config.port = 0;
-  // A loaded machine is not what these tests are about.
+  // Tolerates a loaded machine.
   config.silence_cycles = 50;
   config.late_replies_limit = 1'000'000;
   return config;
@@ -40,7 +40,7 @@ sim::ControllerConfig patient() {
   return config;
 }
 
-/// A controller of which nothing but the socket exists.
+/// A controller reduced to its socket.
 class Peer {
  public:
   explicit Peer(const RsiRobot& robot)
@@ -49,7 +49,7 @@ class Peer {
     socket_.non_blocking(true);
   }
   void send(const std::string& bytes) { socket_.send_to(asio::buffer(bytes), pc_); }
-  /// Empty if nothing waits.
+  /// Empty if nothing is pending.
   std::string take() {
     std::array<char, 2048> buffer{};
     udp::endpoint from;
@@ -148,7 +148,7 @@ TEST_F(RsiOverUdp, AddressThatIsNoneIsNamed) {
   config.bind_address = "robot";
   RsiRobot robot(io.context(), config, nullptr);
   EXPECT_THROW(robot.open(), DriverError);
-  config.bind_address = "203.0.113.7";  // documentation's; no computer has it
+  config.bind_address = "203.0.113.7";  // documentation address; not assigned
   RsiRobot elsewhere(io.context(), config, nullptr);
   EXPECT_THROW(elsewhere.open(), DriverError);
 }
@@ -253,7 +253,7 @@ TEST_F(RsiOverUdp, CablePulledAndPluggedInNeedsAReference) {
 TEST_F(RsiOverUdp, RestartedProgramWorksOnceTheOperatorHasRestartedRsi) {
   RsiConfig config = loopback();
   sim::ControllerConfig controller;
-  controller.send_setpoint = false;  // the hard case: only a fresh session can be trusted
+  controller.send_setpoint = false;  // the hard case: only a new session can be trusted
   controller.timeout_cycles = 25;
   auto robot = std::make_unique<RsiRobot>(io.context(), config, nullptr);
   robot->open();
@@ -261,15 +261,15 @@ TEST_F(RsiOverUdp, RestartedProgramWorksOnceTheOperatorHasRestartedRsi) {
   sim::KrcUdpOptions options = to(*robot);
   options.restart_after_s = 0.3;
   sim::KrcUdp krc(controller, options);
-  // Without ASPos a session counts as fresh only if there was silence before it, and Delay counts.
+  // Without ASPos a session counts as new only after a silence, and with a Delay that counts.
   std::this_thread::sleep_for(400ms);
   krc.start();
   ASSERT_TRUE(make_ready(*robot)) << robot->state().words;
   EXPECT_EQ(move(*robot, 3).outcome, MoveOutcome::kArrived);
-  robot.reset();  // the program dies, without a word to the controller
+  robot.reset();  // the program ends without a message to the controller
   robot = std::make_unique<RsiRobot>(io.context(), config, nullptr);
   robot->open();
-  // A session that came to an end in between may make it ask twice.
+  // A session that ended in between may require a second request.
   ASSERT_TRUE(eventually([&] {
     robot->rereference();
     return robot->state().link == RobotLink::kReady;

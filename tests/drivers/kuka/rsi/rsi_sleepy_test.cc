@@ -1,5 +1,5 @@
-// Peers that pace by sleeping, count packets and wait to be answered: what the adapter makes of
-// their time, and of their silence.
+// Peers that are paced by sleeping, count packets and wait for answers: treatment of their time and
+// their silence.
 
 #include <gtest/gtest.h>
 
@@ -22,7 +22,7 @@ class SleepyRig {
   }
 
   void new_adapter() { core = std::make_unique<RsiCore>(rig_config(), &guard); }
-  /// Nobody answers and nobody listens.
+  /// Without an adapter.
   void leave(Duration duration) {
     core.reset();
     run(duration);
@@ -47,7 +47,7 @@ class SleepyRig {
     }
     return false;
   }
-  /// As a session does it: asked once, as soon as there are packets.
+  /// As in a session: requested once, as soon as there are packets.
   bool make_ready() {
     const auto link = [&] { return core->state().link; };
     if (!run_until([&] { return link() == RobotLink::kNotReferenced; }, 3s)) return false;
@@ -88,7 +88,7 @@ SleepyHabits habits(double sleep_s, unsigned ipoc_step = 1) {
   return h;
 }
 
-/// One touch in mid-search at `speed_deg_s`; the latch's error [s], and its own word on that.
+/// One touch during a search at `speed_deg_s`; the latch's error [s], and its stated uncertainty.
 struct Touch {
   double error_s = 0.0, sigma_s = 0.0;
 };
@@ -110,14 +110,14 @@ Touch touch(SleepyRig& rig, double speed_deg_s, std::uint16_t arm) {
 }
 
 TEST(RsiSleepyPeer, ContactsAreLatchedWhereTheyWereHoweverItsPaceDrifts) {
-  // By IPOC, extrapolated, they were 20 to 100 ms beside after a while, or outside of the record.
+  // Extrapolated by IPOC, they were 20 to 100 ms off after a while, or outside the record.
   for (const auto& h : {habits(0.0025), habits(0.004), habits(0.004, 4), habits(0.012),
                         habits(0.025), habits(0.030)}) {
     SleepyRig rig(h);
     ASSERT_TRUE(rig.make_ready()) << h.sleep_s << ": " << rig.words();
     for (std::uint16_t k = 1; k <= 8; ++k) {
       const Touch one = touch(rig, 0.1, k);
-      // Its arm does not go straight between two packets, and packets hold microdegrees.
+      // Its arm does not move straight between two packets, and packets contain microdegrees.
       EXPECT_LT(std::abs(one.error_s), 0.45 * h.sleep_s + 1e-3) << h.sleep_s << " touch " << k;
       EXPECT_GT(one.sigma_s, 0.3 * h.sleep_s) << "between two packets nobody knows";
       EXPECT_LT(one.sigma_s, 2.0 * h.sleep_s);
@@ -160,7 +160,7 @@ TEST(RsiSleepyPeer, TheCycleFollowsItsPace) {
 }
 
 TEST(RsiSleepyPeer, ASecondSessionFindsTheCorrectionThatItHolds) {
-  // The packet that nobody answered comes again after a second, and the arm is not where it began.
+  // The unanswered packet is repeated after a second, and the arm is not at its start.
   for (const bool counts_on : {false, true}) {
     SleepyHabits h = habits(0.004);
     h.counts_on = counts_on;
@@ -180,7 +180,8 @@ TEST(RsiSleepyPeer, ASecondSessionFindsTheCorrectionThatItHolds) {
 }
 
 TEST(RsiSleepyPeer, ItsSilenceWhileNobodyAnswersDoesNotSayThatItHasJustBegun) {
-  // No ASPos, and Delay counts seconds: what it holds cannot be known, and zero would be a jump.
+  // No ASPos, and Delay counts seconds: the correction cannot be determined, and zero would be a
+  // jump.
   SleepyHabits h = habits(0.004);
   h.setpoint = false;
   SleepyRig rig(h);
@@ -196,7 +197,7 @@ TEST(RsiSleepyPeer, ItsSilenceWhileNobodyAnswersDoesNotSayThatItHasJustBegun) {
 }
 
 TEST(RsiSleepyPeer, ThisComputersOwnPauseIsNotItsSilence) {
-  // This thread was held up for 0.4 s in mid-move; the peer has waited with its arm meanwhile.
+  // This thread was delayed by 0.4 s during the move; the peer and its arm waited meanwhile.
   SleepyRig rig(habits(0.004));
   ASSERT_TRUE(rig.make_ready()) << rig.words();
   rig.begin(MoveKind::kTransit, 5.0);
@@ -213,7 +214,7 @@ TEST(RsiSleepyPeer, ThisComputersOwnPauseIsNotItsSilence) {
 TEST(RsiSleepyPeer, WhileThisThreadIsHeldUpNothingIsItsSilenceAndAfterwardsItIsAgain) {
   SleepyRig rig(habits(0.004));
   ASSERT_TRUE(rig.make_ready()) << rig.words();
-  // Called every 30 ms, and a packet was not taken meanwhile: who knows.
+  // Called every 30 ms, with a packet not read meanwhile: undecided.
   const auto tick_on = [&](Duration each, Duration whole) {
     for (const TimePoint end = rig.now + whole; rig.now < end;) rig.core->on_tick(rig.now += each);
     return rig.core->core_state().link;
@@ -223,7 +224,7 @@ TEST(RsiSleepyPeer, WhileThisThreadIsHeldUpNothingIsItsSilenceAndAfterwardsItIsA
   ASSERT_TRUE(rig.run_until([&] { return rig.core->core_state().packets > heard; }, 3s));
   rig.run(100ms);
   EXPECT_EQ(rig.core->core_state().link, RobotLink::kReady) << rig.words();
-  // Called as often as it should be: it is the peer that is silent, whatever was before.
+  // Called as often as required: the peer is silent, regardless of earlier events.
   EXPECT_EQ(tick_on(15ms, 180ms), RobotLink::kReady);
   EXPECT_EQ(tick_on(15ms, 60ms), RobotLink::kLost);
 }
@@ -254,7 +255,7 @@ TEST(RsiSleepyPeer, ThatFallsSilentInAMoveIsLost) {
 }
 
 TEST(RsiLink, RepliesThatWereNeverGivenWereNotLate) {
-  // A session of somebody else's, without ASPos: it is heard and not answered, and Delay counts.
+  // A session of another adapter, without ASPos: it is received and not answered, and Delay counts.
   sim::ControllerConfig krc;
   krc.send_setpoint = false;
   Rig rig(krc);
@@ -287,8 +288,8 @@ TEST(RsiLink, ANetworkThatBecameSlowerMovesNoContactAndShowsInItsSigma) {
 }
 
 TEST(RsiLink, CycleLearntWhileThisComputerStalledIsTheControllersOwn) {
-  // Some of the first packets came late, in a burst: 5 ms were taken for the cycle, for the whole
-  // session, and contacts were looked for outside of the record.
+  // Regression: some of the first packets came late, in a burst: 5 ms were taken for the cycle, for
+  // the whole session, and contacts were located outside the record.
   Rig rig;
   int n = 0;
   constexpr int kFirst = 16, kLast = 32;

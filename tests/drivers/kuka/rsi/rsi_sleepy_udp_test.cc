@@ -1,4 +1,4 @@
-// Two sessions running with a peer that sleeps, over a real socket and in real time.
+// Two consecutive sessions with a peer that sleeps, over a real socket and in real time.
 
 #include <gtest/gtest.h>
 
@@ -41,7 +41,7 @@ class SleepyProgram {
   void run() {
     while (!stop_) {
       const TimePoint now = std::chrono::steady_clock::now();
-      boost::system::error_code error;  // nobody listens: that is what is tested
+      boost::system::error_code error;  // nothing listens: the tested condition
       if (const std::string packet = peer_.tick(now); !packet.empty()) {
         socket_.send_to(boost::asio::buffer(packet), pc_, 0, error);
       }
@@ -64,8 +64,8 @@ class SleepyProgram {
   std::thread thread_;
 };
 
-/// Asked once, as a session does. A machine that stalls for longer than the peer may pause is not
-/// what is tested; to be lost before anything was answered is.
+/// Requested once, as in a session. A machine that stalls for longer than the peer may pause is not
+/// tested; a loss before any answer is.
 bool make_ready(RsiRobot& robot) {
   RobotLink last = RobotLink::kDown;
   bool lost_unanswered = false;

@@ -1,5 +1,5 @@
 #pragma once
-// A contact sensor that says what the test says.
+// A scripted contact sensor.
 
 #include <cstdint>
 #include <deque>
@@ -9,7 +9,7 @@
 
 namespace cellcal::drivers {
 
-/// What the test says the sensor says.
+/// The sensor's messages as set by the test.
 class ScriptedGuard final : public ContactGuard {
  public:
   ContactSnapshot snapshot(TimePoint now) override {
@@ -32,22 +32,22 @@ class ScriptedGuard final : public ContactGuard {
   }
   void disarm() { now_.armed = false; }
   void set_alive(bool alive) { now_.alive = alive; }
-  /// Nothing comes, and it is not silent yet.
+  /// No data, but not yet silent.
   void set_heard(bool heard) { heard_ = heard; }
-  /// What it says now it had said so long ago.
+  /// Delay of its current message.
   void set_said_late(double late_s) { now_.said_late_s = late_s; }
-  /// The arming is over, and this is how.
+  /// Ends the arming with this result.
   void end_arming(ArmEnd end) {
     now_.armed = false;
     now_.last_end = end;
   }
-  /// What came since shows that the computer delivered the sensor's bytes late.
+  /// Later data shows that the computer processed the sensor's bytes late.
   void set_delivered_late(double late_s, double limit_s) {
     now_.delivered_late_s = late_s;
     now_.late_limit_s = limit_s;
   }
   void touch(bool touching) { now_.in_contact = touching; }
-  /// Its newest word is of this instant from now on.
+  /// Time of its newest message from now on.
   void set_said(TimePoint said) {
     heard_ = false;
     now_.said = said;

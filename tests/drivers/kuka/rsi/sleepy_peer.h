@@ -1,8 +1,8 @@
 #pragma once
-// A program that plays a controller as public RSI simulators do: it sends a packet, waits for the
-// reply, sleeps, and sends the next. Its IPOC counts packets, its pace is what the sleep makes of
-// it, an unanswered packet is sent again after a second, and whoever answers next finds the
-// correction that was taken last. Sans I/O, any clock; the same seed gives the same bits.
+// A program that acts as a controller like public RSI simulators: it sends a packet, waits for the
+// reply, sleeps, and sends the next. Its IPOC counts packets, its pace is determined by the sleep,
+// an unanswered packet is repeated after a second, and the next adapter finds the last accepted
+// correction. Sans I/O, any clock; deterministic for a seed.
 
 #include <cmath>
 #include <numbers>
@@ -21,9 +21,9 @@ struct SleepyHabits {
   double sleep_s = 0.004;
   double jitter = 0.15;    ///< of each sleep, exponential, as a share of it
   double drift = 0.2;      ///< slow change of the pace, up and down, as a share of it
-  double pause_s = 0.0;    ///< once in a while something else on its computer takes so long
-  unsigned ipoc_step = 1;  ///< 4: as if it counted milliseconds, which they are not
-  bool counts_on = false;  ///< IPOC goes on when nobody answers
+  double pause_s = 0.0;    ///< occasional delay by other load on its computer
+  unsigned ipoc_step = 1;  ///< 4: as if counting milliseconds, which they are not
+  bool counts_on = false;  ///< IPOC advances without answers
   double repeat_s = 1.0;   ///< until an unanswered packet is sent again
   bool setpoint = true;    ///< ASPos is sent: the pose at the start
   double lag_s = 0.02;     ///< of its arm; 0: it jumps from reply to reply
@@ -39,7 +39,7 @@ class SleepyPeer {
         actual_(start_rad_),
         random_(habits.seed) {}
 
-  /// Its program goes on, at `now` or as soon after as it wakes. The packet to send, or empty.
+  /// Its program continues, at `now` or as soon after as it wakes. The packet to send, or empty.
   std::string tick(TimePoint now) {
     if (!begun_) begun_ = woken_ = moved_at_ = now;
     settle_at(now);
@@ -81,7 +81,7 @@ class SleepyPeer {
   bool waits() const { return waiting_; }
   TimePoint woken() const { return woken_; }
   std::uint64_t replies() const { return replies_; }
-  /// The farthest that one reply has sent an axis.
+  /// Largest step of an axis by one reply.
   double largest_step_rad() const { return largest_step_rad_; }
   double held_rad(std::size_t axis) const { return taken_[axis] - start_rad_[axis]; }
 

@@ -1,5 +1,5 @@
 #pragma once
-// What the rigs of both adapters have in common: virtual time cycle by cycle, moves one at a time.
+// Common base of both adapters' rigs: virtual time cycle by cycle, moves one at a time.
 
 #include <gtest/gtest.h>
 

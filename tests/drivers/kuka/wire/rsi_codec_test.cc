@@ -12,7 +12,7 @@
 namespace cellcal::drivers {
 namespace {
 
-// KUKA's own unit test holds this text.
+// From KUKA's own unit test.
 const std::string kGenuine =
     R"(<Rob Type="KUKA"><RIst X="0.00000" Y="0.00000" Z="0.00000" A="0.00000" B="0.00000" )"
     R"(C="0.00000"/><AIPos A1="1.00000" A2="-90.12345" A3="90.00000" A4="0.00000" A5="90.00000" )"

@@ -1,5 +1,5 @@
-// Which correction a controller holds, judged by each kind of evidence alone and at its limits;
-// what Delay tells; what is sent so that it holds what is wanted.
+// The correction held by a controller, from each kind of evidence alone and at its limits;
+// evaluation of Delay; and the reply that leads to a desired correction.
 
 #include <gtest/gtest.h>
 
@@ -56,7 +56,7 @@ TEST(OffsetBySetpoint, AFreshSessionHoldsNone) {
   expect_known(finder, measured(0.019, -0.019), deg(0, 0));
   finder.begin({});
   EXPECT_EQ(finder.look(measured(0.021)), OffsetVerdict::kWaitForRest);
-  // Where hardly any had been sent, too; but none that is nearer to what was sent.
+  // Also if almost none had been sent; but none closer to what was sent.
   finder.begin(sent(-0.015));
   expect_known(finder, measured(0.010), deg(0, 0));
   finder.begin(sent(0.015));
@@ -70,7 +70,7 @@ TEST(OffsetBySetpoint, AfterACorrectionItIsBelievedThatThereIsNoneOnlyAtRestBehi
   none.silence_before_s = 0.2;
   for (int i = 0; i < 3; ++i) EXPECT_EQ(finder.look(none), OffsetVerdict::kWaitForRest) << i;
   expect_known(finder, none, deg(0, 0));
-  none.silence_before_s = 0.19;  // no program is started again within it
+  none.silence_before_s = 0.19;  // no program restarts within it
   EXPECT_EQ(finder.look(none), OffsetVerdict::kDenied);
 }
 
@@ -107,7 +107,7 @@ TEST(OffsetBySetpoint, RestIsThreePacketsInARowWithoutFiveThousandthsOfADegree) 
   for (int i = 0; i < 2; ++i)
     EXPECT_EQ(finder.look(measured(at += 0.0049)), OffsetVerdict::kWaitForRest);
   EXPECT_EQ(finder.look(measured(at)), OffsetVerdict::kDenied) << "at rest, and not what was sent";
-  // Another beginning remembers nothing of it.
+  // Another start discards it.
   finder.begin(sent(5));
   EXPECT_EQ(finder.look(measured(at)), OffsetVerdict::kWaitForRest);
 }
@@ -150,7 +150,7 @@ OffsetMemory stopped() {
   memory.actual_rad = deg(10, -20);
   return memory;
 }
-/// So long after it stopped, by the host's clock and by IPOC.
+/// This long after it stopped, by the host's clock and by IPOC.
 OffsetEvidence after(double elapsed_s, double by_ipoc_s, std::optional<std::uint32_t> delay) {
   OffsetEvidence evidence;
   evidence.t_rx = kThen + std::chrono::microseconds(std::llround(1e6 * elapsed_s));
@@ -167,7 +167,7 @@ TEST(OffsetByCounters, ASessionThatIsSeenToBeginHoldsNone) {
   OffsetEvidence evidence = after(1.0, 1.0, 260);
   evidence.session_start = true;
   expect_known(finder, evidence, deg(0, 0));
-  // The first packet of one that counts them.
+  // The first packet of a packet counter.
   OffsetEvidence first = after(1.0, 0.0, std::nullopt);
   first.ipoc = 0;
   finder.begin(stopped());
@@ -230,13 +230,13 @@ TEST(OffsetByCounters, AnIpocThatDidNotGoOnIsAnotherSession) {
 }
 
 TEST(OffsetByCounters, DelayOfTheSameSessionCountsEveryReplyThatWasMissing) {
-  // A second at 4 ms: 249 packets unanswered. One of them may not be counted yet.
+  // A second at 4 ms: 249 unanswered packets. One of them may not be counted yet.
   OffsetFinder finder;
   finder.begin(stopped());
   expect_known(finder, after(1.0, 1.0, 10 + 249), deg(5, 0));
   expect_known(finder, after(1.0, 1.0, 10 + 248), deg(5, 0));
   EXPECT_EQ(finder.look(after(1.0, 1.0, 10 + 247)), OffsetVerdict::kUnknown);
-  // Three fewer are another session's own; and it never counts back.
+  // Three fewer belong to another session; and it never decreases.
   expect_known(finder, after(1.0, 1.0, 10 + 246), deg(0, 0));
   finder.begin(stopped());
   expect_known(finder, after(1.0, 1.0, 9), deg(0, 0));
@@ -250,8 +250,8 @@ TEST(OffsetByCounters, ADelayThatWasNeverSeenToCountProvesNothing) {
   finder.begin(memory);
   EXPECT_EQ(finder.look(after(1.0, 1.0, 10)), OffsetVerdict::kUnknown);
   EXPECT_EQ(finder.look(after(1.004, 1.004, 10)), OffsetVerdict::kUnknown);
-  expect_known(finder, after(1.008, 1.008, 11), deg(0, 0));  // it grew: it counts
-  // Nor does one that is not sent.
+  expect_known(finder, after(1.008, 1.008, 11), deg(0, 0));  // it increased: it counts
+  // Neither does a Delay that is not sent.
   finder.begin(memory);
   EXPECT_EQ(finder.look(after(1.0, 1.0, std::nullopt)), OffsetVerdict::kUnknown);
   memory.delay.reset();

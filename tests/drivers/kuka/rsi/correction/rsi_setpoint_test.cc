@@ -1,5 +1,5 @@
-// Where the arm stands and what the controller holds, packet by packet and without a controller: what
-// each packet proves, and at which limits.
+// Position of the arm and correction held by the controller, packet by packet and without a
+// controller: conclusions from each packet, at their limits.
 
 #include "drivers/kuka/rsi/rsi_setpoint.h"
 
@@ -46,7 +46,7 @@ struct Stand {
   bool moved(const RobFrame& frame, bool moving) {
     return setpoint.start_pose_moved(frame, rad(frame.axes_deg), moving).has_value();
   }
-  /// Commands this and says it, until it is held.
+  /// Commands this and sends it, until it is held.
   void command(AxisAngles deg) {
     const PathMove path(setpoint.commanded_rad(), rad(deg), config.limits, 0.0);
     for (double t_s = 0.0; t_s < path.duration_s() + 0.1; t_s += kCycleS) {
@@ -55,7 +55,7 @@ struct Stand {
       ASSERT_FALSE(setpoint.beyond());
     }
   }
-  /// The link is lost, and the same session comes back where its counter stood.
+  /// The link is lost, and the same session resumes with its counter unchanged.
   void lose_and_come_back(const AxisAngles& actual_deg) {
     OffsetMemory link;
     link.ipoc = ipoc + 4;
@@ -116,7 +116,7 @@ TEST(Setpoint, TakesOverWhatTheDifferenceShowsOnceThePeerIsSeenToWait) {
   EXPECT_NEAR(s.setpoint.base_rad()[0], 10 * kRadPerDeg, 1e-12);
 }
 
-// ---- ASPos: a new session, or a simulator whose ASPos holds the correction ------------------------
+// ---- ASPos: a new session, or a simulator whose ASPos includes the correction ---------------------
 
 TEST(StartPose, ThatChangesAtRestIsANewSession) {
   Stand s;
@@ -142,7 +142,7 @@ TEST(StartPose, ThatComesLaterIsTakenFromThereOn) {
   EXPECT_TRUE(s.moved(packet({11, 20}, {11, 20}), false));
 }
 
-/// A known session at (10, 20) that is commanded to (11, 20).
+/// A known session at (10, 20), commanded to (11, 20).
 struct Follows : testing::Test, Stand {
   void SetUp() override { begin(); }
   void begin() {
@@ -153,7 +153,7 @@ struct Follows : testing::Test, Stand {
 
 TEST_F(Follows, AMovingArmWhereItIsCommandedToBe) {
   EXPECT_FALSE(moved(packet({11.009, 20}, {11.009, 20}), true));
-  // From then on it is known to hold the correction, and says nothing of sessions.
+  // From then on it is known to include the correction, without information on sessions.
   EXPECT_FALSE(moved(packet({10.5, 20}, {10.7, 20}), false));
 }
 TEST_F(Follows, NoArmAtRest) { EXPECT_TRUE(moved(packet({11, 20}, {11, 20}), false)); }
@@ -181,7 +181,7 @@ TEST_F(Follows, InOneSessionProvesNothingOfTheNext) {
   setpoint.begin_session(0.0);
   begin();
   EXPECT_TRUE(moved(packet({12, 20}, {12, 20}), false)) << "a new session";
-  // Nor does that it stayed behind.
+  // Neither if it stayed behind.
   setpoint.begin_session(0.0);
   begin();
   EXPECT_FALSE(moved(packet({10.5, 20}, {10, 20}), true));

@@ -1,5 +1,5 @@
-// Corrections in space through a session: contact, stops, silence, takeovers. The promises are
-// those of axis corrections.
+// Corrections in space in a session: contact, stops, silence, takeovers. Same guarantees as axis
+// corrections.
 
 #include "drivers/error.h"
 #include "drivers/kuka/rsi/rsi_setpoint.h"
@@ -54,11 +54,12 @@ TEST_F(SpaceSearch, TripFreezesTheVeryReplyAndContactLatches) {
   ASSERT_TRUE(result.latch);
   EXPECT_NEAR(result.latch->reaction_s, 2.55e-3, 1e-6);
   for (std::size_t i = 0; i < 6; ++i) {
-    // As with axis corrections: four decimals on the wire, and the least delay's travel.
+    // As with axis corrections: four transmitted decimals, and the travel within the smallest
+    // delay.
     EXPECT_NEAR(result.latch->contact_rad[i], truth[i], 1.2e-4 * kDeg) << i;
     EXPECT_NEAR(result.latch->settled_rad[i], before[i], 4e-4 * kDeg) << i;
   }
-  // And back, still touching at first.
+  // And back, initially still in contact.
   rig.guard.touch(false);
   EXPECT_EQ(rig.move(MoveKind::kRetreat, rig.moved_by(0, -1)).outcome, MoveOutcome::kArrived);
 }
@@ -187,7 +188,7 @@ TEST(RsiSpaceOffset, NewAdapterInARunningSessionKeepsQuietForItsFrameMayBeAnothe
 }
 
 TEST(RsiSpaceOffset, AfterSilenceAnArmThatStandsALittleAsideIsNotLedFurther) {
-  // A controller whose tool is a little longer makes a little else of each frame.
+  // A controller with a slightly longer tool interprets each frame slightly differently.
   sim::ControllerConfig config = space_krc();
   calib::Cell cell = torch_cell();
   cell.tool.tcp.translation() *= 1.001;
@@ -253,9 +254,9 @@ TEST(RsiSpaceOffset, FirstFrameOfRsi2IsAnsweredInSpace) {
       << rig.reply;
 }
 
-// ---- what is held, packet by packet --------------------------------------------------------------
+// ---- held corrections, packet by packet ---------------------------------------------------------
 
-/// A session that has commanded A1 by 2 deg, and then packets of the one behind a silence.
+/// A session that has commanded A1 by 2 deg, followed by packets after a silence.
 struct SpaceSetpoint : testing::Test {
   static constexpr double kStart[] = {0, -90, 90, 0, 60, 0};
 

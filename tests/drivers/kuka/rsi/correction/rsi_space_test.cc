@@ -1,5 +1,4 @@
-// Corrections in space: moves, what is refused, and what stops an arm that a controller leads
-// elsewhere.
+// Corrections in space: moves, refusals, and stops of an arm that a controller moves differently.
 
 #include "drivers/kuka/rsi/rsi_space.h"
 
@@ -69,7 +68,7 @@ TEST_P(SpaceFrame, TheArmKeepsToItsLineInJointSpaceAndArrives) {
   krc.noise_sigma_deg = 0.0005;
   Rig rig(krc, space_config(GetParam().ours));
   rig.make_ready();
-  // Rounding to 1e-6 mm and deg, and a start that ASPos tells to 1e-4 deg, through the arm's
+  // Rounding to 1e-6 mm and deg, and a start known from ASPos to 1e-4 deg, through the arm's
   // inverse.
   double off = 0.0, fastest = 0.0;
   AxisAngles before = rig.commanded();
@@ -107,7 +106,7 @@ INSTANTIATE_TEST_SUITE_P(
                                                            : "Tool";
     });
 
-// ---- what is refused before anything moves -----------------------------------------------------
+// ---- refusals before any motion ---------------------------------------------------------------
 
 CoreResult refused(RsiConfig config, const AxisAngles& by_deg) {
   Rig rig(space_krc(), std::move(config));
@@ -143,8 +142,8 @@ TEST(RsiSpace, TurnBeyondItsLimitIsRefusedWithBothFigures) {
 }
 
 TEST(RsiSpace, ALimitThatOnlyTheMiddleOfTheLineExceedsIsSeen) {
-  // On a circle of 800 mm from 150 to 210 deg beside the start: farthest off in the middle. A6
-  // undoes A1's turn.
+  // On a circle of 800 mm from 150 to 210 deg next to the start: farthest in the middle. A6
+  // compensates A1's rotation.
   RsiConfig config = space_config();
   const auto over = [&](double limit_mm, double to_deg) {
     config.space.limit_mm = limit_mm;
@@ -207,7 +206,7 @@ TEST(RsiSpace, AngleAMayPassHalfARevolution) {
   const CoreResult result = rig.move(MoveKind::kTransit, rig.moved_by(0, 170.0));
   ASSERT_EQ(result.outcome, MoveOutcome::kArrived) << words(result);
   EXPECT_LT(rig.krc.cartesian_correction()[3], -169.0);
-  // A6 lies upside down beside A1: so far that the turn passes 180 deg and comes back.
+  // A6 is upside down next to A1: the rotation passes 180 deg and returns.
   const CoreResult beyond = rig.move(MoveKind::kTransit, rig.moved_by(5, -20.0));
   ASSERT_EQ(beyond.outcome, MoveOutcome::kArrived) << words(beyond);
   EXPECT_GT(rig.krc.cartesian_correction()[3], 169.0);
@@ -218,7 +217,7 @@ TEST(RsiSpace, AngleBMayPassARightAngleInBothSenses) {
   config.space.turn_limit_deg = 180.0;
   Rig rig(space_krc(), config);
   rig.make_ready();
-  // All three turn about the root's y: B alone, which is at 90 deg exactly in the middle.
+  // All three rotate about the root's y: B alone, exactly at 90 deg in the middle.
   AxisAngles target = rig.commanded();
   const AxisAngles home = target;
   for (const std::size_t i : {1, 2, 4}) target[i] += 33 * kDeg;
@@ -237,7 +236,7 @@ TEST(RsiSpace, AngleBMayPassARightAngleInBothSenses) {
   EXPECT_LT(off, 1e-3) << "deg";
 }
 
-// ---- controllers that see it otherwise ---------------------------------------------------------
+// ---- controllers with another interpretation --------------------------------------------------
 
 TEST(RsiSpace, AnotherToolAtTheControllerShowsBeforeTheReference) {
   sim::ControllerConfig krc = space_krc();
@@ -254,7 +253,7 @@ TEST(RsiSpace, AnotherToolAtTheControllerShowsBeforeTheReference) {
   EXPECT_NE(words.find("[controller] tool"), std::string::npos) << words;
 }
 
-/// Composes the angles the other way round.
+/// Composes the angles in reverse order.
 class OtherOrder final : public sim::CartesianArm {
  public:
   OtherOrder() : arm_(sim::make_cartesian_arm(torch_cell())) {}
@@ -292,7 +291,7 @@ struct Misled {
 };
 class RsiSpaceMisled : public ::testing::TestWithParam<Misled> {};
 
-/// Moves all axes and says how the move ended and by how much the arm was astray at most [deg].
+/// Moves all axes and returns the outcome and the largest deviation of the arm [deg].
 struct Astray {
   CoreResult result;
   double off_deg = 0.0;
@@ -302,7 +301,7 @@ Astray misled(const Misled& how, MoveKind kind, double cruise_s, int search) {
   sim::ControllerConfig krc = space_krc();
   how.controller(krc);
   RsiConfig config = space_config();
-  config.space.compare_tcp = false;  // as where RIst is not wired
+  config.space.compare_tcp = false;  // as without RIst
   Rig rig(krc, config);
   rig.make_ready();
   rig.guard.arm(7);
@@ -320,7 +319,8 @@ Astray misled(const Misled& how, MoveKind kind, double cruise_s, int search) {
   return astray;
 }
 
-/// Ends the move by name once the arm has left its line by hardly more than the tolerance.
+/// Ends the move with the correct cause once the arm has left its line by slightly more than the
+/// tolerance.
 TEST_P(RsiSpaceMisled, StopsByNameAfterASmallDeviationAndRecordsNoTouch) {
   const Astray astray = misled(GetParam(), MoveKind::kSearch, 20.0, 7);
   const CoreResult& result = astray.result;
@@ -332,7 +332,8 @@ TEST_P(RsiSpaceMisled, StopsByNameAfterASmallDeviationAndRecordsNoTouch) {
   EXPECT_EQ(astray.link, RobotLink::kNotReferenced);
 }
 
-/// A transit goes on until the arm is seen astray; then it is stopped at once, however fast it was.
+/// A transit continues until the deviation is detected; then it is stopped immediately at any
+/// speed.
 TEST_P(RsiSpaceMisled, StopsAFastTransitWithinAShortRamp) {
   const Astray astray = misled(GetParam(), MoveKind::kTransit, 0.0, 0);
   EXPECT_EQ(astray.result.outcome, MoveOutcome::kNotFollowing) << words(astray.result);

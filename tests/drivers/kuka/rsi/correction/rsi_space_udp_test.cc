@@ -1,5 +1,5 @@
-// The whole adapter with corrections in space on its socket, against the emulated controller with
-// the ethernet file that cellcal makes for them. Nothing depends on when something happens.
+// The whole adapter with corrections in space on its socket, with the emulated controller and the
+// ethernet file generated for them. Independent of timing.
 
 #include <atomic>
 #include <boost/asio/io_context.hpp>
@@ -37,7 +37,7 @@ class SpaceOverUdp : public ::testing::TestWithParam<CorrectionFrame> {
     RsiConfig config = space_config(frame);
     config.bind_address = "127.0.0.1";
     config.port = 0;
-    config.silence_cycles = 50;  // a loaded machine is not what this is about
+    config.silence_cycles = 50;  // tolerates a loaded machine
     config.late_replies_limit = 1'000'000;
     return config;
   }
@@ -55,12 +55,12 @@ class SpaceOverUdp : public ::testing::TestWithParam<CorrectionFrame> {
 };
 
 TEST_P(SpaceOverUdp, GoesSearchesTouchesRetreatsAndEndsTheSession) {
-  ScriptedGuard guard;  // lives on the robot's thread
+  ScriptedGuard guard;  // used on the robot's thread
   RsiRobot robot(io.context(), loopback(GetParam()), &guard);
   robot.open();
   sim::KrcUdpOptions to;
   to.pc_port = robot.port();
-  // The surface: where A1 passes 21 deg. Trip, its word, and the level while it lasts.
+  // The surface: A1 passes 21 deg. Trip, its confirmation, and the level while it lasts.
   std::atomic<bool> searching{false};
   const double surface = 21 * kDeg;
   bool touched = false;

@@ -1,5 +1,5 @@
 #pragma once
-// The adapter with corrections in space against an emulated controller that knows its arm.
+// The adapter with corrections in space and an emulated controller with the arm's geometry.
 
 #include <memory>
 
@@ -21,7 +21,7 @@ class NominalGeometry final : public ArmGeometry {
   calib::NominalArm arm_;
 };
 
-/// A torch: its tip 0.4 m before the flange, and turned.
+/// A torch: its tip 0.4 m in front of the flange, and rotated.
 inline calib::Cell torch_cell() {
   calib::Cell cell = sim::arm_cell();
   cell.tool.tcp.translation() = Eigen::Vector3d(0.06, 0.05, 0.41);
@@ -48,7 +48,7 @@ inline sim::ControllerConfig space_krc(sim::CorrectionFrame frame = sim::Correct
   return config;
 }
 
-/// What a reply says before its IPOC.
+/// Content of a reply before its IPOC.
 inline std::string said(const std::string& reply) { return reply.substr(0, reply.find("<IPOC>")); }
 
 }  // namespace cellcal::drivers

@@ -1,5 +1,5 @@
-// What the packets tell of the link, packet by packet: which follow, which are old, which are another
-// session's; and what is learnt of the cycle, from how many of them.
+// Properties of the link derived from packets: consecutive ones, old ones, those of another session;
+// learning of the cycle, and the number of packets needed.
 
 #include "drivers/kuka/rsi/rsi_stream.h"
 
@@ -18,7 +18,7 @@ struct Stream : testing::Test {
     frame.ipoc.value = static_cast<std::uint32_t>(newest = ipoc);
     return stream.push(frame, now);
   }
-  /// So many packets more, evenly.
+  /// This many further packets, uniformly.
   void go(int packets, int step, double cycle_s) {
     for (int i = 0; i < packets; ++i) ASSERT_EQ(push(newest + step, cycle_s), Arrival::kNext) << i;
   }
@@ -53,7 +53,7 @@ TEST_F(Stream, TheFirstStepMayBeAHundredAndNoMore) {
   EXPECT_EQ(push(101), Arrival::kRestart);
 }
 
-// Three cycles of silence are allowed here: four steps of IPOC at once are packets that were lost.
+// Three cycles of silence are allowed here: four steps of IPOC at once are lost packets.
 TEST_F(Stream, PacketsWithinTheSilenceAreLateOrLostAndOthersAnotherSessions) {
   for (const int step : {1, 4, 12}) {
     stream.reset();
@@ -114,7 +114,7 @@ TEST_F(Stream, APauseCountsAsTwiceTheMiddleInterval) {
   push(10'000);
   for (int i = 0; i < 25; ++i) push(newest + 1, i == 7 ? 0.1 : 0.010);
   EXPECT_NEAR(stream.cycle_s(), (24 * 0.010 + 0.020) / 25, 1e-9);
-  // The middle one, not one of the shorter third.
+  // The median, not one of the shorter third.
   stream.reset();
   push(10'000);
   for (int i = 0; i < 25; ++i) push(newest + 1, i % 5 < 2 ? 0.004 : 0.012);
