@@ -242,7 +242,7 @@ TEST_F(signed_files, go_without_a_key_only_where_there_is_none) {
   ASSERT_TRUE(key_if_there(dir / "k"));
   EXPECT_EQ(key_if_there(dir / "k")->fingerprint(), PublicKey(dir / "k.pub").fingerprint());
   fs::create_symlink("loop", dir / "loop");
-  EXPECT_NE(refusal([&] { key_if_there(dir / "loop/k"); }).find("loop/k: cannot be looked at: "),
+  EXPECT_NE(refusal([&] { key_if_there(dir / "loop/k"); }).find("loop/k: cannot be accessed: "),
             std::string::npos);
   fs::create_symlink(dir / "nowhere", dir / "dangling");
   EXPECT_NE(refusal([&] { key_if_there(dir / "dangling"); }).find("dangling"), std::string::npos);
