@@ -17,7 +17,7 @@ CLI::Validator within(double low, double high) {
             double value = 0.0;
             const bool fits =
                 CLI::detail::lexical_cast(text, value) && value >= low && value <= high;
-            return fits ? "" : fmt::format("\"{}\" is no number from {}", text, range);
+            return fits ? "" : fmt::format("\"{}\" is not a number from {}", text, range);
           },
           range};
 }
@@ -46,14 +46,14 @@ void add_truth_options(CLI::App& app, EmulatorOptions& options) {
       ->check(within(-1.0, 1.0));
   app.add_option_function<double>(
          "--placement", [&options](double mm) { options.truth.placement_m = mm * 1e-3; },
-         "How far all spheres stand from where the cell file has them [mm], 1 sigma; default 1")
+         "Distance of all spheres from their places in the cell file [mm], 1 sigma; default 1")
       ->check(within(0.0, 100.0));
   app.add_option("--gear-arcsec", options.truth.gear_arcsec,
                  "Transmission error, 1 sigma per harmonic")
       ->capture_default_str()
       ->check(within(0.0, 1000.0));
   app.add_option("--compliance-sigma-rad-per-nm", options.truth.compliance_rad_per_nm,
-                 "How much each joint gives under its load, 1 sigma; 0: the robot file's")
+                 "Compliance of each joint under its load, 1 sigma; 0: the robot file's")
       ->capture_default_str()
       ->check(within(0.0, 1e-3));
   app.add_option("--play-arcsec", options.truth.play_arcsec,
@@ -61,16 +61,17 @@ void add_truth_options(CLI::App& app, EmulatorOptions& options) {
       ->capture_default_str()
       ->check(within(0.0, 1000.0));
   add_scaled(app, "--tip-offset-mm", options.truth.tip_offset_m, 1e-3, 10.0,
-             "Of the tip from where the cell file has it [mm], at most, along each axis");
+             "Deviation of the tip from the cell file [mm], at most, along each axis");
   add_scaled(app, "--growth-ppm", options.truth.growth, 1e-6, 1000.0,
-             "Of all lengths of the arm from cold to warmed up [ppm]");
-  app.add_option("--warm-up-s", options.truth.warm_up_s, "Time constant of that, from power on [s]")
+             "Growth of all lengths of the arm from cold to warmed up [ppm]");
+  app.add_option("--warm-up-s", options.truth.warm_up_s,
+                 "Time constant of the growth, from power on [s]")
       ->capture_default_str()
       ->check(within(1.0, 1e5));
   add_scaled(app, "--contact-noise-mm", options.truth.contacts.noise_m, 1e-3,
-             kMostContactNoiseM * 1e3, "Of each closing of the circuit [mm], 1 sigma");
+             kMostContactNoiseM * 1e3, "Noise of each closing of the circuit [mm], 1 sigma");
   add_scaled(app, "--bad-contact-percent", options.truth.contacts.bad_share, 1e-2, 100.0,
-             "Of the touches, with a chip of 0.3 to 1 mm between tip and sphere [%]");
+             "Share of the touches with a chip of 0.3 to 1 mm between tip and sphere [%]");
 }
 
 std::pair<std::string, std::uint16_t> address_of(const char* option, const std::string& text) {
@@ -94,15 +95,15 @@ void add_wire_options(CLI::App& app, EmulatorOptions& options) {
            std::tie(options.pc_address, options.pc_port) = address_of("--pc", text);
            options.pc_port_given = true;
          },
-         "Where the daemon listens for RSI, ADDRESS:PORT")
+         "Address of the daemon's RSI port, ADDRESS:PORT")
       ->default_str("127.0.0.1:49152");
-  app.add_option("--wire", options.wire, "What the controller speaks")
+  app.add_option("--wire", options.wire, "Protocol of the controller")
       ->capture_default_str()
       ->check(CLI::IsMember({"rsi", "eki"}));
   CLI::Option* xml =
       app.add_option("--eki-xml", options.eki_xml,
                      "EKI channel file as 'cellcal kuka-files' writes it: elements, limits and "
-                     "port. Or those of somebody else, one or two: served by the names of their "
+                     "port. Or one or two files of other software: served by the names of their "
                      "elements")
           ->check(CLI::ExistingFile);
   app.add_option("--listen", options.listen, "Address to listen on for EKI")
@@ -149,9 +150,10 @@ void add_controller_options(CLI::App& app, EmulatorOptions& options) {
 void add_sensor_options(CLI::App& app, EmulatorOptions& options) {
   app.add_option("--device-link", options.device_link,
                  "Symbolic link to the sensor's pseudo-terminal");
-  app.add_option("--udp", options.udp,
-                 "The sensor is the board on Ethernet, at ADDRESS:PORT of this computer; the daemon's "
-                 "[contact] device is then udp:ADDRESS:PORT");
+  app.add_option(
+      "--udp", options.udp,
+      "The sensor is the board on Ethernet, at ADDRESS:PORT of this computer; the daemon's "
+      "[contact] device is then udp:ADDRESS:PORT");
   app.add_option("--baud", options.baud, "Of the sensor's line")->capture_default_str();
   app.add_option("--mcu-drift-ppm", options.mcu_drift_ppm, "Of the sensor's clock")
       ->capture_default_str()
@@ -165,7 +167,7 @@ void add_sensor_options(CLI::App& app, EmulatorOptions& options) {
            options.sensor_faults.silent = fault == "silent";
            options.no_spheres = fault == "no-spheres";
          },
-         "What is wrong: the contact sensor is wire-broken (reads as contact), stuck-open (never "
+         "Fault: the contact sensor is wire-broken (reads as contact), stuck-open (never "
          "sees one) or silent; or no-spheres are there")
       ->check(CLI::IsMember({"wire-broken", "stuck-open", "silent", "no-spheres"}));
 }

@@ -77,14 +77,14 @@ void add_limits(CLI::App& app, EmulatorOptions& options) {
   const auto limit = [&](const char* option, double& value, const char* text) {
     app.add_option(option, value, text)->capture_default_str()->check(CLI::Range(0.1, 10000.0));
   };
-  limit("--monitor-deg", controller.monitor_deg, "AXISCORRMON; set it behind --clamp-deg");
+  limit("--monitor-deg", controller.monitor_deg, "AXISCORRMON; set it after --clamp-deg");
   limit("--clamp-mm", controller.clamp_mm, "POSCORR's limit of X, Y, Z");
   limit("--clamp-turn-deg", controller.clamp_turn_deg, "POSCORR's limit of A, B, C");
   limit("--monitor-mm", controller.monitor_mm, "POSCORRMON, shift");
   limit("--monitor-turn-deg", controller.monitor_turn_deg, "POSCORRMON, turn");
   app.add_option("--max-acceleration-deg-s2", options.max_acceleration_deg_s2,
                  "More than this within one cycle is a 'Command gear torque' fault; 0: never. Late "
-                 "replies of a busy computer come to it easily")
+                 "replies of a busy computer can cause it")
       ->capture_default_str()
       ->check(CLI::Range(0.0, 1e7));
 }
@@ -96,13 +96,12 @@ void add_rsi_options(CLI::App& app, EmulatorOptions& options) {
   CLI::Option* file =
       app.add_option_function<std::string>(
              "--rsi-xml", [&options](const std::string& path) { load_channel(path, options); },
-             "RSI ethernet file, cellcal's or anybody's: SENTYPE, elements and their order, "
+             "RSI ethernet file, cellcal's or any other: SENTYPE, elements and their order, "
              "HOLDON, and the port if --pc is not given")
           ->check(CLI::ExistingFile);
-  app.add_option(
-         "--rsi-context", options.rsi_context,
-         "RSI's context beside it (.rsi.xml or .rsix): release, Precision, Timeout, limits; packets "
-         "then go to the file's address, too")
+  app.add_option("--rsi-context", options.rsi_context,
+                 "RSI's context (.rsi.xml or .rsix): release, Precision, Timeout, limits; packets "
+                 "then go to the file's address, too")
       ->check(CLI::ExistingFile)
       ->needs(file);
   app.add_option(
