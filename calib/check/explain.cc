@@ -131,7 +131,7 @@ std::vector<TargetPlace> places_of(const Calibration& c, const std::vector<Touch
     if (known == c.targets.end())
       throw IdentifyError(
           IdentifyError::Kind::kCalibration, touch.target,
-          fmt::format("target {}: the calibration has no place of it. Check against one whose "
+          fmt::format("target {}: the calibration does not contain its place. Use one whose "
                       "session touched it",
                       touch.target));
     places[t] = TargetPlace(known->centre_m);

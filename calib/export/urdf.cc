@@ -115,7 +115,7 @@ std::vector<const UrdfJoint*> path_to(const Document& document, const std::strin
   for (const UrdfJoint* at = joint_above(document, link); at != nullptr;
        at = joint_above(document, at->parent)) {
     path.push_back(at);
-    if (path.size() > document.joints.size()) document.fail("its joints make a circle");
+    if (path.size() > document.joints.size()) document.fail("its joints form a loop");
   }
   std::reverse(path.begin(), path.end());
   return path;

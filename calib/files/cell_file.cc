@@ -97,7 +97,7 @@ std::string read_id(const TomlTable& t) {
   const std::string id = t.string("id");
   if (id.empty() || id.find_first_of(",\"\r\n#") != std::string::npos || id.front() == ' ' ||
       id.back() == ' ')
-    t.fail("id", "must not be empty or hold commas, quotes or '#': it stands in a CSV");
+    t.fail("id", "must not be empty or hold commas, quotes or '#': it is written to a CSV");
   if (id == "tool") t.fail("id", "must not be \"tool\": the tool's parameters are named so");
   return id;
 }
@@ -230,7 +230,7 @@ Cell read_cell(const TomlTable& document, Robot robot) {
       table.fail("id", "\"" + shown(cell.targets.back().id) +
                            "\" is the id of a tool. Give the target another");
     if (!ids.insert(cell.targets.back().id).second)
-      table.fail("id", "\"" + shown(cell.targets.back().id) + "\" stands twice");
+      table.fail("id", "\"" + shown(cell.targets.back().id) + "\" occurs twice");
   }
   for (const TomlTable& table : document.tables("length")) {
     CertifiedLength length;

@@ -79,7 +79,7 @@ CsvTable::CsvTable(std::string_view text, std::string name) : rest_(text), name_
       throw FileError(name_, ":" + std::to_string(line_) + ": a column has no name");
     if (find(column) >= 0)
       throw FileError(
-          name_, ":" + std::to_string(line_) + ": column \"" + shown(column) + "\" stands twice");
+          name_, ":" + std::to_string(line_) + ": column \"" + shown(column) + "\" occurs twice");
     columns_.push_back(column);
   }
 }
@@ -119,9 +119,9 @@ bool CsvTable::next_line(std::string_view& line) {
     if (std::any_of(line.begin(), line.end(), [](char c) {
           return c == '"' || c == 0x7f || (static_cast<unsigned char>(c) < 0x20 && c != '\t');
         }))
-      throw FileError(name_,
-                      ":" + std::to_string(line_) +
-                          ": quotes, NUL and other control characters cannot stand in this file");
+      throw FileError(
+          name_, ":" + std::to_string(line_) +
+                     ": quotes, NUL and other control characters are not allowed in this file");
     const std::string_view content = trim(line);
     if (!content.empty() && content.front() != '#') return true;
   }
@@ -146,7 +146,7 @@ double CsvTable::number(int column) const {
   double value = 0.0;
   const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value);
   if (error != std::errc() || end != field.data() + field.size() || field.empty())
-    fail(column, "\"" + shown(text(column)) + "\" is not a number (decimal mark is '.')");
+    fail(column, "\"" + shown(text(column)) + "\" is not a number (use a decimal point)");
   if (!std::isfinite(value)) fail(column, "must be a finite number");
   return value;
 }

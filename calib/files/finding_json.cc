@@ -39,14 +39,14 @@ ordered evidence_to_json(const std::vector<Quantity>& evidence) {
 Subject subject_from_json(const Cell& cell, const JsonReader& item) {
   Subject subject;
   const auto of = subject_of(item.at("of").text());
-  if (!of) item.at("of").fail("is no subject");
+  if (!of) item.at("of").fail("is not a subject");
   subject.of = *of;
   if (item.has("name")) subject.name = item.at("name").text();
   if (subject.of == Subject::Of::kParameter) subject.parameter = parameter_key(cell, subject.name);
   if (item.has("other")) subject.other_end = item.at("other").text();
   if (item.has("target_kind")) {
     subject.target_kind = target_kind(item.at("target_kind").text());
-    if (!subject.target_kind) item.at("target_kind").fail("is no kind of target");
+    if (!subject.target_kind) item.at("target_kind").fail("is not a kind of target");
   }
   if (item.has("touch")) subject.touch = item.at("touch").whole();
   if (item.has("line")) subject.line = static_cast<int>(item.at("line").whole());
@@ -145,7 +145,7 @@ Outlier outlier_from_json(const JsonReader& item) {
   o.kind = *kind;
   o.target = item.at("target").text();
   const auto known = target_kind(item.at("target_kind").text());
-  if (!known) item.at("target_kind").fail("is no kind of target");
+  if (!known) item.at("target_kind").fail("is not a kind of target");
   o.target_kind = *known;
   o.sigmas = item.at("sigmas").not_negative();
   if (o.kind == OutlierKind::kOnAnotherTarget) o.lies_on = item.at("lies_on").text();
@@ -158,9 +158,10 @@ using ordered = nlohmann::ordered_json;
 
 ParameterKey named(const Cell& cell, const std::string& name, const JsonReader& item) {
   if (const auto key = parameter_key(cell, name)) return *key;
-  item.fail("\"" + shown(name) +
-            "\" is no parameter of the robot and cell in this file (they are named as A1.theta or "
-            "S1.x); was a joint or target renamed by hand? Identify again from the touches");
+  item.fail(
+      "\"" + shown(name) +
+      "\" is not a parameter of the robot and cell in this file (they are named as A1.theta or "
+      "S1.x); was a joint or target renamed by hand? Identify again from the touches");
 }
 
 }  // namespace

@@ -50,7 +50,7 @@ void refuse_other_than_files(const std::string& name, const struct stat& info,
   if (!S_ISREG(info.st_mode))
     throw FileError(name, std::string(": ") + kind_of(info.st_mode) + "; name a file");
   if (is_withheld(info))
-    throw FileError(name, ": is the journal of this daemon; name the file that is meant");
+    throw FileError(name, ": is the journal of this daemon; choose another file");
   if (static_cast<std::uintmax_t>(info.st_size) > max_bytes)
     throw FileError(name,
                     ": larger than " + std::to_string(max_bytes) + " bytes; is it the right file?");
@@ -95,7 +95,7 @@ std::string read_file(const std::filesystem::path& path, std::size_t max_bytes) 
   if (::stat(path.c_str(), &info) != 0)
     throw FileError(name, errno == ENOENT || errno == ENOTDIR
                               ? ": no such file; check the path"
-                              : ": cannot be looked at (" + std::string(std::strerror(errno)) +
+                              : ": cannot be inspected (" + std::string(std::strerror(errno)) +
                                     "); check the path and its permissions");
   // Checked before opening (opening a pipe blocks, opening a device may have side effects) and
   // again afterwards (the path may have been replaced).

@@ -71,7 +71,7 @@ void refuse_deep_toml(std::string_view text, const std::string& name) {
     if (dots > kMostDots)
       throw FileError(
           name,
-          fmt::format(":{}: more than {} dots in one key; no key of cellcal is nested like that",
+          fmt::format(":{}: more than {} dots in one key; cellcal keys are not nested like that",
                       line, kMostDots));
     ++at;
   }
@@ -92,8 +92,7 @@ void refuse_deep_json(std::string_view text, const std::string& name) {
       --depth;
     if (depth > kDeepestJson)
       throw FileError(
-          name,
-          fmt::format(": nested deeper than {} levels; this is no file of cellcal", kDeepestJson));
+          name, fmt::format(": nested deeper than {} levels; not a cellcal file", kDeepestJson));
   }
 }
 

@@ -69,7 +69,7 @@ std::vector<Obstacle> read_obstacles(const TomlTable& document) {
     if (obstacles.size() == kMaxObstacles) table.fail("id", "a cell holds at most 1000 obstacles");
     obstacles.push_back(read_obstacle(table));
     if (!ids.insert(obstacles.back().id).second)
-      table.fail("id", "\"" + shown(obstacles.back().id) + "\" stands twice");
+      table.fail("id", "\"" + shown(obstacles.back().id) + "\" occurs twice");
   }
   return obstacles;
 }
@@ -335,9 +335,10 @@ Mesh parse_stl(std::string_view bytes, const std::string& name) {
   } else {
     throw FileError(
         name,
-        fmt::format(": byte {}: no STL: it does not begin with \"solid\", and its header's {} "
-                    "triangles would need {} bytes, but it has {}",
-                    kHeader - 4, count, kHeader + kRecord * count, bytes.size()));
+        fmt::format(
+            ": byte {}: not an STL file: it does not begin with \"solid\", and its header's {} "
+            "triangles would need {} bytes, but it has {}",
+            kHeader - 4, count, kHeader + kRecord * count, bytes.size()));
   }
   if (mesh.triangles.empty()) throw FileError(name, ": no triangles in it. Export the mesh again");
   return mesh;

@@ -103,7 +103,7 @@ FleetPriors read(const TomlTable& document) {
   for (const TomlTable& table : joints) {
     priors.joints.push_back(read_joint(table, priors.arms));
     if (!names.insert(priors.joints.back().joint).second)
-      table.fail("name", "\"" + shown(priors.joints.back().joint) + "\" stands twice");
+      table.fail("name", "\"" + shown(priors.joints.back().joint) + "\" occurs twice");
   }
   document.refuse_unknown();
   return priors;

@@ -294,7 +294,7 @@ void read_parameters(const JsonReader& reader, Calibration& c) {
     from_json(table, item, c.parameters.emplace_back());
     const JsonReader name = item.at("name");
     if (!keys.insert(c.parameters.back().key).second)
-      name.fail("\"" + shown(name.text()) + "\" stands twice");
+      name.fail("\"" + shown(name.text()) + "\" occurs twice");
   }
 }
 

@@ -68,7 +68,7 @@ Joint read_joint(const TomlTable& t, double length_m, double angle_rad) {
     if (found == std::end(kErrorNames))
       t.fail("errors", "\"" + shown(word) + "\" is not known; use theta, d, a, alpha, beta");
     if (std::find(joint.errors.begin(), joint.errors.end(), found->second) != joint.errors.end())
-      t.fail("errors", "\"" + word + "\" stands twice");
+      t.fail("errors", "\"" + word + "\" occurs twice");
     joint.errors.push_back(found->second);
   }
   joint.min_rad = t.number("min_deg", kAngleDeg) * kRadPerDeg;
@@ -139,7 +139,7 @@ Robot read_robot(const TomlTable& document) {
   for (const TomlTable& table : joints) {
     robot.joints.push_back(read_joint(table, length_m, angle_rad));
     if (!names.insert(robot.joints.back().name).second)
-      table.fail("name", "\"" + shown(robot.joints.back().name) + "\" stands twice");
+      table.fail("name", "\"" + shown(robot.joints.back().name) + "\" occurs twice");
   }
   robot.base_fixed = read_frame(document.table_or_empty("base"));
   robot.flange_fixed = read_frame(document.table_or_empty("flange"));

@@ -432,7 +432,7 @@ json to_json(const toml::node& node) {
   if (const auto* number = node.as_integer()) return number->get();
   if (const auto* number = node.as_floating_point()) return number->get();
   if (const auto* flag = node.as_boolean()) return flag->get();
-  throw FileError("a date or time cannot stand in a robot or cell file");
+  throw FileError("dates and times are not allowed in a robot or cell file");
 }
 
 void insert(toml::table& table, const std::string& key, const json& value, const std::string& name);
@@ -473,7 +473,7 @@ void insert(toml::table& table, const std::string& key, const json& value,
   else if (value.is_boolean())
     table.insert(key, value.get<bool>());
   else
-    throw FileError(name, ": " + key + ": null cannot stand here");
+    throw FileError(name, ": " + key + ": null is not allowed here");
 }
 
 }  // namespace

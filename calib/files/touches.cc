@@ -75,7 +75,7 @@ class TouchColumns {
     }
     if (target_ < 0)
       throw FileError(name, ":" + std::to_string(table.header_line()) +
-                                ": no column \"target\"; it says which target each row touched");
+                                ": no column \"target\"; it names the target of each row");
   }
 
   void read(const Cell& cell, Touch& touch) const {
@@ -110,7 +110,7 @@ class TouchColumns {
       touch.time = table_.text(time_);
       if (!seconds_of(touch.time))
         table_.fail(time_, "\"" + shown(touch.time) +
-                               "\" is no time of ISO 8601, such as 2024-09-24T10:00:00Z");
+                               "\" is not an ISO 8601 time, such as 2024-09-24T10:00:00Z");
     }
     if (stated(temperature_))
       touch.temperature_c = within(temperature_, -100.0, 200.0, "-100 and 200 degrees Celsius");
@@ -171,8 +171,9 @@ class TouchColumns {
       if (std::abs(abc[k]) > kAnyAngleRad) table_.fail(abc_[k], "is out of range, -3600 to 3600");
     }
     if (touch.turn_sigma_rad == 0.0 && cell.turn_sigma_rad == 0.0)
-      missing("turn_sigma_deg",
-              "what are its turns worth? State it here, or for all in [touch] of the cell file");
+      missing(
+          "turn_sigma_deg",
+          "its rotations have no uncertainty. State it here, or for all in [touch] of the cell file");
     touch.tracker_abc_rad = abc;
   }
 

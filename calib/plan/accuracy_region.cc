@@ -26,13 +26,13 @@ Eigen::Vector3d parse_corner(std::string_view& text, bool last) {
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), mm);
     if (error != std::errc{} || !std::isfinite(mm) || std::abs(mm) > kLargestMm)
       throw PlanError(PlanError::Kind::kRequest,
-                      "region box: wants six numbers in mm, X,Y,Z,X,Y,Z, two opposite corners");
+                      "region box: needs six numbers in mm, X,Y,Z,X,Y,Z, two opposite corners");
     text.remove_prefix(static_cast<std::size_t>(end - text.data()));
     corner[k] = mm / kMmPerM;
     const bool more = !(last && k == 2);
     if (more != text.starts_with(','))
       throw PlanError(PlanError::Kind::kRequest,
-                      "region box: wants six numbers in mm, X,Y,Z,X,Y,Z, two opposite corners");
+                      "region box: needs six numbers in mm, X,Y,Z,X,Y,Z, two opposite corners");
     if (more) text.remove_prefix(1);
   }
   return corner;

@@ -35,7 +35,8 @@ std::string words_of(const DescriptionMistake& mistake) {
 }
 
 std::string mistake_words(const CellFault& f) {
-  if (f.mistakes.empty()) return "No arm rests so: correct robot file, [tool] and floor_mm";
+  if (f.mistakes.empty())
+    return "No arm can rest like that: correct robot file, [tool] and floor_mm";
   std::string all;
   for (const DescriptionMistake& one : f.mistakes)
     all += (all.empty() ? "" : ", or ") + words_of(one);
@@ -108,14 +109,14 @@ std::string found_words(const CellFault& f) {
           mm(f.a_m), mm(f.b_m));
     case Kind::kToolAcross:
       return fmt::format(
-          "tool: the tip lies {:.0f} mm along the flange's Z axis and {:.0f} mm beside it",
+          "tool: the tip lies {:.0f} mm along the flange's Z axis and {:.0f} mm across it",
           mm(f.a_m), mm(f.b_m));
     case Kind::kDescription:
       return f.ids.empty() ? "arm: no posture inside the joint limits touches any target"
                            : fmt::format("arm: in every resting posture {}", f.ids[0]);
     case Kind::kGoal:
       return fmt::format(
-          "required_mm = {:.3f}, a goal of {:.3f} mm leads to a mean error of {:.3f} mm or so",
+          "required_mm = {:.3f}, a goal of {:.3f} mm leads to a mean error of about {:.3f} mm",
           mm(f.a_m), mm(f.b_m), mm(f.c_m));
     case Kind::kRequired:
       return fmt::format("required_mm = {:.3f}, the plan reaches {:.3f} mm", mm(f.a_m), mm(f.b_m));

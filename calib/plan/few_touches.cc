@@ -63,7 +63,7 @@ Cell as_known(const Calibration& calibration) {
   if (!any)
     throw PlanError(
         PlanError::Kind::kCalibration,
-        "the calibration knows of no sphere: only spheres can be touched. Calibrate first");
+        "the calibration contains no sphere: only spheres can be touched. Calibrate first");
   return cell;
 }
 

@@ -176,7 +176,7 @@ struct Finder::Impl {
           PlanError::Kind::kNotFound, cell.targets[one.target].id,
           fmt::format(
               "the touches of {} do not lie on a sphere of {:.1f} mm: one is {:.1f} mm off. Check its "
-              "diameter, and that nothing else stands where it is sought",
+              "diameter, and that nothing else is where it is searched for",
               cell.targets[one.target].id, cell.targets[one.target].diameter_m * 1e3, off * 1e3));
     locate();
   }
@@ -429,7 +429,7 @@ struct Finder::Impl {
         one.tips.empty()
             ? "Check where the cell file says it is (centre_mm and centre_sigma_mm, or "
               "search_low_mm and search_high_mm) and its diameter"
-            : "Check its diameter_mm, the tool's xyz_mm, and that nothing else stands there";
+            : "Check its diameter_mm, the tool's xyz_mm, and that nothing else is there";
     if (one.particles.empty())
       throw not_found(one.tips.empty() ? "it is in none of the places searched"
                                        : "no sphere of its diameter agrees with what was met",
@@ -445,9 +445,8 @@ struct Finder::Impl {
     if (!clearance.clear(from, kTipMarginM)) {
       const auto outside = way_out(one, from, clearance, others);
       if (!outside)
-        throw PlanError(
-            PlanError::Kind::kArmStands, id,
-            fmt::format("the arm stands where sphere {} may be. Jog it well away from there", id));
+        throw PlanError(PlanError::Kind::kArmStands, id,
+                        fmt::format("the arm is where sphere {} may be. Jog it well away", id));
       out.push_back(*outside);
       at = *outside;
     }
@@ -483,7 +482,7 @@ struct Finder::Impl {
         "around it",
         one.particles.reach_m(one.particles.mean()) * 1e3);
     throw not_found(
-        any ? "no clear way to another search from where the arm stands"
+        any ? "no clear way to another search from the arm's position"
             : fmt::format("no search inside the joint limits and clear of all else meets {:g} % or "
                           "more of the places where it may be",
                           100.0 * least_share(one, kEfforts - 1)),

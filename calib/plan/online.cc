@@ -419,11 +419,10 @@ struct Online::Impl {
     if (!way)  // not specific to this touch: it is connected
       throw PlanError(
           PlanError::Kind::kArmStands,
-          fmt::format(
-              "no clear way from where the arm stands: on the way to its resting posture {}. "
-              "Jog it free",
-              words_or(pool.clearance().hit(from, pool.middle(), kTipMarginM),
-                       "it would hit its surroundings")));
+          fmt::format("no clear way from the arm's position: on the way to its resting posture {}. "
+                      "Jog it free",
+                      words_or(pool.clearance().hit(from, pool.middle(), kTipMarginM),
+                               "it would hit its surroundings")));
     touch.transit = std::move(*way);
     if (estimate) {
       const double unknown = design->unknown(static_cast<Eigen::Index>(c));

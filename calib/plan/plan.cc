@@ -179,7 +179,7 @@ Plan resume_plan(const Cell& cell, const Plan& plan, std::size_t next, const Joi
       throw PlanError(
           PlanError::Kind::kArmStands,
           fmt::format(
-              "the arm is not on the line of its last touch, and where it stands {}. Jog it free",
+              "the arm is not on the line of its last touch, and at its position {}. Jog it free",
               words_or(clearance.hit(from, kTipMarginM), "something is too close")));
   }
   Candidate to;
@@ -208,7 +208,7 @@ Plan resume_plan(const Cell& cell, const Plan& plan, std::size_t next, const Joi
     throw PlanError(
         PlanError::Kind::kArmStands, touch.target,
         fmt::format(
-            "no clear way from where the arm stands to the next touch, of {}: {}. Jog it above the "
+            "no clear way from the arm's position to the next touch, of {}: {}. Jog it above the "
             "spheres",
             touch.target,
             words_or(clearance.hit(at, touch.standoff, kTipMarginM), kBlockedAround)));

@@ -256,7 +256,7 @@ SuggestedSpheres suggest_spheres(const Cell& cell, const PlanOptions& options, i
   throw PlanError(
       PlanError::Kind::kTooFew,
       fmt::format(
-          "{} places can be touched from many sides, {} spheres need one each. Take obstacles away, or "
+          "{} places can be touched from many sides, {} spheres need one each. Remove obstacles, or "
           "choose another region",
           places.size(), wanted));
 }

@@ -144,7 +144,7 @@ struct Surroundings::Thing {
         if (obstacle.mesh == nullptr || obstacle.mesh->triangles.empty())
           throw PlanError(PlanError::Kind::kCell,
                           words + ": its mesh " + obstacle.mesh_file +
-                              " was not read. Put the file beside the cell file");
+                              " was not read. Put the file into the cell file's folder");
         form = Form::kMesh;
         set_frame(obstacle.frame);
         low = high = obstacle.mesh->vertices_m.front();

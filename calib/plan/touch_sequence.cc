@@ -96,15 +96,14 @@ struct TouchSequence::Impl {
     if (std::abs(nearest_m) > kNearM)
       throw PlanError(
           PlanError::Kind::kArmStands,
-          fmt::format("the arm is not at a target, and where it stands {}. Jog it free",
+          fmt::format("the arm is not at a target, and at its position {}. Jog it free",
                       words_or(clearance.hit(from, kTipMarginM), "the tip is in contact")));
     if (finder.seeking() == nearest)
       throw PlanError(
           PlanError::Kind::kArmStands, cell.targets[nearest].id,
-          fmt::format(
-              "the arm stands where sphere {} may be, and its place is not known well enough "
-              "to back off. Jog it free",
-              cell.targets[nearest].id));
+          fmt::format("the arm is where sphere {} may be, and that place is not known well enough "
+                      "to back off. Jog it free",
+                      cell.targets[nearest].id));
     Eigen::Isometry3d outside = pose;
     outside.translation() += (options.plan.clear_m - nearest_m) * outwards;
     const auto out = inverse(arm, outside, from, 0.0);

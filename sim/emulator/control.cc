@@ -39,7 +39,7 @@ std::vector<std::string_view> words_of(std::string_view line) {
 }
 
 std::string unknown(std::string_view line) {
-  return fmt::format("\"{}\" is no command. {}", line, control_help());
+  return fmt::format("\"{}\" is not a command. {}", line, control_help());
 }
 
 template <typename Server, typename Machine>

@@ -21,7 +21,7 @@ CLI::Validator within(double low, double high) {
             double value = 0.0;
             const bool fits =
                 CLI::detail::lexical_cast(text, value) && value >= low && value <= high;
-            return fits ? "" : fmt::format("\"{}\" is no number from {}", text, range);
+            return fits ? "" : fmt::format("\"{}\" is not a number from {}", text, range);
           },
           range};
 }
@@ -50,14 +50,14 @@ void add_truth_options(CLI::App& app, EmulatorOptions& options) {
       ->check(within(-1.0, 1.0));
   app.add_option_function<double>(
          "--placement", [&options](double mm) { options.truth.placement_m = mm * 1e-3; },
-         "How far all spheres stand from where the cell file has them [mm], 1 sigma; default 1")
+         "Distance of all spheres from their places in the cell file [mm], 1 sigma; default 1")
       ->check(within(0.0, 100.0));
   app.add_option("--gear-arcsec", options.truth.gear_arcsec,
                  "Transmission error, 1 sigma per harmonic")
       ->capture_default_str()
       ->check(within(0.0, 1000.0));
   app.add_option("--compliance-sigma-rad-per-nm", options.truth.compliance_rad_per_nm,
-                 "How much each joint gives under its load, 1 sigma; 0: the robot file's")
+                 "Compliance of each joint under its load, 1 sigma; 0: the robot file's")
       ->capture_default_str()
       ->check(within(0.0, 1e-3));
   app.add_option("--play-arcsec", options.truth.play_arcsec,
@@ -65,16 +65,17 @@ void add_truth_options(CLI::App& app, EmulatorOptions& options) {
       ->capture_default_str()
       ->check(within(0.0, 1000.0));
   add_scaled(app, "--tip-offset-mm", options.truth.tip_offset_m, 1e-3, 10.0,
-             "Of the tip from where the cell file has it [mm], at most, along each axis");
+             "Deviation of the tip from the cell file [mm], at most, along each axis");
   add_scaled(app, "--growth-ppm", options.truth.growth, 1e-6, 1000.0,
-             "Of all lengths of the arm from cold to warmed up [ppm]");
-  app.add_option("--warm-up-s", options.truth.warm_up_s, "Time constant of that, from power on [s]")
+             "Growth of all lengths of the arm from cold to warmed up [ppm]");
+  app.add_option("--warm-up-s", options.truth.warm_up_s,
+                 "Time constant of the growth, from power on [s]")
       ->capture_default_str()
       ->check(within(1.0, 1e5));
   add_scaled(app, "--contact-noise-mm", options.truth.contacts.noise_m, 1e-3,
-             kMostContactNoiseM * 1e3, "Of each closing of the circuit [mm], 1 sigma");
+             kMostContactNoiseM * 1e3, "Noise of each closing of the circuit [mm], 1 sigma");
   add_scaled(app, "--bad-contact-percent", options.truth.contacts.bad_share, 1e-2, 100.0,
-             "Of the touches, with a chip of 0.3 to 1 mm between tip and sphere [%]");
+             "Share of the touches with a chip of 0.3 to 1 mm between tip and sphere [%]");
 }
 
 std::pair<std::string, std::uint16_t> address_of(const char* option, const std::string& text) {
@@ -98,15 +99,15 @@ void add_wire_options(CLI::App& app, EmulatorOptions& options) {
            std::tie(options.pc_address, options.pc_port) = address_of("--pc", text);
            options.pc_port_given = true;
          },
-         "Where the daemon listens for RSI, ADDRESS:PORT")
+         "Address of the daemon's RSI port, ADDRESS:PORT")
       ->default_str("127.0.0.1:49152");
-  app.add_option("--wire", options.wire, "What the controller speaks")
+  app.add_option("--wire", options.wire, "Protocol of the controller")
       ->capture_default_str()
       ->check(CLI::IsMember({"rsi", "eki"}));
   CLI::Option* xml =
       app.add_option("--eki-xml", options.eki_xml,
                      "EKI channel file as 'cellcal kuka-files' writes it: elements, limits and "
-                     "port. Or those of somebody else, one or two: served by the names of their "
+                     "port. Or one or two files of other software: served by the names of their "
                      "elements")
           ->check(CLI::ExistingFile);
   app.add_option("--listen", options.listen, "Address to listen on for EKI")
@@ -170,7 +171,7 @@ void add_sensor_options(CLI::App& app, EmulatorOptions& options) {
            options.sensor_faults.silent = fault == "silent";
            options.no_spheres = fault == "no-spheres";
          },
-         "What is wrong: the contact sensor is wire-broken (reads as contact), stuck-open (never "
+         "Fault: the contact sensor is wire-broken (reads as contact), stuck-open (never "
          "sees one) or silent; or no-spheres are there")
       ->check(CLI::IsMember({"wire-broken", "stuck-open", "silent", "no-spheres"}));
 }
@@ -256,14 +257,14 @@ void add_limits(CLI::App& app, EmulatorOptions& options) {
   const auto limit = [&](const char* option, double& value, const char* text) {
     app.add_option(option, value, text)->capture_default_str()->check(CLI::Range(0.1, 10000.0));
   };
-  limit("--monitor-deg", controller.monitor_deg, "AXISCORRMON; set it behind --clamp-deg");
+  limit("--monitor-deg", controller.monitor_deg, "AXISCORRMON; set it after --clamp-deg");
   limit("--clamp-mm", controller.clamp_mm, "POSCORR's limit of X, Y, Z");
   limit("--clamp-turn-deg", controller.clamp_turn_deg, "POSCORR's limit of A, B, C");
   limit("--monitor-mm", controller.monitor_mm, "POSCORRMON, shift");
   limit("--monitor-turn-deg", controller.monitor_turn_deg, "POSCORRMON, turn");
   app.add_option("--max-acceleration-deg-s2", options.max_acceleration_deg_s2,
                  "More than this within one cycle is a 'Command gear torque' fault; 0: never. Late "
-                 "replies of a busy computer come to it easily")
+                 "replies of a busy computer can cause it")
       ->capture_default_str()
       ->check(CLI::Range(0.0, 1e7));
 }
@@ -275,13 +276,12 @@ void add_rsi_options(CLI::App& app, EmulatorOptions& options) {
   CLI::Option* file =
       app.add_option_function<std::string>(
              "--rsi-xml", [&options](const std::string& path) { load_channel(path, options); },
-             "RSI ethernet file, cellcal's or anybody's: SENTYPE, elements and their order, "
+             "RSI ethernet file, cellcal's or any other: SENTYPE, elements and their order, "
              "HOLDON, and the port if --pc is not given")
           ->check(CLI::ExistingFile);
-  app.add_option(
-         "--rsi-context", options.rsi_context,
-         "RSI's context beside it (.rsi.xml or .rsix): release, Precision, Timeout, limits; packets "
-         "then go to the file's address, too")
+  app.add_option("--rsi-context", options.rsi_context,
+                 "RSI's context (.rsi.xml or .rsix): release, Precision, Timeout, limits; packets "
+                 "then go to the file's address, too")
       ->check(CLI::ExistingFile)
       ->needs(file);
   app.add_option(

@@ -68,7 +68,7 @@ double number(const RsiObject& object, const std::string& name, double usual) {
   const drivers::RsiParameter* found = object.parameter(name);
   double value = usual;
   if (found != nullptr && !drivers::wire::parse_number(found->value, value)) {
-    throw std::invalid_argument(fmt::format("RSI: {} of {} is no number", name, object.id));
+    throw std::invalid_argument(fmt::format("RSI: {} of {} is not a number", name, object.id));
   }
   return value;
 }

@@ -233,7 +233,7 @@ void EkiChannel::receive(std::string_view bytes) {
 void EkiChannel::take(std::string_view text) {
   pugi::xml_document document;
   if (!document.load_buffer(text.data(), text.size(), pugi::parse_default, pugi::encoding_utf8)) {
-    if (messages_.size() < kMostMessages) messages_.push_back("EKI: telegram is no XML, ignored");
+    if (messages_.size() < kMostMessages) messages_.push_back("EKI: telegram is not XML, ignored");
     return;
   }
   const pugi::xml_node root = document.document_element();

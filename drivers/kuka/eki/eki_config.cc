@@ -28,7 +28,7 @@ void check_range(std::string_view key, double value, double low, double high) {
 void check_axis(std::size_t i, const AxisLimit& limit, double full_speed) {
   if (!std::isfinite(limit.min_rad) || !std::isfinite(limit.max_rad) ||
       limit.min_rad >= limit.max_rad) {
-    throw ConfigError(fmt::format("eki: axis {}: limits {} to {} rad are no range", i + 1,
+    throw ConfigError(fmt::format("eki: axis {}: limits {} to {} rad are not a range", i + 1,
                                   limit.min_rad, limit.max_rad));
   }
   if (!std::isfinite(limit.max_speed_rad_s) || limit.max_speed_rad_s <= 0.0) {

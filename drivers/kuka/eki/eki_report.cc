@@ -109,7 +109,7 @@ const char* loss_words(EkiLoss loss) {
     case EkiLoss::kSessionTaken:
       return "the controller obeyed another session";
     case EkiLoss::kNotAStream:
-      return "the received bytes are no EKI documents";
+      return "the received bytes are not EKI documents";
     case EkiLoss::kNotTaken:
       return "the controller did not confirm a command";
   }

@@ -56,7 +56,7 @@ bool ends(std::string_view name, std::string_view ending) {
 EkiChannelFile read_eki_channel(std::string_view content, const std::string& name) {
   const XmlText xml(content, name);
   if (std::string_view(xml.root().name()) != "ETHERNETKRL") {
-    xml.fail(xml.root(), "is not ETHERNETKRL: no channel file of EKI");
+    xml.fail(xml.root(), "is not ETHERNETKRL: not a channel file of EKI");
   }
   const pugi::xml_node configuration = xml.only(xml.root(), "CONFIGURATION");
   const pugi::xml_node internal = xml.only(configuration, "INTERNAL");

@@ -105,7 +105,7 @@ RsiInput from_moniker(const XmlText& xml, const pugi::xml_node& node, int index)
   const std::size_t slash = path.rfind('/');
   const std::string_view port = std::string_view(path).substr(slash + 1);
   if (path.substr(0, 2) != "//" || slash == std::string::npos || slash < 3) {
-    xml.fail(node, "is no \"//OBJECT/OutN\"");
+    xml.fail(node, "is not \"//OBJECT/OutN\"");
   }
   const bool numbered = port.substr(0, 3) == "Out" && port.size() > 3 &&
                         port.find_first_not_of("0123456789", 3) == std::string_view::npos;
@@ -147,7 +147,7 @@ const RsiObject* RsiContextFile::only(std::string_view type) const {
 RsiChannelFile read_rsi_channel(std::string_view text, const std::string& name) {
   const XmlText xml(text, name);
   if (std::string_view(xml.root().name()) != "ROOT") {
-    xml.fail(xml.root(), "is not ROOT: no ethernet XML of RSI");
+    xml.fail(xml.root(), "is not ROOT: not an ethernet XML of RSI");
   }
   const pugi::xml_node config = xml.only(xml.root(), "CONFIG");
   const auto line = [&](const char* child) { return xml.line_of(config.child(child)); };
@@ -169,7 +169,8 @@ RsiContextFile read_rsi_context(std::string_view text, const std::string& name) 
   const XmlText xml(text, name);
   const std::string_view root = xml.root().name();
   if (root != "RSIObjects" && root != "RsiContext") {
-    xml.fail(xml.root(), "is neither RSIObjects (RSI 3) nor RsiContext (RSI 4 to 6): no context");
+    xml.fail(xml.root(),
+             "is neither RSIObjects (RSI 3) nor RsiContext (RSI 4 to 6): not a context");
   }
   const Spelling& s = root == "RSIObjects" ? kRsi3 : kRsi4;
   const pugi::xml_node list = s.list == nullptr ? xml.root() : xml.only(xml.root(), s.list);
@@ -188,7 +189,7 @@ RsiContextFile read_rsi_context(std::string_view text, const std::string& name) 
 RsiContextFile read_rsi_model(std::string_view text, const std::string& name) {
   const XmlText xml(text, name);
   if (std::string_view(xml.root().name()) != "rSIModel") {
-    xml.fail(xml.root(), "is not rSIModel: no model of RSI-Visual");
+    xml.fail(xml.root(), "is not rSIModel: not a model of RSI-Visual");
   }
   RsiContextFile file;
   file.name = name;

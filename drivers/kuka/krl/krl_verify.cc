@@ -127,7 +127,7 @@ ParameterValue value_of(const RsiSet& set, const RsiContextFile& file, const Rsi
   if (found == nullptr) return {usual, object.line};
   ParameterValue value{usual, found->line};
   if (!wire::parse_number(found->value, value.value)) {
-    set.findings.refuse(file.name, found->line, "{} of {} is no number", name, object.id);
+    set.findings.refuse(file.name, found->line, "{} of {} is not a number", name, object.id);
   }
   return value;
 }

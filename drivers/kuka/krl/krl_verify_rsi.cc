@@ -179,9 +179,10 @@ void check_ends(const std::string& name, const std::string& text, krl::Findings&
   std::string before;
   for (const auto& [line, number] : krl::statements(text)) {
     if (line == "HALT" && before.starts_with("IF ") && before.find("RSIOK") != std::string::npos) {
-      findings.refuse(name, number,
-                      "HALT behind a failed call of RSI: the next start goes on without a context. "
-                      "Write LOOP, HALT, ENDLOOP");
+      findings.refuse(
+          name, number,
+          "HALT after a failed call of RSI: the next start continues without a context. "
+          "Write LOOP, HALT, ENDLOOP");
     }
     before = line;
   }
@@ -220,8 +221,8 @@ void check_program(const ControllerFiles& files, const RsiFilesConfig& config, C
         const std::string wanted = fmt::format("#{}", name_of(mode));
         if (line.find(wanted, at) == std::string::npos) {
           findings.refuse(name, number,
-                          "{} has not {}, the mode that this computer uses and HOLDON has "
-                          "to match",
+                          "{} does not contain {}, the mode of this computer, which HOLDON "
+                          "has to match",
                           turns_on, wanted);
         }
       }
@@ -272,8 +273,8 @@ const krl::Candidate* find_channel(const std::vector<krl::Candidate>& channels,
   if (channel == nullptr) {
     findings.refuse(name, 0, "RSI's ethernet XML is not in the folder");
   } else if (named != nullptr && !wire::same_name(channel->name, name)) {
-    findings.refuse(context->name, named->line, "ConfigFile is \"{}\", in the folder lies {}", name,
-                    channel->name);
+    findings.refuse(context->name, named->line, "ConfigFile is \"{}\", the folder contains {}",
+                    name, channel->name);
   }
   return channel;
 }

@@ -88,7 +88,7 @@ int XmlText::integer(const pugi::xml_node& node, const char* what, const std::st
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc() || end != text.data() + text.size() || value < low || value > high) {
     fail(node,
-         fmt::format("{} = \"{}\" is no whole number from {} to {}", what, shown(text), low, high));
+         fmt::format("{} = \"{}\" is not an integer from {} to {}", what, shown(text), low, high));
   }
   return value;
 }

@@ -164,7 +164,7 @@ struct Words {
   }
   std::string operator()(const cause::OpeningUnheard& c) const {
     return fmt::format(
-        "no word from the contact sensor for {:.0f} ms on whether the contact opened: its data are "
+        "no message from the contact sensor for {:.0f} ms on whether the contact opened: its data are "
         "late or lost. Check its cable and the load of this computer",
         std::ceil(1e3 * c.unheard_s));
   }
@@ -184,7 +184,7 @@ struct Words {
   }
   std::string operator()(const cause::AxisStands& c) const {
     return fmt::format(
-        "{}: following error {:.4f} deg, it stands at {:.4f} deg while its set-point goes on to "
+        "{}: following error {:.4f} deg, at standstill at {:.4f} deg while its set-point advances to "
         "{:.4f} deg{}",
         name(c.axis), std::abs(c.commanded_deg - c.actual_deg), c.actual_deg, c.commanded_deg,
         result.in_space ? kSpaceChecks : kAxisChecks);
@@ -239,7 +239,7 @@ struct Words {
                                                          : "deg/s3";
     return fmt::format(
         "{}: the next correction asked for {:.0f} {}, limit {:.0f} {}. It was not sent, and the arm "
-        "holds. Look at the arm, take its position anew, and report this",
+        "holds. Inspect the arm, reference it again, and report this",
         name(c.axis), c.value, unit, c.limit, unit);
   }
   std::string operator()(const cause::HeldUp& c) const {
@@ -314,7 +314,7 @@ struct Words {
            "short circuit or a wrong input number";
   }
   std::string operator()(const cause::InputTouched&) const {
-    return "the controller's contact input reported contact in a move that is no search, the contact "
+    return "the controller's contact input reported contact in a move other than a search, the contact "
            "sensor did not. Check what the tool touches, the sensor's supply, and the wire to the input";
   }
   std::string operator()(const cause::InputMissed&) const {

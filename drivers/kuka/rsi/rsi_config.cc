@@ -150,7 +150,7 @@ void RsiConfig::validate() const {
     const AxisLimit& limit = limits[i];
     if (!std::isfinite(limit.min_rad) || !std::isfinite(limit.max_rad) ||
         limit.min_rad >= limit.max_rad) {
-      throw ConfigError(fmt::format("rsi: axis {}: limits {} to {} rad are no range", i + 1,
+      throw ConfigError(fmt::format("rsi: axis {}: limits {} to {} rad are not a range", i + 1,
                                     limit.min_rad, limit.max_rad));
     }
     check_positive(fmt::format("axis {}: speed limit", i + 1), limit.max_speed_rad_s);

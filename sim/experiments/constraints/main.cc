@@ -151,7 +151,7 @@ int main(int argc, char** argv) {
       "Example: sim/compare-constraints --robots 20");
   Options options;
   app.add_option("--robots", options.robots, "random robots")->check(CLI::Range(1, 1000));
-  app.add_option("--noise", options.noise_mm, "of a touch, 1 sigma, mm")
+  app.add_option("--noise", options.noise_mm, "noise of a touch, 1 sigma, mm")
       ->check(CLI::Range(1e-4, 10.0));
   app.add_option("--gears", options.gear_arcsec, "waves of each gear, 1 sigma, arc seconds")
       ->check(CLI::Range(0.0, 100.0));

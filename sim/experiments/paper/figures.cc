@@ -41,8 +41,8 @@ Figure convergence(const Solved& simulation) {
                   {"cellcal", kOurs, Mark::kLine, curve_mm(simulation.ours_mean_m)}};
   return {"figure-6.svg",
           "Convergence. The paper's estimator ends where its linearised model ends; the exact "
-          "chain has no such floor. After its fourth iteration cellcal only settles what the "
-          "touches do not tell.",
+          "chain has no such floor. After its fourth iteration cellcal only adjusts what the "
+          "touches do not determine.",
           draw(chart)};
 }
 

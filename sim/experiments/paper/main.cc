@@ -66,7 +66,7 @@ int main(int argc, char** argv) {
   app.add_option("-o,--output", folder, "folder for figures and touches")
       ->capture_default_str()
       ->take_last();  // sim/paper passes a default before the user's own
-  app.add_option("--seed", seed, "of the touches and their noise")->capture_default_str();
+  app.add_option("--seed", seed, "seed of the touches and their noise")->capture_default_str();
   CLI11_PARSE(app, argc, argv);
   try {
     return run(seed, folder);

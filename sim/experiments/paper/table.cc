@@ -152,7 +152,7 @@ std::string plain_words(const Solved& simulation, const Solved& experiment) {
       "  The paper does not say why its own simulation, which has no noise, stops at 0.665 mm; "
       "its\n"
       "  equations as written do not. A real robot has gears, compliance and a worn tip that this\n"
-      "  simulation lacks, so the experiment's residual after is no figure to expect here.\n"
+      "  simulation lacks, so the experiment's residual after is not to be expected here.\n"
       "  Touches on one sphere do not show accuracy elsewhere: compare the workspace rows. With "
       "noise,\n"
       "  only the sphere's own radius holds the scale of the arm, for either estimator.\n";

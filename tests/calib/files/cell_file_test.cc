@@ -1,4 +1,4 @@
-// "cellcal.cell/1": what it means, and every way to get it wrong.
+// "cellcal.cell/1": semantics, and refusal of every kind of error.
 
 #include "calib/files/cell_file.h"
 
@@ -190,7 +190,7 @@ TEST(CellFile, NamesLineAndKeyOfANumberOutOfRangeOrNotFinite) {
 TEST(CellFile, NamesLineAndKeyOfWhatMakesNoSense) {
   for (const Broken& broken : std::initializer_list<Broken>{
            {"kind = \"wire\"", "kind = \"rope\"", "sphere"},
-           {"id = \"S2\"", "id = \"S1\"", "stands twice"},
+           {"id = \"S2\"", "id = \"S1\"", "occurs twice"},
            {"id = \"S2\"", "id = \"S,2\"", "target[2].id"},
            {"id = \"S2\"", "id = \"\"", "target[2].id"},
            {"id = \"S2\"", "id = \" S2\"", "target[2].id"},
@@ -220,7 +220,7 @@ TEST(CellFile, NamesTheKeyThatAMissingOneMayHaveBeenWrittenAs) {
                  {"target[1].diameter_mm: missing",
                   "\"" + std::string(now) + "\" in line " + std::to_string(line_of(text, now))});
   }
-  // A key that is another one's own is no slip.
+  // A key that is valid by itself is not a misspelling.
   EXPECT_EQ(cell_refusal(with(kCell, "diameter_mm = 61.4", "")).find("meant"), std::string::npos);
 }
 
@@ -247,7 +247,7 @@ TEST(CellFile, NamesAMissingQuoteAndADecimalCommaAsWhatTheyAre) {
                {"cell.toml:" + std::to_string(line_of(comma, "38,1")), "decimal comma", "'.'"});
   expect_words(cell_refusal(with(kCell, "[1340.0, 240.0, 350.0]", "[1340,5, 240.0, 350.0]")),
                {"3 numbers, but has 4", "decimal mark is '.'"});
-  // A comma in a comment or a text is none; and what is neither is said as the parser has it.
+  // Commas in comments and strings are ignored; other errors are reported in the parser's words.
   expect_words(cell_refusal(with(kCell, "diameter_mm = 61.4", "diameter_mm = = 61.4  # 38,1")),
                {"not valid TOML"});
   EXPECT_EQ(cell_refusal(with(kCell, "mass_kg = 1.535", "mass_kg = 1.5x5  # \"1,5\" kg"))
@@ -321,7 +321,7 @@ TEST(CellFile, RefusesAnotherFormatAndACellWithoutTargets) {
   expect_words(cell_refusal(bare), {"cell.toml:", "[[target]]", "has 0"});
 }
 
-/// A folder of its own that goes away again.
+/// A temporary directory.
 class CellOnDisk : public ::testing::Test {
  protected:
   void SetUp() override {

@@ -1,4 +1,4 @@
-// "cellcal.robot/1": what it means, and every way to get it wrong.
+// "cellcal.robot/1": semantics, and refusal of every kind of error.
 
 #include <gtest/gtest.h>
 
@@ -95,7 +95,7 @@ TEST(RobotFile, GravityIsOfAPlanetOrNone) {
   for (const char* weak : {"[0.0, 0.0, -1e-20]", "[1e-3, 0.0, 0.05]", "[0.0, 0.0, -0.00981]"})
     expect_words(robot_refusal(with(kRobot, line, std::string("gravity = ") + weak)),
                  {"robot.toml:4", "gravity", "9.81"});
-  // Denormal numbers would cost minutes; what is so small is nothing.
+  // Denormal numbers would be very slow; values this small are zero.
   for (const char* none : {"[0, 0, 0]", "[0.0, 0.0, 1e-308]", "[-4e-320, 1e-31, 0.0]"})
     EXPECT_EQ(read_robot(TomlTable::parse(with(kRobot, line, std::string("gravity = ") + none),
                                           "robot.toml"))
@@ -203,13 +203,13 @@ TEST(RobotFile, NamesAnUnknownKeyAndWhatIsKnownThere) {
 
 TEST(RobotFile, RefusesNamesThatStandTwiceOrCannotHeadAColumn) {
   for (const Broken& broken : std::initializer_list<Broken>{
-           {"name = \"A2\"", "name = \"A1\"", "stands twice"},
+           {"name = \"A2\"", "name = \"A1\"", "occurs twice"},
            {"name = \"A2\"", "name = \"A 2\"", "joint[2].name"},
            {"name = \"A2\"", "name = \"A,2\"", "joint[2].name"},
            {"name = \"A2\"", "name = \"\"", "joint[2].name"},
            {"name = \"A2\"", "name = \"#A\"", "joint[2].name"},
            {"name = \"A2\"", "name = \"A\\u0000\"", "joint[2].name"},
-           {"errors = [\"theta\", \"beta\"]", "errors = [\"theta\", \"theta\"]", "stands twice"},
+           {"errors = [\"theta\", \"beta\"]", "errors = [\"theta\", \"theta\"]", "occurs twice"},
            {"errors = [\"theta\", \"beta\"]", "errors = [\"gamma\"]", "theta, d, a, alpha, beta"}})
     expect_words(robot_refusal(with(kRobot, broken.line, broken.now)), {"robot.toml:", broken.key});
 }

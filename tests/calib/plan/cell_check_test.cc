@@ -1,4 +1,4 @@
-// What a cell file says against itself, of a sound cell with one thing wrong.
+// Consistency check of cell files, on a valid cell with one error.
 
 #include "calib/plan/cell_check.h"
 
@@ -29,7 +29,7 @@ std::string all_words(const std::vector<CellFault>& faults) {
   return words;
 }
 
-/// The one fault of a cell; fails the test where there are others.
+/// The only fault of a cell; fails the test if there are others.
 CellFault only_fault(const Cell& cell, CellFaultKind kind) {
   const auto faults = faults_of(cell);
   EXPECT_EQ(faults.size(), 1u) << all_words(faults);
@@ -46,7 +46,7 @@ void expect_words(const CellFault& fault, std::initializer_list<std::string> wor
 TEST(CellCheck, FindsNothingInASoundCell) {
   EXPECT_EQ(all_words(faults_of(demo_cell())), "");
   EXPECT_TRUE(refuse_faulty(demo_cell()).empty());
-  Cell honest = demo_cell();  // centres as far off as they say
+  Cell honest = demo_cell();  // centres as inaccurate as stated
   honest.targets[0].centre_m += Vector3d(0.02, -0.02, 0.01);
   for (Target& target : honest.targets) target.centre_sigma_m = 0.02;
   EXPECT_EQ(all_words(faults_of(honest)), "");
@@ -76,7 +76,7 @@ TEST(CellCheck, NamesTheCentreThatTheLengthsAtItDoNotFit) {
   const CellFault fault = only_fault(cell, CellFaultKind::kCentre);
   EXPECT_TRUE(fault.refused);
   expect_words(fault, {"centre of S4"});
-  // What touches find all the same is to be looked at.
+  // Errors that touches correct are warnings.
   cell.targets[3].centre_m = demo_cell().targets[3].centre_m + Vector3d(0, 0, 0.008);
   for (Target& target : cell.targets) target.centre_sigma_m = 0.0005;
   EXPECT_FALSE(only_fault(cell, CellFaultKind::kCentre).refused);
@@ -106,7 +106,7 @@ TEST(CellCheck, NamesSpheresInEachOtherInATableAndInTheFloor) {
   cell.lengths.clear();
   cell.targets[1].centre_m = cell.targets[0].centre_m + Vector3d(0.0, 0.02, 0.0);
   EXPECT_FALSE(
-      only_fault(cell, CellFaultKind::kOverlap).refused);  // their centres may be off by as much
+      only_fault(cell, CellFaultKind::kOverlap).refused);  // their centres may be off by this
   for (Target& target : cell.targets) target.centre_sigma_m = 0.001;
   EXPECT_TRUE(only_fault(cell, CellFaultKind::kOverlap).refused);
 
@@ -158,7 +158,7 @@ TEST(CellCheck, NamesAToolThatTheRobotCannotCarry) {
   const CellFault heavy = only_fault(cell, CellFaultKind::kToolTooHeavy);
   EXPECT_TRUE(heavy.refused);
   expect_words(heavy, {"45 kg", "limit 16 kg", "mass_kg"});
-  cell.tool.mass_kg = 17.0;  // arms are run a little overloaded
+  cell.tool.mass_kg = 17.0;  // slight overload is common
   EXPECT_FALSE(only_fault(cell, CellFaultKind::kToolTooHeavy).refused);
   cell.tool.mass_kg = 16.0;
   EXPECT_EQ(all_words(faults_of(cell)), "");
@@ -217,7 +217,7 @@ TEST(CellCheck, NamesAToolWhoseSideMeetsTheSphereFirst) {
 TEST(CellCheck, NamesAPointTipWhoseShankMeetsTheSphereFirst) {
   Cell cell = demo_cell();
   cell.tool.tip_radius_m = 0.0;
-  cell.tool.radius_m = 0.004;  // a shank of 8 mm all the way up
+  cell.tool.radius_m = 0.004;  // a shank of 8 mm over the whole length
   cell.tool.slim_length_m = 0.003;
   const CellFault shank = only_fault(cell, CellFaultKind::kShaftTouchesFirst);
   EXPECT_TRUE(shank.refused);
@@ -253,7 +253,7 @@ TEST(CellCheck, NamesAToolThatPointsAlongXInsteadOfZ) {
   cell.tool.tcp = Eigen::Isometry3d::Identity();
   cell.tool.tcp.translation() = Vector3d(0.3, 0.0, 0.0);
   const CellFault fault = only_fault(cell, CellFaultKind::kToolAcross);
-  expect_words(fault, {"0 mm along the flange's Z axis", "300 mm beside it", "point along Z"});
+  expect_words(fault, {"0 mm along the flange's Z axis", "300 mm across it", "point along Z"});
 }
 
 TEST(CellCheck, NamesARequirementThatThePlanDoesNotReach) {
@@ -270,7 +270,7 @@ TEST(CellCheck, NamesARequirementThatThePlanDoesNotReach) {
   EXPECT_FALSE(fault_of(cell, plan));
 }
 
-/// A cell that any arm could have: a tool of 300 mm along Z on the shipped robot.
+/// A cell for any arm: a tool of 300 mm along Z on the shipped robot.
 TEST(CellCheck, FindsNothingOnAnyShippedRobotOrExample) {
   int robots = 0;
   for (const auto& entry : std::filesystem::directory_iterator(CELLCAL_ROBOTS_FOLDER)) {
@@ -324,10 +324,10 @@ TEST(AxisTravel, IsThatOfEveryWaypointFromWhereTheArmStands) {
   EXPECT_EQ(all.from(begin).axis, 0u);
   EXPECT_DOUBLE_EQ(all.from(begin).angle_rad, 2.2);
   EXPECT_DOUBLE_EQ(all.from_anywhere().angle_rad, 2.7);
-  // What was made already does not count.
+  // Completed touches do not count.
   plan.touches[0].transit = {{-3.0, 0.0}};
   EXPECT_DOUBLE_EQ(axis_travel(plan, begin, 1).low_rad[0], -2.0);
-  // A way home alone.
+  // Only a return path.
   EXPECT_EQ(axis_travel(plan, begin, 2).from(begin).axis, 1u);
 }
 

@@ -33,7 +33,7 @@ std::string refusal(const std::string& text) {
   return "";
 }
 
-/// The line that begins so, whole.
+/// The complete line with this beginning.
 std::string line_of(const std::string& text, const std::string& key) {
   const auto begin = text.find("\n" + key + " = ") + 1;
   return text.substr(begin, text.find('\n', begin) - begin);
@@ -61,7 +61,7 @@ TEST(PriorsFile, NamesLineAndKeyOfWhatIsWrong) {
   EXPECT_NE(refusal(with(text, sigma + "\n", "")).find("length_sigma_mm"), std::string::npos);
   EXPECT_NE(refusal(with(text, sigma, "length_sigma_mm = 900.0")), "")
       << "offered would be anything";
-  EXPECT_NE(refusal(with(text, "name = \"A2\"", "name = \"A1\"")).find("stands twice"),
+  EXPECT_NE(refusal(with(text, "name = \"A2\"", "name = \"A1\"")).find("occurs twice"),
             std::string::npos);
   EXPECT_NE(refusal(with(text, "priors/1", "priors/2")).find("format"), std::string::npos);
   EXPECT_NE(refusal(with(text, "arms = 6", "arms = 0")).find("arms"), std::string::npos);

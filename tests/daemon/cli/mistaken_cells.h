@@ -74,7 +74,7 @@ inline const std::vector<MistakenCell>& mistaken_cells() {
       {"a tool along X",
        Kind::kToolAcross,
        false,
-       {"0 mm along", "300 mm beside"},
+       {"0 mm along", "300 mm across"},
        {{"xyz_mm = [59.9, 50.5, 410.3]", "xyz_mm = [300, 0, 0]"},
         {"abc_deg = [38.84, 3.59, 0.0]", ""}}},
   };

@@ -411,7 +411,7 @@ TEST_F(the_command, names_what_an_option_or_list_says_wrongly_and_writes_nothing
       {"id,x_mm\nS1,50\n", kCertificate, tool, "spheres.csv:1: column \"diameter_mm\" is missing"},
       {"id,diameter_mm\nS1,nan\n", kCertificate, tool, "spheres.csv:2: diameter_mm"},
       {"id,diameter_mm,x_mm,y_mm,z_mm\nS1,50,1,,3\n", kCertificate, tool, "all three or none"},
-      {"id,diameter_mm\nS1,50\nS1,50\n", kCertificate, tool, "stands twice"},
+      {"id,diameter_mm\nS1,50\nS1,50\n", kCertificate, tool, "occurs twice"},
       {"id,diameter_mm\ntool,50\n", kCertificate, tool, "must not be \"tool\""},
       {"id;diameter_mm\nS1;50\n", kCertificate, tool, "separated by commas"},
       {kSpheres, "from,to,mm,sigma_mm\nS1,S9,700,0.005\n", tool, "no target \"S9\""},

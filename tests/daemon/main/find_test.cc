@@ -122,7 +122,7 @@ TEST_P(AFindThatIsLeft, is_left_by_the_next_the_way_it_came_and_by_none_that_was
     if (jogged.status == 0) continue;  // it stands where a way out can be seen
     ++refused;
     const std::string failure = get("/v1/sessions/2")["failure"];
-    EXPECT_TRUE(failure.starts_with("plan: the arm stands where") ||
+    EXPECT_TRUE(failure.starts_with("plan: the arm is where") ||
                 failure.starts_with("contact-closed: "))
         << failure;
     const Outcome next = find_from(on(search, share, 0.0));

@@ -1,4 +1,4 @@
-// Sets of controller files, sound and spoiled.
+// Sets of controller files, valid and invalid.
 
 #include "drivers/kuka/krl/krl_verify.h"
 
@@ -199,14 +199,14 @@ TEST(RsiSet, IsRefusedByFileLineAndWords) {
       {kChannel, "TYPE=\"LONG\" INDX=\"1\"", "TYPE=\"LONG\" INDX=\"9\"", "input 9 is Mode.R"},
       {kFour, "cellcal_rsi_ethernet.xml", "other.xml", "ConfigFile is \"other.xml\""},
       {kFour, "ObjType=\"AxisCorrMon\"", "ObjType=\"PosCorr\"", "corrects in addition to AXISCORR"},
-      {"cellcal_rsi.src", "#ABSOLUTE", "#RELATIVE", "RSI_ON has not #ABSOLUTE"},
+      {"cellcal_rsi.src", "#ABSOLUTE", "#RELATIVE", "RSI_ON does not contain #ABSOLUTE"},
       {"cellcal_rsi.src", "    LOOP\r\n      HALT\r\n    ENDLOOP", "    HALT",
-       ":30: HALT behind a failed call of RSI"},
+       ":30: HALT after a failed call of RSI"},
       {"cellcal_rsi.src", "RSI_CREATE(\"cellcal_rsi\"", "RSI_CREATE(\"cellcal_rsi.rsi\"",
        "RSI_CREATE names the extension"},
       {"cellcal_rsi.src", "RSI_CREATE(\"cellcal_rsi.rsi\"", "RSI_CREATE(\"cellcal_rsi\"",
        "RSI_CREATE lacks the extension", 3},
-      {"cellcal_rsi.src", "#ABSOLUTE", "#RELATIVE", "RSI_PROCESS_ON has not #ABSOLUTE", 6},
+      {"cellcal_rsi.src", "#ABSOLUTE", "#RELATIVE", "RSI_PROCESS_ON does not contain #ABSOLUTE", 6},
       {"cellcal_rsi.src", "RSI_LOAD(\"cellcal_rsi\"", "RSI_LOAD(\"cellcal_rsi.rsi\"",
        "RSI_LOAD names the extension", 6},
       {"cellcal_rsi.src", "RSI_PROCESS_ON(", "RSI_ON(",
@@ -269,7 +269,7 @@ TEST(RsiSet, OfTheOtherModeNeedsTheOtherHold) {
   EXPECT_NE(said.find("AK.A1 has HOLDON=\"1\" with RSI_ON(#RELATIVE): every late reply repeats"),
             std::string::npos)
       << said;
-  EXPECT_NE(said.find("RSI_ON has not #RELATIVE"), std::string::npos) << said;
+  EXPECT_NE(said.find("RSI_ON does not contain #RELATIVE"), std::string::npos) << said;
 }
 
 TEST(RsiSet, OfTheOtherReleaseIsRefused) {
@@ -419,7 +419,7 @@ TEST(ControllerXml, ThatCannotBeReadIsNamedWithItsLineAndElement) {
       {"<?xml version=\"1.0\"?>", "not well-formed XML"},
       {std::string("\xFF\xFE<\0R\0", 6), "not UTF-8 text"},
       {std::string(kMostFile + 1, ' '), "bytes, a controller's file has at most"},
-      {with("<PORT>49152", "<PORT>x"), ":7: <PORT>: PORT = \"x\" is no whole number"},
+      {with("<PORT>49152", "<PORT>x"), ":7: <PORT>: PORT = \"x\" is not an integer"},
       {with("<PORT>49152", "<PORT>70000"), "PORT = \"70000\""},
       {with("<PORT>49152</PORT>", ""), "<CONFIG>: <PORT> is missing"},
       {with("INDX=\"3\"", "INDX=\"65\""), "INDX of AK.A3 = \"65\""},

@@ -1,5 +1,5 @@
-// The words of every cause: what happened with number and unit, where, and what to do next. All
-// other tests ask for kinds.
+// Sentences of every cause: event with number and unit, location, and remedy. All other tests check
+// kinds.
 
 #include <gtest/gtest.h>
 
@@ -100,7 +100,7 @@ TEST(CauseWords, WhatToSetOrCheckIsNamed) {
   EXPECT_TRUE(has(said(cause::NotAccepted{}), "SENTYPE"));
   EXPECT_TRUE(has(said(cause::StampOutside{60.0}), "clock is not synchronised"));
   EXPECT_TRUE(has(said(cause::InputMissed{}), "wire to the input"));
-  EXPECT_TRUE(has(said(cause::InputTouched{}), "in a move that is no search"));
+  EXPECT_TRUE(has(said(cause::InputTouched{}), "in a move other than a search"));
   EXPECT_TRUE(has(said(cause::ProgramAborted{17}), "pendant"));
   EXPECT_TRUE(has(said(cause::TooFastForFlag{0, 1.5, 1.0}), "1.5000 deg/s"));
 }
