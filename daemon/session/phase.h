@@ -51,6 +51,11 @@ const char* to_string(Phase phase);
 /// The one that such a word names; nothing where there is none.
 std::optional<Phase> phase_of(std::string_view name);
 
+struct PhaseChange {
+  Phase from = Phase::kIdle, to = Phase::kIdle;
+  bool operator==(const PhaseChange&) const = default;
+};
+
 /// A set of phases, as one row of the table names it.
 class Phases {
  public:

@@ -1,10 +1,8 @@
 #pragma once
-// Where the time of a session went, from the changes of phase that its log holds.
+// Time spent in each activity of a session, from its changes of phase.
 
 #include <array>
 #include <span>
-#include <string>
-#include <string_view>
 
 #include "daemon/session/phase.h"
 
@@ -44,9 +42,12 @@ struct PhaseTimes {
   const ActivityTime& operator[](Activity a) const { return of[static_cast<std::size_t>(a)]; }
 };
 
-/// `events`: "TIME WORDS" as Journal::events() has them. What lies between an end, or a daemon that
-/// was killed, and the resuming is no part of a session. Events that are no change of phase, or
-/// have no time, say nothing.
-PhaseTimes phase_times(std::span<const std::string> events);
+struct TimedChange {
+  double clock_s = 0.0;  ///< session's clock
+  PhaseChange change;
+};
+
+/// The time between an end, or a killed daemon, and the resumption is not counted.
+PhaseTimes phase_times(std::span<const TimedChange> changes);
 
 }  // namespace cellcal::daemon

@@ -9,7 +9,4 @@ namespace cellcal::daemon {
 /// Planning, and what comes of it: touches.csv and qualification.json, no calibration.
 Tasks qualification_tasks(std::shared_ptr<const TaskInputs> inputs);
 
-/// One document, millimetres and milliseconds, with kinds and words of what is not as stated.
-std::string qualification_to_json(const Qualification& qualification);
-
 }  // namespace cellcal::daemon

@@ -1,7 +1,6 @@
 #pragma once
 // The journal's outbox as messages for the plant.
 
-#include <filesystem>
 #include <functional>
 #include <memory>
 #include <mutex>
@@ -19,8 +18,6 @@ class JournalOutbox final : public Outbox {
   struct Parts {
     Journal& journal;
     PlantConfig config;
-    /// Where a session's check.json is.
-    std::function<std::filesystem::path(std::int64_t session)> results_dir = {};
     /// Something new waits. With the journal's lock held: waits for nobody.
     std::function<void()> waits = {};
   };

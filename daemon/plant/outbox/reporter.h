@@ -1,7 +1,6 @@
 #pragma once
 // From the journal's facts to the bodies that the plant is told.
 
-#include <filesystem>
 #include <functional>
 
 #include "daemon/journal/journal.h"
@@ -22,8 +21,6 @@ class PlantReporter final : public Reporter {
     CellName name{};  ///< under which facts are written from now on
     std::vector<std::string>
         former{};  ///< "plant/cell": what was written under these is told under that name, too
-    /// Where a session's check.json is.
-    std::function<std::filesystem::path(std::int64_t session)> results_dir;
     std::function<void()> waits;
   };
   explicit PlantReporter(Parts parts) : parts_(std::move(parts)) {}
