@@ -82,7 +82,8 @@ std::string check_to_json(const TcpCheck& check) {
   json["log_odds_alarm"] = check.log_alarm;
   json["false_alarms"] = check.false_alarms;
   json["finds"] = {{"tool_shift_mm", check.finds_m * kMmPerM}, {"share", check.found}};
-  if (!check.holds) json["changed"] = to_string(check.change()->kind);
+  if (const Explanation* change = check.change(); !check.holds && change != nullptr)
+    json["changed"] = to_string(change->kind);
   for (const Explanation& one : check.explanations)
     json["explanations"].push_back(explanation_to_json(one));
   return json.dump(1);

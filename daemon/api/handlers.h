@@ -170,8 +170,8 @@ class Api {
   std::optional<Response> metrics(const Call& call);
   /// Throws NotFound.
   SessionRecord find(const Call& call);
-  nlohmann::json published(const SessionRecord& record) const;
-  Response result_file(const Call& call, const char* name, const char* type);
+  /// A result as the journal has it; throws NotFound where the session is of another kind or has none.
+  Response document(const Call& call, std::string SessionRecord::*text, SessionKind kind);
 
   SessionService& service_;
   Journal& journal_;

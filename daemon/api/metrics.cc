@@ -12,7 +12,7 @@
 #include "calib/files/calibration_json.h"
 #include "calib/model/units.h"
 #include "daemon/api/handlers.h"
-#include "daemon/result/outcome_json.h"
+#include "daemon/result/outcome.h"
 #include "daemon/tasks/active_calibration.h"
 
 namespace cellcal::daemon {
@@ -175,8 +175,7 @@ void put_sessions(Exposition& out, const std::vector<SessionRecord>& sessions) {
 /// Outcome of the newest completed session; all 0 without a recorded outcome.
 void put_outcome(Exposition& out, const std::vector<SessionRecord>& newest_first) {
   const auto newest = std::ranges::find(newest_first, RecordState::kDone, &SessionRecord::state);
-  const auto outcome =
-      newest == newest_first.end() ? std::nullopt : outcome_from_json(newest->outcome);
+  const auto outcome = newest == newest_first.end() ? std::nullopt : newest->outcome;
   out.family("cellcal_session_outcome", "gauge",
              "1 for the outcome of the newest session that is done.");
   for (const OutcomeKind kind : kOutcomeKinds)

@@ -44,10 +44,16 @@ json kind_of(const SessionRecord& record) {
   }
 }
 
-/// None for a session that is not done, or that ended before outcomes were recorded.
+/// None of one that is not done.
 std::optional<SessionOutcome> outcome_of(const SessionRecord& record) {
-  if (record.state != RecordState::kDone) return std::nullopt;
-  return outcome_from_json(record.outcome);
+  return record.state == RecordState::kDone ? record.outcome : std::nullopt;
+}
+
+/// Of a calibration that is done: whether its verdict published it. Null of all else.
+json published(const SessionRecord& record) {
+  const auto outcome = outcome_of(record);
+  const std::optional<bool> was = outcome ? published(*outcome) : std::nullopt;
+  return was ? json(*was) : json(nullptr);
 }
 
 /// Result of a conclusive check: true if the calibration holds. Null otherwise.
@@ -70,6 +76,7 @@ json to_json(const SessionRecord& record) {
              {"failure", record.failure},
              {"outcome", outcome_with_words(outcome_of(record))},
              {"holds", holds(record)},
+             {"published", published(record)},
              {"imported", nullptr},
              {"raw_dropped", record.dropped.empty() ? json(nullptr) : json(record.dropped)}};
   if (record.origin)
@@ -94,6 +101,10 @@ json to_json(const PhaseTimes& times, const InterruptionCounts& by_cause) {
            by_cause.total() == 0 && times.interruptions > 0 ? json(nullptr) : to_json(by_cause)},
           {"total_s", times.total_s},
           {"activities", activities}};
+}
+
+NotFound no_result(std::int64_t session) {
+  return NotFound(fmt::format("session {0} has no result. See 'cellcal show {0}'", session));
 }
 
 std::int64_t page_size(const Request& request, std::int64_t usual) {
@@ -139,7 +150,6 @@ std::optional<Response> Api::sessions(const Call& call) {
     calib::poll_cancelled();
     if (!journal_.is_whole(record.id)) record.state = RecordState::kDamaged;
     list.push_back(to_json(record));
-    list.back()["published"] = published(record);
   }
   return Response{.body = dump(list)};
 }
@@ -147,10 +157,8 @@ std::optional<Response> Api::sessions(const Call& call) {
 std::optional<Response> Api::session(const Call& call) {
   const SessionRecord record = find(call);
   json value = to_json(record);
-  value["published"] = published(record);
-  const std::vector<std::string> events = journal_.events(record.id);
-  value["events"] = events;
-  value["times"] = to_json(phase_times(events), journal_.interruptions(record.id));
+  value["events"] = journal_.events(record.id);
+  value["times"] = to_json(phase_times(journal_.changes(record.id)), journal_.interruptions(record.id));
   value["contact_delay"] = nullptr;
   if (const auto delay = delay_of(journal_, record.id)) {
     value["contact_delay"] = {{"ms", calib::kMsPerS * delay->delay_s},
@@ -193,49 +201,36 @@ std::optional<Response> Api::touches_csv(const Call& call) {
 }
 
 std::optional<Response> Api::calibration(const Call& call) {
-  return result_file(call, "calibration.json", "application/json");
+  return document(call, &SessionRecord::calibration, SessionKind::kCalibrate);
 }
 
 std::optional<Response> Api::qualification(const Call& call) {
-  return result_file(call, "qualification.json", "application/json");
+  return document(call, &SessionRecord::document, SessionKind::kQualify);
 }
 
 std::optional<Response> Api::found(const Call& call) {
-  return result_file(call, "found.json", "application/json");
+  return document(call, &SessionRecord::document, SessionKind::kFind);
 }
 
 std::optional<Response> Api::check(const Call& call) {
-  return result_file(call, "check.json", "application/json");
-}
-
-/// True if the verdict of a completed calibration published it. Null for other sessions.
-json Api::published(const SessionRecord& record) const {
-  if (record.state != RecordState::kDone) return nullptr;
-  if (const auto outcome = outcome_of(record)) {
-    const std::optional<bool> was = cellcal::daemon::published(*outcome);
-    return was ? json(*was) : json(nullptr);
-  }
-  const std::optional<bool> was = journal_.was_published(record.id);
-  return was ? json(*was) : json(nullptr);
+  return document(call, &SessionRecord::document, SessionKind::kCheck);
 }
 
 std::optional<Response> Api::report(const Call& call) {
-  Response page = result_file(call, "report.html", "text/html; charset=utf-8");
-  // The report is served from the page's origin but must not act with its rights, whatever it contains.
+  const std::int64_t session = find(call).id;
+  const std::filesystem::path path = service_.results_dir(session) / "report.html";
+  if (!std::filesystem::exists(path)) throw no_result(session);
+  Response page{200, "text/html; charset=utf-8", calib::read_file(path)};
+  // It comes from where the page comes from, and must not act as that may, whatever words are in it.
   page.headers = {{"Content-Security-Policy",
                    "sandbox; default-src 'none'; style-src 'unsafe-inline'; img-src data:"}};
   return page;
 }
 
-/// No part of a request becomes part of a path.
-Response Api::result_file(const Call& call, const char* name, const char* type) {
-  const std::int64_t session = find(call).id;
-  const std::filesystem::path path = service_.results_dir(session) / name;
-  if (!std::filesystem::exists(path)) {
-    throw NotFound("session " + std::to_string(session) + " has no result. See 'cellcal show " +
-                   std::to_string(session) + "'");
-  }
-  return {200, type, calib::read_file(path)};
+Response Api::document(const Call& call, std::string SessionRecord::*text, SessionKind kind) {
+  const SessionRecord record = find(call);
+  if ((record.*text).empty() || kind_of(record) != to_string(kind)) throw no_result(record.id);
+  return {200, "application/json", record.*text};
 }
 
 // Deletion of raw rows of old sessions on request.

@@ -96,7 +96,7 @@ std::vector<Check> checks_of(Journal& journal, const std::vector<SessionRecord>&
       check.seen.session = record.id;
       check.seen.time_s = ended_s(record);
       check.seen.temperature_c = temperature_of(options, check.touches);
-      take_outcome(outcome_from_json(record.outcome), check.seen);
+      take_outcome(record.outcome, check.seen);
       checks.push_back(std::move(check));
     } catch (const std::runtime_error& error) {
       spdlog::warn("check {} is not in the chart: {}", record.id, error.what());

@@ -1,7 +1,6 @@
 #include "daemon/doctor/evidence.h"
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 #include <set>
 
 #include "calib/files/files.h"
@@ -9,15 +8,13 @@
 #include "calib/files/toml.h"
 #include "calib/plan/candidates.h"
 #include "calib/plan/cell_check.h"
-#include "daemon/result/outcome_json.h"
+#include "daemon/result/outcome.h"
 #include "daemon/tasks/active_calibration.h"
 #include "daemon/tasks/options.h"
 
 namespace cellcal::daemon {
 
 namespace {
-
-using nlohmann::json;
 
 std::optional<SessionKind> kind_of(const SessionRecord& record) {
   try {
@@ -77,26 +74,15 @@ std::optional<Looked> seen_by_doctor(const Examination& examination, const std::
   return looked;
 }
 
-/// A boolean of a JSON text; none where it is missing.
-std::optional<bool> flag_of(const std::string& text, const json::json_pointer& where) {
-  const json value = json::parse(text, nullptr, false);
-  if (value.is_discarded() || !value.contains(where) || !value[where].is_boolean())
-    return std::nullopt;
-  return value[where].get<bool>();
-}
-
 Looked qualified(const SessionRecord& record) {
-  const std::optional<SessionOutcome> outcome = outcome_from_json(record.outcome);
-  if (!outcome) return {false, "no outcome recorded", record.id};
-  return {is_good(outcome->kind), {}, record.id};
+  if (!record.outcome) return {false, "no outcome recorded", record.id};
+  return {is_good(record.outcome->kind), {}, record.id};
 }
 
-/// None for a test of the cell with too few touches, which is not a calibration.
-std::optional<Looked> calibrated(const std::string& result, std::int64_t session) {
-  if (flag_of(result, json::json_pointer("/verdict/too_few_touches")).value_or(false))
-    return std::nullopt;
-  const auto publish = flag_of(result, json::json_pointer("/verdict/publish"));
-  return publish ? std::optional(Looked{*publish, {}, session}) : std::nullopt;
+/// Nothing of a session with too few touches for a calibration.
+std::optional<Looked> calibrated(const SessionOutcome& outcome, std::int64_t session) {
+  if (outcome.withheld_by == std::vector{calib::FindingKind::kTooFewTouches}) return std::nullopt;
+  return Looked{published(outcome).value_or(false), {}, session};
 }
 
 }  // namespace
@@ -139,13 +125,9 @@ Evidence evidence_of(const Examination& examination, Journal& journal) {
     if (kind == SessionKind::kDryRun && !evidence.dry_run && is_of(journal, record.id, text))
       evidence.dry_run = Looked{true, {}, record.id};
     if (kind != SessionKind::kCalibrate) continue;
-    const std::optional<SessionOutcome> outcome = outcome_from_json(record.outcome);
-    // The previous calibration holds.
-    if (outcome && outcome->kind == OutcomeKind::kNothingChanged) continue;
-    evidence.first = Looked{true, {}, record.id};  // keeps the oldest
-    if (evidence.calibration) continue;
-    const auto whole = journal.session(record.id);
-    evidence.calibration = calibrated(whole ? whole->calibration : "", record.id);
+    if (!record.outcome || record.outcome->kind == OutcomeKind::kNothingChanged) continue;  // the one before holds
+    evidence.first = Looked{true, {}, record.id};                            // the oldest stays
+    if (!evidence.calibration) evidence.calibration = calibrated(*record.outcome, record.id);
   }
   if (const auto used = in_use(journal, evidence.cell); used && !used->calibration)
     evidence.calibration = Looked{false, used->trouble, used->session};

@@ -165,7 +165,7 @@ void Journal::Impl::write_once(const std::vector<PendingRow>& waiting,
 void Journal::Impl::report_session(std::int64_t session, const std::string& utc,
                                    std::optional<FailureKind> failed) {
   if (!outbox.on()) return;
-  std::optional<SessionRecord> record = as_stored(session, false);
+  std::optional<SessionRecord> record = as_stored(session, true);
   if (!record) return;
   record->failure_kind = failed;
   outbox.put(session, utc, [&](const Reporter& to) { return to.session(*record); });
@@ -298,9 +298,11 @@ void Journal::record(std::int64_t session, const RecordEnd& end, const std::stri
   impl_->running = 0;  // also where that cannot be recorded
   impl_->write([&] {
     if (end.result) {
-      Statement update(impl_->database, "UPDATE session SET outcome=? WHERE id=?");
+      Statement update(impl_->database, "UPDATE session SET outcome=?, document=? WHERE id=?");
       const std::string outcome = outcome_to_json(outcome_of(*end.result));
-      update.bind(1, std::string_view(outcome)).bind(2, session).step();
+      const std::string document = document_of(*end.result);
+      update.bind(1, std::string_view(outcome)).bind(2, std::string_view(document));
+      update.bind(3, session).step();
     }
     impl_->set_state(session, state_after(end.ending), utc, as_utf8(end.failure));
     impl_->outbox.close_touch();
@@ -402,6 +404,25 @@ std::vector<std::string> Journal::events(std::int64_t session) {
     if (row != nullptr && waiting.session == session) events.push_back(row->utc + " " + row->words);
   }
   return events;
+}
+
+std::vector<TimedChange> Journal::changes(std::int64_t session) {
+  const std::lock_guard lock(impl_->mutex);
+  impl_->chain.verify(session);
+  std::vector<TimedChange> changes;
+  Statement select(impl_->database,
+                   "SELECT clock_s, from_phase, to_phase FROM change WHERE session=? ORDER BY rowid");
+  select.bind(1, session);
+  while (select.step()) {
+    const auto from = phase_of(select.text(1)), to = phase_of(select.text(2));
+    if (from && to) changes.push_back({select.number(0), {*from, *to}});
+  }
+  for (const PendingRow& waiting : impl_->pending.all()) {
+    const auto* row = std::get_if<RecordChange>(&waiting.what);
+    if (row != nullptr && waiting.session == session)
+      changes.push_back({row->clock_s, row->change});
+  }
+  return changes;
 }
 
 InterruptionCounts Journal::interruptions(std::int64_t session) {

@@ -17,6 +17,7 @@
 #include "daemon/session/action.h"
 #include "daemon/session/evidence.h"
 #include "daemon/session/interruption.h"
+#include "daemon/session/phase_times.h"
 
 namespace cellcal::daemon {
 
@@ -84,8 +85,7 @@ class Journal {
   std::vector<SessionRecord> sessions();
   /// Of these so many at most, from the newest whose number is less than `before`; looks at no others.
   std::vector<SessionRecord> sessions(std::int64_t before, std::size_t most);
-  /// Of a calibration that is done, what its verdict says; nothing of all else. For lists: a tenth of a millisecond, and
-  /// not compared with its checksums.
+  /// Of a calibration that is done: whether it was published; nothing of all else. Not compared with its checksums.
   std::optional<bool> was_published(std::int64_t session);
   /// Of a session that is damaged: whether its calibration may have been published, for all that its own row still says.
   bool may_be_published(std::int64_t session);
@@ -95,6 +95,8 @@ class Journal {
   std::optional<SessionRecord> newest_resumable();
   std::vector<calib::Touch> touches(std::int64_t session);
   std::vector<std::string> events(std::int64_t session);
+  /// In the order in which they happened; none once retention has dropped them.
+  std::vector<TimedChange> changes(std::int64_t session);
   int reading_count(std::int64_t session);
   /// By their cause; none once retention has dropped them.
   InterruptionCounts interruptions(std::int64_t session);

@@ -314,6 +314,7 @@ constexpr Column kColumns[] = {
     {"session", "software", Holds::kText},
     {"session", "origin", Holds::kText, true},
     {"session", "outcome", Holds::kText, true},
+    {"session", "document", Holds::kText, true},
     {"touch", "number", Holds::kCount},
     {"touch", "joint_rad", Holds::kAngles},
     {"touch", "target", Holds::kName},

@@ -6,6 +6,7 @@
 #include "calib/files/input_file.h"
 #include "calib/model/long_work.h"
 #include "daemon/journal/journal_impl.h"
+#include "daemon/result/outcome_json.h"
 
 namespace cellcal::daemon {
 
@@ -18,7 +19,7 @@ constexpr const char* kSelectSession =
     " (SELECT count(*) FROM touch WHERE touch.session = session.id), software, origin, "
     "cell_text, robot_text, calibration, "
     "(SELECT max(time) FROM dropped WHERE dropped.session = session.id), outcome, "
-    "calibration <> '' FROM session ";
+    "calibration <> '', document FROM session ";
 
 SessionRecord session_from(Statement& row, bool with_texts) {
   SessionRecord record;
@@ -36,12 +37,13 @@ SessionRecord session_from(Statement& row, bool with_texts) {
   record.software = row.text(11);
   if (!row.is_null(12)) record.origin = origin_of(row.text(12));
   record.dropped = row.text(16);
-  record.outcome = row.text(17);
+  record.outcome = outcome_from_json(row.text(17));
   record.has_calibration = row.integer(18) != 0;
   if (!with_texts) return record;
   record.inputs.cell_text = row.text(13);
   record.inputs.robot_text = row.text(14);
   record.calibration = row.text(15);
+  record.document = row.text(19);
   return record;
 }
 
@@ -121,13 +123,9 @@ std::optional<SessionRecord> Journal::Impl::newest_own() {
 
 std::optional<bool> Journal::was_published(std::int64_t session) {
   const std::lock_guard lock(impl_->mutex);
-  Statement select(impl_->database,
-                   "SELECT CASE WHEN state='done' AND json_valid(calibration)"
-                   " THEN json_extract(calibration, '$.verdict.publish') END"
-                   " FROM session WHERE id=?");
-  select.bind(1, session);
-  if (!select.step() || select.is_null(0)) return std::nullopt;
-  return select.integer(0) != 0;
+  const auto record = impl_->as_stored(session, false);
+  if (!record || record->state != RecordState::kDone || !record->outcome) return std::nullopt;
+  return published(*record->outcome);
 }
 
 bool Journal::may_be_published(std::int64_t session) {

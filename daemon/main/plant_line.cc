@@ -117,9 +117,8 @@ void PlantLine::reload() {
   const bool mock = config->backend == BackendKind::kMock;
   look_.emulated(mock);
   if (config->plant && (!outbox_ || *config->plant != outbox_->config()))
-    outbox_ = std::make_shared<plant::JournalOutbox>(plant::JournalOutbox::Parts{
-        journal_, *config->plant,
-        [this](std::int64_t session) { return service_.results_dir(session); }});
+    outbox_ = std::make_shared<plant::JournalOutbox>(
+        plant::JournalOutbox::Parts{journal_, *config->plant});
   if (!config->plant) outbox_.reset();
   desk_.use(outbox_, config->plant, mock);
 }

@@ -2,6 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "calib/files/check_json.h"
 #include "calib/model/units.h"
 #include "daemon/result/outcome.h"
 
@@ -10,6 +11,7 @@ namespace cellcal::daemon {
 namespace {
 
 using calib::kMmPerM;
+using calib::kMsPerS;
 using nlohmann::json;
 
 constexpr double kCoverage = 2.0;  // U(k=2)
@@ -140,7 +142,63 @@ SessionOutcome outcome_in(const json& value) {
   return outcome;
 }
 
+json figure(const std::optional<Figure>& figure, double factor) {
+  if (!figure) return nullptr;
+  return {{"value", factor * figure->value}, {"sigma", factor * figure->sigma}};
+}
+
+std::string document_of_qualification(const Qualification& q) {
+  json value{{"format", "cellcal.qualification/1"},
+             {"target", q.target},
+             {"touches", q.touches},
+             {"places", q.places},
+             {"touch_noise_mm", figure(q.noise_m, kMmPerM)},
+             {"touch_noise_dof", q.noise_dof},
+             {"latch_delay_ms", nullptr},
+             {"overtravel", json::array()},
+             {"overtravel_limit_mm", kMmPerM * kOvertravelLimitM},
+             {"reaction_worst_ms", kMsPerS * q.reaction_worst_s},
+             {"bounces_worst", q.bounces_worst},
+             {"radius_offset_mm", figure(q.radius_offset_m, kMmPerM)},
+             {"stated",
+              {{"touch_sigma_mm", kMmPerM * q.stated.touch_sigma_m},
+               {"latch_delay_ms", kMsPerS * q.stated.delay_s},
+               {"latch_delay_sigma_ms", kMsPerS * q.stated.delay_sigma_s},
+               {"radius_offset_sigma_mm", kMmPerM * q.stated.radius_offset_sigma_m}}},
+             {"passed", q.passed()},
+             {"findings", json::array()},
+             {"words", in_words(q)}};
+  if (q.delay)
+    value["latch_delay_ms"] = {{"value", kMsPerS * q.delay->delay_s},
+                               {"sigma", kMsPerS * q.delay->sigma_s}};
+  for (const Overtravel& o : q.overtravel)
+    value["overtravel"].push_back({{"speed_mm_s", kMmPerM * o.speed_m_s},
+                                   {"searches", o.searches},
+                                   {"median_mm", kMmPerM * o.median_m},
+                                   {"worst_mm", kMmPerM * o.worst_m}});
+  for (const QualificationFinding finding : q.findings)
+    value["findings"].push_back(to_string(finding));
+  return value.dump(2) + "\n";
+}
+
+std::string document_of_found(const FoundSpheres& found) {
+  json value{{"format", "cellcal.found/1"}, {"spheres", json::array()}, {"words", json::array()}};
+  for (const FoundSphere& one : found.spheres) {
+    value["spheres"].push_back(to_json(one));
+    value["words"].push_back(words(one));
+  }
+  return value.dump(2) + "\n";
+}
+
 }  // namespace
+
+std::string document_of(const SessionResult& result) {
+  if (const auto* check = std::get_if<calib::TcpCheck>(&result.of))
+    return calib::check_to_json(*check) + "\n";
+  if (const auto* q = std::get_if<Qualification>(&result.of)) return document_of_qualification(*q);
+  if (const auto* found = std::get_if<FoundSpheres>(&result.of)) return document_of_found(*found);
+  return {};
+}
 
 std::string outcome_to_json(const SessionOutcome& outcome) { return document_of(outcome).dump(); }
 

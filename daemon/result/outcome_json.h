@@ -1,6 +1,6 @@
 #pragma once
-// An outcome as JSON: "cellcal.outcome/1", millimetres and degrees. Used by the journal's column `outcome`
-// and by `outcome` of the API (there with its words).
+// Result and outcome of a session as documents, in millimetres and degrees: the journal's columns `document` and `outcome`
+// ("cellcal.outcome/1"), and the `outcome` of the API (there with its words).
 
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
@@ -10,6 +10,8 @@
 
 namespace cellcal::daemon {
 
+/// "cellcal.check/1", "cellcal.qualification/1" (milliseconds as well) or "cellcal.found/1"; empty for other kinds.
+std::string document_of(const SessionResult& result);
 std::string outcome_to_json(const SessionOutcome& outcome);
 /// None for an empty text, or one of another version.
 std::optional<SessionOutcome> outcome_from_json(const std::string& text);

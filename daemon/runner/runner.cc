@@ -1,10 +1,11 @@
 #include "daemon/runner/runner.h"
 
+#include <fmt/format.h>
+
 #include <exception>
 #include <thread>
 #include <utility>
 
-#include "daemon/session/phase_change.h"
 #include "daemon/session/search_line.h"
 
 namespace cellcal::daemon {
@@ -239,7 +240,8 @@ void Runner::feed(Event event) {
 }
 
 void Runner::note_step(Phase before, const Event& event) {
-  std::string words = daemon::words(PhaseChange{before, state_.phase}, event.kind);
+  std::string words =
+      fmt::format("{} -> {} on {}", to_string(before), to_string(state_.phase), to_string(event.kind));
   if (!event.words.empty()) words += ": " + event.words;
   if (state_.failure && state_.phase == Phase::kFailed) words += " | " + describe(*state_.failure);
   RecordChange change;

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "daemon/session/event.h"
-#include "daemon/session/phase_change.h"
+#include "daemon/session/phase.h"
 #include "drivers/contact.h"
 
 namespace cellcal::daemon {
@@ -15,10 +15,10 @@ namespace cellcal::daemon {
 struct RecordChange {
   PhaseChange change;
   EventKind on = EventKind::kRun;
-  std::string utc;
-  double clock_s = 0.0;  ///< session clock
-  /// Late replies counted by the controller so far, and the worst delivery delay of sensor bytes on this
-  /// computer.
+  std::string utc{};
+  double clock_s = 0.0;  ///< session's clock
+  /// Late replies as the controller counted them by then, and how late this computer delivered the
+  /// sensor's bytes at worst.
   std::uint64_t late_replies = 0;
   double sensor_late_s = 0.0;
 };

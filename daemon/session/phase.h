@@ -51,7 +51,12 @@ const char* to_string(Phase phase);
 /// Inverse of to_string(); none for an unknown name.
 std::optional<Phase> phase_of(std::string_view name);
 
-/// Set of phases, as named by one row of the table.
+struct PhaseChange {
+  Phase from = Phase::kIdle, to = Phase::kIdle;
+  bool operator==(const PhaseChange&) const = default;
+};
+
+/// A set of phases, as one row of the table names it.
 class Phases {
  public:
   template <typename... P>

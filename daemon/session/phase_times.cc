@@ -1,30 +1,13 @@
 #include "daemon/session/phase_times.h"
 
 #include <algorithm>
-#include <optional>
-
-#include "calib/model/iso_time.h"
-#include "daemon/session/phase_change.h"
+#include <cmath>
 
 namespace cellcal::daemon {
 
 namespace {
 
-struct Timed {
-  double at_s;
-  PhaseChange change;
-};
-
-std::optional<Timed> timed(std::string_view event) {
-  const std::size_t gap = event.find(' ');
-  if (gap == event.npos) return std::nullopt;
-  const auto at_s = calib::seconds_of(event.substr(0, gap));
-  const auto change = phase_change_in(event.substr(gap + 1));
-  if (!at_s || !change) return std::nullopt;
-  return Timed{*at_s, *change};
-}
-
-/// Consecutive phases of one activity.
+/// Phases of one activity that follow each other.
 class Stay {
  public:
   void go_on(PhaseTimes& times, Activity activity, double took_s) {
@@ -121,25 +104,23 @@ Activity activity_of(Phase phase) {
   }
 }
 
-PhaseTimes phase_times(std::span<const std::string> events) {
+PhaseTimes phase_times(std::span<const TimedChange> changes) {
   PhaseTimes times;
-  std::optional<Timed> last;
+  const TimedChange* last = nullptr;
   Stay stay;
-  for (const std::string& event : events) {
-    const auto now = timed(event);
-    if (!now) continue;
-    const Phase phase = now->change.from;
-    if (last && under_way(phase) && last->change.to == phase) {
+  for (const TimedChange& now : changes) {
+    if (!std::isfinite(now.clock_s)) continue;
+    const Phase phase = now.change.from;
+    if (last != nullptr && under_way(phase) && last->change.to == phase) {
       stay.go_on(times, activity_of(phase),
-                 std::max(0.0, now->at_s - last->at_s));  // the wall clock may have been set
-      // After watching it returns to the same wait.
-      times.interruptions +=
-          now->change.to == Phase::kRecovering && phase != Phase::kWatching ? 1 : 0;
-      times.touches += phase == Phase::kRecording && !is_final(now->change.to) ? 1 : 0;
+                 std::max(0.0, now.clock_s - last->clock_s));  // another daemon's clock
+      // From the watch it goes back to the same wait.
+      times.interruptions += now.change.to == Phase::kRecovering && phase != Phase::kWatching ? 1 : 0;
+      times.touches += phase == Phase::kRecording && !is_final(now.change.to) ? 1 : 0;
     } else {
       stay = {};
     }
-    last = now;
+    last = &now;
   }
   return times;
 }

@@ -1,10 +1,8 @@
 #pragma once
-// Time spent by a session per activity, from the phase changes in its log.
+// Time spent in each activity of a session, from its changes of phase.
 
 #include <array>
 #include <span>
-#include <string>
-#include <string_view>
 
 #include "daemon/session/phase.h"
 
@@ -44,8 +42,12 @@ struct PhaseTimes {
   const ActivityTime& operator[](Activity a) const { return of[static_cast<std::size_t>(a)]; }
 };
 
-/// `events`: "TIME WORDS" as returned by Journal::events(). The gap between an end (or a killed daemon) and
-/// the resume is not counted. Events without a phase change or a time are ignored.
-PhaseTimes phase_times(std::span<const std::string> events);
+struct TimedChange {
+  double clock_s = 0.0;  ///< session's clock
+  PhaseChange change;
+};
+
+/// The time between an end, or a killed daemon, and the resumption is not counted.
+PhaseTimes phase_times(std::span<const TimedChange> changes);
 
 }  // namespace cellcal::daemon

@@ -129,7 +129,7 @@ Published published_or_refused(Journal& journal, std::int64_t session) {
     throw NotUsable(Why::kNoSession, fmt::format("no session {}. See 'cellcal versions'", session));
   throw NotUsable(
       Why::kWithheld,
-      listed->state == RecordState::kDone && journal.was_published(session).has_value()
+      listed->state == RecordState::kDone && listed->outcome && published(*listed->outcome)
           ? fmt::format("the result of session {0} was withheld. See 'cellcal show {0}'", session)
           : fmt::format("session {} has no calibration. See 'cellcal versions'", session));
 }

@@ -5,12 +5,10 @@
 #include <algorithm>
 
 #include "calib/check/tcp_check.h"
-#include "calib/files/check_json.h"
-#include "calib/files/files.h"
 #include "calib/plan/check_plan.h"
 #include "calib/result/tcp_check.h"
-#include "daemon/files/atomic_file.h"
 #include "daemon/tasks/planned_round.h"
+#include "daemon/tasks/results.h"
 
 namespace cellcal::daemon {
 
@@ -110,10 +108,7 @@ Tasks check_tasks(std::shared_ptr<const TaskInputs> inputs) {
   tasks.report = [inputs, round](const SessionResult& result,
                                  const std::vector<calib::Touch>& touches) {
     const auto& check = std::get<calib::TcpCheck>(result.of);
-    std::filesystem::create_directories(inputs->results_dir);
-    write_atomically(inputs->results_dir / "touches.csv",
-                     calib::format_touches(touches, inputs->cell.robot));
-    write_atomically(inputs->results_dir / "check.json", calib::check_to_json(check) + "\n");
+    write_document(*inputs, result, touches, "check.json");
     inputs->note(fmt::format("check against session {} and {} checks before it: {}",
                              inputs->options.against, round->references_taken(),
                              calib::verdict_words(check)));

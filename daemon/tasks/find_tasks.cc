@@ -1,13 +1,10 @@
 #include "daemon/tasks/find_tasks.h"
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 
-#include "calib/files/files.h"
-#include "calib/model/units.h"
 #include "calib/plan/finder.h"
-#include "daemon/files/atomic_file.h"
 #include "daemon/result/outcome.h"
+#include "daemon/tasks/results.h"
 
 namespace cellcal::daemon {
 
@@ -28,35 +25,15 @@ FoundSpheres found_spheres(const calib::Cell& cell, const std::vector<calib::Tou
   return all;
 }
 
-std::string found_to_json(const FoundSpheres& found) {
-  nlohmann::json spheres = nlohmann::json::array(), lines = nlohmann::json::array();
-  for (const FoundSphere& one : found.spheres) {
-    spheres.push_back(
-        {{"target", one.target},
-         {"centre_mm",
-          {calib::kMmPerM * one.centre_m.x(), calib::kMmPerM * one.centre_m.y(),
-           calib::kMmPerM * one.centre_m.z()}},
-         {"u_mm", calib::kMmPerM * one.u_m},
-         {"touches", one.touches},
-         {"moved_mm", one.moved_m ? nlohmann::json(calib::kMmPerM * *one.moved_m) : nullptr}});
-    lines.push_back(words(one));
-  }
-  const nlohmann::json all{{"format", "cellcal.found/1"}, {"spheres", spheres}, {"words", lines}};
-  return all.dump(2) + "\n";
-}
-
 Tasks find_tasks(Tasks tasks, std::shared_ptr<const TaskInputs> inputs) {
   tasks.assess = [](const std::vector<calib::Touch>&) { return Tasks::Assessed{}; };
   tasks.identify = [inputs](const std::vector<calib::Touch>& touches) {
     return SessionResult{found_spheres(inputs->cell, touches, inputs->options.plan)};
   };
   tasks.report = [inputs](const SessionResult& result, const std::vector<calib::Touch>& touches) {
-    const auto& found = std::get<FoundSpheres>(result.of);
-    std::filesystem::create_directories(inputs->results_dir);
-    write_atomically(inputs->results_dir / "touches.csv",
-                     calib::format_touches(touches, inputs->cell.robot));
-    write_atomically(inputs->results_dir / "found.json", found_to_json(found));
-    for (const FoundSphere& one : found.spheres) inputs->note("found " + words(one));
+    write_document(*inputs, result, touches, "found.json");
+    for (const FoundSphere& one : std::get<FoundSpheres>(result.of).spheres)
+      inputs->note("found " + words(one));
   };
   return tasks;
 }

@@ -13,8 +13,6 @@ namespace cellcal::daemon {
 /// `made`: all touches of the session.
 FoundSpheres found_spheres(const calib::Cell& cell, const std::vector<calib::Touch>& made,
                            const calib::PlanOptions& options);
-/// cellcal.found/1, millimetres.
-std::string found_to_json(const FoundSpheres& found);
 
 /// `tasks`: planning, choice and path of the locating touches.
 Tasks find_tasks(Tasks tasks, std::shared_ptr<const TaskInputs> inputs);

@@ -7,6 +7,7 @@
 #include "calib/plan/duration.h"
 #include "daemon/files/atomic_file.h"
 #include "daemon/report/report.h"
+#include "daemon/result/outcome_json.h"
 
 namespace cellcal::daemon {
 
@@ -16,7 +17,19 @@ std::string finished_time(const std::vector<calib::Touch>& touches, const std::s
   return touches.empty() || touches.back().time.empty() ? now : touches.back().time;
 }
 
+void write_touches(const TaskInputs& inputs, const std::vector<calib::Touch>& touches) {
+  std::filesystem::create_directories(inputs.results_dir);
+  write_atomically(inputs.results_dir / "touches.csv",
+                   calib::format_touches(touches, inputs.cell.robot));
+}
+
 }  // namespace
+
+void write_document(const TaskInputs& inputs, const SessionResult& result,
+                    const std::vector<calib::Touch>& touches, const char* name) {
+  write_touches(inputs, touches);
+  write_atomically(inputs.results_dir / name, document_of(result));
+}
 
 void write_results(const TaskInputs& inputs, const calib::Calibration& calibration,
                    const std::vector<calib::Touch>& touches,
@@ -43,9 +56,7 @@ void write_results(const TaskInputs& inputs, const calib::Calibration& calibrati
   report.plan = plan;
   if (plan) report.planned_s = calib::duration_s(*plan, inputs.cell.robot, {});
 
-  std::filesystem::create_directories(inputs.results_dir);
-  write_atomically(inputs.results_dir / "touches.csv",
-                   calib::format_touches(touches, inputs.cell.robot));
+  write_touches(inputs, touches);
   write_atomically(inputs.results_dir / "calibration.json", json);
   write_atomically(inputs.results_dir / "report.html", html_report(report));
   inputs.store(json);

@@ -1,5 +1,5 @@
 #pragma once
-// Files of a calibration session (touches, calibration, report), and the calibration in the journal.
+// The files of a session: touches, result, report; and the calibration in the journal.
 
 #include <optional>
 #include <vector>
@@ -12,5 +12,8 @@ namespace cellcal::daemon {
 void write_results(const TaskInputs& inputs, const calib::Calibration& calibration,
                    const std::vector<calib::Touch>& touches,
                    const std::optional<calib::Plan>& plan);
+/// touches.csv and, as `name`, the document of a result that is no calibration. Throws where they cannot be written.
+void write_document(const TaskInputs& inputs, const SessionResult& result,
+                    const std::vector<calib::Touch>& touches, const char* name);
 
 }  // namespace cellcal::daemon

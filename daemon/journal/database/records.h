@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "daemon/journal/database/origin.h"
+#include "daemon/result/outcome.h"
 #include "daemon/session/failure.h"
 
 namespace cellcal::daemon {
@@ -64,8 +65,8 @@ struct SessionRecord {
       failure_kind{};            ///< of one that fails now, for those who are told; no row has it
   std::string calibration;       ///< JSON; empty before identification
   bool has_calibration = false;  ///< whether or not it was read with the record
-  /// JSON, daemon/result/outcome_json.h; empty: it is not done.
-  std::string outcome;
+  std::optional<SessionOutcome> outcome{};  ///< of one that is done
+  std::string document;  ///< JSON of a check, a qualification or found spheres that is done
   std::string software;          ///< version that began it
   std::optional<Origin> origin;  ///< imported
   std::string

@@ -27,7 +27,8 @@ CREATE TABLE session (
   calibration TEXT NOT NULL DEFAULT '',
   software    TEXT NOT NULL,       -- that began it
   origin      TEXT,                -- JSON, of an imported one
-  outcome     TEXT                 -- JSON, cellcal.outcome/1
+  outcome     TEXT,                -- JSON, cellcal.outcome/1; both written with the end
+  document    TEXT                 -- JSON of a check, a qualification or found spheres
 ) STRICT;
 CREATE TABLE touch (
   session       INTEGER NOT NULL REFERENCES session(id),

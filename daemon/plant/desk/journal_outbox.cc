@@ -31,7 +31,7 @@ JournalOutbox::JournalOutbox(Parts parts)
       reporter_(std::make_shared<const PlantReporter>(PlantReporter::Parts{
           parts_.config.touches,
           static_cast<std::int64_t>(parts_.config.outbox_megabytes * kBytesPerMegabyte),
-          name_of(parts_.config), parts_.config.former, parts_.results_dir, parts_.waits})) {
+          name_of(parts_.config), parts_.config.former, parts_.waits})) {
   parts_.journal.report_to(reporter_);
 }
 

@@ -1,7 +1,6 @@
 #pragma once
 // The journal's outbox as messages for the plant.
 
-#include <filesystem>
 #include <functional>
 #include <memory>
 #include <mutex>
@@ -19,9 +18,7 @@ class JournalOutbox final : public Outbox {
   struct Parts {
     Journal& journal;
     PlantConfig config;
-    /// Directory of a session's check.json.
-    std::function<std::filesystem::path(std::int64_t session)> results_dir = {};
-    /// Called when a fact was added, with the journal's lock held: must not block.
+    /// Something new waits. With the journal's lock held: waits for nobody.
     std::function<void()> waits = {};
   };
   /// Becomes the journal's reporter, replacing the previous one. Throws JournalError; the previous one is

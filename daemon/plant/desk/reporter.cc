@@ -4,12 +4,11 @@
 #include <cmath>
 
 #include "calib/files/calibration_json.h"
-#include "calib/files/input_file.h"
 #include "calib/files/toml.h"
 #include "calib/model/units.h"
 #include "calib/verdict/change.h"
 #include "daemon/plant/messages/fact.h"
-#include "daemon/result/outcome_json.h"
+#include "daemon/result/outcome.h"
 #include "daemon/tasks/options.h"
 
 namespace cellcal::daemon::plant {
@@ -72,8 +71,8 @@ Held held_of(OutcomeKind kind) {
                                              : Held::kUndecided;
 }
 
-CheckFact check_of(const SessionOptions& options, const SessionOutcome& outcome,
-                   std::string document) {
+CheckFact check_of(const SessionOptions& options, const SessionRecord& session) {
+  const SessionOutcome& outcome = *session.outcome;
   CheckFact fact;
   fact.against = options.against;
   fact.held = held_of(outcome.kind);
@@ -83,7 +82,7 @@ CheckFact check_of(const SessionOptions& options, const SessionOutcome& outcome,
   }
   fact.cause = cause_of(outcome);
   fact.temperature_c = options.temperature_c;
-  fact.document = std::move(document);
+  fact.document = session.document;
   return fact;
 }
 
@@ -110,17 +109,11 @@ std::vector<Report> PlantReporter::session(const SessionRecord& session) const {
   if (session.failure_kind) fact.failure_kind = to_string(*session.failure_kind);
   fact.failure = session.failure;
   fact.software = session.software;
-  const std::optional<SessionOutcome> outcome = outcome_from_json(session.outcome);
-  if (outcome) fact.outcome = to_string(outcome->kind);
+  if (session.outcome) fact.outcome = to_string(session.outcome->kind);
   std::vector<Report> all;
   const bool checked = options && options->kind == SessionKind::kCheck;
-  if (checked && outcome && fact.state == SessionState::kDone) try {
-      all.push_back(report_of(check_of(
-          *options, *outcome, calib::read_file(parts_.results_dir(session.id) / "check.json"))));
-    } catch (const std::exception& unreadable) {
-      all.push_back(report_of(
-          AlarmFact{"failed", "result of the check could not be published", unreadable.what()}));
-    }
+  if (checked && session.outcome && fact.state == SessionState::kDone)
+    all.push_back(report_of(check_of(*options, session)));
   all.push_back(report_of(fact));
   return all;
 }

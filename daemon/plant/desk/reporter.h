@@ -1,7 +1,6 @@
 #pragma once
 // Conversion of the journal's facts to bodies for the plant.
 
-#include <filesystem>
 #include <functional>
 
 #include "daemon/journal/journal.h"
@@ -19,11 +18,9 @@ class PlantReporter final : public Reporter {
   struct Parts {
     bool touches = false;
     std::int64_t most_bytes = 0;
-    CellName name{};  ///< name under which facts are recorded from now on
-    /// "plant/cell": facts recorded under these names are published under them, too.
-    std::vector<std::string> former{};
-    /// Directory of a session's check.json.
-    std::function<std::filesystem::path(std::int64_t session)> results_dir;
+    CellName name{};  ///< under which facts are written from now on
+    std::vector<std::string>
+        former{};  ///< "plant/cell": what was written under these is told under that name, too
     std::function<void()> waits;
   };
   explicit PlantReporter(Parts parts) : parts_(std::move(parts)) {}

@@ -220,9 +220,10 @@ TEST_F(an_api, lists_sessions_and_shows_one) {
 
 TEST_F(an_api, says_where_the_time_of_a_session_went) {
   const std::int64_t id = journal.begin({"/c/cell.toml", "c", "r", "r", "{}"}, "t0");
-  journal.note(id, "2026-01-01T00:00:00.000Z", "planning -> transit on planned");
-  journal.note(id, "2026-01-01T00:00:02.000Z", "transit -> recording on contact");
-  journal.note(id, "2026-01-01T00:00:02.250Z", "recording -> retreat on recorded");
+  using enum Phase;
+  journal.note(id, RecordChange{.change = {kPlanning, kTransit}, .clock_s = 10.0});
+  journal.note(id, RecordChange{.change = {kTransit, kRecording}, .clock_s = 12.0});
+  journal.note(id, RecordChange{.change = {kRecording, kRetreat}, .clock_s = 12.25});
   journal.record(id, RecordEnd{Ending::kFailed, "no-contact: S2"}, "2026-01-01T00:00:03.000Z");
   const json times = json::parse(ask("GET", "/v1/sessions/1").body)["times"];
   EXPECT_EQ(times["touches"], 1);

@@ -97,7 +97,7 @@ TEST_F(a_watch, leaves_out_what_says_nothing_of_the_tool_and_shows_it) {
   given_up.holds = false;
   given_up.unsteady = {{2, "S1"}};
   checked.check({.result = given_up});
-  checked.check({.result = std::nullopt});  // of an earlier version: nobody knows what it missed
+  checked.check({.result = std::nullopt});  // without a recorded outcome
   calib::TcpCheck missed = Checked::that_does_not_hold(ChangeKind::kTool);
   missed.not_found = {{3, "S2", 0.012}};
   checked.check({.result = missed});

@@ -127,7 +127,7 @@ TEST(events_of_the_sensor_and_changes_of_phase, are_rows_with_their_own_columns_
   EXPECT_EQ(change.values(), changed);
 }
 
-TEST(an_outcome, is_written_with_the_end_of_a_session_and_is_part_of_the_evidence) {
+TEST(outcome_and_document, are_written_with_the_end_of_a_session_and_are_part_of_the_evidence) {
   const TemporaryDirectory dir;
   std::int64_t id = 0;
   {
@@ -140,12 +140,13 @@ TEST(an_outcome, is_written_with_the_end_of_a_session_and_is_part_of_the_evidenc
   }
   {
     Journal journal(dir / "j.db");
-    const auto outcome = outcome_from_json(journal.session(id)->outcome);
-    ASSERT_TRUE(outcome);
-    EXPECT_EQ(outcome->kind, OutcomeKind::kHolds);
-    EXPECT_EQ(journal.sessions().front().outcome, journal.session(id)->outcome);
+    const auto record = journal.session(id);
+    ASSERT_TRUE(record->outcome);
+    EXPECT_EQ(record->outcome->kind, OutcomeKind::kHolds);
+    EXPECT_EQ(record->document, document_of(SessionResult{calib::TcpCheck{.holds = true}}));
+    EXPECT_TRUE(journal.sessions().front().outcome);
   }
-  Database(dir / "j.db").execute("UPDATE session SET outcome = ''");
+  Database(dir / "j.db").execute("UPDATE session SET document = ''");
   Journal journal(dir / "j.db");
   EXPECT_EQ(journal.sessions().front().state, RecordState::kDamaged);
 }

@@ -142,18 +142,20 @@ TEST(a_journal, lists_sessions_newest_first_with_their_touches_counted) {
 TEST(a_journal, knows_whether_a_calibration_that_is_done_was_published) {
   const TemporaryDirectory dir;
   Journal journal(dir / "j.db");
-  const auto listed = [&](const char* calibration, Ending ending) {
+  const auto listed = [&](const std::optional<SessionResult>& result, Ending ending) {
     const std::int64_t id = journal.begin(inputs(), "t0");
-    if (calibration) journal.store_calibration(id, calibration);
-    journal.record(id, RecordEnd{ending, ""}, "t1");
+    RecordEnd end{ending, ""};
+    if (result) end.result = std::make_shared<const SessionResult>(*result);
+    journal.record(id, end, "t1");
     return journal.was_published(id);
   };
-  EXPECT_EQ(listed(R"({"verdict": {"publish": true}})", Ending::kDone), true);
-  EXPECT_EQ(listed(R"({"verdict": {"publish": false}})", Ending::kDone), false);
-  EXPECT_EQ(listed(R"({"verdict": {"publish": true}})", Ending::kAborted), std::nullopt);
-  EXPECT_EQ(listed(nullptr, Ending::kDone), std::nullopt) << "a check, or a qualification";
-  for (const char* damaged : {"{", "[]", R"({"verdict": 1})", R"({"verdict": {"publish": null}})"})
-    EXPECT_EQ(listed(damaged, Ending::kDone), std::nullopt) << damaged;
+  calib::Calibration calibration;
+  EXPECT_EQ(listed(SessionResult{calibration}, Ending::kDone), false);
+  calibration.verdict.publish = true;
+  EXPECT_EQ(listed(SessionResult{calibration}, Ending::kDone), true);
+  EXPECT_EQ(listed(SessionResult{calibration}, Ending::kAborted), std::nullopt);
+  EXPECT_EQ(listed(SessionResult{calib::TcpCheck{}}, Ending::kDone), std::nullopt);
+  EXPECT_EQ(listed(std::nullopt, Ending::kDone), std::nullopt);
   EXPECT_EQ(journal.was_published(99), std::nullopt);
 }
 
@@ -196,6 +198,23 @@ TEST(a_journal, refuses_a_file_that_is_not_a_database) {
   std::ofstream(dir / "j.db") << std::string(5000, 'x');
   EXPECT_NE(reason(dir / "j.db").find("Move it aside"), std::string::npos) << reason(dir / "j.db");
   EXPECT_NE(reason(dir / "j.db").find("j.db"), std::string::npos);
+}
+
+TEST(a_journal, keeps_the_changes_of_phase_of_a_session_in_their_order) {
+  const TemporaryDirectory dir;
+  Journal journal(dir / "j.db");
+  const std::int64_t id = journal.begin(inputs(), "t0");
+  RecordChange change{.change = {Phase::kTransit, Phase::kArmingFast}, .clock_s = 1.5};
+  journal.note(id, change);
+  journal.record(id, RecordTouch{0, touch()});
+  change = {.change = {Phase::kArmingFast, Phase::kFastSearch}, .clock_s = 1.75};
+  journal.note(id, change);
+  const std::vector<TimedChange> changes = journal.changes(id);
+  ASSERT_EQ(changes.size(), 2u);
+  EXPECT_EQ(changes[0].change, (PhaseChange{Phase::kTransit, Phase::kArmingFast}));
+  EXPECT_EQ(changes[1].change, (PhaseChange{Phase::kArmingFast, Phase::kFastSearch}));
+  EXPECT_EQ(changes[1].clock_s, 1.75);
+  EXPECT_TRUE(journal.changes(id + 1).empty());
 }
 
 TEST(a_journal, refuses_the_database_of_another_program) {

@@ -1,54 +1,25 @@
-// Where the time went is told from the words that the journal has of every change of phase.
+// Time spent in each activity, from the changes of phase.
 
 #include "daemon/session/phase_times.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <limits>
 #include <string>
 #include <vector>
-
-#include "daemon/session/phase_change.h"
 
 namespace cellcal::daemon {
 namespace {
 
 constexpr double kMs = 1e-3;
 
-/// "2026-01-01T00:00:SS.mmmZ words"
-std::string at(int ms, const std::string& words) {
-  const std::string s = std::to_string(100000 + ms);
-  return "2026-01-01T00:00:" + s.substr(1, 2) + "." + s.substr(3) + "Z " + words;
-}
-
-std::string at(int ms, Phase from, Phase to) {
-  return at(ms, words(PhaseChange{from, to}, EventKind::kArrived));
-}
-
-TEST(a_change_of_phase, is_read_back_from_its_words_whatever_they_are_followed_by) {
-  for (const Phase from : kAllPhases)
-    for (const Phase to : kAllPhases) {
-      const std::string said = words({from, to}, EventKind::kContact);
-      EXPECT_EQ(phase_change_in(said), (PhaseChange{from, to})) << said;
-      EXPECT_EQ(phase_change_in(said + ": a -> b on c | x"), (PhaseChange{from, to})) << said;
-    }
-  EXPECT_EQ(words({Phase::kFastSearch, Phase::kBackingOff}, EventKind::kContact),
-            "fast search -> backing off on contact");
-}
-
-TEST(a_change_of_phase, is_not_read_from_other_words) {
-  for (const char* other :
-       {"", " -> ", " ->  on ", "fast search -> backing off", "fast search", "a -> b on c",
-        "fast search -> nowhere on contact", "Fast search -> retreat on contact",
-        "noted: fast search -> retreat on contact", "\xff -> \xff on \xff"})
-    EXPECT_FALSE(phase_change_in(other)) << other;
-  EXPECT_FALSE(phase_change_in(std::string(100000, '>')));
-}
+TimedChange at(int ms, Phase from, Phase to) { return {kMs * ms, {from, to}}; }
 
 TEST(the_times_of_a_session, count_what_interrupted_it_and_no_wait_twice) {
   using enum Phase;
   const PhaseTimes times = phase_times(
-      std::vector<std::string>{at(0, kTransit, kArmingFast), at(10, kArmingFast, kFastSearch),
+      std::vector<TimedChange>{at(0, kTransit, kArmingFast), at(10, kArmingFast, kFastSearch),
                                at(50, kFastSearch, kRecovering), at(60, kRecovering, kWatching),
                                at(2060, kWatching, kRecovering), at(2070, kRecovering, kWatching),
                                at(4070, kWatching, kReferencing), at(4100, kReferencing, kRouting),
@@ -58,10 +29,10 @@ TEST(the_times_of_a_session, count_what_interrupted_it_and_no_wait_twice) {
 
 TEST(the_times_of_a_session, are_told_by_what_it_did) {
   using enum Phase;
-  const PhaseTimes times = phase_times(std::vector<std::string>{
+  const PhaseTimes times = phase_times(std::vector<TimedChange>{
       at(0, kIdle, kPlanning), at(100, kPlanning, kConnecting), at(400, kConnecting, kTransit),
       at(1400, kTransit, kArmingFast), at(1410, kArmingFast, kFastSearch),
-      at(1500, "a note of the daemon"), at(1910, kFastSearch, kBackingOff),
+      at(1910, kFastSearch, kBackingOff),
       at(2110, kBackingOff, kArmingSlow), at(2120, kArmingSlow, kSlowSearch),
       at(2720, kSlowSearch, kRecording), at(2725, kRecording, kRetreat),
       at(3225, kRetreat, kTransit), at(4725, kTransit, kArmingFast),
@@ -87,25 +58,26 @@ TEST(the_times_of_a_session, are_told_by_what_it_did) {
 TEST(the_times_of_a_session, leave_out_what_lies_between_its_end_and_its_resuming) {
   using enum Phase;
   const PhaseTimes failed = phase_times(
-      std::vector<std::string>{at(0, kIdle, kPlanning), at(1000, kPlanning, kFailed),
+      std::vector<TimedChange>{at(0, kIdle, kPlanning), at(1000, kPlanning, kFailed),
                                at(31000, kIdle, kPlanning), at(32000, kPlanning, kConnecting)});
   EXPECT_NEAR(failed.total_s, 2.0, kMs);
   // A killed daemon wrote no end.
   const PhaseTimes killed = phase_times(
-      std::vector<std::string>{at(0, kPlanning, kTransit), at(500, kTransit, kFastSearch),
+      std::vector<TimedChange>{at(0, kPlanning, kTransit), at(500, kTransit, kFastSearch),
                                at(31000, kIdle, kPlanning), at(32000, kPlanning, kConnecting)});
   EXPECT_NEAR(killed.total_s, 1.5, kMs);
   EXPECT_EQ(killed[Activity::kFastSearch].count, 0);
 }
 
-TEST(the_times_of_a_session, hold_out_against_logs_that_are_none) {
-  const PhaseTimes none = phase_times(std::vector<std::string>{
-      "", " ", "x", "yesterday fast search -> retreat on contact", "2026-01-01T00:00:00Z",
-      at(5, "fast search -> on -> on "), std::string(1000, ' ')});
-  EXPECT_EQ(none.touches, 0);
-  EXPECT_EQ(none.total_s, 0.0);
+TEST(the_times_of_a_session, are_zero_without_changes_or_with_times_that_are_none) {
+  using enum Phase;
+  EXPECT_EQ(phase_times({}).total_s, 0.0);
+  const double none = std::numeric_limits<double>::infinity();
+  const PhaseTimes times = phase_times(std::vector<TimedChange>{
+      at(0, kPlanning, kTransit), {none, {kTransit, kFastSearch}}, {-none, {kFastSearch, kRetreat}}});
+  EXPECT_EQ(times.total_s, 0.0);
   // A clock that was set back takes no time away.
-  const PhaseTimes back = phase_times(std::vector<std::string>{
+  const PhaseTimes back = phase_times(std::vector<TimedChange>{
       at(5000, Phase::kRetreat, Phase::kTransit), at(1000, Phase::kTransit, Phase::kArmingFast)});
   EXPECT_EQ(back.total_s, 0.0);
 }

@@ -19,7 +19,6 @@ using namespace std::chrono_literals;
 
 constexpr double kDay_s = 86'400.0;
 constexpr std::int64_t kRoomForAll = std::int64_t{1} << 30;
-constexpr const char* kCheck = R"({"holds": true})";  // a document that nobody reads
 
 const std::string& a_calibration() {
   static const std::string kText = [] {
@@ -34,7 +33,6 @@ const std::string& a_calibration() {
 ReportingCell::ReportingCell(std::filesystem::path folder, std::string name, unsigned seed)
     : folder_(std::move(folder)), name_(std::move(name)), random_(seed) {
   std::filesystem::create_directories(folder_);
-  std::ofstream(folder_ / "check.json") << kCheck;
   open();
 }
 
@@ -44,12 +42,7 @@ ReportingCell::~ReportingCell() { publisher_.reset(); }
 void ReportingCell::open() {
   journal_ = std::make_unique<Journal>(folder_ / "journal.db");
   alone_ = std::make_shared<const plant::PlantReporter>(
-      plant::PlantReporter::Parts{true,
-                                  kRoomForAll,
-                                  {"graz", name_},
-                                  {},
-                                  [folder = folder_](std::int64_t) { return folder; },
-                                  {}});
+      plant::PlantReporter::Parts{true, kRoomForAll, {"graz", name_}, {}, {}});
   journal_->report_to(alone_);
 }
 
@@ -64,7 +57,6 @@ void ReportingCell::connect(const std::string& host, std::uint16_t port) {
   config.touches = true;
   config.outbox_megabytes = 1000.0;
   daemon::testing::CellLine::Parts parts{*journal_, config};
-  parts.results_dir = [folder = folder_](std::int64_t) { return folder; };
   // A tenth and less of what a cell waits.
   parts.first_wait = 100ms;
   parts.longest_wait = 2s;

@@ -16,7 +16,6 @@ class CellLine {
   struct Parts {
     Journal& journal;
     PlantConfig config;
-    std::function<std::filesystem::path(std::int64_t session)> results_dir = {};
     std::function<bool(const plant::Proposal&)> proposal = {};
     std::chrono::milliseconds first_wait{1000}, longest_wait{60000}, refused_wait{60000},
         journal_wait{5000}, stored_wait{600000};
@@ -25,7 +24,7 @@ class CellLine {
     std::chrono::seconds keepalive{30};
   };
   explicit CellLine(const Parts& parts)
-      : outbox_({parts.journal, parts.config, parts.results_dir, [this] { poke(); }}) {
+      : outbox_({parts.journal, parts.config, [this] { poke(); }}) {
     plant::Publisher::Parts all{outbox_, parts.config};
     all.proposal = parts.proposal;
     all.first_wait = parts.first_wait;

@@ -81,7 +81,6 @@ struct publisher : ::testing::Test {
   }
   CellLine::Parts parts(Journal& journal, std::uint16_t port) const {
     CellLine::Parts all{journal, config(port)};
-    all.results_dir = [this](std::int64_t) { return dir.path(); };
     all.first_wait = all.longest_wait = all.refused_wait = milliseconds(50);
     all.stored_wait = milliseconds(300);
     return all;
