@@ -9,10 +9,10 @@
 
 #include "calib/files/files.h"
 #include "calib/files/input_file.h"
-#include "daemon/journal/database/database_copy.h"
-#include "daemon/journal/database/origin.h"
+#include "daemon/journal/database_copy.h"
 #include "daemon/journal/journal.h"
 #include "daemon/journal/journal_impl.h"
+#include "daemon/journal/origin.h"
 #include "daemon/journal/rows.h"
 
 namespace cellcal::daemon {
@@ -80,7 +80,7 @@ class Import {
     return name == "id" ? Value() : entry.columns[column];
   }
 
-  /// Nobody runs it here.
+  /// An imported session does not run.
   void mark() {
     const std::int64_t id = database_.last_row_id();
     Statement select(database_, "SELECT state FROM session WHERE id=?");
@@ -163,7 +163,7 @@ bool has_entry(Database& database, const RowEntry& entry) {
   return find.bind(1, entry.number).bind(2, std::string_view(entry.sum)).step();
 }
 
-/// Who gives the journal another name changes no entry by it.
+/// A forged journal name does not change the entries.
 bool is_own(Database& database, const std::string& name, const SessionRows& rows) {
   if (rows.entries.empty()) return false;
   if (rows.journal != name && !has_entry(database, rows.entries.front())) return false;

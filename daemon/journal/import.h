@@ -1,9 +1,9 @@
 #pragma once
-// What a journal knows of a session that somebody wants to import.
+// Comparison of a session to be imported with the journal's own entries.
 //
-// Entries are only ever added: of the same session one list of them is the other's beginning, or one of
-// both was altered. Held against are the journal's own entries, and of a session that was imported before
-// the sum of those that came then.
+// Entries are append-only: of two exports of one session, one is a prefix of the other, or one of them was
+// altered. The comparison covers the journal's own entries and, for a session imported earlier, their sum at
+// that time.
 
 #include <string>
 

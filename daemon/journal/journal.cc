@@ -7,8 +7,8 @@
 #include <span>
 
 #include "calib/files/calibration_json.h"
-#include "daemon/journal/database/prepare.h"
 #include "daemon/journal/journal_impl.h"
+#include "daemon/journal/prepare.h"
 #include "daemon/journal/rows.h"
 #include "daemon/result/outcome_json.h"
 
@@ -24,7 +24,7 @@ std::string blob(std::span<const double> values) {
   return bytes;
 }
 
-/// What an earlier version imported may be none.
+/// Throws DamagedError unless the blob holds doubles.
 std::vector<double> numbers(const std::string& bytes) {
   if (bytes.size() % sizeof(double) != 0)
     throw DamagedError(
@@ -55,7 +55,7 @@ std::filesystem::path with(std::filesystem::path path, const char* suffix) {
   return path += suffix;
 }
 
-/// Devices may say any bytes; what is kept can be told everywhere.
+/// Replaces bytes that are not UTF-8, as devices may send them.
 std::string as_utf8(const std::string& words) {
   using Json = nlohmann::json;
   if (is_utf8(words)) return words;
@@ -194,7 +194,7 @@ Journal::~Journal() {
   try {
     if (!impl_->pending.all().empty()) impl_->write([] {});
   } catch (const JournalError&) {
-    // The last words of a session's log; its rows are on disk, and there is nobody left to tell.
+    // Only pending log entries are lost; the session's rows are on disk.
   }
 }
 
@@ -410,8 +410,9 @@ std::vector<TimedChange> Journal::changes(std::int64_t session) {
   const std::lock_guard lock(impl_->mutex);
   impl_->chain.verify(session);
   std::vector<TimedChange> changes;
-  Statement select(impl_->database,
-                   "SELECT clock_s, from_phase, to_phase FROM change WHERE session=? ORDER BY rowid");
+  Statement select(
+      impl_->database,
+      "SELECT clock_s, from_phase, to_phase FROM change WHERE session=? ORDER BY rowid");
   select.bind(1, session);
   while (select.step()) {
     const auto from = phase_of(select.text(1)), to = phase_of(select.text(2));

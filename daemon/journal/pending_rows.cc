@@ -1,4 +1,4 @@
-// What is reported of this journal's facts.
+// Pending rows and the journal's outbox.
 
 #include "daemon/journal/pending_rows.h"
 
@@ -17,8 +17,8 @@ double seconds(drivers::TimePoint at) {
   return std::chrono::duration<double>(at.time_since_epoch()).count();
 }
 
-/// SQLite has no such number, and would refuse the row and with it every touch that is to follow it. What
-/// was seen and is none stands as what no measurement is.
+/// SQLite stores NaN as NULL, which the NOT NULL column rejects together with all later touches. NaN is stored as
+/// infinity.
 double kept(double value) {
   return std::isnan(value) ? std::numeric_limits<double>::infinity() : value;
 }
@@ -91,7 +91,7 @@ void insert(Database& database, Chain& chain, const PendingRow& row) {
 
 void Journal::report_to(std::shared_ptr<const Reporter> reporter) {
   const std::string address = reporter ? reporter->address() : "";
-  // The newest of this journal's own, where nobody runs it any more and it was not reported.
+  // The newest own session if it is interrupted and was not reported.
   const auto interrupted = [&]() -> std::optional<SessionRecord> {
     std::optional<SessionRecord> newest = impl_->newest_own();
     if (!newest || newest->state != RecordState::kInterrupted ||
@@ -123,7 +123,7 @@ void Journal::report_no_more_to(const Reporter& reporter) {
 
 void Journal::report(std::int64_t session, const Report& report) {
   impl_->write([&] {
-    // Where the end of a session could not be written its last touch would hold back all results behind it.
+    // After a failed write of a session's end its last touch would hold back all later results.
     if (report.worth == Worth::kResult) impl_->outbox.close_touch();
     impl_->outbox.put(session, {}, [&](const Reporter&) { return std::vector{report}; });
   });

@@ -1,6 +1,6 @@
 #pragma once
-// What is written with the next row: words, changes of phase, events of the sensor. Taking one never
-// waits for the disk.
+// Rows that are written with the next transaction: log, changes of phase, sensor events. Adding one
+// does not wait for the disk.
 
 #include <cstdint>
 #include <mutex>
@@ -8,8 +8,8 @@
 #include <variant>
 #include <vector>
 
-#include "daemon/journal/database/chain.h"
-#include "daemon/journal/database/outbox_rows.h"
+#include "daemon/journal/chain.h"
+#include "daemon/journal/outbox_rows.h"
 #include "daemon/session/evidence.h"
 
 namespace cellcal::daemon {

@@ -1,4 +1,4 @@
-// Raw rows of old sessions, dropped; what they were stays proven by the chain.
+// Drops raw rows of old sessions; their entries stay in the chain.
 
 #include <fmt/format.h>
 
@@ -10,7 +10,7 @@ namespace cellcal::daemon {
 
 namespace {
 
-/// What a row takes besides its texts and blobs: head, numbers, its place in the index.
+/// Estimated size of a row without texts and blobs: header, numbers, index entry.
 constexpr std::int64_t kRowBytes = 60;
 
 /// "length(a) + length(b)": of all columns with texts or blobs.
@@ -76,7 +76,7 @@ std::vector<DroppedRows> Journal::retain(const RetentionLimits& limits, const st
     DroppedRows rows;
     {
       const std::lock_guard lock(impl_->mutex);
-      // What is not as it was written is kept: it is the only evidence of what happened to it.
+      // A damaged session is kept as evidence.
       try {
         impl_->chain.verify(record->id);
       } catch (const JournalError&) {

@@ -1,4 +1,4 @@
-// What a row may hold that others bring: what this journal could have written itself.
+// Rows of a session as JSON lines, and validation of imported rows.
 
 #include "daemon/journal/rows.h"
 
@@ -17,7 +17,7 @@
 #include <span>
 
 #include "calib/files/input_file.h"
-#include "daemon/journal/database/chain.h"
+#include "daemon/journal/chain.h"
 #include "daemon/journal/journal.h"
 #include "daemon/journal/store/error.h"
 #include "drivers/robot.h"

@@ -1,11 +1,11 @@
 #pragma once
 // A session's rows as JSON lines that can be checked without the journal, format "cellcal.rows/1".
 //
-// The first line says whose they are, how many entries there are, and their sum. Each further one is an entry of the chain: its number, the sum
-// before it, the row's table, number and digest, its own sum; and `columns`, the row, where no later
-// entry has another. Values are JSON's own, or {"blob": hex}, {"text": hex} (not UTF-8), {"float":
-// hex} (infinite). Sums hold all but the journal's name in the first line. Who alters a value has to
-// alter a digest and all sums behind it, and those are in the journal that they came from.
+// The first line has journal, session, number of entries and their sum. Each further line is an entry of the chain: its number, the previous
+// sum, the row's table, number and digest, its own sum; and the row's `columns`, unless a later entry
+// replaces it. Values are JSON's own, or {"blob": hex}, {"text": hex} (not UTF-8), {"float":
+// hex} (infinite). Sums cover all but the journal's name in the first line. Altering a value requires
+// altering its digest and all later sums, which the recording journal still has.
 
 #include <cstdint>
 #include <string>
@@ -28,14 +28,14 @@ struct SessionRows {
   std::vector<RowEntry> entries;
 };
 
-/// As they stand in the journal, which verified them.
+/// Reads a verified session.
 SessionRows read_rows(Database& database, const std::string& journal, std::int64_t session);
 
 std::string to_lines(const SessionRows& rows);
 /// SHA-256 of the sums of the first `count` entries in their order: one left out, put in or altered makes it
 /// another.
 std::string sum_of_entries(const SessionRows& rows, std::size_t count);
-/// Of the session.
+/// Number of touches of the session.
 std::size_t touches_in(const SessionRows& rows);
 bool is_utf8(const std::string& text);
 /// Throws JournalError naming `from`, line, row and column where a value is none that a journal writes, whatever its sums

@@ -151,7 +151,7 @@ std::optional<SessionRecord> Journal::newest_own() {
 }
 
 std::optional<SessionRecord> Journal::newest_resumable() {
-  // Only the newest session: behind an older one the cell may have been moved or mended since. What
+  // Only the newest session: the cell may have been changed since an older one. What
   // was imported happened elsewhere.
   const std::optional<SessionRecord> newest = newest_own();
   if (!newest || !newest->resumable()) return std::nullopt;
@@ -218,8 +218,7 @@ std::optional<LeftSearch> Journal::search_left() {
   return left;
 }
 
-// What somebody, or the schedule, has decided beside the sessions: which calibration is used (rows that are added, never
-// changed), and the schedule's state (one row).
+// Activations (append-only rows) and the schedule's state (one row).
 
 void Journal::activate(const Activation& activation) {
   impl_->write([&] {

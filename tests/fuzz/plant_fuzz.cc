@@ -9,7 +9,7 @@
 
 #include "calib/files/text.h"
 #include "calib/model/error.h"
-#include "daemon/fleet/collect/judge.h"
+#include "daemon/fleet/judge.h"
 #include "daemon/plant/desk/desk_words.h"
 #include "daemon/plant/line/payload.h"
 #include "daemon/plant/messages/fact.h"

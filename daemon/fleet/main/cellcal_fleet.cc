@@ -12,7 +12,7 @@
 
 #include "daemon/config/config_values.h"
 #include "daemon/files/system_words.h"
-#include "daemon/fleet/collect/collector.h"
+#include "daemon/fleet/collector.h"
 #include "daemon/fleet/main/fleet_config.h"
 #include "daemon/fleet/main/fleet_options.h"
 #include "daemon/main/log.h"

@@ -4,8 +4,8 @@
 #include <filesystem>
 #include <string_view>
 
-#include "daemon/fleet/api/fleet_server.h"
-#include "daemon/fleet/collect/collector.h"
+#include "daemon/fleet/collector.h"
+#include "daemon/fleet/fleet_server.h"
 
 namespace cellcal::daemon::fleet {
 

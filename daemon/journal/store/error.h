@@ -4,13 +4,13 @@
 
 namespace cellcal::daemon {
 
-/// Something could not be put on disk or read from it. Names the file and says what to do.
+/// A failed read or write of the journal. The message names the file and the remedy.
 struct JournalError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// A session's rows are not as they were written, by their checksums, however often they are read again. A file that is
-/// "malformed" to SQLite is none: it says the same of a disk that is away (EIO, its SQLITE_IOERR_CORRUPTFS).
+/// The checksums of a session's rows do not match; permanent. SQLite's "malformed" is not a DamagedError, because it
+/// is also returned for an unavailable disk (EIO, SQLITE_IOERR_CORRUPTFS).
 struct DamagedError : JournalError {
   using JournalError::JournalError;
 };

@@ -1,5 +1,5 @@
 #pragma once
-// How far the journal had come, kept outside of it: a tail that the disk lost shows.
+// Newest entry of the journal, stored outside of it to detect a lost tail.
 
 #include <cstdint>
 #include <filesystem>

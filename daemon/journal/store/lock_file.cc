@@ -15,7 +15,7 @@ namespace {
 
 constexpr mode_t kLockMode = 0640;
 
-/// Whether `path` still leads to the file that was locked: another may stand there by now.
+/// True if `path` still refers to the locked file.
 bool is_at(const std::filesystem::path& path, int descriptor) {
   struct stat by_name {
   }, by_descriptor{};

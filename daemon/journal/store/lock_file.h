@@ -1,5 +1,5 @@
 #pragma once
-// One process at a time: a lock on a file that is nothing but a lock.
+// Exclusive access of one process: a lock on a file of its own.
 
 #include <sys/types.h>
 
@@ -8,8 +8,8 @@
 
 namespace cellcal::daemon {
 
-/// Holds an open file description lock on `path` as long as it lives. Unlike SQLite's own locks it
-/// outlasts other descriptors of any file of this process. The file stays behind and means nothing.
+/// Holds an open file description lock on `path` during its lifetime. Unlike SQLite's own locks it is
+/// independent of other descriptors of this process. The empty file is not removed.
 class LockFile {
  public:
   /// Throws JournalError, which names `journal`, where another process has it or there can be none.
@@ -22,7 +22,7 @@ class LockFile {
   int descriptor_ = -1;
 };
 
-// The journal's files are those that were opened, whatever others do to their names.
+// Detects journal files that were removed, replaced or truncated.
 
 class FileWatch {
  public:

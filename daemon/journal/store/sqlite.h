@@ -1,5 +1,5 @@
 #pragma once
-// SQLite behind two small types: a connection and a statement. Errors are JournalError.
+// SQLite connection and statement. Errors are JournalError.
 
 #include <cstdint>
 #include <filesystem>
@@ -19,7 +19,7 @@ struct Blob {
   std::string bytes;
   bool operator==(const Blob&) const = default;
 };
-/// What a column holds: nothing, or one of SQLite's types.
+/// Value of a column: NULL or one of SQLite's types.
 using Value = std::variant<std::monostate, std::int64_t, double, std::string, Blob>;
 /// Values as bytes, types and lengths in them: rows that differ give different bytes.
 std::string bytes_of(std::span<const Value> values);
@@ -38,11 +38,11 @@ class Database {
   std::int64_t integer(const char* sql);
   std::string text(const char* sql);
   std::int64_t last_row_id() const;
-  /// What stands in the write-ahead log stays there when this is closed (false: the usual).
+  /// Keeps the write-ahead log when the database is closed (default: false).
   void keep_log_on_close(bool keep);
-  /// What stands in the write-ahead log goes into the file, as far as that has room. Outside of a transaction.
+  /// Moves the write-ahead log into the file as far as there is room. Outside of a transaction.
   void move_log_into_file();
-  /// DiskFullError where that is what is wrong.
+  /// Throws DiskFullError or JournalError.
   [[noreturn]] void fail(int code) const;
 
   const std::string& name() const { return name_; }
@@ -102,8 +102,8 @@ class Transaction {
   bool open_ = true;
 };
 
-/// Copies a database page by page into another that nobody else has open. What is written to the
-/// first by its own connection meanwhile is in the copy, too.
+/// Copies a database page by page into another that is not open elsewhere. Concurrent writes by the
+/// source's own connection are included in the copy.
 class PageCopy {
  public:
   PageCopy(Database& from, Database& to);

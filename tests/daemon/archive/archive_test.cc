@@ -12,7 +12,7 @@
 #include "calib/files/calibration_json.h"
 #include "calib/files/files.h"
 #include "calib/files/input_file.h"
-#include "daemon/journal/database/chain.h"
+#include "daemon/journal/chain.h"
 #include "daemon/journal/rows.h"
 #include "daemon/tasks/options.h"
 #include "tests/calib/random_calibration.h"

@@ -1,4 +1,4 @@
-#include "daemon/fleet/collect/collector.h"
+#include "daemon/fleet/collector.h"
 
 #include <gtest/gtest.h>
 

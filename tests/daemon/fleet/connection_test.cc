@@ -1,4 +1,4 @@
-#include "daemon/fleet/store/connection.h"
+#include "daemon/fleet/connection.h"
 
 #include <gtest/gtest.h>
 

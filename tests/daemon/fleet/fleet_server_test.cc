@@ -1,4 +1,4 @@
-#include "daemon/fleet/api/fleet_server.h"
+#include "daemon/fleet/fleet_server.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 
 #include "daemon/api/http/http.h"
 #include "daemon/certificate/signed_files.h"
-#include "daemon/fleet/collect/judge.h"
+#include "daemon/fleet/judge.h"
 #include "tests/daemon/api/tcp_peer.h"
 #include "tests/daemon/cli/process.h"
 #include "tests/daemon/fleet/facts.h"

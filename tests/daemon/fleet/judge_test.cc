@@ -1,4 +1,4 @@
-#include "daemon/fleet/collect/judge.h"
+#include "daemon/fleet/judge.h"
 
 #include <gtest/gtest.h>
 

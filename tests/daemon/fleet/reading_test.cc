@@ -1,4 +1,4 @@
-#include "daemon/fleet/store/reading.h"
+#include "daemon/fleet/reading.h"
 
 #include <gtest/gtest.h>
 

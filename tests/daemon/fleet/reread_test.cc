@@ -2,7 +2,7 @@
 
 #include <fstream>
 
-#include "daemon/fleet/collect/collector.h"
+#include "daemon/fleet/collector.h"
 #include "tests/daemon/cli/process.h"
 #include "tests/daemon/fleet/facts.h"
 #include "tests/daemon/journal/temporary_directory.h"

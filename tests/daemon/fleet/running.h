@@ -5,7 +5,7 @@
 #include <string>
 #include <thread>
 
-#include "daemon/fleet/collect/collector.h"
+#include "daemon/fleet/collector.h"
 #include "tests/daemon/fleet/servers.h"
 
 namespace cellcal::daemon::fleet::testing {

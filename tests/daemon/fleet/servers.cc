@@ -16,7 +16,7 @@
 #include <pqxx/pqxx>
 #include <thread>
 
-#include "daemon/fleet/store/store.h"
+#include "daemon/fleet/store.h"
 
 namespace cellcal::daemon::fleet::testing {
 

@@ -1,4 +1,4 @@
-#include "daemon/fleet/store/store.h"
+#include "daemon/fleet/store.h"
 
 #include <gtest/gtest.h>
 

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "daemon/journal/database/chain.h"
+#include "daemon/journal/chain.h"
 #include "daemon/journal/rows.h"
 #include "images.h"
 #include "temporary_directory.h"
@@ -250,9 +250,9 @@ TEST_F(the_rows_of_a_session, of_forged_sums_name_no_table_and_column_that_is_no
     forged.entries = {entry};
     return to_lines(forged);
   };
-  EXPECT_NE(
-      refusal_of(with("session", "state) VALUES (1); DROP TABLE touch; --")).find("are not those of this version"),
-      std::string::npos);
+  EXPECT_NE(refusal_of(with("session", "state) VALUES (1); DROP TABLE touch; --"))
+                .find("are not those of this version"),
+            std::string::npos);
   EXPECT_NE(refusal_of(with("sqlite_schema", "sql")).find("session's own row is missing"),
             std::string::npos);
   EXPECT_NE(refusal_of(with("session", "state")), "") << "a session without its inputs";

@@ -5,7 +5,7 @@
 
 #include <fstream>
 
-#include "daemon/journal/database/schema.h"
+#include "daemon/journal/schema.h"
 #include "daemon/journal/store/sqlite.h"
 #include "daemon/qualification/contact_delay.h"
 #include "temporary_directory.h"

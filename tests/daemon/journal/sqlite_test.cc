@@ -6,7 +6,7 @@
 
 #include <cstring>
 
-#include "daemon/journal/database/prepare.h"
+#include "daemon/journal/prepare.h"
 #include "images.h"
 #include "temporary_directory.h"
 

@@ -1,0 +1,67 @@
+#pragma once
+// Stores the broker's messages in the database until it is stopped.
+
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "daemon/fleet/broker.h"
+#include "daemon/fleet/store.h"
+#include "daemon/plant/messages/names.h"
+
+namespace cellcal::daemon::fleet {
+
+struct CollectorConfig {
+  BrokerConfig broker;
+  StoreConfig store;
+  Allowance allowance;
+};
+
+/// Since it began. Any thread.
+struct Counters {
+  std::atomic<std::uint64_t> messages{0}, facts{0}, twice{0}, refused{0}, batches{0};
+  std::atomic<std::uint64_t> broker_lost{0}, store_lost{0};
+  std::atomic<bool> broker_up{false}, store_up{false};
+};
+
+class Collector {
+ public:
+  explicit Collector(CollectorConfig config);
+
+  /// Returns when `stop` is true. `alive` is called at least every second, but while the database is at work. Throws
+  /// OtherVersion.
+  void run(
+      const std::atomic<bool>& stop, const std::function<void()>& alive = [] {});
+  const Counters& counters() const { return counters_; }
+
+ private:
+  void serve(Store& store, Broker& broker, const std::atomic<bool>& stop,
+             const std::function<void()>& alive);
+  /// Returns the acknowledgements for the cells.
+  std::vector<plant::Stored> write(Store& store, std::vector<Message> messages);
+
+  void say_put_off(std::vector<std::string> put_off);
+
+  std::vector<std::string> put_off_;  ///< of the last maintenance, as it was said
+  CollectorConfig config_;
+  Meters meters_;
+  Counters counters_;
+};
+
+// Quarantined messages, read again by another version or with more room.
+
+struct Reread {
+  std::size_t stored = 0;   ///< facts and presences that are now taken, and no longer in quarantine
+  std::size_t twice = 0;    ///< facts that had come meanwhile; no longer in quarantine
+  std::size_t refused = 0;  ///< still, and kept
+  std::vector<std::string> cut;  ///< kept in part by an older program; of each its topic and bytes
+};
+
+/// Idempotent; safe with running collectors. Throws StoreAway; messages read until then are done.
+Reread reread_quarantine(Store& store);
+
+}  // namespace cellcal::daemon::fleet

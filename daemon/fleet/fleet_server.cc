@@ -1,0 +1,254 @@
+#include "daemon/fleet/fleet_server.h"
+
+#include <boost/asio/executor_work_guard.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/post.hpp>
+#include <charconv>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <thread>
+
+#include "daemon/api/http/page.h"
+#include "daemon/api/http/same_site.h"
+#include "daemon/api/http/server.h"
+#include "daemon/plant/messages/text_fields.h"
+
+namespace cellcal::daemon::fleet {
+
+namespace asio = boost::asio;
+
+struct FleetServer::Impl {
+  Impl(const Listen& listen, std::string database, const Counters& given)
+      : reading(std::move(database)), counters(given), local(context, listen.socket, parts()) {
+    if (!listen.address.empty())
+      network.emplace(context, NetworkAddress{listen.address, listen.port},
+                      parts(listen.host_names));
+    thread = std::thread([this] { context.run(); });
+  }
+
+  /// `names`: host names of this computer in addition to its addresses.
+  ServerParts parts(std::vector<std::string> names = {}) {
+    ServerParts made;
+    made.admit = [names = std::move(names)](Request& request) -> std::optional<Response> {
+      if (!request.is_from_network() || host_is_ours(request, names)) return std::nullopt;
+      return error(
+          403,
+          "this Host is not known as this computer's. Ask by its address, or add the name to "
+          "host_names of [http]");
+    };
+    made.handler = [this](const Request& request, bool) -> std::optional<Response> {
+      if (std::optional<Response> page = page_answer_at(request, kFleetPage)) return page;
+      const std::lock_guard lock(mutex);  // each server has a thread for slow requests
+      return answer(request, reading, counters);
+    };
+    made.slow = [](const Request&) { return true; };  // the database may take its time
+    return made;
+  }
+
+  std::mutex mutex;
+  Reading reading;
+  const Counters& counters;
+  asio::io_context context;
+  asio::executor_work_guard<asio::io_context::executor_type> work{context.get_executor()};
+  HttpServer local;
+  std::optional<HttpServer> network;
+  std::thread thread;
+};
+
+FleetServer::FleetServer(const Listen& listen, std::string database, const Counters& counters)
+    : impl_(std::make_unique<Impl>(listen, std::move(database), counters)) {}
+
+FleetServer::~FleetServer() {
+  asio::post(impl_->context, [this] {
+    impl_->local.stop();
+    if (impl_->network) impl_->network->stop();
+    impl_->work.reset();
+    impl_->context.stop();
+  });
+  impl_->thread.join();
+}
+
+std::uint16_t FleetServer::port() const { return impl_->network ? impl_->network->port() : 0; }
+
+namespace {
+
+class Lines {
+ public:
+  void family(const char* name, const char* type, const char* help) {
+    out_ << "# HELP " << name << ' ' << help << "\n# TYPE " << name << ' ' << type << '\n';
+  }
+  void one(const char* name, const char* type, const char* help, std::uint64_t value) {
+    family(name, type, help);
+    out_ << name << ' ' << value << '\n';
+  }
+  /// `value` is a name: letters and hyphens.
+  void labelled(const char* name, const char* label, const std::string& value,
+                std::uint64_t count) {
+    out_ << name << '{' << label << "=\"" << value << "\"} " << count << '\n';
+  }
+  std::string text() const { return out_.str(); }
+
+ private:
+  std::ostringstream out_;
+};
+
+void add_collector(Lines& lines, const Counters& counters) {
+  lines.one("cellcal_fleet_messages_total", "counter", "Messages stored or refused.",
+            counters.messages);
+  lines.one("cellcal_fleet_facts_total", "counter", "Facts stored.", counters.facts);
+  lines.one("cellcal_fleet_twice_total", "counter", "Facts that were there already.",
+            counters.twice);
+  lines.one("cellcal_fleet_refused_total", "counter",
+            "Messages refused: quarantined, or above a cell's rate and only counted.",
+            counters.refused);
+  lines.one("cellcal_fleet_batches_total", "counter", "Transactions.", counters.batches);
+  lines.one("cellcal_fleet_broker_up", "gauge", "1: connected to the broker.",
+            counters.broker_up ? 1 : 0);
+  lines.one("cellcal_fleet_database_up", "gauge", "1: connected to the database.",
+            counters.store_up ? 1 : 0);
+  lines.one("cellcal_fleet_broker_lost_total", "counter", "Connections to the broker that broke.",
+            counters.broker_lost);
+  lines.one("cellcal_fleet_database_lost_total", "counter",
+            "Connections to the database that broke.", counters.store_lost);
+}
+
+void add_plant(Lines& lines, const Totals& totals) {
+  const auto count = [](std::int64_t value) { return static_cast<std::uint64_t>(value); };
+  lines.one("cellcal_fleet_cells", "gauge", "Cells that are known.", count(totals.cells));
+  lines.one("cellcal_fleet_cells_online", "gauge", "Cells that are online.", count(totals.online));
+  lines.one("cellcal_fleet_gaps", "gauge", "Ranges of numbers that did not come.",
+            count(totals.gaps));
+  lines.one("cellcal_fleet_quarantined", "gauge", "Messages that ever were refused.",
+            count(totals.refused));
+  constexpr const char* kNeeds = "cellcal_fleet_cells_in_need";
+  lines.family(kNeeds, "gauge", "Cells by what they need attention for.");
+  for (const auto& [what, cells] : totals.needs) lines.labelled(kNeeds, "what", what, count(cells));
+}
+
+}  // namespace
+
+std::string fleet_metrics(Reading& reading, const Counters& counters) {
+  Lines lines;
+  add_collector(lines, counters);
+  try {
+    add_plant(lines, reading.totals());
+  } catch (const StoreAway&) {
+    // reported by cellcal_fleet_database_up
+  }
+  return lines.text();
+}
+
+namespace {
+
+using nlohmann::json;
+using plant::CellName;
+
+Response no_such(const std::string& what) { return error(404, "no such " + what); }
+
+std::vector<std::string> parts_of(const std::string& path) {
+  std::vector<std::string> parts;
+  std::size_t from = 1;
+  while (from <= path.size()) {
+    const std::size_t end = std::min(path.find('/', from), path.size());
+    parts.push_back(path.substr(from, end - from));
+    from = end + 1;
+  }
+  return parts;
+}
+
+/// "KR%205" of a query.
+std::string decoded(const std::string& text) {
+  std::string plain;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    unsigned byte = 0;
+    const char* at = text.data() + i + 1;
+    const bool escaped = text[i] == '%' && i + 2 < text.size() &&
+                         std::from_chars(at, at + 2, byte, 16).ptr == at + 2;
+    plain += escaped ? static_cast<char>(byte) : text[i] == '+' ? ' ' : text[i];
+    if (escaped) i += 2;
+  }
+  return plain;
+}
+
+std::int64_t session_of(const std::string& text) {
+  std::int64_t session = 0;
+  const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), session);
+  if (code != std::errc() || end != text.data() + text.size() || session < 0)
+    throw BadRequest("\"" + text + "\" is no session's number");
+  return session;
+}
+
+Response document(const std::optional<StoredFile>& file) {
+  if (!file) return no_such("document");
+  Response response;
+  response.body = file->bytes;
+  response.headers.emplace_back("X-Content-SHA256", file->sha256);
+  return response;
+}
+
+Response files(const std::vector<StoredFile>& all) {
+  if (all.empty()) return no_such("certificate");
+  json list = json::array();
+  for (const StoredFile& file : all)
+    list.push_back(
+        {{"name", file.name}, {"sha256", file.sha256}, {"base64", plant::to_base64(file.bytes)}});
+  return {200, "application/json", json{{"files", list}}.dump()};
+}
+
+/// v1/fleet/cells/PLANT/CELL/WHAT/JOURNAL/SESSION
+Response of_cell(const std::vector<std::string>& parts, Reading& reading) {
+  const CellName name{parts[3], parts[4]};
+  if (!plant::is_name(name.plant) || !plant::is_name(name.cell)) return no_such("cell");
+  if (parts.size() == 5) {
+    const std::optional<std::string> cell = reading.cell(name);
+    return cell ? Response{200, "application/json", *cell} : no_such("cell");
+  }
+  if (parts.size() != 8 || !plant::is_name(parts[6])) return no_such("page");
+  const std::int64_t session = session_of(parts[7]);
+  if (parts[5] == "calibrations") return document(reading.calibration(name, parts[6], session));
+  if (parts[5] == "checks") return document(reading.check(name, parts[6], session));
+  if (parts[5] == "certificates") return files(reading.certificate(name, parts[6], session));
+  return no_such("page");
+}
+
+std::string asked(const Request& request, const char* key) {
+  const auto found = request.query.find(key);
+  const std::string value = found == request.query.end() ? "" : decoded(found->second);
+  // PostgreSQL's text has neither.
+  const bool sound = !value.empty() && value.size() <= 200 &&
+                     value.find('\0') == std::string::npos &&
+                     json(value).dump(-1, ' ', false, json::error_handler_t::ignore) ==
+                         json(value).dump(-1, ' ', false, json::error_handler_t::replace);
+  if (!sound) throw BadRequest(std::string(key) + " is missing, or no text: ?robot=MODEL&joint=A3");
+  return value;
+}
+
+Response found(const Request& request, Reading& reading, const Counters& counters) {
+  if (request.method != "GET") return error(405, "only GET");
+  if (request.path == "/metrics")
+    return {200, "text/plain; version=0.0.4", fleet_metrics(reading, counters)};
+  if (request.path == "/v1/fleet/cells") return {200, "application/json", reading.cells()};
+  if (request.path == "/v1/fleet/overdue") return {200, "application/json", reading.overdue()};
+  if (request.path == "/v1/fleet/compare")
+    return {200, "application/json",
+            reading.compare(asked(request, "robot"), asked(request, "joint"))};
+  const std::vector<std::string> parts = parts_of(request.path);
+  if (parts.size() >= 5 && parts[0] == "v1" && parts[1] == "fleet" && parts[2] == "cells")
+    return of_cell(parts, reading);
+  return no_such("page");
+}
+
+}  // namespace
+
+Response answer(const Request& request, Reading& reading, const Counters& counters) {
+  try {
+    return found(request, reading, counters);
+  } catch (const BadRequest& bad) {
+    return error(400, bad.what());
+  } catch (const StoreAway& away) {
+    return busy(std::string("the database is away: ") + away.what());
+  }
+}
+
+}  // namespace cellcal::daemon::fleet

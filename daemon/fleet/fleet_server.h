@@ -1,0 +1,48 @@
+#pragma once
+// HTTP server of the collector, in a thread.
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "daemon/api/http/message.h"
+#include "daemon/fleet/collector.h"
+#include "daemon/fleet/reading.h"
+
+namespace cellcal::daemon::fleet {
+
+struct Listen {
+  std::filesystem::path socket;
+  std::string address;     ///< empty: only the socket
+  std::uint16_t port = 0;  ///< 0: any that is free
+  /// Host names, in lower case, that are accepted in addition to this computer's addresses.
+  std::vector<std::string> host_names{};
+};
+
+class FleetServer {
+ public:
+  /// Throws SocketError. `counters` must live longer.
+  FleetServer(const Listen& listen, std::string database, const Counters& counters);
+  ~FleetServer();
+  FleetServer(const FleetServer&) = delete;
+  FleetServer& operator=(const FleetServer&) = delete;
+
+  std::uint16_t port() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+// Responses from the database.
+
+/// Throws nothing but std::bad_alloc.
+Response answer(const Request& request, Reading& reading, const Counters& counters);
+
+/// Prometheus' text. The plant's own numbers are left out while the database is away.
+std::string fleet_metrics(Reading& reading, const Counters& counters);
+
+}  // namespace cellcal::daemon::fleet

@@ -1,0 +1,65 @@
+#pragma once
+// One connection to the plant's database, for writing.
+
+#include <cstdint>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "daemon/fleet/batch.h"
+
+namespace cellcal::daemon::fleet {
+
+/// The database cannot be reached, or cannot write now. What was asked for may be asked again.
+struct StoreAway : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+/// The tables are those of another version of the program; retrying does not help.
+struct OtherVersion : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+struct StoreConfig {
+  std::string connection;     ///< as libpq takes it: "dbname=cellcal", "postgresql://..."
+  int telemetry_months = 13;  ///< kept beside the current one
+  int calibration_days = 365;
+  int check_days = 0;  ///< 0: checks are never overdue
+};
+
+/// A message of the quarantine, as it came.
+struct Kept {
+  std::int64_t id = 0;
+  plant::CellName of;
+  std::string topic, payload;
+  std::int64_t bytes = 0;  ///< that it had
+  bool whole = false;      ///< all of them are here
+};
+
+/// One thread.
+class Store {
+ public:
+  /// Connects; creates the tables in an empty database. Throws StoreAway, OtherVersion.
+  explicit Store(const StoreConfig& config);
+  ~Store();
+  Store(const Store&) = delete;
+  Store& operator=(const Store&) = delete;
+
+  /// All of it in one transaction, committed when it returns. Throws StoreAway.
+  Written write(const Batch& batch);
+  /// Months of telemetry made ahead and dropped, gaps looked at. Every few minutes. What others held and was put off until the next time, in
+  /// words. Throws StoreAway.
+  std::vector<std::string> maintain();
+
+  /// Of the quarantine behind this id, the oldest few that another program may take. Throws StoreAway.
+  std::vector<Kept> kept(std::int64_t after);
+  /// It is written, or nobody wants it. Throws StoreAway.
+  void let_go(std::int64_t kept);
+
+  struct Impl;
+
+ private:
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace cellcal::daemon::fleet

@@ -1,0 +1,328 @@
+#include "daemon/journal/outbox_rows.h"
+
+#include <fmt/format.h>
+
+#include <limits>
+#include <random>
+
+#include "daemon/journal/store/error.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+/// Estimated size of a row without its body.
+constexpr std::int64_t kOutboxRowBytes = 100;
+/// One reading holds the lock for no longer than this takes.
+constexpr std::size_t kMostAtOnce = std::size_t{1} << 20;
+/// Fraction of the bound that is dropped at once, so that not every new row drops one.
+constexpr std::int64_t kDroppedShare = 10;
+
+constexpr const char* kBytes = "length(CAST(body AS BLOB))";
+
+std::string random_source() {
+  std::random_device source;
+  std::string name;
+  for (int i = 0; i < 4; ++i) name += fmt::format("{:08x}", source());
+  return name;
+}
+
+const char* worth_name(Worth worth) { return worth == Worth::kResult ? "result" : "telemetry"; }
+
+std::int64_t bytes_of(const Report& report) {
+  return static_cast<std::int64_t>(report.body.size()) + kOutboxRowBytes;
+}
+
+std::int64_t name_source(Database& database) {
+  const std::int64_t first =
+      database.integer("SELECT coalesce(max(seq), 0) + 1 FROM sqlite_sequence WHERE name='outbox'");
+  Statement insert(database, "INSERT OR REPLACE INTO outbox_source (first, name) VALUES (?,?)");
+  insert.bind(1, first).bind(2, std::string_view(random_source())).step();
+  return first;
+}
+
+}  // namespace
+
+void begin_source(Database& database) {
+  database.execute("DELETE FROM outbox WHERE worth='telemetry'");
+  name_source(database);
+}
+
+void OutboxRows::take_source() {
+  Statement source(database_, "SELECT first, name FROM outbox_source ORDER BY first DESC LIMIT 1");
+  source.step();
+  first_ = source.integer(0);
+  now_.source = source.text(1);
+  now_.newest =
+      database_.integer("SELECT coalesce(max(seq), 0) FROM sqlite_sequence WHERE name='outbox'") -
+      first_ + 1;
+}
+
+OutboxRows::OutboxRows(Database& database) : database_(database) {
+  take_source();
+  const auto sum = [&](const char* of) {
+    return database_.integer(
+        fmt::format("SELECT coalesce(sum({} + {}), 0) FROM outbox {}", kBytes, kOutboxRowBytes, of)
+            .c_str());
+  };
+  now_.rows = database_.integer("SELECT count(*) FROM outbox");
+  now_.bytes = sum("");
+  now_.telemetry_bytes = sum("WHERE worth='telemetry'");
+  on_disk_ = now_;
+  first_on_disk_ = first_;
+}
+
+bool OutboxRows::is_other(const std::string& address) {
+  return !address.empty() &&
+         database_.text("SELECT address FROM outbox_source ORDER BY first DESC LIMIT 1") != address;
+}
+
+void OutboxRows::speak_as(const std::string& address) {
+  const bool named =
+      !database_.text("SELECT address FROM outbox_source ORDER BY first DESC LIMIT 1").empty();
+  // If no number was reported under the previous name, the source is renamed.
+  if (named && now_.newest > 0) {
+    drop(now_.telemetry_bytes);  // what is reported of it belongs to the numbers that end here
+    name_source(database_);
+  }
+  Statement update(
+      database_,
+      "UPDATE outbox_source SET address=? WHERE first=(SELECT max(first) FROM outbox_source)");
+  update.bind(1, std::string_view(address)).step();
+  take_source();
+}
+
+std::string OutboxRows::sources_reported(bool reported) {
+  Statement sources(database_, "SELECT first, address FROM outbox_source");
+  std::string list;
+  while (sources.step()) {
+    const std::string address = sources.text(1);
+    if ((address.empty() || !reporter_ || reporter_->tells_of(address)) != reported) continue;
+    list += (list.empty() ? "" : ",") + std::to_string(sources.integer(0));
+  }
+  return "first IN (" + list + ")";
+}
+
+OutboxCount OutboxRows::look() {
+  OutboxCount count = now_;
+  count.oldest =
+      database_.text("SELECT coalesce((SELECT time FROM outbox ORDER BY number LIMIT 1), '')");
+  Statement others(
+      database_,
+      ("SELECT count(*), coalesce(min(first), 0) FROM outbox JOIN outbox_source ON first="
+       "(SELECT max(first) FROM outbox_source WHERE first<=number) WHERE " +
+       sources_reported(false))
+          .c_str());
+  if (!others.step() || others.integer(0) == 0) return count;
+  count.elsewhere = others.integer(0);
+  Statement address(database_, "SELECT address FROM outbox_source WHERE first=?");
+  if (address.bind(1, others.integer(1)).step()) count.elsewhere_address = address.text(0);
+  return count;
+}
+
+void OutboxRows::put_touch(std::int64_t session, const RecordTouch& touch) {
+  close_touch();
+  const std::int64_t before = now_.newest;
+  put(session, touch.touch.time, [&](const Reporter& to) { return to.touch(touch); });
+  if (touch.tip_m && now_.newest == before + 1) open_ = {first_ + now_.newest - 1, session, touch};
+}
+
+void OutboxRows::assess(std::int64_t session, const AssessedTouch& found) {
+  if (!reporter_) close_touch();
+  if (open_.row == 0 || open_.session != session || open_.touch.index != found.index) return;
+  open_.touch.residual_m = found.residual_m;
+  try {
+    const std::vector<Report> now = reporter_->touch(open_.touch);
+    if (now.size() == 1) rewrite(open_.row, now[0]);
+  } catch (const std::exception&) {  // it was reported without that
+  }
+  close_touch();
+  added_ = true;
+}
+
+void OutboxRows::rewrite(std::int64_t row, const Report& report) {
+  Statement before(database_,
+                   fmt::format("SELECT {}, worth FROM outbox WHERE number=?", kBytes).c_str());
+  if (!before.bind(1, row).step()) return;  // dropped or acknowledged meanwhile
+  const auto take = [&](std::int64_t bytes, bool telemetry) {
+    now_.bytes += bytes;
+    if (telemetry) now_.telemetry_bytes += bytes;
+  };
+  take(-(before.integer(0) + kOutboxRowBytes), before.text(1) == "telemetry");
+  Statement update(database_, "UPDATE outbox SET kind=?, worth=?, body=? WHERE number=?");
+  update.bind(1, std::string_view(report.kind)).bind(2, std::string_view(worth_name(report.worth)));
+  update.bind(3, std::string_view(report.body)).bind(4, row).step();
+  take(bytes_of(report), report.worth == Worth::kTelemetry);
+}
+
+void OutboxRows::replace(std::int64_t row, const Report& report) {
+  rewrite(row, report);
+  added_ = true;
+}
+
+void OutboxRows::put(std::int64_t session, const std::string& time,
+                     const std::function<std::vector<Report>(const Reporter&)>& say) {
+  if (!reporter_) return;
+  std::vector<Report> reports;
+  try {
+    reports = say(*reporter_);
+  } catch (const std::exception&) {  // the fact is what counts
+    ++now_.not_begun;
+  }
+  for (const Report& report : reports) {
+    if (make_room(report, bytes_of(report))) add(session, time, report);
+  }
+}
+
+bool OutboxRows::make_room(const Report& report, std::int64_t bytes) {
+  const std::int64_t most = reporter_->most_bytes();
+  const bool telemetry = report.worth == Worth::kTelemetry;
+  const std::int64_t results = now_.bytes - now_.telemetry_bytes;
+  if (telemetry && (only_results_ || results + bytes > most - most / kDroppedShare)) {
+    ++now_.not_begun;
+    return false;
+  }
+  if (now_.bytes + bytes > most && now_.telemetry_bytes > 0)
+    drop(now_.bytes + bytes - most + most / kDroppedShare);
+  return true;
+}
+
+void OutboxRows::add(std::int64_t session, const std::string& time, const Report& report) {
+  Statement insert(database_,
+                   "INSERT INTO outbox (session, time, kind, worth, body) VALUES "
+                   "(?,coalesce(nullif(?,''),strftime('%Y-%m-%dT%H:%M:%fZ','now')),?,?,?)");
+  insert.bind(1, session).bind(2, std::string_view(time)).bind(3, std::string_view(report.kind));
+  insert.bind(4, std::string_view(worth_name(report.worth)))
+      .bind(5, std::string_view(report.body))
+      .step();
+  now_.newest = database_.last_row_id() - first_ + 1;
+  ++now_.rows;
+  now_.bytes += bytes_of(report);
+  if (report.worth == Worth::kTelemetry) now_.telemetry_bytes += bytes_of(report);
+  added_ = true;
+}
+
+void OutboxRows::drop(std::int64_t bytes) {
+  std::int64_t first = 0, last = 0, count = 0, freed = 0;
+  {
+    Statement oldest(database_, fmt::format("SELECT number, {} FROM outbox WHERE worth='telemetry' "
+                                            "ORDER BY number",
+                                            kBytes)
+                                    .c_str());
+    while (freed < bytes && oldest.step()) {
+      last = oldest.integer(0);
+      if (count++ == 0) first = last;
+      freed += oldest.integer(1) + kOutboxRowBytes;
+    }
+  }
+  if (count == 0) return;
+  Statement gone(database_, "DELETE FROM outbox WHERE worth='telemetry' AND number<=?");
+  gone.bind(1, last).step();
+  if (open_.row <= last) close_touch();
+  now_.rows -= count;
+  now_.bytes -= freed;
+  now_.telemetry_bytes -= freed;
+  now_.dropped += count;
+  if (reporter_) add(0, {}, reporter_->dropped(first - first_ + 1, last - first_ + 1, count));
+}
+
+void OutboxRows::give_telemetry_up() {
+  only_results_ = true;
+  drop(now_.telemetry_bytes);
+}
+
+void OutboxRows::compose(const SessionRecord& record,
+                         const std::function<std::vector<calib::Touch>()>& touches) {
+  if (!reporter_) return;
+  Statement waits(database_, "SELECT number FROM outbox WHERE session=? AND body=''");
+  waits.bind(1, record.id);
+  std::vector<std::int64_t> rows;
+  while (waits.step()) rows.push_back(waits.integer(0));
+  if (rows.empty()) return;
+  std::string body;
+  try {
+    body = reporter_->calibration(record, touches()).body;
+  } catch (const JournalError&) {
+    throw;  // the disk: the calibration that comes now cannot be stored either
+  } catch (
+      const std::
+          exception&) {  // the fact is what counts; whoever sends it says that it cannot be reported
+    body = "{}";
+  }
+  for (const std::int64_t row : rows) {
+    Statement update(database_, "UPDATE outbox SET body=? WHERE number=?");
+    update.bind(1, std::string_view(body)).bind(2, row).step();
+    now_.bytes += static_cast<std::int64_t>(body.size());
+  }
+}
+
+bool OutboxRows::was_reported_interrupted(std::int64_t entry) {
+  return database_.integer("SELECT interrupted FROM outbox_source ORDER BY first DESC LIMIT 1") >=
+         entry;
+}
+
+void OutboxRows::mark_reported_interrupted(std::int64_t entry) {
+  Statement update(
+      database_,
+      "UPDATE outbox_source SET interrupted=? WHERE first=(SELECT max(first) FROM outbox_source)");
+  update.bind(1, entry).step();
+}
+
+void OutboxRows::acknowledge(const std::vector<std::int64_t>& rows) {
+  for (const std::int64_t row : rows) {
+    Statement gone(
+        database_,
+        fmt::format("DELETE FROM outbox WHERE number=? RETURNING {}, worth", kBytes).c_str());
+    if (!gone.bind(1, row).step()) continue;  // dropped meanwhile
+    const std::int64_t bytes = gone.integer(0) + kOutboxRowBytes;
+    --now_.rows;
+    now_.bytes -= bytes;
+    if (gone.text(1) == "telemetry") now_.telemetry_bytes -= bytes;
+    gone.step();
+  }
+}
+
+void OutboxRows::committed() {
+  on_disk_reporter_ = reporter_;
+  on_disk_ = now_;
+  open_on_disk_ = open_;
+  first_on_disk_ = first_;
+  only_results_ = false;
+  if (std::exchange(added_, false) && reporter_) reporter_->waits();
+}
+
+void OutboxRows::rolled_back() {
+  reporter_ = on_disk_reporter_;
+  now_ = on_disk_;
+  open_ = open_on_disk_;
+  first_ = first_on_disk_;
+  only_results_ = added_ = false;
+}
+
+std::vector<WaitingReport> OutboxRows::waiting(std::int64_t after, std::size_t most) {
+  Statement select(
+      database_,
+      ("SELECT number, name, number - first + 1, session, time, kind, worth, body FROM outbox "
+       "JOIN outbox_source ON first=(SELECT max(first) FROM outbox_source WHERE first<=number) "
+       "WHERE number>? AND number<? AND " +
+       sources_reported(true) + " ORDER BY number LIMIT ?")
+          .c_str());
+  select.bind(1, after).bind(2,
+                             open_.row > 0 ? open_.row : std::numeric_limits<std::int64_t>::max());
+  select.bind(3, static_cast<std::int64_t>(most));
+  std::vector<WaitingReport> rows;
+  std::size_t bytes = 0;
+  while (bytes < kMostAtOnce && select.step()) {
+    const Worth worth = select.text(6) == "result" ? Worth::kResult : Worth::kTelemetry;
+    rows.push_back({select.integer(0),
+                    select.text(1),
+                    select.integer(2),
+                    select.integer(3),
+                    select.text(4),
+                    {select.text(5), worth, select.text(7)}});
+    bytes += rows.back().report.body.size();
+  }
+  return rows;
+}
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,156 @@
+#pragma once
+// The outbox's tables. All calls but committed() and rolled_back() that write are within a transaction.
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "daemon/journal/records.h"
+#include "daemon/journal/store/sqlite.h"
+#include "daemon/session/action.h"
+#include "daemon/session/evidence.h"
+
+namespace cellcal::daemon {
+
+// Reports of a journal's facts: rows that wait for their acknowledgement, each written in the transaction of the
+// fact that it reports. The reporter defines their content.
+
+/// Telemetry may be dropped where there is no room; results never are.
+enum class Worth { kResult, kTelemetry };
+
+struct Report {
+  std::string kind;
+  Worth worth = Worth::kResult;
+  /// Empty: composed by Reporter::calibration() when it is read, so that a calibration is not on disk twice.
+  std::string body;
+};
+
+/// Converts facts to reports. Called with the journal's lock held, so it must not block. An exception discards
+/// the report, never the fact.
+class Reporter {
+ public:
+  virtual ~Reporter() = default;
+  /// A session began, was resumed, was found interrupted, or ended.
+  virtual std::vector<Report> session(const SessionRecord& session) const = 0;
+  /// Reports `session.calibration`; `touches` are the session's.
+  virtual Report calibration(const SessionRecord& session,
+                             const std::vector<calib::Touch>& touches) const = 0;
+  virtual std::vector<Report> touch(const RecordTouch& touch) const = 0;
+  virtual std::vector<Report> change(const RecordChange& change) const = 0;
+  virtual std::vector<Report> activation(const Activation& activation) const = 0;
+  /// So many numbers from `first` to `last` are gone.
+  virtual Report dropped(std::int64_t first, std::int64_t last, std::int64_t count) const = 0;
+  /// Name under which this journal reports; empty: none. A changed name starts a new source, numbered from 1.
+  virtual std::string address() const { return {}; }
+  /// True if rows written under that name are reported now; other rows wait.
+  virtual bool tells_of(const std::string& /*address*/) const { return true; }
+  /// Bound of the waiting rows; above it the oldest telemetry is dropped.
+  virtual std::int64_t most_bytes() const = 0;
+  /// Something new waits.
+  virtual void waits() const {}
+};
+
+struct WaitingReport {
+  std::int64_t row = 0;     ///< for Journal::acknowledge()
+  std::string source;       ///< whose numbers these are
+  std::int64_t number = 0;  ///< counts up by one, never used twice under this source
+  std::int64_t session = 0;
+  std::string time;
+  Report report;
+};
+
+/// Residual of a recorded touch.
+struct AssessedTouch {
+  std::size_t index = 0;
+  double residual_m = 0.0;
+};
+
+struct OutboxCount {
+  std::string source;       ///< of the next
+  std::int64_t newest = 0;  ///< number under that source; 0: none yet
+  std::int64_t rows = 0, bytes = 0, telemetry_bytes = 0;
+  /// Since the journal was opened: dropped, and not begun because results alone fill it.
+  std::int64_t dropped = 0, not_begun = 0;
+  std::string oldest;  ///< time of the oldest that waits, ISO 8601 UTC; empty: none
+  /// Waiting rows written under another name, which are not reported now.
+  std::int64_t elsewhere = 0;
+  std::string elsewhere_address;  ///< of these the oldest
+};
+
+/// Starts a new source, numbered from 1, because another copy of this file may continue as well. Waiting results keep
+/// their source and number; waiting telemetry is dropped.
+void begin_source(Database& database);
+
+class OutboxRows {
+ public:
+  explicit OutboxRows(Database& database);
+
+  void use(std::shared_ptr<const Reporter> reporter) {
+    reporter_ = on_disk_reporter_ = std::move(reporter);
+  }
+  /// Within a transaction: a rollback restores the previous reporter.
+  void use_from_commit(std::shared_ptr<const Reporter> reporter) {
+    reporter_ = std::move(reporter);
+  }
+  /// True if speak_as() would write.
+  bool is_other(const std::string& address);
+  /// From now on; numbers begin anew where the newest ones were reported under another name.
+  void speak_as(const std::string& address);
+  bool on() const { return reporter_ != nullptr; }
+  const Reporter& reporter() const { return *reporter_; }
+
+  /// Nothing where nothing is reported. `time` empty: now.
+  void put(std::int64_t session, const std::string& time,
+           const std::function<std::vector<Report>(const Reporter&)>& say);
+  /// Holds the report of a touch with a tip until it is assessed, at the latest until the next touch. A touch without a
+  /// tip is reported at once.
+  void put_touch(std::int64_t session, const RecordTouch& touch);
+  void assess(std::int64_t session, const AssessedTouch& touch);
+  /// Releases a report held by put_touch().
+  void close_touch() { open_ = {}; }
+  void replace(std::int64_t row, const Report& report);
+  /// `record`: with the calibration that is about to be replaced.
+  void compose(const SessionRecord& record,
+               const std::function<std::vector<calib::Touch>()>& touches);
+  /// Interruption of a session, identified by the chain entry of its 'running' row.
+  bool was_reported_interrupted(std::int64_t entry);
+  void mark_reported_interrupted(std::int64_t entry);
+  void acknowledge(const std::vector<std::int64_t>& rows);
+  /// All telemetry goes, and none is taken until committed() or rolled_back().
+  void give_telemetry_up();
+
+  void committed();
+  void rolled_back();
+
+  std::vector<WaitingReport> waiting(std::int64_t after, std::size_t most);
+  const OutboxCount& count() const { return now_; }
+  /// With what only the tables know.
+  OutboxCount look();
+
+ private:
+  void add(std::int64_t session, const std::string& time, const Report& report);
+  void drop(std::int64_t bytes);
+  bool make_room(const Report& report, std::int64_t bytes);
+  void take_source();
+  void rewrite(std::int64_t row, const Report& report);
+  /// "first IN (...)" of the sources that are, or are not, reported.
+  std::string sources_reported(bool reported);
+
+  /// The newest touch until it is assessed. Not kept over a restart.
+  struct OpenTouch {
+    std::int64_t row = 0;  ///< 0: none
+    std::int64_t session = 0;
+    RecordTouch touch;
+  };
+
+  Database& database_;
+  std::shared_ptr<const Reporter> reporter_, on_disk_reporter_;
+  std::int64_t first_ = 1, first_on_disk_ = 1;  ///< row of number 1 of the newest source
+  OutboxCount now_, on_disk_;
+  OpenTouch open_, open_on_disk_;
+  bool only_results_ = false, added_ = false;
+};
+
+}  // namespace cellcal::daemon
