@@ -85,7 +85,14 @@ class Correction {
                                why == Why::kNoSuchTool || why == Why::kNoSuchBase;
     result_.refusals.push_back({why, of_the_motion ? src_ : point.file,
                                 of_the_motion ? motion.line : point.line, motion.point, number,
-                                reached});
+                                reached, lost(why, motion)});
+  }
+
+  /// The statement behind which the frame or posture is not known.
+  static Lost lost(Why why, const Motion& motion) {
+    if (why == Why::kToolNotKnown || why == Why::kBaseNotKnown) return motion.frames.lost;
+    if (why == Why::kPostureNotKnown || why == Why::kNoConfiguration) return motion.lost;
+    return {};
   }
 
   /// A point that stays as it is: only the posture there counts.
@@ -162,6 +169,10 @@ class Correction {
     const Motion &one = program_.motions[first], &other = program_.motions[index];
     if (refused_.count(other.point) > 0) return;
     const bool axes = program_.points.at(other.point).kind == PointKind::kAxes;
+    if (!other.frames.tool || (!axes && !other.frames.base)) {
+      refused_.insert(other.point);
+      return refuse(other.frames.tool ? Why::kBaseNotKnown : Why::kToolNotKnown, other);
+    }
     if (!(one.frames.tool == other.frames.tool) ||
         (!axes && !(one.frames.base == other.frames.base)) || other.frames.external) {
       refused_.insert(other.point);
@@ -407,10 +418,11 @@ const CorrectedPoint* CorrectedProgram::largest() const {
 
 CorrectedProgram correct_program(const calib::Calibration& calibration, const ProgramFiles& files,
                                  const CorrectionOptions& options) {
-  const Program program = read_program(files.src, files.dat, files.controller, options.leave);
+  const Program program = read_program(files, options.leave, options.still);
   CorrectedProgram result;
   result.robroot_stated = program.data.robroot.has_value();
   result.refusals = program.refusals;
+  result.motions = program.motion_lines;
   for (const auto& [name, why] : program.left) result.left.push_back({name, why});
   Correction correction(calibration, files, program, options, result);
   correction.run();

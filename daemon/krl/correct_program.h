@@ -7,21 +7,15 @@
 #include <vector>
 
 #include "calib/result/calibration.h"
-#include "daemon/krl/krl_refusal.h"
-#include "daemon/krl/krl_text.h"
+#include "daemon/krl/krl_program.h"
 #include "daemon/krl/tool_used.h"
 
 namespace cellcal::daemon::krl {
 
-struct ProgramFiles {
-  KrlFile src;
-  std::optional<KrlFile> dat;
-  std::vector<KrlFile> controller;  ///< $config.dat, $machine.dat
-};
-
 struct CorrectionOptions {
-  std::vector<std::string> leave;  ///< names of points that stay as they are
+  std::vector<std::string> leave = {};  ///< names of points that stay as they are
   bool anywhere = false;           ///< also where the calibration claims nothing
+  std::vector<std::string> still = {};  ///< routines that neither move nor set frames
 };
 
 struct CorrectedPoint {
@@ -48,6 +42,7 @@ struct CorrectedProgram {
   std::vector<ToolUsed> tools;
   bool robroot_stated = false;  ///< by a file; else the arm stands in the world's origin
   std::vector<Refusal> refusals;
+  int motions = 0;  ///< lines of the program that move the arm
 
   const CorrectedPoint* largest() const;  ///< shift; null without points
 };

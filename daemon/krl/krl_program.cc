@@ -7,6 +7,7 @@
 
 #include "calib/files/text.h"
 #include "calib/model/error.h"
+#include "daemon/krl/krl_calls.h"
 #include "daemon/krl/krl_state.h"
 
 namespace cellcal::daemon::krl {
@@ -15,12 +16,8 @@ namespace {
 
 using Kind = Token::Kind;
 
-const std::set<std::string> kMotions = {"PTP", "LIN", "CIRC", "SPTP", "SLIN", "SCIRC", "SPL"};
 const std::set<std::string> kAxisMotions = {"PTP", "SPTP"};
 const std::set<std::string> kArcs = {"CIRC", "SCIRC"};
-const std::set<std::string> kRelative = {"PTP_REL",  "LIN_REL",   "CIRC_REL", "SPTP_REL",
-                                         "SLIN_REL", "SCIRC_REL", "SPL_REL"};
-const std::set<std::string> kExternal = {"ASYPTP", "ASYCONT"};
 /// Where the arm stands: motions to these go nowhere.
 const std::set<std::string> kHere = {"$AXIS_ACT",    "$AXIS_ACT_MEAS", "$POS_ACT",
                                      "$POS_ACT_MES", "$AXIS_INT",      "$POS_INT"};
@@ -32,13 +29,17 @@ bool is_sign(const std::vector<Token>& t, std::size_t at, char what) {
 class Reader {
  public:
   Reader(const KrlFile& src, const std::vector<std::string>& leave, const Data& controller,
-         Program& program)
-      : src_(src), leave_(leave.begin(), leave.end()), controller_(controller), program_(program) {}
+         const Calls& calls, Program& program)
+      : src_(src),
+        leave_(leave.begin(), leave.end()),
+        controller_(controller),
+        calls_(calls),
+        program_(program) {}
 
   void read(const std::vector<Line>& lines) {
     for (const Line& line : lines)
-      if (declares(line)) read_declaration(line, src_.name, program_.data);
-    FrameState state(lines, program_.data);
+      if (declares_data(line)) read_declaration(line, src_.name, program_.data);
+    FrameState state(lines, program_.data, calls_);
     for (const Line& line : lines) read(line, state);
     for (const auto& [name, at] : state.frame_data_used())
       if (const auto found = mentioned_.find(name); found != mentioned_.end())
@@ -86,7 +87,7 @@ class Reader {
   }
 
   /// With or without DECL; what begins with DEF is none.
-  static bool declares(const Line& line) {
+  static bool declares_data(const Line& line) {
     const Token& first = line.tokens[0];
     return first.is("DECL") || is_point_type(first.word) ||
            (first.is("GLOBAL") && line.tokens.size() > 1 && !line.tokens[1].is("DEF") &&
@@ -96,23 +97,30 @@ class Reader {
   void read(const Line& line, FrameState& state) {
     const auto& t = line.tokens;
     depth_ = std::max(0, depth_ + FrameState::blocks(line));
-    if (state.breaks_order(line)) last_ = -1;
+    if (state.breaks_order(line)) lose(line);
     const bool frames = state.read(line);
-    if (declares(line) || t[0].is("EXT")) return;
-    if (t[0].kind == Kind::kWord && kRelative.count(t[0].word) > 0) {
-      last_ = -1;
+    if (declares_data(line) || t[0].is("EXT")) return;
+    const MotionKind kind = motion_kind(line);
+    if (kind != MotionKind::kNone) ++program_.motion_lines;
+    if (kind == MotionKind::kRelative) {
+      lose(line);
       return refuse(Why::kRelative, line.number, t[0].word);
     }
-    if (t[0].kind == Kind::kWord && kExternal.count(t[0].word) > 0)
-      return refuse(Why::kExternalAxes, line.number, t[0].word);
-    if (t[0].kind == Kind::kWord && kMotions.count(t[0].word) > 0 && t.size() > 1)
-      return motion(line, state);
+    if (kind == MotionKind::kExternal) return refuse(Why::kExternalAxes, line.number, t[0].word);
+    if (kind == MotionKind::kPoint && t.size() > 1) return motion(line, state);
     if (frames) {
       const bool names_data = t[0].is("FDAT_ACT") && t.size() == 3;
       return names_data ? void() : mention(line, 1);
     }
     if (assigns(line)) return;
     mention(line, 0);
+  }
+
+  /// Where the arm is behind this line is not known.
+  void lose(const Line& line) {
+    last_ = -1;
+    const Effects effects = calls_.of(line);
+    lost_ = {effects.call.empty() ? line.tokens[0].word : effects.call, line.number};
   }
 
   /// XP1={X ...}: the point's value where it has none yet, and nobody can go there before.
@@ -152,7 +160,9 @@ class Reader {
     motion.line = line.number;
     motion.cp = kAxisMotions.count(t[0].word) == 0;
     motion.previous = last_;
+    if (last_ < 0) motion.lost = lost_;
     last_ = -1;
+    lost_ = {};
     motion.frames = state.at_motion(line, motion.wrong_frame_data);
     if (motion.wrong_frame_data) motion.wrong_frame_data->file = src_.name;
     if (is_sign(t, at, '{')) {
@@ -227,7 +237,9 @@ class Reader {
   const KrlFile& src_;
   std::set<std::string> leave_;
   const Data& controller_;
+  const Calls& calls_;
   Program& program_;
+  Lost lost_;
   std::map<std::string, int> mentioned_;
   std::set<std::string> targets_;  ///< names that motions go to, so far
   int depth_ = 0;                  ///< blocks of IF, LOOP and the like around the line
@@ -251,19 +263,20 @@ bool FrameRef::operator==(const FrameRef& other) const {
           (literal->xyz_mm == other.literal->xyz_mm && literal->abc_deg == other.literal->abc_deg));
 }
 
-Program read_program(const KrlFile& src, const std::optional<KrlFile>& dat,
-                     const std::vector<KrlFile>& controller,
-                     const std::vector<std::string>& leave) {
+Program read_program(const ProgramFiles& files, const std::vector<std::string>& leave,
+                     const std::vector<std::string>& still) {
   Program program;
   Data known;
-  for (const KrlFile& file : controller) read_data(file, known);
-  if (dat) read_data(*dat, program.data);
+  for (const KrlFile& file : files.controller) read_data(file, known);
+  if (files.dat) read_data(*files.dat, program.data);
   add(known, program.data);
-  const auto lines = read_lines(src);
+  const auto lines = read_lines(files.src);
   auto all = lines;
-  if (dat) std::ranges::copy(read_lines(*dat), std::back_inserter(all));
+  if (files.dat) std::ranges::copy(read_lines(*files.dat), std::back_inserter(all));
   program.changes = frame_changes(all);
-  Reader(src, leave, known, program).read(lines);
+  const Calls calls(files.src, files.modules, {still.begin(), still.end()});
+  merge(calls.changes(), program.changes);
+  Reader(files.src, leave, known, calls, program).read(lines);
   for (const auto& [name, point] : program.data.points)
     if (program.points.count(name) == 0 && program.left.count(name) == 0)
       program.left[name] = "no motion goes to it";

@@ -5,7 +5,7 @@
 //
 // Which tool and base: an inline form's FDAT_ACT followed by BAS(#PTP_PARAMS..) and its like, WITH of a
 // spline motion, BAS(#TOOL,n), $TOOL=TOOL_DATA[n] and $TOOL={...}. They hold on in the order of the
-// text up to the end of the sub-program, or to a call or BAS command that might change them. Where a
+// text up to the end of the sub-program, or to a call (krl_calls.h) or BAS command that might change them. Where a
 // sub-program sets frames or calls inside of IF, LOOP and the like, or has GOTO, they hold up to the
 // next line of that kind alone.
 
@@ -30,6 +30,7 @@ struct FrameRef {
 struct Frames {
   std::optional<FrameRef> tool, base;
   bool external = false;  ///< the tool stands in the cell
+  Lost lost;              ///< why a tool or base is not known
 };
 
 struct Motion {
@@ -40,6 +41,7 @@ struct Motion {
   int line = 0;
   /// The motion right before it, whose posture this one begins in; -1: none that is sure.
   int previous = -1;
+  Lost lost;  ///< why there is none
   std::optional<Refusal> wrong_frame_data;  ///< the FDAT that it names is not there
 };
 
@@ -47,6 +49,7 @@ struct Program {
   std::map<std::string, Point>
       points;  ///< that motions go to; by name, or "line 12" where nameless
   std::vector<Motion> motions;
+  int motion_lines = 0;  ///< with those that were not understood
   std::map<std::string, Point> left_points;  ///< those of `left` whose values are known
   std::map<std::string, std::string> left;   ///< points that stay as they are, and where they stand
   std::vector<Refusal> refusals;
@@ -54,9 +57,16 @@ struct Program {
   Data data;  ///< of .dat and .src; of the controller's files the tools, bases, loads and FDATs
 };
 
-/// `leave`: names, in upper case, of points that stay as they are. Throws FileError for one that no
-/// point has.
-Program read_program(const KrlFile& src, const std::optional<KrlFile>& dat,
-                     const std::vector<KrlFile>& controller, const std::vector<std::string>& leave);
+struct ProgramFiles {
+  KrlFile src;
+  std::optional<KrlFile> dat;
+  std::vector<KrlFile> controller;  ///< $config.dat, $machine.dat
+  std::vector<KrlFile> modules = {};  ///< .src files whose routines it may call
+};
+
+/// `leave`: names, in upper case, of points that stay as they are; `still`: of routines that neither move
+/// nor set frames. Throws FileError for a name of `leave` that no point has.
+Program read_program(const ProgramFiles& files, const std::vector<std::string>& leave,
+                     const std::vector<std::string>& still);
 
 }  // namespace cellcal::daemon::krl

@@ -8,6 +8,15 @@ namespace cellcal::daemon::krl {
 
 namespace {
 
+constexpr const char* kOrNameCall =
+    "; where a call ended it that neither moves nor sets frames, name it with --does-not-move, or give "
+    "its .src";
+
+/// " since CLAMP() in line 12".
+std::string since(const Lost& lost) {
+  return lost.what.empty() ? "" : fmt::format(" since {} in line {}", calib::shown(lost.what), lost.line);
+}
+
 std::string what_is_wrong(const Refusal& r, const calib::Robot& robot) {
   switch (r.why) {
     case Why::kComputed:
@@ -31,9 +40,13 @@ std::string what_is_wrong(const Refusal& r, const calib::Robot& robot) {
     case Why::kGlobal:
       return "declared GLOBAL: other programs may move to it. Keep it as it is with --leave";
     case Why::kToolNotKnown:
-      return "active tool unknown. Set $TOOL, or FDAT_ACT, directly before the motion";
+      return fmt::format(
+          "active tool unknown{}. Set $TOOL, or FDAT_ACT, directly before the motion{}",
+          since(r.lost), kOrNameCall);
     case Why::kBaseNotKnown:
-      return "active base unknown. Set $BASE, or FDAT_ACT, directly before the motion";
+      return fmt::format(
+          "active base unknown{}. Set $BASE, or FDAT_ACT, directly before the motion{}",
+          since(r.lost), kOrNameCall);
     case Why::kNoSuchTool:
       return fmt::format(
           "TOOL_DATA[{}] not in the given files. Give the controller's $config.dat with --config",
@@ -55,10 +68,13 @@ std::string what_is_wrong(const Refusal& r, const calib::Robot& robot) {
     case Why::kExternalAxes:
       return "external axes moving or not at 0: not corrected";
     case Why::kNoConfiguration:
-      return "S and T missing, also in the motion before. Touch it up as E6POS";
+      return fmt::format("S and T missing, and posture unknown{}. Touch it up as E6POS",
+                         since(r.lost));
     case Why::kPostureNotKnown:
-      return "start posture unknown, which LIN, CIRC and splines keep. Start with a PTP to a point "
-             "with S and T";
+      return fmt::format(
+          "start posture unknown{}, which LIN, CIRC and splines keep. Start with a PTP to a point "
+          "with S and T",
+          since(r.lost));
     case Why::kOtherPosture:
       return "S does not match the posture before, which LIN, CIRC and splines keep. Touch the "
              "point up again, or go there by PTP";

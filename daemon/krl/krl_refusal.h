@@ -39,6 +39,12 @@ enum class Why {
   kNoClosedForm,     ///< S and T are known of six axes with a spherical wrist
 };
 
+/// The statement behind which something is not known any more.
+struct Lost {
+  std::string what;  ///< the call's name, "BAS(#INITMOV)", "IF"; empty: none
+  int line = 0;
+};
+
 struct Refusal {
   Why why = Why::kComputed;
   std::string file;
@@ -46,6 +52,7 @@ struct Refusal {
   std::string what;  ///< the point's, tool's or statement's name, as the file has it
   int number = -1;   ///< kNoSuchTool, kNoSuchBase
   std::optional<calib::NotReached> reached = std::nullopt;
+  Lost lost = {};  ///< of frames and postures that are not known
 };
 
 /// "weld.src:12: XP3: ... : what to do".

@@ -13,22 +13,8 @@ const std::set<std::string> kOpens = {"IF", "LOOP", "FOR", "WHILE", "REPEAT", "S
 const std::set<std::string> kCloses = {"ENDIF",    "ENDLOOP", "ENDFOR",
                                        "ENDWHILE", "UNTIL",   "ENDSWITCH"};
 const std::set<std::string> kBetween = {"ELSE", "CASE", "DEFAULT", "EXIT", "GOTO"};
-const std::set<std::string> kBegins = {"DEF", "DEFFCT"};
 /// Of BAS: those that take the frames over from FDAT_ACT.
 const std::set<std::string> kFromFrameData = {"#PTP_PARAMS", "#CP_PARAMS", "#FRAMES"};
-/// Those that leave frames alone. Any other (#INITMOV, #ACT_TOOL, #EX_BASE) may set them.
-const std::set<std::string> kNoFrames = {"#VEL_PTP",  "#VEL_CP",    "#ACC_PTP",
-                                         "#ACC_CP",   "#PTP_DAT",   "#CP_DAT",
-                                         "#OUT_SYNC", "#OUT_ASYNC", "#ACC_GLUE"};
-/// Followed by '(' without being a call that could set frames.
-const std::set<std::string> kNoCalls = {
-    "IF",        "WHILE",      "UNTIL",    "SWITCH",     "CASE",    "WAIT",       "FOR",
-    "AND",       "OR",         "NOT",      "EXOR",       "B_AND",   "B_OR",       "B_EXOR",
-    "B_NOT",     "ABS",        "SQRT",     "SIN",        "COS",     "TAN",        "ACOS",
-    "ATAN2",     "BAS",        "PULSE",    "RETURN",     "STOOL2",  "SBASE",      "SLOAD",
-    "SIPO_MODE", "SVEL_JOINT", "SVEL_CP",  "SACC_JOINT", "SACC_CP", "SGEAR_JERK", "SJERK",
-    "SVEL_ORI",  "SACC_ORI",   "SORI_TYP", "SCIRC_TYPE", "SAPO",    "SAPO_PTP",   "SREF"};
-
 bool is_state_sign(const std::vector<Token>& t, std::size_t at, char what) {
   return at < t.size() && t[at].kind == Kind::kSign && t[at].word[0] == what;
 }
@@ -37,10 +23,6 @@ bool is_word(const std::vector<Token>& t, std::size_t at, const char* what) {
 }
 bool in(const std::set<std::string>& words, const Token& token) {
   return token.kind == Kind::kWord && words.count(token.word) > 0;
-}
-
-const Token& first_word(const Line& line) {
-  return line.tokens[is_word(line.tokens, 0, "GLOBAL") && line.tokens.size() > 1 ? 1 : 0];
 }
 
 bool is_label(const Line& line) {
@@ -55,21 +37,6 @@ std::optional<int> whole(const Token& token) {
   return static_cast<int>(token.value);
 }
 
-/// BAS at tokens[at], with a command that may set frames.
-bool frames_by_bas(const std::vector<Token>& t, std::size_t at) {
-  return is_word(t, at, "BAS") && !(at + 2 < t.size() && in(kNoFrames, t[at + 2]));
-}
-
-bool sets_frames(const Line& line) {
-  for (std::size_t i = 0; i < line.tokens.size(); ++i) {
-    const Token& token = line.tokens[i];
-    if (token.is("$TOOL") || token.is("$BASE") || token.is("FDAT_ACT") || token.is("$IPO_MODE"))
-      return true;
-    if (frames_by_bas(line.tokens, i)) return true;
-  }
-  return false;
-}
-
 /// TRIGGER .. DO $BASE=..: an assignment, or an OUT parameter, that is not the statement itself.
 bool sets_frames_inside(const Line& line) {
   const auto& t = line.tokens;
@@ -79,22 +46,6 @@ bool sets_frames_inside(const Line& line) {
         frames_by_bas(t, i))
       return true;
   return false;
-}
-
-/// A call of a sub-program of somebody's.
-bool calls(const Line& line) {
-  const auto& t = line.tokens;
-  for (std::size_t i = 0; i + 1 < t.size(); ++i)
-    if (t[i].kind == Kind::kWord && is_state_sign(t, i + 1, '(') && !in(kNoCalls, t[i]) &&
-        t[i].word[0] != '$')
-      return true;
-  return false;
-}
-
-bool declares(const Line& line) {
-  const Token& token = first_word(line);
-  return in(kBegins, token) || token.is("DECL") || token.is("EXT") || token.is("EXTFCT") ||
-         token.is("INTERRUPT") || token.is("SIGNAL");
 }
 
 /// The frame that a statement assigns, from the token behind '='; empty: it cannot be told.
@@ -132,7 +83,7 @@ bool is_control(const Line& line) {
 }
 
 bool FrameState::breaks_order(const Line& line) const {
-  return is_control(line) || in(kBegins, first_word(line)) || (calls(line) && !declares(line));
+  return is_control(line) || begins_routine(line) || calls_.of(line).moves;
 }
 
 int FrameState::blocks(const Line& line) {
@@ -146,7 +97,7 @@ void FrameState::find_strict(const std::vector<Line>& lines) {
   const auto close = [&] { strict_[begin] = strict; };
   for (const Line& line : lines) {
     const Token& token = line.tokens[0];
-    if (in(kBegins, first_word(line))) {
+    if (begins_routine(line)) {
       close();
       begin = line.number;
       depth = 0;
@@ -154,7 +105,7 @@ void FrameState::find_strict(const std::vector<Line>& lines) {
     }
     const bool inside_before = depth != 0;  // UNTIL f()
     depth += blocks(line);
-    const bool changes = sets_frames(line) || (calls(line) && !declares(line));
+    const bool changes = sets_frames(line) || calls_.of(line).frames;
     if (((depth != 0 || inside_before) && changes) || token.is("GOTO") || is_label(line))
       strict = true;
   }
@@ -219,27 +170,32 @@ Frames FrameState::at_motion(const Line& line, std::optional<Refusal>& wrong) co
   return frames;
 }
 
-void FrameState::forget() {
+void FrameState::forget(const std::string& why, int line) {
   now_ = pending_ = outside_spline_ = {};
+  now_.lost = pending_.lost = outside_spline_.lost = {why, line};
   wrong_.reset();
   pending_wrong_.reset();
 }
 
 bool FrameState::read(const Line& line) {
   const bool frames = read_frames(line);
-  if ((calls(line) || sets_frames_inside(line)) && !declares(line)) forget();
+  const Effects effects = calls_.of(line);
+  if (effects.frames)
+    forget(effects.call, line.number);
+  else if (sets_frames_inside(line) && !declares(line))
+    forget(line.tokens[0].word, line.number);
   return frames;
 }
 
 bool FrameState::read_frames(const Line& line) {
   const auto& t = line.tokens;
-  if (in(kBegins, first_word(line))) {
+  if (begins_routine(line)) {
     forget();
     strict_now_ = strict_[line.number];
     return true;
   }
   if (is_control(line)) {
-    if (strict_now_) forget();
+    if (strict_now_) forget(line.tokens[0].word, line.number);
     return false;
   }
   if (t[0].is("SPLINE") || t[0].is("PTP_SPLINE")) {
@@ -278,8 +234,8 @@ bool FrameState::read_frames(const Line& line) {
       place.reset();
       if (number) place = FrameRef{*number, {}};
       wrong_.reset();
-    } else if (kNoFrames.count(command) == 0) {
-      forget();
+    } else if (frames_by_bas(t, 0)) {
+      forget("BAS(" + command + ")", line.number);
     }
     return true;
   }

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "daemon/krl/krl_calls.h"
 #include "daemon/krl/krl_program.h"
 
 namespace cellcal::daemon::krl {
@@ -12,7 +13,10 @@ namespace cellcal::daemon::krl {
 /// Statements that set frames, or after which nobody knows them. Fed with each line in turn.
 class FrameState {
  public:
-  FrameState(const std::vector<Line>& lines, const Data& data) : data_(data) { find_strict(lines); }
+  FrameState(const std::vector<Line>& lines, const Data& data, const Calls& calls)
+      : data_(data), calls_(calls) {
+    find_strict(lines);
+  }
 
   /// True: the line is all about frames, and no motion.
   bool read(const Line& line);
@@ -28,13 +32,15 @@ class FrameState {
 
  private:
   bool read_frames(const Line& line);
-  void forget();
+  /// Until they are set again nothing is known; `why`: the statement that ended it.
+  void forget(const std::string& why = {}, int line = 0);
   void find_strict(const std::vector<Line>& lines);
   bool apply(const std::vector<Token>& tokens, std::size_t at, Frames& frames,
              std::optional<Refusal>& wrong, int line) const;
   void take(const std::string& name, int line, Frames& frames, std::optional<Refusal>& wrong) const;
 
   const Data& data_;
+  const Calls& calls_;
   Frames now_, pending_, outside_spline_;
   std::optional<Refusal> wrong_, pending_wrong_;
   mutable std::map<std::string, int> used_;

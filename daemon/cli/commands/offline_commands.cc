@@ -331,7 +331,8 @@ void add_correct(CLI::App& app, int& status) {
       "changed so that the controller brings the real TCP\nto them; nothing else of the files "
       "changes. For points from a drawing: what was touched up\nwith this arm is right already "
       "(--leave). Lines that cannot be corrected are listed; then nothing\nis written. Run the "
-      "corrected program in T1 first.\nExit status 3: the calibration was withheld.\nExample: "
+      "corrected program in T1 first.\nExit status 3: the calibration was withheld, or the program moves and has no "
+      "point to correct.\nExample: "
       "cellcal correct --calibration calibration.json --poses poses.csv -o joints.csv\n         "
       "cellcal correct --calibration calibration.json --program weld.src --config '$config.dat' -o "
       "corrected");
@@ -344,8 +345,14 @@ void add_correct(CLI::App& app, int& status) {
   command
       ->add_option(
           "--config", given->controller,
-          "The controller's $config.dat with its tools and bases; also $machine.dat; may be "
+          "The controller's $config.dat with its tools and bases; also $machine.dat, and .src files "
+          "with routines that the program calls (those of its folder are read unasked); may be "
           "repeated")
+      ->needs(program);
+  command
+      ->add_option("--does-not-move", given->still,
+                   "Routines that neither move the arm nor set frames: NAME,NAME")
+      ->delimiter(',')
       ->needs(program);
   command->add_option("--leave", given->leave, "Points that stay as they are: NAME,NAME")
       ->delimiter(',')

@@ -37,13 +37,48 @@ fs::path dat_beside(fs::path src) {
   return {};
 }
 
+bool is_src(const fs::path& path) {
+  std::string ending = path.extension().string();
+  for (char& c : ending) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  return ending == ".src";
+}
+
+/// The other programs of its folder: what it calls may stand there. None of a folder of more than a
+/// controller has.
+std::vector<KrlFile> modules_beside(const fs::path& program) {
+  constexpr std::size_t kMostFiles = 1000;
+  std::vector<fs::path> paths;
+  std::error_code none;
+  const fs::path folder = program.has_parent_path() ? program.parent_path() : fs::path(".");
+  for (const auto& entry : fs::directory_iterator(folder, none))
+    if (is_src(entry.path()) && entry.is_regular_file(none) &&
+        !fs::equivalent(entry.path(), program, none))
+      paths.push_back(entry.path());
+  if (paths.size() > kMostFiles) paths.clear();
+  std::sort(paths.begin(), paths.end());
+  std::vector<KrlFile> all;
+  for (const fs::path& path : paths) try {
+      all.push_back(read(path));
+    } catch (const calib::FileError&) {  // not to be read: its routines are not known
+    }
+  return all;
+}
+
 krl::ProgramFiles read_files(const CorrectCommand& command) {
   krl::ProgramFiles files;
   files.src = read(command.program);
   const fs::path dat = command.dat.empty() ? dat_beside(command.program) : command.dat;
   if (!dat.empty()) files.dat = read(dat);
-  for (const fs::path& one : command.controller) files.controller.push_back(read(one));
+  for (const fs::path& one : command.controller)
+    (is_src(one) ? files.modules : files.controller).push_back(read(one));
+  for (KrlFile& one : modules_beside(command.program)) files.modules.push_back(std::move(one));
   return files;
+}
+
+std::vector<std::string> upper(std::vector<std::string> names) {
+  for (std::string& name : names)
+    for (char& c : name) c = c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
+  return names;
 }
 
 void refuse_to_replace(const CorrectCommand& command, const fs::path& path) {
@@ -118,7 +153,8 @@ std::string report(const CorrectedProgram& result, const std::vector<fs::path>& 
                             result.points.size(), largest->shift_mm.norm(), largest->name,
                             largest->file, largest->line);
   for (const fs::path& path : written) text += path.string() + " written\n";
-  if (written.empty()) text += "nothing written; -o FOLDER writes the program\n";
+  if (written.empty() && largest != nullptr)
+    text += "nothing written; -o FOLDER writes the program\n";
   return text;
 }
 
@@ -179,10 +215,8 @@ void name_refusals(const CorrectedProgram& result, const calib::Robot& robot) {
 int correct_krl(const CorrectCommand& command, const calib::Calibration& calibration) {
   krl::CorrectionOptions options;
   options.anywhere = command.anywhere;
-  for (std::string name : command.leave) {
-    for (char& c : name) c = c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
-    options.leave.push_back(std::move(name));
-  }
+  options.leave = upper(command.leave);
+  options.still = upper(command.still);
   const krl::ProgramFiles files = read_files(command);
   refuse_corrected(files);
   const CorrectedProgram result = correct_program(calibration, files, options);
@@ -192,7 +226,9 @@ int correct_krl(const CorrectCommand& command, const calib::Calibration& calibra
     if (command.json) put(text_of(json(result, {}, robot)), {});
     return kJobFailed;
   }
-  const std::vector<fs::path> written = places(command, result);
+  const bool nothing = result.motions > 0 && result.points.empty();
+  const std::vector<fs::path> written =
+      nothing ? std::vector<fs::path>{} : places(command, result);
   const nlohmann::json all = json(result, written, robot);
   if (!written.empty()) {
     nlohmann::json record = corrected_record(all, files, result.files);
@@ -200,7 +236,10 @@ int correct_krl(const CorrectCommand& command, const calib::Calibration& calibra
     write(written, result, text_of(record));
   }
   put(command.json ? text_of(all) : report(result, written), {});
-  return kSuccess;
+  if (nothing)
+    fmt::print(stderr, "cellcal correct: {} motions and no point to correct; nothing written\n",
+               result.motions);
+  return nothing ? kNotPublishable : kSuccess;
 }
 
 namespace {

@@ -15,8 +15,9 @@ struct CorrectCommand {
   std::filesystem::path calibration, output;
   std::filesystem::path poses;                    ///< a CSV, or
   std::filesystem::path program, dat;             ///< a .src; dat empty: beside it, where it is
-  std::vector<std::filesystem::path> controller;  ///< $config.dat, $machine.dat
+  std::vector<std::filesystem::path> controller;  ///< $config.dat, $machine.dat, .src of called routines
   std::vector<std::string> leave;
+  std::vector<std::string> still;                 ///< routines that neither move nor set frames
   bool anywhere = false, withheld = false, json = false;
   bool force = false;  ///< a program's files replace others in `output`
 };
