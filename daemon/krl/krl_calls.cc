@@ -19,13 +19,13 @@ const Words kRelativeMotions = {"PTP_REL",  "LIN_REL",   "CIRC_REL", "SPTP_REL",
 const Words kExternalMotions = {"ASYPTP", "ASYCONT"};
 const Words kBegins = {"DEF", "DEFFCT"};
 /// Of BAS: those that leave frames alone. Any other (#INITMOV, #ACT_TOOL, #EX_BASE) may set them.
-const Words kNoFrames = {"#VEL_PTP",  "#VEL_CP",    "#ACC_PTP",  "#ACC_CP", "#PTP_DAT", "#CP_DAT",
-                         "#OUT_SYNC", "#OUT_ASYNC", "#ACC_GLUE", "#GROUP"};
+const Words kNoFrames = {"#VEL_PTP", "#VEL_CP",   "#ACC_PTP",   "#ACC_CP",   "#PTP_DAT",
+                         "#CP_DAT",  "#OUT_SYNC", "#OUT_ASYNC", "#ACC_GLUE", "#GROUP"};
 
 /// Of the language, followed by '(' without being a call.
-const Words kNoCalls = {"IF",     "WHILE",  "UNTIL", "SWITCH", "CASE",  "WAIT",  "FOR",  "AND",
-                        "OR",     "NOT",    "EXOR",  "B_AND",  "B_OR",  "B_EXOR", "B_NOT", "BAS",
-                        "RETURN", "THEN",   "TO",    "STEP",   "DO",    "TRIGGER"};
+const Words kNoCalls = {"IF",     "WHILE", "UNTIL", "SWITCH", "CASE", "WAIT",   "FOR",   "AND",
+                        "OR",     "NOT",   "EXOR",  "B_AND",  "B_OR", "B_EXOR", "B_NOT", "BAS",
+                        "RETURN", "THEN",  "TO",    "STEP",   "DO",   "TRIGGER"};
 
 /// KUKA's own that neither move nor set frames: of the system, of the inline forms of KSS 8.2 to 8.7
 /// (collision detection, logic, messages, submit, gripper, spot, arc, glue), of EthernetKRL and RSI.
@@ -59,8 +59,8 @@ constexpr const char* kStillFamilies[] = {"EKI_", "EKX_", "RSI_", "ARCGET"};
 /// Exceptions: those that move, and leave frames alone.
 const Words kMoveOnly = {"RSI_MOVECORR", "ST_MOVESENS", "ST_SKIPSENS"};
 
-/// In place of a module's name.
-constexpr const char *kOwn = "", *kEverywhere = "*";
+/// In place of a module.
+constexpr std::size_t kEverywhere = static_cast<std::size_t>(-1);
 
 bool sign_of(const std::vector<Token>& t, std::size_t at, char what) {
   return at < t.size() && t[at].kind == Kind::kSign && t[at].word[0] == what;
@@ -127,26 +127,24 @@ bool sets_frames(const Line& line) {
   return false;
 }
 
-Calls::Calls(const KrlFile& src, const std::vector<KrlFile>& modules,
-             const std::set<std::string>& still)
+Routines::Routines(const std::vector<const KrlFile*>& modules, const std::set<std::string>& still)
     : still_(still) {
-  read(src, kOwn);
-  for (const KrlFile& one : modules) try {
-      read(one, upper_stem(one.name));
+  for (std::size_t i = 0; i < modules.size(); ++i) try {
+      read(*modules[i], i);
     } catch (const calib::FileError&) {  // not a text: its routines are not known
     }
   settle();
 }
 
 /// A routine is seen in its module, and where it has the module's name, or is GLOBAL, everywhere.
-void Calls::keep(const std::string& name, Body body, bool global) {
+void Routines::keep(const std::string& name, Body body, bool global) {
   if (name.empty()) return;
   places_[{body.module, name}].push_back(bodies_.size());
   if (global) places_[{kEverywhere, name}].push_back(bodies_.size());
   bodies_.push_back(std::move(body));
 }
 
-void Calls::read(const KrlFile& file, const std::string& module) {
+void Routines::read(const KrlFile& file, std::size_t module) {
   std::string name;
   Body body;
   bool global = false;
@@ -169,7 +167,7 @@ void Calls::read(const KrlFile& file, const std::string& module) {
   keep(name, std::move(body), global);
 }
 
-bool Calls::take_over(Body& body) const {
+bool Routines::take_over(Body& body) const {
   bool moves = body.moves, sets = body.frames;
   for (const std::string& call : body.calls) {
     const Effects effects = of_name(body.module, call);
@@ -182,13 +180,12 @@ bool Calls::take_over(Body& body) const {
   return news;
 }
 
-/// What each body does with all that it calls, and what those that are called change.
-void Calls::settle() {
+/// What each body does with all that it calls.
+void Routines::settle() {
   std::vector<std::vector<std::size_t>> callers(bodies_.size());
-  std::deque<std::size_t> open, called;
+  std::deque<std::size_t> open;
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
     open.push_back(i);
-    if (bodies_[i].module == kOwn) called.push_back(i);
     for (const std::string& call : bodies_[i].calls)
       if (const auto* places = bodies_of(bodies_[i].module, call))
         for (const std::size_t one : *places) callers[one].push_back(i);
@@ -196,25 +193,33 @@ void Calls::settle() {
   for (; !open.empty(); open.pop_front())
     if (take_over(bodies_[open.front()]))
       open.insert(open.end(), callers[open.front()].begin(), callers[open.front()].end());
+}
+
+FrameChanges Routines::changes(std::size_t module) const {
+  FrameChanges all;
+  std::deque<std::size_t> called;
+  for (std::size_t i = 0; i < bodies_.size(); ++i)
+    if (bodies_[i].module == module) called.push_back(i);
   std::set<std::size_t> seen(called.begin(), called.end());
   for (; !called.empty(); called.pop_front()) {
     const Body& body = bodies_[called.front()];
-    merge(body.changes, changes_);
+    merge(body.changes, all);
     for (const std::string& call : body.calls)
       if (const auto* places = bodies_of(body.module, call))
         for (const std::size_t one : *places)
           if (seen.insert(one).second) called.push_back(one);
   }
+  return all;
 }
 
-const std::vector<std::size_t>* Calls::bodies_of(const std::string& module,
-                                                 const std::string& name) const {
-  for (const std::string& place : {module, std::string(kEverywhere)})
+const std::vector<std::size_t>* Routines::bodies_of(std::size_t module,
+                                                    const std::string& name) const {
+  for (const std::size_t place : {module, kEverywhere})
     if (const auto at = places_.find({place, name}); at != places_.end()) return &at->second;
   return nullptr;
 }
 
-Effects Calls::of_name(const std::string& module, const std::string& name) const {
+Effects Routines::of_name(std::size_t module, const std::string& name) const {
   if (still_.count(name) > 0) return {};
   if (kMoveOnly.count(name) > 0) return {true, false, name};
   Effects effects;
@@ -231,12 +236,12 @@ Effects Calls::of_name(const std::string& module, const std::string& name) const
   return effects;
 }
 
-Effects Calls::of(const Line& line) const {
+Effects Routines::of(std::size_t module, const Line& line) const {
   Effects all;
   if (declares(line)) return all;
   for (std::size_t i = 0; i < line.tokens.size(); ++i) {
     if (!calls_at(line.tokens, i)) continue;
-    const Effects one = of_name(kOwn, line.tokens[i].word);
+    const Effects one = of_name(module, line.tokens[i].word);
     if (!one.call.empty() && (all.call.empty() || (one.frames && !all.frames))) all.call = one.call;
     all.moves = all.moves || one.moves;
     all.frames = all.frames || one.frames;

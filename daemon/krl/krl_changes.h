@@ -5,9 +5,11 @@
 #include <set>
 #include <vector>
 
-#include "daemon/krl/krl_text.h"
+#include "calib/export/krl_text.h"
 
 namespace cellcal::daemon::krl {
+
+using namespace calib::krl;
 
 struct ChangedNumbers {
   bool all = false;  ///< the number is computed

@@ -14,7 +14,9 @@ constexpr const char* kOrNameCall =
 
 /// " since CLAMP() in line 12".
 std::string since(const Lost& lost) {
-  return lost.what.empty() ? "" : fmt::format(" since {} in line {}", calib::shown(lost.what), lost.line);
+  return lost.what.empty()
+             ? ""
+             : fmt::format(" since {} in line {}", calib::shown(lost.what), lost.line);
 }
 
 std::string what_is_wrong(const Refusal& r, const calib::Robot& robot) {
@@ -38,7 +40,14 @@ std::string what_is_wrong(const Refusal& r, const calib::Robot& robot) {
     case Why::kTwice:
       return "value given twice. Keep one";
     case Why::kGlobal:
-      return "declared GLOBAL: other programs may move to it. Keep it as it is with --leave";
+      return "declared GLOBAL: other programs may move to it. Correct all of them with --backup, or "
+             "keep it as it is with --leave";
+    case Why::kElsewhere:
+      return "point of another file: the path would mix corrected and uncorrected points. Correct "
+             "all programs with --backup, or keep it as it is with --leave";
+    case Why::kShared:
+      return "also moved to by a program that is refused: the point stays as it is, and so does this "
+             "program";
     case Why::kToolNotKnown:
       return fmt::format(
           "active tool unknown{}. Set $TOOL, or FDAT_ACT, directly before the motion{}",
@@ -122,6 +131,10 @@ const char* name_of(Why why) {
       return "declared_twice";
     case Why::kGlobal:
       return "global";
+    case Why::kElsewhere:
+      return "elsewhere";
+    case Why::kShared:
+      return "shared";
     case Why::kToolNotKnown:
       return "tool_not_known";
     case Why::kBaseNotKnown:

@@ -20,6 +20,8 @@ enum class Why {
   kUnknownPoint,     ///< it stands in none of the files
   kTwice,            ///< it is declared twice
   kGlobal,           ///< declared GLOBAL: other modules use it
+  kElsewhere,        ///< of another file, which is not corrected with the program
+  kShared,           ///< it moves to a point that a refused module moves to
   kToolNotKnown,     ///< which tool is active cannot be told
   kBaseNotKnown,     ///< which base is active cannot be told
   kNoSuchTool,       ///< no TOOL_DATA of that number

@@ -48,8 +48,25 @@ bool sets_frames_inside(const Line& line) {
   return false;
 }
 
+}  // namespace
+
+std::set<std::string> touched_names(const std::vector<Line>& lines) {
+  std::set<std::string> touched;
+  for (const Line& line : lines) {
+    const auto& t = line.tokens;
+    if (declares(line) || is_point_type(t[0].word)) continue;
+    for (std::size_t i = 0; i < t.size(); ++i) {
+      const bool set_to = i >= 2 && is_state_sign(t, i - 1, '=') &&
+                          (t[i - 2].is("$TOOL") || t[i - 2].is("$BASE") || t[i - 2].is("$LOAD"));
+      if (t[i].kind == Kind::kWord && !set_to) touched.insert(t[i].word);
+    }
+  }
+  return touched;
+}
+
 /// The frame that a statement assigns, from the token behind '='; empty: it cannot be told.
-std::optional<FrameRef> assigned(const std::vector<Token>& t, std::size_t at, const char* data) {
+std::optional<FrameRef> FrameState::assigned(const std::vector<Token>& t, std::size_t at,
+                                             const char* data) const {
   if (at >= t.size()) return std::nullopt;
   FrameRef frame;
   std::size_t behind = at + 1;
@@ -61,6 +78,10 @@ std::optional<FrameRef> assigned(const std::vector<Token>& t, std::size_t at, co
     if (!number) return std::nullopt;
     frame.number = *number;
     behind = at + 4;
+  } else if (const auto named = data_.named_frames.find(t[at].word);
+             named != data_.named_frames.end() && touched_.count(named->first) == 0) {
+    frame.number = -1;
+    frame.literal = named->second;
   } else if (const auto value = read_aggregate(t, at)) {
     const auto literal = frame_of(*value);
     if (!literal) return std::nullopt;
@@ -74,8 +95,6 @@ std::optional<FrameRef> assigned(const std::vector<Token>& t, std::size_t at, co
   if (behind < t.size() && !is_state_sign(t, behind, ',')) return std::nullopt;
   return frame;
 }
-
-}  // namespace
 
 bool is_control(const Line& line) {
   const Token& token = line.tokens[0];

@@ -2,6 +2,7 @@
 // Which tool and base are active while a .src file is read from top to bottom.
 
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -10,11 +11,14 @@
 
 namespace cellcal::daemon::krl {
 
+/// Names that these lines read or change, all but those that $TOOL, $BASE and $LOAD are set to.
+std::set<std::string> touched_names(const std::vector<Line>& lines);
+
 /// Statements that set frames, or after which nobody knows them. Fed with each line in turn.
 class FrameState {
  public:
-  FrameState(const std::vector<Line>& lines, const Data& data, const Calls& calls)
-      : data_(data), calls_(calls) {
+  FrameState(const std::vector<Line>& lines, const Data& data, Calls calls)
+      : data_(data), calls_(calls), touched_(touched_names(lines)) {
     find_strict(lines);
   }
 
@@ -40,10 +44,14 @@ class FrameState {
   void take(const std::string& name, int line, Frames& frames, std::optional<Refusal>& wrong) const;
 
   const Data& data_;
-  const Calls& calls_;
+  Calls calls_;
   Frames now_, pending_, outside_spline_;
   std::optional<Refusal> wrong_, pending_wrong_;
   mutable std::map<std::string, int> used_;
+  std::optional<FrameRef> assigned(const std::vector<Token>& tokens, std::size_t at,
+                                   const char* data) const;
+
+  std::set<std::string> touched_;
   std::map<int, bool> strict_;  ///< first line of each sub-program
   bool strict_now_ = false;
 };

@@ -55,11 +55,13 @@ TEST(a_motion_of_rsi, leaves_the_frames_and_not_the_posture) {
 }
 
 TEST(a_body_that_is_given, says_what_its_call_does) {
-  const krl::KrlFile still{"clamp.src", "DEF Clamp(N:IN)\nINT N\n$OUT[N]=TRUE\nHELP()\nEND\n"
-                                        "DEF HELP()\nWAIT SEC 0.1\nEND\n"};
+  const krl::KrlFile still{"clamp.src",
+                           "DEF Clamp(N:IN)\nINT N\n$OUT[N]=TRUE\nHELP()\nEND\n"
+                           "DEF HELP()\nWAIT SEC 0.1\nEND\n"};
   EXPECT_EQ(all_words(correct_calling("CLAMP(1)", {still})), "");
   EXPECT_EQ(correct_calling("HELP()", {still}).refusals.size(), 1U);  // local to its module
-  const krl::KrlFile global{"lib.src", "DEF LIB()\nEND\nGLOBAL DEF CLAMP(N:IN)\n$OUT[N]=TRUE\nEND\n"};
+  const krl::KrlFile global{"lib.src",
+                            "DEF LIB()\nEND\nGLOBAL DEF CLAMP(N:IN)\n$OUT[N]=TRUE\nEND\n"};
   EXPECT_EQ(all_words(correct_calling("CLAMP(1)", {global})), "");
   for (const char* body : {"PTP XHOME", "$BASE=BASE_DATA[2]", "FDAT_ACT=FP1", "OTHER()",
                            "BAS(#INITMOV,0)", "LIN_REL {Z 1}"}) {
@@ -71,9 +73,9 @@ TEST(a_body_that_is_given, says_what_its_call_does) {
 TEST(a_body_through_others, does_what_they_do) {
   std::vector<krl::KrlFile> chain;
   for (int i = 0; i < 50; ++i)
-    chain.push_back({"c" + std::to_string(i) + ".src", "DEF C" + std::to_string(i) + "()\nC" +
-                                                           std::to_string((i + 1) % 50) +
-                                                           "()\nEND\n"});
+    chain.push_back(
+        {"c" + std::to_string(i) + ".src",
+         "DEF C" + std::to_string(i) + "()\nC" + std::to_string((i + 1) % 50) + "()\nEND\n"});
   EXPECT_EQ(all_words(correct_calling("C0()", chain)), "");  // in a circle
   chain[30].text = "DEF C30()\n$TOOL=$NULLFRAME\nEND\n";
   EXPECT_FALSE(correct_calling("C0()", chain).refusals.empty());
