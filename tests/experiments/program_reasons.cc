@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <map>
-#include <set>
 #include <string>
 #include <vector>
 
+#include "calib/export/machine_data.h"
 #include "calib/files/input_file.h"
 #include "calib/model/error.h"
 #include "calib/model/random.h"
@@ -37,64 +37,92 @@ std::vector<fs::path> files_below(const fs::path& folder, const std::string& end
   return all;
 }
 
+bool of_the_other_side(const fs::path& path) {
+  return lower(path.string()).find("/steu/") != std::string::npos;
+}
+
 KrlFile read(const fs::path& path) { return {path.string(), calib::read_file(path)}; }
 
-bool has_motions(const KrlFile& file) {
-  static const std::set<std::string> motions = {"PTP",     "LIN",     "CIRC",    "SPTP",
-                                                "SLIN",    "SCIRC",   "SPL",     "PTP_REL",
-                                                "LIN_REL", "CIRC_REL"};
-  const auto lines = daemon::krl::read_lines(file);
-  return std::any_of(lines.begin(), lines.end(), [](const auto& line) {
-    return line.tokens.size() > 1 && motions.count(line.tokens[0].word) > 0;
-  });
+/// The arm of the controller's machine data, or where they are not there the demo cell's.
+calib::Robot arm_of(const fs::path& backup, std::string& words) {
+  calib::MachineData data;
+  try {
+    for (const char* name : {"$machine.dat", "$robcor.dat"})
+      for (const fs::path& one : files_below(backup, name))
+        if (!of_the_other_side(one)) read_machine_data(calib::read_file(one), one.string(), data);
+    calib::Robot robot = robot_of(data);
+    for (calib::Joint& joint : robot.joints) {
+      joint.tolerance_length_m = 0.7e-3;
+      joint.tolerance_angle_rad = 6e-4;
+    }
+    words = robot.name;
+    return robot;
+  } catch (const calib::FileError& error) {
+    words = std::string("demo cell's arm: ") + error.what();
+    return calib::testing::demo_cell().robot;
+  }
 }
 
-std::string outcome(const calib::Calibration& calibration, const fs::path& src,
-                    const std::vector<KrlFile>& controller,
-                    const std::vector<KrlFile>& modules) {
-  daemon::krl::ProgramFiles files;
-  files.src = read(src);
-  for (const auto& entry : fs::directory_iterator(src.parent_path()))
-    if (lower(entry.path().filename().string()) == lower(src.stem().string()) + ".dat")
-      files.dat = read(entry.path());
-  files.controller = controller;
-  for (const KrlFile& one : modules)
-    if (one.name != files.src.name) files.modules.push_back(one);
+daemon::krl::BackupFiles files_of(const fs::path& backup) {
+  daemon::krl::BackupFiles files;
+  std::map<std::string, std::size_t> by_stem;
+  const auto stem = [](const fs::path& path) {
+    return lower((path.parent_path() / path.stem()).string());
+  };
+  for (const fs::path& one : files_below(backup, ".src")) {
+    if (of_the_other_side(one)) continue;
+    by_stem.emplace(stem(one), files.modules.size());
+    files.modules.push_back({read(one), {}, {}, {}});
+  }
+  for (const fs::path& one : files_below(backup, ".dat")) {
+    const std::string name = lower(one.filename().string());
+    if (of_the_other_side(one) || (name.starts_with("$") && name != "$config.dat")) continue;
+    const auto module = by_stem.find(stem(one));
+    if (name == "$config.dat")
+      files.controller.push_back(read(one));
+    else if (module == by_stem.end())
+      files.data.push_back(read(one));
+    else
+      files.modules[module->second].dat = read(one);
+  }
+  return files;
+}
+
+std::string outcome(const daemon::krl::CorrectedModule& module) {
+  if (!module.refusals.empty()) return name_of(module.refusals.front().why);
+  return module.points > 0 ? "corrected" : "homes alone";
+}
+
+void count(const fs::path& backup, bool verbose, std::map<std::string, int>& reasons) {
+  std::string words;
+  calib::Cell cell = calib::testing::demo_cell();
+  cell.robot = arm_of(backup, words);
+  fmt::print("{}: {}\n", backup.filename().string(), words);
+  calib::Random random(1);
   daemon::krl::CorrectionOptions options;
   options.anywhere = true;
-  const auto result = correct_program(calibration, files, options);
-  if (!result.refusals.empty()) return name_of(result.refusals.front().why);
-  return result.points.empty() ? "nothing to correct" : "corrected";
-}
-
-void count(const fs::path& backup, std::map<std::string, int>& reasons) {
-  calib::Random random(1);
-  const calib::Calibration calibration =
-      calib::testing::random_calibration(calib::testing::demo_cell(), random, 1.0);
-  std::vector<KrlFile> controller;
-  for (const fs::path& one : files_below(backup, "$config.dat"))
-    if (lower(one.string()).find("steu") == std::string::npos) controller.push_back(read(one));
-  std::vector<KrlFile> modules;
-  for (const fs::path& src : files_below(backup, ".src")) modules.push_back(read(src));
-  for (const KrlFile& src : modules) {
-    try {
-      if (has_motions(src)) ++reasons[outcome(calibration, src.name, controller, modules)];
-    } catch (const std::exception& error) {
-      ++reasons["unreadable"];
-      fmt::print(stderr, "{}\n", error.what());
-    }
+  const auto result = correct_backup(calib::testing::random_calibration(cell, random, 1.0),
+                                     files_of(backup), options);
+  for (const auto& module : result.modules) {
+    if (module.motions == 0) continue;
+    ++reasons[outcome(module)];
+    if (!module.refusals.empty() && verbose)
+      fmt::print("    {}\n", daemon::krl::words(module.refusals.front(), cell.robot));
   }
 }
 
 }  // namespace
 
-int print_reasons(const fs::path& folder) {
+int print_reasons(const fs::path& folder, bool verbose) {
   std::map<std::string, int> all;
   for (const auto& entry : fs::directory_iterator(folder)) {
     if (!entry.is_directory()) continue;
     std::map<std::string, int> reasons;
-    count(entry.path(), reasons);
-    fmt::print("{}\n", entry.path().filename().string());
+    try {
+      count(entry.path(), verbose, reasons);
+    } catch (const calib::FileError& error) {
+      fmt::print("  {}\n", error.what());
+    }
     for (const auto& [reason, number] : reasons) {
       fmt::print("  {:>5}  {}\n", number, reason);
       all[reason] += number;
