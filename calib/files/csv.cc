@@ -192,7 +192,7 @@ CsvForm csv_form(std::string_view text, const std::string& name) {
       const std::size_t commas = count_of(line, ','), semicolons = count_of(line, ';'),
                         tabs = count_of(line, '\t');
       if (commas + semicolons + tabs == 0) continue;
-      form.separator = tabs > 0 ? '\t' : semicolons > 0 ? ';' : ',';
+      form.separator = semicolons > 0 ? ';' : commas > 0 ? ',' : '\t';
       if ((tabs > 0 && semicolons > 0) ||
           (commas > semicolons + tabs && commas + semicolons > commas))
         throw FileError(name, ": both " + std::string(tabs > 0 ? "tabs" : "commas") +

@@ -100,8 +100,13 @@ TEST(a_utf_16_text_that_is_damaged, is_refused) {
   expect_words(touches_refusal(std::string("\xFF\xFE\x00\xD8", 4)), {"UTF-16"});
   expect_words(touches_refusal(std::string("\xFF\xFE\x00\xDC\x41\x00", 6)), {"UTF-16"});
   expect_words(touches_refusal("\xFF\xFE"), {"empty"});
-  for (std::size_t length = 0; length < whole.size(); ++length)
-    touches_refusal(whole.substr(0, length));
+  for (std::size_t length = 0; length < whole.size(); ++length) {
+    try {
+      EXPECT_LE(rows_of(whole.substr(0, length)).size(), 2U);
+    } catch (const FileError& error) {
+      EXPECT_EQ(error.file, "touches.csv");
+    }
+  }
 }
 
 }  // namespace
