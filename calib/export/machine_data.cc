@@ -2,199 +2,326 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
-#include "calib/export/tables.h"
 #include "calib/files/text.h"
 #include "calib/model/error.h"
+#include "calib/model/kinematics.h"
 #include "calib/model/units.h"
 
 namespace cellcal::calib {
 
 namespace {
 
-constexpr std::size_t kMostBytes = 16u << 20;
+using krl::Aggregate;
+using krl::Given;
+using krl::Token;
+
 constexpr double kSame = 1e-5;  // m
+constexpr double kLargestMm = 1e5, kLargestDeg = 1e5, kLargestRpm = 1e6, kLargestTurns = 1e15;
 
-/// NAME[index]=value of one line; index -1 if absent.
-struct Assignment {
-  std::string name;  ///< upper case: KRL is case-insensitive
-  int index = -1;
-  std::string_view value;
-};
-
-bool is_word(char c) {
-  return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_' ||
-         c == '$';
-}
-
-std::string_view bare(std::string_view text) {
-  constexpr std::string_view kBlanks = " \t\r";
-  const auto begin = text.find_first_not_of(kBlanks);
-  if (begin == std::string_view::npos) return {};
-  return text.substr(begin, text.find_last_not_of(kBlanks) - begin + 1);
-}
-
-/// Removes a trailing comment: a semicolon outside a string and what follows.
-std::string_view uncommented(std::string_view line) {
-  bool text = false;
-  for (std::size_t i = 0; i < line.size(); ++i) {
-    if (line[i] == '"') text = !text;
-    if (line[i] == ';' && !text) return line.substr(0, i);
-  }
-  return line;
-}
-
-std::optional<Assignment> assignment(std::string_view line) {
-  line = uncommented(line);
-  const auto equals = line.find('=');
-  if (equals == std::string_view::npos) return std::nullopt;
-  Assignment found;
-  found.value = bare(line.substr(equals + 1));
-  std::string_view left = bare(line.substr(0, equals));
-  const auto bracket = left.find('[');
-  std::string_view index;
-  if (bracket != std::string_view::npos) {
-    const auto end = left.find(']', bracket);
-    if (end == std::string_view::npos) return std::nullopt;
-    index = bare(left.substr(bracket + 1, end - bracket - 1));
-    left = bare(left.substr(0, bracket));
-  }
-  // DECL REAL NAME, FRAME NAME: the last word is the variable.
-  auto begin = left.size();
-  while (begin > 0 && is_word(left[begin - 1])) --begin;
-  for (const char c : left.substr(begin))
-    found.name += c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
-  if (const auto value = number(index); value && *value >= 0.0 && *value <= 1000.0)
-    found.index = static_cast<int>(*value);
-  return found;
-}
-
-/// Location in a file, for messages.
+/// One value, for messages.
 struct Place {
   const std::string& file;
-  std::size_t line;
-  [[noreturn]] void fail(const Assignment& a, const char* what) const {
-    throw FileError(
-        file, fmt::format(", line {}: {}{} = \"{}\" is not {}", line, a.name,
-                          a.index < 0 ? "" : fmt::format("[{}]", a.index), shown(a.value), what));
+  const krl::Line& line;
+  const Given& given;
+  [[noreturn]] void fail(const std::string& what) const {
+    throw FileError(file,
+                    fmt::format(":{}: {}{} is not {}", line.number, shown(given.name),
+                                given.index < 0 ? "" : fmt::format("[{}]", given.index), what));
   }
-};
-
-double real(const Assignment& a, const Place& place, double largest) {
-  const auto value = number(a.value);
-  if (!value || std::abs(*value) > largest)
-    place.fail(a, fmt::format("a number up to {}", largest).c_str());
-  return *value;
-}
-
-/// A member of {X 0.0,Y 0.0,...}, with or without a type prefix: {FRAME: X 0.0}.
-double member(const Assignment& a, const Place& place, std::string_view key) {
-  std::string_view rest = a.value;
-  if (!rest.starts_with('{') || !rest.ends_with('}')) place.fail(a, "a structure {...}");
-  rest = rest.substr(1, rest.size() - 2);
-  if (const auto colon = rest.find(':'); colon != std::string_view::npos)
-    rest = rest.substr(colon + 1);
-  while (!rest.empty()) {
-    const auto comma = std::min(rest.find(','), rest.size());
-    const std::string_view one = bare(rest.substr(0, comma));
-    const auto blank = std::min(one.find(' '), one.size());
-    if (one.substr(0, blank) == key) {
-      const auto value = number(one.substr(blank));
-      if (!value || std::abs(*value) > 1e6) place.fail(a, "a structure of numbers");
-      return *value;
+  double real(double largest) const {
+    const auto value = krl::read_number(line.tokens, given.value);
+    if (!value || std::abs(*value) > largest) fail(fmt::format("a number up to {}", largest));
+    return *value;
+  }
+  Aggregate structure() const {
+    const auto value = krl::read_aggregate(line.tokens, given.value);
+    if (!value) fail("a structure {...} of finite numbers");
+    return *value;
+  }
+  double member(const Aggregate& of, const char* key, double largest) const {
+    const auto at = of.numbers.find(key);
+    if (at == of.numbers.end() || !(std::abs(at->second.value) <= largest))
+      fail(fmt::format("a structure with {} up to {}", key, largest));
+    return at->second.value;
+  }
+  FrameMmDeg frame() const {
+    const Aggregate all = structure();
+    FrameMmDeg result;
+    constexpr const char* kNames[] = {"X", "Y", "Z", "A", "B", "C"};
+    for (std::size_t i = 0; i < 3; ++i) {
+      result.xyz_mm[i] = member(all, kNames[i], kLargestMm);
+      result.abc_deg[i] = member(all, kNames[i + 3], kLargestDeg);
     }
-    rest = comma < rest.size() ? rest.substr(comma + 1) : std::string_view();
+    return result;
   }
-  place.fail(a, fmt::format("a structure with {}", key).c_str());
-}
-
-FrameMmDeg frame(const Assignment& a, const Place& place) {
-  return {{member(a, place, "X"), member(a, place, "Y"), member(a, place, "Z")},
-          {member(a, place, "A"), member(a, place, "B"), member(a, place, "C")}};
-}
-
-std::string text_of(std::string_view value) {
-  if (value.size() >= 2 && value.front() == '"' && value.back() == '"')
-    value = value.substr(1, value.size() - 2);
-  return shown(bare(value), 80);
-}
-
-/// Motor speed and gear ratio, in the file's order.
-struct Drives {
-  std::array<double, 6> rpm{}, ratio{};
+  /// "#STANDARD", "FALSE", "6", a text without its quotes.
+  std::string word() const {
+    const Token& token = line.tokens[given.value];
+    if (token.kind == Token::Kind::kNumber) return fmt::format("{}", token.value);
+    std::string text = token.word;
+    std::erase(text, '"');
+    return shown(text, 80);
+  }
 };
 
-constexpr double kLengthMm = 1e5;
+/// Motor turns per minute, in the order in which a file has them.
+using Drives = std::array<double, 6>;
 
-void of_axis(const Assignment& a, const Place& place, MachineData& data, Drives& drives) {
-  const auto i = static_cast<std::size_t>(a.index - 1);
+void of_axis(const Place& place, MachineData& data, Drives& rpm) {
+  const auto i = static_cast<std::size_t>(place.given.index - 1);
+  const std::string& name = place.given.name;
   MachineAxis& axis = data.axes[i];
-  if (a.name == "$SOFTN_END") axis.min_rad = real(a, place, 1e5) * kRadPerDeg;
-  if (a.name == "$SOFTP_END") axis.max_rad = real(a, place, 1e5) * kRadPerDeg;
-  if (a.name == "$VEL_AXIS_MA") drives.rpm[i] = std::abs(real(a, place, 1e6));
-  if (a.name == "$RAT_MOT_AX") {
-    const double turns = member(a, place, "D");
-    if (turns == 0.0) place.fail(a, "a ratio: D is 0");
-    drives.ratio[i] = std::abs(member(a, place, "N") / turns);
+  if (name == "$SOFTN_END") axis.min_rad = place.real(kLargestDeg) * kRadPerDeg;
+  if (name == "$SOFTP_END") axis.max_rad = place.real(kLargestDeg) * kRadPerDeg;
+  if (name == "$AXIS_DIR") axis.sense = place.real(1.0) < 0.0 ? -1 : 1;
+  if (name == "$VEL_AXIS_MA") rpm[i] = std::abs(place.real(kLargestRpm));
+  if (name == "$RAT_MOT_AX") {
+    const Aggregate ratio = place.structure();
+    const double turns = place.member(ratio, "D", kLargestTurns);
+    if (turns == 0.0) place.fail("a ratio: D is 0");
+    axis.gear_ratio = std::abs(place.member(ratio, "N", kLargestTurns) / turns);
   }
-  if (drives.rpm[i] > 0.0 && drives.ratio[i] > 0.0)
-    axis.max_speed_rad_s = drives.rpm[i] / 60.0 / drives.ratio[i] * kRadPerTurn;
+  if (rpm[i] > 0.0 && axis.gear_ratio.value_or(0.0) > 0.0)
+    axis.max_speed_rad_s = rpm[i] / 60.0 / *axis.gear_ratio * kRadPerTurn;
 }
 
-void take(const Assignment& a, const Place& place, MachineData& data, Drives& drives) {
-  if (a.index >= 1 && a.index <= 6) of_axis(a, place, data, drives);
-  if (a.name == "$LENGTH_A") data.length_a_m = real(a, place, kLengthMm) / kMmPerM;
-  if (a.name == "$LENGTH_B") data.length_b_m = real(a, place, kLengthMm) / kMmPerM;
-  if (a.name == "$TX3P3" || a.name == "$TFLWP") {
-    const FrameMmDeg at = frame(a, place);
-    const double length_m = std::hypot(at.xyz_mm[0], at.xyz_mm[1], at.xyz_mm[2]) / kMmPerM;
-    (a.name == "$TX3P3" ? data.wrist_m : data.flange_m) = length_m;
+/// What tells an arm with other axes, and how a six-axis arm has it.
+constexpr std::pair<const char*, const char*> kUsual[] = {
+    {"$KINCLASS", "#STANDARD"}, {"$MAIN_AXIS", "#NR"}, {"$A4PAR", "0"},  {"$DEF_A4FIX", "FALSE"},
+    {"$DEF_A5LINK", "FALSE"},   {"$TRAFO_AXIS", "6"},  {"$SPINDLE", "0"}};
+
+bool is_nothing(const FrameMmDeg& frame) {
+  const auto zero = [](double v) { return v == 0.0; };
+  return std::all_of(frame.xyz_mm.begin(), frame.xyz_mm.end(), zero) &&
+         std::all_of(frame.abc_deg.begin(), frame.abc_deg.end(), zero);
+}
+
+/// TOOL_DATA[n] and its like, of $config.dat.
+void of_config(const Place& place, MachineData& data) {
+  const std::string& name = place.given.name;
+  if (name == "TOOL_DATA" || name == "BASE_DATA") {
+    const FrameMmDeg frame = place.frame();
+    auto& frames = name == "TOOL_DATA" ? data.tools : data.bases;
+    if (!is_nothing(frame)) frames[place.given.index] = frame;
+  } else if (name == "LOAD_DATA") {
+    const krl::LoadData load = krl::load_of(place.structure());
+    if (load.mass_kg > 0.0) data.loads[place.given.index] = load;
   }
-  if ((a.name == "$TRAFONAME" || a.name == "$MODEL_NAME") && !a.value.empty())
-    data.type = text_of(a.value);
-  if (a.name == "TOOL_DATA" && a.index >= 1) {
-    const FrameMmDeg tool = frame(a, place);
-    const auto zero = [](double v) { return v == 0.0; };
-    if (!std::all_of(tool.xyz_mm.begin(), tool.xyz_mm.end(), zero) ||
-        !std::all_of(tool.abc_deg.begin(), tool.abc_deg.end(), zero))
-      data.tools[a.index] = tool;
+}
+
+std::optional<FrameMmDeg>* frame_named(const std::string& name, MachineData& data) {
+  if (name == "$TIRORO") return &data.base;
+  if (name == "$TX3P3") return &data.wrist;
+  if (name == "$TFLWP") return &data.flange;
+  return name == "$ROBROOT" ? &data.robroot : nullptr;
+}
+
+void take(const Place& place, MachineData& data, Drives& rpm) {
+  const std::string& name = place.given.name;
+  if (place.given.index >= 1) {
+    if (place.given.index <= 6) of_axis(place, data, rpm);
+    return of_config(place, data);
   }
+  if (auto* frame = frame_named(name, data)) *frame = place.frame();
+  if (name == "$LENGTH_A") data.length_a_m = place.real(kLargestMm) / kMmPerM;
+  if (name == "$LENGTH_B") data.length_b_m = place.real(kLargestMm) / kMmPerM;
+  if (name == "$DH_4" || name == "$DH_5") {
+    const Aggregate link = place.structure();
+    data.hand[name == "$DH_4" ? 0 : 1] = HandLink{place.member(link, "DHART_A", kLargestMm),
+                                                  place.member(link, "DHART_D", kLargestMm),
+                                                  place.member(link, "DHART_ALPHA", kLargestDeg)};
+  }
+  if (name == "$TRAFONAME" || name == "$MODEL_NAME") {
+    if (const std::string type = place.word(); !type.empty()) data.type = type;
+  }
+  for (const auto& [variable, usual] : kUsual)
+    if (name == variable) data.kinds[name] = place.word();
+}
+
+/// Standard kinematics: the first axis down, 2, 3 and 5 as positive turns about +y, 4 and 6 against +x.
+constexpr std::array<int, 6> kSigns = {-1, 1, 1, -1, 1, -1};
+/// $AXIS_DIR of such an arm, whose hand KUKA describes with the other turn of axis 5.
+constexpr std::array<int, 6> kSenses = {-1, 1, 1, -1, -1, -1};
+
+[[noreturn]] void refuse_arm(const std::string& what) {
+  throw FileError(what +
+                  ": not a six-axis arm with a spherical wrist. Give its geometry with --robot or "
+                  "--urdf");
+}
+
+void refuse_other_kinds(const MachineData& data) {
+  for (const auto& [variable, usual] : kUsual)
+    if (const auto at = data.kinds.find(variable); at != data.kinds.end() && at->second != usual)
+      refuse_arm(fmt::format("{} = {}", variable, at->second));
+  constexpr std::array<double, 2> kTurns = {90.0, -90.0};
+  for (std::size_t i = 0; i < 2; ++i) {
+    if (!data.hand[i]) continue;
+    const auto& [a, d, alpha] = *data.hand[i];
+    if (a != 0.0 || d != 0.0 || alpha != kTurns[i])
+      refuse_arm(fmt::format("$DH_{}: DHART_A {:.3f} mm, DHART_D {:.3f} mm, DHART_ALPHA {:.3f} deg",
+                             i + 4, a, d, alpha));
+  }
+}
+
+/// Along z alone, turned by B = turn.
+double along_z(const std::optional<FrameMmDeg>& frame, const char* name) {
+  if (!frame) throw FileError(std::string(name) + ": not in the given machine data");
+  const auto& [xyz, abc] = *frame;
+  if (xyz[0] != 0.0 || xyz[1] != 0.0 || abc[0] != 0.0 || abc[1] != 0.0 || abc[2] != 0.0)
+    refuse_arm(std::string(name) + " is not along Z alone");
+  return xyz[2] / kMmPerM;
+}
+
+struct WristPlace {
+  double along_m = 0.0, above_m = 0.0;
+};
+
+WristPlace wrist_of(const MachineData& data) {
+  if (!data.wrist) throw FileError("$TX3P3: not in the given machine data");
+  const auto& [xyz, abc] = *data.wrist;
+  if (xyz[1] != 0.0 || abc[0] != 0.0 || abc[1] != 90.0 || abc[2] != 0.0)
+    refuse_arm("$TX3P3 is not {X ..,Y 0,Z ..,A 0,B 90,C 0}");
+  return {xyz[0] / kMmPerM, xyz[2] / kMmPerM};
+}
+
+void check_axis(const MachineAxis& axis, std::size_t number) {
+  if (!axis.min_rad || !axis.max_rad || !(*axis.min_rad < *axis.max_rad))
+    throw FileError(fmt::format(
+        "axis {}: $SOFTN_END and $SOFTP_END are not both in the given machine data, one below the "
+        "other",
+        number));
+}
+
+Robot standard_arm(const MachineData& data) {
+  constexpr double kQuarter = std::numbers::pi / 2;
+  if (!data.length_a_m || !data.length_b_m)
+    throw FileError("$LENGTH_A, $LENGTH_B: not in the given machine data");
+  const WristPlace wrist = wrist_of(data);
+  const std::array<double, 6> d = {along_z(data.base, "$TIRORO"), 0.0, 0.0, wrist.along_m, 0.0,
+                                   along_z(data.flange, "$TFLWP")};
+  const std::array<double, 6> a = {
+      *data.length_a_m, *data.length_b_m, wrist.above_m, 0.0, 0.0, 0.0};
+  const std::array<double, 6> alpha = {-kQuarter, 0.0, -kQuarter, kQuarter, -kQuarter, 0.0};
+  const std::array<double, 6> offset = {0.0, 0.0, -kQuarter, 0.0, 0.0, std::numbers::pi};
+  Robot robot;
+  for (std::size_t i = 0; i < 6; ++i) {
+    Joint& joint = robot.joints.emplace_back();
+    joint.name = "A" + std::to_string(i + 1);
+    joint.sign = kSigns[i] * data.axes[i].sense.value_or(kSenses[i]) * kSenses[i];
+    joint.d_m = d[i];
+    joint.a_m = a[i];
+    joint.alpha_rad = alpha[i];
+    joint.offset_rad = offset[i];
+    joint.errors = {JointError::kTheta, JointError::kD, JointError::kA, JointError::kAlpha};
+    if (i == 1)  // parallel to the next
+      joint.errors = {JointError::kTheta, JointError::kA, JointError::kAlpha, JointError::kBeta};
+    joint.gear_ratio = data.axes[i].gear_ratio.value_or(1.0);
+  }
+  return robot;
+}
+
+/// $TIRORO Z, $LENGTH_A, $LENGTH_B, $TX3P3 Z, $TX3P3 X, $TFLWP Z of an arm of such senses.
+struct ArmLengths {
+  Eigen::Matrix<double, 6, 1> length_m;
+  double off_m = 0.0;  ///< between that arm's flange and the robot's
+};
+
+Robot of_lengths(const MachineData& senses, const Eigen::Matrix<double, 6, 1>& length_m) {
+  MachineData data;
+  data.axes = senses.axes;
+  data.base = FrameMmDeg{{0.0, 0.0, length_m[0] * kMmPerM}, {}};
+  data.length_a_m = length_m[1];
+  data.length_b_m = length_m[2];
+  data.wrist = FrameMmDeg{{length_m[4] * kMmPerM, 0.0, length_m[3] * kMmPerM}, {0.0, 90.0, 0.0}};
+  data.flange = FrameMmDeg{{0.0, 0.0, length_m[5] * kMmPerM}, {}};
+  return standard_arm(data);
+}
+
+constexpr int kPostures = 16;
+
+/// The flange at some angles, one below the other.
+Eigen::VectorXd flange_places(const Robot& robot) {
+  const ArmModel arm(robot, Tool{});
+  Eigen::VectorXd all(3 * kPostures);
+  for (int k = 0; k < kPostures; ++k) {
+    JointVector q;
+    for (int i = 0; i < 6; ++i)
+      q.push_back(((k >> (i % 4)) & 1) != 0 ? 0.3 + 0.1 * i : -0.4 - 0.1 * i);
+    all.segment<3>(3 * k) = arm.nominal_tcp(q).translation();
+  }
+  return all;
+}
+
+/// The robot's lengths as the controller counts them: the flange's place is linear in them.
+ArmLengths lengths_of(const Robot& robot, const MachineData& senses) {
+  using Lengths = Eigen::Matrix<double, 6, 1>;
+  Eigen::Matrix<double, 3 * kPostures, 6> each;
+  for (int k = 0; k < 6; ++k) each.col(k) = flange_places(of_lengths(senses, Lengths::Unit(k)));
+  const Eigen::VectorXd places = flange_places(robot);
+  ArmLengths found;
+  found.length_m = each.colPivHouseholderQr().solve(places);
+  found.off_m = (each * found.length_m - places).cwiseAbs().maxCoeff();
+  return found;
 }
 
 }  // namespace
 
 void read_machine_data(std::string_view text, const std::string& name, MachineData& data) {
-  if (text.size() > kMostBytes)
-    throw FileError(name, fmt::format(": {} bytes (limit {})", text.size(), kMostBytes));
-  Drives drives;
-  std::size_t line = 0;
-  for (std::size_t at = 0; at < text.size();) {
-    const auto end = std::min(text.find('\n', at), text.size());
-    ++line;
-    if (const auto found = assignment(text.substr(at, end - at)))
-      take(*found, {name, line}, data, drives);
-    at = end + 1;
-  }
+  Drives rpm{};
+  for (const krl::Line& line : krl::read_lines({name, std::string(text)}))
+    if (const auto given = krl::read_given(line)) take({name, line, *given}, data, rpm);
+}
+
+Robot robot_of(const MachineData& data) {
+  refuse_other_kinds(data);
+  for (std::size_t i = 0; i < 6; ++i) check_axis(data.axes[i], i + 1);
+  Robot robot = with_machine_data(standard_arm(data), data);
+  if (data.robroot)
+    robot.gravity_m_s2 = to_isometry(*data.robroot).linear().transpose() * robot.gravity_m_s2;
+  robot.name = data.type.empty() ? "KUKA" : data.type;
+  std::erase(robot.name, '#');
+  robot.source = "machine data";
+  return robot;
 }
 
 std::vector<LengthDifference> differences(const MachineData& data, const Robot& robot) {
   if (robot.joints.size() != 6)
     throw FileError(fmt::format("\"{}\" has {} joints; machine data of a six-axis arm are read",
                                 robot.name, robot.joints.size()));
+  const ArmLengths is = lengths_of(robot, data);
   std::vector<LengthDifference> found;
   const auto hold = [&](const char* variable, const std::optional<double>& stated, const char* key,
                         std::size_t joint, double robot_m) {
-    if (stated && !(std::abs(std::abs(*stated) - std::abs(robot_m)) <= kSame))
-      found.push_back(
-          {variable, robot.joints[joint].name, key, std::abs(*stated), std::abs(robot_m)});
+    if (stated && !(std::abs(*stated - robot_m) <= kSame))
+      found.push_back({variable, robot.joints[joint].name, key, *stated, robot_m});
   };
-  const auto& j = robot.joints;
-  hold("$LENGTH_A", data.length_a_m, "a_mm", 0, j[0].a_m);
-  hold("$LENGTH_B", data.length_b_m, "a_mm", 1, j[1].a_m);
-  hold("$TX3P3", data.wrist_m, "a_mm and d_mm of the next", 2, std::hypot(j[2].a_m, j[3].d_m));
-  hold("$TFLWP", data.flange_m, "d_mm", 5, j[5].d_m);
+  const auto of = [](const std::optional<FrameMmDeg>& frame, std::size_t axis) {
+    return frame ? std::optional(frame->xyz_mm[axis] / kMmPerM) : std::nullopt;
+  };
+  hold("$TIRORO X", of(data.base, 0), "base", 0, 0.0);
+  hold("$TIRORO Y", of(data.base, 1), "base", 0, 0.0);
+  hold("$TIRORO Z", of(data.base, 2), "d_mm", 0, is.length_m[0]);
+  hold("$LENGTH_A", data.length_a_m, "a_mm", 0, is.length_m[1]);
+  hold("$LENGTH_B", data.length_b_m, "a_mm", 1, is.length_m[2]);
+  hold("$TX3P3 Z", of(data.wrist, 2), "a_mm", 2, is.length_m[3]);
+  hold("$TX3P3 Y", of(data.wrist, 1), "d_mm", 2, 0.0);
+  hold("$TX3P3 X", of(data.wrist, 0), "d_mm", 3, is.length_m[4]);
+  for (std::size_t i = 0; i < 2; ++i) {
+    if (!data.hand[i]) continue;
+    hold(i == 0 ? "$DH_4 DHART_A" : "$DH_5 DHART_A", data.hand[i]->a_mm / kMmPerM, "a_mm", 3 + i,
+         0.0);
+    hold(i == 0 ? "$DH_4 DHART_D" : "$DH_5 DHART_D", data.hand[i]->d_mm / kMmPerM, "d_mm", 3 + i,
+         0.0);
+  }
+  hold("$TFLWP X", of(data.flange, 0), "flange", 5, 0.0);
+  hold("$TFLWP Y", of(data.flange, 1), "flange", 5, 0.0);
+  hold("$TFLWP Z", of(data.flange, 2), "d_mm", 5, is.length_m[5]);
+  if (is.off_m > kSame) found = {{"", "A6", "flange", 0.0, is.off_m}};
   return found;
 }
 

@@ -1,6 +1,6 @@
 #pragma once
-// Arm data in a KUKA controller's machine data: $machine.dat and $robcor.dat (KRC:\R1\Mada),
-// TOOL_DATA of $config.dat. KR C2 machine data, "2 The file $MACHINE.DAT".
+// What a KUKA controller's machine data say of its arm: $machine.dat and $robcor.dat (KRC:\R1\Mada),
+// and TOOL_DATA, BASE_DATA, LOAD_DATA of $config.dat. KR C2 machine data, "2 The file $MACHINE.DAT".
 
 #include <array>
 #include <map>
@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "calib/export/krl_values.h"
 #include "calib/model/robot.h"
 #include "calib/model/units.h"
 
@@ -17,28 +18,46 @@ namespace cellcal::calib {
 struct MachineAxis {
   std::optional<double> min_rad, max_rad;  ///< $SOFTN_END, $SOFTP_END
   std::optional<double> max_speed_rad_s;   ///< $VEL_AXIS_MA over $RAT_MOT_AX
+  std::optional<double> gear_ratio;        ///< $RAT_MOT_AX: motor turns for one of the axis
+  std::optional<int> sense;                ///< $AXIS_DIR
+};
+
+/// $DH_4, $DH_5.
+struct HandLink {
+  double a_mm = 0.0, d_mm = 0.0, alpha_deg = 0.0;
 };
 
 struct MachineData {
   std::string type;  ///< $TRAFONAME[], $MODEL_NAME[]
   std::array<MachineAxis, 6> axes;
   std::optional<double> length_a_m, length_b_m;  ///< $LENGTH_A, $LENGTH_B
-  std::optional<double> wrist_m;                 ///< $TX3P3: from axis 3 to the wrist's centre
-  std::optional<double> flange_m;                ///< $TFLWP: wrist point to flange
-  std::map<int, FrameMmDeg> tools;               ///< TOOL_DATA[n], nonzero entries
+  std::optional<FrameMmDeg> base;                ///< $TIRORO: foot to the height of axis 2
+  std::optional<FrameMmDeg> wrist;               ///< $TX3P3: axis 3 to the wrist's centre
+  std::optional<FrameMmDeg> flange;              ///< $TFLWP: wrist's centre to flange
+  std::array<std::optional<HandLink>, 2> hand;
+  std::optional<FrameMmDeg> robroot;         ///< $ROBROOT: world to foot
+  std::map<std::string, std::string> kinds;  ///< $KINCLASS and the like, as stated
+  std::map<int, FrameMmDeg> tools;           ///< TOOL_DATA[n], other than zero
+  std::map<int, FrameMmDeg> bases;           ///< BASE_DATA[n], likewise
+  std::map<int, krl::LoadData> loads;        ///< LOAD_DATA[n] with a mass
 };
 
 /// Merges the values stated in one file into `data`; other lines are ignored. Throws FileError
 /// naming file, line and variable for an invalid value.
 void read_machine_data(std::string_view text, const std::string& name, MachineData& data);
 
-/// A length that differs between robot file and controller.
+/// The six-axis arm with a spherical wrist that they describe. Throws FileError naming the variable that
+/// is missing, or by which it is another kind of arm.
+Robot robot_of(const MachineData& data);
+
+/// A length in which robot file and controller differ, with its sign.
 struct LengthDifference {
   std::string variable, joint, key;  ///< "$LENGTH_A", "A1", "a_mm"
   double controller_m = 0.0, robot_m = 0.0;
 };
-/// Differences above 0.01 mm. The robot is a six-axis arm with the axes of KUKA's standard
-/// kinematics.
+/// By more than 0.01 mm, whatever frames the robot file states its arm in. Of an arm that no such lengths
+/// make, or whose axes turn the other way, one with an empty variable, whose robot_m is how far the flanges
+/// are apart.
 std::vector<LengthDifference> differences(const MachineData& data, const Robot& robot);
 
 /// The robot with the controller's limits and speeds, if stated.

@@ -169,9 +169,13 @@ std::optional<Eigen::Vector3d> three_numbers(std::string_view text) {
 
 std::string robot_joint_name(const std::string& name) {
   constexpr std::string_view kBefore = "joint_";
-  const bool ros = name.starts_with(kBefore) && name.size() > kBefore.size();
-  std::string result;
-  for (const char c : ros ? name.substr(kBefore.size()) : name)
+  // Of robot1_joint_a1 the prefix is the package's; joint_1 is A1.
+  const auto before = name.rfind(kBefore);
+  const auto behind = before == std::string::npos ? name.size() : before + kBefore.size();
+  const bool ros = behind < name.size() && (before == 0 || name[before - 1] == '_');
+  const bool number = ros && name.find_first_not_of("0123456789", behind) == std::string::npos;
+  std::string result = number ? "A" : "";
+  for (const char c : ros ? name.substr(behind) : name)
     result += c >= 'a' && c <= 'z' && ros ? static_cast<char>(c - 'a' + 'A')
               : static_cast<unsigned char>(c) <= ' ' || c == ',' || c == '"' || c == '#' ? '_'
                                                                                          : c;

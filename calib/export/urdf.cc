@@ -149,8 +149,9 @@ std::string chosen_tip(const Document& document, const std::string& asked) {
       document.fail(
           fmt::format("two chains of {} joints end at \"{}\" and \"{}\". Name the one: --tip LINK",
                       most, shown(tips.front()), shown(link)));
-  for (const char* usual : {"tool0", "flange"})
-    if (std::find(tips.begin(), tips.end(), usual) != tips.end()) return usual;
+  for (const std::string usual : {"tool0", "flange"})  // robot1_tool0 of a prefix, too
+    for (const std::string& tip : tips)
+      if (tip == usual || tip.ends_with("_" + usual)) return tip;
   return tips.front();
 }
 
@@ -186,7 +187,10 @@ Chain chain_of(const Document& document, const std::string& asked) {
   UrdfChain& chain = found.chain;
   chain.robot_name = document.robot.attribute("name").value();
   chain.tip_link = chosen_tip(document, asked);
-  const auto path = path_to(document, chain.tip_link);
+  auto path = path_to(document, chain.tip_link);
+  // Where the arm stands in its cell is none of the arm's.
+  if (path.size() > 1 && path.front()->type == "fixed" && path.front()->parent == "world")
+    path.erase(path.begin());
   chain.base_link = path.front()->parent;
   Isometry3d fixed = Isometry3d::Identity();
   for (const UrdfJoint* joint : path) {

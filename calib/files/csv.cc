@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <numbers>
 
 #include "calib/files/text.h"
 
@@ -19,15 +20,120 @@ std::string_view trim(std::string_view text) {
   return text.substr(first, text.find_last_not_of(" \t") - first + 1);
 }
 
-void split(std::string_view line, std::vector<std::string_view>& fields) {
-  fields.clear();
-  while (true) {
-    const auto comma = line.find(',');
-    fields.push_back(trim(line.substr(0, comma)));
-    if (comma == std::string_view::npos) return;
-    line.remove_prefix(comma + 1);
+char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
+
+bool same_letters(std::string_view a, std::string_view b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [](char x, char y) { return lower(x) == lower(y); });
+}
+
+void append_utf8(char32_t c, std::string& text) {
+  if (c < 0x80) {
+    text += static_cast<char>(c);
+  } else if (c < 0x800) {
+    text += static_cast<char>(0xC0 | c >> 6);
+    text += static_cast<char>(0x80 | (c & 0x3F));
+  } else if (c < 0x10000) {
+    text += static_cast<char>(0xE0 | c >> 12);
+    text += static_cast<char>(0x80 | (c >> 6 & 0x3F));
+    text += static_cast<char>(0x80 | (c & 0x3F));
+  } else {
+    text += static_cast<char>(0xF0 | c >> 18);
+    text += static_cast<char>(0x80 | (c >> 12 & 0x3F));
+    text += static_cast<char>(0x80 | (c >> 6 & 0x3F));
+    text += static_cast<char>(0x80 | (c & 0x3F));
   }
 }
+
+/// Behind its byte order mark.
+std::string from_utf16(std::string_view bytes, bool little, const std::string& name) {
+  const auto damaged = [&] { return FileError(name, ": UTF-16 text is damaged or cut off"); };
+  if (bytes.size() % 2 != 0) throw damaged();
+  const auto unit = [&](std::size_t at) {
+    const auto a = static_cast<unsigned char>(bytes[at]),
+               b = static_cast<unsigned char>(bytes[at + 1]);
+    return static_cast<char32_t>(little ? a | b << 8 : b | a << 8);
+  };
+  std::string text;
+  for (std::size_t at = 0; at < bytes.size(); at += 2) {
+    char32_t c = unit(at);
+    if (c >= 0xDC00 && c < 0xE000) throw damaged();
+    if (c >= 0xD800 && c < 0xDC00) {
+      at += 2;
+      if (at >= bytes.size() || unit(at) < 0xDC00 || unit(at) >= 0xE000) throw damaged();
+      c = 0x10000 + ((c - 0xD800) << 10) + (unit(at) - 0xDC00);
+    }
+    append_utf8(c, text);
+  }
+  return text;
+}
+
+/// Whether any was there.
+bool replace_all(std::string& text, std::string_view what, char with) {
+  bool any = false;
+  for (auto at = text.find(what); at != std::string::npos; at = text.find(what, at + 1)) {
+    text.replace(at, what.size(), 1, with);
+    any = true;
+  }
+  return any;
+}
+
+/// Outside of quotes and of a unit's brackets.
+std::size_t count_of(std::string_view line, char what) {
+  std::size_t count = 0;
+  bool quoted = false, unit = false;
+  for (const char c : line) {
+    if (c == '"') quoted = !quoted;
+    if (c == '[' || c == '(') unit = true;
+    if (c == ']' || c == ')') unit = false;
+    if (c == what && !quoted && !unit) ++count;
+  }
+  return count;
+}
+
+/// The lines that say something, at most so many.
+std::vector<std::string_view> first_lines(std::string_view text, std::size_t most) {
+  std::vector<std::string_view> lines;
+  while (!text.empty() && lines.size() < most) {
+    const auto end = text.find('\n');
+    std::string_view line = trim(text.substr(0, end));
+    text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
+    if (line.ends_with('\r')) line.remove_suffix(1);
+    if (!line.empty() && line.front() != '#') lines.push_back(line);
+  }
+  return lines;
+}
+
+constexpr std::string_view kSeparatorLine = "sep=";
+
+bool has_digit_comma_digit(std::string_view line) {
+  for (std::size_t i = 1; i + 1 < line.size(); ++i)
+    if (line[i] == ',' && line[i - 1] >= '0' && line[i - 1] <= '9' && line[i + 1] >= '0' &&
+        line[i + 1] <= '9')
+      return true;
+  return false;
+}
+
+/// A column's unit, and how much of the unit that names end in it is.
+struct KnownUnit {
+  const char *written, *unit;
+  double scale;
+};
+constexpr KnownUnit kUnits[] = {{"deg", "deg", 1.0},
+                                {"degree", "deg", 1.0},
+                                {"degrees", "deg", 1.0},
+                                {"\xC2\xB0", "deg", 1.0},
+                                {"rad", "deg", 180.0 / std::numbers::pi},
+                                {"mm", "mm", 1.0},
+                                {"um", "mm", 1e-3},
+                                {"\xC2\xB5m", "mm", 1e-3},
+                                {"\xCE\xBCm", "mm", 1e-3},
+                                {"m", "mm", 1e3},
+                                {"mm/s", "mm_s", 1.0},
+                                {"\xC2\xB0"
+                                 "C",
+                                 "c", 1.0},
+                                {"kg", "kg", 1.0}};
 
 bool is_number(std::string_view text) {
   if (text.starts_with('+')) text.remove_prefix(1);
@@ -57,52 +163,163 @@ std::string guess_why(const std::vector<std::string_view>& fields, std::size_t c
 
 }  // namespace
 
-CsvTable::CsvTable(std::string_view text, std::string name) : rest_(text), name_(std::move(name)) {
-  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
-  if (rest_.starts_with(kByteOrderMark)) rest_.remove_prefix(kByteOrderMark.size());
+CsvForm csv_form(std::string_view text, const std::string& name) {
+  constexpr std::string_view kMark = "\xEF\xBB\xBF", kLittle = "\xFF\xFE", kBig = "\xFE\xFF";
+  CsvForm form;
+  std::vector<std::string> odd;
+  if (text.starts_with(kLittle) || text.starts_with(kBig)) {
+    form.text = from_utf16(text.substr(2), text.starts_with(kLittle), name);
+    odd.emplace_back("UTF-16");
+  } else {
+    form.text = text.substr(text.starts_with(kMark) ? kMark.size() : 0);
+  }
+  if (form.text.find('\n') == std::string::npos && replace_all(form.text, "\r", '\n'))
+    odd.emplace_back("lines that end in CR");
+  replace_all(form.text, "\xC2\xA0", ' ');
+  replace_all(form.text, "\xE2\x80\xAF", ' ');
+  if (replace_all(form.text, "\xE2\x88\x92", '-')) odd.emplace_back("Unicode minus");
+
+  auto lines = first_lines(form.text, 4);
+  if (!lines.empty() && same_letters(lines[0].substr(0, kSeparatorLine.size()), kSeparatorLine) &&
+      lines[0].size() == kSeparatorLine.size() + 1) {
+    form.separator = lines[0].back();
+    form.title_lines = 1;
+    lines.erase(lines.begin());
+    if (std::string_view(",;\t").find(form.separator) == std::string_view::npos)
+      throw FileError(name, ":1: sep= names no comma, semicolon or tab");
+  } else {
+    for (const std::string_view line : lines) {
+      const std::size_t commas = count_of(line, ','), semicolons = count_of(line, ';'),
+                        tabs = count_of(line, '\t');
+      if (commas + semicolons + tabs == 0) continue;
+      form.separator = semicolons > 0 ? ';' : commas > 0 ? ',' : '\t';
+      if ((tabs > 0 && semicolons > 0) ||
+          (commas > semicolons + tabs && commas + semicolons > commas))
+        throw FileError(name, ": both " + std::string(tabs > 0 ? "tabs" : "commas") +
+                                  " and semicolons in the header; one of them is needed");
+      break;
+    }
+  }
+  // A title has fewer fields than the header behind it, which is words.
+  if (lines.size() > 2 && !has_digit_comma_digit(lines[0]) &&
+      count_of(lines[0], form.separator) == 0 && count_of(lines[1], form.separator) > 0 &&
+      count_of(lines[1], form.separator) == count_of(lines[2], form.separator) &&
+      !is_number(trim(lines[1].substr(0, lines[1].find(form.separator))))) {
+    ++form.title_lines;
+    odd.emplace_back("a title line");
+    lines.erase(lines.begin());
+  }
+  if (form.separator != ',') {
+    const bool comma = lines.size() > 1 && has_digit_comma_digit(lines[1]);
+    odd.insert(odd.begin(), std::string(form.separator == ';' ? ";" : "tab") +
+                                (comma ? " with decimal comma" : ""));
+  }
+  for (const std::string& one : odd) form.reading += (form.reading.empty() ? "" : ", ") + one;
+  return form;
+}
+
+bool CsvTable::Column::is(std::string_view wanted) const {
+  if (same_letters(name, wanted)) return true;
+  if (unit.empty() || wanted.size() < bare.size() ||
+      !same_letters(wanted.substr(0, bare.size()), bare))
+    return false;
+  const std::string_view rest = wanted.substr(bare.size());
+  if (rest.empty())  // a joint, or x_mm [mm]
+    return bare.ends_with("_" + unit) ? scale == 1.0 : unit == "deg";
+  return rest.front() == '_' && same_letters(rest.substr(1), unit);
+}
+
+CsvTable::Column CsvTable::column_of(std::string_view field) const {
+  Column column{std::string(field), std::string(field), "", 1.0};
+  const auto open = field.find_last_of("[(");
+  if (open == std::string_view::npos || open == 0 || (field.back() != ']' && field.back() != ')'))
+    return column;
+  const std::string_view written = trim(field.substr(open + 1, field.size() - open - 2));
+  for (const KnownUnit& one : kUnits)
+    if (same_letters(one.written, written)) {
+      column.bare = trim(field.substr(0, open));
+      column.unit = one.unit;
+      column.scale = one.scale;
+    }
+  return column;
+}
+
+void CsvTable::split(std::string_view line) {
+  fields_.clear();
+  while (true) {
+    std::string_view field;
+    const auto first =
+        std::min(line.find_first_not_of(form_.separator == '\t' ? " " : " \t"), line.size());
+    std::size_t end = line.find(form_.separator);
+    if (line.substr(first).starts_with('"')) {
+      const auto close = line.find('"', first + 1);
+      end = close == std::string_view::npos ? close : line.find(form_.separator, close);
+      field = close == std::string_view::npos ? line : line.substr(first + 1, close - first - 1);
+      if (close == std::string_view::npos ||
+          !trim(line.substr(close + 1, std::min(end, line.size()) - close - 1)).empty())
+        throw FileError(
+            name_, ":" + std::to_string(line_) + ": quotes inside of a field, or none at its end");
+    } else {
+      field = line.substr(0, end);
+      if (field.find('"') != std::string_view::npos)
+        throw FileError(name_, ":" + std::to_string(line_) + ": quotes inside of a field");
+    }
+    fields_.push_back(trim(field));
+    if (end == std::string_view::npos) return;
+    line.remove_prefix(end + 1);
+  }
+}
+
+CsvTable::CsvTable(std::string_view text, std::string name)
+    : name_(std::move(name)), form_(csv_form(text, name_)), rest_(form_.text) {
+  read_header();
+}
+
+void CsvTable::read_header() {
   std::string_view line;
+  for (int i = 0; i < form_.title_lines; ++i) next_line(line);
   if (!next_line(line)) throw FileError(name_, ": empty; a header row is needed");
   header_line_ = line_;
-  split(line, fields_);
-  if (fields_.size() > kMaxColumns)
-    throw FileError(name_, ":" + std::to_string(line_) + ": more than 256 columns");
-  const auto numbers = static_cast<std::size_t>(std::count_if(
-      fields_.begin(), fields_.end(), [](std::string_view f) { return is_number(f); }));
+  split(line);
+  const auto fail_here = [&](const std::string& what) {
+    throw FileError(name_, ":" + std::to_string(line_) + ": " + what);
+  };
+  if (fields_.size() > kMaxColumns) fail_here("more than 256 columns");
+  const auto numbers = static_cast<std::size_t>(
+      std::count_if(fields_.begin(), fields_.end(),
+                    [](std::string_view f) { return is_number(f) || has_digit_comma_digit(f); }));
   if (2 * numbers >= fields_.size())
-    throw FileError(
-        name_, ":" + std::to_string(line_) +
-                   ": the header row is missing: these are numbers, and the first row must name "
-                   "the columns, as in A1,A2,A3,A4,A5,A6,target");
+    fail_here(
+        "the header row is missing: these are numbers, and the first row must name the columns, as "
+        "in A1,A2,A3,A4,A5,A6,target");
+  if (fields_.size() > 1 && fields_.back().empty()) fields_.pop_back();  // a trailing separator
   for (const std::string_view field : fields_) {
-    const std::string column(field);
-    if (column.empty())
-      throw FileError(name_, ":" + std::to_string(line_) + ": a column has no name");
-    if (find(column) >= 0)
-      throw FileError(
-          name_, ":" + std::to_string(line_) + ": column \"" + shown(column) + "\" occurs twice");
-    columns_.push_back(column);
+    if (field.empty()) fail_here("a column has no name");
+    for (const Column& one : columns_)
+      if (same_letters(one.name, field) || one.is(field))
+        fail_here("column \"" + shown(field) + "\" stands twice");
+    columns_.push_back(column_of(field));
+    for (std::size_t i = 0; i + 1 < columns_.size(); ++i)
+      if (columns_.back().is(columns_[i].name))
+        fail_here("column \"" + shown(field) + "\" stands twice");
   }
 }
 
 int CsvTable::find(std::string_view column) const {
   for (std::size_t i = 0; i < columns_.size(); ++i)
-    if (columns_[i] == column) return static_cast<int>(i);
+    if (columns_[i].is(column)) return static_cast<int>(i);
   return -1;
 }
 
 void CsvTable::refuse_unknown(const std::vector<std::string>& known) const {
-  for (const std::string& column : columns_) {
-    bool found = false;
-    for (const std::string& name : known) found = found || name == column;
-    if (found) continue;
+  for (const Column& column : columns_) {
+    if (std::any_of(known.begin(), known.end(),
+                    [&](const std::string& name) { return column.is(name); }))
+      continue;
     std::string list;
     for (const std::string& name : known) list += (list.empty() ? "" : ", ") + name;
-    throw FileError(
-        name_, ":" + std::to_string(header_line_) + ": unknown column \"" + shown(column) + "\"; " +
-                   (column.find_first_of(";\t") != std::string::npos
-                        ? "fields are separated by commas, and the decimal mark is '.'; "
-                        : "") +
-                   "known here are: " + list);
+    throw FileError(name_, ":" + std::to_string(header_line_) + ": unknown column \"" +
+                               shown(column.name) + "\"; known here are: " + list);
   }
 }
 
@@ -117,11 +334,10 @@ bool CsvTable::next_line(std::string_view& line) {
       throw FileError(name_, ":" + std::to_string(line_) + ": line longer than 65536 bytes");
     // A carriage return or an escape inside a field would not survive rewriting.
     if (std::any_of(line.begin(), line.end(), [](char c) {
-          return c == '"' || c == 0x7f || (static_cast<unsigned char>(c) < 0x20 && c != '\t');
+          return c == 0x7f || (static_cast<unsigned char>(c) < 0x20 && c != '\t');
         }))
-      throw FileError(
-          name_, ":" + std::to_string(line_) +
-                     ": quotes, NUL and other control characters are not allowed in this file");
+      throw FileError(name_, ":" + std::to_string(line_) +
+                                 ": NUL and other control characters cannot stand in this file");
     const std::string_view content = trim(line);
     if (!content.empty() && content.front() != '#') return true;
   }
@@ -131,7 +347,8 @@ bool CsvTable::next_line(std::string_view& line) {
 bool CsvTable::next() {
   std::string_view line;
   if (!next_line(line)) return false;
-  split(line, fields_);
+  split(line);
+  if (fields_.size() == columns_.size() + 1 && fields_.back().empty()) fields_.pop_back();
   if (fields_.size() != columns_.size())
     throw FileError(name_, ":" + std::to_string(line_) + ": " + std::to_string(fields_.size()) +
                                " fields, but the header has " + std::to_string(columns_.size()) +
@@ -141,19 +358,32 @@ bool CsvTable::next() {
 
 double CsvTable::number(int column) const {
   std::string_view field = text(column);
-  // from_chars rejects a plus sign; "+-1" must not become -1.
+  std::string with_point;
+  if (const auto comma = field.find(','); comma != std::string_view::npos) {
+    if (comma_line_ == 0) comma_line_ = line_;
+    with_point = field;
+    with_point[comma] = '.';
+    field = with_point;
+  } else if (field.find('.') != std::string_view::npos && point_line_ == 0) {
+    point_line_ = line_;
+  }
+  // from_chars takes no plus; "+-1" must not become -1.
   if (field.starts_with('+') && !field.starts_with("+-")) field.remove_prefix(1);
   double value = 0.0;
   const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value);
   if (error != std::errc() || end != field.data() + field.size() || field.empty())
     fail(column, "\"" + shown(text(column)) + "\" is not a number (use a decimal point)");
   if (!std::isfinite(value)) fail(column, "must be a finite number");
-  return value;
+  if (comma_line_ > 0 && point_line_ > 0)
+    fail(column, "both decimal comma (line " + std::to_string(comma_line_) +
+                     ") and decimal point (line " + std::to_string(point_line_) +
+                     ") in this file; one of them is needed");
+  return value * columns_[static_cast<std::size_t>(column)].scale;
 }
 
 FileError CsvTable::error(int column, const std::string& what) const {
   return FileError(name_, ":" + std::to_string(line_) + ": " +
-                              shown(columns_[static_cast<std::size_t>(column)]) + ": " + what);
+                              shown(columns_[static_cast<std::size_t>(column)].name) + ": " + what);
 }
 
 void CsvTable::fail(int column, const std::string& what) const { throw error(column, what); }

@@ -1,6 +1,9 @@
 #pragma once
-// Plain comma-separated tables: a header row, numbers and words, '#' comments, no quoting. Messages
-// read "FILE:LINE: COLUMN: what is wrong".
+// The tables of cellcal: a header row, numbers and words, '#' comments. Beside the plain form (UTF-8, commas,
+// '.' as the decimal mark) those that spreadsheets and measuring programs write are read, where they have one
+// reading: ';' or tab between the fields, decimal comma, quotes, UTF-16, lines that end in CR, "sep=;", a
+// title line, a trailing separator, units in the header (A1 [deg], x [mm], sigma [um]), names in any case,
+// Unicode's minus and no-break space. Messages read "FILE:LINE: COLUMN: what is wrong".
 
 #include <functional>
 #include <string>
@@ -11,13 +14,24 @@
 
 namespace cellcal::calib {
 
+/// How a text was understood that is not in the plain form.
+struct CsvForm {
+  std::string text;  ///< UTF-8, lines that end in LF or CR LF, plain minus and blanks
+  char separator = ',';
+  int title_lines = 0;  ///< before the header, comments and blank lines aside
+  std::string reading;  ///< "; with decimal comma, UTF-16"; empty: the plain form
+};
+/// Throws FileError for UTF-16 that is damaged, and for a header with two kinds of separators.
+CsvForm csv_form(std::string_view text, const std::string& name);
+
 class CsvTable {
  public:
-  /// Parses the header. `text` must outlive the table. Throws FileError.
+  /// Parses the header. Throws FileError.
   CsvTable(std::string_view text, std::string name);
+  CsvTable(const CsvTable&) = delete;
+  CsvTable& operator=(const CsvTable&) = delete;
 
-  const std::vector<std::string>& columns() const { return columns_; }
-  /// Index of the column or -1.
+  /// Index of the column or -1: by its name, in any case, or with its unit in brackets.
   int find(std::string_view column) const;
   /// Throws naming the first column not in `known`, and the known ones.
   void refuse_unknown(const std::vector<std::string>& known) const;
@@ -27,21 +41,33 @@ class CsvTable {
   int line() const { return line_; }
   int header_line() const { return header_line_; }
   std::string_view text(int column) const { return fields_[static_cast<std::size_t>(column)]; }
-  /// Finite number; the whole field.
+  /// Finite number in the unit that the column's name in `find` stands for; whole field.
   double number(int column) const;
   /// Error in this row's column.
   FileError error(int column, const std::string& what) const;
   [[noreturn]] void fail(int column, const std::string& what) const;
 
  private:
+  /// "A1 [deg]" is A1 in deg; 'scale' is that of the unit that names end in.
+  struct Column {
+    std::string name, bare, unit;
+    double scale = 1.0;
+    bool is(std::string_view wanted) const;
+  };
+  Column column_of(std::string_view field) const;
   bool next_line(std::string_view& line);
+  void split(std::string_view line);
+  void read_header();
 
-  std::string_view rest_;
   std::string name_;
-  std::vector<std::string> columns_;
+  CsvForm form_;
+  std::string_view rest_;
+  std::vector<Column> columns_;
   std::vector<std::string_view> fields_;
   int line_ = 0;
   int header_line_ = 0;
+  mutable int comma_line_ = 0,
+              point_line_ = 0;  ///< where a decimal comma, a decimal point was first
 };
 
 }  // namespace cellcal::calib

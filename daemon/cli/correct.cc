@@ -37,13 +37,48 @@ fs::path dat_beside(fs::path src) {
   return {};
 }
 
+bool is_src(const fs::path& path) {
+  std::string ending = path.extension().string();
+  for (char& c : ending) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  return ending == ".src";
+}
+
+/// The other programs of its folder: what it calls may stand there. None of a folder of more than a
+/// controller has.
+std::vector<KrlFile> modules_beside(const fs::path& program) {
+  constexpr std::size_t kMostFiles = 1000;
+  std::vector<fs::path> paths;
+  std::error_code none;
+  const fs::path folder = program.has_parent_path() ? program.parent_path() : fs::path(".");
+  for (const auto& entry : fs::directory_iterator(folder, none))
+    if (is_src(entry.path()) && entry.is_regular_file(none) &&
+        !fs::equivalent(entry.path(), program, none))
+      paths.push_back(entry.path());
+  if (paths.size() > kMostFiles) paths.clear();
+  std::sort(paths.begin(), paths.end());
+  std::vector<KrlFile> all;
+  for (const fs::path& path : paths) try {
+      all.push_back(read(path));
+    } catch (const calib::FileError&) {  // not to be read: its routines are not known
+    }
+  return all;
+}
+
 krl::ProgramFiles read_files(const CorrectCommand& command) {
   krl::ProgramFiles files;
   files.src = read(command.program);
   const fs::path dat = command.dat.empty() ? dat_beside(command.program) : command.dat;
   if (!dat.empty()) files.dat = read(dat);
-  for (const fs::path& one : command.controller) files.controller.push_back(read(one));
+  for (const fs::path& one : command.controller)
+    (is_src(one) ? files.modules : files.controller).push_back(read(one));
+  for (KrlFile& one : modules_beside(command.program)) files.modules.push_back(std::move(one));
   return files;
+}
+
+std::vector<std::string> upper(std::vector<std::string> names) {
+  for (std::string& name : names)
+    for (char& c : name) c = c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
+  return names;
 }
 
 void refuse_to_replace(const CorrectCommand& command, const fs::path& path) {
@@ -80,15 +115,7 @@ void write(const std::vector<fs::path>& places, const CorrectedProgram& result,
     write_atomically(places[i], result.files[i].text);
 }
 
-std::string tool_words(const krl::ToolUsed& tool) {
-  const std::string name =
-      tool.number < 0 ? "tool in the text" : fmt::format("tool {}", tool.number);
-  if (tool.cells) return name + ": the cell file's, with its bending\n";
-  return fmt::format("{}: not the cell file's; taken as stated and stiff, load {}\n", name,
-                     tool.load_known ? "from LOAD_DATA" : "of the cell's tool (no LOAD_DATA)");
-}
-
-/// TOOL_DATA[n] or BASE_DATA[n]; negative: written out in the program.
+/// TOOL_DATA[n] or BASE_DATA[n]; below 0: written out in the program.
 std::string frame_words(int number) { return number < 0 ? "text" : std::to_string(number); }
 
 std::string table(const CorrectedProgram& result) {
@@ -118,26 +145,12 @@ std::string report(const CorrectedProgram& result, const std::vector<fs::path>& 
                             result.points.size(), largest->shift_mm.norm(), largest->name,
                             largest->file, largest->line);
   for (const fs::path& path : written) text += path.string() + " written\n";
-  if (written.empty()) text += "nothing written; -o FOLDER writes the program\n";
+  if (written.empty() && largest != nullptr)
+    text += "nothing written; -o FOLDER writes the program\n";
   return text;
 }
 
-nlohmann::json point_json(const CorrectedPoint& p) {
-  return {{"name", p.name},
-          {"file", p.file},
-          {"line", p.line},
-          {"kind", p.axes ? "axes" : "pose"},
-          {"tool", p.tool},
-          {"base", p.base},
-          {"shift_mm", {p.shift_mm.x(), p.shift_mm.y(), p.shift_mm.z()}},
-          {"shift_norm_mm", p.shift_mm.norm()},
-          {"turn_deg", p.turn_deg},
-          {"u95_mm", p.u95_mm},
-          {"left_mm", p.left_mm},
-          {"status_changed", p.status_changed}};
-}
-
-nlohmann::json json_of(const CorrectedProgram& result, const std::vector<fs::path>& written,
+nlohmann::json json(const CorrectedProgram& result, const std::vector<fs::path>& written,
                     const calib::Robot& robot) {
   nlohmann::json all = {
       {"points", nlohmann::json::array()},  {"left", nlohmann::json::array()},
@@ -151,11 +164,7 @@ nlohmann::json json_of(const CorrectedProgram& result, const std::vector<fs::pat
     all["tools"].push_back(
         {{"number", tool.number}, {"of_the_cell", tool.cells}, {"load_known", tool.load_known}});
   for (const krl::Refusal& one : result.refusals)
-    all["refusals"].push_back({{"why", name_of(one.why)},
-                               {"file", one.file},
-                               {"line", one.line},
-                               {"what", one.what},
-                               {"words", words(one, robot)}});
+    all["refusals"].push_back(refusal_json(one, robot));
   for (const fs::path& path : written) all["written"].push_back(path.string());
   return all;
 }
@@ -176,31 +185,74 @@ void name_refusals(const CorrectedProgram& result, const calib::Robot& robot) {
 
 }  // namespace
 
-int correct_krl(const CorrectCommand& command, const calib::Calibration& calibration) {
+krl::CorrectionOptions correction_options(const CorrectCommand& command,
+                                          const calib::Calibration* from) {
   krl::CorrectionOptions options;
+  options.from = from;
   options.anywhere = command.anywhere;
-  for (std::string name : command.leave) {
-    for (char& c : name) c = c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
-    options.leave.push_back(std::move(name));
-  }
+  options.leave = upper(command.leave);
+  options.still = upper(command.still);
+  return options;
+}
+
+std::string tool_words(const krl::ToolUsed& tool) {
+  const std::string name =
+      tool.number < 0 ? "tool in the text" : fmt::format("tool {}", tool.number);
+  if (tool.cells) return name + ": the cell file's, with its bending\n";
+  return fmt::format("{}: not the cell file's; taken as stated and stiff, load {}\n", name,
+                     tool.load_known ? "from LOAD_DATA" : "of the cell's tool (no LOAD_DATA)");
+}
+
+nlohmann::json point_json(const CorrectedPoint& p) {
+  return {{"name", p.name},
+          {"file", p.file},
+          {"line", p.line},
+          {"kind", p.axes ? "axes" : "pose"},
+          {"tool", p.tool},
+          {"base", p.base},
+          {"shift_mm", {p.shift_mm.x(), p.shift_mm.y(), p.shift_mm.z()}},
+          {"shift_norm_mm", p.shift_mm.norm()},
+          {"turn_deg", p.turn_deg},
+          {"u95_mm", p.u95_mm},
+          {"left_mm", p.left_mm},
+          {"status_changed", p.status_changed}};
+}
+
+nlohmann::json refusal_json(const krl::Refusal& refusal, const calib::Robot& robot) {
+  return {{"why", name_of(refusal.why)},
+          {"file", refusal.file},
+          {"line", refusal.line},
+          {"what", refusal.what},
+          {"words", words(refusal, robot)}};
+}
+
+int correct_krl(const CorrectCommand& command, const calib::Calibration& calibration,
+                const calib::Calibration* from) {
   const krl::ProgramFiles files = read_files(command);
   refuse_corrected(files);
-  const CorrectedProgram result = correct_program(calibration, files, options);
+  const CorrectedProgram result =
+      correct_program(calibration, files, correction_options(command, from));
   const calib::Robot& robot = calibration.cell.robot;
   if (!result.refusals.empty()) {
     name_refusals(result, robot);
     if (command.json) put(text_of(json_of(result, {}, robot)), {});
     return kJobFailed;
   }
-  const std::vector<fs::path> written = places(command, result);
-  const nlohmann::json all = json_of(result, written, robot);
+  const bool nothing = result.motions > 0 && result.points.empty();
+  const std::vector<fs::path> written = nothing ? std::vector<fs::path>{} : places(command, result);
+  const nlohmann::json all = json(result, written, robot);
   if (!written.empty()) {
-    nlohmann::json record = corrected_record(all, files, result.files);
+    std::vector<KrlFile> read = {files.src};
+    if (files.dat) read.push_back(*files.dat);
+    nlohmann::json record = corrected_record(all, read, result.files);
     record["calibration_sha256"] = calib::sha256(calib::read_file(command.calibration));
     write(written, result, text_of(record));
   }
   put(command.json ? text_of(all) : report(result, written), {});
-  return kSuccess;
+  if (nothing)
+    fmt::print(stderr, "cellcal correct: {} motions and no point to correct; nothing written\n",
+               result.motions);
+  return nothing ? kNotPublishable : kSuccess;
 }
 
 namespace {
@@ -291,6 +343,7 @@ std::size_t name_unreached(const CorrectCommand& command, const calib::Robot& ro
 
 int correct_poses(const CorrectCommand& command, const calib::Calibration& calibration) {
   const calib::Robot& robot = calibration.cell.robot;
+  tell_reading(command.poses);
   const auto rows = calib::load_poses(command.poses, robot);
   const std::vector<Reach> all = reached(calibration, rows);
   const std::size_t unreached = name_unreached(command, robot, rows, all);
@@ -308,9 +361,29 @@ int correct_poses(const CorrectCommand& command, const calib::Calibration& calib
   return unreached == 0 ? kSuccess : kJobFailed;
 }
 
+namespace {
+
+/// KRL programs of an arm that is not the nominal one.
+int correct_taught(const CorrectCommand& command, const calib::Calibration& calibration,
+                   const calib::Calibration* from) {
+  return command.backup.empty() ? correct_krl(command, calibration, from)
+                                : correct_backup_files(command, calibration, from);
+}
+
+}  // namespace
+
 int correct(const CorrectCommand& command) {
   const auto calibration = usable_calibration("correct", command.calibration, command.withheld);
   if (!calibration) return kNotPublishable;
+  if (command.upload) {
+    const calib::Calibration drawn = krl::as_drawn(*calibration);
+    return correct_taught(command, drawn, &*calibration);
+  }
+  if (!command.from.empty()) {
+    const auto from = usable_calibration("correct", command.from, command.withheld);
+    return from ? correct_taught(command, *calibration, &*from) : kNotPublishable;
+  }
+  if (!command.backup.empty()) return correct_backup_files(command, *calibration);
   return command.poses.empty() ? correct_krl(command, *calibration)
                                : correct_poses(command, *calibration);
 }
@@ -351,21 +424,25 @@ fs::path record_beside(fs::path src) { return src.replace_extension(".corrected.
 void refuse_corrected(const krl::ProgramFiles& files) {
   const fs::path path = record_beside(files.src.name);
   if (!fs::exists(path)) return;
-  const Json record = read_record(path);
-  for (const krl::KrlFile* file : {&files.src, files.dat ? &*files.dat : nullptr})
-    if (file != nullptr && wrote(record, file->text))
-      throw calib::FileError(file->name, ": is corrected already (" + path.string() +
-                                             "). Correct the original program instead");
+  refuse_written(path, files.src);
+  if (files.dat) refuse_written(path, *files.dat);
 }
 
-Json corrected_record(Json report, const krl::ProgramFiles& read,
+void refuse_written(const fs::path& record, const krl::KrlFile& file) {
+  if (wrote(read_record(record), file.text))
+    throw calib::FileError(file.name, ": is corrected already (" + record.string() +
+                                          "). Correct the original program instead");
+}
+
+Json corrected_record(Json report, const std::vector<krl::KrlFile>& read,
                       const std::vector<krl::KrlFile>& written) {
   report["format"] = kFormat;
   report["files"] = Json::array();
   for (const krl::KrlFile& file : written) {
-    const std::string& before = file.name == read.src.name ? read.src.text : read.dat->text;
+    const auto before = std::find_if(
+        read.begin(), read.end(), [&](const krl::KrlFile& one) { return one.name == file.name; });
     report["files"].push_back({{"name", fs::path(file.name).filename().string()},
-                               {"sha256_before", calib::sha256(before)},
+                               {"sha256_before", calib::sha256(before->text)},
                                {"sha256", calib::sha256(file.text)}});
   }
   return report;

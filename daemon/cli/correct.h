@@ -13,17 +13,32 @@ namespace cellcal::daemon {
 
 struct CorrectCommand {
   std::filesystem::path calibration, output;
-  std::filesystem::path poses;         ///< CSV; alternative to a program
-  std::filesystem::path program, dat;  ///< .src; dat empty: in the same directory, if any
-  std::vector<std::filesystem::path> controller;  ///< $config.dat, $machine.dat
+  std::filesystem::path poses;         ///< a CSV, or
+  std::filesystem::path backup;        ///< all programs of a controller: folder or ZIP, or
+  std::filesystem::path program, dat;  ///< a .src; dat empty: beside it, where it is
+  std::vector<std::filesystem::path>
+      controller;  ///< $config.dat, $machine.dat, .src of called routines
   std::vector<std::string> leave;
+  std::vector<std::string> still;  ///< routines that neither move nor set frames
+  std::filesystem::path from;      ///< calibration of the arm that the points were taught on
+  bool upload = false;             ///< touched-up points become those of the nominal arm
   bool anywhere = false, withheld = false, json = false;
   bool force = false;  ///< replace existing program files in `output`
 };
 int correct(const CorrectCommand& command);
 
 int correct_poses(const CorrectCommand& command, const calib::Calibration& calibration);
-int correct_krl(const CorrectCommand& command, const calib::Calibration& calibration);
+int correct_krl(const CorrectCommand& command, const calib::Calibration& calibration,
+                const calib::Calibration* from = nullptr);
+int correct_backup_files(const CorrectCommand& command, const calib::Calibration& calibration,
+                         const calib::Calibration* from = nullptr);
+
+// Of both reports.
+krl::CorrectionOptions correction_options(const CorrectCommand& command,
+                                          const calib::Calibration* from);
+std::string tool_words(const krl::ToolUsed& tool);
+nlohmann::json point_json(const krl::CorrectedPoint& point);
+nlohmann::json refusal_json(const krl::Refusal& refusal, const calib::Robot& robot);
 
 // Record WELD.corrected.json of a corrected WELD.src: the changes and their calibration. Correcting twice
 // displaces the arm by the same amount again, and the program itself carries no mark.
@@ -33,9 +48,11 @@ std::filesystem::path record_beside(std::filesystem::path src);
 /// Throws calib::FileError where the record in the program's directory lists `files` as results of a
 /// correction, or cannot be read.
 void refuse_corrected(const krl::ProgramFiles& files);
+/// Likewise of one file and the record that may name it.
+void refuse_written(const std::filesystem::path& record, const krl::KrlFile& file);
 
-/// The report, with the SHA-256 of each file as read and as written.
-nlohmann::json corrected_record(nlohmann::json report, const krl::ProgramFiles& read,
+/// The report with the SHA-256 of each file as it was read and as it was written.
+nlohmann::json corrected_record(nlohmann::json report, const std::vector<krl::KrlFile>& read,
                                 const std::vector<krl::KrlFile>& written);
 
 }  // namespace cellcal::daemon

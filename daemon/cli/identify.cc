@@ -10,6 +10,7 @@
 #include "calib/estimate/predict.h"
 #include "calib/export/corrector.h"
 #include "calib/files/calibration_json.h"
+#include "calib/files/csv.h"
 #include "calib/files/files.h"
 #include "calib/files/input_file.h"
 #include "calib/files/robot_file.h"
@@ -61,6 +62,11 @@ void warn_of_cell(const calib::Cell& cell) {
 
 }  // namespace
 
+void tell_reading(const std::filesystem::path& csv) {
+  const std::string reading = calib::csv_form(calib::read_file(csv), csv.string()).reading;
+  if (!reading.empty()) fmt::print(stderr, "{}: read as {}\n", csv.string(), reading);
+}
+
 void put(const std::string& text, const std::filesystem::path& output) {
   if (!output.empty()) {
     write_output(output, text);
@@ -76,6 +82,7 @@ int identify(const IdentifyCommand& command) {
   const calib::CellText files = calib::read_cell_text(command.cell);
   const calib::Cell cell = calib::parse_cell(files);
   warn_of_cell(cell);
+  tell_reading(command.touches);
   const std::string csv = calib::read_file(command.touches);
   const std::vector<calib::Touch> touches =
       calib::parse_touches(csv, command.touches.string(), cell);
@@ -125,6 +132,7 @@ void warn_beyond_limits(const calib::JointRows& asked) {
 std::vector<Row> rows_of(const PredictCommand& command, const calib::Calibration& calibration) {
   const calib::Predictor predictor(calibration);
   std::vector<Row> rows;
+  tell_reading(command.joints);
   const calib::JointRows asked = calib::load_joints(command.joints, calibration.cell.robot);
   warn_beyond_limits(asked);
   for (const auto& joints : asked.joint_rad) {

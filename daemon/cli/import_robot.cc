@@ -18,7 +18,11 @@
 #include "calib/files/cell_file.h"
 #include "calib/files/files.h"
 #include "calib/files/input_file.h"
+#include "calib/files/text.h"
+#include "calib/files/toml.h"
+#include "calib/model/error.h"
 #include "calib/model/units.h"
+#include "daemon/cli/offline/backup.h"
 #include "daemon/cli/offline.h"
 
 namespace cellcal::daemon {
@@ -50,11 +54,16 @@ calib::Robot from_urdf(const ImportRobotCommand& command) {
 
 void print_differences(const calib::MachineData& data, const calib::Robot& robot) {
   for (const calib::LengthDifference& one : calib::differences(data, robot))
-    fmt::print(stderr,
-               "warning: {} {:.3f} mm in the controller, {:.3f} mm in the robot file ({} of {}). "
-               "Check the robot's type and choose its file\n",
-               one.variable, one.controller_m * calib::kMmPerM, one.robot_m * calib::kMmPerM,
-               one.key, one.joint);
+    fmt::print(stderr, "{}",
+               one.variable.empty()
+                   ? fmt::format("warning: {:.3f} mm between the flanges of machine data and robot "
+                                 "file. Check the robot's type and choose its file\n",
+                                 one.robot_m * calib::kMmPerM)
+                   : fmt::format(
+                         "warning: {} {:.3f} mm in the controller, {:.3f} mm in the robot file ({} "
+                         "of {}). Check the robot's type and choose its file\n",
+                         one.variable, one.controller_m * calib::kMmPerM,
+                         one.robot_m * calib::kMmPerM, one.key, one.joint));
 }
 
 void print_tools(const calib::MachineData& data) {
@@ -64,23 +73,69 @@ void print_tools(const calib::MachineData& data) {
         "TOOL_DATA[{}], for [tool] of the cell file: xyz_mm = [{}, {}, {}], abc_deg = [{}, {}, {}]\n",
         number, tool.xyz_mm[0], tool.xyz_mm[1], tool.xyz_mm[2], tool.abc_deg[0], tool.abc_deg[1],
         tool.abc_deg[2]);
+  for (const auto& [number, load] : data.loads)
+    fmt::print(stderr, "LOAD_DATA[{}], likewise: mass_kg = {}, com_mm = [{}, {}, {}]\n", number,
+               load.mass_kg, load.com_mm[0], load.com_mm[1], load.com_mm[2]);
+  for (const auto& [number, base] : data.bases)
+    fmt::print(stderr, "BASE_DATA[{}]: xyz_mm = [{}, {}, {}], abc_deg = [{}, {}, {}]\n", number,
+               base.xyz_mm[0], base.xyz_mm[1], base.xyz_mm[2], base.abc_deg[0], base.abc_deg[1],
+               base.abc_deg[2]);
+}
+
+/// What a URDF in other units, or without what an arm needs, would make.
+void check_joints(const calib::Robot& robot, const std::string& file) {
+  constexpr double kMostTurnsRad = 25.0, kLongestM = 50.0;
+  const auto fail = [&](const calib::Joint& joint, const std::string& what) {
+    throw calib::FileError(file, ": joint \"" + calib::shown(joint.name) + "\": " + what);
+  };
+  for (const calib::Joint& joint : robot.joints) {
+    if (std::max(std::abs(joint.d_m), std::abs(joint.a_m)) > kLongestM)
+      fail(joint, fmt::format("a length of {:.0f} m. A URDF is in metres, not millimetres",
+                              std::max(std::abs(joint.d_m), std::abs(joint.a_m))));
+    if (std::max(std::abs(joint.min_rad), std::abs(joint.max_rad)) > kMostTurnsRad)
+      fail(joint, fmt::format("limits {:.1f} to {:.1f} rad. A URDF is in radians, not degrees",
+                              joint.min_rad, joint.max_rad));
+    if (!(joint.min_rad < joint.max_rad))
+      fail(joint,
+           fmt::format("limits {:.3f} to {:.3f} deg, the lower not below the upper. Give "
+                       "<limit lower upper>, or the controller's with --machine-data",
+                       joint.min_rad * calib::kDegPerRad, joint.max_rad * calib::kDegPerRad));
+    if (!(joint.max_speed_rad_s > 0.0))
+      fail(joint, "no speed. Give <limit velocity>, or the controller's data with --machine-data");
+  }
+}
+
+/// The geometry, before limits and speeds of the machine data.
+calib::Robot geometry(const ImportRobotCommand& command, const calib::MachineData& data) {
+  if (!command.urdf.empty()) return from_urdf(command);
+  if (!command.robot.empty()) return calib::load_named_robot(command.robot.string());
+  calib::Robot robot = calib::robot_of(data);
+  for (calib::Joint& joint : robot.joints) {
+    joint.tolerance_length_m = kUsualLengthM;
+    joint.tolerance_angle_rad = kUsualAngleRad;
+  }
+  return robot;
 }
 
 }  // namespace
 
 int import_robot(const ImportRobotCommand& command) {
-  calib::Robot robot =
-      command.urdf.empty() ? calib::load_named_robot(command.robot.string()) : from_urdf(command);
   calib::MachineData data;
-  for (const auto& file : command.machine_data)
-    calib::read_machine_data(calib::read_file(file), file.string(), data);
+  for (const auto& file : machine_files(command.machine_data))
+    calib::read_machine_data(file.text, file.name, data);
+  calib::Robot robot = geometry(command, data);
   if (!command.machine_data.empty()) {
-    print_differences(data, robot);
+    if (!command.urdf.empty() || !command.robot.empty()) print_differences(data, robot);
     robot = calib::with_machine_data(std::move(robot), data);
     if (!data.type.empty()) robot.source += (robot.source.empty() ? "" : "; ") + data.type;
     print_tools(data);
   }
-  put(calib::robot_to_toml(robot), command.output);
+  if (!command.urdf.empty()) check_joints(robot, command.urdf.string());
+  const std::string text = calib::robot_to_toml(robot);
+  // What plan would refuse later is refused here.
+  calib::read_robot(
+      calib::TomlTable::parse(text, command.output.empty() ? "robot" : command.output.string()));
+  put(text, command.output);
   return kSuccess;
 }
 

@@ -97,7 +97,10 @@ std::optional<calib::Calibration> usable_calibration(const std::string& command,
                                                      const std::filesystem::path& file,
                                                      bool withheld);
 
-/// Writes the file atomically, or to standard output without a file name.
+/// Says on standard error how a table was read that is not in the plain form (calib/files/csv.h).
+void tell_reading(const std::filesystem::path& csv);
+
+/// To the file, wholly or not at all, or to standard output where no file is named.
 void put(const std::string& text, const std::filesystem::path& output);
 
 // Stable interface for scripts.

@@ -175,11 +175,13 @@ void add_export_robot(CLI::App& app, int& status) {
 void add_import_robot(CLI::App& app, int& status) {
   auto given = std::make_shared<ImportRobotCommand>();
   CLI::App* command = app.add_subcommand(
-      "import-robot", "Make a robot file from a URDF and a KUKA controller's machine data");
+      "import-robot", "Make a robot file from a KUKA controller's machine data, or a URDF");
   command->footer(
       "Machine data: $machine.dat and $robcor.dat of KRC:\\R1\\Mada, $config.dat of "
-      "KRC:\\R1\\System. Limits, speeds\nand type come from them; lengths are compared. Tools of "
-      "$config.dat are printed for the cell file.\nExample: cellcal import-robot --robot kr5_r1400 "
+      "KRC:\\R1\\System, or the\nbackup that has them, as a folder or ZIP archive. Geometry, limits, "
+      "speeds and gear ratios come from them; where\nthe geometry is another file's its lengths are "
+      "compared. Tools, loads and bases of $config.dat are printed.\nExample: cellcal import-robot "
+      "--machine-data backup.zip -o my_arm.toml\n         cellcal import-robot --robot kr5_r1400 "
       "--machine-data '$machine.dat' -o my_kr5.toml\n         cellcal import-robot --urdf "
       "robot.urdf -o robot.toml");
   CLI::Option* urdf = command->add_option("--urdf", given->urdf, "Geometry from this URDF");
@@ -190,12 +192,12 @@ void add_import_robot(CLI::App& app, int& status) {
   command->add_option("--tip", given->tip, "Link at the flange [tool0, flange, or the last]")
       ->needs(urdf);
   command->add_option("--machine-data", given->machine_data,
-                      "File of the controller; may be given several times");
+                      "File of the controller, or its backup (folder, ZIP); may be repeated");
   command->add_option("-o,--output,--out", given->output,
                       "Write the robot to this file [standard output]");
   command->callback([given, &status] {
-    if (given->urdf.empty() && given->robot.empty())
-      throw CLI::RequiredError("--urdf (or --robot)");
+    if (given->urdf.empty() && given->robot.empty() && given->machine_data.empty())
+      throw CLI::RequiredError("--machine-data (or --urdf, or --robot)");
     status = import_robot(*given);
   });
 }
@@ -323,7 +325,7 @@ void add_priors_commands(CLI::App& app, int& status) {
 void add_correct(CLI::App& app, int& status) {
   auto given = std::make_shared<CorrectCommand>();
   CLI::App* command =
-      app.add_subcommand("correct", "Correct poses or a KRL program for the real arm");
+      app.add_subcommand("correct", "Correct poses or KRL programs for the real arm");
   command->footer(
       "--poses: joint angles that bring the real TCP to each pose, in the configuration and turns "
       "of the\nfile's joint columns; without joint columns: nearest to the previous row. If one "
@@ -331,39 +333,65 @@ void add_correct(CLI::App& app, int& status) {
       "changed so that the controller brings the real TCP\nto them; nothing else of the files "
       "changes. For points from a drawing: what was touched up\nwith this arm is right already "
       "(--leave). Lines that cannot be corrected are listed; then nothing\nis written. Run the "
-      "corrected program in T1 first.\nExit status 3: the calibration was withheld.\nExample: "
+      "corrected program in T1 first.\n--backup: all programs of a controller together, with points that "
+      "several of them or $config.dat have. A module with\na line that cannot be corrected stays as it "
+      "is, and with it those that share a point with it; the changed files are\nwritten.\nExit status 3: the calibration was withheld, or the program moves and has no "
+      "point to correct.\nExample: "
       "cellcal correct --calibration calibration.json --poses poses.csv -o joints.csv\n         "
       "cellcal correct --calibration calibration.json --program weld.src --config '$config.dat' -o "
+      "corrected\n         cellcal correct --calibration calibration.json --backup backup.zip -o "
       "corrected");
   command->add_option("--calibration", given->calibration, "Calibration (JSON)")->required();
   CLI::Option* poses =
       command->add_option("--poses", given->poses, "Poses of the TCP in the base frame (CSV)");
   CLI::Option* program =
       command->add_option("--program", given->program, "KRL program (.src)")->excludes(poses);
+  command
+      ->add_option("--backup", given->backup,
+                   "All KRL programs of a controller: its backup (folder, ZIP)")
+      ->excludes(poses)
+      ->excludes(program);
   command->add_option("--dat", given->dat, "Its points (.dat) [same folder]")->needs(program);
   command
       ->add_option(
           "--config", given->controller,
-          "The controller's $config.dat with its tools and bases; also $machine.dat; may be "
+          "The controller's $config.dat with its tools and bases; also $machine.dat, and .src files "
+          "with routines that the program calls (those of its folder are read unasked); may be "
           "repeated")
       ->needs(program);
+  command
+      ->add_option("--does-not-move", given->still,
+                   "Routines that neither move the arm nor set frames: NAME,NAME")
+      ->delimiter(',')
+      ->excludes(poses);
   command->add_option("--leave", given->leave, "Points that stay as they are: NAME,NAME")
       ->delimiter(',')
-      ->needs(program);
+      ->excludes(poses);
   command
       ->add_flag("--anywhere", given->anywhere,
                  "Also points far from the targets, where the calibration does not hold")
-      ->needs(program);
+      ->excludes(poses);
+  CLI::Option* from =
+      command
+          ->add_option("--from", given->from,
+                       "Calibration of the arm that the points were taught on: before "
+                       "its repair, or another of the type")
+          ->excludes(poses);
+  command
+      ->add_flag("--upload", given->upload,
+                 "Points that were touched up with this arm become those of the offline system")
+      ->excludes(poses)
+      ->excludes(from);
   command->add_flag("--force", given->force, "Replace files of the same names in the folder of -o")
-      ->needs(program);
+      ->excludes(poses);
   command->add_flag("--withheld", given->withheld,
                     "Accept a withheld calibration, for inspection only");
   command->add_option("-o,--output,--out", given->output,
-                      "Poses: write to this file [standard output]; program: to this folder");
+                      "Poses: write to this file [standard output]; programs: to this folder");
   command->add_flag("--json", given->json, "Write JSON");
   command->callback([given, &status] {
-    if (given->poses.empty() && given->program.empty())
-      throw CLI::RequiredError("--poses (or --program)");
+    if (given->poses.empty() && given->program.empty() && given->backup.empty())
+      throw CLI::RequiredError("--poses (or --program, or --backup)");
     status = correct(*given);
   });
 }

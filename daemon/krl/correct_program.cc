@@ -8,6 +8,8 @@
 #include <tuple>
 #include <variant>
 
+#include "calib/files/robot_file.h"
+#include "calib/model/error.h"
 #include "calib/model/units.h"
 #include "daemon/krl/controller_view.h"
 #include "daemon/krl/krl_numbers.h"
@@ -39,16 +41,21 @@ double degrees_between(const Isometry3d& a, const Isometry3d& b) {
 
 class Correction {
  public:
-  Correction(const calib::Calibration& calibration, const ProgramFiles& files,
-             const Program& program, const CorrectionOptions& options, CorrectedProgram& result)
+  /// `files`: those that have points.
+  Correction(const calib::Calibration& calibration, const std::vector<const KrlFile*>& files,
+             const Program& program, const CorrectionOptions& options)
       : calibration_(calibration),
         program_(program),
         options_(options),
-        result_(result),
         views_(calibration, program.data) {
-    src_ = files.src.name;
-    texts_[src_] = files.src.text;
-    if (files.dat) texts_[files.dat->name] = files.dat->text;
+    if (options.from != nullptr) {
+      if (calib::nominal_geometry_sha256(options.from->cell.robot) !=
+          calib::nominal_geometry_sha256(calibration.cell.robot))
+        throw calib::FileError(
+            "the two calibrations are of different nominal geometry. Choose two of one robot type");
+      from_.emplace(*options.from, program.data);
+    }
+    for (const KrlFile* file : files) texts_[file->name] = &file->text;
   }
 
   void run() {
@@ -66,13 +73,20 @@ class Correction {
         again(i, done->second);
       }
     }
-    result_.tools = views_.used();
   }
 
-  std::vector<Edit> edits_of(const std::string& file) const {
-    const auto at = edits_.find(file);
-    return at == edits_.end() ? std::vector<Edit>{} : at->second;
+  /// Those of points whose key is among `keys`.
+  std::vector<Edit> edits_of(const std::string& file, const std::set<std::string>& keys) const {
+    std::vector<Edit> all;
+    const auto [begin, end] = edits_.equal_range(file);
+    for (auto at = begin; at != end; ++at)
+      if (keys.count(at->second.first) > 0) all.push_back(at->second.second);
+    return all;
   }
+  const std::map<std::string, CorrectedPoint>& points() const { return points_; }
+  const std::multimap<std::string, Refusal>& refusals() const { return refusals_; }
+  const std::vector<ToolUsed>& tools() const { return views_.used(); }
+  const std::vector<std::string>& order() const { return order_; }
 
  private:
   void refuse(Why why, const Motion& motion, std::optional<calib::NotReached> reached = {},
@@ -83,9 +97,17 @@ class Correction {
                                why == Why::kNoConfiguration || why == Why::kPostureNotKnown ||
                                why == Why::kOtherPosture || why == Why::kFrameChanged ||
                                why == Why::kNoSuchTool || why == Why::kNoSuchBase;
-    result_.refusals.push_back({why, of_the_motion ? src_ : point.file,
-                                of_the_motion ? motion.line : point.line, motion.point, number,
-                                reached});
+    refusals_.emplace(motion.point,
+                      Refusal{why, of_the_motion ? program_.modules[motion.module].src : point.file,
+                              of_the_motion ? motion.line : point.line, name_of_key(motion.point),
+                              number, reached, lost(why, motion)});
+  }
+
+  /// The statement behind which the frame or posture is not known.
+  static Lost lost(Why why, const Motion& motion) {
+    if (why == Why::kToolNotKnown || why == Why::kBaseNotKnown) return motion.frames.lost;
+    if (why == Why::kPostureNotKnown || why == Why::kNoConfiguration) return motion.lost;
+    return {};
   }
 
   /// A point that stays as it is: only the posture there counts.
@@ -124,7 +146,7 @@ class Correction {
   /// Whether the program itself changes what holds at the motion.
   bool changed(const Motion& motion, bool axes) const {
     const FrameRef& tool = *motion.frames.tool;
-    const FrameChanges& changes = program_.changes;
+    const FrameChanges& changes = program_.modules[motion.module].changes;
     if (!tool.literal && (changes.tools.has(tool.number) || changes.loads.has(tool.number)))
       return true;
     if (axes) return false;
@@ -162,6 +184,10 @@ class Correction {
     const Motion &one = program_.motions[first], &other = program_.motions[index];
     if (refused_.count(other.point) > 0) return;
     const bool axes = program_.points.at(other.point).kind == PointKind::kAxes;
+    if (!other.frames.tool || (!axes && !other.frames.base)) {
+      refused_.insert(other.point);
+      return refuse(other.frames.tool ? Why::kBaseNotKnown : Why::kToolNotKnown, other);
+    }
     if (!(one.frames.tool == other.frames.tool) ||
         (!axes && !(one.frames.base == other.frames.base)) || other.frames.external) {
       refused_.insert(other.point);
@@ -205,7 +231,7 @@ class Correction {
   std::optional<Why> try_correct(std::size_t index, const Motion& motion, const Point& point) {
     if (const auto wrong = wrong_value(point)) return wrong;
     if (motion.wrong_frame_data) {
-      result_.refusals.push_back(*motion.wrong_frame_data);
+      refusals_.emplace(motion.point, *motion.wrong_frame_data);
       reported_ = true;
       return Why::kNoSuchFrameData;
     }
@@ -224,7 +250,8 @@ class Correction {
     const JointVector q = axes_of(point);
     nominal_[index] = q;
     if (const auto wrong = wrong_posture(motion, view, nominal_, q)) return wrong;
-    const Isometry3d wanted = view.nominal(q);
+    const Isometry3d taught = view.nominal(q);
+    const Isometry3d wanted = was_at(motion, q).value_or(taught);
     if (outside_scope(wanted)) return Why::kOutsideScope;
     const auto reached = reach(motion, view, wanted, q);
     if (!reached) return Why::kNotReached;
@@ -232,16 +259,16 @@ class Correction {
     if (const auto wrong = wrong_posture(motion, view, ends_, *reached)) return wrong;
     CorrectedPoint done = about(motion, point);
     const Isometry3d moved = view.nominal(*reached);
-    done.shift_mm = (moved.translation() - wanted.translation()) * calib::kMmPerM;
-    done.turn_deg = degrees_between(wanted, moved);
+    done.shift_mm = (moved.translation() - taught.translation()) * calib::kMmPerM;
+    done.turn_deg = degrees_between(taught, moved);
     JointVector written = q;
     if (moves(done)) {
       for (std::size_t i = 0; i < 6; ++i)
         written[i] =
-            calib::kRadPerDeg * write(point, "A" + std::to_string(i + 1),
+            calib::kRadPerDeg * write(motion, point, "A" + std::to_string(i + 1),
                                       (*reached)[i] * calib::kDegPerRad, kLeastDecimalsDeg);
     }
-    return verified(done, view, written, wanted);
+    return verified(done, motion, view, written, wanted);
   }
 
   std::optional<Why> correct_pose(std::size_t index, const Motion& motion, const Point& point,
@@ -274,8 +301,9 @@ class Correction {
     }
     nominal_[index] = *q;
     if (const auto wrong = wrong_posture(motion, view, nominal_, *q)) return wrong;
-    if (outside_scope(wanted)) return Why::kOutsideScope;
-    const auto reached = reach(motion, view, wanted, *q);
+    const Isometry3d goal = was_at(motion, *q).value_or(wanted);
+    if (outside_scope(goal)) return Why::kOutsideScope;
+    const auto reached = reach(motion, view, goal, *q);
     if (!reached) return Why::kNotReached;
     ends_[index] = *reached;
     if (const auto wrong = wrong_posture(motion, view, ends_, *reached)) return wrong;
@@ -288,26 +316,34 @@ class Correction {
     if (moves(done)) {
       const FrameMmDeg fresh = nearest_turns(moved, old);
       for (std::size_t i = 0; i < 3; ++i) {
-        written.xyz_mm[i] = write(point, kPose[i], fresh.xyz_mm[i], kLeastDecimalsMm);
-        written.abc_deg[i] = write(point, kPose[i + 3], fresh.abc_deg[i], kLeastDecimalsDeg);
+        written.xyz_mm[i] = write(motion, point, kPose[i], fresh.xyz_mm[i], kLeastDecimalsMm);
+        written.abc_deg[i] =
+            write(motion, point, kPose[i + 3], fresh.abc_deg[i], kLeastDecimalsDeg);
       }
       if (stated) {
         now = view.status_turn(*reached);
-        done.status_changed = rewrite_bits(point, "S", kStatusBits, now.status);
-        done.status_changed |= rewrite_bits(point, "T", kTurnBits, now.turn);
+        done.status_changed = rewrite_bits(motion, point, "S", kStatusBits, now.status);
+        done.status_changed |= rewrite_bits(motion, point, "T", kTurnBits, now.turn);
       }
     }
     const Isometry3d believed = in_robot * calib::to_isometry(written);
     const auto commanded = stated ? view.joints(believed, now) : view.joints(believed, *q);
     if (!commanded) return Why::kNotVerified;
-    return verified(done, view, *commanded, wanted);
+    return verified(done, motion, view, *commanded, goal);
+  }
+
+  /// Where the TCP of the arm that the point was taught on was.
+  std::optional<Isometry3d> was_at(const Motion& motion, const JointVector& q) {
+    if (!from_) return std::nullopt;
+    return from_->of(*motion.frames.tool)->real(q).tcp;
   }
 
   /// The bits of the arm's own axes; those above are kept. Whether any changed.
-  bool rewrite_bits(const Point& point, const char* name, int mask, int bits) {
+  bool rewrite_bits(const Motion& motion, const Point& point, const char* name, int mask,
+                    int bits) {
     const int old = static_cast<int>(point.value.numbers.at(name).value);
     if ((old & mask) == bits) return false;
-    write(point, name, (old & ~mask) | bits, 0);
+    write(motion, point, name, (old & ~mask) | bits, 0);
     return true;
   }
 
@@ -316,19 +352,21 @@ class Correction {
   }
 
   /// With what the controller will make of the written numbers.
-  std::optional<Why> verified(CorrectedPoint& done, const ControllerView& view,
-                              const JointVector& commanded, const Isometry3d& wanted) {
+  std::optional<Why> verified(CorrectedPoint& done, const Motion& motion,
+                              const ControllerView& view, const JointVector& commanded,
+                              const Isometry3d& wanted) {
     const calib::Prediction real = view.real(commanded);
     done.left_mm = (real.tcp.translation() - wanted.translation()).norm() * calib::kMmPerM;
     done.u95_mm = real.u95_m * calib::kMmPerM;
     if (!(done.left_mm < kVerifiedMm)) return Why::kNotVerified;
-    result_.points.push_back(done);
+    points_.emplace(motion.point, done);
+    order_.push_back(motion.point);
     return std::nullopt;
   }
 
   static CorrectedPoint about(const Motion& motion, const Point& point) {
     CorrectedPoint done;
-    done.name = motion.point;
+    done.name = name_of_key(motion.point);
     done.file = point.file;
     done.line = point.line;
     done.axes = point.kind == PointKind::kAxes;
@@ -370,28 +408,32 @@ class Correction {
   }
 
   /// Replaces a component's number; what will stand there, as the controller reads it.
-  double write(const Point& point, const std::string& name, double value, int least) {
+  double write(const Motion& motion, const Point& point, const std::string& name, double value,
+               int least) {
     const Number& at = point.value.numbers.at(name);
-    const std::string& text = texts_.at(point.file);
+    const std::string& text = *texts_.at(point.file);
     const std::string_view old(text.data() + at.begin, at.end - at.begin);
     const std::string fresh = rewritten(old, value, least);
     if (fresh == old) return at.value;
-    edits_[point.file].push_back({at.begin, at.end, fresh});
+    edits_.emplace(point.file, std::pair{motion.point, Edit{at.begin, at.end, fresh}});
     return value_of(fresh);
   }
 
   const calib::Calibration& calibration_;
   const Program& program_;
   const CorrectionOptions& options_;
-  CorrectedProgram& result_;
   ControllerViews views_;
-  std::string src_;                             ///< name of the .src
-  std::map<std::string, std::string> texts_;    ///< of the files that have points
-  std::map<std::size_t, JointVector> nominal_;  ///< of each motion, before correction
-  std::map<std::size_t, JointVector> ends_;     ///< and after it
+  std::optional<ControllerViews> from_;              ///< of the arm that the points were taught on
+  std::map<std::string, const std::string*> texts_;  ///< of the files that have points
+  std::map<std::string, CorrectedPoint> points_;     ///< by key
+  std::vector<std::string> order_;                   ///< of their first motions
+  std::multimap<std::string, Refusal> refusals_;     ///< by the point's key
+  std::map<std::size_t, JointVector> nominal_;       ///< of each motion, before correction
+  std::map<std::size_t, JointVector> ends_;          ///< and after it
   std::map<std::string, std::size_t> first_motion_;
   std::set<std::string> refused_;
-  std::map<std::string, std::vector<Edit>> edits_;
+  std::multimap<std::string, std::pair<std::string, Edit>>
+      edits_;              ///< by file; with the point's key
   bool reported_ = false;  ///< the refusal is in the list already
 };
 
@@ -405,25 +447,135 @@ const CorrectedPoint* CorrectedProgram::largest() const {
   return at == points.end() ? nullptr : &*at;
 }
 
+namespace {
+
+void sort_by_place(std::vector<Refusal>& refusals) {
+  std::stable_sort(refusals.begin(), refusals.end(), [](const Refusal& a, const Refusal& b) {
+    return std::tie(a.file, a.line) < std::tie(b.file, b.line);
+  });
+}
+
+/// Of each module: what was not understood, and the refused points that it moves to.
+std::vector<std::vector<Refusal>> refusals_of_modules(const Program& program,
+                                                      const Correction& correction) {
+  std::multimap<std::string, Refusal> of_points = correction.refusals();
+  for (const auto& [key, refusal] : program.computed) of_points.emplace(key, refusal);
+  for (const Refusal& refusal : program.twice)
+    for (const auto& [key, point] : program.points)
+      if (variable_of(name_of_key(key)) == variable_of(refusal.what) &&
+          (point.file == refusal.file || key.find('@') == std::string::npos))
+        of_points.emplace(key, refusal);
+  std::vector<std::vector<Refusal>> all;
+  for (const Module& module : program.modules) all.push_back(module.refusals);
+  std::set<std::pair<std::size_t, std::string>> done;
+  for (const Motion& motion : program.motions) {
+    if (!done.emplace(motion.module, motion.point).second) continue;
+    const auto [begin, end] = of_points.equal_range(motion.point);
+    for (auto at = begin; at != end; ++at) all[motion.module].push_back(at->second);
+  }
+  return all;
+}
+
+/// A point that a refused module moves to stays as it is, and with it every module that moves to it.
+void refuse_shared(const Program& program, std::vector<std::vector<Refusal>>& refusals) {
+  std::multimap<std::string, const Motion*> by_point;
+  std::multimap<std::size_t, const Motion*> by_module;
+  for (const Motion& motion : program.motions) {
+    if (motion.left) continue;
+    by_point.emplace(motion.point, &motion);
+    by_module.emplace(motion.module, &motion);
+  }
+  std::vector<std::size_t> open;
+  std::set<std::string> seen;
+  for (std::size_t i = 0; i < refusals.size(); ++i)
+    if (!refusals[i].empty()) open.push_back(i);
+  while (!open.empty()) {
+    const auto [begin, end] = by_module.equal_range(open.back());
+    open.pop_back();
+    for (auto at = begin; at != end; ++at) {
+      const std::string& key = at->second->point;
+      if (!seen.insert(key).second) continue;
+      const auto [first, last] = by_point.equal_range(key);
+      for (auto one = first; one != last; ++one) {
+        const Motion& motion = *one->second;
+        if (!refusals[motion.module].empty()) continue;
+        refusals[motion.module].push_back(
+            {Why::kShared, program.modules[motion.module].src, motion.line, name_of_key(key)});
+        open.push_back(motion.module);
+      }
+    }
+  }
+}
+
+}  // namespace
+
+calib::Calibration as_drawn(calib::Calibration calibration) {
+  for (calib::ParameterResult& one : calibration.parameters) one.correction = 0.0;
+  return calibration;
+}
+
 CorrectedProgram correct_program(const calib::Calibration& calibration, const ProgramFiles& files,
                                  const CorrectionOptions& options) {
-  const Program program = read_program(files.src, files.dat, files.controller, options.leave);
+  const Program program = read_program(files, options.leave, options.still);
   CorrectedProgram result;
   result.robroot_stated = program.data.robroot.has_value();
-  result.refusals = program.refusals;
+  result.motions = program.modules[0].motion_lines;
   for (const auto& [name, why] : program.left) result.left.push_back({name, why});
-  Correction correction(calibration, files, program, options, result);
+  std::vector<const KrlFile*> texts = {&files.src};
+  if (files.dat) texts.push_back(&*files.dat);
+  Correction correction(calibration, texts, program, options);
   correction.run();
-  std::stable_sort(result.refusals.begin(), result.refusals.end(),
-                   [](const Refusal& a, const Refusal& b) {
-                     return std::tie(a.file, a.line) < std::tie(b.file, b.line);
-                   });
+  result.tools = correction.tools();
+  std::set<std::string> keys;
+  for (const std::string& key : correction.order()) {
+    result.points.push_back(correction.points().at(key));
+    keys.insert(key);
+  }
+  result.refusals = program.modules[0].refusals;
+  result.refusals.insert(result.refusals.end(), program.twice.begin(), program.twice.end());
+  for (const auto& [key, refusal] : program.computed) result.refusals.push_back(refusal);
+  for (const auto& [key, refusal] : correction.refusals()) result.refusals.push_back(refusal);
+  sort_by_place(result.refusals);
   if (!result.refusals.empty()) return result;
-  result.files.push_back(
-      {files.src.name, edited(files.src.text, correction.edits_of(files.src.name))});
-  if (files.dat)
-    result.files.push_back(
-        {files.dat->name, edited(files.dat->text, correction.edits_of(files.dat->name))});
+  for (const KrlFile* file : texts)
+    result.files.push_back({file->name, edited(file->text, correction.edits_of(file->name, keys))});
+  return result;
+}
+
+CorrectedBackup correct_backup(const calib::Calibration& calibration, const BackupFiles& files,
+                               const CorrectionOptions& options) {
+  const Program program = read_programs(files, options.leave, options.still);
+  std::vector<const KrlFile*> texts;
+  for (const ProgramFiles& one : files.modules) {
+    texts.push_back(&one.src);
+    if (one.dat) texts.push_back(&*one.dat);
+  }
+  for (const auto* more : {&files.data, &files.controller})
+    for (const KrlFile& file : *more) texts.push_back(&file);
+  Correction correction(calibration, texts, program, options);
+  correction.run();
+  auto refusals = refusals_of_modules(program, correction);
+  refuse_shared(program, refusals);
+  CorrectedBackup result;
+  result.robroot_stated = program.data.robroot.has_value();
+  result.tools = correction.tools();
+  for (const auto& [key, why] : program.left) result.left.push_back({name_of_key(key), why});
+  std::vector<std::set<std::string>> points(program.modules.size());
+  for (const Motion& motion : program.motions)
+    if (!motion.left) points[motion.module].insert(motion.point);
+  std::set<std::string> keys;
+  for (std::size_t i = 0; i < program.modules.size(); ++i) {
+    sort_by_place(refusals[i]);
+    const int count = refusals[i].empty() ? static_cast<int>(points[i].size()) : 0;
+    result.modules.push_back(
+        {program.modules[i].src, program.modules[i].motion_lines, count, refusals[i]});
+    if (refusals[i].empty()) keys.insert(points[i].begin(), points[i].end());
+  }
+  for (const std::string& key : correction.order())
+    if (keys.count(key) > 0) result.points.push_back(correction.points().at(key));
+  for (const KrlFile* file : texts)
+    if (const auto edits = correction.edits_of(file->name, keys); !edits.empty())
+      result.files.push_back({file->name, edited(file->text, edits)});
   return result;
 }
 

@@ -8,11 +8,13 @@
 #include <string>
 #include <vector>
 
+#include "calib/export/krl_text.h"
 #include "calib/model/units.h"
 #include "calib/result/calibration.h"
-#include "daemon/krl/krl_text.h"
 
 namespace cellcal::daemon::krl {
+
+using namespace calib::krl;
 
 struct FramesRequest {
   std::optional<int> tool;                          ///< number of TOOL_DATA that is the cell's tool

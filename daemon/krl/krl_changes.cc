@@ -22,7 +22,15 @@ void change(const std::vector<Token>& t, std::size_t at, ChangedNumbers& changed
     changed.all = true;
 }
 
-void read(const std::vector<Token>& t, FrameChanges& changes) {
+void merge_numbers(const ChangedNumbers& from, ChangedNumbers& into) {
+  into.all = into.all || from.all;
+  into.numbers.insert(from.numbers.begin(), from.numbers.end());
+}
+
+}  // namespace
+
+void add_changes(const Line& line, FrameChanges& changes) {
+  const auto& t = line.tokens;
   for (std::size_t i = 0; i < t.size(); ++i) {
     if (t[i].kind != Token::Kind::kWord || (i > 0 && sign_at(t, i - 1, '='))) continue;
     if (t[i].word == "TOOL_DATA") change(t, i, changes.tools);
@@ -33,11 +41,16 @@ void read(const std::vector<Token>& t, FrameChanges& changes) {
   }
 }
 
-}  // namespace
+void merge(const FrameChanges& from, FrameChanges& into) {
+  merge_numbers(from.tools, into.tools);
+  merge_numbers(from.bases, into.bases);
+  merge_numbers(from.loads, into.loads);
+  into.robroot = into.robroot || from.robroot;
+}
 
 FrameChanges frame_changes(const std::vector<Line>& lines) {
   FrameChanges changes;
-  for (const Line& line : lines) read(line.tokens, changes);
+  for (const Line& line : lines) add_changes(line, changes);
   return changes;
 }
 

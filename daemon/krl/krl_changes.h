@@ -5,9 +5,11 @@
 #include <set>
 #include <vector>
 
-#include "daemon/krl/krl_text.h"
+#include "calib/export/krl_text.h"
 
 namespace cellcal::daemon::krl {
+
+using namespace calib::krl;
 
 struct ChangedNumbers {
   bool all = false;  ///< the number is computed
@@ -23,5 +25,7 @@ struct FrameChanges {
 /// All but TOOL_DATA[n] and its like right behind '=' count as a change: assignments, components, OUT
 /// parameters, and declarations that hide the controller's.
 FrameChanges frame_changes(const std::vector<Line>& lines);
+void add_changes(const Line& line, FrameChanges& changes);
+void merge(const FrameChanges& from, FrameChanges& into);
 
 }  // namespace cellcal::daemon::krl

@@ -10,26 +10,8 @@ namespace {
 
 using Kind = Token::Kind;
 
-/// No number of these files is larger; KRL's REAL holds seven digits.
-constexpr double kLargest = 1e7;
-
 const std::set<std::string> kCartesianTypes = {"E6POS", "POS", "FRAME"};
 const std::set<std::string> kAxisTypes = {"E6AXIS", "AXIS"};
-
-bool is_sign_of(const Token& token, char what) {
-  return token.kind == Kind::kSign && token.word[0] == what;
-}
-
-/// [n] with a plain number, from tokens[at]; the index of the token behind it, or 0.
-std::size_t read_index(const std::vector<Token>& t, std::size_t at, int& index) {
-  if (at + 2 >= t.size() || !is_sign_of(t[at], '[') || t[at + 1].kind != Kind::kNumber ||
-      !is_sign_of(t[at + 2], ']'))
-    return 0;
-  const double value = t[at + 1].value;
-  if (!(value >= 0.0 && value <= 1000.0) || value != std::floor(value)) return 0;
-  index = static_cast<int>(value);
-  return at + 3;
-}
 
 void keep_point(Point point, Data& data) {
   const auto [at, fresh] = data.points.emplace(point.name, point);
@@ -54,14 +36,7 @@ bool read_controller_data(const std::vector<Token>& t, std::size_t at, Data& dat
   if (name == "LOAD_DATA") data.loads.erase(index);
   if (!value) return false;
   if (name == "LOAD_DATA") {
-    LoadData load;
-    if (const auto mass = value->numbers.find("M"); mass != value->numbers.end())
-      load.mass_kg = mass->second.value;
-    constexpr const char* kCentre[] = {"CM.X", "CM.Y", "CM.Z"};
-    for (std::size_t i = 0; i < 3; ++i)
-      if (const auto one = value->numbers.find(kCentre[i]); one != value->numbers.end())
-        load.com_mm[i] = one->second.value;
-    data.loads[index] = load;
+    data.loads[index] = load_of(*value);
     return true;
   }
   if (!frame) return false;
@@ -87,10 +62,11 @@ bool read_robroot(const Line& line, std::size_t at, const std::string& file, Dat
   return true;
 }
 
-/// NAME[=value]{,NAME[=value]} of a point type, from tokens[at].
-void read_points(const Line& line, std::size_t at, PointKind kind, const std::string& file,
+/// NAME[=value]{,NAME[=value]} of a point type, which is tokens[type].
+void read_points(const Line& line, std::size_t type, PointKind kind, const std::string& file,
                  bool global, Data& data) {
   const auto& t = line.tokens;
+  std::size_t at = type + 1;
   while (at < t.size() && t[at].kind == Kind::kWord) {
     const std::string name = t[at].word;
     if (global) data.globals.insert(name);
@@ -99,6 +75,7 @@ void read_points(const Line& line, std::size_t at, PointKind kind, const std::st
       while (at < t.size() && !is_sign_of(t[at], ']')) ++at;
       if (at < t.size()) ++at;
       data.declared.emplace(name, line.number);
+      data.arrays.emplace(name, kind);
     } else if (at + 1 < t.size() && is_sign_of(t[at], '=')) {
       auto value = read_aggregate(t, at + 1);
       if (!value) {
@@ -106,6 +83,9 @@ void read_points(const Line& line, std::size_t at, PointKind kind, const std::st
         return;
       }
       at = value->after;
+      const auto frame = frame_of(*value);
+      if (t[type].is("FRAME") && frame && !data.named_frames.emplace(name, *frame).second)
+        data.named_frames.erase(name);
       keep_point({name, kind, file, line.number, std::move(*value)}, data);
     } else {
       data.declared.emplace(name, line.number);
@@ -121,70 +101,48 @@ void read_frame_data(const Line& line, std::size_t at, Data& data) {
   if (const auto value = read_aggregate(t, at + 2)) data.frames[t[at].word] = frame_data_of(*value);
 }
 
-}  // namespace
-
-std::optional<Aggregate> read_aggregate(const std::vector<Token>& t, std::size_t at) {
-  if (at >= t.size() || !is_sign_of(t[at], '{')) return std::nullopt;
-  Aggregate result;
-  std::string prefix;  // of nested aggregates: "CM."
-  std::vector<std::string> outer;
-  constexpr std::size_t kDeepest = 4;
-  for (++at; at < t.size(); ++at) {
-    if (is_sign_of(t[at], '}')) {
-      if (outer.empty()) {
-        result.after = at + 1;
-        return result;
-      }
-      prefix = outer.back();
-      outer.pop_back();
-      continue;
-    }
-    if (is_sign_of(t[at], ',')) continue;
-    if (t[at].kind != Kind::kWord || at + 1 >= t.size()) return std::nullopt;
-    const std::string name = prefix + t[at].word;
-    if (is_sign_of(t[at + 1], ':')) {  // the type: {E6POS: X 1.0,...}
-      ++at;
-      continue;
-    }
-    ++at;
-    if (at + 1 < t.size() && is_sign_of(t[at], '[') && is_sign_of(t[at + 1], ']'))
-      at += 2;  // POINT2[]
-    if (at >= t.size()) return std::nullopt;
-    if (is_sign_of(t[at], '{')) {
-      if (outer.size() == kDeepest) return std::nullopt;
-      outer.push_back(prefix);
-      prefix = name + ".";
-      continue;
-    }
-    const bool minus = is_sign_of(t[at], '-');
-    const std::size_t begin = t[at].begin;
-    if ((minus || is_sign_of(t[at], '+')) && at + 1 < t.size()) ++at;
-    if (t[at].kind == Kind::kNumber) {
-      if (!result.numbers
-               .emplace(name, Number{minus ? -t[at].value : t[at].value, begin, t[at].end})
-               .second)
-        return std::nullopt;
-      // "1.0.0" or "1.0x" is no number.
-      if (at + 1 < t.size() && !is_sign_of(t[at + 1], ',') && !is_sign_of(t[at + 1], '}'))
-        return std::nullopt;
-    } else if (t[at].kind == Kind::kWord || t[at].kind == Kind::kText) {
-      result.words.emplace(name, t[at].word);
-    } else {
-      return std::nullopt;
-    }
+/// XP[1]={...} of an array of points; XS={...}, XS[1]={...} of any other type.
+void read_element(const Line& line, bool global, const std::string& file, Data& data) {
+  const auto given = read_given(line);
+  if (!given) return;
+  auto value = read_aggregate(line.tokens, given->value);
+  if (!value) return;
+  const std::string name =
+      given->index < 0 ? given->name : given->name + "[" + std::to_string(given->index) + "]";
+  if (global) data.globals.insert(given->name);
+  if (const auto array = data.arrays.find(given->name); array != data.arrays.end()) {
+    if (given->index >= 0) keep_point({name, array->second, file, line.number, *value}, data);
+    return;
   }
-  return std::nullopt;
+  const auto [at, fresh] =
+      data.structures.emplace(name, Point{name, PointKind::kCartesian, file, line.number, *value});
+  if (!fresh) at->second.value.numbers.clear();  // given twice: neither is the value
 }
 
-std::optional<calib::FrameMmDeg> frame_of(const Aggregate& value) {
-  constexpr const char* kNames[] = {"X", "Y", "Z", "A", "B", "C"};
-  calib::FrameMmDeg frame;
-  for (std::size_t i = 0; i < 6; ++i) {
-    const auto at = value.numbers.find(kNames[i]);
-    if (at == value.numbers.end() || !(std::abs(at->second.value) <= kLargest)) return std::nullopt;
-    (i < 3 ? frame.xyz_mm[i] : frame.abc_deg[i - 3]) = at->second.value;
-  }
-  return frame;
+}  // namespace
+
+std::string variable_of(const std::string& name) {
+  return name.substr(0, name.find_first_of("[."));
+}
+
+std::optional<Point> find_point(const Data& data, const std::string& name) {
+  if (const auto own = data.points.find(name); own != data.points.end()) return own->second;
+  const auto dot = name.find('.');
+  if (dot == std::string::npos) return std::nullopt;
+  const auto all = data.structures.find(name.substr(0, dot));
+  if (all == data.structures.end()) return std::nullopt;
+  Point point = all->second;
+  point.name = name;
+  point.value = {};
+  const std::string prefix = name.substr(dot + 1) + ".";
+  for (const auto& [member, number] : all->second.value.numbers)
+    if (member.starts_with(prefix))
+      point.value.numbers.emplace(member.substr(prefix.size()), number);
+  for (const auto& [member, word] : all->second.value.words)
+    if (member.starts_with(prefix)) point.value.words.emplace(member.substr(prefix.size()), word);
+  if (point.value.numbers.empty()) return std::nullopt;
+  if (point.value.numbers.count("A1") > 0) point.kind = PointKind::kAxes;
+  return point;
 }
 
 FrameData frame_data_of(const Aggregate& value) {
@@ -216,18 +174,20 @@ bool read_declaration(const Line& line, const std::string& file, Data& data) {
   if (read_robroot(line, at, file, data)) return true;
   if (at + 1 >= t.size() || t[at].kind != Kind::kWord) return at > 0;
   if (kCartesianTypes.count(t[at].word) > 0) {
-    read_points(line, at + 1, PointKind::kCartesian, file, global, data);
+    read_points(line, at, PointKind::kCartesian, file, global, data);
     return true;
   }
   if (kAxisTypes.count(t[at].word) > 0) {
-    read_points(line, at + 1, PointKind::kAxes, file, global, data);
+    read_points(line, at, PointKind::kAxes, file, global, data);
     return true;
   }
   if (t[at].is("FDAT")) {
+    if (global) data.globals.insert(t[at + 1].word);
     read_frame_data(line, at + 1, data);
     return true;
   }
   if (read_controller_data(t, at, data)) return true;
+  read_element(line, global, file, data);
   return at > 0;
 }
 

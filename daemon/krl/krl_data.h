@@ -8,26 +8,13 @@
 #include <string>
 #include <vector>
 
+#include "calib/export/krl_values.h"
 #include "calib/model/units.h"
 #include "daemon/krl/krl_refusal.h"
-#include "daemon/krl/krl_text.h"
 
 namespace cellcal::daemon::krl {
 
-/// A component's number and where it stands, its sign included.
-struct Number {
-  double value = 0.0;
-  std::size_t begin = 0, end = 0;
-};
-
-/// {X 1.0,Y 2.0,...}: the components that are plain numbers, and what else there is.
-struct Aggregate {
-  std::map<std::string, Number> numbers;
-  std::map<std::string, std::string> words;  ///< IPO_FRAME #BASE
-  std::size_t after = 0;                     ///< index of the token behind it
-};
-/// Begins at tokens[at], which is '{'. Empty where it is none.
-std::optional<Aggregate> read_aggregate(const std::vector<Token>& tokens, std::size_t at);
+using namespace calib::krl;
 
 enum class PointKind { kCartesian, kAxes };
 
@@ -45,16 +32,13 @@ struct FrameData {
   bool external = false;  ///< IPO_FRAME #TCP
 };
 
-/// LOAD_DATA[n]; mass below 0: not stated.
-struct LoadData {
-  double mass_kg = -1.0;
-  std::array<double, 3> com_mm{};
-};
-
 struct Data {
   std::map<std::string, Point> points;
   std::map<std::string, int> declared;  ///< names of points without a value, and their line
-  std::set<std::string> globals;        ///< names of points that other modules see
+  std::map<std::string, PointKind> arrays;
+  std::map<std::string, Point> structures;  ///< of other types, with all that is in them
+  std::set<std::string> globals;  ///< names of points, structures and FDATs that other modules see
+  std::map<std::string, calib::FrameMmDeg> named_frames;  ///< of type FRAME
   std::map<std::string, FrameData> frames;
   std::map<int, calib::FrameMmDeg> tools, bases;
   std::map<int, LoadData> loads;
@@ -62,7 +46,11 @@ struct Data {
   std::vector<Refusal> refusals;
 };
 
-std::optional<calib::FrameMmDeg> frame_of(const Aggregate& value);
+/// By its name, its element's (XP[2]) or its place in a structure (XS.P, XS[2].P).
+std::optional<Point> find_point(const Data& data, const std::string& name);
+/// Of XP[2] and XS.P the variable.
+std::string variable_of(const std::string& name);
+
 FrameData frame_data_of(const Aggregate& value);
 bool is_point_type(const std::string& word);
 

@@ -6,9 +6,11 @@
 #include <charconv>
 #include <cmath>
 
-#include "daemon/krl/krl_text.h"
+#include "calib/export/krl_text.h"
 
 namespace cellcal::daemon::krl {
+
+using namespace calib::krl;
 
 namespace {
 

@@ -7,6 +7,7 @@
 
 #include "calib/files/text.h"
 #include "calib/model/error.h"
+#include "daemon/krl/krl_calls.h"
 #include "daemon/krl/krl_state.h"
 
 namespace cellcal::daemon::krl {
@@ -15,12 +16,8 @@ namespace {
 
 using Kind = Token::Kind;
 
-const std::set<std::string> kMotions = {"PTP", "LIN", "CIRC", "SPTP", "SLIN", "SCIRC", "SPL"};
 const std::set<std::string> kAxisMotions = {"PTP", "SPTP"};
 const std::set<std::string> kArcs = {"CIRC", "SCIRC"};
-const std::set<std::string> kRelative = {"PTP_REL",  "LIN_REL",   "CIRC_REL", "SPTP_REL",
-                                         "SLIN_REL", "SCIRC_REL", "SPL_REL"};
-const std::set<std::string> kExternal = {"ASYPTP", "ASYCONT"};
 /// Where the arm stands: motions to these go nowhere.
 const std::set<std::string> kHere = {"$AXIS_ACT",    "$AXIS_ACT_MEAS", "$POS_ACT",
                                      "$POS_ACT_MES", "$AXIS_INT",      "$POS_INT"};
@@ -31,46 +28,41 @@ bool is_sign(const std::vector<Token>& t, std::size_t at, char what) {
 
 class Reader {
  public:
+  /// `together`: all modules are read, so that points that others see are corrected, too.
   Reader(const KrlFile& src, const std::vector<std::string>& leave, const Data& controller,
-         Program& program)
-      : src_(src), leave_(leave.begin(), leave.end()), controller_(controller), program_(program) {}
+         Calls calls, bool together, Data& data, Program& program)
+      : src_(src),
+        leave_(leave.begin(), leave.end()),
+        controller_(controller),
+        calls_(calls),
+        together_(together),
+        module_(program.modules.size() - 1),
+        data_(data),
+        program_(program) {}
 
   void read(const std::vector<Line>& lines) {
     for (const Line& line : lines)
-      if (declares(line)) read_declaration(line, src_.name, program_.data);
-    FrameState state(lines, program_.data);
+      if (declares_data(line)) read_declaration(line, src_.name, data_);
+    FrameState state(lines, data_, calls_);
     for (const Line& line : lines) read(line, state);
     for (const auto& [name, at] : state.frame_data_used())
       if (const auto found = mentioned_.find(name); found != mentioned_.end())
         refuse(Why::kNoSuchFrameData, found->second, name);
-    for (const auto& [name, point] : program_.points)
-      if (const auto found = mentioned_.find(name); found != mentioned_.end())
-        refuse(Why::kComputed, found->second, name);
-    keep_left_points();
-    for (const std::string& name : leave_) there_is(name);
+    for (const auto& [name, line] : mentioned_)
+      program_.computed.emplace(key_of(name), Refusal{Why::kComputed, src_.name, line, name});
+  }
+
+  bool has_all(const std::vector<std::string>& names) const {
+    return std::ranges::all_of(names, [&](const std::string& name) { return is_point(name); });
   }
 
  private:
-  /// Their postures are those that LIN begins in. What the program changes is not known.
-  void keep_left_points() {
-    for (const Motion& motion : program_.motions) {
-      if (!motion.left || mentioned_.count(motion.point) > 0) continue;
-      for (const Data* data : std::array<const Data*, 2>{&program_.data, &controller_})
-        if (const auto at = data->points.find(motion.point); at != data->points.end()) {
-          if (!given_twice(*data, motion.point)) program_.left_points.emplace(*at);
-          break;
-        }
-    }
-  }
-
-  static bool given_twice(const Data& data, const std::string& name) {
-    return std::ranges::any_of(data.refusals, [&](const Refusal& r) { return r.what == name; });
-  }
-
   bool is_point(const std::string& name) const {
-    return targets_.count(name) > 0 || program_.data.points.count(name) > 0 ||
-           program_.data.declared.count(name) > 0 || controller_.points.count(name) > 0;
+    return targets_.count(name) > 0 || find_point(data_, name) || data_.declared.count(name) > 0 ||
+           find_point(controller_, name);
   }
+
+ public:
   void there_is(const std::string& name) const {
     if (is_point(name)) return;
     throw calib::FileError(src_.name,
@@ -81,12 +73,29 @@ class Reader {
                                ". Name points as the .dat has them (--leave)");
   }
 
+ private:
+  Module& own() { return program_.modules[module_]; }
   void refuse(Why why, int line, const std::string& what) {
-    program_.refusals.push_back({why, src_.name, line, what});
+    own().refusals.push_back({why, src_.name, line, what});
+  }
+
+  static bool given_twice(const Data& data, const std::string& name) {
+    return std::ranges::any_of(data.refusals, [&](const Refusal& r) { return r.what == name; });
+  }
+
+  /// Of a name as this module sees it.
+  std::string key_of(const std::string& name) const {
+    const std::string variable = variable_of(name);
+    const bool others =
+        together_ &&
+        (data_.globals.count(variable) > 0 ||
+         !(find_point(data_, name) || data_.points.count(variable) > 0 ||
+           data_.declared.count(variable) > 0 || data_.structures.count(variable) > 0));
+    return together_ && !others ? name + "@" + std::to_string(module_) : name;
   }
 
   /// With or without DECL; what begins with DEF is none.
-  static bool declares(const Line& line) {
+  static bool declares_data(const Line& line) {
     const Token& first = line.tokens[0];
     return first.is("DECL") || is_point_type(first.word) ||
            (first.is("GLOBAL") && line.tokens.size() > 1 && !line.tokens[1].is("DEF") &&
@@ -96,17 +105,18 @@ class Reader {
   void read(const Line& line, FrameState& state) {
     const auto& t = line.tokens;
     depth_ = std::max(0, depth_ + FrameState::blocks(line));
-    if (state.breaks_order(line)) last_ = -1;
+    if (state.breaks_order(line)) lose(line);
     const bool frames = state.read(line);
-    if (declares(line) || t[0].is("EXT")) return;
-    if (t[0].kind == Kind::kWord && kRelative.count(t[0].word) > 0) {
-      last_ = -1;
+    if (declares_data(line) || t[0].is("EXT")) return;
+    const MotionKind kind = motion_kind(line);
+    if (kind != MotionKind::kNone) ++own().motion_lines;
+    if (kind == MotionKind::kRelative) {
+      lose(line);
+      if (together_) mention(line, 1);
       return refuse(Why::kRelative, line.number, t[0].word);
     }
-    if (t[0].kind == Kind::kWord && kExternal.count(t[0].word) > 0)
-      return refuse(Why::kExternalAxes, line.number, t[0].word);
-    if (t[0].kind == Kind::kWord && kMotions.count(t[0].word) > 0 && t.size() > 1)
-      return motion(line, state);
+    if (kind == MotionKind::kExternal) return refuse(Why::kExternalAxes, line.number, t[0].word);
+    if (kind == MotionKind::kPoint && t.size() > 1) return motion(line, state);
     if (frames) {
       const bool names_data = t[0].is("FDAT_ACT") && t.size() == 3;
       return names_data ? void() : mention(line, 1);
@@ -115,19 +125,26 @@ class Reader {
     mention(line, 0);
   }
 
+  /// Where the arm is behind this line is not known.
+  void lose(const Line& line) {
+    last_ = -1;
+    const Effects effects = calls_.of(line);
+    lost_ = {effects.call.empty() ? line.tokens[0].word : effects.call, line.number};
+  }
+
   /// XP1={X ...}: the point's value where it has none yet, and nobody can go there before.
   bool assigns(const Line& line) {
     const auto& t = line.tokens;
     if (t.size() < 3 || t[0].kind != Kind::kWord || !is_sign(t, 1, '=') || !is_sign(t, 2, '{') ||
-        (program_.data.declared.count(t[0].word) == 0 &&
-         program_.data.points.count(t[0].word) == 0) ||
-        depth_ > 0 || targets_.count(t[0].word) > 0)
+        (data_.declared.count(t[0].word) == 0 && data_.points.count(t[0].word) == 0) ||
+        depth_ > 0 || targets_.count(t[0].word) > 0 ||
+        (together_ && data_.globals.count(t[0].word) > 0))
       return false;
     auto value = read_aggregate(t, 2);
     if (!value || value->after != t.size()) return false;
     const PointKind kind =
         value->numbers.count("A1") > 0 ? PointKind::kAxes : PointKind::kCartesian;
-    const auto [at, fresh] = program_.data.points.emplace(
+    const auto [at, fresh] = data_.points.emplace(
         t[0].word, Point{t[0].word, kind, src_.name, line.number, std::move(*value)});
     if (!fresh) refuse(Why::kTwice, line.number, t[0].word);
     return true;
@@ -137,12 +154,10 @@ class Reader {
     const auto& t = line.tokens;
     std::size_t at = 1;
     const bool arc = kArcs.count(t[0].word) > 0;
-    if (!target(line, state, at)) return;
-    if (arc && is_sign(t, at, ',')) {
-      ++at;
-      if (!target(line, state, at)) return;
-    }
-    mention(line, at);
+    bool understood = target(line, state, at);
+    if (understood && arc && is_sign(t, at, ',')) understood = target(line, state, ++at);
+    if (understood) return mention(line, at);
+    if (together_) mention(line, 1);  // other modules must not correct what this one moves to
   }
 
   /// The point at tokens[at]; moves `at` behind it. False: nothing more of this line is understood.
@@ -150,36 +165,40 @@ class Reader {
     const auto& t = line.tokens;
     Motion motion;
     motion.line = line.number;
+    motion.module = module_;
     motion.cp = kAxisMotions.count(t[0].word) == 0;
     motion.previous = last_;
+    if (last_ < 0) motion.lost = lost_;
     last_ = -1;
+    lost_ = {};
     motion.frames = state.at_motion(line, motion.wrong_frame_data);
     if (motion.wrong_frame_data) motion.wrong_frame_data->file = src_.name;
     if (is_sign(t, at, '{')) {
       auto value = read_aggregate(t, at);
       motion.point = "line " + std::to_string(line.number);
+      const std::string where = together_ ? "@" + std::to_string(module_) : "";
       if (!value) return refuse(Why::kPartial, line.number, motion.point), false;
       if (is_sign(t, value->after, ':'))
         return refuse(Why::kOperator, line.number, motion.point), false;
       at = value->after;
       const PointKind kind =
           value->numbers.count("A1") > 0 ? PointKind::kAxes : PointKind::kCartesian;
-      if (program_.points.count(motion.point) > 0) motion.point += " (second point)";
+      if (program_.points.count(motion.point + where) > 0) motion.point += " (second point)";
+      motion.point += where;
       program_.points[motion.point] = {{}, kind, src_.name, line.number, std::move(*value)};
     } else {
       if (at >= t.size() || t[at].kind != Kind::kWord)
         return refuse(Why::kComputed, line.number, "line " + std::to_string(line.number)), false;
-      const std::string name = t[at].word;
+      std::string name = t[at].word;
       if (kHere.count(name) > 0) return ++at, !is_sign(t, at, ':');
-      if (is_sign(t, at + 1, ':')) return refuse(Why::kOperator, line.number, name), false;
-      if (is_sign(t, at + 1, '[')) return refuse(Why::kArray, line.number, name), false;
-      if (is_sign(t, at + 1, '(') || is_sign(t, at + 1, '.'))
-        return refuse(Why::kComputed, line.number, name), false;
-      ++at;
-      motion.point = name;
+      if (!rest_of_name(t, ++at, name)) return refuse(Why::kArray, line.number, name), false;
+      if (is_sign(t, at, ':')) return refuse(Why::kOperator, line.number, name), false;
+      if (is_sign(t, at, '(')) return refuse(Why::kComputed, line.number, name), false;
+      motion.point = key_of(name);
+      targets_.insert(variable_of(name));
       targets_.insert(name);
-      if (!known(name, line.number)) {
-        motion.left = program_.left.count(name) > 0;
+      if (!known(name, motion.point, line.number)) {
+        motion.left = program_.left.count(motion.point) > 0;
         if (!motion.left) return true;
       }
     }
@@ -188,27 +207,63 @@ class Reader {
     return true;
   }
 
+  /// [2] and .P behind the name; false: an index that is computed.
+  static bool rest_of_name(const std::vector<Token>& t, std::size_t& at, std::string& name) {
+    while (is_sign(t, at, '[') || (is_sign(t, at, '.') && at + 1 < t.size())) {
+      if (is_sign(t, at, '.')) {
+        name += "." + t[at + 1].word;
+        at += 2;
+        continue;
+      }
+      int index = -1;
+      at = read_index(t, at, index);
+      if (at == 0) return false;
+      name += "[" + std::to_string(index) + "]";
+    }
+    return true;
+  }
+
+  /// It stays; the posture there counts, as long as its value is known.
+  bool leave(const std::string& name, const std::string& key, const std::string& why) {
+    program_.left[key] = why;
+    for (const Data* data : std::array<const Data*, 2>{&data_, &controller_})
+      if (const auto point = find_point(*data, name)) {
+        if (!given_twice(*data, name)) program_.left_points.emplace(key, *point);
+        break;
+      }
+    return false;
+  }
+
   /// Whether the point is one to correct. A value given further down is not known yet, so the last
   /// word on that is spoken at the end.
-  bool known(const std::string& name, int line) {
-    if (leave_.count(name) > 0) {
-      program_.left[name] = "--leave";
-      return false;
-    }
-    if (program_.points.count(name) > 0) return true;
-    const auto own = program_.data.points.find(name);
-    if (own != program_.data.points.end()) {
-      if (program_.data.globals.count(name) > 0)
-        program_.refusals.push_back({Why::kGlobal, own->second.file, own->second.line, name});
-      program_.points.emplace(name, own->second);
+  bool known(const std::string& name, const std::string& key, int line) {
+    if (leave_.count(name) > 0 || leave_.count(variable_of(name)) > 0)
+      return leave(name, key, "--leave");
+    if (program_.points.count(key) > 0) return true;
+    const auto own_point = find_point(data_, name);
+    const bool global = data_.globals.count(variable_of(name)) > 0;
+    const auto other = own_point ? std::nullopt : find_point(controller_, name);
+    if (together_ && (global || other) && stays(name))
+      return leave(name, key, "home or mastering reference");
+    if (own_point) {
+      if (global && !together_)
+        own().refusals.push_back({Why::kGlobal, own_point->file, own_point->line, name});
+      program_.points.emplace(key, *own_point);
       return true;
     }
-    const auto other = controller_.points.find(name);
-    if (other != controller_.points.end()) {
-      program_.left[name] = other->second.file;
+    if (other && together_) {
+      program_.points.emplace(key, *other);
+      return true;
+    }
+    if (other) {
+      leave(name, key, other->file);
+      if (other->kind == PointKind::kCartesian && !stays(name)) refuse(Why::kElsewhere, line, name);
       return false;
     }
-    refuse(Why::kUnknownPoint, line, name);
+    refuse(name.find('[') != std::string::npos   ? Why::kArray
+           : name.find('.') != std::string::npos ? Why::kComputed
+                                                 : Why::kUnknownPoint,
+           line, name);
     return false;
   }
 
@@ -227,7 +282,12 @@ class Reader {
   const KrlFile& src_;
   std::set<std::string> leave_;
   const Data& controller_;
+  Calls calls_;
+  bool together_;
+  std::size_t module_;
+  Data& data_;
   Program& program_;
+  Lost lost_;
   std::map<std::string, int> mentioned_;
   std::set<std::string> targets_;  ///< names that motions go to, so far
   int depth_ = 0;                  ///< blocks of IF, LOOP and the like around the line
@@ -237,13 +297,61 @@ class Reader {
 /// What the program's own files do not say.
 void add(const Data& controller, Data& own) {
   own.frames.insert(controller.frames.begin(), controller.frames.end());
+  own.named_frames.insert(controller.named_frames.begin(), controller.named_frames.end());
   own.tools = controller.tools;
   own.bases = controller.bases;
   own.loads = controller.loads;
   own.robroot = controller.robroot;
 }
 
+/// What other modules see of a .dat file, which is all of $config.dat.
+void add_globals(const Data& from, Data& into) {
+  for (const auto& [name, point] : from.points)
+    if (from.globals.count(variable_of(name)) > 0 && !into.points.emplace(name, point).second)
+      into.refusals.push_back({Why::kTwice, point.file, point.line, name});
+  for (const auto& [name, structure] : from.structures)
+    if (from.globals.count(variable_of(name)) > 0) into.structures.emplace(name, structure);
+  for (const auto& [name, line] : from.declared)
+    if (from.globals.count(name) > 0) into.declared.emplace(name, line);
+  for (const auto& [name, frame] : from.frames)
+    if (from.globals.count(name) > 0) into.frames.emplace(name, frame);
+  for (const auto& [name, frame] : from.named_frames)
+    if (from.globals.count(name) > 0) into.named_frames.emplace(name, frame);
+}
+
+std::vector<Line> lines_of(const ProgramFiles& files) {
+  auto all = read_lines(files.src);
+  if (files.dat) std::ranges::copy(read_lines(*files.dat), std::back_inserter(all));
+  return all;
+}
+
+/// Points that somebody reads or changes beside moving to them, and values that are not known for it.
+void settle(Program& program) {
+  const auto found = [&](const std::string& key) {
+    const auto at = key.find('@');
+    const std::string name = variable_of(key.substr(0, at));
+    return program.computed.find(at == std::string::npos ? name : name + key.substr(at));
+  };
+  std::erase_if(program.left_points,
+                [&](const auto& one) { return found(one.first) != program.computed.end(); });
+  std::map<std::string, Refusal> computed;
+  for (const auto& [key, point] : program.points)
+    if (const auto at = found(key); at != program.computed.end()) {
+      Refusal refusal = at->second;
+      refusal.what = name_of_key(key);
+      computed.emplace(key, std::move(refusal));
+    }
+  program.computed = std::move(computed);
+}
+
 }  // namespace
+
+std::string name_of_key(const std::string& key) { return key.substr(0, key.find('@')); }
+
+bool stays(const std::string& name) {
+  return name.starts_with("XHOME") || name.find("MASREF") != std::string::npos ||
+         name.starts_with("XBRAKE");
+}
 
 bool FrameRef::operator==(const FrameRef& other) const {
   return number == other.number && literal.has_value() == other.literal.has_value() &&
@@ -251,23 +359,71 @@ bool FrameRef::operator==(const FrameRef& other) const {
           (literal->xyz_mm == other.literal->xyz_mm && literal->abc_deg == other.literal->abc_deg));
 }
 
-Program read_program(const KrlFile& src, const std::optional<KrlFile>& dat,
-                     const std::vector<KrlFile>& controller,
-                     const std::vector<std::string>& leave) {
+Program read_program(const ProgramFiles& files, const std::vector<std::string>& leave,
+                     const std::vector<std::string>& still) {
   Program program;
   Data known;
-  for (const KrlFile& file : controller) read_data(file, known);
-  if (dat) read_data(*dat, program.data);
+  for (const KrlFile& file : files.controller) read_data(file, known);
+  if (files.dat) read_data(*files.dat, program.data);
   add(known, program.data);
-  const auto lines = read_lines(src);
-  auto all = lines;
-  if (dat) std::ranges::copy(read_lines(*dat), std::back_inserter(all));
-  program.changes = frame_changes(all);
-  Reader(src, leave, known, program).read(lines);
+  program.modules.push_back({files.src.name, frame_changes(lines_of(files)), 0, {}});
+  std::vector<const KrlFile*> sources = {&files.src};
+  for (const KrlFile& one : files.modules) sources.push_back(&one);
+  const Routines routines(sources, {still.begin(), still.end()});
+  merge(routines.changes(0), program.modules[0].changes);
+  Reader reader(files.src, leave, known, {routines, 0}, false, program.data, program);
+  reader.read(read_lines(files.src));
+  for (const std::string& name : leave) reader.there_is(name);
+  settle(program);
   for (const auto& [name, point] : program.data.points)
     if (program.points.count(name) == 0 && program.left.count(name) == 0)
       program.left[name] = "no motion goes to it";
-  for (const Refusal& one : program.data.refusals) program.refusals.push_back(one);
+  program.twice = program.data.refusals;
+  return program;
+}
+
+Program read_programs(const BackupFiles& files, const std::vector<std::string>& leave,
+                      const std::vector<std::string>& still) {
+  Program program;
+  Data seen;  // by all modules
+  for (const KrlFile& file : files.controller) read_data(file, seen);
+  std::vector<Data> own(files.modules.size());
+  for (const KrlFile& file : files.data) {
+    Data data;
+    read_data(file, data);
+    add_globals(data, seen);
+  }
+  for (std::size_t i = 0; i < files.modules.size(); ++i) {
+    if (files.modules[i].dat) read_data(*files.modules[i].dat, own[i]);
+    add_globals(own[i], seen);
+  }
+  std::vector<const KrlFile*> sources;
+  std::set<std::string> touched;
+  for (const ProgramFiles& one : files.modules) {
+    sources.push_back(&one.src);
+    touched.merge(touched_names(read_lines(one.src)));
+  }
+  std::erase_if(seen.named_frames, [&](const auto& one) { return touched.count(one.first) > 0; });
+  add(seen, program.data);
+  const Routines routines(sources, {still.begin(), still.end()});
+  std::set<std::string> missing(leave.begin(), leave.end());
+  for (std::size_t i = 0; i < files.modules.size(); ++i) {
+    const ProgramFiles& one = files.modules[i];
+    std::erase_if(own[i].named_frames, [&](const auto& frame) {
+      return own[i].globals.count(frame.first) > 0 && touched.count(frame.first) > 0;
+    });
+    add(seen, own[i]);
+    program.modules.push_back({one.src.name, frame_changes(lines_of(one)), 0, {}});
+    merge(routines.changes(i), program.modules[i].changes);
+    Reader reader(one.src, leave, seen, {routines, i}, true, own[i], program);
+    reader.read(read_lines(one.src));
+    std::erase_if(missing, [&](const std::string& name) { return reader.has_all({name}); });
+    for (const Refusal& refusal : own[i].refusals) program.twice.push_back(refusal);
+  }
+  for (const Refusal& refusal : seen.refusals) program.twice.push_back(refusal);
+  if (!missing.empty())
+    throw calib::FileError("--leave: no point is named " + calib::shown(*missing.begin()));
+  settle(program);
   return program;
 }
 

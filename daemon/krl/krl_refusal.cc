@@ -8,6 +8,17 @@ namespace cellcal::daemon::krl {
 
 namespace {
 
+constexpr const char* kOrNameCall =
+    "; where a call ended it that neither moves nor sets frames, name it with --does-not-move, or give "
+    "its .src";
+
+/// " since CLAMP() in line 12".
+std::string since(const Lost& lost) {
+  return lost.what.empty()
+             ? ""
+             : fmt::format(" since {} in line {}", calib::shown(lost.what), lost.line);
+}
+
 std::string what_is_wrong(const Refusal& r, const calib::Robot& robot) {
   switch (r.why) {
     case Why::kComputed:
@@ -29,11 +40,22 @@ std::string what_is_wrong(const Refusal& r, const calib::Robot& robot) {
     case Why::kTwice:
       return "value given twice. Keep one";
     case Why::kGlobal:
-      return "declared GLOBAL: other programs may move to it. Keep it as it is with --leave";
+      return "declared GLOBAL: other programs may move to it. Correct all of them with --backup, or "
+             "keep it as it is with --leave";
+    case Why::kElsewhere:
+      return "point of another file: the path would mix corrected and uncorrected points. Correct "
+             "all programs with --backup, or keep it as it is with --leave";
+    case Why::kShared:
+      return "also moved to by a program that is refused: the point stays as it is, and so does this "
+             "program";
     case Why::kToolNotKnown:
-      return "active tool unknown. Set $TOOL, or FDAT_ACT, directly before the motion";
+      return fmt::format(
+          "active tool unknown{}. Set $TOOL, or FDAT_ACT, directly before the motion{}",
+          since(r.lost), kOrNameCall);
     case Why::kBaseNotKnown:
-      return "active base unknown. Set $BASE, or FDAT_ACT, directly before the motion";
+      return fmt::format(
+          "active base unknown{}. Set $BASE, or FDAT_ACT, directly before the motion{}",
+          since(r.lost), kOrNameCall);
     case Why::kNoSuchTool:
       return fmt::format(
           "TOOL_DATA[{}] not in the given files. Give the controller's $config.dat with --config",
@@ -55,10 +77,13 @@ std::string what_is_wrong(const Refusal& r, const calib::Robot& robot) {
     case Why::kExternalAxes:
       return "external axes moving or not at 0: not corrected";
     case Why::kNoConfiguration:
-      return "S and T missing, also in the motion before. Touch it up as E6POS";
+      return fmt::format("S and T missing, and posture unknown{}. Touch it up as E6POS",
+                         since(r.lost));
     case Why::kPostureNotKnown:
-      return "start posture unknown, which LIN, CIRC and splines keep. Start with a PTP to a point "
-             "with S and T";
+      return fmt::format(
+          "start posture unknown{}, which LIN, CIRC and splines keep. Start with a PTP to a point "
+          "with S and T",
+          since(r.lost));
     case Why::kOtherPosture:
       return "S does not match the posture before, which LIN, CIRC and splines keep. Touch the "
              "point up again, or go there by PTP";
@@ -106,6 +131,10 @@ const char* name_of(Why why) {
       return "declared_twice";
     case Why::kGlobal:
       return "global";
+    case Why::kElsewhere:
+      return "elsewhere";
+    case Why::kShared:
+      return "shared";
     case Why::kToolNotKnown:
       return "tool_not_known";
     case Why::kBaseNotKnown:

@@ -20,6 +20,8 @@ enum class Why {
   kUnknownPoint,     ///< it stands in none of the files
   kTwice,            ///< it is declared twice
   kGlobal,           ///< declared GLOBAL: other modules use it
+  kElsewhere,        ///< of another file, which is not corrected with the program
+  kShared,           ///< it moves to a point that a refused module moves to
   kToolNotKnown,     ///< which tool is active cannot be told
   kBaseNotKnown,     ///< which base is active cannot be told
   kNoSuchTool,       ///< no TOOL_DATA of that number
@@ -39,6 +41,12 @@ enum class Why {
   kNoClosedForm,     ///< S and T are known of six axes with a spherical wrist
 };
 
+/// The statement behind which something is not known any more.
+struct Lost {
+  std::string what;  ///< the call's name, "BAS(#INITMOV)", "IF"; empty: none
+  int line = 0;
+};
+
 struct Refusal {
   Why why = Why::kComputed;
   std::string file;
@@ -46,6 +54,7 @@ struct Refusal {
   std::string what;  ///< the point's, tool's or statement's name, as the file has it
   int number = -1;   ///< kNoSuchTool, kNoSuchBase
   std::optional<calib::NotReached> reached = std::nullopt;
+  Lost lost = {};  ///< of frames and postures that are not known
 };
 
 /// "weld.src:12: XP3: ... : what to do".

@@ -13,22 +13,8 @@ const std::set<std::string> kOpens = {"IF", "LOOP", "FOR", "WHILE", "REPEAT", "S
 const std::set<std::string> kCloses = {"ENDIF",    "ENDLOOP", "ENDFOR",
                                        "ENDWHILE", "UNTIL",   "ENDSWITCH"};
 const std::set<std::string> kBetween = {"ELSE", "CASE", "DEFAULT", "EXIT", "GOTO"};
-const std::set<std::string> kBegins = {"DEF", "DEFFCT"};
 /// Of BAS: those that take the frames over from FDAT_ACT.
 const std::set<std::string> kFromFrameData = {"#PTP_PARAMS", "#CP_PARAMS", "#FRAMES"};
-/// Those that leave frames alone. Any other (#INITMOV, #ACT_TOOL, #EX_BASE) may set them.
-const std::set<std::string> kNoFrames = {"#VEL_PTP",  "#VEL_CP",    "#ACC_PTP",
-                                         "#ACC_CP",   "#PTP_DAT",   "#CP_DAT",
-                                         "#OUT_SYNC", "#OUT_ASYNC", "#ACC_GLUE"};
-/// Followed by '(' without being a call that could set frames.
-const std::set<std::string> kNoCalls = {
-    "IF",        "WHILE",      "UNTIL",    "SWITCH",     "CASE",    "WAIT",       "FOR",
-    "AND",       "OR",         "NOT",      "EXOR",       "B_AND",   "B_OR",       "B_EXOR",
-    "B_NOT",     "ABS",        "SQRT",     "SIN",        "COS",     "TAN",        "ACOS",
-    "ATAN2",     "BAS",        "PULSE",    "RETURN",     "STOOL2",  "SBASE",      "SLOAD",
-    "SIPO_MODE", "SVEL_JOINT", "SVEL_CP",  "SACC_JOINT", "SACC_CP", "SGEAR_JERK", "SJERK",
-    "SVEL_ORI",  "SACC_ORI",   "SORI_TYP", "SCIRC_TYPE", "SAPO",    "SAPO_PTP",   "SREF"};
-
 bool is_state_sign(const std::vector<Token>& t, std::size_t at, char what) {
   return at < t.size() && t[at].kind == Kind::kSign && t[at].word[0] == what;
 }
@@ -37,10 +23,6 @@ bool is_word(const std::vector<Token>& t, std::size_t at, const char* what) {
 }
 bool in(const std::set<std::string>& words, const Token& token) {
   return token.kind == Kind::kWord && words.count(token.word) > 0;
-}
-
-const Token& first_word(const Line& line) {
-  return line.tokens[is_word(line.tokens, 0, "GLOBAL") && line.tokens.size() > 1 ? 1 : 0];
 }
 
 bool is_label(const Line& line) {
@@ -55,21 +37,6 @@ std::optional<int> whole(const Token& token) {
   return static_cast<int>(token.value);
 }
 
-/// BAS at tokens[at], with a command that may set frames.
-bool frames_by_bas(const std::vector<Token>& t, std::size_t at) {
-  return is_word(t, at, "BAS") && !(at + 2 < t.size() && in(kNoFrames, t[at + 2]));
-}
-
-bool sets_frames(const Line& line) {
-  for (std::size_t i = 0; i < line.tokens.size(); ++i) {
-    const Token& token = line.tokens[i];
-    if (token.is("$TOOL") || token.is("$BASE") || token.is("FDAT_ACT") || token.is("$IPO_MODE"))
-      return true;
-    if (frames_by_bas(line.tokens, i)) return true;
-  }
-  return false;
-}
-
 /// TRIGGER .. DO $BASE=..: an assignment, or an OUT parameter, that is not the statement itself.
 bool sets_frames_inside(const Line& line) {
   const auto& t = line.tokens;
@@ -81,24 +48,25 @@ bool sets_frames_inside(const Line& line) {
   return false;
 }
 
-/// A call of a sub-program of somebody's.
-bool calls(const Line& line) {
-  const auto& t = line.tokens;
-  for (std::size_t i = 0; i + 1 < t.size(); ++i)
-    if (t[i].kind == Kind::kWord && is_state_sign(t, i + 1, '(') && !in(kNoCalls, t[i]) &&
-        t[i].word[0] != '$')
-      return true;
-  return false;
-}
+}  // namespace
 
-bool declares(const Line& line) {
-  const Token& token = first_word(line);
-  return in(kBegins, token) || token.is("DECL") || token.is("EXT") || token.is("EXTFCT") ||
-         token.is("INTERRUPT") || token.is("SIGNAL");
+std::set<std::string> touched_names(const std::vector<Line>& lines) {
+  std::set<std::string> touched;
+  for (const Line& line : lines) {
+    const auto& t = line.tokens;
+    if (declares(line) || is_point_type(t[0].word)) continue;
+    for (std::size_t i = 0; i < t.size(); ++i) {
+      const bool set_to = i >= 2 && is_state_sign(t, i - 1, '=') &&
+                          (t[i - 2].is("$TOOL") || t[i - 2].is("$BASE") || t[i - 2].is("$LOAD"));
+      if (t[i].kind == Kind::kWord && !set_to) touched.insert(t[i].word);
+    }
+  }
+  return touched;
 }
 
 /// The frame that a statement assigns, from the token behind '='; empty: it cannot be told.
-std::optional<FrameRef> assigned(const std::vector<Token>& t, std::size_t at, const char* data) {
+std::optional<FrameRef> FrameState::assigned(const std::vector<Token>& t, std::size_t at,
+                                             const char* data) const {
   if (at >= t.size()) return std::nullopt;
   FrameRef frame;
   std::size_t behind = at + 1;
@@ -110,6 +78,10 @@ std::optional<FrameRef> assigned(const std::vector<Token>& t, std::size_t at, co
     if (!number) return std::nullopt;
     frame.number = *number;
     behind = at + 4;
+  } else if (const auto named = data_.named_frames.find(t[at].word);
+             named != data_.named_frames.end() && touched_.count(named->first) == 0) {
+    frame.number = -1;
+    frame.literal = named->second;
   } else if (const auto value = read_aggregate(t, at)) {
     const auto literal = frame_of(*value);
     if (!literal) return std::nullopt;
@@ -124,15 +96,13 @@ std::optional<FrameRef> assigned(const std::vector<Token>& t, std::size_t at, co
   return frame;
 }
 
-}  // namespace
-
 bool is_control(const Line& line) {
   const Token& token = line.tokens[0];
   return in(kOpens, token) || in(kCloses, token) || in(kBetween, token) || is_label(line);
 }
 
 bool FrameState::breaks_order(const Line& line) const {
-  return is_control(line) || in(kBegins, first_word(line)) || (calls(line) && !declares(line));
+  return is_control(line) || begins_routine(line) || calls_.of(line).moves;
 }
 
 int FrameState::blocks(const Line& line) {
@@ -146,7 +116,7 @@ void FrameState::find_strict(const std::vector<Line>& lines) {
   const auto close = [&] { strict_[begin] = strict; };
   for (const Line& line : lines) {
     const Token& token = line.tokens[0];
-    if (in(kBegins, first_word(line))) {
+    if (begins_routine(line)) {
       close();
       begin = line.number;
       depth = 0;
@@ -154,7 +124,7 @@ void FrameState::find_strict(const std::vector<Line>& lines) {
     }
     const bool inside_before = depth != 0;  // UNTIL f()
     depth += blocks(line);
-    const bool changes = sets_frames(line) || (calls(line) && !declares(line));
+    const bool changes = sets_frames(line) || calls_.of(line).frames;
     if (((depth != 0 || inside_before) && changes) || token.is("GOTO") || is_label(line))
       strict = true;
   }
@@ -219,27 +189,32 @@ Frames FrameState::at_motion(const Line& line, std::optional<Refusal>& wrong) co
   return frames;
 }
 
-void FrameState::forget() {
+void FrameState::forget(const std::string& why, int line) {
   now_ = pending_ = outside_spline_ = {};
+  now_.lost = pending_.lost = outside_spline_.lost = {why, line};
   wrong_.reset();
   pending_wrong_.reset();
 }
 
 bool FrameState::read(const Line& line) {
   const bool frames = read_frames(line);
-  if ((calls(line) || sets_frames_inside(line)) && !declares(line)) forget();
+  const Effects effects = calls_.of(line);
+  if (effects.frames)
+    forget(effects.call, line.number);
+  else if (sets_frames_inside(line) && !declares(line))
+    forget(line.tokens[0].word, line.number);
   return frames;
 }
 
 bool FrameState::read_frames(const Line& line) {
   const auto& t = line.tokens;
-  if (in(kBegins, first_word(line))) {
+  if (begins_routine(line)) {
     forget();
     strict_now_ = strict_[line.number];
     return true;
   }
   if (is_control(line)) {
-    if (strict_now_) forget();
+    if (strict_now_) forget(line.tokens[0].word, line.number);
     return false;
   }
   if (t[0].is("SPLINE") || t[0].is("PTP_SPLINE")) {
@@ -278,8 +253,8 @@ bool FrameState::read_frames(const Line& line) {
       place.reset();
       if (number) place = FrameRef{*number, {}};
       wrong_.reset();
-    } else if (kNoFrames.count(command) == 0) {
-      forget();
+    } else if (frames_by_bas(t, 0)) {
+      forget("BAS(" + command + ")", line.number);
     }
     return true;
   }

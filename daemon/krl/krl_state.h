@@ -2,17 +2,25 @@
 // Which tool and base are active while a .src file is read from top to bottom.
 
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
+#include "daemon/krl/krl_calls.h"
 #include "daemon/krl/krl_program.h"
 
 namespace cellcal::daemon::krl {
 
+/// Names that these lines read or change, all but those that $TOOL, $BASE and $LOAD are set to.
+std::set<std::string> touched_names(const std::vector<Line>& lines);
+
 /// Statements that set frames, or after which nobody knows them. Fed with each line in turn.
 class FrameState {
  public:
-  FrameState(const std::vector<Line>& lines, const Data& data) : data_(data) { find_strict(lines); }
+  FrameState(const std::vector<Line>& lines, const Data& data, Calls calls)
+      : data_(data), calls_(calls), touched_(touched_names(lines)) {
+    find_strict(lines);
+  }
 
   /// True: the line is all about frames, and no motion.
   bool read(const Line& line);
@@ -28,16 +36,22 @@ class FrameState {
 
  private:
   bool read_frames(const Line& line);
-  void forget();
+  /// Until they are set again nothing is known; `why`: the statement that ended it.
+  void forget(const std::string& why = {}, int line = 0);
   void find_strict(const std::vector<Line>& lines);
   bool apply(const std::vector<Token>& tokens, std::size_t at, Frames& frames,
              std::optional<Refusal>& wrong, int line) const;
   void take(const std::string& name, int line, Frames& frames, std::optional<Refusal>& wrong) const;
 
   const Data& data_;
+  Calls calls_;
   Frames now_, pending_, outside_spline_;
   std::optional<Refusal> wrong_, pending_wrong_;
   mutable std::map<std::string, int> used_;
+  std::optional<FrameRef> assigned(const std::vector<Token>& tokens, std::size_t at,
+                                   const char* data) const;
+
+  std::set<std::string> touched_;
   std::map<int, bool> strict_;  ///< first line of each sub-program
   bool strict_now_ = false;
 };

@@ -4,6 +4,9 @@
 //
 // The controller reads the .dat as text and knows the nominal arm and KUKA's S and T alone
 // (tests/daemon/krl/emulated_controller); the hidden arm has what sim/demo's has.
+//
+// With --folder it counts instead what becomes of the programs of other controllers: each folder below is
+// a backup.
 
 #include <fmt/format.h>
 
@@ -19,6 +22,7 @@
 #include "tests/calib/simulate.h"
 #include "tests/command_line/command_line.h"
 #include "tests/daemon/krl/emulated_controller.h"
+#include "tests/experiments/program_reasons.h"
 #include "tests/experiments/trial.h"
 
 namespace {
@@ -168,15 +172,20 @@ int main(int argc, char** argv) {
   try {
     int arms = 10, count = 200;
     std::uint64_t seed = 1;
-    std::string only;
+    bool verbose = false;
+    std::string only, folder;
     CommandLine app(
         "TCP error at the taught points of a KRL program before and after its correction.\n"
-        "Example: programs_experiment --arms 20 --level L2");
+        "Example: programs_experiment --arms 20 --level L2\n"
+        "         programs_experiment --folder backups");
+    app.option("--folder", folder, "Count what becomes of the programs below it, by reason");
+    app.option("--verbose", verbose, "With --folder: the first refusal of each module");
     app.option("--arms", arms, "Hidden arms per level").between(1, 1000);
     app.option("--points", count, "Taught points").between(3, 1000);
     app.option("--level", only, "Only this one").one_of({"L1", "L2", "L3"});
     app.option("--seed", seed, "");
     if (const auto code = app.parse(argc, argv)) return *code;
+    if (!folder.empty()) return experiments::print_reasons(folder, verbose);
     fmt::print("TCP error at {} taught points, mean/max in mm, median over {} arms\n", count, arms);
     for (const Level& level : kLevels) {
       if (!only.empty() && only != level.name) continue;

@@ -50,6 +50,13 @@ void read_as_machine_data(std::string_view text) {
       require(!value || std::isfinite(*value), "limits are finite");
   for (const auto& [number, tool] : data.tools)
     for (const double value : tool.xyz_mm) require(std::isfinite(value), "tools are finite");
+  try {
+    for (const Joint& joint : robot_of(data).joints) {
+      require(std::isfinite(joint.d_m) && std::isfinite(joint.a_m), "lengths are finite");
+      require(joint.min_rad < joint.max_rad, "limits are in order");
+    }
+  } catch (const FileError&) {  // another kind of arm, or not all of it
+  }
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "calib/model/error.h"
+#include "calib/model/kinematics.h"
 #include "tests/calib/export/arms.h"
 
 namespace cellcal::calib::testing {
@@ -59,8 +60,8 @@ TEST(MachineData, OfTheOtherKR5AreToldByTheirLengths) {
   const Robot arc = load_robot(CELLCAL_ROBOTS_FOLDER "/kr5_arc.toml");
   const auto found = differences(read(kMachine), arc);
   ASSERT_EQ(found.size(), 2U);
-  EXPECT_EQ(found[0].variable, "$TX3P3");
-  EXPECT_EQ(found[1].variable, "$TFLWP");
+  EXPECT_EQ(found[0].variable, "$TX3P3 Z");
+  EXPECT_EQ(found[1].variable, "$TFLWP Z");
   EXPECT_EQ(found[1].joint, "A6");
   EXPECT_NEAR(found[1].controller_m, 0.080, 1e-12);
   EXPECT_NEAR(found[1].robot_m, 0.115, 1e-12);
@@ -84,18 +85,86 @@ TEST(MachineData, ThatAreNoneOfItsAxesStay) {
 
 TEST(MachineData, ThatCannotBeAreRefusedByFileLineAndVariable) {
   EXPECT_EQ(machine_data_refusal("\n$SOFTN_END[2]=fast\n"),
-            "$machine.dat, line 2: $SOFTN_END[2] = \"fast\" is not a number up to 100000");
+            "$machine.dat:2: $SOFTN_END[2] is not a number up to 100000");
   EXPECT_NE(machine_data_refusal("$LENGTH_A=nan"), "");
   EXPECT_NE(machine_data_refusal("$LENGTH_A=1e9"), "");
-  EXPECT_NE(machine_data_refusal("$TFLWP={X 1.0,Y 2.0}").find("a structure with Z"),
+  EXPECT_NE(machine_data_refusal("$TFLWP={X 1.0,Y 2.0}").find("a structure with"),
             std::string::npos);
   EXPECT_NE(machine_data_refusal("$TFLWP=5").find("a structure {...}"), std::string::npos);
   EXPECT_NE(machine_data_refusal("$TFLWP={X 1.0,Y inf,Z 0,A 0,B 0,C 0}"), "");
   EXPECT_NE(machine_data_refusal("$RAT_MOT_AX[1]={N 125,D 0}").find("D is 0"), std::string::npos);
-  EXPECT_NE(machine_data_refusal(std::string((16u << 20) + 1, ' ')).find("limit"),
+  EXPECT_NE(machine_data_refusal(std::string((16u << 20) + 1, ' ')).find("16 MB"),
             std::string::npos);
   for (std::size_t length = 0; length < kMachine.size(); ++length)
     machine_data_refusal(kMachine.substr(0, length));  // terminates, with a value or a refusal
+}
+
+/// A whole arm, in lower case and with a gear's numerator as controllers have it.
+std::string whole_arm(const std::string& more = {}) {
+  std::string text =
+      "defdat $machine public\nframe $tiroro={x 0.0,y 0.0,z 400.0,a 0.0,b 0.0,c 0.0} ;FOOT\n"
+      "$length_a=180.0\n$length_b=600.0\n$dh_4={dhart_a 0.0,dhart_d 0.0,dhart_alpha 90.0}\n"
+      "DECL DHART $DH_5={DHART_A 0.0,DHART_D 0.0,DHART_ALPHA -90.0000}\n"
+      "$tx3p3={x 620.0,y 0.0,z 40.0,a 0.0,b 90.0,c 0.0}\n$tflwp={x 0.0,y 0.0,z 80.0,a 0.0,b 0.0,c 0.0}\n"
+      "decl fra $rat_mot_ax[12]\n$rat_mot_ax[6]={n 6485103,d 49400}\nreal $vel_axis_ma[6]=4813.50439\n"
+      "decl kinclass $kinclass=#standard\nint $a4par=0\nbool $def_a5link=false\n";
+  for (int i = 1; i <= 6; ++i)
+    text += "$softn_end[" + std::to_string(i) + "]=-100.0\n$softp_end[" + std::to_string(i) +
+            "]=120.0\n$axis_dir[" + std::to_string(i) + "]=" + (i == 2 || i == 3 ? "1" : "-1") +
+            "\n";
+  return text + more + "\nenddat\n";
+}
+
+TEST(MachineData, OfAWholeArmMakeItsRobot) {
+  const Robot robot = robot_of(read(whole_arm()));
+  ASSERT_EQ(robot.joints.size(), 6U);
+  const ArmModel made(robot, Tool{}), shipped(kr5(), Tool{});
+  std::mt19937 random(1);
+  for (int k = 0; k < 20; ++k) {
+    const auto q = random_joints(kr5(), random);
+    EXPECT_TRUE(made.nominal_tcp(q).isApprox(shipped.nominal_tcp(q), 1e-12));
+  }
+  EXPECT_NEAR(robot.joints[5].gear_ratio, 131.277, 1e-3);
+  EXPECT_NEAR(robot.joints[5].max_speed_rad_s * kDegPerRad, 220.0, 0.01);
+  EXPECT_TRUE(differences(read(whole_arm()), kr5()).empty());
+}
+
+TEST(MachineData, ThatDifferInSignOrHeightAreNamedWithIt) {
+  for (const auto& [line, variable] :
+       {std::pair("$TIRORO={X 0,Y 0,Z 500,A 0,B 0,C 0}", "$TIRORO Z"),
+        std::pair("$TX3P3={X 620,Y 0,Z -40,A 0,B 90,C 0}", "$TX3P3 Z"),
+        std::pair("$LENGTH_A=-180.0", "$LENGTH_A")}) {
+    const auto found = differences(read(whole_arm(line)), kr5());
+    ASSERT_EQ(found.size(), 1U) << line;
+    EXPECT_EQ(found[0].variable, variable);
+  }
+  const auto turned = differences(read(whole_arm("$AXIS_DIR[4]=1")), kr5());
+  ASSERT_EQ(turned.size(), 1U);
+  EXPECT_EQ(turned[0].variable, "");
+  EXPECT_GT(turned[0].robot_m, 1e-3);
+}
+
+TEST(MachineData, OfAnotherKindOfArmAreRefusedByVariable) {
+  const auto why = [](const std::string& line) -> std::string {
+    try {
+      robot_of(read(whole_arm(line)));
+    } catch (const FileError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  for (const char* line : {"$DH_5={DHART_A 265.0,DHART_D 0.0,DHART_ALPHA -90.0}",
+                           "$KINCLASS=#DELTA_KIN", "$DEF_A5LINK=TRUE", "$A4PAR=1", "$MAIN_AXIS=#SS",
+                           "$TRAFO_AXIS=5", "$TFLWP={X 5,Y 0,Z 80,A 0,B 0,C 0}",
+                           "$TX3P3={X 620,Y 0,Z 40,A 0,B 0,C 0}", "$SOFTP_END[2]=-180.0"})
+    EXPECT_NE(why(line).find(std::string(line).substr(0, 4)), std::string::npos)
+        << line << ": " << why(line);
+  EXPECT_NE(why("$DH_5={DHART_A 265.0,DHART_D 0.0,DHART_ALPHA -90.0}").find("DHART_A 265.000 mm"),
+            std::string::npos);
+  EXPECT_THROW(robot_of(read("$LENGTH_A=1")), FileError);
+  const std::string all = whole_arm();
+  for (std::size_t length = 0; length < all.size(); length += 3)
+    machine_data_refusal(all.substr(0, length));
 }
 
 TEST(MachineData, OfAnArmWithSevenAxesAreNotCompared) {

@@ -29,6 +29,10 @@ TEST(ANumberThatIsWritten, ComesBackBitForBit) {
 TEST(NamesOfJoints, GoFromRobotFileToRosAndBack) {
   EXPECT_EQ(ros_joint_name("A1"), "joint_a1");
   EXPECT_EQ(robot_joint_name("joint_a1"), "A1");
+  EXPECT_EQ(robot_joint_name("joint_1"), "A1");
+  EXPECT_EQ(robot_joint_name("robot1_joint_a1"), "A1");
+  EXPECT_EQ(robot_joint_name("robot1_joint_6"), "A6");
+  EXPECT_EQ(robot_joint_name("myjoint_6"), "myjoint_6");
   EXPECT_EQ(robot_joint_name("shoulder_pan_joint"), "shoulder_pan_joint");
   EXPECT_EQ(robot_joint_name("my joint,\"1\"#"), "my_joint__1__");
   EXPECT_EQ(robot_joint_name("joint_"), "joint_");

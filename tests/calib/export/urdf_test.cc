@@ -85,7 +85,7 @@ TEST(AGivenUrdf, HasTheNominalArmsKinematicsAndBecomesTheCalibratedOne) {
   const RigidArm nominal = nominal_rigid_arm(c.cell), real = calibrated_rigid_arm(c);
   const UrdfChain given = read_urdf(kDrawn, "kr5.urdf");
   EXPECT_EQ(given.tip_link, "tool0");
-  EXPECT_EQ(given.base_link, "world");
+  EXPECT_EQ(given.base_link, "base_link");  // where it stands in "world" is none of the arm
   const std::string text = calibrated_urdf(kDrawn, "kr5.urdf", "", nominal, real, "by cellcal");
   const UrdfChain made = read_urdf(text, "made");
   const UrdfChain camera_before = read_urdf(kDrawn, "x", "camera"),

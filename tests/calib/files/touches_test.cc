@@ -62,8 +62,6 @@ TEST(Touches, TakesAFileWithoutAnEndOfLineAndOneWithoutRows) {
 
 TEST(Touches, NamesTheLineAndColumnOfAFieldThatIsNotANumber) {
   for (const char* field : {"", "abc", "1,5", "0x10", "1e", "--1", "+-1", "1 2",
-                            "\xC2\xA0"
-                            "1",
                             "1.2.3", "١", "nan", "inf", "-inf", "infinity", "1e999", "1d3"}) {
     SCOPED_TRACE(field);
     const std::string text = "A1,A2,target\n1,2,S1\n1," + std::string(field) + ",S1\n";
@@ -178,10 +176,6 @@ TEST(Touches, NamesTheLineOfATruncatedRowAndGuessesWhy) {
 }
 
 TEST(Touches, OfASpreadsheetThatWritesSemicolonsOrDecimalCommasAreToldApart) {
-  expect_words(touches_refusal("A1;A2;target\n1,5;2,5;S1\n"),
-               {"touches.csv:1:", "separated by commas"});
-  expect_words(touches_refusal("A1\tA2\ttarget\n1\t2\tS1\n"),
-               {"touches.csv:1:", "separated by commas"});
   expect_words(touches_refusal("A1,A2,target\n1,2,S1\n1,5,-2,25,S1\n"),
                {"touches.csv:3:", "5 fields", "decimal commas", "'.'"});
   expect_words(touches_refusal("A1,A2,target\n1,-2,25,S1\n"),
@@ -217,7 +211,9 @@ TEST(Touches, RefusesHostileText) {
   expect_words(touches_refusal(""), {"touches.csv", "empty"});
   expect_words(touches_refusal("#\n\n"), {"touches.csv", "empty"});
   expect_words(touches_refusal("A1,A2,target\n1,2\0,S1\n"s), {"touches.csv:2:", "NUL"});
-  expect_words(touches_refusal("A1,A2,target\n1,\"2\",S1\n"), {"touches.csv:2:", "quotes"});
+  expect_words(touches_refusal("A1,A2,target\n1,\"2,S1\n"), {"touches.csv:2:", "quotes"});
+  expect_words(touches_refusal("A1,A2,target\n1,2\"3\",S1\n"), {"touches.csv:2:", "quotes"});
+  expect_words(touches_refusal("A1,A2,target\n1,\"2\"\"3\",S1\n"), {"touches.csv:2:", "quotes"});
   expect_words(touches_refusal("A1,A2,target,time\n1,2,S1,now\r\r\n"),
                {"touches.csv:2:", "control characters"});
   expect_words(touches_refusal("A1,A2,target,time\n1,2,S1,\x1b[2J\n"), {"touches.csv:2:"});

@@ -248,5 +248,79 @@ TEST_F(correct, and_frames_write_a_krl_program_with_the_old_values_in_it) {
   EXPECT_EQ(run_program(wrong).status, 2);
 }
 
+/// A backup of two modules that share a point of $config.dat, one of which moves relatively in `bad`.
+std::string put_backup(const std::filesystem::path& folder, bool bad) {
+  const auto points = postures(2);
+  std::filesystem::create_directories(folder / "KRC/R1/System");
+  std::filesystem::create_directories(folder / "KRC/R1/Program");
+  const auto put = [&](const char* name, const std::string& text) {
+    std::ofstream(folder / "KRC/R1" / name, std::ios::binary) << text;
+  };
+  put("System/$config.dat",
+      "TOOL_DATA[1]={X 59.9,Y 50.5,Z 410.3,A 38.84,B 3.59,C 0.0}\nDECL GLOBAL E6POS XG=" +
+          pose_text(points[0]) + "\n");
+  put("Program/a.src", "DEF A()\nBAS(#TOOL,1)\nBAS(#BASE,0)\nPTP XG\nPTP XA\nEND\n");
+  put("Program/A.DAT", "DECL E6POS XA=" + pose_text(points[1]) + "\n");
+  put("Program/b.src", std::string("DEF B()\nBAS(#TOOL,1)\nBAS(#BASE,0)\nPTP XG\n") +
+                           (bad ? "LIN_REL {Z 5}\n" : "") + "END\n");
+  return folder;
+}
+
+TEST_F(correct, a_backup_writes_the_changed_files_and_a_record_that_refuses_a_second_time) {
+  calibration_file();
+  const std::string backup = put_backup(dir_ / "backup", false), out = dir_ / "out";
+  const Outcome outcome = run_correct({"--backup", backup, "-o", out});
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_NE(outcome.out.find("2 of 2 modules with motions corrected, 2 points"), std::string::npos)
+      << outcome.out;
+  for (const char* file : {"KRC/R1/System/$config.dat", "KRC/R1/Program/A.DAT"})
+    EXPECT_TRUE(std::filesystem::exists(dir_ / "out" / file)) << file;
+  EXPECT_FALSE(std::filesystem::exists(dir_ / "out/KRC/R1/Program/a.src"));
+  const Outcome again = run_correct({"--backup", out, "-o", dir_ / "more"});
+  EXPECT_EQ(again.status, 1);
+  EXPECT_NE(again.err.find("is corrected already"), std::string::npos) << again.err;
+  EXPECT_EQ(run_correct({"--backup", backup, "-o", out}).status, 1);
+  EXPECT_EQ(run_correct({"--backup", backup, "-o", backup}).status, 1);
+}
+
+TEST_F(correct, a_backup_of_which_nothing_can_be_corrected_is_status_3) {
+  calibration_file();
+  const std::string backup = put_backup(dir_ / "backup", true);
+  const Outcome outcome = run_correct({"--backup", backup, "-o", dir_ / "out", "--json"});
+  EXPECT_EQ(outcome.status, 3) << outcome.err;
+  EXPECT_FALSE(std::filesystem::exists(dir_ / "out"));
+  const auto report = nlohmann::json::parse(outcome.out);
+  EXPECT_EQ(report.at("modules").at(0).at("refusals").at(0).at("why"), "shared");
+  EXPECT_EQ(report.at("modules").at(1).at("refusals").at(0).at("why"), "relative_motion");
+}
+
+TEST_F(correct, a_program_of_homes_alone_is_status_3) {
+  calibration_file();
+  const std::string src = put("p.src", "DEF P()\nPTP XHOME\nEND\n");
+  const std::string config =
+      put("$config.dat", "DECL E6AXIS XHOME={A1 0,A2 -90,A3 90,A4 0,A5 0,A6 0}\n");
+  const Outcome outcome = run_correct({"--program", src, "--config", config, "-o", dir_ / "out"});
+  EXPECT_EQ(outcome.status, 3);
+  EXPECT_NE(outcome.err.find("1 motions and no point to correct"), std::string::npos)
+      << outcome.err;
+  EXPECT_FALSE(std::filesystem::exists(dir_ / "out"));
+}
+
+TEST_F(correct, reads_called_routines_of_the_folder_and_those_that_are_named) {
+  calibration_file();
+  const auto points = postures(1);
+  const std::string src = put(
+      "p.src", "DEF P()\nBAS(#TOOL,1)\nBAS(#BASE,0)\nPTP XP\nCLAMP()\nGLUE_ON()\nLIN XP\nEND\n");
+  put("p.dat", "DECL E6POS XP=" + pose_text(points[0]) + "\n");
+  put("clamp.src", "DEF CLAMP()\n$OUT[1]=TRUE\nEND\n");
+  const std::string config =
+      put("$config.dat", "TOOL_DATA[1]={X 59.9,Y 50.5,Z 410.3,A 38.84,B 3.59,C 0.0}\n");
+  const Outcome unknown = run_correct({"--program", src, "--config", config});
+  EXPECT_EQ(unknown.status, 1);
+  EXPECT_NE(unknown.err.find("GLUE_ON in line 6"), std::string::npos) << unknown.err;
+  EXPECT_EQ(
+      run_correct({"--program", src, "--config", config, "--does-not-move", "glue_on"}).status, 0);
+}
+
 }  // namespace
 }  // namespace cellcal::daemon::testing

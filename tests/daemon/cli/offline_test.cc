@@ -354,11 +354,92 @@ TEST(machine_data, of_a_controller_are_held_against_the_robot_file_and_give_its_
       {CELLCAL, "import-robot", "--robot", "kr5_r1400", "--machine-data", data, "-o", robot});
   ASSERT_EQ(made.status, 0) << made.err;
   EXPECT_NE(content(robot).find("min_deg = -100"), std::string::npos);
-  EXPECT_NE(made.err.find("$TFLWP 115.000 mm in the controller, 80.000 mm in the robot file"),
+  EXPECT_NE(made.err.find("$TFLWP Z 115.000 mm in the controller, 80.000 mm in the robot file"),
             std::string::npos)
       << made.err;
   EXPECT_EQ(run_program({CELLCAL, "import-robot", "--robot", "kr9999"}).status, 1);
   EXPECT_EQ(run_program({CELLCAL, "import-robot"}).status, 2);
+}
+
+/// Two turning joints, a prefix, a root "world"; with one text in place of another.
+std::string small_urdf(const std::string& what = {}, const std::string& with = {}) {
+  std::string text =
+      "<robot name=\"r\"><link name=\"world\"/><link name=\"p_base\"/><link name=\"p_link_1\"/>"
+      "<link name=\"p_link_2\"/><link name=\"p_tool0\"/>"
+      "<joint name=\"mount\" type=\"fixed\"><parent link=\"world\"/><child link=\"p_base\"/>"
+      "<origin xyz=\"1 0 0.8\"/></joint>"
+      "<joint name=\"p_joint_1\" type=\"revolute\"><parent link=\"p_base\"/><child link=\"p_link_1\"/>"
+      "<origin xyz=\"0 0 0.4\"/><axis xyz=\"0 0 1\"/><limit lower=\"-2\" upper=\"2.5\" "
+      "velocity=\"1\"/></joint>"
+      "<joint name=\"p_joint_2\" type=\"revolute\"><parent link=\"p_link_1\"/><child "
+      "link=\"p_link_2\"/><origin xyz=\"0.3 0 0\"/><axis xyz=\"0 1 0\"/><limit lower=\"-2\" "
+      "upper=\"2\" velocity=\"1\"/></joint>"
+      "<joint name=\"p_end\" type=\"fixed\"><parent link=\"p_link_2\"/><child link=\"p_tool0\"/>"
+      "<origin xyz=\"0.2 0 0\"/></joint></robot>";
+  if (const auto at = text.find(what); !what.empty()) text.replace(at, what.size(), with);
+  return text;
+}
+
+TEST(a_urdf, with_a_prefix_and_numbers_gives_kukas_names_the_flange_and_the_arms_own_base) {
+  const TemporaryDirectory dir;
+  std::ofstream(dir / "r.urdf") << small_urdf();
+  const Outcome made =
+      run_program({CELLCAL, "import-robot", "--urdf", dir / "r.urdf", "-o", dir / "r.toml"});
+  ASSERT_EQ(made.status, 0) << made.err;
+  EXPECT_NE(made.err.find("\"p_base\" to \"p_tool0\""), std::string::npos) << made.err;
+  const calib::Robot robot = calib::load_robot(dir / "r.toml");
+  EXPECT_EQ(robot.joints[0].name, "A1");
+  EXPECT_EQ(robot.joints[1].name, "A2");
+  EXPECT_NEAR(robot.base_fixed.translation().x(), 0.0, 1e-9);
+}
+
+TEST(a_urdf, that_no_plan_could_use_is_refused_by_joint) {
+  const TemporaryDirectory dir;
+  const auto why = [&](const std::string& what, const std::string& with) {
+    std::ofstream(dir / "r.urdf") << small_urdf(what, with);
+    const Outcome made =
+        run_program({CELLCAL, "import-robot", "--urdf", dir / "r.urdf", "-o", dir / "r.toml"});
+    EXPECT_EQ(made.status, 1) << with;
+    EXPECT_FALSE(std::filesystem::exists(dir / "r.toml")) << with;
+    return made.err;
+  };
+  const std::string limit = "<limit lower=\"-2\" upper=\"2.5\" velocity=\"1\"/>";
+  for (const auto& [what, with, words] : std::vector<std::array<std::string, 3>>{
+           {"type=\"revolute\"", "type=\"continuous\"", ""},
+           {limit, "", "limits 0.000 to 0.000 deg"},
+           {limit, "<limit lower=\"2\" upper=\"-2\" velocity=\"1\"/>", "lower not below the upper"},
+           {limit, "<limit lower=\"-170\" upper=\"170\" velocity=\"1\"/>", "radians"},
+           {limit, "<limit lower=\"-2\" upper=\"2\" velocity=\"0\"/>", "no speed"},
+           {"0.3 0 0", "300 0 0", "metres"},
+           {"p_joint_1", "target", "target"},
+           {"p_joint_1", "joint_2", "A2"},
+           {"p_joint_1", "gelenk_\xE4", ""}}) {
+    if (with.find("continuous") != std::string::npos) continue;  // its limits may be stated
+    EXPECT_NE(why(what, with).find(words), std::string::npos) << with << ": " << why(what, with);
+  }
+}
+
+TEST(machine_data, of_a_whole_arm_make_its_robot_from_a_backup) {
+  const TemporaryDirectory dir;
+  std::filesystem::create_directories(dir / "backup/KRC/R1/Mada");
+  std::filesystem::create_directories(dir / "backup/KRC/STEU/Mada");
+  std::ofstream(dir / "backup/KRC/STEU/Mada/$machine.dat") << "$NUM_AX=9\n";
+  std::ofstream machine(dir / "backup/KRC/R1/Mada/$machine.dat");
+  machine
+      << "$TRAFONAME[]=\"#KR5 R1400\"\n$TIRORO={x 0,y 0,z 400,a 0,b 0,c 0}\n$LENGTH_A=180\n"
+         "$LENGTH_B=600\n$TX3P3={x 620,y 0,z 40,a 0,b 90,c 0}\n$TFLWP={x 0,y 0,z 80,a 0,b 0,c 0}\n";
+  for (int i = 1; i <= 6; ++i)
+    machine << "$SOFTN_END[" << i << "]=-100\n$SOFTP_END[" << i << "]=100\n$VEL_AXIS_MA[" << i
+            << "]=3000\n$RAT_MOT_AX[" << i << "]={N 6485103,D 49400}\n";
+  machine.close();
+  const Outcome made = run_program(
+      {CELLCAL, "import-robot", "--machine-data", dir / "backup", "-o", dir / "r.toml"});
+  ASSERT_EQ(made.status, 0) << made.err;
+  EXPECT_EQ(calib::load_robot(dir / "r.toml").name, "KR5 R1400");
+  const Outcome against = run_program({CELLCAL, "import-robot", "--robot", "kr5_r1400",
+                                       "--machine-data", dir / "backup", "-o", dir / "s.toml"});
+  EXPECT_EQ(against.status, 0);
+  EXPECT_EQ(against.err.find("warning"), std::string::npos) << against.err;
 }
 
 }  // namespace

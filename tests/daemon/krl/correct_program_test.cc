@@ -5,6 +5,7 @@
 #include <regex>
 
 #include "calib/estimate/predict.h"
+#include "calib/model/error.h"
 #include "tests/daemon/krl/fixture.h"
 
 namespace cellcal::daemon::testing {
@@ -193,6 +194,52 @@ TEST(where_the_arm_stands_in_the_world, counts_for_points_in_bases) {
   ASSERT_EQ(here.points.size(), there.points.size());
   for (std::size_t i = 0; i < here.points.size(); ++i)
     EXPECT_LT((here.points[i].shift_mm - there.points[i].shift_mm).norm(), 2e-3);
+}
+
+/// The joint angles that a controller takes to the points of a program.
+std::vector<calib::JointVector> commanded(const std::string& dat) {
+  return run(cell().robot, frames(), dat);
+}
+
+TEST(a_program_of_another_arm, brings_this_arms_tcp_to_where_that_ones_was) {
+  const calib::Calibration other = calibration(3), here = calibration(4);
+  const auto program = taught(cell().robot, frames(), postures(20));
+  krl::CorrectionOptions options;
+  options.from = &other;
+  const auto result = correct_program(here, files(program), options);
+  ASSERT_EQ(all_words(result), "");
+  const calib::Predictor there(other), now(here);
+  const auto before = commanded(program.dat), after = commanded(result.files.at(1).text);
+  ASSERT_EQ(before.size(), after.size());
+  double most = 0.0;
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    const Eigen::Vector3d wanted = there.calibrated(before[i]).tcp.translation();
+    EXPECT_LT((now.calibrated(after[i]).tcp.translation() - wanted).norm(), 0.02e-3);
+    most = std::max(most, (now.calibrated(before[i]).tcp.translation() - wanted).norm());
+  }
+  EXPECT_GT(most, 0.1e-3);
+  options.from = &here;
+  EXPECT_EQ(correct_program(here, files(program), options).files.at(1).text, program.dat);
+  calib::Calibration longer = other;
+  longer.cell.robot.joints[1].a_m += 0.1;
+  options.from = &longer;
+  EXPECT_THROW(correct_program(here, files(program), options), calib::FileError);
+}
+
+TEST(a_program_for_the_offline_system, comes_back_to_its_touched_up_points) {
+  const calib::Calibration here = calibration(5);
+  const auto program = taught(cell().robot, frames(), postures(20));
+  krl::CorrectionOptions options;
+  options.from = &here;
+  const auto up = correct_program(krl::as_drawn(here), files(program), options);
+  ASSERT_EQ(all_words(up), "");
+  krl::ProgramFiles again = files(program);
+  again.dat = up.files.at(1);
+  const auto down = correct_program(here, again);
+  ASSERT_EQ(all_words(down), "");
+  const auto before = commanded(program.dat), after = commanded(down.files.at(1).text);
+  for (std::size_t i = 0; i < before.size(); ++i)
+    for (std::size_t k = 0; k < 6; ++k) EXPECT_NEAR(before[i][k], after[i][k], 2e-6);
 }
 
 }  // namespace

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-namespace cellcal::daemon::krl {
+namespace cellcal::calib::krl {
 
 /// A file as it was given.
 struct KrlFile {
@@ -45,4 +45,4 @@ std::optional<double> based_constant(std::string_view text);
 /// FileError (calib/model/error.h) naming file and line for what is no text or too long.
 std::vector<Line> read_lines(const KrlFile& file);
 
-}  // namespace cellcal::daemon::krl
+}  // namespace cellcal::calib::krl

@@ -1,4 +1,4 @@
-#include "daemon/krl/krl_text.h"
+#include "calib/export/krl_text.h"
 
 #include <charconv>
 #include <cstdint>
@@ -6,7 +6,7 @@
 
 #include "calib/model/error.h"
 
-namespace cellcal::daemon::krl {
+namespace cellcal::calib::krl {
 
 namespace {
 
@@ -95,19 +95,18 @@ std::optional<double> based_constant(std::string_view text) {
 
 std::vector<Line> read_lines(const KrlFile& file) {
   if (file.text.size() > kMostBytes)
-    throw calib::FileError(file.name, ": more than 16 MB. Name a KRL file (.dat, .src)");
+    throw FileError(file.name, ": more than 16 MB. Name a KRL file (.dat, .src)");
   if (const auto nul = file.text.find('\0'); nul != std::string::npos)
-    throw calib::FileError(file.name,
-                           ": byte " + std::to_string(nul) + " is NUL; KRL files are Latin-1 text");
+    throw FileError(file.name,
+                    ": byte " + std::to_string(nul) + " is NUL; KRL files are Latin-1 text");
   std::vector<Line> lines;
   int number = 0;
   for (std::size_t at = 0; at < file.text.size();) {
     ++number;
     const auto end = std::min(file.text.find('\n', at), file.text.size());
     if (end - at > kMostLineBytes)
-      throw calib::FileError(
-          file.name,
-          ":" + std::to_string(number) + ": longer than 16384 bytes. Name a KRL file (.dat, .src)");
+      throw FileError(file.name, ":" + std::to_string(number) +
+                                     ": longer than 16384 bytes. Name a KRL file (.dat, .src)");
     std::string_view line(file.text.data() + at, end - at);
     if (line.ends_with('\r')) line.remove_suffix(1);
     if (!line.starts_with('&')) {
@@ -119,4 +118,4 @@ std::vector<Line> read_lines(const KrlFile& file) {
   return lines;
 }
 
-}  // namespace cellcal::daemon::krl
+}  // namespace cellcal::calib::krl

@@ -1,0 +1,54 @@
+#pragma once
+// Values as KRL files give them: NAME[n]={X 1.0,...}, in letters of any case.
+
+#include <array>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "calib/export/krl_text.h"
+#include "calib/model/units.h"
+
+namespace cellcal::calib::krl {
+
+/// A component's number and where it stands, its sign included.
+struct Number {
+  double value = 0.0;
+  std::size_t begin = 0, end = 0;
+};
+
+/// {X 1.0,Y 2.0,...}: the components that are plain numbers, and what else there is.
+struct Aggregate {
+  std::map<std::string, Number> numbers;
+  std::map<std::string, std::string> words;  ///< IPO_FRAME #BASE
+  std::size_t after = 0;                     ///< index of the token behind it
+};
+/// Begins at tokens[at], which is '{'. Empty where it is none.
+std::optional<Aggregate> read_aggregate(const std::vector<Token>& tokens, std::size_t at);
+
+/// X, Y, Z, A, B, C, all of them.
+std::optional<FrameMmDeg> frame_of(const Aggregate& value);
+
+bool is_sign_of(const Token& token, char what);
+/// [n] with a plain number, from tokens[at]; the index of the token behind it, or 0.
+std::size_t read_index(const std::vector<Token>& tokens, std::size_t at, int& index);
+/// With its sign, the last of the line; empty where it is none.
+std::optional<double> read_number(const std::vector<Token>& tokens, std::size_t at);
+
+/// [DECL] [GLOBAL] [CONST] [type] NAME[n]=value.
+struct Given {
+  std::string name;
+  int index = -1;         ///< -1: none, or []
+  std::size_t value = 0;  ///< index of its first token
+};
+std::optional<Given> read_given(const Line& line);
+
+/// LOAD_DATA[n]; mass below 0: not stated.
+struct LoadData {
+  double mass_kg = -1.0;
+  std::array<double, 3> com_mm{};
+};
+LoadData load_of(const Aggregate& value);
+
+}  // namespace cellcal::calib::krl

@@ -1,0 +1,206 @@
+// cellcal correct --backup: all programs of a controller together.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "calib/files/input_file.h"
+#include "calib/files/text.h"
+#include "calib/model/error.h"
+#include "daemon/cli/offline/backup.h"
+#include "daemon/cli/correct.h"
+#include "daemon/cli/offline.h"
+#include "daemon/files/atomic_file.h"
+
+namespace cellcal::daemon {
+
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+using krl::CorrectedBackup;
+using krl::CorrectedModule;
+using krl::KrlFile;
+
+constexpr const char* kRecord = "cellcal.corrected.json";
+
+std::string stem_path(const std::string& path) { return path.substr(0, path.find_last_of('.')); }
+
+std::string lowered(std::string text) {
+  for (char& c : text) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  return text;
+}
+
+/// Each .src with the .dat beside it; the controller's own data; .dat files by themselves.
+krl::BackupFiles modules_of(std::vector<KrlFile> files) {
+  krl::BackupFiles all;
+  std::map<std::string, std::size_t> by_stem;
+  std::vector<KrlFile> data;
+  for (KrlFile& file : files) {
+    const std::string name = lower_name(file.name);
+    if (is_of_the_controllers_side(file.name)) continue;
+    if (name == "$config.dat" || name == "$machine.dat") {
+      all.controller.push_back(std::move(file));
+    } else if (name.ends_with(".src") || name.ends_with(".sub")) {
+      by_stem.emplace(lowered(stem_path(file.name)), all.modules.size());
+      all.modules.push_back({std::move(file), {}, {}, {}});
+    } else if (name.ends_with(".dat") && !name.starts_with("$")) {
+      data.push_back(std::move(file));
+    }
+  }
+  for (KrlFile& file : data) {
+    const auto module = by_stem.find(lowered(stem_path(file.name)));
+    if (module == by_stem.end())
+      all.data.push_back(std::move(file));
+    else
+      all.modules[module->second].dat = std::move(file);
+  }
+  return all;
+}
+
+/// Of a record in the folder that was read: a file that it says was written is corrected already.
+void refuse_corrected_backup(const fs::path& place, const std::vector<KrlFile>& files) {
+  if (!fs::is_directory(place) || !fs::exists(place / kRecord)) return;
+  for (const KrlFile& file : files) refuse_written(place / kRecord, file);
+}
+
+const char* state_of(const CorrectedModule& module) {
+  if (!module.refusals.empty()) return "refused";
+  if (module.points > 0) return "corrected";
+  return module.motions > 0 ? "left" : "no motion";
+}
+
+std::string module_line(const CorrectedModule& module, const calib::Robot& robot) {
+  const std::string state = state_of(module);
+  std::string text = fmt::format("{:<10} {}", state, calib::shown(module.src, 120));
+  if (state == "corrected") text += fmt::format("  {} points", module.points);
+  if (state == "left") text += "  moves to points that stay";
+  if (state == "refused") {
+    text += "  " + words(module.refusals.front(), robot);
+    if (module.refusals.size() > 1)
+      text += fmt::format(" (and {} more)", module.refusals.size() - 1);
+  }
+  return text + "\n";
+}
+
+Json module_json(const CorrectedModule& module, const calib::Robot& robot) {
+  Json one = {{"src", module.src},
+              {"state", state_of(module)},
+              {"motions", module.motions},
+              {"points", module.points},
+              {"refusals", Json::array()}};
+  for (const krl::Refusal& refusal : module.refusals)
+    one["refusals"].push_back(refusal_json(refusal, robot));
+  return one;
+}
+
+struct Counts {
+  int corrected = 0, moving = 0;
+};
+Counts counts_of(const CorrectedBackup& result) {
+  Counts counts;
+  for (const CorrectedModule& module : result.modules) {
+    counts.moving += module.motions > 0 ? 1 : 0;
+    counts.corrected += module.points > 0 ? 1 : 0;
+  }
+  return counts;
+}
+
+std::string report(const CorrectedBackup& result, const calib::Robot& robot) {
+  std::string text;
+  for (const char* state : {"corrected", "left", "refused"})
+    for (const CorrectedModule& module : result.modules)
+      if (state == std::string(state_of(module))) text += module_line(module, robot);
+  for (const krl::ToolUsed& tool : result.tools) text += tool_words(tool);
+  for (const krl::LeftPoint& one : result.left)
+    text += fmt::format("left as it is: {} ({})\n", calib::shown(one.name), one.why);
+  if (!result.robroot_stated)
+    text += "$ROBROOT not in the given files: the robot is taken to be at the world's origin\n";
+  const Counts counts = counts_of(result);
+  return text + fmt::format("{} of {} modules with motions corrected, {} points\n",
+                            counts.corrected, counts.moving, result.points.size());
+}
+
+/// Where each changed file goes; none falls on one that is there.
+std::vector<fs::path> places_of(const CorrectCommand& command, const CorrectedBackup& result) {
+  std::vector<fs::path> places;
+  if (fs::is_directory(command.backup) && fs::exists(command.output) &&
+      fs::equivalent(command.backup, command.output))
+    throw calib::FileError(command.output.string(),
+                           ": is the backup itself; write to another folder with -o");
+  for (const KrlFile& file : result.files) {
+    const fs::path inside = fs::path(file.name).lexically_normal();
+    if (inside.is_absolute() || inside.string().starts_with(".."))
+      throw calib::FileError(file.name, ": leads out of the backup");
+    places.push_back(command.output / inside);
+  }
+  places.push_back(command.output / kRecord);
+  for (const fs::path& place : places)
+    if (!command.force && fs::exists(place))
+      throw calib::FileError(place.string(),
+                             ": is there already; --force replaces it, or write to another folder");
+  return places;
+}
+
+void write_backup(const std::vector<fs::path>& places, const CorrectedBackup& result,
+                  const std::string& record) {
+  fs::create_directories(places.back().parent_path());
+  write_atomically(places.back(), record);  // first: programs without it would pass for originals
+  for (std::size_t i = 0; i < result.files.size(); ++i) {
+    fs::create_directories(places[i].parent_path());
+    write_atomically(places[i], result.files[i].text);
+  }
+}
+
+Json backup_json(const CorrectedBackup& result, const calib::Robot& robot) {
+  Json all = {{"modules", Json::array()},
+              {"points", Json::array()},
+              {"left", Json::array()},
+              {"robroot_stated", result.robroot_stated}};
+  for (const CorrectedModule& module : result.modules)
+    all["modules"].push_back(module_json(module, robot));
+  for (const krl::CorrectedPoint& point : result.points) all["points"].push_back(point_json(point));
+  for (const krl::LeftPoint& one : result.left)
+    all["left"].push_back({{"name", one.name}, {"why", one.why}});
+  return all;
+}
+
+std::string dumped(const Json& all) {
+  return all.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace
+
+int correct_backup_files(const CorrectCommand& command, const calib::Calibration& calibration,
+                         const calib::Calibration* from) {
+  const std::vector<KrlFile> read = read_backup(command.backup);
+  refuse_corrected_backup(command.backup, read);
+  const CorrectedBackup result =
+      correct_backup(calibration, modules_of(read), correction_options(command, from));
+  const calib::Robot& robot = calibration.cell.robot;
+  Json all = backup_json(result, robot);
+  std::vector<fs::path> places;
+  if (!result.files.empty() && !command.output.empty()) {
+    places = places_of(command, result);
+    Json record = corrected_record(all, read, result.files);
+    record["calibration_sha256"] = calib::sha256(calib::read_file(command.calibration));
+    write_backup(places, result, dumped(record));
+  }
+  all["written"] = Json::array();
+  for (const fs::path& place : places) all["written"].push_back(place.string());
+  std::string text = report(result, robot);
+  for (const fs::path& place : places) text += place.string() + " written\n";
+  if (places.empty() && !result.files.empty())
+    text += "nothing written; -o FOLDER writes the changed files\n";
+  put(command.json ? dumped(all) : text, {});
+  const Counts counts = counts_of(result);
+  if (counts.moving == 0 || counts.corrected > 0) return kSuccess;
+  fmt::print(stderr,
+             "cellcal correct: {} modules with motions and none corrected; nothing written\n",
+             counts.moving);
+  return kNotPublishable;
+}
+
+}  // namespace cellcal::daemon

@@ -1,0 +1,252 @@
+#include "daemon/krl/krl_calls.h"
+
+#include <algorithm>
+#include <deque>
+#include <filesystem>
+
+#include "calib/model/error.h"
+
+namespace cellcal::daemon::krl {
+
+namespace {
+
+using Kind = Token::Kind;
+using Words = std::set<std::string>;
+
+const Words kPointMotions = {"PTP", "LIN", "CIRC", "SPTP", "SLIN", "SCIRC", "SPL"};
+const Words kRelativeMotions = {"PTP_REL",  "LIN_REL",   "CIRC_REL", "SPTP_REL",
+                                "SLIN_REL", "SCIRC_REL", "SPL_REL"};
+const Words kExternalMotions = {"ASYPTP", "ASYCONT"};
+const Words kBegins = {"DEF", "DEFFCT"};
+/// Of BAS: those that leave frames alone. Any other (#INITMOV, #ACT_TOOL, #EX_BASE) may set them.
+const Words kNoFrames = {"#VEL_PTP", "#VEL_CP",   "#ACC_PTP",   "#ACC_CP",   "#PTP_DAT",
+                         "#CP_DAT",  "#OUT_SYNC", "#OUT_ASYNC", "#ACC_GLUE", "#GROUP"};
+
+/// Of the language, followed by '(' without being a call.
+const Words kNoCalls = {"IF",     "WHILE", "UNTIL", "SWITCH", "CASE", "WAIT",   "FOR",   "AND",
+                        "OR",     "NOT",   "EXOR",  "B_AND",  "B_OR", "B_EXOR", "B_NOT", "BAS",
+                        "RETURN", "THEN",  "TO",    "STEP",   "DO",   "TRIGGER"};
+
+/// KUKA's own that neither move nor set frames: of the system, of the inline forms of KSS 8.2 to 8.7
+/// (collision detection, logic, messages, submit, gripper, spot, arc, glue), of EthernetKRL and RSI.
+const Words kStill = {
+    // functions of the language and of the system
+    "ABS", "SQRT", "SIN", "COS", "TAN", "ACOS", "ATAN2", "ROUND", "VARSTATE", "VARTYPE", "PULSE",
+    "INVERSE", "FORWARD", "INV_POS", "CAST_TO", "CAST_FROM", "GET_DECL_PLACE", "GETCYCDEF",
+    "SETCYCDEF", "DELETE_BACKWARD_BUFFER", "CWRITE", "CREAD", "COPEN", "CCLOSE", "CIOCTL", "SREAD",
+    "SWRITE", "STRADD", "STRCLEAR", "STRCOMP", "STRCOPY", "STRDECLLEN", "STRDELETE", "STRFIND",
+    "STRLEN", "STRTOBOOL", "STRTOFRAME", "STRTOINT", "STRTOPOS", "STRTOREAL", "STRTOSTRING",
+    "STRTOE6AXIS", "STRTOE6POS", "KRL_FOPEN", "KRL_FCLOSE", "KRL_FPRINTF", "KRL_FSCANF",
+    "KRL_FGETS", "KRL_FGETC", "KRL_FPUTS", "KRL_FREMOVE", "KRL_FEXISTS", "KRL_FCLOSEALL",
+    "KRL_FRENAME", "ERR_CLEAR", "ERR_RAISE",
+    // statements of a motion that take a FDAT, PDAT or LDAT
+    "STOOL2", "SBASE", "SLOAD", "SIPO_MODE", "SVEL_JOINT", "SVEL_CP", "SACC_JOINT", "SACC_CP",
+    "SGEAR_JERK", "SJERK", "SVEL_ORI", "SACC_ORI", "SORI_TYP", "SCIRC_TYPE", "SAPO", "SAPO_PTP",
+    "SREF",
+    // collision detection and monitored torques
+    "SET_CD_PARAMS", "RESET_CD_PARAMS", "USE_CM_PRO_VALUES", "USE_CM_PRO_SETTING",
+    "SET_CM_PRO_INACTIVE", "SET_CM_PRO_ACTIVE", "GET_COLLMON_SET", "SET_TQM_ACT",
+    "SET_TORQUE_LIMITS", "RESET_TORQUE_LIMITS",
+    // messages
+    "MSGNOTIFY", "MSGQUIT", "MSGDIALOG", "MSGLOOP", "MSGSTATE", "SET_KRLMSG", "SET_KRLDLG",
+    "CLEAR_KRLMSG", "EXISTS_KRLMSG", "EXISTS_KRLDLG", "GET_KRLMSG", "SET_OPT_FILTER",
+    // Automatic External
+    "P00", "P00_MSG",
+    // GripperTech, SpotTech, ArcTech
+    "USER_GRP", "CHK_GRP", "H50", "USERSPOT", "A10", "A10_INI", "A20", "ARCMAINNG"};
+/// Families of them.
+constexpr const char* kStillFamilies[] = {"EKI_", "EKX_", "RSI_", "ARCGET"};
+/// Exceptions: those that move, and leave frames alone.
+const Words kMoveOnly = {"RSI_MOVECORR", "ST_MOVESENS", "ST_SKIPSENS"};
+
+/// In place of a module.
+constexpr std::size_t kEverywhere = static_cast<std::size_t>(-1);
+
+bool sign_of(const std::vector<Token>& t, std::size_t at, char what) {
+  return at < t.size() && t[at].kind == Kind::kSign && t[at].word[0] == what;
+}
+bool one_of(const Words& words, const Token& token) {
+  return token.kind == Kind::kWord && words.count(token.word) > 0;
+}
+
+bool is_kukas(const std::string& name) {
+  return kStill.count(name) > 0 ||
+         std::any_of(std::begin(kStillFamilies), std::end(kStillFamilies),
+                     [&](const char* family) { return name.starts_with(family); });
+}
+
+/// NAME( of a routine.
+bool calls_at(const std::vector<Token>& t, std::size_t at) {
+  return t[at].kind == Kind::kWord && sign_of(t, at + 1, '(') && !one_of(kNoCalls, t[at]) &&
+         t[at].word[0] != '$' && t[at].word[0] != '#';
+}
+
+std::string upper_stem(const std::string& file) {
+  std::string stem = std::filesystem::path(file).stem().string();
+  for (char& c : stem) c = c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
+  return stem;
+}
+
+/// The name of the routine that the line begins, behind the type that a function returns.
+std::string routine_name(const Line& line) {
+  const auto& t = line.tokens;
+  for (std::size_t i = 1; i < t.size(); ++i)
+    if (t[i].kind == Kind::kWord && (sign_of(t, i + 1, '(') || i + 1 == t.size())) return t[i].word;
+  return {};
+}
+
+}  // namespace
+
+MotionKind motion_kind(const Line& line) {
+  const Token& token = line.tokens[0];
+  if (one_of(kPointMotions, token)) return MotionKind::kPoint;
+  if (one_of(kRelativeMotions, token)) return MotionKind::kRelative;
+  return one_of(kExternalMotions, token) ? MotionKind::kExternal : MotionKind::kNone;
+}
+
+const Token& first_word(const Line& line) {
+  return line.tokens[line.tokens[0].is("GLOBAL") && line.tokens.size() > 1 ? 1 : 0];
+}
+
+bool begins_routine(const Line& line) { return one_of(kBegins, first_word(line)); }
+
+bool declares(const Line& line) {
+  static const Words words = {"DEF", "DEFFCT", "DECL", "EXT", "EXTFCT", "INTERRUPT", "SIGNAL"};
+  return one_of(words, first_word(line));
+}
+
+bool frames_by_bas(const std::vector<Token>& t, std::size_t at) {
+  return t[at].kind == Kind::kWord && t[at].word == "BAS" &&
+         !(at + 2 < t.size() && one_of(kNoFrames, t[at + 2]));
+}
+
+bool sets_frames(const Line& line) {
+  static const Words frames = {"$TOOL", "$BASE", "FDAT_ACT", "$IPO_MODE"};
+  for (std::size_t i = 0; i < line.tokens.size(); ++i)
+    if (one_of(frames, line.tokens[i]) || frames_by_bas(line.tokens, i)) return true;
+  return false;
+}
+
+Routines::Routines(const std::vector<const KrlFile*>& modules, const std::set<std::string>& still)
+    : still_(still) {
+  for (std::size_t i = 0; i < modules.size(); ++i) try {
+      read(*modules[i], i);
+    } catch (const calib::FileError&) {  // not a text: its routines are not known
+    }
+  settle();
+}
+
+/// A routine is seen in its module, and where it has the module's name, or is GLOBAL, everywhere.
+void Routines::keep(const std::string& name, Body body, bool global) {
+  if (name.empty()) return;
+  places_[{body.module, name}].push_back(bodies_.size());
+  if (global) places_[{kEverywhere, name}].push_back(bodies_.size());
+  bodies_.push_back(std::move(body));
+}
+
+void Routines::read(const KrlFile& file, std::size_t module) {
+  std::string name;
+  Body body;
+  bool global = false;
+  for (const Line& line : read_lines(file)) {
+    if (begins_routine(line)) {
+      keep(name, std::move(body), global);
+      body = {};
+      body.module = module;
+      name = routine_name(line);
+      global = name == upper_stem(file.name) || line.tokens[0].is("GLOBAL");
+      continue;
+    }
+    if (declares(line)) continue;
+    body.moves = body.moves || motion_kind(line) != MotionKind::kNone;
+    body.frames = body.frames || sets_frames(line);
+    for (std::size_t i = 0; i < line.tokens.size(); ++i)
+      if (calls_at(line.tokens, i)) body.calls.insert(line.tokens[i].word);
+    add_changes(line, body.changes);
+  }
+  keep(name, std::move(body), global);
+}
+
+bool Routines::take_over(Body& body) const {
+  bool moves = body.moves, sets = body.frames;
+  for (const std::string& call : body.calls) {
+    const Effects effects = of_name(body.module, call);
+    moves = moves || effects.moves;
+    sets = sets || effects.frames;
+  }
+  const bool news = moves != body.may_move || sets != body.may_set;
+  body.may_move = moves;
+  body.may_set = sets;
+  return news;
+}
+
+/// What each body does with all that it calls.
+void Routines::settle() {
+  std::vector<std::vector<std::size_t>> callers(bodies_.size());
+  std::deque<std::size_t> open;
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    open.push_back(i);
+    for (const std::string& call : bodies_[i].calls)
+      if (const auto* places = bodies_of(bodies_[i].module, call))
+        for (const std::size_t one : *places) callers[one].push_back(i);
+  }
+  for (; !open.empty(); open.pop_front())
+    if (take_over(bodies_[open.front()]))
+      open.insert(open.end(), callers[open.front()].begin(), callers[open.front()].end());
+}
+
+FrameChanges Routines::changes(std::size_t module) const {
+  FrameChanges all;
+  std::deque<std::size_t> called;
+  for (std::size_t i = 0; i < bodies_.size(); ++i)
+    if (bodies_[i].module == module) called.push_back(i);
+  std::set<std::size_t> seen(called.begin(), called.end());
+  for (; !called.empty(); called.pop_front()) {
+    const Body& body = bodies_[called.front()];
+    merge(body.changes, all);
+    for (const std::string& call : body.calls)
+      if (const auto* places = bodies_of(body.module, call))
+        for (const std::size_t one : *places)
+          if (seen.insert(one).second) called.push_back(one);
+  }
+  return all;
+}
+
+const std::vector<std::size_t>* Routines::bodies_of(std::size_t module,
+                                                    const std::string& name) const {
+  for (const std::size_t place : {module, kEverywhere})
+    if (const auto at = places_.find({place, name}); at != places_.end()) return &at->second;
+  return nullptr;
+}
+
+Effects Routines::of_name(std::size_t module, const std::string& name) const {
+  if (still_.count(name) > 0) return {};
+  if (kMoveOnly.count(name) > 0) return {true, false, name};
+  Effects effects;
+  const bool kukas = is_kukas(name);
+  const auto* places = bodies_of(module, name);
+  if (places == nullptr) return kukas ? effects : Effects{true, true, name};
+  for (const std::size_t one : *places) {
+    const Body& body = bodies_[one];
+    // Of KUKA's own only what its body says itself counts: what it calls is often not there.
+    effects.moves = effects.moves || (kukas ? body.moves : body.may_move);
+    effects.frames = effects.frames || (kukas ? body.frames : body.may_set);
+  }
+  if (effects.moves || effects.frames) effects.call = name;
+  return effects;
+}
+
+Effects Routines::of(std::size_t module, const Line& line) const {
+  Effects all;
+  if (declares(line)) return all;
+  for (std::size_t i = 0; i < line.tokens.size(); ++i) {
+    if (!calls_at(line.tokens, i)) continue;
+    const Effects one = of_name(module, line.tokens[i].word);
+    if (!one.call.empty() && (all.call.empty() || (one.frames && !all.frames))) all.call = one.call;
+    all.moves = all.moves || one.moves;
+    all.frames = all.frames || one.frames;
+  }
+  return all;
+}
+
+}  // namespace cellcal::daemon::krl

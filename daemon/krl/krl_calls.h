@@ -1,0 +1,78 @@
+#pragma once
+// What the calls of a program do to the arm and its frames: routines of KUKA's that do neither, bodies
+// that are given, and all others, which may do both.
+
+#include <map>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "calib/export/krl_text.h"
+#include "daemon/krl/krl_changes.h"
+
+namespace cellcal::daemon::krl {
+
+using namespace calib::krl;
+
+/// What a statement may do by calling something.
+struct Effects {
+  bool moves = false, frames = false;
+  std::string call;  ///< the name of the call that does
+};
+
+enum class MotionKind { kNone, kPoint, kRelative, kExternal };
+/// Of the statement's first word.
+MotionKind motion_kind(const Line& line);
+
+/// DEF, DEFFCT, DECL, EXT, INTERRUPT, SIGNAL: no statement that runs here.
+bool declares(const Line& line);
+/// Behind GLOBAL, where that stands first.
+const Token& first_word(const Line& line);
+bool begins_routine(const Line& line);
+/// $TOOL, $BASE, $IPO_MODE, FDAT_ACT, or a BAS command that may set them.
+bool sets_frames(const Line& line);
+/// BAS with a command that may set frames, at tokens[at].
+bool frames_by_bas(const std::vector<Token>& tokens, std::size_t at);
+
+/// All routines that are given, and what each does with all that it calls.
+class Routines {
+ public:
+  /// `modules`: .src files whose routines call each other. `still`: names, in upper case, of routines that
+  /// neither move nor set frames. A module that is no KRL text has no routines.
+  Routines(const std::vector<const KrlFile*>& modules, const std::set<std::string>& still);
+
+  /// Of a statement of that module, counted from 0.
+  Effects of(std::size_t module, const Line& line) const;
+  /// By that module's routines, and all that they call.
+  FrameChanges changes(std::size_t module) const;
+
+ private:
+  struct Body {
+    std::size_t module = 0;
+    bool moves = false, frames = false;      ///< by its own statements
+    bool may_move = false, may_set = false;  ///< with all that it calls
+    std::set<std::string> calls;
+    FrameChanges changes;
+  };
+  void read(const KrlFile& file, std::size_t module);
+  void keep(const std::string& name, Body body, bool global);
+  void settle();
+  bool take_over(Body& body) const;
+  /// Those of a routine as this module sees it: its own hide the others.
+  const std::vector<std::size_t>* bodies_of(std::size_t module, const std::string& name) const;
+  Effects of_name(std::size_t module, const std::string& name) const;
+
+  std::vector<Body> bodies_;
+  std::map<std::pair<std::size_t, std::string>, std::vector<std::size_t>> places_;
+  std::set<std::string> still_;
+};
+
+/// Those of one module.
+struct Calls {
+  const Routines& routines;
+  std::size_t module = 0;
+  Effects of(const Line& line) const { return routines.of(module, line); }
+};
+
+}  // namespace cellcal::daemon::krl

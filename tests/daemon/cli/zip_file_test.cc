@@ -1,0 +1,55 @@
+// Files out of ZIP archives.
+
+#include "daemon/cli/offline/zip_file.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "calib/files/input_file.h"
+#include "calib/model/error.h"
+
+namespace cellcal::daemon::testing {
+namespace {
+
+constexpr std::size_t kMostUnzipped = 1u << 20;
+
+std::string archive_of(const std::string& name) {
+  return calib::read_file(std::filesystem::path(CELLCAL_ZIP_CORPUS) / name);
+}
+
+std::vector<ZippedFile> unzipped(const std::string& name, std::size_t most = kMostUnzipped) {
+  return unzip(
+      archive_of(name), name, [](std::string_view path) { return path.ends_with("t"); }, most);
+}
+
+std::string unzip_refusal(const std::string& name, std::size_t most = kMostUnzipped) {
+  try {
+    unzipped(name, most);
+  } catch (const calib::FileError& error) {
+    return error.what();
+  }
+  return {};
+}
+
+TEST(an_archive, gives_the_files_that_are_wanted) {
+  const auto deflated = unzipped("deflated.zip");
+  ASSERT_EQ(deflated.size(), 1U);
+  EXPECT_EQ(deflated[0].path, "KRC/R1/Program/pick.dat");
+  EXPECT_EQ(deflated[0].text, "DEFDAT PICK\nENDDAT\n");
+  const auto stored = unzipped("stored.zip");
+  ASSERT_EQ(stored.size(), 2U);
+  EXPECT_EQ(stored[0].text, "$LENGTH_A=180.0\n");
+}
+
+TEST(an_archive_that_is_damaged_or_too_large, is_refused_by_name) {
+  for (const char* name : {"cut.zip", "outside.zip", "encrypted.zip", "method.zip", "changed.zip",
+                           "count.zip", "none.zip"})
+    EXPECT_EQ(unzip_refusal(name).substr(0, std::string(name).size()), name);
+  EXPECT_NE(unzip_refusal("encrypted.zip").find("is encrypted"), std::string::npos);
+  EXPECT_NE(unzip_refusal("method.zip").find("method 12"), std::string::npos);
+  EXPECT_NE(unzip_refusal("deflated.zip", 5).find("MB"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace cellcal::daemon::testing

@@ -1,0 +1,178 @@
+// All modules of a controller corrected together.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "calib/model/error.h"
+#include "tests/daemon/krl/fixture.h"
+
+namespace cellcal::daemon::testing {
+namespace {
+
+using krl::CorrectedBackup;
+using krl::CorrectedModule;
+using krl::Why;
+
+constexpr const char* kConfig =
+    "DEFDAT $CONFIG PUBLIC\nDECL E6AXIS XHOME={A1 0.0,A2 -90.0,A3 90.0,A4 0.0,A5 10.0,A6 0.0}\n"
+    "TOOL_DATA[1]={X 59.9,Y 50.5,Z 410.3,A 38.84,B 3.59,C 0.0}\n"
+    "BASE_DATA[2]={X 10.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0}\n";
+constexpr const char* kSetUp = "BAS(#TOOL,1)\nBAS(#BASE,0)\nPTP XHOME\n";
+
+std::string taught_at(std::size_t i) {
+  static const auto all = postures(6);
+  return pose_text(all.at(i));
+}
+
+krl::ProgramFiles module_named(const std::string& name, const std::string& body,
+                               const std::string& dat = {}) {
+  krl::ProgramFiles one;
+  one.src = {name + ".src", "DEF " + name + "()\n" + kSetUp + body + "\nEND\n"};
+  if (!dat.empty()) one.dat = krl::KrlFile{name + ".dat", "DEFDAT " + name + " PUBLIC\n" + dat};
+  return one;
+}
+
+CorrectedBackup corrected_together(std::vector<krl::ProgramFiles> modules,
+                                   const std::string& config = {}) {
+  krl::BackupFiles files;
+  files.modules = std::move(modules);
+  files.controller = {{"$config.dat", kConfig + config}};
+  return correct_backup(calibration(), files);
+}
+
+const CorrectedModule& of(const CorrectedBackup& backup, const std::string& name) {
+  return *std::ranges::find_if(
+      backup.modules, [&](const CorrectedModule& one) { return one.src == name + ".src"; });
+}
+
+std::string why_not(const CorrectedModule& module) {
+  std::string all;
+  for (const krl::Refusal& one : module.refusals) all += words(one, cell().robot) + "\n";
+  return all;
+}
+
+std::string text_of_file(const CorrectedBackup& backup, const std::string& name) {
+  for (const krl::KrlFile& file : backup.files)
+    if (file.name == name) return file.text;
+  return {};
+}
+
+TEST(a_backup, corrects_points_of_other_modules_of_the_configuration_and_of_arrays) {
+  const auto result = corrected_together(
+      {module_named("PICK", "PTP XABOVE\nPTP XSLOT[2]\nPTP XPALLET\nPTP XPART.GRAB\nPTP XOWN",
+                    "DECL E6POS XOWN=" + taught_at(0) + "\n"),
+       module_named("POINTS", "",
+                    "DECL GLOBAL E6POS XABOVE=" + taught_at(1) +
+                        "\nDECL GLOBAL E6POS XSLOT[3]\nXSLOT[2]=" + taught_at(2) +
+                        "\nDECL GLOBAL PART_T XPART={ID 4,GRAB {E6POS: " + taught_at(3).substr(1) +
+                        "}\n"),
+       module_named("OTHER", "PTP XOWN", "DECL E6POS XOWN=" + taught_at(4) + "\n")},
+      "DECL GLOBAL E6POS XPALLET=" + taught_at(5) + "\n");
+  EXPECT_EQ(why_not(of(result, "PICK")), "");
+  EXPECT_EQ(of(result, "PICK").points, 5);
+  EXPECT_EQ(of(result, "OTHER").points, 1);  // XOWN of its own
+  EXPECT_EQ(result.points.size(), 6U);
+  for (const auto& point : result.points) {
+    EXPECT_GT(point.shift_mm.norm(), 1e-3) << point.name;
+    EXPECT_LT(point.left_mm, 0.02) << point.name;
+  }
+  for (const char* file : {"PICK.dat", "POINTS.dat", "OTHER.dat", "$config.dat"})
+    EXPECT_NE(text_of_file(result, file), "") << file;
+  EXPECT_NE(text_of_file(result, "$config.dat").find("XHOME={A1 0.0,A2 -90.0"), std::string::npos);
+}
+
+TEST(a_point_that_modules_move_to_in_two_frames, is_refused_with_both) {
+  const auto result = corrected_together(
+      {module_named("A", "PTP XG", "DECL GLOBAL E6POS XG=" + taught_at(0) + "\n"),
+       module_named("B", "BAS(#BASE,2)\nPTP XG"),
+       module_named("C", "PTP XC", "DECL E6POS XC=" + taught_at(1) + "\n")});
+  for (const char* name : {"A", "B"}) {
+    ASSERT_FALSE(of(result, name).refusals.empty());
+    EXPECT_EQ(of(result, name).refusals[0].why, Why::kTwoFrames);
+    EXPECT_EQ(of(result, name).refusals[0].file, "B.src");
+  }
+  EXPECT_EQ(of(result, "C").points, 1);
+  EXPECT_EQ(result.files.size(), 1U);
+}
+
+TEST(a_refused_module, keeps_its_points_and_those_it_shares) {
+  const auto result = corrected_together(
+      {module_named("A", "PTP XG\nPTP XA\nLIN_REL {Z 5}", "DECL E6POS XA=" + taught_at(0) + "\n"),
+       module_named("B", "PTP XG\nPTP XB", "DECL E6POS XB=" + taught_at(1) + "\n"),
+       module_named("C", "PTP XB2\nPTP XB2", "DECL E6POS XB2=" + taught_at(2) + "\n")},
+      "DECL GLOBAL E6POS XG=" + taught_at(3) + "\n");
+  EXPECT_EQ(of(result, "A").refusals.at(0).why, Why::kRelative);
+  ASSERT_EQ(of(result, "B").refusals.size(), 1U);
+  EXPECT_EQ(of(result, "B").refusals[0].why, Why::kShared);
+  EXPECT_EQ(of(result, "C").points, 1);
+  ASSERT_EQ(result.files.size(), 1U);
+  EXPECT_EQ(result.files[0].name, "C.dat");
+}
+
+TEST(a_point_that_another_module_changes_or_reads, is_refused) {
+  for (const char* use : {"XG.Z=XG.Z+5", "XN=XSLOT[N]", "FIND(XG)"}) {
+    const auto result = corrected_together(
+        {module_named("A", "PTP XG\nPTP XSLOT[1]",
+                      "DECL GLOBAL E6POS XG=" + taught_at(0) +
+                          "\nDECL GLOBAL E6POS XSLOT[2]\nXSLOT[1]=" + taught_at(1) + "\n"),
+         module_named("B", use)});
+    ASSERT_FALSE(of(result, "A").refusals.empty()) << use;
+    EXPECT_EQ(of(result, "A").refusals[0].why, Why::kComputed) << use;
+    EXPECT_EQ(of(result, "A").refusals[0].file, "B.src");
+    EXPECT_TRUE(result.files.empty()) << use;
+  }
+}
+
+TEST(a_global_point_that_two_modules_give, is_refused) {
+  const auto result = corrected_together(
+      {module_named("A", "PTP XG", "DECL GLOBAL E6POS XG=" + taught_at(0) + "\n"),
+       module_named("B", "", "DECL GLOBAL E6POS XG=" + taught_at(1) + "\n"),
+       module_named("C", "PTP XG")});
+  EXPECT_TRUE(result.files.empty());
+  EXPECT_FALSE(of(result, "C").refusals.empty());
+}
+
+TEST(frames_by_name, are_those_of_the_declaration) {
+  const std::string frames =
+      "DECL GLOBAL FRAME torch={X 59.9,Y 50.5,Z 410.3,A 38.84,B 3.59,C 0}\n"
+      "DECL GLOBAL FRAME table={X 0,Y 0,Z 0,A 0,B 0,C 0}\nDECL E6POS XP=" +
+      taught_at(0) + "\n";
+  const auto result =
+      corrected_together({module_named("A", "$TOOL = torch\n$BASE=table\nPTP XP", frames)});
+  EXPECT_EQ(why_not(of(result, "A")), "");
+  ASSERT_EQ(result.points.size(), 1U);
+  EXPECT_EQ(result.points[0].tool, -1);
+  for (const char* change : {"table.X=5", "table=FIND()", "MEASURE(torch)"}) {
+    const auto changed = corrected_together(
+        {module_named("A", "$TOOL=torch\n$BASE=table\nPTP XP", frames), module_named("B", change)});
+    EXPECT_FALSE(of(changed, "A").refusals.empty()) << change;
+  }
+}
+
+TEST(homes_and_the_mastering_reference, stay) {
+  const auto result = corrected_together({module_named("A", "PTP XHOME\nPTP XMASREF")},
+                                         "DECL GLOBAL E6POS XMASREF=" + taught_at(0) + "\n");
+  EXPECT_EQ(of(result, "A").points, 0);
+  EXPECT_EQ(of(result, "A").motions, 3);
+  EXPECT_TRUE(of(result, "A").refusals.empty());
+  EXPECT_EQ(result.left.size(), 2U);
+}
+
+TEST(a_backup_with_hostile_modules, refuses_them_by_name) {
+  for (const std::string& body :
+       {std::string("PTP XP[1][2].A.B"), std::string("PTP XP[99999]"), std::string("PTP XP."),
+        std::string("PTP XS.P"), std::string("LIN XP["), std::string("PTP .P")}) {
+    const auto result = corrected_together({module_named(
+        "A", body, "DECL E6POS XP[3]\nXP[1]={X 1\nDECL S_T XS={P {X 1,Y 2}}\nXP[2]={}\n")});
+    EXPECT_TRUE(result.files.empty()) << body;
+    EXPECT_FALSE(of(result, "A").refusals.empty()) << body;
+  }
+  krl::BackupFiles nul;
+  nul.modules = {module_named("A", "PTP XP")};
+  nul.data = {{"x.dat", std::string("A\0B", 3)}};
+  EXPECT_THROW(correct_backup(calibration(), nul), calib::FileError);
+}
+
+}  // namespace
+}  // namespace cellcal::daemon::testing

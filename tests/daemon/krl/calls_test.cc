@@ -1,0 +1,99 @@
+// What the calls of a program do to its frames and postures.
+
+#include <gtest/gtest.h>
+
+#include "tests/daemon/krl/fixture.h"
+
+namespace cellcal::daemon::testing {
+namespace {
+
+using krl::Why;
+
+constexpr const char* kFramesSet = "BAS(#TOOL,1)\nBAS(#BASE,0)\nPTP XP1\n";
+
+krl::CorrectedProgram correct_calling(const std::string& between,
+                                      std::vector<krl::KrlFile> modules = {},
+                                      std::vector<std::string> still = {}) {
+  static const auto points = postures(1);
+  krl::ProgramFiles f;
+  f.src = {"p.src", "DEF P()\n" + std::string(kFramesSet) + between + "\nLIN XP1\nEND\n"};
+  f.dat = krl::KrlFile{"p.dat", "DECL E6POS XP1=" + pose_text(points[0]) + "\n"};
+  f.controller = {{"$config.dat", "TOOL_DATA[1]={X 59.9,Y 50.5,Z 410.3,A 38.84,B 3.59,C 0.0}\n"}};
+  f.modules = std::move(modules);
+  krl::CorrectionOptions options;
+  options.still = std::move(still);
+  return correct_program(calibration(), f, options);
+}
+
+TEST(a_call_of_kukas_inline_forms, leaves_frames_and_posture_known) {
+  for (const char* call :
+       {"SET_CD_PARAMS (0)", "$COLLMON_TOL_PRO[1] = USE_CM_PRO_VALUES(0)", "set_cd_params(0)",
+        "TRIGGER WHEN DISTANCE=1 DELAY=ArcGetDelay(#PreDefinition,WDAT1) DO "
+        "ArcMainNG(#PreDefinition,WDAT1,WP2) PRIO=-1",
+        "USER_GRP(1,DMY[])", "MsgNotify(\"a\",\"b\")", "B=VARSTATE(\"X\")==#DEFINED",
+        "RET=EKI_SetReal(\"C\",\"E/X\",1.0)", "RET=RSI_ON(#ABSOLUTE)", "PULSE($OUT[1],TRUE,0.5)",
+        "CWRITE($CMD,STAT,MODE,\"RUN\")"})
+    EXPECT_EQ(all_words(correct_calling(call)), "") << call;
+}
+
+TEST(an_unknown_call, is_named_with_its_line) {
+  const auto result = correct_calling("CLAMP(1)");
+  ASSERT_EQ(result.refusals.size(), 1U);
+  EXPECT_EQ(result.refusals[0].why, Why::kToolNotKnown);
+  EXPECT_EQ(result.refusals[0].lost.what, "CLAMP");
+  EXPECT_EQ(result.refusals[0].lost.line, 5);
+  EXPECT_NE(all_words(result).find("unknown since CLAMP in line 5"), std::string::npos)
+      << all_words(result);
+  EXPECT_EQ(all_words(correct_calling("CLAMP(1)", {}, {"CLAMP"})), "");
+}
+
+TEST(a_motion_of_rsi, leaves_the_frames_and_not_the_posture) {
+  const auto result = correct_calling("RET=RSI_MOVECORR()");
+  ASSERT_EQ(result.refusals.size(), 1U);
+  EXPECT_EQ(result.refusals[0].why, Why::kPostureNotKnown);
+  EXPECT_EQ(result.refusals[0].lost.what, "RSI_MOVECORR");
+}
+
+TEST(a_body_that_is_given, says_what_its_call_does) {
+  const krl::KrlFile still{"clamp.src",
+                           "DEF Clamp(N:IN)\nINT N\n$OUT[N]=TRUE\nHELP()\nEND\n"
+                           "DEF HELP()\nWAIT SEC 0.1\nEND\n"};
+  EXPECT_EQ(all_words(correct_calling("CLAMP(1)", {still})), "");
+  EXPECT_EQ(correct_calling("HELP()", {still}).refusals.size(), 1U);  // local to its module
+  const krl::KrlFile global{"lib.src",
+                            "DEF LIB()\nEND\nGLOBAL DEF CLAMP(N:IN)\n$OUT[N]=TRUE\nEND\n"};
+  EXPECT_EQ(all_words(correct_calling("CLAMP(1)", {global})), "");
+  for (const char* body : {"PTP XHOME", "$BASE=BASE_DATA[2]", "FDAT_ACT=FP1", "OTHER()",
+                           "BAS(#INITMOV,0)", "LIN_REL {Z 1}"}) {
+    const krl::KrlFile moving{"clamp.src", std::string("DEF CLAMP()\n") + body + "\nEND\n"};
+    EXPECT_FALSE(correct_calling("CLAMP()", {moving}).refusals.empty()) << body;
+  }
+}
+
+TEST(a_body_through_others, does_what_they_do) {
+  std::vector<krl::KrlFile> chain;
+  for (int i = 0; i < 50; ++i)
+    chain.push_back(
+        {"c" + std::to_string(i) + ".src",
+         "DEF C" + std::to_string(i) + "()\nC" + std::to_string((i + 1) % 50) + "()\nEND\n"});
+  EXPECT_EQ(all_words(correct_calling("C0()", chain)), "");  // in a circle
+  chain[30].text = "DEF C30()\n$TOOL=$NULLFRAME\nEND\n";
+  EXPECT_FALSE(correct_calling("C0()", chain).refusals.empty());
+}
+
+TEST(a_body_that_changes_a_tool_or_base_of_the_controller, is_seen) {
+  const krl::KrlFile module{"setup.src", "DEF SETUP()\nTOOL_DATA[1].X=5\nEND\n"};
+  const auto result = correct_calling("SETUP()", {module});
+  ASSERT_FALSE(result.refusals.empty());
+  EXPECT_EQ(result.refusals[0].why, Why::kFrameChanged);
+}
+
+TEST(modules_that_are_no_text, have_no_routines) {
+  const krl::KrlFile broken{"clamp.src", std::string("DEF CLAMP()\0END\n", 16)},
+      cut{"clamp.src", "DEF"};
+  EXPECT_EQ(correct_calling("CLAMP()", {broken}).refusals.size(), 1U);
+  EXPECT_EQ(correct_calling("CLAMP()", {cut}).refusals.size(), 1U);
+}
+
+}  // namespace
+}  // namespace cellcal::daemon::testing
