@@ -213,7 +213,7 @@ class ContactGuard {
   virtual ~ContactGuard() = default;
   virtual ContactSnapshot snapshot(TimePoint now) = 0;
   /// Oldest unread event.
-  virtual std::optional<ContactEvent> take_event() = 0;
+  virtual std::optional<ContactEvent> pop_event() = 0;
   /// Sets the maximum silence or delay of the sensor under an arming. Longer than kHeartbeatLimit
   /// only while another stop path monitors the contact.
   virtual void set_silence_limit(Duration) {}
@@ -235,7 +235,7 @@ class ContactSensor {
   /// until then.
   virtual void self_test() = 0;
   /// Oldest unread event as sent by the sensor. Not used for motion.
-  virtual std::optional<ContactRecord> take_record() = 0;
+  virtual std::optional<ContactRecord> next_record() = 0;
   virtual void close() = 0;
 };
 

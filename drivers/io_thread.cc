@@ -38,7 +38,7 @@ bool may_lock_everything() {
   return false;
 }
 
-void ask_for_realtime(int priority, std::vector<std::string>& warnings) {
+void request_realtime(int priority, std::vector<std::string>& warnings) {
   sched_param param{};
   param.sched_priority = priority;
   if (const int error = pthread_setschedparam(pthread_self(), SCHED_FIFO, &param); error != 0) {
@@ -71,12 +71,12 @@ struct IoThread::Impl {
   std::vector<std::string> warnings;
 
   /// Runs on the thread itself, so that the memory of one wait is reused by the next.
-  void keep_beating() {
+  void send_heartbeats() {
     beat.expires_after(kBeat);
     beat.async_wait([this](const boost::system::error_code& error) {
       if (error) return;
       beats.fetch_add(1, std::memory_order_relaxed);
-      keep_beating();
+      send_heartbeats();
     });
   }
 };
@@ -90,10 +90,10 @@ void IoThread::start() {
   std::promise<void> settled;
   impl_->thread = std::thread([impl = impl_.get(), &settled] {
     pthread_setname_np(pthread_self(), impl->options.name.substr(0, 15).c_str());
-    if (impl->options.realtime) ask_for_realtime(impl->options.priority, impl->warnings);
+    if (impl->options.realtime) request_realtime(impl->options.priority, impl->warnings);
     settled.set_value();
     try {
-      impl->keep_beating();
+      impl->send_heartbeats();
       impl->context.run();
     } catch (const std::exception& e) {
       // A handler threw: the owner of the robot must not continue in a partial state. Ending the

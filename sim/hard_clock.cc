@@ -8,7 +8,7 @@
 
 namespace cellcal::sim {
 
-bool run_as_hardware() {
+bool request_hardware_priority() {
   constexpr int kPriority = 70;  // the robot's I/O thread has 60
   sched_param param{};
   param.sched_priority = kPriority;

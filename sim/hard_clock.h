@@ -6,7 +6,7 @@
 namespace cellcal::sim {
 
 /// Gives the calling thread SCHED_FIFO priority above the robot's I/O thread. False: not permitted.
-bool run_as_hardware();
+bool request_hardware_priority();
 /// Steady clock, accurate to a few microseconds.
 void sleep_until(drivers::TimePoint t);
 

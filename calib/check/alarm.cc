@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "calib/model/linear.h"
-#include "calib/model/random.h"
 
 namespace cellcal::calib {
 

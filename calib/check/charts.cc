@@ -21,7 +21,7 @@ void keep_below(Eigen::Vector3d& v, double most) {
 
 }  // namespace
 
-Charts::Statistics Charts::take(const CheckSeen& check) {
+Charts::Statistics Charts::take(const CheckMeasurement& check) {
   Statistics at;
   if (centre_.known()) {
     const Eigen::Vector3d u = centre_.against(check).standard / scatter_.factor();  // (96)
@@ -64,18 +64,18 @@ Gain row_of(double warmer) {
 
 }  // namespace
 
-double Centre::warmer(const CheckSeen& check) const {
+double Centre::warmer(const CheckMeasurement& check) const {
   return reference_c_ && check.temperature_c ? *check.temperature_c - *reference_c_ : 0.0;
 }
 
-Centre::Innovation Centre::against(const CheckSeen& check) const {
+Centre::Innovation Centre::against(const CheckMeasurement& check) const {
   const Gain h = row_of(warmer(check));
   const Eigen::Vector3d off = check.shift_m - h * state_;
   const Eigen::Matrix3d s = h * covariance_ * h.transpose() + check.covariance_m2;
   return {off, s.llt().matrixL().solve(off)};  // (96), except f_s
 }
 
-void Centre::learn(const CheckSeen& check) {
+void Centre::learn(const CheckMeasurement& check) {
   const double warm = warmer(check);
   if (!known_) {
     known_ = true;
@@ -103,7 +103,7 @@ std::optional<Eigen::Vector3d> Centre::per_kelvin_m() const {
   return Eigen::Vector3d(state_.tail<3>());
 }
 
-void Scatter::learn(const CheckSeen& before, const CheckSeen& check,
+void Scatter::learn(const CheckMeasurement& before, const CheckMeasurement& check,
                     const Eigen::Vector3d& by_warmth_m) {
   const Eigen::Matrix3d both = before.covariance_m2 + check.covariance_m2;
   const Eigen::Vector3d apart = check.shift_m - before.shift_m - by_warmth_m;

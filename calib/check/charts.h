@@ -23,14 +23,14 @@ class Centre {
   explicit Centre(std::optional<double> reference_c) : reference_c_(reference_c) {}
 
   bool known() const { return known_; }
-  Innovation against(const CheckSeen& check) const;
-  void learn(const CheckSeen& check);
+  Innovation against(const CheckMeasurement& check) const;
+  void learn(const CheckMeasurement& check);
 
   std::optional<Eigen::Vector3d> per_kelvin_m() const;
 
  private:
   using State = Eigen::Matrix<double, 6, 1>;
-  double warmer(const CheckSeen& check) const;
+  double warmer(const CheckMeasurement& check) const;
 
   std::optional<double> reference_c_;
   bool known_ = false;
@@ -42,7 +42,8 @@ class Centre {
 /// creep does not change it.
 class Scatter {
  public:
-  void learn(const CheckSeen& before, const CheckSeen& check, const Eigen::Vector3d& by_warmth_m);
+  void learn(const CheckMeasurement& before, const CheckMeasurement& check,
+             const Eigen::Vector3d& by_warmth_m);
   double factor() const;  ///< factor on sigma
 
  private:
@@ -57,9 +58,9 @@ class Charts {
     double ewma = 0.0, cusum = 0.0;
   };
   /// Statistics of the next check relative to all checks learned so far.
-  Statistics take(const CheckSeen& check);
+  Statistics take(const CheckMeasurement& check);
   /// Includes the check in the centre.
-  void learn(const CheckSeen& check) { centre_.learn(check); }
+  void learn(const CheckMeasurement& check) { centre_.learn(check); }
   /// Replaces the centre; the statistics continue.
   void refer_to(const Centre& centre) { centre_ = centre; }
 
@@ -69,7 +70,7 @@ class Charts {
  private:
   Centre centre_;
   Scatter scatter_;
-  std::optional<CheckSeen> before_;
+  std::optional<CheckMeasurement> before_;
   Eigen::Vector3d ewma_ = Eigen::Vector3d::Zero(), cusum_ = Eigen::Vector3d::Zero();
   double forgotten_ = 1.0;  ///< 0.9^(2 n_chart)
 };

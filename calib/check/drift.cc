@@ -29,7 +29,7 @@ class Watch {
     chart_.alarms = kAlarmLimits;
   }
 
-  void take(const CheckSeen& check) {
+  void take(const CheckMeasurement& check) {
     DriftPoint point;
     point.check = check;
     const bool held = check.verdict == CheckVerdict::kHolds;
@@ -47,7 +47,7 @@ class Watch {
       else
         go_on(check);
     }
-    look_at_newest(check);
+    examine_newest(check);
     point.state = chart_.state;
     chart_.points.push_back(point);
   }
@@ -79,7 +79,7 @@ class Watch {
   }
 
   /// The state is never better than that of the newest check.
-  void look_at_newest(const CheckSeen& check) {
+  void examine_newest(const CheckMeasurement& check) {
     switch (check.verdict) {
       case CheckVerdict::kUndecided:
         ++chart_.undecided;
@@ -99,7 +99,7 @@ class Watch {
   }
 
   /// The centre keeps its value from before the alarm.
-  void freeze(const CheckSeen& check) {
+  void freeze(const CheckMeasurement& check) {
     if (chart_.alarmed_at) return;
     chart_.alarmed_at = check.session;
     failed_ = check.verdict != CheckVerdict::kHolds;
@@ -110,7 +110,7 @@ class Watch {
     charts_.refer_to(centre);
   }
 
-  void go_on(const CheckSeen& check) {
+  void go_on(const CheckMeasurement& check) {
     if (chart_.alarmed_at) {  // cleared, or false alarm
       trend_checks_.resize(trusted_);
       trend_checks_.push_back(check);
@@ -125,7 +125,7 @@ class Watch {
   DriftChart chart_;
   Charts::Statistics at_;  ///< of the newest check in the chart
   /// Checks that the centre is estimated from, and those since the current alarm.
-  std::vector<CheckSeen> trend_checks_;
+  std::vector<CheckMeasurement> trend_checks_;
   std::size_t trusted_ = 0;  ///< number of them before the current alarm's trend
   bool failed_ = false;      ///< the alarm was raised by a check that did not hold
 };
@@ -136,7 +136,7 @@ bool unusual_temperature(const DriftChart& chart) {
   double nearest = kUnusualK;
   bool others = false;
   for (std::size_t k = 0; newest && k + 1 < chart.points.size(); ++k) {
-    const CheckSeen& check = chart.points[k].check;
+    const CheckMeasurement& check = chart.points[k].check;
     if (!check.temperature_c || check.left_out != LeftOut::kNo) continue;
     others = true;
     nearest = std::min(nearest, std::abs(*check.temperature_c - *newest));
@@ -146,7 +146,7 @@ bool unusual_temperature(const DriftChart& chart) {
 
 DriftAdvice advice_for(const DriftChart& chart) {
   if (chart.points.empty()) return DriftAdvice::kNone;
-  const CheckSeen& newest = chart.points.back().check;
+  const CheckMeasurement& newest = chart.points.back().check;
   if (newest.verdict != CheckVerdict::kHolds)
     return remedy_of(newest.verdict, newest.change ? newest.change->kind : ChangeKind::kNothing);
   if (chart.state == DriftState::kWarns || chart.state == DriftState::kUnknown)
@@ -161,15 +161,15 @@ DriftAdvice advice_for(const DriftChart& chart) {
 
 }  // namespace
 
-std::optional<double> reference_temperature_c(const std::vector<CheckSeen>& checks) {
-  for (const CheckSeen& check : checks)
+std::optional<double> reference_temperature_c(const std::vector<CheckMeasurement>& checks) {
+  for (const CheckMeasurement& check : checks)
     if (check.left_out == LeftOut::kNo && check.temperature_c) return check.temperature_c;
   return std::nullopt;
 }
 
-DriftChart drift_chart(const std::vector<CheckSeen>& checks) {
+DriftChart drift_chart(const std::vector<CheckMeasurement>& checks) {
   Watch watch(reference_temperature_c(checks));
-  for (const CheckSeen& check : checks) watch.take(check);
+  for (const CheckMeasurement& check : checks) watch.take(check);
   DriftChart chart = std::move(watch).chart();
   advise(chart);
   return chart;
@@ -178,7 +178,7 @@ DriftChart drift_chart(const std::vector<CheckSeen>& checks) {
 void age(DriftChart& chart, double now_s) {
   constexpr double kDayS = 86400.0;
   if (chart.state != DriftState::kInControl) return;
-  const CheckSeen* decided = chart.newest_decided();
+  const CheckMeasurement* decided = chart.newest_decided();
   if (decided == nullptr || now_s - decided->time_s <= kMostDays * kDayS) return;
   chart.state = DriftState::kUnknown;
   advise(chart);
@@ -203,7 +203,8 @@ struct Fit {
   Normal normal = Normal::Zero();
   Right right = Right::Zero();
 
-  void add(const CheckSeen& check, const Eigen::Matrix3d& weight, double warm, double basis) {
+  void add(const CheckMeasurement& check, const Eigen::Matrix3d& weight, double warm,
+           double basis) {
     const double by[3] = {1.0, warm, basis};
     const Eigen::Vector3d weighted = weight * check.shift_m;
     for (int a = 0; a < 3; ++a) {
@@ -221,7 +222,7 @@ struct Best {
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
 };
 
-double basis_of(DriftShape shape, const std::vector<CheckSeen>& checks, std::size_t from,
+double basis_of(DriftShape shape, const std::vector<CheckMeasurement>& checks, std::size_t from,
                 std::size_t k) {
   if (k < from) return 0.0;
   if (shape == DriftShape::kStep) return 1.0;
@@ -237,14 +238,14 @@ double sigma_along(const Eigen::Matrix3d& covariance, const Eigen::Vector3d& v) 
 
 }  // namespace
 
-std::optional<DriftTrend> trend_of(const std::vector<CheckSeen>& checks, double noise,
+std::optional<DriftTrend> trend_of(const std::vector<CheckMeasurement>& checks, double noise,
                                    std::optional<double> reference_c) {
   if (checks.size() < 2) return std::nullopt;
   std::vector<Eigen::Matrix3d> weights;
   std::vector<double> warm;
   Normal fixed = Normal::Zero();
   fixed.block<3, 3>(3, 3) = Eigen::Matrix3d::Identity() / (kPerKelvinM * kPerKelvinM);
-  for (const CheckSeen& check : checks) {
+  for (const CheckMeasurement& check : checks) {
     weights.push_back((noise * noise * check.covariance_m2).inverse());
     warm.push_back(reference_c && check.temperature_c ? *check.temperature_c - *reference_c : 0.0);
   }

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "calib/model/error.h"
-#include "calib/model/statistics.h"
+#include "calib/model/linear.h"
 #include "calib/result/level.h"
 
 namespace cellcal::calib {

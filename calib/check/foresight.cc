@@ -12,7 +12,7 @@ namespace cellcal::calib {
 namespace {
 
 /// Temperature varies by a kelvin from shift to shift, which is not a change of the cell.
-constexpr double kUsualGrowth = 12e-6;
+constexpr double kDailyGrowth = 12e-6;
 
 /// Covariance of the unknowns; one that the touches need but the calibration lacks (the latch delay)
 /// keeps its prior.
@@ -76,9 +76,9 @@ Foresight foresee(const Calibration& c, const std::vector<Touch>& touches) {
         (contact.tip_m - contact.centre_m).normalized().dot(contact.by_growth_m);
     foresight.contacts.push_back(contact);
   }
-  Eigen::MatrixXd& beside = foresight.beside_m2;
+  Eigen::MatrixXd& beside = foresight.model_error_m2;
   beside.setZero(n, n);
-  foresight.passing_m2 = kUsualGrowth * kUsualGrowth * by_growth * by_growth.transpose();
+  foresight.passing_m2 = kDailyGrowth * kDailyGrowth * by_growth * by_growth.transpose();
   const double field = c.discrepancy.sigma_m * c.discrepancy.sigma_m;
   for (Eigen::Index a = 0; a < n; ++a) {
     const auto t = static_cast<std::size_t>(a);

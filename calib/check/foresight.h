@@ -35,7 +35,7 @@ struct Foresight {
   /// Independent in each repetition: noise of the touches and daily temperature variation.
   Eigen::MatrixXd passing_m2;
   /// Part of lasting_m2 not covered by the calibration's parameters: gear ripple and model error.
-  Eigen::MatrixXd beside_m2;
+  Eigen::MatrixXd model_error_m2;
   Eigen::MatrixXd covariance_m2() const { return lasting_m2 + passing_m2; }
 };
 

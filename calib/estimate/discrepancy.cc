@@ -8,7 +8,6 @@
 #include "calib/model/error.h"
 #include "calib/model/linear.h"
 #include "calib/model/long_work.h"
-#include "calib/model/statistics.h"
 
 namespace cellcal::calib {
 
@@ -323,7 +322,7 @@ bool judged_alone(const Problem& problem, const IdentifyOptions& options, Estima
   linearise(problem, e.u, e.use, alone.posterior.linear);
   alone.posterior.leverage =
       leverage_of(alone.posterior.linear.jacobian, alone.posterior.covariance_u);
-  std::vector<bool> honest = honest_touches(problem, options, alone);
+  std::vector<bool> honest = select_inliers(problem, options, alone);
   e.gate = alone.gate;
   std::swap(e.use, honest);
   return e.use != honest;

@@ -8,7 +8,7 @@
 
 #include "calib/estimate/evidence.h"
 #include "calib/model/error.h"
-#include "calib/model/statistics.h"
+#include "calib/model/linear.h"
 
 namespace cellcal::calib {
 
@@ -33,7 +33,7 @@ void find_posterior(const Problem& problem, Estimate& e) {
 }
 
 /// A share of many touches that is enough to come near the solution, spread over each target's.
-std::vector<bool> enough_of(const Problem& problem, const std::vector<bool>& use) {
+std::vector<bool> subsample(const Problem& problem, const std::vector<bool>& use) {
   constexpr std::size_t kEnough = 2000;
   if (static_cast<std::size_t>(std::count(use.begin(), use.end(), true)) <= 2 * kEnough) return use;
   const std::size_t share = kEnough / problem.blocks().size() + 1;
@@ -76,7 +76,7 @@ bool approach(const Problem& problem, const IdentifyOptions& options, Estimate& 
   constexpr double kStep = 10.0;
   constexpr double kWithinReason = 10.0;  // prior sigmas
   const std::vector<bool> all = e.use;
-  e.use = enough_of(problem, all);
+  e.use = subsample(problem, all);
   const double cauchy = options.reject_outliers ? kCauchySigma : 0.0;
   const double finest = finest_sigma_m(problem, e.use);
   for (double floor = kFirstFloorM; floor > finest; floor /= kStep)
@@ -94,12 +94,12 @@ bool approach(const Problem& problem, const IdentifyOptions& options, Estimate& 
   const SolveResult solved = solve(problem, e.u, robust);
   e.u = solved.u;
   find_posterior(problem, e);
-  e.use = honest_touches(problem, options, e);
+  e.use = select_inliers(problem, options, e);
   return solved.converged && !needs_all_digits(problem, robust);
 }
 
 /// Where the last stretch was too long for the solver: the same again in small steps, every one of
-/// them to its end. Seldom needed; where the touches are free of noise and say little of some
+/// them to its end. OccurrenceLimit needed; where the touches are free of noise and say little of some
 /// unknown.
 void approach_slowly(const Problem& problem, const IdentifyOptions& options, Estimate& e) {
   constexpr double kStep = 3.0;
@@ -142,10 +142,10 @@ void refine(Problem& problem, const IdentifyOptions& options, std::vector<ModelL
   // In prior sigmas. What a step of this size leaves undone is a thousandth of it: the errors are
   // milliradians, and the next term of the expansion is smaller by that.
   constexpr double kStep = 1e-2;
-  constexpr double kAstray = 1.0;  // such a step in the end is no estimate at all
+  constexpr double kDivergedStep = 1.0;  // such a step in the end is no estimate at all
   // An estimate that still moves further says nothing for good of a touch, if it ever settles.
   constexpr double kNear = 5.0;
-  constexpr double kNoSay = 1e-4;
+  constexpr double kNegligibleProbability = 1e-4;
   const std::vector<ModelLevel> every = levels;
   LevelMean first;
   OutlierRejection rejection(problem, options);
@@ -157,7 +157,7 @@ void refine(Problem& problem, const IdentifyOptions& options, std::vector<ModelL
     linearise(problem, e.u, e.use, e.posterior.linear);
     set_covariance(mean.covariance_u, e.posterior);
     const bool last = round == kOutlierRounds;
-    if (last && !(step < kAstray)) fail_to_converge(kOutlierRounds);
+    if (last && !(step < kDivergedStep)) fail_to_converge(kOutlierRounds);
     const bool changed =
         !last && rejection.changed(problem, e, step < kNear || round > kOutlierRounds / 2);
     if ((!changed && step < kStep) || last) {
@@ -177,10 +177,10 @@ void refine(Problem& problem, const IdentifyOptions& options, std::vector<ModelL
       linearise(problem, e.u, e.use, e.posterior.linear);
       if (!first.levels.empty()) levels = every;
       first = {};
-    } else if (first.levels.empty() && step < kAstray) {
+    } else if (first.levels.empty() && step < kDivergedStep) {
       levels.clear();
       for (const LevelEvidence& l : mean.levels)
-        if (l.probability > kNoSay) levels.push_back(l.level);
+        if (l.probability > kNegligibleProbability) levels.push_back(l.level);
       first = std::move(mean);
     }
   }
@@ -194,10 +194,10 @@ Estimate estimate(Problem& problem, const IdentifyOptions& options,
   const bool there = approach(problem, options, e);
   if (!there) settle(problem, options, e);
   // Of many touches a share says which levels have no say; all touches would say it more clearly.
-  std::vector<bool> some = enough_of(problem, e.use);
+  std::vector<bool> some = subsample(problem, e.use);
   const bool share = some != e.use;
   if (share) {
-    constexpr double kNoSay = 1e-9;
+    constexpr double kNegligibleProbability = 1e-9;
     std::vector<bool> all = std::move(e.use);
     e.use = std::move(some);
     IdentifyOptions these = options;
@@ -205,9 +205,10 @@ Estimate estimate(Problem& problem, const IdentifyOptions& options,
     linearise(problem, e.u, e.use, e.posterior.linear);
     refine(problem, these, levels, e);
     std::erase_if(levels, [&](const ModelLevel& level) {
-      return std::any_of(
-          e.levels.levels.begin(), e.levels.levels.end(),
-          [&](const LevelEvidence& l) { return l.level == level && l.probability < kNoSay; });
+      return std::any_of(e.levels.levels.begin(), e.levels.levels.end(),
+                         [&](const LevelEvidence& l) {
+                           return l.level == level && l.probability < kNegligibleProbability;
+                         });
     });
     e.use = std::move(all);
   }
@@ -271,7 +272,7 @@ std::vector<bool> fit_touches(const Problem& problem) {
   return fit;
 }
 
-std::vector<bool> honest_touches(const Problem& problem, const IdentifyOptions& options,
+std::vector<bool> select_inliers(const Problem& problem, const IdentifyOptions& options,
                                  Estimate& e) {
   std::vector<bool> honest = fit_touches(problem);
   const std::vector<Studentised> off = judge(problem, options, honest, e);
@@ -369,9 +370,9 @@ bool estimate_with_play(const Problem& plain, Problem& played, const IdentifyOpt
     const bool speaks_for_it =            // (27a)
         with_play - log_evidence_of(likewise) >
         std::log(beforehand.odds_at_its_compliance) + kNotByChance;
-    const bool has_a_say =
+    const bool is_influential =
         with_play - log_evidence_of(e.levels.levels) > std::log(beforehand.odds);  // (27b)
-    if (!speaks_for_it || !has_a_say) return false;
+    if (!speaks_for_it || !is_influential) return false;
     refine(played, options, std::move(levels), with);
   } catch (const IdentifyError&) {
     return false;  // no such arm: something else is wrong, and it is asked for elsewhere

@@ -56,7 +56,7 @@ struct Studentised {
 };
 
 /// The fit touches that agree with the estimate; those left out by it, too. Sets its gate.
-std::vector<bool> honest_touches(const Problem& problem, const IdentifyOptions& options,
+std::vector<bool> select_inliers(const Problem& problem, const IdentifyOptions& options,
                                  Estimate& e);
 
 /// Names outliers until nothing changes.

@@ -143,11 +143,11 @@ struct Weighed {
 /// Also the levels and their means in `result`.
 Weighed weigh(const std::vector<Solved>& solved, Eigen::Index size, LevelMean& result) {
   const double best = solved.front().step.log_evidence;
-  double sum = 0.0, sum_with_say = 0.0;
+  double sum = 0.0, sum_of_influential = 0.0;
   for (const Solved& s : solved) {
     const double likelihood = std::exp(s.step.log_evidence - best);
     sum += likelihood;
-    if (best - s.step.log_evidence <= kHopeless) sum_with_say += likelihood;
+    if (best - s.step.log_evidence <= kHopeless) sum_of_influential += likelihood;
   }
   Weighed all;
   all.mean = Eigen::VectorXd::Zero(size);
@@ -155,7 +155,7 @@ Weighed weigh(const std::vector<Solved>& solved, Eigen::Index size, LevelMean& r
     const double likelihood = std::exp(s.step.log_evidence - best);
     result.levels.push_back({s.step.level, s.step.log_evidence, likelihood / sum});
     if (best - s.step.log_evidence > kHopeless) continue;
-    const double weight = likelihood / sum_with_say;
+    const double weight = likelihood / sum_of_influential;
     all.weight.push_back(weight);
     all.solutions.push_back(s.family->solution(s.step));
     all.mean += weight * all.solutions.back();  // (27)

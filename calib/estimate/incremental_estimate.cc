@@ -75,10 +75,10 @@ struct IncrementalEstimate::Impl {
 
   /// Of the levels that have a say.
   void begin_sums() {
-    constexpr double kNoSay = 1e-3;
+    constexpr double kNegligibleProbability = 1e-3;
     std::vector<ModelLevel> heard;
     for (const LevelEvidence& l : e.levels.levels)
-      if (l.probability > kNoSay) heard.push_back(l.level);
+      if (l.probability > kNegligibleProbability) heard.push_back(l.level);
     at = e.u;
     sums = std::make_unique<LevelSums>(*problem, at, e.posterior.linear, heard);
     since = 0;

@@ -198,11 +198,11 @@ UnidentifiableKind kind_of_frame(const Problem& problem, const Eigen::VectorXd& 
     if (arm.front().kind == ParameterKind::kD) return UnidentifiableKind::kHeightOfBase;
   }
   const int last = problem.arm().joint_count() - 1;
-  const bool behind_last = !targets_move && !arm.empty() &&
-                           std::all_of(arm.begin(), arm.end(), [&](const ParameterKey& key) {
-                             return key.joint == last || key.joint < 0;
-                           });
-  return behind_last ? UnidentifiableKind::kBehindLastJoint : UnidentifiableKind::kNothingMoves;
+  const bool after_last = !targets_move && !arm.empty() &&
+                          std::all_of(arm.begin(), arm.end(), [&](const ParameterKey& key) {
+                            return key.joint == last || key.joint < 0;
+                          });
+  return after_last ? UnidentifiableKind::kBehindLastJoint : UnidentifiableKind::kNothingMoves;
 }
 
 UnidentifiableDirection frame_direction(const Problem& problem, const Eigen::VectorXd& direction,

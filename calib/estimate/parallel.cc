@@ -45,8 +45,8 @@ void in_parallel(std::size_t count, const std::function<void(std::size_t)>& task
     std::vector<std::jthread> helpers;
     try {
       while (helpers.size() + 1 < threads)
-        helpers.emplace_back([&work, watch = Watch::in_charge()] {
-          const Helped helped(watch);
+        helpers.emplace_back([&work, watch = Watch::current_watch()] {
+          const HelperScope helped(watch);
           work();
         });
     } catch (const std::system_error&) {

@@ -6,7 +6,6 @@
 #include "calib/estimate/region.h"
 #include "calib/model/kinematics.h"
 #include "calib/model/linear.h"
-#include "calib/model/random.h"
 #include "calib/result/calibration.h"
 
 namespace cellcal::calib {

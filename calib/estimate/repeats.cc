@@ -5,7 +5,7 @@
 #include <numeric>
 #include <set>
 
-#include "calib/model/statistics.h"
+#include "calib/model/linear.h"
 #include "calib/model/units.h"
 
 namespace cellcal::calib {

@@ -15,8 +15,8 @@ namespace cellcal::calib {
 namespace {
 
 constexpr int kIterations = 50;
-constexpr double kAstrayM = 100.0;  // so long a step leads nowhere
-constexpr double kSettledM = 1e-8;  // where an estimate starts from
+constexpr double kDivergedStepM = 100.0;  // so long a step leads nowhere
+constexpr double kSettledM = 1e-8;        // where an estimate starts from
 /// Smallest over largest singular value of the centred points: below it they lie in a plane.
 constexpr double kFlat = 0.02;
 /// Above it they lie about the centre (half a sphere: 0.5), and there is one place only.
@@ -82,7 +82,7 @@ class CentreCost {
         right -= off * weighted;
       }
       const Eigen::Vector3d step = information.ldlt().solve(right);
-      if (!(step.norm() < kAstrayM)) return begin_m;
+      if (!(step.norm() < kDivergedStepM)) return begin_m;
       centre += step;
       if (step.norm() < kSettledM) break;
     }

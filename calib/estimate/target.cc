@@ -12,7 +12,6 @@
 
 #include "calib/estimate/start.h"
 #include "calib/model/error.h"
-#include "calib/model/turn.h"
 #include "calib/model/units.h"
 
 namespace cellcal::calib {

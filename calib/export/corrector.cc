@@ -8,7 +8,6 @@
 
 #include "calib/model/inverse.h"
 #include "calib/model/kinematics.h"
-#include "calib/model/turn.h"
 #include "calib/model/units.h"
 #include "calib/result/calibration.h"
 #include "calib/result/level.h"

@@ -305,7 +305,7 @@ nlohmann::json as_read(nlohmann::json value) {
 std::string sum_of(const nlohmann::json& document) { return sha256(write_json(as_read(document))); }
 
 /// Removed after successful verification.
-void take_sum(nlohmann::json& document, const std::string& name) {
+void extract_sum(nlohmann::json& document, const std::string& name) {
   if (!document.is_object() || document.value("format", nlohmann::json()) != kFormat) return;
   const auto found = document.find(kSum);
   if (found == document.end()) return;  // file of an earlier version
@@ -336,7 +336,7 @@ Calibration calibration_from_json(std::string_view text, const std::string& name
   refuse_deep_json(text, name);
   nlohmann::json document = parse_json(text);
   if (document.is_discarded()) throw FileError(name, ": not valid JSON; is the file cut off?");
-  take_sum(document, name);
+  extract_sum(document, name);
   Calibration c;
   from_json(calibration_fields(), JsonReader(document, name), c);
   return c;

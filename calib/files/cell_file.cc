@@ -164,8 +164,8 @@ std::string vec_mm(const Eigen::Vector3d& v) {
 std::string body_of(const Tool& tool) {
   const Tool usual;
   std::string out;
-  const auto add = [&](const char* key, double value, double usual_value, double unit) {
-    if (value != usual_value) out += fmt::format("{} = {}\n", key, toml_number(value * unit));
+  const auto add = [&](const char* key, double value, double default_value, double unit) {
+    if (value != default_value) out += fmt::format("{} = {}\n", key, toml_number(value * unit));
   };
   add("radius_mm", tool.radius_m, usual.radius_m, kMmPerM);
   add("tip_length_mm", tool.slim_length_m, usual.slim_length_m, kMmPerM);

@@ -110,17 +110,17 @@ ordered_json limits_to_json(const ControlLimits& limits) {
 }
 
 /// Null if undecided.
-ordered_json holds(const CheckSeen& check) {
+ordered_json holds(const CheckMeasurement& check) {
   if (check.verdict == CheckVerdict::kUndecided) return nullptr;
   return check.verdict == CheckVerdict::kHolds;
 }
 
-bool measured(const CheckSeen& check) {
+bool measured(const CheckMeasurement& check) {
   return check.left_out == LeftOut::kNo || check.left_out == LeftOut::kNotTheTool;
 }
 
 ordered_json point_to_json(const DriftPoint& point, const DriftChart& chart) {
-  const CheckSeen& check = point.check;
+  const CheckMeasurement& check = point.check;
   ordered_json json{
       {"session", check.session},
       {"time_s", check.time_s},
@@ -169,7 +169,7 @@ ordered_json trend_to_json(const DriftTrend& trend) {
 
 /// Null if the newest decided check holds, or if there is none.
 ordered_json not_held_to_json(const DriftChart& chart) {
-  const CheckSeen* newest = chart.newest_decided();
+  const CheckMeasurement* newest = chart.newest_decided();
   if (!chart.not_held || newest == nullptr) return nullptr;
   ordered_json json{{"session", newest->session},       {"time_s", newest->time_s},
                     {"since", chart.not_held->since},   {"since_s", chart.not_held->since_s},
@@ -204,7 +204,7 @@ std::string drift_to_json(const DriftChart& chart) {
                     {"words", words(chart)}};
   if (chart.per_kelvin_m) json["um_per_kelvin"] = xyz_mm(*chart.per_kelvin_m * 1e3);
   if (chart.trend) json["course"] = trend_to_json(*chart.trend);
-  if (const CheckSeen* decided = chart.newest_decided()) json["decided_s"] = decided->time_s;
+  if (const CheckMeasurement* decided = chart.newest_decided()) json["decided_s"] = decided->time_s;
   for (const DriftPoint& point : chart.points)
     json["points"].push_back(point_to_json(point, chart));
   return json.dump(1);

@@ -147,7 +147,7 @@ bool is_digits(std::string_view text) {
 }
 
 /// Guesses why the number of fields in a row differs from the number of columns.
-std::string guess_why(const std::vector<std::string_view>& fields, std::size_t columns) {
+std::string guess_cause(const std::vector<std::string_view>& fields, std::size_t columns) {
   if (fields.size() < columns)
     return "is the file cut off, or something other than commas between the fields?";
   std::size_t fractions = 0;  // fields that may be the decimals of the field before
@@ -352,7 +352,7 @@ bool CsvTable::next() {
   if (fields_.size() != columns_.size())
     throw FileError(name_, ":" + std::to_string(line_) + ": " + std::to_string(fields_.size()) +
                                " fields, but the header has " + std::to_string(columns_.size()) +
-                               " columns; " + guess_why(fields_, columns_.size()));
+                               " columns; " + guess_cause(fields_, columns_.size()));
   return true;
 }
 

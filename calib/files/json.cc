@@ -29,7 +29,7 @@ constexpr int kMostDots = 8;
 constexpr int kDeepestJson = 32;
 
 /// Index after the TOML string that begins at `at`.
-std::size_t behind_string(std::string_view text, std::size_t at) {
+std::size_t after_string_index(std::string_view text, std::size_t at) {
   const char quote = text[at];
   const bool lines = text.substr(at).starts_with(std::string(3, quote));
   at += lines ? 3 : 1;
@@ -56,7 +56,7 @@ void refuse_deep_toml(std::string_view text, const std::string& name) {
   for (std::size_t at = 0; at < text.size();) {
     const char c = text[at];
     if (c == '"' || c == '\'') {
-      const std::size_t end = std::min(behind_string(text, at), text.size());
+      const std::size_t end = std::min(after_string_index(text, at), text.size());
       for (; at < end; ++at)
         if (text[at] == '\n') ++line;
       continue;

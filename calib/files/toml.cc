@@ -28,8 +28,8 @@ struct TomlTable::Node {
   }
   /// Suggests an unused key similar to `key`: "; was "diametre_mm" in line 7 meant to be it?";
   /// empty if there is none.
-  std::string meant_by(std::string_view key,
-                       bool (*is_like)(std::string_view, std::string_view)) const;
+  std::string similar_key(std::string_view key,
+                          bool (*is_like)(std::string_view, std::string_view)) const;
   std::string full(std::string_view key) const {
     return path.empty() ? std::string(key) : path + (key.empty() ? "" : ".") + std::string(key);
   }
@@ -65,7 +65,7 @@ std::string show(double value) { return fmt::format("{:g}", value); }
 
 /// Flushes to zero below any value of the formats. Powers of such values would be denormal, which
 /// are about a hundred times slower.
-double without_dust(double value) {
+double flushed_to_zero(double value) {
   constexpr double kDust = 1e-30;
   return std::abs(value) < kDust ? 0.0 : value;
 }
@@ -87,7 +87,7 @@ std::string_view without_unit(std::string_view key) {
 }
 
 /// One letter wrong, missing or extra, or two exchanged.
-bool one_slip_apart(std::string_view a, std::string_view b) {
+bool one_typo_apart(std::string_view a, std::string_view b) {
   if (a.size() < b.size()) std::swap(a, b);
   if (a.size() > b.size() + 1) return false;
   const auto at =
@@ -101,18 +101,18 @@ bool one_slip_apart(std::string_view a, std::string_view b) {
 
 /// Likely misspellings of another key: another unit or none, upper case, or a typo. A typo in a
 /// short key makes another key.
-bool is_much_like(std::string_view key, std::string_view other) {
+bool is_similar_key(std::string_view key, std::string_view other) {
   constexpr std::size_t kLongEnough = 5;
   const std::string a = lower_case(key), b = lower_case(other);
   return without_unit(a) == without_unit(b) ||
-         (std::min(a.size(), b.size()) >= kLongEnough && one_slip_apart(a, b));
+         (std::min(a.size(), b.size()) >= kLongEnough && one_typo_apart(a, b));
 }
 
 /// Table names are short and few, so a typo is accepted at any length.
-bool is_table_much_like(std::string_view name, std::string_view other) {
+bool is_similar_table(std::string_view name, std::string_view other) {
   constexpr std::size_t kLongEnough = 4;
   return std::min(name.size(), other.size()) >= kLongEnough &&
-         one_slip_apart(lower_case(name), lower_case(other));
+         one_typo_apart(lower_case(name), lower_case(other));
 }
 
 constexpr std::size_t kShownKey = 80;  // a key with the path of its tables
@@ -168,7 +168,8 @@ bool has_decimal_comma(std::string_view line) {
 }
 
 /// Common cause of a syntax error; the parser's description if there is none.
-std::string usual_slip(std::string_view text, std::size_t line, std::string_view description) {
+std::string common_syntax_error(std::string_view text, std::size_t line,
+                                std::string_view description) {
   // The parser reports an unterminated string at the end of its line, or at the start of the next.
   for (const std::size_t number : {line, line - 1}) {
     if (number == 0 || without_texts(line_of(text, number))) continue;
@@ -182,8 +183,9 @@ std::string usual_slip(std::string_view text, std::size_t line, std::string_view
 
 }  // namespace
 
-std::string TomlTable::Node::meant_by(std::string_view key,
-                                      bool (*is_like)(std::string_view, std::string_view)) const {
+std::string TomlTable::Node::similar_key(std::string_view key,
+                                         bool (*is_like)(std::string_view,
+                                                         std::string_view)) const {
   for (const auto& [other, value] : *table) {
     if (asked.contains(other.str()) || !is_like(key, other.str())) continue;
     std::string words = "; was \"" + shown(other.str()) + "\"";
@@ -201,8 +203,8 @@ TomlTable TomlTable::parse(std::string_view text, const std::string& file_name) 
     node->document = std::make_shared<const toml::table>(toml::parse(text, file_name));
   } catch (const toml::parse_error& e) {
     const std::size_t line = e.source().begin.line;
-    throw FileError(file_name,
-                    ":" + std::to_string(line) + ": " + usual_slip(text, line, e.description()));
+    throw FileError(file_name, ":" + std::to_string(line) + ": " +
+                                   common_syntax_error(text, line, e.description()));
   }
   node->table = node->document.get();
   node->file = file_name;
@@ -230,7 +232,7 @@ void TomlTable::fail(std::string_view key, const std::string& what) const {
 }
 
 void TomlTable::missing(std::string_view key, const std::string& wanted) const {
-  fail(key, "missing; " + wanted + " is needed here" + node_->meant_by(key, is_much_like));
+  fail(key, "missing; " + wanted + " is needed here" + node_->similar_key(key, is_similar_key));
 }
 
 bool TomlTable::has(std::string_view key) const { return node_->find(key) != nullptr; }
@@ -241,7 +243,7 @@ double TomlTable::number(std::string_view key, Range range) const {
   const auto value = node->value<double>();
   if (!value || !node->is_number()) fail(key, "must be a number, but is " + kind_of(*node));
   if (!std::isfinite(*value)) fail(key, "must be finite");
-  const double number = without_dust(*value);
+  const double number = flushed_to_zero(*value);
   if (number < range.min || number > range.max)
     fail(key, show(*value) + " is out of range, allowed are " + show(range.min) + " to " +
                   show(range.max));
@@ -323,7 +325,7 @@ std::vector<double> TomlTable::numbers(std::string_view key, std::size_t count, 
   std::vector<double> values;
   for (const toml::node& item : *array) {
     if (!item.is_number()) fail(key, "must hold numbers only, but holds " + kind_of(item));
-    const double value = without_dust(*item.value<double>());
+    const double value = flushed_to_zero(*item.value<double>());
     if (!std::isfinite(value)) fail(key, "must be finite");
     if (value < range.min || value > range.max)
       fail(key, show(value) + " is out of range, allowed are " + show(range.min) + " to " +
@@ -356,7 +358,7 @@ TomlTable TomlTable::table(std::string_view key) const {
   const toml::node* node = node_->find(key);
   if (!node)
     fail("", "the table [" + shown(node_->full(key), kShownKey) + "] is missing" +
-                 node_->meant_by(key, is_table_much_like));
+                 node_->similar_key(key, is_similar_table));
   if (!node->is_table()) fail(key, "must be a table, but is " + kind_of(*node));
   auto child = std::make_shared<Node>();
   child->document = node_->document;
@@ -406,7 +408,7 @@ void TomlTable::refuse_unknown() const {
     std::string known, meant;
     for (const auto& name : node_->asked) {
       known += (known.empty() ? "" : ", ") + name;
-      const bool like = is_much_like(name, key.str()) || is_table_much_like(name, key.str());
+      const bool like = is_similar_key(name, key.str()) || is_similar_table(name, key.str());
       if (like && meant.empty() && !has(name)) meant = " (was \"" + name + "\" meant?)";
     }
     fail(key.str(), "unknown key" + meant + "; known here are: " + known);

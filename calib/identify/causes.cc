@@ -11,7 +11,7 @@
 #include "calib/identify/identify_once.h"
 #include "calib/identify/mistakes.h"
 #include "calib/model/kinematics.h"
-#include "calib/model/statistics.h"
+#include "calib/model/linear.h"
 #include "calib/result/level.h"
 #include "calib/verdict/artefacts.h"
 #include "calib/verdict/session_order.h"

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "calib/model/error.h"
-#include "calib/model/statistics.h"
+#include "calib/model/linear.h"
 #include "calib/model/units.h"
 
 namespace cellcal::calib {
@@ -26,7 +26,7 @@ TouchEquations::TouchEquations(const Calibration& prior, const std::vector<Touch
     : known_(prior, touches), parameters_(static_cast<Eigen::Index>(prior.parameters.size())) {
   const Foresight foresight = foresee(prior, touches);
   contacts_ = foresight.contacts;
-  noise_m2_ = foresight.beside_m2 + foresight.passing_m2;
+  noise_m2_ = foresight.model_error_m2 + foresight.passing_m2;
   std::vector<double> values, variances;
   for (const ParameterResult& one : prior.parameters)
     values.push_back(one.nominal + one.correction);

@@ -109,8 +109,8 @@ bool likelier_than_model_error(const Cell& cell, const std::vector<Touch>& touch
                                const IdentifyOptions& options, const MovedTarget& moved) {
   if (has_two_centres(cell, moved.target)) return true;
   const TwoPlaces two = as_two(cell, touches, moved.target, moved.after_touch);
-  return log_evidence_beside_model(two.cell, two.touches, options) >
-         log_evidence_beside_model(cell, touches, options) + kBelievedOdds;
+  return log_evidence_with_model(two.cell, two.touches, options) >
+         log_evidence_with_model(cell, touches, options) + kBelievedOdds;
 }
 
 /// Adds the causes, likeliest first, before all other findings.
@@ -126,11 +126,11 @@ std::vector<Finding> findings_of(const std::vector<Cause>& causes) {
 
 /// Whether the touches show, or may show, an error of the arm that the model lacks.
 bool shows_discrepancy(const Calibration& c) {
-  constexpr double kTooMuch = 4.0, kTooMuchBesideRepeats = 2.0, kEnoughRepeats = 5.0;
+  constexpr double kTooMuch = 4.0, kTooMuchWithRepeats = 2.0, kEnoughRepeats = 5.0;
   const bool measured = c.repeats.degrees_of_freedom >= kEnoughRepeats;
   return c.touch_noise_m > kNothingM &&
          (c.discrepancy.alike > kFieldSigmas ||
-          c.chi2_per_dof > (measured ? kTooMuchBesideRepeats : kTooMuch));
+          c.chi2_per_dof > (measured ? kTooMuchWithRepeats : kTooMuch));
 }
 
 /// Where nothing else explains what the touches leave: with the model's own error estimated.
@@ -154,7 +154,7 @@ Calibration with_discrepancy(const Cell& cell, const std::vector<Touch>& touches
 
 /// What explains it where it is withheld, and what jumped or moved amid the session.
 /// Every further identification goes through tried(), so nothing here throws IdentifyError.
-Calibration looked_at_closer(const Cell& cell, const std::vector<Touch>& touches,
+Calibration diagnosed_result(const Cell& cell, const std::vector<Touch>& touches,
                              const IdentifyOptions& options, const OtherRobots& other_robots,
                              Calibration calibration) {
   if (const auto wrong = wrong_measure(cell, touches, options, calibration)) {
@@ -213,7 +213,7 @@ Calibration identify(const Cell& cell, const std::vector<Touch>& touches,
     add(likely_causes(cell, touches, other_robots), nominal.verdict);
     return nominal;
   }
-  Calibration calibration = looked_at_closer(cell, touches, options, other_robots,
+  Calibration calibration = diagnosed_result(cell, touches, options, other_robots,
                                              std::get<Calibration>(std::move(stated)));
   warn_of_unchecked_touch(touches, calibration);
   return calibration;

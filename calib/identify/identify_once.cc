@@ -351,8 +351,8 @@ Calibration not_identified(const Cell& cell, const std::vector<Touch>& touches,
   return calibration;
 }
 
-Calibration identify_as_stated(const Cell& cell, const std::vector<Touch>& touches,
-                               const IdentifyOptions& options) {
+Calibration identify_single_pass(const Cell& cell, const std::vector<Touch>& touches,
+                                 const IdentifyOptions& options) {
   require_sound(cell, touches);
   Estimate e;
   const std::unique_ptr<Stated> likely = likeliest(cell, touches, options, e);
@@ -389,7 +389,7 @@ std::variant<Calibration, IdentifyError> identified_or_why_not(const Cell& cell,
                                                                const std::vector<Touch>& touches,
                                                                const IdentifyOptions& options) {
   try {
-    return identify_as_stated(cell, touches, options);
+    return identify_single_pass(cell, touches, options);
   } catch (const IdentifyError& why_not) {
     return why_not;
   }

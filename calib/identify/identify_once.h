@@ -16,8 +16,8 @@ namespace cellcal::calib {
 
 /// Without looking for causes. Throws IdentifyError where there is nothing to identify from, and
 /// where the touches lead to no calibration.
-Calibration identify_as_stated(const Cell& cell, const std::vector<Touch>& touches,
-                               const IdentifyOptions& options = {});
+Calibration identify_single_pass(const Cell& cell, const std::vector<Touch>& touches,
+                                 const IdentifyOptions& options = {});
 
 /// The same, for who goes on where there is none: by its reason.
 std::variant<Calibration, IdentifyError> identified_or_why_not(const Cell& cell,

@@ -165,7 +165,7 @@ class JumpSearch {
     double best = -std::numeric_limits<double>::infinity();
     for (const JumpSuspect& suspect : stated().suspects()) {
       const bool is_target = suspect.what == Jump::What::kTarget;
-      if (is_target && !worth_a_look(suspect.name)) continue;
+      if (is_target && !needs_inspection(suspect.name)) continue;
       const auto found = stated().robust(suspect);
       if (!found || found->squared_sigmas < kWorthTrying) continue;
       std::optional<Undone> one = without(suspect, *found);
@@ -186,7 +186,7 @@ class JumpSearch {
                              [](const Undone& one) { return one.jump.log_odds; });
     std::vector<Jump> jumps;
     for (Undone& one : all) {
-      ask_beside_model(one, places);
+      test_against_model(one, places);
       jumps.push_back(one.jump);
     }
     return jumps;
@@ -194,17 +194,17 @@ class JumpSearch {
 
   /// The same of a move whose place is known, so that nothing is owed for having looked for it.
   std::optional<Jump> move(const std::string& target, std::size_t after_touch) {
-    std::optional<Undone> one = taken_as_two(target, after_touch);
+    std::optional<Undone> one = split_in_two(target, after_touch);
     if (!one) return {};
     one->jump.log_odds /= one->chi2;
-    ask_beside_model(*one, 0.0);
+    test_against_model(*one, 0.0);
     return one->jump;
   }
 
  private:
   /// Where the arm does something beside its model: whether that would explain it. `places`: what
   /// is owed for the place.
-  void ask_beside_model(Undone& one, double places) {
+  void test_against_model(Undone& one, double places) {
     if (one.jump.log_odds < kBelievedOdds) return;
     if (!one.alike && one.chi2 < kAsStated && calibration_.repeats.touches == 0) return;
     if (!beside_)
@@ -232,7 +232,7 @@ class JumpSearch {
   }
 
   /// Of many targets those that are suspected already, or of which most touches are left out.
-  bool worth_a_look(const std::string& target) const {
+  bool needs_inspection(const std::string& target) const {
     constexpr std::size_t kMostTargets = 8;
     if (cell_.targets.size() <= kMostTargets) return true;
     const auto own = left_out_.find(target);
@@ -310,10 +310,10 @@ class JumpSearch {
     std::size_t last = found.behind;
     while (last > 0 && touches_[stated().order()[last - 1]].target != suspect.name) --last;
     if (last == 0) return {};
-    return taken_as_two(suspect.name, stated().order()[last - 1]);
+    return split_in_two(suspect.name, stated().order()[last - 1]);
   }
 
-  std::optional<Undone> taken_as_two(const std::string& target, std::size_t after_touch) const {
+  std::optional<Undone> split_in_two(const std::string& target, std::size_t after_touch) const {
     // First where it is then, whatever the cell file says; then as one that is within the usual of
     // there, which is what its evidence has to be compared with.
     TwoPlaces two = as_two(cell_, touches_, target, after_touch);
@@ -353,7 +353,7 @@ class JumpSearch {
   std::map<std::string, std::size_t> left_out_;  ///< touches, by target
 };
 
-bool is_believed(const Jump& jump) {
+bool is_confirmed_jump(const Jump& jump) {
   return jump.log_odds > kBelievedOdds && jump.squared_sigmas > kSized;
 }
 
@@ -417,14 +417,14 @@ std::vector<Jump> jumps_by_odds(const Cell& cell, const std::vector<Touch>& touc
   return jumps;
 }
 
-double log_evidence_beside_model(const Cell& cell, const std::vector<Touch>& touches,
-                                 const IdentifyOptions& options) {
+double log_evidence_with_model(const Cell& cell, const std::vector<Touch>& touches,
+                               const IdentifyOptions& options) {
   return std::max(log_evidence_of(beside_model(cell, touches, options)),
                   log_evidence_of(tried(cell, touches, options)));
 }
 
 std::vector<Jump> believed(std::vector<Jump> jumps) {
-  std::erase_if(jumps, [](const Jump& jump) { return !is_believed(jump); });
+  std::erase_if(jumps, [](const Jump& jump) { return !is_confirmed_jump(jump); });
   if (jumps.empty()) return jumps;
   const double best = jumps.front().log_odds;
   std::erase_if(jumps, [&](const Jump& j) { return j.log_odds < best - kClear; });
@@ -453,7 +453,7 @@ void confirm_moves(const Cell& cell, const std::vector<Touch>& touches,
   std::optional<Jump> likeliest;
   for (const MovedTarget& suspect : calibration.moved) {
     const auto move = search.move(suspect.target, suspect.after_touch);
-    if (move && is_believed(*move) && (!likeliest || move->log_odds > likeliest->log_odds))
+    if (move && is_confirmed_jump(*move) && (!likeliest || move->log_odds > likeliest->log_odds))
       likeliest = move;
   }
   calibration.moved.clear();

@@ -23,8 +23,8 @@ std::vector<Jump> jumps_by_odds(const Cell& cell, const std::vector<Touch>& touc
 /// How likely the touches are, as they are told or with an error of the arm beside its model, which
 /// touches of one posture share and those of like postures nearly so (discrepancy.h): the likelier.
 /// Natural logarithm. What is said to have changed in the session has to be likelier than that.
-double log_evidence_beside_model(const Cell& cell, const std::vector<Touch>& touches,
-                                 const IdentifyOptions& options);
+double log_evidence_with_model(const Cell& cell, const std::vector<Touch>& touches,
+                               const IdentifyOptions& options);
 /// By which it has to be likelier to be believed.
 inline constexpr double kBelievedOdds = 6.0;
 

@@ -12,7 +12,7 @@
 #include "calib/identify/causes.h"
 #include "calib/identify/data_association.h"
 #include "calib/identify/jump.h"
-#include "calib/model/statistics.h"
+#include "calib/model/linear.h"
 #include "calib/model/units.h"
 #include "calib/verdict/artefacts.h"
 #include "calib/verdict/residuals.h"

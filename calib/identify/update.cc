@@ -21,7 +21,7 @@ namespace cellcal::calib {
 namespace {
 
 /// Less likely explanations have no say.
-constexpr double kSay = 1e-4;
+constexpr double kLeastProbability = 1e-4;
 /// Below, chance is not what the likeliest explanation leaves of the touches.
 constexpr double kByChance = 5e-3;
 /// Above, in odds, something else is the matter as well.
@@ -44,11 +44,11 @@ Mean mean_of(const TouchEquations& touches, const std::vector<Weighed>& all) {
   Mean mean{Eigen::VectorXd::Zero(n), Eigen::MatrixXd::Zero(n, n)};
   double say = 0.0;
   for (const Weighed& one : all)
-    if (one.probability > kSay) say += one.probability;
+    if (one.probability > kLeastProbability) say += one.probability;
   for (const Weighed& one : all)
-    if (one.probability > kSay) mean.x += one.probability / say * one.how.x;
+    if (one.probability > kLeastProbability) mean.x += one.probability / say * one.how.x;
   for (const Weighed& one : all) {
-    if (!(one.probability > kSay)) continue;
+    if (!(one.probability > kLeastProbability)) continue;
     const Eigen::MatrixXd beforehand =
         touches.covariance() + one.usual * one.usual * one.moves * one.moves.transpose();
     const Eigen::VectorXd off = one.how.x - mean.x;

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "calib/model/random.h"
+#include "calib/model/linear.h"
 #include "calib/model/units.h"
 
 namespace cellcal::calib {

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "calib/model/turn.h"
 #include "calib/model/units.h"
 
 namespace cellcal::calib {

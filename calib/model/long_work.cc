@@ -27,10 +27,10 @@ Watch::Watch(std::function<bool()> cancelled, std::function<void(const WorkDone&
 }
 Watch::~Watch() { work = {outer_}; }
 
-const Watch* Watch::in_charge() { return work.watch; }
+const Watch* Watch::current_watch() { return work.watch; }
 
-Helped::Helped(const Watch* in_charge) { work = {in_charge}; }
-Helped::~Helped() { work = {}; }
+HelperScope::HelperScope(const Watch* current_watch) { work = {current_watch}; }
+HelperScope::~HelperScope() { work = {}; }
 
 bool is_cancelled() { return work.watch != nullptr && work.watch->cancelled(); }
 
@@ -43,7 +43,7 @@ Part::Part(PlanStep step, double from, double to)
   const double all = to_ - from_;
   work.from = from_ + from * all;
   work.to = from_ + to * all;
-  tell_done(0.0);
+  report_progress(0.0);
 }
 
 Part::~Part() {
@@ -52,7 +52,7 @@ Part::~Part() {
   work.step = step_;
 }
 
-void tell_done(double share) {
+void report_progress(double share) {
   if (work.watch == nullptr || !work.watch->tell_) return;
   const double all = work.from + std::clamp(share, 0.0, 1.0) * (work.to - work.from);
   if (all < work.told + kPercent) return;

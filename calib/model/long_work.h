@@ -42,13 +42,13 @@ class Watch {
   Watch& operator=(const Watch&) = delete;
 
   /// Watch of the calling thread; null if there is none.
-  static const Watch* in_charge();
+  static const Watch* current_watch();
   bool cancelled() const { return cancelled_(); }
 
  private:
-  friend class Helped;
+  friend class HelperScope;
   friend class Part;
-  friend void tell_done(double share);
+  friend void report_progress(double share);
 
   std::function<bool()> cancelled_;
   std::function<void(const WorkDone&)> tell_;
@@ -56,12 +56,12 @@ class Watch {
 };
 
 /// Makes a helping thread use the watch of the thread that it helps.
-class Helped {
+class HelperScope {
  public:
-  explicit Helped(const Watch* in_charge);
-  ~Helped();
-  Helped(const Helped&) = delete;
-  Helped& operator=(const Helped&) = delete;
+  explicit HelperScope(const Watch* current_watch);
+  ~HelperScope();
+  HelperScope(const HelperScope&) = delete;
+  HelperScope& operator=(const HelperScope&) = delete;
 };
 
 /// Throws Cancelled if the caller cancelled.
@@ -83,6 +83,6 @@ class Part {
 };
 
 /// Reports progress within the current part.
-void tell_done(double share);
+void report_progress(double share);
 
 }  // namespace cellcal::calib

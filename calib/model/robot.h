@@ -95,8 +95,8 @@ struct Target {
   TargetKind kind = TargetKind::kSphere;
   double diameter_m = 0.0;  ///< spheres
   double diameter_sigma_m = 0.0;
-  bool only_in_the_way = false;  ///< an obstacle without planned touches; not in any file
-  bool has_centre = false;       ///< centre_m is stated
+  bool obstacle_only = false;  ///< an obstacle without planned touches; not in any file
+  bool has_centre = false;     ///< centre_m is stated
   Eigen::Vector3d centre_m =
       Eigen::Vector3d::Zero();  ///< base frame, nominal; plane: a point on it
   bool has_box = false;         ///< without a centre: it lies between the two corners

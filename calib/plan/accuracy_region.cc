@@ -8,7 +8,7 @@
 #include "calib/estimate/region.h"
 #include "calib/model/error.h"
 #include "calib/model/inverse.h"
-#include "calib/model/random.h"
+#include "calib/model/linear.h"
 #include "calib/model/units.h"
 
 namespace cellcal::calib {

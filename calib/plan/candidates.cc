@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "calib/model/inverse.h"
+#include "calib/model/linear.h"
 #include "calib/model/long_work.h"
-#include "calib/model/random.h"
 
 namespace cellcal::calib {
 
@@ -120,7 +120,7 @@ const char* words(NotPlanned why) {
 }
 
 bool is_planned(const Target& target, Kinds kinds) {
-  return !target.only_in_the_way &&
+  return !target.obstacle_only &&
          (target.kind == TargetKind::kSphere || kinds == Kinds::kSpheresAndPlanes) &&
          !why_not_planned(target);
 }
@@ -176,8 +176,8 @@ std::vector<Candidate> find_candidates(const Cell& cell, const ArmModel& arm,
     const int directions = 2 * per_target;
     for (int i = 0, found = 0; i < directions && found < per_target; ++i) {
       poll_cancelled();
-      tell_done((static_cast<double>(t) + static_cast<double>(i) / directions) /
-                static_cast<double>(cell.targets.size()));
+      report_progress((static_cast<double>(t) + static_cast<double>(i) / directions) /
+                      static_cast<double>(cell.targets.size()));
       // Widely spaced lattice points first, so that a short list still surrounds the sphere.
       const int k = (i * 7919) % directions;
       const double shift = random.uniform(0.0, 0.1);
@@ -257,7 +257,7 @@ namespace {
 
 constexpr int kTriedAlone = 40;
 
-std::optional<Hit> what_is_hit(const Clearance& clearance, const Candidate& c) {
+std::optional<Hit> first_collision(const Clearance& clearance, const Candidate& c) {
   for (const JointVector* q : {&c.standoff, &c.clear})
     if (auto hit = clearance.hit(*q, kTipMarginM)) return hit;
   return clearance.hit_search(c.clear, c.end, c.target, kTipMarginM);
@@ -283,7 +283,7 @@ std::optional<std::string> hindrance(const Cell& cell, const ArmModel& arm,
   std::vector<Reason> reasons;  // hits of the same objects are merged
   for (const Candidate& c : find_candidates(alone, arm, Clearance::blind(), options, kTriedAlone,
                                             Kinds::kSpheresAndPlanes)) {
-    const auto hit = what_is_hit(clearance, c);
+    const auto hit = first_collision(clearance, c);
     if (!hit) continue;
     const auto like = std::find_if(reasons.begin(), reasons.end(),
                                    [&](const Reason& one) { return one.hit.is_like(*hit); });

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "calib/model/random.h"
+#include "calib/model/linear.h"
 #include "calib/plan/clearance.h"
 #include "calib/plan/planned_touch.h"
 

@@ -1,4 +1,8 @@
+// Sentences of cell file faults: the number first, then the remedy.
+
 #include "calib/plan/cell_check.h"
+
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
@@ -20,12 +24,12 @@ namespace {
 using Kind = CellFaultKind;
 
 /// Deviations above this many sigmas are mistakes, not chance.
-constexpr double kMistake = 4.0;
+constexpr double kMistakeSigmas = 4.0;
 /// 1 sigma of a centre without a stated one: measured with a tape.
-constexpr double kUsualCentreM = 0.010;
+constexpr double kTypicalCentreM = 0.010;
 /// Smaller errors of a centre are not reported: searches still meet the sphere, and touches correct
 /// it.
-constexpr double kTouchedAllTheSameM = 0.010;
+constexpr double kIgnoredCentreErrorM = 0.010;
 constexpr double kOverlapM = 1e-3;
 /// Smaller values were probably stated in metres.
 constexpr double kShortestToolM = 0.005, kNearestCentreM = 0.020, kThinnestSphereM = 0.001;
@@ -35,7 +39,7 @@ constexpr double kExplained = 0.05;
 constexpr int kReachTried = 60;  // candidates tried; plans need far fewer
 
 double sigma_of(const Target& target) {
-  return target.centre_sigma_m > 0.0 ? target.centre_sigma_m : kUsualCentreM;
+  return target.centre_sigma_m > 0.0 ? target.centre_sigma_m : kTypicalCentreM;
 }
 
 /// A certified length and the distance of its stated centres.
@@ -45,7 +49,7 @@ struct Compared {
   double centres_m = 0.0, sigma_m = 0.0;
 
   double off_m() const { return std::abs(centres_m - length->length_m); }
-  bool fits() const { return off_m() <= kMistake * sigma_m; }  // (66)
+  bool fits() const { return off_m() <= kMistakeSigmas * sigma_m; }  // (66)
 };
 
 std::vector<Compared> compare(const Cell& cell) {
@@ -80,7 +84,7 @@ std::optional<std::pair<std::size_t, std::size_t>> exchanged(const Cell& cell) {
 
 /// The one target common to all lengths that do not fit, if there are two or more. (A length
 /// perpendicular to the error of its centre may still fit.)
-std::optional<std::size_t> only_end(const std::vector<Compared>& all, std::size_t targets) {
+std::optional<std::size_t> common_end(const std::vector<Compared>& all, std::size_t targets) {
   for (std::size_t t = 0; t < targets; ++t) {
     int here = 0;
     const bool explains = std::all_of(all.begin(), all.end(), [&](const Compared& one) {
@@ -96,7 +100,7 @@ std::optional<std::size_t> only_end(const std::vector<Compared>& all, std::size_
 CellFault length_fault(const Cell& cell, const Compared& one) {
   CellFault fault;
   fault.kind = Kind::kLength;
-  fault.refused = one.off_m() > kTouchedAllTheSameM;
+  fault.refused = one.off_m() > kIgnoredCentreErrorM;
   fault.ids = {one.length->from, one.length->to};
   fault.a_m = one.length->length_m;
   fault.b_m = one.centres_m;
@@ -123,14 +127,14 @@ void compare_lengths(const Cell& cell, std::vector<CellFault>& faults) {
                         {cell.targets[pair->first].id, cell.targets[pair->second].id}});
       return;
     }
-    if (const auto target = only_end(all, cell.targets.size())) {
+    if (const auto target = common_end(all, cell.targets.size())) {
       CellFault fault{Kind::kCentre, false, {cell.targets[*target].id}};
       for (const Compared& one : all)
         if (!one.fits() && one.off_m() > fault.a_m) {
           fault.a_m = one.off_m();
           fault.sigma_m = one.sigma_m;
         }
-      fault.refused = fault.a_m > kTouchedAllTheSameM;
+      fault.refused = fault.a_m > kIgnoredCentreErrorM;
       faults.push_back(fault);
       return;
     }
@@ -160,7 +164,7 @@ void compare_lengths_with_each_other(const Cell& cell, std::vector<CellFault>& f
       if (one == nullptr || other == nullptr) continue;
       const double both = one->length_m + other->length_m;
       const double sigma = std::hypot(std::hypot(one->sigma_m, other->sigma_m), length.sigma_m);
-      if (length.length_m <= both + kMistake * sigma) continue;
+      if (length.length_m <= both + kMistakeSigmas * sigma) continue;
       faults.push_back(
           {Kind::kTriangle, true, {length.from, length.to, third.id}, length.length_m, both});
       return;  // one wrong length affects many triangles
@@ -168,7 +172,7 @@ void compare_lengths_with_each_other(const Cell& cell, std::vector<CellFault>& f
   }
 }
 
-void look_at_overlaps(const Cell& cell, std::vector<CellFault>& faults) {
+void check_overlaps(const Cell& cell, std::vector<CellFault>& faults) {
   const auto is_there = [](const Target& target) {
     return target.kind == TargetKind::kSphere && target.has_centre;
   };
@@ -180,12 +184,12 @@ void look_at_overlaps(const Cell& cell, std::vector<CellFault>& faults) {
       const double radii = (a.diameter_m + b.diameter_m) / 2.0;
       if (apart > radii - kOverlapM) continue;
       const double sigma = std::hypot(sigma_of(a), sigma_of(b));
-      const bool refused = apart < kOverlapM || apart + kMistake * sigma < radii;
+      const bool refused = apart < kOverlapM || apart + kMistakeSigmas * sigma < radii;
       faults.push_back({Kind::kOverlap, refused, {a.id, b.id}, apart, radii, 0.0, sigma});
     }
 }
 
-void look_inside(const Cell& cell, std::vector<CellFault>& faults) {
+void check_containment(const Cell& cell, std::vector<CellFault>& faults) {
   Cell rest = cell;
   rest.targets.clear();
   const Surroundings things(rest);
@@ -197,7 +201,7 @@ void look_inside(const Cell& cell, std::vector<CellFault>& faults) {
       const double deep = radius - std::max(0.0, things.distance_m(i, centre, radius));
       if (deep <= kOverlapM) continue;
       const double sigma = sigma_of(target);
-      const bool refused = deep >= radius || deep > kMistake * sigma;
+      const bool refused = deep >= radius || deep > kMistakeSigmas * sigma;
       faults.push_back(
           {Kind::kInside, refused, {target.id, things.words(i)}, deep, 0.0, 0.0, sigma});
     }
@@ -205,7 +209,7 @@ void look_inside(const Cell& cell, std::vector<CellFault>& faults) {
 }
 
 /// Reach within the joint limits, ignoring obstacles, which the plan checks.
-void look_at_reach(const Cell& cell, std::vector<CellFault>& faults) {
+void check_reach(const Cell& cell, std::vector<CellFault>& faults) {
   const ArmModel arm = planning_arm(cell);
   for (std::size_t t = 0; t < cell.targets.size(); ++t) {
     const Target& target = cell.targets[t];
@@ -225,7 +229,7 @@ void look_at_reach(const Cell& cell, std::vector<CellFault>& faults) {
 }
 
 /// True if the tool has a plausible length; otherwise the reach cannot be judged.
-bool look_at_units(const Cell& cell, std::vector<CellFault>& faults) {
+bool check_unit_range(const Cell& cell, std::vector<CellFault>& faults) {
   const double tool = cell.tool.tcp.translation().norm();
   const bool sound = tool <= 0.0 || tool >= kShortestToolM;
   if (!sound) faults.push_back({Kind::kToolInMetres, true, {}, tool});
@@ -252,17 +256,17 @@ std::optional<CellFault> fault_of(const Cell& cell, const Goal& goal) {
 
 std::vector<CellFault> faults_of(const Cell& cell) {
   std::vector<CellFault> faults;
-  const bool tool_is_sound = look_at_units(cell, faults);
+  const bool tool_is_sound = check_unit_range(cell, faults);
   compare_lengths(cell, faults);
   if (faults.empty()) compare_lengths_with_each_other(cell, faults);
-  look_at_overlaps(cell, faults);
-  look_inside(cell, faults);
-  look_at_load(cell, faults);
-  look_at_column(cell, faults);
+  check_overlaps(cell, faults);
+  check_containment(cell, faults);
+  examine_load(cell, faults);
+  examine_column(cell, faults);
   if (tool_is_sound) {
-    look_at_reach(cell, faults);
-    look_at_tool(cell, faults);
-    look_at_description(cell, faults);
+    check_reach(cell, faults);
+    examine_tool(cell, faults);
+    examine_description(cell, faults);
   }
   std::stable_partition(faults.begin(), faults.end(), [](const CellFault& f) { return f.refused; });
   return faults;
@@ -374,7 +378,7 @@ double rated_payload_kg(const Robot& robot) {
   return std::stod(found[2].matched ? found[2].str() : found[1].str());
 }
 
-void look_at_load(const Cell& cell, std::vector<CellFault>& faults) {
+void examine_load(const Cell& cell, std::vector<CellFault>& faults) {
   const double rated_kg = rated_payload_kg(cell.robot);
   const double limit_kg = rated_kg > 0.0 ? rated_kg : kAnyPayloadKg;
   double kg = cell.tool.mass_kg;
@@ -386,7 +390,7 @@ void look_at_load(const Cell& cell, std::vector<CellFault>& faults) {
   faults.push_back(fault);
 }
 
-void look_at_column(const Cell& cell, std::vector<CellFault>& faults) {
+void examine_column(const Cell& cell, std::vector<CellFault>& faults) {
   if (cell.robot.joints.size() < 3 || cell.obstacles.empty()) return;
   const ArmModel arm = planning_arm(cell);
   ArmChain chain;
@@ -406,7 +410,7 @@ void look_at_column(const Cell& cell, std::vector<CellFault>& faults) {
   }
 }
 
-void look_at_tool(const Cell& cell, std::vector<CellFault>& faults) {
+void examine_tool(const Cell& cell, std::vector<CellFault>& faults) {
   const Tool& tool = cell.tool;
   const Vector3d tip = tool.tcp.translation();
   const double beside = tip.head<2>().norm();
@@ -425,7 +429,7 @@ void look_at_tool(const Cell& cell, std::vector<CellFault>& faults) {
     faults.push_back({Kind::kShaftTouchesFirst, true, {}, tool.slim_length_m, needed});
 }
 
-void look_at_description(const Cell& cell, std::vector<CellFault>& faults) {
+void examine_description(const Cell& cell, std::vector<CellFault>& faults) {
   const auto out_of_reach = [](const CellFault& fault) { return fault.kind == Kind::kOutOfReach; };
   if (std::any_of(faults.begin(), faults.end(),
                   [&](const CellFault& fault) { return fault.refused && !out_of_reach(fault); }))
@@ -447,6 +451,179 @@ void look_at_description(const Cell& cell, std::vector<CellFault>& faults) {
   }
   if (!fault.mistakes.empty()) std::erase_if(faults, out_of_reach);
   faults.push_back(fault);
+}
+
+namespace {
+
+using Kind = CellFaultKind;
+
+double mm(double metres) { return metres * 1e3; }
+
+std::string length_words(const CellFault& f) {
+  return fmt::format(
+      "certified length {}-{}: {:.3f} mm stated, {:.1f} +- {:.1f} mm between the stated centres "
+      "({:.0f} sigma)",
+      f.ids[0], f.ids[1], mm(f.a_m), mm(f.b_m), mm(f.sigma_m), std::abs(f.a_m - f.b_m) / f.sigma_m);
+}
+
+std::string words_of(const DescriptionMistake& mistake) {
+  switch (mistake.kind) {
+    case DescriptionMistake::Kind::kSign:
+      return fmt::format("sign = {} of {}", mistake.sign, mistake.joint);
+    case DescriptionMistake::Kind::kOffset:
+      return fmt::format("offset_deg = {:.0f} of {}", mistake.offset_deg, mistake.joint);
+    case DescriptionMistake::Kind::kToolAxis:
+      break;
+  }
+  return fmt::format("xyz_mm = [{:g}, {:g}, {:g}] of [tool]", mm(mistake.tcp_m.x()),
+                     mm(mistake.tcp_m.y()), mm(mistake.tcp_m.z()));
+}
+
+std::string mistake_words(const CellFault& f) {
+  if (f.mistakes.empty())
+    return "No arm can rest like that: correct robot file, [tool] and floor_mm";
+  std::string all;
+  for (const DescriptionMistake& one : f.mistakes)
+    all += (all.empty() ? "" : ", or ") + words_of(one);
+  if (f.more > 0) all += fmt::format(", or {} more", f.more);
+  return "Likely mistake in the robot file or [tool]: " + all + " would fit";
+}
+
+}  // namespace
+
+std::string found_words(const CellFault& f) {
+  switch (f.kind) {
+    case Kind::kLength:
+    case Kind::kSurfaces:
+    case Kind::kDecimalPoint:
+      return length_words(f);
+    case Kind::kCentresExchanged:
+      return fmt::format(
+          "the centres of {} and {} are exchanged: the other way round they fit all "
+          "certified lengths",
+          f.ids[0], f.ids[1]);
+    case Kind::kCentre:
+      return fmt::format(
+          "centre of {}: up to {:.1f} mm off certified lengths that end there ({:.0f} "
+          "sigma), and all others fit",
+          f.ids[0], mm(f.a_m), f.a_m / f.sigma_m);
+    case Kind::kLengthTooShort:
+      return fmt::format("certified length {}-{}: {:.3f} mm, less than the {:.1f} mm of both radii",
+                         f.ids[0], f.ids[1], mm(f.a_m), mm(f.b_m));
+    case Kind::kTriangle:
+      return fmt::format(
+          "certified length {0}-{1}: {3:.3f} mm, longer than {0}-{2} and {2}-{1} "
+          "together ({4:.3f} mm)",
+          f.ids[0], f.ids[1], f.ids[2], mm(f.a_m), mm(f.b_m));
+    case Kind::kOverlap:
+      return fmt::format("spheres {} and {}: {:.1f} mm between centres, {:.1f} mm of both radii",
+                         f.ids[0], f.ids[1], mm(f.a_m), mm(f.b_m));
+    case Kind::kInside:
+      return fmt::format("sphere {}: {:.1f} mm deep in {}", f.ids[0], mm(f.a_m), f.ids[1]);
+    case Kind::kOutOfReach:
+      return fmt::format(
+          "target {}: {:.0f} mm from the base's origin, and no posture inside the "
+          "joint limits touches it",
+          f.ids[0], mm(f.a_m));
+    case Kind::kCentreInMetres:
+      return fmt::format("target {}: {:.3f} mm from the base's origin", f.ids[0], mm(f.a_m));
+    case Kind::kToolInMetres:
+      return fmt::format("tool: the tip lies {:.3f} mm from the flange", mm(f.a_m));
+    case Kind::kDiameterInMetres:
+      return fmt::format("sphere {}: {:.4f} mm of diameter", f.ids[0], mm(f.a_m));
+    case Kind::kTouchSigma:
+      return fmt::format("touch: sigma_mm = {:g}", mm(f.a_m));
+    case Kind::kToolTooHeavy:
+      return fmt::format("tool: {:g} kg, limit {:g} kg (rated payload of the robot)", f.kg,
+                         f.limit_kg);
+    case Kind::kInColumn:
+      return fmt::format(
+          "{}: {:.0f} mm from the robot's axis A1, limit {:.0f} mm: the column is there", f.ids[0],
+          mm(f.a_m), mm(f.b_m));
+    case Kind::kLargeBall:
+      return fmt::format(
+          "tool: a ball of {:.1f} mm radius at the tip, limit {:.1f} mm (clearance of a plan)",
+          mm(f.a_m), mm(f.b_m));
+    case Kind::kShaftTouchesFirst:
+      return fmt::format(
+          "tool: {:.1f} mm from tip to shaft, at least {:.1f} mm needed: the shaft meets a sphere before the tip",
+          mm(f.a_m), mm(f.b_m));
+    case Kind::kShankTouchesFirst:
+      return fmt::format(
+          "tool: a ball of {:.1f} mm radius on a slim end of {:.1f} mm radius: the side meets a sphere before the ball",
+          mm(f.a_m), mm(f.b_m));
+    case Kind::kToolAcross:
+      return fmt::format(
+          "tool: the tip lies {:.0f} mm along the flange's Z axis and {:.0f} mm across it",
+          mm(f.a_m), mm(f.b_m));
+    case Kind::kDescription:
+      return f.ids.empty() ? "arm: no posture inside the joint limits touches any target"
+                           : fmt::format("arm: in every resting posture {}", f.ids[0]);
+    case Kind::kGoal:
+      return fmt::format(
+          "required_mm = {:.3f}, a goal of {:.3f} mm leads to a mean error of about {:.3f} mm",
+          mm(f.a_m), mm(f.b_m), mm(f.c_m));
+    case Kind::kRequired:
+      return fmt::format("required_mm = {:.3f}, the plan reaches {:.3f} mm", mm(f.a_m), mm(f.b_m));
+  }
+  return {};
+}
+
+std::string advice_words(const CellFault& f) {
+  switch (f.kind) {
+    case Kind::kLength:
+      return "Compare the certificate and both centre_mm, in the robot's base frame";
+    case Kind::kSurfaces:
+      return "The difference is both radii: a certified length lies between centres, not surfaces";
+    case Kind::kDecimalPoint:
+      return fmt::format("Look at the decimal point: {:.3f} mm would fit", mm(f.c_m));
+    case Kind::kCentresExchanged:
+      return "Exchange their centre_mm, or their ids";
+    case Kind::kCentre:
+      return "Measure its centre_mm again, in the robot's base frame";
+    case Kind::kLengthTooShort:
+      return "A certified length lies between centres; look at unit and decimal point";
+    case Kind::kTriangle:
+      return "One of the three is wrong: compare the certificate";
+    case Kind::kOverlap:
+      return "Correct one centre_mm";
+    case Kind::kInside:
+      return "Correct its centre_mm, or place and size of what it is in";
+    case Kind::kOutOfReach:
+      return "Correct its centre_mm, place it nearer, or look at robot and [tool]";
+    case Kind::kCentreInMetres:
+      return "centre_mm may be in metres. State it in millimetres, in the robot's base frame";
+    case Kind::kToolInMetres:
+      return "xyz_mm of [tool] may be in metres. State it in millimetres";
+    case Kind::kDiameterInMetres:
+      return "diameter_mm may be in metres. State it in millimetres";
+    case Kind::kTouchSigma:
+      return "sigma_mm may be in another unit. State it in millimetres; 0.03 is usual";
+    case Kind::kToolTooHeavy:
+      return "Correct mass_kg of [tool] (kilograms), or use the file of the robot that carries it";
+    case Kind::kInColumn:
+      return "Correct its place and size, in the robot's base frame. A pedestal ends at the base";
+    case Kind::kLargeBall:
+      return "tip_radius_mm is the radius, not the diameter. Correct it, or use a smaller ball";
+    case Kind::kShaftTouchesFirst:
+      return "Correct tip_length_mm and radius_mm of [tool], or use a longer tip";
+    case Kind::kShankTouchesFirst:
+      return "Correct tip_radius_mm and tip_diameter_mm of [tool], or use a thinner shank";
+    case Kind::kToolAcross:
+      return "Compare xyz_mm of [tool] with the pendant's tool data: most tools point along Z";
+    case Kind::kDescription:
+      return mistake_words(f);
+    case Kind::kGoal:
+      return fmt::format("Ask for a goal of {:.3f} mm, or state a larger required_mm",
+                         mm(f.a_m * f.b_m / f.c_m));
+    case Kind::kRequired:
+      return "Make more touches in more varied postures, or state a larger required_mm";
+  }
+  return {};
+}
+
+std::string words(const CellFault& fault) {
+  return found_words(fault) + ". " + advice_words(fault);
 }
 
 }  // namespace cellcal::calib

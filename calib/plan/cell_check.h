@@ -89,11 +89,11 @@ std::vector<std::string> refuse_faulty(const Cell& cell);
 /// Rated payload [kg] from KUKA's model name ("KR 16 R1610-2": 16, "KR 150 L110": 110). 0: unknown.
 double rated_payload_kg(const Robot& robot);
 
-void look_at_load(const Cell& cell, std::vector<CellFault>& faults);
-void look_at_column(const Cell& cell, std::vector<CellFault>& faults);
-void look_at_tool(const Cell& cell, std::vector<CellFault>& faults);
+void examine_load(const Cell& cell, std::vector<CellFault>& faults);
+void examine_column(const Cell& cell, std::vector<CellFault>& faults);
+void examine_tool(const Cell& cell, std::vector<CellFault>& faults);
 /// At rest the arm must intersect neither itself nor the floor, and must reach some target; otherwise its description
 /// is wrong. Replaces the `faults` explained by this; no effect if others are refused.
-void look_at_description(const Cell& cell, std::vector<CellFault>& faults);
+void examine_description(const Cell& cell, std::vector<CellFault>& faults);
 
 }  // namespace cellcal::calib

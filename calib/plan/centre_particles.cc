@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calib/model/statistics.h"
+#include "calib/model/linear.h"
 
 namespace cellcal::calib {
 
@@ -17,9 +17,9 @@ constexpr double kCut = 3.0;  ///< sigmas
 /// Jitter of particles drawn more than once: less than the error of the arm.
 constexpr double kApartM = 0.3 * kArmSigmaM;
 /// A miss deeper inside the radius than this is impossible.
-constexpr double kSureM = 2.0 * kArmSigmaM;
+constexpr double kCertainMissM = 2.0 * kArmSigmaM;
 /// Tolerance of the stated region: the nominal arm may see the sphere this far outside.
-constexpr double kSeenElsewhereM = 3.0 * kArmSigmaM;
+constexpr double kRegionToleranceM = 3.0 * kArmSigmaM;
 
 }  // namespace
 
@@ -59,15 +59,15 @@ CentreParticles::CentreParticles(const Target& target, double radius_m, unsigned
 void CentreParticles::hit(const Vector3d& from, const Vector3d& tip) {
   // Places that would have been met before the last sigmas of the line.
   const double length = (tip - from).norm();
-  const double clear_m = std::max(0.0, length - kSureM);
+  const double clear_m = std::max(0.0, length - kCertainMissM);
   const Vector3d last = length > 0.0 ? Vector3d(from + clear_m / length * (tip - from)) : from;
   std::vector<double> weight(places_.size());
   for (std::size_t k = 0; k < places_.size(); ++k) {
     const double off = ((places_[k] - tip).norm() - radius_m_) / kArmSigmaM;
-    const bool earlier = distance_m(places_[k], from, last) < radius_m_ - kSureM;
+    const bool earlier = distance_m(places_[k], from, last) < radius_m_ - kCertainMissM;
     weight[k] = earlier ? 0.0 : std::exp(-0.5 * off * off);  // (70)
   }
-  draw_again(weight);
+  resample(weight);
 }
 
 void CentreParticles::miss(const Vector3d& from, const Vector3d& to) {
@@ -75,28 +75,28 @@ void CentreParticles::miss(const Vector3d& from, const Vector3d& to) {
   std::erase_if(places_, [&](const Vector3d& place) {
     const double inside_m = radius_m_ - distance_m(place, from, to);
     if (inside_m <= 0.0) return false;
-    if (inside_m > kSureM) return true;
+    if (inside_m > kCertainMissM) return true;
     return random_.uniform() >= normal_above(inside_m / kArmSigmaM);  // (70a)
   });
   if (!places_.empty() && places_.size() < kPlaces / 2)
-    draw_again(std::vector<double>(places_.size(), 1.0));
+    resample(std::vector<double>(places_.size(), 1.0));
 }
 
 double CentreParticles::bound_m() const {
-  return has_box_ ? half_box_m_.norm() + std::sqrt(3.0) * kSeenElsewhereM
-                  : kCut * prior_sigma_m_ + kSeenElsewhereM;
+  return has_box_ ? half_box_m_.norm() + std::sqrt(3.0) * kRegionToleranceM
+                  : kCut * prior_sigma_m_ + kRegionToleranceM;
 }
 
 bool CentreParticles::is_possible(const Vector3d& place) const {
   for (const auto& [from, to] : missed_)
-    if (distance_m(place, from, to) < radius_m_ - kSureM) return false;
+    if (distance_m(place, from, to) < radius_m_ - kCertainMissM) return false;
   const Vector3d off = place - prior_mean_;
-  if (has_box_) return ((off.cwiseAbs() - half_box_m_).array() <= kSeenElsewhereM).all();
-  return off.norm() <= kCut * prior_sigma_m_ + kSeenElsewhereM;
+  if (has_box_) return ((off.cwiseAbs() - half_box_m_).array() <= kRegionToleranceM).all();
+  return off.norm() <= kCut * prior_sigma_m_ + kRegionToleranceM;
 }
 
 /// Systematic resampling by weight, with the initial number of particles.
-void CentreParticles::draw_again(const std::vector<double>& weight) {
+void CentreParticles::resample(const std::vector<double>& weight) {
   double sum = 0.0;
   for (const double w : weight) sum += w;
   if (!(sum > 0.0)) {

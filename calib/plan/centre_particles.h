@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "calib/model/random.h"
+#include "calib/model/linear.h"
 #include "calib/model/robot.h"
 
 namespace cellcal::calib {
@@ -46,7 +46,7 @@ class CentreParticles {
   double prior_sigma_m() const { return prior_sigma_m_; }
 
  private:
-  void draw_again(const std::vector<double>& weight);
+  void resample(const std::vector<double>& weight);
   /// True if inside the stated region and not excluded by a line.
   bool is_possible(const Eigen::Vector3d& place) const;
 

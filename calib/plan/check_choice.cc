@@ -84,7 +84,7 @@ class Picker {
 
   /// The feasible candidate that, with the others, leaves the smallest uncertainty; of a target without touches
   /// among them, if there is one.
-  std::optional<std::size_t> best_beside(const std::vector<std::size_t>& others) const {
+  std::optional<std::size_t> best_alternative(const std::vector<std::size_t>& others) const {
     std::set<std::size_t> touched, all;
     for (const Candidate& one : candidates_) all.insert(one.target);
     for (const std::size_t c : others) touched.insert(candidates_[c].target);
@@ -119,7 +119,7 @@ std::vector<std::size_t> choose_check(const Calibration& calibration,
   const Picker picker(candidates, design, possible);
   std::vector<std::size_t> picked;
   while (static_cast<int>(picked.size()) < count) {
-    const auto next = picker.best_beside(picked);
+    const auto next = picker.best_alternative(picked);
     if (!next) return picked;
     picked.push_back(*next);
   }
@@ -128,7 +128,7 @@ std::vector<std::size_t> choose_check(const Calibration& calibration,
       std::vector<std::size_t> others;
       for (const std::size_t& one : picked)
         if (&one != &place) others.push_back(one);
-      place = picker.best_beside(others).value_or(place);
+      place = picker.best_alternative(others).value_or(place);
     }
   return picked;
 }

@@ -101,7 +101,7 @@ Plan make_qualification_plan(const Cell& cell, const PlanOptions& options, std::
                              int places, std::span<const double> speeds_m_s) {
   const std::string touched = qualification_target(cell, target);
   Cell one = cell;
-  for (Target& other : one.targets) other.only_in_the_way = other.id != touched;
+  for (Target& other : one.targets) other.obstacle_only = other.id != touched;
   PlanOptions few = options;
   few.fit_touches = places;
   few.check_touches = 0;

@@ -9,8 +9,8 @@
 
 #include "calib/estimate/predict.h"
 #include "calib/estimate/region.h"
+#include "calib/model/linear.h"
 #include "calib/model/long_work.h"
-#include "calib/model/random.h"
 #include "calib/plan/design.h"
 
 namespace cellcal::calib {
@@ -77,13 +77,14 @@ class Choosing {
     }
     for (const Candidate& c : candidates) {
       const Target& target = cell.targets[c.target];
-      tells_.push_back(c.normal);
+      constrained_direction_.push_back(c.normal);
       if (target.kind != TargetKind::kPlane) continue;
       // Position in the circle, and 1 for the shift along the normal.
       const Eigen::Vector3d across = target.normal.unitOrthogonal();
       const Eigen::Vector3d place =
           (problem_.arm->nominal_tip_m(c.contact) - target.centre_m) / (target.extent_m / 2.0);
-      tells_.back() = {place.dot(across), place.dot(target.normal.cross(across)), 1.0};
+      constrained_direction_.back() = {place.dot(across), place.dot(target.normal.cross(across)),
+                                       1.0};
     }
     design_.emplace(std::move(problem_.rows), std::move(problem_.covariance_u), problem_.moves_m);
   }
@@ -93,7 +94,7 @@ class Choosing {
     for (const std::size_t c : options_.start) note(c);
     for (int k = static_cast<int>(picked_.size()); k < options_.count; ++k) {
       poll_cancelled();
-      tell_done(kPickingShare * k / options_.count);
+      report_progress(kPickingShare * k / options_.count);
       const auto pick = next(options_.count - k);
       if (!pick) break;
       take(*pick);
@@ -133,7 +134,7 @@ class Choosing {
   }
 
   void note(std::size_t c) {
-    held_[candidates_[c].target].add(tells_[c]);
+    held_[candidates_[c].target].add(constrained_direction_[c]);
     picked_.push_back(c);
   }
 
@@ -156,7 +157,7 @@ class Choosing {
           continue;
         double worth = this->worth(c);
         if (only_owed && own.count() >= options_.least_per_target - kForSpread)
-          worth *= own.in_worst(tells_[c]);
+          worth *= own.in_worst(constrained_direction_[c]);
         if (worth > best) {
           best = worth;
           pick = c;
@@ -194,8 +195,9 @@ class Choosing {
       double posture = 0.0;
       for (std::size_t i = 0; i < candidates_[c].contact.size(); ++i)
         posture += std::pow(candidates_[c].contact[i] - candidates_[other].contact[i], 2);
-      const double turned =
-          std::acos(std::clamp(tells_[c].normalized().dot(tells_[other].normalized()), -1.0, 1.0));
+      const double turned = std::acos(std::clamp(
+          constrained_direction_[c].normalized().dot(constrained_direction_[other].normalized()),
+          -1.0, 1.0));
       nearest = std::min(nearest, turned + kPostureWeight * std::sqrt(posture));
     }
     constexpr double kTurn = 100.0;  // above any distance
@@ -215,14 +217,14 @@ class Choosing {
     double done = 0.0;
     for (std::size_t& pick : picked_) {
       poll_cancelled();
-      tell_done(kPickingShare + (1.0 - kPickingShare) *
-                                    (round + done++ / static_cast<double>(picked_.size())) /
-                                    options_.exchanges);
+      report_progress(kPickingShare + (1.0 - kPickingShare) *
+                                          (round + done++ / static_cast<double>(picked_.size())) /
+                                          options_.exchanges);
       const std::size_t own = candidates_[pick].target;
       const Eigen::VectorXd gains = design_->gains_without(static_cast<Eigen::Index>(pick));
       const auto gain = [&](std::size_t c) { return gains[static_cast<Eigen::Index>(c)]; };
       Held rest = held_[own];
-      rest.remove(tells_[pick]);
+      rest.remove(constrained_direction_[pick]);
       const bool bound = rest.owed(options_.least_per_target) > 0;
       std::size_t best = pick;
       while (true) {
@@ -234,13 +236,13 @@ class Choosing {
       if (best == pick) continue;
       if (bound) {  // its sphere must stay constrained from all sides
         Held with = rest;
-        with.add(tells_[best]);
+        with.add(constrained_direction_[best]);
         if (with.owed(options_.least_per_target) > 0) continue;
       }
       design_->drop(static_cast<Eigen::Index>(pick));
       design_->take(static_cast<Eigen::Index>(best));
       held_[own] = rest;
-      held_[candidates_[best].target].add(tells_[best]);
+      held_[candidates_[best].target].add(constrained_direction_[best]);
       pick = best;
     }
     return 1.0 - variance() / before;
@@ -250,7 +252,7 @@ class Choosing {
   const std::vector<Candidate>& candidates_;
   std::vector<std::size_t> targets_;  ///< that have candidates
   /// Direction that a touch constrains its target in: for a sphere the touch direction.
-  std::vector<Eigen::Vector3d> tells_;
+  std::vector<Eigen::Vector3d> constrained_direction_;
   std::vector<Held> held_;
   std::vector<std::optional<bool>> possible_;
   Random random_;
@@ -326,8 +328,8 @@ constexpr double kIsWorth = 0.01;  // minimum share of the error
 
 }  // namespace
 
-void look_around(const Cell& cell, Pool& pool, std::size_t spread, ChooseOptions how,
-                 Choice& choice) {
+void add_neighbours(const Cell& cell, Pool& pool, std::size_t spread, ChooseOptions how,
+                    Choice& choice) {
   Random random(how.seed + 2);
   constexpr double kRounds = std::size(kByRad);
   double round = 0.0;

@@ -53,7 +53,7 @@ inline constexpr double kReachShare = 0.05, kChosenShare = 0.15, kRefinedShare =
 /// Exchanges the picks for variations by decreasing angles, as long as the gain is sufficient.
 /// `choice`: among the pool's candidates, by `how`. Removes candidates from `spread` on, except the
 /// picks.
-void look_around(const Cell& cell, Pool& pool, std::size_t spread, ChooseOptions how,
-                 Choice& choice);
+void add_neighbours(const Cell& cell, Pool& pool, std::size_t spread, ChooseOptions how,
+                    Choice& choice);
 
 }  // namespace cellcal::calib

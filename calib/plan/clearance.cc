@@ -11,7 +11,7 @@
 #include <span>
 #include <vector>
 
-#include "calib/model/random.h"
+#include "calib/model/linear.h"
 #include "calib/model/units.h"
 #include "calib/plan/bodies.h"
 #include "calib/plan/surroundings.h"
@@ -144,8 +144,8 @@ struct Clearance::Impl {
     return !passable || passable(from, to);
   }
 
-  bool look_along(const JointVector& from, const JointVector& to, const Mode& mode,
-                  Encounter* worst) const {
+  bool path_is_clear(const JointVector& from, const JointVector& to, const Mode& mode,
+                     Encounter* worst) const {
     struct Piece {
       double begin, end;
       std::size_t first, last;  // postures
@@ -292,12 +292,12 @@ struct Clearance::Impl {
       if (!margin) continue;
       const double keeps = body.radius_m + *margin;
       // The object determines neither bound.
-      if (const double far_off = things.far_off_m(i, middle, half) - keeps;
+      if (const double far_off = things.coarse_bound_m(i, middle, half) - keeps;
           far_off >= low && far_off >= high)
         continue;
       const double distance = things.bound_m(i, axis);
       low = std::min(low, distance - keeps);
-      high = std::min(high, distance < keeps + kNearM ? distance - keeps + things.doubt_m(i)
+      high = std::min(high, distance < keeps + kNearM ? distance - keeps + things.bound_gap_m(i)
                                                       : distance - keeps);
     }
   }
@@ -314,7 +314,7 @@ struct Clearance::Impl {
         if (!margin) continue;
         const double keeps = body.radius_m + *margin;
         double distance = things.bound_m(i, axis);
-        const bool doubtful = things.doubt_m(i) > 0.0 && distance < keeps + kNearM;
+        const bool doubtful = things.bound_gap_m(i) > 0.0 && distance < keeps + kNearM;
         if (doubtful != in_doubt || distance - keeps >= least) continue;
         if (in_doubt) distance = things.distance_m(i, axis, keeps + kNearM);
         least = std::min(least, distance - keeps);
@@ -390,13 +390,13 @@ bool Clearance::clear(const JointVector& q, double tip_margin_m) const {
 
 bool Clearance::clear(const JointVector& from, const JointVector& to, double tip_margin_m) const {
   return impl_ == nullptr ||
-         (impl_->look_along(from, to, {tip_margin_m, -1}, nullptr) && impl_->passes(from, to));
+         (impl_->path_is_clear(from, to, {tip_margin_m, -1}, nullptr) && impl_->passes(from, to));
 }
 
 bool Clearance::clear_search(const JointVector& from, const JointVector& to, std::size_t target,
                              double tip_margin_m) const {
   return impl_ == nullptr ||
-         (impl_->look_along(from, to, {tip_margin_m, static_cast<int>(target)}, nullptr) &&
+         (impl_->path_is_clear(from, to, {tip_margin_m, static_cast<int>(target)}, nullptr) &&
           impl_->passes(from, to));
 }
 
@@ -418,7 +418,7 @@ std::optional<Hit> Clearance::hit(const JointVector& from, const JointVector& to
                                   double tip_margin_m) const {
   if (impl_ == nullptr) return std::nullopt;
   Encounter worst;
-  const bool is_clear = impl_->look_along(from, to, {tip_margin_m, -1}, &worst);
+  const bool is_clear = impl_->path_is_clear(from, to, {tip_margin_m, -1}, &worst);
   if (!is_clear) return impl_->of(worst);
   if (!impl_->passes(from, to)) return Hit{Hit::Kind::kImpassable};
   return std::nullopt;
@@ -429,7 +429,7 @@ std::optional<Hit> Clearance::hit_search(const JointVector& from, const JointVec
   if (impl_ == nullptr) return std::nullopt;
   Encounter worst;
   const bool is_clear =
-      impl_->look_along(from, to, {tip_margin_m, static_cast<int>(target)}, &worst);
+      impl_->path_is_clear(from, to, {tip_margin_m, static_cast<int>(target)}, &worst);
   if (!is_clear) return impl_->of(worst);
   if (!impl_->passes(from, to)) return Hit{Hit::Kind::kImpassable};
   return std::nullopt;

@@ -131,9 +131,9 @@ namespace {
 constexpr int kPoses = 200;
 constexpr double kLimitMarginRad = 0.05;
 /// Typical share of the compliance assumed if the file states none.
-constexpr double kUsualCompliance = 0.3;
+constexpr double kTypicalCompliance = 0.3;
 /// Mean ripple left possible by the evidence after some tens of touches.
-constexpr double kUsualRippleRad = 5.0 * kRadPerArcsec;
+constexpr double kTypicalRippleRad = 5.0 * kRadPerArcsec;
 /// Prior of centres without one: a metre, in prior units, carries no information.
 constexpr double kNoPriorWeight = 1e-2;
 
@@ -175,7 +175,7 @@ std::vector<JointVector> postures(const Problem& problem, const std::vector<Cand
 DesignProblem design_problem(const Cell& stated, const std::vector<Candidate>& candidates,
                              const AccuracyRegion& region) {
   // Includes non-geometric errors: touches are chosen with the model of the verdict.
-  const Cell cell = at_level(stated, {gives(stated) ? 1.0 : kUsualCompliance, 1.0, 0.0},
+  const Cell cell = at_level(stated, {gives(stated) ? 1.0 : kTypicalCompliance, 1.0, 0.0},
                              {});  // of the first tool
   DesignProblem design;
   design.arm = std::make_shared<const ArmModel>(cell);
@@ -195,7 +195,7 @@ DesignProblem design_problem(const Cell& stated, const std::vector<Candidate>& c
     const Eigen::Vector3d across = target.normal.unitOrthogonal();
     places.back().axes << across, target.normal.cross(across), target.normal;
   }
-  const Problem problem(cell, arm, touches, places, kUsualRippleRad);
+  const Problem problem(cell, arm, touches, places, kTypicalRippleRad);
   const int n = problem.size();
   const Linearisation rows =
       linearise(problem, Eigen::VectorXd::Zero(n), std::vector<bool>(touches.size(), true));
@@ -210,7 +210,7 @@ DesignProblem design_problem(const Cell& stated, const std::vector<Candidate>& c
   design.scale.resize(arm.size());
   for (int i = 0; i < arm.size(); ++i)
     design.scale[i] = problem.unknowns()[static_cast<std::size_t>(i)].scale;
-  design.ripple_rad = region.kind == AccuracyRegion::Kind::kTool ? 0.0 : kUsualRippleRad;
+  design.ripple_rad = region.kind == AccuracyRegion::Kind::kTool ? 0.0 : kTypicalRippleRad;
   design.postures = postures(problem, candidates, region);
   design.moves_m = moves(arm, design.postures, design.scale, region);
   return design;

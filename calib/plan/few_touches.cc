@@ -7,7 +7,7 @@
 
 #include "calib/check/foresight.h"
 #include "calib/estimate/predict.h"
-#include "calib/model/random.h"
+#include "calib/model/linear.h"
 #include "calib/plan/aim.h"
 #include "calib/plan/duration.h"
 #include "calib/plan/plan.h"
@@ -31,7 +31,7 @@ const TargetResult* known_sphere(const Calibration& calibration, const Target& t
 }
 
 /// Sets the predicted sigma of each contact.
-void tell_sigmas(const Calibration& calibration, Plan& plan) {
+void set_predicted_sigmas(const Calibration& calibration, Plan& plan) {
   std::vector<Touch> contacts;
   for (const PlannedTouch& planned : plan.touches) {
     contacts.emplace_back();
@@ -55,7 +55,7 @@ Cell as_known(const Calibration& calibration) {
   bool any = false;
   for (Target& target : cell.targets) {
     const TargetResult* known = known_sphere(calibration, target);
-    target.only_in_the_way = known == nullptr;
+    target.obstacle_only = known == nullptr;
     if (known == nullptr) continue;
     any = target.has_centre = true;
     target.centre_m = known->centre_m;
@@ -107,7 +107,7 @@ Plan make_few_touches(const Calibration& calibration, const PlanOptions& options
     for (const std::size_t c : picked) todo.push_back({pool.candidates()[c], how.set});
     Plan plan = visit(cell, options, pool.clearance(), pool.router(), std::move(todo), start, aim);
     if (count > how.least_touches && duration_s(plan, cell.robot, pace) > how.most_s) continue;
-    tell_sigmas(calibration, plan);
+    set_predicted_sigmas(calibration, plan);
     return plan;
   }
 }

@@ -27,7 +27,7 @@ constexpr double kOffM = 0.008;
 constexpr double kOneSideRad = 70.0 * kRadPerDeg;
 constexpr std::size_t kLeastHits = 6, kMostHits = 12;
 /// Typical number of touches to find a sphere (tests/experiments, finding).
-constexpr int kUsualHits = 7;
+constexpr int kTypicalHits = 7;
 constexpr int kMostLines = 600;
 /// Minimum hit probability of a line, in increasing effort: a line below it is used only if no other
 /// is feasible. The wider the particles spread, the fewer of them a single line meets, and the fewer
@@ -151,7 +151,7 @@ struct Finder::Impl {
     const Vector3d tip = arm.nominal_tcp(touch.joint_rad).translation();
     one.tips.push_back(tip);
     one.particles.hit(from.value_or(tip), tip);
-    draw_in(one);
+    shrink_ball(one);
     const std::vector<double> radii(one.tips.size(), one.radius_m);
     const Vector3d believed = one.particles.mean();
     one.centre_m =
@@ -202,7 +202,7 @@ struct Finder::Impl {
   /// Its ball under the current knowledge. Before the first contact it contains the whole initial
   /// region, including excluded places; afterwards it shrinks, barely exceeding the previous one,
   /// whose boundary the arm has just left.
-  void draw_in(Sought& one) {
+  void shrink_ball(Sought& one) {
     if (one.tips.empty() || one.particles.empty()) return;
     const Vector3d mean = one.particles.mean();
     const double around_mean = one.particles.reach_m(mean) + kWrongM;
@@ -296,7 +296,8 @@ struct Finder::Impl {
                                   cell.targets[one.target].diameter_m / 2.0, stand, cell.tool);
         if (line.depth.share < least) continue;
         line.share = line.depth.share;
-        if (!one.tips.empty()) line.tells = told_m2(line.depth, some, kArmSigmaM) / line.share;
+        if (!one.tips.empty())
+          line.tells = expected_reduction_m2(line.depth, some, kArmSigmaM) / line.share;
         line.depth.met_m.clear();
         line.aim = aim;
         c.target = one.target;
@@ -524,7 +525,7 @@ void Finder::missed() {
   impl_->planned.reset();
   if (Sought* one = impl_->current()) {
     one->particles.miss(impl_->line_from, impl_->line_to);
-    impl_->draw_in(*one);
+    impl_->shrink_ball(*one);
   }
   impl_->locate();
 }
@@ -540,13 +541,13 @@ bool Finder::leads_out(const JointVector& from) const {
   return impl_->way_out(*one, from, clearance, others).has_value();
 }
 
-bool Finder::stands_clear(const JointVector& at) const {
+bool Finder::is_clear_at(const JointVector& at) const {
   const Cell around = impl_->swollen(std::nullopt);
   return Clearance(around, impl_->arm).clear(at, kTipMarginM);
 }
 
-bool Finder::is_clear_but_for_sought(const JointVector& from,
-                                     const std::vector<JointVector>& way) const {
+bool Finder::is_clear_except_sought(const JointVector& from,
+                                    const std::vector<JointVector>& way) const {
   Cell others = impl_->cell;
   std::erase_if(others.targets, [&](const Target& target) { return impl_->find(target.id); });
   others.lengths.clear();
@@ -574,7 +575,7 @@ std::vector<JointVector> Finder::way_home() const {
 int Finder::touches_left() const {
   int left = 0;
   for (const Sought& one : impl_->sought)
-    if (!one.found) left += std::max(1, kUsualHits - static_cast<int>(one.tips.size()));
+    if (!one.found) left += std::max(1, kTypicalHits - static_cast<int>(one.tips.size()));
   return left;
 }
 

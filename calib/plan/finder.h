@@ -49,9 +49,9 @@ class Finder {
   bool leads_out(const JointVector& from) const;
 
   /// True if `at` is clear of everything, including all possible places of spheres.
-  bool stands_clear(const JointVector& at) const;
+  bool is_clear_at(const JointVector& at) const;
   /// True if these moves from `from` are clear of everything except the spheres still to be found.
-  bool is_clear_but_for_sought(const JointVector& from, const std::vector<JointVector>& way) const;
+  bool is_clear_except_sought(const JointVector& from, const std::vector<JointVector>& way) const;
 
   /// The cell with its spheres at their found or estimated places.
   const Cell& located() const;

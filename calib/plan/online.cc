@@ -11,8 +11,8 @@
 #include <map>
 
 #include "calib/estimate/incremental_estimate.h"
+#include "calib/model/linear.h"
 #include "calib/model/long_work.h"
-#include "calib/model/random.h"
 #include "calib/model/units.h"
 #include "calib/plan/aim.h"
 #include "calib/plan/choose.h"
@@ -58,7 +58,7 @@ struct Online::Impl {
   int least = kFirstTouches;        ///< touches of each sphere before the first estimate
   std::vector<std::size_t> seeds;   ///< for the first estimate, in order
   std::vector<std::size_t> agenda;  ///< chosen together, in order after the seeds
-  int until_chosen_again = 0;       ///< touches
+  int until_reselected = 0;         ///< touches
   int unsettled = 0;                ///< number of failed estimates
   Random random;
   std::vector<std::size_t> failed;  ///< failed candidates
@@ -137,7 +137,7 @@ struct Online::Impl {
     }
     if (how.count > fewest) {
       const Part part(PlanStep::kChoose, kChosenShare, kRefinedShare);
-      look_around(cell, pool, spread, how, choice);
+      add_neighbours(cell, pool, spread, how, choice);
     }
     const Part part(PlanStep::kWays, kRefinedShare, 1.0);
     choice.picked = pool.forget(spread, std::move(choice.picked));
@@ -150,7 +150,7 @@ struct Online::Impl {
       const std::size_t behind = seeds.back();
       agenda = in_short_order(agenda, pool.candidates()[behind].clear, behind, kOrdersBehind);
     }
-    until_chosen_again = static_cast<int>(choice.picked.size());
+    until_reselected = static_cast<int>(choice.picked.size());
     progress.touches_left = static_cast<int>(choice.picked.size());
   }
 
@@ -269,7 +269,7 @@ struct Online::Impl {
       picked = choose_together(*design, count, possible);
     }
     agenda = in_short_order(picked, from, last, kOrdersAgain);
-    until_chosen_again = kUntilChosenAgain;
+    until_reselected = kUntilChosenAgain;
   }
 
   /// Removes variations of earlier choices, except those still in use.
@@ -388,16 +388,16 @@ struct Online::Impl {
   /// The first on the agenda with a path from here; reports the reason if there is none.
   std::optional<std::size_t> next_ahead(const JointVector& from) {
     std::erase_if(agenda, [this](std::size_t c) { return gone[c]; });
-    if (agenda.empty() || until_chosen_again <= 0) choose_ahead(from);
+    if (agenda.empty() || until_reselected <= 0) choose_ahead(from);
     for (const std::size_t c : agenda)
       if (way_to(c, from)) return c;
     return agenda.empty() ? std::nullopt : std::optional(agenda.front());
   }
 
-  void put_away() {
+  void remove_candidate() {
     if (!offered) return;
     gone[*offered] = true;
-    --until_chosen_again;
+    --until_reselected;
     last = offered;
     offered.reset();
     planned.reset();
@@ -466,13 +466,13 @@ std::optional<PlannedTouch> Online::next(const JointVector& where) {
 }
 
 void Online::touched(const Touch& touch) {
-  impl_->put_away();  // is not offered again
+  impl_->remove_candidate();  // is not offered again
   impl_->learn(touch);
 }
 
 void Online::failed() {
   const auto offered = impl_->offered;
-  impl_->put_away();
+  impl_->remove_candidate();
   if (offered) {
     impl_->failed.push_back(*offered);
     impl_->forget_failed();

@@ -7,8 +7,8 @@
 #include <optional>
 
 #include "calib/model/inverse.h"
+#include "calib/model/linear.h"
 #include "calib/model/long_work.h"
-#include "calib/model/random.h"
 #include "calib/plan/candidates.h"
 #include "calib/plan/choose.h"
 #include "calib/plan/pool.h"
@@ -139,7 +139,7 @@ Plan make_plan(const Cell& cell, const PlanOptions& options, const JointVector& 
   Choice choice = choose_connected(cell, options, how, pool);
   const std::size_t spread = candidates.size();  // those distributed over all targets
   part.emplace(PlanStep::kChoose, kChosenShare, kRefinedShare);
-  if (options.criterion == Criterion::kI) look_around(cell, pool, spread, how, choice);
+  if (options.criterion == Criterion::kI) add_neighbours(cell, pool, spread, how, choice);
   part.emplace(PlanStep::kWays, kRefinedShare, 1.0);
   std::vector<ToVisit> todo =
       with_check_touches(cell, choice.picked, spread, targets, options, pool);

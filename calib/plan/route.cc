@@ -16,8 +16,8 @@
 #include <utility>
 
 #include "calib/model/inverse.h"
+#include "calib/model/linear.h"
 #include "calib/model/long_work.h"
-#include "calib/model/random.h"
 #include "calib/plan/candidates.h"
 #include "calib/plan/duration.h"
 

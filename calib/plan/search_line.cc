@@ -89,7 +89,7 @@ constexpr double kTipFromStandsM =
 constexpr double kGrazing = 0.9;
 /// Depth by which the nominal tip must hit the sphere so that an inaccurate arm hits it too: only
 /// then does the sphere protect the shaft from objects farther along the line.
-constexpr double kSurelyM = 0.005;
+constexpr double kCertainHitM = 0.005;
 
 /// Position at which a point moving along the line from far outside first comes within `radius_m`
 /// of the stand of a sphere, which ends `below_m` below its centre; measured along the normal from
@@ -162,24 +162,24 @@ SearchDepth search_depth(const SearchLine& line, const std::vector<Eigen::Vector
     const double tip_at = tip < kGrazing * tip_radius
                               ? height + std::sqrt(tip_radius * tip_radius - tip * tip)
                               : kNeverM;
-    const double sure = tip + kSurelyM;
-    const double surely_at =
+    const double sure = tip + kCertainHitM;
+    const double certain_contact_at =
         sure < tip_radius ? height + std::sqrt(tip_radius * tip_radius - sure * sure) : kNeverM;
     const double shaft_at =
         shaft < shaft_radius
             ? height + std::sqrt(shaft_radius * shaft_radius - shaft * shaft) - above
             : kNeverM;
-    if (shaft_at > surely_at) depth.end_m = std::max(depth.end_m, shaft_at);
+    if (shaft_at > certain_contact_at) depth.end_m = std::max(depth.end_m, shaft_at);
     if (stand.radius_m > 0.0) {
-      const double tip_stands =
+      const double has_tip_stand =
           at_stand(-off, line.normal, stand.up, stand.radius_m + slim_radius + kTipFromStandsM,
                    below_centre(slim_radius));
       const double shaft_radius_m = tool.radius_m + kShaftMarginM;
-      const double shaft_stands =
+      const double has_shaft_stand =
           at_stand(behind - off, line.normal, stand.up, stand.radius_m + shaft_radius_m,
                    below_centre(shaft_radius_m));
-      const double stands = std::max(tip_stands, shaft_stands);
-      if (stands > surely_at) depth.end_m = std::max(depth.end_m, stands);
+      const double stands = std::max(has_tip_stand, has_shaft_stand);
+      if (stands > certain_contact_at) depth.end_m = std::max(depth.end_m, stands);
     }
     depth.met_m.push_back(tip_at);
   }
@@ -194,8 +194,8 @@ SearchDepth search_depth(const SearchLine& line, const std::vector<Eigen::Vector
   return depth;
 }
 
-double told_m2(const SearchDepth& depth, const std::vector<Eigen::Vector3d>& places,
-               double sigma_m) {
+double expected_reduction_m2(const SearchDepth& depth, const std::vector<Eigen::Vector3d>& places,
+                             double sigma_m) {
   // Places sorted by outcome, in groups of one sigma; those not met are one group. Depths as
   // measured, with fixed errors distributed like a normal variable.
   constexpr double kErrors[] = {-1.28, 0.52, -0.25, 0.84, -0.84, 0.25, 1.28, -0.52, 0.0};

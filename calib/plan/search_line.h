@@ -94,7 +94,7 @@ SearchDepth search_depth(const SearchLine& line, const std::vector<Eigen::Vector
 
 /// Expected reduction of the variance of the centre [m^2, sum of three components] by the outcome
 /// of the search, contact with depth or none, with an error `sigma_m` of the depth.
-double told_m2(const SearchDepth& depth, const std::vector<Eigen::Vector3d>& places,
-               double sigma_m);
+double expected_reduction_m2(const SearchDepth& depth, const std::vector<Eigen::Vector3d>& places,
+                             double sigma_m);
 
 }  // namespace cellcal::calib

@@ -41,7 +41,7 @@ Eigen::Isometry3d frame_along(const Vector3d& axis, const Vector3d& middle) {
 }
 
 /// Trackers are outside, planes are faces of plates, and targets without a place are not obstacles.
-bool stands_here(const Target& target) { return has_a_centre(target.kind) && target.has_centre; }
+bool has_place(const Target& target) { return has_a_centre(target.kind) && target.has_centre; }
 
 using Hierarchy = std::shared_ptr<const fcl::CollisionGeometryd>;
 
@@ -89,7 +89,7 @@ struct Surroundings::Thing {
   Hierarchy geometry;
   Vector3d middle = Vector3d::Zero();  // centre of the bounding ball; not for the floor
   double about_m = 0.0;                // radius of the bounding ball
-  double doubt_m = 0.0;
+  double bound_gap_m = 0.0;
 
   /// Requires the form.
   void set_ball() {
@@ -102,13 +102,13 @@ struct Surroundings::Thing {
       case Form::kCylinder:  // a capsule's cap is no farther from the end that it covers
         middle = (axis.a + axis.b) / 2.0;
         about_m = (axis.b - axis.a).norm() / 2.0 + radius_m + kRoundingM;
-        doubt_m = form == Form::kSphere ? 0.0 : radius_m + kGjkM;
+        bound_gap_m = form == Form::kSphere ? 0.0 : radius_m + kGjkM;
         break;
       case Form::kBox:
       case Form::kMesh:
         middle = frame * Vector3d((low + high) / 2.0);
         about_m = (high - low).norm() / 2.0 + kRoundingM;
-        doubt_m = std::numeric_limits<double>::max();
+        bound_gap_m = std::numeric_limits<double>::max();
         break;
       case Form::kFloor:
         about_m = std::numeric_limits<double>::max();
@@ -171,7 +171,7 @@ std::vector<Post> posts_of(const Cell& cell) {
   const Vector3d up = up_of(cell.robot);
   for (std::size_t t = 0; t < cell.targets.size(); ++t) {
     const Target& target = cell.targets[t];
-    if (!stands_here(target) || !target.has_stand) continue;
+    if (!has_place(target) || !target.has_stand) continue;
     // From the centre down; at most as thick as the sphere, which would otherwise be untouchable.
     // It ends at the floor if that is known.
     const double radius = target.diameter_m / 2.0;
@@ -202,7 +202,7 @@ Surroundings::Surroundings(const Cell& cell) {
           target.extent_m, kPlateM);
       things_.push_back(std::move(plate));
     }
-    if (!stands_here(target)) continue;
+    if (!has_place(target)) continue;
     Thing ball;
     ball.words = (target.kind == TargetKind::kSphere ? "sphere " : "target ") + target.id;
     ball.target = static_cast<int>(t);
@@ -237,12 +237,12 @@ std::size_t Surroundings::size() const { return things_.size(); }
 const std::string& Surroundings::words(std::size_t i) const { return things_[i].words; }
 int Surroundings::target(std::size_t i) const { return things_[i].target; }
 
-double Surroundings::far_off_m(std::size_t i, const Vector3d& middle, double half_m) const {
+double Surroundings::coarse_bound_m(std::size_t i, const Vector3d& middle, double half_m) const {
   const Thing& thing = things_[i];
   return (middle - thing.middle).norm() - half_m - thing.about_m;
 }
 
-double Surroundings::doubt_m(std::size_t i) const { return things_[i].doubt_m; }
+double Surroundings::bound_gap_m(std::size_t i) const { return things_[i].bound_gap_m; }
 
 double Surroundings::bound_m(std::size_t i, const Segment& axis) const {
   const Thing& thing = things_[i];

@@ -36,11 +36,11 @@ class Surroundings {
   /// The target that it is or supports; -1 for others.
   int target(std::size_t i) const;
   /// Lower bound of bound_m() for an axis of this centre and half this length; faster still.
-  double far_off_m(std::size_t i, const Eigen::Vector3d& middle, double half_m) const;
+  double coarse_bound_m(std::size_t i, const Eigen::Vector3d& middle, double half_m) const;
   /// Lower bound of the distance of the axis from the object; fast.
   double bound_m(std::size_t i, const Segment& axis) const;
   /// Upper bound of distance_m() - bound_m(); 0: the bound is the distance.
-  double doubt_m(std::size_t i) const;
+  double bound_gap_m(std::size_t i) const;
   /// The distance; any value above `most_m` may represent a larger distance. 0: intersection.
   double distance_m(std::size_t i, const Segment& axis, double most_m) const;
 

@@ -26,11 +26,11 @@ struct TouchSequence::Impl {
         made(touches) {
     progress.touches = static_cast<int>(made.size());
     progress.checks_left = how.only_find ? 0 : how.plan.check_touches;
-    look_at_finder();
+    check_finder();
     if (finder.done() && !how.only_find) begin();
   }
 
-  void look_at_finder() {
+  void check_finder() {
     progress.finding = !finder.done();
     progress.done = options.only_find && finder.done();
     const int most = options.only_find ? 0 : options.goal.most_touches - progress.touches;
@@ -67,12 +67,12 @@ struct TouchSequence::Impl {
 
   /// Retreat from a search left by the preceding session, by its recorded moves; empty if the arm is
   /// not on them, or need not retreat.
-  std::optional<std::vector<JointVector>> way_it_came(const JointVector& from,
-                                                      bool in_contact) const {
+  std::optional<std::vector<JointVector>> recorded_retreat(const JointVector& from,
+                                                           bool in_contact) const {
     if (!options.left || finder.done()) return std::nullopt;
     auto way = way_out_of(*options.left, from);
-    if (!way || (!in_contact && finder.stands_clear(from))) return std::nullopt;
-    if (!finder.is_clear_but_for_sought(from, *way)) return std::nullopt;
+    if (!way || (!in_contact && finder.is_clear_at(from))) return std::nullopt;
+    if (!finder.is_clear_except_sought(from, *way)) return std::nullopt;
     return way;
   }
 
@@ -133,7 +133,7 @@ TouchSequence& TouchSequence::operator=(TouchSequence&&) noexcept = default;
 
 std::optional<PlannedTouch> TouchSequence::next(const JointVector& from, bool in_contact) {
   Impl& me = *impl_;
-  if (const auto out = me.way_it_came(from, in_contact)) {
+  if (const auto out = me.recorded_retreat(from, in_contact)) {
     auto touch = me.next(out->back());
     if (touch) touch->transit.insert(touch->transit.begin(), out->begin(), out->end());
     return touch;
@@ -152,7 +152,7 @@ void TouchSequence::touched(const Touch& touch) {
   me.made.push_back(touch);
   ++me.progress.touches;
   me.finder.touched(touch);
-  me.look_at_finder();
+  me.check_finder();
 }
 
 void TouchSequence::failed(NotMade how) {
@@ -162,7 +162,7 @@ void TouchSequence::failed(NotMade how) {
     me.finder.missed();
   else
     me.finder.failed();
-  me.look_at_finder();
+  me.check_finder();
 }
 
 std::vector<JointVector> TouchSequence::way_home() const {

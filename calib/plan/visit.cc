@@ -81,7 +81,7 @@ class Ways {
       for (const std::size_t to : order) {
         way(from, to);
         // The first order plans most paths, each further one about half as many.
-        tell_done(share * (1.0 - std::pow(0.5, k + static_cast<double>(++led) / visits)));
+        report_progress(share * (1.0 - std::pow(0.5, k + static_cast<double>(++led) / visits)));
         sum_s += seconds(from, to);
         from = to;
       }
@@ -134,8 +134,9 @@ Plan visit(const Cell& cell, const PlanOptions& options, const Clearance& cleara
   const Candidate* leaving = nullptr;
   for (const std::size_t next : ways.shortest_order(kMostOrders, kOrderingShare)) {
     poll_cancelled();
-    tell_done(kOrderingShare + (1.0 - kOrderingShare) * static_cast<double>(plan.touches.size()) /
-                                   static_cast<double>(todo.size()));
+    report_progress(kOrderingShare + (1.0 - kOrderingShare) *
+                                         static_cast<double>(plan.touches.size()) /
+                                         static_cast<double>(todo.size()));
     const Candidate& to = todo[next].candidate;
     const Way& way = ways.way(last, next);
     if (!way)

@@ -25,7 +25,7 @@ double Joint::*place_of(SpreadKind kind) {
 }
 
 /// Sets the gear orders assumed by an estimate if the file names none.
-void name_usual_orders(Robot& robot) {
+void set_default_orders(Robot& robot) {
   Cell cell;
   cell.robot = robot;
   const Robot assumed = at_level(cell, {}).robot;
@@ -48,7 +48,7 @@ std::variant<Accepted, OtherNominalGeometry> accept(const Robot& robot, const Fl
       std::ranges::any_of(robot.joints, [](const Joint& j) { return j.harmonic_sigma_rad > 0.0; });
   const bool gears_learned = std::ranges::any_of(
       priors.joints, [](const JointPriors& j) { return j.of(SpreadKind::kGear).has_value(); });
-  if (!gears_named && gears_learned) name_usual_orders(accepted.robot);
+  if (!gears_named && gears_learned) set_default_orders(accepted.robot);
   for (const JointPriors& prior : priors.joints) {
     const auto at = std::ranges::find(accepted.robot.joints, prior.joint, &Joint::name);
     if (at == accepted.robot.joints.end()) continue;

@@ -86,7 +86,7 @@ struct Drawn {
 };
 
 /// Makes the result independent of the input order; calibrations of one arm are sorted best first.
-void put_in_order(std::vector<ArmEvidence>& arms) {
+void sort_by_evidence(std::vector<ArmEvidence>& arms) {
   std::ranges::sort(arms, [](const ArmEvidence& a, const ArmEvidence& b) {
     return std::tie(a.arm, a.update, b.time, a.name, a.values[0]) <
            std::tie(b.arm, b.update, a.time, b.name, b.values[0]);
@@ -94,7 +94,7 @@ void put_in_order(std::vector<ArmEvidence>& arms) {
 }
 
 /// Keeps the first calibration of each arm known by name.
-void keep_one_each(std::vector<ArmEvidence>& arms, std::vector<SetAside>& set_aside) {
+void drop_duplicates(std::vector<ArmEvidence>& arms, std::vector<SetAside>& set_aside) {
   std::vector<ArmEvidence> kept;
   for (ArmEvidence& arm : arms) {
     if (!arm.arm.empty() && !kept.empty() && kept.back().arm == arm.arm)
@@ -115,8 +115,8 @@ void keep_nominal_geometry(const std::string& wanted, std::vector<ArmEvidence>& 
 }
 
 /// Returns the number of arms that are too far or too near.
-int tell_set_aside(const std::vector<ArmEvidence>& arms, const Population& p,
-                   std::vector<SetAside>& set_aside) {
+int report_set_aside(const std::vector<ArmEvidence>& arms, const Population& p,
+                     std::vector<SetAside>& set_aside) {
   int outliers = 0;
   for (std::size_t k = 0; k < arms.size(); ++k) {
     if (p.use[k]) continue;
@@ -173,8 +173,8 @@ Learned learn(const Robot& nominal, std::vector<ArmEvidence> arms) {
   priors.robot = nominal.name;
   priors.nominal_geometry = nominal_geometry_sha256(nominal);
   keep_nominal_geometry(priors.nominal_geometry, arms, learned.set_aside);
-  put_in_order(arms);
-  keep_one_each(arms, learned.set_aside);
+  sort_by_evidence(arms);
+  drop_duplicates(arms, learned.set_aside);
   priors.arms = static_cast<int>(arms.size());
   if (priors.arms < kFewestArms) {
     learned.none = NoPriors::kTooFewArms;
@@ -183,7 +183,7 @@ Learned learn(const Robot& nominal, std::vector<ArmEvidence> arms) {
     std::vector<ArmRows> rows;
     for (const ArmEvidence& arm : arms) rows.push_back(drawn.rows_of(arm));
     const Population p = population_of(rows, drawn.groups);
-    const int outliers = tell_set_aside(arms, p, learned.set_aside);
+    const int outliers = report_set_aside(arms, p, learned.set_aside);
     priors.arms = static_cast<int>(std::ranges::count(p.use, true));
     if (outliers > kMostOutliers * (priors.arms + outliers))
       learned.none = NoPriors::kNotOnePopulation;
@@ -253,7 +253,7 @@ std::optional<SetAsideKind> divide_out(const Eigen::VectorXd& mean,
     return SetAsideKind::kInconsistent;
   Eigen::Index determined = 0;
   while (determined < n && pairs.values[determined] < kDecidedByPrior) ++determined;
-  if (determined == 0) return SetAsideKind::kTellsNothing;
+  if (determined == 0) return SetAsideKind::kUninformative;
   evidence.rows.resize(determined, n);
   evidence.values.resize(determined);
   for (Eigen::Index i = 0; i < determined; ++i) {
@@ -290,7 +290,7 @@ std::variant<ArmEvidence, SetAsideKind> evidence_of(const Calibration& c) {
     sigma.push_back(found->second);
     mean.push_back(p.correction);
   }
-  if (at.empty()) return SetAsideKind::kTellsNothing;
+  if (at.empty()) return SetAsideKind::kUninformative;
   // In an update the last calibration's covariance enters as it was stated.
   const double widened = evidence.update ? 1.0 : std::max(1.0, c.chi2_per_dof);
   const auto n = static_cast<Eigen::Index>(at.size());

@@ -6,7 +6,6 @@
 #include <numeric>
 
 #include "calib/model/linear.h"
-#include "calib/model/statistics.h"
 #include "calib/result/fleet_priors.h"
 
 namespace cellcal::calib {

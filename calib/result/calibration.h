@@ -258,9 +258,9 @@ struct Calibration {
   Discrepancy discrepancy;
   Verdict verdict;
   std::vector<Outlier> outliers;
-  /// At most one. identify_as_stated(), which does not diagnose, reports suspects without a shift.
+  /// At most one. identify_single_pass(), which does not diagnose, reports suspects without a shift.
   std::vector<MovedTarget> moved;
-  /// Jumps; several if the touches cannot distinguish them. identify_as_stated(), which does not
+  /// Jumps; several if the touches cannot distinguish them. identify_single_pass(), which does not
   /// diagnose, reports a suspect without a size.
   std::vector<Jump> jumped;
   Eigen::MatrixXd covariance;  ///< of `parameters`, SI; includes frame directions

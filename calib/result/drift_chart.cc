@@ -20,7 +20,7 @@ constexpr std::array kAdvice{DriftAdvice::kNone, DriftAdvice::kCheckAgain,
 
 }  // namespace
 
-const CheckSeen* DriftChart::newest_decided() const {
+const CheckMeasurement* DriftChart::newest_decided() const {
   const auto newest = std::find_if(points.rbegin(), points.rend(), [](const DriftPoint& one) {
     return one.check.verdict != CheckVerdict::kUndecided;
   });
@@ -155,7 +155,7 @@ std::string date_words(double time_s) {
 namespace {
 
 /// "check 7 (2026-11-26) does not hold: TCP shift 0.99 +- 0.05 mm (k=2), since check 2 (2026-11-25); tool shifted by ..."
-std::string not_held_words(const CheckSeen& newest, const NotHeld& run) {
+std::string not_held_words(const CheckMeasurement& newest, const NotHeld& run) {
   std::string text =
       fmt::format("check {} ({}) does not hold", newest.session, date_words(newest.time_s));
   if (newest.tcp_shift_m)

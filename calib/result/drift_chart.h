@@ -23,7 +23,7 @@ enum class LeftOut {
 };
 
 /// One check as a repeatable measurement of the TCP: constant errors of the checks are included.
-struct CheckSeen {
+struct CheckMeasurement {
   std::int64_t session = 0;
   double time_s = 0.0;  ///< since 1970, UTC
   std::optional<double> temperature_c = {};
@@ -55,7 +55,7 @@ struct ControlLimits {
 };
 
 struct DriftPoint {
-  CheckSeen check;
+  CheckMeasurement check;
   /// Relative to the current centre, at the check's temperature if known [m].
   Eigen::Vector3d off_m = Eigen::Vector3d::Zero();
   double ewma = 0.0, cusum = 0.0;
@@ -104,7 +104,7 @@ struct DriftChart {
   std::optional<NotHeld> not_held = {};  ///< set if the newest decided check does not hold
 
   /// The newest check that held or did not; null if there is none.
-  const CheckSeen* newest_decided() const;
+  const CheckMeasurement* newest_decided() const;
 };
 
 /// Advice for a single check.

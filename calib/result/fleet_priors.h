@@ -58,7 +58,7 @@ enum class SetAsideKind {
   kWithheld,              ///< it was not published
   kOtherNominalGeometry,  ///< different nominal geometry
   kInconsistent,          ///< parameters and covariance contradict the stated priors
-  kTellsNothing,          ///< determined by its priors only
+  kUninformative,         ///< determined by its priors only
   kSameArm,               ///< another calibration of the same arm counts
   kTooFar,                ///< farther from nominal than the other arms' spread allows
   kTooNear                ///< nearer than chance allows
@@ -68,7 +68,7 @@ inline constexpr std::array kSetAsideKinds{
     Named<SetAsideKind>{SetAsideKind::kWithheld, "withheld"},
     Named<SetAsideKind>{SetAsideKind::kOtherNominalGeometry, "other_drawing"},
     Named<SetAsideKind>{SetAsideKind::kInconsistent, "inconsistent"},
-    Named<SetAsideKind>{SetAsideKind::kTellsNothing, "tells_nothing"},
+    Named<SetAsideKind>{SetAsideKind::kUninformative, "tells_nothing"},
     Named<SetAsideKind>{SetAsideKind::kSameArm, "same_arm"},
     Named<SetAsideKind>{SetAsideKind::kTooFar, "too_far"},
     Named<SetAsideKind>{SetAsideKind::kTooNear, "too_near"}};

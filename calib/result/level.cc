@@ -1,7 +1,5 @@
 #include "calib/result/level.h"
 
-#include "calib/result/calibration.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,27 +8,28 @@
 #include <string>
 
 #include "calib/model/units.h"
+#include "calib/result/calibration.h"
 
 namespace cellcal::calib {
 
 namespace {
 /// Published transmission errors of industrial arms are 10 to 60 arcsec per revolution; the lower
 /// end, since the evidence may raise it.
-constexpr double kUsualTransmissionRad = 10.0 * kRadPerArcsec;
+constexpr double kTypicalTransmissionRad = 10.0 * kRadPerArcsec;
 /// Amplitudes fall off as 1/h, the spectrum of a random walk: the weakest assumption for a function
 /// of known size only. Higher frequencies are covered by the ripple.
-const std::vector<int> kUsualOrders = {1, 2, 3, 4};
+const std::vector<int> kTypicalOrders = {1, 2, 3, 4};
 
 /// Sag of a joint without stated compliance, 1 sigma at its largest load, and the smallest load
 /// considered.
-constexpr double kUsualSagRad = 3e-3;
+constexpr double kTypicalSagRad = 3e-3;
 constexpr double kLeastLoadNm = 100.0;
 /// Half the lost motion of a worn gear, 1 sigma, and the share of the largest load that closes it:
 /// elastic backlash closes gradually.
-constexpr double kUsualPlayRad = 30.0 * kRadPerArcsec;
+constexpr double kTypicalPlayRad = 30.0 * kRadPerArcsec;
 constexpr double kClosesOfLargest = 0.1;
 /// Unstated link masses by length, as for arms with about ten kilograms of payload.
-constexpr double kUsualMassKgPerM = 40.0;
+constexpr double kTypicalMassKgPerM = 40.0;
 constexpr double kGravity = 9.81;
 
 bool stated(const Robot& robot, double Joint::*field) {
@@ -43,7 +42,7 @@ void assume_masses(Robot& robot) {
   double heaviest = 0.0;
   for (std::size_t i = 1; i < robot.joints.size(); ++i) {
     Joint& joint = robot.joints[i];
-    joint.mass_kg = kUsualMassKgPerM * std::hypot(joint.a_m, joint.d_m);
+    joint.mass_kg = kTypicalMassKgPerM * std::hypot(joint.a_m, joint.d_m);
     const Eigen::Matrix3d turn = (Eigen::AngleAxisd(joint.alpha_rad, Eigen::Vector3d::UnitX()) *
                                   Eigen::AngleAxisd(joint.beta_rad, Eigen::Vector3d::UnitY()))
                                      .toRotationMatrix();
@@ -109,17 +108,17 @@ Cell at_level(const Cell& cell, const ModelLevel& level) {
   for (std::size_t i = 0; i < load_nm.size(); ++i) {
     Joint& joint = result.robot.joints[i];
     if (level.compliance > 0.0 && !compliance_stated && load_nm[i] > 0.0)
-      joint.compliance_sigma_rad_per_nm = kUsualSagRad / load_nm[i];  // (9)
+      joint.compliance_sigma_rad_per_nm = kTypicalSagRad / load_nm[i];  // (9)
     joint.compliance_sigma_rad_per_nm *= level.compliance;
     if (!named) {
-      joint.harmonics = kUsualOrders;
+      joint.harmonics = kTypicalOrders;
       joint.harmonic_falloff = 1.0;
       joint.gear_ratio = 1.0;
-      joint.harmonic_sigma_rad = kUsualTransmissionRad;
+      joint.harmonic_sigma_rad = kTypicalTransmissionRad;
     }
     joint.harmonic_sigma_rad *= level.transmission;
     if (level.play <= 0.0 || load_nm[i] == 0.0) continue;
-    joint.play_sigma_rad = level.play * kUsualPlayRad;
+    joint.play_sigma_rad = level.play * kTypicalPlayRad;
     joint.play_closes_nm = kClosesOfLargest * load_nm[i];
   }
   return result;

@@ -17,7 +17,7 @@ std::string lies_on(const Subject& touch) {
 }
 
 /// For a target whose place its check touches do not determine.
-const char* how_to_give_a_place(TargetKind kind) {
+const char* placement_remedy(TargetKind kind) {
   switch (kind) {
     case TargetKind::kPlane:
       return "Touch it farther apart in two directions, or add its normal to the cell file, "
@@ -40,7 +40,7 @@ std::string why_not_judged(const Finding& f) {
   if (is_set(f, "no_place"))
     return fmt::format("{:.0f} check {} not determine its place. {}", of(f, "touches"),
                        one ? "touch does" : "touches do",
-                       how_to_give_a_place(f.about.target_kind.value_or(TargetKind::kSphere)));
+                       placement_remedy(f.about.target_kind.value_or(TargetKind::kSphere)));
   if (is_set(f, "unusable")) return "a reading is not a number. Leave it out";
   if (is_set(f, "other_normal"))
     return "normal of the touched plane far off the stated one. Check its normal in the cell file";

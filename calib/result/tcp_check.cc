@@ -175,7 +175,7 @@ std::string change_words(const TcpCheck& check) {
 }
 
 /// Minimum probability for display: most of some twenty explanations are negligible.
-constexpr double kWorthALine = 0.01;
+constexpr double kMinShownProbability = 0.01;
 
 std::vector<std::string> words(const TcpCheck& check) {
   std::vector<std::string> lines{verdict_words(check)};
@@ -192,7 +192,7 @@ std::vector<std::string> words(const TcpCheck& check) {
                               check.finds_m * kMmPerM, 100.0 * check.found));
   std::size_t unlikely = 0;
   for (const Explanation& one : check.explanations) {
-    if (one.probability < kWorthALine) {
+    if (one.probability < kMinShownProbability) {
       ++unlikely;
       continue;
     }
@@ -200,7 +200,8 @@ std::vector<std::string> words(const TcpCheck& check) {
                                 one.log_likelihood, words(one)));
   }
   if (unlikely > 0)
-    lines.push_back(fmt::format("{} more, each below {:g} %", unlikely, 100.0 * kWorthALine));
+    lines.push_back(
+        fmt::format("{} more, each below {:g} %", unlikely, 100.0 * kMinShownProbability));
   return lines;
 }
 

@@ -1,12 +1,11 @@
 #include "calib/result/unidentifiable.h"
 
-#include "calib/result/calibration.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 
 #include "calib/model/linear.h"
+#include "calib/result/calibration.h"
 
 namespace cellcal::calib {
 
@@ -150,9 +149,9 @@ Correlations strong_correlations(const Calibration& calibration, double least) {
     for (Eigen::Index i = 0; i < size; ++i) scaled_basis.row(i) = basis.row(free[i]) * scale[i];
     result.frame_removed = remove_frame(scaled, scaled_basis);
   }
-  std::vector<bool> says_nothing;
+  std::vector<bool> uninformative;
   for (const ParameterResult& p : calibration.parameters)
-    says_nothing.push_back(p.decided_by == DecidedBy::kFrame || p.key.target >= 0);
+    uninformative.push_back(p.decided_by == DecidedBy::kFrame || p.key.target >= 0);
   for (Eigen::Index i = 0; i < size; ++i) {
     for (Eigen::Index j = i + 1; j < size; ++j) {
       if (std::min(scaled(i, i), scaled(j, j)) <= kNothingLeft) continue;
@@ -160,7 +159,7 @@ Correlations strong_correlations(const Calibration& calibration, double least) {
       if (!std::isfinite(correlation) || std::abs(correlation) < least) continue;
       const auto first = static_cast<std::size_t>(free[i]);
       const auto second = static_cast<std::size_t>(free[j]);
-      if (says_nothing[first] || says_nothing[second])
+      if (uninformative[first] || uninformative[second])
         ++result.of_targets_or_frame;
       else
         result.pairs.push_back({first, second, std::clamp(correlation, -1.0, 1.0)});

@@ -25,7 +25,7 @@ constexpr int kEnoughOthers = 15;
 /// And the others are as stated: chi^2 per degree of freedom.
 constexpr double kAsStated = 1.5;
 /// One touch left out is the usual case where so many remain, and what the outliers are for.
-constexpr int kEnoughBesideOne = 4;
+constexpr int kLeastOtherTouches = 4;
 
 /// A check touch, and the other target that it lies on, if it does.
 FindingPart check_touch(const Problem& problem, const Calibration& c, const TouchResidual& r) {
@@ -93,7 +93,7 @@ void judge_outliers(const Problem& problem, const Calibration& c, std::vector<Fi
                             ? kOutlierShareOfTarget
                             : kOutlierShareOfMany;
     if (outliers[b] > 0 && outliers[b] >= most * fit[b] &&
-        (outliers[b] > 1 || fit[b] - 1 < kEnoughBesideOne))
+        (outliers[b] > 1 || fit[b] - 1 < kLeastOtherTouches))
       findings.push_back({FindingKind::kOutliersOfTarget,
                           Severity::kWithholds,
                           about_target(problem.cell().targets[problem.blocks()[b].target]),

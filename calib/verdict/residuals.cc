@@ -92,8 +92,8 @@ std::vector<int> beside_the_arm(const Problem& problem) {
 /// The nominal arm with all that is not its fault where its fit touches put it best; `x_si` has the
 /// targets there already, which is all where nothing else is open. A touch of a nominal arm is
 /// worth a millimetre; against that counts what the cell file states of the others.
-void fit_beside_the_arm(const Problem& problem, const std::vector<bool>& outlier,
-                        Eigen::VectorXd& x_si) {
+void fit_outside_arm(const Problem& problem, const std::vector<bool>& outlier,
+                     Eigen::VectorXd& x_si) {
   constexpr double kWorthM = 1e-3;
   constexpr int kRounds = 6;
   constexpr double kSettled = 1e-6;
@@ -146,7 +146,7 @@ void fill_residuals(const Problem& problem, const Eigen::VectorXd& x_si,
   for (std::size_t b = 0; b < problem.blocks().size(); ++b)
     nominal_x.segment(problem.blocks()[b].first, problem.blocks()[b].place) =
         place_seen_by_nominal_arm(problem, static_cast<int>(b), outlier);
-  fit_beside_the_arm(problem, outlier, nominal_x);
+  fit_outside_arm(problem, outlier, nominal_x);
   const Problem::At nominal = problem.at(nominal_x.data()), found = problem.at(x_si.data());
   calibration.residuals.resize(touches.size());
   by_parts(touches.size(), [&](std::size_t, std::size_t first, std::size_t behind) {
@@ -211,9 +211,9 @@ std::vector<double> leverages(const Problem& problem, const Estimate& e,
 
 std::optional<std::string> lies_on(const Problem& problem, const Calibration& calibration,
                                    const TouchResidual& residual) {
-  constexpr double kOffItsOwnM = 10e-3;
+  constexpr double kInconsistentM = 10e-3;
   constexpr double kOnAnotherM = 1e-3;
-  if (std::abs(residual.after_m) < kOffItsOwnM) return std::nullopt;
+  if (std::abs(residual.after_m) < kInconsistentM) return std::nullopt;
   Eigen::VectorXd x(problem.arm_size());
   for (int i = 0; i < problem.arm_size(); ++i) {
     const ParameterResult& p = calibration.parameters[static_cast<std::size_t>(i)];

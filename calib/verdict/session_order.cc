@@ -12,7 +12,6 @@
 #include "calib/model/iso_time.h"
 #include "calib/model/linear.h"
 #include "calib/model/long_work.h"
-#include "calib/model/statistics.h"
 #include "calib/result/level.h"
 
 namespace cellcal::calib {

@@ -200,13 +200,13 @@ std::vector<Jump> suspected_jump(const Problem& problem, const Estimate& e, doub
   Jump best;
   for (std::size_t p = 0; p < places.size(); ++p) {
     const ChangeScore<>& score = scores[p];
-    const auto own_held = held.middleCols(columns * static_cast<Eigen::Index>(p), columns);
+    const auto held_here = held.middleCols(columns * static_cast<Eigen::Index>(p), columns);
     const auto consider = [&](Jump::What what, const std::string& name, Eigen::Index from,
                               Eigen::Index count, double usual) {
       const double squared =
           squared_sigmas<Eigen::Dynamic>(score.square.block(from, from, count, count) -
                                              score.by_all.middleCols(from, count).transpose() *
-                                                 own_held.middleCols(from, count),
+                                                 held_here.middleCols(from, count),
                                          score.gradient.segment(from, count), usual) /
           std::max(1.0, chi2_per_dof);
       if (squared <= best.squared_sigmas) return;

@@ -3,11 +3,13 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <bit>
+#include <utility>
 
+#include "daemon/api/http/http.h"
 #include "daemon/api/http/message.h"
-#include "daemon/api/http/same_site.h"
-#include "daemon/files/system_words.h"
+#include "daemon/files/atomic_file.h"
 
 namespace cellcal::daemon {
 
@@ -147,6 +149,61 @@ std::string Access::cookie_of(const Request& request) const {
     if (one.starts_with(wanted)) return std::string(one.substr(wanted.size()));
   }
   return "";
+}
+
+namespace {
+
+constexpr std::chrono::minutes kForgotten{10};
+constexpr std::chrono::milliseconds kFirstWait{100}, kLongestWait{5'000};
+constexpr int kMostDoublings = 6;
+constexpr std::size_t kMostAddresses = 1000;
+
+}  // namespace
+
+FailedAttempts::Count FailedAttempts::add(const std::string& address) {
+  const auto now = clock_();
+  std::erase_if(of_, [&](const auto& one) { return now - one.second.last > kForgotten; });
+  if (of_.size() >= kMostAddresses) {
+    of_.erase(std::min_element(of_.begin(), of_.end(), [](const auto& a, const auto& b) {
+      return a.second.last < b.second.last;
+    }));
+  }
+  Of& one = of_[network_of(address)];
+  one.last = now;
+  one.count = std::min(one.count + 1, 1'000'000);
+  const auto wait = kFirstWait * (1 << std::min(one.count - 1, kMostDoublings));
+  return {one.count, std::min(wait, kLongestWait)};
+}
+
+void Clearance::acknowledge(const std::string& name) {
+  const std::lock_guard lock(mutex_);
+  taken_.reset();
+  acknowledged_ = Acknowledgement{name, clock_() + kClearanceLasts};
+}
+
+bool Clearance::take(const std::string& name) {
+  const std::lock_guard lock(mutex_);
+  if (!acknowledged_ || acknowledged_->name != name || clock_() >= acknowledged_->until)
+    return false;
+  taken_ = std::exchange(acknowledged_, std::nullopt);
+  return true;
+}
+
+void Clearance::put_back(const std::string& name) {
+  const std::lock_guard lock(mutex_);
+  if (taken_ && taken_->name == name && !acknowledged_)
+    acknowledged_ = std::exchange(taken_, std::nullopt);
+}
+
+void Clearance::forget() {
+  const std::lock_guard lock(mutex_);
+  acknowledged_.reset();
+  taken_.reset();
+}
+
+void Clearance::look(const Status& status) {
+  // kIdle and kDone leave the confirmation unchanged; kDone never occurs without a session under way.
+  if (status.phase != Phase::kIdle && status.phase != Phase::kDone) forget();
 }
 
 }  // namespace cellcal::daemon

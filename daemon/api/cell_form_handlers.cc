@@ -12,8 +12,8 @@
 #include "daemon/api/routes.h"
 #include "daemon/cell_form/cell_form.h"
 #include "daemon/cell_form/cell_shelf.h"
-#include "daemon/cell_form/lists.h"
-#include "daemon/files/system_words.h"
+#include "daemon/cell_form/cell_text.h"
+#include "daemon/files/atomic_file.h"
 
 namespace cellcal::daemon {
 
@@ -73,7 +73,7 @@ std::filesystem::path cell_file_in(const std::string& text) {
 }
 
 json shown_json(const std::string& name, const std::filesystem::path& file,
-                const CellShelf::Shown& shown) {
+                const CellFileStore::Shown& shown) {
   return {{"name", name},
           {"file", file.string()},
           {"sha256", shown.sha256},
@@ -93,7 +93,7 @@ json robots_json() {
 
 }  // namespace
 
-const CellShelf& Api::shelf() {
+const CellFileStore& Api::shelf() {
   if (shelf_ == nullptr) throw NotFound("this daemon writes no cell files. Use 'cellcal new-cell'");
   return *shelf_;
 }
@@ -107,8 +107,8 @@ std::optional<Response> Api::show_cell_form(const Call& call) {
   if (const auto other = call.request.query.find("file"); other != call.request.query.end()) {
     const std::filesystem::path file = cell_file_in(other->second);
     keep_among_cells(call.request, file);
-    answer["shown"] =
-        shown_json(file.stem().string(), file, cell_act([&] { return CellShelf::look_at(file); }));
+    answer["shown"] = shown_json(file.stem().string(), file,
+                                 cell_act([&] { return CellFileStore::look_at(file); }));
     return Response{.body = dump(answer)};
   }
   const auto name = call.request.query.find("name");
@@ -145,11 +145,11 @@ std::optional<Response> Api::write_cell(const Call& call) {
   keep_among_cells(call.request, from);
   return cell_act([&] {
     const std::filesystem::path file = shelf().file(name);
-    const std::optional<CellShelf::Shown> before =
-        from.empty() ? shelf().look(name) : CellShelf::look_at(from);
+    const std::optional<CellFileStore::Shown> before =
+        from.empty() ? shelf().look(name) : CellFileStore::look_at(from);
     const CellForm form = form_from_json(body.value("form", json()), file,
                                          before && before->form ? &*before->form : nullptr);
-    const std::vector<std::string> warnings = CellShelf::look_through(form);
+    const std::vector<std::string> warnings = CellFileStore::look_through(form);
     if (write) {
       service_.alone(kWriting, [&] { shelf().write(name, form, instead_of, from); });
       spdlog::info("cell file {} was written", file.string());

@@ -153,10 +153,10 @@ void EventFeed::look() {
     entries_.push_back(std::move(entry));
   }
   while (entries_.size() > kMostEntries) entries_.pop_front();
-  look_at_joints();
+  examine_joints();
 }
 
-void EventFeed::look_at_joints() {
+void EventFeed::examine_joints() {
   const steady_clock::time_point now = clock_();
   if (now - looked_at_ < kJointsPeriod && looked_) return;
   looked_ = true;

@@ -62,7 +62,7 @@ class EventFeed {
   };
 
   void look();
-  void look_at_joints();
+  void examine_joints();
 
   Source source_;
   Clock clock_;

@@ -8,9 +8,9 @@
 #include "daemon/api/http/message.h"
 #include "daemon/api/routes.h"
 #include "daemon/api/run_request.h"
+#include "daemon/controller/frame_record.h"
 #include "daemon/controller/frame_station.h"
-#include "daemon/controller/frame_words.h"
-#include "daemon/files/system_words.h"
+#include "daemon/files/atomic_file.h"
 
 namespace cellcal::daemon {
 
@@ -143,7 +143,7 @@ std::optional<Response> Api::set_frame(const Call& call) {
   const json body = object_in(call.request, {"frame", "values", "was", "reason", "by", "confirm"});
   require_confirmed(body);
   const FrameOrder order{name_in(body), values_in(body, "values"), values_in(body, "was"),
-                         who_asks(call.request, body), line_in(body, "reason", kLongestReason)};
+                         author_of(call.request, body), line_in(body, "reason", kLongestReason)};
   FrameRecord record;
   sent([&] { service_.alone(kHold, [&] { record = frames().set(order); }); });
   return answer_of(record);
@@ -156,7 +156,7 @@ std::optional<Response> Api::restore_frame(const Call& call) {
   constexpr int kMostId = 1'000'000'000;
   if (!id.is_number_integer() || id < 1 || id > kMostId)
     throw BadRequest("\"id\" must be the number of a frame that was sent");
-  const std::string by = who_asks(call.request, body);
+  const std::string by = author_of(call.request, body);
   FrameRecord record;
   sent([&] { service_.alone(kHold, [&] { record = frames().restore(id.get<int>(), by); }); });
   return answer_of(record);

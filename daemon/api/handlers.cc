@@ -9,7 +9,7 @@
 #include "daemon/api/routes.h"
 #include "daemon/api/run_request.h"
 #include "daemon/cell_form/cell_shelf.h"
-#include "daemon/files/system_words.h"
+#include "daemon/files/atomic_file.h"
 #include "daemon/tasks/active_calibration.h"
 #include "drivers/error.h"
 

@@ -11,8 +11,8 @@
 #include "daemon/api/event_feed.h"
 #include "daemon/api/http/message.h"
 #include "daemon/api/status_json.h"
+#include "daemon/archive/archive.h"
 #include "daemon/archive/drift_watch.h"
-#include "daemon/archive/retention.h"
 #include "daemon/controller/advice_publisher.h"
 #include "daemon/plant/line/line_status.h"
 #include "daemon/service/service.h"
@@ -21,7 +21,7 @@
 namespace cellcal::daemon {
 
 class Access;
-class CellShelf;
+class CellFileStore;
 class Examiner;
 class FrameStation;
 class Schedule;
@@ -42,7 +42,7 @@ class Api {
   void use(Schedule& schedule) { schedule_ = &schedule; }
   void use(plant::ProposalBox& proposals) { proposals_ = &proposals; }
   void use(FrameStation& frames) { frames_ = &frames; }
-  void use(const CellShelf& shelf) { shelf_ = &shelf; }
+  void use(const CellFileStore& shelf) { shelf_ = &shelf; }
   /// Status of the connection to the plant; none: no plant is configured. Thread-safe.
   using PlantLineStatus = std::function<std::optional<plant::LinesStatus>()>;
   void use(PlantLineStatus line) { plant_line_ = std::move(line); }
@@ -139,7 +139,7 @@ class Api {
   std::optional<Response> show_cell_form(const Call& call);
   std::optional<Response> read_cell_lists(const Call& call);
   std::optional<Response> write_cell(const Call& call);
-  const CellShelf& shelf();
+  const CellFileStore& shelf();
   /// Throws RequestError where a network request names a file outside the permitted folders; an empty name
   /// passes.
   void keep_among_cells(const Request& request, const std::filesystem::path& cell) const;
@@ -150,7 +150,7 @@ class Api {
   Schedule& schedule();
   // Proposals of the plant (proposal_handlers.cc).
   std::optional<Response> show_plant(const Call& call);
-  std::optional<Response> take_certificate(const Call& call);
+  std::optional<Response> report_certificate(const Call& call);
   std::optional<Response> show_proposals(const Call& call);
   std::optional<Response> accept_proposal(const Call& call);
   std::optional<Response> refuse_proposal(const Call& call);
@@ -164,7 +164,7 @@ class Api {
   std::optional<Response> readiness(const Call& call);
   std::optional<Response> doctor(const Call& call);
   std::optional<Response> examine(const Call& call);
-  std::optional<Response> take_examination(const Call& call);
+  std::optional<Response> adopt_examination(const Call& call);
   Examiner& examiner();
   Access& access();
   std::optional<Response> metrics(const Call& call);
@@ -179,7 +179,7 @@ class Api {
   Access* access_;
   Schedule* schedule_ = nullptr;
   FrameStation* frames_ = nullptr;
-  const CellShelf* shelf_ = nullptr;
+  const CellFileStore* shelf_ = nullptr;
   plant::ProposalBox* proposals_ = nullptr;
   PlantLineStatus plant_line_;
   std::function<AdviceStatus()> advice_;

@@ -1,15 +1,25 @@
 // Data of the page's drawings: the cell, the planned touches and their results.
 
+#include "daemon/api/page_data.h"
+
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "calib/files/calibration_json.h"
+#include "calib/files/check_json.h"
 #include "calib/files/files.h"
 #include "calib/model/error.h"
+#include "calib/model/kinematics.h"
+#include "calib/model/robot.h"
+#include "calib/model/units.h"
+#include "calib/plan/bodies.h"
+#include "calib/plan/surroundings.h"
+#include "calib/result/finding.h"
 #include "daemon/api/handlers.h"
-#include "daemon/api/page_drift.h"
-#include "daemon/api/page_figures.h"
-#include "daemon/api/page_scene.h"
 #include "daemon/api/routes.h"
+#include "daemon/result/outcome_json.h"
 #include "daemon/tasks/options.h"
 
 namespace cellcal::daemon {
@@ -75,13 +85,13 @@ std::optional<Response> Api::drift(const Call& call) {
 
 std::optional<Response> Api::plan(const Call& call) {
   const SessionRecord record = find(call);
-  const PlanInHand in_hand = service_.plan();
-  if (in_hand.session != record.id || in_hand.plan == nullptr) {
+  const CurrentPlan current_index = service_.plan();
+  if (current_index.session != record.id || current_index.plan == nullptr) {
     throw NotFound("the plan of session " + std::to_string(record.id) +
                    " is not in memory: it is kept while the session is the newest of this daemon");
   }
-  return Response{
-      .body = web::plan_to_json(record.id, in_hand.first, *in_hand.plan, cell_of(record.inputs))};
+  return Response{.body = web::plan_to_json(record.id, current_index.first, *current_index.plan,
+                                            cell_of(record.inputs))};
 }
 
 std::optional<Response> Api::figures(const Call& call) {
@@ -96,3 +106,421 @@ std::optional<Response> Api::figures(const Call& call) {
 }
 
 }  // namespace cellcal::daemon
+
+namespace cellcal::daemon::web {
+
+using nlohmann::json;
+
+namespace {
+
+using calib::kMmPerM;
+using Eigen::Vector3d;
+
+double value_of(const calib::Calibration& found, const calib::ParameterKey& key, double unknown) {
+  const calib::ParameterResult* one = calib::find(found, key);
+  return one == nullptr ? unknown : one->nominal + one->correction;
+}
+
+/// The calibrated arm.
+class FoundArm {
+ public:
+  explicit FoundArm(const calib::Calibration& found)
+      : found_(found), arm_(calib::at_level(found.cell, found.level)) {
+    for (const calib::ArmParameter& parameter : arm_.parameters())
+      errors_.push_back(value_of(found, parameter, 0.0));
+    delay_s_ = value_of(found, calib::latch_delay_parameter(), found.cell.latch_delay_s);
+  }
+
+  std::optional<double> residual_m(const calib::Touch& touch) const {
+    const auto target = std::find_if(found_.targets.begin(), found_.targets.end(),
+                                     [&](const auto& one) { return one.id == touch.target; });
+    // The effective radius belongs to the first tool.
+    if (target == found_.targets.end() || !touch.tool.empty()) return std::nullopt;
+    const Vector3d tip = arm_.position(arm_.prepare(touch.joint_rad), errors_.data());
+    Vector3d outwards = target->normal;
+    double distance = outwards.dot(tip - target->centre_m);
+    if (target->kind == calib::TargetKind::kSphere) {
+      outwards = (tip - target->centre_m).normalized();
+      distance = (tip - target->centre_m).norm();
+    } else if (target->kind != calib::TargetKind::kPlane) {
+      return std::nullopt;
+    }
+    double closing = touch.speed_m_s;
+    if (touch.approach) closing *= -Vector3d(touch.approach->data()).dot(outwards);
+    return distance - target->effective_radius_m + closing * delay_s_;
+  }
+
+ private:
+  const calib::Calibration& found_;
+  calib::ArmModel arm_;
+  std::vector<double> errors_;
+  double delay_s_ = 0.0;
+};
+
+json touch_to_json(std::size_t index, const calib::Touch& touch, const calib::ArmModel& nominal,
+                   const std::optional<FoundArm>& found, const FigureOfTouch& made) {
+  const auto residual = found ? found->residual_m(touch) : made.residual_m;
+  return {{"index", index},
+          {"target", touch.target},
+          {"set", to_string(touch.set)},
+          {"joints_deg", degrees(touch.joint_rad)},
+          {"tip_mm", mm(nominal.nominal_tip_m(touch.joint_rad))},
+          {"residual_mm", residual ? number(*residual, kMmPerM) : json(nullptr)},
+          {"u95_mm", made.u95_m ? number(*made.u95_m, kMmPerM) : json(nullptr)}};
+}
+
+json summary(const calib::ResidualSummary& of) {
+  return {{"touches", of.count},
+          {"mean_mm", number(of.mean_m, kMmPerM)},
+          {"max_mm", number(of.max_m, kMmPerM)},
+          {"rms_mm", number(of.rms_m, kMmPerM)}};
+}
+
+/// Subject as a name ("S1", "S1-S2"), and the touch from which it applies, counted from 1.
+json about_to_json(const calib::Subject& about) {
+  const bool length = about.of == calib::Subject::Of::kLength;
+  return {{"of", calib::to_string(about.of)},
+          {"name", length ? about.name + "-" + about.other_end : about.name},
+          {"touch", about.touch ? json(*about.touch + 1) : json(nullptr)}};
+}
+
+json evidence_to_json(const std::vector<calib::Quantity>& evidence) {
+  json list = json::array();
+  for (const calib::Quantity& one : evidence)
+    list.push_back({{"name", one.name},
+                    {"value", number(one.value)},
+                    {"unit", one.unit},
+                    {"sigma", number(one.sigma)}});
+  return list;
+}
+
+json parts_to_json(const std::vector<calib::FindingPart>& parts) {
+  constexpr std::size_t kMostParts = 8;  // the page displays at most this number
+  json list = json::array();
+  for (const calib::FindingPart& one : parts) {
+    if (list.size() == kMostParts) break;
+    list.push_back(
+        {{"about", about_to_json(one.about)}, {"evidence", evidence_to_json(one.evidence)}});
+  }
+  return list;
+}
+
+json findings_to_json(const std::vector<calib::Finding>& findings) {
+  json list = json::array();
+  for (const calib::Finding& finding : findings)
+    list.push_back(
+        {{"kind", calib::to_string(finding.kind)},
+         {"severity", calib::to_string(finding.severity)},
+         {"cause", finding.cause ? json(calib::to_string(*finding.cause)) : json(nullptr)},
+         {"about", about_to_json(finding.about)},
+         {"evidence", evidence_to_json(finding.evidence)},
+         {"parts", parts_to_json(finding.parts)},
+         {"words", calib::words(finding)}});
+  return list;
+}
+
+json result_to_json(const calib::Calibration& found) {
+  // Files of an earlier version contain the value predicted from the tolerances there, and no U.
+  const bool stated = found.nominal_workspace_u_m > 0.0;
+  return {{"publish", found.verdict.publish()},
+          {"scope", found.verdict.workspace ? "workspace" : "near targets"},
+          {"findings", findings_to_json(found.verdict.findings)},
+          {"before", summary(found.before)},
+          {"after", summary(found.after)},
+          {"check", summary(found.check)},
+          {"near_targets_mm", number(found.predicted_near_targets_m, kMmPerM)},
+          {"workspace_mm", number(found.predicted_workspace_m, kMmPerM)},
+          {"nominal_workspace_mm", number(stated ? found.nominal_workspace_m : 0.0, kMmPerM)},
+          {"nominal_workspace_u_mm", number(found.nominal_workspace_u_m, kMmPerM)}};
+}
+
+}  // namespace
+
+std::optional<double> residual_m(const calib::Calibration& calibration, const calib::Touch& touch) {
+  return FoundArm(calibration).residual_m(touch);
+}
+
+std::string figures_to_json(const SessionRecord& record, const calib::Cell& cell,
+                            const std::vector<calib::Touch>& touches,
+                            const calib::Calibration* calibration,
+                            const std::map<std::size_t, FigureOfTouch>& made) {
+  const calib::ArmModel nominal(cell);
+  std::optional<FoundArm> found;
+  if (calibration != nullptr) found.emplace(*calibration);
+  json list = json::array();
+  for (std::size_t i = 0; i < touches.size(); ++i)
+    list.push_back(touch_to_json(i, touches[i], nominal, found,
+                                 made.contains(i) ? made.at(i) : FigureOfTouch()));
+  return dump({{"session", record.id},
+               {"state", to_string(record.state)},
+               {"outcome", outcome_with_words(record.outcome)},
+               {"touches", std::move(list)},
+               {"result", calibration == nullptr ? json(nullptr) : result_to_json(*calibration)}});
+}
+
+using nlohmann::json;
+
+namespace {
+
+using calib::kMmPerM;
+
+Eigen::Isometry3d behind(const calib::Joint& joint) {
+  using Eigen::AngleAxisd, Eigen::Vector3d;
+  Eigen::Isometry3d fixed = Eigen::Isometry3d::Identity();
+  fixed.translate(Vector3d(joint.a_m, 0.0, joint.d_m));
+  fixed.rotate(AngleAxisd(joint.alpha_rad, Vector3d::UnitX()));
+  fixed.rotate(AngleAxisd(joint.beta_rad, Vector3d::UnitY()));
+  return fixed;
+}
+
+json joint_to_json(const calib::Joint& joint, double assumed_m) {
+  return {{"name", joint.name},
+          {"sign", joint.sign},
+          {"offset_deg", number(joint.offset_rad, calib::kDegPerRad)},
+          {"min_deg", number(joint.min_rad, calib::kDegPerRad)},
+          {"max_deg", number(joint.max_rad, calib::kDegPerRad)},
+          {"behind", frame(behind(joint))},
+          {"radius_mm", number(joint.radius_m > 0.0 ? joint.radius_m : assumed_m, kMmPerM)}};
+}
+
+json joints_to_json(const calib::Robot& robot) {
+  json list = json::array();
+  const double assumed_m = calib::assumed_radius_m(robot);
+  for (const calib::Joint& joint : robot.joints) list.push_back(joint_to_json(joint, assumed_m));
+  return list;
+}
+
+json target_to_json(const calib::Target& target) {
+  json value{{"id", target.id},
+             {"kind", calib::to_string(target.kind)},
+             {"diameter_mm", number(target.diameter_m, kMmPerM)},
+             {"centre_mm", nullptr},
+             {"box_mm", nullptr}};
+  if (target.has_centre) value["centre_mm"] = mm(target.centre_m);
+  if (target.has_box) value["box_mm"] = {mm(target.low_m), mm(target.high_m)};
+  return value;
+}
+
+json targets_to_json(const calib::Cell& cell) {
+  json list = json::array();
+  for (const calib::Target& target : cell.targets) list.push_back(target_to_json(target));
+  return list;
+}
+
+json cylinder(const std::string& id, const Eigen::Isometry3d& at, double diameter_m,
+              double height_m) {
+  return {{"id", id},
+          {"shape", "cylinder"},
+          {"frame", frame(at)},
+          {"diameter_mm", number(diameter_m, kMmPerM)},
+          {"height_mm", number(height_m, kMmPerM)}};
+}
+
+json box(const std::string& id, const Eigen::Isometry3d& at, const Eigen::Vector3d& size_m) {
+  return {{"id", id}, {"shape", "box"}, {"frame", frame(at)}, {"size_mm", mm(size_m)}};
+}
+
+json box_around(const calib::Obstacle& obstacle) {
+  Eigen::AlignedBox3d around;
+  for (const Eigen::Vector3d& vertex : obstacle.mesh->vertices_m) around.extend(vertex);
+  return box(obstacle.id, obstacle.frame * Eigen::Translation3d(around.center()), around.sizes());
+}
+
+json mesh(const calib::Obstacle& obstacle) {
+  json vertices = json::array(), triangles = json::array();
+  for (const Eigen::Vector3d& vertex : obstacle.mesh->vertices_m)
+    for (const double value : vertex) vertices.push_back(number(value, kMmPerM));
+  for (const auto& triangle : obstacle.mesh->triangles)
+    for (const int corner : triangle) triangles.push_back(corner);
+  return {{"id", obstacle.id},
+          {"shape", "mesh"},
+          {"frame", frame(obstacle.frame)},
+          {"vertices_mm", std::move(vertices)},
+          {"triangles", std::move(triangles)}};
+}
+
+json obstacle_to_json(const calib::Obstacle& obstacle) {
+  switch (obstacle.shape) {
+    case calib::ObstacleShape::kBox:
+      return box(obstacle.id, obstacle.frame, obstacle.size_m);
+    case calib::ObstacleShape::kCylinder:
+      return cylinder(obstacle.id, obstacle.frame, obstacle.diameter_m, obstacle.height_m);
+    case calib::ObstacleShape::kMesh:
+      break;
+  }
+  const bool empty = obstacle.mesh == nullptr || obstacle.mesh->vertices_m.empty();
+  if (empty) return {{"id", obstacle.id}, {"shape", "unknown"}};
+  return obstacle.mesh->triangles.size() > kMostTrianglesDrawn ? box_around(obstacle)
+                                                               : mesh(obstacle);
+}
+
+json obstacles_to_json(const calib::Cell& cell) {
+  json list = json::array();
+  for (const calib::Obstacle& obstacle : cell.obstacles) list.push_back(obstacle_to_json(obstacle));
+  return list;
+}
+
+json stands_to_json(const calib::Cell& cell) {
+  json list = json::array();
+  for (const calib::Post& post : calib::posts_of(cell))
+    list.push_back(
+        cylinder(cell.targets[post.target].id, post.frame, 2.0 * post.radius_m, post.length_m));
+  return list;
+}
+
+json tool_to_json(const calib::Tool& tool) {
+  return {{"frame", frame(tool.tcp)},
+          {"radius_mm", number(tool.radius_m, kMmPerM)},
+          {"tip_length_mm", number(tool.slim_length_m, kMmPerM)},
+          {"tip_radius_mm", number(std::max(tool.slim_radius_m, tool.tip_radius_m), kMmPerM)}};
+}
+
+}  // namespace
+
+std::string scene_to_json(std::int64_t session, const calib::Cell& cell) {
+  const Eigen::Vector3d up = calib::up_of(cell.robot);
+  return dump({{"session", session},
+               {"robot", cell.robot.name},
+               {"base", frame(cell.robot.base_fixed)},
+               {"joints", joints_to_json(cell.robot)},
+               {"flange", frame(cell.robot.flange_fixed)},
+               {"tool", tool_to_json(cell.tool)},
+               {"targets", targets_to_json(cell)},
+               {"stands", stands_to_json(cell)},
+               {"obstacles", obstacles_to_json(cell)},
+               {"up", {up.x(), up.y(), up.z()}},
+               {"floor_mm", cell.floor_m ? number(*cell.floor_m, kMmPerM) : json(nullptr)}});
+}
+
+using nlohmann::json;
+
+std::string plan_to_json(std::int64_t session, std::size_t first, const calib::Plan& plan,
+                         const calib::Cell& cell) {
+  const calib::ArmModel arm(cell);
+  json touches = json::array();
+  for (std::size_t i = 0; i < plan.touches.size(); ++i) {
+    const calib::PlannedTouch& touch = plan.touches[i];
+    const Eigen::Vector3d tip = arm.nominal_tip_m(touch.standoff) - touch.expected_m * touch.normal;
+    touches.push_back({{"index", first + i},
+                       {"target", touch.target},
+                       {"set", to_string(touch.set)},
+                       {"joints_deg", degrees(touch.standoff)},
+                       {"tip_mm", mm(tip)}});
+  }
+  return dump({{"session", session}, {"touches", std::move(touches)}});
+}
+
+using nlohmann::json;
+
+namespace {
+
+/// 1 nm and 1e-7 deg: invisible rounding that halves the size.
+constexpr double kDigits = 1e6;
+
+double rounded(double value) { return std::round(value * kDigits) / kDigits; }
+
+}  // namespace
+
+json number(double value, double factor) {
+  if (!std::isfinite(value * factor)) return nullptr;
+  return rounded(value * factor);
+}
+
+json mm(const Eigen::Vector3d& point_m) {
+  json list = json::array();
+  for (const double value : point_m) list.push_back(number(value, calib::kMmPerM));
+  return list;
+}
+
+json frame(const Eigen::Isometry3d& frame) {
+  json list = json::array();
+  for (int row = 0; row < 3; ++row) {
+    // Direction components are dimensionless and not converted.
+    for (int column = 0; column < 3; ++column) list.push_back(frame.linear()(row, column));
+    list.push_back(number(frame.translation()[row], calib::kMmPerM));
+  }
+  return list;
+}
+
+json degrees(const calib::JointVector& joint_rad) {
+  json list = json::array();
+  for (const double value : joint_rad) list.push_back(number(value, calib::kDegPerRad));
+  return list;
+}
+
+std::string dump(const json& value) {
+  return value.dump(-1, ' ', false, json::error_handler_t::replace);
+}
+
+using nlohmann::json;
+
+namespace {
+
+using calib::kMmPerM;
+
+/// Zero offset of each joint relative to nominal, with 1 sigma.
+json zeros_to_json(const calib::Calibration& found) {
+  json list = json::array();
+  for (const calib::ParameterResult& one : found.parameters) {
+    if (one.key.kind != calib::ParameterKind::kTheta || one.key.joint < 0) continue;
+    list.push_back(
+        {{"joint", found.cell.robot.joints.at(static_cast<std::size_t>(one.key.joint)).name},
+         {"deg", number(one.correction, calib::kDegPerRad)},
+         {"sigma_deg", number(one.sigma, calib::kDegPerRad)}});
+  }
+  return list;
+}
+
+json session_to_json(const SessionRecord& record, const calib::Calibration& found) {
+  const bool checked = found.check.count > 0;
+  return {{"session", record.id},
+          {"ended", record.ended},
+          {"publish", found.verdict.publish()},
+          {"fit_mm", number(found.after.mean_m, kMmPerM)},
+          {"check_mm", checked ? number(found.check.mean_m, kMmPerM) : json(nullptr)},
+          {"workspace_mm", number(found.predicted_workspace_m, kMmPerM)},
+          {"zeros", zeros_to_json(found)}};
+}
+
+/// The chart as serialised by calib, with its calibration.
+json checks_to_json(const Drift& checks) {
+  json chart = json::parse(calib::drift_to_json(checks.chart));
+  chart["calibration"] = checks.calibrated;
+  chart["calibrated"] = checks.calibrated_at;
+  return chart;
+}
+
+json acknowledged_to_json(const AdviceStatus& controller) {
+  const bool acknowledged = controller.acknowledged.has_value();
+  return {
+      {"told", acknowledged ? json(to_string(*controller.acknowledged)) : json(nullptr)},
+      {"value", acknowledged ? json(static_cast<int>(*controller.acknowledged)) : json(nullptr)},
+      {"told_at", acknowledged ? json(controller.acknowledged_at) : json(nullptr)},
+      {"trouble", controller.trouble.empty() ? json(nullptr) : json(controller.trouble)}};
+}
+
+}  // namespace
+
+std::string drift_to_json(
+    const std::vector<SessionRecord>& newest_first, std::string cell,
+    const std::function<std::optional<calib::Calibration>(std::int64_t)>& calibration,
+    const Drift* checks, const AdviceStatus& controller) {
+  json list = json::array();
+  for (const SessionRecord& record : newest_first) {
+    if (list.size() == kMostCompared) break;
+    if (record.state != RecordState::kDone) continue;
+    if (!cell.empty() && record.inputs.cell_name != cell) continue;
+    const auto found = calibration(record.id);
+    if (!found) continue;
+    cell = record.inputs.cell_name;
+    list.push_back(session_to_json(record, *found));
+  }
+  std::reverse(list.begin(), list.end());
+  return dump(
+      {{"cell", cell},
+       {"sessions", std::move(list)},
+       {"checks", checks != nullptr ? checks_to_json(*checks) : json(nullptr)},
+       {"controller", controller.configured ? acknowledged_to_json(controller) : json(nullptr)}});
+}
+
+}  // namespace cellcal::daemon::web

@@ -14,7 +14,6 @@
 #include "daemon/api/run_request.h"
 #include "daemon/archive/versions.h"
 #include "daemon/files/atomic_file.h"
-#include "daemon/files/system_words.h"
 #include "daemon/plant/desk/proposal_box.h"
 #include "daemon/plant/desk/reporter.h"
 #include "daemon/plant/line/line_status.h"
@@ -82,7 +81,7 @@ std::optional<Response> Api::show_plant(const Call&) {
 
 /// Reports each content once. The certificate has to match this journal's calibration and the sums of its
 /// files; the signature is checked by those who verify it.
-std::optional<Response> Api::take_certificate(const Call& call) {
+std::optional<Response> Api::report_certificate(const Call& call) {
   const SessionRecord session = find(call);
   if (!plant_line_ || !plant_line_()) throw NotFound("no plant is named: [plant] in cellcald.toml");
   plant::FactBody body;
@@ -124,11 +123,11 @@ std::optional<Response> Api::take_certificate(const Call& call) {
 namespace {
 
 using nlohmann::json;
-using plant::KeptProposal, plant::NotDecided, plant::ProposalKind, plant::Stand;
+using plant::StoredProposal, plant::NotDecided, plant::ProposalKind, plant::Stand;
 
 json text_or_null(const std::string& text) { return text.empty() ? json(nullptr) : json(text); }
 
-json to_json(const KeptProposal& one, const plant::ProposalBox& box) {
+json to_json(const StoredProposal& one, const plant::ProposalBox& box) {
   const plant::Proposal& proposal = one.proposal;
   const bool has_file = one.stand == Stand::kAccepted && !may_be_policy(proposal.kind);
   return {{"id", proposal.id},
@@ -146,13 +145,13 @@ json to_json(const KeptProposal& one, const plant::ProposalBox& box) {
 }
 
 /// {"reason": "why", "by": "a name"}; both optional when accepting.
-plant::Say say_in(const Request& request, bool needs_reason) {
+plant::Say decision_note_in(const Request& request, bool needs_reason) {
   const json body =
       request.body.empty() ? json::object() : json::parse(request.body, nullptr, false);
   if (!body.is_object()) throw BadRequest(R"(the body must be {"reason": "why", "by": "a name"})");
   for (const auto& [key, value] : body.items())
     if (key != "reason" && key != "by") throw BadRequest("\"reason\" and \"by\" are known here");
-  plant::Say say{who_asks(request, body), "", wall_clock_utc()};
+  plant::Say say{author_of(request, body), "", wall_clock_utc()};
   if (needs_reason || body.contains("reason")) say.reason = line_in(body, "reason", kLongestReason);
   return say;
 }
@@ -185,23 +184,23 @@ std::optional<Response> Api::show_proposals(const Call&) {
   if (proposals_ == nullptr || (plant_line_ && !plant_line_()))
     return Response{
         .body = dump({{"problem", nullptr}, {"dropped", 0}, {"proposals", std::move(list)}})};
-  for (const KeptProposal& one : proposals().all()) list.push_back(to_json(one, proposals()));
+  for (const StoredProposal& one : proposals().all()) list.push_back(to_json(one, proposals()));
   return Response{.body = dump({{"problem", text_or_null(proposals().problem())},
                                 {"dropped", proposals().dropped()},
                                 {"proposals", std::move(list)}})};
 }
 
 std::optional<Response> Api::accept_proposal(const Call& call) {
-  const plant::Say say = say_in(call.request, false);
-  const KeptProposal kept =
+  const plant::Say say = decision_note_in(call.request, false);
+  const StoredProposal kept =
       decided([&] { return proposals().accept(std::string(call.variable), say); });
   spdlog::info("proposal {} of {} accepted by {}", kept.proposal.id, kept.proposal.by, say.by);
   return Response{.body = dump(to_json(kept, proposals()))};
 }
 
 std::optional<Response> Api::refuse_proposal(const Call& call) {
-  const plant::Say say = say_in(call.request, true);
-  const KeptProposal kept =
+  const plant::Say say = decision_note_in(call.request, true);
+  const StoredProposal kept =
       decided([&] { return proposals().refuse(std::string(call.variable), say); });
   spdlog::info("proposal {} of {} refused by {}: {}", kept.proposal.id, kept.proposal.by, say.by,
                say.reason);

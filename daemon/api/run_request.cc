@@ -6,7 +6,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "daemon/files/system_words.h"
+#include "daemon/files/atomic_file.h"
 
 namespace cellcal::daemon {
 
@@ -87,7 +87,7 @@ std::string line_in(const nlohmann::json& body, const char* key, std::size_t lon
   return text;
 }
 
-std::string who_asks(const Request& request, const nlohmann::json& body) {
+std::string author_of(const Request& request, const nlohmann::json& body) {
   if (!body.contains("by")) return request.caller.name;
   return fmt::format("{} ({})", line_in(body, "by", kLongestName), request.caller.name);
 }

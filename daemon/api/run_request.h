@@ -22,7 +22,7 @@ inline constexpr std::size_t kLongestReason = 500;
 std::string line_in(const nlohmann::json& body, const char* key, std::size_t longest);
 /// Author of a request: the name under "by", which is not verified, followed by the token's name. Throws
 /// BadRequest.
-std::string who_asks(const Request& request, const nlohmann::json& body);
+std::string author_of(const Request& request, const nlohmann::json& body);
 
 // Files of this computer that a network request may name.
 

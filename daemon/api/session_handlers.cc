@@ -19,12 +19,10 @@
 #include "daemon/api/run_request.h"
 #include "daemon/api/status_json.h"
 #include "daemon/archive/archive.h"
-#include "daemon/archive/retention.h"
-#include "daemon/files/system_words.h"
+#include "daemon/files/atomic_file.h"
 #include "daemon/result/outcome_json.h"
 #include "daemon/runner/backend.h"
-#include "daemon/session/phase_times.h"
-#include "daemon/tasks/delay_watch.h"
+#include "daemon/session/phase.h"
 #include "daemon/tasks/options.h"
 
 namespace cellcal::daemon {
@@ -158,7 +156,8 @@ std::optional<Response> Api::session(const Call& call) {
   const SessionRecord record = find(call);
   json value = to_json(record);
   value["events"] = journal_.events(record.id);
-  value["times"] = to_json(phase_times(journal_.changes(record.id)), journal_.interruptions(record.id));
+  value["times"] =
+      to_json(phase_times(journal_.changes(record.id)), journal_.interruptions(record.id));
   value["contact_delay"] = nullptr;
   if (const auto delay = delay_of(journal_, record.id)) {
     value["contact_delay"] = {{"ms", calib::kMsPerS * delay->delay_s},

@@ -13,7 +13,7 @@
 #include "daemon/archive/versions.h"
 #include "daemon/doctor/evidence.h"
 #include "daemon/doctor/examiner.h"
-#include "daemon/files/system_words.h"
+#include "daemon/files/atomic_file.h"
 #include "daemon/runner/backend.h"
 
 namespace cellcal::daemon {
@@ -90,7 +90,7 @@ Activation wanted_in(const Request& request, bool needed) {
     if (key != "session" && key != "reason" && key != "by")
       throw BadRequest("\"session\", \"reason\" and \"by\" are known here, not \"" +
                        printable(key) + "\"");
-  Activation wanted{0, wall_clock_utc(), who_asks(request, body),
+  Activation wanted{0, wall_clock_utc(), author_of(request, body),
                     line_in(body, "reason", kLongestReason)};
   if (body.contains("session")) {
     if (!body["session"].is_number_integer() || body["session"] < 1)
@@ -222,7 +222,7 @@ std::optional<Response> Api::examine(const Call& call) {
   return Response{202, "application/json", "{}"};
 }
 
-std::optional<Response> Api::take_examination(const Call& call) {
+std::optional<Response> Api::adopt_examination(const Call& call) {
   const json body = json::parse(call.request.body, nullptr, false);
   keep_among_cells(call.request, body.is_object() ? body.value("cell", "") : "");
   std::optional<Examiner::NotTaken> refused;

@@ -4,6 +4,8 @@
 #include <stdlib.h>
 
 #include <algorithm>
+#include <chrono>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <string>
@@ -11,8 +13,8 @@
 #include "calib/files/calibration_json.h"
 #include "calib/files/files.h"
 #include "calib/files/input_file.h"
+#include "calib/model/iso_time.h"
 #include "daemon/files/atomic_file.h"
-#include "daemon/files/system_words.h"
 #include "daemon/journal/rows.h"
 #include "daemon/tasks/check_against.h"
 #include "daemon/tasks/options.h"
@@ -219,7 +221,7 @@ calib::Cell read_session(const RowEntry& entry) {
 }
 
 /// Throws std::runtime_error where the touch refers to an unknown target or tool, or to another arm.
-void look_at_touch(const RowEntry& entry, const calib::Cell& cell) {
+void validate_touch(const RowEntry& entry, const calib::Cell& cell) {
   const std::string target = text_in(entry, "target"), tool = text_in(entry, "tool");
   if (std::ranges::find(cell.targets, target, &calib::Target::id) == cell.targets.end())
     throw std::runtime_error(fmt::format("target \"{}\" is not in the cell", printable(target)));
@@ -247,7 +249,7 @@ void refuse_unreadable(const SessionRows& rows, const std::string& from) {
       }
   };
   look_at("session", [&](const RowEntry& entry) { cell = read_session(entry); });
-  if (cell) look_at("touch", [&](const RowEntry& entry) { look_at_touch(entry, *cell); });
+  if (cell) look_at("touch", [&](const RowEntry& entry) { validate_touch(entry, *cell); });
 }
 
 }  // namespace
@@ -287,6 +289,24 @@ ScratchDirectory::ScratchDirectory() {
 ScratchDirectory::~ScratchDirectory() {
   std::error_code ignored;  // left in the directory of temporary files
   std::filesystem::remove_all(path_, ignored);
+}
+
+namespace {
+
+constexpr std::int64_t kDay = 86400;
+constexpr double kMegabyte = 1e6;
+
+}  // namespace
+
+RetentionLimits limits_of(const RetentionRule& rule, std::int64_t now) {
+  RetentionLimits limits;
+  if (rule.days) {
+    const std::chrono::sys_time<std::chrono::milliseconds> before{
+        std::chrono::seconds(now - *rule.days * kDay)};
+    limits.ended_before = calib::utc_text(before);
+  }
+  if (rule.megabytes) limits.bytes = std::llround(*rule.megabytes * kMegabyte);
+  return limits;
 }
 
 }  // namespace cellcal::daemon

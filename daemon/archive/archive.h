@@ -11,9 +11,11 @@
 //
 // The same session gives the same files; exports are identified by the sum of their rows.
 
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <map>
+#include <optional>
 #include <stdexcept>
 #include <string>
 
@@ -64,5 +66,18 @@ class ScratchDirectory {
  private:
   std::filesystem::path path_;
 };
+
+// Retention rule for raw data of old sessions.
+
+struct RetentionRule {
+  std::optional<int> days;          ///< drops raw rows of sessions that ended earlier
+  std::optional<double> megabytes;  ///< drops the oldest raw rows until the journal is not larger
+
+  bool any() const { return days || megabytes; }
+  bool operator==(const RetentionRule&) const = default;
+};
+
+/// `now`: seconds since 1970, UTC.
+RetentionLimits limits_of(const RetentionRule& rule, std::int64_t now);
 
 }  // namespace cellcal::daemon

@@ -24,7 +24,7 @@ constexpr std::size_t kMostChecks = 1500;
 constexpr double kSameLineRad = 0.08;
 
 struct Check {
-  calib::CheckSeen seen;
+  calib::CheckMeasurement seen;
   std::vector<calib::Touch> touches;
   Eigen::VectorXd off_m;
 };
@@ -63,7 +63,7 @@ std::optional<double> temperature_of(const SessionOptions& options,
 }
 
 /// From the outcome in the journal. Without one the check is undecided: its missed touches are unknown.
-void take_outcome(const std::optional<SessionOutcome>& outcome, calib::CheckSeen& seen) {
+void apply_outcome(const std::optional<SessionOutcome>& outcome, calib::CheckMeasurement& seen) {
   seen.left_out = calib::LeftOut::kUndecided;
   if (!outcome || outcome->kind == OutcomeKind::kUndecided) return;
   const bool held = outcome->kind == OutcomeKind::kHolds;
@@ -96,7 +96,7 @@ std::vector<Check> checks_of(Journal& journal, const std::vector<SessionRecord>&
       check.seen.session = record.id;
       check.seen.time_s = ended_s(record);
       check.seen.temperature_c = temperature_of(options, check.touches);
-      take_outcome(record.outcome, check.seen);
+      apply_outcome(record.outcome, check.seen);
       checks.push_back(std::move(check));
     } catch (const std::runtime_error& error) {
       spdlog::warn("check {} is not in the chart: {}", record.id, error.what());
@@ -168,7 +168,7 @@ calib::DriftChart chart_of(const calib::Calibration& calibration, const Check* l
                            std::vector<Check> checks) {
   std::optional<calib::ShiftGauge> gauge;
   if (like != nullptr) gauge = measure(calibration, *like, checks);
-  std::vector<calib::CheckSeen> seen;
+  std::vector<calib::CheckMeasurement> seen;
   for (const Check& check : checks) seen.push_back(check.seen);
   calib::DriftChart chart = calib::drift_chart(seen);
   if (gauge && chart.trend) {

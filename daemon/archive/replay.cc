@@ -8,7 +8,6 @@
 #include "calib/files/calibration_json.h"
 #include "daemon/archive/archive.h"
 #include "daemon/tasks/check_against.h"
-#include "daemon/tasks/estimate.h"
 #include "daemon/tasks/options.h"
 
 namespace cellcal::daemon {
@@ -63,7 +62,7 @@ class ReplayComparison {
 };
 
 /// Removes the software version, which is not compared, and the checksum that covers it.
-std::string take_software(json& calibration) {
+std::string extract_software_version(json& calibration) {
   std::string software;
   calibration.erase("sum");
   if (const auto inputs = calibration.find("inputs"); inputs != calibration.end()) {
@@ -91,8 +90,8 @@ calib::Calibration again(const SessionRecord& record, const std::vector<calib::T
 Replay compare(const std::string& recorded_text, const std::string& replayed_text) {
   json recorded = json::parse(recorded_text), replayed = json::parse(replayed_text);
   Replay result;
-  result.recorded_by = take_software(recorded);
-  result.replayed_by = take_software(replayed);
+  result.recorded_by = extract_software_version(recorded);
+  result.replayed_by = extract_software_version(replayed);
   ReplayComparison(result).walk(&recorded, &replayed, "");
   return result;
 }

@@ -9,7 +9,7 @@ void EkiWire::exchange(Controller& controller, Robot& robot, Nothing, drivers::T
   } else if (robot.wants_connection() && controller.connect()) {
     robot.on_connected(now);
   }
-  robot.on_bytes(controller.take_output(), now);
+  robot.on_bytes(controller.drain_output(), now);
   robot.on_tick(now);
   controller.receive(robot.output());
   robot.sent(robot.output().size());

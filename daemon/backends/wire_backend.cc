@@ -7,7 +7,7 @@
 
 #include "calib/model/units.h"
 #include "daemon/backends/backends.h"
-#include "daemon/config/pendant.h"
+#include "daemon/config/config.h"
 #include "daemon/config/space_config.h"
 #include "drivers/contact/serial_contact.h"
 #include "drivers/io_thread.h"
@@ -20,7 +20,7 @@ namespace {
 
 /// close() of both robots keeps talking to the controller until it ends its session: at most 2 s over RSI, 3
 /// s over EKI.
-constexpr std::chrono::milliseconds kLongestFarewell{3500};
+constexpr std::chrono::milliseconds kFarewellTimeout{3500};
 
 drivers::SerialContactOptions contact_options(const DaemonConfig& config) {
   drivers::SerialContactOptions options;
@@ -66,7 +66,7 @@ class WireBackend final : public Backend {
     robot_.close();
     contact_.close();
     drivers::Clock& steady = clock();
-    const drivers::TimePoint end = steady.now() + kLongestFarewell;
+    const drivers::TimePoint end = steady.now() + kFarewellTimeout;
     while (robot_.is_open() && steady.now() < end) {
       steady.sleep_until(steady.now() + std::chrono::milliseconds(5));
     }
@@ -78,7 +78,7 @@ class WireBackend final : public Backend {
   drivers::ContactSensor& contact() override { return contact_; }
   drivers::Clock& clock() override { return drivers::steady_clock(); }
   std::string utc_now() override { return wall_clock_utc(); }
-  std::string how_to_start() const override { return what_to_start(wire_); }
+  std::string how_to_start() const override { return start_instruction(wire_); }
   calib::Passable passable() override { return passable_; }
   std::optional<double> axis_reach_rad() override { return axis_reach_rad_; }
   /// True if the devices' thread has run handlers since the last call.

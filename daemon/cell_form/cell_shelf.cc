@@ -10,7 +10,6 @@
 #include "daemon/cell_form/cell_form.h"
 #include "daemon/cell_form/cell_text.h"
 #include "daemon/files/atomic_file.h"
-#include "daemon/files/system_words.h"
 
 namespace cellcal::daemon {
 
@@ -30,14 +29,14 @@ bool is_file_name(const std::string& name) {
 
 }  // namespace
 
-std::filesystem::path CellShelf::file(const std::string& name) const {
+std::filesystem::path CellFileStore::file(const std::string& name) const {
   if (!is_file_name(name))
     throw CellNotWritten(
         Why::kName, "name: \"" + calib::shown(name) + "\" must have 1 to 64 of A-Z a-z 0-9 _ -");
   return folder_ / (name + ".toml");
 }
 
-std::vector<std::string> CellShelf::names() const {
+std::vector<std::string> CellFileStore::names() const {
   std::vector<std::string> names;
   std::error_code none;
   for (std::filesystem::directory_iterator at(folder_, none), end;
@@ -49,14 +48,14 @@ std::vector<std::string> CellShelf::names() const {
   return names;
 }
 
-std::optional<CellShelf::Shown> CellShelf::look(const std::string& name) const {
+std::optional<CellFileStore::Shown> CellFileStore::look(const std::string& name) const {
   const std::filesystem::path path = file(name);
   std::error_code none;
   if (!std::filesystem::exists(path, none)) return std::nullopt;
   return look_at(path);
 }
 
-CellShelf::Shown CellShelf::look_at(const std::filesystem::path& path) {
+CellFileStore::Shown CellFileStore::look_at(const std::filesystem::path& path) {
   Shown shown;
   shown.text = calib::read_file(path, calib::kMostTomlBytes);
   shown.sha256 = calib::sha256(shown.text);
@@ -69,7 +68,7 @@ CellShelf::Shown CellShelf::look_at(const std::filesystem::path& path) {
   return shown;
 }
 
-std::vector<std::string> CellShelf::look_through(const CellForm& form) {
+std::vector<std::string> CellFileStore::look_through(const CellForm& form) {
   if (const std::string wrong = objection(form); !wrong.empty())
     throw CellNotWritten(Why::kUnusable, wrong);
   try {
@@ -79,9 +78,9 @@ std::vector<std::string> CellShelf::look_through(const CellForm& form) {
   }
 }
 
-std::filesystem::path CellShelf::write(const std::string& name, const CellForm& form,
-                                       const std::string& instead_of,
-                                       const std::filesystem::path& from) const {
+std::filesystem::path CellFileStore::write(const std::string& name, const CellForm& form,
+                                           const std::string& instead_of,
+                                           const std::filesystem::path& from) const {
   const std::filesystem::path path = file(name);
   look_through(form);
   try {

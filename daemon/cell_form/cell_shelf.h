@@ -26,9 +26,9 @@ struct CellNotWritten : std::runtime_error {
   Why why;
 };
 
-class CellShelf {
+class CellFileStore {
  public:
-  explicit CellShelf(std::filesystem::path folder) : folder_(std::move(folder)) {}
+  explicit CellFileStore(std::filesystem::path folder) : folder_(std::move(folder)) {}
 
   const std::filesystem::path& folder() const { return folder_; }
   /// Names without ".toml", sorted.

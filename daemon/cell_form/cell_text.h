@@ -6,6 +6,7 @@
 
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "daemon/cell_form/cell_form.h"
@@ -25,5 +26,14 @@ std::vector<std::string> beyond(const CellForm& form, const std::string& text);
 /// calib::FileError.
 std::string cell_text_with(const CellForm& form, const std::string& before,
                            const std::filesystem::path& folder);
+
+// Spheres and their certificate from CSV files. All functions throw calib::FileError with file, line and
+// column.
+
+/// `name`: of the text, for error messages.
+std::vector<SphereForm> spheres_in(std::string_view csv, const std::string& name);
+std::vector<LengthForm> certificate_in(std::string_view csv, const std::string& name);
+std::vector<SphereForm> load_spheres(const std::filesystem::path& csv);
+std::vector<LengthForm> load_certificate(const std::filesystem::path& csv);
 
 }  // namespace cellcal::daemon

@@ -13,8 +13,8 @@
 #include "calib/verdict/found_residuals.h"
 #include "daemon/archive/replay.h"
 #include "daemon/certificate/sources.h"
-#include "daemon/files/system_words.h"
-#include "daemon/report/scale.h"
+#include "daemon/files/atomic_file.h"
+#include "daemon/report/plan_picture.h"
 #include "daemon/tasks/options.h"
 
 namespace cellcal::daemon::certificate {

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "daemon/certificate/certificate.h"
-#include "daemon/report/scale.h"
+#include "daemon/report/plan_picture.h"
 
 namespace cellcal::daemon::certificate {
 

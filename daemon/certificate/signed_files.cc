@@ -9,7 +9,6 @@
 #include "calib/files/files.h"
 #include "calib/files/input_file.h"
 #include "daemon/files/atomic_file.h"
-#include "daemon/files/system_words.h"
 
 namespace cellcal::daemon::signing {
 

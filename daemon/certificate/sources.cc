@@ -11,9 +11,9 @@
 #include "calib/model/iso_time.h"
 #include "daemon/archive/archive.h"
 #include "daemon/certificate/certificate.h"
-#include "daemon/files/system_words.h"
+#include "daemon/files/atomic_file.h"
 #include "daemon/journal/rows.h"
-#include "daemon/report/scale.h"
+#include "daemon/report/plan_picture.h"
 #include "daemon/tasks/check_against.h"
 #include "daemon/tasks/options.h"
 

@@ -9,8 +9,8 @@
 #include "daemon/api/http/http.h"
 #include "daemon/archive/replay.h"
 #include "daemon/certificate/signed_files.h"
-#include "daemon/cli/ask.h"
 #include "daemon/cli/certificate.h"
+#include "daemon/cli/client.h"
 #include "daemon/cli/offline.h"
 #include "daemon/runner/backend.h"
 

@@ -13,7 +13,7 @@
 #include "daemon/certificate/certificate.h"
 #include "daemon/certificate/signed_files.h"
 #include "daemon/cli/archive.h"
-#include "daemon/cli/ask.h"
+#include "daemon/cli/client.h"
 #include "daemon/cli/offline.h"
 #include "daemon/files/atomic_file.h"
 #include "daemon/plant/messages/fact.h"

@@ -1,22 +1,23 @@
 #include "daemon/cli/client.h"
 
 #include <fmt/format.h>
+#include <pwd.h>
 #include <unistd.h>
 
 #include <chrono>
 #include <csignal>
+#include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <thread>
 
 #include "calib/files/calibration_json.h"
 #include "calib/model/units.h"
 #include "daemon/api/http/http.h"
-#include "daemon/cli/ask.h"
 #include "daemon/cli/drift.h"
 #include "daemon/cli/offline.h"
 #include "daemon/cli/progress.h"
-#include "daemon/cli/tables.h"
-#include "daemon/doctor/link_words.h"
+#include "daemon/doctor/wires.h"
+#include "daemon/files/atomic_file.h"
 #include "daemon/session/interruption.h"
 
 namespace cellcal::daemon {
@@ -226,7 +227,7 @@ std::vector<std::string> warnings_of(const json& status) {
   return all;
 }
 
-/// Follows a session to its end, or to Ctrl-C.
+/// FollowingSetpoint a session to its end, or to Ctrl-C.
 int follow(const Connection& daemon, std::int64_t session, BeforeMotion ctrl_c, Shows shows) {
   struct sigaction interrupt {};
   interrupt.sa_handler = on_interrupt;
@@ -368,10 +369,6 @@ std::string session_line(const json& session) {
       text(session, "failure").empty() ? text(session, "cell") : text(session, "failure"));
 }
 
-}  // namespace
-
-namespace {
-
 /// True for options of a full session, as opposed to an update that falls back to one.
 bool has_own_touches(const RunCommand& command) {
   return !command.resume && !(command.update && command.or_full);
@@ -379,7 +376,7 @@ bool has_own_touches(const RunCommand& command) {
 
 /// True where the update was withheld and a full session can resolve it: not where nothing changed, nor where
 /// a sphere is displaced, so that positions are unknown.
-bool takes_a_full_session(const Connection& daemon, std::int64_t session) {
+bool needs_full_session(const Connection& daemon, std::int64_t session) {
   const json calibration = get(daemon, session_path(session) + "/calibration.json");
   const json update = calibration.value("update", json());
   if (!update.is_object() || g_detached != 0) return false;
@@ -408,7 +405,7 @@ int run(const Connection& daemon, const RunCommand& command) {
                             daemon.progress ? Shows::kLinesElsewhere : Shows::kLine);
   if (command.or_full && g_detached != 0)
     std::fprintf(stderr, "no full session follows (--or-full): this command was to begin it\n");
-  if (status != kNotPublishable || !command.or_full || !takes_a_full_session(daemon, session))
+  if (status != kNotPublishable || !command.or_full || !needs_full_session(daemon, session))
     return status;
   std::fprintf(stderr,
                "session %lld: the update is withheld. A full session begins now (--or-full)\n",
@@ -570,7 +567,7 @@ int show(const Connection& daemon, std::int64_t session, Shown shown) {
 }
 
 int fetch_report(const Connection& daemon, std::optional<std::int64_t> session,
-           const std::filesystem::path& output) {
+                 const std::filesystem::path& output) {
   if (!session) {
     for (const json& one : get(daemon, "/v1/sessions")) {
       if (text(one, "state") != "done" || text(one, "kind") != "calibrate") continue;
@@ -586,6 +583,135 @@ int fetch_report(const Connection& daemon, std::optional<std::int64_t> session,
                      : output.string();
   put(daemon.json ? json{{"session", *session}, {"report", where}}.dump() + "\n" : where + "\n",
       {});
+  return kSuccess;
+}
+
+using nlohmann::json;
+
+json parse(const Response& response) {
+  json value = json::parse(response.body, nullptr, false);
+  if (value.is_discarded())
+    throw SocketError(
+        "the daemon's answer is not JSON. Check that cellcal and cellcald are of the same version");
+  return value;
+}
+
+Response ask(const Connection& daemon, const char* method, const std::string& target,
+             const std::string& body) {
+  Response response = http_request(daemon.socket, method, target, body);
+  if (response.status < 300) return response;
+  const json value = json::parse(response.body, nullptr, false);
+  const bool words = value.is_object() && value.contains("error") && value["error"].is_string();
+  throw DaemonRefusal(words ? value["error"].get<std::string>()
+                            : fmt::format("the daemon answered {}", response.status),
+                      std::move(response));
+}
+
+std::string user_name() {
+  const char* before_sudo = std::getenv("SUDO_USER");
+  if (before_sudo != nullptr && *before_sudo != '\0') return printable(before_sudo);
+  const passwd* entry = ::getpwuid(::getuid());
+  return entry != nullptr ? printable(entry->pw_name) : std::to_string(::getuid());
+}
+
+using nlohmann::json;
+
+int add_token(const Connection& daemon, const std::string& name, const std::string& role) {
+  const json body{{"name", name}, {"role", role}};
+  const json made = parse(ask(daemon, "POST", "/v1/tokens", body.dump()));
+  put(daemon.json ? made.dump() + "\n" : made.value("token", "") + "\n", {});
+  if (!daemon.json) {
+    std::fprintf(stderr,
+                 "token \"%s\", role %s: copy it now, it is not shown again. Revoke: 'cellcal "
+                 "token remove %s'\n",
+                 name.c_str(), role.c_str(), name.c_str());
+  }
+  return kSuccess;
+}
+
+int list_tokens(const Connection& daemon) {
+  const json list = parse(ask(daemon, "GET", "/v1/tokens"));
+  if (daemon.json) {
+    put(list.dump() + "\n", {});
+    return kSuccess;
+  }
+  std::string words = fmt::format("{:<24}  {:<10}  {}\n", "name", "role", "created");
+  for (const json& one : list) {
+    words += fmt::format("{:<24}  {:<10}  {}\n", one.value("name", ""), one.value("role", ""),
+                         one.value("created", ""));
+  }
+  put(list.empty() ? "no tokens: no access over the network\n" : words, {});
+  return kSuccess;
+}
+
+int remove_token(const Connection& daemon, const std::string& name) {
+  ask(daemon, "DELETE", "/v1/tokens/" + name);
+  if (!daemon.json) put("token \"" + name + "\" is no longer accepted\n", {});
+  return kSuccess;
+}
+
+namespace {
+
+using nlohmann::json;
+
+constexpr std::size_t kShown = 10;
+
+std::string entry_words(const json& entry) {
+  const json& now = entry.at("now");
+  const json& next = entry.at("next");
+  std::string when = next.is_null()
+                         ? "no next window"
+                         : "next " + next.value("begins", "") + " to " + next.value("ends", "");
+  if (!now.is_null()) when = "now, until " + now.value("ends", "") + "; " + when;
+  std::string text = fmt::format("{:<16}  {:<10}  {}{}, {:.0f} min expected\n",
+                                 entry.value("name", ""), entry.value("kind", ""), when,
+                                 entry.value("on_request", false) ? ", on request" : "",
+                                 entry.value("foreseen_s", 0.0) / 60.0);
+  const json& last = entry.at("last");
+  if (!last.is_null())
+    text +=
+        fmt::format("{:<16}  last: {}  {}\n", "", last.value("at", ""), last.value("words", ""));
+  return text;
+}
+
+std::string schedule_words(const json& schedule) {
+  std::string text;
+  if (!schedule.value("unattended", false)) {
+    text += "unattended = false: nothing begins without a person ([schedule] in cellcald.toml)\n";
+  } else {
+    text += "without a person; responsible: " + schedule.value("responsible", "") + "\n";
+  }
+  if (!schedule.at("held").is_null()) text += schedule.value("held", "") + "\n";
+  if (schedule.at("entries").empty()) text += "no [[schedule.session]] in cellcald.toml\n";
+  for (const json& entry : schedule.at("entries")) text += entry_words(entry);
+  const json& decisions = schedule.at("decisions");
+  if (!decisions.empty()) text += "decisions, newest first\n";
+  for (std::size_t i = 0; i < decisions.size() && i < kShown; ++i) {
+    text += fmt::format("{}  {:<16}  {}\n", decisions[i].value("at", ""),
+                        decisions[i].value("entry", ""), decisions[i].value("words", ""));
+  }
+  return text;
+}
+
+}  // namespace
+
+int show_schedule(const Connection& daemon) {
+  const json schedule = parse(ask(daemon, "GET", "/v1/schedule"));
+  put(daemon.json ? schedule.dump() + "\n" : schedule_words(schedule), {});
+  return kSuccess;
+}
+
+int begin_scheduled(const Connection& daemon, const std::string& name) {
+  const json made = parse(ask(daemon, "POST", "/v1/schedule/begin", json{{"name", name}}.dump()));
+  put(daemon.json ? made.dump() + "\n"
+                  : fmt::format("session {} begun\n", made.value("session", std::int64_t{0})),
+      {});
+  return kSuccess;
+}
+
+int release_schedule(const Connection& daemon) {
+  const json answer = parse(ask(daemon, "POST", "/v1/schedule/release"));
+  put(daemon.json ? answer.dump() + "\n" : "released: scheduled sessions begin again\n", {});
   return kSuccess;
 }
 

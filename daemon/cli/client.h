@@ -3,8 +3,12 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
+#include <stdexcept>
 #include <string>
+
+#include "daemon/api/http/http.h"
 
 namespace cellcal::daemon {
 
@@ -62,6 +66,39 @@ enum class Shown { kEventsAndResult, kTimes };
 int show(const Connection& daemon, std::int64_t session, Shown shown);
 /// `session`: none: the newest finished one.
 int fetch_report(const Connection& daemon, std::optional<std::int64_t> session,
-           const std::filesystem::path& output);
+                 const std::filesystem::path& output);
+
+// Requests to the daemon; its errors are thrown as exceptions.
+
+/// Error message of the daemon, with its whole answer.
+struct DaemonRefusal : std::runtime_error {
+  DaemonRefusal(const std::string& words, Response answer)
+      : std::runtime_error(words), response(std::move(answer)) {}
+  Response response;
+};
+
+/// Throws SocketError, DaemonRefusal.
+Response ask(const Connection& daemon, const char* method, const std::string& target,
+             const std::string& body = "");
+/// Throws SocketError where the body is not JSON.
+nlohmann::json parse(const Response& response);
+
+/// Login name, also under sudo; printable.
+std::string user_name();
+
+// Command cellcal token: tokens for network access.
+
+/// Prints the token, which cannot be shown again.
+int add_token(const Connection& daemon, const std::string& name, const std::string& role);
+int list_tokens(const Connection& daemon);
+int remove_token(const Connection& daemon, const std::string& name);
+
+// Unattended sessions and their times.
+
+int show_schedule(const Connection& daemon);
+/// Begins a scheduled session on request; 1 with the reason where it may not begin.
+int begin_scheduled(const Connection& daemon, const std::string& name);
+/// Confirms that cell and arm were inspected.
+int release_schedule(const Connection& daemon);
 
 }  // namespace cellcal::daemon

@@ -6,7 +6,6 @@
 #include "daemon/cli/commands.h"
 #include "daemon/cli/drift.h"
 #include "daemon/cli/frames_sent.h"
-#include "daemon/cli/token.h"
 
 namespace cellcal::daemon {
 
@@ -209,8 +208,8 @@ void add_report(CLI::App& app, int& status) {
       ->check(session_number());
   command->add_option("-o,--output,--out", given->output, "Copy the report to this file (HTML)");
   command->callback([=, &status] {
-    status = fetch_report(*daemon, given->session > 0 ? std::optional(given->session) : std::nullopt,
-                    given->output);
+    status = fetch_report(
+        *daemon, given->session > 0 ? std::optional(given->session) : std::nullopt, given->output);
   });
 }
 

@@ -14,7 +14,7 @@
 #include "calib/files/robot_file.h"
 #include "calib/files/text.h"
 #include "calib/files/toml.h"
-#include "daemon/cell_form/lists.h"
+#include "daemon/cell_form/cell_text.h"
 
 namespace cellcal::daemon {
 

@@ -43,7 +43,7 @@ std::string json_of(const Findings& findings) {
 
 /// Sends the findings to the daemon for the page's guide. Ignored where the daemon does not run, has another
 /// configuration or refuses this user.
-void tell_daemon(const DoctorCommand& command, const Findings& findings) {
+void send_findings(const DoctorCommand& command, const Findings& findings) {
   if (command.cell.empty()) return;
   try {
     const DaemonConfig config = load_config(command.config);
@@ -98,7 +98,7 @@ int doctor(const DoctorCommand& command) {
                         : "ready"),
         {});
   }
-  tell_daemon(command, findings);
+  send_findings(command, findings);
   if (findings.green()) return kSuccess;
   throw std::runtime_error(names_of_failed(findings) + " failed");
 }

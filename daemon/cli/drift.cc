@@ -10,7 +10,7 @@
 #include "calib/result/drift_chart.h"
 #include "calib/result/update.h"
 #include "daemon/api/http/http.h"
-#include "daemon/cli/ask.h"
+#include "daemon/cli/client.h"
 #include "daemon/cli/offline.h"
 
 namespace cellcal::daemon {

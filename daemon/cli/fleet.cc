@@ -9,11 +9,10 @@
 #include <vector>
 
 #include "calib/files/input_file.h"
-#include "calib/model/statistics.h"
-#include "daemon/cli/ask.h"
+#include "calib/model/linear.h"
+#include "daemon/cli/client.h"
 #include "daemon/cli/offline.h"
 #include "daemon/files/atomic_file.h"
-#include "daemon/files/system_words.h"
 
 namespace cellcal::daemon {
 

@@ -13,10 +13,10 @@
 
 #include "calib/files/input_file.h"
 #include "calib/model/units.h"
-#include "daemon/cli/ask.h"
+#include "daemon/cli/client.h"
 #include "daemon/cli/frames.h"
 #include "daemon/cli/offline.h"
-#include "daemon/files/system_words.h"
+#include "daemon/files/atomic_file.h"
 
 namespace cellcal::daemon {
 

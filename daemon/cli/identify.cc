@@ -21,7 +21,6 @@
 #include "calib/seed_paper/paper.h"
 #include "calib/verdict/change.h"
 #include "daemon/cli/offline.h"
-#include "daemon/cli/tables.h"
 #include "daemon/files/atomic_file.h"
 
 namespace cellcal::daemon {

@@ -14,7 +14,6 @@
 #include "calib/plan/cell_check.h"
 #include "calib/plan/plan.h"
 #include "daemon/cell_form/cell_text.h"
-#include "daemon/cell_form/lists.h"
 #include "daemon/cli/dialogue.h"
 #include "daemon/files/atomic_file.h"
 #include "daemon/files/correction_limit.h"
@@ -26,7 +25,7 @@ namespace {
 using nlohmann::json;
 
 /// Fills the form from the options and returns the parts given. Throws with the option's name as a prefix.
-Given take_options(const NewCellCommand& command, CellForm& form) {
+Given apply_request_options(const NewCellCommand& command, CellForm& form) {
   Given given;
   const auto take = [](const char* option, auto what) {
     try {
@@ -130,7 +129,7 @@ std::string as_json(const NewCellCommand& command, const std::vector<std::string
 }
 
 /// Checked before the first question, so that no answers are lost.
-void look_at_place(const NewCellCommand& command) {
+void require_output_folder(const NewCellCommand& command) {
   const std::filesystem::path folder = std::filesystem::absolute(command.output).parent_path();
   if (!std::filesystem::is_directory(folder))
     throw std::runtime_error(fmt::format(
@@ -152,10 +151,10 @@ void refuse_to_replace(const NewCellCommand& command) {
 }  // namespace
 
 int new_cell(const NewCellCommand& command, std::istream& in, std::ostream& asked) {
-  look_at_place(command);
+  require_output_folder(command);
   refuse_to_replace(command);
   CellForm form;
-  ask_for_rest(form, take_options(command, form), command.output, in, asked);
+  ask_for_rest(form, apply_request_options(command, form), command.output, in, asked);
   if (const std::string wrong = objection(form); !wrong.empty())
     throw std::runtime_error(wrong + " (nothing was written)");
   const calib::Cell cell = cell_of(form);

@@ -1,10 +1,10 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 
+#include "daemon/cli/client.h"
 #include "daemon/cli/commands.h"
 #include "daemon/cli/fleet.h"
 #include "daemon/cli/proposals.h"
-#include "daemon/cli/schedule.h"
 
 namespace cellcal::daemon {
 

@@ -10,10 +10,10 @@
 
 #include "daemon/certificate/certificate.h"
 #include "daemon/certificate/signed_files.h"
-#include "daemon/cli/ask.h"
 #include "daemon/cli/certificate.h"
+#include "daemon/cli/client.h"
 #include "daemon/cli/offline.h"
-#include "daemon/files/system_words.h"
+#include "daemon/files/atomic_file.h"
 
 namespace cellcal::daemon {
 

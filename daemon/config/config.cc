@@ -377,7 +377,7 @@ DaemonConfig read(const TomlTable& table) {
                                                     : table.table("contact"),
                config);
   table.refuse_unknown();
-  refuse_what_a_session_would(table, config);
+  refuse_unusable_by_session(table, config);
   return config;
 }
 
@@ -477,6 +477,19 @@ drivers::EkiConfig eki_config_for(const DaemonConfig& config, const calib::Cell&
   }
   eki.validate();
   return eki;
+}
+
+const char* start_instruction(WireKind wire) {
+  switch (wire) {
+    case WireKind::kRsi:
+      return "start CELLCAL_RSI on the pendant: release emergency stops, acknowledge messages, "
+             "switch drives on, select and start it (in T1 hold enabling switch and start key)";
+    case WireKind::kEki:
+      break;
+  }
+  return "start CELLCAL_EKI on the pendant: check that CELLCAL_SUB runs in the submit "
+         "interpreter, release emergency stops, acknowledge messages, switch drives on, select "
+         "CELLCAL_EKI and start it (in T1 hold enabling switch and start key)";
 }
 
 }  // namespace cellcal::daemon

@@ -109,4 +109,9 @@ drivers::EkiConfig eki_config_for(const DaemonConfig& config, const calib::Cell&
 /// where it has fewer.
 drivers::RsiFilesConfig rsi_files_for(const DaemonConfig& config, const calib::Cell& cell);
 
+// Operator actions at the pendant; the single source of this wording.
+
+/// "start CELLCAL_RSI on the pendant ...", without a full stop.
+const char* start_instruction(WireKind wire);
+
 }  // namespace cellcal::daemon

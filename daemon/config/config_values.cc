@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "calib/files/text.h"
-#include "daemon/files/system_words.h"
+#include "daemon/files/atomic_file.h"
 #include "drivers/error.h"
 #include "drivers/kuka/wire/xml_values.h"
 
@@ -107,7 +107,7 @@ void refuse_equal_tags(const TomlTable& rsi, const drivers::RsiConfig& config) {
   }
 }
 
-void refuse_what_a_session_would(const TomlTable& document, const DaemonConfig& config) {
+void refuse_unusable_by_session(const TomlTable& document, const DaemonConfig& config) {
   // An arbitrary six-axis arm: values from the robot file are checked with the cell.
   constexpr std::size_t kAxes = 6;
   const drivers::AxisLimit any{-1.0, 1.0, config.motion.speed_fraction,

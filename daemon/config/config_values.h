@@ -35,6 +35,6 @@ void refuse_secret_of_all(const std::filesystem::path& file);
 void refuse_equal_tags(const calib::TomlTable& rsi, const drivers::RsiConfig& config);
 
 /// Remaining checks by the adapters, made before a session begins.
-void refuse_what_a_session_would(const calib::TomlTable& document, const DaemonConfig& config);
+void refuse_unusable_by_session(const calib::TomlTable& document, const DaemonConfig& config);
 
 }  // namespace cellcal::daemon

@@ -5,7 +5,7 @@
 
 #include "calib/files/text.h"
 #include "daemon/config/config_values.h"
-#include "daemon/plant/messages/names.h"
+#include "daemon/plant/messages/text_fields.h"
 
 namespace cellcal::daemon {
 

@@ -96,7 +96,7 @@ ScheduledSession read_session(const TomlTable& table) {
 }
 
 /// A table with all keys commented out is an example and ignored.
-bool says_something(const TomlTable& table) {
+bool has_entries(const TomlTable& table) {
   for (const char* key : kKeys)
     if (table.has(key)) return true;
   table.refuse_unknown();
@@ -131,7 +131,7 @@ ScheduleConfig read_schedule(const TomlTable& table) {
   if (sessions.size() > kMostSessions)
     table.fail("session", "has " + std::to_string(sessions.size()) + " entries, at most 32 can be");
   for (const TomlTable& one : sessions) {
-    if (!says_something(one)) continue;
+    if (!has_entries(one)) continue;
     ScheduledSession session = read_session(one);
     const auto same = [&](const ScheduledSession& other) { return other.name == session.name; };
     if (std::any_of(schedule.sessions.begin(), schedule.sessions.end(), same))

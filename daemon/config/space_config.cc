@@ -14,7 +14,7 @@ using drivers::CorrectionFrame;
 
 /// Range of an arm of 1.4 m, with rotations well below half a turn. The emulated controller accepts the
 /// maximum.
-constexpr double kUsualMm = 500.0, kUsualTurnDeg = 90.0, kAnyMm = 5000.0, kAnyTurnDeg = 180.0;
+constexpr double kUsualMm = 500.0, kDefaultTurnDeg = 90.0, kAnyMm = 5000.0, kAnyTurnDeg = 180.0;
 
 class NominalGeometry final : public drivers::ArmGeometry {
  public:
@@ -47,7 +47,7 @@ void read_space(const calib::TomlTable& rsi, DaemonConfig& config) {
   const bool mock = config.backend == BackendKind::kMock;
   space.limit_mm = rsi.number_or("correction_limit_mm", mock ? kAnyMm : kUsualMm, {1.0, kAnyMm});
   space.turn_limit_deg = rsi.number_or("correction_turn_limit_deg",
-                                       mock ? kAnyTurnDeg : kUsualTurnDeg, {0.1, kAnyTurnDeg});
+                                       mock ? kAnyTurnDeg : kDefaultTurnDeg, {0.1, kAnyTurnDeg});
   space.compare_tcp = config.controller.base == 0;
   if (space.on && space.frame == CorrectionFrame::kBase && config.controller.base != 0) {
     rsi.fail("correction_frame",

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "drivers/kuka/eki/eki_frames.h"
+#include "drivers/kuka/eki/eki_position.h"
 
 namespace cellcal::daemon {
 
@@ -45,5 +46,18 @@ std::string krl_text(const drivers::EkiFrameValues& values);
 std::string frames_to_json(const std::vector<FrameRecord>& records);
 /// Throws std::runtime_error naming `file`, the record and the fault.
 std::vector<FrameRecord> frames_from_json(const std::string& text, const std::string& file);
+
+// Text of the results of frame transfers; the single source of this wording.
+
+std::string not_configured_words();
+/// Reason why a frame was not read or set, or why its state is unknown; with the remedy.
+std::string why_words(const drivers::EkiFrameResult& result);
+/// Nothing was sent, or the controller refused.
+std::string not_sent_words(const FrameName& name, const drivers::EkiFrameResult& result);
+std::string unknown_words(const FrameRecord& record, const std::string& why);
+/// Reason why the arm's position was not read, with the remedy; and the text where it is not supported.
+std::string position_words(const drivers::EkiPosition& position);
+std::string no_position_words();
+std::string outcome_words(const FrameRecord& record, const drivers::EkiFrameResult& result);
 
 }  // namespace cellcal::daemon

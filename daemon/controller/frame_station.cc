@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "calib/files/input_file.h"
-#include "daemon/controller/frame_words.h"
+#include "daemon/controller/frame_record.h"
 #include "daemon/files/atomic_file.h"
 #include "drivers/units.h"
 

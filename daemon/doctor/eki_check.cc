@@ -1,7 +1,7 @@
 #include <fmt/format.h>
 
 #include "calib/model/units.h"
-#include "daemon/config/pendant.h"
+#include "daemon/config/config.h"
 #include "daemon/doctor/robot_check.h"
 
 namespace cellcal::daemon {
@@ -119,7 +119,7 @@ void judge_readiness(const EkiSeen& seen, Findings& findings) {
                   "read the message on the pendant, reset CELLCAL_EKI and start it again");
   } else if (!s.ready) {
     findings.warn(check, figures + ": not ready to move",
-                  fmt::format("before a session {}", what_to_start(WireKind::kEki)));
+                  fmt::format("before a session {}", start_instruction(WireKind::kEki)));
   } else {
     findings.ok(check, figures + ", program runs");
   }

@@ -25,7 +25,7 @@ std::optional<SessionKind> kind_of(const SessionRecord& record) {
 }
 
 /// The file itself first, with its faults; files that it names only where it loads.
-void look_at_files(Evidence& evidence) {
+void examine_files(Evidence& evidence) {
   calib::Cell cell;
   try {
     calib::read_file(evidence.cell, calib::kMostTomlBytes);
@@ -114,7 +114,7 @@ Evidence evidence_of(const Examination& examination, Journal& journal) {
   if ((evidence.cell.empty() || examination.kept) && !sessions.empty())
     evidence.cell = sessions.front().inputs.cell_name;
   if (evidence.cell.empty()) return evidence;
-  look_at_files(evidence);
+  examine_files(evidence);
   evidence.doctor = seen_by_doctor(examination, evidence.cell);
   const std::string text = text_of_cell(evidence.cell);
   for (const SessionRecord& record : sessions) {
@@ -125,8 +125,9 @@ Evidence evidence_of(const Examination& examination, Journal& journal) {
     if (kind == SessionKind::kDryRun && !evidence.dry_run && is_of(journal, record.id, text))
       evidence.dry_run = Looked{true, {}, record.id};
     if (kind != SessionKind::kCalibrate) continue;
-    if (!record.outcome || record.outcome->kind == OutcomeKind::kNothingChanged) continue;  // the one before holds
-    evidence.first = Looked{true, {}, record.id};                            // the oldest stays
+    if (!record.outcome || record.outcome->kind == OutcomeKind::kNothingChanged)
+      continue;                                    // the one before holds
+    evidence.first = Looked{true, {}, record.id};  // the oldest stays
     if (!evidence.calibration) evidence.calibration = calibrated(*record.outcome, record.id);
   }
   if (const auto used = in_use(journal, evidence.cell); used && !used->calibration)

@@ -10,7 +10,7 @@
 #include "calib/model/units.h"
 #include "calib/plan/cell_check.h"
 #include "calib/plan/plan.h"
-#include "daemon/doctor/parts.h"
+#include "daemon/doctor/doctor.h"
 #include "daemon/files/correction_limit.h"
 #include "drivers/kuka/krl/krl_read.h"
 
@@ -32,7 +32,7 @@ bool is_of_either_kr5(const Eigen::Vector3d& flange_mm) {
 }
 
 /// Flange position of the robot file at home, to be compared with the pendant.
-void look_at_geometry(const calib::Robot& robot, Findings& findings) {
+void examine_geometry(const calib::Robot& robot, Findings& findings) {
   const std::string check = "robot geometry";
   if (robot.joints.size() != std::size(kHomeDeg)) return;
   std::vector<double> home;
@@ -54,7 +54,7 @@ void look_at_geometry(const calib::Robot& robot, Findings& findings) {
 }
 
 /// Contradictions within the file.
-void look_at_contradictions(const calib::Cell& cell, Findings& findings) {
+void examine_contradictions(const calib::Cell& cell, Findings& findings) {
   const std::string check = "cell itself";
   const std::vector<calib::CellFault> faults = calib::faults_of(cell);
   for (const calib::CellFault& fault : faults) {
@@ -74,7 +74,7 @@ bool any_to_be_found(const calib::Cell& cell) {
 }
 
 /// Plan of a session, and the axis travel that it requires.
-void look_at_plan(const DaemonConfig& config, const calib::Cell& cell, Findings& findings) {
+void examine_plan(const DaemonConfig& config, const calib::Cell& cell, Findings& findings) {
   const std::string check = "plan";
   if (any_to_be_found(cell))
     return findings.skip(
@@ -114,7 +114,7 @@ void look_at_plan(const DaemonConfig& config, const calib::Cell& cell, Findings&
 
 }  // namespace
 
-std::optional<calib::Cell> look_at_cell(const DoctorRequest& request, const DaemonConfig& config,
+std::optional<calib::Cell> examine_cell(const DoctorRequest& request, const DaemonConfig& config,
                                         Findings& findings) {
   if (request.cell.empty()) {
     findings.warn("cell file", "not checked", "add --cell CELL.toml");
@@ -130,9 +130,9 @@ std::optional<calib::Cell> look_at_cell(const DoctorRequest& request, const Daem
     }
     findings.ok("cell file", fmt::format("{}, {} targets, {} joints", request.cell.string(),
                                          cell.targets.size(), cell.robot.joints.size()));
-    look_at_geometry(cell.robot, findings);
-    look_at_contradictions(cell, findings);
-    look_at_plan(config, cell, findings);
+    examine_geometry(cell.robot, findings);
+    examine_contradictions(cell, findings);
+    examine_plan(config, cell, findings);
     return cell;
   } catch (const calib::Cancelled&) {
     return std::nullopt;  // cancelled on request; the findings are discarded
@@ -152,7 +152,7 @@ std::vector<drivers::FileFinding> verify_folder(const DaemonConfig& config, Wire
                                    config.rsi.mode);
 }
 
-void look_at_schedule(const DaemonConfig& config, Findings& findings) {
+void examine_schedule(const DaemonConfig& config, Findings& findings) {
   const std::string check = "unattended start";
   const ScheduleConfig& schedule = config.schedule;
   if (!schedule.unattended || schedule.sessions.empty()) return;
@@ -171,7 +171,7 @@ void look_at_schedule(const DaemonConfig& config, Findings& findings) {
       "the controller's program starts without a person, as set by [schedule] program_start");
 }
 
-void look_at_files(const DoctorRequest& request, const DaemonConfig& config,
+void examine_files(const DoctorRequest& request, const DaemonConfig& config,
                    const std::optional<calib::Cell>& cell, Findings& findings) {
   const std::string check = "controller files";
   if (request.files.empty()) {

@@ -1,18 +1,26 @@
 // Sensor and controller on their wires, through the adapters used by sessions.
 
+#include "daemon/doctor/wires.h"
+
+#include <fmt/chrono.h>
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <cmath>
+#include <ctime>
+#include <filesystem>
+#include <nlohmann/json.hpp>
 #include <thread>
 
-#include "daemon/config/pendant.h"
-#include "daemon/doctor/adapter_check.h"
+#include "daemon/config/config.h"
 #include "daemon/doctor/contact_check.h"
-#include "daemon/doctor/parts.h"
+#include "daemon/doctor/doctor.h"
 #include "daemon/doctor/robot_check.h"
+#include "drivers/contact.h"
 #include "drivers/contact/serial_contact.h"
+#include "drivers/contact/wire/ctp.h"
 #include "drivers/contact/wire/ctp_codec.h"
 #include "drivers/error.h"
 #include "drivers/io_thread.h"
@@ -39,7 +47,7 @@ constexpr std::array kSensorRates{1'000'000, 250'000, 115'200};
 constexpr double kEnoughS = 1.0;
 /// Number of replies after which late ones are ours, not those before the first answer.
 constexpr std::uint64_t kSettled = 10;
-constexpr double kRsiFarewellS = 2.0, kEkiFarewellS = 3.5;
+constexpr double kRsiCloseTimeoutS = 2.0, kEkiCloseTimeoutS = 3.5;
 
 double since(Steady::time_point t) {
   return std::chrono::duration<double>(Steady::now() - t).count();
@@ -95,8 +103,8 @@ class Wires {
   }
   void judge_access(const std::optional<ProcessRights>& daemon);
   bool open_contact();
-  void look_for_baud();
-  void look_at_contact();
+  void probe_baud_rates();
+  void examine_contact();
   bool open_rsi(drivers::RsiRobot& robot);
   RsiSeen watch(drivers::RsiRobot& robot);
   EkiSeen watch(drivers::EkiRobot& robot);
@@ -160,7 +168,7 @@ bool Wires::open_contact() {
   return true;
 }
 
-void Wires::look_at_contact() {
+void Wires::examine_contact() {
   const bool was_closed = contact_seen_.newest.in_contact;
   contact_seen_.newest = contact_.status();
   const drivers::ContactStatus& s = contact_seen_.newest;
@@ -188,7 +196,7 @@ void Wires::contact(const std::optional<ProcessRights>& daemon) {
   const Steady::time_point begun = Steady::now();
   std::optional<Steady::time_point> faulty;
   while (since(begun) < kContactTimeoutS && !request_.stop.stop_requested()) {
-    look_at_contact();
+    examine_contact();
     const drivers::ContactStatus& s = contact_seen_.newest;
     if (s.link == drivers::ContactLink::kReady) break;
     const bool stuck = s.link == drivers::ContactLink::kFault || s.in_contact;
@@ -197,12 +205,12 @@ void Wires::contact(const std::optional<ProcessRights>& daemon) {
     if (faulty && since(*faulty) > kFaultTimeoutS) break;
     std::this_thread::sleep_for(kLook);
   }
-  if (contact_seen_.newest.fault == drivers::ContactFault::kBaud) look_for_baud();
+  if (contact_seen_.newest.fault == drivers::ContactFault::kBaud) probe_baud_rates();
   contact_good_ = judge_contact(contact_seen_, findings_);
 }
 
 /// Bytes but no frames: probes the other rates of the firmware.
-void Wires::look_for_baud() {
+void Wires::probe_baud_rates() {
   contact_seen_.baud = config_.contact.baud;
   for (const int baud : kSensorRates) {
     if (baud == config_.contact.baud || contact_seen_.answers_at) continue;
@@ -231,7 +239,7 @@ void Wires::judge_line() {
     findings_.skip("contact line", "the port is not open");
     return findings_.skip("contact delivery", "the port is not open");
   }
-  look_at_contact();
+  examine_contact();
   contact_seen_.observed_s = since(contact_opened_);
   judge_contact_touch(contact_seen_, findings_);
   judge_contact_line(contact_seen_, findings_);
@@ -305,7 +313,7 @@ RsiSeen Wires::watch(drivers::RsiRobot& robot) {
   const Steady::time_point begun = Steady::now();
   std::optional<Steady::time_point> up, settled, over;
   while (true) {
-    look_at_contact();
+    examine_contact();
     const drivers::CoreState core = robot.core_state();
     const drivers::RobotState state = robot.state();
     if (!state.words.empty()) seen.last_words = state.words;
@@ -352,7 +360,7 @@ void Wires::rsi() {
     return judge_line();
   }
   request_.hint(fmt::format("{}; waiting for its packets for up to {:.0f} s",
-                            what_to_start(WireKind::kRsi), request_.wait_s));
+                            start_instruction(WireKind::kRsi), request_.wait_s));
   const RsiSeen seen = watch(robot);
   judge_line();
   const drivers::RsiConfig& rsi = config_.rsi;
@@ -364,14 +372,14 @@ void Wires::rsi() {
   judge_angles("rsi joint angles", seen.state.actual_rad, robot_, findings_);
   const Steady::time_point asked = Steady::now();
   robot.close();
-  while (robot.port() != 0 && since(asked) < kRsiFarewellS + kEnoughS) {
+  while (robot.port() != 0 && since(asked) < kRsiCloseTimeoutS + kEnoughS) {
     std::this_thread::sleep_for(kLook);
   }
   const double after_s = since(asked);
   if (seen.lost || seen.refused || config_.rsi.stop_tag.empty()) {
     findings_.skip("rsi stop", "no RSI session to end");
   } else {
-    judge_rsi_end(after_s < kRsiFarewellS ? std::optional(after_s) : std::nullopt, findings_);
+    judge_rsi_end(after_s < kRsiCloseTimeoutS ? std::optional(after_s) : std::nullopt, findings_);
   }
 }
 
@@ -384,7 +392,7 @@ EkiSeen Wires::watch(drivers::EkiRobot& robot) {
   std::optional<Steady::time_point> up;
   InputWatch input;
   while (true) {
-    look_at_contact();
+    examine_contact();
     const drivers::EkiCoreState core = robot.core_state();
     const drivers::RobotState state = robot.state();
     const bool linked = core.link == drivers::RobotLink::kNotReferenced;
@@ -428,12 +436,12 @@ void Wires::eki() {
   if (seen.up) judge_angles("eki joint angles", seen.state.actual_rad, robot_, findings_);
   const Steady::time_point asked = Steady::now();
   robot.close();
-  while (robot.is_open() && since(asked) < kEkiFarewellS) std::this_thread::sleep_for(kLook);
+  while (robot.is_open() && since(asked) < kEkiCloseTimeoutS) std::this_thread::sleep_for(kLook);
 }
 
 }  // namespace
 
-void look_at_wires(const DoctorRequest& request, const DaemonConfig& config,
+void examine_wires(const DoctorRequest& request, const DaemonConfig& config,
                    const std::optional<calib::Cell>& cell,
                    const std::optional<ProcessRights>& daemon, Findings& findings) {
   try {
@@ -447,6 +455,152 @@ void look_at_wires(const DoctorRequest& request, const DaemonConfig& config,
     }
   } catch (const std::exception& error) {
     findings.fail("wires", error.what(), "correct the configuration");
+  }
+}
+
+namespace {
+
+using nlohmann::json;
+
+double link_figure(const json& value, const char* key) {
+  const auto found = value.find(key);
+  return found != value.end() && found->is_number() ? found->get<double>() : 0.0;
+}
+
+std::string robot_words(const json& robot) {
+  std::string words = fmt::format(
+      "robot link: cycle {:.2f} ms, jitter {:.2f} ms, longest {:.1f} ms; {:.0f} packets, "
+      "{:.0f} missing, {:.0f} damaged",
+      link_figure(robot, "cycle_ms"), link_figure(robot, "jitter_ms"),
+      link_figure(robot, "longest_gap_ms"), link_figure(robot, "packets"),
+      link_figure(robot, "gaps"), link_figure(robot, "bad_packets"));
+  const json mode = robot.value("mode", json()), percent = robot.value("override_percent", json());
+  if (mode.is_string() && mode != "unknown") words += "; mode " + mode.get<std::string>();
+  if (percent.is_number()) words += fmt::format("; override {:.0f} %", percent.get<double>());
+  const json reply = robot.value("reply_ms", json());
+  if (link_figure(robot, "replies") > 0.0 && reply.is_object()) {
+    words += fmt::format("; replies p50 {:.2f} ms, p99 {:.2f} ms, longest {:.2f} ms, {:.0f} late",
+                         link_figure(reply, "p50"), link_figure(reply, "p99"),
+                         link_figure(reply, "max"), link_figure(robot, "late"));
+  }
+  return words + "\n";
+}
+
+std::string contact_words(const json& contact) {
+  const json trip = contact.value("round_trip_ms", json::object());
+  const json late = contact.value("late_ms", json::object());
+  const json firmware = contact.value("firmware", json());
+  return fmt::format(
+      "contact link: firmware {}, boot id {:.0f}; {:.0f} frames, {:.0f} damaged, {:.0f} "
+      "missing; round trip {:.2f} ms, p99 {:.2f} ms; clock +- {:.1f} us, drift {:.1f} ppm; "
+      "late on this computer {:.2f} ms (median), {:.1f} ms at worst (limit {:.0f} ms)\n",
+      firmware.is_string() ? firmware.get<std::string>() : "unknown",
+      link_figure(contact, "boot_id"), link_figure(contact, "frames"),
+      link_figure(contact, "crc_errors"), link_figure(contact, "gaps"), link_figure(trip, "p50"),
+      link_figure(trip, "p99"), link_figure(contact, "clock_sigma_us"),
+      link_figure(contact, "clock_drift_ppm"), link_figure(late, "p50"), link_figure(late, "worst"),
+      link_figure(late, "limit"));
+}
+
+std::string local_time(std::time_t when) {
+  std::tm day{};
+  return fmt::format("{:%H:%M:%S}", *::localtime_r(&when, &day));
+}
+
+}  // namespace
+
+std::string arm_words(const json& arm) {
+  if (!arm.is_object()) return "";
+  const json motion = arm.value("motion", json()), packet_age_s = arm.value("packet_age_s", json());
+  if (!packet_age_s.is_number()) return "arm: unknown, no packet from the controller\n";
+  const double age_s = packet_age_s.get<double>();
+  if (motion == "moving" || motion == "at rest")
+    return fmt::format("arm: {} (packet {:.1f} s old)\n", motion.get<std::string>(), age_s);
+  return fmt::format("arm: unknown since {}, newest packet {:.0f} s old. Look at the robot\n",
+                     local_time(std::time(nullptr) - std::lround(age_s)), age_s);
+}
+
+std::string link_words(const json& links) {
+  if (!links.is_object()) return "";
+  std::string words;
+  const json robot = links.value("robot", json()), contact = links.value("contact", json());
+  if (robot.is_object() && link_figure(robot, "packets") > 0.0) words += robot_words(robot);
+  if (contact.is_object() && link_figure(contact, "frames") > 0.0) words += contact_words(contact);
+  return words;
+}
+
+void judge_adapter(const std::string& device, const std::optional<drivers::Adapter>& adapter,
+                   int baud, Findings& findings) {
+  using drivers::AdapterFit;
+  const std::string check = "contact adapter";
+  if (!adapter) {
+    findings.skip(check, fmt::format("{} is not a USB adapter of this computer", device));
+    return;
+  }
+  const std::string who =
+      fmt::format("{} ({:04x}:{:04x})", adapter->name.empty() ? "no name" : adapter->name,
+                  adapter->vendor, adapter->product);
+  const std::string tty = std::filesystem::path(device).filename().string();
+  const std::string timer = fmt::format(
+      "install systemd/70-cellcal.rules and plug the sensor in again. Until then, as root: "
+      "echo 1 > /sys/class/tty/{}/device/latency_timer",
+      tty);
+  constexpr const char* kSlower =
+      "connect D4 to GND, reset the board and set baud = 250000 under [contact]. Or use a "
+      "board with another USB chip (drivers/contact/firmware/README.md, Adapters)";
+  switch (drivers::fit_of(*adapter, baud)) {
+    case AdapterFit::kFits:
+      findings.ok(check, adapter->latency_ms
+                             ? fmt::format("{}, latency timer {} ms", who, *adapter->latency_ms)
+                             : who);
+      break;
+    case AdapterFit::kTooLate:
+      findings.fail(
+          check,
+          fmt::format(
+              "latency timer {1} ms of {0}: {2} ms with one lost heartbeat, and the arm stops "
+              "at {3} ms",
+              who, *adapter->latency_ms, *adapter->latency_ms + 2 * int{CTP_KEEPALIVE_MS},
+              drivers::kHeartbeatLimit.count()),
+          timer);
+      break;
+    case AdapterFit::kHoldsBack:
+      findings.warn(check, fmt::format("{}: latency timer {} ms", who, *adapter->latency_ms),
+                    timer);
+      break;
+    case AdapterFit::kNoSuchRate:
+      findings.fail(check, fmt::format("{1} baud not supported by {0}", who, baud), kSlower);
+      break;
+    case AdapterFit::kRateUntried:
+      findings.warn(
+          check,
+          fmt::format("{1} baud supported by {0} according to its data sheet, but not tested", who,
+                      baud),
+          std::string("if the sensor does not answer: ") + kSlower);
+      break;
+    case AdapterFit::kUntried:
+      findings.warn(check, who + ": this adapter is not tested",
+                    "if bytes come late or not at all, use a tested one "
+                    "(drivers/contact/firmware/README.md, Adapters)");
+      break;
+  }
+}
+
+void judge_interface(const std::optional<drivers::BoardInterface>& way, Findings& findings) {
+  const std::string check = "contact adapter";
+  if (!way) {
+    findings.fail(check, "0 network interfaces lead to the board",
+                  "set an address of the board's network on its network card "
+                  "(drivers/contact/firmware/README.md, Ethernet)");
+  } else if (!way->carrier) {
+    findings.fail(check, way->name + ": no link",
+                  "plug the cable in; both lamps at the sockets light");
+  } else if (way->wireless) {
+    findings.warn(check, way->name + " is wireless: datagrams come late or not at all",
+                  "use a cable from the board to this computer");
+  } else {
+    findings.ok(check, way->speed_mbit ? fmt::format("{}, {} Mbit/s", way->name, *way->speed_mbit)
+                                       : way->name);
   }
 }
 

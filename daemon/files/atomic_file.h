@@ -1,6 +1,9 @@
 #pragma once
+// User-readable text of system errors.
 
+#include <exception>
 #include <filesystem>
+#include <string>
 #include <string_view>
 
 namespace cellcal::daemon {
@@ -11,5 +14,15 @@ namespace cellcal::daemon {
 enum class Readers { kAsUsual, kOwner };
 void write_atomically(const std::filesystem::path& path, std::string_view text,
                       Readers readers = Readers::kAsUsual);
+
+/// For a file: path, fault and remedy, where the library's text starts with a function name ("filesystem
+/// error: cannot create directories: ..."). For JSON: the fault instead of "[json.exception...". Otherwise
+/// the exception's own text.
+std::string system_words(const std::exception& error);
+
+/// Foreign text made safe for one line of a log or terminal: control characters, which could forge lines,
+/// control the terminal or change the reading direction, are replaced by spaces (listed in
+/// calib/files/text.h).
+std::string printable(std::string_view text);
 
 }  // namespace cellcal::daemon

@@ -2,9 +2,11 @@
 // Context fields of a log line, for logs that store fields besides the text. A thread sets a more specific
 // context than the daemon's by a LogScope.
 
+#include <chrono>
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <utility>
 
 namespace cellcal::daemon {
 
@@ -45,5 +47,23 @@ class LogScope {
 
 /// Effective context of this thread.
 LogContext log_context();
+
+// Rate limit for log messages that a peer can provoke: one a minute, with the number of occurrences.
+
+class OccurrenceLimit {
+ public:
+  /// Counts one occurrence. Returns the occurrences since the last message if one is due now.
+  std::optional<std::uint64_t> count(std::chrono::steady_clock::time_point now) {
+    ++times_;
+    if (said_ && now - *said_ < kPause) return std::nullopt;
+    said_ = now;
+    return std::exchange(times_, 0);
+  }
+
+ private:
+  static constexpr std::chrono::minutes kPause{1};
+  std::optional<std::chrono::steady_clock::time_point> said_;
+  std::uint64_t times_ = 0;
+};
 
 }  // namespace cellcal::daemon

@@ -43,7 +43,7 @@ std::string first_line(const std::filesystem::path& file) {
   std::ifstream in(file);
   std::string line;
   if (!std::getline(in, line))
-    throw BrokerAway(file.string() + ": no password can be read from it");
+    throw BrokerUnavailable(file.string() + ": no password can be read from it");
   return line;
 }
 
@@ -67,7 +67,7 @@ struct Broker::Impl {
   explicit Impl(const BrokerConfig& given) : config(given) {
     static const Library kLibrary;
     client.reset(mosquitto_new(config.client.c_str(), false, this));
-    if (!client) throw BrokerAway("no MQTT client can be made");
+    if (!client) throw BrokerUnavailable("no MQTT client can be made");
     mosquitto_int_option(client.get(), MOSQ_OPT_PROTOCOL_VERSION, MQTT_PROTOCOL_V5);
     // Packets are queued, and the socket is written by mosquitto_loop_write() alone: acknowledgements, too.
     mosquitto_threaded_set(client.get(), true);
@@ -97,7 +97,8 @@ struct Broker::Impl {
   }
 
   [[noreturn]] void away(const std::string& why) const {
-    throw BrokerAway("broker " + config.host + " port " + std::to_string(config.port) + ": " + why);
+    throw BrokerUnavailable("broker " + config.host + " port " + std::to_string(config.port) +
+                            ": " + why);
   }
 
   void require(int code) const {

@@ -10,13 +10,13 @@
 #include <vector>
 
 #include "daemon/fleet/judge.h"
-#include "daemon/plant/messages/names.h"
 #include "daemon/plant/messages/presence.h"
+#include "daemon/plant/messages/text_fields.h"
 
 namespace cellcal::daemon::fleet {
 
 /// The broker cannot be reached, refuses, or the connection was lost.
-struct BrokerAway : std::runtime_error {
+struct BrokerUnavailable : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
@@ -34,18 +34,18 @@ struct BrokerConfig {
 /// One thread.
 class Broker {
  public:
-  /// Connects and subscribes; the session in the broker goes on. Throws BrokerAway.
+  /// Connects and subscribes; the session in the broker goes on. Throws BrokerUnavailable.
   explicit Broker(const BrokerConfig& config);
   /// Acknowledges nothing more.
   ~Broker();
   Broker(const Broker&) = delete;
   Broker& operator=(const Broker&) = delete;
 
-  /// Waits for the first message and returns at most `most`. Throws BrokerAway.
+  /// Waits for the first message and returns at most `most`. Throws BrokerUnavailable.
   std::vector<Message> receive(std::size_t most, std::chrono::milliseconds wait);
   /// Sent with the next acknowledge(). If it is lost, its cell asks again.
   void tell(const plant::Stored& stored);
-  /// Acknowledges all received messages; also keeps the connection alive. Throws BrokerAway.
+  /// Acknowledges all received messages; also keeps the connection alive. Throws BrokerUnavailable.
   void acknowledge();
 
   struct Impl;

@@ -7,7 +7,7 @@
 #include <optional>
 #include <thread>
 
-#include "daemon/files/system_words.h"
+#include "daemon/files/atomic_file.h"
 #include "daemon/fleet/judge.h"
 
 namespace cellcal::daemon::fleet {
@@ -69,11 +69,11 @@ void Collector::run(const std::atomic<bool>& stop, const std::function<void()>& 
       Broker broker(config_.broker);
       no_broker.is_back();
       serve(*store, broker, stop, alive);
-    } catch (const StoreAway& away) {
+    } catch (const StoreUnavailable& away) {
       store.reset();
       no_store.has_gone(away.what());
       no_store.wait(stop, alive);
-    } catch (const BrokerAway& away) {
+    } catch (const BrokerUnavailable& away) {
       no_broker.has_gone(away.what());
       no_broker.wait(stop, alive);
     }
@@ -90,12 +90,12 @@ void Collector::serve(Store& store, Broker& broker, const std::atomic<bool>& sto
     broker.acknowledge();
     alive();
     if (maintained && Clock::now() - *maintained < kMaintenance) continue;
-    say_put_off(store.maintain());
+    log_postponed(store.maintain());
     maintained = Clock::now();
   }
 }
 
-void Collector::say_put_off(std::vector<std::string> put_off) {
+void Collector::log_postponed(std::vector<std::string> put_off) {
   if (put_off == put_off_) return;
   for (const std::string& words : put_off)
     spdlog::warn(
@@ -113,7 +113,7 @@ std::vector<plant::Stored> Collector::write(Store& store, std::vector<Message> m
   Written written;
   try {
     written = store.write(batch);
-  } catch (const StoreAway&) {
+  } catch (const StoreUnavailable&) {
     meters_ = before;
     throw;
   }

@@ -11,7 +11,7 @@
 
 #include "daemon/fleet/broker.h"
 #include "daemon/fleet/store.h"
-#include "daemon/plant/messages/names.h"
+#include "daemon/plant/messages/text_fields.h"
 
 namespace cellcal::daemon::fleet {
 
@@ -44,7 +44,7 @@ class Collector {
   /// Returns the acknowledgements for the cells.
   std::vector<plant::Stored> write(Store& store, std::vector<Message> messages);
 
-  void say_put_off(std::vector<std::string> put_off);
+  void log_postponed(std::vector<std::string> put_off);
 
   std::vector<std::string> put_off_;  ///< of the last maintenance, as it was said
   CollectorConfig config_;
@@ -61,7 +61,7 @@ struct Reread {
   std::vector<std::string> cut;  ///< kept in part by an older program; of each its topic and bytes
 };
 
-/// Idempotent; safe with running collectors. Throws StoreAway; messages read until then are done.
+/// Idempotent; safe with running collectors. Throws StoreUnavailable; messages read until then are done.
 Reread reread_quarantine(Store& store);
 
 }  // namespace cellcal::daemon::fleet

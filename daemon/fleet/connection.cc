@@ -69,10 +69,10 @@ void guarded(const std::function<void()>& work) {
     if (error.sqlstate() == kNoMonth) throw NoMonth(first_line(error.what()));
     if (error.sqlstate() == kLocked) throw Locked(first_line(error.what()));
     if (is_data(error.sqlstate())) throw BadData(first_line(error.what()));
-    throw StoreAway(first_line(error.what()));
+    throw StoreUnavailable(first_line(error.what()));
   } catch (
       const pqxx::failure& error) {  // also in_doubt_error: nobody knows whether it was committed
-    throw StoreAway(first_line(error.what()));
+    throw StoreUnavailable(first_line(error.what()));
   }
 }
 

@@ -21,18 +21,18 @@ struct NoMonth : BadData {
   using BadData::BadData;
 };
 /// Others hold what was asked for, and lock_timeout has passed.
-struct Locked : StoreAway {
-  using StoreAway::StoreAway;
+struct Locked : StoreUnavailable {
+  using StoreUnavailable::StoreUnavailable;
 };
 
 /// The same in libpq's words "key='value' ...", so that a database whose computer has gone without a word is noticed within half a minute. What the
 /// owner states counts. What libpq cannot read comes back as it is.
 std::string with_time_limits(const std::string& connection);
 
-/// UTC, schema fleet, no statement longer than a minute. Throws StoreAway.
+/// UTC, schema fleet, no statement longer than a minute. Throws StoreUnavailable.
 std::unique_ptr<pqxx::connection> connect(const std::string& connection);
 
-/// Throws StoreAway (Locked) or BadData (NoMonth) for what libpqxx throws.
+/// Throws StoreUnavailable (Locked) or BadData (NoMonth) for what libpqxx throws.
 void guarded(const std::function<void()>& work);
 
 /// Creates tables and views in an empty database. Throws OtherVersion.

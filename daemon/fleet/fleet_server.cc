@@ -9,8 +9,8 @@
 #include <sstream>
 #include <thread>
 
+#include "daemon/api/http/http.h"
 #include "daemon/api/http/page.h"
-#include "daemon/api/http/same_site.h"
 #include "daemon/api/http/server.h"
 #include "daemon/plant/messages/text_fields.h"
 
@@ -133,7 +133,7 @@ std::string fleet_metrics(Reading& reading, const Counters& counters) {
   add_collector(lines, counters);
   try {
     add_plant(lines, reading.totals());
-  } catch (const StoreAway&) {
+  } catch (const StoreUnavailable&) {
     // reported by cellcal_fleet_database_up
   }
   return lines.text();
@@ -246,7 +246,7 @@ Response answer(const Request& request, Reading& reading, const Counters& counte
     return found(request, reading, counters);
   } catch (const BadRequest& bad) {
     return error(400, bad.what());
-  } catch (const StoreAway& away) {
+  } catch (const StoreUnavailable& away) {
     return busy(std::string("the database is away: ") + away.what());
   }
 }

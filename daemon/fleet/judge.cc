@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "calib/model/error.h"
-#include "daemon/files/system_words.h"
+#include "daemon/files/atomic_file.h"
 #include "daemon/plant/messages/fact.h"
 #include "daemon/plant/messages/presence.h"
 

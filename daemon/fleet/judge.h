@@ -6,7 +6,7 @@
 #include <string>
 
 #include "daemon/fleet/batch.h"
-#include "daemon/plant/messages/names.h"
+#include "daemon/plant/messages/text_fields.h"
 
 namespace cellcal::daemon::fleet {
 

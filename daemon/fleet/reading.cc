@@ -63,7 +63,7 @@ struct Reading::Impl {
     const bool fresh = connection == nullptr;
     try {
       return ask_once(sql, args...);
-    } catch (const StoreAway&) {
+    } catch (const StoreUnavailable&) {
       connection.reset();
       if (fresh) throw;
       return ask_once(sql, args...);
@@ -80,7 +80,7 @@ struct Reading::Impl {
         result = work.exec_params(sql, args...);
       });
     } catch (const BadData& bad) {
-      throw StoreAway(bad.what());
+      throw StoreUnavailable(bad.what());
     }
     return result;
   }

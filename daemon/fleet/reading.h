@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "daemon/fleet/store.h"
-#include "daemon/plant/messages/names.h"
+#include "daemon/plant/messages/text_fields.h"
 
 namespace cellcal::daemon::fleet {
 
@@ -22,7 +22,7 @@ struct Totals {
   std::vector<std::pair<std::string, std::int64_t>> needs;  ///< cells by what they need
 };
 
-/// One connection, made when it is first needed and again after it broke. One thread. All throw StoreAway.
+/// One connection, made when it is first needed and again after it broke. One thread. All throw StoreUnavailable.
 class Reading {
  public:
   explicit Reading(std::string connection);

@@ -57,7 +57,7 @@ Written write_in_its_month(pqxx::connection& connection, const Batch& batch) {
   try {
     return write_once(connection, batch);
   } catch (const NoMonth& held_by_others) {
-    throw StoreAway(held_by_others.what());
+    throw StoreUnavailable(held_by_others.what());
   }
 }
 
@@ -110,7 +110,7 @@ Written Store::write(const Batch& batch) {
     try {
       return write_one_by_one(*impl_->connection, batch);
     } catch (const BadData& bad) {
-      throw StoreAway(bad.what());
+      throw StoreUnavailable(bad.what());
     }
   }
 }
@@ -123,7 +123,7 @@ std::vector<std::string> Store::maintain() {
     settle(*impl_->connection);
     return put_off;
   } catch (const BadData& bad) {
-    throw StoreAway(bad.what());
+    throw StoreUnavailable(bad.what());
   }
 }
 

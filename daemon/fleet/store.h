@@ -12,7 +12,7 @@
 namespace cellcal::daemon::fleet {
 
 /// The database cannot be reached, or cannot write now. What was asked for may be asked again.
-struct StoreAway : std::runtime_error {
+struct StoreUnavailable : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 /// The tables are those of another version of the program; retrying does not help.
@@ -39,21 +39,21 @@ struct Kept {
 /// One thread.
 class Store {
  public:
-  /// Connects; creates the tables in an empty database. Throws StoreAway, OtherVersion.
+  /// Connects; creates the tables in an empty database. Throws StoreUnavailable, OtherVersion.
   explicit Store(const StoreConfig& config);
   ~Store();
   Store(const Store&) = delete;
   Store& operator=(const Store&) = delete;
 
-  /// All of it in one transaction, committed when it returns. Throws StoreAway.
+  /// All of it in one transaction, committed when it returns. Throws StoreUnavailable.
   Written write(const Batch& batch);
   /// Months of telemetry made ahead and dropped, gaps looked at. Every few minutes. What others held and was put off until the next time, in
-  /// words. Throws StoreAway.
+  /// words. Throws StoreUnavailable.
   std::vector<std::string> maintain();
 
-  /// Of the quarantine behind this id, the oldest few that another program may take. Throws StoreAway.
+  /// Of the quarantine behind this id, the oldest few that another program may take. Throws StoreUnavailable.
   std::vector<Kept> kept(std::int64_t after);
-  /// It is written, or nobody wants it. Throws StoreAway.
+  /// It is written, or nobody wants it. Throws StoreUnavailable.
   void let_go(std::int64_t kept);
 
   struct Impl;

@@ -179,7 +179,7 @@ std::vector<Place> places_of(pqxx::work& work, const std::vector<Fact>& facts) {
   return places;
 }
 
-void take_numbers(pqxx::work& work, const json& taken) {
+void parse_numbers(pqxx::work& work, const json& taken) {
   work.exec_params(
       "UPDATE journals j SET newest = now(), numbers = j.numbers + n.numbers, dropped = CASE WHEN "
       "(SELECT count(*) FROM unnest(j.dropped)) < $2 THEN j.dropped + n.dropped ELSE j.dropped END "
@@ -253,7 +253,7 @@ Written put_facts(pqxx::work& work, const std::vector<Fact>& facts, std::vector<
   }
   for (const auto& [table, sql] : inserts())
     if (rows.contains(table)) work.exec_params0(sql, dumped(rows[table]));
-  if (!taken.empty()) take_numbers(work, taken);
+  if (!taken.empty()) parse_numbers(work, taken);
   written.stored = stored_of(work, facts, places);
   return written;
 }

@@ -9,7 +9,7 @@
 
 namespace cellcal::daemon::fleet {
 
-/// Throws StoreAway, BadData; then nothing of it is written.
+/// Throws StoreUnavailable, BadData; then nothing of it is written.
 Written write_once(pqxx::connection& connection, const Batch& batch);
 
 // What a calibration says of each joint, taken out of its document for comparison over robots.

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <random>
 
 #include "calib/files/files.h"
@@ -233,5 +234,25 @@ std::int64_t Chain::last_entry(std::int64_t session) {
 std::string Chain::name() { return database_.text("SELECT digest FROM chain WHERE number=1"); }
 
 std::int64_t Chain::newest_session() { return database_.integer("SELECT max(session) FROM chain"); }
+
+using nlohmann::json;
+
+std::string to_text(const Origin& origin) {
+  return json{{"journal", origin.journal},
+              {"session", origin.session},
+              {"sum", origin.sum},
+              {"entries", origin.entries},
+              {"entries_sum", origin.entries_sum}}
+      .dump();
+}
+
+Origin origin_of(const std::string& text) try {
+  const json stored = json::parse(text);
+  return {stored.value("journal", ""), stored.value("session", std::int64_t{0}),
+          stored.value("sum", ""), stored.value("entries", std::size_t{0}),
+          stored.value("entries_sum", "")};
+} catch (const json::exception&) {  // said above
+  return {};
+}
 
 }  // namespace cellcal::daemon

@@ -9,10 +9,10 @@
 
 #include "calib/files/files.h"
 #include "calib/files/input_file.h"
+#include "daemon/journal/chain.h"
 #include "daemon/journal/database_copy.h"
 #include "daemon/journal/journal.h"
 #include "daemon/journal/journal_impl.h"
-#include "daemon/journal/origin.h"
 #include "daemon/journal/rows.h"
 
 namespace cellcal::daemon {
@@ -138,7 +138,7 @@ std::pair<std::int64_t, bool> Journal::import(const std::string& lines, const st
                                       sum_of_entries(rows, rows.entries.size())});
   std::int64_t id = 0;
   impl_->write([&] {
-    hold_against_known(impl_->database, impl_->chain.name(), rows, from);
+    compare_with_imported(impl_->database, impl_->chain.name(), rows, from);
     id = Import(impl_->database, impl_->chain, rows, origin, from).run();
   });
   return {id, true};
@@ -171,7 +171,7 @@ bool is_own(Database& database, const std::string& name, const SessionRows& rows
   return find.bind(1, rows.session).bind(2, std::string_view(started_of(rows))).step();
 }
 
-void hold_against_own(Database& database, const SessionRows& rows, const std::string& from) {
+void compare_with_own(Database& database, const SessionRows& rows, const std::string& from) {
   Statement own(database, "SELECT number, sum FROM chain WHERE session=? ORDER BY number");
   own.bind(1, rows.session);
   for (const RowEntry& entry : rows.entries) {
@@ -184,7 +184,8 @@ void hold_against_own(Database& database, const SessionRows& rows, const std::st
   }
 }
 
-void hold_against_imported(Database& database, const SessionRows& rows, const std::string& from) {
+void compare_with_other_import(Database& database, const SessionRows& rows,
+                               const std::string& from) {
   Statement imported(database,
                      "SELECT id, origin FROM session WHERE origin IS NOT NULL AND started=?");
   const std::string started = started_of(rows);
@@ -203,10 +204,10 @@ void hold_against_imported(Database& database, const SessionRows& rows, const st
 
 }  // namespace
 
-void hold_against_known(Database& database, const std::string& name, const SessionRows& rows,
-                        const std::string& from) {
-  if (is_own(database, name, rows)) hold_against_own(database, rows, from);
-  hold_against_imported(database, rows, from);
+void compare_with_imported(Database& database, const std::string& name, const SessionRows& rows,
+                           const std::string& from) {
+  if (is_own(database, name, rows)) compare_with_own(database, rows, from);
+  compare_with_other_import(database, rows, from);
 }
 
 // A copy of the whole journal while it is written to.

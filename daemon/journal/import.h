@@ -13,7 +13,7 @@
 namespace cellcal::daemon {
 
 /// Throws JournalError naming `from` where they differ. `name` is the journal's.
-void hold_against_known(Database& database, const std::string& name, const SessionRows& rows,
-                        const std::string& from);
+void compare_with_imported(Database& database, const std::string& name, const SessionRows& rows,
+                           const std::string& from);
 
 }  // namespace cellcal::daemon

@@ -131,7 +131,7 @@ void Journal::Impl::write(const std::function<void()>& act) {
     // A log that was moved into the file is begun anew, and what is dropped makes room in the file.
     database.move_log_into_file();
     write_once(waiting, [&] {
-      outbox.give_telemetry_up();
+      outbox.drop_telemetry();
       act();
     });
   }

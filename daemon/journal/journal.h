@@ -10,14 +10,13 @@
 #include <vector>
 
 #include "calib/model/touch.h"
-#include "daemon/journal/origin.h"
+#include "daemon/journal/chain.h"
 #include "daemon/journal/outbox_rows.h"
 #include "daemon/journal/records.h"
 #include "daemon/journal/store/error.h"
 #include "daemon/session/action.h"
-#include "daemon/session/evidence.h"
 #include "daemon/session/interruption.h"
-#include "daemon/session/phase_times.h"
+#include "daemon/session/phase.h"
 
 namespace cellcal::daemon {
 

@@ -48,7 +48,7 @@ void begin_source(Database& database) {
   name_source(database);
 }
 
-void OutboxRows::take_source() {
+void OutboxRows::assign_source() {
   Statement source(database_, "SELECT first, name FROM outbox_source ORDER BY first DESC LIMIT 1");
   source.step();
   first_ = source.integer(0);
@@ -59,7 +59,7 @@ void OutboxRows::take_source() {
 }
 
 OutboxRows::OutboxRows(Database& database) : database_(database) {
-  take_source();
+  assign_source();
   const auto sum = [&](const char* of) {
     return database_.integer(
         fmt::format("SELECT coalesce(sum({} + {}), 0) FROM outbox {}", kBytes, kOutboxRowBytes, of)
@@ -89,7 +89,7 @@ void OutboxRows::speak_as(const std::string& address) {
       database_,
       "UPDATE outbox_source SET address=? WHERE first=(SELECT max(first) FROM outbox_source)");
   update.bind(1, std::string_view(address)).step();
-  take_source();
+  assign_source();
 }
 
 std::string OutboxRows::sources_reported(bool reported) {
@@ -97,7 +97,7 @@ std::string OutboxRows::sources_reported(bool reported) {
   std::string list;
   while (sources.step()) {
     const std::string address = sources.text(1);
-    if ((address.empty() || !reporter_ || reporter_->tells_of(address)) != reported) continue;
+    if ((address.empty() || !reporter_ || reporter_->publishes_name(address)) != reported) continue;
     list += (list.empty() ? "" : ",") + std::to_string(sources.integer(0));
   }
   return "first IN (" + list + ")";
@@ -226,7 +226,7 @@ void OutboxRows::drop(std::int64_t bytes) {
   if (reporter_) add(0, {}, reporter_->dropped(first - first_ + 1, last - first_ + 1, count));
 }
 
-void OutboxRows::give_telemetry_up() {
+void OutboxRows::drop_telemetry() {
   only_results_ = true;
   drop(now_.telemetry_bytes);
 }

@@ -10,7 +10,6 @@
 #include "daemon/journal/records.h"
 #include "daemon/journal/store/sqlite.h"
 #include "daemon/session/action.h"
-#include "daemon/session/evidence.h"
 
 namespace cellcal::daemon {
 
@@ -45,7 +44,7 @@ class Reporter {
   /// Name under which this journal reports; empty: none. A changed name starts a new source, numbered from 1.
   virtual std::string address() const { return {}; }
   /// True if rows written under that name are reported now; other rows wait.
-  virtual bool tells_of(const std::string& /*address*/) const { return true; }
+  virtual bool publishes_name(const std::string& /*address*/) const { return true; }
   /// Bound of the waiting rows; above it the oldest telemetry is dropped.
   virtual std::int64_t most_bytes() const = 0;
   /// Something new waits.
@@ -119,7 +118,7 @@ class OutboxRows {
   void mark_reported_interrupted(std::int64_t entry);
   void acknowledge(const std::vector<std::int64_t>& rows);
   /// All telemetry goes, and none is taken until committed() or rolled_back().
-  void give_telemetry_up();
+  void drop_telemetry();
 
   void committed();
   void rolled_back();
@@ -133,7 +132,7 @@ class OutboxRows {
   void add(std::int64_t session, const std::string& time, const Report& report);
   void drop(std::int64_t bytes);
   bool make_room(const Report& report, std::int64_t bytes);
-  void take_source();
+  void assign_source();
   void rewrite(std::int64_t row, const Report& report);
   /// "first IN (...)" of the sources that are, or are not, reported.
   std::string sources_reported(bool reported);

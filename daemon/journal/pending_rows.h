@@ -10,7 +10,7 @@
 
 #include "daemon/journal/chain.h"
 #include "daemon/journal/outbox_rows.h"
-#include "daemon/session/evidence.h"
+#include "daemon/session/action.h"
 
 namespace cellcal::daemon {
 

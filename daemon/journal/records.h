@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-#include "daemon/journal/origin.h"
+#include "daemon/journal/chain.h"
 #include "daemon/result/outcome.h"
 #include "daemon/session/failure.h"
 

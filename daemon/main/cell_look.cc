@@ -37,7 +37,7 @@ CellNow::InUse in_use_of(const Version& version) {
           version.in_scope ? std::optional(version.in_scope->mean_u95_m) : std::nullopt};
 }
 
-CellNow::Check check_of(const calib::CheckSeen& seen) {
+CellNow::Check check_of(const calib::CheckMeasurement& seen) {
   const bool decided = seen.verdict != calib::CheckVerdict::kUndecided;
   const bool measured = decided && seen.left_out != calib::LeftOut::kIncomplete;
   return {seen.session, seen.time_s,
@@ -47,10 +47,10 @@ CellNow::Check check_of(const calib::CheckSeen& seen) {
 
 }  // namespace
 
-CellLook::CellLook(SessionService& service, Journal& journal)
+CellSnapshotReader::CellSnapshotReader(SessionService& service, Journal& journal)
     : service_(service), journal_(journal), drift_(journal) {}
 
-void CellLook::read_results() {
+void CellSnapshotReader::read_results() {
   CellNow read;
   if (const auto version = version_in_use(journal_)) read.calibration = in_use_of(*version);
   try {
@@ -64,7 +64,7 @@ void CellLook::read_results() {
   results_ = std::move(read);
 }
 
-CellNow CellLook::now() {
+CellNow CellSnapshotReader::now() {
   const Status status = service_.status();
   CellNow now;
   put_status(status, now);

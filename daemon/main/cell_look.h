@@ -12,9 +12,9 @@
 
 namespace cellcal::daemon {
 
-class CellLook {
+class CellSnapshotReader {
  public:
-  CellLook(SessionService& service, Journal& journal);
+  CellSnapshotReader(SessionService& service, Journal& journal);
 
   void emulated(bool yes) { emulated_ = yes; }
   /// From one thread at a time. The journal is read after a session has begun or ended, and every half minute

@@ -7,7 +7,7 @@
 #include <cstdio>
 
 #include "calib/estimate/solve.h"
-#include "daemon/files/system_words.h"
+#include "daemon/files/atomic_file.h"
 #include "daemon/main/daemon.h"
 #include "daemon/main/log.h"
 #include "daemon/main/options.h"

@@ -45,7 +45,7 @@ namespace asio = boost::asio;
 /// notifications.
 class Watchdog {
  public:
-  Watchdog(asio::io_context& context, SessionService& service, SystemdNews& systemd)
+  Watchdog(asio::io_context& context, SessionService& service, SystemdNotifier& systemd)
       : timer_(context), service_(service), systemd_(systemd) {
     std::uint64_t limit_us = 0;
     if (sd_watchdog_enabled(0, &limit_us) <= 0) return;
@@ -69,7 +69,7 @@ class Watchdog {
 
   asio::steady_timer timer_;
   SessionService& service_;
-  SystemdNews& systemd_;
+  SystemdNotifier& systemd_;
   std::chrono::microseconds period_{0};
 };
 
@@ -84,7 +84,7 @@ void abort_at_signal(asio::signal_set& signal, Api& api) {
 }
 
 /// Sets the context of the log from the status.
-void tell_log(const Status& status) {
+void set_log_status(const Status& status) {
   LogContext context{status.session, {}, to_string(status.phase), {}, LogEvent::kNone};
   const bool at_a_touch = (kMovingPhases | kStandingPhases).has(status.phase) && status.total > 0;
   if (at_a_touch) context.touch = static_cast<std::int64_t>(status.done) + 1;
@@ -235,7 +235,7 @@ AdvicePublisher::Parts advice_parts(const LiveConfig& live, DriftWatch& watch,
           },
           send,
           [&service](const std::function<void()>& act) {
-            return service.briefly_alone("sending CELLCAL_ADVICE to the controller", act);
+            return service.try_exclusively("sending CELLCAL_ADVICE to the controller", act);
           },
           wall_clock_utc};
 }
@@ -286,7 +286,7 @@ void run_daemon(const DaemonConfig& config, const std::function<DaemonConfig()>&
   Access access(tokens, access_config(config.http, config.state_dir));
   Examiner examiner(doctor_within(live, service, config.state_dir));
   PlantLine plant_line(service, journal, live);
-  Nights nights(service, journal, live);
+  UnattendedServices nights(service, journal, live);
   Api api(service, journal, &access, page_answer, &examiner);
   api.use(nights.schedule());
   api.use(plant_line.proposals());
@@ -298,7 +298,7 @@ void run_daemon(const DaemonConfig& config, const std::function<DaemonConfig()>&
   DriftWatch drift_watch(journal);
   AdvicePublisher advice(advice_parts(live, drift_watch, service));
   api.use([&advice] { return advice.status(); });
-  const CellShelf shelf(config.state_dir / "cells");
+  const CellFileStore shelf(config.state_dir / "cells");
   api.use(shelf);
   if (config.http) api.use(config.http->cell_folders);
   api.use(Api::PlantLineStatus([&plant_line] { return plant_line.status(); }));
@@ -310,9 +310,9 @@ void run_daemon(const DaemonConfig& config, const std::function<DaemonConfig()>&
        Api::is_slow,
        {.body = kMostLocalBody}});
   plant_line.open(plant_socket(config.socket));
-  std::optional<NetworkDoor> network;
+  std::optional<NetworkServer> network;
   if (config.http) network.emplace(*config.http, api);
-  SystemdNews systemd;
+  SystemdNotifier systemd;
   service.on_change([&] {
     server.poke();
     if (network) network->poke();
@@ -320,7 +320,7 @@ void run_daemon(const DaemonConfig& config, const std::function<DaemonConfig()>&
     nights.look(status);
     access.clearance().look(status);
     if (!kActivePhases.has(status.phase)) advice.poke();
-    tell_log(status);
+    set_log_status(status);
     systemd.tell(notification_of(status));
   });
   signals.async_wait([&](boost::system::error_code, int signal) {

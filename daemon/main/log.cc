@@ -9,7 +9,7 @@
 
 #include <cstdlib>
 
-#include "daemon/files/system_words.h"
+#include "daemon/files/atomic_file.h"
 
 namespace cellcal::daemon {
 

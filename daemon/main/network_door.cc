@@ -27,7 +27,7 @@ NetworkAddress address_of(const HttpConfig& config) {
   return {config.address, config.port, config.tls_certificate, config.tls_key};
 }
 
-struct NetworkDoor::Impl {
+struct NetworkServer::Impl {
   Impl(const HttpConfig& config, Api& api)
       : server(
             context, address_of(config),
@@ -54,21 +54,21 @@ struct NetworkDoor::Impl {
   std::thread thread;
 };
 
-NetworkDoor::NetworkDoor(const HttpConfig& config, Api& api)
+NetworkServer::NetworkServer(const HttpConfig& config, Api& api)
     : impl_(std::make_unique<Impl>(config, api)) {
   spdlog::info("listening on {} port {}, {}", config.address, config.port,
                config.tls() ? "TLS" : "without TLS");
 }
 
-NetworkDoor::NetworkDoor(const std::filesystem::path& socket,
-                         std::function<Response(const Request&)> answer)
+NetworkServer::NetworkServer(const std::filesystem::path& socket,
+                             std::function<Response(const Request&)> answer)
     : impl_(std::make_unique<Impl>(socket, std::move(answer))) {}
 
-NetworkDoor::~NetworkDoor() { stop(); }
+NetworkServer::~NetworkServer() { stop(); }
 
-void NetworkDoor::poke() { impl_->server.poke(); }
+void NetworkServer::poke() { impl_->server.poke(); }
 
-void NetworkDoor::stop() {
+void NetworkServer::stop() {
   if (!impl_->thread.joinable()) return;
   asio::post(impl_->context, [this] {
     impl_->server.stop();

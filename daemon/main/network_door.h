@@ -14,15 +14,16 @@ namespace cellcal::daemon {
 
 NetworkAddress address_of(const HttpConfig& config);
 
-class NetworkDoor {
+class NetworkServer {
  public:
   /// Network API. Throws SocketError.
-  NetworkDoor(const HttpConfig& config, Api& api);
+  NetworkServer(const HttpConfig& config, Api& api);
   /// Socket for the process with the line to the plant, limited to these answers. Throws SocketError.
-  NetworkDoor(const std::filesystem::path& socket, std::function<Response(const Request&)> answer);
-  ~NetworkDoor();
-  NetworkDoor(const NetworkDoor&) = delete;
-  NetworkDoor& operator=(const NetworkDoor&) = delete;
+  NetworkServer(const std::filesystem::path& socket,
+                std::function<Response(const Request&)> answer);
+  ~NetworkServer();
+  NetworkServer(const NetworkServer&) = delete;
+  NetworkServer& operator=(const NetworkServer&) = delete;
 
   /// As HttpServer::poke(); thread-safe.
   void poke();

@@ -82,7 +82,7 @@ std::function<std::vector<Report>(std::int64_t, const RecordEnd&)> alarms_with_e
     Journal& journal, LiveConfig& live) {
   return [&journal, &live](std::int64_t session, const RecordEnd& end) -> std::vector<Report> {
     if (!live.now()->plant) return {};
-    const Notice notice = news_of_end(session, end, wall_clock_utc(), journal);
+    const Notice notice = notice_of_end(session, end, wall_clock_utc(), journal);
     if (notice.news == News::kDone) return {};
     return {alarm_of(notice, host_name())};
   };
@@ -98,7 +98,7 @@ std::string host_name() {
 
 }  // namespace
 
-struct Nights::Impl {
+struct UnattendedServices::Impl {
   Impl(SessionService& service, Journal& rows, LiveConfig& config)
       : journal(rows),
         live(config),
@@ -125,20 +125,20 @@ struct Nights::Impl {
   Journal& journal;
   LiveConfig& live;
   Notifier notifier;
-  ServiceDoor door;
+  ServiceSessionGateway door;
   Schedule schedule;
   ScheduleThread thread;
   OnRequest housekeeping;             ///< applies the retention rule
   std::atomic<bool> reported{false};  ///< end of the newest session
 };
 
-Nights::Nights(SessionService& service, Journal& journal, LiveConfig& live)
+UnattendedServices::UnattendedServices(SessionService& service, Journal& journal, LiveConfig& live)
     : impl_(std::make_unique<Impl>(service, journal, live)) {}
-Nights::~Nights() { stop(); }
+UnattendedServices::~UnattendedServices() { stop(); }
 
-Schedule& Nights::schedule() { return impl_->schedule; }
+Schedule& UnattendedServices::schedule() { return impl_->schedule; }
 /// Each end once: the status of an end is repeated.
-void Nights::look(const Status& status) {
+void UnattendedServices::look(const Status& status) {
   if (!is_final(status.phase)) {
     impl_->reported = false;
     return;
@@ -148,8 +148,8 @@ void Nights::look(const Status& status) {
   poke();
   impl_->housekeeping.ask();
 }
-RetentionRule Nights::retention() const { return rule_of(*impl_->live.now()); }
-void Nights::poke() { impl_->thread.poke(); }
-void Nights::stop() { impl_->thread.stop(); }
+RetentionRule UnattendedServices::retention() const { return rule_of(*impl_->live.now()); }
+void UnattendedServices::poke() { impl_->thread.poke(); }
+void UnattendedServices::stop() { impl_->thread.stop(); }
 
 }  // namespace cellcal::daemon

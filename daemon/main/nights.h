@@ -5,7 +5,7 @@
 #include <memory>
 #include <vector>
 
-#include "daemon/archive/retention.h"
+#include "daemon/archive/archive.h"
 #include "daemon/main/reload.h"
 #include "daemon/service/service.h"
 #include "daemon/unattended/schedule.h"
@@ -17,12 +17,12 @@ namespace cellcal::daemon {
 std::function<std::vector<Report>(std::int64_t session, const RecordEnd& end)> alarms_with_end(
     Journal& journal, LiveConfig& live);
 
-class Nights {
+class UnattendedServices {
  public:
-  Nights(SessionService& service, Journal& journal, LiveConfig& live);
-  ~Nights();
-  Nights(const Nights&) = delete;
-  Nights& operator=(const Nights&) = delete;
+  UnattendedServices(SessionService& service, Journal& journal, LiveConfig& live);
+  ~UnattendedServices();
+  UnattendedServices(const UnattendedServices&) = delete;
+  UnattendedServices& operator=(const UnattendedServices&) = delete;
 
   Schedule& schedule();
   /// By the current configuration.

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "daemon/archive/versions.h"
-#include "daemon/files/system_words.h"
+#include "daemon/files/atomic_file.h"
 #include "daemon/plant/desk/reporter.h"
 #include "daemon/plant/line/cell_metrics.h"
 #include "daemon/runner/backend.h"
@@ -78,7 +78,7 @@ plant::ProposalBox::Parts PlantLine::proposal_parts() {
 
 /// True if the proposal is decided, so that the broker need not keep it.
 bool PlantLine::take(const plant::Proposal& proposal) try {
-  const bool known = std::ranges::any_of(proposals_.all(), [&](const plant::KeptProposal& one) {
+  const bool known = std::ranges::any_of(proposals_.all(), [&](const plant::StoredProposal& one) {
     return one.proposal.id == proposal.id;
   });
   const std::optional<plant::Stand> stand = proposals_.take(proposal, wall_clock_utc());
@@ -95,7 +95,7 @@ bool PlantLine::take(const plant::Proposal& proposal) try {
   return false;
 }
 
-void PlantLine::tell_health() {
+void PlantLine::publish_health() {
   plant::HealthFact fact = health_of(service_.status());
   fact.waiting = journal_.outbox().rows;
   fact.journal_bytes = journal_.bytes_in_use();
@@ -107,7 +107,7 @@ plant::Desk::Parts PlantLine::desk_parts() {
   parts.utc = wall_clock_utc;
   parts.proposal = [this](const plant::Proposal& proposal) { return take(proposal); };
   parts.metrics = [this] { return plant::sparkplug::metrics_of(look_.now()); };
-  parts.tell_health = [this] { tell_health(); };
+  parts.publish_health = [this] { publish_health(); };
   return parts;
 }
 
@@ -125,7 +125,7 @@ void PlantLine::reload() {
 
 void PlantLine::open(const std::filesystem::path& socket) try {
   std::filesystem::create_directories(socket.parent_path());
-  door_ = std::make_unique<NetworkDoor>(
+  door_ = std::make_unique<NetworkServer>(
       socket, [this](const Request& request) { return desk_.answer(request); });
 } catch (const std::exception& failed) {
   spdlog::error("no line to a plant: {}", failed.what());

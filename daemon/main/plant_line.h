@@ -42,18 +42,18 @@ class PlantLine {
   plant::ProposalBox::Parts proposal_parts();
   plant::Desk::Parts desk_parts();
   bool take(const plant::Proposal& proposal);
-  void tell_health();
+  void publish_health();
 
   SessionService& service_;
   Journal& journal_;
   LiveConfig& live_;
   plant::ProposalBox proposals_;
-  CellLook look_;
+  CellSnapshotReader look_;
   plant::Desk desk_;
   std::mutex reload_;
   std::shared_ptr<plant::JournalOutbox> outbox_;
   /// Declared last, destroyed first: it uses the other members.
-  std::unique_ptr<NetworkDoor> door_;
+  std::unique_ptr<NetworkServer> door_;
 };
 
 }  // namespace cellcal::daemon

@@ -12,7 +12,7 @@
 #include <string_view>
 #include <utility>
 
-#include "daemon/files/system_words.h"
+#include "daemon/files/atomic_file.h"
 
 namespace cellcal::daemon {
 
@@ -42,27 +42,27 @@ bool notify(std::string_view words) {
 
 }  // namespace
 
-SystemdNews::SystemdNews() : thread_([this](const std::stop_token& stop) { send(stop); }) {}
+SystemdNotifier::SystemdNotifier() : thread_([this](const std::stop_token& stop) { send(stop); }) {}
 
-void SystemdNews::tell(std::string status) {
+void SystemdNotifier::tell(std::string status) {
   const std::lock_guard lock(mutex_);
   status_ = std::move(status);
   news_.notify_all();
 }
 
-void SystemdNews::alive() {
+void SystemdNotifier::alive() {
   const std::lock_guard lock(mutex_);
   alive_ = true;
   news_.notify_all();
 }
 
-void SystemdNews::stopping() {
+void SystemdNotifier::stopping() {
   const std::lock_guard lock(mutex_);
   stopping_ = true;
   news_.notify_all();
 }
 
-void SystemdNews::send(const std::stop_token& stop) {
+void SystemdNotifier::send(const std::stop_token& stop) {
   std::unique_lock lock(mutex_);
   const auto waits = [this] { return stopping_ || alive_ || !status_.empty(); };
   while (news_.wait(lock, stop, waits)) {

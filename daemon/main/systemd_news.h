@@ -12,9 +12,9 @@
 
 namespace cellcal::daemon {
 
-class SystemdNews {
+class SystemdNotifier {
  public:
-  SystemdNews();
+  SystemdNotifier();
 
   // Thread-safe; do not block.
   /// "STATUS=touching, touch 3 of 8"; replaces a pending one.

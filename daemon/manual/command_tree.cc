@@ -39,7 +39,7 @@ OptionHelp option_help(const CLI::Option& option) {
 }
 
 /// Footer: remarks, wrapped for a terminal, then "Example: " with one command line per line.
-void take_footer(const std::string& footer, CommandHelp& help) {
+void parse_footer(const std::string& footer, CommandHelp& help) {
   const std::string mark = "Example: ";
   bool in_examples = false;
   for (std::string line : split(footer, '\n')) {
@@ -62,7 +62,7 @@ void take_footer(const std::string& footer, CommandHelp& help) {
 
 CommandHelp command_tree(const CLI::App& app) {
   CommandHelp help{app.get_name(), app.get_description(), {}, {}, {}, {}};
-  take_footer(app.get_footer(), help);
+  parse_footer(app.get_footer(), help);
   for (const CLI::Option* option : app.get_options()) help.options.push_back(option_help(*option));
   for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; }))
     help.commands.push_back(command_tree(*command));

@@ -8,7 +8,7 @@
 #include <numeric>
 #include <vector>
 
-#include "calib/model/statistics.h"
+#include "calib/model/linear.h"
 #include "calib/model/units.h"
 
 namespace cellcal::daemon {

@@ -7,7 +7,7 @@
 #include <map>
 #include <numbers>
 
-#include "calib/model/statistics.h"
+#include "calib/model/linear.h"
 #include "calib/model/units.h"
 #include "daemon/qualification/contact_delay.h"
 #include "daemon/session/search_line.h"

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "calib/svg/svg.h"
-#include "daemon/report/scale.h"
+#include "daemon/report/plan_picture.h"
 #include "daemon/report/view.h"
 
 namespace cellcal::daemon::report {

@@ -14,7 +14,7 @@
 #include "calib/result/calibration.h"
 #include "calib/result/level.h"
 #include "calib/svg/svg.h"
-#include "daemon/report/scale.h"
+#include "daemon/report/plan_picture.h"
 #include "daemon/report/view.h"
 
 namespace cellcal::daemon::report {

@@ -11,7 +11,6 @@
 #include "calib/files/files.h"
 #include "calib/plan/duration.h"
 #include "daemon/report/plan_picture.h"
-#include "daemon/report/scale.h"
 #include "daemon/report/view.h"
 
 namespace cellcal::daemon::report {

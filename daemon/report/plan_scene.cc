@@ -7,7 +7,7 @@
 
 #include "calib/files/files.h"
 #include "calib/model/kinematics.h"
-#include "calib/model/random.h"
+#include "calib/model/linear.h"
 #include "calib/plan/bodies.h"
 #include "calib/plan/surroundings.h"
 

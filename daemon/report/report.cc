@@ -5,7 +5,6 @@
 #include <string_view>
 
 #include "daemon/report/plan_picture.h"
-#include "daemon/report/scale.h"
 #include "daemon/report/view.h"
 
 namespace cellcal::daemon {

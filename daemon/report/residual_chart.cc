@@ -14,7 +14,7 @@
 
 #include "calib/model/units.h"
 #include "calib/svg/svg.h"
-#include "daemon/report/scale.h"
+#include "daemon/report/plan_picture.h"
 #include "daemon/report/view.h"
 
 namespace cellcal::daemon::report {

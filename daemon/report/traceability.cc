@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "calib/model/units.h"
-#include "daemon/report/scale.h"
+#include "daemon/report/plan_picture.h"
 #include "daemon/report/view.h"
 
 namespace cellcal::daemon::report {

@@ -11,7 +11,7 @@
 
 #include "calib/result/finding.h"
 #include "calib/result/unidentifiable.h"
-#include "daemon/report/scale.h"
+#include "daemon/report/plan_picture.h"
 #include "daemon/report/view.h"
 
 namespace cellcal::daemon::report {

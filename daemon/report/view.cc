@@ -7,7 +7,7 @@
 #include <set>
 
 #include "calib/model/units.h"
-#include "daemon/report/scale.h"
+#include "daemon/report/plan_picture.h"
 
 namespace cellcal::daemon::report {
 namespace {

@@ -1,6 +1,8 @@
 #include "daemon/runner/runner.h"
 
 #include <fmt/format.h>
+#include <sys/resource.h>
+#include <unistd.h>
 
 #include <exception>
 #include <thread>
@@ -44,7 +46,7 @@ struct Runner::Inbox {
     const std::lock_guard lock(mutex);
     done = now;
   }
-  std::optional<calib::WorkDone> take_done() {
+  std::optional<calib::WorkDone> take_progress_report() {
     const std::lock_guard lock(mutex);
     return std::exchange(done, std::nullopt);
   }
@@ -122,7 +124,8 @@ void Runner::run_to_end() {
   feed(event(EventKind::kRun));
   while (!is_final(state_.phase) || !inbox_->settled()) {
     ++turns_;
-    if (const auto done = inbox_->take_done(); done && parts_.on_work) parts_.on_work(*done);
+    if (const auto done = inbox_->take_progress_report(); done && parts_.on_work)
+      parts_.on_work(*done);
     if (gather()) continue;
     drivers::Clock& clock = parts_.backend.clock();
     clock.sleep_until(clock.now() + kPollPeriod);
@@ -159,7 +162,7 @@ std::optional<Event> Runner::happened() {
 
 /// Before the step on a result, so that the contacts are on disk with the touch that they belong to.
 void Runner::note_contacts() {
-  while (auto contact = parts_.backend.contact().take_record()) {
+  while (auto contact = parts_.backend.contact().next_record()) {
     commit([record = RecordContact{state_.done, parts_.backend.utc_now(), *contact}](
                Recorder& recorder) { recorder.note(record); });
   }
@@ -191,7 +194,7 @@ std::optional<Event> Runner::links_changed() {
   sensor_late_s_ = contact.quality.late_worst_s;
   if (const drivers::TimePoint now = parts_.backend.clock().now(); now >= next_report_) {
     next_report_ = now + kReportPeriod;
-    if (parts_.on_look) parts_.on_look(robot, contact);
+    if (parts_.on_sample) parts_.on_sample(robot, contact);
   }
   const Links links{robot.link,
                     robot.actual_rad,
@@ -240,8 +243,8 @@ void Runner::feed(Event event) {
 }
 
 void Runner::note_step(Phase before, const Event& event) {
-  std::string words =
-      fmt::format("{} -> {} on {}", to_string(before), to_string(state_.phase), to_string(event.kind));
+  std::string words = fmt::format("{} -> {} on {}", to_string(before), to_string(state_.phase),
+                                  to_string(event.kind));
   if (!event.words.empty()) words += ": " + event.words;
   if (state_.failure && state_.phase == Phase::kFailed) words += " | " + describe(*state_.failure);
   RecordChange change;
@@ -484,6 +487,53 @@ void Runner::perform_all(const Actions& actions) {
       feed(event(EventKind::kDeviceFailed, std::string(name_of(action)) + ": " + error.what()));
       return;
     }
+  }
+}
+
+namespace {
+
+void lower_priority() {
+  // A third of a usual thread's share. With SCHED_IDLE, three busy loops on the computer extended a plan of
+  // two seconds to minutes. Linux permits this to every process, per thread.
+  constexpr int kNice = 5;
+  ::setpriority(PRIO_PROCESS, static_cast<id_t>(::gettid()), kNice);
+}
+
+}  // namespace
+
+ThreadWorker::ThreadWorker(Priority priority)
+    : thread_([this, priority] {
+        if (priority == Priority::kLow) lower_priority();
+        run();
+      }) {}
+
+ThreadWorker::~ThreadWorker() {
+  {
+    const std::lock_guard lock(mutex_);
+    ending_ = true;
+  }
+  wake_.notify_one();
+  thread_.join();
+}
+
+void ThreadWorker::post(std::function<void()> job) {
+  {
+    const std::lock_guard lock(mutex_);
+    jobs_.push_back(std::move(job));
+  }
+  wake_.notify_one();
+}
+
+void ThreadWorker::run() {
+  std::unique_lock lock(mutex_);
+  while (true) {
+    wake_.wait(lock, [this] { return ending_ || !jobs_.empty(); });
+    if (ending_) return;
+    const std::function<void()> job = std::move(jobs_.front());
+    jobs_.pop_front();
+    lock.unlock();
+    job();
+    lock.lock();
   }
 }
 

@@ -8,22 +8,61 @@
 // or known to have failed.
 
 #include <atomic>
+#include <condition_variable>
 #include <cstdint>
 #include <deque>
 #include <functional>
 #include <memory>
 #include <mutex>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "calib/model/long_work.h"
-#include "daemon/result/session_result.h"
+#include "daemon/result/outcome.h"
 #include "daemon/runner/backend.h"
-#include "daemon/runner/worker.h"
-#include "daemon/session/evidence.h"
+#include "daemon/session/action.h"
 #include "daemon/session/session.h"
 
 namespace cellcal::daemon {
+
+// Threads for computations (planning, identification, report) and for disk access. Both take up to seconds,
+// while the session's thread has to monitor the arm.
+
+class Worker {
+ public:
+  virtual ~Worker() = default;
+  /// Runs jobs one after the other, in order. A job must not throw.
+  virtual void post(std::function<void()> job) = 0;
+};
+
+/// On virtual time: the job is completed before post() returns.
+class InlineWorker final : public Worker {
+ public:
+  void post(std::function<void()> job) override { job(); }
+};
+
+/// On the machine's clock: one thread. Destruction waits for the current job and drops the others.
+class ThreadWorker final : public Worker {
+ public:
+  /// At low priority, computations yield to threads with deadlines but still progress under load.
+  enum class Priority { kLow, kNormal };
+  explicit ThreadWorker(Priority priority = Priority::kLow);
+  ~ThreadWorker() override;
+  ThreadWorker(const ThreadWorker&) = delete;
+  ThreadWorker& operator=(const ThreadWorker&) = delete;
+
+  void post(std::function<void()> job) override;
+
+ private:
+  void run();
+
+  std::mutex mutex_;
+  std::condition_variable wake_;
+  std::deque<std::function<void()>> jobs_;
+  bool ending_ = false;
+  std::thread thread_;
+};
 
 /// Computations of the worker for a session. May throw; what() is shown to the operator.
 struct Tasks {
@@ -88,7 +127,7 @@ struct RunnerParts {
   /// Called after each step that changed something, with the touches on disk.
   std::function<void(const State&, const std::vector<calib::Touch>&)> on_change;
   /// Called a few times a second while the devices are open, regardless of changes.
-  std::function<void(const drivers::RobotState&, const drivers::ContactStatus&)> on_look = {};
+  std::function<void(const drivers::RobotState&, const drivers::ContactStatus&)> on_sample = {};
   /// Move::speed_share of a move about to begin.
   std::function<double(const drivers::Move&, const drivers::RobotState&)> speed_share = {};
   /// Progress of the worker's job, about a hundred times.

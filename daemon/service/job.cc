@@ -28,7 +28,7 @@ bool must_find(const calib::Cell& cell) {
 }
 
 /// Cell checks made before anything is opened, planned or moved.
-std::vector<std::string> look_at_cell(const calib::Cell& cell) {
+std::vector<std::string> examine_cell(const calib::Cell& cell) {
   try {
     std::vector<std::string> warnings = calib::refuse_faulty(cell);
     for (const std::string& warning : warnings) spdlog::warn("{}", warning);
@@ -39,7 +39,7 @@ std::vector<std::string> look_at_cell(const calib::Cell& cell) {
 }
 
 /// The delay is estimated from two speeds. (The slowest search also has to be fast enough to fit one arming.)
-void look_at_speeds(const TouchPolicy& touch) {
+void check_qualification_speeds(const TouchPolicy& touch) {
   if (touch.fast_m_s - touch.slow_m_s >= kLeastSpeedDifferenceMS) return;
   throw RequestError(fmt::format(
       "fast_search_mm_s = {:g} and slow_search_mm_s = {:g}: a qualification needs {:g} mm/s between them. Set "
@@ -49,7 +49,8 @@ void look_at_speeds(const TouchPolicy& touch) {
 }
 
 /// A resumed session keeps its original parameters; its search limits are those of the current link.
-void look_at_limits(std::int64_t session, const TouchPolicy& touch, const SearchLimits& limits) {
+void check_search_limits(std::int64_t session, const TouchPolicy& touch,
+                         const SearchLimits& limits) {
   const auto refuse = [&](const char* key, double value, double most, const char* unit) {
     throw RequestError(fmt::format(
         "session {} has {} = {:g}{}, at most {:g}{} are permitted{}. Resume with the link and configuration that it "
@@ -67,14 +68,14 @@ void look_at_limits(std::int64_t session, const TouchPolicy& touch, const Search
 }
 
 /// A dry run searches nothing, so it finds nothing.
-void look_at_centres(const calib::Cell& cell) {
+void check_centres(const calib::Cell& cell) {
   if (must_find(cell))
     throw RequestError(
         "a dry run needs the centre of each sphere. Find them with 'cellcal find', and state centre_mm in the "
         "cell file");
 }
 
-void look_at_target(const calib::Cell& cell, const std::string& target) {
+void examine_target(const calib::Cell& cell, const std::string& target) {
   try {
     calib::qualification_target(cell, target);
   } catch (const calib::PlanError& wrong) {
@@ -101,7 +102,7 @@ SessionRecord unchanged(SessionRecord record) {
 }
 
 /// Session record of the calibration to check.
-SessionRecord look_at_calibration(Journal& journal, const RunRequest& request) {
+SessionRecord calibration_to_check(Journal& journal, const RunRequest& request) {
   try {
     return unchanged(published_session(journal, request.cell, request.calibration));
   } catch (const NothingToCheck& nothing) {
@@ -110,7 +111,7 @@ SessionRecord look_at_calibration(Journal& journal, const RunRequest& request) {
 }
 
 /// Newest published calibration of the cell file, as the base of an update.
-SessionRecord look_at_last(Journal& journal, const RunRequest& request) {
+SessionRecord calibration_to_update(Journal& journal, const RunRequest& request) {
   try {
     return unchanged(published_session(journal, request.cell, std::nullopt));
   } catch (const NothingToCheck&) {
@@ -128,7 +129,7 @@ double months_since(const std::string& ended, const std::string& now) {
 }
 
 /// Restores the job of a resumed session.
-void take_up(Journal& journal, const RunRequest& request, Job& job) {
+void restore_session(Journal& journal, const RunRequest& request, Job& job) {
   const std::optional<SessionRecord> record = journal.newest_resumable();
   if (!record) {
     throw RequestError(
@@ -148,7 +149,7 @@ void take_up(Journal& journal, const RunRequest& request, Job& job) {
     throw RequestError(fmt::format(
         "session {} is an update, which is not resumed. Start a new one: cellcal run --cell {} --update",
         record->id, record->inputs.cell_name));
-  look_at_limits(record->id, job.options.touch, job.settings.search_limits);
+  check_search_limits(record->id, job.options.touch, job.settings.search_limits);
   job.started = record->started;
   job.expected_hash = record->plan_hash;
   job.touches = journal.touches(record->id);
@@ -162,7 +163,7 @@ void take_up(Journal& journal, const RunRequest& request, Job& job) {
 }
 
 /// Options of the request, as opposed to those of the configuration.
-void take_options(const RunRequest& request, Job& job) {
+void apply_request_options(const RunRequest& request, Job& job) {
   job.options.plan.fit_touches = request.fit_touches.value_or(kPlannedTouches);
   job.options.find = request.find || request.kind == SessionKind::kFind;
   job.options.update = request.update;
@@ -187,28 +188,28 @@ void take_options(const RunRequest& request, Job& job) {
 
 void begin_anew(Journal& journal, const RunRequest& request, Job& job) {
   if (request.kind == SessionKind::kCheck) {
-    const SessionRecord calibrated = look_at_calibration(journal, request);
+    const SessionRecord calibrated = calibration_to_check(journal, request);
     job.inputs = calibrated.inputs;
     job.options.against = calibrated.id;
     job.options.temperature_c = request.temperature_c;
   } else if (request.update) {
-    const SessionRecord last = look_at_last(journal, request);
+    const SessionRecord last = calibration_to_update(journal, request);
     job.inputs = last.inputs;
     job.options.against = last.id;
     job.last_ended = last.ended;
   } else {
     job.inputs = read_inputs(request.cell);
   }
-  take_options(request, job);
+  apply_request_options(request, job);
 }
 
 /// Checks before the first touch that the result can be compared with the previous calibration.
-void look_at_compared(Journal& journal, const Job& job) {
+void require_comparable(Journal& journal, const Job& job) {
   if (job.options.kind == SessionKind::kCalibrate)
     (void)last_calibration(journal, job.inputs.cell_name, job.session, job.options.accept_change);
 }
 
-void look_at_goal(const RunRequest& request, const Job& job) {
+void check_goal_value(const RunRequest& request, const Job& job) {
   if (!request.goal_mm || !request.fit_touches) return;
   const auto targets = std::count_if(
       job.cell.targets.begin(), job.cell.targets.end(), [](const calib::Target& target) {
@@ -223,15 +224,15 @@ void look_at_goal(const RunRequest& request, const Job& job) {
 }
 
 /// Checks of a new session, before anything is opened, planned or moved.
-void look_at_new(const RunRequest& request, Job& job) {
-  job.warnings = look_at_cell(job.cell);
+void check_new_session(const RunRequest& request, Job& job) {
+  job.warnings = examine_cell(job.cell);
   if (request.goal_mm)
     if (const auto fault = calib::fault_of(job.cell, job.options.goal))
       job.warnings.push_back(words(*fault));
-  if (request.kind == SessionKind::kDryRun) look_at_centres(job.cell);
+  if (request.kind == SessionKind::kDryRun) check_centres(job.cell);
   if (request.kind != SessionKind::kQualify) return;
-  look_at_target(job.cell, request.target);
-  look_at_speeds(job.options.touch);
+  examine_target(job.cell, request.target);
+  check_qualification_speeds(job.options.touch);
 }
 
 /// Its way out was planned clear of the obstacles in that session's files, so it holds for the same files
@@ -252,7 +253,7 @@ std::shared_ptr<const calib::SearchUnderWay> search_left(Journal& journal,
   }
 }
 
-void look_at_axes(const Job& job) {
+void check_axis_count(const Job& job) {
   if (job.cell.robot.joints.size() > drivers::kMaxAxes) {
     throw RequestError("the robot file has " + std::to_string(job.cell.robot.joints.size()) +
                        " joints, more than can be driven: " + std::to_string(drivers::kMaxAxes));
@@ -297,12 +298,12 @@ std::unique_ptr<Job> prepare(Journal& journal, const RunRequest& request, Sessio
   job->settings = std::move(settings);
   job->unattended = request.unattended;
   if (request.resume)
-    take_up(journal, request, *job);
+    restore_session(journal, request, *job);
   else
     begin_anew(journal, request, *job);
   job->cell = cell_of(job->inputs);
-  look_at_compared(journal, *job);
-  look_at_goal(request, *job);
+  require_comparable(journal, *job);
+  check_goal_value(request, *job);
   if (!request.resume && request.kind == SessionKind::kCalibrate)
     job->options.one_by_one = request.goal_mm || job->options.find || must_find(job->cell);
   if (!request.resume &&
@@ -310,8 +311,8 @@ std::unique_ptr<Job> prepare(Journal& journal, const RunRequest& request, Sessio
     job->options.one_by_one = true;
   // Meshes are not stored in the journal: collisions are checked against the cell as it is now.
   calib::load_meshes(job->cell, std::filesystem::path(job->inputs.cell_name).parent_path());
-  if (!request.resume) look_at_new(request, *job);
-  look_at_axes(*job);
+  if (!request.resume) check_new_session(request, *job);
+  check_axis_count(*job);
   if (job->options.one_by_one && (job->options.find || must_find(job->cell)))
     job->left = search_left(journal, job->inputs);
   const bool dry =

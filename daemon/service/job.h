@@ -12,7 +12,6 @@
 #include "daemon/journal/journal.h"
 #include "daemon/service/hand_speed.h"
 #include "daemon/service/request.h"
-#include "daemon/service/settings.h"
 #include "daemon/service/time_left.h"
 #include "daemon/service/touch_news.h"
 #include "daemon/session/state.h"
@@ -37,7 +36,7 @@ struct Job {
   std::vector<calib::Touch> touches;                  ///< made before the session was resumed
   std::unique_ptr<Backend> backend;
   std::optional<HandSpeed> hand_speed;  ///< none: an emulated cell
-  TouchNews news;
+  TouchPublication news;
   TimeLeft time_left;
 };
 

@@ -44,7 +44,7 @@ void JournalRecorder::record(const RecordTouch& recorded) {
 void JournalRecorder::record(const RecordEnd& end) {
   std::vector<Report> also;
   try {
-    if (tell_end_) also = tell_end_(session_, end);
+    if (end_reports_) also = end_reports_(session_, end);
   } catch (const std::exception& error) {  // recording the end takes precedence
     spdlog::warn("session {}: its end is reported without an alarm: {}", session_, error.what());
   }

@@ -16,15 +16,15 @@ namespace cellcal::daemon {
 class JournalRecorder final : public Recorder {
  public:
   /// Reports stored in the transaction of the session's end; may be empty. Called on the recorder's thread.
-  using TellEnd = std::function<std::vector<Report>(std::int64_t session, const RecordEnd& end)>;
+  using EndReports = std::function<std::vector<Report>(std::int64_t session, const RecordEnd& end)>;
   /// `arm`: nominal model for the tips of published touches; null: published without tips.
   JournalRecorder(Journal& journal, std::int64_t session, Backend& backend,
-                  std::shared_ptr<const calib::ArmModel> arm = {}, TellEnd tell_end = {})
+                  std::shared_ptr<const calib::ArmModel> arm = {}, EndReports end_reports = {})
       : journal_(journal),
         session_(session),
         backend_(backend),
         arm_(std::move(arm)),
-        tell_end_(std::move(tell_end)) {}
+        end_reports_(std::move(end_reports)) {}
 
   void record(const RecordPlan& plan) override { journal_.record(session_, plan); }
   void record(const RecordReading& reading) override { journal_.record(session_, reading); }
@@ -44,7 +44,7 @@ class JournalRecorder final : public Recorder {
   std::int64_t session_;
   Backend& backend_;
   std::shared_ptr<const calib::ArmModel> arm_;
-  TellEnd tell_end_;
+  EndReports end_reports_;
 };
 
 }  // namespace cellcal::daemon

@@ -12,7 +12,7 @@
 #include "daemon/service/journal_recorder.h"
 #include "daemon/service/status_of.h"
 #include "daemon/tasks/check_against.h"
-#include "daemon/tasks/delay_watch.h"
+#include "daemon/tasks/options.h"
 #include "daemon/tasks/tasks.h"
 
 namespace cellcal::daemon {
@@ -23,7 +23,7 @@ namespace {
 constexpr std::size_t kHistory = 512;
 /// A robot's link is closed within 2 s; a session requested meanwhile waits for it.
 constexpr std::chrono::seconds kClosing{4};
-/// Longest wait for a short exclusive operation (briefly_alone()).
+/// Longest wait for a short exclusive operation (try_exclusively()).
 constexpr std::chrono::seconds kBrief{20};
 
 /// The newest session, where the daemon that ran it was killed or powered off.
@@ -38,9 +38,9 @@ std::optional<InterruptedSession> interrupted_session(Journal& journal) {
   }
 }
 
-struct HeldUntilHere {
+struct HoldGuard {
   SessionService& service;
-  ~HeldUntilHere() { service.release(); }
+  ~HoldGuard() { service.release(); }
 };
 
 }  // namespace
@@ -144,7 +144,7 @@ std::int64_t SessionService::begin(const RunRequest& request) {
                job->inputs.cell_name);
   if (!job->unattended.empty()) parts_.journal.note(job->session, now, job->unattended);
   const std::int64_t session = job->session;
-  job->news = TouchNews(session, job->cell, job->touches.size());
+  job->news = TouchPublication(session, job->cell, job->touches.size());
   State first;
   first.phase = Phase::kPlanning;
   publish(first, job->touches, *job);
@@ -157,18 +157,18 @@ std::int64_t SessionService::begin(const RunRequest& request) {
 
 void SessionService::alone(const char* what, const std::function<void()>& act) {
   hold(fmt::format("{} is under way. Try again when it has ended", what));
-  const HeldUntilHere held{*this};
+  const HoldGuard held{*this};
   act();
 }
 
-bool SessionService::briefly_alone(const char* what, const std::function<void()>& act) {
+bool SessionService::try_exclusively(const char* what, const std::function<void()>& act) {
   {
     const std::lock_guard lock(mutex_);
     if (ending_ || busy_ || waiting_ > 0 || !held_.empty()) return false;
     held_ = fmt::format("{} is under way. Try again when it has ended", what);
     briefly_ = true;
   }
-  const HeldUntilHere held{*this};
+  const HoldGuard held{*this};
   act();
   return true;
 }
@@ -260,7 +260,7 @@ void SessionService::carry_out(Job& job) {
                  [&job](const drivers::Move& move, const drivers::RobotState& robot) {
                    return job.hand_speed ? job.hand_speed->share(move, robot) : 1.0;
                  },
-                 [this](const calib::WorkDone& done) { tell_work(done); }},
+                 [this](const calib::WorkDone& done) { publish_work(done); }},
                 first_state(job), job.touches);
   {
     const std::lock_guard lock(mutex_);
@@ -309,7 +309,7 @@ void SessionService::publish(const State& state, const std::vector<calib::Touch>
 }
 
 /// Publishes planning progress as a change of its own; dropped once the session has left that phase.
-void SessionService::tell_work(const calib::WorkDone& done) {
+void SessionService::publish_work(const calib::WorkDone& done) {
   std::function<void()> notify;
   {
     const std::lock_guard lock(mutex_);
@@ -362,7 +362,7 @@ Status SessionService::status() const {
   return newest;
 }
 
-PlanInHand SessionService::plan() const {
+CurrentPlan SessionService::plan() const {
   const std::lock_guard lock(mutex_);
   return plan_;
 }

@@ -18,13 +18,12 @@
 #include "daemon/runner/runner.h"
 #include "daemon/service/arm_watch.h"
 #include "daemon/service/request.h"
-#include "daemon/service/settings.h"
 #include "daemon/service/status.h"
 
 namespace cellcal::daemon {
 
 /// Plan that a session follows; with touches chosen one by one, the current touch only. Null: none yet.
-struct PlanInHand {
+struct CurrentPlan {
   std::int64_t session = 0;
   std::size_t first = 0;  ///< number of its first touch within the session
   std::shared_ptr<const calib::Plan> plan;
@@ -53,7 +52,7 @@ class SessionService {
   /// drivers::ConfigError, drivers::DriverError.
   std::int64_t start(const RunRequest& request);
   /// Blocks new sessions while another operation uses the devices or the journal; `words` describe it and the
-  /// remedy. Waits for a briefly_alone() in progress. Throws BusyError where a session or another operation
+  /// remedy. Waits for a try_exclusively() in progress. Throws BusyError where a session or another operation
   /// holds them.
   void hold(const std::string& words);
   void release();
@@ -62,7 +61,7 @@ class SessionService {
   void alone(const char* what, const std::function<void()>& act);
   /// Runs `act` under a short hold: a session started meanwhile waits instead of being refused. Returns false
   /// without calling `act` where a session or another operation is under way.
-  bool briefly_alone(const char* what, const std::function<void()>& act);
+  bool try_exclusively(const char* what, const std::function<void()>& act);
   // The next six never block, neither on the disk nor on a session being prepared.
   /// Returns false where there is nothing to abort. A session being prepared is aborted as soon as it has
   /// begun.
@@ -72,7 +71,7 @@ class SessionService {
   std::uint64_t aborts() const;
   Status status() const;
   /// Plan of the newest session since the daemon started.
-  PlanInHand plan() const;
+  CurrentPlan plan() const;
   /// Touches that `session` has published since the daemon started, in order; kept for the newest session
   /// only.
   std::vector<std::shared_ptr<const MadeTouch>> made(std::int64_t session) const;
@@ -105,7 +104,7 @@ class SessionService {
   void carry_out(Job& job);
   TaskInputs task_inputs(Job& job);
   void publish(const State& state, const std::vector<calib::Touch>& touches, Job& job);
-  void tell_work(const calib::WorkDone& done);
+  void publish_work(const calib::WorkDone& done);
   void keep_links(LinkReport report);
 
   ServiceParts parts_;
@@ -118,7 +117,7 @@ class SessionService {
   std::shared_ptr<const LinkReport> links_;
   ArmWatch arm_;
   std::vector<std::shared_ptr<const MadeTouch>> made_;  ///< of the newest session
-  PlanInHand plan_;
+  CurrentPlan plan_;
   Runner* runner_ = nullptr;
   bool busy_ = false, starting_ = false, ending_ = false, abort_early_ = false;
   std::string held_;      ///< why no session may begin; empty: one may

@@ -23,7 +23,7 @@ double seconds_to(drivers::TimePoint then, const Job& job) {
 }
 
 /// Fields of touches chosen one by one.
-void tell_progress(const State& state, const Job& job, Status& status) {
+void set_choice_progress(const State& state, const Job& job, Status& status) {
   if (job.options.goal.u95_m > 0.0) status.goal_m = job.options.goal.u95_m;
   status.finding = state.progress.finding;
   status.stage = state.stage;
@@ -67,11 +67,11 @@ Status status_of(const State& state, const Job& job, std::size_t done) {
     status.waiting = waiting_of(state, job.backend->clock().now());
   if (state.plan) {
     status.total = std::max(state.total(), status.done);
-    if (state.in_hand() < state.plan->touches.size()) status.target = state.planned().target;
+    if (state.current_index() < state.plan->touches.size()) status.target = state.planned().target;
     if (const auto fault = calib::fault_of(job.cell, *state.plan))
       status.warnings.push_back(words(*fault));
   }
-  if (job.options.one_by_one) tell_progress(state, job, status);
+  if (job.options.one_by_one) set_choice_progress(state, job, status);
   const bool given_up = state.phase == Phase::kFailed || state.phase == Phase::kAborted;
   if (state.result && !given_up) status.outcome = outcome_of(*state.result);
   if (calibration != nullptr) status.reasons = calib::words(calibration->verdict.findings);

@@ -11,13 +11,13 @@ std::optional<std::array<double, 3>> nominal_tip(const calib::ArmModel& arm,
   return std::array{tip.x(), tip.y(), tip.z()};
 }
 
-TouchNews::TouchNews(std::int64_t session, const calib::Cell& cell, std::size_t known)
+TouchPublication::TouchPublication(std::int64_t session, const calib::Cell& cell, std::size_t known)
     : session_(session),
       arm_(std::make_shared<const calib::ArmModel>(cell.robot, cell.tool)),
       published_(known) {}
 
-std::shared_ptr<const MadeTouch> TouchNews::look(const State& state,
-                                                 const std::vector<calib::Touch>& touches) {
+std::shared_ptr<const MadeTouch> TouchPublication::look(const State& state,
+                                                        const std::vector<calib::Touch>& touches) {
   if (!arm_ || touches.size() <= published_) return nullptr;
   const std::size_t nth = published_ + 1;
   const bool newest = touches.size() == nth;

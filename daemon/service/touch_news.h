@@ -21,11 +21,11 @@ namespace cellcal::daemon {
 std::optional<std::array<double, 3>> nominal_tip(const calib::ArmModel& arm,
                                                  const calib::Touch& touch);
 
-class TouchNews {
+class TouchPublication {
  public:
-  TouchNews() = default;
+  TouchPublication() = default;
   /// `known`: number of touches of the session published before.
-  TouchNews(std::int64_t session, const calib::Cell& cell, std::size_t known);
+  TouchPublication(std::int64_t session, const calib::Cell& cell, std::size_t known);
 
   /// The touch to publish now, or null. At most one per call: to be called after every step.
   std::shared_ptr<const MadeTouch> look(const State& state,

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -12,7 +13,10 @@
 
 #include "calib/model/touch.h"
 #include "calib/plan/touch_sequence.h"
+#include "daemon/session/event.h"
 #include "daemon/session/failure.h"
+#include "daemon/session/phase.h"
+#include "drivers/contact.h"
 #include "drivers/robot.h"
 
 namespace cellcal::daemon {
@@ -122,5 +126,34 @@ using Action = std::variant<MakePlan, FindRoute, ChooseTouch, TakeAnswer, Assess
 
 /// Name of the action, for logs and tests.
 const char* name_of(const Action& action);
+
+// Evidence recorded with a session besides its touches: every change of phase, and every event of the contact
+// sensor as received. No decision depends on it.
+
+struct RecordChange {
+  PhaseChange change;
+  EventKind on = EventKind::kRun;
+  std::string utc{};
+  double clock_s = 0.0;  ///< session's clock
+  /// Late replies as the controller counted them by then, and how late this computer delivered the
+  /// sensor's bytes at worst.
+  std::uint64_t late_replies = 0;
+  double sensor_late_s = 0.0;
+};
+
+struct RecordContact {
+  std::size_t touch = 0;  ///< current touch
+  std::string utc;        ///< time of the event
+  drivers::ContactRecord contact;
+};
+
+/// A harmless interruption, by its cause.
+struct RecordCause {
+  std::string utc;
+  drivers::Interruption by = drivers::Interruption::kNone;
+};
+
+/// "trip", "contact", "revoked", "release".
+const char* to_string(drivers::ContactEventKind kind);
 
 }  // namespace cellcal::daemon

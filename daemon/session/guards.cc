@@ -26,7 +26,7 @@ bool contact_up(const State& state, const Links& links) {
 }
 
 /// All touches are made; only the way home remains.
-bool behind_last(const State& state) {
+bool after_last(const State& state) {
   if (state.phase == Phase::kReturning) return true;
   // With touches chosen one by one, a plan without touches is the way home.
   return state.one_by_one ? state.plan->touches.empty() : state.done >= state.plan->touches.size();
@@ -86,7 +86,7 @@ bool fresh_and_closed(const State& state, const Event& event) {
 bool by_hand(drivers::OperatingMode mode) {
   return mode == drivers::OperatingMode::kT1 || mode == drivers::OperatingMode::kT2;
 }
-bool somebody_there(const State& state, const Event& event) {
+bool operator_present(const State& state, const Event& event) {
   constexpr int kFull = 100;
   const bool known = !robot_lost(state, event);
   return state.unattended && known &&
@@ -100,7 +100,7 @@ bool test_requested(const State& state, const Event& event) {
          (request == ControllerRequest::kBrakeTest || request == ControllerRequest::kMasteringTest);
 }
 bool test_requested_between(const State& state, const Event& event) {
-  return test_requested(state, event) && !behind_last(state);
+  return test_requested(state, event) && !after_last(state);
 }
 bool contact_faulty(const State& state, const Event& event) {
   // While late bytes are waited for, they are not a fault of the sensor.
@@ -125,8 +125,8 @@ bool interrupted(const State& state, const Event& event) {
   const drivers::Interruption by = event.interruption;
   return may_go_on(state, failure_by(by, FailureKind::kRobotSilent), by);
 }
-bool interrupted_behind_last(const State& state, const Event& event) {
-  return interrupted(state, event) && behind_last(state);
+bool interrupted_after_last(const State& state, const Event& event) {
+  return interrupted(state, event) && after_last(state);
 }
 bool computer_late(const State&, const Event& event) {
   return failure_by(event.interruption, FailureKind::kRobotSilent) == FailureKind::kComputerBusy;
@@ -145,8 +145,8 @@ bool late_and_may_go_on(const State& state, const Event& event) {
 bool held_and_late(const State& state, const Event& event) {
   return move_held(state, event) && late_and_may_go_on(state, event);
 }
-bool held_and_late_behind_last(const State& state, const Event& event) {
-  return held_and_late(state, event) && late_at_rest(state, event) && behind_last(state);
+bool held_and_late_after_last(const State& state, const Event& event) {
+  return held_and_late(state, event) && late_at_rest(state, event) && after_last(state);
 }
 /// Each of these refusals can result from a late answer alone, with no contact at the tip.
 bool unanswered_for_lateness(const State& state, const Event& event) {
@@ -168,8 +168,8 @@ bool computer_blamed(const State& state, const Event& event) {
 bool computer_blamed_and_back(const State& state, const Event& event) {
   return computer_blamed(state, event) && links_ready(state, event) && !event.links.unsettled;
 }
-bool computer_blamed_behind_last(const State& state, const Event& event) {
-  return computer_blamed(state, event) && behind_last(state);
+bool late_here_after_last(const State& state, const Event& event) {
+  return computer_blamed(state, event) && after_last(state);
 }
 bool robot_doubtful(const State& state, const Event& event) {
   return robot_lost(state, event) || event.links.needs_operator;
@@ -229,7 +229,7 @@ bool not_where_left(const State& state, const Event& event) {
   }
   return false;
 }
-bool none_left_behind_interruption(const State& state, const Event& event) {
+bool none_left_after_interruption(const State& state, const Event& event) {
   return state.interruptions.total() > 0 && nothing_chosen(state, event);
 }
 bool sensor_proven(const State&, const Event& event) {
@@ -245,10 +245,11 @@ bool referenced(const State&, const Event& event) {
   return event.links.robot == drivers::RobotLink::kReady;
 }
 bool back_to_search(const State& state, const Event& event) {
-  return referenced(state, event) && state.interrupted && state.way_back == WayBack::kToSearch;
+  return referenced(state, event) && state.interrupted &&
+         state.resume_path == ResumePath::kToSearch;
 }
 bool back_to_clear(const State& state, const Event& event) {
-  return referenced(state, event) && state.interrupted && state.way_back == WayBack::kToClear;
+  return referenced(state, event) && state.interrupted && state.resume_path == ResumePath::kToClear;
 }
 bool more_waypoints(const State& state, const Event&) {
   return state.waypoint + 1 < waypoint_count(state);
@@ -308,14 +309,16 @@ bool sensor_proven_after_failure(const State& state, const Event& event) {
 bool sensor_proven_after_miss(const State& state, const Event& event) {
   return state.missed && sensor_proven(state, event) && event.links.self_test_ok;
 }
-bool missed_what_was_met(const State& state, const Event& event) {
+bool contact_not_repeated(const State& state, const Event& event) {
   return sensor_proven_after_miss(state, event) && state.first.has_value();
 }
 bool not_found(const State&, const Event& event) { return event.not_found; }
 bool not_found_at_home(const State& state, const Event& event) {
   return not_found(state, event) && event.plan->home.empty();
 }
-bool not_found_behind(const State& state, const Event&) { return state.behind_home.has_value(); }
+bool not_found_after_last(const State& state, const Event&) {
+  return state.deferred_failure.has_value();
+}
 bool none_left(const State&, const Event& event) { return event.plan->touches.empty(); }
 bool nothing_chosen(const State& state, const Event& event) {
   return state.one_by_one && none_left(state, event);
@@ -331,8 +334,8 @@ bool held_and_robot_lost(const State& state, const Event& event) {
 bool held_and_paused(const State& state, const Event& event) {
   return move_held(state, event) && paused(state, event);
 }
-bool held_and_paused_behind_last(const State& state, const Event& event) {
-  return held_and_paused(state, event) && behind_last(state);
+bool held_and_paused_after_last(const State& state, const Event& event) {
+  return held_and_paused(state, event) && after_last(state);
 }
 bool held_and_contact_faulty(const State& state, const Event& event) {
   return move_held(state, event) && contact_faulty(state, event);

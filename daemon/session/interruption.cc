@@ -1,8 +1,12 @@
+// Effects at an interruption and during recovery, until the links are verified.
+
 #include "daemon/session/interruption.h"
 
 #include <algorithm>
 #include <array>
 #include <numeric>
+
+#include "daemon/session/rules.h"
 
 namespace cellcal::daemon {
 
@@ -15,50 +19,51 @@ constexpr std::nullopt_t kAny = std::nullopt;
 
 // clang-format off
 constexpr std::array kHarmless{
-Harm{F::kComputerBusy,      Interruption::kLateReplies,    kRepeats, "the controller runs on and holds the arm; this computer was late"},
-Harm{F::kComputerBusy,      Interruption::kLateBytes,      kRepeats, "the sensor sent in time, by its own stamps; this computer delivered late"},
-Harm{F::kComputerBusy,      kAny, kNever, "no cause is known"},
-Harm{F::kRobotSilent,       Interruption::kPacketsStopped, kRetries, "the arm holds without replies; harmless only if the same RSI session goes on"},
-Harm{F::kRobotSilent,       Interruption::kOther,          kNever, "program ended or stopped, connection closed, watchdog tripped: requires an operator"},
-Harm{F::kRobotSilent,       Interruption::kNone,           kNever, "no cause is known"},
-Harm{F::kNotFollowing,      kAny, kNever, "emergency stop, enabling switch, drives off, collision: a person may be in the cell"},
-Harm{F::kMoveRefused,       kAny, kNever, "the same move would be refused again"},
-Harm{F::kStoppedElsewhere,  kAny, kNever, "stopped by another party"},
-Harm{F::kUnexpectedContact, kAny, kNever, "the arm has met something that is not in the plan"},
-Harm{F::kStillInContact,    kAny, kNever, "the tip may be stuck"},
-Harm{F::kContactTooEarly,   kAny, kNever, "an obstacle is missing in the plan"},
-Harm{F::kContactClosed,     kAny, kNever, "the tip touches something, or the line is shorted"},
-Harm{F::kContactSilent,     Interruption::kUnheard,        kNever,   "held until the sensor's time stamps show the cause; lateness of this computer has its own row"},
-Harm{F::kContactSilent,     kAny, kNever, "without the sensor no contact is detected"},
-Harm{F::kContactFault,      kAny, kNever, "without the sensor no contact is detected"},
-Harm{F::kArmRefused,        kAny, kNever, "the sensor was already asked twice"},
-Harm{F::kNoContact,         kAny, kNever, "the sphere is not there, or the circuit is dead"},
-Harm{F::kReadingsDisagree,  kAny, kNever, "dirt, a loose sphere or a loose tool remain"},
-Harm{F::kTooManyRevoked,    kAny, kNever, "it was already repeated"},
-Harm{F::kDevice,            kAny, kNever, "a port or address is lost"},
-Harm{F::kLinkNotReady,      kAny, kNever, "already waited for"},
-Harm{F::kTimeout,           kAny, kNever, "the reason is not known"},
-Harm{F::kStopUnconfirmed,   kAny, kNever, "the arm may still move"},
-Harm{F::kJournal,           kAny, kNever, "nothing moves that cannot be recorded"},
-Harm{F::kPlan,              kAny, kNever, "no free path exists"},
-Harm{F::kNotFound,          kAny, kNever, "a person has to measure the position of the sphere"},
-Harm{F::kPlanChanged,       kAny, kNever, "it would be another session"},
-Harm{F::kIdentify,          kAny, kNever, "the same touches give the same answer"},
-Harm{F::kReport,            kAny, kNever, "the disk has to be checked first"},
-Harm{F::kAttended,          kAny, kNever, "a person works at the robot"},
-Harm{F::kControllerTest,    kAny, kNever, "the controller's program is left for its test"},
-Harm{F::kUnexpectedEvent,   kAny, kNever, "the cause is not known"},
+InterruptionRule{F::kComputerBusy,      Interruption::kLateReplies,    kRepeats, "the controller runs on and holds the arm; this computer was late"},
+InterruptionRule{F::kComputerBusy,      Interruption::kLateBytes,      kRepeats, "the sensor sent in time, by its own stamps; this computer delivered late"},
+InterruptionRule{F::kComputerBusy,      kAny, kNever, "no cause is known"},
+InterruptionRule{F::kRobotSilent,       Interruption::kPacketsStopped, kRetries, "the arm holds without replies; harmless only if the same RSI session goes on"},
+InterruptionRule{F::kRobotSilent,       Interruption::kOther,          kNever, "program ended or stopped, connection closed, watchdog tripped: requires an operator"},
+InterruptionRule{F::kRobotSilent,       Interruption::kNone,           kNever, "no cause is known"},
+InterruptionRule{F::kNotFollowing,      kAny, kNever, "emergency stop, enabling switch, drives off, collision: a person may be in the cell"},
+InterruptionRule{F::kMoveRefused,       kAny, kNever, "the same move would be refused again"},
+InterruptionRule{F::kStoppedElsewhere,  kAny, kNever, "stopped by another party"},
+InterruptionRule{F::kUnexpectedContact, kAny, kNever, "the arm has met something that is not in the plan"},
+InterruptionRule{F::kStillInContact,    kAny, kNever, "the tip may be stuck"},
+InterruptionRule{F::kContactTooEarly,   kAny, kNever, "an obstacle is missing in the plan"},
+InterruptionRule{F::kContactClosed,     kAny, kNever, "the tip touches something, or the line is shorted"},
+InterruptionRule{F::kContactSilent,     Interruption::kUnheard,        kNever,   "held until the sensor's time stamps show the cause; lateness of this computer has its own row"},
+InterruptionRule{F::kContactSilent,     kAny, kNever, "without the sensor no contact is detected"},
+InterruptionRule{F::kContactFault,      kAny, kNever, "without the sensor no contact is detected"},
+InterruptionRule{F::kArmRefused,        kAny, kNever, "the sensor was already asked twice"},
+InterruptionRule{F::kNoContact,         kAny, kNever, "the sphere is not there, or the circuit is dead"},
+InterruptionRule{F::kReadingsDisagree,  kAny, kNever, "dirt, a loose sphere or a loose tool remain"},
+InterruptionRule{F::kTooManyRevoked,    kAny, kNever, "it was already repeated"},
+InterruptionRule{F::kDevice,            kAny, kNever, "a port or address is lost"},
+InterruptionRule{F::kLinkNotReady,      kAny, kNever, "already waited for"},
+InterruptionRule{F::kTimeout,           kAny, kNever, "the reason is not known"},
+InterruptionRule{F::kStopUnconfirmed,   kAny, kNever, "the arm may still move"},
+InterruptionRule{F::kJournal,           kAny, kNever, "nothing moves that cannot be recorded"},
+InterruptionRule{F::kPlan,              kAny, kNever, "no free path exists"},
+InterruptionRule{F::kNotFound,          kAny, kNever, "a person has to measure the position of the sphere"},
+InterruptionRule{F::kPlanChanged,       kAny, kNever, "it would be another session"},
+InterruptionRule{F::kIdentify,          kAny, kNever, "the same touches give the same answer"},
+InterruptionRule{F::kReport,            kAny, kNever, "the disk has to be checked first"},
+InterruptionRule{F::kAttended,          kAny, kNever, "a person works at the robot"},
+InterruptionRule{F::kControllerTest,    kAny, kNever, "the controller's program is left for its test"},
+InterruptionRule{F::kUnexpectedEvent,   kAny, kNever, "the cause is not known"},
 };
 // clang-format on
 
 }  // namespace
 
-std::span<const Harm> harm_table() { return kHarmless; }
+std::span<const InterruptionRule> interruption_rule_table() { return kHarmless; }
 
 GoesOn goes_on(FailureKind failure, Interruption by) {
-  const auto row = std::find_if(kHarmless.begin(), kHarmless.end(), [&](const Harm& harm) {
-    return harm.failure == failure && (!harm.by || *harm.by == by);
-  });
+  const auto row =
+      std::find_if(kHarmless.begin(), kHarmless.end(), [&](const InterruptionRule& harm) {
+        return harm.failure == failure && (!harm.by || *harm.by == by);
+      });
   return row != kHarmless.end() ? row->goes_on : kNever;
 }
 
@@ -103,3 +108,155 @@ FailureKind failure_by(Interruption by, FailureKind otherwise) {
 }
 
 }  // namespace cellcal::daemon
+
+namespace cellcal::daemon::rules {
+
+namespace {
+
+void count_interruption(State& state, FailureKind kind, std::string detail,
+                        drivers::Interruption by) {
+  state.interrupted = Failure{kind, std::move(detail), by};
+  state.interruptions.count(by);
+  if (kind != FailureKind::kComputerBusy) return;
+  state.busy_of_touch = repeats_of_touch(state) + 1;
+  state.busy_touch = touch_number(state);
+}
+
+/// An unexplained silence is counted once its cause is known.
+void record_interruption_cause(State& state, const Event& event) {
+  const drivers::Interruption by = interruption_by(state, event);
+  state.unheard = by == drivers::Interruption::kUnheard;
+  const FailureKind kind =
+      failure_by(by, state.unheard ? FailureKind::kContactSilent : FailureKind::kRobotSilent);
+  std::string detail = failure_detail(kind, state, event);
+  state.late_then = state.links.delivery.late;
+  state.silent_then = state.links.delivery.silent;
+  if (state.unheard)
+    state.interrupted = Failure{kind, std::move(detail), by};
+  else
+    count_interruption(state, kind, std::move(detail), by);
+}
+
+/// From the current position.
+ResumePath resume_path(const State& state) {
+  if (!state.one_by_one || state.plan->touches.empty()) return ResumePath::kNone;
+  switch (state.phase) {
+    case Phase::kArmingFast:  // after noise it is near the surface
+      return state.search_from_m > state.approach_m ? ResumePath::kToSearch : ResumePath::kNone;
+    case Phase::kFastSearch:
+    case Phase::kBackingOff:
+    case Phase::kArmingSlow:
+    case Phase::kSlowSearch:
+      return ResumePath::kToSearch;
+    case Phase::kRecording:
+    case Phase::kRetreat:
+      return state.leads_on ? ResumePath::kNone : ResumePath::kToClear;
+    case Phase::kReferencing:
+    case Phase::kWatching:
+      return state.resume_path;
+    case Phase::kFreeing:  // out of a contact, by the path alone or as a resumed session
+      return state.resume_path;
+    default:
+      return ResumePath::kNone;
+  }
+}
+
+void record_interruption(const State& state, Actions& actions) {
+  RecordInterruption record{state.interruptions.total() - state.interruptions.of_computer(),
+                            state.retries,
+                            0,
+                            0,
+                            describe(*state.interrupted),
+                            state.interrupted->by};
+  if (state.interrupted->kind == FailureKind::kComputerBusy) {
+    record.number = state.interruptions.of_computer();
+    record.most = state.repeats.of_session;
+    record.of_touch = repeats_of_touch(state);
+    record.most_of_touch = state.repeats.of_touch;
+  }
+  actions.emplace_back(std::move(record));
+}
+
+void await_links(State& state, const Event& event) {
+  state.busy_until.reset();
+  if (state.interrupted->kind == FailureKind::kComputerBusy)
+    state.busy_until = event.at + state.timeouts.busy;
+  state.deadline = event.at + state.timeouts.recovering;
+}
+
+}  // namespace
+
+void interrupt(State& state, const Event& event, Actions& actions) {
+  // At the sphere being searched a contact is expected on the first move; elsewhere it is not.
+  constexpr Phases kAtTheSphere{Phase::kFreeing,    Phase::kFastSearch, Phase::kBackingOff,
+                                Phase::kSlowSearch, Phase::kRecording,  Phase::kRetreat};
+  constexpr Phases kBeforeTheFirstMove{Phase::kReferencing, Phase::kRouting, Phase::kWatching};
+  // A retreat that leads on to the next touch counts as at the sphere while in contact.
+  const bool gone = state.leads_on && state.phase == Phase::kRetreat && !state.links.in_contact;
+  if (!kBeforeTheFirstMove.has(state.phase)) state.resumed = kAtTheSphere.has(state.phase) && !gone;
+  state.ahead = {};
+  state.resume_path = resume_path(state);
+  if (!state.pause_noted) note_pause(state, event, actions);
+  if (kMoveResults.has(event.kind)) state.left_rad = event.at_rad;
+  state.pause_noted = false;
+  // Invalidates outstanding answers and held moves.
+  state.held.reset();
+  ++state.move_id;
+  if (++state.arm_id == 0) state.arm_id = 1;
+  ++state.route_id;
+  if (!state.unheard) record_interruption(state, actions);
+  actions.emplace_back(Disarm{});
+  await_links(state, event);
+}
+
+/// A touch being written to the disk is counted first.
+void note_pause(State& state, const Event& event, Actions&) {
+  record_interruption_cause(state, event);
+  state.pause_noted = true;
+  state.left_session = state.links.robot_session;
+  state.left_rad = state.links.actual_rad;
+}
+
+void interrupt_behind_touch(State& state, const Event& event, Actions& actions) {
+  interrupt(state, event, actions);
+  ++state.done;
+  state.failed_in_a_row = 0;
+}
+
+void watch_links(State& state, const Event& event, Actions& actions) {
+  state.replies_before = event.links.late;
+  state.late_before = event.links.delivery.late;
+  state.interruptions_before = event.links.interruptions;
+  if (!event.links.in_contact) actions.emplace_back(SelfTest{});
+  state.deadline = event.at + state.timeouts.watching;
+}
+
+/// The cause of the silence is known: the data were sent in time.
+void blame_computer(State& state, const Event& event, Actions& actions) {
+  state.unheard = false;
+  count_interruption(state, FailureKind::kComputerBusy, event.links.contact_words,
+                     drivers::Interruption::kLateBytes);
+  record_interruption(state, actions);
+  await_links(state, event);
+}
+
+void blame_computer_and_watch(State& state, const Event& event, Actions& actions) {
+  blame_computer(state, event, actions);
+  watch_links(state, event, actions);
+}
+
+void blame_computer_and_identify(State& state, const Event& event, Actions& actions) {
+  blame_computer(state, event, actions);
+  close_and_identify(state, event, actions);
+}
+
+void wait_longer(State& state, const Event&, Actions&) { state.deadline = state.busy_until; }
+
+void identify_behind_interruption(State& state, const Event& event, Actions& actions) {
+  state.held.reset();
+  record_interruption_cause(state, event);
+  record_interruption(state, actions);
+  close_and_identify(state, event, actions);
+}
+
+}  // namespace cellcal::daemon::rules

@@ -27,7 +27,7 @@ enum class GoesOn {
   kRepeats,  ///< by default: this computer was late
 };
 
-struct Harm {
+struct InterruptionRule {
   FailureKind failure;
   /// Cause of the failure; none: any.
   std::optional<drivers::Interruption> by;
@@ -36,7 +36,7 @@ struct Harm {
 };
 
 /// Every kind of failure with its possible causes.
-std::span<const Harm> harm_table();
+std::span<const InterruptionRule> interruption_rule_table();
 
 GoesOn goes_on(FailureKind failure, drivers::Interruption by);
 

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "daemon/files/system_words.h"
-#include "daemon/session/evidence.h"
+#include "daemon/files/atomic_file.h"
+#include "daemon/session/action.h"
 #include "daemon/session/session.h"
 
 namespace cellcal::daemon {
@@ -260,18 +260,18 @@ const char* to_string(FailureKind kind) {
 }
 
 /// Separates a failure's kind from its detail.
-constexpr std::string_view kBehindKind = ": ";
+constexpr std::string_view kKindSeparator = ": ";
 
 std::string describe(const Failure& failure) {
-  return printable(std::string(to_string(failure.kind)).append(kBehindKind) + failure.detail);
+  return printable(std::string(to_string(failure.kind)).append(kKindSeparator) + failure.detail);
 }
 
 std::string to_journal(const Failure& failure) { return describe(failure); }
 
 Failure failure_from_journal(std::string_view text) {
-  const std::size_t end = std::min(text.find(kBehindKind.front()), text.size());
+  const std::size_t end = std::min(text.find(kKindSeparator.front()), text.size());
   Failure failure;
-  failure.detail = text.substr(std::min(text.size(), end + kBehindKind.size()));
+  failure.detail = text.substr(std::min(text.size(), end + kKindSeparator.size()));
   for (int kind = 0; kind <= static_cast<int>(FailureKind::kUnexpectedEvent); ++kind) {
     const auto one = static_cast<FailureKind>(kind);
     if (text.substr(0, end) == to_string(one)) failure.kind = one;

@@ -201,7 +201,7 @@ void record_search(const Event& event, Actions& actions) {
 }
 
 /// The final choice: no further touch, and the reason.
-void take_last_choice(State& state, const Event& event, Actions& actions) {
+void apply_final_choice(State& state, const Event& event, Actions& actions) {
   state.plan = event.plan;
   state.progress = event.progress;
   state.stage = event.stage;
@@ -245,7 +245,7 @@ void find_route(State& state, const Event& event, Actions& actions) {
   else
     actions.emplace_back(FindRoute{state.done, state.route_id});
   state.touch_failed.reset();
-  state.way_back = WayBack::kNone;
+  state.resume_path = ResumePath::kNone;
   end_interruption(state);
   state.deadline = event.at + state.timeouts.planning;
 }
@@ -447,21 +447,21 @@ void choose_next(State& state, const Event& event, Actions& actions) {
 }
 
 void begin_way_home(State& state, const Event& event, Actions& actions) {
-  take_last_choice(state, event, actions);
+  apply_final_choice(state, event, actions);
   record_search(event, actions);
   begin(state, event, actions, MoveKind::kTransit, axis_angles(state.plan->home.front()), 0.0,
         state.timeouts.waypoint);
 }
 
 void begin_way_out(State& state, const Event& event, Actions& actions) {
-  state.behind_home =
+  state.deferred_failure =
       Failure{FailureKind::kNotFound, failure_detail(FailureKind::kNotFound, state, event) +
                                           next_step(FailureKind::kNotFound)};
   begin_way_home(state, event, actions);
 }
 
 void end_touching(State& state, const Event& event, Actions& actions) {
-  take_last_choice(state, event, actions);
+  apply_final_choice(state, event, actions);
   close_and_identify(state, event, actions);
 }
 
@@ -546,7 +546,7 @@ void end_failed(State& state, const Event&, Actions& actions) {
 }
 
 void end_not_found(State& state, const Event& event, Actions& actions) {
-  state.failure = state.behind_home;
+  state.failure = state.deferred_failure;
   end_failed(state, event, actions);
 }
 

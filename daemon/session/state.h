@@ -19,14 +19,14 @@
 namespace cellcal::daemon {
 
 /// Answer of the worker to a request made ahead; kept until the arm reaches the clear point.
-struct Ahead {
+struct PrefetchedAnswer {
   bool asked = false;
   std::shared_ptr<const Event> answer;
 };
 
 /// With touches chosen one by one: first target of a session interrupted on a search line. The path of
 /// arrival is clear, whatever is known of the sphere; another path may not be.
-enum class WayBack {
+enum class ResumePath {
   kNone,      ///< a path is planned from the current position
   kToSearch,  ///< to the start of the search, then the same touch again
   kToClear,   ///< the touch is made or given up: on to the clear point
@@ -74,7 +74,7 @@ struct State {
   /// The current touch could not be made; another replaces it.
   std::optional<calib::NotMade> touch_failed;
   int failed_in_a_row = 0, failed_touches = 0;
-  Ahead ahead;  ///< choice of the next touch, while the arm leaves the last one
+  PrefetchedAnswer ahead;  ///< choice of the next touch, while the arm leaves the last one
 
   std::vector<std::string> met;  ///< targets touched so far
   /// With planned touches: expected contact of each, from the touches so far; null: not known yet.
@@ -107,7 +107,7 @@ struct State {
   std::uint32_t left_session = 0;          ///< session of the controller in which it happened
   std::uint64_t replies_before = 0;        ///< late replies at the begin of watching
   std::uint32_t interruptions_before = 0;  ///< of the robot's link, likewise
-  WayBack way_back = WayBack::kNone;
+  ResumePath resume_path = ResumePath::kNone;
   bool pause_noted = false;    ///< raised while a touch was being written to disk
   int busy_of_touch = 0;       ///< repeats of busy_touch caused by lateness of this computer
   std::size_t busy_touch = 0;  ///< the touch that busy_of_touch counts for
@@ -120,12 +120,13 @@ struct State {
 
   std::optional<drivers::TimePoint> deadline;  ///< of this phase
   std::optional<Failure> failure;              ///< set in kStopping and kFailed
-  std::optional<Failure> behind_home;  ///< not found: failure of the session once the arm is home
+  std::optional<Failure>
+      deferred_failure;  ///< not found: failure of the session once the arm is home
   std::shared_ptr<const SessionResult> result;  ///< once identified
 
   /// Index of the current touch in the plan.
-  std::size_t in_hand() const { return one_by_one ? 0 : done; }
-  const calib::PlannedTouch& planned() const { return plan->touches.at(in_hand()); }
+  std::size_t current_index() const { return one_by_one ? 0 : done; }
+  const calib::PlannedTouch& planned() const { return plan->touches.at(current_index()); }
   /// Touches of the whole session, as far as foreseeable.
   std::size_t total() const {
     if (one_by_one)

@@ -8,7 +8,7 @@
 #include "calib/plan/check_plan.h"
 #include "calib/result/tcp_check.h"
 #include "daemon/tasks/planned_round.h"
-#include "daemon/tasks/results.h"
+#include "daemon/tasks/tasks.h"
 
 namespace cellcal::daemon {
 
@@ -58,7 +58,7 @@ class Round {
     return check;
   }
 
-  std::size_t references_taken() const { return references_taken_; }
+  std::size_t references_counted() const { return references_taken_; }
 
  private:
   /// One per planned touch; null where none was made.
@@ -110,7 +110,7 @@ Tasks check_tasks(std::shared_ptr<const TaskInputs> inputs) {
     const auto& check = std::get<calib::TcpCheck>(result.of);
     write_document(*inputs, result, touches, "check.json");
     inputs->note(fmt::format("check against session {} and {} checks before it: {}",
-                             inputs->options.against, round->references_taken(),
+                             inputs->options.against, round->references_counted(),
                              calib::verdict_words(check)));
     if (const std::string change = calib::change_words(check); !change.empty())
       inputs->note(change);

@@ -4,7 +4,7 @@
 
 #include "calib/plan/finder.h"
 #include "daemon/result/outcome.h"
-#include "daemon/tasks/results.h"
+#include "daemon/tasks/tasks.h"
 
 namespace cellcal::daemon {
 

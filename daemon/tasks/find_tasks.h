@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "calib/model/robot.h"
-#include "daemon/result/session_result.h"
+#include "daemon/result/outcome.h"
 #include "daemon/tasks/tasks.h"
 
 namespace cellcal::daemon {

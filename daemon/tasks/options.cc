@@ -1,9 +1,19 @@
 #include "daemon/tasks/options.h"
 
+#include <spdlog/spdlog.h>
+
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "calib/files/calibration_json.h"
 #include "calib/files/files.h"
+#include "calib/files/input_file.h"
+#include "calib/files/robot_file.h"
+#include "calib/identify/identify.h"
+#include "calib/identify/update.h"
+#include "calib/model/long_work.h"
+#include "calib/verdict/change.h"
+#include "daemon/qualification/contact_delay.h"
 
 template <>
 struct nlohmann::adl_serializer<std::optional<double>> {
@@ -154,6 +164,95 @@ SessionInputs read_inputs(const std::filesystem::path& cell_file) {
 calib::Cell cell_of(const SessionInputs& inputs) {
   return calib::parse_cell(
       {inputs.cell_name, inputs.cell_text, inputs.robot_name, inputs.robot_text});
+}
+
+}  // namespace cellcal::daemon
+
+namespace cellcal::daemon {
+
+std::optional<ContactDelay> delay_of(Journal& journal, std::int64_t session) {
+  const std::optional<SessionRecord> record = journal.session(session);
+  if (!record) return std::nullopt;
+  TouchPolicy policy;
+  try {
+    const SessionOptions options = options_from_json(record->inputs.options);
+    // Its searches have speeds of their own, and it reports the delay itself.
+    if (options.kind == SessionKind::kQualify) return std::nullopt;
+    policy = options.touch;
+  } catch (const std::runtime_error&) {
+    return std::nullopt;  // another version: its speeds are unknown
+  }
+  return contact_delay(fast_and_slow(journal.readings(session), journal.touches(session).size()),
+                       policy.fast_m_s, policy.slow_m_s);
+}
+
+std::optional<ContactDelay> delay_before(Journal& journal, std::int64_t session) {
+  const std::optional<SessionRecord> record = journal.session(session);
+  if (!record) return std::nullopt;
+  for (const SessionRecord& earlier : journal.sessions()) {
+    calib::poll_cancelled();
+    if (earlier.id >= session || earlier.origin ||
+        earlier.inputs.robot_name != record->inputs.robot_name)
+      continue;
+    try {
+      if (const auto delay = delay_of(journal, earlier.id)) return delay;
+    } catch (const JournalError& damaged) {
+      spdlog::warn("not compared with session {}: {}", earlier.id, damaged.what());
+    }
+  }
+  return std::nullopt;
+}
+
+void watch_delay(Journal& journal, std::int64_t session, const std::string& utc) {
+  try {
+    const std::optional<ContactDelay> delay = delay_of(journal, session);
+    if (!delay) return;
+    const std::string words = "latch delay: " + in_words(*delay);
+    journal.note(session, utc, words);
+    spdlog::info("session {}: {}", session, words);
+    const std::string wrong = complaint(*delay, delay_before(journal, session));
+    if (wrong.empty()) return;
+    journal.note(session, utc, "warning: " + wrong);
+    spdlog::warn("session {}: {}", session, wrong);
+  } catch (const std::exception& error) {
+    spdlog::warn("session {}: latch delay not estimated: {}", session, error.what());
+  }
+}
+
+namespace {
+
+std::vector<calib::InputFile> files_of(const calib::Cell& cell, const SessionInputs& inputs,
+                                       const std::vector<calib::Touch>& touches) {
+  const std::string csv = calib::format_touches(touches, cell.robot);
+  return {{"cell", inputs.cell_name, calib::sha256(inputs.cell_text)},
+          {"robot", inputs.robot_name, calib::sha256(inputs.robot_text)},
+          {"touches", "touches.csv", calib::sha256(csv)}};
+}
+
+}  // namespace
+
+calib::Calibration estimate(const calib::Cell& cell, const SessionInputs& inputs,
+                            const std::vector<calib::Touch>& touches,
+                            const std::optional<Compared>& compared) {
+  calib::Calibration calibration =
+      calib::identify(cell, touches, {.region_poses = calib::kStatedPoses}, calib::shipped_robots);
+  if (compared) {
+    calib::judge_change(calib::calibration_from_json(compared->calibration, compared->words),
+                        compared->words, compared->accepted, touches, calibration);
+  }
+  calibration.inputs = files_of(cell, inputs, touches);
+  return calibration;
+}
+
+calib::Calibration estimate_update(const SessionInputs& inputs,
+                                   const std::vector<calib::Touch>& touches, const Compared& last,
+                                   double months, const std::vector<std::string>& not_found) {
+  calib::Calibration calibration =
+      calib::update(calib::calibration_from_json(last.calibration, last.words), touches,
+                    {last.words, months, not_found, calib::kStatedPoses});
+  calibration.inputs = files_of(calibration.cell, inputs, touches);
+  calibration.inputs.push_back({"last calibration", last.words, calib::sha256(last.calibration)});
+  return calibration;
 }
 
 }  // namespace cellcal::daemon

@@ -6,10 +6,13 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "calib/model/robot.h"
 #include "calib/plan/touch_sequence.h"
+#include "calib/result/calibration.h"
 #include "daemon/journal/journal.h"
+#include "daemon/qualification/contact_delay.h"
 #include "daemon/session/touch_policy.h"
 
 namespace cellcal::daemon {
@@ -59,5 +62,28 @@ SessionInputs read_inputs(const std::filesystem::path& cell_file);
 
 /// The cell from stored text. Throws calib::FileError.
 calib::Cell cell_of(const SessionInputs& inputs);
+
+// Latch delay of each session from its recorded readings, compared with the previous one.
+
+/// Throws JournalError.
+std::optional<ContactDelay> delay_of(Journal& journal, std::int64_t session);
+/// From the newest earlier session with the same robot file that has one. Throws JournalError.
+std::optional<ContactDelay> delay_before(Journal& journal, std::int64_t session);
+/// Records the delay, and its faults, in the session's events and in the log. Never throws.
+void watch_delay(Journal& journal, std::int64_t session, const std::string& utc);
+
+// Computes a session's result from its records: identical to the bit with the same version.
+
+/// Identifies, judges the result against the earlier one, and records its basis. Throws calib::IdentifyError,
+/// calib::FileError (an unreadable earlier one).
+calib::Calibration estimate(const calib::Cell& cell, const SessionInputs& inputs,
+                            const std::vector<calib::Touch>& touches,
+                            const std::optional<Compared>& compared);
+
+/// The same for an update, based on the calibration `last`. `not_found`: targets with a touch without
+/// contact.
+calib::Calibration estimate_update(const SessionInputs& inputs,
+                                   const std::vector<calib::Touch>& touches, const Compared& last,
+                                   double months, const std::vector<std::string>& not_found);
 
 }  // namespace cellcal::daemon

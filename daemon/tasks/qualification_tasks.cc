@@ -5,7 +5,7 @@
 #include "calib/identify/identify_once.h"
 #include "calib/model/parameter_key.h"
 #include "calib/plan/check_plan.h"
-#include "daemon/tasks/results.h"
+#include "daemon/tasks/tasks.h"
 
 namespace cellcal::daemon {
 
@@ -32,7 +32,7 @@ std::optional<Figure> radius_offset(const TaskInputs& inputs,
                                     const std::vector<calib::Touch>& touches) try {
   if (touches.empty()) return std::nullopt;
   const calib::Calibration calibration =
-      calib::identify_as_stated(one_sphere(inputs.cell, touches.front().target), touches);
+      calib::identify_single_pass(one_sphere(inputs.cell, touches.front().target), touches);
   const calib::ParameterResult* rho =
       find(calibration, calib::tool_parameter(calib::ParameterKind::kEffectiveRadius, 0));
   if (rho == nullptr) return std::nullopt;

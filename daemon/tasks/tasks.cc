@@ -9,7 +9,10 @@
 #include <optional>
 #include <set>
 #include <stdexcept>
+#include <string>
 
+#include "calib/files/calibration_json.h"
+#include "calib/files/files.h"
 #include "calib/files/input_file.h"
 #include "calib/identify/identify.h"
 #include "calib/identify/identify_once.h"
@@ -17,13 +20,16 @@
 #include "calib/model/units.h"
 #include "calib/plan/cell_check.h"
 #include "calib/plan/contact_forecast.h"
+#include "calib/plan/duration.h"
 #include "calib/plan/touch_sequence.h"
+#include "daemon/files/atomic_file.h"
 #include "daemon/files/correction_limit.h"
+#include "daemon/report/report.h"
+#include "daemon/result/outcome_json.h"
 #include "daemon/tasks/check_tasks.h"
-#include "daemon/tasks/estimate.h"
 #include "daemon/tasks/find_tasks.h"
+#include "daemon/tasks/options.h"
 #include "daemon/tasks/qualification_tasks.h"
-#include "daemon/tasks/results.h"
 #include "daemon/tasks/update_tasks.h"
 
 namespace cellcal::daemon {
@@ -82,7 +88,7 @@ std::optional<double> newest_residual(const calib::Cell& cell,
     std::vector<calib::Touch> held_out = touches;
     held_out.back().set = calib::TouchSet::kCheck;
     const calib::Calibration provisional =
-        calib::identify_as_stated(part_of(cell, touches), held_out);
+        calib::identify_single_pass(part_of(cell, touches), held_out);
     for (const calib::TouchResidual& residual : provisional.residuals) {
       if (residual.touch + 1 == touches.size()) return std::abs(residual.after_m);
     }
@@ -302,6 +308,57 @@ Tasks make_tasks(TaskInputs given) {
     write_results(*inputs, *result.calibration(), touches, *planned_first);
   };
   return tasks;
+}
+
+namespace {
+
+std::string finished_time(const std::vector<calib::Touch>& touches, const std::string& now) {
+  return touches.empty() || touches.back().time.empty() ? now : touches.back().time;
+}
+
+void write_touches(const TaskInputs& inputs, const std::vector<calib::Touch>& touches) {
+  std::filesystem::create_directories(inputs.results_dir);
+  write_atomically(inputs.results_dir / "touches.csv",
+                   calib::format_touches(touches, inputs.cell.robot));
+}
+
+}  // namespace
+
+void write_document(const TaskInputs& inputs, const SessionResult& result,
+                    const std::vector<calib::Touch>& touches, const char* name) {
+  write_touches(inputs, touches);
+  write_atomically(inputs.results_dir / name, document_of(result));
+}
+
+void write_results(const TaskInputs& inputs, const calib::Calibration& calibration,
+                   const std::vector<calib::Touch>& touches,
+                   const std::optional<calib::Plan>& plan) {
+  const std::string json = calib::calibration_to_json(calibration);
+
+  ReportInput report;
+  report.calibration = calibration;
+  report.touches = touches;
+  report.session_id = std::to_string(inputs.session);
+  report.started = inputs.started;
+  report.finished = finished_time(touches, inputs.utc_now());
+  report.cell_name = std::filesystem::path(inputs.files.cell_name).filename().string();
+  report.software = calib::software_version();
+  if (const InterruptionCounts counts =
+          inputs.interruptions ? inputs.interruptions() : InterruptionCounts{};
+      counts.total() > 0)
+    report.notes.push_back("interruptions: " + words(counts) +
+                           "; each resumed automatically, the touch under way repeated");
+  if (calibration.update)
+    report.notes.push_back("made on top of " + calibration.update->stands_on +
+                           "; 'before' is that calibration, not the nominal arm");
+  report.truth = inputs.truth(calibration);
+  report.plan = plan;
+  if (plan) report.planned_s = calib::duration_s(*plan, inputs.cell.robot, {});
+
+  write_touches(inputs, touches);
+  write_atomically(inputs.results_dir / "calibration.json", json);
+  write_atomically(inputs.results_dir / "report.html", html_report(report));
+  inputs.store(json);
 }
 
 }  // namespace cellcal::daemon

@@ -11,9 +11,9 @@
 #include "calib/plan/check_plan.h"
 #include "calib/plan/duration.h"
 #include "calib/result/finding.h"
-#include "daemon/tasks/estimate.h"
+#include "daemon/tasks/options.h"
 #include "daemon/tasks/planned_round.h"
-#include "daemon/tasks/results.h"
+#include "daemon/tasks/tasks.h"
 
 namespace cellcal::daemon {
 

@@ -14,7 +14,7 @@
 
 namespace cellcal::daemon {
 
-struct Aftermath {
+struct FailurePolicy {
   FailureKind failure;
   /// Cause in the robot's link; none: any.
   std::optional<drivers::Interruption> by;
@@ -23,8 +23,8 @@ struct Aftermath {
 };
 
 /// Every kind of failure with its possible causes.
-std::span<const Aftermath> aftermath_table();
+std::span<const FailurePolicy> failure_policies();
 /// Row of this failure.
-const Aftermath& aftermath(FailureKind failure, drivers::Interruption by);
+const FailurePolicy& aftermath(FailureKind failure, drivers::Interruption by);
 
 }  // namespace cellcal::daemon

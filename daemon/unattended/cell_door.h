@@ -28,9 +28,9 @@ struct NotNow : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-class CellDoor {
+class SessionGateway {
  public:
-  virtual ~CellDoor() = default;
+  virtual ~SessionGateway() = default;
   virtual Standing standing() = 0;
   /// Begins a session, unless an abort was requested since `aborts` was read; returns its number. `by`:
   /// responsible person, recorded in its events. Throws NotNow, std::exception.

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "daemon/files/system_words.h"
+#include "daemon/files/atomic_file.h"
 #include "daemon/unattended/decision.h"
 
 namespace cellcal::daemon {

@@ -18,7 +18,7 @@
 #include <utility>
 #include <vector>
 
-#include "daemon/files/system_words.h"
+#include "daemon/files/atomic_file.h"
 
 namespace cellcal::daemon {
 
@@ -214,7 +214,7 @@ struct Dialogue {
 bool is_later(int answer) { return answer >= 400 && answer < 500; }
 bool is_never(int answer) { return answer >= 500 && answer < 600; }
 
-int hear_ours(::CURL*, ::curl_infotype what, char* text, std::size_t size, void* dialogue) {
+int receive_own(::CURL*, ::curl_infotype what, char* text, std::size_t size, void* dialogue) {
   if (what != CURLINFO_HEADER_OUT || !std::string_view(text, size).starts_with("RCPT TO:"))
     return 0;
   auto& kept = *static_cast<Dialogue*>(dialogue);
@@ -305,7 +305,7 @@ Delivery send_by_smtp(const MailConfig& config, const MailServer& server,
     Dialogue dialogue;
     transfer.set(CURLOPT_HEADERFUNCTION, &hear_its);
     transfer.set(CURLOPT_HEADERDATA, &dialogue);
-    transfer.set(CURLOPT_DEBUGFUNCTION, &hear_ours);
+    transfer.set(CURLOPT_DEBUGFUNCTION, &receive_own);
     transfer.set(CURLOPT_DEBUGDATA, &dialogue);
     transfer.set(CURLOPT_VERBOSE, 1L);
     const std::string text = with_crlf(mail);

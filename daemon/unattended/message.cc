@@ -6,7 +6,7 @@
 
 #include "calib/files/calibration_json.h"
 #include "calib/model/units.h"
-#include "daemon/files/system_words.h"
+#include "daemon/files/atomic_file.h"
 #include "daemon/tasks/options.h"
 #include "daemon/unattended/catalogue.h"
 

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "daemon/files/system_words.h"
+#include "daemon/files/atomic_file.h"
 #include "daemon/unattended/aftermath.h"
 
 namespace cellcal::daemon {
@@ -93,7 +93,7 @@ void Schedule::notice_clock(const Look& look) {
       state_.clock = now;
     }
   }
-  trust_clock_again(look);
+  restore_clock_trust(look);
 }
 
 void Schedule::doubt_clock(const Look& look, Why why, double set_by_s) {
@@ -109,7 +109,7 @@ void Schedule::doubt_clock(const Look& look, Why why, double set_by_s) {
   tell(std::move(decision));
 }
 
-void Schedule::trust_clock_again(const Look& look) {
+void Schedule::restore_clock_trust(const Look& look) {
   if (!state_.clock_doubt) return;
   if (!parts_.clocks.synchronised()) {
     agrees_since_.reset();

@@ -54,7 +54,7 @@ class Schedule {
     std::function<void(const std::string&)> save;  ///< on disk on return
   };
   struct Parts {
-    CellDoor& cell;
+    SessionGateway& cell;
     Store store;
     std::function<ScheduleConfig()> config;  ///< current configuration
     Clocks clocks;
@@ -90,7 +90,7 @@ class Schedule {
   Look see();
   void notice_clock(const Look& look);
   void doubt_clock(const Look& look, Why why, double set_by_s);
-  void trust_clock_again(const Look& look);
+  void restore_clock_trust(const Look& look);
   void notice_ends(const Look& look);
   void follow(const Look& look);
   void follow_end(const Look& look);

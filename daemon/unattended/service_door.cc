@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "calib/model/iso_time.h"
-#include "calib/model/statistics.h"
+#include "calib/model/linear.h"
 #include "daemon/tasks/options.h"
 
 namespace cellcal::daemon {
@@ -79,7 +79,7 @@ SessionKind kind_of(const SessionRecord& record) {
 
 }  // namespace
 
-const std::vector<SessionRecord>& ServiceDoor::records(const Status& status) {
+const std::vector<SessionRecord>& ServiceSessionGateway::records(const Status& status) {
   const std::uint64_t newest = is_final(status.phase) ? status.seq : 0;
   if (read_at_ != newest) {
     records_ = journal_.sessions();
@@ -89,7 +89,7 @@ const std::vector<SessionRecord>& ServiceDoor::records(const Status& status) {
   return records_;
 }
 
-Standing ServiceDoor::standing() {
+Standing ServiceSessionGateway::standing() {
   const Status status = service_.status();
   Standing standing;
   standing.aborts = service_.aborts();
@@ -117,7 +117,7 @@ Standing ServiceDoor::standing() {
   return standing;
 }
 
-std::int64_t ServiceDoor::start(const RunRequest& request) {
+std::int64_t ServiceSessionGateway::start(const RunRequest& request) {
   try {
     return service_.start(request);
   } catch (const BusyError& busy) {
@@ -125,8 +125,8 @@ std::int64_t ServiceDoor::start(const RunRequest& request) {
   }
 }
 
-std::int64_t ServiceDoor::begin(const ScheduledSession& session, const std::string& by,
-                                std::uint64_t aborts) {
+std::int64_t ServiceSessionGateway::begin(const ScheduledSession& session, const std::string& by,
+                                          std::uint64_t aborts) {
   const auto kind = session_kind(session.kind);
   if (!kind) throw RequestError("unknown kind of session \"" + session.kind + "\"");
   RunRequest request;
@@ -140,7 +140,7 @@ std::int64_t ServiceDoor::begin(const ScheduledSession& session, const std::stri
   return start(request);
 }
 
-std::int64_t ServiceDoor::resume(const std::string& by, std::uint64_t aborts) {
+std::int64_t ServiceSessionGateway::resume(const std::string& by, std::uint64_t aborts) {
   RunRequest request;
   request.resume = true;
   request.unattended = by;
@@ -148,10 +148,10 @@ std::int64_t ServiceDoor::resume(const std::string& by, std::uint64_t aborts) {
   return start(request);
 }
 
-void ServiceDoor::stop() { service_.abort(SessionService::By::kDaemon); }
+void ServiceSessionGateway::stop() { service_.abort(SessionService::By::kDaemon); }
 
 /// Median of the newest, which excludes sessions resumed on a later day.
-double ServiceDoor::foreseen_s(const ScheduledSession& session) {
+double ServiceSessionGateway::foreseen_s(const ScheduledSession& session) {
   std::vector<double> took_s;
   for (const SessionRecord& record : records(service_.status())) {
     if (record.state != RecordState::kDone || record.inputs.cell_name != session.cell.string())

@@ -8,9 +8,10 @@
 
 namespace cellcal::daemon {
 
-class ServiceDoor final : public CellDoor {
+class ServiceSessionGateway final : public SessionGateway {
  public:
-  ServiceDoor(SessionService& service, Journal& journal) : service_(service), journal_(journal) {}
+  ServiceSessionGateway(SessionService& service, Journal& journal)
+      : service_(service), journal_(journal) {}
 
   Standing standing() override;
   std::int64_t begin(const ScheduledSession& session, const std::string& by,

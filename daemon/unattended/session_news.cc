@@ -16,7 +16,7 @@ namespace cellcal::daemon {
 
 namespace {
 
-bool tells_of_change(const calib::Verdict& verdict) {
+bool indicates_change(const calib::Verdict& verdict) {
   return std::any_of(
       verdict.findings.begin(), verdict.findings.end(),
       [](const calib::Finding& one) { return one.kind == calib::FindingKind::kChanged; });
@@ -59,7 +59,7 @@ void add_figures(Notice& notice, const std::string& json) {
   notice.near_m = result.predicted_near_targets_m;
   notice.over_m = result.predicted_workspace_m;
   notice.findings = calib::words(result.verdict.findings);
-  if (tells_of_change(result.verdict))
+  if (indicates_change(result.verdict))
     notice.news = News::kDrifted;
   else if (notice.outcome.empty())  // no outcome recorded
     notice.news = result.verdict.publish() ? News::kDone : News::kWithheld;
@@ -73,8 +73,8 @@ News news_of(OutcomeKind outcome) {
   return outcome == OutcomeKind::kUndecided ? News::kUndecided : News::kWithheld;
 }
 
-Notice news_of_end(std::int64_t session, const RecordEnd& end, const std::string& utc,
-                   Journal& journal) {
+Notice notice_of_end(std::int64_t session, const RecordEnd& end, const std::string& utc,
+                     Journal& journal) {
   Notice notice;
   notice.session = session;
   notice.failure = end.why;

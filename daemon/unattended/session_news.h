@@ -50,8 +50,8 @@ struct Notice {
 News news_of(OutcomeKind outcome);
 /// Notice for a session about to be recorded as ended, without information from other sessions, so that it is
 /// available before the end is on disk. Reads the journal.
-Notice news_of_end(std::int64_t session, const RecordEnd& end, const std::string& utc,
-                   Journal& journal);
+Notice notice_of_end(std::int64_t session, const RecordEnd& end, const std::string& utc,
+                     Journal& journal);
 /// `status`: final one of the session. Reads the journal.
 Notice news_of(const Status& status, Journal& journal);
 /// None where no notification is needed.

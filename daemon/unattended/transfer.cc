@@ -11,7 +11,7 @@
 
 #include "calib/files/calibration_json.h"
 #include "calib/model/units.h"
-#include "daemon/files/system_words.h"
+#include "daemon/files/atomic_file.h"
 
 namespace cellcal::daemon {
 

@@ -222,7 +222,7 @@ void ContactCore::on_ident(const ctp::Ident& ident, TimePoint now) {
 
 /// The origin of the silence is not yet known: late bytes may still arrive, with their time of
 /// transmission.
-void ContactCore::give_up_waiting(Duration limit, TimePoint now) {
+void ContactCore::time_out_silence(Duration limit, TimePoint now) {
   if (given_up_at_) return;
   given_up_at_ = now;
   silent_since_ = last_frame_;
@@ -427,12 +427,12 @@ void ContactCore::on_tick(TimePoint now) {
 void ContactCore::on_tick_but_ping(TimePoint now) {
   if (step_ == ContactStep::kClosed) return;
   if (arming_ == Arming::kArmed && now - last_frame_ > silence_limit_) {
-    give_up_waiting(silence_limit_, now);
+    time_out_silence(silence_limit_, now);
     end_arming(ArmEnd::kSilence, now);
     begin_disarm(now);
   }
   if (step_ > ContactStep::kHello && now - last_frame_ > idle_limit()) {
-    give_up_waiting(idle_limit(), now);
+    time_out_silence(idle_limit(), now);
     identify_again(ContactFault::kSilent, now);
   }
   const bool understood = heard_ || fault_ != ContactFault::kNone;

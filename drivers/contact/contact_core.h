@@ -65,9 +65,9 @@ class ContactCore : public ContactGuard {
 
   ContactSnapshot snapshot(TimePoint now) override;
   void set_silence_limit(Duration limit) override { silence_limit_ = limit; }
-  std::optional<ContactEvent> take_event() override { return events_.pop(); }
+  std::optional<ContactEvent> pop_event() override { return events_.pop(); }
   bool has_event() const { return !events_.empty(); }
-  std::optional<ContactRecord> take_record() { return records_.pop(); }
+  std::optional<ContactRecord> next_record() { return records_.pop(); }
 
  private:
   enum class Arming { kNone, kAsking, kArmed, kDisarming };
@@ -86,7 +86,7 @@ class ContactCore : public ContactGuard {
   void on_ident(const ctp::Ident& ident, TimePoint now);
   void on_status(const ctp::Status& status, TimePoint now);
   void note_delivery(std::uint32_t ticks, TimePoint now);
-  void give_up_waiting(Duration limit, TimePoint now);
+  void time_out_silence(Duration limit, TimePoint now);
   void settle_delivery();
   void on_status_arming(bool armed_flag, bool latched, TimePoint now);
   void on_status_test(const ctp::Status& status, TimePoint now);

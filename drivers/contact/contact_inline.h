@@ -21,7 +21,7 @@ class ContactInline : public ContactSensor {
   std::optional<ArmResult> poll_arm() override;
   void disarm() override;
   void self_test() override;
-  std::optional<ContactRecord> take_record() override { return core_.take_record(); }
+  std::optional<ContactRecord> next_record() override { return core_.next_record(); }
   void close() override;
 
   /// Runs line and core until t, in chronological order. The owner of the virtual clock calls this

@@ -77,8 +77,7 @@ class SerialContact::Impl : public ContactGuard, public std::enable_shared_from_
               [this](std::span<const std::uint8_t> bytes) { transmit(bytes); }),
         timer_(io),
         calls_(io),
-        keeper_({options.port, options.reopen_first, options.reopen_longest},
-                queues_) {
+        keeper_({options.port, options.reopen_first, options.reopen_longest}, queues_) {
     const int fd = ::dup(queues_.news_call.fd());
     if (fd < 0) throw DriverError(fmt::format("dup: {}", std::strerror(errno)));
     calls_.assign(fd);
@@ -162,7 +161,7 @@ class SerialContact::Impl : public ContactGuard, public std::enable_shared_from_
     return result;
   }
 
-  std::optional<ContactRecord> take_record() {
+  std::optional<ContactRecord> next_record() {
     ContactRecord record;
     if (!records_.pop(record)) return std::nullopt;
     return record;
@@ -206,9 +205,9 @@ class SerialContact::Impl : public ContactGuard, public std::enable_shared_from_
 
   void set_silence_limit(Duration limit) override { core_.set_silence_limit(limit); }
 
-  std::optional<ContactEvent> take_event() override {
+  std::optional<ContactEvent> pop_event() override {
     if (!core_.has_event()) take_in();
-    return core_.take_event();
+    return core_.pop_event();
   }
 
  private:
@@ -248,27 +247,27 @@ class SerialContact::Impl : public ContactGuard, public std::enable_shared_from_
       obey(c);
       any = true;
     }
-    queues_.news.consume_all([this, &any](const PortNews& news) {
+    queues_.news.consume_all([this, &any](const PortUpdate& news) {
       hear(news);
       any = true;
     });
     if (any) after(Steady::now());
   }
 
-  void hear(const PortNews& news) {
+  void hear(const PortUpdate& news) {
     const std::uint32_t wanted = wanted_from_;
     if (wanted == kNone || news.opening < wanted) return;  // it was closed meanwhile
     switch (news.kind) {
-      case PortNews::Kind::kOpened:
+      case PortUpdate::Kind::kOpened:
         opening_ = news.opening;
         port_state_ = PortState::kOpen;
         error_ = 0;
         core_.connect(Steady::now());
         break;
-      case PortNews::Kind::kBytes:
+      case PortUpdate::Kind::kBytes:
         core_.on_bytes({news.bytes.data(), news.size}, news.t, news.arrived);
         break;
-      case PortNews::Kind::kLost:
+      case PortUpdate::Kind::kLost:
         port_state_ = PortState::kLost;
         error_ = news.error;
         core_.disconnect(Steady::now());
@@ -301,7 +300,7 @@ class SerialContact::Impl : public ContactGuard, public std::enable_shared_from_
     }
     // Excess records wait in the core, which counts dropped ones.
     while (records_.write_available() > 0) {
-      const auto record = core_.take_record();
+      const auto record = core_.next_record();
       if (!record) break;
       records_.push(*record);
     }
@@ -408,7 +407,7 @@ std::optional<ArmResult> SerialContact::poll_arm() { return impl_->poll_arm(); }
 
 void SerialContact::disarm() { impl_->command({Command::Kind::kDisarm, 0, milliseconds{0}}); }
 
-std::optional<ContactRecord> SerialContact::take_record() { return impl_->take_record(); }
+std::optional<ContactRecord> SerialContact::next_record() { return impl_->next_record(); }
 
 void SerialContact::self_test() { impl_->command({Command::Kind::kSelfTest, 0, milliseconds{0}}); }
 

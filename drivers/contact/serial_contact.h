@@ -35,7 +35,7 @@ class SerialContact : public ContactSensor {
   std::optional<ArmResult> poll_arm() override;
   void disarm() override;
   void self_test() override;
-  std::optional<ContactRecord> take_record() override;
+  std::optional<ContactRecord> next_record() override;
   void close() override;
 
   /// For the robot's cycle, on the io_context's thread; valid for the lifetime of this object.

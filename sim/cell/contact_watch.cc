@@ -18,7 +18,7 @@ void ContactWatch::look(drivers::TimePoint from, drivers::TimePoint to, const An
     crashed_ = inside;
   }
   deepest_m_ = std::max(deepest_m_, -gap);
-  const double closes_at = early_.closes_at_m();
+  const double closes_at = early_.closing_gap_m();
   const bool closed = gap <= closes_at;
   early_.look(gap, closed);
   if (closed == closed_) return;

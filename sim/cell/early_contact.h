@@ -8,7 +8,7 @@
 
 #include <cstdint>
 
-#include "calib/model/random.h"
+#include "calib/model/linear.h"
 
 namespace cellcal::sim {
 
@@ -25,7 +25,7 @@ class EarlyContact {
   EarlyContact(const ContactScatter& scatter, std::uint64_t seed);
 
   /// The circuit is closed at gaps up to this [m]. Negative: late.
-  double closes_at_m() const { return noise_m_ + chip_m_; }
+  double closing_gap_m() const { return noise_m_ + chip_m_; }
   /// Current gap of the tip, and state of the circuit.
   void look(double gap_m, bool closed);
 

@@ -83,7 +83,7 @@ constexpr double kBesideM = 0.04;
 
 }  // namespace
 
-void hang_masses(calib::Robot& robot, calib::Random& random) {
+void assign_masses(calib::Robot& robot, calib::Random& random) {
   if (std::any_of(robot.joints.begin(), robot.joints.end(),
                   [](const calib::Joint& joint) { return joint.mass_kg > 0.0; }))
     return;

@@ -4,7 +4,7 @@
 #include <Eigen/Core>
 
 #include "calib/model/joint_vector.h"
-#include "calib/model/random.h"
+#include "calib/model/linear.h"
 #include "calib/model/robot.h"
 
 namespace cellcal::sim {

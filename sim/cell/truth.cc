@@ -6,7 +6,7 @@
 #include <stdexcept>
 
 #include "calib/model/inverse.h"
-#include "calib/model/random.h"
+#include "calib/model/linear.h"
 #include "calib/model/units.h"
 #include "sim/cell/physical_cell.h"
 
@@ -18,7 +18,7 @@ namespace {
 constexpr double kLargestTruthSigma = 2.5;
 
 /// Independent of the arm's errors.
-constexpr std::uint64_t kDrawsOfWhatNoFileSays = 15485863;
+constexpr std::uint64_t kHiddenTruthSeedOffset = 15485863;
 /// Load that closes most of an elastic backlash.
 constexpr double kPlayClosesNm = 20.0;
 
@@ -28,8 +28,9 @@ double bounded_normal(calib::Random& random) {
 
 calib::ArmModel true_arm(const calib::Cell& cell, const TruthOptions& options) {
   calib::Robot robot = cell.robot;
-  calib::Random random(options.seed + kDrawsOfWhatNoFileSays);
-  if (options.compliance_rad_per_nm > 0.0 || options.play_arcsec > 0.0) hang_masses(robot, random);
+  calib::Random random(options.seed + kHiddenTruthSeedOffset);
+  if (options.compliance_rad_per_nm > 0.0 || options.play_arcsec > 0.0)
+    assign_masses(robot, random);
   for (calib::Joint& joint : robot.joints) {
     if (options.gear_arcsec > 0.0) {
       joint.gear_ratio = 1.0;

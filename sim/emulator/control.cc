@@ -186,7 +186,7 @@ std::string obey(EkiServer& krc, std::string_view line) {
 
 struct Control::Impl {
   Impl(const std::string& path, std::function<std::string(std::string_view)> f)
-      : obey_line(std::move(f)), stop(::eventfd(0, EFD_CLOEXEC)) {
+      : execute_line(std::move(f)), stop(::eventfd(0, EFD_CLOEXEC)) {
     if (path == "-") {
       input = ::dup(STDIN_FILENO);
     } else {
@@ -230,13 +230,13 @@ struct Control::Impl {
   }
 
   void take(const std::string& line) {
-    const std::string text = obey_line(line);
+    const std::string text = execute_line(line);
     if (text.empty()) return;
     fmt::print("emulator: {}: {}\n", line, text);
     std::fflush(stdout);
   }
 
-  std::function<std::string(std::string_view)> obey_line;
+  std::function<std::string(std::string_view)> execute_line;
   int input = -1, stop = -1;
   std::thread thread;
 };

@@ -24,8 +24,9 @@ using drivers::RsiObject;
 
 constexpr std::size_t kAxes = 6;
 // Defaults of the objects for parameters absent from the context.
-constexpr double kUsualPrecision = 1, kUsualTimeout = 10, kUsualClampDeg = 5, kUsualMonitorDeg = 6;
-constexpr double kUsualClampMm = 5;
+constexpr double kDefaultPrecision = 1, kDefaultTimeout = 10, kDefaultClampDeg = 5,
+                 kDefaultMonitorDeg = 6;
+constexpr double kDefaultClampMm = 5;
 
 std::string content(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
@@ -89,30 +90,30 @@ void check_index(const RsiChannelFile& channel, const RsiContextFile& context,
       load_call(context), context.name, input.line, input.from, input.from_index, channel.name));
 }
 
-void take_axis_limits(const RsiContextFile& context, const RsiObject& corrector,
-                      ControllerConfig& controller) {
+void apply_axis_limits(const RsiContextFile& context, const RsiObject& corrector,
+                       ControllerConfig& controller) {
   controller.clamp_deg = controller.monitor_deg = std::numeric_limits<double>::infinity();
   const RsiObject* monitor = context.only("AXISCORRMON");
   for (std::size_t i = 1; i <= kAxes; ++i) {
-    const double low = number(corrector, fmt::format("LowerLimA{}", i), -kUsualClampDeg);
-    const double high = number(corrector, fmt::format("UpperLimA{}", i), kUsualClampDeg);
+    const double low = number(corrector, fmt::format("LowerLimA{}", i), -kDefaultClampDeg);
+    const double high = number(corrector, fmt::format("UpperLimA{}", i), kDefaultClampDeg);
     controller.clamp_deg = std::min({controller.clamp_deg, -low, high});
-    controller.monitor_deg =
-        std::min(controller.monitor_deg,
-                 monitor == nullptr ? kUsualMonitorDeg
-                                    : number(*monitor, fmt::format("MaxA{}", i), kUsualMonitorDeg));
+    controller.monitor_deg = std::min(
+        controller.monitor_deg,
+        monitor == nullptr ? kDefaultMonitorDeg
+                           : number(*monitor, fmt::format("MaxA{}", i), kDefaultMonitorDeg));
   }
 }
 
-void take_space_limits(const RsiContextFile& context, const RsiObject& corrector,
-                       ControllerConfig& controller) {
+void apply_space_limits(const RsiContextFile& context, const RsiObject& corrector,
+                        ControllerConfig& controller) {
   controller.clamp_mm = std::numeric_limits<double>::infinity();
   for (const char axis : {'X', 'Y', 'Z'}) {
-    const double low = number(corrector, fmt::format("LowerLim{}", axis), -kUsualClampMm);
-    const double high = number(corrector, fmt::format("UpperLim{}", axis), kUsualClampMm);
+    const double low = number(corrector, fmt::format("LowerLim{}", axis), -kDefaultClampMm);
+    const double high = number(corrector, fmt::format("UpperLim{}", axis), kDefaultClampMm);
     controller.clamp_mm = std::min({controller.clamp_mm, -low, high});
   }
-  controller.clamp_turn_deg = number(corrector, "MaxRotAngle", kUsualClampDeg);
+  controller.clamp_turn_deg = number(corrector, "MaxRotAngle", kDefaultClampDeg);
   const int frame = static_cast<int>(number(corrector, "RefCorrSys", 1));
   constexpr int kTool = 3;
   if (frame < 0 || frame > kTool) {
@@ -122,9 +123,9 @@ void take_space_limits(const RsiContextFile& context, const RsiObject& corrector
   controller.cartesian_system = frame == kTool ? CorrectionFrame::kTool : CorrectionFrame::kBase;
   const RsiObject* monitor = context.only("POSCORRMON");
   controller.monitor_mm =
-      monitor == nullptr ? kUsualMonitorDeg : number(*monitor, "MaxTrans", kUsualMonitorDeg);
+      monitor == nullptr ? kDefaultMonitorDeg : number(*monitor, "MaxTrans", kDefaultMonitorDeg);
   controller.monitor_turn_deg =
-      monitor == nullptr ? kUsualMonitorDeg : number(*monitor, "MaxRotAngle", kUsualMonitorDeg);
+      monitor == nullptr ? kDefaultMonitorDeg : number(*monitor, "MaxRotAngle", kDefaultMonitorDeg);
 }
 
 void check_release(const RsiContextFile& context, EmulatorOptions& options) {
@@ -137,8 +138,8 @@ void check_release(const RsiContextFile& context, EmulatorOptions& options) {
 
 }  // namespace
 
-void take_context(const RsiContextFile& context, const RsiChannelFile& channel,
-                  ControllerConfig& controller) {
+void apply_context(const RsiContextFile& context, const RsiChannelFile& channel,
+                   ControllerConfig& controller) {
   const RsiObject* ethernet = context.only("ETHERNET");
   const RsiObject* corrector = context.only("AXISCORR");
   const bool space = corrector == nullptr && context.only("POSCORR") != nullptr;
@@ -151,8 +152,8 @@ void take_context(const RsiContextFile& context, const RsiChannelFile& channel,
     throw std::invalid_argument(fmt::format("{}: {}: file {} not found", load_call(context),
                                             context.name, named == nullptr ? "" : named->value));
   }
-  controller.precision = static_cast<int>(number(*ethernet, "Precision", kUsualPrecision));
-  controller.timeout_cycles = static_cast<int>(number(*ethernet, "Timeout", kUsualTimeout));
+  controller.precision = static_cast<int>(number(*ethernet, "Precision", kDefaultPrecision));
+  controller.timeout_cycles = static_cast<int>(number(*ethernet, "Timeout", kDefaultTimeout));
   const std::vector<int> channels = value_channels(channel, space);
   for (std::size_t i = 0; i < kAxes; ++i) {
     const drivers::RsiInput* input = corrector->input(static_cast<int>(i) + 1);
@@ -167,9 +168,9 @@ void take_context(const RsiContextFile& context, const RsiChannelFile& channel,
     }
   }
   if (space) {
-    take_space_limits(context, *corrector, controller);
+    apply_space_limits(context, *corrector, controller);
   } else {
-    take_axis_limits(context, *corrector, controller);
+    apply_axis_limits(context, *corrector, controller);
   }
   if (const RsiObject* stop = context.only("STOP"); stop != nullptr && stop->input(1) != nullptr) {
     check_index(channel, context, *stop->input(1));
@@ -194,7 +195,7 @@ void load_rsi_context(EmulatorOptions& options) {
   const RsiContextFile context =
       drivers::read_rsi_context(content(context_path), context_path.filename().string());
   check_release(context, options);
-  take_context(context, channel, options.controller);
+  apply_context(context, channel, options.controller);
 }
 
 }  // namespace cellcal::sim

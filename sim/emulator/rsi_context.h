@@ -19,7 +19,7 @@ void load_rsi_context(EmulatorOptions& options);
 void load_rsi(EmulatorOptions& options);
 
 /// From parsed files. Throws as load_rsi_context().
-void take_context(const drivers::RsiContextFile& context, const drivers::RsiChannelFile& channel,
-                  ControllerConfig& controller);
+void apply_context(const drivers::RsiContextFile& context, const drivers::RsiChannelFile& channel,
+                   ControllerConfig& controller);
 
 }  // namespace cellcal::sim

@@ -312,7 +312,7 @@ struct Controller::Impl {
     tick_at = now;
     // The counter belongs to the controller, not the session: it is independent of RSI's state.
     ipoc += static_cast<std::uint64_t>(config.ipoc_step);
-    take_input(now);
+    read_input(now);
     if (phase != RsiPhase::kRunning) return {};
     close_cycle();
     if (phase == RsiPhase::kRunning) take_stop();
@@ -325,7 +325,7 @@ struct Controller::Impl {
     return text;
   }
 
-  void take_input(drivers::TimePoint now) {
+  void read_input(drivers::TimePoint now) {
     for (; !edges.empty() && edges.front().first <= now; edges.pop_front())
       input_on = edges.front().second;
   }

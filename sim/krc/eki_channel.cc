@@ -257,6 +257,6 @@ void EkiChannel::take(std::string_view text) {
   }
 }
 
-std::string EkiChannel::take_output() { return std::exchange(output_, {}); }
+std::string EkiChannel::drain_output() { return std::exchange(output_, {}); }
 
 }  // namespace cellcal::sim

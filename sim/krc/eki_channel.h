@@ -66,7 +66,7 @@ class EkiChannel {
   bool connected() const { return connected_; }
   void receive(std::string_view bytes);
   /// Bytes for the client since the last call.
-  std::string take_output();
+  std::string drain_output();
 
   const EkiChannelConfig& config() const { return config_; }
   /// EKI's message log, newest last.

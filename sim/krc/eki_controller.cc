@@ -49,7 +49,7 @@ bool EkiController::connect() { return impl_->channel.connect(); }
 void EkiController::disconnect() { impl_->channel.disconnect(); }
 bool EkiController::connected() const { return impl_->channel.connected(); }
 void EkiController::receive(std::string_view bytes) { impl_->channel.receive(bytes); }
-std::string EkiController::take_output() { return impl_->channel.take_output(); }
+std::string EkiController::drain_output() { return impl_->channel.drain_output(); }
 
 void EkiController::start_program() { impl_->start(true); }
 void EkiController::start_other_program() { impl_->start(false); }

@@ -4,7 +4,7 @@
 // that moves, interrupts on the contact input and on the stop flag with BRAKE and RESUME, operating
 // modes, drives, emergency stop, override.
 //
-// Follows the public documentation of EKI; undocumented behaviour is configurable: the time at
+// FollowingSetpoint the public documentation of EKI; undocumented behaviour is configurable: the time at
 // which $AXIS_INT is taken, the latency of an interrupt.
 
 #include <cstdint>
@@ -30,14 +30,14 @@ struct EkiControllerConfig {
   double lin_acceleration_m_s2 = 0.5;     ///< $ACC.CP
   /// Geometry for LIN's length; null: every axis at 1 m from the TCP.
   std::shared_ptr<const CartesianArm> arm;
-  double lag_s = 0.02;                    ///< setpoint to arm
-  int cycle_ms = 4;                       ///< interpolation cycle
-  int interrupt_ms = 12;                  ///< interrupt cycle
-  int state_ms = 20;                      ///< loop of the submit program
-  int idle_state_ms = 24;                 ///< likewise without a session
-  int dead_man_ms = 250;                  ///< as in the program
-  int reopen_ms = 100;                    ///< until the port reopens after a disconnection
-  int look_ms = 3000;             ///< interval between checks of the channel
+  double lag_s = 0.02;            ///< setpoint to arm
+  int cycle_ms = 4;               ///< interpolation cycle
+  int interrupt_ms = 12;          ///< interrupt cycle
+  int state_ms = 20;              ///< loop of the submit program
+  int idle_state_ms = 24;         ///< likewise without a session
+  int dead_man_ms = 250;          ///< as in the program
+  int reopen_ms = 100;            ///< until the port reopens after a disconnection
+  int poll_interval_ms = 3000;    ///< interval between checks of the channel
   bool contact_is_on = true;      ///< as in the program: the input during contact
   double input_delay_s = 0.001;   ///< filter of the digital input ...
   double input_sample_s = 0.002;  ///< ... and its sampling period
@@ -52,10 +52,10 @@ struct EkiControllerConfig {
   /// TOOL_DATA[1..] and BASE_DATA[1..] of $config.dat. Can be set if the channel file has frames.
   std::vector<drivers::EkiFrameValues> tool_data = std::vector<drivers::EkiFrameValues>(16);
   std::vector<drivers::EkiFrameValues> base_data = std::vector<drivers::EkiFrameValues>(32);
-  bool takes_frames = true, takes_advice = true;  ///< features of its submit program
-  int advice = 0, advice_until = 0;               ///< CELLCAL_ADVICE, CELLCAL_ADVICE_UNTIL
-  bool may_run = false;  ///< CC_MAY_RUN: a client may start CELLCAL_EKI in EXT
-  int cell_wait_s = 900;  ///< maximum wait for a session when called by CELL
+  bool supports_frames = true, supports_advice = true;  ///< features of its submit program
+  int advice = 0, advice_until = 0;                     ///< CELLCAL_ADVICE, CELLCAL_ADVICE_UNTIL
+  bool may_run = false;             ///< CC_MAY_RUN: a client may start CELLCAL_EKI in EXT
+  int cell_wait_s = 900;            ///< maximum wait for a session when called by CELL
   bool clears_on_reconnect = true;  ///< the program's EKI_Clear; false: queues keep stale data
 };
 
@@ -78,17 +78,17 @@ class EkiController {
   void disconnect();
   bool connected() const;
   void receive(std::string_view bytes);
-  std::string take_output();
+  std::string drain_output();
 
   // ---- operator
   void start_program();        ///< selects it if necessary, and starts or continues it
   void start_other_program();  ///< CELLCAL_EKI is deselected for another program
   /// CELL.SRC, selected and started in EXT, calls CELLCAL_EKI, which returns at the end of a session.
   void call_program();
-  bool program_runs() const;   ///< CELLCAL_EKI, for any selected program
+  bool program_runs() const;  ///< CELLCAL_EKI, for any selected program
   /// $BRAKETEST_REQ_INT and similar, on outputs read by the submit program.
   void request(drivers::EkiRequest request);
-  void cancel_program();       ///< stopped by a ramp and deselected; nothing continues afterwards
+  void cancel_program();  ///< stopped by a ramp and deselected; nothing continues afterwards
   void emergency_stop(bool pressed);
   void drives(bool on);
   void mode(drivers::EkiMode mode);

@@ -113,7 +113,7 @@ void EkiPrograms::scale_speed() {
 }
 
 void EkiPrograms::tick(TimePoint now, const Faults& faults) {
-  take_edges(now);
+  read_input_edges(now);
   scale_speed();
   const bool interrupt_cycle = cycles % (config.interrupt_ms / config.cycle_ms) == 0;
   if (interrupt_cycle && program_state() == ProgramState::kActive && !stopping) {
@@ -138,10 +138,10 @@ void EkiPrograms::run_submit(TimePoint now, const Faults& faults) {
   watch(now);
   wait_for_session(now);
   if (!faults.muted) send_state(now);
-  look_at_channel();
+  examine_channel();
 }
 
-void EkiPrograms::take_edges(TimePoint now) {
+void EkiPrograms::read_input_edges(TimePoint now) {
   while (!edges.empty() && edges.front().first <= now) {
     const auto [at, closed] = edges.front();
     edges.pop_front();
@@ -169,7 +169,7 @@ std::string component(const char* element, std::size_t i) {
 
 }  // namespace
 
-void EkiPrograms::take_frame_telegram(TimePoint now) {
+void EkiPrograms::on_frame_telegram(TimePoint now) {
   bool whole = channel.waiting("RobotCommand/Frame/@C") > 0;
   const auto number = [&](const std::string& path) {
     const auto value = channel.get(path);
@@ -203,7 +203,7 @@ void EkiPrograms::take_frame_telegram(TimePoint now) {
 }
 
 EkiFrameDone EkiPrograms::frame_objection(TimePoint now) const {
-  if (frame_order.kind == EkiFrameKind::kAdvice && config.takes_advice) {
+  if (frame_order.kind == EkiFrameKind::kAdvice && config.supports_advice) {
     const double code = frame_order.values[1];
     return frame_order.number == 1 && code >= 0.0 && code <= 5.0 ? EkiFrameDone::kNotYet
                                                                  : EkiFrameDone::kNoSuchNumber;
@@ -212,8 +212,8 @@ EkiFrameDone EkiPrograms::frame_objection(TimePoint now) const {
   const std::vector<double> at = arm.actual_at(now);
   for (std::size_t i = 0; i < axes; ++i)
     if (!(std::abs(at[i] - frame_rest[i]) < kRestRad)) return EkiFrameDone::kMoves;
-  const bool known = config.takes_frames && (frame_order.kind == EkiFrameKind::kTool ||
-                                             frame_order.kind == EkiFrameKind::kBase);
+  const bool known = config.supports_frames && (frame_order.kind == EkiFrameKind::kTool ||
+                                                frame_order.kind == EkiFrameKind::kBase);
   if (!known || frame_order.number < 1 ||
       static_cast<std::size_t>(frame_order.number) > frames_of(frame_order.kind).size())
     return EkiFrameDone::kNoSuchNumber;
@@ -223,7 +223,7 @@ EkiFrameDone EkiPrograms::frame_objection(TimePoint now) const {
 
 void EkiPrograms::attend_frame(TimePoint now) {
   if (!channel.connected()) return;
-  if (channel.waiting("RobotCommand/Frame/@Ask") > 0) take_frame_telegram(now);
+  if (channel.waiting("RobotCommand/Frame/@Ask") > 0) on_frame_telegram(now);
   if (!frame_waits) return;
   frame_answer.done = frame_objection(now);
   if (frame_answer.done == EkiFrameDone::kNotYet && frame_order.kind == EkiFrameKind::kAdvice) {

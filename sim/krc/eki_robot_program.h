@@ -34,10 +34,10 @@ struct EkiPrograms {
   };
 
   /// One value of each element, or empty: the queues are then inconsistent and are emptied.
-  std::optional<Telegram> take_telegram();
+  std::optional<Telegram> on_telegram();
   void read_telegrams(TimePoint now, bool forgetful);
   void obey(const Telegram& t, TimePoint now, bool forgetful);
-  void take_move(const Telegram& t);
+  void accept_move(const Telegram& t);
   void stop_motion();
   /// Dead man, drives, stop, start key, program: external ends of a move.
   void watch(TimePoint now);
@@ -46,12 +46,12 @@ struct EkiPrograms {
   void watch_connection(TimePoint now);
   void open_channel();
   /// CC_LOOK: recreates and reopens a channel deleted by the controller.
-  void look_at_channel();
+  void examine_channel();
   /// CC_TIME.
   void time_pass(TimePoint now);
   /// CC_FRAME: reads or sets one frame of $config.dat, after a period of rest.
   void attend_frame(TimePoint now);
-  void take_frame_telegram(TimePoint now);
+  void on_frame_telegram(TimePoint now);
   drivers::EkiFrameDone frame_objection(TimePoint now) const;
   void send_frame();
   const std::vector<drivers::EkiFrameValues>& frames_of(drivers::EkiFrameKind kind) const {
@@ -80,7 +80,7 @@ struct EkiPrograms {
   void run_submit(TimePoint now, const Faults& faults);
 
   /// Processes levels up to now, while the arm's path in the ending cycle is known.
-  void take_edges(TimePoint now);
+  void read_input_edges(TimePoint now);
 
   // ---- the controller --------------------------------------------------------------------------
 

@@ -19,7 +19,7 @@ struct EkiServer::Impl {
       : options(std::move(o)), on_cycle(std::move(hook)), controller(std::move(config)) {}
 
   void run() {
-    if (options.realtime) run_as_hardware();
+    if (options.realtime) request_hardware_priority();
     TimePoint next = std::chrono::steady_clock::now();
     while (!stopping.load()) {
       next += controller.cycle();
@@ -121,7 +121,7 @@ struct Endpoint {
       client.collect(channel());
       return client.give(channel());
     }
-    const std::string state = channel().take_output();
+    const std::string state = channel().drain_output();
     if (state.empty()) return;
     (void)::sendto(datagrams.fd, state.data(), state.size(), 0, reinterpret_cast<sockaddr*>(&peer),
                    sizeof peer);
@@ -146,7 +146,7 @@ struct EkiStreamServer::Impl {
   }
 
   void run() {
-    if (options.realtime) run_as_hardware();
+    if (options.realtime) request_hardware_priority();
     TimePoint next = std::chrono::steady_clock::now();
     while (!stopping.load()) {
       next += krc.cycle();

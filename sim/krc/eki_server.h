@@ -93,7 +93,7 @@ struct BoundSocket {
 BoundSocket bind_socket(const std::string& address, std::uint16_t port, bool udp);
 
 /// `Peer` handles the client: connect() (false: refused), connected(), receive(bytes),
-/// disconnect(), take_output().
+/// disconnect(), drain_output().
 template <class Peer>
 class OneClientPort {
  public:
@@ -127,7 +127,7 @@ class OneClientPort {
   }
   /// Buffers the controller's output; a client that does not read it is disconnected.
   void collect(Peer& peer) {
-    unsent_ += peer.take_output();
+    unsent_ += peer.drain_output();
     if (client_ >= 0 && (!peer.connected() || unsent_.size() > kMostUnsent)) drop(peer);
   }
   void give(Peer& peer) {

@@ -79,7 +79,7 @@ struct EkiStream::Impl {
         if (wire::same_name(name, "Type")) type_path = lead = path;
         known_cart = known_cart || wire::same_name(path, "RobotCommand/Cart/@X");
         known_axis = known_axis || wire::same_name(path, "RobotCommand/Axis/@A1");
-        if (axis_of(name)) usual_type = 1;
+        if (axis_of(name)) default_type = 1;
         if (of_target && lead.empty()) lead = path;
       }
       for (const std::string& path : channel.config().send) {
@@ -98,7 +98,7 @@ struct EkiStream::Impl {
       return type_path.empty() ||
              (known_axis && known_cart && wire::same_name(type_path, "RobotCommand/Type"));
     }
-    int usual_type = 2;  ///< PTP to angles if the file has any, otherwise to the TCP
+    int default_type = 2;  ///< PTP to angles if the file has any, otherwise to the TCP
     std::vector<std::string> roots;
     bool was_connected = false;
     TimePoint reopen_at{};
@@ -132,7 +132,7 @@ struct EkiStream::Impl {
     return far() == 0.0 && std::all_of(speed.begin(), speed.end(), [](double v) { return v == 0; });
   }
 
-  void take_commands() {
+  void read_commands() {
     for (const auto& s : served) {
       if (s->lead.empty()) continue;
       const bool free = at_rest() || (s->type_path.empty() && far() < kBlendRad);
@@ -141,7 +141,7 @@ struct EkiStream::Impl {
   }
 
   void take(Served& s) {
-    int type = s.usual_type;
+    int type = s.default_type;
     double velocity = 1.0;
     std::vector<std::optional<double>> axis_deg(axes);
     KukaFrame frame{};
@@ -279,7 +279,7 @@ struct EkiStream::Impl {
     actual = actual_at(now);
     tick_at = now;
     watch_connections(now);
-    take_commands();
+    read_commands();
     move();
     if (cycles++ % static_cast<std::uint64_t>(config.state_ms / config.cycle_ms) == 0)
       send_states();

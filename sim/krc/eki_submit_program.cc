@@ -68,7 +68,7 @@ EkiPrograms::EkiPrograms(EkiControllerConfig c)
   channel.open();
 }
 
-std::optional<EkiPrograms::Telegram> EkiPrograms::take_telegram() {
+std::optional<EkiPrograms::Telegram> EkiPrograms::on_telegram() {
   Telegram t;
   bool whole = true;
   const auto number = [&](const std::string& path) {
@@ -103,7 +103,7 @@ std::optional<EkiPrograms::Telegram> EkiPrograms::take_telegram() {
 
 void EkiPrograms::read_telegrams(TimePoint now, bool forgetful) {
   while (channel.waiting("RobotCommand/@Seq") > 0) {
-    const auto telegram = take_telegram();
+    const auto telegram = on_telegram();
     if (!telegram) return;
     obey(*telegram, now, forgetful);
   }
@@ -128,7 +128,7 @@ void EkiPrograms::obey(const Telegram& t, TimePoint now, bool forgetful) {
     case EkiType::kMove:
       if (t.id <= last_id || busy) return;
       last_id = t.id;
-      if (!forgetful) take_move(t);
+      if (!forgetful) accept_move(t);
       break;
     case EkiType::kStop:
       if (t.id >= last_id) stop_motion();
@@ -147,7 +147,7 @@ void EkiPrograms::obey(const Telegram& t, TimePoint now, bool forgetful) {
   }
 }
 
-void EkiPrograms::take_move(const Telegram& t) {
+void EkiPrograms::accept_move(const Telegram& t) {
   reported_id = t.id;
   fresh_session = false;
   outcome = EkiOutcome::kNone;
@@ -225,8 +225,8 @@ void EkiPrograms::time_pass(TimePoint now) {
   pass_at = now;
 }
 
-void EkiPrograms::look_at_channel() {
-  if (++looks < config.look_ms / config.state_ms) return;
+void EkiPrograms::examine_channel() {
+  if (++looks < config.poll_interval_ms / config.state_ms) return;
   looks = 0;
   if (!channel.exists()) open_channel();
 }

@@ -42,7 +42,7 @@ struct KrcUdp::Impl {
   }
 
   void run() {
-    if (options.realtime) realtime_granted = run_as_hardware();
+    if (options.realtime) realtime_granted = request_hardware_priority();
     TimePoint next = std::chrono::steady_clock::now();
     while (!stopping.load()) {
       next += controller.cycle();
@@ -54,7 +54,7 @@ struct KrcUdp::Impl {
   }
 
   void cycle(TimePoint now) {
-    take_replies();
+    read_replies();
     const std::string_view packet = controller.tick(now);
     if (!packet.empty() && !unplugged.load()) {
       // Fails if the PC does not listen; ignored, as by the controller, and counted.
@@ -65,7 +65,7 @@ struct KrcUdp::Impl {
     if (on_cycle) on_cycle(controller, now);
   }
 
-  void take_replies() {
+  void read_replies() {
     for (;;) {
       const ssize_t got = replies.receive(socket, buffer);
       if (got < 0 && (errno == ECONNREFUSED || errno == EINTR))

@@ -9,7 +9,7 @@ using drivers::TimePoint;
 Line::Line(LineKind kind, drivers::Duration transit, std::uint64_t seed)
     : kind_(kind), transit_(transit), random_(seed) {}
 
-void Line::add(Trouble trouble) { troubles_.push_back(std::move(trouble)); }
+void Line::add(Trouble trouble) { line_faults_.push_back(std::move(trouble)); }
 
 void Line::put(TimePoint t, std::string bytes, bool in_order) {
   if (in_order) last_arrival_ = t = std::max(t, last_arrival_);
@@ -32,7 +32,7 @@ void Line::send(std::string_view sent, TimePoint t) {
   TimePoint arrival = t + transit_;
   bool in_order = true, touched = false;
   std::optional<drivers::Duration> again;
-  for (Trouble& trouble : troubles_) {
+  for (Trouble& trouble : line_faults_) {
     if (t < trouble.from || t >= trouble.until || trouble.most == 0) continue;
     if (trouble.share < 1.0 &&
         std::uniform_real_distribution<double>(0.0, 1.0)(random_) >= trouble.share) {
@@ -42,32 +42,32 @@ void Line::send(std::string_view sent, TimePoint t) {
     if (!touched) ++touched_;
     touched = true;
     switch (trouble.kind) {
-      case TroubleKind::kDrop:
+      case LineFaultKind::kDrop:
         if (kind_ != LineKind::kStream) return;
         arrival += kRepeatTime;
         break;
-      case TroubleKind::kCut:
+      case LineFaultKind::kCut:
         if (kind_ != LineKind::kStream || trouble.until == TimePoint::max()) return;
         arrival = std::max(arrival, trouble.until + kRepeatTime);
         break;
-      case TroubleKind::kDelay:
+      case LineFaultKind::kDelay:
         arrival += trouble.delay;
         break;
-      case TroubleKind::kDuplicate:
+      case LineFaultKind::kDuplicate:
         again = trouble.delay;
         break;
-      case TroubleKind::kReorder:
+      case LineFaultKind::kReorder:
         arrival += trouble.delay;
         in_order = kind_ != LineKind::kDatagrams;
         break;
-      case TroubleKind::kCorrupt:
+      case LineFaultKind::kCorrupt:
         damage(bytes);
         break;
-      case TroubleKind::kTruncate:
+      case LineFaultKind::kTruncate:
         bytes.resize(std::uniform_int_distribution<std::size_t>(0, bytes.size() - 1)(random_));
         if (kind_ == LineKind::kStream) ended_ = arrival;
         break;
-      case TroubleKind::kRewrite:
+      case LineFaultKind::kRewrite:
         trouble.rewrite(bytes);
         break;
     }
@@ -88,8 +88,8 @@ std::optional<Line::Message> Line::take(TimePoint now) {
 }
 
 bool Line::is_cut(TimePoint t) const {
-  return std::any_of(troubles_.begin(), troubles_.end(), [t](const Trouble& trouble) {
-    return trouble.kind == TroubleKind::kCut && t >= trouble.from && t < trouble.until;
+  return std::any_of(line_faults_.begin(), line_faults_.end(), [t](const Trouble& trouble) {
+    return trouble.kind == LineFaultKind::kCut && t >= trouble.from && t < trouble.until;
   });
 }
 

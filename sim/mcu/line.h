@@ -25,7 +25,7 @@ enum class LineKind {
   kStream,     ///< TCP: in order and complete, or not at all
 };
 
-enum class TroubleKind {
+enum class LineFaultKind {
   kDrop,       ///< datagram, frame: lost. Stream: retransmitted after kRepeatTime
   kDelay,      ///< by `delay`; subsequent messages wait, and arrive in a burst
   kDuplicate,  ///< repeated `delay` later. Not for streams
@@ -37,7 +37,7 @@ enum class TroubleKind {
 };
 
 struct Trouble {
-  TroubleKind kind = TroubleKind::kDrop;
+  LineFaultKind kind = LineFaultKind::kDrop;
   drivers::TimePoint from{}, until{};  ///< half-open interval
   double share = 1.0;                  ///< of the messages sent in it, drawn by the line's seed
   int most = -1;                       ///< maximum number; negative: all
@@ -55,7 +55,7 @@ class Line {
   /// May start in the future. Faults are cumulative.
   void add(Trouble trouble);
   /// Clears all active and scheduled faults.
-  void mend() { troubles_.clear(); }
+  void mend() { line_faults_.clear(); }
   void send(std::string_view bytes, drivers::TimePoint t);
 
   struct Message {
@@ -82,7 +82,7 @@ class Line {
   LineKind kind_;
   drivers::Duration transit_;
   std::mt19937_64 random_;
-  std::vector<Trouble> troubles_;
+  std::vector<Trouble> line_faults_;
   std::deque<Message> under_way_;  ///< by arrival
   drivers::TimePoint last_arrival_{};
   std::optional<drivers::TimePoint> ended_;

@@ -47,11 +47,11 @@ class Wire {
 
 }  // namespace
 
-std::vector<std::uint8_t> as_heard(std::span<const std::uint8_t> bytes, int sent_baud,
-                                   int heard_baud) {
+std::vector<std::uint8_t> received_as(std::span<const std::uint8_t> bytes, int sent_baud,
+                                      int receiver_baud) {
   const Wire wire(bytes);
   const double own =
-      static_cast<double>(sent_baud) / heard_baud;  // listener's bit in units of the sender's
+      static_cast<double>(sent_baud) / receiver_baud;  // listener's bit in units of the sender's
   std::vector<std::uint8_t> heard;
   double t = 0.0;
   while (t < wire.bits()) {

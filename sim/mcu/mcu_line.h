@@ -105,7 +105,7 @@ class LateLine final : public drivers::ByteLine {
 
 /// Bytes sent back to back, 8N1, sampled in the middle of the listener's bits. A missing stop bit
 /// yields a 0 byte, as from a terminal in raw mode.
-std::vector<std::uint8_t> as_heard(std::span<const std::uint8_t> bytes, int sent_baud,
-                                   int heard_baud);
+std::vector<std::uint8_t> received_as(std::span<const std::uint8_t> bytes, int sent_baud,
+                                      int receiver_baud);
 
 }  // namespace cellcal::sim

@@ -79,7 +79,7 @@ void McuPty::read_host() {
       if (host_baud_ == baud_) {
         mcu.receive(sent, now);
       } else {
-        mcu.receive(as_heard(sent, host_baud_, baud_), now);
+        mcu.receive(received_as(sent, host_baud_, baud_), now);
       }
     });
   }
@@ -90,10 +90,10 @@ bool McuPty::write_host(const Microcontroller::Output& output) {
   std::span<const std::uint8_t> bytes = output.frame.bytes();
   std::vector<std::uint8_t> garbled;
   if (host_baud_ != baud_) {
-    garbled = as_heard(bytes, baud_, host_baud_);
+    garbled = received_as(bytes, baud_, host_baud_);
     bytes = garbled;
   }
-  return somebody_there_ &&
+  return operator_present_ &&
          ::write(master_.get(), bytes.data(), bytes.size()) == static_cast<ssize_t>(bytes.size());
 }
 
@@ -101,8 +101,8 @@ bool McuPty::write_host(const Microcontroller::Output& output) {
 bool McuPty::can_wait() {
   pollfd look{master_.get(), POLLIN, 0};
   ::poll(&look, 1, 0);
-  somebody_there_ = (look.revents & POLLHUP) == 0;
-  return somebody_there_;
+  operator_present_ = (look.revents & POLLHUP) == 0;
+  return operator_present_;
 }
 
 }  // namespace cellcal::sim

@@ -33,7 +33,7 @@ class McuPty final : public McuThread {
   int host_baud_ = baud_;
   std::string symlink_;
   Fd master_;
-  bool somebody_there_ = false;
+  bool operator_present_ = false;
 };
 
 }  // namespace cellcal::sim

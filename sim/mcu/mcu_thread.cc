@@ -20,7 +20,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 /// Polling interval while the line is not open and cannot be waited for.
-constexpr std::chrono::milliseconds kNobodyThere{2};
+constexpr std::chrono::milliseconds kNoPeerPollPeriod{2};
 constexpr std::chrono::milliseconds kLongestWait{100};
 /// The kernel would otherwise delay a timed wait by 50 us to coalesce wake-ups.
 constexpr unsigned long kTimerSlackNs = 1;
@@ -95,7 +95,7 @@ void McuThread::wake() {
 
 void McuThread::run() {
   ::prctl(PR_SET_TIMERSLACK, kTimerSlackNs);
-  if (realtime_) run_as_hardware();
+  if (realtime_) request_hardware_priority();
   while (!stop_) {
     read_host();
     TimePoint next;
@@ -115,7 +115,7 @@ void McuThread::wait(TimePoint next) {
   const bool with_line = can_wait();
   pollfd fds[2] = {{wake_.get(), POLLIN, 0}, {fd(), POLLIN, 0}};
   Duration longest = std::min<Duration>(next - Clock::now(), kLongestWait);
-  if (!with_line) longest = std::min<Duration>(longest, kNobodyThere);
+  if (!with_line) longest = std::min<Duration>(longest, kNoPeerPollPeriod);
   const timespec timeout = to_timespec(longest);
   ::ppoll(fds, with_line ? 2 : 1, &timeout, nullptr);
   std::uint64_t drained = 0;

@@ -109,7 +109,7 @@ TimePoint Microcontroller::when(std::uint32_t wait) const {
 
 // The touch circuit -------------------------------------------------------------------------------
 
-void Microcontroller::look_at_circuit(TimePoint t) {
+void Microcontroller::examine_circuit(TimePoint t) {
   const bool holds = circuit_.gun_farad > 0.0;
   if (!holds) gun_v_.reset();
   if (holds && !gun_v_) gun_v_ = circuit_.gun_at_rest_v();
@@ -120,7 +120,7 @@ void Microcontroller::look_at_circuit(TimePoint t) {
   if (!silent_) conversions_left_ = kConversions;  // a hung board samples it after it resumes
 }
 
-void Microcontroller::tell_edge(TimePoint t) {
+void Microcontroller::report_edge(TimePoint t) {
   if (pin_high_ == seen_high_ || silent_) return;
   seen_high_ = pin_high_;
   sensor_on_edge(&sensor_, ticks(t), pin_high_);
@@ -129,17 +129,17 @@ void Microcontroller::tell_edge(TimePoint t) {
 
 /// The circuit has changed: the pin follows immediately, the converter in its turn.
 void Microcontroller::settle(TimePoint t) {
-  look_at_circuit(t);
+  examine_circuit(t);
   if (!silent_) convert(now_);
-  tell_edge(t);
+  report_edge(t);
 }
 
 /// Updates the gun's capacitor to t.
 void Microcontroller::move_gun(TimePoint t) {
   if (!gun_moves_ || t < gun_at_ + kGunStep) return;
   gun_v_ = circuit_.gun_after_v(*gun_v_, std::chrono::duration<double>(t - gun_at_).count());
-  look_at_circuit(t);
-  tell_edge(t);
+  examine_circuit(t);
+  report_edge(t);
 }
 
 void Microcontroller::drive_relay(TimePoint t) {
@@ -174,7 +174,8 @@ void Microcontroller::convert(TimePoint t) {
   --conversions_left_;
   next_conversion_ = t + kConversion;
   const double supply_v = circuit_.board.supply_v;
-  const sensor_voltages mv{millivolts(volts_.sense_v, supply_v), millivolts(volts_.feed_v, supply_v),
+  const sensor_voltages mv{millivolts(volts_.sense_v, supply_v),
+                           millivolts(volts_.feed_v, supply_v),
                            millivolts(volts_.earth_v, supply_v)};
   sensor_on_voltages(&sensor_, ticks(t), &mv);
 }

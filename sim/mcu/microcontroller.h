@@ -26,9 +26,9 @@ using drivers::TimePoint;
 
 struct McuOptions {
   int baud = CTP_DEFAULT_BAUD;
-  bool relay = false;  ///< fitted in place of plug X1
-  TouchBoard circuit = kUno;  ///< the board's components
-  bool datagrams = false;  ///< the board on Ethernet; its `baud` is then the bit rate
+  bool relay = false;             ///< fitted in place of plug X1
+  TouchBoard circuit = kUno;      ///< the board's components
+  bool datagrams = false;         ///< the board on Ethernet; its `baud` is then the bit rate
   double drift_ppm = 0.0;         ///< rate of its clock relative to nominal
   std::uint32_t first_ticks = 0;  ///< clock at power on
   std::uint32_t uid = 0x4D435531;
@@ -44,7 +44,7 @@ struct McuFaults {
   /// The tip's contact is set by edges, the test pin by the firmware: both members are ignored
   /// here.
   TouchCircuit circuit = {};
-  bool silent = false;  ///< hung: neither receives nor sends
+  bool silent = false;        ///< hung: neither receives nor sends
   bool relay_welded = false;  ///< one of its poles stays closed
   bool relay_dead = false;    ///< its coil is open
 };
@@ -116,8 +116,8 @@ class Microcontroller {
   void transmit(TimePoint t);
   void settle(TimePoint t);
   void convert(TimePoint t);
-  void look_at_circuit(TimePoint t);
-  void tell_edge(TimePoint t);
+  void examine_circuit(TimePoint t);
+  void report_edge(TimePoint t);
   void move_gun(TimePoint t);
   void drive_relay(TimePoint t);
   void move_relay(TimePoint t);

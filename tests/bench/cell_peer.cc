@@ -66,7 +66,7 @@ struct CellPeer::Impl {
 
   void run() {
     ::prctl(PR_SET_TIMERSLACK, 1UL);  // otherwise timed waits are 50 us late to save wake-ups
-    if (options.realtime) granted = ask_for_realtime(kHardwarePriority);
+    if (options.realtime) granted = request_realtime(kHardwarePriority);
     controller.rsi_on();
     next_packet = Steady::now() + controller.cycle();
     while (!stopping.load()) {

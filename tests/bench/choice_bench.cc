@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "calib/files/files.h"
-#include "calib/model/random.h"
+#include "calib/model/linear.h"
 #include "calib/plan/choose.h"
 #include "calib/plan/design.h"
 #include "calib/plan/pool.h"

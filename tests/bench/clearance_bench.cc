@@ -8,7 +8,7 @@
 #include <chrono>
 
 #include "calib/files/files.h"
-#include "calib/model/random.h"
+#include "calib/model/linear.h"
 #include "calib/plan/candidates.h"
 #include "calib/plan/clearance.h"
 #include "calib/plan/plan.h"

@@ -38,7 +38,7 @@ struct Reader {
                            [this](boost::system::error_code error, std::size_t n) {
                              if (error) return;
                              core.on_bytes({bytes.data(), n}, Steady::now());
-                             if (core.take_event()) {
+                             if (core.pop_event()) {
                                seen_ns = Steady::now().time_since_epoch().count();
                              }
                              read();
@@ -64,7 +64,7 @@ int main(int argc, char** argv) {
   reader.read();
   std::atomic<bool> realtime{false};
   std::thread thread([&] {
-    realtime = !normal && cellcal::bench::ask_for_realtime(cellcal::bench::kDriverPriority);
+    realtime = !normal && cellcal::bench::request_realtime(cellcal::bench::kDriverPriority);
     reader.io.run();
   });
 

@@ -55,7 +55,7 @@ class BareEcho {
 
  private:
   void run(bool realtime) {
-    if (realtime) ask_for_realtime(kDriverPriority);
+    if (realtime) request_realtime(kDriverPriority);
     std::array<char, 256> bytes{};
     while (!stop_.load()) {
       pollfd ready{port_->fd(), POLLIN, 0};

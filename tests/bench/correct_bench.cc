@@ -11,7 +11,7 @@
 #include "calib/export/corrector.h"
 #include "calib/files/files.h"
 #include "calib/model/kinematics.h"
-#include "calib/model/random.h"
+#include "calib/model/linear.h"
 #include "calib/model/units.h"
 #include "calib/result/level.h"
 #include "tests/command_line/command_line.h"

@@ -8,7 +8,7 @@
 
 #include "calib/files/files.h"
 #include "calib/model/inverse.h"
-#include "calib/model/random.h"
+#include "calib/model/linear.h"
 #include "calib/result/level.h"
 #include "tests/command_line/command_line.h"
 

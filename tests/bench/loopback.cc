@@ -31,7 +31,7 @@ sockaddr_in loopback(std::uint16_t port) {
 
 }  // namespace
 
-bool ask_for_realtime(int priority) {
+bool request_realtime(int priority) {
   sched_param param{};
   param.sched_priority = priority;
   return pthread_setschedparam(pthread_self(), SCHED_FIFO, &param) == 0;

@@ -15,7 +15,7 @@ inline constexpr int kHardwarePriority = drivers::IoThreadOptions{}.priority + 1
 inline constexpr int kDriverPriority = drivers::IoThreadOptions{}.priority;
 
 /// SCHED_FIFO for the calling thread. False where it is not permitted.
-bool ask_for_realtime(int priority);
+bool request_realtime(int priority);
 
 /// Bound to a free port of 127.0.0.1. Throws std::runtime_error.
 class Udp {

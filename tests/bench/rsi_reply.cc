@@ -38,7 +38,7 @@ class Echo {
 
  private:
   void run(bool realtime) {
-    if (realtime) ask_for_realtime(kDriverPriority);
+    if (realtime) request_realtime(kDriverPriority);
     std::array<char, 2048> buffer{};
     while (!stop_.load()) {
       pollfd ready{socket_.fd(), POLLIN, 0};
@@ -121,7 +121,7 @@ int main(int argc, char** argv) {
   Peer to_robot(robot.port()), to_echo(echo.port());
 
   const Burners load(burners);  // before this thread has a priority that they would inherit
-  const bool granted = realtime && ask_for_realtime(kHardwarePriority) && io.warnings().empty();
+  const bool granted = realtime && request_realtime(kHardwarePriority) && io.warnings().empty();
   Replies adapter, bare;
   auto next = SteadyClock::now();
   for (int i = 0; i < count; ++i) {

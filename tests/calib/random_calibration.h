@@ -1,7 +1,7 @@
 #pragma once
 // A calibration as from an identification, of an arm with random errors of every kind.
 
-#include "calib/model/random.h"
+#include "calib/model/linear.h"
 #include "calib/result/calibration.h"
 
 namespace cellcal::calib::testing {

@@ -18,7 +18,7 @@
 #include "calib/identify/identify.h"
 #include "calib/model/error.h"
 #include "calib/model/kinematics.h"
-#include "calib/model/random.h"
+#include "calib/model/linear.h"
 #include "calib/result/finding.h"
 #include "tests/command_line/command_line.h"
 #include "tests/experiments/world.h"

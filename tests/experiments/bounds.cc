@@ -16,7 +16,6 @@
 #include "calib/files/robot_file.h"
 #include "calib/identify/identify.h"
 #include "calib/model/linear.h"
-#include "calib/model/random.h"
 #include "tests/command_line/command_line.h"
 #include "tests/experiments/trial.h"
 

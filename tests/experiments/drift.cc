@@ -64,7 +64,7 @@ Run unchanged_run(int length, std::uint64_t seed) {
   calib::Random random(seed);
   calib::Charts charts(std::nullopt);
   Run run;
-  calib::CheckSeen check;
+  calib::CheckMeasurement check;
   for (int k = 1; k <= length; ++k) {
     for (double& one : check.shift_m) one = random.normal();
     const auto at = charts.take(check);
@@ -237,7 +237,7 @@ Delay run_of(const Watched& on, const Scenario& scenario, int most, calib::Rando
     const auto touches = made(on, scenario, months, random);
     if (!touches) continue;
     const auto shift = on.gauge->measure(*touches);
-    calib::CheckSeen check;
+    calib::CheckMeasurement check;
     check.session = k;
     check.time_s = k / kChecksPerMonth * kMonthS;
     check.shift_m = shift.shift_m;

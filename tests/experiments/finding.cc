@@ -38,7 +38,7 @@ void add(Row& row, double diameter_m, double sigma_m, const Tip& tip, std::uint6
   options.seed = seed;
   const sim::Truth truth = sim::draw_truth(cell, options);
   const Vector3d taught = cell.targets.front().centre_m;
-  cell = calib::testing::honestly_rough(cell, sigma_m, static_cast<unsigned>(seed));
+  cell = calib::testing::as_rough_as_stated(cell, sigma_m, static_cast<unsigned>(seed));
   ++row.of;
   try {
     const auto found = calib::testing::drive(cell, truth, true, 1);

@@ -15,7 +15,7 @@
 #include "calib/files/files.h"
 #include "calib/files/robot_file.h"
 #include "calib/identify/identify.h"
-#include "calib/model/random.h"
+#include "calib/model/linear.h"
 #include "calib/model/units.h"
 #include "calib/priors/accept.h"
 #include "calib/priors/learn.h"

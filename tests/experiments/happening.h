@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "calib/model/random.h"
+#include "calib/model/linear.h"
 #include "calib/result/tcp_check.h"
 #include "tests/experiments/world.h"
 

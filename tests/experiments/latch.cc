@@ -24,8 +24,8 @@
 
 #include "calib/files/files.h"
 #include "calib/identify/identify_once.h"
+#include "calib/model/linear.h"
 #include "calib/model/parameter_key.h"
-#include "calib/model/random.h"
 #include "calib/plan/plan.h"
 #include "daemon/backends/virtual_cell.h"
 #include "daemon/config/space_config.h"
@@ -337,7 +337,7 @@ struct Left {
 
 Left left_by_estimate(calib::Cell cell, const Made& made, double delay_sigma_s) {
   cell.latch_delay_sigma_s = delay_sigma_s;
-  const calib::Calibration found = calib::identify_as_stated(cell, made.touches);
+  const calib::Calibration found = calib::identify_single_pass(cell, made.touches);
   const double delay_s = calib::correction_of(found, calib::latch_delay_parameter());
   Left left;
   left.delay_ms = 1e3 * delay_s;

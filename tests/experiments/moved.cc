@@ -9,7 +9,7 @@
 #include "calib/files/files.h"
 #include "calib/files/robot_file.h"
 #include "calib/identify/identify.h"
-#include "calib/model/random.h"
+#include "calib/model/linear.h"
 #include "tests/command_line/command_line.h"
 #include "tests/experiments/world.h"
 

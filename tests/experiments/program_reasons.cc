@@ -10,7 +10,7 @@
 #include "calib/export/machine_data.h"
 #include "calib/files/input_file.h"
 #include "calib/model/error.h"
-#include "calib/model/random.h"
+#include "calib/model/linear.h"
 #include "daemon/krl/correct_program.h"
 #include "tests/calib/random_calibration.h"
 #include "tests/calib/simulate.h"

@@ -10,7 +10,7 @@
 #include "calib/estimate/region.h"
 #include "calib/files/robot_file.h"
 #include "calib/identify/identify.h"
-#include "calib/model/random.h"
+#include "calib/model/linear.h"
 #include "calib/plan/duration.h"
 #include "calib/result/finding.h"
 

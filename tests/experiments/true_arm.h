@@ -6,7 +6,7 @@
 #include <functional>
 #include <vector>
 
-#include "calib/model/random.h"
+#include "calib/model/linear.h"
 #include "calib/model/robot.h"
 
 namespace cellcal::experiments {

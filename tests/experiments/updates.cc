@@ -13,7 +13,7 @@
 #include "calib/files/robot_file.h"
 #include "calib/identify/identify.h"
 #include "calib/identify/update.h"
-#include "calib/model/random.h"
+#include "calib/model/linear.h"
 #include "calib/plan/check_plan.h"
 #include "calib/plan/duration.h"
 #include "tests/command_line/command_line.h"

@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "calib/model/random.h"
+#include "calib/model/linear.h"
 #include "calib/model/robot.h"
 #include "calib/model/touch.h"
 #include "calib/plan/plan.h"

@@ -9,7 +9,7 @@
 #include <string_view>
 
 #include "daemon/api/event_feed.h"
-#include "daemon/api/http/same_site.h"
+#include "daemon/api/http/http.h"
 #include "daemon/api/routes.h"
 #include "daemon/api/run_request.h"
 

@@ -67,7 +67,7 @@ void host_stays_sane(std::span<const std::uint8_t> bytes) {
     while (const auto answer = core.poll_arm()) {
       require(answer->refusal != drivers::ArmRefusal::kNone || answer->facts.armed, "armed");
     }
-    while (const auto event = core.take_event()) {
+    while (const auto event = core.pop_event()) {
       require(std::isfinite(event->time_sigma_s) && event->time_sigma_s > 0, "sigma");
     }
     require(!core.snapshot(now + std::chrono::seconds{1}).alive, "silence is not life");

@@ -82,7 +82,7 @@ void through_frames(std::string_view bytes) {
       "<RobotState Session=\"0\" Heard=\"0\"><Axis A1=\"1\"/><Move Id=\"0\" State=\"0\" "
       "Outcome=\"0\"/><Status Ready=\"1\"/><Frame Ask=\"0\"/></RobotState>";
   for (int k = 0; k < 6; ++k) exchange.on_bytes(at_rest, t += std::chrono::milliseconds(100));
-  require(!exchange.take_output().empty(), "nothing was sent");
+  require(!exchange.drain_output().empty(), "nothing was sent");
   for (std::size_t from = 0; from < bytes.size(); from += 61)
     exchange.on_bytes(bytes.substr(from, 61), t);
   exchange.on_closed();

@@ -14,7 +14,7 @@
 #include <string>
 
 #include "calib/model/long_work.h"
-#include "daemon/api/http/server_impl.h"
+#include "daemon/api/http/server.h"
 
 namespace cellcal::daemon {
 
@@ -26,7 +26,7 @@ inline constexpr std::uint32_t kMostHeader = 8 * 1024;
 /// Deadline of a pending answer, so that a client can distinguish a quiet daemon from a dead one.
 inline constexpr std::chrono::seconds kLongestWait{20};
 /// Time for a client whose request was refused midway to read the reason.
-inline constexpr std::chrono::seconds kLongestFarewell{2};
+inline constexpr std::chrono::seconds kFarewellTimeout{2};
 
 template <class Stream>
 struct IsTls : std::false_type {};
@@ -106,7 +106,7 @@ class ConnectionOn final : public Connection,
     lowest().expires_never();
     const auto server = server_.lock();
     if (!server) return close();
-    if (auto refusal = server->parts.admit(request_)) return hold_back(std::move(*refusal));
+    if (auto refusal = server->parts.admit(request_)) return delay_answer(std::move(*refusal));
     if (server->parts.slow && server->parts.slow(request_)) return ask_clerk(*server);
     waits_ = Waits::kForChange;
     timer_.expires_after(kLongestWait);
@@ -172,7 +172,7 @@ class ConnectionOn final : public Connection,
   }
 
   /// Delays a refusal to slow down guessing. The slot is available to others meanwhile.
-  void hold_back(Response refusal) {
+  void delay_answer(Response refusal) {
     if (refusal.hold.count() == 0) return write(std::move(refusal), keep_);
     waits_ = Waits::kForRequest;
     timer_.expires_after(std::exchange(refusal.hold, {}));
@@ -193,7 +193,7 @@ class ConnectionOn final : public Connection,
   void write(std::optional<Response> given, bool keep, std::shared_ptr<void> held = {}) {
     waits_ = Waits::kForReader;
     Response response = given ? std::move(*given) : error(500, "no answer");
-    if (response.hold.count() > 0) return hold_back(std::move(response));
+    if (response.hold.count() > 0) return delay_answer(std::move(response));
     if (response.stream) return follow(std::move(response));
     held_ = held ? std::move(held) : hold(response);
     if (!held_) response = no_room();
@@ -208,7 +208,7 @@ class ConnectionOn final : public Connection,
                         self->answer_ = {};  // released before the next request is awaited
                         self->held_.reset();
                         if (code) return self->close();
-                        keep ? self->read() : self->say_goodbye();
+                        keep ? self->read() : self->drain_and_close();
                       });
   }
 
@@ -248,7 +248,7 @@ class ConnectionOn final : public Connection,
     waits_ = Waits::kForEvents;
     close_when_it_speaks();
     send_chunk();
-    server->keep_looking();
+    server->poll_streams();
   }
 
   /// One piece at a time is in flight; nothing is buffered for a slow reader.
@@ -283,9 +283,9 @@ class ConnectionOn final : public Connection,
   }
 
   /// Closing with unread bytes would discard the answer of a client that is still sending.
-  void say_goodbye() {
+  void drain_and_close() {
     waits_ = Waits::kForRequest;
-    lowest().expires_after(kLongestFarewell);
+    lowest().expires_after(kFarewellTimeout);
     if constexpr (IsTls<SocketStream>::value) {
       stream_.async_shutdown(
           [self = this->shared_from_this()](beast::error_code) { self->close(); });

@@ -1,12 +1,14 @@
 // Listener on a TCP address.
 
+#include "daemon/api/http/network_listener.h"
+
 #include <netinet/tcp.h>
 
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/ssl/context.hpp>
 #include <optional>
 
-#include "daemon/api/http/network_connection.h"
+#include "daemon/api/http/connection_on.h"
 
 namespace cellcal::daemon {
 
@@ -103,6 +105,20 @@ void check_tls(const NetworkAddress& address) {
 std::shared_ptr<HttpServer::Impl> listen_on(asio::io_context& context,
                                             const NetworkAddress& address, ServerParts parts) {
   return std::make_shared<NetworkListener>(context, address, std::move(parts));
+}
+
+std::shared_ptr<Connection> plain_connection(asio::ip::tcp::socket socket, std::string peer,
+                                             std::weak_ptr<HttpServer::Impl> server) {
+  return std::make_shared<ConnectionOn<beast::tcp_stream>>(beast::tcp_stream(std::move(socket)),
+                                                           std::move(peer), std::move(server));
+}
+
+std::shared_ptr<Connection> tls_connection(asio::ip::tcp::socket socket, std::string peer,
+                                           std::weak_ptr<HttpServer::Impl> server,
+                                           asio::ssl::context& tls) {
+  using TlsStream = beast::ssl_stream<beast::tcp_stream>;
+  return std::make_shared<ConnectionOn<TlsStream>>(
+      TlsStream(beast::tcp_stream(std::move(socket)), tls), std::move(peer), std::move(server));
 }
 
 }  // namespace cellcal::daemon

@@ -6,8 +6,6 @@
 #include <tuple>
 #include <vector>
 
-#include "daemon/api/http/server_impl.h"
-
 namespace cellcal::daemon {
 
 namespace asio = boost::asio;
@@ -64,7 +62,7 @@ bool HttpServer::Impl::make_room_for_a_stream(const std::string& caller) {
   return true;
 }
 
-void HttpServer::Impl::keep_looking() { ask_followers_at(followers_asked_ + kLookPeriod); }
+void HttpServer::Impl::poll_streams() { ask_followers_at(followers_asked_ + kLookPeriod); }
 
 void HttpServer::Impl::ask_followers_at(std::chrono::steady_clock::time_point when) {
   if (stopped) return;
@@ -84,7 +82,7 @@ void HttpServer::Impl::ask_followers() {
     any = true;
     one->ask(false);
   }
-  if (any) keep_looking();
+  if (any) poll_streams();
 }
 
 void HttpServer::Impl::ask_all() {
@@ -139,5 +137,32 @@ void HttpServer::stop() {
 }
 
 std::uint16_t HttpServer::port() const { return impl_->port(); }
+
+bool Clerk::post(const Request& request, std::function<void()> job) {
+  const bool acts = request.method != "GET";
+  const std::string& name = request.caller.name;
+  {
+    const std::lock_guard lock(mutex_);
+    std::deque<Waiting>& waiting = acts ? acting_ : looking_;
+    const auto own = static_cast<std::size_t>(std::count_if(
+        waiting.begin(), waiting.end(), [&](const Waiting& one) { return one.name == name; }));
+    if (waiting.size() >= (acts ? kMostActing : kMostLooking)) return false;
+    if (own >= (acts ? kMostActingOfOne : kMostLookingOfOne)) return false;
+    waiting.push_back({name, std::move(job)});
+  }
+  worker_.post([this] { do_next(); });
+  return true;
+}
+
+void Clerk::do_next() {
+  std::function<void()> job;
+  {
+    const std::lock_guard lock(mutex_);
+    std::deque<Waiting>& waiting = acting_.empty() ? looking_ : acting_;
+    job = std::move(waiting.front().job);
+    waiting.pop_front();
+  }
+  job();
+}
 
 }  // namespace cellcal::daemon

@@ -20,7 +20,7 @@ using LocalStream = beast::basic_stream<Local, asio::any_io_executor>;
 constexpr mode_t kSocketMode = 0660;
 
 /// An existing socket file may belong to a dead or a running daemon, or be no socket at all.
-void make_way(asio::io_context& context, const std::filesystem::path& socket) {
+void remove_stale_socket(asio::io_context& context, const std::filesystem::path& socket) {
   struct stat info {};
   if (::lstat(socket.c_str(), &info) != 0) return;
   if (!S_ISSOCK(info.st_mode)) {
@@ -44,7 +44,7 @@ class UnixListener final : public HttpServer::Impl {
  public:
   UnixListener(asio::io_context& io, std::filesystem::path path, ServerParts given)
       : Impl(io, std::move(given)), socket_(std::move(path)), acceptor_(io) {
-    make_way(io, socket_);
+    remove_stale_socket(io, socket_);
     beast::error_code code;
     acceptor_.open(Local());
     // Created with its final mode: no window between bind and chmod.

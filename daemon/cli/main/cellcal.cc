@@ -18,7 +18,7 @@
 #include "calib/files/text.h"
 #include "daemon/cli/commands.h"
 #include "daemon/cli/offline.h"
-#include "daemon/files/system_words.h"
+#include "daemon/files/atomic_file.h"
 
 namespace {
 

@@ -11,7 +11,7 @@
 #include <cstdio>
 
 #include "daemon/config/config_values.h"
-#include "daemon/files/system_words.h"
+#include "daemon/files/atomic_file.h"
 #include "daemon/fleet/collector.h"
 #include "daemon/fleet/main/fleet_config.h"
 #include "daemon/fleet/main/fleet_options.h"

@@ -10,7 +10,7 @@
 #include "calib/files/toml.h"
 #include "daemon/config/config_values.h"
 #include "daemon/config/http_config.h"
-#include "daemon/plant/messages/names.h"
+#include "daemon/plant/messages/text_fields.h"
 
 namespace cellcal::daemon::fleet {
 

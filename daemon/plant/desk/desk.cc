@@ -7,7 +7,7 @@
 #include <algorithm>
 
 #include "calib/model/error.h"
-#include "daemon/files/system_words.h"
+#include "daemon/files/atomic_file.h"
 #include "daemon/plant/line/cell_metrics.h"
 
 namespace cellcal::daemon::plant {
@@ -130,7 +130,7 @@ Response Desk::hear(const Request& request, const Now& now) {
   if (parts_.now() - health_at_ >= period) {
     health_at_ = parts_.now();
     try {
-      parts_.tell_health();
+      parts_.publish_health();
     } catch (const std::exception& failed) {
       spdlog::warn("[plant]: health not reported: {}", printable(failed.what()));
     }

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "daemon/api/http/message.h"
-#include "daemon/files/seldom.h"
+#include "daemon/files/log_context.h"
 #include "daemon/plant/desk/desk_words.h"
 #include "daemon/plant/messages/outbox.h"
 #include "daemon/plant/messages/proposal.h"
@@ -35,7 +35,7 @@ class Desk {
     /// State of the cell as metrics, where enabled.
     std::function<std::vector<sparkplug::Metric>()> metrics;
     /// Called periodically while the process is running.
-    std::function<void()> tell_health;
+    std::function<void()> publish_health;
   };
   explicit Desk(Parts parts);
 
@@ -61,7 +61,7 @@ class Desk {
 
   Parts parts_;
   std::string born_;
-  Seldom refused_, unread_;
+  OccurrenceLimit refused_, unread_;
   std::vector<sparkplug::Metric> metrics_;  ///< newest readable state
   Time proposals_since_{}, health_at_{};
   int proposals_ = 0;

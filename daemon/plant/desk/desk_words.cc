@@ -1,6 +1,6 @@
 #include "daemon/plant/desk/desk_words.h"
 
-#include "daemon/files/system_words.h"
+#include "daemon/files/atomic_file.h"
 #include "daemon/plant/messages/fact.h"
 #include "daemon/plant/messages/text_fields.h"
 

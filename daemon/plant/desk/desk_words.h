@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "daemon/config/plant_config.h"
+#include "daemon/plant/line/edge_node.h"
 #include "daemon/plant/line/line_status.h"
-#include "daemon/plant/line/payload.h"
 #include "daemon/plant/messages/outbox.h"
 
 namespace cellcal::daemon::plant {

@@ -7,7 +7,6 @@
 #include "calib/files/json.h"
 #include "daemon/config/schedule_config.h"
 #include "daemon/files/atomic_file.h"
-#include "daemon/files/system_words.h"
 #include "daemon/plant/messages/text_fields.h"
 
 namespace cellcal::daemon::plant {
@@ -29,18 +28,18 @@ bool has_effect(ProposalKind kind) { return kind == ProposalKind::kActivate || h
 
 /// Retention class, the shortest first.
 enum class Hold { kNobodys, kDecided, kLasting, kOpen };
-Hold hold_of(const KeptProposal& one) {
+Hold hold_of(const StoredProposal& one) {
   if (one.stand == Stand::kOpen) return Hold::kOpen;
   if (one.stand == Stand::kWithdrawn || one.by == kCell) return Hold::kNobodys;
   return has_effect(one.proposal.kind) ? Hold::kLasting : Hold::kDecided;
 }
 
-std::size_t count_of(const std::vector<KeptProposal>& all, Hold hold) {
+std::size_t count_of(const std::vector<StoredProposal>& all, Hold hold) {
   return static_cast<std::size_t>(std::ranges::count(all, hold, hold_of));
 }
 
 /// Foreign texts may have any length.
-std::size_t bytes_of(const KeptProposal& one) {
+std::size_t bytes_of(const StoredProposal& one) {
   return one.proposal.text.size() + one.proposal.reason.size() + one.reason.size();
 }
 
@@ -116,14 +115,14 @@ void ProposalBox::store() const {
   }
 }
 
-KeptProposal* ProposalBox::known(const std::string& id) {
+StoredProposal* ProposalBox::known(const std::string& id) {
   const auto found =
-      std::ranges::find(kept_.all, id, [](const KeptProposal& one) { return one.proposal.id; });
+      std::ranges::find(kept_.all, id, [](const StoredProposal& one) { return one.proposal.id; });
   return found == kept_.all.end() ? nullptr : &*found;
 }
 
-KeptProposal& ProposalBox::open(const std::string& id) {
-  KeptProposal* found = known(id);
+StoredProposal& ProposalBox::open(const std::string& id) {
+  StoredProposal* found = known(id);
   if (found == nullptr)
     throw NotDecided(NotDecided::Why::kUnknown, "unknown proposal \"" + id + "\"");
   if (found->stand != Stand::kOpen)
@@ -134,8 +133,8 @@ KeptProposal& ProposalBox::open(const std::string& id) {
 }
 
 /// Stored on disk, or not decided. A failed report to the plant does not revert it.
-KeptProposal ProposalBox::decide(KeptProposal& kept, Stand stand, const Say& say) {
-  const KeptProposal before = kept;
+StoredProposal ProposalBox::decide(StoredProposal& kept, Stand stand, const Say& say) {
+  const StoredProposal before = kept;
   kept.stand = stand;
   kept.decided = say.utc;
   kept.by = say.by;
@@ -150,7 +149,7 @@ KeptProposal ProposalBox::decide(KeptProposal& kept, Stand stand, const Say& say
   return kept;
 }
 
-void ProposalBox::report(KeptProposal& kept) {
+void ProposalBox::report(StoredProposal& kept) {
   if (kept.reported || kept.stand == Stand::kOpen) return;
   try {
     const bool person = kept.stand != Stand::kWithdrawn && kept.by != kCell && kept.by != kPolicy;
@@ -178,10 +177,10 @@ void ProposalBox::act(const Proposal& proposal, const Say& say) {
 /// Drops the oldest proposals: undecided by an operator first, then those without an effect. Ids of proposals with an effect are
 /// kept longest, since a forgotten one could be carried out again.
 void ProposalBox::make_room() {
-  std::vector<KeptProposal>& all = kept_.all;
+  std::vector<StoredProposal>& all = kept_.all;
   const auto bytes = [&] {
     std::size_t sum = 0;
-    for (const KeptProposal& one : all) sum += bytes_of(one);
+    for (const StoredProposal& one : all) sum += bytes_of(one);
     return sum;
   };
   const auto too_many = [&] {
@@ -204,14 +203,14 @@ void ProposalBox::make_room() {
 
 std::optional<Stand> ProposalBox::take(const Proposal& proposal, const std::string& utc) {
   const std::lock_guard lock(mutex_);
-  KeptProposal* kept = known(proposal.id);
+  StoredProposal* kept = known(proposal.id);
   const bool withdrawn = proposal.kind == ProposalKind::kWithdraw;
   const Say withdrawal{proposal.by, own_reason("withdrawn: " + proposal.reason), utc};
   if (kept != nullptr && withdrawn && kept->stand == Stand::kOpen)
     return decide(*kept, Stand::kWithdrawn, withdrawal).stand;
   if (kept == nullptr) {
     if (!withdrawn && count_of(kept_.all, Hold::kOpen) >= kMostOpen) return std::nullopt;
-    const KeptProposals before = kept_;
+    const StoredProposals before = kept_;
     kept_.all.push_back({proposal, utc, Stand::kOpen, "", "", ""});
     make_room();
     kept = &kept_.all.back();
@@ -232,7 +231,7 @@ std::optional<Stand> ProposalBox::take(const Proposal& proposal, const std::stri
 }
 
 /// On failure the decision is left to an operator, or to the next reception.
-void ProposalBox::by_policy(KeptProposal& kept, const std::string& utc) {
+void ProposalBox::by_policy(StoredProposal& kept, const std::string& utc) {
   if (!may_be_policy(kept.proposal.kind) || !parts_.policy(kept.proposal.kind)) return;
   if (has_effect(kept.proposal.kind) && count_of(kept_.all, Hold::kLasting) >= kMostLasting) return;
   const Say say{kPolicy, "", utc};
@@ -244,7 +243,7 @@ void ProposalBox::by_policy(KeptProposal& kept, const std::string& utc) {
   decide(kept, Stand::kAccepted, say);
 }
 
-std::vector<KeptProposal> ProposalBox::all() const {
+std::vector<StoredProposal> ProposalBox::all() const {
   const std::lock_guard lock(mutex_);
   return {kept_.all.rbegin(), kept_.all.rend()};
 }
@@ -259,16 +258,16 @@ bool ProposalBox::full() const {
   return count_of(kept_.all, Hold::kLasting) >= kMostLasting;
 }
 
-KeptProposal ProposalBox::accept(const std::string& id, const Say& say) {
+StoredProposal ProposalBox::accept(const std::string& id, const Say& say) {
   const std::lock_guard lock(mutex_);
-  KeptProposal& kept = open(id);
+  StoredProposal& kept = open(id);
   if (const auto why = unusable(kept.proposal))
     throw NotDecided(NotDecided::Why::kUnusable, "proposal \"" + id + "\" cannot be used: " + *why);
   act(kept.proposal, say);
   return decide(kept, Stand::kAccepted, say);
 }
 
-KeptProposal ProposalBox::refuse(const std::string& id, const Say& say) {
+StoredProposal ProposalBox::refuse(const std::string& id, const Say& say) {
   const std::lock_guard lock(mutex_);
   return decide(open(id), Stand::kRefused, say);
 }
@@ -291,8 +290,8 @@ fields::Value<Proposal> proposal() {
           }};
 }
 
-const fields::Table<KeptProposal>& kept_fields() {
-  using T = KeptProposal;
+const fields::Table<StoredProposal>& kept_fields() {
+  using T = StoredProposal;
   static const fields::Table<T> kTable{
       field("proposal", &T::proposal, proposal()),
       field("received", &T::received, line()),
@@ -310,14 +309,14 @@ const fields::Table<KeptProposal>& kept_fields() {
 
 }  // namespace
 
-std::string proposals_to_json(const KeptProposals& kept) {
+std::string proposals_to_json(const StoredProposals& kept) {
   return calib::write_lines(
       {{"format", kFormat},
        {"dropped", kept.dropped},
        {"proposals", fields::list(fields::object(kept_fields())).to(kept.all)}});
 }
 
-KeptProposals proposals_from_json(std::string_view json, const std::string& name) {
+StoredProposals proposals_from_json(std::string_view json, const std::string& name) {
   const nlohmann::json parsed = json_of(json, kLargestFile, name);
   const calib::JsonReader reader(parsed, name);
   if (reader.at("format").text() != kFormat)

@@ -18,14 +18,14 @@ namespace cellcal::daemon::plant {
 enum class Stand { kOpen, kAccepted, kRefused, kWithdrawn };
 const char* to_string(Stand stand);
 
-struct KeptProposal {
+struct StoredProposal {
   Proposal proposal;
   std::string received;  ///< ISO 8601 UTC, clock of this computer
   Stand stand = Stand::kOpen;
   std::string decided, by, reason;  ///< time, author, reason; empty while open
   bool reported = false;            ///< to the plant
 
-  bool operator==(const KeptProposal&) const = default;
+  bool operator==(const StoredProposal&) const = default;
 };
 
 /// Author, reason and time of a decision.
@@ -51,11 +51,11 @@ inline constexpr std::size_t kMostKeptBytes = std::size_t{4} << 20;
 inline constexpr std::size_t kLongestOwnReason = 500;
 
 /// Content of the file.
-struct KeptProposals {
-  std::vector<KeptProposal> all{};  ///< oldest first
-  std::int64_t dropped = 0;         ///< decided ones no longer listed
+struct StoredProposals {
+  std::vector<StoredProposal> all{};  ///< oldest first
+  std::int64_t dropped = 0;           ///< decided ones no longer listed
 
-  bool operator==(const KeptProposals&) const = default;
+  bool operator==(const StoredProposals&) const = default;
 };
 
 class ProposalBox {
@@ -83,24 +83,24 @@ class ProposalBox {
   std::optional<Stand> take(const Proposal& proposal, const std::string& utc);
 
   /// Newest first.
-  std::vector<KeptProposal> all() const;
+  std::vector<StoredProposal> all() const;
   /// Number of decided proposals that are no longer listed.
   std::int64_t dropped() const;
   /// kMostLasting are stored: proposals with an effect require an operator's decision, whatever the policy.
   bool full() const;
   /// Return the decided proposal. Throw NotDecided; accept() also the exceptions of activation.
-  KeptProposal accept(const std::string& id, const Say& say);
-  KeptProposal refuse(const std::string& id, const Say& say);
+  StoredProposal accept(const std::string& id, const Say& say);
+  StoredProposal refuse(const std::string& id, const Say& say);
 
   /// File of an accepted schedule or priors.
   std::filesystem::path file_of(const Proposal& proposal) const;
 
  private:
-  KeptProposal* known(const std::string& id);
-  KeptProposal& open(const std::string& id);
-  KeptProposal decide(KeptProposal& kept, Stand stand, const Say& say);
-  void report(KeptProposal& kept);
-  void by_policy(KeptProposal& kept, const std::string& utc);
+  StoredProposal* known(const std::string& id);
+  StoredProposal& open(const std::string& id);
+  StoredProposal decide(StoredProposal& kept, Stand stand, const Say& say);
+  void report(StoredProposal& kept);
+  void by_policy(StoredProposal& kept, const std::string& utc);
   void act(const Proposal& proposal, const Say& say);
   void store() const;
   void make_room();
@@ -108,7 +108,7 @@ class ProposalBox {
   Parts parts_;
   std::string problem_;
   mutable std::mutex mutex_;
-  KeptProposals kept_;
+  StoredProposals kept_;
 };
 
 /// Reason why it can never be used, by the cell's own parsers; none: usable.
@@ -118,8 +118,8 @@ bool may_be_policy(ProposalKind kind);
 
 // File `proposals.json` ("cellcal.proposals/1").
 
-std::string proposals_to_json(const KeptProposals& kept);
+std::string proposals_to_json(const StoredProposals& kept);
 /// Throws calib::FileError.
-KeptProposals proposals_from_json(std::string_view json, const std::string& name);
+StoredProposals proposals_from_json(std::string_view json, const std::string& name);
 
 }  // namespace cellcal::daemon::plant

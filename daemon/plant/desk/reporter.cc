@@ -163,7 +163,7 @@ std::string PlantReporter::address() const {
   return parts_.name.cell.empty() ? std::string() : parts_.name.plant + "/" + parts_.name.cell;
 }
 
-bool PlantReporter::tells_of(const std::string& other) const {
+bool PlantReporter::publishes_name(const std::string& other) const {
   return other == address() || std::ranges::find(parts_.former, other) != parts_.former.end();
 }
 

@@ -34,7 +34,7 @@ class PlantReporter final : public Reporter {
   std::vector<Report> activation(const Activation& activation) const override;
   Report dropped(std::int64_t first, std::int64_t last, std::int64_t count) const override;
   std::string address() const override;
-  bool tells_of(const std::string& address) const override;
+  bool publishes_name(const std::string& address) const override;
   std::int64_t most_bytes() const override { return parts_.most_bytes; }
   void waits() const override {
     if (parts_.waits) parts_.waits();

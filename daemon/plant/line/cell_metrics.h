@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/plant/line/payload.h"
+#include "daemon/plant/line/edge_node.h"
 
 namespace cellcal::daemon::plant::sparkplug {
 

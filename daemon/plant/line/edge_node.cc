@@ -5,6 +5,7 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <boost/asio/executor_work_guard.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/post.hpp>
@@ -14,10 +15,10 @@
 #include <optional>
 #include <thread>
 
-#include "daemon/files/seldom.h"
+#include "daemon/files/log_context.h"
 #include "daemon/plant/line/mqtt_line.h"
-#include "daemon/plant/line/payload.h"
 #include "daemon/runner/backend.h"
+#include "sparkplug_b.pb.h"
 
 namespace cellcal::daemon::plant::sparkplug {
 
@@ -74,9 +75,9 @@ struct EdgeNode::Impl {
   std::uint8_t next_seq = 0;
   std::vector<Metric> published;  ///< as known to the host
   std::chrono::steady_clock::time_point up_since;
-  std::optional<int> death_said;  ///< its message
-  Seldom connections;
-  std::map<LineProblem, Seldom> warnings;
+  std::optional<int> death_message;  ///< its message
+  OccurrenceLimit connections;
+  std::map<LineProblem, OccurrenceLimit> warnings;
   bool is_up = false, birth_wanted = false, stopping = false, orderly = true;
   mutable std::mutex status_mutex;
   LineStatus status;
@@ -100,7 +101,7 @@ void EdgeNode::Impl::connect() {
       context, parts.config, death(),
       MqttLine::Events{[this] { up(); },
                        [this](int message, const std::optional<LineFailure>&) {
-                         if (line && message == death_said) line->close();
+                         if (line && message == death_message) line->close();
                        },
                        [this](const std::string&, const std::string& command) {
                          if (asks_for_rebirth(command)) birth_wanted = true;
@@ -207,7 +208,7 @@ void EdgeNode::Impl::stop() {
     if (!cancelled) context.stop();
   });
   try {
-    death_said = line->publish(death());
+    death_message = line->publish(death());
   } catch (const NotPublished&) {  // the will is sent instead
     context.stop();
   }
@@ -222,13 +223,58 @@ EdgeNode::~EdgeNode() {
   impl_->thread.join();
 }
 
-void EdgeNode::leave_without_a_farewell() {
+void EdgeNode::close_with_will() {
   asio::post(impl_->context, [impl = impl_.get()] { impl->orderly = false; });
 }
 
 LineStatus EdgeNode::status() const {
   const std::lock_guard lock(impl_->status_mutex);
   return impl_->status;
+}
+
+namespace {
+
+namespace wire = cellcal::sparkplug;
+
+constexpr std::size_t kLargestCommand = std::size_t{1} << 16;
+
+struct PutValue {
+  wire::Metric& to;
+  void operator()(std::monostate) const { to.set_is_null(true); }
+  /// Two's complement, as defined by the standard.
+  void operator()(std::int64_t value) const {
+    to.set_long_value(static_cast<std::uint64_t>(value));
+  }
+  void operator()(double value) const { to.set_double_value(value); }
+  void operator()(bool value) const { to.set_boolean_value(value); }
+  void operator()(const std::string& value) const { to.set_string_value(value); }
+};
+
+}  // namespace
+
+std::string payload(const std::vector<Metric>& metrics, std::uint64_t time_ms,
+                    std::optional<std::uint8_t> seq, Types types) {
+  wire::Payload whole;
+  whole.set_timestamp(time_ms);
+  for (const Metric& metric : metrics) {
+    wire::Metric& one = *whole.add_metrics();
+    one.set_name(metric.name);
+    one.set_timestamp(time_ms);
+    if (types == Types::kDeclared) one.set_datatype(static_cast<std::uint32_t>(metric.type));
+    std::visit(PutValue{one}, metric.value);
+  }
+  if (seq) whole.set_seq(*seq);
+  return whole.SerializeAsString();
+}
+
+bool asks_for_rebirth(std::string_view command) {
+  wire::Payload whole;
+  if (command.size() > kLargestCommand ||
+      !whole.ParseFromArray(command.data(), static_cast<int>(command.size())))
+    return false;
+  return std::ranges::any_of(whole.metrics(), [](const wire::Metric& one) {
+    return one.name() == kRebirth && one.boolean_value();
+  });
 }
 
 }  // namespace cellcal::daemon::plant::sparkplug

@@ -2,15 +2,51 @@
 // The cell as a Sparkplug B edge node on the plant's broker, on its own thread; callers never block.
 
 #include <chrono>
+#include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <variant>
 #include <vector>
 
 #include "daemon/config/plant_config.h"
 #include "daemon/plant/line/line_status.h"
-#include "daemon/plant/line/payload.h"
 
 namespace cellcal::daemon::plant::sparkplug {
+
+// Serialisation of Sparkplug B payloads; encapsulates Protobuf.
+
+// One value of a Sparkplug node.
+
+/// Numbers of the standard.
+enum class DataType : std::uint32_t {
+  kInt64 = 4,
+  kDouble = 10,
+  kBoolean = 11,
+  kString = 12,
+  kDateTime = 13
+};
+
+struct Metric {
+  std::string name;
+  DataType type = DataType::kInt64;
+  /// monostate: unknown. DateTime is ms since 1970, UTC, as std::int64_t.
+  std::variant<std::monostate, std::int64_t, double, bool, std::string> value{};
+
+  bool operator==(const Metric&) const = default;
+};
+
+/// Metrics of a birth include their types, those of data messages do not: the host knows them.
+enum class Types { kDeclared, kKnown };
+/// `time_ms`: since 1970, UTC. `seq`: none in an NDEATH.
+std::string payload(const std::vector<Metric>& metrics, std::uint64_t time_ms,
+                    std::optional<std::uint8_t> seq, Types types);
+
+inline constexpr const char* kRebirth = "Node Control/Rebirth";
+/// True if a command requests a new birth. The sender is unverified: an invalid payload requests nothing.
+bool asks_for_rebirth(std::string_view command);
 
 class EdgeNode {
  public:
@@ -33,7 +69,7 @@ class EdgeNode {
   EdgeNode& operator=(const EdgeNode&) = delete;
 
   /// Ends as a lost line: the broker publishes the will to the host.
-  void leave_without_a_farewell();
+  void close_with_will();
   /// `acknowledged`: number of births and data messages sent.
   LineStatus status() const;
 

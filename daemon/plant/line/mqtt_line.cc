@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "calib/files/input_file.h"
-#include "daemon/files/system_words.h"
+#include "daemon/files/atomic_file.h"
 
 namespace cellcal::daemon::plant {
 

@@ -18,8 +18,8 @@
 #include <thread>
 
 #include "calib/files/calibration_json.h"
-#include "daemon/files/seldom.h"
-#include "daemon/files/system_words.h"
+#include "daemon/files/atomic_file.h"
+#include "daemon/files/log_context.h"
 #include "daemon/plant/line/mqtt_line.h"
 #include "daemon/plant/messages/fact.h"
 #include "daemon/plant/messages/presence.h"
@@ -79,7 +79,7 @@ struct Publisher::Impl {
   bool broker_has_enough() const;
   LineFailure too_large() const;
   void warn_of(const LineFailure& too_large);
-  void say_what_waits();
+  void publish_backlog();
   MqttLine::Message presence(bool online, bool farewell) const;
   void forget_acknowledged();
   void hold(std::chrono::milliseconds time, const LineFailure& why);
@@ -114,8 +114,8 @@ struct Publisher::Impl {
     std::string words;
     std::chrono::steady_clock::time_point at;
   } warned;  ///< already logged, of facts too large for the broker
-  Seldom not_understood, connections;
-  std::map<LineProblem, Seldom> warnings;
+  OccurrenceLimit not_understood, connections;
+  std::map<LineProblem, OccurrenceLimit> warnings;
   bool is_up = false, held = false, stopping = false, orderly = true;
   std::atomic<bool> poked{false};
   mutable std::mutex status_mutex;
@@ -375,7 +375,7 @@ bool Publisher::Impl::broker_has_enough() const {
 }
 
 /// Nothing is in flight; sets the reason in the status.
-void Publisher::Impl::say_what_waits() {
+void Publisher::Impl::publish_backlog() {
   known = parts.outbox.count();
   if (broker_has_enough()) {
     say({LineProblem::kUnstored,
@@ -413,7 +413,7 @@ void Publisher::Impl::send_waiting() {
   }
   if (under_way.empty()) {
     forget_acknowledged();
-    if (!held) say_what_waits();
+    if (!held) publish_backlog();
   }
 }
 
@@ -492,7 +492,7 @@ void Publisher::poke() {
   });
 }
 
-void Publisher::leave_without_a_farewell() {
+void Publisher::close_with_will() {
   asio::post(impl_->context, [impl = impl_.get()] { impl->orderly = false; });
 }
 

@@ -41,7 +41,7 @@ class Publisher {
   /// The outbox may contain new facts. Thread-safe.
   void poke();
   /// Ends as a lost line: the broker publishes the will to the plant.
-  void leave_without_a_farewell();
+  void close_with_will();
   LineStatus status() const;
   const PlantConfig& config() const;
 

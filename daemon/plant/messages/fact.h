@@ -10,7 +10,7 @@
 #include <variant>
 #include <vector>
 
-#include "daemon/plant/messages/names.h"
+#include "daemon/plant/messages/text_fields.h"
 
 namespace cellcal::daemon::plant {
 

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "daemon/plant/messages/names.h"
+#include "daemon/plant/messages/text_fields.h"
 
 namespace cellcal::daemon::plant {
 

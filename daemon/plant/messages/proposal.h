@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "daemon/plant/messages/names.h"
+#include "daemon/plant/messages/text_fields.h"
 
 namespace cellcal::daemon::plant {
 

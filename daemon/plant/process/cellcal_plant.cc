@@ -11,8 +11,8 @@
 #include <optional>
 #include <utility>
 
-#include "daemon/files/seldom.h"
-#include "daemon/files/system_words.h"
+#include "daemon/files/atomic_file.h"
+#include "daemon/files/log_context.h"
 #include "daemon/main/log.h"
 #include "daemon/plant/desk/desk_client.h"
 #include "daemon/plant/line/edge_node.h"
@@ -59,8 +59,8 @@ class Lines {
 
   /// The daemon is gone; the broker publishes the will.
   void lose() {
-    if (publisher_) publisher_->leave_without_a_farewell();
-    if (node_) node_->leave_without_a_farewell();
+    if (publisher_) publisher_->close_with_will();
+    if (node_) node_->close_with_will();
     end();
   }
 
@@ -103,7 +103,7 @@ class Lines {
   std::vector<sparkplug::Metric> metrics_;
   std::optional<PlantConfig> plant_;
   std::string daemon_;
-  Seldom not_taken_;
+  OccurrenceLimit not_taken_;
   std::unique_ptr<DeskClient> desk_;
   std::unique_ptr<Publisher> publisher_;
   std::unique_ptr<sparkplug::EdgeNode> node_;

@@ -143,14 +143,14 @@ class Budget {
 };
 
 /// Pending bytes as news. Empty: none; kind kLost: none from now on.
-std::optional<PortNews> read_some(Port& port) {
-  PortNews news;
+std::optional<PortUpdate> read_some(Port& port) {
+  PortUpdate news;
   const PortReading reading = port.read(news.bytes);
   news.t = Steady::now();
   news.arrived = reading.arrived;
   news.size = static_cast<std::uint16_t>(reading.size);
   news.error = reading.error;
-  if (reading.lost) news.kind = PortNews::Kind::kLost;
+  if (reading.lost) news.kind = PortUpdate::Kind::kLost;
   if (!reading.lost && reading.size == 0) return std::nullopt;
   return news;
 }
@@ -175,7 +175,7 @@ PortPump::~PortPump() {
 }
 
 /// Waits while the robot's thread does not run; the bytes then stay in the terminal.
-void PortPump::tell(const PortNews& news) {
+void PortPump::tell(const PortUpdate& news) {
   while (!queues_.news.push(news)) {
     if (stop_) return;
     std::this_thread::sleep_for(kPause);
@@ -184,9 +184,9 @@ void PortPump::tell(const PortNews& news) {
 }
 
 void PortPump::read_port() {
-  become_port_thread("port-read", options_.priority);
-  PortNews opened;
-  opened.kind = PortNews::Kind::kOpened;
+  configure_port_thread("port-read", options_.priority);
+  PortUpdate opened;
+  opened.kind = PortUpdate::Kind::kOpened;
   opened.opening = options_.opening;
   opened.t = Steady::now();
   tell(opened);
@@ -194,17 +194,17 @@ void PortPump::read_port() {
   while (!stop_) {
     pollfd ends[2] = {{port_->fd(), POLLIN, 0}, {stop_reading_.fd(), POLLIN, 0}};
     if (::poll(ends, 2, -1) < 0 || ends[0].revents == 0) continue;
-    std::optional<PortNews> news = read_some(*port_);
+    std::optional<PortUpdate> news = read_some(*port_);
     if (!news) continue;
     news->opening = options_.opening;
     tell(*news);
-    if (news->kind == PortNews::Kind::kLost) return lost_();
+    if (news->kind == PortUpdate::Kind::kLost) return lost_();
     budget.spend(news->size);
   }
 }
 
 void PortPump::write_port() {
-  become_port_thread("port-write", options_.priority);
+  configure_port_thread("port-write", options_.priority);
   while (!stop_) {
     pollfd call{queues_.frames_call.fd(), POLLIN, 0};
     if (::poll(&call, 1, -1) < 0) continue;

@@ -48,7 +48,7 @@ class PortPump {
  private:
   void read_port();
   void write_port();
-  void tell(const PortNews& news);
+  void tell(const PortUpdate& news);
   void send_queued();
 
   const std::unique_ptr<Port> port_;
@@ -73,7 +73,7 @@ class PortKeeper {
   PortKeeper(const PortKeeper&) = delete;
   PortKeeper& operator=(const PortKeeper&) = delete;
 
-  /// Number of the next opening: PortNews of it and of later ones have at least this number.
+  /// Number of the next opening: PortUpdate of it and of later ones have at least this number.
   std::uint32_t next_opening() const;
   /// Opens the port, which must be closed, on this thread. Throws DriverError.
   void open();

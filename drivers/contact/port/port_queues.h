@@ -49,7 +49,7 @@ class Call {
 };
 
 /// Messages from the port to the robot's thread, in order.
-struct PortNews {
+struct PortUpdate {
   enum class Kind { kOpened, kBytes, kLost } kind = Kind::kBytes;
   std::uint32_t opening = 0;  ///< number of the port's opening
   int error = 0;              ///< kLost: errno, 0: end of file
@@ -69,7 +69,7 @@ struct PortFrame {
 
 struct PortQueues {
   /// 58 KiB: the size that a tty buffers without a reader.
-  boost::lockfree::spsc_queue<PortNews, boost::lockfree::capacity<256>> news;
+  boost::lockfree::spsc_queue<PortUpdate, boost::lockfree::capacity<256>> news;
   boost::lockfree::spsc_queue<PortFrame, boost::lockfree::capacity<64>> frames;
   Call news_call, frames_call;
   std::atomic<std::uint64_t> unsent{0};  ///< frames rejected by the port
@@ -78,7 +78,7 @@ struct PortQueues {
 // Name and priority of the I/O threads of a port.
 
 /// Sets the calling thread's name (at most 15 characters) and SCHED_FIFO priority; 0: none.
-inline void become_port_thread(const char* name, int priority) {
+inline void configure_port_thread(const char* name, int priority) {
   ::pthread_setname_np(::pthread_self(), name);
   if (priority == 0) return;
   sched_param param{};

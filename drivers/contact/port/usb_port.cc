@@ -269,7 +269,7 @@ class UsbPort : public Port {
     fd_ = ends[0];
     far_ = ends[1];
     thread_ = std::thread([this, priority] {
-      become_port_thread("port-usb", priority);
+      configure_port_thread("port-usb", priority);
       bridge_.run(far_);
     });
   }

@@ -105,7 +105,7 @@ void EkiAsideLine::run(EkiAside& aside) {
     error_code error;
     if (impl_->stop.stop_requested() || (failure && failure != asio::error::timed_out)) {
       aside.on_closed();
-    } else if (const std::string out = aside.take_output(); !out.empty()) {
+    } else if (const std::string out = aside.drain_output(); !out.empty()) {
       asio::write(impl_->socket, asio::buffer(out), error);
       if (error) aside.on_closed();
     }

@@ -22,7 +22,7 @@ class EkiAside {
   virtual void on_tick(TimePoint now) = 0;
   virtual void on_closed() = 0;
   /// Output to be sent completely, once.
-  virtual std::string take_output() = 0;
+  virtual std::string drain_output() = 0;
   virtual bool ended() const = 0;
 };
 

@@ -70,7 +70,7 @@ struct EkiCore::Impl {
   /// The arm is stopped by the controller's dead man and its own detection of the lost connection.
   void lose(EkiLoss loss, const Cause& cause) {
     if (mover.busy()) finish(mover.abandon(cause));
-    if (const auto move = queue.take_waiting()) refuse(*move, cause);
+    if (const auto move = queue.next_waiting_move()) refuse(*move, cause);
     rereference_asked = false;
     greeted = false;
     state.loss = loss;
@@ -242,8 +242,8 @@ struct EkiCore::Impl {
 
   AxisAngles actual() const { return {state.actual_rad, state.actual_rad + axes()}; }
 
-  void take_up_waiting(TimePoint now) {
-    const auto move = queue.take_waiting();
+  void start_waiting_move(TimePoint now) {
+    const auto move = queue.next_waiting_move();
     if (!move) return;
     if (ending) return refuse(*move, cause::Closing{});
     if (!linked()) return refuse(*move, cause::NotConnected{state.waited_s});
@@ -269,7 +269,7 @@ struct EkiCore::Impl {
   }
 
   void stop() {
-    if (const auto move = queue.take_waiting()) {
+    if (const auto move = queue.next_waiting_move()) {
       refuse(*move, cause::StopAsked{}, MoveOutcome::kStopped);
     }
     mover.halt(MoveOutcome::kStopped, cause::StopAsked{});
@@ -294,7 +294,7 @@ struct EkiCore::Impl {
       // The move could still begin later; closing the connection prevents it.
       if (cut) lose(EkiLoss::kNotTaken, done->cause);
     }
-    take_up_waiting(now);
+    start_waiting_move(now);
     send_due(now);
     refresh(now);
   }
@@ -380,12 +380,12 @@ bool EkiCore::ended() const {
                            (impl_->bye_sent && impl_->sender.output().empty()));
 }
 
-std::optional<CoreResult> EkiCore::take_result() { return impl_->queue.take_result(); }
+std::optional<CoreResult> EkiCore::next_result() { return impl_->queue.next_result(); }
 
 const EkiCoreState& EkiCore::core_state() const { return impl_->state; }
 
 std::optional<MoveResult> EkiCore::poll() {
-  const auto result = take_result();
+  const auto result = next_result();
   if (!result) return std::nullopt;
   return to_move_result(*result);
 }
@@ -432,8 +432,8 @@ EkiLatchResult latch_of(const EkiTouch& touch, const EkiConfig& config,
     const double allowed =
         kLatchSlackRad + std::abs(speed) * (kLatchWindowS + std::abs(config.latch_delay_s));
     if (std::abs(latched - (*path)[i]) > allowed) {
-      return {std::nullopt, cause::LatchAstray{static_cast<std::uint8_t>(i), latched * kDegPerRad,
-                                               (*path)[i] * kDegPerRad}};
+      return {std::nullopt, cause::LatchOutOfRange{static_cast<std::uint8_t>(i),
+                                                   latched * kDegPerRad, (*path)[i] * kDegPerRad}};
     }
     latch.contact_rad[i] = latched - speed * config.latch_delay_s;
   }

@@ -53,7 +53,7 @@ class EkiCore {
   void end_session();
   bool ended() const;  ///< the bye was output, or there is no connection
 
-  std::optional<CoreResult> take_result();
+  std::optional<CoreResult> next_result();
   const EkiCoreState& core_state() const;
   std::optional<MoveResult> poll();
   RobotState state() const;

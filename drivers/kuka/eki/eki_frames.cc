@@ -123,6 +123,6 @@ void EkiFrameExchange::set(const EkiFrameValues& values, std::uint32_t ask, Time
 
 void EkiFrameExchange::on_closed() { end(EkiFrameTrouble::kClosed); }
 
-std::string EkiFrameExchange::take_output() { return std::exchange(output_, {}); }
+std::string EkiFrameExchange::drain_output() { return std::exchange(output_, {}); }
 
 }  // namespace cellcal::drivers

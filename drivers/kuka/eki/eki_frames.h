@@ -79,7 +79,7 @@ class EkiFrameExchange : public EkiAside {
   /// one.
   void set(const EkiFrameValues& values, std::uint32_t ask, TimePoint now);
   /// From this call on the outcome may be unknown.
-  std::string take_output() override;
+  std::string drain_output() override;
   const std::optional<EkiFrameResult>& result() const { return result_; }
 
  private:

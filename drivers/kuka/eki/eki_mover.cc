@@ -166,7 +166,7 @@ std::optional<CoreResult> EkiMover::on_state(const EkiState& state, TimePoint no
   }
   if (phase_ == Phase::kMoving) {
     if (state.progress == EkiProgress::kDone && ours) {
-      take_done(state, now);
+      take_progress_report(state, now);
     } else if (!ours || state.progress == EkiProgress::kIdle) {
       // The program no longer knows the move: it was reset.
       fail(MoveOutcome::kNotFollowing, cause::ProgramAborted{state.fault});
@@ -184,7 +184,7 @@ std::optional<CoreResult> EkiMover::on_state(const EkiState& state, TimePoint no
 
 // ---- end of motion -----------------------------------------------------------------------------
 
-void EkiMover::take_done(const EkiState& state, TimePoint now) {
+void EkiMover::take_progress_report(const EkiState& state, TimePoint now) {
   done_at_ = now;
   if (state.latch_id == command_.id && state.latch_deg.size() >= command_.target_deg.size()) {
     latched_rad_.emplace();
@@ -212,8 +212,8 @@ void EkiMover::take_done(const EkiState& state, TimePoint now) {
     case EkiOutcome::kStop:
       break;
   }
-  if (state.outcome == EkiOutcome::kArrived && !last_leg()) return take_leg_done(now);
-  if (searching()) return take_search_done(state.outcome, now);
+  if (state.outcome == EkiOutcome::kArrived && !last_leg()) return on_leg_done(now);
+  if (searching()) return on_search_done(state.outcome, now);
   if (state.outcome == EkiOutcome::kInput) {
     fail(MoveOutcome::kUnexpectedContact, cause::TouchedOutsideSearch{});
   } else if (state.outcome == EkiOutcome::kStop) {
@@ -223,7 +223,7 @@ void EkiMover::take_done(const EkiState& state, TimePoint now) {
 
 /// At a way-point: continues immediately, unless a retreat has not opened its contact on its first
 /// leg.
-void EkiMover::take_leg_done(TimePoint now) {
+void EkiMover::on_leg_done(TimePoint now) {
   if (leg_ == 0 && move_.kind == MoveKind::kRetreat && sensor_.present() && !sensor_.opened()) {
     open_due_ = now;  // the sensor's next messages decide whether it is closed
     return fail(MoveOutcome::kContactSilent, cause::OpeningUnheard{});
@@ -231,7 +231,7 @@ void EkiMover::take_leg_done(TimePoint now) {
   ask(leg_ + 1, leg_target(move_, leg_), now);
 }
 
-void EkiMover::take_search_done(EkiOutcome outcome, TimePoint now) {
+void EkiMover::on_search_done(EkiOutcome outcome, TimePoint now) {
   by_input_ = outcome == EkiOutcome::kInput;
   if (by_input_ || touched_at_) {
     phase_ = Phase::kVerdict;

@@ -69,14 +69,14 @@ class EkiMover {
   void ask(std::size_t leg, const AxisAngles& from_rad, TimePoint now);
   bool last_leg() const { return leg_ + 1 == leg_count(move_); }
   void choose_path(const AxisAngles& at_rad);
-  void take_leg_done(TimePoint now);
+  void on_leg_done(TimePoint now);
   std::optional<Cause> too_fast(const Move& move, const AxisAngles& at_rad) const;
   void watch_search(TimePoint now);
   void watch_arrived(TimePoint now);
   void watch_other(TimePoint now);
   void watch_motion(const EkiState& state, TimePoint now);
-  void take_done(const EkiState& state, TimePoint now);
-  void take_search_done(EkiOutcome outcome, TimePoint now);
+  void take_progress_report(const EkiState& state, TimePoint now);
+  void on_search_done(EkiOutcome outcome, TimePoint now);
   void await_verdict(TimePoint now);
   void begin_settling(TimePoint now);
   std::optional<CoreResult> settle(TimePoint now);

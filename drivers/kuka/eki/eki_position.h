@@ -33,7 +33,7 @@ class EkiPositionReading : public EkiAside {
   void on_bytes(std::string_view bytes, TimePoint now) override;
   void on_tick(TimePoint now) override;
   void on_closed() override { end(EkiPositionTrouble::kClosed); }
-  std::string take_output() override { return {}; }
+  std::string drain_output() override { return {}; }
   bool ended() const override { return result_.has_value(); }
   const std::optional<EkiPosition>& result() const { return result_; }
 

@@ -149,7 +149,7 @@ struct EkiRobot::Impl : std::enable_shared_from_this<EkiRobot::Impl> {
     core->on_closed(now);
     next_try = now + kRetry;
     if (!why.empty()) {
-      const std::lock_guard lock(why_mutex);
+      const std::lock_guard lock(error_mutex);
       last_why = why;
     }
     shell.publish(*core);
@@ -186,7 +186,7 @@ struct EkiRobot::Impl : std::enable_shared_from_this<EkiRobot::Impl> {
   std::array<char, kRead> received{};
 
   RobotShell<EkiCore> shell;
-  mutable std::mutex why_mutex;  // locked only at the end of a connection, never on the cycle
+  mutable std::mutex error_mutex;  // locked only at the end of a connection, never on the cycle
   std::string last_why;
 };
 
@@ -208,7 +208,7 @@ RobotState EkiRobot::state() const {
   const EkiCoreState core = impl_->shell.state();
   RobotState state = to_robot_state(core, impl_->peer_name);
   if (!core.connected) {
-    const std::lock_guard lock(impl_->why_mutex);
+    const std::lock_guard lock(impl_->error_mutex);
     if (!impl_->last_why.empty()) state.words += ". Last error: " + impl_->last_why;
   }
   return state;

@@ -12,19 +12,20 @@ namespace {
 constexpr int kContextAxes = 6;
 constexpr int kFewestDecimals = 4;  // 1e-4 deg: 2.5 um at 1.4 m
 // Defaults of the objects for parameters absent from the context.
-constexpr double kUsualPrecision = 1, kUsualTimeout = 10, kUsualClampDeg = 5, kUsualMonitorDeg = 6;
+constexpr double kDefaultPrecision = 1, kDefaultTimeout = 10, kDefaultClampDeg = 5,
+                 kDefaultMonitorDeg = 6;
 constexpr int kExitMoveCorr = 4;
 constexpr double kRounding = 1e-9;
 
 void check_ethernet(const RsiSet& set, const RsiContextFile& file, const RsiObject& ethernet) {
-  const ParameterValue precision = value_of(set, file, ethernet, "Precision", kUsualPrecision);
+  const ParameterValue precision = value_of(set, file, ethernet, "Precision", kDefaultPrecision);
   if (precision.value < kFewestDecimals) {
     set.findings.refuse(file.name, precision.line,
                         "Precision is {}: AIPos with {} decimals is too coarse to calibrate. "
                         "Set 4 or more",
                         precision.value, precision.value);
   }
-  const ParameterValue timeout = value_of(set, file, ethernet, "Timeout", kUsualTimeout);
+  const ParameterValue timeout = value_of(set, file, ethernet, "Timeout", kDefaultTimeout);
   if (timeout.value != set.config.timeout_cycles) {
     set.findings.warn(file.name, timeout.line, "Timeout is {}, [controller] timeout_cycles is {}",
                       timeout.value, set.config.timeout_cycles);
@@ -35,9 +36,9 @@ void check_limits(const RsiSet& set, const RsiContextFile& file, const RsiObject
   const double limit = set.config.correction_limit_deg;
   for (int i = 1; i <= kContextAxes; ++i) {
     const ParameterValue low =
-        value_of(set, file, corrector, fmt::format("LowerLimA{}", i), -kUsualClampDeg);
+        value_of(set, file, corrector, fmt::format("LowerLimA{}", i), -kDefaultClampDeg);
     const ParameterValue high =
-        value_of(set, file, corrector, fmt::format("UpperLimA{}", i), kUsualClampDeg);
+        value_of(set, file, corrector, fmt::format("UpperLimA{}", i), kDefaultClampDeg);
     for (const auto& [what, have] : {std::pair{"LowerLimA", low}, std::pair{"UpperLimA", high}}) {
       const double reach = what[0] == 'L' ? -have.value : have.value;
       if (reach >= limit - kRounding) continue;
@@ -56,18 +57,18 @@ void check_monitor(const RsiSet& set, const RsiContextFile& file, const RsiObjec
       set.findings.warn(file.name, 0,
                         "AXISCORRMON is missing: if it also counts corrections in space, it "
                         "stops at {} deg",
-                        kUsualMonitorDeg);
-    } else if (limit > kUsualMonitorDeg) {
+                        kDefaultMonitorDeg);
+    } else if (limit > kDefaultMonitorDeg) {
       set.findings.refuse(file.name, 0,
                           "AXISCORRMON is missing: it then stops at {} deg, [rsi] "
                           "correction_limit_deg is {}",
-                          kUsualMonitorDeg, limit);
+                          kDefaultMonitorDeg, limit);
     }
     return;
   }
   for (int i = 1; i <= kContextAxes; ++i) {
     const ParameterValue most =
-        value_of(set, file, *monitor, fmt::format("MaxA{}", i), kUsualMonitorDeg);
+        value_of(set, file, *monitor, fmt::format("MaxA{}", i), kDefaultMonitorDeg);
     if (most.value >= limit - kRounding) continue;
     set.findings.refuse(file.name, most.line,
                         "MaxA{} of {} is {} deg, [rsi] correction_limit_deg is {}: RSI would stop "

@@ -55,10 +55,10 @@ void check_config(const RsiSet& set) {
 }
 
 void check_sent(const RsiSet& set) {
-  const bool says_tcp =
+  const bool states_tcp =
       std::any_of(set.channel.send.begin(), set.channel.send.end(),
                   [](const RsiElement& one) { return wire::same_name(one.tag, "DEF_RIst"); });
-  if (set.config.space.on && !says_tcp) {
+  if (set.config.space.on && !states_tcp) {
     set.findings.warn(set.channel.name, 0,
                       "SEND: DEF_RIst is missing: a wrong $TOOL or $BASE would not be detected "
                       "before the arm moves");

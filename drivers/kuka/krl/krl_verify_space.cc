@@ -8,7 +8,7 @@ namespace cellcal::drivers::krl {
 namespace {
 
 // Defaults of the objects for parameters absent from the context.
-constexpr double kUsualLimitMm = 5, kUsualTurnDeg = 5, kUsualMonitor = 6;
+constexpr double kDefaultLimitMm = 5, kDefaultTurnDeg = 5, kDefaultMonitor = 6;
 constexpr double kSpaceRounding = 1e-9;
 // TrafoCosysType of RSI: as a number, or by name in RSI-Visual's model.
 constexpr std::string_view kFrames[] = {"World", "Base", "RobRoot", "Tool", "TTS"};
@@ -85,28 +85,28 @@ void check_space(const RsiSet& set, const RsiContextFile& file, const RsiObject&
   const char* const clamped = "moves would be silently clamped";
   for (const char* name : {"LowerLimX", "LowerLimY", "LowerLimZ"})
     check_bound(set, file, corrector,
-                {name, kShiftKey, "mm", space.limit_mm, kUsualLimitMm, -1, clamped});
+                {name, kShiftKey, "mm", space.limit_mm, kDefaultLimitMm, -1, clamped});
   for (const char* name : {"UpperLimX", "UpperLimY", "UpperLimZ"})
     check_bound(set, file, corrector,
-                {name, kShiftKey, "mm", space.limit_mm, kUsualLimitMm, 1, clamped});
+                {name, kShiftKey, "mm", space.limit_mm, kDefaultLimitMm, 1, clamped});
   check_bound(set, file, corrector,
-              {"MaxRotAngle", kTurnKey, "deg", space.turn_limit_deg, kUsualTurnDeg, 1, clamped});
+              {"MaxRotAngle", kTurnKey, "deg", space.turn_limit_deg, kDefaultTurnDeg, 1, clamped});
   check_frame(set, file, corrector);
   const RsiObject* monitor = file.only("POSCORRMON");
   if (monitor == nullptr) {
-    if (space.limit_mm > kUsualMonitor || space.turn_limit_deg > kUsualMonitor) {
+    if (space.limit_mm > kDefaultMonitor || space.turn_limit_deg > kDefaultMonitor) {
       set.findings.refuse(file.name, 0,
                           "POSCORRMON is missing: it then stops at {0} mm or {0} deg, [rsi] "
                           "correction_limit_mm is {1}, correction_turn_limit_deg {2}",
-                          kUsualMonitor, space.limit_mm, space.turn_limit_deg);
+                          kDefaultMonitor, space.limit_mm, space.turn_limit_deg);
     }
     return;
   }
   const char* const stopped = "RSI would stop with KSS29000";
   check_bound(set, file, *monitor,
-              {"MaxTrans", kShiftKey, "mm", space.limit_mm, kUsualMonitor, 1, stopped});
+              {"MaxTrans", kShiftKey, "mm", space.limit_mm, kDefaultMonitor, 1, stopped});
   check_bound(set, file, *monitor,
-              {"MaxRotAngle", kTurnKey, "deg", space.turn_limit_deg, kUsualMonitor, 1, stopped});
+              {"MaxRotAngle", kTurnKey, "deg", space.turn_limit_deg, kDefaultMonitor, 1, stopped});
 }
 
 void check_frames(const std::string& name, const std::string& text, const RsiFilesConfig& config,

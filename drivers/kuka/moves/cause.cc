@@ -336,7 +336,7 @@ struct Words {
   std::string operator()(const cause::LatchMissing&) const {
     return "the controller stopped by its input but sent no latched angles of this move";
   }
-  std::string operator()(const cause::LatchAstray& c) const {
+  std::string operator()(const cause::LatchOutOfRange& c) const {
     return fmt::format(
         "{}: {:.4f} deg latched, {:.4f} deg measured at the contact. Check latch_delay_ms",
         name(c.axis), c.latched_deg, c.measured_deg);

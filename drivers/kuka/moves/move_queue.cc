@@ -12,7 +12,7 @@ CoreResult refusal_of(const Move& move, const Cause& why, const AxisAngles& at_r
   return refusal;
 }
 
-std::optional<Move> MoveQueue::take_waiting() {
+std::optional<Move> MoveQueue::next_waiting_move() {
   std::optional<Move> move = pending_;
   pending_.reset();
   return move;
@@ -23,7 +23,7 @@ void MoveQueue::add(const CoreResult& result) {
   results_.push_back(result);
 }
 
-std::optional<CoreResult> MoveQueue::take_result() {
+std::optional<CoreResult> MoveQueue::next_result() {
   if (results_.empty()) return std::nullopt;
   const CoreResult oldest = results_.front();
   results_.erase(results_.begin());

@@ -19,11 +19,11 @@ class MoveQueue {
   bool waiting() const { return pending_.has_value(); }
   void wait(const Move& move) { pending_ = move; }
   /// Removes and returns the pending move.
-  std::optional<Move> take_waiting();
+  std::optional<Move> next_waiting_move();
 
   /// If results are not read, the oldest are overwritten.
   void add(const CoreResult& result);
-  std::optional<CoreResult> take_result();
+  std::optional<CoreResult> next_result();
 
  private:
   static constexpr std::size_t kDepth = 16;

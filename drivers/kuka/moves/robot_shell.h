@@ -93,7 +93,7 @@ class RobotShell {
   }
   void publish(Core& core) {
     while (results_.write_available() > 0) {
-      const auto result = core.take_result();
+      const auto result = core.next_result();
       if (!result) break;
       results_.push(*result);
     }

@@ -18,7 +18,7 @@ void SensorMonitor::listen(TimePoint now, std::optional<std::uint16_t> arm_id,
   heard_ = Heard{};
   heard_.input = input;
   if (guard_ == nullptr) return;
-  while (const std::optional<ContactEvent> event = guard_->take_event()) {
+  while (const std::optional<ContactEvent> event = guard_->pop_event()) {
     const bool ours = arm_id && event->arm_id == *arm_id;
     switch (event->kind) {
       case ContactEventKind::kTrip:

@@ -64,7 +64,7 @@ struct RsiCore::Impl {
       begin_session();
     }
     Arrival arrival = stream.push(frame, t_rx);
-    if (const auto restarted = restart_seen(arrival, actual)) {
+    if (const auto restarted = restart_evidence(arrival, actual)) {
       lose(*restarted);
       begin_other_session();
       begin_session();
@@ -99,11 +99,11 @@ struct RsiCore::Impl {
       return unknown_offset_reply();
     if (state.link == RobotLink::kReady && (coarse() || lacks_delay())) doubt();
     if (state.link == RobotLink::kNotReferenced) {
-      setpoint.stand_at(actual);
+      setpoint.hold_at(actual);
       state.tcp_apart = setpoint.tcp_apart(frame, actual);
       try_reference();
     }
-    take_up_waiting();
+    start_waiting_move();
     if (const auto done = mover.step(mover_cycle(t_rx, true, heard), setpoint.commanded_rad())) {
       finish(*done);
     }
@@ -111,7 +111,8 @@ struct RsiCore::Impl {
   }
 
   /// Evidence that the session is not the preceding one, if any.
-  std::optional<cause::SessionRestarted> restart_seen(Arrival arrival, const AxisAngles& actual) {
+  std::optional<cause::SessionRestarted> restart_evidence(Arrival arrival,
+                                                          const AxisAngles& actual) {
     using Sign = cause::SessionRestarted::Sign;
     if (arrival == Arrival::kNext) {
       const auto moved = setpoint.start_pose_moved(frame, actual, mover.busy());
@@ -188,9 +189,9 @@ struct RsiCore::Impl {
 
   /// A wrong correction is a jump of the arm; a zero increment never is.
   std::string_view unknown_offset_reply() {
-    take_up_waiting();  // refuses it, so that the caller gets a result
+    start_waiting_move();  // refuses it, so that the caller gets a result
     unanswered = true;
-    return setpoint.may_hold_unknown() ? reply(setpoint.hold()) : std::string_view{};
+    return setpoint.can_hold_unknown() ? reply(setpoint.hold()) : std::string_view{};
   }
 
   std::string_view reply(std::span<const double> values) {
@@ -246,7 +247,7 @@ struct RsiCore::Impl {
     pause.forget();
     if (silent) pause.begin(state.ipoc, stream.seconds_per_ipoc(), delay.last(), last_rx);
     if (mover.busy()) finish(mover.abandon(cause));
-    if (const auto move = queue.take_waiting()) refuse(*move, cause);
+    if (const auto move = queue.next_waiting_move()) refuse(*move, cause);
     OffsetMemory link;
     link.ipoc = state.ipoc;
     link.step = stream.step();
@@ -266,11 +267,11 @@ struct RsiCore::Impl {
     return waited_unanswered || repeats.same_s(t_rx) >= kPeerWaitsS;
   }
   /// The peer may send packets only when answered; not yet disproven.
-  bool may_wait_for_us() const { return !setpoint.known() && !stream.counts_milliseconds(); }
+  bool peer_may_wait() const { return !setpoint.known() && !stream.counts_milliseconds(); }
 
   void try_reference() {
     if (!rereference_asked || !fit_for_reference() || !record.rests(kReferenceWindow)) return;
-    setpoint.stand_at(record.mean_actual_rad(0, kReferenceWindow));
+    setpoint.hold_at(record.mean_actual_rad(0, kReferenceWindow));
     rereference_asked = false;
     state.interruption = Interruption::kNone;
     state.link = RobotLink::kReady;
@@ -333,9 +334,9 @@ struct RsiCore::Impl {
     return last_rx < *input_due;
   }
 
-  void take_up_waiting() {
+  void start_waiting_move() {
     if (waits_for_input()) return;
-    const auto move = queue.take_waiting();
+    const auto move = queue.next_waiting_move();
     if (!move) return;
     if (ending) return refuse(*move, cause::Closing{});
     if (!linked()) return refuse(*move, cause::NoPackets{std::max(state.waited_s, state.silent_s)});
@@ -382,7 +383,7 @@ struct RsiCore::Impl {
   }
 
   void stop() {
-    if (const auto move = queue.take_waiting()) {
+    if (const auto move = queue.next_waiting_move()) {
       refuse(*move, cause::StopAsked{}, MoveOutcome::kStopped);
     }
     mover.halt(MoveOutcome::kStopped, cause::StopAsked{});
@@ -415,8 +416,8 @@ struct RsiCore::Impl {
       heard_time = true;
       last_rx = looked = now;
     }
-    if (const double since_look_s = seconds(now - looked); since_look_s > kHeldUpS) {
-      held_up_s += since_look_s;
+    if (const double since_sample_s = seconds(now - looked); since_sample_s > kHeldUpS) {
+      held_up_s += since_sample_s;
     }
     slept_s = std::max(slept_s, seconds(now - looked));
     looked = now;
@@ -428,7 +429,7 @@ struct RsiCore::Impl {
     // The arm of a peer that counts packets waited as well while this thread was delayed.
     const double own_s = stream.counts_packets() ? std::min(held_up_s, kPeerTimeoutS) : 0.0;
     const double limit_s =
-        std::max(stream.silence_limit_s(), may_wait_for_us() ? kPeerTimeoutS : 0.0);
+        std::max(stream.silence_limit_s(), peer_may_wait() ? kPeerTimeoutS : 0.0);
     if (state.waited_s - own_s <= limit_s) return;
     // This thread ran for less than a cycle of the wait: no packet is known to be missing.
     if (stream.learnt() && state.waited_s - slept_s <= stream.cycle_s())
@@ -440,7 +441,7 @@ struct RsiCore::Impl {
   void on_tick(TimePoint now) {
     note_time(now);
     check_silence();
-    if (!linked()) take_up_waiting();
+    if (!linked()) start_waiting_move();
     refresh();
   }
 
@@ -530,10 +531,10 @@ void RsiCore::end_session() {
 }
 
 bool RsiCore::end_sent() const { return impl_->stop_sent; }
-std::optional<CoreResult> RsiCore::take_result() { return impl_->queue.take_result(); }
+std::optional<CoreResult> RsiCore::next_result() { return impl_->queue.next_result(); }
 
 std::optional<MoveResult> RsiCore::poll() {
-  const auto result = take_result();
+  const auto result = next_result();
   if (!result) return std::nullopt;
   return to_move_result(*result);
 }

@@ -47,7 +47,7 @@ class RsiCore {
   RobotState state() const;
 
   /// Result without sentences, for the cycle's own thread.
-  std::optional<CoreResult> take_result();
+  std::optional<CoreResult> next_result();
   const CoreState& core_state() const;
 
  private:

@@ -16,7 +16,7 @@ constexpr int kSettleFewest = 4;
 constexpr double kSettledRad = 0.0005 * kRadPerDeg;
 constexpr double kSettleLimitS = 1.0;
 // After this many consecutive late replies the arm is stopped, and no ramp remains.
-constexpr int kStandsUnheard = 3;
+constexpr int kStoppedAfterLate = 3;
 
 void rest_at_way_points(Move& move) {
   for (Via& via : move.via) via.in_share = via.out_share = 0.0;
@@ -117,7 +117,7 @@ std::optional<CoreResult> Mover::step(const MoverCycle& cycle, AxisAngles& comma
   unheard_cycles_ = cycle.heard ? 0 : unheard_cycles_ + 1;
   if (in_motion_ && cycle.sound) watch_following(cycle);
   if (in_motion_ && !cycle.heard) {
-    if (braking_ && unheard_cycles_ >= kStandsUnheard) in_motion_ = false;
+    if (braking_ && unheard_cycles_ >= kStoppedAfterLate) in_motion_ = false;
     return std::nullopt;
   }
   if (in_motion_) {
@@ -170,8 +170,7 @@ void Mover::judge_input() {
 }
 
 bool Mover::opening_known(const MoverCycle& cycle) {
-  const bool closed =
-      ends_well() && move_.kind == MoveKind::kRetreat && sensor_.heard().touching();
+  const bool closed = ends_well() && move_.kind == MoveKind::kRetreat && sensor_.heard().touching();
   if (!open_due_ && !closed) return true;
   if (!open_due_) open_due_ = cycle.now;
   if (ends_well() && !closed) return true;  // the sensor's message arrived after the arm

@@ -122,11 +122,11 @@ bool OffsetFinder::just_begun(const OffsetEvidence& evidence) {
 }
 
 OffsetVerdict OffsetFinder::by_counters(const OffsetEvidence& evidence) {
-  const bool may_be_another = !memory_.known || evidence.silence_before_s >= kListenedS;
+  const bool may_be_other_session = !memory_.known || evidence.silence_before_s >= kListenedS;
   if (evidence.session_start) return decide(zero_);
   // A peer that counts packets from 0 waits for the answer to its first one.
   const bool first_packet = evidence.ipoc == 0 && evidence.delay.value_or(0) == 0;
-  if (first_packet && may_be_another) return decide(zero_);
+  if (first_packet && may_be_other_session) return decide(zero_);
   if (!memory_.known) {
     return just_begun(evidence) ? decide(zero_) : OffsetVerdict::kUnknown;
   }
@@ -142,19 +142,20 @@ OffsetVerdict OffsetFinder::by_counters(const OffsetEvidence& evidence) {
   const double elapsed_s = std::chrono::duration<double>(evidence.t_rx - memory_.t_rx).count();
   const double by_ipoc_s = passed * memory_.seconds_per_ipoc;
   if (std::abs(by_ipoc_s - elapsed_s) > kContinuityS + kContinuityFraction * elapsed_s) {
-    return may_be_another ? decide(zero_) : OffsetVerdict::kUnknown;
+    return may_be_other_session ? decide(zero_) : OffsetVerdict::kUnknown;
   }
   if (!evidence.delay || !memory_.delay) return OffsetVerdict::kUnknown;
   // It never decreases within a session.
   if (*evidence.delay < *memory_.delay)
-    return may_be_another ? decide(zero_) : OffsetVerdict::kUnknown;
+    return may_be_other_session ? decide(zero_) : OffsetVerdict::kUnknown;
   if (!first_delay_) first_delay_ = evidence.delay;
   const bool counts = memory_.delay_counts || *evidence.delay > *first_delay_;
   const std::uint32_t unanswered =
       std::max(static_cast<std::uint32_t>(passed) / memory_.step, 1U) - 1;
   const std::uint32_t expected = *memory_.delay + unanswered;
   if (*evidence.delay + kDelayLag >= expected) return decide(memory_.sent_rad);
-  if (counts && may_be_another && *evidence.delay + kDelayClear <= expected) return decide(zero_);
+  if (counts && may_be_other_session && *evidence.delay + kDelayClear <= expected)
+    return decide(zero_);
   return OffsetVerdict::kUnknown;
 }
 

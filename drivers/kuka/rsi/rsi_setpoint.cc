@@ -116,7 +116,7 @@ bool RsiSetpoint::find(const RobFrame& frame, const AxisAngles& actual_rad, Time
   evidence.silence_before_s = silence_before_s_;
   evidence.session_start = session_start_;
   evidence.waits = waits;
-  evidence.answered = may_hold_unknown();
+  evidence.answered = can_hold_unknown();
   verdict_ = finder_.look(evidence);
   if (verdict_ != OffsetVerdict::kKnown) return false;
   if (config_.mode == CorrectionMode::kRelative && evidence.setpoint_rad.empty()) {
@@ -139,7 +139,7 @@ bool RsiSetpoint::find(const RobFrame& frame, const AxisAngles& actual_rad, Time
   for (std::size_t i = 0; i < axes(); ++i) base_[i] -= accumulator_.held_rad()[i];
   if (config_.mode == CorrectionMode::kRelative && !start_pose_.empty()) base_ = start_pose_;
   find_start(actual_rad);
-  stand_at(actual_rad);
+  hold_at(actual_rad);
   bound_.rest_at(correction_rad(commanded_));
   earlier_.clear();
   return true;
@@ -165,7 +165,7 @@ void RsiSetpoint::find_start(const AxisAngles& actual_rad) {
   space_.begin(start_);
 }
 
-void RsiSetpoint::stand_at(const AxisAngles& at_rad) {
+void RsiSetpoint::hold_at(const AxisAngles& at_rad) {
   commanded_ = at_rad;
   if (config_.mode == CorrectionMode::kAbsolute) {
     // The correction sent last is held; the rest position shifts the zero.

@@ -79,7 +79,7 @@ class RsiSetpoint {
   bool denied() const { return verdict_ == OffsetVerdict::kDenied; }
 
   /// Sets the current pose as the commanded one; the correction is unchanged.
-  void stand_at(const AxisAngles& at_rad);
+  void hold_at(const AxisAngles& at_rad);
 
   AxisAngles& commanded_rad() { return commanded_; }
   const AxisAngles& commanded_rad() const { return commanded_; }
@@ -102,7 +102,7 @@ class RsiSetpoint {
   /// The controller did not accept the last reply.
   void not_taken() { bound_.not_taken(); }
   /// True if zero increments are safe without knowing the correction.
-  bool may_hold_unknown() const { return config_.mode == CorrectionMode::kRelative; }
+  bool can_hold_unknown() const { return config_.mode == CorrectionMode::kRelative; }
 
  private:
   std::size_t axes() const { return config_.limits.size(); }

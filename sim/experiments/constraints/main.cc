@@ -10,8 +10,7 @@
 
 #include "calib/files/files.h"
 #include "calib/identify/identify.h"
-#include "calib/model/random.h"
-#include "calib/model/statistics.h"
+#include "calib/model/linear.h"
 #include "drivers/units.h"
 #include "sim/cell/compare.h"
 #include "sim/experiments/constraints/layouts.h"

@@ -8,7 +8,7 @@
 #include "calib/estimate/solve.h"
 #include "calib/estimate/start.h"
 #include "calib/identify/identify.h"
-#include "calib/model/statistics.h"
+#include "calib/model/linear.h"
 #include "calib/seed_paper/paper.h"
 #include "sim/experiments/paper/accuracy.h"
 

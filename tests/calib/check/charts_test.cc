@@ -12,7 +12,7 @@
 
 #include "calib/check/drift.h"
 #include "calib/files/check_json.h"
-#include "calib/model/random.h"
+#include "calib/model/linear.h"
 #include "calib/result/drift_chart.h"
 
 namespace cellcal::calib {
@@ -27,11 +27,11 @@ using Trend = std::function<Eigen::Vector3d(double days)>;
 Eigen::Vector3d still(double) { return Eigen::Vector3d::Zero(); }
 
 /// Three checks a day.
-std::vector<CheckSeen> checks_of(int count, const Trend& trend, std::uint64_t seed = 1) {
+std::vector<CheckMeasurement> checks_of(int count, const Trend& trend, std::uint64_t seed = 1) {
   Random random(seed);
-  std::vector<CheckSeen> checks;
+  std::vector<CheckMeasurement> checks;
   for (int k = 0; k < count; ++k) {
-    CheckSeen check;
+    CheckMeasurement check;
     check.session = 10 + k;
     check.time_s = 1.8e9 + k * kDayS / 3.0;
     check.verdict = CheckVerdict::kHolds;
@@ -53,8 +53,8 @@ Trend step(double mm, double from_day) {
 }
 
 /// Appends an undecided check.
-void give_up(std::vector<CheckSeen>& checks) {
-  CheckSeen next = checks.back();
+void give_up(std::vector<CheckMeasurement>& checks) {
+  CheckMeasurement next = checks.back();
   next.session += 1;
   next.time_s += kDayS / 3.0;
   next.left_out = LeftOut::kUndecided;
@@ -62,8 +62,8 @@ void give_up(std::vector<CheckSeen>& checks) {
   checks.push_back(next);
 }
 
-TEST(a_chart, is_unknown_and_not_in_control_where_the_newest_check_is_undecided) {
-  std::vector<CheckSeen> checks = checks_of(9, still);
+TEST(DriftCharts, is_unknown_and_not_in_control_where_the_newest_check_is_undecided) {
+  std::vector<CheckMeasurement> checks = checks_of(9, still);
   give_up(checks);
   const DriftChart chart = drift_chart(checks);
   EXPECT_EQ(chart.undecided, 1U);
@@ -73,14 +73,14 @@ TEST(a_chart, is_unknown_and_not_in_control_where_the_newest_check_is_undecided)
             std::string::npos)
       << state_words(chart);
   EXPECT_EQ(nlohmann::json::parse(drift_to_json(chart)).at("decided_s"), checks[8].time_s);
-  CheckSeen decided = checks[8];
+  CheckMeasurement decided = checks[8];
   decided.time_s = checks.back().time_s + kDayS;
   checks.push_back(decided);
   EXPECT_EQ(drift_chart(checks).state, DriftState::kInControl) << "a check that decides ends it";
 }
 
-TEST(a_chart, says_in_control_no_longer_than_two_weeks) {
-  const std::vector<CheckSeen> checks = checks_of(9, still);
+TEST(DriftCharts, says_in_control_no_longer_than_two_weeks) {
+  const std::vector<CheckMeasurement> checks = checks_of(9, still);
   const auto at = [&](double days) {
     DriftChart chart = drift_chart(checks);
     age(chart, checks.back().time_s + days * kDayS);
@@ -93,7 +93,7 @@ TEST(a_chart, says_in_control_no_longer_than_two_weeks) {
 }
 
 /// By (0.8, -0.5, 0.3) mm, so that no check holds.
-void knock(std::vector<CheckSeen>& checks, std::size_t from) {
+void knock(std::vector<CheckMeasurement>& checks, std::size_t from) {
   for (std::size_t k = from; k < checks.size(); ++k) {
     const Eigen::Vector3d by_m(0.8e-3, -0.5e-3, 0.3e-3);
     checks[k].shift_m += by_m;
@@ -104,7 +104,7 @@ void knock(std::vector<CheckSeen>& checks, std::size_t from) {
   }
 }
 
-TEST(a_chart, alarms_from_the_first_check_on_where_none_ever_held) {
+TEST(DriftCharts, alarms_from_the_first_check_on_where_none_ever_held) {
   for (const int count : {1, 4, 7, 30}) {
     auto checks = checks_of(count, still);
     knock(checks, 0);
@@ -125,7 +125,7 @@ TEST(a_chart, alarms_from_the_first_check_on_where_none_ever_held) {
   }
 }
 
-TEST(a_chart, alarms_at_the_first_check_that_does_not_hold_after_some_that_did) {
+TEST(DriftCharts, alarms_at_the_first_check_that_does_not_hold_after_some_that_did) {
   for (const int held : {1, 3, 4, 5, 20}) {
     auto checks = checks_of(held + 1, still);
     knock(checks, static_cast<std::size_t>(held));
@@ -139,7 +139,7 @@ TEST(a_chart, alarms_at_the_first_check_that_does_not_hold_after_some_that_did) 
   }
 }
 
-TEST(a_chart, of_an_alarm_is_not_ended_by_an_undecided_check) {
+TEST(DriftCharts, of_an_alarm_is_not_ended_by_an_undecided_check) {
   auto checks = checks_of(8, still);
   knock(checks, 7);
   give_up(checks);
@@ -149,7 +149,8 @@ TEST(a_chart, of_an_alarm_is_not_ended_by_an_undecided_check) {
   EXPECT_EQ(chart.advice, DriftAdvice::kCheckAgain);
 }
 
-TEST(a_chart, of_a_repaired_tool_is_in_control_only_when_both_statistics_are_below_their_warnings) {
+TEST(DriftCharts,
+     of_a_repaired_tool_is_in_control_only_when_both_statistics_are_below_their_warnings) {
   const auto still_checks = checks_of(60, still);
   auto checks = std::vector(still_checks.begin(), still_checks.begin() + 9);
   knock(checks, 6);
@@ -175,15 +176,15 @@ TEST(a_chart, of_a_repaired_tool_is_in_control_only_when_both_statistics_are_bel
   EXPECT_LT(until_good, 15U);
 }
 
-TEST(a_chart, of_an_alarm_stays_one_however_old) {
-  std::vector<CheckSeen> checks = checks_of(60, step(0.3, 10.0));
+TEST(DriftCharts, of_an_alarm_stays_one_however_old) {
+  std::vector<CheckMeasurement> checks = checks_of(60, step(0.3, 10.0));
   for (int k = 0; k < 5; ++k) give_up(checks);
   DriftChart chart = drift_chart(checks);
   age(chart, checks.back().time_s + 1000.0 * kDayS);
   EXPECT_EQ(chart.state, DriftState::kAlarms);
 }
 
-TEST(a_chart, is_silent_whatever_all_checks_share) {
+TEST(DriftCharts, is_silent_whatever_all_checks_share) {
   const DriftChart chart = drift_chart(checks_of(90, still));
   EXPECT_EQ(chart.state, DriftState::kInControl) << drift_to_json(chart);
   EXPECT_EQ(chart.advice, DriftAdvice::kNone);
@@ -192,7 +193,7 @@ TEST(a_chart, is_silent_whatever_all_checks_share) {
       << "of the centre, not of the calibration";
 }
 
-TEST(a_chart, says_how_many_checks_it_lacks) {
+TEST(DriftCharts, says_how_many_checks_it_lacks) {
   const DriftChart one = drift_chart(checks_of(1, still));
   EXPECT_EQ(one.state, DriftState::kTooFew);
   EXPECT_EQ(state_words(one), "not enough checks: 1 of 5");
@@ -207,7 +208,7 @@ double run_length(const ControlLimits& limits, int runs) {
   Random random(7);
   for (int run = 0; run < runs; ++run) {
     Charts charts(std::nullopt);
-    CheckSeen check;
+    CheckMeasurement check;
     for (int k = 1; k <= static_cast<int>(12 * limits.run_length); ++k, ++sum) {
       for (double& one : check.shift_m) one = random.normal();
       const auto at = charts.take(check);
@@ -219,13 +220,13 @@ double run_length(const ControlLimits& limits, int runs) {
   return sum / runs;
 }
 
-TEST(a_chart, has_limits_of_the_run_length_that_is_stated) {
+TEST(DriftCharts, has_limits_of_the_run_length_that_is_stated) {
   // 600 nearly exponential runs: 4 % 1 sigma.
   EXPECT_NEAR(run_length(kWarnLimits, 600) / kWarnLimits.run_length, 1.0, 0.15);
   EXPECT_NEAR(run_length(kAlarmLimits, 300) / kAlarmLimits.run_length, 1.0, 0.2);
 }
 
-TEST(a_chart, finds_a_creep_long_before_a_single_check_does_and_says_since_when_and_how_fast) {
+TEST(DriftCharts, finds_a_creep_long_before_a_single_check_does_and_says_since_when_and_how_fast) {
   const DriftChart chart = drift_chart(checks_of(150, creep(0.1, 20.0)));
   ASSERT_EQ(chart.state, DriftState::kAlarms);
   ASSERT_TRUE(chart.trend);
@@ -240,8 +241,8 @@ TEST(a_chart, finds_a_creep_long_before_a_single_check_does_and_says_since_when_
   EXPECT_EQ(chart.advice, DriftAdvice::kRemeasureTcp);
 }
 
-TEST(a_chart, states_no_rate_of_a_creep_that_was_watched_for_two_days) {
-  std::vector<CheckSeen> days = checks_of(150, creep(0.1, 20.0));
+TEST(DriftCharts, states_no_rate_of_a_creep_that_was_watched_for_two_days) {
+  std::vector<CheckMeasurement> days = checks_of(150, creep(0.1, 20.0));
   for (std::size_t i = 0; i < days.size(); ++i) days[i].time_s = 1200.0 * static_cast<double>(i);
   const DriftChart chart = drift_chart(days);
   ASSERT_TRUE(chart.trend);
@@ -252,7 +253,7 @@ TEST(a_chart, states_no_rate_of_a_creep_that_was_watched_for_two_days) {
   EXPECT_TRUE(drift_chart(checks_of(150, creep(0.1, 20.0))).trend->has_rate());
 }
 
-TEST(a_chart, does_not_take_a_creep_for_the_new_normal) {
+TEST(DriftCharts, does_not_take_a_creep_for_the_new_normal) {
   // Three months without change, then a persistent step: reported while it persists.
   const DriftChart chart = drift_chart(checks_of(400, step(0.08, 90.0)));
   EXPECT_EQ(chart.state, DriftState::kAlarms);
@@ -261,10 +262,10 @@ TEST(a_chart, does_not_take_a_creep_for_the_new_normal) {
   EXPECT_NEAR(chart.trend->now_m.norm(), 0.08e-3, 0.02e-3);
 }
 
-TEST(a_chart, is_in_control_again_when_what_shifted_was_put_back) {
+TEST(DriftCharts, is_in_control_again_when_what_shifted_was_put_back) {
   auto checks = checks_of(120, step(0.2, 20.0));
   for (std::size_t k = 65; k < checks.size(); ++k) checks[k].shift_m.x() -= 0.2e-3;
-  std::vector<CheckSeen> early(checks.begin(), checks.begin() + 64);
+  std::vector<CheckMeasurement> early(checks.begin(), checks.begin() + 64);
   EXPECT_EQ(drift_chart(early).state, DriftState::kAlarms);
   const DriftChart chart = drift_chart(checks);
   EXPECT_EQ(chart.state, DriftState::kInControl);
@@ -272,17 +273,17 @@ TEST(a_chart, is_in_control_again_when_what_shifted_was_put_back) {
   EXPECT_LT(chart.points.back().off_m.norm(), 4 * kSigmaM);
 }
 
-TEST(a_chart, asks_for_another_check_where_one_alone_says_so) {
+TEST(DriftCharts, asks_for_another_check_where_one_alone_says_so) {
   const DriftChart chart = drift_chart(checks_of(61, step(0.3, 20.0)));
   ASSERT_EQ(chart.state, DriftState::kAlarms);
   EXPECT_EQ(chart.trend->checks, 1U);
   EXPECT_EQ(chart.advice, DriftAdvice::kCheckAgain);
 }
 
-TEST(a_chart, shows_what_it_leaves_out_and_is_not_moved_by_it) {
+TEST(DriftCharts, shows_what_it_leaves_out_and_is_not_moved_by_it) {
   auto checks = checks_of(60, still);
   const DriftChart without = drift_chart(checks);
-  CheckSeen dirt = checks.back();
+  CheckMeasurement dirt = checks.back();
   dirt.session = 99;
   dirt.verdict = CheckVerdict::kDoesNotHold;
   dirt.change = Explanation{.kind = ChangeKind::kTouch, .name = "S2"};
@@ -301,13 +302,13 @@ TEST(a_chart, shows_what_it_leaves_out_and_is_not_moved_by_it) {
   EXPECT_EQ(drift_chart(checks).advice, DriftAdvice::kRecalibrate);
   checks.back().verdict = CheckVerdict::kUndecided;
   EXPECT_EQ(drift_chart(checks).advice, DriftAdvice::kCheckAgain);
-  CheckSeen clean = checks[59];
+  CheckMeasurement clean = checks[59];
   clean.session = 100;
   checks.push_back(clean);
   EXPECT_EQ(drift_chart(checks).state, without.state) << "cleaned, and checked again";
 }
 
-TEST(a_chart, takes_out_what_the_temperature_does_where_it_is_known) {
+TEST(DriftCharts, takes_out_what_the_temperature_does_where_it_is_known) {
   auto checks = checks_of(150, still);
   for (std::size_t k = 0; k < checks.size(); ++k) {
     const double warmer =
@@ -319,11 +320,11 @@ TEST(a_chart, takes_out_what_the_temperature_does_where_it_is_known) {
   EXPECT_EQ(known.state, DriftState::kInControl);
   ASSERT_TRUE(known.per_kelvin_m);
   EXPECT_NEAR(known.per_kelvin_m->z(), 0.02e-3, 0.004e-3);
-  for (CheckSeen& check : checks) check.temperature_c.reset();
+  for (CheckMeasurement& check : checks) check.temperature_c.reset();
   EXPECT_EQ(drift_chart(checks).state, DriftState::kAlarms) << "where it is not known, it creeps";
 }
 
-TEST(a_chart, learns_from_checks_without_a_temperature_and_advises_to_let_a_cold_arm_warm_up) {
+TEST(DriftCharts, learns_from_checks_without_a_temperature_and_advises_to_let_a_cold_arm_warm_up) {
   auto checks = checks_of(61, still);
   for (std::size_t k = 0; k < checks.size(); k += 2) checks[k].temperature_c = 21.0;
   EXPECT_EQ(drift_chart(checks).state, DriftState::kInControl);
@@ -337,20 +338,20 @@ TEST(a_chart, learns_from_checks_without_a_temperature_and_advises_to_let_a_cold
   EXPECT_EQ(cold.advice, DriftAdvice::kLetItWarmUp);
 }
 
-TEST(a_chart, learns_how_much_checks_scatter) {
+TEST(DriftCharts, learns_how_much_checks_scatter) {
   auto checks = checks_of(200, still);
-  for (CheckSeen& check : checks) check.covariance_m2 /= 4.0;
+  for (CheckMeasurement& check : checks) check.covariance_m2 /= 4.0;
   EXPECT_NEAR(drift_chart(checks).noise, 2.0, 0.25);
   EXPECT_NEAR(drift_chart(checks_of(200, creep(0.3, 0.0))).noise, 1.0, 0.12)
       << "a creep is no scatter";
 }
 
-TEST(a_chart, does_not_care_when_checks_were_made) {
+TEST(DriftCharts, does_not_care_when_checks_were_made) {
   auto checks = checks_of(90, still);
-  std::erase_if(checks, [](const CheckSeen& check) { return check.session % 7 == 3; });
+  std::erase_if(checks, [](const CheckMeasurement& check) { return check.session % 7 == 3; });
   for (std::size_t k = 40; k < checks.size(); ++k) checks[k].time_s += 60 * kDayS;
   EXPECT_EQ(drift_chart(checks).state, DriftState::kInControl);
-  for (CheckSeen& check : checks) check.time_s = 1.8e9;  // all at once
+  for (CheckMeasurement& check : checks) check.time_s = 1.8e9;  // all at once
   checks.back().shift_m.x() += 1e-3;
   const DriftChart at_once = drift_chart(checks);
   ASSERT_TRUE(at_once.trend);
@@ -365,7 +366,7 @@ TEST(a_chart, does_not_care_when_checks_were_made) {
   EXPECT_TRUE(std::isfinite(at_once.trend->now_sigma_m));
 }
 
-TEST(a_chart, as_a_document_has_its_state_trend_limits_and_words) {
+TEST(DriftCharts, as_a_document_has_its_state_trend_limits_and_words) {
   auto checks = checks_of(150, creep(0.1, 20.0));
   checks[3].left_out = LeftOut::kUndecided;
   checks[3].verdict = CheckVerdict::kUndecided;

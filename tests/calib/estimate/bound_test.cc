@@ -9,7 +9,7 @@
 #include "calib/estimate/predict.h"
 #include "calib/estimate/region.h"
 #include "calib/identify/identify.h"
-#include "calib/model/random.h"
+#include "calib/model/linear.h"
 #include "tests/calib/simulate.h"
 
 namespace cellcal::calib {

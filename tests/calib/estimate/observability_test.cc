@@ -27,7 +27,7 @@ std::vector<Touch> touches_of(const Cell& cell, int fit, unsigned seed = 1) {
 }
 
 Observability of(const Cell& cell, const std::vector<Touch>& touches) {
-  return identify_as_stated(cell, touches).observability;
+  return identify_single_pass(cell, touches).observability;
 }
 
 TEST(Observability, IndicesAreTheirFormulas) {
@@ -118,7 +118,7 @@ TEST(Observability, SingularValuesAreThoseOfTheRowsWithTargetsProjectedOut) {
   EXPECT_EQ(o.rank, o.directions - 3);
 
   // Frame directions taken out leave the others as they are.
-  const Calibration result = identify_as_stated(demo_cell(), touches);
+  const Calibration result = identify_single_pass(demo_cell(), touches);
   const Observability& without = result.observability;
   EXPECT_EQ(without.directions, o.directions - 3);
   EXPECT_EQ(without.rank, o.rank);
@@ -155,9 +155,9 @@ TEST(Observability, TheSameTouchesTwiceTellEachDirectionBetterByTheRootOfTwo) {
   IdentifyOptions plain;
   plain.reject_outliers = false;
   plain.level = ModelLevel{};  // the weights must not change with the level
-  const Observability once = identify_as_stated(cell, touches, plain).observability;
+  const Observability once = identify_single_pass(cell, touches, plain).observability;
   for (std::size_t i = 0; i < 60; ++i) touches.push_back(Touch(touches[i]));
-  const Observability twice = identify_as_stated(cell, touches, plain).observability;
+  const Observability twice = identify_single_pass(cell, touches, plain).observability;
   ASSERT_EQ(once.rank, twice.rank);
   EXPECT_NEAR(twice.o1 / once.o1, 1.0, 0.01);
   EXPECT_NEAR(twice.o2 / once.o2, 1.0, 0.01);

@@ -9,8 +9,7 @@
 #include "calib/estimate/region.h"
 #include "calib/identify/identify.h"
 #include "calib/identify/identify_once.h"
-#include "calib/model/random.h"
-#include "calib/model/turn.h"
+#include "calib/model/linear.h"
 #include "calib/model/units.h"
 #include "tests/calib/findings.h"
 #include "tests/calib/millimetre.h"
@@ -109,8 +108,8 @@ TEST(Poses, TellOfTheWristWhatPlacesAloneDoNot) {
   const Poses made(40);
   IdentifyOptions options;
   options.level = ModelLevel{0.3, 1.0, 0.0};
-  const Calibration with = identify_as_stated(made.cell, made.touches, options);
-  const Calibration without = identify_as_stated(made.cell, made.places_alone(), options);
+  const Calibration with = identify_single_pass(made.cell, made.touches, options);
+  const Calibration without = identify_single_pass(made.cell, made.places_alone(), options);
   const ArmModel arm(made.cell);
   for (const std::size_t joint : {3, 4}) {
     const ParameterKey key = joint_parameter(ParameterKind::kAlpha, joint);

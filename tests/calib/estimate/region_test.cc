@@ -8,7 +8,7 @@
 #include <numbers>
 
 #include "calib/identify/identify.h"
-#include "calib/model/random.h"
+#include "calib/model/linear.h"
 #include "tests/calib/simulate.h"
 
 namespace cellcal::calib {

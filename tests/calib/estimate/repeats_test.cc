@@ -9,7 +9,7 @@
 #include "calib/estimate/start.h"
 #include "calib/identify/identify.h"
 #include "calib/identify/identify_once.h"
-#include "calib/model/random.h"
+#include "calib/model/linear.h"
 #include "sim/experiments/constraints/stage.h"
 #include "tests/calib/simulate.h"
 
@@ -145,7 +145,7 @@ TEST(Repeats, WeighTheTouchesByWhatTheyMeasured) {
   IdentifyOptions all;
   all.reject_outliers = false;
   all.level = ModelLevel{};
-  EXPECT_GT(identify_as_stated(demo_cell(), touches, all).chi2_per_dof, 5.0)
+  EXPECT_GT(identify_single_pass(demo_cell(), touches, all).chi2_per_dof, 5.0)
       << "a sigma that a touch states is its own";
 }
 
@@ -155,7 +155,7 @@ TEST(Repeats, DoNotAverageTheRippleOfTheirPlaceAway) {
   const auto predicted = [&](int times) {
     auto touches = repeated(60, times, 1e-6);
     for (Touch& touch : touches) touch.sigma_m = 1e-6;
-    return identify_as_stated(demo_cell(), touches, ripple).predicted_workspace_m;
+    return identify_single_pass(demo_cell(), touches, ripple).predicted_workspace_m;
   };
   EXPECT_NEAR(predicted(8) / predicted(1), 1.0, 0.02);
 }

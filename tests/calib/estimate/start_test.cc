@@ -11,7 +11,7 @@
 #include "calib/estimate/target.h"
 #include "calib/model/error.h"
 #include "calib/model/kinematics.h"
-#include "calib/model/random.h"
+#include "calib/model/linear.h"
 #include "tests/calib/simulate.h"
 #include "tests/calib/thrown.h"
 
@@ -57,7 +57,7 @@ int on_the_other_side(bool stated, bool side_known) {
   return wrong;
 }
 
-TEST(a_quiet_solver, warns_of_nothing_on_standard_error) {
+TEST(QuietSolver, warns_of_nothing_on_standard_error) {
   quiet_solver();
   ::testing::internal::CaptureStderr();
   LOG(WARNING) << "Linear solver failure. Failed to compute a step";  // as Ceres itself does
@@ -115,7 +115,7 @@ TEST(OfOneTarget, IsTheLargestOfSeveralHeaps) {
   EXPECT_TRUE(of_one_target(0, near).empty());
 }
 
-TEST(SeenPlaces, AreNoneWhereTheTouchesOfATargetDoNotSayAndTheWordsAreWhatIsThrown) {
+TEST(VisiblePlaces, AreNoneWhereTheTouchesOfATargetDoNotSayAndTheWordsAreWhatIsThrown) {
   const Cell& stated = testing::demo_cell();
   Cell cell = stated;
   for (Target& target : cell.targets) target.has_centre = false;

@@ -18,7 +18,7 @@ void expect_same_kinematics(const Robot& one, const Robot& other, const std::str
   }
 }
 
-TEST(ARobotOfJointFrames, HasTheKinematicsOfEveryShippedRobot) {
+TEST(RobotOfJointFrames, HasTheKinematicsOfEveryShippedRobot) {
   const auto robots = shipped_robots();
   ASSERT_GT(robots.size(), 30U);
   for (const NamedRobot& one : robots)
@@ -26,12 +26,12 @@ TEST(ARobotOfJointFrames, HasTheKinematicsOfEveryShippedRobot) {
         one.robot, robot_of(joint_frames({one.robot, Eigen::Isometry3d::Identity()})), one.file);
 }
 
-TEST(ARobotOfJointFrames, OfACalibratedArmHasItsKinematicsToo) {
+TEST(RobotOfJointFrames, OfACalibratedArmHasItsKinematicsToo) {
   const RigidArm arm = calibrated_rigid_arm(rigid_calibration(12));
   expect_same_kinematics(arm.robot, robot_of(joint_frames(arm)), "calibrated");
 }
 
-TEST(ARobotOfJointFrames, OfTheKR5IsTheShippedFileNumberByNumber) {
+TEST(RobotOfJointFrames, OfTheKR5IsTheShippedFileNumberByNumber) {
   const Robot shipped = kr5();
   const Robot again = robot_of(joint_frames({shipped, Eigen::Isometry3d::Identity()}));
   ASSERT_EQ(again.joints.size(), shipped.joints.size());
@@ -50,7 +50,7 @@ TEST(ARobotOfJointFrames, OfTheKR5IsTheShippedFileNumberByNumber) {
   EXPECT_TRUE(again.flange_fixed.isApprox(shipped.flange_fixed));
 }
 
-TEST(ARobotOfJointFrames, KeepsMassesWhereTheyAre) {
+TEST(RobotOfJointFrames, KeepsMassesWhereTheyAre) {
   Robot shipped = kr5();
   for (Joint& joint : shipped.joints) {
     joint.mass_kg = 10.0;
@@ -63,7 +63,7 @@ TEST(ARobotOfJointFrames, KeepsMassesWhereTheyAre) {
   }
 }
 
-TEST(ARobotOfJointFrames, TakesAxesThatRoundingTiltedForParallel) {
+TEST(RobotOfJointFrames, TakesAxesThatRoundingTiltedForParallel) {
   Robot shipped = kr5();
   JointFrames frames = joint_frames({shipped, Eigen::Isometry3d::Identity()});
   frames.joints[2].origin.linear() =

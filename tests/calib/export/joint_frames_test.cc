@@ -11,7 +11,7 @@
 namespace cellcal::calib::testing {
 namespace {
 
-TEST(TheRigidArm, OfACalibrationWithoutElasticErrorsIsTheWholeModel) {
+TEST(RigidArmOfCalibration, OfACalibrationWithoutElasticErrorsIsTheWholeModel) {
   const Calibration c = rigid_calibration(1);
   const OmittedEffects out = left_out(c);
   EXPECT_LT(out.max_m, 1e-12);
@@ -25,7 +25,7 @@ TEST(TheRigidArm, OfACalibrationWithoutElasticErrorsIsTheWholeModel) {
   }
 }
 
-TEST(WhatIsLeftOut, IsWhatTheToolsBendingMovesTheTipBy) {
+TEST(OmittedErrors, IsWhatTheToolsBendingMovesTheTipBy) {
   Calibration c = rigid_calibration(1);
   c.cell.tool.mass_kg = 2.0;
   c.cell.tool.length_m = 0.4;

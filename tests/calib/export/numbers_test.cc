@@ -7,7 +7,7 @@
 namespace cellcal::calib::testing {
 namespace {
 
-TEST(ANumber, IsTheWholeTextAndFinite) {
+TEST(ParsedNumber, IsTheWholeTextAndFinite) {
   EXPECT_EQ(number(" -1.5e-3\t"), -1.5e-3);
   EXPECT_EQ(number("+2"), 2.0);
   for (const char* no : {"", " ", "1,5", "1 2", "nan", "inf", "1e999", "--1", "+-1", "0x10", "1m"})
@@ -20,7 +20,7 @@ TEST(ThreeNumbers, AreThreeWithBlanksBetween) {
     EXPECT_FALSE(three_numbers(no)) << no;
 }
 
-TEST(ANumberThatIsWritten, ComesBackBitForBit) {
+TEST(WrittenNumber, ComesBackBitForBit) {
   for (const double value : {0.1, -1.0 / 3.0, 1e-300, 12345.678901234567, 5e-324})
     EXPECT_EQ(number(shortest(value)), value);
   EXPECT_EQ(shortest(-0.0), "0");

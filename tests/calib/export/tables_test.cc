@@ -28,7 +28,7 @@ std::vector<Eigen::Isometry3d> frames_of_yaml(const std::string& text) {
   return frames;
 }
 
-TEST(TheYaml, HasTheCalibratedFrames) {
+TEST(RosYaml, HasTheCalibratedFrames) {
   const RigidArm arm = calibrated_rigid_arm(rigid_calibration(21));
   const JointFrames frames = joint_frames(arm);
   const std::string text = ros_yaml(frames, "one\ntwo");
@@ -43,7 +43,7 @@ TEST(TheYaml, HasTheCalibratedFrames) {
   EXPECT_LT(apart_m(flange_of(again, q) * read[7], pose_of(arm, q).tcp), 1e-9);
 }
 
-TEST(TheDhTable, HasNominalAndCalibratedNumbersInMillimetresAndDegrees) {
+TEST(DhTable, HasNominalAndCalibratedNumbersInMillimetresAndDegrees) {
   Calibration c = rigid_calibration(21);
   c.parameters.clear();
   ParameterResult p;
@@ -54,7 +54,7 @@ TEST(TheDhTable, HasNominalAndCalibratedNumbersInMillimetresAndDegrees) {
   EXPECT_NE(text.find("\nA2,1,0,0,600,0,0,0,0,600.49999"), std::string::npos) << text;
 }
 
-TEST(TheJson, HasValueAndSigmaOfEveryGeometricParameter) {
+TEST(ArmJson, HasValueAndSigmaOfEveryGeometricParameter) {
   const Calibration c = rigid_calibration(23);
   const auto json = nlohmann::json::parse(arm_json(c));
   EXPECT_EQ(json["format"], "cellcal.arm/1");

@@ -64,7 +64,7 @@ std::string replaced(std::string text, const std::string& what, const std::strin
   return text.replace(at, what.size(), by);
 }
 
-TEST(AUrdfOfItsOwn, AgreesWithTheCalibratedArmAtAThousandPoses) {
+TEST(GeneratedUrdf, AgreesWithTheCalibratedArmAtAThousandPoses) {
   const Calibration c = rigid_calibration(31);
   const RigidArm arm = calibrated_rigid_arm(c);
   const std::string text = urdf_of(joint_frames(arm), "KR 5 & \"co\"", "a -- b");
@@ -80,7 +80,7 @@ TEST(AUrdfOfItsOwn, AgreesWithTheCalibratedArmAtAThousandPoses) {
   }
 }
 
-TEST(AGivenUrdf, HasTheNominalArmsKinematicsAndBecomesTheCalibratedOne) {
+TEST(GivenUrdf, HasTheNominalArmsKinematicsAndBecomesTheCalibratedOne) {
   const Calibration c = rigid_calibration(33);
   const RigidArm nominal = nominal_rigid_arm(c.cell), real = calibrated_rigid_arm(c);
   const UrdfChain given = read_urdf(kDrawn, "kr5.urdf");
@@ -103,7 +103,7 @@ TEST(AGivenUrdf, HasTheNominalArmsKinematicsAndBecomesTheCalibratedOne) {
   }
 }
 
-TEST(AGivenUrdf, KeepsAllButTheOriginsOfItsChain) {
+TEST(GivenUrdf, KeepsAllButTheOriginsOfItsChain) {
   const Calibration c = rigid_calibration(33);
   const std::string text = calibrated_urdf(kDrawn, "kr5.urdf", "", nominal_rigid_arm(c.cell),
                                            calibrated_rigid_arm(c), "by cellcal");
@@ -114,7 +114,7 @@ TEST(AGivenUrdf, KeepsAllButTheOriginsOfItsChain) {
     EXPECT_NE(text.find(kept), std::string::npos) << kept << "\n" << text;
 }
 
-TEST(AGivenUrdf, WithoutCorrectionsHasTheSameKinematicsAsBefore) {
+TEST(GivenUrdf, WithoutCorrectionsHasTheSameKinematicsAsBefore) {
   const RigidArm nominal = nominal_rigid_arm(rigid_calibration(33).cell);
   const std::string text = calibrated_urdf(kDrawn, "x", "", nominal, nominal, "");
   const UrdfChain before = read_urdf(kDrawn, "x"), after = read_urdf(text, "x");
@@ -124,7 +124,7 @@ TEST(AGivenUrdf, WithoutCorrectionsHasTheSameKinematicsAsBefore) {
         1e-12);
 }
 
-TEST(AGivenUrdf, OfAnotherRobotIsRefusedByFileAndJoint) {
+TEST(GivenUrdf, OfAnotherRobotIsRefusedByFileAndJoint) {
   const RigidArm nominal = nominal_rigid_arm(rigid_calibration(33).cell);
   try {
     calibrated_urdf(replaced(kDrawn, "0.6 0 0", "0.61 0 0"), "kr5.urdf", "", nominal, nominal, "");
@@ -136,7 +136,7 @@ TEST(AGivenUrdf, OfAnotherRobotIsRefusedByFileAndJoint) {
   }
 }
 
-TEST(AGivenUrdf, WithNothingFixedToItsLastLinkIsRefused) {
+TEST(GivenUrdf, WithNothingFixedToItsLastLinkIsRefused) {
   const RigidArm nominal = nominal_rigid_arm(rigid_calibration(33).cell);
   std::string text = kDrawn;
   for (const char* joint : {"joint_flange", "joint_camera"}) {
@@ -146,7 +146,7 @@ TEST(AGivenUrdf, WithNothingFixedToItsLastLinkIsRefused) {
   EXPECT_THROW(calibrated_urdf(text, "x", "", nominal, nominal, ""), FileError);
 }
 
-TEST(ARobotOfAUrdf, IsTheShippedOne) {
+TEST(RobotOfUrdf, IsTheShippedOne) {
   const Robot robot = robot_of(read_urdf(kDrawn, "x").frames);
   const Robot shipped = kr5();
   std::mt19937 random(35);
@@ -159,7 +159,7 @@ TEST(ARobotOfAUrdf, IsTheShippedOne) {
   EXPECT_EQ(robot.joints[1].mass_kg, 12.5);
 }
 
-TEST(AUrdf, ThatCannotBeUsedIsRefusedByNameAndPlace) {
+TEST(ParsedUrdf, ThatCannotBeUsedIsRefusedByNameAndPlace) {
   EXPECT_EQ(urdf_refusal(kDrawn), "");
   const struct {
     const char *what, *by, *words;
@@ -187,7 +187,7 @@ TEST(AUrdf, ThatCannotBeUsedIsRefusedByNameAndPlace) {
   EXPECT_NE(urdf_refusal(std::string(kMostUrdfBytes + 1, ' ')).find("limit"), std::string::npos);
 }
 
-TEST(AUrdf, CutAnywhereIsRefusedOrReadAndNothingElse) {
+TEST(ParsedUrdf, CutAnywhereIsRefusedOrReadAndNothingElse) {
   for (std::size_t length = 0; length < kDrawn.size(); length += 7)
     EXPECT_NE(urdf_refusal(kDrawn.substr(0, length)), "") << length;
   std::string deep = "<robot><joint name='a' type='revolute'>";
@@ -195,7 +195,7 @@ TEST(AUrdf, CutAnywhereIsRefusedOrReadAndNothingElse) {
   EXPECT_NE(urdf_refusal(deep), "");
 }
 
-TEST(AUrdf, WithTwoArmsAsksForTheTip) {
+TEST(ParsedUrdf, WithTwoArmsAsksForTheTip) {
   std::string text = kDrawn;
   text.insert(
       text.find("</robot>"),

@@ -5,7 +5,7 @@
 #include <Eigen/Cholesky>
 
 #include "calib/identify/identify.h"
-#include "calib/model/random.h"
+#include "calib/model/linear.h"
 #include "sim/cell/compare.h"
 #include "tests/calib/simulate.h"
 

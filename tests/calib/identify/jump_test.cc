@@ -13,7 +13,7 @@
 #include "calib/estimate/region.h"
 #include "calib/files/calibration_json.h"
 #include "calib/identify/identify.h"
-#include "calib/model/random.h"
+#include "calib/model/linear.h"
 #include "tests/calib/findings.h"
 #include "tests/calib/simulate.h"
 

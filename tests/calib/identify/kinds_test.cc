@@ -104,7 +104,7 @@ std::vector<JointVector> joints_of(const std::vector<Touch>& touches) {
 void expect_refused(const Cell& cell, const std::vector<Touch>& touches, IdentifyError::Kind kind,
                     const std::string& target) {
   const auto error =
-      testing::thrown<IdentifyError>([&] { (void)identify_as_stated(cell, touches); });
+      testing::thrown<IdentifyError>([&] { (void)identify_single_pass(cell, touches); });
   EXPECT_EQ(error.kind, kind) << error.what();
   EXPECT_EQ(error.target, target) << error.what();
   EXPECT_EQ(std::string(error.what()).find("target " + target + ": "), 0U) << error.what();

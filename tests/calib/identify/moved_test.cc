@@ -50,7 +50,7 @@ TEST(MovedTarget, OfTwoTenthsIsNamedWithSizeSideAndTouchThoughAllElseIsWell) {
     const std::size_t target = seed % 4;
     const Eigen::Vector3d shift(0.114e-3, -0.136e-3, 0.092e-3);
     const auto touches = knocked(target, shift, seed);
-    otherwise_fine += identify_as_stated(demo_cell(), touches).verdict.publish();
+    otherwise_fine += identify_single_pass(demo_cell(), touches).verdict.publish();
     const Calibration c = identify(demo_cell(), touches);
     if (c.moved.empty()) continue;
     ++named;
@@ -168,7 +168,7 @@ TEST(MovedTarget, IsFoundByTimeWhateverTheOrderOfTheRows) {
 
 TEST(MovedTarget, IsOnlySuspectedWhereNobodyLooksCloser) {
   const auto touches = knocked(2, {0.15e-3, -0.12e-3, 0.08e-3}, 3);
-  const Calibration c = identify_as_stated(demo_cell(), touches);
+  const Calibration c = identify_single_pass(demo_cell(), touches);
   ASSERT_FALSE(c.moved.empty());
   EXPECT_EQ(c.moved[0].target, "S3");
   EXPECT_EQ(c.moved[0].shift_m.norm(), 0.0);

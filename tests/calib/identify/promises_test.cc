@@ -11,7 +11,7 @@
 #include "calib/files/files.h"
 #include "calib/identify/identify.h"
 #include "calib/identify/identify_once.h"
-#include "calib/model/random.h"
+#include "calib/model/linear.h"
 #include "tests/calib/findings.h"
 #include "tests/calib/simulate.h"
 #include "tests/calib/thrown.h"
@@ -172,7 +172,7 @@ TEST(Identify, TouchesThatLieFlatDoNotMakeASphereOfUnknownPlace) {
   cell.targets[0].centre_sigma_m = 0.0;
   for (const auto& touches : {flat.touches, three.touches}) {
     const auto why =
-        testing::thrown<IdentifyError>([&] { (void)identify_as_stated(cell, touches); });
+        testing::thrown<IdentifyError>([&] { (void)identify_single_pass(cell, touches); });
     EXPECT_EQ(why.kind, IdentifyError::Kind::kUndetermined);
     EXPECT_EQ(why.target, "S1");
     // What a user reads then.

@@ -9,7 +9,7 @@
 #include "calib/estimate/problem.h"
 #include "calib/estimate/region.h"
 #include "calib/identify/identify.h"
-#include "calib/model/random.h"
+#include "calib/model/linear.h"
 #include "calib/seed_paper/paper.h"
 #include "tests/calib/findings.h"
 #include "tests/calib/millimetre.h"

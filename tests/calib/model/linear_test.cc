@@ -4,8 +4,6 @@
 
 #include <cmath>
 
-#include "calib/model/random.h"
-
 namespace cellcal::calib {
 namespace {
 

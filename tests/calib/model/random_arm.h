@@ -5,7 +5,7 @@
 
 #include "calib/model/joint_vector.h"
 #include "calib/model/kinematics.h"
-#include "calib/model/random.h"
+#include "calib/model/linear.h"
 
 namespace cellcal::calib::testing {
 

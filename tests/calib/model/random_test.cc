@@ -1,10 +1,10 @@
 // Numbers that must be identical on every platform.
 
-#include "calib/model/random.h"
-
 #include <gtest/gtest.h>
 
 #include <set>
+
+#include "calib/model/linear.h"
 
 namespace cellcal::calib {
 namespace {

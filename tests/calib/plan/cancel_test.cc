@@ -51,14 +51,14 @@ void expect_called_off_anywhere(const Work& work) {
     EXPECT_THROW(polls(work, place), Cancelled) << place << " of " << all;
 }
 
-TEST(APlan, IsCalledOffAtAnyPollAndAnotherOneIsTheSameAfterwards) {
+TEST(PlanningRequest, IsCalledOffAtAnyPollAndAnotherOneIsTheSameAfterwards) {
   const Cell cell = planned_cell();
   const Plan before = make_plan(cell, few_touches());
   expect_called_off_anywhere([&] { (void)make_plan(cell, few_touches()); });
   EXPECT_EQ(postures(make_plan(cell, few_touches())), postures(before));
 }
 
-TEST(APlan, ThatIsWatchedIsTheSameAsOneThatIsNot) {
+TEST(PlanningRequest, ThatIsWatchedIsTheSameAsOneThatIsNot) {
   const Cell cell = planned_cell();
   const Plan alone = make_plan(cell, few_touches());
   Plan watched;
@@ -74,7 +74,7 @@ TEST(TouchesToAGoal, AreCalledOffAtAnyPollOfTheirPlan) {
   expect_called_off_anywhere([&] { Online(cell, few_touches(), goal, {}); });
 }
 
-TEST(APlan, SaysHowFarItIsStepByStepAndNeverLess) {
+TEST(PlanningRequest, SaysHowFarItIsStepByStepAndNeverLess) {
   std::vector<WorkDone> told;
   const Watch watch([] { return false; }, [&](const WorkDone& done) { told.push_back(done); });
   (void)make_plan(planned_cell(), few_touches());
@@ -90,7 +90,7 @@ TEST(APlan, SaysHowFarItIsStepByStepAndNeverLess) {
   }
 }
 
-TEST(ALongComputation, OfTheInnermostWatchEndsWithIt) {
+TEST(LongComputation, OfTheInnermostWatchEndsWithIt) {
   EXPECT_NO_THROW(poll_cancelled()) << "nobody watches";
   const Watch outer([] { return false; });
   {

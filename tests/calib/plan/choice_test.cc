@@ -7,7 +7,7 @@
 #include <set>
 
 #include "calib/model/error.h"
-#include "calib/model/random.h"
+#include "calib/model/linear.h"
 #include "calib/plan/choose.h"
 #include "calib/plan/design.h"
 #include "calib/plan/plan.h"

@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <set>
 
-#include "calib/model/random.h"
+#include "calib/model/linear.h"
 #include "calib/plan/choose.h"
 #include "tests/calib/plan/random_rows.h"
 

@@ -8,7 +8,7 @@
 
 #include "calib/files/files.h"
 #include "calib/model/error.h"
-#include "calib/model/random.h"
+#include "calib/model/linear.h"
 #include "calib/plan/bodies.h"
 #include "calib/plan/candidates.h"
 #include "calib/plan/plan.h"
@@ -385,7 +385,7 @@ TEST(Bodies, NeverMoveFurtherThanTheirLeversSay) {
   }
 }
 
-TEST(ACorner, MayBeCutAsFarAsWhatStandsAroundItAllows) {
+TEST(CornerOfPath, MayBeCutAsFarAsWhatStandsAroundItAllows) {
   Cell cell = demo();
   const ArmModel arm(cell.robot, cell.tool);
   PlanOptions options;
@@ -418,7 +418,7 @@ TEST(ACorner, MayBeCutAsFarAsWhatStandsAroundItAllows) {
   EXPECT_GE(cut, 15);
 }
 
-TEST(ACorner, IsGoneToWhereTheCellSaysWhichMovesCanBeLed) {
+TEST(CornerOfPath, IsGoneToWhereTheCellSaysWhichMovesCanBeLed) {
   Cell cell = demo();
   PlanOptions options;
   options.fit_touches = 20;
@@ -433,7 +433,7 @@ TEST(ACorner, IsGoneToWhereTheCellSaysWhichMovesCanBeLed) {
   EXPECT_EQ(corner.out_share, 0.0);
 }
 
-TEST(ACorner, ThatIsNotClearItselfIsNotCut) {
+TEST(CornerOfPath, ThatIsNotClearItselfIsNotCut) {
   const Cell cell = demo();
   const ArmModel arm(cell.robot, cell.tool);
   PlanOptions options;

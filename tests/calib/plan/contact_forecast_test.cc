@@ -8,8 +8,7 @@
 #include <cmath>
 #include <map>
 
-#include "calib/model/random.h"
-#include "calib/model/statistics.h"
+#include "calib/model/linear.h"
 #include "calib/plan/plan.h"
 #include "tests/calib/plan/meet.h"
 #include "tests/calib/simulate.h"
@@ -83,7 +82,7 @@ double largest(const std::vector<double>& values) {
 
 constexpr auto kHonest = [](std::size_t, Touch&) {};
 
-TEST(AForecastOfContacts, IsWithinFiveSigmasAndSoonWithinATenthOfAMillimetre) {
+TEST(ContactForecasts, IsWithinFiveSigmasAndSoonWithinATenthOfAMillimetre) {
   for (const std::uint64_t arm : {4u, 5u, 6u}) {
     const Followed followed = follow(arm, 60, kHonest);
     for (const double off : followed.off_sigmas) EXPECT_LT(std::abs(off), 5.0);
@@ -97,14 +96,14 @@ TEST(AForecastOfContacts, IsWithinFiveSigmasAndSoonWithinATenthOfAMillimetre) {
   }
 }
 
-TEST(AForecastOfContacts, IsOfWhatALateLatchWillSay) {
+TEST(ContactForecasts, IsOfWhatALateLatchWillSay) {
   const Followed followed = follow(4, 60, kHonest, 0.050);  // half a millimetre deeper
   for (const double off : followed.off_sigmas) EXPECT_LT(std::abs(off), 5.0);
   ASSERT_GE(followed.sigma_m.size(), 40U);
   EXPECT_LT(largest(late_sigmas_m(followed)), 2.5e-4);
 }
 
-TEST(AForecastOfContacts, KnowsNothingOfATargetBeforeFourOfItsTouches) {
+TEST(ContactForecasts, KnowsNothingOfATargetBeforeFourOfItsTouches) {
   const Followed followed = follow(4, 60, kHonest);
   ASSERT_EQ(followed.unexpected_of.size(), 4U);
   for (const auto& [target, count] : followed.unexpected_of) {
@@ -113,7 +112,7 @@ TEST(AForecastOfContacts, KnowsNothingOfATargetBeforeFourOfItsTouches) {
   }
 }
 
-TEST(AForecastOfContacts, StaysHonestBehindAGrossTouch) {
+TEST(ContactForecasts, StaysHonestBehindAGrossTouch) {
   const Followed followed = follow(5, 60, [](std::size_t k, Touch& touch) {
     if (k % 20 == 17) touch.joint_rad[1] += 2e-3;  // some 2 mm
   });
@@ -121,7 +120,7 @@ TEST(AForecastOfContacts, StaysHonestBehindAGrossTouch) {
   EXPECT_GE(followed.off_sigmas.size(), 35U);
 }
 
-TEST(AForecastOfContacts, SaysNothingOfTouchesThatAreBehindIt) {
+TEST(ContactForecasts, SaysNothingOfTouchesThatAreBehindIt) {
   const Cell& cell = demo_cell();
   PlanOptions options;
   options.fit_touches = 30;

@@ -7,7 +7,7 @@
 
 #include "calib/files/files.h"
 #include "calib/model/kinematics.h"
-#include "calib/model/random.h"
+#include "calib/model/linear.h"
 #include "calib/plan/finder.h"
 
 namespace cellcal::calib::testing {
@@ -79,7 +79,7 @@ Cell table_cell(double diameter_m, double tip_radius_m, std::size_t first) {
   return cell;
 }
 
-Cell honestly_rough(Cell cell, double sigma_m, unsigned seed) {
+Cell as_rough_as_stated(Cell cell, double sigma_m, unsigned seed) {
   constexpr double kMost = 2.7;
   Random random(seed);
   for (Target& target : cell.targets) {

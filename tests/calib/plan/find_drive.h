@@ -17,7 +17,7 @@ Cell table_cell(double diameter_m, double tip_radius_m, std::size_t first);
 
 /// Errors of the cell file as large as its sigma states, in every direction; values beyond 2.7
 /// sigma, one in 15, are redrawn.
-Cell honestly_rough(Cell cell, double sigma_m, unsigned seed);
+Cell as_rough_as_stated(Cell cell, double sigma_m, unsigned seed);
 
 /// First contact of the true arm along the search line, if any: in steps, then bisected.
 std::optional<Touch> search(const Cell& cell, const sim::Truth& truth, const PlannedTouch& line);

@@ -10,7 +10,7 @@
 #include <filesystem>
 
 #include "calib/files/files.h"
-#include "calib/model/random.h"
+#include "calib/model/linear.h"
 #include "calib/plan/pool.h"
 #include "calib/plan/touch_sequence.h"
 #include "tests/calib/plan/find_drive.h"
@@ -21,9 +21,9 @@ namespace cellcal::calib {
 namespace {
 
 using Eigen::Vector3d;
+using testing::as_rough_as_stated;
 using testing::demo_cell;
 using testing::Found;
-using testing::honestly_rough;
 using testing::search;
 
 Found drive(const Cell& cell, const sim::Truth& truth, bool all) {
@@ -117,7 +117,7 @@ TEST_P(finding, needs_no_better_centres_than_their_sigma_says) {
       const sim::Truth truth = testing::plain_truth(*cell, seed);
       Found found;
       try {
-        found = drive(honestly_rough(*cell, sigma_m, seed), truth, true);
+        found = drive(as_rough_as_stated(*cell, sigma_m, seed), truth, true);
       } catch (const PlanError& error) {
         ADD_FAILURE() << error.what();
         continue;
@@ -136,9 +136,9 @@ struct SmallSphere {
   int diameter_mm, sigma_mm;
   double tip_radius_m;
 };
-class a_small_sphere : public ::testing::TestWithParam<SmallSphere> {};
+class SmallSphereSearch : public ::testing::TestWithParam<SmallSphere> {};
 
-TEST_P(a_small_sphere, is_found_by_touches_from_all_sides) {
+TEST_P(SmallSphereSearch, is_found_by_touches_from_all_sides) {
   const auto [diameter_mm, sigma_mm, tip_radius_m] = GetParam();
   for (unsigned seed = 1; seed <= 4; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
@@ -146,7 +146,7 @@ TEST_P(a_small_sphere, is_found_by_touches_from_all_sides) {
     const sim::Truth truth = testing::plain_truth(cell, seed);
     try {
       const Found found =
-          testing::drive(honestly_rough(cell, sigma_mm * 1e-3, seed), truth, true, 1);
+          testing::drive(as_rough_as_stated(cell, sigma_mm * 1e-3, seed), truth, true, 1);
       std::printf("%d mm, sigma %d mm: %d touches, %d misses\n", diameter_mm, sigma_mm,
                   found.touches, found.misses);
       EXPECT_TRUE(found.done);
@@ -159,14 +159,14 @@ TEST_P(a_small_sphere, is_found_by_touches_from_all_sides) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Of, a_small_sphere,
+INSTANTIATE_TEST_SUITE_P(Of, SmallSphereSearch,
                          ::testing::Values(SmallSphere{40, 5, 0.0}, SmallSphere{40, 10, 0.003},
                                            SmallSphere{20, 5, 0.0}));
 
 TEST(Finder, ThatGivesUpLeadsToWhereAnotherCanBegin) {
   const Cell small = testing::table_cell(0.04, 0.0, 0);
   const sim::Truth truth = testing::plain_truth(small, 1);
-  const Cell cell = honestly_rough(small, 0.005, 1);
+  const Cell cell = as_rough_as_stated(small, 0.005, 1);
   Finder first(cell, {}, true, {});
   EXPECT_TRUE(first.way_home().empty()) << "nothing was searched yet";
   JointVector at(6, 0.0);

@@ -3,7 +3,7 @@
 
 #include <optional>
 
-#include "calib/model/random.h"
+#include "calib/model/linear.h"
 #include "calib/plan/planned_touch.h"
 #include "sim/cell/truth.h"
 

@@ -8,7 +8,7 @@
 #include <map>
 #include <set>
 
-#include "calib/model/random.h"
+#include "calib/model/linear.h"
 #include "calib/plan/duration.h"
 #include "calib/plan/pool.h"
 #include "calib/plan/visit.h"

@@ -8,8 +8,8 @@
 #include <cmath>
 #include <set>
 
+#include "calib/model/linear.h"
 #include "calib/model/long_work.h"
-#include "calib/model/random.h"
 #include "calib/plan/candidates.h"
 #include "calib/plan/clearance.h"
 #include "calib/plan/forecast.h"

@@ -7,7 +7,7 @@
 #include <numeric>
 
 #include "calib/files/files.h"
-#include "calib/model/random.h"
+#include "calib/model/linear.h"
 #include "calib/plan/duration.h"
 #include "calib/plan/visit.h"
 

@@ -19,7 +19,7 @@ constexpr double kSpeeds[] = {0.010, 0.005, 0.010};
 
 PlanOptions options() { return {}; }
 
-TEST(AQualificationPlan, VisitsFewPlacesOfOneSphereAtEachSpeedInTurn) {
+TEST(QualificationPlans, VisitsFewPlacesOfOneSphereAtEachSpeedInTurn) {
   const Plan plan = make_qualification_plan(demo_cell(), options(), "S3", 6, kSpeeds);
   ASSERT_EQ(plan.touches.size(), 18u);
   std::set<JointVector> places;
@@ -38,14 +38,14 @@ TEST(AQualificationPlan, VisitsFewPlacesOfOneSphereAtEachSpeedInTurn) {
   EXPECT_FALSE(plan.home.empty());
 }
 
-TEST(AQualificationPlan, IsAllAroundTheSphere) {
+TEST(QualificationPlans, IsAllAroundTheSphere) {
   const Plan plan = make_qualification_plan(demo_cell(), options(), "S1", 6, kSpeeds);
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (const PlannedTouch& touch : plan.touches) sum += touch.normal;
   EXPECT_LT(sum.norm() / static_cast<double>(plan.touches.size()), 0.8);
 }
 
-TEST(AQualificationPlan, KeepsClearOfTheSpheresThatItDoesNotTouch) {
+TEST(QualificationPlans, KeepsClearOfTheSpheresThatItDoesNotTouch) {
   const Cell& cell = demo_cell();
   const Plan plan = make_qualification_plan(cell, options(), "S1", 6, kSpeeds);
   const ArmModel arm = planning_arm(cell);
@@ -60,7 +60,7 @@ TEST(AQualificationPlan, KeepsClearOfTheSpheresThatItDoesNotTouch) {
   }
 }
 
-TEST(AQualificationPlan, TakesTheFirstSphereWhereNoneIsNamedAndNamesThoseThatThereAre) {
+TEST(QualificationPlans, TakesTheFirstSphereWhereNoneIsNamedAndNamesThoseThatThereAre) {
   EXPECT_EQ(qualification_target(demo_cell(), ""), demo_cell().targets.front().id);
   const auto error =
       testing::thrown<PlanError>([] { (void)qualification_target(demo_cell(), "S9"); });

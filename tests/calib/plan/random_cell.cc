@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "calib/files/files.h"
-#include "calib/model/random.h"
+#include "calib/model/linear.h"
 
 namespace cellcal::calib::testing {
 

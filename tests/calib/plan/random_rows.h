@@ -2,7 +2,7 @@
 // Rows of a design drawn at random.
 
 #include "calib/estimate/information.h"
-#include "calib/model/random.h"
+#include "calib/model/linear.h"
 
 namespace cellcal::calib::testing {
 

@@ -90,7 +90,8 @@ TEST(SearchDepth, LearnsNothingFromALineThatWasSearchedBefore) {
   }
   const auto told = [&](const Vector3d& aim, const Vector3d& normal) {
     const SearchLine line{aim, normal, -normal};
-    return told_m2(search_depth(line, places, kRadiusM, kNoStand, Tool{}), places, kArmSigmaM);
+    return expected_reduction_m2(search_depth(line, places, kRadiusM, kNoStand, Tool{}), places,
+                                 kArmSigmaM);
   };
   const double again = told(Vector3d::Zero(), Vector3d::UnitZ());
   const double aside = told(Vector3d(0.0, 0.0, -0.014), Vector3d::UnitX());

@@ -76,7 +76,7 @@ TEST(Evidence, OfAWithheldCalibrationIsNone) {
 }
 
 TEST(Evidence, WithoutTouchesIsNone) {
-  EXPECT_EQ(refused(one_arm(0)), SetAsideKind::kTellsNothing);
+  EXPECT_EQ(refused(one_arm(0)), SetAsideKind::kUninformative);
 }
 
 TEST(Evidence, ThatContradictsItselfIsNone) {

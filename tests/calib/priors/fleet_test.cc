@@ -23,7 +23,7 @@ SetAsideKind kind_of(const Learned& learned, const std::string& name) {
   return found == learned.set_aside.end() ? SetAsideKind::kUnreadable : found->kind;
 }
 
-TEST(ManyArms, TellTheirSpreadsWithinWhatIsStated) {
+TEST(LargeFleet, TellTheirSpreadsWithinWhatIsStated) {
   const Truth truth = uneven();
   const Learned learned = learn(drawn_robot(), evidence_of_all(fleet_of(150, truth)));
   ASSERT_FALSE(learned.none);
@@ -46,7 +46,7 @@ TEST(ManyArms, TellTheirSpreadsWithinWhatIsStated) {
   EXPECT_GT(offered(wide), wide.found);
 }
 
-TEST(FewArms, DoNotOverruleTheNominalGeometry) {
+TEST(SmallFleet, DoNotOverruleTheNominalGeometry) {
   Truth narrow;
   narrow.length = narrow.angle = {0.25, 0.25, 0.25, 0.25, 0.25, 0.25};
   const Learned few = learn(drawn_robot(), evidence_of_all(fleet_of(4, narrow)));
@@ -63,7 +63,7 @@ TEST(FewArms, DoNotOverruleTheNominalGeometry) {
     }
 }
 
-TEST(FewArms, ThatAreAllNearerThanDrawnAreNotTooNear) {
+TEST(SmallFleet, ThatAreAllNearerThanDrawnAreNotTooNear) {
   Truth narrow;
   narrow.length = narrow.angle = {0.25, 0.25, 0.25, 0.25, 0.25, 0.25};
   narrow.gear = 0.25;
@@ -72,7 +72,7 @@ TEST(FewArms, ThatAreAllNearerThanDrawnAreNotTooNear) {
   EXPECT_EQ(learned.priors.arms, 8);
 }
 
-TEST(FewArms, AreNoFleet) {
+TEST(SmallFleet, AreNoFleet) {
   const Learned learned = learn(drawn_robot(), evidence_of_all(fleet_of(2, uneven())));
   EXPECT_EQ(learned.none, NoPriors::kTooFewArms);
   EXPECT_TRUE(learned.priors.joints.empty());
@@ -122,7 +122,7 @@ TEST(WhatPriorsDecided, IsNotReadBackHoweverOftenTheyAreTaken) {
   }
 }
 
-TEST(PoisonedArms, DoNotMoveTheSpreads) {
+TEST(CorruptedArms, DoNotMoveTheSpreads) {
   const std::vector<Calibration> honest = fleet_of(114, uneven());
   std::vector<Calibration> poisoned = honest;
   const auto poison = [&](std::size_t of, double factor) {
@@ -153,7 +153,7 @@ TEST(PoisonedArms, DoNotMoveTheSpreads) {
     }
 }
 
-TEST(PoisonedArms, ThatStayWithinTheSpreadMoveItNoMoreThanItsUncertainty) {
+TEST(CorruptedArms, ThatStayWithinTheSpreadMoveItNoMoreThanItsUncertainty) {
   std::vector<Calibration> fleet = fleet_of(114, uneven());
   const Learned clean = learn(drawn_robot(), evidence_of_all(fleet));
   for (std::size_t k = 0; k < 6; ++k) fleet.push_back(times(fleet_of(6, uneven(), 40, 9)[k], 1.6));
@@ -166,7 +166,7 @@ TEST(PoisonedArms, ThatStayWithinTheSpreadMoveItNoMoreThanItsUncertainty) {
     }
 }
 
-TEST(ArmsOfTwoKinds, AreNotOnePopulation) {
+TEST(MixedFleet, AreNotOnePopulation) {
   std::vector<Calibration> fleet = fleet_of(30, uneven());
   for (const Calibration& c : fleet_of(15, uneven(), 40, 8)) fleet.push_back(times(c, 20.0));
   const Learned learned = learn(drawn_robot(), evidence_of_all(fleet));
@@ -174,7 +174,7 @@ TEST(ArmsOfTwoKinds, AreNotOnePopulation) {
   EXPECT_TRUE(learned.priors.joints.empty());
 }
 
-TEST(OneArm, CountsOnceByItsName) {
+TEST(SingleArm, CountsOnceByItsName) {
   std::vector<ArmEvidence> arms = evidence_of_all(fleet_of(10, uneven()));
   for (const std::size_t k : {2, 3, 4}) arms[k].arm = "serial 17";
   arms[2].time = "2026-01-01T00:00:00Z";
@@ -188,7 +188,7 @@ TEST(OneArm, CountsOnceByItsName) {
   EXPECT_EQ(learned.set_aside.front().other, "arm 003.json");
 }
 
-TEST(OneArm, CountsOnceUnderOtherNamesToo) {
+TEST(SingleArm, CountsOnceUnderOtherNamesToo) {
   std::vector<Calibration> fleet = fleet_of(40, uneven());
   const Learned once = learn(drawn_robot(), evidence_of_all(fleet));
   for (int k = 0; k < 20; ++k) fleet.push_back(fleet[7]);
@@ -200,7 +200,7 @@ TEST(OneArm, CountsOnceUnderOtherNamesToo) {
               spread(once, 1, SpreadKind::kLength).found, 1e-9);
 }
 
-TEST(OtherArms, AreSetAsideByTheirNominalGeometry) {
+TEST(OtherGeometryArms, AreSetAsideByTheirNominalGeometry) {
   std::vector<ArmEvidence> arms = evidence_of_all(fleet_of(6, uneven()));
   Robot longer = drawn_robot();
   longer.joints[1].a_m += 0.08;
@@ -224,7 +224,7 @@ TEST(TheNominalGeometry, IsNotThatOfAFewWhoStateOtherTolerances) {
             drawn_robot().joints[1].tolerance_length_m);
 }
 
-TEST(TheOrder, InWhichCalibrationsComeDoesNotMatter) {
+TEST(FleetOrder, InWhichCalibrationsComeDoesNotMatter) {
   std::vector<ArmEvidence> arms = evidence_of_all(fleet_of(25, uneven()));
   const Learned forth = learn(drawn_robot(), arms);
   std::ranges::reverse(arms);

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "calib/model/random.h"
+#include "calib/model/linear.h"
 #include "calib/model/robot.h"
 #include "calib/priors/learn.h"
 #include "calib/result/calibration.h"

@@ -58,7 +58,7 @@ TEST(Sizes, OfRightFilesAreNotAccused) {
     SCOPED_TRACE(seed);
     const auto made =
         make_touches(demo_cell(), plain_truth(demo_cell(), seed), {.fit = 100, .seed = seed});
-    const Calibration c = identify_as_stated(demo_cell(), made.touches);
+    const Calibration c = identify_single_pass(demo_cell(), made.touches);
     ASSERT_EQ(c.artefact_biases.size(), demo_cell().targets.size());
     EXPECT_EQ(worst_contradicted(c.artefact_biases), nullptr);
     // A bound that nothing could break would be as quiet.
@@ -100,7 +100,7 @@ TEST(Sizes, ASphereAllOfWhoseTouchesWereLeftOutForItsDiameterIsNamed) {
 TEST(Sizes, AWireThatWasZeroedElsewhereIsNamedWithByHowMuch) {
   const Cell cell = wires();
   auto made = make_touches(cell, plain_truth(cell, 3), {.fit = 160, .check = 16}).touches;
-  EXPECT_EQ(worst_contradicted(identify_as_stated(cell, made).artefact_biases), nullptr);
+  EXPECT_EQ(worst_contradicted(identify_single_pass(cell, made).artefact_biases), nullptr);
   for (Touch& touch : made)
     if (touch.target == "S2") touch.radius_m += 0.6e-3;
   const Calibration c = identify(cell, made);

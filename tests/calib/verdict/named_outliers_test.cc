@@ -227,10 +227,10 @@ TEST(Outliers, StateHowFarTheyWouldHaveHeldTheirOwnPlace) {
   for (const int fit : {32, 45, 60, 100}) {
     const auto made =
         make_touches(demo_cell(), plain_truth(demo_cell(), 4), {.fit = fit, .seed = 4});
-    const Calibration with = identify_as_stated(demo_cell(), made.touches, options);
+    const Calibration with = identify_single_pass(demo_cell(), made.touches, options);
     auto spoilt = made.touches;
     spoilt[9] = seen_early(spoilt[9], with, 9, 5e-3);
-    const Calibration without = identify_as_stated(demo_cell(), spoilt, options);
+    const Calibration without = identify_single_pass(demo_cell(), spoilt, options);
     ASSERT_TRUE(with.outliers.empty()) << fit;
     ASSERT_EQ(without.outliers.size(), 1u) << fit;
     const Outlier& outlier = without.outliers[0];
@@ -244,8 +244,8 @@ TEST(Outliers, ThatNothingElseTellsAboutAreSaidToBeSo) {
   // The only touch of its sphere from that side of the arm: nobody can tell who is wrong.
   const auto made = make_touches(demo_cell(), plain_truth(demo_cell(), 4), {.fit = 24, .seed = 4});
   auto spoilt = made.touches;
-  spoilt[9] = seen_early(spoilt[9], identify_as_stated(demo_cell(), spoilt), 9, 0.02);
-  const Calibration result = identify_as_stated(demo_cell(), spoilt);
+  spoilt[9] = seen_early(spoilt[9], identify_single_pass(demo_cell(), spoilt), 9, 0.02);
+  const Calibration result = identify_single_pass(demo_cell(), spoilt);
   ASSERT_FALSE(result.outliers.empty());
   EXPECT_EQ(result.outliers[0].touch, 9u);
   EXPECT_GT(result.outliers[0].leverage, 0.5);

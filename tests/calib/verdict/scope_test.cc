@@ -206,7 +206,7 @@ TEST(Verdict, TakesTouchesThatScatterMoreThanTheCellFileSaysForWhatTheyAre) {
 TEST(Verdict, AsStatedBlocksTouchesThatScatterMoreAndSaysWhatToDo) {
   const auto made =
       make_touches(demo_cell(), plain_truth(demo_cell(), 1), {.fit = 100, .noise_m = 2e-4});
-  const Calibration result = identify_as_stated(demo_cell(), made.touches);
+  const Calibration result = identify_single_pass(demo_cell(), made.touches);
   EXPECT_FALSE(result.verdict.publish());
   EXPECT_NEAR(the(result, FindingKind::kTouchScatter, "ratio"), 4.0, 1.0) << words_of(result);
 }

@@ -72,7 +72,7 @@ TEST(UnseenTarget, CountsWhatItsPlaceTookUp) {
     for (unsigned seed = 1; seed <= 12; ++seed) {
       IdentifyOptions options;
       options.level = ModelLevel{0.3, 1.0, 0.0};
-      const Calibration c = identify_as_stated(
+      const Calibration c = identify_single_pass(
           demo_cell(), with_one_unseen(seed, kept, plain_truth(demo_cell(), seed)), options);
       for (const HeldOut& one : c.unseen.held_out) {
         square += one.square;

@@ -231,10 +231,10 @@ TEST(Verdict, NamesTwoStatedCentresThatWereExchanged) {
 TEST(Verdict, BeforeIsWithTheToolWhereTheTouchesPutItAsFarAsTheCellFileLeavesItOpen) {
   Cell cell = demo_cell();
   const auto touches = touches_of(cell, 60, 2);
-  const double known_m = identify_as_stated(cell, touches).before.mean_m;
+  const double known_m = identify_single_pass(cell, touches).before.mean_m;
   cell.tool.tcp.translation() += Eigen::Vector3d(4e-3, -4e-3, 3e-3);  // a guess
   cell.tool.tcp_sigma_m.setConstant(5e-3);
-  const Calibration guessed = identify_as_stated(cell, touches);
+  const Calibration guessed = identify_single_pass(cell, touches);
   EXPECT_LT(guessed.before.mean_m, 1.3 * known_m);
   EXPECT_GT(guessed.before.mean_m, 2.0 * guessed.after.mean_m);
 }

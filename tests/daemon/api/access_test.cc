@@ -11,7 +11,7 @@
 #include <sstream>
 
 #include "daemon/api/handlers.h"
-#include "daemon/api/http/same_site.h"
+#include "daemon/api/http/http.h"
 #include "daemon/cell_form/cell_shelf.h"
 #include "daemon/unattended/schedule.h"
 #include "daemon/unattended/service_door.h"
@@ -335,7 +335,7 @@ TEST_F(an_api_on_the_network, moves_nothing_before_somebody_said_that_the_cell_i
 }
 
 TEST_F(an_api_on_the_network, neither_releases_the_schedule_nor_begins_by_it_without_that_word) {
-  ServiceDoor door{service, journal};
+  ServiceSessionGateway door{service, journal};
   Schedule schedule{{door,
                      {[this] { return journal.schedule(); },
                       [this](const std::string& state) { journal.store_schedule(state); }},
@@ -378,7 +378,7 @@ TEST_F(an_api_on_the_network, names_no_files_of_the_computer_but_cell_files_and_
   const std::filesystem::path as_link = dir / "cells";
   std::filesystem::create_directory_symlink(cells, as_link);
   api.use(std::vector{cells, dir.path() / "cells"});
-  const CellShelf shelf(dir / "made");
+  const CellFileStore shelf(dir / "made");
   api.use(shelf);
   const auto answers = [&](const std::filesystem::path& file) {
     const std::string cell = json{{"cell", file}}.dump();

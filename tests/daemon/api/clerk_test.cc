@@ -1,11 +1,11 @@
-#include "daemon/api/http/clerk.h"
-
 #include <gtest/gtest.h>
 
 #include <future>
 #include <mutex>
 #include <thread>
 #include <vector>
+
+#include "daemon/api/http/server.h"
 
 namespace cellcal::daemon {
 namespace {

@@ -4,8 +4,8 @@
 
 #include <vector>
 
-#include "daemon/api/http/same_site.h"
-#include "daemon/api/http/server_impl.h"
+#include "daemon/api/http/http.h"
+#include "daemon/api/http/server.h"
 
 namespace cellcal::daemon {
 namespace {

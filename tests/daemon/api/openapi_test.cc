@@ -118,7 +118,7 @@ struct a_described_api : ::testing::Test, testing::WithoutHardware {
        [this] { service.hold("the doctor is looking"); }, [this] { service.release(); },
        [] { return "t"; }, [] { return std::string("c"); }}};
   ScheduleConfig config = nightly();
-  ServiceDoor door{service, journal};
+  ServiceSessionGateway door{service, journal};
   Schedule schedule{{door,
                      {[this] { return journal.schedule(); },
                       [this](const std::string& state) { journal.store_schedule(state); }},
@@ -242,7 +242,7 @@ TEST_F(a_described_api, answers_as_it_is_described) {
   EXPECT_EQ(ask("POST", "/v1/retain", "{}").status, 422);
   EXPECT_EQ(ask("POST", "/v1/retain", R"({"days": 0})").status, 400);
   EXPECT_EQ(ask("GET", "/v1/cell-form").status, 404) << "this daemon makes none";
-  const CellShelf shelf(dir / "cells");
+  const CellFileStore shelf(dir / "cells");
   api.use(shelf);
   EXPECT_EQ(ask("GET", "/v1/cell-form").status, 200);
   const std::string form =

@@ -5,7 +5,7 @@
 #include "calib/files/calibration_json.h"
 #include "calib/identify/identify.h"
 #include "calib/plan/check_plan.h"
-#include "daemon/result/session_result.h"
+#include "daemon/result/outcome.h"
 #include "daemon/tasks/options.h"
 #include "tests/calib/plan/meet.h"
 #include "tests/calib/simulate.h"

@@ -28,7 +28,7 @@ struct a_cell_shelf : ::testing::Test {
   }
 
   TemporaryDirectory dir;
-  CellShelf shelf{dir / "cells"};
+  CellFileStore shelf{dir / "cells"};
   CellForm form = form_from_json(example(), dir / "cells" / "weld.toml");
   std::string words;
 };

@@ -1,8 +1,7 @@
-#include "daemon/cell_form/lists.h"
-
 #include <gtest/gtest.h>
 
 #include "calib/model/error.h"
+#include "daemon/cell_form/cell_text.h"
 
 namespace cellcal::daemon::testing {
 namespace {

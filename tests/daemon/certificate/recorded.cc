@@ -6,7 +6,6 @@
 
 #include "calib/files/calibration_json.h"
 #include "daemon/tasks/check_against.h"
-#include "daemon/tasks/estimate.h"
 #include "daemon/tasks/options.h"
 #include "tests/calib/simulate.h"
 #include "tests/daemon/journal/temporary_directory.h"

@@ -1,11 +1,10 @@
-#include "daemon/cli/tables.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Core>
 #include <algorithm>
 
 #include "calib/result/finding.h"
+#include "daemon/cli/offline.h"
 
 namespace cellcal::daemon {
 namespace {

@@ -1,18 +1,18 @@
 // What the checks say as the number that a robot program reads.
 
-#include "daemon/controller/advice.h"
-
 #include <gtest/gtest.h>
 
 #include "calib/check/drift.h"
+#include "daemon/controller/advice_publisher.h"
 
 namespace cellcal::daemon {
 namespace {
 
 constexpr double kDay = 86400.0, kFirst = 1'767'225'600.0;  // 2026-01-01
 
-calib::CheckSeen check(int day, bool holds = true, calib::LeftOut out = calib::LeftOut::kNo) {
-  calib::CheckSeen one;
+calib::CheckMeasurement check(int day, bool holds = true,
+                              calib::LeftOut out = calib::LeftOut::kNo) {
+  calib::CheckMeasurement one;
   one.session = day;
   one.time_s = kFirst + day * kDay;
   one.left_out = out;
@@ -23,7 +23,7 @@ calib::CheckSeen check(int day, bool holds = true, calib::LeftOut out = calib::L
   return one;
 }
 
-PublishedAdvice advice_by(const std::vector<calib::CheckSeen>& checks, double now_s) {
+PublishedAdvice advice_by(const std::vector<calib::CheckMeasurement>& checks, double now_s) {
   calib::DriftChart chart = calib::drift_chart(checks);
   calib::age(chart, now_s);
   return advice_of(chart, now_s);
@@ -43,7 +43,7 @@ TEST(Advice, FewChecksSayNothingTwoWeeksLater) {
 }
 
 TEST(Advice, SaysToCheckAgainTwoWeeksBehindTheNewestOfMany) {
-  std::vector<calib::CheckSeen> checks;
+  std::vector<calib::CheckMeasurement> checks;
   for (int day = 0; day < 6; ++day) checks.push_back(check(day));
   EXPECT_EQ(advice_by(checks, kFirst + 6 * kDay).advice, Advice::kHolds);
   EXPECT_EQ(advice_by(checks, kFirst + 20 * kDay).advice, Advice::kCheckAgain);
@@ -56,7 +56,7 @@ TEST(Advice, SaysToCheckAgainBehindACheckThatDecidedNothing) {
 
 TEST(Advice, NamesWhatACheckThatDidNotHoldAsksFor) {
   EXPECT_EQ(advice_by({check(0), check(1, false)}, kFirst + kDay).advice, Advice::kRemeasureTcp);
-  calib::CheckSeen sphere = check(1, false, calib::LeftOut::kNotTheTool);
+  calib::CheckMeasurement sphere = check(1, false, calib::LeftOut::kNotTheTool);
   sphere.change->kind = calib::ChangeKind::kSphere;
   EXPECT_EQ(advice_by({check(0), sphere}, kFirst + kDay).advice, Advice::kRecalibrate);
   sphere.change->kind = calib::ChangeKind::kGrowth;

@@ -1,9 +1,8 @@
-#include "daemon/doctor/adapter_check.h"
-
 #include <unistd.h>
 
 #include <fstream>
 
+#include "daemon/doctor/wires.h"
 #include "tests/daemon/doctor/outcome_of.h"
 
 namespace cellcal::daemon::testing {

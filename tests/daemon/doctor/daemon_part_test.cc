@@ -1,7 +1,7 @@
 #include <nlohmann/json.hpp>
 
-#include "daemon/doctor/link_words.h"
-#include "daemon/doctor/parts.h"
+#include "daemon/doctor/doctor.h"
+#include "daemon/doctor/wires.h"
 #include "tests/daemon/doctor/outcome_of.h"
 
 namespace cellcal::daemon::testing {

@@ -10,7 +10,7 @@
 #include <sstream>
 
 #include "calib/files/calibration_json.h"
-#include "daemon/result/session_result.h"
+#include "daemon/result/outcome.h"
 #include "daemon/tasks/options.h"
 #include "tests/calib/random_calibration.h"
 #include "tests/daemon/journal/temporary_directory.h"

@@ -6,7 +6,6 @@
 #include "calib/files/files.h"
 #include "daemon/config/config.h"
 #include "daemon/doctor/doctor.h"
-#include "daemon/doctor/parts.h"
 #include "drivers/kuka/krl/krl_files.h"
 #include "sim/krc/krc_udp.h"
 #include "tests/daemon/cli/mistaken_cells.h"
@@ -121,7 +120,7 @@ TEST_F(an_examination, names_a_schedule_that_nothing_starts_the_controllers_prog
     configure("backend = \"rsi\"\n[contact]\ndevice = \"/dev/null\"\n" + more +
               text.replace(text.find("START"), 5, start));
     Findings findings;
-    look_at_schedule(load_config(request().config), findings);
+    examine_schedule(load_config(request().config), findings);
     return findings;
   };
   const Findings none = with("");

@@ -1,6 +1,6 @@
-#include "daemon/files/seldom.h"
-
 #include <gtest/gtest.h>
+
+#include "daemon/files/log_context.h"
 
 namespace cellcal::daemon {
 namespace {
@@ -8,7 +8,7 @@ namespace {
 using namespace std::chrono_literals;
 
 TEST(seldom, lets_the_first_through_and_then_one_a_minute_with_how_many_it_stands_for) {
-  Seldom seldom;
+  OccurrenceLimit seldom;
   const std::chrono::steady_clock::time_point begun{1h};
   EXPECT_EQ(seldom.count(begun), 1u);
   for (int i = 1; i < 60; ++i) EXPECT_FALSE(seldom.count(begun + i * 1s));

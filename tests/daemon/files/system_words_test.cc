@@ -1,10 +1,10 @@
 // What the system says of a file, in words.
 
-#include "daemon/files/system_words.h"
-
 #include <gtest/gtest.h>
 
 #include <filesystem>
+
+#include "daemon/files/atomic_file.h"
 
 namespace cellcal::daemon {
 namespace {

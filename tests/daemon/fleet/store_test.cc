@@ -336,7 +336,7 @@ TEST(Store, AGapIsSettledThoughTheDatabasesClockWasSetBack) {
 }
 
 TEST(Store, WithoutAServerItSaysSo) {
-  EXPECT_THROW(Store({"host=/nowhere/at/all dbname=cellcal"}), StoreAway);
+  EXPECT_THROW(Store({"host=/nowhere/at/all dbname=cellcal"}), StoreUnavailable);
 }
 
 }  // namespace

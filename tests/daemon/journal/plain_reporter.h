@@ -38,7 +38,7 @@ class PlainReporter : public Reporter {
             std::to_string(first) + "-" + std::to_string(last) + " " + std::to_string(count)};
   }
   std::string address() const override { return address_; }
-  bool tells_of(const std::string& other) const override {
+  bool publishes_name(const std::string& other) const override {
     return address_.empty() || other == address_;
   }
   std::int64_t most_bytes() const override { return most_; }

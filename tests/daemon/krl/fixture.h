@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "calib/model/random.h"
+#include "calib/model/linear.h"
 #include "calib/model/units.h"
 #include "daemon/krl/correct_program.h"
 #include "tests/calib/random_calibration.h"

@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <string>
 
-#include "daemon/files/system_words.h"
+#include "daemon/files/atomic_file.h"
 
 namespace cellcal::daemon {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "calib/files/input_file.h"
 #include "daemon/journal/journal.h"
-#include "daemon/plant/line/payload.h"
+#include "daemon/plant/line/edge_node.h"
 #include "daemon/plant/messages/fact.h"
 #include "daemon_fixture.h"
 #include "tests/daemon/certificate/recorded.h"

@@ -8,7 +8,7 @@
 #include <limits>
 #include <string>
 
-#include "calib/model/random.h"
+#include "calib/model/linear.h"
 
 namespace cellcal::daemon {
 namespace {

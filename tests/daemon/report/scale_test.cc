@@ -1,10 +1,10 @@
-#include "daemon/report/scale.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
+
+#include "daemon/report/plan_picture.h"
 
 namespace cellcal::daemon::report {
 namespace {

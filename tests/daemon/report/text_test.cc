@@ -5,7 +5,7 @@
 #include <locale>
 #include <string>
 
-#include "daemon/report/scale.h"
+#include "daemon/report/plan_picture.h"
 
 namespace cellcal::daemon::report {
 namespace {

@@ -246,7 +246,7 @@ std::optional<drivers::ArmResult> FakeContact::poll_arm() {
   return std::exchange(w_.arm_answer, std::nullopt);
 }
 
-std::optional<drivers::ContactRecord> FakeContact::take_record() {
+std::optional<drivers::ContactRecord> FakeContact::next_record() {
   if (w_.records.empty()) return std::nullopt;
   const drivers::ContactRecord record = w_.records.front();
   w_.records.pop_front();

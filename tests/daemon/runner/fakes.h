@@ -42,7 +42,7 @@ struct Script {
   int sensor_fault_at_arming = kNever;
   int sensor_fault_at_self_test = kNever;
   std::string open_robot_error{}, open_contact_error{};
-  int begin_throws_at = kNever;  ///< of the moves as they are asked for
+  int begin_throws_at = kNever;                         ///< of the moves as they are asked for
   std::map<int, drivers::Interruption> interruption{};  ///< why this move was silent
   int lost_for_ms = 0;           ///< behind a silence the link is down so long, and then not ready
   int pause_at_arming = kNever;  ///< the link pauses for lost_for_ms, the arm at rest
@@ -62,7 +62,7 @@ struct Script {
 struct World {
   Script script;
   VirtualClock clock;
-  std::vector<drivers::Move> moves;   ///< each leg of each
+  std::vector<drivers::Move> moves;  ///< each leg of each
   std::vector<std::uint32_t> begun;  ///< their ids, as they were asked for
   double at_rad = 0.0;
   bool robot_open = false, contact_open = false, referenced = false;
@@ -109,7 +109,7 @@ class FakeContact final : public drivers::ContactSensor {
   std::optional<drivers::ArmResult> poll_arm() override;
   void disarm() override;
   void self_test() override;
-  std::optional<drivers::ContactRecord> take_record() override;
+  std::optional<drivers::ContactRecord> next_record() override;
   void close() override;
 
  private:

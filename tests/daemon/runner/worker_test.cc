@@ -1,5 +1,3 @@
-#include "daemon/runner/worker.h"
-
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -9,6 +7,7 @@
 #include <vector>
 
 #include "calib/model/long_work.h"
+#include "daemon/runner/runner.h"
 #include "tests/daemon/runner/fakes.h"
 
 namespace cellcal::daemon {
@@ -240,7 +239,7 @@ TEST(a_session, says_how_far_its_plan_is) {
   testing::Session session({}, 1);
   std::promise<void> told;
   session.tasks.plan = [&, plan = session.tasks.plan] {
-    calib::tell_done(0.5);
+    calib::report_progress(0.5);
     told.get_future().wait();
     return plan();
   };
@@ -264,7 +263,7 @@ TEST(a_session, says_how_far_its_plan_is_while_it_is_made_on_the_sessions_own_th
   std::vector<double> shares;
   session.tasks.plan = [&, plan = session.tasks.plan] {
     for (const double share : {0.25, 0.5}) {
-      calib::tell_done(share);
+      calib::report_progress(share);
       EXPECT_EQ(shares.back(), share) << "before the plan is there";
     }
     return plan();

@@ -149,15 +149,15 @@ TEST_F(what_is_done_alone, waits_for_no_session_and_lets_none_begin) {
 TEST_F(what_is_done_alone, for_some_seconds_is_waited_for_by_a_session_instead_of_refusing_it) {
   std::promise<std::int64_t> started;
   std::thread asking;
-  EXPECT_TRUE(service.briefly_alone("telling the controller", [&] {
-    EXPECT_FALSE(service.briefly_alone("another", [] {}));
+  EXPECT_TRUE(service.try_exclusively("telling the controller", [&] {
+    EXPECT_FALSE(service.try_exclusively("another", [] {}));
     asking = std::thread([&] { started.set_value(service.start(request)); });
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
     EXPECT_TRUE(journal.sessions().empty()) << "it waits";
   }));
   EXPECT_EQ(started.get_future().get(), 1);
   asking.join();
-  EXPECT_FALSE(service.briefly_alone("telling the controller", [] {})) << "a session has them";
+  EXPECT_FALSE(service.try_exclusively("telling the controller", [] {})) << "a session has them";
   closed.set_value();
   service.shutdown();
 }
@@ -165,7 +165,7 @@ TEST_F(what_is_done_alone, for_some_seconds_is_waited_for_by_a_session_instead_o
 TEST_F(what_is_done_alone, for_some_seconds_is_waited_for_by_what_is_done_alone) {
   bool over = false;
   std::thread asking;
-  EXPECT_TRUE(service.briefly_alone("telling the controller", [&] {
+  EXPECT_TRUE(service.try_exclusively("telling the controller", [&] {
     asking = std::thread([&] { service.alone("an import", [&] { EXPECT_TRUE(over); }); });
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
     over = true;
@@ -177,7 +177,7 @@ TEST_F(what_is_done_alone, for_some_seconds_is_waited_for_by_what_is_done_alone)
 TEST_F(what_is_done_alone, for_some_seconds_leaves_an_abort_to_the_session_that_waits) {
   std::promise<std::string> answer;
   std::thread asking;
-  EXPECT_TRUE(service.briefly_alone("telling the controller", [&] {
+  EXPECT_TRUE(service.try_exclusively("telling the controller", [&] {
     asking = std::thread([&] {
       try {
         service.start(request);

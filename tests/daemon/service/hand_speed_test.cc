@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "calib/files/files.h"
-#include "calib/model/random.h"
+#include "calib/model/linear.h"
 #include "daemon/service/job.h"
 #include "daemon/tasks/options.h"
 #include "sim/krc/cartesian_arm.h"

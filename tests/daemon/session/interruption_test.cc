@@ -322,7 +322,7 @@ TEST_P(no_other_failure, is_ever_gone_on_from) {
 TEST(the_harm_table, knows_every_failure_and_gives_a_reason) {
   std::set<FailureKind> known;
   std::set<Interruption> of_the_link;
-  for (const Harm& harm : harm_table()) {
+  for (const InterruptionRule& harm : interruption_rule_table()) {
     if (harm.by) {
       EXPECT_TRUE(of_the_link.insert(*harm.by).second) << harm.reason;
     }

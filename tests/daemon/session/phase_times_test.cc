@@ -1,13 +1,13 @@
 // Time spent in each activity, from the changes of phase.
 
-#include "daemon/session/phase_times.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <limits>
 #include <string>
 #include <vector>
+
+#include "daemon/session/phase.h"
 
 namespace cellcal::daemon {
 namespace {
@@ -32,10 +32,9 @@ TEST(the_times_of_a_session, are_told_by_what_it_did) {
   const PhaseTimes times = phase_times(std::vector<TimedChange>{
       at(0, kIdle, kPlanning), at(100, kPlanning, kConnecting), at(400, kConnecting, kTransit),
       at(1400, kTransit, kArmingFast), at(1410, kArmingFast, kFastSearch),
-      at(1910, kFastSearch, kBackingOff),
-      at(2110, kBackingOff, kArmingSlow), at(2120, kArmingSlow, kSlowSearch),
-      at(2720, kSlowSearch, kRecording), at(2725, kRecording, kRetreat),
-      at(3225, kRetreat, kTransit), at(4725, kTransit, kArmingFast),
+      at(1910, kFastSearch, kBackingOff), at(2110, kBackingOff, kArmingSlow),
+      at(2120, kArmingSlow, kSlowSearch), at(2720, kSlowSearch, kRecording),
+      at(2725, kRecording, kRetreat), at(3225, kRetreat, kTransit), at(4725, kTransit, kArmingFast),
       at(4730, kArmingFast, kFastSearch), at(5030, kFastSearch, kRecording),
       at(5035, kRecording, kRetreat), at(6035, kRetreat, kIdentifying),
       at(6135, kIdentifying, kDone)});
@@ -73,8 +72,9 @@ TEST(the_times_of_a_session, are_zero_without_changes_or_with_times_that_are_non
   using enum Phase;
   EXPECT_EQ(phase_times({}).total_s, 0.0);
   const double none = std::numeric_limits<double>::infinity();
-  const PhaseTimes times = phase_times(std::vector<TimedChange>{
-      at(0, kPlanning, kTransit), {none, {kTransit, kFastSearch}}, {-none, {kFastSearch, kRetreat}}});
+  const PhaseTimes times = phase_times(std::vector<TimedChange>{at(0, kPlanning, kTransit),
+                                                                {none, {kTransit, kFastSearch}},
+                                                                {-none, {kFastSearch, kRetreat}}});
   EXPECT_EQ(times.total_s, 0.0);
   // A clock that was set back takes no time away.
   const PhaseTimes back = phase_times(std::vector<TimedChange>{

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "daemon/result/session_result.h"
+#include "daemon/result/outcome.h"
 
 namespace cellcal::daemon::testing {
 namespace {

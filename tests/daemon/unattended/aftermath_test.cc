@@ -16,7 +16,7 @@ constexpr std::size_t kKinds = static_cast<std::size_t>(FailureKind::kUnexpected
 TEST(the_aftermath, of_every_failure_is_known_with_its_reason) {
   std::set<FailureKind> known;
   std::set<Interruption> of_the_robot;
-  for (const Aftermath& one : aftermath_table()) {
+  for (const FailurePolicy& one : failure_policies()) {
     EXPECT_STRNE(one.reason, "");
     known.insert(one.failure);
     if (one.by) {
@@ -28,7 +28,7 @@ TEST(the_aftermath, of_every_failure_is_known_with_its_reason) {
 }
 
 TEST(the_aftermath, resumes_nothing_behind_which_no_other_session_might_begin) {
-  for (const Aftermath& one : aftermath_table())
+  for (const FailurePolicy& one : failure_policies())
     EXPECT_TRUE(one.begin || !one.resume) << one.reason;
 }
 
@@ -45,7 +45,7 @@ TEST(the_aftermath, waits_for_somebody_where_the_arm_met_something_or_somebody_s
 }
 
 TEST(the_aftermath, resumes_whatever_a_session_could_have_gone_on_from_by_itself) {
-  for (const Harm& harm : harm_table()) {
+  for (const InterruptionRule& harm : interruption_rule_table()) {
     if (harm.goes_on == GoesOn::kNever) continue;
     EXPECT_TRUE(aftermath(harm.failure, harm.by.value_or(Interruption::kNone)).resume)
         << harm.reason;

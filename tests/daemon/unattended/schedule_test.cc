@@ -1,4 +1,4 @@
-// Nights in virtual time: a fake cell, clocks that are set by hand.
+// UnattendedServices in virtual time: a fake cell, clocks that are set by hand.
 
 #include "daemon/unattended/schedule.h"
 
@@ -21,7 +21,7 @@ using EndState = Standing::State;
 
 constexpr UtcSeconds kDay = 24 * kHour;
 
-struct FakeCell final : CellDoor {
+struct FakeCell final : SessionGateway {
   Standing standing() override { return now; }
   std::int64_t begin(const ScheduledSession& session, const std::string& by,
                      std::uint64_t aborts) override {

@@ -16,7 +16,7 @@ namespace cellcal::daemon {
 namespace {
 
 /// The daemon's sessions; the first backends are a cell whose sensor's port is missing.
-struct a_night : ::testing::Test {
+struct UnattendedSession : ::testing::Test {
   ScheduledSession session() const {
     ScheduledSession session;
     session.name = "nightly";
@@ -47,10 +47,11 @@ struct a_night : ::testing::Test {
   Journal journal{dir / "journal.db"};
   SessionService service{
       {journal, dir.path(), [this](const calib::Cell& cell, double) { return backend(cell); }, {}}};
-  ServiceDoor door{service, journal};
+  ServiceSessionGateway door{service, journal};
 };
 
-TEST_F(a_night, begins_fails_harmlessly_is_resumed_and_done_with_its_evidence_in_the_journal) {
+TEST_F(UnattendedSession,
+       begins_fails_harmlessly_is_resumed_and_done_with_its_evidence_in_the_journal) {
   broken = 1;
   ScheduleConfig config;
   config.unattended = true;
@@ -93,7 +94,7 @@ TEST_F(a_night, begins_fails_harmlessly_is_resumed_and_done_with_its_evidence_in
   EXPECT_LT(door.foreseen_s(session()), 3600.0) << "by the one that was done";
 }
 
-TEST_F(a_night, is_not_begun_where_somebody_has_aborted_meanwhile) {
+TEST_F(UnattendedSession, is_not_begun_where_somebody_has_aborted_meanwhile) {
   const std::uint64_t seen = door.standing().aborts;
   EXPECT_FALSE(service.abort()) << "nothing runs";
   EXPECT_THROW(door.begin(session(), "by", seen), NotNow);
@@ -101,12 +102,12 @@ TEST_F(a_night, is_not_begun_where_somebody_has_aborted_meanwhile) {
   EXPECT_TRUE(journal.sessions().empty());
 }
 
-TEST_F(a_night, stands_behind_the_end_that_the_journal_has_when_the_daemon_begins) {
+TEST_F(UnattendedSession, stands_behind_the_end_that_the_journal_has_when_the_daemon_begins) {
   const std::int64_t id = journal.begin({"c", "c", "r", "r", "{}"}, "2026-01-01T00:00:00.000Z");
   journal.record(id, RecordEnd{Ending::kFailed, "no-contact: no contact up to 8 mm"},
                  "2026-01-01T00:10:00.000Z");
   SessionService after{{journal, dir.path(), {}, {}}};
-  const Standing standing = ServiceDoor(after, journal).standing();
+  const Standing standing = ServiceSessionGateway(after, journal).standing();
   EXPECT_EQ(standing.session, id);
   EXPECT_EQ(standing.state, Standing::State::kFailed);
   EXPECT_EQ(standing.failure.kind, FailureKind::kNoContact);

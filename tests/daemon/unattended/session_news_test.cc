@@ -56,12 +56,12 @@ TEST_F(news_of_a_session, are_of_a_check_that_the_calibration_holds_or_what_chan
 TEST_F(news_of_a_session, are_known_before_its_end_is_on_disk_with_why_it_failed) {
   const RecordEnd failed{Ending::kFailed, "no-contact: x", Failure{FailureKind::kNoContact, "x"}};
   const std::int64_t session = ended(Phase::kFailed).session;
-  const Notice notice = news_of_end(session, failed, "t9", journal);
+  const Notice notice = notice_of_end(session, failed, "t9", journal);
   EXPECT_EQ(notice.news, News::kFailed);
   EXPECT_EQ(notice.failure->kind, FailureKind::kNoContact);
   EXPECT_EQ(notice.ended, "t9");
   EXPECT_FALSE(notice.cell.empty());
-  EXPECT_EQ(news_of_end(session, RecordEnd{Ending::kDone, ""}, "t9", journal).news, News::kDone);
+  EXPECT_EQ(notice_of_end(session, RecordEnd{Ending::kDone, ""}, "t9", journal).news, News::kDone);
 }
 
 TEST(news_of_a_check, that_holds_are_of_drift_where_the_control_chart_alarms) {

@@ -1,3 +1,5 @@
+#include "daemon/api/page_data.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -7,9 +9,6 @@
 
 #include "calib/files/files.h"
 #include "calib/model/kinematics.h"
-#include "daemon/api/page_drift.h"
-#include "daemon/api/page_figures.h"
-#include "daemon/api/page_scene.h"
 #include "daemon/web/assets.h"
 
 namespace cellcal::daemon::web {

@@ -420,7 +420,7 @@ TEST(ContactArming, EventsThatNobodyTookMakeRoomForNewOnes) {
   }
   int taken = 0;
   std::optional<ContactEvent> last;
-  while (const auto e = rig.contact.guard().take_event()) {
+  while (const auto e = rig.contact.guard().pop_event()) {
     ++taken;
     last = e;
   }

@@ -68,7 +68,7 @@ TEST_P(Contacts, AreNeitherMissedNorFalseNorWrongByMoreThanTheyState) {
 
 std::vector<ContactRecord> taken(Rig& rig) {
   std::vector<ContactRecord> records;
-  while (const auto record = rig.contact.take_record()) records.push_back(*record);
+  while (const auto record = rig.contact.next_record()) records.push_back(*record);
   return records;
 }
 

@@ -50,7 +50,7 @@ TEST(ContactHostile, ValidFramesOfNonsenseLeaveItFiniteAndUnarmed) {
     core.on_bytes(valid_frame(random, static_cast<std::uint8_t>(i)), now);
     core.on_tick(now);
     ASSERT_FALSE(core.snapshot(now).armed);
-    while (const auto e = core.take_event()) {
+    while (const auto e = core.pop_event()) {
       ASSERT_TRUE(std::isfinite(e->time_sigma_s));
       ASSERT_GT(e->time_sigma_s, 0.0);
       ASSERT_LE(e->first_edge, now + milliseconds{2});

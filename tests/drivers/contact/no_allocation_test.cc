@@ -73,7 +73,7 @@ TEST(ContactCore, DoesNotAllocateOnTheCycle) {
       ++answered;
       armed += a->refusal == ArmRefusal::kNone ? 1 : 0;
     }
-    while (const auto e = core.take_event()) {
+    while (const auto e = core.pop_event()) {
       contacts += e->kind == ContactEventKind::kContact ? 1 : 0;
       revoked += e->kind == ContactEventKind::kRevoked ? 1 : 0;
     }

@@ -100,7 +100,7 @@ class Rig {
     while (now() < end) {
       clock.sleep_until(std::min(end, now() + milliseconds{1}));
       contact.run_until(now());
-      while (const auto event = contact.guard().take_event()) events.push_back(*event);
+      while (const auto event = contact.guard().pop_event()) events.push_back(*event);
     }
   }
 

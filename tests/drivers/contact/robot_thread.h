@@ -93,7 +93,7 @@ class RobotThread {
     {
       const std::lock_guard lock(mutex_);
       snapshot_ = contact.guard().snapshot(Steady::now());
-      while (const auto e = contact.guard().take_event()) events_.push_back(*e);
+      while (const auto e = contact.guard().pop_event()) events_.push_back(*e);
     }
     timer_.expires_after(milliseconds{1});
     timer_.async_wait([this](boost::system::error_code error) {

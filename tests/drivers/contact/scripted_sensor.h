@@ -37,7 +37,7 @@ class ScriptedSensor {
         core.on_tick(now);
       }
       live();
-      while (const auto event = core.take_event()) events.push_back(*event);
+      while (const auto event = core.pop_event()) events.push_back(*event);
     }
   }
   template <class Done>

@@ -23,7 +23,7 @@ constexpr int kSearches = 3;
 /// A loaded machine may fail some of them: late packets, late heartbeats.
 constexpr int kTries = 30;
 
-TEST(TheRobotsThread, SleepsInNoSystemCallButItsOwnWaitDuringASearch) {
+TEST(RobotThreadSyscalls, SleepsInNoSystemCallButItsOwnWaitDuringASearch) {
   bench::CellPeer peer({});
   bench::CellSession session(peer, {.patient = true});
   ASSERT_EQ(session.wait_until_ready(), "");
@@ -45,7 +45,7 @@ TEST(TheRobotsThread, SleepsInNoSystemCallButItsOwnWaitDuringASearch) {
   peer.stop();
 }
 
-TEST(ATrace, SeesTheCallsOfAnotherThread) {
+TEST(SyscallTraceSelfTest, SeesTheCallsOfAnotherThread) {
   std::atomic<bool> over{false};
   std::promise<pid_t> id;
   std::thread other([&] {

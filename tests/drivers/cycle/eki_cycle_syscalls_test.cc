@@ -127,7 +127,7 @@ struct EkiCell {
   EkiRobot robot{io.context(), loopback(krc.port()), &contact.guard()};
 };
 
-TEST(TheRobotsThreadOverEki, SleepsInNoSystemCallButItsOwnWaitWhileItMovesTouchesAndStops) {
+TEST(EkiThreadSyscalls, SleepsInNoSystemCallButItsOwnWaitWhileItMovesTouchesAndStops) {
   EkiCell cell;
   ASSERT_TRUE(cell.ready()) << cell.robot.state().words << "; " << cell.contact.status().words;
   SyscallTrace trace(thread_of(cell.io.context()));

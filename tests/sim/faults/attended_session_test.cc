@@ -9,7 +9,7 @@
 namespace cellcal::faults {
 namespace {
 
-struct a_session_over_rsi : ::testing::Test {
+struct RsiUnattended : ::testing::Test {
   Ending run(const CellOptions& options, bool unattended) {
     const Job job = make_job(CELLCAL_DEMO_CELL);
     const std::unique_ptr<FaultyCell> cell = make_cell(job.cell, options);
@@ -24,7 +24,7 @@ struct a_session_over_rsi : ::testing::Test {
   bool stood_still = false;
 };
 
-TEST_F(a_session_over_rsi, without_a_person_ends_before_its_first_motion_in_t1) {
+TEST_F(RsiUnattended, without_a_person_ends_before_its_first_motion_in_t1) {
   CellOptions options;
   options.t1 = true;
   const Ending ending = run(options, true);
@@ -34,7 +34,7 @@ TEST_F(a_session_over_rsi, without_a_person_ends_before_its_first_motion_in_t1) 
   EXPECT_TRUE(stood_still);
 }
 
-TEST_F(a_session_over_rsi, without_a_person_ends_with_another_override_though_it_slows_nothing) {
+TEST_F(RsiUnattended, without_a_person_ends_with_another_override_though_it_slows_nothing) {
   CellOptions options;
   options.override_percent = 30;
   const Ending ending = run(options, true);
@@ -44,7 +44,7 @@ TEST_F(a_session_over_rsi, without_a_person_ends_with_another_override_though_it
   EXPECT_TRUE(stood_still);
 }
 
-TEST_F(a_session_over_rsi, with_a_person_goes_on_with_another_override_and_without_one_in_aut) {
+TEST_F(RsiUnattended, with_a_person_goes_on_with_another_override_and_without_one_in_aut) {
   CellOptions options;
   EXPECT_EQ(run(options, true).state.phase, daemon::Phase::kDone);
   options.override_percent = 30;

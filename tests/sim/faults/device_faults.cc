@@ -121,7 +121,7 @@ void add_input(std::vector<Fault>& all) {
   add(all, "second stop path", "input stuck at free and bytes 300 ms late",
       "controller and serial line", [](FaultyCell& cell) {
         cell.input_stuck_on(true);
-        cell.serial().to_host().add({sim::TroubleKind::kDelay, cell.now(),
+        cell.serial().to_host().add({sim::LineFaultKind::kDelay, cell.now(),
                                      cell.now() + milliseconds(1500), 1.0, -1, milliseconds(300)});
       });
 }

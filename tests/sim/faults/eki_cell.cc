@@ -85,7 +85,7 @@ class EkiCell final : public FaultyCell {
   void tick(TimePoint t) override {
     run_cell_src(t, true);
     controller_.tick(t);
-    const std::string said = controller_.take_output();
+    const std::string said = controller_.drain_output();
     if (!other_holds_ && !off_) to_pc_.send(said, t);
   }
   TimePoint next_message() const override { return std::min(to_pc_.next(), to_krc_.next()); }

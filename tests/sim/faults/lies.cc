@@ -9,8 +9,8 @@ namespace cellcal::faults {
 namespace {
 
 using drivers::ctp::Direction;
+using sim::LineFaultKind;
 using sim::Trouble;
-using sim::TroubleKind;
 using std::chrono::milliseconds;
 
 /// `by` is added to the number of this attribute of an RSI packet.
@@ -37,7 +37,7 @@ void add(std::vector<Fault>& all, const Lie& lie, const char* reason,
   Fault fault{"a part that lies", lie.variant, lie.where};
   fault.book = [lie, line](const Victim& victim) {
     const TimePoint until = lie.lasts == Duration{} ? TimePoint::max() : victim.at + lie.lasts;
-    Trouble trouble{TroubleKind::kRewrite, victim.at, until, lie.share, lie.most};
+    Trouble trouble{LineFaultKind::kRewrite, victim.at, until, lie.share, lie.most};
     trouble.rewrite = lie.tell;
     line(victim.cell).add(trouble);
   };

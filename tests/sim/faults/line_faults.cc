@@ -7,8 +7,8 @@
 namespace cellcal::faults {
 namespace {
 
+using sim::LineFaultKind;
 using sim::Trouble;
-using sim::TroubleKind;
 using std::chrono::microseconds;
 using std::chrono::milliseconds;
 
@@ -52,7 +52,7 @@ std::vector<LineOf> cables(Wire wire) {
 struct Shape {
   const char* name;
   std::string variant;
-  TroubleKind kind;
+  LineFaultKind kind;
   Duration lasts;  ///< Duration::max(): permanent
   double share = 1.0;
   int most = -1;
@@ -100,7 +100,7 @@ void add_digits(std::vector<Fault>& all, const LineOf& line) {
       fault.book = [line, count, of_axes](const Victim& victim) {
         auto state = std::make_shared<std::uint64_t>(
             static_cast<std::uint64_t>(victim.at.time_since_epoch().count()));
-        Trouble trouble{TroubleKind::kRewrite, victim.at, TimePoint::max(), 1.0, count};
+        Trouble trouble{LineFaultKind::kRewrite, victim.at, TimePoint::max(), 1.0, count};
         trouble.rewrite = [=](std::string& text) { change_a_digit(text, of_axes, *state); };
         for (const auto& of : line.lines) of(victim.cell).add(trouble);
       };
@@ -131,51 +131,51 @@ void add_line_faults(std::vector<Fault>& all, Wire wire) {
       all.push_back(line_fault(line, shape));
       if (reason) all.back().why_not = [reason](TouchPhase) { return reason; };
     };
-    add({"drop", "one", TroubleKind::kDrop, kLong, 1.0, 1});
-    add({"drop", "three in a row", TroubleKind::kDrop, kLong, 1.0, 3});
-    add({"drop", "every fifth for 1.5 s", TroubleKind::kDrop, kLong, 0.2});
+    add({"drop", "one", LineFaultKind::kDrop, kLong, 1.0, 1});
+    add({"drop", "three in a row", LineFaultKind::kDrop, kLong, 1.0, 3});
+    add({"drop", "every fifth for 1.5 s", LineFaultKind::kDrop, kLong, 0.2});
     for (const int ms : {1, 5, 20, 100}) {
-      add({"delay", fmt::format("{} ms for 1.5 s", ms), TroubleKind::kDelay, kLong, 1.0, -1,
+      add({"delay", fmt::format("{} ms for 1.5 s", ms), LineFaultKind::kDelay, kLong, 1.0, -1,
            milliseconds(ms)});
     }
     if (wire == Wire::kRsiInput) {
       for (const int ms : {300, 500}) {
-        add({"delay", fmt::format("{} ms for 1.5 s", ms), TroubleKind::kDelay, kLong, 1.0, -1,
+        add({"delay", fmt::format("{} ms for 1.5 s", ms), LineFaultKind::kDelay, kLong, 1.0, -1,
              milliseconds(ms)});
       }
-      add({"drop", "all for 300 ms", TroubleKind::kDrop, milliseconds(300)});
+      add({"drop", "all for 300 ms", LineFaultKind::kDrop, milliseconds(300)});
     }
-    add({"delay", "up to 100 ms, every fifth for 1.5 s", TroubleKind::kDelay, kLong, 0.2, -1,
+    add({"delay", "up to 100 ms, every fifth for 1.5 s", LineFaultKind::kDelay, kLong, 0.2, -1,
          milliseconds(100)});
     const char* reason = no_stream(line.kind);
-    add({"duplicate", "0.5 ms later, for 0.5 s", TroubleKind::kDuplicate, milliseconds(500), 1.0,
+    add({"duplicate", "0.5 ms later, for 0.5 s", LineFaultKind::kDuplicate, milliseconds(500), 1.0,
          -1, microseconds(500)},
         reason);
-    add({"duplicate", "10 ms later, every fifth for 1.5 s", TroubleKind::kDuplicate, kLong, 0.2, -1,
-         milliseconds(10)},
+    add({"duplicate", "10 ms later, every fifth for 1.5 s", LineFaultKind::kDuplicate, kLong, 0.2,
+         -1, milliseconds(10)},
         reason);
     if (line.kind == sim::LineKind::kFrames) {
       reason = "bytes on a serial cable cannot overtake each other";
     }
-    add({"reorder", "every fifth by 6 ms, for 1.5 s", TroubleKind::kReorder, kLong, 0.2, -1,
+    add({"reorder", "every fifth by 6 ms, for 1.5 s", LineFaultKind::kReorder, kLong, 0.2, -1,
          milliseconds(6)},
         reason);
-    add({"reorder", "one by 30 ms", TroubleKind::kReorder, kLong, 1.0, 1, milliseconds(30)},
+    add({"reorder", "one by 30 ms", LineFaultKind::kReorder, kLong, 1.0, 1, milliseconds(30)},
         reason);
-    add({"corrupt", "a byte of one", TroubleKind::kCorrupt, kLong, 1.0, 1});
-    add({"corrupt", "a byte of every fifth for 1.5 s", TroubleKind::kCorrupt, kLong, 0.2});
+    add({"corrupt", "a byte of one", LineFaultKind::kCorrupt, kLong, 1.0, 1});
+    add({"corrupt", "a byte of every fifth for 1.5 s", LineFaultKind::kCorrupt, kLong, 0.2});
     add_digits(all, line);
-    add({"truncate", "one", TroubleKind::kTruncate, kLong, 1.0, 1});
-    add({"truncate", "every fifth for 1.5 s", TroubleKind::kTruncate, kLong, 0.2});
+    add({"truncate", "one", LineFaultKind::kTruncate, kLong, 1.0, 1});
+    add({"truncate", "every fifth for 1.5 s", LineFaultKind::kTruncate, kLong, 0.2});
   }
   std::vector<LineOf> lines = cables(wire);
   for (LineOf& line : directions(wire)) lines.push_back(std::move(line));
   for (const LineOf& line : lines) {
-    all.push_back(line_fault(line, {"unplug", "for good", TroubleKind::kCut, Duration::max()}));
+    all.push_back(line_fault(line, {"unplug", "for good", LineFaultKind::kCut, Duration::max()}));
     all.back().silences = silences(line);
     for (const int ms : {10, 60, 400, 2000}) {
       all.push_back(line_fault(line, {"reconnect", fmt::format("after {} ms", ms),
-                                      TroubleKind::kCut, milliseconds(ms)}));
+                                      LineFaultKind::kCut, milliseconds(ms)}));
       if (ms >= 2000) all.back().silences = silences(line);
     }
   }

@@ -7,8 +7,8 @@
 namespace cellcal::faults {
 namespace {
 
+using sim::LineFaultKind;
 using sim::Trouble;
-using sim::TroubleKind;
 using std::chrono::milliseconds;
 
 constexpr std::uint64_t kWrap = std::uint64_t{1} << 32;
@@ -24,7 +24,7 @@ void map_ipoc(std::string& text, const std::function<std::uint64_t(std::uint64_t
 
 Trouble ipoc_trouble(TimePoint from, TimePoint until, int most,
                      const std::function<std::uint64_t(std::uint64_t)>& to) {
-  Trouble trouble{TroubleKind::kRewrite, from, until, 1.0, most};
+  Trouble trouble{LineFaultKind::kRewrite, from, until, 1.0, most};
   trouble.rewrite = [to](std::string& text) { map_ipoc(text, to); };
   return trouble;
 }

@@ -12,10 +12,10 @@ namespace {
 
 using std::chrono::milliseconds;
 
-class sessions_that_may_go_on : public ::testing::Test {
+class SessionRetries : public ::testing::Test {
  protected:
-  sessions_that_may_go_on() : folder_(make_folder()) {}
-  ~sessions_that_may_go_on() override {
+  SessionRetries() : folder_(make_folder()) {}
+  ~SessionRetries() override {
     std::error_code nothing_to_be_done;
     std::filesystem::remove_all(folder_, nothing_to_be_done);
   }
@@ -44,7 +44,7 @@ class sessions_that_may_go_on : public ::testing::Test {
     return book([count](const Victim& victim) {
       for (int i = 0; i < count; ++i) {
         const TimePoint at = victim.at + i * milliseconds(4500);
-        victim.cell.to_pc().add({sim::TroubleKind::kDrop, at, at + milliseconds(20)});
+        victim.cell.to_pc().add({sim::LineFaultKind::kDrop, at, at + milliseconds(20)});
       }
     });
   }
@@ -54,7 +54,7 @@ class sessions_that_may_go_on : public ::testing::Test {
       for (int i = 0; i < count; ++i) {
         const TimePoint at = victim.at + i * apart + milliseconds(i * i * 713 % 900);
         victim.cell.serial().to_host().add(
-            {sim::TroubleKind::kDelay, at, at + milliseconds(30), 1.0, -1, milliseconds(60)});
+            {sim::LineFaultKind::kDelay, at, at + milliseconds(30), 1.0, -1, milliseconds(60)});
       }
     });
   }
@@ -63,7 +63,7 @@ class sessions_that_may_go_on : public ::testing::Test {
     return book([=](const Victim& victim) {
       for (int i = 0; i < count; ++i) {
         const TimePoint at = victim.at + i * milliseconds(1130);
-        victim.cell.serial().to_host().add({sim::TroubleKind::kDelay, at, at + milliseconds(200),
+        victim.cell.serial().to_host().add({sim::LineFaultKind::kDelay, at, at + milliseconds(200),
                                             1.0, -1, milliseconds(100 * (1 + i % 3))});
       }
     });
@@ -71,7 +71,7 @@ class sessions_that_may_go_on : public ::testing::Test {
   static Fault late_replies() {
     return book([](const Victim& victim) {
       victim.cell.to_krc().add(
-          {sim::TroubleKind::kDrop, victim.at, victim.at + milliseconds(1500), 1.0, 4});
+          {sim::LineFaultKind::kDrop, victim.at, victim.at + milliseconds(1500), 1.0, 4});
     });
   }
 
@@ -91,7 +91,7 @@ std::string shown(const Verdict& verdict) {
   return verdict.name + ": " + verdict.words + ::testing::PrintToString(verdict.violations);
 }
 
-TEST_F(sessions_that_may_go_on, finish_in_one_go_behind_20_ms_without_a_packet) {
+TEST_F(SessionRetries, finish_in_one_go_behind_20_ms_without_a_packet) {
   Matrix one = matrix(2);
   for (const TouchPhase phase : kMoving) {
     const Verdict verdict =
@@ -101,7 +101,7 @@ TEST_F(sessions_that_may_go_on, finish_in_one_go_behind_20_ms_without_a_packet) 
   }
 }
 
-TEST_F(sessions_that_may_go_on, end_as_ever_where_nobody_allowed_it) {
+TEST_F(SessionRetries, end_as_ever_where_nobody_allowed_it) {
   Matrix one = matrix(0);
   const Verdict verdict =
       one.run(Wire::kRsi, pauses(1), stretch(one.reference(Wire::kRsi), TouchPhase::kTransit), 1);
@@ -110,9 +110,8 @@ TEST_F(sessions_that_may_go_on, end_as_ever_where_nobody_allowed_it) {
   EXPECT_EQ(verdict.interruptions, 0);
 }
 
-class where_this_computer_was_late : public sessions_that_may_go_on,
-                                     public ::testing::WithParamInterface<Wire> {};
-INSTANTIATE_TEST_SUITE_P(over, where_this_computer_was_late,
+class BusyComputer : public SessionRetries, public ::testing::WithParamInterface<Wire> {};
+INSTANTIATE_TEST_SUITE_P(over, BusyComputer,
                          ::testing::Values(Wire::kRsi, Wire::kEkiInput, Wire::kEkiFlag),
                          [](const auto& one) {
                            return one.param == Wire::kRsi        ? "rsi"
@@ -120,7 +119,7 @@ INSTANTIATE_TEST_SUITE_P(over, where_this_computer_was_late,
                                                                  : "eki_by_a_flag";
                          });
 
-TEST_P(where_this_computer_was_late, sessions_finish_in_one_go_by_default) {
+TEST_P(BusyComputer, sessions_finish_in_one_go_by_default) {
   Matrix one = matrix(0);
   // Idle heartbeats arrive every 100 ms, so that 60 ms more stop only a search.
   for (const TouchPhase phase : {TouchPhase::kSearch, TouchPhase::kApproach}) {
@@ -133,7 +132,7 @@ TEST_P(where_this_computer_was_late, sessions_finish_in_one_go_by_default) {
   }
 }
 
-TEST_P(where_this_computer_was_late, again_and_again_they_finish_all_the_same) {
+TEST_P(BusyComputer, again_and_again_they_finish_all_the_same) {
   Matrix one = matrix(0);
   // A touch over EKI takes some seconds; the instants are never synchronous with periodic events.
   const milliseconds apart{GetParam() == Wire::kRsi ? 3700 : 17000};
@@ -143,13 +142,13 @@ TEST_P(where_this_computer_was_late, again_and_again_they_finish_all_the_same) {
   EXPECT_GE(verdict.interruptions, 1);
 }
 
-TEST_P(where_this_computer_was_late, and_the_sensor_fell_silent_they_end) {
+TEST_P(BusyComputer, and_the_sensor_fell_silent_they_end) {
   Matrix one = matrix(0);
   Fault fault = book([](const Victim& victim) {
-    victim.cell.serial().to_host().add({sim::TroubleKind::kDelay, victim.at,
+    victim.cell.serial().to_host().add({sim::LineFaultKind::kDelay, victim.at,
                                         victim.at + milliseconds(30), 1.0, -1, milliseconds(60)});
     victim.cell.serial().to_host().add(
-        {sim::TroubleKind::kCut, victim.at + milliseconds(30), TimePoint::max()});
+        {sim::LineFaultKind::kCut, victim.at + milliseconds(30), TimePoint::max()});
   });
   fault.silences = Silent::kSensor;
   const Verdict verdict =
@@ -157,7 +156,7 @@ TEST_P(where_this_computer_was_late, and_the_sensor_fell_silent_they_end) {
   EXPECT_EQ(verdict.outcome, Outcome::kNamed) << shown(verdict);
 }
 
-class with_a_second_stop_path : public sessions_that_may_go_on {
+class SecondStopPath : public SessionRetries {
  protected:
   Verdict run(Wire wire, const Fault& fault, TouchPhase phase = TouchPhase::kSearch) {
     Expectation expectation;
@@ -167,7 +166,7 @@ class with_a_second_stop_path : public sessions_that_may_go_on {
   }
 };
 
-TEST_F(with_a_second_stop_path, late_bytes_pause_no_session) {
+TEST_F(SecondStopPath, late_bytes_pause_no_session) {
   const Verdict without = run(Wire::kRsi, later_and_later(40));
   EXPECT_EQ(without.outcome, Outcome::kMeasured) << shown(without);
   EXPECT_GE(without.interruptions, 1);
@@ -176,12 +175,12 @@ TEST_F(with_a_second_stop_path, late_bytes_pause_no_session) {
   EXPECT_EQ(with.interruptions, 0);
 }
 
-TEST_F(with_a_second_stop_path, late_bytes_pause_no_session_in_any_phase) {
+TEST_F(SecondStopPath, late_bytes_pause_no_session_in_any_phase) {
   for (const TouchPhase phase : {TouchPhase::kTransit, TouchPhase::kApproach, TouchPhase::kSearch,
                                  TouchPhase::kContact, TouchPhase::kLatch, TouchPhase::kRetreat}) {
     for (const int late_ms : {100, 300, 500}) {
       const Fault late = book([=](const Victim& victim) {
-        victim.cell.serial().to_host().add({sim::TroubleKind::kDelay, victim.at,
+        victim.cell.serial().to_host().add({sim::LineFaultKind::kDelay, victim.at,
                                             victim.at + milliseconds(100), 1.0, -1,
                                             milliseconds(late_ms)});
       });
@@ -192,19 +191,19 @@ TEST_F(with_a_second_stop_path, late_bytes_pause_no_session_in_any_phase) {
   }
 }
 
-TEST_F(with_a_second_stop_path, a_contact_whose_bytes_are_lost_is_measured_by_its_repetition) {
+TEST_F(SecondStopPath, a_contact_whose_bytes_are_lost_is_measured_by_its_repetition) {
   const Fault lost = book([](const Victim& victim) {
     victim.cell.serial().to_host().add(
-        {sim::TroubleKind::kDrop, victim.at - milliseconds(5), victim.at + milliseconds(300)});
+        {sim::LineFaultKind::kDrop, victim.at - milliseconds(5), victim.at + milliseconds(300)});
   });
   const Verdict verdict = run(Wire::kRsiInput, lost, TouchPhase::kContact);
   EXPECT_EQ(verdict.outcome, Outcome::kMeasured) << shown(verdict);
   EXPECT_EQ(verdict.interruptions, 0);
 }
 
-TEST_F(with_a_second_stop_path, bytes_that_are_later_than_its_limit_pause_it_all_the_same) {
+TEST_F(SecondStopPath, bytes_that_are_later_than_its_limit_pause_it_all_the_same) {
   const Fault late = book([](const Victim& victim) {
-    victim.cell.serial().to_host().add({sim::TroubleKind::kDelay, victim.at,
+    victim.cell.serial().to_host().add({sim::LineFaultKind::kDelay, victim.at,
                                         victim.at + milliseconds(100), 1.0, -1, milliseconds(900)});
   });
   const Verdict verdict = run(Wire::kRsiInput, late);
@@ -212,7 +211,7 @@ TEST_F(with_a_second_stop_path, bytes_that_are_later_than_its_limit_pause_it_all
   EXPECT_EQ(verdict.interruptions, 1);
 }
 
-TEST_F(with_a_second_stop_path, a_session_whose_input_is_stuck_goes_on_by_the_bytes) {
+TEST_F(SecondStopPath, a_session_whose_input_is_stuck_goes_on_by_the_bytes) {
   const Fault stuck = book([](const Victim& victim) {
     victim.cell.at(victim.at, [&cell = victim.cell] { cell.input_stuck_on(true); });
   });
@@ -221,7 +220,7 @@ TEST_F(with_a_second_stop_path, a_session_whose_input_is_stuck_goes_on_by_the_by
   EXPECT_EQ(verdict.interruptions, 0);
 }
 
-TEST_F(with_a_second_stop_path, a_session_whose_input_is_cut_ends_by_that_name) {
+TEST_F(SecondStopPath, a_session_whose_input_is_cut_ends_by_that_name) {
   Fault cut = book([](const Victim& victim) {
     victim.cell.at(victim.at, [&cell = victim.cell] { cell.input_wire(true); });
   });
@@ -233,7 +232,7 @@ TEST_F(with_a_second_stop_path, a_session_whose_input_is_cut_ends_by_that_name) 
   }
 }
 
-TEST_F(sessions_that_may_go_on, end_by_the_computers_name_where_no_repeat_is_allowed) {
+TEST_F(SessionRetries, end_by_the_computers_name_where_no_repeat_is_allowed) {
   Expectation expectation;
   expectation.repeats = {0, 0};
   Matrix one = matrix(expectation);
@@ -247,7 +246,7 @@ TEST_F(sessions_that_may_go_on, end_by_the_computers_name_where_no_repeat_is_all
   }
 }
 
-TEST_F(sessions_that_may_go_on, finish_in_one_go_behind_late_replies_by_default) {
+TEST_F(SessionRetries, finish_in_one_go_behind_late_replies_by_default) {
   Matrix one = matrix(0);
   for (const TouchPhase phase : {TouchPhase::kTransit, TouchPhase::kSearch}) {
     const Verdict verdict =
@@ -257,7 +256,7 @@ TEST_F(sessions_that_may_go_on, finish_in_one_go_behind_late_replies_by_default)
   }
 }
 
-TEST_F(sessions_that_may_go_on, end_at_the_interruption_behind_the_last_that_was_allowed) {
+TEST_F(SessionRetries, end_at_the_interruption_behind_the_last_that_was_allowed) {
   Matrix one = matrix(2);
   const Verdict verdict =
       one.run(Wire::kRsi, pauses(3), stretch(one.reference(Wire::kRsi), TouchPhase::kTransit), 1);
@@ -268,7 +267,7 @@ TEST_F(sessions_that_may_go_on, end_at_the_interruption_behind_the_last_that_was
       << verdict.words;
 }
 
-TEST_F(sessions_that_may_go_on, never_go_on_from_what_somebody_has_to_look_at) {
+TEST_F(SessionRetries, never_go_on_from_what_somebody_has_to_look_at) {
   struct Case {
     const char* what;
     Silent by;
@@ -280,24 +279,24 @@ TEST_F(sessions_that_may_go_on, never_go_on_from_what_somebody_has_to_look_at) {
       {"emergency stop, and a pause with it", Silent::kRobot, 2,
        [](FaultyCell& cell) {
          cell.operator_stops();
-         cell.to_pc().add({sim::TroubleKind::kDrop, cell.now(), cell.now() + milliseconds(20)});
+         cell.to_pc().add({sim::LineFaultKind::kDrop, cell.now(), cell.now() + milliseconds(20)});
        }},
       {"power off", Silent::kRobot, 1, [](FaultyCell& cell) { cell.power_off(true); }},
       {"cable pulled", Silent::kRobot, 1,
        [](FaultyCell& cell) {
-         cell.to_pc().add({sim::TroubleKind::kCut, cell.now(), TimePoint::max()});
-         cell.to_krc().add({sim::TroubleKind::kCut, cell.now(), TimePoint::max()});
+         cell.to_pc().add({sim::LineFaultKind::kCut, cell.now(), TimePoint::max()});
+         cell.to_krc().add({sim::LineFaultKind::kCut, cell.now(), TimePoint::max()});
        }},
       {"cable pulled for a second", Silent::kRobot, 1,
        [](FaultyCell& cell) {
          const TimePoint end = cell.now() + milliseconds(1000);
-         cell.to_pc().add({sim::TroubleKind::kCut, cell.now(), end});
-         cell.to_krc().add({sim::TroubleKind::kCut, cell.now(), end});
+         cell.to_pc().add({sim::LineFaultKind::kCut, cell.now(), end});
+         cell.to_krc().add({sim::LineFaultKind::kCut, cell.now(), end});
        }},
       {"short circuit", Silent::kHand, 0, [](FaultyCell& cell) { cell.short_circuit(true); }},
       {"sensor's cable", Silent::kSensor, 0,
        [](FaultyCell& cell) {
-         cell.serial().to_host().add({sim::TroubleKind::kCut, cell.now(), TimePoint::max()});
+         cell.serial().to_host().add({sim::LineFaultKind::kCut, cell.now(), TimePoint::max()});
        }},
       {"stopped by another party", Silent::kHand, 0, [](FaultyCell& cell) { cell.robot().stop(); }},
   };
@@ -314,11 +313,11 @@ TEST_F(sessions_that_may_go_on, never_go_on_from_what_somebody_has_to_look_at) {
   }
 }
 
-TEST_F(sessions_that_may_go_on, over_eki_end_as_ever) {
+TEST_F(SessionRetries, over_eki_end_as_ever) {
   Matrix one = matrix(100);
   const Fault cut = book([](const Victim& victim) {
     for (sim::Line* line : {&victim.cell.to_pc(), &victim.cell.to_krc()})
-      line->add({sim::TroubleKind::kCut, victim.at, victim.at + milliseconds(400)});
+      line->add({sim::LineFaultKind::kCut, victim.at, victim.at + milliseconds(400)});
   });
   const Verdict verdict = one.run(Wire::kEkiInput, cut,
                                   stretch(one.reference(Wire::kEkiInput), TouchPhase::kTransit), 1);

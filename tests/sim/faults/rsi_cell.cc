@@ -26,8 +26,8 @@ void load_rsi6(const daemon::DaemonConfig& config, const calib::Cell& cell,
   const drivers::ControllerFiles files = drivers::rsi_files(set);
   const char *const channel = "cellcal_rsi_ethernet.xml", *const context = "cellcal_rsi.rsix";
   controller.channel = sim::RsiChannelConfig::parse(files.at(channel));
-  sim::take_context(drivers::read_rsi_context(files.at(context), context),
-                    drivers::read_rsi_channel(files.at(channel), channel), controller);
+  sim::apply_context(drivers::read_rsi_context(files.at(context), context),
+                     drivers::read_rsi_channel(files.at(channel), channel), controller);
 }
 
 sim::ControllerConfig rsi_controller(const daemon::DaemonConfig& config, const calib::Cell& cell,

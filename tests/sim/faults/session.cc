@@ -59,7 +59,7 @@ Ending run_session(FaultyCell& cell, const Job& job, daemon::Journal& journal, s
   }
   Ending ending;
   const auto note = [&](const daemon::State& now, const std::vector<calib::Touch>&) {
-    const bool planned = now.plan && now.in_hand() < now.plan->touches.size();
+    const bool planned = now.plan && now.current_index() < now.plan->touches.size();
     const bool last = planned && now.waypoint + 1 >= now.planned().transit.size();
     ending.marks.push_back({cell.now(), now.phase, now.done, last});
     ending.state = now;

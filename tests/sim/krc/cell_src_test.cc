@@ -9,7 +9,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-struct a_cell_program : ::testing::Test {
+struct CellProgram : ::testing::Test {
   int calls = 0, tested = 0;
   bool under_way = false, with_message = false, requested = false;
   drivers::TimePoint now{1h};
@@ -23,7 +23,7 @@ struct a_cell_program : ::testing::Test {
   void pass(drivers::Duration d) { cell.tick(now += d); }
 };
 
-TEST_F(a_cell_program, asks_once_it_is_started_and_again_when_what_it_called_has_returned) {
+TEST_F(CellProgram, asks_once_it_is_started_and_again_when_what_it_called_has_returned) {
   EXPECT_FALSE(cell.number(CellSrc::kCellcal, now)) << "not started";
   cell.start();
   EXPECT_TRUE(cell.number(CellSrc::kCellcal, now));
@@ -36,7 +36,7 @@ TEST_F(a_cell_program, asks_once_it_is_started_and_again_when_what_it_called_has
   EXPECT_EQ(calls, 2);
 }
 
-TEST_F(a_cell_program, runs_a_brake_test_for_its_time_and_the_request_is_over) {
+TEST_F(CellProgram, runs_a_brake_test_for_its_time_and_the_request_is_over) {
   cell.start();
   cell.request_brake_test();
   EXPECT_TRUE(requested && cell.brake_test_requested());
@@ -49,7 +49,7 @@ TEST_F(a_cell_program, runs_a_brake_test_for_its_time_and_the_request_is_over) {
   EXPECT_EQ(calls, 0);
 }
 
-TEST_F(a_cell_program, stands_where_what_it_called_stands_until_it_is_started_again) {
+TEST_F(CellProgram, stands_where_what_it_called_stands_until_it_is_started_again) {
   cell.start();
   cell.number(CellSrc::kCellcal, now);
   with_message = true;
@@ -61,7 +61,7 @@ TEST_F(a_cell_program, stands_where_what_it_called_stands_until_it_is_started_ag
   EXPECT_TRUE(cell.asks());
 }
 
-TEST_F(a_cell_program, knows_no_other_number) {
+TEST_F(CellProgram, knows_no_other_number) {
   cell.start();
   EXPECT_FALSE(cell.number(1, now));
   EXPECT_TRUE(cell.asks());

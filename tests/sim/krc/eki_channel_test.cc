@@ -122,11 +122,11 @@ TEST_F(Channel, SendsTheElementsOfItsFileInTheirOrder) {
   channel.set("RobotState/@Session", "5");
   channel.set("RobotState/Axis/@A2", "-90.5");
   channel.send("RobotState");
-  const std::string sent = channel.take_output();
+  const std::string sent = channel.drain_output();
   EXPECT_EQ(sent.find("<RobotState Session=\"5\" Heard=\"\" Time=\"\"><Axis A1=\"\" A2=\"-90.5\""),
             0u)
       << sent;
-  EXPECT_EQ(channel.take_output(), "");
+  EXPECT_EQ(channel.drain_output(), "");
 }
 
 }  // namespace

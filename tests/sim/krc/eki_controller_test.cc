@@ -43,7 +43,7 @@ class EkiKrc : public ::testing::Test {
     krc->tick(now);
     if (after_tick) after_tick();
     drivers::EkiFramer framer;
-    for (const char c : krc->take_output()) {
+    for (const char c : krc->drain_output()) {
       if (framer.push(c) != drivers::EkiFramer::Event::kDocument) continue;
       ++states;
       ASSERT_EQ(parser.parse_state(framer.document(), state), drivers::EkiError::kNone)
@@ -423,7 +423,7 @@ TEST_F(EkiKrc, GivesTheSameBitsForTheSameSeed) {
     fresh.connect();
     for (int i = 0; i < 100; ++i) {
       fresh.tick(drivers::TimePoint{1000s} + i * 4ms);
-      one += fresh.take_output();
+      one += fresh.drain_output();
     }
   }
   EXPECT_FALSE(text[0].empty());

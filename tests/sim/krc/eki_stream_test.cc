@@ -119,10 +119,10 @@ const std::string kNowhere = "X=\"0.0\" Y=\"0.0\" Z=\"0.0\" A=\"0\" B=\"0\" C=\"
 TEST_F(Stream, UdpClientIsKnownByItsFirstDatagramAndGetsFiftyStatesASecond) {
   make({streaming()});
   run(1s);
-  EXPECT_EQ(krc->channel(0).take_output(), "");
+  EXPECT_EQ(krc->channel(0).drain_output(), "");
   krc->datagram(0, "0");  // any byte
   run(1s);
-  const std::string states = krc->channel(0).take_output();
+  const std::string states = krc->channel(0).drain_output();
   std::size_t count = 0;
   for (std::size_t at = states.find("<RobotState>"); at != std::string::npos;
        at = states.find("<RobotState>", at + 1))
@@ -173,9 +173,9 @@ TEST_F(Stream, TypedCommandsAreCarriedOutOneAfterTheOther) {
   krc->channel(0).receive(command(5, kHome, "X=\"-100\" Y=\"0\" Z=\"0\" A=\"0\" B=\"0\" C=\"0\""));
   to_rest();
   EXPECT_NEAR(a(0) * drivers::kRadPerDeg, 0.4, 1e-6);
-  krc->channel(1).take_output();
+  krc->channel(1).drain_output();
   run(20ms);
-  const std::string state = krc->channel(1).take_output();
+  const std::string state = krc->channel(1).drain_output();
   EXPECT_NE(state.find("<Pos X=\"400.000"), std::string::npos) << state;
   EXPECT_NE(state.find("S=\"2\" T=\"2\""), std::string::npos) << state;
 }

@@ -34,39 +34,40 @@ Line stream(Trouble trouble) {
   return line;
 }
 
-TEST(a_line, without_troubles_takes_its_transit_time) {
+TEST(FaultyLine, without_troubles_takes_its_transit_time) {
   Line line(LineKind::kDatagrams, 1ms, 1);
   EXPECT_EQ(over(line), "0@1 1@5 2@9 3@13 4@17 5@21 6@25 7@29 8@33 9@37");
   EXPECT_EQ(line.touched(), 0u);
 }
 
-TEST(a_line, touches_only_what_is_sent_in_the_troubles_time) {
-  Line line = datagrams({TroubleKind::kDrop, kLineStart + 8ms, kLineStart + 16ms});
+TEST(FaultyLine, touches_only_what_is_sent_in_the_troubles_time) {
+  Line line = datagrams({LineFaultKind::kDrop, kLineStart + 8ms, kLineStart + 16ms});
   EXPECT_EQ(over(line), "0@1 1@5 4@17 5@21 6@25 7@29 8@33 9@37");
   EXPECT_EQ(line.touched(), 2u);
 }
 
-TEST(a_line, touches_as_many_as_it_may) {
-  Line line = datagrams({TroubleKind::kDrop, kLineStart + 8ms, TimePoint::max(), 1.0, 1});
+TEST(FaultyLine, touches_as_many_as_it_may) {
+  Line line = datagrams({LineFaultKind::kDrop, kLineStart + 8ms, TimePoint::max(), 1.0, 1});
   EXPECT_EQ(over(line), "0@1 1@5 3@13 4@17 5@21 6@25 7@29 8@33 9@37");
 }
 
-TEST(a_line, that_was_late_delivers_what_waited_in_a_burst) {
-  Line line = datagrams({TroubleKind::kDelay, kLineStart + 8ms, kLineStart + 12ms, 1.0, -1, 10ms});
+TEST(FaultyLine, that_was_late_delivers_what_waited_in_a_burst) {
+  Line line =
+      datagrams({LineFaultKind::kDelay, kLineStart + 8ms, kLineStart + 12ms, 1.0, -1, 10ms});
   EXPECT_EQ(over(line), "0@1 1@5 2@19 3@19 4@19 5@21 6@25 7@29 8@33 9@37");
 }
 
-TEST(a_line, doubles_and_lets_overtake) {
+TEST(FaultyLine, doubles_and_lets_overtake) {
   Line twice =
-      datagrams({TroubleKind::kDuplicate, kLineStart + 8ms, kLineStart + 12ms, 1.0, -1, 6ms});
+      datagrams({LineFaultKind::kDuplicate, kLineStart + 8ms, kLineStart + 12ms, 1.0, -1, 6ms});
   EXPECT_EQ(over(twice), "0@1 1@5 2@9 3@13 2@15 4@17 5@21 6@25 7@29 8@33 9@37");
   Line overtaken =
-      datagrams({TroubleKind::kReorder, kLineStart + 8ms, kLineStart + 12ms, 1.0, -1, 6ms});
+      datagrams({LineFaultKind::kReorder, kLineStart + 8ms, kLineStart + 12ms, 1.0, -1, 6ms});
   EXPECT_EQ(over(overtaken), "0@1 1@5 3@13 2@15 4@17 5@21 6@25 7@29 8@33 9@37");
 }
 
-TEST(a_line, damages_exactly_one_byte) {
-  Line line = datagrams({TroubleKind::kCorrupt, kLineStart, TimePoint::max()});
+TEST(FaultyLine, damages_exactly_one_byte) {
+  Line line = datagrams({LineFaultKind::kCorrupt, kLineStart, TimePoint::max()});
   const std::string sent(100, 'a');
   line.send(sent, kLineStart);
   const auto message = line.take(kLineStart + 1ms);
@@ -75,8 +76,8 @@ TEST(a_line, damages_exactly_one_byte) {
   EXPECT_EQ(std::count(message->bytes.begin(), message->bytes.end(), 'a'), 99);
 }
 
-TEST(a_line, that_truncates_delivers_a_beginning) {
-  Line line = datagrams({TroubleKind::kTruncate, kLineStart, TimePoint::max()});
+TEST(FaultyLine, that_truncates_delivers_a_beginning) {
+  Line line = datagrams({LineFaultKind::kTruncate, kLineStart, TimePoint::max()});
   line.send("abcdefghij", kLineStart);
   const auto message = line.take(kLineStart + 1ms);
   ASSERT_TRUE(message.has_value());
@@ -84,22 +85,22 @@ TEST(a_line, that_truncates_delivers_a_beginning) {
   EXPECT_EQ(std::string("abcdefghij").rfind(message->bytes, 0), 0u);
 }
 
-TEST(a_line, that_is_cut_loses_datagrams_and_delivers_a_stream_when_it_is_mended) {
-  Line lost = datagrams({TroubleKind::kCut, kLineStart + 8ms, kLineStart + 32ms});
+TEST(FaultyLine, that_is_cut_loses_datagrams_and_delivers_a_stream_when_it_is_mended) {
+  Line lost = datagrams({LineFaultKind::kCut, kLineStart + 8ms, kLineStart + 32ms});
   EXPECT_EQ(over(lost), "0@1 1@5 8@33 9@37");
   EXPECT_TRUE(lost.is_cut(kLineStart + 8ms));
   EXPECT_FALSE(lost.is_cut(kLineStart + 32ms));
-  Line late = stream({TroubleKind::kCut, kLineStart + 8ms, kLineStart + 32ms});
+  Line late = stream({LineFaultKind::kCut, kLineStart + 8ms, kLineStart + 32ms});
   EXPECT_EQ(over(late), "0@1 1@5 2@232 3@232 4@232 5@232 6@232 7@232 8@232 9@232");
 }
 
-TEST(a_stream, sends_again_what_was_dropped_and_keeps_the_order) {
-  Line line = stream({TroubleKind::kDrop, kLineStart + 32ms, kLineStart + 36ms});
+TEST(StreamLine, sends_again_what_was_dropped_and_keeps_the_order) {
+  Line line = stream({LineFaultKind::kDrop, kLineStart + 32ms, kLineStart + 36ms});
   EXPECT_EQ(over(line), "0@1 1@5 2@9 3@13 4@17 5@21 6@25 7@29 8@233 9@233");
 }
 
-TEST(a_stream, that_is_truncated_ends_there_until_it_begins_anew) {
-  Line line = stream({TroubleKind::kTruncate, kLineStart + 8ms, TimePoint::max(), 1.0, 1});
+TEST(StreamLine, that_is_truncated_ends_there_until_it_begins_anew) {
+  Line line = stream({LineFaultKind::kTruncate, kLineStart + 8ms, TimePoint::max(), 1.0, 1});
   EXPECT_EQ(over(line).substr(0, 7), "0@1 1@5");
   EXPECT_EQ(line.ended(), kLineStart + 9ms);
   line.restart();

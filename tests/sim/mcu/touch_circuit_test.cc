@@ -43,7 +43,7 @@ TEST(TouchSupply, OfTheEthernetBoardUsesMoreThanASlipFeeds) {
   EXPECT_GT(rail.highest_v(kEthernetClampV, kEthernetBoard.surge_ohm, kFuseS), kRp2040MostV);
 }
 
-TEST(GunsCapacitor, IsChargedThroughR1AlongAnExponential) {
+TEST(CapacitorOfGun, IsChargedThroughR1AlongAnExponential) {
   TouchCircuit c;
   c.gun_farad = 1e-6;
   const double rest_v = c.gun_at_rest_v();

@@ -16,26 +16,26 @@ Bytes all_bytes() {
 }
 
 TEST(WrongRate, TheSameRateAndOneThatIsNearlyTheSameAreHeardAsSent) {
-  EXPECT_EQ(as_heard(all_bytes(), 115'200, 115'200), all_bytes());
+  EXPECT_EQ(received_as(all_bytes(), 115'200, 115'200), all_bytes());
   for (const std::uint8_t byte : all_bytes()) {  // 115 200 from 16 MHz is 2 % fast
-    EXPECT_EQ(as_heard(Bytes{byte}, 117'647, 115'200), Bytes{byte});
+    EXPECT_EQ(received_as(Bytes{byte}, 117'647, 115'200), Bytes{byte});
   }
 }
 
 TEST(WrongRate, AFasterListenerHearsEveryBitSeveralTimes) {
   // 0xFF is low for one of the sender's bits: the listener's start and three of its zeros.
-  EXPECT_EQ(as_heard(Bytes{0xFF}, 250'000, 1'000'000), Bytes{0xF8});
+  EXPECT_EQ(received_as(Bytes{0xFF}, 250'000, 1'000'000), Bytes{0xF8});
   // 0xF0 is low for five, at the listener's stop bit: an error, which reads as 0.
-  EXPECT_EQ(as_heard(Bytes{0xF0}, 250'000, 1'000'000), Bytes{0x00});
+  EXPECT_EQ(received_as(Bytes{0xF0}, 250'000, 1'000'000), Bytes{0x00});
 }
 
 TEST(WrongRate, ASlowerListenerHearsFewerBytes) {
-  const Bytes heard = as_heard(all_bytes(), 1'000'000, 115'200);
+  const Bytes heard = received_as(all_bytes(), 1'000'000, 115'200);
   EXPECT_GT(heard.size(), 10u);
   EXPECT_LT(heard.size(), 40u);
 }
 
-TEST(WrongRate, NothingIsHeardOfNothing) { EXPECT_TRUE(as_heard({}, 9600, 115'200).empty()); }
+TEST(WrongRate, NothingIsHeardOfNothing) { EXPECT_TRUE(received_as({}, 9600, 115'200).empty()); }
 
 }  // namespace
 }  // namespace cellcal::sim

@@ -113,12 +113,12 @@ static void look(sensor* s) {
   sensor_level(s, t, level);
 }
 
-static void look_until(sensor* s, uint32_t t) {
+static void sample_until(sensor* s, uint32_t t) {
   while (s->touch.open && due(s->touch.sample, t)) look(s);
 }
 
 void sensor_on_edge(sensor* s, uint32_t t, bool pin_high) {
-  look_until(s, t); /* earlier samples that are due */
+  sample_until(s, t); /* earlier samples that are due */
   s->last_edge = t;
   s->edge_seen = true;
   s->pin_high = pin_high;
@@ -172,7 +172,7 @@ bool sensor_free(const sensor* s) {
 }
 
 void sensor_run(sensor* s, uint32_t now) {
-  look_until(s, now);
+  sample_until(s, now);
   if (s->edge_seen && now - s->last_edge > CTP_IDLE_STATUS_MS * TICKS_PER_MS) s->edge_seen = false;
   if (s->test != TEST_NONE) sensor_run_test(s, now);
   sensor_age_test(s, now);

@@ -65,7 +65,7 @@ void ethernet_start(void) {
 
 /* A chip that lost its state by a spike is restarted; meanwhile the host receives silence. An
  * arming does not outlive it, since the keep-alive is missing for as long. */
-static void look_after_chip(void) {
+static void watch_chip(void) {
   const uint32_t now = clock_now();
   if (up && chip.sending && now - sent_at > LOOK_TICKS) up = false;
   if (now - looked_at < LOOK_TICKS) return;
@@ -81,7 +81,7 @@ void ethernet_listen(host_link* link) {
   uint32_t t = 0;
   uint16_t size;
   bool called;
-  look_after_chip();
+  watch_chip();
   if (!up) return;
   called = clock_take_call(&t);
   /* One per turn, so that a flood does not delay a trip. Further ones may be pending, without an
@@ -102,7 +102,7 @@ void ethernet_load(const host_link* link, const uint8_t* bytes, uint8_t size) {
   w5500_peer to;
   ctp_put_u32(to.address, link->host.address);
   to.port = link->host.port;
-  if (greetings != link->greetings) w5500_ask_again(&chip);
+  if (greetings != link->greetings) w5500_retry(&chip);
   greetings = link->greetings;
   w5500_load(&chip, &to, bytes, size);
 }

@@ -49,7 +49,7 @@ void w5500_load(w5500* chip, const w5500_peer* to, const uint8_t* bytes, uint8_t
 /* Sends it. The peer's hardware address is requested once, and again after a failure. */
 void w5500_go(w5500* chip);
 /* The peer's network card may have changed. */
-static inline void w5500_ask_again(w5500* chip) { chip->known = false; }
+static inline void w5500_retry(w5500* chip) { chip->known = false; }
 
 #ifdef __cplusplus
 }

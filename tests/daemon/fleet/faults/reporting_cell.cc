@@ -9,7 +9,7 @@
 
 #include "daemon/plant/desk/reporter.h"
 #include "daemon/plant/messages/fact.h"
-#include "daemon/result/session_result.h"
+#include "daemon/result/outcome.h"
 
 namespace cellcal::daemon::fleet::testing {
 

@@ -73,7 +73,7 @@ struct desk : ::testing::Test {
       cell.calibration = sparkplug::CellNow::InUse{3, 1.5, true, 0.0001, {}};
       return sparkplug::metrics_of(cell);
     };
-    parts.tell_health = [this] { ++health; };
+    parts.publish_health = [this] { ++health; };
     subject = std::make_unique<Desk>(parts);
     server = std::make_unique<HttpServer>(
         context, socket(),

@@ -72,12 +72,12 @@ TEST_F(AProposalBox, KeepsWhatIsProposedUntilSomebodySaysSomethingAlsoAcrossARes
   EXPECT_EQ(box().take(proposal("p-1"), "t0"), Stand::kOpen);
   ProposalBox again = box();
   ASSERT_EQ(again.all().size(), 1U);
-  EXPECT_EQ(again.all()[0], (KeptProposal{proposal("p-1"), "t0", Stand::kOpen, "", "", ""}));
+  EXPECT_EQ(again.all()[0], (StoredProposal{proposal("p-1"), "t0", Stand::kOpen, "", "", ""}));
   EXPECT_TRUE(answers.empty());
   EXPECT_EQ(again.accept("p-1", anna).stand, Stand::kAccepted);
   EXPECT_EQ(answers, (std::vector<AnswerFact>{{"p-1", true, "anna", "fits"}}));
   EXPECT_EQ(box().all()[0],
-            (KeptProposal{proposal("p-1"), "t0", Stand::kAccepted, "t1", "anna", "fits", true}));
+            (StoredProposal{proposal("p-1"), "t0", Stand::kAccepted, "t1", "anna", "fits", true}));
   EXPECT_EQ(why_not([&] { again.refuse("p-1", anna); }), NotDecided::Why::kDecided);
   EXPECT_EQ(why_not([&] { again.accept("p-2", anna); }), NotDecided::Why::kUnknown);
 }
@@ -114,7 +114,7 @@ TEST_F(AProposalBox, AcceptsByItselfWhatTheConfigurationNamesAndNeverAScheduleOr
   all.take(proposal("p-3", ProposalKind::kPriors, "a = 1\n"), "t0");
   all.take(proposal("p-4", ProposalKind::kCheck), "t0");
   std::set<std::string> accepted;
-  for (const KeptProposal& one : all.all())
+  for (const StoredProposal& one : all.all())
     if (one.stand == Stand::kAccepted) accepted.insert(one.proposal.id);
   EXPECT_EQ(accepted, std::set<std::string>{"p-1"});
   EXPECT_EQ(activated.size(), 1U);
@@ -161,7 +161,7 @@ TEST_F(AProposalBox, TakesNoMoreThanSomebodyCanRead) {
     EXPECT_TRUE(all.take(proposal("q-" + std::to_string(i)), "t0").has_value());
   }
   EXPECT_EQ(all.all().size(), kMostKept);
-  EXPECT_EQ(std::ranges::count(all.all(), Stand::kOpen, &KeptProposal::stand),
+  EXPECT_EQ(std::ranges::count(all.all(), Stand::kOpen, &StoredProposal::stand),
             static_cast<int>(kMostOpen));
 }
 
@@ -193,7 +193,7 @@ TEST_F(AProposalBox, CarriesOutNothingAgainHoweverManyUnusableOnesCameBetweenAnd
 
 TEST_F(AProposalBox, KeepsNoMoreBytesThanItsBoundHoweverLongWhatIsProposedIs) {
   const std::string words(std::size_t{1} << 16, 'x');
-  KeptProposals accepted;  // by a person
+  StoredProposals accepted;  // by a person
   for (int i = 0; i < 36; ++i) {
     accepted.all.push_back({proposal("p-" + std::to_string(i), ProposalKind::kPriors, words), "t0",
                             Stand::kAccepted, "t0", "anna", "fits", true});
@@ -209,7 +209,7 @@ TEST_F(AProposalBox, KeepsNoMoreBytesThanItsBoundHoweverLongWhatIsProposedIs) {
   }
   EXPECT_LE(std::filesystem::file_size(dir / "proposals.json"), kMostKeptBytes + (1U << 18));
   ProposalBox again = box();
-  for (const KeptProposal& one : accepted.all)
+  for (const StoredProposal& one : accepted.all)
     EXPECT_EQ(again.take(one.proposal, "t1"), Stand::kAccepted) << one.proposal.id;
 }
 
@@ -225,7 +225,7 @@ TEST_F(AProposalBox, IsReadAgainHoweverLongTheReasonWasForWhichSomethingWasWithd
 }
 
 TEST_F(AProposalBox, PutsNothingIntoUseByItselfOnceItCannotRememberMore) {
-  KeptProposals full;
+  StoredProposals full;
   for (std::size_t i = 0; i < kMostLasting; ++i)
     full.all.push_back({proposal("p-" + std::to_string(i), ProposalKind::kActivate), "t0",
                         Stand::kAccepted, "t0", "[plant] accept", "", true});
@@ -272,12 +272,12 @@ TEST_F(AProposalBox, ADecisionThatCannotBeToldStandsAndIsToldWhenTheProposalCome
 }
 
 TEST_F(AProposalBox, AcceptsNothingThatCannotBeUsedHoweverItGotThere) {
-  const KeptProposal open{proposal("p-1", ProposalKind::kSchedule, "unattended = true\n"),
-                          "t0",
-                          Stand::kOpen,
-                          "",
-                          "",
-                          ""};
+  const StoredProposal open{proposal("p-1", ProposalKind::kSchedule, "unattended = true\n"),
+                            "t0",
+                            Stand::kOpen,
+                            "",
+                            "",
+                            ""};
   std::ofstream(dir / "proposals.json") << proposals_to_json({{open}});
   ProposalBox all = box();
   EXPECT_EQ(why_not([&] { all.accept("p-1", anna); }), NotDecided::Why::kUnusable);
@@ -294,7 +294,7 @@ TEST_F(AProposalBox, ADamagedFileIsKeptAndNothingIsTaken) {
 }
 
 TEST(ProposalsFile, IsReadAsItWasWrittenAndRefusedWhereItIsCut) {
-  const KeptProposals kept{
+  const StoredProposals kept{
       {{AProposalBox::proposal("p-1", ProposalKind::kSchedule, "resumes = 1\n"), "t0",
         Stand::kRefused, "t1", "anna", "no"},
        {AProposalBox::proposal("p-2"), "t0", Stand::kOpen, "", "", ""}},

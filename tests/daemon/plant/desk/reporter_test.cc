@@ -93,9 +93,9 @@ TEST_F(reporter, tells_of_a_failure_by_its_name) {
 
 TEST_F(reporter, speaks_under_its_cell_s_name_and_for_those_that_it_had) {
   EXPECT_EQ(telling.address(), "graz/weld-3");
-  EXPECT_FALSE(telling.tells_of("graz/weld-2"));
+  EXPECT_FALSE(telling.publishes_name("graz/weld-2"));
   const PlantReporter renamed({true, 1 << 20, {"graz", "weld-3"}, {"graz/weld-2"}, {}});
-  EXPECT_TRUE(renamed.tells_of("graz/weld-2"));
+  EXPECT_TRUE(renamed.publishes_name("graz/weld-2"));
 }
 
 TEST_F(reporter, never_lets_word_of_what_was_dropped_be_dropped) {

@@ -9,7 +9,6 @@
 #include <thread>
 
 #include "daemon/plant/line/cell_metrics.h"
-#include "daemon/plant/line/payload.h"
 #include "sparkplug_b.pb.h"
 #include "tests/daemon/journal/temporary_directory.h"
 #include "tests/daemon/plant/line/broker.h"
@@ -185,7 +184,7 @@ TEST_F(a_sparkplug_node, that_leaves_without_a_farewell_is_declared_dead_all_the
   {
     EdgeNode node(parts());
     until_there_are(1, "NBIRTH");
-    node.leave_without_a_farewell();
+    node.close_with_will();
   }
   until_there_are(1, "NDEATH");
 }

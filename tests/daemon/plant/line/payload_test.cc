@@ -1,7 +1,5 @@
 // The bytes, as protoc reads them without any schema: field numbers and wire types are the standard's.
 
-#include "daemon/plant/line/payload.h"
-
 #include <gtest/gtest.h>
 
 #include <array>
@@ -9,6 +7,7 @@
 #include <fstream>
 #include <random>
 
+#include "daemon/plant/line/edge_node.h"
 #include "sparkplug_b.pb.h"
 #include "tests/daemon/journal/temporary_directory.h"
 

@@ -558,7 +558,7 @@ TEST_F(publisher, that_leaves_without_a_farewell_is_lost_to_the_plant) {
   {
     CellLine running(parts(journal, broker.port()));
     plant.until([](const auto& heard) { return presence_in(heard).has_value(); });
-    running.publisher().leave_without_a_farewell();
+    running.publisher().close_with_will();
   }
   EXPECT_FALSE(presence_in(plant.until([](const auto& heard) {
                  return !presence_in(heard)->online;

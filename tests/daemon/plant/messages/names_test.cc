@@ -1,5 +1,3 @@
-#include "daemon/plant/messages/names.h"
-
 #include <gtest/gtest.h>
 
 #include "daemon/plant/messages/text_fields.h"

@@ -25,7 +25,7 @@ class SimavrBench {
     for (const TimePoint end = now() + d; now() < end;) {
       clock_.sleep_until(std::min(end, now() + kCycle));
       contact.run_until(now());
-      while (const auto event = contact.guard().take_event()) events.push_back(*event);
+      while (const auto event = contact.guard().pop_event()) events.push_back(*event);
     }
   }
   bool run_until(const std::function<bool()>& done, Duration limit = std::chrono::seconds{3}) {

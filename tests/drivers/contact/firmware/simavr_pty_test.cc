@@ -69,7 +69,7 @@ class RealTimeBoard {
 
  private:
   void live() {
-    realtime_ = sim::run_as_hardware();
+    realtime_ = sim::request_hardware_priority();
     while (!stop_) {
       {
         const std::lock_guard lock(mutex_);
@@ -122,7 +122,7 @@ class RobotThread {
     std::promise<std::optional<ContactEvent>> event;
     boost::asio::post(io_.context(), [&] {
       contact.guard().snapshot(Steady::now());
-      event.set_value(contact.guard().take_event());
+      event.set_value(contact.guard().pop_event());
     });
     return event.get_future().get();
   }

@@ -125,7 +125,7 @@ TEST(EthernetChip, SendsToThePeerAndAsksTheNetworkForItOnce) {
   b.send(kOther, counting(3));
   EXPECT_EQ(b.model.arps, 2);
   ASSERT_TRUE(w5500_free(&b.chip));
-  w5500_ask_again(&b.chip);
+  w5500_retry(&b.chip);
   b.send(kOther, counting(3));
   EXPECT_EQ(b.model.arps, 3);
 }

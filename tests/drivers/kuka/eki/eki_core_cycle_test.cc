@@ -12,7 +12,7 @@ class CountedRig : public EkiRig {
   void counted_cycle() {
     now += krc.cycle();
     krc.tick(now);
-    std::string bytes = krc.take_output();
+    std::string bytes = krc.drain_output();
     // Every third state contains no number, and is preceded by garbage.
     if (damage && !bytes.empty() && ++states % 3 == 0) {
       bytes.replace(bytes.find("A1=\""), 4, "A1=\"x");
@@ -22,7 +22,7 @@ class CountedRig : public EkiRig {
     core.on_bytes(bytes, now + 300us);
     core.on_tick(now + 300us);
     const std::string_view out = core.output();
-    const auto done = core.take_result();
+    const auto done = core.next_result();
     allocated += allocation_count() - before;
     if (done) result = *done;
     krc.receive(std::string(out));

@@ -10,7 +10,7 @@ struct EkiFacts : testing::Test {
   const EkiCoreState& facts() { return rig.core.core_state(); }
   CoreResult result() {
     std::optional<CoreResult> result;
-    EXPECT_TRUE(rig.run_until([&] { return (result = rig.core.take_result()).has_value(); }, 10s));
+    EXPECT_TRUE(rig.run_until([&] { return (result = rig.core.next_result()).has_value(); }, 10s));
     return result.value_or(CoreResult{});
   }
   void expect(const CoreResult& result, MoveOutcome outcome, const Cause& cause) {
@@ -71,10 +71,10 @@ TEST_F(EkiFacts, OneAtATimeStoppedOrClosing) {
   rig.make_ready();
   rig.begin(MoveKind::kTransit, rig.moved_by(0, 10));
   rig.begin(MoveKind::kTransit, rig.moved_by(0, 5));
-  expect(*rig.core.take_result(), MoveOutcome::kRefused, cause::Busy{});
+  expect(*rig.core.next_result(), MoveOutcome::kRefused, cause::Busy{});
   rig.core.stop();
   --rig.last_id;
-  expect(*rig.core.take_result(), MoveOutcome::kStopped, cause::StopAsked{});
+  expect(*rig.core.next_result(), MoveOutcome::kStopped, cause::StopAsked{});
   ++rig.last_id;
   rig.begin(MoveKind::kTransit, rig.moved_by(0, 30));
   rig.run(300ms);
@@ -117,7 +117,7 @@ TEST_F(EkiFacts, AConnectionThatIsClosedEndsTheMoveByThatName) {
   rig.begin(MoveKind::kTransit, rig.moved_by(0, 30));
   rig.run(300ms);
   rig.close_connection();
-  expect(*rig.core.take_result(), MoveOutcome::kRobotSilent, cause::LinkClosed{});
+  expect(*rig.core.next_result(), MoveOutcome::kRobotSilent, cause::LinkClosed{});
   EXPECT_EQ(facts().loss, EkiLoss::kClosed);
   EXPECT_FALSE(rig.core.wants_close());
 }
@@ -146,10 +146,10 @@ TEST_F(EkiFacts, ACommandThatIsNotTakenCostsTheLink) {
   for (int i = 0; i < 500 && !end; ++i) {
     rig.now += rig.krc.cycle();
     rig.krc.tick(rig.now);
-    rig.core.on_bytes(rig.krc.take_output(), rig.now);
+    rig.core.on_bytes(rig.krc.drain_output(), rig.now);
     rig.core.on_tick(rig.now);
     rig.core.sent(rig.core.output().size());
-    end = rig.core.take_result();
+    end = rig.core.next_result();
   }
   ASSERT_TRUE(end);
   EXPECT_EQ(end->outcome, MoveOutcome::kRobotSilent);

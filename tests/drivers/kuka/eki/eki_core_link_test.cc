@@ -79,7 +79,7 @@ TEST(EkiLink, AReconnectInTheMiddleOfAMoveStopsItAndDoesNotGoOn) {
   rig.run(500ms);
   ASSERT_TRUE(rig.krc.moving());
   rig.close_connection();
-  const auto result = rig.core.take_result();
+  const auto result = rig.core.next_result();
   ASSERT_TRUE(result.has_value());
   EXPECT_EQ(result->outcome, MoveOutcome::kRobotSilent);
   EXPECT_TRUE(is<cause::LinkClosed>(result->cause)) << words(*result);
@@ -269,7 +269,7 @@ TEST(EkiLink, SaysGoodbyeAtRest) {
   rig.run(100ms);
   EXPECT_FALSE(rig.krc.moving());
   EXPECT_EQ(rig.krc.session(), 0u);
-  const auto result = rig.core.take_result();
+  const auto result = rig.core.next_result();
   ASSERT_TRUE(result.has_value());
   EXPECT_EQ(result->outcome, MoveOutcome::kStopped);
 }

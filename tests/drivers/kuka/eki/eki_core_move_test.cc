@@ -28,7 +28,7 @@ TEST(EkiMove, GoesNoFasterThanItsLimits) {
   rig.run_until([&] {
     fastest = std::max(fastest, (rig.true_deg() - last) / 0.004);
     last = rig.true_deg();
-    return rig.core.take_result().has_value();
+    return rig.core.next_result().has_value();
   });
   EXPECT_LE(fastest, 100.01);
   EXPECT_GT(fastest, 90.0);
@@ -84,7 +84,7 @@ TEST(EkiWayPoints, AreVisitedOneAfterTheOtherInOneMove) {
         off = std::max(off, std::abs(at[i] - move.via[v].at_rad[i]));
       nearest[v] = std::min(nearest[v], off);
     }
-    result = rig.core.take_result();
+    result = rig.core.next_result();
     return result.has_value();
   });
   ASSERT_TRUE(result);
@@ -94,7 +94,7 @@ TEST(EkiWayPoints, AreVisitedOneAfterTheOtherInOneMove) {
   for (const double off : nearest) EXPECT_LT(off, 0.05 * kEkiDeg);
   EXPECT_EQ(rig.krc.moves(), 3u);
   rig.run(1s);
-  EXPECT_FALSE(rig.core.take_result()) << "one move, one result";
+  EXPECT_FALSE(rig.core.next_result()) << "one move, one result";
 }
 
 TEST(EkiWayPoints, AStopOnALaterLegIsTheEndOfAllOfThem) {

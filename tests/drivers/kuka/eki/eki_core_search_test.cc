@@ -201,7 +201,7 @@ TEST(EkiSearch, ALatchThatDoesNotFitTheMeasuredPathIsNoTouch) {
   };
   const CoreResult result = rig.search(3.0, 3.0);
   EXPECT_EQ(result.outcome, MoveOutcome::kContactSilent);
-  EXPECT_TRUE(is<cause::LatchAstray>(result.cause)) << words(result);
+  EXPECT_TRUE(is<cause::LatchOutOfRange>(result.cause)) << words(result);
 }
 
 TEST(EkiSearch, ALatchOfAnEarlierMoveIsNotTaken) {

@@ -96,7 +96,7 @@ struct EkiStates : testing::Test {
   }
   const EkiCoreState& facts() const { return core.core_state(); }
   CoreResult result() {
-    const auto result = core.take_result();
+    const auto result = core.next_result();
     EXPECT_TRUE(result.has_value());
     return result.value_or(CoreResult{});
   }

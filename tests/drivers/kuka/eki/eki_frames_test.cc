@@ -48,9 +48,9 @@ struct Rig {
     now += krc.cycle();
     krc.tick(now);
     if (!exchange) return;
-    if (cable) exchange->on_bytes(mangle(krc.take_output()), now);
+    if (cable) exchange->on_bytes(mangle(krc.drain_output()), now);
     exchange->on_tick(now);
-    const std::string out = exchange->take_output();
+    const std::string out = exchange->drain_output();
     written += out;
     if (cable) krc.receive(mangle_telegram(out));
     if (each) each();
@@ -135,14 +135,14 @@ TEST(EkiFrames, AnAdviceThatIsNoneIsRefusedByTheController) {
 
 TEST(EkiFrames, AControllerWhoseFilesDoNotHoldTheAdviceRefusesIt) {
   sim::EkiControllerConfig config = with_frames();
-  config.takes_advice = false;
+  config.supports_advice = false;
   Rig rig(set_advice(4), std::move(config));
   EXPECT_EQ(rig.run().refusal, EkiFrameDone::kNoSuchNumber);
 }
 
 TEST(EkiFrames, AControllerWhoseFilesHoldTheAdviceAloneSetsNoFrame) {
   sim::EkiControllerConfig config = with_frames();
-  config.takes_frames = false;
+  config.supports_frames = false;
   Rig rig(set_tool(), std::move(config));
   EXPECT_EQ(rig.run().refusal, EkiFrameDone::kNoSuchNumber);
   EXPECT_EQ(rig.krc.frames_set(), 0U);

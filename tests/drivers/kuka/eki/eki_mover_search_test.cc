@@ -189,7 +189,7 @@ TEST_F(EkiMoverSearch, ALatchBesideThePathIsNamedWithBothAngles) {
       expect(result, MoveOutcome::kContact, cause::None{});
     } else {
       expect(result, MoveOutcome::kContactSilent,
-             cause::LatchAstray{1, path_deg + beside_deg, path_deg}, 1e-4);
+             cause::LatchOutOfRange{1, path_deg + beside_deg, path_deg}, 1e-4);
     }
   }
 }

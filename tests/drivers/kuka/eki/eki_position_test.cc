@@ -31,9 +31,9 @@ struct Rig {
       now += krc.cycle();
       if (each) each();
       krc.tick(now);
-      reading.on_bytes(mangle(krc.take_output()), now);
+      reading.on_bytes(mangle(krc.drain_output()), now);
       reading.on_tick(now);
-      krc.receive(reading.take_output());
+      krc.receive(reading.drain_output());
     }
     EXPECT_TRUE(reading.ended());
     return reading.result().value_or(EkiPosition{});

@@ -17,8 +17,8 @@ EkiConfig asking(bool asks) {
 }
 
 /// In the evening: no program is selected, and the mode is EXT, or another one.
-struct Evening : EkiRig {
-  explicit Evening(bool may_run = true, bool asks = true, EkiMode mode = EkiMode::kExt)
+struct UnattendedStart : EkiRig {
+  explicit UnattendedStart(bool may_run = true, bool asks = true, EkiMode mode = EkiMode::kExt)
       : EkiRig(permitting(may_run), asking(asks)) {
     krc.cancel_program();
     krc.mode(mode);
@@ -32,24 +32,24 @@ struct Evening : EkiRig {
 };
 
 TEST(CellcalEki, IsStartedInExtWhereItIsAskedForAndPermitted) {
-  Evening rig;
+  UnattendedStart rig;
   EXPECT_TRUE(rig.starts()) << rig.words();
   rig.reference();
   EXPECT_EQ(rig.move(MoveKind::kTransit, rig.moved_by(0, 2.0)).outcome, MoveOutcome::kArrived);
 }
 
 TEST(CellcalEki, IsNotStartedWithoutPermissionNorUnasked) {
-  Evening forbidden(false);
+  UnattendedStart forbidden(false);
   EXPECT_FALSE(forbidden.starts());
   EXPECT_TRUE(forbidden.asked());
-  Evening unasked(true, false);
+  UnattendedStart unasked(true, false);
   EXPECT_FALSE(unasked.starts());
   EXPECT_FALSE(unasked.asked());
 }
 
 TEST(CellcalEki, IsNeitherAskedForNorStartedInAnotherMode) {
   for (const EkiMode mode : {EkiMode::kT1, EkiMode::kT2, EkiMode::kAut}) {
-    Evening rig(true, true, mode);
+    UnattendedStart rig(true, true, mode);
     EXPECT_FALSE(rig.starts());
     EXPECT_FALSE(rig.asked());
   }
@@ -70,7 +70,7 @@ TEST(CellcalEki, IsNotAskedForWithDrivesOffOrAStopMessage) {
 }
 
 TEST(CellcalEki, IsNotStartedInPlaceOfAnotherProgram) {
-  Evening rig;
+  UnattendedStart rig;
   rig.krc.start_other_program();
   rig.run(6s);
   EXPECT_TRUE(rig.asked());
@@ -78,7 +78,7 @@ TEST(CellcalEki, IsNotStartedInPlaceOfAnotherProgram) {
 }
 
 TEST(CellcalEki, ReturnsWithItsSessionAndIsStartedAgainForTheNext) {
-  Evening rig;
+  UnattendedStart rig;
   ASSERT_TRUE(rig.starts());
   rig.close_connection();
   rig.run(200ms);
@@ -151,7 +151,7 @@ TEST(CellcalEki, StaysWhereAPersonHasStartedIt) {
   EXPECT_TRUE(rig.krc.program_runs());
 }
 
-TEST(TheControllersRequest, IsToldWithWhatToDo) {
+TEST(ControllerRequests, IsToldWithWhatToDo) {
   EkiRig rig;
   rig.make_ready();
   EXPECT_EQ(rig.core.state().request, ControllerRequest::kNone);

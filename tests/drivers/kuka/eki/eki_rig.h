@@ -48,7 +48,7 @@ class EkiRig : public VirtualRig<EkiRig> {
     krc.tick(now);
     if (wall_rad) run_into_wall();
     if (connected && !krc.connected()) close_connection();  // the controller has closed it
-    if (connected && cable) core.on_bytes(mangle(krc.take_output()), now + 300us);
+    if (connected && cable) core.on_bytes(mangle(krc.drain_output()), now + 300us);
     if (before_tick) before_tick();
     core.on_tick(now + 300us);
     if (connected && core.wants_close()) close_connection();

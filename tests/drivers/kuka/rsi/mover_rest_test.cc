@@ -9,7 +9,7 @@ namespace {
 using namespace std::chrono_literals;
 
 /// Drifts on A3 from now on, too slowly for a following error.
-void let_drift(MoverRig& rig, double deg_s) {
+void start_drift(MoverRig& rig, double deg_s) {
   rig.arm = [&rig, deg_s, from = rig.now](const AxisAngles& commanded) {
     AxisAngles actual = commanded;
     actual[2] += deg_s * kRadPerDeg * std::chrono::duration<double>(rig.now - from).count();
@@ -67,7 +67,7 @@ TEST(MoverRest, AMoveWithoutTravelArrivesAsWell) {
 
 TEST(MoverRest, LessThanHalfAThousandthOfADegreePerWindowIsRest) {
   MoverRig rig;
-  let_drift(rig, 0.0004 / 0.048);
+  start_drift(rig, 0.0004 / 0.048);
   ASSERT_FALSE(begin_search(rig));
   const auto end = rig.end();
   expect_end(end.result, MoveOutcome::kArrived, cause::None{});
@@ -77,7 +77,7 @@ TEST(MoverRest, LessThanHalfAThousandthOfADegreePerWindowIsRest) {
 TEST(MoverRest, AnArmThatNeverRestsIsNamedAfterASecondWithWhatItMovesBy) {
   MoverRig rig;
   ASSERT_FALSE(begin_search(rig));
-  let_drift(rig, 0.0008 / 0.048);
+  start_drift(rig, 0.0008 / 0.048);
   const auto end = rig.end();
   expect_end(end.result, MoveOutcome::kArrived, cause::NotSettled{2, 0.0008, 1.0}, 1e-6);
   EXPECT_NEAR(end.motionless, 250, 1);
@@ -87,7 +87,7 @@ TEST(MoverRest, WhatStoppedAnArmThatNeverRestsStaysTheCause) {
   MoverRig rig;
   ASSERT_FALSE(rig.start(MoveKind::kTransit, 10.0));
   rig.run(60);
-  let_drift(rig, 0.0008 / 0.048);
+  start_drift(rig, 0.0008 / 0.048);
   rig.mover.halt(MoveOutcome::kStopped, cause::StopAsked{});
   const auto end = rig.end();
   expect_end(end.result, MoveOutcome::kStopped, cause::StopAsked{});

@@ -10,7 +10,7 @@ struct RsiFacts : testing::Test {
   const CoreState& facts() { return rig.core.core_state(); }
   CoreResult result() {
     std::optional<CoreResult> result;
-    EXPECT_TRUE(rig.run_until([&] { return (result = rig.core.take_result()).has_value(); }, 5s));
+    EXPECT_TRUE(rig.run_until([&] { return (result = rig.core.next_result()).has_value(); }, 5s));
     return result.value_or(CoreResult{});
   }
   void expect(const CoreResult& result, MoveOutcome outcome, const Cause& cause) {
@@ -73,18 +73,18 @@ TEST_F(RsiFacts, OneAtATimeAndTheOtherIsToldSo) {
   rig.make_ready();
   rig.begin(MoveKind::kTransit, rig.moved_by(0, 10));
   rig.begin(MoveKind::kTransit, rig.moved_by(0, 5));
-  expect(*rig.core.take_result(), MoveOutcome::kRefused, cause::Busy{});
+  expect(*rig.core.next_result(), MoveOutcome::kRefused, cause::Busy{});
   rig.run(50ms);
   EXPECT_TRUE(facts().moving);
   rig.begin(MoveKind::kTransit, rig.moved_by(0, 5));
-  expect(*rig.core.take_result(), MoveOutcome::kRefused, cause::Busy{});
+  expect(*rig.core.next_result(), MoveOutcome::kRefused, cause::Busy{});
 }
 
 TEST_F(RsiFacts, StoppedBeforeItBeganItWasStoppedAndNotRefused) {
   rig.make_ready();
   rig.begin(MoveKind::kTransit, rig.moved_by(0, 10));
   rig.core.stop();
-  expect(*rig.core.take_result(), MoveOutcome::kStopped, cause::StopAsked{});
+  expect(*rig.core.next_result(), MoveOutcome::kStopped, cause::StopAsked{});
 }
 
 TEST_F(RsiFacts, AtTheEndOfTheSessionNothingBegins) {
@@ -92,7 +92,7 @@ TEST_F(RsiFacts, AtTheEndOfTheSessionNothingBegins) {
   rig.core.end_session();
   rig.begin(MoveKind::kTransit, rig.moved_by(0, 10));
   rig.cycle();
-  expect(*rig.core.take_result(), MoveOutcome::kRefused, cause::Closing{});
+  expect(*rig.core.next_result(), MoveOutcome::kRefused, cause::Closing{});
 }
 
 TEST_F(RsiFacts, ARestartEndsTheMoveByName) {
@@ -169,7 +169,7 @@ TEST(RsiFactsRefused, ThatNoReplyIsTakenIsSaidAfterTenAndNoMoveBegins) {
   EXPECT_EQ(rig.core.core_state().replies, 10u);
   rig.begin(MoveKind::kTransit, AxisAngles(6, 0.0));
   rig.cycle();
-  const auto refused = rig.core.take_result();
+  const auto refused = rig.core.next_result();
   ASSERT_TRUE(refused);
   EXPECT_TRUE(is<cause::NotAccepted>(refused->cause));
 }

@@ -356,7 +356,7 @@ TEST(RsiCycleOfAPath, NeitherPlanningNorBrakingAllocates) {
     if (cycles == 100) rig.core.stop();
     rig.core.on_tick(rig.now);
     const std::string_view reply = rig.core.on_datagram({packet.data(), size}, rig.now);
-    result = rig.core.take_result();
+    result = rig.core.next_result();
     during += allocation_count() - before;
     rig.krc.receive(std::string(reply));
   }
@@ -388,7 +388,7 @@ TEST_P(RsiCycle, DoesNotAllocate) {
     before = allocation_count();
     rig.core.on_tick(rig.now);
     const std::string_view reply = rig.core.on_datagram({packet.data(), size}, rig.now);
-    const auto result = rig.core.take_result();
+    const auto result = rig.core.next_result();
     during += allocation_count() - before;
     rig.krc.receive(rig.to_krc_as(std::string(reply)));
     if (result) break;

@@ -264,7 +264,7 @@ TEST(RsiMove, OneAtATime) {
   rig.begin(MoveKind::kTransit, rig.moved_by(0, 10));
   rig.run(50ms);
   rig.core.begin({77, MoveKind::kTransit, rig.commanded(), 0.0, 0});
-  const auto refused = rig.core.take_result();
+  const auto refused = rig.core.next_result();
   ASSERT_TRUE(refused);
   EXPECT_EQ(refused->id, 77U);
   EXPECT_EQ(refused->outcome, MoveOutcome::kRefused);
@@ -421,7 +421,7 @@ TEST(RsiMove, EndsWhereTheSamePacketComesOverAndOver) {
       rig.now += 4ms;
       rig.core.on_datagram(rig.packet, rig.now);
       rig.core.on_tick(rig.now);
-      result = rig.core.take_result();
+      result = rig.core.next_result();
     }
     return result;
   };

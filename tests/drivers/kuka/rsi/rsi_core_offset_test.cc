@@ -24,7 +24,7 @@ class Takeover {
     target[0] += 12 * kDeg;
     core->begin({1, MoveKind::kTransit, target, 0.0, 0});
     run(2s);
-    EXPECT_EQ(core->take_result()->outcome, MoveOutcome::kArrived);
+    EXPECT_EQ(core->next_result()->outcome, MoveOutcome::kArrived);
     held_deg = krc.correction_deg()[0];
   }
 
@@ -53,7 +53,7 @@ class Takeover {
     if (core->state().link != RobotLink::kReady) return false;
     core->begin({2, MoveKind::kTransit, core->state().commanded_rad, 0.0, 0});
     run(500ms);
-    const auto result = core->take_result();
+    const auto result = core->next_result();
     return result && result->outcome == MoveOutcome::kArrived;
   }
 
@@ -212,7 +212,7 @@ TEST(RsiOffset, RestartWhileAMoveSettlesIsNotTakenForASetpointThatFollows) {
   takeover.run(300ms);
   EXPECT_EQ(takeover.worst_jump_deg, 0.0);
   EXPECT_EQ(takeover.core->state().link, RobotLink::kNotReferenced);
-  EXPECT_EQ(takeover.core->take_result()->outcome, MoveOutcome::kRobotSilent);
+  EXPECT_EQ(takeover.core->next_result()->outcome, MoveOutcome::kRobotSilent);
   EXPECT_EQ(takeover.replies, 0);
   takeover.run(500ms);
   takeover.krc.rsi_on();

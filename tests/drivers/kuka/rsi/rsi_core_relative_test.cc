@@ -136,7 +136,7 @@ TEST(RsiRelative, AMoveThatIsRefusedMeanwhileLosesNothing) {
   rig.begin(MoveKind::kTransit, rig.moved_by(0, 10));
   rig.run(100ms);
   rig.core.begin({99, MoveKind::kTransit, rig.moved_by(0, 5), 0.0, 0});
-  const auto refused = rig.core.take_result();
+  const auto refused = rig.core.next_result();
   ASSERT_TRUE(refused);
   EXPECT_EQ(refused->id, 99u);
   EXPECT_EQ(rig.finish().outcome, MoveOutcome::kArrived);
@@ -348,7 +348,7 @@ TEST(RsiRelative, ARunningSessionIsHeldWithZerosAndItsSumIsReadFromAspos) {
         const std::string reply(fresh.on_datagram(packet, rig.now + 100us));
         ASSERT_FALSE(reply.empty()) << "always answered: increments of zero move nothing";
         rig.krc.receive(rig.heard(std::string(reply)));
-        result = fresh.take_result();
+        result = fresh.next_result();
       }
     };
     run(100);

@@ -17,13 +17,13 @@ struct RsiSession : testing::Test {
   const CoreState& facts() { return rig.core.core_state(); }
   CoreResult result() {
     std::optional<CoreResult> result;
-    EXPECT_TRUE(rig.run_until([&] { return (result = rig.core.take_result()).has_value(); }, 5s));
+    EXPECT_TRUE(rig.run_until([&] { return (result = rig.core.next_result()).has_value(); }, 5s));
     return result.value_or(CoreResult{});
   }
   CoreResult refused(double deg = 1.0) {
     rig.begin(MoveKind::kTransit, rig.moved_by(0, deg));
     rig.cycle();
-    const auto refused = rig.core.take_result();
+    const auto refused = rig.core.next_result();
     EXPECT_TRUE(refused && refused->outcome == MoveOutcome::kRefused);
     return refused.value_or(CoreResult{});
   }
@@ -180,7 +180,7 @@ TEST(RsiSessionRefused, AMoveWhoseRepliesAreNotTakenIsInterruptedByTheController
   rig.run(200ms);
   rig.begin(MoveKind::kTransit, AxisAngles(6, 0.0));
   rig.cycle();
-  const auto refused = rig.core.take_result();
+  const auto refused = rig.core.next_result();
   ASSERT_TRUE(refused);
   EXPECT_TRUE(is<cause::NotAccepted>(refused->cause));
   EXPECT_EQ(refused->interruption, Interruption::kOther);
@@ -190,7 +190,7 @@ TEST_F(RsiSession, AMoveThatWaitsToBeginWhenThePacketsStopIsRefusedByThat) {
   rig.make_ready();
   rig.begin(MoveKind::kTransit, rig.moved_by(0, 1));
   for (int ms = 1; ms <= 13; ++ms) rig.core.on_tick(rig.now + std::chrono::milliseconds(ms));
-  const auto refused = rig.core.take_result();
+  const auto refused = rig.core.next_result();
   ASSERT_TRUE(refused);
   EXPECT_EQ(refused->outcome, MoveOutcome::kRefused);
   expect_cause(refused->cause, cause::Silence{0.013}, 1e-3);
@@ -211,7 +211,7 @@ TEST_F(RsiSession, AThreadThatDidNotRunIsThisComputersLatenessAndNoSilenceOfTheC
     for (int ms = 1; ms <= one.awake_ms; ++ms)
       fresh.core.on_tick(fresh.now + std::chrono::milliseconds(ms));
     fresh.core.on_tick(fresh.now + 20ms);
-    const auto result = fresh.core.take_result();
+    const auto result = fresh.core.next_result();
     ASSERT_TRUE(result) << one.awake_ms;
     EXPECT_EQ(result->outcome, MoveOutcome::kRobotSilent);
     EXPECT_EQ(is<cause::HeldUp>(result->cause), one.held_up) << one.awake_ms << words(*result);
@@ -290,7 +290,7 @@ TEST_F(RsiSession, APacketThatIsRepeatedForMoreThanAFifthOfASecondEndsTheMoveAsS
   while (!ended && rig.now - first < 1s) {
     rig.now += 4ms;
     rig.core.on_datagram(rig.packet, rig.now);
-    ended = rig.core.take_result();
+    ended = rig.core.next_result();
     EXPECT_EQ(rig.commanded(), commanded) << "nothing advances";
   }
   ASSERT_TRUE(ended);
@@ -500,7 +500,7 @@ TEST(RsiSilence, ThatDelayWasSeenToCountIsRememberedBehindIt) {
     peer.core.begin({1, MoveKind::kTransit, target, 0.0, 0});
     if (counted) peer.text.delay = 1;
     follow(200);
-    const auto done = peer.core.take_result();
+    const auto done = peer.core.next_result();
     ASSERT_TRUE(done && done->outcome == MoveOutcome::kArrived);
     peer.core.on_tick(peer.now + 100ms);
     ASSERT_EQ(peer.core.core_state().link, RobotLink::kLost);
@@ -514,7 +514,7 @@ TEST(RsiSilence, ThatDelayWasSeenToCountIsRememberedBehindIt) {
 
 /// If RSI outlives an emergency stop, the last correction is held while the arm is stopped, and Start
 /// moves the arm to it: by its lag.
-TEST(RsiSessionOfAnotherHabit, ThatOutlivesAnEmergencyStopMovesTheArmAtStartByWhatItWasBehindAndNoMore) {
+TEST(RsiSessionVariant, ThatOutlivesAnEmergencyStopMovesTheArmAtStartByWhatItWasBehindAndNoMore) {
   sim::ControllerConfig krc;
   krc.rsi_outlives_stop = true;
   for (const double cruise_s : {10.0, 1.0}) {  // 1 and 10 deg/s

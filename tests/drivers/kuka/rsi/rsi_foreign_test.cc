@@ -81,7 +81,7 @@ class ForeignPeer {
     target[0] += a1_deg * kDeg;
     core().begin({++last_id, kind, target, cruise_s, arm_id});
     std::optional<CoreResult> result;
-    EXPECT_TRUE(run_until([&] { return (result = core().take_result()).has_value(); })) << words();
+    EXPECT_TRUE(run_until([&] { return (result = core().next_result()).has_value(); })) << words();
     return result.value_or(CoreResult{});
   }
   RsiCore& core() const { return *adapter; }

@@ -54,7 +54,7 @@ void expect_within_limits(const Replies& replies) {
   EXPECT_LE(replies.most(2), 400.0 + kWireDeg / (kRsiCycleS * kRsiCycleS));
 }
 
-struct Lying : testing::Test {
+struct InconsistentPackets : testing::Test {
   void SetUp() override { make(rig_config()); }
   void make(const RsiConfig& config) {
     rig = std::make_unique<Rig>(waiting_krc(), config);
@@ -81,7 +81,7 @@ struct Lying : testing::Test {
   const CoreState& facts() { return rig->core.core_state(); }
   std::optional<CoreResult> begun_move_ends(Duration limit = 2s) {
     std::optional<CoreResult> result;
-    rig->run_until([&] { return (result = rig->core.take_result()).has_value(); }, limit);
+    rig->run_until([&] { return (result = rig->core.next_result()).has_value(); }, limit);
     return result;
   }
 
@@ -89,7 +89,7 @@ struct Lying : testing::Test {
   Replies replies;
 };
 
-TEST_F(Lying, AStartPoseThatIsShiftedAtRestIsNoCorrection) {
+TEST_F(InconsistentPackets, AStartPoseThatIsShiftedAtRestIsNoCorrection) {
   for (const double by_deg : {1.0, -5.0, 30.0, -12.0 /* as if there were none */}) {
     SCOPED_TRACE(by_deg);
     make(rig_config());
@@ -112,7 +112,7 @@ TEST_F(Lying, AStartPoseThatIsShiftedAtRestIsNoCorrection) {
   }
 }
 
-TEST_F(Lying, AStartPoseThatIsShiftedInAMoveEndsItByItsNameAndIsNoCorrection) {
+TEST_F(InconsistentPackets, AStartPoseThatIsShiftedInAMoveEndsItByItsNameAndIsNoCorrection) {
   for (const double by_deg : {1.0, 30.0}) {
     SCOPED_TRACE(by_deg);
     make(rig_config());
@@ -134,7 +134,7 @@ TEST_F(Lying, AStartPoseThatIsShiftedInAMoveEndsItByItsNameAndIsNoCorrection) {
   }
 }
 
-TEST_F(Lying, DelayThatCountsBackEndsTheMoveByItsNameAndTheCorrectionIsHeldOn) {
+TEST_F(InconsistentPackets, DelayThatCountsBackEndsTheMoveByItsNameAndTheCorrectionIsHeldOn) {
   rig->to_krc = false;
   rig->cycle();
   rig->to_krc = true;
@@ -156,7 +156,7 @@ TEST_F(Lying, DelayThatCountsBackEndsTheMoveByItsNameAndTheCorrectionIsHeldOn) {
   EXPECT_LE(replies.most(1), 100.0 + kWireDeg / kRsiCycleS);
 }
 
-TEST_F(Lying, WithoutAStartPoseNoCounterThatLiesForAPacketSendsTheArmBackToZero) {
+TEST_F(InconsistentPackets, WithoutAStartPoseNoCounterThatLiesForAPacketSendsTheArmBackToZero) {
   for (const bool of_delay : {true, false}) {
     SCOPED_TRACE(of_delay);
     sim::ControllerConfig krc = waiting_krc();
@@ -187,7 +187,8 @@ TEST_F(Lying, WithoutAStartPoseNoCounterThatLiesForAPacketSendsTheArmBackToZero)
   }
 }
 
-TEST_F(Lying, ALinkThatIsLostWithTheLastReplyIsTakenUpByTheOneThatTheControllerHolds) {
+TEST_F(InconsistentPackets,
+       ALinkThatIsLostWithTheLastReplyIsTakenUpByTheOneThatTheControllerHolds) {
   for (const Duration moving : {60ms, 400ms}) {  // at 7 and at 100 deg/s
     make(rig_config());
     rig->begin(MoveKind::kTransit, rig->moved_by(1, -60));
@@ -200,13 +201,13 @@ TEST_F(Lying, ALinkThatIsLostWithTheLastReplyIsTakenUpByTheOneThatTheControllerH
     rig->to_krc = rig->to_pc = true;
     rig->run(300ms);
     EXPECT_EQ(rig->krc.correction_deg(), held) << rig->core.state().words;
-    rig->core.take_result();
+    rig->core.next_result();
     rig->make_referenced();
     EXPECT_EQ(rig->move(MoveKind::kTransit, rig->moved_by(1, 3)).outcome, MoveOutcome::kArrived);
   }
 }
 
-TEST_F(Lying, APacketThatOnlyItsIpocIsLeftOfIsNoBeginningOfASession) {
+TEST_F(InconsistentPackets, APacketThatOnlyItsIpocIsLeftOfIsNoBeginningOfASession) {
   const std::vector<double> held = rig->krc.correction_deg();
   rig->to_pc = false;
   rig->run(100ms);
@@ -224,7 +225,7 @@ TEST_F(Lying, APacketThatOnlyItsIpocIsLeftOfIsNoBeginningOfASession) {
 
 // ---- damaged packets -------------------------------------------------------------------------------
 
-TEST_F(Lying, ADamagedPacketAtFullSpeedIsNoStepInSpeed) {
+TEST_F(InconsistentPackets, ADamagedPacketAtFullSpeedIsNoStepInSpeed) {
   rig->begin(MoveKind::kTransit, rig->moved_by(1, -60));
   int cycle = 0;
   rig->before_core = [&] {
@@ -243,7 +244,7 @@ TEST_F(Lying, ADamagedPacketAtFullSpeedIsNoStepInSpeed) {
   EXPECT_EQ(rig->krc.late(), 0u);
 }
 
-TEST_F(Lying, PacketsThatAreAllDamagedBringTheArmToRestWithinItsLimits) {
+TEST_F(InconsistentPackets, PacketsThatAreAllDamagedBringTheArmToRestWithinItsLimits) {
   for (const int damaged : {2, 3, 200}) {
     SCOPED_TRACE(damaged);
     make(rig_config());
@@ -270,7 +271,7 @@ TEST_F(Lying, PacketsThatAreAllDamagedBringTheArmToRestWithinItsLimits) {
 
 // ---- IPOC --------------------------------------------------------------------------------------------
 
-TEST_F(Lying, AnIpocThatGoesBackWithinTheSilenceLimitIsNamed) {
+TEST_F(InconsistentPackets, AnIpocThatGoesBackWithinTheSilenceLimitIsNamed) {
   RsiConfig config = rig_config();
   config.silence_cycles = 10;
   make(config);
@@ -285,7 +286,7 @@ TEST_F(Lying, AnIpocThatGoesBackWithinTheSilenceLimitIsNamed) {
             cause::SessionRestarted::Sign::kIpoc);
 }
 
-TEST_F(Lying, ALinkThatIsLostNeverSaysThatNothingCameForNoTime) {
+TEST_F(InconsistentPackets, ALinkThatIsLostNeverSaysThatNothingCameForNoTime) {
   rig->to_pc = false;
   while (facts().link != RobotLink::kLost) rig->cycle();
   EXPECT_TRUE(has(rig->core.state().words, "no packet for 16 ms")) << rig->core.state().words;

@@ -67,7 +67,7 @@ class SleepyRig {
   }
   CoreResult finish() {
     std::optional<CoreResult> result;
-    EXPECT_TRUE(run_until([&] { return (result = core->take_result()).has_value(); }, 60s))
+    EXPECT_TRUE(run_until([&] { return (result = core->next_result()).has_value(); }, 60s))
         << words();
     return result.value_or(CoreResult{});
   }

@@ -16,7 +16,7 @@ class ScriptedGuard final : public ContactGuard {
     if (heard_) now_.said = now;
     return now_;
   }
-  std::optional<ContactEvent> take_event() override {
+  std::optional<ContactEvent> pop_event() override {
     if (events_.empty()) return std::nullopt;
     const ContactEvent oldest = events_.front();
     events_.pop_front();

@@ -37,7 +37,7 @@ class VirtualRig {
   /// Runs until the move has ended.
   CoreResult finish(Duration limit = 30s) {
     std::optional<CoreResult> result;
-    EXPECT_TRUE(run_until([&] { return (result = rig().core.take_result()).has_value(); }, limit))
+    EXPECT_TRUE(run_until([&] { return (result = rig().core.next_result()).has_value(); }, limit))
         << "no result";
     if (!result) return {};
     EXPECT_EQ(result->id, last_id);

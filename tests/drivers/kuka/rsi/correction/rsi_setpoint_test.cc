@@ -143,7 +143,7 @@ TEST(StartPose, ThatComesLaterIsTakenFromThereOn) {
 }
 
 /// A known session at (10, 20), commanded to (11, 20).
-struct Follows : testing::Test, Stand {
+struct FollowingSetpoint : testing::Test, Stand {
   void SetUp() override { begin(); }
   void begin() {
     ASSERT_TRUE(find(packet({10, 20}, {10, 20})));
@@ -151,32 +151,32 @@ struct Follows : testing::Test, Stand {
   }
 };
 
-TEST_F(Follows, AMovingArmWhereItIsCommandedToBe) {
+TEST_F(FollowingSetpoint, AMovingArmWhereItIsCommandedToBe) {
   EXPECT_FALSE(moved(packet({11.009, 20}, {11.009, 20}), true));
   // From then on it is known to include the correction, without information on sessions.
   EXPECT_FALSE(moved(packet({10.5, 20}, {10.7, 20}), false));
 }
-TEST_F(Follows, NoArmAtRest) { EXPECT_TRUE(moved(packet({11, 20}, {11, 20}), false)); }
-TEST_F(Follows, NoOtherPlaceThanTheCommandedOne) {
+TEST_F(FollowingSetpoint, NoArmAtRest) { EXPECT_TRUE(moved(packet({11, 20}, {11, 20}), false)); }
+TEST_F(FollowingSetpoint, NoOtherPlaceThanTheCommandedOne) {
   EXPECT_TRUE(moved(packet({11.011, 20}, {11.011, 20}), true));
 }
-TEST_F(Follows, NoOtherPlaceThanTheArms) {
+TEST_F(FollowingSetpoint, NoOtherPlaceThanTheArms) {
   EXPECT_TRUE(moved(packet({11.011, 20}, {11, 20}), true));
 }
-TEST_F(Follows, NotWhereItWasSeenToStayBehindTheArm) {
+TEST_F(FollowingSetpoint, NotWhereItWasSeenToStayBehindTheArm) {
   EXPECT_FALSE(moved(packet({10.021, 20}, {10, 20}), true));
   EXPECT_TRUE(moved(packet({11, 20}, {11, 20}), true));
 }
-TEST_F(Follows, StillWhereItWasBehindByWhatServosLeave) {
+TEST_F(FollowingSetpoint, StillWhereItWasBehindByWhatServosLeave) {
   EXPECT_FALSE(moved(packet({10.019, 20}, {10, 20}), true));
   EXPECT_FALSE(moved(packet({11, 20}, {11, 20}), true));
 }
-TEST_F(Follows, NotBeforeItIsKnownWhatTheControllerHolds) {
+TEST_F(FollowingSetpoint, NotBeforeItIsKnownWhatTheControllerHolds) {
   setpoint.begin_session(0.0);
   EXPECT_FALSE(moved(packet({10, 20}, {10, 20}), true));
   EXPECT_TRUE(moved(packet({11, 20}, {11, 20}), true));
 }
-TEST_F(Follows, InOneSessionProvesNothingOfTheNext) {
+TEST_F(FollowingSetpoint, InOneSessionProvesNothingOfTheNext) {
   EXPECT_FALSE(moved(packet({11, 20}, {11, 20}), true));
   setpoint.begin_session(0.0);
   begin();
@@ -189,7 +189,7 @@ TEST_F(Follows, InOneSessionProvesNothingOfTheNext) {
   begin();
   EXPECT_FALSE(moved(packet({11, 20}, {11, 20}), true));
 }
-TEST_F(Follows, AndIsNoEvidenceWhenTheLinkComesBack) {
+TEST_F(FollowingSetpoint, AndIsNoEvidenceWhenTheLinkComesBack) {
   EXPECT_FALSE(moved(packet({11, 20}, {11, 20}), true));
   lose_and_come_back({11, 20});
   ASSERT_TRUE(find(packet({11, 20}, {11, 20}))) << "by its counter";

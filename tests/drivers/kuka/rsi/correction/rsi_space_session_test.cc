@@ -121,9 +121,10 @@ TEST_F(SpaceSearch, DamagedAndRepeatedPacketsAreAnsweredWithTheHeldValue) {
 // ---- takeovers ---------------------------------------------------------------------------------
 
 /// A controller with an adapter that has moved all axes of its arm.
-class SpaceTakeover {
+class SpaceSessionTakeover {
  public:
-  explicit SpaceTakeover(sim::ControllerConfig config = space_krc()) : krc(std::move(config)) {
+  explicit SpaceSessionTakeover(sim::ControllerConfig config = space_krc())
+      : krc(std::move(config)) {
     core = std::make_unique<RsiCore>(space_config(), nullptr);
     run(300ms);
     krc.rsi_on();
@@ -141,7 +142,7 @@ class SpaceTakeover {
     for (std::size_t i = 0; i < 6; ++i) target[i] += way * by_deg[i] * kDeg;
     core->begin({1, MoveKind::kTransit, target, 0.0, 0});
     run(3s);
-    const auto result = core->take_result();
+    const auto result = core->next_result();
     EXPECT_TRUE(result && result->outcome == MoveOutcome::kArrived)
         << (result ? words(*result) : core->state().words);
     return result && result->outcome == MoveOutcome::kArrived;
@@ -177,7 +178,7 @@ class SpaceTakeover {
 };
 
 TEST(RsiSpaceOffset, NewAdapterInARunningSessionKeepsQuietForItsFrameMayBeAnother) {
-  SpaceTakeover takeover;
+  SpaceSessionTakeover takeover;
   takeover.restart_adapter();
   takeover.watch();
   takeover.run(200ms);
@@ -193,7 +194,7 @@ TEST(RsiSpaceOffset, AfterSilenceAnArmThatStandsALittleAsideIsNotLedFurther) {
   calib::Cell cell = torch_cell();
   cell.tool.tcp.translation() *= 1.001;
   config.arm = sim::make_cartesian_arm(cell);
-  SpaceTakeover takeover(config);
+  SpaceSessionTakeover takeover(config);
   for (int hiccup = 0; hiccup < 5; ++hiccup) {
     takeover.run(100ms, false);
     takeover.run(300ms);
@@ -207,7 +208,7 @@ TEST(RsiSpaceOffset, AfterSilenceARunningSessionGetsTheVeryCorrectionThatItHolds
     sim::ControllerConfig config = space_krc();
     config.noise_sigma_deg = 0.0005;
     config.send_setpoint = aspos;
-    SpaceTakeover takeover(config);
+    SpaceSessionTakeover takeover(config);
     takeover.run(200ms, false);
     takeover.watch();
     takeover.run(1s);
@@ -221,7 +222,7 @@ TEST(RsiSpaceOffset, AfterSilenceAFreshSessionBeginsAtZero) {
   for (const bool aspos : {true, false}) {
     sim::ControllerConfig config = space_krc();
     config.send_setpoint = aspos;
-    SpaceTakeover takeover(config);
+    SpaceSessionTakeover takeover(config);
     takeover.run(2s, false);
     takeover.krc.rsi_on();
     takeover.run(1s, true);
@@ -233,7 +234,7 @@ TEST(RsiSpaceOffset, AfterSilenceAFreshSessionBeginsAtZero) {
 TEST(RsiSpaceOffset, WithoutAsposANewAdapterKeepsQuietAndSaysWhy) {
   sim::ControllerConfig config = space_krc();
   config.send_setpoint = false;
-  SpaceTakeover takeover(config);
+  SpaceSessionTakeover takeover(config);
   takeover.restart_adapter();
   takeover.watch();
   takeover.run(200ms);
@@ -395,7 +396,7 @@ TEST(RsiSpaceCycle, DoesNotAllocate) {
     before = allocation_count();
     rig.core.on_tick(rig.now);
     const std::string_view reply = rig.core.on_datagram({packet.data(), size}, rig.now);
-    const auto result = rig.core.take_result();
+    const auto result = rig.core.next_result();
     during += allocation_count() - before;
     rig.krc.receive(std::string(reply));
     if (result) break;

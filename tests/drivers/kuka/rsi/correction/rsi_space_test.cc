@@ -289,7 +289,7 @@ struct Misled {
   const char* name;
   std::function<void(sim::ControllerConfig&)> controller;
 };
-class RsiSpaceMisled : public ::testing::TestWithParam<Misled> {};
+class RsiSpaceMismatch : public ::testing::TestWithParam<Misled> {};
 
 /// Moves all axes and returns the outcome and the largest deviation of the arm [deg].
 struct Astray {
@@ -321,7 +321,7 @@ Astray misled(const Misled& how, MoveKind kind, double cruise_s, int search) {
 
 /// Ends the move with the correct cause once the arm has left its line by slightly more than the
 /// tolerance.
-TEST_P(RsiSpaceMisled, StopsByNameAfterASmallDeviationAndRecordsNoTouch) {
+TEST_P(RsiSpaceMismatch, StopsByNameAfterASmallDeviationAndRecordsNoTouch) {
   const Astray astray = misled(GetParam(), MoveKind::kSearch, 20.0, 7);
   const CoreResult& result = astray.result;
   EXPECT_EQ(result.outcome, MoveOutcome::kNotFollowing) << words(result);
@@ -334,7 +334,7 @@ TEST_P(RsiSpaceMisled, StopsByNameAfterASmallDeviationAndRecordsNoTouch) {
 
 /// A transit continues until the deviation is detected; then it is stopped immediately at any
 /// speed.
-TEST_P(RsiSpaceMisled, StopsAFastTransitWithinAShortRamp) {
+TEST_P(RsiSpaceMismatch, StopsAFastTransitWithinAShortRamp) {
   const Astray astray = misled(GetParam(), MoveKind::kTransit, 0.0, 0);
   EXPECT_EQ(astray.result.outcome, MoveOutcome::kNotFollowing) << words(astray.result);
   EXPECT_EQ(astray.link, RobotLink::kNotReferenced);
@@ -343,7 +343,7 @@ TEST_P(RsiSpaceMisled, StopsAFastTransitWithinAShortRamp) {
 }
 
 INSTANTIATE_TEST_SUITE_P(
-    , RsiSpaceMisled,
+    , RsiSpaceMismatch,
     ::testing::Values(
         Misled{"ByAnotherFrame", [](auto& c) { c.cartesian_system = sim::CorrectionFrame::kTool; }},
         Misled{"ByAnotherTool", [](auto& c) { c.arm = sim::make_cartesian_arm(sim::arm_cell()); }},

@@ -1,4 +1,4 @@
-#include "daemon/session/phase_times.h"
+#include "daemon/session/phase.h"
 
 #include <algorithm>
 #include <cmath>
@@ -115,7 +115,8 @@ PhaseTimes phase_times(std::span<const TimedChange> changes) {
       stay.go_on(times, activity_of(phase),
                  std::max(0.0, now.clock_s - last->clock_s));  // another daemon's clock
       // From the watch it goes back to the same wait.
-      times.interruptions += now.change.to == Phase::kRecovering && phase != Phase::kWatching ? 1 : 0;
+      times.interruptions +=
+          now.change.to == Phase::kRecovering && phase != Phase::kWatching ? 1 : 0;
       times.touches += phase == Phase::kRecording && !is_final(now.change.to) ? 1 : 0;
     } else {
       stay = {};

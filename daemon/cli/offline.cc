@@ -1,4 +1,4 @@
-#include "daemon/cli/tables.h"
+#include "daemon/cli/offline.h"
 
 #include <fmt/format.h>
 

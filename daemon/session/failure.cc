@@ -1,5 +1,7 @@
 // Text of each failure: what happened, where, and what to do next.
 
+#include "daemon/session/failure.h"
+
 #include <fmt/format.h>
 
 #include <cctype>
@@ -36,8 +38,9 @@ std::string where(const State& state) {
 }
 
 std::string target(const State& state) {
-  return state.plan && state.in_hand() < state.plan->touches.size() ? state.planned().target
-                                                                    : std::string("the target");
+  return state.plan && state.current_index() < state.plan->touches.size()
+             ? state.planned().target
+             : std::string("the target");
 }
 
 std::string or_else(const std::string& words, const char* fallback) {
@@ -84,11 +87,11 @@ std::string not_ready_words(const State& state) {
 }
 
 /// Causes of missing packets or a stopped arm without a message of the controller, most likely first.
-constexpr const char* kWhatStopsPackets =
+constexpr const char* kPacketStopCauses =
     "check in this order: emergency stop, enabling switch and start key (T1), over RSI in T1 more "
     "than 250 mm/s at the TCP or flange ([motion] hand_speed_mm_s, speed_percent), the program and its "
     "message on the pendant, the cable, the controller's power";
-constexpr const char* kWhatStopsAnArm =
+constexpr const char* kArmStopCauses =
     "check in this order: emergency stop, enabling switch (T1), drives, obstacles in the arm's "
     "way, the correction limits on the controller";
 
@@ -101,10 +104,10 @@ std::string silent_words(const State& state, const Event& event) {
   std::string text;
   switch (by) {
     case Interruption::kPacketsStopped:
-      text = joined(or_else(words, "no more packets from the controller"), kWhatStopsPackets);
+      text = joined(or_else(words, "no more packets from the controller"), kPacketStopCauses);
       break;
     default:
-      text = joined(or_else(words, "the robot controller stopped the session"), kWhatStopsPackets);
+      text = joined(or_else(words, "the robot controller stopped the session"), kPacketStopCauses);
       break;
   }
   if (state.retries > 0 && goes_on(FailureKind::kRobotSilent, by) == GoesOn::kRetries &&
@@ -234,7 +237,7 @@ std::string what(FailureKind kind, const State& state, const Event& event) {
       return joined(or_else(words, "the arm does not follow its set-points"),
                     state.links.request == drivers::ControllerRequest::kCollision
                         ? "collision detected by the controller: look at arm and tool"
-                        : kWhatStopsAnArm);
+                        : kArmStopCauses);
     case FailureKind::kStoppedElsewhere:
       return joined("the move was stopped by another source. Find it", words);
     case FailureKind::kTimeout:
