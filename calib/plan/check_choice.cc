@@ -136,7 +136,7 @@ std::vector<std::size_t> choose_check(const Calibration& calibration,
 namespace {
 
 constexpr int kUpdatePoses = 60;
-constexpr unsigned kSeed = 20240924;
+constexpr unsigned kCheckSeed = 20240924;
 
 std::vector<Touch> touches_of(const Calibration& c, const std::vector<Candidate>& candidates) {
   std::vector<Touch> touches;
@@ -158,7 +158,7 @@ Eigen::Index place_of(const Calibration& c, const ParameterKey& key) {
 Eigen::MatrixXd wanted(const Calibration& c) {
   const ArmModel arm(at_level(c.cell, c.level));
   const Eigen::VectorXd x = arm_values(arm, c);
-  const Eigen::MatrixXd moves = aligned_moves(arm, workspace_poses(arm, kUpdatePoses, kSeed),
+  const Eigen::MatrixXd moves = aligned_moves(arm, workspace_poses(arm, kUpdatePoses, kCheckSeed),
                                               x.data(), Eigen::VectorXd::Ones(arm.size())) /
                                 std::sqrt(static_cast<double>(kUpdatePoses));
   const auto spheres = static_cast<Eigen::Index>(c.targets.size());

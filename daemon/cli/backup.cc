@@ -1,4 +1,4 @@
-#include "daemon/cli/offline/backup.h"
+#include "daemon/cli/backup.h"
 
 #include <algorithm>
 #include <map>
@@ -6,7 +6,7 @@
 
 #include "calib/files/input_file.h"
 #include "calib/model/error.h"
-#include "daemon/cli/offline/zip_file.h"
+#include "daemon/cli/zip_file.h"
 
 namespace cellcal::daemon {
 
@@ -41,7 +41,7 @@ std::vector<KrlFile> read_folder(const fs::path& folder) {
   return files;
 }
 
-std::vector<KrlFile> read_archive(const fs::path& path) {
+std::vector<KrlFile> read_zip(const fs::path& path) {
   std::vector<KrlFile> files;
   for (ZippedFile& one :
        unzip(calib::read_file(path, kMostBackupBytes), path.string(), is_krl, kMostBackupBytes))
@@ -62,7 +62,7 @@ bool is_of_the_controllers_side(const std::string& path) {
 }
 
 std::vector<KrlFile> read_backup(const fs::path& place) {
-  auto files = fs::is_directory(place) ? read_folder(place) : read_archive(place);
+  auto files = fs::is_directory(place) ? read_folder(place) : read_zip(place);
   std::sort(files.begin(), files.end(),
             [](const KrlFile& a, const KrlFile& b) { return a.name < b.name; });
   return files;

@@ -150,7 +150,7 @@ std::string report(const CorrectedProgram& result, const std::vector<fs::path>& 
   return text;
 }
 
-nlohmann::json json(const CorrectedProgram& result, const std::vector<fs::path>& written,
+nlohmann::json json_of(const CorrectedProgram& result, const std::vector<fs::path>& written,
                     const calib::Robot& robot) {
   nlohmann::json all = {
       {"points", nlohmann::json::array()},  {"left", nlohmann::json::array()},
@@ -240,7 +240,7 @@ int correct_krl(const CorrectCommand& command, const calib::Calibration& calibra
   }
   const bool nothing = result.motions > 0 && result.points.empty();
   const std::vector<fs::path> written = nothing ? std::vector<fs::path>{} : places(command, result);
-  const nlohmann::json all = json(result, written, robot);
+  const nlohmann::json all = json_of(result, written, robot);
   if (!written.empty()) {
     std::vector<KrlFile> read = {files.src};
     if (files.dat) read.push_back(*files.dat);

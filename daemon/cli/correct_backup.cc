@@ -9,7 +9,7 @@
 #include "calib/files/input_file.h"
 #include "calib/files/text.h"
 #include "calib/model/error.h"
-#include "daemon/cli/offline/backup.h"
+#include "daemon/cli/backup.h"
 #include "daemon/cli/correct.h"
 #include "daemon/cli/offline.h"
 #include "daemon/files/atomic_file.h"

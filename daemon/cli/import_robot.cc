@@ -22,7 +22,7 @@
 #include "calib/files/toml.h"
 #include "calib/model/error.h"
 #include "calib/model/units.h"
-#include "daemon/cli/offline/backup.h"
+#include "daemon/cli/backup.h"
 #include "daemon/cli/offline.h"
 
 namespace cellcal::daemon {

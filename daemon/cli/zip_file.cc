@@ -1,4 +1,4 @@
-#include "daemon/cli/offline/zip_file.h"
+#include "daemon/cli/zip_file.h"
 
 #include <fmt/format.h>
 #include <zlib.h>
@@ -19,9 +19,9 @@ constexpr std::size_t kLocalBytes = 30, kCentralBytes = 46, kEndBytes = 22,
                       kLongestComment = 0xffff;
 constexpr int kStored = 0, kDeflated = 8;
 
-class Archive {
+class ZipReader {
  public:
-  Archive(std::string_view bytes, const std::string& name) : bytes_(bytes), name_(name) {}
+  ZipReader(std::string_view bytes, const std::string& name) : bytes_(bytes), name_(name) {}
 
   [[noreturn]] void fail(const std::string& what) const {
     throw calib::FileError(name_, ": " + what);
@@ -55,7 +55,7 @@ class Archive {
   const std::string& name_;
 };
 
-std::string inflated(const Archive& archive, std::string_view packed, std::size_t size) {
+std::string inflated(const ZipReader& archive, std::string_view packed, std::size_t size) {
   std::string text(size, '\0');
   z_stream stream{};
   if (inflateInit2(&stream, -MAX_WBITS) != Z_OK) archive.fail("ZIP archive cannot be unpacked");
@@ -71,7 +71,7 @@ std::string inflated(const Archive& archive, std::string_view packed, std::size_
 }
 
 /// The file of the central directory's entry at `at`.
-std::string unpacked(const Archive& archive, std::size_t at, const std::string& path) {
+std::string unpacked(const ZipReader& archive, std::size_t at, const std::string& path) {
   if ((archive.number(at + 8, 2) & 1) != 0) archive.fail(calib::shown(path) + " is encrypted");
   const auto method = static_cast<int>(archive.number(at + 10, 2));
   if (method != kStored && method != kDeflated)
@@ -95,7 +95,7 @@ std::string unpacked(const Archive& archive, std::size_t at, const std::string& 
 std::vector<ZippedFile> unzip(std::string_view bytes, const std::string& name,
                               const std::function<bool(std::string_view)>& wanted,
                               std::size_t most_bytes) {
-  const Archive archive(bytes, name);
+  const ZipReader archive(bytes, name);
   const std::size_t end = archive.end_record();
   const std::size_t count = archive.number(end + 10, 2);
   std::size_t at = archive.number(end + 16, 4), total = 0;

@@ -39,7 +39,7 @@ Properties connect_properties() {
   return Properties(properties);
 }
 
-std::string first_line(const std::filesystem::path& file) {
+std::string first_line_of_file(const std::filesystem::path& file) {
   std::ifstream in(file);
   std::string line;
   if (!std::getline(in, line))
@@ -112,7 +112,7 @@ struct Broker::Impl {
   void set_access() const {
     if (!config.user.empty())
       require(mosquitto_username_pw_set(client.get(), config.user.c_str(),
-                                        first_line(config.password_file).c_str()));
+                                        first_line_of_file(config.password_file).c_str()));
     if (config.tls)
       require(mosquitto_tls_set(client.get(), config.ca.empty() ? nullptr : config.ca.c_str(),
                                 config.ca.empty() ? "/etc/ssl/certs" : nullptr,

@@ -14,7 +14,7 @@
 #include <string>
 
 #include "calib/model/long_work.h"
-#include "daemon/api/http/server.h"
+#include "daemon/api/http/server_impl.h"
 
 namespace cellcal::daemon {
 

@@ -4,7 +4,7 @@
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/ssl/context.hpp>
 
-#include "daemon/api/http/server.h"
+#include "daemon/api/http/server_impl.h"
 
 namespace cellcal::daemon {
 

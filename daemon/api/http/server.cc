@@ -6,6 +6,8 @@
 #include <tuple>
 #include <vector>
 
+#include "daemon/api/http/server_impl.h"
+
 namespace cellcal::daemon {
 
 namespace asio = boost::asio;

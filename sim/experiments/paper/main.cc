@@ -65,7 +65,7 @@ int main(int argc, char** argv) {
   unsigned seed = 1;
   app.add_option("-o,--output", folder, "folder for figures and touches")
       ->capture_default_str()
-      ->last_taken_entry();  // sim/paper passes a default before the user's own
+      ->take_last();  // sim/paper passes a default before the user's own
   app.add_option("--seed", seed, "seed of the touches and their noise")->capture_default_str();
   CLI11_PARSE(app, argc, argv);
   try {

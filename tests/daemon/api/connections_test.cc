@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "daemon/api/http/http.h"
-#include "daemon/api/http/server.h"
+#include "daemon/api/http/server_impl.h"
 
 namespace cellcal::daemon {
 namespace {

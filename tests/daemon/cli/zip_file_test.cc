@@ -1,6 +1,6 @@
 // Files out of ZIP archives.
 
-#include "daemon/cli/offline/zip_file.h"
+#include "daemon/cli/zip_file.h"
 
 #include <gtest/gtest.h>
 

@@ -60,7 +60,7 @@ struct a_cell : ::testing::Test {
       journal.store_calibration(id, result, {});
       const auto verdict = nlohmann::json::parse(result).at("verdict");
       calib::Calibration calibration;
-      calibration.verdict.publish = verdict.at("publish");
+      calibration.verdict.judged = verdict.at("publish");
       if (verdict.value("too_few_touches", false))
         calibration.verdict.findings = {{calib::FindingKind::kTooFewTouches}};
       end.result = std::make_shared<const SessionResult>(SessionResult{calibration});

@@ -151,7 +151,7 @@ TEST(a_journal, knows_whether_a_calibration_that_is_done_was_published) {
   };
   calib::Calibration calibration;
   EXPECT_EQ(listed(SessionResult{calibration}, Ending::kDone), false);
-  calibration.verdict.publish = true;
+  calibration.verdict.judged = true;
   EXPECT_EQ(listed(SessionResult{calibration}, Ending::kDone), true);
   EXPECT_EQ(listed(SessionResult{calibration}, Ending::kAborted), std::nullopt);
   EXPECT_EQ(listed(SessionResult{calib::TcpCheck{}}, Ending::kDone), std::nullopt);
