@@ -170,7 +170,7 @@ TEST(ParsedUrdf, ThatCannotBeUsedIsRefusedByNameAndPlace) {
       {"<axis xyz=\"0 0 -1\"/>", "<axis xyz=\"0 0 0\"/>", "has no direction"},
       {"joint_a2", "joint_a1", "two joints \"joint_a1\""},
       {"<child link=\"link_2\"/>", "<child link=\"link_1\"/>", "the child of two joints"},
-      {"<parent link=\"base_link\"/>", "<parent link=\"link_6\"/>", "circle"},
+      {"<parent link=\"base_link\"/>", "<parent link=\"link_6\"/>", "form a loop"},
       {"\"revolute\"", "\"prismatic\"", "is prismatic"},
       {"<robot name", "<automat name", "line "},
       {"velocity=\"2.6\"", "velocity=\"fast\"", "velocity=\"fast\" is not a number"},

@@ -160,7 +160,7 @@ TEST(CalibrationJson, IsRefusedWhereItIsPublishedAgainstAWithholdingFinding) {
   document["verdict"]["publish"] = true;
   document.erase("sum");
   expect_words(refusal([&] { (void)calibration_from_json(document.dump(), "cal.json"); }),
-               {"cal.json: verdict.findings: contradict \"publish\""});
+               {"cal.json.verdict.findings: contradict \"publish\""});
 }
 
 TEST(CalibrationJson, KeepsItsSumInAnyOrderAndSpacingAndIsReadWithoutOneAsEarlier) {
@@ -462,7 +462,7 @@ TEST(CalibrationJson, SaysWhatToDoAboutAParameterThatTheCellDoesNotHave) {
   json document = json::parse(without_sum(written()));
   document["parameters"][0]["name"] = "A9.theta";
   expect_words(refused(document),
-               {"cal.json.parameters[0].name", "\"A9.theta\"", "no parameter", "Identify again"});
+               {"cal.json.parameters[0].name", "\"A9.theta\"", "not a parameter", "Identify again"});
 }
 
 TEST(CalibrationJson, KeepsTheWordsOfFilesWithoutKindsAndOfKindsThatItDoesNotKnow) {

@@ -79,7 +79,7 @@ TEST(a_changed_configuration, is_in_force_for_the_next_session_and_the_log_at_on
       << "state_dir = \"/elsewhere\"\nsocket = \"" << fixture.socket() << "\"\n"
       << "[rsi]\ncorrection_limit_deg = 1\n";
   fixture.daemon->signal(SIGHUP);
-  wait_for_log(fixture, "SIGHUP: stays state_dir = \"" + (fixture.dir / "state").string() + "\"");
+  wait_for_log(fixture, "SIGHUP: keeps state_dir = \"" + (fixture.dir / "state").string() + "\"");
   EXPECT_EQ(fixture.log().find("stays socket"), std::string::npos) << fixture.log();
   const Outcome run =
       fixture.cellcal({"run", "--cell", CELLCAL_DEMO_CELL, "--touches", "8", "--check", "0"});

@@ -67,7 +67,7 @@ test("the page has a name for everything that the doctor looks at", () => {
 });
 
 test("the guide has every step of the daemon, and a command for each that names the cell", () => {
-  const source = readFileSync(`${realpathSync("src")}/../../readiness/steps.cc`, "utf8");
+  const source = readFileSync(`${realpathSync("src")}/../../doctor/steps.cc`, "utf8");
   const body = source.split("const char* to_string(SetUpStep ")[1]?.split("\n}")[0] ?? "";
   const named = [...body.matchAll(/return "(.*?)";/g)].map((match) => match[1]).filter((name) => name !== "unknown");
   assert.deepEqual(named, [...STEPS]);
