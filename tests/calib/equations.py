@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 """The equations and symbols of calib's READMEs and the code that cites them.
 
-Each number is defined once, in the README of a room: (1), (2), ... without a gap, and behind some of them (27a), (27b), ...
+Each number is defined once, in the README of a module: (1), (2), ... without a gap, and behind some of them (27a), (27b), ...
 of the same README. A file computes an equation where a comment of it begins with the number, as `// (25)`. The index of
-calib/README.md names just these files, in the order of the numbers, and functions that are there. Its table of rooms has
-each room's numbers. Nothing speaks of a number that is not there.
+calib/README.md names just these files, in the order of the numbers, and functions that are there. Its table of modules has
+each module's numbers. Nothing speaks of a number that is not there.
 
 Each symbol has one row of the table of symbols, and what stands in a numbered equation has one: letters, and names with
 subscripts; plain words are words.
@@ -81,12 +81,12 @@ def wrong_index(calib, index, computed, defined):
         yield from (f"{f} computes ({number}), the index does not say so" for f in sorted(files - named[number]))
 
 
-def wrong_rooms(readme, defined):
-    rooms = dict(re.findall(r"^\| \[(\w+)\]\(\w+/README\.md\) \| (\(.*) \|$", readme, re.M))
-    for room in sorted(set(rooms) | set(defined.values())):
-        own = {number for number, where in defined.items() if where == room}
-        for number in sorted(own ^ numbers(rooms.get(room, "")), key=order):
-            yield f"({number}) of {room} is only in " + ("its README" if number in own else "the table of rooms")
+def wrong_modules(readme, defined):
+    modules = dict(re.findall(r"^\| \[(\w+)\]\(\w+/README\.md\) \| (\(.*) \|$", readme, re.M))
+    for module in sorted(set(modules) | set(defined.values())):
+        own = {number for number, where in defined.items() if where == module}
+        for number in sorted(own ^ numbers(modules.get(module, "")), key=order):
+            yield f"({number}) of {module} is only in " + ("its README" if number in own else "the table of modules")
 
 
 def base(symbol):
@@ -131,7 +131,7 @@ def faults(calib):
 
     readme = (calib / "README.md").read_text()
     yield from wrong_index(calib, section(readme, INDEX_HEADING), computed, defined)
-    yield from wrong_rooms(readme, defined)
+    yield from wrong_modules(readme, defined)
     yield from wrong_symbols(section(readme, SYMBOLS_HEADING), equations)
 
 

@@ -85,7 +85,7 @@ class CopyTree:
     def make(self, folders):
         """Builds the test programs of these folders; what the compiler does not take is left out."""
         env = dict(os.environ, CCACHE_BASEDIR=str(self.tree), CCACHE_NOHASHDIR="1")
-        configured = subprocess.run(["cmake", "--preset", "release", "-DCELLCAL_WHOLE_ROOMS=OFF"], cwd=self.tree, env=env,
+        configured = subprocess.run(["cmake", "--preset", "release", "-DCELLCAL_WHOLE_MODULES=OFF"], cwd=self.tree, env=env,
                                     capture_output=True, text=True)
         if configured.returncode:
             sys.exit(f"mutation: cmake failed in {self.tree}\n{configured.stdout}{configured.stderr}")
