@@ -22,7 +22,7 @@ struct Number {
 struct Aggregate {
   std::map<std::string, Number> numbers;
   std::map<std::string, std::string> words;  ///< IPO_FRAME #BASE
-  std::size_t after = 0;                     ///< index of the token behind it
+  std::size_t after = 0;                     ///< index of the next token
 };
 /// Begins at tokens[at], which is '{'. Empty where it is none.
 std::optional<Aggregate> read_aggregate(const std::vector<Token>& tokens, std::size_t at);
@@ -31,7 +31,7 @@ std::optional<Aggregate> read_aggregate(const std::vector<Token>& tokens, std::s
 std::optional<FrameMmDeg> frame_of(const Aggregate& value);
 
 bool is_sign_of(const Token& token, char what);
-/// [n] with a plain number, from tokens[at]; the index of the token behind it, or 0.
+/// [n] with a plain number, from tokens[at]; the index of the next token, or 0.
 std::size_t read_index(const std::vector<Token>& tokens, std::size_t at, int& index);
 /// With its sign, the last of the line; empty where it is none.
 std::optional<double> read_number(const std::vector<Token>& tokens, std::size_t at);

@@ -188,7 +188,7 @@ Chain chain_of(const Document& document, const std::string& asked) {
   chain.robot_name = document.robot.attribute("name").value();
   chain.tip_link = chosen_tip(document, asked);
   auto path = path_to(document, chain.tip_link);
-  // Where the arm stands in its cell is none of the arm's.
+  // The arm's place in its cell is not part of the arm.
   if (path.size() > 1 && path.front()->type == "fixed" && path.front()->parent == "world")
     path.erase(path.begin());
   chain.base_link = path.front()->parent;

@@ -25,7 +25,8 @@ struct UrdfChain {
 
 /// The chain of turning joints from the root to `tip_link`. Where none is named it is the end of the
 /// longest chain; of those that only fixed joints tell apart "tool0", else "flange", with or without a prefix,
-/// else the first in the file. A root "world" is passed over: the arm begins at the link that is fixed to it. `name` stands for the file in messages. Throws FileError.
+/// else the first in the file. A root "world" is skipped: the arm begins at the link
+/// fixed to it. Messages name the file `name`. Throws FileError.
 UrdfChain read_urdf(std::string_view text, const std::string& name,
                     const std::string& tip_link = {});
 

@@ -200,7 +200,7 @@ CsvForm csv_form(std::string_view text, const std::string& name) {
       break;
     }
   }
-  // A title has fewer fields than the header behind it, which is words.
+  // A title has fewer fields than the header after it, whose fields are words.
   if (lines.size() > 2 && !has_digit_comma_digit(lines[0]) &&
       count_of(lines[0], form.separator) == 0 && count_of(lines[1], form.separator) > 0 &&
       count_of(lines[1], form.separator) == count_of(lines[2], form.separator) &&

@@ -41,7 +41,7 @@ class CsvTable {
   int line() const { return line_; }
   int header_line() const { return header_line_; }
   std::string_view text(int column) const { return fields_[static_cast<std::size_t>(column)]; }
-  /// Finite number in the unit that the column's name in `find` stands for; whole field.
+  /// Finite number, converted to the unit of the column name given to find(); the whole field.
   double number(int column) const;
   /// Error in this row's column.
   FileError error(int column, const std::string& what) const;

@@ -12,9 +12,10 @@ bool Verdict::publish() const {
 }
 
 bool Verdict::too_few() const {
-  return !findings.empty() && std::ranges::all_of(findings, [](const Finding& one) {
-    return !one.withholds() || one.kind == FindingKind::kTooFewTouches;
-  }) && findings.front().withholds();
+  return has(findings, FindingKind::kTooFewTouches) &&
+         std::ranges::all_of(findings, [](const Finding& one) {
+           return !one.withholds() || one.kind == FindingKind::kTooFewTouches;
+         });
 }
 
 void Verdict::add(Finding finding) {

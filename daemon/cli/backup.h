@@ -15,7 +15,7 @@ std::vector<calib::krl::KrlFile> read_backup(const std::filesystem::path& place)
 
 /// Of a path, in lower case: "$config.dat".
 std::string lower_name(const std::string& path);
-/// Below STEU, where another $machine.dat and $config.dat stand.
+/// True below STEU, which has its own $machine.dat and $config.dat.
 bool is_of_the_controllers_side(const std::string& path);
 
 /// $machine.dat, $robcor.dat and $config.dat of folders, archives and files. Throws calib::FileError
