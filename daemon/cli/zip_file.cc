@@ -19,17 +19,13 @@ struct CloseZip {
 using ZipArchive = std::unique_ptr<zip_t, CloseZip>;
 
 ZipArchive open_zip(std::string_view bytes, const std::string& name) {
-  zip_error_t error;
-  zip_error_init(&error);
-  zip_source_t* source = zip_source_buffer_create(bytes.data(), bytes.size(), 0, &error);
+  zip_source_t* source = zip_source_buffer_create(bytes.data(), bytes.size(), 0, nullptr);
   zip_t* archive = source == nullptr
                        ? nullptr
-                       : zip_open_from_source(source, ZIP_RDONLY | ZIP_CHECKCONS, &error);
+                       : zip_open_from_source(source, ZIP_RDONLY | ZIP_CHECKCONS, nullptr);
   if (archive != nullptr) return ZipArchive(archive);
   zip_source_free(source);
-  const std::string why = zip_error_strerror(&error);
-  zip_error_fini(&error);
-  throw calib::FileError(name, ": not a ZIP archive, or damaged (" + why + "). Copy it again");
+  throw calib::FileError(name, ": not a ZIP archive, or damaged. Copy it again");
 }
 
 /// Throws FileError unless the file is complete and of the stated size and checksum.
