@@ -24,6 +24,8 @@ enum class ParameterKind {
   kLoad,        // k_i times an unknown part of a link's mass moment
   kCosine,
   kSine,        // transmission harmonic
+  kFunctionCosine,
+  kFunctionSine,  // of a joint's function
   kPlay,        // play_i
   kDeflection,  // c_t
   kTcp,         // one component of the tool's offset
@@ -42,7 +44,7 @@ enum class ParameterKind {
 struct ParameterKey {
   ParameterKind kind = ParameterKind::kTheta;
   int joint = -1;    ///< -1 where it is of none
-  int harmonic = 0;  ///< kCosine, kSine: order h
+  int harmonic = 0;  ///< kCosine to kFunctionSine: order h
   int axis = 0;      ///< kTcp, kLoad, kCentre, kTurn, kProbeTurn: 0 x, 1 y, 2 z; kTilt: 0, 1
   int link = -1;     ///< kLoad: the joint whose link it is
   int tool = 0;      ///< kDeflection, kTcp, kEffectiveRadius: whose; 0 the first
@@ -54,7 +56,7 @@ struct ParameterKey {
 /// Of a joint: kTheta to kBeta, kCompliance, kPlay.
 ParameterKey joint_parameter(ParameterKind kind, std::size_t joint);
 ParameterKey load_parameter(std::size_t joint, std::size_t link, int axis);
-/// kCosine, kSine.
+/// kCosine to kFunctionSine.
 ParameterKey wave_parameter(ParameterKind kind, std::size_t joint, int harmonic);
 /// kDeflection, kTcp, kEffectiveRadius.
 ParameterKey tool_parameter(ParameterKind kind, std::size_t tool, int axis = 0);
@@ -69,6 +71,10 @@ constexpr bool is_compliance(ParameterKind kind) {
 /// What its gear adds to its angle once per revolution and faster.
 constexpr bool is_transmission(ParameterKind kind) {
   return kind == ParameterKind::kCosine || kind == ParameterKind::kSine;
+}
+/// What a joint's function adds to its angle.
+constexpr bool is_function(ParameterKind kind) {
+  return kind == ParameterKind::kFunctionCosine || kind == ParameterKind::kFunctionSine;
 }
 /// Of the arm's geometry.
 constexpr bool is_geometric(ParameterKind kind) { return kind <= ParameterKind::kBeta; }
