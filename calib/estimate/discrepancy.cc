@@ -24,9 +24,9 @@ constexpr double kRough[] = {0.0, 0.5, 1.0};
 constexpr std::size_t kEnoughRows = 200;
 /// Touches that the estimate is made of: as many more of like postures would tell next to nothing.
 constexpr std::size_t kMostTouches = 1500;
-/// What an electrical contact or a ball in its seat repeats to at worst. Scatter beyond it that
-/// nobody has shown to be noise is the arm's.
-constexpr double kUsualNoiseM = 0.05e-3;
+/// What an electrical contact or a ball in its seat repeats to at worst, and what a tracker does.
+/// Scatter beyond it that no repeats have shown to be noise is the arm's.
+constexpr double kUsualNoiseM = 0.05e-3, kUsualTrackerNoiseM = 0.015e-3;
 /// A scatter of repeats that rests on less is no measurement of it.
 constexpr double kEnoughRepeats = 3.0;
 
@@ -393,14 +393,17 @@ double alike_sigmas(const Problem& problem, const Estimate& e, double chi2_per_d
 
 double undetected_field_m(const Problem& problem, const Estimate& e, const Repeats& repeats,
                           double scatter_m) {
-  double ripple = 0.0, count = 0.0;
+  double ripple = 0.0, usual = 0.0, count = 0.0;
   for (const auto& [touch, row] : e.posterior.linear.touch_row) {
+    const Target& target =
+        problem.cell().targets[problem.cell().target_index(problem.touches()[touch].target)];
     ripple += std::pow(e.levels.ripple_rad * problem.joint_lever_m(touch), 2);
+    usual += std::pow(target.kind == TargetKind::kTracker ? kUsualTrackerNoiseM : kUsualNoiseM, 2);
     count += 1.0;
   }
   const double noise_m = repeats.degrees_of_freedom >= kEnoughRepeats
                              ? std::max(repeats.used_m, repeats.scatter_m)
-                             : kUsualNoiseM;
+                             : std::sqrt(usual / std::max(1.0, count));
   // (33)
   const double rest = scatter_m * scatter_m - ripple / std::max(1.0, count) - noise_m * noise_m;
   // Of a scatter that repeats show some tenths are chance.

@@ -25,6 +25,8 @@ constexpr Prior kRipple[] = {{0.0, 0.25},
                              {2.5 * kRadPerArcsec, 0.35},
                              {6.0 * kRadPerArcsec, 0.25},
                              {15.0 * kRadPerArcsec, 0.15}};
+/// Between the last two where joints have functions: what those leave is some of it.
+constexpr Prior kRippleBeside{10.0 * kRadPerArcsec, 0.2};
 /// The robot file's is the largest that one would expect; a third of it is as usual. None at all is no
 /// arm: with 0 in place of 0.1, arms that give by a tenth were taken for stiff ones, and of the worst
 /// of them a quarter of the poses lay outside of their bound (calib/estimate/README).
@@ -48,6 +50,7 @@ double log_prior(const ModelLevel& level) {
     if (p.value == level.transmission) sum += std::log(p.probability);
   for (const Prior& p : kRipple)
     if (p.value == level.ripple_rad) sum += std::log(p.probability);
+  if (level.ripple_rad == kRippleBeside.value) sum += std::log(kRippleBeside.probability);
   return sum;
 }
 
@@ -61,6 +64,14 @@ std::vector<ModelLevel> usual_levels(bool with_play) {
         for (const Prior& transmission : kTransmission)
           if (play == 0.0 || (with_play && compliance.value == kLargest))
             levels.push_back({compliance.value, transmission.value, ripple.value, play});
+  return levels;
+}
+
+std::vector<ModelLevel> levels_beside_functions(bool with_play) {
+  std::vector<ModelLevel> levels = usual_levels(with_play), between = levels;
+  std::erase_if(between, [](const ModelLevel& level) { return level.ripple_rad != 0.0; });
+  for (ModelLevel& level : between) level.ripple_rad = kRippleBeside.value;
+  levels.insert(levels.end(), between.begin(), between.end());
   return levels;
 }
 

@@ -18,6 +18,9 @@ namespace cellcal::calib {
 /// The levels that are considered, with or without those that have play.
 std::vector<ModelLevel> usual_levels(bool with_play = false);
 
+/// Those of an arm whose joints have functions: of one more size of ripple.
+std::vector<ModelLevel> levels_beside_functions(bool with_play);
+
 /// Probability of play beforehand over that of none.
 struct PlayBeforehand {
   double odds_at_its_compliance;  ///< among levels of as much compliance

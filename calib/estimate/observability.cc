@@ -22,7 +22,8 @@ constexpr double kFlatDirection = 1e-3;
 
 /// Columns of the arm that every model level has: geometry, tool and bending.
 bool is_geometry(ParameterKind kind) {
-  return !is_compliance(kind) && !is_transmission(kind) && kind != ParameterKind::kPlay;
+  return !is_compliance(kind) && !is_transmission(kind) && !is_function(kind) &&
+         kind != ParameterKind::kPlay;
 }
 
 /// J'J over some columns, lower part; by blocks that stay in the cache, however many rows.
@@ -295,7 +296,7 @@ std::vector<int> sought_in(const Problem& problem) {
   for (int i = 0; i < problem.size(); ++i) {
     const ParameterKind kind =
         i < problem.arm_size() ? problem.arm().parameters()[i].kind : ParameterKind::kTheta;
-    if (!is_transmission(kind) && kind != ParameterKind::kLoad && kind != ParameterKind::kPlay)
+    if (!is_transmission(kind) && !is_function(kind) && kind != ParameterKind::kLoad && kind != ParameterKind::kPlay)
       sought.push_back(i);
   }
   return sought;

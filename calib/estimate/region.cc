@@ -19,11 +19,14 @@ std::vector<JointVector> workspace_poses(const ArmModel& arm, int count, unsigne
        ++attempt) {
     JointVector q;
     for (const Joint& joint : arm.robot().joints) {
-      const double middle = (joint.min_rad + joint.max_rad) / 2.0;
-      double half = kMiddle * (joint.max_rad - joint.min_rad) / 2.0;
+      const bool learnt = joint.function_min_rad < joint.function_max_rad;
+      const double least = learnt ? joint.function_min_rad : joint.min_rad,
+                   most = learnt ? joint.function_max_rad : joint.max_rad;
+      const double middle = (least + most) / 2.0;
+      double half = kMiddle * (most - least) / 2.0;
       if (q.empty()) half = std::min(half, kFirstRad);
-      const double low = std::max(middle - half, -kWristRad),
-                   high = std::min(middle + half, kWristRad);
+      const double low = learnt ? middle - half : std::max(middle - half, -kWristRad),
+                   high = learnt ? middle + half : std::min(middle + half, kWristRad);
       q.push_back(low < high ? random.uniform(low, high) : middle);
     }
     const bool above = (to_foot * arm.nominal_tip_m(q)).z() > kFloorM;

@@ -1,9 +1,11 @@
 #include "calib/files/calibration_json.h"
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "calib/files/cell_file.h"
 #include "calib/files/files.h"
@@ -171,6 +173,69 @@ Json correlations_json(const C& c) {
   return out;
 }
 
+/// f_i of one joint at an angle by its series, and its 95 % band, arcsec.
+struct FunctionSeries {
+  const C& c;
+  std::vector<Eigen::Index> at;  ///< of the joint's coefficients among the parameters
+
+  FunctionSeries(const C& calibration, std::size_t joint) : c(calibration) {
+    for (std::size_t i = 0; i < c.parameters.size(); ++i)
+      if (is_function(c.parameters[i].key.kind) &&
+          c.parameters[i].key.joint == static_cast<int>(joint))
+        at.push_back(static_cast<Eigen::Index>(i));
+  }
+
+  std::pair<double, double> operator()(double angle_rad) const {
+    constexpr double kNormal975 = 1.959963984540054;
+    Eigen::VectorXd by(static_cast<Eigen::Index>(at.size()));
+    double value = 0.0;
+    for (std::size_t k = 0; k < at.size(); ++k) {
+      const ParameterResult& p = c.parameters[static_cast<std::size_t>(at[k])];
+      const double phase = p.key.harmonic * angle_rad;
+      const double wave =
+          p.key.kind == ParameterKind::kFunctionCosine ? std::cos(phase) : std::sin(phase);
+      by[static_cast<Eigen::Index>(k)] = wave;
+      value += wave * p.correction;
+    }
+    const double variance = c.covariance.size() == 0 ? 0.0 : by.dot(c.covariance(at, at) * by);
+    return {value / kRadPerArcsec, kNormal975 * std::sqrt(std::max(0.0, variance)) / kRadPerArcsec};
+  }
+};
+
+/// Table of each joint function over the touched angles, for other programs.
+Json joint_functions_json(const C& c) {
+  constexpr double kStepRad = 1.0 * kRadPerDeg;
+  Json out = Json::array();
+  for (std::size_t j = 0; j < c.cell.robot.joints.size(); ++j) {
+    const Joint& joint = c.cell.robot.joints[j];
+    const double range = joint.function_max_rad - joint.function_min_rad;
+    const FunctionSeries series(c, j);
+    if (series.at.empty() || !(range > 0.0)) continue;
+    const int steps = std::max(1, static_cast<int>(std::ceil(range / kStepRad)));
+    Json angle = Json::array(), error = Json::array(), band = Json::array();
+    for (int k = 0; k <= steps; ++k) {
+      const double at = joint.function_min_rad + range * k / steps;
+      const auto [value, u95] = series(at);
+      angle.push_back(at * kDegPerRad);
+      error.push_back(value);
+      band.push_back(u95);
+    }
+    out.push_back({{"joint", joint.name},
+                   {"angle_deg", angle},
+                   {"error_arcsec", error},
+                   {"u95_arcsec", band}});
+  }
+  return out;
+}
+
+Field<C> joint_functions_field() {
+  const auto any = [](const C& c) {
+    return std::ranges::any_of(c.parameters,
+                               [](const ParameterResult& p) { return is_function(p.key.kind); });
+  };
+  return where<C>(any, for_readers<C>("joint_functions", joint_functions_json));
+}
+
 /// Files without typed reasons hold text only.
 Field<C> reason_field() {
   return {"reason", [](const C& c) -> Json { return level_and_reason_words(c); },
@@ -265,6 +330,7 @@ Table<C> calibration_fields() {
       cell_field(),
       optional(model_field()),
       parameters_field(),
+      joint_functions_field(),
       targets_field(),
       residuals_field(),
       unidentifiable_field(),

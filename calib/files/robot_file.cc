@@ -98,6 +98,14 @@ Joint read_joint(const TomlTable& t, double length_m, double angle_rad) {
   }
   joint.harmonic_sigma_rad = t.number_or("harmonic_sigma_arcsec", 0.0, {0.0, 1e5}) * kRadPerArcsec;
   joint.harmonic_falloff = t.number_or("harmonic_falloff", 0.0, {0.0, 10.0});
+  joint.function_sigma_rad = t.number_or("function_sigma_arcsec", 0.0, {0.0, 1e5}) * kRadPerArcsec;
+  joint.function_reach_rad = t.number_or("function_reach_deg", 5.0, {0.1, 180.0}) * kRadPerDeg;
+  if (t.has("function_deg")) {
+    const auto range = t.numbers("function_deg", 2, kAngleDeg);
+    if (!(range[0] < range[1])) t.fail("function_deg", "must hold the smaller angle first");
+    joint.function_min_rad = range[0] * kRadPerDeg;
+    joint.function_max_rad = range[1] * kRadPerDeg;
+  }
   constexpr Range kRadiusMm{1.0, 5e3};
   if (t.has("radius_mm")) joint.radius_m = t.number("radius_mm", kRadiusMm) / kMmPerM;
   t.refuse_unknown();
@@ -201,6 +209,13 @@ std::string robot_to_toml(const Robot& robot) {
                          toml_number(j.harmonic_sigma_rad / kRadPerArcsec));
     if (j.harmonic_falloff > 0.0)
       out += fmt::format("harmonic_falloff = {}\n", toml_number(j.harmonic_falloff));
+    if (j.function_sigma_rad > 0.0)
+      out += fmt::format("function_sigma_arcsec = {}\nfunction_reach_deg = {}\n",
+                         toml_number(j.function_sigma_rad / kRadPerArcsec),
+                         toml_number(j.function_reach_rad * kDegPerRad));
+    if (j.function_min_rad < j.function_max_rad)
+      out += fmt::format("function_deg = [{}, {}]\n", toml_number(j.function_min_rad * kDegPerRad),
+                         toml_number(j.function_max_rad * kDegPerRad));
     if (j.radius_m > 0.0) out += fmt::format("radius_mm = {}\n", toml_number(j.radius_m * kMmPerM));
   }
   return out + frame_table("base", robot.base_fixed) + frame_table("flange", robot.flange_fixed);

@@ -9,6 +9,7 @@
 
 #include "calib/estimate/discrepancy.h"
 #include "calib/estimate/estimate.h"
+#include "calib/estimate/joint_functions.h"
 #include "calib/estimate/level_family.h"
 #include "calib/estimate/observability.h"
 #include "calib/estimate/problem.h"
@@ -270,7 +271,27 @@ struct Stated {
   ArmModel arm;
   Problem problem;
   Repeats repeats;
+  bool functions = false;  ///< sized by these touches
 };
+
+/// The same arm with functions of its joints' angles, where the touches speak for them.
+std::unique_ptr<Stated> with_functions(const Cell& cell, const std::vector<Touch>& touches,
+                                       const IdentifyOptions& options,
+                                       std::unique_ptr<Stated> plain, Estimate& e) {
+  if (std::ranges::any_of(cell.robot.joints,
+                          [](const Joint& joint) { return joint.function_sigma_rad > 0.0; }))
+    return plain;
+  const Stated reference(with_functions_of(with_reference_functions(cell.robot), cell), touches,
+                         plain->level);
+  const std::optional<Robot> sized =
+      calib::with_functions(plain->problem, reference.problem, plain->repeats, e);
+  if (!sized) return plain;
+  auto with = std::make_unique<Stated>(with_functions_of(*sized, cell), touches, plain->level);
+  const bool play = plain->level.play > 0.0;
+  if (!estimate_with_functions(plain->problem, with->problem, options, play, e)) return plain;
+  with->functions = true;
+  return with;
+}
 
 /// The fullest level without play first: outliers are judged by a model that can explain nearly all
 /// that an arm does, and the evidence of every simpler level follows from its linearisation.
@@ -281,10 +302,11 @@ std::unique_ptr<Stated> likeliest(const Cell& cell, const std::vector<Touch>& to
   if (options.level)
     levels = {{1.0, 1.0, options.level->ripple_rad, options.level->play > 0.0 ? 1.0 : 0.0}};
   e = estimate(likely->problem, options, std::move(levels));
-  if (options.with_discrepancy || options.level) return likely;
+  if (options.level) return likely;
   auto played = std::make_unique<Stated>(cell, touches, kFullestLevel);
-  if (estimate_with_play(likely->problem, played->problem, options, e)) return played;
-  return likely;
+  if (!options.with_discrepancy && estimate_with_play(likely->problem, played->problem, options, e))
+    likely = std::move(played);
+  return with_functions(cell, touches, options, std::move(likely), e);
 }
 
 }  // namespace
@@ -363,6 +385,8 @@ Calibration identify_single_pass(const Cell& cell, const std::vector<Touch>& tou
   const LevelMean& mean = e.levels;
 
   calibration.cell = cell;
+  if (likely->functions)
+    calibration.cell = with_functions_of(likely->levelled.robot, std::move(calibration.cell));
   calibration.level = options.level.value_or(
       ModelLevel{1.0, mean.transmission, mean.ripple_rad, likely->level.play});
   calibration.levels = mean.levels;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <stdexcept>
 
 #include "calib/model/units.h"
@@ -105,9 +106,26 @@ ArmModel::ArmModel(const Robot& robot, const Tool& tool, const std::vector<Tool>
         parameters_.push_back({wave_parameter(kind, i, h), sigma, "arcsec", kArcsecPerRad});
     }
   }
+  for (std::size_t i = 0; i < joints; ++i) add_function(i);
   last_by_pose_ = size();
   for (int k = 0; k < tool_count(); ++k) add_tool_parameters(k);
   none_ = errors(nullptr);
+}
+
+/// (2a): the prior variances of the orders add up to that of the function.
+void ArmModel::add_function(std::size_t index) {
+  const Joint& joint = robot_.joints[index];
+  if (!(joint.function_sigma_rad > 0.0)) return;
+  const double edge = std::numbers::sqrt3 / joint.function_reach_rad;
+  const auto density = [&](int order) { return 1.0 / (edge * edge + order * order); };
+  double sum = 0.0;
+  for (int order = kLowestOrder; order <= kHighestOrder; ++order)
+    sum += std::pow(density(order), 2);
+  for (int order = kLowestOrder; order <= kHighestOrder; ++order)
+    for (const ParameterKind kind : {ParameterKind::kFunctionCosine, ParameterKind::kFunctionSine})
+      parameters_.push_back({wave_parameter(kind, index, order),
+                             joint.function_sigma_rad * density(order) / std::sqrt(sum), "arcsec",
+                             kArcsecPerRad});
 }
 
 void ArmModel::add_tool_parameters(int index) {
@@ -163,7 +181,7 @@ PreparedPose ArmModel::prepare(std::span<const double> joint_rad, int tool) cons
     }
     return torque[joint];
   };
-  Turned first{1.0, 0.0}, wave{1.0, 0.0};  // of the gear and of its harmonic
+  Turned first{1.0, 0.0}, wave{1.0, 0.0};  // of the gear or joint, of its harmonic
   int joint = -1, harmonic = 0;
   for (int p = first_by_pose_; p < last_by_pose_; ++p) {
     const ArmParameter& parameter = parameters_[p];
@@ -179,18 +197,21 @@ PreparedPose ArmModel::prepare(std::span<const double> joint_rad, int tool) cons
         pose.factor[p] = chain.link[parameter.joint].z.dot(
             chain.link[parameter.link].rotation.col(parameter.axis).cross(robot_.gravity_m_s2));
         break;
+      case ParameterKind::kFunctionCosine:
       case ParameterKind::kCosine: {  // a joint's harmonics are consecutive, sine after cosine
+        const double ratio = parameter.kind == ParameterKind::kCosine
+                                 ? robot_.joints[parameter.joint].gear_ratio
+                                 : 1.0;
         if (joint != parameter.joint || parameter.harmonic < harmonic) {
           joint = parameter.joint;
           harmonic = 0;
-          const double phase = joint_rad[joint] * robot_.joints[joint].gear_ratio;
+          const double phase = joint_rad[joint] * ratio;
           first = {std::cos(phase), std::sin(phase)};
           wave = {1.0, 0.0};
         }
         constexpr int kSteps = 4;  // beyond: from the angle, before rounding accumulates
         if (parameter.harmonic - harmonic > kSteps) {
-          const double phase =
-              parameter.harmonic * joint_rad[joint] * robot_.joints[joint].gear_ratio;
+          const double phase = parameter.harmonic * joint_rad[joint] * ratio;
           wave = {std::cos(phase), std::sin(phase)};
           harmonic = parameter.harmonic;
         }
@@ -384,6 +405,8 @@ ArmErrors ArmModel::errors(const double* x) const {
       case ParameterKind::kLoad:
       case ParameterKind::kCosine:
       case ParameterKind::kSine:
+      case ParameterKind::kFunctionCosine:
+      case ParameterKind::kFunctionSine:
       case ParameterKind::kPlay:
         break;  // depends on the pose
       default:
@@ -528,6 +551,8 @@ void ArmModel::turn_derivative(const PreparedPose& pose, const ArmErrors& errors
       case ParameterKind::kLoad:
       case ParameterKind::kCosine:
       case ParameterKind::kSine:
+      case ParameterKind::kFunctionCosine:
+      case ParameterKind::kFunctionSine:
       case ParameterKind::kPlay:
         jacobian.col(p) = carried(pose.factor[p] * chain.link[parameter.joint].z);
         break;

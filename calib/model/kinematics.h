@@ -25,6 +25,10 @@
 
 namespace cellcal::calib {
 
+/// Orders per turn of a joint's function; slower ones are the smooth transmission error's, faster
+/// ones a small part of what its prior allows.
+constexpr int kLowestOrder = 5, kHighestOrder = 40;
+
 /// A possible error of the arm.
 struct ArmParameter : ParameterKey {
   double sigma = 0.0;  ///< prior 1 sigma, > 0
@@ -142,6 +146,7 @@ class ArmModel {
 
  private:
   PreparedPose turned(std::span<const double> joint_rad, int tool) const;
+  void add_function(std::size_t joint);
   void add_tool_parameters(int index);
   void walk_links(const PreparedPose& pose, const ArmErrors& errors, ArmChain& chain) const;
   Eigen::VectorXd gravity_torque_nm(const ArmChain& chain) const;

@@ -54,6 +54,10 @@ std::string what(const Cell& cell, const ParameterKey& key) {
       return "cos" + std::to_string(key.harmonic);
     case ParameterKind::kSine:
       return "sin" + std::to_string(key.harmonic);
+    case ParameterKind::kFunctionCosine:
+      return "fcos" + std::to_string(key.harmonic);
+    case ParameterKind::kFunctionSine:
+      return "fsin" + std::to_string(key.harmonic);
     case ParameterKind::kPlay:
       return "play";
     case ParameterKind::kDeflection:
@@ -116,14 +120,17 @@ class Search {
          {ParameterKind::kTheta, ParameterKind::kD, ParameterKind::kA, ParameterKind::kAlpha,
           ParameterKind::kBeta, ParameterKind::kCompliance, ParameterKind::kPlay})
       look(joint_parameter(kind, index));
-    const std::string_view rest = name_.substr(owner.size() + 1);
+    std::string_view rest = name_.substr(owner.size() + 1);
     if (rest.starts_with("load_"))
       for (std::size_t link = index; link < cell_.robot.joints.size(); ++link)
         for (const int axis : {0, 1, 2}) look(load_parameter(index, link, axis));
+    if (rest.starts_with('f')) rest.remove_prefix(1);
     constexpr std::size_t kPrefix = 3;  // "cos", "sin"
     if (rest.size() <= kPrefix) return;
     if (const int order = order_of(rest.substr(kPrefix)); order > 0)
-      for (const ParameterKind kind : {ParameterKind::kCosine, ParameterKind::kSine})
+      for (const ParameterKind kind :
+           {ParameterKind::kCosine, ParameterKind::kSine, ParameterKind::kFunctionCosine,
+            ParameterKind::kFunctionSine})
         look(wave_parameter(kind, index, order));
   }
 

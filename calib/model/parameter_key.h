@@ -23,6 +23,8 @@ enum class ParameterKind {
   kLoad,        // k_i times an unknown part of a link's mass moment
   kCosine,
   kSine,        // transmission harmonic
+  kFunctionCosine,
+  kFunctionSine,  // of a joint's function
   kPlay,        // play_i
   kDeflection,  // c_t
   kTcp,         // one component of the tool's offset
@@ -41,7 +43,7 @@ enum class ParameterKind {
 struct ParameterKey {
   ParameterKind kind = ParameterKind::kTheta;
   int joint = -1;    ///< -1: not of a joint
-  int harmonic = 0;  ///< kCosine, kSine: order h
+  int harmonic = 0;  ///< kCosine to kFunctionSine: order h
   int axis = 0;      ///< kTcp, kLoad, kCentre, kTurn, kProbeTurn: 0 x, 1 y, 2 z; kTilt: 0, 1
   int link = -1;     ///< kLoad: the joint whose link it is
   int tool = 0;      ///< kDeflection, kTcp, kEffectiveRadius: tool index; 0 the first
@@ -53,7 +55,7 @@ struct ParameterKey {
 /// For kTheta to kBeta, kCompliance, kPlay.
 ParameterKey joint_parameter(ParameterKind kind, std::size_t joint);
 ParameterKey load_parameter(std::size_t joint, std::size_t link, int axis);
-/// kCosine, kSine.
+/// kCosine to kFunctionSine.
 ParameterKey wave_parameter(ParameterKind kind, std::size_t joint, int harmonic);
 /// kDeflection, kTcp, kEffectiveRadius.
 ParameterKey tool_parameter(ParameterKind kind, std::size_t tool, int axis = 0);
@@ -68,6 +70,10 @@ constexpr bool is_compliance(ParameterKind kind) {
 /// True for errors periodic in the motor angle, once per revolution and faster.
 constexpr bool is_transmission(ParameterKind kind) {
   return kind == ParameterKind::kCosine || kind == ParameterKind::kSine;
+}
+/// True for a joint's function of its angle.
+constexpr bool is_function(ParameterKind kind) {
+  return kind == ParameterKind::kFunctionCosine || kind == ParameterKind::kFunctionSine;
 }
 /// True for errors of the arm's geometry.
 constexpr bool is_geometric(ParameterKind kind) { return kind <= ParameterKind::kBeta; }

@@ -48,6 +48,11 @@ struct Joint {
   double play_sigma_rad = 0.0;
   double play_closes_nm = 1.0;    ///< tau_0, at which the play is closed, > 0
   double harmonic_falloff = 0.0;  ///< amplitude of order h scales with h to minus this
+  /// Prior of the joint's function f_i(q_i), rms over a turn; 0: none.
+  double function_sigma_rad = 0.0;
+  double function_reach_rad = 0.0;  ///< correlation length of f_i, l_i, > 0
+  /// Angles that f_i was learnt over; equal: not stated.
+  double function_min_rad = 0.0, function_max_rad = 0.0;
   double radius_m = 0.0;          ///< of the capsule about this joint's link; 0: assumed (plan)
 };
 

@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "calib/estimate/joint_functions.h"
 #include "calib/estimate/repeats.h"
 #include "calib/estimate/target.h"
 #include "calib/model/iso_time.h"
@@ -99,7 +100,8 @@ void by_jumps(const Problem& problem, const Problem::At& at, std::size_t touch, 
 
 JumpSequence::JumpSequence(const Cell& cell, const std::vector<Touch>& touches,
                            const Calibration& c)
-    : levelled_(at_level(cell, {1.0, 1.0, 0.0, c.level.play}, touches)),
+    : levelled_(
+          at_level(with_functions_of(c.cell.robot, cell), {1.0, 1.0, 0.0, c.level.play}, touches)),
       arm_(levelled_),
       problem_(levelled_, arm_, touches, starting_places(levelled_, arm_, touches)) {
   weigh_repeats(problem_);

@@ -391,7 +391,8 @@ std::vector<Correction> corrections_of(std::string_view document) {
   try {
     const calib::Calibration calibration = calib::calibration_from_json(document, "calibration");
     for (const ParameterResult& one : calibration.parameters) {
-      const bool of_the_arm = one.key.kind <= calib::ParameterKind::kPlay && one.key.joint >= 0;
+      const bool of_the_arm = one.key.kind <= calib::ParameterKind::kPlay &&
+                              !calib::is_function(one.key.kind) && one.key.joint >= 0;
       if (!of_the_arm) continue;
       Correction made = correction_of(calibration.cell, one);
       if (std::isfinite(made.correction) && std::isfinite(made.sigma))

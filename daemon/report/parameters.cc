@@ -61,7 +61,7 @@ std::vector<Group> group_by_owner(const View& view, bool waves) {
   std::vector<Group> groups;
   for (const ParameterResult& parameter : view.result.parameters) {
     // Amplitudes of transmission error: four or more per joint, most of them undetermined.
-    if (is_transmission(parameter.key.kind) != waves) continue;
+    if (is_function(parameter.key.kind) || is_transmission(parameter.key.kind) != waves) continue;
     const auto [heading, joint] = owner_of(view, parameter.key);
     auto found = std::find_if(groups.begin(), groups.end(), [&heading = heading](const Group& g) {
       return g.heading == heading;
@@ -107,6 +107,8 @@ std::string_view meaning_of(ParameterKind kind) {
       return "correction of the radius";
     case ParameterKind::kCentre:
       return "position";
+    case ParameterKind::kFunctionCosine:
+    case ParameterKind::kFunctionSine:
     case ParameterKind::kLoad:
     case ParameterKind::kTilt:
     case ParameterKind::kShift:

@@ -18,7 +18,19 @@ std::function<double(double, double)> make_gear(const TruthSettings& s, calib::R
   };
   std::vector<Wave> waves;
   double backlash = 0.0;
-  if (s.gears == Gears::kHarmonics) {
+  if (s.gears == Gears::kWaves) {
+    // Strain-wave gears: six waves of 5 to 35 periods per turn beside the slow ones of 10 arcsec.
+    constexpr double kSlowRad = 10.0 * kRadPerArcsec;
+    for (const double order : {1.0, 2.0})
+      waves.push_back({order,
+                       kSlowRad * std::hypot(random.normal(), random.normal()) / std::sqrt(2.0),
+                       random.uniform(0.0, 2.0 * std::numbers::pi)});
+    constexpr int kFast = 6;
+    for (int k = 0; k < kFast; ++k)
+      waves.push_back({random.uniform(5.0, 35.0),
+                       rms * std::hypot(random.normal(), random.normal()) / std::sqrt(1.0 * kFast),
+                       random.uniform(0.0, 2.0 * std::numbers::pi)});
+  } else if (s.gears == Gears::kHarmonics) {
     // Two orders of equal variance: amplitude^2 / 2 each, rms^2 in all.
     for (const double order : {1.0, 2.0})
       waves.push_back({order, rms * std::hypot(random.normal(), random.normal()) / std::sqrt(2.0),

@@ -169,7 +169,11 @@ TEST(RobotFile, NamesLineAndKeyOfANumberOutOfRange) {
             "16, 17]",
             "harmonics"},
            {"harmonic_sigma_arcsec = 10.0", "harmonic_sigma_arcsec = -1.0",
-            "harmonic_sigma_arcsec"}})
+            "harmonic_sigma_arcsec"},
+           {"harmonic_sigma_arcsec = 10.0", "function_sigma_arcsec = -1.0",
+            "function_sigma_arcsec"},
+           {"harmonic_sigma_arcsec = 10.0", "function_reach_deg = 0.0", "function_reach_deg"},
+           {"harmonic_sigma_arcsec = 10.0", "function_deg = [10.0, -10.0]", "function_deg"}})
     expect_named_in_robot(broken);
 }
 

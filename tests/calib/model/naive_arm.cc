@@ -111,6 +111,12 @@ Eigen::Isometry3d naive_tcp(const ArmModel& arm, const JointVector& q, const Eig
       case ParameterKind::kSine:
         links[joint].theta += x[p] * std::sin(phase);
         break;
+      case ParameterKind::kFunctionCosine:
+        links[joint].theta += x[p] * std::cos(parameter.harmonic * q[joint]);
+        break;
+      case ParameterKind::kFunctionSine:
+        links[joint].theta += x[p] * std::sin(parameter.harmonic * q[joint]);
+        break;
       case ParameterKind::kDeflection:
         c_t = x[p];
         break;

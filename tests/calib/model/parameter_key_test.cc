@@ -32,7 +32,8 @@ std::vector<ParameterKey> all_keys(const Cell& cell) {
     for (std::size_t link = j; link < cell.robot.joints.size(); ++link)
       for (const int axis : {0, 1, 2}) keys.push_back(load_parameter(j, link, axis));
     for (const int order : {1, 2, 3})
-      for (const Kind kind : {Kind::kCosine, Kind::kSine})
+      for (const Kind kind :
+           {Kind::kCosine, Kind::kSine, Kind::kFunctionCosine, Kind::kFunctionSine})
         keys.push_back(wave_parameter(kind, j, order));
   }
   for (std::size_t k = 0; k <= cell.other_tools.size(); ++k) {
@@ -74,6 +75,7 @@ TEST(ParameterKey, NamesStandInFilesLetterForLetter) {
   EXPECT_EQ(parameter_name(one, load_parameter(1, 3, 0)), "A2.load_A4_x");
   EXPECT_EQ(parameter_name(one, wave_parameter(Kind::kCosine, 2, 2)), "A3.cos2");
   EXPECT_EQ(parameter_name(one, wave_parameter(Kind::kSine, 2, 16)), "A3.sin16");
+  EXPECT_EQ(parameter_name(one, wave_parameter(Kind::kFunctionCosine, 0, 17)), "A1.fcos17");
   EXPECT_EQ(parameter_name(one, tool_parameter(Kind::kDeflection, 0)), "tool.c_t");
   EXPECT_EQ(parameter_name(one, tool_parameter(Kind::kTcp, 0, 2)), "tool.z");
   EXPECT_EQ(parameter_name(one, tool_parameter(Kind::kEffectiveRadius, 0)), "touch.rho");

@@ -1,0 +1,288 @@
+#include "calib/estimate/joint_functions.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "calib/model/error.h"
+#include "calib/model/linear.h"
+#include "calib/model/long_work.h"
+#include "calib/model/units.h"
+
+namespace cellcal::calib {
+
+namespace {
+
+/// Reaches that are tried: the waves of strain-wave gears have 8 to 30 periods per turn.
+constexpr double kFunctionReaches[] = {3.0 * kRadPerDeg, 6.0 * kRadPerDeg, 12.0 * kRadPerDeg};
+/// Size of a joint's function beforehand, and of its ripple; each counts as one degree of freedom.
+constexpr double kUsualFunctionRad = 15.0 * kRadPerArcsec,
+                 kUsualJointNoiseRad = 3.0 * kRadPerArcsec;
+constexpr double kBeforehand = 1.0;
+/// Rows that the sizes are taken from.
+constexpr std::size_t kMostRowsOfSizes = 300;
+/// Residuals that are alike by less, and scatter by less of what is stated (variance), are not asked
+/// any further.
+constexpr double kAskedSigmas = 2.0, kAskedScatter = 4.0;
+/// What has no prior, in its scales.
+constexpr double kFarAway = 10.0;
+
+/// Rows of some touches in metres.
+struct SizedRows {
+  RowMajor plain, functions;   ///< by the unknowns of the plain arm, and by the functions'
+  Eigen::VectorXd residual_m;  ///< at the estimate
+  Eigen::VectorXd own_m2, lever2_m2, sigma_m;
+};
+
+std::vector<bool> spread_rows(const Problem& problem, const std::vector<bool>& use) {
+  std::vector<std::size_t> used;
+  std::size_t rows = 0;
+  for (std::size_t i = 0; i < use.size(); ++i)
+    if (use[i]) {
+      used.push_back(i);
+      rows += static_cast<std::size_t>(problem.place_rows(i));
+    }
+  std::vector<bool> some(use.size(), false);
+  const std::size_t wanted =
+      rows <= kMostRowsOfSizes ? used.size() : kMostRowsOfSizes * used.size() / rows;
+  for (std::size_t k = 0; k < wanted; ++k) some[used[k * used.size() / wanted]] = true;
+  return some;
+}
+
+/// Of the arm with functions which unknowns are theirs, and where the others are in the plain one.
+struct Carried {
+  std::vector<int> functions, others;
+};
+Carried carried(const Problem& richer) {
+  Carried all;
+  for (int i = 0; i < richer.size(); ++i)
+    (is_function(richer.unknowns()[static_cast<std::size_t>(i)].key.kind) ? all.functions
+                                                                          : all.others)
+        .push_back(i);
+  return all;
+}
+
+Eigen::VectorXd without_functions(const Problem& richer, const Eigen::VectorXd& plain_u) {
+  Eigen::VectorXd u = Eigen::VectorXd::Zero(richer.size());
+  u(carried(richer).others) = plain_u;
+  return u;
+}
+
+SizedRows sized_rows(const Problem& reference, const Estimate& e) {
+  const Linearisation at =
+      linearise(reference, without_functions(reference, e.u), spread_rows(reference, e.use));
+  const Carried which = carried(reference);
+  std::vector<int> taken;
+  std::vector<double> own, lever, sigma;
+  for (const auto& [touch, row] : at.touch_row)
+    for (int k = 0; k < reference.place_rows(touch); ++k) {
+      taken.push_back(row + k);
+      sigma.push_back(reference.sigma_m(touch));
+      own.push_back(std::pow(reference.own_sigma_m(touch), 2));
+      lever.push_back(std::pow(reference.joint_lever_m(touch), 2));
+    }
+  const auto n = static_cast<Eigen::Index>(taken.size());
+  const auto vector = [n](const std::vector<double>& v) -> Eigen::VectorXd {
+    return Eigen::Map<const Eigen::VectorXd>(v.data(), n);
+  };
+  SizedRows rows{at.jacobian(taken, which.others),
+                 at.jacobian(taken, which.functions),
+                 at.residual(taken),
+                 vector(own),
+                 vector(lever),
+                 vector(sigma)};
+  rows.plain = rows.sigma_m.asDiagonal() * rows.plain;
+  rows.functions = rows.sigma_m.asDiagonal() * rows.functions;
+  rows.residual_m.array() *= rows.sigma_m.array();
+  return rows;
+}
+
+/// Covariance that each joint's function, of the size in `of`, gives the rows.
+std::vector<Eigen::MatrixXd> function_covariances(const Problem& reference, const SizedRows& rows,
+                                                  const ArmModel& of) {
+  const Carried which = carried(reference);
+  std::vector<Eigen::MatrixXd> all;
+  Eigen::Index first = 0;
+  const auto count = static_cast<Eigen::Index>(which.functions.size());
+  while (first < count) {
+    const auto parameter = [&](const ArmModel& arm, Eigen::Index k) {
+      return arm
+          .parameters()[static_cast<std::size_t>(which.functions[static_cast<std::size_t>(k)])];
+    };
+    Eigen::Index behind = first;
+    while (behind < count && parameter(of, behind).joint == parameter(of, first).joint) ++behind;
+    Eigen::MatrixXd columns = rows.functions.middleCols(first, behind - first);
+    for (Eigen::Index k = first; k < behind; ++k)
+      columns.col(k - first) *= parameter(of, k).sigma / parameter(reference.arm(), k).sigma;
+    all.push_back(columns * columns.transpose());
+    first = behind;
+  }
+  return all;
+}
+
+/// Whether the residuals of rows that share joint angles are alike, as (30), or scatter by far more
+/// than is stated.
+bool may_have_functions(const SizedRows& rows, const std::vector<Eigen::MatrixXd>& functions,
+                        const Estimate& e) {
+  const Eigen::VectorXd weight = rows.sigma_m.cwiseInverse();
+  Eigen::MatrixXd k = Eigen::MatrixXd::Zero(weight.size(), weight.size());
+  for (const Eigen::MatrixXd& one : functions) k += one;
+  k = weight.asDiagonal() * k * weight.asDiagonal();
+  k.diagonal().setZero();
+  const RowMajor j = weight.asDiagonal() * rows.plain;
+  Eigen::MatrixXd left = -j * e.posterior.covariance_u * j.transpose();
+  left.diagonal().array() += 1.0;
+  const Eigen::VectorXd r = weight.cwiseProduct(rows.residual_m);
+  const double scatter = r.squaredNorm() / std::max(1.0, left.trace());
+  if (scatter > kAskedScatter) return true;
+  const Eigen::MatrixXd through = k * left;
+  const double variance = 2.0 * through.cwiseProduct(through.transpose()).sum();
+  return variance > 0.0 &&
+         r.dot(k * r) / scatter - through.trace() > kAskedSigmas * std::sqrt(variance);
+}
+
+/// Variance components of the rows: V = what the unknowns make + sum of size times covariance.
+struct Components {
+  std::vector<Eigen::MatrixXd> covariance;
+  std::vector<double> size, usual;
+  double log_likelihood = -std::numeric_limits<double>::infinity();
+};
+
+/// Each size to where the likelihood, with what is known of it beforehand, is greatest: steps that
+/// never lead away (Zhou et al. 2019).
+void maximise(const Eigen::MatrixXd& by_unknowns, const Eigen::VectorXd& y, Components& c) {
+  constexpr int kRounds = 25;
+  constexpr double kEnough = 0.01;
+  for (int round = 0; round < kRounds; ++round) {
+    poll_cancelled();
+    Eigen::MatrixXd v = by_unknowns;
+    for (std::size_t k = 0; k < c.size.size(); ++k) v += c.size[k] * c.covariance[k];
+    const Cholesky factor(v);
+    if (!factor.positive()) return;
+    const Eigen::MatrixXd inverse = factor.inverse();
+    const Eigen::VectorXd pull = inverse * y;
+    c.log_likelihood = -0.5 * y.dot(pull) - 0.5 * factor.log_det();
+    double step = 0.0;
+    for (std::size_t k = 0; k < c.size.size(); ++k) {
+      const double prior = kBeforehand * c.usual[k] / c.size[k];
+      c.log_likelihood -= 0.5 * (prior + kBeforehand * std::log(c.size[k] / c.usual[k]));
+      const double wanted = c.size[k] * pull.dot(c.covariance[k] * pull) + prior;
+      const double has = c.size[k] * inverse.cwiseProduct(c.covariance[k]).sum() + kBeforehand;
+      const double factor_of_size = std::sqrt(wanted / has);
+      c.size[k] *= factor_of_size;
+      step = std::max(step, std::abs(std::log(factor_of_size)));
+    }
+    if (step < kEnough) return;
+  }
+}
+
+}  // namespace
+
+Cell with_functions_of(const Robot& robot, Cell cell) {
+  for (std::size_t i = 0; i < cell.robot.joints.size(); ++i) {
+    const Joint& from = robot.joints[i];
+    Joint& to = cell.robot.joints[i];
+    to.function_sigma_rad = from.function_sigma_rad;
+    to.function_reach_rad = from.function_reach_rad;
+    to.function_min_rad = from.function_min_rad;
+    to.function_max_rad = from.function_max_rad;
+  }
+  return cell;
+}
+
+Robot with_reference_functions(Robot robot) {
+  for (Joint& joint : robot.joints) {
+    joint.function_sigma_rad = kUsualFunctionRad;
+    joint.function_reach_rad = kFunctionReaches[1];
+  }
+  return robot;
+}
+
+std::optional<Robot> with_functions(const Problem& plain, const Problem& reference,
+                                    const Repeats& repeats, const Estimate& e) {
+  const SizedRows rows = sized_rows(reference, e);
+  if (rows.residual_m.size() < 3) return std::nullopt;
+  if (!may_have_functions(rows, function_covariances(reference, rows, reference.arm()), e))
+    return std::nullopt;
+  Eigen::VectorXd prior(plain.size()), off(plain.size());
+  for (int i = 0; i < plain.size(); ++i) {
+    const Unknown& unknown = plain.unknowns()[static_cast<std::size_t>(i)];
+    const bool stated = unknown.prior_weight > 0.0;
+    prior[i] = std::min(kFarAway, stated ? 1.0 / unknown.prior_weight : kFarAway);
+    off[i] = stated ? unknown.prior_mean_u - e.u[i] : 0.0;
+  }
+  const Eigen::VectorXd y = rows.residual_m + rows.plain * off;
+  const Eigen::MatrixXd reached = rows.plain * prior.asDiagonal();
+  Eigen::MatrixXd by_unknowns = reached * reached.transpose();
+  constexpr double kEnoughRepeats = 3.0;
+  const bool measured = repeats.degrees_of_freedom >= kEnoughRepeats;
+  if (measured) by_unknowns.diagonal() += rows.own_m2;
+  Components best;
+  Robot robot = reference.arm().robot();
+  double reach_rad = 0.0;
+  for (const double reach : kFunctionReaches) {
+    for (Joint& joint : robot.joints) joint.function_reach_rad = reach;
+    const ArmModel of(robot, reference.arm().tool(), reference.cell().other_tools);
+    Components c;
+    c.covariance = function_covariances(reference, rows, of);
+    c.size.assign(c.covariance.size(), 1.0);
+    c.usual = c.size;
+    c.covariance.push_back(std::pow(kUsualJointNoiseRad, 2) *
+                           rows.lever2_m2.asDiagonal().toDenseMatrix());
+    if (!measured) c.covariance.push_back(rows.own_m2.asDiagonal());
+    c.size.resize(c.covariance.size(), 1.0);
+    c.usual.resize(c.covariance.size(), 1.0);
+    maximise(by_unknowns, y, c);
+    if (!(c.log_likelihood > best.log_likelihood)) continue;
+    best = std::move(c);
+    reach_rad = reach;
+  }
+  if (reach_rad == 0.0) return std::nullopt;
+  for (std::size_t i = 0; i < robot.joints.size(); ++i) {
+    Joint& joint = robot.joints[i];
+    joint.function_reach_rad = reach_rad;
+    joint.function_sigma_rad *= std::sqrt(best.size[i]);
+    joint.function_min_rad = std::numeric_limits<double>::infinity();
+    joint.function_max_rad = -joint.function_min_rad;
+    for (std::size_t touch = 0; touch < e.use.size(); ++touch) {
+      if (!e.use[touch]) continue;
+      const double angle = plain.touches()[touch].joint_rad[i];
+      joint.function_min_rad = std::min(joint.function_min_rad, angle);
+      joint.function_max_rad = std::max(joint.function_max_rad, angle);
+    }
+  }
+  return robot;
+}
+
+bool estimate_with_functions(const Problem& plain, Problem& richer, const IdentifyOptions& options,
+                             bool with_play, Estimate& e) {
+  if (richer.size() == plain.size()) return false;
+  constexpr double kSizesWereTuned = 4.0;
+  Estimate with;
+  with.u = without_functions(richer, e.u);
+  with.use = e.use;
+  with.gate = e.gate;
+  richer.set_ripple(e.levels.ripple_rad);
+  linearise(richer, with.u, with.use, with.posterior.linear);
+  const std::vector<ModelLevel> levels = levels_beside_functions(with_play);
+  const auto evidence = [](const LevelMean& mean) {
+    std::vector<double> logs;
+    for (const LevelEvidence& l : mean.levels) logs.push_back(l.log_evidence);
+    return log_sum(logs);
+  };
+  try {
+    std::vector<ModelLevel> likely;
+    for (const LevelEvidence& l : e.levels.levels)
+      if (l.probability > 0.01) likely.push_back(l.level);
+    const double gain = evidence(mean_over_levels(richer, with.u, with.posterior.linear, likely)) -
+                        evidence(e.levels);
+    if (!(gain > kSizesWereTuned)) return false;
+    refine(richer, options, levels, with);
+  } catch (const IdentifyError&) {
+    return false;
+  }
+  e = std::move(with);
+  return true;
+}
+
+}  // namespace cellcal::calib

@@ -1,0 +1,103 @@
+// Transmission errors as functions of each joint's own angle: learnt where the touches speak for
+// them, and absent elsewhere.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "calib/estimate/predict.h"
+#include "calib/files/calibration_json.h"
+#include "calib/identify/identify.h"
+#include "calib/model/kinematics.h"
+#include "calib/model/units.h"
+#include "tests/calib/simulate.h"
+
+namespace cellcal::calib {
+namespace {
+
+using testing::demo_cell;
+using testing::make_touches;
+using testing::plain_truth;
+
+/// Three waves per joint, of orders that no file names.
+sim::Truth truth_with_waves() {
+  Cell waved = demo_cell();
+  for (Joint& joint : waved.robot.joints) {
+    joint.harmonics = {7, 15, 23};
+    joint.harmonic_sigma_rad = 25.0 * kRadPerArcsec;
+    joint.harmonic_falloff = 0.0;
+    joint.gear_ratio = 1.0;
+  }
+  return plain_truth(waved, 7);
+}
+
+const std::vector<Touch>& touches_of_waves() {
+  static const std::vector<Touch> touches =
+      make_touches(demo_cell(), truth_with_waves(), {.fit = 250, .check = 60, .seed = 3}).touches;
+  return touches;
+}
+
+const Calibration& learnt() {
+  static const Calibration c = identify(demo_cell(), touches_of_waves());
+  return c;
+}
+
+bool has_functions(const Calibration& c) {
+  return std::any_of(c.parameters.begin(), c.parameters.end(),
+                     [](const ParameterResult& p) { return is_function(p.key.kind); });
+}
+
+TEST(JointFunctions, AreLearntWhereTouchesSpeakForThem) {
+  ASSERT_TRUE(has_functions(learnt()));
+  const Calibration without = identify(demo_cell(), touches_of_waves(), {.level = ModelLevel{}});
+  ASSERT_FALSE(has_functions(without));
+  EXPECT_LT(learnt().check.rms_m, 0.75 * without.check.rms_m);
+}
+
+TEST(JointFunctions, AreAbsentWhereThereAreNone) {
+  const auto touches =
+      make_touches(demo_cell(), plain_truth(demo_cell(), 7), {.fit = 60, .seed = 3}).touches;
+  EXPECT_FALSE(has_functions(identify(demo_cell(), touches)));
+}
+
+TEST(JointFunctions, AreReadBackFromTheirFile) {
+  const Calibration read = calibration_from_json(calibration_to_json(learnt()), "learnt.json");
+  const Predictor before(learnt()), after(read);
+  for (std::size_t i = 0; i < 5; ++i) {
+    const Prediction a = before.calibrated(touches_of_waves()[i].joint_rad),
+                     b = after.calibrated(touches_of_waves()[i].joint_rad);
+    EXPECT_LT((a.tcp.translation() - b.tcp.translation()).norm(), 1e-12);
+    EXPECT_NEAR(a.u95_m, b.u95_m, 1e-6 * a.u95_m);
+  }
+}
+
+TEST(JointFunctions, AreTabulatedOverTheAnglesTouched) {
+  const auto file = nlohmann::json::parse(calibration_to_json(learnt()));
+  ASSERT_EQ(file["joint_functions"].size(), learnt().cell.robot.joints.size());
+  const auto& table = file["joint_functions"][1];
+  const Joint& joint = learnt().cell.robot.joints[1];
+  EXPECT_EQ(table["joint"], joint.name);
+  EXPECT_NEAR(table["angle_deg"].front(), joint.function_min_rad * kDegPerRad, 1e-9);
+  EXPECT_NEAR(table["angle_deg"].back(), joint.function_max_rad * kDegPerRad, 1e-9);
+  ASSERT_EQ(table["angle_deg"].size(), table["error_arcsec"].size());
+  // By the series, at one angle.
+  const std::size_t at = table["angle_deg"].size() / 2;
+  const double angle = table["angle_deg"][at].get<double>() / kDegPerRad;
+  double error = 0.0;
+  for (const ParameterResult& p : learnt().parameters)
+    if (is_function(p.key.kind) && p.key.joint == 1)
+      error += p.correction * (p.key.kind == ParameterKind::kFunctionCosine
+                                   ? std::cos(p.key.harmonic * angle)
+                                   : std::sin(p.key.harmonic * angle));
+  EXPECT_NEAR(table["error_arcsec"][at], error / kRadPerArcsec, 1e-6);
+  EXPECT_GT(table["u95_arcsec"][at], 0.0);
+}
+
+TEST(JointFunctions, TheNextSessionWithTheirRobotHasThem) {
+  const Calibration again = identify(learnt().cell, touches_of_waves(), {.level = ModelLevel{}});
+  EXPECT_TRUE(has_functions(again));
+}
+
+}  // namespace
+}  // namespace cellcal::calib
