@@ -21,6 +21,7 @@ constexpr double kUsualFunctionRad = 15.0 * kRadPerArcsec,
 constexpr double kBeforehand = 1.0;
 /// Rows that the sizes are taken from.
 constexpr std::size_t kMostRowsOfSizes = 300;
+constexpr Eigen::Index kFewestRows = 3;
 /// Residuals that are alike by less, and scatter by less of what is stated (variance), are not asked
 /// any further.
 constexpr double kAskedSigmas = 2.0, kAskedScatter = 4.0;
@@ -29,7 +30,7 @@ constexpr double kFarAway = 10.0;
 
 /// Rows of some touches in metres.
 struct SizedRows {
-  RowMajor plain, functions;   ///< by the unknowns of the plain arm, and by the functions'
+  RowMajor plain, added;       ///< by the unknowns of the plain arm, and by the others
   Eigen::VectorXd residual_m;  ///< at the estimate
   Eigen::VectorXd own_m2, lever2_m2, sigma_m;
 };
@@ -49,29 +50,34 @@ std::vector<bool> spread_rows(const Problem& problem, const std::vector<bool>& u
   return some;
 }
 
-/// Of the arm with functions which unknowns are theirs, and where the others are in the plain one.
+/// Unknowns of the richer arm that the plain one lacks, and the others, in the plain one's order.
 struct Carried {
-  std::vector<int> functions, others;
+  std::vector<int> added, others;
 };
-Carried carried(const Problem& richer) {
+Carried carried(const Problem& plain, const Problem& richer) {
   Carried all;
-  for (int i = 0; i < richer.size(); ++i)
-    (is_function(richer.unknowns()[static_cast<std::size_t>(i)].key.kind) ? all.functions
-                                                                          : all.others)
-        .push_back(i);
+  std::size_t next = 0;
+  for (int i = 0; i < richer.size(); ++i) {
+    const bool known =
+        next < plain.unknowns().size() &&
+        plain.unknowns()[next].key == richer.unknowns()[static_cast<std::size_t>(i)].key;
+    (known ? all.others : all.added).push_back(i);
+    if (known) ++next;
+  }
   return all;
 }
 
-Eigen::VectorXd without_functions(const Problem& richer, const Eigen::VectorXd& plain_u) {
+Eigen::VectorXd carried_over(const Problem& plain, const Problem& richer,
+                             const Eigen::VectorXd& plain_u) {
   Eigen::VectorXd u = Eigen::VectorXd::Zero(richer.size());
-  u(carried(richer).others) = plain_u;
+  u(carried(plain, richer).others) = plain_u;
   return u;
 }
 
-SizedRows sized_rows(const Problem& reference, const Estimate& e) {
+SizedRows sized_rows(const Problem& plain, const Problem& reference, const Estimate& e) {
   const Linearisation at =
-      linearise(reference, without_functions(reference, e.u), spread_rows(reference, e.use));
-  const Carried which = carried(reference);
+      linearise(reference, carried_over(plain, reference, e.u), spread_rows(reference, e.use));
+  const Carried which = carried(plain, reference);
   std::vector<int> taken;
   std::vector<double> own, lever, sigma;
   for (const auto& [touch, row] : at.touch_row)
@@ -86,32 +92,31 @@ SizedRows sized_rows(const Problem& reference, const Estimate& e) {
     return Eigen::Map<const Eigen::VectorXd>(v.data(), n);
   };
   SizedRows rows{at.jacobian(taken, which.others),
-                 at.jacobian(taken, which.functions),
+                 at.jacobian(taken, which.added),
                  at.residual(taken),
                  vector(own),
                  vector(lever),
                  vector(sigma)};
   rows.plain = rows.sigma_m.asDiagonal() * rows.plain;
-  rows.functions = rows.sigma_m.asDiagonal() * rows.functions;
+  rows.added = rows.sigma_m.asDiagonal() * rows.added;
   rows.residual_m.array() *= rows.sigma_m.array();
   return rows;
 }
 
 /// Covariance that each joint's function, of the size in `of`, gives the rows.
-std::vector<Eigen::MatrixXd> function_covariances(const Problem& reference, const SizedRows& rows,
-                                                  const ArmModel& of) {
-  const Carried which = carried(reference);
+std::vector<Eigen::MatrixXd> function_covariances(const Problem& plain, const Problem& reference,
+                                                  const SizedRows& rows, const ArmModel& of) {
+  const Carried which = carried(plain, reference);
   std::vector<Eigen::MatrixXd> all;
   Eigen::Index first = 0;
-  const auto count = static_cast<Eigen::Index>(which.functions.size());
+  const auto count = static_cast<Eigen::Index>(which.added.size());
   while (first < count) {
     const auto parameter = [&](const ArmModel& arm, Eigen::Index k) {
-      return arm
-          .parameters()[static_cast<std::size_t>(which.functions[static_cast<std::size_t>(k)])];
+      return arm.parameters()[static_cast<std::size_t>(which.added[static_cast<std::size_t>(k)])];
     };
     Eigen::Index behind = first;
     while (behind < count && parameter(of, behind).joint == parameter(of, first).joint) ++behind;
-    Eigen::MatrixXd columns = rows.functions.middleCols(first, behind - first);
+    Eigen::MatrixXd columns = rows.added.middleCols(first, behind - first);
     for (Eigen::Index k = first; k < behind; ++k)
       columns.col(k - first) *= parameter(of, k).sigma / parameter(reference.arm(), k).sigma;
     all.push_back(columns * columns.transpose());
@@ -120,13 +125,10 @@ std::vector<Eigen::MatrixXd> function_covariances(const Problem& reference, cons
   return all;
 }
 
-/// Whether the residuals of rows that share joint angles are alike, as (30), or scatter by far more
+/// True if the residuals of rows that `k` correlates are correlated, (30), or scatter by far more
 /// than is stated.
-bool may_have_functions(const SizedRows& rows, const std::vector<Eigen::MatrixXd>& functions,
-                        const Estimate& e) {
+bool correlated(const SizedRows& rows, Eigen::MatrixXd k, const Estimate& e) {
   const Eigen::VectorXd weight = rows.sigma_m.cwiseInverse();
-  Eigen::MatrixXd k = Eigen::MatrixXd::Zero(weight.size(), weight.size());
-  for (const Eigen::MatrixXd& one : functions) k += one;
   k = weight.asDiagonal() * k * weight.asDiagonal();
   k.diagonal().setZero();
   const RowMajor j = weight.asDiagonal() * rows.plain;
@@ -178,16 +180,23 @@ void maximise(const Eigen::MatrixXd& by_unknowns, const Eigen::VectorXd& y, Comp
 
 }  // namespace
 
-Cell with_functions_of(const Robot& robot, Cell cell) {
+Cell with_learnt_of(const Robot& robot, Cell cell) {
   for (std::size_t i = 0; i < cell.robot.joints.size(); ++i) {
     const Joint& from = robot.joints[i];
     Joint& to = cell.robot.joints[i];
+    to.bearing_sigma_rad_per_nm = from.bearing_sigma_rad_per_nm;
     to.function_sigma_rad = from.function_sigma_rad;
     to.function_reach_rad = from.function_reach_rad;
     to.function_min_rad = from.function_min_rad;
     to.function_max_rad = from.function_max_rad;
   }
   return cell;
+}
+
+Robot with_bearings(Robot robot, double share) {
+  for (Joint& joint : robot.joints)
+    joint.bearing_sigma_rad_per_nm = share * joint.compliance_sigma_rad_per_nm;
+  return robot;
 }
 
 Robot with_reference_functions(Robot robot) {
@@ -198,11 +207,17 @@ Robot with_reference_functions(Robot robot) {
   return robot;
 }
 
-std::optional<Robot> with_functions(const Problem& plain, const Problem& reference,
+bool speaks_for(const Problem& plain, const Problem& richer, const Estimate& e) {
+  const SizedRows rows = sized_rows(plain, richer, e);
+  return rows.residual_m.size() >= kFewestRows &&
+         correlated(rows, rows.added * rows.added.transpose(), e);
+}
+
+std::optional<Robot> size_functions(const Problem& plain, const Problem& reference,
                                     const Repeats& repeats, const Estimate& e) {
-  const SizedRows rows = sized_rows(reference, e);
-  if (rows.residual_m.size() < 3) return std::nullopt;
-  if (!may_have_functions(rows, function_covariances(reference, rows, reference.arm()), e))
+  const SizedRows rows = sized_rows(plain, reference, e);
+  if (rows.residual_m.size() < kFewestRows ||
+      !correlated(rows, rows.added * rows.added.transpose(), e))
     return std::nullopt;
   Eigen::VectorXd prior(plain.size()), off(plain.size());
   for (int i = 0; i < plain.size(); ++i) {
@@ -224,7 +239,7 @@ std::optional<Robot> with_functions(const Problem& plain, const Problem& referen
     for (Joint& joint : robot.joints) joint.function_reach_rad = reach;
     const ArmModel of(robot, reference.arm().tool(), reference.cell().other_tools);
     Components c;
-    c.covariance = function_covariances(reference, rows, of);
+    c.covariance = function_covariances(plain, reference, rows, of);
     c.size.assign(c.covariance.size(), 1.0);
     c.usual = c.size;
     c.covariance.push_back(std::pow(kUsualJointNoiseRad, 2) *
@@ -254,35 +269,31 @@ std::optional<Robot> with_functions(const Problem& plain, const Problem& referen
   return robot;
 }
 
-bool estimate_with_functions(const Problem& plain, Problem& richer, const IdentifyOptions& options,
-                             bool with_play, Estimate& e) {
-  if (richer.size() == plain.size()) return false;
-  constexpr double kSizesWereTuned = 4.0;
-  Estimate with;
-  with.u = without_functions(richer, e.u);
-  with.use = e.use;
-  with.gate = e.gate;
+double evidence_gain(const Problem& plain, Problem& richer, const Estimate& e) {
+  const Eigen::VectorXd u = carried_over(plain, richer, e.u);
   richer.set_ripple(e.levels.ripple_rad);
-  linearise(richer, with.u, with.use, with.posterior.linear);
-  const std::vector<ModelLevel> levels = levels_beside_functions(with_play);
+  std::vector<ModelLevel> likely;
+  for (const LevelEvidence& l : e.levels.levels)
+    if (l.probability > 0.01) likely.push_back(l.level);
   const auto evidence = [](const LevelMean& mean) {
     std::vector<double> logs;
     for (const LevelEvidence& l : mean.levels) logs.push_back(l.log_evidence);
     return log_sum(logs);
   };
-  try {
-    std::vector<ModelLevel> likely;
-    for (const LevelEvidence& l : e.levels.levels)
-      if (l.probability > 0.01) likely.push_back(l.level);
-    const double gain = evidence(mean_over_levels(richer, with.u, with.posterior.linear, likely)) -
-                        evidence(e.levels);
-    if (!(gain > kSizesWereTuned)) return false;
-    refine(richer, options, levels, with);
-  } catch (const IdentifyError&) {
-    return false;
-  }
-  e = std::move(with);
-  return true;
+  return evidence(mean_over_levels(richer, u, linearise(richer, u, e.use), likely)) -
+         evidence(e.levels);
+}
+
+Estimate estimate_richer(const Problem& plain, Problem& richer, const IdentifyOptions& options,
+                         const std::vector<ModelLevel>& levels, const Estimate& e) {
+  Estimate with;
+  with.u = carried_over(plain, richer, e.u);
+  with.use = e.use;
+  with.gate = e.gate;
+  richer.set_ripple(e.levels.ripple_rad);
+  linearise(richer, with.u, with.use, with.posterior.linear);
+  refine(richer, options, levels, with);
+  return with;
 }
 
 }  // namespace cellcal::calib

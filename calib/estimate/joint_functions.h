@@ -1,8 +1,8 @@
 #pragma once
-// Transmission errors as random functions of each joint's own angle, beside geometry, compliance and
-// the smooth part: theirs are the covariances that touches which share a joint angle have in common.
-// Fourier series whose coefficients have the variances of a Matern-3/2 kernel (calib/model/README.md),
-// so that they are unknowns as any other of the arm.
+// Parts of the arm's model by evidence: compliance of the joints across their axes, and transmission
+// errors as random functions of each joint's own angle. An arm has them only where the touches speak
+// for them. The functions are Fourier series whose coefficients have the variances of a Matern-3/2
+// kernel (calib/model/README.md), so that they are unknowns as any other of the arm.
 
 #include <optional>
 
@@ -11,21 +11,29 @@
 
 namespace cellcal::calib {
 
-/// The cell, its joints with the functions of that robot.
-Cell with_functions_of(const Robot& robot, Cell cell);
+/// The cell, its joints with the bearings and functions of that robot.
+Cell with_learnt_of(const Robot& robot, Cell cell);
 
-/// The robot with the sizes and the reach of its joints' functions by restricted likelihood; none
-/// where the residuals of touches that share joint angles are not alike. `reference`: the problem
-/// whose joints have functions of any size, `e` the estimate of `plain`, which has none.
-std::optional<Robot> with_functions(const Problem& plain, const Problem& reference,
-                                    const Repeats& repeats, const Estimate& e);
-
-/// Joints that all have one: what with_functions() asks for.
+/// Joints compliant across their axes; `share` of the prior of that about the axis.
+Robot with_bearings(Robot robot, double share);
+/// Joints with functions of the usual size, as size_functions() requires.
 Robot with_reference_functions(Robot robot);
 
-/// The estimate of `richer`, an arm with functions, from that of `plain`, the same without, at which
-/// `e` is: true and `e` moved there, where its evidence is the greater; else nothing changes.
-bool estimate_with_functions(const Problem& plain, Problem& richer, const IdentifyOptions& options,
-                             bool with_play, Estimate& e);
+/// True if residuals of touches that `richer` correlates are correlated, (30). `e`: the estimate of
+/// `plain`, which lacks the additional unknowns of `richer`.
+bool speaks_for(const Problem& plain, const Problem& richer, const Estimate& e);
+
+/// The robot with the sizes and the reach of its joints' functions by restricted likelihood; none
+/// where the residuals of touches that share joint angles are uncorrelated. `reference`: the problem
+/// of with_reference_functions().
+std::optional<Robot> size_functions(const Problem& plain, const Problem& reference,
+                                    const Repeats& repeats, const Estimate& e);
+
+/// log evidence of `richer` minus that of `plain`, whose estimate `e` is, at the likely levels.
+double evidence_gain(const Problem& plain, Problem& richer, const Estimate& e);
+
+/// The estimate of `richer`, from that of `plain`. Throws IdentifyError.
+Estimate estimate_richer(const Problem& plain, Problem& richer, const IdentifyOptions& options,
+                         const std::vector<ModelLevel>& levels, const Estimate& e);
 
 }  // namespace cellcal::calib

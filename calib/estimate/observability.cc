@@ -22,7 +22,7 @@ constexpr double kFlatDirection = 1e-3;
 
 /// Columns of the arm that every model level has: geometry, tool and bending.
 bool is_geometry(ParameterKind kind) {
-  return !is_compliance(kind) && !is_transmission(kind) && !is_function(kind) &&
+  return !is_compliance(kind) && !is_transmission(kind) && !is_by_evidence(kind) &&
          kind != ParameterKind::kPlay;
 }
 
@@ -296,7 +296,8 @@ std::vector<int> sought_in(const Problem& problem) {
   for (int i = 0; i < problem.size(); ++i) {
     const ParameterKind kind =
         i < problem.arm_size() ? problem.arm().parameters()[i].kind : ParameterKind::kTheta;
-    if (!is_transmission(kind) && !is_function(kind) && kind != ParameterKind::kLoad && kind != ParameterKind::kPlay)
+    if (!is_transmission(kind) && !is_by_evidence(kind) && kind != ParameterKind::kLoad &&
+        kind != ParameterKind::kPlay)
       sought.push_back(i);
   }
   return sought;

@@ -98,6 +98,7 @@ Joint read_joint(const TomlTable& t, double length_m, double angle_rad) {
   }
   joint.harmonic_sigma_rad = t.number_or("harmonic_sigma_arcsec", 0.0, {0.0, 1e5}) * kRadPerArcsec;
   joint.harmonic_falloff = t.number_or("harmonic_falloff", 0.0, {0.0, 10.0});
+  joint.bearing_sigma_rad_per_nm = t.number_or("bearing_sigma_rad_per_nm", 0.0, {0.0, 1.0});
   joint.function_sigma_rad = t.number_or("function_sigma_arcsec", 0.0, {0.0, 1e5}) * kRadPerArcsec;
   joint.function_reach_rad = t.number_or("function_reach_deg", 5.0, {0.1, 180.0}) * kRadPerDeg;
   if (t.has("function_deg")) {
@@ -209,6 +210,9 @@ std::string robot_to_toml(const Robot& robot) {
                          toml_number(j.harmonic_sigma_rad / kRadPerArcsec));
     if (j.harmonic_falloff > 0.0)
       out += fmt::format("harmonic_falloff = {}\n", toml_number(j.harmonic_falloff));
+    if (j.bearing_sigma_rad_per_nm > 0.0)
+      out +=
+          fmt::format("bearing_sigma_rad_per_nm = {}\n", toml_number(j.bearing_sigma_rad_per_nm));
     if (j.function_sigma_rad > 0.0)
       out += fmt::format("function_sigma_arcsec = {}\nfunction_reach_deg = {}\n",
                          toml_number(j.function_sigma_rad / kRadPerArcsec),

@@ -152,7 +152,7 @@ double stated_sigma(const ArmModel& arm, const Cell& cell, const ParameterKey& k
 /// By a drawing or certificate. How soft joints, gears and tool are, and how late a latch is, is
 /// only guessed beforehand.
 bool is_drawn(ParameterKind kind) {
-  return !is_compliance(kind) && !is_transmission(kind) && !is_function(kind) &&
+  return !is_compliance(kind) && !is_transmission(kind) && !is_by_evidence(kind) &&
          kind != ParameterKind::kPlay && kind != ParameterKind::kDeflection &&
          kind != ParameterKind::kLatchDelay;
 }

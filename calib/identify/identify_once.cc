@@ -271,26 +271,66 @@ struct Stated {
   ArmModel arm;
   Problem problem;
   Repeats repeats;
-  bool functions = false;  ///< sized by these touches
+  bool learnt = false;  ///< has bearings or functions sized by these touches
 };
 
-/// The same arm with functions of its joints' angles, where the touches speak for them.
-std::unique_ptr<Stated> with_functions(const Cell& cell, const std::vector<Touch>& touches,
-                                       const IdentifyOptions& options,
-                                       std::unique_ptr<Stated> plain, Estimate& e) {
-  if (std::ranges::any_of(cell.robot.joints,
-                          [](const Joint& joint) { return joint.function_sigma_rad > 0.0; }))
-    return plain;
-  const Stated reference(with_functions_of(with_reference_functions(cell.robot), cell), touches,
-                         plain->level);
+/// Adopts `richer` where its evidence is greater by more than its sizes, found from the same touches,
+/// may gain by chance.
+bool adopt(std::unique_ptr<Stated> richer, const IdentifyOptions& options,
+           const std::vector<ModelLevel>& levels, std::unique_ptr<Stated>& likely, Estimate& e) {
+  constexpr double kSizesWereTuned = 4.0;
+  try {
+    if (!(evidence_gain(likely->problem, richer->problem, e) > kSizesWereTuned)) return false;
+    e = estimate_richer(likely->problem, richer->problem, options, levels, e);
+  } catch (const IdentifyError&) {
+    return false;
+  }
+  richer->learnt = true;
+  likely = std::move(richer);
+  return true;
+}
+
+/// Joints compliant across their axes, where the touches speak for them.
+void ask_for_bearings(const Cell& cell, const std::vector<Touch>& touches,
+                      const IdentifyOptions& options, std::unique_ptr<Stated>& likely,
+                      Estimate& e) {
+  constexpr double kShares[] = {1.0, 0.3};  // of the prior about the axis
+  const auto richer = [&](double share) {
+    return std::make_unique<Stated>(with_learnt_of(with_bearings(cell.robot, share), cell), touches,
+                                    likely->level);
+  };
+  std::unique_ptr<Stated> best = richer(kShares[0]);
+  if (best->problem.size() == likely->problem.size() ||
+      !speaks_for(likely->problem, best->problem, e))
+    return;
+  try {
+    std::unique_ptr<Stated> other = richer(kShares[1]);
+    if (evidence_gain(likely->problem, other->problem, e) >
+        evidence_gain(likely->problem, best->problem, e))
+      best = std::move(other);
+  } catch (const IdentifyError&) {
+    return;
+  }
+  adopt(std::move(best), options, usual_levels(likely->level.play > 0.0), likely, e);
+}
+
+/// Functions of the joints' angles, where the touches speak for them.
+void ask_for_functions(const Cell& cell, const std::vector<Touch>& touches,
+                       const IdentifyOptions& options, std::unique_ptr<Stated>& likely,
+                       Estimate& e) {
+  const Cell plain = with_learnt_of(likely->levelled.robot, cell);
+  const Stated reference(with_learnt_of(with_reference_functions(plain.robot), plain), touches,
+                         likely->level);
   const std::optional<Robot> sized =
-      calib::with_functions(plain->problem, reference.problem, plain->repeats, e);
-  if (!sized) return plain;
-  auto with = std::make_unique<Stated>(with_functions_of(*sized, cell), touches, plain->level);
-  const bool play = plain->level.play > 0.0;
-  if (!estimate_with_functions(plain->problem, with->problem, options, play, e)) return plain;
-  with->functions = true;
-  return with;
+      size_functions(likely->problem, reference.problem, likely->repeats, e);
+  if (!sized) return;
+  adopt(std::make_unique<Stated>(with_learnt_of(*sized, plain), touches, likely->level), options,
+        levels_beside_functions(likely->level.play > 0.0), likely, e);
+}
+
+bool states(const Cell& cell, double Joint::*sigma) {
+  return std::ranges::any_of(cell.robot.joints,
+                             [sigma](const Joint& joint) { return joint.*sigma > 0.0; });
 }
 
 /// The fullest level without play first: outliers are judged by a model that can explain nearly all
@@ -306,7 +346,11 @@ std::unique_ptr<Stated> likeliest(const Cell& cell, const std::vector<Touch>& to
   auto played = std::make_unique<Stated>(cell, touches, kFullestLevel);
   if (!options.with_discrepancy && estimate_with_play(likely->problem, played->problem, options, e))
     likely = std::move(played);
-  return with_functions(cell, touches, options, std::move(likely), e);
+  if (!states(cell, &Joint::bearing_sigma_rad_per_nm))
+    ask_for_bearings(cell, touches, options, likely, e);
+  if (!states(cell, &Joint::function_sigma_rad))
+    ask_for_functions(cell, touches, options, likely, e);
+  return likely;
 }
 
 }  // namespace
@@ -385,8 +429,8 @@ Calibration identify_single_pass(const Cell& cell, const std::vector<Touch>& tou
   const LevelMean& mean = e.levels;
 
   calibration.cell = cell;
-  if (likely->functions)
-    calibration.cell = with_functions_of(likely->levelled.robot, std::move(calibration.cell));
+  if (likely->learnt)
+    calibration.cell = with_learnt_of(likely->levelled.robot, std::move(calibration.cell));
   calibration.level = options.level.value_or(
       ModelLevel{1.0, mean.transmission, mean.ripple_rad, likely->level.play});
   calibration.levels = mean.levels;

@@ -47,6 +47,11 @@ bool along_own_axis(const Joint& joint, int axis) {
   return std::abs(turn(2, axis)) > 1.0 - kRounding;
 }
 
+/// Axis of a bearing's tilt.
+const Vector3d& tilt_axis(const ArmChain::Link& link, int axis) {
+  return axis == 0 ? link.tilt_x : link.tilt_y;
+}
+
 bool is_length(JointError error) { return error == JointError::kD || error == JointError::kA; }
 
 }  // namespace
@@ -108,6 +113,11 @@ ArmModel::ArmModel(const Robot& robot, const Tool& tool, const std::vector<Tool>
   }
   for (std::size_t i = 0; i < joints; ++i) add_function(i);
   last_by_pose_ = size();
+  for (std::size_t i = 0; i < joints; ++i)
+    for (int axis = 0; axis < 2 && robot_.joints[i].bearing_sigma_rad_per_nm > 0.0; ++axis)
+      parameters_.push_back({bearing_parameter(i, axis), robot_.joints[i].bearing_sigma_rad_per_nm,
+                             "rad/(N m)", 1.0});
+  last_bearing_ = size();
   for (int k = 0; k < tool_count(); ++k) add_tool_parameters(k);
   none_ = errors(nullptr);
 }
@@ -172,14 +182,18 @@ PreparedPose ArmModel::turned(std::span<const double> joint_rad, int tool) const
 PreparedPose ArmModel::prepare(std::span<const double> joint_rad, int tool) const {
   PreparedPose pose = turned(joint_rad, tool);
   pose.factor = Eigen::VectorXd::Zero(size());
-  Eigen::VectorXd torque;
+  Eigen::Matrix3Xd moment;
   ArmChain chain;
-  const auto torque_nm = [&](int joint) {
-    if (torque.size() == 0) {
+  const auto moment_nm = [&](int joint) {
+    if (moment.size() == 0) {
       walk_links(pose, none_, chain);
-      torque = gravity_torque_nm(chain);
+      moment = gravity_moment_nm(chain);
     }
-    return torque[joint];
+    return moment.col(joint);
+  };
+  const auto torque_nm = [&](int joint) {
+    const auto m = moment_nm(joint);
+    return chain.link[joint].z.dot(m);  // (6)
   };
   Turned first{1.0, 0.0}, wave{1.0, 0.0};  // of the gear or joint, of its harmonic
   int joint = -1, harmonic = 0;
@@ -225,10 +239,15 @@ PreparedPose ArmModel::prepare(std::span<const double> joint_rad, int tool) cons
         break;
     }
   }
+  for (int p = last_by_pose_; p < last_bearing_; ++p) {
+    const auto m = moment_nm(parameters_[p].joint);
+    const ArmChain::Link& link = chain.link[parameters_[p].joint];
+    pose.factor[p] = m.dot(tilt_axis(link, parameters_[p].axis));
+  }
   return pose;
 }
 
-Eigen::VectorXd ArmModel::gravity_torque_nm(const ArmChain& chain) const {
+Eigen::Matrix3Xd ArmModel::gravity_moment_nm(const ArmChain& chain) const {
   // From the flange inwards: joint i carries the mass of its link and of all further ones.
   Vector3d moment_sum = Vector3d::Zero();
   double mass_sum = 0.0;
@@ -236,16 +255,16 @@ Eigen::VectorXd ArmModel::gravity_torque_nm(const ArmChain& chain) const {
     moment_sum += tool.mass_kg * (chain.flange_origin + chain.flange * tool.com_m);
     mass_sum += tool.mass_kg;
   }
-  Eigen::VectorXd torque(joint_count());
+  Eigen::Matrix3Xd moment(3, joint_count());
   for (int i = joint_count() - 1; i >= 0; --i) {
     const Joint& joint = robot_.joints[i];
     const ArmChain::Link& link = chain.link[i];
     moment_sum += joint.mass_kg * (link.end + link.rotation * joint.com_m);
     mass_sum += joint.mass_kg;
     const Vector3d lever = moment_sum - mass_sum * link.z_origin;  // kg m
-    torque[i] = link.z.dot(lever.cross(robot_.gravity_m_s2));      // (6)
+    moment.col(i) = lever.cross(robot_.gravity_m_s2);
   }
-  return torque;
+  return moment;
 }
 
 Vector3d ArmModel::position(const PreparedPose& pose, const double* x) const {
@@ -407,6 +426,7 @@ ArmErrors ArmModel::errors(const double* x) const {
       case ParameterKind::kSine:
       case ParameterKind::kFunctionCosine:
       case ParameterKind::kFunctionSine:
+      case ParameterKind::kBearing:
       case ParameterKind::kPlay:
         break;  // depends on the pose
       default:
@@ -425,11 +445,23 @@ void ArmModel::walk_links(const PreparedPose& pose, const ArmErrors& errors,
   if (errors.x != nullptr)
     for (int p = first_by_pose_; p < last_by_pose_; ++p)
       by_pose[parameters_[p].joint] += errors.x[p] * pose.factor[p];
+  std::array<std::array<double, 2>, kMaxJoints> across{};
+  const bool bearings = last_bearing_ > last_by_pose_;
+  if (errors.x != nullptr)
+    for (int p = last_by_pose_; p < last_bearing_; ++p)
+      across[parameters_[p].joint][parameters_[p].axis] = errors.x[p] * pose.factor[p];
   Matrix3d rotation = robot_.base_fixed.linear();
   Vector3d origin = robot_.base_fixed.translation();
   for (int i = 0; i < joint_count(); ++i) {
     const ArmErrors::OfJoint& joint = errors.joint[i];
     ArmChain::Link& link = chain.link[i];
+    if (bearings) {
+      const Direction about_x = direction(across[i][0]), about_y = direction(across[i][1]);
+      link.tilt_x = rotation.col(0);
+      turn_x(rotation, about_x.c, about_x.s);
+      link.tilt_y = rotation.col(1);
+      turn_y(rotation, about_y.c, about_y.s);
+    }
     link.z = rotation.col(2);
     link.z_origin = origin;
     const Direction off = direction(by_pose[i]);
@@ -498,7 +530,12 @@ void ArmModel::derivative_along(const Vector3d& n, const PreparedPose& pose,
   }
   for (int p = first_by_pose_; p < last_by_pose_; ++p)
     derivative[p * stride] = pose.factor[p] * by_theta[parameters_[p].joint];
-  for (int p = last_by_pose_; p < size(); ++p) {
+  for (int p = last_by_pose_; p < last_bearing_; ++p) {
+    const ArmChain::Link& link = chain.link[parameters_[p].joint];
+    derivative[p * stride] =
+        pose.factor[p] * turn(tilt_axis(link, parameters_[p].axis), link.z_origin);
+  }
+  for (int p = last_bearing_; p < size(); ++p) {
     const ArmParameter& parameter = parameters_[p];
     double& out = derivative[p * stride];
     if (parameter.tool != pose.tool)
@@ -555,6 +592,10 @@ void ArmModel::turn_derivative(const PreparedPose& pose, const ArmErrors& errors
       case ParameterKind::kFunctionSine:
       case ParameterKind::kPlay:
         jacobian.col(p) = carried(pose.factor[p] * chain.link[parameter.joint].z);
+        break;
+      case ParameterKind::kBearing:
+        jacobian.col(p) =
+            carried(pose.factor[p] * tilt_axis(chain.link[parameter.joint], parameter.axis));
         break;
       case ParameterKind::kDeflection: {
         const Tool& own = tool(parameter.tool);

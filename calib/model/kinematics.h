@@ -44,7 +44,7 @@ constexpr int kMaxTools = 8;
 /// The part of the model that depends on the axis angles only; computed once per touch.
 struct PreparedPose {
   Eigen::Matrix2Xd direction;  ///< per joint: cosine and sine of the nominal theta
-  /// Per parameter: dtheta/dx for compliance, load, play, harmonics; else 0.
+  /// Per parameter: d(angle)/dx for compliance, load, play, harmonics, bearings; else 0.
   Eigen::VectorXd factor;
   int tool = 0;  ///< index of the tool
 };
@@ -70,11 +70,12 @@ struct ArmErrors {
 /// The arm in one pose under errors: axes and origins along the chain, base frame.
 struct ArmChain {
   struct Link {
-    Eigen::Vector3d z, z_origin;  ///< theta and d act about and along z through z_origin
-    Eigen::Vector3d x;            ///< a acts along x; alpha about x through end
-    Eigen::Vector3d y;            ///< beta about y through end
-    Eigen::Vector3d end;          ///< origin after the joint
-    Eigen::Matrix3d rotation;     ///< after the joint
+    Eigen::Vector3d tilt_x, tilt_y;  ///< bearing tilts, through z_origin; set where there are any
+    Eigen::Vector3d z, z_origin;     ///< theta and d act about and along z through z_origin
+    Eigen::Vector3d x;               ///< a acts along x; alpha about x through end
+    Eigen::Vector3d y;               ///< beta about y through end
+    Eigen::Vector3d end;             ///< origin after the joint
+    Eigen::Matrix3d rotation;        ///< after the joint
   };
   std::array<Link, kMaxJoints> link;
   Eigen::Matrix3d flange;
@@ -149,13 +150,14 @@ class ArmModel {
   void add_function(std::size_t joint);
   void add_tool_parameters(int index);
   void walk_links(const PreparedPose& pose, const ArmErrors& errors, ArmChain& chain) const;
-  Eigen::VectorXd gravity_torque_nm(const ArmChain& chain) const;
+  /// Moment of gravity about each joint's origin [N m], base frame.
+  Eigen::Matrix3Xd gravity_moment_nm(const ArmChain& chain) const;
 
   Robot robot_;
   std::vector<Tool> tools_;
   std::vector<ArmParameter> parameters_;
-  /// Range of parameters with pose-dependent rotation of a joint.
-  int first_by_pose_ = 0, last_by_pose_ = 0;
+  /// Ranges of parameters with pose-dependent rotation about a joint's axis, and across it behind.
+  int first_by_pose_ = 0, last_by_pose_ = 0, last_bearing_ = 0;
   std::vector<double> stiff_;  ///< m l^3/3 of each tool
   ArmErrors none_;             ///< of the nominal arm
 };

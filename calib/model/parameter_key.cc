@@ -58,6 +58,8 @@ std::string what(const Cell& cell, const ParameterKey& key) {
       return "fcos" + std::to_string(key.harmonic);
     case ParameterKind::kFunctionSine:
       return "fsin" + std::to_string(key.harmonic);
+    case ParameterKind::kBearing:
+      return std::string("bearing_") + axis_of(key);
     case ParameterKind::kPlay:
       return "play";
     case ParameterKind::kDeflection:
@@ -121,6 +123,7 @@ class Search {
           ParameterKind::kBeta, ParameterKind::kCompliance, ParameterKind::kPlay})
       look(joint_parameter(kind, index));
     std::string_view rest = name_.substr(owner.size() + 1);
+    for (const int axis : {0, 1}) look(bearing_parameter(index, axis));
     if (rest.starts_with("load_"))
       for (std::size_t link = index; link < cell_.robot.joints.size(); ++link)
         for (const int axis : {0, 1, 2}) look(load_parameter(index, link, axis));
@@ -167,6 +170,10 @@ ParameterKey load_parameter(std::size_t joint, std::size_t link, int axis) {
           .joint = static_cast<int>(joint),
           .axis = axis,
           .link = static_cast<int>(link)};
+}
+
+ParameterKey bearing_parameter(std::size_t joint, int axis) {
+  return {.kind = ParameterKind::kBearing, .joint = static_cast<int>(joint), .axis = axis};
 }
 
 ParameterKey wave_parameter(ParameterKind kind, std::size_t joint, int harmonic) {

@@ -25,6 +25,7 @@ enum class ParameterKind {
   kSine,        // transmission harmonic
   kFunctionCosine,
   kFunctionSine,  // of a joint's function
+  kBearing,       // compliance of a joint across its axis, about x or y of the preceding frame
   kPlay,        // play_i
   kDeflection,  // c_t
   kTcp,         // one component of the tool's offset
@@ -44,7 +45,7 @@ struct ParameterKey {
   ParameterKind kind = ParameterKind::kTheta;
   int joint = -1;    ///< -1: not of a joint
   int harmonic = 0;  ///< kCosine to kFunctionSine: order h
-  int axis = 0;      ///< kTcp, kLoad, kCentre, kTurn, kProbeTurn: 0 x, 1 y, 2 z; kTilt: 0, 1
+  int axis = 0;      ///< kTcp, kLoad, kCentre, kTurn, kProbeTurn: 0 x, 1 y, 2 z; kBearing, kTilt: 0, 1
   int link = -1;     ///< kLoad: the joint whose link it is
   int tool = 0;      ///< kDeflection, kTcp, kEffectiveRadius: tool index; 0 the first
   int target = -1;   ///< target index, kCentre and following
@@ -55,6 +56,7 @@ struct ParameterKey {
 /// For kTheta to kBeta, kCompliance, kPlay.
 ParameterKey joint_parameter(ParameterKind kind, std::size_t joint);
 ParameterKey load_parameter(std::size_t joint, std::size_t link, int axis);
+ParameterKey bearing_parameter(std::size_t joint, int axis);
 /// kCosine to kFunctionSine.
 ParameterKey wave_parameter(ParameterKind kind, std::size_t joint, int harmonic);
 /// kDeflection, kTcp, kEffectiveRadius.
@@ -74,6 +76,10 @@ constexpr bool is_transmission(ParameterKind kind) {
 /// True for a joint's function of its angle.
 constexpr bool is_function(ParameterKind kind) {
   return kind == ParameterKind::kFunctionCosine || kind == ParameterKind::kFunctionSine;
+}
+/// True for parameters that an arm has only where the touches speak for them.
+constexpr bool is_by_evidence(ParameterKind kind) {
+  return is_function(kind) || kind == ParameterKind::kBearing;
 }
 /// True for errors of the arm's geometry.
 constexpr bool is_geometric(ParameterKind kind) { return kind <= ParameterKind::kBeta; }

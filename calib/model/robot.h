@@ -46,14 +46,15 @@ struct Joint {
   double harmonic_sigma_rad = 0.0;  ///< prior of each amplitude, of order 1
   /// Prior of play_i, half of the play; 0: no play (at_level).
   double play_sigma_rad = 0.0;
-  double play_closes_nm = 1.0;    ///< tau_0, at which the play is closed, > 0
-  double harmonic_falloff = 0.0;  ///< amplitude of order h scales with h to minus this
+  double play_closes_nm = 1.0;            ///< tau_0, at which the play is closed, > 0
+  double harmonic_falloff = 0.0;          ///< amplitude of order h scales with h to minus this
+  double bearing_sigma_rad_per_nm = 0.0;  ///< prior of the compliance across the axis; 0: rigid
   /// Prior of the joint's function f_i(q_i), rms over a turn; 0: none.
   double function_sigma_rad = 0.0;
   double function_reach_rad = 0.0;  ///< correlation length of f_i, l_i, > 0
   /// Angles that f_i was learnt over; equal: not stated.
   double function_min_rad = 0.0, function_max_rad = 0.0;
-  double radius_m = 0.0;          ///< of the capsule about this joint's link; 0: assumed (plan)
+  double radius_m = 0.0;  ///< of the capsule about this joint's link; 0: assumed (plan)
 };
 
 struct Robot {

@@ -101,7 +101,7 @@ void by_jumps(const Problem& problem, const Problem::At& at, std::size_t touch, 
 JumpSequence::JumpSequence(const Cell& cell, const std::vector<Touch>& touches,
                            const Calibration& c)
     : levelled_(
-          at_level(with_functions_of(c.cell.robot, cell), {1.0, 1.0, 0.0, c.level.play}, touches)),
+          at_level(with_learnt_of(c.cell.robot, cell), {1.0, 1.0, 0.0, c.level.play}, touches)),
       arm_(levelled_),
       problem_(levelled_, arm_, touches, starting_places(levelled_, arm_, touches)) {
   weigh_repeats(problem_);

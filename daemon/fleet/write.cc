@@ -392,7 +392,7 @@ std::vector<Correction> corrections_of(std::string_view document) {
     const calib::Calibration calibration = calib::calibration_from_json(document, "calibration");
     for (const ParameterResult& one : calibration.parameters) {
       const bool of_the_arm = one.key.kind <= calib::ParameterKind::kPlay &&
-                              !calib::is_function(one.key.kind) && one.key.joint >= 0;
+                              !calib::is_by_evidence(one.key.kind) && one.key.joint >= 0;
       if (!of_the_arm) continue;
       Correction made = correction_of(calibration.cell, one);
       if (std::isfinite(made.correction) && std::isfinite(made.sigma))

@@ -89,6 +89,8 @@ std::string_view meaning_of(ParameterKind kind) {
       return "tilt to the parallel axis";
     case ParameterKind::kCompliance:
       return "compliance under torque";
+    case ParameterKind::kBearing:
+      return "compliance across the axis";
     case ParameterKind::kPlay:
       return "half of the play, closed by the load";
     case ParameterKind::kCosine:

@@ -1,5 +1,5 @@
-// Transmission errors as functions of each joint's own angle: learnt where the touches speak for
-// them, and absent elsewhere.
+// Parts of the arm's model by evidence: transmission errors as functions of each joint's own angle,
+// and compliance across the axes; learnt where the touches speak for them, and absent elsewhere.
 
 #include <gtest/gtest.h>
 
@@ -97,6 +97,37 @@ TEST(JointFunctions, AreTabulatedOverTheAnglesTouched) {
 TEST(JointFunctions, TheNextSessionWithTheirRobotHasThem) {
   const Calibration again = identify(learnt().cell, touches_of_waves(), {.level = ModelLevel{}});
   EXPECT_TRUE(has_functions(again));
+}
+
+bool has_bearings(const Calibration& c) {
+  return std::ranges::any_of(
+      c.parameters, [](const ParameterResult& p) { return p.key.kind == ParameterKind::kBearing; });
+}
+
+/// Bearings of A2 and A3 that give by half as much as their gears may.
+Cell cell_with_bearings() {
+  Cell cell = demo_cell();
+  for (std::size_t i : {1, 2})
+    cell.robot.joints[i].bearing_sigma_rad_per_nm =
+        0.5 * cell.robot.joints[i].compliance_sigma_rad_per_nm;
+  return cell;
+}
+
+TEST(Bearings, AreLearntWhereTouchesSpeakForThem) {
+  const auto touches = make_touches(demo_cell(), plain_truth(cell_with_bearings(), 7),
+                                    {.fit = 150, .check = 60, .seed = 3})
+                           .touches;
+  const Calibration learnt = identify(demo_cell(), touches);
+  ASSERT_TRUE(has_bearings(learnt));
+  const Calibration without = identify(demo_cell(), touches, {.level = ModelLevel{}});
+  ASSERT_FALSE(has_bearings(without));
+  EXPECT_LT(learnt.check.rms_m, 0.9 * without.check.rms_m);
+}
+
+TEST(Bearings, AreAbsentWhereThereAreNone) {
+  const auto touches =
+      make_touches(demo_cell(), plain_truth(demo_cell(), 7), {.fit = 150, .seed = 3}).touches;
+  EXPECT_FALSE(has_bearings(identify(demo_cell(), touches)));
 }
 
 }  // namespace

@@ -13,12 +13,14 @@ using Eigen::Vector3d;
 
 struct Link {
   double theta, d, a, alpha, beta;
+  double tilt_x = 0.0, tilt_y = 0.0;  // of the joint's bearing
 };
 
 Isometry3d transform(const Link& link) {
-  return Isometry3d(AngleAxisd(link.theta, Vector3d::UnitZ())) * Translation3d(0, 0, link.d) *
-         Translation3d(link.a, 0, 0) * AngleAxisd(link.alpha, Vector3d::UnitX()) *
-         AngleAxisd(link.beta, Vector3d::UnitY());
+  return Isometry3d(AngleAxisd(link.tilt_x, Vector3d::UnitX())) *
+         AngleAxisd(link.tilt_y, Vector3d::UnitY()) * AngleAxisd(link.theta, Vector3d::UnitZ()) *
+         Translation3d(0, 0, link.d) * Translation3d(link.a, 0, 0) *
+         AngleAxisd(link.alpha, Vector3d::UnitX()) * AngleAxisd(link.beta, Vector3d::UnitY());
 }
 
 }  // namespace
@@ -30,13 +32,15 @@ Eigen::VectorXd nominal_theta(const Robot& robot, const JointVector& q) {
   return theta;
 }
 
-double potential_j(const Robot& robot, const Tool& tool, const Eigen::VectorXd& theta) {
+double potential_j(const Robot& robot, const Tool& tool, const Eigen::VectorXd& theta,
+                   const BearingTilt& tilt) {
   Isometry3d frame = robot.base_fixed;
   double energy = 0.0;
   for (std::size_t i = 0; i < robot.joints.size(); ++i) {
     const Joint& j = robot.joints[i];
-    frame = frame *
-            transform({theta[static_cast<Eigen::Index>(i)], j.d_m, j.a_m, j.alpha_rad, j.beta_rad});
+    Link link{theta[static_cast<Eigen::Index>(i)], j.d_m, j.a_m, j.alpha_rad, j.beta_rad};
+    if (i == tilt.joint) (tilt.axis == 0 ? link.tilt_x : link.tilt_y) = tilt.angle_rad;
+    frame = frame * transform(link);
     energy -= j.mass_kg * robot.gravity_m_s2.dot(frame * j.com_m);
   }
   return energy - tool.mass_kg * robot.gravity_m_s2.dot(frame * robot.flange_fixed * tool.com_m);
@@ -53,6 +57,14 @@ Eigen::VectorXd torque_by_energy_nm(const Robot& robot, const Tool& tool,
     torque[i] = -(potential_j(robot, tool, up) - potential_j(robot, tool, down)) / (2.0 * kStepRad);
   }
   return torque;
+}
+
+double moment_by_energy_nm(const Robot& robot, const Tool& tool, const Eigen::VectorXd& theta,
+                           std::size_t joint, int axis) {
+  constexpr double kStepRad = 1e-4;
+  return -(potential_j(robot, tool, theta, {joint, axis, kStepRad}) -
+           potential_j(robot, tool, theta, {joint, axis, -kStepRad})) /
+         (2.0 * kStepRad);
 }
 
 Eigen::Isometry3d naive_tcp(const ArmModel& arm, const JointVector& q, const Eigen::VectorXd& x) {
@@ -117,6 +129,11 @@ Eigen::Isometry3d naive_tcp(const ArmModel& arm, const JointVector& q, const Eig
       case ParameterKind::kFunctionSine:
         links[joint].theta += x[p] * std::sin(parameter.harmonic * q[joint]);
         break;
+      case ParameterKind::kBearing: {
+        const double tilt = x[p] * moment_by_energy_nm(robot, tool, theta, joint, parameter.axis);
+        (parameter.axis == 0 ? links[joint].tilt_x : links[joint].tilt_y) += tilt;
+        break;
+      }
       case ParameterKind::kDeflection:
         c_t = x[p];
         break;

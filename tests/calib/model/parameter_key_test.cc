@@ -71,6 +71,7 @@ TEST(ParameterKey, NamesStandInFilesLetterForLetter) {
   const Cell one = cell_of({"A1", "A2", "A3", "A4"}, {""}, {"S1"});
   EXPECT_EQ(parameter_name(one, joint_parameter(Kind::kTheta, 1)), "A2.theta");
   EXPECT_EQ(parameter_name(one, joint_parameter(Kind::kCompliance, 1)), "A2.compliance");
+  EXPECT_EQ(parameter_name(one, bearing_parameter(1, 1)), "A2.bearing_y");
   EXPECT_EQ(parameter_name(one, joint_parameter(Kind::kPlay, 1)), "A2.play");
   EXPECT_EQ(parameter_name(one, load_parameter(1, 3, 0)), "A2.load_A4_x");
   EXPECT_EQ(parameter_name(one, wave_parameter(Kind::kCosine, 2, 2)), "A3.cos2");

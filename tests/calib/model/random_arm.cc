@@ -40,6 +40,7 @@ Joint random_joint(Random& random, int number) {
     joint.harmonics = {1, 2 + static_cast<int>(random.below(4))};
     joint.harmonic_sigma_rad = 20.0 * kRadPerArcsec;
   }
+  if (joint.mass_kg < 6.0) joint.bearing_sigma_rad_per_nm = 1e-6;
   if (joint.mass_kg > 24.0) {
     joint.function_sigma_rad = 20.0 * kRadPerArcsec;
     joint.function_reach_rad = 0.1;
