@@ -170,6 +170,7 @@ class JumpSearch {
       if (!found || found->squared_sigmas < kWorthTrying) continue;
       std::optional<Undone> one = without(suspect, *found);
       if (!one) continue;  // too little on one side to tell
+      if (!matters(one->jump)) continue;
       if (!is_target && one->jump.log_odds > kBelievedOdds)
         always = std::max(always, log_odds_of_always(suspect, one->jump));
       if (one->jump.log_odds > best) {
@@ -195,13 +196,28 @@ class JumpSearch {
   /// The same of a move whose place is known, so that nothing is owed for having looked for it.
   std::optional<Jump> move(const std::string& target, std::size_t after_touch) {
     std::optional<Undone> one = split_in_two(target, after_touch);
-    if (!one) return {};
+    if (!one || !matters(one->jump)) return {};
     one->jump.log_odds /= one->chi2;
     test_against_model(*one, 0.0);
     return one->jump;
   }
 
  private:
+  /// A jump that moves the tip by less than the predicted error leaves the result as good.
+  bool matters(const Jump& jump) const {
+    double lever_m = 1.0;
+    if (jump.what == Jump::What::kJoint) {
+      const auto& joints = cell_.robot.joints;
+      const auto index = std::ranges::find(joints, jump.name, &Joint::name) - joints.begin();
+      lever_m = 0.0;
+      for (const Touch& touch : touches_)
+        lever_m +=
+            stated().problem().arm().nominal_jacobian(touch.joint_rad).col(index).head<3>().norm() /
+            static_cast<double>(touches_.size());
+    }
+    return lever_m * size_of(jump).norm() > calibration_.predicted_near_targets_m;
+  }
+
   /// Where the arm does something beside its model: whether that would explain it. `places`: what
   /// is owed for the place.
   void test_against_model(Undone& one, double places) {

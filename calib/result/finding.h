@@ -49,6 +49,7 @@ enum class FindingKind {
   kScaleByLengths,     ///< scope: certified lengths hold the scale
   kScaleByReadings,    ///< scope: a tracker's or wire's readings do
   kScaleByNothing,     ///< scope: near the targets, and the reason
+  kScopeOfTouches,     ///< scope: near the targets, since the prediction holds there alone
   kUncheckedReadings,  ///< nothing else determines the scale
   kUncheckedTouch,     ///< an undetected wrong contact would shift the tip beyond every bound
   kUncheckedLengths,   ///< too few touches to check one by the others

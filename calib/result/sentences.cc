@@ -278,6 +278,13 @@ std::string scale_by_nothing(const Finding& f) {
             "of a tracker or a long wire");
 }
 
+std::string scope_of_touches(const Finding& f) {
+  return fmt::format(
+      "{:.2f} mm predicted over the workspace, above the limit; the result is valid near the touched "
+      "places only ({:.2f} mm). Touch over more of the workspace to extend it",
+      of(f, "workspace_predicted"), of(f, "predicted"));
+}
+
 std::string unchecked_readings(const Finding& f) {
   return fmt::format(
       "errors below {:.2f} % of these readings are not detectable, and scale all lengths of the "

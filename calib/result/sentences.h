@@ -68,6 +68,7 @@ std::string effective_radius(const Finding& f);
 std::string scale_by_lengths(const Finding& f);
 std::string scale_by_readings(const Finding& f);
 std::string scale_by_nothing(const Finding& f);
+std::string scope_of_touches(const Finding& f);
 std::string unchecked_readings(const Finding& f);
 std::string unchecked_lengths(const Finding& f);
 std::string unchecked_length(const Finding& f);

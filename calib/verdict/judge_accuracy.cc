@@ -21,6 +21,9 @@ constexpr double kOfNominal = 0.8;
 struct Foreseen {
   double predicted_m, nominal_m, tolerated_m, required_m;
   std::vector<Quantity> evidence;
+
+  bool as_required() const { return predicted_m <= required_m; }
+  bool gains() const { return predicted_m <= kOfNominal * std::max(nominal_m, tolerated_m); }
 };
 
 Foreseen foreseen(const Cell& cell, const Calibration& c, bool workspace) {
@@ -44,13 +47,26 @@ Foreseen foreseen(const Cell& cell, const Calibration& c, bool workspace) {
 
 }  // namespace
 
+void shrink_scope(const Cell& cell, const Calibration& c, Verdict& verdict) {
+  const Foreseen all = foreseen(cell, c, true), near = foreseen(cell, c, false);
+  if (!verdict.workspace || !(c.nominal_workspace_m > 0.0) || (all.as_required() && all.gains()) ||
+      !near.as_required() || !near.gains())
+    return;
+  verdict.workspace = false;
+  verdict.findings.push_back(
+      {FindingKind::kScopeOfTouches,
+       Severity::kInforms,
+       {},
+       {in_mm("workspace_predicted", all.predicted_m), in_mm("predicted", near.predicted_m)}});
+}
+
 void judge_predicted(const Cell& cell, const Calibration& c, bool workspace,
                      std::vector<Finding>& findings) {
   if (!(c.nominal_workspace_m > 0.0)) return;
   const Foreseen all = foreseen(cell, c, workspace);
-  if (all.predicted_m > all.required_m)
+  if (!all.as_required())
     findings.push_back({FindingKind::kRequired, Severity::kWithholds, {}, all.evidence});
-  if (all.predicted_m > kOfNominal * std::max(all.nominal_m, all.tolerated_m))
+  if (!all.gains())
     findings.push_back({FindingKind::kNoGain, Severity::kWithholds, {}, all.evidence});
 }
 

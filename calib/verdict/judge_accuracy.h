@@ -10,6 +10,9 @@
 namespace cellcal::calib {
 
 /// What the calibration foresees of itself where its scope is.
+/// Shrinks the scope to the touched places where the prediction holds there and not over the
+/// workspace, and states it.
+void shrink_scope(const Cell& cell, const Calibration& c, Verdict& verdict);
 void judge_predicted(const Cell& cell, const Calibration& c, bool workspace,
                      std::vector<Finding>& findings);
 

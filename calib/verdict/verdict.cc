@@ -59,6 +59,7 @@ Verdict judge(const Problem& problem, const Calibration& c) {
   }
   const Scale scale = scale_of(problem, places);
   verdict.workspace = scale.held();
+  shrink_scope(problem.cell(), c, verdict);
   judge_predicted(problem.cell(), c, verdict.workspace, findings);
 
   note_scope(problem, c, places, scale, findings);

@@ -26,7 +26,8 @@ struct Reasons {
 bool is_scope(calib::FindingKind kind) {
   return kind == calib::FindingKind::kScaleByLengths ||
          kind == calib::FindingKind::kScaleByReadings ||
-         kind == calib::FindingKind::kScaleByNothing;
+         kind == calib::FindingKind::kScaleByNothing ||
+         kind == calib::FindingKind::kScopeOfTouches;
 }
 
 Reasons sorted_reasons(const calib::Verdict& verdict) {

@@ -204,7 +204,7 @@ export const FINDINGS = [
   "model_error", "too_few_touches", "rank", "too_few_directions", "all_left_out", "not_touched",
   "certified_length", "certified_twice", "artefact_size", "stated_centre", "exchanged_centres",
   "negative_compliance", "arm_scale", "off_nominal", "effective_radius", "scale_by_lengths",
-  "scale_by_readings", "scale_by_nothing", "unchecked_readings", "unchecked_lengths", "unchecked_length", "unchecked_touch",
+  "scale_by_readings", "scale_by_nothing", "scope_of_touches", "unchecked_readings", "unchecked_lengths", "unchecked_length", "unchecked_touch",
   "required", "no_gain", "gain", "changed", "change_accepted", "unchanged", "not_compared",
   "updated", "update_not_needed", "update_contradicted", "update_not_resolved", "update_not_found", "update_too_few",
   "not_identified", "likely_cause", "moved_target", "jumped", "still_with_model_error", "reference_method",
