@@ -86,8 +86,8 @@ std::vector<PossibleChange> possible_changes(const Calibration& c,
   for (const ForeseenContact& contact : contacts)
     if (std::ranges::find(spheres, contact.target) == spheres.end())
       spheres.push_back(contact.target);
-  // Tools are knocked most often, then stands; a joint's zero rarely slips, and a confirmed touch is
-  // rarely wrong.
+  // Tools are displaced most often, then spheres; a joint's zero rarely slips, and a confirmed
+  // touch is rarely wrong.
   constexpr double kTool = 0.4, kSphere = 0.25, kJoint = 0.15, kGrowth = 0.15, kTouch = 0.05;
   std::vector<PossibleChange> changes{
       {ChangeKind::kTool, c.cell.tool.name(), 0, 3, kTool, kLengthsM}};

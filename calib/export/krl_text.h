@@ -1,6 +1,6 @@
 #pragma once
-// KRL as bytes, lines and tokens. Nothing of a file is lost: every token knows where it stands, and
-// what is not a token (comments, blanks, line ends, Latin-1) is never touched.
+// KRL as bytes, lines and tokens. Lossless: every token has its position, and the rest (comments,
+// blanks, line ends, Latin-1) is never changed.
 
 #include <cstddef>
 #include <optional>
@@ -38,11 +38,11 @@ struct Line {
   std::vector<Token> tokens;
 };
 
-/// Of 'B110' or 'H1F' with its quotes; empty where it is none, or longer than 32 bits.
+/// Value of 'B110' or 'H1F' with its quotes; empty for other texts, or more than 32 bits.
 std::optional<double> based_constant(std::string_view text);
 
-/// The lines that say something: comments, folds, headers (&ACCESS) and blank ones are none. Throws
-/// FileError (calib/model/error.h) naming file and line for what is no text or too long.
+/// Lines with statements: comments, folds, headers (&ACCESS) and blank lines are omitted. Throws
+/// FileError (calib/model/error.h) naming file and line for a text that is not KRL or too long.
 std::vector<Line> read_lines(const KrlFile& file);
 
 }  // namespace cellcal::calib::krl

@@ -1,5 +1,5 @@
 #pragma once
-// Values as KRL files give them: NAME[n]={X 1.0,...}, in letters of any case.
+// Values of KRL files: NAME[n]={X 1.0,...}, case-insensitive.
 
 #include <array>
 #include <map>
@@ -12,7 +12,7 @@
 
 namespace cellcal::calib::krl {
 
-/// A component's number and where it stands, its sign included.
+/// A component's number and its position, including the sign.
 struct Number {
   double value = 0.0;
   std::size_t begin = 0, end = 0;

@@ -90,7 +90,7 @@ void of_axis(const Place& place, MachineData& data, Drives& rpm) {
     axis.max_speed_rad_s = rpm[i] / 60.0 / *axis.gear_ratio * kRadPerTurn;
 }
 
-/// What tells an arm with other axes, and how a six-axis arm has it.
+/// Properties of other kinds of arms, with the value of a six-axis arm.
 constexpr std::pair<const char*, const char*> kUsual[] = {
     {"$KINCLASS", "#STANDARD"}, {"$MAIN_AXIS", "#NR"}, {"$A4PAR", "0"},  {"$DEF_A4FIX", "FALSE"},
     {"$DEF_A5LINK", "FALSE"},   {"$TRAFO_AXIS", "6"},  {"$SPINDLE", "0"}};
@@ -101,7 +101,7 @@ bool is_nothing(const FrameMmDeg& frame) {
          std::all_of(frame.abc_deg.begin(), frame.abc_deg.end(), zero);
 }
 
-/// TOOL_DATA[n] and its like, of $config.dat.
+/// TOOL_DATA[n] and the like, of $config.dat.
 void of_config(const Place& place, MachineData& data) {
   const std::string& name = place.given.name;
   if (name == "TOOL_DATA" || name == "BASE_DATA") {

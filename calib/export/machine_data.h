@@ -1,6 +1,6 @@
 #pragma once
-// What a KUKA controller's machine data say of its arm: $machine.dat and $robcor.dat (KRC:\R1\Mada),
-// and TOOL_DATA, BASE_DATA, LOAD_DATA of $config.dat. KR C2 machine data, "2 The file $MACHINE.DAT".
+// Machine data of a KUKA controller on its arm: $machine.dat and $robcor.dat (KRC:\R1\Mada), and
+// TOOL_DATA, BASE_DATA, LOAD_DATA of $config.dat. KR C2 machine data, "2 The file $MACHINE.DAT".
 
 #include <array>
 #include <map>
@@ -46,18 +46,18 @@ struct MachineData {
 /// naming file, line and variable for an invalid value.
 void read_machine_data(std::string_view text, const std::string& name, MachineData& data);
 
-/// The six-axis arm with a spherical wrist that they describe. Throws FileError naming the variable that
-/// is missing, or by which it is another kind of arm.
+/// The six-axis arm with a spherical wrist that they describe. Throws FileError naming the variable
+/// that is missing, or that belongs to another kind of arm.
 Robot robot_of(const MachineData& data);
 
-/// A length in which robot file and controller differ, with its sign.
+/// A length that differs between robot file and controller, with its sign.
 struct LengthDifference {
   std::string variable, joint, key;  ///< "$LENGTH_A", "A1", "a_mm"
   double controller_m = 0.0, robot_m = 0.0;
 };
-/// By more than 0.01 mm, whatever frames the robot file states its arm in. Of an arm that no such lengths
-/// make, or whose axes turn the other way, one with an empty variable, whose robot_m is how far the flanges
-/// are apart.
+/// Differences of more than 0.01 mm, regardless of the frames in which the robot file states its
+/// arm. If the arm is not described by such lengths, or its axes turn the other way: one entry with
+/// an empty variable, whose robot_m is the distance of the flanges.
 std::vector<LengthDifference> differences(const MachineData& data, const Robot& robot);
 
 /// The robot with the controller's limits and speeds, if stated.

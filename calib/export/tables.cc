@@ -169,7 +169,7 @@ std::optional<Eigen::Vector3d> three_numbers(std::string_view text) {
 
 std::string robot_joint_name(const std::string& name) {
   constexpr std::string_view kBefore = "joint_";
-  // Of robot1_joint_a1 the prefix is the package's; joint_1 is A1.
+  // In robot1_joint_a1 the prefix is the package's; joint_1 is A1.
   const auto before = name.rfind(kBefore);
   const auto behind = before == std::string::npos ? name.size() : before + kBefore.size();
   const bool ros = behind < name.size() && (before == 0 || name[before - 1] == '_');

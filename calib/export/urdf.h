@@ -23,10 +23,10 @@ struct UrdfChain {
   JointFrames frames;
 };
 
-/// The chain of turning joints from the root to `tip_link`. Where none is named it is the end of the
-/// longest chain; of those that only fixed joints tell apart "tool0", else "flange", with or without a prefix,
-/// else the first in the file. A root "world" is skipped: the arm begins at the link
-/// fixed to it. Messages name the file `name`. Throws FileError.
+/// The chain of turning joints from the root to `tip_link`. By default the end of the longest
+/// chain; among links that differ by fixed joints only, "tool0", otherwise "flange", with or
+/// without a prefix, otherwise the first in the file. A root "world" is skipped: the arm begins at
+/// the link fixed to it. Messages name the file `name`. Throws FileError.
 UrdfChain read_urdf(std::string_view text, const std::string& name,
                     const std::string& tip_link = {});
 

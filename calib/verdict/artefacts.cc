@@ -8,22 +8,22 @@
 namespace cellcal::calib {
 
 namespace {
-/// Sigmas that contradict a stated size.
+/// Sigmas by which a stated size is contradicted.
 constexpr double kContradicted = 5.0;
-/// However many touches there are, dirt and the way a target is pressed are not the same for all
-/// targets: they have this much in common, in sigmas of one touch.
+/// Dirt and the way of pressing differ between targets, regardless of the number of touches:
+/// minimum sigma of a common error, in sigmas of one touch.
 constexpr double kCommonSigma = 1.0 / 3.0;
-/// A bias that is determined no better than this is not reported.
+/// A bias with a larger sigma is not reported.
 constexpr double kUndeterminedM = 1e-3;
 
-/// The column of a bias that the touches of a target, or of several, have in common.
+/// Column of a bias common to the touches of one target, or of several.
 struct BiasColumn {
-  double square = 0.0, gradient = 0.0;  ///< j_b'j_b and j_b'r, j_b what a bias of one metre does
+  double square = 0.0, gradient = 0.0;  ///< j_b'j_b and j_b'r; j_b: by a bias of one metre
   Eigen::VectorXd by_all;               ///< J'j_b
   double sigma_m = 0.0;                 ///< of one touch, summed
   int touches = 0;
 
-  Eigen::VectorXd rows;  ///< j_b, where the touches' errors go together
+  Eigen::VectorXd rows;  ///< j_b, if the touches' errors are correlated
 
   void add(const Problem& problem, const Posterior& posterior, std::size_t touch, int row) {
     const Linearisation& linear = posterior.linear;
@@ -85,7 +85,7 @@ std::vector<ArtefactBias> artefact_biases(const Problem& problem, const Estimate
     ArtefactBias bias;
     bias.target = target;
     bias.off_m = (own.gradient - reached.dot(all.gradient)) / information;  // (48)
-    // Scatter beyond what is stated widens, but not the scatter that this bias itself makes.
+    // Excess scatter widens the result, except the part caused by this bias.
     const double inflation =  // (45)
         std::max(1.0, (chi2 - bias.off_m * bias.off_m * information) / std::max(1.0, dof - 1.0));
     const double common_m =
@@ -131,7 +131,7 @@ bool is_of_sphere(const Cell& cell, const ArtefactBias& bias) {
 
 namespace {
 
-/// Sigmas of both that contradict a length.
+/// Sigmas of both by which a length is contradicted.
 constexpr double kLengthContradicted = 5.0;
 
 }  // namespace
@@ -149,8 +149,8 @@ std::vector<LengthResult> leave_one_out_lengths(const Problem& problem, const Es
            std::minmax(lengths[b].block_a, lengths[b].block_b);
   };
   for (std::size_t k = 0; k < lengths.size(); ++k) {
-    // All but what is said of these two ends. Summed up anew: taken away again, a length that is
-    // certified to next to nothing would leave rounding only.
+    // All information except that on these two ends. Summed up anew: subtracting a length that is
+    // certified almost exactly would leave rounding only.
     Eigen::MatrixXd information = touches.information;
     Eigen::VectorXd gradient = touches.gradient;
     for (std::size_t l = 0; l < lengths.size(); ++l) {
@@ -165,7 +165,7 @@ std::vector<LengthResult> leave_one_out_lengths(const Problem& problem, const Es
     const Eigen::VectorXd reached = factor.solve(by);
     const double sigma_m = lengths[k].sigma_m, variance = by.dot(reached);  // in its own sigma^2
     const double off = linear.residual[row(k)] - reached.dot(gradient);  // (46), in its own sigma
-    // Scatter beyond what is stated widens, but not the scatter that this length itself makes.
+    // Excess scatter widens the result, except the part caused by this length.
     const double squared = off * off / (1.0 + variance);  // (45)
     const double inflation = std::max(1.0, (chi2 - squared) / std::max(1.0, dof - 1.0));
     LengthResult result;

@@ -1,8 +1,8 @@
 #pragma once
-// What the touches of a sphere or the readings of a wire have in common beyond what the model gives
-// them: a diameter that is not what the cell file states, an encoder that was zeroed elsewhere. The
-// estimate bends the arm and moves the target for a few tenths of a millimetre, chi^2 hardly rises,
-// and nothing else tells.
+// Common residuals of the touches of a sphere or the readings of a wire beyond the model: a
+// diameter that differs from the cell file, an encoder zeroed elsewhere. The estimate compensates
+// for them by a few tenths of a millimetre of arm and target, chi^2 hardly rises, and no other test
+// detects them.
 
 #include <functional>
 #include <vector>
@@ -15,20 +15,19 @@
 
 namespace cellcal::calib {
 
-/// Of each sphere and wire with touches in use, in the order of the problem's blocks: how much
-/// larger its radius, or longer its readings, had to be by all touches, certified lengths and
-/// tolerances; and of all wires together, where there are several, which are of one instrument.
-/// From the linearisation, without solving anew. `chi2`, `dof`: of the touches; where they scatter
-/// more than stated they say less.
+/// Correction of the radius, or of the readings, of each sphere and wire with touches in use, in
+/// the order of the problem's blocks, by all touches, certified lengths and tolerances; and of all
+/// wires together, if there are several, which belong to one instrument. From the linearisation,
+/// without another solution. `chi2`, `dof`: of the touches; excess scatter reduces their weight.
 std::vector<ArtefactBias> artefact_biases(const Problem& problem, const Estimate& estimate,
                                           const NormalEquations& touches, double chi2, double dof);
 
-/// By how many sigmas it is not what the cell file states.
+/// Deviation from the cell file's value in sigmas.
 double contradiction(const ArtefactBias& bias);
-/// The most contradicted one of those beyond chance and what the model lacks; null where none is.
+/// The most contradicted one of those beyond chance and model errors; null: none.
 const ArtefactBias* worst_contradicted(const std::vector<ArtefactBias>& biases);
 
-/// The session with that bias put right.
+/// The session with that bias corrected.
 struct PutRight {
   Cell cell;
   std::vector<Touch> touches;
@@ -37,31 +36,31 @@ PutRight put_right(const Cell& cell, const std::vector<Touch>& touches, const Ar
 
 bool is_of_sphere(const Cell& cell, const ArtefactBias& bias);
 
-// What touches, tolerances and the other lengths say of each certified length, that length itself
-// left out. A length that is certified to microns is held whatever the touches say, so that its own
-// residual tells nothing; what the others foresee does (Baarda's data snooping).
+// Prediction of each certified length by touches, tolerances and the other lengths, without that
+// length itself. A length certified to microns is always fitted, so that its own residual carries
+// no information; the prediction by the others does (Baarda's data snooping).
 
-/// Of all lengths whose both ends were touched, in the order of the cell file; lengths between the
-/// same two ends are left out together. From the linearisation. `chi2`, `dof`: of the touches;
-/// where they scatter more than stated the others say less.
+/// All lengths with both ends touched, in the order of the cell file; lengths between the same two
+/// ends are left out together. From the linearisation. `chi2`, `dof`: of the touches; excess
+/// scatter reduces the weight of the others.
 std::vector<LengthResult> leave_one_out_lengths(const Problem& problem, const Estimate& estimate,
                                                 const NormalEquations& touches, double chi2,
                                                 double dof);
 
-/// By how many sigmas of both the others contradict a length.
+/// Contradiction of a length by the others, in sigmas of both.
 double contradiction(const LengthResult& length);
-/// By more than five sigmas: further than chance and what the model lacks.
+/// By more than five sigmas: beyond chance and model errors.
 bool is_contradicted(const LengthResult& length);
-/// The least error of a length that the others would contradict [m].
+/// Smallest error of a length that the others would contradict [m].
 double least_seen_error_m(const LengthResult& length);
-/// Between the same two targets, whichever is named first.
+/// Between the same two targets, in either order.
 bool same_ends(const LengthResult& a, const LengthResult& b);
-/// The most contradicted one; null where none is.
+/// The most contradicted one; null: none.
 const LengthResult* worst_contradicted(const std::vector<LengthResult>& lengths);
 
 bool same_ends(const CertifiedLength& a, const CertifiedLength& b);
 bool is_of(const LengthResult& result, const CertifiedLength& length);
-/// With lengths that say nothing, these or all: what all else says of them is still worked out.
+/// The cell with these lengths, or all, without weight: their predictions are still computed.
 Cell silenced(Cell cell, const std::function<bool(const CertifiedLength&)>& which = {});
 
 }  // namespace cellcal::calib

@@ -17,8 +17,8 @@ namespace {
 
 constexpr int kPoses = 300;
 constexpr std::size_t kLeastPoses = 20;
-/// Both calibrations are pulled the same way by the same tolerances, and see the same ripple: what
-/// they state is rarely reached. Errors of an arm go together, so that this is about three sigma.
+/// Both calibrations share tolerances and ripple, so that their stated errors are rarely reached.
+/// Errors of an arm are correlated: this is about three sigma.
 constexpr double kChanged = 3.0;
 
 }  // namespace
@@ -48,7 +48,7 @@ std::optional<Change> change_since(const Calibration& last, const Calibration& n
 void judge_change(const Calibration& last, const std::string& which, bool accepted,
                   std::span<const Touch> touches, Calibration& now) {
   std::vector<Finding>& findings = now.verdict.findings;
-  if (has(findings, FindingKind::kNotIdentified)) return;  // it is the nominal arm
+  if (has(findings, FindingKind::kNotIdentified)) return;  // the result is the nominal arm
   Finding finding{FindingKind::kNotCompared, Severity::kWarns};
   finding.text = which;
   const auto change = change_since(last, now, touches);

@@ -1,5 +1,5 @@
 #pragma once
-// Whether an arm is still the one that was calibrated last.
+// Comparison of an arm with its last calibration.
 
 #include <Eigen/Core>
 #include <functional>
@@ -14,66 +14,66 @@
 
 namespace cellcal::calib {
 
-/// How far two calibrations of one arm lie apart, a motion of the base aside.
+/// Difference of two calibrations of one arm, without a motion of the base.
 struct Change {
-  bool workspace = false;  ///< over the workspace; else near the targets
-  double mean_m = 0.0;     ///< of the distance between the two tips of a pose
-  /// Mean error of the one and of the other there, as their covariances foresee it (the ripple of
-  /// the gears is the same in both); root of the sum of squares.
+  bool workspace = false;  ///< over the workspace; otherwise near the targets
+  double mean_m = 0.0;     ///< mean distance of the two tips of a pose
+  /// Mean errors there predicted by both covariances (the ripple of the gears is common); root of
+  /// the sum of squares.
   double expected_m = 0.0;
 };
 
-/// Over the narrower of the two scopes; 'near the targets' is near the places and postures of
-/// `touches`, which `now` is of.
-/// Empty where they cannot be compared: of another nominal arm or tool, or with too few poses; or
-/// where neither foresees an error there.
+/// Over the narrower of the two scopes; 'near the targets' means near the places and postures of
+/// `touches`, which belong to `now`. Empty if they cannot be compared: another nominal arm or tool,
+/// too few poses, or no error predicted by either.
 std::optional<Change> change_since(const Calibration& last, const Calibration& now,
                                    std::span<const Touch> touches);
 
-/// Adds to the verdict of `now` what became of the arm since `last`. Withholds it where the tips
-/// lie apart by more than three times what both calibrations state, unless that is `accepted`.
-/// `which`: the last calibration in words, "session 12 of 2026-11-20".
+/// Adds the change of the arm since `last` to the verdict of `now`. Withholds it if the tips differ
+/// by more than three times the stated errors of both calibrations, unless `accepted`. `which`:
+/// display text of the last calibration, "session 12 of 2026-11-20".
 void judge_change(const Calibration& last, const std::string& which, bool accepted,
                   std::span<const Touch> touches, Calibration& now);
 
-// In which parameters two calibrations of one cell differ beyond their combined uncertainty.
+// Parameters of two calibrations of one cell that differ beyond their combined uncertainty.
 
-/// Values are SI and radians; `unit` and `to_unit` as of ParameterResult.
+/// Values in SI and radians; `unit` and `to_unit` as in ParameterResult.
 struct MovedParameter {
-  std::string name;  ///< as parameter_name() has it
+  std::string name;  ///< as returned by parameter_name()
   std::string unit;
   double to_unit = 1.0;
   double before = 0.0, after = 0.0;
-  double expanded = 0.0;  ///< of the difference, k = 2
+  double expanded = 0.0;  ///< uncertainty of the difference, k = 2
 };
 
 struct ParameterDifferences {
-  /// By more than twice the root of both variances, the farthest in these first.
+  /// By more than twice the root of both variances, in descending order of that ratio.
   std::vector<MovedParameter> moved;
-  std::vector<std::string> only_before, only_after;  ///< what only one has: a target, a level's
+  std::vector<std::string> only_before, only_after;  ///< e.g. a target's, a level's
 };
 
-/// Parameters are the same where their names are: another cell file may list the targets in another order. What the frame
-/// decides in either is no difference of the arm.
+/// Parameters are matched by name: another cell file may list the targets in another order.
+/// Parameters that the frame determines in either are not compared.
 ParameterDifferences parameter_differences(const Calibration& before, const Calibration& after);
 
-// How far two descriptions of one arm put its tip apart, over the poses that a verdict speaks of.
+// Distance of the tips of two descriptions of one arm, over the poses of a verdict's scope.
 
-/// The same nominal geometry: dimensions, senses and the first tool, to a nanometre.
+/// Equal nominal geometry: dimensions, senses and the first tool, to a nanometre.
 bool same_nominal(const Cell& a, const Cell& b);
 
-/// `count` poses, the same each time: of the workspace, or else within 150 mm of where `touches` were made and
-/// in like postures.
+/// `count` poses, deterministic: of the workspace, or otherwise within 150 mm of `touches` and in
+/// similar postures.
 std::vector<JointVector> poses_in_scope(const Cell& cell, std::span<const Touch> touches,
                                         bool workspace, int count);
 
 /// Tip in the base frame [m].
 using TipOf = std::function<Eigen::Vector3d(const JointVector&)>;
-/// Distances of the tips at each pose [m], a motion of the base taken out.
+/// Distances of the tips at each pose [m], without a motion of the base.
 Eigen::VectorXd tips_apart_m(const TipOf& one, const TipOf& other,
                              const std::vector<JointVector>& poses);
 
-/// Over the scope of a calibration: how far an earlier description of the arm was from it, and its own bound.
+/// Deviation of an earlier description of the arm from a calibration over its scope, and its own
+/// bound.
 struct InScope {
   bool workspace = false;
   int poses = 0;
@@ -82,8 +82,8 @@ struct InScope {
 };
 
 inline constexpr int kScopePoses = 1000;
-/// `earlier` null: the nominal arm with a stiff tool. `workspace`: else near the touches, which `now` is of.
-/// Empty where their nominal geometry or tool is another, or no poses can be found.
+/// `earlier` null: the nominal arm with a stiff tool. `workspace`: otherwise near the touches,
+/// which belong to `now`. Empty if nominal geometry or tool differ, or no poses are found.
 std::optional<InScope> apart_in_scope(const Calibration* earlier, const Calibration& now,
                                       std::span<const Touch> touches, bool workspace);
 

@@ -16,12 +16,12 @@ namespace {
 
 struct Seen {
   Eigen::Vector3d tip_m;
-  double radius_m;  ///< sphere's and tip's, as stated
+  double radius_m;  ///< sum of sphere and tip, as stated
   std::size_t sphere;
   bool fit;
 };
 
-/// Centres of all spheres, then the radius offset.
+/// Centres of all spheres, followed by the radius offset.
 struct Places {
   std::vector<Eigen::Vector3d> centre_m;
   double offset_m = 0.0;
@@ -49,7 +49,7 @@ std::optional<std::vector<Seen>> seen_by(const Calibration& earlier, std::span<c
                     static_cast<std::size_t>(target - earlier.cell.targets.begin()),
                     touches[i].set == TouchSet::kFit});
   }
-  // Without fit touches nothing says where a sphere was.
+  // Without fit touches the place of a sphere is unknown.
   std::erase_if(seen, [&](const Seen& one) {
     return std::ranges::none_of(
         seen, [&](const Seen& other) { return other.fit && other.sphere == one.sphere; });
@@ -76,7 +76,8 @@ Places start_of(const Cell& cell, const std::vector<Seen>& seen) {
   return places;
 }
 
-/// One round of Gauss-Newton; a touch of an arm as found is worth a millimetre. False: it has settled.
+/// One Gauss-Newton iteration; a touch of the arm as found has a sigma of a millimetre. False:
+/// converged.
 bool improve(Places& places, const std::vector<Seen>& seen, double offset_sigma_m) {
   constexpr double kWorthM = 1e-3, kFlat = 1e-9, kSettledM = 1e-9;
   const auto size = static_cast<Eigen::Index>(3 * places.centre_m.size()) + 1;

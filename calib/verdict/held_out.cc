@@ -14,8 +14,8 @@ namespace cellcal::calib {
 
 namespace {
 
-/// Of the check touches, too, a few are gross errors: one, or one in so many, where there are
-/// enough, further off than so many times what is predicted for them.
+/// Gross errors among the check touches, too: one, or one in this many if there are enough, farther
+/// off than this many predicted sigmas.
 constexpr std::size_t kEnoughChecks = 8, kOneGrossOf = 10;
 constexpr double kGrossCheck = 4.0;
 
@@ -80,8 +80,8 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-/// Rows that have to be left over, or the place would explain anything: five touches of a sphere
-/// leave two, less what they say of its diameter.
+/// Minimum redundancy of a place: five touches of a sphere leave two rows, less their information
+/// on its diameter.
 constexpr double kLeastFree = 1.5;
 
 std::vector<std::size_t> touches_of(const Problem& problem, std::size_t target) {
@@ -91,10 +91,10 @@ std::vector<std::size_t> touches_of(const Problem& problem, std::size_t target) 
   return own;
 }
 
-/// The check touches of one target, as a problem of their own in which its place alone is unknown.
+/// Check touches of one target, as a problem with only its place unknown.
 class Sighting {
  public:
-  /// `of`: their indices in the fitted problem.
+  /// `of`: indices in the fitted problem.
   Sighting(const Problem& fitted, const VectorXd& x_si, const Calibration& c,
            const std::vector<std::size_t>& of)
       : of_(of),
@@ -119,7 +119,7 @@ class Sighting {
     }
   }
 
-  /// Whether the touches say more than where it is.
+  /// True if the touches are redundant for the place.
   bool fit() {
     constexpr int kSteps = 20;
     constexpr double kSettled = 1e-9;  // in prior units
@@ -146,7 +146,7 @@ class Sighting {
 
   double degrees_of_freedom() const { return free_.sum(); }
 
-  /// Per touch, with what the calibration foresees for it.
+  /// Adds each touch with the calibration's prediction for it.
   void judge(const MatrixXd& covariance_si, std::vector<HeldOut>& all) const {
     const Eigen::Index rows = residual_.size();
     MatrixXd by_fit = MatrixXd::Zero(rows, covariance_si.cols());
@@ -167,7 +167,7 @@ class Sighting {
     }
   }
 
-  /// The residuals as they would be were the place known.
+  /// Fills in the residuals for a known place.
   void fill(Calibration& calibration) const {
     VectorXd nominal = problem_.to_si(VectorXd::Zero(problem_.size()));
     const TargetBlock& block = problem_.blocks().front();
@@ -191,7 +191,7 @@ class Sighting {
   }
 
  private:
-  /// A row that holds its own place says nothing.
+  /// A row that alone determines its place has no redundancy.
   static constexpr double kHeldAlone = 1e-6;
 
   static std::vector<Touch> as_fit(const Problem& fitted, const std::vector<std::size_t>& which) {
@@ -207,7 +207,7 @@ class Sighting {
     return problem_.unknowns()[static_cast<std::size_t>(problem_.blocks().front().first + k)];
   }
 
-  /// Whitened rows at x, and the covariance of the place's own unknowns in prior units.
+  /// Whitened rows at x, and the covariance of the place's unknowns in prior units.
   void linearise() {
     const TargetBlock& block = problem_.blocks().front();
     first_.clear();
@@ -242,14 +242,14 @@ class Sighting {
   std::vector<Touch> touches_;
   Problem problem_;
   VectorXd x_;
-  std::vector<int> shared_;  ///< per shared unknown its index in the fitted problem, or -1
+  std::vector<int> shared_;  ///< index of each shared unknown in the fitted problem, or -1
   std::vector<Eigen::Index> first_;
   VectorXd residual_;
   MatrixXd by_shared_, by_place_, covariance_, held_;
   Eigen::ArrayXd free_;
 };
 
-/// Of touches that give no place to fit from.
+/// Reason for touches that determine no place.
 UnseenTarget::NotJudged not_judged_for(IdentifyError::Kind kind) {
   switch (kind) {
     case IdentifyError::Kind::kTouches:
@@ -300,18 +300,18 @@ UnseenChecks judge_unseen(const Problem& problem, const VectorXd& x_si, Calibrat
 
 namespace {
 
-/// With a perfect arm a target's touches would hold its place to sigma / sqrt(n lambda), lambda the
-/// smallest eigenvalue of the mean of the outer products of what they say about it. Where that is
-/// worse than this they say more about the target's place than about the arm.
+/// With a perfect arm a target's touches determine its place to sigma / sqrt(n lambda), lambda the
+/// smallest eigenvalue of the mean outer product of their derivatives by it. Above this limit they
+/// carry more information on the target's place than on the arm.
 constexpr double kPlaceSigmaM = 0.3e-3;
-/// At this distance, where a target turns: the region that counts as near it.
+/// Lever of a target's rotation: the region that counts as near it.
 constexpr double kPlaceLeverM = 0.150;
-/// A tracker measures lengths itself, and so does a wire. Their touches hold the scale where, with
-/// a perfect arm, they would hold it to this; a tracker's from at least this many places.
+/// A tracker measures lengths itself, and so does a wire. Their touches determine the scale if,
+/// with a perfect arm, they would determine it to this; a tracker's from at least this many places.
 constexpr double kScaleSigma = 1e-4;
 constexpr int kScalePlaces = 4;
 
-/// Fit touches of a block that are in use.
+/// Fit touches of a block in use.
 std::vector<std::size_t> used_touches(const Problem& problem, const Calibration& c, int block) {
   std::vector<std::size_t> used;
   for (const TouchResidual& r : c.residuals)
@@ -321,7 +321,7 @@ std::vector<std::size_t> used_touches(const Problem& problem, const Calibration&
   return used;
 }
 
-/// Smallest eigenvalue of what these touches say about the place of their target [1/m^2].
+/// Smallest eigenvalue of the information of these touches on the place of their target [1/m^2].
 double least_information(const Problem& problem, const Eigen::VectorXd& x, const TargetBlock& block,
                          const std::vector<std::size_t>& touches) {
   const TargetKind kind = problem.cell().targets[block.target].kind;
@@ -342,7 +342,7 @@ double least_information(const Problem& problem, const Eigen::VectorXd& x, const
   return eigenpairs(information).values[0];  // (56)
 }
 
-/// Wires as long as what is to be measured with them; one as short as a sphere's radius is no rule.
+/// True if the wires' readings determine the scale; one as short as a sphere's radius does not.
 bool wire_holds_scale(const Problem& problem, const std::vector<std::size_t>& touches) {
   double information = 0.0;
   for (const std::size_t i : touches)
@@ -357,7 +357,7 @@ bool tracker_holds_scale(const Problem& problem, const std::vector<std::size_t>&
   for (const std::size_t i : touches) {
     const double* m = problem.touches()[i].tracker_m;
     const Eigen::Vector3d reading(m[0], m[1], m[2]);
-    // A place that was visited again is no other place.
+    // A repeated place does not count again.
     if (std::none_of(readings.begin(), readings.end(), [&](const Eigen::Vector3d& other) {
           return (other - reading).norm() < kPlaceLeverM;
         }))
@@ -386,7 +386,7 @@ HeldPlaces judge_places(const Problem& problem, const Calibration& c,
   for (std::size_t b = 0; b < problem.blocks().size(); ++b) {
     const TargetBlock& block = problem.blocks()[b];
     const Target& target = problem.cell().targets[block.target];
-    if (target.kind == TargetKind::kPoint) continue;  // one touch tells all three directions
+    if (target.kind == TargetKind::kPoint) continue;  // one touch determines all three directions
     const auto used = used_touches(problem, c, static_cast<int>(b));
     if (target.kind == TargetKind::kTracker && tracker_holds_scale(problem, used)) {
       held.rule = &target;

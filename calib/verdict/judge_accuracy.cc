@@ -11,11 +11,11 @@ namespace cellcal::calib {
 
 namespace {
 
-/// Mean 3-D error that a result may be published with where the cell file asks for none
-/// (required_mm): what industrial arms have as they are delivered. More is no calibration.
+/// Limit of the mean 3-D error of a published result, unless the cell file states required_mm:
+/// typical of industrial arms as delivered.
 constexpr double kRequiredM = 2e-3;
-/// And of the nominal arm's own error, or of what its tolerances foresee where it is the better of its kind: closer
-/// to it than this, and the touches tell nothing.
+/// Limit relative to the nominal arm's own error, or to the error predicted by its tolerances if
+/// the nominal arm is better: above it the touches carry no information on the arm.
 constexpr double kOfNominal = 0.8;
 
 struct Foreseen {
@@ -97,11 +97,11 @@ void note_model_error(const Problem& problem, const Calibration& c,
 
 namespace {
 
-/// Certified lengths hold the scale where sigma over length of all together is no more than this.
+/// Certified lengths determine the scale if their combined relative sigma is at most this.
 constexpr double kLengthScaleSigma = 5e-4;
 
-/// Each of the lengths once, the most certain of those between the same two ends; where the touches
-/// do not hold both ends a length says nothing of the arm.
+/// Each length once, the most certain of those between the same two ends; a length whose ends the
+/// touches do not both determine carries no information on the arm.
 std::vector<Problem::Length> different_lengths(const Problem& problem,
                                                const std::vector<int>& loose) {
   const auto is_loose = [&](int block) {
@@ -130,8 +130,8 @@ bool hold_scale(const std::vector<Problem::Length>& lengths) {
   return information * kLengthScaleSigma * kLengthScaleSigma >= 1.0;
 }
 
-/// Others than its certificate say how long it is, so well that they would hold the scale
-/// themselves; or it was measured twice. A certificate that is written down twice does not count.
+/// True if other data than its certificate determine the length well enough for the scale, or it
+/// was measured twice. A certificate listed twice does not count.
 bool is_checked(const Calibration& c, const LengthResult& length) {
   return length.sigma_m < kLengthScaleSigma * length.certified_m ||
          std::any_of(c.lengths.begin(), c.lengths.end(), [&](const LengthResult& other) {
@@ -139,7 +139,7 @@ bool is_checked(const Calibration& c, const LengthResult& length) {
          });
 }
 
-/// Where all hangs on one certificate, or the touches check none by the others.
+/// If the scale depends on a single certificate, or the touches check none by the others.
 std::optional<Finding> unchecked_lengths(const Calibration& c, std::size_t holding) {
   if (c.lengths.empty() || std::any_of(c.lengths.begin(), c.lengths.end(),
                                        [&](const LengthResult& l) { return is_checked(c, l); }))
@@ -156,7 +156,7 @@ std::optional<Finding> unchecked_lengths(const Calibration& c, std::size_t holdi
                   {"lengths", static_cast<double>(holding), ""}}};
 }
 
-/// Why the result claims nothing away from the targets, and what would hold the scale.
+/// Reason for a scope limited to the targets, and the remedy.
 Finding near_targets(const Problem& problem, const HeldPlaces& places, const Scale& scale) {
   const auto any = [&](const auto& is) {
     return std::any_of(problem.blocks().begin(), problem.blocks().end(),
@@ -192,7 +192,7 @@ void note_scope(const Problem& problem, const Calibration& c, const HeldPlaces& 
   if (scale.by_readings)
     findings.push_back(
         {FindingKind::kScaleByReadings, Severity::kInforms, about_target(*places.rule)});
-  // Wires are of one instrument, and have their scale in common.
+  // Wires belong to one instrument, and share its scale error.
   const bool alone = scale.by_readings && !scale.by_lengths && places.trackers <= 1 &&
                      (places.trackers == 0 || places.wires == 0);
   if (alone && arm.sigma > 0.0)
@@ -205,7 +205,7 @@ void note_scope(const Problem& problem, const Calibration& c, const HeldPlaces& 
                     Severity::kInforms,
                     {},
                     {{"lengths", static_cast<double>(scale.lengths.size()), ""}}};
-    // What all certificates have in common only the arm's tolerances contradict.
+    // Only the arm's tolerances contradict an error common to all certificates.
     if (scale.lengths.size() > 1 && !scale.by_readings && arm.sigma > 0.0)
       finding.evidence.push_back({"unseen", 100.0 * arm.unseen(), "%"});
     findings.push_back(std::move(finding));
@@ -217,18 +217,18 @@ void note_scope(const Problem& problem, const Calibration& c, const HeldPlaces& 
 
 namespace {
 
-/// An arm this many tolerances off nominal is another arm: real ones stay within five
-/// (real-data tests), a wrong row of the robot file makes twenty and more and can still be
-/// explained away. Before that it is told.
+/// An arm this many tolerances off nominal is another arm: real ones stay within five (real-data
+/// tests); a wrong row of the robot file leads to twenty and more and can still fit. The lower
+/// limit is a warning.
 constexpr double kFarFromNominal = 6.0, kBeyondTolerance = 4.0;
-/// All lengths of an arm together: chance does not take them so many sigmas off.
+/// All lengths of an arm together: limit of chance in sigmas.
 constexpr double kFarScale = 4.0;
-/// The arm itself may be off the other way, sigmas.
+/// Sigmas by which the arm itself may be off in the opposite direction.
 constexpr double kLuck = 2.0;
-/// The effective radius may be off by what its prior says: chance is warned of, and then not believed.
+/// Effective radius, in sigmas of its prior: limit of the warning, and of the refusal.
 constexpr double kWarnedRadius = 2.0, kFarRadius = 3.0;
 
-/// Whether it is not one length alone.
+/// True if it is not caused by one length alone.
 bool is_of_all_lengths(const Problem& problem, const Calibration& c, const ArmScale& scale) {
   constexpr double kFarWithoutOne = 2.0;
   for (int p = 0; p < problem.arm_size(); ++p) {
@@ -239,7 +239,7 @@ bool is_of_all_lengths(const Problem& problem, const Calibration& c, const ArmSc
   return true;
 }
 
-/// Errors of more than `most` tolerances, the farthest first.
+/// Errors of more than `most` tolerances, the largest first.
 std::vector<FindingPart> beyond_tolerance(const Problem& problem, const Calibration& c,
                                           double most) {
   std::vector<FindingPart> far;
@@ -259,7 +259,7 @@ std::vector<FindingPart> beyond_tolerance(const Problem& problem, const Calibrat
   return far;
 }
 
-/// Where the tip meets its targets elsewhere than the files say; none within `most` sigmas.
+/// Effective radius that differs from the files' values; empty within `most` sigmas.
 std::optional<Finding> radius_off(const Problem& problem, const Calibration& c, double most,
                                   Severity severity) {
   int worst = -1;

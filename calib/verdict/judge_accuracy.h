@@ -1,5 +1,5 @@
 #pragma once
-// Whether the result is as accurate as was asked for, and more accurate than the nominal arm.
+// Accuracy of the result compared with the requirement and with the nominal arm.
 
 #include <vector>
 
@@ -9,53 +9,52 @@
 
 namespace cellcal::calib {
 
-/// What the calibration foresees of itself where its scope is.
 /// Shrinks the scope to the touched places where the prediction holds there and not over the
 /// workspace, and states it.
 void shrink_scope(const Cell& cell, const Calibration& c, Verdict& verdict);
+/// Judges the calibration's prediction over its scope.
 void judge_predicted(const Cell& cell, const Calibration& c, bool workspace,
                      std::vector<Finding>& findings);
 
-/// What was gained, of a result that may be used.
+/// Adds the improvement, for a result that may be used.
 void note_gain(const Cell& cell, const Calibration& c, bool workspace,
                std::vector<Finding>& findings);
-/// What the model does not explain: how much, and what tells it from noise.
+/// Adds the model error: its size, and its distinction from noise.
 void note_model_error(const Problem& problem, const Calibration& c, std::vector<Finding>& findings);
 
-// What holds the scale of the arm, and so for which poses the result may be used; and who would
-// notice if it were wrong.
+// Data that determine the scale of the arm, and thus the scope of the result; and the data that
+// check it.
 
 struct Scale {
-  std::vector<Problem::Length> lengths;  ///< certified, each once, with ends that the touches hold
-  bool by_lengths = false;               ///< they hold it
-  bool by_readings = false;              ///< of a tracker or wire
+  std::vector<Problem::Length> lengths;  ///< certified, each once, with determined ends
+  bool by_lengths = false;               ///< they determine it
+  bool by_readings = false;              ///< by a tracker or wire
   bool held() const { return by_lengths || by_readings; }
 };
 Scale scale_of(const Problem& problem, const HeldPlaces& places);
 
-/// The scope and why; what of the scale nothing checks.
+/// Adds the scope with its reason, and the unchecked part of the scale.
 void note_scope(const Problem& problem, const Calibration& c, const HeldPlaces& places,
                 const Scale& scale, std::vector<Finding>& findings);
 
-// How far the arm, its tool's tip and the effective radius came out from what their files state,
-// counted in what the files let them be off: reported, or held against a result.
+// Deviation of the arm, its tool's tip and the effective radius from the files' values, in units of
+// the files' tolerances: as a note, or as a reason to withhold.
 
-/// How much longer than drawn the arm is, all lengths together, and what their tolerances alone
-/// leave open of that; relative.
+/// Relative error of all lengths of the arm together, and its sigma by their tolerances alone.
 struct ArmScale {
   double off = 0.0, sigma = 0.0;
-  /// An error of all measures together that would hardly be noticed by the arm.
+  /// A common error of all measures that the arm would hardly reveal.
   double unseen() const;
 };
-/// `but`: a parameter that is left out.
+/// `but`: an omitted parameter.
 ArmScale arm_scale(const Problem& problem, const Calibration& c, int but = -1);
 
-/// Errors beyond what the tolerances let one expect: each, and of all lengths together.
+/// Errors beyond the tolerances: each, and of all lengths together.
 void judge_nominal_geometry(const Problem& problem, const Calibration& c,
                             std::vector<Finding>& findings);
-/// A tip that meets its targets elsewhere than diameters and tip radius put it.
+/// A tip whose contacts disagree with diameters and tip radius.
 void judge_radius(const Problem& problem, const Calibration& c, std::vector<Finding>& findings);
-/// The same where it is no more than unlikely; they hold nothing back.
+/// The same at the level of warnings, which do not withhold.
 void note_tolerances(const Problem& problem, const Calibration& c, std::vector<Finding>& findings);
 
 }  // namespace cellcal::calib

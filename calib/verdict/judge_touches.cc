@@ -13,21 +13,21 @@ namespace cellcal::calib {
 
 namespace {
 
-/// Residuals twice as large as stated leave chi^2/dof at 4: the noise is not what the cell file
-/// says, or the arm has errors that the model lacks.
+/// Residuals twice as large as stated give chi^2/dof = 4: the noise differs from the cell file, or
+/// the arm has errors outside the model.
 constexpr double kChi2Limit = 4.0;
-/// A tenth of all may be gross errors, and chance makes more of it.
+/// A tenth may be gross errors; chance leads to a higher share.
 constexpr double kOutlierShare = 0.15;
-/// Of one target's: with so many left out the others say too little of its place, unless there are
-/// enough of them; then so many are still chance.
+/// Share of one target: with more left out the others determine its place poorly, unless there are
+/// enough of them; the second limit then applies.
 constexpr double kOutlierShareOfTarget = 0.20, kOutlierShareOfMany = 1.0 / 3.0;
 constexpr int kEnoughOthers = 15;
-/// And the others are as stated: chi^2 per degree of freedom.
+/// The others agree with the stated noise: chi^2 per degree of freedom.
 constexpr double kAsStated = 1.5;
-/// One touch left out is the usual case where so many remain, and what the outliers are for.
+/// One touch left out is normal if this many remain.
 constexpr int kLeastOtherTouches = 4;
 
-/// A check touch, and the other target that it lies on, if it does.
+/// A check touch, and the other target that it lies on, if any.
 FindingPart check_touch(const Problem& problem, const Calibration& c, const TouchResidual& r) {
   FindingPart part{about_touch(r.touch, problem.touches()[r.touch]),
                    {in_mm("off", std::abs(r.after_m))}};
@@ -35,7 +35,7 @@ FindingPart check_touch(const Problem& problem, const Calibration& c, const Touc
   return part;
 }
 
-/// What the finding has where it is so, and the sentence asks for.
+/// Name of the reason in the finding.
 const char* name_of(UnseenTarget::NotJudged why) {
   switch (why) {
     case UnseenTarget::NotJudged::kPlaceAlone:
@@ -156,17 +156,18 @@ void note_touches(const Problem& problem, const Calibration& c, std::vector<Find
 
 namespace {
 
-/// A joint or tool does not give against its load; noise may say so by this many sigmas.
+/// A joint or tool does not deflect against its load; noise may suggest it up to this many sigmas.
 constexpr double kAgainstLoad = 5.0;
-/// A target stands elsewhere than stated, sigmas of its centre.
+/// Sigmas of the centre beyond which a target counts as misplaced.
 constexpr double kFarCentre = 5.0;
 
-/// Two certificates of one length; all else is too uncertain to say which of them is wrong.
+/// Two certificates of one length; all other data are too uncertain to determine which of them is
+/// wrong.
 void judge_certified_twice(const Calibration& c, std::vector<Finding>& findings) {
   for (std::size_t a = 0; a < c.lengths.size(); ++a)
     for (std::size_t b = a + 1; b < c.lengths.size(); ++b) {
       const LengthResult &one = c.lengths[a], &other = c.lengths[b];
-      // As if the other certificate were all that is said of the one.
+      // As if the other certificate were the only data on this one.
       LengthResult by_other = one;
       by_other.by_others_m = other.certified_m;
       by_other.sigma_m = other.certified_sigma_m;
@@ -179,7 +180,7 @@ void judge_certified_twice(const Calibration& c, std::vector<Finding>& findings)
     }
 }
 
-/// Of two targets each is where the other should be.
+/// Two targets, each at the other's place.
 const Target* exchanged_with(const Problem& problem, const Calibration& c,
                              const TargetResult& one) {
   const Cell& cell = problem.cell();
@@ -217,7 +218,7 @@ void judge_lengths(const Calibration& c, std::vector<Finding>& findings) {
 void judge_artefact_biases(const Calibration& c, std::vector<Finding>& findings) {
   const ArtefactBias* worst = worst_contradicted(c.artefact_biases);
   if (worst == nullptr) return;
-  // What was touched from one side, or in a plane, moves for its size to second order.
+  // For touches from one side, or in a plane, the size has a second-order effect.
   if (std::any_of(findings.begin(), findings.end(), [&](const Finding& one) {
         return one.kind == FindingKind::kTooFewDirections && one.about.name == worst->target;
       }))

@@ -1,6 +1,5 @@
 #pragma once
-// Whether the touches are what they are taken for: their scatter, copies, outliers, and those that
-// were held out.
+// Quality of the touches: scatter, copies, outliers, and held-out ones.
 
 #include <optional>
 #include <span>
@@ -14,34 +13,33 @@
 namespace cellcal::calib {
 
 void judge_scatter(const Problem& problem, const Calibration& c, std::vector<Finding>& findings);
-/// Too many left out, of all or of one target.
+/// Too many outliers, among all or of one target.
 void judge_outliers(const Problem& problem, const Calibration& c, std::vector<Finding>& findings);
 void judge_check_touches(const Problem& problem, const Calibration& c,
                          std::vector<Finding>& findings);
 
-/// What holds nothing back: gross check touches, temperatures, check touches of unseen places, no
-/// check touches at all.
+/// Adds findings that do not withhold: gross check touches, temperatures, check touches of unseen
+/// places, missing check touches.
 void note_touches(const Problem& problem, const Calibration& c, std::vector<Finding>& findings);
 
-// What cell and robot file state of artefacts and loads, where the touches contradict it.
+// Statements of cell and robot file on artefacts and loads, if the touches contradict them.
 
-/// The certified length that all else contradicts most; or two certificates that differ.
+/// The certified length that all other data contradict most; or two certificates that differ.
 void judge_lengths(const Calibration& c, std::vector<Finding>& findings);
-/// The sphere's diameter, or the wire's zero, that all else contradicts most. Looks at what the
-/// findings so far say of its target.
+/// The sphere's diameter, or the wire's zero, that all other data contradict most. Considers
+/// earlier findings on its target.
 void judge_artefact_biases(const Calibration& c, std::vector<Finding>& findings);
-/// Loads that bend the arm the wrong way.
+/// Loads that bend the arm in the wrong direction.
 void judge_loads(const Problem& problem, const Calibration& c, std::vector<Finding>& findings);
 
 /// Targets of the cell file without a touch.
 void note_untouched(const Problem& problem, std::vector<Finding>& findings);
-/// Targets that the touches put far from where the cell file states them.
+/// Targets whose touches put them far from the cell file's place.
 void note_centres(const Problem& problem, const Calibration& c, std::vector<Finding>& findings);
 
-// Temperatures that touches state: the model has none, but whoever reads the result should know
-// over which range it was made.
+// Temperatures stated by touches. The model has none; the range is reported with the result.
 
-/// The range, and how many touches state one; none where none does.
+/// The range, and the number of touches that state one; empty if there are none.
 std::optional<Finding> temperature_finding(std::span<const Touch> touches);
 
 }  // namespace cellcal::calib

@@ -45,13 +45,13 @@ NormalEquations normal_equations_without_lengths(const Problem& problem, const E
 
 namespace {
 
-/// Below it, of the gate at most that much passes into the fit, and less into the tip.
+/// Leverage below which at most this share of the gate passes into the fit, and less into the tip.
 constexpr double kHeldByItself = 0.5;
-/// Leverages come from a mean over the levels, and may be a little more than one.
+/// Leverages are means over the levels, and may slightly exceed one.
 constexpr double kLeastUnheld = 1e-6;
-/// A contact that is farther off than that is met too early, or not at all: the search ends by name.
+/// A larger error is a contact too early, or none: the search ends with that failure.
 constexpr double kLargestErrorM = 3e-3;
-/// Enough for a mean, where there are more.
+/// Sufficient for a mean.
 constexpr Eigen::Index kRowsOfPoses = 3 * 60;
 
 }  // namespace

@@ -1,6 +1,6 @@
 #pragma once
-// What touches and tolerances say of all unknowns, to be asked what they make of one thing that the
-// cell file states (certified_lengths.h, artefact_bias.h).
+// Information of touches and tolerances on all unknowns, for predicting one statement of the cell
+// file by all others (artefacts.h).
 
 #include <Eigen/Core>
 
@@ -16,17 +16,17 @@ struct NormalEquations {
   Eigen::VectorXd gradient;     ///< gradient of half the sum of squares
 };
 
-/// Of the touches in use, without the certified lengths. At the fullest level, not the mean of all:
-/// a lone length is held so hard that what levels differ by would pass for what the others say.
-/// And with wider tolerances: an arm that exceeds them is told so elsewhere, and makes nothing else
-/// wrong.
+/// Normal equations of the touches in use, without the certified lengths. At the fullest level
+/// instead of the mean over all: a single length is so certain that differences between levels
+/// would appear as a contradiction by the others. With wider tolerances: an arm that exceeds them
+/// is reported separately and must not affect this test.
 NormalEquations normal_equations_without_lengths(const Problem& problem, const Estimate& estimate);
 
-// How well each touch is checked by the others: the reliability of geodetic networks (Baarda 1968).
+// Redundancy of each touch: the reliability of geodetic networks (Baarda 1968).
 
-/// The touch in use whose largest error that stays within the gate shifts the tip the most, in the mean over the poses of
-/// `moves` (aligned_moves(), metres per prior sigma of each arm parameter). Nothing where each is held half by
-/// the others: then no error that is not seen makes much of a difference.
+/// The touch in use whose largest error within the gate shifts the tip the most, in the mean over
+/// the poses of `moves` (aligned_moves(), metres per prior sigma of each arm parameter). Empty if
+/// each is determined at least half by the others: then no undetected error has a large effect.
 UncheckedTouch least_checked_touch(const Problem& problem, const Estimate& e,
                                    const Eigen::Ref<const Eigen::MatrixXd>& moves);
 

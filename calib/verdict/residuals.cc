@@ -55,7 +55,7 @@ Eigen::VectorXd place_seen_by_nominal_arm(const Problem& problem, int block,
   if (target.kind == TargetKind::kPlane) {
     double tip_m = 0.0;
     for (const double r : radii) tip_m = std::max(tip_m, r);
-    // A smaller ball's centre would have stood as much farther off, had it been as large.
+    // With the larger ball's radius the centre would have been farther off by the difference.
     for (std::size_t i = 0; i < points.size(); ++i)
       if (radii[i] < tip_m) points[i] += (tip_m - radii[i]) * start.axes.col(2);
     place = plane_through(points, tip_m, start);
@@ -78,8 +78,8 @@ Eigen::VectorXd place_seen_by_nominal_arm(const Problem& problem, int block,
 
 namespace {
 
-/// Unknowns that are none of the arm's: the tool's tip, as far as the cell file leaves it open, the
-/// radius offset, and of each target its place and radius.
+/// Unknowns that do not belong to the arm: the tool's tip, if the cell file leaves it open, the
+/// radius offset, and each target's place and radius.
 std::vector<int> beside_the_arm(const Problem& problem) {
   std::vector<int> beside;
   for (int i = 0; i < problem.size(); ++i)
@@ -89,9 +89,9 @@ std::vector<int> beside_the_arm(const Problem& problem) {
   return beside;
 }
 
-/// The nominal arm with all that is not its fault where its fit touches put it best; `x_si` has the
-/// targets there already, which is all where nothing else is open. A touch of a nominal arm is
-/// worth a millimetre; against that counts what the cell file states of the others.
+/// The nominal arm with all other unknowns fitted to its fit touches; `x_si` has the targets'
+/// places already, which is complete if nothing else is open. A touch of a nominal arm has a sigma
+/// of a millimetre; the cell file's statements are priors of the others.
 void fit_outside_arm(const Problem& problem, const std::vector<bool>& outlier,
                      Eigen::VectorXd& x_si) {
   constexpr double kWorthM = 1e-3;
@@ -141,7 +141,7 @@ void fit_outside_arm(const Problem& problem, const std::vector<bool>& outlier,
 void fill_residuals(const Problem& problem, const Eigen::VectorXd& x_si,
                     const std::vector<bool>& outlier, Calibration& calibration) {
   const auto touches = problem.touches();
-  // The nominal arm, with its own place of each target.
+  // The nominal arm, with its own fit of each target's place.
   Eigen::VectorXd nominal_x = Eigen::VectorXd::Zero(problem.size());
   for (std::size_t b = 0; b < problem.blocks().size(); ++b)
     nominal_x.segment(problem.blocks()[b].first, problem.blocks()[b].place) =
@@ -182,11 +182,11 @@ void fill_residuals(const Problem& problem, const Eigen::VectorXd& x_si,
 
 namespace {
 
-/// From here on a touch is its own witness more than the others are.
+/// Leverage above which a touch is determined more by itself than by the others.
 constexpr double kHoldsItself = 0.5;
 
-/// How far each touch left out would have held its own place, had it been used: with j its whitened
-/// rows and S the covariance without it, j S j' / (1 + j S j'); of three rows the mean over them.
+/// Leverage of each touch left out on its own place, had it been used: with j its whitened rows and
+/// S the covariance without it, j S j' / (1 + j S j'); mean of three rows.
 std::vector<double> leverages(const Problem& problem, const Estimate& e,
                               const std::vector<TouchResidual>& residuals) {
   std::vector<double> result(problem.touches().size(), 0.0);
@@ -233,7 +233,7 @@ std::optional<std::string> lies_on(const Problem& problem, const Calibration& ca
         break;
       case TargetKind::kWire:
       case TargetKind::kTracker:
-        continue;  // what was read there is not known
+        continue;  // the reading there is unknown
     }
     if (std::abs(off_m) < kOnAnotherM) return target.id;
   }
@@ -274,11 +274,11 @@ std::vector<Outlier> named_outliers(const Problem& problem, const Estimate& esti
 
 namespace {
 
-/// Fewer are a slip of the pen.
+/// Fewer copies are accidental.
 constexpr std::size_t kLeast = 3;
 constexpr double kShare = 0.05;
-/// Angles of no more digits may agree by chance where a place is touched again: at a metre's reach
-/// one step of the last is 0.02 mm.
+/// Angles of fewer digits may agree by chance at a repeated place: at a reach of a metre one step
+/// of the last digit is 0.02 mm.
 constexpr double kStepDeg = 1e-3;
 
 bool is_rounded(const Touch& touch) {
@@ -289,7 +289,7 @@ bool is_rounded(const Touch& touch) {
   });
 }
 
-/// Of each touch the one before it that it is a copy of.
+/// For each touch the earlier one that it copies.
 std::vector<std::optional<std::size_t>> originals(std::span<const Touch> touches) {
   std::vector<std::size_t> order(touches.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
@@ -308,7 +308,7 @@ std::vector<std::optional<std::size_t>> originals(std::span<const Touch> touches
 
 std::optional<Finding> duplicate_touches(std::span<const Touch> touches) {
   const auto original = originals(touches);
-  // Whole stretches in the same order again, or digits that agree by no chance.
+  // Whole sections repeated in the same order, or too many digits that agree.
   std::size_t all = 0, in_order = 0, fine = 0, first = touches.size();
   for (std::size_t i = 0; i < touches.size(); ++i) {
     if (!original[i]) continue;

@@ -79,7 +79,7 @@ void by_jumps(const Problem& problem, const Problem::At& at, std::size_t touch, 
   ArmChain chain;
   problem.arm().walk(problem.pose(touch), at.arm, chain);
   const int joints = problem.arm().joint_count(), count = problem.rows(touch);
-  for (int k = 3; k < count; ++k) {  // turns: a joint's axis, and nothing of a tip that is knocked
+  for (int k = 3; k < count; ++k) {  // rotations: a joint's axis, and no effect of a displaced tip
     const double lever = problem.turn_lever_m(touch) / problem.sigma_m(touch);
     for (int i = 0; i < joints; ++i)
       rows(k, i) = problem.arm().robot().joints[static_cast<std::size_t>(i)].sign * lever *

@@ -1,6 +1,5 @@
 #pragma once
-// Touches in the order in which they were made, and a session in two parts: before something in it
-// changed, and after.
+// Touches in chronological order, and a session split at a change.
 
 #include <Eigen/Core>
 #include <cstddef>
@@ -20,46 +19,47 @@
 
 namespace cellcal::calib {
 
-/// Touches in the order in which they were made: by time where all have one (and as given where it
-/// is the same), else as given.
+/// Touches in the order in which they were made: by time if all state one (ties as given),
+/// otherwise as given.
 std::vector<std::size_t> in_order(std::span<const Touch> touches);
 
-/// Of more than `most` touches a share in their order, of each target's fit and check touches
-/// alike; indices, rising.
+/// A share of more than `most` touches in their order, equally of each target's fit and check
+/// touches; indices, ascending.
 std::vector<std::size_t> share_of(std::span<const Touch> touches, std::size_t most);
 
-/// An id for the same target after its move, which none of the cell's has.
+/// An unused id for the target after its move.
 std::string id_after_move(const Cell& cell, const std::string& id);
 
-/// A session in which a target stands elsewhere behind one of its touches, as one of two targets:
-/// the later one within `sigma_m` of `centre_m`, or anywhere.
+/// A session with a target that moved after one of its touches, as one of two targets: the later
+/// one within `sigma_m` of `centre_m`, or anywhere.
 struct TwoPlaces {
   Cell cell;
   std::vector<Touch> touches;
-  std::string later;  ///< its id
+  std::string later;  ///< id of the later one
 };
 TwoPlaces as_two(const Cell& cell, const std::vector<Touch>& touches, const std::string& target,
                  std::size_t after_touch, const std::optional<Eigen::Vector3d>& centre_m = {},
                  double sigma_m = 0.0);
 
-// All fit touches of a session in their order, linearised where a calibration of them ended, and
-// what a jump of a joint's zero, of the tool's tip or of a target in between does to them (jump.h).
+// All fit touches of a session in their order, linearised at the result of a calibration of them,
+// and the effect of a jump of a joint's zero, of the tool's tip or of a target between them
+// (jump.h).
 
-/// Beyond this many sigmas a touch is left out, in the estimate too.
+/// Beyond this many sigmas a touch is an outlier, as in the estimate.
 inline constexpr double kJumpGate = 4.0;
-/// What is looked for, 1 sigma: of a joint's zero; of tool and target in each direction.
+/// Prior 1 sigma of a jump: of a joint's zero; of tool and target in each direction.
 inline constexpr double kUsualSlipRad = 0.1 * kRadPerDeg;
 inline constexpr double kUsualKnockM = 1e-3;
-/// Touches on either side of a jump, at least: three for where a target is, and two more.
+/// Minimum number of touches on either side of a jump: three for a target's place, and two more.
 inline constexpr std::size_t kLeastEachSide = 5;
 
-/// Columns by which a touch's whitened rows follow jumps: of each joint's zero, then of the tool's
-/// tip along the flange's axes. SI.
+/// Derivatives of the touch's whitened rows by jumps: of each joint's zero, then of the tool's tip
+/// along the flange's axes. SI.
 using JumpRows = Eigen::Matrix<double, Problem::kMostRows, Eigen::Dynamic>;
 int jump_columns(const Problem& problem);
 void by_jumps(const Problem& problem, const Problem::At& at, std::size_t touch, JumpRows& rows);
 
-/// One that may have jumped, and its columns.
+/// A possible jump, and its columns.
 struct JumpSuspect {
   Jump::What what = Jump::What::kJoint;
   std::string name;
@@ -67,14 +67,14 @@ struct JumpSuspect {
   Eigen::Index first = 0;
   Eigen::Index size = 1;
   double usual = 0.0;
-  int unknown = -1;  ///< of a target: its first
+  int unknown = -1;  ///< first unknown of a target
 };
 
-/// The jump of one suspect: by `size`, from touch `behind` of the sequence on.
+/// The jump of one suspect by `size`, from a touch of the sequence on.
 struct FoundJump {
   std::size_t behind = 0;
   Eigen::VectorXd size;
-  Eigen::MatrixXd information;  ///< of it, all else left free
+  Eigen::MatrixXd information;  ///< of the jump, with all other unknowns free
   double squared_sigmas = 0.0;
 };
 
@@ -89,23 +89,23 @@ class JumpSequence {
   const std::vector<std::size_t>& order() const { return order_; }
   const std::vector<JumpSuspect>& suspects() const { return suspects_; }
 
-  /// Where and by how much it jumped, if it did: touches far off count for nothing in the end, but
-  /// which they are is left open at first, and so is where the jump was.
+  /// Place and size of the jump, if any. Robust: gross errors have no weight in the end, but are
+  /// undecided at first, as is the place.
   std::optional<FoundJump> robust(const JumpSuspect& suspect) const;
-  /// A further jump at a place that is known already, of touches that are within the gate.
+  /// A further jump at a known place, by touches within the gate.
   std::optional<FoundJump> at(const JumpSuspect& suspect, std::size_t behind) const;
-  /// Where the jump, which these touches have undone from `behind` on, is placed best.
+  /// Best place of the jump, given the jump removed from the touches after its first place.
   std::size_t placed(const JumpSuspect& suspect, const FoundJump& found) const;
 
  private:
   void set_prior(const Calibration& c, const Eigen::VectorXd& u);
   void fill_columns(const Eigen::VectorXd& x);
-  /// Median of |r| in what it is of normal ones.
+  /// Median of |r| relative to its value for normal errors.
   double scatter(const Eigen::VectorXd& residual) const;
-  /// Geman and McClure's: full for honest touches, none for gross ones.
+  /// Geman and McClure's: full for inliers, none for gross errors.
   Eigen::VectorXd weights(const Eigen::VectorXd& residual, double width) const;
-  /// With each touch weighed so: the place where the jump takes most away, or `only` that, and what
-  /// is left of the residuals then.
+  /// With these weights: the place where the jump reduces the residuals most, or `only` that, and
+  /// the remaining residuals.
   std::optional<FoundJump> best_place(const JumpSuspect& suspect, const Eigen::VectorXd& weight,
                                       std::optional<std::size_t> only,
                                       Eigen::VectorXd& residual) const;
@@ -114,7 +114,7 @@ class JumpSequence {
   ArmModel arm_;
   Problem problem_;
   Linearisation linear_;
-  Eigen::MatrixXd information_;  ///< of priors and certified lengths
+  Eigen::MatrixXd information_;  ///< from priors and certified lengths
   Eigen::VectorXd gradient_;
   Eigen::MatrixXd by_jump_;
   std::vector<JumpSuspect> suspects_;
@@ -122,11 +122,12 @@ class JumpSequence {
   std::vector<int> row_;
 };
 
-// What touches from one of a session on say of a change in front of it: of a target's place, a
-// joint's zero or the tool's tip. The score test: from a linearisation, without solving anew.
+// Information of the touches from one of a session on about a change before it: of a target's
+// place, a joint's zero or the tool's tip. The score test: from a linearisation, without another
+// solution.
 
-/// Sums over whitened rows, added from a session's last touch back, so that what the later ones say
-/// is summed up once: with J_d the columns of the change, J those of all unknowns, r the residuals.
+/// Sums over whitened rows, added from a session's last touch backwards, so that common parts are
+/// summed once: J_d are the columns of the change, J those of all unknowns, r the residuals.
 template <int Columns = Eigen::Dynamic>
 struct ChangeScore {
   using Square = Eigen::Matrix<double, Columns, Columns>;
@@ -138,8 +139,8 @@ struct ChangeScore {
         by_all(ByAll::Zero(unknowns, columns)),
         gradient(Vector::Zero(columns)) {}
 
-  /// Some rows of J_d, J and r; one row's r may be a number. Several at once are summed among
-  /// themselves first, which rounds otherwise than one after the other.
+  /// Some rows of J_d, J and r; r of a single row may be a number. Several rows at once are summed
+  /// first, which rounds differently from one by one.
   void add(const auto& by_change, const auto& by_unknowns, const auto& residual,
            double weight = 1.0) {
     square.noalias() += (weight * by_change).transpose() * by_change;
@@ -152,8 +153,8 @@ struct ChangeScore {
   Vector gradient;  ///< J_d'r
 };
 
-/// By how many squared sigmas a change improves the fit: with its information, all other unknowns
-/// left free, its gradient, and what is looked for, 1 sigma. 0 where the information is none.
+/// Squared sigmas by which a change improves the fit: from its information, all other unknowns
+/// free, its gradient, and its prior 1 sigma. 0 without information.
 template <int Columns>
 double squared_sigmas(Eigen::Matrix<double, Columns, Columns> information,
                       const Eigen::Matrix<double, Columns, 1>& gradient, double usual) {

@@ -12,26 +12,26 @@ namespace cellcal::calib {
 
 namespace {
 
-/// So many places of a target's sequence are tried; a move between two of them is seen by both.
+/// Number of places tried in a target's sequence; a move between two of them appears at both.
 constexpr std::size_t kSplits = 7;
-/// Squared sigmas of a shift, three degrees of freedom, that are worth a closer look.
+/// Squared sigmas of a shift, three degrees of freedom, from which it is examined.
 constexpr double kSuspect = 16.0;
-/// At most so many closer looks, each of which costs an identification.
+/// Maximum number of examinations, each of which costs an identification.
 constexpr std::size_t kLooks = 3;
-/// So many touches of one target left out are no gross errors any more: it may have moved so far
-/// that all from there on were. Fewer cannot speak for a move; gross errors would find one.
+/// Number of outliers of one target from which they are not regarded as gross errors: it may have
+/// moved so far that all later touches are outliers. Fewer could be gross errors.
 constexpr std::size_t kManyLeftOut = 3;
-/// And where: two rates have to be likelier than one by this much (e^10). Five of 67 do if they are
+/// Log likelihood ratio of two outlier rates against one (e^10). Five of 67 exceed it if they are
 /// the last ones; three of the last five and one before do not.
 constexpr double kNoChance = 10.0;
 
-/// Squared sigmas of a jump that are worth a closer look.
+/// Squared sigmas of a jump from which it is examined.
 constexpr double kSuspectedJump = 12.0;
-/// So many places of the session are tried at first; a jump between two is seen by both.
+/// Number of places of the session tried at first; a jump between two appears at both.
 constexpr std::size_t kPlaces = 15;
 constexpr std::size_t kMostSuspecting = 4000;
 
-/// Of each touch its first row; -1 of one that is not in use.
+/// First row of each touch; -1 if not in use.
 std::vector<int> first_rows(const Problem& problem, const Estimate& e) {
   std::vector<int> row_of(problem.touches().size(), -1);
   for (const auto& [touch, row] : e.posterior.linear.touch_row) row_of[touch] = row;
@@ -39,11 +39,11 @@ std::vector<int> first_rows(const Problem& problem, const Estimate& e) {
 }
 
 struct Split {
-  std::size_t at = 0;  ///< first touch behind it
+  std::size_t at = 0;  ///< first touch after it
   double squared_sigmas = 0.0;
 };
 
-/// The split of a target's touches in use that speaks most for a move.
+/// The split of a target's touches in use with the largest evidence of a move.
 Split loudest_split(const Problem& problem, const Estimate& e, const std::vector<int>& row_of,
                     const TargetBlock& block, const std::vector<std::size_t>& used) {
   Split best;
@@ -73,8 +73,8 @@ Split loudest_split(const Problem& problem, const Estimate& e, const std::vector
   return best;
 }
 
-/// Where touches begin or cease to be left out: the split for which two rates explain best which
-/// ones are; none where gross errors that fall together by chance would do.
+/// Start or end of a run of outliers: the split with the best fit of two rates; empty if gross
+/// errors can coincide by chance.
 std::optional<std::size_t> split_of_left_out(const std::vector<std::size_t>& own,
                                              const std::vector<bool>& use) {
   const auto log_likelihood = [](double out, double of) {
@@ -114,7 +114,7 @@ std::vector<std::size_t> asked_in_order(const Problem& problem, const std::vecto
   return order;
 }
 
-/// What the touches from each of these places of the order on say of all jumps.
+/// Scores of all jumps by the touches from each of these places on.
 std::vector<ChangeScore<>> scores_at(const Problem& problem, const Estimate& e,
                                      const std::vector<int>& row_of,
                                      const std::vector<std::size_t>& order,
@@ -169,7 +169,7 @@ std::vector<MovedTarget> suspected_moves(const Problem& problem, const Estimate&
     if (own.size() - used.size() < kManyLeftOut) continue;
     if (const auto split = split_of_left_out(own, e.use)) {
       suspect.after_touch = own[*split - 1];
-      // Before all others: what is left out is far off.
+      // Larger than all others: outliers are far off.
       constexpr double kFarOff = 1e6;
       suspect.squared_sigmas += kFarOff;
       suspects.push_back(suspect);
@@ -188,7 +188,7 @@ std::vector<Jump> suspected_jump(const Problem& problem, const Estimate& e, doub
   const std::vector<std::size_t> order = asked_in_order(problem, row_of);
   if (order.size() < 2 * kLeastEachSide) return {};
   std::vector<std::size_t> places(std::min(kPlaces, order.size() - 2 * kLeastEachSide + 1));
-  for (std::size_t k = 0; k < places.size(); ++k)  // first touch behind it
+  for (std::size_t k = 0; k < places.size(); ++k)  // first touch after it
     places[k] = kLeastEachSide + k * (order.size() - 2 * kLeastEachSide) /
                                      std::max<std::size_t>(1, places.size() - 1);
   const std::vector<ChangeScore<>> scores = scores_at(problem, e, row_of, order, places);

@@ -1,6 +1,6 @@
 #pragma once
 // Targets, a joint or the tool that may have moved or jumped during the session: by the score test,
-// without solving anew. No more than reasons to look closer (calib/identify/jump.h).
+// without another solution. Candidates for examination only (calib/identify/jump.h).
 
 #include <vector>
 
@@ -10,13 +10,13 @@
 
 namespace cellcal::calib {
 
-/// Targets that may have been knocked or have crept, each with the touch of it that speaks most for
-/// a move after it, loudest first.
+/// Targets that may have been displaced or have crept, each with its most likely last touch before
+/// the move, in descending order of evidence.
 std::vector<MovedTarget> suspected_moves(const Problem& problem, const Estimate& estimate,
                                          double chi2_per_dof);
 
-/// The joint or the tool whose jump would improve the fit most, and after which touch about; none
-/// where it is no more than chance.
+/// The joint or the tool whose jump would improve the fit most, and the approximate touch before
+/// it; empty within chance.
 std::vector<Jump> suspected_jump(const Problem& problem, const Estimate& estimate,
                                  double chi2_per_dof);
 

@@ -13,11 +13,13 @@ namespace cellcal::calib {
 
 namespace {
 
-/// Of the geometry's directions: with less the result is the tolerances, not the touches.
+/// Share of the geometry's directions: below it the tolerances determine the result instead of the
+/// touches.
 constexpr double kDeterminedShare = 0.5;
 
-/// Shift by a wrong contact that is not detected, over the predicted mean error: u95 is some three times that. Of sessions at
-/// four spheres none of 100 touches has more than five here, of 50 one in a hundred, of 30 most.
+/// Shift by an undetected wrong contact, over the predicted mean error: u95 is about three times
+/// that. Of sessions at four spheres none of 100 touches exceeds five, of 50 one in a hundred, of
+/// 30 most.
 constexpr double kMostUnchecked = 5.0;
 
 void judge_rank(const Calibration& c, std::vector<Finding>& findings) {
@@ -29,7 +31,7 @@ void judge_rank(const Calibration& c, std::vector<Finding>& findings) {
                          {"directions", static_cast<double>(c.observability.directions), ""}}});
 }
 
-/// Whether more touches would mend all that there is.
+/// True if further touches would resolve all findings.
 bool wants_touches_alone(const std::vector<Finding>& findings) {
   return !findings.empty() && std::all_of(findings.begin(), findings.end(), [](const Finding& one) {
     return one.kind == FindingKind::kRank || one.kind == FindingKind::kTooFewDirections;
@@ -88,12 +90,12 @@ void warn_of_unchecked_touch(std::span<const Touch> touches, Calibration& c) {
 
 namespace {
 
-/// A session that has made fewer of each target has only begun.
+/// A session with fewer touches of each target is a first session.
 constexpr std::size_t kBegunPerTarget = 5;
-/// That suffice for most cells; what a first session says to go on with.
+/// Sufficient for most cells; recommended after a first session.
 constexpr int kUsualTouches = 50, kUsualChecks = 10;
 
-/// How far from its stated place a nominal tip met its target; none where that is not stated.
+/// Distance of the nominal tip at contact from its target's stated place; empty if not stated.
 std::optional<double> met_off_m(const Problem& problem, const Touch& touch) {
   const Cell& cell = problem.cell();
   const Target& target = cell.targets[cell.target_index(touch.target)];

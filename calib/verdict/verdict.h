@@ -1,5 +1,5 @@
 #pragma once
-// Whether a result may be used, and for what.
+// Verdict: permitted use of a result.
 
 #include <span>
 
@@ -9,19 +9,19 @@
 
 namespace cellcal::calib {
 
-/// Everything but `verdict` must be filled, and gross check touches (held_out.h) marked among the
-/// residuals. What withholds stands before what warns and informs.
+/// Requires everything except `verdict`, with gross check touches (held_out.h) marked among the
+/// residuals. Withholding findings precede warnings and information.
 Verdict judge(const Problem& problem, const Calibration& calibration);
 
-/// Warns, of a result that is published, where a wrong contact that the other touches do not contradict could shift the tip far
-/// beyond what is predicted, (99).
+/// Warns about a published result if a wrong contact that the other touches do not contradict could
+/// shift the tip far beyond the prediction, (99).
 void warn_of_unchecked_touch(std::span<const Touch> touches, Calibration& calibration);
 
-// A first session of a few touches, made to see that the cell works.
+// A first session of a few touches, as a test of the cell.
 
-/// Fewer touches than a calibration begins with.
+/// Fewer touches than a calibration requires.
 bool has_only_begun(const Problem& problem);
-/// What it has shown, and with how many to go on.
+/// Its result, and the recommended number of touches.
 Finding first_session(const Problem& problem);
 
 }  // namespace cellcal::calib

@@ -38,7 +38,7 @@ calib::Calibration real_arm(const calib::Calibration& c, bool cells, const Eigen
   return cells ? c : calib::with_tool(c, stiff(c, tcp, load));
 }
 
-/// Tools as they stand in the text are told apart by their numbers.
+/// Tools written out in the text are distinguished by their numbers.
 std::string key_of(const FrameRef& ref) {
   if (!ref.literal) return std::to_string(ref.number);
   std::string key = "literal";

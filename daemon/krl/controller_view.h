@@ -1,5 +1,5 @@
 #pragma once
-// One tool as the controller reckons with it, and as it really is: nominal arm and calibrated arm.
+// One tool in the controller's (nominal) and in the calibrated arm.
 
 #include <map>
 #include <memory>
@@ -18,26 +18,26 @@
 
 namespace cellcal::daemon::krl {
 
-/// A TOOL_DATA nearer than this to the cell file's tool, as stated or as identified, is that tool.
+/// A TOOL_DATA nearer than this to the cell file's tool, stated or identified, is that tool.
 inline constexpr double kSameToolMm = 0.05, kSameToolDeg = 0.02;
 
 class ControllerView {
  public:
-  /// `tool`: flange to TCP as the controller has it. `load`: of LOAD_DATA, where it is stated.
+  /// `tool`: flange to TCP in the controller's data. `load`: from LOAD_DATA, if stated.
   ControllerView(const calib::Calibration& calibration, const Eigen::Isometry3d& tool,
                  const std::optional<LoadData>& load);
 
-  /// The cell file's tool, with its bending and what was identified of its tip.
+  /// The cell file's tool, with its bending and its identified tip.
   bool is_the_cells() const { return cells_; }
   bool closed_form() const { return ways_->closed_form(); }
   const calib::Robot& robot() const { return arm_.robot(); }
 
-  /// Where the controller believes the TCP to be.
+  /// TCP by the controller's nominal arm.
   Eigen::Isometry3d nominal(const calib::JointVector& q) const { return arm_.nominal_tcp(q); }
   std::optional<calib::JointVector> joints(const Eigen::Isometry3d& tcp, StatusTurn wanted) const {
     return joints_of(*ways_, robot(), tcp, wanted);
   }
-  /// In the posture of `near`, by the whole turns that are nearest to it.
+  /// In the posture of `near`, with the nearest whole turns.
   std::optional<calib::JointVector> joints(const Eigen::Isometry3d& tcp,
                                            const calib::JointVector& near) const;
   StatusTurn status_turn(const calib::JointVector& q) const { return status_turn_of(*ways_, q); }
@@ -56,16 +56,16 @@ class ControllerView {
   calib::Predictor predictor_;
 };
 
-/// Where a tool or base lies; empty: its number is stated nowhere.
+/// Frame of a tool or base; empty: its number is not stated.
 std::optional<Eigen::Isometry3d> frame_of_ref(const FrameRef& ref,
                                               const std::map<int, calib::FrameMmDeg>& stated);
 
-/// One view for each tool of a program, made when it is first asked for. Keeps references to both.
+/// One view per tool of a program, created on first use. Keeps references to both.
 class ControllerViews {
  public:
   ControllerViews(const calib::Calibration& calibration, const Data& data)
       : calibration_(calibration), data_(data) {}
-  /// Null: its number is stated nowhere.
+  /// Null: its number is not stated.
   ControllerView* of(const FrameRef& tool);
   const std::vector<ToolUsed>& used() const { return used_; }
 

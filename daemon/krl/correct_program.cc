@@ -24,14 +24,14 @@ using calib::FrameMmDeg;
 using calib::JointVector;
 using Eigen::Isometry3d;
 
-/// Decimals that a written number has at least: 0.1 um, and 2 um at an arm's length of 1.4 m for A, B, C
-/// and axis angles.
+/// Least decimals of a written number: 0.1 um, and 2 um at an arm's length of 1.4 m for A, B, C and
+/// axis angles.
 constexpr int kLeastDecimalsMm = 4, kLeastDecimalsDeg = 5;
-/// A correction below both leaves the point's text as it is.
+/// A correction below both leaves the point's text unchanged.
 constexpr double kNoShiftMm = 1e-5, kNoTurnDeg = 1e-6;
-/// What rounding of the written numbers may leave.
+/// Limit of the error by rounding of the written numbers.
 constexpr double kVerifiedMm = 0.02;
-/// About a target, each way: where a calibration without scale holds (M2).
+/// Distance from a target, each way, within which a calibration without scale is valid (M2).
 constexpr double kNearTargetM = 0.15;
 constexpr std::array<const char*, 6> kPose = {"X", "Y", "Z", "A", "B", "C"};
 
@@ -41,7 +41,7 @@ double degrees_between(const Isometry3d& a, const Isometry3d& b) {
 
 class Correction {
  public:
-  /// `files`: those that have points.
+  /// `files`: those with points.
   Correction(const calib::Calibration& calibration, const std::vector<const KrlFile*>& files,
              const Program& program, const CorrectionOptions& options)
       : calibration_(calibration),
@@ -75,7 +75,7 @@ class Correction {
     }
   }
 
-  /// Those of points whose key is among `keys`.
+  /// Edits of points whose key is among `keys`.
   std::vector<Edit> edits_of(const std::string& file, const std::set<std::string>& keys) const {
     std::vector<Edit> all;
     const auto [begin, end] = edits_.equal_range(file);
@@ -103,14 +103,14 @@ class Correction {
                               number, reached, lost(why, motion)});
   }
 
-  /// The statement behind which the frame or posture is not known.
+  /// The statement that makes the frame or posture unknown.
   static Lost lost(Why why, const Motion& motion) {
     if (why == Why::kToolNotKnown || why == Why::kBaseNotKnown) return motion.frames.lost;
     if (why == Why::kPostureNotKnown || why == Why::kNoConfiguration) return motion.lost;
     return {};
   }
 
-  /// A point that stays as it is: only the posture there counts.
+  /// An unchanged point: only its posture counts.
   void pass(std::size_t index) {
     const Motion& motion = program_.motions[index];
     const auto at = program_.left_points.find(motion.point);
@@ -143,7 +143,7 @@ class Correction {
     return view != nullptr && view->closed_form() ? view : nullptr;
   }
 
-  /// Whether the program itself changes what holds at the motion.
+  /// True if the program changes the data that are valid at the motion.
   bool changed(const Motion& motion, bool axes) const {
     const FrameRef& tool = *motion.frames.tool;
     const FrameChanges& changes = program_.modules[motion.module].changes;
@@ -165,7 +165,7 @@ class Correction {
     return q;
   }
 
-  /// A CP motion stays in the posture that it begins in, whatever S says.
+  /// A CP motion keeps the posture of its start, regardless of S.
   std::optional<Why> wrong_posture(const Motion& motion, const ControllerView& view,
                                    const std::map<std::size_t, JointVector>& joints,
                                    const JointVector& q) const {
@@ -179,7 +179,7 @@ class Correction {
                : std::optional(Why::kOtherPosture);
   }
 
-  /// A point that was corrected for an earlier motion.
+  /// A point already corrected for an earlier motion.
   void again(std::size_t index, std::size_t first) {
     const Motion &one = program_.motions[first], &other = program_.motions[index];
     if (refused_.count(other.point) > 0) return;
@@ -195,7 +195,7 @@ class Correction {
     }
     const auto joints = nominal_.find(first);
     if (joints == nominal_.end()) return;
-    // Without S and T the same numbers may mean another posture here.
+    // Without S and T the same numbers may belong to another posture here.
     if (!axes && !status_turn(program_.points.at(other.point))) {
       const auto before = previous(other);
       ControllerView& view = *views_.of(*other.frames.tool);
@@ -332,13 +332,13 @@ class Correction {
     return verified(done, motion, view, *commanded, goal);
   }
 
-  /// Where the TCP of the arm that the point was taught on was.
+  /// TCP of the arm that the point was taught on.
   std::optional<Isometry3d> was_at(const Motion& motion, const JointVector& q) {
     if (!from_) return std::nullopt;
     return from_->of(*motion.frames.tool)->real(q).tcp;
   }
 
-  /// The bits of the arm's own axes; those above are kept. Whether any changed.
+  /// Sets the bits of the arm's own axes; higher ones are kept. True if one changed.
   bool rewrite_bits(const Motion& motion, const Point& point, const char* name, int mask,
                     int bits) {
     const int old = static_cast<int>(point.value.numbers.at(name).value);
@@ -351,7 +351,7 @@ class Correction {
     return done.shift_mm.norm() > kNoShiftMm || done.turn_deg > kNoTurnDeg;
   }
 
-  /// With what the controller will make of the written numbers.
+  /// Evaluates the written numbers as the controller does.
   std::optional<Why> verified(CorrectedPoint& done, const Motion& motion,
                               const ControllerView& view, const JointVector& commanded,
                               const Isometry3d& wanted) {
@@ -407,7 +407,7 @@ class Correction {
     return nullptr;
   }
 
-  /// Replaces a component's number; what will stand there, as the controller reads it.
+  /// Replaces a component's number; returns the new one as read by the controller.
   double write(const Motion& motion, const Point& point, const std::string& name, double value,
                int least) {
     const Number& at = point.value.numbers.at(name);
@@ -423,18 +423,18 @@ class Correction {
   const Program& program_;
   const CorrectionOptions& options_;
   ControllerViews views_;
-  std::optional<ControllerViews> from_;              ///< of the arm that the points were taught on
-  std::map<std::string, const std::string*> texts_;  ///< of the files that have points
+  std::optional<ControllerViews> from_;              ///< for the arm that the points were taught on
+  std::map<std::string, const std::string*> texts_;  ///< files with points
   std::map<std::string, CorrectedPoint> points_;     ///< by key
-  std::vector<std::string> order_;                   ///< of their first motions
+  std::vector<std::string> order_;                   ///< order of their first motions
   std::multimap<std::string, Refusal> refusals_;     ///< by the point's key
-  std::map<std::size_t, JointVector> nominal_;       ///< of each motion, before correction
-  std::map<std::size_t, JointVector> ends_;          ///< and after it
+  std::map<std::size_t, JointVector> nominal_;       ///< per motion, before correction
+  std::map<std::size_t, JointVector> ends_;          ///< per motion, after correction
   std::map<std::string, std::size_t> first_motion_;
   std::set<std::string> refused_;
   std::multimap<std::string, std::pair<std::string, Edit>>
       edits_;              ///< by file; with the point's key
-  bool reported_ = false;  ///< the refusal is in the list already
+  bool reported_ = false;  ///< the refusal is already listed
 };
 
 }  // namespace
@@ -455,7 +455,7 @@ void sort_by_place(std::vector<Refusal>& refusals) {
   });
 }
 
-/// Of each module: what was not understood, and the refused points that it moves to.
+/// Refusals of each module: unreadable statements, and the refused points of its motions.
 std::vector<std::vector<Refusal>> refusals_of_modules(const Program& program,
                                                       const Correction& correction) {
   std::multimap<std::string, Refusal> of_points = correction.refusals();
@@ -476,7 +476,7 @@ std::vector<std::vector<Refusal>> refusals_of_modules(const Program& program,
   return all;
 }
 
-/// A point that a refused module moves to stays as it is, and with it every module that moves to it.
+/// A point of a refused module stays unchanged, and with it all modules that move to it.
 void refuse_shared(const Program& program, std::vector<std::vector<Refusal>>& refusals) {
   std::multimap<std::string, const Motion*> by_point;
   std::multimap<std::size_t, const Motion*> by_module;

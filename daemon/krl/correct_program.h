@@ -1,5 +1,5 @@
 #pragma once
-// A KRL program whose taught points are those that bring the real TCP where the program wants it.
+// Corrects the taught points of a KRL program so that the real TCP reaches the programmed places.
 
 #include <Eigen/Core>
 #include <optional>
@@ -13,11 +13,11 @@
 namespace cellcal::daemon::krl {
 
 struct CorrectionOptions {
-  std::vector<std::string> leave = {};  ///< names of points that stay as they are
-  bool anywhere = false;                ///< also where the calibration claims nothing
+  std::vector<std::string> leave = {};  ///< names of points that stay unchanged
+  bool anywhere = false;                ///< also outside the calibration's scope
   std::vector<std::string> still = {};  ///< routines that neither move nor set frames
-  /// The arm that the points were taught on: where its TCP was is what is wanted. Null: where the nominal
-  /// arm's is. Of the same nominal geometry; outlives the call.
+  /// The arm that the points were taught on: its TCP is the wanted one. Null: the nominal arm's
+  /// TCP. Same nominal geometry; must outlive the call.
   const calib::Calibration* from = nullptr;
 };
 
@@ -25,47 +25,49 @@ struct CorrectedPoint {
   std::string name, file;
   int line = 0;
   bool axes = false;
-  int tool = 0, base = 0;  ///< numbers; -1: as it stands in the text
-  /// How far the written point moved: in its own base; of axis angles the nominal TCP, robot's base.
+  int tool = 0, base = 0;  ///< numbers; -1: written out in the text
+  /// Shift of the written point in its own base; for axis angles that of the nominal TCP, robot's
+  /// base.
   Eigen::Vector3d shift_mm = Eigen::Vector3d::Zero();
-  double turn_deg = 0.0;        ///< and by how much it was turned
-  double u95_mm = 0.0;          ///< of the real TCP there, as predict gives it
-  double left_mm = 0.0;         ///< how far the calibrated TCP is off with the numbers as written
-  bool status_changed = false;  ///< S or T
+  double turn_deg = 0.0;        ///< its rotation
+  double u95_mm = 0.0;          ///< of the real TCP there, as from predict
+  double left_mm = 0.0;         ///< deviation of the calibrated TCP with the written numbers
+  bool status_changed = false;  ///< S or T changed
 };
 
 struct LeftPoint {
-  std::string name, why;  ///< "--leave", a file that has it, "no motion goes to it"
+  std::string name, why;  ///< "--leave", its file, "no motion goes to it"
 };
 
 struct CorrectedProgram {
-  std::vector<KrlFile> files;  ///< .src and .dat; empty where anything was refused
+  std::vector<KrlFile> files;  ///< .src and .dat; empty after a refusal
   std::vector<CorrectedPoint> points;
   std::vector<LeftPoint> left;
   std::vector<ToolUsed> tools;
-  bool robroot_stated = false;  ///< by a file; else the arm stands in the world's origin
+  bool robroot_stated = false;  ///< by a file; otherwise the arm is at the world's origin
   std::vector<Refusal> refusals;
-  int motions = 0;  ///< lines of the program that move the arm
+  int motions = 0;  ///< lines of the program with a motion
 
-  const CorrectedPoint* largest() const;  ///< shift; null without points
+  const CorrectedPoint* largest() const;  ///< by shift; null without points
 };
 
-/// The arm as it is drawn: a calibration of no corrections. With it, and `from` the arm's own, points that were
-/// touched up become those that the nominal arm needs.
+/// Calibration without corrections. With it, and `from` the arm's own, touched-up points become
+/// those of the nominal arm.
 calib::Calibration as_drawn(calib::Calibration calibration);
 
-/// What became of one module of a backup.
+/// Result for one module of a backup.
 struct CorrectedModule {
   std::string src;
-  int motions = 0;  ///< lines that move the arm
-  int points = 0;   ///< that were corrected
-  /// Any: none of its points is changed.
+  int motions = 0;  ///< lines with a motion
+  int points = 0;   ///< corrected points
+  /// If any: none of its points is changed.
   std::vector<Refusal> refusals;
 };
 
-/// No module has corrected and uncorrected points, those aside that stay in all of them.
+/// No module has corrected and uncorrected points, except points that stay unchanged in all of
+/// them.
 struct CorrectedBackup {
-  std::vector<KrlFile> files;  ///< that changed
+  std::vector<KrlFile> files;  ///< changed files
   std::vector<CorrectedModule> modules;
   std::vector<CorrectedPoint> points;
   std::vector<LeftPoint> left;
@@ -73,11 +75,11 @@ struct CorrectedBackup {
   bool robroot_stated = false;
 };
 
-/// Throws FileError for what is no KRL text.
+/// Throws FileError if a text is not KRL.
 CorrectedBackup correct_backup(const calib::Calibration& calibration, const BackupFiles& files,
                                const CorrectionOptions& options = {});
 
-/// Throws FileError for what is no KRL text.
+/// Throws FileError if a text is not KRL.
 CorrectedProgram correct_program(const calib::Calibration& calibration, const ProgramFiles& files,
                                  const CorrectionOptions& options = {});
 

@@ -21,7 +21,7 @@ std::string text_of(const FrameMmDeg& f) {
                      f.xyz_mm[1], f.xyz_mm[2], f.abc_deg[0], f.abc_deg[1], f.abc_deg[2]);
 }
 
-/// With all digits that it was read with.
+/// With all digits of the file.
 std::string old_text(const FrameMmDeg& f) {
   return fmt::format("{{X {:.10g},Y {:.10g},Z {:.10g},A {:.10g},B {:.10g},C {:.10g}}}", f.xyz_mm[0],
                      f.xyz_mm[1], f.xyz_mm[2], f.abc_deg[0], f.abc_deg[1], f.abc_deg[2]);
@@ -69,7 +69,7 @@ Vector3d centre_of(const calib::Calibration& c, const std::string& id) {
   throw calib::FileError("no target \"" + calib::shown(id) + "\" in the calibration");
 }
 
-/// Origin in the first, x to the second, the third on the side of +y.
+/// Origin at the first, x towards the second, the third on the side of +y.
 Isometry3d base_of_targets(const calib::Calibration& c, const std::array<std::string, 3>& ids) {
   constexpr double kLeastM = 0.01;  // targets nearer than this to one line give no direction
   const Vector3d origin = centre_of(c, ids[0]), x = centre_of(c, ids[1]) - origin,

@@ -18,19 +18,19 @@ const Words kRelativeMotions = {"PTP_REL",  "LIN_REL",   "CIRC_REL", "SPTP_REL",
                                 "SLIN_REL", "SCIRC_REL", "SPL_REL"};
 const Words kExternalMotions = {"ASYPTP", "ASYCONT"};
 const Words kBegins = {"DEF", "DEFFCT"};
-/// Of BAS: those that leave frames alone. Any other (#INITMOV, #ACT_TOOL, #EX_BASE) may set them.
+/// BAS commands that do not set frames. Others (#INITMOV, #ACT_TOOL, #EX_BASE) may.
 const Words kNoFrames = {"#VEL_PTP", "#VEL_CP",   "#ACC_PTP",   "#ACC_CP",   "#PTP_DAT",
                          "#CP_DAT",  "#OUT_SYNC", "#OUT_ASYNC", "#ACC_GLUE", "#GROUP"};
 
-/// Of the language, followed by '(' without being a call.
+/// Keywords followed by '(' that are not calls.
 const Words kNoCalls = {"IF",     "WHILE", "UNTIL", "SWITCH", "CASE", "WAIT",   "FOR",   "AND",
                         "OR",     "NOT",   "EXOR",  "B_AND",  "B_OR", "B_EXOR", "B_NOT", "BAS",
                         "RETURN", "THEN",  "TO",    "STEP",   "DO",   "TRIGGER"};
 
-/// KUKA's own that neither move nor set frames: of the system, of the inline forms of KSS 8.2 to 8.7
-/// (collision detection, logic, messages, submit, gripper, spot, arc, glue), of EthernetKRL and RSI.
+/// KUKA's routines that neither move nor set frames: system, inline forms of KSS 8.2 to 8.7
+/// (collision detection, logic, messages, submit, gripper, spot, arc, glue), EthernetKRL and RSI.
 const Words kStill = {
-    // functions of the language and of the system
+    // functions of language and system
     "ABS", "SQRT", "SIN", "COS", "TAN", "ACOS", "ATAN2", "ROUND", "VARSTATE", "VARTYPE", "PULSE",
     "INVERSE", "FORWARD", "INV_POS", "CAST_TO", "CAST_FROM", "GET_DECL_PLACE", "GETCYCDEF",
     "SETCYCDEF", "DELETE_BACKWARD_BUFFER", "CWRITE", "CREAD", "COPEN", "CCLOSE", "CIOCTL", "SREAD",
@@ -39,7 +39,7 @@ const Words kStill = {
     "STRTOE6AXIS", "STRTOE6POS", "KRL_FOPEN", "KRL_FCLOSE", "KRL_FPRINTF", "KRL_FSCANF",
     "KRL_FGETS", "KRL_FGETC", "KRL_FPUTS", "KRL_FREMOVE", "KRL_FEXISTS", "KRL_FCLOSEALL",
     "KRL_FRENAME", "ERR_CLEAR", "ERR_RAISE",
-    // statements of a motion that take a FDAT, PDAT or LDAT
+    // statements of a motion with a FDAT, PDAT or LDAT
     "STOOL2", "SBASE", "SLOAD", "SIPO_MODE", "SVEL_JOINT", "SVEL_CP", "SACC_JOINT", "SACC_CP",
     "SGEAR_JERK", "SJERK", "SVEL_ORI", "SACC_ORI", "SORI_TYP", "SCIRC_TYPE", "SAPO", "SAPO_PTP",
     "SREF",
@@ -54,12 +54,12 @@ const Words kStill = {
     "P00", "P00_MSG",
     // GripperTech, SpotTech, ArcTech
     "USER_GRP", "CHK_GRP", "H50", "USERSPOT", "A10", "A10_INI", "A20", "ARCMAINNG"};
-/// Families of them.
+/// Families of such routines.
 constexpr const char* kStillFamilies[] = {"EKI_", "EKX_", "RSI_", "ARCGET"};
-/// Exceptions: those that move, and leave frames alone.
+/// Exceptions: routines that move but do not set frames.
 const Words kMoveOnly = {"RSI_MOVECORR", "ST_MOVESENS", "ST_SKIPSENS"};
 
-/// In place of a module.
+/// Instead of a module.
 constexpr std::size_t kEverywhere = static_cast<std::size_t>(-1);
 
 bool sign_of(const std::vector<Token>& t, std::size_t at, char what) {
@@ -87,7 +87,7 @@ std::string upper_stem(const std::string& file) {
   return stem;
 }
 
-/// The name of the routine that the line begins, behind the type that a function returns.
+/// Name of the routine that starts in this line, after a function's return type.
 std::string routine_name(const Line& line) {
   const auto& t = line.tokens;
   for (std::size_t i = 1; i < t.size(); ++i)
@@ -131,12 +131,12 @@ Routines::Routines(const std::vector<const KrlFile*>& modules, const std::set<st
     : still_(still) {
   for (std::size_t i = 0; i < modules.size(); ++i) try {
       read(*modules[i], i);
-    } catch (const calib::FileError&) {  // not a text: its routines are not known
+    } catch (const calib::FileError&) {  // not a text: its routines are unknown
     }
   settle();
 }
 
-/// A routine is seen in its module, and where it has the module's name, or is GLOBAL, everywhere.
+/// A routine is visible in its module; everywhere if it is GLOBAL or has the module's name.
 void Routines::keep(const std::string& name, Body body, bool global) {
   if (name.empty()) return;
   places_[{body.module, name}].push_back(bodies_.size());
@@ -180,7 +180,7 @@ bool Routines::take_over(Body& body) const {
   return news;
 }
 
-/// What each body does with all that it calls.
+/// Propagates effects through calls.
 void Routines::settle() {
   std::vector<std::vector<std::size_t>> callers(bodies_.size());
   std::deque<std::size_t> open;
@@ -228,7 +228,7 @@ Effects Routines::of_name(std::size_t module, const std::string& name) const {
   if (places == nullptr) return kukas ? effects : Effects{true, true, name};
   for (const std::size_t one : *places) {
     const Body& body = bodies_[one];
-    // Of KUKA's own only what its body says itself counts: what it calls is often not there.
+    // For KUKA's routines only the body itself counts: their callees are often missing.
     effects.moves = effects.moves || (kukas ? body.moves : body.may_move);
     effects.frames = effects.frames || (kukas ? body.frames : body.may_set);
   }

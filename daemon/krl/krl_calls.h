@@ -1,6 +1,6 @@
 #pragma once
-// What the calls of a program do to the arm and its frames: routines of KUKA's that do neither, bodies
-// that are given, and all others, which may do both.
+// Effects of a program's calls on the arm and its frames: KUKA's routines without effect, routines
+// with a given body, and all others, which may have both effects.
 
 #include <map>
 #include <set>
@@ -15,19 +15,19 @@ namespace cellcal::daemon::krl {
 
 using namespace calib::krl;
 
-/// What a statement may do by calling something.
+/// Possible effects of a statement by its calls.
 struct Effects {
   bool moves = false, frames = false;
-  std::string call;  ///< the name of the call that does
+  std::string call;  ///< name of the responsible call
 };
 
 enum class MotionKind { kNone, kPoint, kRelative, kExternal };
-/// Of the statement's first word.
+/// By the statement's first word.
 MotionKind motion_kind(const Line& line);
 
-/// DEF, DEFFCT, DECL, EXT, INTERRUPT, SIGNAL: no statement that runs here.
+/// DEF, DEFFCT, DECL, EXT, INTERRUPT, SIGNAL: not executed here.
 bool declares(const Line& line);
-/// Behind GLOBAL, where that stands first.
+/// After GLOBAL, if present.
 const Token& first_word(const Line& line);
 bool begins_routine(const Line& line);
 /// $TOOL, $BASE, $IPO_MODE, FDAT_ACT, or a BAS command that may set them.
@@ -35,23 +35,23 @@ bool sets_frames(const Line& line);
 /// BAS with a command that may set frames, at tokens[at].
 bool frames_by_bas(const std::vector<Token>& tokens, std::size_t at);
 
-/// All routines that are given, and what each does with all that it calls.
+/// All given routines, with their effects including callees.
 class Routines {
  public:
-  /// `modules`: .src files whose routines call each other. `still`: names, in upper case, of routines that
-  /// neither move nor set frames. A module that is no KRL text has no routines.
+  /// `modules`: .src files whose routines call each other. `still`: names, in upper case, of
+  /// routines that neither move nor set frames. A module that is not KRL text has no routines.
   Routines(const std::vector<const KrlFile*>& modules, const std::set<std::string>& still);
 
-  /// Of a statement of that module, counted from 0.
+  /// Effects of a statement of that module, counted from 0.
   Effects of(std::size_t module, const Line& line) const;
-  /// By that module's routines, and all that they call.
+  /// Changes by that module's routines and all their callees.
   FrameChanges changes(std::size_t module) const;
 
  private:
   struct Body {
     std::size_t module = 0;
     bool moves = false, frames = false;      ///< by its own statements
-    bool may_move = false, may_set = false;  ///< with all that it calls
+    bool may_move = false, may_set = false;  ///< including callees
     std::set<std::string> calls;
     FrameChanges changes;
   };
@@ -59,7 +59,7 @@ class Routines {
   void keep(const std::string& name, Body body, bool global);
   void settle();
   bool take_over(Body& body) const;
-  /// Those of a routine as this module sees it: its own hide the others.
+  /// Visible from this module: its own routines hide others.
   const std::vector<std::size_t>* bodies_of(std::size_t module, const std::string& name) const;
   Effects of_name(std::size_t module, const std::string& name) const;
 
@@ -68,7 +68,7 @@ class Routines {
   std::set<std::string> still_;
 };
 
-/// Those of one module.
+/// Calls of one module.
 struct Calls {
   const Routines& routines;
   std::size_t module = 0;

@@ -11,7 +11,7 @@ bool sign_at(const std::vector<Token>& t, std::size_t at, char what) {
 }
 
 void change(const std::vector<Token>& t, std::size_t at, ChangedNumbers& changed) {
-  // A declaration has its length there.
+  // In a declaration this is the array's length.
   const bool declares = t[0].is("DECL") || t[0].is("GLOBAL") || t[0].is("FRAME") || t[0].is("LOAD");
   const bool plain = !declares && sign_at(t, at + 1, '[') && sign_at(t, at + 3, ']') &&
                      t[at + 2].kind == Token::Kind::kNumber && t[at + 2].value >= 0.0 &&

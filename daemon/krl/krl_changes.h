@@ -1,6 +1,6 @@
 #pragma once
-// Which of the controller's tools, bases and loads a program changes itself: what $config.dat says of
-// them need not hold at any of its motions, wherever the line stands.
+// Tools, bases and loads of the controller that a program changes itself: their values in
+// $config.dat may be invalid at any of its motions, regardless of the line's position.
 
 #include <set>
 #include <vector>
@@ -12,7 +12,7 @@ namespace cellcal::daemon::krl {
 using namespace calib::krl;
 
 struct ChangedNumbers {
-  bool all = false;  ///< the number is computed
+  bool all = false;  ///< computed number
   std::set<int> numbers;
   bool has(int number) const { return number > 0 && (all || numbers.count(number) > 0); }
 };
@@ -22,8 +22,8 @@ struct FrameChanges {
   bool robroot = false;
 };
 
-/// All but TOOL_DATA[n] and its like right behind '=' count as a change: assignments, components, OUT
-/// parameters, and declarations that hide the controller's.
+/// Every use other than TOOL_DATA[n] and the like directly after '=' counts as a change:
+/// assignments, components, OUT parameters, and declarations that hide the controller's.
 FrameChanges frame_changes(const std::vector<Line>& lines);
 void add_changes(const Line& line, FrameChanges& changes);
 void merge(const FrameChanges& from, FrameChanges& into);

@@ -30,7 +30,7 @@ bool read_controller_data(const std::vector<Token>& t, std::size_t at, Data& dat
   if (equals == 0 || equals + 1 >= t.size() || !is_sign_of(t[equals], '=')) return false;
   const auto value = read_aggregate(t, equals + 1);
   const auto frame = value ? frame_of(*value) : std::nullopt;
-  // What cannot be read is not the value before it either.
+  // An unreadable value invalidates the earlier one, too.
   if (name == "TOOL_DATA") data.tools.erase(index);
   if (name == "BASE_DATA") data.bases.erase(index);
   if (name == "LOAD_DATA") data.loads.erase(index);
@@ -49,12 +49,12 @@ bool read_controller_data(const std::vector<Token>& t, std::size_t at, Data& dat
   return true;
 }
 
-/// [FRAME] $ROBROOT={...}: where the arm stands is never guessed.
+/// [FRAME] $ROBROOT={...}: the robot's position is never guessed.
 bool read_robroot(const Line& line, std::size_t at, const std::string& file, Data& data) {
   const auto& t = line.tokens;
   if (at < t.size() && is_point_type(t[at].word)) ++at;
   if (at >= t.size() || !t[at].is("$ROBROOT")) return false;
-  if (at + 1 == t.size()) return true;  // declared, and stated elsewhere or not at all
+  if (at + 1 == t.size()) return true;  // declared only
   if (!read_controller_data(t, at, data))
     throw calib::FileError(file,
                            ":" + std::to_string(line.number) +
@@ -116,7 +116,7 @@ void read_element(const Line& line, bool global, const std::string& file, Data& 
   }
   const auto [at, fresh] =
       data.structures.emplace(name, Point{name, PointKind::kCartesian, file, line.number, *value});
-  if (!fresh) at->second.value.numbers.clear();  // given twice: neither is the value
+  if (!fresh) at->second.value.numbers.clear();  // stated twice: neither is valid
 }
 
 }  // namespace

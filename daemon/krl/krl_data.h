@@ -1,6 +1,6 @@
 #pragma once
-// What KRL files declare: points, the frames that inline forms name (FDAT), and of $config.dat and
-// $machine.dat the tools, bases, loads and where the arm stands.
+// Declarations of KRL files: points, frames of inline forms (FDAT); tools, bases, loads and the
+// robot's position of $config.dat and $machine.dat.
 
 #include <map>
 #include <optional>
@@ -19,14 +19,14 @@ using namespace calib::krl;
 enum class PointKind { kCartesian, kAxes };
 
 struct Point {
-  std::string name;  ///< upper case; empty: it stands in the motion itself
+  std::string name;  ///< upper case; empty: written in the motion itself
   PointKind kind = PointKind::kCartesian;
   std::string file;
   int line = 0;
   Aggregate value;
 };
 
-/// FDAT: of an inline form.
+/// FDAT of an inline form.
 struct FrameData {
   int tool = -1, base = -1;
   bool external = false;  ///< IPO_FRAME #TCP
@@ -36,9 +36,9 @@ struct Data {
   std::map<std::string, Point> points;
   std::map<std::string, int> declared;  ///< names of points without a value, and their line
   std::map<std::string, PointKind> arrays;
-  std::map<std::string, Point> structures;  ///< of other types, with all that is in them
-  std::set<std::string> globals;  ///< names of points, structures and FDATs that other modules see
-  std::map<std::string, calib::FrameMmDeg> named_frames;  ///< of type FRAME
+  std::map<std::string, Point> structures;  ///< of other types, with all components
+  std::set<std::string> globals;  ///< points, structures and FDATs visible to other modules
+  std::map<std::string, calib::FrameMmDeg> named_frames;  ///< type FRAME
   std::map<std::string, FrameData> frames;
   std::map<int, calib::FrameMmDeg> tools, bases;
   std::map<int, LoadData> loads;
@@ -46,18 +46,18 @@ struct Data {
   std::vector<Refusal> refusals;
 };
 
-/// By its name, its element's (XP[2]) or its place in a structure (XS.P, XS[2].P).
+/// By name, element (XP[2]) or place in a structure (XS.P, XS[2].P).
 std::optional<Point> find_point(const Data& data, const std::string& name);
-/// Of XP[2] and XS.P the variable.
+/// Variable of XP[2] or XS.P.
 std::string variable_of(const std::string& name);
 
 FrameData frame_data_of(const Aggregate& value);
 bool is_point_type(const std::string& word);
 
-/// A line that declares or gives a value; false: it is something else. Used of .src files, too.
-/// Throws FileError for a $ROBROOT that cannot be read.
+/// A line with a declaration or value; false: another statement. Also for .src files. Throws
+/// FileError for an unreadable $ROBROOT.
 bool read_declaration(const Line& line, const std::string& file, Data& data);
-/// All of a .dat file.
+/// Reads a whole .dat file.
 void read_data(const KrlFile& file, Data& data);
 
 }  // namespace cellcal::daemon::krl

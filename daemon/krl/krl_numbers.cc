@@ -14,7 +14,7 @@ using namespace calib::krl;
 
 namespace {
 
-/// Of the text of a number behind its point; of one with an exponent as many as hold its digits.
+/// Decimals of a number's text; with an exponent as many as represent its digits.
 int decimals_of(std::string_view text) {
   if (text.find('\'') != std::string_view::npos) return 0;  // 'H1F'
   const auto mark = text.find_first_of("eE");
@@ -64,7 +64,7 @@ calib::FrameMmDeg nearest_turns(const Eigen::Isometry3d& pose, const calib::Fram
   calib::FrameMmDeg first = calib::to_frame(pose);
   auto& [a, b, c] = first.abc_deg;
   const Eigen::Matrix3d r = pose.linear();
-  // A and C turn about one axis here to within what the file's digits say.
+  // A and C are one rotation here, within the resolution of the file's digits.
   constexpr double kOneAxis = 1e-6;
   if (std::hypot(r(0, 0), r(1, 0)) < kOneAxis) {
     const double sum = std::atan2(-r(0, 1), r(1, 1)) * calib::kDegPerRad;  // A -+ C, with C = 0

@@ -18,7 +18,7 @@ using Kind = Token::Kind;
 
 const std::set<std::string> kAxisMotions = {"PTP", "SPTP"};
 const std::set<std::string> kArcs = {"CIRC", "SCIRC"};
-/// Where the arm stands: motions to these go nowhere.
+/// Current positions: motions to these do not move.
 const std::set<std::string> kHere = {"$AXIS_ACT",    "$AXIS_ACT_MEAS", "$POS_ACT",
                                      "$POS_ACT_MES", "$AXIS_INT",      "$POS_INT"};
 
@@ -28,7 +28,7 @@ bool is_sign(const std::vector<Token>& t, std::size_t at, char what) {
 
 class Reader {
  public:
-  /// `together`: all modules are read, so that points that others see are corrected, too.
+  /// `together`: all modules are read, so that points shared between modules are corrected, too.
   Reader(const KrlFile& src, const std::vector<std::string>& leave, const Data& controller,
          Calls calls, bool together, Data& data, Program& program)
       : src_(src),
@@ -83,7 +83,7 @@ class Reader {
     return std::ranges::any_of(data.refusals, [&](const Refusal& r) { return r.what == name; });
   }
 
-  /// Of a name as this module sees it.
+  /// Key of a name in this module.
   std::string key_of(const std::string& name) const {
     const std::string variable = variable_of(name);
     const bool others =
@@ -94,7 +94,7 @@ class Reader {
     return together_ && !others ? name + "@" + std::to_string(module_) : name;
   }
 
-  /// With or without DECL; what begins with DEF is none.
+  /// With or without DECL; statements that begin with DEF are excluded.
   static bool declares_data(const Line& line) {
     const Token& first = line.tokens[0];
     return first.is("DECL") || is_point_type(first.word) ||
@@ -125,14 +125,14 @@ class Reader {
     mention(line, 0);
   }
 
-  /// Where the arm is behind this line is not known.
+  /// The arm's position after this line is unknown.
   void lose(const Line& line) {
     last_ = -1;
     const Effects effects = calls_.of(line);
     lost_ = {effects.call.empty() ? line.tokens[0].word : effects.call, line.number};
   }
 
-  /// XP1={X ...}: the point's value where it has none yet, and nobody can go there before.
+  /// XP1={X ...}: sets the point's value if it has none yet, and no motion used it before.
   bool assigns(const Line& line) {
     const auto& t = line.tokens;
     if (t.size() < 3 || t[0].kind != Kind::kWord || !is_sign(t, 1, '=') || !is_sign(t, 2, '{') ||
@@ -157,10 +157,10 @@ class Reader {
     bool understood = target(line, state, at);
     if (understood && arc && is_sign(t, at, ',')) understood = target(line, state, ++at);
     if (understood) return mention(line, at);
-    if (together_) mention(line, 1);  // other modules must not correct what this one moves to
+    if (together_) mention(line, 1);  // other modules must not correct these
   }
 
-  /// The point at tokens[at]; moves `at` behind it. False: nothing more of this line is understood.
+  /// Point at tokens[at]; advances `at`. False: the rest of the line is not understood.
   bool target(const Line& line, const FrameState& state, std::size_t& at) {
     const auto& t = line.tokens;
     Motion motion;
@@ -207,7 +207,7 @@ class Reader {
     return true;
   }
 
-  /// [2] and .P behind the name; false: an index that is computed.
+  /// [2] and .P after the name; false: a computed index.
   static bool rest_of_name(const std::vector<Token>& t, std::size_t& at, std::string& name) {
     while (is_sign(t, at, '[') || (is_sign(t, at, '.') && at + 1 < t.size())) {
       if (is_sign(t, at, '.')) {
@@ -223,7 +223,7 @@ class Reader {
     return true;
   }
 
-  /// It stays; the posture there counts, as long as its value is known.
+  /// An unchanged point; its posture counts if its value is known.
   bool leave(const std::string& name, const std::string& key, const std::string& why) {
     program_.left[key] = why;
     for (const Data* data : std::array<const Data*, 2>{&data_, &controller_})
@@ -234,8 +234,8 @@ class Reader {
     return false;
   }
 
-  /// Whether the point is one to correct. A value given further down is not known yet, so the last
-  /// word on that is spoken at the end.
+  /// True if the point is to be corrected. A later value is unknown yet, so the final decision
+  /// follows at the end.
   bool known(const std::string& name, const std::string& key, int line) {
     if (leave_.count(name) > 0 || leave_.count(variable_of(name)) > 0)
       return leave(name, key, "--leave");
@@ -271,7 +271,7 @@ class Reader {
     const auto& t = line.tokens;
     for (std::size_t i = from; i < t.size(); ++i) {
       if (t[i].kind != Kind::kWord) continue;
-      // STOOL2(FP1) and its like read a FDAT and change nothing.
+      // STOOL2(FP1) and the like read a FDAT without changing it.
       const bool read_only = i >= 2 && is_sign(t, i - 1, '(') &&
                              (t[i - 2].is("STOOL2") || t[i - 2].is("SBASE") ||
                               t[i - 2].is("SIPO_MODE") || t[i - 2].is("SLOAD"));
@@ -289,12 +289,12 @@ class Reader {
   Program& program_;
   Lost lost_;
   std::map<std::string, int> mentioned_;
-  std::set<std::string> targets_;  ///< names that motions go to, so far
+  std::set<std::string> targets_;  ///< names of motion targets so far
   int depth_ = 0;                  ///< blocks of IF, LOOP and the like around the line
   int last_ = -1;
 };
 
-/// What the program's own files do not say.
+/// Adds data missing in the program's own files.
 void add(const Data& controller, Data& own) {
   own.frames.insert(controller.frames.begin(), controller.frames.end());
   own.named_frames.insert(controller.named_frames.begin(), controller.named_frames.end());
@@ -304,7 +304,7 @@ void add(const Data& controller, Data& own) {
   own.robroot = controller.robroot;
 }
 
-/// What other modules see of a .dat file, which is all of $config.dat.
+/// Parts of a .dat file visible to other modules: all of $config.dat.
 void add_globals(const Data& from, Data& into) {
   for (const auto& [name, point] : from.points)
     if (from.globals.count(variable_of(name)) > 0 && !into.points.emplace(name, point).second)
@@ -325,7 +325,7 @@ std::vector<Line> lines_of(const ProgramFiles& files) {
   return all;
 }
 
-/// Points that somebody reads or changes beside moving to them, and values that are not known for it.
+/// Points that are also read or changed, and values unknown for that reason.
 void settle(Program& program) {
   const auto found = [&](const std::string& key) {
     const auto at = key.find('@');
@@ -385,7 +385,7 @@ Program read_program(const ProgramFiles& files, const std::vector<std::string>& 
 Program read_programs(const BackupFiles& files, const std::vector<std::string>& leave,
                       const std::vector<std::string>& still) {
   Program program;
-  Data seen;  // by all modules
+  Data seen;  // visible to all modules
   for (const KrlFile& file : files.controller) read_data(file, seen);
   std::vector<Data> own(files.modules.size());
   for (const KrlFile& file : files.data) {

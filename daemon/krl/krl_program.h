@@ -1,13 +1,12 @@
 #pragma once
-// A program as far as its taught points go: which motions there are, to which points, in which tool
-// and base. Everything else of KRL is passed over; where it could change what a motion means the
-// motion is refused instead.
+// A program reduced to its taught points: motions, their points, tools and bases. Other statements
+// are ignored; a motion is refused if they could change its meaning.
 //
-// Which tool and base: an inline form's FDAT_ACT followed by BAS(#PTP_PARAMS..) and its like, WITH of a
-// spline motion, BAS(#TOOL,n), $TOOL=TOOL_DATA[n] and $TOOL={...}. They hold on in the order of the
-// text up to the end of the sub-program, or to a call (krl_calls.h) or BAS command that might change them. Where a
-// sub-program sets frames or calls inside of IF, LOOP and the like, or has GOTO, they hold up to the
-// next line of that kind alone.
+// Tool and base: an inline form's FDAT_ACT followed by BAS(#PTP_PARAMS..) and the like, WITH of a
+// spline motion, BAS(#TOOL,n), $TOOL=TOOL_DATA[n] and $TOOL={...}. They are valid in the order of
+// the text up to the end of the sub-program, or to a call (krl_calls.h) or BAS command that might
+// change them. In a sub-program that sets frames or calls inside IF, LOOP and the like, or has
+// GOTO, they are valid only up to the next such line.
 
 #include <map>
 #include <optional>
@@ -19,74 +18,73 @@
 
 namespace cellcal::daemon::krl {
 
-/// A tool or base: a number of TOOL_DATA or BASE_DATA (0: $NULLFRAME), or as it stands in the text.
+/// A tool or base: number of TOOL_DATA or BASE_DATA (0: $NULLFRAME), or written out in the text.
 struct FrameRef {
   int number = 0;
   std::optional<calib::FrameMmDeg> literal;
   bool operator==(const FrameRef& other) const;
 };
 
-/// What is active at a motion; empty: that cannot be told.
+/// Active at a motion; empty: unknown.
 struct Frames {
   std::optional<FrameRef> tool, base;
-  bool external = false;  ///< the tool stands in the cell
-  Lost lost;              ///< why a tool or base is not known
+  bool external = false;  ///< the tool is fixed in the cell
+  Lost lost;              ///< reason for an unknown tool or base
 };
 
 struct Motion {
-  std::string point;  ///< key of Program::points, or where it is left of Program::left_points
+  std::string point;  ///< key of Program::points, or of Program::left_points
   std::size_t module = 0;
-  bool left = false;  ///< goes to a point that stays as it is
-  bool cp = false;    ///< LIN, CIRC, a spline: stays in the posture that it begins in
+  bool left = false;  ///< its point stays unchanged
+  bool cp = false;    ///< LIN, CIRC, a spline: keeps the posture of its start
   Frames frames;
   int line = 0;
-  /// The motion right before it, whose posture this one begins in; -1: none that is sure.
+  /// Preceding motion, whose end posture this one starts in; -1: none is certain.
   int previous = -1;
-  Lost lost;                                ///< why there is none
-  std::optional<Refusal> wrong_frame_data;  ///< the FDAT that it names is not there
+  Lost lost;                                ///< reason for its absence
+  std::optional<Refusal> wrong_frame_data;  ///< its FDAT is missing
 };
 
-/// A .src, its .dat, and what it changes itself.
+/// A .src, its .dat, and its own changes.
 struct Module {
   std::string src;
   FrameChanges changes;
-  int motion_lines = 0;           ///< with those that were not understood
-  std::vector<Refusal> refusals;  ///< of what was not understood
+  int motion_lines = 0;           ///< including those not understood
+  std::vector<Refusal> refusals;  ///< statements that are not understood
 };
 
-/// One module, or all of a backup.
+/// One module, or a whole backup.
 struct Program {
   std::vector<Module> modules;
-  /// That motions go to; by name, or "line 12" where nameless. In a backup those of one module alone have
-  /// its number behind '@'.
+  /// Targets of motions; by name, or "line 12" if unnamed. In a backup, points of a single module
+  /// have its number after '@'.
   std::map<std::string, Point> points;
   std::vector<Motion> motions;
-  std::map<std::string, Point> left_points;  ///< those of `left` whose values are known
-  std::map<std::string, std::string> left;   ///< points that stay as they are, and where they stand
-  std::map<std::string, Refusal>
-      computed;                ///< points that are read or changed beside motions, by key
-  std::vector<Refusal> twice;  ///< points that are given twice
-  Data data;  ///< of the controller's files the tools, bases, loads and FDATs; of one module all
+  std::map<std::string, Point> left_points;  ///< those of `left` with known values
+  std::map<std::string, std::string> left;   ///< points that stay unchanged, and their file
+  std::map<std::string, Refusal> computed;   ///< points read or changed outside motions, by key
+  std::vector<Refusal> twice;                ///< points stated twice
+  Data data;  ///< the controller's tools, bases, loads and FDATs; for a single module all data
 };
 
-/// The key without the module's number.
+/// Key without the module's number.
 std::string name_of_key(const std::string& key);
-/// Homes and the mastering reference: nobody moves them.
+/// Homes and the mastering reference, which never change.
 bool stays(const std::string& name);
 
 struct ProgramFiles {
   KrlFile src;
   std::optional<KrlFile> dat;
   std::vector<KrlFile> controller;    ///< $config.dat, $machine.dat
-  std::vector<KrlFile> modules = {};  ///< .src files whose routines it may call
+  std::vector<KrlFile> modules = {};  ///< .src files with routines that it may call
 };
 
-/// `leave`: names, in upper case, of points that stay as they are; `still`: of routines that neither move
-/// nor set frames. Throws FileError for a name of `leave` that no point has.
+/// `leave`: names, in upper case, of points that stay unchanged; `still`: of routines that neither
+/// move nor set frames. Throws FileError for a name of `leave` without a point.
 Program read_program(const ProgramFiles& files, const std::vector<std::string>& leave,
                      const std::vector<std::string>& still);
 
-/// All modules of a controller together.
+/// All modules of a controller.
 struct BackupFiles {
   std::vector<ProgramFiles> modules;  ///< without `controller` and `modules` of their own
   std::vector<KrlFile> data;          ///< .dat files without a .src

@@ -1,6 +1,6 @@
 #pragma once
-// What of a program is not understood, or cannot be corrected: a program with one such point is not
-// written at all.
+// Parts of a program that are not understood or cannot be corrected. A program with one of them is
+// not written.
 
 #include <optional>
 #include <string>
@@ -11,39 +11,39 @@
 namespace cellcal::daemon::krl {
 
 enum class Why {
-  kComputed,         ///< the program reads or changes the point beside moving to it
+  kComputed,         ///< the program also reads or changes the point
   kArray,            ///< an element of an array
-  kOperator,         ///< ':' behind the point
-  kRelative,         ///< LIN_REL and its like
-  kPartial,          ///< not all of its components are stated, or one of S and T alone
-  kNotANumber,       ///< a component that is no finite number of a possible size, or unknown
-  kUnknownPoint,     ///< it stands in none of the files
-  kTwice,            ///< it is declared twice
+  kOperator,         ///< ':' after the point
+  kRelative,         ///< LIN_REL and the like
+  kPartial,          ///< missing components, or one of S and T alone
+  kNotANumber,       ///< a component that is unknown, not finite or out of range
+  kUnknownPoint,     ///< in none of the files
+  kTwice,            ///< declared twice
   kGlobal,           ///< declared GLOBAL: other modules use it
-  kElsewhere,        ///< of another file, which is not corrected with the program
-  kShared,           ///< it moves to a point that a refused module moves to
-  kToolNotKnown,     ///< which tool is active cannot be told
-  kBaseNotKnown,     ///< which base is active cannot be told
+  kElsewhere,        ///< in another file, which is not corrected with the program
+  kShared,           ///< its point belongs to a refused module, too
+  kToolNotKnown,     ///< the active tool is unknown
+  kBaseNotKnown,     ///< the active base is unknown
   kNoSuchTool,       ///< no TOOL_DATA of that number
   kNoSuchBase,       ///< no BASE_DATA of that number
   kFrameChanged,     ///< the program changes the TOOL_DATA, BASE_DATA, LOAD_DATA or $ROBROOT
   kNoSuchFrameData,  ///< no FDAT of that name
-  kTwoFrames,        ///< moved to with more than one tool or base
-  kExternalTool,     ///< the tool stands in the cell, the arm carries the part
-  kExternalAxes,     ///< an external axis that is not at 0, or moves
-  kNoConfiguration,  ///< no S and T, and no motion before it that tells them
-  kPostureNotKnown,  ///< a CP motion, and the posture that it begins in cannot be told
-  kOtherPosture,     ///< a CP motion that begins in another posture than S says
-  kWrongTurn,        ///< S and T belong to no posture inside the limits
-  kNotReached,       ///< `reached` says why
-  kOutsideScope,     ///< the calibration holds near its targets only
-  kNotVerified,      ///< the written numbers would not bring the TCP there
-  kNoClosedForm,     ///< S and T are known of six axes with a spherical wrist
+  kTwoFrames,        ///< used with more than one tool or base
+  kExternalTool,     ///< the tool is fixed in the cell, the arm carries the part
+  kExternalAxes,     ///< an external axis is not at 0, or moves
+  kNoConfiguration,  ///< no S and T, and no preceding motion that defines them
+  kPostureNotKnown,  ///< a CP motion whose initial posture is unknown
+  kOtherPosture,     ///< a CP motion whose initial posture differs from S
+  kWrongTurn,        ///< no posture within the limits has this S and T
+  kNotReached,       ///< reason in `reached`
+  kOutsideScope,     ///< the calibration is valid near its targets only
+  kNotVerified,      ///< the TCP would miss with the written numbers
+  kNoClosedForm,     ///< S and T are defined for six axes with a spherical wrist only
 };
 
-/// The statement behind which something is not known any more.
+/// The statement after which a value is unknown.
 struct Lost {
-  std::string what;  ///< the call's name, "BAS(#INITMOV)", "IF"; empty: none
+  std::string what;  ///< name of the call, "BAS(#INITMOV)", "IF"; empty: none
   int line = 0;
 };
 
@@ -51,10 +51,10 @@ struct Refusal {
   Why why = Why::kComputed;
   std::string file;
   int line = 0;
-  std::string what;  ///< the point's, tool's or statement's name, as the file has it
+  std::string what;  ///< name of the point, tool or statement, as in the file
   int number = -1;   ///< kNoSuchTool, kNoSuchBase
   std::optional<calib::NotReached> reached = std::nullopt;
-  Lost lost = {};  ///< of frames and postures that are not known
+  Lost lost = {};  ///< for unknown frames and postures
 };
 
 /// "weld.src:12: XP3: ... : what to do".

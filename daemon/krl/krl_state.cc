@@ -13,7 +13,7 @@ const std::set<std::string> kOpens = {"IF", "LOOP", "FOR", "WHILE", "REPEAT", "S
 const std::set<std::string> kCloses = {"ENDIF",    "ENDLOOP", "ENDFOR",
                                        "ENDWHILE", "UNTIL",   "ENDSWITCH"};
 const std::set<std::string> kBetween = {"ELSE", "CASE", "DEFAULT", "EXIT", "GOTO"};
-/// Of BAS: those that take the frames over from FDAT_ACT.
+/// BAS commands that take the frames from FDAT_ACT.
 const std::set<std::string> kFromFrameData = {"#PTP_PARAMS", "#CP_PARAMS", "#FRAMES"};
 bool is_state_sign(const std::vector<Token>& t, std::size_t at, char what) {
   return at < t.size() && t[at].kind == Kind::kSign && t[at].word[0] == what;
@@ -37,7 +37,7 @@ std::optional<int> whole(const Token& token) {
   return static_cast<int>(token.value);
 }
 
-/// TRIGGER .. DO $BASE=..: an assignment, or an OUT parameter, that is not the statement itself.
+/// TRIGGER .. DO $BASE=..: an assignment or OUT parameter inside another statement.
 bool sets_frames_inside(const Line& line) {
   const auto& t = line.tokens;
   for (std::size_t i = 1; i < t.size() && !t[i].is("WITH"); ++i)
@@ -64,7 +64,7 @@ std::set<std::string> touched_names(const std::vector<Line>& lines) {
   return touched;
 }
 
-/// The frame that a statement assigns, from the token behind '='; empty: it cannot be told.
+/// Frame assigned by a statement, from the token after '='; empty: unknown.
 std::optional<FrameRef> FrameState::assigned(const std::vector<Token>& t, std::size_t at,
                                              const char* data) const {
   if (at >= t.size()) return std::nullopt;
@@ -147,7 +147,7 @@ void FrameState::take(const std::string& name, int line, Frames& frames,
   frames.external = data->second.external;
 }
 
-/// One assignment of $TOOL, $BASE or $IPO_MODE that begins at tokens[at].
+/// Applies an assignment of $TOOL, $BASE or $IPO_MODE that begins at tokens[at].
 bool FrameState::apply(const std::vector<Token>& t, std::size_t at, Frames& frames,
                        std::optional<Refusal>& wrong, int line) const {
   const bool tool = is_word(t, at, "$TOOL"), base = is_word(t, at, "$BASE");

@@ -1,5 +1,5 @@
 #pragma once
-// Which tool and base are active while a .src file is read from top to bottom.
+// Active tool and base while a .src file is read from top to bottom.
 
 #include <map>
 #include <set>
@@ -11,10 +11,10 @@
 
 namespace cellcal::daemon::krl {
 
-/// Names that these lines read or change, all but those that $TOOL, $BASE and $LOAD are set to.
+/// Names that these lines read or change, except values of $TOOL, $BASE and $LOAD.
 std::set<std::string> touched_names(const std::vector<Line>& lines);
 
-/// Statements that set frames, or after which nobody knows them. Fed with each line in turn.
+/// Statements that set frames, or after which they are unknown. Fed with each line in turn.
 class FrameState {
  public:
   FrameState(const std::vector<Line>& lines, const Data& data, Calls calls)
@@ -22,21 +22,21 @@ class FrameState {
     find_strict(lines);
   }
 
-  /// True: the line is all about frames, and no motion.
+  /// True: the line only sets frames and contains no motion.
   bool read(const Line& line);
-  /// As a motion of this line has them: with its own WITH.
+  /// For a motion of this line, including its own WITH.
   Frames at_motion(const Line& line, std::optional<Refusal>& wrong) const;
   const Frames& now() const { return now_; }
-  /// FDATs that a motion was told its frames by.
+  /// FDATs used by motions.
   const std::map<std::string, int>& frame_data_used() const { return used_; }
-  /// Whether this line may be passed in another order than that of the text.
+  /// True if lines may be executed in another order than that of the text.
   bool breaks_order(const Line& line) const;
-  /// How many blocks a line of this begins, or ends where below 0.
+  /// Number of blocks that a line begins; negative: ends.
   static int blocks(const Line& line);
 
  private:
   bool read_frames(const Line& line);
-  /// Until they are set again nothing is known; `why`: the statement that ended it.
+  /// Unknown until they are set again; `why`: the responsible statement.
   void forget(const std::string& why = {}, int line = 0);
   void find_strict(const std::vector<Line>& lines);
   bool apply(const std::vector<Token>& tokens, std::size_t at, Frames& frames,
@@ -56,7 +56,7 @@ class FrameState {
   bool strict_now_ = false;
 };
 
-/// Whether the line is a statement of these: a branch, a loop, a label or GOTO.
+/// True for a branch, a loop, a label or GOTO.
 bool is_control(const Line& line);
 
 }  // namespace cellcal::daemon::krl

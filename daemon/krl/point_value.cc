@@ -12,7 +12,7 @@ constexpr double kLargestNumber = 1e6;
 
 const std::set<std::string> kExternalAxes = {"E1", "E2", "E3", "E4", "E5", "E6"};
 
-/// The six that a point of this kind needs.
+/// The six components required for a point of this kind.
 const std::set<std::string>& needed(PointKind kind) {
   static const std::set<std::string> pose = {"X", "Y", "Z", "A", "B", "C"},
                                      axes = {"A1", "A2", "A3", "A4", "A5", "A6"};

@@ -1,5 +1,5 @@
 #pragma once
-// What a taught point says, or why it cannot be understood.
+// Value of a taught point, or the reason why it is not understood.
 
 #include <optional>
 
@@ -8,14 +8,14 @@
 
 namespace cellcal::daemon::krl {
 
-/// Of S and T: those of the arm's six axes.
+/// Bits of S and T for the arm's six axes.
 inline constexpr int kStatusBits = 7, kTurnBits = 63;
 
-/// Components of its kind alone, each a number; the six that it needs, S and T both or none, external
-/// axes at 0.
+/// Requirements: components of its kind only, all numeric; the six required ones, S and T both or
+/// none, external axes at 0.
 std::optional<Why> wrong_value(const Point& point);
 
-/// S and T, where they are stated.
+/// S and T, if stated.
 std::optional<StatusTurn> status_turn(const Point& point);
 
 }  // namespace cellcal::daemon::krl

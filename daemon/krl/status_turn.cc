@@ -17,7 +17,7 @@ calib::Posture reference(const calib::Configurations& ways) {
   return ways.posture_of({0.0, -90.0 * kRadPerDeg, 90.0 * kRadPerDeg, 0.0, 90.0 * kRadPerDeg, 0.0});
 }
 
-/// Of whole turns the one on that side of 0, inside the limits.
+/// The whole turn on that side of 0 within the limits.
 std::optional<double> on_side(double angle, bool below, const calib::Joint& joint) {
   std::optional<double> by_rounding;
   for (const double one : {angle, angle - kRadPerTurn, angle + kRadPerTurn}) {

@@ -1,10 +1,10 @@
 #pragma once
-// KUKA's status S and turn T: which of its ways an arm takes to a Cartesian point.
+// KUKA's status S and turn T: selection among an arm's postures for a Cartesian point.
 //
-//   S bit 0: the wrist is behind axis 1   bit 1: axis 3 beyond where the arm is stretched   bit 2: A5 < 0
+//   S bit 0: the wrist is beyond axis 1   bit 1: axis 3 beyond the stretched arm   bit 2: A5 < 0
 //   T bit i: axis i + 1 is below 0
-// The bits of S say on which side of its three singularities the arm is, counted from the posture
-// A1..A6 = 0, -90, 90, 0, 90, 0, which is S 2.
+// The bits of S give the arm's side of its three singularities, relative to the posture A1..A6 = 0,
+// -90, 90, 0, 90, 0, which is S 2.
 
 #include <Eigen/Geometry>
 #include <optional>
@@ -18,10 +18,10 @@ struct StatusTurn {
   bool operator==(const StatusTurn&) const = default;
 };
 
-/// Of a robot in closed form (calib/model/configurations.h), whose angles are KUKA's.
+/// For a robot in closed form (calib/model/configurations.h), whose angles are KUKA's.
 StatusTurn status_turn_of(const calib::Configurations& ways, const calib::JointVector& joint_rad);
 
-/// The joint angles that a controller takes to the pose; empty where none inside the limits fits. An
+/// Joint angles that a controller selects for the pose; empty if none within the limits fits. An
 /// axis within 0.01 deg of 0 fits either way.
 std::optional<calib::JointVector> joints_of(const calib::Configurations& ways,
                                             const calib::Robot& robot, const Eigen::Isometry3d& tcp,

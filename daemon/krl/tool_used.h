@@ -2,11 +2,11 @@
 
 namespace cellcal::daemon::krl {
 
-/// What a tool was taken for.
+/// Identification of a tool.
 struct ToolUsed {
-  int number = 0;          ///< of TOOL_DATA; -1: as it stands in the text
-  bool cells = false;      ///< the cell file's own, with its bending; else stiff and as stated
-  bool load_known = true;  ///< by LOAD_DATA; else the joints are taken to bear the cell's tool
+  int number = 0;          ///< of TOOL_DATA; -1: written out in the text
+  bool cells = false;      ///< the cell file's own, with its bending; otherwise stiff and as stated
+  bool load_known = true;  ///< from LOAD_DATA; otherwise the cell's tool is assumed as the load
 };
 
 }  // namespace cellcal::daemon::krl
