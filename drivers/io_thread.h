@@ -1,6 +1,6 @@
 #pragma once
 // One io_context on one thread: it owns the robot's socket and the contact sensor's protocol. The
-// sensor's bytes arrive through a queue (contact/port_pump.h), since reading a port can block.
+// sensor's bytes arrive through a queue, since reading a port can block.
 //
 // Real time if the machine permits it: SCHED_FIFO keeps the reply below 1 ms under CPU load, locked
 // memory avoids page faults on the cycle. If not permitted the thread runs without it and reports
@@ -24,7 +24,7 @@ struct IoThreadOptions {
   std::string name = "robot-io";  ///< at most 15 characters, as shown by top and ps
 };
 
-/// Priority of the threads that transfer the contact sensor's bytes (contact/port_pump.h): just
+/// Priority of the threads that transfer the contact sensor's bytes: just
 /// above the robot's. The highest requested, and granted by the service's unit (LimitRTPRIO).
 inline constexpr int kPortPriority = IoThreadOptions{}.priority + 1;
 

@@ -1,7 +1,7 @@
 #pragma once
 // From touches to a calibration: maximum a posteriori estimate of geometric errors, tool bending,
 // effective radius and target positions, with covariance, frame directions and verdict.
-// The mathematics is in the rooms' READMEs, which the code cites by the numbers of equations;
+// The mathematics is in the modules' READMEs, which the code cites by the numbers of equations;
 // calib/README.md has the symbols and an index.
 
 #include <functional>

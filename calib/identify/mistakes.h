@@ -1,7 +1,7 @@
 #pragma once
 // The mistakes that are made again and again when a cell is set up: how the session would read
 // without each, and which one it is then. Whether the touches make sense so is asked by who goes
-// through them: causes.cc through all, wrong_measure.cc through those of a contradicted length.
+// through them: causes.cc through all, mistakes.cc through those of a contradicted length.
 
 #include <cstddef>
 #include <functional>

@@ -1,5 +1,5 @@
 #pragma once
-// Within this room: libpqxx, and its errors as ours.
+// Within this module: libpqxx, and its errors as ours.
 
 #include <functional>
 #include <memory>

@@ -1,5 +1,5 @@
 #pragma once
-// Within this room: what a Store holds.
+// Within this module: what a Store holds.
 
 #include "daemon/fleet/connection.h"
 #include "daemon/fleet/store.h"

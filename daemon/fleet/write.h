@@ -1,5 +1,5 @@
 #pragma once
-// Within this room: one batch in one transaction.
+// Within this module: one batch in one transaction.
 
 #include <string>
 #include <string_view>

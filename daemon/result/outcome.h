@@ -1,6 +1,6 @@
 #pragma once
 // Outcome of a completed session, as shown by status, journal, page, commands, metrics, plant, webhook and
-// readiness. Sentences: outcome_words.h; JSON: outcome_json.h.
+// readiness. Sentences and JSON: outcome_json.h.
 
 #include <Eigen/Core>
 #include <array>

@@ -3,7 +3,7 @@
 // and written on other threads.
 //
 // Threads: the ContactSensor functions are for the session. guard() is for that io_context's thread
-// only. Two threads transfer bytes between the port and lock-free queues (port_pump), a third, idle
+// only. Two threads transfer bytes between the port and lock-free queues, a third, idle
 // unless the port was lost, opens and closes devices (port_keeper). The io_context's thread never
 // accesses the port and cannot be blocked by it.
 

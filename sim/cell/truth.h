@@ -16,7 +16,7 @@ struct TruthOptions {
   double deflection = -1.0;     ///< c_t [1/(N m^2)]; negative: drawn from its prior
   double gear_arcsec = 0.0;     ///< 1 sigma of each of two harmonics per joint
   /// 1 sigma of each joint's compliance; 0: the robot file's. If the file states no masses the
-  /// links get some (true_load.h).
+  /// links get some (physical_cell.h).
   double compliance_rad_per_nm = 0.0;
   double play_arcsec = 0.0;   ///< half of the play, in the direction of the load; 1 sigma
   double tip_offset_m = 0.0;  ///< maximum deviation from the cell file's tip, per component

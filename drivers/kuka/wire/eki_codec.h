@@ -1,6 +1,6 @@
 #pragma once
 // EKI's telegrams: the adapter writes <RobotCommand> and reads <RobotState>. krl/README.md
-// documents the protocol, krl/cellcal_eki.xml the elements. Degrees, seconds and percent, as
+// documents the protocol, krl/CellcalEki.xml the elements. Degrees, seconds and percent, as
 // transmitted.
 //
 // Hostile or damaged input yields an error value; nothing throws or allocates after a parser has
