@@ -194,8 +194,11 @@ Cell with_learnt_of(const Robot& robot, Cell cell) {
 }
 
 Robot with_bearings(Robot robot, double share) {
-  for (Joint& joint : robot.joints)
-    joint.bearing_sigma_rad_per_nm = share * joint.compliance_sigma_rad_per_nm;
+  double compliance = 0.0;
+  for (auto joint = robot.joints.rbegin(); joint != robot.joints.rend(); ++joint) {
+    if (joint->compliance_sigma_rad_per_nm > 0.0) compliance = joint->compliance_sigma_rad_per_nm;
+    joint->bearing_sigma_rad_per_nm = share * compliance;
+  }
   return robot;
 }
 

@@ -14,7 +14,8 @@ namespace cellcal::calib {
 /// The cell, its joints with the bearings and functions of that robot.
 Cell with_learnt_of(const Robot& robot, Cell cell);
 
-/// Joints compliant across their axes; `share` of the prior of that about the axis.
+/// Joints compliant across their axes; `share` of the prior of the compliance about the axis, of a
+/// joint without one (A1 of an upright arm bears no torque) that of the next joint that has one.
 Robot with_bearings(Robot robot, double share);
 /// Joints with functions of the usual size, as size_functions() requires.
 Robot with_reference_functions(Robot robot);

@@ -197,6 +197,7 @@ PreparedPose ArmModel::prepare(std::span<const double> joint_rad, int tool) cons
   };
   Turned first{1.0, 0.0}, wave{1.0, 0.0};  // of the gear or joint, of its harmonic
   int joint = -1, harmonic = 0;
+  ParameterKind series = ParameterKind::kCosine;
   for (int p = first_by_pose_; p < last_by_pose_; ++p) {
     const ArmParameter& parameter = parameters_[p];
     switch (parameter.kind) {
@@ -216,8 +217,9 @@ PreparedPose ArmModel::prepare(std::span<const double> joint_rad, int tool) cons
         const double ratio = parameter.kind == ParameterKind::kCosine
                                  ? robot_.joints[parameter.joint].gear_ratio
                                  : 1.0;
-        if (joint != parameter.joint || parameter.harmonic < harmonic) {
+        if (joint != parameter.joint || series != parameter.kind || parameter.harmonic < harmonic) {
           joint = parameter.joint;
+          series = parameter.kind;
           harmonic = 0;
           const double phase = joint_rad[joint] * ratio;
           first = {std::cos(phase), std::sin(phase)};
