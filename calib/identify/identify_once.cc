@@ -296,8 +296,8 @@ void ask_for_bearings(const Cell& cell, const std::vector<Touch>& touches,
                       Estimate& e) {
   constexpr double kShares[] = {1.0, 0.3};  // of the prior about the axis
   const auto richer = [&](double share) {
-    return std::make_unique<Stated>(with_learnt_of(with_bearings(cell.robot, share), cell), touches,
-                                    likely->level);
+    return std::make_unique<Stated>(
+        with_learnt_of(with_bearings(likely->levelled.robot, share), cell), touches, likely->level);
   };
   std::unique_ptr<Stated> best = richer(kShares[0]);
   if (best->problem.size() == likely->problem.size() ||

@@ -104,12 +104,10 @@ bool has_bearings(const Calibration& c) {
       c.parameters, [](const ParameterResult& p) { return p.key.kind == ParameterKind::kBearing; });
 }
 
-/// Bearings of A2 and A3 that give by half as much as their gears may.
+/// Bearings of A1 to A3 that give by 2 arcsec per 10 N m, 1 sigma.
 Cell cell_with_bearings() {
   Cell cell = demo_cell();
-  for (std::size_t i : {1, 2})
-    cell.robot.joints[i].bearing_sigma_rad_per_nm =
-        0.5 * cell.robot.joints[i].compliance_sigma_rad_per_nm;
+  for (std::size_t i : {0, 1, 2}) cell.robot.joints[i].bearing_sigma_rad_per_nm = 1e-6;
   return cell;
 }
 
