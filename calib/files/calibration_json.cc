@@ -1,7 +1,6 @@
 #include "calib/files/calibration_json.h"
 
 #include <algorithm>
-#include <cmath>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
@@ -173,58 +172,19 @@ Json correlations_json(const C& c) {
   return out;
 }
 
-/// f_i of one joint at an angle by its series, and its 95 % band, arcsec.
-struct FunctionSeries {
-  const C& c;
-  std::vector<Eigen::Index> at;  ///< of the joint's coefficients among the parameters
-
-  FunctionSeries(const C& calibration, std::size_t joint) : c(calibration) {
-    for (std::size_t i = 0; i < c.parameters.size(); ++i)
-      if (is_function(c.parameters[i].key.kind) &&
-          c.parameters[i].key.joint == static_cast<int>(joint))
-        at.push_back(static_cast<Eigen::Index>(i));
-  }
-
-  std::pair<double, double> operator()(double angle_rad) const {
-    constexpr double kNormal975 = 1.959963984540054;
-    Eigen::VectorXd by(static_cast<Eigen::Index>(at.size()));
-    double value = 0.0;
-    for (std::size_t k = 0; k < at.size(); ++k) {
-      const ParameterResult& p = c.parameters[static_cast<std::size_t>(at[k])];
-      const double phase = p.key.harmonic * angle_rad;
-      const double wave =
-          p.key.kind == ParameterKind::kFunctionCosine ? std::cos(phase) : std::sin(phase);
-      by[static_cast<Eigen::Index>(k)] = wave;
-      value += wave * p.correction;
-    }
-    const double variance = c.covariance.size() == 0 ? 0.0 : by.dot(c.covariance(at, at) * by);
-    return {value / kRadPerArcsec, kNormal975 * std::sqrt(std::max(0.0, variance)) / kRadPerArcsec};
-  }
-};
-
 /// Table of each joint function over the touched angles, for other programs.
 Json joint_functions_json(const C& c) {
-  constexpr double kStepRad = 1.0 * kRadPerDeg;
+  const auto scaled = [](const std::vector<double>& values, double factor) {
+    Json out = Json::array();
+    for (const double value : values) out.push_back(value * factor);
+    return out;
+  };
   Json out = Json::array();
-  for (std::size_t j = 0; j < c.cell.robot.joints.size(); ++j) {
-    const Joint& joint = c.cell.robot.joints[j];
-    const double range = joint.function_max_rad - joint.function_min_rad;
-    const FunctionSeries series(c, j);
-    if (series.at.empty() || !(range > 0.0)) continue;
-    const int steps = std::max(1, static_cast<int>(std::ceil(range / kStepRad)));
-    Json angle = Json::array(), error = Json::array(), band = Json::array();
-    for (int k = 0; k <= steps; ++k) {
-      const double at = joint.function_min_rad + range * k / steps;
-      const auto [value, u95] = series(at);
-      angle.push_back(at * kDegPerRad);
-      error.push_back(value);
-      band.push_back(u95);
-    }
-    out.push_back({{"joint", joint.name},
-                   {"angle_deg", angle},
-                   {"error_arcsec", error},
-                   {"u95_arcsec", band}});
-  }
+  for (const JointFunction& f : joint_functions(c))
+    out.push_back({{"joint", c.cell.robot.joints[f.joint].name},
+                   {"angle_deg", scaled(f.angle_rad, kDegPerRad)},
+                   {"error_arcsec", scaled(f.error_rad, 1.0 / kRadPerArcsec)},
+                   {"u95_arcsec", scaled(f.u95_rad, 1.0 / kRadPerArcsec)}});
   return out;
 }
 

@@ -1,9 +1,12 @@
 #include "calib/result/calibration.h"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <utility>
 #include <vector>
+
+#include "calib/model/units.h"
 
 namespace cellcal::calib {
 
@@ -22,6 +25,42 @@ void Verdict::add(Finding finding) {
   const auto place = finding.withholds() ? findings.begin()
                                          : std::ranges::find_if_not(findings, &Finding::withholds);
   findings.insert(place, std::move(finding));
+}
+
+std::vector<JointFunction> joint_functions(const Calibration& c) {
+  constexpr double kStepRad = 1.0 * kRadPerDeg, kNormal975 = 1.959963984540054;
+  std::vector<JointFunction> all;
+  for (std::size_t j = 0; j < c.cell.robot.joints.size(); ++j) {
+    std::vector<Eigen::Index> coefficients;
+    for (std::size_t i = 0; i < c.parameters.size(); ++i)
+      if (is_function(c.parameters[i].key.kind) && c.parameters[i].key.joint == static_cast<int>(j))
+        coefficients.push_back(static_cast<Eigen::Index>(i));
+    const Joint& joint = c.cell.robot.joints[j];
+    const double range = joint.function_max_rad - joint.function_min_rad;
+    if (coefficients.empty() || !(range > 0.0)) continue;
+    Eigen::MatrixXd covariance;
+    if (c.covariance.size() > 0) covariance = c.covariance(coefficients, coefficients);
+    JointFunction one{j, {}, {}, {}};
+    const int steps = std::max(1, static_cast<int>(std::ceil(range / kStepRad)));
+    for (int k = 0; k <= steps; ++k) {
+      const double angle = joint.function_min_rad + range * k / steps;
+      Eigen::VectorXd wave(static_cast<Eigen::Index>(coefficients.size()));
+      double error = 0.0;
+      for (Eigen::Index i = 0; i < wave.size(); ++i) {
+        const ParameterResult& p =
+            c.parameters[static_cast<std::size_t>(coefficients[static_cast<std::size_t>(i)])];
+        const double phase = p.key.harmonic * angle;
+        wave[i] = p.key.kind == ParameterKind::kFunctionCosine ? std::cos(phase) : std::sin(phase);
+        error += wave[i] * p.correction;
+      }
+      const double variance = covariance.size() == 0 ? 0.0 : wave.dot(covariance * wave);
+      one.angle_rad.push_back(angle);
+      one.error_rad.push_back(error);
+      one.u95_rad.push_back(kNormal975 * std::sqrt(std::max(0.0, variance)));
+    }
+    all.push_back(std::move(one));
+  }
+  return all;
 }
 
 double stated_value(const Cell& cell, const ParameterKey& parameter) {

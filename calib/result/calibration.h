@@ -282,6 +282,15 @@ inline double correction_of(const Calibration& c, const ParameterKey& key) {
   return found == nullptr ? 0.0 : found->correction;
 }
 
+/// f_i of one joint over the touched angles, at most a degree apart.
+struct JointFunction {
+  std::size_t joint = 0;
+  std::vector<double> angle_rad;           ///< axis angle as the controller shows it
+  std::vector<double> error_rad, u95_rad;  ///< added to theta_i; half of the 95 % band
+};
+/// Empty if no joint has a function.
+std::vector<JointFunction> joint_functions(const Calibration& c);
+
 // Values of robot and cell file for parameters that are identified as deviations.
 
 /// [SI]. For a joint's theta (its zero), d, a, alpha, beta and the tool's x, y, z; 0 for all

@@ -11,6 +11,7 @@
 #include <string_view>
 #include <vector>
 
+#include "calib/model/units.h"
 #include "calib/result/calibration.h"
 #include "calib/result/level.h"
 #include "calib/svg/svg.h"
@@ -265,6 +266,57 @@ std::string waves_table(const View& view, const std::vector<Group>& groups) {
       words, joint_range_words(ranges), table(view, groups, ranges));
 }
 
+// f_i of one joint with its 95 % band.
+std::string function_chart(const calib::JointFunction& f, std::string_view joint) {
+  constexpr double kWidth = 460.0, kHeight = 150.0, kLeft = 46.0, kTop = 26.0, kBottom = 126.0;
+  constexpr double kArcsec = 1.0 / calib::kRadPerArcsec;
+  double most = 1.0;
+  for (std::size_t k = 0; k < f.error_rad.size(); ++k)
+    most = std::max(most, kArcsec * (std::abs(f.error_rad[k]) + f.u95_rad[k]));
+  const Scale across{calib::kDegPerRad * f.angle_rad.front(),
+                     calib::kDegPerRad * f.angle_rad.back(), kLeft, kWidth - 8.0};
+  const Scale up{-most, most, kBottom, kTop};
+  std::vector<svg::Point> line, band;
+  for (std::size_t k = 0; k < f.angle_rad.size(); ++k) {
+    const double x = across(calib::kDegPerRad * f.angle_rad[k]);
+    line.push_back({x, up(kArcsec * f.error_rad[k])});
+    band.push_back({x, up(kArcsec * (f.error_rad[k] + f.u95_rad[k]))});
+  }
+  for (std::size_t k = f.angle_rad.size(); k-- > 0;)
+    band.push_back({across(calib::kDegPerRad * f.angle_rad[k]),
+                    up(kArcsec * (f.error_rad[k] - f.u95_rad[k]))});
+  svg::Svg svg(kWidth, kHeight, "chart",
+               fmt::format("Transmission error of {} over its angle, with its 95 % band", joint));
+  svg.path(band, "band");
+  const std::vector<double> heights = round_ticks(-most, most, 3);
+  const std::vector<std::string> labels = tick_labels(heights);
+  for (std::size_t i = 0; i < heights.size(); ++i) {
+    const double y = up(heights[i]);
+    svg.line({kLeft, y}, {kWidth - 8.0, y}, heights[i] == 0.0 ? "zero" : "grid");
+    svg.text({kLeft - 6.0, y + 4.0}, svg::Anchor::kEnd, "tick", labels[i]);
+  }
+  for (const double angle : round_ticks(across.from, across.to, 6))
+    svg.text({across(angle), kBottom + 16.0}, svg::Anchor::kMiddle, "tick",
+             fmt::format("{:g}", angle));
+  svg.path(line, "curve");
+  svg.text({0.0, 14.0}, svg::Anchor::kStart, "panel", fmt::format("{}, arcsec over deg", joint));
+  return std::move(svg).finish();
+}
+
+std::string function_charts(const View& view) {
+  const std::vector<calib::JointFunction> functions = calib::joint_functions(view.result);
+  if (functions.empty()) return {};
+  std::string charts;
+  for (const calib::JointFunction& f : functions)
+    charts += function_chart(f, view.result.cell.robot.joints[f.joint].name);
+  return fmt::format(
+      "<details>\n<summary>Transmission error of {}, over the touched angles</summary>\n"
+      "<p class=\"note\">Line: what the touches determined and the correction takes out. Shaded: "
+      "its 95&nbsp;% band, wide where no touch had that angle.</p>\n<div class=\"pair\">{}</div>\n"
+      "</details>\n",
+      counted(functions.size(), "joint", "joints"), charts);
+}
+
 }  // namespace
 
 std::string parameters_table(const View& view) {
@@ -283,7 +335,8 @@ std::string parameters_table(const View& view) {
       "zero.{}{}</p>\n",
       joint_range_words(ranges), unstated_words(view));
   if (!groups.empty()) body += table(view, groups, ranges);
-  return section("parameters", "Parameters", body + waves_table(view, waves));
+  return section("parameters", "Parameters",
+                 body + waves_table(view, waves) + function_charts(view));
 }
 
 // Selected model, method, and how clearly the touches favour it over the others.

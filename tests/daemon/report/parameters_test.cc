@@ -72,6 +72,22 @@ TEST(Parameters, OfTransmissionErrorAreFoldedAwayAndCounted) {
   EXPECT_TRUE(says(table, "Transmission error: 3 waves of the gears, 1 decided by the data"));
 }
 
+TEST(Parameters, OfAJointsFunctionAreDrawnOverTheTouchedAngles) {
+  ReportInput input = made_up_session();
+  calib::Calibration& result = input.calibration;
+  EXPECT_FALSE(says(section_of(html_report(input), "parameters"), "over the touched angles"));
+  result.parameters.push_back({wave_parameter(ParameterKind::kFunctionCosine, 1, 17), "arcsec",
+                               206264.8, 0.0, 1e-4, 1e-5, calib::DecidedBy::kData});
+  result.covariance = {};
+  result.cell.robot.joints[1].function_min_rad = -1.0;
+  result.cell.robot.joints[1].function_max_rad = 1.0;
+  const std::string table = section_of(html_report(input), "parameters");
+  EXPECT_TRUE(says(table, "Transmission error of 1 joint, over the touched angles"));
+  EXPECT_TRUE(says(table, "A2, arcsec over deg"));
+  EXPECT_EQ(occurrences(table, "class=\"curve\""), 1U);
+  EXPECT_FALSE(says(table, "A2.fcos17"));
+}
+
 TEST(Parameters, OfSeveralToolsAreGroupedByTheirNames) {
   ReportInput input = made_up_session();
   calib::Calibration& result = input.calibration;
