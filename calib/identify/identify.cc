@@ -88,7 +88,7 @@ bool explained_by_jump(const Cell& cell, const std::vector<Touch>& touches,
   const std::vector<Jump> jumps = believed(all);
   calibration.jumped.clear();
   if (jumps.empty()) return false;
-  // If the session is inconsistent without the jump too, the other findings are reported instead.
+  // If the session stays inconsistent with the jump undone, the other findings are reported.
   if (!jumps.front().mends && !calibration.verdict.publish()) return false;
   if (jumps.size() > 1 || jumps.front().what != Jump::What::kTarget) {
     calibration.moved.clear();
