@@ -290,7 +290,7 @@ std::vector<ModelLevel> levels_without_ripple() {
 void solve_together(const Problem& problem, const Eigen::MatrixXd& postures, const Sizes& sizes,
                     Estimate& e) {
   constexpr int kRounds = 12;
-  constexpr double kStep = 1e-2;  // as refine()
+  constexpr double kStep = 1e-2;  // as in refine()
   const std::vector<ModelLevel> levels = levels_without_ripple();
   const std::vector<std::size_t> touches = spread_over(e.use);
   const std::vector<bool> use = only(touches, problem.touches().size());

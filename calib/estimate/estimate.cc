@@ -360,7 +360,7 @@ bool estimate_with_play(const Problem& plain, Problem& played, const IdentifyOpt
   linearise(played, with.u, with.use, with.posterior.linear);
   std::vector<ModelLevel> levels = usual_levels(true), only_play = levels;
   std::erase_if(only_play, [](const ModelLevel& level) { return level.play == 0.0; });
-  std::vector<LevelEvidence> likewise = e.levels.levels;  // but for the play
+  std::vector<LevelEvidence> likewise = e.levels.levels;  // the same levels without play
   std::erase_if(likewise, [&](const LevelEvidence& l) {
     return l.level.compliance != only_play.front().compliance;
   });

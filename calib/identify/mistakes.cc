@@ -196,7 +196,7 @@ void radians(const Asked& asked) {
   double largest = 0.0;
   for (const Touch& touch : asked.touches)
     for (const double q : touch.joint_rad) largest = std::max(largest, std::abs(q) * kDegPerRad);
-  if (largest > kRadPerTurn) return;  // in degrees, as it was read
+  if (largest > kRadPerTurn) return;  // degrees, as expected
   asked.with_touches(
       [](Touch& touch) {
         for (double& q : touch.joint_rad) q *= kDegPerRad;

@@ -364,7 +364,7 @@ void judge_update(Calibration& c) {
 
 namespace {
 
-constexpr unsigned kSeed = 20240924;  // as the calibration's own figures have it
+constexpr unsigned kSeed = 20240924;  // as for the calibration's own figures
 constexpr double kLocalHalfM = 0.150;
 constexpr std::size_t kFewestPoses = 3;
 

@@ -35,7 +35,7 @@ struct UpdateFacts {
 Calibration update(const Calibration& last, const std::vector<Touch>& touches,
                    const UpdateFacts& facts);
 
-/// True if further touches are worthwhile, which is unless those so far show no change.
+/// True if further touches are worthwhile; false if those so far show no change.
 bool further_touches_pay(const UpdateOrigin& so_far);
 
 // Verdict on an update: published, or withheld with its findings.
