@@ -32,7 +32,7 @@ PlayBeforehand play_beforehand();
 struct LevelMean {
   Eigen::VectorXd u;
   Eigen::MatrixXd covariance_u;
-  double ripple_rad = 0.0;            ///< root of the mean square over the levels
+  double ripple_rad = 0.0;            ///< root of the mean square over the likeliest levels
   double transmission = 0.0;          ///< the same
   double compliance = 0.0;            ///< the same
   double play = 0.0;                  ///< the same

@@ -68,7 +68,7 @@ struct Eliminated {
 /// and play here.
 class Family {
  public:
-  /// Keeps references to `groups`, `plain` and `u`. `compliance` and `play` scale the priors; 0:
+  /// Keeps references to `groups`, `plain.g` and `u`. `compliance` and `play` scale the priors; 0:
   /// the level has none.
   Family(const Groups& groups, const Eliminated& plain, const Eigen::VectorXd& u, double compliance,
          double play);

@@ -116,8 +116,8 @@ double common_tip_radius_m(const Seen& seen) {
 /// Place of a target, or the error with the remedy if the touches do not determine it.
 using Placed = std::variant<TargetPlace, IdentifyError>;
 
-/// Sign of the normal towards the tool, by the mean over the touches, whose directions from tip to
-/// flange are nearly along the plane for some tools. nullopt if they are for all.
+/// Sign of the normal towards the tool, by the mean direction from tip to flange. nullopt if the
+/// tool lies nearly along the plane and the side matters.
 std::optional<double> side_of(const Cell& cell, const Seen& seen, const Vector3d& normal) {
   double mean = 0.0;
   for (const Vector3d& tool : seen.tool)

@@ -28,7 +28,7 @@ constexpr std::size_t kMostTouchesForJumps = 1000;
 constexpr double kAsStated = 1.5;
 /// Log evidence by which a jump has to exceed another one.
 constexpr double kClear = 5.0;
-/// Least squared size of a jump in sigmas, determined with the jump undone: if a jump of any size
+/// Minimum squared size of a jump over its variance, with the jump undone: if a jump of any size
 /// improves the likelihood, the cause is another (touches of a target with another's name).
 constexpr double kSized = 16.0;
 

@@ -246,7 +246,7 @@ void OutboxRows::compose(const SessionRecord& record,
     throw;  // the disk: the following calibration cannot be stored either
   } catch (
       const std::
-          exception&) {  // the fact is what counts; whoever sends it says that it cannot be reported
+          exception&) {  // the fact has priority; the sender reports that it cannot be composed
     body = "{}";
   }
   for (const std::int64_t row : rows) {
