@@ -13,24 +13,25 @@ namespace cellcal::calib {
 
 namespace {
 
-/// Correlation lengths that are tried: a tenth of a radian is a hand's breadth at a metre.
+/// Candidate correlation lengths: a tenth of a radian is about 0.1 m at a distance of 1 m.
 constexpr double kReachesRad[] = {0.1, 0.3, 1.0};
-/// About this near is the same posture, over which also what is rough hardly changes. A step there
-/// instead of a bell would make a correlation that none can have.
+/// Distance below which postures count as the same, so that the rough share is nearly constant too.
+/// A step in place of the Gaussian would give a correlation matrix that is not positive definite.
 constexpr double kSamePlaceRad = 5e-3;
-/// Shares of the field that differ from posture to posture, however near.
+/// Candidate shares of the field that differ between postures at any distance.
 constexpr double kRough[] = {0.0, 0.5, 1.0};
-/// Rows that say how large it is; more would say it more exactly than anybody needs.
+/// Maximum number of rows for the sizes; more would not improve their accuracy notably.
 constexpr std::size_t kEnoughRows = 200;
-/// Touches that the estimate is made of: as many more of like postures would tell next to nothing.
+/// Maximum number of touches for the estimate; further touches of similar postures add little
+/// information.
 constexpr std::size_t kMostTouches = 1500;
-/// What an electrical contact or a ball in its seat repeats to at worst, and what a tracker does.
-/// Scatter beyond it that no repeats have shown to be noise is the arm's.
+/// Upper limits of the usual repeatability of an electrical contact or a seated ball, and of a
+/// tracker. Scatter beyond them that no repeats show to be noise is attributed to the arm.
 constexpr double kUsualNoiseM = 0.05e-3, kUsualTrackerNoiseM = 0.015e-3;
-/// A scatter of repeats that rests on less is no measurement of it.
+/// Fewest degrees of freedom for a measured repeatability.
 constexpr double kEnoughRepeats = 3.0;
 
-/// A direction of the tip that a touch sees.
+/// Direction of the tip that a row measures.
 struct Row {
   std::size_t touch;
   Eigen::Vector3d along;
@@ -44,7 +45,7 @@ std::vector<Row> rows_of(const Problem& problem, const Eigen::VectorXd& u,
   for (const std::size_t i : touches) {
     if (problem.rows(i) >= 3) {
       for (int axis = 0; axis < 3; ++axis) rows.push_back({i, Eigen::Vector3d::Unit(axis)});
-      // A tracker's turns: the field is of places.
+      // Rotation rows of a tracker: the field is one of positions.
       for (int k = 3; k < problem.rows(i); ++k) rows.push_back({i, Eigen::Vector3d::Zero()});
       continue;
     }
@@ -56,7 +57,7 @@ std::vector<Row> rows_of(const Problem& problem, const Eigen::VectorXd& u,
   return rows;
 }
 
-/// Axis angles, each by its share in moving the tip; a column per touch.
+/// Joint angles, each scaled by its share in moving the tip; a column per touch.
 Eigen::MatrixXd postures_of(const Problem& problem) {
   const auto touches = problem.touches();
   const auto count = static_cast<Eigen::Index>(touches.size());
@@ -98,8 +99,8 @@ Eigen::MatrixXd correlation_of(const Eigen::MatrixXd& apart, const std::vector<R
   return k;
 }
 
-/// All, or some spread over all of them and the nearest neighbour of each: what is alike over short
-/// reaches shows in these.
+/// All of `touches`, or a sample spread over them together with the nearest neighbour of each:
+/// short correlation lengths are visible only in neighbours.
 std::vector<std::size_t> some_of(const Problem& problem, const Eigen::MatrixXd& postures,
                                  const std::vector<std::size_t>& touches) {
   std::size_t rows = 0;
@@ -140,7 +141,7 @@ std::vector<bool> only(const std::vector<std::size_t>& touches, std::size_t coun
   return use;
 }
 
-/// Rows of touches alone, in metres.
+/// Rows of the touches without whitening, in metres.
 struct Measured {
   RowMajor jacobian;
   Eigen::VectorXd residual_m;
@@ -157,25 +158,25 @@ Measured in_metres(const Problem& problem, const Eigen::VectorXd& u,
   return m;
 }
 
-/// Sizes, and how likely they are.
+/// Sizes of field and noise.
 struct Sizes {
   double field_m = 0.0, noise_factor = 1.0, reach_rad = 0.0, rough = 1.0;
-  double freedom = 0.0;  ///< degrees of freedom that the field's variance rests on
+  double freedom = 0.0;  ///< degrees of freedom of the field's variance
 };
 
-/// Restricted likelihood over a grid of sizes; the mean of the variances, and the likeliest reach.
+/// Restricted likelihood over a grid of sizes; mean of the variances, and most likely reach.
 Sizes sizes_of(const Problem& problem, const Eigen::VectorXd& u, const Eigen::MatrixXd& postures,
                const std::vector<std::size_t>& touches, bool noise_is_known) {
   constexpr double kOfScatter[] = {0.0, 0.15, 0.3, 0.45, 0.6, 0.75, 0.9,
                                    1.1, 1.4,  1.8, 2.4,  3.2, 4.3,  5.7};
   constexpr double kNoise[] = {0.1, 0.2, 0.35, 0.6, 1.0, 1.7, 3.0, 6.0, 10.0};
-  constexpr double kNoiseSigma = 0.7;  // of the logarithm of what is stated
-  constexpr double kAnywhere = 10.0;   // of what has no prior, in its scales
+  constexpr double kNoiseSigma = 0.7;  // of the logarithm of the factor to the stated noise
+  constexpr double kAnywhere = 10.0;   // unknowns without a prior, in their scales
   const std::vector<Row> rows = rows_of(problem, u, touches);
   const Measured m = in_metres(problem, u, touches);
   const Eigen::MatrixXd apart = distances(postures, rows);
   const auto n = static_cast<Eigen::Index>(rows.size());
-  // What the unknowns, anywhere within their priors, may make of the rows.
+  // Contribution of the unknowns, within their priors, to the rows.
   Eigen::VectorXd prior(problem.size()), off(problem.size());
   for (int i = 0; i < problem.size(); ++i) {
     const Unknown& unknown = problem.unknowns()[i];
@@ -198,7 +199,7 @@ Sizes sizes_of(const Problem& problem, const Eigen::VectorXd& u, const Eigen::Ma
   std::vector<Tried> tried;
   for (const double rough : kRough)
     for (const double reach : kReachesRad) {
-      if (rough == 1.0 && reach != kReachesRad[0]) continue;  // there is none
+      if (rough == 1.0 && reach != kReachesRad[0]) continue;  // no smooth part
       const Eigen::MatrixXd k = correlation_of(apart, rows, reach, rough);
       for (const double factor : kNoise) {
         if (noise_is_known && factor != 1.0) continue;
@@ -245,7 +246,7 @@ Sizes sizes_of(const Problem& problem, const Eigen::VectorXd& u, const Eigen::Ma
   return mean;
 }
 
-/// L with L L' the correlation of the touches' errors, noise and field together.
+/// L with L L' = correlation of the touch errors, noise and field together.
 Eigen::MatrixXd together(const Problem& problem, const Eigen::VectorXd& u,
                          const Eigen::MatrixXd& postures, const std::vector<std::size_t>& touches,
                          const Sizes& sizes) {
@@ -285,11 +286,11 @@ std::vector<ModelLevel> levels_without_ripple() {
   return levels;
 }
 
-/// Gauss-Newton steps of all levels with the rows' correlation until nothing changes.
+/// Gauss-Newton steps of all levels with correlated rows until the estimate no longer changes.
 void solve_together(const Problem& problem, const Eigen::MatrixXd& postures, const Sizes& sizes,
                     Estimate& e) {
   constexpr int kRounds = 12;
-  constexpr double kStep = 1e-2;  // as refine()
+  constexpr double kStep = 1e-2;  // as in refine()
   const std::vector<ModelLevel> levels = levels_without_ripple();
   const std::vector<std::size_t> touches = spread_over(e.use);
   const std::vector<bool> use = only(touches, problem.touches().size());
@@ -316,7 +317,8 @@ void solve_together(const Problem& problem, const Eigen::MatrixXd& postures, con
   p.leverage = leverage_of(p.linear.jacobian, p.covariance_u);
 }
 
-/// Those that are honest by their own sigma, field included. Whether they are others.
+/// Selects the touches within the gate of their own sigma, field included. Returns true if the
+/// selection changed.
 bool judged_alone(const Problem& problem, const IdentifyOptions& options, Estimate& e) {
   Estimate alone = e;
   linearise(problem, e.u, e.use, alone.posterior.linear);
@@ -328,10 +330,11 @@ bool judged_alone(const Problem& problem, const IdentifyOptions& options, Estima
   return e.use != honest;
 }
 
-/// Of those in use the ones that are not what all others, which share the field with them, foresee:
-/// an error of half a millimetre may be the field's, but not beside a repeat without it. With V_w =
-/// V_c + J P^-1 J' what a touch is expected to be, (V_w^-1 r_mu)_i / sqrt((V_w^-1)_ii) is its
-/// residual left out, studentised. The worst go first; they pull at their neighbours.
+/// Removes touches in use that contradict the prediction from all others, with which they share the
+/// field: half a millimetre may be due to the field, but not next to a repeat without it. With V_w
+/// = V_c + J P^-1 J', the covariance of the whitened touches before the fit, (V_w^-1 r_mu)_i /
+/// sqrt((V_w^-1)_ii) is the studentised leave-one-out residual. Only the worst are removed at a
+/// time, since they affect their neighbours. Returns true if any was removed.
 bool judged_by_others(const Problem& problem, const IdentifyOptions& options, Estimate& e) {
   constexpr double kOfWorst = 0.7;
   const Posterior& p = e.posterior;
@@ -371,7 +374,7 @@ double alike_sigmas(const Problem& problem, const Estimate& e, double chi2_per_d
   const Linearisation linear = linearise(problem, e.u, only(touches, problem.touches().size()));
   const auto j = linear.jacobian.topRows(linear.length_row);
   const Eigen::VectorXd r = linear.residual.head(linear.length_row);
-  // Covariance of the residuals where the errors are independent: the fit has taken its part.
+  // Covariance of the residuals of independent errors, less the part absorbed by the fit.
   Eigen::MatrixXd left = -j * e.posterior.covariance_u * j.transpose();
   left.diagonal().array() += 1.0;
   const Eigen::MatrixXd apart = distances(postures, rows);
@@ -406,7 +409,7 @@ double undetected_field_m(const Problem& problem, const Estimate& e, const Repea
                              : std::sqrt(usual / std::max(1.0, count));
   // (33)
   const double rest = scatter_m * scatter_m - ripple / std::max(1.0, count) - noise_m * noise_m;
-  // Of a scatter that repeats show some tenths are chance.
+  // A remainder below this share of the noise variance may be chance.
   constexpr double kChance = 0.5;
   return rest > kChance * noise_m * noise_m ? std::sqrt(rest) : 0.0;
 }
@@ -436,7 +439,7 @@ Discrepancy estimate_together(Problem& problem, const IdentifyOptions& options,
     const bool others = round < 2 && judged_alone(problem, options, e);
     if (others) continue;
     if (!judged_by_others(problem, options, e)) break;
-    size();  // a gross error more or less says how large the field is
+    size();  // a gross error changes the size of the field
   }
   Discrepancy found;
   found.estimated = true;

@@ -1,42 +1,46 @@
 #pragma once
-// What the model does not explain and repeats do not show: play, friction, links that give in ways
-// nobody drew. It is the same whenever the arm comes back to a posture and much the same in
-// postures near by, so it does not average away like the noise of a touch: however many touches
-// there are, they share it.
+// Model discrepancy: systematic position error of the arm that the model does not describe and that
+// repeats do not reveal, such as play, friction and unmodelled compliance. It is the same on each
+// return to a posture and similar in neighbouring postures, so that all touches share it and it
+// does not average out with their number, unlike touch noise.
 //
-// It is taken for a field over the postures: an error of the tip whose three components are
-// independent, of one sigma everywhere and correlated by
+// It is modelled as a random field over the postures: a tip error with three independent
+// components, one standard deviation everywhere and the correlation
 //     w_f exp(-D_ij^2 / (2 (5 mrad)^2)) + (1 - w_f) exp(-D_ij / reach)
 //     D_ij^2 = sum_k (lam_k / lam_max)^2 (q_ik - q_jk)^2,
-// lam_k how far joint k moves the tip. A touch sees one direction of it. The exponential is rough
-// enough for play that changes sides.
+// lam_k: rms tip motion per radian of joint k. A touch measures one component of it (points and
+// trackers: three). The exponential is rough enough for play that changes sides.
 //
-// Assumption: of one size all over the workspace, and no part of it common to all touches; that
-// would be geometry, or the base. Failure case: an error that grows out of the postures touched.
+// Assumptions: the same standard deviation all over the workspace, and no part that is common to
+// all touches, which would be geometry or base. Failure case: an error that grows outside the
+// touched postures.
 
 #include "calib/estimate/estimate.h"
 #include "calib/estimate/repeats.h"
 
 namespace cellcal::calib {
 
-/// Residuals this much alike (alike_sigmas) show a field; arms whose gears are as bad as published
-/// leave 2.
+/// Threshold of alike_sigmas() above which the residuals show a field; arms with the worst
+/// published gears give 2.
 constexpr double kFieldSigmas = 4.0;
-/// Of touches free of noise what the solver's last step leaves is alike.
+/// Touch noise [m] below which correlation is ignored: the solver's last step leaves that much with
+/// noise-free touches.
 constexpr double kNothingM = 2e-6;
 
-/// By how many sigmas the residuals of like postures are alike (Moran's I, largest of three
-/// reaches), given what the fit itself makes of independent errors. Repeats do not count.
+/// Spatial correlation of the residuals in standard deviations (Moran's I, largest of three
+/// reaches), less what the fit itself causes with independent errors. Repeats are not counted.
 double alike_sigmas(const Problem& problem, const Estimate& e, double chi2_per_dof);
 
-/// 1 sigma per component of what may lie in scatter that no repeats show to be noise, where the
-/// residuals show no field: `scatter_m` rms, beside what noise is known or usual.
+/// Largest field (1 sigma per component, m) that can remain undetected where the residuals show no
+/// field: the part of `scatter_m` (rms) that neither ripple nor noise explains. The noise is that
+/// of the repeats if measured, otherwise the usual noise of the kind of target.
 double undetected_field_m(const Problem& problem, const Estimate& e, const Repeats& repeats,
                           double scatter_m);
 
-/// Sizes of field and noise by restricted maximum likelihood (all unknowns integrated out over
-/// their priors), then the estimate anew with the touches' correlation. `e` is settled without it.
-/// The problem is left with them and without ripple, whose place the field takes.
+/// Estimates the sizes of field and noise by restricted maximum likelihood (all unknowns integrated
+/// out over their priors), then repeats the estimate `e` with correlated touch errors. `e` has been
+/// estimated without field. Sets field and noise factor of `problem`, and its ripple to 0, which
+/// the field replaces.
 Discrepancy estimate_together(Problem& problem, const IdentifyOptions& options,
                               const Repeats& repeats, Estimate& e);
 

@@ -14,10 +14,10 @@ namespace cellcal::calib {
 
 namespace {
 
-/// Cauchy's loss at two sigma: full weight for honest touches, next to none for gross ones.
+/// Scale of Cauchy's loss: nearly full weight for good touches, almost none for gross errors.
 constexpr double kCauchySigma = 2.0;
 constexpr int kOutlierRounds = 20;
-/// What a touch is worth at first.
+/// Sigma floor of the touches at the start.
 constexpr double kFirstFloorM = 1e-3;
 
 void set_covariance(Eigen::MatrixXd covariance_u, Posterior& posterior) {
@@ -25,14 +25,14 @@ void set_covariance(Eigen::MatrixXd covariance_u, Posterior& posterior) {
   posterior.leverage = leverage_of(posterior.linear.jacobian, posterior.covariance_u);
 }
 
-/// At the problem's own level.
+/// Posterior at the problem's own level.
 void find_posterior(const Problem& problem, Estimate& e) {
   const ModelLevel own[] = {{}};
   linearise(problem, e.u, e.use, e.posterior.linear);
   set_covariance(mean_over_levels(problem, e.u, e.posterior.linear, own).covariance_u, e.posterior);
 }
 
-/// A share of many touches that is enough to come near the solution, spread over each target's.
+/// A subset of many touches, spread over the targets, that suffices to approach the solution.
 std::vector<bool> subsample(const Problem& problem, const std::vector<bool>& use) {
   constexpr std::size_t kEnough = 2000;
   if (static_cast<std::size_t>(std::count(use.begin(), use.end(), true)) <= 2 * kEnough) return use;
@@ -65,13 +65,13 @@ double finest_sigma_m(const Problem& problem, const std::vector<bool>& use) {
           rounds));
 }
 
-/// Comes near the solution from zero errors: touches are first taken as worth a millimetre, then
-/// ever more. Taking them at their word at once would let what the linearisation gets wrong (parts
-/// in a thousand of the errors) drive the directions that the touches hardly see. Robust, so that
-/// gross outliers do not lead astray; those are named before anything is fitted without protection.
+/// Approaches the solution from zero errors with a sigma floor of the touches that decreases from 1
+/// mm: with full weights at once, the error of the linearisation (parts per thousand of the errors)
+/// would dominate the directions that the touches hardly determine. Robust against gross outliers,
+/// which are excluded before any fit without robust loss.
 ///
-/// An arm within reason needs one step at each; where steps lead away, each stage is solved to its
-/// end, from zero. Returns whether it is near enough for the steps of refine().
+/// One step per stage suffices for an arm within its tolerances; if the steps diverge, each stage
+/// is solved to convergence, from zero. Returns true if the estimate is close enough for refine().
 bool approach(const Problem& problem, const IdentifyOptions& options, Estimate& e) {
   constexpr double kStep = 10.0;
   constexpr double kWithinReason = 10.0;  // prior sigmas
@@ -98,9 +98,9 @@ bool approach(const Problem& problem, const IdentifyOptions& options, Estimate& 
   return solved.converged && !needs_all_digits(problem, robust);
 }
 
-/// Where the last stretch was too long for the solver: the same again in small steps, every one of
-/// them to its end. OccurrenceLimit needed; where the touches are free of noise and say little of some
-/// unknown.
+/// Repeats the approach in smaller steps of the floor, each solved to convergence, where the last
+/// stage was too long for the solver. Test OccurrenceLimit needs it: noise-free touches with little
+/// information on some unknown.
 void approach_slowly(const Problem& problem, const IdentifyOptions& options, Estimate& e) {
   constexpr double kStep = 3.0;
   const double finest = finest_sigma_m(problem, e.use);
@@ -109,13 +109,13 @@ void approach_slowly(const Problem& problem, const IdentifyOptions& options, Est
     e.u = solve(problem, e.u, {e.use, 0.0, options.max_iterations, floor}).u;
 }
 
-/// Solves and names outliers in turn until the set of touches in use no longer changes. Touches
-/// once thrown out may come back. Linearised there when it ends.
+/// Alternates solving and outlier rejection until the set of touches in use no longer changes;
+/// excluded touches may be readmitted. On return e.posterior.linear is at e.u.
 void settle(const Problem& problem, const IdentifyOptions& options, Estimate& e) {
   OutlierRejection rejection(problem, options);
   for (int round = 0; round < kOutlierRounds; ++round) {
     SolveOptions plain{e.use, 0.0, options.max_iterations, 0.0};
-    // Noise-free touches are solved to the end here; for others the step over the levels follows.
+    // Noise-free touches are solved to convergence; for others the step over the levels follows.
     if (!needs_all_digits(problem, plain)) plain.tolerance = 1e-5;
     SolveResult solved = solve(problem, e.u, plain);
     if (!solved.converged) {
@@ -136,14 +136,16 @@ void settle(const Problem& problem, const IdentifyOptions& options, Estimate& e)
 
 }  // namespace
 
-/// Each round is one Gauss-Newton step of every level; levels without a say are not asked again.
+/// Each round is one Gauss-Newton step of every level; levels of negligible probability are
+/// dropped.
 void refine(Problem& problem, const IdentifyOptions& options, std::vector<ModelLevel> levels,
             Estimate& e) {
-  // In prior sigmas. What a step of this size leaves undone is a thousandth of it: the errors are
-  // milliradians, and the next term of the expansion is smaller by that.
+  // In prior sigmas. A step of this size leaves an error of a thousandth of it: the unknowns are
+  // milliradians, by which factor the next term of the expansion is smaller.
   constexpr double kStep = 1e-2;
-  constexpr double kDivergedStep = 1.0;  // such a step in the end is no estimate at all
-  // An estimate that still moves further says nothing for good of a touch, if it ever settles.
+  constexpr double kDivergedStep = 1.0;  // a last step of this size means no estimate
+  // Larger steps permit no permanent decisions on outliers, except in the second half of the
+  // rounds.
   constexpr double kNear = 5.0;
   constexpr double kNegligibleProbability = 1e-4;
   const std::vector<ModelLevel> every = levels;
@@ -173,7 +175,7 @@ void refine(Problem& problem, const IdentifyOptions& options, std::vector<ModelL
       e.levels = std::move(mean);
       return;
     }
-    if (changed) {  // an outlier more or less changes who has a say
+    if (changed) {  // an outlier more or less changes the levels' probabilities
       linearise(problem, e.u, e.use, e.posterior.linear);
       if (!first.levels.empty()) levels = every;
       first = {};
@@ -193,7 +195,7 @@ Estimate estimate(Problem& problem, const IdentifyOptions& options,
   e.u = Eigen::VectorXd::Zero(problem.size());
   const bool there = approach(problem, options, e);
   if (!there) settle(problem, options, e);
-  // Of many touches a share says which levels have no say; all touches would say it more clearly.
+  // A subset of many touches already shows which levels are negligible.
   std::vector<bool> some = subsample(problem, e.use);
   const bool share = some != e.use;
   if (share) {
@@ -201,7 +203,7 @@ Estimate estimate(Problem& problem, const IdentifyOptions& options,
     std::vector<bool> all = std::move(e.use);
     e.use = std::move(some);
     IdentifyOptions these = options;
-    these.reject_outliers = false;  // is done; and the others are not to come in here
+    these.reject_outliers = false;  // outliers are selected already
     linearise(problem, e.u, e.use, e.posterior.linear);
     refine(problem, these, levels, e);
     std::erase_if(levels, [&](const ModelLevel& level) {
@@ -227,7 +229,7 @@ std::vector<Studentised> studentised(const Problem& problem, const Eigen::Vector
   for (const auto& [touch, row] : posterior.linear.touch_row) {
     for (int k = row; k < row + problem.rows(touch); ++k) {
       constexpr double kLeast =
-          1e-6;  // a touch that alone decides something says nothing of itself
+          1e-6;  // a touch that alone determines something gives no information on itself
       const double free = 1.0 - posterior.leverage[k];  // (20), used
       if (free > kLeast)
         off[touch].sigmas =
@@ -249,17 +251,17 @@ std::vector<Studentised> studentised(const Problem& problem, const Eigen::Vector
   return off;
 }
 
-/// Sets e.gate.
+/// Studentised residuals of all fit touches; sets e.gate.
 std::vector<Studentised> judge(const Problem& problem, const IdentifyOptions& options,
                                const std::vector<bool>& fit, Estimate& e) {
   std::vector<Studentised> off = studentised(problem, e.u, fit, e.use, e.posterior);
-  // Of a point or a tracker the worst of three counts, half of which are nearer than 1.26 only: their
-  // gate is wider. Seated and held by hand, they have heavier tails (a gate of the touches' own width
-  // made panda_1 of the real data worse).
+  // For a point or a tracker the largest of three components counts, whose median is 1.26 sigma:
+  // their gate is wider. Seated or hand-held measurements have heavier tails (a gate by the median
+  // of three made panda_1 of the measured data worse).
   std::vector<double> scatter;
   for (std::size_t i = 0; i < off.size(); ++i)
     if (fit[i]) scatter.push_back(off[i].sigmas / kNormalMedian);
-  // More scatter than stated widens the gate instead of throwing good touches away.
+  // Scatter above the stated noise widens the gate instead of rejecting good touches.
   e.gate = options.outlier_sigma * std::max(1.0, median(scatter));  // (21)
   return off;
 }
@@ -290,7 +292,7 @@ OutlierRejection::OutlierRejection(const Problem& problem, const IdentifyOptions
 bool OutlierRejection::changed(const Problem& problem, Estimate& e, bool near) {
   if (!options_.reject_outliers) return false;
   constexpr double kInDoubt = 0.5;       // of the gate
-  constexpr double kUndetermined = 0.9;  // of its place is its own
+  constexpr double kUndetermined = 0.9;  // leverage
   const std::vector<Studentised> off = judge(problem, options_, fit_, e);
   const std::vector<std::size_t> first = first_undetermined(problem, e, off, kUndetermined);
   bool any = false;
@@ -327,7 +329,7 @@ std::vector<std::size_t> OutlierRejection::first_undetermined(const Problem& pro
 
 namespace {
 
-/// Where the estimate without play stands among the unknowns of one with it.
+/// Estimate without play in the unknowns of an arm with play, which is 0.
 Eigen::VectorXd without_play(const Problem& played, const Eigen::VectorXd& plain_u) {
   Eigen::VectorXd u = Eigen::VectorXd::Zero(played.size());
   Eigen::Index from = 0;
@@ -358,7 +360,7 @@ bool estimate_with_play(const Problem& plain, Problem& played, const IdentifyOpt
   linearise(played, with.u, with.use, with.posterior.linear);
   std::vector<ModelLevel> levels = usual_levels(true), only_play = levels;
   std::erase_if(only_play, [](const ModelLevel& level) { return level.play == 0.0; });
-  std::vector<LevelEvidence> likewise = e.levels.levels;  // but for the play
+  std::vector<LevelEvidence> likewise = e.levels.levels;  // the same levels without play
   std::erase_if(likewise, [&](const LevelEvidence& l) {
     return l.level.compliance != only_play.front().compliance;
   });
@@ -366,7 +368,7 @@ bool estimate_with_play(const Problem& plain, Problem& played, const IdentifyOpt
     const double with_play =
         log_evidence_of(mean_over_levels(played, with.u, with.posterior.linear, only_play).levels);
     const PlayBeforehand beforehand = play_beforehand();
-    constexpr double kNotByChance = 1.0;  // joints that no torque turns leave the odds as they were
+    constexpr double kNotByChance = 1.0;  // joints without torque leave the odds unchanged
     const bool speaks_for_it =            // (27a)
         with_play - log_evidence_of(likewise) >
         std::log(beforehand.odds_at_its_compliance) + kNotByChance;
@@ -375,7 +377,7 @@ bool estimate_with_play(const Problem& plain, Problem& played, const IdentifyOpt
     if (!speaks_for_it || !is_influential) return false;
     refine(played, options, std::move(levels), with);
   } catch (const IdentifyError&) {
-    return false;  // no such arm: something else is wrong, and it is asked for elsewhere
+    return false;  // no such arm: another error, diagnosed elsewhere
   }
   e = std::move(with);
   return true;

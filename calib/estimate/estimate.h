@@ -1,6 +1,6 @@
 #pragma once
-// How the estimate is reached: from zero errors, coarse to exact, robust first, outliers named and
-// left out, and then the mean over the model levels.
+// Estimate of all unknowns: from zero errors, coarse to exact, first robust, then with outliers
+// removed, and finally the mean over the model levels.
 
 #include <Eigen/Core>
 #include <cstddef>
@@ -13,70 +13,71 @@
 
 namespace cellcal::calib {
 
-/// What is known at an estimate.
+/// Linearisation and uncertainty at an estimate.
 struct Posterior {
   Linearisation linear;
   Eigen::MatrixXd covariance_u;  ///< in prior units
-  Eigen::VectorXd leverage;      ///< per row of the linearisation: j S j', how far it holds itself
-  /// Where the touches' errors go together (discrepancy.h): L with L L' their correlation, of whose
-  /// inverse the linearisation's rows have been multiplied. Empty: they do not.
+  Eigen::VectorXd leverage;      ///< per row of the linearisation: j S j'
+  /// With correlated touch errors (discrepancy.h): L with L L' = their correlation; the rows of the
+  /// linearisation are multiplied by L^-1. Empty for independent errors.
   Eigen::MatrixXd together;
 };
 
 struct Estimate {
   Eigen::VectorXd u;
-  std::vector<bool> use;  ///< per touch: fit touches that are no outliers
+  std::vector<bool> use;  ///< per touch: fit touches that are not outliers
   Posterior posterior;
   LevelMean levels;
   double gate = 0.0;  ///< studentised residual beyond which a touch is an outlier
 };
 
-/// Mean over `levels`. `problem` is at the fullest level and without ripple; it is left with the
-/// mean's. Throws IdentifyError where touches and priors determine nothing.
+/// Mean over `levels`. `problem` is at the fullest level and without ripple on entry, and has the
+/// ripple of the mean on return. Throws IdentifyError if touches and priors determine nothing.
 Estimate estimate(Problem& problem, const IdentifyOptions& options, std::vector<ModelLevel> levels);
 
-/// The last part of it, from an estimate that is near: steps of all levels and outliers in turn
-/// until neither changes. `e.posterior.linear` is at e.u.
+/// Last stage of estimate(), from an estimate near the solution: steps of all levels and outlier
+/// rejection in turn until neither changes. `e.posterior.linear` is at e.u.
 void refine(Problem& problem, const IdentifyOptions& options, std::vector<ModelLevel> levels,
             Estimate& e);
 
-// Which fit touches are outliers: those whose studentised residual is beyond the gate. They are left
-// out of the estimate, judged again with each step, and may come back.
+// Outliers: fit touches with a studentised residual beyond the gate. They are excluded from the
+// estimate, tested again at each step, and may be readmitted.
 
-/// Of every touch whether it is a fit touch.
+/// True for each fit touch; one entry per touch.
 std::vector<bool> fit_touches(const Problem& problem);
 
-/// How far a touch is off, in what it is expected to be: |r| / sigma with its own pull on the fit
-/// taken out (studentised), for used touches; with the fit's uncertainty added, for the others.
+/// Studentised residual of a touch: |r| / sigma, with its own influence on the fit removed for used
+/// touches and the uncertainty of the fit added for the others.
 struct Studentised {
   double sigmas = 0.0;
-  /// Of one left out: how far it would hold its own place, j S j' / (1 + j S j'). Near 1 nobody
-  /// else tells of it, and that it is not off says nothing.
+  /// Leverage of an excluded touch if readmitted, j S j' / (1 + j S j'). Near 1 no other
+  /// touch determines its direction, and a small residual is no evidence in its favour.
   double own = 0.0;
 };
 
-/// The fit touches that agree with the estimate; those left out by it, too. Sets its gate.
+/// Fit touches within the gate at the estimate, currently excluded ones included. Sets e.gate.
 std::vector<bool> select_inliers(const Problem& problem, const IdentifyOptions& options,
                                  Estimate& e);
 
-/// Names outliers until nothing changes.
+/// Selects outliers iteratively.
 ///
-/// Of touches of one target that nobody else tells about one comes back at a time, and the others
-/// are judged by it: together they would come back whatever they say.
+/// Among excluded touches of a target that no other touch determines only one is readmitted at a
+/// time, and the others are tested against it: together they would always agree with themselves.
 ///
-/// A touch that has its place nearly to itself may look wrong while it is used and right while it
-/// is not; when it comes back for the second time, it is settled for good by what the others say of
-/// it. In doubt it stays out: a gross error that is let in does more harm than an honest touch that
-/// is missing.
+/// A touch with a leverage near 1 may be rejected while it is used and accepted while it is not. On
+/// its second readmission it is settled permanently by its residual relative to the others, and
+/// stays excluded in doubt: a gross error in the fit does more harm than a missing good touch.
 class OutlierRejection {
  public:
   OutlierRejection(const Problem& problem, const IdentifyOptions& options);
 
-  /// Whether e.use changed. `near`: the estimate is near enough for its word to be the last.
+  /// Updates e.use and returns true if it changed. `near`: the estimate is close enough to the
+  /// solution for permanent decisions.
   bool changed(const Problem& problem, Estimate& e, bool near);
 
  private:
-  /// Of each target the least off of those left out that nobody else tells about.
+  /// Per target block, the excluded touch of least residual among those that no other touch
+  /// determines; the number of touches if there is none.
   std::vector<std::size_t> first_undetermined(const Problem& problem, const Estimate& e,
                                               const std::vector<Studentised>& off,
                                               double own) const;
@@ -85,11 +86,11 @@ class OutlierRejection {
   std::vector<bool> fit_, came_back_, settled_;
 };
 
-// Play that the load closes: asked for behind the estimate without it.
+// Play that the load closes: tested after the estimate without it.
 
-/// The estimate of `played`, an arm that has play, from that of `plain`, the same arm without, at
-/// which `e` is: true and `e` moved there, where the touches make play likelier than it was
-/// beforehand; else nothing changes. Touches repeat as weigh_repeats() has said of both.
+/// Estimates `played`, an arm with play, starting from the estimate `e` of `plain`, the same arm
+/// without. Returns true and replaces `e` if the touches raise the odds of play above its prior
+/// odds; otherwise leaves `e` unchanged. weigh_repeats() has been applied to both problems.
 bool estimate_with_play(const Problem& plain, Problem& played, const IdentifyOptions& options,
                         Estimate& e);
 

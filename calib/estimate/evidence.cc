@@ -17,28 +17,29 @@ namespace {
 struct Prior {
   double value, probability;
 };
-/// Smooth transmission error relative to the usual: a factor of two either way is common.
+/// Smooth transmission error relative to the usual one; a factor of two either way is common.
 constexpr Prior kTransmission[] = {{0.0, 0.05}, {0.5, 0.25}, {1.0, 0.40}, {2.0, 0.20}, {4.0, 0.10}};
-/// In steps small enough that one is near whatever there is: between 5 and 15 arcsec a ripple of 9
-/// was taken for 5, between 0 and 5 one of 2.5 for none, and bounds were too small.
+/// In steps small enough for one to be near any actual value: with 5 and 15 arcsec alone a ripple
+/// of 9 was taken for 5, with 0 and 5 one of 2.5 for 0, and the bounds were too small.
 constexpr Prior kRipple[] = {{0.0, 0.25},
                              {2.5 * kRadPerArcsec, 0.35},
                              {6.0 * kRadPerArcsec, 0.25},
                              {15.0 * kRadPerArcsec, 0.15}};
-/// Between the last two where joints have functions: what those leave is some of it.
+/// Additional ripple of joints with functions, between the last two: the part the functions leave.
 constexpr Prior kRippleBeside{10.0 * kRadPerArcsec, 0.2};
-/// The robot file's is the largest that one would expect; a third of it is as usual. None at all is no
-/// arm: with 0 in place of 0.1, arms that give by a tenth were taken for stiff ones, and of the worst
-/// of them a quarter of the poses lay outside of their bound (calib/estimate/README).
+/// Relative to the compliance in the robot file, which is the largest to be expected; a third of it
+/// is as common. Zero is not included: with 0 in place of 0.1, arms with a tenth of the compliance
+/// were taken for rigid, and of the worst of them a quarter of the poses were outside their bound
+/// (calib/estimate/README.md).
 constexpr double kLargest = 1.0;
 constexpr Prior kCompliance[] = {{0.1, 0.2}, {0.3, 0.4}, {kLargest, 0.4}};
-/// Three arms in ten that give as much have play, too. Beside the largest compliance alone: where there
-/// is play the joints give in more than one way.
+/// Prior odds: three in ten arms of the largest compliance also have play. Only with the largest
+/// compliance, since joints with play have more than one kind of compliance.
 constexpr double kPlayed = 0.3 / 0.7;
-/// A level this much less likely than the best (e^-9) has no say.
+/// Log evidence below the best (probability e^-9) from which a level is neglected.
 constexpr double kHopeless = 9.0;
-/// The likeliest levels that hold so much between them bring their covariances; of the rest only
-/// counts how far they are off.
+/// Total probability of the most likely levels whose covariances are computed; the others
+/// contribute by the distance of their means alone.
 constexpr double kHeard = 0.999;
 
 double log_prior(const ModelLevel& level) {
@@ -121,7 +122,7 @@ struct Solved {
   const Family* family;
 };
 
-/// The levels' solutions, the likeliest first. Families and what they stand on must live as long.
+/// Solutions of the levels, most likely first. Families and their references must outlive them.
 std::vector<Solved> solve_all(std::span<const ModelLevel> levels,
                               const std::function<Family*(const ModelLevel&)>& family_of) {
   std::vector<Solved> solved;
@@ -142,16 +143,16 @@ std::vector<Solved> solve_all(std::span<const ModelLevel> levels,
   return solved;
 }
 
-/// What the levels that have a say add up to, in the groups' order.
+/// Mean of the levels that are not negligible, in the groups' order.
 struct Weighed {
   Eigen::VectorXd mean;
   std::vector<Eigen::VectorXd> solutions;
-  std::vector<double> weight;  ///< of each
-  std::size_t heard = 0;       ///< those that bring their covariances
+  std::vector<double> weight;  ///< of each solution
+  std::size_t heard = 0;       ///< number of levels whose covariances count
   double sum_heard = 0.0;
 };
 
-/// Also the levels and their means in `result`.
+/// Weights the levels; writes them and their means to `result`.
 Weighed weigh(const std::vector<Solved>& solved, Eigen::Index size, LevelMean& result) {
   const double best = solved.front().step.log_evidence;
   double sum = 0.0, sum_of_influential = 0.0;
@@ -185,7 +186,7 @@ Weighed weigh(const std::vector<Solved>& solved, Eigen::Index size, LevelMean& r
   return all;
 }
 
-/// (27): within the levels, and between them.
+/// (27): covariance within the levels, and between them.
 Eigen::MatrixXd covariance_of(const std::list<Family>& families, const std::vector<Solved>& solved,
                               const Weighed& all) {
   Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(all.mean.size(), all.mean.size());

@@ -12,10 +12,10 @@ namespace cellcal::calib {
 
 namespace {
 
-/// In prior sigmas, from the point of linearisation: the errors are milliradians, so that the next
-/// term of the expansion is smaller by a thousand.
+/// In prior sigmas, from the point of linearisation: the unknowns are milliradians, so that the
+/// next term of the expansion is smaller by a factor of a thousand.
 constexpr double kFar = 0.3;
-/// Then all touches are judged by what is known now.
+/// Number of touches after which all touches are linearised and tested again.
 constexpr std::size_t kTouchesBetween = 10;
 
 void require_finite(const Touch& touch) {
@@ -36,7 +36,7 @@ struct IncrementalEstimate::Impl {
   std::vector<Touch> touches;
   std::unique_ptr<Problem> problem;
   Estimate e;
-  Eigen::VectorXd at;  ///< where the sums were linearised
+  Eigen::VectorXd at;  ///< point of linearisation of the sums
   std::unique_ptr<LevelSums> sums;
   std::size_t since = 0;  ///< touches since then
 
@@ -73,7 +73,7 @@ struct IncrementalEstimate::Impl {
     begin_sums();
   }
 
-  /// Of the levels that have a say.
+  /// Sums of the levels that are not negligible.
   void begin_sums() {
     constexpr double kNegligibleProbability = 1e-3;
     std::vector<ModelLevel> heard;
@@ -115,7 +115,7 @@ IncrementalEstimate::Taken IncrementalEstimate::add(const Touch& touch) {
     impl_ = std::move(fresh);
     return {!impl_->e.use.back(), 0.0, true};
   }
-  me.arm.prepare(touch.joint_rad);  // refuses a touch of another arm before anything is changed
+  me.arm.prepare(touch.joint_rad);  // throws for a touch of another arm before any change
   me.touches.push_back(touch);
   me.problem->extend(me.touches);
   me.e.use.push_back(false);
@@ -139,7 +139,7 @@ IncrementalEstimate::Taken IncrementalEstimate::add(const Touch& touch) {
     me.e.posterior.covariance_u = std::move(mean.covariance_u);
   }
   ++me.since;
-  // Its place's touches all weigh less now, and all may have another noise.
+  // The weights of all touches of the place change, and possibly the noise of all touches.
   const bool repeated = repeats_another(me.touches);
   if (repeated) weigh_repeats(*me.problem);
   const double moved = (me.e.u - me.at).lpNorm<Eigen::Infinity>();

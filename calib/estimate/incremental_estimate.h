@@ -1,13 +1,13 @@
 #pragma once
-// An estimate that goes along while touches come in, one by one: what the next touch is chosen
-// from, and what is shown meanwhile. The same mathematics as identify(), near the point where all
-// touches were last linearised: there a touch is a change of rank one of what is known, and the
-// mean over the model levels follows from that. Where the estimate has moved too far from the
-// point, after every tenth touch or so, and after one that repeats another (repeats.h), all touches
-// are linearised and judged anew.
+// Estimate updated touch by touch during a session, for the choice of the next touch and for the
+// display. It uses the equations of identify() near the point at which all touches were last
+// linearised: there a touch is a change of rank one of the information, from which the mean over
+// the model levels follows. All touches are linearised again and outliers selected anew when the
+// estimate has moved too far from that point, after every tenth touch or so, and after a repeat of
+// an earlier touch (repeats.h).
 //
-// At the end identify() says what holds; it starts from nothing and agrees to a small part of the
-// uncertainty.
+// The final result is that of identify(), which starts from nothing and agrees with this estimate
+// to a small fraction of the uncertainty.
 
 #include <memory>
 #include <vector>
@@ -19,37 +19,37 @@ namespace cellcal::calib {
 
 class IncrementalEstimate {
  public:
-  /// From the touches so far. Throws IdentifyError where they cannot determine anything.
+  /// Estimate from `touches`. Throws IdentifyError if they determine nothing.
   IncrementalEstimate(Cell cell, std::vector<Touch> touches, IdentifyOptions options = {});
   ~IncrementalEstimate();
   IncrementalEstimate(IncrementalEstimate&&) noexcept;
   IncrementalEstimate& operator=(IncrementalEstimate&&) noexcept;
 
   struct Taken {
-    bool outlier = false;    ///< kept, and judged again later, but not believed
-    double off_sigma = 0.0;  ///< how far it is from what was expected of it
+    bool outlier = false;    ///< excluded from the estimate; tested again later
+    double off_sigma = 0.0;  ///< deviation from the predicted residual, studentised
     bool anew = false;       ///< all touches were linearised again
   };
-  /// A check touch says nothing. Throws IdentifyError, as identify() does; then the touch is not
-  /// taken.
+  /// Adds a touch; a check touch does not change the estimate. Throws IdentifyError, as identify()
+  /// does; the touch is then not added.
   Taken add(const Touch& touch);
 
   /// The cell at the fullest model level without play, and its unknowns in order.
   const Problem& problem() const;
-  /// Means and covariance of the unknowns, SI; frame directions included, scatter beyond the stated
-  /// noise not.
+  /// Means and covariance of the unknowns, SI; including frame directions, excluding scatter beyond
+  /// the stated noise.
   Eigen::VectorXd x_si() const;
   Eigen::MatrixXd covariance_si() const;
-  /// The same in prior units, as problem() counts.
+  /// Means and covariance in prior units, in the order of problem().
   const Eigen::VectorXd& u() const;
   const Eigen::MatrixXd& covariance_u() const;
-  /// Joint noise that gears add to every pose, as the levels weigh it.
+  /// Joint noise that gears add to every pose [rad], 1 sigma, mean over the levels.
   double ripple_rad() const;
-  /// The fastest at which its touches met a surface, as the next ones will: with it they have the
-  /// same unknowns. 0 where none states a speed.
+  /// Largest contact speed of the touches on a surface, assumed for the next touches so that they
+  /// have the same unknowns. 0 if none states a speed.
   double search_speed_m_s() const;
   const std::vector<Touch>& touches() const;
-  /// Per touch: whether the estimate rests on it.
+  /// True for each touch that the estimate uses.
   const std::vector<bool>& in_use() const;
 
  private:

@@ -10,8 +10,8 @@ namespace cellcal::calib {
 
 namespace {
 
-/// Cholesky's upper factor of the lower part of `a`, in place, row by row; what is not positive by
-/// more than rounding leaves an empty row, so that semi-definite matrices have a factor, too.
+/// Upper Cholesky factor of the lower part of `a`, in place, row by row. Rows whose pivot is not
+/// positive beyond rounding are zero, so that semi-definite matrices have a factor as well.
 Eigen::MatrixXd upper_factor(Eigen::MatrixXd a) {
   constexpr double kRounding = 1e-14;
   const Eigen::Index n = a.rows();

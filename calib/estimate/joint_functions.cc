@@ -13,19 +13,19 @@ namespace cellcal::calib {
 
 namespace {
 
-/// Reaches that are tried: the waves of strain-wave gears have 8 to 30 periods per turn.
+/// Candidate reaches: the waves of strain-wave gears have 8 to 30 periods per turn.
 constexpr double kFunctionReaches[] = {3.0 * kRadPerDeg, 6.0 * kRadPerDeg, 12.0 * kRadPerDeg};
-/// Size of a joint's function beforehand, and of its ripple; each counts as one degree of freedom.
+/// Prior size of a joint's function, and of its ripple; each counts as one degree of freedom.
 constexpr double kUsualFunctionRad = 15.0 * kRadPerArcsec,
                  kUsualJointNoiseRad = 3.0 * kRadPerArcsec;
 constexpr double kBeforehand = 1.0;
-/// Rows that the sizes are taken from.
+/// Maximum number of rows for the sizes.
 constexpr std::size_t kMostRowsOfSizes = 300;
 constexpr Eigen::Index kFewestRows = 3;
-/// Residuals that are alike by less, and scatter by less of what is stated (variance), are not asked
-/// any further.
+/// Residuals with a smaller correlation, and a smaller ratio of scatter to the stated noise
+/// (variance), are not analysed further.
 constexpr double kAskedSigmas = 2.0, kAskedScatter = 4.0;
-/// What has no prior, in its scales.
+/// Prior sigma of unknowns without prior, in their scales.
 constexpr double kFarAway = 10.0;
 
 /// Rows of some touches in metres.
@@ -150,8 +150,8 @@ struct Components {
   double log_likelihood = -std::numeric_limits<double>::infinity();
 };
 
-/// Each size to where the likelihood, with what is known of it beforehand, is greatest: steps that
-/// never lead away (Zhou et al. 2019).
+/// Maximises the likelihood of the sizes, including their prior, by steps that never decrease it
+/// (Zhou et al. 2019).
 void maximise(const Eigen::MatrixXd& by_unknowns, const Eigen::VectorXd& y, Components& c) {
   constexpr int kRounds = 25;
   constexpr double kEnough = 0.01;

@@ -1,7 +1,7 @@
 #pragma once
 // Parts of the arm's model by evidence: compliance of the joints across their axes, and transmission
-// errors as random functions of each joint's own angle. An arm has them only where the touches speak
-// for them. The functions are Fourier series whose coefficients have the variances of a Matern-3/2
+// errors as random functions of each joint's own angle. An arm has them only if the touches show
+// them. The functions are Fourier series whose coefficients have the variances of a Matern-3/2
 // kernel (calib/model/README.md), so that they are unknowns as any other of the arm.
 
 #include <optional>

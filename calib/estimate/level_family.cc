@@ -10,11 +10,11 @@ namespace cellcal::calib {
 
 namespace {
 
-/// A hair of information keeps a centre without prior, which turns with the frame, finite.
+/// Keeps a centre without prior, which turns with the frame, finite.
 constexpr double kHair = 1.0 + 1e-12;
 
-/// Of a lower triangle. A solve with the identity would take three times as long: it does not know
-/// which half stays empty.
+/// Inverse of a lower triangle. A solve with the identity would take three times as long, since it
+/// does not exploit that one half of the result is zero.
 Eigen::MatrixXd inverse_of_lower(const Eigen::MatrixXd& lower) {
   const Eigen::Index n = lower.rows();
   Eigen::MatrixXd inverse = Eigen::MatrixXd::Zero(n, n);
@@ -78,7 +78,7 @@ void gather(const Problem& problem, const Linearisation& at, const Groups& group
                         {Eigen::MatrixXd::Zero(n, n), Eigen::VectorXd::Zero(n)});
   by_parts(row_count, [&](std::size_t part, std::size_t begin, std::size_t behind) {
     Sum& sum = sums[part];
-    // By blocks that stay in the cache, however many touches there are.
+    // By blocks that fit into the cache.
     constexpr Eigen::Index kRows = 128;
     const auto end = static_cast<Eigen::Index>(behind);
     RowMajor rows;

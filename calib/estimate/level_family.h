@@ -1,6 +1,7 @@
 #pragma once
-// The algebra of the levels' mean (evidence.h): all levels share one linearisation, and what they
-// differ in, prior by prior, is eliminated last. In prior units, unknowns in the groups' order.
+// Algebra of the mean over levels (evidence.h): all levels share one linearisation; the unknowns
+// whose priors differ between levels are eliminated last. Prior units, unknowns in the groups'
+// order.
 
 #include <Eigen/Core>
 #include <optional>
@@ -14,22 +15,22 @@
 
 namespace cellcal::calib {
 
-/// Precision of unknowns without a prior: a hair, so that every level stays solvable, and the same
-/// in every level, so that it cancels.
+/// Precision of unknowns without a prior: small, so that every level remains solvable, and equal in
+/// all levels, so that it cancels.
 inline constexpr double kFlatPrecision = 1e-8;
 
-/// The unknowns in four groups, one behind the other: those that every level has with the same
-/// prior; compliance; play, which no level has without compliance; transmission. What a level leaves
-/// out or scales is then a block.
+/// Order of the unknowns in four groups: those with the same prior in every level; compliance;
+/// play, which no level has without compliance; transmission. The unknowns that a level omits or
+/// scales thus form a block.
 struct Groups {
   explicit Groups(const Problem& problem);
 
-  std::vector<int> order;  ///< the problem's index of each
+  std::vector<int> order;  ///< index into the problem, per unknown
   Eigen::Index plain = 0, compliance = 0, play = 0, transmission = 0;
   Eigen::VectorXd precision, mean;  ///< priors, in this order
 };
 
-/// What all levels of one ripple share: J'WJ, the gradient of the touches at u, and the misfit.
+/// Common to all levels of one ripple: J'WJ, gradient of the touches at u, and misfit.
 struct Gathered {
   double ripple_rad = 0.0;
   Eigen::MatrixXd gram;
@@ -46,39 +47,39 @@ struct Step {
   ModelLevel level;
   bool solved = false;
   double log_evidence = 0.0;
-  Eigen::VectorXd rest;          ///< L^-1 of the right side, transmission taken out
+  Eigen::VectorXd rest;          ///< L^-1 times right side, transmission eliminated
   Eigen::VectorXd transmission;  ///< step; empty where the level has none
-  /// Information on transmission, the rest integrated out; none without transmission.
+  /// Information on transmission, the other unknowns integrated out; none without transmission.
   std::optional<Cholesky> reduced;
 };
 
-/// What all levels of one ripple share beyond that: the plain unknowns eliminated (Schur
-/// complement).
+/// Plain unknowns eliminated (Schur complement), common to all levels of one ripple.
 struct Eliminated {
   Eliminated(const Groups& groups, const Gathered& gathered);
 
   const Gathered& g;
   Cholesky factor;           ///< L L' of the plain unknowns' information
   Eigen::MatrixXd coupling;  ///< L^-1 times the block of plain by others
-  Eigen::MatrixXd reduced;   ///< others' block, plain integrated out, no prior
+  Eigen::MatrixXd reduced;   ///< other unknowns' block, plain integrated out, no prior
 };
 
-/// The levels of one ripple, one compliance and one play: they differ in the prior of the transmission
-/// alone, so that all other unknowns are eliminated once; compliance and play here, the plain ones
-/// before.
+/// Levels of one ripple, one compliance and one play: they differ in the prior of the transmission
+/// alone, so that all other unknowns are eliminated once: the plain ones in Eliminated, compliance
+/// and play here.
 class Family {
  public:
-  /// Keeps references to all but compliance and play, the priors' factors; 0: stiff joints, none.
+  /// Keeps references to `groups`, `plain.g` and `u`. `compliance` and `play` scale the priors; 0:
+  /// the level has none.
   Family(const Groups& groups, const Eliminated& plain, const Eigen::VectorXd& u, double compliance,
          double play);
 
-  /// The evidence without what is known of the level beforehand.
+  /// Step and evidence of the level, without the prior of the level.
   Step solve(const ModelLevel& level);
 
-  /// The level's solution; 0 for unknowns that it has not.
+  /// Solution of the level; 0 for unknowns that it lacks.
   Eigen::VectorXd solution(const Step& s) const;
 
-  /// Adds the mean of the levels' covariances, each times its weight.
+  /// Adds the covariances of the levels, each times its weight.
   void add_covariance(const std::vector<std::pair<const Step*, double>>& steps,
                       Eigen::MatrixXd& covariance) const;
 
@@ -87,13 +88,13 @@ class Family {
   double play() const { return play_; }
 
  private:
-  /// Right side at the point that the step starts from: an unknown that the level has not goes to
-  /// 0 first, which is not the level's to choose.
+  /// Right side at the start of the step. Unknowns that the level lacks are moved to 0 first,
+  /// outside the step.
   struct Right {
     bool known = false;
     double square = 0.0;
-    Eigen::VectorXd rest;          ///< L^-1 of the right side
-    Eigen::VectorXd transmission;  ///< of the touches, rest taken out
+    Eigen::VectorXd rest;          ///< L^-1 times right side
+    Eigen::VectorXd transmission;  ///< of the touches, the other unknowns eliminated
   };
 
   const Right& right_with() { return right(with_, groups_.transmission); }
@@ -110,7 +111,7 @@ class Family {
   bool solvable_ = false;
   Eigen::MatrixXd lower_;     ///< L, with L L' the rest's information
   Eigen::MatrixXd coupling_;  ///< L^-1 times the block of rest by transmission
-  Eigen::MatrixXd reduced_;   ///< transmission's block, rest integrated out, no prior
+  Eigen::MatrixXd reduced_;   ///< transmission's block, other unknowns integrated out, no prior
   double log_det_ = 0.0;
   Right with_, without_;
 };

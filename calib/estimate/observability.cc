@@ -13,20 +13,20 @@ namespace cellcal::calib {
 namespace {
 
 /// A step of one tolerance that changes all measurements together by less than a thousandth of a
-/// sigma is not seen at all.
+/// sigma counts as unobserved.
 constexpr double kSeen = 1e-3;
-/// Half of the digits: singular values come from their squares.
+/// Half of the digits: singular values are computed from their squares.
 constexpr double kRounding = 1e-7;
-/// What every nuisance is seen by, at least, so that its block has an inverse.
+/// Minimum information on each nuisance unknown, for its block to be invertible.
 constexpr double kFlatDirection = 1e-3;
 
-/// Columns of the arm that every model level has: geometry, tool and bending.
+/// True for arm parameters of every model level: geometry, tool and bending.
 bool is_geometry(ParameterKind kind) {
   return !is_compliance(kind) && !is_transmission(kind) && !is_by_evidence(kind) &&
          kind != ParameterKind::kPlay;
 }
 
-/// J'J over some columns, lower part; by blocks that stay in the cache, however many rows.
+/// J'J of some columns, lower part; by blocks that fit into the cache.
 Eigen::MatrixXd gram_of(const RowMajor& jacobian, const std::vector<int>& columns) {
   const auto width = static_cast<Eigen::Index>(columns.size());
   Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(width, width);
@@ -74,7 +74,7 @@ Observability indices_of(std::span<const double> singular_values, int rows) {
 
 Observability observability(const Problem& problem, const Linearisation& linear,
                             const Eigen::MatrixXd& frame_basis_u) {
-  std::vector<int> columns;  // geometry, then nuisances: where the targets are, and radii
+  std::vector<int> columns;  // geometry, then nuisances: target positions and radii
   for (int i = 0; i < problem.arm_size(); ++i)
     if (is_geometry(problem.arm().parameters()[static_cast<std::size_t>(i)].kind))
       columns.push_back(i);
@@ -95,7 +95,7 @@ Observability observability(const Problem& problem, const Linearisation& linear,
   Eigen::MatrixXd left = gram.topLeftCorner(geometry, geometry).selfadjointView<Eigen::Lower>();
   left.noalias() -= coupling.transpose() * coupling;  // (42)
 
-  // The frame's share of the geometry spans what is taken out.
+  // The frame directions' rows of the geometry span the subspace to be removed.
   if (frame_basis_u.cols() > 0 && geometry > 0) {
     Eigen::MatrixXd frame(geometry, frame_basis_u.cols());
     for (Eigen::Index k = 0; k < geometry; ++k)
@@ -106,7 +106,7 @@ Observability observability(const Problem& problem, const Linearisation& linear,
   if (left.rows() > 0)
     for (const double square : eigenvalues(left))
       singular.push_back(std::sqrt(std::max(0.0, square)));
-  // More directions than rows cannot be seen; what rounding leaves of the others is nothing.
+  // At most as many directions as rows are observable; the rest is rounding.
   std::sort(singular.begin(), singular.end(), std::greater<>());
   const auto rows = static_cast<std::size_t>(linear.jacobian.rows());
   for (std::size_t k = rows; k < singular.size(); ++k) singular[k] = 0.0;
@@ -117,22 +117,22 @@ Observability observability(const Problem& problem, const Linearisation& linear,
 
 namespace {
 
-/// A direction along which one tolerance sigma moves all touches together by less than this many
-/// touch sigmas: whatever is said about it, the tolerances say it.
+/// A direction along which a step of one tolerance moves all touches together by less than this
+/// many touch sigmas is weak: its estimate is the tolerance.
 constexpr double kNoInformation = 0.3;
-/// A frame direction moves nothing that anyone could measure: less than this, rms over the
-/// workspace, were the tool stiff. (The last link's fourth combination tilts the tool and with it
-/// its bending: by a fraction of a micrometre, but by more the softer the tool is.)
+/// Upper limit of the tip motion, rms over the workspace with a rigid tool, along a frame
+/// direction. (The last link's fourth combination tilts the tool and with it its bending: by a
+/// fraction of a micrometre, but by more with a softer tool.)
 constexpr double kUnmeasurableM = 1e-6;
-/// What every direction is seen by, at least: far below the others.
+/// Minimum information on each direction: far below that of the others.
 constexpr double kFlat = 1e-3;
-/// At most this many weak directions are put into words.
+/// Maximum number of weak directions in the result.
 constexpr std::size_t kWeakNamed = 3;
-/// Shares below this, in the metres that each moves, are not worth naming.
+/// Shares below this, relative to the largest motion in metres, are omitted.
 constexpr double kNamed = 0.05;
 
-/// Reduced echelon form by columns with full pivoting: the same space in sparse vectors, each of
-/// which can be put into words. Arm parameters are preferred as pivots.
+/// Reduced echelon form by columns with full pivoting: the same space with sparse basis vectors,
+/// each of which is easy to describe. Arm parameters are preferred as pivots.
 Eigen::MatrixXd sparse_basis(Eigen::MatrixXd n, int arm_size) {
   const Eigen::Index k = n.cols();
   for (Eigen::Index c = 0; c < k; ++c) {
@@ -140,7 +140,7 @@ Eigen::MatrixXd sparse_basis(Eigen::MatrixXd n, int arm_size) {
     const auto arm = n.block(0, c, arm_size, k - c);
     const double best = arm.cwiseAbs().maxCoeff(&pivot, &column);
     column += c;
-    if (best < 1e-6) {  // nothing of the arm left in it
+    if (best < 1e-6) {  // no arm parameter left
       n.rightCols(k - c).cwiseAbs().maxCoeff(&pivot, &column);
       column += c;
     }
@@ -153,13 +153,13 @@ Eigen::MatrixXd sparse_basis(Eigen::MatrixXd n, int arm_size) {
   return n;
 }
 
-/// How far a prior sigma of each unknown alone moves the tip (rms over the workspace) or its target
-/// [m]. Sigmas do not compare: a target's counts the same on a large arm as on one that moves it
-/// half as far.
+/// Motion [m] of the tip (rms over the workspace) or of the target by one prior sigma of each
+/// unknown. Sigmas alone are not comparable, since a target's sigma is the same for arms of any
+/// size.
 Eigen::VectorXd reach_of(const Problem& problem, const TipMoves& stiff) {
   const double root_of_tips = std::sqrt(static_cast<double>(stiff.tips_m.cols()));
   const double lever_m =
-      stiff.tips_m.norm() / root_of_tips;  // of a target that turns: where the tips are
+      stiff.tips_m.norm() / root_of_tips;  // of a target that turns: rms distance of the tips
   double fastest_m_s = 0.0;
   for (std::size_t t = 0; t < problem.touches().size(); ++t)
     fastest_m_s = std::max(fastest_m_s, std::abs(problem.closing_m_s(t)));
@@ -182,7 +182,7 @@ UnidentifiableDirection described(const Problem& problem, const Eigen::VectorXd&
   return result;
 }
 
-/// `moves_m`: how far each unknown's share in the direction moves tip or target.
+/// `moves_m`: motion of tip or target by each unknown's share in the direction.
 UnidentifiableKind kind_of_frame(const Problem& problem, const Eigen::VectorXd& moves_m) {
   std::vector<ParameterKey> arm;
   bool targets_move = false;
@@ -193,7 +193,7 @@ UnidentifiableKind kind_of_frame(const Problem& problem, const Eigen::VectorXd& 
     else
       targets_move = true;
   }
-  // Whether or not the targets show it: a plane across the base axis turns into itself.
+  // Independent of the targets: a plane across the base axis is invariant to this rotation.
   if (arm.size() == 1 && arm.front().joint == 0) {
     if (arm.front().kind == ParameterKind::kTheta) return UnidentifiableKind::kZeroOfFirstJoint;
     if (arm.front().kind == ParameterKind::kD) return UnidentifiableKind::kHeightOfBase;
@@ -222,7 +222,7 @@ UnidentifiableDirection frame_direction(const Problem& problem, const Eigen::Vec
   return result;
 }
 
-/// Lengths that grow together: the scale of the arm.
+/// True if all lengths grow together: the scale of the arm.
 bool is_scale(const Problem& problem, const Eigen::VectorXd& direction) {
   double scale = 0.0, lengths = 0.0, all = 0.0;
   for (int i = 0; i < problem.arm_size(); ++i) {
@@ -240,7 +240,7 @@ bool is_scale(const Problem& problem, const Eigen::VectorXd& direction) {
   return lengths > 0.7 * all && std::abs(scale) > 0.5 * std::sqrt(arm_length * all);
 }
 
-/// What the weak direction is made of, the largest shares first.
+/// Description of a weak direction by its parameters, largest shares first.
 UnidentifiableDirection weak_direction(const Problem& problem, const Eigen::VectorXd& direction,
                                        const Eigen::VectorXd& reach_m) {
   UnidentifiableDirection result = described(problem, direction);
@@ -253,7 +253,7 @@ UnidentifiableDirection weak_direction(const Problem& problem, const Eigen::Vect
     if (result.parameters.size() < kMost &&
         std::abs(direction[i]) > kNamed * std::abs(direction[order[0]]))
       result.parameters.push_back(problem.unknowns()[i].key);
-  // As the compliance of a joint that hardly bears a load.
+  // For example the compliance of a joint that hardly bears a load.
   if (result.parameters.size() == 1 && reach_m[order[0]] < kUnmeasurableM)
     result.kind = UnidentifiableKind::kNoEffect;
   else
@@ -263,9 +263,9 @@ UnidentifiableDirection weak_direction(const Problem& problem, const Eigen::Vect
   return result;
 }
 
-/// Directions of the rows' space, orthonormal, and how far a unit step along each changes the rows;
-/// the weakest last. By the eigenvalues of the inverse information, as the covariance of a flat
-/// prior: its large ones are the small singular values of the rows, with all their digits.
+/// Orthonormal directions of the rows' space and the change of the rows by a unit step along each,
+/// weakest last. From the eigenvalues of the inverse information, the covariance with a flat prior:
+/// its large eigenvalues are the small singular values of the rows, at full precision.
 struct Weak {
   Eigen::MatrixXd directions;
   Eigen::VectorXd seen_by;
@@ -288,9 +288,9 @@ Weak weaker_than(double most, const Eigen::MatrixXd& triangle) {
   return weak;
 }
 
-/// The unknowns among which frames are sought. They are a matter of geometry. Transmission errors are
-/// left out: over a joint's range a constant and a slow wave are much alike, which is no choice of
-/// frame. So are loads: many are moments that no joint bears.
+/// Unknowns among which frame directions are sought: the geometry. Transmission errors are
+/// excluded, since over a joint's range a constant and a slow wave are similar without being a
+/// choice of frame; so are loads, many of which are moments that no joint bears.
 std::vector<int> sought_in(const Problem& problem) {
   std::vector<int> sought;
   for (int i = 0; i < problem.size(); ++i) {
@@ -303,13 +303,13 @@ std::vector<int> sought_in(const Problem& problem) {
   return sought;
 }
 
-/// What the touches say of these unknowns. All directions are seen a little, so that the
-/// information has an inverse.
+/// Information of the touches on the unknowns `sought`. Every direction gets a minimum, so that the
+/// information is invertible.
 Information seen_by_touches(const Problem& problem, const Linearisation& linear,
                             const std::vector<int>& sought) {
   const auto width = static_cast<Eigen::Index>(sought.size());
-  // Products of rows lose half the digits, which matters where they weigh so much that what every
-  // direction is seen by at least would be lost in their rounding.
+  // Products of rows lose half the digits, in which the minimum information would vanish if rows
+  // have large weights.
   constexpr double kLargestSquare = 1e9;
   double square = 0.0;
   for (const int i : sought) square = std::max(square, linear.jacobian.col(i).squaredNorm());
@@ -329,8 +329,8 @@ Information seen_by_touches(const Problem& problem, const Linearisation& linear,
   return measured;
 }
 
-/// What touches do not show is a matter of frame if no tip of the workspace shows it either, as if
-/// each were measured to kUnmeasurableM.
+/// Adds the workspace as if each tip were measured to kUnmeasurableM: an unobserved direction is
+/// one of frame only if it moves no tip of the workspace either.
 void add_workspace(const Problem& problem, const Eigen::MatrixXd& moves_m,
                    const std::vector<int>& sought, Information& measured) {
   const auto width = static_cast<Eigen::Index>(sought.size());
@@ -340,7 +340,7 @@ void add_workspace(const Problem& problem, const Eigen::MatrixXd& moves_m,
     if (const int i = sought[static_cast<std::size_t>(k)]; i < moves_m.cols())
       moves.col(k) = moves_m.col(i) / (kUnmeasurableM * std::sqrt(tips));
   measured.add(moves);
-  // What hardly bears a load moves no tip either, however it gives. That is no frame.
+  // The compliance of a joint that hardly bears a load moves no tip either, but is no frame.
   Eigen::VectorXd gives = Eigen::VectorXd::Zero(width);
   for (Eigen::Index k = 0; k < width; ++k) {
     const int i = sought[static_cast<std::size_t>(k)];
@@ -351,8 +351,8 @@ void add_workspace(const Problem& problem, const Eigen::MatrixXd& moves_m,
   measured.add_alone(gives, Eigen::VectorXd::Zero(width));
 }
 
-/// The directions that the rows of the triangle see by less than a half. They lie near those that
-/// the touches see weakly: two inverse iterations from there leave nothing of the others.
+/// Directions with less than half a unit of information in the triangle. They are close to those
+/// that the touches observe weakly: two inverse iterations from there remove the others.
 Eigen::MatrixXd seen_nowhere(const Eigen::MatrixXd& triangle, Eigen::MatrixXd nearly) {
   constexpr double kNowhere = 0.5;
   constexpr int kIterations = 2;
@@ -364,12 +364,12 @@ Eigen::MatrixXd seen_nowhere(const Eigen::MatrixXd& triangle, Eigen::MatrixXd ne
   }
   const Eigen::MatrixXd seen = upper * nearly;  // (35)
   const Eigenpairs pairs = eigenpairs(seen.transpose() * seen);
-  Eigen::Index nowhere = 0;  // eigenvalues rise
+  Eigen::Index nowhere = 0;  // eigenvalues in ascending order
   while (nowhere < nearly.cols() && pairs.values[nowhere] < kNowhere * kNowhere) ++nowhere;
   return nearly * pairs.vectors.leftCols(nowhere);
 }
 
-/// What the touches do not see, frame aside: weakest first.
+/// Adds the weak directions, frame directions excluded, weakest first.
 void name_weak(const Problem& problem, const Eigen::MatrixXd& directions,
                const Eigen::VectorXd& seen_by, const Eigen::VectorXd& reach_m,
                FrameDirections& result) {

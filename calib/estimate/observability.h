@@ -1,23 +1,23 @@
 #pragma once
-// How well the touches tell the geometry, in the numbers that the field compares plans by: the
-// observability indices O1 to O5 (Borm and Menq; Driels and Pathre; Nahvi, Hollerbach and Hayward;
-// Nahvi and Hollerbach; Sun and Hollerbach) and the scaled condition number.
+// Observability of the geometry by the touches, as the indices that the literature compares plans
+// by: O1 to O5 (Borm and Menq; Driels and Pathre; Nahvi, Hollerbach and Hayward; Nahvi and
+// Hollerbach; Sun and Hollerbach) and the scaled condition number.
 //
-// They are functions of the singular values sv of the derivatives of everything that was measured
-// (touches, certified lengths, diameters, tip; no tolerances), each row in its own sigmas and each
-// column in its own tolerance. So sv is how many sigmas the measurements change by for a step of one
-// tolerance along a direction: above 1 the touches know better than the tolerance does.
+// They are functions of the singular values sv of the derivatives of all measurements (touches,
+// certified lengths, diameters, tip; no tolerances), each row scaled by its sigma and each column
+// by its tolerance. A singular value is thus the change of the measurements, in sigmas, for a step
+// of one tolerance along a direction: above 1 the touches are more informative than the tolerance.
 //
-// Columns are the geometry: link errors, tool and its bending. Where the targets are is eliminated
-// (Schur complement), not kept: no touch knows it beforehand, so that what it takes up is lost to
-// the arm, and keeping its columns would mix millimetres of a stand with those of a link and make
-// plans with more targets look worse. The frame directions, which no touch anywhere could tell, are
-// projected out. Compliance and transmission are held: with them there are more unknowns than any
-// usual number of touches can tell, their share hangs on what the arm turns out to be and not on
-// the plan, and what they cost is in every parameter's sigma.
+// Columns are the geometry: link errors, tool and its bending. Target positions are eliminated
+// (Schur complement): they are not known beforehand, so that the information they absorb is lost to
+// the arm, and their columns would mix lengths of targets and links and penalise plans with more
+// targets. The frame directions, which no touch can determine, are projected out. Compliance and
+// transmission are held: with them there are more unknowns than a usual number of touches
+// determines, their share depends on the actual arm rather than on the plan, and their effect is
+// included in the sigma of each parameter.
 //
-// Two plans are compared by `rank` and `determined` first; the indices of the one that sees more
-// directions may be the lower, for they count directions that the other does not see at all.
+// Plans are compared by `rank` and `determined` first; the indices of the plan that determines more
+// directions may be lower, since they include directions that the other does not observe.
 
 #include <Eigen/Core>
 #include <span>
@@ -30,30 +30,28 @@
 
 namespace cellcal::calib {
 
-/// Indices and counts from singular values (any order) and the number of rows measured; for tests
-/// and for other Jacobians. Values that are nothing but rounding are not counted in the rank.
+/// Indices and counts from singular values (any order) and the number of measured rows; for tests
+/// and for other Jacobians. Singular values at rounding level do not count towards the rank.
 Observability indices_of(std::span<const double> singular_values, int rows);
 
-/// Of a problem's touches at its linearisation. `frame_basis_u`: orthonormal, one column per frame
-/// direction (FrameDirections::basis_u).
+/// Observability of the problem's touches at its linearisation. `frame_basis_u`: orthonormal, one
+/// column per frame direction (FrameDirections::basis_u).
 Observability observability(const Problem& problem, const Linearisation& linear,
                             const Eigen::MatrixXd& frame_basis_u);
 
-// Directions in parameter space that no touch can tell, found numerically from everything that was
-// measured (touches, certified lengths, diameters, tip) without the tolerances, transmission and
-// loads aside:
-// - frame directions, which no touch anywhere could tell: they move the arm and the targets as one
-//   body, or nothing at all. A choice of frame, not an error.
-// - weak directions, which these touches do not tell but others would: there the tolerances decide,
-//   and the bounds say so.
+// Unidentifiable directions of the parameter space, found numerically from all measurements
+// (touches, certified lengths, diameters, tip) without tolerances, transmission and loads:
+// - frame directions, which no touch can determine: they move arm and targets as one body, or
+//   nothing at all. A choice of frame, not an error.
+// - weak directions, which other touches would determine: there the tolerances dominate, and the
+//   bounds include them.
 
 struct FrameDirections {
   Eigen::MatrixXd basis_u;  ///< frame directions, size x k, orthonormal, prior units
   std::vector<UnidentifiableDirection> named;  ///< frame directions first, then weak ones
 };
 
-/// `stiff`: over the workspace (region.h), with a tool that does not bend; `moves_m`:
-/// aligned(stiff).
+/// `stiff`: moves over the workspace (region.h) with a rigid tool; `moves_m`: aligned(stiff).
 FrameDirections find_frame_directions(const Problem& problem, const Linearisation& linear,
                                       const TipMoves& stiff, const Eigen::MatrixXd& moves_m);
 

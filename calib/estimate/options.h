@@ -1,5 +1,5 @@
 #pragma once
-// What may be asked of an identification.
+// Options of an identification.
 
 #include <optional>
 
@@ -7,22 +7,22 @@
 
 namespace cellcal::calib {
 
-/// For a result that is kept and read: the method's number.
+/// Number of region poses of a result that is stored, as the method specifies.
 constexpr int kStatedPoses = 1000;
 
 struct IdentifyOptions {
-  /// Touches further off than this many sigma, studentised, are named outliers and left out; more
-  /// where all scatter more than stated.
+  /// Studentised residual, in sigmas, above which touches are outliers and excluded; the gate
+  /// widens if all touches scatter more than stated.
   double outlier_sigma = 4.0;
   bool reject_outliers = true;
   int max_iterations = 100;
-  /// Set: this model level; otherwise the mean over all, weighed by the touches' evidence.
+  /// Model level, if set; otherwise the mean over all levels, weighted by their evidence.
   std::optional<ModelLevel> level = std::nullopt;
-  /// Of the workspace, and as many near the targets: over these M2 and M3 are predicted. Other
-  /// draws of so few differ by 3 %.
+  /// Number of random poses in the workspace, and near the targets, over which M2 and M3 are
+  /// predicted. Other draws of so few differ by 3 %.
   int region_poses = 60;
-  /// What the model lacks is estimated with the parameters (discrepancy.h), whether or not the
-  /// residuals show any. identify() sets it where nothing else explains them.
+  /// Estimates the model discrepancy with the parameters (discrepancy.h), even if the residuals
+  /// show none. identify() sets it if nothing else explains the residuals.
   bool with_discrepancy = false;
 };
 

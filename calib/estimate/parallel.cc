@@ -17,7 +17,7 @@ namespace cellcal::calib {
 std::size_t threads_for(std::size_t count) {
   constexpr std::size_t kMost = 8;
   cpu_set_t ours;
-  std::size_t processors = 1;  // on a machine with more of them than the set can name, too
+  std::size_t processors = 1;  // also on a machine with more processors than the set has
   if (sched_getaffinity(0, sizeof ours, &ours) == 0)
     processors = static_cast<std::size_t>(CPU_COUNT(&ours));
   return std::clamp(processors, std::size_t{1}, std::min(std::max(count, std::size_t{1}), kMost));
@@ -50,7 +50,7 @@ void in_parallel(std::size_t count, const std::function<void(std::size_t)>& task
           work();
         });
     } catch (const std::system_error&) {
-      // The machine grants no more of them: those that there are do the work.
+      // The system grants no more threads: the existing ones do the work.
     }
     work();
   }

@@ -55,8 +55,9 @@ constexpr int kPoses = 200;
 constexpr unsigned kRegionSeed = 20240924;
 constexpr int kArms = 400;  ///< drawn from the covariance
 constexpr double kShare = 0.95, kConfidence = 0.98;
-/// Variance of the ripple away from the touches, in that among them. What is the same at all of
-/// them, such as play that the load closes to one side, they do not tell from the geometry.
+/// Variance of the ripple away from the touches, relative to that among them. The touches do not
+/// distinguish its part common to all of them, such as play that the load closes to one side, from
+/// the geometry.
 constexpr double kElsewhere = 2.0;
 
 double quantile(std::vector<double>& values, double share) {
@@ -65,9 +66,9 @@ double quantile(std::vector<double>& values, double share) {
   return values[static_cast<std::size_t>(k)];
 }
 
-/// A root F with F F' = covariance, which may be singular and of mixed units. The symmetric one of
-/// the correlations: a hair's change of the covariance changes it by a hair, so that what is drawn
-/// with it can be drawn again after the numbers went through a file.
+/// Root F with F F' = covariance, which may be singular and of mixed units. The symmetric root of
+/// the correlations depends continuously on the covariance, so that draws are reproducible after
+/// the numbers have been written to a file and read again.
 Eigen::MatrixXd root_of(const Eigen::MatrixXd& covariance) {
   const Eigen::VectorXd sigma = covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
   const Eigen::VectorXd inverse = (sigma.array() > 0.0).select(sigma.cwiseInverse(), 0.0);
@@ -76,13 +77,13 @@ Eigen::MatrixXd root_of(const Eigen::MatrixXd& covariance) {
   return sigma.asDiagonal() * (pairs.vectors * roots.asDiagonal() * pairs.vectors.transpose());
 }
 
-/// Where a user may fix the base, and the motion of it that takes up each parameter there.
+/// Region where a user may measure the base, and the base motion that absorbs each parameter there.
 struct Region {
   std::vector<Eigen::Index> poses;
   Eigen::MatrixXd taken_up;  ///< 6 x parameters
 };
 
-/// All poses, and of each axis the half with the smaller and that with the larger coordinates.
+/// All poses, and the lower and the upper half of them by each coordinate.
 std::vector<Region> regions_of(const Eigen::Matrix3Xd& tips) {
   std::vector<Region> regions(1);
   for (Eigen::Index k = 0; k < tips.cols(); ++k) regions[0].poses.push_back(k);
@@ -97,7 +98,7 @@ std::vector<Region> regions_of(const Eigen::Matrix3Xd& tips) {
   return regions;
 }
 
-/// Three rows of each.
+/// The three rows of each of `poses`.
 Eigen::MatrixXd rows_of(const Eigen::MatrixXd& all, const std::vector<Eigen::Index>& poses) {
   Eigen::MatrixXd rows(3 * static_cast<Eigen::Index>(poses.size()), all.cols());
   Eigen::Index row = 0;
@@ -129,7 +130,7 @@ PositionBound::PositionBound(const ArmModel& arm, const Eigen::VectorXd& x,
       field_m_(field_m) {
   const auto poses = workspace_poses(arm, kPoses, kRegionSeed);
   const auto count = static_cast<Eigen::Index>(poses.size());
-  constexpr Eigen::Index kEnough = 6;  // a half still has the three points that hold a rigid body
+  constexpr Eigen::Index kEnough = 6;  // each half has three points, which fix a rigid body
   taken_up_ = Eigen::MatrixXd::Zero(6, arm.size());
   if (count < kEnough || covariance_.size() == 0) return;
   Eigen::MatrixXd moves(3 * count, arm.size()), rigid(3 * count, 6);
@@ -171,7 +172,7 @@ PositionBound::PositionBound(const ArmModel& arm, const Eigen::VectorXd& x,
     ratio.clear();
     for (const Eigen::Index k : region.poses) {
       const double r = radius[static_cast<std::size_t>(k)];
-      if (!(r > 0.0)) continue;  // the covariance does not move it at all
+      if (!(r > 0.0)) continue;  // unaffected by the covariance
       const Eigen::Vector3d off =
           error.col(arm_drawn).segment<3>(3 * k) - rigid.middleRows<3>(3 * k) * base;
       ratio.push_back(off.norm() / r);
@@ -189,12 +190,12 @@ double PositionBound::u95_m(std::span<const double> joint_rad, const Eigen::Vect
   const Eigen::Matrix3Xd j = jacobian - base * taken_up_;
   // (36)
   Eigen::Matrix3d c = j * covariance_ * j.transpose() + base * base_covariance_ * base.transpose();
-  if (ripple_rad_ > 0.0) {  // stays at every pose, however many touches there were
+  if (ripple_rad_ > 0.0) {  // remains at every pose for any number of touches
     const Eigen::Matrix3Xd by_joint = arm_.nominal_jacobian(joint_rad).topRows<3>();
     const double variance = kElsewhere * ripple_rad_ * ripple_rad_;  // (37)
     c += variance * by_joint * by_joint.transpose();
   }
-  c.diagonal().array() += field_m_ * field_m_;  // as at a place of which no touch tells
+  c.diagonal().array() += field_m_ * field_m_;  // as far from all touches
   return widening_ * radius_95(c);
 }
 

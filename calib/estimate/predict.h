@@ -1,5 +1,5 @@
 #pragma once
-// Where the TCP really is, by a calibration, and how sure that is.
+// Predicted TCP position by a calibration, and its uncertainty.
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -15,13 +15,12 @@ namespace cellcal::calib {
 
 struct Prediction {
   Eigen::Isometry3d tcp = Eigen::Isometry3d::Identity();  ///< base frame
-  /// Radius that holds the position error at 95 % of the region where the
-  /// base was fixed, with 98 % confidence; where the
-  /// base frame lies is left aside (calib/estimate/predict.h).
+  /// Radius that contains the position error at 95 % of the poses of the region where the base was
+  /// measured, with 98 % confidence; excludes the position of the base frame (PositionBound).
   double u95_m = 0.0;
 };
 
-/// Evaluates a calibration at poses. Holds its own copies; cheap to call.
+/// Evaluates a calibration at poses. Holds copies of its data; cheap to call.
 class Predictor {
  public:
   explicit Predictor(const Calibration& calibration);
@@ -29,8 +28,8 @@ class Predictor {
   Predictor(Predictor&&) noexcept;
 
   Prediction calibrated(std::span<const double> joint_rad) const;
-  /// Mean 3-D error over at least 3 poses that the covariance foresees, a motion of the base taken
-  /// out; what gears do beside the model is not in it. 0 without covariance.
+  /// Predicted mean 3-D error [m] over at least 3 poses after alignment by a base motion; excludes
+  /// gear errors beyond the model. 0 without covariance.
   double mean_error_m(const std::vector<JointVector>& poses) const;
   Eigen::Isometry3d nominal(std::span<const double> joint_rad) const;
 
@@ -39,34 +38,35 @@ class Predictor {
   std::unique_ptr<Impl> impl_;
 };
 
-// How far the TCP may be from where a calibration says it is.
+// Bound u95 of the TCP position error: a radius about the predicted position.
 //
-// u95 is a radius about the predicted position. It leaves aside where the base frame lies: that is
-// a convention of six numbers, which no touch in the cell can tell and which every user fixes anew
-// by measuring a base; so what a motion of the base could take up is taken out. Where that base is
-// measured nobody knows: over the whole workspace, or over the left, right, near, far, low or high
-// half of it. What is left differs from one to the other, which counts as uncertainty, too; without
-// it an arm of unknown scale would be taken for exact in the middle of the workspace.
-// The errors of one arm go together: where the estimate is off, it is off at many poses at once.
-// So the radii are widened until, at 98 % confidence, they hold at 95 % of the poses where the base
-// of the one arm there is was fixed, and not merely at 95 % of all poses of all arms.
+// It excludes the position of the base frame: a convention of six numbers, which no touch in the
+// cell can determine and which each user sets again by measuring a base; the motion that this base
+// can absorb is therefore removed. The region where the base is measured is unknown: the whole
+// workspace, or its left, right, near, far, low or high half. The difference between these regions
+// counts as uncertainty too; without it an arm of unknown scale would appear exact in the middle of
+// the workspace.
+// The errors of one arm are correlated between poses: where the estimate is off, it is off at many
+// poses. The radii are therefore widened so that, with 98 % confidence, they contain the error at
+// 95 % of the poses where the base of the individual arm was measured, rather than at 95 % of all
+// poses of all arms.
 
-/// Radius that holds 95 % of a 3-D Gaussian with covariance c: the weighted sum of squares is
-/// matched to a scaled chi^2 (Satterthwaite), its quantile taken by Wilson and Hilferty.
+/// Radius that contains 95 % of a 3-D Gaussian with covariance c: the sum of squares is matched to
+/// a scaled chi^2 (Satterthwaite), its quantile approximated by Wilson and Hilferty.
 double radius_95(const Eigen::Matrix3d& c);
 
 class PositionBound {
  public:
   /// `x`, `covariance`: of the arm's parameters, SI. `ripple_rad`: noise of each joint, 1 sigma.
-  /// `field_m`: what the model lacks (discrepancy.h), 1 sigma of each component of the tip's place.
-  /// Keeps a reference to the arm.
+  /// `field_m`: model discrepancy (discrepancy.h), 1 sigma per component of the tip position. Keeps
+  /// a reference to `arm`.
   PositionBound(const ArmModel& arm, const Eigen::VectorXd& x, Eigen::MatrixXd covariance,
                 double ripple_rad, double field_m = 0.0);
 
-  /// At a pose whose tip and derivative by the parameters are these.
+  /// u95 [m] at a pose with the given tip and its derivative by the parameters (3 x parameters).
   double u95_m(std::span<const double> joint_rad, const Eigen::Vector3d& tip,
                const Eigen::Matrix3Xd& jacobian) const;
-  /// Mean over postures; 0 without any.
+  /// Mean u95 [m] over postures; 0 without any.
   double mean_u95_m(std::span<const JointVector> postures) const;
 
  private:
@@ -74,9 +74,9 @@ class PositionBound {
   Eigen::VectorXd x_;
   Eigen::MatrixXd covariance_;
   double ripple_rad_, field_m_;
-  /// 6 x parameters: the base motion that takes up each, in the mean over where a base is fixed.
+  /// 6 x parameters: base motion that absorbs each parameter, mean over the regions.
   Eigen::MatrixXd taken_up_;
-  /// How far that differs from where to where.
+  /// Covariance of that motion between regions.
   Eigen::Matrix<double, 6, 6> base_covariance_ = Eigen::Matrix<double, 6, 6>::Zero();
   double widening_ = 1.0;
 };

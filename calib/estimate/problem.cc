@@ -15,26 +15,26 @@ namespace {
 
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-/// Without a prior a target is still expected within a few of these of where its touches put it.
+/// Without a prior a target is expected within a few of these of its estimate from the touches.
 constexpr double kPlaceScaleM = 0.01;
 constexpr double kTurnScaleRad = 0.01;
-/// A plane that stands so far off where its touches or the cell file put it is another one. Holds
-/// the tilt where all touches are in one spot.
+/// Prior sigma of a plane's tilt, far beyond any error of touches or cell file. Determines the tilt
+/// if all touches are in one spot.
 constexpr double kWildTiltRad = 0.5;
 
-/// Which a tip meets where its circuit closes, and at the instant that is latched.
+/// True if the tip's circuit closes on the target's surface, at the instant that is latched.
 bool has_a_surface(TargetKind kind) {
   return kind == TargetKind::kSphere || kind == TargetKind::kPlane;
 }
 
-/// As the cell file states it; where it is silent, as `start`.
+/// Place stated in the cell file; where none is stated, `start`.
 TargetPlace stated_place(const Target& target, TargetPlace start) {
   if (target.has_centre && target.kind != TargetKind::kTracker) start.centre_m = target.centre_m;
   if (target.has_normal) start.axes.col(2) = target.normal;
   return start;
 }
 
-/// The k-th that says where a target is (target_place.h).
+/// The k-th unknown of a target's place (target.h).
 ParameterKey place_parameter(const Target& target, std::size_t t, int k) {
   constexpr int kAxes = 3;
   if (target.kind != TargetKind::kPlane)
@@ -80,8 +80,8 @@ Problem::Problem(const Cell& cell, const ArmModel& arm, std::span<const Touch> t
   add_lengths();
 }
 
-/// One per tip: where the circuit closes is a matter of each. The first's is there always;
-/// another's where it touched what it matters to.
+/// One rho per tip, as the contact point is a property of the tip: of the first tip always, of
+/// others if they touched a surface.
 void Problem::add_rho() {
   rho_.assign(static_cast<std::size_t>(arm_.tool_count()), -1);
   if (!(cell_.radius_offset_sigma_m > 0.0)) return;
@@ -100,7 +100,7 @@ void Problem::add_rho() {
   }
 }
 
-/// One: the wire is the same for all tips. Without a speed nothing depends on it.
+/// One delay, as the wire is common to all tips. None without a speed.
 void Problem::add_delay() {
   if (std::none_of(touches_.begin(), touches_.end(),
                    [&](const Touch& touch) { return lacks_delay_of(touch); }))
@@ -118,7 +118,7 @@ bool Problem::lacks_delay_of(const Touch& touch) const {
 
 void Problem::extend(std::span<const Touch> touches) {
   const std::size_t before = poses_.size();
-  touches_ = touches.first(before);  // its place may be another, whatever comes of the others
+  touches_ = touches.first(before);  // the range's memory may have moved, even if extend() fails
   for (std::size_t i = before; i < touches.size(); ++i)
     if (block_of_target_[cell_.target_index(touches[i].target)] < 0)
       throw IdentifyError(IdentifyError::Kind::kTouches, touches[i].target,
@@ -153,7 +153,7 @@ void Problem::resize(std::size_t count) {
   sigma_m_.resize(count);
 }
 
-/// What of a touch does not depend on the unknowns.
+/// Sets the data of a touch that do not depend on the unknowns.
 void Problem::weigh(std::size_t i) {
   const Touch& touch = touches_[i];
   target_of_[i] = cell_.target_index(touch.target);
@@ -177,7 +177,7 @@ void Problem::weigh(std::size_t i) {
   lever_m_[i] =
       rows(i) >= 3 ? by_joint.norm() / std::sqrt(3.0) : (normal.transpose() * by_joint).norm();
   own_sigma_m_[i] = touch.sigma_m > 0.0 ? touch.sigma_m : usual_sigma_m_;
-  // (74), v_l cos: by the nominal arm, whose degree of error changes a latch's micrometres by none.
+  // (74), v_l cos: by the nominal arm, whose error of a degree is negligible for the latch delay.
   const bool closes = touch.speed_m_s > 0.0 && has_a_surface(cell_.targets[target_of_[i]].kind);
   const double cosine =
       touch.approach ? -normal.dot(Eigen::Map<const Eigen::Vector3d>(touch.approach->data())) : 1.0;
@@ -204,7 +204,7 @@ void Problem::add_target(std::size_t t) {
                     stated[k],
                     origin[k],
                     turns ? kTurnScaleRad : kPlaceScaleM};
-    double sigma = 0.0;  // of a tracker's frame nothing is known
+    double sigma = 0.0;  // no prior for a tracker's frame
     if (plane && turns)
       sigma = target.normal_sigma_rad > 0.0 ? target.normal_sigma_rad : kWildTiltRad;
     else if (target.has_centre && target.kind != TargetKind::kTracker)
@@ -218,7 +218,7 @@ void Problem::add_target(std::size_t t) {
   if (block.has_radius)
     unknowns_.push_back({target_parameter(ParameterKind::kRadius, t), "mm", kMmPerM, 0.0, 0.0,
                          target.diameter_sigma_m / 2.0, 0.0, 1.0, true});
-  // The touches tell it; where all of them were left out it stays.
+  // Determined by the touches; without any in use it keeps its prior.
   constexpr double kWildTurnRad = 1.0;
   for (int k = 0; block.has_turns && k < 3; ++k)
     unknowns_.push_back({target_parameter(ParameterKind::kProbeTurn, t, k), "deg", kDegPerRad, 0.0,
@@ -341,7 +341,7 @@ void Problem::fill(const Kind& kind, std::size_t touch, const At& at, const ArmC
     if (kind.has_turns) fill_turn(kind, touch, at, chain, rows);
 }
 
-/// Behind the three rows of the place.
+/// Fills the rotation rows, after the three of the position.
 void Problem::fill_turn(const TrackerResidual& kind, std::size_t touch, const At& at,
                         const ArmChain& chain, const Rows& rows) const {
   const TargetBlock& block = blocks_[static_cast<std::size_t>(block_of_[touch])];

@@ -33,7 +33,7 @@ std::vector<JointVector> workspace_poses(const ArmModel& arm, int count, unsigne
     if (above || static_cast<int>(below.size()) < count)
       (above ? poses : below).push_back(std::move(q));
   }
-  // An arm that hardly reaches above its own foot works below it.
+  // An arm that hardly reaches above its foot works below it.
   for (std::size_t k = 0; k < below.size() && static_cast<int>(poses.size()) < count; ++k)
     poses.push_back(std::move(below[k]));
   return poses;
@@ -91,11 +91,11 @@ TipMoves tip_moves(const ArmModel& arm, const std::vector<JointVector>& poses, c
 
 namespace {
 
-/// Moves, three rows a tip, without what a motion of the base takes up of them.
+/// Moves, three rows per tip, after removal of the part that a base motion absorbs.
 Eigen::MatrixXd without_base_motion(const Eigen::Matrix3Xd& all_tips_m,
                                     const Eigen::MatrixXd& moves_m) {
   const Eigen::Index count = all_tips_m.cols();
-  // A base turning about the middle of the tips: the same motions, and well conditioned.
+  // Base motion about the mean of the tips: the same motions, and well conditioned.
   const Eigen::Matrix3Xd tips_m = all_tips_m.colwise() - all_tips_m.rowwise().mean().eval();
   Eigen::Matrix<double, Eigen::Dynamic, 6> rigid(3 * count, 6);
   for (Eigen::Index k = 0; k < count; ++k) rigid.middleRows<3>(3 * k) = base_motion(tips_m.col(k));
@@ -140,7 +140,7 @@ double predicted_mean_error_m(const Eigen::MatrixXd& moves, const Eigen::MatrixX
                               const Eigen::VectorXd& stays_m2) {
   const Eigen::Index count = moves.rows() / 3;
   if (count == 0) return 0.0;
-  // Variance of each coordinate, three to a tip.
+  // Variance of each coordinate, three per tip.
   const Eigen::MatrixXd through = moves * covariance_u;
   Eigen::VectorXd variance = Eigen::VectorXd::Zero(moves.rows());
   for (Eigen::Index c = 0; c < moves.cols(); ++c)
@@ -153,7 +153,7 @@ double predicted_mean_error_m(const Eigen::MatrixXd& moves, const Eigen::MatrixX
 
 namespace {
 
-constexpr int kDrawnArms = 400;  // the spread is then known to 4 %
+constexpr int kDrawnArms = 400;  // for a relative error of the spread of 4 %
 constexpr unsigned kDrawSeed = 41;
 
 /// Columns: deviations drawn from the covariance, which may be singular.

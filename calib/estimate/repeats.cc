@@ -12,21 +12,21 @@ namespace cellcal::calib {
 
 namespace {
 
-/// Touches whose axis angles all agree to this are of one place: half a millimetre to a millimetre
-/// at the tip. Searches along one line stop so near each other with noise of up to 0.1 mm (0.01
-/// deg, and five sigma between two); less would cut the tails off what is measured. Over it, arm
-/// errors of a milliradian change by a micrometre. Wider, touches that somebody brought there by
-/// hand would count, and a step to the side across a sphere whose centre is not known yet reads as
-/// noise.
+/// Touches whose axis angles agree to within this are of one place: half a millimetre to a
+/// millimetre at the tip. Repeated searches along one line stop this close together with noise of
+/// up to 0.1 mm (0.01 deg, and five sigma between two); a smaller value would truncate the measured
+/// distribution. Over this distance, arm errors of a milliradian change by a micrometre. A larger
+/// value would include touches placed by hand, and a lateral step across a sphere whose centre is
+/// still unknown would count as noise.
 constexpr double kSamePostureRad = 0.05 * kRadPerDeg;
-/// What the cell file states counts as measured with so many degrees of freedom: a figure from
-/// experience, right to a third or so.
+/// Degrees of freedom of the noise stated in the cell file: a figure from experience, accurate to
+/// about a third.
 constexpr double kStatedDegrees = 5.0;
-/// Where repeats of at least so many degrees of freedom scatter less than this share of it, it is
-/// no figure of the noise (more often it is what a fit left), and has no say.
+/// If repeats of at least this many degrees of freedom scatter less than this share of the stated
+/// noise, the stated value is no noise figure (usually the residual of a fit) and is ignored.
 constexpr double kNoFigureShare = 0.25, kEnoughDegrees = 3.0;
-/// A touch further from its group's median than so many of the usual distances is a gross error;
-/// its group is left out, for which one is wrong cannot be told of two.
+/// A touch further from its group's median than this many usual distances is a gross error. Its
+/// group is left out, since in a pair the erroneous one is not identifiable.
 constexpr double kGross = 6.0;
 
 bool same_place(const Touch& a, const Touch& b) {
@@ -35,7 +35,7 @@ bool same_place(const Touch& a, const Touch& b) {
   return a.target == b.target && a.tool == b.tool;
 }
 
-/// Groups of two and more, each around its first touch in order of the first axis.
+/// Groups of two or more touches, each around its first touch in order of the first axis.
 std::vector<std::vector<std::size_t>> groups_of(std::span<const Touch> touches) {
   std::vector<std::size_t> order;
   for (std::size_t i = 0; i < touches.size(); ++i)
@@ -67,7 +67,7 @@ Repeats find_repeats(const Problem& problem) {
   Repeats result;
   result.times.assign(touches.size(), 1);
   result.used_m = problem.cell().touch_sigma_m;
-  // Residuals of a group by the nominal arm, one column of it for each row of a touch.
+  // Residuals of a group by the nominal arm, one column per row of a touch.
   std::vector<std::vector<double>> columns;
   const Eigen::VectorXd nominal = problem.to_si(Eigen::VectorXd::Zero(problem.size()));
   const Problem::At at = problem.at(nominal.data());

@@ -15,9 +15,9 @@ namespace cellcal::calib {
 
 namespace {
 
-/// The sum of squares over touches, lengths and priors, as Ceres sees it: reduced to one row per
-/// unknown and one for what no unknown can change, whatever the number of touches. Cost, gradient
-/// and Gauss-Newton steps are those of all rows.
+/// Sum of squares over touches, lengths and priors for Ceres, reduced to one row per unknown and
+/// one for the remainder that no unknown changes, for any number of touches. Cost, gradient and
+/// Gauss-Newton steps are those of all rows.
 class Objective final : public ceres::CostFunction {
  public:
   Objective(const Problem& problem, const SolveOptions& options, bool all_digits)
@@ -46,8 +46,8 @@ class Objective final : public ceres::CostFunction {
     return true;
   }
 
-  /// All rows at u. `reweighted`: the robust loss as a weight of residual and derivative, as for a
-  /// step taken without looking back; otherwise as a change of the residual, whose square it is.
+  /// All rows at u. `reweighted`: robust loss as a weight of residual and derivative, for a step
+  /// without line search; otherwise as a transformed residual, whose square is the loss.
   Information gather(const double* u, bool reweighted) const {
     at(u);
     Information information(problem_.size(), all_digits_);
@@ -70,7 +70,7 @@ class Objective final : public ceres::CostFunction {
  private:
   static constexpr Eigen::Index kRows = 128;  // at a time; stays in the cache
 
-  /// Each part of the touches has its own work space.
+  /// Part of the touches, with its own workspace.
   struct Part {
     Part(const Problem& problem, double sigma_floor_m)
         : rows(problem, sigma_floor_m), block(kRows, problem.size() + 1) {}
@@ -146,8 +146,8 @@ class Objective final : public ceres::CostFunction {
     return s < kSmooth ? r * r : cauchy_ * cauchy_ * std::log1p(s);
   }
 
-  /// The same as a change of the residual: f(r) = kappa sqrt(log(1 + r^2/kappa^2)), so that the sum of f^2
-  /// is the robust cost. Smooth at 0, where f(r) -> r.
+  /// Robust loss as a transformed residual: f(r) = kappa sqrt(log(1 + r^2/kappa^2)), so that the
+  /// sum of f^2 is the robust cost. Smooth at 0, where f(r) -> r.
   void robustify(RowMajor::RowXpr row, bool reweighted) const {
     const Eigen::Index n = problem_.size();
     double& r = row[n];
@@ -170,7 +170,7 @@ class Objective final : public ceres::CostFunction {
   mutable std::deque<Part> parts_;
 };
 
-/// Nothing is thrown through Ceres.
+/// Stops the solver on cancellation, since no exception may pass through Ceres.
 class PollCancelled final : public ceres::IterationCallback {
  public:
   ceres::CallbackReturnType operator()(const ceres::IterationSummary&) override {
@@ -181,7 +181,7 @@ class PollCancelled final : public ceres::IterationCallback {
 }  // namespace
 
 bool needs_all_digits(const Problem& problem, const SolveOptions& options) {
-  constexpr double kPriorMoveM = 2e-3;  // of the tip, by what is not known of an arm
+  constexpr double kPriorMoveM = 2e-3;  // of the tip, by the prior uncertainty of an arm
   constexpr double kLargestSquare = 1e11;
   double square = 0.0;
   for (std::size_t i = 0; i < problem.touches().size(); ++i)
@@ -199,7 +199,7 @@ SolveResult solve(const Problem& problem, const Eigen::VectorXd& start,
   solver_problem.AddResidualBlock(new Objective(problem, options, exact), nullptr,  // Ceres owns it
                                   result.u.data());
 
-  // A robust fit only has to show who does not belong.
+  // A robust fit only has to show the outliers.
   constexpr double kRobustTolerance = 1e-3;
   constexpr int kRobustIterations = 25;
   const bool robust = options.cauchy_sigma > 0.0;
@@ -214,7 +214,7 @@ SolveResult solve(const Problem& problem, const Eigen::VectorXd& start,
   o.jacobi_scaling = false;
   o.initial_trust_region_radius = 1e8;  // errors are small: nearly Gauss-Newton from the start
   o.logging_type = ceres::SILENT;
-  o.num_threads = 1;  // the objective's parts have the threads, and the same bits every time
+  o.num_threads = 1;  // the objective's parts use the threads, with reproducible bits
   PollCancelled poll;
   o.callbacks.push_back(&poll);
   poll_cancelled();
@@ -336,7 +336,7 @@ int WhitenedRows::touch(std::size_t i, double* r, double* j, std::ptrdiff_t widt
   }
   const TargetBlock& block = problem_.blocks()[problem_.block_of(i)];
   const int shared = problem_.shared_size(), own = block.size();
-  double* by_shared = rows == 1 ? j : by_shared_.data();  // one row goes where it belongs
+  double* by_shared = rows == 1 ? j : by_shared_.data();  // one row is written to its final place
   problem_.residual_m(i, at_, r, by_shared, by_target_);
   for (int k = 0; k < rows; ++k) {
     r[k] *= weight;

@@ -15,16 +15,17 @@ namespace cellcal::calib {
 namespace {
 
 constexpr int kIterations = 50;
-constexpr double kDivergedStepM = 100.0;  // so long a step leads nowhere
-constexpr double kSettledM = 1e-8;        // where an estimate starts from
-/// Smallest over largest singular value of the centred points: below it they lie in a plane.
+constexpr double kDivergedStepM = 100.0;  // a step of this size diverges
+constexpr double kSettledM = 1e-8;        // for a starting point of the estimate
+/// Smallest over largest singular value of the centred points: below this they lie in a plane.
 constexpr double kFlat = 0.02;
-/// Above it they lie about the centre (half a sphere: 0.5), and there is one place only.
+/// Above this they surround the centre (half a sphere: 0.5), and the solution is unique.
 constexpr double kAround = 0.4;
-/// Of points on a plane the thickness is what the nominal arm is wrong by; more of the width than
-/// this, and they are on no plane.
+/// Largest ratio of thickness to width of points on a plane; the thickness is due to errors of the
+/// nominal arm.
 constexpr double kThick = 0.5;
-/// Readings are good to a hair: second over first singular value, below it they are in a line.
+/// Second over first singular value of the readings, which are accurate: below this they lie on a
+/// line.
 constexpr double kThin = 1e-3;
 
 Eigen::Vector3d mean_of(const std::vector<Eigen::Vector3d>& points) {
@@ -40,8 +41,7 @@ PointSpread spread_about(const Eigen::Vector3d& mean, const std::vector<Eigen::V
   return spread_of(centred);
 }
 
-/// Of a sphere's centre: the sum of the squares of what is off, in sigmas; by its side alone beyond
-/// kNominalOffM.
+/// Cost of a sphere's centre: sum of squared deviations in sigmas, linear beyond kNominalOffM.
 class CentreCost {
  public:
   CentreCost(const std::vector<Eigen::Vector3d>& points_m, const std::vector<double>& radius_m,
@@ -66,7 +66,7 @@ class CentreCost {
     return sum + (outwards_.dot(mean_m_ - centre_m) < 0.0 ? kWrongSide : 0.0);
   }
 
-  /// Gauss-Newton steps from `begin_m`, which is returned where they lead nowhere.
+  /// Gauss-Newton from `begin_m`, which is returned if the steps diverge.
   Eigen::Vector3d settled(const Eigen::Vector3d& begin_m) const {
     Eigen::Vector3d centre = begin_m;
     for (int k = 0; k < kIterations; ++k) {
@@ -99,7 +99,7 @@ class CentreCost {
 }  // namespace
 
 std::vector<std::size_t> of_one_target(std::size_t count, const Together& together) {
-  constexpr std::size_t kAsked = 64;  // of many touches, so that time stays linear in them
+  constexpr std::size_t kAsked = 64;  // of many touches, for a time linear in their number
   const std::size_t every = std::max<std::size_t>(1, count / kAsked);
   std::vector<std::size_t> most;
   for (std::size_t one = 0; one < count && most.size() < count; one += every) {

@@ -1,6 +1,6 @@
 #pragma once
-// Where the targets are, seen with the nominal arm: the starting point of the estimate, and the
-// sphere against which the nominal model is judged.
+// Positions of the targets as seen with the nominal arm: the starting point of the estimate, and
+// the sphere by which the nominal model is assessed.
 
 #include <Eigen/Geometry>
 #include <cstddef>
@@ -11,33 +11,33 @@ namespace cellcal::calib {
 
 struct SphereFit {
   Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();
-  bool determined = false;  ///< the points span a sphere; otherwise, unstated, it is their mean
+  bool determined = false;  ///< the points span a sphere; else, unstated, it is their mean
 };
 
-/// What is known of a sphere's or wire's place beside the points.
+/// Prior knowledge of the position of a sphere or wire, in addition to the points.
 struct CentreHints {
   const Eigen::Vector3d* stated_m = nullptr;
-  double stated_sigma_m = 0.0;  ///< 0: no more than where to begin
-  /// To the side that the tool comes from: the centre lies on the other. 0: unknown.
+  double stated_sigma_m = 0.0;  ///< 0: starting value only
+  /// Direction towards the tool: the centre is on the opposite side. 0: unknown.
   Eigen::Vector3d outwards = Eigen::Vector3d::Zero();
 };
 
-/// Whether two touches can be of the same target.
+/// True if two touches can be of the same target.
 using Together = std::function<bool(std::size_t, std::size_t)>;
 
-/// Of `count` touches those that can be of the same target as one of them, which has the most of
-/// the kind: touches that carry another target's name lie apart and would draw the start away.
+/// Largest set, among `count` touches, of those that can be of the same target as one of them.
+/// Touches labelled with a wrong target are far apart from the others and would bias the start.
 std::vector<std::size_t> of_one_target(std::size_t count, const Together& together);
 
-/// What a nominal arm is wrong by, and points with it.
+/// Usual position error of a nominal arm, and thus of the points [m].
 inline constexpr double kNominalOffM = 2e-3;
 
-/// Centre of the sphere with radius `radius_m[i]` about each point. Points on one side of a sphere
-/// fit one on the other side of them nearly as well, and a few hardly hold it at all: so
-/// Gauss-Newton begins at the linear fit (differences of |p|^2), behind the points as in a mirror,
-/// and where it is stated to be, and what the hints and points that are wrong by `point_sigma_m`
-/// make the likeliest is taken. Gross errors pull by their side alone. Points that lie in a plane
-/// or fewer than four do not determine it: it stays near where it was stated.
+/// Centre of the spheres with radius `radius_m[i]` about each point. Points on one side of a sphere
+/// fit the mirrored sphere nearly as well, and a few hardly determine it. Gauss-Newton therefore
+/// starts from the linear fit (differences of |p|^2), its mirror image and the stated position; the
+/// most likely result by the hints and points of sigma `point_sigma_m` is returned. Beyond
+/// kNominalOffM the cost of a point grows linearly. Points in a plane, or fewer than four, do not
+/// determine the centre, which then stays near the stated one.
 SphereFit fit_centre(const std::vector<Eigen::Vector3d>& points_m,
                      const std::vector<double>& radius_m, const CentreHints& hints = {},
                      double point_sigma_m = kNominalOffM);
@@ -48,7 +48,7 @@ struct PlaneFit {
   bool determined = false;  ///< the points are spread in two directions, and flat
 };
 
-/// Total least squares.
+/// Total least squares plane.
 PlaneFit fit_plane(const std::vector<Eigen::Vector3d>& points_m);
 
 struct FrameFit {
@@ -57,7 +57,7 @@ struct FrameFit {
   bool determined = false;                                  ///< the readings are not in a line
 };
 
-/// The rigid motion that brings `readings_m` nearest to `points_m`.
+/// Rigid motion that maps `readings_m` to `points_m`, by least squares.
 FrameFit fit_frame(const std::vector<Eigen::Vector3d>& readings_m,
                    const std::vector<Eigen::Vector3d>& points_m);
 

@@ -21,12 +21,12 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-/// Farther off than this the stated normal is of another plane, or of another frame.
+/// Largest deviation of the stated normal; beyond it the plane or the frame is another.
 constexpr double kNormalCosine = 0.866;  // 30 deg
-/// Mean sine of the angle between tool and plane from which on the tool is seen to be on one side.
+/// Smallest mean sine of the angle between tool and plane for which the tool's side is determined.
 constexpr double kClearSide = 0.05;
 
-/// Two directions across the unit vector n, and n.
+/// Orthonormal axes: two directions normal to the unit vector n, and n.
 Matrix3d axes_about(const Vector3d& n) {
   Matrix3d axes;
   axes.col(0) = n.unitOrthogonal();
@@ -35,13 +35,13 @@ Matrix3d axes_about(const Vector3d& n) {
   return axes;
 }
 
-/// What the fit touches of one target show under the nominal arm.
+/// Fit touches of one target, seen with the nominal arm.
 struct Seen {
   std::vector<Vector3d> tips_m, readings_m;
   std::vector<Vector3d> tool;  ///< from the tip to the flange, unit
   std::vector<double> radii_m;
-  std::vector<double> tip_radii_m;    ///< of the tools
-  std::vector<Matrix3d> tool_turns;   ///< of the tool's frame, where the probe's was read, too
+  std::vector<double> tip_radii_m;    ///< of the touches' tools
+  std::vector<Matrix3d> tool_turns;   ///< of the tool's frame, for touches with probe_turns
   std::vector<Matrix3d> probe_turns;  ///< in the tracker's frame; of the same touches
 };
 
@@ -75,8 +75,8 @@ std::vector<T> at(const std::vector<T>& all, const std::vector<std::size_t>& whi
   return some;
 }
 
-/// Those that lie no farther apart than the target allows and a nominal arm is wrong by at worst.
-/// Of a plane that tells nothing.
+/// Touches that are no farther apart than the target's size plus the worst error of a nominal arm;
+/// all of them for a plane, which has no size.
 std::vector<std::size_t> together(const Target& target, const Seen& seen) {
   constexpr double kNominalApartM = 30e-3;
   return of_one_target(seen.tips_m.size(), [&](std::size_t a, std::size_t b) {
@@ -90,13 +90,13 @@ std::vector<std::size_t> together(const Target& target, const Seen& seen) {
       most = seen.radii_m[a] + seen.radii_m[b];
       if (target.kind == TargetKind::kWire) least = std::abs(seen.radii_m[a] - seen.radii_m[b]);
     }
-    // What is no number is refused by those who read it.
+    // Non-finite values pass; the fits reject them.
     return !(apart < least - kNominalApartM) && !(apart > most + kNominalApartM);
   });
 }
 
-/// Without those that lie too far from the others. All, where no more than half lie together: then
-/// it is not a few labels that are wrong.
+/// Touches without those too far from the others; all of them if no more than half are close
+/// together, since this exceeds a few wrong labels.
 Seen without_strays(const Target& target, const Seen& seen) {
   const std::vector<std::size_t> which = together(target, seen);
   if (2 * which.size() <= seen.tips_m.size()) return seen;
@@ -105,7 +105,7 @@ Seen without_strays(const Target& target, const Seen& seen) {
           seen.probe_turns};
 }
 
-/// Of all touches; the mean where they are of several tools.
+/// Tip radius of the touches' tools; the mean if they differ.
 double common_tip_radius_m(const Seen& seen) {
   const std::vector<double>& all = seen.tip_radii_m;
   if (std::all_of(all.begin(), all.end(), [&](double r) { return r == all.front(); }))
@@ -113,16 +113,16 @@ double common_tip_radius_m(const Seen& seen) {
   return std::accumulate(all.begin(), all.end(), 0.0) / static_cast<double>(all.size());
 }
 
-/// Or why touches do not say where their target is, and what to do.
+/// Place of a target, or the error with the remedy if the touches do not determine it.
 using Placed = std::variant<TargetPlace, IdentifyError>;
 
-/// The normal's sign with which the tool stands on the plane's outer side, by most touches: of one
-/// that lies nearly along the plane the line from tip to flange says little. Nothing where all do.
+/// Sign of the normal towards the tool, by the mean direction from tip to flange. nullopt if the
+/// tool lies nearly along the plane and the side matters.
 std::optional<double> side_of(const Cell& cell, const Seen& seen, const Vector3d& normal) {
   double mean = 0.0;
   for (const Vector3d& tool : seen.tool)
     mean += normal.dot(tool) / static_cast<double>(seen.tool.size());
-  // A tip without extent touches the same plane from either side.
+  // A tip of radius zero touches the same plane from either side.
   const bool any_side = common_tip_radius_m(seen) == 0.0 && cell.radius_offset_sigma_m == 0.0;
   if (std::abs(mean) > kClearSide || any_side) return mean < 0.0 ? -1.0 : 1.0;
   return std::nullopt;
@@ -163,7 +163,7 @@ Placed place_plane(const Cell& cell, const Target& target, const Seen& seen) {
   return place;
 }
 
-/// How the probe sits on the tool, the tracker's frame standing so: the mean over all touches.
+/// Orientation of the probe on the tool for the given tracker axes: mean over all touches.
 Matrix3d probe_on_tool(const Matrix3d& axes, const Seen& seen) {
   Matrix3d sum = Matrix3d::Zero();
   for (std::size_t i = 0; i < seen.tool_turns.size(); ++i)

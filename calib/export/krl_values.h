@@ -18,7 +18,7 @@ struct Number {
   std::size_t begin = 0, end = 0;
 };
 
-/// {X 1.0,Y 2.0,...}: the components that are plain numbers, and what else there is.
+/// {X 1.0,Y 2.0,...}: the components that are plain numbers, and all others.
 struct Aggregate {
   std::map<std::string, Number> numbers;
   std::map<std::string, std::string> words;  ///< IPO_FRAME #BASE

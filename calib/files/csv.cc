@@ -45,7 +45,7 @@ void append_utf8(char32_t c, std::string& text) {
   }
 }
 
-/// Behind its byte order mark.
+/// `bytes`: after the byte order mark.
 std::string from_utf16(std::string_view bytes, bool little, const std::string& name) {
   const auto damaged = [&] { return FileError(name, ": UTF-16 text is damaged or cut off"); };
   if (bytes.size() % 2 != 0) throw damaged();
@@ -68,7 +68,7 @@ std::string from_utf16(std::string_view bytes, bool little, const std::string& n
   return text;
 }
 
-/// Whether any was there.
+/// Replaces all occurrences of `what`. Returns true if there were any.
 bool replace_all(std::string& text, std::string_view what, char with) {
   bool any = false;
   for (auto at = text.find(what); at != std::string::npos; at = text.find(what, at + 1)) {
@@ -78,7 +78,7 @@ bool replace_all(std::string& text, std::string_view what, char with) {
   return any;
 }
 
-/// Outside of quotes and of a unit's brackets.
+/// Number of occurrences outside quotes and a unit's brackets.
 std::size_t count_of(std::string_view line, char what) {
   std::size_t count = 0;
   bool quoted = false, unit = false;
@@ -91,7 +91,7 @@ std::size_t count_of(std::string_view line, char what) {
   return count;
 }
 
-/// The lines that say something, at most so many.
+/// The first lines, at most `most`, other than blank lines and comments.
 std::vector<std::string_view> first_lines(std::string_view text, std::size_t most) {
   std::vector<std::string_view> lines;
   while (!text.empty() && lines.size() < most) {
@@ -114,7 +114,7 @@ bool has_digit_comma_digit(std::string_view line) {
   return false;
 }
 
-/// A column's unit, and how much of the unit that names end in it is.
+/// Unit as written in a header, the unit of column names, and the factor between them.
 struct KnownUnit {
   const char *written, *unit;
   double scale;

@@ -1,9 +1,9 @@
 #pragma once
-// The tables of cellcal: a header row, numbers and words, '#' comments. Beside the plain form (UTF-8, commas,
-// '.' as the decimal mark) those that spreadsheets and measuring programs write are read, where they have one
-// reading: ';' or tab between the fields, decimal comma, quotes, UTF-16, lines that end in CR, "sep=;", a
-// title line, a trailing separator, units in the header (A1 [deg], x [mm], sigma [um]), names in any case,
-// Unicode's minus and no-break space. Messages read "FILE:LINE: COLUMN: what is wrong".
+// Tables: a header row, numbers and words, '#' comments. In addition to the plain form (UTF-8,
+// commas, '.' as the decimal mark), the forms of spreadsheets and measuring programs are accepted
+// where they are unambiguous: ';' or tab as separator, decimal comma, quotes, UTF-16, CR line ends,
+// "sep=;", a title line, a trailing separator, units in the header (A1 [deg], x [mm], sigma [um]),
+// names in any case, Unicode's minus and no-break space. Messages: "FILE:LINE: COLUMN: error".
 
 #include <functional>
 #include <string>
@@ -14,14 +14,14 @@
 
 namespace cellcal::calib {
 
-/// How a text was understood that is not in the plain form.
+/// Interpretation of a text.
 struct CsvForm {
-  std::string text;  ///< UTF-8, lines that end in LF or CR LF, plain minus and blanks
+  std::string text;  ///< UTF-8, line ends LF or CR LF, plain minus and blanks
   char separator = ',';
   int title_lines = 0;  ///< before the header, comments and blank lines aside
   std::string reading;  ///< "; with decimal comma, UTF-16"; empty: the plain form
 };
-/// Throws FileError for UTF-16 that is damaged, and for a header with two kinds of separators.
+/// Throws FileError for damaged UTF-16, and for a header with two kinds of separators.
 CsvForm csv_form(std::string_view text, const std::string& name);
 
 class CsvTable {

@@ -20,16 +20,16 @@ namespace cellcal::calib {
 
 namespace {
 
-/// What a cause takes away at least, squared sigmas; chance and a few more unknowns take less.
+/// Least improvement by a cause, squared sigmas; chance and a few more unknowns give less.
 constexpr double kWorthNaming = 25.0;
-/// A cause has to explain all but this part of the misfit.
+/// Largest part of the misfit that a cause may leave.
 constexpr double kExplained = 0.5;
 constexpr std::size_t kNamed = 3;
 constexpr double kSameMisfit = 0.02;
-/// A mistake of set-up shows in so many touches; more would only take longer.
+/// Number of touches that suffices to show a set-up mistake.
 constexpr std::size_t kMostTouches = 1000;
 
-/// In this order are those named that explain as much.
+/// Causes of equal misfit are reported in this order.
 constexpr Mistake kMistakes[] = {mistakes::radians,      mistakes::axis_signs,
                                  mistakes::mastering,    mistakes::exchanged_columns,
                                  mistakes::target_names, mistakes::readings,
@@ -39,7 +39,7 @@ constexpr Mistake kMistakes[] = {mistakes::radians,      mistakes::axis_signs,
                                  mistakes::diameters,    mistakes::certified_lengths,
                                  mistakes::gravity,      mistakes::stated_centres};
 
-/// Whether two are one mistake, found in two ways: nobody could tell their numbers apart.
+/// True if both are the same mistake found in two ways, with indistinguishable values.
 bool same_mistake(const Finding& a, const Finding& b) {
   constexpr double kSame = 0.05;  // mm, deg
   return a.cause == b.cause && a.about == b.about && a.parts == b.parts &&
@@ -49,14 +49,14 @@ bool same_mistake(const Finding& a, const Finding& b) {
                     });
 }
 
-/// The likeliest of all that explain the touches.
+/// Likeliest of the causes that explain the touches.
 std::vector<Cause> best_of(std::vector<Cause> causes) {
   std::ranges::stable_sort(causes, {}, &Cause::misfit);
   std::vector<Cause> named;
   for (const Cause& cause : causes) {
-    // Another one is worth naming where it explains the touches about as well,
+    // Other causes are reported if they explain the touches about as well
     if (named.size() == kNamed || cause.misfit > 1.2 * causes.front().misfit) break;
-    // and is not the same in other words: joints' conventions can be had in several ways.
+    // and are not an equivalent with more changes: joint conventions have several equivalents.
     if (std::ranges::none_of(causes, [&](const Cause& other) {
           return std::abs(other.misfit - cause.misfit) < kSameMisfit &&
                  other.changes < cause.changes;
@@ -66,9 +66,9 @@ std::vector<Cause> best_of(std::vector<Cause> causes) {
   return named;
 }
 
-/// As the noise is stated. `beyond`: what the best explanation leaves, in what was stated as the
-/// noise of a touch: an arm that does what its model lacks scatters by more. None where all as it
-/// is stated scatters hardly more.
+/// Causes with the stated noise. `beyond`: scatter that the best explanation leaves, relative to
+/// the stated touch noise, since an arm with unmodelled errors scatters more; unset if the session
+/// as stated hardly scatters more.
 std::vector<Cause> causes_at(const Cell& cell, const std::vector<Touch>& all,
                              const OtherRobots& other_robots, std::optional<double>& beyond) {
   constexpr double kDoubt = 1.5, kAsStatedScatter = 1.3, kNoBetter = 1.5;
@@ -104,16 +104,16 @@ std::vector<Cause> causes_at(const Cell& cell, const std::vector<Touch>& all,
 
 std::vector<Cause> causes_of(const Cell& cell, const std::vector<Touch>& touches,
                              const OtherRobots& other_robots) {
-  /// Of more, no arm would be left to speak of.
+  /// Beyond this scatter no arm can be assessed.
   constexpr double kMostScatterM = 1e-3;
-  // Twice: a fit that is weighed by too small a noise leaves less than there is.
+  // Twice, since a fit with too small a noise underestimates the scatter.
   constexpr int kMostRepeats = 2;
   std::optional<double> beyond;
   std::vector<Cause> causes = causes_at(cell, touches, other_robots, beyond);
   Cell noisier = cell;
   std::vector<Touch> same = touches;
   for (int k = 0; k < kMostRepeats && causes.empty() && beyond; ++k) {
-    // With a noise as large as what the best explanation leaves.
+    // With the noise that the best explanation leaves.
     noisier.touch_sigma_m *= *beyond;
     if (noisier.touch_sigma_m > kMostScatterM) break;
     noisier.turn_sigma_rad *= *beyond;
@@ -128,17 +128,17 @@ std::vector<Cause> causes_of(const Cell& cell, const std::vector<Touch>& touches
 
 namespace {
 
-/// Squared sigmas per row, of touches and tolerances together, below which all makes sense: 1 and
-/// at most one more for each of the unknowns, some of which the touches do not reach.
+/// Limit of the misfit, squared sigmas per row of touches and tolerances together: 1, and at most
+/// one more for each unknown, some of which the touches do not reach.
 constexpr double kSense = 2.5;
-/// Nor is a tolerance or a certified length off by more, squared sigmas: among many touches one
-/// would not show.
+/// Limit of the misfit of a single tolerance or certified length, squared sigmas, which many
+/// touches would hide.
 constexpr double kFarStated = 36.0;
-/// A touch is wrong by no more than this, however far it is off: a tenth of all may be, as in a
-/// result that is let through, and the others make sense.
+/// Residual, in sigmas, at which a touch is truncated: up to a tenth of them may be gross errors,
+/// as in a published result, with the others consistent.
 constexpr double kMostSigmas = 3.5;
 
-/// How far the files let a parameter be off, 1 sigma; 0 where they say nothing.
+/// Stated sigma of a parameter [SI]; 0 if none is stated.
 double stated_sigma(const ArmModel& arm, const Cell& cell, const ParameterKey& key) {
   if (key.kind == ParameterKind::kEffectiveRadius) return cell.radius_offset_sigma_m;
   if (key.kind == ParameterKind::kLatchDelay) return cell.latch_delay_sigma_s;
@@ -149,8 +149,8 @@ double stated_sigma(const ArmModel& arm, const Cell& cell, const ParameterKey& k
   return 0.0;
 }
 
-/// By a drawing or certificate. How soft joints, gears and tool are, and how late a latch is, is
-/// only guessed beforehand.
+/// True if a drawing or certificate states the parameter. Compliance of joints, gears and tool and
+/// the latch delay are only estimates beforehand.
 bool is_drawn(ParameterKind kind) {
   return !is_compliance(kind) && !is_transmission(kind) && !is_by_evidence(kind) &&
          kind != ParameterKind::kPlay && kind != ParameterKind::kDeflection &&
@@ -173,7 +173,7 @@ Trial fit_hypothesis(const Cell& cell, const std::vector<Touch>& touches) {
   const Cell levelled = at_level(cell, ModelLevel{}, touches);
   const ArmModel arm(levelled);
   IdentifyOptions options;
-  options.level = ModelLevel{};  // the fullest without play; which one it is does not matter here
+  options.level = ModelLevel{};  // the fullest without play; the choice does not matter
   trial.found = tried(cell, touches, options);
   if (!trial.found) return trial;
   trial.sum = 0.0;
@@ -211,7 +211,7 @@ double nominal_off_m(const Cell& cell, const std::vector<Touch>& touches) {
   const ArmModel arm(cell);
   const auto places = seen_places(cell, arm, touches);
   if (!places || arm.size() == 0)
-    return kNowhere;  // without a tolerance nothing is to be identified
+    return kNowhere;  // without a tolerance there is nothing to identify
   const Problem problem(cell, arm, touches, *places);
   const Eigen::VectorXd x = problem.to_si(Eigen::VectorXd::Zero(problem.size()));
   const Problem::At at = problem.at(x.data());

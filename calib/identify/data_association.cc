@@ -12,11 +12,11 @@ namespace cellcal::calib {
 
 namespace {
 
-/// Of more targets not all orders are tried: 5040 are a matter of milliseconds.
+/// With more targets permutations are not tried; 5040 take milliseconds.
 constexpr std::size_t kMostAssociated = 7;
-/// To which the nominal arm tells two orders apart, mean of all lengths and centres.
+/// Resolution of the nominal arm for permutations [m], mean over lengths and centres.
 constexpr double kNominalCentreM = 1e-3;
-/// So much nearer other names have to bring the targets.
+/// Largest ratio of the deviation with permuted names to that with the stated ones.
 constexpr double kNearer = 1.0 / 3.0;
 
 bool touched(const std::vector<Touch>& touches, const std::string& target) {
@@ -58,11 +58,11 @@ std::optional<Names> better_names(const Cell& cell, const std::vector<Touch>& to
       which.push_back(t);
   if (which.size() < 3 || which.size() > kMostAssociated) return {};
 
-  Cell unstated = cell;  // a stated centre would draw another target's touches to it
+  Cell unstated = cell;  // a stated centre would attract another target's touches
   for (Target& target : unstated.targets) target.has_centre = false;
   const auto seen = seen_places(unstated, ArmModel(cell), touches);
   if (!seen) return {};
-  // names[k]: of which target the touches of which[k] are.
+  // names[k]: actual target of the touches of which[k].
   const auto off_m = [&](const std::vector<std::size_t>& names) {
     std::vector<const Eigen::Vector3d*> centre(cell.targets.size(), nullptr);
     for (std::size_t k = 0; k < which.size(); ++k) centre[names[k]] = &(*seen)[which[k]].centre_m;

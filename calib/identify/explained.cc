@@ -82,7 +82,7 @@ Eigen::MatrixXd Explained::covariance(const Eigen::MatrixXd& beforehand) const {
 
 Explained explained(const TouchEquations& touches, const PossibleChange& change,
                     const Eigen::MatrixXd& moves, double usual) {
-  // Of a shift of millimetres against a sphere of some ten each step leaves a tenth or less.
+  // With a shift of millimetres on a sphere of tens each step leaves a tenth or less.
   constexpr int kSteps = 12;
   constexpr double kSettledM = 1e-9;
   Explained e;
@@ -116,11 +116,11 @@ Explained explained(const TouchEquations& touches, const PossibleChange& change,
 
 namespace {
 
-/// Who asks for an update has a reason.
+/// Prior probability of no change: an update has a reason.
 constexpr double kNothingBefore = 0.5;
-/// Beforehand: of touches, those wrong by themselves though they were confirmed.
+/// Prior share of erroneous touches, although confirmed.
 constexpr double kWrongTouch = 0.01;
-/// Beforehand, in odds: where one thing changed, one time in ten another did as well.
+/// Prior odds of a second change, given one.
 constexpr double kSecondBefore = 0.1;
 
 bool same(const PossibleChange& a, const PossibleChange& b) {
@@ -145,7 +145,8 @@ Explanation explanation_of(const Weighed& one) {
   return e;
 }
 
-/// Probability of a chi^2 as large, by the cube root's normal (Wilson and Hilferty 1931).
+/// Probability of a larger chi^2, by the cube root's normal approximation (Wilson and Hilferty
+/// 1931).
 double chance_of(double chi2, double dof) {
   if (!(dof > 0.0)) return 1.0;
   const double h = 2.0 / (9.0 * dof);
@@ -193,7 +194,7 @@ std::vector<Explanation> explanations(const std::vector<Weighed>& all) {
     list.push_back(explanation_of(all[best]));
     list.back().probability = probability;
     list.back().log_likelihood = log_sum(logs) - std::log(static_cast<double>(logs.size())) -
-                                 all.front().how.log_evidence;  // over that of nothing
+                                 all.front().how.log_evidence;  // relative to no change
   }
   std::ranges::stable_sort(list, std::greater{}, &Explanation::probability);
   return list;
@@ -212,19 +213,19 @@ const Weighed& likeliest(const std::vector<Weighed>& all) {
 
 namespace {
 
-/// Probability beforehand of this change at this size, natural logarithm.
+/// Log prior probability of this change with this size.
 double log_before(const Weighed& one) {
   return std::log(one.change.weight / static_cast<double>(one.change.usual.size()));
 }
 
-/// Another change beside the one that an explanation has.
+/// Second change in addition to that of an explanation.
 struct Beside {
-  Cholesky information;  ///< of its size
+  Cholesky information;  ///< on its size
   Eigen::VectorXd size;
-  double log_ratio = 0.0;  ///< of the touches with it over without, natural logarithm
+  double log_ratio = 0.0;  ///< log likelihood ratio with and without it
 };
 
-/// Linearised where the first change has brought the arm. `off`: of the first one, whitened.
+/// Linearised at the result of the first change, whose whitened residuals are `off`.
 Beside beside(const Weighed& first, const Eigen::VectorXd& off, const Weighed& other) {
   Eigen::MatrixXd by = first.how.rows * other.moves;
   if (other.change.kind == ChangeKind::kTouch)
@@ -300,7 +301,7 @@ double log_wrong(const std::vector<Weighed>& all, std::size_t touch) {
   std::vector<double> with, without;
   for (const Weighed& one : all) {
     if (one.change.kind == ChangeKind::kTouch) continue;
-    // Given the other touches: how far this one is off, and how far chance would bring it.
+    // Residual of this touch predicted from the others, and its variance.
     const Eigen::MatrixXd information = one.how.foreseen.inverse();
     const double variance = 1.0 / information(t, t);
     const double off = information.row(t).dot(one.how.off_m) * variance;
@@ -328,7 +329,7 @@ std::optional<std::size_t> doubtful_touch(const std::vector<Weighed>& all,
         std::log(one.change.weight / static_cast<double>(one.change.usual.size()));
     for (Eigen::Index t = 0; t < pull.size(); ++t) {
       if (!may_be[static_cast<std::size_t>(t)]) continue;
-      // As (82), of a touch that is wrong by anything.
+      // As (82), for an erroneous touch of any size.
       const double log_pair =
           log_alone + 0.5 * (pull[t] * pull[t] / information(t, t) - std::log(information(t, t)));
       if (log_pair <= best) continue;
@@ -341,9 +342,9 @@ std::optional<std::size_t> doubtful_touch(const std::vector<Weighed>& all,
 
 namespace {
 
-/// A tip that the cell file takes for known may be off by that: as far as a change is looked for.
+/// Prior sigma of a tip that the cell file states as known, the largest change searched for.
 constexpr double kOpenTipM = 15e-3;
-/// A length that is nothing, in an arm.
+/// Lengths of an arm below this count as zero.
 constexpr double kNoLengthM = 1e-4;
 
 std::optional<Eigen::Index> place_of(const Calibration& c, const ParameterKey& key) {
@@ -378,7 +379,7 @@ double per_root_month(const ParameterKey& key, const DriftPerMonth& drift) {
   }
 }
 
-/// One entry of a column; false where there is no such parameter.
+/// Sets one entry of a column; false if the parameter does not exist.
 bool set(Eigen::MatrixXd& columns, Eigen::Index column, const Calibration& c,
          const ParameterKey& key, double value) {
   const auto row = place_of(c, key);

@@ -1,5 +1,5 @@
 #pragma once
-// Touches under one explanation: the last calibration beforehand, one thing changed by an unknown size.
+// Touches explained by the last calibration as a prior and one change of unknown size.
 
 #include <Eigen/Core>
 #include <optional>
@@ -16,17 +16,17 @@ namespace cellcal::calib {
 /// Touches as equations of a calibration's parameters.
 class TouchEquations {
  public:
-  /// `prior`: as with_drift() has it. Throws IdentifyError as foresee() does.
+  /// `prior`: result of with_drift(). Throws IdentifyError as foresee() does.
   TouchEquations(const Calibration& prior, const std::vector<Touch>& touches);
 
   const std::vector<ForeseenContact>& contacts() const { return contacts_; }
-  /// By the prior; behind the calibration's parameters what else the touches ask for.
+  /// Prior values: the calibration's parameters, then further unknowns of the touches.
   const Eigen::VectorXd& x() const { return x_; }
   const Eigen::MatrixXd& covariance() const { return covariance_; }
-  /// Of the touches beside all parameters [m^2].
+  /// Covariance of the touches beyond all parameters [m^2].
   const Eigen::MatrixXd& noise_m2() const { return noise_m2_; }
   Eigen::Index parameters() const { return parameters_; }
-  /// From now on the touch says nothing.
+  /// Excludes a touch from now on.
   void set_aside(std::size_t touch);
 
   Eigen::VectorXd off_m(const Eigen::VectorXd& x) const;
@@ -36,92 +36,95 @@ class TouchEquations {
   Eigen::VectorXd in_problem(const Eigen::VectorXd& x) const;
 
   KnownTouches known_;
-  std::vector<Eigen::Index> place_;  ///< of each unknown of the problem; -1: held
+  std::vector<Eigen::Index> place_;  ///< per unknown of the problem; -1: held
   Eigen::Index parameters_;
   std::vector<ForeseenContact> contacts_;
   Eigen::VectorXd x_;
   Eigen::MatrixXd covariance_, noise_m2_;
 };
 
-/// One explanation and size: where its parameters come to lie, and how likely the touches are.
+/// One explanation with one size: resulting parameters and likelihood of the touches.
 struct Explained {
   Eigen::VectorXd x;
-  /// Covariance of the parameters beforehand with what the touches are off by.
+  /// Prior covariance of the parameters with the residuals.
   Eigen::MatrixXd across_m;
-  Cholesky foreseen;      ///< covariance of that [m^2]
-  Eigen::VectorXd off_m;  ///< what they are off by, as the last step has it
+  Cholesky foreseen;      ///< covariance of the residuals [m^2]
+  Eigen::VectorXd off_m;  ///< residuals of the touches, linearised at the last step
   Eigen::MatrixXd rows;   ///< at x
   Eigen::VectorXd size;   ///< of the change
   Eigen::MatrixXd size_covariance;
   double log_evidence = 0.0;
   double chi2() const { return foreseen.whitened(off_m).squaredNorm(); }
-  /// Of the parameters, with the touches; `beforehand` without them.
+  /// Posterior covariance of the parameters; `beforehand`: prior covariance.
   Eigen::MatrixXd covariance(const Eigen::MatrixXd& beforehand) const;
 };
 
-/// `moves`: as moved_by(), of all the equations' parameters. `usual`: 1 sigma of each component.
+/// `moves`: as moved_by(), for all parameters of `touches`. `usual`: 1 sigma of each component.
 Explained explained(const TouchEquations& touches, const PossibleChange& change,
                     const Eigen::MatrixXd& moves, double usual);
 
-// Every explanation of the touches beside every other, each with its probability; and whether the likeliest
-// is enough.
+// All explanations of the touches with their probabilities, and a test of whether the likeliest is
+// sufficient.
 
 struct Weighed {
   PossibleChange change;
-  Eigen::MatrixXd moves;  ///< as explained() takes it
-  double usual = 0.0;     ///< the size that is looked for
+  Eigen::MatrixXd moves;  ///< as for explained()
+  double usual = 0.0;     ///< prior sigma of the size
   Explained how;
   double probability = 0.0;  ///< among all explanations and sizes
 };
 
-/// Of the last calibration and touches since. What it has no parameters for is no explanation.
+/// Explanations by the last calibration and the touches since. Changes without parameters are
+/// omitted.
 std::vector<Weighed> weighed(const Calibration& prior, const TouchEquations& touches);
 
-/// The same explanations in words' terms: sizes summed over, likeliest first.
+/// Explanations for the report: summed over sizes, likeliest first.
 std::vector<Explanation> explanations(const std::vector<Weighed>& all);
 /// The likeliest explanation at its likeliest size.
 const Weighed& likeliest(const std::vector<Weighed>& all);
 
-/// Whether the touches are as they should be were that explanation all.
+/// Test of whether an explanation alone is consistent with the touches.
 struct Sufficient {
   double chi2 = 0.0, degrees_of_freedom = 0.0;
   double by_chance = 1.0;      ///< probability of so large a chi^2
-  double log_odds_more = 0.0;  ///< that something else is the matter as well, over that nothing is
+  double log_odds_more = 0.0;  ///< of a further change against none
   std::optional<Explanation> second = {};
 };
 Sufficient sufficient(const Weighed& one, const std::vector<Weighed>& all,
                       std::size_t touches_set_aside);
 
-/// Sums over explanations of all touches that count, natural logarithms on one scale.
+/// Sums over explanations of all touches in use, natural logarithms on one scale.
 struct OneOrTwo {
-  double log_one = 0.0;  ///< one thing changed, or nothing, or one touch is wrong by itself
-  double log_one_and_touch = 0.0;  ///< one thing changed, and one touch is wrong by itself
-  double log_two = 0.0;            ///< two things changed
+  double log_one = 0.0;  ///< one change, no change, or an erroneous touch in place of a change
+  double log_one_and_touch = 0.0;  ///< one change, and one erroneous touch
+  double log_two = 0.0;            ///< two changes
 };
 OneOrTwo one_or_two(const std::vector<Weighed>& all);
-/// That this touch is wrong by itself and off by what it is, given the others: density times how often that happens.
+/// Log odds that a touch is erroneous with its residual given the others: prior odds times density.
 double log_wrong(const std::vector<Weighed>& all, std::size_t touch);
 
-/// Of those that may be, the touch that, wrong by itself, leaves the others best explained by one change.
+/// Touch among `may_be` whose exclusion leaves the others best explained by one change; nullopt if
+/// none is eligible.
 std::optional<std::size_t> doubtful_touch(const std::vector<Weighed>& all,
                                           const std::vector<bool>& may_be);
 
-// What the last calibration says before any new touch is made, and how a change of one thing moves its
+// Prediction by the last calibration before any new touch, and the effect of a single change on its
 // parameters.
 
-/// What creeps in a month without anybody doing anything, 1 sigma; it grows with the root of the time.
+/// Drift per month without intervention, 1 sigma; it grows with the root of the time.
 struct DriftPerMonth {
   double zero_rad = 5e-6;   ///< of each joint: belts, bearings
   double tip_m = 10e-6;     ///< of each component of the tool's tip: wear, its seat
-  double centre_m = 10e-6;  ///< of each component of a sphere's centre: stands, glue
+  double centre_m = 10e-6;  ///< of each component of a sphere's centre: posts, glue
 };
 
-/// The last calibration with the tool's tip among its parameters, which the cell file may have taken for known,
-/// and with that drift in its covariance. Throws IdentifyError where it states none.
+/// The last calibration with the tool's tip among its parameters, even if the cell file states it
+/// as known, and with the drift added to its covariance. Throws IdentifyError if `last` has no
+/// covariance.
 Calibration with_drift(const Calibration& last, double months, const DriftPerMonth& drift = {});
 
-/// What one SI unit of each component of the change does to the parameters, a column each. Empty where the
-/// calibration has no parameter for it: its tolerance is 0.
+/// Derivatives of the parameters by each component of the change, SI, a column each. nullopt if the
+/// calibration lacks a parameter for it, whose tolerance is then 0.
 std::optional<Eigen::MatrixXd> moved_by(const PossibleChange& change, const Calibration& c);
 
 }  // namespace cellcal::calib

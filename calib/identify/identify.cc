@@ -29,24 +29,24 @@ bool is_moved(const std::vector<MovedTarget>& moved, const std::string& target) 
   return std::ranges::find(moved, target, &MovedTarget::target) != moved.end();
 }
 
-/// Whether a move of it is measured: between two centres.
+/// True if a move of the target is measurable as the distance of two centres.
 bool has_two_centres(const Cell& cell, const std::string& target) {
   return has_a_centre(cell.targets[cell.target_index(target)].kind);
 }
 
-/// Of a move that was confirmed while certified lengths held the targets: wrong ones pull targets
-/// about, too, and a target that moved contradicts right ones. It moved if it does without them.
+/// Confirms a move that was found while certified lengths held the targets, by a search without
+/// lengths: wrong lengths also displace targets, and a moved target contradicts correct lengths.
 void confirm_without_lengths(const Cell& cell, const std::vector<Touch>& touches,
                              const IdentifyOptions& options, Calibration& calibration) {
   if (calibration.lengths.empty()) return;
   auto& findings = calibration.verdict.findings;
   const Cell changed = silenced(cell);
   std::optional<Calibration> without = tried(changed, touches, options);
-  if (!without) return;  // the touches alone determine nothing, and so do not speak against it
+  if (!without) return;  // the touches alone determine nothing and so do not contradict it
   without->moved = calibration.moved;
   confirm_moves(changed, touches, options, *without);
   if (!without->moved.empty()) {
-    calibration.lengths.clear();  // from where it stood or from where it stands, nobody knows
+    calibration.lengths.clear();  // the position that they refer to is unknown
     erase(findings, FindingKind::kCertifiedLength);
     erase(findings, FindingKind::kCertifiedTwice);
     return;
@@ -55,8 +55,8 @@ void confirm_without_lengths(const Cell& cell, const std::vector<Touch>& touches
     findings.front().evidence.push_back({"or_lengths", 1.0, ""});
 }
 
-/// Whether so many touches were left out that something may have moved or jumped, though gross
-/// errors may do it, too.
+/// True if so many touches were excluded that a move or jump is possible; gross errors have the
+/// same effect.
 bool many_left_out(const Cell& cell, const std::vector<Touch>& touches, const Calibration& c) {
   FitTouches all;
   for (const Target& target : cell.targets) {
@@ -68,11 +68,11 @@ bool many_left_out(const Cell& cell, const std::vector<Touch>& touches, const Ca
   return 10 * all.left_out > all.all;
 }
 
-/// Whether one jump in the middle of the session explains all; the result is withheld for it then.
-/// A target's is confirmed as a move.
+/// Returns true and withholds the result if one jump during the session explains the touches; a
+/// target's jump is reported as a move.
 bool explained_by_jump(const Cell& cell, const std::vector<Touch>& touches,
                        const IdentifyOptions& options, Calibration& calibration) {
-  // A level that was asked for may lack what the arm does, and that looks like jumps.
+  // A specified level may omit properties of the arm, which resembles jumps.
   if (options.level) return false;
   if (calibration.verdict.publish() && calibration.jumped.empty() && calibration.moved.empty() &&
       !many_left_out(cell, touches, calibration))
@@ -88,7 +88,7 @@ bool explained_by_jump(const Cell& cell, const std::vector<Touch>& touches,
   const std::vector<Jump> jumps = believed(all);
   calibration.jumped.clear();
   if (jumps.empty()) return false;
-  // Something else is wrong, too, and is told instead; but nothing is let through for that.
+  // If the session stays inconsistent with the jump undone, the other findings are reported.
   if (!jumps.front().mends && !calibration.verdict.publish()) return false;
   if (jumps.size() > 1 || jumps.front().what != Jump::What::kTarget) {
     calibration.moved.clear();
@@ -103,8 +103,7 @@ bool explained_by_jump(const Cell& cell, const std::vector<Touch>& touches,
   return true;
 }
 
-/// Of targets without a centre to compare: whether that they moved is likelier than that the arm
-/// does what its model lacks.
+/// For targets without a centre: true if a move is likelier than an unmodelled error of the arm.
 bool likelier_than_model_error(const Cell& cell, const std::vector<Touch>& touches,
                                const IdentifyOptions& options, const MovedTarget& moved) {
   if (has_two_centres(cell, moved.target)) return true;
@@ -124,7 +123,7 @@ std::vector<Finding> findings_of(const std::vector<Cause>& causes) {
   return findings;
 }
 
-/// Whether the touches show, or may show, an error of the arm that the model lacks.
+/// True if the touches show, or may show, an error of the arm beyond the model.
 bool shows_discrepancy(const Calibration& c) {
   constexpr double kTooMuch = 4.0, kTooMuchWithRepeats = 2.0, kEnoughRepeats = 5.0;
   const bool measured = c.repeats.degrees_of_freedom >= kEnoughRepeats;
@@ -133,8 +132,8 @@ bool shows_discrepancy(const Calibration& c) {
           c.chi2_per_dof > (measured ? kTooMuchWithRepeats : kTooMuch));
 }
 
-/// Where nothing else explains what the touches leave: with the model's own error estimated.
-/// What is withheld either way is told as it was.
+/// Calibration with the discrepancy estimated, if the residuals show one. If both are withheld,
+/// `stated` with the findings of the other as warnings.
 Calibration with_discrepancy(const Cell& cell, const std::vector<Touch>& touches,
                              IdentifyOptions options, Calibration stated) {
   if (options.level || options.with_discrepancy || !shows_discrepancy(stated)) return stated;
@@ -152,17 +151,17 @@ Calibration with_discrepancy(const Cell& cell, const std::vector<Touch>& touches
   return stated;
 }
 
-/// What explains it where it is withheld, and what jumped or moved amid the session.
-/// Every further identification goes through tried(), so nothing here throws IdentifyError.
+/// Adds the likely causes of a withheld result, and jumps or moves during the session. All further
+/// identifications use tried(), so that nothing here throws IdentifyError.
 Calibration diagnosed_result(const Cell& cell, const std::vector<Touch>& touches,
                              const IdentifyOptions& options, const OtherRobots& other_robots,
                              Calibration calibration) {
   if (const auto wrong = wrong_measure(cell, touches, options, calibration)) {
-    calibration.moved.clear();  // a wrong length pulls spheres about
+    calibration.moved.clear();  // a wrong length displaces spheres
     calibration.verdict.add(*wrong);
     return calibration;
   }
-  // Of so few, whatever was tried would explain all.
+  // With so few touches any hypothesis would explain them.
   if (calibration.verdict.too_few()) return calibration;
   if (explained_by_jump(cell, touches, options, calibration)) return calibration;
   std::vector<Cause> causes;
@@ -170,7 +169,7 @@ Calibration diagnosed_result(const Cell& cell, const std::vector<Touch>& touches
   std::erase_if(causes, [&](const Cause& cause) {
     return cause.moved && !likelier_than_model_error(cell, touches, options, *cause.moved);
   });
-  // Another mistake moves targets, too.
+  // Other mistakes displace targets too.
   const bool moved = moved_alone(causes);
   if (!moved) calibration.moved.clear();
   for (const Cause& cause : causes)
@@ -179,7 +178,7 @@ Calibration diagnosed_result(const Cell& cell, const std::vector<Touch>& touches
       calibration.moved.push_back(*cause.moved);
   confirm_moves(cell, touches, options, calibration);
   if (!calibration.moved.empty()) confirm_without_lengths(cell, touches, options, calibration);
-  // What looks like a move, and would have been let through without it, may be another mistake.
+  // An apparent move without which the result would be published may be another mistake.
   if (!calibration.moved.empty() && causes.empty()) {
     causes = causes_of(cell, touches, other_robots);
     if (!causes.empty() && causes.front().moved) causes.clear();

@@ -1,8 +1,8 @@
 #pragma once
-// From touches to a calibration: maximum a posteriori estimate of geometric errors, tool bending,
-// effective radius and target positions, with covariance, frame directions and verdict.
-// The mathematics is in the modules' READMEs, which the code cites by the numbers of equations;
-// calib/README.md has the symbols and an index.
+// Identification: maximum a posteriori estimate of geometric errors, tool bending, effective radius
+// and target positions from touches, with covariance, frame directions and verdict. The equation
+// numbers in the code refer to the READMEs of the modules; calib/README.md lists symbols and
+// equations.
 
 #include <functional>
 #include <vector>
@@ -15,22 +15,22 @@
 
 namespace cellcal::calib {
 
-// Robots whose file may have been named instead of the right one.
+// Robots that the cell file may name by mistake.
 
-/// Asked for where they are needed, for reading them takes a while; empty: there are none to try.
-/// The shipped ones are calib/files' (shipped_robots.h).
+/// Reads alternative robots on demand, since reading takes time; empty: none. shipped_robots.h in
+/// calib/files provides the shipped ones.
 using OtherRobots = std::function<std::vector<NamedRobot>()>;
 
-/// A result that must not be used has verdict.publish() == false, and says which of the usual
-/// mistakes is the likely cause, where one explains it (likely_causes()). Where the touches lead to
-/// no calibration at all it is the nominal arm, withheld as 'not identified'. Throws IdentifyError
-/// where there is nothing to identify, or nothing to identify from.
+/// Identifies the calibration. A result that must not be used has verdict.publish() == false and
+/// findings on the likely cause among the usual mistakes, if one explains it (likely_causes()). If
+/// the touches lead to no calibration, returns the nominal arm, withheld as 'not identified'.
+/// Throws IdentifyError if the cell has nothing to identify or there are no usable touches.
 Calibration identify(const Cell& cell, const std::vector<Touch>& touches,
                      const IdentifyOptions& options = {}, const OtherRobots& other_robots = {});
 
-/// Likely causes (FindingKind::kLikelyCause), likeliest first; empty where none of the usual
-/// mistakes explains the touches, or nothing needs to be explained. Which ones are tried:
-/// calib/result/likely_cause.h. Takes some hundred identifications at worst.
+/// Likely causes (FindingKind::kLikelyCause), likeliest first; empty if no usual mistake explains
+/// the touches, or if they are consistent. Tries those of calib/result/likely_cause.h; takes some
+/// hundred identifications in the worst case.
 std::vector<Finding> likely_causes(const Cell& cell, const std::vector<Touch>& touches,
                                    const OtherRobots& other_robots = {});
 

@@ -27,14 +27,14 @@ namespace cellcal::calib {
 
 namespace {
 
-/// Enough to see which directions of the frame move the tip.
+/// Number of poses that shows which directions of the frame move the tip.
 constexpr int kFramePoses = 60;
 constexpr double kLocalHalfM = 0.150;
-/// Of fewer poses nothing is left beside a motion of the base.
+/// Fewest poses for an alignment by a base motion to leave a remainder.
 constexpr std::size_t kFewestPoses = 3;
 constexpr unsigned kRegionSeed = 20240924;
 
-/// The first of the cell's tools that touched it.
+/// Index of the first of the cell's tools that touched the target.
 int first_tool(const Problem& problem, const TargetBlock& block) {
   int first = problem.arm().tool_count() - 1;
   for (std::size_t i = 0; i < problem.touches().size() && first > 0; ++i)
@@ -58,15 +58,15 @@ void fill_parameters(const Problem& problem, const Estimate& e, const FrameDirec
     ParameterResult p{
         unknown.key,     unknown.unit,           unknown.to_unit,
         unknown.nominal, x[i] - unknown.nominal, std::sqrt(calibration.covariance(i, i))};
-    // Who decided it: the frame where half of its variance is the frame's; the prior where the
-    // touches took less than half of the prior's variance away, or no level with a say has it at
-    // all.
+    // Decided by the frame if half of the variance is due to frame directions; by the prior if the
+    // touches reduced its variance by less than half, or if no level with weight includes the
+    // parameter.
     const double variance_u = e.posterior.covariance_u(i, i);
     const double of_frame = frame.basis_u.cols() > 0 ? frame.basis_u.row(i).squaredNorm() : 0.0;
     double prior_u = unknown.prior_weight > 0.0 ? 1.0 / unknown.prior_weight : 1e9;
     if (i < problem.arm_size()) {
       const ParameterKind kind = problem.arm().parameters()[i].kind;
-      // Of the levels, each as far as it is believed.
+      // Mean of the levels by weight.
       if (is_transmission(kind)) prior_u *= e.levels.transmission;
       if (is_compliance(kind)) prior_u *= e.levels.compliance;
       if (kind == ParameterKind::kPlay) prior_u *= e.levels.play;
@@ -99,24 +99,23 @@ std::vector<JointVector> poses_near_targets(const Problem& problem,
       centres.push_back(target.centre_m);
       continue;
     }
-    for (std::size_t i = 0; i < problem.touches().size(); ++i)  // it is where it was touched
+    for (std::size_t i = 0; i < problem.touches().size(); ++i)  // the touched position
       if (problem.touches()[i].target == target.id)
         centres.push_back(problem.arm().position(problem.pose(i), nullptr));
   }
   return local_poses(problem.arm(), around, centres, kLocalHalfM, count, kRegionSeed);
 }
 
-/// Whitened residuals of the touches, each by its own sigma, whether or not their errors go
-/// together.
+/// Whitened residuals of the touches, each by its own sigma, without correlation.
 Eigen::VectorXd residuals_alone(const Posterior& posterior) {
   const auto r = posterior.linear.residual.head(posterior.linear.length_row);
   if (posterior.together.size() == 0) return r;
   return posterior.together.triangularView<Eigen::Lower>() * r;
 }
 
-/// Levels are compared for given noise and unknowns; here also these count. Noise is not the same
-/// where repeats or an error beside the model have a say, and of a target that is taken as two
-/// there are more unknowns: one without a prior counts as known to its scale (10 mm, 10 mrad).
+/// Log evidence, comparable between different noise and unknowns, unlike that of the levels. The
+/// noise differs with repeats and with a discrepancy; a target taken as two has additional
+/// unknowns, of which those without a prior count as known to their scale (10 mm, 10 mrad).
 double log_evidence(const Problem& problem, const Estimate& e, double gate) {
   double best = -std::numeric_limits<double>::infinity(), sum = 0.0;
   for (const LevelEvidence& l : e.levels.levels) best = std::max(best, l.log_evidence);
@@ -136,7 +135,7 @@ double log_evidence(const Problem& problem, const Estimate& e, double gate) {
   return best + std::log(sum) - log_flat - log_size;
 }
 
-/// Scatter of the fit, and of the touches beside it.
+/// Fills in the scatter of the fit and the touch noise.
 void fill_fit(const Problem& problem, const Estimate& e, const Repeats& repeats, Calibration& c) {
   double sum = 0.0, held = 0.0, noise = 0.0, of_places = 0.0;
   const Eigen::VectorXd alone = residuals_alone(e.posterior);
@@ -144,7 +143,7 @@ void fill_fit(const Problem& problem, const Estimate& e, const Repeats& repeats,
     for (int k = 0; k < problem.rows(touch); ++k) {
       sum += std::pow(e.posterior.linear.residual[row + k], 2);  // (28)
       held += 1.0 - e.posterior.leverage[row + k];
-      if (k >= problem.place_rows(touch)) continue;  // turns are no distance
+      if (k >= problem.place_rows(touch)) continue;  // rotations are no distances
       noise += std::pow(alone[row + k] * problem.sigma_m(touch), 2);
       of_places += 1.0 - e.posterior.leverage[row + k];
     }
@@ -155,7 +154,7 @@ void fill_fit(const Problem& problem, const Estimate& e, const Repeats& repeats,
   c.repeats = {repeats.touches, repeats.scatter_m, repeats.degrees_of_freedom, repeats.used_m};
 }
 
-/// How far the tip is off, predicted, by what was found.
+/// Predicted position error of the tip by the estimate.
 class Accuracy {
  public:
   Accuracy(const Problem& problem, const Estimate& e, double inflation, const Calibration& c)
@@ -171,7 +170,8 @@ class Accuracy {
   Eigen::MatrixXd moves(const std::vector<JointVector>& poses) const {
     return aligned_moves(arm_, poses, x_.data(), scale_);
   }
-  /// As far as the frame goes: a tool that bends changes the moves by thousandths.
+  /// Moves with a rigid tool, for the frame directions: bending changes moves by parts per
+  /// thousand.
   TipMoves stiff_moves(const std::vector<JointVector>& poses) const {
     Eigen::VectorXd stiff = x_;
     for (int i = 0; i < arm_.size(); ++i)
@@ -185,7 +185,7 @@ class Accuracy {
   NominalError nominal(const std::vector<JointVector>& poses, const Eigen::MatrixXd& moves) const {
     return nominal_error(arm_, poses, x_.data(), moves, covariance_, stays_m2(poses));
   }
-  /// Of any arm within the tolerances, before a touch.
+  /// Prediction for any arm within its tolerances, before any touch.
   double tolerated_m(const std::vector<JointVector>& poses, const Eigen::MatrixXd& moves) const {
     return predicted_mean_error_m(moves, Eigen::MatrixXd::Identity(arm_.size(), arm_.size()),
                                   stays_m2(poses));
@@ -202,9 +202,9 @@ class Accuracy {
   double field_m2_, ripple_rad_;
 };
 
-/// Parameters with their covariance, what the touches do not decide, and how far the tip is off.
+/// Fills in parameters with covariance, unidentifiable directions, and predicted position errors.
 void fill_accuracy(const Problem& problem, const Estimate& e, int region_poses, Calibration& c) {
-  // Scatter beyond the stated noise is not explained away: it widens every bound.
+  // Scatter beyond the stated noise widens every bound.
   const double inflation = std::max(1.0, c.chi2_per_dof);
   const Accuracy accuracy(problem, e, inflation, c);
   auto workspace = workspace_poses(problem.arm(), kFramePoses, kRegionSeed);
@@ -240,7 +240,7 @@ void fill_accuracy(const Problem& problem, const Estimate& e, int region_poses, 
   c.unchecked_near_targets = least_checked_touch(problem, e, local_moves);
 }
 
-/// What touches and files say of each other; `moves`, `jumps`: of changes in mid-session, too.
+/// Fills in outliers and contradictions; `moves`, `jumps`: searches for moves and jumps as well.
 void fill_consistency(const Problem& problem, const Estimate& e, bool moves, bool jumps,
                       Calibration& c) {
   const auto& touches = problem.touches();
@@ -257,7 +257,7 @@ void fill_consistency(const Problem& problem, const Estimate& e, bool moves, boo
   if (jumps) c.jumped = suspected_jump(problem, e, c.chi2_per_dof);
 }
 
-/// A cell taken at its word, up to a level.
+/// Problem of a cell as stated, up to a model level.
 struct Stated {
   Stated(const Cell& cell, const std::vector<Touch>& touches, const ModelLevel& fullest)
       : level(fullest),
@@ -274,8 +274,8 @@ struct Stated {
   bool learnt = false;  ///< has bearings or functions sized by these touches
 };
 
-/// Adopts `richer` where its evidence is greater by more than its sizes, found from the same touches,
-/// may gain by chance.
+/// Adopts `richer` if its evidence is greater by more than the gain by chance of sizes that were
+/// found from the same touches.
 bool adopt(std::unique_ptr<Stated> richer, const IdentifyOptions& options,
            const std::vector<ModelLevel>& levels, std::unique_ptr<Stated>& likely, Estimate& e) {
   constexpr double kSizesWereTuned = 4.0;
@@ -290,7 +290,7 @@ bool adopt(std::unique_ptr<Stated> richer, const IdentifyOptions& options,
   return true;
 }
 
-/// Joints compliant across their axes, where the touches speak for them.
+/// Adds compliance of the joints across their axes, if the touches show it.
 void ask_for_bearings(const Cell& cell, const std::vector<Touch>& touches,
                       const IdentifyOptions& options, std::unique_ptr<Stated>& likely,
                       Estimate& e) {
@@ -314,7 +314,7 @@ void ask_for_bearings(const Cell& cell, const std::vector<Touch>& touches,
   adopt(std::move(best), options, usual_levels(likely->level.play > 0.0), likely, e);
 }
 
-/// Functions of the joints' angles, where the touches speak for them.
+/// Adds functions of the joint angles, if the touches show them.
 void ask_for_functions(const Cell& cell, const std::vector<Touch>& touches,
                        const IdentifyOptions& options, std::unique_ptr<Stated>& likely,
                        Estimate& e) {
@@ -333,8 +333,9 @@ bool states(const Cell& cell, double Joint::*sigma) {
                              [sigma](const Joint& joint) { return joint.*sigma > 0.0; });
 }
 
-/// The fullest level without play first: outliers are judged by a model that can explain nearly all
-/// that an arm does, and the evidence of every simpler level follows from its linearisation.
+/// Starts with the fullest level without play: outliers are tested against a model that explains
+/// nearly all errors of an arm, and the evidence of every simpler level follows from its
+/// linearisation.
 std::unique_ptr<Stated> likeliest(const Cell& cell, const std::vector<Touch>& touches,
                                   const IdentifyOptions& options, Estimate& e) {
   auto likely = std::make_unique<Stated>(cell, touches, options.level.value_or(ModelLevel{}));
@@ -376,7 +377,7 @@ void require_sound(const Cell& cell, const std::vector<Touch>& touches) {
 
 Calibration not_identified(const Cell& cell, const std::vector<Touch>& touches,
                            const IdentifyOptions& options, const std::string& why) {
-  constexpr double kAnywhere = 100.0;  // of what has no prior, in its scales
+  constexpr double kAnywhere = 100.0;  // for unknowns without a prior, in their scales
   const Cell levelled = at_level(cell, options.level.value_or(ModelLevel{}), touches);
   const ArmModel arm(levelled);
   const Problem problem(levelled, arm, touches, rough_places(cell, arm, touches));
@@ -446,8 +447,8 @@ Calibration identify_single_pass(const Cell& cell, const std::vector<Touch>& tou
         undetected_field_m(problem, e, likely->repeats, calibration.touch_noise_m);
   }
   fill_accuracy(problem, e, options.region_poses, calibration);
-  // Asked for before: what the arm does beside the model looks like moves and jumps, and so does
-  // what a level that was asked for may lack like jumps.
+  // Not with a discrepancy, for which they were sought before: the model error resembles moves and
+  // jumps, and properties that a specified level omits resemble jumps.
   fill_consistency(problem, e, !together, !together && !options.level, calibration);
   calibration.verdict = judge(problem, calibration);
   return calibration;

@@ -1,7 +1,7 @@
 #pragma once
-// The calibration of one set of touches, taking cell file and touches at their word: estimate,
-// figures of uncertainty, what does not agree, verdict. Which mistake explains a result that is
-// withheld is asked elsewhere (calib/identify); it identifies again and again, each time as stated.
+// Single-pass identification of one set of touches, with cell file and touches as stated: estimate,
+// uncertainties, consistency, verdict. The diagnosis of a withheld result (calib/identify) repeats
+// it for each hypothesis.
 
 #include <string>
 #include <variant>
@@ -14,22 +14,22 @@
 
 namespace cellcal::calib {
 
-/// Without looking for causes. Throws IdentifyError where there is nothing to identify from, and
-/// where the touches lead to no calibration.
+/// Identifies without diagnosis. Throws IdentifyError if there are no usable touches or they lead
+/// to no calibration.
 Calibration identify_single_pass(const Cell& cell, const std::vector<Touch>& touches,
                                  const IdentifyOptions& options = {});
 
-/// The same, for who goes on where there is none: by its reason.
+/// As identify_single_pass(), but returns the error if there is no calibration.
 std::variant<Calibration, IdentifyError> identified_or_why_not(const Cell& cell,
                                                                const std::vector<Touch>& touches,
                                                                const IdentifyOptions& options = {});
 
-/// The nominal arm, withheld for the reason `why`. Throws IdentifyError where there is nothing to
+/// The nominal arm, withheld for the reason `why`. Throws IdentifyError if there is nothing to
 /// identify from.
 Calibration not_identified(const Cell& cell, const std::vector<Touch>& touches,
                            const IdentifyOptions& options, const std::string& why);
 
-/// Throws IdentifyError where there are no fit touches, or an angle is not a number.
+/// Throws IdentifyError if there are no fit touches, or an angle is not finite.
 void require_sound(const Cell& cell, const std::vector<Touch>& touches);
 
 }  // namespace cellcal::calib

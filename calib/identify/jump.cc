@@ -19,21 +19,21 @@ namespace cellcal::calib {
 
 namespace {
 
-/// Less is not worth identifying anew without it.
+/// Least gain for which an identification without the jump is tried.
 constexpr double kWorthTrying = 9.0;
-/// Of more touches a share says what jumped as well, and all would take longer only.
+/// Number of touches that suffices to find jumps; all of many touches only take longer.
 constexpr std::size_t kMostTouchesForJumps = 1000;
-/// An error beside the model is looked for where touches scatter so much more than stated (chi^2
-/// per degree of freedom), or where repeats share it.
+/// A discrepancy is considered if touches scatter this much more than stated (chi^2 per degree of
+/// freedom), or if repeats share it.
 constexpr double kAsStated = 1.5;
-/// By which log evidence a jump has to beat another one.
+/// Log evidence by which a jump has to exceed another one.
 constexpr double kClear = 5.0;
-/// Squared sigmas of its size, found with it undone: what is likelier with any jump at all, however
-/// large, is something else (a target's touches that bear another's name).
+/// Minimum squared size of a jump over its variance, with the jump undone: if a jump of any size
+/// improves the likelihood, the cause is another (touches of a target with another's name).
 constexpr double kSized = 16.0;
 
-/// An arm that warms up grows by 25e-6 of what it reaches, and its play is not the same all day;
-/// each makes targets seem to creep by about this, in each direction.
+/// Apparent creep of targets in each direction, by thermal growth of the arm of 25e-6 of its reach
+/// and by play that varies during the day.
 constexpr double kCreepM = 0.02e-3;
 
 Eigen::VectorXd size_of(const Jump& jump) {
@@ -41,16 +41,16 @@ Eigen::VectorXd size_of(const Jump& jump) {
   return jump.shift_m;
 }
 
-/// By which the density of a jump is below that of a small one: heavy tails (Student's t, three
-/// degrees of freedom), since what is knocked hard is knocked all the same.
+/// Log density of a jump below that of a small one: heavy tails (Student's t, three degrees of
+/// freedom), since large displacements are not rare.
 double surprise(const Eigen::VectorXd& size, double usual) {
   constexpr double kFreedom = 3.0;
   return 0.5 * (kFreedom + static_cast<double>(size.size())) *
          std::log1p(size.squaredNorm() / (kFreedom * usual * usual));
 }
 
-/// The same touches by an arm that did not jump: a joint turned by as much, or, for the tool, the
-/// joints at which the tip would have been there.
+/// Touch by an arm without the jump: turns a joint by `size` or, for the tool, the joints so that
+/// the tip is at the same position.
 void undo(const ArmModel& arm, const JumpSuspect& suspect, const Eigen::VectorXd& size,
           Touch& touch) {
   if (suspect.what == Jump::What::kJoint) {
@@ -63,7 +63,7 @@ void undo(const ArmModel& arm, const JumpSuspect& suspect, const Eigen::VectorXd
   const Eigen::Vector3d there =
       arm.nominal_tip_m(touch.joint_rad, tool) + flange.linear() * Eigen::Vector3d(size);
   constexpr int kSteps = 3;
-  constexpr double kDamping = 1e-4;  // [m^2], of posture in which the tip hardly moves one way
+  constexpr double kDamping = 1e-4;  // [m^2], for postures with a direction of little tip motion
   for (int step = 0; step < kSteps; ++step) {
     const Eigen::MatrixXd by = arm.nominal_jacobian(touch.joint_rad).topRows<3>();
     const Eigen::Matrix3d square =
@@ -75,11 +75,11 @@ void undo(const ArmModel& arm, const JumpSuspect& suspect, const Eigen::VectorXd
   }
 }
 
-/// Whether nothing else is wrong. Check touches near the jump may be on its wrong side, and one or
-/// two touches near it left out for that.
+/// True if nothing else is wrong. Check touches near the jump may be on its wrong side, and one or
+/// two touches near it excluded for that reason.
 bool mended(const Calibration& c) {
   constexpr double kMostLeftOut = 0.1;
-  constexpr double kStillTooMuch = 2.5;  // squared sigmas; an arm may jump beside its model
+  constexpr double kStillTooMuch = 2.5;  // squared sigmas, with an unmodelled error of the arm
   if (c.chi2_per_dof > kStillTooMuch) return false;
   if (static_cast<double>(c.outliers.size()) > kMostLeftOut * c.before.count) return false;
   return std::ranges::all_of(c.verdict.findings, [](const Finding& one) {
@@ -88,7 +88,7 @@ bool mended(const Calibration& c) {
   });
 }
 
-/// With an error of the arm beside its model.
+/// Calibration with a model discrepancy.
 std::optional<Calibration> beside_model(const Cell& cell, const std::vector<Touch>& touches,
                                         IdentifyOptions options) {
   options.with_discrepancy = true;
@@ -99,7 +99,7 @@ double log_evidence_of(const std::optional<Calibration>& c) {
   return c ? c->log_evidence : -std::numeric_limits<double>::infinity();
 }
 
-/// Of a target that was taken as two: from its place to the later one.
+/// Displacement of a target that is taken as two: from its first to its later position.
 struct Shift {
   Eigen::Vector3d by_m = Eigen::Vector3d::Zero();
   Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Zero();
@@ -127,14 +127,14 @@ struct Undone {
   Jump jump;
   Cell cell;
   std::vector<Touch> touches;
-  std::string later;  ///< of a target that was taken as two: the second
+  std::string later;  ///< id of the second target, if a target is taken as two
   double log_evidence = 0.0;
-  double penalty = 0.0;  ///< for a jump of just this size
+  double penalty = 0.0;  ///< for the size of the jump
   double chi2 = 1.0;     ///< per degree of freedom, at least 1
-  bool alike = false;    ///< residuals of like postures are, still
+  bool alike = false;    ///< residuals of similar postures are still correlated
 };
 
-/// Everything that is asked of one session.
+/// Search for jumps in one session.
 class JumpSearch {
  public:
   JumpSearch(const Cell& cell, const std::vector<Touch>& touches, const IdentifyOptions& options,
@@ -144,7 +144,7 @@ class JumpSearch {
     for (const MovedTarget& m : calibration.moved) left_out_[m.target] += touches.size();
   }
 
-  /// Of one that is known.
+  /// Log odds of a known jump.
   double log_odds(const Jump& known) const {
     const auto& order = stated().order();
     const auto suspect = std::ranges::find_if(stated().suspects(), [&](const JumpSuspect& one) {
@@ -169,7 +169,7 @@ class JumpSearch {
       const auto found = stated().robust(suspect);
       if (!found || found->squared_sigmas < kWorthTrying) continue;
       std::optional<Undone> one = without(suspect, *found);
-      if (!one) continue;  // too little on one side to tell
+      if (!one) continue;  // too few touches on one side
       if (!matters(one->jump)) continue;
       if (!is_target && one->jump.log_odds > kBelievedOdds)
         always = std::max(always, log_odds_of_always(suspect, one->jump));
@@ -179,7 +179,7 @@ class JumpSearch {
       }
       all.push_back(std::move(*one));
     }
-    // Touches that scatter more than stated say less.
+    // Scatter above the stated noise reduces the weight of the touches.
     const double places = std::log(static_cast<double>(stated().order().size()));
     for (Undone& one : all)
       one.jump.log_odds = (one.jump.log_odds - always) / scatter - places;  // (62)
@@ -193,7 +193,7 @@ class JumpSearch {
     return jumps;
   }
 
-  /// The same of a move whose place is known, so that nothing is owed for having looked for it.
+  /// Jump of a target after a known touch, without penalty for the search.
   std::optional<Jump> move(const std::string& target, std::size_t after_touch) {
     std::optional<Undone> one = split_in_two(target, after_touch);
     if (!one || !matters(one->jump)) return {};
@@ -203,7 +203,8 @@ class JumpSearch {
   }
 
  private:
-  /// A jump that moves the tip by less than the predicted error leaves the result as good.
+  /// True if the jump moves the tip by more than the predicted error; others leave the result
+  /// valid.
   bool matters(const Jump& jump) const {
     double lever_m = 1.0;
     if (jump.what == Jump::What::kJoint) {
@@ -218,8 +219,8 @@ class JumpSearch {
     return lever_m * size_of(jump).norm() > calibration_.predicted_near_targets_m;
   }
 
-  /// Where the arm does something beside its model: whether that would explain it. `places`: what
-  /// is owed for the place.
+  /// Limits the log odds by comparison with a model discrepancy, if the arm may have one. `places`:
+  /// penalty for the search of the place.
   void test_against_model(Undone& one, double places) {
     if (one.jump.log_odds < kBelievedOdds) return;
     if (!one.alike && one.chi2 < kAsStated && calibration_.repeats.touches == 0) return;
@@ -235,7 +236,7 @@ class JumpSearch {
       measure(Shift(*c, one.jump.name, one.later), one.jump);
   }
 
-  /// All touches linearised, which a place that is known does not need. Of the fullest level alone.
+  /// Sequence of all touches, linearised at the fullest level alone; created on first use.
   const JumpSequence& stated() const {
     if (!stated_) stated_.emplace(cell_, touches_, calibration_);
     return *stated_;
@@ -247,7 +248,7 @@ class JumpSearch {
     jump.squared_sigmas = shift.squared_sigmas();
   }
 
-  /// Of many targets those that are suspected already, or of which most touches are left out.
+  /// True for all of a few targets; of many, for those with the most excluded touches.
   bool needs_inspection(const std::string& target) const {
     constexpr std::size_t kMostTargets = 8;
     if (cell_.targets.size() <= kMostTargets) return true;
@@ -273,8 +274,8 @@ class JumpSearch {
     return suspect.what == Jump::What::kTarget ? moved(suspect, found) : undone(suspect, found);
   }
 
-  /// That it was so all along: an arm mastered wrongly, or another tool. What is far off then fits
-  /// as well with a jump after the first few touches, which are given up.
+  /// Log odds of an error throughout the session, a wrong mastering or another tool, which a jump
+  /// after the first few touches explains as well, at the cost of these.
   double log_odds_of_always(const JumpSuspect& suspect, const Jump& jump) const {
     FoundJump always;
     always.size = size_of(jump);
@@ -304,7 +305,7 @@ class JumpSearch {
           0.5 * std::log(usual.determinant()) + surprise(size, suspect.usual);
       weigh(*c, one);
       one.jump.after_touch = stated().order()[found.behind - 1];
-      const Eigen::MatrixXd covariance =  // with what is looked for: a direction may go unseen
+      const Eigen::MatrixXd covariance =  // with the size's prior: a direction may be unseen
           (further->information + Eigen::MatrixXd::Identity(d, d) / (suspect.usual * suspect.usual))
               .inverse() *
           one.chi2;
@@ -322,7 +323,7 @@ class JumpSearch {
   }
 
   std::optional<Undone> moved(const JumpSuspect& suspect, const FoundJump& found) const {
-    // Its last touch before.
+    // Last touch of the target before the jump.
     std::size_t last = found.behind;
     while (last > 0 && touches_[stated().order()[last - 1]].target != suspect.name) --last;
     if (last == 0) return {};
@@ -330,8 +331,8 @@ class JumpSearch {
   }
 
   std::optional<Undone> split_in_two(const std::string& target, std::size_t after_touch) const {
-    // First where it is then, whatever the cell file says; then as one that is within the usual of
-    // there, which is what its evidence has to be compared with.
+    // First with a free later position, regardless of the cell file; then with the usual
+    // displacement about it as prior, with which its evidence is comparable.
     TwoPlaces two = as_two(cell_, touches_, target, after_touch);
     const std::optional<Calibration> free = tried(two.cell, two.touches, options_);
     if (!free) return {};
@@ -365,8 +366,8 @@ class JumpSearch {
   const IdentifyOptions& options_;
   const Calibration& calibration_;
   mutable std::optional<JumpSequence> stated_;
-  std::optional<double> beside_;                 ///< how likely all is without a jump, (62a)
-  std::map<std::string, std::size_t> left_out_;  ///< touches, by target
+  std::optional<double> beside_;                 ///< log evidence without a jump, (62a)
+  std::map<std::string, std::size_t> left_out_;  ///< number of excluded touches, by target
 };
 
 bool is_confirmed_jump(const Jump& jump) {
@@ -392,8 +393,8 @@ Finding finding_of(const Cell& cell, const std::vector<Touch>& touches,
   Finding finding{FindingKind::kJumped, Severity::kWithholds};
   finding.evidence = {{"touches", static_cast<double>(touches.size()), ""}};
   for (const Jump& jump : jumps) finding.parts.push_back(part_of(cell, touches, jump));
-  // What the same touches would look like with the foot or the tool turned. A target may be called
-  // as a joint is.
+  // A first or last joint resembles a turned foot or tool. Only for joints: a target may have the
+  // name of a joint.
   const Jump& likeliest = jumps.front();
   if (likeliest.what != Jump::What::kJoint) return finding;
   if (likeliest.name == cell.robot.joints.front().name)
@@ -403,13 +404,14 @@ Finding finding_of(const Cell& cell, const std::vector<Touch>& touches,
   return finding;
 }
 
-/// Whether it jumped, as far as touches tell without certified lengths: wrong ones pull at the arm.
+/// True if the touches show the jump without certified lengths, since wrong lengths distort the
+/// arm.
 bool without_lengths(const Cell& cell, const std::vector<Touch>& touches,
                      const IdentifyOptions& options, const Jump& jump) {
-  if (touches.size() > kMostTouchesForJumps) return true;  // they say enough of themselves
+  if (touches.size() > kMostTouchesForJumps) return true;  // lengths weigh little in so many
   const Cell changed = silenced(cell);
   const std::optional<Calibration> c = tried(changed, touches, options);
-  if (!c) return true;  // the touches alone determine nothing, and so do not speak against it
+  if (!c) return true;  // the touches alone determine nothing and so do not contradict it
   return JumpSearch(changed, touches, options, *c).log_odds(jump) > 0.0;
 }
 
@@ -425,7 +427,7 @@ std::vector<Jump> jumps_by_odds(const Cell& cell, const std::vector<Touch>& touc
     std::vector<Touch> share;
     for (const std::size_t i : which) share.push_back(touches[i]);
     const std::optional<Calibration> c = tried(cell, share, options);
-    if (!c) return {};  // the share says too little
+    if (!c) return {};  // the subset determines too little
     jumps = JumpSearch(cell, share, options, *c).all();
     for (Jump& jump : jumps) jump.after_touch = which[jump.after_touch];
   }
@@ -455,7 +457,7 @@ void withhold_for_jumps(const Cell& cell, const std::vector<Touch>& touches,
   if (!cell.lengths.empty() && !without_lengths(cell, touches, options, jumps.front()))
     finding.evidence.push_back({"or_lengths", 1.0, ""});
   auto& findings = calibration.verdict.findings;
-  // Touches on the other side of it are no gross errors.
+  // Touches on the other side of the jump are no gross errors.
   if (jumps.front().mends) {
     erase(findings, FindingKind::kManyOutliers);
     erase(findings, FindingKind::kOutliersOfTarget);

@@ -1,9 +1,9 @@
 #pragma once
-// What jumped in the middle of a session: one joint's zero (a belt or coupling that slipped, lost
-// steps), the tip of the tool in the flange's frame (a tool that was knocked), or a target that was
-// knocked or crept; planes and trackers have no centre to compare. The estimate puts each half-way
-// and bends arm and targets a little, and one looks like another until they are asked side by side:
-// with which of them undone are all touches likelier?
+// Jumps during a session: of one joint's zero (a belt or coupling that slipped, lost steps), of the
+// tip of the tool in the flange's frame (a collision of the tool), or of a target that was
+// displaced or crept; planes and trackers have no centre to compare. The estimate averages both
+// positions and distorts arm and targets slightly, and the kinds of jump resemble each other. They
+// are therefore compared by the likelihood of all touches with each of them undone.
 
 #include <vector>
 
@@ -14,35 +14,35 @@
 
 namespace cellcal::calib {
 
-/// Looks closer: of every joint, the tool and every target the jump that explains most, touches
-/// that were left out let in again; undone, and all identified anew. Likeliest first; none of what
-/// explains next to nothing.
+/// For every joint, the tool and every target: the jump that explains most, with excluded touches
+/// readmitted, followed by an identification with the jump undone. Likeliest first; without those
+/// of negligible effect. `calibration` is that of the touches.
 std::vector<Jump> jumps_by_odds(const Cell& cell, const std::vector<Touch>& touches,
                                 const IdentifyOptions& options, const Calibration& calibration);
 
-/// How likely the touches are, as they are told or with an error of the arm beside its model, which
-/// touches of one posture share and those of like postures nearly so (discrepancy.h): the likelier.
-/// Natural logarithm. What is said to have changed in the session has to be likelier than that.
+/// Log evidence of the touches as stated or with a model discrepancy, which touches of one posture
+/// share and those of similar postures nearly so (discrepancy.h); the larger one. A reported change
+/// during the session must exceed it.
 double log_evidence_with_model(const Cell& cell, const std::vector<Touch>& touches,
                                const IdentifyOptions& options);
-/// By which it has to be likelier to be believed.
+/// Log odds above which a change is accepted.
 inline constexpr double kBelievedOdds = 6.0;
 
-/// Of these those that make the touches likelier by a clear margin than that nothing changed, and
-/// that are not much less likely than the first.
+/// Accepted jumps: clearly likelier than no change, and not much less likely than the first.
+/// `jumps`: likeliest first.
 std::vector<Jump> believed(std::vector<Jump> jumps);
 
-/// Looks closer at the suspects in `calibration.moved`, whose place in the session is known. The
-/// likeliest that is believed is all that it holds then, and the result is withheld; otherwise it
-/// is emptied. `calibration` is of these touches.
+/// Tests the suspects in `calibration.moved`, whose place in the session is known. Keeps the
+/// likeliest accepted one and withholds the result; clears `moved` if none is accepted.
+/// `calibration` is that of the touches.
 void confirm_moves(const Cell& cell, const std::vector<Touch>& touches,
                    const IdentifyOptions& options, Calibration& calibration);
 
-/// Withholds the result for a target that moved, and says so.
+/// Withholds the result for a moved target, and adds the finding.
 void withhold_for_move(const Cell& cell, const std::vector<Touch>& touches, const Jump& move,
                        Calibration& calibration);
 
-/// Withholds the result for what `calibration.jumped` holds, and says what to do.
+/// Withholds the result for `calibration.jumped`, and adds the finding with the remedy.
 void withhold_for_jumps(const Cell& cell, const std::vector<Touch>& touches,
                         const IdentifyOptions& options, Calibration& calibration);
 

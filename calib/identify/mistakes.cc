@@ -1,4 +1,4 @@
-// What the cell file states of its artefacts, and is not so: diameters, certified lengths, centres.
+// Wrong artefacts in the cell file: diameters, certified lengths, centres.
 
 #include "calib/identify/mistakes.h"
 
@@ -22,7 +22,7 @@ namespace cellcal::calib {
 
 namespace {
 
-/// That all makes sense without this length and those of the same ends, and what that makes of it.
+/// Tests the session without this length and those between the same ends.
 void without_length(const Asked& asked, const CertifiedLength& wrong) {
   const auto same = [&](const CertifiedLength& l) { return same_ends(l, wrong); };
   asked.ask({silenced(asked.cell, same), asked.touches, [&](const Calibration& c) {
@@ -62,7 +62,7 @@ void diameters(const Asked& asked) {
   }
 }
 
-/// One that is wrong, or two that are each other's.
+/// One wrong length, or two exchanged ones.
 void certified_lengths(const Asked& asked) {
   const auto& lengths = asked.cell.lengths;
   for (std::size_t k = 0; k < std::min(kMostPairs, lengths.size()); ++k) {
@@ -91,7 +91,7 @@ void lengths_of_an_end(const Asked& asked) {
   for (const std::string& end : {asked.contradicted->from, asked.contradicted->to}) {
     const auto of_end = [&](const CertifiedLength& l) { return l.from == end || l.to == end; };
     const auto own = std::ranges::count_if(lengths, of_end);
-    // With none left anything would make sense.
+    // Without any length everything would be consistent.
     if (own < 2 || own == static_cast<std::ptrdiff_t>(lengths.size())) continue;
     const Target& target = asked.cell.targets[asked.cell.target_index(end)];
     asked.ask({silenced(asked.cell, of_end), asked.touches,
@@ -104,7 +104,7 @@ void all_lengths(const Asked& asked) {
   asked.ask({silenced(asked.cell), asked.touches, always(likely(LikelyCause::kAllLengths))});
 }
 
-/// Where to begin, no more: of each target whose centre is held, and of all these.
+/// Stated centres as starting values only: of each target whose centre is held, and of all of them.
 void stated_centres(const Asked& asked) {
   Hypothesis none{asked.cell, asked.touches, always(likely(LikelyCause::kAllCentres))};
   std::size_t held = 0;
@@ -128,11 +128,11 @@ void stated_centres(const Asked& asked) {
 
 }  // namespace mistakes
 
-// What was read or written otherwise than it was made.
+// Recorded or entered data that differ from the measurement.
 
 namespace {
 
-/// Trackers and wires whose readings may be otherwise, together or each: all of a kind, and all.
+/// Sets of trackers and wires whose readings may be wrong: each one, all of a kind, and all.
 std::vector<std::vector<std::string>> sets_of_readings(const Cell& cell) {
   std::vector<std::vector<std::string>> sets;
   std::vector<std::string> all, of_kind;
@@ -154,7 +154,8 @@ void ask_for_names(const Asked& asked, const Names& names) {
       {asked.cell, names.given_to(asked.cell, asked.touches), always(names.cause(asked.cell))});
 }
 
-/// What was touched is elsewhere on a plane or before a tracker each time; how they stand is not.
+/// Displacement of a target [m], at the touched points: for planes along the normal, for trackers
+/// by the frame.
 double moved_by_m(const TargetResult& before, const TargetResult& after) {
   if (before.kind == TargetKind::kPlane)
     return std::abs(after.normal.dot(before.centre_m) - after.distance_m);
@@ -195,7 +196,7 @@ void radians(const Asked& asked) {
   double largest = 0.0;
   for (const Touch& touch : asked.touches)
     for (const double q : touch.joint_rad) largest = std::max(largest, std::abs(q) * kDegPerRad);
-  if (largest > kRadPerTurn) return;  // in degrees, as it was read
+  if (largest > kRadPerTurn) return;  // degrees, as expected
   asked.with_touches(
       [](Touch& touch) {
         for (double& q : touch.joint_rad) q *= kDegPerRad;
@@ -210,7 +211,7 @@ void axis_signs(const Asked& asked) {
                        always(likely(LikelyCause::kAxisSign, about_joint(joints[i].name))), true);
 }
 
-/// An axis that lost its mastering.
+/// An axis with lost mastering.
 void mastering(const Asked& asked) {
   constexpr double kAnyZeroRad = 0.1;
   for (std::size_t i = 0; i < asked.cell.robot.joints.size(); ++i) {
@@ -220,7 +221,7 @@ void mastering(const Asked& asked) {
       return std::remainder(joint.sign * off, kRadPerTurn);
     };
     Cell loose = asked.cell;
-    loose.robot.joints[i].errors = {JointError::kTheta};  // or another angle takes its share
+    loose.robot.joints[i].errors = {JointError::kTheta};  // else another angle takes its share
     loose.robot.joints[i].tolerance_angle_rad = kAnyZeroRad;
     const Trial trial = fit_hypothesis(loose, asked.touches);
     if (!trial.found) continue;
@@ -251,7 +252,7 @@ void target_names(const Asked& asked) {
     std::swap(names.of[a], names.of[b]);
     ask_for_names(asked, names);
   });
-  // That went round among three targets or more.
+  // Cyclic permutation of three or more targets.
   if (const auto names = better_names(asked.cell, asked.touches); names && names->changed() > 2)
     ask_for_names(asked, *names);
 }
@@ -260,7 +261,7 @@ void names_by_lengths(const Asked& asked) {
   if (const auto names = better_names(asked.cell, asked.touches)) ask_for_names(asked, *names);
 }
 
-/// Of trackers and wires in other units, or of a left-handed tracker.
+/// Readings of trackers and wires in other units, or of a left-handed tracker.
 void readings(const Asked& asked) {
   constexpr double kMmPerInch = 25.4;
   const Cell& cell = asked.cell;
@@ -285,7 +286,7 @@ void readings(const Asked& asked) {
   }
 }
 
-/// From a quarter, the middle or three quarters of its touches on, a target stands elsewhere.
+/// A target that moved after a quarter, half or three quarters of its touches.
 void moved(const Asked& asked) {
   constexpr std::size_t kLeast = 4;  // on either side
   const std::vector<std::size_t> order = in_order(asked.touches);
@@ -314,12 +315,12 @@ void moved(const Asked& asked) {
 
 }  // namespace mistakes
 
-// What the cell file states of its artefacts and is not so: a certified length, a diameter, where a
-// wire reads zero, where a target stands.
+// Wrong artefacts in the cell file: a certified length, a diameter, the zero of a wire, the
+// position of a target.
 
 namespace {
 
-/// The calibration, if all makes sense.
+/// The calibration, if it is published and no move is confirmed.
 std::optional<Calibration> sensible(const Cell& cell, const std::vector<Touch>& touches,
                                     const IdentifyOptions& options) {
   std::optional<Calibration> calibration = tried(cell, touches, options);
@@ -329,10 +330,10 @@ std::optional<Calibration> sensible(const Cell& cell, const std::vector<Touch>& 
   return calibration;
 }
 
-/// What a bias has to be for everything to make sense, if there is one.
+/// Bias for which the session is consistent, if there is one.
 std::optional<ArtefactBias> mended_bias(const Cell& cell, const std::vector<Touch>& touches,
                                         const IdentifyOptions& options, ArtefactBias bias) {
-  constexpr int kSteps = 4;  // the first one is with the outliers that the wrong size made
+  constexpr int kSteps = 4;  // the first one includes the outliers due to the wrong size
   for (int step = 0; step < kSteps; ++step) {
     const PutRight right = put_right(cell, touches, bias);
     if (is_of_sphere(cell, bias) &&
@@ -350,7 +351,7 @@ std::optional<ArtefactBias> mended_bias(const Cell& cell, const std::vector<Touc
   return sensible(right.cell, right.touches, options) ? std::optional(bias) : std::nullopt;
 }
 
-/// Of all fit touches of a wire, those that were left out, too.
+/// Median residual of all fit touches of a wire, excluded ones included.
 double median_residual_m(const Calibration& c, const std::vector<Touch>& touches,
                          const std::string& target) {
   std::vector<double> all;
@@ -360,8 +361,8 @@ double median_residual_m(const Calibration& c, const std::vector<Touch>& touches
   return all.empty() ? 0.0 : median(std::move(all));
 }
 
-/// Sizes that all else contradicts, most first; and before them, of targets whose touches were left
-/// out for the most part and so say nothing, those that let them in again.
+/// Sizes contradicted by all other measurements, most contradicted first; before them, for targets
+/// with mostly excluded touches, the sizes that would readmit these.
 std::vector<ArtefactBias> suspected_biases(const Cell& cell, const std::vector<Touch>& touches,
                                            const IdentifyOptions& options,
                                            const Calibration& calibration) {
@@ -396,7 +397,7 @@ std::vector<ArtefactBias> suspected_biases(const Cell& cell, const std::vector<T
   return suspects;
 }
 
-/// What a size has to be.
+/// Corrected size for the finding.
 FindingPart size_of(const Cell& cell, const ArtefactBias& bias) {
   if (bias.target.empty()) return {{}, {in_mm("longer", bias.off_m, bias.sigma_m)}};
   const Target& target = cell.targets[cell.target_index(bias.target)];
@@ -407,11 +408,11 @@ FindingPart size_of(const Cell& cell, const ArtefactBias& bias) {
            in_mm("stated", target.diameter_m)}};
 }
 
-/// Where a diameter or a wire's zero is contradicted: which one it is; several where the touches
-/// do not tell. None where none alone mends it.
+/// Wrong diameter or wire zero, if one is contradicted; several if the touches do not distinguish
+/// them. nullopt if no single one resolves the contradiction.
 std::optional<Finding> wrong_size(const Cell& cell, const std::vector<Touch>& touches,
                                   const IdentifyOptions& options, const Calibration& calibration) {
-  constexpr double kLikely = 10.0;  // squared sigmas behind the likeliest: e^-5
+  constexpr double kLikely = 10.0;  // squared sigmas relative to the likeliest: e^-5
   struct Mended {
     FindingPart size;
     double misfit;
@@ -453,7 +454,7 @@ std::optional<Finding> wrong_measure(const Cell& cell, const std::vector<Touch>&
   if (!size_first) ask_for(mistakes::contradicted_length);
   if (!found) found = wrong_size(cell, touches, options, calibration);
   if (size_first) ask_for(mistakes::contradicted_length);
-  // No one alone is to blame.
+  // No single artefact is the cause.
   ask_for(mistakes::names_by_lengths);
   ask_for(mistakes::stated_centres);
   ask_for(mistakes::lengths_of_an_end);

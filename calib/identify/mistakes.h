@@ -1,7 +1,7 @@
 #pragma once
-// The mistakes that are made again and again when a cell is set up: how the session would read
-// without each, and which one it is then. Whether the touches make sense so is asked by who goes
-// through them: causes.cc through all, mistakes.cc through those of a contradicted length.
+// Usual mistakes in the set-up of a cell: the session without each of them, and the finding if that
+// session is consistent. The callback `ask` tests the consistency: causes.cc for all mistakes,
+// mistakes.cc for those of a contradicted length.
 
 #include <cstddef>
 #include <functional>
@@ -17,7 +17,7 @@
 
 namespace cellcal::calib {
 
-/// The mistake, by the calibration without it; none where it is none after all.
+/// Finding by the calibration without the mistake; nullopt if it does not confirm the mistake.
 using FindingOf = std::function<std::optional<Finding>(const Calibration&)>;
 
 /// A session without one mistake.
@@ -25,34 +25,35 @@ struct Hypothesis {
   Cell cell;
   std::vector<Touch> touches;
   FindingOf cause = {};
-  /// The nominal arm is to be no farther from the touches so, which is quickly asked.
+  /// Requires the nominal arm to be no farther from the touches than before, a fast preliminary
+  /// test.
   bool no_farther = false;
-  std::optional<MovedTarget> moved = {};  ///< a target, and nothing else
-  std::size_t changes = 1;                ///< made at once
+  std::optional<MovedTarget> moved = {};  ///< set if the mistake is a moved target
+  std::size_t changes = 1;                ///< number of simultaneous changes
 };
 
-/// The session as it was, and who asks whether the touches make sense without a mistake.
+/// Session as recorded, and the callback that tests a hypothesis.
 struct Asked {
   const Cell& cell;
   const std::vector<Touch>& touches;
   std::function<void(const Hypothesis&)> ask;
-  std::span<const std::size_t> among = {};  ///< of each touch its index among all
+  std::span<const std::size_t> among = {};  ///< per touch its index among all
   OtherRobots other_robots = {};
-  double nominal_off_m = 0.0;                  ///< of the nominal arm from the touches
-  const LengthResult* contradicted = nullptr;  ///< the length that all else contradicts most
+  double nominal_off_m = 0.0;                  ///< of the nominal arm from the touches, median
+  const LengthResult* contradicted = nullptr;  ///< most contradicted length
 
-  /// With what the files state changed, or each touch.
+  /// Tests the session with a change of the cell file, or of each touch.
   void with_cell(const std::function<void(Cell&)>& change, FindingOf cause) const;
   void with_touches(const std::function<void(Touch&)>& change, FindingOf cause,
                     bool no_farther = false) const;
 };
 
-/// Asks for all that one kind of mistake may have been.
+/// Tests all hypotheses of one kind of mistake.
 using Mistake = void (*)(const Asked&);
 
 namespace mistakes {
 
-// What was read or written otherwise than it was made.
+// Recorded or entered data that differ from the measurement.
 void radians(const Asked& asked);
 void axis_signs(const Asked& asked);
 void mastering(const Asked& asked);
@@ -67,12 +68,12 @@ void dimensions(const Asked& asked);
 void other_robot(const Asked& asked);
 void axis_convention(const Asked& asked);
 void gravity(const Asked& asked);
-// What the cell file states of its artefacts.
+// Artefacts of the cell file.
 void diameters(const Asked& asked);
 void certified_lengths(const Asked& asked);
 void stated_centres(const Asked& asked);
-// Of a contradicted length: it itself; whole targets' names; one of its ends, which may stand
-// elsewhere than when it was measured; all lengths.
+// Contradicted length: itself; whole targets' names; one of its ends, which may have moved since
+// its certification; all lengths.
 void contradicted_length(const Asked& asked);
 void names_by_lengths(const Asked& asked);
 void lengths_of_an_end(const Asked& asked);
@@ -80,14 +81,14 @@ void all_lengths(const Asked& asked);
 
 }  // namespace mistakes
 
-/// A mistake that is the same whatever the calibration without it.
+/// Finding that does not depend on the calibration without the mistake.
 inline auto always(Finding finding) {
   return [finding = std::move(finding)](const Calibration&) { return std::optional(finding); };
 }
 
-/// Of the many pairs and targets of a large cell so many are asked.
+/// Maximum number of pairs and targets that are tested in a large cell.
 inline constexpr std::size_t kMostPairs = 28, kMostTargets = 12;
-/// Both indices of each pair, up to the most.
+/// Calls `ask` with both indices of each pair, up to kMostPairs.
 void for_each_pair(std::size_t size, const std::function<void(std::size_t, std::size_t)>& ask);
 
 }  // namespace cellcal::calib

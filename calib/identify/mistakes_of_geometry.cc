@@ -1,8 +1,8 @@
-// Arm and tool that are not as robot and cell file have them. A dimension that is drawn wrongly by
-// centimetres, an axis that turns the other way or the drawing of another arm puts the nominal tips
-// so far from their targets that an estimate may end anywhere. How far they are off is told without
-// one, and quickly: so one geometry after the other is tried, and those that come much nearer are
-// asked for.
+// Arm and tool that differ from robot and cell file. With a dimension that is wrong by centimetres,
+// an axis of the opposite direction or the drawing of another arm the nominal tips are so far from
+// their targets that an estimate need not converge. The distance is known without an estimate, and
+// fast: geometries are therefore tried in turn, and only those much nearer to the touches are
+// tested.
 
 #include <algorithm>
 #include <cmath>
@@ -16,14 +16,14 @@ namespace cellcal::calib {
 
 namespace {
 
-/// So much nearer to the touches than stated another geometry has to bring the nominal arm.
+/// Largest ratio of a geometry's distance from the touches to that of the stated one.
 constexpr double kNearerByFile = 1.0 / 3.0;
 
 bool is_nearer(const Asked& asked, double off_m) {
   return off_m < kNearerByFile * asked.nominal_off_m;
 }
 
-/// The nearest few, nearest first, as far as they are near enough.
+/// Calls `use` for the nearest geometries, nearest first, up to `most`, that are near enough.
 template <class Geometry>
 void for_nearest(const Asked& asked, std::vector<Geometry> geometries, std::size_t most,
                  const auto& use) {
@@ -34,18 +34,18 @@ void for_nearest(const Asked& asked, std::vector<Geometry> geometries, std::size
   }
 }
 
-/// What added to a dimension brings the nominal arm nearest to the touches, and how far it is off
-/// then.
+/// Correction of a dimension that brings the nominal arm nearest to the touches, and the remaining
+/// distance.
 struct Nearest {
   double add_m = 0.0, off_m = 0.0;
 };
 
-/// Within 340 mm, to 5 mm. `dimension`: which one of a cell.
+/// Searches within 320 mm in coarse steps, refined to 5 mm. `dimension`: reference to it in a cell.
 Nearest nearest(const Cell& cell, const std::vector<Touch>& touches,
                 const std::function<double&(Cell&)>& dimension) {
   constexpr double kFarthestM = 0.32;
-  constexpr double kCoarseM = 40e-3;  // about a sphere's radius: the next one sees where it lies
-  constexpr double kFineM = 5e-3;     // the nominal arm is wrong by millimetres itself
+  constexpr double kCoarseM = 40e-3;  // about a sphere's radius: the next scale resolves it
+  constexpr double kFineM = 5e-3;     // the nominal arm has errors of millimetres
   Cell changed = cell;
   double& value = dimension(changed);
   const double stated = value;
@@ -64,8 +64,8 @@ Nearest nearest(const Cell& cell, const std::vector<Touch>& touches,
   return best;
 }
 
-/// Moves the tool's tip to where the nominal arm comes nearest to the touches, by one coordinate
-/// after the other. Returns how far it is off then.
+/// Moves the tool's tip to where the nominal arm is nearest to the touches, by one coordinate after
+/// the other. Returns the remaining distance [m].
 double bring_tool_nearest(Cell& cell, const std::vector<Touch>& touches) {
   constexpr int kRounds = 4;
   double off_m = nominal_off_m(cell, touches);
@@ -82,7 +82,7 @@ double bring_tool_nearest(Cell& cell, const std::vector<Touch>& touches) {
   return off_m;
 }
 
-/// Whether turning the tool about the last axis, the flange's z, moves its tip so.
+/// True if a turn of the tool about the last axis, the flange's z, moves its tip by `off_m`.
 bool is_turn(const Tool& tool, const Eigen::Vector3d& off_m) {
   constexpr double kLike = 0.2;
   const Eigen::Vector2d tip = tool.tcp.translation().head<2>();
@@ -91,14 +91,14 @@ bool is_turn(const Tool& tool, const Eigen::Vector3d& off_m) {
          std::abs(off_m.z()) < kLike * off_m.norm();
 }
 
-/// With the tool's tip about there, from where it is stated.
+/// Tests the tool's tip at the stated position plus `brought`.
 void tool_at(const Asked& asked, const Eigen::Vector3d& brought) {
   constexpr double kAnyToolM = 0.3;
   const Tool& stated = asked.cell.tool;
   asked.with_cell(
       [&](Cell& cell) {
         cell.tool.tcp.translation() += brought;
-        if (stated.length_m == stated.tcp.translation().norm())  // as long as it reaches
+        if (stated.length_m == stated.tcp.translation().norm())  // straight tool
           cell.tool.length_m = cell.tool.tcp.translation().norm();
         cell.tool.tcp_sigma_m.setConstant(kAnyToolM);
       },
@@ -114,14 +114,14 @@ void tool_at(const Asked& asked, const Eigen::Vector3d& brought) {
       });
 }
 
-/// d or a of a joint that may be off.
+/// d or a of a joint, as a candidate.
 struct Dimension {
   std::size_t joint;
   double Joint::*length;
   double add_m, off_m;  ///< Nearest
 };
 
-/// A length that is not what the robot file says, by about so much.
+/// Tests a length that differs from the robot file by about `add_m`.
 void dimension_off(const Asked& asked, const Dimension& dimension) {
   constexpr double kAnyLengthM = 0.05;
   const auto& joints = asked.cell.robot.joints;
@@ -150,8 +150,8 @@ void dimension_off(const Asked& asked, const Dimension& dimension) {
              }});
 }
 
-/// Where `other` is drawn differently: joints, each with a field of robot files as it is there, and
-/// as it is "stated". The arms have as many joints.
+/// Fields of robot files in which `other` differs: joints, each with the value in `other` and as
+/// "stated". The arms have the same number of joints.
 std::vector<FindingPart> differences(const Robot& stated, const Robot& other) {
   constexpr double kHalfTurnRad = kRadPerTurn / 2.0, kSameM = 5e-5, kSameRad = 2e-4;
   std::vector<FindingPart> parts;
@@ -181,14 +181,14 @@ std::vector<FindingPart> differences(const Robot& stated, const Robot& other) {
   return parts;
 }
 
-/// The arm of another file, which stands and hangs as the stated one.
+/// Arm of another file, with gravity, base and flange of the stated one.
 struct OtherArm {
   std::string file;  ///< as a cell file names it
   Cell cell;
   double off_m;
 };
 
-/// One field of a robot file that joint conventions take otherwise.
+/// Change of one field of a robot file between joint conventions.
 struct Change {
   std::size_t joint;
   std::function<void(Joint&)> make;
@@ -201,7 +201,8 @@ struct Convention {
   double off_m = 0.0;
 };
 
-/// Adds up to `most` of these changes at once to those that were `made`, of different joints each.
+/// Adds combinations of up to `most` of these changes to those of `made`, each of a different
+/// joint.
 void combine(const Asked& asked, const Convention& made, const std::vector<Change>& changes,
              std::size_t first, std::size_t most, std::vector<Convention>& all) {
   for (std::size_t k = first; k < changes.size(); ++k) {
@@ -216,12 +217,13 @@ void combine(const Asked& asked, const Convention& made, const std::vector<Chang
   }
 }
 
-/// The arm with two axes or more that turn the other way, with one or two zeros a quarter or half a
-/// turn off, with one or two twists of the other sign. Without those that come no nearer than one
-/// with fewer changes of the same kind: what turns all targets with it, or none, changes nothing.
+/// The arm with two or more axes of the opposite direction, with one or two zeros off by a quarter
+/// or half a turn, or with one or two twists of the opposite sign. Without those that are no nearer
+/// than one with fewer changes of the same kind: a change that turns all targets or none has no
+/// effect.
 std::vector<Convention> conventions(const Asked& asked) {
   constexpr double kNoNearer = 0.9;
-  constexpr std::size_t kMostJoints = 8;  // all sets of axes are tried of arms with no more
+  constexpr std::size_t kMostJoints = 8;  // maximum number of joints for all combinations of axes
   const auto& joints = asked.cell.robot.joints;
   std::vector<Change> signs, zeros, twists;
   for (std::size_t i = 0; i < joints.size(); ++i) {
@@ -252,7 +254,7 @@ std::vector<Convention> conventions(const Asked& asked) {
 
 namespace mistakes {
 
-/// In metres, as if they were millimetres.
+/// Tool in metres, read as millimetres.
 void tool_unit(const Asked& asked) {
   constexpr double kTinyM = 5e-3;
   const double reach_m = asked.cell.tool.tcp.translation().norm();
@@ -276,7 +278,7 @@ void tool_tip(const Asked& asked) {
   const Eigen::Vector3d brought =
       nearest.tool.tcp.translation() - asked.cell.tool.tcp.translation();
   tool_at(asked, brought);
-  // A tip beyond the spheres' middles fits their far sides nearly as well.
+  // A tip beyond the spheres' centres fits their far sides nearly as well.
   const auto sphere = std::ranges::find(asked.cell.targets, TargetKind::kSphere, &Target::kind);
   if (sphere == asked.cell.targets.end()) return;
   for (const double side : {-1.0, 1.0})
@@ -299,12 +301,12 @@ void dimensions(const Asked& asked) {
 }
 
 void other_robot(const Asked& asked) {
-  constexpr std::size_t kFewDifferences = 6;  // are named one by one
+  constexpr std::size_t kFewDifferences = 6;  // listed individually
   if (!asked.other_robots) return;
   const Robot& stated = asked.cell.robot;
   std::vector<OtherArm> arms;
   std::vector<NamedRobot> others = asked.other_robots();
-  std::ranges::stable_sort(others, {}, &NamedRobot::file);  // whatever order they come in
+  std::ranges::stable_sort(others, {}, &NamedRobot::file);  // independent of the order of reading
   for (NamedRobot& other : others) {
     if (other.robot.joints.size() != stated.joints.size()) continue;
     other.robot.gravity_m_s2 = stated.gravity_m_s2;
@@ -326,8 +328,7 @@ void other_robot(const Asked& asked) {
   });
 }
 
-/// A robot file whose lengths are right but whose axes are not: joint conventions differ from book
-/// to book.
+/// Robot file with correct lengths and wrong axes: joint conventions differ between textbooks.
 void axis_convention(const Asked& asked) {
   for_nearest(asked, conventions(asked), 3, [&](const Convention& one) {
     Hypothesis other{asked.cell, asked.touches,
@@ -339,7 +340,7 @@ void axis_convention(const Asked& asked) {
   });
 }
 
-/// An arm that hangs or stands otherwise than its file says.
+/// An arm mounted in another orientation than its file states.
 void gravity(const Asked& asked) {
   constexpr double kEarth = 9.81;
   const Eigen::Vector3d& stated = asked.cell.robot.gravity_m_s2;
@@ -351,7 +352,7 @@ void gravity(const Asked& asked) {
       asked.with_cell(
           [&](Cell& cell) { cell.robot.gravity_m_s2 = along; },
           [&](const Calibration& c) -> std::optional<Finding> {
-            // The other way round joints and tool would give against their load.
+            // With gravity reversed the compliance of joints and tool is negative.
             if (has(c.verdict.findings, FindingKind::kNegativeCompliance)) return {};
             return likely(
                 LikelyCause::kGravity, {},

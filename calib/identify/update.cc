@@ -20,17 +20,17 @@ namespace cellcal::calib {
 
 namespace {
 
-/// Less likely explanations have no say.
+/// Explanations of lower probability are neglected.
 constexpr double kLeastProbability = 1e-4;
-/// Below, chance is not what the likeliest explanation leaves of the touches.
+/// Probability of chi^2 below which the likeliest explanation is insufficient.
 constexpr double kByChance = 5e-3;
-/// Above, in odds, something else is the matter as well.
+/// Odds above which there is a further change.
 constexpr double kMoreOdds = 3.0;
-/// Above, in odds, two things changed: the touches make that likelier than it is beforehand.
+/// Posterior odds above which two things changed, equal to the prior odds.
 constexpr double kTwoOdds = 0.1;
-/// Touches that are wrong by themselves happen; more of them are something else.
+/// Largest number of erroneous touches; more of them have another cause.
 constexpr std::size_t kMostSetAside = 2;
-/// What changed is only named where it is this probable.
+/// Probability from which a change is reported.
 constexpr double kSure = 0.9;
 
 /// Mean of all explanations and covariance about it, of the calibration's parameters.
@@ -60,7 +60,7 @@ Mean mean_of(const TouchEquations& touches, const std::vector<Weighed>& all) {
   return {mean.x.head(p), mean.covariance.topLeftCorner(p, p)};
 }
 
-/// A tip that was taken for known and did not change goes back to where it came from.
+/// Removes a tip that the cell file states as known and that did not change.
 void close_tip(const Calibration& last, Calibration& c) {
   const auto had = static_cast<Eigen::Index>(last.parameters.size());
   const auto added = c.covariance.rows() - had;
@@ -115,7 +115,7 @@ ResidualSummary summary(const std::vector<TouchResidual>& residuals, double Touc
   return s;
 }
 
-/// Before: by the last calibration.
+/// Residuals; "before" is by the last calibration.
 void fill_residuals(const TouchEquations& touches, const Weighed& best,
                     const std::vector<std::size_t>& set_aside, Calibration& c) {
   const Eigen::VectorXd before = touches.off_m(touches.x()), after = touches.off_m(best.how.x);
@@ -133,7 +133,7 @@ void fill_residuals(const TouchEquations& touches, const Weighed& best,
   c.check = c.check_before = {};
 }
 
-/// What was said of the last one's touches and is not of these.
+/// Removes results on the touches of the last session.
 void forget_session(Calibration& c) {
   c.outliers.clear();
   c.moved.clear();
@@ -146,7 +146,7 @@ void forget_session(Calibration& c) {
 }
 
 bool contradicted(const Sufficient& enough) {
-  // What is no number contradicts.
+  // A non-finite value counts as a contradiction.
   return !(enough.by_chance >= kByChance && enough.log_odds_more <= std::log(kMoreOdds));
 }
 
@@ -156,18 +156,18 @@ UpdateOutcome outcome_of(const UpdateOrigin& origin, bool contradictory) {
   const Explanation& first = origin.explanations.front();
   if (contradictory) return UpdateOutcome::kContradicted;
   if (!(origin.reached_m <= kUpdateGoal * origin.before_m)) return UpdateOutcome::kNotResolved;
-  // One touch that is wrong by itself is no change of the cell.
+  // A single erroneous touch is no change of the cell.
   if (first.kind == ChangeKind::kNothing || first.kind == ChangeKind::kTouch)
     return UpdateOutcome::kNothingChanged;
   return first.probability >= kSure ? UpdateOutcome::kUpdated : UpdateOutcome::kNotResolved;
 }
 
-/// All explanations, once what is wrong by itself is left aside.
+/// Explanations after exclusion of erroneous touches.
 struct Resolved {
   std::vector<Weighed> all;
   Sufficient enough;
   std::vector<std::size_t> set_aside;
-  /// That two things changed, over that one did and what was set aside is wrong by itself.
+  /// Log odds of two changes against one change with the excluded touches erroneous.
   double log_odds_two = 0.0;
 };
 
@@ -175,8 +175,8 @@ double log_of_sum(double a, double b) {
   return std::max(a, b) + std::log1p(std::exp(-std::abs(a - b)));
 }
 
-/// Two things that changed against one, though touches were set aside in between: those count on either side as
-/// wrong by themselves, or are explained.
+/// Odds of two changes against one while touches are excluded one by one: these count as erroneous
+/// on either side, or are explained.
 class TwoChangeOdds {
  public:
   void add(const OneOrTwo& sums) {
@@ -194,8 +194,8 @@ class TwoChangeOdds {
   double log_wrong_ = 0.0;
 };
 
-/// One touch of a sphere that was touched more often: two of it that are wrong are a sphere that moved, and of the
-/// only one nobody can tell.
+/// True for one touch of each sphere with several touches: two erroneous ones mean a sphere that
+/// moved, and a single touch cannot be assessed.
 std::vector<bool> may_be_set_aside(const std::vector<ForeseenContact>& contacts,
                                    const std::vector<std::size_t>& set_aside) {
   std::vector<bool> may(contacts.size(), true);
@@ -267,7 +267,7 @@ Calibration update(const Calibration& last, const std::vector<Touch>& touches,
     c.nominal_near_targets_m = local.mean_m;
     c.nominal_near_targets_u_m = local.u_m;
     origin.outcome = outcome_of(origin, contradicted(r.enough) || two_things(r.log_odds_two));
-    if (best.change.kind == ChangeKind::kSphere)  // its certificates are of where it stood
+    if (best.change.kind == ChangeKind::kSphere)  // its certificates refer to the previous position
       std::erase_if(c.lengths, [&](const LengthResult& length) {
         return length.from == best.change.name || length.to == best.change.name;
       });
@@ -357,14 +357,14 @@ void judge_update(Calibration& c) {
   c.verdict.judged = true;
   c.verdict.findings = {std::move(finding)};
   if (!updated) return;
-  // An update is held to what a full session is held to.
+  // An update has to meet the requirements of a full session.
   judge_predicted(c.cell, c, c.verdict.workspace, c.verdict.findings);
   if (c.verdict.publish()) note_gain(c.cell, c, c.verdict.workspace, c.verdict.findings);
 }
 
 namespace {
 
-constexpr unsigned kSeed = 20240924;  // as the calibration's own figures have it
+constexpr unsigned kSeed = 20240924;  // as for the calibration's own figures
 constexpr double kLocalHalfM = 0.150;
 constexpr std::size_t kFewestPoses = 3;
 

@@ -1,7 +1,7 @@
 #pragma once
-// A calibration out of the last one and a few touches since. The last one with its covariance is what is known
-// beforehand; one thing may have changed. What comes out is a calibration like any other, or the reason why a
-// full session is needed.
+// Update of a calibration from the last one and a few touches since. The last calibration with its
+// covariance is the prior; one thing may have changed. The result is a calibration like any other,
+// or the reason why a full session is needed.
 
 #include <string>
 #include <vector>
@@ -13,42 +13,43 @@
 
 namespace cellcal::calib {
 
-/// Of an update in all, its check's touches among them; robot time.
+/// Limits of an update, including the touches of its check; robot time.
 inline constexpr int kMostUpdateTouches = 15;
 inline constexpr double kMostUpdateS = 40.0;
-/// Fewer say nothing.
+/// Fewest touches for an update.
 inline constexpr std::size_t kLeastUpdateTouches = 6;
-/// The predicted mean error over the workspace may be so much larger than it was.
+/// Largest ratio of the predicted mean error over the workspace to the previous one.
 inline constexpr double kUpdateGoal = 1.2;
 
 struct UpdateFacts {
   std::string stands_on;                    ///< the last calibration in words
   double months = 0.0;                      ///< since then
-  std::vector<std::string> not_found = {};  ///< targets of which a touch met nothing
-  int region_poses = 60;                    ///< as IdentifyOptions'
+  std::vector<std::string> not_found = {};  ///< targets of which a touch had no contact
+  int region_poses = 60;                    ///< as in IdentifyOptions
 };
 
-/// The mean over all explanations, published where it is as good as the last one was, and by one change alone;
-/// otherwise withheld, with the outcome in `update` and among the findings. Throws IdentifyError where nothing
-/// can be worked out: no covariance, a touch of what is no sphere or of a sphere that was not calibrated.
+/// Mean over all explanations. Published if it is as good as the last calibration and explained by
+/// a single change; otherwise withheld, with the outcome in `update` and among the findings. Throws
+/// IdentifyError if `last` has no covariance, or for a touch of a target that is no sphere or is
+/// not calibrated.
 Calibration update(const Calibration& last, const std::vector<Touch>& touches,
                    const UpdateFacts& facts);
 
-/// Whether further touches should be made: unless those so far say that nothing changed.
+/// True if further touches are worthwhile; false if those so far show no change.
 bool further_touches_pay(const UpdateOrigin& so_far);
 
-// What an update's outcome means for its calibration: published, or withheld with what was found.
+// Verdict on an update: published, or withheld with its findings.
 
-/// `c.update` is filled; replaces the findings.
+/// Replaces the findings of the calibration by those of `c.update`, which is filled in.
 void judge_update(Calibration& c);
 
-// How far the tip is foreseen to be off by a calibration.
+// Predicted position error of the tip by a calibration.
 
-/// Mean 3-D error over the poses, ripple and discrepancy in it; 0 for fewer than three.
+/// Mean 3-D error [m] over the poses, including ripple and discrepancy; 0 for fewer than three.
 double foreseen_error_m(const Calibration& c, const std::vector<JointVector>& poses);
-/// This arm's with its nominal model; nothing for fewer than three.
+/// Error of this arm's nominal model; zero for fewer than three poses.
 NominalError nominal_error_of(const Calibration& c, const std::vector<JointVector>& poses);
-/// Poses of the workspace, and near the targets of a calibration in postures like those of the touches.
+/// Poses of the workspace, and poses near the targets in postures similar to those of the touches.
 std::vector<JointVector> stated_workspace(const Calibration& c, int count);
 std::vector<JointVector> stated_near_targets(const Calibration& c,
                                              const std::vector<JointVector>& around, int count);

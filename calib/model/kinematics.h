@@ -156,7 +156,8 @@ class ArmModel {
   Robot robot_;
   std::vector<Tool> tools_;
   std::vector<ArmParameter> parameters_;
-  /// Ranges of parameters with pose-dependent rotation about a joint's axis, and across it behind.
+  /// Boundaries of the parameter ranges with pose-dependent rotation: about a joint's axis, then
+  /// across it.
   int first_by_pose_ = 0, last_by_pose_ = 0, last_bearing_ = 0;
   std::vector<double> stiff_;  ///< m l^3/3 of each tool
   ArmErrors none_;             ///< of the nominal arm

@@ -77,7 +77,7 @@ constexpr bool is_transmission(ParameterKind kind) {
 constexpr bool is_function(ParameterKind kind) {
   return kind == ParameterKind::kFunctionCosine || kind == ParameterKind::kFunctionSine;
 }
-/// True for parameters that an arm has only where the touches speak for them.
+/// True for parameters that an arm has only if the touches show them.
 constexpr bool is_by_evidence(ParameterKind kind) {
   return is_function(kind) || kind == ParameterKind::kBearing;
 }

@@ -42,12 +42,12 @@ json kind_of(const SessionRecord& record) {
   }
 }
 
-/// None of one that is not done.
+/// nullopt for a session that is not done.
 std::optional<SessionOutcome> outcome_of(const SessionRecord& record) {
   return record.state == RecordState::kDone ? record.outcome : std::nullopt;
 }
 
-/// Of a calibration that is done: whether its verdict published it. Null of all else.
+/// True if the verdict of a finished calibration published it; null for other sessions.
 json published(const SessionRecord& record) {
   const auto outcome = outcome_of(record);
   const std::optional<bool> was = outcome ? published(*outcome) : std::nullopt;
@@ -220,7 +220,7 @@ std::optional<Response> Api::report(const Call& call) {
   const std::filesystem::path path = service_.results_dir(session) / "report.html";
   if (!std::filesystem::exists(path)) throw no_result(session);
   Response page{200, "text/html; charset=utf-8", calib::read_file(path)};
-  // It comes from where the page comes from, and must not act as that may, whatever words are in it.
+  // Same origin as the page, but sandboxed, whatever text the report contains.
   page.headers = {{"Content-Security-Policy",
                    "sandbox; default-src 'none'; style-src 'unsafe-inline'; img-src data:"}};
   return page;

@@ -30,7 +30,7 @@ KrlFile read(const fs::path& path) {
   return {path.string(), calib::read_file(path, krl::kMostBytes + 1)};
 }
 
-/// weld.dat for weld.src, WELD.DAT for WELD.SRC; empty where it does not exist.
+/// weld.dat for weld.src, WELD.DAT for WELD.SRC; empty if it does not exist.
 fs::path dat_beside(fs::path src) {
   for (const char* ending : {".dat", ".DAT", ".Dat"})
     if (fs::exists(src.replace_extension(ending))) return src;
@@ -43,7 +43,7 @@ bool is_src(const fs::path& path) {
   return ending == ".src";
 }
 
-/// The other programs of its folder: what it calls may stand there. None of a folder of more than a
+/// Other programs of the folder, which may contain called routines. Empty if there are more than a
 /// controller has.
 std::vector<KrlFile> modules_beside(const fs::path& program) {
   constexpr std::size_t kMostFiles = 1000;
@@ -59,7 +59,7 @@ std::vector<KrlFile> modules_beside(const fs::path& program) {
   std::vector<KrlFile> all;
   for (const fs::path& path : paths) try {
       all.push_back(read(path));
-    } catch (const calib::FileError&) {  // not to be read: its routines are not known
+    } catch (const calib::FileError&) {  // unreadable: its routines remain unknown
     }
   return all;
 }
@@ -363,7 +363,7 @@ int correct_poses(const CorrectCommand& command, const calib::Calibration& calib
 
 namespace {
 
-/// KRL programs of an arm that is not the nominal one.
+/// Corrects KRL programs taught on an arm that is not the nominal one.
 int correct_taught(const CorrectCommand& command, const calib::Calibration& calibration,
                    const calib::Calibration* from) {
   return command.backup.empty() ? correct_krl(command, calibration, from)

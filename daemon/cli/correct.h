@@ -1,5 +1,5 @@
 #pragma once
-// Command cellcal correct: poses, or a program.
+// Command cellcal correct: corrects poses or a program.
 
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
@@ -15,7 +15,7 @@ struct CorrectCommand {
   std::filesystem::path calibration, output;
   std::filesystem::path poses;         ///< a CSV, or
   std::filesystem::path backup;        ///< all programs of a controller: folder or ZIP, or
-  std::filesystem::path program, dat;  ///< a .src; dat empty: beside it, where it is
+  std::filesystem::path program, dat;  ///< a .src; dat empty: next to it, if it exists
   std::vector<std::filesystem::path>
       controller;  ///< $config.dat, $machine.dat, .src of called routines
   std::vector<std::string> leave;
@@ -33,7 +33,7 @@ int correct_krl(const CorrectCommand& command, const calib::Calibration& calibra
 int correct_backup_files(const CorrectCommand& command, const calib::Calibration& calibration,
                          const calib::Calibration* from = nullptr);
 
-// Of both reports.
+// Common to both reports.
 krl::CorrectionOptions correction_options(const CorrectCommand& command,
                                           const calib::Calibration* from);
 std::string tool_words(const krl::ToolUsed& tool);
@@ -45,13 +45,13 @@ nlohmann::json refusal_json(const krl::Refusal& refusal, const calib::Robot& rob
 
 std::filesystem::path record_beside(std::filesystem::path src);
 
-/// Throws calib::FileError where the record in the program's directory lists `files` as results of a
+/// Throws calib::FileError if the record in the program's directory lists `files` as results of a
 /// correction, or cannot be read.
 void refuse_corrected(const krl::ProgramFiles& files);
-/// Likewise of one file and the record that may name it.
+/// Throws likewise for one file and a record that may list it.
 void refuse_written(const std::filesystem::path& record, const krl::KrlFile& file);
 
-/// The report with the SHA-256 of each file as it was read and as it was written.
+/// The report with the SHA-256 of each file as read and as written.
 nlohmann::json corrected_record(nlohmann::json report, const std::vector<krl::KrlFile>& read,
                                 const std::vector<krl::KrlFile>& written);
 

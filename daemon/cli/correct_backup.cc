@@ -33,7 +33,7 @@ std::string lowered(std::string text) {
   return text;
 }
 
-/// Each .src with the .dat beside it; the controller's own data; .dat files by themselves.
+/// Each .src with the .dat of the same name; the controller's own data; other .dat files.
 krl::BackupFiles modules_of(std::vector<KrlFile> files) {
   krl::BackupFiles all;
   std::map<std::string, std::size_t> by_stem;
@@ -60,7 +60,7 @@ krl::BackupFiles modules_of(std::vector<KrlFile> files) {
   return all;
 }
 
-/// Of a record in the folder that was read: a file that it says was written is corrected already.
+/// Throws if a record in the backup's folder lists one of the files as already corrected.
 void refuse_corrected_backup(const fs::path& place, const std::vector<KrlFile>& files) {
   if (!fs::is_directory(place) || !fs::exists(place / kRecord)) return;
   for (const KrlFile& file : files) refuse_written(place / kRecord, file);
@@ -123,7 +123,8 @@ std::string report(const CorrectedBackup& result, const calib::Robot& robot) {
                             counts.corrected, counts.moving, result.points.size());
 }
 
-/// Where each changed file goes; none falls on one that is there.
+/// Output paths of the changed files, then of the record. Throws for existing files without
+/// --force.
 std::vector<fs::path> places_of(const CorrectCommand& command, const CorrectedBackup& result) {
   std::vector<fs::path> places;
   if (fs::is_directory(command.backup) && fs::exists(command.output) &&

@@ -82,7 +82,7 @@ void print_tools(const calib::MachineData& data) {
                base.abc_deg[2]);
 }
 
-/// What a URDF in other units, or without what an arm needs, would make.
+/// Throws for joints as of a URDF in wrong units or without limits or speed.
 void check_joints(const calib::Robot& robot, const std::string& file) {
   constexpr double kMostTurnsRad = 25.0, kLongestM = 50.0;
   const auto fail = [&](const calib::Joint& joint, const std::string& what) {
@@ -132,7 +132,7 @@ int import_robot(const ImportRobotCommand& command) {
   }
   if (!command.urdf.empty()) check_joints(robot, command.urdf.string());
   const std::string text = calib::robot_to_toml(robot);
-  // What plan would refuse later is refused here.
+  // Refuses a robot that plan would refuse later.
   calib::read_robot(
       calib::TomlTable::parse(text, command.output.empty() ? "robot" : command.output.string()));
   put(text, command.output);
@@ -203,8 +203,8 @@ struct Listed {
   std::string wrong;  ///< why the file cannot be read; empty: readable
 };
 
-/// From the axis of A1 to the wrist centre of the stretched arm, as in KUKA's data sheets; for arms of that
-/// structure only.
+/// Distance from the axis of A1 to the wrist centre of the stretched arm, as in KUKA's data sheets;
+/// nullopt for other structures.
 std::optional<double> reach_m(const calib::Robot& robot) {
   constexpr std::size_t kAxes = 6;
   if (robot.joints.size() != kAxes) return std::nullopt;

@@ -89,20 +89,21 @@ int doctor(const DoctorCommand& command);
 
 // Calibration files, validated before use (usable_calibration.cc).
 
-/// Warns on standard error where the file has no checksum. Throws calib::FileError.
+/// Warns on standard error if the file has no checksum. Throws calib::FileError.
 calib::Calibration read_calibration(const std::filesystem::path& file);
 /// Throws calib::FileError for corrections beyond any real arm.
 void refuse_far(const calib::Calibration& calibration, const std::filesystem::path& file);
-/// Reads and validates. None for a withheld calibration, unless requested; the reason is printed on standard
-/// error. Throws calib::FileError.
+/// Reads and validates. nullopt for a withheld calibration, unless requested; the reason is printed
+/// on standard error. Throws calib::FileError.
 std::optional<calib::Calibration> usable_calibration(const std::string& command,
                                                      const std::filesystem::path& file,
                                                      bool withheld);
 
-/// Says on standard error how a table was read that is not in the plain form (calib/files/csv.h).
+/// Prints on standard error how a table was interpreted, unless in the plain form
+/// (calib/files/csv.h).
 void tell_reading(const std::filesystem::path& csv);
 
-/// To the file, wholly or not at all, or to standard output where no file is named.
+/// Writes the file, completely or not at all, or standard output if no file is given.
 void put(const std::string& text, const std::filesystem::path& output);
 
 // Stable interface for scripts.

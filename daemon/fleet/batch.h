@@ -1,5 +1,5 @@
 #pragma once
-// What is written together, and what it was refused for.
+// Batch of messages that is written in one transaction, and reasons for refusal.
 
 #include <map>
 #include <string>
@@ -11,12 +11,12 @@
 namespace cellcal::daemon::fleet {
 
 enum class Refusal {
-  kTopic,    ///< none of ours
-  kSize,     ///< too large to be read
-  kRate,     ///< its cell sends more than it may
+  kTopic,    ///< not a topic of cellcal
+  kSize,     ///< too large to read
+  kRate,     ///< its cell exceeds its rate
   kMessage,  ///< damaged, of an unknown kind, or another cell's
-  kBound,    ///< more cells than a plant has, more journals or more scattered numbers than a cell
-  kDatabase  ///< PostgreSQL does not take it
+  kBound,    ///< more cells than a plant has, more journals or scattered numbers than a cell
+  kDatabase  ///< rejected by PostgreSQL
 };
 const char* to_string(Refusal refusal);
 
@@ -31,7 +31,7 @@ struct Batch {
   std::vector<plant::Fact> facts;
   std::vector<plant::Presence> presences;
   std::vector<Refused> refused;
-  /// Refused for Refusal::kRate: counted, and not kept.
+  /// Counts of messages refused with Refusal::kRate, which are not kept.
   std::map<plant::CellName, std::size_t> too_many;
 
   bool empty() const {
@@ -40,10 +40,10 @@ struct Batch {
 };
 
 struct Written {
-  std::size_t facts = 0;    ///< that are new
-  std::size_t twice = 0;    ///< that were there already
+  std::size_t facts = 0;    ///< new ones
+  std::size_t twice = 0;    ///< stored before
   std::size_t refused = 0;  ///< of the batch, and by the database
-  /// Of each journal of which the batch had results, new or not: what is stored of it, once this is committed.
+  /// Stored results of each journal of the batch with results, new or not, once this is committed.
   std::vector<plant::Stored> stored = {};
 
   Written& operator+=(const Written& other);

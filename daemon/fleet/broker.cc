@@ -17,7 +17,8 @@ namespace {
 
 constexpr int kKeepAlive_s = 60, kQos = 1;
 constexpr std::uint32_t kSession_s = 30u * 86'400u;
-/// Larger ones the broker keeps to itself; those between this and kLargestMessage are quarantined.
+/// Larger packets are held back by the broker; those between this and kLargestMessage are
+/// quarantined.
 constexpr std::uint32_t kMostPacket = 2u * static_cast<std::uint32_t>(plant::kLargestMessage);
 constexpr std::uint16_t kMostUnacknowledged = 1000;
 constexpr std::chrono::seconds kGreeting{15};
@@ -51,7 +52,7 @@ const char* c_str_or_null(const std::filesystem::path& path) {
   return path.empty() ? nullptr : path.c_str();
 }
 
-/// libmosquitto's own start and end.
+/// Initialisation and cleanup of libmosquitto.
 struct Library {
   Library() { mosquitto_lib_init(); }
   ~Library() { mosquitto_lib_cleanup(); }
@@ -69,7 +70,8 @@ struct Broker::Impl {
     client.reset(mosquitto_new(config.client.c_str(), false, this));
     if (!client) throw BrokerUnavailable("no MQTT client can be made");
     mosquitto_int_option(client.get(), MOSQ_OPT_PROTOCOL_VERSION, MQTT_PROTOCOL_V5);
-    // Packets are queued, and the socket is written by mosquitto_loop_write() alone: acknowledgements, too.
+    // Packets are queued, and mosquitto_loop_write() alone writes to the socket, acknowledgements
+    // too.
     mosquitto_threaded_set(client.get(), true);
     mosquitto_connect_v5_callback_set(
         client.get(), [](mosquitto*, void* self, int reason, int, const mosquitto_property*) {
@@ -142,7 +144,8 @@ struct Broker::Impl {
   void subscribe() {
     for (const std::string& filter : {plant::facts_of_all(config.group), plant::presence_of_all()})
       require(mosquitto_subscribe(client.get(), nullptr, filter.c_str(), kQos));
-    // At once: what the broker still holds for this session comes next, and must not be acknowledged with it.
+    // Immediately: packets that the broker holds for this session follow and must not be
+    // acknowledged.
     send_all();
     read_until([this] { return answers == 2; });
     if (subscribed != 2)
@@ -157,7 +160,7 @@ struct Broker::Impl {
     } while (mosquitto_want_write(client.get()));
   }
 
-  /// Without writing.
+  /// Reads without writing.
   template <class Done>
   void read_until(Done done) const {
     const auto end = std::chrono::steady_clock::now() + kGreeting;
@@ -191,7 +194,7 @@ Broker::~Broker() = default;
 std::vector<Message> Broker::receive(std::size_t most, std::chrono::milliseconds wait) {
   mosquitto* client = impl_->client.get();
   if (impl_->received.empty()) impl_->wait(wait);
-  // One packet each.
+  // One packet per call.
   while (impl_->received.size() < most && impl_->bytes < kMostBytes &&
          impl_->wait(std::chrono::milliseconds(0))) {
     impl_->require(mosquitto_loop_read(client, 1));

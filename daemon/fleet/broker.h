@@ -27,14 +27,14 @@ struct BrokerConfig {
   std::filesystem::path ca, certificate, key;  ///< ca empty: the system's
   std::string user;
   std::filesystem::path password_file;  ///< its first line
-  std::string group;   ///< collectors of one share the messages; empty: this one has all (README)
-  std::string client;  ///< no two collectors have the same
+  std::string group;   ///< shared by collectors that share messages; empty: all messages (README)
+  std::string client;  ///< unique among collectors
 };
 
-/// One thread.
+/// For use by one thread.
 class Broker {
  public:
-  /// Connects and subscribes; the session in the broker goes on. Throws BrokerUnavailable.
+  /// Connects and subscribes, resuming the broker's session. Throws BrokerUnavailable.
   explicit Broker(const BrokerConfig& config);
   /// Acknowledges nothing more.
   ~Broker();
@@ -43,7 +43,7 @@ class Broker {
 
   /// Waits for the first message and returns at most `most`. Throws BrokerUnavailable.
   std::vector<Message> receive(std::size_t most, std::chrono::milliseconds wait);
-  /// Sent with the next acknowledge(). If it is lost, its cell asks again.
+  /// Queues an answer for the next acknowledge(). If it is lost, the cell asks again.
   void tell(const plant::Stored& stored);
   /// Acknowledges all received messages; also keeps the connection alive. Throws BrokerUnavailable.
   void acknowledge();

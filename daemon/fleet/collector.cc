@@ -107,7 +107,7 @@ void Collector::log_postponed(std::vector<std::string> put_off) {
 std::vector<plant::Stored> Collector::write(Store& store, std::vector<Message> messages) {
   Batch batch;
   const std::size_t count = messages.size();
-  // Messages that are not stored come again and must not be charged twice.
+  // Messages that are not stored are sent again and must not be charged twice.
   const Meters before = meters_;
   for (Message& message : messages) judge(std::move(message), meters_, Clock::now(), batch);
   Written written;
@@ -127,10 +127,10 @@ std::vector<plant::Stored> Collector::write(Store& store, std::vector<Message> m
 
 namespace {
 
-/// It was paid for when it came.
+/// Unlimited, since the message was charged when it was received.
 constexpr Allowance kAll{.messages_per_s = 1.0, .burst = 1e18, .bytes_per_day = 1e18};
 
-/// False: refused.
+/// Stores a quarantined message; false if it is refused.
 bool take(Store& store, const Kept& kept, Meters& meters, Reread& result) {
   Batch batch;
   judge({kept.topic, kept.payload}, meters, {}, batch);

@@ -21,7 +21,7 @@ struct CollectorConfig {
   Allowance allowance;
 };
 
-/// Since it began. Any thread.
+/// Counts since construction. Thread-safe.
 struct Counters {
   std::atomic<std::uint64_t> messages{0}, facts{0}, twice{0}, refused{0}, batches{0};
   std::atomic<std::uint64_t> broker_lost{0}, store_lost{0};
@@ -32,8 +32,8 @@ class Collector {
  public:
   explicit Collector(CollectorConfig config);
 
-  /// Returns when `stop` is true. `alive` is called at least every second, but while the database is at work. Throws
-  /// OtherVersion.
+  /// Runs until `stop` is true. Calls `alive` at least every second, except during database work.
+  /// Throws OtherVersion.
   void run(
       const std::atomic<bool>& stop, const std::function<void()>& alive = [] {});
   const Counters& counters() const { return counters_; }
@@ -46,19 +46,19 @@ class Collector {
 
   void log_postponed(std::vector<std::string> put_off);
 
-  std::vector<std::string> put_off_;  ///< of the last maintenance, as it was said
+  std::vector<std::string> put_off_;  ///< as logged at the last maintenance
   CollectorConfig config_;
   Meters meters_;
   Counters counters_;
 };
 
-// Quarantined messages, read again by another version or with more room.
+// Second reading of quarantined messages, by another version or with more capacity.
 
 struct Reread {
-  std::size_t stored = 0;   ///< facts and presences that are now taken, and no longer in quarantine
-  std::size_t twice = 0;    ///< facts that had come meanwhile; no longer in quarantine
-  std::size_t refused = 0;  ///< still, and kept
-  std::vector<std::string> cut;  ///< kept in part by an older program; of each its topic and bytes
+  std::size_t stored = 0;   ///< facts and presences now accepted, and removed from the quarantine
+  std::size_t twice = 0;    ///< facts stored meanwhile; removed from quarantine
+  std::size_t refused = 0;  ///< still refused and kept
+  std::vector<std::string> cut;  ///< truncated by an older program; the topic and bytes of each
 };
 
 /// Idempotent; safe with running collectors. Throws StoreUnavailable; messages read until then are done.

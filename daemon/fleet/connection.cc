@@ -9,12 +9,13 @@ namespace cellcal::daemon::fleet {
 
 namespace {
 
-/// check_violation: no partition for a row; no other table of ours has a check that a message could fail.
+/// check_violation: no partition for a row; no other check of the tables can fail for a message.
 constexpr const char* kNoMonth = "23514";
 /// lock_not_available: lock_timeout has passed.
 constexpr const char* kLocked = "55P03";
 
-/// Classes of SQLSTATE that are the values' own fault: data exception, integrity constraint, program limit.
+/// SQLSTATE classes of errors due to the values: data exception, integrity constraint, program
+/// limit.
 bool is_data(const std::string& state) {
   return state.starts_with("22") || state.starts_with("23") || state.starts_with("54");
 }
@@ -27,7 +28,7 @@ constexpr std::array kLimits{Limit{"connect_timeout", "10"}, Limit{"keepalives_i
                              Limit{"keepalives_interval", "5"}, Limit{"keepalives_count", "3"},
                              Limit{"tcp_user_timeout", "30000"}};
 
-/// None: it has no bound of ours.
+/// Time limit of an option; null for options without one.
 const char* limit_of(std::string_view key) {
   const auto* const found = std::find_if(kLimits.begin(), kLimits.end(),
                                          [&](const Limit& one) { return one.key == key; });
@@ -53,7 +54,7 @@ std::string with_time_limits(const std::string& connection) {
   };
   const std::unique_ptr<PQconninfoOption, Free> options(
       PQconninfoParse(connection.c_str(), nullptr));
-  if (!options) return connection;  // to be named by who connects
+  if (!options) return connection;  // connecting reports the error
   std::string all;
   for (const PQconninfoOption* one = options.get(); one->keyword != nullptr; ++one) {
     const char* value = one->val != nullptr ? one->val : limit_of(one->keyword);
@@ -71,7 +72,7 @@ void guarded(const std::function<void()>& work) {
     if (is_data(error.sqlstate())) throw BadData(first_line(error.what()));
     throw StoreUnavailable(first_line(error.what()));
   } catch (
-      const pqxx::failure& error) {  // also in_doubt_error: nobody knows whether it was committed
+      const pqxx::failure& error) {  // also in_doubt_error: it is unknown whether it was committed
     throw StoreUnavailable(first_line(error.what()));
   }
 }
@@ -81,7 +82,7 @@ std::unique_ptr<pqxx::connection> connect(const std::string& connection) {
   guarded([&] {
     made = std::make_unique<pqxx::connection>(with_time_limits(connection));
     pqxx::nontransaction setting(*made);
-    // Compiling the views' plans takes half a second, running them some milliseconds.
+    // Compiling the views' plans takes half a second, running them a few milliseconds.
     setting.exec(
         "SET jit = off;"
         "SET TIME ZONE 'UTC'; SET search_path = fleet; SET statement_timeout = '60s';"

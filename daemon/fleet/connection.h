@@ -1,5 +1,5 @@
 #pragma once
-// Within this module: libpqxx, and its errors as ours.
+// Internal to this module: libpqxx, with its errors as those of the module.
 
 #include <functional>
 #include <memory>
@@ -11,7 +11,7 @@
 
 namespace cellcal::daemon::fleet {
 
-/// PostgreSQL does not take these values, now or later.
+/// PostgreSQL rejects these values permanently.
 struct BadData : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -20,28 +20,31 @@ struct BadData : std::runtime_error {
 struct NoMonth : BadData {
   using BadData::BadData;
 };
-/// Others hold what was asked for, and lock_timeout has passed.
+/// A table is locked by others, and lock_timeout has passed.
 struct Locked : StoreUnavailable {
   using StoreUnavailable::StoreUnavailable;
 };
 
-/// The same in libpq's words "key='value' ...", so that a database whose computer has gone without a word is noticed within half a minute. What the
-/// owner states counts. What libpq cannot read comes back as it is.
+/// The connection in libpq's form "key='value' ..." with time limits, so that a database whose
+/// computer fails without notice is detected within half a minute. Stated options take precedence.
+/// Returns what libpq cannot parse unchanged.
 std::string with_time_limits(const std::string& connection);
 
 /// UTC, schema fleet, no statement longer than a minute. Throws StoreUnavailable.
 std::unique_ptr<pqxx::connection> connect(const std::string& connection);
 
-/// Throws StoreUnavailable (Locked) or BadData (NoMonth) for what libpqxx throws.
+/// Calls `work`. Throws StoreUnavailable (Locked) or BadData (NoMonth) for exceptions of libpqxx.
 void guarded(const std::function<void()>& work);
 
 /// Creates tables and views in an empty database. Throws OtherVersion.
 void make_tables(pqxx::connection& connection);
 /// Serializes collectors that create or drop tables.
 inline constexpr long kTablesLock = 0x63656c6c63616c;  // "cellcal"
-/// This month's tables of telemetry and those of the next two. What was put off because others hold it, in words.
+/// Creates telemetry tables of this month and the next two. Returns descriptions of those postponed
+/// because of a lock.
 std::vector<std::string> make_months(pqxx::connection& connection);
-/// Drops what is older than so many months, where as many newer months hold telemetry: a clock that stands years ahead takes little with it.
+/// Drops telemetry older than `telemetry_months`, provided that as many newer months hold
+/// telemetry, so that a clock that is years ahead loses little data. Returns as make_months().
 std::vector<std::string> drop_months(pqxx::connection& connection, int telemetry_months);
 
 }  // namespace cellcal::daemon::fleet

@@ -42,7 +42,7 @@ struct FleetServer::Impl {
       const std::lock_guard lock(mutex);  // each server has a thread for slow requests
       return answer(request, reading, counters);
     };
-    made.slow = [](const Request&) { return true; };  // the database may take its time
+    made.slow = [](const Request&) { return true; };  // database queries may be slow
     return made;
   }
 
@@ -157,7 +157,7 @@ std::vector<std::string> parts_of(const std::string& path) {
   return parts;
 }
 
-/// "KR%205" of a query.
+/// Decodes "KR%205" of a query.
 std::string decoded(const std::string& text) {
   std::string plain;
   for (std::size_t i = 0; i < text.size(); ++i) {
@@ -215,7 +215,7 @@ Response of_cell(const std::vector<std::string>& parts, Reading& reading) {
 std::string asked(const Request& request, const char* key) {
   const auto found = request.query.find(key);
   const std::string value = found == request.query.end() ? "" : decoded(found->second);
-  // PostgreSQL's text has neither.
+  // PostgreSQL's text accepts neither NUL nor invalid UTF-8.
   const bool sound = !value.empty() && value.size() <= 200 &&
                      value.find('\0') == std::string::npos &&
                      json(value).dump(-1, ' ', false, json::error_handler_t::ignore) ==

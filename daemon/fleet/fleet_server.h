@@ -17,7 +17,7 @@ namespace cellcal::daemon::fleet {
 struct Listen {
   std::filesystem::path socket;
   std::string address;     ///< empty: only the socket
-  std::uint16_t port = 0;  ///< 0: any that is free
+  std::uint16_t port = 0;  ///< 0: any free port
   /// Host names, in lower case, that are accepted in addition to this computer's addresses.
   std::vector<std::string> host_names{};
 };
@@ -39,10 +39,10 @@ class FleetServer {
 
 // Responses from the database.
 
-/// Throws nothing but std::bad_alloc.
+/// Throws only std::bad_alloc.
 Response answer(const Request& request, Reading& reading, const Counters& counters);
 
-/// Prometheus' text. The plant's own numbers are left out while the database is away.
+/// Metrics in Prometheus' text format; those of the plant are omitted without a database.
 std::string fleet_metrics(Reading& reading, const Counters& counters);
 
 }  // namespace cellcal::daemon::fleet

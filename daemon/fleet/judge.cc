@@ -14,7 +14,7 @@ namespace cellcal::daemon::fleet {
 namespace {
 
 constexpr double kDay_s = 86'400.0;
-/// Names beyond that share one meter: made-up names cost no memory.
+/// Names beyond that share one meter, so that invented names use no memory.
 constexpr std::size_t kMostCells = 20'000;
 
 }  // namespace
@@ -102,7 +102,7 @@ void judge(Message message, Meters& meters, Meters::Time now, Batch& batch) {
   const std::optional<Topic> topic = plant::topic_of(message.topic);
   const plant::CellName of = topic ? topic->of : plant::CellName{};
   if (!meters.allows(of, message.payload.size(), now)) {
-    ++batch.too_many[of];  // it is refused for what it costs
+    ++batch.too_many[of];  // refused to limit the load
     return;
   }
   if (!topic || (topic->subject != Subject::kFact && topic->subject != Subject::kPresence))
@@ -114,7 +114,7 @@ void judge(Message message, Meters& meters, Meters::Time now, Batch& batch) {
                   batch);
   try {
     read(message, *topic, batch);
-  } catch (const std::exception& bad) {  // what no reader foresaw, too
+  } catch (const std::exception& bad) {  // including unforeseen ones
     refuse(std::move(message), of, Refusal::kMessage, bad.what(), batch);
   }
 }

@@ -15,10 +15,10 @@ namespace cellcal::daemon::fleet {
 struct Allowance {
   double messages_per_s = 20.0;
   double burst = 50'000.0;  ///< messages; a week offline with one health fact a minute has 10 080
-  double bytes_per_day = 1.0e9;  ///< as many at once, too
+  double bytes_per_day = 1.0e9;  ///< also the largest burst
 };
 
-/// One thread.
+/// For use by one thread.
 class Meters {
  public:
   using Time = std::chrono::steady_clock::time_point;
@@ -45,7 +45,7 @@ struct Message {
 /// Adds the message to the batch. Throws only std::bad_alloc.
 void judge(Message message, Meters& meters, Meters::Time now, Batch& batch);
 
-/// "2026-11-22T20:51:17.123Z", a day that there is, in the years 1970 to 9999.
+/// True for a time such as "2026-11-22T20:51:17.123Z", with a valid date in the years 1970 to 9999.
 bool is_time(std::string_view text);
 
 }  // namespace cellcal::daemon::fleet

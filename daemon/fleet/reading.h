@@ -1,5 +1,5 @@
 #pragma once
-// What is asked of the plant's database. Answers are JSON as the API gives it.
+// Queries of the plant's database. Answers are JSON as in the API.
 
 #include <cstdint>
 #include <memory>
@@ -19,10 +19,11 @@ struct StoredFile {
 
 struct Totals {
   std::int64_t cells = 0, online = 0, gaps = 0, refused = 0;
-  std::vector<std::pair<std::string, std::int64_t>> needs;  ///< cells by what they need
+  std::vector<std::pair<std::string, std::int64_t>> needs;  ///< number of cells by need
 };
 
-/// One connection, made when it is first needed and again after it broke. One thread. All throw StoreUnavailable.
+/// One connection, opened on first use and again after a failure. For use by one thread. All
+/// members throw StoreUnavailable.
 class Reading {
  public:
   explicit Reading(std::string connection);
@@ -30,19 +31,19 @@ class Reading {
   Reading(const Reading&) = delete;
   Reading& operator=(const Reading&) = delete;
 
-  /// {"cells": [...]}: those that need attention first, worst first, each with why.
+  /// {"cells": [...]}: those that need attention first, worst first, each with the reason.
   std::string cells();
-  /// One cell with its calibrations, checks, sessions, gaps, what was refused. None: there is no such cell.
+  /// One cell with its calibrations, checks, sessions, gaps and refusals; nullopt if unknown.
   std::optional<std::string> cell(const plant::CellName& name);
-  /// One joint's corrections over the robots of a model.
+  /// Corrections of one joint over the robots of a model.
   std::string compare(const std::string& robot, const std::string& joint);
   std::string overdue();
-  /// The document of the newest calibration of that journal and session, byte for byte.
+  /// Document of the newest calibration of that journal and session, byte for byte.
   std::optional<StoredFile> calibration(const plant::CellName& name, const std::string& journal,
                                         std::int64_t session);
   std::optional<StoredFile> check(const plant::CellName& name, const std::string& journal,
                                   std::int64_t session);
-  /// Of the newest certificate of that session; empty: there is none.
+  /// Files of the newest certificate of that session; empty if there is none.
   std::vector<StoredFile> certificate(const plant::CellName& name, const std::string& journal,
                                       std::int64_t session);
   Totals totals();

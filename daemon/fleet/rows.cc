@@ -47,7 +47,7 @@ const char* name_of(Held held) {
   return "";
 }
 
-/// Journal, number and what every fact has, and where the records go.
+/// Adds the journal, number and other common fields of a fact to its records.
 class Records {
  public:
   Records(const Fact& fact, long journal, Rows& rows)

@@ -1,5 +1,5 @@
 #pragma once
-// Facts as rows of their tables: JSON records, which PostgreSQL takes apart (jsonb_to_recordset).
+// Facts as rows of their tables: JSON records, which PostgreSQL expands (jsonb_to_recordset).
 
 #include <map>
 #include <nlohmann/json.hpp>
@@ -9,10 +9,10 @@
 
 namespace cellcal::daemon::fleet {
 
-/// By table, in the order in which they must be written; of each an array of records.
+/// Arrays of records by table, in the order in which they must be written.
 using Rows = std::map<std::string, nlohmann::json>;
 
-/// The fact is `journal_id`'s.
+/// Adds the rows of a fact of the journal `journal_id`.
 void add_rows(const plant::Fact& fact, long journal_id, Rows& rows);
 
 /// "INSERT INTO touches ... SELECT ... FROM jsonb_to_recordset($1) ...", for each table of rows, parents first.
@@ -22,7 +22,7 @@ struct TableInsert {
 };
 const std::vector<TableInsert>& inserts();
 
-/// What jsonb takes: bytes that are not UTF-8 are replaced.
+/// JSON text for jsonb: bytes that are not UTF-8 are replaced.
 std::string dumped(const nlohmann::json& value);
 
 }  // namespace cellcal::daemon::fleet

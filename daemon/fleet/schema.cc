@@ -4,7 +4,8 @@ namespace cellcal::daemon::fleet {
 
 namespace {
 
-/// Of the tables and views below; no other version is opened. Versions up to 5 were never released.
+/// Version of the tables and views below; others are not opened. Versions up to 5 were never
+/// released.
 constexpr int kVersion = 6;
 
 constexpr const char* kTables = R"sql(

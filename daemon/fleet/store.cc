@@ -14,8 +14,9 @@ namespace {
 
 constexpr double kSettledAfterMin = 5.0;
 
-/// Gaps below a number that was the newest a while ago are no mere disorder. A journal that is being written to waits until the next time: two who
-/// lock rows in different orders would wait for each other.
+/// Gaps below a number that was the newest some minutes ago count as final rather than as disorder.
+/// Journals that are being written are skipped until the next time: locking rows in different
+/// orders would cause a deadlock.
 void settle(pqxx::connection& connection) {
   guarded([&] {
     pqxx::work work(connection);
@@ -39,7 +40,7 @@ void state_settings(pqxx::connection& connection, const StoreConfig& config) {
   });
 }
 
-/// One message alone.
+/// Batch of a single message.
 template <class T>
 Batch only(std::vector<T> Batch::*member, const T& one) {
   Batch batch;
@@ -47,7 +48,8 @@ Batch only(std::vector<T> Batch::*member, const T& one) {
   return batch;
 }
 
-/// A new database, or one whose clock was set, has no partition for its month.
+/// Writes the batch, after creating the partition of the month if it is missing: in a new database,
+/// or after a change of its clock.
 Written write_in_its_month(pqxx::connection& connection, const Batch& batch) {
   try {
     return write_once(connection, batch);
@@ -72,7 +74,7 @@ Written write_or_quarantine(pqxx::connection& connection, const Batch& one,
   }
 }
 
-/// Where PostgreSQL does not take something in it: all but that.
+/// Writes everything except the messages that PostgreSQL rejects, which are quarantined.
 Written write_one_by_one(pqxx::connection& connection, const Batch& batch) {
   using plant::Subject;
   Written written;
@@ -129,7 +131,7 @@ std::vector<std::string> Store::maintain() {
 
 namespace {
 
-/// Certificates are large.
+/// Number of messages per call; certificates are large.
 constexpr int kAtOnce = 8;
 
 }  // namespace
@@ -164,14 +166,15 @@ void Store::let_go(std::int64_t kept) {
 namespace {
 
 constexpr int kMonthsAhead = 2;
-/// Telemetry alone is in partitions, and so nothing else is ever dropped.
+/// Partitioned tables: only telemetry, so that nothing else is ever dropped.
 constexpr std::array kTelemetry{"phases", "touches", "health"};
-/// Making waits for no reader and no writer, but for another collector that makes the same.
+/// Creation waits for no reader or writer, only for another collector that creates the same.
 constexpr const char* kMakingWaits = "SET LOCAL lock_timeout = '2s'";
-/// Dropping asks for the table alone, and who comes behind it waits as long as it does.
+/// Dropping needs an exclusive lock, and later requests wait for as long as it does.
 constexpr const char* kDroppingWaits = "SET LOCAL lock_timeout = '200ms'";
 
-/// "CREATE TABLE ... PARTITION OF" would wait for all who read or write the table, and all who come later for it.
+/// Avoids "CREATE TABLE ... PARTITION OF", which would wait for all readers and writers of the
+/// table and block later ones.
 void make_month(pqxx::work& work, const std::string& table, int ahead) {
   const auto [name, from, to, is_there] = [&] {
     const pqxx::row month = work.exec_params1(
@@ -196,7 +199,7 @@ void drop_old(pqxx::work& work, const std::string& table, int months) {
       "WHERE i.inhparent = to_regclass($1) AND c.relname ~ '_[0-9]{4}_[0-9]{2}$' "
       "ORDER BY to_date(right(c.relname, 7), 'YYYY_MM') DESC",
       table, months);
-  int newer = 0;  // months that hold something
+  int newer = 0;  // months with rows
   for (const auto& row : all) {
     const std::string name = work.quote_name(row[0].as<std::string>());
     const bool holds = work.exec1("SELECT EXISTS (SELECT FROM " + name + ")")[0].as<bool>();
@@ -205,7 +208,7 @@ void drop_old(pqxx::work& work, const std::string& table, int months) {
   }
 }
 
-/// One transaction for each table: what one has is not held while another is waited for.
+/// One transaction per table, so that no lock is held while waiting for another.
 template <class Work>
 std::vector<std::string> for_each_table(pqxx::connection& connection, const char* waits,
                                         const char* what, Work act) {

@@ -11,7 +11,7 @@
 
 namespace cellcal::daemon::fleet {
 
-/// The database cannot be reached, or cannot write now. What was asked for may be asked again.
+/// The database cannot be reached, or cannot write now; a retry may succeed.
 struct StoreUnavailable : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -21,22 +21,22 @@ struct OtherVersion : std::runtime_error {
 };
 
 struct StoreConfig {
-  std::string connection;     ///< as libpq takes it: "dbname=cellcal", "postgresql://..."
-  int telemetry_months = 13;  ///< kept beside the current one
+  std::string connection;     ///< libpq's form: "dbname=cellcal", "postgresql://..."
+  int telemetry_months = 13;  ///< kept in addition to the current one
   int calibration_days = 365;
   int check_days = 0;  ///< 0: checks are never overdue
 };
 
-/// A message of the quarantine, as it came.
+/// A quarantined message, as received.
 struct Kept {
   std::int64_t id = 0;
   plant::CellName of;
   std::string topic, payload;
-  std::int64_t bytes = 0;  ///< that it had
-  bool whole = false;      ///< all of them are here
+  std::int64_t bytes = 0;  ///< of the original message
+  bool whole = false;      ///< payload is complete
 };
 
-/// One thread.
+/// For use by one thread.
 class Store {
  public:
   /// Connects; creates the tables in an empty database. Throws StoreUnavailable, OtherVersion.
@@ -45,15 +45,16 @@ class Store {
   Store(const Store&) = delete;
   Store& operator=(const Store&) = delete;
 
-  /// All of it in one transaction, committed when it returns. Throws StoreUnavailable.
+  /// Writes the batch in one transaction, committed on return. Throws StoreUnavailable.
   Written write(const Batch& batch);
-  /// Months of telemetry made ahead and dropped, gaps looked at. Every few minutes. What others held and was put off until the next time, in
-  /// words. Throws StoreUnavailable.
+  /// Creates and drops months of telemetry and settles gaps; to be called every few minutes.
+  /// Returns descriptions of what a lock postponed. Throws StoreUnavailable.
   std::vector<std::string> maintain();
 
-  /// Of the quarantine behind this id, the oldest few that another program may take. Throws StoreUnavailable.
+  /// The oldest few quarantined messages with a larger id than `after` that another version may
+  /// accept. Throws StoreUnavailable.
   std::vector<Kept> kept(std::int64_t after);
-  /// It is written, or nobody wants it. Throws StoreUnavailable.
+  /// Removes a message from quarantine, stored or discarded. Throws StoreUnavailable.
   void let_go(std::int64_t kept);
 
   struct Impl;

@@ -1,5 +1,5 @@
 #pragma once
-// Within this module: what a Store holds.
+// Internal to this module: members of a Store.
 
 #include "daemon/fleet/connection.h"
 #include "daemon/fleet/store.h"

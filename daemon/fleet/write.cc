@@ -21,16 +21,17 @@ using nlohmann::json;
 using plant::CellName;
 using plant::Fact;
 
-/// A cell has one journal, and another after its disk was replaced.
+/// A cell has one journal, and another after the replacement of its disk.
 constexpr int kMostJournals = 100;
 constexpr int kMostCellsStored = 20'000;
-/// Scattered numbers make the ranges of a journal long, and every batch slow.
+/// Scattered numbers lengthen the ranges of a journal and slow every batch.
 constexpr int kMostRanges = 5000;
 constexpr std::size_t kMostPayload = 64u << 10, kMostTopic = 300;
 constexpr long kMostOfCell = 100, kMostInAll = 10'000;
 constexpr long kMostBytesOfCell = 16L << 20, kMostBytesInAll = 1L << 30;
 
-/// Rows are made, and so locked, in the same order by all collectors: none waits for another that waits for it.
+/// Rows are created, and thereby locked, in the same order by all collectors, which avoids
+/// deadlocks.
 template <class Row>
 json sorted(std::vector<Row> rows, json (*record)(const Row&)) {
   std::sort(rows.begin(), rows.end());
@@ -42,7 +43,8 @@ json sorted(std::vector<Row> rows, json (*record)(const Row&)) {
 
 json record_of(const CellName& name) { return {{"plant", name.plant}, {"cell", name.cell}}; }
 
-/// Those that there is no room for: made-up names must not fill the database.
+/// Creates the cells of a batch. Returns those beyond the capacity, so that invented names do not
+/// fill the database.
 std::set<CellName> make_cells(pqxx::work& work, const Batch& batch) {
   std::vector<CellName> names;
   for (const Fact& fact : batch.facts) names.push_back(fact.of);
@@ -76,7 +78,7 @@ plant::Topic topic_for(const plant::Presence& presence) {
   return {presence.of, plant::Subject::kPresence, ""};
 }
 
-/// Refuses what is of such cells.
+/// Removes and refuses messages of such cells.
 template <class T>
 std::vector<T> without(const std::set<CellName>& unknown, const std::vector<T>& all,
                        std::vector<Refused>& refused) {
@@ -90,8 +92,8 @@ std::vector<T> without(const std::set<CellName>& unknown, const std::vector<T>& 
   return kept;
 }
 
-// Of two the one from the same journal with the higher number is newer; with the same number, the later one of the
-// cell's clock; and of one connection its end.
+// A presence is newer than another of the same journal if its number is higher; with equal numbers,
+// if its time by the cell's clock is later; of one connection the end is newer.
 void put_presences(pqxx::work& work, const std::vector<plant::Presence>& presences) {
   std::map<CellName, std::vector<const plant::Presence*>> by_cell;
   for (const plant::Presence& one : presences) by_cell[one.of].push_back(&one);
@@ -134,13 +136,13 @@ void make_and_lock_journals(pqxx::work& work, const std::string& names) {
       names);
 }
 
-/// Of each fact, in their order: its journal, and whether its number was taken.
+/// Journal of a fact, and whether its number is stored already or fits.
 struct Place {
-  long journal = 0;  ///< 0: none, its cell has too many
+  long journal = 0;  ///< 0: none, the cell has too many
   bool known = false, fits = true;
 };
 
-/// Each once. Of two journals of a cell that are both new the one that comes later is the newer.
+/// Each name once. Of two new journals of a cell the later one in the batch counts as newer.
 json in_order_of_arrival(const std::vector<JournalName>& names) {
   std::map<JournalName, std::size_t> first;
   for (std::size_t i = 0; i < names.size(); ++i) first.try_emplace(names[i], i);
@@ -200,7 +202,8 @@ json taken_record(const Fact& fact, long journal) {
   return record;
 }
 
-/// The newest ranges of each journal that had a result: its cell keeps results until it knows.
+/// Newest ranges of each journal that had a result; its cell keeps results until they are
+/// confirmed.
 std::vector<plant::Stored> stored_of(pqxx::work& work, const std::vector<Fact>& facts,
                                      const std::vector<Place>& places) {
   std::map<long, const Fact*> with_results;
@@ -258,7 +261,8 @@ Written put_facts(pqxx::work& work, const std::vector<Fact>& facts, std::vector<
   return written;
 }
 
-/// What another version of this program, or a plant with more room, may take: kept whole, for a second reading.
+/// True for messages that another version, or a plant with more capacity, may accept: they are kept
+/// complete for a second reading.
 bool may_be_read_later(Refusal why) {
   return why == Refusal::kMessage || why == Refusal::kBound || why == Refusal::kDatabase;
 }
@@ -276,10 +280,10 @@ json refused_record(const Refused& one) {
           {"times", 1}};
 }
 
-/// jsonb has no NUL.
+/// Replaces NUL, which jsonb does not support.
 void without_nul(std::string& text) { std::replace(text.begin(), text.end(), '\0', ' '); }
 
-/// Each message once, with how often it came: a cell sends again what nobody takes.
+/// Each message once with its count, since cells repeat messages that are not acknowledged.
 json refused_records(const std::vector<Refused>& refused) {
   std::map<std::tuple<std::string, std::string, std::string>, std::size_t> places;
   json records = json::array();
@@ -315,7 +319,7 @@ void count_refusals(pqxx::work& work, const Batch& batch, const std::vector<Refu
       dumped(records));
 }
 
-/// Of `kept`, rows of one place behind the other, those that are beyond the bounds.
+/// Deletes rows beyond the bounds among the rows `kept`, ranked in each window; never the newest.
 std::string beyond(const std::string& kept) {
   return "DELETE FROM quarantine q USING (SELECT id, row_number() OVER w AS place, sum(octet_length(payload)) "
          "OVER w AS bytes " +
@@ -327,7 +331,7 @@ void quarantine(pqxx::work& work, const Batch& batch, const std::vector<Refused>
   count_refusals(work, batch, refused);
   if (refused.empty()) return;
   const std::string all = dumped(refused_records(refused));
-  // In turn, because what follows counts rows.
+  // Serialised, since the following statements count rows.
   work.exec_params("SELECT pg_advisory_xact_lock($1)", kTablesLock + 1);
   work.exec_params(
       "INSERT INTO quarantine AS q (plant, cell, topic, why, words, payload, bytes, sum, times) SELECT plant, cell, "
@@ -374,7 +378,7 @@ using calib::ParameterResult;
 
 Correction correction_of(const calib::Cell& cell, const ParameterResult& one) {
   const std::string& joint = cell.robot.joints.at(static_cast<std::size_t>(one.key.joint)).name;
-  // "A3.theta" without the joint that stands in a column of its own.
+  // "A3.theta" without the joint, which has its own column.
   const std::string parameter = calib::parameter_name(cell, one.key).substr(joint.size() + 1);
   return {joint,
           parameter,
@@ -398,7 +402,7 @@ std::vector<Correction> corrections_of(std::string_view document) {
       if (std::isfinite(made.correction) && std::isfinite(made.sigma))
         all.push_back(std::move(made));
     }
-  } catch (const std::exception&) {  // whatever it is: the document is stored as it came
+  } catch (const std::exception&) {  // of any kind: the document is stored as received
     return {};
   }
   return all;

@@ -1,5 +1,5 @@
 #pragma once
-// Within this module: one batch in one transaction.
+// Internal to this module: one batch in one transaction.
 
 #include <string>
 #include <string_view>
@@ -9,10 +9,10 @@
 
 namespace cellcal::daemon::fleet {
 
-/// Throws StoreUnavailable, BadData; then nothing of it is written.
+/// Throws StoreUnavailable, BadData; nothing is written then.
 Written write_once(pqxx::connection& connection, const Batch& batch);
 
-// What a calibration says of each joint, taken out of its document for comparison over robots.
+// Corrections of each joint, extracted from a calibration for comparison between robots.
 
 struct Correction {
   std::string joint, parameter, unit;
@@ -20,7 +20,8 @@ struct Correction {
   const char* decided_by = "";
 };
 
-/// Of the arm's joints. Empty of a document that this program cannot read: it is stored all the same.
+/// Corrections of the arm's joints. Empty for a document that this version cannot read, which is
+/// stored nevertheless.
 std::vector<Correction> corrections_of(std::string_view document);
 
 }  // namespace cellcal::daemon::fleet

@@ -251,7 +251,7 @@ Origin origin_of(const std::string& text) try {
   return {stored.value("journal", ""), stored.value("session", std::int64_t{0}),
           stored.value("sum", ""), stored.value("entries", std::size_t{0}),
           stored.value("entries_sum", "")};
-} catch (const json::exception&) {  // said above
+} catch (const json::exception&) {  // malformed
   return {};
 }
 

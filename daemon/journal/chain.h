@@ -1,5 +1,5 @@
 #pragma once
-// Checksums of all rows, chained: a row that was changed, left out or lost shows.
+// Checksums of all rows, chained, so that a changed, omitted or lost row is detected.
 //
 // Every row that is written, and every change of a session's row, adds an entry: the row's SHA-256,
 // and the SHA-256 of the previous entry and this one. Entries are numbered without a gap. The head
@@ -21,26 +21,26 @@ namespace cellcal::daemon {
 inline constexpr const char* kChainedTables[] = {"session",    "touch",   "reading",     "event",
                                                  "change",     "contact", "compared",    "dropped",
                                                  "activation", "search",  "interruption"};
-/// Tables whose rows retention may drop. Their entries stay: entries before an entry of kind 'dropped' of the same
-/// session belong to rows that no longer exist.
+/// Tables whose rows retention may delete. Their entries remain: entries before an entry of kind
+/// 'dropped' of the same session belong to rows that no longer exist.
 inline constexpr const char* kRawTables[] = {"event",   "change", "contact",
                                              "reading", "search", "interruption"};
 bool is_raw(const std::string& table);
 
-/// The row's SHA-256. Columns that are empty at its end do not count: a later version's.
+/// The row's SHA-256, without empty trailing columns, which a later version may have added.
 std::string digest_of(const std::vector<Value>& row);
-/// A chain's next sum.
+/// Next sum of a chain.
 std::string sum_of(const std::string& before, std::int64_t number, std::int64_t session,
                    const std::string& kind, std::int64_t row, const std::string& digest);
-/// Rows of one session, or the one row of a table; first its rowid.
+/// Statement that selects the rows of one session, or the one row of a table; first its rowid.
 std::string rows_of(const std::string& table, const char* column);
 const char* session_column(const std::string& table);
 
 struct Walked {
   Head end;
-  bool met = false;  ///< the entry that was looked for
+  bool met = false;  ///< the entry `look_for` exists
 };
-/// Along all entries. Throws JournalError where one was changed or lost.
+/// Verifies all entries. Throws JournalError if one was changed or lost.
 Walked walk_chain(Database& database, const std::optional<Head>& look_for = {});
 /// Throws DamagedError if a row of this session was changed or is missing; JournalError if it cannot be read
 /// now.
@@ -68,13 +68,13 @@ class Chain {
   }
   void write_head() { head_.write(on_disk_); }
 
-  /// Throws as verify_rows(). What it finds is remembered until the session is written to.
+  /// Throws as verify_rows(). The result is cached until the session is written to.
   void verify(std::int64_t session);
-  /// The session's own row is as it was written, and all others as far as they were verified. What others do to the file
-  /// meanwhile only verify() sees.
+  /// True if the session's own row is unchanged, and all others as far as they were verified.
+  /// Changes by other programs in the meantime are detected by verify() only.
   bool is_whole(std::int64_t session);
   bool was_verified(std::int64_t session) const;
-  /// The same of one other row.
+  /// True if the given row is unchanged.
   bool is_whole(std::int64_t session, const char* table, std::int64_t row);
   /// Number of the newest entry of the session's own row; 0: there is none.
   std::int64_t last_entry(std::int64_t session);
@@ -91,7 +91,7 @@ class Chain {
   HeadFile& head_;
   Head newest_, on_disk_;
   struct Known {
-    std::optional<bool> own_row, all_rows;  ///< as they were written
+    std::optional<bool> own_row, all_rows;  ///< unchanged
   };
   std::map<std::int64_t, Known> known_;  ///< by session
 };
@@ -99,10 +99,10 @@ class Chain {
 // Origin of an imported session, as stored in its row.
 
 struct Origin {
-  std::string journal;  ///< its name
+  std::string journal;  ///< name of the journal
   std::int64_t session = 0;
   std::string sum;  ///< SHA-256 of the rows that were imported
-  /// Number and sum (sum_of_entries) of its chain's entries.
+  /// Number and sum (sum_of_entries) of the chain entries.
   std::size_t entries = 0;
   std::string entries_sum{};
 };

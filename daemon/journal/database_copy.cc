@@ -46,10 +46,10 @@ void remove_with_logs(const std::filesystem::path& part) {
 DatabaseCopy::DatabaseCopy(Database& from, std::filesystem::path to)
     : to_(std::move(to)), part_(part_of(to_)) {
   refuse_existing(to_);
-  remove_with_logs(part_);  // of one that was killed
+  remove_with_logs(part_);  // of a backup that was killed
   database_ = std::make_unique<Database>(part_);
   try {
-    // It is synchronized once, when it is whole.
+    // Synchronized once, when complete.
     database_->execute("PRAGMA synchronous = OFF; PRAGMA journal_mode = MEMORY");
     pages_ = std::make_unique<PageCopy>(from, *database_);
   } catch (...) {
@@ -96,7 +96,7 @@ void DatabaseCopy::publish() {
   if (::renameat2(AT_FDCWD, part_.c_str(), AT_FDCWD, to_.c_str(), RENAME_NOREPLACE) != 0) {
     if (errno == EEXIST) give_up("there is a file of this name already. Name another");
     if (errno != EINVAL) give_up(std::string("cannot get its name (") + std::strerror(errno) + ")");
-    refuse_existing(to_);  // this file system cannot do both at once
+    refuse_existing(to_);  // this file system does not support an atomic rename without replacement
     std::filesystem::rename(part_, to_);
   }
   const std::filesystem::path parent = to_.parent_path();

@@ -1,6 +1,6 @@
 #pragma once
-// A whole copy of a journal's database under another name. It has that name when it is whole, on
-// disk and looked through, and not before.
+// Complete copy of a journal's database under another name, which it receives only when it is
+// complete, on disk and verified.
 
 #include <filesystem>
 #include <memory>
@@ -12,7 +12,7 @@ namespace cellcal::daemon {
 
 class DatabaseCopy {
  public:
-  /// Begins it as `to`.part. Throws JournalError where `to` is there already.
+  /// Starts the copy as `to`.part. Throws JournalError if `to` exists.
   DatabaseCopy(Database& from, std::filesystem::path to);
   /// Removes the part file unless it was published.
   ~DatabaseCopy();
@@ -24,10 +24,10 @@ class DatabaseCopy {
   /// Gives the copy a new outbox source, because the original journal continues to report under its own, whether or not
   /// the copy is opened with a head file.
   void speak_as_another();
-  /// Reads all of it. Throws JournalError where its pages contradict each other, or it does not end
-  /// with this entry. Returns the sessions that are damaged in it, as they are in the journal.
+  /// Verifies the copy. Throws JournalError if its pages are inconsistent, or its last entry is not
+  /// `end`. Returns its damaged sessions, which are those of the journal.
   std::vector<std::int64_t> look_through(const Head& end);
-  /// Gives it its name. Throws JournalError where a file has it by now.
+  /// Renames the copy to its name. Throws JournalError if a file of that name exists meanwhile.
   void publish();
 
  private:

@@ -1,4 +1,4 @@
-// Rows of another journal's session, taken into this one.
+// Import of the rows of another journal's session.
 
 #include "daemon/journal/import.h"
 
@@ -23,7 +23,7 @@ std::vector<std::string> columns_of(Database& database, const std::string& table
   return Statement(database, ("SELECT * FROM " + table).c_str()).column_names();
 }
 
-/// One session's rows, row by row, under a new number.
+/// Inserts the rows of one session under a new number.
 class Import {
  public:
   Import(Database& database, Chain& chain, const SessionRows& rows, const std::string& origin,
@@ -73,14 +73,14 @@ class Import {
     if (entry.table == "session") mark();
   }
 
-  /// As it was written, but for the session's number.
+  /// Value as recorded, except for the session's number.
   Value value(const RowEntry& entry, std::size_t column) const {
     const std::string& name = entry.names[column];
     if (entry.table != "session") return name == "session" ? Value(id_) : entry.columns[column];
     return name == "id" ? Value() : entry.columns[column];
   }
 
-  /// An imported session does not run.
+  /// Sets the origin, and the state of a running session to interrupted.
   void mark() {
     const std::int64_t id = database_.last_row_id();
     Statement select(database_, "SELECT state FROM session WHERE id=?");
@@ -131,7 +131,7 @@ std::pair<std::int64_t, bool> Journal::import(const std::string& lines, const st
   const std::vector<SessionRecord> all = sessions();
   for (const SessionRecord& there : all)
     if (there.origin && there.origin->sum == sum) return {there.id, false};
-  // Its own, and nothing has happened to it since.
+  // A session of this journal, unchanged since its export.
   if (rows.journal == name() && session(rows.session) && this->rows(rows.session) == to_lines(rows))
     return {rows.session, false};
   const std::string origin = to_text({rows.journal, rows.session, sum, rows.entries.size(),
@@ -146,7 +146,7 @@ std::pair<std::int64_t, bool> Journal::import(const std::string& lines, const st
 
 namespace {
 
-/// To the millisecond: another session of the same number has another one.
+/// Start time to the millisecond, which distinguishes sessions of the same number.
 std::string started_of(const SessionRows& rows) {
   for (const RowEntry& entry : rows.entries) {
     if (entry.table != "session") continue;
@@ -163,7 +163,7 @@ bool has_entry(Database& database, const RowEntry& entry) {
   return find.bind(1, entry.number).bind(2, std::string_view(entry.sum)).step();
 }
 
-/// A forged journal name does not change the entries.
+/// True for a session of this journal, even if the journal's name was forged: the entries remain.
 bool is_own(Database& database, const std::string& name, const SessionRows& rows) {
   if (rows.entries.empty()) return false;
   if (rows.journal != name && !has_entry(database, rows.entries.front())) return false;
@@ -175,7 +175,7 @@ void compare_with_own(Database& database, const SessionRows& rows, const std::st
   Statement own(database, "SELECT number, sum FROM chain WHERE session=? ORDER BY number");
   own.bind(1, rows.session);
   for (const RowEntry& entry : rows.entries) {
-    if (!own.step()) return;  // it went on elsewhere
+    if (!own.step()) return;  // continued elsewhere
     if (own.integer(0) == entry.number && own.text(1) == entry.sum) continue;
     throw JournalError(fmt::format(
         "{}: session {} was recorded by this journal, and entry {} is not the one that was "
@@ -210,19 +210,19 @@ void compare_with_imported(Database& database, const std::string& name, const Se
   compare_with_other_import(database, rows, from);
 }
 
-// A copy of the whole journal while it is written to.
+// Copy of the whole journal during operation.
 
 namespace {
 
 /// A quarter of a megabyte: half a millisecond.
 constexpr int kPagesAtOnce = 64;
-/// For the calls that wait; a lock that is taken again at once gives them no turn.
+/// For waiting calls, which would not get a lock that is taken again immediately.
 constexpr std::chrono::milliseconds kPause{1};
 
 }  // namespace
 
 std::vector<std::string> Journal::backup(const std::filesystem::path& file) {
-  const std::lock_guard one(impl_->one_backup);  // two of one name would write into each other
+  const std::lock_guard one(impl_->one_backup);  // backups of one name would collide
   std::unique_lock lock(impl_->mutex);
   DatabaseCopy copy(impl_->database, file);
   Head end = impl_->chain.end();

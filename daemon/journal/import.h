@@ -12,7 +12,7 @@
 
 namespace cellcal::daemon {
 
-/// Throws JournalError naming `from` where they differ. `name` is the journal's.
+/// Throws JournalError naming `from` if they differ. `name`: name of the journal.
 void compare_with_imported(Database& database, const std::string& name, const SessionRows& rows,
                            const std::string& from);
 

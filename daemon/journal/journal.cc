@@ -55,14 +55,14 @@ std::filesystem::path with(std::filesystem::path path, const char* suffix) {
   return path += suffix;
 }
 
-/// Replaces bytes that are not UTF-8, as devices may send them.
+/// Replaces invalid UTF-8, which devices may send.
 std::string as_utf8(const std::string& words) {
   using Json = nlohmann::json;
   if (is_utf8(words)) return words;
   return Json::parse(Json(words).dump(-1, ' ', false, Json::error_handler_t::replace));
 }
 
-/// SQLite has no such number; it would be read back as nothing.
+/// Rejects NaN, which SQLite reads back as NULL.
 double number_of(double value, const char* what) {
   if (std::isnan(value)) throw JournalError(std::string(what) + " of the touch is not a number");
   return value;
@@ -128,7 +128,7 @@ void Journal::Impl::write(const std::function<void()>& act) {
     write_once(waiting, act);
   } catch (const DiskFullError&) {
     if (outbox.count().telemetry_bytes == 0) throw;
-    // A log that was moved into the file is begun anew, and what is dropped makes room in the file.
+    // A log that was moved into the file restarts, and dropped rows free space in the file.
     database.move_log_into_file();
     write_once(waiting, [&] {
       outbox.drop_telemetry();
@@ -295,7 +295,7 @@ void Journal::record(std::int64_t session, const RecordTouch& record) {
 
 void Journal::record(std::int64_t session, const RecordEnd& end, const std::string& utc,
                      const std::vector<Report>& also) {
-  impl_->running = 0;  // also where that cannot be recorded
+  impl_->running = 0;  // even if that cannot be recorded
   impl_->write([&] {
     if (end.result) {
       Statement update(impl_->database, "UPDATE session SET outcome=?, document=? WHERE id=?");

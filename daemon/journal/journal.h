@@ -1,5 +1,5 @@
 #pragma once
-// The journal of all sessions: inputs, touches, readings, what happened, how it ended.
+// Journal of all sessions: inputs, touches, readings, events, outcomes.
 
 #include <cstdint>
 #include <filesystem>
@@ -20,18 +20,18 @@
 
 namespace cellcal::daemon {
 
-/// Limits above which raw events and readings of old sessions are dropped. None set: nothing is dropped.
+/// Limits beyond which raw events and readings of old sessions are deleted; without any, none are.
 struct RetentionLimits {
-  std::string ended_before;             ///< ISO 8601 UTC, empty: whatever their age
-  std::optional<std::int64_t> bytes{};  ///< the oldest go until what is in use is not more
+  std::string ended_before;             ///< ISO 8601 UTC; empty: any age
+  std::optional<std::int64_t> bytes{};  ///< maximum size in use; the oldest rows are deleted first
 };
-/// Rows of a session that were, or would be, dropped.
+/// Deleted rows of a session, or rows that would be deleted.
 struct DroppedRows {
   std::int64_t session = 0, rows = 0;
-  std::int64_t bytes = 0;  ///< about
+  std::int64_t bytes = 0;  ///< approximate
 };
 
-/// A search, and the session that made it.
+/// Search in progress, and its session.
 struct LeftSearch {
   std::int64_t session = 0;
   calib::SearchUnderWay search;
@@ -39,8 +39,8 @@ struct LeftSearch {
 
 class Journal {
  public:
-  /// Opens or creates the file. Throws JournalError where another process has it, and where it is damaged, no journal or
-  /// of another schema version.
+  /// Opens or creates the file. Throws JournalError if another process uses it, or if it is
+  /// damaged, no journal, or of another schema version.
   explicit Journal(const std::filesystem::path& path);
   ~Journal();
   Journal(const Journal&) = delete;
@@ -54,7 +54,7 @@ class Journal {
   void check();
 
   std::int64_t begin(const SessionInputs& inputs, const std::string& utc);
-  /// Makes an unfinished session the running one again.
+  /// Sets an unfinished session to running again.
   void resume(std::int64_t session, const std::string& utc);
   void record(std::int64_t session, const RecordPlan& plan);
   void record(std::int64_t session, const RecordReading& reading);
@@ -65,7 +65,7 @@ class Journal {
               const std::vector<Report>& also = {});
   void store_calibration(std::int64_t session, const std::string& json,
                          const std::optional<Compared>& compared = {});
-  // Written with the next row of this journal. Never wait for the disk.
+  // Written with the next row of this journal; never wait for the disk.
   void note(std::int64_t session, const std::string& utc, const std::string& words);
   void note(std::int64_t session, const RecordChange& change);
   void note(std::int64_t session, const RecordContact& contact);
@@ -79,38 +79,40 @@ class Journal {
 
   /// True if no row of this session was changed; the result is cached until it is written to.
   bool is_whole(std::int64_t session);
-  /// Newest first, without the texts of the inputs and the calibration. Damaged: by the session's own row, and by the others
-  /// where is_whole() or a reader has looked at them. Can be called off (calib/model/long_work.h).
+  /// Newest first, without the texts of the inputs and the calibration. Damage is reported by the
+  /// session's own row, and by the others if is_whole() or a reader has verified them. Cancellable
+  /// (calib/model/long_work.h).
   std::vector<SessionRecord> sessions();
-  /// At most `most` sessions with a number below `before`, newest first; reads no others.
+  /// At most `most` sessions with a number below `before`, newest first, without reading others.
   std::vector<SessionRecord> sessions(std::int64_t before, std::size_t most);
-  /// True if the session is done and published a calibration; none if it has no calibration. Does not verify checksums.
+  /// True if the session is done and published a calibration; nullopt if it has no calibration.
+  /// Does not verify checksums.
   std::optional<bool> was_published(std::int64_t session);
   /// False only if a damaged session certainly published no calibration.
   bool may_be_published(std::int64_t session);
   std::optional<SessionRecord> session(std::int64_t id);
-  /// As the first of sessions() that was not imported; looks at no later one.
+  /// The first of sessions() that was not imported, without reading later ones.
   std::optional<SessionRecord> newest_own();
   std::optional<SessionRecord> newest_resumable();
   std::vector<calib::Touch> touches(std::int64_t session);
   std::vector<std::string> events(std::int64_t session);
-  /// In the order in which they happened; none once retention has dropped them.
+  /// In chronological order; empty after deletion by retention.
   std::vector<TimedChange> changes(std::int64_t session);
   int reading_count(std::int64_t session);
-  /// By their cause; none once retention has dropped them.
+  /// By cause; empty after deletion by retention.
   InterruptionCounts interruptions(std::int64_t session);
-  /// In the order in which they were made.
+  /// In chronological order.
   std::vector<RecordReading> readings(std::int64_t session);
   std::optional<Compared> compared(std::int64_t session);
-  /// The newest search of all that was recorded here; empty where a later session has touched since.
-  /// Throws DamagedError.
+  /// The newest search recorded here; nullopt if a later session has touched since. Throws
+  /// DamagedError.
   std::optional<LeftSearch> search_left();
 
   // Calibration in use.
 
-  /// On disk when it returns; never changed. The caller checks that the session may be activated.
+  /// On disk on return; never changed. The caller checks that the session may be activated.
   void activate(const Activation& activation);
-  /// Oldest first, without those that are not as they were written.
+  /// Oldest first, without altered ones.
   std::vector<Activation> activations();
   /// Chain entry of the last change of a session's own row (its end, if it has ended): orders events
   /// independently of clocks. 0: no such session.
@@ -118,21 +120,21 @@ class Journal {
 
   // State of daemon/schedule.
 
-  /// On disk when it returns.
+  /// On disk on return.
   void store_schedule(const std::string& state);
-  /// As stored last; empty: never. Throws DamagedError where it is not what was stored.
+  /// State as last stored; empty: never stored. Throws DamagedError if it was altered.
   std::string schedule();
 
   // Outbox: reports to the plant. Empty without a reporter.
 
-  /// Sets the reporter; null: none. An interrupted session is reported at once, and once. Throws JournalError,
-  /// keeping the previous reporter.
+  /// Sets the reporter; null: none. Reports an interrupted session immediately, and once. Throws
+  /// JournalError, keeping the previous reporter.
   void report_to(std::shared_ptr<const Reporter> reporter);
   /// Removes the reporter unless it was replaced.
   void report_no_more_to(const Reporter& reporter);
-  /// Reports a fact without a row in this journal. On disk when it returns.
+  /// Reports a fact without a row in this journal. On disk on return.
   void report(std::int64_t session, const Report& report);
-  /// The oldest rows after this one, limited in bytes; up to a touch that is not assessed yet.
+  /// The oldest rows after `after`, limited in bytes, up to a touch that is not assessed yet.
   std::vector<WaitingReport> waiting(std::int64_t after, std::size_t most);
   /// Removes delivered rows.
   void acknowledge(const std::vector<std::int64_t>& rows);
@@ -144,23 +146,24 @@ class Journal {
 
   /// Unique name of this journal.
   std::string name();
-  /// A session's rows with their checksums, as JSON lines (rows.h). Pending ones first.
+  /// Rows of a session with their checksums, as JSON lines (rows.h), after writing pending rows.
   std::string rows(std::int64_t session);
-  /// Such rows as a session of this journal; its number, and whether it is new: the same rows come
-  /// in once. Throws JournalError, which names `from` and the line, where they are damaged or
-  /// altered, are not those that this journal knows of the session, or hold other than the stated touches.
+  /// Imports such rows as a session. Returns its number, and true if it is new: rows are imported
+  /// only once. Throws JournalError naming `from` and the line if they are damaged or altered,
+  /// contradict the journal's knowledge of the session, or have another number of touches than
+  /// stated.
   std::pair<std::int64_t, bool> import(const std::string& rows, const std::string& from,
                                        std::optional<std::size_t> stated_touches = {});
-  /// Copies the whole journal at one moment and verifies the copy before it gets its name. Sessions
-  /// continue; each of their calls waits for a few pages at most. Returns warnings. Throws
+  /// Copies the whole journal at one instant, and verifies the copy before it receives its name.
+  /// Sessions continue; each of their calls waits for a few pages at most. Returns warnings. Throws
   /// JournalError if the file exists or cannot be written.
   std::vector<std::string> backup(const std::filesystem::path& file);
 
   // Retention (retention.cc).
 
-  /// Drops the raw events and readings of old sessions, oldest first, each session's in one transaction; their
-  /// entries stay in the chain. Never of the newest, a running or a damaged one. With `dry_run` drops nothing. Calls
-  /// `go_on` before each session.
+  /// Deletes raw events and readings of old sessions, oldest first, in one transaction per session;
+  /// their entries remain in the chain. Excludes the newest, running and damaged sessions. With
+  /// `dry_run` deletes nothing. Calls `go_on` before each session.
   std::vector<DroppedRows> retain(const RetentionLimits& limits, const std::string& utc,
                                   bool dry_run, const std::function<bool()>& go_on = {});
   /// Size of the file's used pages.

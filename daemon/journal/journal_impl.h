@@ -20,8 +20,8 @@ struct Journal::Impl {
 
   static std::vector<std::filesystem::path> all(const std::filesystem::path& path);
 
-  /// Writes pending rows and then `act` in one transaction. On disk when it returns; throws if the
-  /// files were replaced.
+  /// Writes pending rows and then `act` in one transaction. On disk on return; throws if the files
+  /// were replaced.
   void write(const std::function<void()>& act);
   void write_once(const std::vector<PendingRow>& waiting, const std::function<void()>& act);
   /// Within a transaction: reports the session's current row.
@@ -32,11 +32,11 @@ struct Journal::Impl {
   std::vector<SessionRecord> sessions();
   /// Visits sessions with a number below `before`, newest first, until `visit` returns true.
   void look_for(std::int64_t before, const std::function<bool(SessionRecord)>& visit);
-  /// The stored row; none if missing.
+  /// The stored row; nullopt if missing.
   std::optional<SessionRecord> as_stored(std::int64_t session, bool with_texts);
-  /// The newest that was not imported.
+  /// The newest session that was not imported.
   std::optional<SessionRecord> newest_own();
-  /// The row that was inserted last.
+  /// Adds a chain entry for the row inserted last.
   void added(std::int64_t session, const char* table) {
     chain.add(session, table, database.last_row_id());
   }
@@ -47,7 +47,7 @@ struct Journal::Impl {
   /// changed.
   void judge(SessionRecord& record);
 
-  std::mutex mutex;  ///< held while the disk is waited for
+  std::mutex mutex;  ///< held during disk access
   std::mutex one_backup;
   LockFile lock;
   HeadFile head;

@@ -13,9 +13,9 @@ namespace {
 
 /// Estimated size of a row without its body.
 constexpr std::int64_t kOutboxRowBytes = 100;
-/// One reading holds the lock for no longer than this takes.
+/// Maximum number of bytes per reading, which limits the time of the lock.
 constexpr std::size_t kMostAtOnce = std::size_t{1} << 20;
-/// Fraction of the bound that is dropped at once, so that not every new row drops one.
+/// Fraction of the bound that is dropped at once, so that not every new row causes a drop.
 constexpr std::int64_t kDroppedShare = 10;
 
 constexpr const char* kBytes = "length(CAST(body AS BLOB))";
@@ -82,7 +82,7 @@ void OutboxRows::speak_as(const std::string& address) {
       !database_.text("SELECT address FROM outbox_source ORDER BY first DESC LIMIT 1").empty();
   // If no number was reported under the previous name, the source is renamed.
   if (named && now_.newest > 0) {
-    drop(now_.telemetry_bytes);  // what is reported of it belongs to the numbers that end here
+    drop(now_.telemetry_bytes);  // its reports belong to the numbers that end here
     name_source(database_);
   }
   Statement update(
@@ -134,7 +134,7 @@ void OutboxRows::assess(std::int64_t session, const AssessedTouch& found) {
   try {
     const std::vector<Report> now = reporter_->touch(open_.touch);
     if (now.size() == 1) rewrite(open_.row, now[0]);
-  } catch (const std::exception&) {  // it was reported without that
+  } catch (const std::exception&) {  // reported without the residual
   }
   close_touch();
   added_ = true;
@@ -166,7 +166,7 @@ void OutboxRows::put(std::int64_t session, const std::string& time,
   std::vector<Report> reports;
   try {
     reports = say(*reporter_);
-  } catch (const std::exception&) {  // the fact is what counts
+  } catch (const std::exception&) {  // the fact has priority
     ++now_.not_begun;
   }
   for (const Report& report : reports) {
@@ -243,10 +243,10 @@ void OutboxRows::compose(const SessionRecord& record,
   try {
     body = reporter_->calibration(record, touches()).body;
   } catch (const JournalError&) {
-    throw;  // the disk: the calibration that comes now cannot be stored either
+    throw;  // the disk: the following calibration cannot be stored either
   } catch (
       const std::
-          exception&) {  // the fact is what counts; whoever sends it says that it cannot be reported
+          exception&) {  // the fact has priority; the sender reports that it cannot be composed
     body = "{}";
   }
   for (const std::int64_t row : rows) {

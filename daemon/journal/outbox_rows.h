@@ -1,5 +1,6 @@
 #pragma once
-// The outbox's tables. All calls but committed() and rolled_back() that write are within a transaction.
+// Tables of the outbox. Writing functions other than committed() and rolled_back() need a
+// transaction.
 
 #include <cstdint>
 #include <functional>
@@ -13,21 +14,22 @@
 
 namespace cellcal::daemon {
 
-// Reports of a journal's facts: rows that wait for their acknowledgement, each written in the transaction of the
-// fact that it reports. The reporter defines their content.
+// Reports of a journal's facts: rows that wait for acknowledgement, written in the transaction of
+// the fact. The reporter defines their content.
 
-/// Telemetry may be dropped where there is no room; results never are.
+/// Telemetry may be dropped for lack of space; results never are.
 enum class Worth { kResult, kTelemetry };
 
 struct Report {
   std::string kind;
   Worth worth = Worth::kResult;
-  /// Empty: composed by Reporter::calibration() when it is read, so that a calibration is not on disk twice.
+  /// Empty: composed by Reporter::calibration() on reading, so that a calibration is stored only
+  /// once.
   std::string body;
 };
 
-/// Converts facts to reports. Called with the journal's lock held, so it must not block. An exception discards
-/// the report, never the fact.
+/// Converts facts to reports. Called with the journal's lock held, so it must not block. An
+/// exception discards the report, never the fact.
 class Reporter {
  public:
   virtual ~Reporter() = default;
@@ -39,7 +41,7 @@ class Reporter {
   virtual std::vector<Report> touch(const RecordTouch& touch) const = 0;
   virtual std::vector<Report> change(const RecordChange& change) const = 0;
   virtual std::vector<Report> activation(const Activation& activation) const = 0;
-  /// So many numbers from `first` to `last` are gone.
+  /// `count` facts with numbers from `first` to `last` were dropped.
   virtual Report dropped(std::int64_t first, std::int64_t last, std::int64_t count) const = 0;
   /// Name under which this journal reports; empty: none. A changed name starts a new source, numbered from 1.
   virtual std::string address() const { return {}; }
@@ -47,14 +49,14 @@ class Reporter {
   virtual bool publishes_name(const std::string& /*address*/) const { return true; }
   /// Bound of the waiting rows; above it the oldest telemetry is dropped.
   virtual std::int64_t most_bytes() const = 0;
-  /// Something new waits.
+  /// Called when new reports are waiting.
   virtual void waits() const {}
 };
 
 struct WaitingReport {
   std::int64_t row = 0;     ///< for Journal::acknowledge()
-  std::string source;       ///< whose numbers these are
-  std::int64_t number = 0;  ///< counts up by one, never used twice under this source
+  std::string source;       ///< name under which it is numbered
+  std::int64_t number = 0;  ///< consecutive, never reused under this source
   std::int64_t session = 0;
   std::string time;
   Report report;
@@ -67,19 +69,19 @@ struct AssessedTouch {
 };
 
 struct OutboxCount {
-  std::string source;       ///< of the next
+  std::string source;       ///< of the next report
   std::int64_t newest = 0;  ///< number under that source; 0: none yet
   std::int64_t rows = 0, bytes = 0, telemetry_bytes = 0;
-  /// Since the journal was opened: dropped, and not begun because results alone fill it.
+  /// Since the journal was opened: dropped, and not queued because results alone fill the outbox.
   std::int64_t dropped = 0, not_begun = 0;
-  std::string oldest;  ///< time of the oldest that waits, ISO 8601 UTC; empty: none
+  std::string oldest;  ///< time of the oldest waiting one, ISO 8601 UTC; empty: none
   /// Waiting rows written under another name, which are not reported now.
   std::int64_t elsewhere = 0;
-  std::string elsewhere_address;  ///< of these the oldest
+  std::string elsewhere_address;  ///< the oldest of these names
 };
 
-/// Starts a new source, numbered from 1, because another copy of this file may continue as well. Waiting results keep
-/// their source and number; waiting telemetry is dropped.
+/// Starts a new source, numbered from 1, because another copy of this file may continue as well.
+/// Waiting results keep their source and number; waiting telemetry is dropped.
 void begin_source(Database& database);
 
 class OutboxRows {
@@ -95,29 +97,29 @@ class OutboxRows {
   }
   /// True if speak_as() would write.
   bool is_other(const std::string& address);
-  /// From now on; numbers begin anew where the newest ones were reported under another name.
+  /// Sets the name for new reports; numbers restart if the newest ones were reported under another.
   void speak_as(const std::string& address);
   bool on() const { return reporter_ != nullptr; }
   const Reporter& reporter() const { return *reporter_; }
 
-  /// Nothing where nothing is reported. `time` empty: now.
+  /// Adds the reports of a fact, if there is a reporter. `time` empty: now.
   void put(std::int64_t session, const std::string& time,
            const std::function<std::vector<Report>(const Reporter&)>& say);
-  /// Holds the report of a touch with a tip until it is assessed, at the latest until the next touch. A touch without a
-  /// tip is reported at once.
+  /// Holds the report of a touch with a tip until it is assessed, at the latest until the next
+  /// touch. A touch without a tip is reported immediately.
   void put_touch(std::int64_t session, const RecordTouch& touch);
   void assess(std::int64_t session, const AssessedTouch& touch);
   /// Releases a report held by put_touch().
   void close_touch() { open_ = {}; }
   void replace(std::int64_t row, const Report& report);
-  /// `record`: with the calibration that is about to be replaced.
+  /// Composes the report of a calibration that is about to be replaced; `record` contains it.
   void compose(const SessionRecord& record,
                const std::function<std::vector<calib::Touch>()>& touches);
   /// Interruption of a session, identified by the chain entry of its 'running' row.
   bool was_reported_interrupted(std::int64_t entry);
   void mark_reported_interrupted(std::int64_t entry);
   void acknowledge(const std::vector<std::int64_t>& rows);
-  /// All telemetry goes, and none is taken until committed() or rolled_back().
+  /// Drops all telemetry, and accepts none until committed() or rolled_back().
   void drop_telemetry();
 
   void committed();
@@ -125,7 +127,7 @@ class OutboxRows {
 
   std::vector<WaitingReport> waiting(std::int64_t after, std::size_t most);
   const OutboxCount& count() const { return now_; }
-  /// With what only the tables know.
+  /// Counts that require reading the tables.
   OutboxCount look();
 
  private:

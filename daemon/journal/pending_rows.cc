@@ -17,8 +17,8 @@ double seconds(drivers::TimePoint at) {
   return std::chrono::duration<double>(at.time_since_epoch()).count();
 }
 
-/// SQLite stores NaN as NULL, which the NOT NULL column rejects together with all later touches. NaN is stored as
-/// infinity.
+/// SQLite stores NaN as NULL, which the NOT NULL column rejects together with all later touches.
+/// NaN is therefore stored as infinity.
 double kept(double value) {
   return std::isnan(value) ? std::numeric_limits<double>::infinity() : value;
 }
@@ -57,7 +57,7 @@ struct Insert {
     chain.add(session, "interruption", database.last_row_id());
   }
 
-  void operator()(const AssessedTouch&) const {}  // the outbox's alone
+  void operator()(const AssessedTouch&) const {}  // for the outbox only
 
   void operator()(const RecordContact& row) const {
     Statement insert(database,
@@ -91,7 +91,7 @@ void insert(Database& database, Chain& chain, const PendingRow& row) {
 
 void Journal::report_to(std::shared_ptr<const Reporter> reporter) {
   const std::string address = reporter ? reporter->address() : "";
-  // The newest own session if it is interrupted and was not reported.
+  // The newest own session if it is interrupted and not yet reported.
   const auto interrupted = [&]() -> std::optional<SessionRecord> {
     std::optional<SessionRecord> newest = impl_->newest_own();
     if (!newest || newest->state != RecordState::kInterrupted ||
@@ -123,7 +123,7 @@ void Journal::report_no_more_to(const Reporter& reporter) {
 
 void Journal::report(std::int64_t session, const Report& report) {
   impl_->write([&] {
-    // After a failed write of a session's end its last touch would hold back all later results.
+    // After a failed write of a session's end its last touch would delay all later results.
     if (report.worth == Worth::kResult) impl_->outbox.close_touch();
     impl_->outbox.put(session, {}, [&](const Reporter&) { return std::vector{report}; });
   });

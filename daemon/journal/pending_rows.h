@@ -1,6 +1,6 @@
 #pragma once
-// Rows that are written with the next transaction: log, changes of phase, sensor events. Adding one
-// does not wait for the disk.
+// Rows written with the next transaction: log, changes of phase, sensor events. Adding one does not
+// wait for the disk.
 
 #include <cstdint>
 #include <mutex>
@@ -33,18 +33,18 @@ class PendingRows {
     const std::lock_guard lock(mutex_);
     return rows_;
   }
-  /// The first ones are on disk.
+  /// Removes the first `count` rows, which are on disk.
   void written(std::size_t count) {
     const std::lock_guard lock(mutex_);
     rows_.erase(rows_.begin(), rows_.begin() + static_cast<std::ptrdiff_t>(count));
   }
 
  private:
-  mutable std::mutex mutex_;  ///< never held while the disk is waited for
+  mutable std::mutex mutex_;  ///< never held during disk access
   std::vector<PendingRow> rows_;
 };
 
-/// Within a transaction.
+/// Inserts the row, within a transaction.
 void insert(Database& database, Chain& chain, const PendingRow& row);
 
 }  // namespace cellcal::daemon

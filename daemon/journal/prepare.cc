@@ -82,7 +82,7 @@ std::vector<std::string> prepare(Database& database, HeadFile& head, Chain& chai
     remarks = chain.open();
     if (!remarks.empty()) {
       begin_source(
-          database);  // a restored copy: the journal that it was copied from may go on, too
+          database);  // a restored copy: the journal that it was copied from may continue, too
       chain.write_head();
     }
   }

@@ -8,8 +8,8 @@
 
 namespace cellcal::daemon {
 
-/// Throws JournalError on a file of another program, of another schema version, or a damaged one, without writing to it.
-/// Returns warnings.
+/// Throws JournalError for a file of another program or schema version, or a damaged one, without
+/// writing to it. Returns warnings.
 std::vector<std::string> prepare(Database& database, HeadFile& head, Chain& chain);
 
 }  // namespace cellcal::daemon

@@ -1,5 +1,5 @@
 #pragma once
-// A session as the journal has it.
+// Session as recorded in the journal.
 
 #include <array>
 #include <cstdint>
@@ -22,8 +22,8 @@ struct SessionInputs {
 
 /// The earlier calibration that a result was compared with.
 struct Compared {
-  std::string words;        ///< which one
-  bool accepted = false;    ///< a changed arm was to be accepted
+  std::string words;        ///< description of the calibration
+  bool accepted = false;    ///< a changed arm had to be accepted
   std::string calibration;  ///< JSON
 };
 
@@ -31,10 +31,10 @@ struct Compared {
 struct Activation {
   std::int64_t session = 0;
   std::string time, who, reason;
-  std::int64_t entry = 0;  ///< its place among all that was ever written; 0: not written yet
+  std::int64_t entry = 0;  ///< position among all entries; 0: not written yet
 };
 
-/// How far a session came.
+/// State of a session.
 enum class RecordState {
   kRunning,
   kInterrupted,  ///< not running and not ended
@@ -47,7 +47,8 @@ inline constexpr std::array kRecordStates{RecordState::kRunning, RecordState::kI
                                           RecordState::kAborted, RecordState::kFailed,
                                           RecordState::kDone,    RecordState::kDamaged};
 
-/// "running", "interrupted", "aborted", "failed", "done", "damaged": as the database and the API have them.
+/// "running", "interrupted", "aborted", "failed", "done", "damaged": as in the database and the
+/// API.
 const char* to_string(RecordState state);
 /// Returns kDamaged for an unknown text.
 RecordState record_state_of(std::string_view text);
@@ -58,20 +59,20 @@ struct SessionRecord {
   RecordState state = RecordState::kRunning;
   SessionInputs inputs;
   std::string plan_hash;
-  int planned = 0;                            ///< touches of the plan; 0 before it was made
+  int planned = 0;                            ///< touches of the plan; 0 before planning
   int touches = 0;                            ///< on disk
   std::string failure;                        ///< to_journal(Failure); empty: it did not fail
   std::optional<FailureKind> failure_kind{};  ///< set for the report of a failure; not stored
   std::string calibration;                    ///< JSON; empty before identification
-  bool has_calibration = false;               ///< whether or not it was read with the record
-  std::optional<SessionOutcome> outcome{};    ///< of one that is done
-  std::string document;          ///< JSON of a check, a qualification or found spheres that is done
-  std::string software;          ///< version that began it
+  bool has_calibration = false;               ///< even if it was not read with the record
+  std::optional<SessionOutcome> outcome{};    ///< for a session that is done
+  std::string document;          ///< JSON of a completed check, qualification or search of spheres
+  std::string software;          ///< version of the program at its start
   std::optional<Origin> origin;  ///< imported
   std::string
-      dropped;  ///< when its raw events and readings were dropped (retention); empty: they are there
+      dropped;  ///< time of deletion of its raw events and readings (retention); empty: not deleted
 
-  /// It has not come to its end, and its plan can be gone on with.
+  /// True if the session is not complete and its plan can be continued.
   bool resumable() const {
     return state != RecordState::kDone && state != RecordState::kRunning && !origin;
   }

@@ -1,4 +1,4 @@
-// Drops raw rows of old sessions; their entries stay in the chain.
+// Deletes raw rows of old sessions; their entries remain in the chain.
 
 #include <fmt/format.h>
 
@@ -13,7 +13,7 @@ namespace {
 /// Estimated size of a row without texts and blobs: header, numbers, index entry.
 constexpr std::int64_t kRowBytes = 60;
 
-/// "length(a) + length(b)": of all columns with texts or blobs.
+/// "length(a) + length(b)" of all columns with texts or blobs.
 std::string length_of_texts(Database& database, const std::string& table) {
   Statement columns(database,
                     "SELECT group_concat('coalesce(length(' || name || '), 0)', ' + ') FROM "
@@ -22,7 +22,7 @@ std::string length_of_texts(Database& database, const std::string& table) {
   return columns.text(0);
 }
 
-/// About how many bytes a table's rows of this session hold, and how many there are.
+/// Approximate size and number of a table's rows of this session.
 DroppedRows raw_rows(Database& database, std::int64_t session, const std::string& table) {
   Statement count(database,
                   fmt::format("SELECT count(*), coalesce(sum({}), 0) FROM {} WHERE session=?",

@@ -26,14 +26,14 @@ namespace cellcal::daemon {
 
 namespace {
 
-/// The row that an entry is of, or nothing where it is gone or another by now.
+/// Reads the row of an entry; leaves it empty if the row is deleted or changed since.
 void read_columns(Database& database, RowEntry& entry) {
   Statement row(database, rows_of(entry.table, "rowid").c_str());
   if (!row.bind(1, entry.row).step()) return;
   std::vector<Value> values = row.values();
   if (digest_of(values) != entry.digest) return;
   entry.names = row.column_names();
-  // The rowid is the entry's own.
+  // The rowid is in the entry.
   entry.names.erase(entry.names.begin());
   entry.columns.assign(values.begin() + 1, values.end());
 }
@@ -147,7 +147,7 @@ RowEntry entry_of(const Json& json) {
   return entry;
 }
 
-/// Why an entry is not as it was written; nothing where it is.
+/// Reason why an entry is damaged or altered; nullopt if it is sound.
 std::optional<std::string> complaint(const SessionRows& rows, const RowEntry& entry,
                                      const RowEntry* before) {
   const std::string sum =
@@ -168,14 +168,14 @@ std::optional<std::string> complaint(const SessionRows& rows, const RowEntry& en
       fmt::format("{}:{}: {}: damaged or altered. Export the session again", from, line, why));
 }
 
-/// Touches are numbered 0, 1, 2, ... as they are made.
+/// Throws unless the touches are numbered 0, 1, 2, ... in order.
 void refuse_gaps(const SessionRows& rows, const std::string& from) {
   std::int64_t next = 0;
   for (std::size_t i = 0; i < rows.entries.size(); ++i) {
     const RowEntry& entry = rows.entries[i];
     if (entry.table != "touch" || entry.names.empty()) continue;
     const auto number = std::find(entry.names.begin(), entry.names.end(), "number");
-    if (number == entry.names.end()) continue;  // no such column: refused where it is inserted
+    if (number == entry.names.end()) continue;  // no such column: refused on insertion
     const Value& value = entry.columns[static_cast<std::size_t>(number - entry.names.begin())];
     const auto* is = std::get_if<std::int64_t>(&value);
     if (is == nullptr || *is != next)
@@ -184,7 +184,7 @@ void refuse_gaps(const SessionRows& rows, const std::string& from) {
   }
 }
 
-/// Each row's newest entry must have it.
+/// Throws unless the newest entry of each row has its columns, or the row may have been dropped.
 void refuse_missing(const SessionRows& rows, const std::string& from) {
   std::map<std::pair<std::string, std::int64_t>, std::size_t> newest;
   for (std::size_t i = 0; i < rows.entries.size(); ++i)
@@ -205,7 +205,7 @@ bool is_utf8(const std::string& text) {
   try {
     (void)Json(text).dump();
     return true;
-  } catch (const Json::exception&) {  // says so
+  } catch (const Json::exception&) {  // invalid UTF-8
     return false;
   }
 }
@@ -278,17 +278,17 @@ namespace {
 
 enum class Holds {
   kText,    ///< UTF-8
-  kName,    ///< of something: not empty, one line
+  kName,    ///< a name: not empty, one line
   kFlag,    ///< 0 or 1
   kCount,   ///< 0 to 1e9
   kWhole,   ///< 0 or more
-  kNumber,  ///< infinite: what was seen is none
+  kNumber,  ///< infinite: recorded NaN
   kFinite,
   kNotNegative,  ///< and finite
   kAngles,       ///< of a robot's axes, 1 to kMaxAxes
   kAnglesOrNone,
   kThree,
-  kPostures,  ///< angles of one arm, any number of times; their number of axes is a column of its own
+  kPostures,  ///< angles of one arm, any number of postures; the number of axes is another column
 };
 struct Column {
   const char* table;
@@ -383,9 +383,9 @@ constexpr Column kColumns[] = {
     {"search", "out_rad", Holds::kPostures},
 };
 
-constexpr std::size_t kMostPostures = 10'000;  ///< a way has some ten
+constexpr std::size_t kMostPostures = 10'000;  // a path has some ten
 
-/// Why the value is none; nothing where it is.
+/// Reason why the value is invalid; nullopt if it is valid.
 using Complaint = std::optional<std::string>;
 
 Complaint of_text(const Value& value, bool is_name) {
@@ -460,7 +460,7 @@ Complaint complaint(const Value& value, Holds holds) {
   return std::nullopt;
 }
 
-/// One arm made them all.
+/// Checks that all angles are of one arm.
 class Axes {
  public:
   Complaint complaint(const Column& column, const Value& value) {
@@ -487,7 +487,7 @@ void refuse_impossible(const SessionRows& rows, const std::string& from) {
         return entry.table == one.table && entry.names[k] == one.name;
       });
       const Value& value = entry.columns[k];
-      // No such column is refused where the row is inserted; the session's number is another here.
+      // Unknown columns are refused on insertion; the session's number is replaced.
       if (column == std::end(kColumns) ||
           (column->may_be_null && std::holds_alternative<std::monostate>(value)))
         continue;

@@ -1,11 +1,12 @@
 #pragma once
-// A session's rows as JSON lines that can be checked without the journal, format "cellcal.rows/1".
+// A session's rows as JSON lines that can be verified without the journal, format "cellcal.rows/1".
 //
-// The first line has journal, session, number of entries and their sum. Each further line is an entry of the chain: its number, the previous
-// sum, the row's table, number and digest, its own sum; and the row's `columns`, unless a later entry
-// replaces it. Values are JSON's own, or {"blob": hex}, {"text": hex} (not UTF-8), {"float":
-// hex} (infinite). Sums cover all but the journal's name in the first line. Altering a value requires
-// altering its digest and all later sums, which the recording journal still has.
+// The first line has journal, session, number of entries and their sum. Each further line is an
+// entry of the chain: its number, the previous sum, the row's table, number and digest, its own
+// sum; and the row's `columns`, unless a later entry replaces it. Values are JSON's own, or
+// {"blob": hex}, {"text": hex} (not UTF-8), {"float": hex} (infinite). Sums cover all but the
+// journal's name in the first line. Altering a value requires altering its digest and all later
+// sums, which the recording journal still has.
 
 #include <cstdint>
 #include <string>
@@ -18,7 +19,7 @@ namespace cellcal::daemon {
 struct RowEntry {
   std::int64_t number = 0, row = 0;
   std::string before, table, digest, sum;
-  std::vector<std::string> names;  ///< of the columns; none: changed since
+  std::vector<std::string> names;  ///< of the columns; empty: changed since
   std::vector<Value> columns;
 };
 
@@ -32,16 +33,16 @@ struct SessionRows {
 SessionRows read_rows(Database& database, const std::string& journal, std::int64_t session);
 
 std::string to_lines(const SessionRows& rows);
-/// SHA-256 of the sums of the first `count` entries in their order: one left out, put in or altered makes it
-/// another.
+/// SHA-256 of the sums of the first `count` entries in order; any omission, insertion or change
+/// alters it.
 std::string sum_of_entries(const SessionRows& rows, std::size_t count);
 /// Number of touches of the session.
 std::size_t touches_in(const SessionRows& rows);
 bool is_utf8(const std::string& text);
-/// Throws JournalError naming `from`, line, row and column where a value is none that a journal writes, whatever its sums
-/// (row_check.cc).
+/// Throws JournalError naming `from`, line, row and column for a value that no journal writes,
+/// regardless of its sums (row_check.cc).
 void refuse_impossible(const SessionRows& rows, const std::string& from);
-/// Throws JournalError naming `from` and the line where they are not as they were written.
+/// Throws JournalError naming `from` and the line if the lines are damaged or altered.
 SessionRows parse_lines(const std::string& lines, const std::string& from);
 
 }  // namespace cellcal::daemon

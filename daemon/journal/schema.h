@@ -1,7 +1,8 @@
 #pragma once
-// The journal's tables.
+// Tables of the journal.
 //
-// A later version appends columns that are NULL in earlier rows, or adds tables: the checksums of earlier rows stay valid.
+// A later version appends columns that are NULL in earlier rows, or adds tables, so that the
+// checksums of earlier rows remain valid.
 
 namespace cellcal::daemon {
 

@@ -1,4 +1,4 @@
-// Rows of sessions, as records: one, the newest, lists.
+// Session records: single ones, the newest, lists.
 
 #include <cstring>
 #include <limits>
@@ -131,7 +131,7 @@ std::optional<bool> Journal::was_published(std::int64_t session) {
 bool Journal::may_be_published(std::int64_t session) {
   if (const auto stated = was_published(session)) return *stated;
   const std::lock_guard lock(impl_->mutex);
-  if (impl_->chain.is_whole(session)) return false;  // it says what it always said: none
+  if (impl_->chain.is_whole(session)) return false;  // certainly no published calibration
   Statement select(impl_->database,
                    "SELECT origin IS NULL AND calibration<>'' FROM session WHERE id=?");
   return !select.bind(1, session).step() || select.integer(0) != 0;
@@ -151,14 +151,15 @@ std::optional<SessionRecord> Journal::newest_own() {
 }
 
 std::optional<SessionRecord> Journal::newest_resumable() {
-  // Only the newest session: the cell may have been changed since an older one. What
-  // was imported happened elsewhere.
+  // Only the newest session: the cell may have been changed since an older one. Imported sessions
+  // belong to another cell.
   const std::optional<SessionRecord> newest = newest_own();
   if (!newest || !newest->resumable()) return std::nullopt;
   return session(newest->id);
 }
 
-// Searches for spheres, as they were before the arm went there: for a session that begins where one was left.
+// Searches for spheres, recorded before the motion, for a session that starts where one was
+// interrupted.
 
 namespace {
 
@@ -218,7 +219,7 @@ std::optional<LeftSearch> Journal::search_left() {
   return left;
 }
 
-// Activations (append-only rows) and the schedule's state (one row).
+// Activations (append-only rows) and state of the schedule (one row).
 
 void Journal::activate(const Activation& activation) {
   impl_->write([&] {

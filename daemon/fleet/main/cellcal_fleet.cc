@@ -1,5 +1,5 @@
-// cellcal-fleet: the plant's collector. Exit status 0 ended by a signal, 1 could not go on, 2 wrong usage or
-// configuration: what does not get better by trying again.
+// cellcal-fleet: the plant's collector. Exit status 0: ended by a signal; 1: failed; 2: wrong usage
+// or configuration, for which a restart does not help.
 
 #include <spdlog/spdlog.h>
 #include <systemd/sd-daemon.h>
@@ -20,7 +20,8 @@
 
 namespace {
 
-/// Of data: batches of 16 MB, and what the database's client makes of them. The largest packet that MQTT has (256 MiB) gets none.
+/// Data limit: batches of 16 MB and their copies in the database client. Excludes MQTT's largest
+/// packet (256 MiB).
 constexpr std::size_t kMostBytes = std::size_t{240} << 20;
 
 std::atomic<bool> stop{false};
@@ -39,7 +40,7 @@ void run(const cellcal::daemon::fleet::FleetConfig& config) {
   sd_notify(0, "STOPPING=1");
 }
 
-/// Beside a collector at work.
+/// May run while a collector is running.
 void reread(const cellcal::daemon::fleet::FleetConfig& config) {
   using namespace cellcal::daemon;
   constexpr std::size_t kMostNamed = 20;

@@ -23,7 +23,7 @@ constexpr const char* kDefaultSocket = "/run/cellcal-fleet/fleet.sock";
 constexpr const char* kDefaultDatabase = "dbname=cellcal";
 constexpr double kMb = 1e6;
 
-/// "cellcal-fleet-plant7": this computer's name, with what is no letter of a name as '-'.
+/// "cellcal-fleet-plant7": this computer's name, with '-' for characters that names do not allow.
 std::string usual_client() {
   std::array<char, 256> host{};
   if (::gethostname(host.data(), host.size() - 1) != 0) return "cellcal-fleet";

@@ -1,5 +1,5 @@
 #pragma once
-// What cellcal-fleet's command line holds.
+// Command line of cellcal-fleet.
 
 #include <string>
 

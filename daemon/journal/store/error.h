@@ -9,13 +9,13 @@ struct JournalError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// The checksums of a session's rows do not match; permanent. SQLite's "malformed" is not a DamagedError, because it
-/// is also returned for an unavailable disk (EIO, SQLITE_IOERR_CORRUPTFS).
+/// The checksums of a session's rows do not match; permanent. SQLite's "malformed" is not a
+/// DamagedError, because it is also returned for an unavailable disk (EIO, SQLITE_IOERR_CORRUPTFS).
 struct DamagedError : JournalError {
   using JournalError::JournalError;
 };
 
-/// For want of room, which may be made.
+/// No space on the disk; a retry may succeed after space has been freed.
 struct DiskFullError : JournalError {
   using JournalError::JournalError;
 };

@@ -27,7 +27,7 @@ std::string line_of(const Head& head) {
   return words + calib::sha256(words).substr(0, kCheck) + "\n";
 }
 
-/// Nothing of a line that is not whole.
+/// nullopt for an incomplete line.
 std::optional<Head> head_of(std::string_view line) {
   if (line.size() != kLine) return std::nullopt;
   Head head;

@@ -13,7 +13,7 @@ struct Head {
   std::string sum;           ///< of the last one
 };
 
-/// Two lines of fixed length, written in turn: one of them is whole whenever the power fails.
+/// Two lines of fixed length, written alternately, so that one is complete after a power failure.
 class HeadFile {
  public:
   /// Opens or creates the file. Throws JournalError, which names `journal`.
@@ -22,9 +22,9 @@ class HeadFile {
   HeadFile(const HeadFile&) = delete;
   HeadFile& operator=(const HeadFile&) = delete;
 
-  /// The newer line; nothing from an empty file. Throws JournalError where no line is whole.
+  /// The newer line; nullopt for an empty file. Throws JournalError if no line is complete.
   std::optional<Head> read();
-  /// Returns when it is on disk. Throws JournalError.
+  /// On disk on return. Throws JournalError.
   void write(const Head& head);
 
  private:

@@ -1,5 +1,5 @@
 #pragma once
-// Exclusive access of one process: a lock on a file of its own.
+// Exclusive access of one process by a lock on a separate file.
 
 #include <sys/types.h>
 
@@ -12,7 +12,7 @@ namespace cellcal::daemon {
 /// independent of other descriptors of this process. The empty file is not removed.
 class LockFile {
  public:
-  /// Throws JournalError, which names `journal`, where another process has it or there can be none.
+  /// Throws JournalError naming `journal` if another process holds the lock or locking fails.
   LockFile(const std::filesystem::path& path, const std::filesystem::path& journal);
   ~LockFile();
   LockFile(const LockFile&) = delete;
@@ -26,10 +26,10 @@ class LockFile {
 
 class FileWatch {
  public:
-  /// Takes the files as they are now. Throws JournalError where one is missing.
+  /// Records the current files. Throws JournalError if one is missing.
   FileWatch(std::filesystem::path journal, const std::vector<std::filesystem::path>& files);
 
-  /// Throws JournalError where a file was removed, replaced or cut short since.
+  /// Throws JournalError if a file was removed, replaced or truncated since.
   void look();
 
  private:

@@ -57,7 +57,8 @@ void Database::fail(int code) const {
   throw JournalError(words);
 }
 
-/// A quota and a largest file are SQLite's "I/O error", of which it does not keep the number.
+/// True for a full disk. SQLite reports quota and file size limits as "I/O error", without the
+/// errno.
 bool Database::full(int code) {
   return (code & 0xff) == SQLITE_FULL ||
          (code == SQLITE_IOERR_WRITE && (errno == ENOSPC || errno == EDQUOT || errno == EFBIG));
@@ -215,7 +216,7 @@ bool PageCopy::step(int pages) {
   const int code = sqlite3_backup_step(handle_, pages);
   if (code == SQLITE_OK) return true;
   if (code == SQLITE_DONE) return false;
-  // The connection knows nothing of it yet.
+  // The connection does not have the error yet.
   throw JournalError("journal " + to_.name() + ": " + sqlite3_errstr(code) + "; " + advice(code));
 }
 
@@ -225,7 +226,7 @@ Transaction::Transaction(Database& database) : database_(database) {
 
 Transaction::~Transaction() {
   if (!open_) return;
-  // SQLite has rolled back by itself after most errors; then there is nothing left to roll back.
+  // SQLite has rolled back already after most errors; the statement then has no effect.
   sqlite3_exec(database_.handle_, "ROLLBACK", nullptr, nullptr, nullptr);
 }
 

@@ -21,7 +21,7 @@ struct Blob {
 };
 /// Value of a column: NULL or one of SQLite's types.
 using Value = std::variant<std::monostate, std::int64_t, double, std::string, Blob>;
-/// Values as bytes, types and lengths in them: rows that differ give different bytes.
+/// Values as bytes with their types and lengths: different rows have different bytes.
 std::string bytes_of(std::span<const Value> values);
 
 class Database {
@@ -40,7 +40,7 @@ class Database {
   std::int64_t last_row_id() const;
   /// Keeps the write-ahead log when the database is closed (default: false).
   void keep_log_on_close(bool keep);
-  /// Moves the write-ahead log into the file as far as there is room. Outside of a transaction.
+  /// Moves the write-ahead log into the file as far as space permits. Outside of a transaction.
   void move_log_into_file();
   /// Throws DiskFullError or JournalError.
   [[noreturn]] void fail(int code) const;
@@ -56,7 +56,7 @@ class Database {
   sqlite3* handle_ = nullptr;
 };
 
-/// A prepared statement; parameters and columns count from 1 and 0 as in SQLite.
+/// A prepared statement; parameters count from 1 and columns from 0, as in SQLite.
 class Statement {
  public:
   Statement(Database& database, const char* sql);
@@ -70,7 +70,7 @@ class Statement {
   Statement& bind_blob(int index, std::string_view value);
   Statement& bind(int index, const Value& value);
 
-  /// True: a row is there.
+  /// True if there is a row.
   bool step();
   std::int64_t integer(int column);
   double number(int column);
@@ -111,7 +111,8 @@ class PageCopy {
   PageCopy(const PageCopy&) = delete;
   PageCopy& operator=(const PageCopy&) = delete;
 
-  /// True: pages are left. False: the copy is whole and on disk. Throws JournalError.
+  /// Returns true if pages are left, false if the copy is complete and on disk. Throws
+  /// JournalError.
   bool step(int pages);
 
  private:

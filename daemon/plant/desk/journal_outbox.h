@@ -18,7 +18,7 @@ class JournalOutbox final : public Outbox {
   struct Parts {
     Journal& journal;
     PlantConfig config;
-    /// Something new waits. With the journal's lock held: waits for nobody.
+    /// Called after facts were added, with the journal's lock held; must not block.
     std::function<void()> waits = {};
   };
   /// Becomes the journal's reporter, replacing the previous one. Throws JournalError; the previous one is

@@ -20,7 +20,7 @@ class PlantReporter final : public Reporter {
     std::int64_t most_bytes = 0;
     CellName name{};  ///< under which facts are written from now on
     std::vector<std::string>
-        former{};  ///< "plant/cell": what was written under these is told under that name, too
+        former{};  ///< "plant/cell": facts written under these are reported under that name
     std::function<void()> waits;
   };
   explicit PlantReporter(Parts parts) : parts_(std::move(parts)) {}
